@@ -1,0 +1,1 @@
+#include "unimapper/core/sensor.hpp"

@@ -1,0 +1,50 @@
+// A value or an error, for code that is built without exceptions.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+
+namespace unimapper {
+
+/// Why a call was refused. Every code has one sentence a user understands: `describe()`.
+enum class ErrorCode : std::uint8_t {
+  kOk = 0,
+  kInvalidConfig,     ///< a configuration member is outside its documented range
+  kMemoryTooSmall,    ///< the caller's block is smaller than `required_bytes(config)`
+  kMemoryMisaligned,  ///< the caller's block does not start on a 64-byte boundary
+  kInvalidPose,       ///< the pose holds NaN/Inf or its rotation is not a rotation
+  kTimeReversed,      ///< the stamp is not later than the one before
+  kEmptyScan,         ///< no point of the scan is finite and within the sensor's range
+  kPoseJump,          ///< the pose moved farther than the configured limit since the last scan
+  kCapacityExceeded,  ///< a fixed-capacity container is full
+};
+
+/// An error as a value: a code, and a static sentence that says what to do about it.
+struct Error {
+  ErrorCode code = ErrorCode::kOk;
+  const char* message = "";
+};
+
+/// A must-use value or error. `T` must be default constructible and movable.
+/// No heap, no exceptions; asking for the value of an error returns the default value.
+template <typename T>
+class [[nodiscard]] Expected {
+ public:
+  Expected(T value) noexcept : value_(std::move(value)) {}  // NOLINT: implicit by design
+  Expected(Error error) noexcept : error_(error) {}         // NOLINT: implicit by design
+
+  [[nodiscard]] bool ok() const noexcept { return error_.code == ErrorCode::kOk; }
+  explicit operator bool() const noexcept { return ok(); }
+
+  T& value() noexcept { return value_; }
+  const T& value() const noexcept { return value_; }
+  T& operator*() noexcept { return value_; }
+  T* operator->() noexcept { return &value_; }
+  [[nodiscard]] const Error& error() const noexcept { return error_; }
+
+ private:
+  T value_{};
+  Error error_{};
+};
+
+}  // namespace unimapper

@@ -1,0 +1,41 @@
+// What a keyframe is, on both sides of the link.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "unimapper/core/pose.hpp"
+
+namespace unimapper {
+
+/// One static fine cell of a keyframe: the mean of the points of a 0.2 m cell.
+/// `position` is in the levelled keyframe frame (see `level_frame`), metres.
+struct StaticCell {
+  Eigen::Vector3f position;
+  std::uint16_t points;  ///< scan points in the cell, saturating
+  std::uint8_t ground;   ///< 1 if the cell belongs to the ground
+  std::uint8_t reserved;
+};
+
+/// One scan of a keyframe: when and where it was taken.
+struct KeyframeScan {
+  std::uint32_t scan_index;  ///< running number of the scan in its session, from 0
+  std::int64_t stamp_ns;
+  Pose T_odometry_sensor;
+};
+
+/// A repeatable spot of the static scene (paper section V-A), in the levelled keyframe frame.
+struct Keypoint {
+  Eigen::Vector3f position;  ///< metres
+  Eigen::Vector3f normal;    ///< unit normal of the plane it was projected onto
+  std::uint64_t occupancy;   ///< which heights of its column are occupied, one bit a slice
+  std::uint16_t strength;    ///< what suppression ranks by; larger is stronger
+};
+
+/// One planar 2 m voxel, in the levelled keyframe frame; loop verification overlaps these.
+struct PlanePatch {
+  Eigen::Vector3f center;
+  Eigen::Vector3f normal;  ///< unit length, oriented towards the sensor's origin
+};
+
+}  // namespace unimapper

@@ -1,0 +1,73 @@
+// Rigid transforms.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace unimapper {
+
+/// A rigid transform. `T_world_sensor` maps coordinates of the sensor frame to the world frame:
+/// p_world = T_world_sensor * p_sensor. Its members have no over-aligned type, so the layout is
+/// the same whatever instruction set a consumer compiles for.
+struct Pose {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+  Pose() = default;
+  Pose(const Eigen::Matrix3d& r, const Eigen::Vector3d& t) : rotation(r), translation(t) {}
+  /// `q` need not be normalised.
+  Pose(const Eigen::Quaterniond& q, const Eigen::Vector3d& t)
+      : rotation(q.normalized().toRotationMatrix()), translation(t) {}
+
+  [[nodiscard]] Pose inverse() const {
+    const Eigen::Matrix3d r = rotation.transpose();
+    return {r, -(r * translation)};
+  }
+  friend Pose operator*(const Pose& a, const Pose& b) {
+    return {a.rotation * b.rotation, a.rotation * b.translation + a.translation};
+  }
+  friend Eigen::Vector3d operator*(const Pose& a, const Eigen::Vector3d& p) {
+    return a.rotation * p + a.translation;
+  }
+  [[nodiscard]] Eigen::Quaterniond quaternion() const {
+    return Eigen::Quaterniond(rotation).normalized();
+  }
+  [[nodiscard]] bool is_finite() const { return rotation.allFinite() && translation.allFinite(); }
+  /// True if finite and the rotation part is a rotation within `tolerance`.
+  [[nodiscard]] bool is_rigid(double tolerance = 1e-3) const {
+    return is_finite() &&
+           (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <
+               tolerance &&
+           rotation.determinant() > 0.0;
+  }
+};
+
+/// Angle of a rotation in radians, in [0, pi].
+[[nodiscard]] inline double rotation_angle(const Eigen::Matrix3d& r) {
+  const double s =
+      0.5 * Eigen::Vector3d(r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1)).norm();
+  return std::atan2(s, 0.5 * (r.trace() - 1.0));
+}
+
+/// The gravity-levelled frame at a sensor pose: same origin, z along the world's z, x along the
+/// sensor's horizontal heading (paper section VI, "ego-centric keyframe coordinate system").
+/// Returns T_world_level. The world's z axis must point up.
+[[nodiscard]] inline Pose level_frame(const Pose& T_world_sensor) {
+  Eigen::Vector3d heading = T_world_sensor.rotation.col(0);
+  // A sensor that looks straight up or down has no heading in x; its y axis then lies level.
+  if (heading.head<2>().squaredNorm() < 1e-6) {
+    const Eigen::Vector3d left = T_world_sensor.rotation.col(1);
+    heading = left.cross(Eigen::Vector3d::UnitZ());
+  }
+  heading.z() = 0.0;
+  heading.normalize();
+  Pose level;
+  level.rotation.col(0) = heading;
+  level.rotation.col(1) = Eigen::Vector3d::UnitZ().cross(heading);
+  level.rotation.col(2) = Eigen::Vector3d::UnitZ();
+  level.translation = T_world_sensor.translation;
+  return level;
+}
+
+}  // namespace unimapper

@@ -1,0 +1,54 @@
+// A keyframe as the base station holds it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "unimapper/core/keyframe.hpp"
+#include "unimapper/place/database.hpp"
+#include "unimapper/place/place.hpp"
+
+namespace unimapper::merge {
+
+/// Who is talking: one robot, one boot. The same numbers travel in every message.
+struct SessionId {
+  std::uint32_t robot = 0;
+  std::uint64_t session = 0;  ///< differs for every boot of a robot
+  friend auto operator<=>(const SessionId&, const SessionId&) = default;
+};
+
+/// Sent once (and repeated) per session.
+struct SessionInfo {
+  SessionId id;
+  std::string name;    ///< file-name safe; names the trajectory
+  std::string sensor;  ///< canonical sensor name, see `find_sensor`
+};
+
+/// One keyframe, owned. Positions as in `KeyframeView`; cells and keypoints carry the wire's
+/// quantisation already (1 cm / 1 mm), on every path the same.
+struct KeyframeRecord {
+  SessionId session;
+  std::uint32_t sequence = 0;
+  std::uint32_t reference_scan = 0;  ///< index into `scans`
+  Pose T_odometry_keyframe;
+  std::vector<KeyframeScan> scans;
+  std::vector<StaticCell> static_cells;
+  std::vector<Keypoint> keypoints;
+  std::vector<PlanePatch> planes;
+  std::uint64_t points_in = 0;       ///< scan points that went into the keyframe
+  std::uint64_t points_dynamic = 0;  ///< of which removed as dynamic
+
+  [[nodiscard]] PlaceView place() const { return {keypoints, planes}; }
+};
+
+/// Everything known of one session, keyframes in ascending `sequence`; gaps are possible.
+struct SessionData {
+  SessionInfo info;
+  std::vector<KeyframeRecord> keyframes;
+  bool complete = false;                ///< the end-of-session message arrived
+  std::uint64_t keyframes_missing = 0;  ///< gaps in `sequence` plus what never reassembled
+  std::uint64_t keyframes_damaged = 0;  ///< failed their checksum or validation
+};
+
+}  // namespace unimapper::merge

@@ -1,0 +1,63 @@
+// Sessions in, one map out.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "unimapper/merge/keyframe_record.hpp"
+#include "unimapper/merge/merge_config.hpp"
+
+namespace unimapper::merge {
+
+enum class SessionStatus { kCentral, kMerged, kUnconnected };
+
+/// A loop closure and what became of it. `T_match_query` is between the *sensor* frames of the
+/// two reference scans; `T_match_query_keyframe` between the levelled keyframe frames.
+struct LoopRecord {
+  std::size_t query_session = 0;   ///< index into the merger's sessions
+  std::size_t query_keyframe = 0;  ///< index into the session's keyframes
+  std::size_t match_session = 0;
+  std::size_t match_keyframe = 0;
+  float confidence = 0.0F;
+  bool accepted = false;
+  std::string reason;  ///< "descriptor", "radius", or why it was refused
+  Pose T_match_query_keyframe;
+};
+
+/// One session in the unified frame.
+struct MergedSession {
+  SessionStatus status = SessionStatus::kUnconnected;
+  Pose T_map_session;  ///< the anchor node: session odometry frame to the map frame
+  std::vector<Pose> T_map_keyframe;
+};
+
+/// A point of the unified map.
+struct MapPoint {
+  Eigen::Vector3f position;
+  std::uint16_t session = 0;        ///< first session that saw it
+  std::uint16_t sessions_seen = 0;  ///< how many sessions saw it
+};
+
+/// A place that differs between two sessions.
+struct ChangedPoint {
+  Eigen::Vector3f position;
+  std::uint16_t session = 0;  ///< session in which the point exists
+  bool appeared = false;      ///< true: new in `session`; false: gone after `session`
+};
+
+struct MergeResult {
+  std::size_t central_session = 0;
+  std::vector<MergedSession> sessions;
+  std::vector<LoopRecord> loops;
+  std::vector<MapPoint> map;
+  std::vector<ChangedPoint> changes;
+};
+
+/// Merges any number of sessions (paper section VI). Deterministic: the same sessions give the
+/// same result, whatever the number of threads. Throws std::invalid_argument for a session
+/// whose data could not be a session (no keyframes is allowed: it stays unconnected).
+MergeResult merge_sessions(const std::vector<SessionData>& sessions, const MergeConfig& config,
+                           const std::function<void(const std::string&)>& progress = {});
+
+}  // namespace unimapper::merge

@@ -1,0 +1,31 @@
+// DynaSTD: keypoints and planes from the static cells of a keyframe.
+#pragma once
+
+#include <span>
+
+#include "unimapper/core/arena.hpp"
+#include "unimapper/core/expected.hpp"
+#include "unimapper/core/fixed_vector.hpp"
+#include "unimapper/core/keyframe.hpp"
+#include "unimapper/place/config.hpp"
+#include "unimapper/place/place.hpp"
+
+namespace unimapper {
+
+/// Describes keyframes (paper section V-A). Works in the levelled keyframe frame, so the result
+/// depends neither on the odometry frame's origin nor on its yaw, and not on the order in
+/// which the cells come.
+class PlaceDescriber {
+ public:
+  /// Takes all memory it will ever need from `arena`.
+  void attach(Arena& arena, const DescriptorConfig& config) noexcept;
+
+  /// Describes one keyframe. The view stays valid until the next call. Bounded by the
+  /// configured capacities; what did not fit is in `dropped()`.
+  PlaceView describe(std::span<const StaticCell> cells) noexcept;
+
+  /// Cells, voxels and keypoints refused for want of capacity in the last call.
+  [[nodiscard]] std::uint64_t dropped() const noexcept;
+};
+
+}  // namespace unimapper

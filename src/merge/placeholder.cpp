@@ -1,0 +1,1 @@
+#include "unimapper/merge/keyframe_record.hpp"

@@ -1,0 +1,1 @@
+#include "unimapper/place/config.hpp"

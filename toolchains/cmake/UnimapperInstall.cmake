@@ -1,0 +1,20 @@
+# What a robot's firmware project finds with find_package(unimapper): core, place and onboard.
+include(CMakePackageConfigHelpers)
+
+install(TARGETS unimapper_core unimapper_place unimapper_onboard
+  EXPORT unimapperTargets
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(DIRECTORY include/unimapper/core include/unimapper/place include/unimapper/onboard
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/unimapper)
+install(EXPORT unimapperTargets NAMESPACE unimapper::
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/unimapper)
+configure_package_config_file(
+  "${CMAKE_CURRENT_LIST_DIR}/unimapperConfig.cmake.in"
+  "${CMAKE_BINARY_DIR}/unimapperConfig.cmake"
+  INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/unimapper)
+write_basic_package_version_file("${CMAKE_BINARY_DIR}/unimapperConfigVersion.cmake"
+  COMPATIBILITY SameMinorVersion)
+install(FILES "${CMAKE_BINARY_DIR}/unimapperConfig.cmake"
+  "${CMAKE_BINARY_DIR}/unimapperConfigVersion.cmake"
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/unimapper)
+install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -1,0 +1,35 @@
+# unimapper_library(NAME SOURCES ... [DEPENDS ...] [FREESTANDING])
+#
+# One room of the house as one static library with the alias unimapper::NAME. FREESTANDING rooms
+# (core, place, onboard) also hold without exceptions, RTTI and thread-safe statics.
+function(unimapper_library name)
+  cmake_parse_arguments(arg "FREESTANDING" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+  add_library(unimapper_${name} STATIC ${arg_SOURCES})
+  add_library(unimapper::${name} ALIAS unimapper_${name})
+  set_target_properties(unimapper_${name} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(unimapper_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_link_libraries(unimapper_${name} PUBLIC ${arg_DEPENDS} PRIVATE ${arg_PRIVATE_DEPENDS})
+  unimapper_compile_options(unimapper_${name})
+  if(arg_FREESTANDING AND UNIMAPPER_FREESTANDING_CORE)
+    target_compile_options(unimapper_${name} PRIVATE
+      -fno-exceptions -fno-rtti -fno-threadsafe-statics)
+  endif()
+endfunction()
+
+# Options every target of the project is built with.
+function(unimapper_compile_options target)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  # Fused multiply-add would make x86 and ARM differ in the last bit.
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion
+    -Wno-sign-conversion -ffp-contract=off $<$<CONFIG:Release>:-O3>)
+  if(UNIMAPPER_WARNINGS_AS_ERRORS)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+  if(UNIMAPPER_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${UNIMAPPER_SANITIZE}
+      -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    target_link_options(${target} PUBLIC -fsanitize=${UNIMAPPER_SANITIZE})
+  endif()
+endfunction()
