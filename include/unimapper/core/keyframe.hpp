@@ -8,9 +8,9 @@
 
 namespace unimapper {
 
-/// One static fine cell of a keyframe: the mean of the points of a 0.2 m cell.
+/// One occupied fine cell of a keyframe: the mean of the points of a 0.2 m cell (L_f).
 /// `position` is in the levelled keyframe frame (see `level_frame`), metres.
-struct StaticCell {
+struct FineCell {
   Eigen::Vector3f position;
   std::uint16_t points;  ///< scan points in the cell, saturating
   std::uint8_t ground;   ///< 1 if the cell belongs to the ground

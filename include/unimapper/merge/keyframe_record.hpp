@@ -33,7 +33,8 @@ struct KeyframeRecord {
   std::uint32_t reference_scan = 0;  ///< index into `scans`
   Pose T_odometry_keyframe;
   std::vector<KeyframeScan> scans;
-  std::vector<StaticCell> static_cells;
+  std::vector<FineCell> static_cells;
+  std::vector<FineCell> dynamic_cells;  ///< what the robot removed, for display and audit
   std::vector<Keypoint> keypoints;
   std::vector<PlanePatch> planes;
   std::uint64_t points_in = 0;       ///< scan points that went into the keyframe

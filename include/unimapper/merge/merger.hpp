@@ -52,6 +52,7 @@ struct MergeResult {
   std::vector<LoopRecord> loops;
   std::vector<MapPoint> map;
   std::vector<ChangedPoint> changes;
+  std::vector<Eigen::Vector3f> dynamic_points;  ///< removed by the robots, map frame, for display
 };
 
 /// Merges any number of sessions (paper section VI). Deterministic: the same sessions give the

@@ -24,7 +24,8 @@ struct KeyframeView {
       0;                     ///< index into `scans` of the scan whose pose is the keyframe's
   Pose T_odometry_keyframe;  ///< levelled frame at the reference scan's sensor pose
   std::span<const KeyframeScan> scans;
-  std::span<const StaticCell> static_cells;
+  std::span<const FineCell> static_cells;
+  std::span<const FineCell> dynamic_cells;  ///< what was removed, for display and audit
   PlaceView place;
   std::span<const LoopCandidate> loops;  ///< earlier keyframes that look alike, best first
   const KeyframeStatistics* statistics = nullptr;

@@ -22,7 +22,7 @@ class PlaceDescriber {
 
   /// Describes one keyframe. The view stays valid until the next call. Bounded by the
   /// configured capacities; what did not fit is in `dropped()`.
-  PlaceView describe(std::span<const StaticCell> cells) noexcept;
+  PlaceView describe(std::span<const FineCell> cells) noexcept;
 
   /// Cells, voxels and keypoints refused for want of capacity in the last call.
   [[nodiscard]] std::uint64_t dropped() const noexcept;
