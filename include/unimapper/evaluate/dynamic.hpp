@@ -1,0 +1,110 @@
+// Static and dynamic accuracy of labelled points (paper section VII-B).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "unimapper/core/pose.hpp"
+
+namespace unimapper::evaluate {
+
+/// What the ground truth says of a point. SemanticKITTI ids 251..259 are dynamic; 0 (unlabelled)
+/// and 1 (outlier) say nothing; everything else is static.
+enum class Truth : std::uint8_t { kIgnored, kStatic, kDynamic };
+
+/// Truth of a label; only its lower 16 bits count, the upper ones hold the instance.
+[[nodiscard]] Truth truth_of(std::uint32_t label) noexcept;
+
+/// True if the run called a point dynamic. Unknown (0) counts as kept.
+[[nodiscard]] bool is_removed(std::uint32_t label) noexcept;
+
+/// Classes that get a figure of their own, with the moving and the standing form of each.
+inline constexpr std::size_t kClassCount = 24;
+
+/// Index of the class of a label in [0, kClassCount).
+[[nodiscard]] std::size_t class_of(std::uint32_t label) noexcept;
+
+/// English name of a class: "pedestrian", "cyclist", "car", "pole", …
+[[nodiscard]] std::string_view class_name(std::size_t index) noexcept;
+
+/// Counts of one set of points.
+struct Tally {
+  std::uint64_t static_points = 0;
+  std::uint64_t static_kept = 0;
+  std::uint64_t dynamic_points = 0;
+  std::uint64_t dynamic_removed = 0;
+
+  void add(Truth truth, bool removed) noexcept;
+  Tally& operator+=(const Tally& other) noexcept;
+
+  /// Accuracies in [0, 1]; NaN where there is no point of that kind.
+  [[nodiscard]] double static_accuracy() const noexcept;      ///< SA
+  [[nodiscard]] double dynamic_accuracy() const noexcept;     ///< DA
+  [[nodiscard]] double associated_accuracy() const noexcept;  ///< AA = sqrt(SA DA)
+  [[nodiscard]] double harmonic_accuracy() const noexcept;    ///< HA = 2 SA DA / (SA + DA)
+};
+
+/// Upper ends of the range bins in metres; the last bin is open.
+inline constexpr std::array<float, 5> kRangeBinEnds = {10.0F, 20.0F, 30.0F, 50.0F, 80.0F};
+inline constexpr std::size_t kRangeBinCount = kRangeBinEnds.size() + 1;
+
+/// Index of the bin a range falls into; a range equal to an end belongs to the next bin.
+[[nodiscard]] std::size_t range_bin(float range_m) noexcept;
+
+/// One accuracy under one protocol, broken down.
+struct DynamicScore {
+  Tally total;
+  std::array<Tally, kClassCount> by_class{};
+  std::array<Tally, kRangeBinCount> by_range{};
+  std::uint64_t ignored = 0;  ///< points without a label
+
+  /// Counts a labelled point, or counts it as ignored.
+  void add(std::uint32_t truth_label, float range_m, bool removed) noexcept;
+};
+
+/// One scan, ready to be scored. All spans have the same length.
+struct ScoredScan {
+  std::span<const Eigen::Vector3f> points;  ///< sensor frame, metres
+  Pose T_world_sensor;
+  std::span<const std::uint32_t> truth;      ///< SemanticKITTI labels
+  std::span<const std::uint32_t> predicted;  ///< the run's labels
+};
+
+/// Where the scans come from. Scans are asked for in ascending order, possibly several times.
+class ScanSource {
+ public:
+  virtual ~ScanSource() = default;
+  [[nodiscard]] virtual std::size_t scan_count() const = 0;
+  /// Scan `i`; the spans stay valid until the next call.
+  virtual ScoredScan scan(std::size_t i) = 0;
+};
+
+/// Per point, every range: the run's label against the truth. O(points).
+[[nodiscard]] DynamicScore score_points(ScanSource& source);
+
+struct BenchmarkConfig {
+  float neighbour_m = 0.05F;  ///< a point this near to a kept point counts as kept
+  float max_range_m = 50.0F;  ///< points at or beyond it do not exist
+  float ego_range_m = 3.0F;   ///< unlabelled points nearer than this are the robot itself
+  std::size_t batch_points = 8'000'000;  ///< removed points held in memory at a time
+};
+
+/// The score, and what upstream's treatment of unlabelled points would make of it.
+struct BenchmarkScore {
+  DynamicScore score;  ///< unlabelled points ignored
+  /// Unlabelled points counted as upstream does: dynamic within `ego_range_m`, static beyond.
+  Tally with_unlabelled;
+};
+
+/// The protocol of DynamicMap_Benchmark: the static map is made of the points the run kept, in
+/// the world frame; a ground-truth point counts as removed when no kept point lies within
+/// `neighbour_m`. A kept point is its own neighbour, so only removed points are searched for:
+/// memory is bounded by `batch_points` (about 30 bytes each), every further batch costs one
+/// more pass over the scans.
+[[nodiscard]] BenchmarkScore score_benchmark(ScanSource& source, const BenchmarkConfig& config);
+
+}  // namespace unimapper::evaluate

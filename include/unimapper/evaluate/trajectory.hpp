@@ -1,0 +1,67 @@
+// Absolute trajectory error of merged sessions (paper section VII-B).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "unimapper/core/pose.hpp"
+
+namespace unimapper::evaluate {
+
+/// A pose at a time.
+struct StampedPose {
+  std::int64_t stamp_ns = 0;
+  Pose T_world_sensor;
+};
+
+/// An estimated pose and its ground truth at the same instant.
+struct PosePair {
+  Pose estimate;
+  Pose truth;
+};
+
+/// Pairs every estimate with the truth nearest in time, if it is at most `tolerance_ns` away.
+/// Both must be sorted by stamp. O(n + m).
+[[nodiscard]] std::vector<PosePair> associate(std::span<const StampedPose> estimate,
+                                              std::span<const StampedPose> truth,
+                                              std::int64_t tolerance_ns = 10'000'000);
+
+/// A rigid alignment and what it was derived from.
+struct Alignment {
+  Pose T_truth_estimate;
+  /// The positions alone left a rotation open (a straight line, or less than a metre of
+  /// extent), so that orientations decided it.
+  bool used_orientations = false;
+};
+
+/// Least-squares rigid alignment of the estimate to the truth over positions (Umeyama, scale
+/// fixed to one, reflections excluded). Throws std::invalid_argument when `pairs` is empty.
+[[nodiscard]] Alignment align(std::span<const PosePair> pairs);
+
+/// Five figures and the count behind them, of anything.
+struct ErrorStatistics {
+  double max = 0.0;
+  double mean = 0.0;
+  double median = 0.0;
+  double min = 0.0;
+  double rmse = 0.0;
+  double std = 0.0;
+  std::size_t count = 0;
+};
+
+/// Statistics of `errors`; all zero when empty. `std` is the population's, as evo reports it.
+[[nodiscard]] ErrorStatistics statistics(std::vector<double> errors);
+
+/// Absolute trajectory error.
+struct TrajectoryError {
+  ErrorStatistics translation_m;
+  ErrorStatistics rotation_deg;
+};
+
+/// Errors of the estimates mapped by `T_truth_estimate` against the truth.
+[[nodiscard]] TrajectoryError trajectory_error(std::span<const PosePair> pairs,
+                                               const Pose& T_truth_estimate);
+
+}  // namespace unimapper::evaluate

@@ -1,0 +1,17 @@
+// The subcommands of the command-line tool, one file each.
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace unimapper::apps {
+
+/// Each adds one subcommand with its options to `app`; the work starts in the subcommand's
+/// callback. Callbacks throw std::exception with a sentence for the user on bad input.
+void register_simulate(CLI::App& app);
+void register_onboard(CLI::App& app);
+void register_merge(CLI::App& app);
+void register_evaluate(CLI::App& app);
+
+}  // namespace unimapper::apps

@@ -1,0 +1,48 @@
+// One self-contained HTML page about a merge.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "unimapper/evaluate/dynamic.hpp"
+#include "unimapper/evaluate/trajectory.hpp"
+#include "unimapper/merge/merger.hpp"
+
+namespace unimapper::apps {
+
+/// What is known of one session beyond what its keyframes say. Everything is optional.
+struct SessionEvidence {
+  /// The session's run folder; stage times are read from its stats.json when that is there.
+  std::filesystem::path run;
+  /// Ground truth T_world_sensor, sorted by stamp. All sessions' truths share one world.
+  std::vector<evaluate::StampedPose> truth;
+  /// How well the robot told static from dynamic points, where labels are known.
+  std::optional<evaluate::DynamicScore> removal;
+};
+
+/// Everything a report or a terminal summary shows. The pointers must outlive the call.
+struct ReportInput {
+  const std::vector<merge::SessionData>* sessions = nullptr;
+  const merge::MergeResult* result = nullptr;
+  std::vector<SessionEvidence> evidence;  ///< one per session, or empty
+  std::string title = "Merged map";
+  std::vector<std::string> commands;  ///< shown under "how to reproduce", one a line
+  double elapsed_s = 0.0;             ///< wall-clock time of the merge; 0 hides it
+};
+
+/// The ground truth of a session recorded as the dataset at `path`: poses of gt_poses.txt,
+/// else of poses.txt, with the dataset's stamps. Throws DatasetError.
+[[nodiscard]] std::vector<evaluate::StampedPose> read_truth(const std::filesystem::path& path);
+
+/// Writes the page to `path`: pictures, tables and charts inside, no script, no network.
+/// Throws std::runtime_error naming `path` when it cannot be written. Costs a few seconds for
+/// maps of some million points.
+void write_report(const std::filesystem::path& path, const ReportInput& input);
+
+/// The summary for a terminal: one line per session, the loops, the trajectory errors where
+/// the truth is known. Ends with a newline.
+[[nodiscard]] std::string summary_table(const ReportInput& input);
+
+}  // namespace unimapper::apps
