@@ -1,0 +1,90 @@
+// The shared symmetric 3x3 eigen-solver, including every degenerate shape a voxel can have.
+#include "unimapper/core/symmetric_eigen.hpp"
+
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+#include "unimapper/core/voxel_key.hpp"
+
+namespace {
+
+using unimapper::symmetric_eigen;
+using unimapper::SymmetricEigen;
+
+// Deterministic values in [-1, 1).
+double noise(std::uint64_t i) {
+  return static_cast<double>(unimapper::mix_bits(i + 1) >> 11U) / 4503599627370496.0 - 1.0;
+}
+
+template <typename Scalar>
+void require_decomposes(const Eigen::Matrix<Scalar, 3, 3>& m, Scalar tolerance) {
+  const SymmetricEigen<Scalar> eigen = symmetric_eigen(m);
+  const Scalar scale = m.cwiseAbs().maxCoeff();
+  const Eigen::Matrix<Scalar, 3, 3> again =
+      eigen.vectors * eigen.values.asDiagonal() * eigen.vectors.transpose();
+  INFO("matrix\n" << m << "\nrebuilt\n" << again);
+  REQUIRE((again - m).cwiseAbs().maxCoeff() <= tolerance * scale);
+  REQUIRE((eigen.vectors.transpose() * eigen.vectors - Eigen::Matrix<Scalar, 3, 3>::Identity())
+              .cwiseAbs()
+              .maxCoeff() <= tolerance);
+  REQUIRE(eigen.values(0) <= eigen.values(1));
+  REQUIRE(eigen.values(1) <= eigen.values(2));
+}
+
+}  // namespace
+
+TEST_CASE("random symmetric matrices are decomposed to rounding error") {
+  for (std::uint64_t i = 0; i < 500; ++i) {
+    Eigen::Matrix3d a;
+    for (int k = 0; k < 9; ++k) a(k) = noise(i * 9 + static_cast<std::uint64_t>(k));
+    const Eigen::Matrix3d m = a + a.transpose();
+    require_decomposes<double>(m, 1e-14);
+    require_decomposes<float>(m.cast<float>(), 4e-6F);
+  }
+}
+
+TEST_CASE("degenerate matrices are decomposed like any other") {
+  require_decomposes<double>(Eigen::Matrix3d::Identity(), 1e-15);
+  require_decomposes<double>(Eigen::Vector3d(1, 0, 0).asDiagonal().toDenseMatrix(), 1e-15);
+  require_decomposes<double>(Eigen::Vector3d(2, 2, 1e-12).asDiagonal().toDenseMatrix(), 1e-15);
+  // A line, a plane and a nearly isotropic ball in a direction that favours no axis.
+  const Eigen::Vector3d d = Eigen::Vector3d(1, 2, 3).normalized();
+  require_decomposes<double>(d * d.transpose(), 1e-15);
+  require_decomposes<double>(Eigen::Matrix3d::Identity() - d * d.transpose(), 1e-14);
+  require_decomposes<double>(Eigen::Matrix3d::Identity() + 1e-13 * d * d.transpose(), 1e-14);
+}
+
+TEST_CASE("the normal of a thin plane is found whatever its scale") {
+  const Eigen::Vector3d normal = Eigen::Vector3d(0.3, -0.5, 0.8).normalized();
+  const Eigen::Matrix3d plane =
+      Eigen::Matrix3d::Identity() - (1.0 - 1e-4) * normal * normal.transpose();
+  for (const double scale : {1e-200, 1e-6, 1.0, 1e6, 1e200}) {
+    const auto eigen = symmetric_eigen<double>(plane * scale);
+    REQUIRE(std::abs(eigen.vectors.col(0).dot(normal)) == Approx(1.0).margin(1e-12));
+    REQUIRE(eigen.values(0) / scale == Approx(1e-4).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("zero and non-finite matrices give zero values and the identity") {
+  Eigen::Matrix3d bad = Eigen::Matrix3d::Identity();
+  for (const double value :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    bad(0, 1) = bad(1, 0) = value;
+    const auto eigen = symmetric_eigen<double>(bad);
+    REQUIRE(eigen.values.isZero(0.0));
+    REQUIRE(eigen.vectors == Eigen::Matrix3d::Identity());
+  }
+  const auto zero = symmetric_eigen<float>(Eigen::Matrix3f::Zero());
+  REQUIRE(zero.values.isZero(0.0F));
+  REQUIRE(zero.vectors == Eigen::Matrix3f::Identity());
+}
+
+TEST_CASE("the same matrix gives the same bits") {
+  Eigen::Matrix3d m;
+  m << 2, 0.3, -0.1, 0.3, 1.5, 0.7, -0.1, 0.7, 0.9;
+  const auto first = symmetric_eigen<double>(m);
+  const auto second = symmetric_eigen<double>(m);
+  REQUIRE(std::memcmp(&first, &second, sizeof first) == 0);
+}
