@@ -29,8 +29,8 @@ class Arena {
   /// An array of `count` zeroed elements, or null (measuring, or exhausted).
   template <typename T>
   T* allocate(std::size_t count) noexcept {
-    static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>,
-                  "the arena never runs constructors or destructors");
+    // Not "trivially copyable": Eigen's fixed-size types are plain arrays with a copy constructor.
+    static_assert(std::is_trivially_destructible_v<T>, "the arena never runs destructors");
     static_assert(alignof(T) <= kAlignment);
     const std::size_t bytes = (count * sizeof(T) + kAlignment - 1) / kAlignment * kAlignment;
     const std::size_t offset = used_;
