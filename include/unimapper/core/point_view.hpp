@@ -39,7 +39,7 @@ struct PointView {
 
 /// What a point was judged to be.
 enum class PointLabel : std::uint8_t {
-  kUnknown = 0,  ///< invalid (NaN, out of range) or dropped for want of capacity
+  kUnknown = 0,  ///< invalid: not finite, or out of range
   kStatic = 1,
   kDynamic = 2,
 };

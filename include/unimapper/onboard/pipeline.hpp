@@ -8,21 +8,18 @@
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/point_view.hpp"
 #include "unimapper/onboard/config.hpp"
+#include "unimapper/onboard/statistics.hpp"
 #include "unimapper/place/database.hpp"
 #include "unimapper/place/place.hpp"
 
 namespace unimapper {
 
-/// Counted causes of loss and stage times of one keyframe.
-struct KeyframeStatistics;
-
 /// A finished keyframe. Every view points into the pipeline's memory and stays valid until the
 /// next call of `add_scan` or `flush`.
 struct KeyframeView {
-  std::uint32_t sequence = 0;  ///< running number, from 0
-  std::uint32_t reference_scan =
-      0;                     ///< index into `scans` of the scan whose pose is the keyframe's
-  Pose T_odometry_keyframe;  ///< levelled frame at the reference scan's sensor pose
+  std::uint32_t sequence = 0;        ///< running number, from 0
+  std::uint32_t reference_scan = 0;  ///< index into `scans`; the keyframe's pose is this scan's
+  Pose T_odometry_keyframe;          ///< levelled frame at the reference scan's sensor pose
   std::span<const KeyframeScan> scans;
   std::span<const FineCell> static_cells;
   std::span<const FineCell> dynamic_cells;  ///< what was removed, for display and audit
@@ -31,9 +28,13 @@ struct KeyframeView {
   const KeyframeStatistics* statistics = nullptr;
 };
 
-/// What became of a scan.
+/// What became of a scan. Look at both members: a jump of the pose refuses the scan *and* closes
+/// the keyframe that was open.
 struct ScanResult {
-  Error error;                  ///< `kOk`, or why the scan was refused; the state is unchanged then
+  /// `kOk`, or why the scan was refused. A refused scan gets no labels, but it takes a scan
+  /// index: `KeyframeScan::scan_index` counts every call. Apart from that, and from a jump of the
+  /// pose, it leaves the state unchanged.
+  Error error;
   bool keyframe_ready = false;  ///< `keyframe()` holds a new keyframe
 };
 
@@ -52,6 +53,14 @@ class Pipeline {
   /// Adds one motion-compensated scan in sensor coordinates with its odometry pose. The
   /// odometry world's z axis points up. Labels of this scan are final for the online decision
   /// when its keyframe is ready.
+  ///
+  /// Refuses, with the reason: a pose that is not rigid (`kInvalidPose`), a stamp that is not
+  /// later than the last accepted one (`kTimeReversed`), a scan without a valid point
+  /// (`kEmptyScan`), and a pose farther from the last one than configured (`kPoseJump`). A jump
+  /// is refused once: it closes the open keyframe and the pose is remembered. If the next scan
+  /// agrees with it, the odometry was restarted: the evidence of earlier keyframes is forgotten
+  /// and mapping goes on from there. If the next scan agrees with the pose before the jump, the
+  /// jump was a glitch and nothing is forgotten.
   ScanResult add_scan(const PointView& points, const Pose& T_odometry_sensor,
                       std::int64_t stamp_ns) noexcept;
 
@@ -62,7 +71,19 @@ class Pipeline {
 
   /// Online decision for every point of scan `scan_in_keyframe` of the finished keyframe, in
   /// input order. Writes at most `out.size()` labels and returns how many.
+  /// `kUnknown` is given only to points that are not finite or out of range.
   std::size_t labels(std::size_t scan_in_keyframe, std::span<PointLabel> out) const noexcept;
+
+  /// The places loop search knows; insert those of earlier runs (sessions from 1) here. The
+  /// pipeline's own keyframes are session 0.
+  [[nodiscard]] PlaceDatabase& places() noexcept;
+
+  [[nodiscard]] const PipelineConfig& config() const noexcept;
+
+ private:
+  struct State;
+  Pipeline() = default;
+  State* state_ = nullptr;
 };
 
 }  // namespace unimapper

@@ -1,0 +1,77 @@
+// What happened inside the pipeline, keyframe by keyframe.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace unimapper {
+
+/// Why something was left out.
+enum class DropCause : std::uint8_t {
+  kNotFinite,         ///< points with NaN or infinite coordinates
+  kOutOfRange,        ///< points nearer or farther than the configured range
+  kScanTooLarge,      ///< points beyond `KeyframeConfig::max_points_per_scan`
+  kCellsFull,         ///< points that found no room among the fine cells
+  kVoxelsFull,        ///< fine cells that found no room among the coarse voxels
+  kEvidenceFull,      ///< fine cells or columns that found no room in the evidence window
+  kDescriptionFull,   ///< cells, voxels or keypoints the place describer refused
+  kTriangleTableFull  ///< triangles the place database refused
+};
+inline constexpr std::size_t kDropCauses = 8;
+
+/// A name for log files, e.g. "out_of_range".
+[[nodiscard]] std::string_view drop_cause_name(DropCause cause) noexcept;
+
+/// The parts of a keyframe's processing that are timed.
+enum class Stage : std::uint8_t {
+  kIngest,       ///< all its scans into fine cells and range images
+  kRemoval,      ///< voxels, ground, free space, static / dynamic
+  kDescription,  ///< keypoints and planes
+  kSearch,       ///< loop search and insertion
+  kTotal         ///< everything spent inside `add_scan` and `flush`
+};
+inline constexpr std::size_t kStages = 5;
+
+/// "ingest", "removal", "description", "search" or "total".
+[[nodiscard]] std::string_view stage_name(Stage stage) noexcept;
+
+/// A fixed-capacity container's fill when the keyframe closed.
+struct CapacityUse {
+  std::uint64_t used = 0;
+  std::uint64_t capacity = 0;
+};
+
+/// The containers whose fill is reported.
+enum class Capacity : std::uint8_t { kPointsPerScan, kCells, kVoxels, kBlocks, kPlaces };
+inline constexpr std::size_t kCapacities = 5;
+
+/// A name for log files, e.g. "cells".
+[[nodiscard]] std::string_view capacity_name(Capacity capacity) noexcept;
+
+/// Counts and times of one keyframe.
+struct KeyframeStatistics {
+  std::uint64_t points_in = 0;       ///< points handed over in its scans
+  std::uint64_t points_valid = 0;    ///< finite and within range
+  std::uint64_t points_static = 0;   ///< labelled static
+  std::uint64_t points_dynamic = 0;  ///< labelled dynamic
+  std::uint32_t cells = 0;           ///< occupied fine cells
+  std::uint32_t dynamic_cells = 0;
+  std::uint32_t voxels = 0;  ///< occupied coarse voxels
+  std::uint32_t ground_voxels = 0;
+  std::uint32_t components = 0;  ///< connected obstacles
+  std::array<std::uint64_t, kDropCauses> dropped{};
+  std::array<CapacityUse, kCapacities> capacity{};
+  /// Microseconds; zero without a clock.
+  std::array<float, kStages> stage_us{};
+
+  [[nodiscard]] std::uint64_t dropped_by(DropCause cause) const noexcept {
+    return dropped[static_cast<std::size_t>(cause)];
+  }
+  [[nodiscard]] float microseconds(Stage stage) const noexcept {
+    return stage_us[static_cast<std::size_t>(stage)];
+  }
+};
+
+}  // namespace unimapper

@@ -1,0 +1,57 @@
+#include "unimapper/onboard/config.hpp"
+
+namespace unimapper {
+namespace {
+
+/// What follows from the data sheet alone.
+void apply_data_sheet(const SensorModel& sensor, PipelineConfig& config) noexcept {
+  config.keyframe.range_min_m = sensor.range_min_m;
+  config.keyframe.range_max_m = sensor.range_max_m;
+  // A quarter more than the nominal rate, for second returns and odd sweeps; whole pages.
+  const std::uint32_t points = sensor.points_per_scan + sensor.points_per_scan / 4;
+  config.keyframe.max_points_per_scan = (points + 4095U) / 4096U * 4096U;
+  config.voxel.max_cells = sensor.points_per_scan > 60000U ? 1U << 18U : 1U << 17U;
+
+  // The images reach a little beyond the field of view: mounting offsets, beam offsets.
+  constexpr float kSlackDeg = 1.0F;
+  config.free_space.horizontal_fov_deg =
+      sensor.horizontal_fov_deg >= 360.0F ? 360.0F : sensor.horizontal_fov_deg + 2.0F * kSlackDeg;
+  config.free_space.elevation_min_deg = sensor.elevation_min_deg - kSlackDeg;
+  config.free_space.elevation_max_deg = sensor.elevation_max_deg + kSlackDeg;
+  config.descriptor.max_cells = config.voxel.max_cells;
+}
+
+/// Patterns that do not repeat need an image per scan, with pixels as large as the gaps.
+void apply_pattern(ScanPattern pattern, FreeSpaceConfig& free_space) noexcept {
+  if (pattern == ScanPattern::kSpinning) return;
+  free_space.images_per_keyframe = 10;
+  free_space.azimuth_resolution_deg = 1.0F;
+  free_space.elevation_resolution_deg = 1.0F;
+}
+
+}  // namespace
+
+PipelineConfig preset(SensorKind sensor) noexcept {
+  const SensorModel& model = sensor_model(sensor);
+  PipelineConfig config;
+  apply_data_sheet(model, config);
+  apply_pattern(model.pattern, config.free_space);
+  return config;
+}
+
+PipelineConfig paper_preset(SensorKind sensor) noexcept {
+  PipelineConfig config;
+  apply_data_sheet(sensor_model(sensor), config);
+  config.ground.margin_m = 0.1F;
+  config.ground.own_plane_first = false;
+  config.free_space.columns = true;
+  config.free_space.visibility = false;
+  config.removal.candidates_next_to_ground = true;
+  config.removal.log_odds_occupied = config.removal.log_odds_free;
+  config.removal.log_odds_weakly_occupied = 0.0F;
+  config.removal.components = false;
+  config.removal.persistence_share = 0.0F;
+  return config;
+}
+
+}  // namespace unimapper
