@@ -1,0 +1,71 @@
+#include "ports/datasets/files.hpp"
+#include "ports/datasets/formats.hpp"
+#include "ports/datasets/pcd.hpp"
+#include "ports/datasets/pcd_sequence.hpp"
+#include "ports/datasets/sequence.hpp"
+
+namespace unimapper::datasets {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::uint32_t kLabelIgnore = 0;
+constexpr std::uint32_t kLabelStatic = 9;
+constexpr std::uint32_t kLabelMoving = 251;
+
+class DynamicMapDataset : public SequenceDataset {
+ public:
+  explicit DynamicMapDataset(Sequence sequence) : SequenceDataset(std::move(sequence)) {}
+
+  void read_scan(std::size_t i, Scan& scan) const override {
+    parse_pcd(read_file(file(i)), file(i), scan);
+    const Pose T_sensor_world = pose(i).inverse();
+    for (Scan::Point& point : scan.points) {
+      const Eigen::Vector3d p = T_sensor_world * Eigen::Vector3d(point.x, point.y, point.z);
+      // The intensity is the ground truth: nobody who reads scans may see it.
+      point = {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()),
+               0.0F};
+    }
+  }
+
+  [[nodiscard]] std::vector<std::uint32_t> labels(std::size_t i) const override {
+    Scan scan;
+    parse_pcd(read_file(file(i)), file(i), scan);
+    std::vector<std::uint32_t> values;
+    values.reserve(scan.points.size());
+    for (const Scan::Point& point : scan.points) {
+      const bool is_moving = point.intensity == 1.0F;
+      const bool is_static = point.intensity == 0.0F;
+      values.push_back(is_moving ? kLabelMoving : is_static ? kLabelStatic : kLabelIgnore);
+    }
+    return values;
+  }
+};
+
+Pose read_viewpoint(const fs::path& file) {
+  constexpr std::size_t kHeaderLimitBytes = 16384;
+  const PcdHeader header = parse_pcd_header(read_file(file, kHeaderLimitBytes), file);
+  if (!header.viewpoint) {
+    fail(file, "VIEWPOINT is not a finite position with a unit quaternion (tx ty tz qw qx qy qz)");
+  }
+  return *header.viewpoint;
+}
+
+}  // namespace
+
+std::unique_ptr<Dataset> open_dynamic_map(const fs::path& directory) {
+  const fs::path clouds = find_cloud_directory(directory);
+  if (clouds.empty()) fail(directory, "holds no pcd/ directory");
+  Sequence sequence;
+  sequence.files = list_files(clouds, ".pcd");
+  if (sequence.files.empty()) fail(clouds, "holds no *.pcd scans");
+  for (const fs::path& file : sequence.files) {
+    sequence.stamps_ns.push_back(static_cast<std::int64_t>(sequence.poses.size()) *
+                                 kDefaultPeriod_ns);
+    sequence.poses.push_back(read_viewpoint(file));
+  }
+  return std::make_unique<DynamicMapDataset>(std::move(sequence));
+}
+
+}  // namespace unimapper::datasets

@@ -1,0 +1,99 @@
+#include "ports/datasets/files.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <system_error>
+
+namespace unimapper::datasets {
+
+namespace fs = std::filesystem;
+
+void fail(const fs::path& file, const std::string& reason) {
+  throw DatasetError(file.string() + ": " + reason);
+}
+
+void fail_at_offset(const fs::path& file, std::uint64_t offset, const std::string& reason) {
+  throw DatasetError(file.string() + ": offset " + std::to_string(offset) + ": " + reason);
+}
+
+void fail_at_line(const fs::path& file, std::size_t line, const std::string& reason) {
+  throw DatasetError(file.string() + ":" + std::to_string(line) + ": " + reason);
+}
+
+std::uint64_t file_bytes(const fs::path& file) {
+  std::error_code error;
+  const fs::file_status status = fs::status(file, error);
+  if (!fs::exists(status)) fail(file, "no such file");
+  if (!fs::is_regular_file(status)) fail(file, "is not a regular file");
+  const std::uintmax_t bytes = fs::file_size(file, error);
+  if (error) fail(file, error.message());
+  return bytes;
+}
+
+std::string read_file(const fs::path& file, std::size_t limit) {
+  const std::uint64_t bytes = file_bytes(file);
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"),
+                                                               &std::fclose);
+  if (!stream) fail(file, std::string("cannot open: ") + std::strerror(errno));
+  std::string content(static_cast<std::size_t>(std::min<std::uint64_t>(bytes, limit)), '\0');
+  const std::size_t got = std::fread(content.data(), 1, content.size(), stream.get());
+  if (std::ferror(stream.get()) != 0) {
+    fail_at_offset(file, got, std::string("cannot read: ") + std::strerror(errno));
+  }
+  content.resize(got);
+  return content;
+}
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return lower;
+}
+
+namespace {
+
+std::vector<fs::path> sorted_children(const fs::path& directory) {
+  std::error_code error;
+  fs::directory_iterator iterator(directory, error);
+  if (error) fail(directory, "cannot list the directory: " + error.message());
+  std::vector<fs::path> children;
+  for (; iterator != fs::directory_iterator(); iterator.increment(error)) {
+    children.push_back(iterator->path());
+    if (error) break;
+  }
+  if (error) fail(directory, "cannot list the directory: " + error.message());
+  std::sort(children.begin(), children.end());
+  return children;
+}
+
+}  // namespace
+
+std::vector<fs::path> list_files(const fs::path& directory, std::string_view extension) {
+  std::vector<fs::path> files;
+  for (const fs::path& child : sorted_children(directory)) {
+    const std::string name = child.filename().string();
+    std::error_code error;
+    if (name.starts_with('.') || lower_case(child.extension().string()) != extension) continue;
+    if (fs::is_regular_file(child, error)) files.push_back(child);
+  }
+  return files;
+}
+
+fs::path find_child(const fs::path& directory, std::initializer_list<std::string_view> names) {
+  std::error_code error;
+  if (!fs::is_directory(directory, error)) return {};
+  const std::vector<fs::path> children = sorted_children(directory);
+  for (const std::string_view name : names) {
+    for (const fs::path& child : children) {
+      if (lower_case(child.filename().string()) == lower_case(name)) return child;
+    }
+  }
+  return {};
+}
+
+}  // namespace unimapper::datasets

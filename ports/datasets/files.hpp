@@ -1,0 +1,41 @@
+// Reading files and directories, with errors a user understands.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "ports/datasets/dataset.hpp"
+
+namespace unimapper::datasets {
+
+/// Throws DatasetError "FILE: REASON".
+[[noreturn]] void fail(const std::filesystem::path& file, const std::string& reason);
+/// Throws DatasetError "FILE: offset N: REASON".
+[[noreturn]] void fail_at_offset(const std::filesystem::path& file, std::uint64_t offset,
+                                 const std::string& reason);
+/// Throws DatasetError "FILE:LINE: REASON"; lines count from 1.
+[[noreturn]] void fail_at_line(const std::filesystem::path& file, std::size_t line,
+                               const std::string& reason);
+
+/// The whole file, or its first `limit` bytes. Throws DatasetError.
+std::string read_file(const std::filesystem::path& file, std::size_t limit = SIZE_MAX);
+
+/// Bytes of a regular file. Throws DatasetError.
+std::uint64_t file_bytes(const std::filesystem::path& file);
+
+/// The files in `directory` whose name ends in `extension` (with its dot, any letter case),
+/// sorted by name; hidden ones are left out. Throws DatasetError if the directory is unreadable.
+std::vector<std::filesystem::path> list_files(const std::filesystem::path& directory,
+                                              std::string_view extension);
+
+/// The first of `names` that exists in `directory`, letter case ignored; empty if none does.
+std::filesystem::path find_child(const std::filesystem::path& directory,
+                                 std::initializer_list<std::string_view> names);
+
+/// `text` in lower case (ASCII).
+std::string lower_case(std::string_view text);
+
+}  // namespace unimapper::datasets

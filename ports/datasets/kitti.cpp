@@ -1,0 +1,102 @@
+#include <cstring>
+
+#include "ports/datasets/files.hpp"
+#include "ports/datasets/formats.hpp"
+#include "ports/datasets/sequence.hpp"
+
+namespace unimapper::datasets {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Poses are stored in the left camera's frame: T_lidar0_lidar = Tr^-1 P Tr.
+void apply_calibration(const fs::path& directory, std::vector<Pose>& poses) {
+  const fs::path file = directory / "calib.txt";
+  if (!fs::exists(file)) return;
+  const auto T_camera_lidar = parse_calibration(read_file(file), file);
+  if (!T_camera_lidar) return;
+  for (Pose& pose : poses) pose = T_camera_lidar->inverse() * pose * *T_camera_lidar;
+}
+
+/// The poses beside the scans, or where KITTI odometry keeps them: poses/NN.txt for
+/// sequences/NN.
+fs::path find_kitti_poses(const fs::path& directory) {
+  if (fs::exists(directory / "poses.txt")) return directory / "poses.txt";
+  const fs::path sequence = fs::absolute(directory / "").parent_path();
+  const fs::path shared =
+      sequence.parent_path().parent_path() / "poses" / (sequence.filename().string() + ".txt");
+  return fs::exists(shared) ? shared : directory / "poses.txt";
+}
+
+class KittiDataset : public SequenceDataset {
+ public:
+  KittiDataset(fs::path directory, Sequence sequence)
+      : SequenceDataset(std::move(sequence)), directory_(std::move(directory)) {}
+
+  void read_scan(std::size_t i, Scan& scan) const override {
+    const std::string bytes = read_file(file(i));
+    check_size(file(i), bytes.size());
+    scan.points.resize(bytes.size() / sizeof(Scan::Point));
+    if (!bytes.empty()) std::memcpy(scan.points.data(), bytes.data(), bytes.size());
+  }
+
+  [[nodiscard]] std::vector<std::uint32_t> labels(std::size_t i) const override {
+    const fs::path label_file = directory_ / "labels" / (scan_name(i) + ".label");
+    if (!fs::exists(label_file)) return {};
+    const std::string bytes = read_file(label_file);
+    const std::uint64_t points = file_bytes(file(i)) / sizeof(Scan::Point);
+    if (bytes.size() != points * sizeof(std::uint32_t)) {
+      fail_at_offset(label_file, bytes.size(),
+                     "ends after " + std::to_string(bytes.size()) + " bytes, but the scan has " +
+                         std::to_string(points) + " points of 4 label bytes each");
+    }
+    std::vector<std::uint32_t> values(points);
+    if (!bytes.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
+    return values;
+  }
+
+  [[nodiscard]] std::vector<Pose> ground_truth_poses() const override {
+    const fs::path truth_file = directory_ / "gt_poses.txt";
+    if (!fs::exists(truth_file)) return {};
+    const Trajectory truth = parse_trajectory(read_file(truth_file), truth_file);
+    std::vector<Pose> poses;
+    const auto lines = match_lines(sequence().files, truth.poses.size(), truth_file, "poses");
+    for (const std::size_t line : lines) poses.push_back(truth.poses[line]);
+    apply_calibration(directory_, poses);
+    return poses;
+  }
+
+  static void check_size(const fs::path& scan_file, std::uint64_t bytes) {
+    const std::uint64_t surplus = bytes % sizeof(Scan::Point);
+    if (surplus == 0) return;
+    fail_at_offset(scan_file, bytes - surplus,
+                   "truncated: the last point has " + std::to_string(surplus) + " of 16 bytes");
+  }
+
+ private:
+  fs::path directory_;
+};
+
+}  // namespace
+
+std::unique_ptr<Dataset> open_kitti(const fs::path& directory) {
+  const fs::path scans = find_child(directory, {"scans", "velodyne"});
+  if (scans.empty()) fail(directory, "holds no scans/ or velodyne/ directory");
+  auto files = list_files(scans, ".bin");
+  if (files.empty()) fail(scans, "holds no *.bin scans");
+  // Seen here rather than in the middle of a long run.
+  for (const fs::path& file : files) KittiDataset::check_size(file, file_bytes(file));
+
+  const fs::path poses_file = find_kitti_poses(directory);
+  if (!fs::exists(poses_file)) {
+    fail(poses_file, "no such file; a KITTI sequence needs one pose (3x4 matrix) per scan there");
+  }
+  const Trajectory trajectory = parse_trajectory(read_file(poses_file), poses_file);
+  Sequence sequence =
+      make_sequence(std::move(files), trajectory, poses_file, directory / "times.txt");
+  apply_calibration(directory, sequence.poses);
+  return std::make_unique<KittiDataset>(directory, std::move(sequence));
+}
+
+}  // namespace unimapper::datasets

@@ -1,0 +1,51 @@
+#include "ports/datasets/pcd_sequence.hpp"
+
+#include "ports/datasets/files.hpp"
+#include "ports/datasets/formats.hpp"
+#include "ports/datasets/pcd.hpp"
+#include "ports/datasets/sequence.hpp"
+
+namespace unimapper::datasets {
+
+namespace fs = std::filesystem;
+
+fs::path find_cloud_directory(const fs::path& directory) {
+  return find_child(directory, {"scans", "pcd", "pcds", "clouds", "keyframes", "velodyne"});
+}
+
+fs::path find_poses_file(const fs::path& directory) {
+  return find_child(directory, {"optimized_poses.txt", "poses.txt", "poses_tum.txt",
+                                "poses_kitti.txt", "tum_poses.txt", "trajectory.txt",
+                                "odom_poses.txt", "odometry.txt", "poses.csv"});
+}
+
+namespace {
+
+class PcdDataset : public SequenceDataset {
+ public:
+  explicit PcdDataset(Sequence sequence) : SequenceDataset(std::move(sequence)) {}
+
+  void read_scan(std::size_t i, Scan& scan) const override {
+    parse_pcd(read_file(file(i)), file(i), scan);
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<Dataset> open_pcd(const fs::path& directory) {
+  const fs::path clouds = find_cloud_directory(directory);
+  if (clouds.empty()) fail(directory, "holds no Scans/ or pcd/ directory");
+  auto files = list_files(clouds, ".pcd");
+  if (files.empty()) fail(clouds, "holds no *.pcd scans");
+  const fs::path poses_file = find_poses_file(directory);
+  if (poses_file.empty()) {
+    fail(directory,
+         "no pose file: expected optimized_poses.txt or poses.txt with one pose per scan (TUM "
+         "or KITTI)");
+  }
+  const Trajectory trajectory = parse_trajectory(read_file(poses_file), poses_file);
+  return std::make_unique<PcdDataset>(
+      make_sequence(std::move(files), trajectory, poses_file, directory / "times.txt"));
+}
+
+}  // namespace unimapper::datasets

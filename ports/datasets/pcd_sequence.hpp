@@ -1,0 +1,14 @@
+// Where directories of PCD scans keep their parts.
+#pragma once
+
+#include <filesystem>
+
+namespace unimapper::datasets {
+
+/// The sub-directory that holds the clouds (`Scans`, `pcd`, `clouds`, ...); empty if none.
+std::filesystem::path find_cloud_directory(const std::filesystem::path& directory);
+
+/// The pose file (`optimized_poses.txt`, `poses.txt`, ...); empty if none.
+std::filesystem::path find_poses_file(const std::filesystem::path& directory);
+
+}  // namespace unimapper::datasets

@@ -1,0 +1,44 @@
+// Trajectory and calibration text files.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "unimapper/core/pose.hpp"
+
+namespace unimapper::datasets {
+
+/// Unit of the stamp column of an eight-column pose file.
+enum class StampUnit : std::uint8_t { kSeconds, kNanoseconds };
+
+/// A pose file. `stamps_ns` is as long as `poses`, or empty where the format has no stamps.
+struct Trajectory {
+  std::vector<Pose> poses;
+  std::vector<std::int64_t> stamps_ns;
+};
+
+/// Parses one pose per line, told apart by the number of columns: 12 = KITTI (row-major 3x4),
+/// 8 = TUM (`t x y z qx qy qz qw`, t in `unit`). Columns are separated by blanks, tabs, commas
+/// or semicolons; `#` starts a comment. Every pose must be finite and rigid; rotations that are
+/// so only within their printed digits are made exact. `file` names the text in errors. Throws
+/// DatasetError with the line.
+Trajectory parse_trajectory(std::string_view text, const std::filesystem::path& file,
+                            StampUnit unit = StampUnit::kSeconds);
+
+/// Parses one time in seconds per line (KITTI's times.txt) into nanoseconds, without going
+/// through floating point where the number is written out plainly. Throws DatasetError.
+std::vector<std::int64_t> parse_times(std::string_view text, const std::filesystem::path& file);
+
+/// The line `Tr: <12 values>` of KITTI's calib.txt: T_camera_lidar. Empty if there is no such
+/// line. Throws DatasetError.
+std::optional<Pose> parse_calibration(std::string_view text, const std::filesystem::path& file);
+
+/// Pose of a unit quaternion, which may be off by the digits it was printed with. Empty if its
+/// length is not about one or anything is not finite.
+std::optional<Pose> pose_from_quaternion(double x, double y, double z, double qx, double qy,
+                                         double qz, double qw);
+
+}  // namespace unimapper::datasets
