@@ -1,0 +1,93 @@
+// Precision and recall of loop search (paper section VII-B).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "unimapper/core/pose.hpp"
+#include "unimapper/evaluate/trajectory.hpp"
+
+namespace unimapper::evaluate {
+
+/// A keyframe where it really was.
+struct TrueKeyframe {
+  std::uint32_t keyframe = 0;  ///< running number in its session
+  std::uint32_t scan = 0;      ///< index of its reference scan
+  Pose T_world_sensor;         ///< ground truth at the reference scan
+};
+
+/// A reported loop.
+struct LoopGuess {
+  std::uint32_t query_keyframe = 0;
+  std::uint32_t match_keyframe = 0;
+  double confidence = 0.0;
+  bool accepted = false;
+  Pose T_match_query;  ///< between the sensor frames of the two reference scans
+};
+
+struct LoopScoreConfig {
+  double threshold_m = 10.0;        ///< a revisit is at most this far away
+  double pose_translation_m = 2.0;  ///< `_pose`: largest error of the reported translation
+  double pose_rotation_deg = 5.0;   ///< `_pose`: largest error of the reported rotation
+  /// Queries and references are one session: a match must lie at least `min_gap_keyframes`
+  /// earlier. False: any reference may match.
+  bool same_session = true;
+  std::uint32_t min_gap_keyframes = 10;
+};
+
+/// Precision and recall; NaN where the denominator is zero.
+struct PrecisionRecall {
+  double precision = std::numeric_limits<double>::quiet_NaN();
+  double recall = std::numeric_limits<double>::quiet_NaN();
+  double f1 = std::numeric_limits<double>::quiet_NaN();
+  std::size_t true_positives = 0;
+  std::size_t false_positives = 0;
+  std::size_t false_negatives = 0;
+};
+
+/// One threshold of the sweep: every best candidate of at least this confidence is believed.
+struct CurvePoint {
+  double confidence = 0.0;
+  double precision = 0.0;
+  double recall = 0.0;
+};
+
+/// Figures under one notion of a true match.
+struct LoopFigures {
+  PrecisionRecall operating_point;  ///< what the run itself accepted
+  std::vector<CurvePoint> curve;    ///< falling confidence, rising recall
+  double f1_max = 0.0;
+  /// Area under the curve: trapezoids over recall, the first point's precision held from
+  /// recall 0.
+  double auc = 0.0;
+  double recall_at_full_precision = 0.0;  ///< largest recall before the first false match
+};
+
+struct LoopScore {
+  std::size_t queries = 0;
+  std::size_t positives = 0;  ///< queries with a true revisit to find
+  std::size_t guesses = 0;    ///< of the queries, against eligible references
+  /// Guesses left out: an unknown keyframe, or one nearer than the gap.
+  std::size_t guesses_left_out = 0;
+  LoopFigures by_distance;
+  LoopFigures by_pose;
+  /// Errors of the reported poses of accepted matches that are true by distance.
+  ErrorStatistics translation_error_m;
+  ErrorStatistics rotation_error_deg;
+};
+
+/// Scores `guesses`. A query is positive when an eligible reference lies within the threshold.
+/// One answer per query counts: the most confident accepted guess at the operating point, the
+/// most confident guess of all in the sweep. An answer is true by distance when its keyframes
+/// really are within the threshold, true by pose when its reported pose is right as well.
+/// A wrong answer to a positive query is a false positive and a missed revisit.
+/// O(queries x references).
+[[nodiscard]] LoopScore score_loops(std::span<const TrueKeyframe> queries,
+                                    std::span<const TrueKeyframe> references,
+                                    std::span<const LoopGuess> guesses,
+                                    const LoopScoreConfig& config);
+
+}  // namespace unimapper::evaluate

@@ -1,0 +1,174 @@
+#include "unimapper/evaluate/loops.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <unordered_map>
+
+namespace unimapper::evaluate {
+namespace {
+
+constexpr double kDegreesPerRadian = 57.295779513082320877;
+
+double harmonic_mean(double a, double b) { return a + b > 0.0 ? 2.0 * a * b / (a + b) : 0.0; }
+
+/// A guess compared with the truth.
+struct JudgedGuess {
+  double confidence = 0.0;
+  bool true_by_distance = false;
+  bool true_by_pose = false;
+  double translation_error_m = 0.0;
+  double rotation_error_deg = 0.0;
+};
+
+/// What is known of one query after all guesses were looked at.
+struct Query {
+  bool positive = false;
+  std::optional<JudgedGuess> best;      // of all guesses
+  std::optional<JudgedGuess> accepted;  // of the accepted ones
+};
+
+bool eligible(const TrueKeyframe& query, const TrueKeyframe& reference,
+              const LoopScoreConfig& config) {
+  return !config.same_session ||
+         std::uint64_t{reference.keyframe} + config.min_gap_keyframes <= query.keyframe;
+}
+
+double distance_m(const TrueKeyframe& a, const TrueKeyframe& b) {
+  return (a.T_world_sensor.translation - b.T_world_sensor.translation).norm();
+}
+
+bool has_revisit(const TrueKeyframe& query, std::span<const TrueKeyframe> references,
+                 const LoopScoreConfig& config) {
+  return std::any_of(references.begin(), references.end(), [&](const TrueKeyframe& reference) {
+    return eligible(query, reference, config) && distance_m(query, reference) <= config.threshold_m;
+  });
+}
+
+JudgedGuess judge(const LoopGuess& guess, const TrueKeyframe& query, const TrueKeyframe& match,
+                  const LoopScoreConfig& config) {
+  const Pose T_match_query_true = match.T_world_sensor.inverse() * query.T_world_sensor;
+  const Pose error = T_match_query_true.inverse() * guess.T_match_query;
+  JudgedGuess judged;
+  judged.confidence = guess.confidence;
+  judged.translation_error_m = error.translation.norm();
+  judged.rotation_error_deg = rotation_angle(error.rotation) * kDegreesPerRadian;
+  judged.true_by_distance = distance_m(query, match) <= config.threshold_m;
+  judged.true_by_pose = judged.true_by_distance &&
+                        judged.translation_error_m <= config.pose_translation_m &&
+                        judged.rotation_error_deg <= config.pose_rotation_deg;
+  return judged;
+}
+
+void keep_better(std::optional<JudgedGuess>& best, const JudgedGuess& guess) {
+  if (!best || guess.confidence > best->confidence) best = guess;
+}
+
+using IsTrue = bool JudgedGuess::*;
+
+PrecisionRecall operating_point(const std::vector<Query>& queries, IsTrue is_true) {
+  PrecisionRecall result;
+  std::size_t positives = 0;
+  for (const Query& query : queries) {
+    positives += query.positive ? 1 : 0;
+    if (!query.accepted) continue;
+    ++((*query.accepted).*is_true ? result.true_positives : result.false_positives);
+  }
+  result.false_negatives = positives - result.true_positives;
+  const auto hits = static_cast<double>(result.true_positives);
+  const std::size_t answers = result.true_positives + result.false_positives;
+  if (answers > 0) result.precision = hits / static_cast<double>(answers);
+  if (positives > 0) result.recall = hits / static_cast<double>(positives);
+  if (answers + positives > 0) result.f1 = 2.0 * hits / static_cast<double>(answers + positives);
+  return result;
+}
+
+std::vector<CurvePoint> sweep(const std::vector<Query>& queries, IsTrue is_true) {
+  std::vector<JudgedGuess> answers;
+  std::size_t positives = 0;
+  for (const Query& query : queries) {
+    positives += query.positive ? 1 : 0;
+    if (query.best) answers.push_back(*query.best);
+  }
+  std::vector<CurvePoint> curve;
+  if (positives == 0) return curve;
+  std::stable_sort(answers.begin(), answers.end(), [](const JudgedGuess& a, const JudgedGuess& b) {
+    return a.confidence > b.confidence;
+  });
+  std::size_t hits = 0;
+  for (std::size_t i = 0; i < answers.size(); ++i) {
+    hits += answers[i].*is_true ? 1 : 0;
+    // No threshold can tell equal confidences apart: they stand or fall together.
+    if (i + 1 < answers.size() && answers[i + 1].confidence == answers[i].confidence) continue;
+    curve.push_back({answers[i].confidence, static_cast<double>(hits) / static_cast<double>(i + 1),
+                     static_cast<double>(hits) / static_cast<double>(positives)});
+  }
+  return curve;
+}
+
+LoopFigures figures(const std::vector<Query>& queries, IsTrue is_true) {
+  LoopFigures result;
+  result.operating_point = operating_point(queries, is_true);
+  result.curve = sweep(queries, is_true);
+  double previous_recall = 0.0;
+  double previous_precision = result.curve.empty() ? 0.0 : result.curve.front().precision;
+  for (const CurvePoint& point : result.curve) {
+    result.f1_max = std::max(result.f1_max, harmonic_mean(point.precision, point.recall));
+    result.auc += 0.5 * (point.precision + previous_precision) * (point.recall - previous_recall);
+    if (point.precision == 1.0) result.recall_at_full_precision = point.recall;
+    previous_recall = point.recall;
+    previous_precision = point.precision;
+  }
+  return result;
+}
+
+std::unordered_map<std::uint32_t, std::size_t> index_by_keyframe(
+    std::span<const TrueKeyframe> keyframes) {
+  std::unordered_map<std::uint32_t, std::size_t> index;
+  for (std::size_t i = 0; i < keyframes.size(); ++i) index.emplace(keyframes[i].keyframe, i);
+  return index;
+}
+
+}  // namespace
+
+LoopScore score_loops(std::span<const TrueKeyframe> queries,
+                      std::span<const TrueKeyframe> references, std::span<const LoopGuess> guesses,
+                      const LoopScoreConfig& config) {
+  LoopScore score;
+  score.queries = queries.size();
+  std::vector<Query> judged(queries.size());
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    judged[i].positive = has_revisit(queries[i], references, config);
+    score.positives += judged[i].positive ? 1 : 0;
+  }
+  const auto query_index = index_by_keyframe(queries);
+  const auto reference_index = index_by_keyframe(references);
+  for (const LoopGuess& guess : guesses) {
+    const auto query = query_index.find(guess.query_keyframe);
+    const auto match = reference_index.find(guess.match_keyframe);
+    if (query == query_index.end() || match == reference_index.end() ||
+        !eligible(queries[query->second], references[match->second], config)) {
+      ++score.guesses_left_out;
+      continue;
+    }
+    ++score.guesses;
+    const JudgedGuess verdict =
+        judge(guess, queries[query->second], references[match->second], config);
+    keep_better(judged[query->second].best, verdict);
+    if (guess.accepted) keep_better(judged[query->second].accepted, verdict);
+  }
+  score.by_distance = figures(judged, &JudgedGuess::true_by_distance);
+  score.by_pose = figures(judged, &JudgedGuess::true_by_pose);
+  std::vector<double> translations;
+  std::vector<double> rotations;
+  for (const Query& query : judged) {
+    if (!query.accepted || !query.accepted->true_by_distance) continue;
+    translations.push_back(query.accepted->translation_error_m);
+    rotations.push_back(query.accepted->rotation_error_deg);
+  }
+  score.translation_error_m = statistics(std::move(translations));
+  score.rotation_error_deg = statistics(std::move(rotations));
+  return score;
+}
+
+}  // namespace unimapper::evaluate
