@@ -1,0 +1,206 @@
+#include "unimapper/evaluate/dynamic.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <string>
+
+using namespace unimapper;
+using namespace unimapper::evaluate;
+
+namespace {
+
+struct LabelledScan {
+  std::vector<Eigen::Vector3f> points;
+  Pose T_world_sensor;
+  std::vector<std::uint32_t> truth;
+  std::vector<std::uint32_t> predicted;
+
+  void add(const Eigen::Vector3f& point, std::uint32_t is, std::uint32_t called) {
+    points.push_back(point);
+    truth.push_back(is);
+    predicted.push_back(called);
+  }
+};
+
+class MemorySource : public ScanSource {
+ public:
+  std::vector<LabelledScan> scans;
+  std::size_t scan_count() const override { return scans.size(); }
+  ScoredScan scan(std::size_t i) override {
+    const LabelledScan& s = scans[i];
+    return {s.points, s.T_world_sensor, s.truth, s.predicted};
+  }
+};
+
+constexpr std::uint32_t kKept = 9;
+constexpr std::uint32_t kRemoved = 251;
+
+/// Straight from the protocol's definition: every point against every kept point.
+Tally brute_force_benchmark(MemorySource& source, const BenchmarkConfig& config) {
+  std::vector<Eigen::Vector3d> kept;
+  const auto visit = [&](auto use) {
+    for (const LabelledScan& scan : source.scans) {
+      for (std::size_t i = 0; i < scan.points.size(); ++i) {
+        if (scan.points[i].norm() >= config.max_range_m) continue;
+        use(scan, i, scan.T_world_sensor * scan.points[i].cast<double>());
+      }
+    }
+  };
+  visit([&](const LabelledScan& scan, std::size_t i, const Eigen::Vector3d& p) {
+    if (!is_removed(scan.predicted[i])) kept.push_back(p);
+  });
+  Tally tally;
+  visit([&](const LabelledScan& scan, std::size_t i, const Eigen::Vector3d& p) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3d& k : kept) nearest = std::min(nearest, (k - p).norm());
+    tally.add(truth_of(scan.truth[i]), nearest > static_cast<double>(config.neighbour_m));
+  });
+  return tally;
+}
+
+}  // namespace
+
+TEST_CASE("labels mean what SemanticKITTI says, whatever the instance number") {
+  for (std::uint32_t id = 251; id <= 259; ++id) CHECK(truth_of(id) == Truth::kDynamic);
+  for (std::uint32_t id : {9U, 10U, 30U, 40U, 80U, 99U, 260U})
+    CHECK(truth_of(id) == Truth::kStatic);
+  CHECK(truth_of(0) == Truth::kIgnored);
+  CHECK(truth_of(1) == Truth::kIgnored);
+  CHECK(truth_of((7U << 16U) | 252U) == Truth::kDynamic);
+  CHECK(truth_of((7U << 16U) | 0U) == Truth::kIgnored);
+  CHECK(class_name(class_of(254)) == "pedestrian");
+  CHECK(class_of(254) == class_of(30));
+  CHECK(class_name(class_of((3U << 16U) | 253U)) == "cyclist");
+  CHECK(class_name(class_of(258)) == "truck");
+  CHECK(class_name(class_of(9)) == "unspecified");
+  CHECK(class_name(1000) == "unspecified");
+}
+
+TEST_CASE("only 251 and the moving ids are removed; unknown counts as kept") {
+  CHECK(is_removed(251));
+  CHECK(is_removed(252));
+  CHECK_FALSE(is_removed(9));
+  CHECK_FALSE(is_removed(0));
+}
+
+TEST_CASE("accuracies are shares of what should have been kept and removed") {
+  Tally tally{10, 9, 4, 1};
+  CHECK(tally.static_accuracy() == Approx(0.9));
+  CHECK(tally.dynamic_accuracy() == Approx(0.25));
+  CHECK(tally.associated_accuracy() == Approx(std::sqrt(0.9 * 0.25)));
+  CHECK(tally.harmonic_accuracy() == Approx(2 * 0.9 * 0.25 / 1.15));
+  CHECK(std::isnan(Tally{}.static_accuracy()));
+  CHECK(std::isnan(Tally{10, 9, 0, 0}.associated_accuracy()));
+}
+
+TEST_CASE("per-point accuracy ignores the unlabelled and splits by class and range") {
+  MemorySource source;
+  LabelledScan scan;
+  scan.add({5, 0, 0}, 40, kKept);       // road, right
+  scan.add({15, 0, 0}, 80, kRemoved);   // pole, wrong
+  scan.add({10, 0, 0}, 254, kRemoved);  // walker, right; 10 m belongs to the second bin
+  scan.add({90, 0, 0}, 252, 0);         // car, missed
+  scan.add({5, 0, 0}, 0, kRemoved);
+  scan.add({5, 0, 0}, 1, kKept);
+  scan.add({std::nanf(""), 0, 0}, 40, kRemoved);
+  source.scans.push_back(scan);
+  const DynamicScore score = score_points(source);
+  CHECK(score.ignored == 3);
+  CHECK(score.total.static_points == 2);
+  CHECK(score.total.static_kept == 1);
+  CHECK(score.total.dynamic_points == 2);
+  CHECK(score.total.dynamic_removed == 1);
+  CHECK(score.by_class[class_of(80)].static_kept == 0);
+  CHECK(score.by_class[class_of(254)].dynamic_removed == 1);
+  CHECK(score.by_range[0].static_points == 1);
+  CHECK(score.by_range[1].dynamic_points == 1);
+  CHECK(score.by_range[kRangeBinCount - 1].dynamic_points == 1);
+}
+
+TEST_CASE("a removed point beside a kept one counts as kept by the benchmark") {
+  MemorySource source;
+  LabelledScan first;
+  first.add({10.00F, 0, 0}, 50, kKept);
+  first.add({10.04F, 0, 0}, 50, kRemoved);      // forgiven: 4 cm from the point above
+  first.add({10.00F, 0.06F, 0}, 50, kRemoved);  // 6 cm: lost
+  first.add({20, 0, 0}, 252, kRemoved);         // undone by the next scan
+  first.add({21, 0, 0}, 252, kRemoved);
+  LabelledScan second;
+  second.T_world_sensor.translation = {1000, -500, 2};
+  second.add({-980, 500, -2}, 50, kKept);  // too far from its sensor to exist
+  LabelledScan third;
+  third.T_world_sensor.translation = {15, 0, 0};
+  third.add({5.03F, 0, 0}, 50, kKept);
+  source.scans = {first, second, third};
+
+  const BenchmarkScore result = score_benchmark(source, {});
+  CHECK(result.score.total.static_points == 4);
+  CHECK(result.score.total.static_kept == 3);
+  CHECK(result.score.total.dynamic_points == 2);
+  CHECK(result.score.total.dynamic_removed == 1);
+  CHECK(result.score.by_range[2].dynamic_removed == 1);
+}
+
+TEST_CASE("points at the range limit do not exist for the benchmark") {
+  MemorySource source;
+  LabelledScan scan;
+  scan.add({50, 0, 0}, 40, kKept);
+  scan.add({49.9F, 0, 0}, 40, kKept);
+  source.scans.push_back(scan);
+  CHECK(score_benchmark(source, {}).score.total.static_points == 1);
+}
+
+TEST_CASE("unlabelled points get upstream's treatment in a figure of their own") {
+  MemorySource source;
+  LabelledScan scan;
+  scan.add({2, 0, 0}, 0, kRemoved);   // the robot itself
+  scan.add({10, 0, 0}, 1, kRemoved);  // static to upstream
+  scan.add({20, 0, 0}, 40, kKept);
+  source.scans.push_back(scan);
+  const BenchmarkScore result = score_benchmark(source, {});
+  CHECK(result.score.ignored == 2);
+  CHECK(result.score.total.dynamic_points == 0);
+  CHECK(result.with_unlabelled.dynamic_points == 1);
+  CHECK(result.with_unlabelled.dynamic_removed == 1);
+  CHECK(result.with_unlabelled.static_points == 2);
+  CHECK(result.with_unlabelled.static_kept == 1);
+}
+
+TEST_CASE("the benchmark's shortcut equals its definition, in one batch or in many") {
+  MemorySource source;
+  std::uint32_t state = 1;
+  const auto random = [&state] {  // [0, 1)
+    state = state * 1664525U + 1013904223U;
+    return static_cast<float>(state >> 8U) / 16777216.0F;
+  };
+  for (int s = 0; s < 6; ++s) {
+    LabelledScan scan;
+    scan.T_world_sensor.rotation =
+        Eigen::AngleAxisd(0.3 * s, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    scan.T_world_sensor.translation = {-4000.0 + 0.3 * s, 2000.0, 10.0};
+    for (int i = 0; i < 400; ++i) {
+      const Eigen::Vector3f point(2 * random(), 2 * random(), 0.3F * random());
+      scan.add(point, random() < 0.5F ? 50 : 252, random() < 0.6F ? kRemoved : kKept);
+    }
+    source.scans.push_back(scan);
+  }
+  BenchmarkConfig config;
+  const Tally expected = brute_force_benchmark(source, config);
+  REQUIRE(expected.static_kept > 100);
+  REQUIRE(expected.dynamic_removed > 100);
+  for (std::size_t batch : {std::size_t{1}, std::size_t{500}, std::size_t{1'000'000}}) {
+    config.batch_points = batch;
+    const Tally tally = score_benchmark(source, config).score.total;
+    CHECK(tally.static_points == expected.static_points);
+    CHECK(tally.static_kept == expected.static_kept);
+    CHECK(tally.dynamic_points == expected.dynamic_points);
+    CHECK(tally.dynamic_removed == expected.dynamic_removed);
+  }
+}
+
+TEST_CASE("nothing to score gives no figure rather than a good one") {
+  MemorySource source;
+  CHECK(std::isnan(score_points(source).total.static_accuracy()));
+  CHECK(std::isnan(score_benchmark(source, {}).score.total.associated_accuracy()));
+}

@@ -1,0 +1,92 @@
+#include "unimapper/evaluate/map_quality.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+using namespace unimapper::evaluate;
+using Cloud = std::vector<Eigen::Vector3f>;
+
+TEST_CASE("accuracy and Chamfer distance of two tiny clouds, by hand") {
+  const Cloud first = {{0, 0, 0}, {10, 0, 0}, {100, 0, 0}};
+  const Cloud second = {{0, 0, 1}, {10, 0, 3}};
+  const CloudAgreement a = compare_clouds(first, second, 5.0);
+  CHECK(a.inliers_first == 2);  // the third is 90 m from everything
+  CHECK(a.inliers_second == 2);
+  CHECK(a.ac_mean_m == Approx(2.0));
+  CHECK(a.ac_rmse_m == Approx(std::sqrt((1.0 + 9.0) / 2)));
+  CHECK(a.cd_l2_m == Approx(4.0));
+  CHECK(a.cd_l2_squared_m2 == Approx(10.0));
+}
+
+TEST_CASE("the threshold decides which points count") {
+  const Cloud first = {{0, 0, 0}, {10, 0, 0}};
+  const Cloud second = {{0, 0, 1}, {10, 0, 3}};
+  const CloudAgreement a = compare_clouds(first, second, 2.0);
+  CHECK(a.inliers_first == 1);
+  CHECK(a.cd_l2_m == Approx(2.0));
+}
+
+TEST_CASE("clouds that do not touch have no agreement") {
+  CHECK(std::isnan(compare_clouds(Cloud{{0, 0, 0}}, Cloud{{0, 0, 9}}, 5.0).ac_rmse_m));
+  CHECK(std::isnan(compare_clouds({}, Cloud{{0, 0, 9}}, 5.0).cd_l2_m));
+  CHECK(std::isnan(compare_clouds({}, {}, 5.0).cd_l2_m));
+}
+
+TEST_CASE("identical clouds agree to zero") {
+  const Cloud cloud = {{1, 2, 3}, {4, 5, 6}};
+  CHECK(compare_clouds(cloud, cloud, 5.0).cd_l2_m == 0.0);
+}
+
+TEST_CASE("the entropy of a Gaussian is one half ln |2 pi e Sigma|") {
+  // A deterministic normal sample: products of inverse-free sums of twelve uniforms.
+  std::uint32_t state = 7;
+  const auto normal = [&state] {
+    float sum = -6.0F;
+    for (int i = 0; i < 12; ++i) {
+      state = state * 1664525U + 1013904223U;
+      sum += static_cast<float>(state >> 8U) / 16777216.0F;
+    }
+    return sum;
+  };
+  Cloud cloud;
+  for (int i = 0; i < 4000; ++i)
+    cloud.push_back({0.3F * normal(), 0.2F * normal(), 0.1F * normal()});
+  EntropyConfig config;
+  config.radius_m = 100.0;
+  config.max_queries = 3;
+  const MapEntropy entropy = map_entropy(cloud, config);
+  const double expected = 0.5 * (3 * std::log(2 * 3.14159265358979 * 2.718281828459045) +
+                                 2 * std::log(0.3 * 0.2 * 0.1));
+  CHECK(entropy.points == 3);
+  CHECK(entropy.mean == Approx(expected).margin(0.05));
+}
+
+TEST_CASE("points with too few neighbours, or flat ones, have no entropy") {
+  Cloud cloud = {{0, 0, 0}, {50, 0, 0}};
+  CHECK(map_entropy(cloud, {}).skipped == 2);
+  CHECK(std::isnan(map_entropy(cloud, {}).mean));
+  cloud.clear();
+  for (int i = 0; i < 100; ++i) {
+    cloud.push_back({0.125F * static_cast<float>(i % 10), 0.125F * static_cast<float>(i / 10), 0});
+  }
+  EntropyConfig config;
+  config.min_neighbours = 4;
+  CHECK(map_entropy(cloud, config).points == 0);
+  CHECK(std::isnan(map_entropy({}, config).mean));
+}
+
+TEST_CASE("a blurred wall has more entropy than a crisp one") {
+  const auto wall = [](float thickness) {
+    Cloud cloud;
+    for (int i = 0; i < 40; ++i) {
+      for (int j = 0; j < 40; ++j) {
+        const float side = (i * 7 + j * 3) % 5 < 2 ? 1.0F : -1.0F;
+        cloud.push_back(
+            {0.1F * static_cast<float>(i), side * thickness, 0.1F * static_cast<float>(j)});
+      }
+    }
+    return cloud;
+  };
+  CHECK(map_entropy(wall(0.01F), {}).mean < map_entropy(wall(0.1F), {}).mean - 1.0);
+}

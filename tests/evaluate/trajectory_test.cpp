@@ -1,0 +1,101 @@
+#include "unimapper/evaluate/trajectory.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+using namespace unimapper;
+using namespace unimapper::evaluate;
+
+namespace {
+
+Pose some_pose(double yaw, double roll, const Eigen::Vector3d& t) {
+  return {Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
+              Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()).toRotationMatrix(),
+          t};
+}
+
+std::vector<PosePair> circle(const Pose& T_truth_estimate) {
+  std::vector<PosePair> pairs;
+  for (int i = 0; i < 40; ++i) {
+    const double a = 0.1 * i;
+    const Pose pose = some_pose(a, 0.02 * a, {20 * std::cos(a), 20 * std::sin(a), 0.1 * i});
+    pairs.push_back({pose, T_truth_estimate * pose});
+  }
+  return pairs;
+}
+
+}  // namespace
+
+TEST_CASE("alignment recovers the transform between two frames") {
+  const Pose T = some_pose(2.5, 0.1, {100, -40, 3});
+  const Alignment alignment = align(circle(T));
+  CHECK_FALSE(alignment.used_orientations);
+  CHECK((alignment.T_truth_estimate.rotation - T.rotation).norm() < 1e-9);
+  CHECK((alignment.T_truth_estimate.translation - T.translation).norm() < 1e-8);
+  CHECK(trajectory_error(circle(T), alignment.T_truth_estimate).translation_m.max < 1e-8);
+}
+
+TEST_CASE("a planar path is never mirrored") {
+  std::vector<PosePair> pairs;
+  for (int i = 0; i < 20; ++i) {
+    const Pose pose = some_pose(0.3 * i, 0, {5.0 * std::cos(0.3 * i), 5.0 * std::sin(0.3 * i), 0});
+    pairs.push_back({pose, some_pose(1.0, 0, {1, 2, 0}) * pose});
+  }
+  CHECK(align(pairs).T_truth_estimate.rotation.determinant() == Approx(1.0));
+  CHECK(trajectory_error(pairs, align(pairs).T_truth_estimate).rotation_deg.max < 1e-6);
+}
+
+TEST_CASE("orientations settle what a straight line leaves open") {
+  const Pose T = some_pose(0.7, 0.3, {5, 6, 7});
+  std::vector<PosePair> pairs;
+  for (int i = 0; i < 30; ++i) {
+    const Pose pose = some_pose(0, 0, {1.0 * i, 0.001 * (i % 3), 0});
+    pairs.push_back({pose, T * pose});
+  }
+  const Alignment alignment = align(pairs);
+  CHECK(alignment.used_orientations);
+  CHECK(trajectory_error(pairs, alignment.T_truth_estimate).rotation_deg.max < 0.01);
+}
+
+TEST_CASE("a known offset is the trajectory error") {
+  std::vector<PosePair> pairs = circle(Pose{});
+  for (PosePair& pair : pairs) pair.estimate.translation.z() += 0.5;
+  pairs.back().estimate.translation.z() += 1.0;
+  pairs.back().estimate.rotation =
+      pairs.back().estimate.rotation *
+      Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  const TrajectoryError error = trajectory_error(pairs, Pose{});
+  CHECK(error.translation_m.count == 40);
+  CHECK(error.translation_m.min == Approx(0.5));
+  CHECK(error.translation_m.median == Approx(0.5));
+  CHECK(error.translation_m.max == Approx(1.5));
+  CHECK(error.translation_m.mean == Approx(0.525));
+  CHECK(error.translation_m.rmse == Approx(std::sqrt((39 * 0.25 + 2.25) / 40)));
+  CHECK(error.translation_m.std == Approx(std::sqrt((39 * 0.025 * 0.025 + 0.975 * 0.975) / 40)));
+  CHECK(error.rotation_deg.max == Approx(5.7296).margin(1e-3));
+  CHECK(error.rotation_deg.median == Approx(0.0).margin(1e-6));
+}
+
+TEST_CASE("the median of an even number of errors lies between the middle two") {
+  CHECK(statistics({4, 1, 3, 2}).median == 2.5);
+  CHECK(statistics({5}).median == 5.0);
+  CHECK(statistics({}).count == 0);
+}
+
+TEST_CASE("poses are paired by the nearest stamp within the tolerance") {
+  const std::int64_t ms = 1'000'000;
+  std::vector<StampedPose> truth;
+  for (int i = 0; i < 5; ++i) {
+    truth.push_back({i * 100 * ms, some_pose(0, 0, {static_cast<double>(i), 0, 0})});
+  }
+  const std::vector<StampedPose> estimate = {{-20 * ms, {}}, {0, {}},        {109 * ms, {}},
+                                             {111 * ms, {}}, {395 * ms, {}}, {900 * ms, {}}};
+  const auto pairs = associate(estimate, truth);
+  REQUIRE(pairs.size() == 3);
+  CHECK(pairs[0].truth.translation.x() == 0.0);
+  CHECK(pairs[1].truth.translation.x() == 1.0);
+  CHECK(pairs[2].truth.translation.x() == 4.0);
+  CHECK(associate(estimate, {}).empty());
+}
+
+TEST_CASE("aligning nothing is refused") { CHECK_THROWS_AS(align({}), std::invalid_argument); }
