@@ -6,7 +6,30 @@ find_program(LCM_GEN lcm-gen)
 include(FindPackageHandleStandardArgs)
 find_package_handle_standard_args(LCM REQUIRED_VARS LCM_LIBRARY LCM_INCLUDE_DIR LCM_GEN)
 if(LCM_FOUND AND NOT TARGET LCM::lcm)
-  add_library(LCM::lcm SHARED IMPORTED)
+  add_library(LCM::lcm SHARED IMPORTED GLOBAL)
   set_target_properties(LCM::lcm PROPERTIES IMPORTED_LOCATION "${LCM_LIBRARY}"
     INTERFACE_INCLUDE_DIRECTORIES "${LCM_INCLUDE_DIR}")
 endif()
+
+# unimapper_lcm_generate(TARGET name PACKAGE package FILES a.lcm ...): an interface library whose
+# include directory holds <package>/<type>.hpp for every message, generated when a file changes.
+function(unimapper_lcm_generate)
+  cmake_parse_arguments(arg "" "TARGET;PACKAGE" "FILES" ${ARGN})
+  set(out "${CMAKE_CURRENT_BINARY_DIR}/lcm_messages")
+  set(headers)
+  foreach(file IN LISTS arg_FILES)
+    get_filename_component(type "${file}" NAME_WE)
+    set(header "${out}/${arg_PACKAGE}/${type}.hpp")
+    add_custom_command(OUTPUT "${header}"
+      COMMAND "${LCM_GEN}" --cpp --cpp-hpath "${out}" "${CMAKE_CURRENT_SOURCE_DIR}/${file}"
+      DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/${file}"
+      COMMENT "Generating ${arg_PACKAGE}/${type}.hpp" VERBATIM)
+    list(APPEND headers "${header}")
+  endforeach()
+  add_custom_target(${arg_TARGET}_headers DEPENDS ${headers})
+  add_library(${arg_TARGET} INTERFACE)
+  add_dependencies(${arg_TARGET} ${arg_TARGET}_headers)
+  # System: generated code is not held to the project's warnings.
+  target_include_directories(${arg_TARGET} SYSTEM INTERFACE "${out}")
+  target_link_libraries(${arg_TARGET} INTERFACE LCM::lcm)
+endfunction()

@@ -39,6 +39,7 @@ struct KeyframeRecord {
   std::vector<PlanePatch> planes;
   std::uint64_t points_in = 0;       ///< scan points that went into the keyframe
   std::uint64_t points_dynamic = 0;  ///< of which removed as dynamic
+  std::uint64_t left_out = 0;        ///< cells, keypoints and planes too far away for the wire
 
   [[nodiscard]] PlaceView place() const { return {keypoints, planes}; }
 };

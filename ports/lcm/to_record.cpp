@@ -1,0 +1,27 @@
+#include "ports/lcm/to_record.hpp"
+
+#include "ports/lcm/quantise.hpp"
+#include "unimapper/onboard/statistics.hpp"
+
+namespace unimapper::wire {
+
+merge::KeyframeRecord to_record(const KeyframeView& keyframe, const merge::SessionId& session) {
+  merge::KeyframeRecord record;
+  record.session = session;
+  record.sequence = keyframe.sequence;
+  record.reference_scan = keyframe.reference_scan;
+  record.T_odometry_keyframe = keyframe.T_odometry_keyframe;
+  record.scans.assign(keyframe.scans.begin(), keyframe.scans.end());
+  record.static_cells.assign(keyframe.static_cells.begin(), keyframe.static_cells.end());
+  record.dynamic_cells.assign(keyframe.dynamic_cells.begin(), keyframe.dynamic_cells.end());
+  record.keypoints.assign(keyframe.place.keypoints.begin(), keyframe.place.keypoints.end());
+  record.planes.assign(keyframe.place.planes.begin(), keyframe.place.planes.end());
+  if (keyframe.statistics != nullptr) {
+    record.points_in = keyframe.statistics->points_in;
+    record.points_dynamic = keyframe.statistics->points_dynamic;
+  }
+  quantise(record);
+  return record;
+}
+
+}  // namespace unimapper::wire

@@ -1,0 +1,122 @@
+// Keyframes to send: a small fixed one and random ones.
+#pragma once
+
+#include <unistd.h>
+
+#include <atomic>
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include "unimapper/core/voxel_key.hpp"
+#include "unimapper/merge/keyframe_record.hpp"
+
+namespace unimapper::wire::test {
+
+/// The same numbers on every machine and with every standard library.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(mix_bits(seed + 1)) {}
+  std::uint64_t bits() { return mix_bits(state_ += 0x9E3779B97F4A7C15ULL); }
+  std::uint32_t below(std::uint32_t limit) { return static_cast<std::uint32_t>(bits() % limit); }
+  double uniform(double lowest, double highest) {
+    return lowest + (highest - lowest) * (static_cast<double>(bits() >> 11U) * 0x1p-53);
+  }
+  Eigen::Vector3f vector(double extent) {
+    const double x = uniform(-extent, extent);
+    const double y = uniform(-extent, extent);
+    return Eigen::Vector3d(x, y, uniform(-extent, extent)).cast<float>();
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+inline Pose random_pose(Random& random) {
+  const Eigen::Vector3f axis = random.vector(1.0);
+  const Eigen::Quaterniond q(random.uniform(0.1, 1.0), axis.x(), axis.y(), axis.z());
+  return {q, random.vector(5000.0).cast<double>()};
+}
+
+inline FineCell random_cell(Random& random, double extent) {
+  FineCell cell{};
+  cell.position = random.vector(extent);
+  cell.points = static_cast<std::uint16_t>(1 + random.below(400));
+  cell.ground = static_cast<std::uint8_t>(random.below(2));
+  return cell;
+}
+
+/// A keyframe with about `cells` cells, off the wire's grid.
+inline merge::KeyframeRecord random_record(std::uint64_t seed, std::uint32_t cells = 200) {
+  Random random(seed);
+  merge::KeyframeRecord record;
+  record.session = {random.below(1000), random.bits()};
+  record.sequence = random.below(100000);
+  record.T_odometry_keyframe = random_pose(random);
+  record.scans.resize(1 + random.below(12));
+  record.reference_scan = random.below(static_cast<std::uint32_t>(record.scans.size()));
+  std::int64_t stamp_ns = 1'600'000'000'000'000'000 + static_cast<std::int64_t>(random.below(1000));
+  for (std::uint32_t i = 0; i < record.scans.size(); ++i) {
+    record.scans[i] = {1000 + 3 * i, stamp_ns += 100'000'000, random_pose(random)};
+  }
+  for (std::uint32_t i = 0; i < cells; ++i) {
+    record.static_cells.push_back(random_cell(random, i % 3 == 0 ? 300.0 : 20.0));
+  }
+  for (std::uint32_t i = 0; i < cells / 10; ++i) {
+    record.dynamic_cells.push_back(random_cell(random, 30.0));
+  }
+  for (std::uint32_t i = 0; i < random.below(160); ++i) {
+    record.keypoints.push_back({random.vector(100.0), random.vector(1.0).normalized(),
+                                random.bits(), static_cast<std::uint16_t>(random.below(65536))});
+  }
+  for (std::uint32_t i = 0; i < random.below(300); ++i) {
+    record.planes.push_back({random.vector(100.0), random.vector(1.0).normalized()});
+  }
+  record.points_in = 500000 + random.below(1000);
+  record.points_dynamic = random.below(500000);
+  return record;
+}
+
+/// A record small enough to read its bytes.
+inline merge::KeyframeRecord small_record() {
+  merge::KeyframeRecord record;
+  record.session = {7, 0x0123456789ABCDEFULL};
+  record.sequence = 42;
+  record.reference_scan = 1;
+  record.T_odometry_keyframe.translation = {1.5, -2.0, 0.25};
+  record.scans.resize(2);
+  record.scans[0] = {420, 1'000'000'000, Pose()};
+  record.scans[1] = {421, 1'100'000'000, record.T_odometry_keyframe};
+  record.static_cells = {{{1.0F, 2.0F, -1.5F}, 3, 1, 0}, {{1.2F, 2.0F, -0.5F}, 300, 0, 0}};
+  record.dynamic_cells = {{{-4.0F, 0.5F, 0.0F}, 9, 0, 0}};
+  record.keypoints = {{{1.234F, -5.678F, 9.0F}, {0.0F, 0.6F, -0.8F}, 0xF0F0ULL, 513}};
+  record.planes = {{{3.0F, 4.0F, -1.7F}, {0.0F, 0.0F, 1.0F}}};
+  record.points_in = 1000;
+  record.points_dynamic = 10;
+  return record;
+}
+
+/// A directory of this test's own that is gone afterwards.
+class TemporaryDirectory {
+ public:
+  TemporaryDirectory() {
+    static std::atomic<int> counter{0};
+    path_ = std::filesystem::temp_directory_path() /
+            ("unimapper_lcm_" + std::to_string(getpid()) + "_" + std::to_string(counter++));
+    std::filesystem::create_directories(path_);
+  }
+  ~TemporaryDirectory() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+  [[nodiscard]] std::filesystem::path operator/(const std::string& name) const {
+    return path_ / name;
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace unimapper::wire::test
