@@ -1,0 +1,89 @@
+// Small hand-made files.
+#pragma once
+
+#include <stdlib.h>  // NOLINT: mkdtemp is POSIX
+
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <string_view>
+
+#include "ports/datasets/dataset.hpp"
+
+namespace unimapper::datasets {
+
+/// A directory of its own for each test, gone afterwards.
+class TemporaryDirectory {
+ public:
+  TemporaryDirectory() {
+    std::string pattern =
+        (std::filesystem::temp_directory_path() / "unimapper-datasets-XXXXXX").string();
+    REQUIRE(mkdtemp(pattern.data()) != nullptr);
+    path_ = pattern;
+  }
+  ~TemporaryDirectory() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+  /// Writes a file, making its directories.
+  std::filesystem::path write(const std::string& name, std::string_view bytes) const {
+    const std::filesystem::path file = path_ / name;
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream(file, std::ios::binary) << bytes;
+    return file;
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Bytes from hexadecimal digits; blanks are for the reader.
+inline std::string hex(std::string_view digits) {
+  std::string bytes;
+  int high = -1;
+  for (const char c : digits) {
+    if (c == ' ' || c == '\n') continue;
+    const int value = c <= '9' ? c - '0' : c - 'a' + 10;
+    if (high < 0) {
+      high = value;
+    } else {
+      bytes += static_cast<char>(high * 16 + value);
+      high = -1;
+    }
+  }
+  return bytes;
+}
+
+inline std::string read_bytes(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// The message of the DatasetError that `call` throws; fails the test if it throws none.
+template <typename Call>
+std::string error_of(const Call& call) {
+  try {
+    call();
+  } catch (const DatasetError& error) {
+    return error.what();
+  }
+  FAIL("no DatasetError was thrown");
+  return {};
+}
+
+/// x = 1, y = -2, z = 0.5, intensity = 0.25 as they lie in a KITTI scan.
+inline const std::string kPointBytes = hex("0000803f 000000c0 0000003f 0000803e");
+
+/// A pose one metre ahead, and the identity.
+inline constexpr std::string_view kIdentityLine = "1 0 0 0 0 1 0 0 0 0 1 0\n";
+inline constexpr std::string_view kOneMetreAheadLine = "1 0 0 1 0 1 0 0 0 0 1 0\n";
+
+}  // namespace unimapper::datasets

@@ -1,0 +1,80 @@
+// The readers on real recordings, where they lie beside the project.
+#include "tests/recordings.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "ports/datasets/helipr.hpp"
+#include "ports/datasets/pcd.hpp"
+#include "tests/ports/datasets/fixtures.hpp"
+
+using namespace unimapper;
+using namespace unimapper::datasets;
+using unimapper::testing::find_recording;
+
+namespace {
+
+Scan read_cloud(const std::filesystem::path& file) {
+  Scan scan;
+  parse_pcd(read_bytes(file), file, scan);
+  return scan;
+}
+
+/// Share of finite points whose range lies between the limits.
+double share_in_range(const Scan& scan, float min_m, float max_m) {
+  const auto inside = std::count_if(scan.points.begin(), scan.points.end(), [&](const auto& p) {
+    const float range = std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
+    return range >= min_m && range <= max_m;
+  });
+  return static_cast<double>(inside) /
+         static_cast<double>(std::max<std::size_t>(1, scan.points.size()));
+}
+
+}  // namespace
+
+TEST_CASE("real clouds in all three encodings") {
+  const auto folder = find_recording("sensors");
+  if (folder.empty()) return;
+  std::size_t clouds = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".pcd") continue;
+    const Scan scan = read_cloud(entry.path());
+    INFO(entry.path().filename());
+    CHECK(scan.points.size() > 20000);
+    CHECK(share_in_range(scan, 0.0F, 200.0F) > 0.9);
+    ++clouds;
+  }
+  CHECK(clouds == 3);
+}
+
+TEST_CASE("real Avia and Aeva scans of HeLiPR") {
+  const auto folder = find_recording("helipr_samples");
+  if (folder.empty()) return;
+  for (const auto sensor : {HeliprSensor::kAvia, HeliprSensor::kAeva}) {
+    for (const char* name : {"000000.bin", "000001.bin", "000010.bin"}) {
+      const auto file = folder / helipr_directory(sensor) / name;
+      INFO(file.filename());
+      Scan scan;
+      parse_helipr(read_bytes(file), sensor, 0, file, scan);
+      CHECK(scan.points.size() > 10000);
+      // A wrong record length would scatter the coordinates over the whole float range.
+      CHECK(share_in_range(scan, 0.0F, 500.0F) > 0.99);
+    }
+  }
+}
+
+TEST_CASE("the labelled real KITTI sequence") {
+  const auto folder = find_recording("kitti_0005a");
+  if (folder.empty()) return;
+  const auto dataset = open_dataset(folder);
+  REQUIRE(dataset->scan_count() == 70);
+  CHECK(dataset->pose(0).translation.norm() < 1e-9);
+  Scan scan;
+  for (const std::size_t i : {std::size_t{0}, std::size_t{69}}) {
+    dataset->read_scan(i, scan);
+    CHECK(scan.points.size() > 100000);
+    CHECK(dataset->labels(i).size() == scan.points.size());
+    CHECK(share_in_range(scan, 0.0F, 130.0F) > 0.99);
+  }
+}
