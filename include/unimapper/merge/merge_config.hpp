@@ -1,6 +1,106 @@
+// Parameters of the merger, one struct per stage.
 #pragma once
 
+#include <cstdint>
+#include <string>
+
 namespace unimapper::merge {
+
+/// How odometry drifts: a random walk over the distance travelled. The defaults fit
+/// LiDAR(-inertial) odometry of middling quality (5 cm and 0.1 degrees per 5 m); worse odometry
+/// needs larger ones.
+struct OdometryNoiseConfig {
+  double translation_floor_m = 0.02;        ///< of any two keyframes, [0.001, 10]
+  double translation_m_per_sqrt_m = 0.02;   ///< growth, [0.0001, 10]
+  double rotation_floor_rad = 0.001;        ///< of any two keyframes, [0.00001, 1]
+  double rotation_rad_per_sqrt_m = 0.0008;  ///< growth, [0.000001, 1]
+};
+
+/// Registration clouds and G-ICP (paper section VI, refined registration).
+struct RegistrationConfig {
+  float leaf_m = 0.4F;                 ///< spacing of registration points, [0.05, 5]
+  std::uint32_t neighbors = 12;        ///< points a covariance is taken from, [5, 64]
+  std::uint32_t submap_keyframes = 2;  ///< neighbours before and after in a submap, [0, 10]
+  float submap_radius_m = 60.0F;       ///< points farther from the keyframe are left out, [5, 300]
+  float coarse_correspondence_m = 2.5F;  ///< gate of the first stage, [0.1, 20]
+  float fine_correspondence_m = 1.0F;    ///< gate of the last stage, [0.1, 20]
+  std::uint32_t max_iterations = 30;     ///< of both stages together, [1, 200]
+  double plane_sigma_m = 0.03;           ///< thickness of a surface, [0.001, 1]
+  /// Neighbouring points repeat each other's errors: so many count as one observation, [1, 1000].
+  double correlated_points = 30.0;
+  double sigma_floor_m = 0.08;     ///< no loop is known better than this, [0.001, 10]
+  double sigma_floor_rad = 0.006;  ///< the same for rotation, [0.0001, 1]
+};
+
+/// Where loop candidates come from and when geometry confirms one.
+struct LoopConfig {
+  std::uint32_t min_keyframe_gap = 15;        ///< within a session, [1, 1000]
+  double min_path_gap_m = 20.0;               ///< within a session, [0, 1000]
+  std::uint32_t candidates_per_keyframe = 3;  ///< verified per keyframe and other session, [1, 32]
+  std::uint32_t max_candidates_per_pair = 200;  ///< verified per pair of sessions, [1, 5000]
+  double max_tilt_rad = 0.09;                   ///< gravity gate: both frames are level, [0.01, 1]
+  double min_initial_overlap = 0.2;             ///< before G-ICP is tried, [0, 1]
+  double min_overlap = 0.45;                    ///< of structure (no ground) after G-ICP, [0, 1]
+  double max_rmse_m = 0.35;                     ///< of matched points after G-ICP, [0.01, 5]
+  double max_contradiction = 0.15;              ///< points inside the other's free space, [0, 1]
+  double max_correction_m = 4.0;                ///< G-ICP against the descriptor's pose, [0.1, 50]
+  double max_correction_rad = 0.25;             ///< the same for rotation, [0.01, 3.2]
+};
+
+/// When loops between two maps are believed (docs/design/loop-acceptance.md).
+struct AcceptanceConfig {
+  double consistency_chi2 = 16.81;     ///< 99 % of chi square with 6 degrees of freedom, [1, 200]
+  std::uint32_t min_loops = 3;         ///< distinct loops that connect two maps, [2, 100]
+  double min_span_m = 20.0;            ///< path they span in both maps, [0, 1000]
+  std::uint32_t min_strong_loops = 2;  ///< enough when all overlap strongly, [2, 100]
+  double strong_overlap = 0.7;         ///< what strongly means, [0, 1]
+  double margin = 2.0;                 ///< best cluster over second disjoint one, [1, 100]
+  double distinct_m = 2.0;  ///< loops closer than this along both paths are one, [0, 100]
+  double loop_chi2 = 22.5;  ///< a loop beyond this after the solve is demoted, [1, 1000]
+};
+
+/// Pose graph optimisation.
+struct GraphConfig {
+  double cauchy_scale = 3.5;  ///< xi of the paper's kernel on whitened residuals, [0.1, 1000]
+  std::uint32_t max_iterations = 60;  ///< [1, 1000]
+  double deformation_floor_m =
+      1.0;  ///< change of a committed map that is always plausible, [0, 100]
+  double deformation_per_m = 0.005;  ///< and its growth along the path, [0, 1]
+};
+
+/// Radius search between aligned maps (paper section VI, equation for R).
+struct RadiusConfig {
+  double radius_m = 10.0;            ///< r_th, [0.5, 100]
+  double spacing_m = 4.0;            ///< path between keyframes that are searched for, [0, 100]
+  std::uint32_t per_keyframe = 1;    ///< loops per keyframe and other session, [1, 16]
+  double max_correction_m = 3.0;     ///< G-ICP against the graph's pose, [0.1, 50]
+  double max_correction_rad = 0.15;  ///< the same for rotation, [0.01, 3.2]
+};
+
+/// The unified map and what changed between sessions.
+struct MapConfig {
+  float voxel_size_m = 0.2F;        ///< of the map, [0.05, 5]
+  float tree_voxel_size_m = 2.0F;   ///< one kd-tree each, [0.5, 50]
+  float change_distance_m = 0.5F;   ///< nearest point of the other session farther away, [0.1, 2]
+  float change_range_m = 30.0F;     ///< how far a keyframe may testify to free space, [5, 200]
+  float free_margin_m = 0.6F;       ///< how far in front of a surface is free, [0.1, 5]
+  std::uint32_t min_witnesses = 2;  ///< keyframes that saw the place free, [1, 100]
+  std::uint32_t min_cluster = 6;  ///< changed points within a metre of one that is kept, [1, 1000]
+};
+
 /// Parameters of the merger.
-struct MergeConfig {};
+struct MergeConfig {
+  OdometryNoiseConfig odometry;
+  RegistrationConfig registration;
+  LoopConfig loops;
+  AcceptanceConfig acceptance;
+  GraphConfig graph;
+  RadiusConfig radius;
+  MapConfig map;
+  std::uint32_t threads = 0;  ///< 0: as many as the machine has; the result is the same
+
+  /// Empty, or what is wrong in words.
+  [[nodiscard]] std::string validate() const;
+};
+
 }  // namespace unimapper::merge

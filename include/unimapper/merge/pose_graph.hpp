@@ -1,0 +1,73 @@
+// Pose graphs with anchor nodes.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "unimapper/core/pose.hpp"
+
+namespace unimapper::merge {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+/// A pose graph whose nodes live in the frames of their maps; one anchor per map places that
+/// frame in the unified one (paper section VI: delta). A single map is a graph with one anchor.
+struct PoseGraph {
+  struct Anchor {
+    Pose T_map_session;
+    bool fixed = false;
+  };
+  struct Node {
+    Pose T_session_node;
+    std::size_t anchor = 0;
+    bool fixed = false;
+  };
+  /// A measured relative pose. The residual is (translation in `from`'s frame, twice the vector
+  /// part of the quaternion of T_from_to^-1 * estimate): for small errors the rotation vector,
+  /// for any error the chordal distance. `information` is its inverse covariance.
+  struct Edge {
+    std::size_t from = 0;
+    std::size_t to = 0;
+    Pose T_from_to;
+    Matrix6d information = Matrix6d::Identity();
+    /// xi of the Cauchy kernel on the whitened residual (paper section V-C); 0: quadratic.
+    double cauchy_scale = 0.0;
+  };
+
+  std::vector<Anchor> anchors;
+  std::vector<Node> nodes;
+  std::vector<Edge> edges;
+
+  /// The node's pose in the unified frame.
+  [[nodiscard]] Pose T_map_node(std::size_t node) const {
+    return anchors[nodes[node].anchor].T_map_session * nodes[node].T_session_node;
+  }
+};
+
+struct SolveSummary {
+  bool usable = false;  ///< false: nothing was changed
+  double initial_cost = 0.0;
+  double final_cost = 0.0;  ///< sum of rho(residual^2); no factor one half
+  std::uint32_t iterations = 0;
+};
+
+/// Squared whitened residual of one edge at the current estimate; no kernel.
+double edge_chi2(const PoseGraph& graph, const PoseGraph::Edge& edge);
+
+/// Sum over all edges, kernels applied.
+double graph_cost(const PoseGraph& graph);
+
+/// Moves free anchors and nodes to a minimum of `graph_cost` (Levenberg-Marquardt, sparse
+/// Cholesky, one thread, deterministic). Throws std::invalid_argument for indices out of range,
+/// non-finite poses, or information that is not positive definite. Nodes no edge reaches stay.
+SolveSummary optimize(PoseGraph& graph, std::uint32_t max_iterations);
+
+/// Poses from relative measurements alone, whatever the current estimate: rotations by linear
+/// least squares over matrices and projection, then translations. Kernels are ignored, so use
+/// it on edges that are believed. Only for graphs with one anchor; the first fixed node (or
+/// node 0) keeps its pose. False, and nothing changed, if the graph is not connected.
+bool initialize_chordal(PoseGraph& graph);
+
+}  // namespace unimapper::merge

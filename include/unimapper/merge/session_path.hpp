@@ -1,0 +1,54 @@
+// A session's keyframe poses, and how far odometry between two of them can be trusted.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "unimapper/core/pose.hpp"
+#include "unimapper/merge/merge_config.hpp"
+#include "unimapper/merge/pose_graph.hpp"
+
+namespace unimapper::merge {
+
+/// Variance of a relative pose: metres squared per axis, radians squared per axis.
+struct RelativeVariance {
+  double translation = 0.0;
+  double rotation = 0.0;
+};
+
+/// Poses along one session and the drift model over them.
+class SessionPath {
+ public:
+  SessionPath() = default;
+  SessionPath(std::vector<Pose> T_session_keyframe, const OdometryNoiseConfig& noise);
+
+  [[nodiscard]] std::size_t size() const { return poses_.size(); }
+  [[nodiscard]] const std::vector<Pose>& poses() const { return poses_; }
+  [[nodiscard]] const Pose& operator[](std::size_t i) const { return poses_[i]; }
+  /// Metres travelled up to keyframe `i`.
+  [[nodiscard]] double path_m(std::size_t i) const { return path_[i]; }
+  [[nodiscard]] double length_m() const { return path_.empty() ? 0.0 : path_.back(); }
+
+  /// Variance of T_i_j by odometry alone. Rotation errors made on the way act with the lever
+  /// from where they were made to the far end. O(1).
+  [[nodiscard]] RelativeVariance variance(std::size_t i, std::size_t j) const;
+
+  /// Information of the odometry edge between keyframes `i` and `j`.
+  [[nodiscard]] Matrix6d information(std::size_t i, std::size_t j) const;
+
+  /// The same drift model over corrected poses.
+  [[nodiscard]] SessionPath with_poses(std::vector<Pose> poses) const;
+
+ private:
+  void accumulate();
+
+  std::vector<Pose> poses_;
+  std::vector<double> path_;
+  // Sums over path segments of length, length * middle and length * |middle|^2.
+  std::vector<Eigen::Vector3d> lever_first_;
+  std::vector<double> lever_second_;
+  OdometryNoiseConfig noise_;
+};
+
+}  // namespace unimapper::merge

@@ -1,0 +1,59 @@
+#include "unimapper/merge/session_path.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace unimapper::merge {
+
+SessionPath::SessionPath(std::vector<Pose> T_session_keyframe, const OdometryNoiseConfig& noise)
+    : poses_(std::move(T_session_keyframe)), noise_(noise) {
+  path_.assign(poses_.size(), 0.0);
+  for (std::size_t i = 1; i < poses_.size(); ++i) {
+    path_[i] = path_[i - 1] + (poses_[i].translation - poses_[i - 1].translation).norm();
+  }
+  accumulate();
+}
+
+SessionPath SessionPath::with_poses(std::vector<Pose> poses) const {
+  SessionPath path = *this;
+  path.poses_ = std::move(poses);
+  // The way travelled stays what odometry measured; only levers follow the corrected poses.
+  path.accumulate();
+  return path;
+}
+
+void SessionPath::accumulate() {
+  lever_first_.assign(poses_.size(), Eigen::Vector3d::Zero());
+  lever_second_.assign(poses_.size(), 0.0);
+  for (std::size_t i = 1; i < poses_.size(); ++i) {
+    const double length = path_[i] - path_[i - 1];
+    const Eigen::Vector3d middle = 0.5 * (poses_[i].translation + poses_[i - 1].translation);
+    lever_first_[i] = lever_first_[i - 1] + length * middle;
+    lever_second_[i] = lever_second_[i - 1] + length * middle.squaredNorm();
+  }
+}
+
+RelativeVariance SessionPath::variance(std::size_t i, std::size_t j) const {
+  if (i == j) return {};
+  const auto [first, last] = std::minmax(i, j);
+  const double length = path_[last] - path_[first];
+  const Eigen::Vector3d end = poses_[j].translation;
+  const double lever = length * end.squaredNorm() -
+                       2.0 * end.dot(lever_first_[last] - lever_first_[first]) +
+                       lever_second_[last] - lever_second_[first];
+  const double t = noise_.translation_m_per_sqrt_m;
+  const double r = noise_.rotation_rad_per_sqrt_m;
+  return {noise_.translation_floor_m * noise_.translation_floor_m + t * t * length +
+              r * r * std::max(lever, 0.0),
+          noise_.rotation_floor_rad * noise_.rotation_floor_rad + r * r * length};
+}
+
+Matrix6d SessionPath::information(std::size_t i, std::size_t j) const {
+  const RelativeVariance v = variance(i, j);
+  Matrix6d information = Matrix6d::Zero();
+  information.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / v.translation);
+  information.bottomRightCorner<3, 3>().diagonal().setConstant(1.0 / v.rotation);
+  return information;
+}
+
+}  // namespace unimapper::merge

@@ -1,0 +1,350 @@
+// One wrong loop must not corrupt a map; a crowd of them must not merge strangers.
+#include "unimapper/merge/alignment.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <stdexcept>
+
+#include "tests/merge/random.hpp"
+
+using namespace unimapper;
+using namespace unimapper::merge;
+using unimapper::merge::testing::Random;
+
+namespace {
+
+constexpr double kStepM = 5.0;
+constexpr double kLoopSigmaM = 0.3;
+constexpr double kLoopSigmaRad = 0.019;
+
+Pose yaw_pose(double yaw, const Eigen::Vector3d& t) {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ())), t};
+}
+
+/// A drive of `count` keyframes through town, 5 m apart, gentle bends and a turn now and then.
+std::vector<Pose> drive(Random& random, std::size_t count, Pose pose) {
+  std::vector<Pose> path;
+  double turn_left = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    path.push_back(pose);
+    if (i % 25 == 24) turn_left = random.uniform() < 0.5 ? -1.5708 : 1.5708;
+    const double turn = std::clamp(turn_left, -0.4, 0.4);
+    turn_left -= turn;
+    pose = pose * yaw_pose(turn + 0.01 * random.normal(), {kStepM, 0.0, 0.0});
+  }
+  return path;
+}
+
+/// What odometry makes of true poses: drift 0.05 m and 0.11 degrees per 5 m, its own origin.
+std::vector<Pose> odometry(Random& random, const std::vector<Pose>& truth) {
+  std::vector<Pose> path{yaw_pose(random.uniform(-3.0, 3.0), random.normal3(100.0))};
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    path.push_back(path.back() * truth[i - 1].inverse() * truth[i] * random.pose(0.05, 0.0019));
+  }
+  return path;
+}
+
+struct Town {
+  std::vector<std::vector<Pose>> truth;
+  std::vector<AlignmentSession> sessions;
+  std::vector<LoopConstraint> loops;
+};
+
+/// Central map of 1,500 m; the query shares 400 m of it and goes its own way for another 400 m.
+Town two_maps(Random& random) {
+  Town town;
+  const std::vector<Pose> central = drive(random, 300, Pose{});
+  const std::size_t start = 60 + random.below(120);
+  std::vector<Pose> query(central.begin() + static_cast<std::ptrdiff_t>(start),
+                          central.begin() + static_cast<std::ptrdiff_t>(start + 80));
+  const std::vector<Pose> own = drive(random, 81, query.back() * yaw_pose(1.5708, {0.0, 0.0, 0.0}));
+  query.insert(query.end(), own.begin() + 1, own.end());
+  for (auto& pose : query) pose = pose * yaw_pose(0.0, {0.0, 1.5, 0.0});
+  town.truth = {central, query};
+  town.sessions.push_back({odometry(random, central), 1.0});
+  town.sessions.push_back({odometry(random, query), 0.5});
+  return town;
+}
+
+LoopConstraint loop(Town& town, KeyframeRef query, KeyframeRef match, const Pose& T_match_query,
+                    Random& random) {
+  LoopConstraint l;
+  l.query = query;
+  l.match = match;
+  l.T_match_query = T_match_query * random.pose(kLoopSigmaM, kLoopSigmaRad);
+  l.information.setZero();
+  l.information.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / (kLoopSigmaM * kLoopSigmaM));
+  l.information.bottomRightCorner<3, 3>().diagonal().setConstant(1.0 /
+                                                                 (kLoopSigmaRad * kLoopSigmaRad));
+  l.overlap = 0.5;
+  town.loops.push_back(l);
+  return l;
+}
+
+std::size_t nearest(const std::vector<Pose>& path, const Pose& pose) {
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    if ((path[i].translation - pose.translation).norm() <
+        (path[best].translation - pose.translation).norm()) {
+      best = i;
+    }
+  }
+  return best;
+}
+
+void add_true_loops(Town& town, std::size_t count, Random& random) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t q = i * 80 / count + random.below(80 / count);
+    const std::size_t m = nearest(town.truth[0], town.truth[1][q]);
+    loop(town, {1, q}, {0, m}, town.truth[0][m].inverse() * town.truth[1][q], random);
+  }
+}
+
+void add_random_loops(Town& town, std::size_t count, Random& random) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const Pose wrong = yaw_pose(random.uniform(-3.1, 3.1), random.normal3(2.0));
+    loop(town, {1, random.below(160)}, {0, random.below(300)}, wrong, random);
+  }
+}
+
+/// A street that looks like another one: the same wrong transform, again and again along it.
+void add_aliased_loops(Town& town, std::size_t count, Random& random) {
+  const std::size_t q = 90 + random.below(40);
+  const std::size_t m = 10 + random.below(250);
+  const Pose T_map_query = town.sessions[0].T_odometry_keyframe[m] *
+                           yaw_pose(0.3, {1.0, 0.5, 0.0}) *
+                           town.sessions[1].T_odometry_keyframe[q].inverse();
+  for (std::size_t i = 0; i < count; ++i) {
+    const Pose seen = T_map_query * town.sessions[1].T_odometry_keyframe[q + i];
+    const std::size_t k = nearest(town.sessions[0].T_odometry_keyframe, seen);
+    // The keyframes need not be neighbours for the loops to agree with each other.
+    loop(town, {1, q + i}, {0, k}, town.sessions[0].T_odometry_keyframe[k].inverse() * seen,
+         random);
+  }
+}
+
+/// RMS over the shared part of how far the query's keyframes are from where they belong,
+/// relative to the central keyframes beside them.
+double overlap_error_m(const Town& town, const Alignment& alignment) {
+  double sum = 0.0;
+  for (std::size_t q = 0; q < 80; ++q) {
+    const std::size_t m = nearest(town.truth[0], town.truth[1][q]);
+    const Pose truth = town.truth[0][m].inverse() * town.truth[1][q];
+    const Pose estimate =
+        alignment.T_map_keyframe({0, m}).inverse() * alignment.T_map_keyframe({1, q});
+    sum += (truth.translation - estimate.translation).squaredNorm();
+  }
+  return std::sqrt(sum / 80.0);
+}
+
+struct Tally {
+  int right = 0;
+  int wrong = 0;
+  int refused = 0;
+};
+
+Tally trials(std::size_t true_loops, std::size_t random_loops, std::size_t aliased_loops) {
+  Tally tally;
+  for (std::uint64_t trial = 0; trial < 15; ++trial) {
+    Random random(1000 * true_loops + 100 * random_loops + 10 * aliased_loops + trial);
+    Town town = two_maps(random);
+    if (true_loops > 0) add_true_loops(town, true_loops, random);
+    add_random_loops(town, random_loops, random);
+    if (aliased_loops > 0) add_aliased_loops(town, aliased_loops, random);
+    const Alignment alignment = align_sessions(town.sessions, town.loops, MergeConfig{});
+    if (!alignment.connected[0] || !alignment.connected[1]) {
+      ++tally.refused;
+    } else if (overlap_error_m(town, alignment) < 1.5) {
+      ++tally.right;
+    } else {
+      ++tally.wrong;
+    }
+  }
+  return tally;
+}
+
+}  // namespace
+
+TEST_CASE("True loops alone merge two maps", "[alignment]") {
+  const Tally tally = trials(10, 0, 0);
+  CHECK(tally.right == 15);
+}
+
+TEST_CASE("True loops win over twice or thrice as many random false ones", "[alignment]") {
+  CHECK(trials(10, 1, 0).right == 15);
+  CHECK(trials(10, 20, 0).right == 15);
+  CHECK(trials(10, 30, 0).right == 15);
+  CHECK(trials(5, 20, 0).wrong == 0);
+}
+
+TEST_CASE("Random false loops alone never merge two maps", "[alignment]") {
+  CHECK(trials(0, 15, 0).refused == 15);
+  CHECK(trials(0, 60, 0).refused == 15);
+}
+
+TEST_CASE("A consistent crowd of false loops leads to a refusal, not to a wrong map",
+          "[alignment]") {
+  CHECK(trials(10, 0, 12).refused == 15);
+  CHECK(trials(10, 0, 6).wrong == 0);
+  CHECK(trials(0, 0, 2).refused == 15);
+}
+
+TEST_CASE("Few true loops merge rightly or not at all", "[alignment]") {
+  const Tally tally = trials(3, 10, 0);
+  CHECK(tally.wrong <= 2);  // three loops of 0.3 m noise leave 1.5 to 2.5 m here and there
+  CHECK(tally.right >= 8);
+}
+
+TEST_CASE("A refused session keeps every keyframe and says why", "[alignment]") {
+  Random random(7);
+  Town town = two_maps(random);
+  add_random_loops(town, 15, random);
+  const Alignment alignment = align_sessions(town.sessions, town.loops, MergeConfig{});
+  REQUIRE_FALSE(alignment.connected[1]);
+  CHECK(alignment.T_session_keyframe[1].size() == 160);
+  CHECK_FALSE(alignment.reason[1].empty());
+  for (const auto& verdict : alignment.verdicts) {
+    CHECK_FALSE(verdict.accepted);
+    CHECK_FALSE(verdict.reason.empty());
+  }
+}
+
+TEST_CASE("The same loops seen from either side give the same map", "[alignment]") {
+  Random random(8);
+  Town town = two_maps(random);
+  add_true_loops(town, 10, random);
+  const Alignment there = align_sessions(town.sessions, town.loops, MergeConfig{});
+  for (auto& l : town.loops) {
+    std::swap(l.query, l.match);
+    l.T_match_query = l.T_match_query.inverse();
+  }
+  const Alignment back = align_sessions(town.sessions, town.loops, MergeConfig{});
+  REQUIRE(back.connected[1]);
+  // The measurement's error now sits in the other frame, so the optimum moves by part of it.
+  CHECK((there.T_map_keyframe({1, 40}).translation - back.T_map_keyframe({1, 40}).translation)
+            .norm() < 0.5);
+}
+
+TEST_CASE("The order of sessions does not change the map", "[alignment]") {
+  Random random(9);
+  Town town = two_maps(random);
+  add_true_loops(town, 10, random);
+  const Alignment forward = align_sessions(town.sessions, town.loops, MergeConfig{});
+  std::swap(town.sessions[0], town.sessions[1]);
+  for (auto& l : town.loops) {
+    l.query.session = 1 - l.query.session;
+    l.match.session = 1 - l.match.session;
+  }
+  const Alignment reverse = align_sessions(town.sessions, town.loops, MergeConfig{});
+  CHECK(forward.central == 0);
+  CHECK(reverse.central == 1);
+  for (const std::size_t k : {0U, 70U, 150U}) {
+    CHECK((forward.T_map_keyframe({1, k}).translation - reverse.T_map_keyframe({0, k}).translation)
+              .norm() < 0.01);
+  }
+}
+
+TEST_CASE("A map that overlaps only another query map is reached through it", "[alignment]") {
+  Random random(10);
+  Town town = two_maps(random);
+  add_true_loops(town, 10, random);
+  // The third robot drives the second one's private street only.
+  std::vector<Pose> third(town.truth[1].begin() + 90, town.truth[1].begin() + 150);
+  town.truth.push_back(third);
+  town.sessions.push_back({odometry(random, third), 0.1});
+  for (std::size_t i = 0; i < 8; ++i) {
+    loop(town, {2, 6 * i}, {1, 90 + 6 * i}, Pose{}, random);
+  }
+  const Alignment alignment = align_sessions(town.sessions, town.loops, MergeConfig{});
+  REQUIRE(alignment.central == 0);
+  REQUIRE(alignment.connected[2]);
+  CHECK((alignment.T_map_keyframe({1, 120}).translation -
+         alignment.T_map_keyframe({2, 30}).translation)
+            .norm() < 1.0);
+}
+
+TEST_CASE("A pair that contradicts a cycle of maps is rolled back", "[alignment]") {
+  Random random(11);
+  Town town = two_maps(random);
+  add_true_loops(town, 12, random);
+  std::vector<Pose> third(town.truth[0].begin(), town.truth[0].begin() + 200);
+  town.truth.push_back(third);
+  town.sessions.push_back({odometry(random, third), 0.1});
+  for (std::size_t i = 0; i < 10; ++i) loop(town, {2, 18 * i}, {0, 18 * i}, Pose{}, random);
+  const std::size_t first_wrong = town.loops.size();
+  // A third map that claims to lie 40 m aside of where the second sees it.
+  const Pose aside = yaw_pose(0.0, {0.0, 40.0, 0.0});
+  const std::size_t shared = nearest(town.truth[0], town.truth[1][0]);
+  for (std::size_t i = 0; i < 5 && shared + 3 * i < 200; ++i) {
+    loop(town, {2, shared + 3 * i}, {1, 3 * i}, aside, random);
+  }
+  const Alignment alignment = align_sessions(town.sessions, town.loops, MergeConfig{});
+  REQUIRE(alignment.connected[1]);
+  REQUIRE(alignment.connected[2]);
+  CHECK(overlap_error_m(town, alignment) < 1.5);
+  for (std::size_t i = first_wrong; i < town.loops.size(); ++i) {
+    CHECK_FALSE(alignment.verdicts[i].accepted);
+  }
+}
+
+TEST_CASE("A session's own loops take out its drift, a wrong one does not bend it", "[alignment]") {
+  Random random(12);
+  std::vector<Pose> truth;
+  // Twice around a block of 100 m by 100 m.
+  for (int i = 0; i < 160; ++i) {
+    const int side = i / 20 % 4;
+    const double along = 5.0 * (i % 20);
+    const Eigen::Vector3d corners[] = {{0, 0, 0}, {100, 0, 0}, {100, 100, 0}, {0, 100, 0}};
+    truth.push_back(yaw_pose(1.5708 * side, corners[side]) * yaw_pose(0.0, {along, 0.0, 0.0}));
+  }
+  Town town;
+  town.truth = {truth};
+  town.sessions.push_back({odometry(random, truth), 1.0});
+  for (std::size_t i = 0; i < 16; ++i) loop(town, {0, 80 + 5 * i}, {0, 5 * i}, Pose{}, random);
+  loop(town, {0, 150}, {0, 20}, Pose{}, random);  // the far corner, taken for this one
+  const Alignment alignment = align_sessions(town.sessions, town.loops, MergeConfig{});
+  CHECK(alignment.connected[0]);
+  CHECK_FALSE(alignment.verdicts.back().accepted);
+  std::size_t accepted = 0;
+  for (const auto& verdict : alignment.verdicts) accepted += verdict.accepted ? 1 : 0;
+  CHECK(accepted >= 14);
+  const auto gap = [&](const std::vector<Pose>& poses) {
+    return (poses[155].translation - poses[75].translation).norm();
+  };
+  CHECK(gap(alignment.T_session_keyframe[0]) < 0.5);
+}
+
+TEST_CASE("Refinement adds radius loops and drops those that disagree", "[alignment]") {
+  Random random(13);
+  Town town = two_maps(random);
+  add_true_loops(town, 6, random);
+  const Alignment coarse = align_sessions(town.sessions, town.loops, MergeConfig{});
+  REQUIRE(coarse.connected[1]);
+  add_true_loops(town, 40, random);
+  const KeyframeRef wrong{1, 40};
+  const std::size_t m = nearest(town.truth[0], town.truth[1][40]);
+  loop(town, wrong, {0, m}, yaw_pose(0.1, {6.0, 0.0, 0.0}), random);
+  const Alignment fine = refine_alignment(coarse, town.sessions, town.loops, MergeConfig{});
+  CHECK(overlap_error_m(town, fine) < overlap_error_m(town, coarse));
+  CHECK(overlap_error_m(town, fine) < 0.35);
+  CHECK_FALSE(fine.verdicts.back().accepted);
+}
+
+TEST_CASE("Sessions without keyframes and loops to nowhere", "[alignment]") {
+  Random random(14);
+  Town town = two_maps(random);
+  town.sessions.push_back({{}, 0.0});
+  SECTION("an empty session stays apart") {
+    add_true_loops(town, 10, random);
+    const Alignment alignment = align_sessions(town.sessions, town.loops, MergeConfig{});
+    CHECK(alignment.connected[1]);
+    CHECK_FALSE(alignment.connected[2]);
+    CHECK(alignment.reason[2] == "no keyframes");
+  }
+  SECTION("a loop to a keyframe that is not there is refused") {
+    loop(town, {1, 0}, {0, 999}, Pose{}, random);
+    CHECK_THROWS_AS(align_sessions(town.sessions, town.loops, MergeConfig{}),
+                    std::invalid_argument);
+  }
+  SECTION("no sessions at all") { CHECK(align_sessions({}, {}, MergeConfig{}).connected.empty()); }
+}

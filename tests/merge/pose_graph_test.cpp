@@ -1,0 +1,106 @@
+#include "unimapper/merge/pose_graph.hpp"
+
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "tests/merge/g2o_file.hpp"
+#include "tests/merge/real_data.hpp"
+
+using namespace unimapper;
+using namespace unimapper::merge;
+using unimapper::merge::testing::read_g2o;
+using unimapper::merge::testing::real_data;
+
+namespace {
+
+Pose yaw_pose(double yaw, double x, double y, double z = 0.0) {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ())),
+          Eigen::Vector3d(x, y, z)};
+}
+
+/// Solves a published graph from the chordal start and returns the SE-Sync objective.
+double certified_objective(const std::filesystem::path& file) {
+  PoseGraph graph = read_g2o(file);
+  REQUIRE(initialize_chordal(graph));
+  REQUIRE(optimize(graph, 60).usable);
+  return graph_cost(graph);
+}
+
+}  // namespace
+
+TEST_CASE("T_from_to maps the second node's coordinates to the first's", "[pose_graph]") {
+  PoseGraph graph;
+  graph.anchors.push_back({Pose{}, true});
+  graph.nodes.push_back({yaw_pose(0.5, 1.0, 2.0), 0, true});
+  graph.nodes.push_back({Pose{}, 0, false});
+  const Pose measured = yaw_pose(1.0, 3.0, 0.0, 0.5);
+  graph.edges.push_back({0, 1, measured, Matrix6d::Identity(), 0.0});
+  REQUIRE(optimize(graph, 50).usable);
+  const Pose expected = graph.nodes[0].T_session_node * measured;
+  CHECK((graph.nodes[1].T_session_node.translation - expected.translation).norm() < 1e-6);
+  CHECK(rotation_angle(expected.rotation.transpose() * graph.nodes[1].T_session_node.rotation) <
+        1e-6);
+  CHECK(graph_cost(graph) < 1e-10);
+}
+
+TEST_CASE("A free anchor places a second map without touching its inner poses", "[pose_graph]") {
+  PoseGraph graph;
+  graph.anchors.push_back({Pose{}, true});
+  graph.anchors.push_back({Pose{}, false});
+  const Pose T_map_second = yaw_pose(2.0, 120.0, -40.0, 3.0);
+  for (int map = 0; map < 2; ++map) {
+    for (int i = 0; i < 5; ++i) {
+      graph.nodes.push_back(
+          {yaw_pose(0.1 * i, 5.0 * i, map * 0.3 * i), static_cast<std::size_t>(map), i == 0});
+    }
+  }
+  const auto node = [&](std::size_t i) { return graph.nodes[i].T_session_node; };
+  for (std::size_t i = 0; i < 4; ++i) {
+    graph.edges.push_back({i, i + 1, node(i).inverse() * node(i + 1), Matrix6d::Identity(), 0.0});
+    graph.edges.push_back(
+        {i + 5, i + 6, node(i + 5).inverse() * node(i + 6), Matrix6d::Identity(), 0.0});
+  }
+  for (const std::size_t i : {0U, 2U, 4U}) {
+    graph.edges.push_back(
+        {i, i + 5, node(i).inverse() * T_map_second * node(i + 5), Matrix6d::Identity(), 3.5});
+  }
+  const Pose inner = node(9);
+  REQUIRE(optimize(graph, 100).usable);
+  CHECK((graph.anchors[1].T_map_session.translation - T_map_second.translation).norm() < 1e-3);
+  CHECK((graph.nodes[9].T_session_node.translation - inner.translation).norm() < 1e-3);
+}
+
+TEST_CASE("A broken graph is refused in words, not by an abort", "[pose_graph]") {
+  PoseGraph graph;
+  graph.anchors.push_back({Pose{}, true});
+  graph.nodes.push_back({Pose{}, 0, true});
+  graph.nodes.push_back({Pose{}, 0, false});
+  PoseGraph::Edge edge{0, 1, Pose{}, Matrix6d::Identity(), 0.0};
+  SECTION("an edge to a node that is not there") { edge.to = 7; }
+  SECTION("an edge from a node to itself") { edge.to = 0; }
+  SECTION("NaN in a measurement") {
+    edge.T_from_to.translation.x() = std::numeric_limits<double>::quiet_NaN();
+  }
+  SECTION("indefinite information, as in a published set") { edge.information(5, 5) = -1.0; }
+  SECTION("a node of a map that is not there") { graph.nodes[1].anchor = 3; }
+  graph.edges.push_back(edge);
+  CHECK_THROWS_AS(optimize(graph, 10), std::invalid_argument);
+}
+
+TEST_CASE("A chordal start needs a connected graph", "[pose_graph]") {
+  PoseGraph graph;
+  graph.anchors.push_back({Pose{}, true});
+  for (int i = 0; i < 3; ++i) graph.nodes.push_back({Pose{}, 0, i == 0});
+  graph.edges.push_back({0, 1, yaw_pose(0.1, 1.0, 0.0), Matrix6d::Identity(), 0.0});
+  CHECK_FALSE(initialize_chordal(graph));
+}
+
+TEST_CASE("Published graphs reach their certified optima", "[pose_graph][real]") {
+  const auto folder = real_data("pose_graphs");
+  if (folder.empty()) return;
+  CHECK(certified_objective(folder / "smallGrid3D.g2o") == Approx(1025.398).epsilon(1e-5));
+  CHECK(certified_objective(folder / "sphere2500.g2o") == Approx(1687.006).epsilon(1e-5));
+  CHECK(certified_objective(folder / "parking-garage.g2o") == Approx(1.26249).epsilon(2e-4));
+  CHECK(certified_objective(folder / "torus3D.g2o") == Approx(24227.05).epsilon(1e-5));
+  CHECK(certified_objective(folder / "cubicle.g2o") == Approx(717.126).epsilon(1e-5));
+}
