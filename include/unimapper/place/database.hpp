@@ -5,9 +5,14 @@
 #include <span>
 
 #include "unimapper/core/arena.hpp"
+#include "unimapper/core/fixed_vector.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/place/config.hpp"
 #include "unimapper/place/place.hpp"
+#include "unimapper/place/plane_overlap.hpp"
+#include "unimapper/place/rigid_fit.hpp"
+#include "unimapper/place/triangle_table.hpp"
+#include "unimapper/place/triangles.hpp"
 
 namespace unimapper {
 
@@ -53,10 +58,101 @@ class PlaceDatabase {
   std::span<const LoopCandidate> search(const PlaceView& query, PlaceId query_id,
                                         const SearchScope& scope) noexcept;
 
-  [[nodiscard]] std::uint32_t size() const noexcept;
-  [[nodiscard]] std::uint64_t forgotten() const noexcept;
-  /// Triangles refused because a bucket or the table was full.
-  [[nodiscard]] std::uint64_t dropped() const noexcept;
+  [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
+  /// Places that made room for newer ones.
+  [[nodiscard]] std::uint64_t forgotten() const noexcept { return forgotten_; }
+  /// Triangles refused because a bucket or the table was full, keypoints and planes of places
+  /// larger than configured, and matches that did not fit a search.
+  [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
+
+ private:
+  static constexpr std::uint32_t kYawBins = 32;
+  static constexpr std::uint32_t kMatchesPerPlace = 256;
+  static constexpr std::uint32_t kHypothesesPerPlace = 3;
+
+  // What is kept of a keypoint: position, and the occupancy of its column.
+  struct Vertex {
+    Eigen::Vector3f position;
+    std::uint32_t reserved;
+    std::uint64_t code;
+  };
+  // A plane in 10 bytes: centimetres and 1/127.
+  struct StoredPlane {
+    std::int16_t center_cm[3];
+    std::int8_t normal[3];
+    std::int8_t reserved;
+  };
+  struct Place {
+    PlaceId id;
+    std::uint16_t keypoints;
+    std::uint16_t planes;
+    std::uint16_t triangles;
+    std::uint16_t used;  // 1 if the search under way may answer with it
+  };
+  // A query triangle that equals a stored one.
+  struct Match {
+    std::uint16_t place;
+    std::uint8_t yaw_bin;
+    std::uint8_t query[3];
+    std::uint8_t stored[3];
+    std::uint8_t reserved;
+  };
+  struct Candidate {
+    std::uint32_t place;
+    std::uint32_t yaw_bin;
+    float score;
+  };
+  // What one matched triangle says about the pose.
+  struct Shift {
+    PlanarPose pose;
+    Eigen::Vector2f center;  // of the query's triangle
+    std::uint32_t support;
+    std::uint32_t taken;
+  };
+  struct Hypothesis {
+    std::uint32_t place;
+    std::uint32_t votes;
+    std::uint32_t inliers;
+    PlanarPose pose;
+  };
+
+  [[nodiscard]] bool in_scope(const Place& place, PlaceId query,
+                              const SearchScope& scope) const noexcept;
+  void forget(std::uint32_t slot) noexcept;
+  void vote(const PlaceView& query, PlaceId query_id, const SearchScope& scope) noexcept;
+  void choose_candidates() noexcept;
+  void form_hypotheses(const Candidate& candidate) noexcept;
+  std::uint32_t consensus(std::uint32_t slot, const PlanarPose& pose, float radius_m) noexcept;
+  void improve(Hypothesis& hypothesis) noexcept;
+  bool verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept;
+  void load_planes(std::uint32_t slot) noexcept;
+  void keep(const LoopCandidate& result) noexcept;
+  [[nodiscard]] static bool comes_before(const PlaceId& a, const PlaceId& b) noexcept;
+
+  LoopSearchConfig config_{};
+  TriangleTable table_;
+  Place* places_ = nullptr;
+  Vertex* vertices_ = nullptr;     // max_keypoints per place
+  StoredPlane* planes_ = nullptr;  // max_planes per place
+  std::uint32_t capacity_ = 0;
+  std::uint32_t size_ = 0;
+  std::uint32_t next_ = 0;  // slot of the next insertion, the oldest when full
+  std::uint64_t forgotten_ = 0;
+  std::uint64_t dropped_ = 0;
+
+  // Scratch of one search or insertion.
+  FixedVector<Keypoint> stored_keypoints_;
+  FixedVector<Triangle> triangles_;
+  FixedVector<Vertex> query_;
+  FixedVector<Match> matches_;
+  std::uint16_t* votes_ = nullptr;  // kYawBins per place
+  FixedVector<Candidate> candidates_;
+  FixedVector<Shift> shifts_;
+  FixedVector<Hypothesis> hypotheses_;
+  FixedVector<PlanePatch> match_planes_;
+  FixedVector<PointPair> pairs_;
+  PlaneOverlap overlap_;
+  FixedVector<LoopCandidate> results_;
 };
 
 }  // namespace unimapper

@@ -1,6 +1,7 @@
 // DynaSTD: keypoints and planes from the static cells of a keyframe.
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "unimapper/core/arena.hpp"
@@ -8,7 +9,10 @@
 #include "unimapper/core/fixed_vector.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/place/config.hpp"
+#include "unimapper/place/local_ground.hpp"
 #include "unimapper/place/place.hpp"
+#include "unimapper/place/plane_voxels.hpp"
+#include "unimapper/place/structure_map.hpp"
 
 namespace unimapper {
 
@@ -25,7 +29,19 @@ class PlaceDescriber {
   PlaceView describe(std::span<const FineCell> cells) noexcept;
 
   /// Cells, voxels and keypoints refused for want of capacity in the last call.
-  [[nodiscard]] std::uint64_t dropped() const noexcept;
+  [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
+
+ private:
+  void admit(std::span<const FineCell> cells) noexcept;
+  void select_keypoints() noexcept;
+
+  DescriptorConfig config_{};
+  FixedVector<FineCell> cells_;
+  FixedVector<Keypoint> keypoints_;
+  LocalGround ground_;
+  PlaneVoxels planes_;
+  StructureMap structure_;
+  std::uint64_t dropped_ = 0;
 };
 
 }  // namespace unimapper

@@ -1,0 +1,42 @@
+// Height of the ground around a keyframe.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "unimapper/core/arena.hpp"
+#include "unimapper/core/keyframe.hpp"
+#include "unimapper/place/config.hpp"
+
+namespace unimapper {
+
+/// A grid of ground heights under a keyframe, in its levelled frame. Heights of structure are
+/// measured from here and not from the sensor, because robots carry it at different heights.
+class LocalGround {
+ public:
+  void attach(Arena& arena, const DescriptorConfig& config) noexcept;
+
+  /// Averages the cells marked as ground; where none are, the lowest cells around, no steeper
+  /// than a ramp, stand in (rooms without a marked floor, places beyond the ground's reach).
+  /// Independent of the cells' order. Cost: linear in cells and grid.
+  void build(std::span<const FineCell> cells) noexcept;
+
+  /// Height of the ground below (x, y), metres, interpolated; finite everywhere.
+  [[nodiscard]] float height(float x, float y) const noexcept;
+
+ private:
+  // Sums in millimetres: integers, so that the result does not depend on the cells' order.
+  struct Patch {
+    std::int64_t sum_mm;
+    std::int32_t count;
+    std::int32_t lowest_mm;
+  };
+  void fill_gaps() noexcept;
+
+  Patch* patches_ = nullptr;
+  float* heights_ = nullptr;
+  std::int32_t width_ = 0;
+  float half_extent_m_ = 0.0F;
+};
+
+}  // namespace unimapper

@@ -1,0 +1,56 @@
+// Planes in the coarse voxels of a keyframe.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "unimapper/core/arena.hpp"
+#include "unimapper/core/fixed_hash_map.hpp"
+#include "unimapper/core/fixed_vector.hpp"
+#include "unimapper/core/keyframe.hpp"
+#include "unimapper/place/config.hpp"
+
+namespace unimapper {
+
+/// Finds the planar coarse voxels (paper section IV-A) among static cells. Every cell counts
+/// once, however many points it holds, so the planes do not depend on density or dwell time.
+class PlaneVoxels {
+ public:
+  void attach(Arena& arena, const DescriptorConfig& config) noexcept;
+
+  /// Collects `cells` into voxels and decides which are planes. Independent of the cells' order
+  /// as long as the capacities hold. Cost: linear in cells, one eigen decomposition per voxel.
+  void build(std::span<const FineCell> cells) noexcept;
+
+  /// Planes, vertical ones first, then from near to far: what matters most survives when there
+  /// are more than fit.
+  [[nodiscard]] std::span<const PlanePatch> planes() const noexcept { return planes_.view(); }
+
+  /// Unit normal of the plane that structure at `position` borders: the nearest upright plane
+  /// among the 27 voxels around, else up.
+  [[nodiscard]] Eigen::Vector3f bordering_normal(const Eigen::Vector3f& position) const noexcept;
+
+  /// Cells and planes refused for want of capacity in the last `build`.
+  [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
+
+ private:
+  // Moments of a voxel's cells relative to its lower corner in millimetres: integers, so that
+  // the sums do not depend on the cells' order.
+  struct Voxel {
+    std::int32_t count;
+    std::int32_t plane;  // 1 + index of its plane before selection, 0 if none
+    std::int64_t sum[3];
+    std::int64_t product[6];  // xx xy xz yy yz zz
+  };
+  void add(const FineCell& cell) noexcept;
+  bool fit(const Voxel& voxel, std::uint64_t key, PlanePatch& patch) const noexcept;
+
+  DescriptorConfig config_{};
+  FixedHashMap<Voxel> voxels_;
+  FixedVector<PlanePatch> all_;
+  FixedVector<PlanePatch> planes_;
+  FixedVector<std::uint32_t> order_;
+  std::uint64_t dropped_ = 0;
+};
+
+}  // namespace unimapper

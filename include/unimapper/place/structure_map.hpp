@@ -1,0 +1,68 @@
+// A map of vertical structure seen from above, and the corners in it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "unimapper/core/arena.hpp"
+#include "unimapper/core/fixed_vector.hpp"
+#include "unimapper/core/keyframe.hpp"
+#include "unimapper/place/config.hpp"
+#include "unimapper/place/local_ground.hpp"
+
+namespace unimapper {
+
+/// A spot where vertical structure ends, turns or stands alone.
+struct StructureCorner {
+  float x;  ///< metres, between the grid's nodes
+  float y;
+  float response;
+};
+
+/// Counts occupied fine cells above ground per column, smooths the counts and looks for spots
+/// where they change in both directions: corners and ends of walls, poles, trunks. Occupied cells
+/// count once, so neither density nor dwell time shows; each is spread over the four nearest
+/// columns by its position, so the grid's phase hardly does.
+class StructureMap {
+ public:
+  void attach(Arena& arena, const DescriptorConfig& config) noexcept;
+
+  /// Fills the map. Independent of the cells' order. Cost: linear in cells and grid.
+  void build(std::span<const FineCell> cells, const LocalGround& ground) noexcept;
+
+  /// Local maxima of the corner response, strongest first, ties by position.
+  [[nodiscard]] std::span<const StructureCorner> corners() const noexcept {
+    return corners_.view();
+  }
+
+  /// Which 0.2 m slices above the local ground are occupied within `kCodeRadius` of (x, y).
+  [[nodiscard]] std::uint64_t occupancy(float x, float y) const noexcept;
+
+  static constexpr float kCodeRadius = 0.7F;
+  static constexpr float kSliceHeight = 0.2F;
+
+  /// Corners refused for want of capacity in the last `build`.
+  [[nodiscard]] std::uint64_t dropped() const noexcept { return corners_.refused(); }
+
+ private:
+  void splat(std::span<const FineCell> cells, const LocalGround& ground) noexcept;
+  void smooth(float* field, const FixedVector<float>& kernel) noexcept;
+  void corner_response() noexcept;
+  void find_corners() noexcept;
+
+  DescriptorConfig config_{};
+  std::int32_t width_ = 0;
+  float half_extent_m_ = 0.0F;
+  std::int32_t* counts_ = nullptr;
+  std::uint64_t* masks_ = nullptr;
+  float* height_ = nullptr;  // smoothed counts
+  float* xx_ = nullptr;      // structure tensor; `xx_` then holds the response
+  float* xy_ = nullptr;
+  float* yy_ = nullptr;
+  float* scratch_ = nullptr;
+  FixedVector<float> smoothing_kernel_;
+  FixedVector<float> window_kernel_;
+  FixedVector<StructureCorner> corners_;
+};
+
+}  // namespace unimapper

@@ -1,0 +1,176 @@
+#include "unimapper/place/database.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace unimapper {
+namespace {
+
+std::int16_t centimetres(float metres) noexcept {
+  return static_cast<std::int16_t>(std::lround(std::clamp(metres * 100.0F, -32767.0F, 32767.0F)));
+}
+
+std::int8_t unit_fraction(float value) noexcept {
+  return static_cast<std::int8_t>(std::lround(std::clamp(value * 127.0F, -127.0F, 127.0F)));
+}
+
+bool is_finite(const Keypoint& keypoint) noexcept {
+  return keypoint.position.allFinite() && keypoint.normal.allFinite();
+}
+
+bool is_finite(const PlanePatch& patch) noexcept {
+  return patch.center.allFinite() && patch.normal.allFinite();
+}
+
+}  // namespace
+
+void PlaceDatabase::attach(Arena& arena, const LoopSearchConfig& config) noexcept {
+  config_ = config;
+  const std::size_t places = config.max_places;
+  table_.attach(arena, config);
+  places_ = arena.allocate<Place>(places);
+  vertices_ = arena.allocate<Vertex>(places * config.max_keypoints);
+  planes_ = arena.allocate<StoredPlane>(places * config.max_planes);
+  votes_ = arena.allocate<std::uint16_t>(places * kYawBins);
+  stored_keypoints_.attach(arena, config.max_keypoints);
+  triangles_.attach(arena, config.triangles.max_triangles);
+  query_.attach(arena, config.max_keypoints);
+  matches_.attach(arena, config.max_matches);
+  candidates_.attach(arena, places);
+  hypotheses_.attach(arena, std::size_t{kHypothesesPerPlace} * config.max_candidates);
+  shifts_.attach(arena, kMatchesPerPlace);
+  match_planes_.attach(arena, config.max_planes);
+  pairs_.attach(arena, config.max_keypoints);
+  overlap_.attach(arena, config.max_planes, config.voxel_size_m);
+  results_.attach(arena, std::max(config.max_results, config.max_verified));
+  const bool ready = results_.capacity() > 0;
+  capacity_ = ready ? config.max_places : 0;
+  size_ = 0;
+  next_ = 0;
+  forgotten_ = 0;
+  dropped_ = 0;
+}
+
+void PlaceDatabase::insert(const PlaceView& place, PlaceId id) noexcept {
+  if (capacity_ == 0) return;
+  const std::uint32_t slot = next_;
+  if (size_ == capacity_) {
+    forget(slot);
+    ++forgotten_;
+  } else {
+    ++size_;
+  }
+  next_ = (next_ + 1) % capacity_;
+
+  Place& stored = places_[slot];
+  stored = {};
+  stored.id = id;
+  stored_keypoints_.clear();
+  Vertex* vertices = vertices_ + std::size_t{slot} * config_.max_keypoints;
+  for (const Keypoint& keypoint : place.keypoints) {
+    if (!is_finite(keypoint) || !stored_keypoints_.push_back(keypoint)) {
+      ++dropped_;
+      continue;
+    }
+    vertices[stored.keypoints++] = {keypoint.position, 0, keypoint.occupancy};
+  }
+  StoredPlane* planes = planes_ + std::size_t{slot} * config_.max_planes;
+  for (const PlanePatch& patch : place.planes) {
+    if (!is_finite(patch) || stored.planes >= config_.max_planes) {
+      ++dropped_;
+      continue;
+    }
+    StoredPlane& plane = planes[stored.planes++];
+    for (int axis = 0; axis < 3; ++axis) {
+      plane.center_cm[axis] = centimetres(patch.center(axis));
+      plane.normal[axis] = unit_fraction(patch.normal(axis));
+    }
+  }
+  triangles_.reset_refused();
+  build_triangles(stored_keypoints_.view(), config_.triangles, triangles_);
+  dropped_ += triangles_.refused();
+  for (const Triangle& triangle : triangles_) {
+    if (table_.insert(triangle, static_cast<std::uint16_t>(slot))) {
+      ++stored.triangles;
+    } else {
+      ++dropped_;
+    }
+  }
+}
+
+// The triangles follow from the stored positions just as they did when they were inserted.
+void PlaceDatabase::forget(std::uint32_t slot) noexcept {
+  stored_keypoints_.clear();
+  const Vertex* vertices = vertices_ + std::size_t{slot} * config_.max_keypoints;
+  for (std::uint32_t i = 0; i < places_[slot].keypoints; ++i) {
+    Keypoint keypoint{};
+    keypoint.position = vertices[i].position;
+    keypoint.normal = Eigen::Vector3f::UnitZ();
+    stored_keypoints_.push_back(keypoint);
+  }
+  build_triangles(stored_keypoints_.view(), config_.triangles, triangles_);
+  for (const Triangle& triangle : triangles_) {
+    table_.remove(triangle, static_cast<std::uint16_t>(slot));
+  }
+}
+
+bool PlaceDatabase::in_scope(const Place& place, PlaceId query,
+                             const SearchScope& scope) const noexcept {
+  const bool same = place.id.session == query.session;
+  if (!same) return scope.sessions != SearchScope::Sessions::kOnlySame;
+  if (scope.sessions == SearchScope::Sessions::kOnlyOther) return false;
+  const std::uint32_t gap = place.id.keyframe > query.keyframe ? place.id.keyframe - query.keyframe
+                                                               : query.keyframe - place.id.keyframe;
+  return gap >= scope.min_keyframe_gap;
+}
+
+std::span<const LoopCandidate> PlaceDatabase::search(const PlaceView& query, PlaceId query_id,
+                                                     const SearchScope& scope) noexcept {
+  results_.clear();
+  if (capacity_ == 0) return results_.view();
+  vote(query, query_id, scope);
+  choose_candidates();
+  hypotheses_.clear();
+  for (const Candidate& candidate : candidates_) form_hypotheses(candidate);
+  const auto better = [this](const Hypothesis& a, const Hypothesis& b) {
+    if (a.inliers != b.inliers) return a.inliers > b.inliers;
+    if (a.votes != b.votes) return a.votes > b.votes;
+    return comes_before(places_[a.place].id, places_[b.place].id);
+  };
+  std::sort(hypotheses_.begin(), hypotheses_.end(), better);
+
+  overlap_.set_query(query.planes);
+  std::uint32_t verified = 0;
+  for (const Hypothesis& hypothesis : hypotheses_) {
+    if (verified == config_.max_verified) break;
+    ++verified;
+    LoopCandidate result;
+    if (verify(hypothesis, result)) keep(result);
+  }
+  std::sort(results_.begin(), results_.end(), [](const LoopCandidate& a, const LoopCandidate& b) {
+    if (a.confidence != b.confidence) return a.confidence > b.confidence;
+    return comes_before(a.match, b.match);
+  });
+  while (results_.size() > config_.max_results) results_.pop_back();
+  return results_.view();
+}
+
+// One result per place: the more confident one.
+void PlaceDatabase::keep(const LoopCandidate& result) noexcept {
+  for (LoopCandidate& known : results_) {
+    if (known.match.session != result.match.session ||
+        known.match.keyframe != result.match.keyframe) {
+      continue;
+    }
+    if (result.confidence > known.confidence) known = result;
+    return;
+  }
+  results_.push_back(result);
+}
+
+bool PlaceDatabase::comes_before(const PlaceId& a, const PlaceId& b) noexcept {
+  return a.session != b.session ? a.session < b.session : a.keyframe < b.keyframe;
+}
+
+}  // namespace unimapper

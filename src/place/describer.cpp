@@ -1,0 +1,83 @@
+#include "unimapper/place/describer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace unimapper {
+namespace {
+
+// Cells farther above or below the sensor are no part of a place (and would not fit the grids).
+constexpr float kMaxHeight = 200.0F;
+// Upright planes are looked for at this height above the ground, where walls are seen best.
+constexpr float kWallHeight = 1.5F;
+// A corner's response in the units of `Keypoint::strength`.
+constexpr float kStrengthScale = 1000.0F;
+
+}  // namespace
+
+void PlaceDescriber::attach(Arena& arena, const DescriptorConfig& config) noexcept {
+  config_ = config;
+  cells_.attach(arena, config.max_cells);
+  keypoints_.attach(arena, config.max_keypoints);
+  ground_.attach(arena, config);
+  planes_.attach(arena, config);
+  structure_.attach(arena, config);
+  dropped_ = 0;
+}
+
+PlaceView PlaceDescriber::describe(std::span<const FineCell> cells) noexcept {
+  dropped_ = 0;
+  admit(cells);
+  ground_.build(cells_.view());
+  planes_.build(cells_.view());
+  structure_.build(cells_.view(), ground_);
+  select_keypoints();
+  dropped_ += planes_.dropped() + structure_.dropped();
+  return {keypoints_.view(), planes_.planes()};
+}
+
+// Keeps the cells that are finite and within range; the rest of the code need not ask again.
+void PlaceDescriber::admit(std::span<const FineCell> cells) noexcept {
+  cells_.clear();
+  cells_.reset_refused();
+  const float range_squared = config_.range_m * config_.range_m;
+  for (const FineCell& cell : cells) {
+    const bool finite = std::isfinite(cell.position.x()) && std::isfinite(cell.position.y()) &&
+                        std::isfinite(cell.position.z());
+    if (!finite) {
+      ++dropped_;
+      continue;
+    }
+    const bool near = cell.position.head<2>().squaredNorm() < range_squared;
+    if (near && std::abs(cell.position.z()) < kMaxHeight) cells_.push_back(cell);
+  }
+  dropped_ += cells_.refused();
+}
+
+// The strongest corners that keep their distance from stronger ones.
+void PlaceDescriber::select_keypoints() noexcept {
+  keypoints_.clear();
+  const float radius_squared = config_.suppression_radius_m * config_.suppression_radius_m;
+  for (const StructureCorner& corner : structure_.corners()) {
+    if (keypoints_.full()) break;
+    const bool suppressed =
+        std::any_of(keypoints_.begin(), keypoints_.end(), [&](const Keypoint& kept) {
+          const float dx = kept.position.x() - corner.x;
+          const float dy = kept.position.y() - corner.y;
+          return dx * dx + dy * dy < radius_squared;
+        });
+    if (suppressed) continue;
+    const std::uint64_t occupancy = structure_.occupancy(corner.x, corner.y);
+    if (occupancy == 0) continue;
+    const float ground = ground_.height(corner.x, corner.y);
+    Keypoint keypoint;
+    keypoint.position = {corner.x, corner.y, ground};
+    keypoint.normal = planes_.bordering_normal({corner.x, corner.y, ground + kWallHeight});
+    keypoint.occupancy = occupancy;
+    keypoint.strength =
+        static_cast<std::uint16_t>(std::min(corner.response * kStrengthScale, 65535.0F));
+    keypoints_.push_back(keypoint);
+  }
+}
+
+}  // namespace unimapper

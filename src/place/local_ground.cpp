@@ -1,0 +1,126 @@
+#include "unimapper/place/local_ground.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace unimapper {
+namespace {
+
+constexpr float kPatchSize = 2.0F;
+constexpr float kNoHeight = 1e9F;
+// Stand-in ground climbs at most this much per patch: 30 %, the steepest road.
+constexpr float kClimbPerPatch = 0.3F * kPatchSize;
+
+}  // namespace
+
+void LocalGround::attach(Arena& arena, const DescriptorConfig& config) noexcept {
+  const auto half = static_cast<std::int32_t>(std::ceil(config.range_m / kPatchSize)) + 1;
+  width_ = 2 * half;
+  half_extent_m_ = static_cast<float>(half) * kPatchSize;
+  const auto count = static_cast<std::size_t>(width_) * static_cast<std::size_t>(width_);
+  patches_ = arena.allocate<Patch>(count);
+  heights_ = arena.allocate<float>(count);
+  if (patches_ == nullptr || heights_ == nullptr) width_ = 0;
+}
+
+void LocalGround::build(std::span<const FineCell> cells) noexcept {
+  const auto count = static_cast<std::size_t>(width_) * static_cast<std::size_t>(width_);
+  for (std::size_t i = 0; i < count; ++i) {
+    patches_[i] = {0, 0, std::numeric_limits<std::int32_t>::max()};
+  }
+  constexpr float kReach = 1e6F;  // beyond, millimetres would not fit
+  for (const FineCell& cell : cells) {
+    const float u = (cell.position.x() + half_extent_m_) / kPatchSize;
+    const float v = (cell.position.y() + half_extent_m_) / kPatchSize;
+    const auto limit = static_cast<float>(width_);
+    if (!(u >= 0.0F && v >= 0.0F && u < limit && v < limit)) continue;
+    if (!(std::abs(cell.position.z()) < kReach)) continue;
+    Patch& patch = patches_[static_cast<std::int32_t>(v) * width_ + static_cast<std::int32_t>(u)];
+    const auto z_mm = static_cast<std::int32_t>(cell.position.z() * 1000.0F);
+    patch.lowest_mm = std::min(patch.lowest_mm, z_mm);
+    if (cell.ground == 0) continue;
+    patch.sum_mm += z_mm;
+    ++patch.count;
+  }
+  bool any_marked = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Patch& patch = patches_[i];
+    heights_[i] = kNoHeight;
+    if (patch.count == 0) continue;
+    any_marked = true;
+    heights_[i] = static_cast<float>(patch.sum_mm / patch.count) * 0.001F;
+  }
+  if (!any_marked) {
+    for (std::size_t i = 0; i < count; ++i) {
+      if (patches_[i].lowest_mm == std::numeric_limits<std::int32_t>::max()) continue;
+      heights_[i] = static_cast<float>(patches_[i].lowest_mm) * 0.001F;
+    }
+  }
+  fill_gaps();
+  if (any_marked) return;
+  // The lowest cell of a patch may be halfway up a wall or a table top: ground is what lies
+  // below every ramp that rises from its surroundings.
+  for (std::int32_t pass = 0; pass < 2; ++pass) {
+    for (std::int32_t step = 0; step < width_ * width_; ++step) {
+      const std::int32_t i = pass == 0 ? step : width_ * width_ - 1 - step;
+      const std::int32_t x = i % width_;
+      const std::int32_t y = i / width_;
+      const std::int32_t back = pass == 0 ? -1 : 1;
+      float& height = heights_[i];
+      if (x + back >= 0 && x + back < width_) {
+        height = std::min(height, heights_[i + back] + kClimbPerPatch);
+      }
+      if (y + back >= 0 && y + back < width_) {
+        height = std::min(height, heights_[i + back * width_] + kClimbPerPatch);
+      }
+    }
+  }
+}
+
+// Gives every patch without a height that of the nearest one with a height (along rows, then
+// columns, there and back), so that interpolation never meets a hole.
+void LocalGround::fill_gaps() noexcept {
+  const auto sweep = [this](std::int32_t start, std::int32_t stride) {
+    float last = kNoHeight;
+    for (std::int32_t k = 0; k < width_; ++k) {
+      float& height = heights_[start + k * stride];
+      if (height == kNoHeight) {
+        height = last;
+      } else {
+        last = height;
+      }
+    }
+  };
+  for (std::int32_t round = 0; round < 2; ++round) {
+    for (std::int32_t row = 0; row < width_; ++row) {
+      sweep(row * width_, 1);
+      sweep(row * width_ + width_ - 1, -1);
+    }
+    for (std::int32_t column = 0; column < width_; ++column) {
+      sweep(column, width_);
+      sweep((width_ - 1) * width_ + column, -width_);
+    }
+  }
+  for (std::int32_t i = 0; i < width_ * width_; ++i) {
+    if (heights_[i] == kNoHeight) heights_[i] = 0.0F;
+  }
+}
+
+float LocalGround::height(float x, float y) const noexcept {
+  if (width_ < 2) return 0.0F;
+  const float limit = static_cast<float>(width_) - 1.001F;
+  const float u = std::clamp((x + half_extent_m_) / kPatchSize - 0.5F, 0.0F, limit);
+  const float v = std::clamp((y + half_extent_m_) / kPatchSize - 0.5F, 0.0F, limit);
+  const auto column = static_cast<std::int32_t>(u);
+  const auto row = static_cast<std::int32_t>(v);
+  const float fu = u - static_cast<float>(column);
+  const float fv = v - static_cast<float>(row);
+  const float* at = heights_ + row * width_ + column;
+  const float near = at[0] + fu * (at[1] - at[0]);
+  const float far = at[width_] + fu * (at[width_ + 1] - at[width_]);
+  return near + fv * (far - near);
+}
+
+}  // namespace unimapper

@@ -1,0 +1,145 @@
+#include "unimapper/place/plane_voxels.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "unimapper/core/symmetric_eigen.hpp"
+#include "unimapper/core/voxel_key.hpp"
+
+namespace unimapper {
+namespace {
+
+// A plane spreads in two directions: the smaller spread is at least this share of the larger,
+// otherwise it is a pole or a wire whose normal would be arbitrary.
+constexpr double kMinSpreadRatio = 0.05;
+// Steeper than this counts as upright: |n.z| < 0.5, more than 60 degrees from level.
+constexpr float kUprightNormalZ = 0.5F;
+
+bool is_upright(const PlanePatch& patch) noexcept {
+  return std::abs(patch.normal.z()) < kUprightNormalZ;
+}
+
+// A total order on patches, so that selection does not depend on how they were found.
+bool comes_first(const PlanePatch& a, const PlanePatch& b) noexcept {
+  if (is_upright(a) != is_upright(b)) return is_upright(a);
+  const float da = a.center.squaredNorm();
+  const float db = b.center.squaredNorm();
+  if (da != db) return da < db;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (a.center(axis) != b.center(axis)) return a.center(axis) < b.center(axis);
+  }
+  return false;
+}
+
+}  // namespace
+
+void PlaneVoxels::attach(Arena& arena, const DescriptorConfig& config) noexcept {
+  config_ = config;
+  voxels_.attach(arena, config.max_voxels);
+  all_.attach(arena, config.max_voxels);
+  order_.attach(arena, config.max_voxels);
+  planes_.attach(arena, config.max_planes);
+}
+
+void PlaneVoxels::add(const FineCell& cell) noexcept {
+  const float inverse_size = 1.0F / config_.voxel_size_m;
+  const VoxelIndex index = voxel_index(cell.position, inverse_size);
+  const std::uint32_t entry = voxels_.find_or_insert(pack(index));
+  if (entry == FixedHashMap<Voxel>::kNotFound) {
+    ++dropped_;
+    return;
+  }
+  Voxel& voxel = voxels_[entry];
+  const auto millimetres = [this](float value, std::int32_t cell_index) {
+    return static_cast<std::int64_t>(
+        (value - static_cast<float>(cell_index) * config_.voxel_size_m) * 1000.0F);
+  };
+  const std::int64_t p[3] = {millimetres(cell.position.x(), index.x),
+                             millimetres(cell.position.y(), index.y),
+                             millimetres(cell.position.z(), index.z)};
+  ++voxel.count;
+  for (int axis = 0; axis < 3; ++axis) voxel.sum[axis] += p[axis];
+  voxel.product[0] += p[0] * p[0];
+  voxel.product[1] += p[0] * p[1];
+  voxel.product[2] += p[0] * p[2];
+  voxel.product[3] += p[1] * p[1];
+  voxel.product[4] += p[1] * p[2];
+  voxel.product[5] += p[2] * p[2];
+}
+
+bool PlaneVoxels::fit(const Voxel& voxel, std::uint64_t key, PlanePatch& patch) const noexcept {
+  if (voxel.count < static_cast<std::int32_t>(config_.plane_min_cells)) return false;
+  const double n = voxel.count;
+  const Eigen::Vector3d mean(static_cast<double>(voxel.sum[0]) / n,
+                             static_cast<double>(voxel.sum[1]) / n,
+                             static_cast<double>(voxel.sum[2]) / n);
+  Eigen::Matrix3d covariance;
+  int k = 0;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = row; column < 3; ++column, ++k) {
+      covariance(row, column) =
+          static_cast<double>(voxel.product[k]) / n - mean(row) * mean(column);
+      covariance(column, row) = covariance(row, column);
+    }
+  }
+  const SymmetricEigen<double> eigen = symmetric_eigen<double>(covariance * 1e-6);
+  if (!(eigen.values(0) < static_cast<double>(config_.plane_max_variance_m2))) return false;
+  if (!(eigen.values(1) > kMinSpreadRatio * eigen.values(2))) return false;
+  if (!(eigen.values(0) < 0.25 * eigen.values(1))) return false;
+
+  const VoxelIndex index = unpack(key);
+  const Eigen::Vector3f corner =
+      Eigen::Vector3f(static_cast<float>(index.x), static_cast<float>(index.y),
+                      static_cast<float>(index.z)) *
+      config_.voxel_size_m;
+  patch.center = corner + (mean * 1e-3).cast<float>();
+  patch.normal = eigen.vectors.col(0).cast<float>().normalized();
+  // Towards the sensor, which is the origin of the frame.
+  if (patch.normal.dot(patch.center) > 0.0F) patch.normal = -patch.normal;
+  return true;
+}
+
+void PlaneVoxels::build(std::span<const FineCell> cells) noexcept {
+  dropped_ = 0;
+  voxels_.clear();
+  all_.clear();
+  order_.clear();
+  planes_.clear();
+  for (const FineCell& cell : cells) add(cell);
+  for (std::uint32_t i = 0; i < voxels_.size(); ++i) {
+    PlanePatch patch;
+    if (!fit(voxels_[i], voxels_.key(i), patch)) continue;
+    all_.push_back(patch);
+    order_.push_back(static_cast<std::uint32_t>(all_.size() - 1));
+    voxels_[i].plane = static_cast<std::int32_t>(all_.size());
+  }
+  std::sort(order_.begin(), order_.end(),
+            [this](std::uint32_t a, std::uint32_t b) { return comes_first(all_[a], all_[b]); });
+  for (const std::uint32_t i : order_) {
+    if (!planes_.push_back(all_[i])) ++dropped_;
+  }
+}
+
+Eigen::Vector3f PlaneVoxels::bordering_normal(const Eigen::Vector3f& position) const noexcept {
+  const VoxelIndex center = voxel_index(position, 1.0F / config_.voxel_size_m);
+  const PlanePatch* best = nullptr;
+  float best_distance = 0.0F;
+  for (std::int32_t dz = -1; dz <= 1; ++dz) {
+    for (std::int32_t dy = -1; dy <= 1; ++dy) {
+      for (std::int32_t dx = -1; dx <= 1; ++dx) {
+        const std::uint32_t entry =
+            voxels_.find(pack({center.x + dx, center.y + dy, center.z + dz}));
+        if (entry == FixedHashMap<Voxel>::kNotFound || voxels_[entry].plane == 0) continue;
+        const PlanePatch& patch = all_[static_cast<std::size_t>(voxels_[entry].plane - 1)];
+        if (!is_upright(patch)) continue;
+        const float distance = (patch.center - position).squaredNorm();
+        if (best != nullptr && !(distance < best_distance)) continue;
+        best = &patch;
+        best_distance = distance;
+      }
+    }
+  }
+  return best == nullptr ? Eigen::Vector3f(Eigen::Vector3f::UnitZ()) : best->normal;
+}
+
+}  // namespace unimapper

@@ -1,0 +1,128 @@
+#include "unimapper/place/triangles.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace unimapper {
+namespace {
+
+constexpr std::uint32_t kMaxKeypoints = 255;
+constexpr std::uint32_t kMaxNeighbours = 32;
+
+// The k nearest neighbours of every keypoint, as lists and as a bit matrix.
+struct Neighbourhood {
+  std::uint8_t list[kMaxKeypoints][kMaxNeighbours];
+  std::uint8_t count[kMaxKeypoints];
+  std::uint64_t bits[kMaxKeypoints][4];
+
+  [[nodiscard]] bool contains(std::uint32_t of, std::uint32_t other) const noexcept {
+    return ((bits[of][other / 64U] >> (other % 64U)) & 1U) != 0;
+  }
+};
+
+float squared_distance(const Keypoint& a, const Keypoint& b) noexcept {
+  return (a.position - b.position).head<2>().squaredNorm();
+}
+
+void find_neighbours(std::span<const Keypoint> keypoints, std::uint32_t wanted, float max_side_m,
+                     Neighbourhood& result) noexcept {
+  const auto n = static_cast<std::uint32_t>(keypoints.size());
+  for (std::uint32_t i = 0; i < n; ++i) {
+    float nearest[kMaxNeighbours];
+    std::uint32_t count = 0;
+    for (std::uint32_t j = 0; j < n; ++j) {
+      const float d = squared_distance(keypoints[i], keypoints[j]);
+      if (j == i || !(d <= max_side_m * max_side_m)) continue;
+      if (count == wanted && !(d < nearest[count - 1])) continue;
+      std::uint32_t at = count < wanted ? count++ : count - 1;
+      for (; at > 0 && d < nearest[at - 1]; --at) {
+        nearest[at] = nearest[at - 1];
+        result.list[i][at] = result.list[i][at - 1];
+      }
+      nearest[at] = d;
+      result.list[i][at] = static_cast<std::uint8_t>(j);
+    }
+    result.count[i] = static_cast<std::uint8_t>(count);
+    for (std::uint64_t& word : result.bits[i]) word = 0;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const std::uint32_t j = result.list[i][k];
+      result.bits[i][j / 64U] |= 1ULL << (j % 64U);
+    }
+  }
+}
+
+// True if an earlier vertex has made this triangle already.
+bool made_before(const Neighbourhood& near, std::uint32_t i, std::uint32_t j,
+                 std::uint32_t k) noexcept {
+  return (j < i && near.contains(j, i) && near.contains(j, k)) ||
+         (k < i && near.contains(k, i) && near.contains(k, j));
+}
+
+std::uint8_t quantised_dot(const Keypoint& a, const Keypoint& b) noexcept {
+  const float dot = std::min(1.0F, std::abs(a.normal.dot(b.normal)));
+  return static_cast<std::uint8_t>(dot * 255.0F + 0.5F);
+}
+
+// Sorts the sides and fills the attributes; false if the triangle is unfit.
+bool make_triangle(std::span<const Keypoint> points, const TriangleConfig& config,
+                   const std::uint32_t (&corner)[3], Triangle& out) noexcept {
+  struct Side {
+    float length;
+    std::uint32_t opposite;
+  } side[3];
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    const float d = squared_distance(points[corner[(i + 1) % 3]], points[corner[(i + 2) % 3]]);
+    side[i] = {std::sqrt(d), corner[i]};
+  }
+  const auto shorter = [](const Side& a, const Side& b) {
+    return a.length < b.length || (a.length == b.length && a.opposite < b.opposite);
+  };
+  if (shorter(side[1], side[0])) std::swap(side[0], side[1]);
+  if (shorter(side[2], side[1])) std::swap(side[1], side[2]);
+  if (shorter(side[1], side[0])) std::swap(side[0], side[1]);
+  // Negated so that NaN is refused too.
+  if (!(side[0].length >= config.min_side_m && side[2].length <= config.max_side_m)) return false;
+
+  const Keypoint& a = points[side[0].opposite];
+  const Keypoint& b = points[side[1].opposite];
+  const Keypoint& c = points[side[2].opposite];
+  const Eigen::Vector3f ab = b.position - a.position;
+  const Eigen::Vector3f ac = c.position - a.position;
+  const float doubled_area = ab.x() * ac.y() - ab.y() * ac.x();
+  if (!(std::abs(doubled_area) >= config.min_height_m * side[2].length)) return false;
+
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    const float centimetres = std::min(side[i].length * 100.0F + 0.5F, 65535.0F);
+    out.side_cm[i] = static_cast<std::uint16_t>(centimetres);
+    out.vertex[i] = static_cast<std::uint8_t>(side[i].opposite);
+  }
+  out.dot[0] = quantised_dot(b, c);
+  out.dot[1] = quantised_dot(a, c);
+  out.dot[2] = quantised_dot(a, b);
+  out.left_handed = doubled_area < 0.0F ? 1 : 0;
+  out.reserved = 0;
+  return true;
+}
+
+}  // namespace
+
+void build_triangles(std::span<const Keypoint> keypoints, const TriangleConfig& config,
+                     FixedVector<Triangle>& out) noexcept {
+  out.clear();
+  if (keypoints.size() > kMaxKeypoints) keypoints = keypoints.first(kMaxKeypoints);
+  Neighbourhood near;
+  find_neighbours(keypoints, std::min(config.neighbours, kMaxNeighbours), config.max_side_m, near);
+  for (std::uint32_t i = 0; i < keypoints.size(); ++i) {
+    for (std::uint32_t first = 0; first < near.count[i]; ++first) {
+      for (std::uint32_t second = first + 1; second < near.count[i]; ++second) {
+        const std::uint32_t j = near.list[i][first];
+        const std::uint32_t k = near.list[i][second];
+        Triangle triangle;
+        if (made_before(near, i, j, k)) continue;
+        if (make_triangle(keypoints, config, {i, j, k}, triangle)) out.push_back(triangle);
+      }
+    }
+  }
+}
+
+}  // namespace unimapper
