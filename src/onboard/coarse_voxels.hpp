@@ -1,0 +1,62 @@
+// Coarse voxels with their mean, covariance and plane.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "cell_table.hpp"
+#include "unimapper/core/arena.hpp"
+#include "unimapper/core/fixed_hash_map.hpp"
+#include "unimapper/onboard/config.hpp"
+
+namespace unimapper::onboard {
+
+/// The points of one coarse voxel, and the ground in or near it.
+struct CoarseVoxel {
+  // Raw moments about the voxel's lower corner, metres.
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  Eigen::Matrix3f squares = Eigen::Matrix3f::Zero();
+  std::uint32_t points = 0;
+
+  Eigen::Vector3f mean = Eigen::Vector3f::Zero();    ///< metres from the grid's origin
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, z >= 0; only of planes
+  bool plane = false;
+  bool ground = false;  ///< in G: a ground plane of its own
+
+  /// The plane that splits the voxel's points into ground and others: lower than the margin
+  /// above it is ground. Only if the voxel is in G or next to it (`has_ground`).
+  bool has_ground = false;
+  Eigen::Vector3f ground_normal = Eigen::Vector3f::Zero();
+  Eigen::Vector3f ground_point = Eigen::Vector3f::Zero();
+};
+
+/// All coarse voxels of a keyframe (paper section IV-A, equations 1 and 2). Moments come from
+/// the means of the fine cells, weighted by their points: the scatter within a 0.2 m cell is
+/// left out, which changes the smallest eigenvalue of a plane by less than 0.0034 m^2.
+class CoarseVoxels {
+ public:
+  void attach(Arena& arena, const VoxelConfig& config) noexcept;
+
+  /// Voxels of all cells in `cells`. O(cells).
+  void build(const CellTable& cells) noexcept;
+
+  static constexpr std::uint32_t kNone = FixedHashMap<CoarseVoxel>::kNotFound;
+  /// Voxel of a cell by its row, or `kNone` if there was no room.
+  [[nodiscard]] std::uint32_t of_row(std::uint32_t row) const noexcept { return of_row_[row]; }
+  /// Cells without voxel in the last `build`.
+  [[nodiscard]] std::uint64_t left_out() const noexcept { return left_out_; }
+
+  [[nodiscard]] FixedHashMap<CoarseVoxel>& map() noexcept { return map_; }
+  [[nodiscard]] const FixedHashMap<CoarseVoxel>& map() const noexcept { return map_; }
+
+ private:
+  void collect_moments(const CellTable& cells) noexcept;
+  void find_plane(CoarseVoxel& voxel, const Eigen::Vector3f& corner) const noexcept;
+
+  VoxelConfig config_;
+  std::uint64_t left_out_ = 0;
+  FixedHashMap<CoarseVoxel> map_;
+  std::uint32_t* of_row_ = nullptr;
+};
+
+}  // namespace unimapper::onboard

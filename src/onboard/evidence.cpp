@@ -1,0 +1,66 @@
+#include "evidence.hpp"
+
+#include <algorithm>
+
+namespace unimapper::onboard {
+
+void EvidenceWindow::attach(Arena& arena, const PipelineConfig& config) noexcept {
+  // Blocks hold several cells each; a quarter is more than any scene measured needs.
+  const std::size_t blocks = std::max<std::size_t>(config.voxel.max_cells / 4, 1);
+  const ImageProjection projection(config.free_space);
+  slot_count_ = config.removal.window + 1;
+  scans_per_keyframe_ = config.keyframe.scans;
+  images_per_keyframe_ = config.free_space.images_per_keyframe;
+  for (std::uint32_t i = 0; i < slot_count_; ++i) {
+    KeyframeEvidence& slot = slots_[i];
+    slot.blocks.attach(arena, blocks);
+    slot.columns.attach(arena, config.free_space.columns ? blocks : 0);
+    if (!config.free_space.visibility) continue;
+    for (std::uint32_t image = 0; image < config.free_space.images_per_keyframe; ++image) {
+      slot.images[image].pixels = arena.allocate<std::uint16_t>(projection.pixels());
+    }
+  }
+}
+
+void EvidenceWindow::begin(const Grid& grid) noexcept {
+  KeyframeEvidence& slot = current();
+  slot.grid = grid;
+  slot.image_count = 0;
+  slot.blocks.clear();
+  slot.columns.clear();
+}
+
+bool EvidenceWindow::wants_image(std::uint32_t scan) const noexcept {
+  if (current().image_count >= images_per_keyframe_) return false;
+  const auto image_of = [this](std::uint32_t s) {
+    return s * images_per_keyframe_ / scans_per_keyframe_;
+  };
+  return scan == 0 || image_of(scan) != image_of(scan - 1);
+}
+
+RangeImage& EvidenceWindow::next_image(const Pose& T_odometry_sensor) noexcept {
+  KeyframeEvidence& slot = current();
+  RangeImage& image = slot.images[slot.image_count++];
+  image.R_grid_sensor = T_odometry_sensor.rotation.cast<float>();
+  image.t_grid_sensor = (T_odometry_sensor.translation - slot.grid.origin_m()).cast<float>();
+  return image;
+}
+
+void EvidenceWindow::record(const CellTable& cells) noexcept {
+  FixedHashMap<BlockHistory>& history = current().blocks;
+  const FixedHashMap<Block>& blocks = cells.blocks();
+  for (std::uint32_t i = 0; i < blocks.size(); ++i) {
+    const std::uint32_t entry = history.find_or_insert(blocks.key(i));
+    if (entry == FixedHashMap<BlockHistory>::kNotFound) continue;
+    std::uint64_t dynamic = 0;
+    std::uint64_t left = blocks[i].occupied;
+    for (std::uint32_t row = blocks[i].first; left != 0; ++row, left &= left - 1) {
+      if ((cells.flags(row) & kCellDynamic) != 0) dynamic |= left & (~left + 1);
+    }
+    history[entry] = {blocks[i].occupied, dynamic};
+  }
+  current_ = (current_ + 1) % slot_count_;
+  earlier_ = std::min(earlier_ + 1, slot_count_ - 1);
+}
+
+}  // namespace unimapper::onboard

@@ -1,0 +1,91 @@
+// What earlier keyframes know about space: the sliding window of the Bayes filter.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "cell_table.hpp"
+#include "free_columns.hpp"
+#include "range_image.hpp"
+#include "unimapper/core/arena.hpp"
+#include "unimapper/core/fixed_hash_map.hpp"
+#include "unimapper/core/pose.hpp"
+#include "unimapper/onboard/config.hpp"
+
+namespace unimapper::onboard {
+
+/// What was decided about 4 x 4 x 4 cells.
+struct BlockHistory {
+  std::uint64_t occupied;
+  std::uint64_t dynamic;  ///< of the occupied ones
+};
+
+/// The measurement Z of one keyframe (paper section IV-D): occupied cells, free space, and what
+/// became of the cells.
+struct KeyframeEvidence {
+  Grid grid;
+  FixedHashMap<BlockHistory> blocks;
+  FreeColumns columns;
+  std::array<RangeImage, FreeSpaceConfig::kMaxImages> images;
+  std::uint32_t image_count = 0;
+
+  [[nodiscard]] std::span<const RangeImage> painted() const noexcept {
+    return {images.data(), image_count};
+  }
+  /// Everything that found no room in the last recording.
+  [[nodiscard]] std::uint64_t left_out() const noexcept {
+    return blocks.refused() + columns.left_out();
+  }
+};
+
+/// The evidence of the last N keyframes and of the current one. A ring: the oldest makes room.
+class EvidenceWindow {
+ public:
+  void attach(Arena& arena, const PipelineConfig& config) noexcept;
+
+  /// Forgets all earlier keyframes.
+  void forget() noexcept { earlier_ = 0; }
+
+  /// The slot of the keyframe at hand: images and columns are filled while it is being built.
+  [[nodiscard]] KeyframeEvidence& current() noexcept { return slots_[current_]; }
+  [[nodiscard]] const KeyframeEvidence& current() const noexcept { return slots_[current_]; }
+
+  /// Earlier keyframes in the window.
+  [[nodiscard]] std::uint32_t earlier_count() const noexcept { return earlier_; }
+  /// The one `age` keyframes ago, from 1 to `earlier_count()`.
+  [[nodiscard]] const KeyframeEvidence& earlier(std::uint32_t age) const noexcept {
+    return slots_[(current_ + slot_count_ - age) % slot_count_];
+  }
+
+  /// Begins the current keyframe in `grid`.
+  void begin(const Grid& grid) noexcept;
+
+  /// Whether scan `scan` of a keyframe is painted: evenly spread ones are, the first always.
+  [[nodiscard]] bool wants_image(std::uint32_t scan) const noexcept;
+  /// The current keyframe's next image, to be painted from `pose`.
+  [[nodiscard]] RangeImage& next_image(const Pose& T_odometry_sensor) noexcept;
+
+  /// Records the decided cells and moves on: the current keyframe becomes the latest earlier one.
+  /// O(blocks).
+  void record(const CellTable& cells) noexcept;
+
+  /// Blocks and columns that found no room in the last recording.
+  [[nodiscard]] std::uint64_t left_out() const noexcept {
+    return earlier_ > 0 ? earlier(1).left_out() : 0;
+  }
+  /// Blocks one keyframe has room for.
+  [[nodiscard]] std::uint32_t block_capacity() const noexcept {
+    return slots_[0].blocks.capacity();
+  }
+
+ private:
+  std::uint32_t scans_per_keyframe_ = 10;
+  std::uint32_t images_per_keyframe_ = 2;
+  std::array<KeyframeEvidence, RemovalConfig::kMaxWindow + 1> slots_;
+  std::uint32_t slot_count_ = 2;  ///< N + 1
+  std::uint32_t current_ = 0;
+  std::uint32_t earlier_ = 0;
+};
+
+}  // namespace unimapper::onboard

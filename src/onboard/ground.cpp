@@ -1,0 +1,98 @@
+#include "ground.hpp"
+
+#include <algorithm>
+
+#include "angles.hpp"
+
+namespace unimapper::onboard {
+namespace {
+
+bool has_points_below(const FixedHashMap<CoarseVoxel>& voxels, VoxelIndex index,
+                      std::int32_t depth) noexcept {
+  for (std::int32_t i = 0; i < depth; ++i) {
+    --index.z;
+    if (voxels.find(pack(index)) != CoarseVoxels::kNone) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::uint32_t find_ground(const GroundConfig& config, float voxel_size_m,
+                          FixedHashMap<CoarseVoxel>& voxels) noexcept {
+  const auto min_up = static_cast<float>(cos_deg(config.max_tilt_deg));
+  const auto depth = static_cast<std::int32_t>(config.below_depth_m / voxel_size_m + 0.5F);
+  std::uint32_t count = 0;
+  for (std::uint32_t i = 0; i < voxels.size(); ++i) {
+    CoarseVoxel& voxel = voxels[i];
+    if (!voxel.plane || voxel.normal.z() <= min_up) continue;
+    if (has_points_below(voxels, unpack(voxels.key(i)), depth)) continue;
+    voxel.ground = true;
+    ++count;
+  }
+  return count;
+}
+
+void spread_ground(const GroundConfig& config, FixedHashMap<CoarseVoxel>& voxels) noexcept {
+  // First sums over G in the 27-neighbourhood, then averages. Visiting the few ground voxels
+  // and handing their plane out is cheaper than every voxel asking all its neighbours.
+  for (std::uint32_t i = 0; i < voxels.size(); ++i) {
+    if (!voxels[i].ground) continue;
+    const VoxelIndex center = unpack(voxels.key(i));
+    for (std::int32_t n = 0; n < 27; ++n) {
+      const VoxelIndex index{center.x + n % 3 - 1, center.y + n / 3 % 3 - 1, center.z + n / 9 - 1};
+      const std::uint32_t neighbour = voxels.find(pack(index));
+      if (neighbour == CoarseVoxels::kNone) continue;
+      CoarseVoxel& receiver = voxels[neighbour];
+      if (!receiver.has_ground) {
+        receiver.has_ground = true;
+        receiver.sum.setZero();
+        receiver.points = 0;
+      }
+      receiver.ground_normal += voxels[i].normal;
+      receiver.sum += voxels[i].mean;
+      ++receiver.points;
+    }
+  }
+  for (CoarseVoxel& voxel : voxels.values()) {
+    if (!voxel.has_ground) continue;
+    if (voxel.ground && config.own_plane_first) {
+      voxel.ground_normal = voxel.normal;
+      voxel.ground_point = voxel.mean;
+      continue;
+    }
+    // Normals all point up, so their sum never vanishes.
+    voxel.ground_normal.normalize();
+    voxel.ground_point = voxel.sum / static_cast<float>(voxel.points);
+  }
+}
+
+void split_ground(const GroundConfig& ground, const RemovalConfig& removal,
+                  const CoarseVoxels& voxels, CellTable& cells) noexcept {
+  for (std::uint32_t row = 0; row < cells.size(); ++row) {
+    const std::uint32_t entry = voxels.of_row(row);
+    const bool has_ground = entry != CoarseVoxels::kNone && voxels.map()[entry].has_ground;
+    if (has_ground &&
+        height_above_ground(voxels.map()[entry], cells.position(row)) < ground.margin_m) {
+      cells.set_flag(row, kCellGround);
+    } else if (has_ground || !removal.candidates_next_to_ground) {
+      cells.set_flag(row, kCellCandidate);
+    }
+  }
+}
+
+std::uint32_t ground_level_in_cell(const GroundConfig& config, const CoarseVoxels& voxels,
+                                   const CellTable& cells, std::uint32_t row) noexcept {
+  const std::uint32_t entry = voxels.of_row(row);
+  if (entry == CoarseVoxels::kNone || !voxels.map()[entry].has_ground) return 0;
+  const CoarseVoxel& voxel = voxels.map()[entry];
+  const float size_m = cells.grid().cell_size_m;
+  // Straight below or above the cell's mean; ground normals are within theta_A of up.
+  const Eigen::Vector3f p = cells.position(row);
+  const float above = height_above_ground(voxel, p) - config.margin_m;
+  const float level_m = p.z() - above / voxel.ground_normal.z();
+  const float level = (level_m / size_m - static_cast<float>(cells.index(row).z)) * 256.0F;
+  return static_cast<std::uint32_t>(std::clamp(level, 0.0F, 256.0F));
+}
+
+}  // namespace unimapper::onboard

@@ -1,0 +1,34 @@
+// Ground voxels, and which cells are ground.
+#pragma once
+
+#include "cell_table.hpp"
+#include "coarse_voxels.hpp"
+#include "unimapper/onboard/config.hpp"
+
+namespace unimapper::onboard {
+
+/// Marks the ground voxels G (paper section IV-B, equation 4): planes within theta_A of up,
+/// except those with points below them. Returns how many there are. O(voxels).
+std::uint32_t find_ground(const GroundConfig& config, float voxel_size_m,
+                          FixedHashMap<CoarseVoxel>& voxels) noexcept;
+
+/// Gives every voxel in G and every neighbour of G (the candidates C) the plane that splits its
+/// points (paper section IV-B, equation 5). O(voxels).
+void spread_ground(const GroundConfig& config, FixedHashMap<CoarseVoxel>& voxels) noexcept;
+
+/// Height above the voxel's splitting plane, metres.
+[[nodiscard]] inline float height_above_ground(const CoarseVoxel& voxel,
+                                               const Eigen::Vector3f& p) noexcept {
+  return voxel.ground_normal.dot(p - voxel.ground_point);
+}
+
+/// Marks every cell as ground or candidate, or neither. O(cells).
+void split_ground(const GroundConfig& ground, const RemovalConfig& removal,
+                  const CoarseVoxels& voxels, CellTable& cells) noexcept;
+
+/// How high in a cell (0 to 256, in 1/256 of its edge) its points stop being ground.
+[[nodiscard]] std::uint32_t ground_level_in_cell(const GroundConfig& config,
+                                                 const CoarseVoxels& voxels, const CellTable& cells,
+                                                 std::uint32_t row) noexcept;
+
+}  // namespace unimapper::onboard

@@ -1,0 +1,55 @@
+// Decided cells as the rest of the world sees them.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "cell_table.hpp"
+#include "coarse_voxels.hpp"
+#include "scan_accumulator.hpp"
+#include "unimapper/core/arena.hpp"
+#include "unimapper/core/keyframe.hpp"
+#include "unimapper/core/point_view.hpp"
+#include "unimapper/onboard/config.hpp"
+
+namespace unimapper::onboard {
+
+/// Turns decided cells into labels of points and into cells of the levelled keyframe frame.
+class KeyframeOutput {
+ public:
+  void attach(Arena& arena, const PipelineConfig& config) noexcept;
+
+  /// Converts the table's cells; O(cells).
+  void build(const CellTable& cells, const CoarseVoxels& voxels, const ScanAccumulator& scans,
+             const Pose& T_odometry_keyframe) noexcept;
+
+  [[nodiscard]] std::span<const FineCell> static_cells() const noexcept {
+    return {cells_, static_count_};
+  }
+  [[nodiscard]] std::span<const FineCell> dynamic_cells() const noexcept {
+    return {cells_ + capacity_ - dynamic_count_, dynamic_count_};
+  }
+
+  /// Label of one point. In a dynamic cell, points at the height of the ground stay static.
+  [[nodiscard]] PointLabel label(PointCode code) const noexcept {
+    if (code == kPointInvalid) return PointLabel::kUnknown;
+    if (!has_cell(code)) return PointLabel::kStatic;
+    return height_of(code) >= dynamic_from_[cell_of(code)] ? PointLabel::kDynamic
+                                                           : PointLabel::kStatic;
+  }
+
+  /// Dynamic points in all scans. O(points).
+  [[nodiscard]] std::uint64_t count_dynamic(const ScanAccumulator& scans) const noexcept;
+
+ private:
+  static constexpr std::uint16_t kNever = 256;
+
+  GroundConfig ground_;
+  std::uint32_t capacity_ = 0;
+  std::uint32_t static_count_ = 0;
+  std::uint32_t dynamic_count_ = 0;
+  FineCell* cells_ = nullptr;  ///< static ones from the front, dynamic ones from the back
+  std::uint16_t* dynamic_from_ = nullptr;  ///< per accumulator cell: lowest dynamic height
+};
+
+}  // namespace unimapper::onboard

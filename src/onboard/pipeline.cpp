@@ -1,0 +1,286 @@
+#include "unimapper/onboard/pipeline.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <new>
+
+#include "bayes_filter.hpp"
+#include "cell_table.hpp"
+#include "coarse_voxels.hpp"
+#include "components.hpp"
+#include "evidence.hpp"
+#include "ground.hpp"
+#include "keyframe_output.hpp"
+#include "motion_gate.hpp"
+#include "range_image.hpp"
+#include "scan_accumulator.hpp"
+#include "stage_clock.hpp"
+#include "unimapper/place/describer.hpp"
+
+namespace unimapper {
+
+using namespace onboard;
+
+/// Everything the pipeline owns: one member per stage, in the order the data takes.
+struct Pipeline::State {
+  explicit State(const PipelineConfig& configuration) noexcept
+      : config(configuration), gate(configuration.keyframe) {}
+
+  void attach(Arena& arena) noexcept;
+
+  ScanResult add_scan(const PointView& points, const Pose& pose, std::int64_t stamp_ns) noexcept;
+  /// False if no point was valid; nothing has changed then.
+  bool ingest(const PointView& points, const Pose& pose) noexcept;
+  void begin_keyframe(const Pose& first_pose) noexcept;
+  [[nodiscard]] bool is_complete() const noexcept;
+  void close_keyframe() noexcept;
+
+  void remove_dynamic() noexcept;
+  void describe_place() noexcept;
+  void search_loops() noexcept;
+  void count_input(const ScanCounts& counts) noexcept;
+  void count_result() noexcept;
+
+  std::uint64_t& dropped(DropCause cause) noexcept {
+    return statistics.dropped[static_cast<std::size_t>(cause)];
+  }
+
+  PipelineConfig config;
+  Pipeline pipeline;  ///< what the caller holds
+
+  MotionGate gate;
+  ScanAccumulator accumulator;
+  RangePainter painter;
+  CellTable cells;
+  CoarseVoxels voxels;
+  EvidenceWindow window;
+  BayesFilter filter;
+  Components components;
+  KeyframeOutput output;
+  PlaceDescriber describer;
+  PlaceDatabase places;
+
+  bool open = false;  ///< a keyframe has at least one scan and is not closed yet
+  std::uint32_t scan_index = 0;
+  std::uint32_t sequence = 0;
+  KeyframeScan scans[KeyframeConfig::kMaxScans];
+  KeyframeStatistics statistics;
+  KeyframeView view;
+};
+
+void Pipeline::State::attach(Arena& arena) noexcept {
+  accumulator.attach(arena, config);
+  painter.attach(arena, config);
+  cells.attach(arena, config.voxel);
+  voxels.attach(arena, config.voxel);
+  window.attach(arena, config);
+  filter.attach(arena, config);
+  components.attach(arena, config);
+  output.attach(arena, config);
+  describer.attach(arena, config.descriptor);
+  places.attach(arena, config.loop_search);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Scans to keyframes
+
+ScanResult Pipeline::State::add_scan(const PointView& points, const Pose& pose,
+                                     std::int64_t stamp_ns) noexcept {
+  const StageTimer timer(config.clock_ns, statistics, Stage::kTotal);
+  const std::uint32_t index = scan_index++;
+
+  const Motion motion = gate.check(pose, stamp_ns);
+  if (motion.error.code == ErrorCode::kPoseJump && open) {
+    close_keyframe();
+    return {motion.error, true};
+  }
+  if (motion.error.code != ErrorCode::kOk) return {motion.error, false};
+
+  if (!open) begin_keyframe(pose);
+  if (!ingest(points, pose)) {
+    return {{ErrorCode::kEmptyScan,
+             "the scan has no point that is finite and within the sensor's range"},
+            false};
+  }
+  scans[accumulator.scans() - 1] = {index, stamp_ns, pose};
+  gate.accept(pose, stamp_ns);
+  if (motion.restarted) window.forget();
+  open = true;
+
+  if (!is_complete()) return {};
+  close_keyframe();
+  return {{}, true};
+}
+
+void Pipeline::State::begin_keyframe(const Pose& first_pose) noexcept {
+  const Grid grid = grid_near(first_pose.translation, config.voxel);
+  statistics = {};
+  accumulator.begin(grid);
+  window.begin(grid);
+}
+
+bool Pipeline::State::ingest(const PointView& points, const Pose& pose) noexcept {
+  const StageTimer timer(config.clock_ns, statistics, Stage::kIngest);
+  const ScanCounts counts = accumulator.add(points, pose);
+  if (counts.valid == 0) return false;
+  count_input(counts);
+  if (config.free_space.visibility && window.wants_image(accumulator.scans() - 1)) {
+    painter.paint(points, window.next_image(pose));
+  }
+  return true;
+}
+
+bool Pipeline::State::is_complete() const noexcept {
+  const std::uint32_t count = accumulator.scans();
+  if (count >= config.keyframe.scans) return true;
+  const Eigen::Vector3d travelled =
+      scans[count - 1].T_odometry_sensor.translation - scans[0].T_odometry_sensor.translation;
+  const auto distance_m = static_cast<double>(config.keyframe.distance_m);
+  return distance_m > 0.0 && travelled.squaredNorm() >= distance_m * distance_m;
+}
+
+void Pipeline::State::close_keyframe() noexcept {
+  open = false;
+  view = {};
+  view.sequence = sequence++;
+  view.scans = {scans, accumulator.scans()};
+  view.reference_scan = accumulator.scans() / 2;
+  view.T_odometry_keyframe = level_frame(scans[view.reference_scan].T_odometry_sensor);
+  view.statistics = &statistics;
+
+  remove_dynamic();
+  describe_place();
+  search_loops();
+  count_result();
+}
+
+// ---------------------------------------------------------------------------------------------
+// The paper's overview figure, one call per arrow
+
+void Pipeline::State::remove_dynamic() noexcept {
+  const StageTimer timer(config.clock_ns, statistics, Stage::kRemoval);
+  cells.build(accumulator);
+  voxels.build(cells);
+  statistics.ground_voxels = find_ground(config.ground, config.voxel.coarse_size_m, voxels.map());
+  spread_ground(config.ground, voxels.map());
+  split_ground(config.ground, config.removal, voxels, cells);
+  if (config.free_space.columns) window.current().columns.build(cells);
+  filter.run(window, painter.projection(), cells);
+  if (config.removal.components) statistics.components = components.run(window, cells);
+  window.record(cells);
+  output.build(cells, voxels, accumulator, view.T_odometry_keyframe);
+  view.static_cells = output.static_cells();
+  view.dynamic_cells = output.dynamic_cells();
+}
+
+void Pipeline::State::describe_place() noexcept {
+  const StageTimer timer(config.clock_ns, statistics, Stage::kDescription);
+  view.place = describer.describe(view.static_cells);
+}
+
+void Pipeline::State::search_loops() noexcept {
+  const StageTimer timer(config.clock_ns, statistics, Stage::kSearch);
+  const PlaceId id{0, view.sequence};
+  const std::uint64_t dropped_before = places.dropped();
+  view.loops = places.search(view.place, id, config.search_scope);
+  places.insert(view.place, id);
+  dropped(DropCause::kTriangleTableFull) = places.dropped() - dropped_before;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Bookkeeping
+
+void Pipeline::State::count_input(const ScanCounts& counts) noexcept {
+  statistics.points_in += counts.points;
+  statistics.points_valid += counts.valid;
+  dropped(DropCause::kNotFinite) += counts.not_finite;
+  dropped(DropCause::kOutOfRange) += counts.out_of_range;
+  dropped(DropCause::kScanTooLarge) += counts.beyond_capacity;
+  dropped(DropCause::kCellsFull) += counts.no_cell;
+}
+
+void Pipeline::State::count_result() noexcept {
+  const std::uint64_t invalid =
+      statistics.dropped_by(DropCause::kNotFinite) + statistics.dropped_by(DropCause::kOutOfRange);
+  statistics.points_dynamic = output.count_dynamic(accumulator);
+  statistics.points_static = statistics.points_in - invalid - statistics.points_dynamic;
+  statistics.cells = accumulator.cells().size();
+  statistics.dynamic_cells = static_cast<std::uint32_t>(view.dynamic_cells.size());
+  statistics.voxels = voxels.map().size();
+  dropped(DropCause::kVoxelsFull) = voxels.left_out();
+  dropped(DropCause::kEvidenceFull) = cells.left_out() + window.left_out();
+  dropped(DropCause::kDescriptionFull) = describer.dropped();
+
+  const auto use = [this](Capacity which, std::uint64_t used, std::uint64_t capacity) {
+    statistics.capacity[static_cast<std::size_t>(which)] = {used, capacity};
+  };
+  use(Capacity::kPointsPerScan, accumulator.largest_scan(), config.keyframe.max_points_per_scan);
+  use(Capacity::kCells, statistics.cells, config.voxel.max_cells);
+  use(Capacity::kVoxels, statistics.voxels, config.voxel.max_voxels);
+  use(Capacity::kBlocks, cells.blocks().size(), window.block_capacity());
+  use(Capacity::kPlaces, places.size(), config.loop_search.max_places);
+}
+
+// ---------------------------------------------------------------------------------------------
+// What the caller sees
+
+std::size_t Pipeline::required_bytes(const PipelineConfig& config) noexcept {
+  if (config.validate().code != ErrorCode::kOk) return 0;
+  Arena arena = Arena::measuring();
+  arena.allocate<std::byte>(sizeof(State));
+  State state(config);
+  state.attach(arena);
+  return arena.used();
+}
+
+Expected<Pipeline*> Pipeline::create(const PipelineConfig& config,
+                                     std::span<std::byte> memory) noexcept {
+  const Error invalid = config.validate();
+  if (invalid.code != ErrorCode::kOk) return invalid;
+  if (reinterpret_cast<std::uintptr_t>(memory.data()) % Arena::kAlignment != 0) {
+    return Error{ErrorCode::kMemoryMisaligned, "the memory must start on a 64-byte boundary"};
+  }
+  if (memory.size() < required_bytes(config)) {
+    return Error{ErrorCode::kMemoryTooSmall,
+                 "the memory is smaller than Pipeline::required_bytes(config)"};
+  }
+  Arena arena(memory.data(), memory.size());
+  State* state = new (arena.allocate<std::byte>(sizeof(State))) State(config);
+  state->attach(arena);
+  state->pipeline.state_ = state;
+  return &state->pipeline;
+}
+
+ScanResult Pipeline::add_scan(const PointView& points, const Pose& T_odometry_sensor,
+                              std::int64_t stamp_ns) noexcept {
+  return state_->add_scan(points, T_odometry_sensor, stamp_ns);
+}
+
+ScanResult Pipeline::flush() noexcept {
+  if (!state_->open) return {};
+  const StageTimer timer(state_->config.clock_ns, state_->statistics, Stage::kTotal);
+  state_->close_keyframe();
+  return {{}, true};
+}
+
+const KeyframeView& Pipeline::keyframe() const noexcept { return state_->view; }
+
+std::size_t Pipeline::labels(std::size_t scan_in_keyframe,
+                             std::span<PointLabel> out) const noexcept {
+  if (scan_in_keyframe >= state_->accumulator.scans()) return 0;
+  const auto scan = static_cast<std::uint32_t>(scan_in_keyframe);
+  const std::span<const PointCode> codes = state_->accumulator.codes(scan);
+  const std::size_t count = std::min(out.size(), state_->accumulator.points_of(scan));
+  const std::size_t coded = std::min(count, codes.size());
+  for (std::size_t i = 0; i < coded; ++i) out[i] = state_->output.label(codes[i]);
+  // What did not fit the scan's capacity was never looked at.
+  std::fill(out.begin() + static_cast<std::ptrdiff_t>(coded),
+            out.begin() + static_cast<std::ptrdiff_t>(count), PointLabel::kStatic);
+  return count;
+}
+
+PlaceDatabase& Pipeline::places() noexcept { return state_->places; }
+
+const PipelineConfig& Pipeline::config() const noexcept { return state_->config; }
+
+}  // namespace unimapper

@@ -1,0 +1,134 @@
+#include "range_image.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "angles.hpp"
+
+namespace unimapper::onboard {
+namespace {
+
+constexpr std::uint16_t kNoReturn = 0xFFFF;
+constexpr std::size_t kBatch = 256;
+
+}  // namespace
+
+ImageProjection::ImageProjection(const FreeSpaceConfig& config) noexcept {
+  const float turn = config.horizontal_fov_deg / 360.0F;
+  columns_ = std::max(3, static_cast<std::int32_t>(
+                             config.horizontal_fov_deg / config.azimuth_resolution_deg + 0.5F));
+  wraps_ = turn >= 1.0F;
+  columns_per_turn_ = static_cast<float>(columns_) / turn;
+  first_turn_ = -0.5F * turn;
+
+  const auto low = static_cast<float>(sin_deg(config.elevation_min_deg));
+  const auto high = static_cast<float>(sin_deg(config.elevation_max_deg));
+  rows_ =
+      std::max(1, static_cast<std::int32_t>((config.elevation_max_deg - config.elevation_min_deg) /
+                                                config.elevation_resolution_deg +
+                                            0.5F));
+  rows_per_sine_ = static_cast<float>(rows_) / (high - low);
+  first_sine_ = low;
+}
+
+void ImageProjection::project(const float* x, const float* y, const float* z, std::size_t count,
+                              std::int32_t* pixel, float* range_m) const noexcept {
+  const auto columns = static_cast<float>(columns_);
+  const auto rows = static_cast<float>(rows_);
+  for (std::size_t i = 0; i < count; ++i) {
+    const float range = std::sqrt(x[i] * x[i] + y[i] * y[i] + z[i] * z[i]);
+    const float sine = z[i] / (range + 1.17549435e-38F);
+    const float row = (sine - first_sine_) * rows_per_sine_;
+    float column = (direction_turns(x[i], y[i]) - first_turn_) * columns_per_turn_;
+    // Exactly half a turn lies on the seam.
+    column = wraps_ && column >= columns ? column - columns : column;
+    const bool inside = (column >= 0.0F) & (column < columns) & (row >= 0.0F) & (row < rows);
+    const auto at = static_cast<std::int32_t>(inside ? row : 0.0F) * columns_ +
+                    static_cast<std::int32_t>(inside ? column : 0.0F);
+    pixel[i] = inside ? at : kOutside;
+    range_m[i] = range;
+  }
+}
+
+void RangePainter::attach(Arena& arena, const PipelineConfig& config) noexcept {
+  projection_ = ImageProjection(config.free_space);
+  range_min_m_ = config.keyframe.range_min_m;
+  range_max_m_ = config.keyframe.range_max_m;
+  min_returns_ = config.free_space.min_returns;
+  max_points_ = config.keyframe.max_points_per_scan;
+  nearest_ = arena.allocate<std::uint16_t>(projection_.pixels());
+  row_min_ = arena.allocate<std::uint16_t>(projection_.pixels());
+  row_count_ = arena.allocate<std::uint8_t>(projection_.pixels());
+}
+
+void RangePainter::paint(const PointView& points, RangeImage& image) noexcept {
+  std::fill_n(nearest_, projection_.pixels(), kNoReturn);
+  collect(points);
+  filter(image.pixels);
+}
+
+void RangePainter::collect(const PointView& points) noexcept {
+  float x[kBatch];
+  float y[kBatch];
+  float z[kBatch];
+  float range_m[kBatch];
+  std::int32_t pixel[kBatch];
+  const std::size_t count = std::min(points.count, max_points_);
+  for (std::size_t first = 0; first < count; first += kBatch) {
+    const std::size_t size = std::min(kBatch, count - first);
+    for (std::size_t i = 0; i < size; ++i) {
+      const Eigen::Vector3f p = points[first + i];
+      x[i] = p.x();
+      y[i] = p.y();
+      z[i] = p.z();
+    }
+    projection_.project(x, y, z, size, pixel, range_m);
+    for (std::size_t i = 0; i < size; ++i) {
+      // NaN and infinity fail the comparison.
+      if (pixel[i] == ImageProjection::kOutside) continue;
+      if (!(range_m[i] >= range_min_m_ && range_m[i] <= range_max_m_)) continue;
+      const auto range = static_cast<std::uint16_t>(range_m[i] * kRangeUnitsPerMetre);
+      nearest_[pixel[i]] = std::min(nearest_[pixel[i]], range);
+    }
+  }
+}
+
+void RangePainter::filter(std::uint16_t* pixels) noexcept {
+  const std::int32_t columns = projection_.columns();
+  const std::int32_t rows = projection_.rows();
+  for (std::int32_t row = 0; row < rows; ++row) {
+    const std::uint16_t* in = nearest_ + row * columns;
+    std::uint16_t* out = row_min_ + row * columns;
+    std::uint8_t* returns = row_count_ + row * columns;
+    const auto combine = [&](std::int32_t at, std::uint16_t left, std::uint16_t right) {
+      out[at] = std::min(in[at], std::min(left, right));
+      returns[at] = static_cast<std::uint8_t>((in[at] != kNoReturn) + (left != kNoReturn) +
+                                              (right != kNoReturn));
+    };
+    for (std::int32_t at = 1; at + 1 < columns; ++at) combine(at, in[at - 1], in[at + 1]);
+    const std::uint16_t before = projection_.wraps() ? in[columns - 1] : kNoReturn;
+    const std::uint16_t after = projection_.wraps() ? in[0] : kNoReturn;
+    combine(0, before, in[1]);
+    combine(columns - 1, in[columns - 2], after);
+  }
+  for (std::int32_t row = 0; row < rows; ++row) {
+    const std::int32_t above = row > 0 ? row - 1 : row;
+    const std::int32_t below = row + 1 < rows ? row + 1 : row;
+    for (std::int32_t column = 0; column < columns; ++column) {
+      const std::int32_t at = row * columns + column;
+      std::uint16_t nearest = row_min_[at];
+      std::uint32_t returns = row_count_[at];
+      if (above != row) {
+        nearest = std::min(nearest, row_min_[above * columns + column]);
+        returns += row_count_[above * columns + column];
+      }
+      if (below != row) {
+        nearest = std::min(nearest, row_min_[below * columns + column]);
+        returns += row_count_[below * columns + column];
+      }
+      pixels[at] = returns >= min_returns_ ? nearest : kNoRange;
+    }
+  }
+}
+
+}  // namespace unimapper::onboard
