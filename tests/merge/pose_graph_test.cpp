@@ -4,12 +4,12 @@
 #include <limits>
 
 #include "tests/merge/g2o_file.hpp"
-#include "tests/merge/real_data.hpp"
+#include "tests/recordings.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
 using unimapper::merge::testing::read_g2o;
-using unimapper::merge::testing::real_data;
+using unimapper::testing::find_recording;
 
 namespace {
 
@@ -96,7 +96,7 @@ TEST_CASE("A chordal start needs a connected graph", "[pose_graph]") {
 }
 
 TEST_CASE("Published graphs reach their certified optima", "[pose_graph][real]") {
-  const auto folder = real_data("pose_graphs");
+  const auto folder = find_recording("pose_graphs");
   if (folder.empty()) return;
   CHECK(certified_objective(folder / "smallGrid3D.g2o") == Approx(1025.398).epsilon(1e-5));
   CHECK(certified_objective(folder / "sphere2500.g2o") == Approx(1687.006).epsilon(1e-5));

@@ -1,0 +1,78 @@
+// Generalized ICP on clouds whose covariances are computed once.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "unimapper/core/pose.hpp"
+#include "unimapper/merge/merge_config.hpp"
+#include "unimapper/merge/pose_graph.hpp"
+
+namespace unimapper::merge {
+
+/// Points thinned to one per leaf, each with the covariance of the surface it lies on and a
+/// kd-tree over all. Building one costs more than aligning two, so it is built once per keyframe
+/// and shared. Immutable and safe to share between threads.
+class RegistrationCloud {
+ public:
+  /// `ground` marks points that say nothing about a horizontal position; it may be empty (no
+  /// ground known) or as long as `points`. Points that are not finite are left out. The
+  /// result does not depend on the order of the points beyond rounding.
+  RegistrationCloud(std::span<const Eigen::Vector3f> points, std::span<const std::uint8_t> ground,
+                    const RegistrationConfig& config);
+  ~RegistrationCloud();
+  RegistrationCloud(RegistrationCloud&&) noexcept;
+  RegistrationCloud& operator=(RegistrationCloud&&) noexcept;
+
+  [[nodiscard]] std::size_t size() const { return points_.size(); }
+  [[nodiscard]] const std::vector<Eigen::Vector3f>& points() const { return points_; }
+  [[nodiscard]] const Eigen::Matrix3f& covariance(std::size_t i) const { return covariances_[i]; }
+  [[nodiscard]] bool is_ground(std::size_t i) const { return ground_[i] != 0; }
+
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+
+  /// Nearest point closer than sqrt(`squared_gate`), or kNone. On return `squared_gate` holds
+  /// the squared distance of what was found.
+  [[nodiscard]] std::uint32_t nearest(const Eigen::Vector3f& query, float& squared_gate) const;
+
+ private:
+  struct Tree;
+  void thin(std::span<const Eigen::Vector3f> points, std::span<const std::uint8_t> ground,
+            float leaf_m);
+  void estimate_covariances(const RegistrationConfig& config);
+
+  std::vector<Eigen::Vector3f> points_;
+  std::vector<Eigen::Matrix3f> covariances_;
+  std::vector<std::uint8_t> ground_;
+  std::unique_ptr<Tree> tree_;
+};
+
+struct RegistrationResult {
+  bool converged = false;
+  Pose T_target_source;
+  /// Inverse covariance of the result as a PoseGraph::Edge with from = target: from the Hessian,
+  /// so that it is weak along a corridor, and never better than the configured floors.
+  Matrix6d information = Matrix6d::Identity();
+  std::uint32_t iterations = 0;
+  std::size_t matched = 0;  ///< source points with a partner
+  double rmse_m = 0.0;      ///< across surfaces, not along them, of matched points
+  /// Smallest over largest eigenvalue of the translation's information: 0 in an endless corridor.
+  double condition = 0.0;
+};
+
+/// Aligns `source` to `target` from `T_target_source`, first with the coarse gate, then with the
+/// fine one (Levenberg-Marquardt over pairs that are matched anew in every iteration).
+RegistrationResult register_clouds(const RegistrationCloud& target, const RegistrationCloud& source,
+                                   const Pose& T_target_source, const RegistrationConfig& config);
+
+/// Share of structure (no ground) that coincides at a given pose, of the cloud that has more in
+/// common with the other; only points within `radius_m` of both origins count. 0 if there are
+/// fewer than 50 such points.
+double structure_overlap(const RegistrationCloud& target, const RegistrationCloud& source,
+                         const Pose& T_target_source, double radius_m, double distance_m);
+
+}  // namespace unimapper::merge

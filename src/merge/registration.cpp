@@ -1,0 +1,254 @@
+#include "unimapper/merge/registration.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace unimapper::merge {
+namespace {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+struct Match {
+  std::uint32_t source;
+  std::uint32_t target;
+};
+
+/// Normal equations by (translation added in the target frame, rotation on the left about the
+/// source's origin).
+struct Linearisation {
+  Matrix6d hessian = Matrix6d::Zero();
+  Vector6d gradient = Vector6d::Zero();
+  double cost = 0.0;
+};
+
+Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return m;
+}
+
+/// Symmetric and well conditioned by construction: both summands are at least sigma^2.
+Eigen::Matrix3d inverse(const Eigen::Matrix3d& m) { return m.inverse(); }
+
+Pose moved(const Pose& pose, const Vector6d& step) {
+  const Eigen::Vector3d phi = step.tail<3>();
+  const double angle = phi.norm();
+  Pose next = pose;
+  if (angle > 1e-12) {
+    next.rotation = Eigen::AngleAxisd(angle, phi / angle).toRotationMatrix() * pose.rotation;
+    next.rotation = Eigen::Quaterniond(next.rotation).normalized().toRotationMatrix();
+  }
+  next.translation += step.head<3>();
+  return next;
+}
+
+class Aligner {
+ public:
+  Aligner(const RegistrationCloud& target, const RegistrationCloud& source,
+          const RegistrationConfig& config)
+      : target_(target),
+        source_(source),
+        config_(config),
+        partner_(source.size(), RegistrationCloud::kNone) {}
+
+  void match(const Pose& pose, double gate_m) {
+    const Eigen::Matrix3f r = pose.rotation.cast<float>();
+    const Eigen::Vector3f t = pose.translation.cast<float>();
+    const auto gate = static_cast<float>(gate_m * gate_m);
+    matches_.clear();
+    for (std::size_t i = 0; i < source_.size(); ++i) {
+      const Eigen::Vector3f p = r * source_.points()[i] + t;
+      float bound = gate;
+      // The partner of the last iteration is rarely far off, which prunes the search.
+      const std::uint32_t last = partner_[i];
+      if (last != RegistrationCloud::kNone) {
+        bound = std::min(gate, (target_.points()[last] - p).squaredNorm() * 1.0001F + 1e-12F);
+      }
+      const std::uint32_t found = target_.nearest(p, bound);
+      partner_[i] = found;
+      if (found != RegistrationCloud::kNone) {
+        matches_.push_back({static_cast<std::uint32_t>(i), found});
+      }
+    }
+  }
+
+  /// `slide` is taken off the shapes' information in every direction: what a surface seems to
+  /// say about motion along itself comes from the pairing, not from the scene.
+  Linearisation linearise(const Pose& pose, double slide = 0.0) {
+    Linearisation sum;
+    weight_.resize(matches_.size());
+    mahalanobis_.resize(matches_.size());
+    for (std::size_t k = 0; k < matches_.size(); ++k) {
+      const Match& m = matches_[k];
+      const Eigen::Vector3d rotated = pose.rotation * source_.points()[m.source].cast<double>();
+      const Eigen::Vector3d d =
+          target_.points()[m.target].cast<double>() - rotated - pose.translation;
+      mahalanobis_[k] = inverse(target_.covariance(m.target).cast<double>() +
+                                pose.rotation * source_.covariance(m.source).cast<double>() *
+                                    pose.rotation.transpose());
+      const Eigen::Vector3d md = mahalanobis_[k] * d;
+      const double e2 = d.dot(md);
+      // What moved between the visits must not pull: weights fall off beyond a few sigma.
+      weight_[k] = 1.0 / (1.0 + e2 / kSoftLimit);
+      const Eigen::Matrix3d wm =
+          weight_[k] * (mahalanobis_[k] - slide * Eigen::Matrix3d::Identity());
+      const Eigen::Matrix3d lever = skew(rotated);
+      const Eigen::Matrix3d wml = wm * lever;
+      sum.hessian.topLeftCorner<3, 3>() += wm;
+      sum.hessian.topRightCorner<3, 3>() -= wml;
+      sum.hessian.bottomRightCorner<3, 3>() -= lever * wml;
+      sum.gradient.head<3>() += weight_[k] * md;
+      sum.gradient.tail<3>() += weight_[k] * lever * md;
+      sum.cost += weight_[k] * e2;
+    }
+    sum.hessian.bottomLeftCorner<3, 3>() = sum.hessian.topRightCorner<3, 3>().transpose();
+    return sum;
+  }
+
+  /// Cost at another pose with the pairs, shapes and weights of the last linearisation.
+  [[nodiscard]] double cost(const Pose& pose) const {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < matches_.size(); ++k) {
+      const Eigen::Vector3d d =
+          target_.points()[matches_[k].target].cast<double>() -
+          pose * Eigen::Vector3d(source_.points()[matches_[k].source].cast<double>());
+      sum += weight_[k] * d.dot(mahalanobis_[k] * d);
+    }
+    return sum;
+  }
+
+  /// One damped step; false when it no longer moves.
+  bool step(Pose& pose, double gate_m) {
+    match(pose, gate_m);
+    if (matches_.size() < kMinMatches) return false;
+    const Linearisation at = linearise(pose);
+    for (int attempt = 0; attempt < 6; ++attempt) {
+      Matrix6d damped = at.hessian;
+      damped.diagonal() *= 1.0 + damping_;
+      damped.diagonal().array() += 1e-9;
+      const Vector6d delta = damped.ldlt().solve(at.gradient);
+      if (!delta.allFinite()) return false;
+      const Pose next = moved(pose, delta);
+      if (cost(next) <= at.cost) {
+        pose = next;
+        damping_ = std::max(damping_ * 0.1, 1e-9);
+        return delta.head<3>().norm() > 1e-3 || delta.tail<3>().norm() > 2e-4;
+      }
+      damping_ = std::max(damping_ * 10.0, 1e-6);
+    }
+    return false;
+  }
+
+  [[nodiscard]] bool enough() const { return matches_.size() >= kMinMatches; }
+
+  void finish(RegistrationResult& result) {
+    match(result.T_target_source, config_.fine_correspondence_m);
+    const Linearisation at = linearise(result.T_target_source);
+    result.matched = matches_.size();
+    if (!enough()) return;
+    const double thin = 2.0 * config_.plane_sigma_m * config_.plane_sigma_m;
+    double weights = 0.0;
+    for (const double w : weight_) weights += w;
+    result.rmse_m = std::sqrt(at.cost / weights * thin);
+    const Linearisation known = linearise(result.T_target_source, kSlide);
+    result.information = information(known.hessian, result.T_target_source.rotation);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
+        Eigen::Matrix3d(known.hessian.topLeftCorner<3, 3>()), Eigen::EigenvaluesOnly);
+    result.condition = axes.eigenvalues()[0] / axes.eigenvalues()[2];
+  }
+
+ private:
+  static constexpr std::size_t kMinMatches = 50;
+  static constexpr double kSoftLimit = 9.0;
+  // Two surfaces that slide with one metre each know 0.5 per square metre along themselves.
+  static constexpr double kSlide = 0.49;
+
+  [[nodiscard]] Matrix6d information(const Matrix6d& hessian, const Eigen::Matrix3d& r) const {
+    // The pose graph turns on the right, the normal equations on the left.
+    Matrix6d turn = Matrix6d::Identity();
+    turn.bottomRightCorner<3, 3>() = r;
+    Matrix6d independent = turn.transpose() * hessian * turn / config_.correlated_points;
+    // A direction nothing constrains must stay invertible: 100 m and 10 rad are no knowledge.
+    independent.diagonal().head<3>().array() += 1e-4;
+    independent.diagonal().tail<3>().array() += 1e-2;
+    Matrix6d covariance = independent.inverse();
+    covariance.diagonal().head<3>().array() += config_.sigma_floor_m * config_.sigma_floor_m;
+    covariance.diagonal().tail<3>().array() += config_.sigma_floor_rad * config_.sigma_floor_rad;
+    const Matrix6d inverted = covariance.inverse();
+    return 0.5 * (inverted + inverted.transpose());
+  }
+
+  const RegistrationCloud& target_;
+  const RegistrationCloud& source_;
+  const RegistrationConfig& config_;
+  std::vector<std::uint32_t> partner_;
+  std::vector<Match> matches_;
+  std::vector<double> weight_;
+  std::vector<Eigen::Matrix3d> mahalanobis_;
+  double damping_ = 1e-6;
+};
+
+struct Share {
+  std::size_t common = 0;
+  std::size_t coinciding = 0;
+};
+
+Share coinciding(const RegistrationCloud& target, const RegistrationCloud& source, const Pose& T,
+                 double radius_m, double distance_m) {
+  const Eigen::Matrix3f r = T.rotation.cast<float>();
+  const Eigen::Vector3f t = T.translation.cast<float>();
+  const auto reach = static_cast<float>(radius_m * radius_m);
+  Share share;
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    const Eigen::Vector3f& own = source.points()[i];
+    if (source.is_ground(i) || own.squaredNorm() > reach) continue;
+    const Eigen::Vector3f p = r * own + t;
+    if (p.squaredNorm() > reach) continue;
+    ++share.common;
+    auto gate = static_cast<float>(distance_m * distance_m);
+    const std::uint32_t found = target.nearest(p, gate);
+    if (found != RegistrationCloud::kNone && !target.is_ground(found)) ++share.coinciding;
+  }
+  return share;
+}
+
+}  // namespace
+
+RegistrationResult register_clouds(const RegistrationCloud& target, const RegistrationCloud& source,
+                                   const Pose& T_target_source, const RegistrationConfig& config) {
+  RegistrationResult result;
+  result.T_target_source = T_target_source;
+  Aligner aligner(target, source, config);
+  double gate_m = config.coarse_correspondence_m;
+  while (result.iterations < config.max_iterations) {
+    ++result.iterations;
+    if (aligner.step(result.T_target_source, gate_m)) continue;
+    if (!aligner.enough()) break;
+    if (gate_m <= config.fine_correspondence_m) {
+      result.converged = true;
+      break;
+    }
+    gate_m = config.fine_correspondence_m;
+  }
+  aligner.finish(result);
+  result.converged = result.converged && aligner.enough();
+  return result;
+}
+
+double structure_overlap(const RegistrationCloud& target, const RegistrationCloud& source,
+                         const Pose& T_target_source, double radius_m, double distance_m) {
+  constexpr std::size_t kMinCommon = 50;
+  const Share there = coinciding(target, source, T_target_source, radius_m, distance_m);
+  const Share back = coinciding(source, target, T_target_source.inverse(), radius_m, distance_m);
+  const auto share = [](const Share& s) {
+    return s.common < kMinCommon
+               ? 0.0
+               : static_cast<double>(s.coinciding) / static_cast<double>(s.common);
+  };
+  return std::max(share(there), share(back));
+}
+
+}  // namespace unimapper::merge

@@ -1,0 +1,165 @@
+#include "unimapper/merge/registration.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <string>
+
+#include "tests/merge/random.hpp"
+#include "tests/recordings.hpp"
+
+using namespace unimapper;
+using namespace unimapper::merge;
+using unimapper::merge::testing::Random;
+
+namespace {
+
+/// Two walls that meet, a third farther off, poles and ground, sampled with 2 cm of noise.
+void sample_corner(Random& random, std::vector<Eigen::Vector3f>& points,
+                   std::vector<std::uint8_t>& ground) {
+  const auto add = [&](double x, double y, double z, bool is_ground) {
+    points.emplace_back((Eigen::Vector3d(x, y, z) + random.normal3(0.02)).cast<float>());
+    ground.push_back(is_ground ? 1 : 0);
+  };
+  for (int i = 0; i < 6000; ++i) add(random.uniform(-20, 20), random.uniform(-8, 8), 0.0, true);
+  for (int i = 0; i < 4000; ++i) add(random.uniform(-20, 20), 8.0, random.uniform(0, 5), false);
+  for (int i = 0; i < 3000; ++i) add(20.0, random.uniform(-8, 8), random.uniform(0, 5), false);
+  for (int i = 0; i < 800; ++i) add(-10.0, -6.0, random.uniform(0, 6), false);
+}
+
+/// Only what an endless corridor shows.
+void sample_corridor(Random& random, std::vector<Eigen::Vector3f>& points) {
+  for (int i = 0; i < 12000; ++i) {
+    const int wall = i % 3;
+    const double along = random.uniform(-25, 25);
+    const Eigen::Vector3d p = wall == 0   ? Eigen::Vector3d(along, random.uniform(-2, 2), 0.0)
+                              : wall == 1 ? Eigen::Vector3d(along, 2.0, random.uniform(0, 3))
+                                          : Eigen::Vector3d(along, -2.0, random.uniform(0, 3));
+    points.emplace_back((p + random.normal3(0.01)).cast<float>());
+  }
+}
+
+std::vector<Eigen::Vector3f> moved(const std::vector<Eigen::Vector3f>& points, const Pose& pose) {
+  std::vector<Eigen::Vector3f> result;
+  for (const auto& p : points) {
+    result.emplace_back((pose * Eigen::Vector3d(p.cast<double>())).cast<float>());
+  }
+  return result;
+}
+
+/// Points of a binary PLY whose vertices are x y z intensity in float32.
+std::vector<Eigen::Vector3f> read_ply(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string line;
+  std::size_t count = 0;
+  while (std::getline(file, line) && line != "end_header") {
+    if (line.rfind("element vertex ", 0) == 0) count = std::stoul(line.substr(15));
+  }
+  std::vector<Eigen::Vector3f> points(count);
+  for (auto& p : points) {
+    float values[4];
+    file.read(reinterpret_cast<char*>(values), sizeof values);
+    p = {values[0], values[1], values[2]};
+  }
+  return points;
+}
+
+double turn(const Pose& a, const Pose& b) {
+  return rotation_angle(a.rotation.transpose() * b.rotation);
+}
+
+}  // namespace
+
+TEST_CASE("G-ICP finds back a known motion", "[registration]") {
+  Random random(1);
+  std::vector<Eigen::Vector3f> points;
+  std::vector<std::uint8_t> ground;
+  sample_corner(random, points, ground);
+  std::vector<Eigen::Vector3f> again;
+  std::vector<std::uint8_t> ground_again;
+  sample_corner(random, again, ground_again);
+  const RegistrationConfig config;
+  for (int trial = 0; trial < 5; ++trial) {
+    const Pose truth = random.pose(0.6, 0.05);
+    const RegistrationCloud target(points, ground, config);
+    const RegistrationCloud source(moved(again, truth.inverse()), ground_again, config);
+    const RegistrationResult result = register_clouds(target, source, Pose{}, config);
+    CHECK(result.converged);
+    CHECK((result.T_target_source.translation - truth.translation).norm() < 0.03);
+    CHECK(turn(result.T_target_source, truth) < 0.003);
+    CHECK(result.rmse_m < 0.1);
+    CHECK(result.condition > 0.1);
+    CHECK(structure_overlap(target, source, result.T_target_source, 30.0, 0.5) > 0.95);
+  }
+}
+
+TEST_CASE("Along a corridor G-ICP admits that it knows nothing", "[registration]") {
+  Random random(2);
+  std::vector<Eigen::Vector3f> points;
+  std::vector<Eigen::Vector3f> again;
+  sample_corridor(random, points);
+  sample_corridor(random, again);
+  const RegistrationConfig config;
+  const RegistrationCloud target(points, {}, config);
+  const RegistrationCloud source(again, {}, config);
+  const RegistrationResult result = register_clouds(target, source, Pose{}, config);
+  const Matrix6d covariance = result.information.inverse();
+  const double along = std::sqrt(covariance(0, 0));
+  const double across = std::sqrt(covariance(1, 1));
+  CHECK(along > 2.0 * across);
+  CHECK(result.condition < 0.02);
+}
+
+TEST_CASE("Information is positive definite and turns with the frame", "[registration]") {
+  Random random(3);
+  std::vector<Eigen::Vector3f> points;
+  std::vector<std::uint8_t> ground;
+  sample_corner(random, points, ground);
+  const RegistrationConfig config;
+  const RegistrationCloud cloud(points, ground, config);
+  const Pose half_turn(Eigen::Quaterniond(Eigen::AngleAxisd(3.0, Eigen::Vector3d::UnitZ())),
+                       Eigen::Vector3d(1.0, 2.0, 0.0));
+  const RegistrationCloud turned(moved(points, half_turn.inverse()), ground, config);
+  const RegistrationResult result = register_clouds(cloud, turned, half_turn, config);
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(result.information);
+  CHECK(solver.eigenvalues().minCoeff() > 0.0);
+  CHECK((result.T_target_source.translation - half_turn.translation).norm() < 0.03);
+}
+
+TEST_CASE("Clouds too poor to align do not converge", "[registration]") {
+  const RegistrationConfig config;
+  const std::vector<Eigen::Vector3f> none;
+  const std::vector<Eigen::Vector3f> few{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<Eigen::Vector3f> bad{{nan, 0, 0}, {0, nan, 1e30F}, {1e30F, 0, 0}};
+  for (const auto* points : {&none, &few, &bad}) {
+    const RegistrationCloud a(*points, {}, config);
+    const RegistrationCloud b(*points, {}, config);
+    CHECK_FALSE(register_clouds(a, b, Pose{}, config).converged);
+    CHECK(structure_overlap(a, b, Pose{}, 30.0, 0.5) == 0.0);
+  }
+  CHECK(RegistrationCloud(bad, {}, config).size() == 0);
+}
+
+TEST_CASE("G-ICP aligns a real outdoor pair as well as its peers", "[registration][real]") {
+  const auto folder = unimapper::testing::find_recording("registration_pair");
+  if (folder.empty()) return;
+  Pose truth;
+  std::ifstream file(folder / "small_gicp_T_target_source.txt");
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) file >> truth.rotation(row, column);
+    file >> truth.translation[row];
+  }
+  RegistrationConfig config;
+  config.leaf_m = 0.25F;
+  const RegistrationCloud target(read_ply(folder / "small_gicp_target.ply"), {}, config);
+  const RegistrationCloud source(read_ply(folder / "small_gicp_source.ply"), {}, config);
+  REQUIRE(target.size() > 3000);
+  const RegistrationResult result = register_clouds(target, source, Pose{}, config);
+  CHECK(result.converged);
+  CHECK((result.T_target_source.translation - truth.translation).norm() < 0.02);
+  CHECK(turn(result.T_target_source, truth) < 0.7 * 3.14159265 / 180.0);
+  INFO("points " << target.size() << ", iterations " << result.iterations);
+}
