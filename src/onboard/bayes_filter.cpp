@@ -44,7 +44,11 @@ void BayesFilter::run(const EvidenceWindow& window, const ImageProjection& proje
   }
   for (std::uint32_t i = 0; i < size_; ++i) {
     // Probability above one half.
-    if (log_odds_[i] > 0.0F) cells.set_flag(row_[i], kCellDynamic);
+    if (log_odds_[i] > 0.0F) {
+      cells.set_flag(row_[i], kCellDynamic);
+      cells.set_flag(row_[i], kCellProven);
+    }
+    if (log_odds_[i] <= -removal_.firm_log_odds) cells.set_flag(row_[i], kCellFirm);
   }
 }
 

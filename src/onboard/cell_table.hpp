@@ -51,6 +51,9 @@ enum CellFlag : std::uint8_t {
   kCellGround = 1,     ///< belongs to the ground
   kCellCandidate = 2,  ///< not ground, and free space may show it to be dynamic
   kCellDynamic = 4,
+  /// Dynamic in its own right, by evidence or by having been so, not for its neighbours' sake.
+  kCellProven = 16,
+  kCellFirm = 8,  ///< so often seen occupied that its neighbours cannot make it dynamic
 };
 
 /// Structure of arrays, one row per occupied cell, block after block. Blocks come in the order

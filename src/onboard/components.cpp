@@ -129,7 +129,7 @@ std::uint32_t Components::count(const EvidenceWindow& window, const CellTable& c
       history = entry == kNone ? BlockHistory{} : before.blocks[entry];
     }
     const std::uint64_t bit = std::uint64_t{1} << bit_of(then);
-    tally.was_dynamic += (history.dynamic & bit) != 0 ? 1U : 0U;
+    tally.was_dynamic += (history.proven & bit) != 0 ? 1U : 0U;
     tally.was_static += (history.occupied & ~history.dynamic & bit) != 0 ? 1U : 0U;
   }
   return components;
@@ -148,7 +148,11 @@ void Components::settle(CellTable& cells) const noexcept {
     // After `count` every parent is a root.
     const Tally& tally = tally_[parent_[row]];
     const float share = static_cast<float>(tally.dynamic) / static_cast<float>(tally.cells);
-    if (share >= config_.component_dynamic_share || persists(tally)) {
+    const bool firm = (cells.flags(row) & kCellFirm) != 0;
+    if (persists(tally)) {
+      cells.set_flag(row, kCellDynamic);
+      cells.set_flag(row, kCellProven);
+    } else if (share >= config_.component_dynamic_share && !firm) {
       cells.set_flag(row, kCellDynamic);
     } else if (share < config_.component_static_share) {
       cells.clear_flag(row, kCellDynamic);

@@ -94,6 +94,8 @@ Error RemovalConfig::validate() const noexcept {
       component_static_share > component_dynamic_share)
     return invalid(
         "removal.component_static_share must not exceed component_dynamic_share, both 0 to 1");
+  if (!within(firm_log_odds, 1e-3F, 1000.0F))
+    return invalid("removal.firm_log_odds must be above 0 and at most 1000");
   if (!within(persistence_share, 0.0F, 1.0F))
     return invalid("removal.persistence_share must be 0 (off) to 1");
   return {};

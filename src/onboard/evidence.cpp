@@ -53,11 +53,15 @@ void EvidenceWindow::record(const CellTable& cells) noexcept {
     const std::uint32_t entry = history.find_or_insert(blocks.key(i));
     if (entry == FixedHashMap<BlockHistory>::kNotFound) continue;
     std::uint64_t dynamic = 0;
+    std::uint64_t proven = 0;
     std::uint64_t left = blocks[i].occupied;
     for (std::uint32_t row = blocks[i].first; left != 0; ++row, left &= left - 1) {
-      if ((cells.flags(row) & kCellDynamic) != 0) dynamic |= left & (~left + 1);
+      if ((cells.flags(row) & kCellDynamic) == 0) continue;
+      const std::uint64_t bit = left & (~left + 1);
+      dynamic |= bit;
+      if ((cells.flags(row) & kCellProven) != 0) proven |= bit;
     }
-    history[entry] = {blocks[i].occupied, dynamic};
+    history[entry] = {blocks[i].occupied, dynamic, proven};
   }
   current_ = (current_ + 1) % slot_count_;
   earlier_ = std::min(earlier_ + 1, slot_count_ - 1);

@@ -19,6 +19,7 @@ namespace unimapper::onboard {
 struct BlockHistory {
   std::uint64_t occupied;
   std::uint64_t dynamic;  ///< of the occupied ones
+  std::uint64_t proven;   ///< of the dynamic ones: in their own right
 };
 
 /// The measurement Z of one keyframe (paper section IV-D): occupied cells, free space, and what

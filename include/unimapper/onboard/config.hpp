@@ -136,6 +136,9 @@ struct RemovalConfig {
   /// second share static; between them each cell stands for itself. [0, 1]; measured.
   float component_dynamic_share = 0.3F;
   float component_static_share = 0.05F;
+  /// Cells at or below minus this log-odds keep their own verdict whatever their component says:
+  /// a van that drives past does not take the parked car with it. (0, 1000]; measured.
+  float firm_log_odds = 2.0F;
   /// A component stays dynamic if at least this share of its cells was dynamic in the keyframe
   /// before, and twice as many cells were dynamic as static there. [0, 1], 0 = off; measured.
   float persistence_share = 0.3F;
