@@ -40,6 +40,7 @@ void PlaceDatabase::attach(Arena& arena, const LoopSearchConfig& config) noexcep
   candidates_.attach(arena, places);
   hypotheses_.attach(arena, std::size_t{kHypothesesPerPlace} * config.max_candidates);
   shifts_.attach(arena, kMatchesPerPlace);
+  targets_.attach(arena, config.max_keypoints);
   match_planes_.attach(arena, config.max_planes);
   pairs_.attach(arena, config.max_keypoints);
   overlap_.attach(arena, config.max_planes, config.voxel_size_m);

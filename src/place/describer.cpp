@@ -42,14 +42,13 @@ void PlaceDescriber::admit(std::span<const FineCell> cells) noexcept {
   cells_.reset_refused();
   const float range_squared = config_.range_m * config_.range_m;
   for (const FineCell& cell : cells) {
-    const bool finite = std::isfinite(cell.position.x()) && std::isfinite(cell.position.y()) &&
-                        std::isfinite(cell.position.z());
-    if (!finite) {
+    const Eigen::Vector3f& p = cell.position;
+    // Comparisons with NaN are false, so what is not finite never enters.
+    if (p.x() * p.x() + p.y() * p.y() < range_squared && std::abs(p.z()) < kMaxHeight) {
+      cells_.push_back(cell);
+    } else if (!p.allFinite()) {
       ++dropped_;
-      continue;
     }
-    const bool near = cell.position.head<2>().squaredNorm() < range_squared;
-    if (near && std::abs(cell.position.z()) < kMaxHeight) cells_.push_back(cell);
   }
   dropped_ += cells_.refused();
 }

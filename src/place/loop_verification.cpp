@@ -8,28 +8,43 @@
 
 namespace unimapper {
 
-// Pairs every query keypoint that a pose brings near a stored one with it; each stored keypoint is
-// used once, by the first (strongest) query keypoint.
-std::uint32_t PlaceDatabase::consensus(std::uint32_t slot, const PlanarPose& pose,
-                                       float radius_m) noexcept {
+// Lays out the keypoints of a stored place by x, so that neighbours are found in a narrow band.
+void PlaceDatabase::load_targets(std::uint32_t slot) noexcept {
+  targets_.clear();
+  const Vertex* stored = vertices_ + std::size_t{slot} * config_.max_keypoints;
+  for (std::uint32_t i = 0; i < places_[slot].keypoints; ++i) targets_.push_back(stored[i]);
+  std::sort(targets_.begin(), targets_.end(), [](const Vertex& a, const Vertex& b) {
+    if (a.position.x() != b.position.x()) return a.position.x() < b.position.x();
+    return a.position.y() < b.position.y();
+  });
+}
+
+// Pairs every query keypoint with the nearest target that a pose brings it to; a target is used
+// once, by the first (strongest) query keypoint.
+std::uint32_t PlaceDatabase::consensus(const PlanarPose& pose, float radius_m) noexcept {
   pairs_.clear();
   std::uint64_t used[4] = {0, 0, 0, 0};
-  const Vertex* stored = vertices_ + std::size_t{slot} * config_.max_keypoints;
   for (const Vertex& vertex : query_) {
     const Eigen::Vector2f at = pose * Eigen::Vector2f(vertex.position.head<2>());
+    const Vertex* first =
+        std::lower_bound(targets_.begin(), targets_.end(), at.x() - radius_m,
+                         [](const Vertex& target, float x) { return target.position.x() < x; });
     float best_distance = radius_m * radius_m;
-    std::uint32_t best = 0xFFFFFFFFU;
-    for (std::uint32_t i = 0; i < places_[slot].keypoints; ++i) {
-      const float dx = stored[i].position.x() - at.x();
-      const float dy = stored[i].position.y() - at.y();
+    const Vertex* best = nullptr;
+    for (const Vertex* target = first; target != targets_.end(); ++target) {
+      const float dx = target->position.x() - at.x();
+      if (dx > radius_m) break;
+      const float dy = target->position.y() - at.y();
       const float distance = dx * dx + dy * dy;
       if (distance >= best_distance) continue;
       best_distance = distance;
-      best = i;
+      best = target;
     }
-    if (best == 0xFFFFFFFFU || ((used[best / 64U] >> (best % 64U)) & 1U) != 0) continue;
-    used[best / 64U] |= 1ULL << (best % 64U);
-    pairs_.push_back({vertex.position.cast<double>(), stored[best].position.cast<double>()});
+    if (best == nullptr) continue;
+    const auto index = static_cast<std::size_t>(best - targets_.begin());
+    if (((used[index / 64U] >> (index % 64U)) & 1U) != 0) continue;
+    used[index / 64U] |= 1ULL << (index % 64U);
+    pairs_.push_back({vertex.position.cast<double>(), best->position.cast<double>()});
   }
   return static_cast<std::uint32_t>(pairs_.size());
 }
@@ -38,7 +53,7 @@ std::uint32_t PlaceDatabase::consensus(std::uint32_t slot, const PlanarPose& pos
 void PlaceDatabase::improve(Hypothesis& hypothesis) noexcept {
   const float radius = config_.inlier_distance_m;
   for (const float scale : {2.0F, 1.5F, 1.0F}) {
-    hypothesis.inliers = consensus(hypothesis.place, hypothesis.pose, radius * scale);
+    hypothesis.inliers = consensus(hypothesis.pose, radius * scale);
     if (hypothesis.inliers < 3) return;
     Eigen::Vector2f a[255];
     Eigen::Vector2f b[255];
@@ -49,7 +64,7 @@ void PlaceDatabase::improve(Hypothesis& hypothesis) noexcept {
     }
     if (!fit_planar(a, b, count, hypothesis.pose)) return;
   }
-  hypothesis.inliers = consensus(hypothesis.place, hypothesis.pose, radius);
+  hypothesis.inliers = consensus(hypothesis.pose, radius);
 }
 
 void PlaceDatabase::load_planes(std::uint32_t slot) noexcept {
@@ -70,7 +85,8 @@ void PlaceDatabase::load_planes(std::uint32_t slot) noexcept {
 }
 
 bool PlaceDatabase::verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept {
-  consensus(hypothesis.place, hypothesis.pose, config_.inlier_distance_m);
+  load_targets(hypothesis.place);
+  consensus(hypothesis.pose, config_.inlier_distance_m);
   Pose pose;
   if (!fit_rigid(pairs_.view(), pose)) return false;
   // Both frames are level, so their z axes must agree.

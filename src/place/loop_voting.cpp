@@ -142,6 +142,7 @@ void PlaceDatabase::form_hypotheses(const Candidate& candidate) noexcept {
       if (agree(shifts_[i], shifts_[j])) ++shifts_[i].support;
     }
   }
+  load_targets(candidate.place);
   for (std::uint32_t round = 0; round < kHypothesesPerPlace; ++round) {
     const Shift* best = nullptr;
     for (const Shift& shift : shifts_) {

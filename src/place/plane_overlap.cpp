@@ -166,6 +166,8 @@ Pose PlaneOverlap::refine(const Pose& T_match_query) const noexcept {
     const Eigen::Matrix3d turned = turn.normalized().toRotationMatrix();
     pose.rotation = (Eigen::Quaterniond(turned * pose.rotation)).normalized().toRotationMatrix();
     pose.translation = turned * pose.translation + step.tail<3>();
+    // Steps below a centimetre (and a milliradian) change no association.
+    if (step.head<3>().squaredNorm() < 1e-6 && step.tail<3>().squaredNorm() < 1e-4) break;
   }
   return pose;
 }

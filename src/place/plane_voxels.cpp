@@ -12,6 +12,9 @@ namespace {
 // A plane spreads in two directions: the smaller spread is at least this share of the larger,
 // otherwise it is a pole or a wire whose normal would be arbitrary.
 constexpr double kMinSpreadRatio = 0.05;
+// ... and the thickness at most this share of the smaller spread, otherwise it is a lump.
+constexpr double kMaxFlatRatio = 0.25;
+constexpr float kSteps = 512.0F;
 // Steeper than this counts as upright: |n.z| < 0.5, more than 60 degrees from level.
 constexpr float kUprightNormalZ = 0.5F;
 
@@ -50,26 +53,33 @@ void PlaneVoxels::add(const FineCell& cell) noexcept {
     return;
   }
   Voxel& voxel = voxels_[entry];
-  const auto millimetres = [this](float value, std::int32_t cell_index) {
-    return static_cast<std::int64_t>(
-        (value - static_cast<float>(cell_index) * config_.voxel_size_m) * 1000.0F);
+  if (voxel.count == kMaxCells) {
+    ++dropped_;
+    return;
+  }
+  const auto step = [&](float value, std::int32_t voxel_start) {
+    const float within = value * inverse_size - static_cast<float>(voxel_start);
+    return static_cast<std::uint32_t>(static_cast<std::int32_t>(within * kSteps)) & 511U;
   };
-  const std::int64_t p[3] = {millimetres(cell.position.x(), index.x),
-                             millimetres(cell.position.y(), index.y),
-                             millimetres(cell.position.z(), index.z)};
+  const std::uint32_t x = step(cell.position.x(), index.x);
+  const std::uint32_t y = step(cell.position.y(), index.y);
+  const std::uint32_t z = step(cell.position.z(), index.z);
   ++voxel.count;
-  for (int axis = 0; axis < 3; ++axis) voxel.sum[axis] += p[axis];
-  voxel.product[0] += p[0] * p[0];
-  voxel.product[1] += p[0] * p[1];
-  voxel.product[2] += p[0] * p[2];
-  voxel.product[3] += p[1] * p[1];
-  voxel.product[4] += p[1] * p[2];
-  voxel.product[5] += p[2] * p[2];
+  voxel.sum[0] += x;
+  voxel.sum[1] += y;
+  voxel.sum[2] += z;
+  voxel.product[0] += x * x;
+  voxel.product[1] += x * y;
+  voxel.product[2] += x * z;
+  voxel.product[3] += y * y;
+  voxel.product[4] += y * z;
+  voxel.product[5] += z * z;
 }
 
 bool PlaneVoxels::fit(const Voxel& voxel, std::uint64_t key, PlanePatch& patch) const noexcept {
-  if (voxel.count < static_cast<std::int32_t>(config_.plane_min_cells)) return false;
+  if (voxel.count < config_.plane_min_cells) return false;
   const double n = voxel.count;
+  const double step_m = static_cast<double>(config_.voxel_size_m) / static_cast<double>(kSteps);
   const Eigen::Vector3d mean(static_cast<double>(voxel.sum[0]) / n,
                              static_cast<double>(voxel.sum[1]) / n,
                              static_cast<double>(voxel.sum[2]) / n);
@@ -82,17 +92,18 @@ bool PlaneVoxels::fit(const Voxel& voxel, std::uint64_t key, PlanePatch& patch) 
       covariance(column, row) = covariance(row, column);
     }
   }
-  const SymmetricEigen<double> eigen = symmetric_eigen<double>(covariance * 1e-6);
+  const SymmetricEigen<double> eigen = symmetric_eigen<double>(covariance * (step_m * step_m));
   if (!(eigen.values(0) < static_cast<double>(config_.plane_max_variance_m2))) return false;
   if (!(eigen.values(1) > kMinSpreadRatio * eigen.values(2))) return false;
-  if (!(eigen.values(0) < 0.25 * eigen.values(1))) return false;
+  if (!(eigen.values(0) < kMaxFlatRatio * eigen.values(1))) return false;
 
   const VoxelIndex index = unpack(key);
   const Eigen::Vector3f corner =
       Eigen::Vector3f(static_cast<float>(index.x), static_cast<float>(index.y),
                       static_cast<float>(index.z)) *
       config_.voxel_size_m;
-  patch.center = corner + (mean * 1e-3).cast<float>();
+  // A step's content lies half a step above its lower edge on average.
+  patch.center = corner + ((mean.array() + 0.5) * step_m).matrix().cast<float>();
   patch.normal = eigen.vectors.col(0).cast<float>().normalized();
   // Towards the sensor, which is the origin of the frame.
   if (patch.normal.dot(patch.center) > 0.0F) patch.normal = -patch.normal;
@@ -111,7 +122,7 @@ void PlaneVoxels::build(std::span<const FineCell> cells) noexcept {
     if (!fit(voxels_[i], voxels_.key(i), patch)) continue;
     all_.push_back(patch);
     order_.push_back(static_cast<std::uint32_t>(all_.size() - 1));
-    voxels_[i].plane = static_cast<std::int32_t>(all_.size());
+    voxels_[i].plane = static_cast<std::uint32_t>(all_.size());
   }
   std::sort(order_.begin(), order_.end(),
             [this](std::uint32_t a, std::uint32_t b) { return comes_first(all_[a], all_[b]); });
@@ -130,7 +141,7 @@ Eigen::Vector3f PlaneVoxels::bordering_normal(const Eigen::Vector3f& position) c
         const std::uint32_t entry =
             voxels_.find(pack({center.x + dx, center.y + dy, center.z + dz}));
         if (entry == FixedHashMap<Voxel>::kNotFound || voxels_[entry].plane == 0) continue;
-        const PlanePatch& patch = all_[static_cast<std::size_t>(voxels_[entry].plane - 1)];
+        const PlanePatch& patch = all_[voxels_[entry].plane - 1];
         if (!is_upright(patch)) continue;
         const float distance = (patch.center - position).squaredNorm();
         if (best != nullptr && !(distance < best_distance)) continue;

@@ -9,25 +9,55 @@ namespace {
 
 // A cell's weight in fixed point: integer sums do not depend on the cells' order.
 constexpr float kUnit = 256.0F;
-constexpr std::int32_t kMaxKernelRadius = 12;
-
-// Binomial weights approach a Gaussian and need no exponential function.
-void make_kernel(float sigma_m, float step_m, FixedVector<float>& kernel) noexcept {
+// Binomial weights of a symmetric kernel, from its centre outwards; they approach a Gaussian and
+// need no exponential function.
+void make_kernel(float sigma_m, float step_m, SmoothingKernel& kernel) noexcept {
+  constexpr std::int32_t kMaxPasses = 64;
   const float variance = sigma_m * sigma_m / (step_m * step_m);
   // One pass of (1 2 1)/4 has a variance of half a cell squared.
-  const auto passes = static_cast<std::int32_t>(std::lround(2.0F * variance));
-  float weights[2 * 64 + 1] = {1.0F};
-  const std::int32_t order = 2 * std::min(passes, 64);
-  for (std::int32_t n = 1; n <= order; ++n) {
+  const auto passes = std::min(static_cast<std::int32_t>(std::lround(2.0F * variance)), kMaxPasses);
+  float weights[2 * kMaxPasses + 1] = {1.0F};
+  for (std::int32_t n = 1; n <= 2 * passes; ++n) {
     for (std::int32_t k = n; k > 0; --k) weights[k] = 0.5F * (weights[k] + weights[k - 1]);
     weights[0] *= 0.5F;
   }
   // The tails beyond three standard deviations carry nothing.
   const auto wanted = static_cast<std::int32_t>(std::ceil(3.0F * std::sqrt(variance)));
-  const std::int32_t radius = std::min({order / 2, wanted, kMaxKernelRadius});
-  kernel.clear();
-  for (std::int32_t k = -radius; k <= radius; ++k) kernel.push_back(weights[order / 2 + k]);
+  kernel.radius = std::min({passes, wanted, SmoothingKernel::kMaxRadius});
+  for (std::int32_t k = 0; k <= kernel.radius; ++k) kernel.weight[k] = weights[passes + k];
 }
+
+// Weighted sum of `count` consecutive values with their neighbours `stride` apart. Constant
+// radius and block length let the compiler keep a block's sums in vector registers.
+template <std::int32_t kRadius>
+void convolve(const float* in, float* out, std::int32_t count, std::int32_t stride,
+              const float* weight) noexcept {
+  constexpr std::int32_t kBlock = 16;
+  float w[kRadius + 1];
+  for (std::int32_t k = 0; k <= kRadius; ++k) w[k] = weight[k];
+  std::int32_t i = 0;
+  for (; i + kBlock <= count; i += kBlock) {
+    float sum[kBlock];
+    for (std::int32_t j = 0; j < kBlock; ++j) sum[j] = w[0] * in[i + j];
+    for (std::int32_t k = 1; k <= kRadius; ++k) {
+      const float* before = in + i - k * stride;
+      const float* after = in + i + k * stride;
+      for (std::int32_t j = 0; j < kBlock; ++j) sum[j] += w[k] * (before[j] + after[j]);
+    }
+    for (std::int32_t j = 0; j < kBlock; ++j) out[i + j] = sum[j];
+  }
+  for (; i < count; ++i) {
+    float sum = w[0] * in[i];
+    for (std::int32_t k = 1; k <= kRadius; ++k) {
+      sum += w[k] * (in[i - k * stride] + in[i + k * stride]);
+    }
+    out[i] = sum;
+  }
+}
+
+using Convolution = void (*)(const float*, float*, std::int32_t, std::int32_t, const float*);
+constexpr Convolution kConvolutions[SmoothingKernel::kMaxRadius + 1] = {
+    convolve<0>, convolve<1>, convolve<2>, convolve<3>, convolve<4>, convolve<5>, convolve<6>};
 
 }  // namespace
 
@@ -44,8 +74,6 @@ void StructureMap::attach(Arena& arena, const DescriptorConfig& config) noexcept
   xy_ = arena.allocate<float>(count);
   yy_ = arena.allocate<float>(count);
   scratch_ = arena.allocate<float>(count);
-  smoothing_kernel_.attach(arena, 2 * kMaxKernelRadius + 1);
-  window_kernel_.attach(arena, 2 * kMaxKernelRadius + 1);
   corners_.attach(arena, config.max_candidates);
   if (corners_.capacity() == 0 || scratch_ == nullptr) {
     width_ = 0;
@@ -70,7 +98,7 @@ void StructureMap::splat(std::span<const FineCell> cells, const LocalGround& gro
   std::fill_n(counts_, count, 0);
   std::fill_n(masks_, count, std::uint64_t{0});
   const float inverse_step = 1.0F / config_.column_size_m;
-  const auto limit = static_cast<float>(width_ - 1);
+  const auto limit = static_cast<float>(width_ - kMargin - 1);
   for (const FineCell& cell : cells) {
     if (cell.ground != 0) continue;
     const float above = cell.position.z() - ground.height(cell.position.x(), cell.position.y());
@@ -78,7 +106,7 @@ void StructureMap::splat(std::span<const FineCell> cells, const LocalGround& gro
     // Columns are centred on the nodes of the grid.
     const float u = (cell.position.x() + half_extent_m_) * inverse_step;
     const float v = (cell.position.y() + half_extent_m_) * inverse_step;
-    if (!(u >= 1.0F && v >= 1.0F && u < limit && v < limit)) continue;
+    if (!(u >= kMargin && v >= kMargin && u < limit && v < limit)) continue;
     const auto column = static_cast<std::int32_t>(u);
     const auto row = static_cast<std::int32_t>(v);
     const auto fu = static_cast<std::int32_t>((u - static_cast<float>(column)) * 16.0F);
@@ -94,31 +122,18 @@ void StructureMap::splat(std::span<const FineCell> cells, const LocalGround& gro
   for (std::size_t i = 0; i < count; ++i) height_[i] = static_cast<float>(counts_[i]) / kUnit;
 }
 
-// Separable convolution; what lies outside the map is empty.
-void StructureMap::smooth(float* field, const FixedVector<float>& kernel) noexcept {
-  const auto radius = static_cast<std::int32_t>(kernel.size() / 2);
-  if (radius == 0) return;
-  const std::int32_t w = width_;
-  std::fill_n(scratch_, static_cast<std::size_t>(w) * static_cast<std::size_t>(w), 0.0F);
-  for (std::int32_t row = 0; row < w; ++row) {
-    const float* in = field + row * w;
-    float* out = scratch_ + row * w;
-    for (std::int32_t k = -radius; k <= radius; ++k) {
-      const float weight = kernel[static_cast<std::size_t>(k + radius)];
-      const std::int32_t first = std::max(0, -k);
-      const std::int32_t last = std::min(w, w - k);
-      for (std::int32_t i = first; i < last; ++i) out[i] += weight * in[i + k];
-    }
+// Separable convolution. The outermost cells of the map, which are always empty, are the margin.
+void StructureMap::smooth(float* field, const SmoothingKernel& kernel) noexcept {
+  if (kernel.radius == 0) return;
+  const Convolution apply = kConvolutions[kernel.radius];
+  const std::int32_t inner = width_ - 2 * kMargin;
+  for (std::int32_t row = 0; row < width_; ++row) {
+    const std::int32_t at = row * width_ + kMargin;
+    apply(field + at, scratch_ + at, inner, 1, kernel.weight);
   }
-  for (std::int32_t row = 0; row < w; ++row) {
-    float* out = field + row * w;
-    std::fill_n(out, static_cast<std::size_t>(w), 0.0F);
-    for (std::int32_t k = -radius; k <= radius; ++k) {
-      if (row + k < 0 || row + k >= w) continue;
-      const float weight = kernel[static_cast<std::size_t>(k + radius)];
-      const float* in = scratch_ + (row + k) * w;
-      for (std::int32_t i = 0; i < w; ++i) out[i] += weight * in[i];
-    }
+  for (std::int32_t row = kMargin; row < width_ - kMargin; ++row) {
+    const std::int32_t at = row * width_ + kMargin;
+    apply(scratch_ + at, field + at, inner, width_, kernel.weight);
   }
 }
 
@@ -132,9 +147,8 @@ void StructureMap::corner_response() noexcept {
   std::fill_n(xx_, count, 0.0F);
   std::fill_n(xy_, count, 0.0F);
   std::fill_n(yy_, count, 0.0F);
-  for (std::int32_t row = 1; row + 1 < w; ++row) {
-    const std::int32_t begin = row * w;
-    for (std::int32_t i = begin + 1; i < begin + w - 1; ++i) {
+  for (std::int32_t row = kMargin; row < w - kMargin; ++row) {
+    for (std::int32_t i = row * w + kMargin; i < (row + 1) * w - kMargin; ++i) {
       const float gx = height_[i + 1] - height_[i - 1];
       const float gy = height_[i + w] - height_[i - w];
       xx_[i] = gx * gx;
@@ -155,8 +169,8 @@ void StructureMap::corner_response() noexcept {
 void StructureMap::find_corners() noexcept {
   const std::int32_t w = width_;
   constexpr float kSilence = 1e-4F;
-  for (std::int32_t row = 1; row + 1 < w; ++row) {
-    for (std::int32_t column = 1; column + 1 < w; ++column) {
+  for (std::int32_t row = kMargin; row < w - kMargin; ++row) {
+    for (std::int32_t column = kMargin; column < w - kMargin; ++column) {
       const float* at = xx_ + row * w + column;
       const float r = at[0];
       // Strict on one side only, so that of two equal neighbours exactly one is the maximum.

@@ -122,7 +122,8 @@ class PlaceDatabase {
   void vote(const PlaceView& query, PlaceId query_id, const SearchScope& scope) noexcept;
   void choose_candidates() noexcept;
   void form_hypotheses(const Candidate& candidate) noexcept;
-  std::uint32_t consensus(std::uint32_t slot, const PlanarPose& pose, float radius_m) noexcept;
+  void load_targets(std::uint32_t slot) noexcept;
+  std::uint32_t consensus(const PlanarPose& pose, float radius_m) noexcept;
   void improve(Hypothesis& hypothesis) noexcept;
   bool verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept;
   void load_planes(std::uint32_t slot) noexcept;
@@ -149,6 +150,7 @@ class PlaceDatabase {
   FixedVector<Candidate> candidates_;
   FixedVector<Shift> shifts_;
   FixedVector<Hypothesis> hypotheses_;
+  FixedVector<Vertex> targets_;  // of the place under examination, ascending in x
   FixedVector<PlanePatch> match_planes_;
   FixedVector<PointPair> pairs_;
   PlaneOverlap overlap_;

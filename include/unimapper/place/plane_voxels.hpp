@@ -34,14 +34,15 @@ class PlaneVoxels {
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
 
  private:
-  // Moments of a voxel's cells relative to its lower corner in millimetres: integers, so that
-  // the sums do not depend on the cells' order.
+  // Moments of a voxel's cells relative to its lower corner in 1/512 of its size: integers, so
+  // that the sums do not depend on the cells' order. `kMaxCells` of them cannot overflow.
   struct Voxel {
-    std::int32_t count;
-    std::int32_t plane;  // 1 + index of its plane before selection, 0 if none
-    std::int64_t sum[3];
-    std::int64_t product[6];  // xx xy xz yy yz zz
+    std::uint32_t count;
+    std::uint32_t plane;  // 1 + index of its plane before selection, 0 if none
+    std::uint32_t sum[3];
+    std::uint32_t product[6];  // xx xy xz yy yz zz
   };
+  static constexpr std::uint32_t kMaxCells = 16384;
   void add(const FineCell& cell) noexcept;
   bool fit(const Voxel& voxel, std::uint64_t key, PlanePatch& patch) const noexcept;
 

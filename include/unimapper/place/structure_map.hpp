@@ -19,6 +19,13 @@ struct StructureCorner {
   float response;
 };
 
+/// A symmetric smoothing kernel, its weights from the centre outwards.
+struct SmoothingKernel {
+  static constexpr std::int32_t kMaxRadius = 6;
+  float weight[kMaxRadius + 1];
+  std::int32_t radius;
+};
+
 /// Counts occupied fine cells above ground per column, smooths the counts and looks for spots
 /// where they change in both directions: corners and ends of walls, poles, trunks. Occupied cells
 /// count once, so neither density nor dwell time shows; each is spread over the four nearest
@@ -45,8 +52,11 @@ class StructureMap {
   [[nodiscard]] std::uint64_t dropped() const noexcept { return corners_.refused(); }
 
  private:
+  // Empty columns around the map, so that no kernel reaches beyond it.
+  static constexpr std::int32_t kMargin = SmoothingKernel::kMaxRadius + 1;
+
   void splat(std::span<const FineCell> cells, const LocalGround& ground) noexcept;
-  void smooth(float* field, const FixedVector<float>& kernel) noexcept;
+  void smooth(float* field, const SmoothingKernel& kernel) noexcept;
   void corner_response() noexcept;
   void find_corners() noexcept;
 
@@ -60,8 +70,8 @@ class StructureMap {
   float* xy_ = nullptr;
   float* yy_ = nullptr;
   float* scratch_ = nullptr;
-  FixedVector<float> smoothing_kernel_;
-  FixedVector<float> window_kernel_;
+  SmoothingKernel smoothing_kernel_{};
+  SmoothingKernel window_kernel_{};
   FixedVector<StructureCorner> corners_;
 };
 
