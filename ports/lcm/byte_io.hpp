@@ -58,6 +58,12 @@ class ByteReader {
   }
   double get_double() { return std::bit_cast<double>(get<std::uint64_t>()); }
 
+  /// Passes over `count` bytes.
+  void skip(std::uint64_t count) {
+    ok_ = ok_ && count <= remaining();
+    position_ = ok_ ? position_ + static_cast<std::size_t>(count) : bytes_.size();
+  }
+
   [[nodiscard]] bool ok() const { return ok_; }
   [[nodiscard]] std::size_t position() const { return position_; }
   [[nodiscard]] std::size_t remaining() const { return bytes_.size() - position_; }

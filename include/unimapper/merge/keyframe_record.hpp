@@ -2,28 +2,14 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "unimapper/core/keyframe.hpp"
+#include "unimapper/merge/session_id.hpp"
 #include "unimapper/place/database.hpp"
 #include "unimapper/place/place.hpp"
 
 namespace unimapper::merge {
-
-/// Who is talking: one robot, one boot. The same numbers travel in every message.
-struct SessionId {
-  std::uint32_t robot = 0;
-  std::uint64_t session = 0;  ///< differs for every boot of a robot
-  friend auto operator<=>(const SessionId&, const SessionId&) = default;
-};
-
-/// Sent once (and repeated) per session.
-struct SessionInfo {
-  SessionId id;
-  std::string name;    ///< file-name safe; names the trajectory
-  std::string sensor;  ///< canonical sensor name, see `find_sensor`
-};
 
 /// One keyframe, owned. Positions as in `KeyframeView`; cells and keypoints carry the wire's
 /// quantisation already (1 cm / 1 mm), on every path the same.

@@ -1,0 +1,181 @@
+#include "ports/lcm/live.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <lcm/lcm-cpp.hpp>
+#include <memory>
+#include <optional>
+#include <utility>
+
+namespace unimapper::wire {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::uint64_t kReceiveBufferBytes = 4U << 20U;
+constexpr std::chrono::milliseconds kPollInterval{100};
+constexpr std::chrono::milliseconds kProgressInterval{1000};
+
+/// Messages LCM may hold while a keyframe is being decoded; its own default of 30 is less than
+/// one keyframe in small datagrams.
+constexpr int kQueueCapacity = 4096;
+
+std::unique_ptr<lcm::LCM> open_link(const std::string& url) {
+  auto link = std::make_unique<lcm::LCM>(url);
+  if (!link->good()) {
+    throw LinkError(url +
+                    ": LCM cannot be opened (a multicast route is needed, e.g. "
+                    "\"ip route add 224.0.0.0/4 dev lo\" for this machine only)");
+  }
+  return link;
+}
+
+bool is_udp(const std::string& url) { return url.rfind("udpm:", 0) == 0; }
+
+/// Value of the option in a URL's query, if it is there.
+std::optional<std::uint64_t> url_option(const std::string& url, const std::string& key) {
+  const std::size_t at = url.find(key + "=");
+  if (at == std::string::npos) return std::nullopt;
+  return std::strtoull(url.c_str() + at + key.size() + 1, nullptr, 10);
+}
+
+/// The kernel cuts larger requests silently.
+std::optional<std::uint64_t> kernel_receive_limit() {
+  std::uint64_t bytes = 0;
+  std::ifstream file("/proc/sys/net/core/rmem_max");
+  return file >> bytes ? std::optional(bytes) : std::nullopt;
+}
+
+std::string buffer_warning(const std::string& url) {
+  const auto wanted = url_option(url, "recv_buf_size");
+  const auto limit = kernel_receive_limit();
+  if (!is_udp(url) || !wanted || !limit || *limit >= *wanted) return {};
+  return "the kernel limits receive buffers to " + std::to_string(*limit) + " bytes, " +
+         std::to_string(*wanted) +
+         " were asked for; keyframes may be lost (sysctl net.core.rmem_max)";
+}
+
+/// One line on where every session stands.
+std::string describe(const std::vector<SessionProgress>& sessions) {
+  std::string text;
+  for (const SessionProgress& session : sessions) {
+    if (!text.empty()) text += ", ";
+    text += session.info.name + " " + std::to_string(session.received) + "/" +
+            std::to_string(session.announced) + (session.ended ? " ended" : "");
+  }
+  return text.empty() ? "no session yet" : text;
+}
+
+/// What the messages so far mean for going on.
+class Watch {
+ public:
+  explicit Watch(const ListenOptions& options) : options_(options) {}
+
+  /// Takes note of messages that arrived.
+  void on_messages(Clock::time_point now) {
+    last_message_ = now;
+    heard_ = true;
+  }
+
+  /// Whether and why listening is over.
+  std::optional<ListenEnd> over(const std::vector<SessionProgress>& sessions,
+                                Clock::time_point now) {
+    if (options_.stop && options_.stop()) return ListenEnd::kStopped;
+    const auto ended = std::count_if(sessions.begin(), sessions.end(),
+                                     [](const SessionProgress& s) { return s.ended; });
+    if (static_cast<std::size_t>(ended) >= options_.sessions_expected) {
+      const bool whole = std::all_of(sessions.begin(), sessions.end(), [](const auto& session) {
+        return !session.ended || session.whole;
+      });
+      if (whole) return ListenEnd::kComplete;
+      grace_ends_ = std::min(grace_ends_, now + options_.grace);
+      if (now >= grace_ends_) return ListenEnd::kGaps;
+    }
+    const auto timeout = heard_ ? options_.idle_timeout : options_.first_message_timeout;
+    if (now - last_message_ >= timeout) return ListenEnd::kIdle;
+    return std::nullopt;
+  }
+
+ private:
+  const ListenOptions& options_;
+  Clock::time_point last_message_ = Clock::now();
+  bool heard_ = false;
+  Clock::time_point grace_ends_ = Clock::time_point::max();
+};
+
+/// Where LCM delivers.
+struct Inlet {
+  Receiver& receiver;
+  bool heard = false;
+
+  void on_message(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+    heard = true;
+    receiver.receive(channel, {static_cast<const std::uint8_t*>(buffer->data), buffer->data_size});
+  }
+};
+
+/// Delivers what arrives during about `duration`.
+void handle_for(lcm::LCM& link, std::chrono::milliseconds duration) {
+  const Clock::time_point end = Clock::now() + duration;
+  for (;;) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
+    if (left <= std::chrono::milliseconds::zero()) return;
+    if (link.handleTimeout(static_cast<int>(left.count())) < 0) {
+      throw LinkError("LCM stopped delivering messages");
+    }
+  }
+}
+
+}  // namespace
+
+Send open_sender(const std::string& url) {
+  std::shared_ptr<lcm::LCM> link = open_link(url);
+  return [link, channel_name = std::string()](std::string_view channel, Bytes message) mutable {
+    channel_name.assign(channel);
+    return link->publish(channel_name, message.data(), static_cast<unsigned int>(message.size())) ==
+           0;
+  };
+}
+
+std::string with_receive_buffer(const std::string& url) {
+  // LCM itself would fall back to the same two.
+  const char* environment = std::getenv("LCM_DEFAULT_URL");
+  const std::string fallback = environment != nullptr ? environment : "udpm://239.255.76.67:7667";
+  const std::string base = url.empty() ? fallback : url;
+  if (!is_udp(base) || url_option(base, "recv_buf_size")) return base;
+  return base + (base.find('?') == std::string::npos ? "?" : "&") +
+         "recv_buf_size=" + std::to_string(kReceiveBufferBytes);
+}
+
+ListenResult listen(const ListenOptions& options) {
+  const std::string url = with_receive_buffer(options.url);
+  const std::unique_ptr<lcm::LCM> link = open_link(url);
+  const auto tell = [&options](const std::string& text) {
+    if (options.progress && !text.empty()) options.progress(text);
+  };
+  tell(buffer_warning(url));
+
+  Receiver receiver(options.limits);
+  Inlet inlet{receiver};
+  link->subscribe("UNIMAPPER_.*", &Inlet::on_message, &inlet)->setQueueCapacity(kQueueCapacity);
+  Watch watch(options);
+  Clock::time_point next_progress = Clock::now() + kProgressInterval;
+  for (;;) {
+    handle_for(*link, kPollInterval);
+    const Clock::time_point now = Clock::now();
+    if (std::exchange(inlet.heard, false)) watch.on_messages(now);
+    const std::vector<SessionProgress> sessions = receiver.progress();
+    if (now >= next_progress) {
+      tell(describe(sessions));
+      next_progress = now + kProgressInterval;
+    }
+    if (const std::optional<ListenEnd> end = watch.over(sessions, now)) {
+      tell(describe(sessions));
+      return {*end, receiver.take_sessions(), receiver.counters()};
+    }
+  }
+}
+
+}  // namespace unimapper::wire

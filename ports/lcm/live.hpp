@@ -1,0 +1,61 @@
+// The link itself: LCM over UDP multicast, or any other transport LCM knows.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "ports/lcm/publisher.hpp"
+#include "ports/lcm/receiver.hpp"
+
+namespace unimapper::wire {
+
+/// LCM would not open. The message holds the URL and what usually helps.
+class LinkError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A sender for `Publisher`, e.g. of "udpm://239.255.76.67:7667?ttl=0". Throws LinkError.
+Send open_sender(const std::string& url);
+
+/// `url` (LCM's default if empty) with a receive buffer of 4 MiB asked for, unless it is no UDP
+/// URL or says something else. The kernel's default of 208 KiB holds three datagrams of 60 kB.
+std::string with_receive_buffer(const std::string& url);
+
+struct ListenOptions {
+  std::string url = "udpm://239.255.76.67:7667?ttl=0";
+  std::size_t sessions_expected = 1;
+  /// Ends the listening if nothing arrives for this long, before or after the first message.
+  std::chrono::milliseconds first_message_timeout{60000};
+  std::chrono::milliseconds idle_timeout{10000};
+  /// How long late pieces are waited for when all sessions have ended but some are not whole.
+  std::chrono::milliseconds grace{2000};
+  ReceiverLimits limits;
+  /// Asked ten times a second; true ends the listening. May be empty.
+  std::function<bool()> stop;
+  /// Told in words once a second, and when something is amiss. May be empty.
+  std::function<void(const std::string&)> progress;
+};
+
+enum class ListenEnd : std::uint8_t {
+  kComplete,  ///< all expected sessions ended and are whole
+  kGaps,      ///< all expected sessions ended, some keyframes never came
+  kIdle,      ///< nothing arrived any more
+  kStopped,   ///< `stop` said so
+};
+
+struct ListenResult {
+  ListenEnd end = ListenEnd::kComplete;
+  std::vector<merge::SessionData> sessions;
+  ReceiverCounters counters;
+};
+
+/// Listens until the expected sessions have ended. Blocks. Whatever arrived is in the result,
+/// however it ended. Throws LinkError if LCM will not open or breaks.
+ListenResult listen(const ListenOptions& options);
+
+}  // namespace unimapper::wire

@@ -1,0 +1,256 @@
+#include "ports/lcm/messages.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <cctype>
+#include <stdexcept>
+#include <unimapper_wire/chunk_t.hpp>
+#include <unimapper_wire/health_t.hpp>
+#include <unimapper_wire/session_t.hpp>
+
+namespace unimapper::wire {
+
+namespace {
+
+constexpr std::size_t kMaxTextBytes = 64;
+constexpr std::uint32_t kMaxListEntries = 64;
+constexpr std::size_t kFingerprintBytes = 8;
+
+constexpr std::size_t kChecksumBytes = 4;
+
+/// Encodes and fills in the checksum, which every message ends with.
+template <typename Generated>
+std::vector<std::uint8_t> encode_generated(Generated& message) {
+  message.crc32 = 0;
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  bytes.resize(bytes.size() - kChecksumBytes);
+  BigEndianWriter(bytes).put(crc32(bytes));
+  return bytes;
+}
+
+bool is_intact(Bytes bytes) {
+  if (bytes.size() < kChecksumBytes) return false;
+  const Bytes content = bytes.first(bytes.size() - kChecksumBytes);
+  return BigEndianReader(bytes.last(kChecksumBytes)).get<std::uint32_t>() == crc32(content);
+}
+
+/// Decodes bytes whose lengths are known to add up: lcm-gen's decoders believe the lengths they
+/// read and would allocate whatever a forged message asks for.
+template <typename Generated>
+bool decode_generated(Bytes bytes, Generated& message) {
+  return is_intact(bytes) &&
+         message.decode(bytes.data(), 0, static_cast<int>(bytes.size())) ==
+             static_cast<int>(bytes.size()) &&
+         message.schema_version == Generated::SCHEMA_VERSION;
+}
+
+/// Passes over a string as LCM writes it: its length with the closing zero, then the bytes.
+void skip_text(BigEndianReader& in) {
+  const auto length = in.get<std::int32_t>();
+  const bool plausible = length >= 1 && static_cast<std::size_t>(length) <= kMaxTextBytes + 1;
+  in.skip(plausible ? static_cast<std::uint64_t>(length) : UINT64_MAX);
+}
+
+std::uint32_t get_list_length(BigEndianReader& in) {
+  const auto length = in.get<std::uint32_t>();
+  if (length > kMaxListEntries) in.skip(UINT64_MAX);
+  return std::min(length, kMaxListEntries);
+}
+
+void skip_texts(BigEndianReader& in, std::uint32_t count) {
+  for (std::uint32_t i = 0; i < count; ++i) skip_text(in);
+}
+
+bool ends_here(const BigEndianReader& in) { return in.ok() && in.remaining() == 0; }
+
+bool session_adds_up(Bytes bytes) {
+  BigEndianReader in(bytes);
+  in.skip(kFingerprintBytes + 4 + 4 + 8);
+  skip_texts(in, 2);
+  in.skip(1 + 8 + 8 + kChecksumBytes);
+  return ends_here(in);
+}
+
+bool chunk_adds_up(Bytes bytes) {
+  BigEndianReader in(bytes);
+  in.skip(kFingerprintBytes + 4 + 4 + 8 + 5 * 4);
+  in.skip(in.get<std::uint32_t>());
+  in.skip(kChecksumBytes);
+  return ends_here(in);
+}
+
+bool health_adds_up(Bytes bytes) {
+  BigEndianReader in(bytes);
+  in.skip(kFingerprintBytes + 4 + 4 + 8 + 4 * 8);
+  const std::uint32_t stages = get_list_length(in);
+  skip_texts(in, stages);
+  in.skip(std::uint64_t{3} * 4 * stages);
+  const std::uint32_t causes = get_list_length(in);
+  skip_texts(in, causes);
+  in.skip(std::uint64_t{8} * causes + kChecksumBytes);
+  return ends_here(in);
+}
+
+/// Printable ASCII, so that it can be shown without care.
+bool is_text(const std::string& text) {
+  return text.size() <= kMaxTextBytes && std::all_of(text.begin(), text.end(), [](char c) {
+           return std::isprint(static_cast<unsigned char>(c)) != 0;
+         });
+}
+
+std::string to_text(std::string text) {
+  text.resize(std::min(text.size(), kMaxTextBytes));
+  for (char& c : text) c = std::isprint(static_cast<unsigned char>(c)) != 0 ? c : '_';
+  return text;
+}
+
+bool is_name_character(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '.' || c == '_' || c == '-';
+}
+
+merge::SessionId session_id(std::int32_t robot, std::int64_t session) {
+  return {static_cast<std::uint32_t>(robot), static_cast<std::uint64_t>(session)};
+}
+
+/// Every piece but the last holds the same number of bytes, and together they hold them all.
+bool is_possible(const ChunkMessage& chunk) {
+  if (chunk.count == 0 || chunk.index >= chunk.count || chunk.data.empty()) return false;
+  const std::uint64_t bytes = chunk.data.size();
+  if (chunk.index + 1 == chunk.count) {
+    // The others hold at least as much, so the total is bounded from both sides.
+    return chunk.count == 1 ? chunk.total_bytes == bytes
+                            : chunk.total_bytes >= bytes * chunk.count &&
+                                  (chunk.total_bytes - bytes) % (chunk.count - 1) == 0;
+  }
+  return bytes * (chunk.count - 1) < chunk.total_bytes && chunk.total_bytes <= bytes * chunk.count;
+}
+
+}  // namespace
+
+bool is_session_name(std::string_view name) {
+  return !name.empty() && name.size() <= kMaxTextBytes && name.front() != '.' &&
+         std::all_of(name.begin(), name.end(), is_name_character);
+}
+
+std::string to_session_name(std::string_view text) {
+  std::string name(text.substr(0, kMaxTextBytes));
+  if (name.empty()) name = "session";
+  for (char& c : name) c = is_name_character(c) ? c : '_';
+  if (name.front() == '.') name.front() = '_';
+  return name;
+}
+
+std::uint32_t crc32(Bytes bytes) {
+  return static_cast<std::uint32_t>(::crc32_z(0, bytes.data(), bytes.size()));
+}
+
+std::vector<std::uint8_t> encode(const SessionMessage& message) {
+  if (!is_session_name(message.info.name)) {
+    throw std::invalid_argument("\"" + message.info.name + "\" cannot name a session");
+  }
+  unimapper_wire::session_t out;
+  out.schema_version = unimapper_wire::session_t::SCHEMA_VERSION;
+  out.robot = static_cast<std::int32_t>(message.info.id.robot);
+  out.session = static_cast<std::int64_t>(message.info.id.session);
+  out.name = message.info.name;
+  out.sensor = to_text(message.info.sensor);
+  out.state = static_cast<std::int8_t>(message.state);
+  out.keyframes = static_cast<std::int64_t>(message.keyframes);
+  out.keyframes_dropped = static_cast<std::int64_t>(message.keyframes_dropped);
+  return encode_generated(out);
+}
+
+std::optional<SessionMessage> decode_session(Bytes bytes) {
+  unimapper_wire::session_t in;
+  if (!session_adds_up(bytes) || !decode_generated(bytes, in)) return std::nullopt;
+  const bool possible = is_session_name(in.name) && is_text(in.sensor) &&
+                        in.state >= unimapper_wire::session_t::STARTED &&
+                        in.state <= unimapper_wire::session_t::ENDED && in.keyframes >= 0 &&
+                        in.keyframes_dropped >= 0 && in.keyframes_dropped <= in.keyframes;
+  if (!possible) return std::nullopt;
+  SessionMessage message;
+  message.info = {session_id(in.robot, in.session), in.name, in.sensor};
+  message.state = static_cast<SessionState>(in.state);
+  message.keyframes = static_cast<std::uint64_t>(in.keyframes);
+  message.keyframes_dropped = static_cast<std::uint64_t>(in.keyframes_dropped);
+  return message;
+}
+
+std::vector<std::uint8_t> encode(const ChunkMessage& message) {
+  unimapper_wire::chunk_t out;
+  out.schema_version = unimapper_wire::chunk_t::SCHEMA_VERSION;
+  out.robot = static_cast<std::int32_t>(message.session.robot);
+  out.session = static_cast<std::int64_t>(message.session.session);
+  out.sequence = static_cast<std::int32_t>(message.sequence);
+  out.index = static_cast<std::int32_t>(message.index);
+  out.count = static_cast<std::int32_t>(message.count);
+  out.total_bytes = static_cast<std::int32_t>(message.total_bytes);
+  out.payload_crc32 = static_cast<std::int32_t>(message.payload_crc32);
+  out.size = static_cast<std::int32_t>(message.data.size());
+  out.data = message.data;
+  return encode_generated(out);
+}
+
+std::optional<ChunkMessage> decode_chunk(Bytes bytes) {
+  unimapper_wire::chunk_t in;
+  if (!chunk_adds_up(bytes) || !decode_generated(bytes, in)) return std::nullopt;
+  ChunkMessage message;
+  message.session = session_id(in.robot, in.session);
+  message.sequence = static_cast<std::uint32_t>(in.sequence);
+  message.index = static_cast<std::uint32_t>(in.index);
+  message.count = static_cast<std::uint32_t>(in.count);
+  message.total_bytes = static_cast<std::uint32_t>(in.total_bytes);
+  message.payload_crc32 = static_cast<std::uint32_t>(in.payload_crc32);
+  message.data = std::move(in.data);
+  return is_possible(message) ? std::optional(std::move(message)) : std::nullopt;
+}
+
+std::vector<std::uint8_t> encode(const HealthMessage& message) {
+  unimapper_wire::health_t out;
+  out.schema_version = unimapper_wire::health_t::SCHEMA_VERSION;
+  out.robot = static_cast<std::int32_t>(message.session.robot);
+  out.session = static_cast<std::int64_t>(message.session.session);
+  out.scans = static_cast<std::int64_t>(message.scans);
+  out.keyframes = static_cast<std::int64_t>(message.keyframes);
+  out.points_in = static_cast<std::int64_t>(message.points_in);
+  out.bytes_sent = static_cast<std::int64_t>(message.bytes_sent);
+  for (const HealthMessage::Stage& stage : message.stages) {
+    if (out.stage.size() == kMaxListEntries) break;
+    out.stage.push_back(to_text(stage.name));
+    out.p50_ms.push_back(stage.p50_ms);
+    out.p99_ms.push_back(stage.p99_ms);
+    out.max_ms.push_back(stage.max_ms);
+  }
+  for (const HealthMessage::Drop& drop : message.drops) {
+    if (out.cause.size() == kMaxListEntries) break;
+    out.cause.push_back(to_text(drop.cause));
+    out.dropped.push_back(static_cast<std::int64_t>(drop.count));
+  }
+  out.stages = static_cast<std::int32_t>(out.stage.size());
+  out.causes = static_cast<std::int32_t>(out.cause.size());
+  return encode_generated(out);
+}
+
+std::optional<HealthMessage> decode_health(Bytes bytes) {
+  unimapper_wire::health_t in;
+  if (!health_adds_up(bytes) || !decode_generated(bytes, in)) return std::nullopt;
+  HealthMessage message;
+  message.session = session_id(in.robot, in.session);
+  message.scans = static_cast<std::uint64_t>(in.scans);
+  message.keyframes = static_cast<std::uint64_t>(in.keyframes);
+  message.points_in = static_cast<std::uint64_t>(in.points_in);
+  message.bytes_sent = static_cast<std::uint64_t>(in.bytes_sent);
+  for (std::size_t i = 0; i < in.stage.size(); ++i) {
+    if (!is_text(in.stage[i])) return std::nullopt;
+    message.stages.push_back({in.stage[i], in.p50_ms[i], in.p99_ms[i], in.max_ms[i]});
+  }
+  for (std::size_t i = 0; i < in.cause.size(); ++i) {
+    if (!is_text(in.cause[i])) return std::nullopt;
+    message.drops.push_back({in.cause[i], static_cast<std::uint64_t>(in.dropped[i])});
+  }
+  return message;
+}
+
+}  // namespace unimapper::wire

@@ -1,0 +1,83 @@
+// The three messages of the link, free of LCM's generated types.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "ports/lcm/byte_io.hpp"
+#include "unimapper/merge/session_id.hpp"
+
+namespace unimapper::wire {
+
+inline constexpr std::string_view kSessionChannel = "UNIMAPPER_SESSION";
+inline constexpr std::string_view kKeyframeChannel = "UNIMAPPER_KEYFRAME";
+inline constexpr std::string_view kHealthChannel = "UNIMAPPER_HEALTH";
+
+enum class SessionState : std::int8_t { kStarted = 0, kRunning = 1, kEnded = 2 };
+
+/// Who sends and how far it is.
+struct SessionMessage {
+  merge::SessionInfo info;
+  SessionState state = SessionState::kStarted;
+  std::uint64_t keyframes = 0;          ///< made so far
+  std::uint64_t keyframes_dropped = 0;  ///< of which never sent
+};
+
+/// One piece of an encoded keyframe.
+struct ChunkMessage {
+  merge::SessionId session;
+  std::uint32_t sequence = 0;       ///< of the keyframe within its session
+  std::uint32_t index = 0;          ///< of this piece
+  std::uint32_t count = 0;          ///< pieces of the keyframe
+  std::uint32_t total_bytes = 0;    ///< of the keyframe
+  std::uint32_t payload_crc32 = 0;  ///< of the keyframe
+  std::vector<std::uint8_t> data;
+};
+
+/// How the pipeline is doing since its start.
+struct HealthMessage {
+  struct Stage {
+    std::string name;
+    float p50_ms = 0.0F;
+    float p99_ms = 0.0F;
+    float max_ms = 0.0F;
+  };
+  struct Drop {
+    std::string cause;
+    std::uint64_t count = 0;
+  };
+  merge::SessionId session;
+  std::uint64_t scans = 0;
+  std::uint64_t keyframes = 0;
+  std::uint64_t points_in = 0;
+  std::uint64_t bytes_sent = 0;
+  std::vector<Stage> stages;  ///< at most 64
+  std::vector<Drop> drops;    ///< at most 64
+};
+
+/// True for names that are safe as file names: 1 to 64 letters, digits, '.', '_' or '-', the
+/// first of them no dot.
+bool is_session_name(std::string_view name);
+/// The nearest session name: every other character becomes '_'.
+std::string to_session_name(std::string_view text);
+
+/// CRC-32 as in zlib and Ethernet.
+std::uint32_t crc32(Bytes bytes);
+
+/// LCM's encoding of a message. Session: throws std::invalid_argument for a name that
+/// `is_session_name` rejects.
+std::vector<std::uint8_t> encode(const SessionMessage& message);
+std::vector<std::uint8_t> encode(const ChunkMessage& message);
+std::vector<std::uint8_t> encode(const HealthMessage& message);
+
+/// The message, or nothing if the bytes are none: wrong type or schema version, lengths that do
+/// not add up, impossible values, a piece whose checksum fails. Never allocates more than the
+/// bytes justify.
+std::optional<SessionMessage> decode_session(Bytes bytes);
+std::optional<ChunkMessage> decode_chunk(Bytes bytes);
+std::optional<HealthMessage> decode_health(Bytes bytes);
+
+}  // namespace unimapper::wire

@@ -1,1 +1,0 @@
-#include "unimapper/merge/keyframe_record.hpp"

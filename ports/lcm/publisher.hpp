@@ -1,0 +1,121 @@
+// One robot's stream, sent from a thread of its own.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string_view>
+#include <thread>
+
+#include "ports/lcm/sending.hpp"
+
+namespace unimapper::wire {
+
+/// Hands one datagram to the network; false if the network would not take it. Called from the
+/// publisher's thread only.
+using Send = std::function<bool(std::string_view channel, Bytes message)>;
+
+/// Lets bytes through at an average rate, with bursts up to a bound. Time is the caller's.
+class TokenBucket {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  TokenBucket(double bytes_per_second, double burst_bytes, Clock::time_point now)
+      : rate_(bytes_per_second), burst_(burst_bytes), tokens_(burst_bytes), last_(now) {}
+
+  /// How long to wait before `bytes` may go; zero if now. More than a burst may go once the
+  /// bucket is full.
+  [[nodiscard]] Clock::duration wait_time(double bytes, Clock::time_point now);
+  /// Takes the tokens of bytes that were sent.
+  void take(double bytes) { tokens_ -= bytes; }
+
+ private:
+  void refill(Clock::time_point now);
+
+  double rate_;
+  double burst_;
+  double tokens_;
+  Clock::time_point last_;
+};
+
+struct PublisherOptions {
+  std::uint32_t datagram_bytes = kLargestDatagramBytes;  ///< see `cut_into_messages`
+  double bytes_per_second = 20e6;                        ///< average rate of keyframes
+  std::uint32_t burst_bytes = 64000;                     ///< what a default receive buffer takes
+  std::size_t queue_capacity = 32;                       ///< keyframes waiting to be sent
+  /// What a full queue does: drop its oldest keyframe (a robot in motion), or make `publish`
+  /// wait (a recording that is processed faster than real time).
+  bool drop_when_full = true;
+  std::chrono::milliseconds session_period{1000};   ///< of session and health messages
+  std::chrono::milliseconds finish_timeout{30000};  ///< longest time `finish` sends on
+};
+
+struct PublisherCounters {
+  std::uint64_t keyframes_sent = 0;
+  std::uint64_t keyframes_dropped = 0;  ///< pushed out of the full queue, or left at the end
+  std::uint64_t messages_sent = 0;
+  std::uint64_t bytes_sent = 0;
+  std::uint64_t send_failures = 0;  ///< datagrams the network refused
+};
+
+/// Sends a session: its messages once a second, keyframes as they come, cut into paced
+/// datagrams. One thread hands over; the publisher's own thread does everything that may block.
+class Publisher {
+ public:
+  /// Throws std::invalid_argument for an impossible name, datagram size or rate.
+  Publisher(merge::SessionInfo info, Send send, const PublisherOptions& options = {});
+  /// Stops at once; what waits is lost and no end is announced. See `finish`.
+  ~Publisher();
+  Publisher(const Publisher&) = delete;
+  Publisher& operator=(const Publisher&) = delete;
+
+  /// Queues a keyframe. Takes a lock and moves a pointer; blocks only if asked to
+  /// (`drop_when_full`).
+  void publish(EncodedKeyframe keyframe);
+  /// From now on this is sent with every session message.
+  void set_health(HealthMessage health);
+  /// Sends what waits, then three times the end of the session. Blocks until done or until
+  /// `finish_timeout` is over. Further calls change nothing.
+  PublisherCounters finish();
+
+  [[nodiscard]] PublisherCounters counters() const;
+
+ private:
+  using Clock = TokenBucket::Clock;
+  enum class Phase : std::uint8_t { kRunning, kFinishing, kStopping };
+
+  void run();
+  void send_keyframe(const EncodedKeyframe& keyframe);
+  void send_session(SessionState state);
+  void send_session_if_due();
+  /// False if the network refused it.
+  bool send_message(std::string_view channel, Bytes message);
+  /// Sleeps, but not beyond a stop. False if stopping.
+  bool wait_for(Clock::duration duration);
+  std::optional<EncodedKeyframe> next_keyframe();
+  [[nodiscard]] bool must_stop(Clock::time_point now) const;
+
+  const Send send_;
+  const PublisherOptions options_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;      ///< the thread: something to do
+  std::condition_variable has_room_;  ///< `publish`: the queue shrank
+  std::deque<EncodedKeyframe> queue_;
+  SessionMessage session_;
+  std::optional<HealthMessage> health_;
+  PublisherCounters counters_;
+  Phase phase_ = Phase::kRunning;
+  Clock::time_point deadline_ = Clock::time_point::max();
+
+  // The thread's own.
+  TokenBucket bucket_;
+  Clock::time_point next_session_;
+  std::thread thread_;
+};
+
+}  // namespace unimapper::wire

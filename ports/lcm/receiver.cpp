@@ -1,0 +1,217 @@
+#include "ports/lcm/receiver.hpp"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "ports/lcm/event_log.hpp"
+#include "ports/lcm/keyframe_codec.hpp"
+
+namespace unimapper::wire {
+
+namespace {
+
+/// Damaged sequence numbers remembered per session; forgers can make up any number of them.
+constexpr std::size_t kMaxDamagedKept = 100000;
+
+std::string name_of_numbers(const merge::SessionId& id) {
+  return "robot" + std::to_string(id.robot) + "_session" + std::to_string(id.session);
+}
+
+std::uint64_t memory_of(const merge::KeyframeRecord& record) {
+  return sizeof record + record.scans.size() * sizeof(KeyframeScan) +
+         (record.static_cells.size() + record.dynamic_cells.size()) * sizeof(FineCell) +
+         record.keypoints.size() * sizeof(Keypoint) + record.planes.size() * sizeof(PlanePatch);
+}
+
+bool is_same(const merge::SessionInfo& a, const merge::SessionInfo& b) {
+  return a.name == b.name && a.sensor == b.sensor;
+}
+
+}  // namespace
+
+Receiver::Receiver(const ReceiverLimits& limits) : limits_(limits), reassembly_(limits) {}
+
+void Receiver::receive(std::string_view channel, Bytes data) {
+  if (channel == kSessionChannel) {
+    receive_session(data);
+  } else if (channel == kKeyframeChannel) {
+    receive_chunk(data);
+  } else if (channel == kHealthChannel) {
+    receive_health(data);
+  } else {
+    ++counters_.foreign;
+    return;
+  }
+  ++counters_.messages;
+}
+
+Receiver::Session* Receiver::session(const merge::SessionId& id) {
+  const auto known = sessions_.find(id);
+  if (known != sessions_.end()) return &known->second;
+  if (sessions_.size() < limits_.max_sessions) return &sessions_[id];
+  ++counters_.refused;
+  return nullptr;
+}
+
+void Receiver::receive_session(Bytes data) {
+  const std::optional<SessionMessage> message = decode_session(data);
+  if (!message) {
+    ++counters_.malformed;
+    return;
+  }
+  Session* state = session(message->info.id);
+  if (state == nullptr) return;
+  if (!state->info) {
+    state->info = message->info;
+  } else if (!is_same(*state->info, message->info)) {
+    ++counters_.contradictory;
+    return;
+  }
+  // Messages may overtake each other: what was once known stays known.
+  state->ended = state->ended || message->state == SessionState::kEnded;
+  state->announced = std::max(state->announced, message->keyframes);
+  state->dropped_by_sender = std::max(state->dropped_by_sender, message->keyframes_dropped);
+}
+
+void Receiver::receive_health(Bytes data) {
+  std::optional<HealthMessage> message = decode_health(data);
+  if (!message) {
+    ++counters_.malformed;
+  } else if (Session* state = session(message->session)) {
+    state->health = std::move(message);
+  }
+}
+
+void Receiver::receive_chunk(Bytes data) {
+  std::optional<ChunkMessage> chunk = decode_chunk(data);
+  if (!chunk) {
+    ++counters_.malformed;
+    return;
+  }
+  const merge::SessionId id = chunk->session;
+  const std::uint32_t sequence = chunk->sequence;
+  Session* state = session(id);
+  if (state == nullptr) return;
+  // A keyframe that never becomes whole is missed all the same.
+  state->announced = std::max<std::uint64_t>(state->announced, sequence + 1ULL);
+  if (state->keyframes.contains(sequence)) {
+    ++counters_.pieces_duplicate;
+    return;
+  }
+  Reassembly::Result result = reassembly_.add(std::move(*chunk));
+  switch (result.outcome) {
+    case Reassembly::Outcome::kWaiting:
+      break;
+    case Reassembly::Outcome::kDuplicate:
+      ++counters_.pieces_duplicate;
+      break;
+    case Reassembly::Outcome::kTooLarge:
+      ++counters_.refused;
+      break;
+    case Reassembly::Outcome::kDamaged:
+      mark_damaged(*state, sequence);
+      break;
+    case Reassembly::Outcome::kComplete: {
+      DecodedKeyframe decoded = decode_keyframe(result.payload);
+      const bool honest =
+          decoded.record && decoded.record->session == id && decoded.record->sequence == sequence;
+      if (honest) {
+        keep(*state, std::move(*decoded.record));
+      } else {
+        mark_damaged(*state, sequence);
+      }
+      break;
+    }
+  }
+}
+
+void Receiver::keep(Session& state, merge::KeyframeRecord&& record) {
+  const std::uint64_t bytes = memory_of(record);
+  if (bytes > limits_.max_stored_bytes - stored_bytes_) {
+    ++counters_.refused;
+    return;
+  }
+  stored_bytes_ += bytes;
+  reassembly_.forget(record.session, record.sequence);
+  const std::uint32_t sequence = record.sequence;
+  state.damaged.erase(sequence);
+  state.keyframes.emplace(sequence, std::move(record));
+  ++counters_.keyframes;
+}
+
+void Receiver::mark_damaged(Session& state, std::uint32_t sequence) {
+  ++counters_.keyframes_damaged;
+  if (state.damaged.size() < kMaxDamagedKept) state.damaged.insert(sequence);
+}
+
+ReceiverCounters Receiver::counters() const {
+  ReceiverCounters counters = counters_;
+  counters.keyframes_abandoned = reassembly_.given_up();
+  return counters;
+}
+
+std::vector<SessionProgress> Receiver::progress() const {
+  std::vector<SessionProgress> all;
+  for (const auto& [id, state] : sessions_) {
+    SessionProgress one;
+    one.info = state.info.value_or(merge::SessionInfo{id, name_of_numbers(id), {}});
+    one.ended = state.ended;
+    one.announced = state.announced;
+    one.received = state.keyframes.size();
+    one.whole = state.ended && one.received + state.dropped_by_sender >= state.announced;
+    one.health = state.health;
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
+std::vector<merge::SessionData> Receiver::take_sessions() {
+  std::vector<merge::SessionData> sessions;
+  for (auto& [id, state] : sessions_) {
+    merge::SessionData data;
+    data.info = state.info.value_or(merge::SessionInfo{id, name_of_numbers(id), {}});
+    data.complete = state.ended;
+    data.keyframes_damaged = state.damaged.size();
+    const std::uint64_t accounted = state.keyframes.size() + state.damaged.size();
+    data.keyframes_missing = state.announced - std::min(state.announced, accounted);
+    data.keyframes.reserve(state.keyframes.size());
+    for (auto& [sequence, record] : state.keyframes) data.keyframes.push_back(std::move(record));
+    sessions.push_back(std::move(data));
+  }
+  sort_and_name(sessions);
+  sessions_.clear();
+  stored_bytes_ = 0;
+  return sessions;
+}
+
+void sort_and_name(std::vector<merge::SessionData>& sessions) {
+  std::sort(sessions.begin(), sessions.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.info.name, a.info.id) < std::tie(b.info.name, b.info.id);
+  });
+  std::set<std::string> taken;
+  for (merge::SessionData& session : sessions) {
+    const std::string name = session.info.name;
+    for (int number = 2; !taken.insert(session.info.name).second; ++number) {
+      session.info.name = name + "-" + std::to_string(number);
+    }
+  }
+}
+
+std::vector<std::string> feed_event_log(Receiver& receiver, const std::filesystem::path& path) {
+  EventLogReader reader(path);
+  LogEvent event;
+  while (reader.next(event)) receiver.receive(event.channel, event.data);
+  return reader.fault_sentences();
+}
+
+ReceivedLog read_event_log(const std::filesystem::path& path, const ReceiverLimits& limits) {
+  Receiver receiver(limits);
+  ReceivedLog log;
+  log.faults = feed_event_log(receiver, path);
+  log.counters = receiver.counters();
+  log.sessions = receiver.take_sessions();
+  return log;
+}
+
+}  // namespace unimapper::wire

@@ -1,0 +1,104 @@
+// Sessions put together from messages, wherever they come from.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "ports/lcm/messages.hpp"
+#include "ports/lcm/reassembly.hpp"
+#include "unimapper/merge/keyframe_record.hpp"
+
+namespace unimapper::wire {
+
+/// What became of the messages.
+struct ReceiverCounters {
+  std::uint64_t messages = 0;             ///< on the project's channels
+  std::uint64_t foreign = 0;              ///< on other channels, ignored
+  std::uint64_t malformed = 0;            ///< not decodable, or a piece with a wrong checksum
+  std::uint64_t refused = 0;              ///< beyond a limit: sessions, keyframe size, memory
+  std::uint64_t contradictory = 0;        ///< a session that changes its name or sensor
+  std::uint64_t pieces_duplicate = 0;     ///< the same piece again, or of a keyframe that is here
+  std::uint64_t keyframes = 0;            ///< whole and sound
+  std::uint64_t keyframes_damaged = 0;    ///< whole, but checksum or content is wrong
+  std::uint64_t keyframes_abandoned = 0;  ///< incomplete, given up for want of room
+};
+
+/// How far one session is.
+struct SessionProgress {
+  merge::SessionInfo info;
+  bool ended = false;                   ///< its end was announced
+  bool whole = false;                   ///< ended, and every keyframe it sent is here
+  std::uint64_t announced = 0;          ///< keyframes made, as far as known
+  std::uint64_t received = 0;           ///< keyframes here
+  std::optional<HealthMessage> health;  ///< the latest, if any
+};
+
+/// Takes the messages of any number of sessions in any order. Whatever it is fed, it keeps
+/// within its limits, never throws, and counts what it could not use. Not thread safe.
+class Receiver {
+ public:
+  explicit Receiver(const ReceiverLimits& limits = {});
+
+  /// Takes one message.
+  void receive(std::string_view channel, Bytes data);
+
+  [[nodiscard]] ReceiverCounters counters() const;
+  /// All sessions, by id.
+  [[nodiscard]] std::vector<SessionProgress> progress() const;
+
+  /// Hands over the sessions, sorted by name and id, names made unique; the receiver holds
+  /// none afterwards, but goes on counting. A session whose messages never came is named after its
+  /// numbers.
+  std::vector<merge::SessionData> take_sessions();
+
+ private:
+  struct Session {
+    std::optional<merge::SessionInfo> info;
+    bool ended = false;
+    std::uint64_t announced = 0;
+    std::uint64_t dropped_by_sender = 0;
+    std::map<std::uint32_t, merge::KeyframeRecord> keyframes;
+    std::set<std::uint32_t> damaged;
+    std::optional<HealthMessage> health;
+  };
+
+  void receive_session(Bytes data);
+  void receive_chunk(Bytes data);
+  void receive_health(Bytes data);
+  /// The session, made if there is room for one more; null otherwise.
+  Session* session(const merge::SessionId& id);
+  void keep(Session& state, merge::KeyframeRecord&& record);
+  void mark_damaged(Session& state, std::uint32_t sequence);
+
+  ReceiverLimits limits_;
+  Reassembly reassembly_;
+  ReceiverCounters counters_;
+  std::map<merge::SessionId, Session> sessions_;
+  std::uint64_t stored_bytes_ = 0;
+};
+
+/// Feeds a whole event log to `receiver`; other channels are skipped. Returns what was wrong
+/// with the file, each with its name and offset. Throws EventLogError if it cannot be opened.
+std::vector<std::string> feed_event_log(Receiver& receiver, const std::filesystem::path& path);
+
+/// The sessions of an event log and what was wrong with it.
+struct ReceivedLog {
+  std::vector<merge::SessionData> sessions;
+  ReceiverCounters counters;
+  std::vector<std::string> faults;
+};
+
+/// Reads an event log, ours or lcm-logger's, complete or torn. Throws EventLogError if it cannot
+/// be opened.
+ReceivedLog read_event_log(const std::filesystem::path& path, const ReceiverLimits& limits = {});
+
+/// Sorts by name and id and appends "-2", "-3", ... to names that occur again.
+void sort_and_name(std::vector<merge::SessionData>& sessions);
+
+}  // namespace unimapper::wire

@@ -1,0 +1,186 @@
+#include "ports/lcm/messages.hpp"
+
+#include <catch2/catch.hpp>
+#include <unimapper_wire/chunk_t.hpp>
+#include <unimapper_wire/session_t.hpp>
+
+using namespace unimapper;
+using namespace unimapper::wire;
+using Data = std::vector<std::uint8_t>;
+
+namespace {
+
+SessionMessage sample_session() {
+  SessionMessage message;
+  message.info = {{4000000000U, 0xFEDCBA9876543210ULL}, "robot_a.day-2", "os2-128"};
+  message.state = SessionState::kRunning;
+  message.keyframes = 12;
+  message.keyframes_dropped = 3;
+  return message;
+}
+
+ChunkMessage sample_chunk() {
+  ChunkMessage chunk;
+  chunk.session = {4000000000U, 0xFEDCBA9876543210ULL};
+  chunk.sequence = 7;
+  chunk.index = 1;
+  chunk.count = 3;
+  chunk.total_bytes = 11;
+  chunk.payload_crc32 = 0xDEADBEEF;
+  chunk.data = {1, 2, 3, 4};
+  return chunk;
+}
+
+HealthMessage sample_health() {
+  HealthMessage health;
+  health.session = {1, 2};
+  health.scans = 100;
+  health.keyframes = 10;
+  health.points_in = 1'000'000'000'000;
+  health.bytes_sent = 5;
+  health.stages = {{"ingest", 1.0F, 2.0F, 3.0F}, {"total", 4.0F, 5.0F, 6.0F}};
+  health.drops = {{"cells_full", 77}};
+  return health;
+}
+
+/// Every truncation and every flipped bit of `bytes` is refused.
+template <typename Decode>
+void check_only_the_original_passes(const Data& bytes, const Decode& decode) {
+  CHECK(decode(bytes).has_value());
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    if (decode(Bytes(bytes).first(length))) FAIL("cut to " << length);
+  }
+  for (std::size_t bit = 0; bit < bytes.size() * 8; ++bit) {
+    Data damaged = bytes;
+    damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ (1U << (bit % 8)));
+    if (decode(damaged)) FAIL("bit " << bit);
+  }
+}
+
+/// The bytes with a checksum that fits them again: what a forger would send.
+Data sealed(Data bytes) {
+  bytes.resize(bytes.size() - 4);
+  BigEndianWriter(bytes).put(crc32(bytes));
+  return bytes;
+}
+
+}  // namespace
+
+TEST_CASE("the checksum is the one of zlib and Ethernet") {
+  const Data text{'1', '2', '3', '4', '5', '6', '7', '8', '9'};
+  CHECK(crc32(text) == 0xCBF43926);
+  CHECK(crc32({}) == 0);
+}
+
+TEST_CASE("messages come back as they went") {
+  const auto session = decode_session(encode(sample_session()));
+  REQUIRE(session.has_value());
+  CHECK(session->info.id == sample_session().info.id);
+  CHECK(session->info.name == "robot_a.day-2");
+  CHECK(session->info.sensor == "os2-128");
+  CHECK(session->state == SessionState::kRunning);
+  CHECK(session->keyframes == 12);
+  CHECK(session->keyframes_dropped == 3);
+
+  const auto chunk = decode_chunk(encode(sample_chunk()));
+  REQUIRE(chunk.has_value());
+  CHECK(chunk->session == sample_chunk().session);
+  CHECK(chunk->sequence == 7);
+  CHECK(chunk->index == 1);
+  CHECK(chunk->count == 3);
+  CHECK(chunk->total_bytes == 11);
+  CHECK(chunk->payload_crc32 == 0xDEADBEEF);
+  CHECK(chunk->data == Data{1, 2, 3, 4});
+
+  const auto health = decode_health(encode(sample_health()));
+  REQUIRE(health.has_value());
+  CHECK(health->points_in == 1'000'000'000'000);
+  REQUIRE(health->stages.size() == 2);
+  CHECK(health->stages[1].name == "total");
+  CHECK(health->stages[1].max_ms == 6.0F);
+  REQUIRE(health->drops.size() == 1);
+  CHECK(health->drops[0].cause == "cells_full");
+  CHECK(health->drops[0].count == 77);
+}
+
+TEST_CASE("damaged messages are refused, wherever the damage is") {
+  check_only_the_original_passes(encode(sample_session()), decode_session);
+  check_only_the_original_passes(encode(sample_chunk()), decode_chunk);
+  check_only_the_original_passes(encode(sample_health()), decode_health);
+}
+
+TEST_CASE("lengths that a forger made up allocate nothing") {
+  // The length of the chunk's data, of the session's name, of the list of stages.
+  const auto forged = [](Data bytes, std::size_t at) {
+    for (std::uint32_t length : {0x7FFFFFFFU, 0x80000000U, 0xFFFFFFFFU, 0U, 1000000U}) {
+      for (std::size_t i = 0; i < 4; ++i) {
+        bytes[at + i] = static_cast<std::uint8_t>(length >> (24U - 8U * i));
+      }
+      const Data message = sealed(bytes);
+      if (decode_chunk(message) || decode_session(message) || decode_health(message)) {
+        FAIL("length " << length << " at " << at);
+      }
+    }
+  };
+  forged(encode(sample_chunk()), 8 + 4 + 4 + 8 + 5 * 4);
+  forged(encode(sample_session()), 8 + 4 + 4 + 8);
+  forged(encode(sample_health()), 8 + 4 + 4 + 8 + 4 * 8);
+}
+
+TEST_CASE("pieces that cannot be parts of one whole are refused") {
+  const auto passes = [](const std::function<void(ChunkMessage&)>& change) {
+    ChunkMessage chunk = sample_chunk();
+    change(chunk);
+    return decode_chunk(encode(chunk)).has_value();
+  };
+  CHECK(passes([](auto&) {}));
+  CHECK(passes([](auto& c) { c.total_bytes = 12; }));
+  CHECK(passes([](auto& c) { c.index = 2, c.data.resize(3); }));
+  CHECK(passes([](auto& c) { c.index = 0, c.count = 1, c.total_bytes = 4; }));
+  CHECK_FALSE(passes([](auto& c) { c.index = 3; }));
+  CHECK_FALSE(passes([](auto& c) { c.count = 0; }));
+  CHECK_FALSE(passes([](auto& c) { c.data.clear(); }));
+  CHECK_FALSE(passes([](auto& c) { c.total_bytes = 8; }));
+  CHECK_FALSE(passes([](auto& c) { c.total_bytes = 13; }));
+  CHECK_FALSE(passes([](auto& c) { c.count = 0xFFFFFFFF; }));
+  CHECK_FALSE(passes([](auto& c) { c.index = 2, c.data.resize(2); }));
+  CHECK_FALSE(passes([](auto& c) { c.index = 0, c.count = 1; }));
+}
+
+TEST_CASE("a session's name is safe as a file name") {
+  for (const char* name : {"a", "kitti_0005", "robot-1.day2", "A"}) CHECK(is_session_name(name));
+  for (const char* name : {"", ".", "..", ".hidden", "a/b", "a b", "a\nb", "\xC3\xBC"}) {
+    CHECK_FALSE(is_session_name(name));
+    CHECK(is_session_name(to_session_name(name)));
+  }
+  CHECK_FALSE(is_session_name(std::string(65, 'a')));
+  CHECK(to_session_name("../etc/passwd") == "_._etc_passwd");
+
+  SessionMessage message = sample_session();
+  message.info.name = "../up";
+  CHECK_THROWS_AS(encode(message), std::invalid_argument);
+}
+
+TEST_CASE("a name that is no file name is refused even when its checksum fits") {
+  Data bytes = encode(sample_session());
+  bytes[8 + 4 + 4 + 8 + 4] = '/';
+  CHECK_FALSE(decode_session(sealed(bytes)).has_value());
+}
+
+TEST_CASE("LCM's own decoders read our messages") {
+  const Data bytes = encode(sample_chunk());
+  unimapper_wire::chunk_t chunk;
+  REQUIRE(chunk.decode(bytes.data(), 0, static_cast<int>(bytes.size())) ==
+          static_cast<int>(bytes.size()));
+  CHECK(chunk.schema_version == 1);
+  CHECK(chunk.data == Data{1, 2, 3, 4});
+  unimapper_wire::session_t session;
+  CHECK(session.decode(bytes.data(), 0, static_cast<int>(bytes.size())) < 0);
+}
+
+TEST_CASE("the types of schema 1 never change") {
+  // LCM's fingerprint covers names, types and order of every field: old logs stay readable only
+  // as long as these hold. A new schema gets new message types beside the old ones.
+  CHECK(unimapper_wire::chunk_t::getHash() == 0x2d40368f32292060);
+  CHECK(unimapper_wire::session_t::getHash() == 0x12cc6eae2fee390b);
+}

@@ -1,0 +1,256 @@
+#include "ports/lcm/publisher.hpp"
+
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+
+#include "ports/lcm/keyframe_codec.hpp"
+#include "ports/lcm/live.hpp"
+#include "ports/lcm/receiver.hpp"
+#include "tests/ports/lcm/stream.hpp"
+
+using namespace unimapper;
+using namespace unimapper::wire;
+using namespace std::chrono_literals;
+using test::Message;
+
+namespace {
+
+const merge::SessionInfo kAlpha{{1, 11}, "alpha", "os2-128"};
+
+/// A network that keeps what it is given, and can be held up.
+struct Network {
+  std::mutex mutex;
+  std::condition_variable released;
+  bool held = false;
+  bool broken = false;
+  std::vector<Message> messages;
+
+  Send sender() {
+    return [this](std::string_view channel, Bytes message) {
+      std::unique_lock lock(mutex);
+      // Only keyframes are held: tests wait for the session's first message.
+      released.wait(lock, [&] { return !held || channel != kKeyframeChannel; });
+      if (broken) return false;
+      messages.push_back({std::string(channel), {message.begin(), message.end()}});
+      return true;
+    };
+  }
+  void release() {
+    {
+      const std::lock_guard lock(mutex);
+      held = false;
+    }
+    released.notify_all();
+  }
+  merge::SessionData received() {
+    Receiver receiver;
+    for (const Message& message : messages) receiver.receive(message.channel, message.data);
+    return receiver.take_sessions().at(0);
+  }
+};
+
+EncodedKeyframe keyframe(std::uint32_t sequence) {
+  return encode_for_sending(test::keyframe_of(kAlpha.id, sequence));
+}
+
+PublisherOptions fast() {
+  PublisherOptions options;
+  options.bytes_per_second = 1e9;
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("the bucket lets a burst through and then keeps the average rate") {
+  const TokenBucket::Clock::time_point start{};
+  TokenBucket bucket(1000.0, 500.0, start);
+  CHECK(bucket.wait_time(400, start) == 0ns);
+  bucket.take(400);
+  CHECK(bucket.wait_time(100, start) == 0ns);
+  bucket.take(100);
+  const auto wait = bucket.wait_time(200, start);
+  CHECK(wait >= 200ms);
+  CHECK(wait < 201ms);
+  CHECK(bucket.wait_time(200, start + wait) == 0ns);
+  // Idle time does not add up beyond one burst.
+  CHECK(bucket.wait_time(500, start + 1h) == 0ns);
+  bucket.take(500);
+  CHECK(bucket.wait_time(1, start + 1h) > 0ns);
+  // More than a burst may go when the bucket is full, and is paid for afterwards.
+  CHECK(bucket.wait_time(2000, start + 2h) == 0ns);
+  bucket.take(2000);
+  CHECK(bucket.wait_time(1, start + 2h) > 1500ms);
+}
+
+TEST_CASE("the bucket's rate holds over a long stream") {
+  TokenBucket::Clock::time_point now{};
+  TokenBucket bucket(20e6, 64000.0, now);
+  double sent = 0.0;
+  while (sent < 100e6) {
+    now += bucket.wait_time(60000, now);
+    bucket.take(60000);
+    sent += 60000;
+  }
+  const double seconds = std::chrono::duration<double>(now.time_since_epoch()).count();
+  CHECK(sent / seconds == Approx(20e6).epsilon(0.01));
+}
+
+TEST_CASE("what is published arrives, with the end said three times") {
+  Network network;
+  Publisher publisher(kAlpha, network.sender(), fast());
+  for (std::uint32_t i = 0; i < 10; ++i) publisher.publish(keyframe(i));
+  const PublisherCounters counters = publisher.finish();
+  CHECK(counters.keyframes_sent == 10);
+  CHECK(counters.keyframes_dropped == 0);
+  CHECK(counters.send_failures == 0);
+  CHECK(counters.messages_sent == network.messages.size());
+  const merge::SessionData session = network.received();
+  CHECK(session.info.name == "alpha");
+  CHECK(session.complete);
+  CHECK(session.keyframes_missing == 0);
+  CHECK(session.keyframes.size() == 10);
+  int ends = 0;
+  for (const Message& message : network.messages) {
+    const auto state = decode_session(message.data);
+    ends += state && state->state == SessionState::kEnded ? 1 : 0;
+  }
+  CHECK(ends == 3);
+}
+
+TEST_CASE("no datagram is larger than configured") {
+  for (std::uint32_t limit : {kUnfragmentedDatagramBytes, 8000U, kLargestDatagramBytes}) {
+    Network network;
+    PublisherOptions options = fast();
+    options.datagram_bytes = limit;
+    Publisher publisher(kAlpha, network.sender(), options);
+    publisher.publish(encode_for_sending(test::keyframe_of(kAlpha.id, 0, 40000)));
+    publisher.finish();
+    std::size_t largest = 0;
+    for (const Message& message : network.messages) {
+      // LCM's header: magic, sequence number, channel and a zero.
+      largest = std::max(largest, 8 + message.channel.size() + 1 + message.data.size());
+    }
+    CHECK(largest == limit);
+    CHECK(network.received().keyframes.size() == 1);
+  }
+}
+
+TEST_CASE("a full queue drops its oldest keyframe and says so") {
+  Network network;
+  network.held = true;
+  PublisherOptions options = fast();
+  options.queue_capacity = 3;
+  Publisher publisher(kAlpha, network.sender(), options);
+  publisher.publish(keyframe(0));
+  // Once the queue is empty the thread holds keyframe 0 and waits for the network.
+  for (std::uint32_t i = 1; i < 10; ++i) publisher.publish(keyframe(i));
+  network.release();
+  const PublisherCounters counters = publisher.finish();
+  CHECK(counters.keyframes_sent + counters.keyframes_dropped == 10);
+  CHECK(counters.keyframes_dropped >= 6);
+  const merge::SessionData session = network.received();
+  CHECK(session.complete);
+  CHECK(session.keyframes.size() == counters.keyframes_sent);
+  CHECK(session.keyframes_missing == counters.keyframes_dropped);
+  // The newest are the ones that survive.
+  CHECK(session.keyframes.back().sequence == 9);
+}
+
+TEST_CASE("a publisher that may wait drops nothing") {
+  Network network;
+  PublisherOptions options = fast();
+  options.queue_capacity = 1;
+  options.drop_when_full = false;
+  Publisher publisher(kAlpha, network.sender(), options);
+  for (std::uint32_t i = 0; i < 50; ++i) publisher.publish(keyframe(i));
+  CHECK(publisher.finish().keyframes_sent == 50);
+  CHECK(network.received().keyframes.size() == 50);
+}
+
+TEST_CASE("the session is repeated while nothing else happens, with the health beside it") {
+  Network network;
+  PublisherOptions options = fast();
+  options.session_period = 5ms;
+  Publisher publisher(kAlpha, network.sender(), options);
+  HealthMessage health;
+  health.session = kAlpha.id;
+  health.scans = 17;
+  publisher.set_health(health);
+  while (publisher.counters().messages_sent < 20) std::this_thread::sleep_for(1ms);
+  publisher.finish();
+  Receiver receiver;
+  for (const Message& message : network.messages) receiver.receive(message.channel, message.data);
+  REQUIRE(receiver.progress().at(0).health.has_value());
+  CHECK(receiver.progress()[0].health->scans == 17);
+  CHECK(receiver.counters().malformed == 0);
+}
+
+TEST_CASE("a network that refuses is counted, not waited for") {
+  Network network;
+  network.broken = true;
+  Publisher publisher(kAlpha, network.sender(), fast());
+  publisher.publish(keyframe(0));
+  const PublisherCounters counters = publisher.finish();
+  CHECK(counters.keyframes_sent == 0);
+  CHECK(counters.messages_sent == 0);
+  CHECK(counters.send_failures > 0);
+}
+
+TEST_CASE("finishing a stream that is too slow gives up in time and says what was lost") {
+  Network network;
+  PublisherOptions options;
+  options.bytes_per_second = 1000.0;
+  options.burst_bytes = 1000;
+  options.datagram_bytes = 512;
+  options.finish_timeout = 50ms;
+  Publisher publisher(kAlpha, network.sender(), options);
+  for (std::uint32_t i = 0; i < 5; ++i) publisher.publish(keyframe(i));
+  const PublisherCounters counters = publisher.finish();
+  CHECK(counters.keyframes_sent + counters.keyframes_dropped == 5);
+  CHECK(counters.keyframes_dropped >= 4);
+  const merge::SessionData session = network.received();
+  CHECK(session.complete);
+  CHECK(session.keyframes_missing == counters.keyframes_dropped);
+}
+
+TEST_CASE("a publisher that is destroyed unfinished announces no end") {
+  Network network;
+  {
+    Publisher publisher(kAlpha, network.sender(), fast());
+    publisher.publish(keyframe(0));
+    while (publisher.counters().keyframes_sent < 1) std::this_thread::sleep_for(1ms);
+  }
+  CHECK_FALSE(network.received().complete);
+}
+
+TEST_CASE("a publisher refuses options that cannot work") {
+  const Send nowhere = [](std::string_view, Bytes) { return true; };
+  const auto refuses = [&](const std::function<void(PublisherOptions&)>& spoil) {
+    PublisherOptions options;
+    spoil(options);
+    CHECK_THROWS_AS(Publisher(kAlpha, nowhere, options), std::invalid_argument);
+  };
+  refuses([](auto& o) { o.datagram_bytes = 100; });
+  refuses([](auto& o) { o.datagram_bytes = 70000; });
+  refuses([](auto& o) { o.bytes_per_second = 0.0; });
+  refuses([](auto& o) { o.queue_capacity = 0; });
+  CHECK_THROWS_AS(Publisher({{1, 1}, "a/b", ""}, nowhere, {}), std::invalid_argument);
+}
+
+TEST_CASE("a listener asks for a larger receive buffer, unless told otherwise") {
+  CHECK(with_receive_buffer("udpm://239.255.76.67:7667?ttl=0") ==
+        "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304");
+  CHECK(with_receive_buffer("udpm://239.255.76.67:7667") ==
+        "udpm://239.255.76.67:7667?recv_buf_size=4194304");
+  CHECK(with_receive_buffer("udpm://239.255.76.67:7667?recv_buf_size=100") ==
+        "udpm://239.255.76.67:7667?recv_buf_size=100");
+  CHECK(with_receive_buffer("tcpq://localhost:7700") == "tcpq://localhost:7700");
+}
+
+TEST_CASE("a link that cannot be opened says which") {
+  CHECK_THROWS_WITH(open_sender("nonsense://x"), Catch::Contains("nonsense://x"));
+  ListenOptions options;
+  options.url = "nonsense://x";
+  CHECK_THROWS_AS(listen(options), LinkError);
+}
