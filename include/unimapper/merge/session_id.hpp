@@ -1,0 +1,24 @@
+// Who is talking.
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <string>
+
+namespace unimapper::merge {
+
+/// One robot, one boot. The same numbers travel in every message.
+struct SessionId {
+  std::uint32_t robot = 0;
+  std::uint64_t session = 0;  ///< differs for every boot of a robot
+  friend auto operator<=>(const SessionId&, const SessionId&) = default;
+};
+
+/// Sent once (and repeated) per session.
+struct SessionInfo {
+  SessionId id;
+  std::string name;    ///< file-name safe; names the trajectory
+  std::string sensor;  ///< canonical sensor name, see `find_sensor`
+};
+
+}  // namespace unimapper::merge
