@@ -1,0 +1,58 @@
+// Everything that moves: traffic on the lanes, persons on the sidewalks.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "raycast.hpp"
+#include "robot_motion.hpp"
+#include "world.hpp"
+
+namespace unimapper::simulator {
+
+/// What an actor looks like and how it moves along its path.
+enum class ActorKind : std::uint8_t { kCar, kVan, kBus, kCyclist, kPerson };
+
+struct Actor {
+  ActorKind kind = ActorKind::kCar;
+  std::uint32_t variant = 0;
+  double scale = 1.0;
+  const Path* path = nullptr;
+  double lateral = 0.0;          ///< metres to the left of the path
+  std::vector<float> travelled;  ///< arc length at every tick
+  std::vector<bool> moved;       ///< faster than 0.2 m/s within three seconds, at every tick
+  std::uint16_t object = 0;
+};
+
+class Traffic;
+
+class Actors {
+ public:
+  Actors(const World& world, const RobotMotion& robot, std::uint64_t seed, std::uint32_t day,
+         double duration_s);
+  ~Actors();
+  Actors(const Actors&) = delete;
+  Actors& operator=(const Actors&) = delete;
+
+  /// What is near `around` during the sweep [begin_s, end_s], with its label.
+  [[nodiscard]] std::vector<MovingInstance> during(double begin_s, double end_s, Vec2 around) const;
+
+  [[nodiscard]] const std::vector<Actor>& actors() const { return actors_; }
+
+  static constexpr double kTick = 0.05;
+  /// The simulation starts this long before time zero.
+  static constexpr double kWarmUp = 8.0;
+
+ private:
+  [[nodiscard]] double travelled(const Actor& actor, double time_s) const;
+  [[nodiscard]] Frame frame_of(const Actor& actor, double time_s) const;
+  void add_person_parts(const Actor& actor, double begin_s, double end_s, std::uint16_t label,
+                        std::vector<MovingInstance>& instances) const;
+
+  const World& world_;
+  std::unique_ptr<Traffic> traffic_;  // owns the paths
+  std::vector<Actor> actors_;
+};
+
+}  // namespace unimapper::simulator

@@ -1,0 +1,41 @@
+// The LiDARs: scan patterns and detection figures.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "geometry.hpp"
+#include "unimapper/core/sensor.hpp"
+
+namespace unimapper::simulator {
+
+/// One shot in the sensor frame.
+struct PatternRay {
+  Vec3 origin, direction;
+  float time;           ///< 0 at the start of the sweep, 1 at its end
+  std::uint32_t index;  ///< running number in the full pattern, whatever the thinning
+};
+
+/// Detection figures of one LiDAR, from data sheets and published measurements.
+struct LidarModel {
+  SensorKind kind;
+  double range_min_m, range_max_m;
+  double range_10_m;      ///< 90 % detection of a 10 % target
+  double range_sigma_m;   ///< at a strong echo, one sigma
+  double divergence_rad;  ///< full width
+};
+
+/// Throws std::runtime_error for a sensor the simulator has no pattern of.
+LidarModel lidar_model(SensorKind kind);
+
+/// Rays of the sweep that starts at `start_s`; keeps every `thin`-th column (spinning) or shot.
+/// Livox patterns run on from sweep to sweep and never repeat.
+void make_pattern(SensorKind kind, double start_s, std::uint32_t thin,
+                  std::vector<PatternRay>& rays);
+
+/// True if the pattern is the same in every sweep.
+bool repeats(SensorKind kind);
+
+inline constexpr double kSweepSeconds = 0.1;
+
+}  // namespace unimapper::simulator

@@ -1,0 +1,47 @@
+// Lines to travel along: lanes through the street grid and sidewalks around blocks.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "town_plan.hpp"
+
+namespace unimapper::simulator {
+
+/// A polyline with arc length, open or closed, in town coordinates.
+class Path {
+ public:
+  Path(std::vector<Vec2> points, bool closed);
+
+  [[nodiscard]] double length() const { return length_; }
+  [[nodiscard]] bool is_closed() const { return closed_; }
+  /// Position at arc length `s`; wraps if closed, else continues straight past the ends.
+  [[nodiscard]] Vec2 at(double s) const;
+  /// Unit direction of travel, over `span` metres around `s`.
+  [[nodiscard]] Vec2 heading(double s, double span = 2.6) const;
+  /// Radians per metre, signed (left positive), over a few metres.
+  [[nodiscard]] double curvature(double s) const;
+  /// Arc length of the point nearest to `p`.
+  [[nodiscard]] double nearest(Vec2 p) const;
+
+ private:
+  static constexpr double kStep = 0.5;
+  std::vector<Vec2> points_;  // kStep apart
+  double length_ = 0.0;
+  bool closed_ = false;
+};
+
+/// A crossing of the street grid.
+struct Node {
+  int i, j;
+  friend bool operator==(Node, Node) = default;
+};
+
+/// The right-hand lane through `nodes` (each a neighbour of the one before, no U-turns), `offset`
+/// metres right of the streets' centre lines.
+Path lane_path(const TownPlan& plan, std::span<const Node> nodes, bool closed, double offset);
+
+/// Once around a block, `from_centre` metres from the centre lines of the streets around it.
+Path sidewalk_path(const TownPlan& plan, int column, int row, double from_centre, bool clockwise);
+
+}  // namespace unimapper::simulator

@@ -1,1 +1,0 @@
-#include "unimapper/core/sensor.hpp"

@@ -1,0 +1,119 @@
+#include "robot_motion.hpp"
+
+#include <algorithm>
+#include <span>
+
+#include "random.hpp"
+
+namespace unimapper::simulator {
+namespace {
+
+constexpr double kTick = 0.05;
+constexpr double kMountHeight = 1.9;
+
+/// Closed tours of crossings. A and B drive around the same central block in the same direction,
+/// C the other way round; each comes back to its first street after one block and then goes on
+/// through the neighbouring ones.
+constexpr Node kTourA[] = {{3, 3}, {4, 3}, {4, 4}, {3, 4}, {3, 3}, {4, 3}, {5, 3},
+                           {5, 4}, {4, 4}, {4, 3}, {4, 2}, {3, 2}, {3, 3}, {3, 4},
+                           {3, 5}, {4, 5}, {4, 4}, {3, 4}, {2, 4}, {2, 3}};
+constexpr Node kTourB[] = {{4, 2}, {4, 3}, {4, 4}, {3, 4}, {3, 3}, {4, 3}, {4, 4},
+                           {5, 4}, {5, 3}, {4, 3}, {3, 3}, {3, 4}, {4, 4}, {4, 5},
+                           {3, 5}, {2, 5}, {2, 4}, {2, 3}, {2, 2}, {3, 2}};
+constexpr Node kTourC[] = {{3, 4}, {4, 4}, {4, 3}, {3, 3}, {3, 4}, {4, 4}, {5, 4}, {5, 3},
+                           {5, 2}, {4, 2}, {4, 3}, {4, 4}, {3, 4}, {3, 3}, {2, 3}, {2, 4}};
+
+struct Tour {
+  std::span<const Node> nodes;
+  double start_fraction;  ///< of the first street
+};
+
+Tour tour_of(char route) {
+  if (route == 'A') return {kTourA, 0.2};
+  if (route == 'B') return {kTourB, 0.55};
+  return {kTourC, 0.3};
+}
+
+/// Fastest speed at each half metre of the path that respects curves, acceleration and braking.
+std::vector<double> speed_profile(const Path& path, Random& random) {
+  constexpr double kStep = 0.5;
+  constexpr double kLateral = 2.2;
+  constexpr double kAcceleration = 1.3;
+  constexpr double kBraking = 1.6;
+  const auto count = static_cast<std::size_t>(path.length() / kStep);
+  const double phase = random.uniform(0.0, 2.0 * kPi);
+  std::vector<double> speed(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double s = kStep * static_cast<double>(i);
+    const double cruise = 7.7 + 0.9 * std::sin(s / 37.0 + phase);
+    const double curvature = std::max(std::abs(path.curvature(s)), 1e-6);
+    speed[i] = std::min(cruise, std::sqrt(kLateral / curvature));
+  }
+  // Twice around, so that the limits also hold where the closed path wraps.
+  for (std::size_t k = 1; k < 2 * count; ++k) {
+    double& now = speed[k % count];
+    const double before = speed[(k - 1) % count];
+    now = std::min(now, std::sqrt(before * before + 2.0 * kAcceleration * kStep));
+  }
+  for (std::size_t k = 2 * count - 1; k > 0; --k) {
+    double& now = speed[(k - 1) % count];
+    const double after = speed[k % count];
+    now = std::min(now, std::sqrt(after * after + 2.0 * kBraking * kStep));
+  }
+  return speed;
+}
+
+}  // namespace
+
+RobotMotion::RobotMotion(const TownPlan& plan, char route, std::uint64_t seed, double duration_s)
+    : plan_(plan), path_(lane_path(plan, tour_of(route).nodes, true, street::kLaneCentre)) {
+  Random random(seed, Stream::kMotion, static_cast<std::uint64_t>(route));
+  for (double& phase : phases_) phase = random.uniform(0.0, 2.0 * kPi);
+  const std::vector<double> profile = speed_profile(path_, random);
+  const auto speed_at = [&](double s) {
+    const double wrapped = s - path_.length() * std::floor(s / path_.length());
+    return profile[std::min(static_cast<std::size_t>(wrapped / 0.5), profile.size() - 1)];
+  };
+  const Tour tour = tour_of(route);
+  const Vec2 a = plan.warp({plan.line_u(tour.nodes[0].i), plan.line_v(tour.nodes[0].j)});
+  const Vec2 b = plan.warp({plan.line_u(tour.nodes[1].i), plan.line_v(tour.nodes[1].j)});
+  // The path starts just past the first crossing.
+  double s = tour.start_fraction * norm(b - a) - 10.0;
+  for (double t = 0.0; t < kLead; t += kTick) s -= kTick * speed_at(s);
+  const auto ticks = static_cast<std::size_t>((duration_s + 2.0 * kLead) / kTick) + 2;
+  travelled_.reserve(ticks);
+  for (std::size_t i = 0; i < ticks; ++i) {
+    travelled_.push_back(s);
+    s += kTick * speed_at(s);
+  }
+}
+
+double RobotMotion::travelled(double time_s) const {
+  const double tick = std::max(0.0, (time_s + kLead) / kTick);
+  const auto low = std::min(static_cast<std::size_t>(tick), travelled_.size() - 2);
+  const double w = tick - static_cast<double>(low);
+  return travelled_[low] + w * (travelled_[low + 1] - travelled_[low]);
+}
+
+double RobotMotion::speed(double time_s) const {
+  return (travelled(time_s + kTick) - travelled(time_s - kTick)) / (2.0 * kTick);
+}
+
+Frame RobotMotion::sensor_frame(double time_s) const {
+  const double s = travelled(time_s);
+  const Vec2 at = path_.at(s);
+  const Frame road = sloped_frame({at.x, at.y, plan_.height(at)}, path_.heading(s), plan_.up(at));
+  // Body vibration: fractions of a degree and a centimetre at 1.3 to 3.1 Hz, more when faster.
+  const double strength = std::min(1.0, speed(time_s) / 6.0);
+  const auto swing = [&](int i, double hertz) {
+    return std::sin(2.0 * kPi * hertz * time_s + phases_[i]);
+  };
+  const double roll = 0.25 * kDegree * (0.6 * swing(0, 1.3) + 0.4 * swing(1, 2.3));
+  const double pitch = 0.25 * kDegree * (0.6 * swing(2, 1.7) + 0.4 * swing(3, 3.1));
+  const double heave = 0.008 * (0.7 * swing(4, 1.5) + 0.3 * swing(5, 2.7));
+  Frame body = rotation_frame({strength * roll, strength * pitch, 0.0});
+  body.origin = {0, 0, kMountHeight + strength * heave};
+  return road * body;
+}
+
+}  // namespace unimapper::simulator

@@ -1,0 +1,28 @@
+// The files of a simulated run.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "scanner.hpp"
+#include "simulate.hpp"
+
+namespace unimapper::simulator {
+
+/// Writes below one folder; every failure is a SimulationError with the file and the reason.
+class RunWriter {
+ public:
+  explicit RunWriter(std::filesystem::path folder);
+
+  /// Scan and labels of scan `index`; thread safe for different scans.
+  void write_scan(std::uint32_t index, const std::vector<LidarReturn>& returns) const;
+  void write_poses(const char* name, const std::vector<Frame>& poses) const;
+  void write_times(const std::vector<double>& stamps_s) const;
+  void write_description(const SimulationConfig& config, std::uint32_t day,
+                         std::uint32_t first_stamp_ms) const;
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace unimapper::simulator

@@ -1,0 +1,190 @@
+#include "simulate.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "actors.hpp"
+#include "odometry.hpp"
+#include "random.hpp"
+#include "robot_motion.hpp"
+#include "run_writer.hpp"
+#include "scanner.hpp"
+
+namespace unimapper::simulator {
+namespace {
+
+void check(const SimulationConfig& config) {
+  if (config.scene != "town") {
+    throw SimulationError("unknown scene '" + config.scene + "'; there is: town");
+  }
+  if (config.route < 'A' || config.route > 'C') {
+    throw SimulationError(std::string("unknown route '") + config.route + "'; there are: A, B, C");
+  }
+  if (config.scans < 1 || config.scans > 100000) {
+    throw SimulationError("the number of scans must be 1 to 100000");
+  }
+  if (config.thin < 1 || config.thin > 64) {
+    throw SimulationError("thinning must be 1 to 64");
+  }
+}
+
+double stamp_of(std::uint32_t scan) { return kSweepSeconds * (scan + 1); }
+
+/// Everything the threads share while they work through the scans.
+class Run {
+ public:
+  Run(const SimulationConfig& config, std::uint32_t day, const std::filesystem::path& out)
+      : config_(config),
+        model_(checked_model(config.sensor)),
+        duration_s_(stamp_of(config.scans)),
+        world_(build_town(config.seed, day)),
+        scene_(world_),
+        robot_(world_.plan, config.route, derive_key(config.seed, day), duration_s_),
+        actors_(world_, robot_, config.seed, day, duration_s_),
+        writer_(out),
+        key_(Random(config.seed, Stream::kRay, static_cast<std::uint64_t>(config.route),
+                    day * 16ULL + static_cast<std::uint64_t>(config.sensor))
+                 .bits()) {}
+
+  void write_trajectory(std::uint32_t day) const {
+    std::vector<Frame> truth;
+    std::vector<double> stamps;
+    for (std::uint32_t scan = 0; scan < config_.scans; ++scan) {
+      stamps.push_back(stamp_of(scan));
+      truth.push_back(robot_.sensor_frame(stamps.back()));
+    }
+    writer_.write_times(stamps);
+    writer_.write_poses("gt_poses.txt", truth);
+    writer_.write_poses("poses.txt",
+                        drifting_odometry(truth, config_.drift, derive_key(key_, 0xD41F7)));
+    writer_.write_description(config_, day, 100);
+  }
+
+  /// Takes scans until there are none left.
+  void work(const Progress& progress) {
+    MovingScene moving(scene_);
+    const Caster caster(scene_, moving);
+    Scanner scanner(model_, caster, key_);
+    std::vector<PatternRay> rays;
+    if (repeats(config_.sensor)) make_pattern(config_.sensor, 0.0, config_.thin, rays);
+    std::vector<LidarReturn> returns;
+    for (std::uint32_t scan = next_++; scan < config_.scans && !failed_; scan = next_++) {
+      const double end = stamp_of(scan);
+      const double begin = end - kSweepSeconds;
+      if (!repeats(config_.sensor)) make_pattern(config_.sensor, begin, config_.thin, rays);
+      const SweepFrames frames = sweep_frames(begin);
+      const Vec3 here = frames.back().origin;
+      moving.set(actors_.during(begin, end, {here.x, here.y}));
+      returns.clear();
+      scanner.scan(scan, rays, frames, returns);
+      compensate_motion(scan, frames, returns);
+      writer_.write_scan(scan, returns);
+      const std::lock_guard lock(progress_mutex_);
+      ++done_;
+      if (progress) progress(done_, config_.scans);
+    }
+  }
+
+  void stop() { failed_ = true; }
+
+ private:
+  static LidarModel checked_model(SensorKind kind) {
+    try {
+      return lidar_model(kind);
+    } catch (const std::runtime_error& error) {
+      throw SimulationError(error.what());
+    }
+  }
+
+  [[nodiscard]] SweepFrames sweep_frames(double begin) const {
+    constexpr int kParts = 10;
+    SweepFrames frames;
+    for (int i = 0; i <= kParts; ++i) {
+      frames.push_back(robot_.sensor_frame(begin + kSweepSeconds * i / kParts));
+    }
+    return frames;
+  }
+
+  /// Moves every return to where the sensor is at the end of the sweep, as an odometry would: with
+  /// a velocity that is wrong by about 1.5 %.
+  void compensate_motion(std::uint32_t scan, const SweepFrames& frames,
+                         std::vector<LidarReturn>& returns) const {
+    constexpr double kVelocityError = 0.015;
+    Random random(derive_key(derive_key(key_, 0xDE5C), scan));
+    const double stretch = 1.0 + kVelocityError * random.gauss();
+    const double twist = 1.0 + kVelocityError * random.gauss();
+    const Frame T_end_town = frames.back().inverse();
+    std::vector<Frame> T_end_part;
+    for (const Frame& frame : frames) {
+      Frame step = T_end_town * frame;
+      Frame estimated = rotation_frame(twist * rotation_vector(step));
+      estimated.origin = stretch * step.origin;
+      T_end_part.push_back(estimated);
+    }
+    float last_time = -1.0F;
+    Frame at_shot;
+    for (LidarReturn& r : returns) {
+      if (r.time != last_time) at_shot = interpolate(T_end_part, r.time);
+      last_time = r.time;
+      r.point = at_shot(r.point);
+    }
+  }
+
+  const SimulationConfig& config_;
+  LidarModel model_;
+  double duration_s_;
+  World world_;
+  StaticScene scene_;
+  RobotMotion robot_;
+  Actors actors_;
+  RunWriter writer_;
+  std::uint64_t key_;
+  std::atomic<std::uint32_t> next_{0};
+  std::atomic<bool> failed_{false};
+  std::mutex progress_mutex_;
+  std::uint32_t done_ = 0;
+};
+
+}  // namespace
+
+std::optional<DriftPreset> parse_drift(std::string_view name) {
+  if (name == "none") return DriftPreset::kNone;
+  if (name == "lio") return DriftPreset::kLio;
+  if (name == "icp") return DriftPreset::kIcp;
+  if (name == "bad") return DriftPreset::kBad;
+  return std::nullopt;
+}
+
+void simulate(const SimulationConfig& config, const std::filesystem::path& out,
+              const Progress& progress) {
+  check(config);
+  const std::uint32_t day = config.day.value_or(static_cast<std::uint32_t>(config.route - 'A'));
+  Run run(config, day, out);
+  run.write_trajectory(day);
+  const unsigned available = std::max(1U, std::thread::hardware_concurrency());
+  const unsigned count =
+      std::min({config.threads == 0 ? available : config.threads, config.scans, 256U});
+  std::exception_ptr failure;
+  std::mutex failure_mutex;
+  const auto body = [&] {
+    try {
+      run.work(progress);
+    } catch (...) {
+      run.stop();
+      const std::lock_guard lock(failure_mutex);
+      if (!failure) failure = std::current_exception();
+    }
+  };
+  {
+    std::vector<std::jthread> workers;
+    for (unsigned i = 1; i < count; ++i) workers.emplace_back(body);
+    body();
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace unimapper::simulator

@@ -1,0 +1,95 @@
+// `unimapper simulate`: a recording of a robot that never was.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "bench/simulator/simulate.hpp"
+#include "commands.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+struct SimulateOptions {
+  simulator::SimulationConfig config;
+  std::string sensor = "os2-128";
+  std::string route = "A";
+  std::string drift = "lio";
+  std::uint32_t day = 0;
+  std::string out;
+};
+
+std::string known_sensors() {
+  std::string names;
+  for (const SensorModel& model : sensor_models()) {
+    if (model.kind == SensorKind::kGeneric) continue;
+    names += (names.empty() ? "" : ", ") + std::string(model.name);
+  }
+  return names;
+}
+
+/// One line that grows a percent at a time, so that logs stay readable.
+void show_progress(std::uint32_t done, std::uint32_t total) {
+  const std::uint64_t percent = 100ULL * done / total;
+  const std::uint64_t before = 100ULL * (done - 1) / total;
+  if (percent / 5 == before / 5 && done != total) return;
+  std::fprintf(stderr, "\rsimulating %3u %%  %u of %u scans", static_cast<unsigned>(percent), done,
+               total);
+  if (done == total) std::fprintf(stderr, "\n");
+  std::fflush(stderr);
+}
+
+void run(SimulateOptions& options, bool has_day) {
+  const SensorModel* sensor = find_sensor(options.sensor);
+  if (sensor == nullptr) {
+    throw std::runtime_error("unknown sensor '" + options.sensor +
+                             "'; there are: " + known_sensors());
+  }
+  const auto drift = simulator::parse_drift(options.drift);
+  if (!drift) {
+    throw std::runtime_error("unknown drift '" + options.drift +
+                             "'; there are: none, lio, icp, bad");
+  }
+  if (options.route.size() != 1) {
+    throw std::runtime_error("unknown route '" + options.route + "'; there are: A, B, C");
+  }
+  options.config.sensor = sensor->kind;
+  options.config.drift = *drift;
+  options.config.route = options.route[0];
+  if (has_day) options.config.day = options.day;
+  simulator::simulate(options.config, options.out, show_progress);
+}
+
+}  // namespace
+
+void register_simulate(CLI::App& app) {
+  auto options = std::make_shared<SimulateOptions>();
+  CLI::App* command = app.add_subcommand(
+      "simulate", "Simulate a robot's drive through a town: scans, labels, odometry, ground truth");
+  simulator::SimulationConfig& config = options->config;
+  command->add_option("--scene", config.scene, "town")->capture_default_str();
+  command->add_option("--sensor", options->sensor, known_sensors())->capture_default_str();
+  command->add_option("--route", options->route, "A, B or C: tours that share streets")
+      ->capture_default_str();
+  command->add_option("--scans", config.scans, "Number of scans, ten per second")
+      ->capture_default_str();
+  command->add_option("--seed", config.seed, "The town; another seed is another town")
+      ->capture_default_str();
+  CLI::Option* day =
+      command->add_option("--day", options->day,
+                          "Day of the recording (default: route A 0, B 1, C 2); parked cars and "
+                          "traffic differ");
+  command->add_option("--drift", options->drift, "Odometry: none, lio, icp or bad")
+      ->capture_default_str();
+  command->add_option("--thin", config.thin, "Keep every n-th column (spinning) or shot")
+      ->capture_default_str();
+  command->add_option("--threads", config.threads, "0: all cores")->capture_default_str();
+  command->add_option("--out", options->out, "Folder to write")->required();
+  command->footer(
+      "Example:\n  unimapper simulate --scene town --sensor os2-128 --route A --scans 300 --seed 7 "
+      "--out town_a");
+  command->callback([options, day] { run(*options, day->count() > 0); });
+}
+
+}  // namespace unimapper::apps
