@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "unimapper/merge/keyframe_record.hpp"
+#include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
 
 namespace unimapper::merge {
@@ -25,9 +26,11 @@ struct LoopRecord {
   Pose T_match_query_keyframe;
 };
 
-/// One session in the unified frame.
+/// One session in the unified frame. An unconnected session keeps all its keyframes, in its own
+/// frame: `T_map_session` is the identity then.
 struct MergedSession {
   SessionStatus status = SessionStatus::kUnconnected;
+  std::string reason;  ///< why it is not connected, empty otherwise
   Pose T_map_session;  ///< the anchor node: session odometry frame to the map frame
   std::vector<Pose> T_map_keyframe;
 };
@@ -46,6 +49,12 @@ struct ChangedPoint {
   bool appeared = false;      ///< true: new in `session`; false: gone after `session`
 };
 
+/// Wall-clock time of one stage.
+struct StageTime {
+  std::string stage;
+  double seconds = 0.0;
+};
+
 struct MergeResult {
   std::size_t central_session = 0;
   std::vector<MergedSession> sessions;
@@ -53,6 +62,9 @@ struct MergeResult {
   std::vector<MapPoint> map;
   std::vector<ChangedPoint> changes;
   std::vector<Eigen::Vector3f> dynamic_points;  ///< removed by the robots, map frame, for display
+  /// What the final pose graph was made of: odometry and accepted loops (match = from).
+  std::vector<LoopConstraint> graph_edges;
+  std::vector<StageTime> timing;  ///< the only part that differs from run to run
 };
 
 /// Merges any number of sessions (paper section VI). Deterministic: the same sessions give the

@@ -1,0 +1,17 @@
+// How well each session would serve as the central map.
+#pragma once
+
+#include <vector>
+
+#include "loop_verifier.hpp"
+#include "unimapper/merge/keyframe_record.hpp"
+
+namespace unimapper::merge {
+
+/// The paper's two conditions (section VI) as one number in [0, 1] per session: a wide area
+/// covered with loops of its own, and a sensor with a wide field of view and rich places.
+/// Everything is measured from the keyframes, relative to the best session.
+std::vector<double> central_scores(const std::vector<SessionData>& sessions,
+                                   const std::vector<VerifiedLoop>& own_loops);
+
+}  // namespace unimapper::merge

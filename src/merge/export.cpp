@@ -1,0 +1,116 @@
+#include "unimapper/merge/export.hpp"
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "export_files.hpp"
+
+namespace unimapper::merge {
+namespace {
+
+const char* status_name(SessionStatus status) {
+  switch (status) {
+    case SessionStatus::kCentral:
+      return "central";
+    case SessionStatus::kMerged:
+      return "merged";
+    case SessionStatus::kUnconnected:
+      break;
+  }
+  return "unconnected";
+}
+
+/// Names come from files and networks: what cannot be UTF-8 must not stop the export.
+std::string dump(const nlohmann::ordered_json& json) {
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+nlohmann::ordered_json session_summary(const SessionData& session, const MergedSession& merged) {
+  std::uint64_t points_in = 0;
+  std::uint64_t points_dynamic = 0;
+  for (const auto& keyframe : session.keyframes) {
+    points_in += keyframe.points_in;
+    points_dynamic += keyframe.points_dynamic;
+  }
+  nlohmann::ordered_json json;
+  json["name"] = session.info.name;
+  json["status"] = status_name(merged.status);
+  json["keyframes"] = session.keyframes.size();
+  json["sensor"] = session.info.sensor;
+  json["complete"] = session.complete;
+  json["keyframes_missing"] = session.keyframes_missing;
+  json["keyframes_damaged"] = session.keyframes_damaged;
+  json["points_in"] = points_in;
+  json["points_dynamic"] = points_dynamic;
+  if (!merged.reason.empty()) json["reason"] = merged.reason;
+  return json;
+}
+
+}  // namespace
+
+void write_summary(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
+                   const MergeResult& result) {
+  nlohmann::ordered_json json;
+  json["sessions"] = nlohmann::ordered_json::array();
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    json["sessions"].push_back(session_summary(sessions[s], result.sessions[s]));
+  }
+  std::size_t intra = 0;
+  std::size_t inter = 0;
+  std::size_t rejected = 0;
+  std::map<std::string, std::size_t> by_origin;
+  for (const auto& loop : result.loops) {
+    if (!loop.accepted) {
+      ++rejected;
+      continue;
+    }
+    ++(loop.query_session == loop.match_session ? intra : inter);
+    ++by_origin[loop.reason];
+  }
+  json["loops"] = {{"intra", intra}, {"inter", inter}, {"rejected", rejected}};
+  for (const auto& [origin, count] : by_origin) json["loops"]["by_" + origin] = count;
+  std::size_t shared = 0;
+  for (const auto& point : result.map) shared += point.sessions_seen > 1 ? 1 : 0;
+  json["map"] = {{"points", result.map.size()}, {"seen_by_several_sessions", shared}};
+  const auto appeared = static_cast<std::size_t>(
+      std::count_if(result.changes.begin(), result.changes.end(),
+                    [](const ChangedPoint& point) { return point.appeared; }));
+  json["changes"] = {{"appeared", appeared}, {"gone", result.changes.size() - appeared}};
+  OutputFile file(path);
+  file.stream() << dump(json);
+  file.close();
+}
+
+void write_timing(const std::filesystem::path& path, const MergeResult& result) {
+  nlohmann::ordered_json json;
+  for (const auto& stage : result.timing) json[stage.stage] = stage.seconds;
+  OutputFile file(path);
+  file.stream() << dump(json);
+  file.close();
+}
+
+void export_map(const std::filesystem::path& folder, const std::vector<SessionData>& sessions,
+                const MergeResult& result) {
+  const auto make = [](const std::filesystem::path& path) {
+    std::error_code error;
+    std::filesystem::create_directories(path, error);
+    if (error) throw std::runtime_error(path.string() + ": " + error.message());
+  };
+  make(folder / "trajectories");
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    const bool connected = result.sessions[s].status != SessionStatus::kUnconnected;
+    const auto place = folder / (connected ? "trajectories" : "unconnected");
+    make(place);
+    write_trajectory(place / (sessions[s].info.name + ".tum"), sessions[s], result.sessions[s]);
+  }
+  write_pose_graph(folder / "graph.g2o", sessions, result);
+  write_loops(folder / "loops.csv", sessions, result);
+  write_map_points(folder / "map.ply", result);
+  write_changed_points(folder / "changes.ply", result);
+  write_summary(folder / "summary.json", sessions, result);
+  write_timing(folder / "timing.json", result);
+}
+
+}  // namespace unimapper::merge

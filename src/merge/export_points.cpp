@@ -1,0 +1,87 @@
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+#include "export_files.hpp"
+
+namespace unimapper::merge {
+namespace {
+
+using Colour = std::array<std::uint8_t, 3>;
+
+static_assert(std::endian::native == std::endian::little, "PLY is written in machine order");
+
+/// Distinguishable on dark and on light, and to most colour-blind eyes; repeats after eight.
+Colour session_colour(std::size_t session) {
+  constexpr Colour kColours[] = {{0, 114, 178},  {230, 159, 0}, {0, 158, 115},  {204, 121, 167},
+                                 {86, 180, 233}, {213, 94, 0},  {240, 228, 66}, {153, 102, 51}};
+  return kColours[session % std::size(kColours)];
+}
+
+/// Collects vertices as bytes and writes them in blocks.
+class PlyWriter {
+ public:
+  PlyWriter(const std::filesystem::path& path, std::size_t vertices, const std::string& properties)
+      : file_(path) {
+    file_.stream() << "ply\nformat binary_little_endian 1.0\nelement vertex " << vertices
+                   << "\nproperty float x\nproperty float y\nproperty float z\n"
+                      "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+                   << properties << "end_header\n";
+  }
+
+  template <typename T>
+  void put(const T& value) {
+    char bytes[sizeof(T)];
+    std::memcpy(bytes, &value, sizeof(T));
+    buffer_.append(bytes, sizeof(T));
+    if (buffer_.size() > (1U << 20U)) flush();
+  }
+
+  void put(const Eigen::Vector3f& position, const Colour& colour) {
+    for (const float value : {position.x(), position.y(), position.z()}) put(value);
+    for (const std::uint8_t value : colour) put(value);
+  }
+
+  void close() {
+    flush();
+    file_.close();
+  }
+
+ private:
+  void flush() {
+    file_.stream().write(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
+    buffer_.clear();
+  }
+
+  OutputFile file_;
+  std::string buffer_;
+};
+
+}  // namespace
+
+void write_map_points(const std::filesystem::path& path, const MergeResult& result) {
+  PlyWriter ply(path, result.map.size(),
+                "property ushort session\nproperty ushort sessions_seen\n");
+  for (const auto& point : result.map) {
+    ply.put(point.position, session_colour(point.session));
+    ply.put(point.session);
+    ply.put(point.sessions_seen);
+  }
+  ply.close();
+}
+
+void write_changed_points(const std::filesystem::path& path, const MergeResult& result) {
+  constexpr Colour kAppeared{0, 200, 0};
+  constexpr Colour kGone{220, 0, 0};
+  PlyWriter ply(path, result.changes.size(), "property ushort session\nproperty uchar appeared\n");
+  for (const auto& point : result.changes) {
+    ply.put(point.position, point.appeared ? kAppeared : kGone);
+    ply.put(point.session);
+    ply.put(static_cast<std::uint8_t>(point.appeared ? 1 : 0));
+  }
+  ply.close();
+}
+
+}  // namespace unimapper::merge

@@ -1,0 +1,178 @@
+#include <algorithm>
+#include <cstdio>
+#include <string>
+
+#include "export_files.hpp"
+
+namespace unimapper::merge {
+namespace {
+
+Eigen::Quaterniond canonical(const Pose& pose) {
+  Eigen::Quaterniond q = pose.quaternion();
+  if (q.w() < 0.0) q.coeffs() = -q.coeffs();
+  return q;
+}
+
+std::string numbers(const Pose& pose, const char* separator, const char* format) {
+  const Eigen::Quaterniond q = canonical(pose);
+  const double values[] = {
+      pose.translation.x(), pose.translation.y(), pose.translation.z(), q.x(), q.y(), q.z(), q.w()};
+  std::string text;
+  for (const double value : values) {
+    char number[40];
+    std::snprintf(number, sizeof number, format, value == 0.0 ? 0.0 : value);
+    if (!text.empty()) text += separator;
+    text += number;
+  }
+  return text;
+}
+
+/// Seconds with nine decimals, exact: no detour over a double, which would lose nanoseconds.
+std::string seconds(std::int64_t stamp_ns) {
+  const bool negative = stamp_ns < 0;
+  const std::uint64_t magnitude =
+      negative ? 0 - static_cast<std::uint64_t>(stamp_ns) : static_cast<std::uint64_t>(stamp_ns);
+  char text[40];
+  std::snprintf(text, sizeof text, "%s%llu.%09llu", negative ? "-" : "",
+                static_cast<unsigned long long>(magnitude / 1000000000ULL),
+                static_cast<unsigned long long>(magnitude % 1000000000ULL));
+  return text;
+}
+
+Pose blend(const Pose& a, const Pose& b, double share) {
+  return {a.quaternion().slerp(share, b.quaternion()),
+          (1.0 - share) * a.translation + share * b.translation};
+}
+
+/// Quotes a field if it needs it.
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
+/// First vertex number of every session.
+std::vector<std::size_t> first_vertices(const std::vector<SessionData>& sessions) {
+  std::vector<std::size_t> first;
+  std::size_t next = 0;
+  for (const auto& session : sessions) {
+    first.push_back(next);
+    next += session.keyframes.size();
+  }
+  return first;
+}
+
+}  // namespace
+
+Pose reference_sensor_pose(const KeyframeRecord& keyframe) {
+  return keyframe.T_odometry_keyframe.inverse() *
+         keyframe.scans[keyframe.reference_scan].T_odometry_sensor;
+}
+
+std::vector<TrajectoryPose> session_trajectory(const SessionData& session,
+                                               const MergedSession& merged) {
+  // What odometry says about a scan, hung up on a keyframe of the solved graph.
+  const auto seen_from = [&](std::size_t k, const Pose& T_odometry_sensor) {
+    return merged.T_map_keyframe[k] * session.keyframes[k].T_odometry_keyframe.inverse() *
+           T_odometry_sensor;
+  };
+  const auto reference_ns = [&](std::size_t k) {
+    const auto& keyframe = session.keyframes[k];
+    return keyframe.scans[keyframe.reference_scan].stamp_ns;
+  };
+  std::vector<TrajectoryPose> trajectory;
+  for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
+    for (const auto& scan : session.keyframes[k].scans) {
+      // The two keyframes whose reference scans lie around this scan.
+      const bool before = scan.stamp_ns < reference_ns(k);
+      const std::size_t first = before && k > 0 ? k - 1 : k;
+      const std::size_t second = before ? k : std::min(k + 1, session.keyframes.size() - 1);
+      Pose pose = seen_from(first, scan.T_odometry_sensor);
+      const std::int64_t span = reference_ns(second) - reference_ns(first);
+      if (second != first && span > 0) {
+        const double share =
+            static_cast<double>(scan.stamp_ns - reference_ns(first)) / static_cast<double>(span);
+        pose = blend(pose, seen_from(second, scan.T_odometry_sensor), std::clamp(share, 0.0, 1.0));
+      }
+      trajectory.push_back({scan.stamp_ns, pose});
+    }
+  }
+  std::stable_sort(
+      trajectory.begin(), trajectory.end(),
+      [](const TrajectoryPose& a, const TrajectoryPose& b) { return a.stamp_ns < b.stamp_ns; });
+  return trajectory;
+}
+
+void write_trajectory(const std::filesystem::path& path, const SessionData& session,
+                      const MergedSession& merged) {
+  OutputFile file(path);
+  for (const auto& pose : session_trajectory(session, merged)) {
+    file.stream() << seconds(pose.stamp_ns) << ' ' << numbers(pose.T_map_sensor, " ", "%.9f")
+                  << '\n';
+  }
+  file.close();
+}
+
+void write_pose_graph(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
+                      const MergeResult& result) {
+  OutputFile file(path);
+  const auto first = first_vertices(sessions);
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    for (std::size_t k = 0; k < sessions[s].keyframes.size(); ++k) {
+      file.stream() << "VERTEX_SE3:QUAT " << first[s] + k << ' '
+                    << numbers(result.sessions[s].T_map_keyframe[k], " ", "%.9f") << '\n';
+    }
+  }
+  // One fixed vertex per piece of the graph: the central map's, and each unconnected session's.
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    if (result.sessions[s].status != SessionStatus::kMerged && !sessions[s].keyframes.empty()) {
+      file.stream() << "FIX " << first[s] << '\n';
+    }
+  }
+  for (const auto& edge : result.graph_edges) {
+    file.stream() << "EDGE_SE3:QUAT " << first[edge.match.session] + edge.match.keyframe << ' '
+                  << first[edge.query.session] + edge.query.keyframe << ' '
+                  << numbers(edge.T_match_query, " ", "%.9f");
+    // g2o measures the translation's error in the frame of the second vertex.
+    Matrix6d turn = Matrix6d::Identity();
+    turn.topLeftCorner<3, 3>() = edge.T_match_query.rotation;
+    const Matrix6d information = turn.transpose() * edge.information * turn;
+    for (int row = 0; row < 6; ++row) {
+      for (int column = row; column < 6; ++column) {
+        char number[40];
+        std::snprintf(number, sizeof number, " %.9g", information(row, column));
+        file.stream() << number;
+      }
+    }
+    file.stream() << '\n';
+  }
+  file.close();
+}
+
+void write_loops(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
+                 const MergeResult& result) {
+  OutputFile file(path);
+  file.stream() << "query_session,query_keyframe,query_scan,match_session,match_keyframe,"
+                   "match_scan,confidence,accepted,reason,x,y,z,qx,qy,qz,qw\n";
+  for (const auto& loop : result.loops) {
+    const auto& query = sessions[loop.query_session].keyframes[loop.query_keyframe];
+    const auto& match = sessions[loop.match_session].keyframes[loop.match_keyframe];
+    const Pose T_match_query = reference_sensor_pose(match).inverse() *
+                               loop.T_match_query_keyframe * reference_sensor_pose(query);
+    char confidence[24];
+    std::snprintf(confidence, sizeof confidence, "%.4f", static_cast<double>(loop.confidence));
+    file.stream() << csv_field(sessions[loop.query_session].info.name) << ',' << query.sequence
+                  << ',' << query.scans[query.reference_scan].scan_index << ','
+                  << csv_field(sessions[loop.match_session].info.name) << ',' << match.sequence
+                  << ',' << match.scans[match.reference_scan].scan_index << ',' << confidence << ','
+                  << (loop.accepted ? 1 : 0) << ',' << csv_field(loop.reason) << ','
+                  << numbers(T_match_query, ",", "%.6f") << '\n';
+  }
+  file.close();
+}
+
+}  // namespace unimapper::merge

@@ -1,0 +1,55 @@
+#include "keyframe_clouds.hpp"
+
+#include <algorithm>
+
+#include "parallel.hpp"
+
+namespace unimapper::merge {
+
+KeyframeClouds::KeyframeClouds(const std::vector<SessionData>& sessions,
+                               const RegistrationConfig& config, unsigned threads)
+    : sessions_(sessions), config_(config), threads_(threads) {
+  for (const auto& session : sessions) {
+    clouds_.emplace_back(session.keyframes.size());
+    views_.emplace_back(session.keyframes.size());
+  }
+}
+
+void KeyframeClouds::prepare(std::vector<KeyframeRef> keyframes) {
+  std::sort(keyframes.begin(), keyframes.end());
+  keyframes.erase(std::unique(keyframes.begin(), keyframes.end()), keyframes.end());
+  std::erase_if(keyframes,
+                [&](KeyframeRef k) { return clouds_[k.session][k.keyframe] != nullptr; });
+  parallel_for(keyframes.size(), threads_, [&](std::size_t i) {
+    const KeyframeRef k = keyframes[i];
+    clouds_[k.session][k.keyframe] = std::make_unique<RegistrationCloud>(make_cloud(k));
+    views_[k.session][k.keyframe] =
+        std::make_unique<FreeSpaceView>(sessions_[k.session].keyframes[k.keyframe]);
+  });
+}
+
+RegistrationCloud KeyframeClouds::make_cloud(KeyframeRef k) const {
+  const auto& keyframes = sessions_[k.session].keyframes;
+  const std::size_t first =
+      k.keyframe - std::min<std::size_t>(k.keyframe, config_.submap_keyframes);
+  const std::size_t last =
+      std::min<std::size_t>(k.keyframe + config_.submap_keyframes, keyframes.size() - 1);
+  const Pose T_keyframe_odometry = keyframes[k.keyframe].T_odometry_keyframe.inverse();
+  const float reach = config_.submap_radius_m * config_.submap_radius_m;
+  std::vector<Eigen::Vector3f> points;
+  std::vector<std::uint8_t> ground;
+  for (std::size_t i = first; i <= last; ++i) {
+    const Pose T = T_keyframe_odometry * keyframes[i].T_odometry_keyframe;
+    const Eigen::Matrix3f rotation = T.rotation.cast<float>();
+    const Eigen::Vector3f translation = T.translation.cast<float>();
+    for (const auto& cell : keyframes[i].static_cells) {
+      const Eigen::Vector3f p = rotation * cell.position + translation;
+      if (!(p.squaredNorm() < reach)) continue;
+      points.push_back(p);
+      ground.push_back(cell.ground);
+    }
+  }
+  return RegistrationCloud(points, ground, config_);
+}
+
+}  // namespace unimapper::merge

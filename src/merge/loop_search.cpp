@@ -1,0 +1,170 @@
+#include "loop_search.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <new>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+#include "parallel.hpp"
+#include "unimapper/core/arena.hpp"
+#include "unimapper/place/database.hpp"
+
+namespace unimapper::merge {
+namespace {
+
+/// A place database together with the memory it lives in.
+class OwnedDatabase {
+ public:
+  explicit OwnedDatabase(const LoopSearchConfig& config) {
+    if (const Error error = config.validate(); error.code != ErrorCode::kOk) {
+      throw std::invalid_argument(error.message);
+    }
+    Arena measuring = Arena::measuring();
+    database_.attach(measuring, config);
+    memory_.reset(static_cast<std::byte*>(
+        ::operator new (measuring.used(), std::align_val_t{Arena::kAlignment})));
+    Arena arena(memory_.get(), measuring.used());
+    database_.attach(arena, config);
+  }
+  PlaceDatabase& operator*() { return database_; }
+  PlaceDatabase* operator->() { return &database_; }
+
+ private:
+  struct Release {
+    void operator()(std::byte* memory) const {
+      ::operator delete (memory, std::align_val_t{Arena::kAlignment});
+    }
+  };
+  PlaceDatabase database_;
+  std::unique_ptr<std::byte, Release> memory_;
+};
+
+LoopSearchConfig database_config(const std::vector<SessionData>& sessions, std::size_t places,
+                                 std::size_t others, std::uint32_t per_session) {
+  LoopSearchConfig config;
+  for (const auto& session : sessions) {
+    for (const auto& keyframe : session.keyframes) {
+      config.max_keypoints = std::max(
+          config.max_keypoints,
+          static_cast<std::uint32_t>(std::min<std::size_t>(keyframe.keypoints.size(), 255)));
+    }
+  }
+  config.max_places = static_cast<std::uint32_t>(std::clamp<std::size_t>(places, 1, 65534));
+  const auto wanted = static_cast<std::uint32_t>(std::min<std::size_t>(others * per_session, 64));
+  config.max_results = std::max(config.max_results, wanted);
+  config.max_verified = std::max(config.max_verified, wanted);
+  config.max_candidates = std::max(config.max_candidates, wanted);
+  return config;
+}
+
+PlaceId place_id(KeyframeRef k) {
+  return {static_cast<std::uint32_t>(k.session), static_cast<std::uint32_t>(k.keyframe)};
+}
+
+LoopProposal proposal(KeyframeRef query, const LoopCandidate& candidate) {
+  return {query,
+          {candidate.match.session, candidate.match.keyframe},
+          candidate.T_match_query,
+          static_cast<double>(candidate.confidence),
+          candidate.accepted};
+}
+
+bool is_better(const LoopProposal& a, const LoopProposal& b) {
+  return std::tuple(a.likely, a.confidence, b.query, b.match) >
+         std::tuple(b.likely, b.confidence, a.query, a.match);
+}
+
+std::vector<LoopProposal> own_loops(const std::vector<SessionData>& sessions, std::size_t session,
+                                    const LoopConfig& config) {
+  const auto& keyframes = sessions[session].keyframes;
+  OwnedDatabase database(database_config(sessions, keyframes.size(), 1, 1));
+  std::vector<double> path(keyframes.size(), 0.0);
+  std::vector<LoopProposal> found;
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    if (k > 0) {
+      path[k] = path[k - 1] + (keyframes[k].T_odometry_keyframe.translation -
+                               keyframes[k - 1].T_odometry_keyframe.translation)
+                                  .norm();
+    }
+    const KeyframeRef query{session, k};
+    std::uint32_t kept = 0;
+    for (const auto& candidate :
+         database->search(keyframes[k].place(), place_id(query),
+                          {SearchScope::Sessions::kOnlySame, config.min_keyframe_gap})) {
+      if (kept == config.candidates_per_keyframe) break;
+      if (candidate.match.keyframe >= k ||
+          path[k] - path[candidate.match.keyframe] < config.min_path_gap_m) {
+        continue;
+      }
+      found.push_back(proposal(query, candidate));
+      ++kept;
+    }
+    database->insert(keyframes[k].place(), place_id(query));
+  }
+  std::sort(found.begin(), found.end(), is_better);
+  if (found.size() > config.max_candidates_per_pair) found.resize(config.max_candidates_per_pair);
+  return found;
+}
+
+}  // namespace
+
+std::vector<LoopProposal> propose_own_loops(const std::vector<SessionData>& sessions,
+                                            const LoopConfig& config, unsigned threads) {
+  std::vector<std::vector<LoopProposal>> found(sessions.size());
+  parallel_for(sessions.size(), threads,
+               [&](std::size_t s) { found[s] = own_loops(sessions, s, config); });
+  std::vector<LoopProposal> all;
+  for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+std::vector<LoopProposal> propose_loops_between(const std::vector<SessionData>& sessions,
+                                                const LoopConfig& config) {
+  std::size_t places = 0;
+  for (const auto& session : sessions) places += session.keyframes.size();
+  if (sessions.size() < 2 || places == 0) return {};
+  OwnedDatabase database(
+      database_config(sessions, places, sessions.size() - 1, config.candidates_per_keyframe));
+  const auto for_each_keyframe = [&](const auto& visit) {
+    for (std::size_t s = 0; s < sessions.size(); ++s) {
+      for (std::size_t k = 0; k < sessions[s].keyframes.size(); ++k) visit(KeyframeRef{s, k});
+    }
+  };
+  const auto place = [&](KeyframeRef k) {
+    return sessions[k.session].keyframes[k.keyframe].place();
+  };
+  for_each_keyframe([&](KeyframeRef k) { database->insert(place(k), place_id(k)); });
+
+  // By (lower, higher) session, then by (lower, higher) keyframe: both directions meet here.
+  std::map<std::pair<std::size_t, std::size_t>,
+           std::map<std::pair<KeyframeRef, KeyframeRef>, LoopProposal>>
+      by_pair;
+  for_each_keyframe([&](KeyframeRef query) {
+    std::map<std::size_t, std::uint32_t> kept;
+    for (const auto& candidate :
+         database->search(place(query), place_id(query), {SearchScope::Sessions::kOnlyOther, 0})) {
+      if (++kept[candidate.match.session] > config.candidates_per_keyframe) continue;
+      const LoopProposal found = proposal(query, candidate);
+      const auto keyframes = std::minmax(found.query, found.match);
+      auto& pair = by_pair[{keyframes.first.session, keyframes.second.session}];
+      const auto [entry, inserted] = pair.try_emplace(keyframes, found);
+      if (!inserted && is_better(found, entry->second)) entry->second = found;
+    }
+  });
+
+  std::vector<LoopProposal> all;
+  for (const auto& [sessions_pair, pair] : by_pair) {
+    std::vector<LoopProposal> found;
+    for (const auto& [keyframes, candidate] : pair) found.push_back(candidate);
+    std::sort(found.begin(), found.end(), is_better);
+    if (found.size() > config.max_candidates_per_pair) found.resize(config.max_candidates_per_pair);
+    all.insert(all.end(), found.begin(), found.end());
+  }
+  return all;
+}
+
+}  // namespace unimapper::merge

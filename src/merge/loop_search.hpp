@@ -1,0 +1,31 @@
+// Candidates for loops, from the places the robots sent.
+#pragma once
+
+#include <vector>
+
+#include "unimapper/merge/keyframe_record.hpp"
+#include "unimapper/merge/loop_constraint.hpp"
+#include "unimapper/merge/merge_config.hpp"
+
+namespace unimapper::merge {
+
+/// Two keyframes that may show one place.
+struct LoopProposal {
+  KeyframeRef query;
+  KeyframeRef match;
+  Pose T_match_query;  ///< between levelled keyframe frames
+  double confidence = 0.0;
+  bool likely = false;  ///< passed the descriptor's own thresholds
+};
+
+/// Candidates within each session: keyframes in their order, only earlier ones searched.
+std::vector<LoopProposal> propose_own_loops(const std::vector<SessionData>& sessions,
+                                            const LoopConfig& config, unsigned threads);
+
+/// Candidates between sessions from one database of all places. Per keyframe and other session
+/// the best few, per pair of sessions the best `max_candidates_per_pair`; each pair of
+/// keyframes once.
+std::vector<LoopProposal> propose_loops_between(const std::vector<SessionData>& sessions,
+                                                const LoopConfig& config);
+
+}  // namespace unimapper::merge

@@ -1,0 +1,125 @@
+#include "radius_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "unimapper/core/sensor.hpp"
+
+namespace unimapper::merge {
+namespace {
+
+constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
+constexpr double kWideFovDeg = 180.0;
+
+double horizontal_fov_deg(const SessionData& session) {
+  const SensorModel* model = find_sensor(session.info.sensor);
+  return model == nullptr ? 360.0 : static_cast<double>(model->horizontal_fov_deg);
+}
+
+/// Largest turn at which two sensors still see common ground from one spot.
+double turn_limit(const SessionData& a, const SessionData& b) {
+  const double fov = std::min(horizontal_fov_deg(a), horizontal_fov_deg(b));
+  const double wider = std::max(horizontal_fov_deg(a), horizontal_fov_deg(b));
+  return wider >= kWideFovDeg ? 4.0 : 0.5 * fov * kRadiansPerDegree;
+}
+
+struct Neighbor {
+  double distance = 0.0;
+  std::size_t keyframe = 0;
+  friend auto operator<=>(const Neighbor&, const Neighbor&) = default;
+};
+
+class Search {
+ public:
+  Search(const std::vector<SessionData>& sessions, const Alignment& alignment,
+         std::span<const LoopConstraint> known, const MergeConfig& config)
+      : sessions_(sessions), config_(config) {
+    for (std::size_t s = 0; s < sessions.size(); ++s) {
+      std::vector<Pose> poses;
+      std::vector<double> path;
+      for (std::size_t k = 0; k < sessions[s].keyframes.size(); ++k) {
+        poses.push_back(alignment.T_map_keyframe({s, k}));
+        const double step = k == 0 ? 0.0
+                                   : (sessions[s].keyframes[k].T_odometry_keyframe.translation -
+                                      sessions[s].keyframes[k - 1].T_odometry_keyframe.translation)
+                                         .norm();
+        path.push_back(k == 0 ? 0.0 : path.back() + step);
+      }
+      poses_.push_back(std::move(poses));
+      path_.push_back(std::move(path));
+    }
+    for (const auto& loop : known) known_.insert(std::minmax(loop.query, loop.match));
+  }
+
+  void search(std::size_t query, std::size_t match, std::vector<LoopProposal>& found) const {
+    double next_m = 0.0;
+    for (std::size_t q = 0; q < poses_[query].size(); ++q) {
+      if (path_[query][q] < next_m) continue;
+      const auto neighbors = nearest({query, q}, match);
+      for (const Neighbor& n : neighbors) {
+        LoopProposal proposal;
+        proposal.query = {query, q};
+        proposal.match = {match, n.keyframe};
+        proposal.T_match_query = poses_[match][n.keyframe].inverse() * poses_[query][q];
+        proposal.likely = true;
+        found.push_back(proposal);
+      }
+      if (!neighbors.empty()) next_m = path_[query][q] + config_.radius.spacing_m;
+    }
+  }
+
+ private:
+  [[nodiscard]] std::vector<Neighbor> nearest(KeyframeRef query, std::size_t match) const {
+    const Pose& T_map_query = poses_[query.session][query.keyframe];
+    const double turn = turn_limit(sessions_[query.session], sessions_[match]);
+    std::vector<Neighbor> neighbors;
+    for (std::size_t m = 0; m < poses_[match].size(); ++m) {
+      if (query.session == match &&
+          (m >= query.keyframe || query.keyframe - m < config_.loops.min_keyframe_gap ||
+           path_[match][query.keyframe] - path_[match][m] < config_.loops.min_path_gap_m)) {
+        continue;
+      }
+      const Pose& T_map_match = poses_[match][m];
+      const double distance = (T_map_match.translation - T_map_query.translation).norm();
+      if (!(distance < config_.radius.radius_m)) continue;
+      if (rotation_angle(T_map_match.rotation.transpose() * T_map_query.rotation) > turn) continue;
+      neighbors.push_back({distance, m});
+    }
+    std::sort(neighbors.begin(), neighbors.end());
+    if (neighbors.size() > config_.radius.per_keyframe) {
+      neighbors.resize(config_.radius.per_keyframe);
+    }
+    std::erase_if(neighbors, [&](const Neighbor& n) {
+      return known_.count(std::minmax(query, KeyframeRef{match, n.keyframe})) != 0;
+    });
+    return neighbors;
+  }
+
+  const std::vector<SessionData>& sessions_;
+  const MergeConfig& config_;
+  std::vector<std::vector<Pose>> poses_;
+  std::vector<std::vector<double>> path_;
+  std::set<std::pair<KeyframeRef, KeyframeRef>> known_;
+};
+
+}  // namespace
+
+std::vector<LoopProposal> propose_radius_loops(const std::vector<SessionData>& sessions,
+                                               const Alignment& alignment,
+                                               std::span<const LoopConstraint> known,
+                                               const MergeConfig& config) {
+  const Search search(sessions, alignment, known, config);
+  std::vector<LoopProposal> found;
+  for (std::size_t match = 0; match < sessions.size(); ++match) {
+    for (std::size_t query = match; query < sessions.size(); ++query) {
+      if (alignment.connected[match] && alignment.connected[query]) {
+        search.search(query, match, found);
+      }
+    }
+  }
+  return found;
+}
+
+}  // namespace unimapper::merge

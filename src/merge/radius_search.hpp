@@ -1,0 +1,21 @@
+// Loops between keyframes that alignment has brought close (paper section VI, R).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "loop_search.hpp"
+#include "unimapper/merge/alignment.hpp"
+
+namespace unimapper::merge {
+
+/// Pairs of keyframes of connected sessions within the radius: per query keyframe and other
+/// session the nearest few that look the same way if both look narrowly, keyframes spaced along
+/// the query's path. Within a session too, where the path between is long enough. Pairs that
+/// are loops already are left out.
+std::vector<LoopProposal> propose_radius_loops(const std::vector<SessionData>& sessions,
+                                               const Alignment& alignment,
+                                               std::span<const LoopConstraint> known,
+                                               const MergeConfig& config);
+
+}  // namespace unimapper::merge

@@ -1,0 +1,38 @@
+// Static points of all sessions in one grid.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "unimapper/merge/merger.hpp"
+#include "voxel_table.hpp"
+
+namespace unimapper::merge {
+
+/// One session's static points, one mean per voxel of the map frame's grid.
+struct SessionVoxels {
+  struct Voxel {
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();  ///< of positions relative to the voxel's corner
+    std::uint32_t cells = 0;
+    std::uint32_t ground = 0;
+  };
+  VoxelTable table;
+  std::vector<Voxel> voxels;
+  float size_m = 0.2F;
+
+  [[nodiscard]] Eigen::Vector3f position(std::uint32_t number) const;
+};
+
+/// Which cells of a keyframe are meant.
+enum class CellKind : std::uint8_t { kStatic, kDynamic };
+
+/// Voxels of one session, its keyframes at the given poses.
+SessionVoxels voxelise(const SessionData& session, const std::vector<Pose>& T_map_keyframe,
+                       float size_m, CellKind kind);
+
+/// Unites sessions. `sessions[i]` null: not part of the map. Points come in the order in which
+/// their voxels were first seen: by session, then by keyframe.
+std::vector<MapPoint> unite(const std::vector<const SessionVoxels*>& sessions);
+
+}  // namespace unimapper::merge

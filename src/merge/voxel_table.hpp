@@ -1,0 +1,61 @@
+// From voxel keys to running numbers, growing as needed.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "unimapper/core/voxel_key.hpp"
+
+namespace unimapper::merge {
+
+/// Open addressing; numbers are given in the order of insertion, so what is stored under them
+/// has a deterministic order.
+class VoxelTable {
+ public:
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+
+  VoxelTable() : slots_(1024, kNone) {}
+
+  /// Number of `key`, which may be new: then it is `size()` of before the call.
+  std::uint32_t find_or_insert(VoxelKey key) {
+    if (2 * keys_.size() >= slots_.size()) grow();
+    std::size_t slot = mix_bits(key) & (slots_.size() - 1);
+    while (slots_[slot] != kNone) {
+      if (keys_[slots_[slot]] == key) return slots_[slot];
+      slot = (slot + 1) & (slots_.size() - 1);
+    }
+    slots_[slot] = static_cast<std::uint32_t>(keys_.size());
+    keys_.push_back(key);
+    return slots_[slot];
+  }
+
+  /// Number of `key`, or kNone.
+  [[nodiscard]] std::uint32_t find(VoxelKey key) const {
+    std::size_t slot = mix_bits(key) & (slots_.size() - 1);
+    while (slots_[slot] != kNone) {
+      if (keys_[slots_[slot]] == key) return slots_[slot];
+      slot = (slot + 1) & (slots_.size() - 1);
+    }
+    return kNone;
+  }
+
+  [[nodiscard]] std::size_t size() const { return keys_.size(); }
+  [[nodiscard]] VoxelKey key(std::uint32_t number) const { return keys_[number]; }
+
+ private:
+  void grow() {
+    std::vector<std::uint32_t> larger(slots_.size() * 4, kNone);
+    for (std::uint32_t number = 0; number < keys_.size(); ++number) {
+      std::size_t slot = mix_bits(keys_[number]) & (larger.size() - 1);
+      while (larger[slot] != kNone) slot = (slot + 1) & (larger.size() - 1);
+      larger[slot] = number;
+    }
+    slots_.swap(larger);
+  }
+
+  std::vector<std::uint32_t> slots_;  // a power of two, at most half full
+  std::vector<VoxelKey> keys_;
+};
+
+}  // namespace unimapper::merge
