@@ -48,6 +48,8 @@ class Dataset {
   [[nodiscard]] virtual std::vector<std::uint32_t> labels(std::size_t i) const = 0;
   /// T_world_sensor ground truth of every scan; empty if the sequence has none.
   [[nodiscard]] virtual std::vector<Pose> ground_truth_poses() const = 0;
+  /// Canonical name of the LiDAR (see `find_sensor`) where the format implies one, else empty.
+  [[nodiscard]] virtual std::string sensor() const { return {}; }
 };
 
 enum class Format { kAuto, kKitti, kPcd, kDynamicMap, kHelipr };

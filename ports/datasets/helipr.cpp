@@ -112,6 +112,11 @@ class HeliprDataset : public SequenceDataset {
   /// HeLiPR's poses are its ground truth.
   [[nodiscard]] std::vector<Pose> ground_truth_poses() const override { return sequence().poses; }
 
+  [[nodiscard]] std::string sensor() const override {
+    // "velodyne" and "ouster" are the VLP-16 and the OS2-128, as in HeLiPR.
+    return std::string(find_sensor(helipr_directory(sensor_))->name);
+  }
+
  private:
   HeliprSensor sensor_;
 };

@@ -3,6 +3,7 @@
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/formats.hpp"
 #include "ports/datasets/sequence.hpp"
+#include "unimapper/core/sensor.hpp"
 
 namespace unimapper::datasets {
 
@@ -65,6 +66,12 @@ class KittiDataset : public SequenceDataset {
     for (const std::size_t line : lines) poses.push_back(truth.poses[line]);
     apply_calibration(directory_, poses);
     return poses;
+  }
+
+  /// KITTI's own folder name stands for KITTI's own LiDAR; `scans/` may come from any.
+  [[nodiscard]] std::string sensor() const override {
+    const bool is_kitti = lower_case(file(0).parent_path().filename().string()) == "velodyne";
+    return is_kitti ? std::string(sensor_model(SensorKind::kHdl64e).name) : std::string();
   }
 
   static void check_size(const fs::path& scan_file, std::uint64_t bytes) {

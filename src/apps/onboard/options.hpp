@@ -1,0 +1,33 @@
+// What `unimapper onboard` was asked to do.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace unimapper::apps {
+
+struct OnboardOptions {
+  std::filesystem::path dataset;
+  std::filesystem::path out;
+  std::string format = "auto";
+  std::string sensor;            ///< empty: as the recording says
+  std::filesystem::path config;  ///< empty: the preset alone
+  std::string preset = "default";
+  std::string publish;  ///< LCM URL, empty: not published
+  bool realtime = false;
+  std::vector<std::filesystem::path> against;
+  bool all_candidates = false;
+  std::size_t scans = std::numeric_limits<std::size_t>::max();
+};
+
+/// Replays a recording through the onboard pipeline and writes the run folder. Throws
+/// std::exception with a sentence for the user.
+void run_onboard(const OnboardOptions& options);
+
+/// The parameters that `run_onboard` would use, as a configuration file.
+[[nodiscard]] std::string effective_config(const OnboardOptions& options);
+
+}  // namespace unimapper::apps

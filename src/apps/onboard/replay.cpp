@@ -1,0 +1,134 @@
+#include "src/apps/onboard/replay.hpp"
+
+#include <algorithm>
+#include <thread>
+
+#include "ports/lcm/to_record.hpp"
+#include "src/apps/allocation_counter.hpp"
+
+namespace unimapper::apps {
+
+Replay::Replay(const datasets::Dataset& dataset, Pipeline& pipeline, const ReplayOptions& options,
+               ReplayOutputs outputs)
+    : dataset_(dataset), pipeline_(pipeline), options_(options), outputs_(outputs) {}
+
+void Replay::run() {
+  start_ = std::chrono::steady_clock::now();
+  for (std::size_t i = 0; i < options_.scans; ++i) feed(i);
+  ScanResult last;
+  {
+    const AllocationGuard guard;
+    last = pipeline_.flush();
+  }
+  handle(last);
+  allocations_ = AllocationGuard::count();
+}
+
+void Replay::feed(std::size_t index) {
+  dataset_.read_scan(index, scan_);
+  points_.push_back(scan_.points.size());
+  if (options_.realtime) wait_for_stamp(index);
+  ScanResult result;
+  {
+    const AllocationGuard guard;
+    result = pipeline_.add_scan(scan_.view(), dataset_.pose(index), dataset_.stamp_ns(index));
+  }
+  outputs_.statistics.add_scan(scan_.points.size(), result.error);
+  // A jump of the pose closes the keyframe before it, and the scan itself is refused.
+  if (result.error.code != ErrorCode::kOk) report_refusal(index, result.error);
+  handle(result);
+  outputs_.progress.update(index + 1, std::to_string(outputs_.statistics.keyframes()) +
+                                          " keyframes, " + std::to_string(loops_.size()) +
+                                          " loops");
+}
+
+void Replay::wait_for_stamp(std::size_t index) {
+  const std::int64_t since_start_ns = dataset_.stamp_ns(index) - dataset_.stamp_ns(0);
+  std::this_thread::sleep_until(start_ + std::chrono::nanoseconds(since_start_ns));
+}
+
+void Replay::report_refusal(std::size_t index, const Error& error) {
+  // Every input scan gets its labels: without a decision all points count as static.
+  outputs_.folder.write_labels(dataset_.scan_name(index), {}, points_.at(index));
+  constexpr std::uint64_t kMaxNotes = 10;
+  const std::uint64_t refused = outputs_.statistics.scans_refused();
+  if (refused > kMaxNotes) return;
+  outputs_.progress.note("scan " + dataset_.scan_name(index) + " refused: " + error.message +
+                         (refused == kMaxNotes ? " (further refusals only in stats.json)" : ""));
+}
+
+void Replay::handle(const ScanResult& result) {
+  if (result.keyframe_ready) collect_keyframe();
+}
+
+void Replay::collect_keyframe() {
+  const KeyframeView& keyframe = pipeline_.keyframe();
+  collect_labels(keyframe);
+  outputs_.known.add(keyframe);
+  collect_loops(keyframe);
+  send(keyframe);
+  outputs_.statistics.add_keyframe(keyframe, duration_ns(keyframe), left_out_);
+  if (outputs_.publisher != nullptr) publish_health();
+}
+
+void Replay::collect_labels(const KeyframeView& keyframe) {
+  for (std::size_t i = 0; i < keyframe.scans.size(); ++i) {
+    const std::size_t index = keyframe.scans[i].scan_index;
+    labels_.resize(points_.at(index));
+    const std::size_t count = pipeline_.labels(i, labels_);
+    outputs_.folder.write_labels(dataset_.scan_name(index), std::span(labels_).first(count),
+                                 labels_.size());
+  }
+}
+
+void Replay::collect_loops(const KeyframeView& keyframe) {
+  std::size_t accepted = 0;
+  for (const LoopCandidate& candidate : keyframe.loops) {
+    accepted += candidate.accepted ? 1 : 0;
+    if (candidate.accepted || options_.all_candidates) {
+      loops_.push_back(outputs_.known.row(candidate));
+    }
+  }
+  outputs_.statistics.add_loops(keyframe.loops.size(), accepted);
+}
+
+void Replay::send(const KeyframeView& keyframe) {
+  const merge::KeyframeRecord record = wire::to_record(keyframe, options_.session);
+  left_out_ = record.left_out;
+  wire::EncodedKeyframe encoded = wire::encode_for_sending(record);
+  outputs_.log.write(encoded);
+  if (outputs_.publisher != nullptr) outputs_.publisher->publish(std::move(encoded));
+}
+
+void Replay::publish_health() {
+  const RunStatistics& statistics = outputs_.statistics;
+  wire::HealthMessage health;
+  health.session = options_.session;
+  health.scans = statistics.scans();
+  health.keyframes = statistics.keyframes();
+  health.points_in = statistics.points_in();
+  health.bytes_sent = outputs_.publisher->counters().bytes_sent;
+  for (std::size_t i = 0; i < kStages; ++i) {
+    const auto stage = static_cast<Stage>(i);
+    const StageTimes times = statistics.stage_times(stage);
+    health.stages.push_back(
+        {std::string(stage_name(stage)), times.p50_ms, times.p99_ms, times.max_ms});
+  }
+  for (std::size_t i = 0; i < kDropCauses; ++i) {
+    const auto cause = static_cast<DropCause>(i);
+    health.drops.push_back({std::string(drop_cause_name(cause)), statistics.dropped(cause)});
+  }
+  outputs_.publisher->set_health(std::move(health));
+}
+
+std::int64_t Replay::duration_ns(const KeyframeView& keyframe) const {
+  const auto count = static_cast<std::int64_t>(keyframe.scans.size());
+  const std::int64_t span_ns = keyframe.scans.back().stamp_ns - keyframe.scans.front().stamp_ns;
+  // n scans cover n periods, but n stamps only n - 1.
+  if (count > 1) return span_ns / (count - 1) * count;
+  const std::size_t index = keyframe.scans.front().scan_index;
+  const std::size_t other = index > 0 ? index - 1 : std::min<std::size_t>(1, options_.scans - 1);
+  return std::abs(dataset_.stamp_ns(index) - dataset_.stamp_ns(other));
+}
+
+}  // namespace unimapper::apps

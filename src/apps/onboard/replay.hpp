@@ -1,0 +1,76 @@
+// A recording on its way through the onboard pipeline.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "ports/datasets/dataset.hpp"
+#include "ports/lcm/publisher.hpp"
+#include "ports/lcm/session_log.hpp"
+#include "src/apps/onboard/known_keyframes.hpp"
+#include "src/apps/onboard/progress.hpp"
+#include "src/apps/onboard/run_folder.hpp"
+#include "src/apps/onboard/run_statistics.hpp"
+#include "unimapper/onboard/pipeline.hpp"
+
+namespace unimapper::apps {
+
+/// Where everything a replay produces goes. All outlive the replay; `publisher` may be null.
+struct ReplayOutputs {
+  RunFolder& folder;
+  RunStatistics& statistics;
+  KnownKeyframes& known;
+  wire::SessionLogWriter& log;
+  wire::Publisher* publisher = nullptr;
+  Progress& progress;
+};
+
+struct ReplayOptions {
+  merge::SessionId session;
+  std::size_t scans = 0;        ///< replay the first so many scans
+  bool realtime = false;        ///< wait for each scan's stamp
+  bool all_candidates = false;  ///< keep loop candidates below the threshold too
+};
+
+/// Feeds the scans in order and collects labels, keyframes, loops and statistics.
+class Replay {
+ public:
+  Replay(const datasets::Dataset& dataset, Pipeline& pipeline, const ReplayOptions& options,
+         ReplayOutputs outputs);
+
+  /// Throws DatasetError for a damaged scan, and whatever writing throws.
+  void run();
+
+  [[nodiscard]] const std::vector<LoopRow>& loops() const { return loops_; }
+  /// Allocations made inside the pipeline's own calls.
+  [[nodiscard]] std::uint64_t allocations() const { return allocations_; }
+
+ private:
+  void feed(std::size_t index);
+  void wait_for_stamp(std::size_t index);
+  void handle(const ScanResult& result);
+  void report_refusal(std::size_t index, const Error& error);
+  void collect_keyframe();
+  void collect_labels(const KeyframeView& keyframe);
+  void collect_loops(const KeyframeView& keyframe);
+  void send(const KeyframeView& keyframe);
+  void publish_health();
+  [[nodiscard]] std::int64_t duration_ns(const KeyframeView& keyframe) const;
+
+  const datasets::Dataset& dataset_;
+  Pipeline& pipeline_;
+  ReplayOptions options_;
+  ReplayOutputs outputs_;
+  datasets::Scan scan_;
+  std::vector<std::size_t> points_;  // of every scan fed so far
+  std::vector<PointLabel> labels_;
+  std::vector<LoopRow> loops_;
+  std::uint64_t allocations_ = 0;
+  std::uint64_t left_out_ = 0;  // of the message sent last
+  std::chrono::steady_clock::time_point start_;
+};
+
+}  // namespace unimapper::apps

@@ -1,0 +1,65 @@
+#include "src/apps/onboard/run_folder.hpp"
+
+#include <stdexcept>
+#include <system_error>
+
+#include "ports/datasets/files.hpp"
+#include "ports/datasets/writers.hpp"
+#include "ports/lcm/messages.hpp"
+
+namespace unimapper::apps {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::uint32_t kLabelStatic = 9;
+constexpr std::uint32_t kLabelDynamic = 251;
+
+/// The last named component, also for "runs/a/" and ".".
+std::string own_name(const fs::path& directory) {
+  fs::path path = fs::absolute(directory).lexically_normal();
+  if (path.filename().empty()) path = path.parent_path();
+  return path.filename().string();
+}
+
+void remove_earlier_run(const fs::path& directory) {
+  std::error_code ignored;
+  for (const fs::path& label : datasets::list_files(directory / "labels", ".label")) {
+    fs::remove(label, ignored);
+  }
+  for (const char* name : {"keyframes.lcmlog", "loops.csv", "stats.json"}) {
+    fs::remove(directory / name, ignored);
+  }
+}
+
+}  // namespace
+
+RunFolder::RunFolder(const fs::path& directory)
+    : directory_(directory), session_name_(wire::to_session_name(own_name(directory))) {
+  if (fs::exists(directory_ / "labels")) {
+    if (!fs::exists(directory_ / "run.json")) {
+      throw std::runtime_error(directory_.string() +
+                               ": holds labels/ but no run.json, so it is not an earlier run; "
+                               "choose another --out");
+    }
+    remove_earlier_run(directory_);
+  }
+  datasets::make_directory(directory_ / "labels");
+}
+
+void RunFolder::write_labels(const std::string& name, std::span<const PointLabel> labels,
+                             std::size_t points) {
+  buffer_.assign(points, kLabelStatic);
+  const std::size_t known = std::min(points, labels.size());
+  for (std::size_t i = 0; i < known; ++i) {
+    if (labels[i] == PointLabel::kDynamic) buffer_[i] = kLabelDynamic;
+  }
+  datasets::write_labels(directory_ / "labels" / (name + ".label"), buffer_);
+}
+
+void RunFolder::write_text(const std::string& name, const std::string& text) const {
+  datasets::write_text(directory_ / name, text);
+}
+
+}  // namespace unimapper::apps

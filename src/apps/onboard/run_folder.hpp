@@ -1,0 +1,42 @@
+// The folder a run is written to.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "unimapper/core/point_view.hpp"
+
+namespace unimapper::apps {
+
+/// RUN/labels, RUN/keyframes.lcmlog, RUN/loops.csv, RUN/stats.json, RUN/run.json.
+class RunFolder {
+ public:
+  /// Creates the folder. One that holds an earlier run is emptied of that run's files; one that
+  /// holds labels of unknown origin (a dataset, perhaps the very one that is read) is refused.
+  /// Throws std::runtime_error.
+  explicit RunFolder(const std::filesystem::path& directory);
+
+  /// Name of the session: the folder's own, made safe for file names and tables.
+  [[nodiscard]] const std::string& session_name() const { return session_name_; }
+  [[nodiscard]] std::filesystem::path keyframe_log() const {
+    return directory_ / "keyframes.lcmlog";
+  }
+  [[nodiscard]] std::filesystem::path loops_file() const { return directory_ / "loops.csv"; }
+
+  /// Writes RUN/labels/NAME.label: 251 for dynamic points, 9 for all others. Where `labels` is
+  /// shorter than `points`, the rest is static.
+  void write_labels(const std::string& name, std::span<const PointLabel> labels,
+                    std::size_t points);
+  /// Writes RUN/NAME.
+  void write_text(const std::string& name, const std::string& text) const;
+
+ private:
+  std::filesystem::path directory_;
+  std::string session_name_;
+  std::vector<std::uint32_t> buffer_;
+};
+
+}  // namespace unimapper::apps

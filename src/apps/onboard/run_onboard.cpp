@@ -1,0 +1,200 @@
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "ports/lcm/keyframe_codec.hpp"
+#include "ports/lcm/live.hpp"
+#include "src/apps/config_file.hpp"
+#include "src/apps/onboard/replay.hpp"
+#include "src/apps/onboard/setup.hpp"
+#include "unimapper/core/arena.hpp"
+#include "unimapper/core/voxel_key.hpp"
+
+namespace unimapper::apps {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::int64_t steady_clock_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+/// The same number for the same text, on every machine and in every release.
+std::uint64_t stable_hash(std::string_view text, std::uint64_t seed = 0) {
+  std::uint64_t hash = mix_bits(seed + text.size());
+  for (const char c : text) hash = mix_bits(hash ^ static_cast<std::uint8_t>(c));
+  return hash;
+}
+
+/// Numbers that differ between sessions but not between two runs on the same recording.
+merge::SessionId session_id(const std::string& name, std::int64_t first_stamp_ns) {
+  const std::uint64_t robot = stable_hash(name);
+  return {static_cast<std::uint32_t>(robot),
+          stable_hash(name, static_cast<std::uint64_t>(first_stamp_ns))};
+}
+
+datasets::Format format_of(const OnboardOptions& options) {
+  const auto format = datasets::parse_format(options.format);
+  if (!format) throw std::runtime_error("--format: unknown format '" + options.format + "'");
+  return *format;
+}
+
+/// The caller's memory that the pipeline lives in.
+class PipelineMemory {
+ public:
+  explicit PipelineMemory(const PipelineConfig& config) : bytes_(Pipeline::required_bytes(config)) {
+    const std::size_t rounded =
+        (bytes_ + Arena::kAlignment - 1) / Arena::kAlignment * Arena::kAlignment;
+    block_.reset(static_cast<std::byte*>(std::aligned_alloc(Arena::kAlignment, rounded)));
+    if (block_ == nullptr) {
+      throw std::runtime_error("the pipeline needs " + std::to_string(bytes_ >> 20U) +
+                               " MiB of memory, which this computer does not give");
+    }
+    const auto created = Pipeline::create(config, {block_.get(), bytes_});
+    if (!created) throw std::runtime_error(created.error().message);
+    pipeline_ = created.value();
+  }
+  [[nodiscard]] Pipeline& pipeline() { return *pipeline_; }
+  [[nodiscard]] std::size_t bytes() const { return bytes_; }
+
+ private:
+  struct Free {
+    void operator()(std::byte* block) const { std::free(block); }
+  };
+  std::size_t bytes_;
+  std::unique_ptr<std::byte, Free> block_;
+  Pipeline* pipeline_ = nullptr;
+};
+
+/// Earlier places come in first and would be the first to make room: there must be room for
+/// all.
+void make_room_for(const std::vector<EarlierSession>& earlier, std::size_t scans,
+                   PipelineConfig& config) {
+  if (earlier.empty()) return;
+  std::size_t places = scans;  // a keyframe has at least one scan
+  for (const EarlierSession& session : earlier) places += session.keyframes.size();
+  constexpr std::size_t kMostPlaces = 65534;
+  const auto needed = static_cast<std::uint32_t>(std::min(places, kMostPlaces));
+  config.loop_search.max_places = std::max(config.loop_search.max_places, needed);
+}
+
+std::string describe_run(const OnboardOptions& options, const RunFolder& folder,
+                         const merge::SessionId& id, const SensorModel& sensor,
+                         const PipelineConfig& config) {
+  char hash[17];
+  std::snprintf(hash, sizeof hash, "%016llx",
+                static_cast<unsigned long long>(stable_hash(dump_config(config))));
+  fs::path dataset = fs::absolute(options.dataset).lexically_normal();
+  if (dataset.filename().empty()) dataset = dataset.parent_path();
+  nlohmann::ordered_json json;
+  json["session"] = folder.session_name();
+  json["robot_id"] = id.robot;
+  json["session_id"] = id.session;
+  json["sensor"] = sensor.name;
+  json["dataset"] = dataset.filename().string();
+  json["preset"] = options.preset;
+  json["config_hash"] = hash;
+  json["unimapper_version"] = UNIMAPPER_VERSION;
+  json["keyframe_schema"] = wire::kKeyframeSchema;
+  return json.dump(2) + "\n";
+}
+
+std::unique_ptr<wire::Publisher> open_publisher(const OnboardOptions& options,
+                                                const merge::SessionInfo& info) {
+  if (options.publish.empty()) return nullptr;
+  wire::PublisherOptions publisher;
+  // Faster than real time nothing is lost by waiting; in real time the scans do not wait.
+  publisher.drop_when_full = options.realtime;
+  return std::make_unique<wire::Publisher>(info, wire::open_sender(options.publish), publisher);
+}
+
+void print_summary(const RunStatistics& statistics, std::uint64_t allocations) {
+  const StageTimes total = statistics.stage_times(Stage::kTotal);
+  std::fprintf(stderr,
+               "onboard: %llu scans, %llu refused, %llu keyframes, %.2f %% of the points dynamic, "
+               "%llu loops\n"
+               "onboard: a keyframe takes %.1f ms (median), %.1f ms (99 %%), %.1f ms (longest); "
+               "%llu deadlines missed, %llu allocations\n",
+               static_cast<unsigned long long>(statistics.scans()),
+               static_cast<unsigned long long>(statistics.scans_refused()),
+               static_cast<unsigned long long>(statistics.keyframes()),
+               100.0 * statistics.dynamic_share(),
+               static_cast<unsigned long long>(statistics.loops_accepted()),
+               static_cast<double>(total.p50_ms), static_cast<double>(total.p99_ms),
+               static_cast<double>(total.max_ms),
+               static_cast<unsigned long long>(statistics.deadline_misses()),
+               static_cast<unsigned long long>(allocations));
+}
+
+void warn_of_full_containers(const RunStatistics& statistics) {
+  for (const DropCause cause :
+       {DropCause::kScanTooLarge, DropCause::kCellsFull, DropCause::kVoxelsFull,
+        DropCause::kEvidenceFull, DropCause::kDescriptionFull}) {
+    const std::uint64_t count = statistics.dropped(cause);
+    if (count == 0) continue;
+    std::fprintf(stderr, "onboard: warning: %llu left out for want of room (%s)\n",
+                 static_cast<unsigned long long>(count),
+                 std::string(drop_cause_name(cause)).c_str());
+  }
+}
+
+}  // namespace
+
+void run_onboard(const OnboardOptions& options) {
+  const auto dataset = datasets::open_dataset(options.dataset, format_of(options), options.sensor);
+  const ChosenSensor sensor = choose_sensor(options, dataset->sensor());
+  PipelineConfig config = make_config(options, sensor.model->kind);
+  config.clock_ns = &steady_clock_ns;
+  const std::size_t scans = std::min(options.scans, dataset->scan_count());
+
+  std::vector<std::string> faults;
+  const auto earlier = read_earlier_runs(options.against, faults);
+  make_room_for(earlier, scans, config);
+  PipelineMemory memory(config);
+
+  RunFolder folder(options.out);
+  const merge::SessionInfo info{session_id(folder.session_name(), dataset->stamp_ns(0)),
+                                folder.session_name(), std::string(sensor.model->name)};
+  folder.write_text("run.json", describe_run(options, folder, info.id, *sensor.model, config));
+  Progress progress("onboard", scans);
+  progress.note("sensor " + info.sensor + " (" + sensor.source + ")");
+  for (const std::string& fault : faults) progress.note("warning: " + fault);
+
+  RunStatistics statistics;
+  KnownKeyframes known(info.name, earlier);
+  known.insert_into(memory.pipeline().places());
+  wire::SessionLogWriter log(folder.keyframe_log(), info);
+  const auto publisher = open_publisher(options, info);
+  Replay replay(*dataset, memory.pipeline(),
+                {.session = info.id,
+                 .scans = scans,
+                 .realtime = options.realtime,
+                 .all_candidates = options.all_candidates},
+                {.folder = folder,
+                 .statistics = statistics,
+                 .known = known,
+                 .log = log,
+                 .publisher = publisher.get(),
+                 .progress = progress});
+  replay.run();
+
+  log.finish();
+  folder.write_text("loops.csv", format_loops_csv(replay.loops()));
+  RunStatistics::Run run{.allocations_after_start = replay.allocations(),
+                         .arena_bytes = memory.bytes(),
+                         .realtime = options.realtime,
+                         .published = publisher != nullptr,
+                         .keyframes_not_published = 0};
+  if (publisher != nullptr) run.keyframes_not_published = publisher->finish().keyframes_dropped;
+  folder.write_text("stats.json", statistics.to_json(run));
+  print_summary(statistics, replay.allocations());
+  warn_of_full_containers(statistics);
+}
+
+}  // namespace unimapper::apps

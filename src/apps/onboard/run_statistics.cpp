@@ -1,0 +1,150 @@
+#include "src/apps/onboard/run_statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace unimapper::apps {
+
+using Json = nlohmann::ordered_json;
+
+std::string refusal_name(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::kInvalidPose:
+      return "invalid_pose";
+    case ErrorCode::kTimeReversed:
+      return "time_reversed";
+    case ErrorCode::kEmptyScan:
+      return "empty_scan";
+    case ErrorCode::kPoseJump:
+      return "pose_jump";
+    case ErrorCode::kCapacityExceeded:
+      return "capacity_exceeded";
+    default:
+      return "other";
+  }
+}
+
+void RunStatistics::add_scan(std::size_t points, const Error& error) {
+  ++scans_;
+  points_in_ += points;
+  if (error.code != ErrorCode::kOk) ++refused_[refusal_name(error.code)];
+}
+
+void RunStatistics::add_keyframe(const KeyframeView& keyframe, std::int64_t duration_ns,
+                                 std::uint64_t left_out_of_message) {
+  ++keyframes_;
+  left_out_of_messages_ += left_out_of_message;
+  if (keyframe.statistics == nullptr) return;
+  const KeyframeStatistics& statistics = *keyframe.statistics;
+  points_valid_ += statistics.points_valid;
+  points_static_ += statistics.points_static;
+  points_dynamic_ += statistics.points_dynamic;
+  for (std::size_t i = 0; i < kDropCauses; ++i) dropped_[i] += statistics.dropped[i];
+  for (std::size_t i = 0; i < kCapacities; ++i) {
+    capacity_[i].used = std::max(capacity_[i].used, statistics.capacity[i].used);
+    capacity_[i].capacity = std::max(capacity_[i].capacity, statistics.capacity[i].capacity);
+  }
+  for (std::size_t i = 0; i < kStages; ++i) {
+    stage_ms_[i].push_back(statistics.stage_us[i] * 1e-3F);
+  }
+  const double total_ns = 1e3 * static_cast<double>(statistics.microseconds(Stage::kTotal));
+  if (total_ns > static_cast<double>(duration_ns)) ++deadline_misses_;
+}
+
+void RunStatistics::add_loops(std::size_t candidates, std::size_t accepted) {
+  loop_candidates_ += candidates;
+  loops_accepted_ += accepted;
+}
+
+std::uint64_t RunStatistics::scans_refused() const {
+  std::uint64_t sum = 0;
+  for (const auto& [cause, count] : refused_) sum += count;
+  return sum;
+}
+
+double RunStatistics::dynamic_share() const {
+  if (points_valid_ == 0) return 0.0;
+  return static_cast<double>(points_dynamic_) / static_cast<double>(points_valid_);
+}
+
+StageTimes RunStatistics::stage_times(Stage stage) const {
+  std::vector<float> sorted = stage_ms_.at(static_cast<std::size_t>(stage));
+  if (sorted.empty()) return {};
+  std::sort(sorted.begin(), sorted.end());
+  // Nearest rank: the smallest value that at least this share of keyframes does not exceed.
+  const auto percentile = [&](double share) {
+    const auto rank =
+        static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
+    return sorted[std::max<std::size_t>(rank, 1) - 1];
+  };
+  return {percentile(0.5), percentile(0.99), sorted.back()};
+}
+
+namespace {
+
+/// To the microsecond: more digits are noise.
+double rounded(float milliseconds) {
+  return std::round(static_cast<double>(milliseconds) * 1e3) / 1e3;
+}
+
+/// How many keyframes took how long: edges grow by about a quarter.
+Json histogram(const std::vector<float>& values_ms) {
+  constexpr std::array<float, 24> kUpperEdges_ms = {
+      0.5F, 1.0F,  1.5F,  2.0F,  3.0F,  4.0F,  5.0F,  6.0F,   8.0F,   10.0F,  12.5F,  16.0F,
+      20.F, 25.0F, 32.0F, 40.0F, 50.0F, 63.0F, 80.0F, 100.0F, 160.0F, 250.0F, 500.0F, 1000.0F};
+  std::array<std::uint64_t, kUpperEdges_ms.size() + 1> counts{};
+  for (const float value : values_ms) {
+    const auto edge = std::lower_bound(kUpperEdges_ms.begin(), kUpperEdges_ms.end(), value);
+    ++counts[static_cast<std::size_t>(edge - kUpperEdges_ms.begin())];
+  }
+  Json edges = Json::array();
+  for (const float edge : kUpperEdges_ms) edges.push_back(static_cast<double>(edge));
+  return {{"upper_edge_ms", edges}, {"keyframes", counts}};  // the last count is above all edges
+}
+
+}  // namespace
+
+std::string RunStatistics::to_json(const Run& run) const {
+  Json json;
+  json["scans"] = scans_;
+  json["keyframes"] = keyframes_;
+  json["points_in"] = points_in_;
+  json["points_valid"] = points_valid_;
+  json["points_static"] = points_static_;
+  json["points_dynamic"] = points_dynamic_;
+  json["dynamic_share"] = dynamic_share();
+  json["allocations_after_start"] = run.allocations_after_start;
+  json["arena_bytes"] = run.arena_bytes;
+
+  Json& dropped = json["dropped"] = Json::object();
+  for (std::size_t i = 0; i < kDropCauses; ++i) {
+    dropped[std::string(drop_cause_name(static_cast<DropCause>(i)))] = dropped_[i];
+  }
+  dropped["too_far_for_message"] = left_out_of_messages_;
+  Json& refused = json["scans_refused"] = Json::object();
+  for (const auto& [cause, count] : refused_) refused[cause] = count;
+
+  Json& capacity = json["capacity"] = Json::object();
+  for (std::size_t i = 0; i < kCapacities; ++i) {
+    capacity[std::string(capacity_name(static_cast<Capacity>(i)))] = {
+        {"used", capacity_[i].used}, {"capacity", capacity_[i].capacity}};
+  }
+  json["loops"] = {{"candidates", loop_candidates_}, {"accepted", loops_accepted_}};
+
+  Json& stages = json["stage_ms"] = Json::object();
+  for (std::size_t i = 0; i < kStages; ++i) {
+    const StageTimes times = stage_times(static_cast<Stage>(i));
+    stages[std::string(stage_name(static_cast<Stage>(i)))] = {{"p50", rounded(times.p50_ms)},
+                                                              {"p99", rounded(times.p99_ms)},
+                                                              {"max", rounded(times.max_ms)}};
+  }
+  json["total_histogram"] = histogram(stage_ms_[static_cast<std::size_t>(Stage::kTotal)]);
+  json["deadline_misses"] = deadline_misses_;
+  json["realtime"] = run.realtime;
+  json["published"] = run.published;
+  json["keyframes_not_published"] = run.keyframes_not_published;
+  return json.dump(2) + "\n";
+}
+
+}  // namespace unimapper::apps

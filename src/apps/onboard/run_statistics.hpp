@@ -1,0 +1,75 @@
+// What stats.json says about a run.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "unimapper/core/expected.hpp"
+#include "unimapper/onboard/pipeline.hpp"
+
+namespace unimapper::apps {
+
+/// The name of a refused scan's cause, e.g. "pose_jump".
+[[nodiscard]] std::string refusal_name(ErrorCode code);
+
+/// Percentiles of one stage over the keyframes of a run.
+struct StageTimes {
+  float p50_ms = 0.0F;
+  float p99_ms = 0.0F;
+  float max_ms = 0.0F;
+};
+
+/// Sums up a run, keyframe by keyframe.
+class RunStatistics {
+ public:
+  void add_scan(std::size_t points, const Error& error);
+  /// `duration_ns`: the time its scans cover; processing that takes longer misses the deadline.
+  void add_keyframe(const KeyframeView& keyframe, std::int64_t duration_ns,
+                    std::uint64_t left_out_of_message);
+  void add_loops(std::size_t candidates, std::size_t accepted);
+
+  [[nodiscard]] StageTimes stage_times(Stage stage) const;
+  [[nodiscard]] std::uint64_t scans() const { return scans_; }
+  [[nodiscard]] std::uint64_t scans_refused() const;
+  [[nodiscard]] std::uint64_t keyframes() const { return keyframes_; }
+  [[nodiscard]] std::uint64_t points_in() const { return points_in_; }
+  [[nodiscard]] std::uint64_t dropped(DropCause cause) const {
+    return dropped_.at(static_cast<std::size_t>(cause));
+  }
+  [[nodiscard]] std::uint64_t loops_accepted() const { return loops_accepted_; }
+  [[nodiscard]] std::uint64_t deadline_misses() const { return deadline_misses_; }
+  /// Of the valid points, those labelled dynamic; 0 to 1.
+  [[nodiscard]] double dynamic_share() const;
+
+  /// What is known of a run besides its keyframes.
+  struct Run {
+    std::uint64_t allocations_after_start = 0;
+    std::uint64_t arena_bytes = 0;
+    bool realtime = false;
+    bool published = false;
+    std::uint64_t keyframes_not_published = 0;
+  };
+  /// The content of stats.json. Only times differ between two runs on the same input.
+  [[nodiscard]] std::string to_json(const Run& run) const;
+
+ private:
+  std::uint64_t scans_ = 0;
+  std::uint64_t keyframes_ = 0;
+  std::uint64_t points_in_ = 0;
+  std::uint64_t points_valid_ = 0;
+  std::uint64_t points_static_ = 0;
+  std::uint64_t points_dynamic_ = 0;
+  std::uint64_t left_out_of_messages_ = 0;
+  std::uint64_t loop_candidates_ = 0;
+  std::uint64_t loops_accepted_ = 0;
+  std::uint64_t deadline_misses_ = 0;
+  std::map<std::string, std::uint64_t> refused_;
+  std::array<std::uint64_t, kDropCauses> dropped_{};
+  std::array<CapacityUse, kCapacities> capacity_{};  // largest use
+  std::array<std::vector<float>, kStages> stage_ms_;
+};
+
+}  // namespace unimapper::apps

@@ -1,0 +1,68 @@
+#include "src/apps/onboard/setup.hpp"
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "ports/datasets/files.hpp"
+#include "src/apps/config_file.hpp"
+
+namespace unimapper::apps {
+
+namespace {
+
+const SensorModel* require_sensor(const std::string& name, const std::string& source) {
+  if (const SensorModel* model = find_sensor(name)) return model;
+  std::string known;
+  for (const SensorModel& model : sensor_models()) {
+    known += (known.empty() ? "" : ", ") + std::string(model.name);
+  }
+  throw std::runtime_error(source + ": unknown sensor '" + name + "'; known are " + known);
+}
+
+}  // namespace
+
+std::optional<std::string> recorded_sensor(const std::filesystem::path& dataset) {
+  const std::filesystem::path file = dataset / "dataset.json";
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  const auto json = nlohmann::json::parse(datasets::read_file(file), nullptr, false);
+  if (!json.is_object()) throw std::runtime_error(file.string() + ": is not a JSON object");
+  const auto entry = json.find("sensor");
+  if (entry == json.end()) return std::nullopt;
+  if (!entry->is_string()) throw std::runtime_error(file.string() + ": sensor: must be a string");
+  return entry->get<std::string>();
+}
+
+ChosenSensor choose_sensor(const OnboardOptions& options, const std::string& implied) {
+  if (!options.sensor.empty()) {
+    return {require_sensor(options.sensor, "--sensor"), "as --sensor says"};
+  }
+  if (const auto recorded = recorded_sensor(options.dataset)) {
+    const std::string file = (options.dataset / "dataset.json").string();
+    return {require_sensor(*recorded, file), "as dataset.json says"};
+  }
+  if (!implied.empty()) {
+    return {require_sensor(implied, "format"), "as the format suggests; --sensor overrides"};
+  }
+  return {&sensor_model(SensorKind::kGeneric), "nothing says which; --sensor tells"};
+}
+
+PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor) {
+  if (options.preset != "default" && options.preset != "paper") {
+    throw std::runtime_error("--preset must be default or paper, not '" + options.preset + "'");
+  }
+  PipelineConfig config = options.preset == "paper" ? paper_preset(sensor) : preset(sensor);
+  if (!options.config.empty()) read_config(options.config, config);
+  return config;
+}
+
+std::string effective_config(const OnboardOptions& options) {
+  std::string implied;
+  if (!options.dataset.empty() && options.sensor.empty() && !recorded_sensor(options.dataset)) {
+    const auto format = datasets::parse_format(options.format);
+    implied =
+        datasets::open_dataset(options.dataset, format.value_or(datasets::Format::kAuto))->sensor();
+  }
+  return dump_config(make_config(options, choose_sensor(options, implied).model->kind));
+}
+
+}  // namespace unimapper::apps

@@ -1,0 +1,70 @@
+// `unimapper onboard`: the command line of src/apps/onboard.
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "src/apps/commands.hpp"
+#include "src/apps/onboard/options.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+void add_input_options(CLI::App& command, OnboardOptions& options) {
+  command.add_option("DATASET", options.dataset, "Folder of the recording");
+  command.add_option("--format", options.format, "How the recording is laid out")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"auto", "kitti", "pcd", "dynamicmap", "helipr"}));
+  command.add_option("--sensor", options.sensor,
+                     "LiDAR, e.g. os2-128, livox-avia, vlp-16; default: as the recording says");
+  command.add_option("--scans", options.scans, "Use only the first so many scans")
+      ->check(CLI::PositiveNumber);
+}
+
+void add_output_options(CLI::App& command, OnboardOptions& options) {
+  command.add_option("--out", options.out,
+                     "Folder for labels, keyframes, loops and statistics; its name becomes the "
+                     "session's");
+  command.add_option("--publish", options.publish,
+                     "Stream the keyframes too, e.g. to udpm://239.255.76.67:7667?ttl=0");
+}
+
+void add_processing_options(CLI::App& command, OnboardOptions& options) {
+  command.add_option("--preset", options.preset, "Parameters to start from")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"default", "paper"}));
+  command.add_option("--config", options.config, "JSON file with parameters that differ from it");
+  command.add_flag("--realtime", options.realtime, "Feed the scans at the pace of their stamps");
+  command.add_option("--against", options.against,
+                     "Search the places of an earlier run too; may be given more than once");
+  command.add_flag("--all-candidates", options.all_candidates,
+                   "List loop candidates below the threshold too, with accepted = 0");
+}
+
+}  // namespace
+
+void register_onboard(CLI::App& app) {
+  auto options = std::make_shared<OnboardOptions>();
+  auto dump = std::make_shared<bool>(false);
+  CLI::App* command = app.add_subcommand(
+      "onboard",
+      "Replay a recording through the robot's pipeline: labels, keyframes, loops, statistics");
+  add_input_options(*command, *options);
+  add_output_options(*command, *options);
+  add_processing_options(*command, *options);
+  command->add_flag("--dump-config", *dump, "Print the parameters that would be used, and stop");
+  command->footer(
+      "Examples:\n"
+      "  unimapper onboard recordings/monday --sensor os2-128 --out runs/monday\n"
+      "  unimapper onboard recordings/friday --out runs/friday --against runs/monday");
+  command->callback([options, dump] {
+    if (*dump) {
+      std::cout << effective_config(*options);
+      return;
+    }
+    if (options->dataset.empty()) throw CLI::RequiredError("DATASET");
+    if (options->out.empty()) throw CLI::RequiredError("--out");
+    run_onboard(*options);
+  });
+}
+
+}  // namespace unimapper::apps
