@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "src/apps/truth.hpp"
 #include "unimapper/evaluate/dynamic.hpp"
 #include "unimapper/evaluate/trajectory.hpp"
 #include "unimapper/merge/merger.hpp"
@@ -16,7 +17,8 @@ namespace unimapper::apps {
 struct SessionEvidence {
   /// The session's run folder; stage times are read from its stats.json when that is there.
   std::filesystem::path run;
-  /// Ground truth T_world_sensor, sorted by stamp. All sessions' truths share one world.
+  /// Ground truth T_world_sensor (`read_truth`), sorted by stamp. All sessions' truths share one
+  /// world.
   std::vector<evaluate::StampedPose> truth;
   /// How well the robot told static from dynamic points, where labels are known.
   std::optional<evaluate::DynamicScore> removal;
@@ -31,10 +33,6 @@ struct ReportInput {
   std::vector<std::string> commands;  ///< shown under "how to reproduce", one a line
   double elapsed_s = 0.0;             ///< wall-clock time of the merge; 0 hides it
 };
-
-/// The ground truth of a session recorded as the dataset at `path`: poses of gt_poses.txt,
-/// else of poses.txt, with the dataset's stamps. Throws DatasetError.
-[[nodiscard]] std::vector<evaluate::StampedPose> read_truth(const std::filesystem::path& path);
 
 /// Writes the page to `path`: pictures, tables and charts inside, no script, no network.
 /// Throws std::runtime_error naming `path` when it cannot be written. Costs a few seconds for

@@ -1,0 +1,31 @@
+#include <stdexcept>
+
+#include "src/apps/evaluate/evaluate.hpp"
+#include "src/apps/evaluate/json.hpp"
+#include "src/apps/evaluate/labelled_run.hpp"
+
+namespace unimapper::apps {
+
+evaluate::DynamicScore score_run(const std::filesystem::path& truth,
+                                 const std::filesystem::path& run) {
+  LabelledRun source(datasets::open_dataset(truth), run);
+  return evaluate::score_points(source);
+}
+
+std::string evaluate_dynamic(const EvaluateDynamicOptions& options) {
+  const auto format = datasets::parse_format(options.format);
+  if (!format) throw std::runtime_error("unknown dataset format \"" + options.format + "\"");
+  LabelledRun source(datasets::open_dataset(options.truth, *format), options.run);
+  const evaluate::DynamicScore points = evaluate::score_points(source);
+  if (!source.has_truth()) {
+    throw std::runtime_error(options.truth.string() +
+                             ": holds no ground-truth labels to compare the run with");
+  }
+  evaluate::BenchmarkConfig config;
+  config.neighbour_m = options.neighbour_m;
+  config.max_range_m = options.max_range_m;
+  const evaluate::BenchmarkScore benchmark = evaluate::score_benchmark(source, config);
+  return dynamic_json(options, source.scan_count(), points, benchmark);
+}
+
+}  // namespace unimapper::apps

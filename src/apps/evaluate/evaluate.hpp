@@ -1,0 +1,62 @@
+// What `unimapper evaluate` does, without the command line: options in, JSON out.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "unimapper/evaluate/dynamic.hpp"
+
+namespace unimapper::apps {
+
+/// Options of `evaluate dynamic`.
+struct EvaluateDynamicOptions {
+  std::filesystem::path truth;  ///< dataset with labels
+  std::filesystem::path run;    ///< folder written by `unimapper onboard`
+  std::string format = "auto";
+  float neighbour_m = 0.05F;
+  float max_range_m = 50.0F;
+};
+
+/// Options of `evaluate loops`.
+struct EvaluateLoopsOptions {
+  std::filesystem::path run;
+  std::filesystem::path truth;
+  std::filesystem::path against;        ///< empty: loops within the run
+  std::filesystem::path against_truth;  ///< required with `against`
+  double threshold_m = 10.0;
+  std::uint32_t min_gap_keyframes = 15;  ///< within the run only
+  bool curve = false;                    ///< the precision-recall curve too
+};
+
+/// Options of `evaluate trajectory`.
+struct EvaluateTrajectoryOptions {
+  std::filesystem::path map;
+  std::vector<std::pair<std::string, std::filesystem::path>> truths;  ///< session, dataset
+};
+
+/// Options of `evaluate map`.
+struct EvaluateMapOptions {
+  std::filesystem::path map;
+  double tau_m = 5.0;
+  double mme_radius_m = 1.0;
+  std::size_t mme_min_neighbours = 10;
+};
+
+/// Each returns the JSON document of the contract, indented, with a final newline, and throws
+/// std::runtime_error with a sentence for the user when the input does not fit together.
+[[nodiscard]] std::string evaluate_dynamic(const EvaluateDynamicOptions& options);
+[[nodiscard]] std::string evaluate_loops(const EvaluateLoopsOptions& options);
+[[nodiscard]] std::string evaluate_trajectory(const EvaluateTrajectoryOptions& options);
+[[nodiscard]] std::string evaluate_map(const EvaluateMapOptions& options);
+
+/// Per-point accuracy alone, for reports. Throws like `evaluate_dynamic`; without ground-truth
+/// labels every point is ignored.
+[[nodiscard]] evaluate::DynamicScore score_run(const std::filesystem::path& truth,
+                                               const std::filesystem::path& run);
+
+}  // namespace unimapper::apps

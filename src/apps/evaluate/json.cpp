@@ -1,0 +1,182 @@
+#include "src/apps/evaluate/json.hpp"
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace unimapper::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using evaluate::Tally;
+
+/// JSON has no NaN: an undefined figure is null.
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+Json percent(double share) { return number(100.0 * share); }
+
+std::string document(const Json& json) { return json.dump(2) + "\n"; }
+
+Json accuracies(const Tally& tally) {
+  return {{"SA", percent(tally.static_accuracy())},     {"DA", percent(tally.dynamic_accuracy())},
+          {"AA", percent(tally.associated_accuracy())}, {"HA", percent(tally.harmonic_accuracy())},
+          {"static_points", tally.static_points},       {"static_kept", tally.static_kept},
+          {"dynamic_points", tally.dynamic_points},     {"dynamic_removed", tally.dynamic_removed}};
+}
+
+/// "10-20", or "80+" for the open last bin.
+std::string bin_name(std::size_t bin) {
+  const auto metres = [](std::size_t end) {
+    return std::to_string(static_cast<int>(evaluate::kRangeBinEnds[end]));
+  };
+  std::string name = bin == 0 ? "0" : metres(bin - 1);
+  if (bin == evaluate::kRangeBinEnds.size()) return name.append("+");
+  return name.append("-").append(metres(bin));
+}
+
+Json dynamic_figures(const evaluate::DynamicScore& score) {
+  Json json = accuracies(score.total);
+  json["ignored_points"] = score.ignored;
+  Json& classes = json["by_class"] = Json::object();
+  for (std::size_t c = 0; c < evaluate::kClassCount; ++c) {
+    const Tally& tally = score.by_class[c];
+    if (tally.static_points + tally.dynamic_points == 0) continue;
+    classes[std::string(evaluate::class_name(c))] = accuracies(tally);
+  }
+  Json& ranges = json["by_range_m"] = Json::object();
+  for (std::size_t b = 0; b < evaluate::kRangeBinCount; ++b) {
+    ranges[bin_name(b)] = accuracies(score.by_range[b]);
+  }
+  return json;
+}
+
+void add_loop_figures(Json& json, const evaluate::LoopFigures& figures, const std::string& suffix,
+                      bool curve) {
+  const evaluate::PrecisionRecall& point = figures.operating_point;
+  json["precision" + suffix] = number(point.precision);
+  json["recall" + suffix] = number(point.recall);
+  json["f1" + suffix] = number(point.f1);
+  json["f1_max" + suffix] = number(figures.f1_max);
+  json["auc" + suffix] = number(figures.auc);
+  json["recall_at_full_precision" + suffix] = number(figures.recall_at_full_precision);
+  json["true_positives" + suffix] = point.true_positives;
+  json["false_positives" + suffix] = point.false_positives;
+  json["false_negatives" + suffix] = point.false_negatives;
+  if (!curve) return;
+  Json& points = json["curve" + suffix] = Json::array();
+  for (const evaluate::CurvePoint& p : figures.curve) {
+    points.push_back(
+        {{"confidence", p.confidence}, {"precision", p.precision}, {"recall", p.recall}});
+  }
+}
+
+Json error_figures(const evaluate::ErrorStatistics& s) {
+  return {{"max", s.max}, {"mean", s.mean}, {"median", s.median},
+          {"min", s.min}, {"rmse", s.rmse}, {"std", s.std}};
+}
+
+}  // namespace
+
+std::string dynamic_json(const EvaluateDynamicOptions& options, std::size_t scans,
+                         const evaluate::DynamicScore& points,
+                         const evaluate::BenchmarkScore& benchmark) {
+  Json json = dynamic_figures(points);
+  json["unit"] = "percent";
+  json["scans"] = scans;
+  Json& bench = json["benchmark"] = dynamic_figures(benchmark.score);
+  bench["with_unlabelled"] = accuracies(benchmark.with_unlabelled);
+  bench["neighbour_m"] = options.neighbour_m;
+  bench["max_range_m"] = options.max_range_m;
+  return document(json);
+}
+
+std::string loops_json(const EvaluateLoopsOptions& options, const evaluate::LoopScore& score) {
+  Json json;
+  add_loop_figures(json, score.by_distance, "", options.curve);
+  add_loop_figures(json, score.by_pose, "_pose", options.curve);
+  const evaluate::ErrorStatistics& t = score.translation_error_m;
+  const evaluate::ErrorStatistics& r = score.rotation_error_deg;
+  json["median_translation_error_m"] = t.count > 0 ? Json(t.median) : Json();
+  json["median_rotation_error_deg"] = r.count > 0 ? Json(r.median) : Json();
+  json["queries"] = score.queries;
+  json["positives"] = score.positives;
+  json["guesses"] = score.guesses;
+  json["guesses_left_out"] = score.guesses_left_out;
+  json["threshold_m"] = options.threshold_m;
+  json["min_gap_keyframes"] = options.against.empty() ? Json(options.min_gap_keyframes) : Json();
+  return document(json);
+}
+
+std::string trajectory_json(const std::vector<SessionTrajectory>& sessions,
+                            const evaluate::Alignment& alignment) {
+  Json json;
+  json["alignment"] = {
+      {"of", "central session to its ground truth, rotation and translation"},
+      {"from", alignment.used_orientations ? "positions and orientations" : "positions"}};
+  Json& all = json["sessions"] = Json::object();
+  for (const SessionTrajectory& session : sessions) {
+    Json& entry = all[session.name] = {{"status", session.status}, {"poses", session.poses}};
+    if (!session.error) {
+      entry["paired"] = 0;
+      entry["ate_m"] = nullptr;
+      entry["rotation_deg"] = nullptr;
+      continue;
+    }
+    entry["paired"] = session.error->translation_m.count;
+    entry["ate_m"] = error_figures(session.error->translation_m);
+    entry["rotation_deg"] = error_figures(session.error->rotation_deg);
+  }
+  return document(json);
+}
+
+std::string map_json(const EvaluateMapOptions& options, const std::vector<SessionPair>& pairs,
+                     const evaluate::MapEntropy& entropy, std::size_t points) {
+  Json json;
+  Json& all = json["pairs"] = Json::array();
+  for (const SessionPair& pair : pairs) {
+    const evaluate::CloudAgreement& a = pair.agreement;
+    all.push_back({{"first", pair.first},
+                   {"second", pair.second},
+                   {"AC_rmse_m", number(a.ac_rmse_m)},
+                   {"AC_mean_m", number(a.ac_mean_m)},
+                   {"CD_L2_m", number(a.cd_l2_m)},
+                   {"CD_L2_squared_m2", number(a.cd_l2_squared_m2)},
+                   {"inliers_first", a.inliers_first},
+                   {"inliers_second", a.inliers_second}});
+  }
+  json["MME"] = number(entropy.mean);
+  json["MME_points"] = entropy.points;
+  json["MME_skipped"] = entropy.skipped;
+  json["points"] = points;
+  json["tau_m"] = options.tau_m;
+  json["MME_radius_m"] = options.mme_radius_m;
+  json["MME_min_neighbours"] = options.mme_min_neighbours;
+  json["formulas"] = {
+      {"AC_rmse_m", "root mean square of nearest distances below tau, both directions pooled"},
+      {"AC_mean_m", "mean of the same distances"},
+      {"CD_L2_m", "mean nearest distance below tau there plus back"},
+      {"CD_L2_squared_m2", "mean squared nearest distance below tau there plus back"},
+      {"MME", "mean of 1/2 ln |2 pi e Sigma|, Sigma in square metres"}};
+  return document(json);
+}
+
+std::vector<SummarySession> read_summary(const std::filesystem::path& map) {
+  const std::filesystem::path file = map / "summary.json";
+  std::ifstream in(file);
+  if (!in) {
+    throw std::runtime_error(file.string() + ": no such file; `unimapper merge` writes it");
+  }
+  try {
+    const Json json = Json::parse(in);
+    std::vector<SummarySession> sessions;
+    for (const Json& entry : json.at("sessions")) {
+      sessions.push_back(
+          {entry.at("name").get<std::string>(), entry.at("status").get<std::string>()});
+    }
+    return sessions;
+  } catch (const Json::exception& error) {
+    throw std::runtime_error(file.string() + ": " + error.what());
+  }
+}
+
+}  // namespace unimapper::apps

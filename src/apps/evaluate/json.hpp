@@ -1,0 +1,47 @@
+// The figures as JSON documents. Kept apart because the JSON library is slow to compile.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "src/apps/evaluate/evaluate.hpp"
+#include "unimapper/evaluate/dynamic.hpp"
+#include "unimapper/evaluate/loops.hpp"
+#include "unimapper/evaluate/map_quality.hpp"
+#include "unimapper/evaluate/trajectory.hpp"
+
+namespace unimapper::apps {
+
+/// Result of one session of `evaluate trajectory`; no error for unconnected sessions.
+struct SessionTrajectory {
+  std::string name;
+  std::string status;
+  std::optional<evaluate::TrajectoryError> error;
+  std::size_t poses = 0;  ///< of the estimate, paired or not
+};
+
+/// Result of one pair of sessions of `evaluate map`.
+struct SessionPair {
+  std::string first;
+  std::string second;
+  evaluate::CloudAgreement agreement;
+};
+
+std::string dynamic_json(const EvaluateDynamicOptions& options, std::size_t scans,
+                         const evaluate::DynamicScore& points,
+                         const evaluate::BenchmarkScore& benchmark);
+std::string loops_json(const EvaluateLoopsOptions& options, const evaluate::LoopScore& score);
+std::string trajectory_json(const std::vector<SessionTrajectory>& sessions,
+                            const evaluate::Alignment& alignment);
+std::string map_json(const EvaluateMapOptions& options, const std::vector<SessionPair>& pairs,
+                     const evaluate::MapEntropy& entropy, std::size_t points);
+
+/// Sessions of a map folder as its summary.json lists them.
+struct SummarySession {
+  std::string name;
+  std::string status;  ///< "central", "merged" or "unconnected"
+};
+/// Throws std::runtime_error naming the file and what is wrong with it.
+std::vector<SummarySession> read_summary(const std::filesystem::path& map);
+
+}  // namespace unimapper::apps

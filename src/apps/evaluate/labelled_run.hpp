@@ -1,0 +1,38 @@
+// A run's labels beside the truth, scan by scan.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ports/datasets/dataset.hpp"
+#include "unimapper/evaluate/dynamic.hpp"
+
+namespace unimapper::apps {
+
+/// Reads scans, truth and the run's labels lazily; holds one scan at a time. Scans without
+/// truth count as unlabelled. `scan` throws std::runtime_error when the run's labels are
+/// missing or don't fit the scan.
+class LabelledRun : public evaluate::ScanSource {
+ public:
+  LabelledRun(std::unique_ptr<datasets::Dataset> truth, const std::filesystem::path& run);
+  [[nodiscard]] std::size_t scan_count() const override;
+  evaluate::ScoredScan scan(std::size_t i) override;
+
+  /// True once a scan with truth was read.
+  [[nodiscard]] bool has_truth() const { return has_truth_; }
+
+ private:
+  void read_predictions(const std::string& name, std::size_t points);
+
+  std::unique_ptr<datasets::Dataset> dataset_;
+  std::filesystem::path labels_;
+  datasets::Scan scan_;
+  std::vector<Eigen::Vector3f> points_;
+  std::vector<std::uint32_t> truth_;
+  std::vector<std::uint32_t> predicted_;
+  bool has_truth_ = false;
+};
+
+}  // namespace unimapper::apps

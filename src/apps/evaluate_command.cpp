@@ -1,0 +1,124 @@
+// `unimapper evaluate`: the command line of src/apps/evaluate.
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+
+#include "src/apps/commands.hpp"
+#include "src/apps/evaluate/evaluate.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+void register_dynamic(CLI::App& evaluate) {
+  auto options = std::make_shared<EvaluateDynamicOptions>();
+  CLI::App* command = evaluate.add_subcommand(
+      "dynamic",
+      "Static and dynamic accuracy (SA, DA, AA in percent) of a run's labels: per point, and by "
+      "DynamicMap_Benchmark's protocol");
+  command->add_option("--truth", options->truth, "Dataset with ground-truth labels")->required();
+  command->add_option("--run", options->run, "Run folder with labels/")->required();
+  command->add_option("--format", options->format, "auto, kitti, pcd, dynamicmap or helipr")
+      ->capture_default_str();
+  command
+      ->add_option("--neighbour-m", options->neighbour_m,
+                   "Benchmark: a point this near to a kept point counts as kept, metres")
+      ->capture_default_str()
+      ->check(CLI::Range(0.001F, 10.0F));
+  command
+      ->add_option("--max-range-m", options->max_range_m,
+                   "Benchmark: points at or beyond this range are left out, metres")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0F, 1000.0F));
+  command->footer("Example:\n  unimapper evaluate dynamic --truth recordings/a --run runs/a");
+  command->callback([options] { std::cout << evaluate_dynamic(*options); });
+}
+
+void register_loops(CLI::App& evaluate) {
+  auto options = std::make_shared<EvaluateLoopsOptions>();
+  CLI::App* command = evaluate.add_subcommand(
+      "loops",
+      "Precision and recall of a run's loops, of its own session or against an earlier run");
+  command->add_option("--run", options->run, "Run folder with loops.csv and keyframes.lcmlog")
+      ->required();
+  command->add_option("--truth", options->truth, "Dataset of the run")->required();
+  CLI::Option* against =
+      command->add_option("--against", options->against, "The run that was searched");
+  CLI::Option* against_truth = command->add_option("--against-truth", options->against_truth,
+                                                   "Its dataset, ground truth in the same world");
+  against->needs(against_truth);
+  against_truth->needs(against);
+  command
+      ->add_option("--threshold-m", options->threshold_m, "A true match is at most this far away")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 1000.0));
+  command
+      ->add_option("--min-gap-keyframes", options->min_gap_keyframes,
+                   "Own session: a match is at least this many keyframes earlier")
+      ->capture_default_str();
+  command->add_flag("--curve", options->curve, "Print the precision-recall curve too");
+  command->footer(
+      "Example:\n  unimapper evaluate loops --run runs/b --truth recordings/b "
+      "--against runs/a --against-truth recordings/a");
+  command->callback([options] { std::cout << evaluate_loops(*options); });
+}
+
+void register_trajectory(CLI::App& evaluate) {
+  auto options = std::make_shared<EvaluateTrajectoryOptions>();
+  auto truths = std::make_shared<std::vector<std::string>>();
+  CLI::App* command = evaluate.add_subcommand(
+      "trajectory",
+      "Absolute trajectory error of every session; the central one is aligned to its truth once, "
+      "the others are not");
+  command->add_option("--map", options->map, "Map folder")->required();
+  command->add_option("--truth", *truths, "SESSION=DATASET, one for every session to measure")
+      ->required()
+      ->expected(1, -1);
+  command->footer(
+      "Example:\n  unimapper evaluate trajectory --map map --truth a=recordings/a "
+      "b=recordings/b");
+  command->callback([options, truths] {
+    for (const std::string& truth : *truths) {
+      const std::size_t split = truth.find('=');
+      if (split == 0 || split == std::string::npos || split + 1 == truth.size()) {
+        throw CLI::ValidationError("--truth", "\"" + truth + "\" is not SESSION=DATASET");
+      }
+      options->truths.emplace_back(truth.substr(0, split), truth.substr(split + 1));
+    }
+    std::cout << evaluate_trajectory(*options);
+  });
+}
+
+void register_map(CLI::App& evaluate) {
+  auto options = std::make_shared<EvaluateMapOptions>();
+  CLI::App* command = evaluate.add_subcommand(
+      "map", "How well the merged sessions coincide (AC, CD) and how crisp the map is (MME)");
+  command->add_option("--map", options->map, "Map folder")->required();
+  command->add_option("--tau-m", options->tau_m, "Largest distance of corresponding points")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 100.0));
+  command->add_option("--mme-radius-m", options->mme_radius_m, "Neighbourhood of the entropy")
+      ->capture_default_str()
+      ->check(CLI::Range(0.05, 50.0));
+  command
+      ->add_option("--mme-min-neighbours", options->mme_min_neighbours,
+                   "Points with fewer neighbours are left out")
+      ->capture_default_str()
+      ->check(CLI::Range(4, 100000));
+  command->footer("Example:\n  unimapper evaluate map --map map");
+  command->callback([options] { std::cout << evaluate_map(*options); });
+}
+
+}  // namespace
+
+void register_evaluate(CLI::App& app) {
+  CLI::App* evaluate =
+      app.add_subcommand("evaluate", "Compare runs and maps with the truth; JSON on stdout");
+  evaluate->require_subcommand(1);
+  register_dynamic(*evaluate);
+  register_loops(*evaluate);
+  register_trajectory(*evaluate);
+  register_map(*evaluate);
+}
+
+}  // namespace unimapper::apps

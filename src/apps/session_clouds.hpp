@@ -1,0 +1,25 @@
+// Every merged session's own cloud in the map frame.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <vector>
+
+#include "unimapper/merge/merger.hpp"
+
+namespace unimapper::apps {
+
+/// Static cells of a session in the map frame (of an unconnected session: in its own frame),
+/// thinned to the first point of each `voxel_m`. O(cells).
+[[nodiscard]] std::vector<Eigen::Vector3f> session_cloud(const merge::SessionData& session,
+                                                         const merge::MergedSession& merged,
+                                                         float voxel_m = 0.1F);
+
+/// Writes MAP/clouds/<session>.ply for every session that is not unconnected. The unified map
+/// fuses what sessions have in common, so only these can tell how well sessions coincide:
+/// `unimapper evaluate map` compares them. Throws DatasetError.
+void write_session_clouds(const std::filesystem::path& map,
+                          const std::vector<merge::SessionData>& sessions,
+                          const merge::MergeResult& result);
+
+}  // namespace unimapper::apps

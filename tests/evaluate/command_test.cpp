@@ -1,0 +1,333 @@
+// What `unimapper evaluate` makes of folders on disk, good and bad.
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "ports/datasets/writers.hpp"
+#include "ports/lcm/session_log.hpp"
+#include "src/apps/evaluate/evaluate.hpp"
+#include "src/apps/evaluate/ply_cloud.hpp"
+#include "src/apps/loops_csv.hpp"
+#include "src/apps/session_clouds.hpp"
+#include "tests/evaluate/temporary_directory.hpp"
+
+using namespace unimapper;
+using namespace unimapper::apps;
+using Catch::Matchers::Contains;
+using Json = nlohmann::json;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string scan_name(std::size_t i) {
+  std::string name(6, '0');
+  for (std::size_t at = 6; i > 0; i /= 10) name[--at] = static_cast<char>('0' + i % 10);
+  return name;
+}
+
+Pose at(double x, double y = 0.0) { return {Eigen::Matrix3d::Identity(), {x, y, 0.0}}; }
+
+const std::string kLoopsHeader =
+    "query_session,query_keyframe,query_scan,match_session,match_keyframe,match_scan,"
+    "confidence,accepted,reason,x,y,z,qx,qy,qz,qw\n";
+
+void write_lines(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
+
+/// A KITTI-form dataset with one scan per pose.
+void write_dataset(const fs::path& directory, const std::vector<Pose>& truth,
+                   const std::vector<datasets::Scan::Point>& points,
+                   const std::vector<std::uint32_t>& labels = {}) {
+  fs::create_directories(directory / "scans");
+  fs::create_directories(directory / "labels");
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    datasets::write_kitti_scan(directory / "scans" / (scan_name(i) + ".bin"), points);
+    if (labels.empty()) continue;
+    datasets::write_labels(directory / "labels" / (scan_name(i) + ".label"), labels);
+  }
+  // Odometry that nobody should mistake for the truth.
+  datasets::write_kitti_poses(directory / "poses.txt", std::vector<Pose>(truth.size(), at(0)));
+  datasets::write_kitti_poses(directory / "gt_poses.txt", truth);
+}
+
+void write_run_labels(const fs::path& run, std::size_t scans,
+                      const std::vector<std::uint32_t>& labels) {
+  fs::create_directories(run / "labels");
+  for (std::size_t i = 0; i < scans; ++i) {
+    datasets::write_labels(run / "labels" / (scan_name(i) + ".label"), labels);
+  }
+}
+
+/// A run folder with one keyframe every ten scans and the given rows of loops.csv.
+void write_run(const fs::path& run, const std::string& session, std::uint32_t keyframes,
+               const std::string& rows) {
+  fs::create_directories(run);
+  wire::SessionLogWriter log(run / "keyframes.lcmlog", {{1, 1}, session, "os2-128"});
+  for (std::uint32_t k = 0; k < keyframes; ++k) {
+    merge::KeyframeRecord record;
+    record.session = {1, 1};
+    record.sequence = k;
+    record.scans = {{k * 10, static_cast<std::int64_t>(k) * 1'000'000'000, at(0)}};
+    log.write(wire::encode_for_sending(record));
+  }
+  log.finish();
+  write_lines(run / "loops.csv", kLoopsHeader + rows);
+}
+
+/// Truth of a robot that goes 100 m per keyframe and comes back over the same places.
+std::vector<Pose> there_and_back(std::size_t keyframes) {
+  std::vector<Pose> truth;
+  for (std::size_t k = 0; k < keyframes; ++k) {
+    const double place = static_cast<double>(k < keyframes / 2 ? k : keyframes - 1 - k);
+    truth.insert(truth.end(), 10, at(100.0 * place, k < keyframes / 2 ? 0.0 : 1.0));
+  }
+  return truth;
+}
+
+}  // namespace
+
+TEST_CASE("evaluate dynamic reports both protocols in percent") {
+  TemporaryDirectory folder;
+  const std::vector<datasets::Scan::Point> points = {
+      {10, 0, 0, 0}, {10.02F, 0, 0, 0}, {20, 0, 0, 0}, {30, 0, 0, 0}, {60, 0, 0, 0}, {5, 0, 0, 0}};
+  write_dataset(folder.path() / "d", {at(0), at(1)}, points, {50, 50, 254, 252, 50, 0});
+  write_run_labels(folder.path() / "r", 2, {9, 251, 251, 9, 9, 251});
+  const Json json = Json::parse(evaluate_dynamic({folder.path() / "d", folder.path() / "r"}));
+  CHECK(json["SA"].get<double>() == Approx(100.0 * 2 / 3));
+  CHECK(json["DA"].get<double>() == Approx(50.0));
+  CHECK(json["AA"].get<double>() == Approx(100.0 * std::sqrt(1.0 / 3)));
+  CHECK(json["ignored_points"] == 2);
+  CHECK(json["by_class"]["pedestrian"]["DA"] == 100.0);
+  CHECK(json["by_class"]["car"]["DA"] == 0.0);
+  CHECK(json["by_class"]["car"]["SA"].is_null());
+  CHECK(json["by_range_m"]["50-80"]["static_points"] == 2);
+  CHECK(json["benchmark"]["SA"] == 100.0);  // 2 cm from a kept point, and nothing beyond 50 m
+  CHECK(json["benchmark"]["static_points"] == 4);
+  CHECK(json["benchmark"]["DA"] == 50.0);
+  CHECK(json["scans"] == 2);
+}
+
+TEST_CASE("evaluate dynamic says which label file is missing or too short") {
+  TemporaryDirectory folder;
+  const fs::path dataset = folder.path() / "d";
+  const fs::path run = folder.path() / "r";
+  write_dataset(dataset, {at(0), at(1)}, {{10, 0, 0, 0}, {11, 0, 0, 0}}, {50, 50});
+  CHECK_THROWS_WITH(evaluate_dynamic({dataset, run}), Contains("labels: no such folder"));
+  write_run_labels(run, 1, {9, 9});
+  CHECK_THROWS_WITH(evaluate_dynamic({dataset, run}), Contains("000001.label: no such file"));
+  write_run_labels(run, 2, {9});
+  CHECK_THROWS_WITH(evaluate_dynamic({dataset, run}),
+                    Contains("000000.label: 4 bytes, but the scan has 2 points"));
+  CHECK_THROWS_WITH(evaluate_dynamic({folder.path() / "nowhere", run}), Contains("nowhere"));
+}
+
+TEST_CASE("evaluate dynamic refuses a dataset that knows no truth") {
+  TemporaryDirectory folder;
+  write_dataset(folder.path() / "d", {at(0)}, {{10, 0, 0, 0}});
+  write_run_labels(folder.path() / "r", 1, {9});
+  CHECK_THROWS_WITH(evaluate_dynamic({folder.path() / "d", folder.path() / "r"}),
+                    Contains("no ground-truth labels"));
+}
+
+TEST_CASE("evaluate loops scores a run's own revisits with its keyframes' true places") {
+  TemporaryDirectory folder;
+  write_dataset(folder.path() / "d", there_and_back(6), {{10, 0, 0, 0}});
+  // Keyframe 5 is back at 0, 4 at 1, 3 at 2 (too soon for the gap of two).
+  write_run(folder.path() / "r", "a", 6,
+            "a,5,50,a,0,0,0.9,1,descriptor,0,1,0,0,0,0,1\n"
+            "a,4,40,a,2,20,0.5,0,too little overlap,0,0,0,0,0,0,1\n"
+            "a,4,40,other,1,10,0.9,1,descriptor,0,0,0,0,0,0,1\n");
+  EvaluateLoopsOptions options;
+  options.run = folder.path() / "r";
+  options.truth = folder.path() / "d";
+  options.min_gap_keyframes = 2;
+  options.curve = true;
+  const Json json = Json::parse(evaluate_loops(options));
+  CHECK(json["queries"] == 6);
+  CHECK(json["positives"] == 2);
+  CHECK(json["guesses"] == 2);
+  CHECK(json["precision"] == 1.0);
+  CHECK(json["recall"] == 0.5);
+  CHECK(json["precision_pose"] == 1.0);
+  CHECK(json["recall_at_full_precision"] == 0.5);
+  CHECK(json["median_translation_error_m"].get<double>() == Approx(0.0).margin(1e-9));
+  CHECK(json["curve"].size() == 2);
+}
+
+TEST_CASE("evaluate loops against another run looks at the loops between the two") {
+  TemporaryDirectory folder;
+  write_dataset(folder.path() / "da", there_and_back(6), {{10, 0, 0, 0}});
+  write_dataset(folder.path() / "db", std::vector<Pose>(10, at(103)), {{10, 0, 0, 0}});
+  write_run(folder.path() / "a", "a", 6, "");
+  write_run(folder.path() / "b", "b", 1,
+            "b,0,0,a,1,10,0.9,1,descriptor,3,0,0,0,0,0,1\n"
+            "b,0,0,b,0,0,0.9,1,descriptor,0,0,0,0,0,0,1\n");
+  EvaluateLoopsOptions options;
+  options.run = folder.path() / "b";
+  options.truth = folder.path() / "db";
+  options.against = folder.path() / "a";
+  options.against_truth = folder.path() / "da";
+  const Json json = Json::parse(evaluate_loops(options));
+  CHECK(json["recall"] == 1.0);
+  CHECK(json["recall_pose"] == 1.0);
+  CHECK(json["guesses"] == 1);
+  options.against = options.run;
+  CHECK_THROWS_WITH(evaluate_loops(options), Contains("both runs are of session \"b\""));
+}
+
+TEST_CASE("evaluate loops refuses a run of another dataset, and damaged tables") {
+  TemporaryDirectory folder;
+  write_dataset(folder.path() / "d", {at(0), at(1)}, {{10, 0, 0, 0}});
+  write_run(folder.path() / "r", "a", 6, "");
+  EvaluateLoopsOptions options;
+  options.run = folder.path() / "r";
+  options.truth = folder.path() / "d";
+  CHECK_THROWS_WITH(evaluate_loops(options), Contains("do not belong together"));
+
+  const fs::path csv = folder.path() / "loops.csv";
+  CHECK_THROWS_WITH(read_loops_csv(csv), Contains("no such file"));
+  write_lines(csv, "");
+  CHECK_THROWS_WITH(read_loops_csv(csv), Contains("loops.csv:1: is empty"));
+  write_lines(csv, "query_session,query_keyframe\n");
+  CHECK_THROWS_WITH(read_loops_csv(csv), Contains("has no column \"query_scan\""));
+  write_lines(csv, kLoopsHeader + "a,1,2\n");
+  CHECK_THROWS_WITH(read_loops_csv(csv), Contains("loops.csv:2: 3 fields"));
+  write_lines(csv, kLoopsHeader + "a,x,1,a,1,1,0.5,1,r,0,0,0,0,0,0,1\n");
+  CHECK_THROWS_WITH(read_loops_csv(csv), Contains("\"x\" is no number for column query_keyframe"));
+  write_lines(csv, kLoopsHeader + "a,1,1,a,1,1,0.5,1,r,0,0,0,0,0,0,0\n");
+  CHECK_THROWS_WITH(read_loops_csv(csv), Contains("not a rigid transform"));
+  write_lines(csv, kLoopsHeader + "a,1,1,a,1,1,0.5,1,\"wrong, and \"\"far\"\"\",0,0,0,0,0,0,1\r\n");
+  REQUIRE(read_loops_csv(csv).size() == 1);
+  CHECK(read_loops_csv(csv)[0].reason == "wrong, and \"far\"");
+}
+
+namespace {
+
+void write_map(const fs::path& map,
+               const std::vector<std::pair<std::string, std::string>>& sessions,
+               const Pose& T_map_truth, double query_offset_m) {
+  fs::create_directories(map / "trajectories");
+  Json summary;
+  for (const auto& [name, status] : sessions) {
+    summary["sessions"].push_back({{"name", name}, {"status", status}, {"keyframes", 30}});
+    std::vector<std::int64_t> stamps;
+    std::vector<Pose> poses;
+    for (int i = 0; i < 30; ++i) {
+      const double a = 0.2 * i;
+      stamps.push_back(i * 100'000'000LL);
+      poses.push_back(T_map_truth * at(10 * std::cos(a), 10 * std::sin(a)));
+      if (status != "central") poses.back().translation.z() += query_offset_m;
+    }
+    datasets::write_tum(map / "trajectories" / (name + ".tum"), stamps, poses);
+  }
+  write_lines(map / "summary.json", summary.dump());
+}
+
+std::vector<Pose> circle() {
+  std::vector<Pose> truth;
+  for (int i = 0; i < 30; ++i) truth.push_back(at(10 * std::cos(0.2 * i), 10 * std::sin(0.2 * i)));
+  return truth;
+}
+
+}  // namespace
+
+TEST_CASE("evaluate trajectory aligns the central session only") {
+  TemporaryDirectory folder;
+  write_dataset(folder.path() / "d", circle(), {{10, 0, 0, 0}});
+  const Pose T_map_truth{Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
+                         {50, 60, 70}};
+  write_map(folder.path() / "m", {{"a", "central"}, {"b", "merged"}, {"c", "unconnected"}},
+            T_map_truth, 0.3);
+  EvaluateTrajectoryOptions options;
+  options.map = folder.path() / "m";
+  for (const char* name : {"a", "b", "c"}) options.truths.emplace_back(name, folder.path() / "d");
+  const Json json = Json::parse(evaluate_trajectory(options));
+  CHECK(json["sessions"]["a"]["ate_m"]["rmse"].get<double>() == Approx(0.0).margin(1e-6));
+  CHECK(json["sessions"]["b"]["ate_m"]["rmse"].get<double>() == Approx(0.3));
+  CHECK(json["sessions"]["b"]["ate_m"]["median"].get<double>() == Approx(0.3));
+  CHECK(json["sessions"]["b"]["rotation_deg"]["max"].get<double>() == Approx(0.0).margin(1e-4));
+  CHECK(json["sessions"]["b"]["paired"] == 30);
+  CHECK(json["sessions"]["c"]["status"] == "unconnected");
+  CHECK(json["sessions"]["c"]["ate_m"].is_null());
+
+  options.truths = {{"b", folder.path() / "d"}};
+  CHECK_THROWS_WITH(evaluate_trajectory(options), Contains("central session"));
+  options.truths = {{"nobody", folder.path() / "d"}};
+  CHECK_THROWS_WITH(evaluate_trajectory(options), Contains("no session \"nobody\"; it has: a, b"));
+  options.map = folder.path() / "nowhere";
+  CHECK_THROWS_WITH(evaluate_trajectory(options), Contains("summary.json: no such file"));
+}
+
+TEST_CASE("a summary that is no summary is refused") {
+  TemporaryDirectory folder;
+  write_lines(folder.path() / "summary.json", "{\"sessions\": [{\"name\": 3}]}");
+  EvaluateMapOptions options;
+  options.map = folder.path();
+  CHECK_THROWS_WITH(evaluate_map(options), Contains("summary.json"));
+  write_lines(folder.path() / "summary.json", "{\"sessions\": [");
+  CHECK_THROWS_WITH(evaluate_map(options), Contains("summary.json"));
+}
+
+TEST_CASE("evaluate map compares the sessions' own clouds") {
+  TemporaryDirectory folder;
+  merge::SessionData session;
+  session.info.name.assign(1, 'a');
+  session.keyframes.resize(1);
+  for (int i = 0; i < 50; ++i) {
+    for (int j = 0; j < 50; ++j) {
+      session.keyframes[0].static_cells.push_back(
+          {{0.2F * static_cast<float>(i), 0.2F * static_cast<float>(j),
+            0.01F * static_cast<float>((i + j) % 3)},
+           1,
+           1,
+           0});
+    }
+  }
+  merge::SessionData other = session;
+  other.info.name.assign(1, 'b');
+  merge::SessionData lost = session;
+  lost.info.name.assign(1, 'c');
+  merge::MergeResult result;
+  result.sessions.resize(3);
+  for (merge::MergedSession& merged : result.sessions) merged.T_map_keyframe.resize(1);
+  result.sessions[0].status = merge::SessionStatus::kCentral;
+  result.sessions[1].status = merge::SessionStatus::kMerged;
+  result.sessions[1].T_map_keyframe[0].translation.z() = 0.5;
+  write_session_clouds(folder.path(), {session, other, lost}, result);
+  CHECK_FALSE(fs::exists(folder.path() / "clouds" / "c.ply"));
+  write_lines(folder.path() / "summary.json",
+              R"({"sessions":[{"name":"a","status":"central"},{"name":"b","status":"merged"},
+                  {"name":"c","status":"unconnected"}]})");
+  EvaluateMapOptions options;
+  options.map = folder.path();
+  const Json json = Json::parse(evaluate_map(options));
+  REQUIRE(json["pairs"].size() == 1);
+  CHECK(json["pairs"][0]["AC_mean_m"].get<double>() == Approx(0.5).margin(0.001));
+  CHECK(json["pairs"][0]["CD_L2_m"].get<double>() == Approx(1.0).margin(0.002));
+  CHECK(json["points"] == 5000);
+  CHECK(json["MME_points"] == 5000);
+}
+
+TEST_CASE("damaged PLY files are refused with the reason") {
+  TemporaryDirectory folder;
+  const fs::path file = folder.path() / "a.ply";
+  const std::string format = "ply\nformat binary_little_endian 1.0\n";
+  write_lines(file, "plz\n");
+  CHECK_THROWS_WITH(read_ply_positions(file), Contains("no PLY file"));
+  write_lines(file, format + "element vertex 2\nproperty float x\n");
+  CHECK_THROWS_WITH(read_ply_positions(file), Contains("header has no end"));
+  write_lines(file, "ply\nformat ascii 1.0\nend_header\n");
+  CHECK_THROWS_WITH(read_ply_positions(file), Contains("only binary_little_endian"));
+  write_lines(file, format + "element vertex 2\nproperty float x\nproperty float y\nend_header\n");
+  CHECK_THROWS_WITH(read_ply_positions(file), Contains("no float x, y and z"));
+  write_lines(file, format + "element vertex 2\nproperty list uchar int x\nend_header\n");
+  CHECK_THROWS_WITH(read_ply_positions(file), Contains("of type \"list\""));
+  write_lines(file, format +
+                        "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+                        "end_header\n0123456789abcdef");
+  CHECK_THROWS_WITH(read_ply_positions(file), Contains("truncated") && Contains("1 are there"));
+  write_lines(file, format +
+                        "element vertex 99999999999\nproperty float x\nproperty float y\n"
+                        "property float z\nend_header\n");
+  CHECK_THROWS_WITH(read_ply_positions(file), Contains("truncated"));
+}
