@@ -94,7 +94,7 @@ Frame Actors::frame_of(const Actor& actor, double time_s) const {
   const bool is_person = actor.kind == ActorKind::kPerson;
   const Vec2 heading = actor.path->heading(s, is_person ? 0.6 : 2.6);
   const Vec2 at = actor.path->at(s) + actor.lateral * left_of(heading);
-  const double lift = is_person ? street::kKerbHeight + 0.02 : 0.0;
+  const double lift = is_person ? world_.plan.sidewalk_lift(at) : 0.0;
   const Vec3 ground{at.x, at.y, world_.plan.height(at) + lift};
   if (is_person) return upright_frame(ground, heading);
   return sloped_frame(ground, heading, world_.plan.up(at));

@@ -23,6 +23,7 @@ struct Actor {
   std::vector<float> travelled;  ///< arc length at every tick
   std::vector<bool> moved;       ///< faster than 0.2 m/s within three seconds, at every tick
   std::uint16_t object = 0;
+  bool crosses_streets = false;  ///< a person that also walks across the road
 };
 
 class Traffic;

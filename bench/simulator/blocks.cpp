@@ -8,7 +8,7 @@ namespace unimapper::simulator {
 namespace {
 
 constexpr double kGroundLift = street::kKerbHeight;
-constexpr double kCornerReserve = 17.0;  // depth of the neighbouring side's last lot
+constexpr double kCornerReserve = 18.5;  // depth of the neighbouring side's last lot
 
 /// One side of a block: s along the property line, d into the block.
 struct BlockSide {
@@ -101,24 +101,24 @@ void add_lot(World& world, const BlockSide& side, double s, double width, double
     if (kind != Boundary::kNone) {
       add_boundary(world, side, s, s + width, 0.25, kind, gate, random);
     }
-    const std::uint32_t bushes = random.index(5);
+    const std::uint32_t bushes = 1 + random.index(6);
     for (std::uint32_t i = 0; i < bushes; ++i) {
       const Vec2 at =
           side.at(s + random.uniform(0.6, width - 0.6), random.uniform(0.9, setback - 0.5));
       place(world, world.prototypes.bushes, random.index(6), at, side.along,
             random.uniform(0, 6.28), random.uniform(0.6, 1.1));
     }
-    if (setback > 3.5 && random.chance(0.45)) {
+    if (setback > 3.2 && random.chance(0.7)) {
       const Vec2 at = side.at(s + random.uniform(1.5, width - 1.5), 0.5 * setback);
       place(world, world.prototypes.trees, random.index(14), at, side.along,
-            random.uniform(0, 6.28), random.uniform(0.45, 0.7));
+            random.uniform(0, 6.28), random.uniform(0.45, 0.8));
     }
   }
 }
 
 void add_built_side(World& world, const BlockSide& side, Random& random) {
-  const bool is_terrace = random.chance(0.5);
-  const double setback_base = is_terrace ? random.uniform(0.3, 1.2) : random.uniform(2.2, 5.0);
+  const bool is_terrace = random.chance(0.35);
+  const double setback_base = is_terrace ? random.uniform(0.3, 1.2) : random.uniform(3.0, 6.5);
   double s = random.uniform(0.3, 1.5);
   const double end = side.length - kCornerReserve;
   while (s + 8.0 < end) {

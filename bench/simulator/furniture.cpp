@@ -137,7 +137,9 @@ class FurniturePlacer {
     const Vec2 plan = side_.start + at * side_.along + from_centre * side_.outward;
     Frame frame = world_.plan.level_frame(plan, side_.along, street::kKerbHeight);
     frame = frame * rotation_frame({0, 0, turn});
-    world_.instances.push_back({range.first + variant % range.count, frame, scale, 0, 0});
+    const bool is_bicycle = range.first == world_.prototypes.bicycles.first;
+    const std::uint16_t own = is_bicycle ? label::kBicycle : label::kOfObject;
+    world_.instances.push_back({range.first + variant % range.count, frame, scale, own, 0});
   }
 
   /// Some small things are moved or gone on another day; `item` numbers them along the side.
@@ -214,7 +216,7 @@ void add_street_furniture(std::uint64_t seed, std::uint32_t day, World& world) {
         previous = pole;
       }
     }
-    const double tree_spacing = random.chance(0.6) ? random.uniform(11, 17) : 1e9;
+    const double tree_spacing = random.chance(0.75) ? random.uniform(8, 14) : 1e9;
     for (double at = first + 4.0 + random.uniform(0, 5); at < last; at += tree_spacing) {
       if (random.chance(0.85) && tree_spacing < 1e8) {
         placer.place(p.trees, random.index(11), at, edge + 0.3, random.uniform(0, 6.28),

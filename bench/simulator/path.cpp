@@ -115,6 +115,30 @@ double Path::nearest(Vec2 p) const {
   return kStep * static_cast<double>(best);
 }
 
+std::vector<double> drivable_speed(const Path& path, std::vector<double> wish_m_s) {
+  constexpr double kLateral = 2.2;  // m/s^2
+  constexpr double kAcceleration = 1.3;
+  constexpr double kBraking = 1.6;
+  std::vector<double>& speed = wish_m_s;
+  const std::size_t count = speed.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const double curvature = path.curvature(Path::kStep * static_cast<double>(i));
+    speed[i] = std::min(speed[i], std::sqrt(kLateral / std::max(std::abs(curvature), 1e-6)));
+  }
+  // Twice around, so that the limits also hold where the closed path wraps.
+  for (std::size_t k = 1; k < 2 * count; ++k) {
+    double& now = speed[k % count];
+    const double before = speed[(k - 1) % count];
+    now = std::min(now, std::sqrt(before * before + 2.0 * kAcceleration * Path::kStep));
+  }
+  for (std::size_t k = 2 * count - 1; k > 0; --k) {
+    double& now = speed[(k - 1) % count];
+    const double after = speed[k % count];
+    now = std::min(now, std::sqrt(after * after + 2.0 * kBraking * Path::kStep));
+  }
+  return wish_m_s;
+}
+
 Path lane_path(const TownPlan& plan, std::span<const Node> nodes, bool closed, double offset) {
   const std::size_t count = nodes.size();
   const auto direction = [&](std::size_t k) {
@@ -154,9 +178,11 @@ Path lane_path(const TownPlan& plan, std::span<const Node> nodes, bool closed, d
   return {warped(plan, std::move(points)), closed};
 }
 
-Path sidewalk_path(const TownPlan& plan, int column, int row, double from_centre, bool clockwise) {
+Path sidewalk_path(const TownPlan& plan, int column, int row, int columns, int rows,
+                   double from_centre, bool clockwise) {
   const Vec2 low{plan.line_u(column) + from_centre, plan.line_v(row) + from_centre};
-  const Vec2 high{plan.line_u(column + 1) - from_centre, plan.line_v(row + 1) - from_centre};
+  const Vec2 high{plan.line_u(column + columns) - from_centre,
+                  plan.line_v(row + rows) - from_centre};
   constexpr double kRound = 1.5;
   std::vector<Vec2> points;
   const Vec2 corners[4] = {low, {high.x, low.y}, high, {low.x, high.y}};

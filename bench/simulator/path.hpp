@@ -24,12 +24,17 @@ class Path {
   /// Arc length of the point nearest to `p`.
   [[nodiscard]] double nearest(Vec2 p) const;
 
+  static constexpr double kStep = 0.5;  ///< metres between the polyline's points
+
  private:
-  static constexpr double kStep = 0.5;
   std::vector<Vec2> points_;  // kStep apart
   double length_ = 0.0;
   bool closed_ = false;
 };
+
+/// Fastest speed at every half metre of a closed path that respects `wish_m_s` (one per half
+/// metre), curves, acceleration and braking.
+std::vector<double> drivable_speed(const Path& path, std::vector<double> wish_m_s);
 
 /// A crossing of the street grid.
 struct Node {
@@ -41,7 +46,9 @@ struct Node {
 /// metres right of the streets' centre lines.
 Path lane_path(const TownPlan& plan, std::span<const Node> nodes, bool closed, double offset);
 
-/// Once around a block, `from_centre` metres from the centre lines of the streets around it.
-Path sidewalk_path(const TownPlan& plan, int column, int row, double from_centre, bool clockwise);
+/// Once around `columns` by `rows` blocks, `from_centre` metres from the centre lines of the
+/// streets around them; more than one block crosses the streets in between.
+Path sidewalk_path(const TownPlan& plan, int column, int row, int columns, int rows,
+                   double from_centre, bool clockwise);
 
 }  // namespace unimapper::simulator

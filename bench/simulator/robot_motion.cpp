@@ -34,33 +34,14 @@ Tour tour_of(char route) {
   return {kTourC, 0.3};
 }
 
-/// Fastest speed at each half metre of the path that respects curves, acceleration and braking.
-std::vector<double> speed_profile(const Path& path, Random& random) {
-  constexpr double kStep = 0.5;
-  constexpr double kLateral = 2.2;
-  constexpr double kAcceleration = 1.3;
-  constexpr double kBraking = 1.6;
-  const auto count = static_cast<std::size_t>(path.length() / kStep);
+/// A calm driver: about 7.7 m/s, a little faster here and slower there.
+std::vector<double> cruise_profile(const Path& path, Random& random) {
   const double phase = random.uniform(0.0, 2.0 * kPi);
-  std::vector<double> speed(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const double s = kStep * static_cast<double>(i);
-    const double cruise = 7.7 + 0.9 * std::sin(s / 37.0 + phase);
-    const double curvature = std::max(std::abs(path.curvature(s)), 1e-6);
-    speed[i] = std::min(cruise, std::sqrt(kLateral / curvature));
+  std::vector<double> wish(static_cast<std::size_t>(path.length() / Path::kStep));
+  for (std::size_t i = 0; i < wish.size(); ++i) {
+    wish[i] = 7.7 + 0.9 * std::sin(Path::kStep * static_cast<double>(i) / 37.0 + phase);
   }
-  // Twice around, so that the limits also hold where the closed path wraps.
-  for (std::size_t k = 1; k < 2 * count; ++k) {
-    double& now = speed[k % count];
-    const double before = speed[(k - 1) % count];
-    now = std::min(now, std::sqrt(before * before + 2.0 * kAcceleration * kStep));
-  }
-  for (std::size_t k = 2 * count - 1; k > 0; --k) {
-    double& now = speed[(k - 1) % count];
-    const double after = speed[k % count];
-    now = std::min(now, std::sqrt(after * after + 2.0 * kBraking * kStep));
-  }
-  return speed;
+  return wish;
 }
 
 }  // namespace
@@ -69,10 +50,10 @@ RobotMotion::RobotMotion(const TownPlan& plan, char route, std::uint64_t seed, d
     : plan_(plan), path_(lane_path(plan, tour_of(route).nodes, true, street::kLaneCentre)) {
   Random random(seed, Stream::kMotion, static_cast<std::uint64_t>(route));
   for (double& phase : phases_) phase = random.uniform(0.0, 2.0 * kPi);
-  const std::vector<double> profile = speed_profile(path_, random);
+  const std::vector<double> profile = drivable_speed(path_, cruise_profile(path_, random));
   const auto speed_at = [&](double s) {
     const double wrapped = s - path_.length() * std::floor(s / path_.length());
-    return profile[std::min(static_cast<std::size_t>(wrapped / 0.5), profile.size() - 1)];
+    return profile[std::min(static_cast<std::size_t>(wrapped / Path::kStep), profile.size() - 1)];
   };
   const Tour tour = tour_of(route);
   const Vec2 a = plan.warp({plan.line_u(tour.nodes[0].i), plan.line_v(tour.nodes[0].j)});

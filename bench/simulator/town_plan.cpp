@@ -1,5 +1,7 @@
 #include "town_plan.hpp"
 
+#include <algorithm>
+
 #include "random.hpp"
 
 namespace unimapper::simulator {
@@ -39,6 +41,18 @@ Vec2 TownPlan::warp(Vec2 plan) const {
 
 double TownPlan::height(Vec2 town) const {
   return hills_[0].at(town) + hills_[1].at(town) + hills_[2].at(town);
+}
+
+double TownPlan::sidewalk_lift(Vec2 town) const {
+  // The warp is gentle: a few fixed-point steps invert it to the centimetre.
+  Vec2 plan = town;
+  for (int i = 0; i < 6; ++i) plan = plan + (town - warp(plan));
+  double to_line = 1e9;
+  for (int i = 0; i < kLines; ++i) {
+    to_line = std::min({to_line, std::abs(plan.x - line_u(i)), std::abs(plan.y - line_v(i))});
+  }
+  const double inside = std::clamp((to_line - (street::kKerb - 0.2)) / 0.4, 0.0, 1.0);
+  return inside * (street::kKerbHeight + 0.015);
 }
 
 Vec3 TownPlan::up(Vec2 town) const {

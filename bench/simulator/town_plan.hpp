@@ -35,6 +35,9 @@ class TownPlan {
   [[nodiscard]] Vec2 warp(Vec2 plan) const;
   /// Height of the road surface at a point of the town.
   [[nodiscard]] double height(Vec2 town) const;
+  /// How far the sidewalk or road stands above `height`: the kerb's height away from the roads,
+  /// falling to zero across the kerb.
+  [[nodiscard]] double sidewalk_lift(Vec2 town) const;
   /// Upward normal of the hills.
   [[nodiscard]] Vec3 up(Vec2 town) const;
   /// Point of the road surface above a plan coordinate, raised by `lift`.
