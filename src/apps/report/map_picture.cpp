@@ -1,0 +1,271 @@
+#include "src/apps/report/map_picture.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "src/apps/report/image.hpp"
+#include "src/apps/report/palette.hpp"
+#include "src/apps/report/raster.hpp"
+#include "src/apps/session_clouds.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+constexpr std::size_t kPicturePixels = 2000;
+constexpr std::size_t kSmallPicturePixels = 1600;
+constexpr double kFinestMetresPerPixel = 0.08;
+constexpr double kMapPointM = 0.2;  // spacing of the unified map's points
+constexpr std::size_t kMaxRefusedLoops = 300;
+
+using merge::LoopRecord;
+using merge::MergedSession;
+using merge::SessionStatus;
+
+bool is_placed(const MergedSession& session) {
+  return session.status != SessionStatus::kUnconnected;
+}
+
+/// The darker a pixel's stack of points is low, the brighter it is high: walls stand out from
+/// ground, whatever colour they have.
+void paint(Image& image, const Layer& layer, float dimming) {
+  const float high = std::max(2.0F, layer.quantile(0.98));
+  for (std::size_t y = 0; y < image.height(); ++y) {
+    for (std::size_t x = 0; x < image.width(); ++x) {
+      const std::size_t pixel = y * image.width() + x;
+      const float amount = layer.amount(pixel);
+      if (amount <= 0.0F) continue;
+      const float stack = std::clamp(std::log(std::max(1.0F, amount)) / std::log(high), 0.0F, 1.0F);
+      const float tone = dimming * (0.34F + 0.66F * stack);
+      image.at(x, y) =
+          mix(image.at(x, y), layer.color(pixel) * tone, std::min(1.0F, 1.4F * amount));
+    }
+  }
+}
+
+/// Lays `layer` over the picture at full colour, opaque where it covers a pixel.
+void overlay(Image& image, const Layer& layer, float strength) {
+  for (std::size_t y = 0; y < image.height(); ++y) {
+    for (std::size_t x = 0; x < image.width(); ++x) {
+      const std::size_t pixel = y * image.width() + x;
+      const float amount = layer.amount(pixel);
+      if (amount <= 0.0F) continue;
+      image.at(x, y) = mix(image.at(x, y), layer.color(pixel), std::min(0.95F, strength * amount));
+    }
+  }
+}
+
+/// The frame of the unified map.
+Frame map_frame(const merge::MergeResult& result) {
+  Extent extent;
+  for (const merge::MapPoint& point : result.map) {
+    extent.add_scenery(static_cast<double>(point.position.x()),
+                       static_cast<double>(point.position.y()));
+  }
+  for (const MergedSession& session : result.sessions) {
+    if (!is_placed(session)) continue;
+    for (const Pose& pose : session.T_map_keyframe) {
+      extent.add_path(pose.translation.x(), pose.translation.y());
+    }
+  }
+  return extent.fit(kPicturePixels, kFinestMetresPerPixel);
+}
+
+void add_point(Layer& layer, const Eigen::Vector3f& p, const Rgb& color) {
+  layer.add(static_cast<double>(p.x()), static_cast<double>(p.y()), kMapPointM, color);
+}
+
+/// An SVG drawing over a picture; coordinates are the picture's pixels.
+class Drawing {
+ public:
+  Drawing(const Image& image, const Frame& frame, const std::string& label) : frame_(frame) {
+    out_.precision(1);
+    out_ << std::fixed;
+    out_ << "<svg class=\"map\" role=\"img\" aria-label=\"" << label << "\" viewBox=\"0 0 "
+         << frame.width << ' ' << frame.height << "\"><image width=\"" << frame.width
+         << "\" height=\"" << frame.height << "\" href=\"data:image/png;base64,"
+         << base64(encode_png(image)) << "\"/>";
+  }
+
+  /// A path with a dark rim, so that it reads on any ground; a ring where it starts.
+  void path(const std::vector<Pose>& poses, const Rgb& color) {
+    if (poses.empty()) return;
+    const std::string points = polyline(poses);
+    const double unit = line_unit();
+    out_ << "<g fill=\"none\" stroke-linejoin=\"round\" stroke-linecap=\"round\">"
+         << "<polyline points=\"" << points << "\" stroke=\"#000\" stroke-opacity=\".65\""
+         << " stroke-width=\"" << 5.0 * unit << "\"/><polyline points=\"" << points
+         << "\" stroke=\"" << hex(mix(color, {1, 1, 1}, 0.25F)) << "\" stroke-width=\""
+         << 2.2 * unit << "\"/></g>";
+    const Eigen::Vector2d start = at(poses.front());
+    out_ << "<circle cx=\"" << start.x() << "\" cy=\"" << start.y() << "\" r=\"" << 6.0 * unit
+         << "\" fill=\"#0c1016\" stroke=\"" << hex(mix(color, {1, 1, 1}, 0.25F))
+         << "\" stroke-width=\"" << 2.6 * unit << "\"/>";
+  }
+
+  void loop(const Pose& a, const Pose& b, bool accepted) {
+    const Eigen::Vector2d from = at(a);
+    const Eigen::Vector2d to = at(b);
+    const double unit = line_unit();
+    out_ << "<line x1=\"" << from.x() << "\" y1=\"" << from.y() << "\" x2=\"" << to.x()
+         << "\" y2=\"" << to.y() << "\" stroke=\"" << hex(accepted ? kAcceptedColor : kRefusedColor)
+         << "\" stroke-width=\"" << (accepted ? 2.0 : 1.0) * unit << '"';
+    if (!accepted) out_ << " stroke-opacity=\".45\" stroke-dasharray=\"" << 6.0 * unit << "\"";
+    out_ << "/>";
+  }
+
+  /// A bar of a round length near a sixth of the width, bottom left.
+  void scale_bar() {
+    const double target = frame_.metres_per_pixel * static_cast<double>(frame_.width) / 6.0;
+    double metres = std::pow(10.0, std::floor(std::log10(target)));
+    if (metres * 5.0 <= target) {
+      metres *= 5.0;
+    } else if (metres * 2.0 <= target) {
+      metres *= 2.0;
+    }
+    const double unit = line_unit();
+    const double x = 24.0 * unit;
+    const double y = static_cast<double>(frame_.height) - 24.0 * unit;
+    const double end = x + metres / frame_.metres_per_pixel;
+    out_ << "<g stroke=\"#fff\" stroke-width=\"" << 2.4 * unit << "\"><path fill=\"none\" d=\"M"
+         << x << ' ' << y - 8.0 * unit << "V" << y << "H" << end << "V" << y - 8.0 * unit
+         << "\"/></g><text x=\"" << 0.5 * (x + end) << "\" y=\"" << y - 12.0 * unit
+         << "\" fill=\"#fff\" stroke=\"#000\" stroke-opacity=\".6\" paint-order=\"stroke\""
+         << " stroke-width=\"" << 3.0 * unit << "\" font-size=\"" << 20.0 * unit
+         << "\" text-anchor=\"middle\">";
+    if (metres < 1.0) out_ << metres << " m</text>";
+    if (metres >= 1.0) out_ << static_cast<long>(metres + 0.5) << " m</text>";
+  }
+
+  std::string finish() {
+    out_ << "</svg>";
+    return out_.str();
+  }
+
+ private:
+  /// About the width of a hair once the picture fills the page's column.
+  [[nodiscard]] double line_unit() const { return static_cast<double>(frame_.width) / 1150.0; }
+
+  [[nodiscard]] Eigen::Vector2d at(const Pose& pose) const {
+    return frame_.pixel(pose.translation.x(), pose.translation.y());
+  }
+
+  /// Steps shorter than two pixels are left out.
+  [[nodiscard]] std::string polyline(const std::vector<Pose>& poses) const {
+    std::ostringstream points;
+    points.precision(1);
+    points << std::fixed;
+    Eigen::Vector2d last(-1e9, -1e9);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const Eigen::Vector2d p = at(poses[i]);
+      if ((p - last).norm() < 2.0 && i + 1 < poses.size()) continue;
+      points << p.x() << ',' << p.y() << ' ';
+      last = p;
+    }
+    return points.str();
+  }
+
+  Frame frame_;
+  std::ostringstream out_;
+};
+
+/// Loops between placed sessions, refused ones first (so that accepted ones lie on top), and of
+/// the refused ones the most confident only.
+std::vector<const LoopRecord*> loops_to_draw(const merge::MergeResult& result) {
+  std::vector<const LoopRecord*> refused;
+  std::vector<const LoopRecord*> accepted;
+  for (const LoopRecord& loop : result.loops) {
+    const MergedSession& query = result.sessions[loop.query_session];
+    const MergedSession& match = result.sessions[loop.match_session];
+    if (!is_placed(query) || !is_placed(match)) continue;
+    if (loop.query_keyframe >= query.T_map_keyframe.size()) continue;
+    if (loop.match_keyframe >= match.T_map_keyframe.size()) continue;
+    (loop.accepted ? accepted : refused).push_back(&loop);
+  }
+  std::stable_sort(refused.begin(), refused.end(), [](const LoopRecord* a, const LoopRecord* b) {
+    return a->confidence > b->confidence;
+  });
+  if (refused.size() > kMaxRefusedLoops) refused.resize(kMaxRefusedLoops);
+  refused.insert(refused.end(), accepted.begin(), accepted.end());
+  return refused;
+}
+
+void draw_paths(Drawing& drawing, const merge::MergeResult& result) {
+  for (std::size_t s = 0; s < result.sessions.size(); ++s) {
+    if (is_placed(result.sessions[s])) {
+      drawing.path(result.sessions[s].T_map_keyframe, session_color(s));
+    }
+  }
+}
+
+}  // namespace
+
+std::string draw_map(const ReportInput& input) {
+  const merge::MergeResult& result = *input.result;
+  const Frame frame = map_frame(result);
+  Image image(frame.width, frame.height, kPictureBackground);
+  {
+    Layer layer(frame);
+    for (const merge::MapPoint& point : result.map) {
+      add_point(layer, point.position,
+                point.sessions_seen > 1 ? kSharedColor : session_color(point.session));
+    }
+    paint(image, layer, 1.0F);
+  }
+  Layer dynamic(frame);
+  for (const Eigen::Vector3f& p : result.dynamic_points) add_point(dynamic, p, kDynamicColor);
+  overlay(image, dynamic, 0.6F);
+  Drawing drawing(image, frame, "The merged map from above");
+  for (const LoopRecord* loop : loops_to_draw(result)) {
+    drawing.loop(result.sessions[loop->query_session].T_map_keyframe[loop->query_keyframe],
+                 result.sessions[loop->match_session].T_map_keyframe[loop->match_keyframe],
+                 loop->accepted);
+  }
+  draw_paths(drawing, result);
+  drawing.scale_bar();
+  return drawing.finish();
+}
+
+std::string draw_changes(const ReportInput& input) {
+  const merge::MergeResult& result = *input.result;
+  const Frame frame = map_frame(result);
+  Image image(frame.width, frame.height, kPictureBackground);
+  {
+    Layer layer(frame);
+    for (const merge::MapPoint& point : result.map) {
+      add_point(layer, point.position, {0.62F, 0.66F, 0.72F});
+    }
+    paint(image, layer, 0.62F);
+  }
+  Layer changes(frame);
+  for (const merge::ChangedPoint& change : result.changes) {
+    add_point(changes, change.position, change.appeared ? kAppearedColor : kGoneColor);
+  }
+  overlay(image, changes, 1.0F);
+  Drawing drawing(image, frame, "Changes between the sessions, from above");
+  drawing.scale_bar();
+  return drawing.finish();
+}
+
+std::string draw_session(const ReportInput& input, std::size_t session) {
+  const merge::MergedSession& merged = input.result->sessions[session];
+  const auto cloud = session_cloud((*input.sessions)[session], merged, 0.2F);
+  Extent extent;
+  for (const Eigen::Vector3f& p : cloud) {
+    extent.add_scenery(static_cast<double>(p.x()), static_cast<double>(p.y()));
+  }
+  for (const Pose& pose : merged.T_map_keyframe) {
+    extent.add_path(pose.translation.x(), pose.translation.y());
+  }
+  const Frame frame = extent.fit(kSmallPicturePixels, kFinestMetresPerPixel);
+  Image image(frame.width, frame.height, kPictureBackground);
+  Layer layer(frame);
+  for (const Eigen::Vector3f& p : cloud) add_point(layer, p, session_color(session));
+  paint(image, layer, 1.0F);
+  Drawing drawing(image, frame, "A session that was not merged, from above");
+  drawing.path(merged.T_map_keyframe, session_color(session));
+  drawing.scale_bar();
+  return drawing.finish();
+}
+
+}  // namespace unimapper::apps

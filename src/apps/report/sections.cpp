@@ -1,0 +1,255 @@
+#include "src/apps/report/sections.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "src/apps/report/charts.hpp"
+#include "src/apps/report/format.hpp"
+#include "src/apps/report/map_picture.hpp"
+#include "src/apps/report/page.hpp"
+#include "src/apps/report/palette.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+using merge::SessionStatus;
+
+std::string tile(const std::string& figure, const std::string& meaning) {
+  std::string text = "<div class=\"tile\"><b>";
+  return text.append(figure).append("</b><span>").append(meaning).append("</span></div>\n");
+}
+
+std::string plural(std::size_t count, const std::string& one) {
+  return grouped(count) + ' ' + one + (count == 1 ? "" : "s");
+}
+
+std::string session_label(const Summary& summary, std::size_t s) {
+  std::string text = "<i class=\"dot\" style=\"background:var(--s";
+  return text.append(std::to_string(s % kSessionColors.size()))
+      .append(")\"></i>")
+      .append(escaped(summary.sessions[s].name));
+}
+
+std::string status_label(SessionStatus status) {
+  if (status == SessionStatus::kCentral) return "<b>central</b>";
+  if (status == SessionStatus::kMerged) return "<span class=\"good\">merged</span>";
+  return "<span class=\"bad\">unconnected</span>";
+}
+
+/// Zero is what everybody hopes for and stays quiet.
+std::string losses(std::uint64_t missing, std::uint64_t damaged) {
+  if (missing + damaged == 0) return "<span class=\"soft\">0</span>";
+  return "<span class=\"warn\">" + grouped(missing) + " / " + grouped(damaged) + "</span>";
+}
+
+bool has_removal(const ReportInput& input) {
+  return std::any_of(input.evidence.begin(), input.evidence.end(),
+                     [](const SessionEvidence& e) { return e.removal.has_value(); });
+}
+
+std::string stage_words(double seconds) {
+  return fixed(seconds, seconds < 10.0 ? 2 : 1) + "\u00a0s";
+}
+
+}  // namespace
+
+std::string headline_section(const ReportInput& input, const Summary& summary) {
+  const std::size_t all = summary.sessions.size();
+  std::string html = "<h1>" + escaped(input.title) + "</h1>\n<p class=\"lead\">";
+  if (summary.merged_sessions == all && all > 1) {
+    html += "All " + plural(all, "session") + " share one frame";
+  } else if (summary.merged_sessions > 1) {
+    html += std::to_string(summary.merged_sessions) + " of " + plural(all, "session") +
+            " share one frame, " + std::to_string(all - summary.merged_sessions) + " kept apart";
+  } else {
+    html += plural(all, "session") + ", none merged with another";
+  }
+  if (!summary.sessions.empty()) {
+    const std::size_t central = std::min(input.result->central_session, all - 1);
+    html += "; the frame is that of <b>" + escaped(summary.sessions[central].name) + "</b>";
+  }
+  html += ".</p>\n<div class=\"tiles\">\n";
+  std::size_t keyframes = 0;
+  double points_in = 0.0;
+  double points_dynamic = 0.0;
+  double path_m = 0.0;
+  double worst_m = 0.0;
+  for (const SessionSummary& session : summary.sessions) {
+    keyframes += session.keyframes;
+    points_in += static_cast<double>(session.points_in);
+    points_dynamic += session.dynamic_share * static_cast<double>(session.points_in);
+    path_m += session.path_m;
+    if (session.error) worst_m = std::max(worst_m, session.error->translation_m.rmse);
+  }
+  html += tile(std::to_string(summary.merged_sessions) + " / " + std::to_string(all),
+               "sessions in one map");
+  html += tile(grouped(keyframes), "keyframes over " + length(path_m));
+  html += tile(grouped(input.result->map.size()), "points in the static map");
+  html += tile(percent(points_in > 0.0 ? points_dynamic / points_in : 0.0, 1) + "\u00a0%",
+               "of all points removed as dynamic");
+  html += tile(grouped(summary.inter.accepted) + " + " + grouped(summary.intra.accepted),
+               "loops accepted between + within sessions");
+  if (summary.has_truth) html += tile(length(worst_m), "largest ATE rmse of a session");
+  if (input.elapsed_s > 0.0) html += tile(stage_words(input.elapsed_s), "to merge");
+  return html + "</div>\n";
+}
+
+std::string map_section(const ReportInput& input, const Summary& summary) {
+  std::vector<std::pair<std::string, std::string>> entries;
+  for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
+    if (summary.sessions[s].status == SessionStatus::kUnconnected) continue;
+    const std::string sensor =
+        summary.sessions[s].sensor.empty() ? "" : " (" + summary.sessions[s].sensor + ")";
+    entries.emplace_back(hex(session_color(s)), summary.sessions[s].name + sensor);
+  }
+  if (summary.merged_sessions > 1) {
+    entries.emplace_back(hex(kSharedColor), "seen by several sessions");
+  }
+  if (!input.result->dynamic_points.empty()) {
+    entries.emplace_back(hex(kDynamicColor), "removed as dynamic");
+  }
+  entries.emplace_back(hex(kAcceptedColor), "loop accepted");
+  entries.emplace_back(hex(kRefusedColor), "loop refused (dashed)");
+  return "<h2>The map from above</h2>\n<figure>" + draw_map(input) + "</figure>\n" +
+         legend(entries) +
+         "<p class=\"soft\">The taller the stack of points, the brighter: walls stand out from "
+         "the ground. Lines are the robots' paths, a ring marks where each starts.</p>\n";
+}
+
+std::string sessions_section(const ReportInput& input, const Summary& summary) {
+  const bool removal = has_removal(input);
+  std::vector<std::string> titles = {
+      "Session",  "Sensor",        "Status",     "#Keyframes", "#Missing / damaged",
+      "#Path, m", "#Points in, M", "#Dynamic, %"};
+  if (summary.has_truth) {
+    titles.insert(titles.end(), {"#ATE rmse, m", "#ATE max, m", "#Rotation rmse, \u00b0"});
+  }
+  if (removal) titles.insert(titles.end(), {"#SA, %", "#DA, %", "#AA, %"});
+  Table table(titles);
+  for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
+    const SessionSummary& session = summary.sessions[s];
+    std::vector<std::string> cells = {
+        session_label(summary, s),
+        escaped(session.sensor.empty() ? "\u2013" : session.sensor),
+        status_label(session.status),
+        grouped(session.keyframes) + (session.complete ? "" : "<span class=\"warn\">+?</span>"),
+        losses(session.missing, session.damaged),
+        fixed(session.path_m, session.path_m < 100.0 ? 1 : 0),
+        fixed(static_cast<double>(session.points_in) * 1e-6, 1),
+        percent(session.dynamic_share, 1)};
+    if (summary.has_truth) {
+      const double none = std::nan("");
+      const auto& error = session.error;
+      cells.push_back(fixed(error ? error->translation_m.rmse : none, 3));
+      cells.push_back(fixed(error ? error->translation_m.max : none, 3));
+      cells.push_back(fixed(error ? error->rotation_deg.rmse : none, 2));
+    }
+    if (removal) {
+      const evaluate::Tally tally =
+          input.evidence[s].removal.value_or(evaluate::DynamicScore{}).total;
+      cells.push_back(percent(tally.static_accuracy(), 2));
+      cells.push_back(percent(tally.dynamic_accuracy(), 2));
+      cells.push_back(percent(tally.associated_accuracy(), 2));
+    }
+    table.row(cells);
+  }
+  std::string html = "<h2>Sessions</h2>\n" + table.html();
+  if (removal) {
+    html +=
+        "<p class=\"soft\">SA and DA: share of static points kept and of dynamic points "
+        "removed, per point, by the robot's online labels; AA is their geometric mean.</p>\n";
+  }
+  const bool incomplete = std::any_of(summary.sessions.begin(), summary.sessions.end(),
+                                      [](const SessionSummary& s) { return !s.complete; });
+  if (incomplete) {
+    html +=
+        "<p class=\"soft\"><span class=\"warn\">+?</span>: the end of the session never "
+        "arrived, so there may have been more keyframes.</p>\n";
+  }
+  return html;
+}
+
+std::string accuracy_section(const ReportInput& input, const Summary& summary) {
+  if (!summary.has_truth) return {};
+  std::vector<std::pair<std::string, std::string>> entries;
+  for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
+    if (!summary.sessions[s].error) continue;
+    entries.emplace_back("var(--s" + std::to_string(s % kSessionColors.size()) + ')',
+                         summary.sessions[s].name);
+  }
+  entries.emplace_back("var(--ink)", "ground truth (dashed)");
+  return "<h2>Against ground truth</h2>\n<p>The frame of the central session is aligned to its "
+         "ground truth once; no other session is aligned on its own, so errors contain how well "
+         "the maps were put together.</p>\n<div class=\"pair\">" +
+         draw_trajectories(summary, input) + draw_errors(summary) + "</div>\n" + legend(entries);
+}
+
+std::string changes_section(const ReportInput& input, const Summary& summary) {
+  if (summary.merged_sessions < 2) return {};
+  const auto& changes = input.result->changes;
+  const auto appeared = static_cast<std::size_t>(std::count_if(
+      changes.begin(), changes.end(), [](const merge::ChangedPoint& c) { return c.appeared; }));
+  return "<h2>What changed between sessions</h2>\n<figure>" + draw_changes(input) + "</figure>\n" +
+         legend({{hex(kAppearedColor), "appeared: " + plural(appeared, "point")},
+                 {hex(kGoneColor), "gone: " + plural(changes.size() - appeared, "point")},
+                 {"#5d6673", "unchanged or seen once"}});
+}
+
+std::string apart_section(const ReportInput& input, const Summary& summary) {
+  std::string html;
+  for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
+    const SessionSummary& session = summary.sessions[s];
+    if (session.status != SessionStatus::kUnconnected) continue;
+    html += "<h3>" + session_label(summary, s) + "</h3>\n<p>" +
+            (session.reason.empty() ? "No loop connects it to the map." : escaped(session.reason)) +
+            "</p>\n";
+    if (session.keyframes > 0) html += "<figure>" + draw_session(input, s) + "</figure>\n";
+  }
+  if (html.empty()) return html;
+  return "<h2>Kept apart</h2>\n<p>Sessions are never forced together: what does not connect by "
+         "several loops that agree stays in its own frame.</p>\n" +
+         html;
+}
+
+std::string time_section(const ReportInput& input, const Summary& summary) {
+  std::string html;
+  std::string charts;
+  Table table({"Session", "Stage", "#p50, ms", "#p99, ms", "#max, ms"});
+  bool measured = false;
+  for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
+    if (!summary.sessions[s].stats) continue;
+    charts += draw_latency(summary.sessions[s], s);
+    for (const StageLatency& stage : summary.sessions[s].stats->stages) {
+      measured = true;
+      table.row({session_label(summary, s), escaped(stage.name), fixed(stage.p50_ms, 2),
+                 fixed(stage.p99_ms, 2), fixed(stage.max_ms, 2)});
+    }
+  }
+  if (!charts.empty()) html += "<div class=\"three\">" + charts + "</div>\n";
+  if (measured) {
+    html += "<details><summary>Every stage on the robots, per keyframe</summary>" + table.html() +
+            "</details>\n";
+  }
+  if (!input.result->timing.empty()) {
+    Table stages({"Stage of the merge", "#Time"});
+    for (const merge::StageTime& stage : input.result->timing) {
+      stages.row({escaped(stage.stage), stage_words(stage.seconds)});
+    }
+    html += "<details><summary>Every stage of the merge</summary>" + stages.html() + "</details>\n";
+  }
+  return html.empty() ? html : "<h2>Time</h2>\n" + html;
+}
+
+std::string reproduce_section(const ReportInput& input) {
+  std::string html =
+      "<h2>Beside this page</h2>\n<p><code>map.ply</code> the static map, <code>changes.ply</code> "
+      "what changed, <code>clouds/</code> every session's own cloud, <code>trajectories/</code> "
+      "one TUM file per session, <code>graph.g2o</code> the pose graph, <code>loops.csv</code> "
+      "every loop and why it was refused, <code>summary.json</code> the figures.</p>\n";
+  if (input.commands.empty()) return html;
+  html += "<h2>How to reproduce</h2>\n<pre>";
+  for (const std::string& command : input.commands) html += escaped(command) + '\n';
+  return html + "</pre>\n";
+}
+
+}  // namespace unimapper::apps
