@@ -11,6 +11,7 @@ void EvidenceWindow::attach(Arena& arena, const PipelineConfig& config) noexcept
   slot_count_ = config.removal.window + 1;
   scans_per_keyframe_ = config.keyframe.scans;
   images_per_keyframe_ = config.free_space.images_per_keyframe;
+  last_scan_unknown_ = config.keyframe.distance_m > 0.0F;
   for (std::uint32_t i = 0; i < slot_count_; ++i) {
     KeyframeEvidence& slot = slots_[i];
     slot.blocks.attach(arena, blocks);
@@ -30,20 +31,21 @@ void EvidenceWindow::begin(const Grid& grid) noexcept {
   slot.columns.clear();
 }
 
-bool EvidenceWindow::wants_image(std::uint32_t scan) const noexcept {
-  if (current().image_count >= images_per_keyframe_) return false;
-  const auto image_of = [this](std::uint32_t s) {
-    return s * images_per_keyframe_ / scans_per_keyframe_;
-  };
-  return scan == 0 || image_of(scan) != image_of(scan - 1);
-}
-
-RangeImage& EvidenceWindow::next_image(const Pose& T_odometry_sensor) noexcept {
+RangeImage* EvidenceWindow::image_for(std::uint32_t scan, const Pose& T_odometry_sensor) noexcept {
   KeyframeEvidence& slot = current();
-  RangeImage& image = slot.images[slot.image_count++];
+  const std::uint32_t gaps = std::max(images_per_keyframe_, 2U) - 1;
+  const bool due = scan * gaps >= slot.image_count * (scans_per_keyframe_ - 1);
+  std::uint32_t at = slot.image_count;
+  if (!due || at == images_per_keyframe_) {
+    if (!last_scan_unknown_ || images_per_keyframe_ < 2) return nullptr;
+    // Any scan may turn out to be the last one: the latest image is kept up to date.
+    at = std::max(at, 2U) - 1;
+  }
+  RangeImage& image = slot.images[at];
   image.R_grid_sensor = T_odometry_sensor.rotation.cast<float>();
   image.t_grid_sensor = (T_odometry_sensor.translation - slot.grid.origin_m()).cast<float>();
-  return image;
+  slot.image_count = std::max(slot.image_count, at + 1);
+  return &image;
 }
 
 void EvidenceWindow::record(const CellTable& cells) noexcept {

@@ -62,10 +62,10 @@ class EvidenceWindow {
   /// Begins the current keyframe in `grid`.
   void begin(const Grid& grid) noexcept;
 
-  /// Whether scan `scan` of a keyframe is painted: evenly spread ones are, the first always.
-  [[nodiscard]] bool wants_image(std::uint32_t scan) const noexcept;
-  /// The current keyframe's next image, to be painted from `pose`.
-  [[nodiscard]] RangeImage& next_image(const Pose& T_odometry_sensor) noexcept;
+  /// The image that scan `scan` of the current keyframe, taken at `T_odometry_sensor`, is to be
+  /// painted into, or null. Evenly spread scans are painted, the first and the last among them:
+  /// what drives away is seen through only by later scans, what approaches only by earlier ones.
+  [[nodiscard]] RangeImage* image_for(std::uint32_t scan, const Pose& T_odometry_sensor) noexcept;
 
   /// Records the decided cells and moves on: the current keyframe becomes the latest earlier one.
   /// O(blocks).
@@ -83,6 +83,7 @@ class EvidenceWindow {
  private:
   std::uint32_t scans_per_keyframe_ = 10;
   std::uint32_t images_per_keyframe_ = 2;
+  bool last_scan_unknown_ = false;  ///< keyframes close by distance, too
   std::array<KeyframeEvidence, RemovalConfig::kMaxWindow + 1> slots_;
   std::uint32_t slot_count_ = 2;  ///< N + 1
   std::uint32_t current_ = 0;

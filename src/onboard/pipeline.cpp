@@ -124,8 +124,9 @@ bool Pipeline::State::ingest(const PointView& points, const Pose& pose) noexcept
   const ScanCounts counts = accumulator.add(points, pose);
   if (counts.valid == 0) return false;
   count_input(counts);
-  if (config.free_space.visibility && window.wants_image(accumulator.scans() - 1)) {
-    painter.paint(points, window.next_image(pose));
+  if (config.free_space.visibility) {
+    RangeImage* const image = window.image_for(accumulator.scans() - 1, pose);
+    if (image != nullptr) painter.paint(points, *image);
   }
   return true;
 }

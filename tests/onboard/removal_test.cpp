@@ -1,0 +1,180 @@
+// Dynamic removal as a specification, on scenes small enough to think through.
+#include <catch2/catch.hpp>
+
+#include "run.hpp"
+
+using namespace unimapper;
+using namespace unimapper::test;
+
+namespace {
+
+Pose stand_still(double) { return sensor_at(0.0, 0.0); }
+Pose drive(double t) { return sensor_at(3.0 * t, 0.0); }
+
+/// A street: walls on both sides, a parked car and a pole.
+Scene street() {
+  Scene scene;
+  scene.boxes = {standing_box({20.0, 12.0, 3.0}, {40.0, 0.3, 3.0}),
+                 standing_box({20.0, -12.0, 3.0}, {40.0, 0.3, 3.0}),
+                 standing_box({15.0, 6.0, 0.75}, {2.2, 0.9, 0.75}),
+                 standing_box({10.0, -6.0, 2.0}, {0.1, 0.1, 2.0})};
+  return scene;
+}
+
+Score total(const std::vector<KeyframeRun>& runs) {
+  Score sum;
+  for (const KeyframeRun& run : runs) {
+    sum.static_points += run.score.static_points;
+    sum.static_right += run.score.static_right;
+    sum.dynamic_points += run.score.dynamic_points;
+    sum.dynamic_right += run.score.dynamic_right;
+  }
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("a scene in which nothing moves loses nothing") {
+  for (const auto& path : {stand_still, drive}) {
+    const auto runs = run_scene(street(), small_config(), 40, path);
+    REQUIRE(runs.size() == 4);
+    for (const KeyframeRun& run : runs) {
+      CHECK(run.score.static_percent() > 99.8);
+      CHECK(run.dynamic_cells.size() < run.static_cells.size() / 200);
+    }
+  }
+}
+
+TEST_CASE("a walker in front of a wall is removed, the wall and the ground stay") {
+  Scene scene = street();
+  scene.boxes.push_back(moving_box({8.0, -3.0, 0.9}, {0.0, 1.4, 0.0}, {0.25, 0.25, 0.9}));
+  const auto runs = run_scene(scene, small_config(), 40, stand_still);
+  for (const KeyframeRun& run : runs) {
+    CHECK(run.score.dynamic_percent() > 85.0);
+    CHECK(run.score.static_percent() > 99.5);
+  }
+}
+
+TEST_CASE("own-keyframe evidence removes a mover from the very first keyframe") {
+  Scene scene = street();
+  scene.boxes.push_back(moving_box({6.0, -2.0, 0.75}, {3.0, 0.0, 0.0}, {2.0, 0.9, 0.75}));
+  PipelineConfig config = small_config();
+  const Score with = run_scene(scene, config, 10, stand_still).front().score;
+  config.free_space.own_keyframe = false;
+  const Score without = run_scene(scene, config, 10, stand_still).front().score;
+  CHECK(with.dynamic_percent() > 80.0);
+  CHECK(without.dynamic_right == 0);
+}
+
+TEST_CASE("a car that overtakes a parked one does not take it along") {
+  Scene scene = street();
+  scene.boxes.push_back(moving_box({-10.0, 3.5, 0.75}, {8.0, 0.0, 0.0}, {2.2, 0.9, 0.75}));
+  const auto runs = run_scene(scene, small_config(), 60, stand_still);
+  const Score score = total(runs);
+  CHECK(score.dynamic_percent() > 85.0);
+  CHECK(score.static_percent() > 99.0);
+}
+
+TEST_CASE("a car that has just stopped stays out of the map") {
+  Scene scene = street();
+  Box car;
+  car.half_size = {2.2, 0.9, 0.75};
+  car.truth = Truth::kDynamic;
+  car.center = [](double t) {
+    return Eigen::Vector3d(-4.0 + 6.0 * std::min(t, 2.0), 3.0, 0.75);  // drives, then waits
+  };
+  scene.boxes.push_back(car);
+  PipelineConfig config = small_config();
+  const auto with = run_scene(scene, config, 60, stand_still);
+  CHECK(with.back().score.dynamic_percent() > 80.0);
+  config.removal.persistence_share = 0.0F;
+  const auto without = run_scene(scene, config, 60, stand_still);
+  CHECK(without.back().score.dynamic_percent() < 20.0);
+}
+
+TEST_CASE("what no ray has passed through is not called free") {
+  // A wall hides a parked car; then the sensor drives past the wall's end and sees it.
+  Scene scene;
+  scene.boxes = {standing_box({15.0, 5.0, 1.5}, {10.0, 0.2, 1.5}),
+                 standing_box({22.0, 9.0, 0.75}, {2.2, 0.9, 0.75})};
+  const auto runs =
+      run_scene(scene, small_config(), 80, [](double t) { return sensor_at(5.0 * t, 0.0); });
+  for (const KeyframeRun& run : runs) CHECK(run.score.static_percent() > 99.5);
+}
+
+TEST_CASE("a missing return is no evidence") {
+  // Nothing behind the place where the box appears: no ray passed it and came back.
+  Scene scene;
+  scene.max_range = 30.0;
+  Box late = standing_box({12.0, 0.0, 6.0}, {1.0, 1.0, 2.5});
+  late.center = [](double t) { return Eigen::Vector3d(12.0, 0.0, t < 1.95 ? 600.0 : 5.5); };
+  scene.boxes = {late};
+  const auto runs = run_scene(scene, small_config(), 40, stand_still);
+  for (const KeyframeRun& run : runs) CHECK(run.score.static_percent() > 99.9);
+}
+
+TEST_CASE("the paper's columns need history and ground, visibility needs neither") {
+  Scene scene = street();
+  scene.boxes.push_back(moving_box({6.0, -2.0, 0.9}, {0.0, 1.0, 0.0}, {0.3, 0.3, 0.9}));
+  PipelineConfig paper = paper_preset(SensorKind::kHdl64e);
+  const PipelineConfig small = small_config();
+  paper.keyframe.max_points_per_scan = small.keyframe.max_points_per_scan;
+  paper.voxel.max_cells = small.voxel.max_cells;
+  paper.voxel.max_voxels = small.voxel.max_voxels;
+  paper.descriptor.max_cells = small.voxel.max_cells;
+  paper.loop_search.max_places = 20;
+  const auto runs = run_scene(scene, paper, 40, stand_still);
+  CHECK(runs.front().score.dynamic_right == 0);
+  CHECK(runs.back().score.dynamic_percent() > 50.0);
+  CHECK(runs.back().score.static_percent() > 98.0);
+}
+
+TEST_CASE("labels depend neither on where the odometry began nor on its heading") {
+  Scene scene = street();
+  scene.boxes.push_back(moving_box({16.0, -4.0, 0.9}, {0.0, 1.4, 0.0}, {0.25, 0.25, 0.9}));
+  const auto here = total(run_scene(scene, small_config(), 40, drive));
+  Pose far;
+  far.rotation = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  far.translation = {50000.0, -50000.0, 300.0};
+  const auto there = total(run_scene(scene, small_config(), 40, drive, far));
+  REQUIRE(here.dynamic_points == there.dynamic_points);
+  CHECK(there.dynamic_percent() == Approx(here.dynamic_percent()).margin(5.0));
+  CHECK(there.static_percent() == Approx(here.static_percent()).margin(0.3));
+  CHECK(there.dynamic_percent() > 80.0);
+}
+
+TEST_CASE("the static cells lie in the levelled frame of the reference scan") {
+  const auto runs = run_scene(street(), small_config(), 10, stand_still, {});
+  // The ground is 1.8 m below the sensor.
+  std::size_t ground = 0;
+  for (const FineCell& cell : runs.front().static_cells) {
+    if (cell.ground == 0) continue;
+    ++ground;
+    CHECK(cell.position.z() == Approx(-1.8).margin(0.06));
+  }
+  CHECK(ground > 1000);
+}
+
+TEST_CASE("the same scans give the same bytes, twice in a row") {
+  Scene scene = street();
+  scene.boxes.push_back(moving_box({8.0, -4.0, 0.9}, {0.0, 1.4, 0.0}, {0.25, 0.25, 0.9}));
+  const auto first = run_scene(scene, small_config(), 30, drive);
+  const auto second = run_scene(scene, small_config(), 30, drive);
+  REQUIRE(first.size() == second.size());
+  for (std::size_t k = 0; k < first.size(); ++k) {
+    CHECK(first[k].labels == second[k].labels);
+    REQUIRE(first[k].static_cells.size() == second[k].static_cells.size());
+    CHECK(std::memcmp(first[k].static_cells.data(), second[k].static_cells.data(),
+                      first[k].static_cells.size() * sizeof(FineCell)) == 0);
+  }
+}
+
+TEST_CASE("points dropped by down-sampling are labelled like the ones that were kept") {
+  Scene scene = street();
+  scene.boxes.push_back(moving_box({8.0, -4.0, 0.9}, {0.0, 1.4, 0.0}, {0.25, 0.25, 0.9}));
+  PipelineConfig config = small_config();
+  config.keyframe.downsample_leaf_m = 0.2F;
+  const auto thinned = total(run_scene(scene, config, 40, stand_still));
+  CHECK(thinned.dynamic_percent() > 80.0);
+  CHECK(thinned.static_percent() > 99.5);
+}

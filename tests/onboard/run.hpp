@@ -1,0 +1,109 @@
+// Runs a pipeline over scans and keeps everything it says.
+#pragma once
+
+#include <cstdlib>
+#include <memory>
+#include <vector>
+
+#include "scene.hpp"
+#include "unimapper/onboard/pipeline.hpp"
+
+namespace unimapper::test {
+
+/// A pipeline in a block of its own.
+class OwnedPipeline {
+ public:
+  explicit OwnedPipeline(const PipelineConfig& config) {
+    const std::size_t bytes = Pipeline::required_bytes(config);
+    block_.reset(static_cast<std::byte*>(std::aligned_alloc(64, bytes)));
+    auto created = Pipeline::create(config, {block_.get(), bytes});
+    if (created.ok()) pipeline_ = created.value();
+  }
+  Pipeline* operator->() { return pipeline_; }
+  Pipeline& operator*() { return *pipeline_; }
+  explicit operator bool() const { return pipeline_ != nullptr; }
+
+ private:
+  struct Free {
+    void operator()(std::byte* p) const { std::free(p); }
+  };
+  std::unique_ptr<std::byte, Free> block_;
+  Pipeline* pipeline_ = nullptr;
+};
+
+/// Small capacities, so that a test takes milliseconds.
+inline PipelineConfig small_config() {
+  PipelineConfig config = preset(SensorKind::kHdl64e);
+  config.keyframe.max_points_per_scan = 40000;
+  config.voxel.max_cells = 1U << 16U;
+  config.voxel.max_voxels = 1U << 13U;
+  config.descriptor.max_cells = config.voxel.max_cells;
+  config.loop_search.max_places = 20;
+  return config;
+}
+
+/// Share of correctly labelled points, in percent, of those that are static / dynamic.
+struct Score {
+  std::size_t static_points = 0;
+  std::size_t static_right = 0;
+  std::size_t dynamic_points = 0;
+  std::size_t dynamic_right = 0;
+  [[nodiscard]] double static_percent() const {
+    return 100.0 * static_cast<double>(static_right) / static_cast<double>(static_points);
+  }
+  [[nodiscard]] double dynamic_percent() const {
+    return 100.0 * static_cast<double>(dynamic_right) / static_cast<double>(dynamic_points);
+  }
+};
+
+/// What one keyframe said.
+struct KeyframeRun {
+  Score score;
+  KeyframeStatistics statistics;
+  std::vector<std::vector<PointLabel>> labels;
+  std::vector<FineCell> static_cells;
+  std::vector<FineCell> dynamic_cells;
+};
+
+/// Feeds a scene, scan by scan at 10 Hz, as seen from `path`, through a pipeline whose odometry
+/// frame is `T_odometry_scene`.
+inline std::vector<KeyframeRun> run_scene(const Scene& scene, const PipelineConfig& config,
+                                          int scan_count, const std::function<Pose(double)>& path,
+                                          const Pose& T_odometry_scene = {}) {
+  OwnedPipeline pipeline(config);
+  std::vector<LabelledScan> scans;
+  std::vector<KeyframeRun> runs;
+  const auto collect = [&] {
+    const KeyframeView& view = pipeline->keyframe();
+    KeyframeRun run;
+    run.statistics = *view.statistics;
+    run.static_cells.assign(view.static_cells.begin(), view.static_cells.end());
+    run.dynamic_cells.assign(view.dynamic_cells.begin(), view.dynamic_cells.end());
+    for (std::size_t s = 0; s < view.scans.size(); ++s) {
+      const LabelledScan& scan = scans[view.scans[s].scan_index];
+      std::vector<PointLabel> labels(scan.points.size());
+      if (pipeline->labels(s, labels) != labels.size()) std::abort();
+      for (std::size_t i = 0; i < labels.size(); ++i) {
+        const bool dynamic = scan.truth[i] == Truth::kDynamic;
+        const bool said = labels[i] == PointLabel::kDynamic;
+        ++(dynamic ? run.score.dynamic_points : run.score.static_points);
+        if (dynamic == said) ++(dynamic ? run.score.dynamic_right : run.score.static_right);
+      }
+      run.labels.push_back(std::move(labels));
+    }
+    runs.push_back(std::move(run));
+  };
+  for (int i = 0; i < scan_count; ++i) {
+    const double t = 0.1 * i;
+    const Pose T_scene_sensor = path(t);
+    scans.push_back(scene.scan(T_scene_sensor, t));
+    const ScanResult result = pipeline->add_scan(
+        scans.back().view(), T_odometry_scene * T_scene_sensor, 1 + i * std::int64_t{100000000});
+    if (result.error.code != ErrorCode::kOk) std::abort();
+    if (result.keyframe_ready) collect();
+  }
+  if (pipeline->flush().keyframe_ready) collect();
+  return runs;
+}
+
+}  // namespace unimapper::test
