@@ -160,6 +160,7 @@ ListenResult listen(const ListenOptions& options) {
   Receiver receiver(options.limits);
   Inlet inlet{receiver};
   link->subscribe("UNIMAPPER_.*", &Inlet::on_message, &inlet)->setQueueCapacity(kQueueCapacity);
+  tell("listening on " + url);
   Watch watch(options);
   Clock::time_point next_progress = Clock::now() + kProgressInterval;
   for (;;) {

@@ -37,7 +37,8 @@ struct ListenOptions {
   ReceiverLimits limits;
   /// Asked ten times a second; true ends the listening. May be empty.
   std::function<bool()> stop;
-  /// Told in words once a second, and when something is amiss. May be empty.
+  /// Told in words once messages can arrive, then once a second, and when something is amiss.
+  /// May be empty.
   std::function<void(const std::string&)> progress;
 };
 

@@ -1,0 +1,117 @@
+// What keyframes cost on the wire: bytes and milliseconds, on the keyframes of a run.
+//   bench_wire RUN/keyframes.lcmlog...
+#include <zlib.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <vector>
+
+#include "ports/lcm/keyframe_codec.hpp"
+#include "ports/lcm/quantise.hpp"
+#include "ports/lcm/receiver.hpp"
+#include "ports/lcm/sending.hpp"
+
+namespace {
+
+using namespace unimapper;
+using Payload = std::vector<std::uint8_t>;
+
+constexpr int kRepeats = 5;
+
+/// The fastest of a few runs: the machine is never ours alone.
+double best_ms(const std::function<void()>& work) {
+  double best = 1e300;
+  for (int i = 0; i < kRepeats; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
+    best = std::min(best, took.count());
+  }
+  return best;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+Payload deflated(const Payload& payload, int level) {
+  uLongf bytes = compressBound(payload.size());
+  Payload out(bytes);
+  compress2(out.data(), &bytes, payload.data(), payload.size(), level);
+  out.resize(bytes);
+  return out;
+}
+
+/// One figure per keyframe and its name.
+struct Column {
+  const char* name;
+  std::vector<double> values;
+};
+
+void measure(const merge::KeyframeRecord& record, std::vector<Column>& columns) {
+  const Payload payload = wire::encode_keyframe(record);
+  // The order in which the pipeline delivers is not the wire's.
+  merge::KeyframeRecord unsorted = record;
+  std::stable_sort(unsorted.static_cells.begin(), unsorted.static_cells.end(),
+                   [](const FineCell& a, const FineCell& b) { return a.points < b.points; });
+  Payload fast;
+  Payload small;
+  std::size_t next = 0;
+  const auto add = [&](const char* name, double value) {
+    if (columns.size() == next) columns.push_back({name, {}});
+    columns[next++].values.push_back(value);
+  };
+  const auto cells = static_cast<double>(record.static_cells.size() + record.dynamic_cells.size());
+  const auto bytes = static_cast<double>(payload.size());
+  add("cells", cells);
+  add("keypoints", static_cast<double>(record.keypoints.size()));
+  add("planes", static_cast<double>(record.planes.size()));
+  add("bytes", bytes);
+  add("bytes per cell", bytes / cells);
+  add("bytes with 7 per cell", bytes + 7.0 * cells - 4.0 * cells);
+  add("quantise ms", best_ms([&] {
+        merge::KeyframeRecord copy = unsorted;
+        wire::quantise(copy);
+      }));
+  add("encode ms", best_ms([&] { (void)wire::encode_keyframe(record); }));
+  add("cut into messages ms", best_ms([&] {
+        wire::EncodedKeyframe keyframe{record.session, record.sequence, 0, payload};
+        (void)wire::cut_into_messages(keyframe, wire::kLargestDatagramBytes);
+      }));
+  add("decode ms", best_ms([&] { (void)wire::decode_keyframe(payload); }));
+  add("zlib level 1 ms", best_ms([&] { fast = deflated(payload, 1); }));
+  add("zlib level 1 bytes", static_cast<double>(fast.size()));
+  add("zlib level 6 ms", best_ms([&] { small = deflated(payload, 6); }));
+  add("zlib level 6 bytes", static_cast<double>(small.size()));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    std::vector<Column> columns;
+    for (int i = 1; i < argc; ++i) {
+      for (const merge::SessionData& session : wire::read_event_log(argv[i]).sessions) {
+        for (const merge::KeyframeRecord& record : session.keyframes) measure(record, columns);
+      }
+    }
+    if (columns.empty()) {
+      std::fprintf(stderr, "usage: bench_wire RUN/keyframes.lcmlog... (with keyframes in them)\n");
+      return 2;
+    }
+    std::printf("%zu keyframes\n%-24s %12s %12s\n", columns[0].values.size(), "", "median", "max");
+    for (const Column& column : columns) {
+      std::printf("%-24s %12.3f %12.3f\n", column.name, median(column.values),
+                  *std::max_element(column.values.begin(), column.values.end()));
+    }
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,86 @@
+// Any messages into the receiver: it stays within its limits and adds up in the end. Checksums
+// and type fingerprints are made to fit where the input says so, or nothing would ever get past
+// them.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <unimapper_wire/chunk_t.hpp>
+#include <unimapper_wire/health_t.hpp>
+#include <unimapper_wire/session_t.hpp>
+#include <vector>
+
+#include "ports/lcm/receiver.hpp"
+#include "ports/lcm/sending.hpp"
+
+namespace {
+
+using namespace unimapper::wire;
+
+/// Overwrites fingerprint and checksum with those a message of this type has.
+void make_fit(std::vector<std::uint8_t>& message, std::int64_t fingerprint) {
+  if (message.size() < 12) return;
+  std::vector<std::uint8_t> head;
+  BigEndianWriter(head).put(fingerprint);
+  std::copy(head.begin(), head.end(), message.begin());
+  message.resize(message.size() - 4);
+  BigEndianWriter(message).put(crc32(message));
+}
+
+void send_whole(Receiver& receiver, std::vector<std::uint8_t> bytes, std::uint32_t sequence) {
+  EncodedKeyframe keyframe;
+  keyframe.sequence = sequence;
+  keyframe.bytes = std::move(bytes);
+  for (const auto& piece : cut_into_messages(keyframe, kSmallestDatagramBytes)) {
+    receiver.receive(kKeyframeChannel, piece);
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  ReceiverLimits limits;
+  limits.max_sessions = 4;
+  limits.max_pending_keyframes = 4;
+  limits.max_pending_bytes = 4096;
+  limits.max_keyframe_bytes = 65536;
+  Receiver receiver(limits);
+  // Each message: what to do with it, its length, its bytes.
+  for (std::size_t at = 0; at + 2 < size;) {
+    const std::uint8_t kind = data[at];
+    const std::size_t length = std::min<std::size_t>(data[at + 1], size - at - 2);
+    std::vector<std::uint8_t> message(data + at + 2, data + at + 2 + length);
+    at += 2 + length;
+    const bool fit = (kind & 8U) != 0;
+    switch (kind & 7U) {
+      case 0:
+        if (fit) make_fit(message, unimapper_wire::session_t::getHash());
+        receiver.receive(kSessionChannel, message);
+        break;
+      case 1:
+        if (fit) make_fit(message, unimapper_wire::health_t::getHash());
+        receiver.receive(kHealthChannel, message);
+        break;
+      case 2:
+        receiver.receive("OTHER", message);
+        break;
+      case 3:
+        // Whatever is left of the input as a keyframe in proper pieces.
+        send_whole(receiver, {data + at, data + size}, kind >> 4U);
+        break;
+      default:
+        if (fit) make_fit(message, unimapper_wire::chunk_t::getHash());
+        receiver.receive(kKeyframeChannel, message);
+    }
+  }
+  const ReceiverCounters counters = receiver.counters();
+  const auto progress = receiver.progress();
+  if (progress.size() > limits.max_sessions) std::abort();
+  std::uint64_t keyframes = 0;
+  for (const auto& session : receiver.take_sessions()) {
+    keyframes += session.keyframes.size();
+    if (!is_session_name(session.info.name)) std::abort();
+  }
+  if (keyframes != counters.keyframes) std::abort();
+  return 0;
+}

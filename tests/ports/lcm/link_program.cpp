@@ -1,0 +1,116 @@
+// Publishes or listens, for the test of the real link between processes (link_test.sh).
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <functional>
+#include <map>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "ports/lcm/keyframe_codec.hpp"
+#include "ports/lcm/live.hpp"
+#include "ports/lcm/session_log.hpp"
+#include "tests/ports/lcm/stream.hpp"
+
+using namespace unimapper;
+using namespace unimapper::wire;
+
+namespace {
+
+constexpr std::uint32_t kCells = 20000;
+
+merge::SessionInfo info_of(const std::string& name) {
+  return {{static_cast<std::uint32_t>(name.size()),
+           crc32(Bytes(reinterpret_cast<const std::uint8_t*>(name.data()), name.size()))},
+          name,
+          "os2-128"};
+}
+
+EncodedKeyframe keyframe_of(const merge::SessionInfo& info, std::uint32_t sequence) {
+  return encode_for_sending(test::keyframe_of(info.id, sequence, kCells));
+}
+
+/// One line per session: name, keyframes here, missing, damaged, and whether all are as sent.
+void print(const std::vector<merge::SessionData>& sessions) {
+  for (const merge::SessionData& session : sessions) {
+    bool equal = true;
+    for (const merge::KeyframeRecord& record : session.keyframes) {
+      equal = equal && encode_keyframe(record) == keyframe_of(session.info, record.sequence).bytes;
+    }
+    std::printf("%s keyframes=%zu missing=%llu damaged=%llu %s %s\n", session.info.name.c_str(),
+                session.keyframes.size(),
+                static_cast<unsigned long long>(session.keyframes_missing),
+                static_cast<unsigned long long>(session.keyframes_damaged),
+                session.complete ? "ended" : "open", equal ? "equal" : "DIFFERENT");
+  }
+}
+
+// publish URL NAME KEYFRAMES DATAGRAM_BYTES PAUSE_MS
+int publish(const std::vector<std::string>& arguments) {
+  const merge::SessionInfo info = info_of(arguments[1]);
+  PublisherOptions options;
+  options.datagram_bytes = static_cast<std::uint32_t>(std::stoul(arguments[3]));
+  Publisher publisher(info, open_sender(arguments[0]), options);
+  const std::chrono::milliseconds pause(std::stol(arguments[4]));
+  for (std::uint32_t i = 0; i < std::stoul(arguments[2]); ++i) {
+    publisher.publish(keyframe_of(info, i));
+    std::fprintf(stderr, "sent %u\n", i);
+    std::this_thread::sleep_for(pause);
+  }
+  const PublisherCounters counters = publisher.finish();
+  std::printf("sent=%llu dropped=%llu failures=%llu\n",
+              static_cast<unsigned long long>(counters.keyframes_sent),
+              static_cast<unsigned long long>(counters.keyframes_dropped),
+              static_cast<unsigned long long>(counters.send_failures));
+  return 0;
+}
+
+// listen URL SESSIONS IDLE_MS
+int listen_to(const std::vector<std::string>& arguments) {
+  ListenOptions options;
+  options.url = arguments[0];
+  options.sessions_expected = std::stoul(arguments[1]);
+  options.idle_timeout = std::chrono::milliseconds(std::stol(arguments[2]));
+  options.first_message_timeout = std::chrono::seconds(30);
+  options.progress = [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); };
+  const ListenResult result = listen(options);
+  const char* const ends[] = {"complete", "gaps", "idle", "stopped"};
+  std::printf("end=%s malformed=%llu\n", ends[static_cast<std::size_t>(result.end)],
+              static_cast<unsigned long long>(result.counters.malformed));
+  print(result.sessions);
+  return 0;
+}
+
+// write PATH NAME KEYFRAMES
+int write_log(const std::vector<std::string>& arguments) {
+  const merge::SessionInfo info = info_of(arguments[1]);
+  SessionLogWriter writer(arguments[0], info);
+  for (std::uint32_t i = 0; i < std::stoul(arguments[2]); ++i) writer.write(keyframe_of(info, i));
+  writer.finish();
+  return 0;
+}
+
+// read PATH
+int read_log(const std::vector<std::string>& arguments) {
+  const ReceivedLog log = read_event_log(arguments[0]);
+  for (const std::string& fault : log.faults) std::printf("%s\n", fault.c_str());
+  print(log.sessions);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::map<std::string, std::function<int(const std::vector<std::string>&)>> commands{
+      {"publish", publish}, {"listen", listen_to}, {"write", write_log}, {"read", read_log}};
+  try {
+    const std::vector<std::string> arguments(argv + 1, argv + argc);
+    return commands.at(arguments.at(0))({arguments.begin() + 1, arguments.end()});
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,133 @@
+#!/bin/sh
+# The real link, between processes, over UDP multicast: link_test.sh PROGRAM SCENARIO
+#
+# Runs in a network namespace of its own, so that nothing leaves this machine. Exit code 77 (a
+# skipped test) where making one is not allowed.
+set -eu
+
+program=$1
+scenario=$2
+url='udpm://239.255.76.67:7667?ttl=0'
+
+if [ "${3:-}" != inside ]; then
+  if unshare -n true 2>/dev/null; then
+    flags=-n
+  elif unshare -rn true 2>/dev/null; then
+    flags=-rn
+  else
+    echo "SKIPPED: making a network namespace is not allowed here (unshare -n)"
+    exit 77
+  fi
+  exec unshare $flags "$0" "$program" "$scenario" inside
+fi
+
+ip link set lo up
+ip route add 224.0.0.0/4 dev lo
+directory=$(mktemp -d)
+touch "$directory/result" "$directory/progress" "$directory/sender"
+# Only processes of this script are ended, each by its number.
+children=
+trap 'for child in $children; do kill "$child" 2>/dev/null || true; done; rm -rf "$directory"' EXIT
+
+fail() {
+  echo "FAILED: $1"
+  echo "--- result"; cat "$directory/result"
+  echo "--- progress"; cat "$directory/progress"
+  exit 1
+}
+
+# await PATTERN FILE: returns once a line matches, however slow the machine is today.
+await() {
+  tries=0
+  until grep -q -- "$1" "$directory/$2"; do
+    tries=$((tries + 1))
+    [ $tries -lt 1000 ] || fail "never seen: $1"
+    sleep 0.05
+  done
+}
+
+# listen SESSIONS IDLE_MS: returns once the listener hears.
+listen() {
+  "$program" listen "$url" "$1" "$2" >"$directory/result" 2>"$directory/progress" &
+  listener=$!
+  children="$children $listener"
+  await '^listening' progress
+}
+
+expect() {
+  grep -q -- "$1" "$directory/result" || fail "expected: $1"
+}
+
+case $scenario in
+two_robots)
+  listen 2 10000
+  "$program" publish "$url" alpha 12 60000 0 &
+  first=$!
+  "$program" publish "$url" beta_two 12 60000 0 &
+  second=$!
+  children="$children $first $second"
+  wait $first $second $listener
+  expect 'end=complete malformed=0'
+  expect '^alpha keyframes=12 missing=0 damaged=0 ended equal'
+  expect '^beta_two keyframes=12 missing=0 damaged=0 ended equal'
+  ;;
+small_datagrams)
+  listen 1 10000
+  "$program" publish "$url" alpha 5 1300 0
+  wait $listener
+  expect 'end=complete malformed=0'
+  expect '^alpha keyframes=5 missing=0 damaged=0 ended equal'
+  ;;
+late_listener)
+  # What was sent before is missed, and the listener knows how much.
+  "$program" publish "$url" alpha 60 60000 50 2>"$directory/sender" &
+  sender=$!
+  children="$children $sender"
+  await '^sent 5$' sender
+  listen 1 10000
+  wait $sender $listener
+  expect 'end=gaps'
+  expect '^alpha keyframes=[1-9][0-9]* missing=[1-9][0-9]* damaged=0 ended equal'
+  ;;
+killed_robot)
+  listen 1 1500
+  "$program" publish "$url" alpha 1000 60000 50 &
+  sender=$!
+  await '^alpha [1-9]' progress
+  kill -KILL $sender
+  wait $sender || true
+  wait $listener
+  expect 'end=idle'
+  expect '^alpha keyframes=[1-9][0-9]* missing=[0-9]* damaged=0 open equal'
+  ;;
+logger)
+  # What lcm-logger writes we read.
+  LCM_DEFAULT_URL="$url&recv_buf_size=4194304" lcm-logger -q "$directory/log" \
+    >"$directory/progress" 2>&1 &
+  logger=$!
+  children="$children $logger"
+  # It says nothing when it is ready.
+  sleep 2
+  "$program" publish "$url" alpha 5 60000 20
+  sleep 1
+  kill -INT $logger
+  wait $logger || true
+  "$program" read "$directory/log" >"$directory/result"
+  expect '^alpha keyframes=5 missing=0 damaged=0 ended equal'
+  ;;
+logplayer)
+  # What we write lcm-logplayer plays.
+  "$program" write "$directory/log" alpha 5
+  listen 1 10000
+  lcm-logplayer --lcm-url="$url" "$directory/log" >/dev/null
+  wait $listener
+  expect 'end=complete malformed=0'
+  expect '^alpha keyframes=5 missing=0 damaged=0 ended equal'
+  ;;
+*)
+  echo "unknown scenario $scenario"
+  exit 2
+  ;;
+esac
+echo "passed"
+cat "$directory/result"
