@@ -129,6 +129,11 @@ void add_built_side(World& world, const BlockSide& side, Random& random) {
     const bool has_gap = !is_terrace || random.chance(0.18);
     if (!has_gap) continue;
     const double gap = random.uniform(2.5, 6.0);
+    if (random.chance(0.6)) {
+      const Vec2 at = side.at(s + 0.5 * gap, random.uniform(3.5, 9.0));
+      place(world, world.prototypes.trees, random.index(14), at, side.along,
+            random.uniform(0, 6.28), random.uniform(0.5, 0.85));
+    }
     const Boundary kind = random_boundary(random);
     if (kind != Boundary::kNone && s + gap < end) {
       add_boundary(world, side, s, s + gap, setback_base + 1.0, kind, -1e9, random);

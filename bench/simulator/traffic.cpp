@@ -135,8 +135,8 @@ void Traffic::add_vehicles(Random& random) {
     ActorKind kind;
     int count;
   };
-  static constexpr std::array kFleets{Fleet{ActorKind::kCar, 58}, Fleet{ActorKind::kVan, 6},
-                                      Fleet{ActorKind::kBus, 3}, Fleet{ActorKind::kCyclist, 16}};
+  static constexpr std::array kFleets{Fleet{ActorKind::kCar, 90}, Fleet{ActorKind::kVan, 9},
+                                      Fleet{ActorKind::kBus, 5}, Fleet{ActorKind::kCyclist, 24}};
   std::vector<Vehicle> vehicles;
   for (const Fleet& fleet : kFleets) {
     for (int i = 0; i < fleet.count; ++i) {

@@ -115,7 +115,7 @@ void add_wheels(Mesh& mesh, const CarShape& shape, double half_width) {
       const Vec3 inner{x, side * (half_width - 0.22), r};
       mesh.tube(inner, outer, r, r, 14, Surface::kTyre);
       mesh.disc(outer, {0, 1, 0}, r, 14, Surface::kTyre);
-      mesh.disc(outer + Vec3{0, 0.01 * side, 0}, {0, 1, 0}, 0.6 * r, 10, Surface::kPoleMetal);
+      mesh.disc(outer + Vec3{0, 0.01 * side, 0}, {0, 1, 0}, 0.6 * r, 10, Surface::kCarTrim);
     }
   }
 }
