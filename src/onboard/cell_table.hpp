@@ -53,6 +53,7 @@ enum CellFlag : std::uint8_t {
   kCellDynamic = 4,
   /// Dynamic in its own right, by evidence or by having been so, not for its neighbours' sake.
   kCellProven = 16,
+  kCellLow = 32,  ///< a candidate so low above the ground that it connects nothing
   kCellFirm = 8,  ///< so often seen occupied that its neighbours cannot make it dynamic
 };
 

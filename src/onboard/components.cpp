@@ -9,28 +9,17 @@ namespace {
 
 constexpr std::uint32_t kNone = FixedHashMap<Block>::kNotFound;
 
-/// Half of the 26 neighbours: every touching pair is met once.
-struct Step {
-  std::int32_t x;
-  std::int32_t y;
-  std::int32_t z;
-};
-constexpr std::array<Step, 13> kSteps{{{1, 0, 0},
-                                       {-1, 1, 0},
-                                       {0, 1, 0},
-                                       {1, 1, 0},
-                                       {-1, -1, 1},
-                                       {0, -1, 1},
-                                       {1, -1, 1},
-                                       {-1, 0, 1},
-                                       {0, 0, 1},
-                                       {1, 0, 1},
-                                       {-1, 1, 1},
-                                       {0, 1, 1},
-                                       {1, 1, 1}}};
+/// The 26 neighbours, upper ones first. The first half meets every touching pair once.
+constexpr std::array<Components::Step, 26> kSteps{
+    {{0, 0, 1},   {1, 0, 1},   {-1, 0, 1},  {0, 1, 1},   {0, -1, 1},  {1, 1, 1},   {-1, 1, 1},
+     {1, -1, 1},  {-1, -1, 1}, {1, 0, 0},   {0, 1, 0},   {1, 1, 0},   {-1, 1, 0},  {-1, 0, 0},
+     {0, -1, 0},  {-1, -1, 0}, {1, -1, 0},  {0, 0, -1},  {1, 0, -1},  {-1, 0, -1}, {0, 1, -1},
+     {0, -1, -1}, {1, 1, -1},  {-1, 1, -1}, {1, -1, -1}, {-1, -1, -1}}};
+
+}  // namespace
 
 /// The blocks around one block, looked up when first asked for.
-class Surroundings {
+class Components::Surroundings {
  public:
   Surroundings(const FixedHashMap<Block>& blocks, std::uint32_t center) noexcept
       : blocks_(blocks), index_(unpack(blocks.key(center))) {
@@ -54,18 +43,18 @@ class Surroundings {
   std::array<std::uint32_t, 27> entries_;
 };
 
-}  // namespace
-
 void Components::attach(Arena& arena, const PipelineConfig& config) noexcept {
   config_ = config.removal;
   parent_ = arena.allocate<std::uint32_t>(config.voxel.max_cells);
-  candidates_ = arena.allocate<std::uint64_t>(config.voxel.max_cells);
+  connecting_ = arena.allocate<std::uint64_t>(config.voxel.max_cells);
+  low_ = arena.allocate<std::uint64_t>(config.voxel.max_cells);
   tally_ = arena.allocate<Tally>(config.voxel.max_cells);
 }
 
 std::uint32_t Components::run(const EvidenceWindow& window, CellTable& cells) noexcept {
   mark_candidates(cells);
   join_neighbours(cells);
+  attach_low_cells(cells);
   const std::uint32_t components = count(window, cells);
   settle(cells);
   return components;
@@ -74,11 +63,13 @@ std::uint32_t Components::run(const EvidenceWindow& window, CellTable& cells) no
 void Components::mark_candidates(const CellTable& cells) noexcept {
   const FixedHashMap<Block>& blocks = cells.blocks();
   for (std::uint32_t b = 0; b < blocks.size(); ++b) {
-    candidates_[b] = 0;
+    connecting_[b] = 0;
+    low_[b] = 0;
     std::uint64_t left = blocks[b].occupied;
     for (std::uint32_t row = blocks[b].first; left != 0; ++row, left &= left - 1) {
       if ((cells.flags(row) & kCellCandidate) == 0) continue;
-      candidates_[b] |= left & (~left + 1);
+      const bool low = (cells.flags(row) & kCellLow) != 0;
+      (low ? low_ : connecting_)[b] |= left & (~left + 1);
       parent_[row] = row;
       tally_[row] = {};
     }
@@ -88,21 +79,47 @@ void Components::mark_candidates(const CellTable& cells) noexcept {
 void Components::join_neighbours(const CellTable& cells) noexcept {
   const FixedHashMap<Block>& blocks = cells.blocks();
   for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+    if (connecting_[b] == 0) continue;
     Surroundings surroundings(blocks, b);
-    for (std::uint64_t left = candidates_[b]; left != 0; left &= left - 1) {
-      const auto bit = static_cast<std::int32_t>(std::countr_zero(left));
-      const std::uint32_t row = row_of(blocks[b], static_cast<std::uint32_t>(bit));
-      for (const Step& step : kSteps) {
-        const VoxelIndex neighbour{(bit & 3) + step.x, ((bit >> 2) & 3) + step.y,
-                                   (bit >> 4) + step.z};
-        const VoxelIndex offset = block_of(neighbour);
-        const std::uint32_t other = surroundings.at(offset.x, offset.y, offset.z);
-        const std::uint32_t other_bit = bit_of(neighbour);
-        if (other == kNone || (candidates_[other] >> other_bit & 1U) == 0) continue;
-        join(row, row_of(blocks[other], other_bit));
+    for (std::uint64_t left = connecting_[b]; left != 0; left &= left - 1) {
+      const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
+      const std::uint32_t row = row_of(blocks[b], bit);
+      for (std::size_t i = 0; i < kSteps.size() / 2; ++i) {
+        const std::uint32_t other = connecting_neighbour(surroundings, blocks, bit, kSteps[i]);
+        if (other != CellTable::kNoRow) join(row, other);
       }
     }
   }
+}
+
+void Components::attach_low_cells(const CellTable& cells) noexcept {
+  const FixedHashMap<Block>& blocks = cells.blocks();
+  for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+    if (low_[b] == 0) continue;
+    Surroundings surroundings(blocks, b);
+    for (std::uint64_t left = low_[b]; left != 0; left &= left - 1) {
+      const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
+      for (const Step& step : kSteps) {
+        const std::uint32_t other = connecting_neighbour(surroundings, blocks, bit, step);
+        if (other == CellTable::kNoRow) continue;
+        parent_[row_of(blocks[b], bit)] = root(other);
+        break;
+      }
+    }
+  }
+}
+
+std::uint32_t Components::connecting_neighbour(Surroundings& surroundings,
+                                               const FixedHashMap<Block>& blocks, std::uint32_t bit,
+                                               const Step& step) const noexcept {
+  const VoxelIndex neighbour{static_cast<std::int32_t>(bit & 3U) + step.x,
+                             static_cast<std::int32_t>(bit >> 2U & 3U) + step.y,
+                             static_cast<std::int32_t>(bit >> 4U) + step.z};
+  const VoxelIndex offset = block_of(neighbour);
+  const std::uint32_t other = surroundings.at(offset.x, offset.y, offset.z);
+  const std::uint32_t other_bit = bit_of(neighbour);
+  if (other == kNone || (connecting_[other] >> other_bit & 1U) == 0) return CellTable::kNoRow;
+  return row_of(blocks[other], other_bit);
 }
 
 std::uint32_t Components::count(const EvidenceWindow& window, const CellTable& cells) noexcept {

@@ -22,7 +22,17 @@ class Components {
   /// O(candidates), nearly; neighbours are looked up block-wise.
   std::uint32_t run(const EvidenceWindow& window, CellTable& cells) noexcept;
 
+  /// From a cell to one that touches it.
+  struct Step {
+    std::int32_t x;
+    std::int32_t y;
+    std::int32_t z;
+  };
+
  private:
+  /// The blocks around one block, looked up when first asked for.
+  class Surroundings;
+
   /// What is known of a component, kept at its root.
   struct Tally {
     std::uint32_t cells;
@@ -32,6 +42,12 @@ class Components {
   };
 
   void join_neighbours(const CellTable& cells) noexcept;
+  void attach_low_cells(const CellTable& cells) noexcept;
+  /// Row of the connecting cell one step from cell `bit` of a block, or `CellTable::kNoRow`.
+  [[nodiscard]] std::uint32_t connecting_neighbour(Surroundings& surroundings,
+                                                   const FixedHashMap<Block>& blocks,
+                                                   std::uint32_t bit,
+                                                   const Step& step) const noexcept;
   void mark_candidates(const CellTable& cells) noexcept;
   std::uint32_t count(const EvidenceWindow& window, const CellTable& cells) noexcept;
   void settle(CellTable& cells) const noexcept;
@@ -42,7 +58,9 @@ class Components {
 
   RemovalConfig config_;
   std::uint32_t* parent_ = nullptr;
-  std::uint64_t* candidates_ = nullptr;  ///< per block, one bit a candidate cell
+  // Per block, one bit a candidate cell that connects, or that is too low for that.
+  std::uint64_t* connecting_ = nullptr;
+  std::uint64_t* low_ = nullptr;
   Tally* tally_ = nullptr;
 };
 

@@ -90,6 +90,8 @@ Error RemovalConfig::validate() const noexcept {
     return invalid("removal's log-odds increments must be 0 to 10");
   if (!within(log_odds_limit, 1e-3F, 1000.0F))
     return invalid("removal.log_odds_limit must be above 0 and at most 1000");
+  if (!within(connecting_height_m, 0.0F, 2.0F))
+    return invalid("removal.connecting_height_m must be 0 to 2 metres");
   if (!within(component_dynamic_share, 0.0F, 1.0F) || !within(component_static_share, 0.0F, 1.0F) ||
       component_static_share > component_dynamic_share)
     return invalid(

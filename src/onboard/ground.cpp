@@ -71,13 +71,17 @@ void split_ground(const GroundConfig& ground, const RemovalConfig& removal,
                   const CoarseVoxels& voxels, CellTable& cells) noexcept {
   for (std::uint32_t row = 0; row < cells.size(); ++row) {
     const std::uint32_t entry = voxels.of_row(row);
-    const bool has_ground = entry != CoarseVoxels::kNone && voxels.map()[entry].has_ground;
-    if (has_ground &&
-        height_above_ground(voxels.map()[entry], cells.position(row)) < ground.margin_m) {
-      cells.set_flag(row, kCellGround);
-    } else if (has_ground || !removal.candidates_next_to_ground) {
-      cells.set_flag(row, kCellCandidate);
+    if (entry == CoarseVoxels::kNone || !voxels.map()[entry].has_ground) {
+      if (!removal.candidates_next_to_ground) cells.set_flag(row, kCellCandidate);
+      continue;
     }
+    const float height = height_above_ground(voxels.map()[entry], cells.position(row));
+    if (height < ground.margin_m) {
+      cells.set_flag(row, kCellGround);
+      continue;
+    }
+    cells.set_flag(row, kCellCandidate);
+    if (height < removal.connecting_height_m) cells.set_flag(row, kCellLow);
   }
 }
 

@@ -132,6 +132,9 @@ struct RemovalConfig {
   float log_odds_limit = 100.0F;
   /// Decide about connected obstacles as a whole; measured: on.
   bool components = true;
+  /// Cells lower than this above the ground follow the component they touch, but do not connect
+  /// components: kerbs and grass would tie every walker to the next wall, metres. [0, 2]; measured.
+  float connecting_height_m = 0.3F;
   /// A component with at least this share of dynamic cells is dynamic, with less than the
   /// second share static; between them each cell stands for itself. [0, 1]; measured.
   float component_dynamic_share = 0.3F;
