@@ -1,0 +1,30 @@
+#include "unimapper/core/expected.hpp"
+
+#include <catch2/catch.hpp>
+#include <string>
+
+using namespace unimapper;
+
+TEST_CASE("a value is a value") {
+  Expected<int> result = 7;
+  CHECK(result.ok());
+  CHECK(static_cast<bool>(result));
+  CHECK(*result == 7);
+  CHECK(result.error().code == ErrorCode::kOk);
+}
+
+TEST_CASE("an error says why, and asking for its value gives the default") {
+  const Expected<int> result = Error{ErrorCode::kEmptyScan, "the scan is empty"};
+  CHECK_FALSE(result.ok());
+  CHECK(result.value() == 0);
+  CHECK(result.error().code == ErrorCode::kEmptyScan);
+  CHECK(std::string(result.error().message) == "the scan is empty");
+}
+
+TEST_CASE("a value can be moved out") {
+  Expected<std::string> result = std::string("long enough to live on the heap, surely");
+  const std::string moved = std::move(result.value());
+  CHECK(moved.size() > 30);
+  Expected<std::string> text = std::string("abc");
+  CHECK(text->size() == 3);
+}
