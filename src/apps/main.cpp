@@ -21,6 +21,7 @@ int run(int argc, char** argv) {
       "Example:\n"
       "  unimapper onboard recordings/monday --sensor os2-128 --out runs/monday\n"
       "Every command has a --help of its own.");
+  unimapper::apps::register_simulate(app);
   unimapper::apps::register_onboard(app);
   unimapper::apps::register_evaluate(app);
   try {

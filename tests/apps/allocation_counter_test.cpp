@@ -1,0 +1,61 @@
+// The counter that proves the absence of allocations must see them.
+#include "src/apps/allocation_counter.hpp"
+
+#include <Eigen/Core>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+using unimapper::apps::AllocationGuard;
+
+namespace {
+
+// Both hide from the compiler that the memory is not needed: it would leave the calls out.
+volatile std::size_t size = 1000;
+void* volatile block = nullptr;
+
+void keep_and_free(void* memory) {
+  block = memory;
+  std::free(block);
+}
+
+/// Allocations counted during `work`.
+template <typename Work>
+std::uint64_t allocations_of(const Work& work) {
+  const std::uint64_t before = AllocationGuard::count();
+  {
+    const AllocationGuard guard;
+    work();
+  }
+  return AllocationGuard::count() - before;
+}
+
+}  // namespace
+
+TEST_CASE("every way to the heap is counted") {
+  CHECK(allocations_of([] {}) == 0);
+  CHECK(allocations_of([] { keep_and_free(std::malloc(size)); }) == 1);
+  CHECK(allocations_of([] { keep_and_free(std::calloc(size, 2)); }) == 1);
+  CHECK(allocations_of([] { keep_and_free(std::realloc(nullptr, size)); }) == 1);
+  CHECK(allocations_of([] { keep_and_free(std::aligned_alloc(64, 64 * size)); }) == 1);
+  CHECK(allocations_of([] { block = std::make_unique<std::byte[]>(size).get(); }) == 1);
+  CHECK(allocations_of([] { std::string(size, 'x').shrink_to_fit(); }) >= 1);
+  CHECK(allocations_of([] { std::vector<double> values(size); }) == 1);
+  CHECK(allocations_of([] { Eigen::VectorXd::Zero(static_cast<Eigen::Index>(size)).eval(); }) >= 1);
+}
+
+TEST_CASE("what happens outside the guard or on other threads is not counted") {
+  const std::uint64_t before = AllocationGuard::count();
+  std::free(std::malloc(size));
+  CHECK(AllocationGuard::count() == before);
+  std::uint64_t counted_elsewhere = 1;
+  std::thread other([&] {
+    std::free(std::malloc(size));
+    counted_elsewhere = AllocationGuard::count();
+  });
+  other.join();
+  CHECK(counted_elsewhere == 0);
+}

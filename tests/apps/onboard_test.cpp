@@ -1,0 +1,307 @@
+// `unimapper onboard` as its users see it: files, messages, exit codes.
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "ports/datasets/files.hpp"
+#include "tests/apps/command.hpp"
+
+using namespace unimapper;
+using namespace unimapper::apps;
+using Catch::Matchers::Contains;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A recording, and a place for the run. The small sensor keeps the pipeline's memory small.
+struct Fixture {
+  TemporaryDirectory directory;
+  fs::path dataset = directory.path() / "recording";
+  fs::path run = directory.path() / "run";
+
+  CommandResult onboard(std::vector<std::string> more = {}) const {
+    std::vector<std::string> arguments = {"onboard",    dataset.string(), "--out",
+                                          run.string(), "--sensor",       "vlp-16"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_unimapper(arguments);
+  }
+  [[nodiscard]] nlohmann::json stats() const {
+    return nlohmann::json::parse(read_text(run / "stats.json"));
+  }
+  [[nodiscard]] std::size_t label_count(const std::string& name) const {
+    const fs::path file = run / "labels" / (name + ".label");
+    REQUIRE(fs::exists(file));
+    return fs::file_size(file) / sizeof(std::uint32_t);
+  }
+  void check_labels(const SmallRecording& recording) const {
+    for (std::size_t i = 0; i < recording.scans.size(); ++i) {
+      const std::string number = std::to_string(i);
+      CHECK(label_count(std::string(6 - number.size(), '0') + number) ==
+            recording.scans[i].points.size());
+    }
+  }
+};
+
+void check_refused(const CommandResult& result, const std::string& message) {
+  CHECK(result.exit_code == 1);
+  CHECK_THAT(result.err, Contains("unimapper: error: ") && Contains(message));
+  const std::size_t error = result.err.find("unimapper: error: ");
+  CHECK(result.err.find('\n', error) == result.err.size() - 1);  // one line, the last one
+}
+
+}  // namespace
+
+TEST_CASE("a run folder holds labels for every point, keyframes, loops and statistics") {
+  const Fixture fixture;
+  const SmallRecording recording;
+  recording.write(fixture.dataset);
+  const CommandResult result = fixture.onboard();
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(result.out.empty());
+  fixture.check_labels(recording);
+  for (const fs::path& file : datasets::list_files(fixture.run / "labels", ".label")) {
+    const std::string bytes = read_text(file);
+    for (std::size_t i = 0; i < bytes.size(); i += 4) {
+      std::uint32_t label = 0;
+      std::memcpy(&label, bytes.data() + i, sizeof label);
+      REQUIRE((label == 9 || label == 251));
+    }
+  }
+  CHECK(fs::file_size(fixture.run / "keyframes.lcmlog") > 0);
+  CHECK_THAT(read_text(fixture.run / "loops.csv"),
+             Catch::StartsWith("query_session,query_keyframe,query_scan,match_session,"
+                               "match_keyframe,match_scan,confidence,accepted,reason,"
+                               "x,y,z,qx,qy,qz,qw\n"));
+  const auto stats = fixture.stats();
+  CHECK(stats["scans"] == 12);
+  CHECK(stats["keyframes"] == 2);
+  CHECK(stats["allocations_after_start"] == 0);
+  CHECK(stats["arena_bytes"].get<std::uint64_t>() > 0);
+  std::size_t points = 0;
+  for (const auto& scan : recording.scans) points += scan.points.size();
+  CHECK(stats["points_in"] == points);
+  for (const char* stage : {"ingest", "removal", "description", "search", "total"}) {
+    for (const char* figure : {"p50", "p99", "max"}) {
+      CHECK(stats["stage_ms"][stage][figure].is_number());
+    }
+  }
+  const auto run = nlohmann::json::parse(read_text(fixture.run / "run.json"));
+  CHECK(run["session"] == "run");
+  CHECK(run["sensor"] == "vlp-16");
+  CHECK(run["dataset"] == "recording");
+}
+
+TEST_CASE("the same recording gives the same bytes") {
+  const Fixture fixture;
+  SmallRecording(25).write(fixture.dataset);
+  const fs::path again = fixture.directory.path() / "again" / "run";
+  REQUIRE(fixture.onboard({"--all-candidates"}).exit_code == 0);
+  REQUIRE(run_unimapper({"onboard", fixture.dataset.string(), "--out", again.string(), "--sensor",
+                         "vlp-16", "--all-candidates"})
+              .exit_code == 0);
+  std::size_t files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(fixture.run)) {
+    const fs::path relative = entry.path().lexically_relative(fixture.run);
+    if (!entry.is_regular_file() || relative == "stats.json") continue;
+    INFO(relative);
+    CHECK(read_text(entry.path()) == read_text(again / relative));
+    ++files;
+  }
+  CHECK(files == 25 + 3);
+  auto first = fixture.stats();
+  auto second = nlohmann::json::parse(read_text(again / "stats.json"));
+  for (const char* timing : {"stage_ms", "total_histogram", "deadline_misses"}) {
+    first.erase(timing);
+    second.erase(timing);
+  }
+  CHECK(first == second);
+}
+
+TEST_CASE("only the first scans on request") {
+  const Fixture fixture;
+  SmallRecording().write(fixture.dataset);
+  REQUIRE(fixture.onboard({"--scans", "5"}).exit_code == 0);
+  CHECK(fixture.stats()["scans"] == 5);
+  CHECK(fixture.stats()["keyframes"] == 1);
+  CHECK(datasets::list_files(fixture.run / "labels", ".label").size() == 5);
+}
+
+TEST_CASE("a second run into the same folder leaves nothing of the first") {
+  const Fixture fixture;
+  SmallRecording().write(fixture.dataset);
+  REQUIRE(fixture.onboard().exit_code == 0);
+  REQUIRE(fixture.onboard({"--scans", "3"}).exit_code == 0);
+  CHECK(datasets::list_files(fixture.run / "labels", ".label").size() == 3);
+}
+
+TEST_CASE("labels that may be somebody's ground truth are not overwritten") {
+  const Fixture fixture;
+  SmallRecording().write(fixture.dataset);
+  write_text(fixture.dataset / "labels/000000.label", "truth");
+  const CommandResult result =
+      run_unimapper({"onboard", fixture.dataset.string(), "--out", fixture.dataset.string()});
+  check_refused(result, "choose another --out");
+  CHECK(read_text(fixture.dataset / "labels/000000.label") == "truth");
+}
+
+TEST_CASE("the sensor comes from --sensor, else dataset.json, else the format, and is told") {
+  const Fixture fixture;
+  SmallRecording(2).write(fixture.dataset);
+  const auto sensor_line = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"onboard", fixture.dataset.string(), "--out",
+                                          fixture.run.string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_unimapper(arguments).err;
+  };
+  CHECK_THAT(sensor_line({}), Contains("sensor generic"));
+  write_text(fixture.dataset / "dataset.json", R"({"sensor": "livox-avia"})");
+  CHECK_THAT(sensor_line({}), Contains("sensor livox-avia (as dataset.json says)"));
+  CHECK_THAT(sensor_line({"--sensor", "VLP-16"}), Contains("sensor vlp-16 (as --sensor says)"));
+  CHECK_THAT(sensor_line({"--sensor", "thermometer"}), Contains("unknown sensor 'thermometer'"));
+  fs::rename(fixture.dataset / "scans", fixture.dataset / "velodyne");
+  fs::remove(fixture.dataset / "dataset.json");
+  CHECK_THAT(sensor_line({}), Contains("sensor hdl-64e"));
+}
+
+TEST_CASE("damaged recordings end the run with a sentence and exit code 1") {
+  const Fixture fixture;
+  SmallRecording recording;
+
+  SECTION("no recording at all") { check_refused(fixture.onboard(), "no such directory"); }
+  SECTION("no poses") {
+    recording.write(fixture.dataset);
+    fs::remove(fixture.dataset / "poses.txt");
+    check_refused(fixture.onboard(), "poses.txt: no such file");
+  }
+  SECTION("fewer poses than scans") {
+    recording.poses.pop_back();
+    recording.write(fixture.dataset);
+    check_refused(fixture.onboard(), "11 poses for 12 scans");
+  }
+  SECTION("a pose that is not a number") {
+    recording.poses[7].translation.x() = std::nan("");
+    recording.write(fixture.dataset);
+    check_refused(fixture.onboard(), "poses.txt:8: 'nan' is not finite");
+  }
+  SECTION("truncated scan") {
+    recording.write(fixture.dataset);
+    fs::resize_file(fixture.dataset / "scans/000005.bin", 1000);
+    check_refused(fixture.onboard(), "000005.bin: offset 992: truncated");
+  }
+}
+
+TEST_CASE("scans that cannot be used are refused one by one, counted, and labelled static") {
+  const Fixture fixture;
+  SmallRecording recording;
+  std::map<std::string, int> expected;
+  std::string message;
+
+  SECTION("empty scan") {
+    recording.scans[3].points.clear();
+    expected = {{"empty_scan", 1}};
+    message = "scan 000003 refused: the scan has no point";
+  }
+  SECTION("a scan of nothing but NaN") {
+    for (auto& point : recording.scans[3].points) {
+      point.x = std::numeric_limits<float>::quiet_NaN();
+    }
+    expected = {{"empty_scan", 1}};
+    message = "scan 000003 refused: the scan has no point";
+  }
+  SECTION("the pose jumps by 100 m and back") {
+    recording.poses[6].translation.y() = 100.0;
+    expected = {{"pose_jump", 1}};
+    message = "scan 000006 refused: ";
+  }
+  SECTION("time goes backwards") {
+    recording.stamps_ns[8] = recording.stamps_ns[2];
+    expected = {{"time_reversed", 1}};
+    message = "scan 000008 refused: ";
+  }
+  recording.write(fixture.dataset);
+  const CommandResult result = fixture.onboard();
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK_THAT(result.err, Contains(message));
+  CHECK(fixture.stats()["scans_refused"].get<std::map<std::string, int>>() == expected);
+  CHECK(fixture.stats()["scans"] == 12);
+  CHECK(fixture.stats()["allocations_after_start"] == 0);
+  fixture.check_labels(recording);
+}
+
+TEST_CASE("a jump of 10 m between two scans closes the keyframe and mapping goes on") {
+  const Fixture fixture;
+  SmallRecording recording(20);
+  for (std::size_t i = 6; i < recording.poses.size(); ++i) {
+    recording.poses[i].translation.x() += 10.0;
+  }
+  recording.write(fixture.dataset);
+  REQUIRE(fixture.onboard().exit_code == 0);
+  // The scan that jumped is refused; those before and after it make keyframes.
+  CHECK(fixture.stats()["scans_refused"]["pose_jump"] == 1);
+  CHECK(fixture.stats()["keyframes"] == 3);
+  fixture.check_labels(recording);
+}
+
+TEST_CASE("single points that are NaN, infinite or absurd are counted and keep their place") {
+  const Fixture fixture;
+  SmallRecording recording;
+  auto& points = recording.scans[4].points;
+  points[0].x = std::numeric_limits<float>::quiet_NaN();
+  points[1].y = std::numeric_limits<float>::infinity();
+  points[2].z = -std::numeric_limits<float>::max();
+  recording.write(fixture.dataset);
+  REQUIRE(fixture.onboard().exit_code == 0);
+  CHECK(fixture.stats()["dropped"]["not_finite"] == 2);
+  CHECK(fixture.stats()["dropped"]["out_of_range"].get<int>() >= 1);
+  fixture.check_labels(recording);
+}
+
+TEST_CASE("a run that cannot be written is reported") {
+  const Fixture fixture;
+  SmallRecording(2).write(fixture.dataset);
+  write_text(fixture.directory.path() / "file", "");
+  check_refused(run_unimapper({"onboard", fixture.dataset.string(), "--out",
+                               (fixture.directory.path() / "file/run").string()}),
+                "cannot create the directory");
+}
+
+TEST_CASE("real time means at the pace of the stamps") {
+  const Fixture fixture;
+  SmallRecording(4).write(fixture.dataset);
+  const auto start = std::chrono::steady_clock::now();
+  REQUIRE(fixture.onboard({"--realtime"}).exit_code == 0);
+  CHECK(std::chrono::steady_clock::now() - start >= std::chrono::milliseconds(300));
+  CHECK(fixture.stats()["realtime"] == true);
+}
+
+TEST_CASE("a run may be searched for the places of an earlier one") {
+  const Fixture fixture;
+  SmallRecording(15).write(fixture.dataset);
+  REQUIRE(fixture.onboard().exit_code == 0);
+  const fs::path second = fixture.directory.path() / "second";
+  const auto against = [&](const fs::path& earlier) {
+    return run_unimapper({"onboard", fixture.dataset.string(), "--out", second.string(), "--sensor",
+                          "vlp-16", "--against", earlier.string(), "--all-candidates"});
+  };
+  const CommandResult result = against(fixture.run);
+  INFO(result.err);
+  CHECK(result.exit_code == 0);
+  const auto stats = nlohmann::json::parse(read_text(second / "stats.json"));
+  CHECK(stats["capacity"]["places"]["used"] == 4);  // two of each run
+
+  check_refused(against(fixture.directory.path() / "nowhere"), "keyframes.lcmlog");
+  write_text(fixture.run / "keyframes.lcmlog", "garbage");
+  check_refused(against(fixture.run), "holds no keyframe");
+}
+
+TEST_CASE("a link that cannot be opened is reported") {
+  const Fixture fixture;
+  SmallRecording(2).write(fixture.dataset);
+  check_refused(fixture.onboard({"--publish", "nonsense://nowhere"}), "nonsense://nowhere");
+}
