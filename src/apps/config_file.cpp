@@ -75,6 +75,7 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("log_odds_weakly_occupied", config.log_odds_weakly_occupied);
   visitor("log_odds_limit", config.log_odds_limit);
   visitor("components", config.components);
+  visitor("connecting_height_m", config.connecting_height_m);
   visitor("component_dynamic_share", config.component_dynamic_share);
   visitor("component_static_share", config.component_static_share);
   visitor("firm_log_odds", config.firm_log_odds);
