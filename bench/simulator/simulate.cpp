@@ -40,12 +40,12 @@ class Run {
   Run(const SimulationConfig& config, std::uint32_t day, const std::filesystem::path& out)
       : config_(config),
         model_(checked_model(config.sensor)),
+        writer_(out),
         duration_s_(stamp_of(config.scans)),
         world_(build_town(config.seed, day)),
         scene_(world_),
         robot_(world_.plan, config.route, derive_key(config.seed, day), duration_s_),
         actors_(world_, robot_, config.seed, day, duration_s_),
-        writer_(out),
         key_(Random(config.seed, Stream::kRay, static_cast<std::uint64_t>(config.route),
                     day * 16ULL + static_cast<std::uint64_t>(config.sensor))
                  .bits()) {}
@@ -136,12 +136,12 @@ class Run {
 
   const SimulationConfig& config_;
   LidarModel model_;
+  RunWriter writer_;  // before the town: an unwritable folder is found out at once
   double duration_s_;
   World world_;
   StaticScene scene_;
   RobotMotion robot_;
   Actors actors_;
-  RunWriter writer_;
   std::uint64_t key_;
   std::atomic<std::uint32_t> next_{0};
   std::atomic<bool> failed_{false};

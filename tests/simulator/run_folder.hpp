@@ -1,0 +1,80 @@
+// Runs the simulator into a folder of its own and reads back what it wrote.
+#pragma once
+
+#include <stdlib.h>
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "bench/simulator/geometry.hpp"
+#include "bench/simulator/simulate.hpp"
+
+namespace unimapper::simulator::test {
+
+/// A folder that exists as long as this object.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "simulator-XXXXXX").string();
+    path_ = mkdtemp(pattern.data());
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+struct LabelledPoint {
+  float x, y, z, intensity;
+  std::uint16_t label, object;
+};
+
+inline std::string read_bytes(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+inline std::string numbered(std::size_t index, const char* extension) {
+  std::string name = std::to_string(index);
+  return std::string(6 - name.size(), '0') + name + extension;
+}
+
+/// Points of one scan with their labels; empty if the files disagree.
+inline std::vector<LabelledPoint> read_scan(const std::filesystem::path& run, std::size_t index) {
+  const std::string points = read_bytes(run / "scans" / numbered(index, ".bin"));
+  const std::string labels = read_bytes(run / "labels" / numbered(index, ".label"));
+  std::vector<LabelledPoint> scan(points.size() / 16);
+  if (points.size() % 16 != 0 || labels.size() != 4 * scan.size()) return {};
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    points.copy(reinterpret_cast<char*>(&scan[i].x), 16, 16 * i);
+    labels.copy(reinterpret_cast<char*>(&scan[i].label), 4, 4 * i);
+  }
+  return scan;
+}
+
+inline std::vector<Frame> read_poses(const std::filesystem::path& path) {
+  std::vector<Frame> poses;
+  std::ifstream file(path);
+  std::array<double, 12> v{};
+  while (true) {
+    for (double& value : v) file >> value;
+    if (!file) return poses;
+    poses.push_back(
+        {{v[0], v[4], v[8]}, {v[1], v[5], v[9]}, {v[2], v[6], v[10]}, {v[3], v[7], v[11]}});
+  }
+}
+
+inline bool is_moving(const LabelledPoint& p) { return p.label >= 252; }
+
+}  // namespace unimapper::simulator::test

@@ -1,0 +1,80 @@
+// What cannot be simulated or written is said in words.
+#include <catch2/catch.hpp>
+
+#include "run_folder.hpp"
+
+namespace unimapper::simulator::test {
+namespace {
+
+using Catch::Matchers::Contains;
+
+SimulationConfig tiny_config() {
+  SimulationConfig config;
+  config.sensor = SensorKind::kVlp16;
+  config.scans = 2;
+  config.thin = 32;
+  return config;
+}
+
+std::string message_of(const SimulationConfig& config, const std::filesystem::path& out) {
+  try {
+    simulate(config, out);
+  } catch (const SimulationError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+}  // namespace
+
+TEST_CASE("an unknown scene, route, sensor or a senseless number is refused") {
+  TemporaryFolder folder;
+  SimulationConfig config = tiny_config();
+  config.scene = "moon";
+  CHECK_THAT(message_of(config, folder.path()), Contains("unknown scene 'moon'"));
+  config = tiny_config();
+  config.route = 'Z';
+  CHECK_THAT(message_of(config, folder.path()), Contains("unknown route 'Z'"));
+  config = tiny_config();
+  config.sensor = SensorKind::kGeneric;
+  CHECK_THAT(message_of(config, folder.path()), Contains("sensor 'generic'"));
+  config = tiny_config();
+  config.scans = 0;
+  CHECK_THAT(message_of(config, folder.path()), Contains("number of scans"));
+  config = tiny_config();
+  config.thin = 0;
+  CHECK_THAT(message_of(config, folder.path()), Contains("thinning"));
+  CHECK(std::filesystem::is_empty(folder.path()));
+}
+
+TEST_CASE("a file where the folder should be is reported by name") {
+  TemporaryFolder folder;
+  const auto blocked = folder.path() / "blocked";
+  std::ofstream(blocked) << "not a folder";
+  const std::string message = message_of(tiny_config(), blocked);
+  CHECK_THAT(message, Contains("cannot make the folder"));
+  CHECK_THAT(message, Contains(blocked.string()));
+}
+
+TEST_CASE("a full disk is reported with the file that did not fit") {
+  if (!std::filesystem::exists("/dev/full")) {
+    WARN("skipped: this system has no /dev/full");
+    return;
+  }
+  TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path() / "scans");
+  std::filesystem::create_symlink("/dev/full", folder.path() / "scans" / "000001.bin");
+  const std::string message = message_of(tiny_config(), folder.path());
+  CHECK_THAT(message, Contains("000001.bin"));
+  CHECK_THAT(message, Contains("No space left on device"));
+}
+
+TEST_CASE("drift presets have names") {
+  CHECK(parse_drift("lio") == DriftPreset::kLio);
+  CHECK(parse_drift("none") == DriftPreset::kNone);
+  CHECK(parse_drift("icp") == DriftPreset::kIcp);
+  CHECK(parse_drift("bad") == DriftPreset::kBad);
+  CHECK_FALSE(parse_drift("LIO ").has_value());
+}
+
+}  // namespace unimapper::simulator::test

@@ -1,0 +1,181 @@
+// What a simulated recording contains.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <map>
+
+#include "bench/simulator/raycast.hpp"
+#include "run_folder.hpp"
+
+namespace unimapper::simulator::test {
+namespace {
+
+constexpr std::uint64_t kSeed = 5;
+constexpr std::uint32_t kScans = 60;
+
+SimulationConfig recording_config() {
+  SimulationConfig config;
+  config.sensor = SensorKind::kOs2_128;
+  config.scans = kScans;
+  config.thin = 16;
+  config.seed = kSeed;
+  return config;
+}
+
+/// A short recording shared by the sections of a test.
+struct Recording {
+  explicit Recording(const SimulationConfig& config) {
+    simulate(config, folder.path());
+    for (std::size_t i = 0; i < config.scans; ++i) scans.push_back(read_scan(folder.path(), i));
+    truth = read_poses(folder.path() / "gt_poses.txt");
+    odometry = read_poses(folder.path() / "poses.txt");
+  }
+  TemporaryFolder folder;
+  std::vector<std::vector<LabelledPoint>> scans;
+  std::vector<Frame> truth, odometry;
+};
+
+Vec3 in_town(const Frame& pose, const LabelledPoint& p) { return pose({p.x, p.y, p.z}); }
+
+/// Distance to the nearest standing surface along the six axes, at most `reach`.
+std::vector<double> clearance(const Caster& caster, const std::vector<Vec3>& points, double reach) {
+  std::vector<RayQuery> queries;
+  for (const Vec3& p : points) {
+    for (const Vec3 d : {Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0},
+                         Vec3{0, 0, 1}, Vec3{0, 0, -1}}) {
+      queries.push_back({p, d, 0.0F, 0.0F, static_cast<float>(reach)});
+    }
+  }
+  std::vector<RayHit> hits(queries.size());
+  caster.cast(queries, hits);
+  std::vector<double> result;
+  for (std::size_t i = 0; i < hits.size(); i += 6) {
+    double nearest = reach;
+    for (std::size_t k = 0; k < 6; ++k) {
+      const double d = hits[i + k].distance_m;
+      if (d >= 0.0) nearest = std::min(nearest, d);
+    }
+    result.push_back(nearest);
+  }
+  return result;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+TEST_CASE("a recording is complete and looks like a town") {
+  const Recording run(recording_config());
+  REQUIRE(run.truth.size() == kScans);
+  REQUIRE(run.odometry.size() == kScans);
+  constexpr double kRays = 131072.0 / 16.0;
+  std::map<int, double> share;
+  double points = 0.0;
+  double moving = 0.0;
+  for (const auto& scan : run.scans) {
+    // Sky, dark paint and glass give nothing back, most of the rest does.
+    CHECK(static_cast<double>(scan.size()) > 0.7 * kRays);
+    CHECK(static_cast<double>(scan.size()) < 0.985 * kRays);
+    for (const LabelledPoint& p : scan) {
+      const bool is_valid = std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) &&
+                            p.intensity >= 0.0F && p.intensity <= 1.0F && p.label != 0;
+      CHECK_FALSE(!is_valid);
+      share[p.label] += 1.0;
+      points += 1.0;
+      moving += is_moving(p) ? 1.0 : 0.0;
+      if (is_moving(p)) CHECK_FALSE(p.object == 0);
+    }
+  }
+  for (auto& [label, count] : share) count /= points;
+  CHECK(share[label::kRoad] > 0.05);
+  CHECK(share[label::kSidewalk] > 0.02);
+  CHECK(share[label::kBuilding] > 0.1);
+  CHECK(share[label::kBuilding] < 0.65);
+  CHECK(share[label::kVegetation] > 0.02);
+  CHECK(share[label::kVegetation] < 0.4);
+  CHECK(share[label::kCar] > 0.005);
+  CHECK(share[label::kTrunk] > 0.0005);
+  CHECK(share[label::kPole] > 0.0005);
+  CHECK(share[label::kOutlier] < 1e-3);
+  CHECK(moving / points > 0.002);
+  CHECK(moving / points < 0.1);
+}
+
+TEST_CASE("static points lie on what stands, moving ones do not, walls are centimetres thick") {
+  const Recording run(recording_config());
+  const World world = build_town(kSeed, 0);
+  const StaticScene scene(world);
+  const MovingScene nothing(scene);
+  const Caster caster(scene, nothing);
+  std::vector<Vec3> standing;
+  std::vector<Vec3> walls;
+  std::vector<Vec3> moving;
+  for (std::size_t i = 0; i < kScans; i += 4) {
+    for (const LabelledPoint& p : run.scans[i]) {
+      const Vec3 at = in_town(run.truth[i], p);
+      const double range = norm({p.x, p.y, p.z});
+      if (range > 50.0) continue;
+      // A person who merely stands keeps the label person: not part of the town.
+      if (is_moving(p)) {
+        moving.push_back(at);
+      } else if (p.label == label::kBuilding) {
+        walls.push_back(at);
+      } else if (p.label == label::kRoad || p.label == label::kSidewalk ||
+                 p.label == label::kFence || p.label == label::kCar) {
+        if (p.label != label::kCar || p.object < 20000) standing.push_back(at);
+      }
+    }
+  }
+  REQUIRE(standing.size() > 1000);
+  REQUIRE(walls.size() > 1000);
+  REQUIRE(moving.size() > 50);
+  const auto share_near = [&](const std::vector<Vec3>& points) {
+    const auto distances = clearance(caster, points, 0.25);
+    const auto near =
+        std::count_if(distances.begin(), distances.end(), [](double d) { return d < 0.2; });
+    return static_cast<double>(near) / static_cast<double>(points.size());
+  };
+  CHECK(share_near(standing) > 0.97);
+  CHECK(share_near(walls) > 0.97);
+  CHECK(share_near(moving) < 0.6);
+  const double thickness = median(clearance(caster, walls, 0.5));
+  CHECK(thickness > 0.002);
+  CHECK(thickness < 0.03);
+}
+
+TEST_CASE("scans taken with the true poses agree, those with the odometry slowly part") {
+  SimulationConfig config = recording_config();
+  config.drift = DriftPreset::kBad;
+  const Recording run(config);
+  const Frame T_town_odometry = run.truth.front() * run.odometry.front().inverse();
+  const auto error = [&](std::size_t i) {
+    return norm((T_town_odometry * run.odometry[i]).origin - run.truth[i].origin);
+  };
+  CHECK(error(0) < 1e-5);
+  CHECK(error(kScans - 1) > 0.02);
+  CHECK(error(kScans - 1) < 5.0);
+}
+
+TEST_CASE("stamps are ten a second and every sensor records") {
+  const SensorKind sensor =
+      GENERATE(SensorKind::kHdl64e, SensorKind::kVlp16, SensorKind::kOs1_64,
+               SensorKind::kAevaAeries2, SensorKind::kLivoxAvia, SensorKind::kLivoxMid360);
+  SimulationConfig config = recording_config();
+  config.sensor = sensor;
+  config.scans = 3;
+  const Recording run(config);
+  const SensorModel& model = sensor_model(sensor);
+  INFO(model.name);
+  for (const auto& scan : run.scans) {
+    CHECK(static_cast<double>(scan.size()) > 0.25 * model.points_per_scan / config.thin);
+    for (const LabelledPoint& p : scan) {
+      CHECK_FALSE(norm({p.x, p.y, p.z}) > 1.02 * model.range_max_m);
+    }
+  }
+  CHECK(read_bytes(run.folder.path() / "times.txt") == "0.100000000\n0.200000000\n0.300000000\n");
+}
+
+}  // namespace unimapper::simulator::test
