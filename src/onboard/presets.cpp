@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper {
@@ -10,7 +12,10 @@ void apply_data_sheet(const SensorModel& sensor, PipelineConfig& config) noexcep
   // A quarter more than the nominal rate, for second returns and odd sweeps; whole pages.
   const std::uint32_t points = sensor.points_per_scan + sensor.points_per_scan / 4;
   config.keyframe.max_points_per_scan = (points + 4095U) / 4096U * 4096U;
-  config.voxel.max_cells = sensor.points_per_scan > 60000U ? 1U << 18U : 1U << 17U;
+  // A dense long-range sensor fills 300 000 cells in a wide street.
+  config.voxel.max_cells = sensor.points_per_scan > 100000U  ? 1U << 19U
+                           : sensor.points_per_scan > 50000U ? 1U << 18U
+                                                             : 1U << 17U;
 
   // The images reach a little beyond the field of view: mounting offsets, beam offsets.
   constexpr float kSlackDeg = 1.0F;
@@ -21,9 +26,17 @@ void apply_data_sheet(const SensorModel& sensor, PipelineConfig& config) noexcep
   config.descriptor.max_cells = config.voxel.max_cells;
 }
 
-/// Patterns that do not repeat need an image per scan, with pixels as large as the gaps.
-void apply_pattern(ScanPattern pattern, FreeSpaceConfig& free_space) noexcept {
-  if (pattern == ScanPattern::kSpinning) return;
+/// Patterns that do not repeat need an image per scan, with pixels as large as the gaps. Rows of
+/// spinning sensors are no finer than half the gap between two rings: a verdict then rests on
+/// the rings on either side.
+void apply_pattern(const SensorModel& sensor, FreeSpaceConfig& free_space) noexcept {
+  if (sensor.pattern == ScanPattern::kSpinning) {
+    const float gap_deg = (sensor.elevation_max_deg - sensor.elevation_min_deg) /
+                          static_cast<float>(std::max(sensor.rings, 2U) - 1U);
+    free_space.elevation_resolution_deg =
+        std::max(free_space.elevation_resolution_deg, 0.5F * gap_deg);
+    return;
+  }
   free_space.images_per_keyframe = 10;
   free_space.azimuth_resolution_deg = 1.0F;
   free_space.elevation_resolution_deg = 1.0F;
@@ -35,7 +48,7 @@ PipelineConfig preset(SensorKind sensor) noexcept {
   const SensorModel& model = sensor_model(sensor);
   PipelineConfig config;
   apply_data_sheet(model, config);
-  apply_pattern(model.pattern, config.free_space);
+  apply_pattern(model, config.free_space);
   return config;
 }
 

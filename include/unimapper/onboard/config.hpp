@@ -137,7 +137,7 @@ struct RemovalConfig {
   float connecting_height_m = 0.3F;
   /// A component with at least this share of dynamic cells is dynamic, with less than the
   /// second share static; between them each cell stands for itself. [0, 1]; measured.
-  float component_dynamic_share = 0.3F;
+  float component_dynamic_share = 0.2F;
   float component_static_share = 0.05F;
   /// Cells at or below minus this log-odds keep their own verdict whatever their component says:
   /// a van that drives past does not take the parked car with it. (0, 1000]; measured.

@@ -1,0 +1,122 @@
+// The pipeline allocates nothing after construction, counted by a malloc family of our own.
+//
+// It is defined here, in the executable, because replacing operator new would miss malloc, and
+// wrapping malloc at link time would miss what libstdc++ allocates.
+#include <cerrno>
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <vector>
+
+#include "run.hpp"
+
+namespace {
+
+bool counting = false;
+unsigned long allocations = 0;
+
+void count() { allocations += counting ? 1U : 0U; }
+
+}  // namespace
+
+extern "C" {
+
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* old, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
+void __libc_free(void* block);
+
+void* malloc(std::size_t size) {
+  count();
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t elements, std::size_t size) {
+  count();
+  return __libc_calloc(elements, size);
+}
+void* realloc(void* old, std::size_t size) {
+  count();
+  return __libc_realloc(old, size);
+}
+void* memalign(std::size_t alignment, std::size_t size) {
+  count();
+  return __libc_memalign(alignment, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+  count();
+  return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** out, std::size_t alignment, std::size_t size) {
+  count();
+  *out = __libc_memalign(alignment, size);
+  return *out == nullptr ? ENOMEM : 0;
+}
+void free(void* block) { __libc_free(block); }
+}
+
+namespace {
+
+using namespace unimapper;
+using namespace unimapper::test;
+
+/// Scans are made first; only what the robot would run is counted.
+unsigned long count_run(const PipelineConfig& config, const std::vector<LabelledScan>& scans,
+                        unsigned& keyframes) {
+  OwnedPipeline pipeline(config);
+  std::vector<PointLabel> labels(100000);
+  allocations = 0;
+  counting = true;
+  std::int64_t stamp = 0;
+  for (const LabelledScan& scan : scans) {
+    // Every refusal is on the way: time, pose, jump, nothing valid.
+    pipeline->add_scan(scan.view(), sensor_at(0, 0), -1);
+    pipeline->add_scan(scan.view(), sensor_at(1e12, 0), stamp + 1);
+    pipeline->add_scan(PointView{}, sensor_at(0, 0), stamp + 1);
+    const ScanResult result = pipeline->add_scan(
+        scan.view(), sensor_at(0.1 * static_cast<double>(keyframes), 0), ++stamp);
+    if (!result.keyframe_ready) continue;
+    ++keyframes;
+    for (std::size_t s = 0; s < pipeline->keyframe().scans.size(); ++s) pipeline->labels(s, labels);
+  }
+  pipeline->add_scan(scans.front().view(), sensor_at(500.0, 0), ++stamp);
+  pipeline->flush();
+  counting = false;
+  return allocations;
+}
+
+}  // namespace
+
+int main() {
+  counting = true;
+  std::free(std::malloc(10));
+  delete new int(3);
+  std::vector<int> vector(10);
+  counting = false;
+  if (allocations < 3) {
+    std::puts("the counter itself does not count");
+    return 1;
+  }
+
+  Scene scene;
+  scene.boxes = {standing_box({8.0, 6.0, 1.5}, {6.0, 0.3, 1.5}),
+                 moving_box({8.0, -4.0, 0.9}, {0.0, 1.4, 0.0}, {0.25, 0.25, 0.9})};
+  std::vector<LabelledScan> scans;
+  for (int i = 0; i < 45; ++i) scans.push_back(scene.scan(sensor_at(0, 0), 0.1 * i));
+
+  PipelineConfig both = small_config();
+  both.free_space.columns = true;
+  PipelineConfig thinned = small_config();
+  thinned.keyframe.downsample_leaf_m = 0.1F;
+  PipelineConfig tight = small_config();
+  tight.voxel.max_cells = 1000;
+  tight.voxel.max_voxels = 50;
+  for (const PipelineConfig& config : {both, thinned, tight}) {
+    unsigned keyframes = 0;
+    const unsigned long counted = count_run(config, scans, keyframes);
+    std::printf("%lu allocations in %u keyframes\n", counted, keyframes);
+    if (counted != 0 || keyframes < 4) return 1;
+  }
+  return 0;
+}

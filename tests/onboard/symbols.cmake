@@ -1,0 +1,41 @@
+cmake_policy(VERSION 3.25)
+
+# What the onboard libraries ask of the outside world: nothing but memory copies and a few
+# functions of the maths library. No heap, no exceptions, no threads, no input or output.
+#
+# cmake -DNM=... -DLIBRARIES=a;b;c -P symbols.cmake
+execute_process(COMMAND ${NM} -P ${LIBRARIES} OUTPUT_VARIABLE listing RESULT_VARIABLE failed)
+if(failed)
+  message(FATAL_ERROR "${NM} could not read ${LIBRARIES}")
+endif()
+
+set(allowed
+  memset memcpy memmove memcmp
+  sqrt sqrtf cos lroundf
+  # the compiler's own support library
+  __popcountdi2)
+
+# One line per symbol: name, kind, ... Defined symbols first, so the libraries may use each other.
+string(REGEX MATCHALL "[^\n]+ [TtWVDBRrbdi] [^\n]*" defined_lines "${listing}")
+foreach(line IN LISTS defined_lines)
+  string(REGEX REPLACE " .*" "" name "${line}")
+  set(defined_${name} TRUE)
+endforeach()
+
+set(forbidden "")
+string(REGEX MATCHALL "[^\n]+ U[^\n]*" undefined_lines "${listing}")
+list(LENGTH undefined_lines undefined_count)
+if(undefined_count EQUAL 0)
+  message(FATAL_ERROR "no undefined symbol at all: the listing was not understood")
+endif()
+foreach(line IN LISTS undefined_lines)
+  string(REGEX REPLACE " .*" "" name "${line}")
+  if(NOT defined_${name} AND NOT name IN_LIST allowed)
+    list(APPEND forbidden ${name})
+  endif()
+endforeach()
+list(REMOVE_DUPLICATES forbidden)
+if(forbidden)
+  message(FATAL_ERROR "the onboard libraries must not use: ${forbidden}")
+endif()
+message(STATUS "${undefined_count} references, all within the whitelist")
