@@ -13,6 +13,7 @@ namespace {
 constexpr std::uint32_t kMagic = 0xEDA1DA01;
 constexpr std::array<std::uint8_t, 4> kMagicBytes{0xED, 0xA1, 0xDA, 0x01};
 constexpr std::uint64_t kHeaderBytes = 28;
+constexpr std::size_t kLargestBlockBytes = std::size_t{64} << 10U;
 
 std::string because() { return errno != 0 ? std::strerror(errno) : "unknown reason"; }
 
@@ -107,7 +108,8 @@ bool EventLogReader::continues_at(std::uint64_t offset) {
 }
 
 std::uint64_t EventLogReader::find_event(std::uint64_t from, std::uint64_t to) {
-  std::vector<std::uint8_t> block(std::size_t{64} << 10U);
+  // Small at first: the next event is mostly near, and a forged log can ask many times.
+  std::vector<std::uint8_t> block(256);
   for (std::uint64_t offset = from; offset < to;) {
     const std::uint64_t bytes = std::min<std::uint64_t>(block.size(), size_ - offset);
     if (bytes < kMagicBytes.size() || !read_at(offset, block.data(), bytes)) return to;
@@ -121,6 +123,7 @@ std::uint64_t EventLogReader::find_event(std::uint64_t from, std::uint64_t to) {
     }
     // The last three bytes may be the start of a magic word that the next block completes.
     offset += bytes - (kMagicBytes.size() - 1);
+    if (block.size() < kLargestBlockBytes) block.resize(2 * block.size());
   }
   return to;
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "ports/lcm/quantise.hpp"
@@ -76,7 +75,7 @@ void put_normal(LittleEndianWriter& out, OctahedralNormal normal) {
 
 /// False if the keypoint lies beyond what can travel.
 bool put_keypoint(LittleEndianWriter& out, const Keypoint& keypoint) {
-  const auto steps = grid_steps(keypoint.position, 1e3, -kKeypointLimitMm, kKeypointLimitMm);
+  const auto steps = to_millimetres(keypoint.position);
   const auto normal = octahedral(keypoint.normal);
   if (!steps || !normal) return false;
   for (int axis = 0; axis < 3; ++axis) out.put((*steps)[axis]);
@@ -88,8 +87,7 @@ bool put_keypoint(LittleEndianWriter& out, const Keypoint& keypoint) {
 
 /// False if the plane lies beyond what can travel.
 bool put_plane(LittleEndianWriter& out, const PlanePatch& plane) {
-  const auto steps = grid_steps(plane.center, 1e2, std::numeric_limits<std::int16_t>::min(),
-                                std::numeric_limits<std::int16_t>::max());
+  const auto steps = to_centimetres(plane.center);
   const auto normal = octahedral(plane.normal);
   if (!steps || !normal) return false;
   for (int axis = 0; axis < 3; ++axis) out.put(static_cast<std::int16_t>((*steps)[axis]));
@@ -154,7 +152,7 @@ const char* read_keypoints(LittleEndianReader& in, std::uint32_t count,
     }
     const OctahedralNormal normal = get_normal(in);
     if (!is_canonical(normal)) return "a keypoint's normal is not canonical";
-    keypoint.position = from_grid_steps(steps, 1e-3);
+    keypoint.position = from_millimetres(steps);
     keypoint.normal = unit_vector(normal);
     keypoint.occupancy = in.get<std::uint64_t>();
     keypoint.strength = in.get<std::uint16_t>();
@@ -170,7 +168,7 @@ const char* read_planes(LittleEndianReader& in, std::uint32_t count,
     for (int axis = 0; axis < 3; ++axis) steps[axis] = in.get<std::int16_t>();
     const OctahedralNormal normal = get_normal(in);
     if (!is_canonical(normal)) return "a plane's normal is not canonical";
-    plane.center = from_grid_steps(steps, 1e-2);
+    plane.center = from_centimetres(steps);
     plane.normal = unit_vector(normal);
   }
   return nullptr;
@@ -256,7 +254,7 @@ const char* read_record(LittleEndianReader& in, merge::KeyframeRecord& record) {
   return record_fault(record);
 }
 
-/// Writes through `put`, element by element, behind a count of those that could travel.
+/// Calls `put` for every element; how many of them could travel.
 template <typename Elements, typename Put>
 std::uint32_t put_all(const Elements& elements, Put put) {
   std::uint32_t written = 0;

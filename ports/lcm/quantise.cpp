@@ -11,6 +11,19 @@ namespace {
 
 constexpr double kMaxCode = 32767.0;
 
+/// Rounds to a grid of `steps_per_metre`; nothing if an axis leaves [lowest, highest].
+std::optional<Eigen::Vector3i> to_steps(const Eigen::Vector3f& position, double steps_per_metre,
+                                        std::int32_t lowest, std::int32_t highest) {
+  Eigen::Vector3i steps;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double rounded = std::floor(static_cast<double>(position[axis]) * steps_per_metre + 0.5);
+    // Written so that NaN fails it too.
+    if (!(rounded >= lowest && rounded <= highest)) return std::nullopt;
+    steps[axis] = static_cast<std::int32_t>(rounded);
+  }
+  return steps;
+}
+
 std::int16_t round_to_code(double value) {
   return static_cast<std::int16_t>(std::floor(value * kMaxCode + 0.5));
 }
@@ -43,41 +56,41 @@ void quantise_cells(std::vector<FineCell>& cells, std::uint64_t& left_out) {
 
 /// False if the keypoint cannot travel.
 bool quantise_keypoint(Keypoint& keypoint) {
-  const auto steps = grid_steps(keypoint.position, 1e3, -kKeypointLimitMm, kKeypointLimitMm);
+  const auto millimetres = to_millimetres(keypoint.position);
   const auto normal = octahedral(keypoint.normal);
-  if (!steps || !normal) return false;
-  keypoint.position = from_grid_steps(*steps, 1e-3);
+  if (!millimetres || !normal) return false;
+  keypoint.position = from_millimetres(*millimetres);
   keypoint.normal = unit_vector(*normal);
   return true;
 }
 
 /// False if the plane cannot travel.
 bool quantise_plane(PlanePatch& plane) {
-  const auto steps = grid_steps(plane.center, 1e2, std::numeric_limits<std::int16_t>::min(),
-                                std::numeric_limits<std::int16_t>::max());
+  const auto centimetres = to_centimetres(plane.center);
   const auto normal = octahedral(plane.normal);
-  if (!steps || !normal) return false;
-  plane.center = from_grid_steps(*steps, 1e-2);
+  if (!centimetres || !normal) return false;
+  plane.center = from_centimetres(*centimetres);
   plane.normal = unit_vector(*normal);
   return true;
 }
 
 }  // namespace
 
-std::optional<Eigen::Vector3i> grid_steps(const Eigen::Vector3f& position, double steps_per_metre,
-                                          std::int32_t lowest, std::int32_t highest) {
-  Eigen::Vector3i steps;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double rounded = std::floor(static_cast<double>(position[axis]) * steps_per_metre + 0.5);
-    // Written so that NaN fails it too.
-    if (!(rounded >= lowest && rounded <= highest)) return std::nullopt;
-    steps[axis] = static_cast<std::int32_t>(rounded);
-  }
-  return steps;
+std::optional<Eigen::Vector3i> to_millimetres(const Eigen::Vector3f& position) {
+  return to_steps(position, 1e3, -kKeypointLimitMm, kKeypointLimitMm);
 }
 
-Eigen::Vector3f from_grid_steps(const Eigen::Vector3i& steps, double metres_per_step) {
-  return (steps.cast<double>() * metres_per_step).cast<float>();
+Eigen::Vector3f from_millimetres(const Eigen::Vector3i& millimetres) {
+  return (millimetres.cast<double>() * 1e-3).cast<float>();
+}
+
+std::optional<Eigen::Vector3i> to_centimetres(const Eigen::Vector3f& position) {
+  return to_steps(position, 1e2, std::numeric_limits<std::int16_t>::min(),
+                  std::numeric_limits<std::int16_t>::max());
+}
+
+Eigen::Vector3f from_centimetres(const Eigen::Vector3i& centimetres) {
+  return (centimetres.cast<double>() * 1e-2).cast<float>();
 }
 
 std::optional<OctahedralNormal> octahedral(const Eigen::Vector3f& normal) {
@@ -115,12 +128,10 @@ bool is_canonical(OctahedralNormal code) {
 }
 
 std::vector<CellKey> cell_keys(std::span<const FineCell> cells, std::uint64_t& left_out) {
-  constexpr std::int32_t kLowest = std::numeric_limits<std::int16_t>::min();
-  constexpr std::int32_t kHighest = std::numeric_limits<std::int16_t>::max();
   std::vector<CellKey> keys;
   keys.reserve(cells.size());
   for (const FineCell& cell : cells) {
-    const auto steps = grid_steps(cell.position, 1e2, kLowest, kHighest);
+    const auto steps = to_centimetres(cell.position);
     if (!steps) {
       ++left_out;
       continue;
@@ -143,7 +154,7 @@ FineCell cell_of(CellKey key) {
     steps[axis] = (block << 8) + offset - 32768;
   }
   FineCell cell{};
-  cell.position = from_grid_steps(steps, 1e-2);
+  cell.position = from_centimetres(steps);
   cell.points = static_cast<std::uint16_t>(key & 0xFFU);
   cell.ground = ((key >> 32U) & 1U) == 0 ? 1 : 0;
   return cell;

@@ -47,10 +47,14 @@ bool is_canonical(OctahedralNormal code);
 
 inline constexpr std::int32_t kKeypointLimitMm = 1'000'000;
 
-/// A position in integer steps of 1 / `steps_per_metre`, or nothing if not finite or beyond
-/// `limit` steps on an axis.
-std::optional<Eigen::Vector3i> grid_steps(const Eigen::Vector3f& position, double steps_per_metre,
-                                          std::int32_t lowest, std::int32_t highest);
-Eigen::Vector3f from_grid_steps(const Eigen::Vector3i& steps, double metres_per_step);
+/// Position of a keypoint in whole millimetres, or nothing if it is not finite or beyond
+/// `kKeypointLimitMm` on an axis.
+std::optional<Eigen::Vector3i> to_millimetres(const Eigen::Vector3f& position);
+Eigen::Vector3f from_millimetres(const Eigen::Vector3i& millimetres);
+
+/// Position of a cell or plane in whole centimetres, or nothing if it is not finite or does not
+/// fit 16 bits on an axis.
+std::optional<Eigen::Vector3i> to_centimetres(const Eigen::Vector3f& position);
+Eigen::Vector3f from_centimetres(const Eigen::Vector3i& centimetres);
 
 }  // namespace unimapper::wire

@@ -14,7 +14,7 @@ namespace unimapper::wire {
 /// Bounds on what a stream, honest or forged, can make a receiver hold.
 struct ReceiverLimits {
   std::uint32_t max_sessions = 64;
-  std::uint32_t max_keyframe_bytes = 16U << 20U;
+  std::uint32_t max_keyframe_bytes = 64U << 20U;
   std::uint32_t max_pending_keyframes = 64;       ///< incomplete, over all sessions
   std::uint64_t max_pending_bytes = 256U << 20U;  ///< held for incomplete keyframes
   std::uint64_t max_stored_bytes = 16ULL << 30U;  ///< held for decoded keyframes

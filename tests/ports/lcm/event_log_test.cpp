@@ -122,9 +122,10 @@ TEST_CASE("a log cut anywhere keeps every whole event and reports the torn one")
   const TemporaryDirectory directory;
   const std::vector<std::size_t> ends = write_sample(directory / "log");
   const Data bytes = read_file(directory / "log");
+  test::MemoryFile cut;
   for (std::size_t length = 0; length < bytes.size(); ++length) {
-    write_file(directory / "cut", {bytes.begin(), bytes.begin() + static_cast<long>(length)});
-    EventLogReader reader(directory / "cut");
+    cut.write(bytes.data(), length);
+    EventLogReader reader(cut.path());
     const std::size_t events = read_all(reader).size();
     const auto whole = static_cast<std::size_t>(
         std::count_if(ends.begin(), ends.end(), [&](std::size_t end) { return end <= length; }));
@@ -140,7 +141,7 @@ TEST_CASE("the torn tail is reported with file and offset") {
   const TemporaryDirectory directory;
   const std::vector<std::size_t> ends = write_sample(directory / "log");
   Data bytes = read_file(directory / "log");
-  bytes.resize(bytes.size() - 10);
+  bytes.erase(bytes.end() - 10, bytes.end());
   write_file(directory / "cut.lcmlog", bytes);
   EventLogReader reader(directory / "cut.lcmlog");
   read_all(reader);
@@ -187,11 +188,12 @@ TEST_CASE("no flipped bit costs more than the event it is in") {
   const TemporaryDirectory directory;
   write_sample(directory / "log");
   const Data bytes = read_file(directory / "log");
+  test::MemoryFile file;
   for (std::size_t bit = 0; bit < bytes.size() * 8; ++bit) {
     Data damaged = bytes;
     damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ (1U << (bit % 8)));
-    write_file(directory / "damaged", damaged);
-    EventLogReader reader(directory / "damaged");
+    file.write(damaged.data(), damaged.size());
+    EventLogReader reader(file.path());
     if (read_all(reader).size() < 4) FAIL("bit " << bit);
   }
 }

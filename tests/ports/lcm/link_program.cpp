@@ -68,13 +68,13 @@ int publish(const std::vector<std::string>& arguments) {
   return 0;
 }
 
-// listen URL SESSIONS IDLE_MS
+// listen URL SESSIONS IDLE_MS FIRST_MESSAGE_MS
 int listen_to(const std::vector<std::string>& arguments) {
   ListenOptions options;
   options.url = arguments[0];
   options.sessions_expected = std::stoul(arguments[1]);
   options.idle_timeout = std::chrono::milliseconds(std::stol(arguments[2]));
-  options.first_message_timeout = std::chrono::seconds(30);
+  options.first_message_timeout = std::chrono::milliseconds(std::stol(arguments[3]));
   options.progress = [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); };
   const ListenResult result = listen(options);
   const char* const ends[] = {"complete", "gaps", "idle", "stopped"};

@@ -46,9 +46,9 @@ await() {
   done
 }
 
-# listen SESSIONS IDLE_MS: returns once the listener hears.
+# listen SESSIONS IDLE_MS [FIRST_MESSAGE_MS]: returns once the listener hears.
 listen() {
-  "$program" listen "$url" "$1" "$2" >"$directory/result" 2>"$directory/progress" &
+  "$program" listen "$url" "$1" "$2" "${3:-30000}" >"$directory/result" 2>"$directory/progress" &
   listener=$!
   children="$children $listener"
   await '^listening' progress
@@ -88,6 +88,12 @@ late_listener)
   wait $sender $listener
   expect 'end=gaps'
   expect '^alpha keyframes=[1-9][0-9]* missing=[1-9][0-9]* damaged=0 ended equal'
+  ;;
+nobody)
+  listen 1 10000 300
+  wait $listener
+  expect 'end=idle malformed=0'
+  grep -q 'no session yet' "$directory/progress" || fail "the listener says nothing"
   ;;
 killed_robot)
   listen 1 1500

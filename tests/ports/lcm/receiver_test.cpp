@@ -367,11 +367,11 @@ TEST_CASE("a torn log gives every keyframe that is whole in it") {
   const TemporaryDirectory directory;
   write_log(directory / "log", kAlpha, 4);
   const std::vector<char> bytes = content(directory / "log");
+  test::MemoryFile torn;
   std::size_t last_keyframes = 0;
   for (std::size_t length = 0; length < bytes.size(); length += 37) {
-    std::ofstream(directory / "torn", std::ios::binary)
-        .write(bytes.data(), static_cast<std::streamsize>(length));
-    const ReceivedLog log = read_event_log(directory / "torn");
+    torn.write(bytes.data(), length);
+    const ReceivedLog log = read_event_log(torn.path());
     const std::size_t keyframes = log.sessions.empty() ? 0 : log.sessions[0].keyframes.size();
     CHECK(keyframes >= last_keyframes);
     last_keyframes = keyframes;
@@ -384,15 +384,14 @@ TEST_CASE("no flipped bit in a log gets an altered keyframe through") {
   const TemporaryDirectory directory;
   write_log(directory / "log", kAlpha, 2);
   const std::vector<char> bytes = content(directory / "log");
-  const auto original = encode_keyframe(test::keyframe_of(kAlpha.id, 0));
+  test::MemoryFile file;
   Random random(12);
   for (int i = 0; i < 500; ++i) {
     std::vector<char> damaged = bytes;
     const std::uint32_t at = random.below(static_cast<std::uint32_t>(bytes.size()));
     damaged[at] = static_cast<char>(damaged[at] ^ (1 << random.below(8)));
-    std::ofstream(directory / "damaged", std::ios::binary)
-        .write(damaged.data(), static_cast<std::streamsize>(damaged.size()));
-    for (const merge::SessionData& session : read_event_log(directory / "damaged").sessions) {
+    file.write(damaged.data(), damaged.size());
+    for (const merge::SessionData& session : read_event_log(file.path()).sessions) {
       for (const merge::KeyframeRecord& record : session.keyframes) {
         REQUIRE(encode_keyframe(record) ==
                 encode_keyframe(test::keyframe_of(kAlpha.id, record.sequence)));

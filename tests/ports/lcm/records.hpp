@@ -1,11 +1,13 @@
 // Keyframes to send: a small fixed one and random ones.
 #pragma once
 
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cmath>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 
 #include "unimapper/core/voxel_key.hpp"
@@ -117,6 +119,28 @@ class TemporaryDirectory {
 
  private:
   std::filesystem::path path_;
+};
+
+/// A file that never meets a disk: for tests that write thousands.
+class MemoryFile {
+ public:
+  MemoryFile() : descriptor_(memfd_create("unimapper_test", 0)) {}
+  ~MemoryFile() { close(descriptor_); }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+
+  /// Replaces the content.
+  void write(const void* bytes, std::size_t size) {
+    const bool written = ftruncate(descriptor_, 0) == 0 &&
+                         pwrite(descriptor_, bytes, size, 0) == static_cast<ssize_t>(size);
+    if (!written) throw std::runtime_error("no memory for a file");
+  }
+  [[nodiscard]] std::filesystem::path path() const {
+    return "/proc/self/fd/" + std::to_string(descriptor_);
+  }
+
+ private:
+  int descriptor_;
 };
 
 }  // namespace unimapper::wire::test
