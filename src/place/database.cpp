@@ -30,14 +30,15 @@ void PlaceDatabase::attach(Arena& arena, const LoopSearchConfig& config) noexcep
   const std::size_t places = config.max_places;
   table_.attach(arena, config);
   places_ = arena.allocate<Place>(places);
-  vertices_ = arena.allocate<Vertex>(places * config.max_keypoints);
+  vertices_ = arena.allocate<Eigen::Vector3f>(places * config.max_keypoints);
+  codes_ = arena.allocate<std::uint64_t>(places * config.max_keypoints);
   planes_ = arena.allocate<StoredPlane>(places * config.max_planes);
   votes_ = arena.allocate<std::uint16_t>(places * kYawBins);
-  stored_keypoints_.attach(arena, config.max_keypoints);
+  keypoints_.attach(arena, config.max_keypoints);
   triangles_.attach(arena, config.triangles.max_triangles);
-  query_.attach(arena, config.max_keypoints);
   matches_.attach(arena, config.max_matches);
   candidates_.attach(arena, places);
+  gathered_ = arena.allocate<Match>(std::size_t{kMatchesPerPlace} * config.max_candidates);
   hypotheses_.attach(arena, std::size_t{kHypothesesPerPlace} * config.max_candidates);
   shifts_.attach(arena, kMatchesPerPlace);
   targets_.attach(arena, config.max_keypoints);
@@ -67,14 +68,16 @@ void PlaceDatabase::insert(const PlaceView& place, PlaceId id) noexcept {
   Place& stored = places_[slot];
   stored = {};
   stored.id = id;
-  stored_keypoints_.clear();
-  Vertex* vertices = vertices_ + std::size_t{slot} * config_.max_keypoints;
+  keypoints_.clear();
+  const std::size_t first = std::size_t{slot} * config_.max_keypoints;
   for (const Keypoint& keypoint : place.keypoints) {
-    if (!is_finite(keypoint) || !stored_keypoints_.push_back(keypoint)) {
+    if (!is_finite(keypoint) || !keypoints_.push_back(keypoint)) {
       ++dropped_;
       continue;
     }
-    vertices[stored.keypoints++] = {keypoint.position, 0, keypoint.occupancy};
+    vertices_[first + stored.keypoints] = keypoint.position;
+    codes_[first + stored.keypoints] = keypoint.occupancy;
+    ++stored.keypoints;
   }
   StoredPlane* planes = planes_ + std::size_t{slot} * config_.max_planes;
   for (const PlanePatch& patch : place.planes) {
@@ -88,9 +91,7 @@ void PlaceDatabase::insert(const PlaceView& place, PlaceId id) noexcept {
       plane.normal[axis] = unit_fraction(patch.normal(axis));
     }
   }
-  triangles_.reset_refused();
-  build_triangles(stored_keypoints_.view(), config_.triangles, triangles_);
-  dropped_ += triangles_.refused();
+  build_triangles(keypoints_.view(), config_.triangles, triangles_);
   for (const Triangle& triangle : triangles_) {
     if (table_.insert(triangle, static_cast<std::uint16_t>(slot))) {
       ++stored.triangles;
@@ -102,15 +103,15 @@ void PlaceDatabase::insert(const PlaceView& place, PlaceId id) noexcept {
 
 // The triangles follow from the stored positions just as they did when they were inserted.
 void PlaceDatabase::forget(std::uint32_t slot) noexcept {
-  stored_keypoints_.clear();
-  const Vertex* vertices = vertices_ + std::size_t{slot} * config_.max_keypoints;
+  keypoints_.clear();
+  const Eigen::Vector3f* vertices = vertices_ + std::size_t{slot} * config_.max_keypoints;
   for (std::uint32_t i = 0; i < places_[slot].keypoints; ++i) {
     Keypoint keypoint{};
-    keypoint.position = vertices[i].position;
+    keypoint.position = vertices[i];
     keypoint.normal = Eigen::Vector3f::UnitZ();
-    stored_keypoints_.push_back(keypoint);
+    keypoints_.push_back(keypoint);
   }
-  build_triangles(stored_keypoints_.view(), config_.triangles, triangles_);
+  build_triangles(keypoints_.view(), config_.triangles, triangles_);
   for (const Triangle& triangle : triangles_) {
     table_.remove(triangle, static_cast<std::uint16_t>(slot));
   }
@@ -133,7 +134,8 @@ std::span<const LoopCandidate> PlaceDatabase::search(const PlaceView& query, Pla
   vote(query, query_id, scope);
   choose_candidates();
   hypotheses_.clear();
-  for (const Candidate& candidate : candidates_) form_hypotheses(candidate);
+  gather_matches();
+  for (std::uint32_t i = 0; i < candidates_.size(); ++i) form_hypotheses(i);
   const auto better = [this](const Hypothesis& a, const Hypothesis& b) {
     if (a.inliers != b.inliers) return a.inliers > b.inliers;
     if (a.votes != b.votes) return a.votes > b.votes;

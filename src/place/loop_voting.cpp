@@ -1,6 +1,5 @@
 // Loop search, first half: from triangles to hypotheses.
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 
@@ -9,19 +8,18 @@
 namespace unimapper {
 namespace {
 
-// Direction of (cosine, sine) as a number in [0, 4) that grows with the angle: no trigonometry.
-float turn_of(float cosine, float sine) noexcept {
-  const float sum = std::abs(cosine) + std::abs(sine);
-  if (!(sum > 0.0F)) return 0.0F;
-  const float part = sine / sum;
-  if (cosine >= 0.0F) return part >= 0.0F ? part : 4.0F + part;
-  return 2.0F - part;
+// std::popcount calls a table look-up where the instruction cannot be assumed; this stays inline.
+std::uint32_t ones(std::uint64_t bits) noexcept {
+  bits -= (bits >> 1U) & 0x5555555555555555ULL;
+  bits = (bits & 0x3333333333333333ULL) + ((bits >> 2U) & 0x3333333333333333ULL);
+  bits = (bits + (bits >> 4U)) & 0x0F0F0F0F0F0F0F0FULL;
+  return static_cast<std::uint32_t>((bits * 0x0101010101010101ULL) >> 56U);
 }
 
 // Dice similarity of two occupancy columns.
 float similarity_of(std::uint64_t a, std::uint64_t b) noexcept {
-  const int common = std::popcount(a & b);
-  const int sum = std::popcount(a) + std::popcount(b);
+  const std::uint32_t common = ones(a & b);
+  const std::uint32_t sum = ones(a) + ones(b);
   return sum == 0 ? 0.0F : 2.0F * static_cast<float>(common) / static_cast<float>(sum);
 }
 
@@ -32,40 +30,24 @@ constexpr float kSameShift = 2.0F;
 
 void PlaceDatabase::vote(const PlaceView& query, PlaceId query_id,
                          const SearchScope& scope) noexcept {
-  query_.clear();
-  stored_keypoints_.clear();
+  keypoints_.clear();
   for (const Keypoint& keypoint : query.keypoints) {
     if (!keypoint.position.allFinite() || !keypoint.normal.allFinite()) continue;
-    if (!stored_keypoints_.push_back(keypoint)) break;
-    query_.push_back({keypoint.position, 0, keypoint.occupancy});
+    if (!keypoints_.push_back(keypoint)) break;
   }
-  build_triangles(stored_keypoints_.view(), config_.triangles, triangles_);
+  build_triangles(keypoints_.view(), config_.triangles, triangles_);
   std::fill_n(votes_, std::size_t{size_} * kYawBins, std::uint16_t{0});
-  for (std::uint32_t i = 0; i < size_; ++i) places_[i].used = in_scope(places_[i], query_id, scope);
+  for (std::uint32_t i = 0; i < size_; ++i) {
+    places_[i].role = in_scope(places_[i], query_id, scope) ? kInScope : kOutOfScope;
+  }
   matches_.clear();
   matches_.reset_refused();
   for (const Triangle& triangle : triangles_) {
     table_.find(triangle, [&](const TriangleEntry& entry) {
-      if (places_[entry.place].used == 0) return;
-      const Vertex* stored = vertices_ + std::size_t{entry.place} * config_.max_keypoints;
-      float similarity = 0.0F;
-      float dot = 0.0F;
-      float cross = 0.0F;
-      for (int i = 0; i < 3; ++i) {
-        similarity += similarity_of(query_[triangle.vertex[i]].code, stored[entry.vertex[i]].code);
-      }
-      if (similarity < 3.0F * config_.min_code_similarity) return;
-      for (int i = 0; i < 3; ++i) {
-        const int j = i == 2 ? 0 : i + 1;
-        const Eigen::Vector3f p =
-            query_[triangle.vertex[j]].position - query_[triangle.vertex[i]].position;
-        const Eigen::Vector3f q =
-            stored[entry.vertex[j]].position - stored[entry.vertex[i]].position;
-        dot += p.x() * q.x() + p.y() * q.y();
-        cross += p.x() * q.y() - p.y() * q.x();
-      }
-      const auto bin = std::min(static_cast<std::uint32_t>(turn_of(dot, cross) * (kYawBins / 4.0F)),
-                                kYawBins - 1);
+      if (places_[entry.place].role == kOutOfScope) return;
+      constexpr std::uint32_t kHeadingsPerBin = 256 / kYawBins;
+      const auto turn = static_cast<std::uint8_t>(entry.heading - triangle.heading);
+      const std::uint32_t bin = turn / kHeadingsPerBin;
       std::uint16_t& votes = votes_[std::size_t{entry.place} * kYawBins + bin];
       if (votes < 0xFFFF) ++votes;
       matches_.push_back({entry.place,
@@ -83,7 +65,7 @@ void PlaceDatabase::vote(const PlaceView& query, PlaceId query_id,
 void PlaceDatabase::choose_candidates() noexcept {
   candidates_.clear();
   for (std::uint32_t slot = 0; slot < size_; ++slot) {
-    if (places_[slot].used == 0) continue;
+    if (places_[slot].role == kOutOfScope) continue;
     const std::uint16_t* votes = votes_ + std::size_t{slot} * kYawBins;
     std::uint32_t total = 0;
     std::uint32_t best = 0;
@@ -99,7 +81,7 @@ void PlaceDatabase::choose_candidates() noexcept {
     if (best < 2) continue;
     const float expected = 2.0F * static_cast<float>(total) / static_cast<float>(kYawBins);
     const float score = (static_cast<float>(best) - expected) / std::sqrt(expected + 1.0F);
-    candidates_.push_back({slot, best_bin, score});
+    candidates_.push_back({slot, best_bin, 0, score});
   }
   const auto better = [this](const Candidate& a, const Candidate& b) {
     if (a.score != b.score) return a.score > b.score;
@@ -110,21 +92,47 @@ void PlaceDatabase::choose_candidates() noexcept {
   candidates_.resize_uninitialized(wanted);
 }
 
-// Clusters the triangles of a candidate that agree on its heading by the shift they imply, and
-// turns the largest clusters into hypotheses.
-void PlaceDatabase::form_hypotheses(const Candidate& candidate) noexcept {
-  shifts_.clear();
-  const Vertex* stored = vertices_ + std::size_t{candidate.place} * config_.max_keypoints;
+// How alike the columns at the three vertices are, [0, 1].
+float PlaceDatabase::mean_similarity(const Match& match) const noexcept {
+  const std::size_t first = std::size_t{match.place} * config_.max_keypoints;
+  float sum = 0.0F;
+  for (int i = 0; i < 3; ++i) {
+    sum += similarity_of(keypoints_[match.query[i]].occupancy, codes_[first + match.stored[i]]);
+  }
+  return sum / 3.0F;
+}
+
+// Sorts out the matches of the candidates that agree with their heading and look alike.
+void PlaceDatabase::gather_matches() noexcept {
+  for (std::uint32_t i = 0; i < candidates_.size(); ++i) {
+    places_[candidates_[i].place].role = static_cast<std::uint16_t>(kCandidate + i);
+  }
   for (const Match& match : matches_) {
-    if (match.place != candidate.place) continue;
-    if (match.yaw_bin != candidate.yaw_bin && match.yaw_bin != (candidate.yaw_bin + 1) % kYawBins) {
-      continue;
-    }
+    const std::uint16_t role = places_[match.place].role;
+    if (role < kCandidate) continue;
+    const std::uint32_t index = role - std::uint32_t{kCandidate};
+    Candidate& candidate = candidates_[index];
+    const bool same_heading =
+        match.yaw_bin == candidate.yaw_bin || match.yaw_bin == (candidate.yaw_bin + 1) % kYawBins;
+    if (!same_heading || candidate.matches == kMatchesPerPlace) continue;
+    if (mean_similarity(match) < config_.min_code_similarity) continue;
+    gathered_[index * kMatchesPerPlace + candidate.matches++] = match;
+  }
+}
+
+// Clusters the triangles of a candidate by the shift they imply, and turns the largest clusters
+// into hypotheses.
+void PlaceDatabase::form_hypotheses(std::uint32_t index) noexcept {
+  shifts_.clear();
+  const Candidate& candidate = candidates_[index];
+  const Eigen::Vector3f* stored = vertices_ + std::size_t{candidate.place} * config_.max_keypoints;
+  for (std::uint32_t m = 0; m < candidate.matches; ++m) {
+    const Match& match = gathered_[index * kMatchesPerPlace + m];
     Eigen::Vector2f a[3];
     Eigen::Vector2f b[3];
     for (int i = 0; i < 3; ++i) {
-      a[i] = query_[match.query[i]].position.head<2>();
-      b[i] = stored[match.stored[i]].position.head<2>();
+      a[i] = keypoints_[match.query[i]].position.head<2>();
+      b[i] = stored[match.stored[i]].head<2>();
     }
     Shift shift;
     if (!fit_planar(a, b, 3, shift.pose)) continue;

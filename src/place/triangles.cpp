@@ -24,15 +24,20 @@ float squared_distance(const Keypoint& a, const Keypoint& b) noexcept {
   return (a.position - b.position).head<2>().squaredNorm();
 }
 
-void find_neighbours(std::span<const Keypoint> keypoints, std::uint32_t wanted, float max_side_m,
+// Only neighbours far enough away to be a side are counted: larger triangles are rarer, so more
+// telling, and their headings more certain.
+void find_neighbours(std::span<const Keypoint> keypoints, const TriangleConfig& config,
                      Neighbourhood& result) noexcept {
+  const std::uint32_t wanted = std::min(config.neighbours, kMaxNeighbours);
+  const float nearest_squared = config.min_side_m * config.min_side_m;
+  const float farthest_squared = config.max_side_m * config.max_side_m;
   const auto n = static_cast<std::uint32_t>(keypoints.size());
   for (std::uint32_t i = 0; i < n; ++i) {
     float nearest[kMaxNeighbours];
     std::uint32_t count = 0;
     for (std::uint32_t j = 0; j < n; ++j) {
       const float d = squared_distance(keypoints[i], keypoints[j]);
-      if (j == i || !(d <= max_side_m * max_side_m)) continue;
+      if (j == i || !(d >= nearest_squared && d <= farthest_squared)) continue;
       if (count == wanted && !(d < nearest[count - 1])) continue;
       std::uint32_t at = count < wanted ? count++ : count - 1;
       for (; at > 0 && d < nearest[at - 1]; --at) {
@@ -61,6 +66,22 @@ bool made_before(const Neighbourhood& near, std::uint32_t i, std::uint32_t j,
 std::uint8_t quantised_dot(const Keypoint& a, const Keypoint& b) noexcept {
   const float dot = std::min(1.0F, std::abs(a.normal.dot(b.normal)));
   return static_cast<std::uint8_t>(dot * 255.0F + 0.5F);
+}
+
+// Angle of (x, y) in 1/256 turn, within 0.2 degrees. No trigonometric function, whose last bit
+// differs between platforms.
+std::uint8_t heading_of(float x, float y) noexcept {
+  const float ax = std::abs(x);
+  const float ay = std::abs(y);
+  const float larger = std::max(ax, ay);
+  if (!(larger > 0.0F)) return 0;
+  const float ratio = std::min(ax, ay) / larger;
+  // atan(r) ~ r (pi/4 + 0.273 (1 - r)), in turns.
+  float turn = ratio * (0.125F + 0.04345F * (1.0F - ratio));
+  if (ay > ax) turn = 0.25F - turn;
+  if (x < 0.0F) turn = 0.5F - turn;
+  if (y < 0.0F) turn = 1.0F - turn;
+  return static_cast<std::uint8_t>(static_cast<std::uint32_t>(turn * 256.0F + 0.5F) & 0xFFU);
 }
 
 // Sorts the sides and fills the attributes; false if the triangle is unfit.
@@ -100,7 +121,7 @@ bool make_triangle(std::span<const Keypoint> points, const TriangleConfig& confi
   out.dot[1] = quantised_dot(a, c);
   out.dot[2] = quantised_dot(a, b);
   out.left_handed = doubled_area < 0.0F ? 1 : 0;
-  out.reserved = 0;
+  out.heading = heading_of(ab.x(), ab.y());
   return true;
 }
 
@@ -111,7 +132,7 @@ void build_triangles(std::span<const Keypoint> keypoints, const TriangleConfig& 
   out.clear();
   if (keypoints.size() > kMaxKeypoints) keypoints = keypoints.first(kMaxKeypoints);
   Neighbourhood near;
-  find_neighbours(keypoints, std::min(config.neighbours, kMaxNeighbours), config.max_side_m, near);
+  find_neighbours(keypoints, config, near);
   for (std::uint32_t i = 0; i < keypoints.size(); ++i) {
     for (std::uint32_t first = 0; first < near.count[i]; ++first) {
       for (std::uint32_t second = first + 1; second < near.count[i]; ++second) {

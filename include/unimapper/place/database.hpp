@@ -69,13 +69,10 @@ class PlaceDatabase {
   static constexpr std::uint32_t kYawBins = 32;
   static constexpr std::uint32_t kMatchesPerPlace = 256;
   static constexpr std::uint32_t kHypothesesPerPlace = 3;
+  static constexpr std::uint16_t kOutOfScope = 0;
+  static constexpr std::uint16_t kInScope = 1;
+  static constexpr std::uint16_t kCandidate = 2;
 
-  // What is kept of a keypoint: position, and the occupancy of its column.
-  struct Vertex {
-    Eigen::Vector3f position;
-    std::uint32_t reserved;
-    std::uint64_t code;
-  };
   // A plane in 10 bytes: centimetres and 1/127.
   struct StoredPlane {
     std::int16_t center_cm[3];
@@ -87,7 +84,7 @@ class PlaceDatabase {
     std::uint16_t keypoints;
     std::uint16_t planes;
     std::uint16_t triangles;
-    std::uint16_t used;  // 1 if the search under way may answer with it
+    std::uint16_t role;  // in the search under way: kOutOfScope, kInScope, kCandidate + index
   };
   // A query triangle that equals a stored one.
   struct Match {
@@ -100,6 +97,7 @@ class PlaceDatabase {
   struct Candidate {
     std::uint32_t place;
     std::uint32_t yaw_bin;
+    std::uint32_t matches;  // gathered so far, at most kMatchesPerPlace
     float score;
   };
   // What one matched triangle says about the pose.
@@ -121,7 +119,9 @@ class PlaceDatabase {
   void forget(std::uint32_t slot) noexcept;
   void vote(const PlaceView& query, PlaceId query_id, const SearchScope& scope) noexcept;
   void choose_candidates() noexcept;
-  void form_hypotheses(const Candidate& candidate) noexcept;
+  [[nodiscard]] float mean_similarity(const Match& match) const noexcept;
+  void gather_matches() noexcept;
+  void form_hypotheses(std::uint32_t candidate) noexcept;
   void load_targets(std::uint32_t slot) noexcept;
   std::uint32_t consensus(const PlanarPose& pose, float radius_m) noexcept;
   void improve(Hypothesis& hypothesis) noexcept;
@@ -133,8 +133,9 @@ class PlaceDatabase {
   LoopSearchConfig config_{};
   TriangleTable table_;
   Place* places_ = nullptr;
-  Vertex* vertices_ = nullptr;     // max_keypoints per place
-  StoredPlane* planes_ = nullptr;  // max_planes per place
+  Eigen::Vector3f* vertices_ = nullptr;  // positions of keypoints, max_keypoints per place
+  std::uint64_t* codes_ = nullptr;       // their occupancy, likewise
+  StoredPlane* planes_ = nullptr;        // max_planes per place
   std::uint32_t capacity_ = 0;
   std::uint32_t size_ = 0;
   std::uint32_t next_ = 0;  // slot of the next insertion, the oldest when full
@@ -142,15 +143,15 @@ class PlaceDatabase {
   std::uint64_t dropped_ = 0;
 
   // Scratch of one search or insertion.
-  FixedVector<Keypoint> stored_keypoints_;
+  FixedVector<Keypoint> keypoints_;  // the finite ones of the place at hand
   FixedVector<Triangle> triangles_;
-  FixedVector<Vertex> query_;
   FixedVector<Match> matches_;
   std::uint16_t* votes_ = nullptr;  // kYawBins per place
   FixedVector<Candidate> candidates_;
+  Match* gathered_ = nullptr;  // kMatchesPerPlace per candidate
   FixedVector<Shift> shifts_;
   FixedVector<Hypothesis> hypotheses_;
-  FixedVector<Vertex> targets_;  // of the place under examination, ascending in x
+  FixedVector<Eigen::Vector3f> targets_;  // of the place under examination, ascending in x
   FixedVector<PlanePatch> match_planes_;
   FixedVector<PointPair> pairs_;
   PlaneOverlap overlap_;

@@ -19,7 +19,9 @@ struct Triangle {
   /// |n_j . n_k| of the projection normals at the two ends of side i, in 1/255.
   std::uint8_t dot[3];
   std::uint8_t left_handed;  ///< 1 if vertex 0, 1, 2 run clockwise seen from above
-  std::uint8_t reserved;
+  /// Direction from vertex 0 to vertex 1 (along the longest side), in 1/256 turn. Two sightings
+  /// of one triangle differ in it by the turn between their frames.
+  std::uint8_t heading;
 };
 static_assert(sizeof(Triangle) <= 32);
 
