@@ -23,6 +23,7 @@ int run(int argc, char** argv) {
       "Every command has a --help of its own.");
   unimapper::apps::register_simulate(app);
   unimapper::apps::register_onboard(app);
+  unimapper::apps::register_merge(app);
   unimapper::apps::register_evaluate(app);
   try {
     app.parse(argc, argv);

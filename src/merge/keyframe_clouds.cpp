@@ -30,15 +30,11 @@ void KeyframeClouds::prepare(std::vector<KeyframeRef> keyframes) {
 
 RegistrationCloud KeyframeClouds::make_cloud(KeyframeRef k) const {
   const auto& keyframes = sessions_[k.session].keyframes;
-  const std::size_t first =
-      k.keyframe - std::min<std::size_t>(k.keyframe, config_.submap_keyframes);
-  const std::size_t last =
-      std::min<std::size_t>(k.keyframe + config_.submap_keyframes, keyframes.size() - 1);
   const Pose T_keyframe_odometry = keyframes[k.keyframe].T_odometry_keyframe.inverse();
   const float reach = config_.submap_radius_m * config_.submap_radius_m;
   std::vector<Eigen::Vector3f> points;
   std::vector<std::uint8_t> ground;
-  for (std::size_t i = first; i <= last; ++i) {
+  const auto add = [&](std::size_t i) {
     const Pose T = T_keyframe_odometry * keyframes[i].T_odometry_keyframe;
     const Eigen::Matrix3f rotation = T.rotation.cast<float>();
     const Eigen::Vector3f translation = T.translation.cast<float>();
@@ -48,6 +44,12 @@ RegistrationCloud KeyframeClouds::make_cloud(KeyframeRef k) const {
       points.push_back(p);
       ground.push_back(cell.ground);
     }
+  };
+  add(k.keyframe);
+  for (std::size_t away = 1; away <= config_.submap_keyframes; ++away) {
+    if (points.size() >= config_.submap_cells) break;
+    if (k.keyframe >= away) add(k.keyframe - away);
+    if (k.keyframe + away < keyframes.size()) add(k.keyframe + away);
   }
   return RegistrationCloud(points, ground, config_);
 }

@@ -30,9 +30,6 @@ Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
   return m;
 }
 
-/// Symmetric and well conditioned by construction: both summands are at least sigma^2.
-Eigen::Matrix3d inverse(const Eigen::Matrix3d& m) { return m.inverse(); }
-
 Pose moved(const Pose& pose, const Vector6d& step) {
   const Eigen::Vector3d phi = step.tail<3>();
   const double angle = phi.norm();
@@ -59,7 +56,8 @@ class Aligner {
     const Eigen::Vector3f t = pose.translation.cast<float>();
     const auto gate = static_cast<float>(gate_m * gate_m);
     matches_.clear();
-    for (std::size_t i = 0; i < source_.size(); ++i) {
+    const std::size_t stride = 1 + (source_.size() - 1) / config_.max_source_points;
+    for (std::size_t i = 0; i < source_.size(); i += stride) {
       const Eigen::Vector3f p = r * source_.points()[i] + t;
       float bound = gate;
       // The partner of the last iteration is rarely far off, which prunes the search.
@@ -86,9 +84,10 @@ class Aligner {
       const Eigen::Vector3d rotated = pose.rotation * source_.points()[m.source].cast<double>();
       const Eigen::Vector3d d =
           target_.points()[m.target].cast<double>() - rotated - pose.translation;
-      mahalanobis_[k] = inverse(target_.covariance(m.target).cast<double>() +
-                                pose.rotation * source_.covariance(m.source).cast<double>() *
-                                    pose.rotation.transpose());
+      const Eigen::Matrix3d joint =
+          target_.covariance(m.target).cast<double>() +
+          pose.rotation * source_.covariance(m.source).cast<double>() * pose.rotation.transpose();
+      mahalanobis_[k] = joint.inverse();
       const Eigen::Vector3d md = mahalanobis_[k] * d;
       const double e2 = d.dot(md);
       // What moved between the visits must not pull: weights fall off beyond a few sigma.

@@ -75,7 +75,18 @@ struct RegistrationCloud::Tree {
 RegistrationCloud::RegistrationCloud(std::span<const Eigen::Vector3f> points,
                                      std::span<const std::uint8_t> ground,
                                      const RegistrationConfig& config) {
-  thin(points, ground, config.leaf_m);
+  std::vector<Eigen::Vector3f> kept(points.begin(), points.end());
+  std::vector<std::uint8_t> kept_ground(ground.begin(), ground.end());
+  float leaf_m = config.leaf_m;
+  thin(kept, kept_ground, leaf_m);
+  while (points_.size() > config.max_points) {
+    leaf_m *= 1.3F;
+    kept = std::move(points_);
+    kept_ground = std::move(ground_);
+    points_.clear();
+    ground_.clear();
+    thin(kept, kept_ground, leaf_m);
+  }
   tree_ = std::make_unique<Tree>(points_);
   estimate_covariances(config);
 }
@@ -100,8 +111,8 @@ RegistrationCloud& RegistrationCloud::operator=(RegistrationCloud&& other) noexc
   return *this;
 }
 
-void RegistrationCloud::thin(std::span<const Eigen::Vector3f> points,
-                             std::span<const std::uint8_t> ground, float leaf_m) {
+void RegistrationCloud::thin(const std::vector<Eigen::Vector3f>& points,
+                             const std::vector<std::uint8_t>& ground, float leaf_m) {
   const float inverse = 1.0F / leaf_m;
   const float limit = leaf_m * static_cast<float>(kVoxelAxisLimit - 1);
   std::vector<std::pair<VoxelKey, std::uint32_t>> keyed;

@@ -18,13 +18,17 @@ struct OdometryNoiseConfig {
 
 /// Registration clouds and G-ICP (paper section VI, refined registration).
 struct RegistrationConfig {
-  float leaf_m = 0.4F;                 ///< spacing of registration points, [0.05, 5]
-  std::uint32_t neighbors = 12;        ///< points a covariance is taken from, [5, 64]
-  std::uint32_t submap_keyframes = 2;  ///< neighbours before and after in a submap, [0, 10]
-  float submap_radius_m = 60.0F;       ///< points farther from the keyframe are left out, [5, 300]
+  float leaf_m = 0.4F;           ///< spacing of registration points, [0.05, 5]
+  std::uint32_t neighbors = 12;  ///< points a covariance is taken from, [5, 64]
+  /// Neighbours before and after a keyframe that may join its cloud, [0, 10] ...
+  std::uint32_t submap_keyframes = 2;
+  std::uint32_t submap_cells = 60000;  ///< ... until it holds so many cells, [0, 10000000]
+  std::uint32_t max_points = 12000;    ///< the leaf grows until a cloud is smaller, [100, 1000000]
+  std::uint32_t max_source_points = 4000;  ///< points of a source that are aligned, [100, 1000000]
+  float submap_radius_m = 50.0F;  ///< points farther from the keyframe are left out, [5, 300]
   float coarse_correspondence_m = 2.5F;  ///< gate of the first stage, [0.1, 20]
   float fine_correspondence_m = 1.0F;    ///< gate of the last stage, [0.1, 20]
-  std::uint32_t max_iterations = 30;     ///< of both stages together, [1, 200]
+  std::uint32_t max_iterations = 24;     ///< of both stages together, [1, 200]
   double plane_sigma_m = 0.03;           ///< thickness of a surface, [0.001, 1]
   /// Neighbouring points repeat each other's errors: so many count as one observation, [1, 1000].
   double correlated_points = 30.0;
@@ -39,10 +43,10 @@ struct LoopConfig {
   std::uint32_t candidates_per_keyframe = 3;  ///< verified per keyframe and other session, [1, 32]
   std::uint32_t max_candidates_per_pair = 200;  ///< verified per pair of sessions, [1, 5000]
   double max_tilt_rad = 0.09;                   ///< gravity gate: both frames are level, [0.01, 1]
-  double min_initial_overlap = 0.2;             ///< before G-ICP is tried, [0, 1]
+  double min_initial_overlap = 0.3;             ///< before G-ICP is tried, [0, 1]
   double min_overlap = 0.45;                    ///< of structure (no ground) after G-ICP, [0, 1]
   double max_rmse_m = 0.35;                     ///< of matched points after G-ICP, [0.01, 5]
-  double max_contradiction = 0.15;              ///< points inside the other's free space, [0, 1]
+  double max_contradiction = 0.5;               ///< points inside the other's free space, [0, 1]
   double max_correction_m = 4.0;                ///< G-ICP against the descriptor's pose, [0.1, 50]
   double max_correction_rad = 0.25;             ///< the same for rotation, [0.01, 3.2]
 };

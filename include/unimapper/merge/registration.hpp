@@ -41,7 +41,7 @@ class RegistrationCloud {
 
  private:
   struct Tree;
-  void thin(std::span<const Eigen::Vector3f> points, std::span<const std::uint8_t> ground,
+  void thin(const std::vector<Eigen::Vector3f>& points, const std::vector<std::uint8_t>& ground,
             float leaf_m);
   void estimate_covariances(const RegistrationConfig& config);
 
@@ -64,8 +64,9 @@ struct RegistrationResult {
   double condition = 0.0;
 };
 
-/// Aligns `source` to `target` from `T_target_source`, first with the coarse gate, then with the
-/// fine one (Levenberg-Marquardt over pairs that are matched anew in every iteration).
+/// Aligns `source` (evenly thinned to `max_source_points`) to `target` from `T_target_source`,
+/// first with the coarse gate, then with the fine one (Levenberg-Marquardt over pairs that are
+/// matched anew in every iteration).
 RegistrationResult register_clouds(const RegistrationCloud& target, const RegistrationCloud& source,
                                    const Pose& T_target_source, const RegistrationConfig& config);
 

@@ -1,0 +1,128 @@
+#include <algorithm>
+#include <iostream>
+#include <set>
+#include <stdexcept>
+#include <tuple>
+
+#include "ports/lcm/live.hpp"
+#include "ports/lcm/receiver.hpp"
+#include "src/apps/merge/options.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxNameBytes = 100;
+
+/// Names become file names, whoever sent them.
+std::string file_safe(std::string name) {
+  for (char& c : name) {
+    const bool fine = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                      c == '-' || c == '_' || c == '.';
+    if (!fine) c = '_';
+  }
+  if (name.size() > kMaxNameBytes) name.resize(kMaxNameBytes);
+  if (name.empty() || name.front() == '.') name.insert(0, "session");
+  return name;
+}
+
+void report_losses(const std::string& source, const wire::ReceiverCounters& counters,
+                   const std::vector<merge::SessionData>& sessions) {
+  const auto say = [&](std::uint64_t count, const char* what) {
+    if (count > 0) std::cerr << "unimapper: warning: " << source << ": " << count << what << '\n';
+  };
+  say(counters.malformed, " messages could not be decoded");
+  say(counters.refused, " messages were refused (too many sessions or too much data)");
+  say(counters.contradictory, " sessions changed their name or sensor on the way");
+  say(counters.keyframes_damaged, " keyframes are damaged and were left out");
+  say(counters.keyframes_abandoned, " keyframes never became complete");
+  for (const auto& session : sessions) {
+    const std::string name = "session " + session.info.name;
+    if (session.keyframes_missing > 0) {
+      std::cerr << "unimapper: warning: " << source << ": " << name << " lacks "
+                << session.keyframes_missing << " keyframes\n";
+    }
+    if (!session.complete) {
+      std::cerr << "unimapper: warning: " << source << ": the end of " << name
+                << " is missing; what is whole is used\n";
+    }
+  }
+}
+
+void read_log(const fs::path& log, const fs::path& run, std::vector<InputSession>& inputs) {
+  wire::ReceivedLog received = wire::read_event_log(log);
+  for (const auto& fault : received.faults) std::cerr << "unimapper: warning: " << fault << '\n';
+  report_losses(log.string(), received.counters, received.sessions);
+  if (received.sessions.empty()) {
+    throw std::runtime_error(log.string() + ": holds no keyframes of any session");
+  }
+  const bool named_by_folder = !run.empty() && received.sessions.size() == 1;
+  for (auto& session : received.sessions) {
+    if (named_by_folder) session.info.name = run.filename().string();
+    inputs.push_back({std::move(session), run});
+  }
+}
+
+void read_run(const fs::path& path, std::vector<InputSession>& inputs) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) {
+    const fs::path log = path / "keyframes.lcmlog";
+    if (!fs::exists(log, error)) {
+      throw std::runtime_error(path.string() +
+                               ": holds no keyframes.lcmlog; is it a folder that "
+                               "`unimapper onboard --out` wrote?");
+    }
+    // "runs/a/", "." and "runs/../runs/a" have the name of the folder they mean.
+    fs::path folder = fs::canonical(path, error);
+    read_log(log, error ? path : folder, inputs);
+    return;
+  }
+  if (!fs::exists(path, error)) throw std::runtime_error(path.string() + ": does not exist");
+  read_log(path, {}, inputs);
+}
+
+void receive_live(const MergeOptions& options, std::vector<InputSession>& inputs) {
+  const auto milliseconds = [](double seconds) {
+    return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000.0));
+  };
+  wire::ListenOptions listening;
+  listening.url = options.listen;
+  listening.sessions_expected = options.sessions;
+  listening.first_message_timeout = milliseconds(options.first_timeout_s);
+  listening.idle_timeout = milliseconds(options.idle_timeout_s);
+  listening.progress = [](const std::string& text) {
+    std::cerr << "unimapper: " << text << std::endl;
+  };
+  wire::ListenResult received = wire::listen(listening);
+  if (received.end == wire::ListenEnd::kIdle) {
+    std::cerr << "unimapper: warning: nothing more arrived before all sessions had ended\n";
+  }
+  report_losses(options.listen, received.counters, received.sessions);
+  for (auto& session : received.sessions) inputs.push_back({std::move(session), {}});
+}
+
+}  // namespace
+
+std::vector<InputSession> gather_sessions(const MergeOptions& options) {
+  std::vector<InputSession> inputs;
+  for (const auto& run : options.runs) read_run(run, inputs);
+  if (!options.listen.empty()) receive_live(options, inputs);
+  if (inputs.empty()) throw std::runtime_error("no session arrived");
+  for (auto& input : inputs) input.data.info.name = file_safe(input.data.info.name);
+  // Whatever the order on the command line or on the network.
+  std::sort(inputs.begin(), inputs.end(), [](const InputSession& a, const InputSession& b) {
+    return std::tie(a.data.info.name, a.data.info.id, a.run) <
+           std::tie(b.data.info.name, b.data.info.id, b.run);
+  });
+  std::set<std::string> taken;
+  for (auto& input : inputs) {
+    const std::string name = input.data.info.name;
+    for (int number = 2; !taken.insert(input.data.info.name).second; ++number) {
+      input.data.info.name = name + "-" + std::to_string(number);
+    }
+  }
+  return inputs;
+}
+
+}  // namespace unimapper::apps

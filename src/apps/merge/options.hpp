@@ -1,0 +1,41 @@
+// What `unimapper merge` does, without the command line.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "unimapper/merge/keyframe_record.hpp"
+
+namespace unimapper::apps {
+
+struct MergeOptions {
+  std::vector<std::filesystem::path> runs;  ///< run folders or LCM event logs
+  std::filesystem::path out;
+  std::string listen;        ///< LCM URL; empty: do not listen
+  std::size_t sessions = 1;  ///< sessions to wait for when listening
+  double first_timeout_s = 60.0;
+  double idle_timeout_s = 10.0;
+  std::vector<std::pair<std::string, std::filesystem::path>> truths;  ///< session, dataset
+  /// Run folders of live sessions, for the report: stage times and labels are read from them.
+  std::vector<std::filesystem::path> stats;
+  unsigned threads = 0;
+  std::string command_line;  ///< shown in the report
+};
+
+/// A session and where it came from.
+struct InputSession {
+  merge::SessionData data;
+  std::filesystem::path run;  ///< its run folder; empty for logs and live sessions
+};
+
+/// Reads and receives all sessions, sorted by name, names unique and fit for files. Damage is
+/// reported on stderr and what is whole is kept. Throws std::runtime_error if there is nothing.
+std::vector<InputSession> gather_sessions(const MergeOptions& options);
+
+/// Merges and writes the map folder. Throws std::runtime_error with a sentence for the user.
+void run_merge(const MergeOptions& options);
+
+}  // namespace unimapper::apps

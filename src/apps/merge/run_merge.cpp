@@ -1,0 +1,107 @@
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+#include <stdexcept>
+#include <utility>
+
+#include "src/apps/evaluate/evaluate.hpp"
+#include "src/apps/merge/options.hpp"
+#include "src/apps/report.hpp"
+#include "src/apps/session_clouds.hpp"
+#include "src/apps/truth.hpp"
+#include "unimapper/merge/export.hpp"
+#include "unimapper/merge/merger.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// "runs/a" and "runs/a/" are both called "a".
+std::string folder_name(const std::filesystem::path& folder) {
+  return folder.has_filename() ? folder.filename().string()
+                               : folder.parent_path().filename().string();
+}
+
+/// Ground truth and scores where the user named a dataset for a session.
+std::vector<SessionEvidence> gather_evidence(const MergeOptions& options,
+                                             const std::vector<merge::SessionData>& sessions,
+                                             const std::vector<std::filesystem::path>& runs) {
+  std::vector<SessionEvidence> evidence(sessions.size());
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    evidence[s].run = runs[s];
+    for (const auto& folder : options.stats) {
+      if (evidence[s].run.empty() && folder_name(folder) == sessions[s].info.name) {
+        evidence[s].run = folder;
+      }
+    }
+  }
+  for (const auto& [name, dataset] : options.truths) {
+    const std::string& wanted = name;
+    const auto found =
+        std::find_if(sessions.begin(), sessions.end(),
+                     [&](const merge::SessionData& s) { return s.info.name == wanted; });
+    if (found == sessions.end()) {
+      std::string known;
+      for (const auto& session : sessions) {
+        known += (known.empty() ? "" : ", ") + session.info.name;
+      }
+      throw std::runtime_error("--truth names session \"" + name + "\", but there are: " + known);
+    }
+    SessionEvidence& of = evidence[static_cast<std::size_t>(found - sessions.begin())];
+    of.truth = read_truth(dataset);
+    if (of.run.empty() || !std::filesystem::is_directory(of.run / "labels")) continue;
+    try {
+      of.removal = score_run(dataset, of.run);
+    } catch (const std::exception& error) {
+      // Nice to have: a recording without labels is no reason to withhold the map.
+      std::cerr << "unimapper: note: no removal score for " << name << ": " << error.what() << '\n';
+    }
+  }
+  return evidence;
+}
+
+}  // namespace
+
+void run_merge(const MergeOptions& options) {
+  std::vector<merge::SessionData> sessions;
+  std::vector<std::filesystem::path> runs;
+  for (auto& input : gather_sessions(options)) {
+    std::cerr << "unimapper: session " << input.data.info.name << " ("
+              << (input.data.info.sensor.empty() ? "unknown sensor" : input.data.info.sensor)
+              << "): " << input.data.keyframes.size() << " keyframes\n";
+    sessions.push_back(std::move(input.data));
+    runs.push_back(std::move(input.run));
+  }
+  // Wrong names are found before the work, not after it.
+  const auto start = Clock::now();
+  ReportInput report;
+  report.evidence = gather_evidence(options, sessions, runs);
+
+  merge::MergeConfig config;
+  config.threads = options.threads;
+  const auto merging = Clock::now();
+  const merge::MergeResult result =
+      merge::merge_sessions(sessions, config, [&](const std::string& text) {
+        char elapsed[24];
+        std::snprintf(elapsed, sizeof elapsed, "%6.1f s", seconds_since(start));
+        std::cerr << "unimapper: " << elapsed << "  " << text << std::endl;
+      });
+  report.elapsed_s = seconds_since(merging);
+  merge::export_map(options.out, sessions, result);
+  write_session_clouds(options.out, sessions, result);
+
+  report.sessions = &sessions;
+  report.result = &result;
+  if (!options.command_line.empty()) report.commands.push_back(options.command_line);
+  write_report(options.out / "report.html", report);
+  std::cout << summary_table(report);
+  std::cerr << "unimapper: map, trajectories and report are in " << options.out.string() << '\n';
+}
+
+}  // namespace unimapper::apps

@@ -1,0 +1,86 @@
+// `unimapper merge`: the command line of src/apps/merge.
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "src/apps/commands.hpp"
+#include "src/apps/merge/options.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+std::pair<std::string, std::filesystem::path> parse_truth(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
+    throw CLI::ValidationError("--truth", "\"" + text + "\" is not of the form SESSION=DATASET");
+  }
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+/// What the user would type again.
+std::string command_line(const MergeOptions& options) {
+  std::string line = "unimapper merge";
+  for (const auto& run : options.runs) line += " " + run.string();
+  line += " --out " + options.out.string();
+  if (!options.listen.empty()) {
+    line += " --listen " + options.listen + " --sessions " + std::to_string(options.sessions);
+  }
+  for (const auto& [session, dataset] : options.truths) {
+    line += " --truth " + session + "=" + dataset.string();
+  }
+  return line;
+}
+
+}  // namespace
+
+void register_merge(CLI::App& app) {
+  auto options = std::make_shared<MergeOptions>();
+  auto truths = std::make_shared<std::vector<std::string>>();
+  CLI::App* command = app.add_subcommand(
+      "merge", "Merge any number of sessions into one static map with one frame");
+  command->add_option("RUN", options->runs,
+                      "Run folders written by `unimapper onboard`, or LCM event logs");
+  command->add_option("--out", options->out, "Folder for the map")->required();
+  CLI::Option* listen =
+      command->add_option("--listen", options->listen,
+                          "Receive sessions live too, e.g. from udpm://239.255.76.67:7667?ttl=0");
+  command->add_option("--sessions", options->sessions, "Live sessions to wait for")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 256))
+      ->needs(listen);
+  command
+      ->add_option("--first-timeout", options->first_timeout_s,
+                   "Seconds to wait for the first live message")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 86400.0))
+      ->needs(listen);
+  command
+      ->add_option("--idle-timeout", options->idle_timeout_s,
+                   "Seconds without any live message after which the merge starts anyway")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 86400.0))
+      ->needs(listen);
+  command
+      ->add_option("--truth", *truths, "SESSION=DATASET with ground truth, for the report's errors")
+      ->expected(1, -1);
+  command
+      ->add_option("--threads", options->threads,
+                   "Threads to use; 0: all. The map does not depend on it")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 256));
+  command->footer(
+      "Examples:\n"
+      "  unimapper merge runs/monday runs/friday --out map\n"
+      "  unimapper merge --listen 'udpm://239.255.76.67:7667?ttl=0' --sessions 3 --out map");
+  command->callback([options, truths] {
+    if (options->runs.empty() && options->listen.empty()) {
+      throw CLI::ValidationError("merge", "give at least one RUN, or --listen");
+    }
+    for (const auto& truth : *truths) options->truths.push_back(parse_truth(truth));
+    options->command_line = command_line(*options);
+    run_merge(*options);
+  });
+}
+
+}  // namespace unimapper::apps
