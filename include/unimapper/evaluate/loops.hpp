@@ -35,7 +35,7 @@ struct LoopScoreConfig {
   /// Queries and references are one session: a match must lie at least `min_gap_keyframes`
   /// earlier. False: any reference may match.
   bool same_session = true;
-  std::uint32_t min_gap_keyframes = 10;
+  std::uint32_t min_gap_keyframes = 50;
 };
 
 /// Precision and recall; NaN where the denominator is zero.

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "unimapper/evaluate/dynamic.hpp"
+#include "unimapper/onboard/config.hpp"
 
 namespace unimapper::apps {
 
@@ -29,8 +30,9 @@ struct EvaluateLoopsOptions {
   std::filesystem::path against;        ///< empty: loops within the run
   std::filesystem::path against_truth;  ///< required with `against`
   double threshold_m = 10.0;
-  std::uint32_t min_gap_keyframes = 15;  ///< within the run only
-  bool curve = false;                    ///< the precision-recall curve too
+  /// Within the run only; by default what robots search with.
+  std::uint32_t min_gap_keyframes = PipelineConfig{}.search_scope.min_keyframe_gap;
+  bool curve = false;  ///< the precision-recall curve too
 };
 
 /// Options of `evaluate trajectory`.

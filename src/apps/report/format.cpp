@@ -22,6 +22,15 @@ std::string grouped(std::uint64_t value) {
   return text;
 }
 
+std::string short_count(std::uint64_t value) {
+  if (value < 10'000) return grouped(value);
+  const auto scaled = [value](double unit, const char* suffix) {
+    const double figure = static_cast<double>(value) / unit;
+    return fixed(figure, figure < 10.0 ? 2 : figure < 100.0 ? 1 : 0) + "\u00a0" + suffix;
+  };
+  return value < 1'000'000 ? scaled(1e3, "k") : scaled(1e6, "M");
+}
+
 std::string length(double metres) {
   if (!std::isfinite(metres)) return "\u2013";
   if (metres >= 1000.0) return fixed(metres / 1000.0, 2) + "\u00a0km";

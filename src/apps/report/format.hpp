@@ -11,6 +11,8 @@ namespace unimapper::apps {
 [[nodiscard]] std::string fixed(double value, int digits);
 /// A count in groups of three: "1 234 567", the gaps narrow and unbreakable.
 [[nodiscard]] std::string grouped(std::uint64_t value);
+/// A count with three significant digits: "842", "373 k", "2.58 M".
+[[nodiscard]] std::string short_count(std::uint64_t value);
 /// A length with three significant digits: "0.082 m", "12.3 m", "1.25 km".
 [[nodiscard]] std::string length(double metres);
 /// A share in [0, 1] as percent with `digits` after the point, without the sign.

@@ -43,14 +43,19 @@ void paint(Image& image, const Layer& layer, float dimming) {
   }
 }
 
-/// Lays `layer` over the picture at full colour, opaque where it covers a pixel.
-void overlay(Image& image, const Layer& layer, float strength) {
+/// Lays `marks` over the picture: solid where they are most of what is there, a hint where they
+/// are a few among many points of `map` (a leaf in a tree), nothing where there are none.
+void overlay(Image& image, const Layer& marks, const Layer& map, float strength) {
   for (std::size_t y = 0; y < image.height(); ++y) {
     for (std::size_t x = 0; x < image.width(); ++x) {
       const std::size_t pixel = y * image.width() + x;
-      const float amount = layer.amount(pixel);
+      const float amount = marks.amount(pixel);
       if (amount <= 0.0F) continue;
-      image.at(x, y) = mix(image.at(x, y), layer.color(pixel), std::min(0.95F, strength * amount));
+      // One layer of ground is under everything and no reason to fade.
+      const float others = std::max(0.0F, map.amount(pixel) - 1.0F);
+      const float share = amount / (amount + 0.5F * others);
+      image.at(x, y) =
+          mix(image.at(x, y), marks.color(pixel), std::min(0.95F, strength * amount) * share);
     }
   }
 }
@@ -109,7 +114,7 @@ class Drawing {
     const double unit = line_unit();
     out_ << "<line x1=\"" << from.x() << "\" y1=\"" << from.y() << "\" x2=\"" << to.x()
          << "\" y2=\"" << to.y() << "\" stroke=\"" << hex(accepted ? kAcceptedColor : kRefusedColor)
-         << "\" stroke-width=\"" << (accepted ? 2.0 : 1.0) * unit << '"';
+         << "\" stroke-width=\"" << (accepted ? 1.5 : 1.0) * unit << '"';
     if (!accepted) out_ << " stroke-opacity=\".45\" stroke-dasharray=\"" << 6.0 * unit << "\"";
     out_ << "/>";
   }
@@ -204,17 +209,15 @@ std::string draw_map(const ReportInput& input) {
   const merge::MergeResult& result = *input.result;
   const Frame frame = map_frame(result);
   Image image(frame.width, frame.height, kPictureBackground);
-  {
-    Layer layer(frame);
-    for (const merge::MapPoint& point : result.map) {
-      add_point(layer, point.position,
-                point.sessions_seen > 1 ? kSharedColor : session_color(point.session));
-    }
-    paint(image, layer, 1.0F);
+  Layer map(frame);
+  for (const merge::MapPoint& point : result.map) {
+    add_point(map, point.position,
+              point.sessions_seen > 1 ? kSharedColor : session_color(point.session));
   }
+  paint(image, map, 1.0F);
   Layer dynamic(frame);
   for (const Eigen::Vector3f& p : result.dynamic_points) add_point(dynamic, p, kDynamicColor);
-  overlay(image, dynamic, 0.6F);
+  overlay(image, dynamic, map, 0.45F);
   Drawing drawing(image, frame, "The merged map from above");
   for (const LoopRecord* loop : loops_to_draw(result)) {
     drawing.loop(result.sessions[loop->query_session].T_map_keyframe[loop->query_keyframe],
@@ -230,18 +233,16 @@ std::string draw_changes(const ReportInput& input) {
   const merge::MergeResult& result = *input.result;
   const Frame frame = map_frame(result);
   Image image(frame.width, frame.height, kPictureBackground);
-  {
-    Layer layer(frame);
-    for (const merge::MapPoint& point : result.map) {
-      add_point(layer, point.position, {0.62F, 0.66F, 0.72F});
-    }
-    paint(image, layer, 0.62F);
+  Layer map(frame);
+  for (const merge::MapPoint& point : result.map) {
+    add_point(map, point.position, {0.62F, 0.66F, 0.72F});
   }
+  paint(image, map, 0.62F);
   Layer changes(frame);
   for (const merge::ChangedPoint& change : result.changes) {
     add_point(changes, change.position, change.appeared ? kAppearedColor : kGoneColor);
   }
-  overlay(image, changes, 1.0F);
+  overlay(image, changes, map, 1.0F);
   Drawing drawing(image, frame, "Changes between the sessions, from above");
   drawing.scale_bar();
   return drawing.finish();

@@ -47,7 +47,7 @@ align-items:start}
 .scroll{overflow-x:auto;margin:0 0 10px}
 table{border-collapse:collapse;width:100%;font-size:.94rem;background:var(--card);
 border:1px solid var(--line);border-radius:10px}
-th,td{padding:7px 12px;text-align:left;border-bottom:1px solid var(--line);vertical-align:top}
+th,td{padding:7px 14px;text-align:left;border-bottom:1px solid var(--line);vertical-align:top}
 tr:last-child td{border-bottom:0}
 th{font-weight:600;color:var(--soft);font-size:.85rem;vertical-align:bottom}
 .n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}

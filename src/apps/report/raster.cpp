@@ -3,7 +3,7 @@
 namespace unimapper::apps {
 
 Extent::Range Extent::range(int axis) const {
-  constexpr double kAroundPathM = 90.0;
+  constexpr double kAroundPathM = 65.0;
   Range all{-5.0, 5.0};
   if (!scenery_.empty()) {
     std::vector<float> values;

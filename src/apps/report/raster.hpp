@@ -30,7 +30,7 @@ class Extent {
  public:
   /// Something of the scenery; the outermost 0.2 % on each side may be cut off.
   void add_scenery(double x, double y) { scenery_.emplace_back(x, y); }
-  /// A place the robot was at: always shown, and scenery only up to 90 m around these.
+  /// A place the robot was at: always shown, and scenery only up to 65 m around these.
   void add_path(double x, double y) { path_.emplace_back(x, y); }
 
   /// A frame with a margin, at most `max_pixels` wide and high, no finer than

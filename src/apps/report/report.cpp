@@ -12,7 +12,7 @@ void write_report(const std::filesystem::path& path, const ReportInput& input) {
   const Summary summary = summarize(input);
   std::ofstream out(path, std::ios::binary | std::ios::trunc);
   out << page_head(input.title) << headline_section(input, summary) << map_section(input, summary)
-      << sessions_section(input, summary) << accuracy_section(input, summary)
+      << sessions_section(summary) << accuracy_section(input, summary)
       << loops_section(input, summary) << changes_section(input, summary)
       << apart_section(input, summary) << time_section(input, summary) << reproduce_section(input)
       << "</main></body></html>\n";

@@ -51,6 +51,35 @@ std::string stage_words(double seconds) {
   return fixed(seconds, seconds < 10.0 ? 2 : 1) + "\u00a0s";
 }
 
+std::string accuracy_table(const ReportInput& input, const Summary& summary, bool removal) {
+  std::vector<std::string> titles = {"Session"};
+  if (summary.has_truth) {
+    titles.insert(titles.end(), {"#ATE rmse, m", "#mean, m", "#max, m", "#rotation rmse, \u00b0"});
+  }
+  if (removal) titles.insert(titles.end(), {"#SA, %", "#DA, %", "#AA, %"});
+  Table table(titles);
+  for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
+    std::vector<std::string> cells = {session_label(summary, s)};
+    if (summary.has_truth) {
+      const double none = std::nan("");
+      const auto& error = summary.sessions[s].error;
+      cells.push_back(fixed(error ? error->translation_m.rmse : none, 3));
+      cells.push_back(fixed(error ? error->translation_m.mean : none, 3));
+      cells.push_back(fixed(error ? error->translation_m.max : none, 3));
+      cells.push_back(fixed(error ? error->rotation_deg.rmse : none, 2));
+    }
+    if (removal) {
+      const evaluate::Tally tally =
+          input.evidence[s].removal.value_or(evaluate::DynamicScore{}).total;
+      cells.push_back(percent(tally.static_accuracy(), 2));
+      cells.push_back(percent(tally.dynamic_accuracy(), 2));
+      cells.push_back(percent(tally.associated_accuracy(), 2));
+    }
+    table.row(cells);
+  }
+  return table.html();
+}
+
 }  // namespace
 
 std::string headline_section(const ReportInput& input, const Summary& summary) {
@@ -84,7 +113,7 @@ std::string headline_section(const ReportInput& input, const Summary& summary) {
   html += tile(std::to_string(summary.merged_sessions) + " / " + std::to_string(all),
                "sessions in one map");
   html += tile(grouped(keyframes), "keyframes over " + length(path_m));
-  html += tile(grouped(input.result->map.size()), "points in the static map");
+  html += tile(short_count(input.result->map.size()), "points in the static map");
   html += tile(percent(points_in > 0.0 ? points_dynamic / points_in : 0.0, 1) + "\u00a0%",
                "of all points removed as dynamic");
   html += tile(grouped(summary.inter.accepted) + " + " + grouped(summary.intra.accepted),
@@ -116,52 +145,24 @@ std::string map_section(const ReportInput& input, const Summary& summary) {
          "the ground. Lines are the robots' paths, a ring marks where each starts.</p>\n";
 }
 
-std::string sessions_section(const ReportInput& input, const Summary& summary) {
-  const bool removal = has_removal(input);
-  std::vector<std::string> titles = {
-      "Session",  "Sensor",        "Status",     "#Keyframes", "#Missing / damaged",
-      "#Path, m", "#Points in, M", "#Dynamic, %"};
-  if (summary.has_truth) {
-    titles.insert(titles.end(), {"#ATE rmse, m", "#ATE max, m", "#Rotation rmse, \u00b0"});
-  }
-  if (removal) titles.insert(titles.end(), {"#SA, %", "#DA, %", "#AA, %"});
-  Table table(titles);
+std::string sessions_section(const Summary& summary) {
+  Table table({"Session", "Sensor", "Status", "#Keyframes", "#Missing / damaged", "#Path, m",
+               "#Points in, M", "#Removed as dynamic, %"});
+  bool complete = true;
   for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
     const SessionSummary& session = summary.sessions[s];
-    std::vector<std::string> cells = {
-        session_label(summary, s),
-        escaped(session.sensor.empty() ? "\u2013" : session.sensor),
-        status_label(session.status),
-        grouped(session.keyframes) + (session.complete ? "" : "<span class=\"warn\">+?</span>"),
-        losses(session.missing, session.damaged),
-        fixed(session.path_m, session.path_m < 100.0 ? 1 : 0),
-        fixed(static_cast<double>(session.points_in) * 1e-6, 1),
-        percent(session.dynamic_share, 1)};
-    if (summary.has_truth) {
-      const double none = std::nan("");
-      const auto& error = session.error;
-      cells.push_back(fixed(error ? error->translation_m.rmse : none, 3));
-      cells.push_back(fixed(error ? error->translation_m.max : none, 3));
-      cells.push_back(fixed(error ? error->rotation_deg.rmse : none, 2));
-    }
-    if (removal) {
-      const evaluate::Tally tally =
-          input.evidence[s].removal.value_or(evaluate::DynamicScore{}).total;
-      cells.push_back(percent(tally.static_accuracy(), 2));
-      cells.push_back(percent(tally.dynamic_accuracy(), 2));
-      cells.push_back(percent(tally.associated_accuracy(), 2));
-    }
-    table.row(cells);
+    complete = complete && session.complete;
+    table.row(
+        {session_label(summary, s), escaped(session.sensor.empty() ? "\u2013" : session.sensor),
+         status_label(session.status),
+         grouped(session.keyframes) + (session.complete ? "" : "<span class=\"warn\">+?</span>"),
+         losses(session.missing, session.damaged),
+         fixed(session.path_m, session.path_m < 100.0 ? 1 : 0),
+         fixed(static_cast<double>(session.points_in) * 1e-6, 1),
+         percent(session.dynamic_share, 1)});
   }
   std::string html = "<h2>Sessions</h2>\n" + table.html();
-  if (removal) {
-    html +=
-        "<p class=\"soft\">SA and DA: share of static points kept and of dynamic points "
-        "removed, per point, by the robot's online labels; AA is their geometric mean.</p>\n";
-  }
-  const bool incomplete = std::any_of(summary.sessions.begin(), summary.sessions.end(),
-                                      [](const SessionSummary& s) { return !s.complete; });
-  if (incomplete) {
+  if (!complete) {
     html +=
         "<p class=\"soft\"><span class=\"warn\">+?</span>: the end of the session never "
         "arrived, so there may have been more keyframes.</p>\n";
@@ -170,7 +171,15 @@ std::string sessions_section(const ReportInput& input, const Summary& summary) {
 }
 
 std::string accuracy_section(const ReportInput& input, const Summary& summary) {
-  if (!summary.has_truth) return {};
+  const bool removal = has_removal(input);
+  if (!summary.has_truth && !removal) return {};
+  std::string html = "<h2>Against ground truth</h2>\n" + accuracy_table(input, summary, removal);
+  if (removal) {
+    html +=
+        "<p class=\"soft\">SA and DA: share of static points kept and of dynamic points "
+        "removed, per point, by the robot's online labels; AA is their geometric mean.</p>\n";
+  }
+  if (!summary.has_truth) return html;
   std::vector<std::pair<std::string, std::string>> entries;
   for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
     if (!summary.sessions[s].error) continue;
@@ -178,9 +187,10 @@ std::string accuracy_section(const ReportInput& input, const Summary& summary) {
                          summary.sessions[s].name);
   }
   entries.emplace_back("var(--ink)", "ground truth (dashed)");
-  return "<h2>Against ground truth</h2>\n<p>The frame of the central session is aligned to its "
-         "ground truth once; no other session is aligned on its own, so errors contain how well "
-         "the maps were put together.</p>\n<div class=\"pair\">" +
+  return html +
+         "<p class=\"soft\">The frame of the central session is aligned to its ground truth once; "
+         "no other session is aligned on its own, so errors contain how well the maps were put "
+         "together.</p>\n<div class=\"pair\">" +
          draw_trajectories(summary, input) + draw_errors(summary) + "</div>\n" + legend(entries);
 }
 

@@ -9,7 +9,7 @@ namespace unimapper::apps {
 
 [[nodiscard]] std::string headline_section(const ReportInput& input, const Summary& summary);
 [[nodiscard]] std::string map_section(const ReportInput& input, const Summary& summary);
-[[nodiscard]] std::string sessions_section(const ReportInput& input, const Summary& summary);
+[[nodiscard]] std::string sessions_section(const Summary& summary);
 [[nodiscard]] std::string accuracy_section(const ReportInput& input, const Summary& summary);
 [[nodiscard]] std::string loops_section(const ReportInput& input, const Summary& summary);
 [[nodiscard]] std::string changes_section(const ReportInput& input, const Summary& summary);

@@ -46,6 +46,16 @@ SessionSummary summarize_session(const merge::SessionData& session,
   return s;
 }
 
+/// A reason without its first figure: "overlap 0.41 (limit 0.45)" is "overlap (limit 0.45)", so
+/// that equal reasons add up.
+std::string kind_of(const std::string& reason) {
+  const std::size_t begin = reason.find_first_of("0123456789");
+  if (begin == std::string::npos) return reason;
+  std::size_t end = std::min(reason.find_first_not_of("0123456789.", begin), reason.size());
+  if (end < reason.size() && reason[end] == ' ') ++end;
+  return reason.substr(0, begin) + reason.substr(end);
+}
+
 void count_loops(const merge::MergeResult& result, Summary& summary) {
   for (const merge::LoopRecord& loop : result.loops) {
     const auto pair = std::minmax(loop.query_session, loop.match_session);
@@ -53,7 +63,7 @@ void count_loops(const merge::MergeResult& result, Summary& summary) {
     LoopCount& of_pair = summary.loops_by_pair[{pair.first, pair.second}];
     ++(loop.accepted ? total.accepted : total.refused);
     ++(loop.accepted ? of_pair.accepted : of_pair.refused);
-    ++(loop.accepted ? summary.acceptance_ways : summary.refusals)[loop.reason];
+    ++(loop.accepted ? summary.acceptance_ways : summary.refusals)[kind_of(loop.reason)];
   }
 }
 

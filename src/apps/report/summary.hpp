@@ -44,7 +44,7 @@ struct Summary {
   std::size_t merged_sessions = 0;  ///< including the central one
   /// Key: the two sessions' indices, smaller first.
   std::map<std::pair<std::size_t, std::size_t>, LoopCount> loops_by_pair;
-  std::map<std::string, std::size_t> refusals;         ///< reason, loops
+  std::map<std::string, std::size_t> refusals;         ///< reason without figures, loops
   std::map<std::string, std::size_t> acceptance_ways;  ///< how accepted loops were found, loops
   LoopCount intra;
   LoopCount inter;

@@ -1,0 +1,222 @@
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include "src/apps/report/format.hpp"
+#include "src/apps/report/image.hpp"
+#include "src/apps/report/raster.hpp"
+#include "src/apps/report/summary.hpp"
+#include "tests/evaluate/synthetic_merge.hpp"
+#include "tests/evaluate/temporary_directory.hpp"
+
+using namespace unimapper;
+using namespace unimapper::apps;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::string content(const std::filesystem::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+std::size_t count(const std::string& text, const std::string& what) {
+  std::size_t found = 0;
+  for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++found;
+  return found;
+}
+
+/// The page without what base64 may spell by chance.
+std::string without_pictures(std::string page) {
+  for (auto at = page.find("base64,"); at != std::string::npos; at = page.find("base64,", at + 1)) {
+    page.erase(at + 7, page.find('"', at) - at - 7);
+  }
+  return page;
+}
+
+}  // namespace
+
+TEST_CASE("a report is one page that needs neither network nor script") {
+  TemporaryDirectory folder;
+  synthetic::Merge merge;
+  synthetic::fill(merge, 1.0F);
+  const std::string stats =
+      R"({"arena_bytes":1,"stage_ms":{"removal":{"p50":4.25,"p99":7,"max":9},
+      "total":{"p50":8,"p99":11.5,"max":12}},
+      "total_histogram":{"upper_edge_ms":[5,10,20],"keyframes":[3,80,4,0]}})";
+  std::ofstream(folder.path() / "stats.json") << stats;
+  merge.input.evidence[0].run = folder.path();
+  const auto file = folder.path() / "report.html";
+  write_report(file, merge.input);
+  const std::string page = content(file);
+  const std::string text = without_pictures(page);
+  CHECK(count(text, "<script") == 0);
+  CHECK(count(text, "http:") == 0);
+  CHECK(count(text, "https:") == 0);
+  CHECK(count(text, "<link") == 0);
+  CHECK(count(page, "href=\"") == count(page, "href=\"data:image/png;base64,"));
+  CHECK(count(page, "data:image/png") == 3);  // map, changes, the session kept apart
+  CHECK(count(text, "<svg") == count(text, "</svg>"));
+  CHECK_THAT(page, Contains("A little town &lt;three&gt; times"));
+  CHECK_THAT(page, Contains("3 of 4 sessions share one frame, 1 kept apart"));
+  CHECK_THAT(page, Contains("wednesday") && Contains("livox-avia"));
+  CHECK_THAT(page, Contains("2 loops found, 3 that agree are needed"));
+  CHECK_THAT(page, Contains("outvoted by the pair&apos;s other loops") ||
+                       Contains("outvoted by the pair's other loops"));
+  CHECK_THAT(page, Contains(">98.12<"));  // SA
+  CHECK_THAT(page, Contains(">4.25<"));   // p50 of the removal stage
+  CHECK(count(text, "nan") == 0);
+}
+
+TEST_CASE("equal results give equal reports") {
+  TemporaryDirectory folder;
+  for (const char* name : {"a", "b"}) {
+    synthetic::Merge merge;
+    synthetic::fill(merge, 2.0F);
+    write_report(folder.path() / name, merge.input);
+  }
+  CHECK(content(folder.path() / "a") == content(folder.path() / "b"));
+}
+
+TEST_CASE("a report of next to nothing is still a report") {
+  TemporaryDirectory folder;
+  std::vector<merge::SessionData> sessions(1);
+  sessions[0].info.name = std::string(1, 'x');
+  merge::MergeResult result;
+  result.sessions.resize(1);
+  ReportInput input;
+  input.sessions = &sessions;
+  input.result = &result;
+  write_report(folder.path() / "r.html", input);
+  CHECK_THAT(content(folder.path() / "r.html"), Contains("1 session, none merged"));
+  CHECK_THAT(summary_table(input), Contains("0 of 1 sessions in one frame"));
+
+  sessions.clear();
+  result.sessions.clear();
+  write_report(folder.path() / "r.html", input);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  result.map.push_back({{nan, 0, 0}, 7, 1});
+  result.map.push_back({{1e30F, -1e30F, 0}, 7, 1});
+  write_report(folder.path() / "r.html", input);
+}
+
+TEST_CASE("a report that cannot be written says so") {
+  synthetic::Merge merge;
+  synthetic::fill(merge, 4.0F);
+  CHECK_THROWS_WITH(write_report("/nonexistent/report.html", merge.input),
+                    Contains("/nonexistent/report.html: cannot be written"));
+}
+
+TEST_CASE("the summary's errors come from one alignment of the central session") {
+  synthetic::Merge merge;
+  synthetic::fill(merge, 4.0F);
+  // Another world for the truth: nothing may change.
+  const Pose T_world_map = synthetic::heading(500, -200, 2.0);
+  for (auto& evidence : merge.input.evidence) {
+    for (auto& pose : evidence.truth) pose.T_world_sensor = T_world_map * pose.T_world_sensor;
+  }
+  for (Pose& pose : merge.result.sessions[2].T_map_keyframe) pose.translation.z() += 3.0;
+  const Summary summary = summarize(merge.input);
+  REQUIRE(summary.has_truth);
+  CHECK(summary.sessions[0].error->translation_m.rmse < 0.2);
+  CHECK(summary.sessions[2].error->translation_m.median == Approx(3.0).margin(0.1));
+  CHECK_FALSE(summary.sessions[3].error.has_value());
+  CHECK(summary.inter.accepted == 60);
+  CHECK(summary.inter.refused == 30);
+  CHECK(summary.intra.accepted == 18);
+  CHECK(summary.refusals.at("overlap (limit 0.45)") == 22);
+  CHECK(summary.loops_by_pair.at({0, 2}).accepted == 30);
+  CHECK(summary.merged_sessions == 3);
+}
+
+TEST_CASE("the summary table lines its columns up") {
+  synthetic::Merge merge;
+  synthetic::fill(merge, 4.0F);
+  const std::string table = summary_table(merge.input);
+  std::istringstream lines(table);
+  std::string empty;
+  std::string head;
+  std::string first;
+  std::getline(lines, empty);
+  std::getline(lines, head);
+  std::getline(lines, first);
+  CHECK(head.find("status") == first.find("central"));
+  CHECK(head.find("SA %") + 4 == first.find("98.12") + 5);
+  CHECK_THAT(table, Contains("elsewhere is kept apart: 2 loops found"));
+  CHECK_THAT(table, Contains("60 between and 18 within sessions accepted, 30 refused"));
+}
+
+TEST_CASE("statistics that are none are left out") {
+  TemporaryDirectory folder;
+  CHECK_FALSE(read_run_stats({}).has_value());
+  CHECK_FALSE(read_run_stats(folder.path()).has_value());
+  std::ofstream(folder.path() / "stats.json") << "{\"stage_ms\": 3}";
+  CHECK_FALSE(read_run_stats(folder.path()).has_value());
+  std::ofstream(folder.path() / "stats.json")
+      << R"({"stage_ms":{},"total_histogram":{"upper_edge_ms":[1,2],"keyframes":[1]}})";
+  REQUIRE(read_run_stats(folder.path()).has_value());
+  CHECK(read_run_stats(folder.path())->histogram_counts.empty());
+}
+
+TEST_CASE("base64 pads as it must") {
+  const auto encode = [](const std::string& text) {
+    return base64({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  };
+  CHECK(encode("") == "");
+  CHECK(encode("f") == "Zg==");
+  CHECK(encode("fo") == "Zm8=");
+  CHECK(encode("foo") == "Zm9v");
+  CHECK(encode("foobar") == "Zm9vYmFy");
+}
+
+TEST_CASE("a point covers the pixels its voxel covers, no more and no less") {
+  Frame frame;
+  frame.min_x = 0;
+  frame.max_y = 10;
+  frame.metres_per_pixel = 1;
+  frame.width = 10;
+  frame.height = 10;
+  double sum = 0.0;
+  std::size_t pixels = 0;
+  const auto visit = [&](std::size_t, float share) {
+    sum += static_cast<double>(share);
+    ++pixels;
+  };
+  for_covered_pixels(frame, 5.0, 5.0, 2.0, visit);
+  CHECK(sum == Approx(4.0));
+  CHECK(pixels == 4);
+  sum = 0.0;
+  for_covered_pixels(frame, 5.25, 5.5, 0.1, visit);  // never thinner than a pixel
+  CHECK(sum == Approx(1.0));
+  sum = 0.0;
+  for_covered_pixels(frame, 0.0, 10.0, 2.0, visit);  // a corner of the picture
+  CHECK(sum == Approx(1.0));
+  sum = 0.0;
+  for_covered_pixels(frame, 500.0, 5.0, 2.0, visit);
+  for_covered_pixels(frame, std::nan(""), 5.0, 2.0, visit);
+  CHECK(sum == 0.0);
+}
+
+TEST_CASE("the picture follows the paths, not far-away returns") {
+  Extent extent;
+  for (int i = 0; i < 100; ++i) extent.add_scenery(i % 2 == 0 ? 5000.0 : -20.0, i);
+  for (int i = 0; i < 100; ++i) extent.add_path(i, 50.0);
+  const Frame frame = extent.fit(1000, 0.05);
+  CHECK(frame.min_x < -20.0);
+  CHECK(frame.min_x + frame.metres_per_pixel * static_cast<double>(frame.width) < 250.0);
+  CHECK(std::max(frame.width, frame.height) == 1000);
+}
+
+TEST_CASE("numbers read as people write them") {
+  CHECK(grouped(1234567) == "1\u202f234\u202f567");
+  CHECK(grouped(12) == "12");
+  CHECK(short_count(9999) == "9\u202f999");
+  CHECK(short_count(373597) == "374\u00a0k");
+  CHECK(short_count(2580033) == "2.58\u00a0M");
+  CHECK(length(0.0821) == "0.082\u00a0m");
+  CHECK(length(1250.0) == "1.25\u00a0km");
+  CHECK(fixed(std::nan(""), 2) == "\u2013");
+  CHECK(escaped("<a href=\"x\">&") == "&lt;a href=&quot;x&quot;&gt;&amp;");
+}
