@@ -1,6 +1,7 @@
 #include "bayes_filter.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace unimapper::onboard {
@@ -18,6 +19,8 @@ void BayesFilter::attach(Arena& arena, const PipelineConfig& config) noexcept {
   free_space_ = config.free_space;
   removal_ = config.removal;
   row_ = arena.allocate<std::uint32_t>(config.voxel.max_cells);
+  bit_ = arena.allocate<std::uint8_t>(config.voxel.max_cells);
+  block_end_ = arena.allocate<std::uint32_t>(config.voxel.max_cells);
   x_ = arena.allocate<float>(config.voxel.max_cells);
   y_ = arena.allocate<float>(config.voxel.max_cells);
   z_ = arena.allocate<float>(config.voxel.max_cells);
@@ -53,35 +56,47 @@ void BayesFilter::run(const EvidenceWindow& window, const ImageProjection& proje
 }
 
 void BayesFilter::collect_candidates(const CellTable& cells) noexcept {
+  const FixedHashMap<Block>& blocks = cells.blocks();
   size_ = 0;
-  for (std::uint32_t row = 0; row < cells.size(); ++row) {
-    if ((cells.flags(row) & kCellCandidate) == 0) continue;
-    row_[size_] = row;
-    x_[size_] = cells.x()[row];
-    y_[size_] = cells.y()[row];
-    z_[size_] = cells.z()[row];
-    log_odds_[size_] = 0.0F;
-    ++size_;
+  block_count_ = blocks.size();
+  for (std::uint32_t b = 0; b < block_count_; ++b) {
+    std::uint64_t left = blocks[b].occupied;
+    for (std::uint32_t row = blocks[b].first; left != 0; ++row, left &= left - 1) {
+      if ((cells.flags(row) & kCellCandidate) == 0) continue;
+      row_[size_] = row;
+      bit_[size_] = static_cast<std::uint8_t>(std::countr_zero(left));
+      x_[size_] = cells.x()[row];
+      y_[size_] = cells.y()[row];
+      z_[size_] = cells.z()[row];
+      log_odds_[size_] = 0.0F;
+      ++size_;
+    }
+    block_end_[b] = size_;
   }
 }
 
 void BayesFilter::add_occupancy(const KeyframeEvidence& evidence, const CellTable& cells) noexcept {
-  std::fill_n(occupied_, size_, std::uint8_t{0});
   const GridShift shift = shift_between(cells.grid(), evidence.grid);
-  if (!shift.representable) return;
-  VoxelKey last_key = ~VoxelKey{0};
-  std::uint64_t mask = 0;
-  for (std::uint32_t i = 0; i < size_; ++i) {
-    const VoxelIndex cell = moved(cells.index(row_[i]), shift.cells);
-    const VoxelKey key = pack(block_of(cell));
-    if (key != last_key) {
-      last_key = key;
-      const std::uint32_t entry = evidence.blocks.find(key);
-      mask = entry == FixedHashMap<BlockHistory>::kNotFound ? 0 : evidence.blocks[entry].occupied;
+  if (!shift.representable) {
+    std::fill_n(occupied_, size_, std::uint8_t{0});
+    return;
+  }
+  // Grids are shifted by whole blocks: a block is one look-up and its cells are bits of one word.
+  const VoxelIndex by = block_of(shift.cells);
+  std::uint32_t first = 0;
+  for (std::uint32_t b = 0; b < block_count_; ++b) {
+    const std::uint32_t end = block_end_[b];
+    if (first == end) continue;
+    const VoxelIndex here = unpack(cells.blocks().key(b));
+    const std::uint32_t entry =
+        evidence.blocks.find(pack({here.x + by.x, here.y + by.y, here.z + by.z}));
+    const std::uint64_t mask =
+        entry == FixedHashMap<BlockHistory>::kNotFound ? 0 : evidence.blocks[entry].occupied;
+    for (; first < end; ++first) {
+      const auto occupied = static_cast<std::uint8_t>(mask >> bit_[first] & 1U);
+      occupied_[first] = occupied;
+      log_odds_[first] -= occupied != 0 ? removal_.log_odds_occupied : 0.0F;
     }
-    if ((mask >> bit_of(cell) & 1U) == 0) continue;
-    occupied_[i] = 1;
-    log_odds_[i] -= removal_.log_odds_occupied;
   }
 }
 

@@ -36,11 +36,14 @@ class BayesFilter {
   std::uint32_t size_ = 0;
   // One entry per candidate, in the order of the table's rows.
   std::uint32_t* row_ = nullptr;
+  std::uint8_t* bit_ = nullptr;  ///< number within its block
   float* x_ = nullptr;
   float* y_ = nullptr;
   float* z_ = nullptr;
   float* log_odds_ = nullptr;
   std::uint8_t* occupied_ = nullptr;  ///< in the keyframe that is being added
+  std::uint32_t block_count_ = 0;
+  std::uint32_t* block_end_ = nullptr;  ///< per block: one past its last candidate
 };
 
 }  // namespace unimapper::onboard

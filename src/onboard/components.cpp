@@ -4,34 +4,44 @@
 #include <array>
 #include <bit>
 
+#include "block_bits.hpp"
+
 namespace unimapper::onboard {
 namespace {
 
 constexpr std::uint32_t kNone = FixedHashMap<Block>::kNotFound;
 
+/// From a block to one that touches it.
+struct Offset {
+  std::int32_t x;
+  std::int32_t y;
+  std::int32_t z;
+};
+
 /// The 26 neighbours, upper ones first. The first half meets every touching pair once.
-constexpr std::array<Components::Step, 26> kSteps{
+constexpr std::array<Offset, 26> kOffsets{
     {{0, 0, 1},   {1, 0, 1},   {-1, 0, 1},  {0, 1, 1},   {0, -1, 1},  {1, 1, 1},   {-1, 1, 1},
      {1, -1, 1},  {-1, -1, 1}, {1, 0, 0},   {0, 1, 0},   {1, 1, 0},   {-1, 1, 0},  {-1, 0, 0},
      {0, -1, 0},  {-1, -1, 0}, {1, -1, 0},  {0, 0, -1},  {1, 0, -1},  {-1, 0, -1}, {0, 1, -1},
      {0, -1, -1}, {1, 1, -1},  {-1, 1, -1}, {1, -1, -1}, {-1, -1, -1}}};
 
+std::uint64_t lowest_bit(std::uint64_t word) noexcept { return word & (~word + 1); }
+
 }  // namespace
 
-/// The blocks around one block, looked up when first asked for.
 class Components::Surroundings {
  public:
   Surroundings(const FixedHashMap<Block>& blocks, std::uint32_t center) noexcept
       : blocks_(blocks), index_(unpack(blocks.key(center))) {
     entries_.fill(kUnasked);
-    entries_[13] = center;
   }
 
-  /// Entry of the block at an offset of -1, 0 or 1 per axis.
-  std::uint32_t at(std::int32_t x, std::int32_t y, std::int32_t z) noexcept {
-    std::uint32_t& entry = entries_[static_cast<std::size_t>((x + 1) + 3 * (y + 1) + 9 * (z + 1))];
+  /// Entry of the block at an offset, or `kNone`.
+  std::uint32_t at(const Offset& offset) noexcept {
+    std::uint32_t& entry = entries_[static_cast<std::size_t>((offset.x + 1) + 3 * (offset.y + 1) +
+                                                             9 * (offset.z + 1))];
     if (entry == kUnasked) {
-      entry = blocks_.find(pack({index_.x + x, index_.y + y, index_.z + z}));
+      entry = blocks_.find(pack({index_.x + offset.x, index_.y + offset.y, index_.z + offset.z}));
     }
     return entry;
   }
@@ -45,111 +55,145 @@ class Components::Surroundings {
 
 void Components::attach(Arena& arena, const PipelineConfig& config) noexcept {
   config_ = config.removal;
-  parent_ = arena.allocate<std::uint32_t>(config.voxel.max_cells);
-  connecting_ = arena.allocate<std::uint64_t>(config.voxel.max_cells);
-  low_ = arena.allocate<std::uint64_t>(config.voxel.max_cells);
+  // No block is empty and no part either: neither can outnumber the cells.
+  masks_ = arena.allocate<BlockMasks>(config.voxel.max_cells);
+  parts_ = arena.allocate<Part>(config.voxel.max_cells);
   tally_ = arena.allocate<Tally>(config.voxel.max_cells);
+  part_of_low_ = arena.allocate<std::uint32_t>(config.voxel.max_cells);
 }
 
 std::uint32_t Components::run(const EvidenceWindow& window, CellTable& cells) noexcept {
-  mark_candidates(cells);
-  join_neighbours(cells);
+  collect_masks(cells);
+  split_into_parts();
+  join_parts(cells);
   attach_low_cells(cells);
   const std::uint32_t components = count(window, cells);
   settle(cells);
   return components;
 }
 
-void Components::mark_candidates(const CellTable& cells) noexcept {
+void Components::collect_masks(const CellTable& cells) noexcept {
   const FixedHashMap<Block>& blocks = cells.blocks();
-  for (std::uint32_t b = 0; b < blocks.size(); ++b) {
-    connecting_[b] = 0;
-    low_[b] = 0;
+  block_count_ = blocks.size();
+  for (std::uint32_t b = 0; b < block_count_; ++b) {
+    BlockMasks masks{};
     std::uint64_t left = blocks[b].occupied;
     for (std::uint32_t row = blocks[b].first; left != 0; ++row, left &= left - 1) {
-      if ((cells.flags(row) & kCellCandidate) == 0) continue;
-      const bool low = (cells.flags(row) & kCellLow) != 0;
-      (low ? low_ : connecting_)[b] |= left & (~left + 1);
-      parent_[row] = row;
-      tally_[row] = {};
+      const std::uint8_t flags = cells.flags(row);
+      if ((flags & kCellCandidate) == 0) continue;
+      const std::uint64_t bit = lowest_bit(left);
+      ((flags & kCellLow) != 0 ? masks.low : masks.connecting) |= bit;
+      if ((flags & kCellDynamic) != 0) masks.dynamic |= bit;
+      if ((flags & kCellFirm) != 0) masks.firm |= bit;
+    }
+    masks_[b] = masks;
+  }
+}
+
+void Components::split_into_parts() noexcept {
+  part_count_ = 0;
+  for (std::uint32_t b = 0; b < block_count_; ++b) {
+    BlockMasks& masks = masks_[b];
+    masks.first_part = part_count_;
+    for (std::uint64_t left = masks.connecting; left != 0;) {
+      const std::uint64_t part = flooded(lowest_bit(left), masks.connecting);
+      left &= ~part;
+      tally_[part_count_] = {};
+      parts_[part_count_] = {part, part_count_};
+      ++part_count_;
+    }
+    masks.parts = part_count_ - masks.first_part;
+  }
+}
+
+void Components::join_parts(const CellTable& cells) noexcept {
+  const FixedHashMap<Block>& blocks = cells.blocks();
+  for (std::uint32_t b = 0; b < block_count_; ++b) {
+    Surroundings surroundings(blocks, b);
+    for (std::uint32_t p = 0; p < masks_[b].parts; ++p) {
+      const std::uint32_t part = masks_[b].first_part + p;
+      for (std::size_t i = 0; i < kOffsets.size() / 2; ++i) {
+        const Offset& offset = kOffsets[i];
+        const std::uint64_t touched =
+            touched_in_neighbour(parts_[part].cells, offset.x, offset.y, offset.z);
+        if (touched == 0) continue;
+        const std::uint32_t other = surroundings.at(offset);
+        if (other == kNone) continue;
+        for (std::uint32_t q = 0; q < masks_[other].parts; ++q) {
+          const std::uint32_t neighbour = masks_[other].first_part + q;
+          if ((parts_[neighbour].cells & touched) != 0) join(part, neighbour);
+        }
+      }
     }
   }
 }
 
-void Components::join_neighbours(const CellTable& cells) noexcept {
-  const FixedHashMap<Block>& blocks = cells.blocks();
-  for (std::uint32_t b = 0; b < blocks.size(); ++b) {
-    if (connecting_[b] == 0) continue;
-    Surroundings surroundings(blocks, b);
-    for (std::uint64_t left = connecting_[b]; left != 0; left &= left - 1) {
-      const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
-      const std::uint32_t row = row_of(blocks[b], bit);
-      for (std::size_t i = 0; i < kSteps.size() / 2; ++i) {
-        const std::uint32_t other = connecting_neighbour(surroundings, blocks, bit, kSteps[i]);
-        if (other != CellTable::kNoRow) join(row, other);
-      }
-    }
+std::uint32_t Components::part_with(std::uint32_t block, std::uint64_t cells) const noexcept {
+  for (std::uint32_t p = 0; p < masks_[block].parts; ++p) {
+    const std::uint32_t part = masks_[block].first_part + p;
+    if ((parts_[part].cells & cells) != 0) return part;
   }
+  return kNoPart;
 }
 
 void Components::attach_low_cells(const CellTable& cells) noexcept {
   const FixedHashMap<Block>& blocks = cells.blocks();
-  for (std::uint32_t b = 0; b < blocks.size(); ++b) {
-    if (low_[b] == 0) continue;
+  for (std::uint32_t b = 0; b < block_count_; ++b) {
     Surroundings surroundings(blocks, b);
-    for (std::uint64_t left = low_[b]; left != 0; left &= left - 1) {
-      const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
-      for (const Step& step : kSteps) {
-        const std::uint32_t other = connecting_neighbour(surroundings, blocks, bit, step);
-        if (other == CellTable::kNoRow) continue;
-        parent_[row_of(blocks[b], bit)] = root(other);
-        break;
+    for (std::uint64_t left = masks_[b].low; left != 0; left &= left - 1) {
+      const std::uint64_t cell = lowest_bit(left);
+      std::uint32_t part = part_with(b, dilated(cell));
+      for (std::size_t i = 0; i < kOffsets.size() && part == kNoPart; ++i) {
+        const Offset& offset = kOffsets[i];
+        const std::uint64_t touched = touched_in_neighbour(cell, offset.x, offset.y, offset.z);
+        if (touched == 0) continue;
+        const std::uint32_t other = surroundings.at(offset);
+        if (other != kNone) part = part_with(other, touched);
       }
+      const auto bit = static_cast<std::uint32_t>(std::countr_zero(cell));
+      part_of_low_[row_of(blocks[b], bit)] = part;
     }
   }
-}
-
-std::uint32_t Components::connecting_neighbour(Surroundings& surroundings,
-                                               const FixedHashMap<Block>& blocks, std::uint32_t bit,
-                                               const Step& step) const noexcept {
-  const VoxelIndex neighbour{static_cast<std::int32_t>(bit & 3U) + step.x,
-                             static_cast<std::int32_t>(bit >> 2U & 3U) + step.y,
-                             static_cast<std::int32_t>(bit >> 4U) + step.z};
-  const VoxelIndex offset = block_of(neighbour);
-  const std::uint32_t other = surroundings.at(offset.x, offset.y, offset.z);
-  const std::uint32_t other_bit = bit_of(neighbour);
-  if (other == kNone || (connecting_[other] >> other_bit & 1U) == 0) return CellTable::kNoRow;
-  return row_of(blocks[other], other_bit);
 }
 
 std::uint32_t Components::count(const EvidenceWindow& window, const CellTable& cells) noexcept {
-  const bool has_before = window.earlier_count() > 0;
-  const KeyframeEvidence& before = window.earlier(1);
-  const GridShift shift = shift_between(cells.grid(), before.grid);
-  VoxelKey last_key = ~VoxelKey{0};
-  BlockHistory history{};
+  const FixedHashMap<Block>& blocks = cells.blocks();
+  const KeyframeEvidence& earlier = window.earlier(1);
+  const GridShift shift = shift_between(cells.grid(), earlier.grid);
+  const bool comparable = window.earlier_count() > 0 && shift.representable;
+  const VoxelIndex by = block_of(shift.cells);
   std::uint32_t components = 0;
-  for (std::uint32_t row = 0; row < cells.size(); ++row) {
-    if ((cells.flags(row) & kCellCandidate) == 0) continue;
-    const std::uint32_t top = root(row);
-    Tally& tally = tally_[top];
-    components += top == row ? 1U : 0U;
-    ++tally.cells;
-    tally.dynamic += (cells.flags(row) & kCellDynamic) != 0 ? 1U : 0U;
-    if (!has_before || !shift.representable) continue;
-    const VoxelIndex& cell = cells.index(row);
-    const VoxelIndex then{cell.x + shift.cells.x, cell.y + shift.cells.y, cell.z + shift.cells.z};
-    const VoxelKey key = pack(block_of(then));
-    if (key != last_key) {
-      last_key = key;
-      const std::uint32_t entry = before.blocks.find(key);
-      history = entry == kNone ? BlockHistory{} : before.blocks[entry];
+  for (std::uint32_t b = 0; b < block_count_; ++b) {
+    const BlockMasks& masks = masks_[b];
+    BlockHistory before{};
+    if (comparable && (masks.connecting | masks.low) != 0) {
+      const VoxelIndex here = unpack(blocks.key(b));
+      const std::uint32_t entry =
+          earlier.blocks.find(pack({here.x + by.x, here.y + by.y, here.z + by.z}));
+      if (entry != kNone) before = earlier.blocks[entry];
     }
-    const std::uint64_t bit = std::uint64_t{1} << bit_of(then);
-    tally.was_dynamic += (history.proven & bit) != 0 ? 1U : 0U;
-    tally.was_static += (history.occupied & ~history.dynamic & bit) != 0 ? 1U : 0U;
+    for (std::uint32_t p = 0; p < masks.parts; ++p) {
+      const std::uint32_t part = masks.first_part + p;
+      const std::uint32_t top = root(part);
+      components += top == part ? 1U : 0U;
+      count_part(tally_[top], parts_[part].cells, masks, before);
+    }
+    for (std::uint64_t left = masks.low; left != 0; left &= left - 1) {
+      const std::uint64_t cell = lowest_bit(left);
+      const auto bit = static_cast<std::uint32_t>(std::countr_zero(cell));
+      const std::uint32_t part = part_of_low_[row_of(blocks[b], bit)];
+      if (part != kNoPart) count_part(tally_[root(part)], cell, masks, before);
+    }
   }
   return components;
+}
+
+void Components::count_part(Tally& tally, std::uint64_t cells, const BlockMasks& masks,
+                            const BlockHistory& before) const noexcept {
+  tally.cells += count_bits(cells);
+  tally.dynamic += count_bits(cells & masks.dynamic);
+  tally.was_dynamic += count_bits(cells & before.proven);
+  tally.was_static += count_bits(cells & before.occupied & ~before.dynamic);
 }
 
 bool Components::persists(const Tally& tally) const noexcept {
@@ -159,11 +203,10 @@ bool Components::persists(const Tally& tally) const noexcept {
          tally.was_dynamic >= 2 * tally.was_static;
 }
 
-void Components::settle(CellTable& cells) const noexcept {
-  for (std::uint32_t row = 0; row < cells.size(); ++row) {
-    if ((cells.flags(row) & kCellCandidate) == 0) continue;
-    // After `count` every parent is a root.
-    const Tally& tally = tally_[parent_[row]];
+void Components::settle(CellTable& cells) noexcept {
+  const FixedHashMap<Block>& blocks = cells.blocks();
+  const auto settle_cell = [&](std::uint32_t row, std::uint32_t part) {
+    const Tally& tally = tally_[root(part)];
     const float share = static_cast<float>(tally.dynamic) / static_cast<float>(tally.cells);
     const bool firm = (cells.flags(row) & kCellFirm) != 0;
     if (persists(tally)) {
@@ -174,16 +217,30 @@ void Components::settle(CellTable& cells) const noexcept {
     } else if (share < config_.component_static_share) {
       cells.clear_flag(row, kCellDynamic);
     }
+  };
+  for (std::uint32_t b = 0; b < block_count_; ++b) {
+    for (std::uint32_t p = 0; p < masks_[b].parts; ++p) {
+      const std::uint32_t part = masks_[b].first_part + p;
+      for (std::uint64_t left = parts_[part].cells; left != 0; left &= left - 1) {
+        settle_cell(row_of(blocks[b], static_cast<std::uint32_t>(std::countr_zero(left))), part);
+      }
+    }
+    // A low cell that touches no obstacle stands for itself.
+    for (std::uint64_t left = masks_[b].low; left != 0; left &= left - 1) {
+      const std::uint32_t row =
+          row_of(blocks[b], static_cast<std::uint32_t>(std::countr_zero(left)));
+      if (part_of_low_[row] != kNoPart) settle_cell(row, part_of_low_[row]);
+    }
   }
 }
 
-std::uint32_t Components::root(std::uint32_t row) noexcept {
-  std::uint32_t top = row;
-  while (parent_[top] != top) top = parent_[top];
-  while (parent_[row] != top) {
-    const std::uint32_t next = parent_[row];
-    parent_[row] = top;
-    row = next;
+std::uint32_t Components::root(std::uint32_t part) noexcept {
+  std::uint32_t top = part;
+  while (parts_[top].parent != top) top = parts_[top].parent;
+  while (parts_[part].parent != top) {
+    const std::uint32_t next = parts_[part].parent;
+    parts_[part].parent = top;
+    part = next;
   }
   return top;
 }
@@ -191,12 +248,8 @@ std::uint32_t Components::root(std::uint32_t row) noexcept {
 void Components::join(std::uint32_t a, std::uint32_t b) noexcept {
   a = root(a);
   b = root(b);
-  // The smaller row becomes the root, so the result does not depend on the order of joins.
-  if (a < b) {
-    parent_[b] = a;
-  } else {
-    parent_[a] = b;
-  }
+  // The smaller number becomes the root, so the result does not depend on the order of joins.
+  parts_[std::max(a, b)].parent = std::min(a, b);
 }
 
 }  // namespace unimapper::onboard

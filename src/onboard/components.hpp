@@ -22,46 +22,55 @@ class Components {
   /// O(candidates), nearly; neighbours are looked up block-wise.
   std::uint32_t run(const EvidenceWindow& window, CellTable& cells) noexcept;
 
-  /// From a cell to one that touches it.
-  struct Step {
-    std::int32_t x;
-    std::int32_t y;
-    std::int32_t z;
-  };
-
  private:
-  /// The blocks around one block, looked up when first asked for.
-  class Surroundings;
-
-  /// What is known of a component, kept at its root.
+  /// Cells of one block that touch each other: the smallest thing a component is made of.
+  struct Part {
+    std::uint64_t cells;   ///< connecting ones, one bit each
+    std::uint32_t parent;  ///< union-find; a root is its own parent
+  };
+  /// What is known of a component, kept at its root part.
   struct Tally {
     std::uint32_t cells;
     std::uint32_t dynamic;
     std::uint32_t was_dynamic;
     std::uint32_t was_static;
   };
+  /// What was decided about the cells of a block.
+  struct BlockMasks {
+    std::uint64_t connecting;
+    std::uint64_t low;
+    std::uint64_t dynamic;
+    std::uint64_t firm;
+    std::uint32_t first_part;  ///< parts of a block follow each other
+    std::uint32_t parts;
+  };
+  /// The blocks around one block, looked up when first asked for.
+  class Surroundings;
 
-  void join_neighbours(const CellTable& cells) noexcept;
+  void collect_masks(const CellTable& cells) noexcept;
+  void split_into_parts() noexcept;
+  void join_parts(const CellTable& cells) noexcept;
   void attach_low_cells(const CellTable& cells) noexcept;
-  /// Row of the connecting cell one step from cell `bit` of a block, or `CellTable::kNoRow`.
-  [[nodiscard]] std::uint32_t connecting_neighbour(Surroundings& surroundings,
-                                                   const FixedHashMap<Block>& blocks,
-                                                   std::uint32_t bit,
-                                                   const Step& step) const noexcept;
-  void mark_candidates(const CellTable& cells) noexcept;
   std::uint32_t count(const EvidenceWindow& window, const CellTable& cells) noexcept;
-  void settle(CellTable& cells) const noexcept;
+  void count_part(Tally& tally, std::uint64_t cells, const BlockMasks& masks,
+                  const BlockHistory& before) const noexcept;
+  void settle(CellTable& cells) noexcept;
   [[nodiscard]] bool persists(const Tally& tally) const noexcept;
 
-  std::uint32_t root(std::uint32_t row) noexcept;
+  /// The part of block `block` that holds any of `cells`, or `kNoPart`.
+  [[nodiscard]] std::uint32_t part_with(std::uint32_t block, std::uint64_t cells) const noexcept;
+  std::uint32_t root(std::uint32_t part) noexcept;
   void join(std::uint32_t a, std::uint32_t b) noexcept;
 
+  static constexpr std::uint32_t kNoPart = 0xFFFFFFFFU;
+
   RemovalConfig config_;
-  std::uint32_t* parent_ = nullptr;
-  // Per block, one bit a candidate cell that connects, or that is too low for that.
-  std::uint64_t* connecting_ = nullptr;
-  std::uint64_t* low_ = nullptr;
-  Tally* tally_ = nullptr;
+  std::uint32_t block_count_ = 0;
+  std::uint32_t part_count_ = 0;
+  BlockMasks* masks_ = nullptr;
+  Part* parts_ = nullptr;
+  Tally* tally_ = nullptr;                ///< per part
+  std::uint32_t* part_of_low_ = nullptr;  ///< per row
 };
 
 }  // namespace unimapper::onboard

@@ -31,21 +31,31 @@ ImageProjection::ImageProjection(const FreeSpaceConfig& config) noexcept {
   first_sine_ = low;
 }
 
-void ImageProjection::project(const float* x, const float* y, const float* z, std::size_t count,
-                              std::int32_t* pixel, float* range_m) const noexcept {
-  const auto columns = static_cast<float>(columns_);
-  const auto rows = static_cast<float>(rows_);
+void ImageProjection::project(const float* __restrict x, const float* __restrict y,
+                              const float* __restrict z, std::size_t count,
+                              std::int32_t* __restrict pixel,
+                              float* __restrict range_m) const noexcept {
+  // Copies, so that the compiler knows them to be constant in the loop.
+  const ImageProjection p = *this;
+  const auto columns = static_cast<float>(p.columns_);
+  const auto rows = static_cast<float>(p.rows_);
+  const float seam = p.wraps_ ? columns : 2.0F * columns;
   for (std::size_t i = 0; i < count; ++i) {
     const float range = std::sqrt(x[i] * x[i] + y[i] * y[i] + z[i] * z[i]);
     const float sine = z[i] / (range + 1.17549435e-38F);
-    const float row = (sine - first_sine_) * rows_per_sine_;
-    float column = (direction_turns(x[i], y[i]) - first_turn_) * columns_per_turn_;
+    float row = (sine - p.first_sine_) * p.rows_per_sine_;
+    float column = (direction_turns(x[i], y[i]) - p.first_turn_) * p.columns_per_turn_;
     // Exactly half a turn lies on the seam.
-    column = wraps_ && column >= columns ? column - columns : column;
-    const bool inside = (column >= 0.0F) & (column < columns) & (row >= 0.0F) & (row < rows);
-    const auto at = static_cast<std::int32_t>(inside ? row : 0.0F) * columns_ +
-                    static_cast<std::int32_t>(inside ? column : 0.0F);
-    pixel[i] = inside ? at : kOutside;
+    column = column >= seam ? column - columns : column;
+    std::int32_t inside = column >= 0.0F ? -1 : 0;  // a mask; false for NaN
+    inside &= column < columns ? -1 : 0;
+    inside &= row >= 0.0F ? -1 : 0;
+    inside &= row < rows ? -1 : 0;
+    row = inside != 0 ? row : 0.0F;
+    column = inside != 0 ? column : 0.0F;
+    const std::int32_t at =
+        static_cast<std::int32_t>(row) * p.columns_ + static_cast<std::int32_t>(column);
+    pixel[i] = (at & inside) | ~inside;
     range_m[i] = range;
   }
 }

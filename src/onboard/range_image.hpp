@@ -18,7 +18,7 @@ class ImageProjection {
   ImageProjection() = default;
   explicit ImageProjection(const FreeSpaceConfig& config) noexcept;
 
-  static constexpr std::int32_t kOutside = -1;
+  static constexpr std::int32_t kOutside = -1;  // all bits set
 
   /// Pixels and ranges of `count` points in the sensor frame; `kOutside` where the direction is
   /// not within the field of view. Vectorises.

@@ -93,8 +93,8 @@ void ScanAccumulator::locate(const PointView& points, std::size_t first, Batch& 
       batch.x[i] = batch.y[i] = batch.z[i] = 0.0F;  // converts to an integer without harm
     }
   }
-  const Eigen::Matrix3f& m = cells_from_sensor_;
-  const Eigen::Vector3f& t = sensor_in_cells_;
+  const Eigen::Matrix3f m = cells_from_sensor_;
+  const Eigen::Vector3f t = sensor_in_cells_;
   for (std::size_t i = 0; i < batch.size; ++i) {
     const float px = batch.x[i];
     const float py = batch.y[i];
