@@ -13,7 +13,7 @@ namespace unimapper::apps {
 /// thinned to the first point of each `voxel_m`. O(cells).
 [[nodiscard]] std::vector<Eigen::Vector3f> session_cloud(const merge::SessionData& session,
                                                          const merge::MergedSession& merged,
-                                                         float voxel_m = 0.1F);
+                                                         float voxel_m = 0.2F);
 
 /// Writes MAP/clouds/<session>.ply for every session that is not unconnected. The unified map
 /// fuses what sessions have in common, so only these can tell how well sessions coincide:

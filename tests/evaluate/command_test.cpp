@@ -276,7 +276,7 @@ TEST_CASE("evaluate map compares the sessions' own clouds") {
   for (int i = 0; i < 50; ++i) {
     for (int j = 0; j < 50; ++j) {
       session.keyframes[0].static_cells.push_back(
-          {{0.2F * static_cast<float>(i), 0.2F * static_cast<float>(j),
+          {{0.1F + 0.2F * static_cast<float>(i), 0.1F + 0.2F * static_cast<float>(j),
             0.01F * static_cast<float>((i + j) % 3)},
            1,
            1,

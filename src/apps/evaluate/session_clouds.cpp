@@ -16,6 +16,7 @@ std::vector<Eigen::Vector3f> session_cloud(const merge::SessionData& session,
     const Pose& T_map_keyframe = merged.T_map_keyframe[k];
     for (const FineCell& cell : session.keyframes[k].static_cells) {
       const Eigen::Vector3f p = (T_map_keyframe * cell.position.cast<double>()).cast<float>();
+      if (!(p.cwiseAbs().maxCoeff() < 1e5F)) continue;
       const VoxelIndex index = voxel_index(p, 1.0F / voxel_m);
       if (is_representable(index) && taken.insert(pack(index)).second) cloud.push_back(p);
     }

@@ -250,7 +250,7 @@ std::string draw_changes(const ReportInput& input) {
 
 std::string draw_session(const ReportInput& input, std::size_t session) {
   const merge::MergedSession& merged = input.result->sessions[session];
-  const auto cloud = session_cloud((*input.sessions)[session], merged, 0.2F);
+  const auto cloud = session_cloud((*input.sessions)[session], merged);
   Extent extent;
   for (const Eigen::Vector3f& p : cloud) {
     extent.add_scenery(static_cast<double>(p.x()), static_cast<double>(p.y()));

@@ -30,7 +30,7 @@ font-variant-numeric:tabular-nums}
 .tile span{color:var(--soft);font-size:.88rem}
 figure{margin:0 0 10px}
 svg{display:block;width:100%;height:auto}
-svg.map{border-radius:10px;background:#0c1016}
+svg.map{border-radius:10px;border:1px solid var(--line);background:#0c1016}
 svg.map text{font-family:inherit;font-weight:600}
 .chart{background:var(--card);border:1px solid var(--line);border-radius:10px;padding:6px}
 .chart text{font-size:12px;fill:var(--soft);font-variant-numeric:tabular-nums}

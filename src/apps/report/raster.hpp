@@ -29,9 +29,13 @@ struct Frame {
 class Extent {
  public:
   /// Something of the scenery; the outermost 0.2 % on each side may be cut off.
-  void add_scenery(double x, double y) { scenery_.emplace_back(x, y); }
+  void add_scenery(double x, double y) {
+    if (is_on_earth(x, y)) scenery_.emplace_back(x, y);
+  }
   /// A place the robot was at: always shown, and scenery only up to 65 m around these.
-  void add_path(double x, double y) { path_.emplace_back(x, y); }
+  void add_path(double x, double y) {
+    if (is_on_earth(x, y)) path_.emplace_back(x, y);
+  }
 
   /// A frame with a margin, at most `max_pixels` wide and high, no finer than
   /// `min_metres_per_pixel`. A few metres around the origin when empty.
@@ -43,6 +47,8 @@ class Extent {
     double to;
   };
   [[nodiscard]] Range range(int axis) const;
+  /// False for NaN and for what no map can hold.
+  static bool is_on_earth(double x, double y) { return std::abs(x) < 1e7 && std::abs(y) < 1e7; }
 
   std::vector<Eigen::Vector2f> scenery_;
   std::vector<Eigen::Vector2d> path_;
