@@ -8,8 +8,6 @@
 namespace unimapper::evaluate {
 namespace {
 
-constexpr double kDegreesPerRadian = 57.295779513082320877;
-
 double harmonic_mean(double a, double b) { return a + b > 0.0 ? 2.0 * a * b / (a + b) : 0.0; }
 
 /// A guess compared with the truth.
@@ -54,8 +52,7 @@ JudgedGuess judge(const LoopGuess& guess, const TrueKeyframe& query, const TrueK
   judged.translation_error_m = error.translation.norm();
   judged.rotation_error_deg = rotation_angle(error.rotation) * kDegreesPerRadian;
   judged.true_by_distance = distance_m(query, match) <= config.threshold_m;
-  judged.true_by_pose = judged.true_by_distance &&
-                        judged.translation_error_m <= config.pose_translation_m &&
+  judged.true_by_pose = judged.translation_error_m <= config.pose_translation_m &&
                         judged.rotation_error_deg <= config.pose_rotation_deg;
   return judged;
 }
@@ -69,39 +66,52 @@ using IsTrue = bool JudgedGuess::*;
 PrecisionRecall operating_point(const std::vector<Query>& queries, IsTrue is_true) {
   PrecisionRecall result;
   std::size_t positives = 0;
+  std::size_t found = 0;
   for (const Query& query : queries) {
     positives += query.positive ? 1 : 0;
     if (!query.accepted) continue;
-    ++((*query.accepted).*is_true ? result.true_positives : result.false_positives);
+    const bool right = (*query.accepted).*is_true;
+    ++(right ? result.true_positives : result.false_positives);
+    found += right && query.positive ? 1 : 0;
   }
-  result.false_negatives = positives - result.true_positives;
-  const auto hits = static_cast<double>(result.true_positives);
+  result.false_negatives = positives - found;
   const std::size_t answers = result.true_positives + result.false_positives;
-  if (answers > 0) result.precision = hits / static_cast<double>(answers);
-  if (positives > 0) result.recall = hits / static_cast<double>(positives);
-  if (answers + positives > 0) result.f1 = 2.0 * hits / static_cast<double>(answers + positives);
+  if (answers > 0) {
+    result.precision = static_cast<double>(result.true_positives) / static_cast<double>(answers);
+  }
+  if (positives > 0) result.recall = static_cast<double>(found) / static_cast<double>(positives);
+  if (answers + positives > 0) {
+    result.f1 = answers > 0 && positives > 0 ? harmonic_mean(result.precision, result.recall) : 0.0;
+  }
   return result;
 }
 
 std::vector<CurvePoint> sweep(const std::vector<Query>& queries, IsTrue is_true) {
-  std::vector<JudgedGuess> answers;
+  struct Answer {
+    double confidence;
+    bool right;
+    bool positive;
+  };
+  std::vector<Answer> answers;
   std::size_t positives = 0;
   for (const Query& query : queries) {
     positives += query.positive ? 1 : 0;
-    if (query.best) answers.push_back(*query.best);
+    if (!query.best) continue;
+    answers.push_back({query.best->confidence, (*query.best).*is_true, query.positive});
   }
   std::vector<CurvePoint> curve;
   if (positives == 0) return curve;
-  std::stable_sort(answers.begin(), answers.end(), [](const JudgedGuess& a, const JudgedGuess& b) {
-    return a.confidence > b.confidence;
-  });
-  std::size_t hits = 0;
+  std::stable_sort(answers.begin(), answers.end(),
+                   [](const Answer& a, const Answer& b) { return a.confidence > b.confidence; });
+  std::size_t right = 0;
+  std::size_t found = 0;
   for (std::size_t i = 0; i < answers.size(); ++i) {
-    hits += answers[i].*is_true ? 1 : 0;
+    right += answers[i].right ? 1 : 0;
+    found += answers[i].right && answers[i].positive ? 1 : 0;
     // No threshold can tell equal confidences apart: they stand or fall together.
     if (i + 1 < answers.size() && answers[i + 1].confidence == answers[i].confidence) continue;
-    curve.push_back({answers[i].confidence, static_cast<double>(hits) / static_cast<double>(i + 1),
-                     static_cast<double>(hits) / static_cast<double>(positives)});
+    curve.push_back({answers[i].confidence, static_cast<double>(right) / static_cast<double>(i + 1),
+                     static_cast<double>(found) / static_cast<double>(positives)});
   }
   return curve;
 }

@@ -9,8 +9,6 @@
 namespace unimapper::evaluate {
 namespace {
 
-constexpr double kDegreesPerRadian = 57.295779513082320877;
-
 /// Rotation that turns `estimate` columns onto `truth` columns, and the spread (m) that decides
 /// the least certain axis of it.
 struct RotationFit {

@@ -88,7 +88,7 @@ TEST_CASE("equal confidences cannot be told apart by any threshold") {
   CHECK(figures.recall_at_full_precision == 0.0);
 }
 
-TEST_CASE("a match by pose needs the reported pose to be right as well") {
+TEST_CASE("a match by pose needs the reported pose to be right") {
   const auto keyframes = there_and_back();
   LoopGuess shifted = guess(keyframes, 5, 0, 0.9, true);
   shifted.T_match_query.translation.y() += 2.5;
@@ -105,6 +105,21 @@ TEST_CASE("a match by pose needs the reported pose to be right as well") {
   CHECK(score.by_pose.recall_at_full_precision == 0.0);
   CHECK(score.translation_error_m.median == Approx(1.0));
   CHECK(score.rotation_error_deg.max == Approx(5.7296).margin(1e-3));
+}
+
+TEST_CASE("a far-away match with the right pose is true by pose, not by distance") {
+  const auto keyframes = there_and_back();
+  // 7 is 100 m from 1 and 9 is no revisit of 2, yet both know exactly where they are.
+  auto far = keyframes;
+  far[9].T_world_sensor.translation.x() = 450;
+  const std::vector<LoopGuess> guesses = {guess(far, 7, 1, 0.9, true), guess(far, 9, 2, 0.8, true)};
+  const LoopScore score = score_loops(far, far, guesses, session_config());
+  REQUIRE(score.positives == 4);
+  CHECK(score.by_distance.operating_point.precision == 0.0);
+  CHECK(score.by_pose.operating_point.precision == 1.0);
+  CHECK(score.by_pose.operating_point.recall == 0.25);  // of the positives, 7 alone
+  CHECK(score.by_pose.operating_point.false_negatives == 3);
+  CHECK(score.by_pose.recall_at_full_precision == 0.25);
 }
 
 TEST_CASE("in its own session a query neither finds the future nor its neighbours") {

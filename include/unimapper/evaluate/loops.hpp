@@ -82,8 +82,9 @@ struct LoopScore {
 /// Scores `guesses`. A query is positive when an eligible reference lies within the threshold.
 /// One answer per query counts: the most confident accepted guess at the operating point, the
 /// most confident guess of all in the sweep. An answer is true by distance when its keyframes
-/// really are within the threshold, true by pose when its reported pose is right as well.
-/// A wrong answer to a positive query is a false positive and a missed revisit.
+/// really are within the threshold, true by pose when its reported pose is right, however far
+/// apart the keyframes are. A wrong answer to a positive query is a false positive and a missed
+/// revisit; a right answer to a query that is not positive counts for precision alone.
 /// O(queries x references).
 [[nodiscard]] LoopScore score_loops(std::span<const TrueKeyframe> queries,
                                     std::span<const TrueKeyframe> references,
