@@ -11,12 +11,6 @@ namespace {
 
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
-Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
-}
-
 /// Graph of the given sessions; `first_node` of each session, kNone for the others.
 PoseGraph build_graph(const MapState& state, std::span<const std::size_t> sessions,
                       std::span<const LoopConstraint> loops, double cauchy_scale,

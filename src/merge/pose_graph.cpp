@@ -18,12 +18,6 @@ namespace {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using RowMatrix67 = Eigen::Matrix<double, 6, 7, Eigen::RowMajor>;
 
-Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
-}
-
 /// A pose as the solver holds it: translation, then quaternion x y z w.
 using PoseBlock = std::array<double, 7>;
 

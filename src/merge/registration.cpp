@@ -24,12 +24,6 @@ struct Linearisation {
   double cost = 0.0;
 };
 
-Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
-}
-
 Pose moved(const Pose& pose, const Vector6d& step) {
   const Eigen::Vector3d phi = step.tail<3>();
   const double angle = phi.norm();

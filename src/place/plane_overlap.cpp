@@ -6,6 +6,7 @@
 
 #include "unimapper/core/symmetric_eigen.hpp"
 #include "unimapper/core/voxel_key.hpp"
+#include "unimapper/place/plane_voxels.hpp"
 
 namespace unimapper {
 namespace {
@@ -13,16 +14,11 @@ namespace {
 constexpr float kMinNormalCosine = 0.95F;   // 18 degrees
 constexpr float kMaxPlaneDistance = 0.4F;   // along the normal, metres
 constexpr float kMaxCenterDistance = 2.0F;  // metres
-constexpr float kUprightNormalZ = 0.5F;
 // Level ground coincides with level ground wherever two robots stand: it says little.
 constexpr float kLevelWeight = 0.2F;
 constexpr float kHorizonSlack = 2.0F;  // metres
 constexpr float kSlopeSlack = 0.05F;
 constexpr int kRefinements = 4;
-
-bool is_upright(const Eigen::Vector3f& normal) noexcept {
-  return std::abs(normal.z()) < kUprightNormalZ;
-}
 
 // Direction as a number in [0, kSectors) that grows with the azimuth; no trigonometry.
 std::uint32_t sector_of(float x, float y) noexcept {

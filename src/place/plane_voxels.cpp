@@ -15,16 +15,9 @@ constexpr double kMinSpreadRatio = 0.05;
 // ... and the thickness at most this share of the smaller spread, otherwise it is a lump.
 constexpr double kMaxFlatRatio = 0.25;
 constexpr float kSteps = 512.0F;
-// Steeper than this counts as upright: |n.z| < 0.5, more than 60 degrees from level.
-constexpr float kUprightNormalZ = 0.5F;
-
-bool is_upright(const PlanePatch& patch) noexcept {
-  return std::abs(patch.normal.z()) < kUprightNormalZ;
-}
-
 // A total order on patches, so that selection does not depend on how they were found.
 bool comes_first(const PlanePatch& a, const PlanePatch& b) noexcept {
-  if (is_upright(a) != is_upright(b)) return is_upright(a);
+  if (is_upright(a.normal) != is_upright(b.normal)) return is_upright(a.normal);
   const float da = a.center.squaredNorm();
   const float db = b.center.squaredNorm();
   if (da != db) return da < db;
@@ -142,7 +135,7 @@ Eigen::Vector3f PlaneVoxels::bordering_normal(const Eigen::Vector3f& position) c
             voxels_.find(pack({center.x + dx, center.y + dy, center.z + dz}));
         if (entry == FixedHashMap<Voxel>::kNotFound || voxels_[entry].plane == 0) continue;
         const PlanePatch& patch = all_[voxels_[entry].plane - 1];
-        if (!is_upright(patch)) continue;
+        if (!is_upright(patch.normal)) continue;
         const float distance = (patch.center - position).squaredNorm();
         if (best != nullptr && !(distance < best_distance)) continue;
         best = &patch;

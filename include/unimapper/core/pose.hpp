@@ -43,6 +43,15 @@ struct Pose {
   }
 };
 
+inline constexpr double kDegreesPerRadian = 57.295779513082320877;
+
+/// The matrix that takes w to v x w.
+[[nodiscard]] inline Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return m;
+}
+
 /// Angle of a rotation in radians, in [0, pi].
 [[nodiscard]] inline double rotation_angle(const Eigen::Matrix3d& r) {
   const double s =

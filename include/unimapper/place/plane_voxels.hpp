@@ -1,6 +1,7 @@
 // Planes in the coarse voxels of a keyframe.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <span>
 
@@ -11,6 +12,11 @@
 #include "unimapper/place/config.hpp"
 
 namespace unimapper {
+
+/// True if a plane with this unit normal stands more than 60 degrees from level.
+[[nodiscard]] inline bool is_upright(const Eigen::Vector3f& normal) noexcept {
+  return std::abs(normal.z()) < 0.5F;
+}
 
 /// Finds the planar coarse voxels (paper section IV-A) among static cells. Every cell counts
 /// once, however many points it holds, so the planes do not depend on density or dwell time.
