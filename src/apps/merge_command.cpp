@@ -29,6 +29,7 @@ std::string command_line(const MergeOptions& options) {
   for (const auto& [session, dataset] : options.truths) {
     line += " --truth " + session + "=" + dataset.string();
   }
+  for (const auto& run : options.stats) line += " --stats " + run.string();
   return line;
 }
 
@@ -64,6 +65,11 @@ void register_merge(CLI::App& app) {
   command
       ->add_option("--truth", *truths, "SESSION=DATASET with ground truth, for the report's errors")
       ->expected(1, -1);
+  command
+      ->add_option("--stats", options->stats,
+                   "Run folders of live sessions, for the report's latency and removal scores")
+      ->expected(1, -1)
+      ->needs(listen);
   command
       ->add_option("--threads", options->threads,
                    "Threads to use; 0: all. The map does not depend on it")

@@ -51,7 +51,11 @@ std::vector<SessionEvidence> gather_evidence(const MergeOptions& options,
       for (const auto& session : sessions) {
         known += (known.empty() ? "" : ", ") + session.info.name;
       }
-      throw std::runtime_error("--truth names session \"" + name + "\", but there are: " + known);
+      const std::string message = "--truth names session \"" + name + "\", but there are: " + known;
+      if (options.listen.empty()) throw std::runtime_error(message);
+      // A robot that never arrived must not cost the others their map.
+      std::cerr << "unimapper: warning: " << message << '\n';
+      continue;
     }
     SessionEvidence& of = evidence[static_cast<std::size_t>(found - sessions.begin())];
     of.truth = read_truth(dataset);
