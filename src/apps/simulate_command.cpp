@@ -1,12 +1,12 @@
 // `unimapper simulate`: a recording of a robot that never was.
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <memory>
 #include <stdexcept>
 #include <string>
 
 #include "bench/simulator/simulate.hpp"
-#include "commands.hpp"
+#include "src/apps/commands.hpp"
+#include "src/apps/onboard/progress.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -29,17 +29,6 @@ std::string known_sensors() {
   return names;
 }
 
-/// One line that grows a percent at a time, so that logs stay readable.
-void show_progress(std::uint32_t done, std::uint32_t total) {
-  const std::uint64_t percent = 100ULL * done / total;
-  const std::uint64_t before = 100ULL * (done - 1) / total;
-  if (percent / 5 == before / 5 && done != total) return;
-  std::fprintf(stderr, "\rsimulating %3u %%  %u of %u scans", static_cast<unsigned>(percent), done,
-               total);
-  if (done == total) std::fprintf(stderr, "\n");
-  std::fflush(stderr);
-}
-
 void run(SimulateOptions& options, bool has_day) {
   const SensorModel* sensor = find_sensor(options.sensor);
   if (sensor == nullptr) {
@@ -58,7 +47,10 @@ void run(SimulateOptions& options, bool has_day) {
   options.config.drift = *drift;
   options.config.route = options.route[0];
   if (has_day) options.config.day = options.day;
-  simulator::simulate(options.config, options.out, show_progress);
+  Progress progress("simulate", options.config.scans);
+  simulator::simulate(options.config, options.out, [&progress](std::uint32_t done, std::uint32_t) {
+    progress.update(done, options.sensor);
+  });
 }
 
 }  // namespace
