@@ -108,6 +108,9 @@ Error LoopSearchConfig::validate() const noexcept {
   if (!within(max_bucket, 5U, 65535U)) {
     return invalid("loop_search.max_bucket must be between 5 and 65535");
   }
+  if (!within(max_compared, 1000U, 1U << 30U)) {
+    return invalid("loop_search.max_compared must be between 1000 and 1073741824");
+  }
   if (!within(max_matches, 64U, 1U << 24U)) {
     return invalid("loop_search.max_matches must be between 64 and 16777216");
   }

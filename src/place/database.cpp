@@ -137,7 +137,7 @@ std::span<const LoopCandidate> PlaceDatabase::search(const PlaceView& query, Pla
   gather_matches();
   for (std::uint32_t i = 0; i < candidates_.size(); ++i) form_hypotheses(i);
   const auto better = [this](const Hypothesis& a, const Hypothesis& b) {
-    if (a.inliers != b.inliers) return a.inliers > b.inliers;
+    if (a.evidence != b.evidence) return a.evidence > b.evidence;
     if (a.votes != b.votes) return a.votes > b.votes;
     return comes_before(places_[a.place].id, places_[b.place].id);
   };

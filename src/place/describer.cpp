@@ -11,7 +11,7 @@ constexpr float kMaxHeight = 200.0F;
 // Upright planes are looked for at this height above the ground, where walls are seen best.
 constexpr float kWallHeight = 1.5F;
 // A corner's response in the units of `Keypoint::strength`.
-constexpr float kStrengthScale = 1000.0F;
+constexpr float kStrengthScale = 100.0F;
 
 }  // namespace
 
@@ -36,21 +36,34 @@ PlaceView PlaceDescriber::describe(std::span<const FineCell> cells) noexcept {
   return {keypoints_.view(), planes_.planes()};
 }
 
-// Keeps the cells that are finite and within range; the rest of the code need not ask again.
+// Keeps the cells that are finite and within range; the rest of the code need not ask again. When
+// there are too many, those kept are spread evenly over the input: a thinner place is still the
+// same place, half a place is not.
 void PlaceDescriber::admit(std::span<const FineCell> cells) noexcept {
-  cells_.clear();
-  cells_.reset_refused();
   const float range_squared = config_.range_m * config_.range_m;
-  for (const FineCell& cell : cells) {
-    const Eigen::Vector3f& p = cell.position;
+  const auto within_range = [&](const Eigen::Vector3f& p) {
     // Comparisons with NaN are false, so what is not finite never enters.
-    if (p.x() * p.x() + p.y() * p.y() < range_squared && std::abs(p.z()) < kMaxHeight) {
-      cells_.push_back(cell);
-    } else if (!p.allFinite()) {
+    return p.x() * p.x() + p.y() * p.y() < range_squared && std::abs(p.z()) < kMaxHeight;
+  };
+  std::uint64_t count = 0;
+  for (const FineCell& cell : cells) {
+    if (within_range(cell.position)) {
+      ++count;
+    } else if (!cell.position.allFinite()) {
       ++dropped_;
     }
   }
-  dropped_ += cells_.refused();
+  const std::uint64_t kept = std::min<std::uint64_t>(count, cells_.capacity());
+  dropped_ += count - kept;
+  cells_.clear();
+  std::uint64_t share = 0;  // grows by `kept` with every cell; a cell enters when it passes `count`
+  for (const FineCell& cell : cells) {
+    if (!within_range(cell.position)) continue;
+    share += kept;
+    if (share < count) continue;
+    share -= count;
+    cells_.push_back(cell);
+  }
 }
 
 // The strongest corners that keep their distance from stronger ones.
@@ -74,7 +87,7 @@ void PlaceDescriber::select_keypoints() noexcept {
     keypoint.normal = planes_.bordering_normal({corner.x, corner.y, ground + kWallHeight});
     keypoint.occupancy = occupancy;
     keypoint.strength =
-        static_cast<std::uint16_t>(std::min(corner.response * kStrengthScale, 65535.0F));
+        static_cast<std::uint16_t>(std::min(std::sqrt(corner.response) * kStrengthScale, 65535.0F));
     keypoints_.push_back(keypoint);
   }
 }

@@ -3,44 +3,77 @@
 #include <cmath>
 #include <cstddef>
 
+#include "unimapper/place/column_code.hpp"
 #include "unimapper/place/database.hpp"
 
 namespace unimapper {
 namespace {
 
-// Shapes the confidence so that 0.5 stands for evidence of 0.18: on recordings of places never
-// visited before, the best of all wrong answers reached 0.11.
-constexpr float kEvenEvidence = 0.28F;
+// Evidence at which a factor of the confidence is half its largest value: keypoints that agree,
+// and their share of the smaller place's keypoints.
+constexpr float kHalfCount = 4.0F;
+constexpr float kHalfShare = 0.1F;
+// Shapes the confidence so that accept_confidence 0.5 lies above what chance reaches; see
+// docs/design on keypoints and search.
+constexpr float kEvenProduct = 0.386F;
+
+// Each factor rises and saturates: none can make up for the lack of another.
+float confidence_of(float evidence, float smaller_place, float overlap) noexcept {
+  if (!(smaller_place > 0.0F)) return 0.0F;
+  const float share = evidence / smaller_place;
+  const float product = evidence / (evidence + kHalfCount) * share / (share + kHalfShare) * overlap;
+  return (1.0F + kEvenProduct) * product / (product + kEvenProduct);
+}
+
+// The turn about the vertical and the level shift of a nearly level pose.
+PlanarPose seen_from_above(const Pose& pose) noexcept {
+  const auto dot = static_cast<float>(pose.rotation(0, 0) + pose.rotation(1, 1));
+  const auto cross = static_cast<float>(pose.rotation(1, 0) - pose.rotation(0, 1));
+  const float norm = std::sqrt(dot * dot + cross * cross);
+  PlanarPose planar;
+  if (norm > 0.0F) {
+    planar.cosine = dot / norm;
+    planar.sine = cross / norm;
+  }
+  planar.x = static_cast<float>(pose.translation.x());
+  planar.y = static_cast<float>(pose.translation.y());
+  return planar;
+}
 
 }  // namespace
 
 // Lays out the keypoints of a stored place by x, so that neighbours are found in a narrow band.
 void PlaceDatabase::load_targets(std::uint32_t slot) noexcept {
   targets_.clear();
-  const Eigen::Vector3f* stored = vertices_ + std::size_t{slot} * config_.max_keypoints;
-  for (std::uint32_t i = 0; i < places_[slot].keypoints; ++i) targets_.push_back(stored[i]);
-  std::sort(targets_.begin(), targets_.end(),
-            [](const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
-              return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
-            });
+  const std::size_t first = std::size_t{slot} * config_.max_keypoints;
+  for (std::uint32_t i = 0; i < places_[slot].keypoints; ++i) {
+    targets_.push_back({vertices_[first + i], codes_[first + i]});
+  }
+  std::sort(targets_.begin(), targets_.end(), [](const Target& a, const Target& b) {
+    return a.position.x() != b.position.x() ? a.position.x() < b.position.x()
+                                            : a.position.y() < b.position.y();
+  });
 }
 
 // Pairs every query keypoint with the nearest target that a pose brings it to; a target is used
-// once, by the first (strongest) query keypoint.
-std::uint32_t PlaceDatabase::consensus(const PlanarPose& pose, float radius_m) noexcept {
+// once, by the first (strongest) query keypoint. Returns the evidence: a pair counts the more
+// the closer it is and the more alike its columns are, at most 1. A chance pair, somewhere within
+// the radius and of another shape, counts about 0.15, a true one 0.5 to 0.8.
+float PlaceDatabase::consensus(const PlanarPose& pose, float radius_m) noexcept {
   pairs_.clear();
+  float evidence = 0.0F;
   std::uint64_t used[4] = {0, 0, 0, 0};
   for (const Keypoint& keypoint : keypoints_) {
     const Eigen::Vector2f at = pose * Eigen::Vector2f(keypoint.position.head<2>());
-    const Eigen::Vector3f* first =
+    const Target* first =
         std::lower_bound(targets_.begin(), targets_.end(), at.x() - radius_m,
-                         [](const Eigen::Vector3f& target, float x) { return target.x() < x; });
+                         [](const Target& target, float x) { return target.position.x() < x; });
     float best_distance = radius_m * radius_m;
-    const Eigen::Vector3f* best = nullptr;
-    for (const Eigen::Vector3f* target = first; target != targets_.end(); ++target) {
-      const float dx = target->x() - at.x();
+    const Target* best = nullptr;
+    for (const Target* target = first; target != targets_.end(); ++target) {
+      const float dx = target->position.x() - at.x();
       if (dx > radius_m) break;
-      const float dy = target->y() - at.y();
+      const float dy = target->position.y() - at.y();
       const float distance = dx * dx + dy * dy;
       if (distance >= best_distance) continue;
       best_distance = distance;
@@ -50,27 +83,31 @@ std::uint32_t PlaceDatabase::consensus(const PlanarPose& pose, float radius_m) n
     const auto index = static_cast<std::size_t>(best - targets_.begin());
     if (((used[index / 64U] >> (index % 64U)) & 1U) != 0) continue;
     used[index / 64U] |= 1ULL << (index % 64U);
-    pairs_.push_back({keypoint.position.cast<double>(), best->cast<double>()});
+    pairs_.push_back({keypoint.position.cast<double>(), best->position.cast<double>()});
+    const float closeness = 1.0F - best_distance / (radius_m * radius_m);
+    evidence += closeness * column_similarity(keypoint.occupancy, best->code);
   }
-  return static_cast<std::uint32_t>(pairs_.size());
+  return evidence;
 }
 
 // Alternates between pairing and fitting with a shrinking radius.
 void PlaceDatabase::improve(Hypothesis& hypothesis) noexcept {
   const float radius = config_.inlier_distance_m;
   for (const float scale : {2.0F, 1.5F, 1.0F}) {
-    hypothesis.inliers = consensus(hypothesis.pose, radius * scale);
-    if (hypothesis.inliers < 3) return;
+    (void)consensus(hypothesis.pose, radius * scale);
     Eigen::Vector2f a[255];
     Eigen::Vector2f b[255];
-    const std::uint32_t count = std::min(hypothesis.inliers, 255U);
+    const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(pairs_.size(), 255));
     for (std::uint32_t i = 0; i < count; ++i) {
       a[i] = pairs_[i].a.head<2>().cast<float>();
       b[i] = pairs_[i].b.head<2>().cast<float>();
     }
-    if (!fit_planar(a, b, count, hypothesis.pose)) return;
+    if (count < 3 || !fit_planar(a, b, count, hypothesis.pose)) {
+      pairs_.clear();
+      return;
+    }
   }
-  hypothesis.inliers = consensus(hypothesis.pose, radius);
+  hypothesis.evidence = consensus(hypothesis.pose, radius);
 }
 
 void PlaceDatabase::load_planes(std::uint32_t slot) noexcept {
@@ -92,7 +129,7 @@ void PlaceDatabase::load_planes(std::uint32_t slot) noexcept {
 
 bool PlaceDatabase::verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept {
   load_targets(hypothesis.place);
-  consensus(hypothesis.pose, config_.inlier_distance_m);
+  (void)consensus(hypothesis.pose, config_.inlier_distance_m);
   Pose pose;
   if (!fit_rigid(pairs_.view(), pose)) return false;
   // Both frames are level, so their z axes must agree.
@@ -103,7 +140,8 @@ bool PlaceDatabase::verify(const Hypothesis& hypothesis, LoopCandidate& result) 
   if (pose.rotation(2, 2) < level) return false;
   const OverlapResult overlap = overlap_.compare(pose);
 
-  const auto inliers = static_cast<float>(pairs_.size());
+  // The planes may have pulled the pose along: the keypoints are asked once more.
+  const float evidence = consensus(seen_from_above(pose), config_.inlier_distance_m);
   const auto smaller = static_cast<float>(
       std::min<std::size_t>(keypoints_.size(), places_[hypothesis.place].keypoints));
   result.match = places_[hypothesis.place].id;
@@ -111,12 +149,7 @@ bool PlaceDatabase::verify(const Hypothesis& hypothesis, LoopCandidate& result) 
   result.inliers = static_cast<std::uint32_t>(pairs_.size());
   result.plane_overlap = overlap.overlap;
   result.T_match_query = pose;
-  const float share = smaller > 0.0F ? inliers / smaller : 0.0F;
-  // Each factor saturates: none can make up for the lack of another.
-  const float by_count = inliers / (inliers + 10.0F);
-  const float by_share = share / (share + 0.15F);
-  const float evidence = by_count * by_share * overlap.overlap;
-  result.confidence = (1.0F + kEvenEvidence) * evidence / (evidence + kEvenEvidence);
+  result.confidence = confidence_of(evidence, smaller, overlap.overlap);
   result.accepted = result.confidence >= config_.accept_confidence;
   return true;
 }

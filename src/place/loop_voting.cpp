@@ -3,25 +3,11 @@
 #include <cmath>
 #include <cstddef>
 
+#include "unimapper/place/column_code.hpp"
 #include "unimapper/place/database.hpp"
 
 namespace unimapper {
 namespace {
-
-// std::popcount calls a table look-up where the instruction cannot be assumed; this stays inline.
-std::uint32_t ones(std::uint64_t bits) noexcept {
-  bits -= (bits >> 1U) & 0x5555555555555555ULL;
-  bits = (bits & 0x3333333333333333ULL) + ((bits >> 2U) & 0x3333333333333333ULL);
-  bits = (bits + (bits >> 4U)) & 0x0F0F0F0F0F0F0F0FULL;
-  return static_cast<std::uint32_t>((bits * 0x0101010101010101ULL) >> 56U);
-}
-
-// Dice similarity of two occupancy columns.
-float similarity_of(std::uint64_t a, std::uint64_t b) noexcept {
-  const std::uint32_t common = ones(a & b);
-  const std::uint32_t sum = ones(a) + ones(b);
-  return sum == 0 ? 0.0F : 2.0F * static_cast<float>(common) / static_cast<float>(sum);
-}
 
 // Two triangles put a query at the same spot within this.
 constexpr float kSameShift = 2.0F;
@@ -42,19 +28,24 @@ void PlaceDatabase::vote(const PlaceView& query, PlaceId query_id,
   }
   matches_.clear();
   matches_.reset_refused();
+  std::uint64_t compared = 0;
   for (const Triangle& triangle : triangles_) {
-    table_.find(triangle, [&](const TriangleEntry& entry) {
+    if (compared >= config_.max_compared) break;
+    compared += table_.find(triangle, [&](const TriangleEntry& entry) {
       if (places_[entry.place].role == kOutOfScope) return;
       constexpr std::uint32_t kHeadingsPerBin = 256 / kYawBins;
       const auto turn = static_cast<std::uint8_t>(entry.heading - triangle.heading);
       const std::uint32_t bin = turn / kHeadingsPerBin;
+      // The sides make a vote; products of normals that agree make it count more. They do not
+      // decide, because at a corner two walls compete for the normal.
+      const auto weight = static_cast<std::uint8_t>(1 + entry.agreeing_dots);
       std::uint16_t& votes = votes_[std::size_t{entry.place} * kYawBins + bin];
-      if (votes < 0xFFFF) ++votes;
+      votes = static_cast<std::uint16_t>(std::min(0xFFFF, votes + weight));
       matches_.push_back({entry.place,
                           static_cast<std::uint8_t>(bin),
                           {triangle.vertex[0], triangle.vertex[1], triangle.vertex[2]},
                           {entry.vertex[0], entry.vertex[1], entry.vertex[2]},
-                          0});
+                          weight});
     });
   }
   dropped_ += matches_.refused();
@@ -97,7 +88,7 @@ float PlaceDatabase::mean_similarity(const Match& match) const noexcept {
   const std::size_t first = std::size_t{match.place} * config_.max_keypoints;
   float sum = 0.0F;
   for (int i = 0; i < 3; ++i) {
-    sum += similarity_of(keypoints_[match.query[i]].occupancy, codes_[first + match.stored[i]]);
+    sum += column_similarity(keypoints_[match.query[i]].occupancy, codes_[first + match.stored[i]]);
   }
   return sum / 3.0F;
 }
@@ -137,6 +128,7 @@ void PlaceDatabase::form_hypotheses(std::uint32_t index) noexcept {
     Shift shift;
     if (!fit_planar(a, b, 3, shift.pose)) continue;
     shift.center = (a[0] + a[1] + a[2]) / 3.0F;
+    shift.weight = match.weight;
     shift.support = 0;
     shift.taken = 0;
     if (!shifts_.push_back(shift)) break;
@@ -147,7 +139,7 @@ void PlaceDatabase::form_hypotheses(std::uint32_t index) noexcept {
   };
   for (std::size_t i = 0; i < shifts_.size(); ++i) {
     for (std::size_t j = 0; j < shifts_.size(); ++j) {
-      if (agree(shifts_[i], shifts_[j])) ++shifts_[i].support;
+      if (agree(shifts_[i], shifts_[j])) shifts_[i].support += shifts_[j].weight;
     }
   }
   load_targets(candidate.place);
@@ -166,7 +158,7 @@ void PlaceDatabase::form_hypotheses(std::uint32_t index) noexcept {
     hypothesis.votes = seed.support;
     hypothesis.pose = seed.pose;
     improve(hypothesis);
-    if (hypothesis.inliers >= config_.min_inliers) hypotheses_.push_back(hypothesis);
+    if (pairs_.size() >= config_.min_inliers) hypotheses_.push_back(hypothesis);
   }
 }
 

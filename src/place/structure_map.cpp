@@ -138,12 +138,12 @@ void StructureMap::smooth(float* field, const SmoothingKernel& kernel) noexcept 
 }
 
 // The harmonic mean of the structure tensor's eigenvalues: zero along a straight wall, whatever
-// its height, and large where the map changes in every direction.
+// its height, and large where the map changes in every direction. The map enters as it is: any
+// compression of tall structure (root, logarithm) moves the corner of two walls into the room
+// between them.
 void StructureMap::corner_response() noexcept {
   const std::int32_t w = width_;
   const auto count = static_cast<std::size_t>(w) * static_cast<std::size_t>(w);
-  // A tall facade should not outshine a pole: the root compresses.
-  for (std::size_t i = 0; i < count; ++i) height_[i] = std::sqrt(height_[i]);
   std::fill_n(xx_, count, 0.0F);
   std::fill_n(xy_, count, 0.0F);
   std::fill_n(yy_, count, 0.0F);

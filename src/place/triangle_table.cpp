@@ -119,14 +119,6 @@ std::uint32_t TriangleTable::matches(const Block& block, std::uint32_t count,
       differs[i] = static_cast<std::uint16_t>(differs[i] | (above > span ? 1U : 0U));
     }
   }
-  for (int k = 0; k < 3; ++k) {
-    const auto low = static_cast<std::uint16_t>(std::max(0, triangle.dot[k] - dot_tolerance_));
-    const auto span = static_cast<std::uint16_t>(triangle.dot[k] + dot_tolerance_ - low);
-    for (std::uint32_t i = 0; i < Block::kEntries; ++i) {
-      const auto above = static_cast<std::uint16_t>(block.dot[k][i] - low);
-      differs[i] = static_cast<std::uint16_t>(differs[i] | (above > span ? 1U : 0U));
-    }
-  }
   std::uint32_t hits = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     hits |= (differs[i] == 0 ? 1U : 0U) << i;

@@ -56,9 +56,9 @@ void find_neighbours(std::span<const Keypoint> keypoints, const TriangleConfig& 
   }
 }
 
-// True if an earlier vertex has made this triangle already.
-bool made_before(const Neighbourhood& near, std::uint32_t i, std::uint32_t j,
-                 std::uint32_t k) noexcept {
+// True if a vertex of smaller index makes this triangle.
+bool made_by_earlier(const Neighbourhood& near, std::uint32_t i, std::uint32_t j,
+                     std::uint32_t k) noexcept {
   return (j < i && near.contains(j, i) && near.contains(j, k)) ||
          (k < i && near.contains(k, i) && near.contains(k, j));
 }
@@ -133,13 +133,16 @@ void build_triangles(std::span<const Keypoint> keypoints, const TriangleConfig& 
   if (keypoints.size() > kMaxKeypoints) keypoints = keypoints.first(kMaxKeypoints);
   Neighbourhood near;
   find_neighbours(keypoints, config, near);
-  for (std::uint32_t i = 0; i < keypoints.size(); ++i) {
-    for (std::uint32_t first = 0; first < near.count[i]; ++first) {
-      for (std::uint32_t second = first + 1; second < near.count[i]; ++second) {
+  // Near neighbours of all keypoints before farther ones of any: wherever the list is cut, what
+  // remains covers the whole place.
+  for (std::uint32_t second = 1; second < kMaxNeighbours; ++second) {
+    for (std::uint32_t first = 0; first < second; ++first) {
+      for (std::uint32_t i = 0; i < keypoints.size(); ++i) {
+        if (second >= near.count[i]) continue;
         const std::uint32_t j = near.list[i][first];
         const std::uint32_t k = near.list[i][second];
         Triangle triangle;
-        if (made_before(near, i, j, k)) continue;
+        if (made_by_earlier(near, i, j, k)) continue;
         if (make_triangle(keypoints, config, {i, j, k}, triangle)) out.push_back(triangle);
       }
     }

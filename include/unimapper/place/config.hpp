@@ -24,7 +24,7 @@ struct DescriptorConfig {
   /// Smoothing of the map of vertical structure before differentiation, standard deviation, [0, 3].
   float smoothing_m = 0.5F;
   /// Neighbourhood over which a corner is judged, standard deviation, [0.2, 3].
-  float window_m = 0.8F;
+  float window_m = 0.6F;
   /// No two keypoints lie closer than this, [0.5, 10]. STD: 2 m.
   float suppression_radius_m = 2.0F;
   /// Corner candidates considered before suppression, [max_keypoints, 65535].
@@ -44,7 +44,7 @@ struct TriangleConfig {
   float min_side_m = 2.0F;        ///< shortest side, [0.5, 20]
   float max_side_m = 40.0F;       ///< longest side, (min_side_m, 300]
   float min_height_m = 1.0F;      ///< flatter triangles have no reliable orientation, [0.1, 10]
-  std::uint32_t max_triangles = 800;  ///< per place, [16, 20000]
+  std::uint32_t max_triangles = 1500;  ///< per place, [16, 20000]
 };
 
 /// Parameters of `PlaceDatabase` (paper section V-B).
@@ -58,10 +58,13 @@ struct LoopSearchConfig {
   TriangleConfig triangles;
   /// Two sides are equal within this; absolute, because it comes from the keypoints' noise and
   /// not from the side's length, [0.05, 2].
-  float side_tolerance_m = 0.2F;
+  float side_tolerance_m = 0.25F;
   float dot_tolerance = 0.35F;       ///< two normal products are equal within this, [0, 1]
   float min_code_similarity = 0.5F;  ///< mean Dice similarity of the three columns, [0, 1]
   std::uint32_t max_bucket = 1024;   ///< triangles read from or kept in one hash cell, [5, 65535]
+  /// Stored triangles a search compares before it stops asking for more: bounds its time however
+  /// many places there are, [1000, 2^30].
+  std::uint32_t max_compared = 1U << 20U;
   std::uint32_t max_matches = 1U << 17U;  ///< matched triangles kept per search, [64, 2^24]
   std::uint32_t max_candidates = 16;      ///< places examined after voting, [1, 64]
   std::uint32_t max_verified = 6;         ///< candidates whose planes are compared, [1, 64]

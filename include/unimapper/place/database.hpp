@@ -36,7 +36,7 @@ struct LoopCandidate {
   PlaceId match;
   float confidence = 0.0F;
   bool accepted = false;
-  std::uint32_t votes = 0;
+  std::uint32_t votes = 0;     ///< of triangles that agree on the pose, weighted by their normals
   std::uint32_t inliers = 0;   ///< keypoints that agree with the pose
   float plane_overlap = 0.0F;  ///< share of commonly visible planes that coincide
   Pose T_match_query;          ///< between the two levelled keyframe frames
@@ -73,6 +73,11 @@ class PlaceDatabase {
   static constexpr std::uint16_t kInScope = 1;
   static constexpr std::uint16_t kCandidate = 2;
 
+  // A keypoint of the place under examination.
+  struct Target {
+    Eigen::Vector3f position;
+    std::uint64_t code;
+  };
   // A plane in 10 bytes: centimetres and 1/127.
   struct StoredPlane {
     std::int16_t center_cm[3];
@@ -92,7 +97,7 @@ class PlaceDatabase {
     std::uint8_t yaw_bin;
     std::uint8_t query[3];
     std::uint8_t stored[3];
-    std::uint8_t reserved;
+    std::uint8_t weight;
   };
   struct Candidate {
     std::uint32_t place;
@@ -104,13 +109,14 @@ class PlaceDatabase {
   struct Shift {
     PlanarPose pose;
     Eigen::Vector2f center;  // of the query's triangle
+    std::uint32_t weight;
     std::uint32_t support;
     std::uint32_t taken;
   };
   struct Hypothesis {
     std::uint32_t place;
     std::uint32_t votes;
-    std::uint32_t inliers;
+    float evidence;  // of the keypoints, see `consensus`
     PlanarPose pose;
   };
 
@@ -123,7 +129,7 @@ class PlaceDatabase {
   void gather_matches() noexcept;
   void form_hypotheses(std::uint32_t candidate) noexcept;
   void load_targets(std::uint32_t slot) noexcept;
-  std::uint32_t consensus(const PlanarPose& pose, float radius_m) noexcept;
+  float consensus(const PlanarPose& pose, float radius_m) noexcept;
   void improve(Hypothesis& hypothesis) noexcept;
   bool verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept;
   void load_planes(std::uint32_t slot) noexcept;
@@ -151,7 +157,7 @@ class PlaceDatabase {
   Match* gathered_ = nullptr;  // kMatchesPerPlace per candidate
   FixedVector<Shift> shifts_;
   FixedVector<Hypothesis> hypotheses_;
-  FixedVector<Eigen::Vector3f> targets_;  // of the place under examination, ascending in x
+  FixedVector<Target> targets_;  // of the place under examination, ascending in x
   FixedVector<PlanePatch> match_planes_;
   FixedVector<PointPair> pairs_;
   PlaneOverlap overlap_;

@@ -45,7 +45,7 @@ class StructureMap {
   /// Which 0.2 m slices above the local ground are occupied within `kCodeRadius` of (x, y).
   [[nodiscard]] std::uint64_t occupancy(float x, float y) const noexcept;
 
-  static constexpr float kCodeRadius = 0.7F;
+  static constexpr float kCodeRadius = 1.2F;
   static constexpr float kSliceHeight = 0.2F;
 
   /// Corners refused for want of capacity in the last `build`.
@@ -64,9 +64,9 @@ class StructureMap {
   std::int32_t width_ = 0;
   float half_extent_m_ = 0.0F;
   std::int32_t* counts_ = nullptr;
-  std::uint64_t* masks_ = nullptr;
-  float* height_ = nullptr;  // smoothed counts
-  float* xx_ = nullptr;      // structure tensor; `xx_` then holds the response
+  std::uint64_t* masks_ = nullptr;  // occupied slices of every column
+  float* height_ = nullptr;         // smoothed counts
+  float* xx_ = nullptr;             // structure tensor; `xx_` then holds the response
   float* xy_ = nullptr;
   float* yy_ = nullptr;
   float* scratch_ = nullptr;

@@ -17,6 +17,7 @@ struct TriangleEntry {
   std::uint16_t place;
   std::uint8_t vertex[3];
   std::uint8_t heading;
+  std::uint8_t agreeing_dots;  ///< how many of the three products are equal within tolerance
 };
 
 /// Maps triangles to the places that have them. A hash cell spans the side tolerance in each of
@@ -33,10 +34,13 @@ class TriangleTable {
   /// Removes one entry of `place` equal to `triangle`, if there is one. O(bucket).
   void remove(const Triangle& triangle, std::uint16_t place) noexcept;
 
-  /// Calls `visit(entry)` for every stored triangle whose sides, products and chirality equal
-  /// those of `triangle` within the tolerances. At most 27 x `max_bucket` entries are read.
+  /// Calls `visit(entry)` for every stored triangle whose sides and chirality equal those of
+  /// `triangle` within the tolerance, and how many products do. Returns how many entries were
+  /// read, at most 27 x `max_bucket`.
   template <typename Visitor>
-  void find(const Triangle& triangle, Visitor&& visit) const noexcept {
+  std::uint32_t find(const Triangle& triangle, Visitor&& visit) const noexcept {
+    std::uint32_t read = 0;
+    if (block_count_ == 0) return read;
     std::int32_t low[3];
     std::int32_t high[3];
     for (int i = 0; i < 3; ++i) {
@@ -51,17 +55,16 @@ class TriangleTable {
           for (std::uint32_t at = heads_[bucket_of(cell)]; at != 0; at = links_[at].next) {
             if (links_[at].cell != cell) continue;
             const Block& block = blocks_[at];
+            read += links_[at].count;
             std::uint32_t hits = matches(block, links_[at].count, triangle);
             for (; hits != 0; hits &= hits - 1) {
-              const auto i = static_cast<std::uint32_t>(std::countr_zero(hits));
-              visit(TriangleEntry{block.place[i],
-                                  {block.vertex[0][i], block.vertex[1][i], block.vertex[2][i]},
-                                  block.heading[i]});
+              visit(entry_at(block, static_cast<std::uint32_t>(std::countr_zero(hits)), triangle));
             }
           }
         }
       }
     }
+    return read;
   }
 
  private:
@@ -94,6 +97,19 @@ class TriangleTable {
     return static_cast<std::uint32_t>(mix_bits(cell)) & bucket_mask_;
   }
   static void take_out(Block& block, std::uint32_t hole, std::uint32_t last) noexcept;
+  [[nodiscard]] TriangleEntry entry_at(const Block& block, std::uint32_t i,
+                                       const Triangle& triangle) const noexcept {
+    TriangleEntry entry{block.place[i],
+                        {block.vertex[0][i], block.vertex[1][i], block.vertex[2][i]},
+                        block.heading[i],
+                        0};
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t difference = block.dot[k][i] - triangle.dot[k];
+      const bool agrees = difference <= dot_tolerance_ && difference >= -dot_tolerance_;
+      entry.agreeing_dots = static_cast<std::uint8_t>(entry.agreeing_dots + (agrees ? 1 : 0));
+    }
+    return entry;
+  }
   // One bit for every one of the `count` entries that equals `triangle`.
   [[nodiscard]] std::uint32_t matches(const Block& block, std::uint32_t count,
                                       const Triangle& triangle) const noexcept;

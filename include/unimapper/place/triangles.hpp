@@ -27,8 +27,9 @@ static_assert(sizeof(Triangle) <= 32);
 
 /// Replaces `out` by the triangles of `keypoints` (at most 255; further ones are ignored): for
 /// every keypoint, all pairs of its k nearest neighbours. Too long, too short and almost
-/// collinear ones are left out, congruent ones are not. The order follows the keypoints' order;
-/// each set of three vertices appears once. What does not fit `out` is refused by it.
+/// collinear ones are left out, congruent ones are not. Near neighbours come first, then the
+/// keypoints' order decides; each set of three vertices appears once. What does not fit `out` is
+/// refused by it.
 /// Cost: O(n^2 + n k^2).
 void build_triangles(std::span<const Keypoint> keypoints, const TriangleConfig& config,
                      FixedVector<Triangle>& out) noexcept;

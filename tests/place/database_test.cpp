@@ -1,0 +1,270 @@
+// Loop search from the outside: what it finds, what it refuses, and how it forgets.
+#include "unimapper/place/database.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "synthetic_place.hpp"
+#include "unimapper/place/describer.hpp"
+
+namespace {
+
+using namespace unimapper;
+using namespace unimapper::test;
+
+// A description that owns its memory.
+struct Described {
+  std::vector<Keypoint> keypoints;
+  std::vector<PlanePatch> planes;
+  [[nodiscard]] PlaceView view() const { return {keypoints, planes}; }
+};
+
+Described describe(const std::vector<Surface>& surfaces, const Pose& pose,
+                   std::uint64_t noise = 1) {
+  Laid<PlaceDescriber> describer(DescriptorConfig{});
+  View view;
+  view.noise_seed = noise;
+  const std::vector<FineCell> cells = observe(surfaces, pose, view);
+  const PlaceView place = describer->describe(cells);
+  return {{place.keypoints.begin(), place.keypoints.end()},
+          {place.planes.begin(), place.planes.end()}};
+}
+
+Described describe(std::uint64_t place, const Pose& pose, std::uint64_t noise = 1) {
+  return describe(make_place(place), pose, noise);
+}
+
+LoopSearchConfig small(std::uint32_t places = 20) {
+  LoopSearchConfig config;
+  config.max_places = places;
+  return config;
+}
+
+constexpr PlaceId kQuery{9, 0};
+constexpr SearchScope kEverywhere{};
+
+double translation_error(const LoopCandidate& found, const Pose& here, const Pose& there) {
+  const Pose truth = level_frame(here).inverse() * level_frame(there);
+  return (found.T_match_query.translation - truth.translation).norm();
+}
+
+double rotation_error(const LoopCandidate& found, const Pose& here, const Pose& there) {
+  const Pose truth = level_frame(here).inverse() * level_frame(there);
+  return rotation_angle(truth.rotation.transpose() * found.T_match_query.rotation);
+}
+
+}  // namespace
+
+TEST_CASE("a place is found again from another direction, with the pose between") {
+  Laid<PlaceDatabase> database(small());
+  REQUIRE(database.fits());
+  const Pose here = standing_at(0, 0, 1.9, 0.2);
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    database->insert(describe(20 + i, here).view(), {1, i});
+  }
+  for (const Pose& there : {standing_at(5, -4, 1.9, 3.1), standing_at(-3, 6, 0.4, -1.4)}) {
+    const Described query = describe(23, there, 77);
+    const auto found = database->search(query.view(), kQuery, kEverywhere);
+    REQUIRE_FALSE(found.empty());
+    CHECK(found[0].match.session == 1);
+    CHECK(found[0].match.keyframe == 3);
+    CHECK(found[0].accepted);
+    CHECK(found[0].inliers > 15);
+    CHECK(found[0].plane_overlap > 0.5F);
+    CHECK(found[0].T_match_query.is_rigid(1e-6));
+    CHECK(translation_error(found[0], here, there) < 0.15);
+    CHECK(rotation_error(found[0], here, there) < 0.01);
+    // Nothing else is accepted, and the order follows the confidence.
+    for (std::size_t i = 1; i < found.size(); ++i) {
+      CHECK_FALSE(found[i].accepted);
+      CHECK(found[i].confidence <= found[i - 1].confidence);
+      CHECK(found[i].confidence >= 0.0F);
+    }
+    CHECK(found[0].confidence <= 1.0F);
+  }
+}
+
+TEST_CASE("places that were never seen are not accepted") {
+  Laid<PlaceDatabase> database(small());
+  for (std::uint32_t i = 0; i < 10; ++i) {
+    database->insert(describe(40 + i, standing_at(0, 0, 1.9, 0.1 * i)).view(), {1, i});
+  }
+  for (std::uint32_t i = 0; i < 10; ++i) {
+    const Described query = describe(60 + i, standing_at(1, 2, 1.9, i));
+    for (const LoopCandidate& found : database->search(query.view(), kQuery, kEverywhere)) {
+      CHECK_FALSE(found.accepted);
+    }
+  }
+}
+
+TEST_CASE("the mirror image of a place is another place") {
+  const std::vector<Surface> place = make_place(31);
+  const Pose here = standing_at(0, 0, 1.9, 0);
+  Laid<PlaceDatabase> database(small());
+  database->insert(describe(place, here).view(), {1, 0});
+  REQUIRE(database->search(describe(place, here, 5).view(), kQuery, kEverywhere)[0].accepted);
+  const Described query = describe(mirrored(place), here, 5);
+  for (const LoopCandidate& found : database->search(query.view(), kQuery, kEverywhere)) {
+    CHECK_FALSE(found.accepted);
+  }
+}
+
+TEST_CASE("the scope decides which places may answer") {
+  Laid<PlaceDatabase> database(small());
+  const Pose here = standing_at(0, 0, 1.9, 0);
+  const Described place = describe(31, here);
+  database->insert(place.view(), {1, 10});
+  database->insert(place.view(), {2, 30});
+  const Described query = describe(31, here, 5);
+  const auto accepted_sessions = [&](PlaceId id, const SearchScope& scope) {
+    std::vector<std::uint32_t> sessions;
+    for (const LoopCandidate& found : database->search(query.view(), id, scope)) {
+      if (found.accepted) sessions.push_back(found.match.session);
+    }
+    std::sort(sessions.begin(), sessions.end());
+    return sessions;
+  };
+  using Sessions = SearchScope::Sessions;
+  const std::vector<std::uint32_t> none, first = {1}, second = {2}, both = {1, 2};
+  CHECK(accepted_sessions({1, 30}, {Sessions::kAll, 0}) == both);
+  CHECK(accepted_sessions({1, 30}, {Sessions::kOnlySame, 0}) == first);
+  CHECK(accepted_sessions({1, 30}, {Sessions::kOnlyOther, 0}) == second);
+  CHECK(accepted_sessions({3, 30}, {Sessions::kOnlySame, 0}) == none);
+  // The gap holds within the own session only, in both directions.
+  CHECK(accepted_sessions({1, 30}, {Sessions::kAll, 20}) == both);
+  CHECK(accepted_sessions({1, 30}, {Sessions::kAll, 21}) == second);
+  CHECK(accepted_sessions({2, 15}, {Sessions::kOnlySame, 15}) == second);
+  CHECK(accepted_sessions({2, 15}, {Sessions::kOnlySame, 16}) == none);
+}
+
+TEST_CASE("a full database forgets the oldest place and keeps working") {
+  Laid<PlaceDatabase> database(small(3));
+  const Pose here = standing_at(0, 0, 1.9, 0);
+  const auto best = [&](std::uint64_t place) {
+    const auto found = database->search(describe(place, here, 5).view(), kQuery, kEverywhere);
+    return !found.empty() && found[0].accepted ? static_cast<int>(found[0].match.keyframe) : -1;
+  };
+  for (std::uint32_t round = 0; round < 3; ++round) {
+    for (std::uint32_t i = 0; i < 5; ++i) {
+      database->insert(describe(50 + i, here).view(), {1, 10 * round + i});
+    }
+    CHECK(database->size() == 3);
+    CHECK(database->forgotten() == 5 * round + 2);
+    CHECK(best(50) == -1);
+    CHECK(best(51) == -1);
+    CHECK(best(52) == static_cast<int>(10 * round + 2));
+    CHECK(best(54) == static_cast<int>(10 * round + 4));
+  }
+  // Forgetting leaves nothing behind in the table: it never filled up.
+  CHECK(database->dropped() == 0);
+}
+
+TEST_CASE("the same calls give the same bytes") {
+  const auto run = [] {
+    Laid<PlaceDatabase> database(small());
+    for (std::uint32_t i = 0; i < 6; ++i) {
+      database->insert(describe(20 + i, standing_at(i, 0, 1.9, i)).view(), {1, i});
+    }
+    const Described query = describe(24, standing_at(2, 2, 1.9, 1), 9);
+    const auto found = database->search(query.view(), kQuery, kEverywhere);
+    return std::vector<LoopCandidate>(found.begin(), found.end());
+  };
+  const std::vector<LoopCandidate> first = run();
+  const std::vector<LoopCandidate> second = run();
+  REQUIRE_FALSE(first.empty());
+  REQUIRE(first.size() == second.size());
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    CHECK(first[i].match.keyframe == second[i].match.keyframe);
+    CHECK(first[i].confidence == second[i].confidence);
+    CHECK(first[i].T_match_query.rotation == second[i].T_match_query.rotation);
+    CHECK(first[i].T_match_query.translation == second[i].T_match_query.translation);
+  }
+}
+
+TEST_CASE("of equal places the one with the smaller id comes first") {
+  Laid<PlaceDatabase> database(small());
+  const Described place = describe(31, standing_at(0, 0, 1.9, 0));
+  for (const std::uint32_t keyframe : {7U, 3U, 5U}) database->insert(place.view(), {1, keyframe});
+  const auto found = database->search(place.view(), kQuery, kEverywhere);
+  REQUIRE(found.size() == 3);
+  CHECK(found[0].match.keyframe == 3);
+  CHECK(found[1].match.keyframe == 5);
+  CHECK(found[2].match.keyframe == 7);
+}
+
+TEST_CASE("a database knows an empty place, and an empty database answers nothing") {
+  Laid<PlaceDatabase> database(small());
+  const Described place = describe(31, standing_at(0, 0, 1.9, 0));
+  CHECK(database->search(place.view(), kQuery, kEverywhere).empty());
+  database->insert({}, {1, 0});
+  CHECK(database->size() == 1);
+  CHECK(database->search(place.view(), kQuery, kEverywhere).empty());
+  database->insert(place.view(), {1, 1});
+  CHECK(database->search({}, kQuery, kEverywhere).empty());
+
+  // One, two, and many equal keypoints.
+  for (const std::size_t count : {1U, 2U, 50U}) {
+    Described few = place;
+    few.keypoints.assign(count, place.keypoints[0]);
+    database->insert(few.view(), {1, 2});
+    CHECK(database->search(few.view(), kQuery, kEverywhere).empty());
+  }
+}
+
+TEST_CASE("a place from a hostile sender does no harm") {
+  Laid<PlaceDatabase> database(small());
+  const Pose here = standing_at(0, 0, 1.9, 0);
+  const Described good = describe(31, here);
+  Described bad = good;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (std::size_t i = 0; i < bad.keypoints.size(); i += 3) bad.keypoints[i].position.x() = nan;
+  for (std::size_t i = 1; i < bad.keypoints.size(); i += 3) bad.keypoints[i].normal.z() = nan;
+  for (std::size_t i = 0; i < bad.planes.size(); i += 2) {
+    bad.planes[i].center.y() = std::numeric_limits<float>::infinity();
+  }
+  for (std::size_t i = 1; i < bad.planes.size(); i += 4) bad.planes[i].center.y() = 1e30F;
+  for (std::size_t i = 3; i < bad.planes.size(); i += 4) bad.planes[i].normal.setZero();
+  database->insert(bad.view(), {1, 0});
+  CHECK(database->dropped() > 0);
+  for (const PlaceView& query : {good.view(), bad.view()}) {
+    for (const LoopCandidate& found : database->search(query, kQuery, kEverywhere)) {
+      CHECK(std::isfinite(found.confidence));
+      CHECK(found.T_match_query.is_rigid(1e-6));
+    }
+  }
+  // And the database still finds what it should.
+  database->insert(good.view(), {1, 1});
+  const auto found = database->search(describe(31, here, 5).view(), kQuery, kEverywhere);
+  REQUIRE_FALSE(found.empty());
+  CHECK(found[0].match.keyframe == 1);
+  CHECK(found[0].accepted);
+}
+
+TEST_CASE("places larger than configured are cut and counted, results are limited") {
+  LoopSearchConfig config = small();
+  config.max_keypoints = 20;
+  config.max_planes = 50;
+  config.max_results = 2;
+  REQUIRE(config.validate().code == ErrorCode::kOk);
+  Laid<PlaceDatabase> database(config);
+  const Described place = describe(31, standing_at(0, 0, 1.9, 0));
+  REQUIRE(place.keypoints.size() > 20);
+  for (std::uint32_t i = 0; i < 5; ++i) database->insert(place.view(), {1, i});
+  CHECK(database->dropped() > 0);
+  CHECK(database->search(place.view(), kQuery, kEverywhere).size() == 2);
+}
+
+TEST_CASE("a database laid out on too small a block answers nothing instead of failing") {
+  alignas(64) static std::byte block[4096];
+  Arena arena(block, sizeof block);
+  PlaceDatabase database;
+  database.attach(arena, small());
+  REQUIRE(arena.exhausted());
+  const Described place = describe(31, standing_at(0, 0, 1.9, 0));
+  database.insert(place.view(), {1, 0});
+  CHECK(database.size() == 0);
+  CHECK(database.search(place.view(), kQuery, kEverywhere).empty());
+}

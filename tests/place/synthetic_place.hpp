@@ -1,0 +1,80 @@
+// A made-up place: blocks, posts and ground, seen from anywhere.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "unimapper/core/arena.hpp"
+#include "unimapper/core/keyframe.hpp"
+#include "unimapper/core/pose.hpp"
+
+namespace unimapper::test {
+
+/// Uniform in [0, 1), the same on every machine.
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : state_(seed) {}
+  double roll();
+  double roll(double low, double high) { return low + (high - low) * roll(); }
+
+ private:
+  std::uint64_t state_;
+};
+
+struct Surface {
+  Eigen::Vector3d corner, along, up;  ///< a rectangle: corner + [0,1] along + [0,1] up
+  bool ground;
+};
+
+/// Surfaces of a place around the world's origin.
+std::vector<Surface> make_place(std::uint64_t seed);
+/// The same place seen in a mirror that stands upright.
+std::vector<Surface> mirrored(std::vector<Surface> surfaces);
+/// The same place, moved and turned as a whole.
+std::vector<Surface> moved(std::vector<Surface> surfaces, const Pose& T_new_old);
+
+struct View {
+  std::uint64_t noise_seed = 1;
+  double spacing_m = 0.11;  ///< between points on a surface
+  double noise_m = 0.01;
+  double range_m = 55.0;
+  bool mark_ground = true;
+  Eigen::Vector3d grid_shift = Eigen::Vector3d::Zero();
+};
+
+/// What a sensor at `T_world_sensor` gathers: fine cells in its levelled frame.
+std::vector<FineCell> observe(const std::vector<Surface>& surfaces, const Pose& T_world_sensor,
+                              const View& view = {});
+
+/// A pose at (x, y) `height` above the world's z = 0.
+Pose standing_at(double x, double y, double height, double yaw_rad);
+
+/// Lays `Component` out in memory of its own, exactly as large as it asks for.
+template <typename Component>
+class Laid {
+ public:
+  template <typename Config>
+  explicit Laid(const Config& config) {
+    Arena measure = Arena::measuring();
+    Component probe;
+    probe.attach(measure, config);
+    memory_.resize(measure.used() + Arena::kAlignment);
+    auto base = reinterpret_cast<std::uintptr_t>(memory_.data());
+    base = (base + Arena::kAlignment - 1) / Arena::kAlignment * Arena::kAlignment;
+    Arena arena(reinterpret_cast<std::byte*>(base), measure.used());
+    component_.attach(arena, config);
+    fits_ = !arena.exhausted();
+  }
+  Laid(const Laid&) = delete;
+  Laid& operator=(const Laid&) = delete;
+  Component* operator->() { return &component_; }
+  Component& operator*() { return component_; }
+  [[nodiscard]] bool fits() const { return fits_; }
+
+ private:
+  std::vector<std::byte> memory_;
+  Component component_;
+  bool fits_ = false;
+};
+
+}  // namespace unimapper::test

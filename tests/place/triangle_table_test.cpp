@@ -1,0 +1,146 @@
+// The hash table of triangles.
+#include "unimapper/place/triangle_table.hpp"
+
+#include <catch2/catch.hpp>
+#include <set>
+#include <vector>
+
+#include "synthetic_place.hpp"
+
+namespace {
+
+using namespace unimapper;
+using test::Dice;
+using test::Laid;
+
+Triangle triangle(int a, int b, int c, int seed = 0) {
+  Triangle t{};
+  t.side_cm[0] = static_cast<std::uint16_t>(a);
+  t.side_cm[1] = static_cast<std::uint16_t>(b);
+  t.side_cm[2] = static_cast<std::uint16_t>(c);
+  t.vertex[0] = static_cast<std::uint8_t>(seed);
+  t.vertex[1] = static_cast<std::uint8_t>(seed / 256);
+  t.dot[0] = t.dot[1] = t.dot[2] = 100;
+  return t;
+}
+
+std::multiset<int> places_found(const TriangleTable& table, const Triangle& query) {
+  std::multiset<int> result;
+  table.find(query, [&](const TriangleEntry& entry) { result.insert(entry.place); });
+  return result;
+}
+
+LoopSearchConfig small() {
+  LoopSearchConfig config;
+  config.max_places = 50;
+  config.triangles.max_triangles = 100;
+  config.side_tolerance_m = 0.2F;
+  config.dot_tolerance = 0.35F;
+  return config;
+}
+
+}  // namespace
+
+TEST_CASE("a triangle is found within the tolerance on either side and not beyond") {
+  Laid<TriangleTable> table(small());
+  REQUIRE(table->insert(triangle(500, 800, 1000), 7));
+  const int tolerance = 20;
+  for (int side = 0; side < 3; ++side) {
+    for (const int offset : {-tolerance, -1, 0, 1, tolerance}) {
+      int s[3] = {500, 800, 1000};
+      s[side] += offset;
+      INFO("side " << side << " offset " << offset);
+      CHECK(places_found(*table, triangle(s[0], s[1], s[2])).count(7) == 1);
+    }
+    for (const int offset : {-tolerance - 1, tolerance + 1}) {
+      int s[3] = {500, 800, 1000};
+      s[side] += offset;
+      CHECK(places_found(*table, triangle(s[0], s[1], s[2])).empty());
+    }
+  }
+}
+
+TEST_CASE("chirality is part of the key, and agreeing products of normals are counted") {
+  Laid<TriangleTable> table(small());
+  REQUIRE(table->insert(triangle(500, 800, 1000), 7));
+  Triangle other = triangle(500, 800, 1000);
+  other.left_handed = 1;
+  CHECK(places_found(*table, other).empty());
+  other.left_handed = 0;
+  const auto agreeing = [&](int a, int b, int c) {
+    other.dot[0] = static_cast<std::uint8_t>(a);
+    other.dot[1] = static_cast<std::uint8_t>(b);
+    other.dot[2] = static_cast<std::uint8_t>(c);
+    int count = -1;
+    const std::uint32_t read =
+        table->find(other, [&](const TriangleEntry& entry) { count = entry.agreeing_dots; });
+    CHECK(read == 1);
+    return count;
+  };
+  // Stored are 100, 100, 100; the tolerance is 0.35 of 255.
+  CHECK(agreeing(100, 100, 100) == 3);
+  CHECK(agreeing(11, 189, 100) == 3);
+  CHECK(agreeing(10, 190, 100) == 1);
+  CHECK(agreeing(255, 255, 0) == 0);
+}
+
+TEST_CASE("the table agrees with comparing everything with everything") {
+  Laid<TriangleTable> table(small());
+  Dice dice(1);
+  std::vector<std::pair<Triangle, int>> model;
+  for (int i = 0; i < 3000; ++i) {
+    const int a = static_cast<int>(dice.roll(300, 700));
+    const int b = a + static_cast<int>(dice.roll(0, 300));
+    const int c = b + static_cast<int>(dice.roll(0, a));
+    model.emplace_back(triangle(a, b, c, i), i % 50);
+    REQUIRE(table->insert(model.back().first, static_cast<std::uint16_t>(i % 50)));
+  }
+  // Every third one is taken out again.
+  for (std::size_t i = 0; i < model.size(); i += 3) {
+    table->remove(model[i].first, static_cast<std::uint16_t>(model[i].second));
+    model[i].second = -1;
+  }
+  for (int q = 0; q < 300; ++q) {
+    const int a = static_cast<int>(dice.roll(300, 700));
+    const int b = a + static_cast<int>(dice.roll(0, 300));
+    const int c = b + static_cast<int>(dice.roll(0, a));
+    std::multiset<int> expected;
+    for (const auto& [t, place] : model) {
+      const bool equal = std::abs(t.side_cm[0] - a) <= 20 && std::abs(t.side_cm[1] - b) <= 20 &&
+                         std::abs(t.side_cm[2] - c) <= 20;
+      if (place >= 0 && equal) expected.insert(place);
+    }
+    REQUIRE(places_found(*table, triangle(a, b, c)) == expected);
+  }
+}
+
+TEST_CASE("a bucket takes no more than its limit, and removed entries make room") {
+  LoopSearchConfig config = small();
+  config.max_bucket = 40;
+  Laid<TriangleTable> table(config);
+  int stored = 0;
+  for (int i = 0; i < 100; ++i) stored += table->insert(triangle(500, 800, 1000, i), 1) ? 1 : 0;
+  REQUIRE(stored == 40);
+  table->remove(triangle(500, 800, 1000, 5), 1);
+  REQUIRE(table->insert(triangle(500, 800, 1000, 200), 2));
+  REQUIRE_FALSE(table->insert(triangle(500, 800, 1000, 201), 2));
+  REQUIRE(places_found(*table, triangle(500, 800, 1000)).size() == 40);
+}
+
+TEST_CASE("removing what is not there changes nothing") {
+  Laid<TriangleTable> table(small());
+  table->remove(triangle(500, 800, 1000), 1);
+  REQUIRE(table->insert(triangle(500, 800, 1000), 1));
+  table->remove(triangle(500, 800, 1000), 2);
+  table->remove(triangle(501, 800, 1000, 3), 1);
+  REQUIRE(places_found(*table, triangle(500, 800, 1000)).size() == 1);
+}
+
+TEST_CASE("a table that never got memory stores and finds nothing") {
+  TriangleTable table;
+  REQUIRE_FALSE(table.insert(triangle(500, 800, 1000), 1));
+  table.remove(triangle(500, 800, 1000), 1);
+  Arena measuring = Arena::measuring();
+  table.attach(measuring, small());
+  REQUIRE(places_found(table, triangle(500, 800, 1000)).empty());
+}
