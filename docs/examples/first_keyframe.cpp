@@ -1,7 +1,6 @@
-#include <unimapper/onboard/pipeline.hpp>
-
 #include <cstdio>
 #include <cstdlib>
+#include <unimapper/onboard/pipeline.hpp>
 
 int main() {
   using namespace unimapper;
@@ -15,8 +14,8 @@ int main() {
   for (int i = 0; i < 1000; ++i) scan[i][0] = 10, scan[i][1] = 0.1F * i - 50, scan[i][2] = -1;
   for (std::int64_t k = 0; k < 10; ++k) {
     const Pose T_odometry_sensor;  // from your odometry
-    const ScanResult result = pipeline.value()->add_scan(
-        PointView::xyz(scan, 1000, sizeof scan[0]), T_odometry_sensor, k * 100'000'000);
+    const ScanResult result = pipeline.value()->add_scan(PointView::xyz(scan, 1000, sizeof scan[0]),
+                                                         T_odometry_sensor, k * 100'000'000);
     if (result.keyframe_ready)
       std::printf("keyframe: %zu static cells\n", pipeline.value()->keyframe().static_cells.size());
   }

@@ -1,0 +1,58 @@
+#!/usr/bin/env bash
+# The tables of docs/results.md: what is kept and removed, and what a keyframe costs, on simulated
+# drives of every LiDAR and on the real recordings where they lie in ../shared/data.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+scans=${1:-300}
+seed=${2:-11}
+out=build/bench
+bin=build/release/bin
+mkdir -p "$out"
+
+# The first number behind a key of a JSON file.
+number() { grep -m1 "\"$2\"" "$1" | grep -oE -- '-?[0-9.]+(e-?[0-9]+)?|null' | tail -1; }
+# A stage's p50 and p99 behind one another, milliseconds.
+stage() { sed -n "/\"$2\": {/,/}/p" "$1" | grep -oE '"(p50|p99)": *[0-9.]+' | sort |
+  awk '{printf "%s%.1f", (NR > 1 ? " / " : ""), $2}'; }
+
+header() {
+  echo
+  echo "| $1 | SA % | DA % | AA % | removal p50 / p99 ms | description | ingest | allocations |"
+  echo "|---|---|---|---|---|---|---|---|"
+}
+
+row() {  # row NAME DATASET [ONBOARD ARGS]
+  local name=$1 dataset=$2 run="$out/runs/$1" score="$out/$1.json"
+  shift 2
+  "$bin/unimapper" onboard "$dataset" --out "$run" "$@" 2>"$out/$name.log"
+  local quality="– | – | –"
+  if [ -d "$dataset/labels" ]; then
+    "$bin/unimapper" evaluate dynamic --truth "$dataset" --run "$run" >"$score" 2>/dev/null
+    quality=$(printf '%.2f | %.2f | %.2f' "$(number "$score" SA)" "$(number "$score" DA)" "$(number "$score" AA)")
+  fi
+  echo "| $name | $quality | $(stage "$run/stats.json" removal) | $(stage "$run/stats.json" description) | $(stage "$run/stats.json" ingest) | $(number "$run/stats.json" allocations_after_start) |"
+}
+
+header "simulated town, seed $seed, $scans scans"
+for sensor in os2-128 os1-64 hdl-64e vlp-16 aeva-aeries2 livox-avia livox-mid-360; do
+  data="$out/data/$sensor"
+  rm -rf "$data"
+  "$bin/unimapper" simulate --scene town --sensor "$sensor" --route A --scans "$scans" \
+    --seed "$seed" --out "$data" 2>/dev/null
+  row "$sensor" "$data"
+  [ "$sensor" = os2-128 ] && row "os2-128-paper-preset" "$data" --preset paper
+  rm -rf "$data/scans"
+done
+
+recordings=../shared/data
+if [ -e "$recordings/unpack.sh" ]; then
+  real=$(sh "$recordings/unpack.sh" "$out/recordings")
+  header "real recordings"
+  row kitti_0005a "$real/kitti_0005a"
+  row kitti_0005a-paper-preset "$real/kitti_0005a" --preset paper
+  row kitti_0001 "$real/kitti_0001"
+  row hilti_hall "$real/hilti_hall" --sensor generic
+else
+  echo "The real recordings are not beside the project; their rows are left out." >&2
+fi
