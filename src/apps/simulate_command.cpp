@@ -48,7 +48,7 @@ void run(SimulateOptions& options, bool has_day) {
   options.config.route = options.route[0];
   if (has_day) options.config.day = options.day;
   Progress progress("simulate", options.config.scans);
-  simulator::simulate(options.config, options.out, [&progress](std::uint32_t done, std::uint32_t) {
+  simulator::simulate(options.config, options.out, [&](std::uint32_t done, std::uint32_t) {
     progress.update(done, options.sensor);
   });
 }
