@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 
 namespace unimapper {
@@ -42,10 +43,12 @@ inline constexpr std::int32_t kVoxelAxisLimit = 1 << 20;
 }
 
 /// floor(value) as an integer without calling the maths library, so that it inlines and
-/// vectorises. `value` must lie within the range of int32.
+/// vectorises. Saturates at +-2e9, NaN included: what a hostile sender claims is no undefined
+/// behaviour.
 [[nodiscard]] inline std::int32_t floor_to_int(float value) noexcept {
-  const auto truncated = static_cast<std::int32_t>(value);
-  return truncated - static_cast<std::int32_t>(value < static_cast<float>(truncated));
+  const float bounded = std::min(2e9F, std::max(-2e9F, value));
+  const auto truncated = static_cast<std::int32_t>(bounded);
+  return truncated - static_cast<std::int32_t>(bounded < static_cast<float>(truncated));
 }
 
 /// Cell of a point. The caller has checked that the point is finite and within range.
