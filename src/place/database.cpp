@@ -44,6 +44,8 @@ void PlaceDatabase::attach(Arena& arena, const LoopSearchConfig& config) noexcep
   targets_.attach(arena, config.max_keypoints);
   match_planes_.attach(arena, config.max_planes);
   pairs_.attach(arena, config.max_keypoints);
+  constexpr std::size_t kRivalWidth = 2 * kRivalReach + 1;
+  rival_votes_ = arena.allocate<float>(kRivalWidth * kRivalWidth);
   overlap_.attach(arena, config.max_planes, config.voxel_size_m);
   results_.attach(arena, std::max(config.max_results, config.max_verified));
   const bool ready = results_.capacity() > 0;

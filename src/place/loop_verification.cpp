@@ -15,7 +15,13 @@ constexpr float kHalfCount = 4.0F;
 constexpr float kHalfShare = 0.1F;
 // Shapes the confidence so that accept_confidence 0.5 lies above what chance reaches; see
 // docs/design on keypoints and search.
-constexpr float kEvenProduct = 0.386F;
+constexpr float kEvenProduct = 0.47F;
+
+// Refinement improves the keypoints' agreement too, but not by more than this leaves room for.
+constexpr float kWorthRefining = 0.7F;
+
+// Candidates that come this near to acceptance are asked for rivals.
+constexpr float kWorthDoubting = 0.7F;
 
 // Each factor rises and saturates: none can make up for the lack of another.
 float confidence_of(float evidence, float smaller_place, float overlap) noexcept {
@@ -25,19 +31,32 @@ float confidence_of(float evidence, float smaller_place, float overlap) noexcept
   return (1.0F + kEvenProduct) * product / (product + kEvenProduct);
 }
 
-// The turn about the vertical and the level shift of a nearly level pose.
-PlanarPose seen_from_above(const Pose& pose) noexcept {
-  const auto dot = static_cast<float>(pose.rotation(0, 0) + pose.rotation(1, 1));
-  const auto cross = static_cast<float>(pose.rotation(1, 0) - pose.rotation(0, 1));
-  const float norm = std::sqrt(dot * dot + cross * cross);
-  PlanarPose planar;
-  if (norm > 0.0F) {
-    planar.cosine = dot / norm;
-    planar.sine = cross / norm;
+// The pose without its tilt. Heights of keypoints are the ground's, which a sensor that hardly sees
+// the ground knows badly: a tilt fitted to them is worth less than gravity, and the median of the
+// height differences more than their mean. What tilt there is, the planes will tell.
+Pose levelled(const Pose& pose, std::span<const PointPair> pairs) noexcept {
+  const PlanarPose above = seen_from_above(pose);
+  Pose result;
+  result.rotation << static_cast<double>(above.cosine), -static_cast<double>(above.sine), 0.0,
+      static_cast<double>(above.sine), static_cast<double>(above.cosine), 0.0, 0.0, 0.0, 1.0;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+  double heights[255];
+  const std::size_t count = std::min<std::size_t>(pairs.size(), 255);
+  for (std::size_t i = 0; i < count; ++i) {
+    offset += pairs[i].b - result.rotation * pairs[i].a;
+    heights[i] = pairs[i].b.z() - pairs[i].a.z();
   }
-  planar.x = static_cast<float>(pose.translation.x());
-  planar.y = static_cast<float>(pose.translation.y());
-  return planar;
+  std::nth_element(heights, heights + count / 2, heights + count);
+  result.translation = offset / static_cast<double>(count);
+  result.translation.z() = heights[count / 2];
+  return result;
+}
+
+// 1 while the best other pose has at most three quarters of the evidence, falling to 0 where it has
+// as much.
+float certainty_of(float evidence, float rival) noexcept {
+  if (!(evidence > 0.0F)) return 0.0F;
+  return std::clamp((1.0F - rival / evidence) / 0.25F, 0.0F, 1.0F);
 }
 
 }  // namespace
@@ -93,7 +112,7 @@ float PlaceDatabase::consensus(const PlanarPose& pose, float radius_m) noexcept 
 // Alternates between pairing and fitting with a shrinking radius.
 void PlaceDatabase::improve(Hypothesis& hypothesis) noexcept {
   const float radius = config_.inlier_distance_m;
-  for (const float scale : {2.0F, 1.5F, 1.0F}) {
+  for (const float scale : {2.0F, 1.0F}) {
     (void)consensus(hypothesis.pose, radius * scale);
     Eigen::Vector2f a[255];
     Eigen::Vector2f b[255];
@@ -127,29 +146,54 @@ void PlaceDatabase::load_planes(std::uint32_t slot) noexcept {
   overlap_.set_match(match_planes_.view());
 }
 
-bool PlaceDatabase::verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept {
-  load_targets(hypothesis.place);
+// Pose, planes and confidence of one hypothesis; targets and planes of its place are loaded.
+bool PlaceDatabase::examine(const Hypothesis& hypothesis, LoopCandidate& result) noexcept {
   (void)consensus(hypothesis.pose, config_.inlier_distance_m);
   Pose pose;
   if (!fit_rigid(pairs_.view(), pose)) return false;
   // Both frames are level, so their z axes must agree.
   const double level = std::cos(static_cast<double>(config_.max_tilt_rad));
   if (pose.rotation(2, 2) < level) return false;
-  load_planes(hypothesis.place);
-  pose = overlap_.refine(pose);
-  if (pose.rotation(2, 2) < level) return false;
+  pose = levelled(pose, pairs_.view());
+  const auto smaller = static_cast<float>(
+      std::min<std::size_t>(keypoints_.size(), places_[hypothesis.place].keypoints));
+  // Where not even perfect planes could make the match acceptable, its pose is left as it is.
+  const float ceiling = confidence_of(hypothesis.evidence, smaller, 1.0F);
+  if (ceiling > kWorthRefining * config_.accept_confidence) {
+    pose = overlap_.refine(pose);
+    if (pose.rotation(2, 2) < level) return false;
+  }
   const OverlapResult overlap = overlap_.compare(pose);
 
   // The planes may have pulled the pose along: the keypoints are asked once more.
   const float evidence = consensus(seen_from_above(pose), config_.inlier_distance_m);
-  const auto smaller = static_cast<float>(
-      std::min<std::size_t>(keypoints_.size(), places_[hypothesis.place].keypoints));
   result.match = places_[hypothesis.place].id;
   result.votes = hypothesis.votes;
   result.inliers = static_cast<std::uint32_t>(pairs_.size());
   result.plane_overlap = overlap.overlap;
   result.T_match_query = pose;
   result.confidence = confidence_of(evidence, smaller, overlap.overlap);
+  result.accepted = result.confidence >= config_.accept_confidence;
+  return true;
+}
+
+bool PlaceDatabase::verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept {
+  load_targets(hypothesis.place);
+  load_planes(hypothesis.place);
+  if (!examine(hypothesis, result)) return false;
+  if (result.confidence < kWorthDoubting * config_.accept_confidence) return true;
+
+  // In a hall of equal bays, a pose one bay off finds support too: the pose must be clearly better
+  // than any other with the same heading. If another is better, it takes the place of the first.
+  PlanarPose pose = seen_from_above(result.T_match_query);
+  Hypothesis rival = strongest_rival(hypothesis, pose);
+  float evidence = consensus(pose, config_.inlier_distance_m);
+  LoopCandidate other;
+  if (rival.evidence > evidence && examine(rival, other) && other.confidence > result.confidence) {
+    result = other;
+    std::swap(rival.evidence, evidence);
+  }
+  result.confidence *= certainty_of(evidence, rival.evidence);
   result.accepted = result.confidence >= config_.accept_confidence;
   return true;
 }

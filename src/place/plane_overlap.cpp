@@ -14,8 +14,10 @@ namespace {
 constexpr float kMinNormalCosine = 0.95F;   // 18 degrees
 constexpr float kMaxPlaneDistance = 0.4F;   // along the normal, metres
 constexpr float kMaxCenterDistance = 2.0F;  // metres
-// Level ground coincides with level ground wherever two robots stand: it says little.
-constexpr float kLevelWeight = 0.2F;
+// Level ground coincides with level ground wherever two robots stand: it says little, so only
+// every third level plane is asked, and counts for less than an upright one.
+constexpr std::uint32_t kLevelStride = 3;
+constexpr float kLevelWeight = 0.2F * static_cast<float>(kLevelStride);
 constexpr float kHorizonSlack = 2.0F;  // metres
 constexpr float kSlopeSlack = 0.05F;
 constexpr int kRefinements = 4;
@@ -105,7 +107,9 @@ OverlapResult PlaneOverlap::compare(const Pose& T_match_query) const noexcept {
   const auto count = [&](const Side& from, const Side& to, const Pose& pose) {
     const Eigen::Matrix3f rotation = pose.rotation.cast<float>();
     const Eigen::Vector3f shift = pose.translation.cast<float>();
-    for (const PlanePatch& patch : from.planes) {
+    for (std::uint32_t i = 0; i < from.planes.size(); ++i) {
+      const PlanePatch& patch = from.planes[i];
+      if (!is_upright(patch.normal) && i % kLevelStride != 0) continue;
       const Eigen::Vector3f center = rotation * patch.center + shift;
       if (!to.horizon.sees(center)) continue;
       const Eigen::Vector3f normal = rotation * patch.normal;
@@ -139,7 +143,9 @@ Pose PlaneOverlap::refine(const Pose& T_match_query) const noexcept {
     const Eigen::Matrix3f rotation = pose.rotation.cast<float>();
     const Eigen::Vector3f shift = pose.translation.cast<float>();
     std::uint32_t pairs = 0;
-    for (const PlanePatch& patch : query_.planes) {
+    for (std::uint32_t i = 0; i < query_.planes.size(); ++i) {
+      const PlanePatch& patch = query_.planes[i];
+      if (!is_upright(patch.normal) && i % kLevelStride != 0) continue;
       const Eigen::Vector3f center = rotation * patch.center + shift;
       const Eigen::Vector3f normal = rotation * patch.normal;
       const PlanePatch* other = counterpart(match_, center, normal);

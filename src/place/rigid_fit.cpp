@@ -38,6 +38,20 @@ bool fit_rigid(std::span<const PointPair> pairs, Pose& T_b_a) noexcept {
   return T_b_a.is_finite();
 }
 
+PlanarPose seen_from_above(const Pose& pose) noexcept {
+  const auto dot = static_cast<float>(pose.rotation(0, 0) + pose.rotation(1, 1));
+  const auto cross = static_cast<float>(pose.rotation(1, 0) - pose.rotation(0, 1));
+  const float norm = std::sqrt(dot * dot + cross * cross);
+  PlanarPose planar;
+  if (norm > 0.0F) {
+    planar.cosine = dot / norm;
+    planar.sine = cross / norm;
+  }
+  planar.x = static_cast<float>(pose.translation.x());
+  planar.y = static_cast<float>(pose.translation.y());
+  return planar;
+}
+
 bool fit_planar(const Eigen::Vector2f* a, const Eigen::Vector2f* b, std::uint32_t count,
                 PlanarPose& T_b_a) noexcept {
   if (count == 0) return false;

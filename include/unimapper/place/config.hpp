@@ -67,7 +67,7 @@ struct LoopSearchConfig {
   std::uint32_t max_compared = 1U << 20U;
   std::uint32_t max_matches = 1U << 17U;  ///< matched triangles kept per search, [64, 2^24]
   std::uint32_t max_candidates = 16;      ///< places examined after voting, [1, 64]
-  std::uint32_t max_verified = 6;         ///< candidates whose planes are compared, [1, 64]
+  std::uint32_t max_verified = 4;         ///< candidates whose planes are compared, [1, 64]
   float inlier_distance_m = 0.8F;         ///< keypoints that agree with a pose, [0.2, 3]
   std::uint32_t min_inliers = 5;          ///< fewer are no hypothesis, [3, 255]
   float max_tilt_rad = 0.09F;             ///< roll and pitch between levelled frames, (0, 0.5]

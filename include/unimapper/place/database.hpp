@@ -69,6 +69,7 @@ class PlaceDatabase {
   static constexpr std::uint32_t kYawBins = 32;
   static constexpr std::uint32_t kMatchesPerPlace = 256;
   static constexpr std::uint32_t kHypothesesPerPlace = 3;
+  static constexpr std::int32_t kRivalReach = 60;  // in steps of 0.5 m: 30 m
   static constexpr std::uint16_t kOutOfScope = 0;
   static constexpr std::uint16_t kInScope = 1;
   static constexpr std::uint16_t kCandidate = 2;
@@ -132,6 +133,8 @@ class PlaceDatabase {
   float consensus(const PlanarPose& pose, float radius_m) noexcept;
   void improve(Hypothesis& hypothesis) noexcept;
   bool verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept;
+  bool examine(const Hypothesis& hypothesis, LoopCandidate& result) noexcept;
+  Hypothesis strongest_rival(const Hypothesis& hypothesis, const PlanarPose& pose) noexcept;
   void load_planes(std::uint32_t slot) noexcept;
   void keep(const LoopCandidate& result) noexcept;
   [[nodiscard]] static bool comes_before(const PlaceId& a, const PlaceId& b) noexcept;
@@ -160,6 +163,7 @@ class PlaceDatabase {
   FixedVector<Target> targets_;  // of the place under examination, ascending in x
   FixedVector<PlanePatch> match_planes_;
   FixedVector<PointPair> pairs_;
+  float* rival_votes_ = nullptr;  // a square of shifts
   PlaneOverlap overlap_;
   FixedVector<LoopCandidate> results_;
 };

@@ -34,6 +34,9 @@ struct PlanarPose {
   }
 };
 
+/// The turn about the vertical and the level shift of a nearly level pose.
+[[nodiscard]] PlanarPose seen_from_above(const Pose& pose) noexcept;
+
 /// The least-squares `b = T_b_a * a` over `count` pairs; false if the points coincide.
 [[nodiscard]] bool fit_planar(const Eigen::Vector2f* a, const Eigen::Vector2f* b,
                               std::uint32_t count, PlanarPose& T_b_a) noexcept;
