@@ -28,8 +28,9 @@ function(unimapper_compile_options target)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
   if(UNIMAPPER_SANITIZE)
+    # LCM's own C++ header calls through a pointer before the object behind it is of that class.
     target_compile_options(${target} PRIVATE -fsanitize=${UNIMAPPER_SANITIZE}
-      -fno-sanitize-recover=all -fno-omit-frame-pointer)
+      -fno-sanitize=vptr -fno-sanitize-recover=all -fno-omit-frame-pointer)
     target_link_options(${target} PUBLIC -fsanitize=${UNIMAPPER_SANITIZE})
   endif()
 endfunction()
