@@ -121,6 +121,7 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("dot_tolerance", config.dot_tolerance);
   visitor("min_code_similarity", config.min_code_similarity);
   visitor("max_bucket", config.max_bucket);
+  visitor("max_compared", config.max_compared);
   visitor("max_matches", config.max_matches);
   visitor("max_candidates", config.max_candidates);
   visitor("max_verified", config.max_verified);
