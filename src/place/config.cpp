@@ -59,11 +59,11 @@ Error DescriptorConfig::validate() const noexcept {
   if (!within(min_height_m, 0.0F, 3.0F)) {
     return invalid("descriptor.min_height_m must be between 0 and 3 metres");
   }
-  if (!within(smoothing_m, 0.0F, 3.0F)) {
-    return invalid("descriptor.smoothing_m must be between 0 and 3 metres");
+  if (!within(smoothing_m, 0.0F, 1.0F)) {
+    return invalid("descriptor.smoothing_m must be between 0 and 1 metre");
   }
-  if (!within(window_m, 0.2F, 3.0F)) {
-    return invalid("descriptor.window_m must be between 0.2 and 3 metres");
+  if (!within(window_m, 0.2F, 1.0F)) {
+    return invalid("descriptor.window_m must be between 0.2 and 1 metre");
   }
   if (!within(suppression_radius_m, 0.5F, 10.0F)) {
     return invalid("descriptor.suppression_radius_m must be between 0.5 and 10 metres");

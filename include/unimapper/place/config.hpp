@@ -21,9 +21,9 @@ struct DescriptorConfig {
   float column_size_m = 0.4F;
   /// Structure lower than this above the local ground is ignored (kerbs, grass), [0, 3].
   float min_height_m = 0.4F;
-  /// Smoothing of the map of vertical structure before differentiation, standard deviation, [0, 3].
+  /// Smoothing of the map of vertical structure before differentiation, standard deviation, [0, 1].
   float smoothing_m = 0.5F;
-  /// Neighbourhood over which a corner is judged, standard deviation, [0.2, 3].
+  /// Neighbourhood over which a corner is judged, standard deviation, [0.2, 1].
   float window_m = 0.6F;
   /// No two keypoints lie closer than this, [0.5, 10]. STD: 2 m.
   float suppression_radius_m = 2.0F;
@@ -65,7 +65,7 @@ struct LoopSearchConfig {
   /// Stored triangles a search compares before it stops asking for more: bounds its time however
   /// many places there are, [1000, 2^30].
   std::uint32_t max_compared = 1U << 20U;
-  std::uint32_t max_matches = 1U << 17U;  ///< matched triangles kept per search, [64, 2^24]
+  std::uint32_t max_matches = 1U << 18U;  ///< matched triangles kept per search, [64, 2^24]
   std::uint32_t max_candidates = 16;      ///< places examined after voting, [1, 64]
   std::uint32_t max_verified = 4;         ///< candidates whose planes are compared, [1, 64]
   float inlier_distance_m = 0.8F;         ///< keypoints that agree with a pose, [0.2, 3]
