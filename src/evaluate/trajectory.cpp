@@ -1,34 +1,13 @@
 #include "unimapper/evaluate/trajectory.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <stdexcept>
 
+#include "unimapper/core/nearest_rotation.hpp"
+
 namespace unimapper::evaluate {
-namespace {
-
-/// Rotation that turns `estimate` columns onto `truth` columns, and the spread (m) that decides
-/// the least certain axis of it.
-struct RotationFit {
-  Eigen::Matrix3d rotation;
-  double deciding_spread_m;
-};
-
-RotationFit fit_rotation(const Eigen::Matrix3d& covariance, double count) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Matrix3d sign = Eigen::Matrix3d::Identity();
-  // Without this, points in one plane may come out mirrored.
-  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0) sign(2, 2) = -1.0;
-  // Two spread-out axes fix the third, so the second singular value decides.
-  return {svd.matrixU() * sign * svd.matrixV().transpose(),
-          std::sqrt(svd.singularValues()(1) / count)};
-}
-
-}  // namespace
-
 std::vector<PosePair> associate(std::span<const StampedPose> estimate,
                                 std::span<const StampedPose> truth, std::int64_t tolerance_ns) {
   std::vector<PosePair> pairs;
@@ -60,11 +39,11 @@ Alignment align(std::span<const PosePair> pairs) {
                  (pair.estimate.translation - mean_estimate).transpose();
     orientations += pair.truth.rotation * pair.estimate.rotation.transpose();
   }
-  RotationFit fit = fit_rotation(positions, count);
+  NearestRotation fit = nearest_rotation(positions);
   Alignment alignment;
-  if (fit.deciding_spread_m < kMinSpreadM) {
+  if (std::sqrt(fit.deciding_value / count) < kMinSpreadM) {
     // The same least squares with the axes of every pose as three further unit vectors.
-    fit = fit_rotation(positions + orientations, count);
+    fit = nearest_rotation(positions + orientations);
     alignment.used_orientations = true;
   }
   alignment.T_truth_estimate = {fit.rotation, mean_truth - fit.rotation * mean_estimate};

@@ -1,9 +1,9 @@
-#include <Eigen/SVD>
 #include <Eigen/Sparse>
 #include <algorithm>
 #include <array>
 #include <numeric>
 
+#include "unimapper/core/nearest_rotation.hpp"
 #include "unimapper/merge/pose_graph.hpp"
 
 namespace unimapper::merge {
@@ -38,13 +38,6 @@ bool is_connected(const PoseGraph& graph) {
     --components;
   }
   return components == 1;
-}
-
-Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs(1.0, 1.0, 1.0);
-  signs.z() = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
 }
 
 /// Normal equations over all nodes but the root, `width` rows of three columns per node.
@@ -103,7 +96,7 @@ bool solve_rotations(const PoseGraph& graph, std::size_t root,
   if (!system.solve(solution)) return false;
   for (std::size_t i = 0; i < rotations.size(); ++i) {
     if (i == root) continue;
-    rotations[i] = nearest_rotation(solution.middleRows<3>(system.row(i)).transpose());
+    rotations[i] = nearest_rotation(solution.middleRows<3>(system.row(i)).transpose()).rotation;
   }
   return true;
 }

@@ -1,19 +1,18 @@
 #include "unimapper/merge/loop_acceptance.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "max_clique.hpp"
+#include "unimapper/core/cholesky.hpp"
+#include "unimapper/place/rigid_fit.hpp"
 
 namespace unimapper::merge {
 namespace {
 
 RelativeVariance loop_variance(const LoopConstraint& loop) {
-  const Matrix6d covariance = loop.information.inverse();
+  const Matrix6d covariance = Cholesky<6>(loop.information).inverse();
   // The largest axis: a loop along a corridor must not look better than it is.
   return {covariance.topLeftCorner<3, 3>().diagonal().maxCoeff(),
           covariance.bottomRightCorner<3, 3>().diagonal().maxCoeff()};
@@ -125,38 +124,18 @@ Pose fit_session_transform(std::span<const LoopConstraint> loops,
   // Each loop contributes its keyframe's origin and the tips of its axes, long enough that a
   // single loop fixes all six degrees of freedom without outweighing the others' positions.
   constexpr double kAxisLength = 10.0;
-  std::vector<Eigen::Vector3d> from;
-  std::vector<Eigen::Vector3d> to;
+  std::vector<PointPair> pairs;
   for (const std::size_t i : chosen) {
     const Pose in_query = query[loops[i].query.keyframe];
     const Pose in_match = match[loops[i].match.keyframe] * loops[i].T_match_query;
     for (int corner = -1; corner < 3; ++corner) {
       Eigen::Vector3d tip = Eigen::Vector3d::Zero();
       if (corner >= 0) tip[corner] = kAxisLength;
-      from.push_back(in_query * tip);
-      to.push_back(in_match * tip);
+      pairs.push_back({in_query * tip, in_match * tip});
     }
   }
-  if (from.empty()) return {};
-  const double weight = 1.0 / static_cast<double>(from.size());
-  Eigen::Vector3d from_mean = Eigen::Vector3d::Zero();
-  Eigen::Vector3d to_mean = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    from_mean += weight * from[i];
-    to_mean += weight * to[i];
-  }
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    covariance += weight * (to[i] - to_mean) * (from[i] - from_mean).transpose();
-  }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs(1.0, 1.0, 1.0);
-  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0) signs.z() = -1.0;
-  Pose fit;
-  fit.rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-  fit.translation = to_mean - fit.rotation * from_mean;
-  return fit;
+  Pose T_match_query;
+  return fit_rigid(pairs, T_match_query) ? T_match_query : Pose{};
 }
 
 LoopVote vote_pair(std::span<const LoopConstraint> loops, const SessionPath& query,

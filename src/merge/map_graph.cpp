@@ -57,11 +57,11 @@ LoopConstraint flipped(const LoopConstraint& loop) {
   other.T_match_query = loop.T_match_query.inverse();
   const Eigen::Matrix3d& r = loop.T_match_query.rotation;
   // How errors of the measurement (dt, theta) become errors of its inverse.
-  Matrix6d carry = Matrix6d::Zero();
-  carry.topLeftCorner<3, 3>() = -r.transpose();
-  carry.topRightCorner<3, 3>() = skew(other.T_match_query.translation);
-  carry.bottomRightCorner<3, 3>() = -r;
-  const Matrix6d back = carry.inverse();
+  //   carry = [-r^T, skew(t); 0, -r], whose inverse is
+  Matrix6d back = Matrix6d::Zero();
+  back.topLeftCorner<3, 3>() = -r;
+  back.topRightCorner<3, 3>() = -r * skew(other.T_match_query.translation) * r.transpose();
+  back.bottomRightCorner<3, 3>() = -r.transpose();
   other.information = back.transpose() * loop.information * back;
   other.information = 0.5 * (other.information + other.information.transpose()).eval();
   return other;

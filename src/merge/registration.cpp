@@ -1,10 +1,12 @@
 #include "unimapper/merge/registration.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "unimapper/core/cholesky.hpp"
+#include "unimapper/core/symmetric_eigen.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -122,8 +124,9 @@ class Aligner {
       Matrix6d damped = at.hessian;
       damped.diagonal() *= 1.0 + damping_;
       damped.diagonal().array() += 1e-9;
-      const Vector6d delta = damped.ldlt().solve(at.gradient);
-      if (!delta.allFinite()) return false;
+      const Cholesky<6> factor(damped);
+      const Vector6d delta = factor.solve(at.gradient);
+      if (!factor.valid() || !delta.allFinite()) return false;
       const Pose next = moved(pose, delta);
       if (cost(next) <= at.cost) {
         pose = next;
@@ -148,9 +151,9 @@ class Aligner {
     result.rmse_m = std::sqrt(at.cost / weights * thin);
     const Linearisation known = linearise(result.T_target_source, kSlide);
     result.information = information(known.hessian, result.T_target_source.rotation);
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
-        Eigen::Matrix3d(known.hessian.topLeftCorner<3, 3>()), Eigen::EigenvaluesOnly);
-    result.condition = axes.eigenvalues()[0] / axes.eigenvalues()[2];
+    const Eigen::Vector3d axes =
+        symmetric_eigen<double>(known.hessian.topLeftCorner<3, 3>()).values;
+    result.condition = axes[0] / axes[2];
   }
 
  private:
@@ -167,11 +170,10 @@ class Aligner {
     // A direction nothing constrains must stay invertible: 100 m and 10 rad are no knowledge.
     independent.diagonal().head<3>().array() += 1e-4;
     independent.diagonal().tail<3>().array() += 1e-2;
-    Matrix6d covariance = independent.inverse();
+    Matrix6d covariance = Cholesky<6>(independent).inverse();
     covariance.diagonal().head<3>().array() += config_.sigma_floor_m * config_.sigma_floor_m;
     covariance.diagonal().tail<3>().array() += config_.sigma_floor_rad * config_.sigma_floor_rad;
-    const Matrix6d inverted = covariance.inverse();
-    return 0.5 * (inverted + inverted.transpose());
+    return Cholesky<6>(covariance).inverse();
   }
 
   const RegistrationCloud& target_;

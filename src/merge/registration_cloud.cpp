@@ -1,9 +1,10 @@
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <nanoflann.hpp>
 #include <utility>
 
+#include "unimapper/core/symmetric_eigen.hpp"
 #include "unimapper/core/voxel_key.hpp"
 #include "unimapper/merge/registration.hpp"
 
@@ -50,9 +51,8 @@ struct NearestOne {
 Eigen::Matrix3f regularised(const Eigen::Matrix3f& scatter, float sigma_m) {
   constexpr float kAlong = 1.0F;
   constexpr float kBall = 0.09F;
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver;
-  solver.computeDirect(scatter);
-  const Eigen::Vector3f values = solver.eigenvalues();
+  const SymmetricEigen<float> shape = symmetric_eigen<float>(scatter);
+  const Eigen::Vector3f& values = shape.values;
   const float thin = sigma_m * sigma_m;
   Eigen::Vector3f kept(thin, kAlong, kAlong);
   if (values[1] < 0.05F * values[2]) {
@@ -60,7 +60,7 @@ Eigen::Matrix3f regularised(const Eigen::Matrix3f& scatter, float sigma_m) {
   } else if (values[0] > 0.3F * values[1]) {
     kept.setConstant(kBall);
   }
-  return solver.eigenvectors() * kept.asDiagonal() * solver.eigenvectors().transpose();
+  return shape.vectors * kept.asDiagonal() * shape.vectors.transpose();
 }
 
 }  // namespace

@@ -1,9 +1,10 @@
 #include "unimapper/place/plane_overlap.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "unimapper/core/cholesky.hpp"
 #include "unimapper/core/symmetric_eigen.hpp"
 #include "unimapper/core/voxel_key.hpp"
 #include "unimapper/place/plane_voxels.hpp"
@@ -161,8 +162,9 @@ Pose PlaneOverlap::refine(const Pose& T_match_query) const noexcept {
       ++pairs;
     }
     if (pairs < 6) return pose;
-    const Vector6 step = -hessian.ldlt().solve(gradient);
-    if (!step.allFinite() || step.norm() > 2.0) return pose;
+    const Cholesky<6> factor(hessian);
+    const Vector6 step = -factor.solve(gradient);
+    if (!factor.valid() || !step.allFinite() || step.norm() > 2.0) return pose;
     // A rotation by `step` to second order, made orthonormal again by the quaternion.
     const Eigen::Quaterniond turn(1.0, 0.5 * step(0), 0.5 * step(1), 0.5 * step(2));
     const Eigen::Matrix3d turned = turn.normalized().toRotationMatrix();

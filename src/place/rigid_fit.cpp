@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "unimapper/core/symmetric_eigen.hpp"
+#include "unimapper/core/nearest_rotation.hpp"
 
 namespace unimapper {
 
@@ -19,21 +19,9 @@ bool fit_rigid(std::span<const PointPair> pairs, Pose& T_b_a) noexcept {
   Eigen::Matrix3d cross = Eigen::Matrix3d::Zero();  // sum of b a^T
   for (const PointPair& pair : pairs) cross += (pair.b - mean_b) * (pair.a - mean_a).transpose();
 
-  // Singular vectors of `cross` = U S V^T by the eigenvectors V of its square. The two strongest
-  // directions decide; the third follows as their cross product on both sides, which makes the
-  // rotation proper whatever the sign or size of the weakest singular value.
-  const SymmetricEigen<double> square = symmetric_eigen<double>(cross.transpose() * cross);
-  if (!(square.values(1) > 1e-12 * square.values(2)) || !(square.values(2) > 0.0)) return false;
-  Eigen::Matrix3d v;
-  v.col(0) = square.vectors.col(2);
-  v.col(1) = square.vectors.col(1);
-  v.col(2) = v.col(0).cross(v.col(1));
-  Eigen::Matrix3d u;
-  u.col(0) = (cross * v.col(0)).normalized();
-  u.col(1) = cross * v.col(1);
-  u.col(1) = (u.col(1) - u.col(0) * u.col(0).dot(u.col(1))).normalized();
-  u.col(2) = u.col(0).cross(u.col(1));
-  T_b_a.rotation = u * v.transpose();
+  const NearestRotation fit = nearest_rotation(cross);
+  if (!(fit.deciding_value > 0.0)) return false;
+  T_b_a.rotation = fit.rotation;
   T_b_a.translation = mean_b - T_b_a.rotation * mean_a;
   return T_b_a.is_finite();
 }
