@@ -10,13 +10,13 @@ use_network=1
 out=demo
 for argument in "$@"; do
   case "$argument" in
-    --quick) scans=120; quick=--quick ;;
+    --quick) scans=160; quick=--quick ;;
     --no-network) use_network= ;;
     --out=*) out=${argument#--out=} ;;
     *) cat >&2 <<'TXT'
 usage: ./dev demo [--quick] [--no-network] [--out=DIR]
 
-  --quick       120 scans instead of 400 (under 90 seconds, building included)
+  --quick       160 scans instead of 400 (under 90 seconds, building included)
   --no-network  hand keyframes over as event logs instead of live LCM
   --out=DIR     where everything goes (default: demo; emptied first)
 TXT

@@ -44,6 +44,10 @@ class Actors {
   static constexpr double kTick = 0.05;
   /// The simulation starts this long before time zero.
   static constexpr double kWarmUp = 8.0;
+  /// Time (s) of a tick of the simulation.
+  static constexpr double time_of(std::size_t tick) {
+    return kTick * static_cast<double>(tick) - kWarmUp;
+  }
 
  private:
   [[nodiscard]] double travelled(const Actor& actor, double time_s) const;

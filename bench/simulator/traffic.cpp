@@ -14,10 +14,6 @@ constexpr double kStopLine = 11.0;    // metres before the middle of a crossing
 constexpr double kCrossingEnd = 9.0;  // metres behind it
 constexpr double kLookAhead = 30.0;
 
-double time_of(std::size_t tick) {
-  return Actors::kTick * static_cast<double>(tick) - Actors::kWarmUp;
-}
-
 double half_length(ActorKind kind) {
   switch (kind) {
     case ActorKind::kBus:
@@ -90,7 +86,8 @@ void Traffic::add_convoy(Random& random) {
     actor.variant = random.index(9);
     actor.path = &convoy_.path();
     for (std::size_t tick = 0; tick < ticks_; ++tick) {
-      actor.travelled.push_back(static_cast<float>(convoy_.travelled(vehicle, time_of(tick))));
+      actor.travelled.push_back(
+          static_cast<float>(convoy_.travelled(vehicle, Actors::time_of(tick))));
     }
     actors_.push_back(std::move(actor));
   }
@@ -160,7 +157,7 @@ std::vector<Traffic::Obstacle> Traffic::obstacles_at(const std::vector<Vehicle>&
                                                      std::size_t tick) const {
   constexpr auto kNobody = std::numeric_limits<std::size_t>::max();
   std::vector<Obstacle> obstacles;
-  const double t = time_of(tick);
+  const double t = Actors::time_of(tick);
   const auto add_body = [&](Vec2 at, Vec2 heading, double speed, double half, std::size_t owner) {
     for (const double offset : {-half, 0.0, half}) {
       obstacles.push_back({at + offset * heading, speed * heading, owner});
@@ -186,7 +183,7 @@ std::vector<Traffic::Obstacle> Traffic::obstacles_at(const std::vector<Vehicle>&
 void Traffic::drive(std::vector<Vehicle>& vehicles, Random& random) {
   std::vector<bool> crashed(vehicles.size(), false);
   for (std::size_t tick = 0; tick < ticks_; ++tick) {
-    const double t = time_of(tick);
+    const double t = Actors::time_of(tick);
     const std::vector<Obstacle> obstacles = obstacles_at(vehicles, tick);
     for (std::size_t i = 0; i < vehicles.size(); ++i) {
       Vehicle& v = vehicles[i];

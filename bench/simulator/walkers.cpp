@@ -5,13 +5,6 @@
 #include "traffic.hpp"
 
 namespace unimapper::simulator {
-namespace {
-
-double time_of(std::size_t tick) {
-  return Actors::kTick * static_cast<double>(tick) - Actors::kWarmUp;
-}
-
-}  // namespace
 
 void Traffic::add_group(const Path& path, double speed, Random& random) {
   const bool crosses = speed > 0.0;
@@ -76,7 +69,7 @@ void Traffic::remove_persons_in_the_way() {
     if (actor.kind != ActorKind::kPerson || !actor.crosses_streets) return false;
     for (std::size_t tick = 0; tick < ticks_; tick += kEvery) {
       const Vec2 here = actor.path->at(actor.travelled[tick]);
-      if (convoy_.touches(here, 0.9, time_of(tick))) return true;
+      if (convoy_.touches(here, 0.9, Actors::time_of(tick))) return true;
     }
     return false;
   };

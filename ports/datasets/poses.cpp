@@ -15,7 +15,6 @@ namespace unimapper::datasets {
 namespace {
 
 constexpr std::size_t kMaxColumns = 16;
-constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 
 struct Columns {
   std::array<std::string_view, kMaxColumns> text;

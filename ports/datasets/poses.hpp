@@ -11,6 +11,8 @@
 
 namespace unimapper::datasets {
 
+inline constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
+
 /// Unit of the stamp column of an eight-column pose file.
 enum class StampUnit : std::uint8_t { kSeconds, kNanoseconds };
 

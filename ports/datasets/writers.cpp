@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "ports/datasets/files.hpp"
+#include "ports/datasets/poses.hpp"
 
 namespace unimapper::datasets {
 
@@ -58,13 +59,13 @@ void append_number(std::string& text, double value) {
 }
 
 void append_seconds(std::string& text, std::int64_t stamp_ns) {
-  constexpr std::uint64_t kNanosecondsPerSecond = 1'000'000'000;
+  constexpr std::uint64_t kPerSecond = kNanosecondsPerSecond;
   const auto bits = static_cast<std::uint64_t>(stamp_ns);
   const std::uint64_t magnitude = stamp_ns < 0 ? 0 - bits : bits;
   char buffer[48];
   std::snprintf(buffer, sizeof buffer, "%s%llu.%09llu", stamp_ns < 0 ? "-" : "",
-                static_cast<unsigned long long>(magnitude / kNanosecondsPerSecond),
-                static_cast<unsigned long long>(magnitude % kNanosecondsPerSecond));
+                static_cast<unsigned long long>(magnitude / kPerSecond),
+                static_cast<unsigned long long>(magnitude % kPerSecond));
   text += buffer;
 }
 

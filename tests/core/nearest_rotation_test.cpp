@@ -31,8 +31,8 @@ TEST_CASE("points in one plane and mirrored points give a proper rotation", "[ne
 
 TEST_CASE("points on one line say nothing about a rotation", "[nearest_rotation]") {
   const Eigen::Vector3d line(1.0, 2.0, 3.0);
-  for (const Eigen::Matrix3d& m : {Eigen::Matrix3d(line * line.transpose()),
-                                   Eigen::Matrix3d(Eigen::Matrix3d::Zero())}) {
+  for (const Eigen::Matrix3d& m :
+       {Eigen::Matrix3d(line * line.transpose()), Eigen::Matrix3d(Eigen::Matrix3d::Zero())}) {
     const auto fit = nearest_rotation(m);
     CHECK(fit.deciding_value == 0.0);
     CHECK(fit.rotation.isIdentity(0.0));
