@@ -32,5 +32,8 @@ function(unimapper_compile_options target)
     target_compile_options(${target} PRIVATE -fsanitize=${UNIMAPPER_SANITIZE}
       -fno-sanitize=vptr -fno-sanitize-recover=all -fno-omit-frame-pointer)
     target_link_options(${target} PUBLIC -fsanitize=${UNIMAPPER_SANITIZE})
+    # Eigen allocates by another scheme under a sanitizer, but Ceres was built without one: what
+    # one of them allocates the other could not free.
+    target_compile_definitions(${target} PRIVATE EIGEN_MALLOC_ALREADY_ALIGNED=1)
   endif()
 endfunction()
