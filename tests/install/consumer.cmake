@@ -12,11 +12,18 @@ set(prefix "${WORK}/prefix")
 set(build "${WORK}/consumer")
 file(REMOVE_RECURSE "${WORK}")
 run(${CMAKE_COMMAND} --install "${BUILD}" --prefix "${prefix}")
+set(where "-DCMAKE_PREFIX_PATH=${prefix}")
+if(TOOLCHAIN)
+  # The toolchain confines searches to its package root.
+  file(GLOB_RECURSE package "${prefix}/unimapperConfig.cmake")
+  get_filename_component(directory "${package}" DIRECTORY)
+  set(where "-DCMAKE_TOOLCHAIN_FILE=${TOOLCHAIN}" "-Dunimapper_DIR=${directory}")
+endif()
 run(${CMAKE_COMMAND} -S "${SOURCE}/tests/install/consumer" -B "${build}" -G Ninja
-  "-DCMAKE_PREFIX_PATH=${prefix}" "-DEXAMPLE=${SOURCE}/docs/examples/first_keyframe.cpp"
+  ${where} "-DEXAMPLE=${SOURCE}/docs/examples/first_keyframe.cpp"
   "-DCMAKE_CXX_FLAGS=${SANITIZE}")
 run(${CMAKE_COMMAND} --build "${build}")
-run("${build}/first_keyframe")
+run(${EMULATOR} "${build}/first_keyframe")
 if(NOT output MATCHES "keyframe: [1-9][0-9]* static cells")
   message(FATAL_ERROR "the example ran but printed: ${output}")
 endif()
