@@ -11,9 +11,12 @@ endif()
 
 set(allowed
   memset memcpy memmove memcmp
-  sqrt sqrtf cos lroundf
-  # the compiler's own support library
-  __popcountdi2)
+  sqrt sqrtf cos lroundf floorf ceilf
+  # the compiler's own support library: counting bits, and on 32-bit ARM dividing and converting
+  __popcountdi2 __ctzdi2
+  __aeabi_idiv __aeabi_idivmod __aeabi_uidiv __aeabi_uidivmod __aeabi_ldivmod __aeabi_uldivmod
+  __aeabi_l2f __aeabi_ul2f __aeabi_l2d __aeabi_ul2d __aeabi_f2lz __aeabi_f2ulz __aeabi_d2lz
+  __aeabi_d2ulz)
 
 # One line per symbol: name, kind, ... Defined symbols first, so the libraries may use each other.
 string(REGEX MATCHALL "[^\n]+ [TtWVDBRrbdi] [^\n]*" defined_lines "${listing}")
