@@ -41,4 +41,11 @@ list(REMOVE_DUPLICATES forbidden)
 if(forbidden)
   message(FATAL_ERROR "the onboard libraries must not use: ${forbidden}")
 endif()
+
+# A program compiled with other options has copies of Eigen's functions too, which compute other
+# bits; the linker takes one copy for all. So the libraries must have inlined every one of theirs.
+string(REGEX MATCHALL "_ZNK?5Eigen[^ \n]* W" replaceable "${listing}")
+if(replaceable)
+  message(FATAL_ERROR "a program's own copy could replace: ${replaceable}")
+endif()
 message(STATUS "${undefined_count} references, all within the whitelist")
