@@ -19,9 +19,11 @@ if(TOOLCHAIN)
   get_filename_component(directory "${package}" DIRECTORY)
   set(where "-DCMAKE_TOOLCHAIN_FILE=${TOOLCHAIN}" "-Dunimapper_DIR=${directory}")
 endif()
+if(SANITIZE)
+  list(APPEND where "-DCMAKE_CXX_FLAGS=${SANITIZE}")
+endif()
 run(${CMAKE_COMMAND} -S "${SOURCE}/tests/install/consumer" -B "${build}" -G Ninja
-  ${where} "-DEXAMPLE=${SOURCE}/docs/examples/first_keyframe.cpp"
-  "-DCMAKE_CXX_FLAGS=${SANITIZE}")
+  ${where} "-DEXAMPLE=${SOURCE}/docs/examples/first_keyframe.cpp")
 run(${CMAKE_COMMAND} --build "${build}")
 run(${EMULATOR} "${build}/first_keyframe")
 if(NOT output MATCHES "keyframe: [1-9][0-9]* static cells")
