@@ -52,7 +52,7 @@ class KittiDataset : public SequenceDataset {
                      "ends after " + std::to_string(bytes.size()) + " bytes, but the scan has " +
                          std::to_string(points) + " points of 4 label bytes each");
     }
-    std::vector<std::uint32_t> values(points);
+    std::vector<std::uint32_t> values(static_cast<std::size_t>(points));
     if (!bytes.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
     return values;
   }

@@ -159,8 +159,8 @@ bool EventLogReader::next(LogEvent& event) {
     event.offset = start;
     event.number = header.number;
     event.stamp_us = header.stamp_us;
-    event.channel.resize(header.channel_bytes);
-    event.data.resize(header.data_bytes);
+    event.channel.resize(static_cast<std::size_t>(header.channel_bytes));
+    event.data.resize(static_cast<std::size_t>(header.data_bytes));
     if (read_at(start + kHeaderBytes, event.channel.data(), header.channel_bytes) &&
         read_at(start + kHeaderBytes + header.channel_bytes, event.data.data(),
                 header.data_bytes)) {

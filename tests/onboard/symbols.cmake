@@ -11,9 +11,12 @@ endif()
 
 set(allowed
   memset memcpy memmove memcmp
-  sqrt sqrtf cos lroundf
-  # the compiler's own support library
-  __popcountdi2)
+  sqrt sqrtf cos lroundf floorf ceilf
+  # the compiler's own support library: counting bits, and on 32-bit ARM dividing and converting
+  __popcountdi2 __ctzdi2
+  __aeabi_idiv __aeabi_idivmod __aeabi_uidiv __aeabi_uidivmod __aeabi_ldivmod __aeabi_uldivmod
+  __aeabi_l2f __aeabi_ul2f __aeabi_l2d __aeabi_ul2d __aeabi_f2lz __aeabi_f2ulz __aeabi_d2lz
+  __aeabi_d2ulz)
 
 # One line per symbol: name, kind, ... Defined symbols first, so the libraries may use each other.
 string(REGEX MATCHALL "[^\n]+ [TtWVDBRrbdi] [^\n]*" defined_lines "${listing}")
@@ -37,5 +40,12 @@ endforeach()
 list(REMOVE_DUPLICATES forbidden)
 if(forbidden)
   message(FATAL_ERROR "the onboard libraries must not use: ${forbidden}")
+endif()
+
+# A program compiled with other options has copies of Eigen's functions too, which compute other
+# bits; the linker takes one copy for all. So the libraries must have inlined every one of theirs.
+string(REGEX MATCHALL "_ZNK?5Eigen[^ \n]* W" replaceable "${listing}")
+if(replaceable)
+  message(FATAL_ERROR "a program's own copy could replace: ${replaceable}")
 endif()
 message(STATUS "${undefined_count} references, all within the whitelist")

@@ -22,9 +22,9 @@ std::vector<PointPair> pairs_of(const Pose& T_b_a, const Eigen::Vector3d& spread
   Dice dice(3);
   std::vector<PointPair> pairs;
   for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d p(dice.roll(-1, 1) * spread.x(), dice.roll(-1, 1) * spread.y(),
-                            dice.roll(-1, 1) * spread.z());
-    const Eigen::Vector3d n(dice.roll(-1, 1), dice.roll(-1, 1), dice.roll(-1, 1));
+    const Eigen::Vector3d p{dice.roll(-1, 1) * spread.x(), dice.roll(-1, 1) * spread.y(),
+                            dice.roll(-1, 1) * spread.z()};
+    const Eigen::Vector3d n{dice.roll(-1, 1), dice.roll(-1, 1), dice.roll(-1, 1)};
     pairs.push_back({p, T_b_a * p + noise * n});
   }
   return pairs;

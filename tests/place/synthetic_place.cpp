@@ -86,7 +86,11 @@ std::vector<FineCell> observe(const std::vector<Surface>& surfaces, const Pose& 
       for (int j = 0; j < rows; ++j) {
         const double a = (i + dice.roll()) / columns;
         const double b = (j + dice.roll()) / rows;
-        const Eigen::Vector3d noise(dice.roll(-1, 1), dice.roll(-1, 1), dice.roll(-1, 1));
+        // One by one: compilers for different processors evaluate arguments in different orders.
+        const double noise_z = dice.roll(-1, 1);
+        const double noise_y = dice.roll(-1, 1);
+        const double noise_x = dice.roll(-1, 1);
+        const Eigen::Vector3d noise(noise_x, noise_y, noise_z);
         const Eigen::Vector3d p =
             surface.corner + a * surface.along + b * surface.up + view.noise_m * noise;
         if ((p - T_world_sensor.translation).norm() > view.range_m) continue;

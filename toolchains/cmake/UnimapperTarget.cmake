@@ -1,9 +1,11 @@
-# unimapper_library(NAME SOURCES ... [DEPENDS ...] [FREESTANDING])
+# unimapper_library(NAME SOURCES ... [DEPENDS ...] [FREESTANDING] [REPRODUCIBLE])
 #
 # One room of the house as one static library with the alias unimapper::NAME. FREESTANDING rooms
-# (core, place, onboard) also hold without exceptions, RTTI and thread-safe statics.
+# (core, place, onboard) also hold without exceptions, RTTI and thread-safe statics. They and
+# REPRODUCIBLE ones compute the same bits on every processor.
 function(unimapper_library name)
-  cmake_parse_arguments(arg "FREESTANDING" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+  cmake_parse_arguments(arg "FREESTANDING;REPRODUCIBLE" ""
+    "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   add_library(unimapper_${name} STATIC ${arg_SOURCES})
   add_library(unimapper::${name} ALIAS unimapper_${name})
   set_target_properties(unimapper_${name} PROPERTIES EXPORT_NAME ${name})
@@ -15,6 +17,12 @@ function(unimapper_library name)
   if(arg_FREESTANDING AND UNIMAPPER_FREESTANDING_CORE)
     target_compile_options(unimapper_${name} PRIVATE
       -fno-exceptions -fno-rtti -fno-threadsafe-statics)
+  endif()
+  if(arg_FREESTANDING OR arg_REPRODUCIBLE)
+    # Eigen's own vector code sums in an order that depends on the instruction set, fuses multiply
+    # and add on aarch64, and estimates roots and quotients on ARMv7. Private: what a user of the
+    # library makes of Eigen is the user's affair, and no type in our headers changes its layout.
+    target_compile_definitions(unimapper_${name} PRIVATE EIGEN_DONT_VECTORIZE)
   endif()
 endfunction()
 

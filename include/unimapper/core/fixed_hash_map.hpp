@@ -55,7 +55,7 @@ class FixedHashMap {
   /// Index of the entry with `key`, or `kNotFound`.
   [[nodiscard]] std::uint32_t find(std::uint64_t key) const noexcept {
     if (capacity_ == 0) return kNotFound;
-    std::size_t slot = mix_bits(key) & mask_;
+    std::size_t slot = static_cast<std::size_t>(mix_bits(key)) & mask_;
     for (std::uint32_t probe = 0; probe < kMaxProbes; ++probe, slot = (slot + 1) & mask_) {
       if (slots_[slot].generation != generation_) return kNotFound;
       if (keys_[slots_[slot].entry] == key) return slots_[slot].entry;
@@ -67,7 +67,7 @@ class FixedHashMap {
   /// `kNotFound`, and counted, if it does not fit.
   std::uint32_t find_or_insert(std::uint64_t key) noexcept {
     if (capacity_ == 0) return kNotFound;
-    std::size_t slot = mix_bits(key) & mask_;
+    std::size_t slot = static_cast<std::size_t>(mix_bits(key)) & mask_;
     for (std::uint32_t probe = 0; probe < kMaxProbes; ++probe, slot = (slot + 1) & mask_) {
       if (slots_[slot].generation != generation_) {
         if (size_ == capacity_) break;

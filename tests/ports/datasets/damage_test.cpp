@@ -87,7 +87,7 @@ TEST_CASE("a file with any one byte changed is read or refused") {
 TEST_CASE("files of arbitrary bytes are read or refused") {
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     std::string bytes = seed % 2 == 0 ? compressed_cloud().substr(0, 160) : std::string();
-    const std::size_t length = mix_bits(seed) % 500;
+    const auto length = static_cast<std::size_t>(mix_bits(seed) % 500);
     for (std::size_t i = 0; i < length; ++i) {
       bytes += static_cast<char>(mix_bits(seed * 1000 + i));
     }

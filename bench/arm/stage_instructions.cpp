@@ -1,0 +1,101 @@
+// Instructions per keyframe, stage by stage. Runs in qemu's user mode with the plugin of
+// count_instructions.c; run.sh does that for every processor.
+//
+//   stage_instructions DATASET [SENSOR]
+//
+// Prints the name of each stage and the median over all keyframes but the first, which has no
+// earlier evidence to look at.
+#include <fcntl.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <memory>
+#include <stdexcept>
+#include <vector>
+
+#include "ports/datasets/dataset.hpp"
+#include "unimapper/onboard/pipeline.hpp"
+
+namespace {
+
+using namespace unimapper;
+
+int answers = -1;
+int questions = -1;
+
+/// Instructions executed so far, in place of nanoseconds; 0 without the plugin.
+std::int64_t instructions() {
+  constexpr unsigned long kCountRequest = 0x554D4943;
+  ioctl(questions, kCountRequest);
+  std::int64_t count = 0;
+  return read(answers, &count, sizeof count) == sizeof count ? count : 0;
+}
+
+void open_pipe() {
+  int ends[2];
+  if (pipe(ends) != 0) throw std::runtime_error("no pipe");
+  answers = ends[0];
+  questions = ends[1];
+  // Reading must not wait for a plugin that is not there.
+  fcntl(answers, F_SETFL, O_NONBLOCK);
+  if (instructions() == 0) throw std::runtime_error("nobody counts: run this by bench/arm/run.sh");
+}
+
+/// Instructions of every keyframe but the first, per stage.
+using Counts = std::vector<double>[kStages];
+
+void run(const datasets::Dataset& dataset, const SensorModel& sensor, Counts& counts) {
+  PipelineConfig config = preset(sensor.kind);
+  config.clock_ns = instructions;
+  const std::size_t bytes = Pipeline::required_bytes(config);
+  const std::unique_ptr<std::byte, decltype(&std::free)> block(
+      static_cast<std::byte*>(std::aligned_alloc(64, bytes)), &std::free);
+  auto pipeline = Pipeline::create(config, {block.get(), bytes});
+  if (!pipeline.ok()) throw std::runtime_error(pipeline.error().message);
+
+  datasets::Scan scan;
+  for (std::size_t i = 0; i < dataset.scan_count(); ++i) {
+    dataset.read_scan(i, scan);
+    const ScanResult result =
+        (*pipeline)->add_scan(scan.view(), dataset.pose(i), dataset.stamp_ns(i));
+    if (!result.keyframe_ready || (*pipeline)->keyframe().sequence == 0) continue;
+    const KeyframeStatistics& statistics = *(*pipeline)->keyframe().statistics;
+    for (std::size_t stage = 0; stage < kStages; ++stage) {
+      counts[stage].push_back(static_cast<double>(statistics.stage_us[stage]) * 1e3);
+    }
+  }
+  if (counts[0].empty()) throw std::runtime_error("fewer than two keyframes");
+}
+
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const SensorModel* sensor = argc == 3 ? find_sensor(argv[2]) : &sensor_model(SensorKind::kHdl64e);
+  if (argc < 2 || argc > 3 || sensor == nullptr) {
+    std::fprintf(stderr, "usage: stage_instructions DATASET [SENSOR]\n");
+    return 1;
+  }
+  try {
+    open_pipe();
+    Counts counts;
+    run(*datasets::open_dataset(argv[1]), *sensor, counts);
+    for (std::size_t stage = 0; stage < kStages; ++stage) {
+      std::printf("%s %.0f\n", stage_name(static_cast<Stage>(stage)).data(), median(counts[stage]));
+    }
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 2;
+  }
+  return 0;
+}
