@@ -16,6 +16,11 @@ function(unimapper_library name)
     target_compile_options(unimapper_${name} PRIVATE
       -fno-exceptions -fno-rtti -fno-threadsafe-statics)
   endif()
+  if(arg_FREESTANDING)
+    # The C library's shared form is made of the same objects and shows none of their symbols.
+    set_target_properties(unimapper_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON
+      CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  endif()
 endfunction()
 
 # Options every target of the project is built with.
