@@ -27,7 +27,7 @@ struct Outcome {
 void unlock_memory() noexcept;
 
 /// Touches every page of `memory` without changing its contents, so that the first use later does
-/// not fault. Refuses an empty span. Cost: about 0.25 us per page not yet present.
+/// not fault. Refuses an empty span. Cost: one or two page faults per page that is not yet present.
 Outcome prefault(std::span<std::byte> memory) noexcept;
 
 /// Gives the calling thread SCHED_FIFO with `priority` (1, lowest, to 99): it runs until it waits

@@ -7,6 +7,8 @@ install(TARGETS unimapper_c unimapper_c_static
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(FILES ports/c/unimapper.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+# Relative, so that the installed tree may be moved.
+file(RELATIVE_PATH unimapper_pc_to_prefix "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
 configure_file("${CMAKE_CURRENT_LIST_DIR}/unimapper_c.pc.in"
   "${CMAKE_BINARY_DIR}/unimapper_c.pc" @ONLY)
 install(FILES "${CMAKE_BINARY_DIR}/unimapper_c.pc"
