@@ -83,13 +83,19 @@ bool chunk_adds_up(Bytes bytes) {
 
 bool health_adds_up(Bytes bytes) {
   BigEndianReader in(bytes);
-  in.skip(kFingerprintBytes + 4 + 4 + 8 + 4 * 8);
+  in.skip(kFingerprintBytes + 4 + 4 + 8 + 5 * 8);
   const std::uint32_t stages = get_list_length(in);
   skip_texts(in, stages);
   in.skip(std::uint64_t{3} * 4 * stages);
   const std::uint32_t causes = get_list_length(in);
   skip_texts(in, causes);
-  in.skip(std::uint64_t{8} * causes + kChecksumBytes);
+  in.skip(std::uint64_t{8} * causes);
+  const std::uint32_t containers = get_list_length(in);
+  skip_texts(in, containers);
+  in.skip(std::uint64_t{2} * 8 * containers);
+  const std::uint32_t sheds = get_list_length(in);
+  skip_texts(in, sheds);
+  in.skip(std::uint64_t{8} * sheds + kChecksumBytes);
   return ends_here(in);
 }
 
@@ -216,6 +222,7 @@ std::vector<std::uint8_t> encode(const HealthMessage& message) {
   out.keyframes = static_cast<std::int64_t>(message.keyframes);
   out.points_in = static_cast<std::int64_t>(message.points_in);
   out.bytes_sent = static_cast<std::int64_t>(message.bytes_sent);
+  out.deadline_misses = static_cast<std::int64_t>(message.deadline_misses);
   for (const HealthMessage::Stage& stage : message.stages) {
     if (out.stage.size() == kMaxListEntries) break;
     out.stage.push_back(to_text(stage.name));
@@ -228,8 +235,21 @@ std::vector<std::uint8_t> encode(const HealthMessage& message) {
     out.cause.push_back(to_text(drop.cause));
     out.dropped.push_back(static_cast<std::int64_t>(drop.count));
   }
+  for (const HealthMessage::Container& container : message.containers) {
+    if (out.container.size() == kMaxListEntries) break;
+    out.container.push_back(to_text(container.name));
+    out.used.push_back(static_cast<std::int64_t>(container.used));
+    out.capacity.push_back(static_cast<std::int64_t>(container.capacity));
+  }
+  for (const HealthMessage::Shed& shed : message.sheds) {
+    if (out.given_up.size() == kMaxListEntries) break;
+    out.given_up.push_back(to_text(shed.what));
+    out.shed.push_back(static_cast<std::int64_t>(shed.count));
+  }
   out.stages = static_cast<std::int32_t>(out.stage.size());
   out.causes = static_cast<std::int32_t>(out.cause.size());
+  out.containers = static_cast<std::int32_t>(out.container.size());
+  out.sheds = static_cast<std::int32_t>(out.given_up.size());
   return encode_generated(out);
 }
 
@@ -242,6 +262,7 @@ std::optional<HealthMessage> decode_health(Bytes bytes) {
   message.keyframes = static_cast<std::uint64_t>(in.keyframes);
   message.points_in = static_cast<std::uint64_t>(in.points_in);
   message.bytes_sent = static_cast<std::uint64_t>(in.bytes_sent);
+  message.deadline_misses = static_cast<std::uint64_t>(in.deadline_misses);
   for (std::size_t i = 0; i < in.stage.size(); ++i) {
     if (!is_text(in.stage[i])) return std::nullopt;
     message.stages.push_back({in.stage[i], in.p50_ms[i], in.p99_ms[i], in.max_ms[i]});
@@ -249,6 +270,15 @@ std::optional<HealthMessage> decode_health(Bytes bytes) {
   for (std::size_t i = 0; i < in.cause.size(); ++i) {
     if (!is_text(in.cause[i])) return std::nullopt;
     message.drops.push_back({in.cause[i], static_cast<std::uint64_t>(in.dropped[i])});
+  }
+  for (std::size_t i = 0; i < in.container.size(); ++i) {
+    if (!is_text(in.container[i])) return std::nullopt;
+    message.containers.push_back({in.container[i], static_cast<std::uint64_t>(in.used[i]),
+                                  static_cast<std::uint64_t>(in.capacity[i])});
+  }
+  for (std::size_t i = 0; i < in.given_up.size(); ++i) {
+    if (!is_text(in.given_up[i])) return std::nullopt;
+    message.sheds.push_back({in.given_up[i], static_cast<std::uint64_t>(in.shed[i])});
   }
   return message;
 }

@@ -49,13 +49,27 @@ struct HealthMessage {
     std::string cause;
     std::uint64_t count = 0;
   };
+  /// How full a container of fixed capacity was at most.
+  struct Container {
+    std::string name;
+    std::uint64_t used = 0;
+    std::uint64_t capacity = 0;
+  };
+  /// Work given up for want of time.
+  struct Shed {
+    std::string what;
+    std::uint64_t count = 0;
+  };
   merge::SessionId session;
   std::uint64_t scans = 0;
   std::uint64_t keyframes = 0;
   std::uint64_t points_in = 0;
   std::uint64_t bytes_sent = 0;
-  std::vector<Stage> stages;  ///< at most 64
-  std::vector<Drop> drops;    ///< at most 64
+  std::uint64_t deadline_misses = 0;  ///< keyframes that took longer than they may
+  std::vector<Stage> stages;          ///< at most 64, as all lists
+  std::vector<Drop> drops;
+  std::vector<Container> containers;
+  std::vector<Shed> sheds;
 };
 
 /// True for names that are safe as file names: 1 to 64 letters, digits, '.', '_' or '-', the

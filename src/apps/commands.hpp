@@ -13,5 +13,6 @@ void register_simulate(CLI::App& app);
 void register_onboard(CLI::App& app);
 void register_merge(CLI::App& app);
 void register_evaluate(CLI::App& app);
+void register_rt_check(CLI::App& app);
 
 }  // namespace unimapper::apps

@@ -139,7 +139,8 @@ void visit_members(Config& config, Visitor& visitor) {
 
 template <Is<PipelineConfig> Config, typename Visitor>
 void visit_members(Config& config, Visitor& visitor) {
-  // `clock_ns` is no parameter: the program decides whether times are taken.
+  // `clock_ns` and `events` are no parameters: the program decides where times come from and where
+  // events go.
   visitor("keyframe", config.keyframe);
   visitor("voxel", config.voxel);
   visitor("ground", config.ground);
@@ -148,6 +149,7 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("descriptor", config.descriptor);
   visitor("loop_search", config.loop_search);
   visitor("search_scope", config.search_scope);
+  visitor("budget_us", config.budget_us);
 }
 
 constexpr std::array<const char*, 3> kSessionScopes = {"all", "only_same", "only_other"};

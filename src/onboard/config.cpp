@@ -114,6 +114,10 @@ Error PipelineConfig::validate() const noexcept {
   if (descriptor.max_keypoints > loop_search.max_keypoints ||
       descriptor.max_planes > loop_search.max_planes)
     return invalid("loop_search must have room for every keypoint and plane of the descriptor");
+  if (budget_us != 0 && !within(budget_us, 100, 10000000))
+    return invalid("budget_us must be 0 (off) or 100 to 10000000 microseconds");
+  if (budget_us != 0 && clock_ns == nullptr)
+    return invalid("budget_us needs a clock: set clock_ns");
   return {};
 }
 

@@ -5,6 +5,7 @@
 #include <new>
 
 #include "bayes_filter.hpp"
+#include "budget.hpp"
 #include "cell_table.hpp"
 #include "coarse_voxels.hpp"
 #include "components.hpp"
@@ -13,8 +14,10 @@
 #include "keyframe_output.hpp"
 #include "motion_gate.hpp"
 #include "range_image.hpp"
+#include "range_limit.hpp"
 #include "scan_accumulator.hpp"
 #include "stage_clock.hpp"
+#include "unimapper/onboard/events.hpp"
 #include "unimapper/place/describer.hpp"
 
 namespace unimapper {
@@ -24,7 +27,7 @@ using namespace onboard;
 /// Everything the pipeline owns: one member per stage, in the order the data takes.
 struct Pipeline::State {
   explicit State(const PipelineConfig& configuration) noexcept
-      : config(configuration), gate(configuration.keyframe) {}
+      : config(configuration), gate(configuration.keyframe), budget(configuration) {}
 
   void attach(Arena& arena) noexcept;
 
@@ -36,19 +39,29 @@ struct Pipeline::State {
   void close_keyframe() noexcept;
 
   void remove_dynamic() noexcept;
+  /// Leaves only as many candidates as there is time for; returns by how many to divide their cost.
+  std::uint32_t shed_far_cells() noexcept;
   void describe_place() noexcept;
   void search_loops() noexcept;
   void count_input(const ScanCounts& counts) noexcept;
   void count_result() noexcept;
+  void report(EventId id, std::int64_t stamp_ns, std::uint64_t a, std::uint64_t b = 0,
+              std::uint64_t c = 0, std::uint64_t d = 0) noexcept;
+  void report_refusal(const Error& error, std::int64_t stamp_ns, std::uint32_t index) noexcept;
+  void report_keyframe() noexcept;
 
   std::uint64_t& dropped(DropCause cause) noexcept {
     return statistics.dropped[static_cast<std::size_t>(cause)];
+  }
+  std::uint32_t& shed(Shed what) noexcept {
+    return statistics.shed[static_cast<std::size_t>(what)];
   }
 
   PipelineConfig config;
   Pipeline pipeline;  ///< what the caller holds
 
   MotionGate gate;
+  Budget budget;
   ScanAccumulator accumulator;
   RangePainter painter;
   CellTable cells;
@@ -87,20 +100,23 @@ void Pipeline::State::attach(Arena& arena) noexcept {
 ScanResult Pipeline::State::add_scan(const PointView& points, const Pose& pose,
                                      std::int64_t stamp_ns) noexcept {
   const StageTimer timer(config.clock_ns, statistics, Stage::kTotal);
+  budget.start();
   const std::uint32_t index = scan_index++;
 
   const Motion motion = gate.check(pose, stamp_ns);
-  if (motion.error.code == ErrorCode::kPoseJump && open) {
-    close_keyframe();
-    return {motion.error, true};
+  if (motion.error.code != ErrorCode::kOk) {
+    report_refusal(motion.error, stamp_ns, index);
+    const bool closes = motion.error.code == ErrorCode::kPoseJump && open;
+    if (closes) close_keyframe();
+    return {motion.error, closes};
   }
-  if (motion.error.code != ErrorCode::kOk) return {motion.error, false};
 
   if (!open) begin_keyframe(pose);
   if (!ingest(points, pose)) {
-    return {{ErrorCode::kEmptyScan,
-             "the scan has no point that is finite and within the sensor's range"},
-            false};
+    const Error empty{ErrorCode::kEmptyScan,
+                      "the scan has no point that is finite and within the sensor's range"};
+    report_refusal(empty, stamp_ns, index);
+    return {empty, false};
   }
   scans[accumulator.scans() - 1] = {index, stamp_ns, pose};
   gate.accept(pose, stamp_ns);
@@ -152,7 +168,9 @@ void Pipeline::State::close_keyframe() noexcept {
   remove_dynamic();
   describe_place();
   search_loops();
-  count_result();
+  budget.measure(Budget::Part::kCounting, 1, [this] { count_result(); });
+  statistics.deadline_missed = budget.is_exceeded();
+  if (config.events != nullptr) report_keyframe();
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -166,25 +184,60 @@ void Pipeline::State::remove_dynamic() noexcept {
   spread_ground(config.ground, voxels.map());
   split_ground(config.ground, config.removal, voxels, cells);
   if (config.free_space.columns) window.current().columns.build(cells);
-  filter.run(window, painter.projection(), cells);
-  if (config.removal.components) statistics.components = components.run(window, cells);
-  window.record(cells);
-  output.build(cells, voxels, accumulator, view.T_odometry_keyframe);
+  const std::uint32_t candidates = shed_far_cells();
+  budget.measure(Budget::Part::kJudging, candidates,
+                 [this] { filter.run(window, painter.projection(), cells); });
+  budget.measure(Budget::Part::kSettling, 1, [this] {
+    if (config.removal.components) statistics.components = components.run(window, cells);
+    window.record(cells);
+    output.build(cells, voxels, accumulator, view.T_odometry_keyframe);
+  });
   view.static_cells = output.static_cells();
   view.dynamic_cells = output.dynamic_cells();
 }
 
+std::uint32_t Pipeline::State::shed_far_cells() noexcept {
+  if (!budget.is_on()) return 0;
+  const Eigen::Vector3f sensor =
+      (view.T_odometry_keyframe.translation - cells.grid().origin_m()).cast<float>();
+  const RangeLimit limit =
+      keep_nearest(cells, sensor, config.keyframe.range_max_m, budget.affordable_cells());
+  shed(Shed::kFarCells) = limit.shed;
+  statistics.removal_range_m = limit.range_m;
+  // What does not depend on the number of cells must not look like the price of a few.
+  constexpr std::uint32_t kFewest = 1024;
+  return std::max(limit.kept, kFewest);
+}
+
 void Pipeline::State::describe_place() noexcept {
   const StageTimer timer(config.clock_ns, statistics, Stage::kDescription);
-  view.place = describer.describe(view.static_cells);
+  // Whatever comes later in the order of `Shed` is given up only after all that comes before.
+  if (shed(Shed::kFarCells) != 0 || !budget.affords(Budget::Part::kDescribing)) {
+    shed(Shed::kDescription) = 1;
+    return;
+  }
+  budget.measure(Budget::Part::kDescribing, 1,
+                 [this] { view.place = describer.describe(view.static_cells); });
+  dropped(DropCause::kDescriptionFull) = describer.dropped();
 }
 
 void Pipeline::State::search_loops() noexcept {
   const StageTimer timer(config.clock_ns, statistics, Stage::kSearch);
   const PlaceId id{0, view.sequence};
   const std::uint64_t dropped_before = places.dropped();
-  view.loops = places.search(view.place, id, config.search_scope);
-  places.insert(view.place, id);
+  // Without a description there is nothing to look for and nothing to store.
+  const bool described = shed(Shed::kDescription) == 0;
+  const bool searches = described && budget.affords(Budget::Part::kSearching);
+  const bool inserts = searches || (described && budget.affords(Budget::Part::kInserting));
+  shed(Shed::kSearch) = searches ? 0 : 1;
+  shed(Shed::kInsertion) = inserts ? 0 : 1;
+  if (searches) {
+    budget.measure(Budget::Part::kSearching, 1,
+                   [&] { view.loops = places.search(view.place, id, config.search_scope); });
+  }
+  if (inserts) {
+    budget.measure(Budget::Part::kInserting, 1, [&] { places.insert(view.place, id); });
+  }
   dropped(DropCause::kTriangleTableFull) = places.dropped() - dropped_before;
 }
 
@@ -210,7 +263,6 @@ void Pipeline::State::count_result() noexcept {
   statistics.voxels = voxels.map().size();
   dropped(DropCause::kVoxelsFull) = voxels.left_out();
   dropped(DropCause::kEvidenceFull) = cells.left_out() + window.left_out();
-  dropped(DropCause::kDescriptionFull) = describer.dropped();
 
   const auto use = [this](Capacity which, std::uint64_t used, std::uint64_t capacity) {
     statistics.capacity[static_cast<std::size_t>(which)] = {used, capacity};
@@ -220,6 +272,38 @@ void Pipeline::State::count_result() noexcept {
   use(Capacity::kVoxels, statistics.voxels, config.voxel.max_voxels);
   use(Capacity::kBlocks, cells.blocks().size(), window.block_capacity());
   use(Capacity::kPlaces, places.size(), config.loop_search.max_places);
+}
+
+void Pipeline::State::report(EventId id, std::int64_t stamp_ns, std::uint64_t a, std::uint64_t b,
+                             std::uint64_t c, std::uint64_t d) noexcept {
+  if (config.events == nullptr) return;
+  const auto value = [](std::uint64_t number) { return static_cast<std::int64_t>(number); };
+  config.events->push(
+      {static_cast<std::uint32_t>(id), 0, stamp_ns, {value(a), value(b), value(c), value(d)}});
+}
+
+void Pipeline::State::report_refusal(const Error& error, std::int64_t stamp_ns,
+                                     std::uint32_t index) noexcept {
+  if (error.code == ErrorCode::kPoseJump) return report(EventId::kPoseJump, stamp_ns, index);
+  report(EventId::kScanRefused, stamp_ns, static_cast<std::uint64_t>(error.code), index);
+}
+
+void Pipeline::State::report_keyframe() noexcept {
+  const std::int64_t stamp_ns = view.scans.back().stamp_ns;
+  report(EventId::kKeyframeClosed, stamp_ns, view.sequence, view.scans.size(),
+         view.static_cells.size(), view.dynamic_cells.size());
+  for (std::size_t i = 0; i < kDropCauses; ++i) {
+    const std::uint64_t count = statistics.dropped[i];
+    if (count != 0) report(EventId::kDropped, stamp_ns, i, count, view.sequence);
+  }
+  for (std::size_t i = 0; i < kSheds; ++i) {
+    const std::uint32_t count = statistics.shed[i];
+    if (count != 0) report(EventId::kShed, stamp_ns, i, count, view.sequence);
+  }
+  if (statistics.deadline_missed) {
+    report(EventId::kDeadlineMissed, stamp_ns, static_cast<std::uint64_t>(budget.spent_us()),
+           config.budget_us, view.sequence);
+  }
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -260,6 +344,7 @@ ScanResult Pipeline::add_scan(const PointView& points, const Pose& T_odometry_se
 ScanResult Pipeline::flush() noexcept {
   if (!state_->open) return {};
   const StageTimer timer(state_->config.clock_ns, state_->statistics, Stage::kTotal);
+  state_->budget.start();
   state_->close_keyframe();
   return {{}, true};
 }

@@ -53,7 +53,7 @@ TEST_CASE("the dumped configuration holds every parameter") {
   CHECK(config["loop_search"].size() == member_count<LoopSearchConfig>());
   CHECK(config["loop_search"]["triangles"].size() == member_count<TriangleConfig>());
   CHECK(config["search_scope"].size() == member_count<SearchScope>());
-  CHECK(config.size() == member_count<PipelineConfig>() - 1);  // all but the clock
+  CHECK(config.size() == member_count<PipelineConfig>() - 2);  // all but the clock and the ring
 }
 
 TEST_CASE("what is dumped reads back as the same") {

@@ -55,8 +55,8 @@ void check_usage_error(const std::vector<std::string>& arguments, const std::str
 }  // namespace
 
 TEST_CASE("every command explains itself with an example") {
-  // The tool itself and its four commands at least.
-  CHECK(check_help({}) >= 5);
+  // The tool itself and its five commands at least.
+  CHECK(check_help({}) >= 6);
 }
 
 TEST_CASE("the version is told") {
@@ -75,4 +75,7 @@ TEST_CASE("wrong use ends with exit code 2 and says what is wrong") {
   check_usage_error({"onboard", "recording", "--out", "run", "--format", "rosbag"}, "rosbag");
   check_usage_error({"onboard", "recording", "--out", "run", "--preset", "magic"}, "magic");
   check_usage_error({"onboard", "recording", "--out", "run", "--scans", "0"}, "--scans");
+  check_usage_error({"rt-check", "--seconds", "1000"}, "--seconds");
+  check_usage_error({"rt-check", "--priority", "100"}, "--priority");
+  check_usage_error({"rt-check", "now"}, "now");
 }

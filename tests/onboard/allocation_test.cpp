@@ -112,7 +112,16 @@ int main() {
   PipelineConfig tight = small_config();
   tight.voxel.max_cells = 1000;
   tight.voxel.max_voxels = 50;
-  for (const PipelineConfig& config : {both, thinned, tight}) {
+  // A budget that is sometimes kept and sometimes not, and a ring that overflows.
+  alignas(64) static std::byte ring[EventRing::required_bytes(4)];
+  PipelineConfig hurried = small_config();
+  hurried.budget_us = 3000;
+  hurried.clock_ns = +[] {
+    static std::int64_t now_ns = 0;
+    return now_ns += 300000;
+  };
+  hurried.events = EventRing::create(4, ring).value();
+  for (const PipelineConfig& config : {both, thinned, tight, hurried}) {
     unsigned keyframes = 0;
     const unsigned long counted = count_run(config, scans, keyframes);
     std::printf("%lu allocations in %u keyframes\n", counted, keyframes);

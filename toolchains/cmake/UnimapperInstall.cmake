@@ -1,6 +1,18 @@
-# What a robot's firmware project finds with find_package(unimapper): core, place and onboard.
+# What a robot's firmware project finds with find_package(unimapper): core, place and
+# onboard for C++, unimapper.h with a shared and a static library for C.
 include(CMakePackageConfigHelpers)
 
+install(TARGETS unimapper_c unimapper_c_static
+  EXPORT unimapperTargets
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(FILES ports/c/unimapper.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+# Relative, so that the installed tree may be moved.
+file(RELATIVE_PATH unimapper_pc_to_prefix "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
+configure_file("${CMAKE_CURRENT_LIST_DIR}/unimapper_c.pc.in"
+  "${CMAKE_BINARY_DIR}/unimapper_c.pc" @ONLY)
+install(FILES "${CMAKE_BINARY_DIR}/unimapper_c.pc"
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 install(TARGETS unimapper_core unimapper_place unimapper_onboard
   EXPORT unimapperTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})

@@ -24,6 +24,11 @@ function(unimapper_library name)
     # library makes of Eigen is the user's affair, and no type in our headers changes its layout.
     target_compile_definitions(unimapper_${name} PRIVATE EIGEN_DONT_VECTORIZE)
   endif()
+  if(arg_FREESTANDING)
+    # The C library's shared form is made of the same objects and shows none of their symbols.
+    set_target_properties(unimapper_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON
+      CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  endif()
 endfunction()
 
 # Options every target of the project is built with.

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "unimapper/core/event_ring.hpp"
 #include "unimapper/core/expected.hpp"
 #include "unimapper/core/sensor.hpp"
 #include "unimapper/place/config.hpp"
@@ -161,8 +162,15 @@ struct PipelineConfig {
   /// The pipeline's own keyframes are stored as session 0; places of other runs inserted into
   /// `Pipeline::places()` take sessions from 1.
   SearchScope search_scope{SearchScope::Sessions::kAll, 50};
-  /// Monotonic clock in nanoseconds for the stage times; null = no times are taken.
+  /// Longest that a call which closes a keyframe may take, microseconds. What does not fit is left
+  /// out in the order of `Shed` and counted. 0 = never leave anything out, else [100, 10000000]
+  /// and `clock_ns` must be set; our choice: off.
+  std::uint32_t budget_us = 0;
+  /// Monotonic clock in nanoseconds for the stage times and the budget; null = no times are taken.
   std::int64_t (*clock_ns)() = nullptr;
+  /// Where noteworthy events go (see `EventId`), or null. The pipeline is the ring's producer; the
+  /// ring must outlive it.
+  EventRing* events = nullptr;
 
   /// `kOk`, or the first thing that is wrong, in words.
   [[nodiscard]] Error validate() const noexcept;

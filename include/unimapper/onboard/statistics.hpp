@@ -37,6 +37,19 @@ inline constexpr std::size_t kStages = 5;
 /// "ingest", "removal", "description", "search" or "total".
 [[nodiscard]] std::string_view stage_name(Stage stage) noexcept;
 
+/// What a keyframe went without because its budget (`PipelineConfig::budget_us`) was short, in the
+/// order in which it is given up.
+enum class Shed : std::uint8_t {
+  kSearch,       ///< 1: no loops were looked for
+  kInsertion,    ///< 1: the place was not stored, later keyframes will not find it
+  kDescription,  ///< 1: no keypoints and no planes
+  kFarCells      ///< fine cells left static without looking at the evidence, the farthest first
+};
+inline constexpr std::size_t kSheds = 4;
+
+/// "search", "insertion", "description" or "far_cells".
+[[nodiscard]] std::string_view shed_name(Shed shed) noexcept;
+
 /// A fixed-capacity container's fill when the keyframe closed.
 struct CapacityUse {
   std::uint64_t used = 0;
@@ -65,9 +78,17 @@ struct KeyframeStatistics {
   std::array<CapacityUse, kCapacities> capacity{};
   /// Microseconds; zero without a clock.
   std::array<float, kStages> stage_us{};
+  /// What was given up for want of time, see `Shed`.
+  std::array<std::uint32_t, kSheds> shed{};
+  /// Cells farther than this from the sensor were left static for want of time, metres; 0 = none.
+  float removal_range_m = 0.0F;
+  bool deadline_missed = false;  ///< the keyframe took longer than its budget all the same
 
   [[nodiscard]] std::uint64_t dropped_by(DropCause cause) const noexcept {
     return dropped[static_cast<std::size_t>(cause)];
+  }
+  [[nodiscard]] std::uint32_t shed_of(Shed what) const noexcept {
+    return shed[static_cast<std::size_t>(what)];
   }
   [[nodiscard]] float microseconds(Stage stage) const noexcept {
     return stage_us[static_cast<std::size_t>(stage)];

@@ -118,6 +118,16 @@ void Replay::publish_health() {
     const auto cause = static_cast<DropCause>(i);
     health.drops.push_back({std::string(drop_cause_name(cause)), statistics.dropped(cause)});
   }
+  health.deadline_misses = statistics.deadline_misses();
+  for (std::size_t i = 0; i < kCapacities; ++i) {
+    const auto capacity = static_cast<Capacity>(i);
+    const CapacityUse& use = statistics.largest_use(capacity);
+    health.containers.push_back({std::string(capacity_name(capacity)), use.used, use.capacity});
+  }
+  for (std::size_t i = 0; i < kSheds; ++i) {
+    const auto shed = static_cast<Shed>(i);
+    health.sheds.push_back({std::string(shed_name(shed)), statistics.given_up(shed)});
+  }
   outputs_.publisher->set_health(std::move(health));
 }
 

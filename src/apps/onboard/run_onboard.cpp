@@ -1,4 +1,3 @@
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -18,12 +17,6 @@ namespace unimapper::apps {
 namespace fs = std::filesystem;
 
 namespace {
-
-std::int64_t steady_clock_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 /// The same number for the same text, on every machine and in every release.
 std::uint64_t stable_hash(std::string_view text, std::uint64_t seed = 0) {
@@ -150,7 +143,6 @@ void run_onboard(const OnboardOptions& options) {
   const auto dataset = datasets::open_dataset(options.dataset, format_of(options), options.sensor);
   const ChosenSensor sensor = choose_sensor(options, dataset->sensor());
   PipelineConfig config = make_config(options, sensor.model->kind);
-  config.clock_ns = &steady_clock_ns;
   const std::size_t scans = std::min(options.scans, dataset->scan_count());
 
   std::vector<std::string> faults;

@@ -41,6 +41,7 @@ void RunStatistics::add_keyframe(const KeyframeView& keyframe, std::int64_t dura
   points_static_ += statistics.points_static;
   points_dynamic_ += statistics.points_dynamic;
   for (std::size_t i = 0; i < kDropCauses; ++i) dropped_[i] += statistics.dropped[i];
+  for (std::size_t i = 0; i < kSheds; ++i) shed_[i] += statistics.shed[i];
   for (std::size_t i = 0; i < kCapacities; ++i) {
     capacity_[i].used = std::max(capacity_[i].used, statistics.capacity[i].used);
     capacity_[i].capacity = std::max(capacity_[i].capacity, statistics.capacity[i].capacity);
@@ -49,7 +50,8 @@ void RunStatistics::add_keyframe(const KeyframeView& keyframe, std::int64_t dura
     stage_ms_[i].push_back(statistics.stage_us[i] * 1e-3F);
   }
   const double total_ns = 1e3 * static_cast<double>(statistics.microseconds(Stage::kTotal));
-  if (total_ns > static_cast<double>(duration_ns)) ++deadline_misses_;
+  const bool too_long = total_ns > static_cast<double>(duration_ns);
+  if (too_long || statistics.deadline_missed) ++deadline_misses_;
 }
 
 void RunStatistics::add_loops(std::size_t candidates, std::size_t accepted) {
@@ -122,6 +124,10 @@ std::string RunStatistics::to_json(const Run& run) const {
     dropped[std::string(drop_cause_name(static_cast<DropCause>(i)))] = dropped_[i];
   }
   dropped["too_far_for_message"] = left_out_of_messages_;
+  Json& given_up = json["given_up"] = Json::object();
+  for (std::size_t i = 0; i < kSheds; ++i) {
+    given_up[std::string(shed_name(static_cast<Shed>(i)))] = shed_[i];
+  }
   Json& refused = json["scans_refused"] = Json::object();
   for (const auto& [cause, count] : refused_) refused[cause] = count;
 

@@ -26,7 +26,8 @@ struct StageTimes {
 class RunStatistics {
  public:
   void add_scan(std::size_t points, const Error& error);
-  /// `duration_ns`: the time its scans cover; processing that takes longer misses the deadline.
+  /// `duration_ns`: the time its scans cover; processing that takes longer,
+  /// or longer than the budget, misses the deadline.
   void add_keyframe(const KeyframeView& keyframe, std::int64_t duration_ns,
                     std::uint64_t left_out_of_message);
   void add_loops(std::size_t candidates, std::size_t accepted);
@@ -38,6 +39,13 @@ class RunStatistics {
   [[nodiscard]] std::uint64_t points_in() const { return points_in_; }
   [[nodiscard]] std::uint64_t dropped(DropCause cause) const {
     return dropped_.at(static_cast<std::size_t>(cause));
+  }
+  [[nodiscard]] const CapacityUse& largest_use(Capacity capacity) const {
+    return capacity_.at(static_cast<std::size_t>(capacity));
+  }
+  /// What was given up for want of time, in all keyframes.
+  [[nodiscard]] std::uint64_t given_up(Shed shed) const {
+    return shed_.at(static_cast<std::size_t>(shed));
   }
   [[nodiscard]] std::uint64_t loops_accepted() const { return loops_accepted_; }
   [[nodiscard]] std::uint64_t deadline_misses() const { return deadline_misses_; }
@@ -68,6 +76,7 @@ class RunStatistics {
   std::uint64_t deadline_misses_ = 0;
   std::map<std::string, std::uint64_t> refused_;
   std::array<std::uint64_t, kDropCauses> dropped_{};
+  std::array<std::uint64_t, kSheds> shed_{};
   std::array<CapacityUse, kCapacities> capacity_{};  // largest use
   std::array<std::vector<float>, kStages> stage_ms_;
 };

@@ -1,5 +1,6 @@
 #include "src/apps/onboard/setup.hpp"
 
+#include <chrono>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -9,6 +10,12 @@
 namespace unimapper::apps {
 
 namespace {
+
+std::int64_t steady_clock_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
 
 const SensorModel* require_sensor(const std::string& name, const std::string& source) {
   if (const SensorModel* model = find_sensor(name)) return model;
@@ -51,6 +58,7 @@ PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor) {
     throw std::runtime_error("--preset must be default or paper, not '" + options.preset + "'");
   }
   PipelineConfig config = options.preset == "paper" ? paper_preset(sensor) : preset(sensor);
+  config.clock_ns = &steady_clock_ns;  // before the file is read: a budget in it needs a clock
   if (!options.config.empty()) read_config(options.config, config);
   return config;
 }

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <unimapper_wire/chunk_t.hpp>
+#include <unimapper_wire/health_t.hpp>
 #include <unimapper_wire/session_t.hpp>
 
 using namespace unimapper;
@@ -40,6 +41,9 @@ HealthMessage sample_health() {
   health.bytes_sent = 5;
   health.stages = {{"ingest", 1.0F, 2.0F, 3.0F}, {"total", 4.0F, 5.0F, 6.0F}};
   health.drops = {{"cells_full", 77}};
+  health.deadline_misses = 6;
+  health.containers = {{"cells", 500, 1000}, {"voxels", 3, 4}};
+  health.sheds = {{"far_cells", 88}};
   return health;
 }
 
@@ -101,6 +105,14 @@ TEST_CASE("messages come back as they went") {
   REQUIRE(health->drops.size() == 1);
   CHECK(health->drops[0].cause == "cells_full");
   CHECK(health->drops[0].count == 77);
+  CHECK(health->deadline_misses == 6);
+  REQUIRE(health->containers.size() == 2);
+  CHECK(health->containers[0].name == "cells");
+  CHECK(health->containers[0].used == 500);
+  CHECK(health->containers[1].capacity == 4);
+  REQUIRE(health->sheds.size() == 1);
+  CHECK(health->sheds[0].what == "far_cells");
+  CHECK(health->sheds[0].count == 88);
 }
 
 TEST_CASE("damaged messages are refused, wherever the damage is") {
@@ -124,7 +136,7 @@ TEST_CASE("lengths that a forger made up allocate nothing") {
   };
   forged(encode(sample_chunk()), 8 + 4 + 4 + 8 + 5 * 4);
   forged(encode(sample_session()), 8 + 4 + 4 + 8);
-  forged(encode(sample_health()), 8 + 4 + 4 + 8 + 4 * 8);
+  forged(encode(sample_health()), 8 + 4 + 4 + 8 + 5 * 8);
 }
 
 TEST_CASE("pieces that cannot be parts of one whole are refused") {
@@ -183,4 +195,6 @@ TEST_CASE("the types of schema 1 never change") {
   // as long as these hold. A new schema gets new message types beside the old ones.
   CHECK(unimapper_wire::chunk_t::getHash() == 0x2d40368f32292060);
   CHECK(unimapper_wire::session_t::getHash() == 0x12cc6eae2fee390b);
+  // Schema 2; health is never stored.
+  CHECK(unimapper_wire::health_t::getHash() == static_cast<std::int64_t>(0xe46881ebc9c20798));
 }

@@ -1,0 +1,18 @@
+// The events a pipeline writes into its ring (`PipelineConfig::events`).
+#pragma once
+
+#include <cstdint>
+
+namespace unimapper {
+
+/// Ids never change their meaning; new ones are added at the end. Values are in the order given.
+enum class EventId : std::uint32_t {
+  kKeyframeClosed = 1,  ///< sequence, scans, static cells, dynamic cells
+  kScanRefused = 2,     ///< `ErrorCode`, scan index
+  kPoseJump = 3,        ///< scan index
+  kDropped = 4,         ///< `DropCause`, count, sequence of the keyframe
+  kShed = 5,            ///< `Shed`, count, sequence of the keyframe
+  kDeadlineMissed = 6,  ///< microseconds taken, budget, sequence of the keyframe
+};
+
+}  // namespace unimapper

@@ -1,0 +1,293 @@
+#include "ports/c/unimapper.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <new>
+#include <span>
+#include <string_view>
+
+#include "ports/c/config.hpp"
+#include "ports/c/convert.hpp"
+#include "unimapper/onboard/pipeline.hpp"
+
+using namespace unimapper;
+using namespace unimapper::c;
+
+/// What the handle points to; the pipeline proper follows it in the same block.
+struct alignas(UM_ALIGNMENT) um_pipeline {
+  std::uint64_t magic;
+  PipelineConfig config;
+  Pipeline* core;
+  std::byte* core_memory;
+  std::size_t core_bytes;
+  bool keyframe_ready;
+  const char* message;
+  um_scan scans[KeyframeConfig::kMaxScans];
+  um_loop loops[64];  // LoopSearchConfig::max_results is at most 64
+};
+
+namespace {
+
+// "unimappr" and the layout's number.
+constexpr std::uint64_t kMagic = 0x756e696d61707201ULL;
+
+static_assert(std::endian::native == std::endian::little, "points are little-endian float32");
+static_assert(sizeof(um_pipeline) % UM_ALIGNMENT == 0 && Arena::kAlignment == UM_ALIGNMENT);
+static_assert(UM_VERSION_MAJOR == UNIMAPPER_VERSION_MAJOR &&
+                  UM_VERSION_MINOR == UNIMAPPER_VERSION_MINOR &&
+                  UM_VERSION_PATCH == UNIMAPPER_VERSION_PATCH,
+              "the header's version is the project's");
+
+#define UM_TEXT_OF(number) #number
+#define UM_TEXT(number) UM_TEXT_OF(number)
+constexpr const char* kVersionText =
+    UM_TEXT(UM_VERSION_MAJOR) "." UM_TEXT(UM_VERSION_MINOR) "." UM_TEXT(UM_VERSION_PATCH);
+#undef UM_TEXT
+#undef UM_TEXT_OF
+
+bool is_aligned(const void* pointer) noexcept {
+  return reinterpret_cast<std::uintptr_t>(pointer) % UM_ALIGNMENT == 0;
+}
+
+bool is_pipeline(const um_pipeline* pipeline) noexcept {
+  return pipeline != nullptr && is_aligned(pipeline) && pipeline->magic == kMagic;
+}
+
+/// Records what a call had to say.
+um_status tell(um_pipeline& pipeline, const Error& error) noexcept {
+  pipeline.message = error.message;
+  return to_c(error.code);
+}
+
+um_status refuse(um_pipeline& pipeline, um_status status) noexcept {
+  pipeline.message = um_status_text(status);
+  return status;
+}
+
+/// The core's own names are constants that end in zero.
+const char* text_of(std::string_view name) noexcept { return name.data(); }
+
+/// Whether every byte of the view lies within the address space.
+bool is_possible(const um_points& points) noexcept {
+  if (points.count == 0) return true;
+  if (points.data == nullptr || points.stride < sizeof(float)) return false;
+  constexpr std::size_t kMost = std::numeric_limits<std::size_t>::max() / 4;
+  const std::size_t offset = std::max({points.offset_x, points.offset_y, points.offset_z});
+  return offset <= kMost && points.count <= kMost / points.stride;
+}
+
+um_status make_core(um_pipeline& pipeline) noexcept {
+  const auto created =
+      Pipeline::create(pipeline.config, {pipeline.core_memory, pipeline.core_bytes});
+  pipeline.core = created.ok() ? created.value() : nullptr;
+  pipeline.keyframe_ready = false;
+  return tell(pipeline, created.error());
+}
+
+um_status finish(um_pipeline& pipeline, const ScanResult& result,
+                 std::int32_t* keyframe_ready) noexcept {
+  pipeline.keyframe_ready = result.keyframe_ready;
+  if (keyframe_ready != nullptr) *keyframe_ready = result.keyframe_ready ? 1 : 0;
+  return tell(pipeline, result.error);
+}
+
+/// A status for `message` if the caller wants it.
+um_status say(um_status status, const char* sentence, const char** message) noexcept {
+  if (message != nullptr) *message = sentence;
+  return status;
+}
+
+}  // namespace
+
+extern "C" {
+
+std::uint32_t um_version(void) { return UM_VERSION; }
+
+const char* um_version_text(void) { return kVersionText; }
+
+const char* um_status_text(um_status status) {
+  switch (status) {
+    case UM_OK:
+      return "";
+    case UM_INVALID_CONFIG:
+      return "a member of the configuration is out of its range; um_config_check says which";
+    case UM_MEMORY_TOO_SMALL:
+      return "the memory is smaller than um_required_bytes(config)";
+    case UM_MEMORY_MISALIGNED:
+      return "the memory must start on a 64-byte boundary";
+    case UM_INVALID_POSE:
+      return "the pose is not finite or its rotation is not a rotation";
+    case UM_TIME_REVERSED:
+      return "the stamp is not later than that of the scan before";
+    case UM_EMPTY_SCAN:
+      return "the scan has no point that is finite and within the sensor's range";
+    case UM_POSE_JUMP:
+      return "the pose moved farther than configured since the last scan";
+    case UM_CAPACITY_EXCEEDED:
+      return "a fixed-capacity container is full";
+    case UM_NULL_ARGUMENT:
+      return "a pointer that is needed is null";
+    case UM_INVALID_HANDLE:
+      return "this is no pipeline made by um_init, or its memory was overwritten";
+    case UM_UNKNOWN_VERSION:
+      return "struct_size fits no version of the struct that this library knows";
+    case UM_INVALID_POINTS:
+      return "the points have no address, a stride below 4 bytes, or lie beyond the address space";
+    case UM_NO_KEYFRAME:
+      return "the last call closed no keyframe";
+    case UM_INVALID_INDEX:
+      return "the keyframe has no scan with this index";
+    case UM_UNKNOWN_SENSOR:
+      return "no sensor of this number or name is known";
+    default:
+      return "unknown status";
+  }
+}
+
+um_status um_sensor_find(const char* name, std::uint32_t* sensor) {
+  if (name == nullptr || sensor == nullptr) return UM_NULL_ARGUMENT;
+  const SensorModel* const model = find_sensor(name);
+  if (model == nullptr) return UM_UNKNOWN_SENSOR;
+  *sensor = static_cast<std::uint32_t>(model->kind);
+  return UM_OK;
+}
+
+um_status um_config_init(um_config* config, std::size_t struct_size, std::uint32_t sensor) {
+  if (config == nullptr) return UM_NULL_ARGUMENT;
+  if (!is_config_size(struct_size)) return UM_UNKNOWN_VERSION;
+  um_config full;
+  if (!preset_config(sensor, full)) return UM_UNKNOWN_SENSOR;
+  full.struct_size = static_cast<std::uint32_t>(struct_size);
+  std::memcpy(config, &full, struct_size);
+  return UM_OK;
+}
+
+um_status um_config_check(const um_config* config, const char** message) {
+  PipelineConfig converted;
+  const ConfigVerdict verdict = read_config(config, converted);
+  return say(verdict.status, verdict.message, message);
+}
+
+std::size_t um_required_bytes(const um_config* config) {
+  PipelineConfig converted;
+  if (read_config(config, converted).status != UM_OK) return 0;
+  return sizeof(um_pipeline) + Pipeline::required_bytes(converted);
+}
+
+um_status um_init(const um_config* config, void* memory, std::size_t bytes, um_pipeline** pipeline,
+                  const char** message) {
+  const auto fail = [message](um_status status) {
+    return say(status, um_status_text(status), message);
+  };
+  if (pipeline == nullptr) return fail(UM_NULL_ARGUMENT);
+  *pipeline = nullptr;
+  PipelineConfig converted;
+  const ConfigVerdict verdict = read_config(config, converted);
+  if (verdict.status != UM_OK) return say(verdict.status, verdict.message, message);
+  if (memory == nullptr) return fail(UM_NULL_ARGUMENT);
+  if (!is_aligned(memory)) return fail(UM_MEMORY_MISALIGNED);
+  const std::size_t core_bytes = Pipeline::required_bytes(converted);
+  if (bytes < sizeof(um_pipeline) || bytes - sizeof(um_pipeline) < core_bytes) {
+    return fail(UM_MEMORY_TOO_SMALL);
+  }
+  std::memset(memory, 0, sizeof(um_pipeline));
+  auto* const made = new (memory) um_pipeline;
+  made->config = converted;
+  made->core_memory = static_cast<std::byte*>(memory) + sizeof(um_pipeline);
+  made->core_bytes = core_bytes;
+  const um_status status = make_core(*made);
+  if (status != UM_OK) return say(status, made->message, message);
+  made->magic = kMagic;
+  *pipeline = made;
+  return say(UM_OK, "", message);
+}
+
+um_status um_reset(um_pipeline* pipeline) {
+  if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
+  return make_core(*pipeline);
+}
+
+const char* um_message(const um_pipeline* pipeline) {
+  return is_pipeline(pipeline) ? pipeline->message : um_status_text(UM_INVALID_HANDLE);
+}
+
+um_status um_pose_from_quaternion(const double xyzw[4], const double translation[3],
+                                  um_pose* pose) {
+  if (xyzw == nullptr || translation == nullptr || pose == nullptr) return UM_NULL_ARGUMENT;
+  const Eigen::Vector3d t(translation[0], translation[1], translation[2]);
+  const Eigen::Quaterniond q(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
+  const double norm = q.norm();
+  if (!t.allFinite() || !std::isfinite(norm) || norm < 1e-6) return UM_INVALID_POSE;
+  *pose = to_c(Pose(q, t));
+  return UM_OK;
+}
+
+um_status um_add_scan(um_pipeline* pipeline, const um_points* points,
+                      const um_pose* T_odometry_sensor, std::int64_t stamp_ns,
+                      std::int32_t* keyframe_ready) {
+  if (keyframe_ready != nullptr) *keyframe_ready = 0;
+  if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
+  if (points == nullptr || T_odometry_sensor == nullptr) {
+    return refuse(*pipeline, UM_NULL_ARGUMENT);
+  }
+  if (!is_possible(*points)) return refuse(*pipeline, UM_INVALID_POINTS);
+  const PointView view{static_cast<const std::byte*>(points->data),
+                       points->count,
+                       points->stride,
+                       points->offset_x,
+                       points->offset_y,
+                       points->offset_z};
+  return finish(*pipeline, pipeline->core->add_scan(view, from_c(*T_odometry_sensor), stamp_ns),
+                keyframe_ready);
+}
+
+um_status um_flush(um_pipeline* pipeline, std::int32_t* keyframe_ready) {
+  if (keyframe_ready != nullptr) *keyframe_ready = 0;
+  if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
+  return finish(*pipeline, pipeline->core->flush(), keyframe_ready);
+}
+
+um_status um_keyframe_get(um_pipeline* pipeline, um_keyframe* keyframe) {
+  if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
+  if (keyframe == nullptr) return refuse(*pipeline, UM_NULL_ARGUMENT);
+  if (keyframe->struct_size != sizeof(um_keyframe)) return refuse(*pipeline, UM_UNKNOWN_VERSION);
+  if (!pipeline->keyframe_ready) return refuse(*pipeline, UM_NO_KEYFRAME);
+  const KeyframeView& view = pipeline->core->keyframe();
+  *keyframe = to_c(view, pipeline->scans, pipeline->loops);
+  keyframe->struct_size = sizeof(um_keyframe);
+  return tell(*pipeline, {});
+}
+
+um_status um_labels(um_pipeline* pipeline, std::uint32_t scan, std::uint8_t* labels,
+                    std::size_t capacity, std::size_t* written) {
+  if (written != nullptr) *written = 0;
+  if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
+  if (written == nullptr || (labels == nullptr && capacity > 0)) {
+    return refuse(*pipeline, UM_NULL_ARGUMENT);
+  }
+  if (!pipeline->keyframe_ready) return refuse(*pipeline, UM_NO_KEYFRAME);
+  if (scan >= pipeline->core->keyframe().scans.size()) return refuse(*pipeline, UM_INVALID_INDEX);
+  // PointLabel is one byte with the values of um_label.
+  *written = pipeline->core->labels(scan, {reinterpret_cast<PointLabel*>(labels), capacity});
+  return tell(*pipeline, {});
+}
+
+const char* um_drop_cause_name(std::uint32_t cause) {
+  return cause < kDropCauses ? text_of(drop_cause_name(static_cast<DropCause>(cause))) : nullptr;
+}
+const char* um_stage_name(std::uint32_t stage) {
+  return stage < kStages ? text_of(stage_name(static_cast<Stage>(stage))) : nullptr;
+}
+const char* um_capacity_name(std::uint32_t capacity) {
+  return capacity < kCapacities ? text_of(capacity_name(static_cast<Capacity>(capacity))) : nullptr;
+}
+const char* um_shed_name(std::uint32_t shed) {
+  return shed < kSheds ? text_of(shed_name(static_cast<Shed>(shed))) : nullptr;
+}
+
+}  // extern "C"

@@ -1,0 +1,550 @@
+/* Uni-Mapper for C: scans and odometry poses in, static keyframes out, in one block of memory.
+ *
+ * Order of use: um_config_init, um_required_bytes, um_init, then um_add_scan for every scan and,
+ * whenever it says so, um_keyframe_get and um_labels. docs/examples/first_keyframe.c is complete.
+ *
+ * Memory    The library allocates nothing and keeps no globals. A pipeline lives in the caller's
+ *           block; it is done with as soon as the block is no longer used, there is nothing to
+ *           close. Two pipelines share nothing.
+ * Threads   Calls on one pipeline must not overlap in time; different pipelines are independent.
+ *           Functions without a pipeline may be called from any thread. After um_init nothing
+ *           locks, sleeps or calls the operating system.
+ * Errors    Every call that can fail returns a um_status. um_status_text gives one sentence per
+ *           status, um_message what exactly was wrong in the last call on a pipeline. Sentences
+ *           are constants of the library. A refused call changes nothing unless it says so.
+ * Frames    sensor: the LiDAR at one scan. odometry: the robot's own world, z up. keyframe:
+ *           gravity-levelled at the reference scan's sensor position, z up, x along the sensor's
+ *           heading. T_a_b takes coordinates in b to coordinates in a. Metres, nanoseconds.
+ * Versions  Structs that may grow start with struct_size. A program built against an older header
+ *           works with a newer library of the same major version; a struct that is larger than
+ *           the library knows is refused.
+ */
+#ifndef UNIMAPPER_H
+#define UNIMAPPER_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(__GNUC__)
+#define UM_API __attribute__((visibility("default")))
+#else
+#define UM_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Version -------------------------------------------------------------------------------- */
+
+#define UM_VERSION_MAJOR 0
+#define UM_VERSION_MINOR 1
+#define UM_VERSION_PATCH 0
+/** One number that grows with the version. */
+#define UM_VERSION (UM_VERSION_MAJOR * 1000000 + UM_VERSION_MINOR * 1000 + UM_VERSION_PATCH)
+
+/** UM_VERSION of the library that is linked, which need not be that of the header. */
+UM_API uint32_t um_version(void);
+/** The same as text, e.g. "0.1.0". */
+UM_API const char* um_version_text(void);
+
+/* ---- Status --------------------------------------------------------------------------------- */
+
+/** What a call has to say: one of enum um_status_code. */
+typedef int32_t um_status;
+
+enum um_status_code {
+  UM_OK = 0,
+  UM_INVALID_CONFIG = 1,    /**< a member of the configuration is out of its range */
+  UM_MEMORY_TOO_SMALL = 2,  /**< less than um_required_bytes(config) */
+  UM_MEMORY_MISALIGNED = 3, /**< the block does not start on a 64-byte boundary */
+  UM_INVALID_POSE = 4,      /**< NaN, infinite, or its rotation is none */
+  UM_TIME_REVERSED = 5,     /**< the stamp is not later than the one before */
+  UM_EMPTY_SCAN = 6,        /**< no point is finite and in range */
+  UM_POSE_JUMP = 7,         /**< the pose moved farther than configured */
+  UM_CAPACITY_EXCEEDED = 8, /**< a fixed-capacity container is full */
+  UM_NULL_ARGUMENT = 100,   /**< a pointer that is needed is null */
+  UM_INVALID_HANDLE = 101,  /**< not a pipeline made by um_init, or its block was overwritten */
+  UM_UNKNOWN_VERSION = 102, /**< struct_size is none of this library's versions */
+  UM_INVALID_POINTS = 103,  /**< the view of the points cannot be right */
+  UM_NO_KEYFRAME = 104,     /**< the last call closed no keyframe */
+  UM_INVALID_INDEX = 105,   /**< no such scan in the keyframe */
+  UM_UNKNOWN_SENSOR = 106   /**< no such sensor */
+};
+
+/** One sentence for a status; never null. */
+UM_API const char* um_status_text(um_status status);
+
+/* ---- Sensors and configuration -------------------------------------------------------------- */
+
+/** The LiDARs with a preset. */
+enum um_sensor {
+  UM_SENSOR_GENERIC = 0,
+  UM_SENSOR_HDL_64E = 1,
+  UM_SENSOR_VLP_16 = 2,
+  UM_SENSOR_OS1_64 = 3,
+  UM_SENSOR_OS2_128 = 4,
+  UM_SENSOR_AEVA_AERIES_2 = 5,
+  UM_SENSOR_LIVOX_AVIA = 6,
+  UM_SENSOR_LIVOX_MID_360 = 7
+};
+
+/** Finds a sensor by name; case, spaces, dashes and the maker's name do not matter ("OS2-128",
+ *  "ouster os2 128"). UM_UNKNOWN_SENSOR leaves *sensor alone. */
+UM_API um_status um_sensor_find(const char* name, uint32_t* sensor);
+
+/** All parameters. Start from um_config_init and change what you must: a program that sets every
+ *  member by itself misses the sensor's capacities. Ranges in brackets; "paper" is the Uni-Mapper
+ *  paper, "measured" the comparison in docs/tuning.md, "sensor" the sensor's data sheet. */
+typedef struct um_config {
+  /** Bytes of this struct as the program knows it. A smaller one, from an older header, is
+   *  accepted: what it lacks is taken from the preset of `sensor`. */
+  uint32_t struct_size;
+  /** enum um_sensor: whose preset stands in for missing members. */
+  uint32_t sensor;
+  /** Monotonic clock in nanoseconds for stage times and budget, called from um_add_scan and
+   *  um_flush; null = no times are taken. */
+  int64_t (*clock_ns)(void);
+
+  /* When a keyframe closes and which input is accepted */
+  /** N_a: a keyframe closes after this many scans. [1, 32]; paper: 10. */
+  uint32_t keyframe_scans;
+  /** A keyframe also closes once the sensor is this far from where it began, metres. 0 = never,
+   *  else (0, 1000]; paper: off. */
+  float keyframe_distance_m;
+  /** Nearer and farther points are ignored and counted, metres. 0 <= min < max <= 500; sensor. */
+  float keyframe_range_min_m;
+  float keyframe_range_max_m;
+  /** Of each scan only one point per cube of this size takes part in the mapping; the others
+   *  get its label. Metres; 0 = off, else [0.02, 2]. */
+  float keyframe_downsample_leaf_m;
+  /** The pose may move this far from one scan to the next, metres. (0, 1000]; our choice. */
+  float keyframe_max_pose_step_m;
+  /** After a gap between scans the pose may move this speed times the gap, m/s. [0, 1000]. */
+  float keyframe_max_speed_mps;
+  /** Capacity: points of one scan; what comes beyond is labelled static and counted. [1,
+   *  4194304]; sensor. */
+  uint32_t keyframe_max_points_per_scan;
+
+  /* The two-level voxel grid and its planes */
+  /** L_f: edge of a fine cell, metres. [0.05, 1]; paper: 0.2. */
+  float voxel_fine_size_m;
+  /** L_c: edge of a coarse voxel, metres; a whole multiple (2 to 64) of the fine size; paper:
+   *  2. */
+  float voxel_coarse_size_m;
+  /** A coarse voxel is planar if its smallest eigenvalue is below this, m^2. (0, 1]; STD's
+   *  value, which the paper builds on: 0.01. */
+  float voxel_plane_max_eigenvalue_m2;
+  /** ... and if it holds at least this many points. [3, 10000]; STD: 10. */
+  uint32_t voxel_plane_min_points;
+  /** Capacity: occupied fine cells of one keyframe. [1, 8388608]; our choice. */
+  uint32_t voxel_max_cells;
+  /** Capacity: occupied coarse voxels of one keyframe. [1, 1048576]; our choice. */
+  uint32_t voxel_max_voxels;
+
+  /* Ground and candidates */
+  /** theta_A: ground normals lean at most this far from up, degrees. (0, 80]; paper: 30. */
+  float ground_max_tilt_deg;
+  /** m_th: points lower than this above the ground plane are ground, metres. [-0.5, 1]; paper:
+   *  0.1, measured: 0.05. */
+  float ground_margin_m;
+  /** A plane with points at most this far below it is a roof or a canopy, not ground, metres.
+   *  [0, 100]; our choice (the paper says "points below"). */
+  float ground_below_depth_m;
+  /** 0 or 1. Ground voxels are split by their own plane instead of the average with their
+   *  neighbours', which would turn the pavement beside a kerb into an obstacle; paper: 0. */
+  uint32_t ground_own_plane_first;
+
+  /* What counts as evidence of free space */
+  /** 0 or 1. The paper's columns: cells between the ground and the lowest obstacle above it are
+   *  free. Asserts free space where no ray has passed when rings are sparse; measured: off. */
+  uint32_t free_space_columns;
+  /** 0 or 1. Rays that passed through a cell: small range images, kept per keyframe; measured:
+   *  on. */
+  uint32_t free_space_visibility;
+  /** Range images per keyframe, from evenly spread scans. [1, 32]; measured: 2, and 10 for
+   *  patterns that do not repeat. */
+  uint32_t free_space_images_per_keyframe;
+  /** Pixel size of a range image, degrees. [0.1, 5]; measured: flat from 0.3 to 0.8. */
+  float free_space_azimuth_resolution_deg;
+  float free_space_elevation_resolution_deg;
+  /** The images' field of view about the sensor's x axis, degrees; sensor. */
+  float free_space_horizontal_fov_deg;
+  float free_space_elevation_min_deg;
+  float free_space_elevation_max_deg;
+  /** A pixel is judged by the smallest range among itself and its eight neighbours, of which at
+   *  least this many must have returned something. [1, 9]; measured: 3. */
+  uint32_t free_space_min_returns;
+  /** A cell is seen through if the range exceeds its own by more than this, metres plus a share
+   *  of the range. [0.05, 5] and [0, 0.2]; measured: 0.3 and 0.01. */
+  float free_space_range_margin_m;
+  float free_space_range_margin_relative;
+  /** 0 or 1. Images of the keyframe itself are evidence too; measured: on. */
+  uint32_t free_space_own_keyframe;
+
+  /* The binary Bayes filter and what follows it */
+  /** N: earlier keyframes whose evidence is used. [1, 32]; paper: 10. */
+  uint32_t removal_window;
+  /** 0 or 1. Only coarse voxels next to ground (and ground itself) can hold dynamic points.
+   *  Paper: 1; measured: 0, every non-ground cell is a candidate. */
+  uint32_t removal_candidates_next_to_ground;
+  /** Log-odds per observation: seen through (or in a free column) / occupied in an earlier
+   *  keyframe / a surface met about there (half-way evidence). [0, 10]; a cell is dynamic when
+   *  the sum is positive. The paper gives no values; measured: see docs/tuning.md. */
+  float removal_log_odds_free;
+  float removal_log_odds_occupied;
+  float removal_log_odds_weakly_occupied;
+  /** The sum is kept within plus and minus this, so that old evidence can be overruled. (0,
+   *  1000]; our choice. */
+  float removal_log_odds_limit;
+  /** 0 or 1. Decide about connected obstacles as a whole; measured: on. */
+  uint32_t removal_components;
+  /** Cells lower than this above the ground follow the component they touch, but do not connect
+   *  components: kerbs and grass would tie every walker to the next wall, metres. [0, 2];
+   *  measured. */
+  float removal_connecting_height_m;
+  /** A component with at least this share of dynamic cells is dynamic, with less than the
+   *  second share static; between them each cell stands for itself. [0, 1]; measured. */
+  float removal_component_dynamic_share;
+  float removal_component_static_share;
+  /** Cells at or below minus this log-odds keep their own verdict whatever their component
+   *  says: a van that drives past does not take the parked car with it. (0, 1000]; measured. */
+  float removal_firm_log_odds;
+  /** A component stays dynamic if at least this share of its cells was dynamic in the keyframe
+   *  before, and twice as many cells were dynamic as static there. [0, 1], 0 = off; measured. */
+  float removal_persistence_share;
+
+  /* Description of the place */
+  /** Coarse voxels L_c, [0.5, 8] (paper) */
+  float descriptor_voxel_size_m;
+  /** Static cells of one keyframe, [1, 2^22] */
+  uint32_t descriptor_max_cells;
+  /** Coarse voxels of one keyframe, [1, 2^20] */
+  uint32_t descriptor_max_voxels;
+  /** Kept keypoints, [8, 255] */
+  uint32_t descriptor_max_keypoints;
+  /** Kept plane patches, [1, 65535] */
+  uint32_t descriptor_max_planes;
+  /** Only cells within this horizontal distance of the keyframe's origin are described, [10,
+   *  120]. */
+  float descriptor_range_m;
+  /** Grid step of the map of vertical structure, [0.2, 1]. About 2 L_f. */
+  float descriptor_column_size_m;
+  /** Structure lower than this above the local ground is ignored (kerbs, grass), [0, 3]. */
+  float descriptor_min_height_m;
+  /** Smoothing of the map of vertical structure before differentiation, standard deviation, [0,
+   *  1]. */
+  float descriptor_smoothing_m;
+  /** Neighbourhood over which a corner is judged, standard deviation, [0.2, 1]. */
+  float descriptor_window_m;
+  /** No two keypoints lie closer than this, [0.5, 10]. STD: 2 m. */
+  float descriptor_suppression_radius_m;
+  /** Corner candidates considered before suppression, [max_keypoints, 65535]. */
+  uint32_t descriptor_max_candidates;
+  /** A coarse voxel with at least so many cells may be a plane, [4, 1000]. */
+  uint32_t descriptor_plane_min_cells;
+  /** Largest variance of a plane's cells along its normal, square metres, (0, 1]. STD: 0.01. */
+  float descriptor_plane_max_variance_m2;
+
+  /* Loop search */
+  /** Stored keyframes, [1, 65534] */
+  uint32_t loop_search_max_places;
+  /** Candidates returned per search, [1, 64] */
+  uint32_t loop_search_max_results;
+  /** Per place, as in the descriptor_ members */
+  uint32_t loop_search_max_keypoints;
+  /** Per place, as in the descriptor_ members */
+  uint32_t loop_search_max_planes;
+  /** Of the planes, as in the descriptor_ members */
+  float loop_search_voxel_size_m;
+  /** Two sides are equal within this; absolute, because it comes from the keypoints' noise and
+   *  not from the side's length, [0.05, 2]. */
+  float loop_search_side_tolerance_m;
+  /** Two normal products are equal within this, [0, 1] */
+  float loop_search_dot_tolerance;
+  /** Mean Dice similarity of the three columns, [0, 1] */
+  float loop_search_min_code_similarity;
+  /** Triangles read from or kept in one hash cell, [5, 65535] */
+  uint32_t loop_search_max_bucket;
+  /** Stored triangles a search compares before it stops asking for more: bounds its time
+   *  however many places there are, [1000, 2^30]. */
+  uint32_t loop_search_max_compared;
+  /** Matched triangles kept per search, [64, 2^24] */
+  uint32_t loop_search_max_matches;
+  /** Places examined after voting, [1, 64] */
+  uint32_t loop_search_max_candidates;
+  /** Candidates whose planes are compared, [1, 64] */
+  uint32_t loop_search_max_verified;
+  /** Keypoints that agree with a pose, [0.2, 3] */
+  float loop_search_inlier_distance_m;
+  /** Fewer are no hypothesis, [3, 255] */
+  uint32_t loop_search_min_inliers;
+  /** Roll and pitch between levelled frames, (0, 0.5] */
+  float loop_search_max_tilt_rad;
+  /** Candidates from here on are accepted, [0, 1] */
+  float loop_search_accept_confidence;
+
+  /* Triangles formed from the keypoints */
+  /** Every keypoint pairs up its k nearest, [2, 32]. STD: 10-20 */
+  uint32_t triangle_neighbours;
+  /** Shortest side, [0.5, 20] */
+  float triangle_min_side_m;
+  /** Longest side, (min_side_m, 300] */
+  float triangle_max_side_m;
+  /** Flatter triangles have no reliable orientation, [0.1, 10] */
+  float triangle_min_height_m;
+  /** Per place, [16, 20000] */
+  uint32_t triangle_max_triangles;
+  /* Which stored keyframes loop search may answer with */
+  /** 0 = all, 1 = only of the own run, 2 = only of others. */
+  uint32_t search_sessions;
+  /** Keyframes of the own run must be at least this many keyframes away. */
+  uint32_t search_min_keyframe_gap;
+
+  /** Longest that a call which closes a keyframe may take, microseconds. What does not fit is left
+   *  out in the order of enum um_shed and counted. 0 = off, else [100, 10000000], needs clock_ns.
+   */
+  uint32_t budget_us;
+  /** Must be 0. */
+  uint32_t reserved;
+} um_config;
+
+/** Fills in the recommended parameters for a sensor (enum um_sensor). `struct_size` is
+ *  sizeof(um_config) as the program knows it; no byte beyond it is written. */
+UM_API um_status um_config_init(um_config* config, size_t struct_size, uint32_t sensor);
+
+/** Whether um_init will accept a configuration. If not, *message (may be null) says in one
+ *  sentence which member is wrong and what it must be; if so, it is "". */
+UM_API um_status um_config_check(const um_config* config, const char** message);
+
+/* ---- A pipeline in the caller's memory ------------------------------------------------------ */
+
+/** Opaque; lives at the start of the block given to um_init. */
+typedef struct um_pipeline um_pipeline;
+
+/** Alignment of the block. */
+#define UM_ALIGNMENT 64
+
+/** Exactly the bytes um_init needs; 0 if the configuration is refused (see um_config_check).
+ *  Cost: microseconds. */
+UM_API size_t um_required_bytes(const um_config* config);
+
+/** Makes a pipeline in `memory` (64-byte aligned, at least um_required_bytes), which stays the
+ *  caller's and must not be touched or moved while the pipeline is used. The configuration is
+ *  copied. On success *pipeline is the handle; otherwise it is null, and *message (may be null)
+ *  says why in one sentence. Writes every byte of the block once, which also faults its pages in.
+ */
+UM_API um_status um_init(const um_config* config, void* memory, size_t bytes,
+                         um_pipeline** pipeline, const char** message);
+
+/** Starts anew in the same memory with the same configuration: the same input gives the same
+ *  results again. Stored places are forgotten, scan and keyframe numbers start from 0. Costs as
+ *  much as um_init: not for the control loop. */
+UM_API um_status um_reset(um_pipeline* pipeline);
+
+/** What exactly the last call on this pipeline had to say; "" if all was well. Never null. */
+UM_API const char* um_message(const um_pipeline* pipeline);
+
+/* ---- Scans in ------------------------------------------------------------------------------- */
+
+/** Points as they lie in the driver's memory; nothing is copied. Coordinates are float32 in the
+ *  machine's byte order (little endian on all supported ones), sensor frame, metres, motion
+ *  compensated. They need no alignment. NaN and infinite points are skipped and counted. */
+typedef struct um_points {
+  const void* data; /**< the first point; needed only during the call */
+  size_t count;     /**< points */
+  size_t stride;    /**< bytes from one point to the next, at least 4 */
+  size_t offset_x;  /**< bytes from the start of a point to its x */
+  size_t offset_y;
+  size_t offset_z;
+} um_points;
+
+/** A rigid transform as the upper three rows of its matrix, row by row: r00 r01 r02 tx r10 ... */
+typedef struct um_pose {
+  double m[12];
+} um_pose;
+
+/** A pose from a quaternion (x, y, z, w; need not be normalised) and a translation in metres.
+ *  UM_INVALID_POSE if the quaternion is zero or anything is not finite. */
+UM_API um_status um_pose_from_quaternion(const double xyzw[4], const double translation[3],
+                                         um_pose* pose);
+
+/** Adds one scan with its pose in the odometry world and its time.
+ *
+ *  *keyframe_ready (may be null) becomes 1 if this call closed a keyframe, else 0. Refused scans
+ *  (UM_INVALID_POSE, UM_TIME_REVERSED, UM_EMPTY_SCAN, UM_POSE_JUMP) get no labels but take a scan
+ *  index. A jump also closes the keyframe that was open: look at both answers. If the scan after
+ *  it agrees with the jump, the odometry was restarted and mapping goes on there with the evidence
+ *  of earlier keyframes forgotten. UM_INVALID_POINTS, UM_NULL_ARGUMENT: nothing has happened.
+ *
+ *  Cost: proportional to the points; the call that closes a keyframe also does its processing, see
+ *  budget_us. */
+UM_API um_status um_add_scan(um_pipeline* pipeline, const um_points* points,
+                             const um_pose* T_odometry_sensor, int64_t stamp_ns,
+                             int32_t* keyframe_ready);
+
+/** Closes a keyframe that has fewer scans than configured (end of a run). *keyframe_ready (may be
+ *  null) is 0 if there was none. */
+UM_API um_status um_flush(um_pipeline* pipeline, int32_t* keyframe_ready);
+
+/* ---- Keyframes out -------------------------------------------------------------------------- */
+
+/** One scan of a keyframe. */
+typedef struct um_scan {
+  uint32_t scan_index; /**< running number of the um_add_scan call, from 0 */
+  uint32_t reserved;
+  int64_t stamp_ns;
+  um_pose T_odometry_sensor;
+} um_scan;
+
+/** One occupied fine cell: the mean of its points, keyframe frame, metres. */
+typedef struct um_cell {
+  float position[3];
+  uint16_t points; /**< scan points in the cell, saturating */
+  uint8_t ground;  /**< 1 if it belongs to the ground */
+  uint8_t reserved;
+} um_cell;
+
+/** A repeatable spot of the static scene, keyframe frame. */
+typedef struct um_keypoint {
+  float position[3];  /**< metres */
+  float normal[3];    /**< unit length */
+  uint64_t occupancy; /**< which heights of its column are occupied, one bit a slice */
+  uint16_t strength;  /**< larger is stronger */
+  uint16_t reserved[3];
+} um_keypoint;
+
+/** One planar coarse voxel, keyframe frame. */
+typedef struct um_plane {
+  float center[3]; /**< metres */
+  float normal[3]; /**< unit length, towards the sensor's origin */
+} um_plane;
+
+/** A possible revisit of an earlier keyframe. */
+typedef struct um_loop {
+  uint32_t session;    /**< 0: the pipeline's own run */
+  uint32_t keyframe;   /**< sequence of the keyframe it looks like */
+  float confidence;    /**< [0, 1], rises with the evidence */
+  uint32_t accepted;   /**< 1 if it passed the configured thresholds */
+  uint32_t votes;      /**< of triangles that agree on the pose */
+  uint32_t inliers;    /**< keypoints that agree with the pose */
+  float plane_overlap; /**< share of commonly visible planes that coincide */
+  uint32_t reserved;
+  um_pose T_match_query; /**< from this keyframe's frame to that one's */
+} um_loop;
+
+/** Why something was left out; indices of um_statistics.dropped. */
+enum um_drop_cause {
+  UM_DROP_NOT_FINITE = 0,         /**< points with NaN or infinite coordinates */
+  UM_DROP_OUT_OF_RANGE = 1,       /**< points nearer or farther than configured */
+  UM_DROP_SCAN_TOO_LARGE = 2,     /**< points beyond keyframe_max_points_per_scan */
+  UM_DROP_CELLS_FULL = 3,         /**< points that found no room among the fine cells */
+  UM_DROP_VOXELS_FULL = 4,        /**< fine cells that found no room among the coarse voxels */
+  UM_DROP_EVIDENCE_FULL = 5,      /**< cells that found no room in the evidence window */
+  UM_DROP_DESCRIPTION_FULL = 6,   /**< cells, voxels or keypoints the describer refused */
+  UM_DROP_TRIANGLE_TABLE_FULL = 7 /**< triangles loop search refused */
+};
+
+/** The timed parts; indices of um_statistics.stage_us. */
+enum um_stage {
+  UM_STAGE_INGEST = 0,      /**< all scans into fine cells and range images */
+  UM_STAGE_REMOVAL = 1,     /**< voxels, ground, free space, static / dynamic */
+  UM_STAGE_DESCRIPTION = 2, /**< keypoints and planes */
+  UM_STAGE_SEARCH = 3,      /**< loop search and insertion */
+  UM_STAGE_TOTAL = 4        /**< everything spent inside um_add_scan and um_flush */
+};
+
+/** The containers whose fill is reported; indices of um_statistics.capacity. */
+enum um_capacity_kind {
+  UM_CAPACITY_POINTS_PER_SCAN = 0,
+  UM_CAPACITY_CELLS = 1,
+  UM_CAPACITY_VOXELS = 2,
+  UM_CAPACITY_BLOCKS = 3,
+  UM_CAPACITY_PLACES = 4
+};
+
+/** What is given up when the budget is short, in this order; indices of um_statistics.shed. */
+enum um_shed {
+  UM_SHED_SEARCH = 0,      /**< 1: no loops were looked for */
+  UM_SHED_INSERTION = 1,   /**< 1: the place was not stored */
+  UM_SHED_DESCRIPTION = 2, /**< 1: no keypoints and no planes */
+  UM_SHED_FAR_CELLS = 3    /**< cells left static unjudged, the farthest first */
+};
+
+/** Names for log files, e.g. "out_of_range"; null for a number that stands for nothing. */
+UM_API const char* um_drop_cause_name(uint32_t cause);
+UM_API const char* um_stage_name(uint32_t stage);
+UM_API const char* um_capacity_name(uint32_t capacity);
+UM_API const char* um_shed_name(uint32_t shed);
+
+/** Fill of a fixed-capacity container. */
+typedef struct um_capacity {
+  uint64_t used;
+  uint64_t capacity;
+} um_capacity;
+
+/** Counts and times of one keyframe. Array elements without a meaning yet are 0. */
+typedef struct um_statistics {
+  uint64_t points_in;      /**< points handed over in its scans */
+  uint64_t points_valid;   /**< finite and within range */
+  uint64_t points_static;  /**< labelled static */
+  uint64_t points_dynamic; /**< labelled dynamic */
+  uint32_t cells;          /**< occupied fine cells */
+  uint32_t dynamic_cells;
+  uint32_t voxels; /**< occupied coarse voxels */
+  uint32_t ground_voxels;
+  uint32_t components;      /**< connected obstacles */
+  uint32_t deadline_missed; /**< 1 if it took longer than budget_us all the same */
+  uint64_t dropped[16];     /**< by enum um_drop_cause */
+  um_capacity capacity[16]; /**< by enum um_capacity_kind */
+  float stage_us[16];       /**< by enum um_stage, microseconds; 0 without a clock */
+  uint32_t shed[8];         /**< by enum um_shed */
+  float removal_range_m;    /**< cells beyond it were left static unjudged; 0 = none */
+  uint32_t reserved;
+} um_statistics;
+
+/** A finished keyframe. Pointers lead into the pipeline's memory and stay valid until the next
+ *  call of um_add_scan, um_flush or um_reset. */
+typedef struct um_keyframe {
+  uint32_t struct_size;        /**< sizeof(um_keyframe), set by the caller */
+  uint32_t sequence;           /**< running number, from 0 */
+  uint32_t reference_scan;     /**< index into `scans`: the keyframe lies at this scan's sensor */
+  uint32_t scan_count;         /**< at most 32 */
+  um_pose T_odometry_keyframe; /**< the levelled frame */
+  um_statistics statistics;
+  const um_scan* scans;
+  const um_cell* static_cells;
+  size_t static_cell_count;
+  const um_cell* dynamic_cells; /**< what was removed */
+  size_t dynamic_cell_count;
+  const um_keypoint* keypoints; /**< with `planes`: the description of the place */
+  size_t keypoint_count;
+  const um_plane* planes;
+  size_t plane_count;
+  const um_loop* loops; /**< best first; look at `accepted` */
+  size_t loop_count;
+} um_keyframe;
+
+/** The keyframe that the last call of um_add_scan or um_flush closed. The caller sets
+ *  keyframe->struct_size; UM_NO_KEYFRAME if that call closed none. Cost: about a kilobyte copied.
+ */
+UM_API um_status um_keyframe_get(um_pipeline* pipeline, um_keyframe* keyframe);
+
+/** Labels of points. */
+enum um_label {
+  UM_LABEL_UNKNOWN = 0, /**< not finite, or out of range */
+  UM_LABEL_STATIC = 1,
+  UM_LABEL_DYNAMIC = 2
+};
+
+/** Labels (enum um_label) of the points of scan `scan` (index into keyframe.scans) of the keyframe
+ *  that the last call closed, in input order. Writes at most `capacity` of them and tells in
+ *  *written how many. Cost: proportional to the points. */
+UM_API um_status um_labels(um_pipeline* pipeline, uint32_t scan, uint8_t* labels, size_t capacity,
+                           size_t* written);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* UNIMAPPER_H */

@@ -1,0 +1,93 @@
+// What the pipeline writes into the ring it is handed, and how it reads.
+#include "unimapper/onboard/events.hpp"
+
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "ports/events/event_text.hpp"
+#include "run.hpp"
+
+using namespace unimapper;
+using namespace unimapper::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+struct Log {
+  alignas(64) std::byte memory[EventRing::required_bytes(64)];
+  EventRing* ring = EventRing::create(64, memory).value();
+
+  std::vector<EventRecord> take() const {
+    std::vector<EventRecord> records;
+    EventRecord record;
+    while (ring->pop(record)) records.push_back(record);
+    return records;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("keyframes, refusals, jumps and drops are written as events, in order") {
+  Log log;
+  PipelineConfig config = small_config();
+  config.events = log.ring;
+  config.voxel.max_cells = 500;
+  OwnedPipeline pipeline(config);
+  REQUIRE(pipeline);
+  Scene scene;
+  scene.columns = 180;
+  scene.boxes = {standing_box({8.0, 0.0, 1.5}, {0.3, 6.0, 1.5})};
+  const LabelledScan scan = scene.scan(sensor_at(0, 0), 0.0);
+  pipeline->add_scan(scan.view(), sensor_at(0, 0), 100);
+  CHECK(log.take().empty());
+  pipeline->add_scan(scan.view(), sensor_at(0, 0), 100);
+  pipeline->add_scan(PointView{}, sensor_at(0, 0), 200);
+  pipeline->add_scan(scan.view(), sensor_at(90, 0), 300);
+  const auto records = log.take();
+  REQUIRE(records.size() >= 5);
+  CHECK(records[0].id == static_cast<std::uint32_t>(EventId::kScanRefused));
+  CHECK(records[0].values[0] == static_cast<std::int64_t>(ErrorCode::kTimeReversed));
+  CHECK(records[0].values[1] == 1);
+  CHECK(records[1].values[0] == static_cast<std::int64_t>(ErrorCode::kEmptyScan));
+  CHECK(records[2].id == static_cast<std::uint32_t>(EventId::kPoseJump));
+  CHECK(records[2].values[0] == 3);
+  CHECK(records[2].stamp_ns == 300);
+  CHECK(records[3].id == static_cast<std::uint32_t>(EventId::kKeyframeClosed));
+  CHECK(records[3].stamp_ns == 100);
+  CHECK(records[3].values[1] == 1);
+  const KeyframeView& view = pipeline->keyframe();
+  CHECK(records[3].values[2] == static_cast<std::int64_t>(view.static_cells.size()));
+  CHECK(records[4].id == static_cast<std::uint32_t>(EventId::kDropped));
+  CHECK(records[4].values[0] == static_cast<std::int64_t>(DropCause::kCellsFull));
+  CHECK(records[4].values[1] ==
+        static_cast<std::int64_t>(view.statistics->dropped_by(DropCause::kCellsFull)));
+}
+
+TEST_CASE("events read as sentences") {
+  const auto text = [](EventId id, std::int64_t a, std::int64_t b, std::int64_t c) {
+    return events::to_text({static_cast<std::uint32_t>(id), 0, 12300000000, {a, b, c, 31}});
+  };
+  CHECK(text(EventId::kKeyframeClosed, 4, 10, 5120) ==
+        "12.300000000 keyframe 4 closed: 10 scans, 5120 static cells, 31 dynamic cells");
+  CHECK_THAT(text(EventId::kScanRefused, 6, 17, 0), Contains("scan 17 refused: no valid point"));
+  CHECK_THAT(text(EventId::kPoseJump, 17, 0, 0), Contains("scan 17 refused: the pose jumped"));
+  CHECK_THAT(text(EventId::kDropped, 3, 88, 4), Contains("keyframe 4: 88 dropped, cells_full"));
+  CHECK_THAT(text(EventId::kShed, 3, 70, 4), Contains("far_cells given up for want of time (70)"));
+  CHECK_THAT(text(EventId::kDeadlineMissed, 900, 500, 4), Contains("900 us of 500"));
+  CHECK_THAT(text(EventId::kDropped, 99, 1, 0), Contains("dropped, 99"));
+  CHECK_THAT(text(static_cast<EventId>(77), 1, 2, 3), Contains("event 77: 1 2 3 31"));
+}
+
+TEST_CASE("draining a ring tells how many events were lost") {
+  Log log;
+  for (int i = 0; i < 70; ++i) log.ring->push({3, 0, 0, {i, 0, 0, 0}});
+  std::vector<std::string> lines;
+  const auto write = [&lines](const std::string& line) { lines.push_back(line); };
+  const std::uint32_t lost = events::drain(*log.ring, 0, write);
+  CHECK(lost == 6);
+  REQUIRE(lines.size() == 65);
+  CHECK(lines.back() == "6 events lost: ring full");
+  CHECK(events::drain(*log.ring, lost, write) == 6);
+  CHECK(lines.size() == 65);
+}

@@ -1,0 +1,113 @@
+// The C interface allocates nothing, um_init included, counted by a malloc family of our own.
+#include <cerrno>
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+#include <vector>
+
+#include "c_pipeline.hpp"
+
+namespace {
+
+bool counting = false;
+unsigned long allocations = 0;
+
+void count() { allocations += counting ? 1U : 0U; }
+
+}  // namespace
+
+extern "C" {
+
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* old, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
+void __libc_free(void* block);
+
+void* malloc(std::size_t size) {
+  count();
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t elements, std::size_t size) {
+  count();
+  return __libc_calloc(elements, size);
+}
+void* realloc(void* old, std::size_t size) {
+  count();
+  return __libc_realloc(old, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+  count();
+  return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** out, std::size_t alignment, std::size_t size) {
+  count();
+  *out = __libc_memalign(alignment, size);
+  return *out == nullptr ? ENOMEM : 0;
+}
+void free(void* block) { __libc_free(block); }
+}
+
+using namespace unimapper::test;
+
+namespace {
+
+/// Runs everything a robot would, refusals included; returns the keyframes.
+unsigned run(void* memory, std::size_t bytes, const um_config& config,
+             const std::vector<LabelledScan>& scans, std::vector<std::uint8_t>& labels) {
+  unsigned keyframes = 0;
+  um_pipeline* pipeline = nullptr;
+  um_init(&config, memory, bytes - 1, &pipeline, nullptr);
+  if (um_init(&config, memory, bytes, &pipeline, nullptr) != UM_OK) return 0;
+  for (int round = 0; round < 2; ++round) {
+    for (std::size_t i = 0; i < scans.size(); ++i) {
+      const um_points points = points_of(scans[i]);
+      const um_pose pose = pose_of(driving(static_cast<int>(i)));
+      const auto stamp_ns = static_cast<std::int64_t>(i) + 1;
+      std::int32_t ready = 0;
+      um_add_scan(pipeline, nullptr, &pose, stamp_ns, &ready);
+      um_add_scan(pipeline, &points, &pose, -1, &ready);
+      um_add_scan(pipeline, &points, &pose, stamp_ns, &ready);
+      if (ready == 0) continue;
+      um_keyframe keyframe;
+      keyframe.struct_size = sizeof keyframe;
+      std::size_t written = 0;
+      if (um_keyframe_get(pipeline, &keyframe) != UM_OK) return 0;
+      for (std::uint32_t s = 0; s < keyframe.scan_count; ++s) {
+        um_labels(pipeline, s, labels.data(), labels.size(), &written);
+      }
+      ++keyframes;
+    }
+    um_flush(pipeline, nullptr);
+    um_reset(pipeline);
+  }
+  return keyframes;
+}
+
+}  // namespace
+
+int main() {
+  counting = true;
+  std::free(std::malloc(10));
+  delete new int(3);
+  counting = false;
+  if (allocations < 2) {
+    std::puts("the counter itself does not count");
+    return 1;
+  }
+  const um_config config = small_c_config();
+  const std::size_t bytes = um_required_bytes(&config);
+  void* const memory = std::aligned_alloc(UM_ALIGNMENT, bytes);
+  std::vector<LabelledScan> scans;
+  for (int i = 0; i < 25; ++i) {
+    scans.push_back(scene_with_walker().scan(driving(i), 0.1 * i));
+  }
+  std::vector<std::uint8_t> labels(100000);
+  allocations = 0;
+  counting = true;
+  const unsigned keyframes = run(memory, bytes, config, scans, labels);
+  counting = false;
+  std::printf("%lu allocations in %u keyframes\n", allocations, keyframes);
+  std::free(memory);
+  return allocations == 0 && keyframes == 4 ? 0 : 1;
+}

@@ -1,0 +1,167 @@
+// Configurations and memory that C programs hand over: right, old, new, and garbage.
+#include <catch2/catch.hpp>
+#include <cstddef>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "c_pipeline.hpp"
+#include "unimapper/onboard/pipeline.hpp"
+
+using namespace unimapper;
+using namespace unimapper::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// Converts to any member, so that aggregates can be probed for how many they have.
+struct Anything {
+  template <typename T>
+  operator T() const;  // NOLINT: never called
+};
+
+template <typename T, typename... Members>
+constexpr std::size_t member_count() {
+  if constexpr (requires { T{Members{}..., Anything{}}; }) {
+    return member_count<T, Members..., Anything>();
+  } else {
+    return sizeof...(Members);
+  }
+}
+
+std::string check(const um_config& config, um_status expected) {
+  const char* message = nullptr;
+  CHECK(um_config_check(&config, &message) == expected);
+  CHECK(um_config_check(&config, nullptr) == expected);
+  return message == nullptr ? "" : message;
+}
+
+/// um_init refuses, says why, and hands out no pipeline.
+std::string refused(const um_config* config, void* memory, std::size_t bytes, um_status expected) {
+  um_pipeline* pipeline = reinterpret_cast<um_pipeline*>(1);
+  const char* message = nullptr;
+  CHECK(um_init(config, memory, bytes, &pipeline, &message) == expected);
+  CHECK(pipeline == nullptr);
+  return message == nullptr ? "" : message;
+}
+
+}  // namespace
+
+TEST_CASE("C knows every parameter that C++ knows") {
+  // Without the nested structs, the clock and the ring.
+  constexpr std::size_t kParameters =
+      member_count<KeyframeConfig>() + member_count<VoxelConfig>() + member_count<GroundConfig>() +
+      member_count<FreeSpaceConfig>() + member_count<RemovalConfig>() +
+      member_count<DescriptorConfig>() + member_count<LoopSearchConfig>() - 1 +
+      member_count<TriangleConfig>() + member_count<SearchScope>() + 1;
+  constexpr std::size_t kBytes =
+      offsetof(um_config, reserved) - offsetof(um_config, keyframe_scans);
+  CHECK(kBytes == kParameters * 4);
+  CHECK(member_count<PipelineConfig>() == 8 + 3);
+}
+
+TEST_CASE("presets need the memory that the C++ ones need, plus the handle") {
+  std::size_t handle = 0;
+  for (std::uint32_t sensor = UM_SENSOR_GENERIC; sensor <= UM_SENSOR_LIVOX_MID_360; ++sensor) {
+    um_config config;
+    REQUIRE(um_config_init(&config, sizeof config, sensor) == UM_OK);
+    CHECK(check(config, UM_OK).empty());
+    const std::size_t core = Pipeline::required_bytes(preset(static_cast<SensorKind>(sensor)));
+    const std::size_t bytes = um_required_bytes(&config);
+    if (handle == 0) handle = bytes - core;
+    CHECK(bytes == core + handle);
+  }
+  CHECK(handle < 16384);
+}
+
+TEST_CASE("sensors are found by name") {
+  std::uint32_t sensor = 99;
+  CHECK(um_sensor_find("Ouster OS2-128", &sensor) == UM_OK);
+  CHECK(sensor == UM_SENSOR_OS2_128);
+  CHECK(um_sensor_find("thermometer", &sensor) == UM_UNKNOWN_SENSOR);
+  CHECK(sensor == UM_SENSOR_OS2_128);
+  um_config config;
+  CHECK(um_config_init(&config, sizeof config, 8) == UM_UNKNOWN_SENSOR);
+}
+
+TEST_CASE("a struct from an older header is accepted, the preset stands in for the rest") {
+  const std::size_t old_size = offsetof(um_config, loop_search_max_places);
+  std::vector<unsigned char> memory(sizeof(um_config) + 1, 0xEE);
+  auto* const old = reinterpret_cast<um_config*>(memory.data());
+  REQUIRE(um_config_init(old, old_size, UM_SENSOR_VLP_16) == UM_OK);
+  for (std::size_t i = old_size; i < memory.size(); ++i) REQUIRE(memory[i] == 0xEE);
+  CHECK(check(*old, UM_OK).empty());
+  um_config full;
+  REQUIRE(um_config_init(&full, sizeof full, UM_SENSOR_VLP_16) == UM_OK);
+  CHECK(um_required_bytes(old) == um_required_bytes(&full));
+  // What it does have counts.
+  old->keyframe_max_points_per_scan = 1000;
+  CHECK(um_required_bytes(old) < um_required_bytes(&full));
+}
+
+TEST_CASE("a struct from a newer header, or of no header, is refused") {
+  um_config config = small_c_config();
+  for (const std::uint32_t size : {0U, 4U, static_cast<std::uint32_t>(sizeof config) - 1,
+                                   static_cast<std::uint32_t>(sizeof config) + 8, 0xFFFFFFFFU}) {
+    config.struct_size = size;
+    CHECK_THAT(check(config, UM_UNKNOWN_VERSION), Contains("struct_size"));
+    CHECK(um_required_bytes(&config) == 0);
+    CHECK(um_config_init(&config, size, UM_SENSOR_GENERIC) == UM_UNKNOWN_VERSION);
+  }
+}
+
+TEST_CASE("members out of range are refused by name") {
+  const auto with = [](auto change) {
+    um_config config = small_c_config();
+    change(config);
+    return check(config, UM_INVALID_CONFIG);
+  };
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  CHECK_THAT(with([](um_config& c) { c.keyframe_scans = 0; }), Contains("keyframe.scans"));
+  CHECK_THAT(with([&](um_config& c) { c.voxel_fine_size_m = nan; }), Contains("voxel.fine_size_m"));
+  CHECK_THAT(with([](um_config& c) { c.removal_components = 2; }), Contains("0 or 1"));
+  CHECK_THAT(with([](um_config& c) { c.search_sessions = 3; }), Contains("search_sessions"));
+  CHECK_THAT(with([](um_config& c) { c.reserved = 1; }), Contains("reserved"));
+  CHECK_THAT(with([](um_config& c) { c.budget_us = 5000; }), Contains("clock"));
+  um_config config = small_c_config();
+  config.sensor = 77;
+  CHECK_THAT(check(config, UM_UNKNOWN_SENSOR), Contains("sensor"));
+}
+
+TEST_CASE("garbage is refused, whatever it says its size is") {
+  for (const int byte : {0x00, 0x01, 0x7F, 0x80, 0xFF}) {
+    um_config config;
+    std::memset(static_cast<void*>(&config), byte, sizeof config);
+    CHECK(um_config_check(&config, nullptr) != UM_OK);
+    config.struct_size = sizeof config;
+    CHECK(um_config_check(&config, nullptr) != UM_OK);
+    config.sensor = UM_SENSOR_GENERIC;
+    CHECK(um_config_check(&config, nullptr) != UM_OK);
+    CHECK(um_required_bytes(&config) == 0);
+  }
+  CHECK(um_config_check(nullptr, nullptr) == UM_NULL_ARGUMENT);
+  CHECK(um_required_bytes(nullptr) == 0);
+}
+
+TEST_CASE("memory that will not do is refused with a sentence") {
+  const um_config config = small_c_config();
+  const std::size_t bytes = um_required_bytes(&config);
+  const std::unique_ptr<char, void (*)(void*)> block(
+      static_cast<char*>(std::aligned_alloc(UM_ALIGNMENT, bytes + UM_ALIGNMENT)), &std::free);
+  CHECK_THAT(refused(&config, block.get(), bytes - 1, UM_MEMORY_TOO_SMALL), Contains("smaller"));
+  CHECK_THAT(refused(&config, block.get(), 0, UM_MEMORY_TOO_SMALL), Contains("smaller"));
+  CHECK_THAT(refused(&config, block.get() + 1, bytes, UM_MEMORY_MISALIGNED), Contains("64-byte"));
+  CHECK_THAT(refused(&config, nullptr, bytes, UM_NULL_ARGUMENT), Contains("null"));
+  CHECK_THAT(refused(nullptr, block.get(), bytes, UM_NULL_ARGUMENT), Contains("null"));
+  CHECK(um_init(&config, block.get(), bytes, nullptr, nullptr) == UM_NULL_ARGUMENT);
+
+  um_pipeline* pipeline = nullptr;
+  const char* message = nullptr;
+  // The byte behind the block stays the caller's.
+  block.get()[bytes] = 0x55;
+  REQUIRE(um_init(&config, block.get(), bytes, &pipeline, &message) == UM_OK);
+  CHECK(std::string(message).empty());
+  CHECK(static_cast<void*>(pipeline) == block.get());
+  CHECK(block.get()[bytes] == 0x55);
+}

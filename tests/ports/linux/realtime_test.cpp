@@ -1,0 +1,114 @@
+// Real-time helpers: what Linux grants is used, what it refuses is explained.
+#include "ports/linux/realtime.hpp"
+
+#include <sched.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <cerrno>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "ports/linux/host.hpp"
+#include "ports/linux/wakeup.hpp"
+
+using namespace unimapper::linux_port;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr int kRefusedWell = 10;
+
+/// Runs `check` in a child without privileges or limits, so that the refusals can be seen even
+/// where the tests run as root. Returns the child's exit code.
+template <typename Check>
+int in_poor_child(Check check) {
+  const pid_t child = fork();
+  if (child == 0) {
+    const rlimit none{0, 0};
+    setrlimit(RLIMIT_MEMLOCK, &none);
+    setrlimit(RLIMIT_RTPRIO, &none);
+    constexpr uid_t kNobody = 65534;
+    if (geteuid() == 0 && setuid(kNobody) != 0) _exit(1);
+    _exit(check());
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+int says(const Outcome& outcome, const char* words) {
+  const bool well = !outcome.ok && outcome.error_number != 0 &&
+                    std::string(outcome.message).find(words) != std::string::npos;
+  return well ? kRefusedWell : 0;
+}
+
+}  // namespace
+
+TEST_CASE("prefaulted memory does not fault when it is used, and keeps its contents") {
+  const PrefaultTrial trial = try_prefault(1U << 20U);
+  CHECK(trial.faults_while_prefaulting >= 1);
+  CHECK(trial.faults_afterwards == 0);
+  std::vector<std::byte> bytes(100000, std::byte{7});
+  CHECK(prefault(bytes).ok);
+  CHECK(bytes == std::vector<std::byte>(100000, std::byte{7}));
+  CHECK_THAT(prefault({}).message, Contains("empty"));
+}
+
+TEST_CASE("a priority or core that cannot exist is refused with a sentence") {
+  for (const int priority : {-1, 0, 100}) {
+    CHECK_FALSE(set_realtime_priority(priority).ok);
+    CHECK_THAT(set_realtime_priority(priority).message, Contains("1 to 99"));
+  }
+  CHECK_THAT(pin_to_core(-1).message, Contains("core"));
+  CHECK_THAT(pin_to_core(1023).message, Contains("no such core"));
+  CHECK(pin_to_core(1023).error_number == EINVAL);
+}
+
+TEST_CASE("a thread can be pinned to a core it may use") {
+  int ran_on = -1;
+  std::thread([&] {
+    const int here = sched_getcpu();
+    if (pin_to_core(here).ok) ran_on = sched_getcpu() == here ? 1 : 0;
+  }).join();
+  CHECK(ran_on == 1);
+}
+
+TEST_CASE("without the right to it, SCHED_FIFO is refused and the remedy named") {
+  CHECK(in_poor_child([] { return says(set_realtime_priority(80), "CAP_SYS_NICE"); }) ==
+        kRefusedWell);
+}
+
+// Sanitizers replace mlockall by one that always succeeds and does nothing.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST_CASE("without the right to it, locking memory is refused and the remedy named") {
+  CHECK(in_poor_child([] { return says(lock_memory(), "RLIMIT_MEMLOCK"); }) == kRefusedWell);
+}
+#endif
+
+TEST_CASE("what is granted takes effect") {
+  Outcome fifo;
+  int policy = -1;
+  std::thread([&] {
+    fifo = set_realtime_priority(1);
+    policy = sched_getscheduler(0);
+  }).join();
+  CHECK((policy == SCHED_FIFO) == fifo.ok);
+  CHECK((std::string(fifo.message).empty()) == fifo.ok);
+}
+
+TEST_CASE("wake-ups are counted and bounded in time") {
+  const auto start = std::chrono::steady_clock::now();
+  const WakeupLatency latency = measure_wakeups({.duration = std::chrono::milliseconds(50),
+                                                 .interval = std::chrono::microseconds(500),
+                                                 .priority = 1,
+                                                 .core = 0});
+  CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(20));
+  CHECK(latency.wakeups >= 1);
+  CHECK(latency.wakeups <= 100);
+  CHECK(latency.p50_us <= latency.max_us);
+  CHECK(measure_wakeups({.duration = std::chrono::milliseconds(0)}).wakeups == 0);
+}
