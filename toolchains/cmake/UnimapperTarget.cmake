@@ -16,6 +16,10 @@ function(unimapper_library name)
     target_compile_options(unimapper_${name} PRIVATE
       -fno-exceptions -fno-rtti -fno-threadsafe-statics)
   endif()
+  if(arg_FREESTANDING AND UNIMAPPER_CALL_GRAPH)
+    # Two equal functions stay two, or one of them is missing in the graph.
+    target_compile_options(unimapper_${name} PRIVATE -fcallgraph-info=su,da -fno-ipa-icf)
+  endif()
 endfunction()
 
 # Options every target of the project is built with.

@@ -3,6 +3,8 @@ cmake_policy(VERSION 3.25)
 # What the onboard libraries ask of the outside world: nothing but memory copies and a few
 # functions of the maths library. No heap, no exceptions, no threads, no input or output.
 #
+# Nor do they hold what only exceptions and RTTI would leave behind.
+#
 # cmake -DNM=... -DLIBRARIES=a;b;c -P symbols.cmake
 execute_process(COMMAND ${NM} -P ${LIBRARIES} OUTPUT_VARIABLE listing RESULT_VARIABLE failed)
 if(failed)
@@ -15,15 +17,15 @@ set(allowed
   # the compiler's own support library
   __popcountdi2)
 
-# One line per symbol: name, kind, ... Defined symbols first, so the libraries may use each other.
-string(REGEX MATCHALL "[^\n]+ [TtWVDBRrbdi] [^\n]*" defined_lines "${listing}")
+# One line per symbol: name, kind, ... Global definitions first: the libraries may use each other.
+string(REGEX MATCHALL "[^\n]+ [TWVDBRu] [^\n]*" defined_lines "${listing}")
 foreach(line IN LISTS defined_lines)
   string(REGEX REPLACE " .*" "" name "${line}")
   set(defined_${name} TRUE)
 endforeach()
 
 set(forbidden "")
-string(REGEX MATCHALL "[^\n]+ U[^\n]*" undefined_lines "${listing}")
+string(REGEX MATCHALL "[^\n]+ [Uwv][ \n]" undefined_lines "${listing}")
 list(LENGTH undefined_lines undefined_count)
 if(undefined_count EQUAL 0)
   message(FATAL_ERROR "no undefined symbol at all: the listing was not understood")
@@ -37,5 +39,11 @@ endforeach()
 list(REMOVE_DUPLICATES forbidden)
 if(forbidden)
   message(FATAL_ERROR "the onboard libraries must not use: ${forbidden}")
+endif()
+
+# Type information, its names, and tables of landing pads.
+string(REGEX MATCH "(_ZTI|_ZTS|GCC_except_table|__gxx_personality)[^\n]*" runtime "${listing}")
+if(runtime)
+  message(FATAL_ERROR "the onboard libraries were built with exceptions or RTTI: ${runtime}")
 endif()
 message(STATUS "${undefined_count} references, all within the whitelist")
