@@ -42,7 +42,7 @@ row() {  # row NAME DATASET [ONBOARD ARGS]
 latency() {  # latency NAME DATASET SENSOR [ARGS]
   local name=$1
   shift
-  "$bin/latency" "$@" >"$out/latency-$name.json" 2>>"$out/latency.md"
+  "$bin/latency" "$@" --repeat 3 >"$out/latency-$name.json" 2>>"$out/latency.md"
 }
 : >"$out/latency.md"
 

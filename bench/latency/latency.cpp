@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -106,14 +107,17 @@ void time_recording(const Options& options) {
   std::vector<datasets::Scan> scans(std::min(options.scans, dataset->scan_count()));
   for (std::size_t i = 0; i < scans.size(); ++i) dataset->read_scan(i, scans[i]);
 
-  const OtherCore other_core(options.load);
   Measurement measurement;
+  const OtherCore other_core(options.load);
   for (int i = 0; i < options.repeat; ++i) measure(config, *dataset, scans, measurement);
   nlohmann::ordered_json json = to_json(measurement, config);
+  json["recording"] = options.positional[0];
   json["sensor"] = sensor;
   json["other_core"] = options.load ? "loaded" : "as it was";
   json["clock"] = options.wall ? "wall" : "processor";
-  const std::string title = sensor + (options.load ? ", other core loaded" : "");
+  const std::filesystem::path folder = std::filesystem::path(options.positional[0]) / "";
+  const std::string title = folder.parent_path().filename().string() + ", preset " + sensor +
+                            (options.load ? ", other core loaded" : "");
   std::fputs(to_table(title, measurement, config).c_str(), stderr);
   if (options.hostile > 0) {
     const auto total = static_cast<std::size_t>(Stage::kTotal);
