@@ -1,11 +1,15 @@
 #!/usr/bin/env bash
 # The tables of docs/results.md: what is kept and removed, and what a keyframe costs, on simulated
-# drives of every LiDAR and on the real recordings where they lie in ../shared/data.
+# drives of every LiDAR and on the real recordings where they lie in ../shared/data; hostile scans;
+# cost against points and distance; a drive at real-time rate.
+#
+#   bench/run.sh [SCANS] [SEED] [MINUTES]     scans per simulated drive, minutes of real time
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-scans=${1:-300}
+scans=${1:-100}
 seed=${2:-11}
+minutes=${3:-1}
 out=build/bench
 bin=build/release/bin
 mkdir -p "$out"
@@ -34,6 +38,14 @@ row() {  # row NAME DATASET [ONBOARD ARGS]
   echo "| $name | $quality | $(stage "$run/stats.json" removal) | $(stage "$run/stats.json" description) | $(stage "$run/stats.json" ingest) | $(number "$run/stats.json" allocations_after_start) |"
 }
 
+# Percentiles per stage as latency-NAME.json and, as a table, latency.md.
+latency() {  # latency NAME DATASET SENSOR [ARGS]
+  local name=$1
+  shift
+  "$bin/latency" "$@" --repeat 3 >"$out/latency-$name.json" 2>>"$out/latency.md"
+}
+: >"$out/latency.md"
+
 header "simulated town, seed $seed, $scans scans"
 for sensor in os2-128 os1-64 hdl-64e vlp-16 aeva-aeries2 livox-avia livox-mid-360; do
   data="$out/data/$sensor"
@@ -41,7 +53,12 @@ for sensor in os2-128 os1-64 hdl-64e vlp-16 aeva-aeries2 livox-avia livox-mid-36
   "$bin/unimapper" simulate --scene town --sensor "$sensor" --route A --scans "$scans" \
     --seed "$seed" --out "$data" 2>/dev/null
   row "$sensor" "$data"
-  [ "$sensor" = os2-128 ] && row "os2-128-paper-preset" "$data" --preset paper
+  latency "$sensor" "$data" "$sensor"
+  if [ "$sensor" = os2-128 ]; then
+    row "os2-128-paper-preset" "$data" --preset paper
+    latency os2-128-loaded "$data" os2-128 --load
+    latency os2-128-hostile "$data" os2-128 --hostile 12
+  fi
   rm -rf "$data/scans"
 done
 
@@ -53,6 +70,18 @@ if [ -e "$recordings/unpack.sh" ]; then
   row kitti_0005a-paper-preset "$real/kitti_0005a" --preset paper
   row kitti_0001 "$real/kitti_0001"
   row hilti_hall "$real/hilti_hall" --sensor generic
+  latency kitti_0005a "$real/kitti_0005a" hdl-64e
+  latency kitti_0001 "$real/kitti_0001" hdl-64e
+  latency hilti_hall "$real/hilti_hall" generic
 else
   echo "The real recordings are not beside the project; their rows are left out." >&2
 fi
+cat "$out/latency.md"
+
+mkdir -p "$out/scaling"
+"$bin/latency" --scaling "$out/scaling" 2>/dev/null
+gnuplot -e "folder='$out/scaling'; image='$out/scaling.png'" bench/latency/scaling.gnuplot
+echo
+echo "cost against points and distance: $out/scaling.png"
+
+bench/realtime/run.sh "$minutes"

@@ -17,8 +17,10 @@ void EvidenceWindow::attach(Arena& arena, const PipelineConfig& config) noexcept
     slot.blocks.attach(arena, blocks);
     slot.columns.attach(arena, config.free_space.columns ? blocks : 0);
     if (!config.free_space.visibility) continue;
-    for (std::uint32_t image = 0; image < config.free_space.images_per_keyframe; ++image) {
-      slot.images[image].pixels = arena.allocate<std::uint16_t>(projection.pixels());
+    slot.images = arena.allocate<RangeImage>(images_per_keyframe_);
+    for (std::uint32_t image = 0; image < images_per_keyframe_; ++image) {
+      auto* const pixels = arena.allocate<std::uint16_t>(projection.pixels());
+      if (slot.images != nullptr) slot.images[image].pixels = pixels;
     }
   }
 }

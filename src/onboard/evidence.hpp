@@ -28,11 +28,11 @@ struct KeyframeEvidence {
   Grid grid;
   FixedHashMap<BlockHistory> blocks;
   FreeColumns columns;
-  std::array<RangeImage, FreeSpaceConfig::kMaxImages> images;
+  RangeImage* images = nullptr;  ///< as many as configured
   std::uint32_t image_count = 0;
 
   [[nodiscard]] std::span<const RangeImage> painted() const noexcept {
-    return {images.data(), image_count};
+    return {images, image_count};
   }
   /// Everything that found no room in the last recording.
   [[nodiscard]] std::uint64_t left_out() const noexcept {

@@ -80,6 +80,8 @@ TEST_CASE("a run folder holds labels for every point, keyframes, loops and stati
   const auto stats = fixture.stats();
   CHECK(stats["scans"] == 12);
   CHECK(stats["keyframes"] == 2);
+  CHECK(stats["closing_call_ms"]["max"] > 0.0);
+  CHECK(stats["keyframes_late"] == 0);  // nobody waits for scans that are not due
   CHECK(stats["allocations_after_start"] == 0);
   CHECK(stats["arena_bytes"].get<std::uint64_t>() > 0);
   std::size_t points = 0;
@@ -115,7 +117,7 @@ TEST_CASE("the same recording gives the same bytes") {
   CHECK(files == 25 + 3);
   auto first = fixture.stats();
   auto second = nlohmann::json::parse(read_text(again / "stats.json"));
-  for (const char* timing : {"stage_ms", "total_histogram", "deadline_misses"}) {
+  for (const char* timing : {"stage_ms", "total_histogram", "deadline_misses", "closing_call_ms"}) {
     first.erase(timing);
     second.erase(timing);
   }

@@ -29,6 +29,10 @@ function(unimapper_library name)
     set_target_properties(unimapper_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON
       CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   endif()
+  if(arg_FREESTANDING AND UNIMAPPER_CALL_GRAPH)
+    # Two equal functions stay two, or one of them is missing in the graph.
+    target_compile_options(unimapper_${name} PRIVATE -fcallgraph-info=su,da -fno-ipa-icf)
+  endif()
 endfunction()
 
 # Options every target of the project is built with.

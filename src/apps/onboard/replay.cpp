@@ -27,11 +27,18 @@ void Replay::run() {
 void Replay::feed(std::size_t index) {
   dataset_.read_scan(index, scan_);
   points_.push_back(scan_.points.size());
-  if (options_.realtime) wait_for_stamp(index);
+  if (options_.realtime) std::this_thread::sleep_until(due(index));
   ScanResult result;
+  const auto called = std::chrono::steady_clock::now();
   {
     const AllocationGuard guard;
     result = pipeline_.add_scan(scan_.view(), dataset_.pose(index), dataset_.stamp_ns(index));
+  }
+  const auto returned = std::chrono::steady_clock::now();
+  if (result.keyframe_ready) {
+    const std::chrono::nanoseconds elapsed = returned - called;
+    outputs_.statistics.add_closing_call(elapsed.count(),
+                                         options_.realtime && returned > due(index + 1));
   }
   outputs_.statistics.add_scan(scan_.points.size(), result.error);
   // A jump of the pose closes the keyframe before it, and the scan itself is refused.
@@ -42,9 +49,10 @@ void Replay::feed(std::size_t index) {
                                           " loops");
 }
 
-void Replay::wait_for_stamp(std::size_t index) {
+std::chrono::steady_clock::time_point Replay::due(std::size_t index) const {
+  if (index >= options_.scans) return std::chrono::steady_clock::time_point::max();
   const std::int64_t since_start_ns = dataset_.stamp_ns(index) - dataset_.stamp_ns(0);
-  std::this_thread::sleep_until(start_ + std::chrono::nanoseconds(since_start_ns));
+  return start_ + std::chrono::nanoseconds(since_start_ns);
 }
 
 void Replay::report_refusal(std::size_t index, const Error& error) {

@@ -50,7 +50,8 @@ class Replay {
 
  private:
   void feed(std::size_t index);
-  void wait_for_stamp(std::size_t index);
+  /// When a scan arrives in a run at the pace of its stamps; never, beyond the last.
+  [[nodiscard]] std::chrono::steady_clock::time_point due(std::size_t index) const;
   void handle(const ScanResult& result);
   void report_refusal(std::size_t index, const Error& error);
   void collect_keyframe();

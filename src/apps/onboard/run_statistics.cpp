@@ -54,6 +54,11 @@ void RunStatistics::add_keyframe(const KeyframeView& keyframe, std::int64_t dura
   if (too_long || statistics.deadline_missed) ++deadline_misses_;
 }
 
+void RunStatistics::add_closing_call(std::int64_t elapsed_ns, bool late) {
+  closing_call_ms_.push_back(static_cast<float>(static_cast<double>(elapsed_ns) * 1e-6));
+  if (late) ++keyframes_late_;
+}
+
 void RunStatistics::add_loops(std::size_t candidates, std::size_t accepted) {
   loop_candidates_ += candidates;
   loops_accepted_ += accepted;
@@ -70,8 +75,9 @@ double RunStatistics::dynamic_share() const {
   return static_cast<double>(points_dynamic_) / static_cast<double>(points_valid_);
 }
 
-StageTimes RunStatistics::stage_times(Stage stage) const {
-  std::vector<float> sorted = stage_ms_.at(static_cast<std::size_t>(stage));
+namespace {
+
+StageTimes times_of(std::vector<float> sorted) {
   if (sorted.empty()) return {};
   std::sort(sorted.begin(), sorted.end());
   // Nearest rank: the smallest value that at least this share of keyframes does not exceed.
@@ -82,8 +88,6 @@ StageTimes RunStatistics::stage_times(Stage stage) const {
   };
   return {percentile(0.5), percentile(0.99), sorted.back()};
 }
-
-namespace {
 
 /// To the microsecond: more digits are noise.
 double rounded(float milliseconds) {
@@ -105,7 +109,17 @@ Json histogram(const std::vector<float>& values_ms) {
   return {{"upper_edge_ms", edges}, {"keyframes", counts}};  // the last count is above all edges
 }
 
+Json to_json(const StageTimes& times) {
+  return {{"p50", rounded(times.p50_ms)},
+          {"p99", rounded(times.p99_ms)},
+          {"max", rounded(times.max_ms)}};
+}
+
 }  // namespace
+
+StageTimes RunStatistics::stage_times(Stage stage) const {
+  return times_of(stage_ms_.at(static_cast<std::size_t>(stage)));
+}
 
 std::string RunStatistics::to_json(const Run& run) const {
   Json json;
@@ -140,14 +154,14 @@ std::string RunStatistics::to_json(const Run& run) const {
 
   Json& stages = json["stage_ms"] = Json::object();
   for (std::size_t i = 0; i < kStages; ++i) {
-    const StageTimes times = stage_times(static_cast<Stage>(i));
-    stages[std::string(stage_name(static_cast<Stage>(i)))] = {{"p50", rounded(times.p50_ms)},
-                                                              {"p99", rounded(times.p99_ms)},
-                                                              {"max", rounded(times.max_ms)}};
+    const auto stage = static_cast<Stage>(i);
+    stages[std::string(stage_name(stage))] = apps::to_json(stage_times(stage));
   }
   json["total_histogram"] = histogram(stage_ms_[static_cast<std::size_t>(Stage::kTotal)]);
   json["deadline_misses"] = deadline_misses_;
+  json["closing_call_ms"] = apps::to_json(times_of(closing_call_ms_));
   json["realtime"] = run.realtime;
+  json["keyframes_late"] = keyframes_late_;
   json["published"] = run.published;
   json["keyframes_not_published"] = run.keyframes_not_published;
   return json.dump(2) + "\n";

@@ -30,6 +30,9 @@ class RunStatistics {
   /// or longer than the budget, misses the deadline.
   void add_keyframe(const KeyframeView& keyframe, std::int64_t duration_ns,
                     std::uint64_t left_out_of_message);
+  /// The call that closed a keyframe: how long it took, and in a run at the pace of its stamps
+  /// whether the next scan was due before it returned.
+  void add_closing_call(std::int64_t elapsed_ns, bool late);
   void add_loops(std::size_t candidates, std::size_t accepted);
 
   [[nodiscard]] StageTimes stage_times(Stage stage) const;
@@ -49,6 +52,8 @@ class RunStatistics {
   }
   [[nodiscard]] std::uint64_t loops_accepted() const { return loops_accepted_; }
   [[nodiscard]] std::uint64_t deadline_misses() const { return deadline_misses_; }
+  /// Keyframes that were not finished when the next scan was due.
+  [[nodiscard]] std::uint64_t keyframes_late() const { return keyframes_late_; }
   /// Of the valid points, those labelled dynamic; 0 to 1.
   [[nodiscard]] double dynamic_share() const;
 
@@ -74,6 +79,8 @@ class RunStatistics {
   std::uint64_t loop_candidates_ = 0;
   std::uint64_t loops_accepted_ = 0;
   std::uint64_t deadline_misses_ = 0;
+  std::uint64_t keyframes_late_ = 0;
+  std::vector<float> closing_call_ms_;
   std::map<std::string, std::uint64_t> refused_;
   std::array<std::uint64_t, kDropCauses> dropped_{};
   std::array<std::uint64_t, kSheds> shed_{};

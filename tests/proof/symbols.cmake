@@ -1,7 +1,10 @@
 cmake_policy(VERSION 3.25)
 
-# What the onboard libraries ask of the outside world: nothing but memory copies (and the
-# length of a text) and a few functions of the maths library. No heap, no exceptions, no threads, no input or output.
+# What the onboard libraries ask of the outside world: nothing but memory copies, the length of a
+# text, and a few functions of the maths library. No heap, no exceptions, no threads, no input or
+# output.
+#
+# Nor do they hold what only exceptions and RTTI would leave behind.
 #
 # cmake -DNM=... -DLIBRARIES=a;b;c -P symbols.cmake
 execute_process(COMMAND ${NM} -P ${LIBRARIES} OUTPUT_VARIABLE listing RESULT_VARIABLE failed)
@@ -18,15 +21,15 @@ set(allowed
   __aeabi_l2f __aeabi_ul2f __aeabi_l2d __aeabi_ul2d __aeabi_f2lz __aeabi_f2ulz __aeabi_d2lz
   __aeabi_d2ulz)
 
-# One line per symbol: name, kind, ... Defined symbols first, so the libraries may use each other.
-string(REGEX MATCHALL "[^\n]+ [TtWVDBRrbdi] [^\n]*" defined_lines "${listing}")
+# One line per symbol: name, kind, ... Global definitions first: the libraries may use each other.
+string(REGEX MATCHALL "[^\n]+ [TWVDBRu] [^\n]*" defined_lines "${listing}")
 foreach(line IN LISTS defined_lines)
   string(REGEX REPLACE " .*" "" name "${line}")
   set(defined_${name} TRUE)
 endforeach()
 
 set(forbidden "")
-string(REGEX MATCHALL "[^\n]+ U[^\n]*" undefined_lines "${listing}")
+string(REGEX MATCHALL "[^\n]+ [Uwv][ \n]" undefined_lines "${listing}")
 list(LENGTH undefined_lines undefined_count)
 if(undefined_count EQUAL 0)
   message(FATAL_ERROR "no undefined symbol at all: the listing was not understood")
@@ -47,5 +50,11 @@ endif()
 string(REGEX MATCHALL "_ZNK?5Eigen[^ \n]* W" replaceable "${listing}")
 if(replaceable)
   message(FATAL_ERROR "a program's own copy could replace: ${replaceable}")
+endif()
+
+# Type information, its names, and tables of landing pads.
+string(REGEX MATCH "(_ZTI|_ZTS|GCC_except_table|__gxx_personality)[^\n]*" runtime "${listing}")
+if(runtime)
+  message(FATAL_ERROR "the onboard libraries were built with exceptions or RTTI: ${runtime}")
 endif()
 message(STATUS "${undefined_count} references, all within the whitelist")

@@ -1,0 +1,78 @@
+#include "measurement.hpp"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <numeric>
+#include <stdexcept>
+
+namespace unimapper::bench {
+namespace {
+
+std::int64_t time_of(clockid_t clock) noexcept {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return now.tv_sec * std::int64_t{1000000000} + now.tv_nsec;
+}
+
+}  // namespace
+
+std::int64_t processor_time_ns() noexcept { return time_of(CLOCK_THREAD_CPUTIME_ID); }
+std::int64_t wall_time_ns() noexcept { return time_of(CLOCK_MONOTONIC); }
+
+Percentiles percentiles(std::vector<double> values) {
+  if (values.empty()) return {};
+  std::sort(values.begin(), values.end());
+  const auto at = [&values](double share) {
+    const double rank = std::ceil(share * static_cast<double>(values.size()));
+    return values[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
+  };
+  return {at(0.5), at(0.99), at(0.999), values.back()};
+}
+
+void Measurement::add(const KeyframeStatistics& statistics) {
+  points += statistics.points_in;
+  for (std::size_t i = 0; i < kStages; ++i) {
+    stage_ms[i].push_back(static_cast<double>(statistics.stage_us[i]) * 1e-3);
+  }
+  for (std::size_t i = 0; i < kDropCauses; ++i) dropped[i] += statistics.dropped[i];
+}
+
+double Measurement::points_per_second(Stage stage) const {
+  const std::vector<double>& times_ms = stage_ms[static_cast<std::size_t>(stage)];
+  const double sum_ms = std::accumulate(times_ms.begin(), times_ms.end(), 0.0);
+  return sum_ms > 0.0 ? static_cast<double>(points) / (sum_ms * 1e-3) : 0.0;
+}
+
+OwnedPipeline::OwnedPipeline(const PipelineConfig& config) {
+  const std::size_t bytes = Pipeline::required_bytes(config);
+  block_ = static_cast<std::byte*>(std::aligned_alloc(64, bytes));
+  auto created = Pipeline::create(config, {block_, bytes});
+  if (!created.ok()) {
+    std::free(block_);
+    throw std::runtime_error(created.error().message);
+  }
+  pipeline_ = created.value();
+}
+
+OwnedPipeline::~OwnedPipeline() { std::free(block_); }
+
+bool feed(OwnedPipeline& pipeline, const TimedScan& scan, std::int64_t (*clock_ns)(),
+          Measurement& measurement) {
+  const std::int64_t start_ns = clock_ns();
+  const ScanResult result = pipeline->add_scan(scan.points, scan.T_odometry_sensor, scan.stamp_ns);
+  const std::int64_t end_ns = clock_ns();
+  if (result.error.code != ErrorCode::kOk) {
+    std::fprintf(stderr, "scan at %lld ns: %s\n", static_cast<long long>(scan.stamp_ns),
+                 result.error.message);
+  }
+  if (!result.keyframe_ready) return false;
+  measurement.closing_call_ms.push_back(static_cast<double>(end_ns - start_ns) * 1e-6);
+  measurement.add(*pipeline->keyframe().statistics);
+  return true;
+}
+
+}  // namespace unimapper::bench

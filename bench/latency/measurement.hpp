@@ -1,0 +1,66 @@
+// Times of many keyframes, stage by stage.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "unimapper/onboard/pipeline.hpp"
+
+namespace unimapper::bench {
+
+/// Processor time of the calling thread, nanoseconds: other work on the machine counts less.
+[[nodiscard]] std::int64_t processor_time_ns() noexcept;
+
+/// Wall-clock time, nanoseconds.
+[[nodiscard]] std::int64_t wall_time_ns() noexcept;
+
+/// Nearest-rank percentiles, in the unit of the values.
+struct Percentiles {
+  double p50 = 0.0;
+  double p99 = 0.0;
+  double p999 = 0.0;
+  double max = 0.0;
+};
+[[nodiscard]] Percentiles percentiles(std::vector<double> values);
+
+/// One scan of a keyframe as the pipeline is given it.
+struct TimedScan {
+  PointView points;
+  Pose T_odometry_sensor;
+  std::int64_t stamp_ns = 0;
+};
+
+/// Everything measured over the keyframes of one or more runs.
+struct Measurement {
+  std::array<std::vector<double>, kStages> stage_ms;
+  std::vector<double> closing_call_ms;  ///< the `add_scan` that closes a keyframe
+  std::vector<double> yardstick_ms;     ///< reading and hashing the same points, see `Yardstick`
+  std::uint64_t points = 0;
+  std::array<std::uint64_t, kDropCauses> dropped{};
+
+  void add(const KeyframeStatistics& statistics);
+  /// Points per second of a stage's summed time; 0 if it took none.
+  [[nodiscard]] double points_per_second(Stage stage) const;
+};
+
+/// A pipeline in memory of its own. Throws std::runtime_error if the configuration is invalid.
+class OwnedPipeline {
+ public:
+  explicit OwnedPipeline(const PipelineConfig& config);
+  ~OwnedPipeline();
+  OwnedPipeline(const OwnedPipeline&) = delete;
+  OwnedPipeline& operator=(const OwnedPipeline&) = delete;
+  Pipeline* operator->() { return pipeline_; }
+
+ private:
+  std::byte* block_ = nullptr;
+  Pipeline* pipeline_ = nullptr;
+};
+
+/// Feeds one scan and adds what is measured when it closes a keyframe; says so.
+bool feed(OwnedPipeline& pipeline, const TimedScan& scan, std::int64_t (*clock_ns)(),
+          Measurement& measurement);
+
+}  // namespace unimapper::bench

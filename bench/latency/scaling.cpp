@@ -1,0 +1,78 @@
+#include "scaling.hpp"
+
+#include <cstdio>
+#include <fstream>
+
+#include "measurement.hpp"
+#include "street.hpp"
+
+namespace unimapper::bench {
+namespace {
+
+constexpr std::size_t kScans = 10;
+
+double median(const std::vector<double>& values) { return percentiles(values).p50; }
+
+/// Median total of a keyframe of `points` points, after the window has filled.
+double keyframe_ms(std::size_t points, const PipelineConfig& config) {
+  Street street(1);
+  std::vector<std::vector<Eigen::Vector3f>> scans;
+  for (std::size_t i = 0; i < kScans; ++i) scans.push_back(street.scan(0.0, points / kScans));
+  OwnedPipeline pipeline(config);
+  Measurement warm_up;
+  Measurement measurement;
+  std::int64_t stamp_ns = 0;
+  for (std::uint32_t keyframe = 0; keyframe < config.removal.window + 9; ++keyframe) {
+    for (const auto& scan : scans) {
+      const PointView view = PointView::xyz(scan.data(), scan.size(), sizeof(scan[0]));
+      feed(pipeline, {view, Pose{}, ++stamp_ns}, config.clock_ns,
+           keyframe < config.removal.window ? warm_up : measurement);
+    }
+  }
+  return median(measurement.stage_ms[static_cast<std::size_t>(Stage::kTotal)]);
+}
+
+}  // namespace
+
+void measure_points(const std::filesystem::path& folder) {
+  PipelineConfig config = preset(SensorKind::kOs2_128);
+  config.keyframe.max_points_per_scan = 200000;
+  config.clock_ns = processor_time_ns;
+  std::ofstream csv(folder / "points.csv");
+  csv << "points,ms,ns_per_point\n";
+  for (const std::size_t points : {1000U, 2000U, 5000U, 10000U, 20000U, 50000U, 100000U, 200000U,
+                                   500000U, 1000000U, 2000000U}) {
+    const double ms = keyframe_ms(points, config);
+    const double ns_per_point = ms * 1e6 / static_cast<double>(points);
+    csv << points << ',' << ms << ',' << ns_per_point << std::endl;
+    std::fprintf(stderr, "%zu points: %.2f ms, %.1f ns per point\n", points, ms, ns_per_point);
+  }
+}
+
+void measure_distance(const std::filesystem::path& folder, int keyframes) {
+  constexpr int kBin = 100;
+  constexpr double kStep_m = 1.0;
+  PipelineConfig config = preset(SensorKind::kVlp16);
+  config.clock_ns = processor_time_ns;
+  std::ofstream csv(folder / "distance.csv");
+  csv << "keyframe,km,total_ms,search_ms\n";
+  Street street(2);
+  OwnedPipeline pipeline(config);
+  Measurement bin;
+  Pose pose;
+  std::int64_t stamp_ns = 0;
+  for (int keyframe = 1; keyframe <= keyframes;) {
+    pose.translation.x() += kStep_m;
+    const auto scan = street.scan(pose.translation.x(), 500);
+    const PointView view = PointView::xyz(scan.data(), scan.size(), sizeof(scan[0]));
+    stamp_ns += 100'000'000;
+    if (!feed(pipeline, {view, pose, stamp_ns}, config.clock_ns, bin)) continue;
+    if (keyframe++ % kBin != 0) continue;
+    csv << keyframe - 1 << ',' << pose.translation.x() * 1e-3 << ','
+        << median(bin.stage_ms[static_cast<std::size_t>(Stage::kTotal)]) << ','
+        << median(bin.stage_ms[static_cast<std::size_t>(Stage::kSearch)]) << std::endl;
+    bin = {};
+  }
+}
+
+}  // namespace unimapper::bench

@@ -1,0 +1,61 @@
+#!/usr/bin/env bash
+# One robot drives at the pace of its LiDAR: onboard pipeline, LCM publisher and a listening merger
+# share two processors. Reports how many keyframes were late, that is, not finished when the next
+# scan arrived.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+minutes=${1:-1}
+sensor=${2:-os2-128}
+case "$minutes" in
+  ''|*[!0-9]*|0) echo "usage: bench/realtime/run.sh [MINUTES] [SENSOR]   (1 and os2-128)" >&2; exit 2 ;;
+esac
+
+# LCM is UDP multicast: it gets a network of its own, loopback only.
+if [ -z "${UNIMAPPER_BENCH_NAMESPACE:-}" ]; then
+  export UNIMAPPER_BENCH_NAMESPACE=1
+  inside='ip link set lo up && ip route add 224.0.0.0/4 dev lo && exec "$@"'
+  namespace=(unshare --net)
+  [ "$(id -u)" = 0 ] || namespace=(unshare --user --map-root-user --net)
+  exec "${namespace[@]}" sh -c "$inside" sh "$0" "$@"
+fi
+
+unimapper=${UNIMAPPER:-build/release/bin/unimapper}
+out=build/bench/realtime
+url='udpm://239.255.76.67:7667?ttl=0'
+two_processors=()
+[ "$(nproc)" -le 2 ] || two_processors=(taskset --cpu-list "0,1")
+
+rm -rf "$out"
+mkdir -p "$out"
+echo "simulating $minutes min of driving with the $sensor (about 1 GB a minute for the densest)" >&2
+"$unimapper" simulate --scene town --sensor "$sensor" --route A --scans $((minutes * 600)) \
+  --seed 5 --out "$out/data" 2>"$out/simulate.log"
+
+"${two_processors[@]}" "$unimapper" merge --listen "$url" --out "$out/map" >"$out/merge.log" 2>&1 &
+merger=$!
+sleep 0.5
+if ! "${two_processors[@]}" "$unimapper" onboard "$out/data" --sensor "$sensor" --realtime \
+    --publish "$url" --out "$out/run" 2>"$out/onboard.log"; then
+  cat "$out/onboard.log" >&2
+  kill "$merger"
+  exit 1
+fi
+wait "$merger" || { cat "$out/merge.log" >&2; exit 1; }
+
+# The number behind a key of stats.json, and a stage's p50 / p99 / max.
+number() { grep -m1 "\"$1\":" "$out/run/stats.json" | grep -oE '[0-9.]+' | tail -1; }
+times() { sed -n "/\"$1\": {/,/}/p" "$out/run/stats.json" | grep -oE ': [0-9.]+' |
+  awk '{printf "%s%.1f", (NR > 1 ? " / " : ""), $2}'; }
+cat <<TXT
+
+| $sensor, $minutes min at 10 Hz, with merger | |
+|---|---|
+| keyframes | $(number keyframes) |
+| late (not finished when the next scan arrived) | $(number keyframes_late) |
+| the call that closes a keyframe, p50 / p99 / max ms | $(times closing_call_ms) |
+| all calls of a keyframe, p50 / p99 / max ms | $(times total) |
+| keyframes not published | $(number keyframes_not_published) |
+| allocations after start | $(number allocations_after_start) |
+TXT
+rm -rf "$out/data/scans"

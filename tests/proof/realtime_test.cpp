@@ -1,0 +1,84 @@
+// The pipeline under RealtimeSanitizer, whose runtime intercepts what may block or take unbounded
+// time: memory allocation, locks, sleeping, files, sockets, threads.
+//
+//   proof_realtime                        the pipeline; fails on the first such call
+//   proof_realtime malloc|mutex|output    proves that the interception works
+#include <pthread.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <vector>
+
+#include "run.hpp"
+
+extern "C" {
+void __rtsan_init();
+void __rtsan_realtime_enter();
+void __rtsan_realtime_exit();
+}
+
+namespace {
+
+using namespace unimapper;
+using namespace unimapper::test;
+
+/// Everything between construction and destruction is a real-time context.
+struct RealtimeContext {
+  RealtimeContext() { __rtsan_realtime_enter(); }
+  ~RealtimeContext() { __rtsan_realtime_exit(); }
+};
+
+void commit(const char* sin) {
+  static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
+  const RealtimeContext context;
+  if (std::strcmp(sin, "malloc") == 0) std::free(std::malloc(1));
+  if (std::strcmp(sin, "mutex") == 0) pthread_mutex_lock(&mutex);
+  if (std::strcmp(sin, "output") == 0) std::puts("output");
+}
+
+unsigned drive(const PipelineConfig& config, const std::vector<LabelledScan>& scans) {
+  OwnedPipeline pipeline(config);
+  std::vector<PointLabel> labels(100000);
+  unsigned keyframes = 0;
+  std::int64_t stamp = 0;
+  const RealtimeContext context;
+  for (const LabelledScan& scan : scans) {
+    pipeline->add_scan(PointView{}, sensor_at(0, 0), stamp + 1);
+    const ScanResult result =
+        pipeline->add_scan(scan.view(), sensor_at(0.1 * keyframes, 0), ++stamp);
+    if (!result.keyframe_ready) continue;
+    ++keyframes;
+    for (std::size_t s = 0; s < pipeline->keyframe().scans.size(); ++s) pipeline->labels(s, labels);
+  }
+  pipeline->add_scan(scans.front().view(), sensor_at(500.0, 0), ++stamp);
+  pipeline->flush();
+  return keyframes;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  __rtsan_init();
+  if (argc > 1) {
+    commit(argv[1]);
+    std::puts("not caught");
+    return 1;
+  }
+  Scene scene;
+  scene.boxes = {standing_box({8.0, 6.0, 1.5}, {6.0, 0.3, 1.5}),
+                 moving_box({8.0, -4.0, 0.9}, {0.0, 1.4, 0.0}, {0.25, 0.25, 0.9})};
+  std::vector<LabelledScan> scans;
+  for (int i = 0; i < 35; ++i) scans.push_back(scene.scan(sensor_at(0, 0), 0.1 * i));
+
+  PipelineConfig both = small_config();
+  both.free_space.columns = true;
+  PipelineConfig thinned = small_config();
+  thinned.keyframe.downsample_leaf_m = 0.1F;
+  for (const PipelineConfig& config : {both, thinned}) {
+    const unsigned keyframes = drive(config, scans);
+    std::printf("%u keyframes\n", keyframes);
+    if (keyframes < 3) return 1;
+  }
+  return 0;
+}
