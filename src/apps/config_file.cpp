@@ -39,6 +39,7 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("plane_max_eigenvalue_m2", config.plane_max_eigenvalue_m2);
   visitor("plane_min_points", config.plane_min_points);
   visitor("max_cells", config.max_cells);
+  visitor("max_window_blocks", config.max_window_blocks);
   visitor("max_voxels", config.max_voxels);
 }
 
@@ -73,7 +74,6 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("log_odds_free", config.log_odds_free);
   visitor("log_odds_occupied", config.log_odds_occupied);
   visitor("log_odds_weakly_occupied", config.log_odds_weakly_occupied);
-  visitor("log_odds_limit", config.log_odds_limit);
   visitor("components", config.components);
   visitor("connecting_height_m", config.connecting_height_m);
   visitor("component_dynamic_share", config.component_dynamic_share);

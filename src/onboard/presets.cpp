@@ -17,6 +17,8 @@ void apply_data_sheet(const SensorModel& sensor, PipelineConfig& config) noexcep
                            : sensor.points_per_scan > 50000U ? 1U << 18U
                                                              : 1U << 17U;
 
+  config.voxel.max_window_blocks = config.voxel.max_cells / 8 * 3;
+
   // The images reach a little beyond the field of view: mounting offsets, beam offsets.
   constexpr float kSlackDeg = 1.0F;
   config.free_space.horizontal_fov_deg =

@@ -55,9 +55,17 @@ struct VoxelConfig {
   std::uint32_t plane_min_points = 10;
   /// Capacity: occupied fine cells of one keyframe. [1, 8388608]; our choice.
   std::uint32_t max_cells = 1U << 18U;
+  /// Capacity: blocks of 4 x 4 x 4 cells that any keyframe of the window occupies; beyond it the
+  /// oldest keyframes leave early. [1, 4194304]; our choice.
+  std::uint32_t max_window_blocks = 98304;
   /// Capacity: occupied coarse voxels of one keyframe. [1, 1048576]; our choice.
   std::uint32_t max_voxels = 1U << 15U;
 
+  /// Capacity: blocks of 4 x 4 x 4 cells one keyframe occupies. Blocks hold several cells each; a
+  /// quarter is more than any scene measured needs.
+  [[nodiscard]] std::uint32_t max_blocks() const noexcept {
+    return max_cells < 4 ? 1 : max_cells / 4;
+  }
   /// Fine cells along the edge of a coarse voxel.
   [[nodiscard]] std::int32_t cells_per_voxel() const noexcept;
   [[nodiscard]] Error validate() const noexcept;
@@ -127,9 +135,6 @@ struct RemovalConfig {
   float log_odds_free = 0.85F;
   float log_odds_occupied = 0.425F;
   float log_odds_weakly_occupied = 0.255F;
-  /// The sum is kept within plus and minus this, so that old evidence can be overruled.
-  /// (0, 1000]; our choice.
-  float log_odds_limit = 100.0F;
   /// Decide about connected obstacles as a whole; measured: on.
   bool components = true;
   /// Cells lower than this above the ground follow the component they touch, but do not connect
