@@ -56,6 +56,7 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("columns", config.columns);
   visitor("visibility", config.visibility);
   visitor("images_per_keyframe", config.images_per_keyframe);
+  visitor("earlier_image_stride", config.earlier_image_stride);
   visitor("azimuth_resolution_deg", config.azimuth_resolution_deg);
   visitor("elevation_resolution_deg", config.elevation_resolution_deg);
   visitor("horizontal_fov_deg", config.horizontal_fov_deg);

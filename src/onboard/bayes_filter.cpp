@@ -111,7 +111,12 @@ void BayesFilter::add_window(const EvidenceWindow& window, const ImageProjection
     if (free_space_.columns) add_columns(window.blocks(), evidence, age, cells);
     const Eigen::Vector3f offset =
         (cells.grid().origin_m() - evidence.grid.origin_m()).cast<float>();
-    for (const RangeImage& image : evidence.painted()) add_image(image, projection, offset);
+    const std::span<const RangeImage> images = evidence.painted();
+    const std::uint32_t stride = free_space_.earlier_image_stride;
+    for (std::size_t i = images.empty() ? 0 : (images.size() - 1) % stride; i < images.size();
+         i += stride) {
+      add_image(images[i], projection, offset);
+    }
   }
   if (!free_space_.own_keyframe) return;
   for (const RangeImage& image : window.current().painted()) {

@@ -64,8 +64,7 @@ std::uint32_t BlockWindow::enter(const VoxelIndex& block) noexcept {
   const VoxelIndex tile_index{at.x >> kEdgeBits, at.y >> kEdgeBits, at.z >> kEdgeBits};
   const auto place = static_cast<std::uint32_t>((at.x & 3) | ((at.y & 3) << 2) | ((at.z & 3) << 4));
   std::uint32_t tile = find_tile(pack(tile_index));
-  if (tile != kNone && tiles_[tile].keyframe == keyframe_ &&
-      tiles_[tile].numbers[place] != kNone) {
+  if (tile != kNone && tiles_[tile].keyframe == keyframe_ && tiles_[tile].numbers[place] != kNone) {
     return tiles_[tile].numbers[place];
   }
   if (entered_[current_].count < max_entered_) {

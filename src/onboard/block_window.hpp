@@ -156,10 +156,10 @@ class BlockWindow {
   std::uint32_t fresh_ = 0;
   std::uint32_t free_count_ = 0;
   std::uint32_t* free_ = nullptr;
-  std::uint32_t* place_ = nullptr;  ///< tile in the upper 26 bits, place in it in the lower 6
+  std::uint32_t* place_ = nullptr;     ///< tile in the upper 26 bits, place in it in the lower 6
   std::uint32_t* last_met_ = nullptr;  ///< last keyframe that entered the block
-  std::uint64_t* history_ = nullptr;  ///< occupied cells, `slots_` words per block
-  std::uint64_t* dynamic_ = nullptr;  ///< as decided in the last keyframe that entered the block
+  std::uint64_t* history_ = nullptr;   ///< occupied cells, `slots_` words per block
+  std::uint64_t* dynamic_ = nullptr;   ///< as decided in the last keyframe that entered the block
   std::uint64_t* proven_ = nullptr;
 
   std::uint32_t tile_capacity_ = 0;

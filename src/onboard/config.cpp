@@ -70,6 +70,8 @@ Error FreeSpaceConfig::validate() const noexcept {
     return invalid("free_space.columns or free_space.visibility must be on");
   if (!within(images_per_keyframe, 1, kMaxImages))
     return invalid("free_space.images_per_keyframe must be 1 to 32");
+  if (!within(earlier_image_stride, 1, kMaxImages))
+    return invalid("free_space.earlier_image_stride must be 1 to 32");
   if (!within(azimuth_resolution_deg, 0.1F, 5.0F) || !within(elevation_resolution_deg, 0.1F, 5.0F))
     return invalid("free_space's azimuth and elevation resolution must be 0.1 to 5 degrees");
   if (!within(horizontal_fov_deg, 1.0F, 360.0F))
