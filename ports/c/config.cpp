@@ -7,7 +7,7 @@ namespace unimapper::c {
 namespace {
 
 constexpr std::size_t kHeaderBytes = offsetof(um_config, keyframe_scans);
-static_assert(sizeof(um_config) == offsetof(um_config, reserved) + sizeof(std::uint32_t),
+static_assert(sizeof(um_config) == offsetof(um_config, reserved) + sizeof(um_config::reserved),
               "a gap at the end would hide the next version's first member");
 static_assert(sizeof(SearchScope::Sessions) == 1);
 
@@ -27,6 +27,7 @@ void visit(CConfig& c, Config& p, Function f) {
   f(c.voxel_plane_max_eigenvalue_m2, p.voxel.plane_max_eigenvalue_m2);
   f(c.voxel_plane_min_points, p.voxel.plane_min_points);
   f(c.voxel_max_cells, p.voxel.max_cells);
+  f(c.voxel_max_window_blocks, p.voxel.max_window_blocks);
   f(c.voxel_max_voxels, p.voxel.max_voxels);
   f(c.ground_max_tilt_deg, p.ground.max_tilt_deg);
   f(c.ground_margin_m, p.ground.margin_m);
@@ -35,6 +36,7 @@ void visit(CConfig& c, Config& p, Function f) {
   f(c.free_space_columns, p.free_space.columns);
   f(c.free_space_visibility, p.free_space.visibility);
   f(c.free_space_images_per_keyframe, p.free_space.images_per_keyframe);
+  f(c.free_space_earlier_image_stride, p.free_space.earlier_image_stride);
   f(c.free_space_azimuth_resolution_deg, p.free_space.azimuth_resolution_deg);
   f(c.free_space_elevation_resolution_deg, p.free_space.elevation_resolution_deg);
   f(c.free_space_horizontal_fov_deg, p.free_space.horizontal_fov_deg);
@@ -49,7 +51,6 @@ void visit(CConfig& c, Config& p, Function f) {
   f(c.removal_log_odds_free, p.removal.log_odds_free);
   f(c.removal_log_odds_occupied, p.removal.log_odds_occupied);
   f(c.removal_log_odds_weakly_occupied, p.removal.log_odds_weakly_occupied);
-  f(c.removal_log_odds_limit, p.removal.log_odds_limit);
   f(c.removal_components, p.removal.components);
   f(c.removal_connecting_height_m, p.removal.connecting_height_m);
   f(c.removal_component_dynamic_share, p.removal.component_dynamic_share);
@@ -142,7 +143,7 @@ ConfigVerdict read_config(const um_config* config, PipelineConfig& out) noexcept
     return {UM_UNKNOWN_SENSOR, "config.sensor must be one of enum um_sensor"};
   }
   std::memcpy(&full, config, config->struct_size);
-  if (full.reserved != 0) return {UM_INVALID_CONFIG, "config.reserved must be 0"};
+  if (full.reserved[0] != 0 || full.reserved[1] != 0) return {UM_INVALID_CONFIG, "config.reserved must be 0"};
   out = {};
   bool all_possible = true;
   visit(full, out, FromC{all_possible});

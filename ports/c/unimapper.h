@@ -139,6 +139,9 @@ typedef struct um_config {
   uint32_t voxel_plane_min_points;
   /** Capacity: occupied fine cells of one keyframe. [1, 8388608]; our choice. */
   uint32_t voxel_max_cells;
+  /** Capacity: blocks of 4 x 4 x 4 cells that any keyframe of the window occupies; beyond it the
+   *  oldest keyframes leave early. [1, 4194304]; our choice. */
+  uint32_t voxel_max_window_blocks;
   /** Capacity: occupied coarse voxels of one keyframe. [1, 1048576]; our choice. */
   uint32_t voxel_max_voxels;
 
@@ -165,6 +168,9 @@ typedef struct um_config {
   /** Range images per keyframe, from evenly spread scans. [1, 32]; measured: 2, and 10 for
    *  patterns that do not repeat. */
   uint32_t free_space_images_per_keyframe;
+  /** Of each earlier keyframe every so many-th image is evidence, its last one among them.
+   *  [1, 32]; measured: 2. */
+  uint32_t free_space_earlier_image_stride;
   /** Pixel size of a range image, degrees. [0.1, 5]; measured: flat from 0.3 to 0.8. */
   float free_space_azimuth_resolution_deg;
   float free_space_elevation_resolution_deg;
@@ -194,9 +200,6 @@ typedef struct um_config {
   float removal_log_odds_free;
   float removal_log_odds_occupied;
   float removal_log_odds_weakly_occupied;
-  /** The sum is kept within plus and minus this, so that old evidence can be overruled. (0,
-   *  1000]; our choice. */
-  float removal_log_odds_limit;
   /** 0 or 1. Decide about connected obstacles as a whole; measured: on. */
   uint32_t removal_components;
   /** Cells lower than this above the ground follow the component they touch, but do not connect
@@ -306,7 +309,7 @@ typedef struct um_config {
    */
   uint32_t budget_us;
   /** Must be 0. */
-  uint32_t reserved;
+  uint32_t reserved[2];
 } um_config;
 
 /** Fills in the recommended parameters for a sensor (enum um_sensor). `struct_size` is

@@ -39,6 +39,7 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("plane_max_eigenvalue_m2", config.plane_max_eigenvalue_m2);
   visitor("plane_min_points", config.plane_min_points);
   visitor("max_cells", config.max_cells);
+  visitor("max_window_blocks", config.max_window_blocks);
   visitor("max_voxels", config.max_voxels);
 }
 
@@ -55,6 +56,7 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("columns", config.columns);
   visitor("visibility", config.visibility);
   visitor("images_per_keyframe", config.images_per_keyframe);
+  visitor("earlier_image_stride", config.earlier_image_stride);
   visitor("azimuth_resolution_deg", config.azimuth_resolution_deg);
   visitor("elevation_resolution_deg", config.elevation_resolution_deg);
   visitor("horizontal_fov_deg", config.horizontal_fov_deg);
@@ -73,7 +75,6 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("log_odds_free", config.log_odds_free);
   visitor("log_odds_occupied", config.log_odds_occupied);
   visitor("log_odds_weakly_occupied", config.log_odds_weakly_occupied);
-  visitor("log_odds_limit", config.log_odds_limit);
   visitor("components", config.components);
   visitor("connecting_height_m", config.connecting_height_m);
   visitor("component_dynamic_share", config.component_dynamic_share);

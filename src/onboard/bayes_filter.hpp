@@ -24,26 +24,34 @@ class BayesFilter {
            CellTable& cells) noexcept;
 
  private:
-  void collect_candidates(const CellTable& cells) noexcept;
-  void add_occupancy(const KeyframeEvidence& evidence, const CellTable& cells) noexcept;
-  void add_columns(const KeyframeEvidence& evidence, const CellTable& cells) noexcept;
+  /// Candidates are worked through in groups that stay in the nearest cache while every
+  /// measurement of the window adds its share.
+  static constexpr std::uint32_t kGroup = 2048;
+  struct Group;
+
+  /// Gathers the candidates of some blocks, weighed by how often they were occupied before.
+  /// Returns the first block that did not fit.
+  std::uint32_t collect(const BlockWindow& window, const CellTable& cells,
+                        std::uint32_t first_block) noexcept;
+  void add_window(const EvidenceWindow& window, const ImageProjection& projection,
+                  const CellTable& cells) noexcept;
+  void add_columns(const BlockWindow& blocks, const KeyframeEvidence& evidence, std::uint32_t age,
+                   const CellTable& cells) noexcept;
   void add_image(const RangeImage& image, const ImageProjection& projection,
                  const Eigen::Vector3f& image_grid_from_cells_m) noexcept;
-  void clamp() noexcept;
+  void decide(CellTable& cells) const noexcept;
 
   FreeSpaceConfig free_space_;
-  RemovalConfig removal_;
-  std::uint32_t size_ = 0;
-  // One entry per candidate, in the order of the table's rows.
-  std::uint32_t* row_ = nullptr;
-  std::uint8_t* bit_ = nullptr;  ///< number within its block
-  float* x_ = nullptr;
-  float* y_ = nullptr;
-  float* z_ = nullptr;
-  float* log_odds_ = nullptr;
-  std::uint8_t* occupied_ = nullptr;  ///< in the keyframe that is being added
-  std::uint32_t block_count_ = 0;
-  std::uint32_t* block_end_ = nullptr;  ///< per block: one past its last candidate
+  /// Whole thousandths: evidence for and against often weighs the same, and rounding must not
+  /// decide such a tie.
+  struct LogOdds {
+    std::int32_t free;
+    std::int32_t occupied;
+    std::int32_t weakly_occupied;
+    std::int32_t firm;
+  };
+  LogOdds log_odds_{};
+  Group* group_ = nullptr;
 };
 
 }  // namespace unimapper::onboard

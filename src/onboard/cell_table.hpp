@@ -4,20 +4,21 @@
 #include <cstdint>
 #include <span>
 
+#include "block_window.hpp"
 #include "grid.hpp"
 #include "scan_accumulator.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/fixed_hash_map.hpp"
 
 namespace unimapper::onboard {
 
 /// 4 x 4 x 4 cells, one bit each. Everything that asks "is that cell occupied?" asks 64 cells at
-/// the price of one hash look-up.
+/// the price of one look-up.
 struct Block {
   static constexpr std::int32_t kEdgeBits = 2;
   static constexpr std::int32_t kEdge = 1 << kEdgeBits;
 
   std::uint64_t occupied;
+  VoxelIndex index;     ///< in units of blocks
   std::uint32_t first;  ///< row of the block's first cell; the others follow by bit number
 };
 
@@ -31,6 +32,13 @@ struct Block {
   constexpr std::int32_t kMask = Block::kEdge - 1;
   return static_cast<std::uint32_t>((cell.x & kMask) | ((cell.y & kMask) << Block::kEdgeBits) |
                                     ((cell.z & kMask) << (2 * Block::kEdgeBits)));
+}
+
+/// The cell with number `bit` of a block.
+[[nodiscard]] constexpr VoxelIndex cell_in(const VoxelIndex& block, std::uint32_t bit) noexcept {
+  const auto b = static_cast<std::int32_t>(bit);
+  return {(block.x << Block::kEdgeBits) + (b & 3), (block.y << Block::kEdgeBits) + (b >> 2 & 3),
+          (block.z << Block::kEdgeBits) + (b >> 4)};
 }
 
 /// Set bits of a word; without the instruction set's own, which firmware may lack.
@@ -63,15 +71,16 @@ class CellTable {
  public:
   void attach(Arena& arena, const VoxelConfig& config) noexcept;
 
-  /// Sorts the cells of a keyframe into blocks. Cells whose block finds no room (beyond any
-  /// sane hash collision) are left out and counted. O(cells).
-  void build(const ScanAccumulator& scans) noexcept;
+  /// Sorts the cells of a keyframe into blocks, which it enters into the window. Cells whose block
+  /// finds no room there are left out and counted. O(cells).
+  void build(const ScanAccumulator& scans, BlockWindow& window) noexcept;
 
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
   /// Cells left out by the last `build`.
   [[nodiscard]] std::uint64_t left_out() const noexcept { return left_out_; }
   [[nodiscard]] const Grid& grid() const noexcept { return grid_; }
-  [[nodiscard]] const FixedHashMap<Block>& blocks() const noexcept { return blocks_; }
+  /// By their number in the window's current keyframe.
+  [[nodiscard]] std::span<const Block> blocks() const noexcept { return {blocks_, block_count_}; }
 
   /// Row of a cell of the accumulator, or `kNoRow`.
   static constexpr std::uint32_t kNoRow = 0xFFFFFFFFU;
@@ -86,10 +95,10 @@ class CellTable {
   [[nodiscard]] const float* x() const noexcept { return x_; }
   [[nodiscard]] const float* y() const noexcept { return y_; }
   [[nodiscard]] const float* z() const noexcept { return z_; }
-  [[nodiscard]] const VoxelIndex& index(std::uint32_t row) const noexcept { return index_[row]; }
+  [[nodiscard]] VoxelIndex index(std::uint32_t row) const noexcept {
+    return cell_in(blocks_[where_[row] >> 6U].index, where_[row] & 63U);
+  }
   [[nodiscard]] std::uint32_t points(std::uint32_t row) const noexcept { return points_[row]; }
-  /// Which scans hit the cell, one bit each.
-  [[nodiscard]] std::uint32_t scans(std::uint32_t row) const noexcept { return scans_[row]; }
   [[nodiscard]] std::uint8_t flags(std::uint32_t row) const noexcept { return flags_[row]; }
   void set_flag(std::uint32_t row, CellFlag flag) noexcept { flags_[row] |= flag; }
   void clear_flag(std::uint32_t row, CellFlag flag) noexcept {
@@ -100,14 +109,14 @@ class CellTable {
   std::uint32_t size_ = 0;
   std::uint64_t left_out_ = 0;
   Grid grid_;
-  FixedHashMap<Block> blocks_;
+  Block* blocks_ = nullptr;
+  std::uint32_t block_count_ = 0;
   std::uint32_t* row_of_cell_ = nullptr;
   float* x_ = nullptr;
   float* y_ = nullptr;
   float* z_ = nullptr;
-  VoxelIndex* index_ = nullptr;
+  std::uint32_t* where_ = nullptr;  ///< block in the upper 26 bits, bit number in the lower 6
   std::uint32_t* points_ = nullptr;
-  std::uint32_t* scans_ = nullptr;
   std::uint8_t* flags_ = nullptr;
 };
 

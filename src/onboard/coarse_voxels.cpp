@@ -1,5 +1,7 @@
 #include "coarse_voxels.hpp"
 
+#include <bit>
+
 #include "unimapper/core/symmetric_eigen.hpp"
 
 namespace unimapper::onboard {
@@ -36,29 +38,47 @@ void CoarseVoxels::build(const CellTable& cells) noexcept {
 void CoarseVoxels::collect_moments(const CellTable& cells) noexcept {
   const std::int32_t cells_per_voxel = cells.grid().cells_per_voxel;
   const float size_m = cells.grid().cell_size_m * static_cast<float>(cells_per_voxel);
-  // Rows of a block follow each other and mostly share their voxel.
-  VoxelKey last_key = ~VoxelKey{0};
-  std::uint32_t last = kNone;
-  for (std::uint32_t row = 0; row < cells.size(); ++row) {
-    const VoxelIndex index = voxel_of(cells.index(row), cells_per_voxel);
-    const VoxelKey key = pack(index);
-    if (key != last_key) {
-      last_key = key;
-      last = map_.find_or_insert(key);
+  for (const Block& block : cells.blocks()) {
+    // The block's first cell decides; the others lie in its voxel or in the next one.
+    const VoxelIndex first = cell_in(block.index, 0);
+    const VoxelIndex corner = voxel_of(first, cells_per_voxel);
+    // Cells of the block from which on the next voxel begins.
+    const VoxelIndex next{(corner.x + 1) * cells_per_voxel - first.x,
+                          (corner.y + 1) * cells_per_voxel - first.y,
+                          (corner.z + 1) * cells_per_voxel - first.z};
+    std::uint32_t entries[8];
+    std::uint32_t known = 0;  // bit i: entries[i] was looked up
+    std::uint64_t left = block.occupied;
+    for (std::uint32_t row = block.first; left != 0; ++row, left &= left - 1) {
+      const auto bit = std::countr_zero(left);
+      const std::int32_t x = (bit & 3) >= next.x ? 1 : 0;
+      const std::int32_t y = (bit >> 2 & 3) >= next.y ? 1 : 0;
+      const std::int32_t z = (bit >> 4) >= next.z ? 1 : 0;
+      const VoxelIndex index{corner.x + x, corner.y + y, corner.z + z};
+      const std::int32_t which = x + 2 * y + 4 * z;
+      if ((known >> which & 1U) == 0) {
+        known |= 1U << which;
+        entries[which] = map_.find_or_insert(pack(index));
+      }
+      add_cell(cells, row, entries[which], corner_of(index, size_m));
     }
-    of_row_[row] = last;
-    if (last == kNone) {
-      ++left_out_;
-      continue;
-    }
-    CoarseVoxel& voxel = map_[last];
-    const auto weight = static_cast<float>(cells.points(row));
-    const Eigen::Vector3f local = cells.position(row) - corner_of(index, size_m);
-    const Eigen::Vector3f weighted = local * weight;
-    voxel.sum += weighted;
-    voxel.squares.noalias() += weighted * local.transpose();
-    voxel.points += cells.points(row);
   }
+}
+
+void CoarseVoxels::add_cell(const CellTable& cells, std::uint32_t row, std::uint32_t entry,
+                            const Eigen::Vector3f& corner) noexcept {
+  of_row_[row] = entry;
+  if (entry == kNone) {
+    ++left_out_;
+    return;
+  }
+  CoarseVoxel& voxel = map_[entry];
+  const auto weight = static_cast<float>(cells.points(row));
+  const Eigen::Vector3f local = cells.position(row) - corner;
+  const Eigen::Vector3f weighted = local * weight;
+  voxel.sum += weighted;
+  voxel.squares.noalias() += weighted * local.transpose();
+  voxel.points += cells.points(row);
 }
 
 void CoarseVoxels::find_plane(CoarseVoxel& voxel, const Eigen::Vector3f& corner) const noexcept {

@@ -51,6 +51,8 @@ class CoarseVoxels {
 
  private:
   void collect_moments(const CellTable& cells) noexcept;
+  void add_cell(const CellTable& cells, std::uint32_t row, std::uint32_t entry,
+                const Eigen::Vector3f& corner) noexcept;
   void find_plane(CoarseVoxel& voxel, const Eigen::Vector3f& corner) const noexcept;
 
   VoxelConfig config_;

@@ -9,17 +9,8 @@
 namespace unimapper::onboard {
 namespace {
 
-constexpr std::uint32_t kNone = FixedHashMap<Block>::kNotFound;
-
-/// From a block to one that touches it.
-struct Offset {
-  std::int32_t x;
-  std::int32_t y;
-  std::int32_t z;
-};
-
 /// The 26 neighbours, upper ones first. The first half meets every touching pair once.
-constexpr std::array<Offset, 26> kOffsets{
+constexpr std::array<BlockOffset, 26> kOffsets{
     {{0, 0, 1},   {1, 0, 1},   {-1, 0, 1},  {0, 1, 1},   {0, -1, 1},  {1, 1, 1},   {-1, 1, 1},
      {1, -1, 1},  {-1, -1, 1}, {1, 0, 0},   {0, 1, 0},   {1, 1, 0},   {-1, 1, 0},  {-1, 0, 0},
      {0, -1, 0},  {-1, -1, 0}, {1, -1, 0},  {0, 0, -1},  {1, 0, -1},  {-1, 0, -1}, {0, 1, -1},
@@ -29,52 +20,28 @@ std::uint64_t lowest_bit(std::uint64_t word) noexcept { return word & (~word + 1
 
 }  // namespace
 
-class Components::Surroundings {
- public:
-  Surroundings(const FixedHashMap<Block>& blocks, std::uint32_t center) noexcept
-      : blocks_(blocks), index_(unpack(blocks.key(center))) {
-    entries_.fill(kUnasked);
-  }
-
-  /// Entry of the block at an offset, or `kNone`.
-  std::uint32_t at(const Offset& offset) noexcept {
-    std::uint32_t& entry = entries_[static_cast<std::size_t>((offset.x + 1) + 3 * (offset.y + 1) +
-                                                             9 * (offset.z + 1))];
-    if (entry == kUnasked) {
-      entry = blocks_.find(pack({index_.x + offset.x, index_.y + offset.y, index_.z + offset.z}));
-    }
-    return entry;
-  }
-
- private:
-  static constexpr std::uint32_t kUnasked = kNone - 1;
-  const FixedHashMap<Block>& blocks_;
-  VoxelIndex index_;
-  std::array<std::uint32_t, 27> entries_;
-};
-
 void Components::attach(Arena& arena, const PipelineConfig& config) noexcept {
   config_ = config.removal;
-  // No block is empty and no part either: neither can outnumber the cells.
-  masks_ = arena.allocate<BlockMasks>(config.voxel.max_cells);
-  parts_ = arena.allocate<Part>(config.voxel.max_cells);
-  tally_ = arena.allocate<Tally>(config.voxel.max_cells);
+  masks_ = arena.allocate<BlockMasks>(config.voxel.max_blocks());
+  max_parts_ = config.voxel.max_blocks() * 2;
+  parts_ = arena.allocate<Part>(max_parts_);
+  tally_ = arena.allocate<Tally>(max_parts_);
   part_of_low_ = arena.allocate<std::uint32_t>(config.voxel.max_cells);
 }
 
-std::uint32_t Components::run(const EvidenceWindow& window, CellTable& cells) noexcept {
+std::uint32_t Components::run(const BlockWindow& window, CellTable& cells) noexcept {
   collect_masks(cells);
   split_into_parts();
-  join_parts(cells);
-  attach_low_cells(cells);
+  join_parts(window);
+  attach_low_cells(window, cells);
   const std::uint32_t components = count(window, cells);
   settle(cells);
   return components;
 }
 
 void Components::collect_masks(const CellTable& cells) noexcept {
-  const FixedHashMap<Block>& blocks = cells.blocks();
-  block_count_ = blocks.size();
+  const std::span<const Block> blocks = cells.blocks();
+  block_count_ = static_cast<std::uint32_t>(blocks.size());
   for (std::uint32_t b = 0; b < block_count_; ++b) {
     BlockMasks masks{};
     std::uint64_t left = blocks[b].occupied;
@@ -96,7 +63,10 @@ void Components::split_into_parts() noexcept {
     BlockMasks& masks = masks_[b];
     masks.first_part = part_count_;
     for (std::uint64_t left = masks.connecting; left != 0;) {
-      const std::uint64_t part = flooded(lowest_bit(left), masks.connecting);
+      // Every later block needs room for a part; where it grows short, what is left of a block
+      // stands together.
+      const bool is_short = part_count_ + (block_count_ - b) >= max_parts_;
+      const std::uint64_t part = is_short ? left : flooded(lowest_bit(left), masks.connecting);
       left &= ~part;
       tally_[part_count_] = {};
       parts_[part_count_] = {part, part_count_};
@@ -106,19 +76,17 @@ void Components::split_into_parts() noexcept {
   }
 }
 
-void Components::join_parts(const CellTable& cells) noexcept {
-  const FixedHashMap<Block>& blocks = cells.blocks();
+void Components::join_parts(const BlockWindow& blocks) noexcept {
   for (std::uint32_t b = 0; b < block_count_; ++b) {
-    Surroundings surroundings(blocks, b);
     for (std::uint32_t p = 0; p < masks_[b].parts; ++p) {
       const std::uint32_t part = masks_[b].first_part + p;
       for (std::size_t i = 0; i < kOffsets.size() / 2; ++i) {
-        const Offset& offset = kOffsets[i];
+        const BlockOffset& offset = kOffsets[i];
         const std::uint64_t touched =
             touched_in_neighbour(parts_[part].cells, offset.x, offset.y, offset.z);
         if (touched == 0) continue;
-        const std::uint32_t other = surroundings.at(offset);
-        if (other == kNone) continue;
+        const std::uint32_t other = blocks.neighbour(b, offset);
+        if (other == BlockWindow::kNone) continue;
         for (std::uint32_t q = 0; q < masks_[other].parts; ++q) {
           const std::uint32_t neighbour = masks_[other].first_part + q;
           if ((parts_[neighbour].cells & touched) != 0) join(part, neighbour);
@@ -136,19 +104,18 @@ std::uint32_t Components::part_with(std::uint32_t block, std::uint64_t cells) co
   return kNoPart;
 }
 
-void Components::attach_low_cells(const CellTable& cells) noexcept {
-  const FixedHashMap<Block>& blocks = cells.blocks();
+void Components::attach_low_cells(const BlockWindow& window, const CellTable& cells) noexcept {
+  const std::span<const Block> blocks = cells.blocks();
   for (std::uint32_t b = 0; b < block_count_; ++b) {
-    Surroundings surroundings(blocks, b);
     for (std::uint64_t left = masks_[b].low; left != 0; left &= left - 1) {
       const std::uint64_t cell = lowest_bit(left);
       std::uint32_t part = part_with(b, dilated(cell));
       for (std::size_t i = 0; i < kOffsets.size() && part == kNoPart; ++i) {
-        const Offset& offset = kOffsets[i];
+        const BlockOffset& offset = kOffsets[i];
         const std::uint64_t touched = touched_in_neighbour(cell, offset.x, offset.y, offset.z);
         if (touched == 0) continue;
-        const std::uint32_t other = surroundings.at(offset);
-        if (other != kNone) part = part_with(other, touched);
+        const std::uint32_t other = window.neighbour(b, offset);
+        if (other != BlockWindow::kNone) part = part_with(other, touched);
       }
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(cell));
       part_of_low_[row_of(blocks[b], bit)] = part;
@@ -156,22 +123,13 @@ void Components::attach_low_cells(const CellTable& cells) noexcept {
   }
 }
 
-std::uint32_t Components::count(const EvidenceWindow& window, const CellTable& cells) noexcept {
-  const FixedHashMap<Block>& blocks = cells.blocks();
-  const KeyframeEvidence& earlier = window.earlier(1);
-  const GridShift shift = shift_between(cells.grid(), earlier.grid);
-  const bool comparable = window.earlier_count() > 0 && shift.representable;
-  const VoxelIndex by = block_of(shift.cells);
+std::uint32_t Components::count(const BlockWindow& window, const CellTable& cells) noexcept {
+  const std::span<const Block> blocks = cells.blocks();
   std::uint32_t components = 0;
   for (std::uint32_t b = 0; b < block_count_; ++b) {
     const BlockMasks& masks = masks_[b];
-    BlockHistory before{};
-    if (comparable && (masks.connecting | masks.low) != 0) {
-      const VoxelIndex here = unpack(blocks.key(b));
-      const std::uint32_t entry =
-          earlier.blocks.find(pack({here.x + by.x, here.y + by.y, here.z + by.z}));
-      if (entry != kNone) before = earlier.blocks[entry];
-    }
+    if ((masks.connecting | masks.low) == 0) continue;
+    const BlockHistory before = window.before(b);
     for (std::uint32_t p = 0; p < masks.parts; ++p) {
       const std::uint32_t part = masks.first_part + p;
       const std::uint32_t top = root(part);
@@ -204,7 +162,7 @@ bool Components::persists(const Tally& tally) const noexcept {
 }
 
 void Components::settle(CellTable& cells) noexcept {
-  const FixedHashMap<Block>& blocks = cells.blocks();
+  const std::span<const Block> blocks = cells.blocks();
   const auto settle_cell = [&](std::uint32_t row, std::uint32_t part) {
     const Tally& tally = tally_[root(part)];
     const float share = static_cast<float>(tally.dynamic) / static_cast<float>(tally.cells);

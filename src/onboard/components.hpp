@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include "cell_table.hpp"
-#include "evidence.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/onboard/config.hpp"
 
@@ -20,7 +19,7 @@ class Components {
 
   /// Settles the candidates of `cells`. Returns the number of components.
   /// O(candidates), nearly; neighbours are looked up block-wise.
-  std::uint32_t run(const EvidenceWindow& window, CellTable& cells) noexcept;
+  std::uint32_t run(const BlockWindow& window, CellTable& cells) noexcept;
 
  private:
   /// Cells of one block that touch each other: the smallest thing a component is made of.
@@ -44,14 +43,11 @@ class Components {
     std::uint32_t first_part;  ///< parts of a block follow each other
     std::uint32_t parts;
   };
-  /// The blocks around one block, looked up when first asked for.
-  class Surroundings;
-
   void collect_masks(const CellTable& cells) noexcept;
   void split_into_parts() noexcept;
-  void join_parts(const CellTable& cells) noexcept;
-  void attach_low_cells(const CellTable& cells) noexcept;
-  std::uint32_t count(const EvidenceWindow& window, const CellTable& cells) noexcept;
+  void join_parts(const BlockWindow& blocks) noexcept;
+  void attach_low_cells(const BlockWindow& window, const CellTable& cells) noexcept;
+  std::uint32_t count(const BlockWindow& window, const CellTable& cells) noexcept;
   void count_part(Tally& tally, std::uint64_t cells, const BlockMasks& masks,
                   const BlockHistory& before) const noexcept;
   void settle(CellTable& cells) noexcept;
@@ -67,6 +63,7 @@ class Components {
   RemovalConfig config_;
   std::uint32_t block_count_ = 0;
   std::uint32_t part_count_ = 0;
+  std::uint32_t max_parts_ = 0;
   BlockMasks* masks_ = nullptr;
   Part* parts_ = nullptr;
   Tally* tally_ = nullptr;                ///< per part

@@ -49,6 +49,9 @@ Error VoxelConfig::validate() const noexcept {
   if (!within(plane_min_points, 3, 10000))
     return invalid("voxel.plane_min_points must be 3 to 10000");
   if (!within(max_cells, 1, 1U << 23U)) return invalid("voxel.max_cells must be 1 to 8388608");
+  if (!within(max_window_blocks, 1, 1U << 22U)) {
+    return invalid("voxel.max_window_blocks must be 1 to 4194304");
+  }
   if (!within(max_voxels, 1, 1U << 20U)) return invalid("voxel.max_voxels must be 1 to 1048576");
   return {};
 }
@@ -67,6 +70,8 @@ Error FreeSpaceConfig::validate() const noexcept {
     return invalid("free_space.columns or free_space.visibility must be on");
   if (!within(images_per_keyframe, 1, kMaxImages))
     return invalid("free_space.images_per_keyframe must be 1 to 32");
+  if (!within(earlier_image_stride, 1, kMaxImages))
+    return invalid("free_space.earlier_image_stride must be 1 to 32");
   if (!within(azimuth_resolution_deg, 0.1F, 5.0F) || !within(elevation_resolution_deg, 0.1F, 5.0F))
     return invalid("free_space's azimuth and elevation resolution must be 0.1 to 5 degrees");
   if (!within(horizontal_fov_deg, 1.0F, 360.0F))
@@ -88,8 +93,6 @@ Error RemovalConfig::validate() const noexcept {
   if (!within(log_odds_free, 0.0F, 10.0F) || !within(log_odds_occupied, 0.0F, 10.0F) ||
       !within(log_odds_weakly_occupied, 0.0F, 10.0F))
     return invalid("removal's log-odds increments must be 0 to 10");
-  if (!within(log_odds_limit, 1e-3F, 1000.0F))
-    return invalid("removal.log_odds_limit must be above 0 and at most 1000");
   if (!within(connecting_height_m, 0.0F, 2.0F))
     return invalid("removal.connecting_height_m must be 0 to 2 metres");
   if (!within(component_dynamic_share, 0.0F, 1.0F) || !within(component_static_share, 0.0F, 1.0F) ||

@@ -5,17 +5,15 @@
 namespace unimapper::onboard {
 
 void EvidenceWindow::attach(Arena& arena, const PipelineConfig& config) noexcept {
-  // Blocks hold several cells each; a quarter is more than any scene measured needs.
-  const std::size_t blocks = std::max<std::size_t>(config.voxel.max_cells / 4, 1);
   const ImageProjection projection(config.free_space);
+  blocks_.attach(arena, config);
   slot_count_ = config.removal.window + 1;
   scans_per_keyframe_ = config.keyframe.scans;
   images_per_keyframe_ = config.free_space.images_per_keyframe;
   last_scan_unknown_ = config.keyframe.distance_m > 0.0F;
   for (std::uint32_t i = 0; i < slot_count_; ++i) {
     KeyframeEvidence& slot = slots_[i];
-    slot.blocks.attach(arena, blocks);
-    slot.columns.attach(arena, config.free_space.columns ? blocks : 0);
+    slot.columns.attach(arena, config.free_space.columns ? config.voxel.max_blocks() : 0);
     if (!config.free_space.visibility) continue;
     slot.images = arena.allocate<RangeImage>(images_per_keyframe_);
     for (std::uint32_t image = 0; image < images_per_keyframe_; ++image) {
@@ -29,8 +27,8 @@ void EvidenceWindow::begin(const Grid& grid) noexcept {
   KeyframeEvidence& slot = current();
   slot.grid = grid;
   slot.image_count = 0;
-  slot.blocks.clear();
   slot.columns.clear();
+  blocks_.begin(grid);
 }
 
 RangeImage* EvidenceWindow::image_for(std::uint32_t scan, const Pose& T_odometry_sensor) noexcept {
@@ -51,11 +49,8 @@ RangeImage* EvidenceWindow::image_for(std::uint32_t scan, const Pose& T_odometry
 }
 
 void EvidenceWindow::record(const CellTable& cells) noexcept {
-  FixedHashMap<BlockHistory>& history = current().blocks;
-  const FixedHashMap<Block>& blocks = cells.blocks();
+  const std::span<const Block> blocks = cells.blocks();
   for (std::uint32_t i = 0; i < blocks.size(); ++i) {
-    const std::uint32_t entry = history.find_or_insert(blocks.key(i));
-    if (entry == FixedHashMap<BlockHistory>::kNotFound) continue;
     std::uint64_t dynamic = 0;
     std::uint64_t proven = 0;
     std::uint64_t left = blocks[i].occupied;
@@ -65,8 +60,9 @@ void EvidenceWindow::record(const CellTable& cells) noexcept {
       dynamic |= bit;
       if ((cells.flags(row) & kCellProven) != 0) proven |= bit;
     }
-    history[entry] = {blocks[i].occupied, dynamic, proven};
+    blocks_.record(i, {blocks[i].occupied, dynamic, proven});
   }
+  blocks_.advance();
   current_ = (current_ + 1) % slot_count_;
   earlier_ = std::min(earlier_ + 1, slot_count_ - 1);
 }

@@ -5,38 +5,25 @@
 #include <cstdint>
 #include <span>
 
+#include "block_window.hpp"
 #include "cell_table.hpp"
 #include "free_columns.hpp"
 #include "range_image.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/fixed_hash_map.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {
 
-/// What was decided about 4 x 4 x 4 cells.
-struct BlockHistory {
-  std::uint64_t occupied;
-  std::uint64_t dynamic;  ///< of the occupied ones
-  std::uint64_t proven;   ///< of the dynamic ones: in their own right
-};
-
-/// The measurement Z of one keyframe (paper section IV-D): occupied cells, free space, and what
-/// became of the cells.
+/// What one keyframe knows about free space (part of the measurement Z of paper section IV-D).
 struct KeyframeEvidence {
   Grid grid;
-  FixedHashMap<BlockHistory> blocks;
   FreeColumns columns;
   RangeImage* images = nullptr;  ///< as many as configured
   std::uint32_t image_count = 0;
 
   [[nodiscard]] std::span<const RangeImage> painted() const noexcept {
     return {images, image_count};
-  }
-  /// Everything that found no room in the last recording.
-  [[nodiscard]] std::uint64_t left_out() const noexcept {
-    return blocks.refused() + columns.left_out();
   }
 };
 
@@ -46,7 +33,14 @@ class EvidenceWindow {
   void attach(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Forgets all earlier keyframes.
-  void forget() noexcept { earlier_ = 0; }
+  void forget() noexcept {
+    earlier_ = 0;
+    blocks_.forget();
+  }
+
+  /// Occupied cells and what became of them.
+  [[nodiscard]] BlockWindow& blocks() noexcept { return blocks_; }
+  [[nodiscard]] const BlockWindow& blocks() const noexcept { return blocks_; }
 
   /// The slot of the keyframe at hand: images and columns are filled while it is being built.
   [[nodiscard]] KeyframeEvidence& current() noexcept { return slots_[current_]; }
@@ -71,16 +65,11 @@ class EvidenceWindow {
   /// O(blocks).
   void record(const CellTable& cells) noexcept;
 
-  /// Blocks and columns that found no room in the last recording.
-  [[nodiscard]] std::uint64_t left_out() const noexcept {
-    return earlier_ > 0 ? earlier(1).left_out() : 0;
-  }
-  /// Blocks one keyframe has room for.
-  [[nodiscard]] std::uint32_t block_capacity() const noexcept {
-    return slots_[0].blocks.capacity();
-  }
+  /// Columns of the current keyframe that found no room.
+  [[nodiscard]] std::uint64_t left_out() const noexcept { return current().columns.left_out(); }
 
  private:
+  BlockWindow blocks_;
   std::uint32_t scans_per_keyframe_ = 10;
   std::uint32_t images_per_keyframe_ = 2;
   bool last_scan_unknown_ = false;  ///< keyframes close by distance, too

@@ -178,7 +178,7 @@ void Pipeline::State::close_keyframe() noexcept {
 
 void Pipeline::State::remove_dynamic() noexcept {
   const StageTimer timer(config.clock_ns, statistics, Stage::kRemoval);
-  cells.build(accumulator);
+  cells.build(accumulator, window.blocks());
   voxels.build(cells);
   statistics.ground_voxels = find_ground(config.ground, config.voxel.coarse_size_m, voxels.map());
   spread_ground(config.ground, voxels.map());
@@ -188,7 +188,8 @@ void Pipeline::State::remove_dynamic() noexcept {
   budget.measure(Budget::Part::kJudging, candidates,
                  [this] { filter.run(window, painter.projection(), cells); });
   budget.measure(Budget::Part::kSettling, 1, [this] {
-    if (config.removal.components) statistics.components = components.run(window, cells);
+    if (config.removal.components) statistics.components = components.run(window.blocks(), cells);
+    dropped(DropCause::kEvidenceFull) = window.left_out();
     window.record(cells);
     output.build(cells, voxels, accumulator, view.T_odometry_keyframe);
   });
@@ -262,7 +263,7 @@ void Pipeline::State::count_result() noexcept {
   statistics.dynamic_cells = static_cast<std::uint32_t>(view.dynamic_cells.size());
   statistics.voxels = voxels.map().size();
   dropped(DropCause::kVoxelsFull) = voxels.left_out();
-  dropped(DropCause::kEvidenceFull) = cells.left_out() + window.left_out();
+  dropped(DropCause::kEvidenceFull) += cells.left_out();
 
   const auto use = [this](Capacity which, std::uint64_t used, std::uint64_t capacity) {
     statistics.capacity[static_cast<std::size_t>(which)] = {used, capacity};
@@ -270,7 +271,7 @@ void Pipeline::State::count_result() noexcept {
   use(Capacity::kPointsPerScan, accumulator.largest_scan(), config.keyframe.max_points_per_scan);
   use(Capacity::kCells, statistics.cells, config.voxel.max_cells);
   use(Capacity::kVoxels, statistics.voxels, config.voxel.max_voxels);
-  use(Capacity::kBlocks, cells.blocks().size(), window.block_capacity());
+  use(Capacity::kBlocks, window.blocks().size(), window.blocks().capacity());
   use(Capacity::kPlaces, places.size(), config.loop_search.max_places);
 }
 

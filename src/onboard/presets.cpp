@@ -12,10 +12,15 @@ void apply_data_sheet(const SensorModel& sensor, PipelineConfig& config) noexcep
   // A quarter more than the nominal rate, for second returns and odd sweeps; whole pages.
   const std::uint32_t points = sensor.points_per_scan + sensor.points_per_scan / 4;
   config.keyframe.max_points_per_scan = (points + 4095U) / 4096U * 4096U;
-  // A dense long-range sensor fills 300 000 cells in a wide street.
-  config.voxel.max_cells = sensor.points_per_scan > 100000U  ? 1U << 19U
+  // A dense long-range sensor fills 320 000 cells in a wide street.
+  config.voxel.max_cells = sensor.points_per_scan > 100000U  ? 3U << 17U
                            : sensor.points_per_scan > 50000U ? 1U << 18U
                                                              : 1U << 17U;
+
+  // The cells of sparse sensors lie farther apart: fewer of them share a block.
+  const bool sparse = sensor.points_per_scan <= 50000U;
+  config.voxel.max_window_blocks =
+      sparse ? config.voxel.max_cells / 2 : config.voxel.max_cells / 8 * 3;
 
   // The images reach a little beyond the field of view: mounting offsets, beam offsets.
   constexpr float kSlackDeg = 1.0F;

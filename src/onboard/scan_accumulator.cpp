@@ -125,7 +125,6 @@ PointCode ScanAccumulator::insert_point(const Batch& batch, std::size_t i,
   cell.y += batch.local_y[i];
   cell.z += batch.local_z[i];
   ++cell.points;
-  cell.scans |= 1U << scans_;
   const auto height = static_cast<std::uint32_t>(batch.local_z[i] * 256.0F);
   return entry | (std::min(height, 255U) << 24U);
 }

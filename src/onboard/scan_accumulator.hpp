@@ -20,7 +20,6 @@ struct CellSums {
   float y;
   float z;
   std::uint32_t points;
-  std::uint32_t scans;  ///< bit i: scan i of the keyframe hit the cell
 };
 
 /// Where a point of a scan went: its cell in the lower 24 bits, and in the upper 8 how high in

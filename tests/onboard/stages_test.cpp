@@ -49,7 +49,7 @@ struct Stages {
     return scans.add(PointView::xyz(points.data(), points.size(), sizeof(points[0])), pose);
   }
   std::uint32_t find_and_split_ground() {
-    cells.build(scans);
+    cells.build(scans, window.blocks());
     voxels.build(cells);
     const std::uint32_t ground =
         find_ground(config.ground, config.voxel.coarse_size_m, voxels.map());
@@ -108,7 +108,7 @@ TEST_CASE("a cell holds the mean of its points, far from the origin too") {
     pose.translation = {offset, -offset, 0.0};
     stages.begin(pose.translation);
     stages.add({{1.09F, 1.09F, 1.09F}, {1.13F, 1.11F, 1.17F}}, pose);
-    stages.cells.build(stages.scans);
+    stages.cells.build(stages.scans, stages.window.blocks());
     REQUIRE(stages.cells.size() == 1);
     CHECK(stages.cells.points(0) == 2);
     const Eigen::Vector3d mean =
@@ -117,15 +117,6 @@ TEST_CASE("a cell holds the mean of its points, far from the origin too") {
     CHECK(mean.y() + offset == Approx(1.10).margin(2e-4));
     CHECK(mean.z() == Approx(1.13).margin(2e-4));
   }
-}
-
-TEST_CASE("a cell remembers which scans hit it") {
-  Stages stages;
-  stages.add({{1.1F, 0.1F, 0.1F}, {2.1F, 0.1F, 0.1F}});
-  stages.add({{2.1F, 0.1F, 0.1F}});
-  stages.cells.build(stages.scans);
-  CHECK(stages.cells.scans(stages.row_at({1.1F, 0.1F, 0.1F})) == 1);
-  CHECK(stages.cells.scans(stages.row_at({2.1F, 0.1F, 0.1F})) == 3);
 }
 
 TEST_CASE("grids of different keyframes share their cells") {
@@ -152,12 +143,12 @@ TEST_CASE("a table has one row per cell and finds each by its block") {
     points.emplace_back(8.0F * std::sin(f), 8.0F * std::cos(1.7F * f), 3.0F * std::sin(0.3F * f));
   }
   stages.add(points);
-  stages.cells.build(stages.scans);
+  stages.cells.build(stages.scans, stages.window.blocks());
   CHECK(stages.cells.size() == stages.scans.cells().size());
   for (std::uint32_t row = 0; row < stages.cells.size(); ++row) {
     const VoxelIndex index = stages.cells.index(row);
-    const std::uint32_t block = stages.cells.blocks().find(pack(block_of(index)));
-    REQUIRE(block != FixedHashMap<Block>::kNotFound);
+    const std::uint32_t block = stages.window.blocks().enter(block_of(index));
+    REQUIRE(block < stages.cells.blocks().size());
     CHECK(row_of(stages.cells.blocks()[block], bit_of(index)) == row);
   }
 }
@@ -336,7 +327,7 @@ TEST_CASE("obstacles that touch are one component, across block borders too") {
   REQUIRE(stages.cells.size() == 13);
   // A third of the staircase is dynamic: enough for all of it.
   for (std::uint32_t row = 0; row < 4; ++row) stages.cells.set_flag(row, kCellDynamic);
-  CHECK(stages.components.run(stages.window, stages.cells) == 2);
+  CHECK(stages.components.run(stages.window.blocks(), stages.cells) == 2);
   std::size_t dynamic = 0;
   for (std::uint32_t row = 0; row < 13; ++row) {
     dynamic += (stages.cells.flags(row) & kCellDynamic) != 0 ? 1 : 0;
@@ -352,12 +343,12 @@ TEST_CASE("hardly dynamic components become static, firm cells resist their neig
   stages.add(points);
   stages.find_and_split_ground();
   stages.cells.set_flag(0, kCellDynamic);
-  stages.components.run(stages.window, stages.cells);
+  stages.components.run(stages.window.blocks(), stages.cells);
   CHECK((stages.cells.flags(0) & kCellDynamic) == 0);
 
   for (std::uint32_t row = 0; row < 20; ++row) stages.cells.set_flag(row, kCellDynamic);
   stages.cells.set_flag(39, kCellFirm);
-  stages.components.run(stages.window, stages.cells);
+  stages.components.run(stages.window.blocks(), stages.cells);
   CHECK((stages.cells.flags(38) & kCellDynamic) != 0);
   CHECK((stages.cells.flags(39) & kCellDynamic) == 0);
 }
@@ -373,7 +364,7 @@ TEST_CASE("low cells follow an obstacle but do not tie obstacles together") {
   for (float z = 0.5F; z < 1.8F; z += 0.2F) {
     stages.cells.set_flag(stages.row_at({1.1F, 1.1F, z}), kCellDynamic);
   }
-  stages.components.run(stages.window, stages.cells);
+  stages.components.run(stages.window.blocks(), stages.cells);
   const auto dynamic = [&](float x, float z) {
     return (stages.cells.flags(stages.row_at({x, 1.1F, z})) & kCellDynamic) != 0;
   };

@@ -56,9 +56,17 @@ struct VoxelConfig {
   std::uint32_t plane_min_points = 10;
   /// Capacity: occupied fine cells of one keyframe. [1, 8388608]; our choice.
   std::uint32_t max_cells = 1U << 18U;
+  /// Capacity: blocks of 4 x 4 x 4 cells that any keyframe of the window occupies; beyond it the
+  /// oldest keyframes leave early. [1, 4194304]; our choice.
+  std::uint32_t max_window_blocks = 98304;
   /// Capacity: occupied coarse voxels of one keyframe. [1, 1048576]; our choice.
   std::uint32_t max_voxels = 1U << 15U;
 
+  /// Capacity: blocks of 4 x 4 x 4 cells one keyframe occupies. Blocks hold several cells each; a
+  /// quarter is more than any scene measured needs.
+  [[nodiscard]] std::uint32_t max_blocks() const noexcept {
+    return max_cells < 4 ? 1 : max_cells / 4;
+  }
   /// Fine cells along the edge of a coarse voxel.
   [[nodiscard]] std::int32_t cells_per_voxel() const noexcept;
   [[nodiscard]] Error validate() const noexcept;
@@ -93,6 +101,9 @@ struct FreeSpaceConfig {
   /// Range images per keyframe, from evenly spread scans. [1, 32]; measured: 2, and 10 for
   /// patterns that do not repeat.
   std::uint32_t images_per_keyframe = 2;
+  /// Of each earlier keyframe every so many-th image is evidence, its last one among them: its
+  /// first scan saw what the last scan of the keyframe before saw. [1, 32]; measured: 2.
+  std::uint32_t earlier_image_stride = 2;
   /// Pixel size of a range image, degrees. [0.1, 5]; measured: flat from 0.3 to 0.8.
   float azimuth_resolution_deg = 0.4F;
   float elevation_resolution_deg = 0.5F;
@@ -124,13 +135,11 @@ struct RemovalConfig {
   bool candidates_next_to_ground = false;
   /// Log-odds per observation: seen through (or in a free column) / occupied in an earlier
   /// keyframe / a surface met about there (half-way evidence). [0, 10]; a cell is dynamic when
-  /// the sum is positive. The paper gives no values; measured: see docs/tuning.md.
+  /// the sum is positive. Counted in thousandths. The paper gives no values; measured: see
+  /// docs/tuning.md.
   float log_odds_free = 0.85F;
   float log_odds_occupied = 0.425F;
   float log_odds_weakly_occupied = 0.255F;
-  /// The sum is kept within plus and minus this, so that old evidence can be overruled.
-  /// (0, 1000]; our choice.
-  float log_odds_limit = 100.0F;
   /// Decide about connected obstacles as a whole; measured: on.
   bool components = true;
   /// Cells lower than this above the ground follow the component they touch, but do not connect

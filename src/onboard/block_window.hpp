@@ -1,0 +1,176 @@
+// Where the blocks of the sliding window lie, who their neighbours are, and what was met in them.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "grid.hpp"
+#include "tile_directory.hpp"
+#include "unimapper/core/arena.hpp"
+#include "unimapper/onboard/config.hpp"
+
+namespace unimapper::onboard {
+
+/// What was decided about the cells of a block in one keyframe, one bit per cell.
+struct BlockHistory {
+  std::uint64_t occupied;
+  std::uint64_t dynamic;  ///< of the occupied ones
+  std::uint64_t proven;   ///< of the dynamic ones: in their own right
+};
+
+/// From a block to one that touches it: -1, 0 or 1 along each axis.
+struct BlockOffset {
+  std::int32_t x;
+  std::int32_t y;
+  std::int32_t z;
+};
+
+/// The blocks (4 x 4 x 4 cells) that any keyframe of the window occupies. A block is looked up
+/// once per keyframe; what earlier keyframes met in it then lies side by side, and its neighbours
+/// are an array away: blocks are kept in tiles of 4 x 4 x 4 that know the tiles around them.
+///
+/// Blocks nobody occupies any more leave with the keyframe that saw them last. What finds no room
+/// pushes the oldest keyframe out of the window; if that does not help it is refused and counted.
+class BlockWindow {
+ public:
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+
+  void attach(Arena& arena, const PipelineConfig& config) noexcept;
+
+  /// Forgets every keyframe. O(window).
+  void forget() noexcept;
+  /// Begins a keyframe whose blocks are counted in `grid`. Keyframes too far from the first one
+  /// to be counted in its grid forget it.
+  void begin(const Grid& grid) noexcept;
+
+  /// Number of a block (counted in the current grid) in the current keyframe: the next one if it
+  /// is new there, `kNone` if there is no room for it.
+  std::uint32_t enter(const VoxelIndex& block) noexcept;
+  /// Blocks entered so far, and the most that can be.
+  [[nodiscard]] std::uint32_t entered_count() const noexcept { return entered_[current_].count; }
+  [[nodiscard]] std::uint32_t max_entered() const noexcept { return max_entered_; }
+
+  /// Number of the block next to block `number` in the current keyframe, or `kNone`.
+  [[nodiscard]] std::uint32_t neighbour(std::uint32_t number,
+                                        const BlockOffset& offset) const noexcept {
+    const std::uint32_t at = place_of_number_[number];
+    const std::int32_t x = static_cast<std::int32_t>(at & 3U) + offset.x;
+    const std::int32_t y = static_cast<std::int32_t>((at >> 2U) & 3U) + offset.y;
+    const std::int32_t z = static_cast<std::int32_t>((at >> 4U) & 3U) + offset.z;
+    const Tile* tile = tiles_ + (at >> 6U);
+    const std::int32_t around = ((x + 4) >> 2) + 3 * ((y + 4) >> 2) + 9 * ((z + 4) >> 2);
+    if (around != kCenter) {
+      const std::uint32_t other = tile->around[around];
+      if (other == kNone) return kNone;
+      tile = tiles_ + other;
+      if (tile->keyframe != keyframe_) return kNone;
+    }
+    return tile->numbers[(x & 3) | ((y & 3) << 2) | ((z & 3) << 4)];
+  }
+
+  /// Cells occupied `age` keyframes ago, from 1 to `earlier_count()`.
+  /// by block number.
+  [[nodiscard]] std::uint64_t occupied(std::uint32_t number, std::uint32_t age) const noexcept {
+    return history_[entry_of(number) * std::size_t{slots_} + slot(age)];
+  }
+  /// The same for every keyframe of the window, in no particular order.
+  [[nodiscard]] std::span<const std::uint64_t> occupied(std::uint32_t number) const noexcept {
+    return {history_ + entry_of(number) * std::size_t{slots_}, slots_};
+  }
+  /// What the keyframe before decided about a block.
+  [[nodiscard]] BlockHistory before(std::uint32_t number) const noexcept;
+
+  /// Keyframes in the window, the current one not counted.
+  [[nodiscard]] std::uint32_t earlier_count() const noexcept { return earlier_; }
+
+  /// Records what was decided about a block.
+  void record(std::uint32_t number, const BlockHistory& decided) noexcept;
+  /// Makes the current keyframe the latest earlier one. O(blocks of the one that leaves), and now
+  /// and then O(tiles).
+  void advance() noexcept;
+
+  /// Blocks refused since `begin`.
+  [[nodiscard]] std::uint64_t refused() const noexcept { return refused_; }
+  /// Blocks held, and how many there is room for.
+  [[nodiscard]] std::uint32_t size() const noexcept { return used_; }
+  [[nodiscard]] std::uint32_t capacity() const noexcept { return capacity_; }
+
+ private:
+  static constexpr std::uint32_t kEdgeBits = 2;
+  static constexpr std::uint32_t kBlocks = 64;
+  static constexpr std::uint32_t kAround = 27;
+  static constexpr std::int32_t kCenter = 13;
+
+  struct Tile {
+    VoxelKey key;
+    std::uint32_t used;      ///< blocks it holds
+    std::uint32_t keyframe;  ///< for which `numbers` holds
+    std::uint32_t around[kAround];
+    std::uint32_t numbers[kBlocks];  ///< in the current keyframe
+    std::uint32_t blocks[kBlocks];   ///< entries
+  };
+  /// The blocks of one keyframe, in the order of their numbers.
+  struct Entered {
+    std::uint32_t* entries;
+    std::uint32_t count;
+    std::uint32_t keyframe;
+  };
+
+  [[nodiscard]] std::uint32_t slot(std::uint32_t age) const noexcept {
+    return (current_ + slots_ - age) % slots_;
+  }
+  [[nodiscard]] std::uint32_t entry_of(std::uint32_t number) const noexcept {
+    return entered_[current_].entries[number];
+  }
+  [[nodiscard]] bool tiles_left() const noexcept {
+    return free_tile_count_ > 0 || fresh_tiles_ < tile_capacity_;
+  }
+  [[nodiscard]] bool blocks_left() const noexcept { return free_count_ > 0 || fresh_ < capacity_; }
+  [[nodiscard]] std::uint32_t find_tile(VoxelKey key) noexcept;
+  std::uint32_t make_tile(const VoxelIndex& index) noexcept;
+  /// The next number, for a block that is new in the current keyframe.
+  std::uint32_t number(std::uint32_t entry) noexcept;
+  std::uint32_t make_block(std::uint32_t tile, std::uint32_t place) noexcept;
+  void expire(Entered& entered) noexcept;
+  /// Lets the oldest keyframe go; false if there is none.
+  bool make_room() noexcept;
+  /// Takes the tiles without blocks away.
+  void purge_tiles() noexcept;
+
+  Grid origin_;
+  VoxelIndex shift_;  ///< from blocks of the current grid to blocks of the origin's
+  bool started_ = false;
+
+  std::uint32_t slots_ = 2;  ///< window + 1
+  std::uint32_t current_ = 0;
+  std::uint32_t earlier_ = 0;
+  std::uint32_t keyframe_ = 1;
+  std::uint32_t max_entered_ = 0;
+  std::uint64_t refused_ = 0;
+  std::uint32_t* place_of_number_ = nullptr;  ///< as `place_`, by number
+  Entered entered_[RemovalConfig::kMaxWindow + 1] = {};
+
+  // Blocks: fresh ones from the front, then those that were freed.
+  std::uint32_t capacity_ = 0;
+  std::uint32_t used_ = 0;
+  std::uint32_t fresh_ = 0;
+  std::uint32_t free_count_ = 0;
+  std::uint32_t* free_ = nullptr;
+  std::uint32_t* place_ = nullptr;     ///< tile in the upper 26 bits, place in it in the lower 6
+  std::uint32_t* last_met_ = nullptr;  ///< last keyframe that entered the block
+  std::uint64_t* history_ = nullptr;   ///< occupied cells, `slots_` words per block
+  std::uint64_t* dynamic_ = nullptr;   ///< as decided in the last keyframe that entered the block
+  std::uint64_t* proven_ = nullptr;
+
+  std::uint32_t tile_capacity_ = 0;
+  std::uint32_t fresh_tiles_ = 0;
+  std::uint32_t free_tile_count_ = 0;
+  std::uint32_t* free_tiles_ = nullptr;
+  Tile* tiles_ = nullptr;
+  TileDirectory directory_;
+  // The tile of the last look-up: neighbours are mostly asked for one after the other.
+  VoxelKey last_key_ = 0;
+  std::uint32_t last_tile_ = kNone;
+};
+
+}  // namespace unimapper::onboard
