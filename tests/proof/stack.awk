@@ -25,21 +25,25 @@ function field(line, key,    at, rest) {
 # Labels of compiler-made clones lack their name.
 function readable(name) { return label[name] ~ /^[A-Za-z_]/ ? label[name] : name }
 
+# An explicit instantiation is listed under its file, called under its name alone.
 # A complete constructor is often the same code as the one for a base class; the graph knows one.
 function defined_name(name,    other) {
   if (name in frame) return name
+  if (name in instance) return instance[name]
   other = name
   if ((sub(/C1E/, "C2E", other) || sub(/D1E/, "D2E", other)) && other in frame) return other
   return name
 }
 
-function add_node(line,    name, text, part, count, bytes) {
+function add_node(line,    name, short, text, part, count, bytes) {
   name = field(line, "title")
   text = field(line, "label")
   count = split(text, part, "\\\\n")
   if (count < 3 || part[3] !~ / bytes \(/) return  # only declared here
   bytes = part[3] + 0
   label[name] = part[1]
+  short = name
+  if (sub(/^.*:_Z/, "_Z", short)) instance[short] = name
   if (!(name in frame) || bytes > frame[name]) frame[name] = bytes
   if (part[3] ~ /\(dynamic\)/) unbounded[name] = 1
 }
