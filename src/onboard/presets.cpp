@@ -57,6 +57,32 @@ PipelineConfig preset(SensorKind sensor) noexcept {
   return config;
 }
 
+PipelineConfig preset(SensorKind sensor, Computer computer) noexcept {
+  struct Room {
+    std::uint32_t cells;
+    std::uint32_t window_blocks;
+    std::uint32_t voxels;
+    std::uint32_t places;
+    float range_m;
+  };
+  constexpr Room kJetson{320000, 131072, 32768, 1000, 120.0F};
+  constexpr Room kRaspberryPi{160000, 65536, 16384, 500, 60.0F};
+  constexpr Room kArmv7With64Mb{81920, 30720, 8192, 250, 40.0F};
+  PipelineConfig config = preset(sensor);
+  if (computer == Computer::kServer) return config;
+  const Room& room = computer == Computer::kJetson        ? kJetson
+                     : computer == Computer::kRaspberryPi ? kRaspberryPi
+                                                          : kArmv7With64Mb;
+  VoxelConfig& voxel = config.voxel;
+  voxel.max_cells = std::min(voxel.max_cells, room.cells);
+  voxel.max_window_blocks = std::min(voxel.max_window_blocks, room.window_blocks);
+  voxel.max_voxels = std::min(voxel.max_voxels, room.voxels);
+  config.descriptor.max_cells = std::min(config.descriptor.max_cells, room.cells);
+  config.loop_search.max_places = std::min(config.loop_search.max_places, room.places);
+  config.keyframe.range_max_m = std::min(config.keyframe.range_max_m, room.range_m);
+  return config;
+}
+
 PipelineConfig paper_preset(SensorKind sensor) noexcept {
   PipelineConfig config;
   apply_data_sheet(sensor_model(sensor), config);

@@ -7,6 +7,25 @@
 using namespace unimapper;
 using namespace unimapper::test;
 
+TEST_CASE("every sensor fits the memory of every computer") {
+  struct Limit {
+    Computer computer;
+    std::size_t bytes;
+  };
+  for (const auto& [computer, bytes] :
+       {Limit{Computer::kServer, 256'000'000}, Limit{Computer::kJetson, 192'000'000},
+        Limit{Computer::kRaspberryPi, 96'000'000}, Limit{Computer::kArmv7With64Mb, 64'000'000}}) {
+    for (const SensorKind sensor :
+         {SensorKind::kOs2_128, SensorKind::kOs1_64, SensorKind::kHdl64e, SensorKind::kVlp16,
+          SensorKind::kAevaAeries2, SensorKind::kLivoxAvia, SensorKind::kLivoxMid360}) {
+      const PipelineConfig config = preset(sensor, computer);
+      CAPTURE(static_cast<int>(sensor), static_cast<int>(computer));
+      CHECK(config.validate().code == ErrorCode::kOk);
+      CHECK(Pipeline::required_bytes(config) <= bytes);
+    }
+  }
+}
+
 TEST_CASE("every preset is valid, and fits the sensor's scans") {
   for (const SensorModel& sensor : sensor_models()) {
     INFO(sensor.name);

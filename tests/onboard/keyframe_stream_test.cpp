@@ -23,19 +23,19 @@ using namespace unimapper::test;
 namespace {
 
 // Poses, labels, static cells, dynamic cells, keypoints, planes, triangles, loops, counts.
-constexpr StreamChecksums kSpinning = {0x40DC8FA0B60215FB, 0x3B3053BB646F60EB, 0x8D50823336FC380E,
-                                       0x99C8316BF98D7336, 0xE693215DDEE9A42B, 0x8B6A02853A946281,
-                                       0x2D9645FB7975ACD5, 0xAFDAD92D12FE29E8, 0x3BE17EF70F2220BB};
+constexpr StreamChecksums kSpinning = {0x40DC8FA0B60215FB, 0xDAEB2D7EB02EC3E6, 0x771F244A91C42616,
+                                       0x55D36755357309DC, 0xFE83D3CB56663176, 0xB0E666F0A91BBFDB,
+                                       0xD1CC04070B44E511, 0x5EF8FFF6C2774B01, 0x4B2874A89E5A3D0B};
 constexpr StreamChecksums kNonRepetitive = {
-    0x40DC8FA0B60215FB, 0xC070AE913AB03782, 0x4A2969D67C55813D,
-    0xE263832F7EAD647C, 0xF39648007141E8D0, 0x20811A77F5CD9950,
-    0x499AC5FE33AB0213, 0x58A7D2420D7F8A40, 0x44A44219ACB808B6};
-constexpr StreamChecksums kPaper = {0x40DC8FA0B60215FB, 0x73AF26EE7A780B0E, 0x6E620E5D2EFDE01E,
-                                    0x32290ABD224F0E0A, 0xFB89BD7DB960B9EB, 0x301FAC1E30BEC8FD,
-                                    0x292A7D35816C2032, 0xBAD8848753406863, 0x0231CAF556B96D54};
-constexpr StreamChecksums kRecorded = {0x65F3571226FF37C9, 0x8BC818896786B710, 0x3D0E68BBDD8CEBB1,
-                                       0xD238FF892F5D0C6C, 0x3BBBF209167EE18A, 0x35D2DE26D66BA5E2,
-                                       0x216D109BB9F1DFAC, 0x23E99983C4158FD5, 0xC6FAB7C4F4BC4291};
+    0x40DC8FA0B60215FB, 0xFA3784117DA21B48, 0x46BF568713509030,
+    0x1D0047411F588AEF, 0x4D3C197D5B5A17B9, 0xEE020BD8FE73E779,
+    0x48858810DABC6AA8, 0xD8431412C1476AA5, 0x547B663822D079E7};
+constexpr StreamChecksums kPaper = {0x40DC8FA0B60215FB, 0x7590A198BA9D8731, 0x1A80091CD56940EB,
+                                    0x5E35010CC57E8107, 0xAAF606ED1CDF8FBF, 0x301FAC1E30BEC8FD,
+                                    0x39F5C03829EC1BC4, 0x9DB2D8C9FE1F7F2F, 0x3FCD241AA4E30575};
+constexpr StreamChecksums kRecorded = {0x65F3571226FF37C9, 0x37F3074E1AE95B9E, 0x2CE9B89642B31116,
+                                       0xFBE10221DF8B6F39, 0xDF830B882EA7C9DF, 0x2D8D5590A18BAFCD,
+                                       0xAF3E5832C0EF33E0, 0x05ECAEEA30DD14F6, 0xA04A2612C1FD41D8};
 
 /// Short keyframes, a short window, and loops to what was seen a little while ago.
 PipelineConfig short_run(PipelineConfig config) {

@@ -189,6 +189,18 @@ struct PipelineConfig {
 /// sheet, and one set of thresholds for spinning sensors, one for all others.
 [[nodiscard]] PipelineConfig preset(SensorKind sensor) noexcept;
 
+/// What the pipeline is to run on; decides capacities and range, never thresholds.
+enum class Computer : std::uint8_t {
+  kServer,        ///< x86-64, gigabytes to spare: what `preset(sensor)` assumes
+  kJetson,        ///< Jetson-class ARM64: at most 192 MB
+  kRaspberryPi,   ///< Raspberry-Pi-class ARMv8: at most 96 MB
+  kArmv7With64Mb  ///< ARMv7 with NEON: at most 64 MB
+};
+
+/// The recommended parameters with the capacities a smaller computer has room for: fewer places
+/// to recognise, a shorter range, fewer cells. docs/porting.md tells the bytes of each.
+[[nodiscard]] PipelineConfig preset(SensorKind sensor, Computer computer) noexcept;
+
 /// The paper taken literally: free columns only, symmetric log-odds, candidates next to ground,
 /// no components. For comparison.
 [[nodiscard]] PipelineConfig paper_preset(SensorKind sensor) noexcept;
