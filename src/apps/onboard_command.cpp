@@ -29,9 +29,12 @@ void add_output_options(CLI::App& command, OnboardOptions& options) {
 }
 
 void add_processing_options(CLI::App& command, OnboardOptions& options) {
-  command.add_option("--preset", options.preset, "Parameters to start from")
+  command
+      .add_option("--preset", options.preset,
+                  "Parameters to start from: the default, the paper's, or the default within the "
+                  "memory of a smaller computer")
       ->capture_default_str()
-      ->check(CLI::IsMember({"default", "paper"}));
+      ->check(CLI::IsMember({"default", "paper", "jetson", "raspberry-pi", "armv7-64mb"}));
   command.add_option("--config", options.config, "JSON file with parameters that differ from it");
   command.add_flag("--realtime", options.realtime, "Feed the scans at the pace of their stamps");
   command.add_option("--against", options.against,

@@ -53,11 +53,22 @@ ChosenSensor choose_sensor(const OnboardOptions& options, const std::string& imp
   return {&sensor_model(SensorKind::kGeneric), "nothing says which; --sensor tells"};
 }
 
+namespace {
+
+PipelineConfig start_from(const std::string& name, SensorKind sensor) {
+  if (name == "default") return preset(sensor);
+  if (name == "paper") return paper_preset(sensor);
+  if (name == "jetson") return preset(sensor, Computer::kJetson);
+  if (name == "raspberry-pi") return preset(sensor, Computer::kRaspberryPi);
+  if (name == "armv7-64mb") return preset(sensor, Computer::kArmv7With64Mb);
+  throw std::runtime_error(
+      "--preset must be default, paper, jetson, raspberry-pi or armv7-64mb, not '" + name + "'");
+}
+
+}  // namespace
+
 PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor) {
-  if (options.preset != "default" && options.preset != "paper") {
-    throw std::runtime_error("--preset must be default or paper, not '" + options.preset + "'");
-  }
-  PipelineConfig config = options.preset == "paper" ? paper_preset(sensor) : preset(sensor);
+  PipelineConfig config = start_from(options.preset, sensor);
   config.clock_ns = &steady_clock_ns;  // before the file is read: a budget in it needs a clock
   if (!options.config.empty()) read_config(options.config, config);
   return config;
