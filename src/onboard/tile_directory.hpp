@@ -31,7 +31,7 @@ class TileDirectory {
   }
 
   [[nodiscard]] std::uint32_t find(VoxelKey key) const noexcept {
-    std::size_t at = mix_bits(key) & mask_;
+    auto at = static_cast<std::size_t>(mix_bits(key) & mask_);
     for (std::uint32_t probe = 0; probe < kMaxProbes; ++probe, at = (at + 1) & mask_) {
       if (slots_[at].generation != generation_) return kNone;
       if (slots_[at].key == key) return slots_[at].tile;
@@ -41,7 +41,7 @@ class TileDirectory {
 
   /// Adds a tile that is not there; false if there is no slot for it within `kMaxProbes`.
   bool insert(VoxelKey key, std::uint32_t tile) noexcept {
-    std::size_t at = mix_bits(key) & mask_;
+    auto at = static_cast<std::size_t>(mix_bits(key) & mask_);
     for (std::uint32_t probe = 0; probe < kMaxProbes; ++probe, at = (at + 1) & mask_) {
       if (slots_[at].generation == generation_) continue;
       slots_[at] = {key, tile, generation_};
