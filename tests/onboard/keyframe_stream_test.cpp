@@ -23,19 +23,19 @@ using namespace unimapper::test;
 namespace {
 
 // Poses, labels, static cells, dynamic cells, keypoints, planes, triangles, loops, counts.
-constexpr StreamChecksums kSpinning = {0x40DC8FA0B60215FB, 0xDAEB2D7EB02EC3E6, 0x771F244A91C42616,
-                                       0x55D36755357309DC, 0xFE83D3CB56663176, 0xB0E666F0A91BBFDB,
-                                       0xD1CC04070B44E511, 0x5EF8FFF6C2774B01, 0x4B2874A89E5A3D0B};
+constexpr StreamChecksums kSpinning = {0x40DC8FA0B60215FB, 0xB540ECCAC5E8DFEB, 0xA9FDDBB145639B0E,
+                                       0x77FFFF6502FF1CD2, 0x9D8C4D06A95F5B1B, 0x4CE8FCCDA8E81714,
+                                       0x3F3C12D6F4A0A6A4, 0xC4ACB3E3019F0987, 0x6BFD9F91278D9000};
 constexpr StreamChecksums kNonRepetitive = {
-    0x40DC8FA0B60215FB, 0xFA3784117DA21B48, 0x46BF568713509030,
-    0x1D0047411F588AEF, 0x4D3C197D5B5A17B9, 0xEE020BD8FE73E779,
-    0x48858810DABC6AA8, 0xD8431412C1476AA5, 0x547B663822D079E7};
+    0x40DC8FA0B60215FB, 0x507C6FB9771CE8EF, 0x9D8F5EF93D169F2C,
+    0xAC34A81B5DB77CE3, 0x5A79C53B216EFA39, 0xCA3A8139E2E8A07D,
+    0x113F8FE4017DB915, 0x324DD2DC5F0EC8C1, 0x4222F8B22D75B280};
 constexpr StreamChecksums kPaper = {0x40DC8FA0B60215FB, 0x7590A198BA9D8731, 0x1A80091CD56940EB,
                                     0x5E35010CC57E8107, 0xAAF606ED1CDF8FBF, 0x301FAC1E30BEC8FD,
                                     0x39F5C03829EC1BC4, 0x9DB2D8C9FE1F7F2F, 0x3FCD241AA4E30575};
-constexpr StreamChecksums kRecorded = {0x65F3571226FF37C9, 0x37F3074E1AE95B9E, 0x2CE9B89642B31116,
-                                       0xFBE10221DF8B6F39, 0xDF830B882EA7C9DF, 0x2D8D5590A18BAFCD,
-                                       0xAF3E5832C0EF33E0, 0x05ECAEEA30DD14F6, 0xA04A2612C1FD41D8};
+constexpr StreamChecksums kRecorded = {0x65F3571226FF37C9, 0x8BC818896786B710, 0x3D0E68BBDD8CEBB1,
+                                       0xD238FF892F5D0C6C, 0x3BBBF209167EE18A, 0x35D2DE26D66BA5E2,
+                                       0x216D109BB9F1DFAC, 0x23E99983C4158FD5, 0xC6FAB7C4F4BC4291};
 
 /// Short keyframes, a short window, and loops to what was seen a little while ago.
 PipelineConfig short_run(PipelineConfig config) {
