@@ -8,7 +8,6 @@
 #include "export_files.hpp"
 
 namespace unimapper::merge {
-namespace {
 
 const char* status_name(SessionStatus status) {
   switch (status) {
@@ -21,6 +20,8 @@ const char* status_name(SessionStatus status) {
   }
   return "unconnected";
 }
+
+namespace {
 
 /// Names come from files and networks: what cannot be UTF-8 must not stop the export.
 std::string dump(const nlohmann::ordered_json& json) {

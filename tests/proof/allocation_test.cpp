@@ -1,8 +1,4 @@
 // The pipeline allocates nothing after construction, counted by a malloc family of our own.
-//
-// It is defined here, in the executable, because replacing operator new would miss malloc, and
-// wrapping malloc at link time would miss what libstdc++ allocates.
-#include <cerrno>
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
@@ -10,51 +6,7 @@
 #include <vector>
 
 #include "run.hpp"
-
-namespace {
-
-bool counting = false;
-unsigned long allocations = 0;
-
-void count() { allocations += counting ? 1U : 0U; }
-
-}  // namespace
-
-extern "C" {
-
-void* __libc_malloc(std::size_t size);
-void* __libc_calloc(std::size_t count, std::size_t size);
-void* __libc_realloc(void* old, std::size_t size);
-void* __libc_memalign(std::size_t alignment, std::size_t size);
-void __libc_free(void* block);
-
-void* malloc(std::size_t size) {
-  count();
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t elements, std::size_t size) {
-  count();
-  return __libc_calloc(elements, size);
-}
-void* realloc(void* old, std::size_t size) {
-  count();
-  return __libc_realloc(old, size);
-}
-void* memalign(std::size_t alignment, std::size_t size) {
-  count();
-  return __libc_memalign(alignment, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  count();
-  return __libc_memalign(alignment, size);
-}
-int posix_memalign(void** out, std::size_t alignment, std::size_t size) {
-  count();
-  *out = __libc_memalign(alignment, size);
-  return *out == nullptr ? ENOMEM : 0;
-}
-void free(void* block) { __libc_free(block); }
-}
+#include "tests/counting_malloc.hpp"
 
 namespace {
 

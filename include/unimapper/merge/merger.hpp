@@ -13,6 +13,9 @@ namespace unimapper::merge {
 
 enum class SessionStatus { kCentral, kMerged, kUnconnected };
 
+/// "central", "merged" or "unconnected": the word in summary.json.
+[[nodiscard]] const char* status_name(SessionStatus status);
+
 /// A loop closure and what became of it. `T_match_query` is between the *sensor* frames of the
 /// two reference scans; `T_match_query_keyframe` between the levelled keyframe frames.
 struct LoopRecord {

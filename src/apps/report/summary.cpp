@@ -106,18 +106,6 @@ void measure_errors(const ReportInput& input, Summary& summary) {
 
 }  // namespace
 
-const char* status_name(SessionStatus status) {
-  switch (status) {
-    case SessionStatus::kCentral:
-      return "central";
-    case SessionStatus::kMerged:
-      return "merged";
-    case SessionStatus::kUnconnected:
-      break;
-  }
-  return "unconnected";
-}
-
 Summary summarize(const ReportInput& input) {
   Summary summary;
   for (std::size_t s = 0; s < input.sessions->size(); ++s) {

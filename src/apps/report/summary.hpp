@@ -51,9 +51,6 @@ struct Summary {
   bool has_truth = false;  ///< of the central session at least
 };
 
-/// "central", "merged" or "unconnected".
-[[nodiscard]] const char* status_name(merge::SessionStatus status);
-
 /// Works the figures out. Trajectory errors need the central session's truth: its frame is
 /// aligned once, the others are not aligned on their own.
 [[nodiscard]] Summary summarize(const ReportInput& input);

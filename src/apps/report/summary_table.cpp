@@ -71,7 +71,7 @@ std::string summary_table(const ReportInput& input) {
     const SessionSummary& session = summary.sessions[s];
     std::vector<std::string> cells = {session.name,
                                       session.sensor.empty() ? "-" : session.sensor,
-                                      status_name(session.status),
+                                      merge::status_name(session.status),
                                       std::to_string(session.keyframes),
                                       std::to_string(session.missing + session.damaged),
                                       fixed(session.path_m, 1),
