@@ -92,7 +92,7 @@ TEST_CASE("C gives the labels, cells and places that C++ gives") {
   });
   REQUIRE(from_c.size() == 3);
   REQUIRE(from_cpp.size() == from_c.size());
-  std::size_t dynamic_points = 0;
+  std::uint64_t dynamic_points = 0;
   for (std::size_t k = 0; k < from_c.size(); ++k) {
     const Keyframe& c = from_c[k];
     const KeyframeRun& cpp = from_cpp[k];
