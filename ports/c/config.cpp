@@ -143,7 +143,8 @@ ConfigVerdict read_config(const um_config* config, PipelineConfig& out) noexcept
     return {UM_UNKNOWN_SENSOR, "config.sensor must be one of enum um_sensor"};
   }
   std::memcpy(&full, config, config->struct_size);
-  if (full.reserved[0] != 0 || full.reserved[1] != 0) return {UM_INVALID_CONFIG, "config.reserved must be 0"};
+  if (full.reserved[0] != 0 || full.reserved[1] != 0)
+    return {UM_INVALID_CONFIG, "config.reserved must be 0"};
   out = {};
   bool all_possible = true;
   visit(full, out, FromC{all_possible});
