@@ -50,7 +50,8 @@ void LocalGround::build(std::span<const FineCell> cells) noexcept {
     heights_[i] = kNoHeight;
     if (patch.count == 0) continue;
     any_marked = true;
-    heights_[i] = static_cast<float>(patch.sum_mm / patch.count) * 0.001F;
+    const auto mean_mm = patch.sum_mm / patch.count;
+    heights_[i] = static_cast<float>(mean_mm) * 0.001F;
   }
   if (!any_marked) {
     for (std::size_t i = 0; i < count; ++i) {
