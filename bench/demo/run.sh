@@ -5,18 +5,17 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 scans=400
-quick=
 use_network=1
 out=demo
 for argument in "$@"; do
   case "$argument" in
-    --quick) scans=160; quick=--quick ;;
+    --quick) scans=160 ;;
     --no-network) use_network= ;;
     --out=*) out=${argument#--out=} ;;
     *) cat >&2 <<'TXT'
 usage: ./dev demo [--quick] [--no-network] [--out=DIR]
 
-  --quick       160 scans instead of 400 (under 90 seconds, building included)
+  --quick       160 scans instead of 400 (half a minute once built)
   --no-network  hand keyframes over as event logs instead of live LCM
   --out=DIR     where everything goes (default: demo; emptied first)
 TXT

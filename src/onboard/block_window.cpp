@@ -46,7 +46,6 @@ void BlockWindow::forget() noexcept {
 }
 
 void BlockWindow::begin(const Grid& grid) noexcept {
-  refused_ = 0;
   GridShift shift;
   if (started_) shift = shift_between(grid, origin_);
   if (!started_ || !shift.representable) {
@@ -73,7 +72,6 @@ std::uint32_t BlockWindow::enter(const VoxelIndex& block) noexcept {
     if (tile != kNone && entry == kNone) entry = make_block(tile, place);
     if (entry != kNone) return number(entry);
   }
-  ++refused_;
   return kNone;
 }
 

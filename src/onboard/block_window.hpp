@@ -30,7 +30,7 @@ struct BlockOffset {
 /// are an array away: blocks are kept in tiles of 4 x 4 x 4 that know the tiles around them.
 ///
 /// Blocks nobody occupies any more leave with the keyframe that saw them last. What finds no room
-/// pushes the oldest keyframe out of the window; if that does not help it is refused and counted.
+/// pushes the oldest keyframe out of the window; if that does not help it is refused.
 class BlockWindow {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
@@ -46,9 +46,6 @@ class BlockWindow {
   /// Number of a block (counted in the current grid) in the current keyframe: the next one if it
   /// is new there, `kNone` if there is no room for it.
   std::uint32_t enter(const VoxelIndex& block) noexcept;
-  /// Blocks entered so far, and the most that can be.
-  [[nodiscard]] std::uint32_t entered_count() const noexcept { return entered_[current_].count; }
-  [[nodiscard]] std::uint32_t max_entered() const noexcept { return max_entered_; }
 
   /// Number of the block next to block `number` in the current keyframe, or `kNone`.
   [[nodiscard]] std::uint32_t neighbour(std::uint32_t number,
@@ -68,8 +65,7 @@ class BlockWindow {
     return tile->numbers[(x & 3) | ((y & 3) << 2) | ((z & 3) << 4)];
   }
 
-  /// Cells occupied `age` keyframes ago, from 1 to `earlier_count()`.
-  /// by block number.
+  /// Cells of a block that were occupied `age` keyframes ago, from 1 to the window's length.
   [[nodiscard]] std::uint64_t occupied(std::uint32_t number, std::uint32_t age) const noexcept {
     return history_[entry_of(number) * std::size_t{slots_} + slot(age)];
   }
@@ -80,17 +76,12 @@ class BlockWindow {
   /// What the keyframe before decided about a block.
   [[nodiscard]] BlockHistory before(std::uint32_t number) const noexcept;
 
-  /// Keyframes in the window, the current one not counted.
-  [[nodiscard]] std::uint32_t earlier_count() const noexcept { return earlier_; }
-
   /// Records what was decided about a block.
   void record(std::uint32_t number, const BlockHistory& decided) noexcept;
   /// Makes the current keyframe the latest earlier one. O(blocks of the one that leaves), and now
   /// and then O(tiles).
   void advance() noexcept;
 
-  /// Blocks refused since `begin`.
-  [[nodiscard]] std::uint64_t refused() const noexcept { return refused_; }
   /// Blocks held, and how many there is room for.
   [[nodiscard]] std::uint32_t size() const noexcept { return used_; }
   [[nodiscard]] std::uint32_t capacity() const noexcept { return capacity_; }
@@ -143,10 +134,9 @@ class BlockWindow {
 
   std::uint32_t slots_ = 2;  ///< window + 1
   std::uint32_t current_ = 0;
-  std::uint32_t earlier_ = 0;
+  std::uint32_t earlier_ = 0;  ///< keyframes remembered
   std::uint32_t keyframe_ = 1;
   std::uint32_t max_entered_ = 0;
-  std::uint64_t refused_ = 0;
   std::uint32_t* place_of_number_ = nullptr;  ///< as `place_`, by number
   Entered entered_[RemovalConfig::kMaxWindow + 1] = {};
 

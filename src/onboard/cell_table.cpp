@@ -57,11 +57,11 @@ void CellTable::build(const ScanAccumulator& scans, BlockWindow& window) noexcep
     const std::uint32_t bit = bit_of(index);
     const std::uint32_t row = row_of(blocks_[b], bit);
     const CellSums& sums = cells[cell];
-    const float inverse = 1.0F / static_cast<float>(sums.points);
+    const Eigen::Vector3f mean = mean_of(index, sums, grid_.cell_size_m);
     row_of_cell_[cell] = row;
-    x_[row] = (static_cast<float>(index.x) + sums.x * inverse) * grid_.cell_size_m;
-    y_[row] = (static_cast<float>(index.y) + sums.y * inverse) * grid_.cell_size_m;
-    z_[row] = (static_cast<float>(index.z) + sums.z * inverse) * grid_.cell_size_m;
+    x_[row] = mean.x();
+    y_[row] = mean.y();
+    z_[row] = mean.z();
     where_[row] = (b << 6U) | bit;
     points_[row] = sums.points;
     flags_[row] = 0;

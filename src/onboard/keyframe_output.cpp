@@ -5,6 +5,13 @@
 #include "ground.hpp"
 
 namespace unimapper::onboard {
+namespace {
+
+std::uint16_t saturated(std::uint32_t points) noexcept {
+  return static_cast<std::uint16_t>(std::min(points, 65535U));
+}
+
+}  // namespace
 
 void KeyframeOutput::attach(Arena& arena, const PipelineConfig& config) noexcept {
   ground_ = config.ground;
@@ -23,24 +30,32 @@ void KeyframeOutput::build(const CellTable& cells, const CoarseVoxels& voxels,
   dynamic_count_ = 0;
   for (std::uint32_t row = 0; row < cells.size(); ++row) {
     const std::uint8_t flags = cells.flags(row);
-    FineCell cell;
-    cell.position = r * cells.position(row) + t;
-    cell.points = static_cast<std::uint16_t>(std::min(cells.points(row), 65535U));
-    cell.ground = (flags & kCellGround) != 0 ? 1 : 0;
-    cell.reserved = 0;
-    if ((flags & kCellDynamic) != 0) {
-      ++dynamic_count_;
-      cells_[capacity_ - dynamic_count_] = cell;
-    } else {
-      cells_[static_count_++] = cell;
-    }
+    add({r * cells.position(row) + t, saturated(cells.points(row)),
+         static_cast<std::uint8_t>((flags & kCellGround) != 0), 0},
+        (flags & kCellDynamic) != 0);
   }
   for (std::uint32_t cell = 0; cell < scans.cells().size(); ++cell) {
     const std::uint32_t row = cells.row_of_cell(cell);
-    const bool dynamic = row != CellTable::kNoRow && (cells.flags(row) & kCellDynamic) != 0;
-    dynamic_from_[cell] =
-        dynamic ? static_cast<std::uint16_t>(ground_level_in_cell(ground_, voxels, cells, row))
-                : kNever;
+    dynamic_from_[cell] = kNever;
+    if (row == CellTable::kNoRow) {
+      // Nothing was learnt about it, so it is static, as its points are.
+      const CellSums& sums = scans.cells()[cell];
+      const VoxelIndex index = unpack(scans.cells().key(cell));
+      add({r * mean_of(index, sums, cells.grid().cell_size_m) + t, saturated(sums.points), 0, 0},
+          false);
+    } else if ((cells.flags(row) & kCellDynamic) != 0) {
+      dynamic_from_[cell] =
+          static_cast<std::uint16_t>(ground_level_in_cell(ground_, voxels, cells, row));
+    }
+  }
+}
+
+void KeyframeOutput::add(const FineCell& cell, bool dynamic) noexcept {
+  if (dynamic) {
+    ++dynamic_count_;
+    cells_[capacity_ - dynamic_count_] = cell;
+  } else {
+    cells_[static_count_++] = cell;
   }
 }
 

@@ -19,7 +19,7 @@ class KeyframeOutput {
  public:
   void attach(Arena& arena, const PipelineConfig& config) noexcept;
 
-  /// Converts the table's cells; O(cells).
+  /// Converts the table's cells, and as static ones those that found no room there; O(cells).
   void build(const CellTable& cells, const CoarseVoxels& voxels, const ScanAccumulator& scans,
              const Pose& T_odometry_keyframe) noexcept;
 
@@ -43,6 +43,8 @@ class KeyframeOutput {
 
  private:
   static constexpr std::uint16_t kNever = 256;
+
+  void add(const FineCell& cell, bool dynamic) noexcept;
 
   GroundConfig ground_;
   std::uint32_t capacity_ = 0;

@@ -22,6 +22,15 @@ struct CellSums {
   std::uint32_t points;
 };
 
+/// Mean of a cell's points, metres from the grid's origin.
+[[nodiscard]] inline Eigen::Vector3f mean_of(const VoxelIndex& cell, const CellSums& sums,
+                                             float cell_size_m) noexcept {
+  const float inverse = 1.0F / static_cast<float>(sums.points);
+  return {(static_cast<float>(cell.x) + sums.x * inverse) * cell_size_m,
+          (static_cast<float>(cell.y) + sums.y * inverse) * cell_size_m,
+          (static_cast<float>(cell.z) + sums.z * inverse) * cell_size_m};
+}
+
 /// Where a point of a scan went: its cell in the lower 24 bits, and in the upper 8 how high in
 /// the cell it lies, so that ground and obstacle points of one cell can be told apart later.
 using PointCode = std::uint32_t;

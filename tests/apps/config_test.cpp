@@ -5,27 +5,14 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/apps/command.hpp"
+#include "tests/member_count.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;
+using namespace unimapper::test;
 using Catch::Matchers::Contains;
 
 namespace {
-
-/// Converts to any member, so that aggregates can be probed for how many they have.
-struct Anything {
-  template <typename T>
-  operator T() const;  // NOLINT: never called
-};
-
-template <typename T, typename... Members>
-constexpr std::size_t member_count() {
-  if constexpr (requires { T{Members{}..., Anything{}}; }) {
-    return member_count<T, Members..., Anything>();
-  } else {
-    return sizeof...(Members);
-  }
-}
 
 nlohmann::json dumped() {
   return nlohmann::json::parse(run_unimapper({"onboard", "--dump-config"}).out);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "c_pipeline.hpp"
+#include "tests/member_count.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
 using namespace unimapper;
@@ -14,21 +15,6 @@ using namespace unimapper::test;
 using Catch::Matchers::Contains;
 
 namespace {
-
-/// Converts to any member, so that aggregates can be probed for how many they have.
-struct Anything {
-  template <typename T>
-  operator T() const;  // NOLINT: never called
-};
-
-template <typename T, typename... Members>
-constexpr std::size_t member_count() {
-  if constexpr (requires { T{Members{}..., Anything{}}; }) {
-    return member_count<T, Members..., Anything>();
-  } else {
-    return sizeof...(Members);
-  }
-}
 
 std::string check(const um_config& config, um_status expected) {
   const char* message = nullptr;

@@ -1,0 +1,209 @@
+// The window's blocks against a model made of standard maps.
+#include "src/onboard/block_window.hpp"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <random>
+#include <tuple>
+#include <vector>
+
+#include "run.hpp"
+
+using namespace unimapper;
+using namespace unimapper::onboard;
+using namespace unimapper::test;
+
+namespace {
+
+/// A block's place, counted from the odometry origin.
+using Place = std::tuple<std::int64_t, std::int64_t, std::int64_t>;
+
+struct OwnedWindow {
+  explicit OwnedWindow(const PipelineConfig& configuration) : config(configuration) {
+    Arena measuring = Arena::measuring();
+    window.attach(measuring, config);
+    memory.resize(measuring.used() + 64);
+    auto base = reinterpret_cast<std::uintptr_t>(memory.data());
+    base = (base + 63) / 64 * 64;
+    Arena arena(reinterpret_cast<std::byte*>(base), measuring.used());
+    window.attach(arena, config);
+  }
+  PipelineConfig config;
+  std::vector<std::byte> memory;
+  BlockWindow window;
+};
+
+PipelineConfig windowed(std::uint32_t keyframes, std::uint32_t blocks) {
+  PipelineConfig config = small_config();
+  config.removal.window = keyframes;
+  config.voxel.max_window_blocks = blocks;
+  return config;
+}
+
+/// Drives a cloud of blocks along x and keeps the same books with standard maps.
+class Drive {
+ public:
+  explicit Drive(OwnedWindow& owned) : owned_(owned) {}
+
+  /// One keyframe of random blocks about `x_m`; returns their places by number.
+  std::vector<Place> keyframe(double x_m, int blocks) {
+    const Grid grid = grid_near({x_m, 0.0, 0.0}, owned_.config.voxel);
+    const std::int64_t step = grid.step_cells() / 4;
+    const std::array<std::int64_t, 3> origin{grid.lattice_x * step, grid.lattice_y * step,
+                                             grid.lattice_z * step};
+    owned_.window.begin(grid);
+    std::uniform_int_distribution<int> across(-9, 9);
+    std::map<Place, std::uint32_t> numbers;
+    std::vector<Place> places;
+    for (int i = 0; i < blocks; ++i) {
+      const VoxelIndex block{across(random_), across(random_), across(random_) / 3};
+      const Place place{origin[0] + block.x, origin[1] + block.y, origin[2] + block.z};
+      const std::uint32_t number = owned_.window.enter(block);
+      const auto known = numbers.find(place);
+      if (known != numbers.end()) {
+        CHECK(number == known->second);  // entered twice, numbered once
+        continue;
+      }
+      if (number == BlockWindow::kNone) continue;
+      REQUIRE(number == places.size());
+      numbers[place] = number;
+      places.push_back(place);
+    }
+    check_neighbours(places, numbers);
+    return places;
+  }
+
+  /// Records random verdicts and moves on.
+  void finish(const std::vector<Place>& places) {
+    std::map<Place, BlockHistory> decided;
+    for (std::uint32_t number = 0; number < places.size(); ++number) {
+      const std::uint64_t occupied = bits_(random_) | 1U;
+      const std::uint64_t dynamic = occupied & bits_(random_);
+      decided[places[number]] = {occupied, dynamic, dynamic & bits_(random_)};
+      owned_.window.record(number, decided[places[number]]);
+    }
+    owned_.window.advance();
+    history_.push_front(decided);
+    if (history_.size() > owned_.config.removal.window) history_.pop_back();
+  }
+
+  /// Everything the window says about earlier keyframes, up to `remembered` of them.
+  void check_history(const std::vector<Place>& places, std::size_t remembered) const {
+    for (std::uint32_t number = 0; number < places.size(); ++number) {
+      std::uint64_t together = 0;
+      for (std::uint32_t age = 1; age <= owned_.config.removal.window; ++age) {
+        const BlockHistory truth = age <= remembered ? at(places[number], age) : BlockHistory{};
+        REQUIRE(owned_.window.occupied(number, age) == truth.occupied);
+        together ^= truth.occupied;
+      }
+      std::uint64_t listed = 0;
+      for (const std::uint64_t word : owned_.window.occupied(number)) listed ^= word;
+      REQUIRE(listed == together);
+      const BlockHistory truth = remembered > 0 ? at(places[number], 1) : BlockHistory{};
+      const BlockHistory before = owned_.window.before(number);
+      REQUIRE(before.occupied == truth.occupied);
+      if (truth.occupied == 0) continue;
+      REQUIRE(before.dynamic == truth.dynamic);
+      REQUIRE(before.proven == truth.proven);
+    }
+  }
+  [[nodiscard]] std::size_t kept() const { return history_.size(); }
+  void forget() { history_.clear(); }
+
+ private:
+  [[nodiscard]] BlockHistory at(const Place& place, std::uint32_t age) const {
+    if (age > history_.size()) return {};
+    const auto found = history_[age - 1].find(place);
+    return found == history_[age - 1].end() ? BlockHistory{} : found->second;
+  }
+
+  void check_neighbours(const std::vector<Place>& places,
+                        const std::map<Place, std::uint32_t>& numbers) const {
+    for (std::uint32_t number = 0; number < places.size(); ++number) {
+      const auto& [x, y, z] = places[number];
+      for (std::int32_t n = 0; n < 27; ++n) {
+        const BlockOffset offset{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
+        const auto other = numbers.find({x + offset.x, y + offset.y, z + offset.z});
+        REQUIRE(owned_.window.neighbour(number, offset) ==
+                (other == numbers.end() ? BlockWindow::kNone : other->second));
+      }
+    }
+  }
+
+  OwnedWindow& owned_;
+  std::mt19937_64 random_{7};
+  std::uniform_int_distribution<std::uint64_t> bits_;
+  std::deque<std::map<Place, BlockHistory>> history_;
+};
+
+}  // namespace
+
+TEST_CASE("a window remembers what each keyframe met in a block, and who its neighbours are") {
+  OwnedWindow owned(windowed(5, 20000));
+  Drive drive(owned);
+  // Far enough for tiles to be given back and used again many times.
+  for (int k = 0; k < 300; ++k) {
+    const auto places = drive.keyframe(3.0 * k - 200.0, 400);
+    REQUIRE(places.size() > 200);
+    drive.check_history(places, drive.kept());
+    drive.finish(places);
+  }
+}
+
+TEST_CASE("a window that is full forgets its oldest keyframes first and goes on") {
+  // Room for the blocks of about two keyframes; the window asks for six.
+  OwnedWindow owned(windowed(5, 600));
+  Drive drive(owned);
+  std::size_t least = 5;
+  std::size_t most = 0;
+  for (int k = 0; k < 100; ++k) {
+    const auto places = drive.keyframe(0.1 * k, 300);
+    REQUIRE(places.size() > 200);
+    REQUIRE(owned.window.size() <= owned.window.capacity());
+    std::size_t remembered = drive.kept();
+    // What is gone is gone from the old end: the newest keyframes are all that is left.
+    const auto knows = [&](std::size_t age) {
+      for (std::uint32_t n = 0; n < places.size(); ++n) {
+        if (owned.window.occupied(n, static_cast<std::uint32_t>(age)) != 0) return true;
+      }
+      return false;
+    };
+    while (remembered > 0 && !knows(remembered)) --remembered;
+    if (k > 0) {
+      least = std::min(least, remembered);
+      most = std::max(most, remembered);
+    }
+    drive.check_history(places, remembered);
+    drive.finish(places);
+  }
+  CHECK(least >= 1);
+  CHECK(most < 5);
+}
+
+TEST_CASE("a keyframe with more blocks than fit gets as many as there is room for") {
+  OwnedWindow owned(windowed(3, 100));
+  Drive drive(owned);
+  for (int k = 0; k < 20; ++k) {
+    const auto places = drive.keyframe(5.0 * k, 1000);
+    CHECK(places.size() == 100);
+    drive.finish(places);
+  }
+}
+
+TEST_CASE("a window starts anew where its first keyframe can no longer be counted from") {
+  OwnedWindow owned(windowed(3, 5000));
+  Drive drive(owned);
+  for (const double x : {0.0, 1.0, 5e6, 5e6 + 1.0}) {
+    if (x == 5e6) drive.forget();
+    const auto places = drive.keyframe(x, 200);
+    drive.check_history(places, drive.kept());
+    drive.finish(places);
+  }
+  owned.window.forget();
+  drive.forget();
+  drive.check_history(drive.keyframe(5e6, 200), 0);
+}
