@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -19,7 +20,7 @@ namespace unimapper::hostile {
 enum class Kind : std::uint8_t {
   kOneCell,        ///< all points in one fine cell
   kOwnCells,       ///< every point in a fine cell of its own, never the same one twice
-  kCollidingKeys,  ///< cells whose keys all hash to the same few slots
+  kCollidingKeys,  ///< tiles whose keys all hash to the same few slots
   kTooMany,        ///< ten times the points a scan may have
   kLine,           ///< all points on one straight line
   kPlane,          ///< all points on one level plane
@@ -41,24 +42,27 @@ inline constexpr std::array<Kind, 8> kKinds = {
 
 using Points = std::vector<Eigen::Vector3f>;
 
-/// Slots of the fine cells' hash table (FixedHashMap keeps it at most half full).
+/// Slots of the directory in which blocks find their tile of 4 x 4 x 4 (at most half full).
 [[nodiscard]] inline std::uint64_t slot_count(const PipelineConfig& config) noexcept {
-  return std::bit_ceil(std::uint64_t{config.voxel.max_cells} * 2);
+  return std::bit_ceil(std::uint64_t{std::max(config.voxel.max_window_blocks / 4, 64U)} * 2);
 }
 
-/// Up to `count` points in cells within 40 m whose keys hash to one of the first `slots` slots,
-/// for a sensor at the origin.
+/// Up to `count` points, one in each tile within range whose key hashes to one of the first
+/// `slots` slots, for a sensor at the origin that starts there.
 [[nodiscard]] inline Points colliding_points(const PipelineConfig& config, std::size_t count,
                                              std::uint64_t slots) {
   const std::uint64_t mask = slot_count(config) - 1;
-  const float size_m = config.voxel.fine_size_m;
-  const auto reach = static_cast<std::int32_t>(40.0F / size_m);
+  const float size_m = config.voxel.fine_size_m * 16.0F;
+  const float range_m = config.keyframe.range_max_m * 0.95F;
+  const auto reach = static_cast<std::int32_t>(range_m / size_m);
   Points points;
-  for (std::int32_t z = 10; z < reach; ++z) {
-    for (std::int32_t y = 10; y < reach; ++y) {
-      for (std::int32_t x = 10; x < reach; ++x) {
+  for (std::int32_t z = 1; z < reach; ++z) {
+    for (std::int32_t y = -reach; y < reach; ++y) {
+      for (std::int32_t x = -reach; x < reach; ++x) {
         if ((mix_bits(pack({x, y, z})) & mask) >= slots) continue;
-        points.push_back((Eigen::Vector3i(x, y, z).cast<float>().array() + 0.5F).matrix() * size_m);
+        const Eigen::Vector3f center =
+            (Eigen::Vector3i(x, y, z).cast<float>().array() + 0.5F).matrix() * size_m;
+        if (center.norm() < range_m) points.push_back(center);
         if (points.size() == count) return points;
       }
     }

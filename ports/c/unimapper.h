@@ -213,6 +213,9 @@ typedef struct um_config {
   /** Cells at or below minus this log-odds keep their own verdict whatever their component
    *  says: a van that drives past does not take the parked car with it. (0, 1000]; measured. */
   float removal_firm_log_odds;
+  /** A cell that was judged in the keyframe before carries its sum on, at most so much either
+   *  way, and only newer evidence is added; 0 = weigh the whole window anew. [0, 30]; measured. */
+  float removal_most_carried_log_odds;
   /** A component stays dynamic if at least this share of its cells was dynamic in the keyframe
    *  before, and twice as many cells were dynamic as static there. [0, 1], 0 = off; measured. */
   float removal_persistence_share;
@@ -309,7 +312,7 @@ typedef struct um_config {
    */
   uint32_t budget_us;
   /** Must be 0. */
-  uint32_t reserved[2];
+  uint32_t reserved[1];
 } um_config;
 
 /** Fills in the recommended parameters for a sensor (enum um_sensor). `struct_size` is
@@ -441,9 +444,9 @@ enum um_drop_cause {
   UM_DROP_NOT_FINITE = 0,         /**< points with NaN or infinite coordinates */
   UM_DROP_OUT_OF_RANGE = 1,       /**< points nearer or farther than configured */
   UM_DROP_SCAN_TOO_LARGE = 2,     /**< points beyond keyframe_max_points_per_scan */
-  UM_DROP_CELLS_FULL = 3,         /**< points that found no room among the fine cells */
+  UM_DROP_CELLS_FULL = 3,         /**< points that found no room among the cells or blocks */
   UM_DROP_VOXELS_FULL = 4,        /**< fine cells that found no room among the coarse voxels */
-  UM_DROP_EVIDENCE_FULL = 5,      /**< cells that found no room in the evidence window */
+  UM_DROP_EVIDENCE_FULL = 5,      /**< columns that found no room in the evidence window */
   UM_DROP_DESCRIPTION_FULL = 6,   /**< cells, voxels or keypoints the describer refused */
   UM_DROP_TRIANGLE_TABLE_FULL = 7 /**< triangles loop search refused */
 };

@@ -79,6 +79,7 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("connecting_height_m", config.connecting_height_m);
   visitor("component_dynamic_share", config.component_dynamic_share);
   visitor("component_static_share", config.component_static_share);
+  visitor("most_carried_log_odds", config.most_carried_log_odds);
   visitor("firm_log_odds", config.firm_log_odds);
   visitor("persistence_share", config.persistence_share);
 }

@@ -8,6 +8,7 @@ namespace unimapper::onboard {
 namespace {
 
 constexpr std::size_t kBatch = 256;
+constexpr std::uint32_t kAhead = 4;  ///< blocks whose history is loaded in advance
 
 VoxelIndex moved(const VoxelIndex& cell, const VoxelIndex& by) noexcept {
   return {cell.x + by.x, cell.y + by.y, cell.z + by.z};
@@ -20,11 +21,12 @@ std::int32_t in_thousandths(float log_odds) noexcept {
 /// How many of up to 63 words have each bit set: a counter per bit, the counters' digits side by
 /// side, so that one addition serves 64 cells.
 struct CellCounts {
-  std::uint64_t digit[6] = {};
+  static constexpr std::int32_t kDigits = 6;
+  std::uint64_t digit[kDigits] = {};
 
   [[nodiscard]] std::int32_t of(std::uint64_t cell) const noexcept {
     std::int32_t count = 0;
-    for (std::int32_t d = 0; d < 6; ++d) count += (digit[d] & cell) != 0 ? 1 << d : 0;
+    for (std::int32_t d = 0; d < kDigits; ++d) count += (digit[d] & cell) != 0 ? 1 << d : 0;
     return count;
   }
 };
@@ -33,9 +35,10 @@ CellCounts count_per_cell(std::span<const std::uint64_t> words) noexcept {
   CellCounts counts;
   for (const std::uint64_t word : words) {
     std::uint64_t carry = word;
-    for (std::uint32_t d = 0; d < 6 && carry != 0; ++d) {
-      const std::uint64_t both = counts.digit[d] & carry;
-      counts.digit[d] ^= carry;
+    // All digits every time: where a carry ends cannot be predicted.
+    for (std::uint64_t& digit : counts.digit) {
+      const std::uint64_t both = digit & carry;
+      digit ^= carry;
       carry = both;
     }
   }
@@ -46,16 +49,23 @@ CellCounts count_per_cell(std::span<const std::uint64_t> words) noexcept {
 
 struct BayesFilter::Group {
   std::uint32_t size;
-  std::uint32_t first_block;
-  std::uint32_t blocks;
-  std::uint32_t block_end[kGroup];  ///< per block: one past its last candidate
-  // One entry per candidate, in the order of the table's rows.
+  // One entry per candidate.
   std::uint32_t row[kGroup];
-  std::uint8_t bit[kGroup];  ///< number within its block
   float x[kGroup];
   float y[kGroup];
   float z[kGroup];
   std::int32_t log_odds[kGroup];  ///< thousandths
+
+  void add(const CellTable& cells, std::uint32_t cell, std::int32_t sum) noexcept {
+    row[size] = cell;
+    x[size] = cells.x()[cell];
+    y[size] = cells.y()[cell];
+    z[size] = cells.z()[cell];
+    log_odds[size] = sum;
+    ++size;
+  }
+  /// A block is never split: there is room for another one.
+  [[nodiscard]] bool has_room() const noexcept { return size + Block::kCells <= kGroup; }
 };
 
 void BayesFilter::attach(Arena& arena, const PipelineConfig& config) noexcept {
@@ -63,89 +73,113 @@ void BayesFilter::attach(Arena& arena, const PipelineConfig& config) noexcept {
   log_odds_ = {in_thousandths(config.removal.log_odds_free),
                in_thousandths(config.removal.log_odds_occupied),
                in_thousandths(config.removal.log_odds_weakly_occupied),
-               in_thousandths(config.removal.firm_log_odds)};
-  group_ = arena.allocate<Group>(1);
+               in_thousandths(config.removal.firm_log_odds),
+               in_thousandths(config.removal.most_carried_log_odds)};
+  met_again_ = arena.allocate<Group>(1);
+  new_ = arena.allocate<Group>(1);
+  sums_ = arena.allocate<std::int16_t>(config.voxel.max_cells);
+  sums_before_ = arena.allocate<std::int16_t>(config.voxel.max_cells);
 }
 
 void BayesFilter::run(const EvidenceWindow& window, const ImageProjection& projection,
                       CellTable& cells) noexcept {
-  for (std::uint32_t block = 0; block < cells.blocks().size();) {
-    block = collect(window.blocks(), cells, block);
-    add_window(window, projection, cells);
-    decide(cells);
+  met_again_->size = new_->size = 0;
+  std::fill_n(sums_, cells.size(), kNotJudged);
+  for (std::uint32_t block = 0; block < cells.blocks().size(); ++block) {
+    if (!met_again_->has_room()) finish_met_again(window, projection, cells);
+    if (!new_->has_room()) finish_new(window, projection, cells);
+    prefetch(window.blocks(), block + kAhead);
+    collect(window, cells, block);
   }
+  finish_met_again(window, projection, cells);
+  finish_new(window, projection, cells);
+  std::swap(sums_, sums_before_);
 }
 
-std::uint32_t BayesFilter::collect(const BlockWindow& window, const CellTable& cells,
-                                   std::uint32_t first_block) noexcept {
-  Group& group = *group_;
-  const std::span<const Block> blocks = cells.blocks();
-  std::uint32_t size = 0;
-  std::uint32_t b = first_block;
-  // A block is never split; with 64 cells at most it fits while so much room is left.
-  for (; b < blocks.size() && b - first_block < kGroup && size + 64 <= kGroup; ++b) {
-    const CellCounts met = count_per_cell(window.occupied(b));
-    std::uint64_t left = blocks[b].occupied;
-    for (std::uint32_t row = blocks[b].first; left != 0; ++row, left &= left - 1) {
-      if ((cells.flags(row) & kCellCandidate) == 0) continue;
-      group.row[size] = row;
-      group.bit[size] = static_cast<std::uint8_t>(std::countr_zero(left));
-      group.x[size] = cells.x()[row];
-      group.y[size] = cells.y()[row];
-      group.z[size] = cells.z()[row];
-      group.log_odds[size] = -log_odds_.occupied * met.of(left & (~left + 1));
-      ++size;
+void BayesFilter::prefetch(const BlockWindow& blocks, std::uint32_t block) const noexcept {
+  if (block >= blocks.numbered()) return;
+  const std::span<const std::uint64_t> history = blocks.occupied(block);
+  __builtin_prefetch(&history.front());
+  __builtin_prefetch(&history.back());
+  __builtin_prefetch(sums_before_ + blocks.before(block).first);
+}
+
+void BayesFilter::collect(const EvidenceWindow& window, const CellTable& cells,
+                          std::uint32_t b) noexcept {
+  const Block& block = cells.blocks()[b];
+  const std::uint64_t candidates = cells.marks(b).candidate;
+  const BlockHistory before = window.blocks().before(b);
+  std::uint64_t unknown = candidates;
+  if (log_odds_.most_carried > 0) {
+    for (std::uint64_t left = candidates & before.occupied; left != 0; left &= left - 1) {
+      const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
+      const std::uint64_t lower = (std::uint64_t{1} << bit) - 1U;
+      const std::int16_t sum = sums_before_[before.first + count_bits(before.occupied & lower)];
+      if (sum == kNotJudged) continue;
+      met_again_->add(cells, row_of(block, bit), sum - log_odds_.occupied);
+      unknown &= ~lowest_bit(left);
     }
-    group.block_end[b - first_block] = size;
   }
-  group.size = size;
-  group.first_block = first_block;
-  group.blocks = b - first_block;
-  return b;
+  if (unknown == 0) return;
+  const CellCounts met = count_per_cell(window.blocks().occupied(b));
+  for (std::uint64_t left = unknown; left != 0; left &= left - 1) {
+    const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
+    // Occupied in the current keyframe, too, which is no evidence.
+    const std::int32_t times = met.of(lowest_bit(left)) - 1;
+    new_->add(cells, row_of(block, bit), -log_odds_.occupied * times);
+  }
 }
 
-void BayesFilter::add_window(const EvidenceWindow& window, const ImageProjection& projection,
-                             const CellTable& cells) noexcept {
+void BayesFilter::finish_met_again(const EvidenceWindow& window, const ImageProjection& projection,
+                                   CellTable& cells) noexcept {
+  if (met_again_->size == 0) return;
+  if (free_space_.columns) add_columns(*met_again_, window.blocks(), window.earlier(1), 1, cells);
+  // The images of the keyframe before were weighed there if those of the own keyframe count.
+  const KeyframeEvidence& latest = free_space_.own_keyframe ? window.current() : window.earlier(1);
+  add_images(*met_again_, latest, 1, projection, cells);
+  decide(*met_again_, cells);
+}
+
+void BayesFilter::finish_new(const EvidenceWindow& window, const ImageProjection& projection,
+                             CellTable& cells) noexcept {
   for (std::uint32_t age = window.earlier_count(); age >= 1; --age) {
     const KeyframeEvidence& evidence = window.earlier(age);
-    if (free_space_.columns) add_columns(window.blocks(), evidence, age, cells);
-    const Eigen::Vector3f offset =
-        (cells.grid().origin_m() - evidence.grid.origin_m()).cast<float>();
-    const std::span<const RangeImage> images = evidence.painted();
-    const std::uint32_t stride = free_space_.earlier_image_stride;
-    for (std::size_t i = images.empty() ? 0 : (images.size() - 1) % stride; i < images.size();
-         i += stride) {
-      add_image(images[i], projection, offset);
-    }
+    if (free_space_.columns) add_columns(*new_, window.blocks(), evidence, age, cells);
+    add_images(*new_, evidence, free_space_.earlier_image_stride, projection, cells);
   }
-  if (!free_space_.own_keyframe) return;
-  for (const RangeImage& image : window.current().painted()) {
-    add_image(image, projection, Eigen::Vector3f::Zero());
-  }
+  if (free_space_.own_keyframe) add_images(*new_, window.current(), 1, projection, cells);
+  decide(*new_, cells);
 }
 
-void BayesFilter::add_columns(const BlockWindow& blocks, const KeyframeEvidence& evidence,
-                              std::uint32_t age, const CellTable& cells) noexcept {
-  Group& group = *group_;
+void BayesFilter::add_columns(Group& group, const BlockWindow& blocks,
+                              const KeyframeEvidence& evidence, std::uint32_t age,
+                              const CellTable& cells) const noexcept {
   const GridShift shift = shift_between(cells.grid(), evidence.grid);
   if (!shift.representable) return;
-  std::uint32_t at = 0;
-  for (std::uint32_t b = 0; b < group.blocks; ++b) {
-    const std::uint32_t end = group.block_end[b];
-    if (at == end) continue;
-    const std::uint64_t occupied = blocks.occupied(group.first_block + b, age);
-    for (; at < end; ++at) {
-      if ((occupied >> group.bit[at] & 1U) != 0) continue;
-      if (evidence.columns.is_free(moved(cells.index(group.row[at]), shift.cells))) {
-        group.log_odds[at] += log_odds_.free;
-      }
+  for (std::uint32_t i = 0; i < group.size; ++i) {
+    const std::uint32_t row = group.row[i];
+    const std::uint64_t occupied = blocks.occupied(cells.block_of_row(row), age);
+    if ((occupied >> cells.bit_of_row(row) & 1U) != 0) continue;
+    if (evidence.columns.is_free(moved(cells.index(row), shift.cells))) {
+      group.log_odds[i] += log_odds_.free;
     }
   }
 }
 
-void BayesFilter::add_image(const RangeImage& image, const ImageProjection& projection,
-                            const Eigen::Vector3f& image_grid_from_cells_m) noexcept {
-  Group& group = *group_;
+void BayesFilter::add_images(Group& group, const KeyframeEvidence& evidence, std::uint32_t stride,
+                             const ImageProjection& projection,
+                             const CellTable& cells) const noexcept {
+  const Eigen::Vector3f offset = (cells.grid().origin_m() - evidence.grid.origin_m()).cast<float>();
+  const std::span<const RangeImage> images = evidence.painted();
+  for (std::size_t i = images.empty() ? 0 : (images.size() - 1) % stride; i < images.size();
+       i += stride) {
+    add_image(group, images[i], projection, offset);
+  }
+}
+
+void BayesFilter::add_image(Group& group, const RangeImage& image,
+                            const ImageProjection& projection,
+                            const Eigen::Vector3f& image_grid_from_cells_m) const noexcept {
   const Eigen::Matrix3f r = image.R_grid_sensor.transpose();
   const Eigen::Vector3f t = r * (image_grid_from_cells_m - image.t_grid_sensor);
   const float margin_scale = 1.0F + free_space_.range_margin_relative;
@@ -182,16 +216,20 @@ void BayesFilter::add_image(const RangeImage& image, const ImageProjection& proj
   }
 }
 
-void BayesFilter::decide(CellTable& cells) const noexcept {
-  const Group& group = *group_;
+void BayesFilter::decide(Group& group, CellTable& cells) noexcept {
+  const std::int32_t most = log_odds_.most_carried;
   for (std::uint32_t i = 0; i < group.size; ++i) {
+    const std::uint32_t row = group.row[i];
+    const std::int32_t sum = group.log_odds[i];
     // Probability above one half.
-    if (group.log_odds[i] > 0) {
-      cells.set_flag(group.row[i], kCellDynamic);
-      cells.set_flag(group.row[i], kCellProven);
+    if (sum > 0) {
+      cells.set(row, &CellMarks::dynamic);
+      cells.set(row, &CellMarks::proven);
     }
-    if (group.log_odds[i] <= -log_odds_.firm) cells.set_flag(group.row[i], kCellFirm);
+    if (sum <= -log_odds_.firm) cells.set(row, &CellMarks::firm);
+    sums_[row] = static_cast<std::int16_t>(std::clamp(sum, -most, most));
   }
+  group.size = 0;
 }
 
 }  // namespace unimapper::onboard

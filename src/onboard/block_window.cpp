@@ -1,6 +1,7 @@
 #include "block_window.hpp"
 
 #include <algorithm>
+#include <bit>
 
 namespace unimapper::onboard {
 namespace {
@@ -10,6 +11,8 @@ VoxelIndex around_offset(std::uint32_t i) noexcept {
   const auto n = static_cast<std::int32_t>(i);
   return {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
 }
+constexpr std::uint32_t kAhead = 12;  ///< blocks that are loaded in advance
+
 constexpr std::uint32_t opposite(std::uint32_t i) noexcept { return 26U - i; }
 
 }  // namespace
@@ -21,15 +24,17 @@ void BlockWindow::attach(Arena& arena, const PipelineConfig& config) noexcept {
   // A tile that is there holds a block; on surfaces it holds several.
   tile_capacity_ = std::max(capacity_ / 4, 64U);
   free_ = arena.allocate<std::uint32_t>(capacity_);
-  place_ = arena.allocate<std::uint32_t>(capacity_);
-  last_met_ = arena.allocate<std::uint32_t>(capacity_);
+  held_ = arena.allocate<Held>(capacity_);
   history_ = arena.allocate<std::uint64_t>(std::size_t{capacity_} * slots_);
-  dynamic_ = arena.allocate<std::uint64_t>(capacity_);
-  proven_ = arena.allocate<std::uint64_t>(capacity_);
   free_tiles_ = arena.allocate<std::uint32_t>(tile_capacity_);
+  met_tiles_ = arena.allocate<std::uint32_t>(tile_capacity_);
   tiles_ = arena.allocate<Tile>(tile_capacity_);
   directory_.attach(arena, tile_capacity_);
+  order_ = arena.allocate<std::uint32_t>(max_entered_);
   place_of_number_ = arena.allocate<std::uint32_t>(max_entered_);
+  number_before_ = arena.allocate<std::uint32_t>(max_entered_);
+  decided_ = arena.allocate<BlockHistory>(max_entered_);
+  decided_before_ = arena.allocate<BlockHistory>(max_entered_);
   for (std::uint32_t i = 0; i < slots_; ++i) {
     entered_[i].entries = arena.allocate<std::uint32_t>(max_entered_);
   }
@@ -40,6 +45,7 @@ void BlockWindow::forget() noexcept {
   earlier_ = 0;
   used_ = fresh_ = free_count_ = 0;
   fresh_tiles_ = free_tile_count_ = 0;
+  met_count_ = met_tile_count_ = 0;
   directory_.clear();
   last_tile_ = kNone;
   ++keyframe_;
@@ -62,31 +68,51 @@ std::uint32_t BlockWindow::enter(const VoxelIndex& block) noexcept {
   const VoxelIndex at{block.x + shift_.x, block.y + shift_.y, block.z + shift_.z};
   const VoxelIndex tile_index{at.x >> kEdgeBits, at.y >> kEdgeBits, at.z >> kEdgeBits};
   const auto place = static_cast<std::uint32_t>((at.x & 3) | ((at.y & 3) << 2) | ((at.z & 3) << 4));
-  std::uint32_t tile = find_tile(pack(tile_index));
-  if (tile != kNone && tiles_[tile].keyframe == keyframe_ && tiles_[tile].numbers[place] != kNone) {
-    return tiles_[tile].numbers[place];
+  std::uint32_t number = find_tile(pack(tile_index));
+  if (number != kNone && has_entered(tiles_[number], place)) {
+    return tiles_[number].slots[place].number;
   }
-  if (entered_[current_].count < max_entered_) {
-    if (tile == kNone) tile = make_tile(tile_index);
-    std::uint32_t entry = tile != kNone ? tiles_[tile].blocks[place] : kNone;
-    if (tile != kNone && entry == kNone) entry = make_block(tile, place);
-    if (entry != kNone) return number(entry);
-  }
-  return kNone;
+  if (met_count_ == max_entered_) return kNone;
+  if (number == kNone) number = make_tile(tile_index);
+  if (number == kNone) return kNone;
+  Tile& tile = tiles_[number];
+  if (tile.slots[place].entry == kNone && !make_block(number, place)) return kNone;
+  if (tile.keyframe != keyframe_) tile.entered = 0;
+  tile.keyframe = keyframe_;
+  if (tile.entered == 0) met_tiles_[met_tile_count_++] = number;
+  tile.entered |= std::uint64_t{1} << place;
+  return tile.slots[place].number = met_count_++;
 }
 
-std::uint32_t BlockWindow::number(std::uint32_t entry) noexcept {
-  Entered& entered = entered_[current_];
-  Tile& tile = tiles_[place_[entry] >> 6U];
-  if (tile.keyframe != keyframe_) {
-    tile.keyframe = keyframe_;
-    std::fill_n(tile.numbers, kBlocks, kNone);
+void BlockWindow::arrange(std::span<const Block> entered) noexcept {
+  for (std::uint32_t t = 0; t < met_tile_count_; ++t) {
+    Tile& tile = tiles_[met_tiles_[t]];
+    for (std::uint64_t left = tile.entered; left != 0; left &= left - 1) {
+      const Tile::Slot& slot = tile.slots[std::countr_zero(left)];
+      __builtin_prefetch(entered.data() + slot.number);
+      __builtin_prefetch(held_ + slot.entry, 1);
+      __builtin_prefetch(history_ + slot.entry * std::size_t{slots_} + current_, 1);
+    }
+    for (std::uint64_t left = tile.entered; left != 0; left &= left - 1) {
+      const auto place = static_cast<std::uint32_t>(std::countr_zero(left));
+      number_block((met_tiles_[t] << 6U) | place, entered[tile.slots[place].number].occupied);
+    }
   }
-  tile.numbers[place_[entry] & 63U] = entered.count;
-  last_met_[entry] = keyframe_;
-  place_of_number_[entered.count] = place_[entry];
-  entered.entries[entered.count] = entry;
-  return entered.count++;
+}
+
+void BlockWindow::number_block(std::uint32_t place, std::uint64_t occupied) noexcept {
+  Tile::Slot& slot = tiles_[place >> 6U].slots[place & 63U];
+  Held& held = held_[slot.entry];
+  const std::uint32_t number = entered_[current_].count++;
+  entered_[current_].entries[number] = slot.entry;
+  order_[number] = slot.number;
+  place_of_number_[number] = place;
+  // What was decided longer ago than in the keyframe before no longer counts.
+  number_before_[number] = held.last_met + 1 == keyframe_ ? held.last_number : kNone;
+  history_[slot.entry * std::size_t{slots_} + current_] = occupied;
+  held.last_met = keyframe_;
+  held.last_number = number;
+  slot.number = number;
 }
 
 std::uint32_t BlockWindow::find_tile(VoxelKey key) noexcept {
@@ -116,8 +142,8 @@ std::uint32_t BlockWindow::make_tile(const VoxelIndex& index) noexcept {
   made.key = key;
   made.used = 0;
   made.keyframe = keyframe_;
-  std::fill_n(made.numbers, kBlocks, kNone);
-  std::fill_n(made.blocks, kBlocks, kNone);
+  made.entered = 0;
+  std::fill_n(made.slots, kBlocks, Tile::Slot{kNone, kNone});
   for (std::uint32_t i = 0; i < kAround; ++i) {
     const VoxelIndex offset = around_offset(i);
     made.around[i] =
@@ -129,38 +155,24 @@ std::uint32_t BlockWindow::make_tile(const VoxelIndex& index) noexcept {
   return tile;
 }
 
-std::uint32_t BlockWindow::make_block(std::uint32_t tile, std::uint32_t place) noexcept {
+bool BlockWindow::make_block(std::uint32_t tile, std::uint32_t place) noexcept {
   while (!blocks_left() && make_room()) {
   }
-  if (!blocks_left()) return kNone;
+  if (!blocks_left()) return false;
   const std::uint32_t entry = free_count_ > 0 ? free_[--free_count_] : fresh_++;
   ++used_;
   ++tiles_[tile].used;
-  tiles_[tile].blocks[place] = entry;
-  place_[entry] = (tile << 6U) | place;
+  tiles_[tile].slots[place].entry = entry;
+  held_[entry] = {(tile << 6U) | place, keyframe_, kNone};
   std::fill_n(history_ + entry * std::size_t{slots_}, slots_, std::uint64_t{0});
-  dynamic_[entry] = proven_[entry] = 0;
-  return entry;
-}
-
-BlockHistory BlockWindow::before(std::uint32_t number) const noexcept {
-  const std::uint64_t cells = occupied(number, 1);
-  // Verdicts are those of the last keyframe that met the block, which may be longer ago.
-  if (cells == 0) return {0, 0, 0};
-  const std::uint32_t entry = entry_of(number);
-  return {cells, dynamic_[entry], proven_[entry]};
-}
-
-void BlockWindow::record(std::uint32_t number, const BlockHistory& decided) noexcept {
-  const std::uint32_t entry = entry_of(number);
-  history_[entry * std::size_t{slots_} + current_] = decided.occupied;
-  dynamic_[entry] = decided.dynamic;
-  proven_[entry] = decided.proven;
+  return true;
 }
 
 void BlockWindow::advance() noexcept {
   entered_[current_].keyframe = keyframe_;
   ++keyframe_;
+  met_count_ = met_tile_count_ = 0;
+  std::swap(decided_, decided_before_);
   current_ = (current_ + 1) % slots_;
   earlier_ = std::min(earlier_ + 1, slots_ - 1);
   expire(entered_[current_]);
@@ -172,10 +184,17 @@ void BlockWindow::expire(Entered& entered) noexcept {
   const auto leaving = static_cast<std::size_t>(&entered - entered_);
   for (std::uint32_t i = 0; i < entered.count; ++i) {
     const std::uint32_t entry = entered.entries[i];
+    if (i + kAhead < entered.count) {
+      const std::uint32_t next = entered.entries[i + kAhead];
+      __builtin_prefetch(history_ + next * std::size_t{slots_} + leaving, 1);
+      __builtin_prefetch(held_ + next);
+    }
     history_[entry * std::size_t{slots_} + leaving] = 0;
-    if (last_met_[entry] != entered.keyframe) continue;  // met again since
-    Tile& tile = tiles_[place_[entry] >> 6U];
-    tile.blocks[place_[entry] & 63U] = kNone;
+    const Held& held = held_[entry];
+    Tile& tile = tiles_[held.place >> 6U];
+    const bool met_again = held.last_met != entered.keyframe || has_entered(tile, held.place & 63U);
+    if (met_again) continue;
+    tile.slots[held.place & 63U].entry = kNone;
     --tile.used;
     --used_;
     free_[free_count_++] = entry;

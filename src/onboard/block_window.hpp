@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "block.hpp"
 #include "grid.hpp"
 #include "tile_directory.hpp"
 #include "unimapper/core/arena.hpp"
@@ -16,6 +17,7 @@ struct BlockHistory {
   std::uint64_t occupied;
   std::uint64_t dynamic;  ///< of the occupied ones
   std::uint64_t proven;   ///< of the dynamic ones: in their own right
+  std::uint32_t first;    ///< row of the first one in that keyframe's table
 };
 
 /// From a block to one that touches it: -1, 0 or 1 along each axis.
@@ -43,9 +45,19 @@ class BlockWindow {
   /// to be counted in its grid forget it.
   void begin(const Grid& grid) noexcept;
 
-  /// Number of a block (counted in the current grid) in the current keyframe: the next one if it
-  /// is new there, `kNone` if there is no room for it.
+  /// Enters a block (counted in the current grid) into the current keyframe. Returns how many were
+  /// entered before it, or `kNone` if there is no room for it. O(1), now and then O(blocks of the
+  /// keyframe that leaves early).
   std::uint32_t enter(const VoxelIndex& block) noexcept;
+
+  /// Numbers the blocks of the current keyframe once all are entered: tile by tile, so that what
+  /// lies side by side in space is worked through one after the other. All that follows asks by
+  /// these numbers. `entered` are the blocks in the order of entry. O(blocks).
+  void arrange(std::span<const Block> entered) noexcept;
+  /// By number: what `enter` returned for the block.
+  [[nodiscard]] std::span<const std::uint32_t> order() const noexcept {
+    return {order_, entered_[current_].count};
+  }
 
   /// Number of the block next to block `number` in the current keyframe, or `kNone`.
   [[nodiscard]] std::uint32_t neighbour(std::uint32_t number,
@@ -62,26 +74,34 @@ class BlockWindow {
       tile = tiles_ + other;
       if (tile->keyframe != keyframe_) return kNone;
     }
-    return tile->numbers[(x & 3) | ((y & 3) << 2) | ((z & 3) << 4)];
+    const auto place = static_cast<std::uint32_t>((x & 3) | ((y & 3) << 2) | ((z & 3) << 4));
+    return (tile->entered >> place & 1U) != 0 ? tile->slots[place].number : kNone;
   }
 
   /// Cells of a block that were occupied `age` keyframes ago, from 1 to the window's length.
   [[nodiscard]] std::uint64_t occupied(std::uint32_t number, std::uint32_t age) const noexcept {
     return history_[entry_of(number) * std::size_t{slots_} + slot(age)];
   }
-  /// The same for every keyframe of the window, in no particular order.
+  /// The same for every keyframe of the window and the current one, in no particular order.
   [[nodiscard]] std::span<const std::uint64_t> occupied(std::uint32_t number) const noexcept {
     return {history_ + entry_of(number) * std::size_t{slots_}, slots_};
   }
   /// What the keyframe before decided about a block.
-  [[nodiscard]] BlockHistory before(std::uint32_t number) const noexcept;
+  [[nodiscard]] BlockHistory before(std::uint32_t number) const noexcept {
+    const std::uint32_t then = number_before_[number];
+    return then != kNone && earlier_ > 0 ? decided_before_[then] : BlockHistory{0, 0, 0, 0};
+  }
 
   /// Records what was decided about a block.
-  void record(std::uint32_t number, const BlockHistory& decided) noexcept;
+  void record(std::uint32_t number, const BlockHistory& decided) noexcept {
+    decided_[number] = decided;
+  }
   /// Makes the current keyframe the latest earlier one. O(blocks of the one that leaves), and now
   /// and then O(tiles).
   void advance() noexcept;
 
+  /// Blocks of the current keyframe that have a number.
+  [[nodiscard]] std::uint32_t numbered() const noexcept { return entered_[current_].count; }
   /// Blocks held, and how many there is room for.
   [[nodiscard]] std::uint32_t size() const noexcept { return used_; }
   [[nodiscard]] std::uint32_t capacity() const noexcept { return capacity_; }
@@ -95,10 +115,18 @@ class BlockWindow {
   struct Tile {
     VoxelKey key;
     std::uint32_t used;      ///< blocks it holds
-    std::uint32_t keyframe;  ///< for which `numbers` holds
+    std::uint32_t keyframe;  ///< for which `entered` holds
+    std::uint64_t entered;   ///< places whose block the keyframe entered
     std::uint32_t around[kAround];
-    std::uint32_t numbers[kBlocks];  ///< in the current keyframe
-    std::uint32_t blocks[kBlocks];   ///< entries
+    struct Slot {
+      std::uint32_t number;  ///< in the keyframe, if entered; before `arrange` in order of entry
+      std::uint32_t entry;   ///< or `kNone`
+    } slots[kBlocks];
+  };
+  struct Held {
+    std::uint32_t place;        ///< tile in the upper 26 bits, place in it in the lower 6
+    std::uint32_t last_met;     ///< last keyframe that entered the block,
+    std::uint32_t last_number;  ///< and its number there
   };
   /// The blocks of one keyframe, in the order of their numbers.
   struct Entered {
@@ -119,9 +147,12 @@ class BlockWindow {
   [[nodiscard]] bool blocks_left() const noexcept { return free_count_ > 0 || fresh_ < capacity_; }
   [[nodiscard]] std::uint32_t find_tile(VoxelKey key) noexcept;
   std::uint32_t make_tile(const VoxelIndex& index) noexcept;
-  /// The next number, for a block that is new in the current keyframe.
-  std::uint32_t number(std::uint32_t entry) noexcept;
-  std::uint32_t make_block(std::uint32_t tile, std::uint32_t place) noexcept;
+  [[nodiscard]] bool has_entered(const Tile& tile, std::uint32_t place) const noexcept {
+    return tile.keyframe == keyframe_ && (tile.entered >> place & 1U) != 0;
+  }
+  /// Gives the next number to the block at a place (as in `Held::place`).
+  void number_block(std::uint32_t place, std::uint64_t occupied) noexcept;
+  bool make_block(std::uint32_t tile, std::uint32_t place) noexcept;
   void expire(Entered& entered) noexcept;
   /// Lets the oldest keyframe go; false if there is none.
   bool make_room() noexcept;
@@ -132,12 +163,19 @@ class BlockWindow {
   VoxelIndex shift_;  ///< from blocks of the current grid to blocks of the origin's
   bool started_ = false;
 
-  std::uint32_t slots_ = 2;  ///< window + 1
+  std::uint32_t slots_ = 2;  ///< of the ring of keyframes: window + 1
   std::uint32_t current_ = 0;
   std::uint32_t earlier_ = 0;  ///< keyframes remembered
   std::uint32_t keyframe_ = 1;
   std::uint32_t max_entered_ = 0;
-  std::uint32_t* place_of_number_ = nullptr;  ///< as `place_`, by number
+  std::uint32_t met_count_ = 0;  ///< blocks entered into the current keyframe
+  std::uint32_t met_tile_count_ = 0;
+  std::uint32_t* met_tiles_ = nullptr;        ///< tiles that hold them
+  std::uint32_t* order_ = nullptr;            ///< by number
+  std::uint32_t* place_of_number_ = nullptr;  ///< as `Held::place`, by number
+  std::uint32_t* number_before_ = nullptr;    ///< by number: that in the keyframe before, or none
+  BlockHistory* decided_ = nullptr;           ///< by number
+  BlockHistory* decided_before_ = nullptr;    ///< by number in the keyframe before
   Entered entered_[RemovalConfig::kMaxWindow + 1] = {};
 
   // Blocks: fresh ones from the front, then those that were freed.
@@ -146,11 +184,8 @@ class BlockWindow {
   std::uint32_t fresh_ = 0;
   std::uint32_t free_count_ = 0;
   std::uint32_t* free_ = nullptr;
-  std::uint32_t* place_ = nullptr;     ///< tile in the upper 26 bits, place in it in the lower 6
-  std::uint32_t* last_met_ = nullptr;  ///< last keyframe that entered the block
-  std::uint64_t* history_ = nullptr;   ///< occupied cells, `slots_` words per block
-  std::uint64_t* dynamic_ = nullptr;   ///< as decided in the last keyframe that entered the block
-  std::uint64_t* proven_ = nullptr;
+  Held* held_ = nullptr;
+  std::uint64_t* history_ = nullptr;  ///< occupied cells, `slots_` words per block
 
   std::uint32_t tile_capacity_ = 0;
   std::uint32_t fresh_tiles_ = 0;

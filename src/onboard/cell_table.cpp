@@ -1,70 +1,51 @@
 #include "cell_table.hpp"
 
+#include <bit>
+
 namespace unimapper::onboard {
 
 void CellTable::attach(Arena& arena, const VoxelConfig& config) noexcept {
   const std::uint32_t capacity = config.max_cells;
   blocks_ = arena.allocate<Block>(config.max_blocks());
-  row_of_cell_ = arena.allocate<std::uint32_t>(capacity);
+  marks_ = arena.allocate<CellMarks>(config.max_blocks());
+  entry_ = arena.allocate<std::uint32_t>(capacity);
   x_ = arena.allocate<float>(capacity);
   y_ = arena.allocate<float>(capacity);
   z_ = arena.allocate<float>(capacity);
   where_ = arena.allocate<std::uint32_t>(capacity);
   points_ = arena.allocate<std::uint32_t>(capacity);
-  flags_ = arena.allocate<std::uint8_t>(capacity);
 }
 
-void CellTable::build(const ScanAccumulator& scans, BlockWindow& window) noexcept {
-  const FixedHashMap<CellSums>& cells = scans.cells();
-  grid_ = scans.grid();
+void CellTable::build(const CellStore& cells, std::span<const std::uint32_t> order,
+                      const Grid& grid) noexcept {
+  constexpr std::size_t kAhead = 4;  // blocks whose sums are loaded in advance
+  grid_ = grid;
   block_count_ = 0;
-  left_out_ = 0;
-
-  // Which block each cell belongs to; the row array serves as scratch for it. Cells that were
-  // met one after the other mostly share their block.
-  std::uint32_t* const block_of_cell = row_of_cell_;
-  VoxelIndex last{INT32_MAX, 0, 0};
-  std::uint32_t number = BlockWindow::kNone;
-  for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
-    const VoxelIndex index = unpack(cells.key(cell));
-    const VoxelIndex block = block_of(index);
-    if (!(block == last)) {
-      last = block;
-      number = window.enter(block);
-      if (number == block_count_) blocks_[block_count_++] = {0, block, 0};
-    }
-    block_of_cell[cell] = number;
-    if (number == BlockWindow::kNone) {
-      ++left_out_;
-      continue;
-    }
-    blocks_[number].occupied |= std::uint64_t{1} << bit_of(index);
-  }
-
   size_ = 0;
-  for (std::uint32_t b = 0; b < block_count_; ++b) {
-    blocks_[b].first = size_;
-    size_ += count_bits(blocks_[b].occupied);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i + 2 * kAhead < order.size()) cells.prefetch_block(order[i + 2 * kAhead]);
+    if (i + kAhead < order.size()) cells.prefetch_sums_of(order[i + kAhead]);
+    add_block(cells, order[i]);
   }
+}
 
-  for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
-    const std::uint32_t b = block_of_cell[cell];
-    if (b == BlockWindow::kNone) {
-      row_of_cell_[cell] = kNoRow;
-      continue;
-    }
-    const VoxelIndex index = unpack(cells.key(cell));
-    const std::uint32_t bit = bit_of(index);
-    const std::uint32_t row = row_of(blocks_[b], bit);
-    const CellSums& sums = cells[cell];
-    const Eigen::Vector3f mean = mean_of(index, sums, grid_.cell_size_m);
-    row_of_cell_[cell] = row;
+void CellTable::add_block(const CellStore& cells, std::uint32_t from) noexcept {
+  const Block& block = cells.blocks()[from];
+  const std::uint32_t b = block_count_++;
+  blocks_[b] = {block.occupied, block.index, size_};
+  marks_[b] = {};
+  for (std::uint64_t left = block.occupied; left != 0; left &= left - 1) {
+    const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
+    const std::uint32_t row = size_++;
+    const std::uint32_t entry = cells.entry(from, bit);
+    const CellSums& sums = cells[entry];
+    const Eigen::Vector3f mean = mean_of(cell_in(block.index, bit), sums, grid_.cell_size_m);
+    entry_[row] = entry;
     x_[row] = mean.x();
     y_[row] = mean.y();
     z_[row] = mean.z();
     where_[row] = (b << 6U) | bit;
     points_[row] = sums.points;
-    flags_[row] = 0;
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <bit>
 
+#include "unimapper/core/recent_voxels.hpp"
 #include "unimapper/core/symmetric_eigen.hpp"
 
 namespace unimapper::onboard {
@@ -38,6 +39,7 @@ void CoarseVoxels::build(const CellTable& cells) noexcept {
 void CoarseVoxels::collect_moments(const CellTable& cells) noexcept {
   const std::int32_t cells_per_voxel = cells.grid().cells_per_voxel;
   const float size_m = cells.grid().cell_size_m * static_cast<float>(cells_per_voxel);
+  RecentVoxels recent;
   for (const Block& block : cells.blocks()) {
     // The block's first cell decides; the others lie in its voxel or in the next one.
     const VoxelIndex first = cell_in(block.index, 0);
@@ -46,8 +48,6 @@ void CoarseVoxels::collect_moments(const CellTable& cells) noexcept {
     const VoxelIndex next{(corner.x + 1) * cells_per_voxel - first.x,
                           (corner.y + 1) * cells_per_voxel - first.y,
                           (corner.z + 1) * cells_per_voxel - first.z};
-    std::uint32_t entries[8];
-    std::uint32_t known = 0;  // bit i: entries[i] was looked up
     std::uint64_t left = block.occupied;
     for (std::uint32_t row = block.first; left != 0; ++row, left &= left - 1) {
       const auto bit = std::countr_zero(left);
@@ -55,12 +55,9 @@ void CoarseVoxels::collect_moments(const CellTable& cells) noexcept {
       const std::int32_t y = (bit >> 2 & 3) >= next.y ? 1 : 0;
       const std::int32_t z = (bit >> 4) >= next.z ? 1 : 0;
       const VoxelIndex index{corner.x + x, corner.y + y, corner.z + z};
-      const std::int32_t which = x + 2 * y + 4 * z;
-      if ((known >> which & 1U) == 0) {
-        known |= 1U << which;
-        entries[which] = map_.find_or_insert(pack(index));
-      }
-      add_cell(cells, row, entries[which], corner_of(index, size_m));
+      const std::uint32_t entry =
+          recent.entry(index, [this](VoxelKey key) { return map_.find_or_insert(key); });
+      add_cell(cells, row, entry, corner_of(index, size_m));
     }
   }
 }

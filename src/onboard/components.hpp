@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "block_window.hpp"
 #include "cell_table.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/onboard/config.hpp"
@@ -34,23 +35,22 @@ class Components {
     std::uint32_t was_dynamic;
     std::uint32_t was_static;
   };
-  /// What was decided about the cells of a block.
-  struct BlockMasks {
-    std::uint64_t connecting;
-    std::uint64_t low;
-    std::uint64_t dynamic;
-    std::uint64_t firm;
-    std::uint32_t first_part;  ///< parts of a block follow each other
-    std::uint32_t parts;
+  /// The parts of a block follow each other.
+  struct Parts {
+    std::uint32_t first;
+    std::uint32_t count;
   };
-  void collect_masks(const CellTable& cells) noexcept;
-  void split_into_parts() noexcept;
-  void join_parts(const BlockWindow& blocks) noexcept;
+  void split_into_parts(const CellTable& cells) noexcept;
+  void join_parts(const BlockWindow& window, const CellTable& cells) noexcept;
+  /// Joins the parts of a block with those of its neighbour at `kOffsets[offset]` they touch.
+  void join_blocks(std::uint32_t block, std::uint32_t other, std::size_t offset) noexcept;
   void attach_low_cells(const BlockWindow& window, const CellTable& cells) noexcept;
   std::uint32_t count(const BlockWindow& window, const CellTable& cells) noexcept;
-  void count_part(Tally& tally, std::uint64_t cells, const BlockMasks& masks,
-                  const BlockHistory& before) const noexcept;
+  static void count_part(Tally& tally, std::uint64_t cells, const CellMarks& marks,
+                         const BlockHistory& before) noexcept;
   void settle(CellTable& cells) noexcept;
+  /// Settles some cells of a block as their component was decided.
+  void settle_cells(std::uint64_t cells, std::uint32_t part, CellMarks& marks) noexcept;
   [[nodiscard]] bool persists(const Tally& tally) const noexcept;
 
   /// The part of block `block` that holds any of `cells`, or `kNoPart`.
@@ -64,7 +64,7 @@ class Components {
   std::uint32_t block_count_ = 0;
   std::uint32_t part_count_ = 0;
   std::uint32_t max_parts_ = 0;
-  BlockMasks* masks_ = nullptr;
+  Parts* parts_of_ = nullptr;  ///< by block
   Part* parts_ = nullptr;
   Tally* tally_ = nullptr;                ///< per part
   std::uint32_t* part_of_low_ = nullptr;  ///< per row

@@ -93,6 +93,8 @@ Error RemovalConfig::validate() const noexcept {
   if (!within(log_odds_free, 0.0F, 10.0F) || !within(log_odds_occupied, 0.0F, 10.0F) ||
       !within(log_odds_weakly_occupied, 0.0F, 10.0F))
     return invalid("removal's log-odds increments must be 0 to 10");
+  if (!within(most_carried_log_odds, 0.0F, 30.0F))
+    return invalid("removal.most_carried_log_odds must be 0 (off) to 30");
   if (!within(connecting_height_m, 0.0F, 2.0F))
     return invalid("removal.connecting_height_m must be 0 to 2 metres");
   if (!within(component_dynamic_share, 0.0F, 1.0F) || !within(component_static_share, 0.0F, 1.0F) ||

@@ -51,16 +51,9 @@ RangeImage* EvidenceWindow::image_for(std::uint32_t scan, const Pose& T_odometry
 void EvidenceWindow::record(const CellTable& cells) noexcept {
   const std::span<const Block> blocks = cells.blocks();
   for (std::uint32_t i = 0; i < blocks.size(); ++i) {
-    std::uint64_t dynamic = 0;
-    std::uint64_t proven = 0;
-    std::uint64_t left = blocks[i].occupied;
-    for (std::uint32_t row = blocks[i].first; left != 0; ++row, left &= left - 1) {
-      if ((cells.flags(row) & kCellDynamic) == 0) continue;
-      const std::uint64_t bit = left & (~left + 1);
-      dynamic |= bit;
-      if ((cells.flags(row) & kCellProven) != 0) proven |= bit;
-    }
-    blocks_.record(i, {blocks[i].occupied, dynamic, proven});
+    const CellMarks& marks = cells.marks(i);
+    blocks_.record(
+        i, {blocks[i].occupied, marks.dynamic, marks.proven & marks.dynamic, blocks[i].first});
   }
   blocks_.advance();
   current_ = (current_ + 1) % slot_count_;

@@ -20,7 +20,7 @@ void FreeColumns::attach(Arena& arena, std::size_t capacity) noexcept {
 void FreeColumns::build(const CellTable& cells) noexcept {
   blocks_.clear();
   for (std::uint32_t row = 0; row < cells.size(); ++row) {
-    if ((cells.flags(row) & kCellGround) == 0) continue;
+    if (!cells.has(row, &CellMarks::ground)) continue;
     const VoxelIndex& cell = cells.index(row);
     const std::uint32_t entry = blocks_.find_or_insert(key_of(cell));
     if (entry == FixedHashMap<ColumnBlock>::kNotFound) continue;
@@ -34,7 +34,7 @@ void FreeColumns::build(const CellTable& cells) noexcept {
     ground = std::max(ground, cell.z);
   }
   for (std::uint32_t row = 0; row < cells.size(); ++row) {
-    if ((cells.flags(row) & kCellGround) != 0) continue;
+    if (cells.has(row, &CellMarks::ground)) continue;
     const VoxelIndex& cell = cells.index(row);
     const std::uint32_t entry = blocks_.find(key_of(cell));
     if (entry == FixedHashMap<ColumnBlock>::kNotFound) continue;

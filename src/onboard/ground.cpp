@@ -69,19 +69,26 @@ void spread_ground(const GroundConfig& config, FixedHashMap<CoarseVoxel>& voxels
 
 void split_ground(const GroundConfig& ground, const RemovalConfig& removal,
                   const CoarseVoxels& voxels, CellTable& cells) noexcept {
-  for (std::uint32_t row = 0; row < cells.size(); ++row) {
-    const std::uint32_t entry = voxels.of_row(row);
-    if (entry == CoarseVoxels::kNone || !voxels.map()[entry].has_ground) {
-      if (!removal.candidates_next_to_ground) cells.set_flag(row, kCellCandidate);
-      continue;
+  const std::span<const Block> blocks = cells.blocks();
+  for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+    CellMarks marks;
+    std::uint64_t left = blocks[b].occupied;
+    for (std::uint32_t row = blocks[b].first; left != 0; ++row, left &= left - 1) {
+      const std::uint64_t cell = lowest_bit(left);
+      const std::uint32_t entry = voxels.of_row(row);
+      if (entry == CoarseVoxels::kNone || !voxels.map()[entry].has_ground) {
+        if (!removal.candidates_next_to_ground) marks.candidate |= cell;
+        continue;
+      }
+      const float height = height_above_ground(voxels.map()[entry], cells.position(row));
+      if (height < ground.margin_m) {
+        marks.ground |= cell;
+        continue;
+      }
+      marks.candidate |= cell;
+      if (height < removal.connecting_height_m) marks.low |= cell;
     }
-    const float height = height_above_ground(voxels.map()[entry], cells.position(row));
-    if (height < ground.margin_m) {
-      cells.set_flag(row, kCellGround);
-      continue;
-    }
-    cells.set_flag(row, kCellCandidate);
-    if (height < removal.connecting_height_m) cells.set_flag(row, kCellLow);
+    cells.marks(b) = marks;
   }
 }
 

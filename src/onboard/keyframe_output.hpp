@@ -19,8 +19,8 @@ class KeyframeOutput {
  public:
   void attach(Arena& arena, const PipelineConfig& config) noexcept;
 
-  /// Converts the table's cells, and as static ones those that found no room there; O(cells).
-  void build(const CellTable& cells, const CoarseVoxels& voxels, const ScanAccumulator& scans,
+  /// Converts the table's cells. O(cells).
+  void build(const CellTable& cells, const CoarseVoxels& voxels,
              const Pose& T_odometry_keyframe) noexcept;
 
   [[nodiscard]] std::span<const FineCell> static_cells() const noexcept {
@@ -51,7 +51,7 @@ class KeyframeOutput {
   std::uint32_t static_count_ = 0;
   std::uint32_t dynamic_count_ = 0;
   FineCell* cells_ = nullptr;  ///< static ones from the front, dynamic ones from the back
-  std::uint16_t* dynamic_from_ = nullptr;  ///< per accumulator cell: lowest dynamic height
+  std::uint16_t* dynamic_from_ = nullptr;  ///< by entry of the store: lowest dynamic height
 };
 
 }  // namespace unimapper::onboard

@@ -111,6 +111,8 @@ ScanResult Pipeline::State::add_scan(const PointView& points, const Pose& pose,
     return {motion.error, closes};
   }
 
+  // Two poses in a row say that the robot is elsewhere: whatever was seen before is of no use.
+  if (motion.restarted) window.forget();
   if (!open) begin_keyframe(pose);
   if (!ingest(points, pose)) {
     const Error empty{ErrorCode::kEmptyScan,
@@ -120,7 +122,6 @@ ScanResult Pipeline::State::add_scan(const PointView& points, const Pose& pose,
   }
   scans[accumulator.scans() - 1] = {index, stamp_ns, pose};
   gate.accept(pose, stamp_ns);
-  if (motion.restarted) window.forget();
   open = true;
 
   if (!is_complete()) return {};
@@ -137,7 +138,7 @@ void Pipeline::State::begin_keyframe(const Pose& first_pose) noexcept {
 
 bool Pipeline::State::ingest(const PointView& points, const Pose& pose) noexcept {
   const StageTimer timer(config.clock_ns, statistics, Stage::kIngest);
-  const ScanCounts counts = accumulator.add(points, pose);
+  const ScanCounts counts = accumulator.add(points, pose, window.blocks());
   if (counts.valid == 0) return false;
   count_input(counts);
   if (config.free_space.visibility) {
@@ -178,7 +179,8 @@ void Pipeline::State::close_keyframe() noexcept {
 
 void Pipeline::State::remove_dynamic() noexcept {
   const StageTimer timer(config.clock_ns, statistics, Stage::kRemoval);
-  cells.build(accumulator, window.blocks());
+  window.blocks().arrange(accumulator.cells().blocks());
+  cells.build(accumulator.cells(), window.blocks().order(), accumulator.grid());
   voxels.build(cells);
   statistics.ground_voxels = find_ground(config.ground, config.voxel.coarse_size_m, voxels.map());
   spread_ground(config.ground, voxels.map());
@@ -191,7 +193,7 @@ void Pipeline::State::remove_dynamic() noexcept {
     if (config.removal.components) statistics.components = components.run(window.blocks(), cells);
     dropped(DropCause::kEvidenceFull) = window.left_out();
     window.record(cells);
-    output.build(cells, voxels, accumulator, view.T_odometry_keyframe);
+    output.build(cells, voxels, view.T_odometry_keyframe);
   });
   view.static_cells = output.static_cells();
   view.dynamic_cells = output.dynamic_cells();
@@ -263,7 +265,6 @@ void Pipeline::State::count_result() noexcept {
   statistics.dynamic_cells = static_cast<std::uint32_t>(view.dynamic_cells.size());
   statistics.voxels = voxels.map().size();
   dropped(DropCause::kVoxelsFull) = voxels.left_out();
-  dropped(DropCause::kEvidenceFull) += cells.left_out();
 
   const auto use = [this](Capacity which, std::uint64_t used, std::uint64_t capacity) {
     statistics.capacity[static_cast<std::size_t>(which)] = {used, capacity};

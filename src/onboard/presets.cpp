@@ -66,7 +66,7 @@ PipelineConfig preset(SensorKind sensor, Computer computer) noexcept {
     float range_m;
   };
   constexpr Room kJetson{320000, 131072, 32768, 1000, 120.0F};
-  constexpr Room kRaspberryPi{160000, 65536, 16384, 500, 60.0F};
+  constexpr Room kRaspberryPi{160000, 49152, 16384, 480, 60.0F};
   constexpr Room kArmv7With64Mb{81920, 30720, 8192, 250, 40.0F};
   PipelineConfig config = preset(sensor);
   if (computer == Computer::kServer) return config;
@@ -93,6 +93,7 @@ PipelineConfig paper_preset(SensorKind sensor) noexcept {
   config.removal.candidates_next_to_ground = true;
   config.removal.log_odds_occupied = config.removal.log_odds_free;
   config.removal.log_odds_weakly_occupied = 0.0F;
+  config.removal.most_carried_log_odds = 0.0F;
   config.removal.components = false;
   config.removal.persistence_share = 0.0F;
   return config;

@@ -10,7 +10,7 @@ namespace {
 constexpr std::uint32_t kRings = 64;
 
 bool is_candidate(const CellTable& cells, std::uint32_t row) noexcept {
-  return (cells.flags(row) & kCellCandidate) != 0;
+  return cells.has(row, &CellMarks::candidate);
 }
 
 }  // namespace
@@ -38,8 +38,8 @@ RangeLimit keep_nearest(CellTable& cells, const Eigen::Vector3f& center, float r
   result.range_m = std::max(static_cast<float>(ring), 1e-3F) / rings_per_m;
   for (std::uint32_t row = 0; row < cells.size(); ++row) {
     if (!is_candidate(cells, row) || ring_of(row) < ring) continue;
-    cells.clear_flag(row, kCellCandidate);
-    cells.clear_flag(row, kCellLow);
+    cells.clear(row, &CellMarks::candidate);
+    cells.clear(row, &CellMarks::low);
   }
   return result;
 }

@@ -5,18 +5,51 @@
 
 namespace unimapper::onboard {
 
-/// Valid points of a stretch of a scan, in cell units, as separate arrays so that the transform
-/// vectorises.
+namespace {
+
+/// Values of up to `n` points along one axis: those in sensor coordinates become those in cells,
+/// and these are taken apart.
+template <std::size_t n>
+struct Axis {
+  float value[n];         ///< metres from the sensor, then cells from the grid's origin
+  std::int32_t block[n];  ///< index of the block
+  std::uint32_t low[n];   ///< of the cell within its block
+  float local[n];         ///< within the cell, [0, 1)
+
+  void split(std::size_t size) noexcept {
+    // In two loops: GCC does not vectorise the rounding together with what follows from it.
+    std::int32_t cell[n];
+    for (std::size_t i = 0; i < size; ++i) cell[i] = floor_to_int(value[i]);
+    for (std::size_t i = 0; i < size; ++i) {
+      block[i] = cell[i] >> Block::kEdgeBits;
+      low[i] = static_cast<std::uint32_t>(cell[i] & (Block::kEdge - 1));
+      local[i] = value[i] - static_cast<float>(cell[i]);
+    }
+  }
+};
+
+}  // namespace
+
+/// A stretch of a scan as separate arrays, so that the loops over them vectorise.
 struct ScanAccumulator::Batch {
   std::size_t size = 0;
-  bool valid[kBatch];
-  float x[kBatch];
-  float y[kBatch];
-  float z[kBatch];
-  VoxelKey key[kBatch];
-  float local_x[kBatch];
-  float local_y[kBatch];
-  float local_z[kBatch];
+  std::int32_t valid[kBatch];  ///< 1 or 0
+  Axis<kBatch> x;
+  Axis<kBatch> y;
+  Axis<kBatch> z;
+  std::uint32_t bit[kBatch];     ///< of the cell: its number within the block
+  std::uint32_t height[kBatch];  ///< within the cell, as in a code
+
+  [[nodiscard]] VoxelIndex block(std::size_t i) const noexcept {
+    return {x.block[i], y.block[i], z.block[i]};
+  }
+  /// Adds point `i` to its cell.
+  void add_to(CellSums& cell, std::size_t i) const noexcept {
+    cell.x += x.local[i];
+    cell.y += y.local[i];
+    cell.z += z.local[i];
+    ++cell.points;
+  }
 };
 
 void ScanAccumulator::attach(Arena& arena, const PipelineConfig& config) noexcept {
@@ -28,7 +61,7 @@ void ScanAccumulator::attach(Arena& arena, const PipelineConfig& config) noexcep
                                 ? config.voxel.fine_size_m / keyframe.downsample_leaf_m
                                 : 0.0F;
   codes_ = arena.allocate<PointCode>(static_cast<std::size_t>(max_points_) * keyframe.scans);
-  cells_.attach(arena, config.voxel.max_cells);
+  cells_.attach(arena, config.voxel);
   leaves_.attach(arena, cells_per_leaf_inverse_ > 0.0F ? max_points_ : 0);
 }
 
@@ -36,9 +69,12 @@ void ScanAccumulator::begin(const Grid& grid) noexcept {
   grid_ = grid;
   scans_ = 0;
   cells_.clear();
+  constexpr VoxelIndex kBeyondEveryCell{INT32_MAX, 0, 0};
+  std::fill_n(recent_, kRecent, Recent{kBeyondEveryCell, BlockWindow::kNone});
 }
 
-ScanCounts ScanAccumulator::add(const PointView& points, const Pose& T_odometry_sensor) noexcept {
+ScanCounts ScanAccumulator::add(const PointView& points, const Pose& T_odometry_sensor,
+                                BlockWindow& window) noexcept {
   const double per_metre = 1.0 / static_cast<double>(grid_.cell_size_m);
   cells_from_sensor_ = (T_odometry_sensor.rotation * per_metre).cast<float>();
   sensor_in_cells_ = ((T_odometry_sensor.translation - grid_.origin_m()) * per_metre).cast<float>();
@@ -54,11 +90,12 @@ ScanCounts ScanAccumulator::add(const PointView& points, const Pose& T_odometry_
   Batch batch;
   for (std::size_t first = 0; first < fitting.count; first += kBatch) {
     batch.size = std::min(kBatch, fitting.count - first);
-    locate(fitting, first, batch, counts);
+    read(fitting, first, batch, counts);
+    locate(batch);
     if (cells_per_leaf_inverse_ > 0.0F) {
-      insert_thinned(batch, codes + first, counts);
+      insert_thinned(batch, codes + first, counts, window);
     } else {
-      insert(batch, codes + first, counts);
+      insert(batch, codes + first, counts, window);
     }
   }
   if (counts.valid == 0) return counts;
@@ -66,92 +103,150 @@ ScanCounts ScanAccumulator::add(const PointView& points, const Pose& T_odometry_
   return counts;
 }
 
-void ScanAccumulator::locate(const PointView& points, std::size_t first, Batch& batch,
-                             ScanCounts& counts) const noexcept {
+void ScanAccumulator::sort_out_invalid(Batch& batch, ScanCounts& counts) noexcept {
+  float* const x = batch.x.value;
+  float* const y = batch.y.value;
+  float* const z = batch.z.value;
+  for (std::size_t i = 0; i < batch.size; ++i) {
+    if (batch.valid[i] != 0) continue;
+    const bool finite = std::isfinite(x[i]) && std::isfinite(y[i]) && std::isfinite(z[i]);
+    ++(finite ? counts.out_of_range : counts.not_finite);
+    x[i] = y[i] = z[i] = 0.0F;  // converts to an integer without harm
+  }
+}
+
+void ScanAccumulator::read(const PointView& points, std::size_t first, Batch& batch,
+                           ScanCounts& counts) const noexcept {
+  float* const x = batch.x.value;
+  float* const y = batch.y.value;
+  float* const z = batch.z.value;
   for (std::size_t i = 0; i < batch.size; ++i) {
     const Eigen::Vector3f p = points[first + i];
-    batch.x[i] = p.x();
-    batch.y[i] = p.y();
-    batch.z[i] = p.z();
+    x[i] = p.x();
+    y[i] = p.y();
+    z[i] = p.z();
   }
-  std::size_t valid = 0;
+  std::int32_t valid = 0;
   for (std::size_t i = 0; i < batch.size; ++i) {
-    const float squared =
-        batch.x[i] * batch.x[i] + batch.y[i] * batch.y[i] + batch.z[i] * batch.z[i];
-    // False for NaN too.
-    const bool in_range = squared >= range_min_squared_ && squared <= range_max_squared_;
-    batch.valid[i] = in_range;
-    valid += in_range ? 1U : 0U;
+    const float squared = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
+    // Both false for NaN too.
+    const std::int32_t far_enough = squared >= range_min_squared_ ? 1 : 0;
+    const std::int32_t near_enough = squared <= range_max_squared_ ? 1 : 0;
+    batch.valid[i] = far_enough & near_enough;
+    valid += batch.valid[i];
   }
-  counts.valid += valid;
-  if (valid != batch.size) {
-    for (std::size_t i = 0; i < batch.size; ++i) {
-      if (batch.valid[i]) continue;
-      const bool finite =
-          std::isfinite(batch.x[i]) && std::isfinite(batch.y[i]) && std::isfinite(batch.z[i]);
-      ++(finite ? counts.out_of_range : counts.not_finite);
-      batch.x[i] = batch.y[i] = batch.z[i] = 0.0F;  // converts to an integer without harm
-    }
-  }
+  counts.valid += static_cast<std::uint64_t>(valid);
+  if (static_cast<std::size_t>(valid) != batch.size) sort_out_invalid(batch, counts);
+}
+
+void ScanAccumulator::locate(Batch& batch) const noexcept {
   const Eigen::Matrix3f m = cells_from_sensor_;
   const Eigen::Vector3f t = sensor_in_cells_;
+  float* const x = batch.x.value;
+  float* const y = batch.y.value;
+  float* const z = batch.z.value;
   for (std::size_t i = 0; i < batch.size; ++i) {
-    const float px = batch.x[i];
-    const float py = batch.y[i];
-    const float pz = batch.z[i];
-    const float x = m(0, 0) * px + m(0, 1) * py + m(0, 2) * pz + t.x();
-    const float y = m(1, 0) * px + m(1, 1) * py + m(1, 2) * pz + t.y();
-    const float z = m(2, 0) * px + m(2, 1) * py + m(2, 2) * pz + t.z();
-    const VoxelIndex index{floor_to_int(x), floor_to_int(y), floor_to_int(z)};
-    batch.x[i] = x;
-    batch.y[i] = y;
-    batch.z[i] = z;
-    batch.key[i] = pack(index);
-    batch.local_x[i] = x - static_cast<float>(index.x);
-    batch.local_y[i] = y - static_cast<float>(index.y);
-    batch.local_z[i] = z - static_cast<float>(index.z);
+    const float px = x[i];
+    const float py = y[i];
+    const float pz = z[i];
+    x[i] = m(0, 0) * px + m(0, 1) * py + m(0, 2) * pz + t.x();
+    y[i] = m(1, 0) * px + m(1, 1) * py + m(1, 2) * pz + t.y();
+    z[i] = m(2, 0) * px + m(2, 1) * py + m(2, 2) * pz + t.z();
+  }
+  batch.x.split(batch.size);
+  batch.y.split(batch.size);
+  batch.z.split(batch.size);
+  for (std::size_t i = 0; i < batch.size; ++i) {
+    batch.bit[i] = batch.x.low[i] | (batch.y.low[i] << 2U) | (batch.z.low[i] << 4U);
+  }
+  for (std::size_t i = 0; i < batch.size; ++i) {
+    const auto height = static_cast<std::int32_t>(batch.z.local[i] * 256.0F);
+    batch.height[i] = static_cast<std::uint32_t>(std::min(height, 255)) << 24U;
   }
 }
 
-PointCode ScanAccumulator::insert_point(const Batch& batch, std::size_t i,
-                                        ScanCounts& counts) noexcept {
-  const std::uint32_t entry = cells_.find_or_insert(batch.key[i]);
-  if (entry == FixedHashMap<CellSums>::kNotFound) {
-    ++counts.no_cell;
-    return kPointDropped;
-  }
-  CellSums& cell = cells_[entry];
-  cell.x += batch.local_x[i];
-  cell.y += batch.local_y[i];
-  cell.z += batch.local_z[i];
-  ++cell.points;
-  const auto height = static_cast<std::uint32_t>(batch.local_z[i] * 256.0F);
-  return entry | (std::min(height, 255U) << 24U);
+std::uint32_t ScanAccumulator::enter(const VoxelIndex& block, BlockWindow& window) noexcept {
+  const auto hash = static_cast<std::uint32_t>(block.x + block.y * 5 + block.z * 25);
+  Recent& recent = recent_[hash % kRecent];
+  if (block == recent.block) return recent.number;
+  const std::uint32_t number = window.enter(block);
+  if (number == cells_.blocks().size()) cells_.add_block(block);
+  recent = {block, number};
+  return number;
 }
 
-void ScanAccumulator::insert(const Batch& batch, PointCode* codes, ScanCounts& counts) noexcept {
-  constexpr std::size_t kAhead = 12;
+std::uint32_t ScanAccumulator::entry_for(const Batch& batch, std::size_t i,
+                                         BlockWindow& window) noexcept {
+  const std::uint32_t block = enter(batch.block(i), window);
+  if (block == BlockWindow::kNone) return CellStore::kNone;
+  return cells_.find_or_insert(block, batch.bit[i]);
+}
+
+void ScanAccumulator::find_entries(const Batch& batch, std::uint32_t* entries,
+                                   BlockWindow& window) noexcept {
+  // From block to cell to sums, one step at a time for all points: what a step reads is then on
+  // its way before it is needed.
+  std::uint32_t* const numbers = entries;
   for (std::size_t i = 0; i < batch.size; ++i) {
-    if (i + kAhead < batch.size) cells_.prefetch(batch.key[i + kAhead]);
-    codes[i] = batch.valid[i] ? insert_point(batch, i, counts) : kPointInvalid;
+    numbers[i] = BlockWindow::kNone;
+    if (batch.valid[i] == 0) continue;
+    numbers[i] = enter(batch.block(i), window);
+    if (numbers[i] != BlockWindow::kNone) cells_.prefetch_block(numbers[i]);
+  }
+  for (std::size_t i = 0; i < batch.size; ++i) {
+    if (numbers[i] == BlockWindow::kNone) continue;
+    entries[i] = cells_.find_or_insert(numbers[i], batch.bit[i]);
+    if (entries[i] != CellStore::kNone) cells_.prefetch_sums(entries[i]);
   }
 }
 
-void ScanAccumulator::insert_thinned(const Batch& batch, PointCode* codes,
-                                     ScanCounts& counts) noexcept {
+void ScanAccumulator::insert(const Batch& batch, PointCode* codes, ScanCounts& counts,
+                             BlockWindow& window) noexcept {
+  std::uint32_t entries[kBatch];
+  find_entries(batch, entries, window);
+  // Points that follow each other often share their cell: its sums then stay in registers.
+  std::uint32_t entry = CellStore::kNone;
+  CellSums sums{};
   for (std::size_t i = 0; i < batch.size; ++i) {
-    if (!batch.valid[i]) {
+    const std::uint32_t found = entries[i];
+    if (found == CellStore::kNone) {
+      codes[i] = batch.valid[i] != 0 ? kPointDropped : kPointInvalid;
+      counts.no_cell += static_cast<std::uint32_t>(batch.valid[i]);
+      continue;
+    }
+    if (found != entry) {
+      if (entry != CellStore::kNone) cells_[entry] = sums;
+      entry = found;
+      sums = cells_[found];
+    }
+    batch.add_to(sums, i);
+    codes[i] = found | batch.height[i];
+  }
+  if (entry != CellStore::kNone) cells_[entry] = sums;
+}
+
+void ScanAccumulator::insert_thinned(const Batch& batch, PointCode* codes, ScanCounts& counts,
+                                     BlockWindow& window) noexcept {
+  for (std::size_t i = 0; i < batch.size; ++i) {
+    if (batch.valid[i] == 0) {
       codes[i] = kPointInvalid;
       continue;
     }
-    const VoxelKey leaf =
-        pack(voxel_index({batch.x[i], batch.y[i], batch.z[i]}, cells_per_leaf_inverse_));
+    const VoxelKey leaf = pack(voxel_index({batch.x.value[i], batch.y.value[i], batch.z.value[i]},
+                                           cells_per_leaf_inverse_));
     const std::uint32_t known = leaves_.find(leaf);
     if (known != FixedHashMap<PointCode>::kNotFound) {
       codes[i] = leaves_[known];
       continue;
     }
-    codes[i] = insert_point(batch, i, counts);
+    const std::uint32_t found = entry_for(batch, i, window);
+    if (found == CellStore::kNone) {
+      codes[i] = kPointDropped;
+      ++counts.no_cell;
+    } else {
+      batch.add_to(cells_[found], i);
+      codes[i] = found | batch.height[i];
+    }
     const std::uint32_t entry = leaves_.find_or_insert(leaf);
     if (entry != FixedHashMap<PointCode>::kNotFound) leaves_[entry] = codes[i];
   }

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <span>
 
+#include "block_window.hpp"
+#include "cell_store.hpp"
 #include "grid.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/fixed_hash_map.hpp"
@@ -13,25 +15,7 @@
 
 namespace unimapper::onboard {
 
-/// The points of one fine cell. Sums are in cell edges from the cell's lower corner, which keeps
-/// them exact to a fraction of a millimetre for any number of points.
-struct CellSums {
-  float x;
-  float y;
-  float z;
-  std::uint32_t points;
-};
-
-/// Mean of a cell's points, metres from the grid's origin.
-[[nodiscard]] inline Eigen::Vector3f mean_of(const VoxelIndex& cell, const CellSums& sums,
-                                             float cell_size_m) noexcept {
-  const float inverse = 1.0F / static_cast<float>(sums.points);
-  return {(static_cast<float>(cell.x) + sums.x * inverse) * cell_size_m,
-          (static_cast<float>(cell.y) + sums.y * inverse) * cell_size_m,
-          (static_cast<float>(cell.z) + sums.z * inverse) * cell_size_m};
-}
-
-/// Where a point of a scan went: its cell in the lower 24 bits, and in the upper 8 how high in
+/// Where a point of a scan went: its entry in the lower 24 bits, and in the upper 8 how high in
 /// the cell it lies, so that ground and obstacle points of one cell can be told apart later.
 using PointCode = std::uint32_t;
 inline constexpr PointCode kPointInvalid = 0xFFFFFFFFU;  ///< not finite or out of range
@@ -48,10 +32,12 @@ struct ScanCounts {
   std::uint64_t not_finite = 0;
   std::uint64_t out_of_range = 0;
   std::uint64_t beyond_capacity = 0;  ///< more points than fit one scan
-  std::uint64_t no_cell = 0;          ///< the fine cells were full
+  std::uint64_t no_cell = 0;          ///< no room for its cell or its block
 };
 
-/// Accumulates the scans of a keyframe (paper section IV-A), one hash look-up per point.
+/// Accumulates the scans of a keyframe (paper section IV-A). Blocks are entered into the window as
+/// they are met, so what a cell's place was before need not be looked up again; points that
+/// follow each other mostly share their block, and only a change of block is looked up.
 class ScanAccumulator {
  public:
   void attach(Arena& arena, const PipelineConfig& config) noexcept;
@@ -60,12 +46,13 @@ class ScanAccumulator {
   void begin(const Grid& grid) noexcept;
 
   /// Adds a scan. One without a valid point adds nothing. At most `KeyframeConfig::scans` times
-  /// between two `begin`.
-  ScanCounts add(const PointView& points, const Pose& T_odometry_sensor) noexcept;
+  /// between two `begin`; `window` has begun the same keyframe and nobody else enters blocks.
+  ScanCounts add(const PointView& points, const Pose& T_odometry_sensor,
+                 BlockWindow& window) noexcept;
 
   [[nodiscard]] const Grid& grid() const noexcept { return grid_; }
   [[nodiscard]] std::uint32_t scans() const noexcept { return scans_; }
-  [[nodiscard]] const FixedHashMap<CellSums>& cells() const noexcept { return cells_; }
+  [[nodiscard]] const CellStore& cells() const noexcept { return cells_; }
 
   /// Codes of the points of a scan in input order; points beyond the capacity have none.
   [[nodiscard]] std::span<const PointCode> codes(std::uint32_t scan) const noexcept;
@@ -80,12 +67,22 @@ class ScanAccumulator {
   static constexpr std::size_t kBatch = 256;
   struct Batch;
 
-  /// Transforms up to `kBatch` points from `first` on and sorts out the invalid ones.
-  void locate(const PointView& points, std::size_t first, Batch& batch,
-              ScanCounts& counts) const noexcept;
-  void insert(const Batch& batch, PointCode* codes, ScanCounts& counts) noexcept;
-  void insert_thinned(const Batch& batch, PointCode* codes, ScanCounts& counts) noexcept;
-  PointCode insert_point(const Batch& batch, std::size_t i, ScanCounts& counts) noexcept;
+  /// Reads up to `kBatch` points from `first` on and sorts out the invalid ones.
+  void read(const PointView& points, std::size_t first, Batch& batch,
+            ScanCounts& counts) const noexcept;
+  /// Transforms the points into cells.
+  void locate(Batch& batch) const noexcept;
+  static void sort_out_invalid(Batch& batch, ScanCounts& counts) noexcept;
+  void insert(const Batch& batch, PointCode* codes, ScanCounts& counts,
+              BlockWindow& window) noexcept;
+  void insert_thinned(const Batch& batch, PointCode* codes, ScanCounts& counts,
+                      BlockWindow& window) noexcept;
+  /// Entry of the cell of point `i`, or `CellStore::kNone` if it finds no room.
+  std::uint32_t entry_for(const Batch& batch, std::size_t i, BlockWindow& window) noexcept;
+  /// The same for every point of a batch; `CellStore::kNone` for invalid ones too.
+  void find_entries(const Batch& batch, std::uint32_t* entries, BlockWindow& window) noexcept;
+  /// Number of a block, which is made if need be.
+  std::uint32_t enter(const VoxelIndex& block, BlockWindow& window) noexcept;
 
   Grid grid_;
   float range_min_squared_ = 0.0F;
@@ -97,7 +94,15 @@ class ScanAccumulator {
   Eigen::Matrix3f cells_from_sensor_ = Eigen::Matrix3f::Identity();  ///< scale included
   Eigen::Vector3f sensor_in_cells_ = Eigen::Vector3f::Zero();
   PointCode* codes_ = nullptr;
-  FixedHashMap<CellSums> cells_;
+  CellStore cells_;
+
+  /// Blocks met lately: scans meet the same few hundred blocks again and again.
+  struct Recent {
+    VoxelIndex block;
+    std::uint32_t number;
+  };
+  static constexpr std::uint32_t kRecent = 512;
+  Recent recent_[kRecent] = {};
   FixedHashMap<PointCode> leaves_;
 };
 

@@ -37,10 +37,11 @@ void PlaneVoxels::attach(Arena& arena, const DescriptorConfig& config) noexcept 
   planes_.attach(arena, config.max_planes);
 }
 
-void PlaneVoxels::add(const FineCell& cell) noexcept {
+void PlaneVoxels::add(const FineCell& cell, RecentVoxels& recent) noexcept {
   const float inverse_size = 1.0F / config_.voxel_size_m;
   const VoxelIndex index = voxel_index(cell.position, inverse_size);
-  const std::uint32_t entry = voxels_.find_or_insert(pack(index));
+  const std::uint32_t entry =
+      recent.entry(index, [this](VoxelKey key) { return voxels_.find_or_insert(key); });
   if (entry == FixedHashMap<Voxel>::kNotFound) {
     ++dropped_;
     return;
@@ -109,7 +110,8 @@ void PlaneVoxels::build(std::span<const FineCell> cells) noexcept {
   all_.clear();
   order_.clear();
   planes_.clear();
-  for (const FineCell& cell : cells) add(cell);
+  RecentVoxels recent;
+  for (const FineCell& cell : cells) add(cell, recent);
   for (std::uint32_t i = 0; i < voxels_.size(); ++i) {
     PlanePatch patch;
     if (!fit(voxels_[i], voxels_.key(i), patch)) continue;

@@ -73,17 +73,30 @@ class Drive {
       numbers[place] = number;
       places.push_back(place);
     }
-    check_neighbours(places, numbers);
-    return places;
+    std::vector<Block> entered;
+    for (const Place& place : places) {
+      entered.push_back({bits_(random_) | 1U, {}, 0});
+      occupied_[place] = entered.back().occupied;
+    }
+    owned_.window.arrange(entered);
+    const std::span<const std::uint32_t> order = owned_.window.order();
+    REQUIRE(order.size() == places.size());
+    std::vector<Place> arranged;
+    for (const std::uint32_t first_number : order) {
+      arranged.push_back(places[first_number]);
+      numbers[places[first_number]] = static_cast<std::uint32_t>(arranged.size() - 1);
+    }
+    check_neighbours(arranged, numbers);
+    return arranged;
   }
 
   /// Records random verdicts and moves on.
   void finish(const std::vector<Place>& places) {
     std::map<Place, BlockHistory> decided;
     for (std::uint32_t number = 0; number < places.size(); ++number) {
-      const std::uint64_t occupied = bits_(random_) | 1U;
+      const std::uint64_t occupied = occupied_.at(places[number]);
       const std::uint64_t dynamic = occupied & bits_(random_);
-      decided[places[number]] = {occupied, dynamic, dynamic & bits_(random_)};
+      decided[places[number]] = {occupied, dynamic, dynamic & bits_(random_), number * 7};
       owned_.window.record(number, decided[places[number]]);
     }
     owned_.window.advance();
@@ -102,13 +115,14 @@ class Drive {
       }
       std::uint64_t listed = 0;
       for (const std::uint64_t word : owned_.window.occupied(number)) listed ^= word;
-      REQUIRE(listed == together);
+      REQUIRE(listed == (together ^ occupied_.at(places[number])));
       const BlockHistory truth = remembered > 0 ? at(places[number], 1) : BlockHistory{};
       const BlockHistory before = owned_.window.before(number);
       REQUIRE(before.occupied == truth.occupied);
       if (truth.occupied == 0) continue;
       REQUIRE(before.dynamic == truth.dynamic);
       REQUIRE(before.proven == truth.proven);
+      REQUIRE(before.first == truth.first);
     }
   }
   [[nodiscard]] std::size_t kept() const { return history_.size(); }
@@ -137,6 +151,7 @@ class Drive {
   OwnedWindow& owned_;
   std::mt19937_64 random_{7};
   std::uniform_int_distribution<std::uint64_t> bits_;
+  std::map<Place, std::uint64_t> occupied_;  ///< in the current keyframe
   std::deque<std::map<Place, BlockHistory>> history_;
 };
 

@@ -5,10 +5,12 @@
 
 #include "bench/latency/hostile_scans.hpp"
 #include "run.hpp"
+#include "src/onboard/tile_directory.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;
 using hostile::Kind;
+using unimapper::onboard::TileDirectory;
 
 namespace {
 
@@ -17,6 +19,7 @@ PipelineConfig hostile_config() {
   config.keyframe.max_points_per_scan = 20000;
   config.voxel.max_cells = 20000;
   config.voxel.max_voxels = 2000;
+  config.voxel.max_window_blocks = 16384;
   config.descriptor.max_cells = config.voxel.max_cells;
   return config;
 }
@@ -113,9 +116,9 @@ TEST_CASE("hostile: cells for ten times the capacity are refused and counted poi
 
 TEST_CASE("hostile: colliding keys are probed no further than the bound") {
   const HostileRun run(Kind::kCollidingKeys);
-  // Keys that hash to 64 neighbouring slots can fill those and what one probe sequence reaches.
-  CHECK(run.last.cells <= 64 + FixedHashMap<int>::kMaxProbes);
-  CHECK(run.last.cells >= FixedHashMap<int>::kMaxProbes);
+  // Tiles that hash to 64 neighbouring slots can fill those and what one probe sequence reaches.
+  CHECK(run.last.cells <= 64 + TileDirectory::kMaxProbes);
+  CHECK(run.last.cells >= TileDirectory::kMaxProbes);
   CHECK(run.dropped(DropCause::kCellsFull) > run.points() / 2);
   CHECK(run.last.points_dynamic == 0);
 }

@@ -182,7 +182,7 @@ TEST_CASE("full cells and voxels are counted and everything keeps running") {
   }
 }
 
-TEST_CASE("cells whose block finds no room are counted and stay static") {
+TEST_CASE("points whose block finds no room are counted and stay static") {
   // Cells far from each other: a block for each of them, and there is a block for every fourth.
   std::vector<Eigen::Vector3f> points;
   for (int i = 0; i < 400; ++i) {
@@ -196,10 +196,13 @@ TEST_CASE("cells whose block finds no room are counted and stay static") {
   REQUIRE(pipeline->add_scan(view, sensor_at(0, 0), 1).error.code == ErrorCode::kOk);
   REQUIRE(pipeline->flush().keyframe_ready);
   const KeyframeStatistics& statistics = *pipeline->keyframe().statistics;
-  CHECK(statistics.cells == 400);
-  CHECK(statistics.dropped_by(DropCause::kEvidenceFull) == 300);
-  CHECK(pipeline->keyframe().static_cells.size() == 400);
+  CHECK(statistics.cells == 100);
+  CHECK(statistics.dropped_by(DropCause::kCellsFull) == 300);
+  CHECK(pipeline->keyframe().static_cells.size() == 100);
   CHECK(statistics.points_static == 400);
+  for (const PointLabel label : labels_of(*pipeline, 0, points.size())) {
+    CHECK(label == PointLabel::kStatic);
+  }
 }
 
 TEST_CASE("the smallest possible capacities hold") {

@@ -92,6 +92,37 @@ TEST_CASE("a car that has just stopped stays out of the map") {
   CHECK(without.back().score.dynamic_percent() < 20.0);
 }
 
+TEST_CASE("carrying sums on decides as the whole window does") {
+  Scene scene = street();
+  scene.boxes.push_back(moving_box({8.0, -3.0, 0.9}, {0.0, 0.7, 0.0}, {0.25, 0.25, 0.9}));
+  scene.boxes.push_back(moving_box({-10.0, 3.5, 0.75}, {8.0, 0.0, 0.0}, {2.2, 0.9, 0.75}));
+  for (const auto& path : {stand_still, drive}) {
+    PipelineConfig config = small_config();
+    REQUIRE(config.removal.most_carried_log_odds > 0.0F);
+    const Score carried = total(run_scene(scene, config, 120, path));
+    config.removal.most_carried_log_odds = 0.0F;
+    const Score anew = total(run_scene(scene, config, 120, path));
+    CHECK(carried.dynamic_percent() == Approx(anew.dynamic_percent()).margin(1.0));
+    CHECK(carried.static_percent() == Approx(anew.static_percent()).margin(0.1));
+  }
+}
+
+TEST_CASE("no place is dynamic for longer than the most that is carried") {
+  // A box comes down where every ray has passed for four seconds, and stays for good.
+  Scene scene = street();
+  Box late = standing_box({12.0, 0.0, 0.75}, {1.0, 1.0, 0.75});
+  late.center = [](double t) { return Eigen::Vector3d(12.0, 0.0, t < 3.95 ? 600.0 : 0.75); };
+  scene.boxes.push_back(late);
+  PipelineConfig config = small_config();
+  config.removal.persistence_share = 0.0F;
+  config.removal.most_carried_log_odds = 2.0F;
+  const auto runs = run_scene(scene, config, 100, stand_still);
+  REQUIRE(runs.size() == 10);
+  CHECK(runs[4].score.static_percent() < 99.5);
+  // Each keyframe takes 0.425 for having met it and 0.255 for each of two images off the sum.
+  for (std::size_t k = 7; k < runs.size(); ++k) CHECK(runs[k].score.static_percent() > 99.8);
+}
+
 TEST_CASE("what no ray has passed through is not called free") {
   // A wall hides a parked car; then the sensor drives past the wall's end and sees it.
   Scene scene;

@@ -46,10 +46,15 @@ struct Stages {
     window.begin(scans.grid());
   }
   ScanCounts add(const std::vector<Eigen::Vector3f>& points, const Pose& pose = {}) {
-    return scans.add(PointView::xyz(points.data(), points.size(), sizeof(points[0])), pose);
+    return scans.add(PointView::xyz(points.data(), points.size(), sizeof(points[0])), pose,
+                     window.blocks());
+  }
+  void build_cells() {
+    window.blocks().arrange(scans.cells().blocks());
+    cells.build(scans.cells(), window.blocks().order(), scans.grid());
   }
   std::uint32_t find_and_split_ground() {
-    cells.build(scans, window.blocks());
+    build_cells();
     voxels.build(cells);
     const std::uint32_t ground =
         find_ground(config.ground, config.voxel.coarse_size_m, voxels.map());
@@ -57,12 +62,13 @@ struct Stages {
     split_ground(config.ground, config.removal, voxels, cells);
     return ground;
   }
-  /// Row of the cell that holds a point, or `kNoRow`.
+  /// Row of the cell that holds a point; there must be one.
   std::uint32_t row_at(const Eigen::Vector3f& p) const {
     for (std::uint32_t row = 0; row < cells.size(); ++row) {
       if (cells.index(row) == voxel_index(p, 5.0F)) return row;
     }
-    return CellTable::kNoRow;
+    FAIL("no cell holds the point");
+    return 0;
   }
 
   PipelineConfig config;
@@ -108,7 +114,7 @@ TEST_CASE("a cell holds the mean of its points, far from the origin too") {
     pose.translation = {offset, -offset, 0.0};
     stages.begin(pose.translation);
     stages.add({{1.09F, 1.09F, 1.09F}, {1.13F, 1.11F, 1.17F}}, pose);
-    stages.cells.build(stages.scans, stages.window.blocks());
+    stages.build_cells();
     REQUIRE(stages.cells.size() == 1);
     CHECK(stages.cells.points(0) == 2);
     const Eigen::Vector3d mean =
@@ -143,7 +149,7 @@ TEST_CASE("a table has one row per cell and finds each by its block") {
     points.emplace_back(8.0F * std::sin(f), 8.0F * std::cos(1.7F * f), 3.0F * std::sin(0.3F * f));
   }
   stages.add(points);
-  stages.cells.build(stages.scans, stages.window.blocks());
+  stages.build_cells();
   CHECK(stages.cells.size() == stages.scans.cells().size());
   for (std::uint32_t row = 0; row < stages.cells.size(); ++row) {
     const VoxelIndex index = stages.cells.index(row);
@@ -179,8 +185,8 @@ TEST_CASE("a roof above a floor is no ground") {
   add_floor(points, 0.0F, 2.0F, 0.0F, 2.0F, 4.1F);
   stages.add(points);
   CHECK(stages.find_and_split_ground() == 1);
-  CHECK((stages.cells.flags(stages.row_at({1.0F, 1.0F, 0.1F})) & kCellGround) != 0);
-  CHECK((stages.cells.flags(stages.row_at({1.0F, 1.0F, 4.1F})) & kCellGround) == 0);
+  CHECK(stages.cells.has(stages.row_at({1.0F, 1.0F, 0.1F}), &CellMarks::ground));
+  CHECK_FALSE(stages.cells.has(stages.row_at({1.0F, 1.0F, 4.1F}), &CellMarks::ground));
 }
 
 TEST_CASE("what stands on the ground is a candidate, the ground is not") {
@@ -190,11 +196,11 @@ TEST_CASE("what stands on the ground is a candidate, the ground is not") {
   add_column(points, 1.1F, 1.1F, 0.1F, 1.8F);
   stages.add(points);
   REQUIRE(stages.find_and_split_ground() > 0);
-  CHECK((stages.cells.flags(stages.row_at({3.1F, 3.1F, 0.02F})) & kCellGround) != 0);
+  CHECK(stages.cells.has(stages.row_at({3.1F, 3.1F, 0.02F}), &CellMarks::ground));
   for (const float z : {0.5F, 1.0F, 1.5F}) {
-    const std::uint8_t flags = stages.cells.flags(stages.row_at({1.1F, 1.1F, z}));
-    CHECK((flags & kCellCandidate) != 0);
-    CHECK((flags & kCellGround) == 0);
+    const std::uint32_t row = stages.row_at({1.1F, 1.1F, z});
+    CHECK(stages.cells.has(row, &CellMarks::candidate));
+    CHECK_FALSE(stages.cells.has(row, &CellMarks::ground));
   }
 }
 
@@ -207,9 +213,9 @@ TEST_CASE("with the paper's candidates, what is far from any ground is none") {
   add_column(points, 1.1F, 1.1F, 0.3F, 9.0F);
   stages.add(points);
   stages.find_and_split_ground();
-  CHECK((stages.cells.flags(stages.row_at({1.1F, 1.1F, 1.5F})) & kCellCandidate) != 0);
-  CHECK((stages.cells.flags(stages.row_at({1.1F, 1.1F, 3.5F})) & kCellCandidate) != 0);
-  CHECK((stages.cells.flags(stages.row_at({1.1F, 1.1F, 7.5F})) & kCellCandidate) == 0);
+  CHECK(stages.cells.has(stages.row_at({1.1F, 1.1F, 1.5F}), &CellMarks::candidate));
+  CHECK(stages.cells.has(stages.row_at({1.1F, 1.1F, 3.5F}), &CellMarks::candidate));
+  CHECK_FALSE(stages.cells.has(stages.row_at({1.1F, 1.1F, 7.5F}), &CellMarks::candidate));
 }
 
 TEST_CASE("columns are free from the ground up to the lowest obstacle") {
@@ -326,14 +332,14 @@ TEST_CASE("obstacles that touch are one component, across block borders too") {
   stages.find_and_split_ground();
   REQUIRE(stages.cells.size() == 13);
   // A third of the staircase is dynamic: enough for all of it.
-  for (std::uint32_t row = 0; row < 4; ++row) stages.cells.set_flag(row, kCellDynamic);
+  for (std::uint32_t row = 0; row < 4; ++row) stages.cells.set(row, &CellMarks::dynamic);
   CHECK(stages.components.run(stages.window.blocks(), stages.cells) == 2);
   std::size_t dynamic = 0;
   for (std::uint32_t row = 0; row < 13; ++row) {
-    dynamic += (stages.cells.flags(row) & kCellDynamic) != 0 ? 1 : 0;
+    dynamic += stages.cells.has(row, &CellMarks::dynamic) ? 1 : 0;
   }
   CHECK(dynamic == 12);
-  CHECK((stages.cells.flags(stages.row_at({10.0F, 10.0F, 3.0F})) & kCellDynamic) == 0);
+  CHECK_FALSE(stages.cells.has(stages.row_at({10.0F, 10.0F, 3.0F}), &CellMarks::dynamic));
 }
 
 TEST_CASE("hardly dynamic components become static, firm cells resist their neighbours") {
@@ -342,15 +348,15 @@ TEST_CASE("hardly dynamic components become static, firm cells resist their neig
   for (int i = 0; i < 40; ++i) points.emplace_back(0.1F + 0.2F * static_cast<float>(i), 0.1F, 3.1F);
   stages.add(points);
   stages.find_and_split_ground();
-  stages.cells.set_flag(0, kCellDynamic);
+  stages.cells.set(0, &CellMarks::dynamic);
   stages.components.run(stages.window.blocks(), stages.cells);
-  CHECK((stages.cells.flags(0) & kCellDynamic) == 0);
+  CHECK_FALSE(stages.cells.has(0, &CellMarks::dynamic));
 
-  for (std::uint32_t row = 0; row < 20; ++row) stages.cells.set_flag(row, kCellDynamic);
-  stages.cells.set_flag(39, kCellFirm);
+  for (std::uint32_t row = 0; row < 20; ++row) stages.cells.set(row, &CellMarks::dynamic);
+  stages.cells.set(39, &CellMarks::firm);
   stages.components.run(stages.window.blocks(), stages.cells);
-  CHECK((stages.cells.flags(38) & kCellDynamic) != 0);
-  CHECK((stages.cells.flags(39) & kCellDynamic) == 0);
+  CHECK(stages.cells.has(38, &CellMarks::dynamic));
+  CHECK_FALSE(stages.cells.has(39, &CellMarks::dynamic));
 }
 
 TEST_CASE("low cells follow an obstacle but do not tie obstacles together") {
@@ -362,11 +368,11 @@ TEST_CASE("low cells follow an obstacle but do not tie obstacles together") {
   stages.add(points);
   REQUIRE(stages.find_and_split_ground() > 0);
   for (float z = 0.5F; z < 1.8F; z += 0.2F) {
-    stages.cells.set_flag(stages.row_at({1.1F, 1.1F, z}), kCellDynamic);
+    stages.cells.set(stages.row_at({1.1F, 1.1F, z}), &CellMarks::dynamic);
   }
   stages.components.run(stages.window.blocks(), stages.cells);
   const auto dynamic = [&](float x, float z) {
-    return (stages.cells.flags(stages.row_at({x, 1.1F, z})) & kCellDynamic) != 0;
+    return stages.cells.has(stages.row_at({x, 1.1F, z}), &CellMarks::dynamic);
   };
   CHECK(dynamic(1.1F, 1.5F));
   CHECK(dynamic(1.1F, 0.25F));

@@ -46,9 +46,12 @@ inline constexpr std::int32_t kVoxelAxisLimit = 1 << 20;
 /// vectorises. Saturates at +-2e9, NaN included: what a hostile sender claims is no undefined
 /// behaviour.
 [[nodiscard]] inline std::int32_t floor_to_int(float value) noexcept {
-  const float bounded = std::min(2e9F, std::max(-2e9F, value));
+  // Comparisons and selections in a form that compilers turn into vector instructions.
+  const float not_below = value > -2e9F ? value : -2e9F;
+  const float bounded = not_below < 2e9F ? not_below : 2e9F;
   const auto truncated = static_cast<std::int32_t>(bounded);
-  return truncated - static_cast<std::int32_t>(bounded < static_cast<float>(truncated));
+  const std::int32_t above = static_cast<float>(truncated) > bounded ? 1 : 0;
+  return truncated - above;
 }
 
 /// Cell of a point. The caller has checked that the point is finite and within range.

@@ -140,6 +140,10 @@ struct RemovalConfig {
   float log_odds_free = 0.85F;
   float log_odds_occupied = 0.425F;
   float log_odds_weakly_occupied = 0.255F;
+  /// A cell that was judged in the keyframe before carries its sum on, at most so much either way,
+  /// and only newer evidence is added; 0 = weigh the whole window anew in every keyframe, which
+  /// costs several times as much. [0, 30]; measured.
+  float most_carried_log_odds = 6.0F;
   /// Decide about connected obstacles as a whole; measured: on.
   bool components = true;
   /// Cells lower than this above the ground follow the component they touch, but do not connect

@@ -13,9 +13,9 @@ enum class DropCause : std::uint8_t {
   kNotFinite,         ///< points with NaN or infinite coordinates
   kOutOfRange,        ///< points nearer or farther than the configured range
   kScanTooLarge,      ///< points beyond `KeyframeConfig::max_points_per_scan`
-  kCellsFull,         ///< points that found no room among the fine cells
+  kCellsFull,         ///< points that found no room among the fine cells or their blocks
   kVoxelsFull,        ///< fine cells that found no room among the coarse voxels
-  kEvidenceFull,      ///< fine cells or columns that found no room in the evidence window
+  kEvidenceFull,      ///< columns that found no room in the evidence window
   kDescriptionFull,   ///< cells, voxels or keypoints the place describer refused
   kTriangleTableFull  ///< triangles the place database refused
 };

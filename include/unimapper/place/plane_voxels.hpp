@@ -9,6 +9,7 @@
 #include "unimapper/core/fixed_hash_map.hpp"
 #include "unimapper/core/fixed_vector.hpp"
 #include "unimapper/core/keyframe.hpp"
+#include "unimapper/core/recent_voxels.hpp"
 #include "unimapper/place/config.hpp"
 
 namespace unimapper {
@@ -49,7 +50,7 @@ class PlaneVoxels {
     std::uint32_t product[6];  // xx xy xz yy yz zz
   };
   static constexpr std::uint32_t kMaxCells = 16384;
-  void add(const FineCell& cell) noexcept;
+  void add(const FineCell& cell, RecentVoxels& recent) noexcept;
   bool fit(const Voxel& voxel, std::uint64_t key, PlanePatch& patch) const noexcept;
 
   DescriptorConfig config_{};

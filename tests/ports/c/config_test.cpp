@@ -108,7 +108,7 @@ TEST_CASE("members out of range are refused by name") {
   CHECK_THAT(with([&](um_config& c) { c.voxel_fine_size_m = nan; }), Contains("voxel.fine_size_m"));
   CHECK_THAT(with([](um_config& c) { c.removal_components = 2; }), Contains("0 or 1"));
   CHECK_THAT(with([](um_config& c) { c.search_sessions = 3; }), Contains("search_sessions"));
-  CHECK_THAT(with([](um_config& c) { c.reserved[1] = 1; }), Contains("reserved"));
+  CHECK_THAT(with([](um_config& c) { c.reserved[0] = 1; }), Contains("reserved"));
   CHECK_THAT(with([](um_config& c) { c.budget_us = 5000; }), Contains("clock"));
   um_config config = small_c_config();
   config.sensor = 77;

@@ -1,0 +1,59 @@
+// 4 x 4 x 4 fine cells and their numbers.
+#pragma once
+
+#include <cstdint>
+
+#include "unimapper/core/voxel_key.hpp"
+
+namespace unimapper::onboard {
+
+/// 4 x 4 x 4 cells, one bit each. Everything that asks "is that cell occupied?" asks 64 cells at
+/// the price of one look-up.
+struct Block {
+  static constexpr std::int32_t kEdgeBits = 2;
+  static constexpr std::int32_t kEdge = 1 << kEdgeBits;
+  static constexpr std::uint32_t kCells = 64;
+
+  std::uint64_t occupied;
+  VoxelIndex index;     ///< in units of blocks
+  std::uint32_t first;  ///< row of the block's first cell; the others follow by bit number
+};
+
+/// The block a cell lies in, in units of blocks.
+[[nodiscard]] constexpr VoxelIndex block_of(const VoxelIndex& cell) noexcept {
+  return {cell.x >> Block::kEdgeBits, cell.y >> Block::kEdgeBits, cell.z >> Block::kEdgeBits};
+}
+
+/// A cell's bit number within its block.
+[[nodiscard]] constexpr std::uint32_t bit_of(const VoxelIndex& cell) noexcept {
+  constexpr std::int32_t kMask = Block::kEdge - 1;
+  return static_cast<std::uint32_t>((cell.x & kMask) | ((cell.y & kMask) << Block::kEdgeBits) |
+                                    ((cell.z & kMask) << (2 * Block::kEdgeBits)));
+}
+
+/// The cell with number `bit` of a block.
+[[nodiscard]] constexpr VoxelIndex cell_in(const VoxelIndex& block, std::uint32_t bit) noexcept {
+  const auto b = static_cast<std::int32_t>(bit);
+  return {(block.x << Block::kEdgeBits) + (b & 3), (block.y << Block::kEdgeBits) + (b >> 2 & 3),
+          (block.z << Block::kEdgeBits) + (b >> 4)};
+}
+
+/// The lowest set bit of a word, or 0.
+[[nodiscard]] constexpr std::uint64_t lowest_bit(std::uint64_t word) noexcept {
+  return word & (~word + 1);
+}
+
+/// Set bits of a word; without the instruction set's own, which firmware may lack.
+[[nodiscard]] constexpr std::uint32_t count_bits(std::uint64_t word) noexcept {
+  word -= (word >> 1U) & 0x5555555555555555ULL;
+  word = (word & 0x3333333333333333ULL) + ((word >> 2U) & 0x3333333333333333ULL);
+  word = (word + (word >> 4U)) & 0x0F0F0F0F0F0F0F0FULL;
+  return static_cast<std::uint32_t>((word * 0x0101010101010101ULL) >> 56U);
+}
+
+/// Row of the cell with number `bit` of a block that has it.
+[[nodiscard]] inline std::uint32_t row_of(const Block& block, std::uint32_t bit) noexcept {
+  return block.first + count_bits(block.occupied & ((std::uint64_t{1} << bit) - 1U));
+}
+
+}  // namespace unimapper::onboard
