@@ -121,27 +121,34 @@ bool is_config_size(std::size_t struct_size) noexcept {
          struct_size % sizeof(std::uint32_t) == 0;
 }
 
-bool preset_config(std::uint32_t sensor, um_config& out) noexcept {
-  if (sensor >= sensor_models().size()) return false;
-  const PipelineConfig config = preset(static_cast<SensorKind>(sensor));
+um_status preset_config(std::uint32_t sensor, std::uint32_t computer, um_config& out) noexcept {
+  if (sensor >= sensor_models().size()) return UM_UNKNOWN_SENSOR;
+  if (computer > UM_COMPUTER_ARMV7_WITH_64_MB) return UM_UNKNOWN_COMPUTER;
+  const PipelineConfig config =
+      preset(static_cast<SensorKind>(sensor), static_cast<Computer>(computer));
   std::memset(&out, 0, sizeof out);
   out.struct_size = sizeof out;
   out.sensor = sensor;
+  out.computer = computer;
   visit(out, config,
         [](auto& c, const auto& p) { c = static_cast<std::remove_reference_t<decltype(c)>>(p); });
-  return true;
+  return UM_OK;
 }
 
-ConfigVerdict read_config(const um_config* config, PipelineConfig& out) noexcept {
+ConfigVerdict read_config(const um_config* config, PipelineConfig& out, um_config& full) noexcept {
   if (config == nullptr) return {UM_NULL_ARGUMENT, um_status_text(UM_NULL_ARGUMENT)};
   if (!is_config_size(config->struct_size)) {
     return {UM_UNKNOWN_VERSION,
             "config.struct_size is no size of um_config that this library knows: call "
             "um_config_init first, or link a newer library"};
   }
-  um_config full;
-  if (!preset_config(config->sensor, full)) {
-    return {UM_UNKNOWN_SENSOR, "config.sensor must be one of enum um_sensor"};
+  switch (preset_config(config->sensor, config->computer, full)) {
+    case UM_UNKNOWN_SENSOR:
+      return {UM_UNKNOWN_SENSOR, "config.sensor must be one of enum um_sensor"};
+    case UM_UNKNOWN_COMPUTER:
+      return {UM_UNKNOWN_COMPUTER, "config.computer must be one of enum um_computer"};
+    default:
+      break;
   }
   std::memcpy(&full, config, config->struct_size);
   if (full.reserved[0] != 0) return {UM_INVALID_CONFIG, "config.reserved must be 0"};
@@ -151,6 +158,10 @@ ConfigVerdict read_config(const um_config* config, PipelineConfig& out) noexcept
   if (!all_possible) {
     return {UM_INVALID_CONFIG,
             "config: switches must be 0 or 1 and search_sessions must be 0, 1 or 2"};
+  }
+  constexpr std::uint32_t kMostEvents = 1U << 20U;
+  if (full.event_capacity > kMostEvents || (full.event_capacity & (full.event_capacity - 1)) != 0) {
+    return {UM_INVALID_CONFIG, "config.event_capacity must be 0 or a power of two up to 2^20"};
   }
   out.clock_ns = full.clock_ns;
   const Error error = out.validate();

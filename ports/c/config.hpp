@@ -19,10 +19,14 @@ struct ConfigVerdict {
 /// parameter, whole members only, and nothing this library does not know.
 [[nodiscard]] bool is_config_size(std::size_t struct_size) noexcept;
 
-/// The complete recommended configuration for `sensor` (enum um_sensor). False if there is none.
-[[nodiscard]] bool preset_config(std::uint32_t sensor, um_config& out) noexcept;
+/// The complete recommended configuration for a sensor and a computer (enums um_sensor and
+/// um_computer); otherwise says which of them does not exist.
+[[nodiscard]] um_status preset_config(std::uint32_t sensor, std::uint32_t computer,
+                                      um_config& out) noexcept;
 
-/// Reads a caller's configuration of any known version, null included, and validates it.
-[[nodiscard]] ConfigVerdict read_config(const um_config* config, PipelineConfig& out) noexcept;
+/// Reads a caller's configuration of any known version, null included, and validates it. `full` is
+/// the same with what the caller's version lacks.
+[[nodiscard]] ConfigVerdict read_config(const um_config* config, PipelineConfig& out,
+                                        um_config& full) noexcept;
 
 }  // namespace unimapper::c

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <type_traits>
 
+#include "unimapper/onboard/events.hpp"
+
 namespace unimapper::c {
 namespace {
 
@@ -46,6 +48,15 @@ static_assert(same(SensorKind::kGeneric, UM_SENSOR_GENERIC) &&
               same(SensorKind::kAevaAeries2, UM_SENSOR_AEVA_AERIES_2) &&
               same(SensorKind::kLivoxAvia, UM_SENSOR_LIVOX_AVIA) &&
               same(SensorKind::kLivoxMid360, UM_SENSOR_LIVOX_MID_360));
+static_assert(same(Computer::kServer, UM_COMPUTER_SERVER) &&
+              same(Computer::kJetson, UM_COMPUTER_JETSON) &&
+              same(Computer::kRaspberryPi, UM_COMPUTER_RASPBERRY_PI) &&
+              same(Computer::kArmv7With64Mb, UM_COMPUTER_ARMV7_WITH_64_MB));
+static_assert(same(EventId::kKeyframeClosed, UM_EVENT_KEYFRAME_CLOSED) &&
+              same(EventId::kScanRefused, UM_EVENT_SCAN_REFUSED) &&
+              same(EventId::kPoseJump, UM_EVENT_POSE_JUMP) &&
+              same(EventId::kDropped, UM_EVENT_DROPPED) && same(EventId::kShed, UM_EVENT_SHED) &&
+              same(EventId::kDeadlineMissed, UM_EVENT_DEADLINE_MISSED));
 static_assert(same(DropCause::kNotFinite, UM_DROP_NOT_FINITE) &&
               same(DropCause::kOutOfRange, UM_DROP_OUT_OF_RANGE) &&
               same(DropCause::kScanTooLarge, UM_DROP_SCAN_TOO_LARGE) &&

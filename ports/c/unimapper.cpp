@@ -25,6 +25,9 @@ struct alignas(UM_ALIGNMENT) um_pipeline {
   Pipeline* core;
   std::byte* core_memory;
   std::size_t core_bytes;
+  std::byte* ring_memory;
+  std::size_t ring_bytes;
+  std::uint32_t event_capacity;
   bool keyframe_ready;
   const char* message;
   um_scan scans[KeyframeConfig::kMaxScans];
@@ -81,7 +84,21 @@ bool is_possible(const um_points& points) noexcept {
   return offset <= kMost && points.count <= kMost / points.stride;
 }
 
+/// Bytes of the ring, rounded up so that what follows it is aligned.
+std::size_t ring_bytes(const um_config& config) noexcept {
+  if (config.event_capacity == 0) return 0;
+  const std::size_t bytes = EventRing::required_bytes(config.event_capacity);
+  return (bytes + UM_ALIGNMENT - 1) / UM_ALIGNMENT * UM_ALIGNMENT;
+}
+
 um_status make_core(um_pipeline& pipeline) noexcept {
+  pipeline.config.events = nullptr;
+  if (pipeline.event_capacity > 0) {
+    const auto ring =
+        EventRing::create(pipeline.event_capacity, {pipeline.ring_memory, pipeline.ring_bytes});
+    if (!ring.ok()) return tell(pipeline, ring.error());
+    pipeline.config.events = ring.value();
+  }
   const auto created =
       Pipeline::create(pipeline.config, {pipeline.core_memory, pipeline.core_bytes});
   pipeline.core = created.ok() ? created.value() : nullptr;
@@ -144,6 +161,10 @@ const char* um_status_text(um_status status) {
       return "the keyframe has no scan with this index";
     case UM_UNKNOWN_SENSOR:
       return "no sensor of this number or name is known";
+    case UM_UNKNOWN_COMPUTER:
+      return "no class of computer has this number";
+    case UM_NO_EVENT:
+      return "the event ring is empty, or the configuration asks for none";
     default:
       return "unknown status";
   }
@@ -158,10 +179,16 @@ um_status um_sensor_find(const char* name, std::uint32_t* sensor) {
 }
 
 um_status um_config_init(um_config* config, std::size_t struct_size, std::uint32_t sensor) {
+  return um_config_init_for(config, struct_size, sensor, UM_COMPUTER_SERVER);
+}
+
+um_status um_config_init_for(um_config* config, std::size_t struct_size, std::uint32_t sensor,
+                             std::uint32_t computer) {
   if (config == nullptr) return UM_NULL_ARGUMENT;
   if (!is_config_size(struct_size)) return UM_UNKNOWN_VERSION;
   um_config full;
-  if (!preset_config(sensor, full)) return UM_UNKNOWN_SENSOR;
+  const um_status status = preset_config(sensor, computer, full);
+  if (status != UM_OK) return status;
   full.struct_size = static_cast<std::uint32_t>(struct_size);
   std::memcpy(config, &full, struct_size);
   return UM_OK;
@@ -169,14 +196,16 @@ um_status um_config_init(um_config* config, std::size_t struct_size, std::uint32
 
 um_status um_config_check(const um_config* config, const char** message) {
   PipelineConfig converted;
-  const ConfigVerdict verdict = read_config(config, converted);
+  um_config full;
+  const ConfigVerdict verdict = read_config(config, converted, full);
   return say(verdict.status, verdict.message, message);
 }
 
 std::size_t um_required_bytes(const um_config* config) {
   PipelineConfig converted;
-  if (read_config(config, converted).status != UM_OK) return 0;
-  return sizeof(um_pipeline) + Pipeline::required_bytes(converted);
+  um_config full;
+  if (read_config(config, converted, full).status != UM_OK) return 0;
+  return sizeof(um_pipeline) + ring_bytes(full) + Pipeline::required_bytes(converted);
 }
 
 um_status um_init(const um_config* config, void* memory, std::size_t bytes, um_pipeline** pipeline,
@@ -187,18 +216,23 @@ um_status um_init(const um_config* config, void* memory, std::size_t bytes, um_p
   if (pipeline == nullptr) return fail(UM_NULL_ARGUMENT);
   *pipeline = nullptr;
   PipelineConfig converted;
-  const ConfigVerdict verdict = read_config(config, converted);
+  um_config full;
+  const ConfigVerdict verdict = read_config(config, converted, full);
   if (verdict.status != UM_OK) return say(verdict.status, verdict.message, message);
   if (memory == nullptr) return fail(UM_NULL_ARGUMENT);
   if (!is_aligned(memory)) return fail(UM_MEMORY_MISALIGNED);
   const std::size_t core_bytes = Pipeline::required_bytes(converted);
-  if (bytes < sizeof(um_pipeline) || bytes - sizeof(um_pipeline) < core_bytes) {
+  const std::size_t before_core = sizeof(um_pipeline) + ring_bytes(full);
+  if (bytes < before_core || bytes - before_core < core_bytes) {
     return fail(UM_MEMORY_TOO_SMALL);
   }
   std::memset(memory, 0, sizeof(um_pipeline));
   auto* const made = new (memory) um_pipeline;
   made->config = converted;
-  made->core_memory = static_cast<std::byte*>(memory) + sizeof(um_pipeline);
+  made->ring_memory = static_cast<std::byte*>(memory) + sizeof(um_pipeline);
+  made->ring_bytes = ring_bytes(full);
+  made->event_capacity = full.event_capacity;
+  made->core_memory = static_cast<std::byte*>(memory) + before_core;
   made->core_bytes = core_bytes;
   const um_status status = make_core(*made);
   if (status != UM_OK) return say(status, made->message, message);
@@ -275,6 +309,24 @@ um_status um_labels(um_pipeline* pipeline, std::uint32_t scan, std::uint8_t* lab
   // PointLabel is one byte with the values of um_label.
   *written = pipeline->core->labels(scan, {reinterpret_cast<PointLabel*>(labels), capacity});
   return tell(*pipeline, {});
+}
+
+um_status um_event_pop(um_pipeline* pipeline, um_event* event) {
+  // No message is left: this may be another thread than the one whose message it is.
+  if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
+  if (event == nullptr) return UM_NULL_ARGUMENT;
+  EventRecord record;
+  if (pipeline->config.events == nullptr || !pipeline->config.events->pop(record)) {
+    return UM_NO_EVENT;
+  }
+  *event = {record.id, 0, record.stamp_ns, {}};
+  std::copy_n(record.values, 4, event->values);
+  return UM_OK;
+}
+
+std::uint32_t um_events_lost(const um_pipeline* pipeline) {
+  const bool has_ring = is_pipeline(pipeline) && pipeline->config.events != nullptr;
+  return has_ring ? pipeline->config.events->overflow() : 0;
 }
 
 const char* um_drop_cause_name(std::uint32_t cause) {

@@ -55,21 +55,23 @@ typedef int32_t um_status;
 
 enum um_status_code {
   UM_OK = 0,
-  UM_INVALID_CONFIG = 1,    /**< a member of the configuration is out of its range */
-  UM_MEMORY_TOO_SMALL = 2,  /**< less than um_required_bytes(config) */
-  UM_MEMORY_MISALIGNED = 3, /**< the block does not start on a 64-byte boundary */
-  UM_INVALID_POSE = 4,      /**< NaN, infinite, or its rotation is none */
-  UM_TIME_REVERSED = 5,     /**< the stamp is not later than the one before */
-  UM_EMPTY_SCAN = 6,        /**< no point is finite and in range */
-  UM_POSE_JUMP = 7,         /**< the pose moved farther than configured */
-  UM_CAPACITY_EXCEEDED = 8, /**< a fixed-capacity container is full */
-  UM_NULL_ARGUMENT = 100,   /**< a pointer that is needed is null */
-  UM_INVALID_HANDLE = 101,  /**< not a pipeline made by um_init, or its block was overwritten */
-  UM_UNKNOWN_VERSION = 102, /**< struct_size is none of this library's versions */
-  UM_INVALID_POINTS = 103,  /**< the view of the points cannot be right */
-  UM_NO_KEYFRAME = 104,     /**< the last call closed no keyframe */
-  UM_INVALID_INDEX = 105,   /**< no such scan in the keyframe */
-  UM_UNKNOWN_SENSOR = 106   /**< no such sensor */
+  UM_INVALID_CONFIG = 1,     /**< a member of the configuration is out of its range */
+  UM_MEMORY_TOO_SMALL = 2,   /**< less than um_required_bytes(config) */
+  UM_MEMORY_MISALIGNED = 3,  /**< the block does not start on a 64-byte boundary */
+  UM_INVALID_POSE = 4,       /**< NaN, infinite, or its rotation is none */
+  UM_TIME_REVERSED = 5,      /**< the stamp is not later than the one before */
+  UM_EMPTY_SCAN = 6,         /**< no point is finite and in range */
+  UM_POSE_JUMP = 7,          /**< the pose moved farther than configured */
+  UM_CAPACITY_EXCEEDED = 8,  /**< a fixed-capacity container is full */
+  UM_NULL_ARGUMENT = 100,    /**< a pointer that is needed is null */
+  UM_INVALID_HANDLE = 101,   /**< not a pipeline made by um_init, or its block was overwritten */
+  UM_UNKNOWN_VERSION = 102,  /**< struct_size is none of this library's versions */
+  UM_INVALID_POINTS = 103,   /**< the view of the points cannot be right */
+  UM_NO_KEYFRAME = 104,      /**< the last call closed no keyframe */
+  UM_INVALID_INDEX = 105,    /**< no such scan in the keyframe */
+  UM_UNKNOWN_SENSOR = 106,   /**< no such sensor */
+  UM_UNKNOWN_COMPUTER = 107, /**< no such class of computer */
+  UM_NO_EVENT = 108          /**< the event ring is empty, or there is none */
 };
 
 /** One sentence for a status; never null. */
@@ -93,15 +95,27 @@ enum um_sensor {
  *  "ouster os2 128"). UM_UNKNOWN_SENSOR leaves *sensor alone. */
 UM_API um_status um_sensor_find(const char* name, uint32_t* sensor);
 
+/** What the pipeline is to run on; decides capacities and range, never thresholds. */
+enum um_computer {
+  UM_COMPUTER_SERVER = 0,          /**< gigabytes to spare */
+  UM_COMPUTER_JETSON = 1,          /**< Jetson-class ARM64: at most 192 MB */
+  UM_COMPUTER_RASPBERRY_PI = 2,    /**< Raspberry-Pi-class ARMv8: at most 96 MB */
+  UM_COMPUTER_ARMV7_WITH_64_MB = 3 /**< ARMv7 with NEON: at most 64 MB */
+};
+
 /** All parameters. Start from um_config_init and change what you must: a program that sets every
  *  member by itself misses the sensor's capacities. Ranges in brackets; "paper" is the Uni-Mapper
  *  paper, "measured" the comparison in docs/tuning.md, "sensor" the sensor's data sheet. */
 typedef struct um_config {
   /** Bytes of this struct as the program knows it. A smaller one, from an older header, is
-   *  accepted: what it lacks is taken from the preset of `sensor`. */
+   *  accepted: what it lacks is taken from the preset of `sensor` and `computer`. */
   uint32_t struct_size;
-  /** enum um_sensor: whose preset stands in for missing members. */
+  /** enum um_sensor and enum um_computer: whose preset stands in for missing members. */
   uint32_t sensor;
+  uint32_t computer;
+  /** Room for so many events (see um_event_pop), which lies in the pipeline's block: a power of
+   *  two up to 2^20; 0 = off. */
+  uint32_t event_capacity;
   /** Monotonic clock in nanoseconds for stage times and budget, called from um_add_scan and
    *  um_flush; null = no times are taken. */
   int64_t (*clock_ns)(void);
@@ -318,6 +332,10 @@ typedef struct um_config {
 /** Fills in the recommended parameters for a sensor (enum um_sensor). `struct_size` is
  *  sizeof(um_config) as the program knows it; no byte beyond it is written. */
 UM_API um_status um_config_init(um_config* config, size_t struct_size, uint32_t sensor);
+
+/** The same with the capacities a smaller computer has room for (enum um_computer). */
+UM_API um_status um_config_init_for(um_config* config, size_t struct_size, uint32_t sensor,
+                                    uint32_t computer);
 
 /** Whether um_init will accept a configuration. If not, *message (may be null) says in one
  *  sentence which member is wrong and what it must be; if so, it is "". */
@@ -548,6 +566,33 @@ enum um_label {
  *  *written how many. Cost: proportional to the points. */
 UM_API um_status um_labels(um_pipeline* pipeline, uint32_t scan, uint8_t* labels, size_t capacity,
                            size_t* written);
+
+/* ---- Events --------------------------------------------------------------------------------- */
+
+/** What an event tells; values[] in the order given. Numbers never change their meaning. */
+enum um_event_id {
+  UM_EVENT_KEYFRAME_CLOSED = 1, /**< sequence, scans, static cells, dynamic cells */
+  UM_EVENT_SCAN_REFUSED = 2,    /**< um_status, scan index */
+  UM_EVENT_POSE_JUMP = 3,       /**< scan index */
+  UM_EVENT_DROPPED = 4,         /**< enum um_drop_cause, count, sequence of the keyframe */
+  UM_EVENT_SHED = 5,            /**< enum um_shed, count, sequence of the keyframe */
+  UM_EVENT_DEADLINE_MISSED = 6  /**< microseconds taken, budget, sequence of the keyframe */
+};
+
+/** One event. */
+typedef struct um_event {
+  uint32_t id; /**< enum um_event_id; ignore numbers you do not know */
+  uint32_t reserved;
+  int64_t stamp_ns; /**< of the scan at hand */
+  int64_t values[4];
+} um_event;
+
+/** Takes the oldest event; UM_NO_EVENT if there is none. May be called by one other thread than the
+ *  pipeline's, at any time but during um_init and um_reset: neither ever waits for the other. */
+UM_API um_status um_event_pop(um_pipeline* pipeline, um_event* event);
+
+/** Events lost since um_init or um_reset because the ring was full; wraps at 2^32. Any thread. */
+UM_API uint32_t um_events_lost(const um_pipeline* pipeline);
 
 #ifdef __cplusplus
 }

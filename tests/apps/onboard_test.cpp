@@ -1,4 +1,5 @@
 // `unimapper onboard` as its users see it: files, messages, exit codes.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
@@ -114,7 +115,7 @@ TEST_CASE("the same recording gives the same bytes") {
     CHECK(read_text(entry.path()) == read_text(again / relative));
     ++files;
   }
-  CHECK(files == 25 + 3);
+  CHECK(files == 25 + 4);
   auto first = fixture.stats();
   auto second = nlohmann::json::parse(read_text(again / "stats.json"));
   for (const char* timing : {"stage_ms", "total_histogram", "deadline_misses", "closing_call_ms"}) {
@@ -248,6 +249,10 @@ TEST_CASE("a jump of 10 m between two scans closes the keyframe and mapping goes
   CHECK(fixture.stats()["scans_refused"]["pose_jump"] == 1);
   CHECK(fixture.stats()["keyframes"] == 3);
   fixture.check_labels(recording);
+  const std::string events = read_text(fixture.run / "events.log");
+  CHECK_THAT(events, Contains("keyframe 0 closed: 6 scans"));
+  CHECK_THAT(events, Contains("scan 6 refused: the pose jumped"));
+  CHECK(std::count(events.begin(), events.end(), '\n') == 4);
 }
 
 TEST_CASE("single points that are NaN, infinite or absurd are counted and keep their place") {

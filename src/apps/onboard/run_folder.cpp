@@ -28,7 +28,7 @@ void remove_earlier_run(const fs::path& directory) {
   for (const fs::path& label : datasets::list_files(directory / "labels", ".label")) {
     fs::remove(label, ignored);
   }
-  for (const char* name : {"keyframes.lcmlog", "loops.csv", "stats.json"}) {
+  for (const char* name : {"keyframes.lcmlog", "loops.csv", "stats.json", "events.log"}) {
     fs::remove(directory / name, ignored);
   }
 }

@@ -11,7 +11,8 @@
 
 namespace unimapper::apps {
 
-/// RUN/labels, RUN/keyframes.lcmlog, RUN/loops.csv, RUN/stats.json, RUN/run.json.
+/// RUN/labels, RUN/keyframes.lcmlog, RUN/loops.csv, RUN/stats.json, RUN/run.json,
+/// RUN/events.log.
 class RunFolder {
  public:
   /// Creates the folder. One that holds an earlier run is emptied of that run's files; one that
@@ -24,6 +25,7 @@ class RunFolder {
   [[nodiscard]] std::filesystem::path keyframe_log() const {
     return directory_ / "keyframes.lcmlog";
   }
+  [[nodiscard]] std::filesystem::path event_log() const { return directory_ / "events.log"; }
   [[nodiscard]] std::filesystem::path loops_file() const { return directory_ / "loops.csv"; }
 
   /// Writes RUN/labels/NAME.label: 251 for dynamic points, 9 for all others. Where `labels` is

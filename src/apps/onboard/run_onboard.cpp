@@ -7,6 +7,7 @@
 #include "ports/lcm/keyframe_codec.hpp"
 #include "ports/lcm/live.hpp"
 #include "src/apps/config_file.hpp"
+#include "src/apps/onboard/event_log.hpp"
 #include "src/apps/onboard/replay.hpp"
 #include "src/apps/onboard/setup.hpp"
 #include "unimapper/core/arena.hpp"
@@ -148,9 +149,11 @@ void run_onboard(const OnboardOptions& options) {
   std::vector<std::string> faults;
   const auto earlier = read_earlier_runs(options.against, faults);
   make_room_for(earlier, scans, config);
+  RunFolder folder(options.out);
+  EventLog events(folder.event_log());
+  config.events = events.ring();
   PipelineMemory memory(config);
 
-  RunFolder folder(options.out);
   const merge::SessionInfo info{session_id(folder.session_name(), dataset->stamp_ns(0)),
                                 folder.session_name(), std::string(sensor.model->name)};
   folder.write_text("run.json", describe_run(options, folder, info.id, *sensor.model, config));
@@ -177,6 +180,7 @@ void run_onboard(const OnboardOptions& options) {
   replay.run();
 
   log.finish();
+  events.finish();
   folder.write_text("loops.csv", format_loops_csv(replay.loops()));
   RunStatistics::Run run{.allocations_after_start = replay.allocations(),
                          .arena_bytes = memory.bytes(),

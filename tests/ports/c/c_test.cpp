@@ -240,6 +240,9 @@ TEST_CASE("there is a keyframe only right after the call that closed it") {
 }
 
 TEST_CASE("null pointers and things that are no pipeline are refused") {
+  um_event no_event;
+  CHECK(um_event_pop(nullptr, &no_event) == UM_INVALID_HANDLE);
+  CHECK(um_events_lost(nullptr) == 0);
   const CPipeline pipeline;
   const um_points points = {nullptr, 0, 0, 0, 0, 0};
   const um_pose pose = pose_of(driving(0));
@@ -260,6 +263,43 @@ TEST_CASE("null pointers and things that are no pipeline are refused") {
     CHECK(um_reset(wrong) == UM_INVALID_HANDLE);
     CHECK(says_something(um_message(wrong)));
   }
+}
+
+TEST_CASE("events are taken out one by one, oldest first, and a full ring counts what it lost") {
+  um_config config = small_c_config();
+  um_event event;
+  {
+    const CPipeline silent(config);
+    CHECK(um_event_pop(silent.get(), &event) == UM_NO_EVENT);
+    CHECK(um_events_lost(silent.get()) == 0);
+  }
+  config.event_capacity = 4;
+  CPipeline pipeline(config);
+  const auto scans = walker_scans();
+  const um_points nothing{nullptr, 0, 12, 0, 4, 8};
+  CHECK(add_one(pipeline.get(), nothing, 5) == UM_EMPTY_SCAN);
+  CHECK(um_event_pop(pipeline.get(), nullptr) == UM_NULL_ARGUMENT);
+  REQUIRE(um_event_pop(pipeline.get(), &event) == UM_OK);
+  CHECK(event.id == UM_EVENT_SCAN_REFUSED);
+  CHECK(event.stamp_ns == 5);
+  CHECK(event.values[0] == UM_EMPTY_SCAN);
+  CHECK(um_event_pop(pipeline.get(), &event) == UM_NO_EVENT);
+
+  REQUIRE(add_one(pipeline.get(), points_of(scans[0]), 6) == UM_OK);
+  REQUIRE(um_flush(pipeline.get(), nullptr) == UM_OK);
+  REQUIRE(um_event_pop(pipeline.get(), &event) == UM_OK);
+  CHECK(event.id == UM_EVENT_KEYFRAME_CLOSED);
+  CHECK(event.values[0] == 0);
+  CHECK(event.values[1] == 1);
+
+  for (int i = 0; i < 7; ++i) CHECK(add_one(pipeline.get(), nothing, 10 + i) == UM_EMPTY_SCAN);
+  CHECK(um_events_lost(pipeline.get()) == 3);
+  REQUIRE(um_event_pop(pipeline.get(), &event) == UM_OK);
+  CHECK(event.stamp_ns == 10);
+
+  REQUIRE(um_reset(pipeline.get()) == UM_OK);
+  CHECK(um_event_pop(pipeline.get(), &event) == UM_NO_EVENT);
+  CHECK(um_events_lost(pipeline.get()) == 0);
 }
 
 TEST_CASE("a keyframe struct of another version is refused") {

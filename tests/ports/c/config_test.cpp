@@ -61,6 +61,38 @@ TEST_CASE("presets need the memory that the C++ ones need, plus the handle") {
   CHECK(handle < 16384);
 }
 
+TEST_CASE("smaller computers have presets of their own") {
+  um_config config;
+  std::size_t before = SIZE_MAX;
+  for (std::uint32_t computer = UM_COMPUTER_SERVER; computer <= UM_COMPUTER_ARMV7_WITH_64_MB;
+       ++computer) {
+    REQUIRE(um_config_init_for(&config, sizeof config, UM_SENSOR_OS2_128, computer) == UM_OK);
+    CHECK(config.computer == computer);
+    CHECK(check(config, UM_OK).empty());
+    const std::size_t bytes = um_required_bytes(&config);
+    CHECK(bytes < before);
+    before = bytes;
+  }
+  CHECK(before <= 64'000'000);
+  CHECK(um_config_init_for(&config, sizeof config, UM_SENSOR_OS2_128, 4) == UM_UNKNOWN_COMPUTER);
+  config.computer = 4;
+  CHECK_THAT(check(config, UM_UNKNOWN_COMPUTER), Contains("computer"));
+}
+
+TEST_CASE("room for events is part of the block") {
+  um_config config = small_c_config();
+  const std::size_t without = um_required_bytes(&config);
+  config.event_capacity = 64;
+  const std::size_t with = um_required_bytes(&config);
+  CHECK(with >= without + 64 * sizeof(um_event));
+  CHECK(with % UM_ALIGNMENT == without % UM_ALIGNMENT);
+  for (const std::uint32_t wrong : {3U, 65U, (1U << 20U) + 1U, 1U << 21U, 0xFFFFFFFFU}) {
+    config.event_capacity = wrong;
+    CHECK_THAT(check(config, UM_INVALID_CONFIG), Contains("event_capacity"));
+    CHECK(um_required_bytes(&config) == 0);
+  }
+}
+
 TEST_CASE("sensors are found by name") {
   std::uint32_t sensor = 99;
   CHECK(um_sensor_find("Ouster OS2-128", &sensor) == UM_OK);

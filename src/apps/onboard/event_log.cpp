@@ -1,0 +1,55 @@
+#include "event_log.hpp"
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdlib>
+#include <mutex>
+#include <stdexcept>
+
+#include "ports/events/event_text.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+// Several keyframes in which everything goes wrong.
+constexpr std::uint32_t kCapacity = 1024;
+constexpr std::size_t kBytes = (EventRing::required_bytes(kCapacity) + 63) / 64 * 64;
+
+}  // namespace
+
+void EventLog::Free::operator()(std::byte* block) const noexcept { std::free(block); }
+
+EventLog::EventLog(const std::filesystem::path& file)
+    : file_(file),
+      out_(file),
+      memory_(static_cast<std::byte*>(std::aligned_alloc(Arena::kAlignment, kBytes))) {
+  if (!out_) throw std::runtime_error("cannot create " + file.string());
+  if (memory_ == nullptr) throw std::runtime_error("no memory for the event ring");
+  const auto created = EventRing::create(kCapacity, {memory_.get(), kBytes});
+  if (!created) throw std::runtime_error(created.error().message);
+  ring_ = created.value();
+  writer_ = std::jthread([this](const std::stop_token& stop) {
+    std::mutex mutex;
+    std::condition_variable_any wakeup;
+    std::unique_lock lock(mutex);
+    while (!stop.stop_requested()) {
+      write_events();
+      // Nobody notifies: this is a sleep that ends early when the run does.
+      wakeup.wait_for(lock, stop, std::chrono::milliseconds(100), [] { return false; });
+    }
+  });
+}
+
+void EventLog::finish() {
+  writer_.request_stop();
+  writer_.join();
+  write_events();
+  out_.close();
+  if (!out_) throw std::runtime_error("cannot write " + file_.string());
+}
+
+void EventLog::write_events() {
+  lost_ = events::drain(*ring_, lost_, [this](const std::string& line) { out_ << line << '\n'; });
+}
+
+}  // namespace unimapper::apps

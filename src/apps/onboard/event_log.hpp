@@ -1,0 +1,42 @@
+// The pipeline's events as a text file, written by a thread of its own.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <stop_token>
+#include <thread>
+
+#include "unimapper/core/event_ring.hpp"
+
+namespace unimapper::apps {
+
+/// A ring for `PipelineConfig::events` and the thread that empties it into a file, one line an
+/// event. The pipeline never waits for the file; events it has no room for are counted there.
+class EventLog {
+ public:
+  /// Creates the file. Throws std::runtime_error.
+  explicit EventLog(const std::filesystem::path& file);
+
+  [[nodiscard]] EventRing* ring() noexcept { return ring_; }
+
+  /// Writes what is left and closes the file. The pipeline must not run any more. Throws
+  /// std::runtime_error if not everything could be written.
+  void finish();
+
+ private:
+  void write_events();
+
+  struct Free {
+    void operator()(std::byte* block) const noexcept;
+  };
+  std::filesystem::path file_;
+  std::ofstream out_;
+  std::unique_ptr<std::byte, Free> memory_;
+  EventRing* ring_ = nullptr;
+  std::uint32_t lost_ = 0;
+  std::jthread writer_;  // last: it ends before what it uses
+};
+
+}  // namespace unimapper::apps
