@@ -33,6 +33,8 @@ void visit(CConfig& c, Config& p, Function f) {
   f(c.ground_margin_m, p.ground.margin_m);
   f(c.ground_below_depth_m, p.ground.below_depth_m);
   f(c.ground_own_plane_first, p.ground.own_plane_first);
+  f(c.ground_floating_step_m, p.ground.floating_step_m);
+  f(c.ground_floating_reach_m, p.ground.floating_reach_m);
   f(c.free_space_columns, p.free_space.columns);
   f(c.free_space_visibility, p.free_space.visibility);
   f(c.free_space_images_per_keyframe, p.free_space.images_per_keyframe);
@@ -45,6 +47,7 @@ void visit(CConfig& c, Config& p, Function f) {
   f(c.free_space_min_returns, p.free_space.min_returns);
   f(c.free_space_range_margin_m, p.free_space.range_margin_m);
   f(c.free_space_range_margin_relative, p.free_space.range_margin_relative);
+  f(c.free_space_sure_range_m, p.free_space.sure_range_m);
   f(c.free_space_own_keyframe, p.free_space.own_keyframe);
   f(c.removal_window, p.removal.window);
   f(c.removal_candidates_next_to_ground, p.removal.candidates_next_to_ground);
@@ -151,7 +154,8 @@ ConfigVerdict read_config(const um_config* config, PipelineConfig& out, um_confi
       break;
   }
   std::memcpy(&full, config, config->struct_size);
-  if (full.reserved[0] != 0) return {UM_INVALID_CONFIG, "config.reserved must be 0"};
+  if (full.reserved[0] != 0 || full.reserved[1] != 0)
+    return {UM_INVALID_CONFIG, "config.reserved must be 0"};
   out = {};
   bool all_possible = true;
   visit(full, out, FromC{all_possible});

@@ -171,6 +171,11 @@ typedef struct um_config {
   /** 0 or 1. Ground voxels are split by their own plane instead of the average with their
    *  neighbours', which would turn the pavement beside a kerb into an obstacle; paper: 0. */
   uint32_t ground_own_plane_first;
+  /** Ground that lies at least so much above ground within the reach is none: what a moving
+   *  vehicle leaves behind can be as flat as a road. Metres; 0 = off (paper), else [0.1, 2], and
+   *  [2, 50]; measured. */
+  float ground_floating_step_m;
+  float ground_floating_reach_m;
 
   /* What counts as evidence of free space */
   /** 0 or 1. The paper's columns: cells between the ground and the lowest obstacle above it are
@@ -199,6 +204,9 @@ typedef struct um_config {
    *  of the range. [0.05, 5] and [0, 0.2]; measured: 0.3 and 0.01. */
   float free_space_range_margin_m;
   float free_space_range_margin_relative;
+  /** Up to this range a cell that was seen through counts in full, beyond it in proportion. Metres;
+   *  0 = always in full, else (0, 500]; measured: where neighbouring rays are two cells apart. */
+  float free_space_sure_range_m;
   /** 0 or 1. Images of the keyframe itself are evidence too; measured: on. */
   uint32_t free_space_own_keyframe;
 
@@ -326,7 +334,7 @@ typedef struct um_config {
    */
   uint32_t budget_us;
   /** Must be 0. */
-  uint32_t reserved[1];
+  uint32_t reserved[2];
 } um_config;
 
 /** Fills in the recommended parameters for a sensor (enum um_sensor). `struct_size` is

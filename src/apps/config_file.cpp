@@ -49,6 +49,8 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("margin_m", config.margin_m);
   visitor("below_depth_m", config.below_depth_m);
   visitor("own_plane_first", config.own_plane_first);
+  visitor("floating_step_m", config.floating_step_m);
+  visitor("floating_reach_m", config.floating_reach_m);
 }
 
 template <Is<FreeSpaceConfig> Config, typename Visitor>
@@ -65,6 +67,7 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("min_returns", config.min_returns);
   visitor("range_margin_m", config.range_margin_m);
   visitor("range_margin_relative", config.range_margin_relative);
+  visitor("sure_range_m", config.sure_range_m);
   visitor("own_keyframe", config.own_keyframe);
 }
 

@@ -208,12 +208,18 @@ void BayesFilter::add_image(Group& group, const RangeImage& image,
       const float near = range_m[i] * margin_scale + margin;
       const float far = 2.0F * range_m[i] - near;
       if (seen_m > near) {
-        group.log_odds[first + i] += log_odds_.free;
+        group.log_odds[first + i] += free_at(range_m[i]);
       } else if (seen_m > far) {
         group.log_odds[first + i] -= log_odds_.weakly_occupied;
       }
     }
   }
+}
+
+std::int32_t BayesFilter::free_at(float range_m) const noexcept {
+  const float sure_m = free_space_.sure_range_m;
+  if (!(sure_m > 0.0F) || range_m <= sure_m) return log_odds_.free;
+  return static_cast<std::int32_t>(static_cast<float>(log_odds_.free) * sure_m / range_m);
 }
 
 void BayesFilter::decide(Group& group, CellTable& cells) noexcept {

@@ -47,6 +47,8 @@ class BayesFilter {
                   const ImageProjection& projection, const CellTable& cells) const noexcept;
   void add_image(Group& group, const RangeImage& image, const ImageProjection& projection,
                  const Eigen::Vector3f& image_grid_from_cells_m) const noexcept;
+  /// What it weighs that a cell at this range was seen through, thousandths.
+  [[nodiscard]] std::int32_t free_at(float range_m) const noexcept;
   void decide(Group& group, CellTable& cells) noexcept;
 
   FreeSpaceConfig free_space_;

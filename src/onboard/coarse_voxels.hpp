@@ -22,6 +22,7 @@ struct CoarseVoxel {
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, z >= 0; only of planes
   bool plane = false;
   bool ground = false;  ///< in G: a ground plane of its own
+  bool floats = false;  ///< looked like one, but hangs above the ground around it
 
   /// The plane that splits the voxel's points into ground and others: lower than the margin
   /// above it is ground. Only if the voxel is in G or next to it (`has_ground`).

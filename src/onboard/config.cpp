@@ -62,6 +62,10 @@ Error GroundConfig::validate() const noexcept {
   if (!within(margin_m, -0.5F, 1.0F)) return invalid("ground.margin_m must be -0.5 to 1 metre");
   if (!within(below_depth_m, 0.0F, 100.0F))
     return invalid("ground.below_depth_m must be 0 to 100 metres");
+  if (floating_step_m != 0.0F && !within(floating_step_m, 0.1F, 2.0F))
+    return invalid("ground.floating_step_m must be 0 (off) or 0.1 to 2 metres");
+  if (!within(floating_reach_m, 2.0F, 50.0F))
+    return invalid("ground.floating_reach_m must be 2 to 50 metres");
   return {};
 }
 
@@ -85,6 +89,8 @@ Error FreeSpaceConfig::validate() const noexcept {
     return invalid("free_space.range_margin_m must be 0.05 to 5 metres");
   if (!within(range_margin_relative, 0.0F, 0.2F))
     return invalid("free_space.range_margin_relative must be 0 to 0.2");
+  if (!within(sure_range_m, 0.0F, 500.0F))
+    return invalid("free_space.sure_range_m must be 0 (off) to 500 metres");
   return {};
 }
 

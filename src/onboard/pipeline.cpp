@@ -11,6 +11,7 @@
 #include "components.hpp"
 #include "evidence.hpp"
 #include "ground.hpp"
+#include "ground_levels.hpp"
 #include "keyframe_output.hpp"
 #include "motion_gate.hpp"
 #include "range_image.hpp"
@@ -66,6 +67,7 @@ struct Pipeline::State {
   RangePainter painter;
   CellTable cells;
   CoarseVoxels voxels;
+  GroundLevels levels;
   EvidenceWindow window;
   BayesFilter filter;
   Components components;
@@ -86,6 +88,7 @@ void Pipeline::State::attach(Arena& arena) noexcept {
   painter.attach(arena, config);
   cells.attach(arena, config.voxel);
   voxels.attach(arena, config.voxel);
+  levels.attach(arena, config);
   window.attach(arena, config);
   filter.attach(arena, config);
   components.attach(arena, config);
@@ -183,6 +186,7 @@ void Pipeline::State::remove_dynamic() noexcept {
   cells.build(accumulator.cells(), window.blocks().order(), accumulator.grid());
   voxels.build(cells);
   statistics.ground_voxels = find_ground(config.ground, config.voxel.coarse_size_m, voxels.map());
+  statistics.ground_voxels -= levels.reject_floating(voxels.map());
   spread_ground(config.ground, voxels.map());
   split_ground(config.ground, config.removal, voxels, cells);
   if (config.free_space.columns) window.current().columns.build(cells);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "unimapper/onboard/config.hpp"
 
@@ -31,20 +32,34 @@ void apply_data_sheet(const SensorModel& sensor, PipelineConfig& config) noexcep
   config.descriptor.max_cells = config.voxel.max_cells;
 }
 
-/// Patterns that do not repeat need an image per scan, with pixels as large as the gaps. Rows of
-/// spinning sensors are no finer than half the gap between two rings: a verdict then rests on
-/// the rings on either side.
-void apply_pattern(const SensorModel& sensor, FreeSpaceConfig& free_space) noexcept {
+/// Degrees between neighbouring rays: from ring to ring, or on average where there are no rings.
+float ray_spacing_deg(const SensorModel& sensor) noexcept {
+  const float height_deg = sensor.elevation_max_deg - sensor.elevation_min_deg;
   if (sensor.pattern == ScanPattern::kSpinning) {
-    const float gap_deg = (sensor.elevation_max_deg - sensor.elevation_min_deg) /
-                          static_cast<float>(std::max(sensor.rings, 2U) - 1U);
+    return height_deg / static_cast<float>(std::max(sensor.rings, 2U) - 1U);
+  }
+  const float width_deg = std::min(sensor.horizontal_fov_deg, 360.0F);
+  return std::sqrt(width_deg * height_deg / static_cast<float>(sensor.points_per_scan));
+}
+
+/// Pixels follow the rays. Rows of spinning sensors are no finer than half the gap between two
+/// rings: a verdict then rests on the rings on either side. Patterns that do not repeat need an
+/// image per scan, with pixels as large as the gaps.
+void apply_pattern(const SensorModel& sensor, PipelineConfig& config) noexcept {
+  FreeSpaceConfig& free_space = config.free_space;
+  const float spacing_deg = ray_spacing_deg(sensor);
+  constexpr float kDegreesPerRadian = 57.29578F;
+  free_space.sure_range_m =
+      std::min(2.0F * config.voxel.fine_size_m * kDegreesPerRadian / spacing_deg, 500.0F);
+  if (sensor.pattern == ScanPattern::kSpinning) {
     free_space.elevation_resolution_deg =
-        std::max(free_space.elevation_resolution_deg, 0.5F * gap_deg);
+        std::max(free_space.elevation_resolution_deg, 0.5F * spacing_deg);
     return;
   }
+  constexpr float kFinestDeg = 0.3F;
   free_space.images_per_keyframe = 10;
-  free_space.azimuth_resolution_deg = 1.0F;
-  free_space.elevation_resolution_deg = 1.0F;
+  free_space.azimuth_resolution_deg = std::max(kFinestDeg, spacing_deg);
+  free_space.elevation_resolution_deg = free_space.azimuth_resolution_deg;
 }
 
 }  // namespace
@@ -53,7 +68,7 @@ PipelineConfig preset(SensorKind sensor) noexcept {
   const SensorModel& model = sensor_model(sensor);
   PipelineConfig config;
   apply_data_sheet(model, config);
-  apply_pattern(model, config.free_space);
+  apply_pattern(model, config);
   return config;
 }
 
@@ -66,7 +81,7 @@ PipelineConfig preset(SensorKind sensor, Computer computer) noexcept {
     float range_m;
   };
   constexpr Room kJetson{320000, 131072, 32768, 1000, 120.0F};
-  constexpr Room kRaspberryPi{160000, 49152, 16384, 480, 60.0F};
+  constexpr Room kRaspberryPi{160000, 49152, 16384, 470, 60.0F};
   constexpr Room kArmv7With64Mb{81920, 30720, 8192, 250, 40.0F};
   PipelineConfig config = preset(sensor);
   if (computer == Computer::kServer) return config;
@@ -88,6 +103,7 @@ PipelineConfig paper_preset(SensorKind sensor) noexcept {
   apply_data_sheet(sensor_model(sensor), config);
   config.ground.margin_m = 0.1F;
   config.ground.own_plane_first = false;
+  config.ground.floating_step_m = 0.0F;
   config.free_space.columns = true;
   config.free_space.visibility = false;
   config.removal.candidates_next_to_ground = true;

@@ -42,7 +42,8 @@ TEST_CASE("every preset is valid, and fits the sensor's scans") {
 TEST_CASE("thresholds are the same for all spinning sensors, and for all others") {
   const auto thresholds = [](PipelineConfig config) {
     return std::tuple(config.ground.margin_m, config.free_space.images_per_keyframe,
-                      config.free_space.azimuth_resolution_deg, config.free_space.range_margin_m,
+                      config.free_space.min_returns, config.free_space.range_margin_m,
+                      config.ground.floating_step_m, config.ground.floating_reach_m,
                       config.removal.log_odds_free, config.removal.log_odds_occupied,
                       config.removal.component_dynamic_share, config.removal.persistence_share);
   };
@@ -51,6 +52,17 @@ TEST_CASE("thresholds are the same for all spinning sensors, and for all others"
         sensor.pattern == ScanPattern::kSpinning ? SensorKind::kHdl64e : SensorKind::kLivoxAvia;
     CHECK(thresholds(preset(sensor.kind)) == thresholds(preset(like)));
   }
+}
+
+TEST_CASE("pixels and the range of full certainty follow from how densely a sensor measures") {
+  const auto free_space = [](SensorKind kind) { return preset(kind).free_space; };
+  CHECK(free_space(SensorKind::kVlp16).elevation_resolution_deg == Approx(1.0F));
+  CHECK(free_space(SensorKind::kOs2_128).elevation_resolution_deg == Approx(0.5F));
+  CHECK(free_space(SensorKind::kLivoxMid360).azimuth_resolution_deg == Approx(1.0F).margin(0.1));
+  CHECK(free_space(SensorKind::kLivoxAvia).azimuth_resolution_deg == Approx(0.47F).margin(0.05));
+  // Two cells of 0.2 m between the rings of a VLP-16, 2 degrees apart.
+  CHECK(free_space(SensorKind::kVlp16).sure_range_m == Approx(11.5F).margin(0.1));
+  CHECK(free_space(SensorKind::kOs2_128).sure_range_m > 100.0F);
 }
 
 TEST_CASE("the paper's preset is the paper") {

@@ -11,6 +11,7 @@
 #include "src/onboard/evidence.hpp"
 #include "src/onboard/free_columns.hpp"
 #include "src/onboard/ground.hpp"
+#include "src/onboard/ground_levels.hpp"
 #include "src/onboard/range_image.hpp"
 #include "src/onboard/scan_accumulator.hpp"
 
@@ -36,6 +37,7 @@ struct Stages {
     scans.attach(arena, config);
     cells.attach(arena, config.voxel);
     voxels.attach(arena, config.voxel);
+    levels.attach(arena, config);
     columns.attach(arena, 1000);
     window.attach(arena, config);
     components.attach(arena, config);
@@ -58,6 +60,7 @@ struct Stages {
     voxels.build(cells);
     const std::uint32_t ground =
         find_ground(config.ground, config.voxel.coarse_size_m, voxels.map());
+    rejected = levels.reject_floating(voxels.map());
     spread_ground(config.ground, voxels.map());
     split_ground(config.ground, config.removal, voxels, cells);
     return ground;
@@ -76,6 +79,8 @@ struct Stages {
   ScanAccumulator scans;
   CellTable cells;
   CoarseVoxels voxels;
+  GroundLevels levels;
+  std::uint32_t rejected = 0;  ///< ground voxels that hang in the air
   FreeColumns columns;
   EvidenceWindow window;
   Components components;
@@ -187,6 +192,25 @@ TEST_CASE("a roof above a floor is no ground") {
   CHECK(stages.find_and_split_ground() == 1);
   CHECK(stages.cells.has(stages.row_at({1.0F, 1.0F, 0.1F}), &CellMarks::ground));
   CHECK_FALSE(stages.cells.has(stages.row_at({1.0F, 1.0F, 4.1F}), &CellMarks::ground));
+}
+
+TEST_CASE("ground a step above the ground around it is none, slopes and kerbs are") {
+  struct Case {
+    float height_m;  ///< of the second floor above the first
+    float slope;
+    std::uint32_t rejected;
+  };
+  for (const Case& c :
+       {Case{0.6F, 0.0F, 1}, Case{0.15F, 0.0F, 0}, Case{0.0F, 0.25F, 0}, Case{4.0F, 0.0F, 0}}) {
+    INFO(c.height_m << " m above, slope " << c.slope);
+    Stages stages;
+    std::vector<Eigen::Vector3f> points;
+    add_floor(points, 0.0F, 2.0F, 0.0F, 2.0F, 0.1F);
+    add_floor(points, 4.0F, 6.0F, 0.0F, 2.0F, 0.1F + c.height_m - 4.0F * c.slope, c.slope);
+    stages.add(points);
+    stages.find_and_split_ground();
+    CHECK(stages.rejected == c.rejected);
+  }
 }
 
 TEST_CASE("what stands on the ground is a candidate, the ground is not") {

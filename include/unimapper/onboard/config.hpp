@@ -85,6 +85,11 @@ struct GroundConfig {
   /// Ground voxels are split by their own plane instead of the average with their neighbours',
   /// which would turn the pavement beside a kerb into an obstacle; paper: false.
   bool own_plane_first = true;
+  /// Ground that lies at least so much above ground within the reach is none: what a moving
+  /// vehicle leaves behind can be as flat as a road. Metres; 0 = off (paper), else [0.1, 2], and
+  /// [2, 50]; measured.
+  float floating_step_m = 0.2F;
+  float floating_reach_m = 10.0F;
 
   [[nodiscard]] Error validate() const noexcept;
 };
@@ -118,6 +123,11 @@ struct FreeSpaceConfig {
   /// share of the range. [0.05, 5] and [0, 0.2]; measured: 0.3 and 0.01.
   float range_margin_m = 0.3F;
   float range_margin_relative = 0.01F;
+  /// Up to this range a cell that was seen through counts in full, beyond it in proportion: the
+  /// farther out, the more room there is between two rays, and the one that passed need not have
+  /// passed through the cell. Metres; 0 = always in full, else (0, 500]; measured: where
+  /// neighbouring rays are two fine cells apart.
+  float sure_range_m = 0.0F;
   /// Images of the keyframe itself are evidence too; measured: on.
   bool own_keyframe = true;
 
