@@ -121,6 +121,7 @@ std::vector<double> drivable_speed(const Path& path, std::vector<double> wish_m_
   constexpr double kBraking = 1.6;
   std::vector<double>& speed = wish_m_s;
   const std::size_t count = speed.size();
+  if (count == 0) return wish_m_s;
   for (std::size_t i = 0; i < count; ++i) {
     const double curvature = path.curvature(Path::kStep * static_cast<double>(i));
     speed[i] = std::min(speed[i], std::sqrt(kLateral / std::max(std::abs(curvature), 1e-6)));

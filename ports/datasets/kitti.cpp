@@ -63,6 +63,7 @@ class KittiDataset : public SequenceDataset {
     const Trajectory truth = parse_trajectory(read_file(truth_file), truth_file);
     std::vector<Pose> poses;
     const auto lines = match_lines(sequence().files, truth.poses.size(), truth_file, "poses");
+    poses.reserve(lines.size());
     for (const std::size_t line : lines) poses.push_back(truth.poses[line]);
     apply_calibration(directory_, poses);
     return poses;

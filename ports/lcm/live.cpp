@@ -143,7 +143,7 @@ std::string with_receive_buffer(const std::string& url) {
   // LCM itself would fall back to the same two.
   const char* environment = std::getenv("LCM_DEFAULT_URL");
   const std::string fallback = environment != nullptr ? environment : "udpm://239.255.76.67:7667";
-  const std::string base = url.empty() ? fallback : url;
+  std::string base = url.empty() ? fallback : url;
   if (!is_udp(base) || url_option(base, "recv_buf_size")) return base;
   return base + (base.find('?') == std::string::npos ? "?" : "&") +
          "recv_buf_size=" + std::to_string(kReceiveBufferBytes);

@@ -27,6 +27,7 @@ class Aligner {
           const MergeConfig& config)
       : config_(config), sessions_(sessions) {
     std::vector<SessionPath> odometry;
+    odometry.reserve(sessions.size());
     for (const auto& session : sessions) {
       odometry.emplace_back(session.T_odometry_keyframe, config.odometry);
     }

@@ -87,6 +87,7 @@ std::vector<double> central_scores(const std::vector<SessionData>& sessions,
     all.push_back(q);
   }
   std::vector<double> scores;
+  scores.reserve(all.size());
   for (const Qualities& q : all) {
     scores.push_back(0.35 * q.coverage / best.coverage + 0.25 * q.loops / best.loops +
                      0.20 * q.field_of_view / best.field_of_view +

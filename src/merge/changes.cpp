@@ -105,6 +105,7 @@ std::vector<ChangedPoint> find_changes(const std::vector<SessionData>& sessions,
   const std::vector<std::size_t> order = by_time(sessions, voxels);
   if (order.size() < 2) return {};
   std::vector<std::unique_ptr<Witness>> witnesses;
+  witnesses.reserve(order.size());
   for (const std::size_t s : order) {
     witnesses.push_back(
         std::make_unique<Witness>(sessions[s], merged[s], *voxels[s], config, threads));

@@ -29,7 +29,7 @@ FreeSpaceView::FreeSpaceView(const KeyframeRecord& keyframe)
     int row = 0;
     pixel(cell.position, column, row);
     if (row < 0) return;
-    auto& nearest = range_cm_[static_cast<std::size_t>(row * kColumns + column)];
+    auto& nearest = range_cm_[index_of(row, column)];
     const auto cm = static_cast<std::uint16_t>(range * 100.0F);
     if (nearest == 0 || cm < nearest) nearest = cm;
   };
@@ -49,7 +49,7 @@ Visibility FreeSpaceView::look(const Eigen::Vector3f& point, float margin_m) con
   for (int dr = -1; dr <= 1; ++dr) {
     for (int dc = -1; dc <= 1; ++dc) {
       const int c = (column + dc + kColumns) % kColumns;
-      const auto cm = range_cm_[static_cast<std::size_t>((row + dr) * kColumns + c)];
+      const auto cm = range_cm_[index_of(row + dr, c)];
       if (cm == 0) continue;
       ++seen;
       nearest = std::min(nearest, static_cast<float>(cm) * 0.01F);

@@ -34,6 +34,9 @@ class FreeSpaceView {
 
   /// Pixel of a direction; row -1 above or below the picture.
   static void pixel(const Eigen::Vector3f& point, int& column, int& row);
+  [[nodiscard]] static std::size_t index_of(int row, int column) {
+    return static_cast<std::size_t>(row) * kColumns + static_cast<std::size_t>(column);
+  }
 
   std::vector<std::uint16_t> range_cm_;  // 0: nothing seen
 };

@@ -126,7 +126,7 @@ Pose fit_session_transform(std::span<const LoopConstraint> loops,
   constexpr double kAxisLength = 10.0;
   std::vector<PointPair> pairs;
   for (const std::size_t i : chosen) {
-    const Pose in_query = query[loops[i].query.keyframe];
+    const Pose& in_query = query[loops[i].query.keyframe];
     const Pose in_match = match[loops[i].match.keyframe] * loops[i].T_match_query;
     for (int corner = -1; corner < 3; ++corner) {
       Eigen::Vector3d tip = Eigen::Vector3d::Zero();

@@ -59,7 +59,7 @@ struct VoxelTrees::Trees {
   }
 };
 
-VoxelTrees::VoxelTrees(std::vector<Eigen::Vector3f> points, float voxel_size_m)
+VoxelTrees::VoxelTrees(const std::vector<Eigen::Vector3f>& points, float voxel_size_m)
     : trees_(std::make_unique<Trees>()) {
   trees_->inverse_size = 1.0F / voxel_size_m;
   for (const auto& p : points) {

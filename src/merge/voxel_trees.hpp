@@ -11,7 +11,7 @@ namespace unimapper::merge {
 /// costs O(log n) of the points near by, however large the map is.
 class VoxelTrees {
  public:
-  VoxelTrees(std::vector<Eigen::Vector3f> points, float voxel_size_m);
+  VoxelTrees(const std::vector<Eigen::Vector3f>& points, float voxel_size_m);
   ~VoxelTrees();
   VoxelTrees(VoxelTrees&&) noexcept;
 

@@ -28,7 +28,8 @@ class GroundLevels {
   void collect(const FixedHashMap<CoarseVoxel>& voxels) noexcept;
   /// Of the column at (x, y), or `kNone`, also where there is no such column.
   [[nodiscard]] std::uint32_t lowest(std::int32_t x, std::int32_t y) const noexcept;
-  [[nodiscard]] bool floats(const FixedHashMap<CoarseVoxel>& voxels, std::uint32_t entry) const noexcept;
+  [[nodiscard]] bool floats(const FixedHashMap<CoarseVoxel>& voxels,
+                            std::uint32_t entry) const noexcept;
 
   float step_m_ = 0.0F;
   std::int32_t reach_ = 0;  ///< voxels

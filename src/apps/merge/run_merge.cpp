@@ -49,7 +49,8 @@ std::vector<SessionEvidence> gather_evidence(const MergeOptions& options,
     if (found == sessions.end()) {
       std::string known;
       for (const auto& session : sessions) {
-        known += (known.empty() ? "" : ", ") + session.info.name;
+        if (!known.empty()) known += ", ";
+        known += session.info.name;
       }
       const std::string message = "--truth names session \"" + name + "\", but there are: " + known;
       if (options.listen.empty()) throw std::runtime_error(message);
