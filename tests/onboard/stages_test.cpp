@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <memory>
 
 #include "run.hpp"
 #include "src/onboard/angles.hpp"
@@ -100,6 +101,15 @@ void add_column(std::vector<Eigen::Vector3f>& points, float x, float y, float z0
 }
 
 }  // namespace
+
+TEST_CASE("the window of ten keyframes of the densest sensor fits 64 MB") {
+  const PipelineConfig config = preset(SensorKind::kOs2_128);
+  REQUIRE(config.removal.window == 10);
+  Arena measuring = Arena::measuring();
+  auto window = std::make_unique<EvidenceWindow>();
+  window->attach(measuring, config);
+  CHECK(measuring.used() <= 64'000'000);
+}
 
 TEST_CASE("angles need no maths library") {
   for (double degrees = -180.0; degrees <= 180.0; degrees += 0.5) {
