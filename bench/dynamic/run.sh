@@ -41,14 +41,19 @@ score() {
   rm -rf "$run"
 }
 
+# DA of the objects that moved while they were seen.
+moving() { sed -n '/"moving": {/,/}/p' "$1" | grep -oE '"DA": [0-9.]+' | grep -oE '[0-9.]+'; }
+
 # row LABEL FILE...: the mean of the files' figures
 row() {
-  local label=$1 sa=() da=()
+  local label=$1
   shift
-  for file in "$@"; do sa+=("$(number "$file" SA)"); da+=("$(number "$file" DA)"); done
-  paste <(printf '%s\n' "${sa[@]}") <(printf '%s\n' "${da[@]}") | awk -v label="$label" '
-    { sa += $1; da += $2; aa += sqrt($1 * $2) }
-    END { printf "| %s | %.2f | %.2f | %.2f |\n", label, sa / NR, da / NR, aa / NR }'
+  for file in "$@"; do
+    echo "$(number "$file" SA) $(number "$file" DA) $(moving "$file")"
+  done | awk -v label="$label" '
+    { sa += $1; da += $2; aa += sqrt($1 * $2); moving += $3; both += sqrt($1 * $3) }
+    END { printf "| %s | %.2f | %.2f | %.2f | %.2f | %.2f |\n",
+          label, sa / NR, da / NR, aa / NR, moving / NR, both / NR }'
 }
 
 recording=../shared/data
@@ -71,17 +76,17 @@ for sensor in $sensors; do
 done
 [ -z "$real" ] || for variant in "${variants[@]}"; do score kitti "$real" "$variant"; done
 
-echo "| default, seeds $seeds, $scans scans each: mean | SA % | DA % | AA % |"
-echo "|---|---|---|---|"
+echo "| default, seeds $seeds, $scans scans each: mean | SA % | DA % | AA % | DA moving % | AA moving % |"
+echo "|---|---|---|---|---|---|"
 for sensor in $sensors; do row "$sensor" "$out/$sensor"-[0-9]*.default.json; done
 [ -z "$real" ] || row "KITTI raw 0005" "$out/kitti.default.json"
 echo
-echo "| variant, mean of all simulated drives | SA % | DA % | AA % |"
-echo "|---|---|---|---|"
+echo "| variant, mean of all simulated drives | SA % | DA % | AA % | DA moving % | AA moving % |"
+echo "|---|---|---|---|---|---|"
 for variant in "${variants[@]}"; do row "$variant" "$out"/*-[0-9]*."$variant".json; done
 if [ -n "$real" ]; then
   echo
-  echo "| variant, KITTI raw 0005 | SA % | DA % | AA % |"
-  echo "|---|---|---|---|"
+  echo "| variant, KITTI raw 0005 | SA % | DA % | AA % | DA moving % | AA moving % |"
+  echo "|---|---|---|---|---|---|"
   for variant in "${variants[@]}"; do row "$variant" "$out/kitti.$variant.json"; done
 fi

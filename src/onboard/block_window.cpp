@@ -69,6 +69,8 @@ std::uint32_t BlockWindow::enter(const VoxelIndex& block) noexcept {
   const VoxelIndex tile_index{at.x >> kEdgeBits, at.y >> kEdgeBits, at.z >> kEdgeBits};
   const auto place = static_cast<std::uint32_t>((at.x & 3) | ((at.y & 3) << 2) | ((at.z & 3) << 4));
   std::uint32_t number = find_tile(pack(tile_index));
+  // Hostile keys may collide: what finds no slot is not looked for twice.
+  if (number == TileDirectory::kFull) return kNone;
   if (number != kNone && has_entered(tiles_[number], place)) {
     return tiles_[number].slots[place].number;
   }
@@ -118,7 +120,7 @@ void BlockWindow::number_block(std::uint32_t place, std::uint64_t occupied) noex
 std::uint32_t BlockWindow::find_tile(VoxelKey key) noexcept {
   if (key == last_key_ && last_tile_ != kNone) return last_tile_;
   const std::uint32_t found = directory_.find(key);
-  if (found != kNone) {
+  if (found < TileDirectory::kFull) {
     last_key_ = key;
     last_tile_ = found;
   }
@@ -146,8 +148,9 @@ std::uint32_t BlockWindow::make_tile(const VoxelIndex& index) noexcept {
   std::fill_n(made.slots, kBlocks, Tile::Slot{kNone, kNone});
   for (std::uint32_t i = 0; i < kAround; ++i) {
     const VoxelIndex offset = around_offset(i);
-    made.around[i] =
+    const std::uint32_t other =
         directory_.find(pack({index.x + offset.x, index.y + offset.y, index.z + offset.z}));
+    made.around[i] = other < TileDirectory::kFull ? other : kNone;
     if (made.around[i] != kNone) tiles_[made.around[i]].around[opposite(i)] = tile;
   }
   last_key_ = key;

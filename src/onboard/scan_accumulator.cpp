@@ -166,8 +166,10 @@ void ScanAccumulator::locate(Batch& batch) const noexcept {
 }
 
 std::uint32_t ScanAccumulator::enter(const VoxelIndex& block, BlockWindow& window) noexcept {
-  const auto hash = static_cast<std::uint32_t>(block.x + block.y * 5 + block.z * 25);
-  Recent& recent = recent_[hash % kRecent];
+  const std::uint32_t hash = static_cast<std::uint32_t>(block.x) * 0x9E3779B1U +
+                             static_cast<std::uint32_t>(block.y) * 0x85EBCA77U +
+                             static_cast<std::uint32_t>(block.z) * 0xC2B2AE3DU;
+  Recent& recent = recent_[hash >> (32U - kRecentBits)];
   if (block == recent.block) return recent.number;
   const std::uint32_t number = window.enter(block);
   if (number == cells_.blocks().size()) cells_.add_block(block);

@@ -101,7 +101,8 @@ class ScanAccumulator {
     VoxelIndex block;
     std::uint32_t number;
   };
-  static constexpr std::uint32_t kRecent = 512;
+  static constexpr std::uint32_t kRecentBits = 9;
+  static constexpr std::uint32_t kRecent = 1U << kRecentBits;
   Recent recent_[kRecent] = {};
   FixedHashMap<PointCode> leaves_;
 };

@@ -14,6 +14,8 @@ namespace unimapper::onboard {
 class TileDirectory {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  /// No slot is left where the key could be: it can't be added either.
+  static constexpr std::uint32_t kFull = 0xFFFFFFFEU;
   static constexpr std::uint32_t kMaxProbes = 64;
 
   void attach(Arena& arena, std::uint32_t capacity) noexcept {
@@ -30,13 +32,14 @@ class TileDirectory {
     generation_ = 1;
   }
 
+  /// Number of a tile, `kNone` or `kFull`.
   [[nodiscard]] std::uint32_t find(VoxelKey key) const noexcept {
     auto at = static_cast<std::size_t>(mix_bits(key) & mask_);
     for (std::uint32_t probe = 0; probe < kMaxProbes; ++probe, at = (at + 1) & mask_) {
       if (slots_[at].generation != generation_) return kNone;
       if (slots_[at].key == key) return slots_[at].tile;
     }
-    return kNone;
+    return kFull;
   }
 
   /// Adds a tile that is not there; false if there is no slot for it within `kMaxProbes`.

@@ -204,3 +204,30 @@ TEST_CASE("nothing to score gives no figure rather than a good one") {
   CHECK(std::isnan(score_points(source).total.static_accuracy()));
   CHECK(std::isnan(score_benchmark(source, {}).score.total.associated_accuracy()));
 }
+
+TEST_CASE("objects that stood while they were seen are told from those that moved") {
+  MemorySource source;
+  for (int i = 0; i < 10; ++i) {
+    LabelledScan scan;
+    scan.T_world_sensor.translation = {1000.0 + 0.5 * i, -300.0, 0.0};  // the sensor moves
+    for (int k = 0; k < 5; ++k) {
+      const float k_m = 0.2F * static_cast<float>(k);
+      const float back_m = 0.5F * static_cast<float>(i);
+      // Three objects of five cells: one stands, one drives 1 m a scan, one has no instance.
+      scan.add({10.1F + k_m - back_m, 2.1F, 0.1F}, 252U | (7U << 16U), k == 0 ? kRemoved : kKept);
+      scan.add({10.1F + k_m + back_m, 5.1F, 0.1F}, 252U | (8U << 16U), kRemoved);
+      scan.add({10.1F + k_m - back_m, 8.1F, 0.1F}, 254U, kKept);
+      scan.add({30.1F, k_m, 0.1F}, 50U | (9U << 16U), kRemoved);  // static: none of its business
+    }
+    source.scans.push_back(scan);
+  }
+  const MotionScore score = score_by_motion(source);
+  CHECK(score.standing.dynamic_points == 50);
+  CHECK(score.standing.dynamic_removed == 10);
+  CHECK(score.moving.dynamic_points == 100);
+  CHECK(score.moving.dynamic_removed == 50);
+  CHECK(score.moving.static_points + score.standing.static_points == 0);
+  // Seen for three scans only, it might do anything.
+  source.scans.resize(3);
+  CHECK(score_by_motion(source).standing.dynamic_points == 0);
+}

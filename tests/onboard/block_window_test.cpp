@@ -222,3 +222,30 @@ TEST_CASE("a window starts anew where its first keyframe can no longer be counte
   drive.forget();
   drive.check_history(drive.keyframe(5e6, 200), 0);
 }
+
+TEST_CASE("a directory says at once that a key can neither be found nor added") {
+  Arena measuring = Arena::measuring();
+  TileDirectory directory;
+  constexpr std::uint32_t kCapacity = 1024;
+  directory.attach(measuring, kCapacity);
+  std::vector<std::byte> memory(measuring.used() + 64);
+  auto base = reinterpret_cast<std::uintptr_t>(memory.data());
+  base = (base + 63) / 64 * 64;
+  Arena arena(reinterpret_cast<std::byte*>(base), measuring.used());
+  directory.attach(arena, kCapacity);
+  // Keys that all belong into the same slot.
+  std::vector<VoxelKey> keys;
+  for (VoxelKey key = 0; keys.size() < TileDirectory::kMaxProbes + 1; ++key) {
+    if (mix_bits(key) % (2 * kCapacity) == 5) keys.push_back(key);
+  }
+  for (std::uint32_t i = 0; i < TileDirectory::kMaxProbes; ++i) {
+    CHECK(directory.find(keys[i]) == TileDirectory::kNone);
+    CHECK(directory.insert(keys[i], i));
+    CHECK(directory.find(keys[i]) == i);
+  }
+  CHECK(directory.find(keys.back()) == TileDirectory::kFull);
+  CHECK_FALSE(directory.insert(keys.back(), 99));
+  CHECK(directory.find(keys.front()) == 0);
+  directory.clear();
+  CHECK(directory.find(keys.back()) == TileDirectory::kNone);
+}

@@ -86,6 +86,19 @@ class ScanSource {
 /// Per point, every range: the run's label against the truth. O(points).
 [[nodiscard]] DynamicScore score_points(ScanSource& source);
 
+/// Dynamic points by what their object did while it was seen.
+struct MotionScore {
+  Tally moving;
+  Tally standing;
+};
+
+/// Tells objects that moved while they were seen from those that stood and moved at some other time
+/// (a queue, a bus at a stop): labels call both dynamic, but nothing a robot sees until then shows
+/// the latter. An object (by its instance number) stands during `stretch` scans if a third of the
+/// 0.2 m cells it filled in the first of them are filled in the last one, too, of whichever scan
+/// it filled fewer in; points without instance count as moving. O(points).
+[[nodiscard]] MotionScore score_by_motion(ScanSource& source, std::size_t stretch = 10);
+
 struct BenchmarkConfig {
   float neighbour_m = 0.05F;  ///< a point this near to a kept point counts as kept
   float max_range_m = 50.0F;  ///< points at or beyond it do not exist

@@ -21,11 +21,12 @@ std::string evaluate_dynamic(const EvaluateDynamicOptions& options) {
     throw std::runtime_error(options.truth.string() +
                              ": holds no ground-truth labels to compare the run with");
   }
+  const evaluate::MotionScore motion = evaluate::score_by_motion(source);
   evaluate::BenchmarkConfig config;
   config.neighbour_m = options.neighbour_m;
   config.max_range_m = options.max_range_m;
   const evaluate::BenchmarkScore benchmark = evaluate::score_benchmark(source, config);
-  return dynamic_json(options, source.scan_count(), points, benchmark);
+  return dynamic_json(options, source.scan_count(), points, motion, benchmark);
 }
 
 }  // namespace unimapper::apps

@@ -24,6 +24,12 @@ Json accuracies(const Tally& tally) {
           {"dynamic_points", tally.dynamic_points},     {"dynamic_removed", tally.dynamic_removed}};
 }
 
+Json dynamic_accuracy(const Tally& tally) {
+  return {{"DA", percent(tally.dynamic_accuracy())},
+          {"dynamic_points", tally.dynamic_points},
+          {"dynamic_removed", tally.dynamic_removed}};
+}
+
 /// "10-20", or "80+" for the open last bin.
 std::string bin_name(std::size_t bin) {
   const auto metres = [](std::size_t end) {
@@ -78,9 +84,11 @@ Json error_figures(const evaluate::ErrorStatistics& s) {
 }  // namespace
 
 std::string dynamic_json(const EvaluateDynamicOptions& options, std::size_t scans,
-                         const evaluate::DynamicScore& points,
+                         const evaluate::DynamicScore& points, const evaluate::MotionScore& motion,
                          const evaluate::BenchmarkScore& benchmark) {
   Json json = dynamic_figures(points);
+  json["moving"] = dynamic_accuracy(motion.moving);
+  json["standing"] = dynamic_accuracy(motion.standing);
   json["unit"] = "percent";
   json["scans"] = scans;
   Json& bench = json["benchmark"] = dynamic_figures(benchmark.score);

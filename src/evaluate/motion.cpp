@@ -1,0 +1,88 @@
+#include <algorithm>
+#include <iterator>
+#include <map>
+
+#include "unimapper/core/voxel_key.hpp"
+#include "unimapper/evaluate/dynamic.hpp"
+
+namespace unimapper::evaluate {
+namespace {
+
+constexpr float kCellM = 0.2F;
+// Objects seen for a shorter time than this many scans tell nothing about their motion.
+constexpr std::size_t kFewestScans = 4;
+
+/// Cells and points of one object in one stretch of scans.
+struct Sighting {
+  std::size_t first_scan = 0;
+  std::size_t last_scan = 0;
+  std::vector<VoxelKey> first;  ///< sorted, as is `last`
+  std::vector<VoxelKey> last;
+  Tally tally;
+};
+
+bool stands(const Sighting& sighting) {
+  if (sighting.last_scan - sighting.first_scan + 1 < kFewestScans) return false;
+  std::vector<VoxelKey> common;
+  std::set_intersection(sighting.first.begin(), sighting.first.end(), sighting.last.begin(),
+                        sighting.last.end(), std::back_inserter(common));
+  return 3 * common.size() >= std::min(sighting.first.size(), sighting.last.size());
+}
+
+/// The cell of a point, counted from `origin` so that single precision suffices.
+VoxelKey cell_of(const Eigen::Vector3f& point, const Pose& T_world_sensor,
+                 const Eigen::Vector3d& origin) {
+  const Eigen::Vector3d p = T_world_sensor * point.cast<double>() - origin;
+  return pack(voxel_index(p.cast<float>(), 1.0F / kCellM));
+}
+
+/// Adds a scan's dynamic points to the sightings of their objects, and to `without_instance`.
+void collect(const ScoredScan& scan, std::size_t number, const Eigen::Vector3d& origin,
+             std::map<std::uint32_t, Sighting>& sightings, Tally& without_instance) {
+  std::map<std::uint32_t, std::vector<VoxelKey>> cells;
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    const Truth truth = truth_of(scan.truth[i]);
+    if (truth != Truth::kDynamic) continue;
+    const std::uint32_t instance = scan.truth[i] >> 16U;
+    Tally& tally = instance == 0 ? without_instance : sightings[instance].tally;
+    tally.add(truth, is_removed(scan.predicted[i]));
+    if (instance != 0) {
+      cells[instance].push_back(cell_of(scan.points[i], scan.T_world_sensor, origin));
+    }
+  }
+  for (auto& [instance, keys] : cells) {
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    Sighting& sighting = sightings[instance];
+    if (sighting.first.empty()) {
+      sighting.first = keys;
+      sighting.first_scan = number;
+    }
+    sighting.last = std::move(keys);
+    sighting.last_scan = number;
+  }
+}
+
+}  // namespace
+
+MotionScore score_by_motion(ScanSource& source, std::size_t stretch) {
+  MotionScore score;
+  for (std::size_t begin = 0; begin < source.scan_count(); begin += stretch) {
+    std::map<std::uint32_t, Sighting> sightings;
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+    for (std::size_t s = begin; s < std::min(begin + stretch, source.scan_count()); ++s) {
+      const ScoredScan scan = source.scan(s);
+      if (s == begin) {
+        // A whole number of cells, so that stretches share their cells.
+        origin = (scan.T_world_sensor.translation / 100.0).array().round() * 100.0;
+      }
+      collect(scan, s, origin, sightings, score.moving);
+    }
+    for (const auto& [instance, sighting] : sightings) {
+      (stands(sighting) ? score.standing : score.moving) += sighting.tally;
+    }
+  }
+  return score;
+}
+
+}  // namespace unimapper::evaluate
