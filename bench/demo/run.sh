@@ -9,13 +9,13 @@ use_network=1
 out=demo
 for argument in "$@"; do
   case "$argument" in
-    --quick) scans=160 ;;
+    --quick) scans=200 ;;
     --no-network) use_network= ;;
     --out=*) out=${argument#--out=} ;;
     *) cat >&2 <<'TXT'
 usage: ./dev demo [--quick] [--no-network] [--out=DIR]
 
-  --quick       160 scans instead of 400 (half a minute once built)
+  --quick       200 scans instead of 400 (half a minute once built)
   --no-network  hand keyframes over as event logs instead of live LCM
   --out=DIR     where everything goes (default: demo; emptied first)
 TXT
