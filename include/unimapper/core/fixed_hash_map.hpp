@@ -46,12 +46,6 @@ class FixedHashMap {
     generation_ = 1;
   }
 
-  /// Starts loading what a look-up of `key` will read first. Pays when several independent
-  /// look-ups are known in advance.
-  void prefetch(std::uint64_t key) const noexcept {
-    if (slots_ != nullptr) __builtin_prefetch(slots_ + (mix_bits(key) & mask_));
-  }
-
   /// Index of the entry with `key`, or `kNotFound`.
   [[nodiscard]] std::uint32_t find(std::uint64_t key) const noexcept {
     if (capacity_ == 0) return kNotFound;
