@@ -28,6 +28,8 @@ class ByteWriter {
     }
   }
   void put(double value) { put(std::bit_cast<std::uint64_t>(value)); }
+  void put(float value) { put(std::bit_cast<std::uint32_t>(value)); }
+  void put(Bytes bytes) { out_.insert(out_.end(), bytes.begin(), bytes.end()); }
 
  private:
   std::vector<std::uint8_t>& out_;
@@ -57,6 +59,13 @@ class ByteReader {
     return static_cast<T>(bits);
   }
   double get_double() { return std::bit_cast<double>(get<std::uint64_t>()); }
+  float get_float() { return std::bit_cast<float>(get<std::uint32_t>()); }
+  /// The next `count` bytes, or none if there are fewer.
+  Bytes get_bytes(std::uint64_t count) {
+    const std::size_t begin = position_;
+    skip(count);
+    return ok_ ? bytes_.subspan(begin, static_cast<std::size_t>(count)) : Bytes{};
+  }
 
   /// Passes over `count` bytes.
   void skip(std::uint64_t count) {

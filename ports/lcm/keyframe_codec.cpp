@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "ports/lcm/quantise.hpp"
+#include "unimapper/core/image_code.hpp"
 
 namespace unimapper::wire {
 
@@ -34,12 +35,25 @@ const char* pose_fault(const Pose& pose) {
   return nullptr;
 }
 
+const char* image_fault(const merge::KeyframeRecord& record) {
+  if (record.images.empty()) return nullptr;
+  if (record.images.size() > kMaxImages) return "a keyframe has too many free-space images";
+  if (!is_image_shape(record.image_shape)) return "no image has such a field of view";
+  std::vector<std::uint16_t> pixels(ImageProjection(record.image_shape).pixels());
+  for (const merge::CodedImage& image : record.images) {
+    if (image.scan >= record.scans.size()) return "the scan of a free-space image is not there";
+    if (!decode_image(image.code, pixels)) return "a free-space image is damaged";
+  }
+  return nullptr;
+}
+
 const char* record_fault(const merge::KeyframeRecord& record) {
   if (record.scans.empty()) return "a keyframe has no scans";
   if (record.scans.size() > kMaxScans) return "a keyframe has too many scans";
   if (record.keypoints.size() > kMaxKeypoints) return "a keyframe has too many keypoints";
   if (record.planes.size() > kMaxPlanes) return "a keyframe has too many planes";
   if (record.reference_scan >= record.scans.size()) return "the reference scan is not there";
+  if (const char* fault = image_fault(record)) return fault;
   if (record.points_dynamic > record.points_in) return "more points removed than came in";
   if (const char* fault = pose_fault(record.T_odometry_keyframe)) return fault;
   for (std::size_t i = 0; i < record.scans.size(); ++i) {
@@ -119,6 +133,22 @@ void put_cells(LittleEndianWriter& out, const std::vector<CellKey>& keys) {
         out.put(static_cast<std::uint8_t>(keys[first] >> shift));
       }
     }
+  }
+}
+
+void put_images(LittleEndianWriter& out, const merge::KeyframeRecord& record) {
+  out.put(static_cast<std::uint32_t>(record.images.size()));
+  if (record.images.empty()) return;
+  const RangeImageShape& shape = record.image_shape;
+  for (const float angle_deg :
+       {shape.horizontal_fov_deg, shape.azimuth_resolution_deg, shape.elevation_min_deg,
+        shape.elevation_max_deg, shape.elevation_resolution_deg}) {
+    out.put(angle_deg);
+  }
+  for (const merge::CodedImage& image : record.images) {
+    out.put(image.scan);
+    out.put(static_cast<std::uint32_t>(image.code.size()));
+    out.put(Bytes(image.code));
   }
 }
 
@@ -218,9 +248,31 @@ const char* read_cells(LittleEndianReader& in, std::vector<FineCell>& cells) {
   return cells.size() == count ? nullptr : "fewer cells than announced";
 }
 
+const char* read_images(LittleEndianReader& in, merge::KeyframeRecord& record) {
+  const auto count = in.get<std::uint32_t>();
+  if (!in.ok()) return "fewer bytes than images";
+  if (count == 0) return nullptr;
+  if (count > kMaxImages) return "a count is beyond the limit";
+  RangeImageShape& shape = record.image_shape;
+  for (float* angle_deg :
+       {&shape.horizontal_fov_deg, &shape.azimuth_resolution_deg, &shape.elevation_min_deg,
+        &shape.elevation_max_deg, &shape.elevation_resolution_deg}) {
+    *angle_deg = in.get_float();
+  }
+  for (std::uint32_t i = 0; i < count; ++i) {
+    merge::CodedImage& image = record.images.emplace_back();
+    image.scan = in.get<std::uint32_t>();
+    const Bytes code = in.get_bytes(in.get<std::uint32_t>());
+    if (!in.ok()) return "fewer bytes than images";
+    image.code.assign(code.begin(), code.end());
+  }
+  return nullptr;
+}
+
 const char* read_record(LittleEndianReader& in, merge::KeyframeRecord& record) {
   if (in.get<std::uint32_t>() != kKeyframeMagic) return "not a keyframe";
-  if (in.get<std::uint16_t>() != kKeyframeSchema) return "unknown schema version";
+  const auto schema = in.get<std::uint16_t>();
+  if (schema < kOldestKeyframeSchema || schema > kKeyframeSchema) return "unknown schema version";
   if (in.get<std::uint16_t>() != 0) return "reserved bytes are not zero";
   record.session.robot = in.get<std::uint32_t>();
   record.session.session = in.get<std::uint64_t>();
@@ -250,6 +302,9 @@ const char* read_record(LittleEndianReader& in, merge::KeyframeRecord& record) {
   if (const char* fault = read_planes(in, planes, record.planes)) return fault;
   if (const char* fault = read_cells(in, record.static_cells)) return fault;
   if (const char* fault = read_cells(in, record.dynamic_cells)) return fault;
+  if (schema > kOldestKeyframeSchema) {
+    if (const char* fault = read_images(in, record)) return fault;
+  }
   if (in.remaining() != 0) return "bytes are left over";
   return record_fault(record);
 }
@@ -301,6 +356,7 @@ std::vector<std::uint8_t> encode_keyframe(const merge::KeyframeRecord& record) {
   bytes.insert(bytes.end(), places.begin(), places.end());
   put_cells(out, static_keys);
   put_cells(out, dynamic_keys);
+  put_images(out, record);
   return bytes;
 }
 

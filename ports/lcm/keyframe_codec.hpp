@@ -13,12 +13,15 @@
 namespace unimapper::wire {
 
 inline constexpr std::uint32_t kKeyframeMagic = 0x464B4D55;  ///< "UMKF" in the file
-inline constexpr std::uint16_t kKeyframeSchema = 1;
+inline constexpr std::uint16_t kKeyframeSchema = 2;
+/// Also read: keyframes without free-space images.
+inline constexpr std::uint16_t kOldestKeyframeSchema = 1;
 
 /// Most elements of a kind that a keyframe may hold.
 inline constexpr std::uint32_t kMaxScans = 65535;
 inline constexpr std::uint32_t kMaxKeypoints = 65535;
 inline constexpr std::uint32_t kMaxPlanes = 65535;
+inline constexpr std::uint32_t kMaxImages = 32;
 
 /// Bytes of a keyframe. Whatever `quantise` would change is changed on the way, so
 /// encode(record) == encode(quantised record), and decode(encode(record)) is the quantised
@@ -33,9 +36,10 @@ struct DecodedKeyframe {
   std::string error;  ///< reason and byte offset, if there is no record
 };
 
-/// Reads what `encode_keyframe` wrote; anything else is refused, so that
-/// encode(decode(bytes)) == bytes. Checks every count against the bytes that are there before
-/// it allocates: the record takes at most five times the memory of the bytes.
+/// Reads what `encode_keyframe` wrote, now or when the schema was an older one; anything else is
+/// refused, so that encode(decode(bytes)) == bytes for the present schema. Checks every count
+/// against the bytes that are there before it allocates: the record takes at most five times the
+/// memory of the bytes.
 DecodedKeyframe decode_keyframe(Bytes bytes);
 
 }  // namespace unimapper::wire

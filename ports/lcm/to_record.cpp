@@ -1,9 +1,20 @@
 #include "ports/lcm/to_record.hpp"
 
 #include "ports/lcm/quantise.hpp"
+#include "unimapper/core/image_code.hpp"
 #include "unimapper/onboard/statistics.hpp"
 
 namespace unimapper::wire {
+namespace {
+
+std::vector<std::uint8_t> code_of(const FreeSpaceImage& image) {
+  std::vector<std::uint8_t> code(max_image_code(image.pixels.size()));
+  code.resize(encode_image(image.pixels, code));
+  code.shrink_to_fit();
+  return code;
+}
+
+}  // namespace
 
 merge::KeyframeRecord to_record(const KeyframeView& keyframe, const merge::SessionId& session) {
   merge::KeyframeRecord record;
@@ -16,6 +27,10 @@ merge::KeyframeRecord to_record(const KeyframeView& keyframe, const merge::Sessi
   record.dynamic_cells.assign(keyframe.dynamic_cells.begin(), keyframe.dynamic_cells.end());
   record.keypoints.assign(keyframe.place.keypoints.begin(), keyframe.place.keypoints.end());
   record.planes.assign(keyframe.place.planes.begin(), keyframe.place.planes.end());
+  if (!keyframe.images.empty()) record.image_shape = keyframe.image_shape;
+  for (const FreeSpaceImage& image : keyframe.images) {
+    record.images.push_back({image.scan, code_of(image)});
+  }
   if (keyframe.statistics != nullptr) {
     record.points_in = keyframe.statistics->points_in;
     record.points_dynamic = keyframe.statistics->points_dynamic;

@@ -29,6 +29,7 @@ std::string command_line(const MergeOptions& options) {
   for (const auto& [session, dataset] : options.truths) {
     line += " --truth " + session + "=" + dataset.string();
   }
+  if (options.refined_labels) line += " --refined-labels";
   for (const auto& run : options.stats) line += " --stats " + run.string();
   return line;
 }
@@ -70,6 +71,9 @@ void register_merge(CLI::App& app) {
                    "Run folders of live sessions, for the report's latency and removal scores")
       ->expected(1, -1)
       ->needs(listen);
+  command->add_flag("--refined-labels", options->refined_labels,
+                    "Write OUT/refined/SESSION/labels for sessions with --truth: what is static "
+                    "after all, point by point");
   command
       ->add_option("--threads", options->threads,
                    "Threads to use; 0: all. The map does not depend on it")

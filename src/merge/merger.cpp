@@ -62,6 +62,7 @@ class Merger {
     align();
     refine();
     place_sessions();
+    refine_cells();
     record_loops();
     build_map();
     return std::move(result_);
@@ -137,7 +138,7 @@ class Merger {
   }
 
   void refine() {
-    begin("refinement");
+    begin("refinement of poses");
     std::vector<LoopConstraint> known;
     for (std::size_t i = 0; i < constraints_.size(); ++i) {
       if (alignment_.verdicts[i].accepted) known.push_back(constraints_[i]);
@@ -164,6 +165,22 @@ class Merger {
       }
       result_.sessions.push_back(std::move(merged));
     }
+  }
+
+  /// Refinement happens after alignment: loops must not wait for it, and other visits help.
+  void refine_cells() {
+    begin("refinement of what is static");
+    std::vector<PlacedSession> placed;
+    for (std::size_t s = 0; s < sessions_.size(); ++s) {
+      const MergedSession& merged = result_.sessions[s];
+      const bool alone = merged.status == SessionStatus::kUnconnected;
+      placed.push_back({&sessions_[s], merged.T_map_keyframe, alone ? s + 1 : 0});
+    }
+    auto refined = merge::refine(placed, config_.refinement, config_.threads);
+    for (std::size_t s = 0; s < sessions_.size(); ++s) {
+      result_.sessions[s].refined = std::move(refined[s]);
+    }
+    end();
   }
 
   void record_loops() {
@@ -209,9 +226,9 @@ class Merger {
     std::vector<const SessionVoxels*> part(sessions_.size(), nullptr);
     parallel_for(sessions_.size(), config_.threads, [&](std::size_t s) {
       if (!alignment_.connected[s]) return;
-      const auto& poses = result_.sessions[s].T_map_keyframe;
-      voxels[s] = voxelise(sessions_[s], poses, config_.map.voxel_size_m, CellKind::kStatic);
-      removed[s] = voxelise(sessions_[s], poses, config_.map.voxel_size_m, CellKind::kDynamic);
+      const MergedSession& merged = result_.sessions[s];
+      voxels[s] = voxelise(sessions_[s], merged, config_.map.voxel_size_m, CellKind::kStatic);
+      removed[s] = voxelise(sessions_[s], merged, config_.map.voxel_size_m, CellKind::kDynamic);
     });
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       if (!alignment_.connected[s]) continue;

@@ -31,10 +31,10 @@ struct Neighbor {
   friend auto operator<=>(const Neighbor&, const Neighbor&) = default;
 };
 
-class Search {
+class RadiusSearch {
  public:
-  Search(const std::vector<SessionData>& sessions, const Alignment& alignment,
-         std::span<const LoopConstraint> known, const MergeConfig& config)
+  RadiusSearch(const std::vector<SessionData>& sessions, const Alignment& alignment,
+               std::span<const LoopConstraint> known, const MergeConfig& config)
       : sessions_(sessions), config_(config) {
     for (std::size_t s = 0; s < sessions.size(); ++s) {
       std::vector<Pose> poses;
@@ -110,7 +110,7 @@ std::vector<LoopProposal> propose_radius_loops(const std::vector<SessionData>& s
                                                const Alignment& alignment,
                                                std::span<const LoopConstraint> known,
                                                const MergeConfig& config) {
-  const Search search(sessions, alignment, known, config);
+  const RadiusSearch search(sessions, alignment, known, config);
   std::vector<LoopProposal> found;
   for (std::size_t match = 0; match < sessions.size(); ++match) {
     for (std::size_t query = match; query < sessions.size(); ++query) {

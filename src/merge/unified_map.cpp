@@ -16,31 +16,32 @@ Eigen::Vector3f SessionVoxels::position(std::uint32_t number) const {
   return corner(table.key(number), size_m) + voxel.sum / static_cast<float>(voxel.cells);
 }
 
-SessionVoxels voxelise(const SessionData& session, const std::vector<Pose>& T_map_keyframe,
-                       float size_m, CellKind kind) {
+SessionVoxels voxelise(const SessionData& session, const MergedSession& merged, float size_m,
+                       CellKind kind) {
   SessionVoxels result;
   result.size_m = size_m;
   const double inverse = 1.0 / static_cast<double>(size_m);
   const double limit = static_cast<double>(kVoxelAxisLimit - 1);
   for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
-    const KeyframeRecord& keyframe = session.keyframes[k];
-    const auto& cells = kind == CellKind::kStatic ? keyframe.static_cells : keyframe.dynamic_cells;
-    for (const auto& cell : cells) {
-      const Eigen::Vector3d p = T_map_keyframe[k] * Eigen::Vector3d(cell.position.cast<double>());
-      const Eigen::Array3d scaled = p.array() * inverse;
-      if (!(scaled.abs().maxCoeff() < limit)) continue;
-      const Eigen::Array3d floor = scaled.floor();
-      const VoxelKey key =
-          pack({static_cast<std::int32_t>(floor.x()), static_cast<std::int32_t>(floor.y()),
-                static_cast<std::int32_t>(floor.z())});
-      const std::uint32_t number = result.table.find_or_insert(key);
-      if (number == result.voxels.size()) result.voxels.emplace_back();
-      SessionVoxels::Voxel& voxel = result.voxels[number];
-      // Relative to the corner, so that float does not lose millimetres kilometres away.
-      voxel.sum += ((scaled - floor) * static_cast<double>(size_m)).matrix().cast<float>();
-      ++voxel.cells;
-      voxel.ground += cell.ground != 0 ? 1 : 0;
-    }
+    visit_cells(
+        session.keyframes[k], merged.refined[k], kind == CellKind::kDynamic,
+        [&](const FineCell& cell) {
+          const Eigen::Vector3d p =
+              merged.T_map_keyframe[k] * Eigen::Vector3d(cell.position.cast<double>());
+          const Eigen::Array3d scaled = p.array() * inverse;
+          if (!(scaled.abs().maxCoeff() < limit)) return;
+          const Eigen::Array3d floor = scaled.floor();
+          const VoxelKey key =
+              pack({static_cast<std::int32_t>(floor.x()), static_cast<std::int32_t>(floor.y()),
+                    static_cast<std::int32_t>(floor.z())});
+          const std::uint32_t number = result.table.find_or_insert(key);
+          if (number == result.voxels.size()) result.voxels.emplace_back();
+          SessionVoxels::Voxel& voxel = result.voxels[number];
+          // Relative to the corner, so that float does not lose millimetres kilometres away.
+          voxel.sum += ((scaled - floor) * static_cast<double>(size_m)).matrix().cast<float>();
+          ++voxel.cells;
+          voxel.ground += cell.ground != 0 ? 1 : 0;
+        });
   }
   return result;
 }

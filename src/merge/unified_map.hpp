@@ -24,12 +24,12 @@ struct SessionVoxels {
   [[nodiscard]] Eigen::Vector3f position(std::uint32_t number) const;
 };
 
-/// Which cells of a keyframe are meant.
+/// Which cells of a keyframe are meant, after refinement.
 enum class CellKind : std::uint8_t { kStatic, kDynamic };
 
-/// Voxels of one session, its keyframes at the given poses.
-SessionVoxels voxelise(const SessionData& session, const std::vector<Pose>& T_map_keyframe,
-                       float size_m, CellKind kind);
+/// Voxels of one session where the merger put it.
+SessionVoxels voxelise(const SessionData& session, const MergedSession& merged, float size_m,
+                       CellKind kind);
 
 /// Unites sessions. `sessions[i]` null: not part of the map. Points come in the order in which
 /// their voxels were first seen: by session, then by keyframe.

@@ -5,7 +5,7 @@
 namespace unimapper::onboard {
 
 void EvidenceWindow::attach(Arena& arena, const PipelineConfig& config) noexcept {
-  const ImageProjection projection(config.free_space);
+  const ImageProjection projection(config.free_space.image_shape());
   blocks_.attach(arena, config);
   slot_count_ = config.removal.window + 1;
   scans_per_keyframe_ = config.keyframe.scans;
@@ -42,6 +42,7 @@ RangeImage* EvidenceWindow::image_for(std::uint32_t scan, const Pose& T_odometry
     at = std::max(at, 2U) - 1;
   }
   RangeImage& image = slot.images[at];
+  image.scan = scan;
   image.R_grid_sensor = T_odometry_sensor.rotation.cast<float>();
   image.t_grid_sensor = (T_odometry_sensor.translation - slot.grid.origin_m()).cast<float>();
   slot.image_count = std::max(slot.image_count, at + 1);

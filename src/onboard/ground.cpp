@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "angles.hpp"
+#include "unimapper/core/angles.hpp"
 
 namespace unimapper::onboard {
 namespace {

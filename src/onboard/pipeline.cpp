@@ -42,6 +42,8 @@ struct Pipeline::State {
   void remove_dynamic() noexcept;
   /// Leaves only as many candidates as there is time for; returns by how many to divide their cost.
   std::uint32_t shed_far_cells() noexcept;
+  /// Shows the images of the keyframe that was recorded last.
+  void show_images() noexcept;
   void describe_place() noexcept;
   void search_loops() noexcept;
   void count_input(const ScanCounts& counts) noexcept;
@@ -79,6 +81,7 @@ struct Pipeline::State {
   std::uint32_t scan_index = 0;
   std::uint32_t sequence = 0;
   KeyframeScan scans[KeyframeConfig::kMaxScans];
+  FreeSpaceImage images[FreeSpaceConfig::kMaxImages];
   KeyframeStatistics statistics;
   KeyframeView view;
 };
@@ -197,10 +200,21 @@ void Pipeline::State::remove_dynamic() noexcept {
     if (config.removal.components) statistics.components = components.run(window.blocks(), cells);
     dropped(DropCause::kEvidenceFull) = window.left_out();
     window.record(cells);
+    show_images();
     output.build(cells, voxels, view.T_odometry_keyframe);
   });
   view.static_cells = output.static_cells();
   view.dynamic_cells = output.dynamic_cells();
+}
+
+void Pipeline::State::show_images() noexcept {
+  const std::span<const RangeImage> painted = window.earlier(1).painted();
+  const std::size_t pixels = painter.projection().pixels();
+  for (std::size_t i = 0; i < painted.size(); ++i) {
+    images[i] = {painted[i].scan, {painted[i].pixels, pixels}};
+  }
+  view.image_shape = config.free_space.image_shape();
+  view.images = {images, painted.size()};
 }
 
 std::uint32_t Pipeline::State::shed_far_cells() noexcept {

@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "run.hpp"
-#include "src/onboard/angles.hpp"
 #include "src/onboard/cell_table.hpp"
 #include "src/onboard/coarse_voxels.hpp"
 #include "src/onboard/components.hpp"
@@ -15,6 +14,7 @@
 #include "src/onboard/ground_levels.hpp"
 #include "src/onboard/range_image.hpp"
 #include "src/onboard/scan_accumulator.hpp"
+#include "unimapper/core/angles.hpp"
 
 using namespace unimapper;
 using namespace unimapper::onboard;
@@ -300,7 +300,7 @@ TEST_CASE("directions outside the field of view have no pixel") {
   config.horizontal_fov_deg = 70.0F;
   config.elevation_min_deg = -20.0F;
   config.elevation_max_deg = 20.0F;
-  const ImageProjection projection(config);
+  const ImageProjection projection(config.image_shape());
   const float x[] = {1.0F, 1.0F, -1.0F, 1.0F, 1.0F, 0.0F, NAN};
   const float y[] = {0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F};
   const float z[] = {0.0F, 0.0F, 0.0F, 0.5F, -0.5F, 0.0F, 0.0F};
@@ -313,7 +313,7 @@ TEST_CASE("directions outside the field of view have no pixel") {
 }
 
 TEST_CASE("a full turn has a pixel for every azimuth, the seam included") {
-  const ImageProjection projection{FreeSpaceConfig{}};
+  const ImageProjection projection{FreeSpaceConfig{}.image_shape()};
   for (int i = 0; i <= 100000; ++i) {
     const auto angle = static_cast<float>(i * 2.0 * M_PI / 100000.0);
     const float x = std::cos(angle);

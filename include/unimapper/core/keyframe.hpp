@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
 
 #include "unimapper/core/pose.hpp"
 
@@ -22,6 +23,13 @@ struct KeyframeScan {
   std::uint32_t scan_index;  ///< running number of the scan in its session, from 0
   std::int64_t stamp_ns;
   Pose T_odometry_sensor;
+};
+
+/// How far one scan of a keyframe could see: nothing was in the way up to a pixel's range. Pixels
+/// row by row as in `ImageProjection`, in 1/128 m, `kNoRange` where nothing is known.
+struct FreeSpaceImage {
+  std::uint32_t scan;  ///< index into the keyframe's scans
+  std::span<const std::uint16_t> pixels;
 };
 
 /// A repeatable spot of the static scene (paper section V-A), in the levelled keyframe frame.

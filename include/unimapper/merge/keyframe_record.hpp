@@ -4,12 +4,21 @@
 #include <cstdint>
 #include <vector>
 
+#include "unimapper/core/image_projection.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/merge/session_id.hpp"
 #include "unimapper/place/database.hpp"
 #include "unimapper/place/place.hpp"
 
 namespace unimapper::merge {
+
+/// A `FreeSpaceImage`, owned, in the code of `encode_image`.
+struct CodedImage {
+  std::uint32_t scan = 0;  ///< index into the keyframe's scans
+  std::vector<std::uint8_t> code;
+
+  friend bool operator==(const CodedImage&, const CodedImage&) = default;
+};
 
 /// One keyframe, owned. Positions as in `KeyframeView`; cells and keypoints carry the wire's
 /// quantisation already (1 cm / 1 mm), on every path the same.
@@ -23,6 +32,9 @@ struct KeyframeRecord {
   std::vector<FineCell> dynamic_cells;  ///< what the robot removed, for display and audit
   std::vector<Keypoint> keypoints;
   std::vector<PlanePatch> planes;
+  /// What the keyframe saw through, all in the same shape; none if the robot does not say.
+  RangeImageShape image_shape;
+  std::vector<CodedImage> images;
   std::uint64_t points_in = 0;       ///< scan points that went into the keyframe
   std::uint64_t points_dynamic = 0;  ///< of which removed as dynamic
   std::uint64_t left_out = 0;        ///< cells, keypoints and planes too far away for the wire

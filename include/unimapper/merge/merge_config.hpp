@@ -81,6 +81,27 @@ struct RadiusConfig {
   double max_correction_rad = 0.15;  ///< the same for rotation, [0.01, 3.2]
 };
 
+/// What is static, decided again with hindsight; log-odds of "dynamic" as onboard (paper section
+/// IV-D, docs/tuning.md).
+struct RefinementConfig {
+  std::uint32_t window = 10;    ///< keyframes before and after one that judge it; 0: off, [0, 100]
+  std::uint32_t revisits = 10;  ///< others, of any session, that judge it too, [0, 1000]
+  float reach_m = 30.0F;        ///< these are at most so far from it, [1, 500]
+  float log_odds_free = 0.85F;  ///< seen through by an image of another keyframe, [0, 10]
+  float log_odds_occupied = 0.425F;         ///< met by another keyframe, [0, 10]
+  float log_odds_weakly_occupied = 0.255F;  ///< a surface met about there, [0, 10]
+  float prior_log_odds = 1.5F;              ///< the robot called it dynamic, [0, 10]
+  float most_by_revisits = 1.0F;            ///< all revisits together, either way, [0, 10]
+  float range_margin_m = 0.3F;          ///< farther behind a cell: it was seen through, [0.05, 5]
+  float range_margin_relative = 0.01F;  ///< plus this share of the range, [0, 0.2]
+  float connecting_height_m = 0.3F;     ///< lower cells connect no components, above ground, [0, 2]
+  float component_dynamic_share = 0.4F;  ///< at least: all of a component is dynamic, [0, 1]
+  float component_static_share = 0.1F;   ///< less: all of it is static, [0, 1]
+  float firm_log_odds = 2.0F;  ///< a cell counts no more than this; static beyond stays, (0, 1000]
+  float ground_log_odds = 1.0F;  ///< ground counts as seen through from here on, [0, 10]
+  float ground_share = 0.7F;     ///< and such a patch is none: share of its cells, (0, 1]
+};
+
 /// The unified map and what changed between sessions.
 struct MapConfig {
   float voxel_size_m = 0.2F;        ///< of the map, [0.05, 5]
@@ -100,6 +121,7 @@ struct MergeConfig {
   AcceptanceConfig acceptance;
   GraphConfig graph;
   RadiusConfig radius;
+  RefinementConfig refinement;
   MapConfig map;
   std::uint32_t threads = 0;  ///< 0: as many as the machine has; the result is the same
 

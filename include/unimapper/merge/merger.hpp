@@ -8,6 +8,7 @@
 #include "unimapper/merge/keyframe_record.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
+#include "unimapper/merge/refinement.hpp"
 
 namespace unimapper::merge {
 
@@ -36,6 +37,7 @@ struct MergedSession {
   std::string reason;  ///< why it is not connected, empty otherwise
   Pose T_map_session;  ///< the anchor node: session odometry frame to the map frame
   std::vector<Pose> T_map_keyframe;
+  std::vector<RefinedKeyframe> refined;  ///< what is static after all, by keyframe
 };
 
 /// A point of the unified map.
@@ -64,7 +66,7 @@ struct MergeResult {
   std::vector<LoopRecord> loops;
   std::vector<MapPoint> map;
   std::vector<ChangedPoint> changes;
-  std::vector<Eigen::Vector3f> dynamic_points;  ///< removed by the robots, map frame, for display
+  std::vector<Eigen::Vector3f> dynamic_points;  ///< what is not static, map frame, for display
   /// What the final pose graph was made of: odometry and accepted loops (match = from).
   std::vector<LoopConstraint> graph_edges;
   std::vector<StageTime> timing;  ///< the only part that differs from run to run

@@ -9,6 +9,7 @@
 
 #include "unimapper/core/event_ring.hpp"
 #include "unimapper/core/expected.hpp"
+#include "unimapper/core/image_projection.hpp"
 #include "unimapper/core/sensor.hpp"
 #include "unimapper/place/config.hpp"
 #include "unimapper/place/database.hpp"
@@ -131,6 +132,10 @@ struct FreeSpaceConfig {
   /// Images of the keyframe itself are evidence too; measured: on.
   bool own_keyframe = true;
 
+  [[nodiscard]] RangeImageShape image_shape() const noexcept {
+    return {horizontal_fov_deg, azimuth_resolution_deg, elevation_min_deg, elevation_max_deg,
+            elevation_resolution_deg};
+  }
   [[nodiscard]] Error validate() const noexcept;
 };
 

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "unimapper/core/expected.hpp"
+#include "unimapper/core/image_projection.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/point_view.hpp"
 #include "unimapper/onboard/config.hpp"
@@ -23,6 +24,9 @@ struct KeyframeView {
   std::span<const KeyframeScan> scans;
   std::span<const FineCell> static_cells;
   std::span<const FineCell> dynamic_cells;  ///< what was removed, for display and audit
+  /// What the keyframe saw through, for whoever judges its neighbours later.
+  RangeImageShape image_shape;
+  std::span<const FreeSpaceImage> images;
   PlaceView place;
   std::span<const LoopCandidate> loops;  ///< earlier keyframes that look alike, best first
   const KeyframeStatistics* statistics = nullptr;

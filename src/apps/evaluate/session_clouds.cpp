@@ -14,12 +14,15 @@ std::vector<Eigen::Vector3f> session_cloud(const merge::SessionData& session,
   const std::size_t count = std::min(session.keyframes.size(), merged.T_map_keyframe.size());
   for (std::size_t k = 0; k < count; ++k) {
     const Pose& T_map_keyframe = merged.T_map_keyframe[k];
-    for (const FineCell& cell : session.keyframes[k].static_cells) {
+    const bool is_refined = k < merged.refined.size();
+    const merge::RefinedKeyframe refined =
+        is_refined ? merged.refined[k] : merge::RefinedKeyframe{};
+    merge::visit_cells(session.keyframes[k], refined, false, [&](const FineCell& cell) {
       const Eigen::Vector3f p = (T_map_keyframe * cell.position.cast<double>()).cast<float>();
-      if (!(p.cwiseAbs().maxCoeff() < 1e5F)) continue;
+      if (!(p.cwiseAbs().maxCoeff() < 1e5F)) return;
       const VoxelIndex index = voxel_index(p, 1.0F / voxel_m);
       if (is_representable(index) && taken.insert(pack(index)).second) cloud.push_back(p);
-    }
+    });
   }
   return cloud;
 }

@@ -21,6 +21,8 @@ struct MergeOptions {
   std::vector<std::pair<std::string, std::filesystem::path>> truths;  ///< session, dataset
   /// Run folders of live sessions, for the report: stage times and labels are read from them.
   std::vector<std::filesystem::path> stats;
+  /// Label the scans of sessions with a dataset anew, by what is static after all.
+  bool refined_labels = false;
   unsigned threads = 0;
   std::string command_line;  ///< shown in the report
 };

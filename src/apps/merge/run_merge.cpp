@@ -7,6 +7,7 @@
 
 #include "src/apps/evaluate/evaluate.hpp"
 #include "src/apps/merge/options.hpp"
+#include "src/apps/merge/refined_labels.hpp"
 #include "src/apps/report.hpp"
 #include "src/apps/session_clouds.hpp"
 #include "src/apps/truth.hpp"
@@ -71,6 +72,20 @@ std::vector<SessionEvidence> gather_evidence(const MergeOptions& options,
   return evidence;
 }
 
+void label_again(const MergeOptions& options, const std::vector<merge::SessionData>& sessions,
+                 const merge::MergeResult& result) {
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    const std::string& name = sessions[s].info.name;
+    for (const auto& [session, dataset] : options.truths) {
+      if (session != name) continue;
+      write_refined_labels(options.out / "refined" / name, dataset, sessions[s],
+                           result.sessions[s]);
+      std::cerr << "unimapper: refined labels of " << name << " are in "
+                << (options.out / "refined" / name).string() << '\n';
+    }
+  }
+}
+
 }  // namespace
 
 void run_merge(const MergeOptions& options) {
@@ -100,6 +115,8 @@ void run_merge(const MergeOptions& options) {
   report.elapsed_s = seconds_since(merging);
   merge::export_map(options.out, sessions, result);
   write_session_clouds(options.out, sessions, result);
+
+  if (options.refined_labels) label_again(options, sessions, result);
 
   report.sessions = &sessions;
   report.result = &result;

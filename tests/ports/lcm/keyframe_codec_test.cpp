@@ -47,6 +47,8 @@ void check_same(const KeyframeRecord& a, const KeyframeRecord& b) {
                      return x.position == y.position && x.normal == y.normal &&
                             x.occupancy == y.occupancy && x.strength == y.strength;
                    }));
+  CHECK(a.image_shape == b.image_shape);
+  CHECK(a.images == b.images);
   CHECK(std::equal(
       a.planes.begin(), a.planes.end(), b.planes.begin(), b.planes.end(),
       [](const auto& x, const auto& y) { return x.center == y.center && x.normal == y.normal; }));
@@ -114,15 +116,18 @@ TEST_CASE("a crowd of cells in one spot is split into groups and comes back whol
   CHECK(encode_keyframe(*decoded.record) == bytes);
 }
 
-TEST_CASE("the bytes of schema 1 never change") {
+namespace {
+
+/// The bytes of the small record, up to where free-space images begin.
+std::vector<std::uint8_t> golden_bytes(const std::string& schema) {
   const std::string one = "000000000000F03F";
   const std::string zero = "0000000000000000";
   const std::string rotation = one + zero + zero + zero + one + zero + zero + zero + one;
   const std::string moved = rotation + "000000000000F83F 00000000000000C0 000000000000D03F";
   // clang-format off
-  const std::vector<std::uint8_t> golden = bytes_of(
+  return bytes_of(
       std::string()
-      + "554D4B46 0100 0000" // magic, schema, reserved
+      + "554D4B46 " + schema + "00 0000" // magic, schema, reserved
       + "07000000 EFCDAB8967452301" // robot, session
       + "2A000000 01000000" // sequence, reference scan
       + "E803000000000000 0A00000000000000 0000000000000000" // points in, dynamic, left out
@@ -142,8 +147,34 @@ TEST_CASE("the bytes of schema 1 never change") {
       + "7E 80 80 0100 70 32 00 09" // group, its cell
   );
   // clang-format on
+}
+
+}  // namespace
+
+TEST_CASE("the bytes of schema 2 never change") {
+  std::vector<std::uint8_t> golden = golden_bytes("02");
+  // clang-format off
+  const std::vector<std::uint8_t> images = bytes_of(
+      std::string()
+      + "01000000" // images
+      + "0000B442 0000F041 00000000 0000F041 0000F041" // shape: 90, 30, 0, 30, 30 degrees
+      + "01000000 04000000" // scan, bytes
+      + "00 E05D 00" // nothing, a level, once more
+  );
+  // clang-format on
+  golden.insert(golden.end(), images.begin(), images.end());
   CHECK(encode_keyframe(small_record()) == golden);
   CHECK(decode_keyframe(golden).record.has_value());
+}
+
+TEST_CASE("keyframes of schema 1, which have no images, are still read") {
+  const DecodedKeyframe decoded = decode_keyframe(golden_bytes("01"));
+  REQUIRE(decoded.record.has_value());
+  KeyframeRecord expected = small_record();
+  expected.image_shape = {};
+  expected.images.clear();
+  quantise(expected);
+  check_same(*decoded.record, expected);
 }
 
 TEST_CASE("a keyframe cut anywhere is refused") {
@@ -187,7 +218,7 @@ TEST_CASE("forged fields are refused with the reason") {
   const std::vector<std::uint8_t> two{0, 0, 0, 0, 0, 0, 0, 0x40};
   CHECK(error_of(good).empty());
   CHECK_THAT(forged(0, {'X'}), Catch::Contains("not a keyframe"));
-  CHECK_THAT(forged(kSchemaAt, {2}), Catch::Contains("unknown schema version"));
+  CHECK_THAT(forged(kSchemaAt, {3}), Catch::Contains("unknown schema version"));
   CHECK_THAT(forged(kReferenceScanAt, {2}), Catch::Contains("reference scan"));
   CHECK_THAT(forged(kPoseAt, nan), Catch::Contains("not finite"));
   CHECK_THAT(forged(kPoseAt, two), Catch::Contains("not a rotation"));
@@ -210,6 +241,10 @@ TEST_CASE("a record that is no keyframe is not encoded") {
   refuses("more points removed", [](auto& r) { r.points_dynamic = 1001; });
   refuses("not a rotation", [](auto& r) { r.T_odometry_keyframe.rotation *= -1.0; });
   refuses("off the Earth", [](auto& r) { r.scans[0].T_odometry_sensor.translation.x() = 1e9; });
+  refuses("scan of a free-space image", [](auto& r) { r.images[0].scan = 2; });
+  refuses("damaged", [](auto& r) { r.images[0].code.pop_back(); });
+  refuses("no image has such", [](auto& r) { r.image_shape.elevation_max_deg = -1.0F; });
+  refuses("too many free-space images", [](auto& r) { r.images.resize(33, r.images[0]); });
   refuses("not finite", [](auto& r) {
     r.scans[0].T_odometry_sensor.translation.x() = std::numeric_limits<double>::infinity();
   });

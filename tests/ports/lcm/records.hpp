@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "unimapper/core/image_code.hpp"
 #include "unimapper/core/voxel_key.hpp"
 #include "unimapper/merge/keyframe_record.hpp"
 
@@ -48,6 +49,22 @@ inline FineCell random_cell(Random& random, double extent) {
   return cell;
 }
 
+/// An image with runs, ramps and jumps.
+inline std::vector<std::uint8_t> random_image(Random& random, std::size_t pixels) {
+  std::vector<std::uint16_t> ranges(pixels);
+  std::uint16_t range = 0;
+  for (std::uint16_t& pixel : ranges) {
+    const std::uint32_t dice = random.below(10);
+    if (dice == 0) range = static_cast<std::uint16_t>(random.below(65536));
+    if (dice == 1) range = 0;
+    if (dice == 2) range = static_cast<std::uint16_t>(std::min(65535U, range + range / 16U));
+    pixel = range;
+  }
+  std::vector<std::uint8_t> code(max_image_code(pixels));
+  code.resize(encode_image(ranges, code));
+  return code;
+}
+
 /// A keyframe with about `cells` cells, off the wire's grid.
 inline merge::KeyframeRecord random_record(std::uint64_t seed, std::uint32_t cells = 200) {
   Random random(seed);
@@ -74,6 +91,13 @@ inline merge::KeyframeRecord random_record(std::uint64_t seed, std::uint32_t cel
   for (std::uint32_t i = 0; i < random.below(300); ++i) {
     record.planes.push_back({random.vector(100.0), random.vector(1.0).normalized()});
   }
+  const std::uint32_t images = random.below(4);
+  if (images > 0) record.image_shape = {120.0F, 2.0F, -20.0F, 30.0F, 2.5F};
+  const std::size_t pixels = ImageProjection(record.image_shape).pixels();
+  for (std::uint32_t i = 0; i < images; ++i) {
+    const std::uint32_t scan = random.below(static_cast<std::uint32_t>(record.scans.size()));
+    record.images.push_back({scan, random_image(random, pixels)});
+  }
   record.points_in = 500000 + random.below(1000);
   record.points_dynamic = random.below(500000);
   return record;
@@ -93,6 +117,9 @@ inline merge::KeyframeRecord small_record() {
   record.dynamic_cells = {{{-4.0F, 0.5F, 0.0F}, 9, 0, 0}};
   record.keypoints = {{{1.234F, -5.678F, 9.0F}, {0.0F, 0.6F, -0.8F}, 0xF0F0ULL, 513}};
   record.planes = {{{3.0F, 4.0F, -1.7F}, {0.0F, 0.0F, 1.0F}}};
+  // One row of three pixels: nothing known, 1 m, the same.
+  record.image_shape = {90.0F, 30.0F, 0.0F, 30.0F, 30.0F};
+  record.images = {{1, {0x00, 0xE0, 0x5D, 0x00}}};
   record.points_in = 1000;
   record.points_dynamic = 10;
   return record;

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace unimapper::onboard {
+namespace unimapper {
 
 /// Sine of an angle in degrees, |angle| <= 180. Error below 1e-11.
 [[nodiscard]] constexpr double sin_deg(double degrees) noexcept {
@@ -47,4 +47,4 @@ namespace unimapper::onboard {
   return y < 0.0F ? -turns : turns;
 }
 
-}  // namespace unimapper::onboard
+}  // namespace unimapper

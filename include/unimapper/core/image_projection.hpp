@@ -1,0 +1,57 @@
+// The geometry of small spherical images of how far a sensor could see.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace unimapper {
+
+/// Field of view and resolution of an image about the sensor's x axis, degrees.
+struct RangeImageShape {
+  float horizontal_fov_deg = 360.0F;
+  float azimuth_resolution_deg = 0.4F;
+  float elevation_min_deg = -45.0F;
+  float elevation_max_deg = 45.0F;
+  float elevation_resolution_deg = 0.5F;
+
+  friend bool operator==(const RangeImageShape&, const RangeImageShape&) = default;
+};
+
+/// Which pixel a direction falls into: columns are even in azimuth, rows in the sine of the
+/// elevation, so that no arc functions are needed.
+class ImageProjection {
+ public:
+  ImageProjection() = default;
+  explicit ImageProjection(const RangeImageShape& shape) noexcept;
+
+  static constexpr std::int32_t kOutside = -1;  // all bits set
+
+  /// Pixels and ranges of `count` points in the sensor frame, metres; `kOutside` where the
+  /// direction is not within the field of view. Pixels are numbered row by row. Vectorises.
+  void project(const float* x, const float* y, const float* z, std::size_t count,
+               std::int32_t* pixel, float* range_m) const noexcept;
+
+  [[nodiscard]] std::int32_t columns() const noexcept { return columns_; }
+  [[nodiscard]] std::int32_t rows() const noexcept { return rows_; }
+  [[nodiscard]] std::size_t pixels() const noexcept {
+    return static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+  }
+  /// The leftmost column is next to the rightmost one.
+  [[nodiscard]] bool wraps() const noexcept { return wraps_; }
+
+ private:
+  std::int32_t columns_ = 0;
+  std::int32_t rows_ = 0;
+  bool wraps_ = true;
+  float columns_per_turn_ = 0.0F;
+  float first_turn_ = 0.0F;
+  float rows_per_sine_ = 0.0F;
+  float first_sine_ = 0.0F;
+};
+
+/// Ranges in pixels are kept in 1/128 m.
+inline constexpr float kRangeUnitsPerMetre = 128.0F;
+/// A pixel of which too little is known for a verdict.
+inline constexpr std::uint16_t kNoRange = 0;
+
+}  // namespace unimapper

@@ -1,0 +1,48 @@
+// What is static, decided again with hindsight.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "unimapper/merge/keyframe_record.hpp"
+#include "unimapper/merge/merge_config.hpp"
+
+namespace unimapper::merge {
+
+/// One keyframe's cells after refinement: the static cells first, then the dynamic ones, in the
+/// order of the record. Empty: as the robot decided.
+struct RefinedKeyframe {
+  std::vector<std::uint8_t> dynamic;  ///< 1: dynamic
+};
+
+/// Calls `visit` for every cell of a keyframe that is (not) dynamic after refinement.
+template <typename Visit>
+void visit_cells(const KeyframeRecord& keyframe, const RefinedKeyframe& refined, bool dynamic,
+                 const Visit& visit) {
+  std::size_t number = 0;
+  for (const auto* cells : {&keyframe.static_cells, &keyframe.dynamic_cells}) {
+    const bool was_dynamic = cells == &keyframe.dynamic_cells;
+    for (const FineCell& cell : *cells) {
+      const std::size_t own = number++;
+      const bool is = refined.dynamic.empty() ? was_dynamic : refined.dynamic[own] != 0;
+      if (is == dynamic) visit(cell);
+    }
+  }
+}
+
+/// A session and where its keyframes are; sessions that share a map see each other's places.
+struct PlacedSession {
+  const SessionData* session = nullptr;
+  std::vector<Pose> T_map_keyframe;
+  /// Sessions with the same number share a frame.
+  std::size_t map = 0;
+};
+
+/// Decides for every cell of every keyframe again whether it belongs to something that moved, by
+/// what the keyframes before *and after* it, and those of other visits, saw through or met there.
+/// One result per session and keyframe; without free-space images the robot's decision stands.
+/// Deterministic for any number of threads. O(cells x witnesses).
+[[nodiscard]] std::vector<std::vector<RefinedKeyframe>> refine(
+    const std::vector<PlacedSession>& sessions, const RefinementConfig& config, unsigned threads);
+
+}  // namespace unimapper::merge

@@ -1,0 +1,37 @@
+// From a keyframe's cells back to the points they were made of.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "unimapper/core/voxel_key.hpp"
+#include "unimapper/merge/keyframe_record.hpp"
+#include "unimapper/merge/refinement.hpp"
+
+namespace unimapper::apps {
+
+/// Finds the cell a point went into: the one whose mean is nearest.
+class CellLabels {
+ public:
+  /// O(n log n) in the cells.
+  CellLabels(const merge::KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined);
+
+  /// Whether a point in the levelled keyframe frame, metres, belongs to something that moved.
+  [[nodiscard]] bool is_dynamic(const Eigen::Vector3f& point) const;
+
+ private:
+  struct Entry {
+    VoxelKey bin;
+    Eigen::Vector3f position;
+    bool dynamic;
+  };
+  struct Hash {
+    std::size_t operator()(VoxelKey key) const { return mix_bits(key); }
+  };
+  std::vector<Entry> entries_;                               ///< sorted by bin
+  std::unordered_map<VoxelKey, std::uint32_t, Hash> first_;  ///< entry of a bin
+};
+
+}  // namespace unimapper::apps

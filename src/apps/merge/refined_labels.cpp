@@ -1,0 +1,91 @@
+#include "src/apps/merge/refined_labels.hpp"
+
+#include <stdexcept>
+
+#include "ports/datasets/dataset.hpp"
+#include "ports/datasets/files.hpp"
+#include "ports/datasets/writers.hpp"
+#include "src/apps/merge/cell_labels.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint32_t kLabelStatic = 9;
+constexpr std::uint32_t kLabelDynamic = 251;
+
+/// Labels of one recording, scan by scan.
+class LabelWriter {
+ public:
+  LabelWriter(const fs::path& folder, const datasets::Dataset& dataset)
+      : labels_(folder / "labels"), dataset_(dataset), written_(dataset.scan_count(), false) {
+    datasets::make_directory(labels_);
+  }
+
+  void write(const merge::KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined) {
+    const CellLabels cells(keyframe, refined);
+    for (const KeyframeScan& scan : keyframe.scans) {
+      if (scan.scan_index >= dataset_.scan_count()) {
+        throw std::runtime_error("--truth: the recording has no scan " +
+                                 std::to_string(scan.scan_index) +
+                                 "; the session was made of another one");
+      }
+      const Pose T_keyframe_sensor =
+          keyframe.T_odometry_keyframe.inverse() * scan.T_odometry_sensor;
+      write_scan(scan.scan_index, T_keyframe_sensor, cells);
+    }
+  }
+
+  /// Every scan has labels, whatever became of it.
+  void write_the_rest() {
+    for (std::size_t i = 0; i < written_.size(); ++i) {
+      if (written_[i]) continue;
+      dataset_.read_scan(i, scan_);
+      labels_of_scan_.assign(scan_.points.size(), kLabelStatic);
+      write_file(i);
+    }
+  }
+
+ private:
+  void write_scan(std::size_t index, const Pose& T_keyframe_sensor, const CellLabels& cells) {
+    dataset_.read_scan(index, scan_);
+    labels_of_scan_.assign(scan_.points.size(), kLabelStatic);
+    const Eigen::Matrix3f r = T_keyframe_sensor.rotation.cast<float>();
+    const Eigen::Vector3f t = T_keyframe_sensor.translation.cast<float>();
+    for (std::size_t i = 0; i < labels_of_scan_.size(); ++i) {
+      const auto& p = scan_.points[i];
+      const Eigen::Vector3f point = r * Eigen::Vector3f(p.x, p.y, p.z) + t;
+      // Beyond any range, or not finite: never in a cell.
+      if (!(point.cwiseAbs().maxCoeff() < 1e5F)) continue;
+      if (cells.is_dynamic(point)) labels_of_scan_[i] = kLabelDynamic;
+    }
+    write_file(index);
+    written_[index] = true;
+  }
+
+  void write_file(std::size_t index) const {
+    datasets::write_labels(labels_ / (dataset_.scan_name(index) + ".label"), labels_of_scan_);
+  }
+
+  fs::path labels_;
+  const datasets::Dataset& dataset_;
+  std::vector<bool> written_;
+  datasets::Scan scan_;
+  std::vector<std::uint32_t> labels_of_scan_;
+};
+
+}  // namespace
+
+void write_refined_labels(const fs::path& folder, const fs::path& dataset,
+                          const merge::SessionData& session, const merge::MergedSession& merged) {
+  const auto recording =
+      datasets::open_dataset(dataset, datasets::Format::kAuto, session.info.sensor);
+  LabelWriter writer(folder, *recording);
+  for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
+    writer.write(session.keyframes[k], merged.refined[k]);
+  }
+  writer.write_the_rest();
+}
+
+}  // namespace unimapper::apps

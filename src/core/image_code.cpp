@@ -1,0 +1,112 @@
+#include "unimapper/core/image_code.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace unimapper {
+namespace {
+
+// A pixel's level says how far it reaches: 0 means no range, and every level is 1 % farther than
+// the one before. A byte is one of
+//   0x00 + n (n < 0x80)  n + 1 pixels at the level of the pixel before
+//   0x80 + n (n < 0x60)  one pixel, n - 48 levels above the one before
+//   0xE0 + n, and a byte one pixel at level 256 n + byte
+// The first pixel comes after level 0.
+constexpr std::int32_t kDelta = 0x80;
+constexpr std::int32_t kLiteral = 0xE0;
+constexpr std::int32_t kMostBelow = 48;
+constexpr std::size_t kLongestRun = 0x80;
+
+constexpr std::int32_t kLevels = 779;
+constexpr auto kRangeOfLevel = [] {
+  std::array<std::uint16_t, kLevels> range{};
+  std::uint32_t units = 31;  // a quarter of a metre
+  for (std::size_t level = 1; level < kLevels; ++level) {
+    units = std::max(units + 1, units * 101 / 100);
+    range[level] = static_cast<std::uint16_t>(std::min(units, 65535U));
+  }
+  return range;
+}();
+static_assert(kRangeOfLevel[kLevels - 1] == 65535 && kRangeOfLevel[kLevels - 2] < 65535);
+
+std::int32_t level_of(std::uint16_t range) noexcept {
+  const auto* const beyond = std::upper_bound(kRangeOfLevel.begin(), kRangeOfLevel.end(), range);
+  return static_cast<std::int32_t>(beyond - kRangeOfLevel.begin()) - 1;
+}
+
+/// Whether one byte can say that a pixel at `level` comes after one at `last`.
+constexpr bool is_near(std::int32_t level, std::int32_t last) noexcept {
+  const std::int32_t delta = level - last + kMostBelow;
+  return level != 0 && last != 0 && delta >= 0 && delta < kLiteral - kDelta;
+}
+
+}  // namespace
+
+bool is_image_shape(const RangeImageShape& shape) noexcept {
+  const float height_deg = shape.elevation_max_deg - shape.elevation_min_deg;
+  const auto is_resolution = [](float degrees) { return degrees >= 0.05F && degrees <= 45.0F; };
+  // Comparisons that NaN fails.
+  const bool sane = shape.horizontal_fov_deg > 0.0F && shape.horizontal_fov_deg <= 360.0F &&
+                    shape.elevation_min_deg >= -90.0F && shape.elevation_max_deg <= 90.0F &&
+                    height_deg > 0.0F && is_resolution(shape.azimuth_resolution_deg) &&
+                    is_resolution(shape.elevation_resolution_deg);
+  return sane && ImageProjection(shape).pixels() <= kMaxImagePixels;
+}
+
+std::size_t encode_image(std::span<const std::uint16_t> pixels,
+                         std::span<std::uint8_t> code) noexcept {
+  std::size_t size = 0;
+  const auto put = [&](std::int32_t byte) { code[size++] = static_cast<std::uint8_t>(byte); };
+  std::int32_t last = 0;
+  for (std::size_t i = 0; i < pixels.size();) {
+    const std::int32_t level = level_of(pixels[i]);
+    if (level == last) {
+      std::size_t run = 1;
+      while (run < kLongestRun && i + run < pixels.size() && level_of(pixels[i + run]) == last) {
+        ++run;
+      }
+      put(static_cast<std::int32_t>(run) - 1);
+      i += run;
+      continue;
+    }
+    if (is_near(level, last)) {
+      put(kDelta + level - last + kMostBelow);
+    } else {
+      put(kLiteral + level / 256);
+      put(level % 256);
+    }
+    last = level;
+    ++i;
+  }
+  return size;
+}
+
+bool decode_image(std::span<const std::uint8_t> code, std::span<std::uint16_t> pixels) noexcept {
+  std::size_t filled = 0;
+  std::int32_t last = 0;
+  bool may_continue = true;  // what goes on with the same level belongs to the run before
+  for (std::size_t at = 0; at < code.size(); ++at) {
+    if (code[at] < kDelta) {
+      const std::size_t run = std::size_t{code[at]} + 1;
+      if (!may_continue || run > pixels.size() - filled) return false;
+      std::fill_n(pixels.data() + filled, run, kRangeOfLevel[static_cast<std::size_t>(last)]);
+      filled += run;
+      may_continue = run == kLongestRun;
+      continue;
+    }
+    std::int32_t level = last + code[at] - kDelta - kMostBelow;
+    const bool one_byte = code[at] < kLiteral;
+    if (!one_byte) {
+      if (++at == code.size()) return false;
+      level = (code[at - 1] - kLiteral) * 256 + code[at];
+    }
+    if (level < 0 || level >= kLevels || level == last) return false;
+    if (is_near(level, last) != one_byte || filled == pixels.size()) return false;
+    pixels[filled++] = kRangeOfLevel[static_cast<std::size_t>(level)];
+    last = level;
+    may_continue = true;
+  }
+  return filled == pixels.size();
+}
+
+}  // namespace unimapper
