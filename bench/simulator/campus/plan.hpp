@@ -86,10 +86,11 @@ class Plan : public Terrain {
   /// The robot's closed tour: A and B run the same way around the plaza, C against them; each
   /// comes back to it after the tour.
   [[nodiscard]] const Path& tour(char route) const;
-  /// Closed walks along the paths; the first `kStairWalks` use the stairs, the last is wide enough
-  /// for a delivery van.
+  /// Closed walks along the paths; the first `kStairWalks` use the stairs, `kPastPlaza` and the
+  /// last are wide enough for a delivery van.
   [[nodiscard]] std::span<const Path> walks() const { return walks_; }
   static constexpr std::size_t kStairWalks = 2;
+  static constexpr std::size_t kPastPlaza = 9;
 
   /// True if a disc touches no hall, no path and nobody's usual way.
   [[nodiscard]] bool is_free(Vec2 at, double radius) const;

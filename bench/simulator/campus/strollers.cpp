@@ -52,7 +52,7 @@ class Strollers {
   void add_on_plaza(int groups);
   void add_on_paths(int groups);
   void add_cyclists(int count);
-  void add_vans(int count);
+  void add_vans();
   void walk();
   void hand_over();
 
@@ -156,19 +156,24 @@ void Strollers::add_cyclists(int count) {
   }
 }
 
-void Strollers::add_vans(int count) {
-  for (int i = 0; i < count; ++i) {
+/// One on its way around the campus, one that comes past the plaza.
+void Strollers::add_vans() {
+  const auto walks = plan_.walks();
+  const auto add = [&](const Path& path, double at) {
     Stroller s;
     s.kind = ActorKind::kVan;
-    s.path = &plan_.walks().back();
+    s.path = &path;
     s.cruise = random_.uniform(1.6, 2.4);
     s.room = 0.0;
     s.radius = 1.1;
     s.half_length = 2.7;
     s.pauses_per_s = 1.0 / 40.0;
-    s.at = s.path->length() * (i + random_.uniform(0.0, 0.8)) / count;
+    s.at = at;
     strollers_.push_back(std::move(s));
-  }
+  };
+  add(walks.back(), random_.uniform(0.0, walks.back().length()));
+  const Path& past_plaza = walks[Plan::kPastPlaza];
+  add(past_plaza, past_plaza.nearest(plan_.bridge().centre()));
 }
 
 std::vector<Body> Strollers::bodies_at(std::size_t tick) const {
@@ -281,9 +286,9 @@ void add_strollers(const Plan& plan, const RobotWalk& robot, std::size_t ticks, 
                    ActorSet& crowd) {
   Strollers strollers(plan, robot, ticks, random, crowd);
   strollers.add_on_plaza(44);
-  strollers.add_on_paths(70);
+  strollers.add_on_paths(100);
   strollers.add_cyclists(9);
-  strollers.add_vans(2);
+  strollers.add_vans();
   strollers.walk();
   strollers.hand_over();
 }
