@@ -15,7 +15,8 @@ namespace unimapper::simulator::campus {
 ActorSet simulate_crowd(const Plan& plan, const RobotWalk& robot, std::uint64_t seed,
                         std::uint32_t day, double duration_s);
 
-/// The first so many actors of a crowd walk with the robot all the time.
+/// The first so many actors of a crowd stay one to two metres beside and behind the robot; the next
+/// one, its guide, goes some steps ahead.
 inline constexpr std::size_t kCompanions = 2;
 
 // Contributions of the single files; `simulate_crowd` calls them in order.

@@ -1,5 +1,6 @@
 // Persons whose places are given: with the robot, in the queue, in groups that stand and talk.
 #include <algorithm>
+#include <iterator>
 
 #include "bench/simulator/random.hpp"
 #include "crowd.hpp"
@@ -40,13 +41,14 @@ void add_circle(Vec2 centre, std::uint32_t size, std::size_t ticks, Random& rand
 
 }  // namespace
 
-/// They cover the same ground again and again at the same distance: what a robot among people
-/// always sees, and never sees through.
+/// Beside and behind it they hide the same part of its view all the time; the guide sweeps the
+/// very ground that the robot then stands on, as the car before it does in the town.
 void add_companions(const RobotWalk& robot, std::size_t ticks, Random& random, ActorSet& crowd) {
   struct Post {
     double ahead, left;
   };
-  constexpr Post kPosts[kCompanions] = {{-1.0, 1.35}, {-1.8, -0.8}};
+  constexpr Post kPosts[] = {{-1.0, 1.35}, {-1.8, -0.8}, {3.4, 0.25}};
+  static_assert(std::size(kPosts) == kCompanions + 1);
   for (const Post& post : kPosts) {
     Actor actor = make_person(robot.path(), random);
     actor.scale = random.uniform(0.93, 1.07);
