@@ -47,7 +47,7 @@ void add_companions(const RobotWalk& robot, std::size_t ticks, Random& random, A
   struct Post {
     double ahead, left;
   };
-  constexpr Post kPosts[] = {{-1.0, 1.35}, {-1.8, -0.8}, {3.4, 0.25}};
+  constexpr Post kPosts[] = {{-1.2, 1.35}, {-1.75, -0.75}, {5.0, 0.25}};
   static_assert(std::size(kPosts) == kCompanions + 1);
   for (const Post& post : kPosts) {
     Actor actor = make_person(robot.path(), random);

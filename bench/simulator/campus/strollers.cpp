@@ -285,8 +285,8 @@ void Strollers::hand_over() {
 void add_strollers(const Plan& plan, const RobotWalk& robot, std::size_t ticks, Random& random,
                    ActorSet& crowd) {
   Strollers strollers(plan, robot, ticks, random, crowd);
-  strollers.add_on_plaza(44);
-  strollers.add_on_paths(100);
+  strollers.add_on_plaza(32);
+  strollers.add_on_paths(90);
   strollers.add_cyclists(9);
   strollers.add_vans();
   strollers.walk();
