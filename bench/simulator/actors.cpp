@@ -3,8 +3,6 @@
 #include <algorithm>
 
 #include "person_shape.hpp"
-#include "random.hpp"
-#include "traffic.hpp"
 
 namespace unimapper::simulator {
 namespace {
@@ -46,6 +44,22 @@ PrototypeRange range_of(const Prototypes& prototypes, ActorKind kind) {
   return prototypes.cars;
 }
 
+/// Speed (m/s) up to a tick, sidesteps included.
+double speed_at(const Actor& actor, std::size_t tick) {
+  const double forward = (actor.travelled[tick] - actor.travelled[tick - 1]) / Actors::kTick;
+  if (actor.sidestep.empty()) return forward;
+  return std::hypot(forward, (actor.sidestep[tick] - actor.sidestep[tick - 1]) / Actors::kTick);
+}
+
+/// Value at any time of what was simulated tick by tick.
+double at_time(const std::vector<float>& values, double time_s) {
+  const double tick = std::max(0.0, (time_s + Actors::kWarmUp) / Actors::kTick);
+  const auto low = std::min(static_cast<std::size_t>(tick), values.size() - 2);
+  const double w = std::min(1.0, tick - static_cast<double>(low));
+  const double from = values[low];
+  return from + w * (values[low + 1] - from);
+}
+
 /// Marks every tick that has motion within the window around it.
 void mark_moved(Actor& actor) {
   const auto count = static_cast<std::ptrdiff_t>(actor.travelled.size());
@@ -54,8 +68,7 @@ void mark_moved(Actor& actor) {
   std::ptrdiff_t last_motion = -1 - 2 * window;
   for (std::ptrdiff_t i = 1; i < count; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const double speed = (actor.travelled[at] - actor.travelled[at - 1]) / Actors::kTick;
-    if (speed > kMovingSpeed) {
+    if (speed_at(actor, at) > kMovingSpeed) {
       const std::ptrdiff_t from = std::max(i - window, last_motion);
       for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(from, 0); k < i; ++k) {
         actor.moved[static_cast<std::size_t>(k)] = true;
@@ -68,48 +81,38 @@ void mark_moved(Actor& actor) {
 
 }  // namespace
 
-Actors::Actors(const World& world, const RobotMotion& robot, std::uint64_t seed, std::uint32_t day,
-               double duration_s)
-    : world_(world), traffic_(std::make_unique<Traffic>(world.plan, robot, seed, day, duration_s)) {
-  actors_ = traffic_->take_actors();
-  constexpr std::uint16_t kFirstObject = 20000;  // parked cars are numbered from 1
-  for (std::size_t i = 0; i < actors_.size(); ++i) {
-    actors_[i].object = static_cast<std::uint16_t>(kFirstObject + i);
-    mark_moved(actors_[i]);
+Actors::Actors(const Prototypes& prototypes, const Terrain& terrain, ActorSet set)
+    : prototypes_(prototypes), terrain_(terrain), set_(std::move(set)) {
+  constexpr std::uint16_t kFirstObject = 20000;  // what is parked is numbered from 1
+  for (std::size_t i = 0; i < set_.actors.size(); ++i) {
+    set_.actors[i].object = static_cast<std::uint16_t>(kFirstObject + i);
+    mark_moved(set_.actors[i]);
   }
 }
 
-Actors::~Actors() = default;
-
 double Actors::travelled(const Actor& actor, double time_s) const {
-  const double tick = std::max(0.0, (time_s + kWarmUp) / kTick);
-  const auto low = std::min(static_cast<std::size_t>(tick), actor.travelled.size() - 2);
-  const double w = std::min(1.0, tick - static_cast<double>(low));
-  const double from = actor.travelled[low];
-  return from + w * (actor.travelled[low + 1] - from);
+  return at_time(actor.travelled, time_s);
 }
 
 Frame Actors::frame_of(const Actor& actor, double time_s) const {
   const double s = travelled(actor, time_s);
   const bool is_person = actor.kind == ActorKind::kPerson;
   const Vec2 heading = actor.path->heading(s, is_person ? 0.6 : 2.6);
-  const Vec2 at = actor.path->at(s) + actor.lateral * left_of(heading);
-  const double lift = is_person ? world_.plan.sidewalk_lift(at) : 0.0;
-  const Vec3 ground{at.x, at.y, world_.plan.height(at) + lift};
-  if (is_person) return upright_frame(ground, heading);
-  return sloped_frame(ground, heading, world_.plan.up(at));
+  const double sidestep = actor.sidestep.empty() ? 0.0 : at_time(actor.sidestep, time_s);
+  const Vec2 at = actor.path->at(s) + (actor.lateral + sidestep) * left_of(heading);
+  if (is_person) return upright_frame({at.x, at.y, terrain_.walking_height(at)}, heading);
+  return sloped_frame({at.x, at.y, terrain_.height(at)}, heading, terrain_.up(at));
 }
 
 void Actors::add_person_parts(const Actor& actor, double begin_s, double end_s, std::uint16_t label,
                               std::vector<MovingInstance>& instances) const {
   const Frame begin = frame_of(actor, begin_s);
   const Frame end = frame_of(actor, end_s);
-  const Prototypes& prototypes = world_.prototypes;
   const auto add = [&](PrototypeRange range, const Frame& at_begin, const Frame& at_end) {
     instances.push_back({range.first + actor.variant % range.count, at_begin, at_end, actor.scale,
                          label, actor.object});
   };
-  add(prototypes.torsos, begin, end);
+  add(prototypes_.torsos, begin, end);
   const auto swing_at = [&](double time_s) {
     const double stride = person::kStride * actor.scale;
     const double walking = std::clamp(
@@ -125,10 +128,10 @@ void Actors::add_person_parts(const Actor& actor, double begin_s, double end_s, 
       joint.origin = actor.scale * Vec3{0, side * half_width, height};
       return joint;
     };
-    add(prototypes.legs,
+    add(prototypes_.legs,
         begin * limb(person::kHipHalfWidth, person::kHipHeight, side * swing_begin),
         end * limb(person::kHipHalfWidth, person::kHipHeight, side * swing_end));
-    add(prototypes.arms,
+    add(prototypes_.arms,
         begin * limb(person::kShoulderHalfWidth, person::kShoulderHeight, -side * swing_begin),
         end * limb(person::kShoulderHalfWidth, person::kShoulderHeight, -side * swing_end));
   }
@@ -136,7 +139,7 @@ void Actors::add_person_parts(const Actor& actor, double begin_s, double end_s, 
 
 std::vector<MovingInstance> Actors::during(double begin_s, double end_s, Vec2 around) const {
   std::vector<MovingInstance> instances;
-  for (const Actor& actor : actors_) {
+  for (const Actor& actor : set_.actors) {
     const bool is_person = actor.kind == ActorKind::kPerson;
     const Vec2 at = actor.path->at(travelled(actor, end_s));
     if (norm(at - around) > (is_person ? kPersonReach : kVehicleReach)) continue;
@@ -148,7 +151,7 @@ std::vector<MovingInstance> Actors::during(double begin_s, double end_s, Vec2 ar
       add_person_parts(actor, begin_s, end_s, id, instances);
       continue;
     }
-    const PrototypeRange range = range_of(world_.prototypes, actor.kind);
+    const PrototypeRange range = range_of(prototypes_, actor.kind);
     instances.push_back({range.first + actor.variant % range.count, frame_of(actor, begin_s),
                          frame_of(actor, end_s), actor.scale, id, actor.object});
   }

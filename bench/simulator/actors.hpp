@@ -1,12 +1,13 @@
-// Everything that moves: traffic on the lanes, persons on the sidewalks.
+// Everything that moves, as the sensor meets it: where it is, how its limbs swing, its labels.
 #pragma once
 
 #include <cstdint>
-#include <memory>
+#include <deque>
 #include <vector>
 
+#include "path.hpp"
 #include "raycast.hpp"
-#include "robot_motion.hpp"
+#include "terrain.hpp"
 #include "world.hpp"
 
 namespace unimapper::simulator {
@@ -21,25 +22,27 @@ struct Actor {
   const Path* path = nullptr;
   double lateral = 0.0;          ///< metres to the left of the path
   std::vector<float> travelled;  ///< arc length at every tick
+  std::vector<float> sidestep;   ///< metres further to the left at every tick; empty: none
   std::vector<bool> moved;       ///< faster than 0.2 m/s within three seconds, at every tick
   std::uint16_t object = 0;
   bool crosses_streets = false;  ///< a person that also walks across the road
 };
 
-class Traffic;
+/// Simulated actors and the paths that belong to them; a robot's own path stays with the robot.
+struct ActorSet {
+  std::deque<Path> paths;
+  std::vector<Actor> actors;
+};
 
 class Actors {
  public:
-  Actors(const World& world, const RobotMotion& robot, std::uint64_t seed, std::uint32_t day,
-         double duration_s);
-  ~Actors();
-  Actors(const Actors&) = delete;
-  Actors& operator=(const Actors&) = delete;
+  /// Numbers the actors and marks when they move. `prototypes` and `terrain` must outlive this.
+  Actors(const Prototypes& prototypes, const Terrain& terrain, ActorSet set);
 
   /// What is near `around` during the sweep [begin_s, end_s], with its label.
   [[nodiscard]] std::vector<MovingInstance> during(double begin_s, double end_s, Vec2 around) const;
 
-  [[nodiscard]] const std::vector<Actor>& actors() const { return actors_; }
+  [[nodiscard]] const std::vector<Actor>& actors() const { return set_.actors; }
 
   static constexpr double kTick = 0.05;
   /// The simulation starts this long before time zero.
@@ -55,9 +58,9 @@ class Actors {
   void add_person_parts(const Actor& actor, double begin_s, double end_s, std::uint16_t label,
                         std::vector<MovingInstance>& instances) const;
 
-  const World& world_;
-  std::unique_ptr<Traffic> traffic_;  // owns the paths
-  std::vector<Actor> actors_;
+  const Prototypes& prototypes_;
+  const Terrain& terrain_;
+  ActorSet set_;
 };
 
 }  // namespace unimapper::simulator

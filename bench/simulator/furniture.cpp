@@ -1,6 +1,6 @@
 // Prototypes of street furniture and their places along the kerbs.
 #include "random.hpp"
-#include "world.hpp"
+#include "town.hpp"
 
 namespace unimapper::simulator {
 namespace {
@@ -128,18 +128,18 @@ void for_each_kerb_side(const TownPlan& plan, Visit visit) {
 
 class FurniturePlacer {
  public:
-  FurniturePlacer(World& world, const KerbSide& side, std::uint64_t seed, std::uint32_t day)
-      : world_(world), side_(side), seed_(seed), day_(day) {}
+  FurniturePlacer(Town& town, const KerbSide& side, std::uint64_t seed, std::uint32_t day)
+      : town_(town), side_(side), seed_(seed), day_(day) {}
 
   /// `from_centre` metres from the street's centre line, x along the kerb plus `turn`.
   void place(PrototypeRange range, std::uint32_t variant, double at, double from_centre,
              double turn = 0.0, double scale = 1.0) {
     const Vec2 plan = side_.start + at * side_.along + from_centre * side_.outward;
-    Frame frame = world_.plan.level_frame(plan, side_.along, street::kKerbHeight);
+    Frame frame = town_.plan.level_frame(plan, side_.along, street::kKerbHeight);
     frame = frame * rotation_frame({0, 0, turn});
-    const bool is_bicycle = range.first == world_.prototypes.bicycles.first;
+    const bool is_bicycle = range.first == town_.prototypes.bicycles.first;
     const std::uint16_t own = is_bicycle ? label::kBicycle : label::kOfObject;
-    world_.instances.push_back({range.first + variant % range.count, frame, scale, own, 0});
+    town_.instances.push_back({range.first + variant % range.count, frame, scale, own, 0});
   }
 
   /// Some small things are moved or gone on another day; `item` numbers them along the side.
@@ -150,13 +150,13 @@ class FurniturePlacer {
   }
 
  private:
-  World& world_;
+  Town& town_;
   const KerbSide& side_;
   std::uint64_t seed_;
   std::uint32_t day_;
 };
 
-void add_wires(World& world, Vec3 from, Vec3 to, Vec3 across) {
+void add_wires(Town& town, Vec3 from, Vec3 to, Vec3 across) {
   constexpr int kParts = 8;
   for (const double offset : {-0.8, 0.0, 0.8}) {
     Vec3 previous = from + offset * across;
@@ -164,7 +164,7 @@ void add_wires(World& world, Vec3 from, Vec3 to, Vec3 across) {
       const double w = static_cast<double>(i) / kParts;
       Vec3 next = lerp(from, to, w) + offset * across;
       next.z -= 4.0 * 0.6 * w * (1.0 - w);
-      world.mesh.tube(previous, next, 0.012, 0.012, 3, Surface::kWire);
+      town.mesh.tube(previous, next, 0.012, 0.012, 3, Surface::kWire);
       previous = next;
     }
   }
@@ -189,11 +189,11 @@ void add_furniture_prototypes(Prototypes& prototypes) {
   add(prototypes.shelters, make_shelter());
 }
 
-void add_street_furniture(std::uint64_t seed, std::uint32_t day, World& world) {
-  const Prototypes& p = world.prototypes;
-  for_each_kerb_side(world.plan, [&](const KerbSide& side) {
+void add_street_furniture(std::uint64_t seed, std::uint32_t day, Town& town) {
+  const Prototypes& p = town.prototypes;
+  for_each_kerb_side(town.plan, [&](const KerbSide& side) {
     Random random(seed, Stream::kFurniture, side.id);
-    FurniturePlacer placer(world, side, seed, day);
+    FurniturePlacer placer(town, side, seed, day);
     const double first = street::kProperty + 3.5;
     const double last = side.length - first;
     // Lamps stand on one side of a street only; wires on the other.
@@ -209,9 +209,9 @@ void add_street_furniture(std::uint64_t seed, std::uint32_t day, World& world) {
       for (int i = 0; i < 3; ++i) {
         const double at = first + step * i;
         placer.place(p.utility_poles, 0, at, edge);
-        const Frame& pole = world.instances.back().frame;
+        const Frame& pole = town.instances.back().frame;
         if (i > 0) {
-          add_wires(world, previous({0, 0, 7.95}), pole({0, 0, 7.95}), pole.y);
+          add_wires(town, previous({0, 0, 7.95}), pole({0, 0, 7.95}), pole.y);
         }
         previous = pole;
       }
@@ -251,10 +251,10 @@ void add_street_furniture(std::uint64_t seed, std::uint32_t day, World& world) {
   });
 }
 
-void add_parked_cars(std::uint64_t seed, std::uint32_t day, World& world) {
+void add_parked_cars(std::uint64_t seed, std::uint32_t day, Town& town) {
   std::uint16_t object = 1;
   constexpr double kSlot = 6.1;
-  for_each_kerb_side(world.plan, [&](const KerbSide& side) {
+  for_each_kerb_side(town.plan, [&](const KerbSide& side) {
     const double first = street::kProperty + 7.0;
     const int slots = static_cast<int>((side.length - 2.0 * first) / kSlot);
     Random street_random(seed, Stream::kParking, side.id, 99999);
@@ -268,7 +268,7 @@ void add_parked_cars(std::uint64_t seed, std::uint32_t day, World& world) {
                     10000 + slot_id);
       if (!random.chance(demand)) continue;
       const bool is_van = random.chance(0.1);
-      const PrototypeRange range = is_van ? world.prototypes.vans : world.prototypes.cars;
+      const PrototypeRange range = is_van ? town.prototypes.vans : town.prototypes.cars;
       const double at = first + kSlot * (slot + 0.5) + random.uniform(-0.4, 0.4);
       const double lateral = street::kParkedCar + random.uniform(-0.12, 0.12);
       const Vec2 plan = side.start + at * side.along + lateral * side.outward;
@@ -276,10 +276,10 @@ void add_parked_cars(std::uint64_t seed, std::uint32_t day, World& world) {
       const bool with_along = cross(side.outward, side.along) > 0.0;
       const bool reversed = random.chance(0.07);
       Frame frame =
-          world.plan.tilted_frame(plan, with_along != reversed ? side.along : -1.0 * side.along);
+          town.plan.tilted_frame(plan, with_along != reversed ? side.along : -1.0 * side.along);
       frame = frame * rotation_frame({0, 0, random.uniform(-0.03, 0.03)});
-      world.instances.push_back({range.first + random.index(range.count), frame, 1.0,
-                                 is_van ? label::kTruck : label::kCar, object++});
+      town.instances.push_back({range.first + random.index(range.count), frame, 1.0,
+                                is_van ? label::kTruck : label::kCar, object++});
     }
   });
 }

@@ -2,7 +2,8 @@
 #include <vector>
 
 #include "random.hpp"
-#include "world.hpp"
+#include "sheet.hpp"
+#include "town.hpp"
 
 namespace unimapper::simulator {
 namespace {
@@ -45,34 +46,6 @@ void add_ring(const TownPlan& plan, Mesh& mesh, const std::vector<Vec2>& outer, 
     const std::uint32_t b = first + 2 * ((i + 1) % count);
     mesh.triangle(a, b, b + 1, surface);
     mesh.triangle(a, b + 1, a + 1, surface);
-  }
-}
-
-/// Regular grid over a rectangle of the plan; `lift(plan)` raises it, `surface(plan)` paints it.
-template <typename Lift, typename Paint>
-void add_sheet(const TownPlan& plan, Mesh& mesh, Vec2 low, Vec2 high, double step, Lift lift,
-               Paint paint) {
-  const int nu = std::max(1, static_cast<int>(std::ceil((high.x - low.x) / step)));
-  const int nv = std::max(1, static_cast<int>(std::ceil((high.y - low.y) / step)));
-  const auto at = [&](double iu, double iv) {
-    return Vec2{low.x + (high.x - low.x) * iu / nu, low.y + (high.y - low.y) * iv / nv};
-  };
-  const auto first = static_cast<std::uint32_t>(mesh.positions.size() / 3);
-  for (int iv = 0; iv <= nv; ++iv) {
-    for (int iu = 0; iu <= nu; ++iu) {
-      const Vec2 p = at(iu, iv);
-      mesh.vertex(plan.ground(p, lift(p)));
-    }
-  }
-  const auto row = static_cast<std::uint32_t>(nu + 1);
-  for (int iv = 0; iv < nv; ++iv) {
-    for (int iu = 0; iu < nu; ++iu) {
-      const std::uint32_t a =
-          first + static_cast<std::uint32_t>(iv) * row + static_cast<std::uint32_t>(iu);
-      const Surface surface = paint(at(iu + 0.5, iv + 0.5));
-      mesh.triangle(a, a + 1, a + row + 1, surface);
-      mesh.triangle(a, a + row + 1, a + row, surface);
-    }
   }
 }
 
@@ -134,13 +107,14 @@ void add_block_ground(std::uint64_t seed, const TownPlan& plan, Mesh& mesh, int 
     // Below the sidewalk's edge at the rim, rough inside.
     return at_rim ? top - 0.04 : top + 0.01 + roughness * random.uniform(-1.0, 1.6);
   };
-  add_sheet(plan, mesh, low, high, 1.3, lift, paint);
+  add_sheet(
+      mesh, low, high, 1.3, [&](Vec2 p) { return plan.ground(p, lift(p)); }, paint);
 }
 
 }  // namespace
 
-void add_ground(std::uint64_t seed, World& world) {
-  const TownPlan& plan = world.plan;
+void add_ground(std::uint64_t seed, Town& town) {
+  const TownPlan& plan = town.plan;
   constexpr double kMargin = 150.0;
   const int last = TownPlan::kLines - 1;
   const Vec2 town_low{plan.line_u(0) - street::kKerb, plan.line_v(0) - street::kKerb};
@@ -151,12 +125,13 @@ void add_ground(std::uint64_t seed, World& world) {
     return inside ? Surface::kRoad : Surface::kLawn;
   };
   add_sheet(
-      plan, world.mesh, {town_low.x - kMargin, town_low.y - kMargin},
-      {town_high.x + kMargin, town_high.y + kMargin}, 2.6, [](Vec2) { return 0.0; }, paint);
-  add_markings(plan, world.mesh);
+      town.mesh, {town_low.x - kMargin, town_low.y - kMargin},
+      {town_high.x + kMargin, town_high.y + kMargin}, 2.6, [&](Vec2 p) { return plan.ground(p); },
+      paint);
+  add_markings(plan, town.mesh);
   for (int column = 0; column < TownPlan::kBlocks; ++column) {
     for (int row = 0; row < TownPlan::kBlocks; ++row) {
-      add_block_ground(seed, plan, world.mesh, column, row);
+      add_block_ground(seed, plan, town.mesh, column, row);
     }
   }
 }

@@ -76,6 +76,12 @@ Path::Path(std::vector<Vec2> points, bool closed)
   length_ = kStep * static_cast<double>(segments);
 }
 
+Path Path::reversed() const {
+  Path path = *this;
+  std::reverse(path.points_.begin(), path.points_.end());
+  return path;
+}
+
 Vec2 Path::at(double s) const {
   const auto count = static_cast<double>(points_.size());
   double index = s / kStep;

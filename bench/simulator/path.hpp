@@ -13,6 +13,8 @@ class Path {
  public:
   Path(std::vector<Vec2> points, bool closed);
 
+  /// The same line the other way round.
+  [[nodiscard]] Path reversed() const;
   [[nodiscard]] double length() const { return length_; }
   [[nodiscard]] bool is_closed() const { return closed_; }
   /// Position at arc length `s`; wraps if closed, else continues straight past the ends.

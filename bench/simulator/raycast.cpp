@@ -52,7 +52,7 @@ struct StaticScene::Data {
   const World* world = nullptr;
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
-  std::vector<Buffers> buffers;  // town, then prototypes
+  std::vector<Buffers> buffers;  // what stands once, then prototypes
   std::vector<RTCScene> prototypes;
 };
 
@@ -75,9 +75,9 @@ StaticScene::StaticScene(const World& world) : data_(std::make_unique<Data>()) {
     d.prototypes.push_back(prototype);
   }
   d.scene = rtcNewScene(d.device);
-  const RTCGeometry town = make_geometry(d.device, d.buffers[0]);
-  rtcAttachGeometryByID(d.scene, town, 0);
-  rtcReleaseGeometry(town);
+  const RTCGeometry ground = make_geometry(d.device, d.buffers[0]);
+  rtcAttachGeometryByID(d.scene, ground, 0);
+  rtcReleaseGeometry(ground);
   unsigned int id = 1;
   for (const Instance& instance : world.instances) {
     const RTCGeometry geometry = rtcNewGeometry(d.device, RTC_GEOMETRY_TYPE_INSTANCE);
@@ -90,7 +90,7 @@ StaticScene::StaticScene(const World& world) : data_(std::make_unique<Data>()) {
   }
   rtcCommitScene(d.scene);
   if (rtcGetDeviceError(d.device) != RTC_ERROR_NONE) {
-    throw std::runtime_error("the ray caster (Embree) ran out of memory while building the town");
+    throw std::runtime_error("the ray caster (Embree) ran out of memory while building the scene");
   }
 }
 
@@ -139,7 +139,7 @@ namespace {
 
 struct Target {
   const Mesh* mesh;
-  const Frame* frame;  // null: the town itself
+  const Frame* frame;  // null: the one large mesh
   std::uint16_t label, object;
 };
 

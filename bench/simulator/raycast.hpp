@@ -1,4 +1,4 @@
-// Casting rays into the town with Embree: the standing part is built once, the moving part per
+// Casting rays into a scene with Embree: the standing part is built once, the moving part per
 // scan.
 #pragma once
 
@@ -20,7 +20,7 @@ struct MovingInstance {
 };
 
 struct RayQuery {
-  Vec3 origin, direction;  ///< town frame; direction of unit length
+  Vec3 origin, direction;  ///< world frame; direction of unit length
   float time;              ///< 0 at the start of the sweep, 1 at its end
   float near_m, far_m;
 };

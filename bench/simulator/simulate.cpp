@@ -3,23 +3,23 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <memory>
 #include <mutex>
 #include <thread>
 #include <vector>
 
-#include "actors.hpp"
 #include "odometry.hpp"
 #include "random.hpp"
-#include "robot_motion.hpp"
 #include "run_writer.hpp"
 #include "scanner.hpp"
+#include "scene.hpp"
 
 namespace unimapper::simulator {
 namespace {
 
 void check(const SimulationConfig& config) {
-  if (config.scene != "town") {
-    throw SimulationError("unknown scene '" + config.scene + "'; there is: town");
+  if (!is_scene(config.scene)) {
+    throw SimulationError("unknown scene '" + config.scene + "'; there are: " + scene_names());
   }
   if (config.route < 'A' || config.route > 'C') {
     throw SimulationError(std::string("unknown route '") + config.route + "'; there are: A, B, C");
@@ -41,11 +41,8 @@ class Run {
       : config_(config),
         model_(checked_model(config.sensor)),
         writer_(out),
-        duration_s_(stamp_of(config.scans)),
-        world_(build_town(config.seed, day)),
-        scene_(world_),
-        robot_(world_.plan, config.route, derive_key(config.seed, day), duration_s_),
-        actors_(world_, robot_, config.seed, day, duration_s_),
+        scene_(make_scene(config.scene, {config.seed, day, config.route, stamp_of(config.scans)})),
+        standing_(scene_->world()),
         key_(Random(config.seed, Stream::kRay, static_cast<std::uint64_t>(config.route),
                     day * 16ULL + static_cast<std::uint64_t>(config.sensor))
                  .bits()) {}
@@ -55,7 +52,7 @@ class Run {
     std::vector<double> stamps;
     for (std::uint32_t scan = 0; scan < config_.scans; ++scan) {
       stamps.push_back(stamp_of(scan));
-      truth.push_back(robot_.sensor_frame(stamps.back()));
+      truth.push_back(scene_->sensor_frame(stamps.back()));
     }
     writer_.write_times(stamps);
     writer_.write_poses("gt_poses.txt", truth);
@@ -66,8 +63,8 @@ class Run {
 
   /// Takes scans until there are none left.
   void work(const Progress& progress) {
-    MovingScene moving(scene_);
-    const Caster caster(scene_, moving);
+    MovingScene moving(standing_);
+    const Caster caster(standing_, moving);
     Scanner scanner(model_, caster, key_);
     std::vector<PatternRay> rays;
     if (repeats(config_.sensor)) make_pattern(config_.sensor, 0.0, config_.thin, rays);
@@ -78,7 +75,7 @@ class Run {
       if (!repeats(config_.sensor)) make_pattern(config_.sensor, begin, config_.thin, rays);
       const SweepFrames frames = sweep_frames(begin);
       const Vec3 here = frames.back().origin;
-      moving.set(actors_.during(begin, end, {here.x, here.y}));
+      moving.set(scene_->during(begin, end, {here.x, here.y}));
       returns.clear();
       scanner.scan(scan, rays, frames, returns);
       compensate_motion(scan, frames, returns);
@@ -104,7 +101,7 @@ class Run {
     constexpr int kParts = 10;
     SweepFrames frames;
     for (int i = 0; i <= kParts; ++i) {
-      frames.push_back(robot_.sensor_frame(begin + kSweepSeconds * i / kParts));
+      frames.push_back(scene_->sensor_frame(begin + kSweepSeconds * i / kParts));
     }
     return frames;
   }
@@ -117,10 +114,10 @@ class Run {
     Random random(derive_key(derive_key(key_, 0xDE5C), scan));
     const double stretch = 1.0 + kVelocityError * random.gauss();
     const double twist = 1.0 + kVelocityError * random.gauss();
-    const Frame T_end_town = frames.back().inverse();
+    const Frame T_end_world = frames.back().inverse();
     std::vector<Frame> T_end_part;
     for (const Frame& frame : frames) {
-      Frame step = T_end_town * frame;
+      Frame step = T_end_world * frame;
       Frame estimated = rotation_frame(twist * rotation_vector(step));
       estimated.origin = stretch * step.origin;
       T_end_part.push_back(estimated);
@@ -136,12 +133,9 @@ class Run {
 
   const SimulationConfig& config_;
   LidarModel model_;
-  RunWriter writer_;  // before the town: an unwritable folder is found out at once
-  double duration_s_;
-  World world_;
-  StaticScene scene_;
-  RobotMotion robot_;
-  Actors actors_;
+  RunWriter writer_;  // before the scene: an unwritable folder is found out at once
+  std::unique_ptr<Scene> scene_;
+  StaticScene standing_;
   std::uint64_t key_;
   std::atomic<std::uint32_t> next_{0};
   std::atomic<bool> failed_{false};

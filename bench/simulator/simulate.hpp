@@ -1,4 +1,4 @@
-// The simulator: a procedural town, moving traffic, the LiDARs of the paper, drifting odometry.
+// The simulator: procedural scenes, who moves in them, the LiDARs of the paper, drifting odometry.
 #pragma once
 
 #include <cstdint>
@@ -31,15 +31,18 @@ enum class DriftPreset : std::uint8_t {
 std::optional<DriftPreset> parse_drift(std::string_view name);
 
 struct SimulationConfig {
+  /// "town": streets with traffic, seen from a car. "campus": halls, paths and a plaza full of
+  /// pedestrians, some of whom walk with the robot; its sensor is 1 m above the ground.
   std::string scene = "town";
   SensorKind sensor = SensorKind::kOs2_128;
-  /// 'A', 'B' or 'C': tours through the same streets. A and B run the same way round, C against
-  /// them; all three share their first block and return to it.
+  /// 'A', 'B' or 'C': tours through the same scene. A and B run the same way round, C against
+  /// them; all three share their first round and return to it.
   char route = 'A';
   std::uint32_t scans = 300;  ///< at 10 Hz; 1..100000
-  /// The town, and everything that is derived from it. Another seed is another town.
+  /// The scene, and everything that is derived from it. Another seed is another town or campus.
   std::uint64_t seed = 1;
-  /// Parked cars, traffic and some furniture change from day to day; default: A 0, B 1, C 2.
+  /// What is parked, who is about and some furniture change from day to day; default: A 0, B 1,
+  /// C 2.
   std::optional<std::uint32_t> day;
   DriftPreset drift = DriftPreset::kLio;
   std::uint32_t thin = 1;     ///< keeps every n-th column (spinning) or shot; 1..64
@@ -57,7 +60,7 @@ using Progress = std::function<void(std::uint32_t done, std::uint32_t total)>;
 ///   returns;
 /// - poses.txt: drifting odometry, T_odometry_sensor, KITTI 3x4; the frame is gravity-aligned, with
 ///   its origin at the first sensor position and without the first pose's yaw;
-/// - gt_poses.txt: T_town_sensor, in the same town frame for all routes and days of a seed;
+/// - gt_poses.txt: T_world_sensor, in the same frame for all routes and days of a seed;
 /// - times.txt: stamps in seconds; dataset.json: what was simulated.
 /// Deterministic: the same configuration writes the same bytes, whatever `threads`.
 /// Throws SimulationError; what was written until then stays.

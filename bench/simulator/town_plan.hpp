@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "geometry.hpp"
+#include "terrain.hpp"
 
 namespace unimapper::simulator {
 
@@ -21,7 +21,7 @@ inline constexpr double kCornerRadius = 4.0;
 
 /// Plan coordinates (u, v) are those of the unbent grid, with the town's centre near (0, 0);
 /// town coordinates (x, y, z) are what everything else uses.
-class TownPlan {
+class TownPlan : public Terrain {
  public:
   static constexpr int kLines = 7;  ///< streets in either direction
   static constexpr int kBlocks = kLines - 1;
@@ -34,12 +34,15 @@ class TownPlan {
 
   [[nodiscard]] Vec2 warp(Vec2 plan) const;
   /// Height of the road surface at a point of the town.
-  [[nodiscard]] double height(Vec2 town) const;
+  [[nodiscard]] double height(Vec2 town) const override;
+  [[nodiscard]] double walking_height(Vec2 town) const override {
+    return height(town) + sidewalk_lift(town);
+  }
   /// How far the sidewalk or road stands above `height`: the kerb's height away from the roads,
   /// falling to zero across the kerb.
   [[nodiscard]] double sidewalk_lift(Vec2 town) const;
   /// Upward normal of the hills.
-  [[nodiscard]] Vec3 up(Vec2 town) const;
+  [[nodiscard]] Vec3 up(Vec2 town) const override;
   /// Point of the road surface above a plan coordinate, raised by `lift`.
   [[nodiscard]] Vec3 ground(Vec2 plan, double lift = 0.0) const;
   /// Level frame at a plan coordinate, x along the bent plan direction `along`.

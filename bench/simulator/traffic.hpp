@@ -19,8 +19,8 @@ class Traffic {
   Traffic(const TownPlan& plan, const RobotMotion& robot, std::uint64_t seed, std::uint32_t day,
           double duration_s);
 
-  /// The simulated actors; their paths belong to this object.
-  std::vector<Actor> take_actors() { return std::move(actors_); }
+  /// The simulated actors; to be called once.
+  ActorSet take() { return {std::move(paths_), std::move(actors_)}; }
 
  private:
   struct Vehicle;

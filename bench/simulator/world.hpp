@@ -1,11 +1,10 @@
-// The town as triangles: one large mesh, and prototypes that stand in many places.
+// What stands in a scene, as triangles: one large mesh, and prototypes that stand in many places.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 #include "mesh.hpp"
-#include "town_plan.hpp"
 
 namespace unimapper::simulator {
 
@@ -32,30 +31,19 @@ struct Prototypes {
 };
 
 struct World {
-  TownPlan plan;
   Mesh mesh;
   Prototypes prototypes;
   std::vector<Instance> instances;
 };
 
-/// Builds the town of `seed` as it stands on `day`: parked cars and some furniture differ.
-World build_town(std::uint64_t seed, std::uint32_t day);
-
-// Contributions of the single files; `build_town` calls them in order.
+/// Makes the prototypes that every scene has; the plants differ from seed to seed.
 void build_prototypes(std::uint64_t seed, Prototypes& prototypes);
+
+// Contributions of the single files; `build_prototypes` calls them in order.
 void add_plant_prototypes(std::uint64_t seed, Prototypes& prototypes);
 void add_vehicle_prototypes(Prototypes& prototypes);
 void add_person_prototypes(Prototypes& prototypes);
 void add_furniture_prototypes(Prototypes& prototypes);
-
-void add_ground(std::uint64_t seed, World& world);
-void add_blocks(std::uint64_t seed, World& world);
-void add_street_furniture(std::uint64_t seed, std::uint32_t day, World& world);
-void add_parked_cars(std::uint64_t seed, std::uint32_t day, World& world);
-
-/// What stands on a block.
-enum class BlockKind { kBuilt, kPark, kPlaza };
-BlockKind block_kind(std::uint64_t seed, int column, int row);
 
 /// Puts one house into `mesh`: `frame` has x along the front, y into the lot, z up.
 struct HouseShape {

@@ -58,20 +58,24 @@ void run(SimulateOptions& options, bool has_day) {
 void register_simulate(CLI::App& app) {
   auto options = std::make_shared<SimulateOptions>();
   CLI::App* command = app.add_subcommand(
-      "simulate", "Simulate a robot's drive through a town: scans, labels, odometry, ground truth");
+      "simulate",
+      "Simulate a robot's way through a town or a campus: scans, labels, odometry, truth");
   simulator::SimulationConfig& config = options->config;
-  command->add_option("--scene", config.scene, "town")->capture_default_str();
+  command
+      ->add_option("--scene", config.scene,
+                   "town: streets, seen from a car; campus: pedestrians all around a small robot")
+      ->capture_default_str();
   command->add_option("--sensor", options->sensor, known_sensors())->capture_default_str();
-  command->add_option("--route", options->route, "A, B or C: tours that share streets")
+  command->add_option("--route", options->route, "A, B or C: tours that share their first round")
       ->capture_default_str();
   command->add_option("--scans", config.scans, "Number of scans, ten per second")
       ->capture_default_str();
-  command->add_option("--seed", config.seed, "The town; another seed is another town")
+  command->add_option("--seed", config.seed, "The scene; another seed is another town or campus")
       ->capture_default_str();
   CLI::Option* day =
       command->add_option("--day", options->day,
-                          "Day of the recording (default: route A 0, B 1, C 2); parked cars and "
-                          "traffic differ");
+                          "Day of the recording (default: route A 0, B 1, C 2); what is parked and "
+                          "who is about differ");
   command->add_option("--drift", options->drift, "Odometry: none, lio, icp or bad")
       ->capture_default_str();
   command->add_option("--thin", config.thin, "Keep every n-th column (spinning) or shot")
@@ -80,7 +84,8 @@ void register_simulate(CLI::App& app) {
   command->add_option("--out", options->out, "Folder to write")->required();
   command->footer(
       "Example:\n  unimapper simulate --scene town --sensor os2-128 --route A --scans 300 --seed 7 "
-      "--out town_a");
+      "--out town_a\n"
+      "  unimapper simulate --scene campus --sensor livox-avia --scans 600 --out campus_a");
   command->callback([options, day] { run(*options, day->count() > 0); });
 }
 

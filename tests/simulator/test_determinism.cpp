@@ -34,10 +34,14 @@ SimulationConfig small_config(SensorKind sensor, std::uint32_t threads) {
 
 TEST_CASE("the same seed writes the same bytes, whatever the number of threads") {
   const SensorKind sensor = GENERATE(SensorKind::kOs2_128, SensorKind::kLivoxAvia);
+  const std::string scene = GENERATE("town", "campus");
   TemporaryFolder once;
   TemporaryFolder again;
-  simulate(small_config(sensor, 1), once.path());
-  simulate(small_config(sensor, 3), again.path());
+  SimulationConfig config = small_config(sensor, 1);
+  config.scene = scene;
+  simulate(config, once.path());
+  config.threads = 3;
+  simulate(config, again.path());
   const auto files = contents(once.path());
   REQUIRE(files.size() == 2 * 5 + 4);
   const auto repeated = contents(again.path());
@@ -50,10 +54,11 @@ TEST_CASE("the same seed writes the same bytes, whatever the number of threads")
   }
 }
 
-TEST_CASE("another seed is another town") {
+TEST_CASE("another seed is another town or campus") {
   TemporaryFolder one;
   TemporaryFolder other;
   SimulationConfig config = small_config(SensorKind::kVlp16, 0);
+  config.scene = GENERATE("town", "campus");
   simulate(config, one.path());
   config.seed = 43;
   simulate(config, other.path());

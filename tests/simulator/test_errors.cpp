@@ -31,7 +31,8 @@ TEST_CASE("an unknown scene, route, sensor or a senseless number is refused") {
   TemporaryFolder folder;
   SimulationConfig config = tiny_config();
   config.scene = "moon";
-  CHECK_THAT(message_of(config, folder.path()), Contains("unknown scene 'moon'"));
+  CHECK_THAT(message_of(config, folder.path()),
+             Contains("unknown scene 'moon'; there are: town, campus"));
   config = tiny_config();
   config.route = 'Z';
   CHECK_THAT(message_of(config, folder.path()), Contains("unknown route 'Z'"));

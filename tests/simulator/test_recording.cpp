@@ -4,6 +4,7 @@
 #include <map>
 
 #include "bench/simulator/raycast.hpp"
+#include "bench/simulator/town.hpp"
 #include "run_folder.hpp"
 
 namespace unimapper::simulator::test {
@@ -106,8 +107,8 @@ TEST_CASE("a recording is complete and looks like a town") {
 
 TEST_CASE("static points lie on what stands, moving ones do not, walls are centimetres thick") {
   const Recording run(recording_config());
-  const World world = build_town(kSeed, 0);
-  const StaticScene scene(world);
+  const Town town = build_town(kSeed, 0);
+  const StaticScene scene(town);
   const MovingScene nothing(scene);
   const Caster caster(scene, nothing);
   std::vector<Vec3> standing;

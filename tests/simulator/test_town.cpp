@@ -5,7 +5,8 @@
 #include <set>
 
 #include "bench/simulator/actors.hpp"
-#include "bench/simulator/random.hpp"
+#include "bench/simulator/town.hpp"
+#include "bench/simulator/traffic.hpp"
 
 namespace unimapper::simulator::test {
 namespace {
@@ -36,6 +37,10 @@ double shared(const std::vector<Step>& a, const std::vector<Step>& b, double rea
   };
   return static_cast<double>(std::count_if(a.begin(), a.end(), is_shared)) /
          static_cast<double>(a.size());
+}
+
+Actors traffic_of(const Town& town, const RobotMotion& robot, double duration) {
+  return {town.prototypes, town.plan, Traffic(town.plan, robot, kSeed, 0, duration).take()};
 }
 
 }  // namespace
@@ -80,8 +85,8 @@ TEST_CASE("the robot drives like a car in town") {
 }
 
 TEST_CASE("houses and trees stay from day to day, half of the parked cars do not") {
-  const World monday = build_town(kSeed, 0);
-  const World tuesday = build_town(kSeed, 1);
+  const Town monday = build_town(kSeed, 0);
+  const Town tuesday = build_town(kSeed, 1);
   CHECK((monday.mesh.positions == tuesday.mesh.positions));
   using Place = std::pair<std::int64_t, std::int64_t>;
   const auto places = [](const World& world, PrototypeRange range) {
@@ -108,10 +113,10 @@ TEST_CASE("houses and trees stay from day to day, half of the parked cars do not
 }
 
 TEST_CASE("traffic drives, stops and never drives through anybody") {
-  const World world = build_town(kSeed, 0);
+  const Town town = build_town(kSeed, 0);
   const double duration = 40.0;
-  const RobotMotion robot(world.plan, 'A', kSeed, duration);
-  const Actors actors(world, robot, kSeed, 0, duration);
+  const RobotMotion robot(town.plan, 'A', kSeed, duration);
+  const Actors actors = traffic_of(town, robot, duration);
   std::map<ActorKind, int> count;
   int stopped = 0;
   for (const Actor& actor : actors.actors()) {
@@ -149,9 +154,9 @@ TEST_CASE("traffic drives, stops and never drives through anybody") {
 }
 
 TEST_CASE("a moving id lasts three seconds beyond the motion, then the standing id returns") {
-  const World world = build_town(kSeed, 0);
-  const RobotMotion robot(world.plan, 'A', kSeed, 40.0);
-  const Actors actors(world, robot, kSeed, 0, 40.0);
+  const Town town = build_town(kSeed, 0);
+  const RobotMotion robot(town.plan, 'A', kSeed, 40.0);
+  const Actors actors = traffic_of(town, robot, 40.0);
   const int window = static_cast<int>(3.0 / Actors::kTick);
   int checked_standing = 0;
   for (const Actor& actor : actors.actors()) {

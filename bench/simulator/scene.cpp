@@ -1,0 +1,38 @@
+#include "scene.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+namespace unimapper::simulator {
+namespace {
+
+struct Entry {
+  std::string_view name;
+  std::unique_ptr<Scene> (*make)(const Visit& visit);
+};
+
+constexpr Entry kScenes[] = {{"town", make_town_scene}, {"campus", make_campus_scene}};
+
+const Entry* find_scene(std::string_view name) {
+  const auto* found = std::find_if(std::begin(kScenes), std::end(kScenes),
+                                   [&](const Entry& entry) { return entry.name == name; });
+  return found == std::end(kScenes) ? nullptr : found;
+}
+
+}  // namespace
+
+std::string scene_names() {
+  std::string names;
+  for (const Entry& entry : kScenes) {
+    names += (names.empty() ? "" : ", ") + std::string(entry.name);
+  }
+  return names;
+}
+
+bool is_scene(std::string_view name) { return find_scene(name) != nullptr; }
+
+std::unique_ptr<Scene> make_scene(std::string_view name, const Visit& visit) {
+  return find_scene(name)->make(visit);
+}
+
+}  // namespace unimapper::simulator

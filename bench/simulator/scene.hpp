@@ -1,0 +1,47 @@
+// A place to record in, whatever it is: the seam between the scanner and the scenes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "raycast.hpp"
+
+namespace unimapper::simulator {
+
+/// Which visit of a scene is simulated.
+struct Visit {
+  std::uint64_t seed;
+  std::uint32_t day;
+  char route;  ///< 'A', 'B' or 'C'
+  double duration_s;
+};
+
+class Scene {
+ public:
+  Scene() = default;
+  virtual ~Scene() = default;
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
+
+  /// What stands still.
+  [[nodiscard]] virtual const World& world() const = 0;
+  /// T_world_sensor at any time of the visit; thread safe.
+  [[nodiscard]] virtual Frame sensor_frame(double time_s) const = 0;
+  /// What moves near `around` during the sweep [begin_s, end_s]; thread safe.
+  [[nodiscard]] virtual std::vector<MovingInstance> during(double begin_s, double end_s,
+                                                           Vec2 around) const = 0;
+};
+
+/// Names of all scenes, comma separated.
+std::string scene_names();
+bool is_scene(std::string_view name);
+/// The scene called `name`, which must be one.
+std::unique_ptr<Scene> make_scene(std::string_view name, const Visit& visit);
+
+std::unique_ptr<Scene> make_town_scene(const Visit& visit);
+std::unique_ptr<Scene> make_campus_scene(const Visit& visit);
+
+}  // namespace unimapper::simulator
