@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "src/apps/report/format.hpp"
-#include "src/apps/report/palette.hpp"
+#include "src/apps/picture/palette.hpp"
 
 namespace unimapper::apps {
 namespace {

@@ -7,7 +7,7 @@
 #include "src/apps/report/format.hpp"
 #include "src/apps/report/map_picture.hpp"
 #include "src/apps/report/page.hpp"
-#include "src/apps/report/palette.hpp"
+#include "src/apps/picture/palette.hpp"
 
 namespace unimapper::apps {
 namespace {
