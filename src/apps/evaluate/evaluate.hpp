@@ -21,9 +21,9 @@ struct EvaluateDynamicOptions {
   std::string format = "auto";
   float neighbour_m = 0.05F;
   float max_range_m = 50.0F;
-  std::size_t scans = SIZE_MAX;    ///< only the first ones
-  std::filesystem::path pictures;  ///< folder for pictures; empty: none
-  std::size_t worst = 10;          ///< frames with pictures of their own
+  std::size_t scans = SIZE_MAX;      ///< only the first ones
+  std::filesystem::path pictures{};  ///< folder for pictures; empty: none
+  std::size_t worst = 10;            ///< frames with pictures of their own
 };
 
 /// Options of `evaluate breakdown`.

@@ -28,12 +28,13 @@ void write_png(const fs::path& file, const Image& image) {
 /// The ground the whole drive saw, from a few of its points.
 Frame whole_drive(LabelledRun& run) {
   constexpr std::size_t kEveryScan = 5;
-  constexpr std::size_t kEveryPoint = 53;
+  constexpr std::size_t kPointsOfScan = 2000;
   Extent extent;
   for (std::size_t s = 0; s < run.scan_count(); s += kEveryScan) {
     const evaluate::ScoredScan scan = run.scan(s);
     extent.add_path(scan.T_world_sensor.translation.x(), scan.T_world_sensor.translation.y());
-    for (std::size_t i = 0; i < scan.points.size(); i += kEveryPoint) {
+    const std::size_t step = std::max<std::size_t>(1, scan.points.size() / kPointsOfScan);
+    for (std::size_t i = 0; i < scan.points.size(); i += step) {
       const Eigen::Vector3d p = scan.T_world_sensor * scan.points[i].cast<double>();
       extent.add_scenery(p.x(), p.y());
     }

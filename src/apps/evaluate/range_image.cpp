@@ -69,19 +69,20 @@ class Angles {
   double rows_per_degree_ = 1.0;
 };
 
-/// How many rows there are for each that holds many points: the gap between a sensor's rings.
+/// How many rows there are for each that holds points: about the gap between a sensor's rings.
 long ring_gap(const evaluate::ScoredScan& scan, const Angles& angles) {
-  constexpr long kWidestGap = 16;
-  std::vector<std::size_t> points(angles.height());
-  std::size_t all = 0;
+  constexpr std::size_t kWidestGap = 8;
+  std::vector<bool> filled(angles.width() * angles.height());
   for (const Eigen::Vector3f& point : scan.points) {
     if (!point.allFinite()) continue;
-    ++points[static_cast<std::size_t>(angles.row(direction_of(point)))];
-    ++all;
+    const Direction direction = direction_of(point);
+    filled[static_cast<std::size_t>(angles.row(direction)) * angles.width() +
+           static_cast<std::size_t>(angles.column(direction))] = true;
   }
-  const auto rows = std::count_if(points.begin(), points.end(),
-                                  [&](std::size_t n) { return n > all / points.size() / 2; });
-  return std::clamp(static_cast<long>(points.size()) / std::max(1L, rows), 1L, kWidestGap);
+  // Rays may be as far apart as two columns, and each point is drawn that wide.
+  const auto points = 2 * static_cast<std::size_t>(std::count(filled.begin(), filled.end(), true));
+  const std::size_t rows = (filled.size() + points / 2) / std::max<std::size_t>(1, points);
+  return static_cast<long>(std::clamp<std::size_t>(rows, 1, kWidestGap));
 }
 
 }  // namespace
