@@ -6,26 +6,28 @@
 # build/bench/dynamic/pictures.
 #
 #   bench/dynamic/run.sh [SEEDS] [SCANS] [SCENES] [DRIFTS]
-#       defaults: "21 22 23" 200 "town campus" "lio icp"
+#       defaults: "21 22 23" 100 "town campus" "lio icp"
 #
 # Runtime is bounded: variants are scored in the first scene with the first odometry only, OctoMap
-# on the first seed's first drive of each LiDAR and at most OCTOMAP_SCANS (30) scans of it (a second
-# or two each; 0 leaves OctoMap out). About forty minutes with the defaults on two cores, ten with
+# on the first seed's first drive of each LiDAR and at most OCTOMAP_SCANS (40; 0 leaves it out) of
+# its scans, at one to five seconds each, and on the recording. On two cores about fifty minutes with
+# the defaults, a third of them for OctoMap. Five minutes, and one LiDAR alone:
 #
-#   OCTOMAP_SCANS=0 bench/dynamic/run.sh "21 22 23" 100 town lio
+#   OCTOMAP_SCANS=0 bench/dynamic/run.sh 21 60 town lio
+#   SENSORS=vlp-16 bench/dynamic/run.sh
 #
 # Installs and builds what is missing, unless UNIMAPPER names a program to score instead.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 seeds=${1:-21 22 23}
-scans=${2:-200}
+scans=${2:-100}
 scenes=${3:-${SCENES:-town campus}}
 drifts=${4:-${DRIFTS:-lio icp}}
-octomap_scans=${OCTOMAP_SCANS:-30}
+octomap_scans=${OCTOMAP_SCANS:-40}
 octomap=build/release/bin/octomap_labels
 out=build/bench/dynamic
-sensors="os2-128 os1-64 hdl-64e vlp-16 aeva-aeries2 livox-avia livox-mid-360"
+sensors=${SENSORS:-os2-128 os1-64 hdl-64e vlp-16 aeva-aeries2 livox-avia livox-mid-360}
 mkdir -p "$out"
 rm -f "$out"/*.json "$out"/*.cost
 

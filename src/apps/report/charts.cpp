@@ -4,8 +4,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "src/apps/report/format.hpp"
 #include "src/apps/picture/palette.hpp"
+#include "src/apps/report/format.hpp"
 
 namespace unimapper::apps {
 namespace {
