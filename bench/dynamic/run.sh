@@ -1,18 +1,44 @@
 #!/usr/bin/env bash
-# What dynamic object removal keeps and removes: every LiDAR in simulated towns of several seeds,
-# and the labelled recording where it lies in ../shared/data; for the default, for variants that
-# leave one rule out, and for the paper taken literally. Prints Markdown tables; about ten minutes.
+# What dynamic object removal keeps and removes: every LiDAR in simulated scenes of several seeds and
+# with several kinds of odometry, and the labelled recording where it lies in ../shared/data. Prints
+# Markdown tables: the default, by class and by range; variants that leave one rule out, and the
+# paper taken literally; OctoMap beside it. Pictures of the first seed's drives go to
+# build/bench/dynamic/pictures.
 #
-#   bench/dynamic/run.sh [SEEDS] [SCANS]     e.g. "21 22 23" 200
+#   bench/dynamic/run.sh [SEEDS] [SCANS] [SCENES] [DRIFTS]
+#       defaults: "21 22 23" 100 "town campus" "lio icp"
+#
+# Runtime is bounded: variants are scored in the first scene with the first odometry only, OctoMap
+# on the first seed's first drive of each LiDAR and at most OCTOMAP_SCANS (40; 0 leaves it out) of
+# its scans, at one to five seconds each, and on the recording. On two cores about fifty minutes with
+# the defaults, a third of them for OctoMap. Five minutes, and one LiDAR alone:
+#
+#   OCTOMAP_SCANS=0 bench/dynamic/run.sh 21 60 town lio
+#   SENSORS=vlp-16 bench/dynamic/run.sh
+#
+# Installs and builds what is missing, unless UNIMAPPER names a program to score instead.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 seeds=${1:-21 22 23}
-scans=${2:-200}
-unimapper=${UNIMAPPER:-build/release/bin/unimapper}
+scans=${2:-100}
+scenes=${3:-${SCENES:-town campus}}
+drifts=${4:-${DRIFTS:-lio icp}}
+octomap_scans=${OCTOMAP_SCANS:-40}
+octomap=build/release/bin/octomap_labels
 out=build/bench/dynamic
-sensors="os2-128 os1-64 hdl-64e vlp-16 aeva-aeries2 livox-avia livox-mid-360"
+sensors=${SENSORS:-os2-128 os1-64 hdl-64e vlp-16 aeva-aeries2 livox-avia livox-mid-360}
 mkdir -p "$out"
+rm -f "$out"/*.json "$out"/*.cost
+
+if [ -z "${UNIMAPPER:-}" ]; then
+  ./dev setup toolchains/packages-bench.txt
+  ./dev build >/dev/null
+fi
+unimapper=${UNIMAPPER:-build/release/bin/unimapper}
+
+# shellcheck source=bench/dynamic/tables.sh
+source bench/dynamic/tables.sh
 
 # Every variant is the default with one thing changed.
 variants=(default paper no-carrying floating-ground sure-everywhere no-components no-persistence other-keyframes-only)
@@ -28,32 +54,62 @@ config_of() {
   esac
 }
 
-# The first number behind a key of a JSON file.
-number() { grep -m1 "\"$2\"" "$1" | grep -oE -- '-?[0-9.]+(e-?[0-9]+)?' | tail -1; }
+# simulate SENSOR SCENE DRIFT SEED FOLDER [SCANS]
+simulate() {
+  rm -rf "$5"
+  "$unimapper" simulate --sensor "$1" --scene "$2" --drift "$3" --seed "$4" --route A \
+    --scans "${6:-$scans}" --out "$5" >/dev/null 2>&1
+}
 
-# score NAME DATASET VARIANT: writes OUT/NAME.VARIANT.json
+first() { echo "${1%% *}"; }
+
+# Scenes of the list that this simulator knows.
+known() {
+  local scene
+  for scene in $1; do
+    if simulate vlp-16 "$scene" lio 1 "$out/data/probe" 1; then
+      printf '%s ' "$scene"
+    else
+      echo "The simulator knows no scene \"$scene\"; its rows are left out." >&2
+    fi
+  done
+}
+scenes=$(known "$scenes")
+first_drive="$(first "$scenes")-$(first "$drifts")"
+
+# score NAME DATASET VARIANT [EVALUATE ARGS]: writes OUT/NAME.VARIANT.json
 score() {
-  local run="$out/runs/$1.$3" preset=default
-  [ "$3" != paper ] || preset=paper
-  config_of "$3" >"$out/$1.$3.config"
-  "$unimapper" onboard "$2" --out "$run" --preset "$preset" --config "$out/$1.$3.config" 2>"$out/$1.$3.log"
-  "$unimapper" evaluate dynamic --truth "$2" --run "$run" >"$out/$1.$3.json" 2>/dev/null
+  local name=$1 data=$2 variant=$3 run="$out/runs/$1.$3" preset=default
+  shift 3
+  [ "$variant" != paper ] || preset=paper
+  config_of "$variant" >"$out/$name.$variant.config"
+  "$unimapper" onboard "$data" --out "$run" --preset "$preset" \
+    --config "$out/$name.$variant.config" 2>"$out/$name.$variant.log"
+  "$unimapper" evaluate dynamic --truth "$data" --run "$run" "$@" \
+    >"$out/$name.$variant.json" 2>/dev/null
+  # OctoMap sees fewer scans: what the same labels are worth in these.
+  if [ "$variant" = default ] && wants_octomap "$name"; then
+    "$unimapper" evaluate dynamic --truth "$data" --run "$run" --scans "$(octomap_scans_of "$name")" \
+      >"$out/$name.beside.json" 2>/dev/null
+  fi
   rm -rf "$run"
 }
 
-# DA of the objects that moved while they were seen.
-moving() { sed -n '/"moving": {/,/}/p' "$1" | grep -oE '"DA": [0-9.]+' | grep -oE '[0-9.]+'; }
+wants_octomap() {
+  [ "$octomap_scans" != 0 ] && [ -x "$octomap" ] || return 1
+  case "$1" in kitti | *-"$first_drive-$(first "$seeds")") ;; *) return 1 ;; esac
+}
+# The recording is short enough for all of its scans.
+octomap_scans_of() { if [ "$1" = kitti ]; then echo 1000; else echo "$octomap_scans"; fi; }
 
-# row LABEL FILE...: the mean of the files' figures
-row() {
-  local label=$1
-  shift
-  for file in "$@"; do
-    echo "$(number "$file" SA) $(number "$file" DA) $(moving "$file")"
-  done | awk -v label="$label" '
-    { sa += $1; da += $2; aa += sqrt($1 * $2); moving += $3; both += sqrt($1 * $3) }
-    END { printf "| %s | %.2f | %.2f | %.2f | %.2f | %.2f |\n",
-          label, sa / NR, da / NR, aa / NR, moving / NR, both / NR }'
+# score_octomap NAME DATASET: writes OUT/NAME.octomap.json and OUT/NAME.octomap.cost
+score_octomap() {
+  wants_octomap "$1" || return 0
+  local run="$out/runs/$1.octomap" count
+  count=$(octomap_scans_of "$1")
+  "$octomap" "$2" "$run" --scans "$count" >"$out/$1.octomap.cost"
+  "$unimapper" evaluate dynamic --truth "$2" --run "$run" --scans "$count" >"$out/$1.octomap.json"
+  rm -rf "$run"
 }
 
 recording=../shared/data
@@ -65,28 +121,43 @@ else
 fi
 
 for sensor in $sensors; do
-  for seed in $seeds; do
-    data="$out/data/$sensor-$seed"
-    rm -rf "$data"
-    "$unimapper" simulate --scene town --sensor "$sensor" --route A --scans "$scans" --seed "$seed" \
-      --out "$data" 2>/dev/null
-    for variant in "${variants[@]}"; do score "$sensor-$seed" "$data" "$variant"; done
-    rm -rf "$data/scans"
+  for scene in $scenes; do
+    for drift in $drifts; do
+      for seed in $seeds; do
+        name="$sensor-$scene-$drift-$seed"
+        data="$out/data/$name"
+        pictures=()
+        [ "$seed" != "$(first "$seeds")" ] || pictures=(--pictures "$out/pictures/$name")
+        simulate "$sensor" "$scene" "$drift" "$seed" "$data"
+        score "$name" "$data" default "${pictures[@]}"
+        if [ "$scene-$drift" = "$first_drive" ]; then
+          for variant in "${variants[@]:1}"; do score "$name" "$data" "$variant"; done
+        fi
+        score_octomap "$name" "$data"
+        rm -rf "$data/scans"
+      done
+    done
   done
 done
-[ -z "$real" ] || for variant in "${variants[@]}"; do score kitti "$real" "$variant"; done
-
-echo "| default, seeds $seeds, $scans scans each: mean | SA % | DA % | AA % | DA moving % | AA moving % |"
-echo "|---|---|---|---|---|---|"
-for sensor in $sensors; do row "$sensor" "$out/$sensor"-[0-9]*.default.json; done
-[ -z "$real" ] || row "KITTI raw 0005" "$out/kitti.default.json"
-echo
-echo "| variant, mean of all simulated drives | SA % | DA % | AA % | DA moving % | AA moving % |"
-echo "|---|---|---|---|---|---|"
-for variant in "${variants[@]}"; do row "$variant" "$out"/*-[0-9]*."$variant".json; done
 if [ -n "$real" ]; then
-  echo
-  echo "| variant, KITTI raw 0005 | SA % | DA % | AA % | DA moving % | AA moving % |"
-  echo "|---|---|---|---|---|---|"
+  score kitti "$real" default --pictures "$out/pictures/kitti"
+  for variant in "${variants[@]:1}"; do score kitti "$real" "$variant"; done
+  score_octomap kitti "$real"
+fi
+
+for scene in $scenes; do
+  for drift in $drifts; do
+    header "$scene, odometry $drift, seeds $seeds, $scans scans each: mean"
+    for sensor in $sensors; do row "$sensor" "$out/$sensor-$scene-$drift"-*.default.json; done
+  done
+done
+[ -z "$real" ] || { header "real recording"; row "KITTI raw 0005" "$out/kitti.default.json"; }
+breakdown class
+breakdown range
+header "variant, mean of all drives in $first_drive"
+for variant in "${variants[@]}"; do row "$variant" "$out"/*-"$first_drive"-[0-9]*."$variant".json; done
+if [ -n "$real" ]; then
+  header "variant, KITTI raw 0005"
   for variant in "${variants[@]}"; do row "$variant" "$out/kitti.$variant.json"; done
 fi
+if compgen -G "$out/*.octomap.cost" >/dev/null; then octomap_table; fi

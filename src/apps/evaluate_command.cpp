@@ -30,8 +30,35 @@ void register_dynamic(CLI::App& evaluate) {
                    "Benchmark: points at or beyond this range are left out, metres")
       ->capture_default_str()
       ->check(CLI::Range(1.0F, 1000.0F));
-  command->footer("Example:\n  unimapper evaluate dynamic --truth recordings/a --run runs/a");
+  command->add_option("--scans", options->scans, "Only the first scans (default: all)")
+      ->check(CLI::PositiveNumber);
+  CLI::Option* pictures = command->add_option(
+      "--pictures", options->pictures,
+      "Folder for pictures of what was kept and removed, and of the worst frames");
+  command->add_option("--worst", options->worst, "Frames with pictures of their own")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1000))
+      ->needs(pictures);
+  command->footer(
+      "Example:\n  unimapper evaluate dynamic --truth recordings/a --run runs/a "
+      "--pictures pictures/a");
   command->callback([options] { std::cout << evaluate_dynamic(*options); });
+}
+
+void register_breakdown(CLI::App& evaluate) {
+  auto options = std::make_shared<EvaluateBreakdownOptions>();
+  CLI::App* command = evaluate.add_subcommand(
+      "breakdown",
+      "A row of a Markdown table by class or range, the points of several results of `evaluate "
+      "dynamic` together; without results the table's header");
+  command->add_option("results", options->results, "JSON files");
+  command->add_option("--by", options->by, "class or range")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"class", "range"}));
+  command->add_option("--label", options->label, "First cell of the row");
+  command->footer(
+      "Example:\n  unimapper evaluate breakdown --by range --label \"two drives\" a.json b.json");
+  command->callback([options] { std::cout << evaluate_breakdown(*options); });
 }
 
 void register_loops(CLI::App& evaluate) {
@@ -116,6 +143,7 @@ void register_evaluate(CLI::App& app) {
       app.add_subcommand("evaluate", "Compare runs and maps with the truth; JSON on stdout");
   evaluate->require_subcommand(1);
   register_dynamic(*evaluate);
+  register_breakdown(*evaluate);
   register_loops(*evaluate);
   register_trajectory(*evaluate);
   register_map(*evaluate);

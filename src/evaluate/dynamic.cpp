@@ -132,6 +132,15 @@ std::size_t range_bin(float range_m) noexcept {
   return bin;
 }
 
+std::string range_bin_name(std::size_t bin) {
+  const auto metres = [](std::size_t end) {
+    return std::to_string(static_cast<int>(kRangeBinEnds[end]));
+  };
+  std::string name = bin == 0 ? "0" : metres(bin - 1);
+  if (bin >= kRangeBinEnds.size()) return name.append("+");
+  return name.append("-").append(metres(bin));
+}
+
 void DynamicScore::add(std::uint32_t truth_label, float range_m, bool removed) noexcept {
   const Truth truth = truth_of(truth_label);
   if (truth == Truth::kIgnored) {
@@ -143,19 +152,19 @@ void DynamicScore::add(std::uint32_t truth_label, float range_m, bool removed) n
   by_range[range_bin(range_m)].add(truth, removed);
 }
 
+void score_scan(const ScoredScan& scan, DynamicScore& score) {
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    if (!scan.points[i].allFinite()) {
+      ++score.ignored;
+      continue;
+    }
+    score.add(scan.truth[i], scan.points[i].norm(), is_removed(scan.predicted[i]));
+  }
+}
+
 DynamicScore score_points(ScanSource& source) {
   DynamicScore score;
-  for (std::size_t s = 0; s < source.scan_count(); ++s) {
-    const ScoredScan scan = source.scan(s);
-    for (std::size_t i = 0; i < scan.points.size(); ++i) {
-      // A point without a position cannot be in any map: nothing was decided about it.
-      if (!scan.points[i].allFinite()) {
-        ++score.ignored;
-        continue;
-      }
-      score.add(scan.truth[i], scan.points[i].norm(), is_removed(scan.predicted[i]));
-    }
-  }
+  for (std::size_t s = 0; s < source.scan_count(); ++s) score_scan(source.scan(s), score);
   return score;
 }
 

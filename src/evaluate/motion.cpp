@@ -18,6 +18,7 @@ struct Sighting {
   std::size_t last_scan = 0;
   std::vector<VoxelKey> first;  ///< sorted, as is `last`
   std::vector<VoxelKey> last;
+  std::size_t object_class = 0;
   Tally tally;
 };
 
@@ -36,19 +37,30 @@ VoxelKey cell_of(const Eigen::Vector3f& point, const Pose& T_world_sensor,
   return pack(voxel_index(p.cast<float>(), 1.0F / kCellM));
 }
 
-/// Adds a scan's dynamic points to the sightings of their objects, and to `without_instance`.
+/// Takes the object's points for moving.
+void add_moving(std::size_t object_class, const Tally& tally, MotionScore& score) {
+  score.moving += tally;
+  score.moving_by_class[object_class] += tally;
+}
+
+/// Adds a scan's dynamic points to the sightings of their objects; those of no object are taken
+/// for moving.
 void collect(const ScoredScan& scan, std::size_t number, const Eigen::Vector3d& origin,
-             std::map<std::uint32_t, Sighting>& sightings, Tally& without_instance) {
+             std::map<std::uint32_t, Sighting>& sightings, MotionScore& score) {
   std::map<std::uint32_t, std::vector<VoxelKey>> cells;
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
     const Truth truth = truth_of(scan.truth[i]);
     if (truth != Truth::kDynamic) continue;
     const std::uint32_t instance = scan.truth[i] >> 16U;
-    Tally& tally = instance == 0 ? without_instance : sightings[instance].tally;
-    tally.add(truth, is_removed(scan.predicted[i]));
-    if (instance != 0) {
-      cells[instance].push_back(cell_of(scan.points[i], scan.T_world_sensor, origin));
+    Tally point;
+    point.add(truth, is_removed(scan.predicted[i]));
+    if (instance == 0) {
+      add_moving(class_of(scan.truth[i]), point, score);
+      continue;
     }
+    sightings[instance].tally += point;
+    sightings[instance].object_class = class_of(scan.truth[i]);
+    cells[instance].push_back(cell_of(scan.points[i], scan.T_world_sensor, origin));
   }
   for (auto& [instance, keys] : cells) {
     std::sort(keys.begin(), keys.end());
@@ -76,10 +88,14 @@ MotionScore score_by_motion(ScanSource& source, std::size_t stretch) {
         // A whole number of cells, so that stretches share their cells.
         origin = (scan.T_world_sensor.translation / 100.0).array().round() * 100.0;
       }
-      collect(scan, s, origin, sightings, score.moving);
+      collect(scan, s, origin, sightings, score);
     }
     for (const auto& [instance, sighting] : sightings) {
-      (stands(sighting) ? score.standing : score.moving) += sighting.tally;
+      if (stands(sighting)) {
+        score.standing += sighting.tally;
+      } else {
+        add_moving(sighting.object_class, sighting.tally, score);
+      }
     }
   }
   return score;

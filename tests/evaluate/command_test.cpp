@@ -107,6 +107,17 @@ TEST_CASE("evaluate dynamic reports both protocols in percent") {
   CHECK(json["scans"] == 2);
 }
 
+TEST_CASE("evaluate dynamic scores the first scans alone where asked to") {
+  TemporaryDirectory folder;
+  write_dataset(folder.path() / "d", {at(0), at(1)}, {{10, 0, 0, 0}}, {50});
+  write_run_labels(folder.path() / "r", 1, {9});  // the second scan was never labelled
+  EvaluateDynamicOptions options{folder.path() / "d", folder.path() / "r"};
+  options.scans = 1;
+  const Json json = Json::parse(evaluate_dynamic(options));
+  CHECK(json["scans"] == 1);
+  CHECK(json["static_points"] == 1);
+}
+
 TEST_CASE("evaluate dynamic says which label file is missing or too short") {
   TemporaryDirectory folder;
   const fs::path dataset = folder.path() / "d";

@@ -227,6 +227,10 @@ TEST_CASE("objects that stood while they were seen are told from those that move
   CHECK(score.moving.dynamic_points == 100);
   CHECK(score.moving.dynamic_removed == 50);
   CHECK(score.moving.static_points + score.standing.static_points == 0);
+  // Of the cars only the one that drives counts as moving.
+  CHECK(score.moving_by_class[class_of(252)].dynamic_points == 50);
+  CHECK(score.moving_by_class[class_of(252)].dynamic_removed == 50);
+  CHECK(score.moving_by_class[class_of(254)].dynamic_removed == 0);
   // Seen for three scans only, it might do anything.
   source.scans.resize(3);
   CHECK(score_by_motion(source).standing.dynamic_points == 0);

@@ -3,9 +3,9 @@
 #include <limits>
 #include <sstream>
 
+#include "src/apps/picture/image.hpp"
+#include "src/apps/picture/raster.hpp"
 #include "src/apps/report/format.hpp"
-#include "src/apps/report/image.hpp"
-#include "src/apps/report/raster.hpp"
 #include "src/apps/report/summary.hpp"
 #include "tests/evaluate/synthetic_merge.hpp"
 #include "tests/evaluate/temporary_directory.hpp"

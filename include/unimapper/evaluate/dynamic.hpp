@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -41,6 +42,12 @@ struct Tally {
   void add(Truth truth, bool removed) noexcept;
   Tally& operator+=(const Tally& other) noexcept;
 
+  /// Static points that were removed.
+  [[nodiscard]] std::uint64_t lost() const noexcept { return static_points - static_kept; }
+  /// Dynamic points that were kept.
+  [[nodiscard]] std::uint64_t missed() const noexcept { return dynamic_points - dynamic_removed; }
+  [[nodiscard]] std::uint64_t wrong() const noexcept { return lost() + missed(); }
+
   /// Accuracies in [0, 1]; NaN where there is no point of that kind.
   [[nodiscard]] double static_accuracy() const noexcept;      ///< SA
   [[nodiscard]] double dynamic_accuracy() const noexcept;     ///< DA
@@ -54,6 +61,9 @@ inline constexpr std::size_t kRangeBinCount = kRangeBinEnds.size() + 1;
 
 /// Index of the bin a range falls into; a range equal to an end belongs to the next bin.
 [[nodiscard]] std::size_t range_bin(float range_m) noexcept;
+
+/// "10-20" in metres, or "80+" for the open last bin.
+[[nodiscard]] std::string range_bin_name(std::size_t bin);
 
 /// One accuracy under one protocol, broken down.
 struct DynamicScore {
@@ -86,10 +96,14 @@ class ScanSource {
 /// Per point, every range: the run's label against the truth. O(points).
 [[nodiscard]] DynamicScore score_points(ScanSource& source);
 
+/// One scan of these; points without a position cannot be in any map and count as ignored.
+void score_scan(const ScoredScan& scan, DynamicScore& score);
+
 /// Dynamic points by what their object did while it was seen.
 struct MotionScore {
   Tally moving;
   Tally standing;
+  std::array<Tally, kClassCount> moving_by_class{};
 };
 
 /// Tells objects that moved while they were seen from those that stood and moved at some other time

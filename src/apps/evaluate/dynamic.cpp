@@ -3,6 +3,7 @@
 #include "src/apps/evaluate/evaluate.hpp"
 #include "src/apps/evaluate/json.hpp"
 #include "src/apps/evaluate/labelled_run.hpp"
+#include "src/apps/evaluate/pictures.hpp"
 
 namespace unimapper::apps {
 
@@ -15,7 +16,7 @@ evaluate::DynamicScore score_run(const std::filesystem::path& truth,
 std::string evaluate_dynamic(const EvaluateDynamicOptions& options) {
   const auto format = datasets::parse_format(options.format);
   if (!format) throw std::runtime_error("unknown dataset format \"" + options.format + "\"");
-  LabelledRun source(datasets::open_dataset(options.truth, *format), options.run);
+  LabelledRun source(datasets::open_dataset(options.truth, *format), options.run, options.scans);
   const evaluate::DynamicScore points = evaluate::score_points(source);
   if (!source.has_truth()) {
     throw std::runtime_error(options.truth.string() +
@@ -26,6 +27,7 @@ std::string evaluate_dynamic(const EvaluateDynamicOptions& options) {
   config.neighbour_m = options.neighbour_m;
   config.max_range_m = options.max_range_m;
   const evaluate::BenchmarkScore benchmark = evaluate::score_benchmark(source, config);
+  if (!options.pictures.empty()) write_pictures(source, options.pictures, options.worst);
   return dynamic_json(options, source.scan_count(), points, motion, benchmark);
 }
 

@@ -21,6 +21,16 @@ struct EvaluateDynamicOptions {
   std::string format = "auto";
   float neighbour_m = 0.05F;
   float max_range_m = 50.0F;
+  std::size_t scans = SIZE_MAX;      ///< only the first ones
+  std::filesystem::path pictures{};  ///< folder for pictures; empty: none
+  std::size_t worst = 10;            ///< frames with pictures of their own
+};
+
+/// Options of `evaluate breakdown`.
+struct EvaluateBreakdownOptions {
+  std::vector<std::filesystem::path> results;  ///< of `evaluate dynamic`; none: the table's header
+  std::string by = "class";                    ///< or "range"
+  std::string label;                           ///< first cell of the row
 };
 
 /// Options of `evaluate loops`.
@@ -55,6 +65,10 @@ struct EvaluateMapOptions {
 [[nodiscard]] std::string evaluate_loops(const EvaluateLoopsOptions& options);
 [[nodiscard]] std::string evaluate_trajectory(const EvaluateTrajectoryOptions& options);
 [[nodiscard]] std::string evaluate_map(const EvaluateMapOptions& options);
+
+/// One row of a Markdown table: the points of all results together, by class (DA, and DA of what
+/// moved while it was seen) or by range (SA and DA). Throws std::runtime_error.
+[[nodiscard]] std::string evaluate_breakdown(const EvaluateBreakdownOptions& options);
 
 /// Per-point accuracy alone, for reports. Throws like `evaluate_dynamic`; without ground-truth
 /// labels every point is ignored.

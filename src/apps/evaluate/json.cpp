@@ -30,16 +30,6 @@ Json dynamic_accuracy(const Tally& tally) {
           {"dynamic_removed", tally.dynamic_removed}};
 }
 
-/// "10-20", or "80+" for the open last bin.
-std::string bin_name(std::size_t bin) {
-  const auto metres = [](std::size_t end) {
-    return std::to_string(static_cast<int>(evaluate::kRangeBinEnds[end]));
-  };
-  std::string name = bin == 0 ? "0" : metres(bin - 1);
-  if (bin == evaluate::kRangeBinEnds.size()) return name.append("+");
-  return name.append("-").append(metres(bin));
-}
-
 Json dynamic_figures(const evaluate::DynamicScore& score) {
   Json json = accuracies(score.total);
   json["ignored_points"] = score.ignored;
@@ -51,7 +41,7 @@ Json dynamic_figures(const evaluate::DynamicScore& score) {
   }
   Json& ranges = json["by_range_m"] = Json::object();
   for (std::size_t b = 0; b < evaluate::kRangeBinCount; ++b) {
-    ranges[bin_name(b)] = accuracies(score.by_range[b]);
+    ranges[evaluate::range_bin_name(b)] = accuracies(score.by_range[b]);
   }
   return json;
 }
@@ -89,6 +79,12 @@ std::string dynamic_json(const EvaluateDynamicOptions& options, std::size_t scan
   Json json = dynamic_figures(points);
   json["moving"] = dynamic_accuracy(motion.moving);
   json["standing"] = dynamic_accuracy(motion.standing);
+  Json& moving_classes = json["moving_by_class"] = Json::object();
+  for (std::size_t c = 0; c < evaluate::kClassCount; ++c) {
+    const Tally& tally = motion.moving_by_class[c];
+    if (tally.dynamic_points == 0) continue;
+    moving_classes[std::string(evaluate::class_name(c))] = dynamic_accuracy(tally);
+  }
   json["unit"] = "percent";
   json["scans"] = scans;
   Json& bench = json["benchmark"] = dynamic_figures(benchmark.score);

@@ -1,12 +1,16 @@
 #include "src/apps/evaluate/labelled_run.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <stdexcept>
 
 namespace unimapper::apps {
 
-LabelledRun::LabelledRun(std::unique_ptr<datasets::Dataset> truth, const std::filesystem::path& run)
-    : dataset_(std::move(truth)), labels_(run / "labels") {
+LabelledRun::LabelledRun(std::unique_ptr<datasets::Dataset> truth, const std::filesystem::path& run,
+                         std::size_t scans)
+    : dataset_(std::move(truth)),
+      labels_(run / "labels"),
+      scans_(std::min(scans, dataset_->scan_count())) {
   if (!std::filesystem::is_directory(labels_)) {
     throw std::runtime_error(labels_.string() +
                              ": no such folder; `unimapper onboard` writes one label file per "
@@ -14,7 +18,7 @@ LabelledRun::LabelledRun(std::unique_ptr<datasets::Dataset> truth, const std::fi
   }
 }
 
-std::size_t LabelledRun::scan_count() const { return dataset_->scan_count(); }
+std::size_t LabelledRun::scan_count() const { return scans_; }
 
 evaluate::ScoredScan LabelledRun::scan(std::size_t i) {
   dataset_->read_scan(i, scan_);

@@ -1,6 +1,8 @@
 // A run's labels beside the truth, scan by scan.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -16,9 +18,14 @@ namespace unimapper::apps {
 /// missing or don't fit the scan.
 class LabelledRun : public evaluate::ScanSource {
  public:
-  LabelledRun(std::unique_ptr<datasets::Dataset> truth, const std::filesystem::path& run);
+  /// Only the first `scans` of the recording count.
+  LabelledRun(std::unique_ptr<datasets::Dataset> truth, const std::filesystem::path& run,
+              std::size_t scans = SIZE_MAX);
   [[nodiscard]] std::size_t scan_count() const override;
   evaluate::ScoredScan scan(std::size_t i) override;
+
+  /// The stem of the scan's files.
+  [[nodiscard]] std::string scan_name(std::size_t i) const { return dataset_->scan_name(i); }
 
   /// True once a scan with truth was read.
   [[nodiscard]] bool has_truth() const { return has_truth_; }
@@ -28,6 +35,7 @@ class LabelledRun : public evaluate::ScanSource {
 
   std::unique_ptr<datasets::Dataset> dataset_;
   std::filesystem::path labels_;
+  std::size_t scans_;
   datasets::Scan scan_;
   std::vector<Eigen::Vector3f> points_;
   std::vector<std::uint32_t> truth_;

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "src/apps/picture/palette.hpp"
 #include "src/apps/report/format.hpp"
-#include "src/apps/report/palette.hpp"
 
 namespace unimapper::apps {
 namespace {

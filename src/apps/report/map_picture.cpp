@@ -4,9 +4,9 @@
 #include <cmath>
 #include <sstream>
 
-#include "src/apps/report/image.hpp"
-#include "src/apps/report/palette.hpp"
-#include "src/apps/report/raster.hpp"
+#include "src/apps/picture/image.hpp"
+#include "src/apps/picture/palette.hpp"
+#include "src/apps/picture/raster.hpp"
 #include "src/apps/session_clouds.hpp"
 
 namespace unimapper::apps {

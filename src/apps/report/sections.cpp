@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "src/apps/picture/palette.hpp"
 #include "src/apps/report/charts.hpp"
 #include "src/apps/report/format.hpp"
 #include "src/apps/report/map_picture.hpp"
 #include "src/apps/report/page.hpp"
-#include "src/apps/report/palette.hpp"
 
 namespace unimapper::apps {
 namespace {

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "src/apps/report/image.hpp"
+#include "src/apps/picture/image.hpp"
 
 namespace unimapper::apps {
 

@@ -1,4 +1,4 @@
-#include "src/apps/report/image.hpp"
+#include "src/apps/picture/image.hpp"
 
 #include <png.h>
 

@@ -1,4 +1,4 @@
-#include "src/apps/report/raster.hpp"
+#include "src/apps/picture/raster.hpp"
 
 namespace unimapper::apps {
 

@@ -1,0 +1,14 @@
+// A labelled scan as its sensor sees it.
+#pragma once
+
+#include "src/apps/picture/image.hpp"
+#include "unimapper/evaluate/dynamic.hpp"
+
+namespace unimapper::apps {
+
+/// Azimuth to the right (left is left of the sensor, straight ahead in the middle of a full turn),
+/// elevation upwards; bright is near. Spans the angles the scan holds points at; heights are
+/// stretched.
+[[nodiscard]] Image draw_range_image(const evaluate::ScoredScan& scan);
+
+}  // namespace unimapper::apps

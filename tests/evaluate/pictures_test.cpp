@@ -1,0 +1,219 @@
+// Pictures of a run: what is on them, and which frames get one.
+#include <png.h>
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "ports/datasets/writers.hpp"
+#include "src/apps/evaluate/evaluate.hpp"
+#include "src/apps/evaluate/range_image.hpp"
+#include "src/apps/evaluate/top_view.hpp"
+#include "src/apps/evaluate/verdict_raster.hpp"
+#include "src/apps/picture/palette.hpp"
+#include "tests/evaluate/temporary_directory.hpp"
+
+using namespace unimapper;
+using namespace unimapper::apps;
+using Catch::Matchers::Contains;
+using Json = nlohmann::json;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::uint32_t kWall = 50;
+constexpr std::uint32_t kWalker = (7U << 16U) | 254U;
+constexpr std::uint32_t kKept = 9;
+constexpr std::uint32_t kRemoved = 251;
+
+bool is(const Rgb& a, const Rgb& b) {
+  // A picture has 8 bits a channel.
+  const auto near = [](float x, float y) { return std::abs(x - y) < 0.003F; };
+  return near(a.red, b.red) && near(a.green, b.green) && near(a.blue, b.blue);
+}
+
+std::size_t count(const Image& image, const Rgb& color) {
+  std::size_t pixels = 0;
+  for (std::size_t y = 0; y < image.height(); ++y) {
+    for (std::size_t x = 0; x < image.width(); ++x) pixels += is(image.at(x, y), color) ? 1 : 0;
+  }
+  return pixels;
+}
+
+Image read_png(const fs::path& file) {
+  png_image header{};
+  header.version = PNG_IMAGE_VERSION;
+  REQUIRE(png_image_begin_read_from_file(&header, file.c_str()) != 0);
+  header.format = PNG_FORMAT_RGB;
+  std::vector<std::uint8_t> bytes(PNG_IMAGE_SIZE(header));
+  REQUIRE(png_image_finish_read(&header, nullptr, bytes.data(), 0, nullptr) != 0);
+  Image image(header.width, header.height, {});
+  for (std::size_t i = 0; i < bytes.size() / 3; ++i) {
+    const auto channel = [&](std::size_t c) { return static_cast<float>(bytes[3 * i + c]) / 255; };
+    image.at(i % header.width, i / header.width) = {channel(0), channel(1), channel(2)};
+  }
+  return image;
+}
+
+std::string read_text(const fs::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::string scan_name(std::size_t i) { return (i < 10 ? "00000" : "0000") + std::to_string(i); }
+
+/// A drive past a wall and two walkers; the run decides every point rightly but for `labels_of` the
+/// scans given.
+class Drive {
+ public:
+  explicit Drive(std::size_t scans) : scans_(scans) {
+    for (const char* part : {"scans", "labels", "run/labels"}) {
+      fs::create_directories(folder_.path() / part);
+    }
+    datasets::write_kitti_poses(folder_.path() / "poses.txt", std::vector<Pose>(scans));
+    for (std::size_t i = 0; i < scans; ++i) {
+      datasets::write_kitti_scan(path("scans", i, ".bin"), points_);
+      datasets::write_labels(path("labels", i, ".label"),
+                             std::vector<std::uint32_t>{kWall, kWall, kWalker, kWalker});
+      label(i, {kKept, kKept, kRemoved, kRemoved});
+    }
+  }
+  void label(std::size_t scan, const std::vector<std::uint32_t>& labels) {
+    datasets::write_labels(path("run/labels", scan, ".label"), labels);
+  }
+  /// Writes the pictures, returns worst.json.
+  Json draw(std::size_t worst = 10) {
+    EvaluateDynamicOptions options{folder_.path(), folder_.path() / "run"};
+    options.pictures = pictures();
+    options.worst = worst;
+    (void)evaluate_dynamic(options);
+    return Json::parse(read_text(pictures() / "worst.json"));
+  }
+  [[nodiscard]] fs::path pictures() const { return folder_.path() / "pictures"; }
+
+ private:
+  [[nodiscard]] fs::path path(const char* part, std::size_t scan, const char* extension) const {
+    return folder_.path() / part / (scan_name(scan) + extension);
+  }
+
+  TemporaryDirectory folder_;
+  std::size_t scans_;
+  std::vector<datasets::Scan::Point> points_ = {
+      {10, 0, 0, 0}, {10, 5, 0, 0}, {0, 20, 0, 0}, {-20, 0, 1, 0}};
+};
+
+}  // namespace
+
+TEST_CASE("a point's verdict is what the run made of the truth") {
+  CHECK(verdict_of(kWall, kKept) == Verdict::kKept);
+  CHECK(verdict_of(kWall, kRemoved) == Verdict::kLost);
+  CHECK(verdict_of(kWalker, kRemoved) == Verdict::kRemoved);
+  CHECK(verdict_of(kWalker, kKept) == Verdict::kMissed);
+  CHECK(verdict_of(0, kRemoved) == Verdict::kUnjudged);
+}
+
+TEST_CASE("a mistake stays visible under any number of other points") {
+  VerdictRaster raster(3, 1);
+  for (const Verdict verdict : {Verdict::kMissed, Verdict::kKept, Verdict::kLost}) {
+    raster.mark(0, 0, 1, 1, verdict, 1.0F);
+  }
+  raster.mark(1, 0, 1, 1, Verdict::kLost, 0.0F);
+  raster.mark(1, 0, 1, 1, Verdict::kRemoved, 1.0F);
+  raster.mark(-5, -5, 100, 1, Verdict::kMissed, 1.0F);  // outside
+  const Image image = raster.paint();
+  CHECK(is(image.at(0, 0), kMissedColor));
+  CHECK(is(image.at(1, 0), kLostColor));
+  CHECK(is(image.at(2, 0), kPictureBackground));
+}
+
+TEST_CASE("what was kept is grey, and brighter the higher it is") {
+  VerdictRaster raster(2, 1);
+  raster.mark(0, 0, 1, 1, Verdict::kKept, 0.2F);
+  raster.mark(1, 0, 1, 1, Verdict::kKept, 0.9F);
+  raster.mark(1, 0, 1, 1, Verdict::kKept, 0.1F);
+  const Image image = raster.paint();
+  CHECK(image.at(0, 0).green < image.at(1, 0).green);
+}
+
+TEST_CASE("the view from above has north up and the sensor in the middle") {
+  const std::vector<Eigen::Vector3f> points = {{0, 20, 0}, {30, 0, 0}};
+  const std::vector<std::uint32_t> truth = {kWalker, kWall};
+  const std::vector<std::uint32_t> predicted = {kKept, kRemoved};
+  Pose pose;
+  pose.translation = {1000, -500, 3};
+  TopView view = TopView::around(pose);
+  view.add({points, pose, truth, predicted});
+  const Image image = view.paint();
+  REQUIRE(image.width() == 1000);
+  CHECK(is(image.at(500, 300), kMissedColor));
+  CHECK(is(image.at(800, 500), kLostColor));
+  CHECK(count(image, kMissedColor) == 9);
+}
+
+TEST_CASE("the range image has left on the left and up on top") {
+  const std::vector<Eigen::Vector3f> points = {{10, 10, 0}, {10, -10, 0}, {10, 0, 5}, {10, 0, -5}};
+  const std::vector<std::uint32_t> truth = {kWalker, kWall, kWalker, kWall};
+  const std::vector<std::uint32_t> predicted = {kKept, kRemoved, kRemoved, kKept};
+  const Image image = draw_range_image({points, Pose{}, truth, predicted});
+  const auto first_column = [&](const Rgb& color) {
+    for (std::size_t x = 0; x < image.width(); ++x) {
+      for (std::size_t y = 0; y < image.height(); ++y) {
+        if (is(image.at(x, y), color)) return x;
+      }
+    }
+    return image.width();
+  };
+  CHECK(first_column(kMissedColor) == 0);
+  CHECK(first_column(kLostColor) == image.width() - 1);
+  CHECK(is(image.at(image.width() / 2, 0), kRemovedColor));
+  CHECK(draw_range_image({{}, Pose{}, {}, {}}).width() == 1);
+}
+
+TEST_CASE("pictures of a run show its one missed and its one lost point") {
+  Drive drive(1);
+  drive.label(0, {kRemoved, kKept, kKept, kRemoved});
+  const Json json = drive.draw();
+  const Image whole = read_png(drive.pictures() / "top_view.png");
+  CHECK(count(whole, kMissedColor) == 1);
+  CHECK(count(whole, kLostColor) == 1);
+  CHECK(count(whole, kRemovedColor) == 1);
+  for (const char* name : {"frame_000000_range.png", "frame_000000_top.png"}) {
+    const Image image = read_png(drive.pictures() / name);
+    CHECK(count(image, kMissedColor) > 0);
+    CHECK(count(image, kLostColor) > 0);
+  }
+  const Json& frame = json["frames"][0];
+  CHECK(frame["false_static"] == 1);
+  CHECK(frame["false_dynamic"] == 1);
+  CHECK(frame["by_class"]["pedestrian"]["false_static"] == 1);
+  CHECK(frame["by_class"]["building"]["false_dynamic"] == 1);
+  CHECK(frame["by_range_m"]["20-30"]["false_static"] == 1);
+  CHECK(frame["by_range_m"]["10-20"]["false_dynamic"] == 1);
+  CHECK_THAT(read_text(drive.pictures() / "worst.md"),
+             Contains("frame_000000_range.png") && Contains("pedestrian 7 | missed 1 of 2"));
+}
+
+TEST_CASE("the worst frames get pictures, the worst one first, and no others") {
+  Drive drive(31);
+  drive.label(3, {kRemoved, kKept, kRemoved, kRemoved});
+  drive.label(15, {kRemoved, kRemoved, kKept, kRemoved});
+  drive.label(16, {kRemoved, kRemoved, kRemoved, kRemoved});  // as good as its neighbour
+  drive.label(30, {kKept, kKept, kKept, kKept});
+  Json json = drive.draw();
+  REQUIRE(json["frames"].size() == 3);
+  CHECK(json["frames"][0]["scan"] == "000015");
+  CHECK(json["frames"][1]["scan"] == "000030");
+  CHECK(json["frames"][2]["scan"] == "000003");
+  CHECK_FALSE(fs::exists(drive.pictures() / "frame_000016_top.png"));
+  fs::remove_all(drive.pictures());
+  CHECK(drive.draw(1)["frames"].size() == 1);
+  CHECK_FALSE(fs::exists(drive.pictures() / "frame_000030_top.png"));
+}
+
+TEST_CASE("a run without mistakes has a view from above and an empty table") {
+  Drive drive(2);
+  CHECK(drive.draw()["frames"].empty());
+  CHECK(count(read_png(drive.pictures() / "top_view.png"), kMissedColor) == 0);
+}
