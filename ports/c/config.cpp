@@ -35,6 +35,8 @@ void visit(CConfig& c, Config& p, Function f) {
   f(c.ground_own_plane_first, p.ground.own_plane_first);
   f(c.ground_floating_step_m, p.ground.floating_step_m);
   f(c.ground_floating_reach_m, p.ground.floating_reach_m);
+  f(c.ground_seen_through_share, p.ground.seen_through_share);
+  f(c.ground_spread, p.ground.spread);
   f(c.free_space_columns, p.free_space.columns);
   f(c.free_space_visibility, p.free_space.visibility);
   f(c.free_space_images_per_keyframe, p.free_space.images_per_keyframe);

@@ -333,6 +333,9 @@ typedef struct um_config {
    *  out in the order of enum um_shed and counted. 0 = off, else [100, 10000000], needs clock_ns.
    */
   uint32_t budget_us;
+  /** These two belong to the ground's parameters above. */
+  float ground_seen_through_share;
+  uint32_t ground_spread;
   /** Must be 0. */
   uint32_t reserved[2];
 } um_config;

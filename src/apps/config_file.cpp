@@ -51,6 +51,8 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("own_plane_first", config.own_plane_first);
   visitor("floating_step_m", config.floating_step_m);
   visitor("floating_reach_m", config.floating_reach_m);
+  visitor("seen_through_share", config.seen_through_share);
+  visitor("spread", config.spread);
 }
 
 template <Is<FreeSpaceConfig> Config, typename Visitor>

@@ -8,7 +8,8 @@
 namespace unimapper::evaluate {
 namespace {
 
-constexpr float kCellM = 0.2F;
+// Twice the size that is mapped: the rings of a sparse sensor sweep over an object that stands.
+constexpr float kCellM = 0.4F;
 // Objects seen for a shorter time than this many scans tell nothing about their motion.
 constexpr std::size_t kFewestScans = 4;
 

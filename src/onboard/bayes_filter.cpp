@@ -2,20 +2,14 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 
 namespace unimapper::onboard {
 namespace {
 
-constexpr std::size_t kBatch = 256;
 constexpr std::uint32_t kAhead = 4;  ///< blocks whose history is loaded in advance
 
 VoxelIndex moved(const VoxelIndex& cell, const VoxelIndex& by) noexcept {
   return {cell.x + by.x, cell.y + by.y, cell.z + by.z};
-}
-
-std::int32_t in_thousandths(float log_odds) noexcept {
-  return static_cast<std::int32_t>(log_odds * 1000.0F + 0.5F);
 }
 
 /// How many of up to 63 words have each bit set: a counter per bit, the counters' digits side by
@@ -64,17 +58,19 @@ struct BayesFilter::Group {
     log_odds[size] = sum;
     ++size;
   }
+  [[nodiscard]] JudgedPlaces places() noexcept { return {x, y, z, log_odds, size}; }
   /// A block is never split: there is room for another one.
   [[nodiscard]] bool has_room() const noexcept { return size + Block::kCells <= kGroup; }
 };
 
 void BayesFilter::attach(Arena& arena, const PipelineConfig& config) noexcept {
   free_space_ = config.free_space;
+  images_ = ImageJudge(config);
   log_odds_ = {in_thousandths(config.removal.log_odds_free),
                in_thousandths(config.removal.log_odds_occupied),
-               in_thousandths(config.removal.log_odds_weakly_occupied),
                in_thousandths(config.removal.firm_log_odds),
-               in_thousandths(config.removal.most_carried_log_odds)};
+               in_thousandths(config.removal.most_carried_log_odds), 0};
+  log_odds_.most_kept = std::min(std::max(log_odds_.most_carried, log_odds_.firm), 30000);
   met_again_ = arena.allocate<Group>(1);
   new_ = arena.allocate<Group>(1);
   sums_ = arena.allocate<std::int16_t>(config.voxel.max_cells);
@@ -94,6 +90,7 @@ void BayesFilter::run(const EvidenceWindow& window, const ImageProjection& proje
   finish_met_again(window, projection, cells);
   finish_new(window, projection, cells);
   std::swap(sums_, sums_before_);
+  judged_ = cells.size();
 }
 
 void BayesFilter::prefetch(const BlockWindow& blocks, std::uint32_t block) const noexcept {
@@ -116,7 +113,9 @@ void BayesFilter::collect(const EvidenceWindow& window, const CellTable& cells,
       const std::uint64_t lower = (std::uint64_t{1} << bit) - 1U;
       const std::int16_t sum = sums_before_[before.first + count_bits(before.occupied & lower)];
       if (sum == kNotJudged) continue;
-      met_again_->add(cells, row_of(block, bit), sum - log_odds_.occupied);
+      const std::int32_t carried =
+          std::clamp<std::int32_t>(sum, -log_odds_.most_carried, log_odds_.most_carried);
+      met_again_->add(cells, row_of(block, bit), carried - log_odds_.occupied);
       unknown &= ~lowest_bit(left);
     }
   }
@@ -136,7 +135,7 @@ void BayesFilter::finish_met_again(const EvidenceWindow& window, const ImageProj
   if (free_space_.columns) add_columns(*met_again_, window.blocks(), window.earlier(1), 1, cells);
   // The images of the keyframe before were weighed there if those of the own keyframe count.
   const KeyframeEvidence& latest = free_space_.own_keyframe ? window.current() : window.earlier(1);
-  add_images(*met_again_, latest, 1, projection, cells);
+  images_.add(latest, 1, projection, cells.grid(), met_again_->places());
   decide(*met_again_, cells);
 }
 
@@ -145,9 +144,12 @@ void BayesFilter::finish_new(const EvidenceWindow& window, const ImageProjection
   for (std::uint32_t age = window.earlier_count(); age >= 1; --age) {
     const KeyframeEvidence& evidence = window.earlier(age);
     if (free_space_.columns) add_columns(*new_, window.blocks(), evidence, age, cells);
-    add_images(*new_, evidence, free_space_.earlier_image_stride, projection, cells);
+    images_.add(evidence, free_space_.earlier_image_stride, projection, cells.grid(),
+                new_->places());
   }
-  if (free_space_.own_keyframe) add_images(*new_, window.current(), 1, projection, cells);
+  if (free_space_.own_keyframe) {
+    images_.add(window.current(), 1, projection, cells.grid(), new_->places());
+  }
   decide(*new_, cells);
 }
 
@@ -166,64 +168,8 @@ void BayesFilter::add_columns(Group& group, const BlockWindow& blocks,
   }
 }
 
-void BayesFilter::add_images(Group& group, const KeyframeEvidence& evidence, std::uint32_t stride,
-                             const ImageProjection& projection,
-                             const CellTable& cells) const noexcept {
-  const Eigen::Vector3f offset = (cells.grid().origin_m() - evidence.grid.origin_m()).cast<float>();
-  const std::span<const RangeImage> images = evidence.painted();
-  for (std::size_t i = images.empty() ? 0 : (images.size() - 1) % stride; i < images.size();
-       i += stride) {
-    add_image(group, images[i], projection, offset);
-  }
-}
-
-void BayesFilter::add_image(Group& group, const RangeImage& image,
-                            const ImageProjection& projection,
-                            const Eigen::Vector3f& image_grid_from_cells_m) const noexcept {
-  const Eigen::Matrix3f r = image.R_grid_sensor.transpose();
-  const Eigen::Vector3f t = r * (image_grid_from_cells_m - image.t_grid_sensor);
-  const float margin_scale = 1.0F + free_space_.range_margin_relative;
-  const float margin = free_space_.range_margin_m;
-  float x[kBatch];
-  float y[kBatch];
-  float z[kBatch];
-  float range_m[kBatch];
-  std::int32_t pixel[kBatch];
-  for (std::uint32_t first = 0; first < group.size; first += kBatch) {
-    const std::size_t size = std::min<std::size_t>(kBatch, group.size - first);
-    for (std::size_t i = 0; i < size; ++i) {
-      const float px = group.x[first + i];
-      const float py = group.y[first + i];
-      const float pz = group.z[first + i];
-      x[i] = r(0, 0) * px + r(0, 1) * py + r(0, 2) * pz + t.x();
-      y[i] = r(1, 0) * px + r(1, 1) * py + r(1, 2) * pz + t.y();
-      z[i] = r(2, 0) * px + r(2, 1) * py + r(2, 2) * pz + t.z();
-    }
-    projection.project(x, y, z, size, pixel, range_m);
-    for (std::size_t i = 0; i < size; ++i) {
-      if (pixel[i] == ImageProjection::kOutside) continue;
-      const std::uint16_t seen = image.pixels[pixel[i]];
-      if (seen == kNoRange) continue;
-      const float seen_m = static_cast<float>(seen) * (1.0F / kRangeUnitsPerMetre);
-      const float near = range_m[i] * margin_scale + margin;
-      const float far = 2.0F * range_m[i] - near;
-      if (seen_m > near) {
-        group.log_odds[first + i] += free_at(range_m[i]);
-      } else if (seen_m > far) {
-        group.log_odds[first + i] -= log_odds_.weakly_occupied;
-      }
-    }
-  }
-}
-
-std::int32_t BayesFilter::free_at(float range_m) const noexcept {
-  const float sure_m = free_space_.sure_range_m;
-  if (!(sure_m > 0.0F) || range_m <= sure_m) return log_odds_.free;
-  return static_cast<std::int32_t>(static_cast<float>(log_odds_.free) * sure_m / range_m);
-}
-
 void BayesFilter::decide(Group& group, CellTable& cells) noexcept {
-  const std::int32_t most = log_odds_.most_carried;
+  const std::int32_t most = log_odds_.most_kept;
   for (std::uint32_t i = 0; i < group.size; ++i) {
     const std::uint32_t row = group.row[i];
     const std::int32_t sum = group.log_odds[i];

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "cell_table.hpp"
 #include "evidence.hpp"
+#include "image_judge.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/onboard/config.hpp"
 
@@ -27,6 +29,11 @@ class BayesFilter {
   void run(const EvidenceWindow& window, const ImageProjection& projection,
            CellTable& cells) noexcept;
 
+  /// Log-odds that the last run found, thousandths, by row; meaningless for what is no candidate.
+  [[nodiscard]] std::span<const std::int16_t> log_odds() const noexcept {
+    return {sums_before_, judged_};
+  }
+
  private:
   /// Candidates are worked through in groups that stay in the nearest cache while every
   /// measurement adds its share.
@@ -43,23 +50,17 @@ class BayesFilter {
                   CellTable& cells) noexcept;
   void add_columns(Group& group, const BlockWindow& blocks, const KeyframeEvidence& evidence,
                    std::uint32_t age, const CellTable& cells) const noexcept;
-  void add_images(Group& group, const KeyframeEvidence& evidence, std::uint32_t stride,
-                  const ImageProjection& projection, const CellTable& cells) const noexcept;
-  void add_image(Group& group, const RangeImage& image, const ImageProjection& projection,
-                 const Eigen::Vector3f& image_grid_from_cells_m) const noexcept;
-  /// What it weighs that a cell at this range was seen through, thousandths.
-  [[nodiscard]] std::int32_t free_at(float range_m) const noexcept;
   void decide(Group& group, CellTable& cells) noexcept;
 
   FreeSpaceConfig free_space_;
-  /// Whole thousandths: evidence for and against often weighs the same, and rounding must not
-  /// decide such a tie.
+  ImageJudge images_;
+  /// Thousandths.
   struct LogOdds {
     std::int32_t free;
     std::int32_t occupied;
-    std::int32_t weakly_occupied;
     std::int32_t firm;
     std::int32_t most_carried;  ///< 0: nothing is carried
+    std::int32_t most_kept;     ///< at least as much as is firm
   };
   LogOdds log_odds_{};
   Group* met_again_ = nullptr;
@@ -67,6 +68,7 @@ class BayesFilter {
 
   /// Sums by row, of this keyframe and of the one before; `kNotJudged` for what was no candidate.
   static constexpr std::int16_t kNotJudged = INT16_MIN;
+  std::uint32_t judged_ = 0;  ///< rows of the last run
   std::int16_t* sums_ = nullptr;
   std::int16_t* sums_before_ = nullptr;
 };

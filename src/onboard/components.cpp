@@ -36,6 +36,7 @@ std::uint64_t connecting(const CellMarks& marks) noexcept { return marks.candida
 
 void Components::attach(Arena& arena, const PipelineConfig& config) noexcept {
   config_ = config.removal;
+  firm_ = static_cast<std::int32_t>(std::min(config.removal.firm_log_odds, 30.0F) * 1000.0F + 0.5F);
   parts_of_ = arena.allocate<Parts>(config.voxel.max_blocks());
   max_parts_ = config.voxel.max_blocks() * 2;
   parts_ = arena.allocate<Part>(max_parts_);
@@ -43,12 +44,13 @@ void Components::attach(Arena& arena, const PipelineConfig& config) noexcept {
   part_of_low_ = arena.allocate<std::uint32_t>(config.voxel.max_cells);
 }
 
-std::uint32_t Components::run(const BlockWindow& window, CellTable& cells) noexcept {
+std::uint32_t Components::run(const BlockWindow& window, std::span<const std::int16_t> log_odds,
+                              CellTable& cells) noexcept {
   block_count_ = static_cast<std::uint32_t>(cells.blocks().size());
   split_into_parts(cells);
   join_parts(window, cells);
   attach_low_cells(window, cells);
-  const std::uint32_t components = count(window, cells);
+  const std::uint32_t components = count(window, log_odds, cells);
   settle(cells);
   return components;
 }
@@ -127,7 +129,8 @@ void Components::attach_low_cells(const BlockWindow& window, const CellTable& ce
   }
 }
 
-std::uint32_t Components::count(const BlockWindow& window, const CellTable& cells) noexcept {
+std::uint32_t Components::count(const BlockWindow& window, std::span<const std::int16_t> log_odds,
+                                const CellTable& cells) noexcept {
   const std::span<const Block> blocks = cells.blocks();
   std::uint32_t components = 0;
   for (std::uint32_t b = 0; b < block_count_; ++b) {
@@ -138,22 +141,30 @@ std::uint32_t Components::count(const BlockWindow& window, const CellTable& cell
       const std::uint32_t part = parts_of_[b].first + p;
       const std::uint32_t top = root(part);
       components += top == part ? 1U : 0U;
-      count_part(tally_[top], parts_[part].cells, marks, before);
+      count_part(tally_[top], parts_[part].cells, blocks[b], log_odds, before);
     }
     for (std::uint64_t left = marks.low; left != 0; left &= left - 1) {
       const std::uint64_t cell = lowest_bit(left);
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(cell));
       const std::uint32_t part = part_of_low_[row_of(blocks[b], bit)];
-      if (part != kNoPart) count_part(tally_[root(part)], cell, marks, before);
+      if (part != kNoPart) {
+        count_part(tally_[root(part)], cell, blocks[b], log_odds, before);
+      }
     }
   }
   return components;
 }
 
-void Components::count_part(Tally& tally, std::uint64_t cells, const CellMarks& marks,
-                            const BlockHistory& before) noexcept {
+void Components::count_part(Tally& tally, std::uint64_t cells, const Block& block,
+                            std::span<const std::int16_t> log_odds,
+                            const BlockHistory& before) const noexcept {
   tally.cells += count_bits(cells);
-  tally.dynamic += count_bits(cells & marks.dynamic);
+  for (std::uint64_t left = cells; left != 0; left &= left - 1) {
+    const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
+    const std::int32_t sum = std::clamp<std::int32_t>(log_odds[row_of(block, bit)], -firm_, firm_);
+    tally.evidence += static_cast<std::uint32_t>(sum < 0 ? -sum : sum);
+    tally.evidence_dynamic += static_cast<std::uint32_t>(sum < 0 ? 0 : sum);
+  }
   tally.was_dynamic += count_bits(cells & before.proven);
   tally.was_static += count_bits(cells & before.occupied & ~before.dynamic);
 }
@@ -185,7 +196,9 @@ void Components::settle(CellTable& cells) noexcept {
 
 void Components::settle_cells(std::uint64_t cells, std::uint32_t part, CellMarks& marks) noexcept {
   const Tally& tally = tally_[root(part)];
-  const float share = static_cast<float>(tally.dynamic) / static_cast<float>(tally.cells);
+  const float share = tally.evidence == 0 ? 0.0F
+                                          : static_cast<float>(tally.evidence_dynamic) /
+                                                static_cast<float>(tally.evidence);
   if (persists(tally)) {
     marks.dynamic |= cells;
     marks.proven |= cells;

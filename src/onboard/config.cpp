@@ -66,6 +66,9 @@ Error GroundConfig::validate() const noexcept {
     return invalid("ground.floating_step_m must be 0 (off) or 0.1 to 2 metres");
   if (!within(floating_reach_m, 2.0F, 50.0F))
     return invalid("ground.floating_reach_m must be 2 to 50 metres");
+  if (spread < 1 || spread > 4) return invalid("ground.spread must be 1 to 4 voxels");
+  if (!within(seen_through_share, 0.0F, 1.0F))
+    return invalid("ground.seen_through_share must be 0 (off) to 1");
   return {};
 }
 

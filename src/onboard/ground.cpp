@@ -16,6 +16,38 @@ bool has_points_below(const FixedHashMap<CoarseVoxel>& voxels, VoxelIndex index,
   return false;
 }
 
+/// Adds a voxel's plane to what its neighbours, and itself, receive, unless they have one already.
+/// Visiting the few that give is cheaper than every voxel asking all its neighbours.
+void hand_out(std::uint32_t giver, const Eigen::Vector3f& normal, const Eigen::Vector3f& point,
+              FixedHashMap<CoarseVoxel>& voxels) noexcept {
+  const VoxelIndex center = unpack(voxels.key(giver));
+  for (std::int32_t n = 0; n < 27; ++n) {
+    const VoxelIndex index{center.x + n % 3 - 1, center.y + n / 3 % 3 - 1, center.z + n / 9 - 1};
+    const std::uint32_t neighbour = voxels.find(pack(index));
+    if (neighbour == CoarseVoxels::kNone) continue;
+    CoarseVoxel& receiver = voxels[neighbour];
+    if (receiver.has_ground) continue;
+    receiver.ground_normal += normal;
+    receiver.sum += point;
+    ++receiver.points;
+  }
+}
+
+void average_received(const GroundConfig& config, FixedHashMap<CoarseVoxel>& voxels) noexcept {
+  for (CoarseVoxel& voxel : voxels.values()) {
+    if (voxel.has_ground || voxel.points == 0) continue;
+    voxel.has_ground = true;
+    if (voxel.ground && config.own_plane_first) {
+      voxel.ground_normal = voxel.normal;
+      voxel.ground_point = voxel.mean;
+      continue;
+    }
+    // Normals all point up, so their sum never vanishes.
+    voxel.ground_normal.normalize();
+    voxel.ground_point = voxel.sum / static_cast<float>(voxel.points);
+  }
+}
+
 }  // namespace
 
 std::uint32_t find_ground(const GroundConfig& config, float voxel_size_m,
@@ -34,36 +66,20 @@ std::uint32_t find_ground(const GroundConfig& config, float voxel_size_m,
 }
 
 void spread_ground(const GroundConfig& config, FixedHashMap<CoarseVoxel>& voxels) noexcept {
-  // First sums over G in the 27-neighbourhood, then averages. Visiting the few ground voxels
-  // and handing their plane out is cheaper than every voxel asking all its neighbours.
-  for (std::uint32_t i = 0; i < voxels.size(); ++i) {
-    if (!voxels[i].ground) continue;
-    const VoxelIndex center = unpack(voxels.key(i));
-    for (std::int32_t n = 0; n < 27; ++n) {
-      const VoxelIndex index{center.x + n % 3 - 1, center.y + n / 3 % 3 - 1, center.z + n / 9 - 1};
-      const std::uint32_t neighbour = voxels.find(pack(index));
-      if (neighbour == CoarseVoxels::kNone) continue;
-      CoarseVoxel& receiver = voxels[neighbour];
-      if (!receiver.has_ground) {
-        receiver.has_ground = true;
-        receiver.sum.setZero();
-        receiver.points = 0;
-      }
-      receiver.ground_normal += voxels[i].normal;
-      receiver.sum += voxels[i].mean;
-      ++receiver.points;
-    }
-  }
   for (CoarseVoxel& voxel : voxels.values()) {
-    if (!voxel.has_ground) continue;
-    if (voxel.ground && config.own_plane_first) {
-      voxel.ground_normal = voxel.normal;
-      voxel.ground_point = voxel.mean;
-      continue;
+    voxel.sum.setZero();
+    voxel.points = 0;
+  }
+  for (std::uint32_t i = 0; i < voxels.size(); ++i) {
+    if (voxels[i].ground) hand_out(i, voxels[i].normal, voxels[i].mean, voxels);
+  }
+  average_received(config, voxels);
+  for (std::uint32_t step = 1; step < config.spread; ++step) {
+    for (std::uint32_t i = 0; i < voxels.size(); ++i) {
+      const CoarseVoxel& voxel = voxels[i];
+      if (voxel.has_ground) hand_out(i, voxel.ground_normal, voxel.ground_point, voxels);
     }
-    // Normals all point up, so their sum never vanishes.
-    voxel.ground_normal.normalize();
-    voxel.ground_point = voxel.sum / static_cast<float>(voxel.points);
+    average_received(config, voxels);
   }
 }
 

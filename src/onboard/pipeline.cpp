@@ -18,6 +18,7 @@
 #include "range_limit.hpp"
 #include "scan_accumulator.hpp"
 #include "stage_clock.hpp"
+#include "transparent_ground.hpp"
 #include "unimapper/onboard/events.hpp"
 #include "unimapper/place/describer.hpp"
 
@@ -69,6 +70,7 @@ struct Pipeline::State {
   RangePainter painter;
   CellTable cells;
   CoarseVoxels voxels;
+  TransparentGround transparent;
   GroundLevels levels;
   EvidenceWindow window;
   BayesFilter filter;
@@ -91,6 +93,7 @@ void Pipeline::State::attach(Arena& arena) noexcept {
   painter.attach(arena, config);
   cells.attach(arena, config.voxel);
   voxels.attach(arena, config.voxel);
+  transparent.attach(arena, config);
   levels.attach(arena, config);
   window.attach(arena, config);
   filter.attach(arena, config);
@@ -189,6 +192,7 @@ void Pipeline::State::remove_dynamic() noexcept {
   cells.build(accumulator.cells(), window.blocks().order(), accumulator.grid());
   voxels.build(cells);
   statistics.ground_voxels = find_ground(config.ground, config.voxel.coarse_size_m, voxels.map());
+  statistics.ground_voxels -= transparent.reject(window, painter.projection(), cells, voxels);
   statistics.ground_voxels -= levels.reject_floating(voxels.map());
   spread_ground(config.ground, voxels.map());
   split_ground(config.ground, config.removal, voxels, cells);
@@ -197,7 +201,9 @@ void Pipeline::State::remove_dynamic() noexcept {
   budget.measure(Budget::Part::kJudging, candidates,
                  [this] { filter.run(window, painter.projection(), cells); });
   budget.measure(Budget::Part::kSettling, 1, [this] {
-    if (config.removal.components) statistics.components = components.run(window.blocks(), cells);
+    if (config.removal.components) {
+      statistics.components = components.run(window.blocks(), filter.log_odds(), cells);
+    }
     dropped(DropCause::kEvidenceFull) = window.left_out();
     window.record(cells);
     show_images();

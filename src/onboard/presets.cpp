@@ -52,6 +52,7 @@ void apply_pattern(const SensorModel& sensor, PipelineConfig& config) noexcept {
   free_space.sure_range_m =
       std::min(2.0F * config.voxel.fine_size_m * kDegreesPerRadian / spacing_deg, 500.0F);
   if (sensor.pattern == ScanPattern::kSpinning) {
+    config.ground.spread = 2;
     free_space.elevation_resolution_deg =
         std::max(free_space.elevation_resolution_deg, 0.5F * spacing_deg);
     return;
@@ -81,7 +82,7 @@ PipelineConfig preset(SensorKind sensor, Computer computer) noexcept {
     float range_m;
   };
   constexpr Room kJetson{320000, 131072, 32768, 1000, 120.0F};
-  constexpr Room kRaspberryPi{160000, 49152, 16384, 470, 60.0F};
+  constexpr Room kRaspberryPi{160000, 49152, 16384, 460, 60.0F};
   constexpr Room kArmv7With64Mb{81920, 30720, 8192, 250, 40.0F};
   PipelineConfig config = preset(sensor);
   if (computer == Computer::kServer) return config;
@@ -104,6 +105,7 @@ PipelineConfig paper_preset(SensorKind sensor) noexcept {
   config.ground.margin_m = 0.1F;
   config.ground.own_plane_first = false;
   config.ground.floating_step_m = 0.0F;
+  config.ground.seen_through_share = 0.0F;
   config.free_space.columns = true;
   config.free_space.visibility = false;
   config.removal.candidates_next_to_ground = true;

@@ -44,6 +44,7 @@ TEST_CASE("thresholds are the same for all spinning sensors, and for all others"
     return std::tuple(config.ground.margin_m, config.free_space.images_per_keyframe,
                       config.free_space.min_returns, config.free_space.range_margin_m,
                       config.ground.floating_step_m, config.ground.floating_reach_m,
+                      config.ground.seen_through_share, config.ground.spread,
                       config.removal.log_odds_free, config.removal.log_odds_occupied,
                       config.removal.component_dynamic_share, config.removal.persistence_share);
   };

@@ -14,6 +14,7 @@
 #include "src/onboard/ground_levels.hpp"
 #include "src/onboard/range_image.hpp"
 #include "src/onboard/scan_accumulator.hpp"
+#include "src/onboard/transparent_ground.hpp"
 #include "unimapper/core/angles.hpp"
 
 using namespace unimapper;
@@ -38,6 +39,7 @@ struct Stages {
     scans.attach(arena, config);
     cells.attach(arena, config.voxel);
     voxels.attach(arena, config.voxel);
+    transparent.attach(arena, config);
     levels.attach(arena, config);
     columns.attach(arena, 1000);
     window.attach(arena, config);
@@ -66,6 +68,15 @@ struct Stages {
     split_ground(config.ground, config.removal, voxels, cells);
     return ground;
   }
+  /// Settles components as if every dynamic cell had been seen through once, and every other one
+  /// met once before. Returns their number.
+  std::uint32_t settle_components() {
+    std::vector<std::int16_t> log_odds(cells.size(), -425);
+    for (std::uint32_t row = 0; row < cells.size(); ++row) {
+      if (cells.has(row, &CellMarks::dynamic)) log_odds[row] = 850;
+    }
+    return components.run(window.blocks(), log_odds, cells);
+  }
   /// Row of the cell that holds a point; there must be one.
   std::uint32_t row_at(const Eigen::Vector3f& p) const {
     for (std::uint32_t row = 0; row < cells.size(); ++row) {
@@ -80,6 +91,7 @@ struct Stages {
   ScanAccumulator scans;
   CellTable cells;
   CoarseVoxels voxels;
+  TransparentGround transparent;
   GroundLevels levels;
   std::uint32_t rejected = 0;  ///< ground voxels that hang in the air
   FreeColumns columns;
@@ -367,7 +379,7 @@ TEST_CASE("obstacles that touch are one component, across block borders too") {
   REQUIRE(stages.cells.size() == 13);
   // A third of the staircase is dynamic: enough for all of it.
   for (std::uint32_t row = 0; row < 4; ++row) stages.cells.set(row, &CellMarks::dynamic);
-  CHECK(stages.components.run(stages.window.blocks(), stages.cells) == 2);
+  CHECK(stages.settle_components() == 2);
   std::size_t dynamic = 0;
   for (std::uint32_t row = 0; row < 13; ++row) {
     dynamic += stages.cells.has(row, &CellMarks::dynamic) ? 1 : 0;
@@ -383,14 +395,84 @@ TEST_CASE("hardly dynamic components become static, firm cells resist their neig
   stages.add(points);
   stages.find_and_split_ground();
   stages.cells.set(0, &CellMarks::dynamic);
-  stages.components.run(stages.window.blocks(), stages.cells);
+  stages.settle_components();
   CHECK_FALSE(stages.cells.has(0, &CellMarks::dynamic));
 
   for (std::uint32_t row = 0; row < 20; ++row) stages.cells.set(row, &CellMarks::dynamic);
   stages.cells.set(39, &CellMarks::firm);
-  stages.components.run(stages.window.blocks(), stages.cells);
+  stages.settle_components();
   CHECK(stages.cells.has(38, &CellMarks::dynamic));
   CHECK_FALSE(stages.cells.has(39, &CellMarks::dynamic));
+}
+
+TEST_CASE("what little is known of a component outweighs what is not known of it") {
+  Stages stages;
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 0; i < 40; ++i) points.emplace_back(0.1F + 0.2F * static_cast<float>(i), 0.1F, 3.1F);
+  stages.add(points);
+  stages.find_and_split_ground();
+  std::vector<std::int16_t> log_odds(stages.cells.size(), 0);
+  for (std::uint32_t row = 0; row < 3; ++row) {
+    log_odds[row] = 850;
+    stages.cells.set(row, &CellMarks::dynamic);
+  }
+  stages.components.run(stages.window.blocks(), log_odds, stages.cells);
+  CHECK(stages.cells.has(39, &CellMarks::dynamic));
+}
+
+TEST_CASE("ground that was seen through is none, whatever looks like it") {
+  PipelineConfig config = small_config();
+  config.free_space.own_keyframe = true;
+  Stages stages(config);
+  std::vector<Eigen::Vector3f> roof;
+  add_floor(roof, 6.0F, 8.0F, -1.0F, 1.0F, 0.1F);
+  stages.add(roof);
+  stages.build_cells();
+  stages.voxels.build(stages.cells);
+  const auto count = [&] {
+    return find_ground(config.ground, config.voxel.coarse_size_m, stages.voxels.map());
+  };
+  REQUIRE(count() > 0);
+  const auto reject = [&] {
+    return stages.transparent.reject(stages.window, stages.painter.projection(), stages.cells,
+                                     stages.voxels);
+  };
+  // Nothing is known yet.
+  CHECK(reject() == 0);
+
+  // Two scans of the keyframe saw a wall behind it: it had driven on.
+  std::vector<Eigen::Vector3f> wall;
+  for (float y = -6.0F; y < 6.0F; y += 0.05F) {
+    for (float z = -3.0F; z < 3.0F; z += 0.05F) wall.emplace_back(15.0F, y, z);
+  }
+  for (const std::uint32_t scan : {0U, 9U}) {
+    RangeImage& image = *stages.window.image_for(scan, Pose{});
+    stages.painter.paint(PointView::xyz(wall.data(), wall.size(), sizeof(wall[0])), image);
+  }
+  CHECK(reject() == count());
+}
+
+TEST_CASE("road below what is not flat any more is found from the next flat voxel but one") {
+  PipelineConfig config = small_config();
+  Stages stages(config);
+  std::vector<Eigen::Vector3f> points;
+  add_floor(points, 0.0F, 2.0F, 0.0F, 2.0F, 0.05F);
+  // What a van swept, four metres of it: road and sides.
+  add_floor(points, 2.0F, 6.0F, 0.0F, 2.0F, 0.05F);
+  for (float x = 2.1F; x < 6.0F; x += 0.2F) {
+    for (float y = 0.1F; y < 2.0F; y += 0.2F) add_column(points, x, y, 0.3F, 1.9F);
+  }
+  stages.add(points);
+  const auto is_ground = [&](float x) {
+    return stages.cells.has(stages.row_at({x, 1.1F, 0.05F}), &CellMarks::ground);
+  };
+  stages.config.ground.spread = 1;
+  REQUIRE(stages.find_and_split_ground() > 0);
+  CHECK(is_ground(3.1F));
+  CHECK_FALSE(is_ground(5.1F));
+  stages.config.ground.spread = 2;
+  stages.find_and_split_ground();
+  CHECK(is_ground(5.1F));
 }
 
 TEST_CASE("low cells follow an obstacle but do not tie obstacles together") {
@@ -404,7 +486,7 @@ TEST_CASE("low cells follow an obstacle but do not tie obstacles together") {
   for (float z = 0.5F; z < 1.8F; z += 0.2F) {
     stages.cells.set(stages.row_at({1.1F, 1.1F, z}), &CellMarks::dynamic);
   }
-  stages.components.run(stages.window.blocks(), stages.cells);
+  stages.settle_components();
   const auto dynamic = [&](float x, float z) {
     return stages.cells.has(stages.row_at({x, 1.1F, z}), &CellMarks::dynamic);
   };

@@ -109,7 +109,7 @@ struct MotionScore {
 /// Tells objects that moved while they were seen from those that stood and moved at some other time
 /// (a queue, a bus at a stop): labels call both dynamic, but nothing a robot sees until then shows
 /// the latter. An object (by its instance number) stands during `stretch` scans if a third of the
-/// 0.2 m cells it filled in the first of them are filled in the last one, too, of whichever scan
+/// 0.4 m cells it filled in the first of them are filled in the last one, too, of whichever scan
 /// it filled fewer in; points without instance count as moving. O(points).
 [[nodiscard]] MotionScore score_by_motion(ScanSource& source, std::size_t stretch = 10);
 

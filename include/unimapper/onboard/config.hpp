@@ -86,11 +86,18 @@ struct GroundConfig {
   /// Ground voxels are split by their own plane instead of the average with their neighbours',
   /// which would turn the pavement beside a kerb into an obstacle; paper: false.
   bool own_plane_first = true;
+  /// How many voxels away from G a voxel may take its ground from. More than 1 (paper) finds the road
+  /// below what drove past, where nothing is flat any more; sensors that hardly see the ground have
+  /// none to spare. [1, 4]; measured: 2 for spinning sensors, 1 for others.
+  std::uint32_t spread = 1;
   /// Ground that lies at least so much above ground within the reach is none: what a moving
   /// vehicle leaves behind can be as flat as a road. Metres; 0 = off (paper), else [0.1, 2], and
   /// [2, 50]; measured.
   float floating_step_m = 0.2F;
   float floating_reach_m = 10.0F;
+  /// Ground of which at least this share was seen through is none: where a sensor hardly sees the
+  /// ground, the roof of a passing car is the lowest plane. 0 = off (paper), else (0, 1]; measured.
+  float seen_through_share = 0.7F;
 
   [[nodiscard]] Error validate() const noexcept;
 };
@@ -164,10 +171,11 @@ struct RemovalConfig {
   /// Cells lower than this above the ground follow the component they touch, but do not connect
   /// components: kerbs and grass would tie every walker to the next wall, metres. [0, 2]; measured.
   float connecting_height_m = 0.3F;
-  /// A component with at least this share of dynamic cells is dynamic, with less than the
-  /// second share static; between them each cell stands for itself. [0, 1]; measured.
-  float component_dynamic_share = 0.2F;
-  float component_static_share = 0.05F;
+  /// A component is dynamic if at least this share of the evidence for and against its cells says
+  /// so, each cell's counted up to `firm_log_odds`; with less than the second share it is static;
+  /// between them each cell stands for itself. [0, 1]; measured.
+  float component_dynamic_share = 0.3F;
+  float component_static_share = 0.1F;
   /// Cells at or below minus this log-odds keep their own verdict whatever their component says:
   /// a van that drives past does not take the parked car with it. (0, 1000]; measured.
   float firm_log_odds = 2.0F;
