@@ -63,6 +63,7 @@ void visit(CConfig& c, Config& p, Function f) {
   f(c.removal_firm_log_odds, p.removal.firm_log_odds);
   f(c.removal_most_carried_log_odds, p.removal.most_carried_log_odds);
   f(c.removal_persistence_share, p.removal.persistence_share);
+  f(c.removal_revise, p.removal.revise);
   f(c.descriptor_voxel_size_m, p.descriptor.voxel_size_m);
   f(c.descriptor_max_cells, p.descriptor.max_cells);
   f(c.descriptor_max_voxels, p.descriptor.max_voxels);
@@ -156,7 +157,7 @@ ConfigVerdict read_config(const um_config* config, PipelineConfig& out, um_confi
       break;
   }
   std::memcpy(&full, config, config->struct_size);
-  if (full.reserved[0] != 0 || full.reserved[1] != 0)
+  if (full.reserved[0] != 0 || full.reserved[1] != 0 || full.reserved[2] != 0)
     return {UM_INVALID_CONFIG, "config.reserved must be 0"};
   out = {};
   bool all_possible = true;

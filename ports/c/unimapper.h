@@ -336,8 +336,10 @@ typedef struct um_config {
   /** These two belong to the ground's parameters above. */
   float ground_seen_through_share;
   uint32_t ground_spread;
+  /** Belongs to removal above; 0 or 1. */
+  uint32_t removal_revise;
   /** Must be 0. */
-  uint32_t reserved[2];
+  uint32_t reserved[3];
 } um_config;
 
 /** Fills in the recommended parameters for a sensor (enum um_sensor). `struct_size` is

@@ -87,6 +87,7 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("most_carried_log_odds", config.most_carried_log_odds);
   visitor("firm_log_odds", config.firm_log_odds);
   visitor("persistence_share", config.persistence_share);
+  visitor("revise", config.revise);
 }
 
 template <Is<DescriptorConfig> Config, typename Visitor>

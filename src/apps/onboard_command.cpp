@@ -41,6 +41,8 @@ void add_processing_options(CLI::App& command, OnboardOptions& options) {
                      "Search the places of an earlier run too; may be given more than once");
   command.add_flag("--all-candidates", options.all_candidates,
                    "List loop candidates below the threshold too, with accepted = 0");
+  command.add_flag("--final-labels", options.final_labels,
+                   "Write OUT/final/labels too: what was decided when a keyframe left the window");
 }
 
 }  // namespace

@@ -86,6 +86,16 @@ std::uint32_t BlockWindow::enter(const VoxelIndex& block) noexcept {
   return tile.slots[place].number = met_count_++;
 }
 
+VoxelIndex BlockWindow::block_at(std::uint32_t entry, const Grid& grid) const noexcept {
+  const Held& held = held_[entry];
+  const VoxelIndex tile = unpack(tiles_[held.place >> 6U].key);
+  const auto place = static_cast<std::int32_t>(held.place & 63U);
+  const VoxelIndex shift = shift_between(grid, origin_).cells;
+  return {(tile.x << kEdgeBits) + (place & 3) - (shift.x >> Block::kEdgeBits),
+          (tile.y << kEdgeBits) + (place >> 2 & 3) - (shift.y >> Block::kEdgeBits),
+          (tile.z << kEdgeBits) + (place >> 4) - (shift.z >> Block::kEdgeBits)};
+}
+
 void BlockWindow::arrange(std::span<const Block> entered) noexcept {
   for (std::uint32_t t = 0; t < met_tile_count_; ++t) {
     Tile& tile = tiles_[met_tiles_[t]];

@@ -86,6 +86,28 @@ class BlockWindow {
   [[nodiscard]] std::span<const std::uint64_t> occupied(std::uint32_t number) const noexcept {
     return {history_ + entry_of(number) * std::size_t{slots_}, slots_};
   }
+  /// Entry of a block by its number: names it as long as any keyframe that occupies it is in the
+  /// window.
+  [[nodiscard]] std::uint32_t entry(std::uint32_t number) const noexcept {
+    return entry_of(number);
+  }
+  /// Cells of a block that were occupied `age` keyframes ago, 0 being the current one.
+  [[nodiscard]] std::uint64_t occupied_entry(std::uint32_t entry,
+                                             std::uint32_t age) const noexcept {
+    return history_[entry * std::size_t{slots_} + slot(age)];
+  }
+  /// Where the block with an entry lies in a grid of the window.
+  [[nodiscard]] VoxelIndex block_at(std::uint32_t entry, const Grid& grid) const noexcept;
+
+  /// Number of the current keyframe since the beginning, and how long ago another one was.
+  [[nodiscard]] std::uint32_t keyframe() const noexcept { return keyframe_; }
+  [[nodiscard]] std::uint32_t age_of(std::uint32_t keyframe) const noexcept {
+    return keyframe_ - keyframe;
+  }
+  /// Keyframes remembered beside the current one, and how many there can be at most.
+  [[nodiscard]] std::uint32_t earlier_count() const noexcept { return earlier_; }
+  [[nodiscard]] std::uint32_t longest_age() const noexcept { return slots_ - 1; }
+
   /// What the keyframe before decided about a block.
   [[nodiscard]] BlockHistory before(std::uint32_t number) const noexcept {
     const std::uint32_t then = number_before_[number];

@@ -16,6 +16,7 @@
 #include "motion_gate.hpp"
 #include "range_image.hpp"
 #include "range_limit.hpp"
+#include "revision.hpp"
 #include "scan_accumulator.hpp"
 #include "stage_clock.hpp"
 #include "transparent_ground.hpp"
@@ -75,6 +76,7 @@ struct Pipeline::State {
   EvidenceWindow window;
   BayesFilter filter;
   Components components;
+  Revision revision;
   KeyframeOutput output;
   PlaceDescriber describer;
   PlaceDatabase places;
@@ -98,6 +100,7 @@ void Pipeline::State::attach(Arena& arena) noexcept {
   window.attach(arena, config);
   filter.attach(arena, config);
   components.attach(arena, config);
+  revision.attach(arena, config);
   output.attach(arena, config);
   describer.attach(arena, config.descriptor);
   places.attach(arena, config.loop_search);
@@ -121,7 +124,10 @@ ScanResult Pipeline::State::add_scan(const PointView& points, const Pose& pose,
   }
 
   // Two poses in a row say that the robot is elsewhere: whatever was seen before is of no use.
-  if (motion.restarted) window.forget();
+  if (motion.restarted) {
+    window.forget();
+    revision.forget();
+  }
   if (!open) begin_keyframe(pose);
   if (!ingest(points, pose)) {
     const Error empty{ErrorCode::kEmptyScan,
@@ -205,6 +211,9 @@ void Pipeline::State::remove_dynamic() noexcept {
       statistics.components = components.run(window.blocks(), filter.log_odds(), cells);
     }
     dropped(DropCause::kEvidenceFull) = window.left_out();
+    revision.revise_leaving(window, painter.projection());
+    view.revised = revision.result();
+    revision.remember(window.blocks(), cells, view.sequence);
     window.record(cells);
     show_images();
     output.build(cells, voxels, view.T_odometry_keyframe);
@@ -389,6 +398,18 @@ std::size_t Pipeline::labels(std::size_t scan_in_keyframe,
   std::fill(out.begin() + static_cast<std::ptrdiff_t>(coded),
             out.begin() + static_cast<std::ptrdiff_t>(count), PointLabel::kStatic);
   return count;
+}
+
+std::size_t Pipeline::revise_labels(const PointView& points, const Pose& T_odometry_sensor,
+                                    std::span<PointLabel> labels) const noexcept {
+  return state_->revision.relabel(points, T_odometry_sensor, labels);
+}
+
+bool Pipeline::revise_next() noexcept {
+  const bool revised =
+      !state_->open && state_->revision.revise_oldest(state_->window, state_->painter.projection());
+  state_->view.revised = state_->revision.result();
+  return revised;
 }
 
 PlaceDatabase& Pipeline::places() noexcept { return state_->places; }

@@ -86,9 +86,9 @@ struct GroundConfig {
   /// Ground voxels are split by their own plane instead of the average with their neighbours',
   /// which would turn the pavement beside a kerb into an obstacle; paper: false.
   bool own_plane_first = true;
-  /// How many voxels away from G a voxel may take its ground from. More than 1 (paper) finds the road
-  /// below what drove past, where nothing is flat any more; sensors that hardly see the ground have
-  /// none to spare. [1, 4]; measured: 2 for spinning sensors, 1 for others.
+  /// How many voxels away from G a voxel may take its ground from. More than 1 (paper) finds the
+  /// road below what drove past, where nothing is flat any more; sensors that hardly see the ground
+  /// have none to spare. [1, 4]; measured: 2 for spinning sensors, 1 for others.
   std::uint32_t spread = 1;
   /// Ground that lies at least so much above ground within the reach is none: what a moving
   /// vehicle leaves behind can be as flat as a road. Metres; 0 = off (paper), else [0.1, 2], and
@@ -182,6 +182,8 @@ struct RemovalConfig {
   /// A component stays dynamic if at least this share of its cells was dynamic in the keyframe
   /// before, and twice as many cells were dynamic as static there. [0, 1], 0 = off; measured.
   float persistence_share = 0.3F;
+  /// Decide once more about the cells of a keyframe that leaves the window; measured: on.
+  bool revise = true;
 
   [[nodiscard]] Error validate() const noexcept;
 };

@@ -15,8 +15,19 @@
 
 namespace unimapper {
 
-/// A finished keyframe. Every view points into the pipeline's memory and stays valid until the
-/// next call of `add_scan` or `flush`.
+/// What became of a keyframe when it left the window, N keyframes after it was made: the last
+/// revision of its labels, which `Pipeline::revise_labels` brings up to date.
+struct RevisedKeyframe {
+  bool available = false;
+  std::uint32_t sequence = 0;         ///< of the keyframe
+  std::uint32_t revision = 0;         ///< 1: final; 0 is the online decision
+  std::uint32_t later_keyframes = 0;  ///< that had a say
+  std::uint32_t cells_now_dynamic = 0;
+  std::uint32_t cells_now_static = 0;
+};
+
+/// A finished keyframe, as decided online: revision 0. Every view points into the pipeline's memory
+/// and stays valid until the next call of `add_scan` or `flush`.
 struct KeyframeView {
   std::uint32_t sequence = 0;        ///< running number, from 0
   std::uint32_t reference_scan = 0;  ///< index into `scans`; the keyframe's pose is this scan's
@@ -29,6 +40,8 @@ struct KeyframeView {
   std::span<const FreeSpaceImage> images;
   PlaceView place;
   std::span<const LoopCandidate> loops;  ///< earlier keyframes that look alike, best first
+  /// The keyframe that left the window when this one came, if there is one.
+  RevisedKeyframe revised;
   const KeyframeStatistics* statistics = nullptr;
 };
 
@@ -77,6 +90,16 @@ class Pipeline {
   /// input order. Writes at most `out.size()` labels and returns how many.
   /// `kUnknown` is given only to points that are not finite or out of range.
   std::size_t labels(std::size_t scan_in_keyframe, std::span<PointLabel> out) const noexcept;
+
+  /// Brings the labels of a scan of the keyframe `keyframe().revised` up to its last revision. The
+  /// caller kept them, and the scan: hand in the same points and pose as to `add_scan`. Returns how
+  /// many labels changed. O(points).
+  std::size_t revise_labels(const PointView& points, const Pose& T_odometry_sensor,
+                            std::span<PointLabel> labels) const noexcept;
+
+  /// After the last scan and `flush`: revises the oldest keyframe that is still in the window, so
+  /// that `keyframe().revised` tells of it; false if there is none left. Call until then.
+  bool revise_next() noexcept;
 
   /// The places loop search knows; insert those of earlier runs (sessions from 1) here. The
   /// pipeline's own keyframes are session 0.

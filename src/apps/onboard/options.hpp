@@ -20,6 +20,7 @@ struct OnboardOptions {
   bool realtime = false;
   std::vector<std::filesystem::path> against;
   bool all_candidates = false;
+  bool final_labels = false;  ///< write those of keyframes that left the window, too
   std::size_t scans = std::numeric_limits<std::size_t>::max();
 };
 

@@ -21,6 +21,7 @@ void Replay::run() {
     last = pipeline_.flush();
   }
   handle(last);
+  finish_labels();
   allocations_ = AllocationGuard::count();
 }
 
@@ -58,6 +59,9 @@ std::chrono::steady_clock::time_point Replay::due(std::size_t index) const {
 void Replay::report_refusal(std::size_t index, const Error& error) {
   // Every input scan gets its labels: without a decision all points count as static.
   outputs_.folder.write_labels(dataset_.scan_name(index), {}, points_.at(index));
+  if (options_.final_labels) {
+    outputs_.folder.write_final_labels(dataset_.scan_name(index), {}, points_.at(index));
+  }
   constexpr std::uint64_t kMaxNotes = 10;
   const std::uint64_t refused = outputs_.statistics.scans_refused();
   if (refused > kMaxNotes) return;
@@ -71,6 +75,7 @@ void Replay::handle(const ScanResult& result) {
 
 void Replay::collect_keyframe() {
   const KeyframeView& keyframe = pipeline_.keyframe();
+  collect_final_labels(keyframe.revised);
   collect_labels(keyframe);
   outputs_.known.add(keyframe);
   collect_loops(keyframe);
@@ -86,7 +91,36 @@ void Replay::collect_labels(const KeyframeView& keyframe) {
     const std::size_t count = pipeline_.labels(i, labels_);
     outputs_.folder.write_labels(dataset_.scan_name(index), std::span(labels_).first(count),
                                  labels_.size());
+    if (!options_.final_labels) continue;
+    std::vector<PointLabel> kept(labels_.begin(),
+                                 labels_.begin() + static_cast<std::ptrdiff_t>(count));
+    open_scans_.push_back({keyframe.sequence, index, std::move(kept)});
   }
+}
+
+void Replay::collect_final_labels(const RevisedKeyframe& revised) {
+  if (!options_.final_labels || !revised.available) return;
+  while (!open_scans_.empty() && open_scans_.front().keyframe <= revised.sequence) {
+    OpenScan& open = open_scans_.front();
+    if (open.keyframe == revised.sequence) {
+      dataset_.read_scan(open.index, earlier_scan_);
+      pipeline_.revise_labels(earlier_scan_.view(), dataset_.pose(open.index), open.labels);
+    }
+    outputs_.folder.write_final_labels(dataset_.scan_name(open.index), open.labels,
+                                       points_.at(open.index));
+    open_scans_.pop_front();
+  }
+}
+
+void Replay::finish_labels() {
+  if (!options_.final_labels) return;
+  while (pipeline_.revise_next()) collect_final_labels(pipeline_.keyframe().revised);
+  // Keyframes that had to leave the window early keep what was decided online.
+  for (const OpenScan& open : open_scans_) {
+    outputs_.folder.write_final_labels(dataset_.scan_name(open.index), open.labels,
+                                       points_.at(open.index));
+  }
+  open_scans_.clear();
 }
 
 void Replay::collect_loops(const KeyframeView& keyframe) {

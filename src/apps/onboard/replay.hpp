@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <vector>
 
@@ -33,6 +34,7 @@ struct ReplayOptions {
   std::size_t scans = 0;        ///< replay the first so many scans
   bool realtime = false;        ///< wait for each scan's stamp
   bool all_candidates = false;  ///< keep loop candidates below the threshold too
+  bool final_labels = false;    ///< label keyframes again when they leave the window
 };
 
 /// Feeds the scans in order and collects labels, keyframes, loops and statistics.
@@ -56,6 +58,10 @@ class Replay {
   void report_refusal(std::size_t index, const Error& error);
   void collect_keyframe();
   void collect_labels(const KeyframeView& keyframe);
+  /// Labels the scans of the keyframe that left the window anew.
+  void collect_final_labels(const RevisedKeyframe& revised);
+  /// The same for what is in the window at the end.
+  void finish_labels();
   void collect_loops(const KeyframeView& keyframe);
   void send(const KeyframeView& keyframe);
   void publish_health();
@@ -68,6 +74,14 @@ class Replay {
   datasets::Scan scan_;
   std::vector<std::size_t> points_;  // of every scan fed so far
   std::vector<PointLabel> labels_;
+  /// A scan whose keyframe is in the window, with the labels of the online decision.
+  struct OpenScan {
+    std::uint32_t keyframe;
+    std::size_t index;
+    std::vector<PointLabel> labels;
+  };
+  std::deque<OpenScan> open_scans_;
+  datasets::Scan earlier_scan_;
   std::vector<LoopRow> loops_;
   std::uint64_t allocations_ = 0;
   std::uint64_t left_out_ = 0;  // of the message sent last

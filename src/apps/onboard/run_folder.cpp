@@ -25,8 +25,11 @@ std::string own_name(const fs::path& directory) {
 
 void remove_earlier_run(const fs::path& directory) {
   std::error_code ignored;
-  for (const fs::path& label : datasets::list_files(directory / "labels", ".label")) {
-    fs::remove(label, ignored);
+  for (const char* labels : {"labels", "final/labels"}) {
+    if (!fs::exists(directory / labels)) continue;
+    for (const fs::path& label : datasets::list_files(directory / labels, ".label")) {
+      fs::remove(label, ignored);
+    }
   }
   for (const char* name : {"keyframes.lcmlog", "loops.csv", "stats.json", "events.log"}) {
     fs::remove(directory / name, ignored);
@@ -50,12 +53,23 @@ RunFolder::RunFolder(const fs::path& directory)
 
 void RunFolder::write_labels(const std::string& name, std::span<const PointLabel> labels,
                              std::size_t points) {
+  write(directory_ / "labels", name, labels, points);
+}
+
+void RunFolder::write_final_labels(const std::string& name, std::span<const PointLabel> labels,
+                                   std::size_t points) {
+  datasets::make_directory(directory_ / "final" / "labels");
+  write(directory_ / "final" / "labels", name, labels, points);
+}
+
+void RunFolder::write(const fs::path& folder, const std::string& name,
+                      std::span<const PointLabel> labels, std::size_t points) {
   buffer_.assign(points, kLabelStatic);
   const std::size_t known = std::min(points, labels.size());
   for (std::size_t i = 0; i < known; ++i) {
     if (labels[i] == PointLabel::kDynamic) buffer_[i] = kLabelDynamic;
   }
-  datasets::write_labels(directory_ / "labels" / (name + ".label"), buffer_);
+  datasets::write_labels(folder / (name + ".label"), buffer_);
 }
 
 void RunFolder::write_text(const std::string& name, const std::string& text) const {

@@ -11,7 +11,7 @@
 
 namespace unimapper::apps {
 
-/// RUN/labels, RUN/keyframes.lcmlog, RUN/loops.csv, RUN/stats.json, RUN/run.json,
+/// RUN/labels, RUN/final/labels, RUN/keyframes.lcmlog, RUN/loops.csv, RUN/stats.json, RUN/run.json,
 /// RUN/events.log.
 class RunFolder {
  public:
@@ -32,10 +32,16 @@ class RunFolder {
   /// shorter than `points`, the rest is static.
   void write_labels(const std::string& name, std::span<const PointLabel> labels,
                     std::size_t points);
+  /// The same to RUN/final/labels: what was decided when the keyframe left the window.
+  void write_final_labels(const std::string& name, std::span<const PointLabel> labels,
+                          std::size_t points);
   /// Writes RUN/NAME.
   void write_text(const std::string& name, const std::string& text) const;
 
  private:
+  void write(const std::filesystem::path& folder, const std::string& name,
+             std::span<const PointLabel> labels, std::size_t points);
+
   std::filesystem::path directory_;
   std::string session_name_;
   std::vector<std::uint32_t> buffer_;

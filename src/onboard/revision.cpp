@@ -1,0 +1,200 @@
+#include "revision.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace unimapper::onboard {
+namespace {
+
+/// What it weighs that the robot called a cell dynamic.
+constexpr float kPriorLogOdds = 1.5F;
+/// As many images of each keyframe are asked: the others repeat them.
+constexpr std::uint32_t kImagesPerKeyframe = 2;
+
+}  // namespace
+
+struct Revision::Group {
+  std::uint32_t size;
+  std::uint32_t blocks;
+  float x[kGroup];
+  float y[kGroup];
+  float z[kGroup];
+  std::int32_t log_odds[kGroup];
+  // One entry per block.
+  OpenBlock block[kGroup];
+  VoxelIndex index[kGroup];     ///< in the grid of the revised keyframe
+  std::uint32_t first[kGroup];  ///< its first cell
+
+  [[nodiscard]] bool has_room() const noexcept { return size + Block::kCells <= kGroup; }
+};
+
+void Revision::attach(Arena& arena, const PipelineConfig& config) noexcept {
+  on_ = config.removal.revise && config.free_space.visibility;
+  if (!on_) return;
+  judge_ = ImageJudge(config);
+  prior_ = in_thousandths(kPriorLogOdds);
+  occupied_ = in_thousandths(config.removal.log_odds_occupied);
+  firm_ = in_thousandths(std::min(config.removal.firm_log_odds, 30.0F));
+  stride_ = std::max(1U, config.free_space.images_per_keyframe / kImagesPerKeyframe);
+  // Most blocks hold nothing but ground and firm cells.
+  capacity_ = config.voxel.max_blocks();
+  open_ = arena.allocate<OpenBlock>(capacity_);
+  group_ = arena.allocate<Group>(1);
+  changed_.attach(arena, capacity_ / 4 + 1);
+}
+
+void Revision::drop_oldest() noexcept {
+  open_count_ -= keyframes_[0].count;
+  std::copy(keyframes_ + 1, keyframes_ + remembered_, keyframes_);
+  --remembered_;
+}
+
+void Revision::remember(const BlockWindow& blocks, const CellTable& cells,
+                        std::uint32_t sequence) noexcept {
+  if (!on_) return;
+  if (remembered_ == std::size(keyframes_)) drop_oldest();
+  Remembered now{sequence, blocks.keyframe(), next_, 0, cells.grid()};
+  for (std::uint32_t b = 0; b < cells.blocks().size(); ++b) {
+    const CellMarks& marks = cells.marks(b);
+    const std::uint64_t open = marks.candidate & ~marks.dynamic & ~marks.firm;
+    if ((marks.dynamic | open) == 0) continue;
+    while (open_count_ == capacity_ && remembered_ > 0) drop_oldest();
+    if (open_count_ == capacity_) break;
+    ring(next_) = {marks.dynamic, open, blocks.entry(b)};
+    next_ = (next_ + 1) % capacity_;
+    ++open_count_;
+    ++now.count;
+  }
+  keyframes_[remembered_++] = now;
+}
+
+bool Revision::revise_leaving(const EvidenceWindow& window,
+                              const ImageProjection& projection) noexcept {
+  result_.available = false;
+  if (!on_) return false;
+  // Keyframes that had to leave early are gone.
+  while (remembered_ > 0 &&
+         window.blocks().age_of(keyframes_[0].keyframe) > window.blocks().earlier_count()) {
+    drop_oldest();
+  }
+  if (remembered_ == 0) return false;
+  if (window.blocks().age_of(keyframes_[0].keyframe) < window.blocks().longest_age()) return false;
+  return revise(window, projection, 0);
+}
+
+bool Revision::revise_oldest(const EvidenceWindow& window,
+                             const ImageProjection& projection) noexcept {
+  result_.available = false;
+  if (!on_ || remembered_ == 0) return false;
+  return revise(window, projection, 1);
+}
+
+bool Revision::revise(const EvidenceWindow& window, const ImageProjection& projection,
+                      std::uint32_t latest_age) noexcept {
+  const Remembered keyframe = keyframes_[0];
+  const BlockWindow& blocks = window.blocks();
+  const std::uint32_t age = blocks.age_of(keyframe.keyframe);
+  grid_ = keyframe.grid;
+  changed_.clear();
+  result_ = {true, keyframe.sequence, 1, age - latest_age, 0, 0};
+  group_->size = group_->blocks = 0;
+  for (std::uint32_t i = 0; i < keyframe.count; ++i) {
+    if (!group_->has_room()) settle(window, projection, age, latest_age);
+    const OpenBlock& block = ring(keyframe.first + i);
+    add(blocks, block, blocks.block_at(block.entry, grid_), age, latest_age);
+  }
+  settle(window, projection, age, latest_age);
+  drop_oldest();
+  return true;
+}
+
+void Revision::add(const BlockWindow& blocks, const OpenBlock& block, const VoxelIndex& index,
+                   std::uint32_t age, std::uint32_t latest_age) noexcept {
+  Group& group = *group_;
+  group.block[group.blocks] = block;
+  group.index[group.blocks] = index;
+  group.first[group.blocks] = group.size;
+  ++group.blocks;
+  const float size_m = grid_.cell_size_m;
+  for (std::uint64_t left = block.dynamic | block.open; left != 0; left &= left - 1) {
+    const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
+    const VoxelIndex cell = cell_in(index, bit);
+    std::int32_t sum = (block.dynamic >> bit & 1U) != 0 ? prior_ : 0;
+    for (std::uint32_t later = latest_age; later < age; ++later) {
+      if ((blocks.occupied_entry(block.entry, later) >> bit & 1U) != 0) sum -= occupied_;
+    }
+    group.x[group.size] = (static_cast<float>(cell.x) + 0.5F) * size_m;
+    group.y[group.size] = (static_cast<float>(cell.y) + 0.5F) * size_m;
+    group.z[group.size] = (static_cast<float>(cell.z) + 0.5F) * size_m;
+    group.log_odds[group.size] = sum;
+    ++group.size;
+  }
+}
+
+void Revision::settle(const EvidenceWindow& window, const ImageProjection& projection,
+                      std::uint32_t age, std::uint32_t latest_age) noexcept {
+  Group& group = *group_;
+  const JudgedPlaces places{group.x, group.y, group.z, group.log_odds, group.size};
+  for (std::uint32_t later = latest_age; later < age; ++later) {
+    const KeyframeEvidence& evidence = later == 0 ? window.current() : window.earlier(later);
+    judge_.add(evidence, stride_, projection, grid_, places);
+  }
+  for (std::uint32_t b = 0; b < group.blocks; ++b) {
+    settle_block(group.block[b], group.index[b], group.log_odds + group.first[b]);
+  }
+  group.size = group.blocks = 0;
+}
+
+void Revision::settle_block(const OpenBlock& block, const VoxelIndex& index,
+                            const std::int32_t* log_odds) noexcept {
+  std::int32_t evidence = 0;
+  Changed could;
+  const std::int32_t* sum = log_odds;
+  for (std::uint64_t left = block.dynamic | block.open; left != 0; left &= left - 1, ++sum) {
+    evidence += std::clamp(*sum, -firm_, firm_);
+    const std::uint64_t cell = lowest_bit(left);
+    if (*sum > -firm_) could.now_dynamic |= cell & block.open;
+    if (*sum < firm_) could.now_static |= cell & block.dynamic;
+  }
+  // To remove what was kept takes more than a tie: once more than every cell was met.
+  const auto cells = static_cast<std::int32_t>(sum - log_odds);
+  if (evidence <= occupied_ * cells) could.now_dynamic = 0;
+  if (evidence >= 0) could.now_static = 0;
+  if ((could.now_dynamic | could.now_static) == 0) return;
+  const std::uint32_t entry = changed_.find_or_insert(pack(index));
+  if (entry == FixedHashMap<Changed>::kNotFound) return;
+  changed_[entry] = could;
+  result_.cells_now_dynamic += count_bits(could.now_dynamic);
+  result_.cells_now_static += count_bits(could.now_static);
+}
+
+std::size_t Revision::relabel(const PointView& points, const Pose& T_odometry_sensor,
+                              std::span<PointLabel> labels) const noexcept {
+  if (!result_.available || changed_.size() == 0) return 0;
+  const double per_metre = 1.0 / static_cast<double>(grid_.cell_size_m);
+  const Eigen::Matrix3f r = (T_odometry_sensor.rotation * per_metre).cast<float>();
+  const Eigen::Vector3f t =
+      ((T_odometry_sensor.translation - grid_.origin_m()) * per_metre).cast<float>();
+  std::size_t changed = 0;
+  for (std::size_t i = 0; i < std::min(points.count, labels.size()); ++i) {
+    if (labels[i] == PointLabel::kUnknown) continue;
+    const Eigen::Vector3f p = points[i];
+    const VoxelIndex cell{
+        floor_to_int(r(0, 0) * p.x() + r(0, 1) * p.y() + r(0, 2) * p.z() + t.x()),
+        floor_to_int(r(1, 0) * p.x() + r(1, 1) * p.y() + r(1, 2) * p.z() + t.y()),
+        floor_to_int(r(2, 0) * p.x() + r(2, 1) * p.y() + r(2, 2) * p.z() + t.z())};
+    const std::uint32_t entry = changed_.find(pack(block_of(cell)));
+    if (entry == FixedHashMap<Changed>::kNotFound) continue;
+    const std::uint64_t bit = std::uint64_t{1} << bit_of(cell);
+    const bool now_dynamic = (changed_[entry].now_dynamic & bit) != 0;
+    const bool now_static = (changed_[entry].now_static & bit) != 0;
+    const PointLabel before = labels[i];
+    if (now_dynamic) labels[i] = PointLabel::kDynamic;
+    if (now_static) labels[i] = PointLabel::kStatic;
+    changed += labels[i] != before ? 1 : 0;
+  }
+  return changed;
+}
+
+}  // namespace unimapper::onboard

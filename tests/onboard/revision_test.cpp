@@ -1,0 +1,162 @@
+// Labels that are taken back, or given, before a keyframe leaves the window.
+#include <catch2/catch.hpp>
+#include <map>
+
+#include "run.hpp"
+
+using namespace unimapper;
+using namespace unimapper::test;
+
+namespace {
+
+constexpr std::int64_t kPeriodNs = 100'000'000;
+
+/// What was said of every keyframe, at once and at last.
+struct Revisions {
+  std::map<std::uint32_t, Score> online;
+  std::map<std::uint32_t, Score> final;
+  std::map<std::uint32_t, RevisedKeyframe> revised;
+};
+
+/// A scene seen from a robot that stands at the origin, and all that became of it.
+class Replay {
+ public:
+  Replay(const Scene& scene, const PipelineConfig& config) : scene_(scene), pipeline_(config) {}
+
+  Revisions run(int scan_count) {
+    for (int i = 0; i < scan_count; ++i) {
+      scans_.push_back(scene_.scan(sensor_at(0.0, 0.0), 0.1 * i));
+      const auto result =
+          pipeline_->add_scan(scans_.back().view(), sensor_at(0.0, 0.0), 1 + i * kPeriodNs);
+      if (result.error.code != ErrorCode::kOk) std::abort();
+      if (!result.keyframe_ready) continue;
+      revise();
+      label();
+    }
+    if (pipeline_->flush().keyframe_ready) {
+      revise();
+      label();
+    }
+    while (pipeline_->revise_next()) revise();
+    return revisions_;
+  }
+
+ private:
+  struct Labelled {
+    std::size_t scan;
+    std::vector<PointLabel> labels;
+  };
+
+  void count(const Labelled& scan, Score& score) const {
+    for (std::size_t i = 0; i < scan.labels.size(); ++i) {
+      const bool dynamic = scans_[scan.scan].truth[i] == Truth::kDynamic;
+      const bool said = scan.labels[i] == PointLabel::kDynamic;
+      ++(dynamic ? score.dynamic_points : score.static_points);
+      if (dynamic == said) ++(dynamic ? score.dynamic_right : score.static_right);
+    }
+  }
+
+  void label() {
+    const KeyframeView& view = pipeline_->keyframe();
+    for (std::size_t s = 0; s < view.scans.size(); ++s) {
+      const std::size_t scan = view.scans[s].scan_index;
+      Labelled labelled{scan, std::vector<PointLabel>(scans_[scan].points.size())};
+      (void)pipeline_->labels(s, labelled.labels);
+      count(labelled, revisions_.online[view.sequence]);
+      kept_[view.sequence].push_back(std::move(labelled));
+    }
+  }
+
+  void revise() {
+    const RevisedKeyframe& revised = pipeline_->keyframe().revised;
+    if (!revised.available) return;
+    REQUIRE(kept_.count(revised.sequence) == 1);
+    revisions_.revised[revised.sequence] = revised;
+    for (Labelled& scan : kept_[revised.sequence]) {
+      (void)pipeline_->revise_labels(scans_[scan.scan].view(), sensor_at(0.0, 0.0), scan.labels);
+      count(scan, revisions_.final[revised.sequence]);
+    }
+  }
+
+  const Scene& scene_;
+  OwnedPipeline pipeline_;
+  std::vector<LabelledScan> scans_;
+  std::map<std::uint32_t, std::vector<Labelled>> kept_;
+  Revisions revisions_;
+};
+
+PipelineConfig short_window() {
+  PipelineConfig config = small_config();
+  config.removal.window = 4;
+  return config;
+}
+
+Scene walls() {
+  Scene scene;
+  scene.boxes = {standing_box({0.0, 12.0, 3.0}, {40.0, 0.3, 3.0}),
+                 standing_box({0.0, -12.0, 3.0}, {40.0, 0.3, 3.0})};
+  return scene;
+}
+
+/// Stands until `leaves`, then walks off.
+Box waiting_box(const Eigen::Vector3d& at, double leaves) {
+  Box box;
+  box.half_size = {0.3, 0.3, 0.9};
+  box.truth = Truth::kDynamic;
+  box.center = [at, leaves](double t) {
+    return Eigen::Vector3d(at + Eigen::Vector3d(2.0, 0.0, 0.0) * std::max(0.0, t - leaves));
+  };
+  return box;
+}
+
+}  // namespace
+
+TEST_CASE("who waited and then walked off is removed from where they waited", "[revision]") {
+  Scene scene = walls();
+  scene.boxes.push_back(waiting_box({6.0, 4.0, 0.9}, 2.0));
+  const Revisions said = Replay(scene, short_window()).run(100);
+  // Online nobody can know: the first two keyframes saw somebody stand.
+  CHECK(said.online.at(0).dynamic_right == 0);
+  CHECK(said.final.at(0).dynamic_percent() > 80.0);
+  CHECK(said.final.at(1).dynamic_percent() > 80.0);
+  for (const auto& [sequence, score] : said.final) CHECK(score.static_percent() > 99.5);
+}
+
+TEST_CASE("a keyframe is revised once, when it leaves the window or at the end", "[revision]") {
+  Scene scene = walls();
+  const Revisions said = Replay(scene, short_window()).run(95);
+  REQUIRE(said.online.size() == 10);
+  REQUIRE(said.revised.size() == 10);
+  for (const auto& [sequence, revised] : said.revised) {
+    CHECK(revised.revision == 1);
+    CHECK(revised.later_keyframes == std::min(4U, 9U - sequence));
+  }
+}
+
+TEST_CASE("where nothing moves nothing is revised", "[revision]") {
+  for (const auto& [sequence, revised] : Replay(walls(), short_window()).run(100).revised) {
+    CHECK(revised.cells_now_dynamic == 0);
+    CHECK(revised.cells_now_static == 0);
+  }
+}
+
+TEST_CASE("revision can be turned off and then takes no memory", "[revision]") {
+  PipelineConfig config = short_window();
+  const std::size_t with = Pipeline::required_bytes(config);
+  config.removal.revise = false;
+  CHECK(Pipeline::required_bytes(config) < with);
+  Scene scene = walls();
+  scene.boxes.push_back(waiting_box({6.0, 4.0, 0.9}, 2.0));
+  CHECK(Replay(scene, config).run(100).revised.empty());
+}
+
+TEST_CASE("labels of a scan that does not fit are left alone", "[revision]") {
+  Scene scene = walls();
+  OwnedPipeline pipeline(short_window());
+  std::vector<PointLabel> labels(3, PointLabel::kStatic);
+  const LabelledScan scan = scene.scan(sensor_at(0.0, 0.0), 0.0);
+  // Nothing has been revised yet, and there are fewer labels than points.
+  CHECK(pipeline->revise_labels(scan.view(), Pose{}, labels) == 0);
+  CHECK_FALSE(pipeline->revise_next());
+  CHECK_FALSE(pipeline->keyframe().revised.available);
+}
