@@ -14,7 +14,7 @@
 # the defaults, a third of them for OctoMap. Five minutes, and one LiDAR alone:
 #
 #   OCTOMAP_SCANS=0 bench/dynamic/run.sh 21 60 town lio
-#   SENSORS=vlp-16 bench/dynamic/run.sh
+#   SENSORS=vlp-16 VARIANTS="default paper" bench/dynamic/run.sh
 #
 # Installs and builds what is missing, unless UNIMAPPER names a program to score instead.
 set -euo pipefail
@@ -29,7 +29,7 @@ octomap=build/release/bin/octomap_labels
 out=build/bench/dynamic
 sensors=${SENSORS:-os2-128 os1-64 hdl-64e vlp-16 aeva-aeries2 livox-avia livox-mid-360}
 mkdir -p "$out"
-rm -f "$out"/*.json "$out"/*.cost
+rm -f "$out"/*.json "$out"/*.cost "$out"/*.stats
 
 if [ -z "${UNIMAPPER:-}" ]; then
   ./dev setup toolchains/packages-bench.txt
@@ -41,11 +41,15 @@ unimapper=${UNIMAPPER:-build/release/bin/unimapper}
 source bench/dynamic/tables.sh
 
 # Every variant is the default with one thing changed.
-variants=(default paper no-carrying floating-ground sure-everywhere no-components no-persistence other-keyframes-only)
+read -ra variants <<<"${VARIANTS:-default paper no-carrying floating-ground seen-through-ground near-ground \
+sure-everywhere no-components no-persistence other-keyframes-only no-revision}"
 config_of() {
   case "$1" in
     no-carrying) echo '{"removal": {"most_carried_log_odds": 0}}' ;;
     floating-ground) echo '{"ground": {"floating_step_m": 0}}' ;;
+    seen-through-ground) echo '{"ground": {"seen_through_share": 0}}' ;;
+    near-ground) echo '{"ground": {"spread": 1}}' ;;
+    no-revision) echo '{"removal": {"revise": false}}' ;;
     sure-everywhere) echo '{"free_space": {"sure_range_m": 0}}' ;;
     no-components) echo '{"removal": {"components": false}}' ;;
     no-persistence) echo '{"removal": {"persistence_share": 0}}' ;;
@@ -77,22 +81,37 @@ known() {
 scenes=$(known "$scenes")
 first_drive="$(first "$scenes")-$(first "$drifts")"
 
-# score NAME DATASET VARIANT [EVALUATE ARGS]: writes OUT/NAME.VARIANT.json
+# score NAME DATASET VARIANT [EVALUATE ARGS]: writes OUT/NAME.VARIANT.json, and for the default also
+# NAME.final.json (labels when a keyframe left the window) and NAME.refined.json (the merger's)
 score() {
-  local name=$1 data=$2 variant=$3 run="$out/runs/$1.$3" preset=default
+  local name=$1 data=$2 variant=$3 run="$out/runs/$1.$3" preset=default labels=()
+  [ "$variant" != default ] || labels=(--final-labels)
   shift 3
   [ "$variant" != paper ] || preset=paper
   config_of "$variant" >"$out/$name.$variant.config"
   "$unimapper" onboard "$data" --out "$run" --preset "$preset" \
-    --config "$out/$name.$variant.config" 2>"$out/$name.$variant.log"
+    --config "$out/$name.$variant.config" "${labels[@]}" 2>"$out/$name.$variant.log"
+  cp "$run/stats.json" "$out/$name.$variant.stats"
   "$unimapper" evaluate dynamic --truth "$data" --run "$run" "$@" \
     >"$out/$name.$variant.json" 2>/dev/null
+  [ "$variant" != default ] || score_hindsight "$name" "$data" "$run"
   # OctoMap sees fewer scans: what the same labels are worth in these.
   if [ "$variant" = default ] && wants_octomap "$name"; then
     "$unimapper" evaluate dynamic --truth "$data" --run "$run" --scans "$(octomap_scans_of "$name")" \
       >"$out/$name.beside.json" 2>/dev/null
   fi
   rm -rf "$run"
+}
+
+# score_hindsight NAME DATASET RUN
+score_hindsight() {
+  local map="$out/runs/$1.map" session
+  session=$(basename "$3")
+  "$unimapper" evaluate dynamic --truth "$2" --run "$3/final" >"$out/$1.final.json" 2>/dev/null
+  "$unimapper" merge "$3" --truth "$session=$2" --refined-labels --out "$map" >/dev/null 2>&1
+  "$unimapper" evaluate dynamic --truth "$2" --run "$map/refined/$session" \
+    >"$out/$1.refined.json" 2>/dev/null
+  rm -rf "$map"
 }
 
 wants_octomap() {
@@ -147,17 +166,24 @@ fi
 
 for scene in $scenes; do
   for drift in $drifts; do
-    header "$scene, odometry $drift, seeds $seeds, $scans scans each: mean"
-    for sensor in $sensors; do row "$sensor" "$out/$sensor-$scene-$drift"-*.default.json; done
+    for labels in default final refined; do
+      header "$scene, odometry $drift, seeds $seeds, $scans scans each: $(title "$labels"), mean"
+      for sensor in $sensors; do row "$sensor" "$out/$sensor-$scene-$drift"-*."$labels".json; done
+    done
   done
 done
-[ -z "$real" ] || { header "real recording"; row "KITTI raw 0005" "$out/kitti.default.json"; }
+if [ -n "$real" ]; then
+  header "KITTI raw 0005"
+  for labels in default final refined; do row "$(title "$labels")" "$out/kitti.$labels.json"; done
+fi
 breakdown class
 breakdown range
-header "variant, mean of all drives in $first_drive"
-for variant in "${variants[@]}"; do row "$variant" "$out"/*-"$first_drive"-[0-9]*."$variant".json; done
+variant_header "variant, mean of all drives in $first_drive"
+for variant in "${variants[@]}"; do
+  variant_row "$variant" "$out"/*-"$first_drive"-[0-9]*."$variant".json
+done
 if [ -n "$real" ]; then
-  header "variant, KITTI raw 0005"
-  for variant in "${variants[@]}"; do row "$variant" "$out/kitti.$variant.json"; done
+  variant_header "variant, KITTI raw 0005"
+  for variant in "${variants[@]}"; do variant_row "$variant" "$out/kitti.$variant.json"; done
 fi
 if compgen -G "$out/*.octomap.cost" >/dev/null; then octomap_table; fi

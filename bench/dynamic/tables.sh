@@ -11,6 +11,11 @@ benchmark() {
     awk '{ printf "%s%.2f", (NR > 1 ? " / " : ""), $2 }'
 }
 
+# Median time of removal per keyframe of a run's statistics.
+removal_ms() {
+  sed -n '/"removal": {/,/}/p' "$1" | grep -m1 -oE '"p50": [0-9.]+' | grep -oE '[0-9.]+$'
+}
+
 header() {  # header TITLE
   echo
   echo "| $1 | SA % | DA % | AA % | DA moving % | AA moving % |"
@@ -27,6 +32,30 @@ row() {
     { sa += $1; da += $2; aa += sqrt($1 * $2); moving += $3; both += sqrt($1 * $3) }
     END { printf "| %s | %.2f | %.2f | %.2f | %.2f | %.2f |\n",
           label, sa / NR, da / NR, aa / NR, moving / NR, both / NR }'
+}
+
+# Which labels are meant.
+title() {
+  case "$1" in
+    default) echo online ;;
+    final) echo "leaving the window" ;;
+    *) echo "refined at the merger" ;;
+  esac
+}
+
+variant_header() {
+  echo
+  echo "| $1 | SA % | DA % | AA % | DA moving % | AA moving % | removal, us a keyframe |"
+  echo "|---|---|---|---|---|---|---|"
+}
+
+# variant_row LABEL FILE...: as row, and the median time of removal, mean of the drives
+variant_row() {
+  local file
+  row "$@" | tr -d '\n'
+  shift
+  for file in "$@"; do removal_ms "${file%.json}.stats"; done |
+    awk '{ us += 1000 * $1 } END { printf " %.0f |\n", us / NR }'
 }
 
 # breakdown class|range: a row per LiDAR and one for all, the points of their drives together
