@@ -75,6 +75,15 @@ um_status refuse(um_pipeline& pipeline, um_status status) noexcept {
 /// The core's own names are constants that end in zero.
 const char* text_of(std::string_view name) noexcept { return name.data(); }
 
+PointView to_view(const um_points& points) noexcept {
+  return {static_cast<const std::byte*>(points.data),
+          points.count,
+          points.stride,
+          points.offset_x,
+          points.offset_y,
+          points.offset_z};
+}
+
 /// Whether every byte of the view lies within the address space.
 bool is_possible(const um_points& points) noexcept {
   if (points.count == 0) return true;
@@ -270,13 +279,8 @@ um_status um_add_scan(um_pipeline* pipeline, const um_points* points,
     return refuse(*pipeline, UM_NULL_ARGUMENT);
   }
   if (!is_possible(*points)) return refuse(*pipeline, UM_INVALID_POINTS);
-  const PointView view{static_cast<const std::byte*>(points->data),
-                       points->count,
-                       points->stride,
-                       points->offset_x,
-                       points->offset_y,
-                       points->offset_z};
-  return finish(*pipeline, pipeline->core->add_scan(view, from_c(*T_odometry_sensor), stamp_ns),
+  return finish(*pipeline,
+                pipeline->core->add_scan(to_view(*points), from_c(*T_odometry_sensor), stamp_ns),
                 keyframe_ready);
 }
 
@@ -308,6 +312,49 @@ um_status um_labels(um_pipeline* pipeline, std::uint32_t scan, std::uint8_t* lab
   if (scan >= pipeline->core->keyframe().scans.size()) return refuse(*pipeline, UM_INVALID_INDEX);
   // PointLabel is one byte with the values of um_label.
   *written = pipeline->core->labels(scan, {reinterpret_cast<PointLabel*>(labels), capacity});
+  return tell(*pipeline, {});
+}
+
+um_status um_revised_get(um_pipeline* pipeline, um_revised* revised) {
+  if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
+  if (revised == nullptr) return refuse(*pipeline, UM_NULL_ARGUMENT);
+  *revised = {};
+  const RevisedKeyframe& last = pipeline->core->keyframe().revised;
+  if (last.available) {
+    *revised = {1,
+                last.sequence,
+                last.revision,
+                last.later_keyframes,
+                last.cells_now_dynamic,
+                last.cells_now_static,
+                {}};
+  }
+  return tell(*pipeline, {});
+}
+
+um_status um_revise_labels(um_pipeline* pipeline, const um_points* points,
+                           const um_pose* T_odometry_sensor, std::uint8_t* labels,
+                           std::size_t count, std::size_t* changed) {
+  if (changed != nullptr) *changed = 0;
+  if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
+  if (points == nullptr || T_odometry_sensor == nullptr || (labels == nullptr && count > 0)) {
+    return refuse(*pipeline, UM_NULL_ARGUMENT);
+  }
+  if (!is_possible(*points)) return refuse(*pipeline, UM_INVALID_POINTS);
+  const Pose pose = from_c(*T_odometry_sensor);
+  if (!pose.is_rigid()) return refuse(*pipeline, UM_INVALID_POSE);
+  // PointLabel is one byte with the values of um_label.
+  const std::size_t revised = pipeline->core->revise_labels(
+      to_view(*points), pose, {reinterpret_cast<PointLabel*>(labels), count});
+  if (changed != nullptr) *changed = revised;
+  return tell(*pipeline, {});
+}
+
+um_status um_revise_next(um_pipeline* pipeline, std::int32_t* revised) {
+  if (revised != nullptr) *revised = 0;
+  if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
+  if (revised == nullptr) return refuse(*pipeline, UM_NULL_ARGUMENT);
+  *revised = pipeline->core->revise_next() ? 1 : 0;
   return tell(*pipeline, {});
 }
 

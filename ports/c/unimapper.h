@@ -580,6 +580,33 @@ enum um_label {
 UM_API um_status um_labels(um_pipeline* pipeline, uint32_t scan, uint8_t* labels, size_t capacity,
                            size_t* written);
 
+/* ---- Revisions ------------------------------------------------------------------------------ */
+
+/** What became of a keyframe that left the window: the last revision of its labels. */
+typedef struct um_revised {
+  uint32_t available;       /**< 1 if there is one; the rest is 0 otherwise */
+  uint32_t sequence;        /**< of the keyframe */
+  uint32_t revision;        /**< 1: final; what um_labels gives is revision 0 */
+  uint32_t later_keyframes; /**< that had a say */
+  uint32_t cells_now_dynamic;
+  uint32_t cells_now_static;
+  uint32_t reserved[2];
+} um_revised;
+
+/** The keyframe that left the window when the last one closed, or by um_revise_next. */
+UM_API um_status um_revised_get(um_pipeline* pipeline, um_revised* revised);
+
+/** Brings the labels of a scan of that keyframe up to its last revision. The caller kept them, and
+ *  the scan: hand in the points and the pose that um_add_scan got. *changed (may be null) tells how
+ *  many labels changed. Cost: proportional to the points. */
+UM_API um_status um_revise_labels(um_pipeline* pipeline, const um_points* points,
+                                  const um_pose* T_odometry_sensor, uint8_t* labels, size_t count,
+                                  size_t* changed);
+
+/** After the last scan and um_flush: revises the oldest keyframe still in the window. *revised
+ *  becomes 1, or 0 if there is none left; call until then. */
+UM_API um_status um_revise_next(um_pipeline* pipeline, int32_t* revised);
+
 /* ---- Events --------------------------------------------------------------------------------- */
 
 /** What an event tells; values[] in the order given. Numbers never change their meaning. */

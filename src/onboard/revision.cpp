@@ -184,6 +184,7 @@ std::size_t Revision::relabel(const PointView& points, const Pose& T_odometry_se
         floor_to_int(r(0, 0) * p.x() + r(0, 1) * p.y() + r(0, 2) * p.z() + t.x()),
         floor_to_int(r(1, 0) * p.x() + r(1, 1) * p.y() + r(1, 2) * p.z() + t.y()),
         floor_to_int(r(2, 0) * p.x() + r(2, 1) * p.y() + r(2, 2) * p.z() + t.z())};
+    if (!is_representable(cell)) continue;
     const std::uint32_t entry = changed_.find(pack(block_of(cell)));
     if (entry == FixedHashMap<Changed>::kNotFound) continue;
     const std::uint64_t bit = std::uint64_t{1} << bit_of(cell);
