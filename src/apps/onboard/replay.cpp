@@ -138,6 +138,9 @@ void Replay::send(const KeyframeView& keyframe) {
   const merge::KeyframeRecord record = wire::to_record(keyframe, options_.session);
   left_out_ = record.left_out;
   wire::EncodedKeyframe encoded = wire::encode_for_sending(record);
+  std::size_t image_bytes = 0;
+  for (const merge::CodedImage& image : record.images) image_bytes += image.code.size();
+  outputs_.statistics.add_message(encoded.bytes.size(), image_bytes);
   outputs_.log.write(encoded);
   if (outputs_.publisher != nullptr) outputs_.publisher->publish(std::move(encoded));
 }

@@ -59,6 +59,11 @@ void RunStatistics::add_closing_call(std::int64_t elapsed_ns, bool late) {
   if (late) ++keyframes_late_;
 }
 
+void RunStatistics::add_message(std::size_t bytes, std::size_t image_bytes) {
+  message_bytes_ += bytes;
+  image_bytes_ += image_bytes;
+}
+
 void RunStatistics::add_loops(std::size_t candidates, std::size_t accepted) {
   loop_candidates_ += candidates;
   loops_accepted_ += accepted;
@@ -150,6 +155,9 @@ std::string RunStatistics::to_json(const Run& run) const {
     capacity[std::string(capacity_name(static_cast<Capacity>(i)))] = {
         {"used", capacity_[i].used}, {"capacity", capacity_[i].capacity}};
   }
+  const std::uint64_t count = std::max<std::uint64_t>(keyframes_, 1);
+  json["message_bytes_per_keyframe"] = {{"all", message_bytes_ / count},
+                                        {"free_space_images", image_bytes_ / count}};
   json["loops"] = {{"candidates", loop_candidates_}, {"accepted", loops_accepted_}};
 
   Json& stages = json["stage_ms"] = Json::object();

@@ -34,6 +34,8 @@ class RunStatistics {
   /// whether the next scan was due before it returned.
   void add_closing_call(std::int64_t elapsed_ns, bool late);
   void add_loops(std::size_t candidates, std::size_t accepted);
+  /// A keyframe's message: its bytes, and those of its free-space images among them.
+  void add_message(std::size_t bytes, std::size_t image_bytes);
 
   [[nodiscard]] StageTimes stage_times(Stage stage) const;
   [[nodiscard]] std::uint64_t scans() const { return scans_; }
@@ -76,6 +78,8 @@ class RunStatistics {
   std::uint64_t points_static_ = 0;
   std::uint64_t points_dynamic_ = 0;
   std::uint64_t left_out_of_messages_ = 0;
+  std::uint64_t message_bytes_ = 0;
+  std::uint64_t image_bytes_ = 0;
   std::uint64_t loop_candidates_ = 0;
   std::uint64_t loops_accepted_ = 0;
   std::uint64_t deadline_misses_ = 0;

@@ -1,0 +1,87 @@
+// Labels of the second and the third look, as users get them: files, messages, exit codes.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "ports/datasets/files.hpp"
+#include "tests/apps/command.hpp"
+
+using namespace unimapper;
+using namespace unimapper::apps;
+using Catch::Matchers::Contains;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A recording and a run on it. The small sensor keeps the pipeline's memory small.
+struct Fixture {
+  explicit Fixture(const std::vector<std::string>& more = {}) {
+    recording.write(dataset);
+    std::vector<std::string> arguments = {"onboard",    dataset.string(), "--out",
+                                          run.string(), "--sensor",       "vlp-16"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    REQUIRE(run_unimapper(arguments).exit_code == 0);
+  }
+  /// Every scan has a label for every point.
+  void check_labels(const fs::path& folder) const {
+    const auto files = datasets::list_files(folder / "labels", ".label");
+    REQUIRE(files.size() == recording.scans.size());
+    for (std::size_t i = 0; i < files.size(); ++i) {
+      CHECK(fs::file_size(files[i]) == recording.scans[i].points.size() * sizeof(std::uint32_t));
+    }
+  }
+
+  TemporaryDirectory directory;
+  SmallRecording recording{25};
+  fs::path dataset = directory.path() / "recording";
+  fs::path run = directory.path() / "run";
+  fs::path map = directory.path() / "map";
+};
+
+}  // namespace
+
+TEST_CASE("final labels are written on request, for every point of every scan") {
+  const Fixture fixture({"--final-labels"});
+  fixture.check_labels(fixture.run);
+  fixture.check_labels(fixture.run / "final");
+  CHECK_FALSE(fs::exists(Fixture().run / "final"));
+}
+
+TEST_CASE("a second run leaves no final labels of the first") {
+  const Fixture fixture({"--final-labels"});
+  REQUIRE(run_unimapper({"onboard", fixture.dataset.string(), "--out", fixture.run.string(),
+                         "--sensor", "vlp-16"})
+              .exit_code == 0);
+  CHECK(datasets::list_files(fixture.run / "final" / "labels", ".label").empty());
+}
+
+TEST_CASE("a run tells how many bytes its messages took, and what of them is for hindsight") {
+  const Fixture fixture;
+  const auto stats = nlohmann::json::parse(read_text(fixture.run / "stats.json"));
+  const auto& bytes = stats["message_bytes_per_keyframe"];
+  CHECK(bytes["free_space_images"] > 0);
+  CHECK(bytes["all"] > bytes["free_space_images"]);
+}
+
+TEST_CASE("the merger labels a recording again, for every point of every scan") {
+  const Fixture fixture;
+  const CommandResult merged =
+      run_unimapper({"merge", fixture.run.string(), "--out", fixture.map.string(), "--truth",
+                     "run=" + fixture.dataset.string(), "--refined-labels"});
+  INFO(merged.err);
+  REQUIRE(merged.exit_code == 0);
+  CHECK_THAT(merged.err, Contains("refined labels of run are in"));
+  fixture.check_labels(fixture.map / "refined" / "run");
+}
+
+TEST_CASE("a recording that the session was not made of is refused") {
+  const Fixture fixture;
+  const fs::path other = fixture.directory.path() / "other";
+  SmallRecording(4).write(other);
+  const CommandResult merged =
+      run_unimapper({"merge", fixture.run.string(), "--out", fixture.map.string(), "--truth",
+                     "run=" + other.string(), "--refined-labels"});
+  CHECK(merged.exit_code == 1);
+  CHECK_THAT(merged.err,
+             Contains("the session was made of another one") || Contains("unimapper: error"));
+}
