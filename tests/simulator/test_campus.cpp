@@ -8,6 +8,7 @@
 #include "bench/simulator/campus/crowd.hpp"
 #include "bench/simulator/raycast.hpp"
 #include "run_folder.hpp"
+#include "tests/simulator/kept.hpp"
 
 namespace unimapper::simulator::test {
 namespace {
@@ -259,22 +260,7 @@ TEST_CASE("a crowd strolls, stands, stops and queues") {
 TEST_CASE("trees and lamps stay from day to day; bicycles and parked cars do not") {
   const Campus monday = campus::build_campus(kSeed, 0);
   const Campus tuesday = campus::build_campus(kSeed, 1);
-  using Place = std::pair<std::int64_t, std::int64_t>;
-  const auto places = [](const World& world, PrototypeRange range) {
-    std::set<Place> result;
-    for (const Instance& i : world.instances) {
-      if (i.prototype < range.first || i.prototype >= range.first + range.count) continue;
-      result.insert({std::llround(100 * i.frame.origin.x), std::llround(100 * i.frame.origin.y)});
-    }
-    return result;
-  };
-  const auto kept = [&](PrototypeRange range) {
-    const auto one = places(monday, range);
-    const auto other = places(tuesday, range);
-    const auto same =
-        std::count_if(one.begin(), one.end(), [&](const Place& p) { return other.contains(p); });
-    return static_cast<double>(same) / static_cast<double>(one.size());
-  };
+  const auto kept = [&](PrototypeRange range) { return kept_share(monday, tuesday, range); };
   CHECK(kept(monday.prototypes.trees) == 1.0);
   CHECK(kept(monday.prototypes.hedges) == 1.0);
   CHECK(kept(monday.prototypes.bicycles) < 0.2);

@@ -7,6 +7,7 @@
 #include "bench/simulator/actors.hpp"
 #include "bench/simulator/town.hpp"
 #include "bench/simulator/traffic.hpp"
+#include "tests/simulator/kept.hpp"
 
 namespace unimapper::simulator::test {
 namespace {
@@ -88,22 +89,7 @@ TEST_CASE("houses and trees stay from day to day, half of the parked cars do not
   const Town monday = build_town(kSeed, 0);
   const Town tuesday = build_town(kSeed, 1);
   CHECK((monday.mesh.positions == tuesday.mesh.positions));
-  using Place = std::pair<std::int64_t, std::int64_t>;
-  const auto places = [](const World& world, PrototypeRange range) {
-    std::set<Place> result;
-    for (const Instance& i : world.instances) {
-      if (i.prototype < range.first || i.prototype >= range.first + range.count) continue;
-      result.insert({std::llround(100 * i.frame.origin.x), std::llround(100 * i.frame.origin.y)});
-    }
-    return result;
-  };
-  const auto kept = [&](PrototypeRange range) {
-    const auto one = places(monday, range);
-    const auto other = places(tuesday, range);
-    const auto same =
-        std::count_if(one.begin(), one.end(), [&](const Place& p) { return other.contains(p); });
-    return static_cast<double>(same) / static_cast<double>(one.size());
-  };
+  const auto kept = [&](PrototypeRange range) { return kept_share(monday, tuesday, range); };
   CHECK(kept(monday.prototypes.trees) == 1.0);
   CHECK(kept(monday.prototypes.lamps) == 1.0);
   CHECK(kept(monday.prototypes.cars) > 0.35);
