@@ -1,6 +1,7 @@
 #include "settling.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "voxel_table.hpp"
@@ -54,22 +55,32 @@ class Settling {
     return table_.find(pack({at.x + x, at.y + y, at.z + z}));
   }
 
+  /// Places in the order of their keys are rows along x; the rows around a place move on with it,
+  /// so that nothing is searched for.
   void average() {
-    for (std::uint32_t p = 0; p < places_.size(); ++p) {
-      float sum = 0.0F;
-      float cells = 0.0F;
-      for (std::int32_t z = -kMeanReach; z <= kMeanReach; ++z) {
-        for (std::int32_t y = -kMeanReach; y <= kMeanReach; ++y) {
-          for (std::int32_t x = -kMeanReach; x <= kMeanReach; ++x) {
-            const std::uint32_t other = neighbour(p, x, y, z);
-            if (other == VoxelTable::kNone) continue;
-            sum += places_[other].sum;
-            cells += places_[other].cells;
+    std::vector<std::uint32_t> order(places_.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return table_.key(a) < table_.key(b); });
+    std::vector<float> sum(places_.size(), 0.0F);
+    std::vector<float> cells(places_.size(), 0.0F);
+    constexpr auto kOrigin = static_cast<std::int64_t>(pack({0, 0, 0}));
+    for (std::int32_t z = -kMeanReach; z <= kMeanReach; ++z) {
+      for (std::int32_t y = -kMeanReach; y <= kMeanReach; ++y) {
+        const std::int64_t row = static_cast<std::int64_t>(pack({0, y, z})) - kOrigin;
+        std::size_t first = 0;
+        for (const std::uint32_t p : order) {
+          const VoxelKey middle = table_.key(p) + static_cast<VoxelKey>(row);
+          while (first < order.size() && table_.key(order[first]) < middle - kMeanReach) ++first;
+          for (std::size_t i = first; i < order.size(); ++i) {
+            if (table_.key(order[i]) > middle + kMeanReach) break;
+            sum[p] += places_[order[i]].sum;
+            cells[p] += places_[order[i]].cells;
           }
         }
       }
-      places_[p].mean = sum / cells;
     }
+    for (std::uint32_t p = 0; p < places_.size(); ++p) places_[p].mean = sum[p] / cells[p];
   }
 
   /// The roof or the bumper of a car that drove past may have looked like ground. Single cells of
