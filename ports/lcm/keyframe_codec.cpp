@@ -39,6 +39,10 @@ const char* image_fault(const merge::KeyframeRecord& record) {
   if (record.images.empty()) return nullptr;
   if (record.images.size() > kMaxImages) return "a keyframe has too many free-space images";
   if (!is_image_shape(record.image_shape)) return "no image has such a field of view";
+  // Also false for NaN; one zero, so that there is one spelling.
+  const float sure_m = record.image_sure_range_m;
+  const bool is_range = sure_m >= 0.0F && sure_m <= 10000.0F && !std::signbit(sure_m);
+  if (!is_range) return "no image is sure up to such a range";
   std::vector<std::uint16_t> pixels(ImageProjection(record.image_shape).pixels());
   for (const merge::CodedImage& image : record.images) {
     if (image.scan >= record.scans.size()) return "the scan of a free-space image is not there";
@@ -145,6 +149,7 @@ void put_images(LittleEndianWriter& out, const merge::KeyframeRecord& record) {
         shape.elevation_max_deg, shape.elevation_resolution_deg}) {
     out.put(angle_deg);
   }
+  out.put(record.image_sure_range_m);
   for (const merge::CodedImage& image : record.images) {
     out.put(image.scan);
     out.put(static_cast<std::uint32_t>(image.code.size()));
@@ -259,6 +264,7 @@ const char* read_images(LittleEndianReader& in, merge::KeyframeRecord& record) {
         &shape.elevation_max_deg, &shape.elevation_resolution_deg}) {
     *angle_deg = in.get_float();
   }
+  record.image_sure_range_m = in.get_float();
   for (std::uint32_t i = 0; i < count; ++i) {
     merge::CodedImage& image = record.images.emplace_back();
     image.scan = in.get<std::uint32_t>();

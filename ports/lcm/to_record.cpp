@@ -27,7 +27,10 @@ merge::KeyframeRecord to_record(const KeyframeView& keyframe, const merge::Sessi
   record.dynamic_cells.assign(keyframe.dynamic_cells.begin(), keyframe.dynamic_cells.end());
   record.keypoints.assign(keyframe.place.keypoints.begin(), keyframe.place.keypoints.end());
   record.planes.assign(keyframe.place.planes.begin(), keyframe.place.planes.end());
-  if (!keyframe.images.empty()) record.image_shape = keyframe.image_shape;
+  if (!keyframe.images.empty()) {
+    record.image_shape = keyframe.image_shape;
+    record.image_sure_range_m = keyframe.image_sure_range_m;
+  }
   for (const FreeSpaceImage& image : keyframe.images) {
     record.images.push_back({image.scan, code_of(image)});
   }

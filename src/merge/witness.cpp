@@ -10,21 +10,13 @@ namespace {
 constexpr float kImagesPerKeyframe = 2.0F;  ///< that count in full
 constexpr std::size_t kPointsPerBatch = 256;
 
-/// What a pixel says of a point at `range_m`.
-float verdict(std::uint16_t pixel, float range_m, const RefinementConfig& config) {
-  if (pixel == kNoRange) return 0.0F;
-  const float seen_m = static_cast<float>(pixel) / kRangeUnitsPerMetre;
-  const float margin_m = config.range_margin_m + range_m * config.range_margin_relative;
-  if (seen_m > range_m + margin_m) return config.log_odds_free;
-  return seen_m > range_m - margin_m ? -config.log_odds_weakly_occupied : 0.0F;
-}
-
 }  // namespace
 
 Witness::Witness(const PlacedSession& placed, std::size_t keyframe) {
   const KeyframeRecord& record = placed.session->keyframes[keyframe];
   if (record.images.empty() || !is_image_shape(record.image_shape)) return;
   projection_ = ImageProjection(record.image_shape);
+  sure_range_m_ = record.image_sure_range_m;
   const Pose T_map_odometry =
       placed.T_map_keyframe[keyframe] * record.T_odometry_keyframe.inverse();
   for (const CodedImage& coded : record.images) {
@@ -33,6 +25,17 @@ Witness::Witness(const PlacedSession& placed, std::size_t keyframe) {
                 std::vector<std::uint16_t>(projection_.pixels())};
     if (decode_image(coded.code, image.pixels)) images_.push_back(std::move(image));
   }
+}
+
+float Witness::verdict(std::uint16_t pixel, float range_m, const RefinementConfig& config) const {
+  if (pixel == kNoRange) return 0.0F;
+  const float seen_m = static_cast<float>(pixel) / kRangeUnitsPerMetre;
+  const float margin_m = config.range_margin_m + range_m * config.range_margin_relative;
+  if (seen_m > range_m + margin_m) {
+    const bool is_sure = !(sure_range_m_ > 0.0F) || range_m <= sure_range_m_;
+    return is_sure ? config.log_odds_free : config.log_odds_free * sure_range_m_ / range_m;
+  }
+  return seen_m > range_m - margin_m ? -config.log_odds_weakly_occupied : 0.0F;
 }
 
 void Witness::judge(std::span<const Eigen::Vector3f> points, const Eigen::Vector3d& origin,

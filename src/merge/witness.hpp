@@ -33,7 +33,12 @@ class Witness {
              const Eigen::Vector3d& origin, const RefinementConfig& config, float scale,
              std::span<float> log_odds) const;
 
+  /// What a pixel says of a point at `range_m`.
+  [[nodiscard]] float verdict(std::uint16_t pixel, float range_m,
+                              const RefinementConfig& config) const;
+
   ImageProjection projection_;
+  float sure_range_m_ = 0.0F;
   std::vector<Image> images_;
 };
 

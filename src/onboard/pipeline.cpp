@@ -229,6 +229,7 @@ void Pipeline::State::show_images() noexcept {
     images[i] = {painted[i].scan, {painted[i].pixels, pixels}};
   }
   view.image_shape = config.free_space.image_shape();
+  view.image_sure_range_m = config.free_space.sure_range_m;
   view.images = {images, painted.size()};
 }
 

@@ -34,6 +34,7 @@ struct KeyframeRecord {
   std::vector<PlanePatch> planes;
   /// What the keyframe saw through, all in the same shape; none if the robot does not say.
   RangeImageShape image_shape;
+  float image_sure_range_m = 0.0F;  ///< as in `KeyframeView`
   std::vector<CodedImage> images;
   std::uint64_t points_in = 0;       ///< scan points that went into the keyframe
   std::uint64_t points_dynamic = 0;  ///< of which removed as dynamic

@@ -37,6 +37,9 @@ struct KeyframeView {
   std::span<const FineCell> dynamic_cells;  ///< what was removed, for display and audit
   /// What the keyframe saw through, for whoever judges its neighbours later.
   RangeImageShape image_shape;
+  /// Farther out, what was seen through counts in proportion less (`FreeSpaceConfig`), metres; 0:
+  /// never.
+  float image_sure_range_m = 0.0F;
   std::span<const FreeSpaceImage> images;
   PlaceView place;
   std::span<const LoopCandidate> loops;  ///< earlier keyframes that look alike, best first

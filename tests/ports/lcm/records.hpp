@@ -92,7 +92,10 @@ inline merge::KeyframeRecord random_record(std::uint64_t seed, std::uint32_t cel
     record.planes.push_back({random.vector(100.0), random.vector(1.0).normalized()});
   }
   const std::uint32_t images = random.below(4);
-  if (images > 0) record.image_shape = {120.0F, 2.0F, -20.0F, 30.0F, 2.5F};
+  if (images > 0) {
+    record.image_shape = {120.0F, 2.0F, -20.0F, 30.0F, 2.5F};
+    record.image_sure_range_m = 11.5F;
+  }
   const std::size_t pixels = ImageProjection(record.image_shape).pixels();
   for (std::uint32_t i = 0; i < images; ++i) {
     const std::uint32_t scan = random.below(static_cast<std::uint32_t>(record.scans.size()));
@@ -119,6 +122,7 @@ inline merge::KeyframeRecord small_record() {
   record.planes = {{{3.0F, 4.0F, -1.7F}, {0.0F, 0.0F, 1.0F}}};
   // One row of three pixels: nothing known, 1 m, the same.
   record.image_shape = {90.0F, 30.0F, 0.0F, 30.0F, 30.0F};
+  record.image_sure_range_m = 64.0F;
   record.images = {{1, {0x00, 0xE0, 0x5D, 0x00}}};
   record.points_in = 1000;
   record.points_dynamic = 10;
