@@ -9,6 +9,8 @@ namespace {
 
 /// What it weighs that the robot called a cell dynamic.
 constexpr float kPriorLogOdds = 1.5F;
+/// Static cells that so many later keyframes met are static, whatever images say.
+constexpr std::int32_t kMetForGood = 3;
 /// As many images of each keyframe are asked: the others repeat them.
 constexpr std::uint32_t kImagesPerKeyframe = 2;
 
@@ -23,10 +25,14 @@ struct Revision::Group {
   std::int32_t log_odds[kGroup];
   // One entry per block.
   OpenBlock block[kGroup];
-  VoxelIndex index[kGroup];     ///< in the grid of the revised keyframe
-  std::uint32_t first[kGroup];  ///< its first cell
+  VoxelIndex index[kGroup];      ///< in the grid of the revised keyframe
+  std::uint32_t first[kGroup];   ///< its first cell
+  std::int32_t settled[kGroup];  ///< evidence for its cells that are static for good
 
-  [[nodiscard]] bool has_room() const noexcept { return size + Block::kCells <= kGroup; }
+  /// For all cells of another block; blocks may have none left.
+  [[nodiscard]] bool has_room() const noexcept {
+    return size + Block::kCells <= kGroup && blocks < kGroup;
+  }
 };
 
 void Revision::attach(Arena& arena, const PipelineConfig& config) noexcept {
@@ -115,7 +121,8 @@ void Revision::add(const BlockWindow& blocks, const OpenBlock& block, const Voxe
   group.block[group.blocks] = block;
   group.index[group.blocks] = index;
   group.first[group.blocks] = group.size;
-  ++group.blocks;
+  const std::uint32_t number = group.blocks++;
+  group.settled[number] = 0;
   const float size_m = grid_.cell_size_m;
   for (std::uint64_t left = block.dynamic | block.open; left != 0; left &= left - 1) {
     const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
@@ -123,6 +130,11 @@ void Revision::add(const BlockWindow& blocks, const OpenBlock& block, const Voxe
     std::int32_t sum = (block.dynamic >> bit & 1U) != 0 ? prior_ : 0;
     for (std::uint32_t later = latest_age; later < age; ++later) {
       if ((blocks.occupied_entry(block.entry, later) >> bit & 1U) != 0) sum -= occupied_;
+    }
+    if ((block.open >> bit & 1U) != 0 && sum <= -kMetForGood * occupied_) {
+      group.block[number].open &= ~(std::uint64_t{1} << bit);
+      group.settled[number] += std::max(sum, -firm_);
+      continue;
     }
     group.x[group.size] = (static_cast<float>(cell.x) + 0.5F) * size_m;
     group.y[group.size] = (static_cast<float>(cell.y) + 0.5F) * size_m;
@@ -141,14 +153,14 @@ void Revision::settle(const EvidenceWindow& window, const ImageProjection& proje
     judge_.add(evidence, stride_, projection, grid_, places);
   }
   for (std::uint32_t b = 0; b < group.blocks; ++b) {
-    settle_block(group.block[b], group.index[b], group.log_odds + group.first[b]);
+    settle_block(group.block[b], group.index[b], group.log_odds + group.first[b], group.settled[b]);
   }
   group.size = group.blocks = 0;
 }
 
 void Revision::settle_block(const OpenBlock& block, const VoxelIndex& index,
-                            const std::int32_t* log_odds) noexcept {
-  std::int32_t evidence = 0;
+                            const std::int32_t* log_odds, std::int32_t settled) noexcept {
+  std::int32_t evidence = settled;
   Changed could;
   const std::int32_t* sum = log_odds;
   for (std::uint64_t left = block.dynamic | block.open; left != 0; left &= left - 1, ++sum) {

@@ -74,8 +74,8 @@ class Revision {
            std::uint32_t age, std::uint32_t latest_age) noexcept;
   void settle(const EvidenceWindow& window, const ImageProjection& projection, std::uint32_t age,
               std::uint32_t latest_age) noexcept;
-  void settle_block(const OpenBlock& block, const VoxelIndex& index,
-                    const std::int32_t* log_odds) noexcept;
+  void settle_block(const OpenBlock& block, const VoxelIndex& index, const std::int32_t* log_odds,
+                    std::int32_t settled) noexcept;
   [[nodiscard]] OpenBlock& ring(std::uint32_t at) noexcept { return open_[at % capacity_]; }
 
   bool on_ = false;
