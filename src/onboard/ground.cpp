@@ -77,7 +77,9 @@ void spread_ground(const GroundConfig& config, FixedHashMap<CoarseVoxel>& voxels
   for (std::uint32_t step = 1; step < config.spread; ++step) {
     for (std::uint32_t i = 0; i < voxels.size(); ++i) {
       const CoarseVoxel& voxel = voxels[i];
-      if (voxel.has_ground) hand_out(i, voxel.ground_normal, voxel.ground_point, voxels);
+      // The neighbours of ground voxels have been served.
+      if (!voxel.has_ground || voxel.ground) continue;
+      hand_out(i, voxel.ground_normal, voxel.ground_point, voxels);
     }
     average_received(config, voxels);
   }
