@@ -9,8 +9,8 @@ namespace unimapper {
 
 ImageProjection::ImageProjection(const RangeImageShape& shape) noexcept {
   const float turn = shape.horizontal_fov_deg / 360.0F;
-  columns_ = std::max(3, static_cast<std::int32_t>(
-                             shape.horizontal_fov_deg / shape.azimuth_resolution_deg + 0.5F));
+  columns_ = std::max(
+      3, static_cast<std::int32_t>(shape.horizontal_fov_deg / shape.azimuth_resolution_deg + 0.5F));
   wraps_ = turn >= 1.0F;
   columns_per_turn_ = static_cast<float>(columns_) / turn;
   first_turn_ = -0.5F * turn;
