@@ -477,7 +477,7 @@ enum um_drop_cause {
   UM_DROP_SCAN_TOO_LARGE = 2,     /**< points beyond keyframe_max_points_per_scan */
   UM_DROP_CELLS_FULL = 3,         /**< points that found no room among the cells or blocks */
   UM_DROP_VOXELS_FULL = 4,        /**< fine cells that found no room among the coarse voxels */
-  UM_DROP_EVIDENCE_FULL = 5,      /**< columns that found no room in the evidence window */
+  UM_DROP_EVIDENCE_FULL = 5,      /**< columns, and blocks to be revised, that found no room */
   UM_DROP_DESCRIPTION_FULL = 6,   /**< cells, voxels or keypoints the describer refused */
   UM_DROP_TRIANGLE_TABLE_FULL = 7 /**< triangles loop search refused */
 };

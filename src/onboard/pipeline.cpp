@@ -210,10 +210,10 @@ void Pipeline::State::remove_dynamic() noexcept {
     if (config.removal.components) {
       statistics.components = components.run(window.blocks(), filter.log_odds(), cells);
     }
-    dropped(DropCause::kEvidenceFull) = window.left_out();
     revision.revise_leaving(window, painter.projection());
     view.revised = revision.result();
     revision.remember(window.blocks(), cells, view.sequence);
+    dropped(DropCause::kEvidenceFull) = window.left_out() + revision.given_up();
     window.record(cells);
     show_images();
     output.build(cells, voxels, view.T_odometry_keyframe);

@@ -43,11 +43,11 @@ void Revision::attach(Arena& arena, const PipelineConfig& config) noexcept {
   occupied_ = in_thousandths(config.removal.log_odds_occupied);
   firm_ = in_thousandths(std::min(config.removal.firm_log_odds, 30.0F));
   stride_ = std::max(1U, config.free_space.images_per_keyframe / kImagesPerKeyframe);
-  // Most blocks hold nothing but ground and firm cells.
-  capacity_ = config.voxel.max_blocks();
+  // Most blocks hold nothing but ground and firm cells: of ten keyframes a seventh each.
+  capacity_ = 2 * config.voxel.max_blocks();
   open_ = arena.allocate<OpenBlock>(capacity_);
   group_ = arena.allocate<Group>(1);
-  changed_.attach(arena, capacity_ / 4 + 1);
+  changed_.attach(arena, config.voxel.max_blocks() / 4 + 1);
 }
 
 void Revision::drop_oldest() noexcept {
@@ -59,14 +59,21 @@ void Revision::drop_oldest() noexcept {
 void Revision::remember(const BlockWindow& blocks, const CellTable& cells,
                         std::uint32_t sequence) noexcept {
   if (!on_) return;
+  given_up_ = 0;
   if (remembered_ == std::size(keyframes_)) drop_oldest();
   Remembered now{sequence, blocks.keyframe(), next_, 0, cells.grid()};
   for (std::uint32_t b = 0; b < cells.blocks().size(); ++b) {
     const CellMarks& marks = cells.marks(b);
     const std::uint64_t open = marks.candidate & ~marks.dynamic & ~marks.firm;
     if ((marks.dynamic | open) == 0) continue;
-    while (open_count_ == capacity_ && remembered_ > 0) drop_oldest();
-    if (open_count_ == capacity_) break;
+    while (open_count_ == capacity_ && remembered_ > 0) {
+      given_up_ += keyframes_[0].count;
+      drop_oldest();
+    }
+    if (open_count_ == capacity_) {
+      ++given_up_;
+      continue;
+    }
     ring(next_) = {marks.dynamic, open, blocks.entry(b)};
     next_ = (next_ + 1) % capacity_;
     ++open_count_;

@@ -37,6 +37,10 @@ class Revision {
   /// The same for the oldest keyframe there is, after the last record. False if there is none.
   bool revise_oldest(const EvidenceWindow& window, const ImageProjection& projection) noexcept;
 
+  /// Blocks for whose revision the last `remember` and revision found no room: they keep what was
+  /// decided online.
+  [[nodiscard]] std::uint64_t given_up() const noexcept { return given_up_ + changed_.refused(); }
+
   /// What became of the keyframe that was revised last.
   [[nodiscard]] const RevisedKeyframe& result() const noexcept { return result_; }
   /// Changes the labels of a scan of that keyframe accordingly. Returns how many. O(points).
@@ -85,6 +89,7 @@ class Revision {
   std::int32_t firm_ = 0;
   std::uint32_t stride_ = 1;  ///< of the images of each keyframe
 
+  std::uint64_t given_up_ = 0;
   std::uint32_t capacity_ = 0;
   std::uint32_t open_count_ = 0;
   std::uint32_t next_ = 0;  ///< place in the ring
