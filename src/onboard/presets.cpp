@@ -82,8 +82,8 @@ PipelineConfig preset(SensorKind sensor, Computer computer) noexcept {
     float range_m;
   };
   constexpr Room kJetson{320000, 131072, 32768, 1000, 120.0F};
-  constexpr Room kRaspberryPi{160000, 49152, 16384, 405, 60.0F};
-  constexpr Room kArmv7With64Mb{81920, 30720, 8192, 230, 40.0F};
+  constexpr Room kRaspberryPi{160000, 49152, 16384, 385, 60.0F};
+  constexpr Room kArmv7With64Mb{81920, 30720, 8192, 220, 40.0F};
   PipelineConfig config = preset(sensor);
   if (computer == Computer::kServer) return config;
   const Room& room = computer == Computer::kJetson        ? kJetson

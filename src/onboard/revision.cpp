@@ -44,7 +44,7 @@ void Revision::attach(Arena& arena, const PipelineConfig& config) noexcept {
   firm_ = in_thousandths(std::min(config.removal.firm_log_odds, 30.0F));
   stride_ = std::max(1U, config.free_space.images_per_keyframe / kImagesPerKeyframe);
   // Most blocks hold nothing but ground and firm cells: of ten keyframes a seventh each.
-  capacity_ = 2 * config.voxel.max_blocks();
+  capacity_ = 3 * config.voxel.max_blocks();
   open_ = arena.allocate<OpenBlock>(capacity_);
   group_ = arena.allocate<Group>(1);
   changed_.attach(arena, config.voxel.max_blocks() / 4 + 1);
