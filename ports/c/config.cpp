@@ -72,7 +72,6 @@ void visit(CConfig& c, Config& p, Function f) {
   f(c.descriptor_range_m, p.descriptor.range_m);
   f(c.descriptor_column_size_m, p.descriptor.column_size_m);
   f(c.descriptor_min_height_m, p.descriptor.min_height_m);
-  f(c.descriptor_smoothing_m, p.descriptor.smoothing_m);
   f(c.descriptor_window_m, p.descriptor.window_m);
   f(c.descriptor_suppression_radius_m, p.descriptor.suppression_radius_m);
   f(c.descriptor_max_candidates, p.descriptor.max_candidates);
@@ -85,11 +84,12 @@ void visit(CConfig& c, Config& p, Function f) {
   f(c.loop_search_voxel_size_m, p.loop_search.voxel_size_m);
   f(c.loop_search_side_tolerance_m, p.loop_search.side_tolerance_m);
   f(c.loop_search_dot_tolerance, p.loop_search.dot_tolerance);
-  f(c.loop_search_min_code_similarity, p.loop_search.min_code_similarity);
+  f(c.loop_search_max_code_difference, p.loop_search.max_code_difference);
   f(c.loop_search_max_bucket, p.loop_search.max_bucket);
   f(c.loop_search_max_compared, p.loop_search.max_compared);
   f(c.loop_search_max_matches, p.loop_search.max_matches);
   f(c.loop_search_max_candidates, p.loop_search.max_candidates);
+  f(c.loop_search_max_per_session, p.loop_search.max_per_session);
   f(c.loop_search_max_verified, p.loop_search.max_verified);
   f(c.loop_search_inlier_distance_m, p.loop_search.inlier_distance_m);
   f(c.loop_search_min_inliers, p.loop_search.min_inliers);

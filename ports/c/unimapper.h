@@ -256,13 +256,10 @@ typedef struct um_config {
   /** Only cells within this horizontal distance of the keyframe's origin are described, [10,
    *  120]. */
   float descriptor_range_m;
-  /** Grid step of the map of vertical structure, [0.2, 1]. About 2 L_f. */
+  /** Grid step of the map of vertical structure, [0.2, 1]. About 1.5 L_f. */
   float descriptor_column_size_m;
   /** Structure lower than this above the local ground is ignored (kerbs, grass), [0, 3]. */
   float descriptor_min_height_m;
-  /** Smoothing of the map of vertical structure before differentiation, standard deviation, [0,
-   *  1]. */
-  float descriptor_smoothing_m;
   /** Neighbourhood over which a corner is judged, standard deviation, [0.2, 1]. */
   float descriptor_window_m;
   /** No two keypoints lie closer than this, [0.5, 10]. STD: 2 m. */
@@ -275,9 +272,9 @@ typedef struct um_config {
   float descriptor_plane_max_variance_m2;
 
   /* Loop search */
-  /** Stored keyframes, [1, 65534] */
+  /** Stored keyframes, [1, 2^20] */
   uint32_t loop_search_max_places;
-  /** Candidates returned per search, [1, 64] */
+  /** Candidates returned per search, [1, 256] */
   uint32_t loop_search_max_results;
   /** Per place, as in the descriptor_ members */
   uint32_t loop_search_max_keypoints;
@@ -286,22 +283,24 @@ typedef struct um_config {
   /** Of the planes, as in the descriptor_ members */
   float loop_search_voxel_size_m;
   /** Two sides are equal within this; absolute, because it comes from the keypoints' noise and
-   *  not from the side's length, [0.05, 2]. */
+   *  not from the side's length, [0.05, 1.2]. */
   float loop_search_side_tolerance_m;
   /** Two normal products are equal within this, [0, 1] */
   float loop_search_dot_tolerance;
-  /** Mean Dice similarity of the three columns, [0, 1] */
-  float loop_search_min_code_similarity;
-  /** Triangles read from or kept in one hash cell, [5, 65535] */
+  /** Bands of height in which the columns at the three vertices may differ, of 24, [0, 24] */
+  uint32_t loop_search_max_code_difference;
+  /** Triangles kept in one hash bucket, [5, 2^24] */
   uint32_t loop_search_max_bucket;
-  /** Stored triangles a search compares before it stops asking for more: bounds its time
-   *  however many places there are, [1000, 2^30]. */
+  /** Stored triangles a search compares: bounds its time however many places there are. Beyond,
+   *  the query's triangles of the commonest shapes are left out, [1000, 2^30]. */
   uint32_t loop_search_max_compared;
   /** Matched triangles kept per search, [64, 2^24] */
   uint32_t loop_search_max_matches;
-  /** Places examined after voting, [1, 64] */
+  /** Poses examined after voting, [1, 256] */
   uint32_t loop_search_max_candidates;
-  /** Candidates whose planes are compared, [1, 64] */
+  /** Of these, at most so many in one session; 0: no limit, [0, 256] */
+  uint32_t loop_search_max_per_session;
+  /** Candidates whose planes are compared, [1, 256] */
   uint32_t loop_search_max_verified;
   /** Keypoints that agree with a pose, [0.2, 3] */
   float loop_search_inlier_distance_m;

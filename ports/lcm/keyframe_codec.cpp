@@ -181,7 +181,7 @@ const char* read_keypoints(LittleEndianReader& in, std::uint32_t count,
     Eigen::Vector3i steps;
     for (int axis = 0; axis < 3; ++axis) {
       steps[axis] = in.get<std::int32_t>();
-      if (steps[axis] < -kKeypointLimitMm || steps[axis] > kKeypointLimitMm) {
+      if (steps[axis] < -kMillimetreLimit || steps[axis] > kMillimetreLimit) {
         return "a keypoint lies beyond the limit";
       }
     }

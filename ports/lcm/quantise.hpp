@@ -3,11 +3,11 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "unimapper/core/keyframe.hpp"
+#include "unimapper/core/quantise.hpp"
 #include "unimapper/merge/keyframe_record.hpp"
 
 namespace unimapper::wire {
@@ -29,32 +29,5 @@ std::vector<CellKey> cell_keys(std::span<const FineCell> cells, std::uint64_t& l
 
 /// The cell of a key.
 FineCell cell_of(CellKey key);
-
-/// A unit vector unfolded from an octahedron onto a square of 16-bit coordinates.
-struct OctahedralNormal {
-  std::int16_t u = 0;
-  std::int16_t v = 0;
-  friend bool operator==(const OctahedralNormal&, const OctahedralNormal&) = default;
-};
-
-/// Nearest code of a normal (error below 1e-4 rad), or nothing if it is zero or not finite.
-std::optional<OctahedralNormal> octahedral(const Eigen::Vector3f& normal);
-/// The unit vector of a code.
-Eigen::Vector3f unit_vector(OctahedralNormal code);
-/// True for the codes `octahedral` returns: on the seam of the square two codes mean the same
-/// vector and one of them is never used.
-bool is_canonical(OctahedralNormal code);
-
-inline constexpr std::int32_t kKeypointLimitMm = 1'000'000;
-
-/// Position of a keypoint in whole millimetres, or nothing if it is not finite or beyond
-/// `kKeypointLimitMm` on an axis.
-std::optional<Eigen::Vector3i> to_millimetres(const Eigen::Vector3f& position);
-Eigen::Vector3f from_millimetres(const Eigen::Vector3i& millimetres);
-
-/// Position of a cell or plane in whole centimetres, or nothing if it is not finite or does not
-/// fit 16 bits on an axis.
-std::optional<Eigen::Vector3i> to_centimetres(const Eigen::Vector3f& position);
-Eigen::Vector3f from_centimetres(const Eigen::Vector3i& centimetres);
 
 }  // namespace unimapper::wire

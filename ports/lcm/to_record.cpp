@@ -26,7 +26,8 @@ merge::KeyframeRecord to_record(const KeyframeView& keyframe, const merge::Sessi
   record.static_cells.assign(keyframe.static_cells.begin(), keyframe.static_cells.end());
   record.dynamic_cells.assign(keyframe.dynamic_cells.begin(), keyframe.dynamic_cells.end());
   record.keypoints.assign(keyframe.place.keypoints.begin(), keyframe.place.keypoints.end());
-  record.planes.assign(keyframe.place.planes.begin(), keyframe.place.planes.end());
+  // Planes follow from the static cells at the base (`merge::PlaneRestorer`): three kilobytes of
+  // keypoints are the whole descriptor.
   if (!keyframe.images.empty()) {
     record.image_shape = keyframe.image_shape;
     record.image_sure_range_m = keyframe.image_sure_range_m;

@@ -100,7 +100,6 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("range_m", config.range_m);
   visitor("column_size_m", config.column_size_m);
   visitor("min_height_m", config.min_height_m);
-  visitor("smoothing_m", config.smoothing_m);
   visitor("window_m", config.window_m);
   visitor("suppression_radius_m", config.suppression_radius_m);
   visitor("max_candidates", config.max_candidates);
@@ -127,11 +126,12 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("triangles", config.triangles);
   visitor("side_tolerance_m", config.side_tolerance_m);
   visitor("dot_tolerance", config.dot_tolerance);
-  visitor("min_code_similarity", config.min_code_similarity);
+  visitor("max_code_difference", config.max_code_difference);
   visitor("max_bucket", config.max_bucket);
   visitor("max_compared", config.max_compared);
   visitor("max_matches", config.max_matches);
   visitor("max_candidates", config.max_candidates);
+  visitor("max_per_session", config.max_per_session);
   visitor("max_verified", config.max_verified);
   visitor("inlier_distance_m", config.inlier_distance_m);
   visitor("min_inliers", config.min_inliers);

@@ -22,6 +22,7 @@ struct JudgedGuess {
 /// What is known of one query after all guesses were looked at.
 struct Query {
   bool positive = false;
+  bool shares_view = false;
   std::optional<JudgedGuess> best;      // of all guesses
   std::optional<JudgedGuess> accepted;  // of the accepted ones
 };
@@ -43,6 +44,15 @@ bool has_revisit(const TrueKeyframe& query, std::span<const TrueKeyframe> refere
   });
 }
 
+bool has_common_view(std::size_t query, std::span<const TrueKeyframe> queries,
+                     std::span<const TrueKeyframe> references, const LoopScoreConfig& config) {
+  for (std::size_t i = 0; i < references.size(); ++i) {
+    if (config.common_view[query * references.size() + i] == 0) continue;
+    if (eligible(queries[query], references[i], config)) return true;
+  }
+  return false;
+}
+
 JudgedGuess judge(const LoopGuess& guess, const TrueKeyframe& query, const TrueKeyframe& match,
                   const LoopScoreConfig& config) {
   const Pose T_match_query_true = match.T_world_sensor.inverse() * query.T_world_sensor;
@@ -61,18 +71,22 @@ void keep_better(std::optional<JudgedGuess>& best, const JudgedGuess& guess) {
   if (!best || guess.confidence > best->confidence) best = guess;
 }
 
-using IsTrue = bool JudgedGuess::*;
+/// What counts as a query to answer and as a right answer.
+struct Criterion {
+  bool Query::*is_positive;
+  bool JudgedGuess::*is_true;
+};
 
-PrecisionRecall operating_point(const std::vector<Query>& queries, IsTrue is_true) {
+PrecisionRecall operating_point(const std::vector<Query>& queries, Criterion criterion) {
   PrecisionRecall result;
   std::size_t positives = 0;
   std::size_t found = 0;
   for (const Query& query : queries) {
-    positives += query.positive ? 1 : 0;
+    positives += query.*criterion.is_positive ? 1 : 0;
     if (!query.accepted) continue;
-    const bool right = (*query.accepted).*is_true;
+    const bool right = (*query.accepted).*criterion.is_true;
     ++(right ? result.true_positives : result.false_positives);
-    found += right && query.positive ? 1 : 0;
+    found += right && query.*criterion.is_positive ? 1 : 0;
   }
   result.false_negatives = positives - found;
   const std::size_t answers = result.true_positives + result.false_positives;
@@ -86,7 +100,7 @@ PrecisionRecall operating_point(const std::vector<Query>& queries, IsTrue is_tru
   return result;
 }
 
-std::vector<CurvePoint> sweep(const std::vector<Query>& queries, IsTrue is_true) {
+std::vector<CurvePoint> sweep(const std::vector<Query>& queries, Criterion criterion) {
   struct Answer {
     double confidence;
     bool right;
@@ -95,9 +109,10 @@ std::vector<CurvePoint> sweep(const std::vector<Query>& queries, IsTrue is_true)
   std::vector<Answer> answers;
   std::size_t positives = 0;
   for (const Query& query : queries) {
-    positives += query.positive ? 1 : 0;
+    positives += query.*criterion.is_positive ? 1 : 0;
     if (!query.best) continue;
-    answers.push_back({query.best->confidence, (*query.best).*is_true, query.positive});
+    answers.push_back(
+        {query.best->confidence, (*query.best).*criterion.is_true, query.*criterion.is_positive});
   }
   std::vector<CurvePoint> curve;
   if (positives == 0) return curve;
@@ -116,10 +131,10 @@ std::vector<CurvePoint> sweep(const std::vector<Query>& queries, IsTrue is_true)
   return curve;
 }
 
-LoopFigures figures(const std::vector<Query>& queries, IsTrue is_true) {
+LoopFigures figures(const std::vector<Query>& queries, Criterion criterion) {
   LoopFigures result;
-  result.operating_point = operating_point(queries, is_true);
-  result.curve = sweep(queries, is_true);
+  result.operating_point = operating_point(queries, criterion);
+  result.curve = sweep(queries, criterion);
   double previous_recall = 0.0;
   double previous_precision = result.curve.empty() ? 0.0 : result.curve.front().precision;
   for (const CurvePoint& point : result.curve) {
@@ -146,10 +161,13 @@ LoopScore score_loops(std::span<const TrueKeyframe> queries,
                       const LoopScoreConfig& config) {
   LoopScore score;
   score.queries = queries.size();
+  const bool views_known = config.common_view.size() == queries.size() * references.size();
   std::vector<Query> judged(queries.size());
   for (std::size_t i = 0; i < queries.size(); ++i) {
     judged[i].positive = has_revisit(queries[i], references, config);
     score.positives += judged[i].positive ? 1 : 0;
+    judged[i].shares_view = views_known && has_common_view(i, queries, references, config);
+    score.view_positives += judged[i].shares_view ? 1 : 0;
   }
   const auto query_index = index_by_keyframe(queries);
   const auto reference_index = index_by_keyframe(references);
@@ -167,8 +185,9 @@ LoopScore score_loops(std::span<const TrueKeyframe> queries,
     keep_better(judged[query->second].best, verdict);
     if (guess.accepted) keep_better(judged[query->second].accepted, verdict);
   }
-  score.by_distance = figures(judged, &JudgedGuess::true_by_distance);
-  score.by_pose = figures(judged, &JudgedGuess::true_by_pose);
+  score.by_distance = figures(judged, {&Query::positive, &JudgedGuess::true_by_distance});
+  score.by_pose = figures(judged, {&Query::positive, &JudgedGuess::true_by_pose});
+  score.by_view = figures(judged, {&Query::shares_view, &JudgedGuess::true_by_pose});
   std::vector<double> translations;
   std::vector<double> rotations;
   for (const Query& query : judged) {

@@ -3,45 +3,16 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
-#include <memory>
-#include <new>
-#include <stdexcept>
 #include <tuple>
 #include <utility>
 
+#include "in_arena.hpp"
 #include "parallel.hpp"
-#include "unimapper/core/arena.hpp"
+#include "unimapper/merge/plane_restorer.hpp"
 #include "unimapper/place/database.hpp"
 
 namespace unimapper::merge {
 namespace {
-
-/// A place database together with the memory it lives in.
-class OwnedDatabase {
- public:
-  explicit OwnedDatabase(const LoopSearchConfig& config) {
-    if (const Error error = config.validate(); error.code != ErrorCode::kOk) {
-      throw std::invalid_argument(error.message);
-    }
-    Arena measuring = Arena::measuring();
-    database_.attach(measuring, config);
-    memory_.reset(static_cast<std::byte*>(
-        ::operator new (measuring.used(), std::align_val_t{Arena::kAlignment})));
-    Arena arena(memory_.get(), measuring.used());
-    database_.attach(arena, config);
-  }
-  PlaceDatabase& operator*() { return database_; }
-  PlaceDatabase* operator->() { return &database_; }
-
- private:
-  struct Release {
-    void operator()(std::byte* memory) const {
-      ::operator delete (memory, std::align_val_t{Arena::kAlignment});
-    }
-  };
-  PlaceDatabase database_;
-  std::unique_ptr<std::byte, Release> memory_;
-};
 
 LoopSearchConfig database_config(const std::vector<SessionData>& sessions, std::size_t places,
                                  std::size_t others, std::uint32_t per_session) {
@@ -53,8 +24,13 @@ LoopSearchConfig database_config(const std::vector<SessionData>& sessions, std::
           static_cast<std::uint32_t>(std::min<std::size_t>(keyframe.keypoints.size(), 255)));
     }
   }
-  config.max_places = static_cast<std::uint32_t>(std::clamp<std::size_t>(places, 1, 65534));
-  const auto wanted = static_cast<std::uint32_t>(std::min<std::size_t>(others * per_session, 64));
+  config.max_places = static_cast<std::uint32_t>(std::clamp<std::size_t>(places, 1, 1U << 20U));
+  // The base has more time than a robot, and more sessions that must not crowd each other out.
+  config.max_compared = 2'000'000;
+  config.max_matches = 1U << 20U;
+  config.max_bucket = 1U << 24U;
+  config.max_per_session = std::max(per_session, config.max_verified);
+  const auto wanted = static_cast<std::uint32_t>(std::min<std::size_t>(others * per_session, 256));
   config.max_results = std::max(config.max_results, wanted);
   config.max_verified = std::max(config.max_verified, wanted);
   config.max_candidates = std::max(config.max_candidates, wanted);
@@ -81,7 +57,8 @@ bool is_better(const LoopProposal& a, const LoopProposal& b) {
 std::vector<LoopProposal> own_loops(const std::vector<SessionData>& sessions, std::size_t session,
                                     const LoopConfig& config) {
   const auto& keyframes = sessions[session].keyframes;
-  OwnedDatabase database(database_config(sessions, keyframes.size(), 1, 1));
+  InArena<PlaceDatabase> database(database_config(sessions, keyframes.size(), 1, 1));
+  PlaneRestorer planes;
   std::vector<double> path(keyframes.size(), 0.0);
   std::vector<LoopProposal> found;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
@@ -91,10 +68,10 @@ std::vector<LoopProposal> own_loops(const std::vector<SessionData>& sessions, st
                                   .norm();
     }
     const KeyframeRef query{session, k};
+    const PlaceView place = planes.place(keyframes[k]);
     std::uint32_t kept = 0;
-    for (const auto& candidate :
-         database->search(keyframes[k].place(), place_id(query),
-                          {SearchScope::Sessions::kOnlySame, config.min_keyframe_gap})) {
+    for (const auto& candidate : database->search(
+             place, place_id(query), {SearchScope::Sessions::kOnlySame, config.min_keyframe_gap})) {
       if (kept == config.candidates_per_keyframe) break;
       if (candidate.match.keyframe >= k ||
           path[k] - path[candidate.match.keyframe] < config.min_path_gap_m) {
@@ -103,7 +80,7 @@ std::vector<LoopProposal> own_loops(const std::vector<SessionData>& sessions, st
       found.push_back(proposal(query, candidate));
       ++kept;
     }
-    database->insert(keyframes[k].place(), place_id(query));
+    database->insert(place, place_id(query), keyframes[k].T_odometry_keyframe);
   }
   std::sort(found.begin(), found.end(), is_better);
   if (found.size() > config.max_candidates_per_pair) found.resize(config.max_candidates_per_pair);
@@ -127,17 +104,21 @@ std::vector<LoopProposal> propose_loops_between(const std::vector<SessionData>& 
   std::size_t places = 0;
   for (const auto& session : sessions) places += session.keyframes.size();
   if (sessions.size() < 2 || places == 0) return {};
-  OwnedDatabase database(
+  InArena<PlaceDatabase> database(
       database_config(sessions, places, sessions.size() - 1, config.candidates_per_keyframe));
   const auto for_each_keyframe = [&](const auto& visit) {
     for (std::size_t s = 0; s < sessions.size(); ++s) {
       for (std::size_t k = 0; k < sessions[s].keyframes.size(); ++k) visit(KeyframeRef{s, k});
     }
   };
+  PlaneRestorer planes;
   const auto place = [&](KeyframeRef k) {
-    return sessions[k.session].keyframes[k.keyframe].place();
+    return planes.place(sessions[k.session].keyframes[k.keyframe]);
   };
-  for_each_keyframe([&](KeyframeRef k) { database->insert(place(k), place_id(k)); });
+  const auto pose = [&](KeyframeRef k) {
+    return sessions[k.session].keyframes[k.keyframe].T_odometry_keyframe;
+  };
+  for_each_keyframe([&](KeyframeRef k) { database->insert(place(k), place_id(k), pose(k)); });
 
   // By (lower, higher) session, then by (lower, higher) keyframe: both directions meet here.
   std::map<std::pair<std::size_t, std::size_t>,

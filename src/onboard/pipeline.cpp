@@ -273,7 +273,8 @@ void Pipeline::State::search_loops() noexcept {
                    [&] { view.loops = places.search(view.place, id, config.search_scope); });
   }
   if (inserts) {
-    budget.measure(Budget::Part::kInserting, 1, [&] { places.insert(view.place, id); });
+    budget.measure(Budget::Part::kInserting, 1,
+                   [&] { places.insert(view.place, id, view.T_odometry_keyframe); });
   }
   dropped(DropCause::kTriangleTableFull) = places.dropped() - dropped_before;
 }

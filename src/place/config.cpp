@@ -59,9 +59,6 @@ Error DescriptorConfig::validate() const noexcept {
   if (!within(min_height_m, 0.0F, 3.0F)) {
     return invalid("descriptor.min_height_m must be between 0 and 3 metres");
   }
-  if (!within(smoothing_m, 0.0F, 1.0F)) {
-    return invalid("descriptor.smoothing_m must be between 0 and 1 metre");
-  }
   if (!within(window_m, 0.2F, 1.0F)) {
     return invalid("descriptor.window_m must be between 0.2 and 1 metre");
   }
@@ -81,11 +78,11 @@ Error DescriptorConfig::validate() const noexcept {
 }
 
 Error LoopSearchConfig::validate() const noexcept {
-  if (!within(max_places, 1U, 65534U)) {
-    return invalid("loop_search.max_places must be between 1 and 65534");
+  if (!within(max_places, 1U, 1U << 20U)) {
+    return invalid("loop_search.max_places must be between 1 and 1048576");
   }
-  if (!within(max_results, 1U, 64U)) {
-    return invalid("loop_search.max_results must be between 1 and 64");
+  if (!within(max_results, 1U, 256U)) {
+    return invalid("loop_search.max_results must be between 1 and 256");
   }
   if (!within(max_keypoints, 8U, 255U)) {
     return invalid("loop_search.max_keypoints must be between 8 and 255");
@@ -96,17 +93,17 @@ Error LoopSearchConfig::validate() const noexcept {
   if (!within(voxel_size_m, 0.5F, 8.0F)) {
     return invalid("loop_search.voxel_size_m must be between 0.5 and 8 metres");
   }
-  if (!within(side_tolerance_m, 0.05F, 2.0F)) {
-    return invalid("loop_search.side_tolerance_m must be between 0.05 and 2 metres");
+  if (!within(side_tolerance_m, 0.05F, 1.2F)) {
+    return invalid("loop_search.side_tolerance_m must be between 0.05 and 1.2 metres");
   }
   if (!within(dot_tolerance, 0.0F, 1.0F)) {
     return invalid("loop_search.dot_tolerance must be between 0 and 1");
   }
-  if (!within(min_code_similarity, 0.0F, 1.0F)) {
-    return invalid("loop_search.min_code_similarity must be between 0 and 1");
+  if (max_code_difference > 24U) {
+    return invalid("loop_search.max_code_difference must be between 0 and 24");
   }
-  if (!within(max_bucket, 5U, 65535U)) {
-    return invalid("loop_search.max_bucket must be between 5 and 65535");
+  if (!within(max_bucket, 5U, 1U << 24U)) {
+    return invalid("loop_search.max_bucket must be between 5 and 16777216");
   }
   if (!within(max_compared, 1000U, 1U << 30U)) {
     return invalid("loop_search.max_compared must be between 1000 and 1073741824");
@@ -114,11 +111,14 @@ Error LoopSearchConfig::validate() const noexcept {
   if (!within(max_matches, 64U, 1U << 24U)) {
     return invalid("loop_search.max_matches must be between 64 and 16777216");
   }
-  if (!within(max_candidates, 1U, 64U)) {
-    return invalid("loop_search.max_candidates must be between 1 and 64");
+  if (!within(max_candidates, 1U, 256U)) {
+    return invalid("loop_search.max_candidates must be between 1 and 256");
   }
-  if (!within(max_verified, 1U, 64U)) {
-    return invalid("loop_search.max_verified must be between 1 and 64");
+  if (max_per_session > 256U) {
+    return invalid("loop_search.max_per_session must be between 0 and 256");
+  }
+  if (!within(max_verified, 1U, 256U)) {
+    return invalid("loop_search.max_verified must be between 1 and 256");
   }
   if (!within(inlier_distance_m, 0.2F, 3.0F)) {
     return invalid("loop_search.inlier_distance_m must be between 0.2 and 3 metres");

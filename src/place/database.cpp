@@ -30,46 +30,43 @@ void PlaceDatabase::attach(Arena& arena, const LoopSearchConfig& config) noexcep
   const std::size_t places = config.max_places;
   table_.attach(arena, config);
   places_ = arena.allocate<Place>(places);
+  thinning_.attach(arena, config.max_places);
   vertices_ = arena.allocate<Eigen::Vector3f>(places * config.max_keypoints);
   codes_ = arena.allocate<std::uint64_t>(places * config.max_keypoints);
   planes_ = arena.allocate<StoredPlane>(places * config.max_planes);
-  votes_ = arena.allocate<std::uint16_t>(places * kYawBins);
   keypoints_.attach(arena, config.max_keypoints);
   triangles_.attach(arena, config.triangles.max_triangles);
-  matches_.attach(arena, config.max_matches);
-  candidates_.attach(arena, places);
-  gathered_ = arena.allocate<Match>(std::size_t{kMatchesPerPlace} * config.max_candidates);
-  hypotheses_.attach(arena, std::size_t{kHypothesesPerPlace} * config.max_candidates);
-  shifts_.attach(arena, kMatchesPerPlace);
-  targets_.attach(arena, config.max_keypoints);
+  crowds_.attach(arena, config.triangles.max_triangles);
+  votes_.attach(arena, config);
+  hypotheses_.attach(arena, PoseVotes::max_peaks(config));
   match_planes_.attach(arena, config.max_planes);
   pairs_.attach(arena, config.max_keypoints);
-  constexpr std::size_t kRivalWidth = 2 * kRivalReach + 1;
-  rival_votes_ = arena.allocate<float>(kRivalWidth * kRivalWidth);
   overlap_.attach(arena, config.max_planes, config.voxel_size_m);
   results_.attach(arena, std::max(config.max_results, config.max_verified));
   const bool ready = results_.capacity() > 0;
   capacity_ = ready ? config.max_places : 0;
   size_ = 0;
-  next_ = 0;
   forgotten_ = 0;
   dropped_ = 0;
 }
 
-void PlaceDatabase::insert(const PlaceView& place, PlaceId id) noexcept {
-  if (capacity_ == 0) return;
-  const std::uint32_t slot = next_;
-  if (size_ == capacity_) {
-    forget(slot);
-    ++forgotten_;
-  } else {
-    ++size_;
-  }
-  next_ = (next_ + 1) % capacity_;
+std::uint32_t PlaceDatabase::free_slot() noexcept {
+  if (size_ < capacity_) return size_++;
+  const std::uint32_t slot = thinning_.most_redundant();
+  forget(slot);
+  ++forgotten_;
+  return slot;
+}
 
+void PlaceDatabase::insert(const PlaceView& place, PlaceId id,
+                           const Pose& T_session_place) noexcept {
+  if (capacity_ == 0) return;
+  const std::uint32_t slot = free_slot();
+  thinning_.add(slot, id.session, T_session_place);
   Place& stored = places_[slot];
   stored = {};
   stored.id = id;
+  stored.T_session_place = seen_from_above(T_session_place);
   keypoints_.clear();
   const std::size_t first = std::size_t{slot} * config_.max_keypoints;
   for (const Keypoint& keypoint : place.keypoints) {
@@ -95,7 +92,7 @@ void PlaceDatabase::insert(const PlaceView& place, PlaceId id) noexcept {
   }
   build_triangles(keypoints_.view(), config_.triangles, triangles_);
   for (const Triangle& triangle : triangles_) {
-    if (table_.insert(triangle, static_cast<std::uint16_t>(slot))) {
+    if (table_.insert(triangle, slot)) {
       ++stored.triangles;
     } else {
       ++dropped_;
@@ -105,6 +102,7 @@ void PlaceDatabase::insert(const PlaceView& place, PlaceId id) noexcept {
 
 // The triangles follow from the stored positions just as they did when they were inserted.
 void PlaceDatabase::forget(std::uint32_t slot) noexcept {
+  thinning_.remove(slot);
   keypoints_.clear();
   const Eigen::Vector3f* vertices = vertices_ + std::size_t{slot} * config_.max_keypoints;
   for (std::uint32_t i = 0; i < places_[slot].keypoints; ++i) {
@@ -114,9 +112,7 @@ void PlaceDatabase::forget(std::uint32_t slot) noexcept {
     keypoints_.push_back(keypoint);
   }
   build_triangles(keypoints_.view(), config_.triangles, triangles_);
-  for (const Triangle& triangle : triangles_) {
-    table_.remove(triangle, static_cast<std::uint16_t>(slot));
-  }
+  for (const Triangle& triangle : triangles_) table_.remove(triangle, slot);
 }
 
 bool PlaceDatabase::in_scope(const Place& place, PlaceId query,
@@ -133,18 +129,10 @@ std::span<const LoopCandidate> PlaceDatabase::search(const PlaceView& query, Pla
                                                      const SearchScope& scope) noexcept {
   results_.clear();
   if (capacity_ == 0) return results_.view();
-  vote(query, query_id, scope);
-  choose_candidates();
-  hypotheses_.clear();
-  gather_matches();
-  for (std::uint32_t i = 0; i < candidates_.size(); ++i) form_hypotheses(i);
-  const auto better = [this](const Hypothesis& a, const Hypothesis& b) {
-    if (a.evidence != b.evidence) return a.evidence > b.evidence;
-    if (a.votes != b.votes) return a.votes > b.votes;
-    return comes_before(places_[a.place].id, places_[b.place].id);
-  };
-  std::sort(hypotheses_.begin(), hypotheses_.end(), better);
-
+  load_query(query);
+  choose_triangles();
+  vote(query_id, scope);
+  form_hypotheses();
   overlap_.set_query(query.planes);
   std::uint32_t verified = 0;
   for (const Hypothesis& hypothesis : hypotheses_) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "unimapper/core/quantise.hpp"
+
 namespace unimapper {
 namespace {
 
@@ -17,7 +19,7 @@ constexpr float kStrengthScale = 100.0F;
 
 void PlaceDescriber::attach(Arena& arena, const DescriptorConfig& config) noexcept {
   config_ = config;
-  cells_.attach(arena, config.max_cells);
+  structure_cells_.attach(arena, config.max_cells);
   keypoints_.attach(arena, config.max_keypoints);
   ground_.attach(arena, config);
   planes_.attach(arena, config);
@@ -28,41 +30,55 @@ void PlaceDescriber::attach(Arena& arena, const DescriptorConfig& config) noexce
 PlaceView PlaceDescriber::describe(std::span<const FineCell> cells) noexcept {
   dropped_ = 0;
   admit(cells);
-  ground_.build(cells_.view());
-  planes_.build(cells_.view());
-  structure_.build(cells_.view(), ground_);
+  ground_.finish();
+  planes_.build(structure_cells_.view(), ground_);
+  structure_.build(structure_cells_.view(), ground_);
   select_keypoints();
   dropped_ += planes_.dropped() + structure_.dropped();
   return {keypoints_.view(), planes_.planes()};
 }
 
-// Keeps the cells that are finite and within range; the rest of the code need not ask again. When
-// there are too many, those kept are spread evenly over the input: a thinner place is still the
-// same place, half a place is not.
+std::span<const PlanePatch> PlaceDescriber::find_planes(std::span<const FineCell> cells) noexcept {
+  dropped_ = 0;
+  admit(cells);
+  ground_.finish();
+  planes_.build(structure_cells_.view(), ground_);
+  return planes_.planes();
+}
+
+// Takes the cells that are finite and within range; the rest of the code need not ask again. Ground
+// goes where its height is averaged, structure is kept. When there is too much of it, what is kept
+// is spread evenly over the input: a thinner place is still the same place, half a place is not.
 void PlaceDescriber::admit(std::span<const FineCell> cells) noexcept {
   const float range_squared = config_.range_m * config_.range_m;
   const auto within_range = [&](const Eigen::Vector3f& p) {
     // Comparisons with NaN are false, so what is not finite never enters.
     return p.x() * p.x() + p.y() * p.y() < range_squared && std::abs(p.z()) < kMaxHeight;
   };
+  ground_.clear();
+  structure_cells_.clear();
   std::uint64_t count = 0;
   for (const FineCell& cell : cells) {
-    if (within_range(cell.position)) {
-      ++count;
-    } else if (!cell.position.allFinite()) {
-      ++dropped_;
+    if (!within_range(cell.position)) {
+      dropped_ += cell.position.allFinite() ? 0 : 1;
+      continue;
     }
+    ground_.add(cell);
+    if (cell.ground != 0) continue;
+    ++count;
+    structure_cells_.push_back(cell);
   }
-  const std::uint64_t kept = std::min<std::uint64_t>(count, cells_.capacity());
+  const std::uint64_t kept = structure_cells_.size();
+  if (kept == count) return;
   dropped_ += count - kept;
-  cells_.clear();
+  structure_cells_.clear();
   std::uint64_t share = 0;  // grows by `kept` with every cell; a cell enters when it passes `count`
   for (const FineCell& cell : cells) {
-    if (!within_range(cell.position)) continue;
+    if (!within_range(cell.position) || cell.ground != 0) continue;
     share += kept;
     if (share < count) continue;
     share -= count;
-    cells_.push_back(cell);
+    structure_cells_.push_back(cell);
   }
 }
 
@@ -82,9 +98,14 @@ void PlaceDescriber::select_keypoints() noexcept {
     const std::uint64_t occupancy = structure_.occupancy(corner.x, corner.y);
     if (occupancy == 0) continue;
     const float ground = ground_.height(corner.x, corner.y);
+    // On the grid on which keypoints travel: robot and base form the same triangles, bit by bit.
+    const auto position = to_millimetres({corner.x, corner.y, ground});
+    const auto normal =
+        octahedral(planes_.bordering_normal({corner.x, corner.y, ground + kWallHeight}));
+    if (!position || !normal) continue;
     Keypoint keypoint;
-    keypoint.position = {corner.x, corner.y, ground};
-    keypoint.normal = planes_.bordering_normal({corner.x, corner.y, ground + kWallHeight});
+    keypoint.position = from_millimetres(*position);
+    keypoint.normal = unit_vector(*normal);
     keypoint.occupancy = occupancy;
     keypoint.strength =
         static_cast<std::uint16_t>(std::min(std::sqrt(corner.response) * kStrengthScale, 65535.0F));

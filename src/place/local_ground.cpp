@@ -25,25 +25,30 @@ void LocalGround::attach(Arena& arena, const DescriptorConfig& config) noexcept 
   if (patches_ == nullptr || heights_ == nullptr) width_ = 0;
 }
 
-void LocalGround::build(std::span<const FineCell> cells) noexcept {
+void LocalGround::clear() noexcept {
   const auto count = static_cast<std::size_t>(width_) * static_cast<std::size_t>(width_);
   for (std::size_t i = 0; i < count; ++i) {
     patches_[i] = {0, 0, std::numeric_limits<std::int32_t>::max()};
   }
+}
+
+void LocalGround::add(const FineCell& cell) noexcept {
   constexpr float kReach = 1e6F;  // beyond, millimetres would not fit
-  for (const FineCell& cell : cells) {
-    const float u = (cell.position.x() + half_extent_m_) / kPatchSize;
-    const float v = (cell.position.y() + half_extent_m_) / kPatchSize;
-    const auto limit = static_cast<float>(width_);
-    if (!(u >= 0.0F && v >= 0.0F && u < limit && v < limit)) continue;
-    if (!(std::abs(cell.position.z()) < kReach)) continue;
-    Patch& patch = patches_[static_cast<std::int32_t>(v) * width_ + static_cast<std::int32_t>(u)];
-    const auto z_mm = static_cast<std::int32_t>(cell.position.z() * 1000.0F);
-    patch.lowest_mm = std::min(patch.lowest_mm, z_mm);
-    if (cell.ground == 0) continue;
-    patch.sum_mm += z_mm;
-    ++patch.count;
-  }
+  const float u = (cell.position.x() + half_extent_m_) / kPatchSize;
+  const float v = (cell.position.y() + half_extent_m_) / kPatchSize;
+  const auto limit = static_cast<float>(width_);
+  if (!(u >= 0.0F && v >= 0.0F && u < limit && v < limit)) return;
+  if (!(std::abs(cell.position.z()) < kReach)) return;
+  Patch& patch = patches_[static_cast<std::int32_t>(v) * width_ + static_cast<std::int32_t>(u)];
+  const auto z_mm = static_cast<std::int32_t>(cell.position.z() * 1000.0F);
+  patch.lowest_mm = std::min(patch.lowest_mm, z_mm);
+  if (cell.ground == 0) return;
+  patch.sum_mm += z_mm;
+  ++patch.count;
+}
+
+void LocalGround::finish() noexcept {
+  const auto count = static_cast<std::size_t>(width_) * static_cast<std::size_t>(width_);
   bool any_marked = false;
   for (std::size_t i = 0; i < count; ++i) {
     const Patch& patch = patches_[i];
@@ -60,9 +65,12 @@ void LocalGround::build(std::span<const FineCell> cells) noexcept {
     }
   }
   fill_gaps();
-  if (any_marked) return;
-  // The lowest cell of a patch may be halfway up a wall or a table top: ground is what lies
-  // below every ramp that rises from its surroundings.
+  if (!any_marked) lower_to_ramps();
+}
+
+// The lowest cell of a patch may be halfway up a wall or a table top: ground is what lies below
+// every ramp that rises from its surroundings.
+void LocalGround::lower_to_ramps() noexcept {
   for (std::int32_t pass = 0; pass < 2; ++pass) {
     for (std::int32_t step = 0; step < width_ * width_; ++step) {
       const std::int32_t i = pass == 0 ? step : width_ * width_ - 1 - step;
@@ -78,6 +86,30 @@ void LocalGround::build(std::span<const FineCell> cells) noexcept {
       }
     }
   }
+}
+
+bool LocalGround::make_plane(std::int32_t column, std::int32_t row, std::int32_t min_cells,
+                             PlanePatch& plane) const noexcept {
+  const std::int32_t at = row * width_ + column;
+  if (patches_[at].count < min_cells) return false;
+  // Rise per metre along an axis, from the neighbours that have ground; false if none has.
+  const auto slope = [&](std::int32_t stride, float& rise) {
+    const std::int32_t before = patches_[at - stride].count > 0 ? at - stride : at;
+    const std::int32_t after = patches_[at + stride].count > 0 ? at + stride : at;
+    if (before == after) return false;
+    const auto steps = static_cast<float>((after - before) / stride);
+    rise = (heights_[after] - heights_[before]) / (steps * kPatchSize);
+    return true;
+  };
+  float rise_x = 0.0F;
+  float rise_y = 0.0F;
+  if (!slope(1, rise_x) || !slope(width_, rise_y)) return false;
+  const auto middle = [this](std::int32_t i) {
+    return (static_cast<float>(i) + 0.5F) * kPatchSize - half_extent_m_;
+  };
+  plane.center = {middle(column), middle(row), heights_[at]};
+  plane.normal = Eigen::Vector3f(-rise_x, -rise_y, 1.0F).normalized();
+  return true;
 }
 
 // Gives every patch without a height that of the nearest one with a height (along rows, then

@@ -20,8 +20,11 @@ constexpr float kEvenProduct = 0.47F;
 // Refinement improves the keypoints' agreement too, but not by more than this leaves room for.
 constexpr float kWorthRefining = 0.7F;
 
-// Candidates that come this near to acceptance are asked for rivals.
-constexpr float kWorthDoubting = 0.7F;
+// Two poses in one place are the same within this, and with this cosine of their turn: 10 degrees.
+constexpr float kSamePose = 1.6F;
+constexpr float kSameHeading = 0.985F;
+// Two places of one session that put the query farther apart than its odometry can have drifted.
+constexpr float kBeyondDrift = 30.0F;
 
 // Each factor rises and saturates: none can make up for the lack of another.
 float confidence_of(float evidence, float smaller_place, float overlap) noexcept {
@@ -61,17 +64,13 @@ float certainty_of(float evidence, float rival) noexcept {
 
 }  // namespace
 
-// Lays out the keypoints of a stored place by x, so that neighbours are found in a narrow band.
 void PlaceDatabase::load_targets(std::uint32_t slot) noexcept {
   targets_.clear();
   const std::size_t first = std::size_t{slot} * config_.max_keypoints;
   for (std::uint32_t i = 0; i < places_[slot].keypoints; ++i) {
-    targets_.push_back({vertices_[first + i], codes_[first + i]});
+    const Eigen::Vector3f& p = vertices_[first + i];
+    targets_.add({p.x(), p.y(), p.z(), codes_[first + i]});
   }
-  std::sort(targets_.begin(), targets_.end(), [](const Target& a, const Target& b) {
-    return a.position.x() != b.position.x() ? a.position.x() < b.position.x()
-                                            : a.position.y() < b.position.y();
-  });
 }
 
 // Pairs every query keypoint with the nearest target that a pose brings it to; a target is used
@@ -84,27 +83,16 @@ float PlaceDatabase::consensus(const PlanarPose& pose, float radius_m) noexcept 
   std::uint64_t used[4] = {0, 0, 0, 0};
   for (const Keypoint& keypoint : keypoints_) {
     const Eigen::Vector2f at = pose * Eigen::Vector2f(keypoint.position.head<2>());
-    const Target* first =
-        std::lower_bound(targets_.begin(), targets_.end(), at.x() - radius_m,
-                         [](const Target& target, float x) { return target.position.x() < x; });
-    float best_distance = radius_m * radius_m;
-    const Target* best = nullptr;
-    for (const Target* target = first; target != targets_.end(); ++target) {
-      const float dx = target->position.x() - at.x();
-      if (dx > radius_m) break;
-      const float dy = target->position.y() - at.y();
-      const float distance = dx * dx + dy * dy;
-      if (distance >= best_distance) continue;
-      best_distance = distance;
-      best = target;
-    }
-    if (best == nullptr) continue;
-    const auto index = static_cast<std::size_t>(best - targets_.begin());
-    if (((used[index / 64U] >> (index % 64U)) & 1U) != 0) continue;
-    used[index / 64U] |= 1ULL << (index % 64U);
-    pairs_.push_back({keypoint.position.cast<double>(), best->position.cast<double>()});
-    const float closeness = 1.0F - best_distance / (radius_m * radius_m);
-    evidence += closeness * column_similarity(keypoint.occupancy, best->code);
+    float distance_squared = 0.0F;
+    const std::uint32_t nearest = targets_.nearest(at.x(), at.y(), radius_m, distance_squared);
+    if (nearest == KeypointGrid::kNone) continue;
+    if (((used[nearest / 64U] >> (nearest % 64U)) & 1U) != 0) continue;
+    used[nearest / 64U] |= 1ULL << (nearest % 64U);
+    const KeypointGrid::Spot& spot = targets_[nearest];
+    pairs_.push_back(
+        {keypoint.position.cast<double>(), Eigen::Vector3f(spot.x, spot.y, spot.z).cast<double>()});
+    const float closeness = 1.0F - distance_squared / (radius_m * radius_m);
+    evidence += closeness * column_similarity(keypoint.occupancy, spot.code);
   }
   return evidence;
 }
@@ -146,8 +134,35 @@ void PlaceDatabase::load_planes(std::uint32_t slot) noexcept {
   overlap_.set_match(match_planes_.view());
 }
 
-// Pose, planes and confidence of one hypothesis; targets and planes of its place are loaded.
-bool PlaceDatabase::examine(const Hypothesis& hypothesis, LoopCandidate& result) noexcept {
+// Both cannot be true: two spots in one place, or two places of a session so far apart that no
+// drift of its odometry explains it.
+bool PlaceDatabase::contradict(const Hypothesis& a, const Hypothesis& b) const noexcept {
+  const auto apart = [](const PlanarPose& p, const PlanarPose& q) {
+    return std::sqrt((p.x - q.x) * (p.x - q.x) + (p.y - q.y) * (p.y - q.y));
+  };
+  const auto turned = [](const PlanarPose& p, const PlanarPose& q) {
+    return p.cosine * q.cosine + p.sine * q.sine < kSameHeading;
+  };
+  if (a.place == b.place) return apart(a.pose, b.pose) > kSamePose || turned(a.pose, b.pose);
+  const Place& of_a = places_[a.place];
+  const Place& of_b = places_[b.place];
+  if (of_a.id.session != of_b.id.session) return false;
+  return apart(of_a.T_session_place * a.pose, of_b.T_session_place * b.pose) > kBeyondDrift;
+}
+
+// The evidence for the best of those that contradict a hypothesis. In a hall of equal bays a pose
+// one bay off finds support as well, and so does another street of equal houses.
+float PlaceDatabase::strongest_rival(const Hypothesis& hypothesis) const noexcept {
+  float evidence = 0.0F;
+  for (const Hypothesis& other : hypotheses_) {
+    if (other.evidence > evidence && contradict(hypothesis, other)) evidence = other.evidence;
+  }
+  return evidence;
+}
+
+// Pose, planes and confidence of one hypothesis.
+bool PlaceDatabase::verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept {
+  load_targets(hypothesis.place);
   (void)consensus(hypothesis.pose, config_.inlier_distance_m);
   Pose pose;
   if (!fit_rigid(pairs_.view(), pose)) return false;
@@ -157,8 +172,10 @@ bool PlaceDatabase::examine(const Hypothesis& hypothesis, LoopCandidate& result)
   pose = levelled(pose, pairs_.view());
   const auto smaller = static_cast<float>(
       std::min<std::size_t>(keypoints_.size(), places_[hypothesis.place].keypoints));
+  const float certainty = certainty_of(hypothesis.evidence, strongest_rival(hypothesis));
+  load_planes(hypothesis.place);
   // Where not even perfect planes could make the match acceptable, its pose is left as it is.
-  const float ceiling = confidence_of(hypothesis.evidence, smaller, 1.0F);
+  const float ceiling = confidence_of(hypothesis.evidence, smaller, 1.0F) * certainty;
   if (ceiling > kWorthRefining * config_.accept_confidence) {
     pose = overlap_.refine(pose);
     if (pose.rotation(2, 2) < level) return false;
@@ -172,28 +189,7 @@ bool PlaceDatabase::examine(const Hypothesis& hypothesis, LoopCandidate& result)
   result.inliers = static_cast<std::uint32_t>(pairs_.size());
   result.plane_overlap = overlap.overlap;
   result.T_match_query = pose;
-  result.confidence = confidence_of(evidence, smaller, overlap.overlap);
-  result.accepted = result.confidence >= config_.accept_confidence;
-  return true;
-}
-
-bool PlaceDatabase::verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept {
-  load_targets(hypothesis.place);
-  load_planes(hypothesis.place);
-  if (!examine(hypothesis, result)) return false;
-  if (result.confidence < kWorthDoubting * config_.accept_confidence) return true;
-
-  // In a hall of equal bays, a pose one bay off finds support too: the pose must be clearly better
-  // than any other with the same heading. If another is better, it takes the place of the first.
-  PlanarPose pose = seen_from_above(result.T_match_query);
-  Hypothesis rival = strongest_rival(hypothesis, pose);
-  float evidence = consensus(pose, config_.inlier_distance_m);
-  LoopCandidate other;
-  if (rival.evidence > evidence && examine(rival, other) && other.confidence > result.confidence) {
-    result = other;
-    std::swap(rival.evidence, evidence);
-  }
-  result.confidence *= certainty_of(evidence, rival.evidence);
+  result.confidence = confidence_of(evidence, smaller, overlap.overlap) * certainty;
   result.accepted = result.confidence >= config_.accept_confidence;
   return true;
 }

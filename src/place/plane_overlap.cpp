@@ -15,13 +15,17 @@ namespace {
 constexpr float kMinNormalCosine = 0.95F;   // 18 degrees
 constexpr float kMaxPlaneDistance = 0.4F;   // along the normal, metres
 constexpr float kMaxCenterDistance = 2.0F;  // metres
-// Level ground coincides with level ground wherever two robots stand: it says little, so only
-// every third level plane is asked, and counts for less than an upright one.
-constexpr std::uint32_t kLevelStride = 3;
-constexpr float kLevelWeight = 0.2F * static_cast<float>(kLevelStride);
+// Level ground coincides with level ground wherever two robots stand: it says little, so it counts
+// for less than an upright plane.
+constexpr float kLevelWeight = 0.2F;
+// So many planes of each kind are asked, evenly chosen: more do not change a share of them.
+constexpr std::uint32_t kAskedUpright = 192;
+constexpr std::uint32_t kAskedLevel = 96;
 constexpr float kHorizonSlack = 2.0F;  // metres
 constexpr float kSlopeSlack = 0.05F;
 constexpr int kRefinements = 4;
+// An entry of the voxels has 16 bits.
+constexpr std::uint32_t kMaxPlanes = 65535;
 
 // Direction as a number in [0, kSectors) that grows with the azimuth; no trigonometry.
 std::uint32_t sector_of(float x, float y) noexcept {
@@ -59,21 +63,51 @@ bool Horizon::sees(const Eigen::Vector3f& position) const noexcept {
 }
 
 void PlaneOverlap::attach(Arena& arena, std::uint32_t max_planes, float voxel_size_m) noexcept {
-  query_.voxels.attach(arena, max_planes);
-  match_.voxels.attach(arena, max_planes);
+  constexpr std::size_t kVoxels = std::size_t{kWidth} * kWidth * kHeight;
+  for (Side* side : {&query_, &match_}) {
+    side->entries.attach(arena, std::min(max_planes, kMaxPlanes));
+    side->voxels = arena.allocate<std::uint16_t>(kVoxels);
+    side->planes = {};
+    side->asked_count = 0;
+  }
   inverse_size_ = 1.0F / voxel_size_m;
 }
 
-void PlaneOverlap::fill(Side& side, std::span<const PlanePatch> planes) noexcept {
-  side.voxels.clear();
-  side.planes = planes;
-  side.horizon.build(planes);
-  for (std::uint32_t i = 0; i < planes.size(); ++i) {
-    const std::uint32_t entry =
-        side.voxels.find_or_insert(pack(voxel_index(planes[i].center, inverse_size_)));
-    if (entry == FixedHashMap<std::uint32_t>::kNotFound) continue;
-    if (side.voxels[entry] == 0) side.voxels[entry] = i + 1;
+// Which planes of a side are asked: every n-th of each kind.
+void PlaneOverlap::choose_asked(Side& side) noexcept {
+  std::uint32_t upright = 0;
+  for (const PlanePatch& patch : side.planes) upright += is_upright(patch.normal) ? 1 : 0;
+  const auto level = static_cast<std::uint32_t>(side.planes.size()) - upright;
+  side.asked_count = 0;
+  std::uint32_t share[2] = {0, 0};  // grows by what is wanted with every plane
+  const std::uint32_t count[2] = {level, upright};
+  const std::uint32_t wanted[2] = {std::min(level, kAskedLevel), std::min(upright, kAskedUpright)};
+  for (std::uint32_t i = 0; i < side.planes.size(); ++i) {
+    const int kind = is_upright(side.planes[i].normal) ? 1 : 0;
+    share[kind] += wanted[kind];
+    if (share[kind] < count[kind]) continue;
+    share[kind] -= count[kind];
+    side.asked[side.asked_count++] = i;
   }
+  side.weight[0] =
+      wanted[0] == 0 ? 0.0F : static_cast<float>(count[0]) / static_cast<float>(wanted[0]);
+  side.weight[1] =
+      wanted[1] == 0 ? 0.0F : static_cast<float>(count[1]) / static_cast<float>(wanted[1]);
+}
+
+void PlaneOverlap::fill(Side& side, std::span<const PlanePatch> planes) noexcept {
+  for (const std::uint32_t entry : side.entries) side.voxels[entry] = 0;
+  side.entries.clear();
+  // Without memory there is room for none.
+  side.planes = planes.first(std::min(planes.size(), side.entries.capacity()));
+  side.horizon.build(side.planes);
+  for (std::uint32_t i = 0; i < side.planes.size(); ++i) {
+    const std::uint32_t entry = entry_of(voxel_index(side.planes[i].center, inverse_size_));
+    if (side.voxels[entry] != 0) continue;
+    side.voxels[entry] = static_cast<std::uint16_t>(i + 1);
+    side.entries.push_back(entry);
+  }
+  choose_asked(side);
 }
 
 void PlaneOverlap::set_query(std::span<const PlanePatch> planes) noexcept { fill(query_, planes); }
@@ -87,10 +121,10 @@ const PlanePatch* PlaneOverlap::counterpart(const Side& side, const Eigen::Vecto
   const PlanePatch* best = nullptr;
   float best_distance = kMaxCenterDistance * kMaxCenterDistance;
   for (std::int32_t corner = 0; corner < 8; ++corner) {
-    const std::uint32_t entry = side.voxels.find(
-        pack({base.x + (corner & 1), base.y + ((corner >> 1) & 1), base.z + (corner >> 2)}));
-    if (entry == FixedHashMap<std::uint32_t>::kNotFound) continue;
-    const PlanePatch& patch = side.planes[side.voxels[entry] - 1];
+    const std::uint16_t entry = side.voxels[entry_of(
+        {base.x + (corner & 1), base.y + ((corner >> 1) & 1), base.z + (corner >> 2)})];
+    if (entry == 0) continue;
+    const PlanePatch& patch = side.planes[entry - 1U];
     if (std::abs(patch.normal.dot(normal)) < kMinNormalCosine) continue;
     const Eigen::Vector3f offset = center - patch.center;
     if (std::abs(patch.normal.dot(offset)) > kMaxPlaneDistance) continue;
@@ -108,15 +142,14 @@ OverlapResult PlaneOverlap::compare(const Pose& T_match_query) const noexcept {
   const auto count = [&](const Side& from, const Side& to, const Pose& pose) {
     const Eigen::Matrix3f rotation = pose.rotation.cast<float>();
     const Eigen::Vector3f shift = pose.translation.cast<float>();
-    for (std::uint32_t i = 0; i < from.planes.size(); ++i) {
-      const PlanePatch& patch = from.planes[i];
-      if (!is_upright(patch.normal) && i % kLevelStride != 0) continue;
+    for (std::uint32_t k = 0; k < from.asked_count; ++k) {
+      const PlanePatch& patch = from.planes[from.asked[k]];
       const Eigen::Vector3f center = rotation * patch.center + shift;
       if (!to.horizon.sees(center)) continue;
       const Eigen::Vector3f normal = rotation * patch.normal;
       const int kind = is_upright(normal) ? 1 : 0;
-      visible[kind] += 1.0F;
-      if (counterpart(to, center, normal) != nullptr) coincide[kind] += 1.0F;
+      visible[kind] += from.weight[kind];
+      if (counterpart(to, center, normal) != nullptr) coincide[kind] += from.weight[kind];
     }
   };
   if (!T_match_query.is_finite()) return {};
@@ -144,9 +177,8 @@ Pose PlaneOverlap::refine(const Pose& T_match_query) const noexcept {
     const Eigen::Matrix3f rotation = pose.rotation.cast<float>();
     const Eigen::Vector3f shift = pose.translation.cast<float>();
     std::uint32_t pairs = 0;
-    for (std::uint32_t i = 0; i < query_.planes.size(); ++i) {
-      const PlanePatch& patch = query_.planes[i];
-      if (!is_upright(patch.normal) && i % kLevelStride != 0) continue;
+    for (std::uint32_t k = 0; k < query_.asked_count; ++k) {
+      const PlanePatch& patch = query_.planes[query_.asked[k]];
       const Eigen::Vector3f center = rotation * patch.center + shift;
       const Eigen::Vector3f normal = rotation * patch.normal;
       const PlanePatch* other = counterpart(match_, center, normal);

@@ -104,14 +104,14 @@ bool PlaneVoxels::fit(const Voxel& voxel, std::uint64_t key, PlanePatch& patch) 
   return true;
 }
 
-void PlaneVoxels::build(std::span<const FineCell> cells) noexcept {
+void PlaneVoxels::build(std::span<const FineCell> structure, const LocalGround& ground) noexcept {
   dropped_ = 0;
   voxels_.clear();
   all_.clear();
   order_.clear();
   planes_.clear();
   RecentVoxels recent;
-  for (const FineCell& cell : cells) add(cell, recent);
+  for (const FineCell& cell : structure) add(cell, recent);
   for (std::uint32_t i = 0; i < voxels_.size(); ++i) {
     PlanePatch patch;
     if (!fit(voxels_[i], voxels_.key(i), patch)) continue;
@@ -119,6 +119,11 @@ void PlaneVoxels::build(std::span<const FineCell> cells) noexcept {
     order_.push_back(static_cast<std::uint32_t>(all_.size() - 1));
     voxels_[i].plane = static_cast<std::uint32_t>(all_.size());
   }
+  ground.for_each_plane(static_cast<std::int32_t>(config_.plane_min_cells),
+                        [this](const PlanePatch& patch) {
+                          if (!all_.push_back(patch)) return;
+                          order_.push_back(static_cast<std::uint32_t>(all_.size() - 1));
+                        });
   std::sort(order_.begin(), order_.end(),
             [this](std::uint32_t a, std::uint32_t b) { return comes_first(all_[a], all_[b]); });
   for (const std::uint32_t i : order_) {

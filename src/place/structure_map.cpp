@@ -27,35 +27,22 @@ void make_kernel(float sigma_m, float step_m, SmoothingKernel& kernel) noexcept 
   for (std::int32_t k = 0; k <= kernel.radius; ++k) kernel.weight[k] = weights[passes + k];
 }
 
-// Weighted sum of `count` consecutive values with their neighbours `stride` apart. Constant
-// radius and block length let the compiler keep a block's sums in vector registers.
+// Weighted sum of each of a block's values with their neighbours `stride` apart. Constant radius
+// and length let the compiler keep a block's sums in vector registers.
 template <std::int32_t kRadius>
-void convolve(const float* in, float* out, std::int32_t count, std::int32_t stride,
-              const float* weight) noexcept {
-  constexpr std::int32_t kBlock = 16;
-  float w[kRadius + 1];
-  for (std::int32_t k = 0; k <= kRadius; ++k) w[k] = weight[k];
-  std::int32_t i = 0;
-  for (; i + kBlock <= count; i += kBlock) {
-    float sum[kBlock];
-    for (std::int32_t j = 0; j < kBlock; ++j) sum[j] = w[0] * in[i + j];
-    for (std::int32_t k = 1; k <= kRadius; ++k) {
-      const float* before = in + i - k * stride;
-      const float* after = in + i + k * stride;
-      for (std::int32_t j = 0; j < kBlock; ++j) sum[j] += w[k] * (before[j] + after[j]);
-    }
-    for (std::int32_t j = 0; j < kBlock; ++j) out[i + j] = sum[j];
+void convolve(const float* in, float* out, std::int32_t stride, const float* weight) noexcept {
+  constexpr std::int32_t kBlock = 8;
+  float sum[kBlock];
+  for (std::int32_t j = 0; j < kBlock; ++j) sum[j] = weight[0] * in[j];
+  for (std::int32_t k = 1; k <= kRadius; ++k) {
+    const float* before = in - k * stride;
+    const float* after = in + k * stride;
+    for (std::int32_t j = 0; j < kBlock; ++j) sum[j] += weight[k] * (before[j] + after[j]);
   }
-  for (; i < count; ++i) {
-    float sum = w[0] * in[i];
-    for (std::int32_t k = 1; k <= kRadius; ++k) {
-      sum += w[k] * (in[i - k * stride] + in[i + k * stride]);
-    }
-    out[i] = sum;
-  }
+  for (std::int32_t j = 0; j < kBlock; ++j) out[j] = sum[j];
 }
 
-using Convolution = void (*)(const float*, float*, std::int32_t, std::int32_t, const float*);
+using Convolution = void (*)(const float*, float*, std::int32_t, const float*);
 constexpr Convolution kConvolutions[SmoothingKernel::kMaxRadius + 1] = {
     convolve<0>, convolve<1>, convolve<2>, convolve<3>, convolve<4>, convolve<5>, convolve<6>};
 
@@ -64,12 +51,15 @@ constexpr Convolution kConvolutions[SmoothingKernel::kMaxRadius + 1] = {
 void StructureMap::attach(Arena& arena, const DescriptorConfig& config) noexcept {
   config_ = config;
   const auto half = static_cast<std::int32_t>(std::ceil(config.range_m / config.column_size_m)) + 2;
-  width_ = 2 * half;
-  half_extent_m_ = static_cast<float>(half) * config.column_size_m;
-  const auto count = static_cast<std::size_t>(width_) * static_cast<std::size_t>(width_);
+  blocks_ = (2 * (half + kMargin) + kBlock - 1) / kBlock;
+  width_ = blocks_ * kBlock;
+  half_extent_m_ = static_cast<float>(width_ / 2) * config.column_size_m;
+  const auto rows = static_cast<std::size_t>(width_);
+  const std::size_t count = rows * rows;
+  occupied_ = arena.allocate<std::uint8_t>(rows * static_cast<std::size_t>(blocks_));
+  reach_ = arena.allocate<std::uint8_t>(rows * static_cast<std::size_t>(blocks_));
   counts_ = arena.allocate<std::int32_t>(count);
   masks_ = arena.allocate<std::uint64_t>(count);
-  height_ = arena.allocate<float>(count);
   xx_ = arena.allocate<float>(count);
   xy_ = arena.allocate<float>(count);
   yy_ = arena.allocate<float>(count);
@@ -77,30 +67,53 @@ void StructureMap::attach(Arena& arena, const DescriptorConfig& config) noexcept
   corners_.attach(arena, config.max_candidates);
   if (corners_.capacity() == 0 || scratch_ == nullptr) {
     width_ = 0;
+    blocks_ = 0;
     return;
   }
-  make_kernel(config.smoothing_m, config.column_size_m, smoothing_kernel_);
   make_kernel(config.window_m, config.column_size_m, window_kernel_);
 }
 
-void StructureMap::build(std::span<const FineCell> cells, const LocalGround& ground) noexcept {
+void StructureMap::build(std::span<const FineCell> structure, const LocalGround& ground) noexcept {
   corners_.clear();
   corners_.reset_refused();
   if (width_ == 0) return;
-  splat(cells, ground);
-  smooth(height_, smoothing_kernel_);
+  clear_last();
+  splat(structure, ground);
+  mark_reach();
+  gradients();
+  smooth(xx_);
+  smooth(xy_);
+  smooth(yy_);
   corner_response();
   find_corners();
 }
 
-void StructureMap::splat(std::span<const FineCell> cells, const LocalGround& ground) noexcept {
-  const auto count = static_cast<std::size_t>(width_) * static_cast<std::size_t>(width_);
-  std::fill_n(counts_, count, 0);
-  std::fill_n(masks_, count, std::uint64_t{0});
+// Calls `work(first)` for every block within reach of structure; `first` is the index of its first
+// column. The margins above and below are never among them.
+template <typename Work>
+void StructureMap::for_each_block(Work&& work) noexcept {
+  for (std::int32_t row = kMargin; row < width_ - kMargin; ++row) {
+    const std::uint8_t* reached = reach_ + row * blocks_;
+    for (std::int32_t block = 0; block < blocks_; ++block) {
+      if (reached[block] != 0) work(row * width_ + block * kBlock);
+    }
+  }
+}
+
+// Everything outside the blocks reached last time is zero already.
+void StructureMap::clear_last() noexcept {
+  for_each_block([this](std::int32_t first) {
+    std::fill_n(counts_ + first, kBlock, 0);
+    std::fill_n(masks_ + first, kBlock, std::uint64_t{0});
+    for (float* field : {xx_, xy_, yy_, scratch_}) std::fill_n(field + first, kBlock, 0.0F);
+  });
+  std::fill_n(occupied_, width_ * blocks_, std::uint8_t{0});
+}
+
+void StructureMap::splat(std::span<const FineCell> structure, const LocalGround& ground) noexcept {
   const float inverse_step = 1.0F / config_.column_size_m;
   const auto limit = static_cast<float>(width_ - kMargin - 1);
-  for (const FineCell& cell : cells) {
-    if (cell.ground != 0) continue;
+  for (const FineCell& cell : structure) {
     const float above = cell.position.z() - ground.height(cell.position.x(), cell.position.y());
     if (!(above >= config_.min_height_m && above < 64.0F * kSliceHeight)) continue;
     // Columns are centred on the nodes of the grid.
@@ -118,60 +131,75 @@ void StructureMap::splat(std::span<const FineCell> cells, const LocalGround& gro
     at[width_ + 1] += fu * fv;
     const auto slice = static_cast<std::uint32_t>(above / kSliceHeight);
     masks_[(row + (fv >= 8 ? 1 : 0)) * width_ + column + (fu >= 8 ? 1 : 0)] |= 1ULL << slice;
+    occupied_[row * blocks_ + column / kBlock] = 1;
   }
-  for (std::size_t i = 0; i < count; ++i) height_[i] = static_cast<float>(counts_[i]) / kUnit;
 }
 
-// Separable convolution. The outermost cells of the map, which are always empty, are the margin.
-void StructureMap::smooth(float* field, const SmoothingKernel& kernel) noexcept {
-  if (kernel.radius == 0) return;
-  const Convolution apply = kConvolutions[kernel.radius];
-  const std::int32_t inner = width_ - 2 * kMargin;
+// Structure is spread over two columns and two rows, and gradients reach one farther. Kernels reach
+// farther still, but where no structure is near, no corner is looked for; sideways a block gives
+// them the room they need.
+void StructureMap::mark_reach() noexcept {
+  std::fill_n(reach_, width_ * blocks_, std::uint8_t{0});
+  static_assert(kBlock > SmoothingKernel::kMaxRadius + 1);
+  constexpr std::int32_t kAbove = 3;
   for (std::int32_t row = 0; row < width_; ++row) {
-    const std::int32_t at = row * width_ + kMargin;
-    apply(field + at, scratch_ + at, inner, 1, kernel.weight);
-  }
-  for (std::int32_t row = kMargin; row < width_ - kMargin; ++row) {
-    const std::int32_t at = row * width_ + kMargin;
-    apply(scratch_ + at, field + at, inner, width_, kernel.weight);
+    for (std::int32_t block = 0; block < blocks_; ++block) {
+      if (occupied_[row * blocks_ + block] == 0) continue;
+      const std::int32_t first = std::max(0, block - 1);
+      const std::int32_t count = std::min(blocks_ - 1, block + 1) - first + 1;
+      const std::int32_t last_row = std::min(width_ - 1, row + kAbove);
+      for (std::int32_t y = std::max(0, row - kAbove + 1); y <= last_row; ++y) {
+        std::fill_n(reach_ + y * blocks_ + first, count, std::uint8_t{1});
+      }
+    }
   }
 }
 
-// The harmonic mean of the structure tensor's eigenvalues: zero along a straight wall, whatever
-// its height, and large where the map changes in every direction. The map enters as it is: any
-// compression of tall structure (root, logarithm) moves the corner of two walls into the room
-// between them.
-void StructureMap::corner_response() noexcept {
+// The map enters as it is, neither smoothed nor compressed: smoothing moves corners (repeatability
+// 0.35 -> 0.44 without), and any compression of tall structure (root, logarithm) moves the corner
+// of two walls into the room between them.
+void StructureMap::gradients() noexcept {
   const std::int32_t w = width_;
-  const auto count = static_cast<std::size_t>(w) * static_cast<std::size_t>(w);
-  std::fill_n(xx_, count, 0.0F);
-  std::fill_n(xy_, count, 0.0F);
-  std::fill_n(yy_, count, 0.0F);
-  for (std::int32_t row = kMargin; row < w - kMargin; ++row) {
-    for (std::int32_t i = row * w + kMargin; i < (row + 1) * w - kMargin; ++i) {
-      const float gx = height_[i + 1] - height_[i - 1];
-      const float gy = height_[i + w] - height_[i - w];
+  for_each_block([&](std::int32_t first) {
+    for (std::int32_t i = first; i < first + kBlock; ++i) {
+      const float gx = static_cast<float>(counts_[i + 1] - counts_[i - 1]) / kUnit;
+      const float gy = static_cast<float>(counts_[i + w] - counts_[i - w]) / kUnit;
       xx_[i] = gx * gx;
       xy_[i] = gx * gy;
       yy_[i] = gy * gy;
     }
-  }
-  smooth(xx_, window_kernel_);
-  smooth(xy_, window_kernel_);
-  smooth(yy_, window_kernel_);
+  });
+}
+
+// Separable convolution. Whatever is not zero lies within the blocks reached.
+void StructureMap::smooth(float* field) noexcept {
+  const Convolution apply = kConvolutions[window_kernel_.radius];
+  for_each_block([&](std::int32_t first) {
+    apply(field + first, scratch_ + first, 1, window_kernel_.weight);
+  });
+  for_each_block([&](std::int32_t first) {
+    apply(scratch_ + first, field + first, width_, window_kernel_.weight);
+  });
+}
+
+// The harmonic mean of the structure tensor's eigenvalues: zero along a straight wall, whatever
+// its height, and large where the map changes in every direction.
+void StructureMap::corner_response() noexcept {
   constexpr float kQuiet = 1e-6F;
-  for (std::size_t i = 0; i < count; ++i) {
-    const float determinant = xx_[i] * yy_[i] - xy_[i] * xy_[i];
-    xx_[i] = std::max(0.0F, determinant) / (xx_[i] + yy_[i] + kQuiet);
-  }
+  for_each_block([&](std::int32_t first) {
+    for (std::int32_t i = first; i < first + kBlock; ++i) {
+      const float determinant = xx_[i] * yy_[i] - xy_[i] * xy_[i];
+      xx_[i] = std::max(0.0F, determinant) / (xx_[i] + yy_[i] + kQuiet);
+    }
+  });
 }
 
 void StructureMap::find_corners() noexcept {
   const std::int32_t w = width_;
   constexpr float kSilence = 1e-4F;
-  for (std::int32_t row = kMargin; row < w - kMargin; ++row) {
-    for (std::int32_t column = kMargin; column < w - kMargin; ++column) {
-      const float* at = xx_ + row * w + column;
+  for_each_block([&](std::int32_t first) {
+    for (std::int32_t i = first; i < first + kBlock; ++i) {
+      const float* at = xx_ + i;
       const float r = at[0];
       // Strict on one side only, so that of two equal neighbours exactly one is the maximum.
       if (r <= kSilence || r <= at[-1] || r < at[1] || r <= at[-w] || r < at[w] ||
@@ -184,12 +212,12 @@ void StructureMap::find_corners() noexcept {
         if (!(curvature < 0.0F)) return 0.0F;
         return std::clamp(0.5F * (before - after) / curvature, -0.5F, 0.5F);
       };
-      const float x = static_cast<float>(column) + peak(at[-1], at[1]);
-      const float y = static_cast<float>(row) + peak(at[-w], at[w]);
+      const float x = static_cast<float>(i % w) + peak(at[-1], at[1]);
+      const float y = static_cast<float>(i / w) + peak(at[-w], at[w]);
       corners_.push_back({x * config_.column_size_m - half_extent_m_,
                           y * config_.column_size_m - half_extent_m_, r});
     }
-  }
+  });
   std::sort(corners_.begin(), corners_.end(),
             [](const StructureCorner& a, const StructureCorner& b) {
               if (a.response != b.response) return a.response > b.response;

@@ -1,7 +1,12 @@
 #include "unimapper/place/triangles.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+
+#include "unimapper/core/angles.hpp"
+#include "unimapper/core/voxel_key.hpp"
+#include "unimapper/place/column_code.hpp"
 
 namespace unimapper {
 namespace {
@@ -32,25 +37,31 @@ void find_neighbours(std::span<const Keypoint> keypoints, const TriangleConfig& 
   const float nearest_squared = config.min_side_m * config.min_side_m;
   const float farthest_squared = config.max_side_m * config.max_side_m;
   const auto n = static_cast<std::uint32_t>(keypoints.size());
+  float x[kMaxKeypoints];
+  float y[kMaxKeypoints];
   for (std::uint32_t i = 0; i < n; ++i) {
-    float nearest[kMaxNeighbours];
+    x[i] = keypoints[i].position.x();
+    y[i] = keypoints[i].position.y();
+  }
+  for (std::uint32_t i = 0; i < n; ++i) {
+    // Distance above, index below: one comparison orders both, as the bits of positive floats
+    // ascend with their values.
+    std::uint64_t order[kMaxKeypoints];
     std::uint32_t count = 0;
     for (std::uint32_t j = 0; j < n; ++j) {
-      const float d = squared_distance(keypoints[i], keypoints[j]);
-      if (j == i || !(d >= nearest_squared && d <= farthest_squared)) continue;
-      if (count == wanted && !(d < nearest[count - 1])) continue;
-      std::uint32_t at = count < wanted ? count++ : count - 1;
-      for (; at > 0 && d < nearest[at - 1]; --at) {
-        nearest[at] = nearest[at - 1];
-        result.list[i][at] = result.list[i][at - 1];
-      }
-      nearest[at] = d;
-      result.list[i][at] = static_cast<std::uint8_t>(j);
+      const float dx = x[j] - x[i];
+      const float dy = y[j] - y[i];
+      const float d = dx * dx + dy * dy;
+      order[count] = (static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(d)) << 8U) | j;
+      count += j != i && d >= nearest_squared && d <= farthest_squared ? 1U : 0U;
     }
-    result.count[i] = static_cast<std::uint8_t>(count);
+    const std::uint32_t kept = std::min(count, wanted);
+    std::partial_sort(order, order + kept, order + count);
+    result.count[i] = static_cast<std::uint8_t>(kept);
     for (std::uint64_t& word : result.bits[i]) word = 0;
-    for (std::uint32_t k = 0; k < count; ++k) {
-      const std::uint32_t j = result.list[i][k];
+    for (std::uint32_t k = 0; k < kept; ++k) {
+      const auto j = static_cast<std::uint32_t>(order[k] & 0xFFU);
+      result.list[i][k] = static_cast<std::uint8_t>(j);
       result.bits[i][j / 64U] |= 1ULL << (j % 64U);
     }
   }
@@ -68,20 +79,15 @@ std::uint8_t quantised_dot(const Keypoint& a, const Keypoint& b) noexcept {
   return static_cast<std::uint8_t>(dot * 255.0F + 0.5F);
 }
 
-// Angle of (x, y) in 1/256 turn, within 0.2 degrees. No trigonometric function, whose last bit
-// differs between platforms.
-std::uint8_t heading_of(float x, float y) noexcept {
-  const float ax = std::abs(x);
-  const float ay = std::abs(y);
-  const float larger = std::max(ax, ay);
-  if (!(larger > 0.0F)) return 0;
-  const float ratio = std::min(ax, ay) / larger;
-  // atan(r) ~ r (pi/4 + 0.273 (1 - r)), in turns.
-  float turn = ratio * (0.125F + 0.04345F * (1.0F - ratio));
-  if (ay > ax) turn = 0.25F - turn;
-  if (x < 0.0F) turn = 0.5F - turn;
-  if (y < 0.0F) turn = 1.0F - turn;
-  return static_cast<std::uint8_t>(static_cast<std::uint32_t>(turn * 256.0F + 0.5F) & 0xFFU);
+// Direction of (x, y) in 1/65536 turn.
+std::uint16_t heading_of(float x, float y) noexcept {
+  const auto steps = static_cast<std::int32_t>(direction_turns(x, y) * 65536.0F);
+  return static_cast<std::uint16_t>(static_cast<std::uint32_t>(steps) & 0xFFFFU);
+}
+
+std::int16_t center_step(float metres) noexcept {
+  const float bounded = std::clamp(metres * 100.0F, -32767.0F, 32767.0F);
+  return static_cast<std::int16_t>(floor_to_int(bounded + 0.5F));
 }
 
 // Sorts the sides and fills the attributes; false if the triangle is unfit.
@@ -122,6 +128,12 @@ bool make_triangle(std::span<const Keypoint> points, const TriangleConfig& confi
   out.dot[2] = quantised_dot(a, b);
   out.left_handed = doubled_area < 0.0F ? 1 : 0;
   out.heading = heading_of(ab.x(), ab.y());
+  const Eigen::Vector3f center = (a.position + b.position + c.position) / 3.0F;
+  out.center_cm[0] = center_step(center.x());
+  out.center_cm[1] = center_step(center.y());
+  out.sketch[0] = column_sketch(a.occupancy);
+  out.sketch[1] = column_sketch(b.occupancy);
+  out.sketch[2] = column_sketch(c.occupancy);
   return true;
 }
 
@@ -143,7 +155,8 @@ void build_triangles(std::span<const Keypoint> keypoints, const TriangleConfig& 
         const std::uint32_t k = near.list[i][second];
         Triangle triangle;
         if (made_by_earlier(near, i, j, k)) continue;
-        if (make_triangle(keypoints, config, {i, j, k}, triangle)) out.push_back(triangle);
+        if (!make_triangle(keypoints, config, {i, j, k}, triangle)) continue;
+        if (!out.push_back(triangle)) return;
       }
     }
   }

@@ -45,6 +45,7 @@ LoopSearchConfig small(std::uint32_t places = 20) {
 
 constexpr PlaceId kQuery{9, 0};
 constexpr SearchScope kEverywhere{};
+const Pose kAnywhere;
 
 double translation_error(const LoopCandidate& found, const Pose& here, const Pose& there) {
   const Pose truth = level_frame(here).inverse() * level_frame(there);
@@ -63,7 +64,7 @@ TEST_CASE("a place is found again from another direction, with the pose between"
   REQUIRE(database.fits());
   const Pose here = standing_at(0, 0, 1.9, 0.2);
   for (std::uint32_t i = 0; i < 8; ++i) {
-    database->insert(describe(20 + i, here).view(), {1, i});
+    database->insert(describe(20 + i, here).view(), {1, i}, kAnywhere);
   }
   for (const Pose& there : {standing_at(5, -4, 1.9, 3.1), standing_at(-3, 6, 0.4, -1.4)}) {
     const Described query = describe(23, there, 77);
@@ -90,7 +91,7 @@ TEST_CASE("a place is found again from another direction, with the pose between"
 TEST_CASE("places that were never seen are not accepted") {
   Laid<PlaceDatabase> database(small());
   for (std::uint32_t i = 0; i < 10; ++i) {
-    database->insert(describe(40 + i, standing_at(0, 0, 1.9, 0.1 * i)).view(), {1, i});
+    database->insert(describe(40 + i, standing_at(0, 0, 1.9, 0.1 * i)).view(), {1, i}, kAnywhere);
   }
   for (std::uint32_t i = 0; i < 10; ++i) {
     const Described query = describe(60 + i, standing_at(1, 2, 1.9, i));
@@ -104,7 +105,7 @@ TEST_CASE("the mirror image of a place is another place") {
   const std::vector<Surface> place = make_place(31);
   const Pose here = standing_at(0, 0, 1.9, 0);
   Laid<PlaceDatabase> database(small());
-  database->insert(describe(place, here).view(), {1, 0});
+  database->insert(describe(place, here).view(), {1, 0}, kAnywhere);
   REQUIRE(database->search(describe(place, here, 5).view(), kQuery, kEverywhere)[0].accepted);
   const Described query = describe(mirrored(place), here, 5);
   for (const LoopCandidate& found : database->search(query.view(), kQuery, kEverywhere)) {
@@ -116,8 +117,8 @@ TEST_CASE("the scope decides which places may answer") {
   Laid<PlaceDatabase> database(small());
   const Pose here = standing_at(0, 0, 1.9, 0);
   const Described place = describe(31, here);
-  database->insert(place.view(), {1, 10});
-  database->insert(place.view(), {2, 30});
+  database->insert(place.view(), {1, 10}, kAnywhere);
+  database->insert(place.view(), {2, 30}, kAnywhere);
   const Described query = describe(31, here, 5);
   const auto accepted_sessions = [&](PlaceId id, const SearchScope& scope) {
     std::vector<std::uint32_t> sessions;
@@ -140,25 +141,32 @@ TEST_CASE("the scope decides which places may answer") {
   CHECK(accepted_sessions({2, 15}, {Sessions::kOnlySame, 16}) == none);
 }
 
-TEST_CASE("a full database forgets the oldest place and keeps working") {
+TEST_CASE("a full database forgets what another place stands in for, and keeps working") {
   Laid<PlaceDatabase> database(small(3));
   const Pose here = standing_at(0, 0, 1.9, 0);
-  const auto best = [&](std::uint64_t place) {
+  const auto knows = [&](std::uint64_t place) {
     const auto found = database->search(describe(place, here, 5).view(), kQuery, kEverywhere);
-    return !found.empty() && found[0].accepted ? static_cast<int>(found[0].match.keyframe) : -1;
+    return !found.empty() && found[0].accepted;
   };
-  for (std::uint32_t round = 0; round < 3; ++round) {
-    for (std::uint32_t i = 0; i < 5; ++i) {
-      database->insert(describe(50 + i, here).view(), {1, 10 * round + i});
-    }
-    CHECK(database->size() == 3);
-    CHECK(database->forgotten() == 5 * round + 2);
-    CHECK(best(50) == -1);
-    CHECK(best(51) == -1);
-    CHECK(best(52) == static_cast<int>(10 * round + 2));
-    CHECK(best(54) == static_cast<int>(10 * round + 4));
+  // One place far off, recorded first; then two side by side, and a street.
+  database->insert(describe(50, here).view(), {1, 0}, standing_at(-500, 0, 0, 0));
+  database->insert(describe(51, here).view(), {1, 1}, standing_at(0, 0, 0, 0));
+  database->insert(describe(52, here).view(), {1, 2}, standing_at(2, 0, 0, 0));
+  CHECK(database->forgotten() == 0);
+  database->insert(describe(53, here).view(), {1, 3}, standing_at(60, 0, 0, 0));
+  CHECK(database->size() == 3);
+  CHECK(database->forgotten() == 1);
+  CHECK(knows(50));  // the oldest, but the only one there
+  CHECK_FALSE(knows(51));
+  CHECK(knows(52));
+  CHECK(knows(53));
+  // Forgetting leaves nothing behind in the table, however long it goes on.
+  for (std::uint32_t i = 0; i < 12; ++i) {
+    database->insert(describe(54 + i % 3, here).view(), {1, 4 + i}, standing_at(60, 0, 0, 0));
   }
-  // Forgetting leaves nothing behind in the table: it never filled up.
+  CHECK(database->forgotten() == 13);
+  CHECK(knows(50));
+  CHECK(knows(56));
   CHECK(database->dropped() == 0);
 }
 
@@ -166,7 +174,7 @@ TEST_CASE("the same calls give the same bytes") {
   const auto run = [] {
     Laid<PlaceDatabase> database(small());
     for (std::uint32_t i = 0; i < 6; ++i) {
-      database->insert(describe(20 + i, standing_at(i, 0, 1.9, i)).view(), {1, i});
+      database->insert(describe(20 + i, standing_at(i, 0, 1.9, i)).view(), {1, i}, kAnywhere);
     }
     const Described query = describe(24, standing_at(2, 2, 1.9, 1), 9);
     const auto found = database->search(query.view(), kQuery, kEverywhere);
@@ -187,7 +195,8 @@ TEST_CASE("the same calls give the same bytes") {
 TEST_CASE("of equal places the one with the smaller id comes first") {
   Laid<PlaceDatabase> database(small());
   const Described place = describe(31, standing_at(0, 0, 1.9, 0));
-  for (const std::uint32_t keyframe : {7U, 3U, 5U}) database->insert(place.view(), {1, keyframe});
+  for (const std::uint32_t keyframe : {7U, 3U, 5U})
+    database->insert(place.view(), {1, keyframe}, kAnywhere);
   const auto found = database->search(place.view(), kQuery, kEverywhere);
   REQUIRE(found.size() == 3);
   CHECK(found[0].match.keyframe == 3);
@@ -199,17 +208,17 @@ TEST_CASE("a database knows an empty place, and an empty database answers nothin
   Laid<PlaceDatabase> database(small());
   const Described place = describe(31, standing_at(0, 0, 1.9, 0));
   CHECK(database->search(place.view(), kQuery, kEverywhere).empty());
-  database->insert({}, {1, 0});
+  database->insert({}, {1, 0}, kAnywhere);
   CHECK(database->size() == 1);
   CHECK(database->search(place.view(), kQuery, kEverywhere).empty());
-  database->insert(place.view(), {1, 1});
+  database->insert(place.view(), {1, 1}, kAnywhere);
   CHECK(database->search({}, kQuery, kEverywhere).empty());
 
   // One, two, and many equal keypoints.
   for (const std::size_t count : {1U, 2U, 50U}) {
     Described few = place;
     few.keypoints.assign(count, place.keypoints[0]);
-    database->insert(few.view(), {1, 2});
+    database->insert(few.view(), {1, 2}, kAnywhere);
     CHECK(database->search(few.view(), kQuery, kEverywhere).empty());
   }
 }
@@ -227,7 +236,7 @@ TEST_CASE("a place from a hostile sender does no harm") {
   }
   for (std::size_t i = 1; i < bad.planes.size(); i += 4) bad.planes[i].center.y() = 1e30F;
   for (std::size_t i = 3; i < bad.planes.size(); i += 4) bad.planes[i].normal.setZero();
-  database->insert(bad.view(), {1, 0});
+  database->insert(bad.view(), {1, 0}, kAnywhere);
   CHECK(database->dropped() > 0);
   for (const PlaceView& query : {good.view(), bad.view()}) {
     for (const LoopCandidate& found : database->search(query, kQuery, kEverywhere)) {
@@ -236,7 +245,7 @@ TEST_CASE("a place from a hostile sender does no harm") {
     }
   }
   // And the database still finds what it should.
-  database->insert(good.view(), {1, 1});
+  database->insert(good.view(), {1, 1}, kAnywhere);
   const auto found = database->search(describe(31, here, 5).view(), kQuery, kEverywhere);
   REQUIRE_FALSE(found.empty());
   CHECK(found[0].match.keyframe == 1);
@@ -252,7 +261,7 @@ TEST_CASE("places larger than configured are cut and counted, results are limite
   Laid<PlaceDatabase> database(config);
   const Described place = describe(31, standing_at(0, 0, 1.9, 0));
   REQUIRE(place.keypoints.size() > 20);
-  for (std::uint32_t i = 0; i < 5; ++i) database->insert(place.view(), {1, i});
+  for (std::uint32_t i = 0; i < 5; ++i) database->insert(place.view(), {1, i}, kAnywhere);
   CHECK(database->dropped() > 0);
   CHECK(database->search(place.view(), kQuery, kEverywhere).size() == 2);
 }
@@ -264,7 +273,7 @@ TEST_CASE("a database laid out on too small a block answers nothing instead of f
   database.attach(arena, small());
   REQUIRE(arena.exhausted());
   const Described place = describe(31, standing_at(0, 0, 1.9, 0));
-  database.insert(place.view(), {1, 0});
+  database.insert(place.view(), {1, 0}, kAnywhere);
   CHECK(database.size() == 0);
   CHECK(database.search(place.view(), kQuery, kEverywhere).empty());
 }

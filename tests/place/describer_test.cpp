@@ -124,7 +124,7 @@ TEST_CASE("the columns of a keypoint say which heights are occupied") {
   const Description description = describe(observe(surfaces, standing_at(0, 0, 1.2, 0.3)));
   REQUIRE(description.keypoints.size() == 1);
   const std::uint64_t code = description.keypoints[0].occupancy;
-  CHECK((code & 0x3U) == 0);                 // below 0.4 m
+  CHECK((code & 0x1U) == 0);                 // below 0.3 m
   CHECK(((code >> 4U) & 0xFFFU) == 0xFFFU);  // 0.8 to 3.2 m
   CHECK((code >> 21U) == 0);                 // above 4.2 m
 }

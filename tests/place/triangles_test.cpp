@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "synthetic_place.hpp"
+#include "unimapper/core/voxel_key.hpp"
 
 namespace {
 
@@ -83,8 +84,40 @@ TEST_CASE("a 6-8-10 triangle has the key it must have") {
   CHECK(t.dot[1] == 128);  // x against 60 degrees: 0.5
   CHECK(t.dot[2] == 221);  // y against 60 degrees: 0.866
   CHECK(t.left_handed == 1);
-  // From (0, 8) to (6, 0): -53.13 degrees, in 1/256 turn.
-  CHECK(static_cast<int>(t.heading) == Approx(256 - 37.8).margin(1.0));
+  // From (0, 8) to (6, 0): -53.13 degrees, in 1/65536 turn.
+  CHECK(static_cast<int>(t.heading) == Approx(65536 * (1 - 53.1301 / 360)).margin(2.0));
+  CHECK(t.center_cm[0] == 200);
+  CHECK(t.center_cm[1] == 267);
+}
+
+TEST_CASE("the keys of a known place are these, on every machine") {
+  // Integers only, so that no rounding of the test's own comes in between.
+  std::vector<Keypoint> keypoints;
+  for (int i = 0; i < 12; ++i) {
+    Keypoint k = keypoint(static_cast<float>((i * 37) % 41), static_cast<float>((i * 23) % 29),
+                          i % 2 == 0 ? Eigen::Vector3f(1, 0, 0) : Eigen::Vector3f(0.6F, 0.8F, 0));
+    k.occupancy = 0x0123456789ABCDEFULL >> (4 * (i % 8));
+    keypoints.push_back(k);
+  }
+  Triangles triangles;
+  const auto found = triangles.build(keypoints);
+  std::uint64_t sum = 0;
+  const auto mix = [&sum](std::uint64_t value) { sum = mix_bits(sum ^ value) + value; };
+  for (const Triangle& t : found) {
+    for (int i = 0; i < 3; ++i) {
+      mix(t.side_cm[i]);
+      mix(t.vertex[i]);
+      mix(t.dot[i]);
+      mix(t.sketch[i]);
+    }
+    mix(t.left_handed);
+    mix(t.heading);
+    mix(static_cast<std::uint16_t>(t.center_cm[0]));
+    mix(static_cast<std::uint16_t>(t.center_cm[1]));
+  }
+  // Pinned. Whoever changes them on purpose changes what robots and base stations agree on.
+  CHECK(found.size() == 171);
+  CHECK(sum == 0x4FC8B879D60200A6ULL);
 }
 
 TEST_CASE("the order and the position of the keypoints do not change the keys") {

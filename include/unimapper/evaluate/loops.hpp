@@ -36,6 +36,10 @@ struct LoopScoreConfig {
   /// earlier. False: any reference may match.
   bool same_session = true;
   std::uint32_t min_gap_keyframes = 50;
+  /// Queries x references, row by row: 1 if both show the same structure. LiDARs that look in one
+  /// direction may stand side by side and see nothing in common, or see the same from afar. Empty:
+  /// not known, and `by_view` stays empty.
+  std::span<const std::uint8_t> common_view;
 };
 
 /// Precision and recall; NaN where the denominator is zero.
@@ -72,8 +76,10 @@ struct LoopScore {
   std::size_t guesses = 0;    ///< of the queries, against eligible references
   /// Guesses left out: an unknown keyframe, or one nearer than the gap.
   std::size_t guesses_left_out = 0;
+  std::size_t view_positives = 0;  ///< queries with a reference that shows the same structure
   LoopFigures by_distance;
   LoopFigures by_pose;
+  LoopFigures by_view;  ///< right poses, asked of the queries with a common view
   /// Errors of the reported poses of accepted matches that are true by distance.
   ErrorStatistics translation_error_m;
   ErrorStatistics rotation_error_deg;
@@ -83,8 +89,9 @@ struct LoopScore {
 /// One answer per query counts: the most confident accepted guess at the operating point, the
 /// most confident guess of all in the sweep. An answer is true by distance when its keyframes
 /// really are within the threshold, true by pose when its reported pose is right, however far
-/// apart the keyframes are. A wrong answer to a positive query is a false positive and a missed
-/// revisit; a right answer to a query that is not positive counts for precision alone.
+/// apart the keyframes are. `by_view` judges as by pose, but a query is positive when a
+/// reference has a common view with it. A wrong answer to a positive query is a false positive and
+/// a missed revisit; a right answer to a query that is not positive counts for precision alone.
 /// O(queries x references).
 [[nodiscard]] LoopScore score_loops(std::span<const TrueKeyframe> queries,
                                     std::span<const TrueKeyframe> references,

@@ -31,7 +31,7 @@ struct KeyframeRecord {
   std::vector<FineCell> static_cells;
   std::vector<FineCell> dynamic_cells;  ///< what the robot removed, for display and audit
   std::vector<Keypoint> keypoints;
-  std::vector<PlanePatch> planes;
+  std::vector<PlanePatch> planes;  ///< of older senders; else `PlaneRestorer` finds them
   /// What the keyframe saw through, all in the same shape; none if the robot does not say.
   RangeImageShape image_shape;
   float image_sure_range_m = 0.0F;  ///< as in `KeyframeView`

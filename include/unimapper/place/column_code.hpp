@@ -21,4 +21,19 @@ namespace unimapper {
   return sum == 0 ? 0.0F : 2.0F * static_cast<float>(count_ones(a & b)) / static_cast<float>(sum);
 }
 
+/// Eight bits of a column for quick comparison: which of eight bands of height hold anything. Bands
+/// grow with height (0.4 m at the foot, 3.6 m at the top), as what is high is seen by fewer rays.
+[[nodiscard]] constexpr std::uint8_t column_sketch(std::uint64_t occupancy) noexcept {
+  // First slice of each band; what is lower than two slices is no structure.
+  constexpr std::uint32_t kFirst[9] = {2, 4, 7, 11, 16, 23, 32, 46, 64};
+  std::uint32_t sketch = 0;
+  for (std::uint32_t band = 0; band < 8; ++band) {
+    const std::uint64_t below_next =
+        kFirst[band + 1] == 64 ? ~0ULL : (1ULL << kFirst[band + 1]) - 1;
+    const std::uint64_t below_first = (1ULL << kFirst[band]) - 1;
+    if ((occupancy & (below_next & ~below_first)) != 0) sketch |= 1U << band;
+  }
+  return static_cast<std::uint8_t>(sketch);
+}
+
 }  // namespace unimapper

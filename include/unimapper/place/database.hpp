@@ -8,8 +8,11 @@
 #include "unimapper/core/fixed_vector.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/place/config.hpp"
+#include "unimapper/place/keypoint_grid.hpp"
 #include "unimapper/place/place.hpp"
+#include "unimapper/place/place_thinning.hpp"
 #include "unimapper/place/plane_overlap.hpp"
+#include "unimapper/place/pose_votes.hpp"
 #include "unimapper/place/rigid_fit.hpp"
 #include "unimapper/place/triangle_table.hpp"
 #include "unimapper/place/triangles.hpp"
@@ -49,8 +52,10 @@ class PlaceDatabase {
   /// Takes all memory it will ever need from `arena`.
   void attach(Arena& arena, const LoopSearchConfig& config) noexcept;
 
-  /// Stores a place. When full, the oldest place makes room (counted by `forgotten()`).
-  void insert(const PlaceView& place, PlaceId id) noexcept;
+  /// Stores a place, recorded at `T_session_place` (the keyframe's pose in its session's odometry
+  /// frame). When full, the place that another one stands in for best makes room (see
+  /// `PlaceThinning`; counted by `forgotten()`). Cost: linear in triangles and places.
+  void insert(const PlaceView& place, PlaceId id, const Pose& T_session_place) noexcept;
 
   /// At most `LoopSearchConfig::max_results` candidates, best first; ties are broken by id, so
   /// the answer is deterministic. The view stays valid until the next call. Bounded work:
@@ -66,19 +71,6 @@ class PlaceDatabase {
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
 
  private:
-  static constexpr std::uint32_t kYawBins = 32;
-  static constexpr std::uint32_t kMatchesPerPlace = 256;
-  static constexpr std::uint32_t kHypothesesPerPlace = 3;
-  static constexpr std::int32_t kRivalReach = 60;  // in steps of 0.5 m: 30 m
-  static constexpr std::uint16_t kOutOfScope = 0;
-  static constexpr std::uint16_t kInScope = 1;
-  static constexpr std::uint16_t kCandidate = 2;
-
-  // A keypoint of the place under examination.
-  struct Target {
-    Eigen::Vector3f position;
-    std::uint64_t code;
-  };
   // A plane in 10 bytes: centimetres and 1/127.
   struct StoredPlane {
     std::int16_t center_cm[3];
@@ -87,54 +79,39 @@ class PlaceDatabase {
   };
   struct Place {
     PlaceId id;
+    PlanarPose T_session_place;
     std::uint16_t keypoints;
     std::uint16_t planes;
     std::uint16_t triangles;
-    std::uint16_t role;  // in the search under way: kOutOfScope, kInScope, kCandidate + index
   };
-  // A query triangle that equals a stored one.
-  struct Match {
-    std::uint16_t place;
-    std::uint8_t yaw_bin;
-    std::uint8_t query[3];
-    std::uint8_t stored[3];
-    std::uint8_t weight;
-  };
-  struct Candidate {
-    std::uint32_t place;
-    std::uint32_t yaw_bin;
-    std::uint32_t matches;  // gathered so far, at most kMatchesPerPlace
-    float score;
-  };
-  // What one matched triangle says about the pose.
-  struct Shift {
-    PlanarPose pose;
-    Eigen::Vector2f center;  // of the query's triangle
-    std::uint32_t weight;
-    std::uint32_t support;
-    std::uint32_t taken;
+  // How many stored triangles one of the query would be compared with.
+  struct Crowd {
+    std::uint32_t count;
+    std::uint32_t triangle;
   };
   struct Hypothesis {
     std::uint32_t place;
     std::uint32_t votes;
+    float score;     // votes, relative to what the place could have given
     float evidence;  // of the keypoints, see `consensus`
     PlanarPose pose;
   };
 
   [[nodiscard]] bool in_scope(const Place& place, PlaceId query,
                               const SearchScope& scope) const noexcept;
+  std::uint32_t free_slot() noexcept;
   void forget(std::uint32_t slot) noexcept;
-  void vote(const PlaceView& query, PlaceId query_id, const SearchScope& scope) noexcept;
-  void choose_candidates() noexcept;
-  [[nodiscard]] float mean_similarity(const Match& match) const noexcept;
-  void gather_matches() noexcept;
-  void form_hypotheses(std::uint32_t candidate) noexcept;
+  void load_query(const PlaceView& query) noexcept;
+  void choose_triangles() noexcept;
+  void vote(PlaceId query_id, const SearchScope& scope) noexcept;
+  void form_hypotheses() noexcept;
+  void limit_candidates() noexcept;
   void load_targets(std::uint32_t slot) noexcept;
   float consensus(const PlanarPose& pose, float radius_m) noexcept;
   void improve(Hypothesis& hypothesis) noexcept;
   bool verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept;
-  bool examine(const Hypothesis& hypothesis, LoopCandidate& result) noexcept;
-  Hypothesis strongest_rival(const Hypothesis& hypothesis, const PlanarPose& pose) noexcept;
+  [[nodiscard]] bool contradict(const Hypothesis& a, const Hypothesis& b) const noexcept;
+  [[nodiscard]] float strongest_rival(const Hypothesis& hypothesis) const noexcept;
   void load_planes(std::uint32_t slot) noexcept;
   void keep(const LoopCandidate& result) noexcept;
   [[nodiscard]] static bool comes_before(const PlaceId& a, const PlaceId& b) noexcept;
@@ -147,23 +124,19 @@ class PlaceDatabase {
   StoredPlane* planes_ = nullptr;        // max_planes per place
   std::uint32_t capacity_ = 0;
   std::uint32_t size_ = 0;
-  std::uint32_t next_ = 0;  // slot of the next insertion, the oldest when full
+  PlaceThinning thinning_;
   std::uint64_t forgotten_ = 0;
   std::uint64_t dropped_ = 0;
 
   // Scratch of one search or insertion.
   FixedVector<Keypoint> keypoints_;  // the finite ones of the place at hand
   FixedVector<Triangle> triangles_;
-  FixedVector<Match> matches_;
-  std::uint16_t* votes_ = nullptr;  // kYawBins per place
-  FixedVector<Candidate> candidates_;
-  Match* gathered_ = nullptr;  // kMatchesPerPlace per candidate
-  FixedVector<Shift> shifts_;
+  FixedVector<Crowd> crowds_;
+  PoseVotes votes_;
   FixedVector<Hypothesis> hypotheses_;
-  FixedVector<Target> targets_;  // of the place under examination, ascending in x
+  KeypointGrid targets_;  // of the place under examination
   FixedVector<PlanePatch> match_planes_;
   FixedVector<PointPair> pairs_;
-  float* rival_votes_ = nullptr;  // a square of shifts
   PlaneOverlap overlap_;
   FixedVector<LoopCandidate> results_;
 };

@@ -28,6 +28,10 @@ class PlaceDescriber {
   /// configured capacities; what did not fit is in `dropped()`.
   PlaceView describe(std::span<const FineCell> cells) noexcept;
 
+  /// The planes alone, as `describe` finds them: for whoever has cells and keypoints already. Valid
+  /// until the next call.
+  std::span<const PlanePatch> find_planes(std::span<const FineCell> cells) noexcept;
+
   /// Cells, voxels and keypoints refused for want of capacity in the last call.
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
 
@@ -36,7 +40,7 @@ class PlaceDescriber {
   void select_keypoints() noexcept;
 
   DescriptorConfig config_{};
-  FixedVector<FineCell> cells_;
+  FixedVector<FineCell> structure_cells_;  // not ground, within range
   FixedVector<Keypoint> keypoints_;
   LocalGround ground_;
   PlaneVoxels planes_;

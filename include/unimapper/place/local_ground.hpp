@@ -16,10 +16,27 @@ class LocalGround {
  public:
   void attach(Arena& arena, const DescriptorConfig& config) noexcept;
 
+  void clear() noexcept;
+
+  /// Takes a cell, ground or not. O(1).
+  void add(const FineCell& cell) noexcept;
+
   /// Averages the cells marked as ground; where none are, the lowest cells around, no steeper
   /// than a ramp, stand in (rooms without a marked floor, places beyond the ground's reach).
-  /// Independent of the cells' order. Cost: linear in cells and grid.
-  void build(std::span<const FineCell> cells) noexcept;
+  /// Independent of the cells' order. Cost: linear in the grid.
+  void finish() noexcept;
+
+  /// Calls `visit(plane)` for every patch of 2 m with at least `min_cells` cells of ground that has
+  /// neighbours to tell its slope from. The normals point up.
+  template <typename Visitor>
+  void for_each_plane(std::int32_t min_cells, Visitor&& visit) const noexcept {
+    for (std::int32_t row = 1; row + 1 < width_; ++row) {
+      for (std::int32_t column = 1; column + 1 < width_; ++column) {
+        PlanePatch plane;
+        if (make_plane(column, row, min_cells, plane)) visit(plane);
+      }
+    }
+  }
 
   /// Height of the ground below (x, y), metres, interpolated; finite everywhere.
   [[nodiscard]] float height(float x, float y) const noexcept;
@@ -31,6 +48,9 @@ class LocalGround {
     std::int32_t count;
     std::int32_t lowest_mm;
   };
+  bool make_plane(std::int32_t column, std::int32_t row, std::int32_t min_cells,
+                  PlanePatch& plane) const noexcept;
+  void lower_to_ramps() noexcept;
   void fill_gaps() noexcept;
 
   Patch* patches_ = nullptr;

@@ -5,9 +5,10 @@
 #include <span>
 
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/fixed_hash_map.hpp"
+#include "unimapper/core/fixed_vector.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/pose.hpp"
+#include "unimapper/core/voxel_key.hpp"
 
 namespace unimapper {
 
@@ -40,7 +41,7 @@ class PlaneOverlap {
   void set_query(std::span<const PlanePatch> planes) noexcept;
   void set_match(std::span<const PlanePatch> planes) noexcept;
 
-  /// Cost: eight look-ups per plane.
+  /// Cost: eight look-ups for each of at most `kMaxAsked` planes of either place.
   [[nodiscard]] OverlapResult compare(const Pose& T_match_query) const noexcept;
 
   /// Moves the pose so that coinciding planes coincide better: point-to-plane least squares with
@@ -48,11 +49,25 @@ class PlaneOverlap {
   [[nodiscard]] Pose refine(const Pose& T_match_query) const noexcept;
 
  private:
+  static constexpr std::uint32_t kMaxAsked = 288;
   struct Side {
-    FixedHashMap<std::uint32_t> voxels;  // voxel -> 1 + index into planes
+    std::uint16_t* voxels;               // 1 + index into planes, 0 where there is none
+    FixedVector<std::uint32_t> entries;  // those that are not 0
     std::span<const PlanePatch> planes;
     Horizon horizon;
+    std::uint32_t asked[kMaxAsked];  // indices into planes
+    std::uint32_t asked_count;
+    float weight[2];  // how many planes each level and each upright one that is asked stands for
   };
+  // Voxels repeat every 64 in x and y and every 16 in z: what lies farther apart than that, 128 m
+  // and 32 m, shares an entry, and the first one has it.
+  static constexpr std::int32_t kWidth = 64;
+  static constexpr std::int32_t kHeight = 16;
+  static std::uint32_t entry_of(const VoxelIndex& v) noexcept {
+    return static_cast<std::uint32_t>(
+        ((v.z & (kHeight - 1)) * kWidth + (v.y & (kWidth - 1))) * kWidth + (v.x & (kWidth - 1)));
+  }
+  static void choose_asked(Side& side) noexcept;
   void fill(Side& side, std::span<const PlanePatch> planes) noexcept;
   [[nodiscard]] const PlanePatch* counterpart(const Side& side, const Eigen::Vector3f& center,
                                               const Eigen::Vector3f& normal) const noexcept;

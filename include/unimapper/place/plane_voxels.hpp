@@ -11,6 +11,7 @@
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/recent_voxels.hpp"
 #include "unimapper/place/config.hpp"
+#include "unimapper/place/local_ground.hpp"
 
 namespace unimapper {
 
@@ -25,9 +26,10 @@ class PlaneVoxels {
  public:
   void attach(Arena& arena, const DescriptorConfig& config) noexcept;
 
-  /// Collects `cells` into voxels and decides which are planes. Independent of the cells' order
-  /// as long as the capacities hold. Cost: linear in cells, one eigen decomposition per voxel.
-  void build(std::span<const FineCell> cells) noexcept;
+  /// Collects `structure` (cells that are not ground) into voxels and decides which are planes;
+  /// adds those of `ground`. Independent of the cells' order as long as the capacities hold. Cost:
+  /// linear in cells, one eigen decomposition per voxel.
+  void build(std::span<const FineCell> structure, const LocalGround& ground) noexcept;
 
   /// Planes, vertical ones first, then from near to far: what matters most survives when there
   /// are more than fit.

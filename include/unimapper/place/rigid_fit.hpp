@@ -32,6 +32,10 @@ struct PlanarPose {
   [[nodiscard]] Eigen::Vector2f operator*(const Eigen::Vector2f& p) const noexcept {
     return {cosine * p.x() - sine * p.y() + x, sine * p.x() + cosine * p.y() + y};
   }
+  [[nodiscard]] PlanarPose operator*(const PlanarPose& b) const noexcept {
+    return {cosine * b.cosine - sine * b.sine, sine * b.cosine + cosine * b.sine,
+            cosine * b.x - sine * b.y + x, sine * b.x + cosine * b.y + y};
+  }
 };
 
 /// The turn about the vertical and the level shift of a nearly level pose.

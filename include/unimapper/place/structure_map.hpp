@@ -26,16 +26,18 @@ struct SmoothingKernel {
   std::int32_t radius;
 };
 
-/// Counts occupied fine cells above ground per column, smooths the counts and looks for spots
-/// where they change in both directions: corners and ends of walls, poles, trunks. Occupied cells
-/// count once, so neither density nor dwell time shows; each is spread over the four nearest
-/// columns by its position, so the grid's phase hardly does.
+/// Counts occupied fine cells above ground per column and looks for spots where the counts change
+/// in both directions: corners and ends of walls, poles, trunks. Occupied cells count once, so
+/// neither density nor dwell time shows; each is spread over the four nearest columns by its
+/// position, so the grid's phase hardly does. Work is done only near structure: most of a place is
+/// empty.
 class StructureMap {
  public:
   void attach(Arena& arena, const DescriptorConfig& config) noexcept;
 
-  /// Fills the map. Independent of the cells' order. Cost: linear in cells and grid.
-  void build(std::span<const FineCell> cells, const LocalGround& ground) noexcept;
+  /// Fills the map with `structure`, cells that are not ground. Independent of the cells' order.
+  /// Cost: linear in the cells and in the part of the grid that lies near any.
+  void build(std::span<const FineCell> structure, const LocalGround& ground) noexcept;
 
   /// Local maxima of the corner response, strongest first, ties by position.
   [[nodiscard]] std::span<const StructureCorner> corners() const noexcept {
@@ -54,23 +56,31 @@ class StructureMap {
  private:
   // Empty columns around the map, so that no kernel reaches beyond it.
   static constexpr std::int32_t kMargin = SmoothingKernel::kMaxRadius + 1;
+  // Rows are worked on in blocks of so many columns.
+  static constexpr std::int32_t kBlock = 8;
 
-  void splat(std::span<const FineCell> cells, const LocalGround& ground) noexcept;
-  void smooth(float* field, const SmoothingKernel& kernel) noexcept;
+  void clear_last() noexcept;
+  void splat(std::span<const FineCell> structure, const LocalGround& ground) noexcept;
+  void mark_reach() noexcept;
+  template <typename Work>
+  void for_each_block(Work&& work) noexcept;
+  void gradients() noexcept;
+  void smooth(float* field) noexcept;
   void corner_response() noexcept;
   void find_corners() noexcept;
 
   DescriptorConfig config_{};
-  std::int32_t width_ = 0;
+  std::int32_t width_ = 0;   // a multiple of kBlock
+  std::int32_t blocks_ = 0;  // of one row
   float half_extent_m_ = 0.0F;
+  std::uint8_t* occupied_ = nullptr;  // blocks that hold structure
+  std::uint8_t* reach_ = nullptr;     // and those that kernels reach from there
   std::int32_t* counts_ = nullptr;
   std::uint64_t* masks_ = nullptr;  // occupied slices of every column
-  float* height_ = nullptr;         // smoothed counts
   float* xx_ = nullptr;             // structure tensor; `xx_` then holds the response
   float* xy_ = nullptr;
   float* yy_ = nullptr;
   float* scratch_ = nullptr;
-  SmoothingKernel smoothing_kernel_{};
   SmoothingKernel window_kernel_{};
   FixedVector<StructureCorner> corners_;
 };

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "ports/lcm/receiver.hpp"
+#include "unimapper/merge/plane_restorer.hpp"
 
 namespace unimapper::apps {
 
@@ -38,10 +39,11 @@ KnownKeyframes::KnownKeyframes(std::string session_name, const std::vector<Earli
 }
 
 void KnownKeyframes::insert_into(PlaceDatabase& places) const {
+  merge::PlaneRestorer planes;
   std::uint32_t number = 1;
   for (const EarlierSession& session : earlier_) {
     for (const merge::KeyframeRecord& record : session.keyframes) {
-      places.insert(record.place(), {number, record.sequence});
+      places.insert(planes.place(record), {number, record.sequence}, record.T_odometry_keyframe);
     }
     ++number;
   }

@@ -1,0 +1,27 @@
+#include "unimapper/merge/plane_restorer.hpp"
+
+#include "in_arena.hpp"
+#include "unimapper/place/describer.hpp"
+
+namespace unimapper::merge {
+
+// The defaults of the robots, except that no cell is too many.
+struct PlaneRestorer::State {
+  InArena<PlaceDescriber> describer{[] {
+    DescriptorConfig config;
+    config.max_cells = 1U << 19U;
+    return config;
+  }()};
+};
+
+PlaneRestorer::PlaneRestorer() : state_(std::make_unique<State>()) {}
+PlaneRestorer::~PlaneRestorer() = default;
+PlaneRestorer::PlaneRestorer(PlaneRestorer&&) noexcept = default;
+PlaneRestorer& PlaneRestorer::operator=(PlaneRestorer&&) noexcept = default;
+
+PlaceView PlaneRestorer::place(const KeyframeRecord& record) {
+  if (!record.planes.empty()) return record.place();
+  return {record.keypoints, state_->describer->find_planes(record.static_cells)};
+}
+
+}  // namespace unimapper::merge
