@@ -41,7 +41,10 @@ void PlaceDatabase::attach(Arena& arena, const LoopSearchConfig& config) noexcep
   hypotheses_.attach(arena, PoseVotes::max_peaks(config));
   match_planes_.attach(arena, config.max_planes);
   pairs_.attach(arena, config.max_keypoints);
+  constexpr std::size_t kRivalWidth = 2 * kRivalReach + 1;
+  rival_votes_ = arena.allocate<float>(kRivalWidth * kRivalWidth);
   overlap_.attach(arena, config.max_planes, config.voxel_size_m);
+  doubts_.attach(arena, config.max_verified);
   results_.attach(arena, std::max(config.max_results, config.max_verified));
   const bool ready = results_.capacity() > 0;
   capacity_ = ready ? config.max_places : 0;
@@ -134,6 +137,7 @@ std::span<const LoopCandidate> PlaceDatabase::search(const PlaceView& query, Pla
   vote(query_id, scope);
   form_hypotheses();
   overlap_.set_query(query.planes);
+  doubts_.clear();
   std::uint32_t verified = 0;
   for (const Hypothesis& hypothesis : hypotheses_) {
     if (verified == config_.max_verified) break;

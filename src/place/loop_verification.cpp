@@ -20,8 +20,13 @@ constexpr float kEvenProduct = 0.47F;
 // Refinement improves the keypoints' agreement too, but not by more than this leaves room for.
 constexpr float kWorthRefining = 0.7F;
 
-// Two poses in one place are the same within this, and with this cosine of their turn: 10 degrees.
-constexpr float kSamePose = 1.6F;
+// Candidates that come this near to acceptance are asked for rivals.
+constexpr float kWorthDoubting = 0.7F;
+
+// Two places of one session put the query at the same spot if it is no farther apart than this.
+constexpr float kSameSpot = 2.0F;
+
+// Two poses in one place are the same with this cosine of their turn: 10 degrees.
 constexpr float kSameHeading = 0.985F;
 // Two places of one session that put the query farther apart than its odometry can have drifted.
 constexpr float kBeyondDrift = 30.0F;
@@ -160,9 +165,8 @@ float PlaceDatabase::strongest_rival(const Hypothesis& hypothesis) const noexcep
   return evidence;
 }
 
-// Pose, planes and confidence of one hypothesis.
-bool PlaceDatabase::verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept {
-  load_targets(hypothesis.place);
+// Pose, planes and confidence of one hypothesis; targets and planes of its place are loaded.
+bool PlaceDatabase::examine(const Hypothesis& hypothesis, LoopCandidate& result) noexcept {
   (void)consensus(hypothesis.pose, config_.inlier_distance_m);
   Pose pose;
   if (!fit_rigid(pairs_.view(), pose)) return false;
@@ -173,7 +177,6 @@ bool PlaceDatabase::verify(const Hypothesis& hypothesis, LoopCandidate& result) 
   const auto smaller = static_cast<float>(
       std::min<std::size_t>(keypoints_.size(), places_[hypothesis.place].keypoints));
   const float certainty = certainty_of(hypothesis.evidence, strongest_rival(hypothesis));
-  load_planes(hypothesis.place);
   // Where not even perfect planes could make the match acceptable, its pose is left as it is.
   const float ceiling = confidence_of(hypothesis.evidence, smaller, 1.0F) * certainty;
   if (ceiling > kWorthRefining * config_.accept_confidence) {
@@ -192,6 +195,48 @@ bool PlaceDatabase::verify(const Hypothesis& hypothesis, LoopCandidate& result) 
   result.confidence = confidence_of(evidence, smaller, overlap.overlap) * certainty;
   result.accepted = result.confidence >= config_.accept_confidence;
   return true;
+}
+
+bool PlaceDatabase::verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept {
+  load_targets(hypothesis.place);
+  load_planes(hypothesis.place);
+  if (!examine(hypothesis, result)) return false;
+  if (result.confidence < kWorthDoubting * config_.accept_confidence) return true;
+
+  doubt(hypothesis, result);
+  return true;
+}
+
+// A facade of equal bays: the triangles may all have spoken for one pose, and another still be as
+// good. The pose must be clearly better than any other with the same heading; if another is better,
+// it takes the place of the first.
+void PlaceDatabase::doubt(const Hypothesis& hypothesis, LoopCandidate& result) noexcept {
+  const Place& place = places_[hypothesis.place];
+  const PlanarPose pose = seen_from_above(result.T_match_query);
+  const PlanarPose T_session_query = place.T_session_place * pose;
+  // Neighbouring places that put the query at the same spot have the same rivals.
+  const Doubt* same = std::find_if(doubts_.begin(), doubts_.end(), [&](const Doubt& known) {
+    const float dx = known.T_session_query.x - T_session_query.x;
+    const float dy = known.T_session_query.y - T_session_query.y;
+    return known.session == place.id.session && dx * dx + dy * dy < kSameSpot * kSameSpot;
+  });
+  if (same != doubts_.end()) {
+    result.confidence *= same->certainty;
+  } else {
+    Hypothesis rival = shifted_rival(hypothesis, pose);
+    float evidence = consensus(pose, config_.inlier_distance_m);
+    LoopCandidate other;
+    if (rival.evidence > evidence && examine(rival, other) &&
+        other.confidence > result.confidence) {
+      result = other;
+      std::swap(rival.evidence, evidence);
+    }
+    const float certainty = certainty_of(evidence, rival.evidence);
+    result.confidence *= certainty;
+    doubts_.push_back({place.id.session,
+                       place.T_session_place * seen_from_above(result.T_match_query), certainty});
+  }
+  result.accepted = result.confidence >= config_.accept_confidence;
 }
 
 }  // namespace unimapper

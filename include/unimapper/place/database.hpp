@@ -71,6 +71,10 @@ class PlaceDatabase {
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
 
  private:
+  static constexpr std::int32_t kRivalReach = 60;  // in steps of 0.5 m: 30 m
+  // Two poses in one place are the same within this, metres.
+  static constexpr float kSamePose = 1.6F;
+
   // A plane in 10 bytes: centimetres and 1/127.
   struct StoredPlane {
     std::int16_t center_cm[3];
@@ -97,6 +101,13 @@ class PlaceDatabase {
     PlanarPose pose;
   };
 
+  // How certain a verified pose is, and where in its session it puts the query.
+  struct Doubt {
+    std::uint32_t session;
+    PlanarPose T_session_query;
+    float certainty;
+  };
+
   [[nodiscard]] bool in_scope(const Place& place, PlaceId query,
                               const SearchScope& scope) const noexcept;
   std::uint32_t free_slot() noexcept;
@@ -110,6 +121,9 @@ class PlaceDatabase {
   float consensus(const PlanarPose& pose, float radius_m) noexcept;
   void improve(Hypothesis& hypothesis) noexcept;
   bool verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept;
+  bool examine(const Hypothesis& hypothesis, LoopCandidate& result) noexcept;
+  void doubt(const Hypothesis& hypothesis, LoopCandidate& result) noexcept;
+  Hypothesis shifted_rival(const Hypothesis& hypothesis, const PlanarPose& pose) noexcept;
   [[nodiscard]] bool contradict(const Hypothesis& a, const Hypothesis& b) const noexcept;
   [[nodiscard]] float strongest_rival(const Hypothesis& hypothesis) const noexcept;
   void load_planes(std::uint32_t slot) noexcept;
@@ -137,7 +151,9 @@ class PlaceDatabase {
   KeypointGrid targets_;  // of the place under examination
   FixedVector<PlanePatch> match_planes_;
   FixedVector<PointPair> pairs_;
+  float* rival_votes_ = nullptr;  // a square of shifts
   PlaneOverlap overlap_;
+  FixedVector<Doubt> doubts_;  // of the search under way
   FixedVector<LoopCandidate> results_;
 };
 

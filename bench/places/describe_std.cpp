@@ -1,0 +1,62 @@
+// Describes every keyframe of a run the way STD does: from the same raw scans, in the odometry's
+// frame. Writes RUN/std.places.
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+
+#include "bench/places/drive.hpp"
+#include "bench/places/parallel.hpp"
+#include "bench/places/std_file.hpp"
+#include "bench/places/stopwatch.hpp"
+#include "ports/datasets/dataset.hpp"
+
+namespace {
+
+using namespace unimapper;
+using namespace unimapper::bench;
+
+StdKeyframe describe_keyframe(const PlaceKeyframe& keyframe, const datasets::Dataset& dataset) {
+  StdDescriber describer;
+  StdKeyframe described;
+  described.sequence = keyframe.sequence;
+  datasets::Scan scan;
+  std::vector<Eigen::Vector3f> points;
+  for (const KeyframeScan& of_keyframe : keyframe.scans) {
+    dataset.read_scan(of_keyframe.scan_index, scan);
+    points.clear();
+    for (const datasets::Scan::Point& p : scan.points) points.emplace_back(p.x, p.y, p.z);
+    const double start = thread_milliseconds();
+    describer.add_scan(points, of_keyframe.T_odometry_sensor);
+    described.milliseconds += thread_milliseconds() - start;
+  }
+  const double start = thread_milliseconds();
+  described.place = describer.describe();
+  described.milliseconds += thread_milliseconds() - start;
+  return described;
+}
+
+void describe_run(const std::filesystem::path& run, const std::filesystem::path& recording) {
+  const Drive drive = read_drive_without_truth(run);
+  const auto dataset = datasets::open_dataset(recording);
+  std::vector<StdKeyframe> described(drive.keyframes.size());
+  on_all_cores(drive.keyframes.size(), [&](std::size_t i) {
+    described[i] = describe_keyframe(drive.keyframes[i], *dataset);
+  });
+  write_std_file(run / "std.places", described);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 3) {
+    std::fprintf(stderr, "usage: describe_std RUN DATASET\n");
+    return 2;
+  }
+  try {
+    describe_run(argv[1], argv[2]);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "describe_std: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,146 @@
+// What a search costs among 60 to 100,000 places, and whether it still finds; see run.sh.
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <sstream>
+#include <string>
+
+#include "bench/places/growth.hpp"
+#include "bench/places/parallel.hpp"
+#include "ports/datasets/writers.hpp"
+#include "unimapper/place/triangle_table.hpp"
+
+namespace {
+
+using namespace unimapper;
+using namespace unimapper::bench;
+namespace fs = std::filesystem;
+
+constexpr std::uint32_t kOnboardSizes[] = {60, 250, 500, 1000, 2000};
+constexpr std::uint32_t kBaseSizes[] = {60,   250,   500,   1000,  2000,
+                                        5000, 10000, 20000, 50000, 100000};
+
+struct ScaleOptions {
+  fs::path known;
+  std::vector<fs::path> queries;
+  std::vector<fs::path> strangers;
+  fs::path out;
+  std::uint32_t largest = 100000;
+  std::uint32_t seed = 1;
+};
+
+/// What the merger searches the places of many sessions with.
+LoopSearchConfig base_config(std::uint32_t places) {
+  LoopSearchConfig config;
+  config.max_places = places;
+  config.max_planes = 1024;
+  config.max_compared = 1000000;
+  config.max_matches = 1U << 20U;
+  config.max_bucket = 1U << 24U;
+  return config;
+}
+
+std::vector<std::uint32_t> up_to(std::span<const std::uint32_t> sizes, std::size_t largest) {
+  std::vector<std::uint32_t> result;
+  for (const std::uint32_t size : sizes) {
+    if (size <= largest) result.push_back(size);
+  }
+  return result;
+}
+
+std::vector<DescribedDrive> read_strangers(const std::vector<fs::path>& runs) {
+  std::vector<DescribedDrive> drives(runs.size());
+  on_all_cores(runs.size(), [&](std::size_t i) {
+    drives[i] = read_and_describe(runs[i], false);
+    drives[i].drive = {};  // only the places are of use
+  });
+  return drives;
+}
+
+/// Nothing is known where there was nothing to find.
+std::string percent(double share) {
+  if (std::isnan(share)) return "–";
+  char text[16];
+  std::snprintf(text, sizeof text, "%.1f", 100.0 * share);
+  return text;
+}
+
+void print_growth(const char* title, const Growth& growth) {
+  std::printf(
+      "\n| %s, places | insert ms | query p50 ms | p99 ms | found %% | accepted %% | accepted "
+      "wrong | dropped |\n|---|---|---|---|---|---|---|---|\n",
+      title);
+  for (const GrowthStep& step : growth.steps) {
+    std::printf("| %u | %.3f | %.2f | %.2f | %s | %s | %zu | %llu |\n", step.places, step.insert_ms,
+                step.query_p50_ms, step.query_p99_ms, percent(step.found_share).c_str(),
+                percent(step.accepted_share).c_str(), step.wrong,
+                static_cast<unsigned long long>(step.dropped));
+  }
+  std::printf("\n%s: %.1f MB in all, %zu bytes for a stored triangle.\n", title,
+              static_cast<double>(growth.bytes) / 1e6, TriangleTable::entry_bytes());
+  std::fflush(stdout);  // the next one takes minutes
+}
+
+void write_growth(const fs::path& file, const Growth& growth) {
+  std::ostringstream out;
+  out << "places,insert_ms,query_p50_ms,query_p99_ms,found,accepted,wrong\n";
+  for (const GrowthStep& step : growth.steps) {
+    out << step.places << ',' << step.insert_ms << ',' << step.query_p50_ms << ','
+        << step.query_p99_ms << ',' << step.found_share << ',' << step.accepted_share << ','
+        << step.wrong << '\n';
+  }
+  datasets::write_text(file, out.str());
+}
+
+void measure(const ScaleOptions& options) {
+  const GrowthTask task = make_task(options.known, options.queries);
+  const std::vector<DescribedDrive> drives = read_strangers(options.strangers);
+  std::size_t available = task.known.places.size();
+  for (const DescribedDrive& drive : drives) available += drive.places.size();
+
+  const LoopSearchConfig onboard_config;
+  const Growth onboard =
+      grow(task, drives_as_they_are(drives),
+           up_to(kOnboardSizes, std::min<std::size_t>(available, options.largest)), onboard_config);
+  print_growth("onboard", onboard);
+  const auto sizes = up_to(kBaseSizes, options.largest);
+  const Growth base =
+      grow(task, mixed_halves(drives, options.seed), sizes, base_config(sizes.back()));
+  print_growth("base", base);
+  if (options.out.empty()) return;
+  datasets::make_directory(options.out);
+  write_growth(options.out / "scale-onboard.csv", onboard);
+  write_growth(options.out / "scale-base.csv", base);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ScaleOptions options;
+  CLI::App app{
+      "Query time over the size of the database: onboard among the places of real drives, at the "
+      "base among places mixed from them."};
+  app.add_option("--known", options.known, "Run folder whose places are to be found")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  app.add_option("--queries", options.queries, "Run folders through the same scene")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  app.add_option("--strangers", options.strangers, "Run folders through other scenes")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  app.add_option("--largest", options.largest, "Largest database")
+      ->capture_default_str()
+      ->check(CLI::Range(60U, 1048576U));
+  app.add_option("--seed", options.seed, "Of the mixing")->capture_default_str();
+  app.add_option("--out", options.out, "Folder for CSV files");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    measure(options);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "bench_place_scale: %s\n", error.what());
+    return 1;
+  }
+}

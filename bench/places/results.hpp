@@ -1,0 +1,26 @@
+// Everything a comparison found, as CSV files.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "bench/places/tables.hpp"
+
+namespace unimapper::bench {
+
+struct Results {
+  std::vector<VariantRows> variants;  ///< the default first
+  std::vector<PairRow> baseline;      ///< STD's rows; may be fewer
+};
+
+/// Writes into `folder`:
+///   rows.csv          every row of every variant and of STD
+///   answers.csv       the best answer to every query, of the default and of STD
+///   worst.csv         accepted answers that are wrong and queries that were missed, worst first
+///   calibration.csv   confidence against the share of right answers
+///   curve-GROUP-METHOD.csv   precision over recall, rows of a group together
+///   map-N-*.csv       tracks and loops of the worst rows, and map-N.title
+/// Throws std::runtime_error.
+void write_results(const std::filesystem::path& folder, const Results& results);
+
+}  // namespace unimapper::bench

@@ -1,0 +1,203 @@
+#!/usr/bin/env bash
+# How well places are recognised, within one LiDAR and across LiDARs: every LiDAR drives simulated
+# scenes on route A, again on another day (B) and the other way round (C). Places of route A are the
+# database, those of B and C of every LiDAR that is not richer the queries. Prints Markdown tables:
+# every row and means by group, ours and STD's (the published descriptor, see std_baseline.hpp); the
+# default with one thing changed; what a confidence is worth; the real recordings where they lie in
+# ../shared/data; query time over the size of the database. Everything as CSV goes to
+# build/bench/places/results, precision-recall curves, maps and query times to
+# build/bench/places/plots.
+#
+#   bench/places/run.sh [SEEDS] [SCANS] [SCENES]
+#       defaults: "71" 600 "town campus"
+#
+# Drives are made once and kept without their scans in build/bench/places/runs (about 2 GB with the
+# defaults); a rerun describes and searches anew, but does not simulate. Delete them when dynamic
+# removal changes. At most one drive's scans (1.4 GB) are on the disk at a time. On two cores about
+# an hour and a half with the defaults, half of that the second time. Ten minutes, and less:
+#
+#   SENSORS="os1-64 vlp-16 livox-avia" STRANGERS=0 bench/places/run.sh 71 300 town
+#   BASELINE=same VARIANTS= bench/places/run.sh
+#
+# SENSORS    LiDARs, from the richest to the poorest
+# BASELINE   rows that STD answers too: all, same, none
+# VARIANTS   JSON list of what is left out in turn; empty: nothing
+# STRANGERS  drives through other towns that crowd the database where the default's parts are left
+#            out, and the growing one of the last table; 0: no crowd, and no such table
+# LARGEST    places of the largest database there
+# RECORDINGS 0: the real recordings are left out
+# OUT        where everything goes
+#
+# Installs and builds what is missing, unless BIN names a folder of programs to use instead.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+seeds=${1:-71}
+scans=${2:-600}
+scenes=${3:-town campus}
+sensors=${SENSORS:-os2-128 os1-64 hdl-64e vlp-16 livox-mid-360 aeva-aeries2 livox-avia}
+baseline=${BASELINE:-all}
+variants=${VARIANTS-bench/places/variants.json}
+strangers=${STRANGERS:-34}
+largest=${LARGEST:-100000}
+out=${OUT:-build/bench/places}
+mkdir -p "$out/runs" "$out/results" "$out/plots"
+
+if [ -z "${BIN:-}" ]; then
+  ./dev setup toolchains/packages-bench.txt
+  ./dev build >/dev/null
+fi
+bin=${BIN:-build/release/bin}
+
+# onboard DATASET RUN [ONBOARD ARGS]: what comparison needs of a recording, in a folder of its own.
+# Made under another name, so that what was interrupted is made again.
+onboard() {
+  local data=$1 run=$2 making="$2.part"
+  shift 2
+  rm -rf "$making"
+  mkdir -p "$(dirname "$making")"
+  "$bin/unimapper" onboard "$data" --out "$making" "$@" 2>"$out/onboard.log"
+  [ "$baseline" = none ] || "$bin/describe_std" "$making" "$data"
+  cp "$data/gt_poses.txt" "$making"
+  rm -rf "$making/labels"
+  rm -rf "$run"
+  mv "$making" "$run"
+}
+
+# Drives made while STD was left out have no description of its.
+is_made() { [ -e "$1/gt_poses.txt" ] && { [ "$baseline" = none ] || [ -e "$1/std.places" ]; }; }
+
+# drive SENSOR SCENE SEED ROUTE SCANS RUN: a simulated drive
+drive() {
+  local data="$out/data/$1-$2-$3-$4"
+  if is_made "$6"; then return; fi
+  rm -rf "$data"
+  "$bin/unimapper" simulate --sensor "$1" --scene "$2" --seed "$3" --route "$4" --scans "$5" \
+    --out "$data" >/dev/null 2>"$out/simulate.log"
+  onboard "$data" "$6"
+  rm -rf "$data"
+}
+
+# compare NAME SCENE_FOLDER... [-- ARGS]: tables, CSV files and plots
+compare() {
+  local name=$1 folders=()
+  shift
+  while [ $# -gt 0 ] && [ "$1" != -- ]; do
+    folders+=("$1")
+    shift
+  done
+  [ $# -eq 0 ] || shift
+  rm -rf "$out/results/$name"
+  "$bin/bench_places" "${folders[@]}" --title "$name" --baseline-rows "$baseline" \
+    --out "$out/results/$name" "$@"
+  plot "$name"
+}
+
+# Where nobody can draw, the figures are there all the same.
+can_draw() { command -v gnuplot >/dev/null; }
+
+plot() {
+  can_draw || return 0
+  local results="$out/results/$1" title map
+  gnuplot -e "folder='$results'; image='$out/plots/$1-curves.png'; name='$1'" \
+    bench/places/curves.gnuplot 2>"$out/gnuplot.log"
+  for title in "$results"/map-*.title; do
+    [ -e "$title" ] || continue
+    map=$(basename "$title" .title)
+    gnuplot -e "data='$results/$map'; image='$out/plots/$1-$map.png'; name='$(cat "$title")'" \
+      bench/places/map.gnuplot 2>>"$out/gnuplot.log"
+  done
+}
+
+# Drives of cheap LiDARs through towns that nobody else knows.
+stranger_sensor() {
+  case $(($1 % 4)) in
+    2) echo os1-64 ;;
+    0) echo vlp-16 ;;
+    *) echo livox-avia ;;
+  esac
+}
+
+# STD is not asked among strangers.
+crowd=()
+make_strangers() {
+  local baseline=none i run
+  for ((i = 1; i <= strangers; ++i)); do
+    run="$out/runs/strangers-$scans/$i"
+    drive "$(stranger_sensor "$i")" town $((100 + i)) A "$scans" "$run"
+    crowd+=("$run")
+  done
+}
+
+# ablate NAME SCENE_FOLDER...: the default with one thing changed, among strangers: alone, a drive is
+# found almost always.
+ablate() {
+  local name=$1 among=()
+  shift
+  [ "${#crowd[@]}" = 0 ] || among=(--crowd "${crowd[@]}")
+  "$bin/bench_places" "$@" --title "$name, among ${#crowd[@]} other drives" --baseline-rows none \
+    --sensors "${sensors// /,}" --variants "$variants" --ablations-only "${among[@]}"
+}
+
+make_strangers
+for scene in $scenes; do
+  folders=()
+  for seed in $seeds; do
+    folder="$out/runs/$scene-$seed-$scans"
+    folders+=("$folder")
+    for sensor in $sensors; do
+      for route in A B C; do
+        drive "$sensor" "$scene" "$seed" "$route" "$scans" "$folder/$sensor-$route"
+      done
+    done
+  done
+  compare "$scene" "${folders[@]}" -- --sensors "${sensors// /,}"
+  [ -z "$variants" ] || ablate "$scene" "${folders[@]}"
+done
+
+# A recording as two sessions: the first finds its way about in the second.
+# recording NAME SENSOR HOW DISTANCE [CONFIG]
+recording() {
+  local name=$1 sensor=$2 how=$3 distance=$4 config="$out/recording.json" session
+  local halves="$out/data/$name" runs="$out/runs/$name"
+  if ! is_made "$runs/$sensor-B"; then
+    rm -rf "$halves"
+    "$bin/split_recording" "$how" "$real/$name" "$halves"
+    echo "${5:-{\}}" >"$config"
+    for session in A B; do
+      onboard "$halves/$session" "$runs/$sensor-$session" --sensor "$sensor" --config "$config"
+    done
+    rm -rf "$halves"
+  fi
+  compare "$name" "$runs" -- --sensors "$sensor" --routes B --distance "$distance"
+}
+
+if [ "${RECORDINGS:-1}" != 0 ] && [ -e ../shared/data/unpack.sh ]; then
+  real=$(sh ../shared/data/unpack.sh build/bench/recordings)
+  # Every second scan is a session: five of them span what ten do.
+  recording kitti_0001 hdl-64e alternating 10 '{"keyframe": {"scans": 5}}'
+  recording kitti_0005a hdl-64e alternating 10 '{"keyframe": {"scans": 5}}'
+  recording hilti_hall generic halves 8
+else
+  echo "The real recordings are left out (they lie beside the project, or RECORDINGS is 0)." >&2
+fi
+
+if [ "$strangers" != 0 ]; then
+  home="$out/runs/${scenes%% *}-${seeds%% *}-$scans"
+  known=
+  queries=()
+  for sensor in os1-64 vlp-16 livox-avia $sensors; do
+    [ -e "$home/$sensor-A" ] || continue
+    known=${known:-$home/$sensor-A}
+    [[ " ${queries[*]} " == *" $home/$sensor-B "* ]] || queries+=("$home/$sensor-B")
+    [ "${#queries[@]}" -lt 3 ] || break
+  done
+  "$bin/bench_place_scale" --known "$known" --queries "${queries[@]}" --strangers "${crowd[@]}" \
+    --largest "$largest" --out "$out/results/scale"
+  if can_draw; then
+    gnuplot -e "folder='$out/results/scale'; image='$out/plots/scale.png'" \
+      bench/places/scale.gnuplot 2>"$out/gnuplot.log"
+  fi
+fi
+echo
+echo "Tables as CSV: $out/results. Plots: $out/plots."

@@ -1,0 +1,79 @@
+// Makes two sessions of one recording: every second scan, or the halves. The second one gets
+// another odometry frame, as if the robot had started elsewhere; where scans really are stays
+// beside them as gt_poses.txt. Scans are links.
+#include <Eigen/Geometry>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "ports/datasets/dataset.hpp"
+#include "ports/datasets/writers.hpp"
+
+namespace {
+
+using namespace unimapper;
+namespace fs = std::filesystem;
+
+/// A turn no search may guess, a tilt that odometry may have, an origin where floats get coarse.
+Pose other_odometry() {
+  const Eigen::AngleAxisd yaw(137.0 / kDegreesPerRadian, Eigen::Vector3d::UnitZ());
+  const Eigen::AngleAxisd roll(2.0 / kDegreesPerRadian, Eigen::Vector3d::UnitX());
+  return {Eigen::Quaterniond(yaw * roll), {5000.0, -3000.0, 40.0}};
+}
+
+struct Session {
+  std::vector<std::size_t> scans;
+  Pose T_session_odometry;
+};
+
+void write_session(const fs::path& recording, const datasets::Dataset& dataset,
+                   const Session& session, const fs::path& out) {
+  datasets::make_directory(out / "velodyne");
+  std::vector<Pose> poses;
+  std::vector<Pose> truth;
+  std::vector<std::int64_t> stamps_ns;
+  for (const std::size_t scan : session.scans) {
+    char name[16];
+    std::snprintf(name, sizeof name, "%06zu.bin", poses.size());
+    fs::create_symlink(fs::absolute(recording / "velodyne" / (dataset.scan_name(scan) + ".bin")),
+                       out / "velodyne" / name);
+    truth.push_back(dataset.pose(scan));
+    poses.push_back(session.T_session_odometry * dataset.pose(scan));
+    stamps_ns.push_back(dataset.stamp_ns(scan));
+  }
+  datasets::write_kitti_poses(out / "poses.txt", poses);
+  datasets::write_kitti_poses(out / "gt_poses.txt", truth);
+  datasets::write_times(out / "times.txt", stamps_ns);
+}
+
+void split(std::string_view how, const fs::path& recording, const fs::path& out) {
+  const auto dataset = datasets::open_dataset(recording);
+  Session first;
+  Session second{{}, other_odometry()};
+  for (std::size_t i = 0; i < dataset->scan_count(); ++i) {
+    const bool in_first = how == "alternating" ? i % 2 == 0 : i < dataset->scan_count() / 2;
+    (in_first ? first : second).scans.push_back(i);
+  }
+  write_session(recording, *dataset, first, out / "A");
+  write_session(recording, *dataset, second, out / "B");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string_view how = argc == 4 ? argv[1] : "";
+  if (how != "alternating" && how != "halves") {
+    std::fprintf(stderr, "usage: split_recording alternating|halves RECORDING OUT\n");
+    return 2;
+  }
+  try {
+    split(how, argv[2], argv[3]);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "split_recording: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,16 @@
+// What work costs.
+#pragma once
+
+#include <time.h>
+
+namespace unimapper::bench {
+
+/// Processor time of the calling thread, milliseconds: what others do on the machine meanwhile
+/// does not count.
+inline double thread_milliseconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
+}
+
+}  // namespace unimapper::bench
