@@ -63,10 +63,15 @@ void PlaceDescriber::admit(std::span<const FineCell> cells) noexcept {
       dropped_ += cell.position.allFinite() ? 0 : 1;
       continue;
     }
-    ground_.add(cell);
-    if (cell.ground != 0) continue;
+    if (cell.ground != 0) {
+      ground_.add(cell);
+      continue;
+    }
     ++count;
     structure_cells_.push_back(cell);
+  }
+  if (!ground_.any_marked()) {
+    for (const FineCell& cell : structure_cells_) ground_.add(cell);
   }
   const std::uint64_t kept = structure_cells_.size();
   if (kept == count) return;

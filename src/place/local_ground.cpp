@@ -26,6 +26,7 @@ void LocalGround::attach(Arena& arena, const DescriptorConfig& config) noexcept 
 }
 
 void LocalGround::clear() noexcept {
+  any_marked_ = false;
   const auto count = static_cast<std::size_t>(width_) * static_cast<std::size_t>(width_);
   for (std::size_t i = 0; i < count; ++i) {
     patches_[i] = {0, 0, std::numeric_limits<std::int32_t>::max()};
@@ -43,29 +44,28 @@ void LocalGround::add(const FineCell& cell) noexcept {
   const auto z_mm = static_cast<std::int32_t>(cell.position.z() * 1000.0F);
   patch.lowest_mm = std::min(patch.lowest_mm, z_mm);
   if (cell.ground == 0) return;
+  any_marked_ = true;
   patch.sum_mm += z_mm;
   ++patch.count;
 }
 
 void LocalGround::finish() noexcept {
   const auto count = static_cast<std::size_t>(width_) * static_cast<std::size_t>(width_);
-  bool any_marked = false;
   for (std::size_t i = 0; i < count; ++i) {
     const Patch& patch = patches_[i];
     heights_[i] = kNoHeight;
     if (patch.count == 0) continue;
-    any_marked = true;
     const auto mean_mm = patch.sum_mm / patch.count;
     heights_[i] = static_cast<float>(mean_mm) * 0.001F;
   }
-  if (!any_marked) {
+  if (!any_marked_) {
     for (std::size_t i = 0; i < count; ++i) {
       if (patches_[i].lowest_mm == std::numeric_limits<std::int32_t>::max()) continue;
       heights_[i] = static_cast<float>(patches_[i].lowest_mm) * 0.001F;
     }
   }
   fill_gaps();
-  if (!any_marked) lower_to_ramps();
+  if (!any_marked_) lower_to_ramps();
 }
 
 // The lowest cell of a patch may be halfway up a wall or a table top: ground is what lies below

@@ -86,8 +86,14 @@ bool PlaneVoxels::fit(const Voxel& voxel, std::uint64_t key, PlanePatch& patch) 
       covariance(column, row) = covariance(row, column);
     }
   }
-  const SymmetricEigen<double> eigen = symmetric_eigen<double>(covariance * (step_m * step_m));
-  if (!(eigen.values(0) < static_cast<double>(config_.plane_max_variance_m2))) return false;
+  covariance *= step_m * step_m;
+  // Most voxels that are no plane are lumps. The smallest eigenvalue is the determinant over the
+  // product of the others, which is at most a quarter of the trace squared.
+  const double half_trace = 0.5 * covariance.trace();
+  const auto max_variance = static_cast<double>(config_.plane_max_variance_m2);
+  if (!(covariance.determinant() < max_variance * half_trace * half_trace)) return false;
+  const SymmetricEigen<double> eigen = symmetric_eigen<double>(covariance);
+  if (!(eigen.values(0) < max_variance)) return false;
   if (!(eigen.values(1) > kMinSpreadRatio * eigen.values(2))) return false;
   if (!(eigen.values(0) < kMaxFlatRatio * eigen.values(1))) return false;
 

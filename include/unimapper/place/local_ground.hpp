@@ -18,8 +18,11 @@ class LocalGround {
 
   void clear() noexcept;
 
-  /// Takes a cell, ground or not. O(1).
+  /// Takes a cell, ground or not. Others than ground matter only where nothing is marked. O(1).
   void add(const FineCell& cell) noexcept;
+
+  /// True once a cell marked as ground was taken.
+  [[nodiscard]] bool any_marked() const noexcept { return any_marked_; }
 
   /// Averages the cells marked as ground; where none are, the lowest cells around, no steeper
   /// than a ramp, stand in (rooms without a marked floor, places beyond the ground's reach).
@@ -53,6 +56,7 @@ class LocalGround {
   void lower_to_ramps() noexcept;
   void fill_gaps() noexcept;
 
+  bool any_marked_ = false;
   Patch* patches_ = nullptr;
   float* heights_ = nullptr;
   std::int32_t width_ = 0;
