@@ -308,7 +308,7 @@ typedef struct um_config {
   uint32_t loop_search_min_inliers;
   /** Roll and pitch between levelled frames, (0, 0.5] */
   float loop_search_max_tilt_rad;
-  /** Candidates from here on are accepted, [0, 1] */
+  /** Candidates that are right with at least this probability are accepted, [0, 1] */
   float loop_search_accept_confidence;
 
   /* Triangles formed from the keypoints */

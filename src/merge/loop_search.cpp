@@ -26,7 +26,7 @@ LoopSearchConfig database_config(const std::vector<SessionData>& sessions, std::
   }
   config.max_places = static_cast<std::uint32_t>(std::clamp<std::size_t>(places, 1, 1U << 20U));
   // The base has more time than a robot, and more sessions that must not crowd each other out.
-  config.max_compared = 2'000'000;
+  config.max_compared = 1'000'000;
   config.max_matches = 1U << 20U;
   config.max_bucket = 1U << 24U;
   config.max_per_session = std::max(per_session, config.max_verified);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "unimapper/place/loop_confidence.hpp"
+
 namespace unimapper {
 namespace {
 
@@ -27,6 +29,7 @@ bool is_finite(const PlanePatch& patch) noexcept {
 
 void PlaceDatabase::attach(Arena& arena, const LoopSearchConfig& config) noexcept {
   config_ = config;
+  accept_score_ = score_of(config.accept_confidence);
   const std::size_t places = config.max_places;
   table_.attach(arena, config);
   places_ = arena.allocate<Place>(places);
@@ -144,6 +147,10 @@ std::span<const LoopCandidate> PlaceDatabase::search(const PlaceView& query, Pla
     ++verified;
     LoopCandidate result;
     if (verify(hypothesis, result)) keep(result);
+  }
+  for (LoopCandidate& result : results_) {
+    result.accepted = result.confidence >= accept_score_;
+    result.confidence = probability_of(result.confidence);
   }
   std::sort(results_.begin(), results_.end(), [](const LoopCandidate& a, const LoopCandidate& b) {
     if (a.confidence != b.confidence) return a.confidence > b.confidence;

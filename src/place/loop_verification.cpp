@@ -13,8 +13,8 @@ namespace {
 // and their share of the smaller place's keypoints.
 constexpr float kHalfCount = 4.0F;
 constexpr float kHalfShare = 0.1F;
-// Shapes the confidence so that accept_confidence 0.5 lies above what chance reaches; see
-// docs/design on keypoints and search.
+// Shapes the score so that 0.5 lies above what chance reaches; see docs/design on keypoints and
+// search.
 constexpr float kEvenProduct = 0.47F;
 
 // Refinement improves the keypoints' agreement too, but not by more than this leaves room for.
@@ -179,7 +179,7 @@ bool PlaceDatabase::examine(const Hypothesis& hypothesis, LoopCandidate& result)
   const float certainty = certainty_of(hypothesis.evidence, strongest_rival(hypothesis));
   // Where not even perfect planes could make the match acceptable, its pose is left as it is.
   const float ceiling = confidence_of(hypothesis.evidence, smaller, 1.0F) * certainty;
-  if (ceiling > kWorthRefining * config_.accept_confidence) {
+  if (ceiling > kWorthRefining * accept_score_) {
     pose = overlap_.refine(pose);
     if (pose.rotation(2, 2) < level) return false;
   }
@@ -193,7 +193,6 @@ bool PlaceDatabase::examine(const Hypothesis& hypothesis, LoopCandidate& result)
   result.plane_overlap = overlap.overlap;
   result.T_match_query = pose;
   result.confidence = confidence_of(evidence, smaller, overlap.overlap) * certainty;
-  result.accepted = result.confidence >= config_.accept_confidence;
   return true;
 }
 
@@ -201,7 +200,7 @@ bool PlaceDatabase::verify(const Hypothesis& hypothesis, LoopCandidate& result) 
   load_targets(hypothesis.place);
   load_planes(hypothesis.place);
   if (!examine(hypothesis, result)) return false;
-  if (result.confidence < kWorthDoubting * config_.accept_confidence) return true;
+  if (result.confidence < kWorthDoubting * accept_score_) return true;
 
   doubt(hypothesis, result);
   return true;
@@ -236,7 +235,6 @@ void PlaceDatabase::doubt(const Hypothesis& hypothesis, LoopCandidate& result) n
     doubts_.push_back({place.id.session,
                        place.T_session_place * seen_from_above(result.T_match_query), certainty});
   }
-  result.accepted = result.confidence >= config_.accept_confidence;
 }
 
 }  // namespace unimapper

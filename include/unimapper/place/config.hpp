@@ -74,7 +74,8 @@ struct LoopSearchConfig {
   float inlier_distance_m = 0.8F;  ///< keypoints that agree with a pose, [0.2, 3]
   std::uint32_t min_inliers = 5;   ///< fewer are no hypothesis, [3, 255]
   float max_tilt_rad = 0.09F;      ///< roll and pitch between levelled frames, (0, 0.5]
-  float accept_confidence = 0.5F;  ///< candidates from here on are accepted, [0, 1]
+  /// Candidates that are right with at least this probability are accepted, [0, 1].
+  float accept_confidence = 0.97F;
 
   /// `kOk`, or what is wrong in words.
   [[nodiscard]] Error validate() const noexcept;

@@ -33,8 +33,9 @@ struct SearchScope {
   std::uint32_t min_keyframe_gap = 0;
 };
 
-/// A possible revisit. `confidence` in [0, 1] rises with the evidence; `accepted` tells whether
-/// it passed the configured thresholds, otherwise it is reported for evaluation only.
+/// A possible revisit. `confidence` is the probability that the pose is right (see
+/// `probability_of`): a threshold on it is a precision. `accepted` tells whether it reaches the
+/// configured one, otherwise it is reported for evaluation only.
 struct LoopCandidate {
   PlaceId match;
   float confidence = 0.0F;
@@ -153,6 +154,7 @@ class PlaceDatabase {
   FixedVector<PointPair> pairs_;
   float* rival_votes_ = nullptr;  // a square of shifts
   PlaneOverlap overlap_;
+  float accept_score_ = 0.5F;  // what `accept_confidence` is as a score
   FixedVector<Doubt> doubts_;  // of the search under way
   FixedVector<LoopCandidate> results_;
 };

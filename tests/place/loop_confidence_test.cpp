@@ -1,0 +1,26 @@
+// Scores and probabilities.
+#include "unimapper/place/loop_confidence.hpp"
+
+#include <catch2/catch.hpp>
+
+using namespace unimapper;
+
+TEST_CASE("a better score is worth more, from never to always") {
+  CHECK(probability_of(0.0F) == 0.0F);
+  CHECK(probability_of(1.0F) == 1.0F);
+  float last = -1.0F;
+  for (int i = 0; i <= 1000; ++i) {
+    const float probability = probability_of(static_cast<float>(i) / 1000.0F);
+    CHECK(probability > last);
+    CHECK(probability <= 1.0F);
+    last = probability;
+  }
+}
+
+TEST_CASE("a probability asked for is the score that is worth it") {
+  for (int i = 0; i <= 1000; ++i) {
+    const float score = static_cast<float>(i) / 1000.0F;
+    CHECK(score_of(probability_of(score)) == Approx(score).margin(1e-4));
+  }
+  CHECK(score_of(0.97F) == Approx(0.5F).margin(1e-6));
+}
