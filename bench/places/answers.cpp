@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "bench/places/in_arena.hpp"
 #include "bench/places/parallel.hpp"
 #include "bench/places/stopwatch.hpp"
+#include "unimapper/merge/in_arena.hpp"
 
 namespace unimapper::bench {
 namespace {
@@ -65,7 +65,7 @@ PlaceAnswers ask_database(const SceneDrive& references, const SceneDrive& querie
   const Drives& strangers = crowd.empty() ? nobody : crowd.at(variant.described_as);
   const std::vector<OwnedPlace>& stored = references.described.at(variant.described_as);
   const std::vector<OwnedPlace>& asked = queries.described.at(variant.described_as);
-  InArena<PlaceDatabase> database(fitting(variant, stored.size() + count_places(strangers)));
+  merge::InArena<PlaceDatabase> database(fitting(variant, stored.size() + count_places(strangers)));
   for (std::size_t i = 0; i < stored.size(); ++i) {
     database->insert(stored[i].view(), {kKnownDrive, static_cast<std::uint32_t>(i)},
                      references.drive.keyframes[i].T_odometry_keyframe);

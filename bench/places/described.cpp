@@ -1,7 +1,7 @@
 #include "bench/places/described.hpp"
 
-#include "bench/places/in_arena.hpp"
 #include "bench/places/stopwatch.hpp"
+#include "unimapper/merge/in_arena.hpp"
 #include "unimapper/place/describer.hpp"
 
 namespace unimapper::bench {
@@ -34,7 +34,7 @@ void move_cells(std::vector<FineCell>& cells, const Pose& pose) {
 
 std::vector<OwnedPlace> describe(const Drive& drive, const DescriptorConfig& config,
                                  const DescriptionVariant& variant) {
-  InArena<PlaceDescriber> describer(config);
+  merge::InArena<PlaceDescriber> describer(config);
   std::vector<OwnedPlace> places;
   for (const PlaceKeyframe& keyframe : drive.keyframes) {
     OwnedPlace place;

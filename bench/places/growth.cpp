@@ -120,7 +120,7 @@ class GrowingDatabase {
     }
   }
 
-  InArena<PlaceDatabase> database_;
+  merge::InArena<PlaceDatabase> database_;
   std::vector<double> insert_ms_;
 };
 

@@ -8,7 +8,7 @@
 
 #include "bench/places/described.hpp"
 #include "bench/places/drive.hpp"
-#include "bench/places/in_arena.hpp"
+#include "unimapper/merge/in_arena.hpp"
 #include "unimapper/place/database.hpp"
 
 namespace unimapper::bench {

@@ -6,8 +6,8 @@
 #include <tuple>
 #include <utility>
 
-#include "in_arena.hpp"
 #include "parallel.hpp"
+#include "unimapper/merge/in_arena.hpp"
 #include "unimapper/merge/plane_restorer.hpp"
 #include "unimapper/place/database.hpp"
 

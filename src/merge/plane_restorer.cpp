@@ -1,6 +1,6 @@
 #include "unimapper/merge/plane_restorer.hpp"
 
-#include "in_arena.hpp"
+#include "unimapper/merge/in_arena.hpp"
 #include "unimapper/place/describer.hpp"
 
 namespace unimapper::merge {

@@ -22,13 +22,16 @@ class InArena {
     }
     Arena measuring = Arena::measuring();
     component_.attach(measuring, config);
-    memory_.reset(static_cast<std::byte*>(
-        ::operator new (measuring.used(), std::align_val_t{Arena::kAlignment})));
-    Arena arena(memory_.get(), measuring.used());
+    bytes_ = measuring.used();
+    memory_.reset(
+        static_cast<std::byte*>(::operator new (bytes_, std::align_val_t{Arena::kAlignment})));
+    Arena arena(memory_.get(), bytes_);
     component_.attach(arena, config);
   }
   Component& operator*() { return component_; }
   Component* operator->() { return &component_; }
+  /// Of the memory laid out.
+  [[nodiscard]] std::size_t bytes() const { return bytes_; }
 
  private:
   struct Release {
@@ -37,6 +40,7 @@ class InArena {
     }
   };
   Component component_;
+  std::size_t bytes_ = 0;
   std::unique_ptr<std::byte, Release> memory_;
 };
 
