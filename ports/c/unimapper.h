@@ -292,7 +292,7 @@ typedef struct um_config {
   /** Triangles kept in one hash bucket, [5, 2^24] */
   uint32_t loop_search_max_bucket;
   /** Stored triangles a search compares: bounds its time however many places there are. Beyond,
-   *  the query's triangles of the commonest shapes are left out, [1000, 2^30]. */
+   *  the query's triangles of farther neighbours are left out, [1000, 2^30]. */
   uint32_t loop_search_max_compared;
   /** Matched triangles kept per search, [64, 2^24] */
   uint32_t loop_search_max_matches;

@@ -39,7 +39,6 @@ void PlaceDatabase::attach(Arena& arena, const LoopSearchConfig& config) noexcep
   planes_ = arena.allocate<StoredPlane>(places * config.max_planes);
   keypoints_.attach(arena, config.max_keypoints);
   triangles_.attach(arena, config.triangles.max_triangles);
-  crowds_.attach(arena, config.triangles.max_triangles);
   votes_.attach(arena, config);
   hypotheses_.attach(arena, PoseVotes::max_peaks(config));
   match_planes_.attach(arena, config.max_planes);
@@ -136,7 +135,6 @@ std::span<const LoopCandidate> PlaceDatabase::search(const PlaceView& query, Pla
   results_.clear();
   if (capacity_ == 0) return results_.view();
   load_query(query);
-  choose_triangles();
   vote(query_id, scope);
   form_hypotheses();
   overlap_.set_query(query.planes);

@@ -16,35 +16,15 @@ void PlaceDatabase::load_query(const PlaceView& query) noexcept {
   build_triangles(keypoints_.view(), config_.triangles, triangles_);
 }
 
-// Orders the query's triangles from the rarest shape to the commonest and cuts the list where the
-// search would compare more than it may: what is rare tells places apart.
-void PlaceDatabase::choose_triangles() noexcept {
-  crowds_.clear();
-  std::uint64_t total = 0;
-  for (std::uint32_t i = 0; i < triangles_.size(); ++i) {
-    const std::uint32_t count = table_.crowd(triangles_[i]);
-    if (count == 0) continue;
-    crowds_.push_back({count, i});
-    total += count;
-  }
-  if (total <= config_.max_compared) return;
-  std::sort(crowds_.begin(), crowds_.end(), [](const Crowd& a, const Crowd& b) {
-    return a.count != b.count ? a.count < b.count : a.triangle < b.triangle;
-  });
-  std::uint64_t compared = 0;
-  std::size_t kept = 0;
-  while (kept < crowds_.size()) {
-    compared += crowds_[kept].count;
-    if (compared > config_.max_compared) break;
-    ++kept;
-  }
-  crowds_.resize_uninitialized(kept);
-}
-
+// Triangles of near neighbours come first; where the search would compare more than it may, those
+// of farther ones are left out. (Asking the rarest shapes first finds fewer: what is rare repeats
+// less.)
 void PlaceDatabase::vote(PlaceId query_id, const SearchScope& scope) noexcept {
   votes_.clear();
-  for (const Crowd& crowd : crowds_) {
-    const Triangle& triangle = triangles_[crowd.triangle];
+  std::uint64_t compared = 0;
+  for (const Triangle& triangle : triangles_) {
+    compared += table_.crowd(triangle);
+    if (compared > config_.max_compared) break;
     table_.find(triangle, [&](const TriangleEntry& entry) {
       if (!in_scope(places_[entry.place], query_id, scope)) return;
       // The sides make a vote; products of normals that agree make it count more. They do not

@@ -89,11 +89,6 @@ class PlaceDatabase {
     std::uint16_t planes;
     std::uint16_t triangles;
   };
-  // How many stored triangles one of the query would be compared with.
-  struct Crowd {
-    std::uint32_t count;
-    std::uint32_t triangle;
-  };
   struct Hypothesis {
     std::uint32_t place;
     std::uint32_t votes;
@@ -114,7 +109,6 @@ class PlaceDatabase {
   std::uint32_t free_slot() noexcept;
   void forget(std::uint32_t slot) noexcept;
   void load_query(const PlaceView& query) noexcept;
-  void choose_triangles() noexcept;
   void vote(PlaceId query_id, const SearchScope& scope) noexcept;
   void form_hypotheses() noexcept;
   void limit_candidates() noexcept;
@@ -146,7 +140,6 @@ class PlaceDatabase {
   // Scratch of one search or insertion.
   FixedVector<Keypoint> keypoints_;  // the finite ones of the place at hand
   FixedVector<Triangle> triangles_;
-  FixedVector<Crowd> crowds_;
   PoseVotes votes_;
   FixedVector<Hypothesis> hypotheses_;
   KeypointGrid targets_;  // of the place under examination
