@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "bench/places/parallel.hpp"
 #include "bench/places/stopwatch.hpp"
+#include "src/merge/parallel.hpp"
 #include "unimapper/merge/in_arena.hpp"
 
 namespace unimapper::bench {
@@ -47,7 +47,7 @@ Crowd read_crowd(const std::vector<std::filesystem::path>& runs,
     descriptions = std::max(descriptions, variant.described_as + 1);
   }
   Crowd crowd(runs.empty() ? 0 : descriptions, Drives(runs.size()));
-  on_all_cores(runs.size(), [&](std::size_t i) {
+  merge::parallel_for(runs.size(), 0, [&](std::size_t i) {
     const Drive drive = read_drive_without_truth(runs[i]);
     for (const Variant& variant : variants) {
       std::vector<OwnedPlace>& places = crowd[variant.described_as][i];

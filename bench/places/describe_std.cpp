@@ -5,10 +5,10 @@
 #include <filesystem>
 
 #include "bench/places/drive.hpp"
-#include "bench/places/parallel.hpp"
 #include "bench/places/std_file.hpp"
 #include "bench/places/stopwatch.hpp"
 #include "ports/datasets/dataset.hpp"
+#include "src/merge/parallel.hpp"
 
 namespace {
 
@@ -39,7 +39,7 @@ void describe_run(const std::filesystem::path& run, const std::filesystem::path&
   const Drive drive = read_drive_without_truth(run);
   const auto dataset = datasets::open_dataset(recording);
   std::vector<StdKeyframe> described(drive.keyframes.size());
-  on_all_cores(drive.keyframes.size(), [&](std::size_t i) {
+  merge::parallel_for(drive.keyframes.size(), 0, [&](std::size_t i) {
     described[i] = describe_keyframe(drive.keyframes[i], *dataset);
   });
   write_std_file(run / "std.places", described);

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "bench/places/growth.hpp"
-#include "bench/places/parallel.hpp"
 #include "ports/datasets/writers.hpp"
+#include "src/merge/parallel.hpp"
 #include "unimapper/place/triangle_table.hpp"
 
 namespace {
@@ -51,7 +51,7 @@ std::vector<std::uint32_t> up_to(std::span<const std::uint32_t> sizes, std::size
 
 std::vector<DescribedDrive> read_strangers(const std::vector<fs::path>& runs) {
   std::vector<DescribedDrive> drives(runs.size());
-  on_all_cores(runs.size(), [&](std::size_t i) {
+  merge::parallel_for(runs.size(), 0, [&](std::size_t i) {
     drives[i] = read_and_describe(runs[i], false);
     drives[i].drive = {};  // only the places are of use
   });

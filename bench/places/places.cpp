@@ -5,11 +5,11 @@
 
 #include "bench/places/options.hpp"
 #include "bench/places/pair_row.hpp"
-#include "bench/places/parallel.hpp"
 #include "bench/places/results.hpp"
 #include "bench/places/scene.hpp"
 #include "bench/places/tables.hpp"
 #include "src/apps/config_file.hpp"
+#include "src/merge/parallel.hpp"
 
 namespace {
 
@@ -37,7 +37,7 @@ std::vector<DrivePair> pairs_of(const Scene& scene, const PlacesOptions& options
       }
     }
   }
-  on_all_cores(pairs.size(), [&](std::size_t i) { fill_view(pairs[i]); });
+  merge::parallel_for(pairs.size(), 0, [&](std::size_t i) { fill_view(pairs[i]); });
   return pairs;
 }
 
@@ -52,7 +52,7 @@ void add_rows(const std::vector<DrivePair>& pairs, const std::vector<Variant>& v
               const Crowd& crowd, const PlacesOptions& options, Results& results) {
   for (std::size_t v = 0; v < variants.size(); ++v) {
     std::vector<PairRow> rows(pairs.size());
-    on_all_cores(pairs.size(), [&](std::size_t i) {
+    merge::parallel_for(pairs.size(), 0, [&](std::size_t i) {
       rows[i] = database_row(pairs[i], variants[v], crowd, options.row);
     });
     auto& known = results.variants[v].rows;
@@ -63,8 +63,8 @@ void add_rows(const std::vector<DrivePair>& pairs, const std::vector<Variant>& v
     if (has_baseline(pair, options)) with_baseline.push_back(pair);
   }
   std::vector<PairRow> rows(with_baseline.size());
-  on_all_cores(with_baseline.size(),
-               [&](std::size_t i) { rows[i] = std_row(with_baseline[i], options.row); });
+  merge::parallel_for(with_baseline.size(), 0,
+                      [&](std::size_t i) { rows[i] = std_row(with_baseline[i], options.row); });
   results.baseline.insert(results.baseline.end(), rows.begin(), rows.end());
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "bench/places/parallel.hpp"
+#include "src/merge/parallel.hpp"
 
 namespace unimapper::bench {
 namespace {
@@ -61,7 +61,7 @@ Scene read_scene(const std::filesystem::path& folder, const std::vector<std::str
       scene.drives.back().route = route;
     }
   }
-  on_all_cores(scene.drives.size(), [&](std::size_t i) {
+  merge::parallel_for(scene.drives.size(), 0, [&](std::size_t i) {
     SceneDrive& drive = scene.drives[i];
     const std::filesystem::path run = folder / (drive.sensor + "-" + drive.route);
     drive.drive = read_drive(run);

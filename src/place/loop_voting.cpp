@@ -54,6 +54,8 @@ void PlaceDatabase::form_hypotheses() noexcept {
   }
   const auto better = [this](const Hypothesis& a, const Hypothesis& b) {
     if (a.score != b.score) return a.score > b.score;
+    // Two peaks of one place may have as many votes.
+    if (a.place == b.place) return a.pose.x != b.pose.x ? a.pose.x < b.pose.x : a.pose.y < b.pose.y;
     return comes_before(places_[a.place].id, places_[b.place].id);
   };
   std::sort(hypotheses_.begin(), hypotheses_.end(), better);

@@ -59,8 +59,8 @@ class PlaceDatabase {
   void insert(const PlaceView& place, PlaceId id, const Pose& T_session_place) noexcept;
 
   /// At most `LoopSearchConfig::max_results` candidates, best first; ties are broken by id, so
-  /// the answer is deterministic. The view stays valid until the next call. Bounded work:
-  /// independent of how many places are stored beyond the configured bucket bounds.
+  /// the answer is deterministic. The view stays valid until the next call. Bounded work,
+  /// however many places are stored: at most `max_compared` triangles are compared.
   std::span<const LoopCandidate> search(const PlaceView& query, PlaceId query_id,
                                         const SearchScope& scope) noexcept;
 
