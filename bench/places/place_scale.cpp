@@ -8,6 +8,7 @@
 
 #include "bench/places/growth.hpp"
 #include "ports/datasets/writers.hpp"
+#include "src/merge/loop_search.hpp"
 #include "src/merge/parallel.hpp"
 #include "unimapper/place/triangle_table.hpp"
 
@@ -29,17 +30,6 @@ struct ScaleOptions {
   std::uint32_t largest = 100000;
   std::uint32_t seed = 1;
 };
-
-/// What the merger searches the places of many sessions with.
-LoopSearchConfig base_config(std::uint32_t places) {
-  LoopSearchConfig config;
-  config.max_places = places;
-  config.max_planes = 1024;
-  config.max_compared = 1000000;
-  config.max_matches = 1U << 20U;
-  config.max_bucket = 1U << 24U;
-  return config;
-}
 
 std::vector<std::uint32_t> up_to(std::span<const std::uint32_t> sizes, std::size_t largest) {
   std::vector<std::uint32_t> result;
@@ -105,8 +95,8 @@ void measure(const ScaleOptions& options) {
            up_to(kOnboardSizes, std::min<std::size_t>(available, options.largest)), onboard_config);
   print_growth("onboard", onboard);
   const auto sizes = up_to(kBaseSizes, options.largest);
-  const Growth base =
-      grow(task, mixed_halves(drives, options.seed), sizes, base_config(sizes.back()));
+  const Growth base = grow(task, mixed_halves(drives, options.seed), sizes,
+                           merge::base_search_config(sizes.back()));
   print_growth("base", base);
   if (options.out.empty()) return;
   datasets::make_directory(options.out);

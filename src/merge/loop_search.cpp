@@ -16,7 +16,8 @@ namespace {
 
 LoopSearchConfig database_config(const std::vector<SessionData>& sessions, std::size_t places,
                                  std::size_t others, std::uint32_t per_session) {
-  LoopSearchConfig config;
+  LoopSearchConfig config =
+      base_search_config(static_cast<std::uint32_t>(std::clamp<std::size_t>(places, 1, 1U << 20U)));
   for (const auto& session : sessions) {
     for (const auto& keyframe : session.keyframes) {
       config.max_keypoints = std::max(
@@ -24,11 +25,7 @@ LoopSearchConfig database_config(const std::vector<SessionData>& sessions, std::
           static_cast<std::uint32_t>(std::min<std::size_t>(keyframe.keypoints.size(), 255)));
     }
   }
-  config.max_places = static_cast<std::uint32_t>(std::clamp<std::size_t>(places, 1, 1U << 20U));
-  // The base has more time than a robot, and more sessions that must not crowd each other out.
-  config.max_compared = 1'000'000;
-  config.max_matches = 1U << 20U;
-  config.max_bucket = 1U << 24U;
+  // Sessions must not crowd each other out.
   config.max_per_session = std::max(per_session, config.max_verified);
   const auto wanted = static_cast<std::uint32_t>(std::min<std::size_t>(others * per_session, 256));
   config.max_results = std::max(config.max_results, wanted);
@@ -88,6 +85,18 @@ std::vector<LoopProposal> own_loops(const std::vector<SessionData>& sessions, st
 }
 
 }  // namespace
+
+LoopSearchConfig base_search_config(std::uint32_t places) {
+  LoopSearchConfig config;
+  config.max_places = places;
+  config.max_planes = 1024;
+  config.triangles.max_triangles = 350;
+  config.max_compared = 4'000'000;
+  config.max_matches = 1U << 20U;
+  config.max_bucket = 1U << 24U;
+  config.max_candidates = 100;
+  return config;
+}
 
 std::vector<LoopProposal> propose_own_loops(const std::vector<SessionData>& sessions,
                                             const LoopConfig& config, unsigned threads) {

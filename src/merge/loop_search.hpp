@@ -1,11 +1,13 @@
 // Candidates for loops, from the places the robots sent.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "unimapper/merge/keyframe_record.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
+#include "unimapper/place/config.hpp"
 
 namespace unimapper::merge {
 
@@ -17,6 +19,11 @@ struct LoopProposal {
   double confidence = 0.0;
   bool likely = false;  ///< passed the descriptor's own thresholds
 };
+
+/// How the base searches a database of `places`. It has more time than a robot; of very many places
+/// it stores fewer triangles each, and looks at more candidates instead: there chance finds others
+/// with almost as many votes as the right one.
+LoopSearchConfig base_search_config(std::uint32_t places);
 
 /// Candidates within each session: keyframes in their order, only earlier ones searched.
 std::vector<LoopProposal> propose_own_loops(const std::vector<SessionData>& sessions,

@@ -8,10 +8,9 @@
 namespace unimapper {
 namespace {
 
-constexpr float kPatchSize = 2.0F;
 constexpr float kNoHeight = 1e9F;
 // Stand-in ground climbs at most this much per patch: 30 %, the steepest road.
-constexpr float kClimbPerPatch = 0.3F * kPatchSize;
+constexpr float kClimbPerPatch = 0.3F * 2.0F;
 
 }  // namespace
 
@@ -139,21 +138,6 @@ void LocalGround::fill_gaps() noexcept {
   for (std::int32_t i = 0; i < width_ * width_; ++i) {
     if (heights_[i] == kNoHeight) heights_[i] = 0.0F;
   }
-}
-
-float LocalGround::height(float x, float y) const noexcept {
-  if (width_ < 2) return 0.0F;
-  const float limit = static_cast<float>(width_) - 1.001F;
-  const float u = std::clamp((x + half_extent_m_) / kPatchSize - 0.5F, 0.0F, limit);
-  const float v = std::clamp((y + half_extent_m_) / kPatchSize - 0.5F, 0.0F, limit);
-  const auto column = static_cast<std::int32_t>(u);
-  const auto row = static_cast<std::int32_t>(v);
-  const float fu = u - static_cast<float>(column);
-  const float fv = v - static_cast<float>(row);
-  const float* at = heights_ + row * width_ + column;
-  const float near = at[0] + fu * (at[1] - at[0]);
-  const float far = at[width_] + fu * (at[width_ + 1] - at[width_]);
-  return near + fv * (far - near);
 }
 
 }  // namespace unimapper

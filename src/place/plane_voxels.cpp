@@ -5,6 +5,7 @@
 
 #include "unimapper/core/symmetric_eigen.hpp"
 #include "unimapper/core/voxel_key.hpp"
+#include "unimapper/place/cell_steps.hpp"
 
 namespace unimapper {
 namespace {
@@ -14,7 +15,13 @@ namespace {
 constexpr double kMinSpreadRatio = 0.05;
 // ... and the thickness at most this share of the smaller spread, otherwise it is a lump.
 constexpr double kMaxFlatRatio = 0.25;
+// Moments are in 1/512 of a voxel's size.
+constexpr std::int32_t kStepBits = 9;
 constexpr float kSteps = 512.0F;
+// Voxels are counted from so many below the origin, which is farther than any cell lies.
+constexpr std::int32_t kOrigin = 512;
+constexpr float kOriginVoxels = 512.0F;
+
 // A total order on patches, so that selection does not depend on how they were found.
 bool comes_first(const PlanePatch& a, const PlanePatch& b) noexcept {
   if (is_upright(a.normal) != is_upright(b.normal)) return is_upright(a.normal);
@@ -37,52 +44,73 @@ void PlaneVoxels::attach(Arena& arena, const DescriptorConfig& config) noexcept 
   planes_.attach(arena, config.max_planes);
 }
 
-void PlaneVoxels::add(const FineCell& cell, RecentVoxels& recent) noexcept {
-  const float inverse_size = 1.0F / config_.voxel_size_m;
-  const VoxelIndex index = voxel_index(cell.position, inverse_size);
-  const std::uint32_t entry =
-      recent.entry(index, [this](VoxelKey key) { return voxels_.find_or_insert(key); });
-  if (entry == FixedHashMap<Voxel>::kNotFound) {
-    ++dropped_;
-    return;
+// Cells that follow each other mostly lie in one voxel: their moments are summed up before they are
+// added to the table.
+void PlaneVoxels::collect(std::span<const FineCell> structure) noexcept {
+  const CellSteps grid(kSteps / config_.voxel_size_m, kOriginVoxels * kSteps);
+  RecentVoxels recent;
+  VoxelIndex current;
+  Moments run{};
+  for (const FineCell& cell : structure) {
+    const CellSteps::Steps at = grid.of(cell);
+    const VoxelIndex index{at.x >> kStepBits, at.y >> kStepBits, at.z >> kStepBits};
+    if (!(index == current)) {
+      add(current, run, recent);
+      current = index;
+      run = {};
+    }
+    constexpr std::int32_t kWithin = (1 << kStepBits) - 1;
+    const auto x = static_cast<std::uint32_t>(at.x & kWithin);
+    const auto y = static_cast<std::uint32_t>(at.y & kWithin);
+    const auto z = static_cast<std::uint32_t>(at.z & kWithin);
+    ++run.count;
+    run.sum[0] += x;
+    run.sum[1] += y;
+    run.sum[2] += z;
+    run.product[0] += x * x;
+    run.product[1] += x * y;
+    run.product[2] += x * z;
+    run.product[3] += y * y;
+    run.product[4] += y * z;
+    run.product[5] += z * z;
+    // A voxel takes no more, and no sum may overflow before it says so.
+    if (run.count == kMaxCells) {
+      add(current, run, recent);
+      run = {};
+    }
   }
-  Voxel& voxel = voxels_[entry];
-  if (voxel.count == kMaxCells) {
-    ++dropped_;
-    return;
-  }
-  const auto step = [&](float value, std::int32_t voxel_start) {
-    const float within = value * inverse_size - static_cast<float>(voxel_start);
-    return static_cast<std::uint32_t>(static_cast<std::int32_t>(within * kSteps)) & 511U;
-  };
-  const std::uint32_t x = step(cell.position.x(), index.x);
-  const std::uint32_t y = step(cell.position.y(), index.y);
-  const std::uint32_t z = step(cell.position.z(), index.z);
-  ++voxel.count;
-  voxel.sum[0] += x;
-  voxel.sum[1] += y;
-  voxel.sum[2] += z;
-  voxel.product[0] += x * x;
-  voxel.product[1] += x * y;
-  voxel.product[2] += x * z;
-  voxel.product[3] += y * y;
-  voxel.product[4] += y * z;
-  voxel.product[5] += z * z;
+  add(current, run, recent);
 }
 
-bool PlaneVoxels::fit(const Voxel& voxel, std::uint64_t key, PlanePatch& patch) const noexcept {
-  if (voxel.count < config_.plane_min_cells) return false;
-  const double n = voxel.count;
+void PlaneVoxels::add(const VoxelIndex& steps, const Moments& run, RecentVoxels& recent) noexcept {
+  if (run.count == 0) return;
+  const VoxelIndex index{steps.x - kOrigin, steps.y - kOrigin, steps.z - kOrigin};
+  const std::uint32_t entry =
+      recent.entry(index, [this](VoxelKey key) { return voxels_.find_or_insert(key); });
+  if (entry == FixedHashMap<Voxel>::kNotFound ||
+      voxels_[entry].moments.count + run.count > kMaxCells) {
+    dropped_ += run.count;
+    return;
+  }
+  Moments& moments = voxels_[entry].moments;
+  moments.count += run.count;
+  for (int i = 0; i < 3; ++i) moments.sum[i] += run.sum[i];
+  for (int i = 0; i < 6; ++i) moments.product[i] += run.product[i];
+}
+
+bool PlaneVoxels::fit(const Moments& moments, std::uint64_t key, PlanePatch& patch) const noexcept {
+  if (moments.count < config_.plane_min_cells) return false;
+  const double n = moments.count;
   const double step_m = static_cast<double>(config_.voxel_size_m) / static_cast<double>(kSteps);
-  const Eigen::Vector3d mean(static_cast<double>(voxel.sum[0]) / n,
-                             static_cast<double>(voxel.sum[1]) / n,
-                             static_cast<double>(voxel.sum[2]) / n);
+  const Eigen::Vector3d mean(static_cast<double>(moments.sum[0]) / n,
+                             static_cast<double>(moments.sum[1]) / n,
+                             static_cast<double>(moments.sum[2]) / n);
   Eigen::Matrix3d covariance;
   int k = 0;
   for (int row = 0; row < 3; ++row) {
     for (int column = row; column < 3; ++column, ++k) {
       covariance(row, column) =
-          static_cast<double>(voxel.product[k]) / n - mean(row) * mean(column);
+          static_cast<double>(moments.product[k]) / n - mean(row) * mean(column);
       covariance(column, row) = covariance(row, column);
     }
   }
@@ -116,11 +144,10 @@ void PlaneVoxels::build(std::span<const FineCell> structure, const LocalGround& 
   all_.clear();
   order_.clear();
   planes_.clear();
-  RecentVoxels recent;
-  for (const FineCell& cell : structure) add(cell, recent);
+  collect(structure);
   for (std::uint32_t i = 0; i < voxels_.size(); ++i) {
     PlanePatch patch;
-    if (!fit(voxels_[i], voxels_.key(i), patch)) continue;
+    if (!fit(voxels_[i].moments, voxels_.key(i), patch)) continue;
     all_.push_back(patch);
     order_.push_back(static_cast<std::uint32_t>(all_.size() - 1));
     voxels_[i].plane = static_cast<std::uint32_t>(all_.size());

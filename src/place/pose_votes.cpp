@@ -39,7 +39,7 @@ void PoseVotes::attach(Arena& arena, const LoopSearchConfig& config) noexcept {
   votes_.attach(arena, config.max_matches);
   const std::size_t slots = std::bit_ceil(std::size_t{4} * config.max_matches);
   for (std::uint8_t*& counts : counts_) counts = arena.allocate<std::uint8_t>(slots);
-  count_mask_ = static_cast<std::uint32_t>(slots - 1);
+  slots_ = arena.allocate<Slots>(config.max_matches);
   const std::size_t kept = std::min<std::size_t>(kMostKept, config.max_matches);
   kept_.attach(arena, kept);
   next_ = arena.allocate<std::uint32_t>(kept);
@@ -60,8 +60,6 @@ void PoseVotes::attach(Arena& arena, const LoopSearchConfig& config) noexcept {
 void PoseVotes::clear() noexcept {
   votes_.clear();
   votes_.reset_refused();
-  if (cosines_ == nullptr) return;
-  for (std::uint8_t* counts : counts_) std::fill_n(counts, count_mask_ + std::size_t{1}, 0);
 }
 
 PlanarPose PoseVotes::pose_of(const PoseVote& vote) const noexcept {
@@ -76,8 +74,9 @@ PlanarPose PoseVotes::pose_of(const PoseVote& vote) const noexcept {
   return pose;
 }
 
-void PoseVotes::locate(const PoseVote& vote, std::uint32_t (&slot)[2]) const noexcept {
+PoseVotes::Slots PoseVotes::slots_of(const PoseVote& vote, std::uint32_t mask) const noexcept {
   const PlanarPose pose = pose_of(vote);
+  Slots slots;
   for (std::uint32_t grid = 0; grid < 2; ++grid) {
     const float half = grid == 0 ? 0.0F : 0.5F;
     const auto turned = static_cast<std::uint16_t>(vote.turn + (grid << (kTurnCellBits - 1)));
@@ -86,39 +85,43 @@ void PoseVotes::locate(const PoseVote& vote, std::uint32_t (&slot)[2]) const noe
     const std::uint64_t cell = (static_cast<std::uint64_t>(vote.place) << 32U) |
                                (static_cast<std::uint64_t>(turned >> kTurnCellBits) << 26U) |
                                ((x & 0x1FFFU) << 13U) | (y & 0x1FFFU);
-    slot[grid] = static_cast<std::uint32_t>(mix_bits(cell)) & count_mask_;
+    slots.in_grid[grid] = static_cast<std::uint32_t>(mix_bits(cell)) & mask;
+  }
+  return slots;
+}
+
+// Only as many slots are used as the votes need: they are cleared for every search, and stay in
+// the cache.
+void PoseVotes::count_votes() noexcept {
+  const std::size_t used = std::bit_ceil(std::max<std::size_t>(1, std::size_t{4} * votes_.size()));
+  for (std::uint8_t* counts : counts_) std::fill_n(counts, used, std::uint8_t{0});
+  const auto mask = static_cast<std::uint32_t>(used - 1);
+  for (std::uint32_t i = 0; i < votes_.size(); ++i) {
+    slots_[i] = slots_of(votes_[i], mask);
+    for (int grid = 0; grid < 2; ++grid) {
+      std::uint8_t& count = counts_[grid][slots_[i].in_grid[grid]];
+      if (count < 255) ++count;
+    }
   }
 }
 
-void PoseVotes::add(const PoseVote& vote) noexcept {
-  if (!votes_.push_back(vote)) return;
-  std::uint32_t slot[2];
-  locate(vote, slot);
-  for (int grid = 0; grid < 2; ++grid) {
-    std::uint8_t& count = counts_[grid][slot[grid]];
-    if (count < 255) ++count;
-  }
-}
-
-// How many votes, itself included, share the better of its two cells.
-std::uint32_t PoseVotes::company_of(const PoseVote& vote) const noexcept {
-  std::uint32_t slot[2];
-  locate(vote, slot);
-  return std::max(counts_[0][slot[0]], counts_[1][slot[1]]);
+// How many votes, the `i`-th included, share the better of its two cells.
+std::uint32_t PoseVotes::company_of(std::uint32_t i) const noexcept {
+  return std::max(counts_[0][slots_[i].in_grid[0]], counts_[1][slots_[i].in_grid[1]]);
 }
 
 // As many as there is room for of those in the largest company.
 void PoseVotes::keep_those_in_company() noexcept {
   kept_.clear();
   std::uint32_t votes_with[256] = {};
-  for (const PoseVote& vote : votes_) ++votes_with[company_of(vote)];
+  for (std::uint32_t i = 0; i < votes_.size(); ++i) ++votes_with[company_of(i)];
   std::uint32_t least = 256;
   std::size_t total = 0;
   while (least > 2 && total + votes_with[least - 1] <= kept_.capacity())
     total += votes_with[--least];
   least = std::min(least, 255U);
   for (std::uint32_t i = 0; i < votes_.size(); ++i) {
-    if (company_of(votes_[i]) < least) continue;
+    if (company_of(i) < least) continue;
     if (!kept_.push_back(i)) break;
   }
 }
@@ -127,6 +130,7 @@ std::span<const PosePeak> PoseVotes::peaks() noexcept {
   peaks_.clear();
   chains_.clear();
   if (cosines_ == nullptr) return {};
+  count_votes();
   keep_those_in_company();
   for (std::uint32_t i = 0; i < kept_.size(); ++i) {
     const std::uint32_t place = votes_[kept_[i]].place;

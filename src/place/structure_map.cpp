@@ -4,11 +4,15 @@
 #include <cmath>
 #include <cstddef>
 
+#include "unimapper/place/cell_steps.hpp"
+
 namespace unimapper {
 namespace {
 
 // A cell's weight in fixed point: integer sums do not depend on the cells' order.
 constexpr float kUnit = 256.0F;
+constexpr std::int32_t kPartBits = 4;
+constexpr std::int32_t kParts = 1 << kPartBits;
 // Binomial weights of a symmetric kernel, from its centre outwards; they approach a Gaussian and
 // need no exponential function.
 void make_kernel(float sigma_m, float step_m, SmoothingKernel& kernel) noexcept {
@@ -111,26 +115,27 @@ void StructureMap::clear_last() noexcept {
 }
 
 void StructureMap::splat(std::span<const FineCell> structure, const LocalGround& ground) noexcept {
-  const float inverse_step = 1.0F / config_.column_size_m;
-  const auto limit = static_cast<float>(width_ - kMargin - 1);
+  // Columns are centred on the nodes of the grid; a cell is spread by sixteenths of a column.
+  const float per_m = static_cast<float>(kParts) / config_.column_size_m;
+  const CellSteps grid(per_m, half_extent_m_ * per_m);
+  const std::int32_t last = width_ - kMargin - 2;
   for (const FineCell& cell : structure) {
     const float above = cell.position.z() - ground.height(cell.position.x(), cell.position.y());
     if (!(above >= config_.min_height_m && above < 64.0F * kSliceHeight)) continue;
-    // Columns are centred on the nodes of the grid.
-    const float u = (cell.position.x() + half_extent_m_) * inverse_step;
-    const float v = (cell.position.y() + half_extent_m_) * inverse_step;
-    if (!(u >= kMargin && v >= kMargin && u < limit && v < limit)) continue;
-    const auto column = static_cast<std::int32_t>(u);
-    const auto row = static_cast<std::int32_t>(v);
-    const auto fu = static_cast<std::int32_t>((u - static_cast<float>(column)) * 16.0F);
-    const auto fv = static_cast<std::int32_t>((v - static_cast<float>(row)) * 16.0F);
+    const CellSteps::Steps steps = grid.of(cell);
+    const std::int32_t column = steps.x >> kPartBits;
+    const std::int32_t row = steps.y >> kPartBits;
+    if (column < kMargin || row < kMargin || column > last || row > last) continue;
+    const std::int32_t fu = steps.x & (kParts - 1);
+    const std::int32_t fv = steps.y & (kParts - 1);
     std::int32_t* at = counts_ + row * width_ + column;
-    at[0] += (16 - fu) * (16 - fv);
-    at[1] += fu * (16 - fv);
-    at[width_] += (16 - fu) * fv;
+    at[0] += (kParts - fu) * (kParts - fv);
+    at[1] += fu * (kParts - fv);
+    at[width_] += (kParts - fu) * fv;
     at[width_ + 1] += fu * fv;
     const auto slice = static_cast<std::uint32_t>(above / kSliceHeight);
-    masks_[(row + (fv >= 8 ? 1 : 0)) * width_ + column + (fu >= 8 ? 1 : 0)] |= 1ULL << slice;
+    masks_[(row + (fv >= kParts / 2 ? 1 : 0)) * width_ + column + (fu >= kParts / 2 ? 1 : 0)] |=
+        1ULL << slice;
     occupied_[row * blocks_ + column / kBlock] = 1;
   }
 }

@@ -8,14 +8,45 @@
 namespace unimapper {
 namespace {
 
-// The newest block of every cell is partly filled: room for that.
-constexpr std::size_t kSpareBlocks = 3U << 14U;
+// With more triangles than these, cells are as wide as the tolerance is on one side: up to 27 then
+// hold what 8 did, but less than half as much in vain. With few, more cells would cost more than
+// they spare.
+constexpr std::size_t kManyTriangles = 1U << 22U;
 
-// Number of set bits, in the few steps that a vector unit does for many bytes at once.
-constexpr std::uint8_t count_ones(std::uint8_t bits) noexcept {
-  const auto pairs = static_cast<std::uint8_t>(bits - ((bits >> 1U) & 0x55U));
-  const auto quads = static_cast<std::uint8_t>((pairs & 0x33U) + ((pairs >> 2U) & 0x33U));
-  return static_cast<std::uint8_t>((quads + (quads >> 4U)) & 0x0FU);
+// Sixteen bytes in one register, on every processor that has such (compilers split them elsewhere).
+using Bytes = std::uint8_t __attribute__((vector_size(16)));
+
+Bytes load(const std::uint8_t* from) noexcept {
+  Bytes bytes;
+  std::memcpy(&bytes, from, sizeof bytes);
+  return bytes;
+}
+
+// Number of set bits of every byte.
+Bytes count_ones(Bytes bits) noexcept {
+  const Bytes pairs = bits - ((bits >> 1) & 0x55);
+  const Bytes quads = (pairs & 0x33) + ((pairs >> 2) & 0x33);
+  return (quads + (quads >> 4)) & 0x0F;
+}
+
+// One bit for every byte that is not zero where `bytes` holds 0 and 255 only.
+std::uint32_t one_bit_each(Bytes bytes) noexcept {
+  std::uint64_t words[2];
+  std::memcpy(words, &bytes, sizeof words);
+  std::uint32_t bits = 0;
+  for (std::uint32_t half = 0; half < 2; ++half) {
+    const std::uint64_t gathered = (words[half] & 0x8040201008040201ULL) * 0x0101010101010101ULL;
+    bits |= static_cast<std::uint32_t>(gathered >> 56U) << (8U * half);
+  }
+  return bits;
+}
+
+// The newest block of every cell is partly filled: room for that. Of few triangles most have a cell
+// of their own; of many, common cells take most.
+std::size_t spare_blocks(std::size_t triangles) noexcept {
+  constexpr std::size_t kSpare = 3U << 14U;
+  if (triangles > kManyTriangles) return 8 * kSpare;
+  return std::min({triangles, (1U << 14U) + triangles / 16, kSpare});
 }
 
 }  // namespace
@@ -23,29 +54,27 @@ constexpr std::uint8_t count_ones(std::uint8_t bits) noexcept {
 void TriangleTable::attach(Arena& arena, const LoopSearchConfig& config) noexcept {
   const std::size_t triangles =
       static_cast<std::size_t>(config.max_places) * config.triangles.max_triangles;
-  // Few triangles cannot start more blocks than there are triangles.
-  const std::size_t blocks = 1 + triangles / kBlock + std::min(triangles, kSpareBlocks);
+  const bool many = triangles > kManyTriangles;
+  const std::size_t blocks = 1 + triangles / kBlock + spare_blocks(triangles);
   const std::size_t buckets =
-      std::bit_ceil(std::clamp<std::size_t>(triangles / 8, 1024, 1U << 18U));
+      std::bit_ceil(std::clamp<std::size_t>(triangles / 8, 1024, 1U << 20U));
   heads_ = arena.allocate<std::uint32_t>(buckets);
   stored_ = arena.allocate<std::uint32_t>(buckets);
-  links_ = arena.allocate<Link>(blocks);
-  keys_ = arena.allocate<Keys>(blocks);
-  entries_ = arena.allocate<Entry>(triangles + 1);
-  const bool ready = heads_ != nullptr && stored_ != nullptr && links_ != nullptr &&
-                     keys_ != nullptr && entries_ != nullptr;
+  blocks_ = arena.allocate<Block>(blocks);
+  entries_ = arena.allocate<Entry>(blocks * kBlock);
+  const bool ready =
+      heads_ != nullptr && stored_ != nullptr && blocks_ != nullptr && entries_ != nullptr;
   block_count_ = ready ? static_cast<std::uint32_t>(blocks) : 0;
   bucket_mask_ = static_cast<std::uint32_t>(buckets - 1);
   first_free_ = 0;
   first_fresh_ = 1;
-  entry_count_ = static_cast<std::uint32_t>(triangles + 1);
-  free_entry_ = 0;
-  fresh_entry_ = 1;
   max_bucket_ = std::max(1U, config.max_bucket);
-  tolerance_cm_ = std::max(1, static_cast<std::int32_t>(config.side_tolerance_m * 100.0F + 0.5F));
-  cell_cm_ = 2 * tolerance_cm_ + 1;
-  dot_tolerance_ = static_cast<std::int32_t>(config.dot_tolerance * 255.0F + 0.5F);
-  sketch_tolerance_ = static_cast<std::uint8_t>(std::min(24U, config.max_code_difference));
+  tolerance_.side_cm =
+      std::max(1, static_cast<std::int32_t>(config.side_tolerance_m * 100.0F + 0.5F));
+  tolerance_.code_difference = static_cast<std::uint8_t>(std::min(24U, config.max_code_difference));
+  cell_cm_ = many ? tolerance_.side_cm + 1 : 2 * tolerance_.side_cm + 1;
+  dot_tolerance_ =
+      static_cast<std::int32_t>(config.dot_tolerance * static_cast<float>(kLargestDot) + 0.5F);
 }
 
 bool TriangleTable::insert(const Triangle& triangle, std::uint32_t place) noexcept {
@@ -53,43 +82,39 @@ bool TriangleTable::insert(const Triangle& triangle, std::uint32_t place) noexce
   const std::uint64_t cell = cell_of(triangle);
   const std::uint32_t bucket = bucket_of(cell);
   if (stored_[bucket] >= max_bucket_) return false;
-  const bool has_entry = free_entry_ != 0 || fresh_entry_ < entry_count_;
-  if (!has_entry) return false;
   // A cell's newest block comes first in its chain, so the first one met is the one with room.
   std::uint32_t with_room = heads_[bucket];
-  while (with_room != 0 && links_[with_room].cell != cell) with_room = links_[with_room].next;
-  if (with_room == 0 || links_[with_room].count == kBlock) {
+  while (with_room != 0 && blocks_[with_room].cell != cell) with_room = blocks_[with_room].next;
+  if (with_room == 0 || blocks_[with_room].count == kBlock) {
     std::uint32_t fresh = first_free_;
     if (fresh != 0) {
-      first_free_ = links_[fresh].next;
+      first_free_ = blocks_[fresh].next;
     } else if (first_fresh_ < block_count_) {
       fresh = first_fresh_++;
     } else {
       return false;
     }
-    links_[fresh] = {cell, heads_[bucket], 0};
+    blocks_[fresh].cell = cell;
+    blocks_[fresh].next = heads_[bucket];
+    blocks_[fresh].count = 0;
     heads_[bucket] = with_room = fresh;
   }
-  put(with_room, links_[with_room].count++, take_entry(), triangle, place);
+  put(with_room, blocks_[with_room].count++, triangle, place);
   ++stored_[bucket];
   return true;
 }
 
-std::uint32_t TriangleTable::take_entry() noexcept {
-  if (free_entry_ == 0) return fresh_entry_++;
-  const std::uint32_t entry = free_entry_;
-  free_entry_ = entries_[entry].place;
-  return entry;
-}
-
-void TriangleTable::put(std::uint32_t block, std::uint32_t at, std::uint32_t index,
-                        const Triangle& triangle, std::uint32_t place) noexcept {
-  Entry& entry = entries_[index];
-  keys_[block].entry[at] = index;
+void TriangleTable::put(std::uint32_t block, std::uint32_t at, const Triangle& triangle,
+                        std::uint32_t place) noexcept {
+  Entry& entry = entries_[block * kBlock + at];
   for (int i = 0; i < 3; ++i) {
-    keys_[block].side_cm[i][at] = static_cast<std::uint8_t>(triangle.side_cm[i] % cell_cm_);
-    keys_[block].sketch[i][at] = triangle.sketch[i];
-    entry.dot[i] = triangle.dot[i];
+    blocks_[block].side_cm[i][at] = static_cast<std::uint8_t>(triangle.side_cm[i] % cell_cm_);
+    blocks_[block].sketch[i][at] = triangle.sketch[i];
+  }
+  entry.dots = 0;
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    const std::uint32_t dot = triangle.dot[k] >> (8 - kDotBits);
+    entry.dots = static_cast<std::uint16_t>(entry.dots | (dot << (kDotBits * k)));
   }
   entry.place = place;
   entry.heading = triangle.heading;
@@ -99,12 +124,12 @@ void TriangleTable::put(std::uint32_t block, std::uint32_t at, std::uint32_t ind
 
 bool TriangleTable::holds(std::uint32_t block, std::uint32_t at, const Triangle& triangle,
                           std::uint32_t place) const noexcept {
-  const Entry& entry = entries_[keys_[block].entry[at]];
+  const Entry& entry = entries_[block * kBlock + at];
   bool same = entry.place == place && entry.heading == triangle.heading &&
               entry.center_cm[0] == triangle.center_cm[0] &&
               entry.center_cm[1] == triangle.center_cm[1];
   for (int k = 0; k < 3; ++k) {
-    same = same && keys_[block].side_cm[k][at] == triangle.side_cm[k] % cell_cm_;
+    same = same && blocks_[block].side_cm[k][at] == triangle.side_cm[k] % cell_cm_;
   }
   return same;
 }
@@ -117,22 +142,19 @@ void TriangleTable::remove(const Triangle& triangle, std::uint32_t place) noexce
   std::uint32_t newest = 0;
   std::uint32_t before_newest = 0;
   std::uint32_t before = 0;
-  for (std::uint32_t at = heads_[bucket]; at != 0; before = at, at = links_[at].next) {
-    if (links_[at].cell != cell) continue;
+  for (std::uint32_t at = heads_[bucket]; at != 0; before = at, at = blocks_[at].next) {
+    if (blocks_[at].cell != cell) continue;
     if (newest == 0) {
       newest = at;
       before_newest = before;
     }
-    for (std::uint32_t i = 0; i < links_[at].count; ++i) {
+    for (std::uint32_t i = 0; i < blocks_[at].count; ++i) {
       if (!holds(at, i, triangle, place)) continue;
-      const std::uint32_t unused = keys_[at].entry[i];
-      entries_[unused].place = free_entry_;
-      free_entry_ = unused;
-      move(newest, --links_[newest].count, at, i);
+      move(newest, --blocks_[newest].count, at, i);
       --stored_[bucket];
-      if (links_[newest].count > 0) return;
-      (before_newest == 0 ? heads_[bucket] : links_[before_newest].next) = links_[newest].next;
-      links_[newest].next = first_free_;
+      if (blocks_[newest].count > 0) return;
+      (before_newest == 0 ? heads_[bucket] : blocks_[before_newest].next) = blocks_[newest].next;
+      blocks_[newest].next = first_free_;
       first_free_ = newest;
       return;
     }
@@ -142,41 +164,23 @@ void TriangleTable::remove(const Triangle& triangle, std::uint32_t place) noexce
 void TriangleTable::move(std::uint32_t from, std::uint32_t last, std::uint32_t to,
                          std::uint32_t hole) noexcept {
   for (int k = 0; k < 3; ++k) {
-    keys_[to].side_cm[k][hole] = keys_[from].side_cm[k][last];
-    keys_[to].sketch[k][hole] = keys_[from].sketch[k][last];
+    blocks_[to].side_cm[k][hole] = blocks_[from].side_cm[k][last];
+    blocks_[to].sketch[k][hole] = blocks_[from].sketch[k][last];
   }
-  keys_[to].entry[hole] = keys_[from].entry[last];
+  entries_[to * kBlock + hole] = entries_[from * kBlock + last];
 }
 
-std::uint32_t TriangleTable::matches(const Keys& keys, std::uint32_t count, const Window& window,
-                                     const Triangle& triangle) const noexcept {
-  // Triangles beyond the count are compared as well and masked out at the end: loops of constant
-  // length over bytes, without branches, are what compilers turn into vector instructions.
-  std::uint8_t differs[kBlock] = {};
+std::uint32_t TriangleTable::matches(const Block& block, const Window& window,
+                                     const Triangle& triangle,
+                                     std::uint8_t code_difference) noexcept {
+  // Triangles beyond the count are compared as well and masked out at the end.
+  Bytes apart = {};
+  for (int k = 0; k < 3; ++k) apart += count_ones(load(block.sketch[k]) ^ triangle.sketch[k]);
+  auto equal = apart <= code_difference;
   for (int k = 0; k < 3; ++k) {
-    for (std::uint32_t i = 0; i < kBlock; ++i) {
-      const auto above = static_cast<std::uint8_t>(keys.side_cm[k][i] - window.low[k]);
-      differs[i] = static_cast<std::uint8_t>(differs[i] | (above > window.span[k] ? 0xFFU : 0U));
-    }
+    equal &= load(block.side_cm[k]) - window.low[k] <= window.span[k];
   }
-  std::uint8_t apart[kBlock] = {};
-  for (int k = 0; k < 3; ++k) {
-    for (std::uint32_t i = 0; i < kBlock; ++i) {
-      const auto bits = static_cast<std::uint8_t>(keys.sketch[k][i] ^ triangle.sketch[k]);
-      apart[i] = static_cast<std::uint8_t>(apart[i] + count_ones(bits));
-    }
-  }
-  for (std::uint32_t i = 0; i < kBlock; ++i) {
-    differs[i] =
-        static_cast<std::uint8_t>(differs[i] | (apart[i] > sketch_tolerance_ ? 0xFFU : 0U));
-  }
-  // Most blocks hold nothing: seen from two words at once.
-  std::uint64_t words[kBlock / 8];
-  std::memcpy(words, differs, sizeof words);
-  if ((words[0] & words[1]) == ~0ULL) return 0;
-  std::uint32_t hits = 0;
-  for (std::uint32_t i = 0; i < count; ++i) hits |= (differs[i] == 0 ? 1U : 0U) << i;
-  return hits;
+  return one_bit_each(Bytes(equal)) & ((1U << block.count) - 1U);
 }
 
 }  // namespace unimapper

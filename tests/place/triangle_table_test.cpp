@@ -26,7 +26,7 @@ Triangle triangle(int a, int b, int c, int seed = 0) {
 
 std::multiset<int> places_found(const TriangleTable& table, const Triangle& query) {
   std::multiset<int> result;
-  table.find(query,
+  table.find(query, table.tolerance(),
              [&](const TriangleEntry& entry) { result.insert(static_cast<int>(entry.place)); });
   return result;
 }
@@ -73,13 +73,14 @@ TEST_CASE("chirality is part of the key, and agreeing products of normals are co
     other.dot[1] = static_cast<std::uint8_t>(b);
     other.dot[2] = static_cast<std::uint8_t>(c);
     int count = -1;
-    table->find(other, [&](const TriangleEntry& entry) { count = entry.agreeing_dots; });
+    table->find(other, table->tolerance(),
+                [&](const TriangleEntry& entry) { count = entry.agreeing_dots; });
     return count;
   };
-  // Stored are 100, 100, 100; the tolerance is 0.35 of 255.
+  // Stored are 100, 100, 100, kept in 32 steps of 8; the tolerance is 0.35, 11 of them.
   CHECK(agreeing(100, 100, 100) == 3);
-  CHECK(agreeing(11, 189, 100) == 3);
-  CHECK(agreeing(10, 190, 100) == 1);
+  CHECK(agreeing(8, 191, 100) == 3);
+  CHECK(agreeing(7, 192, 100) == 1);
   CHECK(agreeing(255, 255, 0) == 0);
 }
 
@@ -100,11 +101,11 @@ TEST_CASE("columns that differ in more bands of height than allowed are another 
 
 TEST_CASE("the crowd of a triangle counts at least what a search compares") {
   Laid<TriangleTable> table(small());
-  CHECK(table->crowd(triangle(500, 800, 1000)) == 0);
+  CHECK(table->crowd(triangle(500, 800, 1000), table->tolerance()) == 0);
   for (int i = 0; i < 40; ++i) REQUIRE(table->insert(triangle(500, 800, 1000, i), 7));
-  CHECK(table->crowd(triangle(510, 790, 1010)) == 40);
+  CHECK(table->crowd(triangle(510, 790, 1010), table->tolerance()) == 40);
   table->remove(triangle(500, 800, 1000, 3), 7);
-  CHECK(table->crowd(triangle(510, 790, 1010)) == 39);
+  CHECK(table->crowd(triangle(510, 790, 1010), table->tolerance()) == 39);
 }
 
 TEST_CASE("a stored triangle takes at most 32 bytes") {

@@ -3,13 +3,23 @@
 
 #include <cstddef>
 #include <memory>
-#include <new>
 #include <stdexcept>
 
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/expected.hpp"
 
 namespace unimapper::merge {
+
+/// Gives back what `allocate_pages` gave.
+struct ReleasePages {
+  void operator()(std::byte* memory) const noexcept;
+};
+using Pages = std::unique_ptr<std::byte, ReleasePages>;
+
+/// Memory aligned for an `Arena`. Large blocks lie in large pages where the system has them: a
+/// search that jumps through gigabytes waits for the translation of addresses as long as for the
+/// memory itself otherwise. Throws std::bad_alloc.
+[[nodiscard]] Pages allocate_pages(std::size_t bytes);
 
 /// Lays out a `Component` for `config` on the heap. Throws std::invalid_argument.
 template <typename Component>
@@ -23,8 +33,7 @@ class InArena {
     Arena measuring = Arena::measuring();
     component_.attach(measuring, config);
     bytes_ = measuring.used();
-    memory_.reset(
-        static_cast<std::byte*>(::operator new (bytes_, std::align_val_t{Arena::kAlignment})));
+    memory_ = allocate_pages(bytes_);
     Arena arena(memory_.get(), bytes_);
     component_.attach(arena, config);
   }
@@ -34,14 +43,9 @@ class InArena {
   [[nodiscard]] std::size_t bytes() const { return bytes_; }
 
  private:
-  struct Release {
-    void operator()(std::byte* memory) const {
-      ::operator delete (memory, std::align_val_t{Arena::kAlignment});
-    }
-  };
   Component component_;
   std::size_t bytes_ = 0;
-  std::unique_ptr<std::byte, Release> memory_;
+  Pages memory_;
 };
 
 }  // namespace unimapper::merge

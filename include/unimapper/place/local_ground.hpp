@@ -1,6 +1,7 @@
 // Height of the ground around a keyframe.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 
@@ -42,9 +43,23 @@ class LocalGround {
   }
 
   /// Height of the ground below (x, y), metres, interpolated; finite everywhere.
-  [[nodiscard]] float height(float x, float y) const noexcept;
+  [[nodiscard]] float height(float x, float y) const noexcept {
+    if (width_ < 2) return 0.0F;
+    const float limit = static_cast<float>(width_) - 1.001F;
+    const float u = std::clamp((x + half_extent_m_) / kPatchSize - 0.5F, 0.0F, limit);
+    const float v = std::clamp((y + half_extent_m_) / kPatchSize - 0.5F, 0.0F, limit);
+    const auto column = static_cast<std::int32_t>(u);
+    const auto row = static_cast<std::int32_t>(v);
+    const float fu = u - static_cast<float>(column);
+    const float fv = v - static_cast<float>(row);
+    const float* at = heights_ + row * width_ + column;
+    const float near = at[0] + fu * (at[1] - at[0]);
+    const float far = at[width_] + fu * (at[width_ + 1] - at[width_]);
+    return near + fv * (far - near);
+  }
 
  private:
+  static constexpr float kPatchSize = 2.0F;  // metres
   // Sums in millimetres: integers, so that the result does not depend on the cells' order.
   struct Patch {
     std::int64_t sum_mm;

@@ -45,15 +45,19 @@ class PlaneVoxels {
  private:
   // Moments of a voxel's cells relative to its lower corner in 1/512 of its size: integers, so
   // that the sums do not depend on the cells' order. `kMaxCells` of them cannot overflow.
-  struct Voxel {
+  struct Moments {
     std::uint32_t count;
-    std::uint32_t plane;  // 1 + index of its plane before selection, 0 if none
     std::uint32_t sum[3];
     std::uint32_t product[6];  // xx xy xz yy yz zz
   };
+  struct Voxel {
+    Moments moments;
+    std::uint32_t plane;  // 1 + index of its plane before selection, 0 if none
+  };
   static constexpr std::uint32_t kMaxCells = 16384;
-  void add(const FineCell& cell, RecentVoxels& recent) noexcept;
-  bool fit(const Voxel& voxel, std::uint64_t key, PlanePatch& patch) const noexcept;
+  void collect(std::span<const FineCell> structure) noexcept;
+  void add(const VoxelIndex& steps, const Moments& run, RecentVoxels& recent) noexcept;
+  bool fit(const Moments& moments, std::uint64_t key, PlanePatch& patch) const noexcept;
 
   DescriptorConfig config_{};
   FixedHashMap<Voxel> voxels_;

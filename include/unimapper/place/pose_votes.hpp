@@ -40,7 +40,7 @@ class PoseVotes {
   void clear() noexcept;
 
   /// Takes a vote, or refuses and counts when full. O(1).
-  void add(const PoseVote& vote) noexcept;
+  void add(const PoseVote& vote) noexcept { votes_.push_back(vote); }
 
   /// The peaks of every place that has any, in the order in which the places were first voted for.
   /// Valid until `clear()`. Cost: linear in the votes, quadratic in those of one place that do not
@@ -59,6 +59,10 @@ class PoseVotes {
   static constexpr std::uint32_t kPeaksPerPlace = 2;
   static constexpr std::uint32_t kTurnSteps = 1024;
 
+  // Where a vote is counted in the two grids.
+  struct Slots {
+    std::uint32_t in_grid[2];
+  };
   // A vote under examination.
   struct Stance {
     PlanarPose pose;
@@ -75,18 +79,19 @@ class PoseVotes {
   };
 
   [[nodiscard]] PlanarPose pose_of(const PoseVote& vote) const noexcept;
-  void locate(const PoseVote& vote, std::uint32_t (&slot)[2]) const noexcept;
-  [[nodiscard]] std::uint32_t company_of(const PoseVote& vote) const noexcept;
+  [[nodiscard]] Slots slots_of(const PoseVote& vote, std::uint32_t mask) const noexcept;
+  void count_votes() noexcept;
+  [[nodiscard]] std::uint32_t company_of(std::uint32_t i) const noexcept;
   void keep_those_in_company() noexcept;
   void load_stances(const Chain& chain) noexcept;
   bool add_peak(std::uint32_t place) noexcept;
 
   FixedVector<PoseVote> votes_;
   std::uint8_t* counts_[2] = {nullptr, nullptr};  // two grids, the second shifted by half a cell
-  std::uint32_t count_mask_ = 0;
-  FixedVector<std::uint32_t> kept_;    // votes that do not stand alone
-  std::uint32_t* next_ = nullptr;      // chains of them, 1 + index, 0 ends
-  std::uint32_t* chain_of_ = nullptr;  // per place: 1 + index of its chain, 0 none
+  Slots* slots_ = nullptr;                        // of every vote, in both
+  FixedVector<std::uint32_t> kept_;               // votes that do not stand alone
+  std::uint32_t* next_ = nullptr;                 // chains of them, 1 + index, 0 ends
+  std::uint32_t* chain_of_ = nullptr;             // per place: 1 + index of its chain, 0 none
   FixedVector<Chain> chains_;
   FixedVector<Stance> stances_;
   FixedVector<PosePeak> peaks_;
