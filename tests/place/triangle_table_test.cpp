@@ -40,6 +40,12 @@ LoopSearchConfig small() {
   return config;
 }
 
+LoopSearchConfig large() {
+  LoopSearchConfig config = small();
+  config.max_places = 50000;
+  return config;
+}
+
 }  // namespace
 
 TEST_CASE("a triangle is found within the tolerance on either side and not beyond") {
@@ -59,6 +65,24 @@ TEST_CASE("a triangle is found within the tolerance on either side and not beyon
       CHECK(places_found(*table, triangle(s[0], s[1], s[2])).empty());
     }
   }
+}
+
+TEST_CASE("a search may ask for less than the tolerance") {
+  Laid<TriangleTable> table(GENERATE(small(), large()));
+  Triangle stored = triangle(500, 800, 1000);
+  stored.sketch[0] = 0b00001111;
+  REQUIRE(table->insert(stored, 7));
+  Triangle query = triangle(515, 785, 1000);
+  query.sketch[0] = 0b00111111;
+  const auto is_found = [&](int side_cm, int code_difference) {
+    bool found = false;
+    table->find(query, {side_cm, static_cast<std::uint8_t>(code_difference)},
+                [&](const TriangleEntry&) { found = true; });
+    return found;
+  };
+  CHECK(is_found(15, 2));
+  CHECK_FALSE(is_found(14, 2));
+  CHECK_FALSE(is_found(15, 1));
 }
 
 TEST_CASE("chirality is part of the key, and agreeing products of normals are counted") {
@@ -113,7 +137,8 @@ TEST_CASE("a stored triangle takes at most 32 bytes") {
 }
 
 TEST_CASE("the table agrees with comparing everything with everything") {
-  Laid<TriangleTable> table(small());
+  // A large one has smaller cells.
+  Laid<TriangleTable> table(GENERATE(small(), large()));
   Dice dice(1);
   std::vector<std::pair<Triangle, int>> model;
   for (int i = 0; i < 3000; ++i) {

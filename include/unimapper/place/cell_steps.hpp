@@ -20,8 +20,8 @@ class CellSteps {
 
   /// Step s of an axis begins at (s - `origin`) / `steps_per_m` metres.
   CellSteps(float steps_per_m, float origin) noexcept
-      : scale_{steps_per_m, steps_per_m, steps_per_m, 0.0F}, origin_{origin, origin, origin, 0.0F} {
-  }
+      : scale_{steps_per_m, steps_per_m, steps_per_m, 0.0F},
+        origin_{origin, origin, origin, 0.0F} {}
 
   /// The steps in which a cell lies. Its position must be finite and not lie before step 0.
   [[nodiscard]] Steps of(const FineCell& cell) const noexcept {
