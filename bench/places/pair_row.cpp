@@ -88,6 +88,7 @@ void answer_question(const DrivePair& pair, const PlaceAnswer& answer, TopAnswer
   top.match = answer.match;
   top.confidence = answer.confidence;
   top.accepted = answer.accepted;
+  top.T_match_query = answer.T_match_query;
   top.error_m = error.translation.norm();
   top.error_deg = rotation_angle(error.rotation) * kDegreesPerRadian;
   top.right = top.error_m <= right.pose_translation_m && top.error_deg <= right.pose_rotation_deg;

@@ -52,8 +52,9 @@ struct TopAnswer {
   bool right = false;  ///< by pose
   double error_m = 0.0;
   double error_deg = 0.0;
-  bool near = false;  ///< positive by distance
-  bool view = false;  ///< positive by common view
+  Pose T_match_query;  ///< as answered, between levelled keyframe frames
+  bool near = false;   ///< positive by distance
+  bool view = false;   ///< positive by common view
   double nearest_m = 0.0;
   double best_view = 0.0;
 };

@@ -94,9 +94,14 @@ void measure(const ScaleOptions& options) {
       grow(task, drives_as_they_are(drives),
            up_to(kOnboardSizes, std::min<std::size_t>(available, options.largest)), onboard_config);
   print_growth("onboard", onboard);
-  const auto sizes = up_to(kBaseSizes, options.largest);
-  const Growth base = grow(task, mixed_halves(drives, options.seed), sizes,
-                           merge::base_search_config(sizes.back()));
+  // A merger lays its database out for as many places as there are.
+  Growth base;
+  for (const std::uint32_t size : up_to(kBaseSizes, options.largest)) {
+    const Growth one =
+        grow(task, mixed_halves(drives, options.seed), {size}, merge::base_search_config(size));
+    base.steps.insert(base.steps.end(), one.steps.begin(), one.steps.end());
+    base.bytes = one.bytes;
+  }
   print_growth("base", base);
   if (options.out.empty()) return;
   datasets::make_directory(options.out);

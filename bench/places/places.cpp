@@ -17,6 +17,8 @@ using namespace unimapper;
 using namespace unimapper::bench;
 
 constexpr const char* kReferenceRoute = "A";
+// Of false loops and of missed ones, in every scene.
+constexpr std::size_t kPicturesOfEach = 4;
 
 std::vector<Variant> variants_of(const PlacesOptions& options) {
   PipelineConfig base;
@@ -55,6 +57,10 @@ void add_rows(const std::vector<DrivePair>& pairs, const std::vector<Variant>& v
     merge::parallel_for(pairs.size(), 0, [&](std::size_t i) {
       rows[i] = database_row(pairs[i], variants[v], crowd, options.row);
     });
+    if (v == 0) {
+      const auto worst = worst_failures(pairs, rows, kPicturesOfEach);
+      results.worst.insert(results.worst.end(), worst.begin(), worst.end());
+    }
     auto& known = results.variants[v].rows;
     known.insert(known.end(), rows.begin(), rows.end());
   }

@@ -5,6 +5,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "bench/places/failures.hpp"
 #include "bench/places/map_plot.hpp"
 #include "bench/places/pooled.hpp"
 #include "ports/datasets/writers.hpp"
@@ -79,42 +80,12 @@ std::string answers_csv(const Results& results) {
   return out.str();
 }
 
-/// Why an answer is among the worst; null if it is not.
-const char* complaint(const TopAnswer& top) {
-  if (top.accepted && !top.right) {
-    return top.view ? "accepted, but wrong" : "accepted, with nothing to find";
-  }
-  if (!top.view || (top.accepted && top.right)) return nullptr;
-  if (!top.answered) return "no answer";
-  return top.right ? "right, but not accepted" : "another place looked more alike";
-}
-
-/// False loops before missed ones; the surest of the former and the best seen of the latter first.
-bool is_worse(const TopAnswer& a, const TopAnswer& b) {
-  const bool false_a = a.accepted && !a.right;
-  const bool false_b = b.accepted && !b.right;
-  if (false_a != false_b) return false_a;
-  return false_a ? a.confidence > b.confidence : a.best_view > b.best_view;
-}
-
 std::string worst_csv(const std::vector<PairRow>& rows) {
-  struct Failure {
-    const PairRow* row;
-    const TopAnswer* top;
-  };
-  std::vector<Failure> failures;
-  for (const PairRow& row : rows) {
-    for (const TopAnswer& top : row.top) {
-      if (complaint(top) != nullptr) failures.push_back({&row, &top});
-    }
-  }
-  std::stable_sort(failures.begin(), failures.end(),
-                   [](const Failure& a, const Failure& b) { return is_worse(*a.top, *b.top); });
   std::ostringstream out;
   out << kAnswerColumns << ",why\n";
-  for (const Failure& failure : failures) {
-    put_answer(out, "ours", *failure.row, *failure.top);
-    out << ",\"" << complaint(*failure.top) << "\"\n";
+  for (const Failure& failure : failures_of(rows)) {
+    put_answer(out, "ours", rows[failure.row], *failure.top);
+    out << ",\"" << failure.why << "\"\n";
   }
   return out.str();
 }
@@ -168,6 +139,7 @@ void write_results(const std::filesystem::path& folder, const Results& results) 
     write_curve(folder / ("curve-" + name + "-STD.csv"), results.baseline, group);
   }
   write_map_plots(folder, rows);
+  write_failure_pictures(folder, results.worst);
 }
 
 }  // namespace unimapper::bench

@@ -5,12 +5,14 @@
 #include <vector>
 
 #include "bench/places/tables.hpp"
+#include "bench/places/worst_plot.hpp"
 
 namespace unimapper::bench {
 
 struct Results {
   std::vector<VariantRows> variants;  ///< the default first
   std::vector<PairRow> baseline;      ///< STD's rows; may be fewer
+  std::vector<FailurePicture> worst;  ///< of the default
 };
 
 /// Writes into `folder`:
@@ -20,6 +22,7 @@ struct Results {
 ///   calibration.csv   confidence against the share of right answers
 ///   curve-GROUP-METHOD.csv   precision over recall, rows of a group together
 ///   map-N-*.csv       tracks and loops of the worst rows, and map-N.title
+///   worst-N.csv       two keyframes of a false or missed loop from above, and worst-N.title
 /// Throws std::runtime_error.
 void write_results(const std::filesystem::path& folder, const Results& results);
 

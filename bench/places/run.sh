@@ -5,7 +5,7 @@
 # every row and means by group, ours and STD's (the published descriptor, see std_baseline.hpp); the
 # default with one thing changed; what a confidence is worth; the real recordings where they lie in
 # ../shared/data; query time over the size of the database. Everything as CSV goes to
-# build/bench/places/results, precision-recall curves, maps and query times to
+# build/bench/places/results; precision-recall curves, maps, the worst failures and query times to
 # build/bench/places/plots.
 #
 #   bench/places/run.sh [SEEDS] [SCANS] [SCENES]
@@ -14,7 +14,7 @@
 # Drives are made once and kept without their scans in build/bench/places/runs (about 2 GB with the
 # defaults); a rerun describes and searches anew, but does not simulate. Delete them when dynamic
 # removal changes. At most one drive's scans (1.4 GB) are on the disk at a time. On two cores about
-# an hour and a half with the defaults, half of that the second time. Ten minutes, and less:
+# three quarters of an hour with the defaults, half of that the second time. Ten minutes, and less:
 #
 #   SENSORS="os1-64 vlp-16 livox-avia" STRANGERS=0 bench/places/run.sh 71 300 town
 #   BASELINE=same VARIANTS= bench/places/run.sh
@@ -98,7 +98,7 @@ can_draw() { command -v gnuplot >/dev/null; }
 
 plot() {
   can_draw || return 0
-  local results="$out/results/$1" title map
+  local results="$out/results/$1" title map worst
   gnuplot -e "folder='$results'; image='$out/plots/$1-curves.png'; name='$1'" \
     bench/places/curves.gnuplot 2>"$out/gnuplot.log"
   for title in "$results"/map-*.title; do
@@ -106,6 +106,12 @@ plot() {
     map=$(basename "$title" .title)
     gnuplot -e "data='$results/$map'; image='$out/plots/$1-$map.png'; name='$(cat "$title")'" \
       bench/places/map.gnuplot 2>>"$out/gnuplot.log"
+  done
+  for title in "$results"/worst-*.title; do
+    [ -e "$title" ] || continue
+    worst=$(basename "$title" .title)
+    gnuplot -e "data='$results/$worst'; image='$out/plots/$1-$worst.png'; name='$(cat "$title")'" \
+      bench/places/worst.gnuplot 2>>"$out/gnuplot.log"
   done
 }
 

@@ -90,6 +90,15 @@ bool SeenColumns::near(const Eigen::Vector3d& world_point) const {
   return false;
 }
 
+std::vector<Eigen::Vector2d> SeenColumns::centers() const {
+  std::vector<Eigen::Vector2d> centers;
+  for (const std::uint64_t column : columns_) {
+    const VoxelIndex index = unpack(column);
+    centers.emplace_back((index.x + 0.5) * size_m_, (index.y + 0.5) * size_m_);
+  }
+  return centers;
+}
+
 double repeatability(const KeypointView& a, const KeypointView& b, double radius_m) {
   const RepeatCount there = count_repeated(a, b, radius_m);
   const RepeatCount back = count_repeated(b, a, radius_m);

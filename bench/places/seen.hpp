@@ -26,6 +26,8 @@ class SeenColumns {
   SeenColumns(std::span<const FineCell> cells, const Pose& T_world_keyframe, double size_m);
   /// Whether the column of a point, or one beside it, holds anything.
   [[nodiscard]] bool near(const Eigen::Vector3d& world_point) const;
+  /// The middle of every column, in the world.
+  [[nodiscard]] std::vector<Eigen::Vector2d> centers() const;
 
  private:
   double size_m_ = 1.0;

@@ -14,6 +14,10 @@
 namespace unimapper::merge {
 namespace {
 
+// Among more places than these, chance offers so much that looking more closely finds more than
+// looking at less of the query.
+constexpr std::uint32_t kVeryManyPlaces = 50'000;
+
 LoopSearchConfig database_config(const std::vector<SessionData>& sessions, std::size_t places,
                                  std::size_t others, std::uint32_t per_session) {
   LoopSearchConfig config =
@@ -95,6 +99,10 @@ LoopSearchConfig base_search_config(std::uint32_t places) {
   config.max_matches = 1U << 20U;
   config.max_bucket = 1U << 24U;
   config.max_candidates = 100;
+  if (places > kVeryManyPlaces) {
+    config.side_tolerance_m = 0.15F;
+    config.max_code_difference = 5;
+  }
   return config;
 }
 

@@ -20,9 +20,9 @@ struct LoopProposal {
   bool likely = false;  ///< passed the descriptor's own thresholds
 };
 
-/// How the base searches a database of `places`. It has more time than a robot; of very many places
-/// it stores fewer triangles each, and looks at more candidates instead: there chance finds others
-/// with almost as many votes as the right one.
+/// How the base searches a database of `places`. It has more time than a robot. It stores fewer
+/// triangles of each, since what is compared grows with the square of their number, and looks at
+/// more candidates instead: among many places, chance gives some as many votes as the right one.
 LoopSearchConfig base_search_config(std::uint32_t places);
 
 /// Candidates within each session: keyframes in their order, only earlier ones searched.

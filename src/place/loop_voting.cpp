@@ -16,31 +16,16 @@ void PlaceDatabase::load_query(const PlaceView& query) noexcept {
   build_triangles(keypoints_.view(), config_.triangles, triangles_);
 }
 
-// What counts as equal. Where the shapes of the query are so common that comparing all would take
-// longer than it may, only what is closer: most of what is lost by that is chance.
-TriangleTolerance PlaceDatabase::affordable_tolerance() const noexcept {
-  const TriangleTolerance wide = table_.tolerance();
-  std::uint64_t crowd = 0;
-  for (const Triangle& triangle : triangles_) {
-    crowd += table_.crowd(triangle, wide);
-    if (crowd > config_.max_compared) {
-      return {wide.side_cm * 3 / 4, static_cast<std::uint8_t>(wide.code_difference * 5 / 6)};
-    }
-  }
-  return wide;
-}
-
 // Triangles of near neighbours come first; where the search would compare more than it may, those
 // of farther ones are left out. (Asking the rarest shapes first finds fewer: what is rare repeats
 // less.)
 void PlaceDatabase::vote(PlaceId query_id, const SearchScope& scope) noexcept {
   votes_.clear();
-  const TriangleTolerance tolerance = affordable_tolerance();
   std::uint64_t compared = 0;
   for (const Triangle& triangle : triangles_) {
-    compared += table_.crowd(triangle, tolerance);
+    compared += table_.crowd(triangle);
     if (compared > config_.max_compared) break;
-    table_.find(triangle, tolerance, [&](const TriangleEntry& entry) {
+    table_.find(triangle, [&](const TriangleEntry& entry) {
       if (!in_scope(places_[entry.place], query_id, scope)) return;
       // The sides make a vote; products of normals that agree make it count more. They do not
       // decide, because at a corner two walls compete for the normal.

@@ -13,6 +13,9 @@ namespace {
 // they spare.
 constexpr std::size_t kManyTriangles = 1U << 22U;
 
+// An entry's number has 32 bits.
+constexpr std::size_t kMostBlocks = std::size_t{1} << 28U;
+
 // Sixteen bytes in one register, on every processor that has such (compilers split them elsewhere).
 using Bytes = std::uint8_t __attribute__((vector_size(16)));
 
@@ -45,7 +48,7 @@ std::uint32_t one_bit_each(Bytes bytes) noexcept {
 // of their own; of many, common cells take most.
 std::size_t spare_blocks(std::size_t triangles) noexcept {
   constexpr std::size_t kSpare = 3U << 14U;
-  if (triangles > kManyTriangles) return 8 * kSpare;
+  if (triangles > kManyTriangles) return 12 * kSpare;
   return std::min({triangles, (1U << 14U) + triangles / 16, kSpare});
 }
 
@@ -55,7 +58,8 @@ void TriangleTable::attach(Arena& arena, const LoopSearchConfig& config) noexcep
   const std::size_t triangles =
       static_cast<std::size_t>(config.max_places) * config.triangles.max_triangles;
   const bool many = triangles > kManyTriangles;
-  const std::size_t blocks = 1 + triangles / kBlock + spare_blocks(triangles);
+  const std::size_t blocks =
+      std::min(1 + triangles / kBlock + spare_blocks(triangles), kMostBlocks);
   const std::size_t buckets =
       std::bit_ceil(std::clamp<std::size_t>(triangles / 8, 1024, 1U << 20U));
   heads_ = arena.allocate<std::uint32_t>(buckets);
@@ -69,10 +73,9 @@ void TriangleTable::attach(Arena& arena, const LoopSearchConfig& config) noexcep
   first_free_ = 0;
   first_fresh_ = 1;
   max_bucket_ = std::max(1U, config.max_bucket);
-  tolerance_.side_cm =
-      std::max(1, static_cast<std::int32_t>(config.side_tolerance_m * 100.0F + 0.5F));
-  tolerance_.code_difference = static_cast<std::uint8_t>(std::min(24U, config.max_code_difference));
-  cell_cm_ = many ? tolerance_.side_cm + 1 : 2 * tolerance_.side_cm + 1;
+  tolerance_cm_ = std::max(1, static_cast<std::int32_t>(config.side_tolerance_m * 100.0F + 0.5F));
+  code_difference_ = static_cast<std::uint8_t>(std::min(24U, config.max_code_difference));
+  cell_cm_ = many ? tolerance_cm_ + 1 : 2 * tolerance_cm_ + 1;
   dot_tolerance_ =
       static_cast<std::int32_t>(config.dot_tolerance * static_cast<float>(kLargestDot) + 0.5F);
 }
@@ -171,12 +174,11 @@ void TriangleTable::move(std::uint32_t from, std::uint32_t last, std::uint32_t t
 }
 
 std::uint32_t TriangleTable::matches(const Block& block, const Window& window,
-                                     const Triangle& triangle,
-                                     std::uint8_t code_difference) noexcept {
+                                     const Triangle& triangle) const noexcept {
   // Triangles beyond the count are compared as well and masked out at the end.
   Bytes apart = {};
   for (int k = 0; k < 3; ++k) apart += count_ones(load(block.sketch[k]) ^ triangle.sketch[k]);
-  auto equal = apart <= code_difference;
+  auto equal = apart <= code_difference_;
   for (int k = 0; k < 3; ++k) {
     equal &= load(block.side_cm[k]) - window.low[k] <= window.span[k];
   }

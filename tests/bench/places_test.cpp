@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "bench/places/failures.hpp"
 #include "bench/places/mixed_place.hpp"
 #include "bench/places/pair_row.hpp"
 #include "bench/places/pooled.hpp"
@@ -225,6 +226,27 @@ TEST_CASE("bins of confidence, and what a threshold at their foot gives") {
   CHECK(bins[0].answers == 1);
   CHECK(bins[0].right_share_above() == Approx(0.6));
   CHECK(std::isnan(bins[3].right_share()));
+}
+
+TEST_CASE("false loops come before misses, the surest and the best seen first") {
+  PairRow row;
+  const auto missed = [](double best_view) {
+    TopAnswer answer = top(0.1, false, true);
+    answer.view = true;
+    answer.best_view = best_view;
+    return answer;
+  };
+  row.top = {missed(0.4), top(0.98, false, true), top(1.0, true, true), missed(0.9),
+             top(0.99, false, false)};
+  for (TopAnswer& answer : row.top) answer.accepted = answer.confidence > 0.9;
+  const std::vector<PairRow> rows = {row};
+  const auto failures = failures_of(rows);
+  REQUIRE(failures.size() == 4);
+  CHECK(failures[0].top->confidence == 0.99);
+  CHECK(std::string(failures[0].why) == "accepted, with nothing to find");
+  CHECK(failures[1].top->confidence == 0.98);
+  CHECK(failures[2].top->best_view == 0.9);
+  CHECK(failures[3].top->best_view == 0.4);
 }
 
 TEST_CASE("a pooled curve puts all rows under one threshold") {

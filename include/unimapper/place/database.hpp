@@ -109,7 +109,6 @@ class PlaceDatabase {
   std::uint32_t free_slot() noexcept;
   void forget(std::uint32_t slot) noexcept;
   void load_query(const PlaceView& query) noexcept;
-  [[nodiscard]] TriangleTolerance affordable_tolerance() const noexcept;
   void vote(PlaceId query_id, const SearchScope& scope) noexcept;
   void form_hypotheses() noexcept;
   void limit_candidates() noexcept;

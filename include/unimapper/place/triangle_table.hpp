@@ -20,16 +20,10 @@ struct TriangleEntry {
   std::uint8_t agreeing_dots;  ///< how many of the three products are equal within tolerance
 };
 
-/// How much two equal triangles may differ.
-struct TriangleTolerance {
-  std::int32_t side_cm;          ///< every side
-  std::uint8_t code_difference;  ///< bands of height, of 24
-};
-
 /// Maps triangles to the places that have them. A hash cell is as wide as the tolerance is on both
-/// sides together, so that 8 cells hold everything within tolerance of a query; in a large table
-/// half as wide, see `attach`. Chirality is part of the key. Every bucket is a chain of blocks, and
-/// bounded.
+/// sides together, so that 8 cells hold everything within tolerance of a query; in a table for more
+/// than four million triangles it is half as wide, for fewer comparisons in vain. Chirality is part
+/// of the key. Every bucket is a chain of blocks, and bounded.
 class TriangleTable {
  public:
   void attach(Arena& arena, const LoopSearchConfig& config) noexcept;
@@ -40,15 +34,11 @@ class TriangleTable {
   /// Removes one entry of `place` equal to `triangle`, if there is one. O(bucket).
   void remove(const Triangle& triangle, std::uint32_t place) noexcept;
 
-  /// As configured: what the cells are made for.
-  [[nodiscard]] TriangleTolerance tolerance() const noexcept { return tolerance_; }
-
   /// Calls `visit(entry)` for every stored triangle whose sides and chirality equal those of
-  /// `triangle` within `tolerance` and whose columns look alike at the three vertices; it is told
-  /// how many products of normals agree. Nothing wider than `tolerance()` may be asked for.
+  /// `triangle` within the tolerance and whose columns look alike at the three vertices; it is told
+  /// how many products of normals agree.
   template <typename Visitor>
-  void find(const Triangle& triangle, const TriangleTolerance& tolerance,
-            Visitor&& visit) const noexcept {
+  void find(const Triangle& triangle, Visitor&& visit) const noexcept {
     // Blocks and entries lie scattered in memory. All chains are walked side by side, and what the
     // next round needs is asked for in this one, so that one waits for many at a time.
     struct Chain {
@@ -57,7 +47,7 @@ class TriangleTable {
       Window window;
     } chains[kMaxCells];
     std::uint32_t open = 0;
-    for_each_cell(triangle, tolerance.side_cm, [&](std::uint64_t cell, const Window& window) {
+    for_each_cell(triangle, [&](std::uint64_t cell, const Window& window) {
       const std::uint32_t head = heads_[bucket_of(cell)];
       if (head == 0) return;
       ask_for(head);
@@ -70,8 +60,7 @@ class TriangleTable {
         const Block& block = blocks_[chain.at];
         if (block.cell == chain.cell) {
           if (found.count + kBlock > Found::kCapacity) tell(found, triangle, visit);
-          collect(chain.at, matches(block, chain.window, triangle, tolerance.code_difference),
-                  found);
+          collect(chain.at, matches(block, chain.window, triangle), found);
         }
         chain.at = block.next;
         if (chain.at == 0) {
@@ -87,10 +76,9 @@ class TriangleTable {
 
   /// How many entries `find` would compare, at least: what a query's triangle costs and how common
   /// its shape is. At most 27 x `max_bucket`.
-  [[nodiscard]] std::uint32_t crowd(const Triangle& triangle,
-                                    const TriangleTolerance& tolerance) const noexcept {
+  [[nodiscard]] std::uint32_t crowd(const Triangle& triangle) const noexcept {
     std::uint32_t count = 0;
-    for_each_cell(triangle, tolerance.side_cm,
+    for_each_cell(triangle,
                   [&](std::uint64_t cell, const Window&) { count += stored_[bucket_of(cell)]; });
     return count;
   }
@@ -160,14 +148,13 @@ class TriangleTable {
   }
   // Calls `visit` with every cell that may hold an equal of `triangle`, and where in it.
   template <typename Visitor>
-  void for_each_cell(const Triangle& triangle, std::int32_t tolerance_cm,
-                     Visitor&& visit) const noexcept {
+  void for_each_cell(const Triangle& triangle, Visitor&& visit) const noexcept {
     if (block_count_ == 0) return;
     std::int32_t low[3];
     std::int32_t high[3];
     for (int i = 0; i < 3; ++i) {
-      low[i] = std::max(0, triangle.side_cm[i] - tolerance_cm);
-      high[i] = triangle.side_cm[i] + tolerance_cm;
+      low[i] = std::max(0, triangle.side_cm[i] - tolerance_cm_);
+      high[i] = triangle.side_cm[i] + tolerance_cm_;
     }
     Window window;
     const auto narrow = [&](int side, std::int32_t cell) {
@@ -214,9 +201,8 @@ class TriangleTable {
     return entry;
   }
   // One bit for every triangle of a block that equals `triangle`.
-  [[nodiscard]] static std::uint32_t matches(const Block& block, const Window& window,
-                                             const Triangle& triangle,
-                                             std::uint8_t code_difference) noexcept;
+  [[nodiscard]] std::uint32_t matches(const Block& block, const Window& window,
+                                      const Triangle& triangle) const noexcept;
 
   std::uint32_t* heads_ = nullptr;   // 0 is an empty bucket: block 0 is never used
   std::uint32_t* stored_ = nullptr;  // entries of every bucket
@@ -227,7 +213,8 @@ class TriangleTable {
   std::uint32_t first_fresh_ = 1;  // blocks from here on were never used
   std::uint32_t bucket_mask_ = 0;
   std::uint32_t max_bucket_ = 1;
-  TriangleTolerance tolerance_{30, 24};
+  std::int32_t tolerance_cm_ = 30;
+  std::uint8_t code_difference_ = 24;
   std::int32_t cell_cm_ = 30;
   std::int32_t dot_tolerance_ = 255;
 };
