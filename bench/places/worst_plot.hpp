@@ -23,9 +23,9 @@ struct FailurePicture {
                                                          const std::vector<PairRow>& rows,
                                                          std::size_t most);
 
-/// As worst-N.title and worst-N.csv, N counting from 0: what (0 column of the match, 1 its keypoint,
-/// 2 and 3 the same of the query where it was, 4 and 5 where the answer puts it), x, y in metres
-/// from the match, along the axes of the world.
+/// As worst-N.title and worst-N.csv, N counting from 0: what (0 column of the match, 1 its
+/// keypoint, 2 and 3 the same of the query where it was, 4 and 5 where the answer puts it), x, y in
+/// metres from the match, along the axes of the world.
 void write_failure_pictures(const std::filesystem::path& folder,
                             const std::vector<FailurePicture>& pictures);
 

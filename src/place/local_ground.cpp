@@ -64,11 +64,11 @@ void LocalGround::finish() noexcept {
     }
   }
   fill_gaps();
-  if (!any_marked_) lower_to_ramps();
+  lower_to_ramps();
 }
 
-// The lowest cell of a patch may be halfway up a wall or a table top: ground is what lies below
-// every ramp that rises from its surroundings.
+// The lowest cell of a patch may be halfway up a wall or a table top, and what is marked as ground
+// may be a roof: ground is what lies below every ramp that rises from its surroundings.
 void LocalGround::lower_to_ramps() noexcept {
   for (std::int32_t pass = 0; pass < 2; ++pass) {
     for (std::int32_t step = 0; step < width_ * width_; ++step) {

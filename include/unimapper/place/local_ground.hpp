@@ -25,8 +25,8 @@ class LocalGround {
   /// True once a cell marked as ground was taken.
   [[nodiscard]] bool any_marked() const noexcept { return any_marked_; }
 
-  /// Averages the cells marked as ground; where none are, the lowest cells around, no steeper
-  /// than a ramp, stand in (rooms without a marked floor, places beyond the ground's reach).
+  /// Averages the cells marked as ground, or takes the lowest cells where none are (rooms without a
+  /// marked floor), and lowers what rises above its surroundings more steeply than a ramp.
   /// Independent of the cells' order. Cost: linear in the grid.
   void finish() noexcept;
 
