@@ -11,6 +11,8 @@ namespace {
 constexpr float kNoHeight = 1e9F;
 // Stand-in ground climbs at most this much per patch: 30 %, the steepest road.
 constexpr float kClimbPerPatch = 0.3F * 2.0F;
+// Kerbs and ditches are no deeper.
+constexpr float kDeepestPit = 1.5F;
 
 }  // namespace
 
@@ -63,8 +65,25 @@ void LocalGround::finish() noexcept {
       heights_[i] = static_cast<float>(patches_[i].lowest_mm) * 0.001F;
     }
   }
+  drop_pits();
   fill_gaps();
   lower_to_ramps();
+}
+
+// A single patch far below all around it is a reflection, and would draw its surroundings down.
+void LocalGround::drop_pits() noexcept {
+  for (std::int32_t row = 1; row + 1 < width_; ++row) {
+    for (std::int32_t column = 1; column + 1 < width_; ++column) {
+      float* at = heights_ + row * width_ + column;
+      float lowest_around = kNoHeight;
+      for (std::int32_t dy = -1; dy <= 1; ++dy) {
+        for (std::int32_t dx = -1; dx <= 1; ++dx) {
+          if (dx != 0 || dy != 0) lowest_around = std::min(lowest_around, at[dy * width_ + dx]);
+        }
+      }
+      if (*at < lowest_around - kDeepestPit) *at = kNoHeight;
+    }
+  }
 }
 
 // The lowest cell of a patch may be halfway up a wall or a table top, and what is marked as ground

@@ -34,8 +34,8 @@ constexpr StreamChecksums kPaper = {0x40DC8FA0B60215FB, 0x7590A198BA9D8731, 0x62
                                     0xDEAC2186FC43EE87, 0x43E63CE773C60941, 0x7DAAFFA5543427A9,
                                     0xA39EEFDD858B46C4, 0x0BEF0451874F6F39, 0x1BF6DDD8E71FA502};
 constexpr StreamChecksums kRecorded = {0x65F3571226FF37C9, 0xDD1B28FA6E10440B, 0x62D85610E1C27399,
-                                       0x935227D179BEC146, 0xE655E6BDC79AC89E, 0x3581C3C0D3F03870,
-                                       0x953E82847D450DCB, 0xB4D45DC662A018C0, 0x4AA19858AFDBACD3};
+                                       0x935227D179BEC146, 0x2B0D07B361392218, 0x297D579188D9F1F2,
+                                       0xF0193446F4C5FAA0, 0x06E95B24079F9509, 0x4AA19858AFDBACD3};
 
 /// Short keyframes, a short window, and loops to what was seen a little while ago.
 PipelineConfig short_run(PipelineConfig config) {

@@ -117,6 +117,32 @@ TEST_CASE("corners of blocks and posts become keypoints, standing on the ground"
   }
 }
 
+TEST_CASE(
+    "a roof marked as ground, or a reflection below it, moves keypoints up by a ramp at most") {
+  const std::vector<Surface> street = {{{-30, -30, 0}, {60, 0, 0}, {0, 60, 0}, true},
+                                       {{8, 0, 0}, {0.2, 0, 0}, {0, 0, 4}, false},
+                                       {{-9, 7, 0}, {0.2, 0, 0}, {0, 0, 4}, false}};
+  std::vector<Surface> spoiled = street;
+  spoiled.push_back({{7, -4, 6}, {6, 0, 0}, {0, 8, 0}, true});
+  const Pose here = standing_at(0, 0, 1.2, 0);
+  const Description clean = describe(observe(street, here));
+  std::vector<FineCell> cells = observe(spoiled, here);
+  FineCell reflection = cells.front();
+  reflection.position = {-33.0F, 7.0F, -20.0F};
+  reflection.ground = 1;
+  cells.push_back(reflection);
+  const Description description = describe(cells);
+  REQUIRE(clean.keypoints.size() == 2);
+  REQUIRE(description.keypoints.size() == 2);
+  for (const Keypoint& keypoint : clean.keypoints) {
+    CHECK(keypoint.position.z() == Approx(-1.2).margin(0.1));
+  }
+  for (const Keypoint& keypoint : description.keypoints) {
+    CHECK(keypoint.position.z() > -1.3F);
+    CHECK(keypoint.position.z() < -0.2F);  // the roof alone would make it +1.8
+  }
+}
+
 TEST_CASE("the columns of a keypoint say which heights are occupied") {
   // A post of four metres: slices of 0.2 m from the lowest height that counts up to the top.
   const std::vector<Surface> surfaces = {{{-30, -30, 0}, {60, 0, 0}, {0, 60, 0}, true},

@@ -68,6 +68,7 @@ class LocalGround {
   };
   bool make_plane(std::int32_t column, std::int32_t row, std::int32_t min_cells,
                   PlanePatch& plane) const noexcept;
+  void drop_pits() noexcept;
   void lower_to_ramps() noexcept;
   void fill_gaps() noexcept;
 
