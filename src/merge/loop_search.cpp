@@ -95,7 +95,7 @@ LoopSearchConfig base_search_config(std::uint32_t places) {
   config.max_places = places;
   config.max_planes = 1024;
   config.triangles.max_triangles = 350;
-  config.max_compared = 4'000'000;
+  config.max_compared = 3'500'000;
   config.max_matches = 1U << 20U;
   config.max_bucket = 1U << 24U;
   config.max_candidates = 100;

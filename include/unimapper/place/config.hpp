@@ -64,7 +64,7 @@ struct LoopSearchConfig {
   std::uint32_t max_bucket = 4096;  ///< triangles kept in one hash bucket, [5, 2^24]
   /// Stored triangles a search compares: bounds its time however many places there are. Beyond, the
   /// query's triangles of farther neighbours are left out, [1000, 2^30].
-  std::uint32_t max_compared = 250000;
+  std::uint32_t max_compared = 220000;
   std::uint32_t max_matches = 1U << 16U;  ///< matched triangles kept per search, [64, 2^24]
   std::uint32_t max_candidates = 32;      ///< poses examined after voting, [1, 256]
   /// Of these, at most so many in one session, so that one that resembles everything does not keep
