@@ -178,6 +178,7 @@ void measure_repeatability(const DrivePair& pair, const RowConfig& config,
 template <typename Described>
 double median_cost(const std::vector<Described>& described) {
   std::vector<double> milliseconds;
+  milliseconds.reserve(described.size());
   for (const auto& place : described) milliseconds.push_back(place.milliseconds);
   return median(std::move(milliseconds));
 }

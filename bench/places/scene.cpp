@@ -55,7 +55,8 @@ Scene read_scene(const std::filesystem::path& folder, const std::vector<std::str
   scene.name = folder.filename().string();
   for (const std::string& sensor : sensors) {
     for (const std::string& route : routes) {
-      if (!std::filesystem::exists(folder / (sensor + "-" + route) / "keyframes.lcmlog")) continue;
+      const std::string name = std::string(sensor).append("-").append(route);
+      if (!std::filesystem::exists(folder / name / "keyframes.lcmlog")) continue;
       scene.drives.emplace_back();
       scene.drives.back().sensor = sensor;
       scene.drives.back().route = route;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <cstring>
 
 #include "unimapper/core/keyframe.hpp"
 
@@ -25,13 +24,7 @@ class CellSteps {
 
   /// The steps in which a cell lies. Its position must be finite and not lie before step 0.
   [[nodiscard]] Steps of(const FineCell& cell) const noexcept {
-    Floats position;
-    static_assert(sizeof position == sizeof cell);
-    std::memcpy(&position, &cell, sizeof position);
-    Lanes lanes;
-    std::memcpy(&lanes, &position, sizeof lanes);
-    lanes &= Lanes{-1, -1, -1, 0};  // what is no position must not become a number
-    std::memcpy(&position, &lanes, sizeof lanes);
+    const Floats position = {cell.position.x(), cell.position.y(), cell.position.z(), 0.0F};
     const Lanes steps = __builtin_convertvector(position * scale_ + origin_, Lanes);
     return {steps[0], steps[1], steps[2]};
   }
