@@ -96,23 +96,23 @@ compare() {
 # Where nobody can draw, the figures are there all the same.
 can_draw() { command -v gnuplot >/dev/null; }
 
+# plot_each NAME KIND: every map-N or worst-N
+plot_each() {
+  local results="$out/results/$1" title one
+  for title in "$results/$2"-*.title; do
+    [ -e "$title" ] || continue
+    one=$(basename "$title" .title)
+    gnuplot -e "data='$results/$one'; image='$out/plots/$1-$one.png'; name='$(cat "$title")'" \
+      "bench/places/$2.gnuplot" 2>>"$out/gnuplot.log"
+  done
+}
+
 plot() {
   can_draw || return 0
-  local results="$out/results/$1" title map worst
-  gnuplot -e "folder='$results'; image='$out/plots/$1-curves.png'; name='$1'" \
+  gnuplot -e "folder='$out/results/$1'; image='$out/plots/$1-curves.png'; name='$1'" \
     bench/places/curves.gnuplot 2>"$out/gnuplot.log"
-  for title in "$results"/map-*.title; do
-    [ -e "$title" ] || continue
-    map=$(basename "$title" .title)
-    gnuplot -e "data='$results/$map'; image='$out/plots/$1-$map.png'; name='$(cat "$title")'" \
-      bench/places/map.gnuplot 2>>"$out/gnuplot.log"
-  done
-  for title in "$results"/worst-*.title; do
-    [ -e "$title" ] || continue
-    worst=$(basename "$title" .title)
-    gnuplot -e "data='$results/$worst'; image='$out/plots/$1-$worst.png'; name='$(cat "$title")'" \
-      bench/places/worst.gnuplot 2>>"$out/gnuplot.log"
-  done
+  plot_each "$1" map
+  plot_each "$1" worst
 }
 
 # Drives of cheap LiDARs through towns that nobody else knows.
