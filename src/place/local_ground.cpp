@@ -9,7 +9,7 @@ namespace unimapper {
 namespace {
 
 constexpr float kNoHeight = 1e9F;
-// Stand-in ground climbs at most this much per patch: 30 %, the steepest road.
+// Ground climbs at most this much per patch: 30 %, the steepest road.
 constexpr float kClimbPerPatch = 0.3F * 2.0F;
 // Kerbs and ditches are no deeper.
 constexpr float kDeepestPit = 1.5F;
@@ -70,7 +70,8 @@ void LocalGround::finish() noexcept {
   lower_to_ramps();
 }
 
-// A single patch far below all around it is a reflection, and would draw its surroundings down.
+// A single patch far below all around it, or with nothing around it, may be a reflection, and would
+// draw its surroundings down.
 void LocalGround::drop_pits() noexcept {
   for (std::int32_t row = 1; row + 1 < width_; ++row) {
     for (std::int32_t column = 1; column + 1 < width_; ++column) {

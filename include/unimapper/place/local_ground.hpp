@@ -26,7 +26,8 @@ class LocalGround {
   [[nodiscard]] bool any_marked() const noexcept { return any_marked_; }
 
   /// Averages the cells marked as ground, or takes the lowest cells where none are (rooms without a
-  /// marked floor), and lowers what rises above its surroundings more steeply than a ramp.
+  /// marked floor), and lowers what rises above its surroundings more steeply than a ramp. Single
+  /// patches far below their neighbours, or without any, do not count.
   /// Independent of the cells' order. Cost: linear in the grid.
   void finish() noexcept;
 
