@@ -9,6 +9,8 @@
 #include <string>
 #include <system_error>
 
+#include "tests/folders.hpp"
+
 namespace unimapper::testing {
 
 /// The folder of recording `name`, unpacked once into the build directory where it is an
@@ -16,14 +18,14 @@ namespace unimapper::testing {
 /// ask at the same time: each unpacks for itself, the first one to finish wins.
 inline std::filesystem::path find_recording(const std::string& name) {
   namespace fs = std::filesystem;
-  const fs::path shared = fs::path(UNIMAPPER_SOURCE_DIR) / ".." / "shared" / "data";
+  const fs::path shared = fs::path(source_folder()) / ".." / "shared" / "data";
   if (fs::is_directory(shared / name)) return shared / name;
   const fs::path archive = shared / (name + ".tar.xz");
   if (!fs::exists(archive)) {
     WARN("skipped: the recording " + name + " is not beside the project");
     return {};
   }
-  const fs::path unpacked = fs::path(UNIMAPPER_RECORDINGS_DIR);
+  const fs::path unpacked = fs::path(recordings_folder());
   if (fs::is_directory(unpacked / name)) return unpacked / name;
   fs::create_directories(unpacked);
   std::string scratch = (unpacked / "unpacking-XXXXXX").string();

@@ -45,12 +45,12 @@ read -ra variants <<<"${VARIANTS:-default paper no-carrying floating-ground seen
 sure-everywhere no-components no-persistence other-keyframes-only no-revision}"
 config_of() {
   case "$1" in
-    no-carrying) echo '{"removal": {"most_carried_log_odds": 0}}' ;;
-    floating-ground) echo '{"ground": {"floating_step_m": 0}}' ;;
+    no-carrying) echo '{"removal": {"log_odds_clamp": 0}}' ;;
+    floating-ground) echo '{"ground": {"elevated_step_m": 0}}' ;;
     seen-through-ground) echo '{"ground": {"seen_through_share": 0}}' ;;
-    near-ground) echo '{"ground": {"spread": 1}}' ;;
-    no-revision) echo '{"removal": {"revise": false}}' ;;
-    sure-everywhere) echo '{"free_space": {"sure_range_m": 0}}' ;;
+    near-ground) echo '{"ground": {"propagation_voxels": 1}}' ;;
+    no-revision) echo '{"removal": {"final_labels": false}}' ;;
+    sure-everywhere) echo '{"free_space": {"full_weight_range_m": 0}}' ;;
     no-components) echo '{"removal": {"components": false}}' ;;
     no-persistence) echo '{"removal": {"persistence_share": 0}}' ;;
     other-keyframes-only) echo '{"free_space": {"own_keyframe": false}}' ;;

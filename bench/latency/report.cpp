@@ -17,7 +17,7 @@ template <typename Part, typename Config>
 std::size_t bytes_of(const Config& config) {
   Arena arena = Arena::measuring();
   Part part;
-  part.attach(arena, config);
+  part.allocate(arena, config);
   return arena.used();
 }
 

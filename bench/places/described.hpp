@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "bench/places/drive.hpp"
+#include "unimapper/core/keyframe.hpp"
 #include "unimapper/place/config.hpp"
-#include "unimapper/place/place.hpp"
 
 namespace unimapper::bench {
 

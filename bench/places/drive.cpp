@@ -9,7 +9,7 @@
 namespace unimapper::bench {
 namespace {
 
-PlaceKeyframe keyframe_of(merge::KeyframeRecord&& record) {
+PlaceKeyframe keyframe_of(KeyframeRecord&& record) {
   PlaceKeyframe keyframe;
   keyframe.sequence = record.sequence;
   keyframe.scan = record.scans[record.reference_scan].scan_index;
@@ -45,7 +45,7 @@ Drive read_drive_without_truth(const std::filesystem::path& run) {
   }
   Drive drive;
   drive.sensor = received.sessions.front().info.sensor;
-  for (merge::KeyframeRecord& record : received.sessions.front().keyframes) {
+  for (KeyframeRecord& record : received.sessions.front().keyframes) {
     drive.keyframes.push_back(keyframe_of(std::move(record)));
   }
   return drive;

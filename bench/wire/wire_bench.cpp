@@ -53,10 +53,10 @@ struct Column {
   std::vector<double> values;
 };
 
-void measure(const merge::KeyframeRecord& record, std::vector<Column>& columns) {
+void measure(const KeyframeRecord& record, std::vector<Column>& columns) {
   const Payload payload = wire::encode_keyframe(record);
   // The order in which the pipeline delivers is not the wire's.
-  merge::KeyframeRecord unsorted = record;
+  KeyframeRecord unsorted = record;
   std::stable_sort(unsorted.static_cells.begin(), unsorted.static_cells.end(),
                    [](const FineCell& a, const FineCell& b) { return a.points < b.points; });
   Payload fast;
@@ -75,7 +75,7 @@ void measure(const merge::KeyframeRecord& record, std::vector<Column>& columns) 
   add("bytes per cell", bytes / cells);
   add("bytes with 7 per cell", bytes + 7.0 * cells - 4.0 * cells);
   add("quantise ms", best_ms([&] {
-        merge::KeyframeRecord copy = unsorted;
+        KeyframeRecord copy = unsorted;
         wire::quantise(copy);
       }));
   add("encode ms", best_ms([&] { (void)wire::encode_keyframe(record); }));
@@ -96,8 +96,8 @@ int main(int argc, char** argv) {
   try {
     std::vector<Column> columns;
     for (int i = 1; i < argc; ++i) {
-      for (const merge::SessionData& session : wire::read_event_log(argv[i]).sessions) {
-        for (const merge::KeyframeRecord& record : session.keyframes) measure(record, columns);
+      for (const SessionData& session : wire::read_event_log(argv[i]).sessions) {
+        for (const KeyframeRecord& record : session.keyframes) measure(record, columns);
       }
     }
     if (columns.empty()) {

@@ -33,10 +33,10 @@ void visit(CConfig& c, Config& p, Function f) {
   f(c.ground_margin_m, p.ground.margin_m);
   f(c.ground_below_depth_m, p.ground.below_depth_m);
   f(c.ground_own_plane_first, p.ground.own_plane_first);
-  f(c.ground_floating_step_m, p.ground.floating_step_m);
-  f(c.ground_floating_reach_m, p.ground.floating_reach_m);
+  f(c.ground_elevated_step_m, p.ground.elevated_step_m);
+  f(c.ground_elevated_reach_m, p.ground.elevated_reach_m);
   f(c.ground_seen_through_share, p.ground.seen_through_share);
-  f(c.ground_spread, p.ground.spread);
+  f(c.ground_propagation_voxels, p.ground.propagation_voxels);
   f(c.free_space_columns, p.free_space.columns);
   f(c.free_space_visibility, p.free_space.visibility);
   f(c.free_space_images_per_keyframe, p.free_space.images_per_keyframe);
@@ -49,7 +49,7 @@ void visit(CConfig& c, Config& p, Function f) {
   f(c.free_space_min_returns, p.free_space.min_returns);
   f(c.free_space_range_margin_m, p.free_space.range_margin_m);
   f(c.free_space_range_margin_relative, p.free_space.range_margin_relative);
-  f(c.free_space_sure_range_m, p.free_space.sure_range_m);
+  f(c.free_space_full_weight_range_m, p.free_space.full_weight_range_m);
   f(c.free_space_own_keyframe, p.free_space.own_keyframe);
   f(c.removal_window, p.removal.window);
   f(c.removal_candidates_next_to_ground, p.removal.candidates_next_to_ground);
@@ -60,10 +60,10 @@ void visit(CConfig& c, Config& p, Function f) {
   f(c.removal_connecting_height_m, p.removal.connecting_height_m);
   f(c.removal_component_dynamic_share, p.removal.component_dynamic_share);
   f(c.removal_component_static_share, p.removal.component_static_share);
-  f(c.removal_firm_log_odds, p.removal.firm_log_odds);
-  f(c.removal_most_carried_log_odds, p.removal.most_carried_log_odds);
+  f(c.removal_confirmed_static_log_odds, p.removal.confirmed_static_log_odds);
+  f(c.removal_log_odds_clamp, p.removal.log_odds_clamp);
   f(c.removal_persistence_share, p.removal.persistence_share);
-  f(c.removal_revise, p.removal.revise);
+  f(c.removal_final_labels, p.removal.final_labels);
   f(c.descriptor_voxel_size_m, p.descriptor.voxel_size_m);
   f(c.descriptor_max_cells, p.descriptor.max_cells);
   f(c.descriptor_max_voxels, p.descriptor.max_voxels);

@@ -315,26 +315,26 @@ um_status um_labels(um_pipeline* pipeline, std::uint32_t scan, std::uint8_t* lab
   return tell(*pipeline, {});
 }
 
-um_status um_revised_get(um_pipeline* pipeline, um_revised* revised) {
+um_status um_relabelled_get(um_pipeline* pipeline, um_relabelled* relabelled) {
   if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
-  if (revised == nullptr) return refuse(*pipeline, UM_NULL_ARGUMENT);
-  *revised = {};
-  const RevisedKeyframe& last = pipeline->core->keyframe().revised;
+  if (relabelled == nullptr) return refuse(*pipeline, UM_NULL_ARGUMENT);
+  *relabelled = {};
+  const RelabelledKeyframe& last = pipeline->core->keyframe().relabelled;
   if (last.available) {
-    *revised = {1,
-                last.sequence,
-                last.revision,
-                last.later_keyframes,
-                last.cells_now_dynamic,
-                last.cells_now_static,
-                {}};
+    *relabelled = {1,
+                   last.sequence,
+                   last.revision,
+                   last.later_keyframes,
+                   last.cells_now_dynamic,
+                   last.cells_now_static,
+                   {}};
   }
   return tell(*pipeline, {});
 }
 
-um_status um_revise_labels(um_pipeline* pipeline, const um_points* points,
-                           const um_pose* T_odometry_sensor, std::uint8_t* labels,
-                           std::size_t count, std::size_t* changed) {
+um_status um_relabel(um_pipeline* pipeline, const um_points* points,
+                     const um_pose* T_odometry_sensor, std::uint8_t* labels, std::size_t count,
+                     std::size_t* changed) {
   if (changed != nullptr) *changed = 0;
   if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
   if (points == nullptr || T_odometry_sensor == nullptr || (labels == nullptr && count > 0)) {
@@ -344,17 +344,17 @@ um_status um_revise_labels(um_pipeline* pipeline, const um_points* points,
   const Pose pose = from_c(*T_odometry_sensor);
   if (!pose.is_rigid()) return refuse(*pipeline, UM_INVALID_POSE);
   // PointLabel is one byte with the values of um_label.
-  const std::size_t revised = pipeline->core->revise_labels(
+  const std::size_t relabelled = pipeline->core->relabel(
       to_view(*points), pose, {reinterpret_cast<PointLabel*>(labels), count});
-  if (changed != nullptr) *changed = revised;
+  if (changed != nullptr) *changed = relabelled;
   return tell(*pipeline, {});
 }
 
-um_status um_revise_next(um_pipeline* pipeline, std::int32_t* revised) {
-  if (revised != nullptr) *revised = 0;
+um_status um_relabel_next(um_pipeline* pipeline, std::int32_t* relabelled) {
+  if (relabelled != nullptr) *relabelled = 0;
   if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
-  if (revised == nullptr) return refuse(*pipeline, UM_NULL_ARGUMENT);
-  *revised = pipeline->core->revise_next() ? 1 : 0;
+  if (relabelled == nullptr) return refuse(*pipeline, UM_NULL_ARGUMENT);
+  *relabelled = pipeline->core->relabel_next() ? 1 : 0;
   return tell(*pipeline, {});
 }
 

@@ -174,8 +174,8 @@ typedef struct um_config {
   /** Ground that lies at least so much above ground within the reach is none: what a moving
    *  vehicle leaves behind can be as flat as a road. Metres; 0 = off (paper), else [0.1, 2], and
    *  [2, 50]; measured. */
-  float ground_floating_step_m;
-  float ground_floating_reach_m;
+  float ground_elevated_step_m;
+  float ground_elevated_reach_m;
 
   /* What counts as evidence of free space */
   /** 0 or 1. The paper's columns: cells between the ground and the lowest obstacle above it are
@@ -206,7 +206,7 @@ typedef struct um_config {
   float free_space_range_margin_relative;
   /** Up to this range a cell that was seen through counts in full, beyond it in proportion. Metres;
    *  0 = always in full, else (0, 500]; measured: where neighbouring rays are two cells apart. */
-  float free_space_sure_range_m;
+  float free_space_full_weight_range_m;
   /** 0 or 1. Images of the keyframe itself are evidence too; measured: on. */
   uint32_t free_space_own_keyframe;
 
@@ -234,10 +234,10 @@ typedef struct um_config {
   float removal_component_static_share;
   /** Cells at or below minus this log-odds keep their own verdict whatever their component
    *  says: a van that drives past does not take the parked car with it. (0, 1000]; measured. */
-  float removal_firm_log_odds;
+  float removal_confirmed_static_log_odds;
   /** A cell that was judged in the keyframe before carries its sum on, at most so much either
    *  way, and only newer evidence is added; 0 = weigh the whole window anew. [0, 30]; measured. */
-  float removal_most_carried_log_odds;
+  float removal_log_odds_clamp;
   /** A component stays dynamic if at least this share of its cells was dynamic in the keyframe
    *  before, and twice as many cells were dynamic as static there. [0, 1], 0 = off; measured. */
   float removal_persistence_share;
@@ -334,9 +334,9 @@ typedef struct um_config {
   uint32_t budget_us;
   /** These two belong to the ground's parameters above. */
   float ground_seen_through_share;
-  uint32_t ground_spread;
+  uint32_t ground_propagation_voxels;
   /** Belongs to removal above; 0 or 1. */
-  uint32_t removal_revise;
+  uint32_t removal_final_labels;
   /** Must be 0. */
   uint32_t reserved[3];
 } um_config;
@@ -476,7 +476,7 @@ enum um_drop_cause {
   UM_DROP_SCAN_TOO_LARGE = 2,     /**< points beyond keyframe_max_points_per_scan */
   UM_DROP_CELLS_FULL = 3,         /**< points that found no room among the cells or blocks */
   UM_DROP_VOXELS_FULL = 4,        /**< fine cells that found no room among the coarse voxels */
-  UM_DROP_EVIDENCE_FULL = 5,      /**< columns, and blocks to be revised, that found no room */
+  UM_DROP_EVIDENCE_FULL = 5,      /**< columns, and blocks to be relabelled, that found no room */
   UM_DROP_DESCRIPTION_FULL = 6,   /**< cells, voxels or keypoints the describer refused */
   UM_DROP_TRIANGLE_TABLE_FULL = 7 /**< triangles loop search refused */
 };
@@ -582,7 +582,7 @@ UM_API um_status um_labels(um_pipeline* pipeline, uint32_t scan, uint8_t* labels
 /* ---- Revisions ------------------------------------------------------------------------------ */
 
 /** What became of a keyframe that left the window: the last revision of its labels. */
-typedef struct um_revised {
+typedef struct um_relabelled {
   uint32_t available;       /**< 1 if there is one; the rest is 0 otherwise */
   uint32_t sequence;        /**< of the keyframe */
   uint32_t revision;        /**< 1: final; what um_labels gives is revision 0 */
@@ -590,21 +590,21 @@ typedef struct um_revised {
   uint32_t cells_now_dynamic;
   uint32_t cells_now_static;
   uint32_t reserved[2];
-} um_revised;
+} um_relabelled;
 
-/** The keyframe that left the window when the last one closed, or by um_revise_next. */
-UM_API um_status um_revised_get(um_pipeline* pipeline, um_revised* revised);
+/** The keyframe that left the window when the last one closed, or by um_relabel_next. */
+UM_API um_status um_relabelled_get(um_pipeline* pipeline, um_relabelled* relabelled);
 
 /** Brings the labels of a scan of that keyframe up to its last revision. The caller kept them, and
  *  the scan: hand in the points and the pose that um_add_scan got. *changed (may be null) tells how
  *  many labels changed. Cost: proportional to the points. */
-UM_API um_status um_revise_labels(um_pipeline* pipeline, const um_points* points,
-                                  const um_pose* T_odometry_sensor, uint8_t* labels, size_t count,
-                                  size_t* changed);
+UM_API um_status um_relabel(um_pipeline* pipeline, const um_points* points,
+                            const um_pose* T_odometry_sensor, uint8_t* labels, size_t count,
+                            size_t* changed);
 
-/** After the last scan and um_flush: revises the oldest keyframe still in the window. *revised
+/** After the last scan and um_flush: revises the oldest keyframe still in the window. *relabelled
  *  becomes 1, or 0 if there is none left; call until then. */
-UM_API um_status um_revise_next(um_pipeline* pipeline, int32_t* revised);
+UM_API um_status um_relabel_next(um_pipeline* pipeline, int32_t* relabelled);
 
 /* ---- Events --------------------------------------------------------------------------------- */
 

@@ -35,23 +35,23 @@ const char* pose_fault(const Pose& pose) {
   return nullptr;
 }
 
-const char* image_fault(const merge::KeyframeRecord& record) {
+const char* image_fault(const KeyframeRecord& record) {
   if (record.images.empty()) return nullptr;
   if (record.images.size() > kMaxImages) return "a keyframe has too many free-space images";
   if (!is_image_shape(record.image_shape)) return "no image has such a field of view";
   // Also false for NaN; one zero, so that there is one spelling.
-  const float sure_m = record.image_sure_range_m;
+  const float sure_m = record.image_full_weight_range_m;
   const bool is_range = sure_m >= 0.0F && sure_m <= 10000.0F && !std::signbit(sure_m);
   if (!is_range) return "no image is sure up to such a range";
   std::vector<std::uint16_t> pixels(ImageProjection(record.image_shape).pixels());
-  for (const merge::CodedImage& image : record.images) {
+  for (const CodedImage& image : record.images) {
     if (image.scan >= record.scans.size()) return "the scan of a free-space image is not there";
     if (!decode_image(image.code, pixels)) return "a free-space image is damaged";
   }
   return nullptr;
 }
 
-const char* record_fault(const merge::KeyframeRecord& record) {
+const char* record_fault(const KeyframeRecord& record) {
   if (record.scans.empty()) return "a keyframe has no scans";
   if (record.scans.size() > kMaxScans) return "a keyframe has too many scans";
   if (record.keypoints.size() > kMaxKeypoints) return "a keyframe has too many keypoints";
@@ -140,7 +140,7 @@ void put_cells(LittleEndianWriter& out, const std::vector<CellKey>& keys) {
   }
 }
 
-void put_images(LittleEndianWriter& out, const merge::KeyframeRecord& record) {
+void put_images(LittleEndianWriter& out, const KeyframeRecord& record) {
   out.put(static_cast<std::uint32_t>(record.images.size()));
   if (record.images.empty()) return;
   const RangeImageShape& shape = record.image_shape;
@@ -149,8 +149,8 @@ void put_images(LittleEndianWriter& out, const merge::KeyframeRecord& record) {
         shape.elevation_max_deg, shape.elevation_resolution_deg}) {
     out.put(angle_deg);
   }
-  out.put(record.image_sure_range_m);
-  for (const merge::CodedImage& image : record.images) {
+  out.put(record.image_full_weight_range_m);
+  for (const CodedImage& image : record.images) {
     out.put(image.scan);
     out.put(static_cast<std::uint32_t>(image.code.size()));
     out.put(Bytes(image.code));
@@ -253,7 +253,7 @@ const char* read_cells(LittleEndianReader& in, std::vector<FineCell>& cells) {
   return cells.size() == count ? nullptr : "fewer cells than announced";
 }
 
-const char* read_images(LittleEndianReader& in, merge::KeyframeRecord& record) {
+const char* read_images(LittleEndianReader& in, KeyframeRecord& record) {
   const auto count = in.get<std::uint32_t>();
   if (!in.ok()) return "fewer bytes than images";
   if (count == 0) return nullptr;
@@ -264,9 +264,9 @@ const char* read_images(LittleEndianReader& in, merge::KeyframeRecord& record) {
         &shape.elevation_max_deg, &shape.elevation_resolution_deg}) {
     *angle_deg = in.get_float();
   }
-  record.image_sure_range_m = in.get_float();
+  record.image_full_weight_range_m = in.get_float();
   for (std::uint32_t i = 0; i < count; ++i) {
-    merge::CodedImage& image = record.images.emplace_back();
+    CodedImage& image = record.images.emplace_back();
     image.scan = in.get<std::uint32_t>();
     const Bytes code = in.get_bytes(in.get<std::uint32_t>());
     if (!in.ok()) return "fewer bytes than images";
@@ -275,7 +275,7 @@ const char* read_images(LittleEndianReader& in, merge::KeyframeRecord& record) {
   return nullptr;
 }
 
-const char* read_record(LittleEndianReader& in, merge::KeyframeRecord& record) {
+const char* read_record(LittleEndianReader& in, KeyframeRecord& record) {
   if (in.get<std::uint32_t>() != kKeyframeMagic) return "not a keyframe";
   const auto schema = in.get<std::uint16_t>();
   if (schema < kOldestKeyframeSchema || schema > kKeyframeSchema) return "unknown schema version";
@@ -325,7 +325,7 @@ std::uint32_t put_all(const Elements& elements, Put put) {
 
 }  // namespace
 
-std::vector<std::uint8_t> encode_keyframe(const merge::KeyframeRecord& record) {
+std::vector<std::uint8_t> encode_keyframe(const KeyframeRecord& record) {
   if (const char* fault = record_fault(record)) throw std::invalid_argument(fault);
   std::uint64_t left_out = record.left_out;
   const std::vector<CellKey> static_keys = cell_keys(record.static_cells, left_out);
@@ -369,7 +369,7 @@ std::vector<std::uint8_t> encode_keyframe(const merge::KeyframeRecord& record) {
 DecodedKeyframe decode_keyframe(Bytes bytes) {
   DecodedKeyframe decoded;
   LittleEndianReader in(bytes);
-  merge::KeyframeRecord& record = decoded.record.emplace();
+  KeyframeRecord& record = decoded.record.emplace();
   if (const char* fault = read_record(in, record)) {
     decoded.error = std::string(fault) + " (at byte " + std::to_string(in.position()) + " of " +
                     std::to_string(bytes.size()) + ")";

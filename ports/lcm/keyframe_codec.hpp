@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "ports/lcm/byte_io.hpp"
-#include "unimapper/merge/keyframe_record.hpp"
+#include "unimapper/core/keyframe_record.hpp"
 
 namespace unimapper::wire {
 
@@ -28,11 +28,11 @@ inline constexpr std::uint32_t kMaxImages = 32;
 /// record. Throws std::invalid_argument if the record is no keyframe: no scans, scans out of
 /// order, a reference scan that is not there, a pose that is not rigid, too many elements.
 /// About 4 bytes per cell. Cost: O(n log n) in the cells.
-std::vector<std::uint8_t> encode_keyframe(const merge::KeyframeRecord& record);
+std::vector<std::uint8_t> encode_keyframe(const KeyframeRecord& record);
 
 /// A decoded keyframe, or why the bytes are none.
 struct DecodedKeyframe {
-  std::optional<merge::KeyframeRecord> record;
+  std::optional<KeyframeRecord> record;
   std::string error;  ///< reason and byte offset, if there is no record
 };
 

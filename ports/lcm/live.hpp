@@ -51,7 +51,7 @@ enum class ListenEnd : std::uint8_t {
 
 struct ListenResult {
   ListenEnd end = ListenEnd::kComplete;
-  std::vector<merge::SessionData> sessions;
+  std::vector<SessionData> sessions;
   ReceiverCounters counters;
 };
 

@@ -116,7 +116,7 @@ bool is_name_character(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '.' || c == '_' || c == '-';
 }
 
-merge::SessionId session_id(std::int32_t robot, std::int64_t session) {
+SessionId session_id(std::int32_t robot, std::int64_t session) {
   return {static_cast<std::uint32_t>(robot), static_cast<std::uint64_t>(session)};
 }
 

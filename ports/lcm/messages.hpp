@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "ports/lcm/byte_io.hpp"
-#include "unimapper/merge/session_id.hpp"
+#include "unimapper/core/session_id.hpp"
 
 namespace unimapper::wire {
 
@@ -20,7 +20,7 @@ enum class SessionState : std::int8_t { kStarted = 0, kRunning = 1, kEnded = 2 }
 
 /// Who sends and how far it is.
 struct SessionMessage {
-  merge::SessionInfo info;
+  SessionInfo info;
   SessionState state = SessionState::kStarted;
   std::uint64_t keyframes = 0;          ///< made so far
   std::uint64_t keyframes_dropped = 0;  ///< of which never sent
@@ -28,7 +28,7 @@ struct SessionMessage {
 
 /// One piece of an encoded keyframe.
 struct ChunkMessage {
-  merge::SessionId session;
+  SessionId session;
   std::uint32_t sequence = 0;       ///< of the keyframe within its session
   std::uint32_t index = 0;          ///< of this piece
   std::uint32_t count = 0;          ///< pieces of the keyframe
@@ -60,7 +60,7 @@ struct HealthMessage {
     std::string what;
     std::uint64_t count = 0;
   };
-  merge::SessionId session;
+  SessionId session;
   std::uint64_t scans = 0;
   std::uint64_t keyframes = 0;
   std::uint64_t points_in = 0;

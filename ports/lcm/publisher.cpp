@@ -29,7 +29,7 @@ TokenBucket::Clock::duration TokenBucket::wait_time(double bytes, Clock::time_po
          std::chrono::microseconds(1);
 }
 
-Publisher::Publisher(merge::SessionInfo info, Send send, const PublisherOptions& options)
+Publisher::Publisher(SessionInfo info, Send send, const PublisherOptions& options)
     : send_(std::move(send)),
       options_(options),
       bucket_(options.bytes_per_second, options.burst_bytes, Clock::now()),

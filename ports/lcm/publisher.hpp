@@ -67,7 +67,7 @@ struct PublisherCounters {
 class Publisher {
  public:
   /// Throws std::invalid_argument for an impossible name, datagram size or rate.
-  Publisher(merge::SessionInfo info, Send send, const PublisherOptions& options = {});
+  Publisher(SessionInfo info, Send send, const PublisherOptions& options = {});
   /// Stops at once; what waits is lost and no end is announced. See `finish`.
   ~Publisher();
   Publisher(const Publisher&) = delete;

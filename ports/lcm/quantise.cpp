@@ -75,7 +75,7 @@ FineCell cell_of(CellKey key) {
   return cell;
 }
 
-void quantise(merge::KeyframeRecord& record) {
+void quantise(KeyframeRecord& record) {
   quantise_cells(record.static_cells, record.left_out);
   quantise_cells(record.dynamic_cells, record.left_out);
   record.left_out +=

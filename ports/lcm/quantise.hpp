@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "unimapper/core/keyframe.hpp"
+#include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/core/quantise.hpp"
-#include "unimapper/merge/keyframe_record.hpp"
 
 namespace unimapper::wire {
 
@@ -17,7 +17,7 @@ namespace unimapper::wire {
 /// beyond, or is not finite, is removed and counted in `record.left_out`. Cells are sorted.
 /// Afterwards the record equals what the base will decode, bit for bit; doing it twice changes
 /// nothing. Cost: O(n log n) in the cells.
-void quantise(merge::KeyframeRecord& record);
+void quantise(KeyframeRecord& record);
 
 /// One cell as it travels, ordered as it travels: by 2.56 m block, ground before the rest, by
 /// position, by points. From the top: block x y z (8 bits each, offset 128), not-ground (1),

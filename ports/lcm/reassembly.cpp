@@ -41,7 +41,7 @@ Reassembly::Result Reassembly::add(ChunkMessage&& chunk) {
   return result;
 }
 
-void Reassembly::forget(const merge::SessionId& session, std::uint32_t sequence) {
+void Reassembly::forget(const SessionId& session, std::uint32_t sequence) {
   auto entry = pending_.lower_bound(Head{session, sequence, 0, 0, 0});
   while (entry != pending_.end() && entry->first.session == session &&
          entry->first.sequence == sequence) {

@@ -44,7 +44,7 @@ class Reassembly {
   /// Takes one piece, as `decode_chunk` let it pass.
   Result add(ChunkMessage&& chunk);
   /// Forgets everything about a keyframe, because it has arrived.
-  void forget(const merge::SessionId& session, std::uint32_t sequence);
+  void forget(const SessionId& session, std::uint32_t sequence);
 
   [[nodiscard]] std::size_t pending_keyframes() const { return pending_.size(); }
   [[nodiscard]] std::uint64_t pending_bytes() const { return pending_bytes_; }
@@ -54,7 +54,7 @@ class Reassembly {
  private:
   /// Session and sequence first, so that what concerns one keyframe lies together.
   struct Head {
-    merge::SessionId session;
+    SessionId session;
     std::uint32_t sequence = 0;
     std::uint32_t count = 0;
     std::uint32_t total_bytes = 0;

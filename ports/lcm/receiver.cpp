@@ -14,17 +14,17 @@ namespace {
 /// Damaged sequence numbers remembered per session; forgers can make up any number of them.
 constexpr std::size_t kMaxDamagedKept = 100000;
 
-std::string name_of_numbers(const merge::SessionId& id) {
+std::string name_of_numbers(const SessionId& id) {
   return "robot" + std::to_string(id.robot) + "_session" + std::to_string(id.session);
 }
 
-std::uint64_t memory_of(const merge::KeyframeRecord& record) {
+std::uint64_t memory_of(const KeyframeRecord& record) {
   return sizeof record + record.scans.size() * sizeof(KeyframeScan) +
          (record.static_cells.size() + record.dynamic_cells.size()) * sizeof(FineCell) +
          record.keypoints.size() * sizeof(Keypoint) + record.planes.size() * sizeof(PlanePatch);
 }
 
-bool is_same(const merge::SessionInfo& a, const merge::SessionInfo& b) {
+bool is_same(const SessionInfo& a, const SessionInfo& b) {
   return a.name == b.name && a.sensor == b.sensor;
 }
 
@@ -46,7 +46,7 @@ void Receiver::receive(std::string_view channel, Bytes data) {
   ++counters_.messages;
 }
 
-Receiver::Session* Receiver::session(const merge::SessionId& id) {
+Receiver::Session* Receiver::session(const SessionId& id) {
   const auto known = sessions_.find(id);
   if (known != sessions_.end()) return &known->second;
   if (sessions_.size() < limits_.max_sessions) return &sessions_[id];
@@ -89,7 +89,7 @@ void Receiver::receive_chunk(Bytes data) {
     ++counters_.malformed;
     return;
   }
-  const merge::SessionId id = chunk->session;
+  const SessionId id = chunk->session;
   const std::uint32_t sequence = chunk->sequence;
   Session* state = session(id);
   if (state == nullptr) return;
@@ -126,7 +126,7 @@ void Receiver::receive_chunk(Bytes data) {
   }
 }
 
-void Receiver::keep(Session& state, merge::KeyframeRecord&& record) {
+void Receiver::keep(Session& state, KeyframeRecord&& record) {
   const std::uint64_t bytes = memory_of(record);
   if (bytes > limits_.max_stored_bytes - stored_bytes_) {
     ++counters_.refused;
@@ -155,7 +155,7 @@ std::vector<SessionProgress> Receiver::progress() const {
   std::vector<SessionProgress> all;
   for (const auto& [id, state] : sessions_) {
     SessionProgress one;
-    one.info = state.info.value_or(merge::SessionInfo{id, name_of_numbers(id), {}});
+    one.info = state.info.value_or(SessionInfo{id, name_of_numbers(id), {}});
     one.ended = state.ended;
     one.announced = state.announced;
     one.received = state.keyframes.size();
@@ -166,11 +166,11 @@ std::vector<SessionProgress> Receiver::progress() const {
   return all;
 }
 
-std::vector<merge::SessionData> Receiver::take_sessions() {
-  std::vector<merge::SessionData> sessions;
+std::vector<SessionData> Receiver::take_sessions() {
+  std::vector<SessionData> sessions;
   for (auto& [id, state] : sessions_) {
-    merge::SessionData data;
-    data.info = state.info.value_or(merge::SessionInfo{id, name_of_numbers(id), {}});
+    SessionData data;
+    data.info = state.info.value_or(SessionInfo{id, name_of_numbers(id), {}});
     data.complete = state.ended;
     data.keyframes_damaged = state.damaged.size();
     const std::uint64_t accounted = state.keyframes.size() + state.damaged.size();
@@ -185,12 +185,12 @@ std::vector<merge::SessionData> Receiver::take_sessions() {
   return sessions;
 }
 
-void sort_and_name(std::vector<merge::SessionData>& sessions) {
+void sort_and_name(std::vector<SessionData>& sessions) {
   std::sort(sessions.begin(), sessions.end(), [](const auto& a, const auto& b) {
     return std::tie(a.info.name, a.info.id) < std::tie(b.info.name, b.info.id);
   });
   std::set<std::string> taken;
-  for (merge::SessionData& session : sessions) {
+  for (SessionData& session : sessions) {
     const std::string name = session.info.name;
     for (int number = 2; !taken.insert(session.info.name).second; ++number) {
       session.info.name = name + "-" + std::to_string(number);

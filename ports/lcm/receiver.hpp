@@ -12,7 +12,7 @@
 
 #include "ports/lcm/messages.hpp"
 #include "ports/lcm/reassembly.hpp"
-#include "unimapper/merge/keyframe_record.hpp"
+#include "unimapper/core/keyframe_record.hpp"
 
 namespace unimapper::wire {
 
@@ -31,7 +31,7 @@ struct ReceiverCounters {
 
 /// How far one session is.
 struct SessionProgress {
-  merge::SessionInfo info;
+  SessionInfo info;
   bool ended = false;                   ///< its end was announced
   bool whole = false;                   ///< ended, and every keyframe it sent is here
   std::uint64_t announced = 0;          ///< keyframes made, as far as known
@@ -55,15 +55,15 @@ class Receiver {
   /// Hands over the sessions, sorted by name and id, names made unique; the receiver holds
   /// none afterwards, but goes on counting. A session whose messages never came is named after its
   /// numbers.
-  std::vector<merge::SessionData> take_sessions();
+  std::vector<SessionData> take_sessions();
 
  private:
   struct Session {
-    std::optional<merge::SessionInfo> info;
+    std::optional<SessionInfo> info;
     bool ended = false;
     std::uint64_t announced = 0;
     std::uint64_t dropped_by_sender = 0;
-    std::map<std::uint32_t, merge::KeyframeRecord> keyframes;
+    std::map<std::uint32_t, KeyframeRecord> keyframes;
     std::set<std::uint32_t> damaged;
     std::optional<HealthMessage> health;
   };
@@ -72,14 +72,14 @@ class Receiver {
   void receive_chunk(Bytes data);
   void receive_health(Bytes data);
   /// The session, made if there is room for one more; null otherwise.
-  Session* session(const merge::SessionId& id);
-  void keep(Session& state, merge::KeyframeRecord&& record);
+  Session* session(const SessionId& id);
+  void keep(Session& state, KeyframeRecord&& record);
   void mark_damaged(Session& state, std::uint32_t sequence);
 
   ReceiverLimits limits_;
   Reassembly reassembly_;
   ReceiverCounters counters_;
-  std::map<merge::SessionId, Session> sessions_;
+  std::map<SessionId, Session> sessions_;
   std::uint64_t stored_bytes_ = 0;
 };
 
@@ -89,7 +89,7 @@ std::vector<std::string> feed_event_log(Receiver& receiver, const std::filesyste
 
 /// The sessions of an event log and what was wrong with it.
 struct ReceivedLog {
-  std::vector<merge::SessionData> sessions;
+  std::vector<SessionData> sessions;
   ReceiverCounters counters;
   std::vector<std::string> faults;
 };
@@ -99,6 +99,6 @@ struct ReceivedLog {
 ReceivedLog read_event_log(const std::filesystem::path& path, const ReceiverLimits& limits = {});
 
 /// Sorts by name and id and appends "-2", "-3", ... to names that occur again.
-void sort_and_name(std::vector<merge::SessionData>& sessions);
+void sort_and_name(std::vector<SessionData>& sessions);
 
 }  // namespace unimapper::wire

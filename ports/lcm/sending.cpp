@@ -8,7 +8,7 @@
 
 namespace unimapper::wire {
 
-EncodedKeyframe encode_for_sending(const merge::KeyframeRecord& record) {
+EncodedKeyframe encode_for_sending(const KeyframeRecord& record) {
   EncodedKeyframe keyframe;
   keyframe.bytes = encode_keyframe(record);
   keyframe.session = record.session;

@@ -7,7 +7,7 @@
 
 #include "ports/lcm/messages.hpp"
 
-namespace unimapper::merge {
+namespace unimapper {
 struct KeyframeRecord;
 }
 
@@ -15,14 +15,14 @@ namespace unimapper::wire {
 
 /// An encoded keyframe and what its envelope needs.
 struct EncodedKeyframe {
-  merge::SessionId session;
+  SessionId session;
   std::uint32_t sequence = 0;
   std::int64_t stamp_ns = 0;  ///< of its last scan: when it was finished
   std::vector<std::uint8_t> bytes;
 };
 
 /// Encodes once for every path it is sent on. Throws as `encode_keyframe`.
-EncodedKeyframe encode_for_sending(const merge::KeyframeRecord& record);
+EncodedKeyframe encode_for_sending(const KeyframeRecord& record);
 
 inline constexpr std::uint32_t kSmallestDatagramBytes = 256;
 inline constexpr std::uint32_t kLargestDatagramBytes = 60000;

@@ -10,7 +10,7 @@ constexpr std::int64_t kSessionPeriodUs = 1'000'000;
 
 }  // namespace
 
-SessionLogWriter::SessionLogWriter(const std::filesystem::path& path, merge::SessionInfo info,
+SessionLogWriter::SessionLogWriter(const std::filesystem::path& path, SessionInfo info,
                                    std::uint32_t datagram_bytes)
     : log_(path), datagram_bytes_(datagram_bytes) {
   session_.info = std::move(info);

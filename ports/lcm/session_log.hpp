@@ -14,7 +14,7 @@ namespace unimapper::wire {
 class SessionLogWriter {
  public:
   /// Throws EventLogError, or std::invalid_argument for an impossible name or datagram size.
-  SessionLogWriter(const std::filesystem::path& path, merge::SessionInfo info,
+  SessionLogWriter(const std::filesystem::path& path, SessionInfo info,
                    std::uint32_t datagram_bytes = kLargestDatagramBytes);
 
   /// Appends a keyframe; sequence numbers ascend from 0. Throws EventLogError.

@@ -16,8 +16,8 @@ std::vector<std::uint8_t> code_of(const FreeSpaceImage& image) {
 
 }  // namespace
 
-merge::KeyframeRecord to_record(const KeyframeView& keyframe, const merge::SessionId& session) {
-  merge::KeyframeRecord record;
+KeyframeRecord to_record(const KeyframeView& keyframe, const SessionId& session) {
+  KeyframeRecord record;
   record.session = session;
   record.sequence = keyframe.sequence;
   record.reference_scan = keyframe.reference_scan;
@@ -30,7 +30,7 @@ merge::KeyframeRecord to_record(const KeyframeView& keyframe, const merge::Sessi
   // keypoints are the whole descriptor.
   if (!keyframe.images.empty()) {
     record.image_shape = keyframe.image_shape;
-    record.image_sure_range_m = keyframe.image_sure_range_m;
+    record.image_full_weight_range_m = keyframe.image_full_weight_range_m;
   }
   for (const FreeSpaceImage& image : keyframe.images) {
     record.images.push_back({image.scan, code_of(image)});

@@ -49,10 +49,10 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("margin_m", config.margin_m);
   visitor("below_depth_m", config.below_depth_m);
   visitor("own_plane_first", config.own_plane_first);
-  visitor("floating_step_m", config.floating_step_m);
-  visitor("floating_reach_m", config.floating_reach_m);
+  visitor("elevated_step_m", config.elevated_step_m);
+  visitor("elevated_reach_m", config.elevated_reach_m);
   visitor("seen_through_share", config.seen_through_share);
-  visitor("spread", config.spread);
+  visitor("propagation_voxels", config.propagation_voxels);
 }
 
 template <Is<FreeSpaceConfig> Config, typename Visitor>
@@ -69,7 +69,7 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("min_returns", config.min_returns);
   visitor("range_margin_m", config.range_margin_m);
   visitor("range_margin_relative", config.range_margin_relative);
-  visitor("sure_range_m", config.sure_range_m);
+  visitor("full_weight_range_m", config.full_weight_range_m);
   visitor("own_keyframe", config.own_keyframe);
 }
 
@@ -84,10 +84,10 @@ void visit_members(Config& config, Visitor& visitor) {
   visitor("connecting_height_m", config.connecting_height_m);
   visitor("component_dynamic_share", config.component_dynamic_share);
   visitor("component_static_share", config.component_static_share);
-  visitor("most_carried_log_odds", config.most_carried_log_odds);
-  visitor("firm_log_odds", config.firm_log_odds);
+  visitor("log_odds_clamp", config.log_odds_clamp);
+  visitor("confirmed_static_log_odds", config.confirmed_static_log_odds);
   visitor("persistence_share", config.persistence_share);
-  visitor("revise", config.revise);
+  visitor("final_labels", config.final_labels);
 }
 
 template <Is<DescriptorConfig> Config, typename Visitor>

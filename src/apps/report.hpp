@@ -26,7 +26,7 @@ struct SessionEvidence {
 
 /// Everything a report or a terminal summary shows. The pointers must outlive the call.
 struct ReportInput {
-  const std::vector<merge::SessionData>* sessions = nullptr;
+  const std::vector<SessionData>* sessions = nullptr;
   const merge::MergeResult* result = nullptr;
   std::vector<SessionEvidence> evidence;  ///< one per session, or empty
   std::string title = "Merged map";

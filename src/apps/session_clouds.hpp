@@ -11,7 +11,7 @@ namespace unimapper::apps {
 
 /// Static cells of a session in the map frame (of an unconnected session: in its own frame),
 /// thinned to the first point of each `voxel_m`. O(cells).
-[[nodiscard]] std::vector<Eigen::Vector3f> session_cloud(const merge::SessionData& session,
+[[nodiscard]] std::vector<Eigen::Vector3f> session_cloud(const SessionData& session,
                                                          const merge::MergedSession& merged,
                                                          float voxel_m = 0.2F);
 
@@ -19,7 +19,7 @@ namespace unimapper::apps {
 /// fuses what sessions have in common, so only these can tell how well sessions coincide:
 /// `unimapper evaluate map` compares them. Throws DatasetError.
 void write_session_clouds(const std::filesystem::path& map,
-                          const std::vector<merge::SessionData>& sessions,
+                          const std::vector<SessionData>& sessions,
                           const merge::MergeResult& result);
 
 }  // namespace unimapper::apps

@@ -4,9 +4,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "bench/simulator/simulate.hpp"
 #include "src/apps/commands.hpp"
 #include "src/apps/onboard/progress.hpp"
+#include "src/simulator/simulate.hpp"
 
 namespace unimapper::apps {
 namespace {

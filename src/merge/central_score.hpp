@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "loop_verifier.hpp"
-#include "unimapper/merge/keyframe_record.hpp"
+#include "unimapper/core/keyframe_record.hpp"
 
 namespace unimapper::merge {
 

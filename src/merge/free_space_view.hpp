@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "unimapper/merge/keyframe_record.hpp"
+#include "unimapper/core/keyframe_record.hpp"
 
 namespace unimapper::merge {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "free_space_view.hpp"
-#include "unimapper/merge/keyframe_record.hpp"
+#include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/registration.hpp"
 

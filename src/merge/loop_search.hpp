@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "unimapper/merge/keyframe_record.hpp"
+#include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/place/config.hpp"

@@ -79,7 +79,7 @@ std::string MergeConfig::validate() const {
       {"refinement.connecting_height_m", refinement.connecting_height_m, 0.0, 2.0},
       {"refinement.component_dynamic_share", refinement.component_dynamic_share, 0.0, 1.0},
       {"refinement.component_static_share", refinement.component_static_share, 0.0, 1.0},
-      {"refinement.firm_log_odds", refinement.firm_log_odds, 0.001, 1000.0},
+      {"refinement.confirmed_static_log_odds", refinement.confirmed_static_log_odds, 0.001, 1000.0},
       {"refinement.ground_log_odds", refinement.ground_log_odds, 0.0, 10.0},
       {"refinement.ground_share", refinement.ground_share, 0.001, 1.0},
       {"map.voxel_size_m", map.voxel_size_m, 0.05, 5.0},

@@ -25,7 +25,8 @@ class Settling {
       place_of_[i] = table_.find_or_insert(cells.place[i]);
       if (place_of_[i] == places_.size()) places_.emplace_back();
       Place& place = places_[place_of_[i]];
-      place.sum += std::clamp(cells.log_odds[i], -config.firm_log_odds, config.firm_log_odds);
+      place.sum += std::clamp(cells.log_odds[i], -config.confirmed_static_log_odds,
+                              config.confirmed_static_log_odds);
       place.cells += 1.0F;
     }
   }
@@ -158,7 +159,7 @@ class Settling {
           static_cast<float>(component.dynamic) / static_cast<float>(component.size);
       bool is_dynamic = place.mean > 0.0F;
       if (share >= config_.component_dynamic_share) {
-        is_dynamic = is_dynamic || cells_.log_odds[i] > -config_.firm_log_odds;
+        is_dynamic = is_dynamic || cells_.log_odds[i] > -config_.confirmed_static_log_odds;
       } else if (share < config_.component_static_share) {
         is_dynamic = false;
       }

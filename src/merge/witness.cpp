@@ -16,7 +16,7 @@ Witness::Witness(const PlacedSession& placed, std::size_t keyframe) {
   const KeyframeRecord& record = placed.session->keyframes[keyframe];
   if (record.images.empty() || !is_image_shape(record.image_shape)) return;
   projection_ = ImageProjection(record.image_shape);
-  sure_range_m_ = record.image_sure_range_m;
+  full_weight_range_m_ = record.image_full_weight_range_m;
   const Pose T_map_odometry =
       placed.T_map_keyframe[keyframe] * record.T_odometry_keyframe.inverse();
   for (const CodedImage& coded : record.images) {
@@ -32,8 +32,8 @@ float Witness::verdict(std::uint16_t pixel, float range_m, const RefinementConfi
   const float seen_m = static_cast<float>(pixel) / kRangeUnitsPerMetre;
   const float margin_m = config.range_margin_m + range_m * config.range_margin_relative;
   if (seen_m > range_m + margin_m) {
-    const bool is_sure = !(sure_range_m_ > 0.0F) || range_m <= sure_range_m_;
-    return is_sure ? config.log_odds_free : config.log_odds_free * sure_range_m_ / range_m;
+    const bool is_sure = !(full_weight_range_m_ > 0.0F) || range_m <= full_weight_range_m_;
+    return is_sure ? config.log_odds_free : config.log_odds_free * full_weight_range_m_ / range_m;
   }
   return seen_m > range_m - margin_m ? -config.log_odds_weakly_occupied : 0.0F;
 }

@@ -38,7 +38,7 @@ class Witness {
                               const RefinementConfig& config) const;
 
   ImageProjection projection_;
-  float sure_range_m_ = 0.0F;
+  float full_weight_range_m_ = 0.0F;
   std::vector<Image> images_;
 };
 

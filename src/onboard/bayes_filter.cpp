@@ -63,13 +63,13 @@ struct BayesFilter::Group {
   [[nodiscard]] bool has_room() const noexcept { return size + Block::kCells <= kGroup; }
 };
 
-void BayesFilter::attach(Arena& arena, const PipelineConfig& config) noexcept {
+void BayesFilter::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   free_space_ = config.free_space;
   images_ = ImageJudge(config);
   log_odds_ = {in_thousandths(config.removal.log_odds_free),
                in_thousandths(config.removal.log_odds_occupied),
-               in_thousandths(config.removal.firm_log_odds),
-               in_thousandths(config.removal.most_carried_log_odds), 0};
+               in_thousandths(config.removal.confirmed_static_log_odds),
+               in_thousandths(config.removal.log_odds_clamp), 0};
   log_odds_.most_kept = std::min(std::max(log_odds_.most_carried, log_odds_.firm), 30000);
   met_again_ = arena.allocate<Group>(1);
   new_ = arena.allocate<Group>(1);

@@ -22,7 +22,7 @@ namespace unimapper::onboard {
 /// window. That is an order of magnitude less work, for most cells are met again.
 class BayesFilter {
  public:
-  void attach(Arena& arena, const PipelineConfig& config) noexcept;
+  void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Marks the candidates whose probability exceeds one half as dynamic.
   /// O(candidates met again x images of a keyframe + other candidates x (images + window)).

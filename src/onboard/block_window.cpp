@@ -17,7 +17,7 @@ constexpr std::uint32_t opposite(std::uint32_t i) noexcept { return 26U - i; }
 
 }  // namespace
 
-void BlockWindow::attach(Arena& arena, const PipelineConfig& config) noexcept {
+void BlockWindow::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   slots_ = config.removal.window + 1;
   capacity_ = config.voxel.max_window_blocks;
   max_entered_ = config.voxel.max_blocks();
@@ -29,7 +29,7 @@ void BlockWindow::attach(Arena& arena, const PipelineConfig& config) noexcept {
   free_tiles_ = arena.allocate<std::uint32_t>(tile_capacity_);
   met_tiles_ = arena.allocate<std::uint32_t>(tile_capacity_);
   tiles_ = arena.allocate<Tile>(tile_capacity_);
-  directory_.attach(arena, tile_capacity_);
+  directory_.allocate(arena, tile_capacity_);
   order_ = arena.allocate<std::uint32_t>(max_entered_);
   place_of_number_ = arena.allocate<std::uint32_t>(max_entered_);
   number_before_ = arena.allocate<std::uint32_t>(max_entered_);

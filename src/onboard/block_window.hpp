@@ -37,7 +37,7 @@ class BlockWindow {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-  void attach(Arena& arena, const PipelineConfig& config) noexcept;
+  void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Forgets every keyframe. O(window).
   void forget() noexcept;

@@ -4,7 +4,7 @@
 
 namespace unimapper::onboard {
 
-void CellStore::attach(Arena& arena, const VoxelConfig& config) noexcept {
+void CellStore::allocate(Arena& arena, const VoxelConfig& config) noexcept {
   capacity_ = config.max_cells;
   blocks_ = arena.allocate<Block>(config.max_blocks());
   cells_ = arena.allocate<BlockCells>(config.max_blocks());

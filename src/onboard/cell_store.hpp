@@ -36,7 +36,7 @@ class CellStore {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-  void attach(Arena& arena, const VoxelConfig& config) noexcept;
+  void allocate(Arena& arena, const VoxelConfig& config) noexcept;
 
   /// Forgets all cells and blocks. O(1).
   void clear() noexcept { block_count_ = size_ = groups_ = 0; }

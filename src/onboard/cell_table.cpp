@@ -4,7 +4,7 @@
 
 namespace unimapper::onboard {
 
-void CellTable::attach(Arena& arena, const VoxelConfig& config) noexcept {
+void CellTable::allocate(Arena& arena, const VoxelConfig& config) noexcept {
   const std::uint32_t capacity = config.max_cells;
   blocks_ = arena.allocate<Block>(config.max_blocks());
   marks_ = arena.allocate<CellMarks>(config.max_blocks());

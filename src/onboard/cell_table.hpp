@@ -29,7 +29,7 @@ using CellMark = std::uint64_t CellMarks::*;
 /// their numbers in the window, which follows from the input alone.
 class CellTable {
  public:
-  void attach(Arena& arena, const VoxelConfig& config) noexcept;
+  void allocate(Arena& arena, const VoxelConfig& config) noexcept;
 
   /// Lays out the cells of a keyframe row by row, the blocks of the store in the given order.
   /// O(cells).

@@ -20,9 +20,9 @@ Eigen::Vector3f corner_of(const VoxelIndex& voxel, float size_m) noexcept {
 
 }  // namespace
 
-void CoarseVoxels::attach(Arena& arena, const VoxelConfig& config) noexcept {
+void CoarseVoxels::allocate(Arena& arena, const VoxelConfig& config) noexcept {
   config_ = config;
-  map_.attach(arena, config.max_voxels);
+  map_.allocate(arena, config.max_voxels);
   of_row_ = arena.allocate<std::uint32_t>(config.max_cells);
 }
 

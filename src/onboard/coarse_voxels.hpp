@@ -36,7 +36,7 @@ struct CoarseVoxel {
 /// left out, which changes the smallest eigenvalue of a plane by less than 0.0034 m^2.
 class CoarseVoxels {
  public:
-  void attach(Arena& arena, const VoxelConfig& config) noexcept;
+  void allocate(Arena& arena, const VoxelConfig& config) noexcept;
 
   /// Voxels of all cells in `cells`. O(cells).
   void build(const CellTable& cells) noexcept;

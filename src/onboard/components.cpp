@@ -34,9 +34,10 @@ std::uint64_t connecting(const CellMarks& marks) noexcept { return marks.candida
 
 }  // namespace
 
-void Components::attach(Arena& arena, const PipelineConfig& config) noexcept {
+void Components::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   config_ = config.removal;
-  firm_ = static_cast<std::int32_t>(std::min(config.removal.firm_log_odds, 30.0F) * 1000.0F + 0.5F);
+  firm_ = static_cast<std::int32_t>(
+      std::min(config.removal.confirmed_static_log_odds, 30.0F) * 1000.0F + 0.5F);
   parts_of_ = arena.allocate<Parts>(config.voxel.max_blocks());
   max_parts_ = config.voxel.max_blocks() * 2;
   parts_ = arena.allocate<Part>(max_parts_);

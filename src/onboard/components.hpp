@@ -17,7 +17,7 @@ namespace unimapper::onboard {
 /// just parked, or a walker who has just stopped, out of the map.
 class Components {
  public:
-  void attach(Arena& arena, const PipelineConfig& config) noexcept;
+  void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Settles the candidates of `cells`, for which `log_odds` (thousandths, by row) were found.
   /// Returns the number of components.

@@ -62,11 +62,12 @@ Error GroundConfig::validate() const noexcept {
   if (!within(margin_m, -0.5F, 1.0F)) return invalid("ground.margin_m must be -0.5 to 1 metre");
   if (!within(below_depth_m, 0.0F, 100.0F))
     return invalid("ground.below_depth_m must be 0 to 100 metres");
-  if (floating_step_m != 0.0F && !within(floating_step_m, 0.1F, 2.0F))
-    return invalid("ground.floating_step_m must be 0 (off) or 0.1 to 2 metres");
-  if (!within(floating_reach_m, 2.0F, 50.0F))
-    return invalid("ground.floating_reach_m must be 2 to 50 metres");
-  if (spread < 1 || spread > 4) return invalid("ground.spread must be 1 to 4 voxels");
+  if (elevated_step_m != 0.0F && !within(elevated_step_m, 0.1F, 2.0F))
+    return invalid("ground.elevated_step_m must be 0 (off) or 0.1 to 2 metres");
+  if (!within(elevated_reach_m, 2.0F, 50.0F))
+    return invalid("ground.elevated_reach_m must be 2 to 50 metres");
+  if (propagation_voxels < 1 || propagation_voxels > 4)
+    return invalid("ground.propagation_voxels must be 1 to 4 voxels");
   if (!within(seen_through_share, 0.0F, 1.0F))
     return invalid("ground.seen_through_share must be 0 (off) to 1");
   return {};
@@ -92,8 +93,8 @@ Error FreeSpaceConfig::validate() const noexcept {
     return invalid("free_space.range_margin_m must be 0.05 to 5 metres");
   if (!within(range_margin_relative, 0.0F, 0.2F))
     return invalid("free_space.range_margin_relative must be 0 to 0.2");
-  if (!within(sure_range_m, 0.0F, 500.0F))
-    return invalid("free_space.sure_range_m must be 0 (off) to 500 metres");
+  if (!within(full_weight_range_m, 0.0F, 500.0F))
+    return invalid("free_space.full_weight_range_m must be 0 (off) to 500 metres");
   return {};
 }
 
@@ -102,16 +103,16 @@ Error RemovalConfig::validate() const noexcept {
   if (!within(log_odds_free, 0.0F, 10.0F) || !within(log_odds_occupied, 0.0F, 10.0F) ||
       !within(log_odds_weakly_occupied, 0.0F, 10.0F))
     return invalid("removal's log-odds increments must be 0 to 10");
-  if (!within(most_carried_log_odds, 0.0F, 30.0F))
-    return invalid("removal.most_carried_log_odds must be 0 (off) to 30");
+  if (!within(log_odds_clamp, 0.0F, 30.0F))
+    return invalid("removal.log_odds_clamp must be 0 (off) to 30");
   if (!within(connecting_height_m, 0.0F, 2.0F))
     return invalid("removal.connecting_height_m must be 0 to 2 metres");
   if (!within(component_dynamic_share, 0.0F, 1.0F) || !within(component_static_share, 0.0F, 1.0F) ||
       component_static_share > component_dynamic_share)
     return invalid(
         "removal.component_static_share must not exceed component_dynamic_share, both 0 to 1");
-  if (!within(firm_log_odds, 1e-3F, 1000.0F))
-    return invalid("removal.firm_log_odds must be above 0 and at most 1000");
+  if (!within(confirmed_static_log_odds, 1e-3F, 1000.0F))
+    return invalid("removal.confirmed_static_log_odds must be above 0 and at most 1000");
   if (!within(persistence_share, 0.0F, 1.0F))
     return invalid("removal.persistence_share must be 0 (off) to 1");
   return {};

@@ -4,16 +4,16 @@
 
 namespace unimapper::onboard {
 
-void EvidenceWindow::attach(Arena& arena, const PipelineConfig& config) noexcept {
+void EvidenceWindow::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   const ImageProjection projection(config.free_space.image_shape());
-  blocks_.attach(arena, config);
+  blocks_.allocate(arena, config);
   slot_count_ = config.removal.window + 1;
   scans_per_keyframe_ = config.keyframe.scans;
   images_per_keyframe_ = config.free_space.images_per_keyframe;
   last_scan_unknown_ = config.keyframe.distance_m > 0.0F;
   for (std::uint32_t i = 0; i < slot_count_; ++i) {
     KeyframeEvidence& slot = slots_[i];
-    slot.columns.attach(arena, config.free_space.columns ? config.voxel.max_blocks() : 0);
+    slot.columns.allocate(arena, config.free_space.columns ? config.voxel.max_blocks() : 0);
     if (!config.free_space.visibility) continue;
     slot.images = arena.allocate<RangeImage>(images_per_keyframe_);
     for (std::uint32_t image = 0; image < images_per_keyframe_; ++image) {

@@ -30,7 +30,7 @@ struct KeyframeEvidence {
 /// The evidence of the last N keyframes and of the current one. A ring: the oldest makes room.
 class EvidenceWindow {
  public:
-  void attach(Arena& arena, const PipelineConfig& config) noexcept;
+  void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Forgets all earlier keyframes.
   void forget() noexcept {

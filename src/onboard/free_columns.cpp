@@ -13,8 +13,8 @@ std::size_t FreeColumns::column_of(const VoxelIndex& cell) noexcept {
   return bit_of({cell.x, cell.y, 0});
 }
 
-void FreeColumns::attach(Arena& arena, std::size_t capacity) noexcept {
-  blocks_.attach(arena, capacity);
+void FreeColumns::allocate(Arena& arena, std::size_t capacity) noexcept {
+  blocks_.allocate(arena, capacity);
 }
 
 void FreeColumns::build(const CellTable& cells) noexcept {

@@ -14,7 +14,7 @@ namespace unimapper::onboard {
 /// lowest other cell; without any, everything above the ground.
 class FreeColumns {
  public:
-  void attach(Arena& arena, std::size_t capacity) noexcept;
+  void allocate(Arena& arena, std::size_t capacity) noexcept;
 
   /// From cells that `split_ground` has marked. O(cells).
   void build(const CellTable& cells) noexcept;

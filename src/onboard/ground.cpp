@@ -65,7 +65,7 @@ std::uint32_t find_ground(const GroundConfig& config, float voxel_size_m,
   return count;
 }
 
-void spread_ground(const GroundConfig& config, FixedHashMap<CoarseVoxel>& voxels) noexcept {
+void propagate_ground(const GroundConfig& config, FixedHashMap<CoarseVoxel>& voxels) noexcept {
   for (CoarseVoxel& voxel : voxels.values()) {
     voxel.sum.setZero();
     voxel.points = 0;
@@ -74,7 +74,7 @@ void spread_ground(const GroundConfig& config, FixedHashMap<CoarseVoxel>& voxels
     if (voxels[i].ground) hand_out(i, voxels[i].normal, voxels[i].mean, voxels);
   }
   average_received(config, voxels);
-  for (std::uint32_t step = 1; step < config.spread; ++step) {
+  for (std::uint32_t step = 1; step < config.propagation_voxels; ++step) {
     for (std::uint32_t i = 0; i < voxels.size(); ++i) {
       const CoarseVoxel& voxel = voxels[i];
       // The neighbours of ground voxels have been served.

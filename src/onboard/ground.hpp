@@ -14,7 +14,7 @@ std::uint32_t find_ground(const GroundConfig& config, float voxel_size_m,
 
 /// Gives every voxel in G and every neighbour of G (the candidates C) the plane that splits its
 /// points (paper section IV-B, equation 5). O(voxels).
-void spread_ground(const GroundConfig& config, FixedHashMap<CoarseVoxel>& voxels) noexcept;
+void propagate_ground(const GroundConfig& config, FixedHashMap<CoarseVoxel>& voxels) noexcept;
 
 /// Height above the voxel's splitting plane, metres.
 [[nodiscard]] inline float height_above_ground(const CoarseVoxel& voxel,

@@ -23,10 +23,10 @@ bool lies_above(const CoarseVoxel& upper, const CoarseVoxel& lower, float step_m
 
 }  // namespace
 
-void GroundLevels::attach(Arena& arena, const PipelineConfig& config) noexcept {
-  step_m_ = config.ground.floating_step_m;
+void GroundLevels::allocate(Arena& arena, const PipelineConfig& config) noexcept {
+  step_m_ = config.ground.elevated_step_m;
   const float size_m = config.voxel.coarse_size_m;
-  reach_ = static_cast<std::int32_t>(config.ground.floating_reach_m / size_m + 0.5F);
+  reach_ = static_cast<std::int32_t>(config.ground.elevated_reach_m / size_m + 0.5F);
   // A keyframe's grid begins where its first scan was taken; what lies farther out is not judged.
   constexpr std::int32_t kMostColumns = 256;
   const auto half = static_cast<std::int32_t>(config.keyframe.range_max_m / size_m) + 8;
@@ -35,7 +35,7 @@ void GroundLevels::attach(Arena& arena, const PipelineConfig& config) noexcept {
                                           static_cast<std::size_t>(width_));
 }
 
-std::uint32_t GroundLevels::reject_floating(FixedHashMap<CoarseVoxel>& voxels) noexcept {
+std::uint32_t GroundLevels::reject_elevated(FixedHashMap<CoarseVoxel>& voxels) noexcept {
   if (width_ == 0) return 0;
   collect(voxels);
   // All are judged before any is taken out: the order must not matter.

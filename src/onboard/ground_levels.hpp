@@ -15,11 +15,11 @@ namespace unimapper::onboard {
 /// neighbours are split by it.
 class GroundLevels {
  public:
-  void attach(Arena& arena, const PipelineConfig& config) noexcept;
+  void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Takes the voxels that hang in the air out of G. Returns how many. O(ground voxels x reach^2),
   /// array accesses only.
-  std::uint32_t reject_floating(FixedHashMap<CoarseVoxel>& voxels) noexcept;
+  std::uint32_t reject_elevated(FixedHashMap<CoarseVoxel>& voxels) noexcept;
 
  private:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;

@@ -14,7 +14,7 @@ constexpr std::size_t kPlacesAtOnce = 256;
 ImageJudge::ImageJudge(const PipelineConfig& config) noexcept
     : margin_m_(config.free_space.range_margin_m),
       margin_scale_(1.0F + config.free_space.range_margin_relative),
-      sure_range_m_(config.free_space.sure_range_m),
+      full_weight_range_m_(config.free_space.full_weight_range_m),
       free_(in_thousandths(config.removal.log_odds_free)),
       weakly_occupied_(in_thousandths(config.removal.log_odds_weakly_occupied)) {}
 
@@ -67,8 +67,8 @@ void ImageJudge::add_image(const RangeImage& image, const ImageProjection& proje
 }
 
 std::int32_t ImageJudge::free_at(float range_m) const noexcept {
-  if (!(sure_range_m_ > 0.0F) || range_m <= sure_range_m_) return free_;
-  return static_cast<std::int32_t>(static_cast<float>(free_) * sure_range_m_ / range_m);
+  if (!(full_weight_range_m_ > 0.0F) || range_m <= full_weight_range_m_) return free_;
+  return static_cast<std::int32_t>(static_cast<float>(free_) * full_weight_range_m_ / range_m);
 }
 
 }  // namespace unimapper::onboard

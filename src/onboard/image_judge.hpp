@@ -41,7 +41,7 @@ class ImageJudge {
 
   float margin_m_ = 0.0F;
   float margin_scale_ = 1.0F;
-  float sure_range_m_ = 0.0F;
+  float full_weight_range_m_ = 0.0F;
   std::int32_t free_ = 0;
   std::int32_t weakly_occupied_ = 0;
 };

@@ -13,7 +13,7 @@ std::uint16_t saturated(std::uint32_t points) noexcept {
 
 }  // namespace
 
-void KeyframeOutput::attach(Arena& arena, const PipelineConfig& config) noexcept {
+void KeyframeOutput::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   ground_ = config.ground;
   cells_ = arena.allocate<FineCell>(config.voxel.max_cells);
   dynamic_from_ = arena.allocate<std::uint16_t>(CellStore::max_entries(config.voxel));

@@ -17,7 +17,7 @@ namespace unimapper::onboard {
 /// Turns decided cells into labels of points and into cells of the levelled keyframe frame.
 class KeyframeOutput {
  public:
-  void attach(Arena& arena, const PipelineConfig& config) noexcept;
+  void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Converts the table's cells. O(cells).
   void build(const CellTable& cells, const CoarseVoxels& voxels,

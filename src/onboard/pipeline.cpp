@@ -10,13 +10,13 @@
 #include "coarse_voxels.hpp"
 #include "components.hpp"
 #include "evidence.hpp"
+#include "final_labels.hpp"
 #include "ground.hpp"
 #include "ground_levels.hpp"
 #include "keyframe_output.hpp"
 #include "motion_gate.hpp"
 #include "range_image.hpp"
 #include "range_limit.hpp"
-#include "revision.hpp"
 #include "scan_accumulator.hpp"
 #include "stage_clock.hpp"
 #include "transparent_ground.hpp"
@@ -32,7 +32,7 @@ struct Pipeline::State {
   explicit State(const PipelineConfig& configuration) noexcept
       : config(configuration), gate(configuration.keyframe), budget(configuration) {}
 
-  void attach(Arena& arena) noexcept;
+  void allocate(Arena& arena) noexcept;
 
   ScanResult add_scan(const PointView& points, const Pose& pose, std::int64_t stamp_ns) noexcept;
   /// False if no point was valid; nothing has changed then.
@@ -76,7 +76,7 @@ struct Pipeline::State {
   EvidenceWindow window;
   BayesFilter filter;
   Components components;
-  Revision revision;
+  FinalLabels revision;
   KeyframeOutput output;
   PlaceDescriber describer;
   PlaceDatabase places;
@@ -90,20 +90,20 @@ struct Pipeline::State {
   KeyframeView view;
 };
 
-void Pipeline::State::attach(Arena& arena) noexcept {
-  accumulator.attach(arena, config);
-  painter.attach(arena, config);
-  cells.attach(arena, config.voxel);
-  voxels.attach(arena, config.voxel);
-  transparent.attach(arena, config);
-  levels.attach(arena, config);
-  window.attach(arena, config);
-  filter.attach(arena, config);
-  components.attach(arena, config);
-  revision.attach(arena, config);
-  output.attach(arena, config);
-  describer.attach(arena, config.descriptor);
-  places.attach(arena, config.loop_search);
+void Pipeline::State::allocate(Arena& arena) noexcept {
+  accumulator.allocate(arena, config);
+  painter.allocate(arena, config);
+  cells.allocate(arena, config.voxel);
+  voxels.allocate(arena, config.voxel);
+  transparent.allocate(arena, config);
+  levels.allocate(arena, config);
+  window.allocate(arena, config);
+  filter.allocate(arena, config);
+  components.allocate(arena, config);
+  revision.allocate(arena, config);
+  output.allocate(arena, config);
+  describer.allocate(arena, config.descriptor);
+  places.allocate(arena, config.loop_search);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -199,8 +199,8 @@ void Pipeline::State::remove_dynamic() noexcept {
   voxels.build(cells);
   statistics.ground_voxels = find_ground(config.ground, config.voxel.coarse_size_m, voxels.map());
   statistics.ground_voxels -= transparent.reject(window, painter.projection(), cells, voxels);
-  statistics.ground_voxels -= levels.reject_floating(voxels.map());
-  spread_ground(config.ground, voxels.map());
+  statistics.ground_voxels -= levels.reject_elevated(voxels.map());
+  propagate_ground(config.ground, voxels.map());
   split_ground(config.ground, config.removal, voxels, cells);
   if (config.free_space.columns) window.current().columns.build(cells);
   const std::uint32_t candidates = shed_far_cells();
@@ -211,7 +211,7 @@ void Pipeline::State::remove_dynamic() noexcept {
       statistics.components = components.run(window.blocks(), filter.log_odds(), cells);
     }
     revision.revise_leaving(window, painter.projection());
-    view.revised = revision.result();
+    view.relabelled = revision.result();
     revision.remember(window.blocks(), cells, view.sequence);
     dropped(DropCause::kEvidenceFull) = window.left_out() + revision.given_up();
     window.record(cells);
@@ -229,7 +229,7 @@ void Pipeline::State::show_images() noexcept {
     images[i] = {painted[i].scan, {painted[i].pixels, pixels}};
   }
   view.image_shape = config.free_space.image_shape();
-  view.image_sure_range_m = config.free_space.sure_range_m;
+  view.image_full_weight_range_m = config.free_space.full_weight_range_m;
   view.images = {images, painted.size()};
 }
 
@@ -351,7 +351,7 @@ std::size_t Pipeline::required_bytes(const PipelineConfig& config) noexcept {
   Arena arena = Arena::measuring();
   arena.allocate<std::byte>(sizeof(State));
   State state(config);
-  state.attach(arena);
+  state.allocate(arena);
   return arena.used();
 }
 
@@ -368,7 +368,7 @@ Expected<Pipeline*> Pipeline::create(const PipelineConfig& config,
   }
   Arena arena(memory.data(), memory.size());
   State* state = new (arena.allocate<std::byte>(sizeof(State))) State(config);
-  state->attach(arena);
+  state->allocate(arena);
   state->pipeline.state_ = state;
   return &state->pipeline;
 }
@@ -402,16 +402,16 @@ std::size_t Pipeline::labels(std::size_t scan_in_keyframe,
   return count;
 }
 
-std::size_t Pipeline::revise_labels(const PointView& points, const Pose& T_odometry_sensor,
-                                    std::span<PointLabel> labels) const noexcept {
+std::size_t Pipeline::relabel(const PointView& points, const Pose& T_odometry_sensor,
+                              std::span<PointLabel> labels) const noexcept {
   return state_->revision.relabel(points, T_odometry_sensor, labels);
 }
 
-bool Pipeline::revise_next() noexcept {
-  const bool revised =
+bool Pipeline::relabel_next() noexcept {
+  const bool relabelled =
       !state_->open && state_->revision.revise_oldest(state_->window, state_->painter.projection());
-  state_->view.revised = state_->revision.result();
-  return revised;
+  state_->view.relabelled = state_->revision.result();
+  return relabelled;
 }
 
 PlaceDatabase& Pipeline::places() noexcept { return state_->places; }

@@ -49,10 +49,10 @@ void apply_pattern(const SensorModel& sensor, PipelineConfig& config) noexcept {
   FreeSpaceConfig& free_space = config.free_space;
   const float spacing_deg = ray_spacing_deg(sensor);
   constexpr float kDegreesPerRadian = 57.29578F;
-  free_space.sure_range_m =
+  free_space.full_weight_range_m =
       std::min(2.0F * config.voxel.fine_size_m * kDegreesPerRadian / spacing_deg, 500.0F);
   if (sensor.pattern == ScanPattern::kSpinning) {
-    config.ground.spread = 2;
+    config.ground.propagation_voxels = 2;
     free_space.elevation_resolution_deg =
         std::max(free_space.elevation_resolution_deg, 0.5F * spacing_deg);
     return;
@@ -104,17 +104,17 @@ PipelineConfig paper_preset(SensorKind sensor) noexcept {
   apply_data_sheet(sensor_model(sensor), config);
   config.ground.margin_m = 0.1F;
   config.ground.own_plane_first = false;
-  config.ground.floating_step_m = 0.0F;
+  config.ground.elevated_step_m = 0.0F;
   config.ground.seen_through_share = 0.0F;
   config.free_space.columns = true;
   config.free_space.visibility = false;
   config.removal.candidates_next_to_ground = true;
   config.removal.log_odds_occupied = config.removal.log_odds_free;
   config.removal.log_odds_weakly_occupied = 0.0F;
-  config.removal.most_carried_log_odds = 0.0F;
+  config.removal.log_odds_clamp = 0.0F;
   config.removal.components = false;
   config.removal.persistence_share = 0.0F;
-  config.removal.revise = false;
+  config.removal.final_labels = false;
   return config;
 }
 

@@ -10,7 +10,7 @@ constexpr std::size_t kBatch = 256;
 
 }  // namespace
 
-void RangePainter::attach(Arena& arena, const PipelineConfig& config) noexcept {
+void RangePainter::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   projection_ = ImageProjection(config.free_space.image_shape());
   range_min_m_ = config.keyframe.range_min_m;
   range_max_m_ = config.keyframe.range_max_m;

@@ -26,7 +26,7 @@ struct RangeImage {
 /// Paints scans into range images.
 class RangePainter {
  public:
-  void attach(Arena& arena, const PipelineConfig& config) noexcept;
+  void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Paints the valid points of a scan into `image`. O(points + pixels).
   void paint(const PointView& points, RangeImage& image) noexcept;

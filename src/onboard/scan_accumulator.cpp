@@ -52,7 +52,7 @@ struct ScanAccumulator::Batch {
   }
 };
 
-void ScanAccumulator::attach(Arena& arena, const PipelineConfig& config) noexcept {
+void ScanAccumulator::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   const KeyframeConfig& keyframe = config.keyframe;
   max_points_ = keyframe.max_points_per_scan;
   range_min_squared_ = keyframe.range_min_m * keyframe.range_min_m;
@@ -61,8 +61,8 @@ void ScanAccumulator::attach(Arena& arena, const PipelineConfig& config) noexcep
                                 ? config.voxel.fine_size_m / keyframe.downsample_leaf_m
                                 : 0.0F;
   codes_ = arena.allocate<PointCode>(static_cast<std::size_t>(max_points_) * keyframe.scans);
-  cells_.attach(arena, config.voxel);
-  leaves_.attach(arena, cells_per_leaf_inverse_ > 0.0F ? max_points_ : 0);
+  cells_.allocate(arena, config.voxel);
+  leaves_.allocate(arena, cells_per_leaf_inverse_ > 0.0F ? max_points_ : 0);
 }
 
 void ScanAccumulator::begin(const Grid& grid) noexcept {

@@ -40,7 +40,7 @@ struct ScanCounts {
 /// follow each other mostly share their block, and only a change of block is looked up.
 class ScanAccumulator {
  public:
-  void attach(Arena& arena, const PipelineConfig& config) noexcept;
+  void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Forgets all scans and counts cells in `grid` from now on.
   void begin(const Grid& grid) noexcept;

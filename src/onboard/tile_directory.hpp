@@ -18,7 +18,7 @@ class TileDirectory {
   static constexpr std::uint32_t kFull = 0xFFFFFFFEU;
   static constexpr std::uint32_t kMaxProbes = 64;
 
-  void attach(Arena& arena, std::uint32_t capacity) noexcept {
+  void allocate(Arena& arena, std::uint32_t capacity) noexcept {
     const std::size_t slots = std::bit_ceil(std::size_t{capacity} * 2);
     slots_ = arena.allocate<Slot>(slots);
     mask_ = slots - 1;

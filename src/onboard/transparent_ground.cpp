@@ -10,7 +10,7 @@ bool is_drawn(std::uint32_t row) noexcept { return (row * 0x9E3779B1U) >> 30U ==
 
 }  // namespace
 
-void TransparentGround::attach(Arena& arena, const PipelineConfig& config) noexcept {
+void TransparentGround::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   share_ = config.free_space.visibility ? config.ground.seen_through_share : 0.0F;
   if (!(share_ > 0.0F)) return;
   judge_ = ImageJudge(config);

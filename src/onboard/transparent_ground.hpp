@@ -18,7 +18,7 @@ namespace unimapper::onboard {
 /// cells of a real road are seen through, too, where rays graze it.
 class TransparentGround {
  public:
-  void attach(Arena& arena, const PipelineConfig& config) noexcept;
+  void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Takes the voxels that were seen through out of G. Returns how many.
   /// O(cells + ground voxels x images of the window).

@@ -27,27 +27,27 @@ bool is_finite(const PlanePatch& patch) noexcept {
 
 }  // namespace
 
-void PlaceDatabase::attach(Arena& arena, const LoopSearchConfig& config) noexcept {
+void PlaceDatabase::allocate(Arena& arena, const LoopSearchConfig& config) noexcept {
   config_ = config;
   accept_score_ = score_of(config.accept_confidence);
   const std::size_t places = config.max_places;
-  table_.attach(arena, config);
+  table_.allocate(arena, config);
   places_ = arena.allocate<Place>(places);
-  thinning_.attach(arena, config.max_places);
+  thinning_.allocate(arena, config.max_places);
   vertices_ = arena.allocate<Eigen::Vector3f>(places * config.max_keypoints);
   codes_ = arena.allocate<std::uint64_t>(places * config.max_keypoints);
   planes_ = arena.allocate<StoredPlane>(places * config.max_planes);
-  keypoints_.attach(arena, config.max_keypoints);
-  triangles_.attach(arena, config.triangles.max_triangles);
-  votes_.attach(arena, config);
-  hypotheses_.attach(arena, PoseVotes::max_peaks(config));
-  match_planes_.attach(arena, config.max_planes);
-  pairs_.attach(arena, config.max_keypoints);
+  keypoints_.allocate(arena, config.max_keypoints);
+  triangles_.allocate(arena, config.triangles.max_triangles);
+  votes_.allocate(arena, config);
+  hypotheses_.allocate(arena, PoseVotes::max_peaks(config));
+  match_planes_.allocate(arena, config.max_planes);
+  pairs_.allocate(arena, config.max_keypoints);
   constexpr std::size_t kRivalWidth = 2 * kRivalReach + 1;
   rival_votes_ = arena.allocate<float>(kRivalWidth * kRivalWidth);
-  overlap_.attach(arena, config.max_planes, config.voxel_size_m);
-  doubts_.attach(arena, config.max_verified);
-  results_.attach(arena, std::max(config.max_results, config.max_verified));
+  overlap_.allocate(arena, config.max_planes, config.voxel_size_m);
+  doubts_.allocate(arena, config.max_verified);
+  results_.allocate(arena, std::max(config.max_results, config.max_verified));
   const bool ready = results_.capacity() > 0;
   capacity_ = ready ? config.max_places : 0;
   size_ = 0;

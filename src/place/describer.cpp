@@ -17,13 +17,13 @@ constexpr float kStrengthScale = 100.0F;
 
 }  // namespace
 
-void PlaceDescriber::attach(Arena& arena, const DescriptorConfig& config) noexcept {
+void PlaceDescriber::allocate(Arena& arena, const DescriptorConfig& config) noexcept {
   config_ = config;
-  structure_cells_.attach(arena, config.max_cells);
-  keypoints_.attach(arena, config.max_keypoints);
-  ground_.attach(arena, config);
-  planes_.attach(arena, config);
-  structure_.attach(arena, config);
+  structure_cells_.allocate(arena, config.max_cells);
+  keypoints_.allocate(arena, config.max_keypoints);
+  ground_.allocate(arena, config);
+  planes_.allocate(arena, config);
+  structure_.allocate(arena, config);
   dropped_ = 0;
 }
 

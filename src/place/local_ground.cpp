@@ -16,7 +16,7 @@ constexpr float kDeepestPit = 1.5F;
 
 }  // namespace
 
-void LocalGround::attach(Arena& arena, const DescriptorConfig& config) noexcept {
+void LocalGround::allocate(Arena& arena, const DescriptorConfig& config) noexcept {
   const auto half = static_cast<std::int32_t>(std::ceil(config.range_m / kPatchSize)) + 1;
   width_ = 2 * half;
   half_extent_m_ = static_cast<float>(half) * kPatchSize;

@@ -13,7 +13,7 @@ constexpr float kFar = std::numeric_limits<float>::max();
 
 }  // namespace
 
-void PlaceThinning::attach(Arena& arena, std::uint32_t capacity) noexcept {
+void PlaceThinning::allocate(Arena& arena, std::uint32_t capacity) noexcept {
   spots_ = arena.allocate<Spot>(capacity);
   count_ = 0;
   stale_ = 0;

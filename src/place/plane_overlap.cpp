@@ -62,10 +62,10 @@ bool Horizon::sees(const Eigen::Vector3f& position) const noexcept {
   return slope >= slope_min - kSlopeSlack && slope <= slope_max + kSlopeSlack;
 }
 
-void PlaneOverlap::attach(Arena& arena, std::uint32_t max_planes, float voxel_size_m) noexcept {
+void PlaneOverlap::allocate(Arena& arena, std::uint32_t max_planes, float voxel_size_m) noexcept {
   constexpr std::size_t kVoxels = std::size_t{kWidth} * kWidth * kHeight;
   for (Side* side : {&query_, &match_}) {
-    side->entries.attach(arena, std::min(max_planes, kMaxPlanes));
+    side->entries.allocate(arena, std::min(max_planes, kMaxPlanes));
     side->voxels = arena.allocate<std::uint16_t>(kVoxels);
     side->planes = {};
     side->asked_count = 0;

@@ -36,12 +36,12 @@ bool comes_first(const PlanePatch& a, const PlanePatch& b) noexcept {
 
 }  // namespace
 
-void PlaneVoxels::attach(Arena& arena, const DescriptorConfig& config) noexcept {
+void PlaneVoxels::allocate(Arena& arena, const DescriptorConfig& config) noexcept {
   config_ = config;
-  voxels_.attach(arena, config.max_voxels);
-  all_.attach(arena, config.max_voxels);
-  order_.attach(arena, config.max_voxels);
-  planes_.attach(arena, config.max_planes);
+  voxels_.allocate(arena, config.max_voxels);
+  all_.allocate(arena, config.max_voxels);
+  order_.allocate(arena, config.max_voxels);
+  planes_.allocate(arena, config.max_planes);
 }
 
 // Cells that follow each other mostly lie in one voxel: their moments are summed up before they are

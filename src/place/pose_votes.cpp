@@ -35,18 +35,18 @@ std::size_t PoseVotes::max_peaks(const LoopSearchConfig& config) noexcept {
   return std::min<std::size_t>(kMostKept, config.max_matches) / 2;
 }
 
-void PoseVotes::attach(Arena& arena, const LoopSearchConfig& config) noexcept {
-  votes_.attach(arena, config.max_matches);
+void PoseVotes::allocate(Arena& arena, const LoopSearchConfig& config) noexcept {
+  votes_.allocate(arena, config.max_matches);
   const std::size_t slots = std::bit_ceil(std::size_t{4} * config.max_matches);
   for (std::uint8_t*& counts : counts_) counts = arena.allocate<std::uint8_t>(slots);
   slots_ = arena.allocate<Slots>(config.max_matches);
   const std::size_t kept = std::min<std::size_t>(kMostKept, config.max_matches);
-  kept_.attach(arena, kept);
+  kept_.allocate(arena, kept);
   next_ = arena.allocate<std::uint32_t>(kept);
   chain_of_ = arena.allocate<std::uint32_t>(config.max_places);
-  chains_.attach(arena, kept);
-  stances_.attach(arena, kVotesPerPlace);
-  peaks_.attach(arena, max_peaks(config));
+  chains_.allocate(arena, kept);
+  stances_.allocate(arena, kVotesPerPlace);
+  peaks_.allocate(arena, max_peaks(config));
   cosines_ = arena.allocate<float>(kTurnSteps);
   if (cosines_ == nullptr) return;
   for (std::uint32_t i = 0; i < kTurnSteps; ++i) {

@@ -52,7 +52,7 @@ constexpr Convolution kConvolutions[SmoothingKernel::kMaxRadius + 1] = {
 
 }  // namespace
 
-void StructureMap::attach(Arena& arena, const DescriptorConfig& config) noexcept {
+void StructureMap::allocate(Arena& arena, const DescriptorConfig& config) noexcept {
   config_ = config;
   const auto half = static_cast<std::int32_t>(std::ceil(config.range_m / config.column_size_m)) + 2;
   blocks_ = (2 * (half + kMargin) + kBlock - 1) / kBlock;
@@ -68,7 +68,7 @@ void StructureMap::attach(Arena& arena, const DescriptorConfig& config) noexcept
   xy_ = arena.allocate<float>(count);
   yy_ = arena.allocate<float>(count);
   scratch_ = arena.allocate<float>(count);
-  corners_.attach(arena, config.max_candidates);
+  corners_.allocate(arena, config.max_candidates);
   if (corners_.capacity() == 0 || scratch_ == nullptr) {
     width_ = 0;
     blocks_ = 0;

@@ -54,7 +54,7 @@ std::size_t spare_blocks(std::size_t triangles) noexcept {
 
 }  // namespace
 
-void TriangleTable::attach(Arena& arena, const LoopSearchConfig& config) noexcept {
+void TriangleTable::allocate(Arena& arena, const LoopSearchConfig& config) noexcept {
   const std::size_t triangles =
       static_cast<std::size_t>(config.max_places) * config.triangles.max_triangles;
   const bool many = triangles > kManyTriangles;

@@ -15,6 +15,7 @@
 #include "bench/places/std_file.hpp"
 #include "bench/places/variants.hpp"
 #include "tests/evaluate/temporary_directory.hpp"
+#include "tests/folders.hpp"
 
 using namespace unimapper;
 using namespace unimapper::bench;
@@ -276,7 +277,7 @@ TEST_CASE("rank leaves out what it is told to") {
 }
 
 TEST_CASE("the list of variants begins with the default and describes no more than it must") {
-  const std::filesystem::path root = UNIMAPPER_SOURCE_DIR;
+  const std::filesystem::path root = unimapper::testing::source_folder();
   const auto variants = read_variants(root / "bench/places/variants.json", PipelineConfig{});
   REQUIRE(variants.size() > 3);
   CHECK(variants[0].name == "default");

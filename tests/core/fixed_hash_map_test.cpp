@@ -14,10 +14,10 @@ namespace {
 struct OwnedMap {
   explicit OwnedMap(std::size_t capacity) {
     Arena measuring = Arena::measuring();
-    map.attach(measuring, capacity);
+    map.allocate(measuring, capacity);
     block.reset(static_cast<std::byte*>(std::aligned_alloc(64, measuring.used() + 64)));
     Arena arena(block.get(), measuring.used());
-    map.attach(arena, capacity);
+    map.allocate(arena, capacity);
   }
   struct Free {
     void operator()(std::byte* p) const { std::free(p); }

@@ -24,7 +24,7 @@ TEST_CASE("a vector without memory holds nothing and refuses everything") {
   CHECK(vector.size() == 0);
 
   Arena measuring = Arena::measuring();
-  vector.attach(measuring, 10);
+  vector.allocate(measuring, 10);
   CHECK(vector.capacity() == 0);
   CHECK_FALSE(vector.push_back(1));
 }
@@ -32,7 +32,7 @@ TEST_CASE("a vector without memory holds nothing and refuses everything") {
 TEST_CASE("one element goes in and comes out") {
   Storage storage;
   FixedVector<int> vector;
-  vector.attach(storage.arena, 1);
+  vector.allocate(storage.arena, 1);
   CHECK(vector.push_back(7));
   CHECK(vector.full());
   CHECK(vector.available() == 0);
@@ -44,7 +44,7 @@ TEST_CASE("one element goes in and comes out") {
 TEST_CASE("elements keep their order, and the boundary refuses and counts") {
   Storage storage;
   FixedVector<int> vector;
-  vector.attach(storage.arena, 3);
+  vector.allocate(storage.arena, 3);
   for (int i = 0; i < 5; ++i) CHECK(vector.push_back(i) == (i < 3));
   CHECK(vector.refused() == 2);
   int expected = 0;
@@ -63,7 +63,7 @@ TEST_CASE("elements keep their order, and the boundary refuses and counts") {
 TEST_CASE("resizing beyond the capacity changes nothing") {
   Storage storage;
   FixedVector<int> vector;
-  vector.attach(storage.arena, 4);
+  vector.allocate(storage.arena, 4);
   CHECK(vector.resize_uninitialized(4));
   CHECK(vector.size() == 4);
   CHECK_FALSE(vector.resize_uninitialized(5));

@@ -64,7 +64,7 @@ void write_run(const fs::path& run, const std::string& session, std::uint32_t ke
   fs::create_directories(run);
   wire::SessionLogWriter log(run / "keyframes.lcmlog", {{1, 1}, session, "os2-128"});
   for (std::uint32_t k = 0; k < keyframes; ++k) {
-    merge::KeyframeRecord record;
+    KeyframeRecord record;
     record.session = {1, 1};
     record.sequence = k;
     record.scans = {{k * 10, static_cast<std::int64_t>(k) * 1'000'000'000, at(0)}};
@@ -281,7 +281,7 @@ TEST_CASE("a summary that is no summary is refused") {
 
 TEST_CASE("evaluate map compares the sessions' own clouds") {
   TemporaryDirectory folder;
-  merge::SessionData session;
+  SessionData session;
   session.info.name.assign(1, 'a');
   session.keyframes.resize(1);
   for (int i = 0; i < 50; ++i) {
@@ -294,9 +294,9 @@ TEST_CASE("evaluate map compares the sessions' own clouds") {
            0});
     }
   }
-  merge::SessionData other = session;
+  SessionData other = session;
   other.info.name.assign(1, 'b');
-  merge::SessionData lost = session;
+  SessionData lost = session;
   lost.info.name.assign(1, 'c');
   merge::MergeResult result;
   result.sessions.resize(3);

@@ -82,7 +82,7 @@ TEST_CASE("equal results give equal reports") {
 
 TEST_CASE("a report of next to nothing is still a report") {
   TemporaryDirectory folder;
-  std::vector<merge::SessionData> sessions(1);
+  std::vector<SessionData> sessions(1);
   sessions[0].info.name = std::string(1, 'x');
   merge::MergeResult result;
   result.sessions.resize(1);

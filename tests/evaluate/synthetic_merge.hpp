@@ -23,7 +23,7 @@ class Random {
 };
 
 struct Merge {
-  std::vector<unimapper::merge::SessionData> sessions;
+  std::vector<unimapper::SessionData> sessions;
   unimapper::merge::MergeResult result;
   unimapper::apps::ReportInput input;
 
@@ -52,7 +52,7 @@ inline unimapper::Pose route(std::size_t s, double t) {
 inline void add_session(Merge& merge, std::size_t s, const char* name, const char* sensor,
                         std::uint32_t keyframes) {
   using namespace unimapper;
-  merge::SessionData session;
+  SessionData session;
   session.info = {{static_cast<std::uint32_t>(s), 1}, name, sensor};
   session.complete = s != 1;
   session.keyframes_missing = s == 1 ? 3 : 0;
@@ -63,7 +63,7 @@ inline void add_session(Merge& merge, std::size_t s, const char* name, const cha
     Pose estimate = truth;
     estimate.translation.x() += 0.12 * std::sin(0.11 * k + static_cast<double>(s));
     estimate.translation.y() += 0.10 * std::cos(0.07 * k);
-    merge::KeyframeRecord record;
+    KeyframeRecord record;
     record.sequence = k;
     record.T_odometry_keyframe = estimate;
     record.scans = {{k * 10, static_cast<std::int64_t>(k) * 1'000'000'000, estimate}};
@@ -120,7 +120,7 @@ inline void fill(Merge& merge, float step_m = 0.2F) {
   merge.result.sessions[3].status = merge::SessionStatus::kUnconnected;
   merge.result.sessions[3].reason = "2 loops found, 3 that agree are needed";
   Random random(9);
-  for (merge::KeyframeRecord& keyframe : merge.sessions[3].keyframes) {
+  for (KeyframeRecord& keyframe : merge.sessions[3].keyframes) {
     for (int i = 0; i < 400; ++i) {
       keyframe.static_cells.push_back(
           {{40 * random() - 20, (random() < 0.5F ? 8.0F : -8.0F), 5 * random() - 1.5F}, 9, 0, 0});

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "unimapper/core/image_code.hpp"
+#include "unimapper/core/voxel_key.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -11,7 +11,7 @@
 
 #include "tests/merge/random.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/merge/keyframe_record.hpp"
+#include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/place/describer.hpp"
 
 namespace unimapper::merge::testing {
@@ -96,10 +96,10 @@ class Describer {
   Describer() {
     const DescriptorConfig config;
     Arena measuring = Arena::measuring();
-    describer_.attach(measuring, config);
+    describer_.allocate(measuring, config);
     memory_.resize(measuring.used() / sizeof(Line) + 1);
     Arena arena(reinterpret_cast<std::byte*>(memory_.data()), memory_.size() * sizeof(Line));
-    describer_.attach(arena, config);
+    describer_.allocate(arena, config);
   }
   PlaceView describe(const std::vector<FineCell>& cells) { return describer_.describe(cells); }
 

@@ -25,12 +25,12 @@ using Place = std::tuple<std::int64_t, std::int64_t, std::int64_t>;
 struct OwnedWindow {
   explicit OwnedWindow(const PipelineConfig& configuration) : config(configuration) {
     Arena measuring = Arena::measuring();
-    window.attach(measuring, config);
+    window.allocate(measuring, config);
     memory.resize(measuring.used() + 64);
     auto base = reinterpret_cast<std::uintptr_t>(memory.data());
     base = (base + 63) / 64 * 64;
     Arena arena(reinterpret_cast<std::byte*>(base), measuring.used());
-    window.attach(arena, config);
+    window.allocate(arena, config);
   }
   PipelineConfig config;
   std::vector<std::byte> memory;
@@ -227,12 +227,12 @@ TEST_CASE("a directory says at once that a key can neither be found nor added") 
   Arena measuring = Arena::measuring();
   TileDirectory directory;
   constexpr std::uint32_t kCapacity = 1024;
-  directory.attach(measuring, kCapacity);
+  directory.allocate(measuring, kCapacity);
   std::vector<std::byte> memory(measuring.used() + 64);
   auto base = reinterpret_cast<std::uintptr_t>(memory.data());
   base = (base + 63) / 64 * 64;
   Arena arena(reinterpret_cast<std::byte*>(base), measuring.used());
-  directory.attach(arena, kCapacity);
+  directory.allocate(arena, kCapacity);
   // Keys that all belong into the same slot.
   std::vector<VoxelKey> keys;
   for (VoxelKey key = 0; keys.size() < TileDirectory::kMaxProbes + 1; ++key) {

@@ -43,8 +43,8 @@ TEST_CASE("thresholds are the same for all spinning sensors, and for all others"
   const auto thresholds = [](PipelineConfig config) {
     return std::tuple(config.ground.margin_m, config.free_space.images_per_keyframe,
                       config.free_space.min_returns, config.free_space.range_margin_m,
-                      config.ground.floating_step_m, config.ground.floating_reach_m,
-                      config.ground.seen_through_share, config.ground.spread,
+                      config.ground.elevated_step_m, config.ground.elevated_reach_m,
+                      config.ground.seen_through_share, config.ground.propagation_voxels,
                       config.removal.log_odds_free, config.removal.log_odds_occupied,
                       config.removal.component_dynamic_share, config.removal.persistence_share);
   };
@@ -62,8 +62,8 @@ TEST_CASE("pixels and the range of full certainty follow from how densely a sens
   CHECK(free_space(SensorKind::kLivoxMid360).azimuth_resolution_deg == Approx(1.0F).margin(0.1));
   CHECK(free_space(SensorKind::kLivoxAvia).azimuth_resolution_deg == Approx(0.47F).margin(0.05));
   // Two cells of 0.2 m between the rings of a VLP-16, 2 degrees apart.
-  CHECK(free_space(SensorKind::kVlp16).sure_range_m == Approx(11.5F).margin(0.1));
-  CHECK(free_space(SensorKind::kOs2_128).sure_range_m > 100.0F);
+  CHECK(free_space(SensorKind::kVlp16).full_weight_range_m == Approx(11.5F).margin(0.1));
+  CHECK(free_space(SensorKind::kOs2_128).full_weight_range_m > 100.0F);
 }
 
 TEST_CASE("the paper's preset is the paper") {

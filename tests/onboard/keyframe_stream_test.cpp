@@ -12,7 +12,7 @@
 #include "integer_town.hpp"
 #include "run.hpp"
 #include "stream_checksum.hpp"
-#ifdef UNIMAPPER_RECORDINGS_DIR
+#ifdef UNIMAPPER_WITH_RECORDINGS
 #include "ports/datasets/dataset.hpp"
 #include "tests/recordings.hpp"
 #endif
@@ -119,7 +119,7 @@ TEST_CASE("the paper's preset on thinned scans, the same bits on every platform"
   check("kPaper", sum, kPaper);
 }
 
-#ifdef UNIMAPPER_RECORDINGS_DIR
+#ifdef UNIMAPPER_WITH_RECORDINGS
 TEST_CASE("recorded scans, the same bits on every platform") {
   const std::filesystem::path recording = testing::find_recording("kitti_0005a");
   if (recording.empty()) return;

@@ -98,9 +98,9 @@ TEST_CASE("carrying sums on decides as the whole window does") {
   scene.boxes.push_back(moving_box({-10.0, 3.5, 0.75}, {8.0, 0.0, 0.0}, {2.2, 0.9, 0.75}));
   for (const auto& path : {stand_still, drive}) {
     PipelineConfig config = small_config();
-    REQUIRE(config.removal.most_carried_log_odds > 0.0F);
+    REQUIRE(config.removal.log_odds_clamp > 0.0F);
     const Score carried = total(run_scene(scene, config, 120, path));
-    config.removal.most_carried_log_odds = 0.0F;
+    config.removal.log_odds_clamp = 0.0F;
     const Score anew = total(run_scene(scene, config, 120, path));
     CHECK(carried.dynamic_percent() == Approx(anew.dynamic_percent()).margin(1.0));
     CHECK(carried.static_percent() == Approx(anew.static_percent()).margin(0.1));
@@ -115,7 +115,7 @@ TEST_CASE("no place is dynamic for longer than the most that is carried") {
   scene.boxes.push_back(late);
   PipelineConfig config = small_config();
   config.removal.persistence_share = 0.0F;
-  config.removal.most_carried_log_odds = 2.0F;
+  config.removal.log_odds_clamp = 2.0F;
   const auto runs = run_scene(scene, config, 100, stand_still);
   REQUIRE(runs.size() == 10);
   CHECK(runs[4].score.static_percent() < 99.5);

@@ -27,24 +27,24 @@ namespace {
 struct Stages {
   explicit Stages(const PipelineConfig& configuration = small_config()) : config(configuration) {
     Arena measuring = Arena::measuring();
-    attach(measuring);
+    allocate(measuring);
     block.resize(measuring.used() + 64);
     auto base = reinterpret_cast<std::uintptr_t>(block.data());
     base = (base + 63) / 64 * 64;
     Arena arena(reinterpret_cast<std::byte*>(base), measuring.used());
-    attach(arena);
+    allocate(arena);
     begin();
   }
-  void attach(Arena& arena) {
-    scans.attach(arena, config);
-    cells.attach(arena, config.voxel);
-    voxels.attach(arena, config.voxel);
-    transparent.attach(arena, config);
-    levels.attach(arena, config);
-    columns.attach(arena, 1000);
-    window.attach(arena, config);
-    components.attach(arena, config);
-    painter.attach(arena, config);
+  void allocate(Arena& arena) {
+    scans.allocate(arena, config);
+    cells.allocate(arena, config.voxel);
+    voxels.allocate(arena, config.voxel);
+    transparent.allocate(arena, config);
+    levels.allocate(arena, config);
+    columns.allocate(arena, 1000);
+    window.allocate(arena, config);
+    components.allocate(arena, config);
+    painter.allocate(arena, config);
   }
   void begin(const Eigen::Vector3d& at = Eigen::Vector3d::Zero()) {
     scans.begin(grid_near(at, config.voxel));
@@ -63,8 +63,8 @@ struct Stages {
     voxels.build(cells);
     const std::uint32_t ground =
         find_ground(config.ground, config.voxel.coarse_size_m, voxels.map());
-    rejected = levels.reject_floating(voxels.map());
-    spread_ground(config.ground, voxels.map());
+    rejected = levels.reject_elevated(voxels.map());
+    propagate_ground(config.ground, voxels.map());
     split_ground(config.ground, config.removal, voxels, cells);
     return ground;
   }
@@ -119,7 +119,7 @@ TEST_CASE("the window of ten keyframes of the densest sensor fits 64 MB") {
   REQUIRE(config.removal.window == 10);
   Arena measuring = Arena::measuring();
   auto window = std::make_unique<EvidenceWindow>();
-  window->attach(measuring, config);
+  window->allocate(measuring, config);
   CHECK(measuring.used() <= 64'000'000);
 }
 
@@ -466,11 +466,11 @@ TEST_CASE("road below what is not flat any more is found from the next flat voxe
   const auto is_ground = [&](float x) {
     return stages.cells.has(stages.row_at({x, 1.1F, 0.05F}), &CellMarks::ground);
   };
-  stages.config.ground.spread = 1;
+  stages.config.ground.propagation_voxels = 1;
   REQUIRE(stages.find_and_split_ground() > 0);
   CHECK(is_ground(3.1F));
   CHECK_FALSE(is_ground(5.1F));
-  stages.config.ground.spread = 2;
+  stages.config.ground.propagation_voxels = 2;
   stages.find_and_split_ground();
   CHECK(is_ground(5.1F));
 }

@@ -63,10 +63,10 @@ class StreamChecksum {
       : triangle_config_(config.loop_search.triangles),
         labels_(config.keyframe.max_points_per_scan) {
     Arena measuring = Arena::measuring();
-    triangles_.attach(measuring, triangle_config_.max_triangles);
+    triangles_.allocate(measuring, triangle_config_.max_triangles);
     block_.reset(static_cast<std::byte*>(std::aligned_alloc(64, measuring.used())));
     Arena arena(block_.get(), measuring.used());
-    triangles_.attach(arena, triangle_config_.max_triangles);
+    triangles_.allocate(arena, triangle_config_.max_triangles);
   }
 
   /// Adds the pipeline's finished keyframe.

@@ -270,7 +270,7 @@ TEST_CASE("a database laid out on too small a block answers nothing instead of f
   alignas(64) static std::byte block[4096];
   Arena arena(block, sizeof block);
   PlaceDatabase database;
-  database.attach(arena, small());
+  database.allocate(arena, small());
   REQUIRE(arena.exhausted());
   const Described place = describe(31, standing_at(0, 0, 1.9, 0));
   database.insert(place.view(), {1, 0}, kAnywhere);

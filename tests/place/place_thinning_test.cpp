@@ -19,10 +19,10 @@ struct Capacity {
   std::uint32_t slots;
 };
 
-// `attach` takes a number; the fixture passes a configuration.
+// `allocate` takes a number; the fixture passes a configuration.
 struct Thinning : PlaceThinning {
-  void attach(Arena& arena, const Capacity& capacity) {
-    PlaceThinning::attach(arena, capacity.slots);
+  void allocate(Arena& arena, const Capacity& capacity) {
+    PlaceThinning::allocate(arena, capacity.slots);
   }
 };
 

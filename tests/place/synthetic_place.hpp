@@ -57,12 +57,12 @@ class Laid {
   explicit Laid(const Config& config) {
     Arena measure = Arena::measuring();
     Component probe;
-    probe.attach(measure, config);
+    probe.allocate(measure, config);
     memory_.resize(measure.used() + Arena::kAlignment);
     auto base = reinterpret_cast<std::uintptr_t>(memory_.data());
     base = (base + Arena::kAlignment - 1) / Arena::kAlignment * Arena::kAlignment;
     Arena arena(reinterpret_cast<std::byte*>(base), measure.used());
-    component_.attach(arena, config);
+    component_.allocate(arena, config);
     fits_ = !arena.exhausted();
   }
   Laid(const Laid&) = delete;

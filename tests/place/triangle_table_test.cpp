@@ -175,6 +175,6 @@ TEST_CASE("a table that never got memory stores and finds nothing") {
   REQUIRE_FALSE(table.insert(triangle(500, 800, 1000), 1));
   table.remove(triangle(500, 800, 1000), 1);
   Arena measuring = Arena::measuring();
-  table.attach(measuring, small());
+  table.allocate(measuring, small());
   REQUIRE(places_found(table, triangle(500, 800, 1000)).empty());
 }

@@ -28,7 +28,7 @@ struct Triangles {
     auto base = reinterpret_cast<std::uintptr_t>(memory.data());
     base = (base + 63) / 64 * 64;
     Arena arena(reinterpret_cast<std::byte*>(base), capacity * sizeof(Triangle) + 64);
-    out.attach(arena, capacity);
+    out.allocate(arena, capacity);
   }
   std::span<const Triangle> build(const std::vector<Keypoint>& keypoints,
                                   const TriangleConfig& config = {}) {

@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "bench/simulator/world.hpp"
+#include "src/simulator/world.hpp"
 
 namespace unimapper::simulator::test {
 

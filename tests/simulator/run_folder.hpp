@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "bench/simulator/geometry.hpp"
-#include "bench/simulator/simulate.hpp"
+#include "src/simulator/geometry.hpp"
+#include "src/simulator/simulate.hpp"
 
 namespace unimapper::simulator::test {
 

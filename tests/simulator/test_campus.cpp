@@ -4,10 +4,10 @@
 #include <map>
 #include <set>
 
-#include "bench/simulator/campus/campus.hpp"
-#include "bench/simulator/campus/crowd.hpp"
-#include "bench/simulator/raycast.hpp"
 #include "run_folder.hpp"
+#include "src/simulator/campus/campus.hpp"
+#include "src/simulator/campus/crowd.hpp"
+#include "src/simulator/raycast.hpp"
 #include "tests/simulator/kept.hpp"
 
 namespace unimapper::simulator::test {

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "bench/simulator/lidar.hpp"
+#include "src/simulator/lidar.hpp"
 
 namespace unimapper::simulator::test {
 namespace {

@@ -1,7 +1,7 @@
 // The drift presets drift as much as they say.
 #include <catch2/catch.hpp>
 
-#include "bench/simulator/odometry.hpp"
+#include "src/simulator/odometry.hpp"
 
 namespace unimapper::simulator::test {
 namespace {

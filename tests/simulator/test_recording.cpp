@@ -3,9 +3,9 @@
 #include <catch2/catch.hpp>
 #include <map>
 
-#include "bench/simulator/raycast.hpp"
-#include "bench/simulator/town.hpp"
 #include "run_folder.hpp"
+#include "src/simulator/raycast.hpp"
+#include "src/simulator/town.hpp"
 
 namespace unimapper::simulator::test {
 namespace {

@@ -4,9 +4,9 @@
 #include <map>
 #include <set>
 
-#include "bench/simulator/actors.hpp"
-#include "bench/simulator/town.hpp"
-#include "bench/simulator/traffic.hpp"
+#include "src/simulator/actors.hpp"
+#include "src/simulator/town.hpp"
+#include "src/simulator/traffic.hpp"
 #include "tests/simulator/kept.hpp"
 
 namespace unimapper::simulator::test {

@@ -24,7 +24,7 @@ class FixedHashMap {
   static constexpr std::uint32_t kNotFound = 0xFFFFFFFFU;
 
   /// Takes room for `capacity` entries; the slot table is at most half full.
-  void attach(Arena& arena, std::size_t capacity) noexcept {
+  void allocate(Arena& arena, std::size_t capacity) noexcept {
     const std::size_t slot_count = std::bit_ceil(capacity < 1 ? 2 : capacity * 2);
     slots_ = arena.allocate<Slot>(slot_count);
     keys_ = arena.allocate<std::uint64_t>(capacity);

@@ -15,7 +15,7 @@ template <typename T>
 class FixedVector {
  public:
   /// Takes room for `capacity` elements from `arena`.
-  void attach(Arena& arena, std::size_t capacity) noexcept {
+  void allocate(Arena& arena, std::size_t capacity) noexcept {
     data_ = arena.allocate<T>(capacity);
     capacity_ = data_ == nullptr ? 0 : capacity;
     size_ = 0;

@@ -46,4 +46,13 @@ struct PlanePatch {
   Eigen::Vector3f normal;  ///< unit length, oriented towards the sensor's origin
 };
 
+/// What one keyframe looks like to loop search, in its levelled frame (paper section V-A).
+/// Triangles are not part of it: they follow from the keypoints, bit-identically, wherever they are
+/// needed
+/// (`build_triangles`), so only keypoints travel over the link.
+struct PlaceView {
+  std::span<const Keypoint> keypoints;
+  std::span<const PlanePatch> planes;
+};
+
 }  // namespace unimapper

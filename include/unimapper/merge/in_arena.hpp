@@ -31,11 +31,11 @@ class InArena {
       throw std::invalid_argument(error.message);
     }
     Arena measuring = Arena::measuring();
-    component_.attach(measuring, config);
+    component_.allocate(measuring, config);
     bytes_ = measuring.used();
     memory_ = allocate_pages(bytes_);
     Arena arena(memory_.get(), bytes_);
-    component_.attach(arena, config);
+    component_.allocate(arena, config);
   }
   Component& operator*() { return component_; }
   Component* operator->() { return &component_; }

@@ -97,7 +97,8 @@ struct RefinementConfig {
   float connecting_height_m = 0.3F;     ///< lower cells connect no components, above ground, [0, 2]
   float component_dynamic_share = 0.4F;  ///< at least: all of a component is dynamic, [0, 1]
   float component_static_share = 0.1F;   ///< less: all of it is static, [0, 1]
-  float firm_log_odds = 2.0F;  ///< a cell counts no more than this; static beyond stays, (0, 1000]
+  float confirmed_static_log_odds =
+      2.0F;  ///< a cell counts no more than this; static beyond stays, (0, 1000]
   float ground_log_odds = 1.0F;  ///< ground counts as seen through from here on, [0, 10]
   float ground_share = 0.7F;     ///< and such a patch is none: share of its cells, (0, 1]
 };

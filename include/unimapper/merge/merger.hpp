@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "unimapper/merge/keyframe_record.hpp"
+#include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/merge/refinement.hpp"

@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "unimapper/merge/keyframe_record.hpp"
-#include "unimapper/place/place.hpp"
+#include "unimapper/core/keyframe.hpp"
+#include "unimapper/core/keyframe_record.hpp"
 
 namespace unimapper::merge {
 

@@ -89,12 +89,12 @@ struct GroundConfig {
   /// How many voxels away from G a voxel may take its ground from. More than 1 (paper) finds the
   /// road below what drove past, where nothing is flat any more; sensors that hardly see the ground
   /// have none to spare. [1, 4]; measured: 2 for spinning sensors, 1 for others.
-  std::uint32_t spread = 1;
+  std::uint32_t propagation_voxels = 1;
   /// Ground that lies at least so much above ground within the reach is none: what a moving
   /// vehicle leaves behind can be as flat as a road. Metres; 0 = off (paper), else [0.1, 2], and
   /// [2, 50]; measured.
-  float floating_step_m = 0.2F;
-  float floating_reach_m = 10.0F;
+  float elevated_step_m = 0.2F;
+  float elevated_reach_m = 10.0F;
   /// Ground of which at least this share was seen through is none: where a sensor hardly sees the
   /// ground, the roof of a passing car is the lowest plane. 0 = off (paper), else (0, 1]; measured.
   float seen_through_share = 0.7F;
@@ -135,7 +135,7 @@ struct FreeSpaceConfig {
   /// farther out, the more room there is between two rays, and the one that passed need not have
   /// passed through the cell. Metres; 0 = always in full, else (0, 500]; measured: where
   /// neighbouring rays are two fine cells apart.
-  float sure_range_m = 0.0F;
+  float full_weight_range_m = 0.0F;
   /// Images of the keyframe itself are evidence too; measured: on.
   bool own_keyframe = true;
 
@@ -165,25 +165,25 @@ struct RemovalConfig {
   /// A cell that was judged in the keyframe before carries its sum on, at most so much either way,
   /// and only newer evidence is added; 0 = weigh the whole window anew in every keyframe, which
   /// costs several times as much. [0, 30]; measured.
-  float most_carried_log_odds = 6.0F;
+  float log_odds_clamp = 6.0F;
   /// Decide about connected obstacles as a whole; measured: on.
   bool components = true;
   /// Cells lower than this above the ground follow the component they touch, but do not connect
   /// components: kerbs and grass would tie every walker to the next wall, metres. [0, 2]; measured.
   float connecting_height_m = 0.3F;
   /// A component is dynamic if at least this share of the evidence for and against its cells says
-  /// so, each cell's counted up to `firm_log_odds`; with less than the second share it is static;
-  /// between them each cell stands for itself. [0, 1]; measured.
+  /// so, each cell's counted up to `confirmed_static_log_odds`; with less than the second share it
+  /// is static; between them each cell stands for itself. [0, 1]; measured.
   float component_dynamic_share = 0.3F;
   float component_static_share = 0.1F;
   /// Cells at or below minus this log-odds keep their own verdict whatever their component says:
   /// a van that drives past does not take the parked car with it. (0, 1000]; measured.
-  float firm_log_odds = 2.0F;
+  float confirmed_static_log_odds = 2.0F;
   /// A component stays dynamic if at least this share of its cells was dynamic in the keyframe
   /// before, and twice as many cells were dynamic as static there. [0, 1], 0 = off; measured.
   float persistence_share = 0.3F;
   /// Decide once more about the cells of a keyframe that leaves the window; measured: on.
-  bool revise = true;
+  bool final_labels = true;
 
   [[nodiscard]] Error validate() const noexcept;
 };

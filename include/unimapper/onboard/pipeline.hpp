@@ -11,13 +11,12 @@
 #include "unimapper/onboard/config.hpp"
 #include "unimapper/onboard/statistics.hpp"
 #include "unimapper/place/database.hpp"
-#include "unimapper/place/place.hpp"
 
 namespace unimapper {
 
 /// What became of a keyframe when it left the window, N keyframes after it was made: the last
-/// revision of its labels, which `Pipeline::revise_labels` brings up to date.
-struct RevisedKeyframe {
+/// revision of its labels, which `Pipeline::relabel` brings up to date.
+struct RelabelledKeyframe {
   bool available = false;
   std::uint32_t sequence = 0;         ///< of the keyframe
   std::uint32_t revision = 0;         ///< 1: final; 0 is the online decision
@@ -39,12 +38,12 @@ struct KeyframeView {
   RangeImageShape image_shape;
   /// Farther out, what was seen through counts in proportion less (`FreeSpaceConfig`), metres; 0:
   /// never.
-  float image_sure_range_m = 0.0F;
+  float image_full_weight_range_m = 0.0F;
   std::span<const FreeSpaceImage> images;
   PlaceView place;
   std::span<const LoopCandidate> loops;  ///< earlier keyframes that look alike, best first
   /// The keyframe that left the window when this one came, if there is one.
-  RevisedKeyframe revised;
+  RelabelledKeyframe relabelled;
   const KeyframeStatistics* statistics = nullptr;
 };
 
@@ -94,15 +93,15 @@ class Pipeline {
   /// `kUnknown` is given only to points that are not finite or out of range.
   std::size_t labels(std::size_t scan_in_keyframe, std::span<PointLabel> out) const noexcept;
 
-  /// Brings the labels of a scan of the keyframe `keyframe().revised` up to its last revision. The
-  /// caller kept them, and the scan: hand in the same points and pose as to `add_scan`. Returns how
-  /// many labels changed. O(points).
-  std::size_t revise_labels(const PointView& points, const Pose& T_odometry_sensor,
-                            std::span<PointLabel> labels) const noexcept;
+  /// Brings the labels of a scan of the keyframe `keyframe().relabelled` up to its last revision.
+  /// The caller kept them, and the scan: hand in the same points and pose as to `add_scan`. Returns
+  /// how many labels changed. O(points).
+  std::size_t relabel(const PointView& points, const Pose& T_odometry_sensor,
+                      std::span<PointLabel> labels) const noexcept;
 
   /// After the last scan and `flush`: revises the oldest keyframe that is still in the window, so
-  /// that `keyframe().revised` tells of it; false if there is none left. Call until then.
-  bool revise_next() noexcept;
+  /// that `keyframe().relabelled` tells of it; false if there is none left. Call until then.
+  bool relabel_next() noexcept;
 
   /// The places loop search knows; insert those of earlier runs (sessions from 1) here. The
   /// pipeline's own keyframes are session 0.

@@ -6,10 +6,10 @@
 
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/fixed_vector.hpp"
+#include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/place/config.hpp"
 #include "unimapper/place/keypoint_grid.hpp"
-#include "unimapper/place/place.hpp"
 #include "unimapper/place/place_thinning.hpp"
 #include "unimapper/place/plane_overlap.hpp"
 #include "unimapper/place/pose_votes.hpp"
@@ -51,7 +51,7 @@ struct LoopCandidate {
 class PlaceDatabase {
  public:
   /// Takes all memory it will ever need from `arena`.
-  void attach(Arena& arena, const LoopSearchConfig& config) noexcept;
+  void allocate(Arena& arena, const LoopSearchConfig& config) noexcept;
 
   /// Stores a place, recorded at `T_session_place` (the keyframe's pose in its session's odometry
   /// frame). When full, the place that another one stands in for best makes room (see

@@ -10,7 +10,6 @@
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/place/config.hpp"
 #include "unimapper/place/local_ground.hpp"
-#include "unimapper/place/place.hpp"
 #include "unimapper/place/plane_voxels.hpp"
 #include "unimapper/place/structure_map.hpp"
 
@@ -22,7 +21,7 @@ namespace unimapper {
 class PlaceDescriber {
  public:
   /// Takes all memory it will ever need from `arena`.
-  void attach(Arena& arena, const DescriptorConfig& config) noexcept;
+  void allocate(Arena& arena, const DescriptorConfig& config) noexcept;
 
   /// Describes one keyframe. The view stays valid until the next call. Bounded by the
   /// configured capacities; what did not fit is in `dropped()`.

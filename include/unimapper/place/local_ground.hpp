@@ -15,7 +15,7 @@ namespace unimapper {
 /// measured from here and not from the sensor, because robots carry it at different heights.
 class LocalGround {
  public:
-  void attach(Arena& arena, const DescriptorConfig& config) noexcept;
+  void allocate(Arena& arena, const DescriptorConfig& config) noexcept;
 
   void clear() noexcept;
 

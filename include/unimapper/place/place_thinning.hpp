@@ -17,7 +17,7 @@ namespace unimapper {
 /// Only places of one session are compared: two sessions have no common frame.
 class PlaceThinning {
  public:
-  void attach(Arena& arena, std::uint32_t capacity) noexcept;
+  void allocate(Arena& arena, std::uint32_t capacity) noexcept;
 
   /// Enters the place in `slot`. O(slots).
   void add(std::uint32_t slot, std::uint32_t session, const Pose& T_session_place) noexcept;

@@ -36,7 +36,7 @@ struct OverlapResult {
 /// are counted, in both directions: a narrow view inside a wide one scores like a wide one.
 class PlaneOverlap {
  public:
-  void attach(Arena& arena, std::uint32_t max_planes, float voxel_size_m) noexcept;
+  void allocate(Arena& arena, std::uint32_t max_planes, float voxel_size_m) noexcept;
 
   void set_query(std::span<const PlanePatch> planes) noexcept;
   void set_match(std::span<const PlanePatch> planes) noexcept;

@@ -24,7 +24,7 @@ namespace unimapper {
 /// once, however many points it holds, so the planes do not depend on density or dwell time.
 class PlaneVoxels {
  public:
-  void attach(Arena& arena, const DescriptorConfig& config) noexcept;
+  void allocate(Arena& arena, const DescriptorConfig& config) noexcept;
 
   /// Collects `structure` (cells that are not ground) into voxels and decides which are planes;
   /// adds those of `ground`. Independent of the cells' order as long as the capacities hold. Cost:

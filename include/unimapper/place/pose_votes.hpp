@@ -35,7 +35,7 @@ struct PosePeak {
 class PoseVotes {
  public:
   /// Room for `config.max_matches` votes on `config.max_places` places.
-  void attach(Arena& arena, const LoopSearchConfig& config) noexcept;
+  void allocate(Arena& arena, const LoopSearchConfig& config) noexcept;
 
   void clear() noexcept;
 

@@ -33,7 +33,7 @@ struct SmoothingKernel {
 /// empty.
 class StructureMap {
  public:
-  void attach(Arena& arena, const DescriptorConfig& config) noexcept;
+  void allocate(Arena& arena, const DescriptorConfig& config) noexcept;
 
   /// Fills the map with `structure`, cells that are not ground. Independent of the cells' order.
   /// Cost: linear in the cells and in the part of the grid that lies near any.

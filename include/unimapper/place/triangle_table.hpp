@@ -26,7 +26,7 @@ struct TriangleEntry {
 /// of the key. Every bucket is a chain of blocks, and bounded.
 class TriangleTable {
  public:
-  void attach(Arena& arena, const LoopSearchConfig& config) noexcept;
+  void allocate(Arena& arena, const LoopSearchConfig& config) noexcept;
 
   /// False, and nothing stored, if the bucket or the table is full. O(1).
   bool insert(const Triangle& triangle, std::uint32_t place) noexcept;

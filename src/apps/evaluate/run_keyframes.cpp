@@ -15,10 +15,10 @@ RunKeyframes read_run_keyframes(const std::filesystem::path& run,
     throw std::runtime_error(log.string() + ": holds " + std::to_string(received.sessions.size()) +
                              " sessions; a run has exactly one, with keyframes");
   }
-  const merge::SessionData& session = received.sessions.front();
+  const SessionData& session = received.sessions.front();
   const auto truth = read_truth(dataset);
   RunKeyframes result{session.info.name, {}};
-  for (const merge::KeyframeRecord& keyframe : session.keyframes) {
+  for (const KeyframeRecord& keyframe : session.keyframes) {
     const std::uint32_t scan = keyframe.scans[keyframe.reference_scan].scan_index;
     if (scan >= truth.size()) {
       throw std::runtime_error(log.string() + ": keyframe " + std::to_string(keyframe.sequence) +

@@ -7,7 +7,7 @@
 
 namespace unimapper::apps {
 
-std::vector<Eigen::Vector3f> session_cloud(const merge::SessionData& session,
+std::vector<Eigen::Vector3f> session_cloud(const SessionData& session,
                                            const merge::MergedSession& merged, float voxel_m) {
   std::vector<Eigen::Vector3f> cloud;
   std::unordered_set<VoxelKey> taken;
@@ -28,7 +28,7 @@ std::vector<Eigen::Vector3f> session_cloud(const merge::SessionData& session,
 }
 
 void write_session_clouds(const std::filesystem::path& map,
-                          const std::vector<merge::SessionData>& sessions,
+                          const std::vector<SessionData>& sessions,
                           const merge::MergeResult& result) {
   datasets::make_directory(map / "clouds");
   for (std::size_t s = 0; s < sessions.size(); ++s) {

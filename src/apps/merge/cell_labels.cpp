@@ -13,8 +13,7 @@ constexpr float kFarthestM = 0.36F;
 
 }  // namespace
 
-CellLabels::CellLabels(const merge::KeyframeRecord& keyframe,
-                       const merge::RefinedKeyframe& refined) {
+CellLabels::CellLabels(const KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined) {
   for (const bool dynamic : {false, true}) {
     merge::visit_cells(keyframe, refined, dynamic, [&](const FineCell& cell) {
       const VoxelIndex bin = voxel_index(cell.position, 1.0F / kBinM);

@@ -6,8 +6,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/core/voxel_key.hpp"
-#include "unimapper/merge/keyframe_record.hpp"
 #include "unimapper/merge/refinement.hpp"
 
 namespace unimapper::apps {
@@ -16,7 +16,7 @@ namespace unimapper::apps {
 class CellLabels {
  public:
   /// O(n log n) in the cells.
-  CellLabels(const merge::KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined);
+  CellLabels(const KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined);
 
   /// Whether a point in the levelled keyframe frame, metres, belongs to something that moved.
   [[nodiscard]] bool is_dynamic(const Eigen::Vector3f& point) const;

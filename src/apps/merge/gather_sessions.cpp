@@ -28,7 +28,7 @@ std::string file_safe(std::string name) {
 }
 
 void report_losses(const std::string& source, const wire::ReceiverCounters& counters,
-                   const std::vector<merge::SessionData>& sessions) {
+                   const std::vector<SessionData>& sessions) {
   const auto say = [&](std::uint64_t count, const char* what) {
     if (count > 0) std::cerr << "unimapper: warning: " << source << ": " << count << what << '\n';
   };

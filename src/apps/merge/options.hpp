@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "unimapper/merge/keyframe_record.hpp"
+#include "unimapper/core/keyframe_record.hpp"
 
 namespace unimapper::apps {
 
@@ -29,7 +29,7 @@ struct MergeOptions {
 
 /// A session and where it came from.
 struct InputSession {
-  merge::SessionData data;
+  SessionData data;
   std::filesystem::path run;  ///< its run folder; empty for logs and live sessions
 };
 

@@ -23,7 +23,7 @@ class LabelWriter {
     datasets::make_directory(labels_);
   }
 
-  void write(const merge::KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined) {
+  void write(const KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined) {
     const CellLabels cells(keyframe, refined);
     for (const KeyframeScan& scan : keyframe.scans) {
       if (scan.scan_index >= dataset_.scan_count()) {
@@ -78,7 +78,7 @@ class LabelWriter {
 }  // namespace
 
 void write_refined_labels(const fs::path& folder, const fs::path& dataset,
-                          const merge::SessionData& session, const merge::MergedSession& merged) {
+                          const SessionData& session, const merge::MergedSession& merged) {
   const auto recording =
       datasets::open_dataset(dataset, datasets::Format::kAuto, session.info.sensor);
   LabelWriter writer(folder, *recording);

@@ -12,6 +12,6 @@ namespace unimapper::apps {
 /// all static. `unimapper evaluate dynamic --run FOLDER` scores it. Throws DatasetError, and
 /// std::runtime_error if the dataset is not the one the session was made of. O(points).
 void write_refined_labels(const std::filesystem::path& folder, const std::filesystem::path& dataset,
-                          const merge::SessionData& session, const merge::MergedSession& merged);
+                          const SessionData& session, const merge::MergedSession& merged);
 
 }  // namespace unimapper::apps

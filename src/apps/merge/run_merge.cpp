@@ -31,7 +31,7 @@ std::string folder_name(const std::filesystem::path& folder) {
 
 /// Ground truth and scores where the user named a dataset for a session.
 std::vector<SessionEvidence> gather_evidence(const MergeOptions& options,
-                                             const std::vector<merge::SessionData>& sessions,
+                                             const std::vector<SessionData>& sessions,
                                              const std::vector<std::filesystem::path>& runs) {
   std::vector<SessionEvidence> evidence(sessions.size());
   for (std::size_t s = 0; s < sessions.size(); ++s) {
@@ -44,9 +44,8 @@ std::vector<SessionEvidence> gather_evidence(const MergeOptions& options,
   }
   for (const auto& [name, dataset] : options.truths) {
     const std::string& wanted = name;
-    const auto found =
-        std::find_if(sessions.begin(), sessions.end(),
-                     [&](const merge::SessionData& s) { return s.info.name == wanted; });
+    const auto found = std::find_if(sessions.begin(), sessions.end(),
+                                    [&](const SessionData& s) { return s.info.name == wanted; });
     if (found == sessions.end()) {
       std::string known;
       for (const auto& session : sessions) {
@@ -72,7 +71,7 @@ std::vector<SessionEvidence> gather_evidence(const MergeOptions& options,
   return evidence;
 }
 
-void label_again(const MergeOptions& options, const std::vector<merge::SessionData>& sessions,
+void label_again(const MergeOptions& options, const std::vector<SessionData>& sessions,
                  const merge::MergeResult& result) {
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     const std::string& name = sessions[s].info.name;
@@ -89,7 +88,7 @@ void label_again(const MergeOptions& options, const std::vector<merge::SessionDa
 }  // namespace
 
 void run_merge(const MergeOptions& options) {
-  std::vector<merge::SessionData> sessions;
+  std::vector<SessionData> sessions;
   std::vector<std::filesystem::path> runs;
   for (auto& input : gather_sessions(options)) {
     std::cerr << "unimapper: session " << input.data.info.name << " ("

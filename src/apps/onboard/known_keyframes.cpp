@@ -14,7 +14,7 @@ std::vector<EarlierSession> read_earlier_runs(const std::vector<std::filesystem:
   for (const std::filesystem::path& run : runs) {
     wire::ReceivedLog log = wire::read_event_log(run / "keyframes.lcmlog");
     faults.insert(faults.end(), log.faults.begin(), log.faults.end());
-    for (merge::SessionData& session : log.sessions) {
+    for (SessionData& session : log.sessions) {
       if (session.keyframes.empty()) continue;
       sessions.push_back({session.info.name, std::move(session.keyframes)});
     }
@@ -30,7 +30,7 @@ KnownKeyframes::KnownKeyframes(std::string session_name, const std::vector<Earli
   sessions_.push_back({std::move(session_name), {}});
   for (const EarlierSession& session : earlier_) {
     Session& known = sessions_.emplace_back(Session{session.name, {}});
-    for (const merge::KeyframeRecord& record : session.keyframes) {
+    for (const KeyframeRecord& record : session.keyframes) {
       const KeyframeScan& scan = record.scans.at(record.reference_scan);
       known.keyframes.push_back({record.sequence, scan.scan_index,
                                  record.T_odometry_keyframe.inverse() * scan.T_odometry_sensor});
@@ -42,7 +42,7 @@ void KnownKeyframes::insert_into(PlaceDatabase& places) const {
   merge::PlaneRestorer planes;
   std::uint32_t number = 1;
   for (const EarlierSession& session : earlier_) {
-    for (const merge::KeyframeRecord& record : session.keyframes) {
+    for (const KeyframeRecord& record : session.keyframes) {
       places.insert(planes.place(record), {number, record.sequence}, record.T_odometry_keyframe);
     }
     ++number;

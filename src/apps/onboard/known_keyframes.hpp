@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "src/apps/loops_csv.hpp"
-#include "unimapper/merge/keyframe_record.hpp"
+#include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
 namespace unimapper::apps {
@@ -15,7 +15,7 @@ namespace unimapper::apps {
 /// One session of earlier runs, read for `--against`.
 struct EarlierSession {
   std::string name;
-  std::vector<merge::KeyframeRecord> keyframes;
+  std::vector<KeyframeRecord> keyframes;
 };
 
 /// Reads RUN/keyframes.lcmlog of every run; sessions keep the runs' folder names. What is wrong

@@ -75,7 +75,7 @@ void Replay::handle(const ScanResult& result) {
 
 void Replay::collect_keyframe() {
   const KeyframeView& keyframe = pipeline_.keyframe();
-  collect_final_labels(keyframe.revised);
+  collect_final_labels(keyframe.relabelled);
   collect_labels(keyframe);
   outputs_.known.add(keyframe);
   collect_loops(keyframe);
@@ -98,13 +98,13 @@ void Replay::collect_labels(const KeyframeView& keyframe) {
   }
 }
 
-void Replay::collect_final_labels(const RevisedKeyframe& revised) {
-  if (!options_.final_labels || !revised.available) return;
-  while (!open_scans_.empty() && open_scans_.front().keyframe <= revised.sequence) {
+void Replay::collect_final_labels(const RelabelledKeyframe& relabelled) {
+  if (!options_.final_labels || !relabelled.available) return;
+  while (!open_scans_.empty() && open_scans_.front().keyframe <= relabelled.sequence) {
     OpenScan& open = open_scans_.front();
-    if (open.keyframe == revised.sequence) {
+    if (open.keyframe == relabelled.sequence) {
       dataset_.read_scan(open.index, earlier_scan_);
-      pipeline_.revise_labels(earlier_scan_.view(), dataset_.pose(open.index), open.labels);
+      pipeline_.relabel(earlier_scan_.view(), dataset_.pose(open.index), open.labels);
     }
     outputs_.folder.write_final_labels(dataset_.scan_name(open.index), open.labels,
                                        points_.at(open.index));
@@ -114,7 +114,7 @@ void Replay::collect_final_labels(const RevisedKeyframe& revised) {
 
 void Replay::finish_labels() {
   if (!options_.final_labels) return;
-  while (pipeline_.revise_next()) collect_final_labels(pipeline_.keyframe().revised);
+  while (pipeline_.relabel_next()) collect_final_labels(pipeline_.keyframe().relabelled);
   // Keyframes that had to leave the window early keep what was decided online.
   for (const OpenScan& open : open_scans_) {
     outputs_.folder.write_final_labels(dataset_.scan_name(open.index), open.labels,
@@ -135,11 +135,11 @@ void Replay::collect_loops(const KeyframeView& keyframe) {
 }
 
 void Replay::send(const KeyframeView& keyframe) {
-  const merge::KeyframeRecord record = wire::to_record(keyframe, options_.session);
+  const KeyframeRecord record = wire::to_record(keyframe, options_.session);
   left_out_ = record.left_out;
   wire::EncodedKeyframe encoded = wire::encode_for_sending(record);
   std::size_t image_bytes = 0;
-  for (const merge::CodedImage& image : record.images) image_bytes += image.code.size();
+  for (const CodedImage& image : record.images) image_bytes += image.code.size();
   outputs_.statistics.add_message(encoded.bytes.size(), image_bytes);
   outputs_.log.write(encoded);
   if (outputs_.publisher != nullptr) outputs_.publisher->publish(std::move(encoded));

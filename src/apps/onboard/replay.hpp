@@ -30,7 +30,7 @@ struct ReplayOutputs {
 };
 
 struct ReplayOptions {
-  merge::SessionId session;
+  SessionId session;
   std::size_t scans = 0;        ///< replay the first so many scans
   bool realtime = false;        ///< wait for each scan's stamp
   bool all_candidates = false;  ///< keep loop candidates below the threshold too
@@ -59,7 +59,7 @@ class Replay {
   void collect_keyframe();
   void collect_labels(const KeyframeView& keyframe);
   /// Labels the scans of the keyframe that left the window anew.
-  void collect_final_labels(const RevisedKeyframe& revised);
+  void collect_final_labels(const RelabelledKeyframe& relabelled);
   /// The same for what is in the window at the end.
   void finish_labels();
   void collect_loops(const KeyframeView& keyframe);

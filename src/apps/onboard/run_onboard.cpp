@@ -27,7 +27,7 @@ std::uint64_t stable_hash(std::string_view text, std::uint64_t seed = 0) {
 }
 
 /// Numbers that differ between sessions but not between two runs on the same recording.
-merge::SessionId session_id(const std::string& name, std::int64_t first_stamp_ns) {
+SessionId session_id(const std::string& name, std::int64_t first_stamp_ns) {
   const std::uint64_t robot = stable_hash(name);
   return {static_cast<std::uint32_t>(robot),
           stable_hash(name, static_cast<std::uint64_t>(first_stamp_ns))};
@@ -79,7 +79,7 @@ void make_room_for(const std::vector<EarlierSession>& earlier, std::size_t scans
 }
 
 std::string describe_run(const OnboardOptions& options, const RunFolder& folder,
-                         const merge::SessionId& id, const SensorModel& sensor,
+                         const SessionId& id, const SensorModel& sensor,
                          const PipelineConfig& config) {
   char hash[17];
   std::snprintf(hash, sizeof hash, "%016llx",
@@ -100,7 +100,7 @@ std::string describe_run(const OnboardOptions& options, const RunFolder& folder,
 }
 
 std::unique_ptr<wire::Publisher> open_publisher(const OnboardOptions& options,
-                                                const merge::SessionInfo& info) {
+                                                const SessionInfo& info) {
   if (options.publish.empty()) return nullptr;
   wire::PublisherOptions publisher;
   // Faster than real time nothing is lost by waiting; in real time the scans do not wait.
@@ -154,8 +154,8 @@ void run_onboard(const OnboardOptions& options) {
   config.events = events.ring();
   PipelineMemory memory(config);
 
-  const merge::SessionInfo info{session_id(folder.session_name(), dataset->stamp_ns(0)),
-                                folder.session_name(), std::string(sensor.model->name)};
+  const SessionInfo info{session_id(folder.session_name(), dataset->stamp_ns(0)),
+                         folder.session_name(), std::string(sensor.model->name)};
   folder.write_text("run.json", describe_run(options, folder, info.id, *sensor.model, config));
   Progress progress("onboard", scans);
   progress.note("sensor " + info.sensor + " (" + sensor.source + ")");

@@ -11,7 +11,7 @@ using evaluate::StampedPose;
 using merge::SessionStatus;
 
 /// The session's sensor poses in the map frame, one per scan.
-std::vector<StampedPose> sensor_poses(const merge::SessionData& session,
+std::vector<StampedPose> sensor_poses(const SessionData& session,
                                       const merge::MergedSession& merged) {
   std::vector<StampedPose> poses;
   for (const merge::TrajectoryPose& pose : merge::session_trajectory(session, merged)) {
@@ -20,8 +20,7 @@ std::vector<StampedPose> sensor_poses(const merge::SessionData& session,
   return poses;
 }
 
-SessionSummary summarize_session(const merge::SessionData& session,
-                                 const merge::MergedSession& merged) {
+SessionSummary summarize_session(const SessionData& session, const merge::MergedSession& merged) {
   SessionSummary s;
   s.name = session.info.name;
   s.sensor = session.info.sensor;
@@ -32,7 +31,7 @@ SessionSummary summarize_session(const merge::SessionData& session,
   s.damaged = session.keyframes_damaged;
   s.complete = session.complete;
   std::uint64_t dynamic = 0;
-  for (const merge::KeyframeRecord& keyframe : session.keyframes) {
+  for (const KeyframeRecord& keyframe : session.keyframes) {
     s.points_in += keyframe.points_in;
     dynamic += keyframe.points_dynamic;
   }

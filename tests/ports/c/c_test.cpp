@@ -239,22 +239,22 @@ TEST_CASE("there is a keyframe only right after the call that closed it") {
   CHECK(um_keyframe_get(pipeline.get(), &keyframe) == UM_NO_KEYFRAME);
 }
 
-TEST_CASE("every keyframe is revised once, and its labels follow") {
+TEST_CASE("every keyframe is relabelled once, and its labels follow") {
   const auto scans = walker_scans();
   const CPipeline pipeline;
   const std::vector<Keyframe> keyframes = run_c(pipeline.get(), scans);
   REQUIRE(keyframes.size() == 3);
-  um_revised revised;
-  REQUIRE(um_revised_get(pipeline.get(), &revised) == UM_OK);
-  CHECK(revised.available == 0);
+  um_relabelled relabelled;
+  REQUIRE(um_relabelled_get(pipeline.get(), &relabelled) == UM_OK);
+  CHECK(relabelled.available == 0);
   for (std::uint32_t k = 0; k < 3; ++k) {
     std::int32_t there = 0;
-    REQUIRE(um_revise_next(pipeline.get(), &there) == UM_OK);
+    REQUIRE(um_relabel_next(pipeline.get(), &there) == UM_OK);
     REQUIRE(there == 1);
-    REQUIRE(um_revised_get(pipeline.get(), &revised) == UM_OK);
-    CHECK(revised.sequence == k);
-    CHECK(revised.revision == 1);
-    CHECK(revised.later_keyframes == 2 - k);
+    REQUIRE(um_relabelled_get(pipeline.get(), &relabelled) == UM_OK);
+    CHECK(relabelled.sequence == k);
+    CHECK(relabelled.revision == 1);
+    CHECK(relabelled.later_keyframes == 2 - k);
     std::size_t all = 0;
     for (std::size_t s = 0; s < keyframes[k].scans.size(); ++s) {
       const std::uint32_t index = keyframes[k].scans[s].scan_index;
@@ -262,8 +262,8 @@ TEST_CASE("every keyframe is revised once, and its labels follow") {
       const um_points points = points_of(scans[index]);
       const um_pose pose = pose_of(driving(static_cast<int>(index)));
       std::size_t changed = 0;
-      REQUIRE(um_revise_labels(pipeline.get(), &points, &pose, labels.data(), labels.size(),
-                               &changed) == UM_OK);
+      REQUIRE(um_relabel(pipeline.get(), &points, &pose, labels.data(), labels.size(), &changed) ==
+              UM_OK);
       std::size_t different = 0;
       for (std::size_t i = 0; i < labels.size(); ++i) {
         different += labels[i] != keyframes[k].labels[s][i] ? 1 : 0;
@@ -271,10 +271,10 @@ TEST_CASE("every keyframe is revised once, and its labels follow") {
       CHECK(different == changed);
       all += changed;
     }
-    CHECK((all > 0) == (revised.cells_now_dynamic + revised.cells_now_static > 0));
+    CHECK((all > 0) == (relabelled.cells_now_dynamic + relabelled.cells_now_static > 0));
   }
   std::int32_t there = 1;
-  CHECK(um_revise_next(pipeline.get(), &there) == UM_OK);
+  CHECK(um_relabel_next(pipeline.get(), &there) == UM_OK);
   CHECK(there == 0);
 }
 
@@ -289,10 +289,10 @@ TEST_CASE("null pointers and things that are no pipeline are refused") {
   CHECK(um_add_scan(pipeline.get(), &points, nullptr, 1, nullptr) == UM_NULL_ARGUMENT);
   CHECK(um_keyframe_get(pipeline.get(), nullptr) == UM_NULL_ARGUMENT);
   CHECK(um_labels(pipeline.get(), 0, nullptr, 0, nullptr) == UM_NULL_ARGUMENT);
-  CHECK(um_revised_get(pipeline.get(), nullptr) == UM_NULL_ARGUMENT);
-  CHECK(um_revise_next(pipeline.get(), nullptr) == UM_NULL_ARGUMENT);
-  CHECK(um_revise_labels(pipeline.get(), nullptr, &pose, nullptr, 0, nullptr) == UM_NULL_ARGUMENT);
-  CHECK(um_revise_labels(nullptr, &points, &pose, nullptr, 0, nullptr) == UM_INVALID_HANDLE);
+  CHECK(um_relabelled_get(pipeline.get(), nullptr) == UM_NULL_ARGUMENT);
+  CHECK(um_relabel_next(pipeline.get(), nullptr) == UM_NULL_ARGUMENT);
+  CHECK(um_relabel(pipeline.get(), nullptr, &pose, nullptr, 0, nullptr) == UM_NULL_ARGUMENT);
+  CHECK(um_relabel(nullptr, &points, &pose, nullptr, 0, nullptr) == UM_INVALID_HANDLE);
   CHECK(um_pose_from_quaternion(nullptr, nullptr, nullptr) == UM_NULL_ARGUMENT);
   CHECK(um_sensor_find(nullptr, nullptr) == UM_NULL_ARGUMENT);
 

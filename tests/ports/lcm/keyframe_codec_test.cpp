@@ -11,7 +11,6 @@
 
 using namespace unimapper;
 using namespace unimapper::wire;
-using merge::KeyframeRecord;
 using test::random_record;
 using test::small_record;
 
@@ -49,7 +48,7 @@ void check_same(const KeyframeRecord& a, const KeyframeRecord& b) {
                             x.occupancy == y.occupancy && x.strength == y.strength;
                    }));
   CHECK(a.image_shape == b.image_shape);
-  CHECK(a.image_sure_range_m == b.image_sure_range_m);
+  CHECK(a.image_full_weight_range_m == b.image_full_weight_range_m);
   CHECK(a.images == b.images);
   CHECK(std::equal(
       a.planes.begin(), a.planes.end(), b.planes.begin(), b.planes.end(),
@@ -175,7 +174,7 @@ TEST_CASE("keyframes of schema 1, which have no images, are still read") {
   REQUIRE(decoded.record.has_value());
   KeyframeRecord expected = small_record();
   expected.image_shape = {};
-  expected.image_sure_range_m = 0.0F;
+  expected.image_full_weight_range_m = 0.0F;
   expected.images.clear();
   quantise(expected);
   check_same(*decoded.record, expected);
@@ -248,8 +247,8 @@ TEST_CASE("a record that is no keyframe is not encoded") {
   refuses("scan of a free-space image", [](auto& r) { r.images[0].scan = 2; });
   refuses("damaged", [](auto& r) { r.images[0].code.pop_back(); });
   refuses("no image has such", [](auto& r) { r.image_shape.elevation_max_deg = -1.0F; });
-  refuses("sure up to such a range", [](auto& r) { r.image_sure_range_m = std::nanf(""); });
-  refuses("sure up to such a range", [](auto& r) { r.image_sure_range_m = -0.0F; });
+  refuses("sure up to such a range", [](auto& r) { r.image_full_weight_range_m = std::nanf(""); });
+  refuses("sure up to such a range", [](auto& r) { r.image_full_weight_range_m = -0.0F; });
   refuses("too many free-space images", [](auto& r) { r.images.resize(33, r.images[0]); });
   refuses("not finite", [](auto& r) {
     r.scans[0].T_odometry_sensor.translation.x() = std::numeric_limits<double>::infinity();

@@ -22,22 +22,22 @@ namespace {
 
 constexpr std::uint32_t kCells = 20000;
 
-merge::SessionInfo info_of(const std::string& name) {
+SessionInfo info_of(const std::string& name) {
   return {{static_cast<std::uint32_t>(name.size()),
            crc32(Bytes(reinterpret_cast<const std::uint8_t*>(name.data()), name.size()))},
           name,
           "os2-128"};
 }
 
-EncodedKeyframe keyframe_of(const merge::SessionInfo& info, std::uint32_t sequence) {
+EncodedKeyframe keyframe_of(const SessionInfo& info, std::uint32_t sequence) {
   return encode_for_sending(test::keyframe_of(info.id, sequence, kCells));
 }
 
 /// One line per session: name, keyframes here, missing, damaged, and whether all are as sent.
-void print(const std::vector<merge::SessionData>& sessions) {
-  for (const merge::SessionData& session : sessions) {
+void print(const std::vector<SessionData>& sessions) {
+  for (const SessionData& session : sessions) {
     bool equal = true;
-    for (const merge::KeyframeRecord& record : session.keyframes) {
+    for (const KeyframeRecord& record : session.keyframes) {
       equal = equal && encode_keyframe(record) == keyframe_of(session.info, record.sequence).bytes;
     }
     std::printf("%s keyframes=%zu missing=%llu damaged=%llu %s %s\n", session.info.name.c_str(),
@@ -50,7 +50,7 @@ void print(const std::vector<merge::SessionData>& sessions) {
 
 // publish URL NAME KEYFRAMES DATAGRAM_BYTES PAUSE_MS
 int publish(const std::vector<std::string>& arguments) {
-  const merge::SessionInfo info = info_of(arguments[1]);
+  const SessionInfo info = info_of(arguments[1]);
   PublisherOptions options;
   options.datagram_bytes = static_cast<std::uint32_t>(std::stoul(arguments[3]));
   Publisher publisher(info, open_sender(arguments[0]), options);
@@ -86,7 +86,7 @@ int listen_to(const std::vector<std::string>& arguments) {
 
 // write PATH NAME KEYFRAMES
 int write_log(const std::vector<std::string>& arguments) {
-  const merge::SessionInfo info = info_of(arguments[1]);
+  const SessionInfo info = info_of(arguments[1]);
   SessionLogWriter writer(arguments[0], info);
   for (std::uint32_t i = 0; i < std::stoul(arguments[2]); ++i) writer.write(keyframe_of(info, i));
   writer.finish();

@@ -16,7 +16,7 @@ using test::Message;
 
 namespace {
 
-const merge::SessionInfo kAlpha{{1, 11}, "alpha", "os2-128"};
+const SessionInfo kAlpha{{1, 11}, "alpha", "os2-128"};
 
 /// A network that keeps what it is given, and can be held up.
 struct Network {
@@ -43,7 +43,7 @@ struct Network {
     }
     released.notify_all();
   }
-  merge::SessionData received() {
+  SessionData received() {
     Receiver receiver;
     for (const Message& message : messages) receiver.receive(message.channel, message.data);
     return receiver.take_sessions().at(0);
@@ -105,7 +105,7 @@ TEST_CASE("what is published arrives, with the end said three times") {
   CHECK(counters.keyframes_dropped == 0);
   CHECK(counters.send_failures == 0);
   CHECK(counters.messages_sent == network.messages.size());
-  const merge::SessionData session = network.received();
+  const SessionData session = network.received();
   CHECK(session.info.name == "alpha");
   CHECK(session.complete);
   CHECK(session.keyframes_missing == 0);
@@ -149,7 +149,7 @@ TEST_CASE("a full queue drops its oldest keyframe and says so") {
   const PublisherCounters counters = publisher.finish();
   CHECK(counters.keyframes_sent + counters.keyframes_dropped == 10);
   CHECK(counters.keyframes_dropped >= 6);
-  const merge::SessionData session = network.received();
+  const SessionData session = network.received();
   CHECK(session.complete);
   CHECK(session.keyframes.size() == counters.keyframes_sent);
   CHECK(session.keyframes_missing == counters.keyframes_dropped);
@@ -209,7 +209,7 @@ TEST_CASE("finishing a stream that is too slow gives up in time and says what wa
   const PublisherCounters counters = publisher.finish();
   CHECK(counters.keyframes_sent + counters.keyframes_dropped == 5);
   CHECK(counters.keyframes_dropped >= 4);
-  const merge::SessionData session = network.received();
+  const SessionData session = network.received();
   CHECK(session.complete);
   CHECK(session.keyframes_missing == counters.keyframes_dropped);
 }

@@ -64,7 +64,7 @@ TEST_CASE("no normal, no code") {
 }
 
 TEST_CASE("cells are moved to the nearest centimetre, sorted, and their points saturate") {
-  merge::KeyframeRecord record;
+  KeyframeRecord record;
   record.static_cells = {{{5.004F, 0.0F, 0.0F}, 256, 0, 0}, {{-5.006F, 1.0F, 2.0F}, 255, 7, 9}};
   quantise(record);
   REQUIRE(record.static_cells.size() == 2);
@@ -81,7 +81,7 @@ TEST_CASE("cells are moved to the nearest centimetre, sorted, and their points s
 TEST_CASE("what lies beyond the wire's range or is not finite is left out and counted") {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const Eigen::Vector3f up = Eigen::Vector3f::UnitZ();
-  merge::KeyframeRecord record;
+  KeyframeRecord record;
   record.static_cells = {{{327.67F, -327.68F, 0.0F}, 1, 0, 0},
                          {{327.68F, 0.0F, 0.0F}, 1, 0, 0},
                          {{0.0F, -327.69F, 0.0F}, 1, 0, 0},
@@ -101,8 +101,8 @@ TEST_CASE("what lies beyond the wire's range or is not finite is left out and co
 }
 
 TEST_CASE("the order in which cells come does not matter") {
-  merge::KeyframeRecord forwards = test::random_record(3, 2000);
-  merge::KeyframeRecord backwards = forwards;
+  KeyframeRecord forwards = test::random_record(3, 2000);
+  KeyframeRecord backwards = forwards;
   std::reverse(backwards.static_cells.begin(), backwards.static_cells.end());
   quantise(forwards);
   quantise(backwards);

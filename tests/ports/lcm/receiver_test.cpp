@@ -11,7 +11,6 @@
 
 using namespace unimapper;
 using namespace unimapper::wire;
-using merge::SessionInfo;
 using test::Message;
 using test::Random;
 using test::TemporaryDirectory;
@@ -26,7 +25,7 @@ void feed(Receiver& receiver, const std::vector<Message>& stream) {
 }
 
 /// All keyframes arrived, in order, with the bytes they were sent with.
-void check_whole(const merge::SessionData& data, const SessionInfo& info, std::size_t keyframes) {
+void check_whole(const SessionData& data, const SessionInfo& info, std::size_t keyframes) {
   CHECK(data.info.name == info.name);
   CHECK(data.info.sensor == info.sensor);
   CHECK(data.info.id == info.id);
@@ -134,7 +133,7 @@ TEST_CASE("a late keyframe fills its gap") {
 }
 
 TEST_CASE("bytes that arrive whole but are no keyframe count as damaged, until a good one comes") {
-  const merge::KeyframeRecord record = test::keyframe_of(kAlpha.id, 0);
+  const KeyframeRecord record = test::keyframe_of(kAlpha.id, 0);
   EncodedKeyframe broken = encode_for_sending(record);
   broken.bytes[0] = 'X';
   Receiver receiver;
@@ -164,7 +163,7 @@ TEST_CASE("an envelope cannot claim another robot's keyframe") {
 }
 
 TEST_CASE("forged pieces cannot spoil a keyframe under way") {
-  const merge::KeyframeRecord record = test::keyframe_of(kAlpha.id, 0);
+  const KeyframeRecord record = test::keyframe_of(kAlpha.id, 0);
   const std::vector<Message> good = test::pieces(record);
   EncodedKeyframe forged = encode_for_sending(record);
   for (auto& byte : forged.bytes) byte = static_cast<std::uint8_t>(~byte);
@@ -273,7 +272,7 @@ TEST_CASE("a session keeps its first name") {
 }
 
 TEST_CASE("sessions are sorted, and equal names are told apart") {
-  std::vector<merge::SessionData> sessions(4);
+  std::vector<SessionData> sessions(4);
   sessions[0].info = {{2, 5}, "town", ""};
   sessions[1].info = {{1, 9}, "town", ""};
   sessions[2].info = {{3, 1}, "alley", ""};
@@ -281,10 +280,10 @@ TEST_CASE("sessions are sorted, and equal names are told apart") {
   sort_and_name(sessions);
   CHECK(sessions[0].info.name == "alley");
   CHECK(sessions[1].info.name == "town");
-  CHECK(sessions[1].info.id == merge::SessionId{1, 8});
+  CHECK(sessions[1].info.id == SessionId{1, 8});
   CHECK(sessions[2].info.name == "town-2");
   CHECK(sessions[3].info.name == "town-3");
-  CHECK(sessions[3].info.id == merge::SessionId{2, 5});
+  CHECK(sessions[3].info.id == SessionId{2, 5});
 }
 
 TEST_CASE("health is kept per session, the latest") {
@@ -391,8 +390,8 @@ TEST_CASE("no flipped bit in a log gets an altered keyframe through") {
     const std::uint32_t at = random.below(static_cast<std::uint32_t>(bytes.size()));
     damaged[at] = static_cast<char>(damaged[at] ^ (1 << random.below(8)));
     file.write(damaged.data(), damaged.size());
-    for (const merge::SessionData& session : read_event_log(file.path()).sessions) {
-      for (const merge::KeyframeRecord& record : session.keyframes) {
+    for (const SessionData& session : read_event_log(file.path()).sessions) {
+      for (const KeyframeRecord& record : session.keyframes) {
         REQUIRE(encode_keyframe(record) ==
                 encode_keyframe(test::keyframe_of(kAlpha.id, record.sequence)));
       }

@@ -11,8 +11,8 @@
 #include <string>
 
 #include "unimapper/core/image_code.hpp"
+#include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/core/voxel_key.hpp"
-#include "unimapper/merge/keyframe_record.hpp"
 
 namespace unimapper::wire::test {
 
@@ -66,9 +66,9 @@ inline std::vector<std::uint8_t> random_image(Random& random, std::size_t pixels
 }
 
 /// A keyframe with about `cells` cells, off the wire's grid.
-inline merge::KeyframeRecord random_record(std::uint64_t seed, std::uint32_t cells = 200) {
+inline KeyframeRecord random_record(std::uint64_t seed, std::uint32_t cells = 200) {
   Random random(seed);
-  merge::KeyframeRecord record;
+  KeyframeRecord record;
   record.session = {random.below(1000), random.bits()};
   record.sequence = random.below(100000);
   record.T_odometry_keyframe = random_pose(random);
@@ -94,7 +94,7 @@ inline merge::KeyframeRecord random_record(std::uint64_t seed, std::uint32_t cel
   const std::uint32_t images = random.below(4);
   if (images > 0) {
     record.image_shape = {120.0F, 2.0F, -20.0F, 30.0F, 2.5F};
-    record.image_sure_range_m = 11.5F;
+    record.image_full_weight_range_m = 11.5F;
   }
   const std::size_t pixels = ImageProjection(record.image_shape).pixels();
   for (std::uint32_t i = 0; i < images; ++i) {
@@ -107,8 +107,8 @@ inline merge::KeyframeRecord random_record(std::uint64_t seed, std::uint32_t cel
 }
 
 /// A record small enough to read its bytes.
-inline merge::KeyframeRecord small_record() {
-  merge::KeyframeRecord record;
+inline KeyframeRecord small_record() {
+  KeyframeRecord record;
   record.session = {7, 0x0123456789ABCDEFULL};
   record.sequence = 42;
   record.reference_scan = 1;
@@ -122,7 +122,7 @@ inline merge::KeyframeRecord small_record() {
   record.planes = {{{3.0F, 4.0F, -1.7F}, {0.0F, 0.0F, 1.0F}}};
   // One row of three pixels: nothing known, 1 m, the same.
   record.image_shape = {90.0F, 30.0F, 0.0F, 30.0F, 30.0F};
-  record.image_sure_range_m = 64.0F;
+  record.image_full_weight_range_m = 64.0F;
   record.images = {{1, {0x00, 0xE0, 0x5D, 0x00}}};
   record.points_in = 1000;
   record.points_dynamic = 10;

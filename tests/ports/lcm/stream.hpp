@@ -14,20 +14,20 @@ struct Message {
   std::vector<std::uint8_t> data;
 };
 
-inline merge::KeyframeRecord keyframe_of(const merge::SessionId& id, std::uint32_t sequence,
-                                         std::uint32_t cells = 300) {
-  merge::KeyframeRecord record = random_record(id.session * 1000 + sequence, cells);
+inline KeyframeRecord keyframe_of(const SessionId& id, std::uint32_t sequence,
+                                  std::uint32_t cells = 300) {
+  KeyframeRecord record = random_record(id.session * 1000 + sequence, cells);
   record.session = id;
   record.sequence = sequence;
   return record;
 }
 
-inline Message session_message(const merge::SessionInfo& info, SessionState state,
-                               std::uint64_t keyframes, std::uint64_t dropped = 0) {
+inline Message session_message(const SessionInfo& info, SessionState state, std::uint64_t keyframes,
+                               std::uint64_t dropped = 0) {
   return {std::string(kSessionChannel), encode(SessionMessage{info, state, keyframes, dropped})};
 }
 
-inline std::vector<Message> pieces(const merge::KeyframeRecord& record,
+inline std::vector<Message> pieces(const KeyframeRecord& record,
                                    std::uint32_t datagram_bytes = 512) {
   std::vector<Message> messages;
   for (auto& data : cut_into_messages(encode_for_sending(record), datagram_bytes)) {
@@ -37,8 +37,7 @@ inline std::vector<Message> pieces(const merge::KeyframeRecord& record,
 }
 
 /// A whole session, start to end.
-inline std::vector<Message> session_stream(const merge::SessionInfo& info,
-                                           std::uint32_t keyframes) {
+inline std::vector<Message> session_stream(const SessionInfo& info, std::uint32_t keyframes) {
   std::vector<Message> stream{session_message(info, SessionState::kStarted, 0)};
   for (std::uint32_t sequence = 0; sequence < keyframes; ++sequence) {
     for (Message& piece : pieces(keyframe_of(info.id, sequence))) stream.push_back(piece);

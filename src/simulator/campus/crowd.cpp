@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "bench/simulator/random.hpp"
+#include "src/simulator/random.hpp"
 
 namespace unimapper::simulator::campus {
 namespace {

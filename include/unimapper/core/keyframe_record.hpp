@@ -6,11 +6,9 @@
 
 #include "unimapper/core/image_projection.hpp"
 #include "unimapper/core/keyframe.hpp"
-#include "unimapper/merge/session_id.hpp"
-#include "unimapper/place/database.hpp"
-#include "unimapper/place/place.hpp"
+#include "unimapper/core/session_id.hpp"
 
-namespace unimapper::merge {
+namespace unimapper {
 
 /// A `FreeSpaceImage`, owned, in the code of `encode_image`.
 struct CodedImage {
@@ -34,7 +32,7 @@ struct KeyframeRecord {
   std::vector<PlanePatch> planes;  ///< of older senders; else `PlaneRestorer` finds them
   /// What the keyframe saw through, all in the same shape; none if the robot does not say.
   RangeImageShape image_shape;
-  float image_sure_range_m = 0.0F;  ///< as in `KeyframeView`
+  float image_full_weight_range_m = 0.0F;  ///< as in `KeyframeView`
   std::vector<CodedImage> images;
   std::uint64_t points_in = 0;       ///< scan points that went into the keyframe
   std::uint64_t points_dynamic = 0;  ///< of which removed as dynamic
@@ -52,4 +50,4 @@ struct SessionData {
   std::uint64_t keyframes_damaged = 0;  ///< failed their checksum or validation
 };
 
-}  // namespace unimapper::merge
+}  // namespace unimapper

@@ -1,9 +1,9 @@
 // Lawns, paths and the paved places.
 #include <algorithm>
 
-#include "bench/simulator/random.hpp"
-#include "bench/simulator/sheet.hpp"
 #include "campus.hpp"
+#include "src/simulator/random.hpp"
+#include "src/simulator/sheet.hpp"
 
 namespace unimapper::simulator::campus {
 namespace {

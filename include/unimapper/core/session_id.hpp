@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-namespace unimapper::merge {
+namespace unimapper {
 
 /// One robot, one boot. The same numbers travel in every message.
 struct SessionId {
@@ -21,4 +21,4 @@ struct SessionInfo {
   std::string sensor;  ///< canonical sensor name, see `find_sensor`
 };
 
-}  // namespace unimapper::merge
+}  // namespace unimapper

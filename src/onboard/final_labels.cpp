@@ -1,4 +1,4 @@
-#include "revision.hpp"
+#include "final_labels.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -16,7 +16,7 @@ constexpr std::uint32_t kImagesPerKeyframe = 2;
 
 }  // namespace
 
-struct Revision::Group {
+struct FinalLabels::Group {
   std::uint32_t size;
   std::uint32_t blocks;
   float x[kGroup];
@@ -25,7 +25,7 @@ struct Revision::Group {
   std::int32_t log_odds[kGroup];
   // One entry per block.
   OpenBlock block[kGroup];
-  VoxelIndex index[kGroup];      ///< in the grid of the revised keyframe
+  VoxelIndex index[kGroup];      ///< in the grid of the relabelled keyframe
   std::uint32_t first[kGroup];   ///< its first cell
   std::int32_t settled[kGroup];  ///< evidence for its cells that are static for good
 
@@ -35,29 +35,29 @@ struct Revision::Group {
   }
 };
 
-void Revision::attach(Arena& arena, const PipelineConfig& config) noexcept {
-  on_ = config.removal.revise && config.free_space.visibility;
+void FinalLabels::allocate(Arena& arena, const PipelineConfig& config) noexcept {
+  on_ = config.removal.final_labels && config.free_space.visibility;
   if (!on_) return;
   judge_ = ImageJudge(config);
   prior_ = in_thousandths(kPriorLogOdds);
   occupied_ = in_thousandths(config.removal.log_odds_occupied);
-  firm_ = in_thousandths(std::min(config.removal.firm_log_odds, 30.0F));
+  firm_ = in_thousandths(std::min(config.removal.confirmed_static_log_odds, 30.0F));
   stride_ = std::max(1U, config.free_space.images_per_keyframe / kImagesPerKeyframe);
   // Most blocks hold nothing but ground and firm cells: of ten keyframes a seventh each.
   capacity_ = 3 * config.voxel.max_blocks();
   open_ = arena.allocate<OpenBlock>(capacity_);
   group_ = arena.allocate<Group>(1);
-  changed_.attach(arena, config.voxel.max_blocks() / 4 + 1);
+  changed_.allocate(arena, config.voxel.max_blocks() / 4 + 1);
 }
 
-void Revision::drop_oldest() noexcept {
+void FinalLabels::drop_oldest() noexcept {
   open_count_ -= keyframes_[0].count;
   std::copy(keyframes_ + 1, keyframes_ + remembered_, keyframes_);
   --remembered_;
 }
 
-void Revision::remember(const BlockWindow& blocks, const CellTable& cells,
-                        std::uint32_t sequence) noexcept {
+void FinalLabels::remember(const BlockWindow& blocks, const CellTable& cells,
+                           std::uint32_t sequence) noexcept {
   if (!on_) return;
   given_up_ = 0;
   if (remembered_ == std::size(keyframes_)) drop_oldest();
@@ -82,8 +82,8 @@ void Revision::remember(const BlockWindow& blocks, const CellTable& cells,
   keyframes_[remembered_++] = now;
 }
 
-bool Revision::revise_leaving(const EvidenceWindow& window,
-                              const ImageProjection& projection) noexcept {
+bool FinalLabels::revise_leaving(const EvidenceWindow& window,
+                                 const ImageProjection& projection) noexcept {
   result_.available = false;
   if (!on_) return false;
   // Keyframes that had to leave early are gone.
@@ -96,15 +96,15 @@ bool Revision::revise_leaving(const EvidenceWindow& window,
   return revise(window, projection, 0);
 }
 
-bool Revision::revise_oldest(const EvidenceWindow& window,
-                             const ImageProjection& projection) noexcept {
+bool FinalLabels::revise_oldest(const EvidenceWindow& window,
+                                const ImageProjection& projection) noexcept {
   result_.available = false;
   if (!on_ || remembered_ == 0) return false;
   return revise(window, projection, 1);
 }
 
-bool Revision::revise(const EvidenceWindow& window, const ImageProjection& projection,
-                      std::uint32_t latest_age) noexcept {
+bool FinalLabels::revise(const EvidenceWindow& window, const ImageProjection& projection,
+                         std::uint32_t latest_age) noexcept {
   const Remembered keyframe = keyframes_[0];
   const BlockWindow& blocks = window.blocks();
   const std::uint32_t age = blocks.age_of(keyframe.keyframe);
@@ -122,8 +122,8 @@ bool Revision::revise(const EvidenceWindow& window, const ImageProjection& proje
   return true;
 }
 
-void Revision::add(const BlockWindow& blocks, const OpenBlock& block, const VoxelIndex& index,
-                   std::uint32_t age, std::uint32_t latest_age) noexcept {
+void FinalLabels::add(const BlockWindow& blocks, const OpenBlock& block, const VoxelIndex& index,
+                      std::uint32_t age, std::uint32_t latest_age) noexcept {
   Group& group = *group_;
   group.block[group.blocks] = block;
   group.index[group.blocks] = index;
@@ -151,8 +151,8 @@ void Revision::add(const BlockWindow& blocks, const OpenBlock& block, const Voxe
   }
 }
 
-void Revision::settle(const EvidenceWindow& window, const ImageProjection& projection,
-                      std::uint32_t age, std::uint32_t latest_age) noexcept {
+void FinalLabels::settle(const EvidenceWindow& window, const ImageProjection& projection,
+                         std::uint32_t age, std::uint32_t latest_age) noexcept {
   Group& group = *group_;
   const JudgedPlaces places{group.x, group.y, group.z, group.log_odds, group.size};
   for (std::uint32_t later = latest_age; later < age; ++later) {
@@ -165,8 +165,8 @@ void Revision::settle(const EvidenceWindow& window, const ImageProjection& proje
   group.size = group.blocks = 0;
 }
 
-void Revision::settle_block(const OpenBlock& block, const VoxelIndex& index,
-                            const std::int32_t* log_odds, std::int32_t settled) noexcept {
+void FinalLabels::settle_block(const OpenBlock& block, const VoxelIndex& index,
+                               const std::int32_t* log_odds, std::int32_t settled) noexcept {
   std::int32_t evidence = settled;
   Changed could;
   const std::int32_t* sum = log_odds;
@@ -188,8 +188,8 @@ void Revision::settle_block(const OpenBlock& block, const VoxelIndex& index,
   result_.cells_now_static += count_bits(could.now_static);
 }
 
-std::size_t Revision::relabel(const PointView& points, const Pose& T_odometry_sensor,
-                              std::span<PointLabel> labels) const noexcept {
+std::size_t FinalLabels::relabel(const PointView& points, const Pose& T_odometry_sensor,
+                                 std::span<PointLabel> labels) const noexcept {
   if (!result_.available || changed_.size() == 0) return 0;
   const double per_metre = 1.0 / static_cast<double>(grid_.cell_size_m);
   const Eigen::Matrix3f r = (T_odometry_sensor.rotation * per_metre).cast<float>();

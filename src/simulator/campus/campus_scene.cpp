@@ -1,8 +1,8 @@
 // The campus as a scene: a small robot among pedestrians.
-#include "bench/simulator/random.hpp"
-#include "bench/simulator/scene.hpp"
 #include "campus.hpp"
 #include "crowd.hpp"
+#include "src/simulator/random.hpp"
+#include "src/simulator/scene.hpp"
 
 namespace unimapper::simulator {
 namespace campus {

@@ -1,8 +1,8 @@
 // Who else is on the campus, simulated tick by tick before the first ray is cast.
 #pragma once
 
-#include "bench/simulator/actors.hpp"
 #include "robot_walk.hpp"
+#include "src/simulator/actors.hpp"
 
 namespace unimapper::simulator {
 class Random;

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <iterator>
 
-#include "bench/simulator/random.hpp"
 #include "crowd.hpp"
+#include "src/simulator/random.hpp"
 
 namespace unimapper::simulator::campus {
 namespace {

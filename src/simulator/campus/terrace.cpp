@@ -1,8 +1,8 @@
 // The raised forecourt of the library with its stairs, ramps and railings.
 #include <algorithm>
 
-#include "bench/simulator/sheet.hpp"
 #include "campus.hpp"
+#include "src/simulator/sheet.hpp"
 
 namespace unimapper::simulator::campus {
 namespace {

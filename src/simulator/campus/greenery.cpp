@@ -1,8 +1,8 @@
 // Trees along the paths and on the lawns, hedges, bushes, the woods around.
 #include <algorithm>
 
-#include "bench/simulator/random.hpp"
 #include "campus.hpp"
+#include "src/simulator/random.hpp"
 
 namespace unimapper::simulator::campus {
 namespace {

@@ -1,9 +1,9 @@
 // The large buildings: bands of windows, arcades, overhanging floors, a way through, a bridge.
 #include <algorithm>
 
-#include "bench/simulator/facade.hpp"
-#include "bench/simulator/random.hpp"
 #include "campus.hpp"
+#include "src/simulator/facade.hpp"
+#include "src/simulator/random.hpp"
 
 namespace unimapper::simulator::campus {
 namespace {

@@ -15,7 +15,7 @@ constexpr std::int64_t kPeriodNs = 100'000'000;
 struct Revisions {
   std::map<std::uint32_t, Score> online;
   std::map<std::uint32_t, Score> final;
-  std::map<std::uint32_t, RevisedKeyframe> revised;
+  std::map<std::uint32_t, RelabelledKeyframe> relabelled;
 };
 
 /// A scene seen from a robot that stands at the origin, and all that became of it.
@@ -37,7 +37,7 @@ class Replay {
       revise();
       label();
     }
-    while (pipeline_->revise_next()) revise();
+    while (pipeline_->relabel_next()) revise();
     return revisions_;
   }
 
@@ -68,13 +68,13 @@ class Replay {
   }
 
   void revise() {
-    const RevisedKeyframe& revised = pipeline_->keyframe().revised;
-    if (!revised.available) return;
-    REQUIRE(kept_.count(revised.sequence) == 1);
-    revisions_.revised[revised.sequence] = revised;
-    for (Labelled& scan : kept_[revised.sequence]) {
-      (void)pipeline_->revise_labels(scans_[scan.scan].view(), sensor_at(0.0, 0.0), scan.labels);
-      count(scan, revisions_.final[revised.sequence]);
+    const RelabelledKeyframe& relabelled = pipeline_->keyframe().relabelled;
+    if (!relabelled.available) return;
+    REQUIRE(kept_.count(relabelled.sequence) == 1);
+    revisions_.relabelled[relabelled.sequence] = relabelled;
+    for (Labelled& scan : kept_[relabelled.sequence]) {
+      (void)pipeline_->relabel(scans_[scan.scan].view(), sensor_at(0.0, 0.0), scan.labels);
+      count(scan, revisions_.final[relabelled.sequence]);
     }
   }
 
@@ -122,32 +122,32 @@ TEST_CASE("who waited and then walked off is removed from where they waited", "[
   for (const auto& [sequence, score] : said.final) CHECK(score.static_percent() > 99.5);
 }
 
-TEST_CASE("a keyframe is revised once, when it leaves the window or at the end", "[revision]") {
+TEST_CASE("a keyframe is relabelled once, when it leaves the window or at the end", "[revision]") {
   Scene scene = walls();
   const Revisions said = Replay(scene, short_window()).run(95);
   REQUIRE(said.online.size() == 10);
-  REQUIRE(said.revised.size() == 10);
-  for (const auto& [sequence, revised] : said.revised) {
-    CHECK(revised.revision == 1);
-    CHECK(revised.later_keyframes == std::min(4U, 9U - sequence));
+  REQUIRE(said.relabelled.size() == 10);
+  for (const auto& [sequence, relabelled] : said.relabelled) {
+    CHECK(relabelled.revision == 1);
+    CHECK(relabelled.later_keyframes == std::min(4U, 9U - sequence));
   }
 }
 
-TEST_CASE("where nothing moves nothing is revised", "[revision]") {
-  for (const auto& [sequence, revised] : Replay(walls(), short_window()).run(100).revised) {
-    CHECK(revised.cells_now_dynamic == 0);
-    CHECK(revised.cells_now_static == 0);
+TEST_CASE("where nothing moves nothing is relabelled", "[revision]") {
+  for (const auto& [sequence, relabelled] : Replay(walls(), short_window()).run(100).relabelled) {
+    CHECK(relabelled.cells_now_dynamic == 0);
+    CHECK(relabelled.cells_now_static == 0);
   }
 }
 
 TEST_CASE("revision can be turned off and then takes no memory", "[revision]") {
   PipelineConfig config = short_window();
   const std::size_t with = Pipeline::required_bytes(config);
-  config.removal.revise = false;
+  config.removal.final_labels = false;
   CHECK(Pipeline::required_bytes(config) < with);
   Scene scene = walls();
   scene.boxes.push_back(waiting_box({6.0, 4.0, 0.9}, 2.0));
-  CHECK(Replay(scene, config).run(100).revised.empty());
+  CHECK(Replay(scene, config).run(100).relabelled.empty());
 }
 
 TEST_CASE("labels of a scan that does not fit are left alone", "[revision]") {
@@ -155,8 +155,8 @@ TEST_CASE("labels of a scan that does not fit are left alone", "[revision]") {
   OwnedPipeline pipeline(short_window());
   std::vector<PointLabel> labels(3, PointLabel::kStatic);
   const LabelledScan scan = scene.scan(sensor_at(0.0, 0.0), 0.0);
-  // Nothing has been revised yet, and there are fewer labels than points.
-  CHECK(pipeline->revise_labels(scan.view(), Pose{}, labels) == 0);
-  CHECK_FALSE(pipeline->revise_next());
-  CHECK_FALSE(pipeline->keyframe().revised.available);
+  // Nothing has been relabelled yet, and there are fewer labels than points.
+  CHECK(pipeline->relabel(scan.view(), Pose{}, labels) == 0);
+  CHECK_FALSE(pipeline->relabel_next());
+  CHECK_FALSE(pipeline->keyframe().relabelled.available);
 }

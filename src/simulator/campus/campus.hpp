@@ -1,8 +1,8 @@
 // The campus: halls around a plaza, paths through lawns and a park, for pedestrians.
 #pragma once
 
-#include "bench/simulator/world.hpp"
 #include "plan.hpp"
+#include "src/simulator/world.hpp"
 
 namespace unimapper::simulator {
 class Random;

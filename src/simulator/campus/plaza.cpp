@@ -1,6 +1,6 @@
 // What stands on the plaza: fountain, benches, planters, the kiosk, and stalls on some days.
-#include "bench/simulator/random.hpp"
 #include "campus.hpp"
+#include "src/simulator/random.hpp"
 
 namespace unimapper::simulator::campus {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "bench/simulator/random.hpp"
+#include "src/simulator/random.hpp"
 
 namespace unimapper::simulator::campus {
 namespace {

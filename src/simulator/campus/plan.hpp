@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "bench/simulator/path.hpp"
-#include "bench/simulator/terrain.hpp"
+#include "src/simulator/path.hpp"
+#include "src/simulator/terrain.hpp"
 
 namespace unimapper::simulator::campus {
 

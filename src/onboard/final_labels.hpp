@@ -20,9 +20,9 @@ namespace unimapper::onboard {
 /// what the keyframes after it saw through and met there (the paper's correction of erroneous
 /// judgements). Cells that were firmly static, and ground, are not looked at again. The undecided
 /// cells of a block are decided together.
-class Revision {
+class FinalLabels {
  public:
-  void attach(Arena& arena, const PipelineConfig& config) noexcept;
+  void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Forgets all keyframes.
   void forget() noexcept { remembered_ = open_count_ = 0; }
@@ -41,8 +41,8 @@ class Revision {
   /// decided online.
   [[nodiscard]] std::uint64_t given_up() const noexcept { return given_up_ + changed_.refused(); }
 
-  /// What became of the keyframe that was revised last.
-  [[nodiscard]] const RevisedKeyframe& result() const noexcept { return result_; }
+  /// What became of the keyframe that was relabelled last.
+  [[nodiscard]] const RelabelledKeyframe& result() const noexcept { return result_; }
   /// Changes the labels of a scan of that keyframe accordingly. Returns how many. O(points).
   std::size_t relabel(const PointView& points, const Pose& T_odometry_sensor,
                       std::span<PointLabel> labels) const noexcept;
@@ -98,8 +98,8 @@ class Revision {
   Remembered keyframes_[RemovalConfig::kMaxWindow + 1] = {};  ///< oldest first
 
   Group* group_ = nullptr;
-  Grid grid_;  ///< of the keyframe revised last
-  RevisedKeyframe result_;
+  Grid grid_;  ///< of the keyframe relabelled last
+  RelabelledKeyframe result_;
   FixedHashMap<Changed> changed_;  ///< by block in that grid
 };
 

@@ -1,8 +1,8 @@
 // Lamps, benches, bins and boards along the paths; bicycles in their racks; parked cars.
 #include <algorithm>
 
-#include "bench/simulator/random.hpp"
 #include "campus.hpp"
+#include "src/simulator/random.hpp"
 
 namespace unimapper::simulator::campus {
 namespace {
