@@ -1,0 +1,238 @@
+// Loop acceptance at the boundary of every threshold
+#include "unimapper/merge/loop_acceptance.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+using namespace unimapper;
+using namespace unimapper::merge;
+
+namespace {
+
+constexpr double kSigmaM = 0.2;
+constexpr double kSigmaRad = 0.01;
+constexpr double kStepM = 5.0;
+
+/// Keyframes along x, 5 m apart, unless the robot stands.
+SessionPath straight(std::size_t count, double step_m = kStepM) {
+  std::vector<Pose> poses(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    poses[i].translation.x() = step_m * static_cast<double>(i);
+  }
+  return {poses, OdometryNoiseConfig{}};
+}
+
+Pose aside(double y_m) {
+  Pose pose;
+  pose.translation.y() = y_m;
+  return pose;
+}
+
+Pose turned(double rad) {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(rad, Eigen::Vector3d::UnitZ())),
+          Eigen::Vector3d::Zero()};
+}
+
+/// A loop that says: both sessions share one frame, but for `error` in the query's frame.
+LoopConstraint loop(const SessionPath& query_path, std::size_t query, const SessionPath& match_path,
+                    std::size_t match, const Pose& error = {}, double overlap = 0.5) {
+  LoopConstraint made;
+  made.query = {1, query};
+  made.match = {0, match};
+  made.T_match_query = match_path[match].inverse() * query_path[query] * error;
+  made.information.setZero();
+  made.information.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / (kSigmaM * kSigmaM));
+  made.information.bottomRightCorner<3, 3>().diagonal().setConstant(1.0 / (kSigmaRad * kSigmaRad));
+  made.overlap = overlap;
+  return made;
+}
+
+/// True loops of two robots that drove the same street, at the given keyframes of both.
+std::vector<LoopConstraint> true_loops(const SessionPath& path,
+                                       const std::vector<std::size_t>& keyframes,
+                                       double overlap = 0.5) {
+  std::vector<LoopConstraint> loops;
+  for (const std::size_t k : keyframes) loops.push_back(loop(path, k, path, k, {}, overlap));
+  return loops;
+}
+
+/// What the cycle through two loops may err in translation: both loops, the odometry of both
+/// sessions, and the first loop's rotation over the way to the second.
+double cycle_variance_m2(const SessionPath& path, std::size_t a, std::size_t b) {
+  const double lever = (path[b].translation - path[a].translation).squaredNorm();
+  return 2.0 * kSigmaM * kSigmaM + 2.0 * path.variance(a, b).translation +
+         kSigmaRad * kSigmaRad * lever;
+}
+
+double cycle_variance_rad2(const SessionPath& path, std::size_t a, std::size_t b) {
+  return 2.0 * kSigmaRad * kSigmaRad + 2.0 * path.variance(a, b).rotation;
+}
+
+}  // namespace
+
+TEST_CASE("Chi square of a cycle is the squared error over the variances of all four sides",
+          "[acceptance]") {
+  const SessionPath path = straight(20);
+  const LoopConstraint a = loop(path, 2, path, 2);
+  CHECK(cycle_chi2(a, loop(path, 10, path, 10), path, path) == Approx(0.0).margin(1e-9));
+  CHECK(cycle_chi2(a, loop(path, 10, path, 10, aside(0.7)), path, path) ==
+        Approx(0.49 / cycle_variance_m2(path, 2, 10)));
+  CHECK(cycle_chi2(a, loop(path, 10, path, 10, turned(0.05)), path, path) ==
+        Approx(0.0025 / cycle_variance_rad2(path, 2, 10)));
+}
+
+TEST_CASE("Two loops agree up to the threshold of chi square and not beyond", "[acceptance]") {
+  const SessionPath path = straight(20);
+  const AcceptanceConfig config;
+  const bool by_turn = GENERATE(false, true);
+  for (const double share : {0.99, 1.01}) {
+    const double chi2 = share * config.consistency_chi2;
+    const Pose error = by_turn ? turned(std::sqrt(chi2 * cycle_variance_rad2(path, 2, 10)))
+                               : aside(std::sqrt(chi2 * cycle_variance_m2(path, 2, 10)));
+    const std::vector<LoopConstraint> loops{loop(path, 2, path, 2),
+                                            loop(path, 10, path, 10, error)};
+    INFO("share " << share << (by_turn ? " in rotation" : " in translation"));
+    CHECK(vote_pair(loops, path, path, config).inliers.size() == (share < 1.0 ? 2 : 1));
+  }
+}
+
+TEST_CASE("A loop's variance is that of its weakest axis", "[acceptance]") {
+  const SessionPath path = straight(20);
+  LoopConstraint corridor = loop(path, 2, path, 2, aside(0.7));
+  const LoopConstraint other = loop(path, 10, path, 10);
+  const double known = cycle_chi2(corridor, other, path, path);
+  corridor.information(0, 0) = 1.0 / 100.0;
+  CHECK(cycle_chi2(corridor, other, path, path) < 0.01 * known);
+}
+
+TEST_CASE("Three loops connect two maps, two do not unless both overlap strongly", "[acceptance]") {
+  const SessionPath path = straight(20);
+  const AcceptanceConfig config;
+  CHECK(vote_pair(true_loops(path, {2, 6, 10}), path, path, config).accepted);
+
+  const LoopVote two = vote_pair(true_loops(path, {2, 10}), path, path, config);
+  CHECK_FALSE(two.accepted);
+  CHECK(two.reason == "too few consistent loops: 2 of 2");
+
+  CHECK(vote_pair(true_loops(path, {2, 10}, config.strong_overlap), path, path, config).accepted);
+  std::vector<LoopConstraint> one_weak = true_loops(path, {2, 10}, config.strong_overlap);
+  one_weak[1].overlap -= 0.01;
+  CHECK(vote_pair(one_weak, path, path, config).reason == "too few consistent loops: 2 of 2");
+  CHECK(vote_pair(true_loops(path, {2}, 1.0), path, path, config).reason ==
+        "too few consistent loops: 1 of 1");
+  CHECK(vote_pair({}, path, path, config).reason == "no loops found");
+}
+
+TEST_CASE("Loops must span the configured path in both maps, strong ones half of it",
+          "[acceptance]") {
+  const SessionPath path = straight(20);
+  AcceptanceConfig config;
+  const auto span_of_20 = true_loops(path, {4, 6, 8});
+  config.min_span_m = 19.9;
+  CHECK(vote_pair(span_of_20, path, path, config).accepted);
+  config.min_span_m = 20.1;
+  CHECK(vote_pair(span_of_20, path, path, config).reason == "loops span too short a path");
+
+  const auto strong = true_loops(path, {4, 6, 8}, 0.9);
+  config.min_span_m = 39.9;
+  CHECK(vote_pair(strong, path, path, config).accepted);
+  config.min_span_m = 40.1;
+  CHECK(vote_pair(strong, path, path, config).reason == "loops span too short a path");
+
+  // The query moved twice as far as the match: the shorter of the two counts.
+  const SessionPath dense = straight(40, 2.5);
+  const std::vector<LoopConstraint> skewed{loop(path, 4, dense, 8), loop(path, 6, dense, 11),
+                                           loop(path, 8, dense, 14)};
+  config.min_span_m = 14.9;
+  CHECK(vote_pair(skewed, path, dense, config).accepted);
+  config.min_span_m = 15.1;
+  CHECK(vote_pair(skewed, path, dense, config).reason == "loops span too short a path");
+}
+
+TEST_CASE("The best group must be ahead of the second by the margin", "[acceptance]") {
+  const SessionPath path = straight(60);
+  const AcceptanceConfig config;
+  // Another street that looks the same, 100 m farther on.
+  std::vector<LoopConstraint> rivals{loop(path, 4, path, 24), loop(path, 8, path, 28)};
+  for (LoopConstraint& rival : rivals) rival.T_match_query = Pose{};
+  std::vector<LoopConstraint> four = true_loops(path, {2, 6, 10, 14});
+  four.insert(four.end(), rivals.begin(), rivals.end());
+  const LoopVote ahead = vote_pair(four, path, path, config);
+  CHECK(ahead.accepted);
+  CHECK(ahead.distinct == 4);
+  CHECK(ahead.second == 2);
+  CHECK(ahead.inliers == std::vector<std::size_t>{0, 1, 2, 3});
+
+  std::vector<LoopConstraint> three = true_loops(path, {2, 6, 10});
+  three.insert(three.end(), rivals.begin(), rivals.end());
+  CHECK(vote_pair(three, path, path, config).reason == "ambiguous: 2 loops contradict 3");
+
+  // One that stands alone contradicts nobody.
+  three.pop_back();
+  const LoopVote alone = vote_pair(three, path, path, config);
+  CHECK(alone.accepted);
+  CHECK(alone.second == 0);
+}
+
+TEST_CASE("Loops count as distinct only if they are apart along both paths", "[acceptance]") {
+  const SessionPath moving = straight(20);
+  const SessionPath standing = straight(20, 0.0);
+  AcceptanceConfig config;
+  std::vector<LoopConstraint> loops;
+  SECTION("a standing query, a moving match") {
+    for (const std::size_t k : {2U, 6U, 10U}) loops.push_back(loop(standing, k, moving, k));
+    const LoopVote vote = vote_pair(loops, standing, moving, config);
+    CHECK(vote.inliers.size() == 3);
+    CHECK(vote.distinct == 1);
+    CHECK(vote.reason == "too few consistent loops: 1 of 3");
+  }
+  SECTION("a moving query, a standing match") {
+    for (const std::size_t k : {2U, 6U, 10U}) loops.push_back(loop(moving, k, standing, k));
+    const LoopVote vote = vote_pair(loops, moving, standing, config);
+    CHECK(vote.inliers.size() == 3);
+    CHECK(vote.distinct == 1);
+  }
+  SECTION("just nearer and just farther apart than the spacing") {
+    loops = true_loops(moving, {2, 3, 4});
+    config.distinct_m = kStepM + 0.1;
+    CHECK(vote_pair(loops, moving, moving, config).distinct == 2);
+    config.distinct_m = kStepM - 0.1;
+    CHECK(vote_pair(loops, moving, moving, config).distinct == 3);
+  }
+}
+
+TEST_CASE("A loop within a session is taken up to the drift that odometry may have",
+          "[acceptance]") {
+  const SessionPath path = straight(40);
+  const AcceptanceConfig config;
+  const RelativeVariance drift = path.variance(3, 30);
+  const bool by_turn = GENERATE(false, true);
+  for (const double share : {0.99, 1.01}) {
+    const double chi2 = share * config.consistency_chi2;
+    const Pose error = by_turn ? turned(std::sqrt(chi2 * (drift.rotation + kSigmaRad * kSigmaRad)))
+                               : aside(std::sqrt(chi2 * (drift.translation + kSigmaM * kSigmaM)));
+    // Nothing but odometry can contradict a loop that is alone.
+    const std::vector<LoopConstraint> alone{loop(path, 30, path, 3, error)};
+    const LoopVote vote = vote_session(alone, path, config);
+    INFO("share " << share << (by_turn ? " in rotation" : " in translation"));
+    CHECK(vote.accepted == (share < 1.0));
+    CHECK(vote.reason == (share < 1.0 ? "" : "no loop agrees with odometry"));
+  }
+}
+
+TEST_CASE("A map is fitted to another by a single loop as well as by many", "[acceptance]") {
+  const SessionPath path = straight(20);
+  Pose T_match_query(
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized())),
+      Eigen::Vector3d(10.0, -4.0, 2.0));
+  std::vector<LoopConstraint> loops = true_loops(path, {2, 6, 10});
+  for (LoopConstraint& l : loops) {
+    l.T_match_query = path[l.match.keyframe].inverse() * T_match_query * path[l.query.keyframe];
+  }
+  const std::vector<std::vector<std::size_t>> choices{{1}, {0, 1, 2}};
+  for (const auto& chosen : choices) {
+    const Pose fitted = fit_session_transform(loops, chosen, path, path);
+    CHECK((fitted.translation - T_match_query.translation).norm() < 1e-6);
+    CHECK(rotation_angle(fitted.rotation.transpose() * T_match_query.rotation) < 1e-6);
+  }
+}

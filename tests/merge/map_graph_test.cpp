@@ -1,0 +1,108 @@
+// Maps as one pose graph: outliers, loops seen from the other side, and how far maps may bend
+#include "src/merge/map_graph.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/merge/random.hpp"
+
+using namespace unimapper;
+using namespace unimapper::merge;
+using unimapper::merge::testing::Random;
+
+namespace {
+
+MapState straight_map(std::size_t count) {
+  std::vector<Pose> poses(count);
+  for (std::size_t i = 0; i < count; ++i) poses[i].translation.x() = 5.0 * static_cast<double>(i);
+  std::vector<SessionPath> odometry;
+  odometry.emplace_back(poses, OdometryNoiseConfig{});
+  return make_map_state(std::move(odometry));
+}
+
+/// Where a node ends up that nine measurements put at 1 m and a tenth at 50 m.
+double beside_an_outlier_m(double cauchy_scale) {
+  PoseGraph graph;
+  graph.anchors.push_back({Pose{}, true});
+  graph.nodes.push_back({Pose{}, 0, true});
+  graph.nodes.push_back({Pose{}, 0, false});
+  graph.nodes[1].T_session_node.translation.x() = 1.0;
+  for (int i = 0; i < 10; ++i) {
+    Pose measured;
+    measured.translation.x() = i == 9 ? 50.0 : 1.0;
+    graph.edges.push_back({0, 1, measured, Matrix6d::Identity(), cauchy_scale});
+  }
+  REQUIRE(optimize(graph, 100).usable);
+  return graph.nodes[1].T_session_node.translation.x();
+}
+
+}  // namespace
+
+TEST_CASE("One outlier edge moves a node little under the Cauchy kernel, much without it",
+          "[pose_graph]") {
+  CHECK(beside_an_outlier_m(1.0) == Approx(1.0).margin(0.05));
+  CHECK(beside_an_outlier_m(0.0) == Approx(5.9).margin(0.01));  // the mean
+}
+
+TEST_CASE("The Cauchy kernel costs scale^2 log(1 + chi2 / scale^2)", "[pose_graph]") {
+  PoseGraph graph;
+  graph.anchors.push_back({Pose{}, true});
+  graph.nodes.push_back({Pose{}, 0, true});
+  graph.nodes.push_back({Pose{}, 0, false});
+  Pose measured;
+  measured.translation.x() = 3.0;
+  graph.edges.push_back({0, 1, measured, Matrix6d::Identity(), 0.0});
+  CHECK(edge_chi2(graph, graph.edges[0]) == Approx(9.0));
+  CHECK(graph_cost(graph) == Approx(9.0));
+  graph.edges[0].cauchy_scale = 2.0;
+  CHECK(edge_chi2(graph, graph.edges[0]) == Approx(9.0));
+  CHECK(graph_cost(graph) == Approx(4.0 * std::log(1.0 + 9.0 / 4.0)));
+}
+
+TEST_CASE("A loop costs as much seen from the other side", "[pose_graph]") {
+  Random random(4);
+  for (int trial = 0; trial < 20; ++trial) {
+    LoopConstraint loop;
+    loop.query = {1, 0};
+    loop.match = {0, 0};
+    loop.T_match_query = random.pose(5.0, 0.8);
+    // No two directions are known equally well, and translation is tied to rotation.
+    const Matrix6d root = Matrix6d::NullaryExpr([&] { return random.normal(); });
+    loop.information = root * root.transpose() + 0.5 * Matrix6d::Identity();
+
+    std::vector<SessionPath> odometry(2, SessionPath(std::vector<Pose>(1), OdometryNoiseConfig{}));
+    MapState state = make_map_state(odometry);
+    state.T_map_session[0] = random.pose(10.0, 1.0);
+    state.T_map_session[1] = state.T_map_session[0] * loop.T_match_query * random.pose(1e-4, 1e-4);
+    const double there = loop_chi2(state, loop);
+    CHECK(loop_chi2(state, flipped(loop)) == Approx(there).epsilon(0.01));
+    const LoopConstraint back = flipped(flipped(loop));
+    CHECK((back.information - loop.information).norm() < 1e-6 * loop.information.norm());
+  }
+}
+
+TEST_CASE("A map may bend as far as the configured floor and its odometry's drift allow",
+          "[pose_graph]") {
+  const MapState before = straight_map(40);
+  GraphConfig config;
+  const std::size_t bent = 30;
+  const auto is_plausible = [&](double moved_m) {
+    MapState after = before;
+    after.T_session_keyframe[0][bent].translation.y() += moved_m;
+    return deformation_is_plausible(before, after, 0, config);
+  };
+  SECTION("by the floor and its growth along the path") {
+    config.deformation_floor_m = 4.0;
+    config.deformation_per_m = 0.1;
+    CHECK(is_plausible(4.0 + 0.1 * 150.0 - 0.01));
+    CHECK_FALSE(is_plausible(4.0 + 0.1 * 150.0 + 0.01));
+  }
+  SECTION("by three standard deviations of the drift") {
+    config.deformation_floor_m = 0.0;
+    config.deformation_per_m = 0.0;
+    const double sigma = std::sqrt(before.odometry[0].variance(0, bent).translation);
+    CHECK(is_plausible(2.99 * sigma));
+    CHECK_FALSE(is_plausible(3.01 * sigma));
+  }
+  SECTION("never by NaN") { CHECK_FALSE(is_plausible(std::nan(""))); }
+}
