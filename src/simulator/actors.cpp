@@ -51,7 +51,7 @@ double speed_at(const Actor& actor, std::size_t tick) {
   return std::hypot(forward, (actor.sidestep[tick] - actor.sidestep[tick - 1]) / Actors::kTick);
 }
 
-/// Value at any time of what was simulated tick by tick.
+/// Linear interpolation between the values of two ticks.
 double at_time(const std::vector<float>& values, double time_s) {
   const double tick = std::max(0.0, (time_s + Actors::kWarmUp) / Actors::kTick);
   const auto low = std::min(static_cast<std::size_t>(tick), values.size() - 2);
@@ -83,7 +83,7 @@ void mark_moved(Actor& actor) {
 
 Actors::Actors(const Prototypes& prototypes, const Terrain& terrain, ActorSet set)
     : prototypes_(prototypes), terrain_(terrain), set_(std::move(set)) {
-  constexpr std::uint16_t kFirstObject = 20000;  // what is parked is numbered from 1
+  constexpr std::uint16_t kFirstObject = 20000;  // parked objects are numbered from 1
   for (std::size_t i = 0; i < set_.actors.size(); ++i) {
     set_.actors[i].object = static_cast<std::uint16_t>(kFirstObject + i);
     mark_moved(set_.actors[i]);

@@ -1,4 +1,4 @@
-// Everything that moves, as the sensor meets it: where it is, how its limbs swing, its labels.
+// Moving actors: poses, limb animation and labels over time.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace unimapper::simulator {
 
-/// What an actor looks like and how it moves along its path.
+/// Shape of an actor, which also selects how it moves along its path.
 enum class ActorKind : std::uint8_t { kCar, kVan, kBus, kCyclist, kPerson };
 
 struct Actor {
@@ -39,7 +39,7 @@ class Actors {
   /// Numbers the actors and marks when they move. `prototypes` and `terrain` must outlive this.
   Actors(const Prototypes& prototypes, const Terrain& terrain, ActorSet set);
 
-  /// What is near `around` during the sweep [begin_s, end_s], with its label.
+  /// Instances near `around` during the sweep [begin_s, end_s], with its label.
   [[nodiscard]] std::vector<MovingInstance> during(double begin_s, double end_s, Vec2 around) const;
 
   [[nodiscard]] const std::vector<Actor>& actors() const { return set_.actors; }

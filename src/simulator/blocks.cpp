@@ -1,4 +1,4 @@
-// What stands on the blocks: houses with their gardens, parks, squares; and the woods around.
+// City blocks of the town: houses, gardens, parks, squares and the surrounding woods.
 #include <algorithm>
 
 #include "random.hpp"
@@ -86,7 +86,7 @@ void add_lot(Town& town, const BlockSide& side, double s, double width, double s
     }
   }
   base += kGroundLift + random.uniform(0.03, 0.3);
-  // A rigid house on a bent street: its frame is taken at the middle of its front.
+  // The street is curved, the house is not: its frame is that of the middle of its front.
   const Vec2 middle = side.at(s + 0.5 * width, setback);
   Frame frame = town.plan.level_frame(middle, side.along, kGroundLift);
   shape.ground_drop = base - frame.origin.z;

@@ -1,4 +1,4 @@
-// The robot's vehicle with one vehicle before and one behind it.
+// Convoy of three vehicles: one ahead of the robot's, the robot's, one behind.
 #pragma once
 
 #include <array>
@@ -7,8 +7,8 @@
 
 namespace unimapper::simulator {
 
-/// Vehicle 0 is the robot, 1 drives before it, 2 behind it, all on the robot's path. They keep to
-/// their timetable; everybody else has to give way.
+/// Vehicle 0 is the robot, 1 drives before it, 2 behind it, all on the robot's path. Their
+/// motion is fixed; all other actors give way.
 class Convoy {
  public:
   Convoy(const RobotMotion& robot, double gap_ahead_s, double gap_behind_s, double phase)

@@ -1,11 +1,11 @@
-// Walls with openings, for every kind of building.
+// Facades: walls with openings.
 #pragma once
 
 #include "mesh.hpp"
 
 namespace unimapper::simulator {
 
-/// A wall in its own plane: x along it, z up, y into the house.
+/// A wall in its own plane: x along it, z up, y into the building.
 struct Wall {
   Mesh& mesh;
   Frame frame;

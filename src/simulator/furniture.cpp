@@ -1,4 +1,4 @@
-// Prototypes of street furniture and their places along the kerbs.
+// Street furniture: prototypes and their positions along the kerbs.
 #include "random.hpp"
 #include "town.hpp"
 

@@ -1,4 +1,4 @@
-// Roads, kerbs, sidewalks, lane markings and lawns.
+// Ground surface of the town: roads, kerbs, sidewalks, lane markings and lawns.
 #include <vector>
 
 #include "random.hpp"

@@ -1,4 +1,4 @@
-// One house: four walls with recessed windows, doors and steps, balconies, rooms, a roof.
+// House model: walls, windows, doors, balconies, rooms and roof.
 #include <algorithm>
 
 #include "facade.hpp"
@@ -109,7 +109,7 @@ void add_wall(const Wall& wall, double width, const WallRole& role, const Facade
   }
 }
 
-/// Floors and a core three metres behind the walls: what a ray through a window hits.
+/// Floors and a core three metres behind the walls: targets of rays through windows.
 void add_rooms(Mesh& mesh, const Frame& frame, const HouseShape& shape) {
   for (int storey = 0; storey <= shape.storeys; ++storey) {
     const double z = storey * shape.storey_height;

@@ -1,4 +1,4 @@
-// The LiDARs: scan patterns and detection figures.
+// LiDAR models: scan patterns and detection parameters.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Triangles with a material each, and the few solids everything is put together from.
+// Triangle mesh with one material per triangle, and primitive solids.
 #pragma once
 
 #include <cstdint>

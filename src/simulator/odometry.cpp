@@ -45,7 +45,7 @@ class Wander {
   double value_;
 };
 
-/// Turns `pose` so that its idea of "down" approaches the true one.
+/// Rotates `pose` so that its estimate of the vertical approaches the true one.
 void pull_to_gravity(Frame& pose, const Frame& truth, double share) {
   const Vec3 estimated{pose.x.z, pose.y.z, pose.z.z};  // up, seen from the sensor
   const Vec3 actual{truth.x.z, truth.y.z, truth.z.z};

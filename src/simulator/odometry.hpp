@@ -1,4 +1,4 @@
-// What an odometry makes of the true motion: slow drift, random walk, a little jitter.
+// Odometry error model: drift, random walk and jitter.
 #pragma once
 
 #include <cstdint>

@@ -15,7 +15,7 @@ void append_line(std::vector<Vec2>& points, Vec2 from, Vec2 to) {
   }
 }
 
-/// Fillet between the directions `in` and `out` (unit, perpendicular) that meet in `corner`.
+/// Fillet between the directions `in` and `out` (unit, perpendicular) that join in `corner`.
 void append_turn(std::vector<Vec2>& points, Vec2 corner, Vec2 in, Vec2 out, double radius) {
   const Vec2 centre = corner - radius * in + radius * out;
   constexpr int kParts = 12;

@@ -1,4 +1,4 @@
-// Lines to travel along: lanes through the street grid and sidewalks around blocks.
+// Paths by arc length: lanes of the street grid and sidewalks around blocks.
 #pragma once
 
 #include <span>

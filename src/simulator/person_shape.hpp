@@ -1,4 +1,4 @@
-// Where a person's limbs hang, shared by the prototypes and the animation.
+// Body dimensions of a person, shared by prototypes and animation.
 #pragma once
 
 namespace unimapper::simulator::person {

@@ -1,4 +1,4 @@
-// Prototypes of trees, bushes and hedges: real leaves, so that beams pass between them.
+// Prototypes of trees, bushes and hedges; single leaves, so that beams pass between them.
 #include "random.hpp"
 #include "world.hpp"
 
@@ -19,7 +19,7 @@ void add_leaf(Mesh& mesh, Vec3 at, double size, Random& random) {
                 at - (0.4 * size) * a - (0.35 * size) * b, Surface::kLeaf);
 }
 
-/// Leaves in an ellipsoid, denser towards its surface as light makes them grow.
+/// Leaves in an ellipsoid, denser towards its surface.
 void add_blob(Mesh& mesh, Vec3 centre, Vec3 radii, int leaves, double leaf_size, Random& random) {
   for (int i = 0; i < leaves; ++i) {
     const double r = std::pow(random.uniform(), 0.22);

@@ -1,5 +1,7 @@
-// Counter-based random numbers: every draw is a hash of (key, counter), so what a ray or a house
-// draws does not depend on the order in which threads get to it.
+// Counter-based random numbers.
+//
+// Every draw is a hash of (key, counter), so the value for a ray or a house does not depend on the
+// order in which threads compute it.
 #pragma once
 
 #include <cmath>
@@ -22,7 +24,7 @@ constexpr std::uint64_t derive_key(std::uint64_t key, std::uint64_t coordinate) 
   return mix64(key + 0x9E3779B97F4A7C15ULL * (coordinate + 1));
 }
 
-/// What a stream of random numbers is for; keeps streams of one seed apart.
+/// Purpose of a random stream; separates the streams of one seed.
 enum class Stream : std::uint64_t {
   kPlan = 1,
   kBlock,

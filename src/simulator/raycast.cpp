@@ -52,7 +52,7 @@ struct StaticScene::Data {
   const World* world = nullptr;
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
-  std::vector<Buffers> buffers;  // what stands once, then prototypes
+  std::vector<Buffers> buffers;  // the static mesh, then prototypes
   std::vector<RTCScene> prototypes;
 };
 
@@ -202,7 +202,7 @@ void Caster::cast_packet(std::span<const RayQuery> queries, std::span<RayHit> hi
   }
   const MovingScene::Data& moving = *moving_.data_;
   if (moving.instances.empty()) return;
-  // The rays now end at what stands, so only what moves in front of it is found.
+  // Rays now end at static geometry, so only moving objects in front of it are found.
   rtcIntersect16(valid, moving.scene, &context, &r);
   for (std::size_t i = 0; i < count; ++i) {
     if (r.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;

@@ -1,5 +1,6 @@
-// Casting rays into a scene with Embree: the standing part is built once, the moving part per
-// scan.
+// Ray casting with Embree.
+//
+// The static part of a scene is built once, the moving part once per scan.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +33,7 @@ struct RayHit {
   std::uint16_t label, object;
 };
 
-/// Everything that stands still. Thread safe for casting.
+/// Static geometry. Thread safe for casting.
 class StaticScene {
  public:
   explicit StaticScene(const World& world);
@@ -47,7 +48,7 @@ class StaticScene {
   std::unique_ptr<Data> data_;
 };
 
-/// What moves during one sweep; one per thread.
+/// Moving geometry of one sweep; one per thread.
 class MovingScene {
  public:
   explicit MovingScene(const StaticScene& prototypes);

@@ -34,7 +34,7 @@ Tour tour_of(char route) {
   return {kTourC, 0.3};
 }
 
-/// A calm driver: about 7.7 m/s, a little faster here and slower there.
+/// Cruise speed of about 7.7 m/s with slow variations.
 std::vector<double> cruise_profile(const Path& path, Random& random) {
   const double phase = random.uniform(0.0, 2.0 * kPi);
   std::vector<double> wish(static_cast<std::size_t>(path.length() / Path::kStep));

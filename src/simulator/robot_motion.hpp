@@ -1,4 +1,4 @@
-// Where the robot is at any time: the routes through the town and how a car drives them.
+// Motion model of the robot's car along its routes through the town.
 #pragma once
 
 #include <cstdint>

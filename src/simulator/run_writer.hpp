@@ -1,4 +1,4 @@
-// The files of a simulated run.
+// Writer of the files of a simulated recording.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace unimapper::simulator {
 
-/// Writes below one folder; every failure is a SimulationError with the file and the reason.
+/// Writes below one folder. Throws SimulationError with the file and the reason.
 class RunWriter {
  public:
   explicit RunWriter(std::filesystem::path folder);

@@ -76,7 +76,7 @@ void Scanner::see_through_glass(std::uint64_t ray_key, RayQuery& query, RayHit& 
     if (hit.distance_m < 0.0F || !properties(hit.surface).is_glass) return;
     const double c = hit.cosine;
     const double reflected = 0.06 + 0.9 * std::pow(1.0 - c, 5.0);
-    if (random.chance(0.1 + 0.25 * std::pow(c, 30.0))) return;  // the pane itself answers
+    if (random.chance(0.1 + 0.25 * std::pow(c, 30.0))) return;  // the pane itself reflects
     pass *= (1.0 - reflected) * (1.0 - reflected);              // both ways
     query.near_m = hit.distance_m + 0.004F;
     caster_.cast({&query, 1}, {&hit, 1});

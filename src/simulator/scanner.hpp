@@ -1,4 +1,4 @@
-// One sweep of one LiDAR: rolling shutter, beam footprint, glass, detection, noise.
+// Sensor model of one sweep: rolling shutter, beam footprint, glass, detection, noise.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// A place to record in, whatever it is: the seam between the scanner and the scenes.
+// Interface between the scanner and the scenes.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace unimapper::simulator {
 
-/// Which visit of a scene is simulated.
+/// One visit to a scene: seed, day, route and duration.
 struct Visit {
   std::uint64_t seed;
   std::uint32_t day;
@@ -26,11 +26,11 @@ class Scene {
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
-  /// What stands still.
+  /// Static geometry.
   [[nodiscard]] virtual const World& world() const = 0;
   /// T_world_sensor at any time of the visit; thread safe.
   [[nodiscard]] virtual Frame sensor_frame(double time_s) const = 0;
-  /// What moves near `around` during the sweep [begin_s, end_s]; thread safe.
+  /// Moving instances near `around` during the sweep [begin_s, end_s]; thread safe.
   [[nodiscard]] virtual std::vector<MovingInstance> during(double begin_s, double end_s,
                                                            Vec2 around) const = 0;
 };

@@ -34,7 +34,7 @@ void check(const SimulationConfig& config) {
 
 double stamp_of(std::uint32_t scan) { return kSweepSeconds * (scan + 1); }
 
-/// Everything the threads share while they work through the scans.
+/// State shared by the threads that simulate scans.
 class Run {
  public:
   Run(const SimulationConfig& config, std::uint32_t day, const std::filesystem::path& out)
@@ -61,7 +61,7 @@ class Run {
     writer_.write_description(config_, day, 100);
   }
 
-  /// Takes scans until there are none left.
+  /// Worker loop: simulates scans until none is left.
   void work(const Progress& progress) {
     MovingScene moving(standing_);
     const Caster caster(standing_, moving);
@@ -133,7 +133,7 @@ class Run {
 
   const SimulationConfig& config_;
   LidarModel model_;
-  RunWriter writer_;  // before the scene: an unwritable folder is found out at once
+  RunWriter writer_;  // before the scene: an unwritable folder is reported at once
   std::unique_ptr<Scene> scene_;
   StaticScene standing_;
   std::uint64_t key_;

@@ -1,4 +1,4 @@
-// The simulator: procedural scenes, who moves in them, the LiDARs of the paper, drifting odometry.
+// LiDAR simulator: procedural scenes, moving actors, seven LiDARs, drifting odometry.
 #pragma once
 
 #include <cstdint>
@@ -39,10 +39,9 @@ struct SimulationConfig {
   /// them; all three share their first round and return to it.
   char route = 'A';
   std::uint32_t scans = 300;  ///< at 10 Hz; 1..100000
-  /// The scene, and everything that is derived from it. Another seed is another town or campus.
+  /// Seed of the scene and of everything derived from it: another seed is another town or campus.
   std::uint64_t seed = 1;
-  /// What is parked, who is about and some furniture change from day to day; default: A 0, B 1,
-  /// C 2.
+  /// Parked cars, actors and some furniture change from day to day; default: A 0, B 1, C 2.
   std::optional<std::uint32_t> day;
   DriftPreset drift = DriftPreset::kLio;
   std::uint32_t thin = 1;     ///< keeps every n-th column (spinning) or shot; 1..64
@@ -61,9 +60,9 @@ using Progress = std::function<void(std::uint32_t done, std::uint32_t total)>;
 /// - poses.txt: drifting odometry, T_odometry_sensor, KITTI 3x4; the frame is gravity-aligned, with
 ///   its origin at the first sensor position and without the first pose's yaw;
 /// - gt_poses.txt: T_world_sensor, in the same frame for all routes and days of a seed;
-/// - times.txt: stamps in seconds; dataset.json: what was simulated.
+/// - times.txt: stamps in seconds; dataset.json: the configuration.
 /// Deterministic: the same configuration writes the same bytes, whatever `threads`.
-/// Throws SimulationError; what was written until then stays.
+/// Throws SimulationError; files written until then stay.
 void simulate(const SimulationConfig& config, const std::filesystem::path& out,
               const Progress& progress = {});
 

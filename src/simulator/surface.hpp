@@ -1,4 +1,4 @@
-// What things are made of, and what a LiDAR and an annotator see of it.
+// Surface materials: optical properties and semantic labels.
 #pragma once
 
 #include <cstdint>
@@ -72,7 +72,7 @@ struct SurfaceProperties {
   float lobe_exponent;      ///< of the cosine of incidence
   float specular;           ///< weight of a narrow lobe around the normal (car paint)
   bool is_glass;            ///< lets most of the beam through
-  bool is_retroreflective;  ///< returns about twenty times what a white wall does
+  bool is_retroreflective;  ///< about twenty times the return of a white wall
 };
 
 const SurfaceProperties& properties(Surface surface);

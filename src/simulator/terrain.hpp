@@ -1,4 +1,4 @@
-// What actors put their feet and wheels on.
+// Terrain interface: height and normal of the ground under actors.
 #pragma once
 
 #include "geometry.hpp"
@@ -8,9 +8,9 @@ namespace unimapper::simulator {
 class Terrain {
  public:
   virtual ~Terrain() = default;
-  /// Height of what vehicles drive on.
+  /// Height of the surface that vehicles drive on.
   [[nodiscard]] virtual double height(Vec2 at) const = 0;
-  /// Height of what persons walk on: kerbs included.
+  /// Height of the surface that persons walk on, kerbs included.
   [[nodiscard]] virtual double walking_height(Vec2 at) const = 0;
   /// Upward normal of the slope.
   [[nodiscard]] virtual Vec3 up(Vec2 at) const = 0;

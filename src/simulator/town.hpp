@@ -1,4 +1,4 @@
-// The town: a street grid with its blocks, furniture and parked cars.
+// Town model: a street grid with blocks, furniture and parked cars.
 #pragma once
 
 #include "town_plan.hpp"
@@ -20,7 +20,7 @@ void add_blocks(std::uint64_t seed, Town& town);
 void add_street_furniture(std::uint64_t seed, std::uint32_t day, Town& town);
 void add_parked_cars(std::uint64_t seed, std::uint32_t day, Town& town);
 
-/// What stands on a block.
+/// Land use of a block.
 enum class BlockKind { kBuilt, kPark, kPlaza };
 BlockKind block_kind(std::uint64_t seed, int column, int row);
 

@@ -1,4 +1,4 @@
-// The ground plan: a jittered street grid, bent by a smooth warp and laid over hills.
+// Ground plan of the town: a jittered street grid, warped and laid over hills.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// The town as a scene: a car with a mast drives through traffic.
+// Town scene: a car with a sensor mast in traffic.
 #include "random.hpp"
 #include "robot_motion.hpp"
 #include "scene.hpp"

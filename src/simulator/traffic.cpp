@@ -58,7 +58,7 @@ struct Traffic::Vehicle {
   double releases_at = 0.0;
 };
 
-/// Something a driver must not hit: a point on the road.
+/// Obstacle for a driver: a point on the road.
 struct Traffic::Obstacle {
   Vec2 position, velocity;
   std::size_t owner;  // index of the vehicle it belongs to, or a huge number
@@ -73,12 +73,12 @@ Traffic::Traffic(const TownPlan& plan, const RobotMotion& robot, std::uint64_t s
   Random random(seed, Stream::kTraffic, day);
   add_convoy(random);
   add_persons(seed, day);
-  remove_persons_in_the_way();
+  remove_colliding_persons();
   add_vehicles(random);
 }
 
-/// The vehicles before and behind the robot sweep exactly the space it drives through, the hardest
-/// case for free-space reasoning.
+/// The vehicles ahead of and behind the robot pass through exactly the space that it drives
+/// through: the hardest case for free-space reasoning.
 void Traffic::add_convoy(Random& random) {
   for (const int vehicle : {1, 2}) {
     Actor actor;
@@ -142,7 +142,7 @@ void Traffic::add_vehicles(Random& random) {
       const bool is_free = std::all_of(vehicles.begin(), vehicles.end(), [&](const Vehicle& v) {
         return norm(v.actor.path->at(v.at) - here) > 12.0;
       });
-      // Nobody starts on a crossing.
+      // No vehicle starts on a crossing.
       const bool is_clear = std::all_of(
           vehicle.crossings.begin(), vehicle.crossings.end(), [&](const CrossingPass& pass) {
             return norm(vehicle.actor.path->at(pass.at) - here) > kStopLine + 2.0;
@@ -203,7 +203,7 @@ void Traffic::drive(std::vector<Vehicle>& vehicles, Random& random) {
           crashed[i] = true;
         }
       }
-      // Who crashed leaves the crossing to the others.
+      // A vehicle that collided releases its crossing.
       if (crashed[i] && v.holds >= 0) crossing_holder_[static_cast<std::size_t>(v.holds)] = -1;
     }
     for (std::size_t i = 0; i < vehicles.size(); ++i) {

@@ -1,4 +1,4 @@
-// Simulates who goes where, tick by tick, before the first ray is cast.
+// Traffic simulation of the town at a fixed time step.
 #pragma once
 
 #include <deque>
@@ -13,7 +13,7 @@ class Random;
 
 /// Drivers follow the intelligent driver model, take turns at crossings, give way to persons on the
 /// road and to the robot's convoy, and stop now and then; persons walk around blocks, alone or in
-/// groups, and some cross the streets. Who would still collide with somebody is taken out.
+/// groups, and some cross the streets. Actors that would still collide are removed.
 class Traffic {
  public:
   Traffic(const TownPlan& plan, const RobotMotion& robot, std::uint64_t seed, std::uint32_t day,
@@ -29,7 +29,7 @@ class Traffic {
   void add_convoy(Random& random);
   void add_persons(std::uint64_t seed, std::uint32_t day);
   void add_group(const Path& path, double speed, Random& random);
-  void remove_persons_in_the_way();
+  void remove_colliding_persons();
   void add_vehicles(Random& random);
   [[nodiscard]] Vehicle random_vehicle(ActorKind kind, Random& random);
   void drive(std::vector<Vehicle>& vehicles, Random& random);

@@ -1,4 +1,4 @@
-// Prototypes of cars, vans and buses. Origin on the ground below the middle, x forward.
+// Prototypes of cars, vans and buses; origin on the ground below the middle, x forward.
 #include <array>
 #include <vector>
 

@@ -1,4 +1,4 @@
-// Persons: groups of one to four on the sidewalks; some stand, some stop now and then.
+// Pedestrians of the town: groups of one to four on the sidewalks.
 #include <algorithm>
 
 #include "random.hpp"
@@ -63,7 +63,7 @@ void Traffic::add_persons(std::uint64_t seed, std::uint32_t day) {
   }
 }
 
-void Traffic::remove_persons_in_the_way() {
+void Traffic::remove_colliding_persons() {
   constexpr std::size_t kEvery = 4;  // ticks
   const auto is_hit = [&](const Actor& actor) {
     if (actor.kind != ActorKind::kPerson || !actor.crosses_streets) return false;

@@ -1,4 +1,4 @@
-// What stands in a scene, as triangles: one large mesh, and prototypes that stand in many places.
+// Static geometry of a scene: one mesh, and instances of prototypes.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What stays in its place from one day to another.
+// Comparison of static instances between two days.
 #pragma once
 
 #include <cmath>
@@ -10,23 +10,23 @@
 
 namespace unimapper::simulator::test {
 
-/// Places of the instances of some prototypes, to the centimetre.
-inline std::set<std::pair<std::int64_t, std::int64_t>> places_of(const World& world,
-                                                                 PrototypeRange range) {
-  std::set<std::pair<std::int64_t, std::int64_t>> places;
+/// Positions of the instances of some prototypes, to the centimetre.
+inline std::set<std::pair<std::int64_t, std::int64_t>> positions_of(const World& world,
+                                                                    PrototypeRange range) {
+  std::set<std::pair<std::int64_t, std::int64_t>> positions;
   for (const Instance& i : world.instances) {
     if (i.prototype < range.first || i.prototype >= range.first + range.count) continue;
-    places.insert({std::llround(100 * i.frame.origin.x), std::llround(100 * i.frame.origin.y)});
+    positions.insert({std::llround(100 * i.frame.origin.x), std::llround(100 * i.frame.origin.y)});
   }
-  return places;
+  return positions;
 }
 
-/// Share of them that stand in the same place on the other day.
+/// Share of instances at the same position on the other day.
 inline double kept_share(const World& one_day, const World& other_day, PrototypeRange range) {
-  const auto one = places_of(one_day, range);
-  const auto other = places_of(other_day, range);
+  const auto one = positions_of(one_day, range);
+  const auto other = positions_of(other_day, range);
   std::size_t same = 0;
-  for (const auto& place : one) same += other.contains(place) ? 1 : 0;
+  for (const auto& position : one) same += other.contains(position) ? 1 : 0;
   return static_cast<double>(same) / static_cast<double>(one.size());
 }
 

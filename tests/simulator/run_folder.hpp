@@ -1,4 +1,4 @@
-// Runs the simulator into a folder of its own and reads back what it wrote.
+// Temporary folders of simulated recordings, and readers of their files.
 #pragma once
 
 #include <stdlib.h>

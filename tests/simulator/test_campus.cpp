@@ -1,4 +1,4 @@
-// The campus, the robot's tours over it and who else is there.
+// Tests of the campus: geometry, tours and crowd.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
@@ -27,7 +27,7 @@ struct Built {
         nothing(scene),
         caster(scene, nothing) {}
 
-  /// What is hit on the way from one point to the other, if anything.
+  /// First surface between two points, if any.
   [[nodiscard]] std::vector<RayHit> between(const std::vector<std::pair<Vec3, Vec3>>& ways) const {
     std::vector<RayQuery> queries;
     for (const auto& [from, to] : ways) {
@@ -61,7 +61,7 @@ SimulationConfig recording_config() {
 
 }  // namespace
 
-TEST_CASE("a campus recording says so and looks like a campus") {
+TEST_CASE("a campus recording names its scene and has a campus's share of classes") {
   TemporaryFolder folder;
   const SimulationConfig config = recording_config();
   simulate(config, folder.path());
@@ -117,7 +117,8 @@ TEST_CASE("on the campus, what has a static label never moves") {
   CHECK(static_cast<double>(on_surface) / static_cast<double>(hits.size()) > 0.96);
 }
 
-TEST_CASE("the robot goes at walking pace, its sensor a metre above the ground, through nothing") {
+TEST_CASE(
+    "the robot moves at walking pace, its sensor a metre above the ground, without collisions") {
   const std::uint64_t seed = GENERATE(std::uint64_t{1}, std::uint64_t{2}, kSeed);
   const Built built(seed);
   for (const char route : {'A', 'B', 'C'}) {
@@ -134,7 +135,7 @@ TEST_CASE("the robot goes at walking pace, its sensor a metre above the ground, 
       CHECK_FALSE(now.z.z < 0.97);
       CHECK_FALSE(norm(rotation_vector(now.inverse() * next)) / 0.2 > 1.2);  // rad/s
       downwards.emplace_back(now.origin, now.origin - Vec3{0, 0, 2.0});
-      // Its own width, from knee to above the sensor.
+      // The robot's own width, from knee height to above the sensor.
       if (norm(next.origin - now.origin) < 0.01) continue;
       for (const double side : {-0.35, 0.0, 0.35}) {
         for (const double up : {-0.6, 0.0, 0.5}) {
@@ -175,7 +176,7 @@ TEST_CASE("all tours start with a round over the plaza and come back to it; C ru
   }
 }
 
-TEST_CASE("companions stay beside and behind the robot, a guide ahead, others out of its way") {
+TEST_CASE("companions stay beside and behind the robot, a guide ahead, all others at a distance") {
   const Campus campus = campus::build_campus(kSeed, 0);
   const char route = GENERATE('A', 'B', 'C');
   const RobotWalk robot(campus.plan, route, kSeed, kDuration);
@@ -198,7 +199,7 @@ TEST_CASE("companions stay beside and behind the robot, a guide ahead, others ou
   }
 }
 
-TEST_CASE("nobody walks through a wall, nobody floats") {
+TEST_CASE("no person walks through a wall or above the ground") {
   const std::uint64_t seed = GENERATE(range(1, 5));
   INFO("seed " << seed);
   const Built built(seed);

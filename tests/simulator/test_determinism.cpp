@@ -1,4 +1,4 @@
-// The same configuration writes the same bytes.
+// Tests of determinism: equal configurations write equal bytes.
 #include <algorithm>
 #include <catch2/catch.hpp>
 

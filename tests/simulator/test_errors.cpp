@@ -1,4 +1,4 @@
-// What cannot be simulated or written is said in words.
+// Tests of error messages for invalid configurations and failed writes.
 #include <catch2/catch.hpp>
 
 #include "run_folder.hpp"

@@ -1,4 +1,4 @@
-// The scan patterns are those of the sensors.
+// Tests of the scan patterns against the sensors' data sheets.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <set>

@@ -1,4 +1,4 @@
-// The drift presets drift as much as they say.
+// Tests of the odometry drift presets.
 #include <catch2/catch.hpp>
 
 #include "src/simulator/odometry.hpp"
@@ -37,8 +37,8 @@ Drift measured_drift(DriftPreset preset) {
     REQUIRE(estimate.size() == truth.size());
     for (std::size_t i = 0; i + kStretch < truth.size(); i += kStretch) {
       const Frame actual = truth[i].inverse() * truth[i + kStretch];
-      const Frame believed = estimate[i].inverse() * estimate[i + kStretch];
-      const Frame error = actual.inverse() * believed;
+      const Frame estimated = estimate[i].inverse() * estimate[i + kStretch];
+      const Frame error = actual.inverse() * estimated;
       sum.percent += norm(error.origin);  // of 100 m
       sum.degrees_per_100_m += norm(rotation_vector(error)) / kDegree;
       ++count;
@@ -55,8 +55,8 @@ TEST_CASE("odometry without drift is the truth in the odometry frame") {
   REQUIRE(poses.size() == truth.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Frame relative = truth[0].inverse() * truth[i];
-    const Frame believed = poses[0].inverse() * poses[i];
-    CHECK_FALSE(norm(relative.origin - believed.origin) > 1e-6);
+    const Frame estimated = poses[0].inverse() * poses[i];
+    CHECK_FALSE(norm(relative.origin - estimated.origin) > 1e-6);
   }
 }
 

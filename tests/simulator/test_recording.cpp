@@ -1,4 +1,4 @@
-// What a simulated recording contains.
+// Tests of the contents of a simulated recording.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
@@ -105,7 +105,7 @@ TEST_CASE("a recording is complete and looks like a town") {
   CHECK(moving / points < 0.1);
 }
 
-TEST_CASE("static points lie on what stands, moving ones do not, walls are centimetres thick") {
+TEST_CASE("static points lie on static geometry, moving ones do not, walls are centimetres thick") {
   const Recording run(recording_config());
   const Town town = build_town(kSeed, 0);
   const StaticScene scene(town);
@@ -119,7 +119,7 @@ TEST_CASE("static points lie on what stands, moving ones do not, walls are centi
       const Vec3 at = in_town(run.truth[i], p);
       const double range = norm({p.x, p.y, p.z});
       if (range > 50.0) continue;
-      // A person who merely stands keeps the label person: not part of the town.
+      // A standing person keeps the label person but is not part of the static geometry.
       if (is_moving(p)) {
         moving.push_back(at);
       } else if (p.label == label::kBuilding) {
@@ -147,7 +147,7 @@ TEST_CASE("static points lie on what stands, moving ones do not, walls are centi
   CHECK(thickness < 0.03);
 }
 
-TEST_CASE("scans taken with the true poses agree, those with the odometry slowly part") {
+TEST_CASE("scans agree with the true poses and slowly diverge with the odometry") {
   SimulationConfig config = recording_config();
   config.drift = DriftPreset::kBad;
   const Recording run(config);

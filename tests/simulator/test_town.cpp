@@ -1,4 +1,4 @@
-// The town, the routes through it and who else is on them.
+// Tests of the town: geometry, routes and traffic.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
@@ -46,7 +46,7 @@ Actors traffic_of(const Town& town, const RobotMotion& robot, double duration) {
 
 }  // namespace
 
-TEST_CASE("A and B share streets in the same direction, C meets them the other way, all early") {
+TEST_CASE("A and B share streets in the same direction, C drives it the other way, all early") {
   const std::uint64_t seed = GENERATE(std::uint64_t{1}, std::uint64_t{2}, std::uint64_t{kSeed});
   const TownPlan plan(seed);
   const auto a = drive(plan, 'A', 300);

@@ -1,4 +1,4 @@
-// The campus: halls around a plaza, paths through lawns and a park, for pedestrians.
+// Campus model: halls around a plaza, paths, lawns and a park for pedestrians.
 #pragma once
 
 #include "plan.hpp"

@@ -1,4 +1,4 @@
-// The campus as a scene: a small robot among pedestrians.
+// Campus scene: a small robot among pedestrians.
 #include "campus.hpp"
 #include "crowd.hpp"
 #include "src/simulator/random.hpp"

@@ -7,14 +7,14 @@
 namespace unimapper::simulator::campus {
 namespace {
 
-/// How near an actor may come to the robot's middle.
+/// Smallest allowed distance (m) between an actor and the robot's centre.
 double least_distance(ActorKind kind) {
   if (kind == ActorKind::kVan) return 3.0;
   return kind == ActorKind::kCyclist ? 0.9 : 0.6;
 }
 
-/// The robot keeps to its timetable: who could not get out of its way was never there.
-void remove_who_is_in_the_way(const RobotWalk& robot, std::size_t ticks, ActorSet& crowd) {
+/// The robot's trajectory is fixed, so actors that collide with it are removed altogether.
+void remove_colliding_actors(const RobotWalk& robot, std::size_t ticks, ActorSet& crowd) {
   constexpr std::size_t kEvery = 2;
   std::vector<Vec2> way;
   for (std::size_t tick = 0; tick < ticks; tick += kEvery) {
@@ -71,7 +71,7 @@ ActorSet simulate_crowd(const Plan& plan, const RobotWalk& robot, std::uint64_t 
   add_gatherings(plan, ticks, gatherings, crowd);
   Random strollers = random(4);
   add_strollers(plan, robot, ticks, strollers, crowd);
-  remove_who_is_in_the_way(robot, ticks, crowd);
+  remove_colliding_actors(robot, ticks, crowd);
   return crowd;
 }
 

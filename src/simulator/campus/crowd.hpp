@@ -1,4 +1,4 @@
-// Who else is on the campus, simulated tick by tick before the first ray is cast.
+// Crowd simulation of the campus: pedestrians, cyclists and delivery vans.
 #pragma once
 
 #include "robot_walk.hpp"
@@ -15,23 +15,23 @@ namespace unimapper::simulator::campus {
 ActorSet simulate_crowd(const Plan& plan, const RobotWalk& robot, std::uint64_t seed,
                         std::uint32_t day, double duration_s);
 
-/// The first so many actors of a crowd stay one to two metres beside and behind the robot; the next
-/// one, its guide, goes some steps ahead.
+/// The first `kCompanions` actors of a crowd stay one to two metres beside and behind the robot;
+/// the next one, the guide, walks 5 m ahead.
 inline constexpr std::size_t kCompanions = 2;
 
 // Contributions of the single files; `simulate_crowd` calls them in order.
 void add_companions(const RobotWalk& robot, std::size_t ticks, Random& random, ActorSet& crowd);
 void add_queue(const Plan& plan, std::size_t ticks, Random& random, ActorSet& crowd);
 void add_gatherings(const Plan& plan, std::size_t ticks, Random& random, ActorSet& crowd);
-/// They walk around everybody who is in `crowd` already.
+/// They walk around all actors that are in `crowd` already.
 void add_strollers(const Plan& plan, const RobotWalk& robot, std::size_t ticks, Random& random,
                    ActorSet& crowd);
 
-/// Somebody of random looks on `path`.
+/// A person of random shape and size on `path`.
 Actor make_person(const Path& path, Random& random);
 /// Where an actor is at a tick.
 Vec2 position(const Actor& actor, std::size_t tick);
-/// True if a disc on the plaza touches nothing that stands there and nobody who queues.
+/// True if a disc lies on the plaza and touches neither a fixture nor the queue.
 bool is_clear_on_plaza(const Plan& plan, Vec2 at, double radius);
 
 }  // namespace unimapper::simulator::campus

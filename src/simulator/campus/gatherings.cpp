@@ -1,4 +1,4 @@
-// Persons whose places are given: with the robot, in the queue, in groups that stand and talk.
+// Pedestrians at given positions: companions of the robot, a queue, standing groups.
 #include <algorithm>
 #include <iterator>
 
@@ -8,16 +8,16 @@
 namespace unimapper::simulator::campus {
 namespace {
 
-constexpr double kNotThere = -1e9;
+constexpr double kNotAtCounter = -1e9;
 
-/// One of those who queue around and around: served at the counter, they come back for more.
-struct Customer {
+/// A person who queues on a closed path and joins the end again after waiting at the counter.
+struct Queuer {
   double at, next_stop;
-  double served_at = kNotThere;  // when the next one's turn comes
+  double leaves_counter_s = kNotAtCounter;
 };
 
-/// Steps to the place behind whoever is `gap` ahead, or to the counter.
-double shuffle_speed(double gap, double to_counter) {
+/// Speed (m/s) towards the position behind the person `gap` ahead, or towards the counter.
+double queue_speed(double gap, double to_counter) {
   constexpr double kSpacing = 0.8;
   const double behind = std::clamp((gap - kSpacing) / 0.5, 0.0, 1.0);
   return 1.2 * std::min(behind, std::clamp(to_counter / 0.4, 0.0, 1.0));
@@ -41,8 +41,8 @@ void add_circle(Vec2 centre, std::uint32_t size, std::size_t ticks, Random& rand
 
 }  // namespace
 
-/// Beside and behind it they hide the same part of its view all the time; the guide sweeps the
-/// very ground that the robot then stands on, as the car before it does in the town.
+/// Companions beside and behind the robot occlude the same part of its view all the time; the guide
+/// passes over the ground that the robot covers next, as the vehicle ahead does in the town.
 void add_companions(const RobotWalk& robot, std::size_t ticks, Random& random, ActorSet& crowd) {
   struct Post {
     double ahead, left;
@@ -65,7 +65,7 @@ void add_companions(const RobotWalk& robot, std::size_t ticks, Random& random, A
 }
 
 void add_queue(const Plan& plan, std::size_t ticks, Random& random, ActorSet& crowd) {
-  constexpr std::size_t kCustomers = 11;
+  constexpr std::size_t kQueuers = 11;
   const Area& area = plan.queue();
   crowd.paths.push_back(rounded_loop({{area.low.x + 0.3, area.high.y - 0.3},
                                       {area.high.x - 0.1, area.high.y - 0.3},
@@ -73,27 +73,27 @@ void add_queue(const Plan& plan, std::size_t ticks, Random& random, ActorSet& cr
                                       {area.low.x + 0.3, area.low.y + 0.2}}));
   const Path& path = crowd.paths.back();
   const double counter = path.nearest({area.high.x - 1.0, area.high.y - 0.3});
-  std::vector<Customer> customers;
+  std::vector<Queuer> queuers;
   const std::size_t first = crowd.actors.size();
-  for (std::size_t i = 0; i < kCustomers; ++i) {
-    customers.push_back({counter - 0.85 * static_cast<double>(i), counter});
+  for (std::size_t i = 0; i < kQueuers; ++i) {
+    queuers.push_back({counter - 0.85 * static_cast<double>(i), counter});
     crowd.actors.push_back(make_person(path, random));
   }
   for (std::size_t tick = 0; tick < ticks; ++tick) {
     const double t = Actors::time_of(tick);
-    for (std::size_t i = 0; i < kCustomers; ++i) {
-      Customer& c = customers[i];
+    for (std::size_t i = 0; i < kQueuers; ++i) {
+      Queuer& c = queuers[i];
       crowd.actors[first + i].travelled.push_back(static_cast<float>(c.at));
-      const bool leads = i == 0;  // has the last one before it, a round ahead
-      const double ahead = leads ? customers.back().at + path.length() : customers[i - 1].at;
+      const bool leads = i == 0;  // follows the last one, one lap ahead
+      const double ahead = leads ? queuers.back().at + path.length() : queuers[i - 1].at;
       if (c.next_stop - c.at < 0.05) {
-        if (c.served_at == kNotThere) c.served_at = t + random.uniform(5.0, 14.0);
-        if (t > c.served_at) {
+        if (c.leaves_counter_s == kNotAtCounter) c.leaves_counter_s = t + random.uniform(5.0, 14.0);
+        if (t > c.leaves_counter_s) {
           c.next_stop += path.length();
-          c.served_at = kNotThere;
+          c.leaves_counter_s = kNotAtCounter;
         }
       }
-      c.at += Actors::kTick * shuffle_speed(ahead - c.at, c.next_stop - c.at);
+      c.at += Actors::kTick * queue_speed(ahead - c.at, c.next_stop - c.at);
     }
   }
 }

@@ -1,4 +1,4 @@
-// Trees along the paths and on the lawns, hedges, bushes, the woods around.
+// Campus vegetation: trees, hedges, bushes and the surrounding woods.
 #include <algorithm>
 
 #include "campus.hpp"

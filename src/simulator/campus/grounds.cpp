@@ -1,4 +1,4 @@
-// Lawns, paths and the paved places.
+// Ground surface of the campus: lawns, paths and paved areas.
 #include <algorithm>
 
 #include "campus.hpp"
@@ -25,7 +25,7 @@ Surface surface_at(const Plan& plan, Vec2 at) {
   return is_paved ? Surface::kSidewalk : Surface::kLawn;
 }
 
-/// Everything beyond the fine part, and a floor below it.
+/// Coarse ground beyond the finely modelled part, and a floor below it.
 void add_surroundings(const Plan& plan, Mesh& mesh) {
   constexpr double kReach = 180.0;
   constexpr double kBelow = 0.25;

@@ -1,4 +1,4 @@
-// The large buildings: bands of windows, arcades, overhanging floors, a way through, a bridge.
+// Campus buildings: window bands, arcades, overhangs, a passage and a footbridge.
 #include <algorithm>
 
 #include "campus.hpp"
@@ -150,7 +150,7 @@ void add_passage(const Building& b) {
   for (const double x : {b.hall.passage_from, b.hall.passage_to}) {
     b.mesh.quad(b.frame({x, 0, -kFoundation}), b.frame({x, b.depth, -kFoundation}),
                 b.frame({x, b.depth, kStorey}), b.frame({x, 0, kStorey}), Surface::kBrick);
-    // Pilasters break the long wall.
+    // Pilasters structure the long wall.
     const double out = x == b.hall.passage_from ? 0.12 : -0.12;
     for (double y = 1.5; y < b.depth - 1.0; y += 3.0) {
       b.mesh.box(b.frame, {std::min(x, x + out), y, -kFoundation},
@@ -161,7 +161,7 @@ void add_passage(const Building& b) {
              {b.hall.passage_to, b.depth, kStorey}, Surface::kConcrete);
 }
 
-/// Floors, and cores three metres behind the windows: what a ray through a pane hits.
+/// Floors, and cores three metres behind the windows: targets of rays through panes.
 void add_rooms(const Building& b) {
   constexpr double kInset = 3.0;
   const auto rooms = [&](double x0, double x1, double y0, double z0, double z1) {

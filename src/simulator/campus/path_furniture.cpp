@@ -1,4 +1,4 @@
-// Lamps, benches, bins and boards along the paths; bicycles in their racks; parked cars.
+// Campus furniture along the paths: lamps, benches, bins, boards, bicycles, parked cars.
 #include <algorithm>
 
 #include "campus.hpp"
@@ -53,7 +53,7 @@ struct Roadside {
   }
 };
 
-/// The plaza is for crossing: what lines the ways ends at its edge.
+/// The plaza stays free: furniture along the ways ends at its edge.
 bool is_free_roadside(const Plan& plan, Vec2 at, double radius) {
   return !plan.plaza().contains(at, radius) && plan.is_free(at, radius);
 }
@@ -72,7 +72,7 @@ void add_movables(Campus& campus, const Roadside& roadside, PrototypeRange board
     const Vec2 along = roadside.along(i);
     const Vec2 at = roadside.at(i, side, distance) + shift * along;
     if (!exists || !is_there || !is_free_roadside(campus.plan, at, 0.3)) return;
-    // Things look onto the path.
+    // Furniture faces the path.
     place(campus, range, 0, at, std::atan2(along.y, along.x) - 0.5 * kPi * side);
   };
   for (int i = 0; i < 3; ++i) small_thing(p.benches, 0.6, 0.4, 0.0);
@@ -153,7 +153,7 @@ void add_path_furniture(std::uint64_t seed, std::uint32_t day, Campus& campus) {
     const Roadside roadside{way};
     double side = 1.0;
     for (std::size_t i = 3 + random.index(6); i + 3 < way.points.size(); i += 15) {
-      // Where a robot with its companions fits between them.
+      // Only where the robot with its companions fits between them.
       const Vec2 at = roadside.at(i, side, std::max(0.5, 2.1 - way.half_width));
       if (is_free_roadside(campus.plan, at, 0.15)) place(campus, lamps, 0, at, 0.0);
       side = -side;

@@ -196,7 +196,7 @@ void Plan::place_fixtures() {
   fixtures_.push_back({FixtureKind::kFountain, {0, 0}, 0.0, 2.6});
   for (int i = 0; i < 6; ++i) {
     const double angle = 2.0 * kPi * (i + 0.5) / 6;
-    // Their backs to the water.
+    // Benches face away from the fountain.
     fixtures_.push_back(
         {FixtureKind::kBench, {4.4 * std::cos(angle), 4.4 * std::sin(angle)}, angle, 0.9});
   }
@@ -232,7 +232,7 @@ const Path& Plan::tour(char route) const { return tours_[static_cast<std::size_t
 double Plan::hills(Vec2 at) const { return hills_[0].at(at) + hills_[1].at(at) + hills_[2].at(at); }
 
 double Plan::lift(Vec2 at) const {
-  constexpr double kSeam = 1e-3;  // what is raised belongs together up to its very edges
+  constexpr double kSeam = 1e-3;  // raised areas include their edges
   if (terrace_.contains(at, kSeam)) return kTerraceHeight;
   const auto share = [](double from, double to, double x) {
     return std::clamp((x - from) / (to - from), 0.0, 1.0);
@@ -272,7 +272,7 @@ double Plan::to_pavement(Vec2 at) const {
 }
 
 bool Plan::is_pavement_free(Vec2 at, double radius) const {
-  constexpr double kRobotSide = 1.85;  // with who walks beside it
+  constexpr double kRobotSide = 1.85;  // including a companion beside it
   constexpr double kWalkerSide = 1.3;
   if (to_pavement(at) < radius || to_tours(at) < kRobotSide + radius) return false;
   return std::all_of(walks_.begin(), walks_.end(), [&](const Path& walk) {

@@ -1,4 +1,4 @@
-// The campus from above: halls, paths, plaza, terrace, and how high the ground is.
+// Site plan of the campus: halls, paths, plaza, terrace and terrain height.
 #pragma once
 
 #include <array>
@@ -30,7 +30,7 @@ struct Hall {
   Side front = Side::kSouth;
   int storeys = 3;
   double recess = 0.0;  ///< how far the ground floor's front stands back below the upper floors
-  bool has_columns = false;  ///< along the recess: an arcade; else the floors above hang free
+  bool has_columns = false;  ///< along the recess (arcade); otherwise the upper floors overhang
   double passage_from = 0.0, passage_to = 0.0;  ///< along the front; a way through if not empty
   double turn = 0.0;                            ///< radians about the middle
 };
@@ -43,7 +43,7 @@ struct Way {
 
 enum class FixtureKind : std::uint8_t { kFountain, kBench, kPlanter, kKiosk, kStall };
 
-/// Something that stands on the plaza and that everybody walks around.
+/// An obstacle on the plaza.
 struct Fixture {
   FixtureKind kind;
   Vec2 at;
@@ -60,9 +60,9 @@ class Plan : public Terrain {
   [[nodiscard]] double height(Vec2 at) const override { return hills(at) + lift(at); }
   [[nodiscard]] double walking_height(Vec2 at) const override { return height(at); }
   [[nodiscard]] Vec3 up(Vec2 at) const override;
-  /// Ground as nature made it.
+  /// Natural terrain height.
   [[nodiscard]] double hills(Vec2 at) const;
-  /// What terrace, ramps and stairs add to it.
+  /// Height that terrace, ramps and stairs add to it.
   [[nodiscard]] double lift(Vec2 at) const;
   [[nodiscard]] Vec3 ground(Vec2 at, double above = 0.0) const {
     return {at.x, at.y, height(at) + above};
@@ -80,7 +80,7 @@ class Plan : public Terrain {
   [[nodiscard]] const Area& queue() const { return queue_; }
   /// Footbridge between two halls, one floor up.
   [[nodiscard]] const Area& bridge() const { return bridge_; }
-  /// All that lies within this is modelled finely.
+  /// Area that is modelled finely.
   [[nodiscard]] const Area& grounds() const { return grounds_; }
 
   /// The robot's closed tour: A and B run the same way around the plaza, C against them; each
@@ -92,7 +92,7 @@ class Plan : public Terrain {
   static constexpr std::size_t kStairWalks = 2;
   static constexpr std::size_t kPastPlaza = 9;
 
-  /// True if a disc touches no hall, no path and nobody's usual way.
+  /// True if a disc touches no hall, no path and none of the walks.
   [[nodiscard]] bool is_free(Vec2 at, double radius) const;
   /// Distance from the robot's tours.
   [[nodiscard]] double to_tours(Vec2 at) const;

@@ -1,4 +1,4 @@
-// What stands on the plaza: fountain, benches, planters, the kiosk, and stalls on some days.
+// Plaza fixtures: fountain, benches, planters, kiosk and market stalls.
 #include "campus.hpp"
 #include "src/simulator/random.hpp"
 
@@ -30,7 +30,7 @@ void add_planter(Campus& campus, const Frame& frame, Random& random) {
       {campus.prototypes.trees.first + random.index(11), soil, random.uniform(0.5, 0.65), 0, 0});
 }
 
-/// Open towards -x, where people queue; its roof reaches over the first of them.
+/// Open towards -x, where people queue; its roof covers the head of the queue.
 void add_kiosk(Mesh& mesh, const Frame& frame) {
   mesh.box(frame, {-1.5, -1.2, -0.4}, {-1.4, 1.2, 1.1}, Surface::kWoodFence);  // counter
   mesh.box(frame, {-1.75, -1.2, 1.1}, {-1.2, 1.2, 1.15}, Surface::kWoodFence);

@@ -15,7 +15,7 @@ double start_of(char route) {
   return route == 'B' ? 14.0 : 26.0;
 }
 
-/// Walking pace, a little faster here and slower there, careful in curves.
+/// Walking pace with slow variations, reduced in curves.
 double wished_speed(const Path& path, double s, double phase) {
   const double pace = 1.2 + 0.08 * std::sin(s / 9.0 + phase);
   return std::min(pace, std::sqrt(0.5 / std::max(std::abs(path.curvature(s)), 1e-6)));

@@ -1,4 +1,4 @@
-// How a robot the size of a person's stride goes over the campus.
+// Motion model of a small robot at walking pace.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Who walks, rides or drives along a path and steps aside for others.
+// Pedestrian, cyclist and van motion along closed paths with collision avoidance.
 #include <algorithm>
 #include <iterator>
 
@@ -9,7 +9,7 @@ namespace unimapper::simulator::campus {
 namespace {
 
 constexpr double kPersonRadius = 0.3;
-constexpr double kAbreast = 0.62;  // metres between those who walk side by side
+constexpr double kAbreast = 0.62;  // metres between persons side by side
 
 /// A group of persons, a cyclist or a van: one body on a closed path.
 struct Stroller {
@@ -25,7 +25,7 @@ struct Stroller {
   double half_length = 0.0;
   double at = 0.0, speed = 0.0, side = 0.0;
   double pause_until_s = -1e9;
-  double blocked_s = 0.0;  ///< how long somebody has been in the way
+  double blocked_s = 0.0;  ///< duration of the current obstruction
   std::vector<float> travelled, sidestep;
 };
 
@@ -54,7 +54,7 @@ class Strollers {
   void add_cyclists(int count);
   void add_vans();
   void walk();
-  void hand_over();
+  void make_actors();
 
  private:
   [[nodiscard]] Stroller group_on(const Path& path);
@@ -79,13 +79,13 @@ Stroller Strollers::group_on(const Path& path) {
   s.radius = kPersonRadius + 0.5 * kAbreast * (std::min(s.size, 3U) - 1);
   s.pauses_per_s = random_.chance(0.35) ? 1.0 / 25.0 : 0.0;
   s.at = random_.uniform(0.0, path.length());
-  // Some stand together and go on later; not where the robot goes.
+  // Some groups stand first and walk later, but never on the robot's tour.
   const bool stands = random_.chance(0.25);
   if (stands && plan_.to_tours(path.at(s.at)) > 2.9) s.departs_s = random_.uniform(2.0, 60.0);
   return s;
 }
 
-/// A round over the plaza that passes what stands there; false if this draw does not.
+/// Draws a loop over the plaza that is clear of fixtures; false if this draw is not.
 bool Strollers::make_plaza_loop() {
   const Area& plaza = plan_.plaza();
   const std::uint32_t corners = 4 + random_.index(3);
@@ -96,7 +96,7 @@ bool Strollers::make_plaza_loop() {
         {random_.uniform(plaza.low.x, plaza.high.x), random_.uniform(plaza.low.y, plaza.high.y)});
     middle = middle + (1.0 / corners) * loop.back();
   }
-  // In order around their middle: no path turns back on itself.
+  // Sorted by angle about their centroid, so that the path does not cross itself.
   std::sort(loop.begin(), loop.end(), [&](Vec2 a, Vec2 b) {
     return std::atan2(a.y - middle.y, a.x - middle.x) < std::atan2(b.y - middle.y, b.x - middle.x);
   });
@@ -156,7 +156,7 @@ void Strollers::add_cyclists(int count) {
   }
 }
 
-/// One on its way around the campus, one that comes past the plaza.
+/// One van circles the campus, one passes the plaza.
 void Strollers::add_vans() {
   const auto walks = plan_.walks();
   const auto add = [&](const Path& path, double at) {
@@ -196,7 +196,7 @@ std::vector<Body> Strollers::bodies_at(std::size_t tick) const {
   return bodies;
 }
 
-/// Away from everybody in the way, to the right of whoever comes straight on, slower if near.
+/// Steers away from bodies ahead, to the right of oncoming ones, and slows down near them.
 Steering Strollers::steer(std::size_t self, const std::vector<Body>& bodies) const {
   constexpr double kComfort = 0.25;
   constexpr double kSeesRobotBehind = 2.5;
@@ -226,7 +226,7 @@ Steering Strollers::steer(std::size_t self, const std::vector<Body>& bodies) con
 
 void Strollers::step(Stroller& s, const Steering& steering, double time_s) {
   constexpr double kPatience = 3.0;
-  constexpr double kSqueeze = 1.5;  // seconds of pushing through a jam
+  constexpr double kSqueeze = 1.5;  // seconds of squeezing through a jam
   constexpr double kAcceleration = 1.5;
   s.travelled.push_back(static_cast<float>(s.at));
   s.sidestep.push_back(static_cast<float>(s.side));
@@ -243,7 +243,7 @@ void Strollers::step(Stroller& s, const Steering& steering, double time_s) {
   s.speed += std::clamp(wish - s.speed, -2.0 * kAcceleration * Actors::kTick,
                         kAcceleration * Actors::kTick);
   s.at += s.speed * Actors::kTick;
-  if (rests) return;  // who stands is walked around
+  if (rests) return;  // standing groups are obstacles to the others
   const double drift = std::clamp(1.5 * steering.push - 0.5 * s.side, -0.6, 0.6);
   s.side = std::clamp(s.side + drift * Actors::kTick, -s.room, s.room);
 }
@@ -260,7 +260,7 @@ void Strollers::walk() {
 }
 
 /// Every member of a group becomes an actor.
-void Strollers::hand_over() {
+void Strollers::make_actors() {
   for (Stroller& s : strollers_) {
     for (std::uint32_t member = 0; member < s.size; ++member) {
       Actor actor = make_person(*s.path, random_);
@@ -290,7 +290,7 @@ void add_strollers(const Plan& plan, const RobotWalk& robot, std::size_t ticks, 
   strollers.add_cyclists(9);
   strollers.add_vans();
   strollers.walk();
-  strollers.hand_over();
+  strollers.make_actors();
 }
 
 }  // namespace unimapper::simulator::campus

@@ -1,4 +1,4 @@
-// The raised forecourt of the library with its stairs, ramps and railings.
+// Raised terrace with stairs, ramps and railings.
 #include <algorithm>
 
 #include "campus.hpp"

@@ -1,0 +1,2 @@
+// How far a witness sees?
+struct Testimony {};
