@@ -10,7 +10,7 @@
 #include "ports/datasets/writers.hpp"
 #include "src/merge/loop_search.hpp"
 #include "src/merge/parallel.hpp"
-#include "unimapper/place/triangle_table.hpp"
+#include "src/place/triangle_table.hpp"
 
 namespace {
 
@@ -68,7 +68,7 @@ void print_growth(const char* title, const Growth& growth) {
                 static_cast<unsigned long long>(step.dropped));
   }
   std::printf("\n%s: %.1f MB in all, %zu bytes for a stored triangle.\n", title,
-              static_cast<double>(growth.bytes) / 1e6, TriangleTable::entry_bytes());
+              static_cast<double>(growth.bytes) / 1e6, place::TriangleTable::entry_bytes());
   std::fflush(stdout);  // the next one takes minutes
 }
 

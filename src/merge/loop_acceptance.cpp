@@ -6,7 +6,7 @@
 
 #include "max_clique.hpp"
 #include "unimapper/core/cholesky.hpp"
-#include "unimapper/place/rigid_fit.hpp"
+#include "unimapper/core/rigid_fit.hpp"
 
 namespace unimapper::merge {
 namespace {

@@ -1,10 +1,9 @@
-#include "unimapper/place/database.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
-#include "unimapper/place/loop_confidence.hpp"
+#include "database_state.hpp"
+#include "loop_confidence.hpp"
 
 namespace unimapper {
 namespace {
@@ -27,12 +26,12 @@ bool is_finite(const PlanePatch& patch) noexcept {
 
 }  // namespace
 
-void PlaceDatabase::allocate(Arena& arena, const LoopSearchConfig& config) noexcept {
+void PlaceDatabase::State::allocate(Arena& arena, const LoopSearchConfig& config) noexcept {
   config_ = config;
   accept_score_ = score_of(config.accept_confidence);
   const std::size_t places = config.max_places;
   table_.allocate(arena, config);
-  places_ = arena.allocate<Place>(places);
+  places_ = arena.allocate<StoredPlace>(places);
   thinning_.allocate(arena, config.max_places);
   vertices_ = arena.allocate<Eigen::Vector3f>(places * config.max_keypoints);
   codes_ = arena.allocate<std::uint64_t>(places * config.max_keypoints);
@@ -43,32 +42,32 @@ void PlaceDatabase::allocate(Arena& arena, const LoopSearchConfig& config) noexc
   hypotheses_.allocate(arena, PoseVotes::max_peaks(config));
   match_planes_.allocate(arena, config.max_planes);
   pairs_.allocate(arena, config.max_keypoints);
-  constexpr std::size_t kRivalWidth = 2 * kRivalReach + 1;
-  rival_votes_ = arena.allocate<float>(kRivalWidth * kRivalWidth);
+  constexpr std::size_t kShiftWidth = 2 * kShiftReach + 1;
+  shift_votes_ = arena.allocate<float>(kShiftWidth * kShiftWidth);
   overlap_.allocate(arena, config.max_planes, config.voxel_size_m);
-  doubts_.allocate(arena, config.max_verified);
+  checks_.allocate(arena, config.max_verified);
   results_.allocate(arena, std::max(config.max_results, config.max_verified));
   const bool ready = results_.capacity() > 0;
   capacity_ = ready ? config.max_places : 0;
   size_ = 0;
-  forgotten_ = 0;
+  evicted_ = 0;
   dropped_ = 0;
 }
 
-std::uint32_t PlaceDatabase::free_slot() noexcept {
+std::uint32_t PlaceDatabase::State::free_slot() noexcept {
   if (size_ < capacity_) return size_++;
   const std::uint32_t slot = thinning_.most_redundant();
-  forget(slot);
-  ++forgotten_;
+  evict(slot);
+  ++evicted_;
   return slot;
 }
 
-void PlaceDatabase::insert(const PlaceView& place, PlaceId id,
-                           const Pose& T_session_place) noexcept {
+void PlaceDatabase::State::insert(const PlaceView& place, PlaceId id,
+                                  const Pose& T_session_place) noexcept {
   if (capacity_ == 0) return;
   const std::uint32_t slot = free_slot();
   thinning_.add(slot, id.session, T_session_place);
-  Place& stored = places_[slot];
+  StoredPlace& stored = places_[slot];
   stored = {};
   stored.id = id;
   stored.T_session_place = seen_from_above(T_session_place);
@@ -106,7 +105,7 @@ void PlaceDatabase::insert(const PlaceView& place, PlaceId id,
 }
 
 // The triangles follow from the stored positions just as they did when they were inserted.
-void PlaceDatabase::forget(std::uint32_t slot) noexcept {
+void PlaceDatabase::State::evict(std::uint32_t slot) noexcept {
   thinning_.remove(slot);
   keypoints_.clear();
   const Eigen::Vector3f* vertices = vertices_ + std::size_t{slot} * config_.max_keypoints;
@@ -120,8 +119,8 @@ void PlaceDatabase::forget(std::uint32_t slot) noexcept {
   for (const Triangle& triangle : triangles_) table_.remove(triangle, slot);
 }
 
-bool PlaceDatabase::in_scope(const Place& place, PlaceId query,
-                             const SearchScope& scope) const noexcept {
+bool PlaceDatabase::State::in_scope(const StoredPlace& place, PlaceId query,
+                                    const SearchScope& scope) const noexcept {
   const bool same = place.id.session == query.session;
   if (!same) return scope.sessions != SearchScope::Sessions::kOnlySame;
   if (scope.sessions == SearchScope::Sessions::kOnlyOther) return false;
@@ -130,15 +129,16 @@ bool PlaceDatabase::in_scope(const Place& place, PlaceId query,
   return gap >= scope.min_keyframe_gap;
 }
 
-std::span<const LoopCandidate> PlaceDatabase::search(const PlaceView& query, PlaceId query_id,
-                                                     const SearchScope& scope) noexcept {
+std::span<const LoopCandidate> PlaceDatabase::State::search(const PlaceView& query,
+                                                            PlaceId query_id,
+                                                            const SearchScope& scope) noexcept {
   results_.clear();
   if (capacity_ == 0) return results_.view();
   load_query(query);
   vote(query_id, scope);
   form_hypotheses();
   overlap_.set_query(query.planes);
-  doubts_.clear();
+  checks_.clear();
   std::uint32_t verified = 0;
   for (const Hypothesis& hypothesis : hypotheses_) {
     if (verified == config_.max_verified) break;
@@ -159,7 +159,7 @@ std::span<const LoopCandidate> PlaceDatabase::search(const PlaceView& query, Pla
 }
 
 // One result per place: the more confident one.
-void PlaceDatabase::keep(const LoopCandidate& result) noexcept {
+void PlaceDatabase::State::keep(const LoopCandidate& result) noexcept {
   for (LoopCandidate& known : results_) {
     if (known.match.session != result.match.session ||
         known.match.keyframe != result.match.keyframe) {
@@ -171,8 +171,35 @@ void PlaceDatabase::keep(const LoopCandidate& result) noexcept {
   results_.push_back(result);
 }
 
-bool PlaceDatabase::comes_before(const PlaceId& a, const PlaceId& b) noexcept {
+bool PlaceDatabase::State::comes_before(const PlaceId& a, const PlaceId& b) noexcept {
   return a.session != b.session ? a.session < b.session : a.keyframe < b.keyframe;
+}
+
+void PlaceDatabase::allocate(Arena& arena, const LoopSearchConfig& config) noexcept {
+  state_ = create_in<State>(arena, config);
+}
+
+void PlaceDatabase::insert(const PlaceView& place, PlaceId id,
+                           const Pose& T_session_place) noexcept {
+  if (state_ != nullptr) state_->insert(place, id, T_session_place);
+}
+
+std::span<const LoopCandidate> PlaceDatabase::search(const PlaceView& query, PlaceId query_id,
+                                                     const SearchScope& scope) noexcept {
+  if (state_ == nullptr) return {};
+  return state_->search(query, query_id, scope);
+}
+
+std::uint32_t PlaceDatabase::size() const noexcept {
+  return state_ == nullptr ? 0 : state_->size();
+}
+
+std::uint64_t PlaceDatabase::evicted() const noexcept {
+  return state_ == nullptr ? 0 : state_->evicted();
+}
+
+std::uint64_t PlaceDatabase::dropped() const noexcept {
+  return state_ == nullptr ? 0 : state_->dropped();
 }
 
 }  // namespace unimapper

@@ -3,12 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "local_ground.hpp"
+#include "plane_voxels.hpp"
+#include "structure_map.hpp"
+#include "unimapper/core/fixed_vector.hpp"
 #include "unimapper/core/quantise.hpp"
 
 namespace unimapper {
+
+using namespace place;
+
 namespace {
 
-// Cells farther above or below the sensor are no part of a place (and would not fit the grids).
+// Cells farther above or below the sensor are not described (and would not fit the grids).
 constexpr float kMaxHeight = 200.0F;
 // Upright planes are looked for at this height above the ground, where walls are seen best.
 constexpr float kWallHeight = 1.5F;
@@ -17,7 +24,27 @@ constexpr float kStrengthScale = 100.0F;
 
 }  // namespace
 
-void PlaceDescriber::allocate(Arena& arena, const DescriptorConfig& config) noexcept {
+class PlaceDescriber::State {
+ public:
+  void allocate(Arena& arena, const DescriptorConfig& config) noexcept;
+  PlaceView describe(std::span<const FineCell> cells) noexcept;
+  std::span<const PlanePatch> find_planes(std::span<const FineCell> cells) noexcept;
+  [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
+
+ private:
+  void select_cells(std::span<const FineCell> cells) noexcept;
+  void select_keypoints() noexcept;
+
+  DescriptorConfig config_{};
+  FixedVector<FineCell> structure_cells_;  // not ground, within range
+  FixedVector<Keypoint> keypoints_;
+  LocalGround ground_;
+  PlaneVoxels planes_;
+  StructureMap structure_;
+  std::uint64_t dropped_ = 0;
+};
+
+void PlaceDescriber::State::allocate(Arena& arena, const DescriptorConfig& config) noexcept {
   config_ = config;
   structure_cells_.allocate(arena, config.max_cells);
   keypoints_.allocate(arena, config.max_keypoints);
@@ -27,9 +54,9 @@ void PlaceDescriber::allocate(Arena& arena, const DescriptorConfig& config) noex
   dropped_ = 0;
 }
 
-PlaceView PlaceDescriber::describe(std::span<const FineCell> cells) noexcept {
+PlaceView PlaceDescriber::State::describe(std::span<const FineCell> cells) noexcept {
   dropped_ = 0;
-  admit(cells);
+  select_cells(cells);
   ground_.finish();
   planes_.build(structure_cells_.view(), ground_);
   structure_.build(structure_cells_.view(), ground_);
@@ -38,18 +65,19 @@ PlaceView PlaceDescriber::describe(std::span<const FineCell> cells) noexcept {
   return {keypoints_.view(), planes_.planes()};
 }
 
-std::span<const PlanePatch> PlaceDescriber::find_planes(std::span<const FineCell> cells) noexcept {
+std::span<const PlanePatch> PlaceDescriber::State::find_planes(
+    std::span<const FineCell> cells) noexcept {
   dropped_ = 0;
-  admit(cells);
+  select_cells(cells);
   ground_.finish();
   planes_.build(structure_cells_.view(), ground_);
   return planes_.planes();
 }
 
-// Takes the cells that are finite and within range; the rest of the code need not ask again. Ground
-// goes where its height is averaged, structure is kept. When there is too much of it, what is kept
-// is spread evenly over the input: a thinner place is still the same place, half a place is not.
-void PlaceDescriber::admit(std::span<const FineCell> cells) noexcept {
+// Selects the cells that are finite and within range. Ground cells go to the height grid, structure
+// is kept. When there is too much of it, every n-th cell of the input is kept: a sparser sample of
+// the whole scene gives the same keypoints, the first half of it does not.
+void PlaceDescriber::State::select_cells(std::span<const FineCell> cells) noexcept {
   const float range_squared = config_.range_m * config_.range_m;
   const auto within_range = [&](const Eigen::Vector3f& p) {
     // Comparisons with NaN are false, so what is not finite never enters.
@@ -88,7 +116,7 @@ void PlaceDescriber::admit(std::span<const FineCell> cells) noexcept {
 }
 
 // The strongest corners that keep their distance from stronger ones.
-void PlaceDescriber::select_keypoints() noexcept {
+void PlaceDescriber::State::select_keypoints() noexcept {
   keypoints_.clear();
   const float radius_squared = config_.suppression_radius_m * config_.suppression_radius_m;
   for (const StructureCorner& corner : structure_.corners()) {
@@ -116,6 +144,22 @@ void PlaceDescriber::select_keypoints() noexcept {
         static_cast<std::uint16_t>(std::min(std::sqrt(corner.response) * kStrengthScale, 65535.0F));
     keypoints_.push_back(keypoint);
   }
+}
+
+void PlaceDescriber::allocate(Arena& arena, const DescriptorConfig& config) noexcept {
+  state_ = create_in<State>(arena, config);
+}
+
+PlaceView PlaceDescriber::describe(std::span<const FineCell> cells) noexcept {
+  return state_ == nullptr ? PlaceView{} : state_->describe(cells);
+}
+
+std::span<const PlanePatch> PlaceDescriber::find_planes(std::span<const FineCell> cells) noexcept {
+  return state_ == nullptr ? std::span<const PlanePatch>{} : state_->find_planes(cells);
+}
+
+std::uint64_t PlaceDescriber::dropped() const noexcept {
+  return state_ == nullptr ? 0 : state_->dropped();
 }
 
 }  // namespace unimapper

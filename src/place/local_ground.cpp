@@ -1,11 +1,11 @@
-#include "unimapper/place/local_ground.hpp"
+#include "local_ground.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 
-namespace unimapper {
+namespace unimapper::place {
 namespace {
 
 constexpr float kNoHeight = 1e9F;
@@ -65,14 +65,14 @@ void LocalGround::finish() noexcept {
       heights_[i] = static_cast<float>(patches_[i].lowest_mm) * 0.001F;
     }
   }
-  drop_pits();
+  discard_pits();
   fill_gaps();
-  lower_to_ramps();
+  limit_slope();
 }
 
-// A single patch far below all around it, or with nothing around it, may be a reflection, and would
-// draw its surroundings down.
-void LocalGround::drop_pits() noexcept {
+// A single patch far below all around it, or with nothing around it, may be a reflection and would
+// lower its surroundings.
+void LocalGround::discard_pits() noexcept {
   for (std::int32_t row = 1; row + 1 < width_; ++row) {
     for (std::int32_t column = 1; column + 1 < width_; ++column) {
       float* at = heights_ + row * width_ + column;
@@ -89,7 +89,7 @@ void LocalGround::drop_pits() noexcept {
 
 // The lowest cell of a patch may be halfway up a wall or a table top, and what is marked as ground
 // may be a roof: ground is what lies below every ramp that rises from its surroundings.
-void LocalGround::lower_to_ramps() noexcept {
+void LocalGround::limit_slope() noexcept {
   for (std::int32_t pass = 0; pass < 2; ++pass) {
     for (std::int32_t step = 0; step < width_ * width_; ++step) {
       const std::int32_t i = pass == 0 ? step : width_ * width_ - 1 - step;
@@ -160,4 +160,4 @@ void LocalGround::fill_gaps() noexcept {
   }
 }
 
-}  // namespace unimapper
+}  // namespace unimapper::place

@@ -1,10 +1,10 @@
-// Loop search, second half: from hypotheses to verified poses.
+// Loop search, verification: from pose hypotheses to confidences.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
-#include "unimapper/place/column_code.hpp"
-#include "unimapper/place/database.hpp"
+#include "column_code.hpp"
+#include "database_state.hpp"
 
 namespace unimapper {
 namespace {
@@ -15,33 +15,34 @@ constexpr float kHalfCount = 4.0F;
 constexpr float kHalfShare = 0.1F;
 // Shapes the score so that 0.5 lies above what chance reaches; see docs/design on keypoints and
 // search.
-constexpr float kEvenProduct = 0.47F;
+constexpr float kHalfProduct = 0.47F;
 
-// Refinement improves the keypoints' agreement too, but not by more than this leaves room for.
-constexpr float kWorthRefining = 0.7F;
+// Refinement improves the keypoints' agreement too: poses above this share of the accepted score
+// are refined.
+constexpr float kRefinedShare = 0.7F;
 
-// Candidates that come this near to acceptance are asked for rivals.
-constexpr float kWorthDoubting = 0.7F;
+// Candidates above this share of the accepted score are checked for ambiguity.
+constexpr float kCheckedShare = 0.7F;
 
-// Two places of one session put the query at the same spot if it is no farther apart than this.
-constexpr float kSameSpot = 2.0F;
+// Two places of one session put the query at the same position within this, metres.
+constexpr float kSamePosition = 2.0F;
 
-// Two poses in one place are the same with this cosine of their turn: 10 degrees.
+// Two poses relative to one place are the same with this cosine of their turn: 10 degrees.
 constexpr float kSameHeading = 0.985F;
 // Two places of one session that put the query farther apart than its odometry can have drifted.
 constexpr float kBeyondDrift = 30.0F;
 
-// Each factor rises and saturates: none can make up for the lack of another.
+// Each factor rises and saturates: none compensates for the lack of another.
 float confidence_of(float evidence, float smaller_place, float overlap) noexcept {
   if (!(smaller_place > 0.0F)) return 0.0F;
   const float share = evidence / smaller_place;
   const float product = evidence / (evidence + kHalfCount) * share / (share + kHalfShare) * overlap;
-  return (1.0F + kEvenProduct) * product / (product + kEvenProduct);
+  return (1.0F + kHalfProduct) * product / (product + kHalfProduct);
 }
 
 // The pose without its tilt. Heights of keypoints are the ground's, which a sensor that hardly sees
 // the ground knows badly: a tilt fitted to them is worth less than gravity, and the median of the
-// height differences more than their mean. What tilt there is, the planes will tell.
+// height differences more than their mean. The planes determine what tilt there is.
 Pose levelled(const Pose& pose, std::span<const PointPair> pairs) noexcept {
   const PlanarPose above = seen_from_above(pose);
   Pose result;
@@ -60,16 +61,16 @@ Pose levelled(const Pose& pose, std::span<const PointPair> pairs) noexcept {
   return result;
 }
 
-// 1 while the best other pose has at most three quarters of the evidence, falling to 0 where it has
-// as much.
-float certainty_of(float evidence, float rival) noexcept {
+// Ratio test: 1 while the best competing pose has at most three quarters of the evidence, falling
+// to 0 where it has as much.
+float distinctness_of(float evidence, float competing) noexcept {
   if (!(evidence > 0.0F)) return 0.0F;
-  return std::clamp((1.0F - rival / evidence) / 0.25F, 0.0F, 1.0F);
+  return std::clamp((1.0F - competing / evidence) / 0.25F, 0.0F, 1.0F);
 }
 
 }  // namespace
 
-void PlaceDatabase::load_targets(std::uint32_t slot) noexcept {
+void PlaceDatabase::State::load_targets(std::uint32_t slot) noexcept {
   targets_.clear();
   const std::size_t first = std::size_t{slot} * config_.max_keypoints;
   for (std::uint32_t i = 0; i < places_[slot].keypoints; ++i) {
@@ -82,7 +83,7 @@ void PlaceDatabase::load_targets(std::uint32_t slot) noexcept {
 // once, by the first (strongest) query keypoint. Returns the evidence: a pair counts the more
 // the closer it is and the more alike its columns are, at most 1. A chance pair, somewhere within
 // the radius and of another shape, counts about 0.15, a true one 0.5 to 0.8.
-float PlaceDatabase::consensus(const PlanarPose& pose, float radius_m) noexcept {
+float PlaceDatabase::State::consensus(const PlanarPose& pose, float radius_m) noexcept {
   pairs_.clear();
   float evidence = 0.0F;
   std::uint64_t used[4] = {0, 0, 0, 0};
@@ -93,17 +94,17 @@ float PlaceDatabase::consensus(const PlanarPose& pose, float radius_m) noexcept 
     if (nearest == KeypointGrid::kNone) continue;
     if (((used[nearest / 64U] >> (nearest % 64U)) & 1U) != 0) continue;
     used[nearest / 64U] |= 1ULL << (nearest % 64U);
-    const KeypointGrid::Spot& spot = targets_[nearest];
-    pairs_.push_back(
-        {keypoint.position.cast<double>(), Eigen::Vector3f(spot.x, spot.y, spot.z).cast<double>()});
+    const KeypointGrid::Point& point = targets_[nearest];
+    pairs_.push_back({keypoint.position.cast<double>(),
+                      Eigen::Vector3f(point.x, point.y, point.z).cast<double>()});
     const float closeness = 1.0F - distance_squared / (radius_m * radius_m);
-    evidence += closeness * column_similarity(keypoint.occupancy, spot.code);
+    evidence += closeness * column_similarity(keypoint.occupancy, point.code);
   }
   return evidence;
 }
 
 // Alternates between pairing and fitting with a shrinking radius.
-void PlaceDatabase::improve(Hypothesis& hypothesis) noexcept {
+void PlaceDatabase::State::refine(Hypothesis& hypothesis) noexcept {
   const float radius = config_.inlier_distance_m;
   for (const float scale : {2.0F, 1.0F}) {
     (void)consensus(hypothesis.pose, radius * scale);
@@ -122,7 +123,7 @@ void PlaceDatabase::improve(Hypothesis& hypothesis) noexcept {
   hypothesis.evidence = consensus(hypothesis.pose, radius);
 }
 
-void PlaceDatabase::load_planes(std::uint32_t slot) noexcept {
+void PlaceDatabase::State::load_planes(std::uint32_t slot) noexcept {
   match_planes_.clear();
   const StoredPlane* planes = planes_ + std::size_t{slot} * config_.max_planes;
   for (std::uint32_t i = 0; i < places_[slot].planes; ++i) {
@@ -139,34 +140,37 @@ void PlaceDatabase::load_planes(std::uint32_t slot) noexcept {
   overlap_.set_match(match_planes_.view());
 }
 
-// Both cannot be true: two spots in one place, or two places of a session so far apart that no
-// drift of its odometry explains it.
-bool PlaceDatabase::contradict(const Hypothesis& a, const Hypothesis& b) const noexcept {
+// Both cannot be true: two poses relative to one place, or two positions in one session so far
+// apart that no drift of its odometry explains it.
+bool PlaceDatabase::State::exclude_each_other(const Hypothesis& a,
+                                              const Hypothesis& b) const noexcept {
   const auto apart = [](const PlanarPose& p, const PlanarPose& q) {
     return std::sqrt((p.x - q.x) * (p.x - q.x) + (p.y - q.y) * (p.y - q.y));
   };
   const auto turned = [](const PlanarPose& p, const PlanarPose& q) {
     return p.cosine * q.cosine + p.sine * q.sine < kSameHeading;
   };
-  if (a.place == b.place) return apart(a.pose, b.pose) > kSamePose || turned(a.pose, b.pose);
-  const Place& of_a = places_[a.place];
-  const Place& of_b = places_[b.place];
+  if (a.slot == b.slot) return apart(a.pose, b.pose) > kSamePose || turned(a.pose, b.pose);
+  const StoredPlace& of_a = places_[a.slot];
+  const StoredPlace& of_b = places_[b.slot];
   if (of_a.id.session != of_b.id.session) return false;
   return apart(of_a.T_session_place * a.pose, of_b.T_session_place * b.pose) > kBeyondDrift;
 }
 
-// The evidence for the best of those that contradict a hypothesis. In a hall of equal bays a pose
-// one bay off finds support as well, and so does another street of equal houses.
-float PlaceDatabase::strongest_rival(const Hypothesis& hypothesis) const noexcept {
+// Evidence of the best hypothesis that excludes this one. In a hall of equal bays a pose one bay
+// off finds support as well, and so does another street of equal houses.
+float PlaceDatabase::State::strongest_alternative(const Hypothesis& hypothesis) const noexcept {
   float evidence = 0.0F;
   for (const Hypothesis& other : hypotheses_) {
-    if (other.evidence > evidence && contradict(hypothesis, other)) evidence = other.evidence;
+    if (other.evidence > evidence && exclude_each_other(hypothesis, other))
+      evidence = other.evidence;
   }
   return evidence;
 }
 
-// Pose, planes and confidence of one hypothesis; targets and planes of its place are loaded.
-bool PlaceDatabase::examine(const Hypothesis& hypothesis, LoopCandidate& result) noexcept {
+// Pose, plane overlap and confidence of one hypothesis; targets and planes of its place are loaded.
+bool PlaceDatabase::State::score_pose(const Hypothesis& hypothesis,
+                                      LoopCandidate& result) noexcept {
   (void)consensus(hypothesis.pose, config_.inlier_distance_m);
   Pose pose;
   if (!fit_rigid(pairs_.view(), pose)) return false;
@@ -175,65 +179,70 @@ bool PlaceDatabase::examine(const Hypothesis& hypothesis, LoopCandidate& result)
   if (pose.rotation(2, 2) < level) return false;
   pose = levelled(pose, pairs_.view());
   const auto smaller = static_cast<float>(
-      std::min<std::size_t>(keypoints_.size(), places_[hypothesis.place].keypoints));
-  const float certainty = certainty_of(hypothesis.evidence, strongest_rival(hypothesis));
+      std::min<std::size_t>(keypoints_.size(), places_[hypothesis.slot].keypoints));
+  const float distinctness =
+      distinctness_of(hypothesis.evidence, strongest_alternative(hypothesis));
   // Where not even perfect planes could make the match acceptable, its pose is left as it is.
-  const float ceiling = confidence_of(hypothesis.evidence, smaller, 1.0F) * certainty;
-  if (ceiling > kWorthRefining * accept_score_) {
+  const float ceiling = confidence_of(hypothesis.evidence, smaller, 1.0F) * distinctness;
+  if (ceiling > kRefinedShare * accept_score_) {
     pose = overlap_.refine(pose);
     if (pose.rotation(2, 2) < level) return false;
   }
   const OverlapResult overlap = overlap_.compare(pose);
 
-  // The planes may have pulled the pose along: the keypoints are asked once more.
+  // The planes may have moved the pose: the keypoints are paired once more.
   const float evidence = consensus(seen_from_above(pose), config_.inlier_distance_m);
-  result.match = places_[hypothesis.place].id;
+  result.match = places_[hypothesis.slot].id;
   result.votes = hypothesis.votes;
   result.inliers = static_cast<std::uint32_t>(pairs_.size());
   result.plane_overlap = overlap.overlap;
   result.T_match_query = pose;
-  result.confidence = confidence_of(evidence, smaller, overlap.overlap) * certainty;
+  result.confidence = confidence_of(evidence, smaller, overlap.overlap) * distinctness;
   return true;
 }
 
-bool PlaceDatabase::verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept {
-  load_targets(hypothesis.place);
-  load_planes(hypothesis.place);
-  if (!examine(hypothesis, result)) return false;
-  if (result.confidence < kWorthDoubting * accept_score_) return true;
+bool PlaceDatabase::State::verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept {
+  load_targets(hypothesis.slot);
+  load_planes(hypothesis.slot);
+  if (!score_pose(hypothesis, result)) return false;
+  if (result.confidence < kCheckedShare * accept_score_) return true;
 
-  doubt(hypothesis, result);
+  check_ambiguity(hypothesis, result);
   return true;
 }
 
-// A facade of equal bays: the triangles may all have spoken for one pose, and another still be as
-// good. The pose must be clearly better than any other with the same heading; if another is better,
-// it takes the place of the first.
-void PlaceDatabase::doubt(const Hypothesis& hypothesis, LoopCandidate& result) noexcept {
-  const Place& place = places_[hypothesis.place];
+// On a facade of equal bays all triangles may have voted for one pose while another is as good. The
+// pose must have clearly more evidence than any other with the same heading; if another has more,
+// it replaces the first.
+void PlaceDatabase::State::check_ambiguity(const Hypothesis& hypothesis,
+                                           LoopCandidate& result) noexcept {
+  const StoredPlace& place = places_[hypothesis.slot];
   const PlanarPose pose = seen_from_above(result.T_match_query);
   const PlanarPose T_session_query = place.T_session_place * pose;
-  // Neighbouring places that put the query at the same spot have the same rivals.
-  const Doubt* same = std::find_if(doubts_.begin(), doubts_.end(), [&](const Doubt& known) {
-    const float dx = known.T_session_query.x - T_session_query.x;
-    const float dy = known.T_session_query.y - T_session_query.y;
-    return known.session == place.id.session && dx * dx + dy * dy < kSameSpot * kSameSpot;
-  });
-  if (same != doubts_.end()) {
-    result.confidence *= same->certainty;
+  // Neighbouring places that put the query at the same position share the outcome.
+  const AmbiguityCheck* same =
+      std::find_if(checks_.begin(), checks_.end(), [&](const AmbiguityCheck& known) {
+        const float dx = known.T_session_query.x - T_session_query.x;
+        const float dy = known.T_session_query.y - T_session_query.y;
+        return known.session == place.id.session &&
+               dx * dx + dy * dy < kSamePosition * kSamePosition;
+      });
+  if (same != checks_.end()) {
+    result.confidence *= same->distinctness;
   } else {
-    Hypothesis rival = shifted_rival(hypothesis, pose);
+    Hypothesis shifted = best_shifted(hypothesis, pose);
     float evidence = consensus(pose, config_.inlier_distance_m);
     LoopCandidate other;
-    if (rival.evidence > evidence && examine(rival, other) &&
+    if (shifted.evidence > evidence && score_pose(shifted, other) &&
         other.confidence > result.confidence) {
       result = other;
-      std::swap(rival.evidence, evidence);
+      std::swap(shifted.evidence, evidence);
     }
-    const float certainty = certainty_of(evidence, rival.evidence);
-    result.confidence *= certainty;
-    doubts_.push_back({place.id.session,
-                       place.T_session_place * seen_from_above(result.T_match_query), certainty});
+    const float distinctness = distinctness_of(evidence, shifted.evidence);
+    result.confidence *= distinctness;
+    checks_.push_back({place.id.session,
+                       place.T_session_place * seen_from_above(result.T_match_query),
+                       distinctness});
   }
 }
 

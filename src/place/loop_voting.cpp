@@ -1,13 +1,13 @@
-// Loop search, first half: from triangles to hypotheses.
+// Loop search, voting: from matched triangles to pose hypotheses.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
-#include "unimapper/place/database.hpp"
+#include "database_state.hpp"
 
 namespace unimapper {
 
-void PlaceDatabase::load_query(const PlaceView& query) noexcept {
+void PlaceDatabase::State::load_query(const PlaceView& query) noexcept {
   keypoints_.clear();
   for (const Keypoint& keypoint : query.keypoints) {
     if (!keypoint.position.allFinite() || !keypoint.normal.allFinite()) continue;
@@ -17,19 +17,19 @@ void PlaceDatabase::load_query(const PlaceView& query) noexcept {
 }
 
 // Triangles of near neighbours come first; where the search would compare more than it may, those
-// of farther ones are left out. (Asking the rarest shapes first finds fewer: what is rare repeats
-// less.)
-void PlaceDatabase::vote(PlaceId query_id, const SearchScope& scope) noexcept {
+// of farther ones are left out. (Searching for the rarest shapes first finds fewer: what is rare is
+// less repeatable.)
+void PlaceDatabase::State::vote(PlaceId query_id, const SearchScope& scope) noexcept {
   votes_.clear();
   std::uint64_t compared = 0;
   for (const Triangle& triangle : triangles_) {
-    compared += table_.crowd(triangle);
+    compared += table_.entries_near(triangle);
     if (compared > config_.max_compared) break;
     table_.find(triangle, [&](const TriangleEntry& entry) {
-      if (!in_scope(places_[entry.place], query_id, scope)) return;
+      if (!in_scope(places_[entry.slot], query_id, scope)) return;
       // The sides make a vote; products of normals that agree make it count more. They do not
       // decide, because at a corner two walls compete for the normal.
-      votes_.add({entry.place,
+      votes_.add({entry.slot,
                   static_cast<std::uint16_t>(entry.heading - triangle.heading),
                   {triangle.center_cm[0], triangle.center_cm[1]},
                   {entry.center_cm[0], entry.center_cm[1]},
@@ -41,12 +41,12 @@ void PlaceDatabase::vote(PlaceId query_id, const SearchScope& scope) noexcept {
 
 // The poses with the most votes, relative to how many triangles the place has: a place with many
 // gathers more by chance.
-void PlaceDatabase::form_hypotheses() noexcept {
+void PlaceDatabase::State::form_hypotheses() noexcept {
   hypotheses_.clear();
   for (const PosePeak& peak : votes_.peaks()) {
-    const auto triangles = static_cast<float>(places_[peak.place].triangles);
+    const auto triangles = static_cast<float>(places_[peak.slot].triangles);
     Hypothesis hypothesis{};
-    hypothesis.place = peak.place;
+    hypothesis.slot = peak.slot;
     hypothesis.votes = peak.support;
     hypothesis.score = static_cast<float>(peak.support) / std::sqrt(triangles + 1.0F);
     hypothesis.pose = peak.T_place_query;
@@ -55,15 +55,15 @@ void PlaceDatabase::form_hypotheses() noexcept {
   const auto better = [this](const Hypothesis& a, const Hypothesis& b) {
     if (a.score != b.score) return a.score > b.score;
     // Two peaks of one place may have as many votes.
-    if (a.place == b.place) return a.pose.x != b.pose.x ? a.pose.x < b.pose.x : a.pose.y < b.pose.y;
-    return comes_before(places_[a.place].id, places_[b.place].id);
+    if (a.slot == b.slot) return a.pose.x != b.pose.x ? a.pose.x < b.pose.x : a.pose.y < b.pose.y;
+    return comes_before(places_[a.slot].id, places_[b.slot].id);
   };
   std::sort(hypotheses_.begin(), hypotheses_.end(), better);
   limit_candidates();
   std::size_t kept = 0;
   for (Hypothesis& hypothesis : hypotheses_) {
-    load_targets(hypothesis.place);
-    improve(hypothesis);
+    load_targets(hypothesis.slot);
+    refine(hypothesis);
     if (pairs_.size() >= config_.min_inliers) hypotheses_[kept++] = hypothesis;
   }
   hypotheses_.resize_uninitialized(kept);
@@ -71,19 +71,19 @@ void PlaceDatabase::form_hypotheses() noexcept {
             [this](const Hypothesis& a, const Hypothesis& b) {
               if (a.evidence != b.evidence) return a.evidence > b.evidence;
               if (a.votes != b.votes) return a.votes > b.votes;
-              return comes_before(places_[a.place].id, places_[b.place].id);
+              return comes_before(places_[a.slot].id, places_[b.slot].id);
             });
 }
 
 // Keeps the first candidates, of each session no more than allowed.
-void PlaceDatabase::limit_candidates() noexcept {
+void PlaceDatabase::State::limit_candidates() noexcept {
   std::size_t kept = 0;
   for (const Hypothesis& candidate : hypotheses_) {
     if (kept == config_.max_candidates) break;
-    const std::uint32_t session = places_[candidate.place].id.session;
+    const std::uint32_t session = places_[candidate.slot].id.session;
     const auto of_session = std::count_if(
         hypotheses_.begin(), hypotheses_.begin() + kept,
-        [&](const Hypothesis& other) { return places_[other.place].id.session == session; });
+        [&](const Hypothesis& other) { return places_[other.slot].id.session == session; });
     if (config_.max_per_session != 0 && of_session >= config_.max_per_session) continue;
     hypotheses_[kept++] = candidate;
   }

@@ -1,27 +1,27 @@
-#include "unimapper/place/plane_overlap.hpp"
+#include "plane_overlap.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "plane_voxels.hpp"
 #include "unimapper/core/cholesky.hpp"
 #include "unimapper/core/symmetric_eigen.hpp"
 #include "unimapper/core/voxel_key.hpp"
-#include "unimapper/place/plane_voxels.hpp"
 
-namespace unimapper {
+namespace unimapper::place {
 namespace {
 
 constexpr float kMinNormalCosine = 0.95F;   // 18 degrees
 constexpr float kMaxPlaneDistance = 0.4F;   // along the normal, metres
 constexpr float kMaxCenterDistance = 2.0F;  // metres
-// Level ground coincides with level ground wherever two robots stand: it says little, so it counts
-// for less than an upright plane.
+// Level ground coincides with level ground wherever two robots are: a level plane counts for less
+// than an upright one.
 constexpr float kLevelWeight = 0.2F;
-// So many planes of each kind are asked, evenly chosen: more do not change a share of them.
-constexpr std::uint32_t kAskedUpright = 192;
-constexpr std::uint32_t kAskedLevel = 96;
-constexpr float kHorizonSlack = 2.0F;  // metres
+// So many planes of each kind are compared, evenly sampled: more do not change their share.
+constexpr std::uint32_t kSampledUpright = 192;
+constexpr std::uint32_t kSampledLevel = 96;
+constexpr float kRangeSlack = 2.0F;  // metres
 constexpr float kSlopeSlack = 0.05F;
 constexpr int kRefinements = 4;
 // An entry of the voxels has 16 bits.
@@ -33,13 +33,13 @@ std::uint32_t sector_of(float x, float y) noexcept {
   if (!(sum > 0.0F)) return 0;
   const float part = y / sum;                                    // -1 .. 1
   const float turn = x >= 0.0F ? (part + 1.0F) : (3.0F - part);  // 0 .. 4
-  const auto sector = static_cast<std::uint32_t>(turn * (Horizon::kSectors / 4.0F));
-  return std::min(sector, Horizon::kSectors - 1);
+  const auto sector = static_cast<std::uint32_t>(turn * (VisibleExtent::kSectors / 4.0F));
+  return std::min(sector, VisibleExtent::kSectors - 1);
 }
 
 }  // namespace
 
-void Horizon::build(std::span<const PlanePatch> planes) noexcept {
+void VisibleExtent::build(std::span<const PlanePatch> planes) noexcept {
   std::fill_n(range_m, kSectors, 0.0F);
   slope_min = 1e9F;
   slope_max = -1e9F;
@@ -54,9 +54,9 @@ void Horizon::build(std::span<const PlanePatch> planes) noexcept {
   }
 }
 
-bool Horizon::sees(const Eigen::Vector3f& position) const noexcept {
+bool VisibleExtent::contains(const Eigen::Vector3f& position) const noexcept {
   const float range = position.head<2>().norm();
-  if (range > range_m[sector_of(position.x(), position.y())] + kHorizonSlack) return false;
+  if (range > range_m[sector_of(position.x(), position.y())] + kRangeSlack) return false;
   if (range < 4.0F) return true;
   const float slope = position.z() / range;
   return slope >= slope_min - kSlopeSlack && slope <= slope_max + kSlopeSlack;
@@ -68,26 +68,27 @@ void PlaneOverlap::allocate(Arena& arena, std::uint32_t max_planes, float voxel_
     side->entries.allocate(arena, std::min(max_planes, kMaxPlanes));
     side->voxels = arena.allocate<std::uint16_t>(kVoxels);
     side->planes = {};
-    side->asked_count = 0;
+    side->sampled_count = 0;
   }
   inverse_size_ = 1.0F / voxel_size_m;
 }
 
-// Which planes of a side are asked: every n-th of each kind.
-void PlaneOverlap::choose_asked(Side& side) noexcept {
+// Chooses the planes of a side to compare: every n-th of each kind.
+void PlaneOverlap::sample_planes(Side& side) noexcept {
   std::uint32_t upright = 0;
   for (const PlanePatch& patch : side.planes) upright += is_upright(patch.normal) ? 1 : 0;
   const auto level = static_cast<std::uint32_t>(side.planes.size()) - upright;
-  side.asked_count = 0;
-  std::uint32_t share[2] = {0, 0};  // grows by what is wanted with every plane
+  side.sampled_count = 0;
+  std::uint32_t share[2] = {0, 0};  // grows by `wanted` with every plane
   const std::uint32_t count[2] = {level, upright};
-  const std::uint32_t wanted[2] = {std::min(level, kAskedLevel), std::min(upright, kAskedUpright)};
+  const std::uint32_t wanted[2] = {std::min(level, kSampledLevel),
+                                   std::min(upright, kSampledUpright)};
   for (std::uint32_t i = 0; i < side.planes.size(); ++i) {
     const int kind = is_upright(side.planes[i].normal) ? 1 : 0;
     share[kind] += wanted[kind];
     if (share[kind] < count[kind]) continue;
     share[kind] -= count[kind];
-    side.asked[side.asked_count++] = i;
+    side.sampled[side.sampled_count++] = i;
   }
   side.weight[0] =
       wanted[0] == 0 ? 0.0F : static_cast<float>(count[0]) / static_cast<float>(wanted[0]);
@@ -100,14 +101,14 @@ void PlaneOverlap::fill(Side& side, std::span<const PlanePatch> planes) noexcept
   side.entries.clear();
   // Without memory there is room for none.
   side.planes = planes.first(std::min(planes.size(), side.entries.capacity()));
-  side.horizon.build(side.planes);
+  side.extent.build(side.planes);
   for (std::uint32_t i = 0; i < side.planes.size(); ++i) {
     const std::uint32_t entry = entry_of(voxel_index(side.planes[i].center, inverse_size_));
     if (side.voxels[entry] != 0) continue;
     side.voxels[entry] = static_cast<std::uint16_t>(i + 1);
     side.entries.push_back(entry);
   }
-  choose_asked(side);
+  sample_planes(side);
 }
 
 void PlaneOverlap::set_query(std::span<const PlanePatch> planes) noexcept { fill(query_, planes); }
@@ -142,10 +143,10 @@ OverlapResult PlaneOverlap::compare(const Pose& T_match_query) const noexcept {
   const auto count = [&](const Side& from, const Side& to, const Pose& pose) {
     const Eigen::Matrix3f rotation = pose.rotation.cast<float>();
     const Eigen::Vector3f shift = pose.translation.cast<float>();
-    for (std::uint32_t k = 0; k < from.asked_count; ++k) {
-      const PlanePatch& patch = from.planes[from.asked[k]];
+    for (std::uint32_t k = 0; k < from.sampled_count; ++k) {
+      const PlanePatch& patch = from.planes[from.sampled[k]];
       const Eigen::Vector3f center = rotation * patch.center + shift;
-      if (!to.horizon.sees(center)) continue;
+      if (!to.extent.contains(center)) continue;
       const Eigen::Vector3f normal = rotation * patch.normal;
       const int kind = is_upright(normal) ? 1 : 0;
       visible[kind] += from.weight[kind];
@@ -170,15 +171,15 @@ Pose PlaneOverlap::refine(const Pose& T_match_query) const noexcept {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   Pose pose = T_match_query;
   for (int iteration = 0; iteration < kRefinements; ++iteration) {
-    // A weak pull to where we are keeps directions the planes do not determine from drifting.
+    // A weak prior on the current pose keeps directions the planes do not determine from drifting.
     Matrix6 hessian = Matrix6::Identity();
     hessian.topLeftCorner<3, 3>() *= 100.0;
     Vector6 gradient = Vector6::Zero();
     const Eigen::Matrix3f rotation = pose.rotation.cast<float>();
     const Eigen::Vector3f shift = pose.translation.cast<float>();
     std::uint32_t pairs = 0;
-    for (std::uint32_t k = 0; k < query_.asked_count; ++k) {
-      const PlanePatch& patch = query_.planes[query_.asked[k]];
+    for (std::uint32_t k = 0; k < query_.sampled_count; ++k) {
+      const PlanePatch& patch = query_.planes[query_.sampled[k]];
       const Eigen::Vector3f center = rotation * patch.center + shift;
       const Eigen::Vector3f normal = rotation * patch.normal;
       const PlanePatch* other = counterpart(match_, center, normal);
@@ -208,4 +209,4 @@ Pose PlaneOverlap::refine(const Pose& T_match_query) const noexcept {
   return pose;
 }
 
-}  // namespace unimapper
+}  // namespace unimapper::place

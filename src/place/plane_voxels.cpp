@@ -1,19 +1,19 @@
-#include "unimapper/place/plane_voxels.hpp"
+#include "plane_voxels.hpp"
 
 #include <algorithm>
 #include <cmath>
 
+#include "cell_steps.hpp"
 #include "unimapper/core/symmetric_eigen.hpp"
 #include "unimapper/core/voxel_key.hpp"
-#include "unimapper/place/cell_steps.hpp"
 
-namespace unimapper {
+namespace unimapper::place {
 namespace {
 
-// A plane spreads in two directions: the smaller spread is at least this share of the larger,
-// otherwise it is a pole or a wire whose normal would be arbitrary.
+// A plane extends in two directions: the middle eigenvalue is at least this share of the largest,
+// otherwise the voxel is linear (a pole, a wire) and its normal would be arbitrary.
 constexpr double kMinSpreadRatio = 0.05;
-// ... and the thickness at most this share of the smaller spread, otherwise it is a lump.
+// ... and the smallest at most this share of the middle one, otherwise the voxel is not planar.
 constexpr double kMaxFlatRatio = 0.25;
 // Moments are in 1/512 of a voxel's size.
 constexpr std::int32_t kStepBits = 9;
@@ -22,7 +22,7 @@ constexpr float kSteps = 512.0F;
 constexpr std::int32_t kOrigin = 512;
 constexpr float kOriginVoxels = 512.0F;
 
-// A total order on patches, so that selection does not depend on how they were found.
+// A total order on patches, so that selection does not depend on the order they were found in.
 bool comes_first(const PlanePatch& a, const PlanePatch& b) noexcept {
   if (is_upright(a.normal) != is_upright(b.normal)) return is_upright(a.normal);
   const float da = a.center.squaredNorm();
@@ -73,7 +73,7 @@ void PlaneVoxels::collect(std::span<const FineCell> structure) noexcept {
     run.product[3] += y * y;
     run.product[4] += y * z;
     run.product[5] += z * z;
-    // A voxel takes no more, and no sum may overflow before it says so.
+    // A voxel takes no more, and no sum may overflow before that is checked.
     if (run.count == kMaxCells) {
       add(current, run, recent);
       run = {};
@@ -115,8 +115,8 @@ bool PlaneVoxels::fit(const Moments& moments, std::uint64_t key, PlanePatch& pat
     }
   }
   covariance *= step_m * step_m;
-  // Most voxels that are no plane are lumps. The smallest eigenvalue is the determinant over the
-  // product of the others, which is at most a quarter of the trace squared.
+  // Most non-planar voxels extend in all directions. The smallest eigenvalue is the determinant
+  // over the product of the others, which is at most a quarter of the trace squared.
   const double half_trace = 0.5 * covariance.trace();
   const auto max_variance = static_cast<double>(config_.plane_max_variance_m2);
   if (!(covariance.determinant() < max_variance * half_trace * half_trace)) return false;
@@ -186,4 +186,4 @@ Eigen::Vector3f PlaneVoxels::bordering_normal(const Eigen::Vector3f& position) c
   return best == nullptr ? Eigen::Vector3f(Eigen::Vector3f::UnitZ()) : best->normal;
 }
 
-}  // namespace unimapper
+}  // namespace unimapper::place

@@ -1,12 +1,12 @@
-#include "unimapper/place/structure_map.hpp"
+#include "structure_map.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
-#include "unimapper/place/cell_steps.hpp"
+#include "cell_steps.hpp"
 
-namespace unimapper {
+namespace unimapper::place {
 namespace {
 
 // A cell's weight in fixed point: integer sums do not depend on the cells' order.
@@ -25,7 +25,7 @@ void make_kernel(float sigma_m, float step_m, SmoothingKernel& kernel) noexcept 
     for (std::int32_t k = n; k > 0; --k) weights[k] = 0.5F * (weights[k] + weights[k - 1]);
     weights[0] *= 0.5F;
   }
-  // The tails beyond three standard deviations carry nothing.
+  // The tails beyond three standard deviations are negligible.
   const auto wanted = static_cast<std::int32_t>(std::ceil(3.0F * std::sqrt(variance)));
   kernel.radius = std::min({passes, wanted, SmoothingKernel::kMaxRadius});
   for (std::int32_t k = 0; k <= kernel.radius; ++k) kernel.weight[k] = weights[passes + k];
@@ -82,7 +82,7 @@ void StructureMap::build(std::span<const FineCell> structure, const LocalGround&
   corners_.reset_refused();
   if (width_ == 0) return;
   clear_last();
-  splat(structure, ground);
+  accumulate(structure, ground);
   mark_reach();
   gradients();
   smooth(xx_);
@@ -114,7 +114,8 @@ void StructureMap::clear_last() noexcept {
   std::fill_n(occupied_, width_ * blocks_, std::uint8_t{0});
 }
 
-void StructureMap::splat(std::span<const FineCell> structure, const LocalGround& ground) noexcept {
+void StructureMap::accumulate(std::span<const FineCell> structure,
+                              const LocalGround& ground) noexcept {
   // Columns are centred on the nodes of the grid; a cell is spread by sixteenths of a column.
   const float per_m = static_cast<float>(kParts) / config_.column_size_m;
   const CellSteps grid(per_m, half_extent_m_ * per_m);
@@ -141,8 +142,8 @@ void StructureMap::splat(std::span<const FineCell> structure, const LocalGround&
 }
 
 // Structure is spread over two columns and two rows, and gradients reach one farther. Kernels reach
-// farther still, but where no structure is near, no corner is looked for; sideways a block gives
-// them the room they need.
+// farther still, but no corner is searched for where no structure is near; sideways a block is wide
+// enough for them.
 void StructureMap::mark_reach() noexcept {
   std::fill_n(reach_, width_ * blocks_, std::uint8_t{0});
   static_assert(kBlock > SmoothingKernel::kMaxRadius + 1);
@@ -162,7 +163,7 @@ void StructureMap::mark_reach() noexcept {
 
 // The map enters as it is, neither smoothed nor compressed: smoothing moves corners (repeatability
 // 0.35 -> 0.44 without), and any compression of tall structure (root, logarithm) moves the corner
-// of two walls into the room between them.
+// of two walls into the space between them.
 void StructureMap::gradients() noexcept {
   const std::int32_t w = width_;
   for_each_block([&](std::int32_t first) {
@@ -190,24 +191,24 @@ void StructureMap::smooth(float* field) noexcept {
 // The harmonic mean of the structure tensor's eigenvalues: zero along a straight wall, whatever
 // its height, and large where the map changes in every direction.
 void StructureMap::corner_response() noexcept {
-  constexpr float kQuiet = 1e-6F;
+  constexpr float kEpsilon = 1e-6F;
   for_each_block([&](std::int32_t first) {
     for (std::int32_t i = first; i < first + kBlock; ++i) {
       const float determinant = xx_[i] * yy_[i] - xy_[i] * xy_[i];
-      xx_[i] = std::max(0.0F, determinant) / (xx_[i] + yy_[i] + kQuiet);
+      xx_[i] = std::max(0.0F, determinant) / (xx_[i] + yy_[i] + kEpsilon);
     }
   });
 }
 
 void StructureMap::find_corners() noexcept {
   const std::int32_t w = width_;
-  constexpr float kSilence = 1e-4F;
+  constexpr float kMinResponse = 1e-4F;
   for_each_block([&](std::int32_t first) {
     for (std::int32_t i = first; i < first + kBlock; ++i) {
       const float* at = xx_ + i;
       const float r = at[0];
       // Strict on one side only, so that of two equal neighbours exactly one is the maximum.
-      if (r <= kSilence || r <= at[-1] || r < at[1] || r <= at[-w] || r < at[w] ||
+      if (r <= kMinResponse || r <= at[-1] || r < at[1] || r <= at[-w] || r < at[w] ||
           r <= at[-w - 1] || r <= at[-w + 1] || r < at[w - 1] || r < at[w + 1]) {
         continue;
       }
@@ -248,4 +249,4 @@ std::uint64_t StructureMap::occupancy(float x, float y) const noexcept {
   return mask;
 }
 
-}  // namespace unimapper
+}  // namespace unimapper::place

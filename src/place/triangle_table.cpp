@@ -1,16 +1,16 @@
-#include "unimapper/place/triangle_table.hpp"
+#include "triangle_table.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstring>
 
-namespace unimapper {
+namespace unimapper::place {
 namespace {
 
 // With more triangles than these, cells are as wide as the tolerance is on one side: up to 27 then
-// hold what 8 did, but less than half as much in vain. With few, more cells would cost more than
-// they spare.
+// hold what 8 did, with less than half as many out of tolerance. With few, visiting more cells
+// costs more than it saves.
 constexpr std::size_t kManyTriangles = 1U << 22U;
 
 // An entry's number has 32 bits.
@@ -80,7 +80,7 @@ void TriangleTable::allocate(Arena& arena, const LoopSearchConfig& config) noexc
       static_cast<std::int32_t>(config.dot_tolerance * static_cast<float>(kLargestDot) + 0.5F);
 }
 
-bool TriangleTable::insert(const Triangle& triangle, std::uint32_t place) noexcept {
+bool TriangleTable::insert(const Triangle& triangle, std::uint32_t slot) noexcept {
   if (block_count_ == 0) return false;
   const std::uint64_t cell = cell_of(triangle);
   const std::uint32_t bucket = bucket_of(cell);
@@ -102,13 +102,13 @@ bool TriangleTable::insert(const Triangle& triangle, std::uint32_t place) noexce
     blocks_[fresh].count = 0;
     heads_[bucket] = with_room = fresh;
   }
-  put(with_room, blocks_[with_room].count++, triangle, place);
+  store(with_room, blocks_[with_room].count++, triangle, slot);
   ++stored_[bucket];
   return true;
 }
 
-void TriangleTable::put(std::uint32_t block, std::uint32_t at, const Triangle& triangle,
-                        std::uint32_t place) noexcept {
+void TriangleTable::store(std::uint32_t block, std::uint32_t at, const Triangle& triangle,
+                          std::uint32_t slot) noexcept {
   Entry& entry = entries_[block * kBlock + at];
   for (int i = 0; i < 3; ++i) {
     blocks_[block].side_cm[i][at] = static_cast<std::uint8_t>(triangle.side_cm[i] % cell_cm_);
@@ -119,16 +119,16 @@ void TriangleTable::put(std::uint32_t block, std::uint32_t at, const Triangle& t
     const std::uint32_t dot = triangle.dot[k] >> (8 - kDotBits);
     entry.dots = static_cast<std::uint16_t>(entry.dots | (dot << (kDotBits * k)));
   }
-  entry.place = place;
+  entry.slot = slot;
   entry.heading = triangle.heading;
   entry.center_cm[0] = triangle.center_cm[0];
   entry.center_cm[1] = triangle.center_cm[1];
 }
 
 bool TriangleTable::holds(std::uint32_t block, std::uint32_t at, const Triangle& triangle,
-                          std::uint32_t place) const noexcept {
+                          std::uint32_t slot) const noexcept {
   const Entry& entry = entries_[block * kBlock + at];
-  bool same = entry.place == place && entry.heading == triangle.heading &&
+  bool same = entry.slot == slot && entry.heading == triangle.heading &&
               entry.center_cm[0] == triangle.center_cm[0] &&
               entry.center_cm[1] == triangle.center_cm[1];
   for (int k = 0; k < 3; ++k) {
@@ -137,7 +137,7 @@ bool TriangleTable::holds(std::uint32_t block, std::uint32_t at, const Triangle&
   return same;
 }
 
-void TriangleTable::remove(const Triangle& triangle, std::uint32_t place) noexcept {
+void TriangleTable::remove(const Triangle& triangle, std::uint32_t slot) noexcept {
   if (block_count_ == 0) return;
   const std::uint64_t cell = cell_of(triangle);
   const std::uint32_t bucket = bucket_of(cell);
@@ -152,7 +152,7 @@ void TriangleTable::remove(const Triangle& triangle, std::uint32_t place) noexce
       before_newest = before;
     }
     for (std::uint32_t i = 0; i < blocks_[at].count; ++i) {
-      if (!holds(at, i, triangle, place)) continue;
+      if (!holds(at, i, triangle, slot)) continue;
       move(newest, --blocks_[newest].count, at, i);
       --stored_[bucket];
       if (blocks_[newest].count > 0) return;
@@ -185,4 +185,4 @@ std::uint32_t TriangleTable::matches(const Block& block, const Window& window,
   return one_bit_each(Bytes(equal)) & ((1U << block.count) - 1U);
 }
 
-}  // namespace unimapper
+}  // namespace unimapper::place

@@ -1,14 +1,14 @@
-#include "unimapper/place/triangles.hpp"
+#include "triangles.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 
+#include "column_code.hpp"
 #include "unimapper/core/angles.hpp"
 #include "unimapper/core/voxel_key.hpp"
-#include "unimapper/place/column_code.hpp"
 
-namespace unimapper {
+namespace unimapper::place {
 namespace {
 
 constexpr std::uint32_t kMaxKeypoints = 255;
@@ -30,7 +30,7 @@ float squared_distance(const Keypoint& a, const Keypoint& b) noexcept {
 }
 
 // Only neighbours far enough away to be a side are counted: larger triangles are rarer, so more
-// telling, and their headings more certain.
+// distinctive, and their headings more accurate.
 void find_neighbours(std::span<const Keypoint> keypoints, const TriangleConfig& config,
                      Neighbourhood& result) noexcept {
   const std::uint32_t wanted = std::min(config.neighbours, kMaxNeighbours);
@@ -67,9 +67,9 @@ void find_neighbours(std::span<const Keypoint> keypoints, const TriangleConfig& 
   }
 }
 
-// True if a vertex of smaller index makes this triangle.
-bool made_by_earlier(const Neighbourhood& near, std::uint32_t i, std::uint32_t j,
-                     std::uint32_t k) noexcept {
+// True if a vertex of smaller index forms this triangle.
+bool formed_by_earlier(const Neighbourhood& near, std::uint32_t i, std::uint32_t j,
+                       std::uint32_t k) noexcept {
   return (j < i && near.contains(j, i) && near.contains(j, k)) ||
          (k < i && near.contains(k, i) && near.contains(k, j));
 }
@@ -90,7 +90,7 @@ std::int16_t center_step(float metres) noexcept {
   return static_cast<std::int16_t>(floor_to_int(bounded + 0.5F));
 }
 
-// Sorts the sides and fills the attributes; false if the triangle is unfit.
+// Sorts the sides and fills the attributes; false if the triangle is refused.
 bool make_triangle(std::span<const Keypoint> points, const TriangleConfig& config,
                    const std::uint32_t (&corner)[3], Triangle& out) noexcept {
   struct Side {
@@ -146,7 +146,7 @@ void build_triangles(std::span<const Keypoint> keypoints, const TriangleConfig& 
   Neighbourhood near;
   find_neighbours(keypoints, config, near);
   // Near neighbours of all keypoints before farther ones of any: wherever the list is cut, what
-  // remains covers the whole place.
+  // remains covers the whole keyframe.
   for (std::uint32_t second = 1; second < kMaxNeighbours; ++second) {
     for (std::uint32_t first = 0; first < second; ++first) {
       for (std::uint32_t i = 0; i < keypoints.size(); ++i) {
@@ -154,7 +154,7 @@ void build_triangles(std::span<const Keypoint> keypoints, const TriangleConfig& 
         const std::uint32_t j = near.list[i][first];
         const std::uint32_t k = near.list[i][second];
         Triangle triangle;
-        if (made_by_earlier(near, i, j, k)) continue;
+        if (formed_by_earlier(near, i, j, k)) continue;
         if (!make_triangle(keypoints, config, {i, j, k}, triangle)) continue;
         if (!out.push_back(triangle)) return;
       }
@@ -162,4 +162,4 @@ void build_triangles(std::span<const Keypoint> keypoints, const TriangleConfig& 
   }
 }
 
-}  // namespace unimapper
+}  // namespace unimapper::place

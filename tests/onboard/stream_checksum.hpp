@@ -8,8 +8,8 @@
 #include <memory>
 #include <vector>
 
+#include "src/place/triangles.hpp"
 #include "unimapper/onboard/pipeline.hpp"
-#include "unimapper/place/triangles.hpp"
 
 namespace unimapper::test {
 
@@ -137,9 +137,9 @@ class StreamChecksum {
       part(StreamPart::kPlanes).add_matrix(plane.center);
       part(StreamPart::kPlanes).add_matrix(plane.normal);
     }
-    build_triangles(place.keypoints, triangle_config_, triangles_);
+    place::build_triangles(place.keypoints, triangle_config_, triangles_);
     triangles += triangles_.size();
-    for (const Triangle& triangle : triangles_) {
+    for (const place::Triangle& triangle : triangles_) {
       Fnv1a& sum = part(StreamPart::kTriangles);
       sum.add(triangle.side_cm);
       sum.add(triangle.vertex);
@@ -181,7 +181,7 @@ class StreamChecksum {
   TriangleConfig triangle_config_;
   std::vector<PointLabel> labels_;
   std::unique_ptr<std::byte, Free> block_;
-  FixedVector<Triangle> triangles_;
+  FixedVector<place::Triangle> triangles_;
   std::array<Fnv1a, kStreamParts> parts_;
 };
 

@@ -152,10 +152,10 @@ TEST_CASE("a full database forgets what another place stands in for, and keeps w
   database->insert(describe(50, here).view(), {1, 0}, standing_at(-500, 0, 0, 0));
   database->insert(describe(51, here).view(), {1, 1}, standing_at(0, 0, 0, 0));
   database->insert(describe(52, here).view(), {1, 2}, standing_at(2, 0, 0, 0));
-  CHECK(database->forgotten() == 0);
+  CHECK(database->evicted() == 0);
   database->insert(describe(53, here).view(), {1, 3}, standing_at(60, 0, 0, 0));
   CHECK(database->size() == 3);
-  CHECK(database->forgotten() == 1);
+  CHECK(database->evicted() == 1);
   CHECK(knows(50));  // the oldest, but the only one there
   CHECK_FALSE(knows(51));
   CHECK(knows(52));
@@ -164,7 +164,7 @@ TEST_CASE("a full database forgets what another place stands in for, and keeps w
   for (std::uint32_t i = 0; i < 12; ++i) {
     database->insert(describe(54 + i % 3, here).view(), {1, 4 + i}, standing_at(60, 0, 0, 0));
   }
-  CHECK(database->forgotten() == 13);
+  CHECK(database->evicted() == 13);
   CHECK(knows(50));
   CHECK(knows(56));
   CHECK(database->dropped() == 0);

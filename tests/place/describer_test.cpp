@@ -76,9 +76,9 @@ void require_sound(const Description& description) {
 }
 
 void shuffle(std::vector<FineCell>& cells, std::uint64_t seed) {
-  Dice dice(seed);
+  Random random(seed);
   for (std::size_t i = cells.size(); i > 1; --i) {
-    const auto j = static_cast<std::size_t>(dice.roll() * static_cast<double>(i));
+    const auto j = static_cast<std::size_t>(random.uniform() * static_cast<double>(i));
     std::swap(cells[i - 1], cells[j]);
   }
 }

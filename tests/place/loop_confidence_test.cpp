@@ -1,9 +1,10 @@
 // Scores and probabilities.
-#include "unimapper/place/loop_confidence.hpp"
+#include "src/place/loop_confidence.hpp"
 
 #include <catch2/catch.hpp>
 
 using namespace unimapper;
+using namespace unimapper::place;
 
 TEST_CASE("a better score is worth more, from never to always") {
   CHECK(probability_of(0.0F) == 0.0F);

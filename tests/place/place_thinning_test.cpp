@@ -1,5 +1,5 @@
 // What a full database forgets.
-#include "unimapper/place/place_thinning.hpp"
+#include "src/place/place_thinning.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -11,8 +11,9 @@
 namespace {
 
 using namespace unimapper;
-using test::Dice;
+using namespace unimapper::place;
 using test::Laid;
+using test::Random;
 using test::standing_at;
 
 struct Capacity {
@@ -67,10 +68,10 @@ TEST_CASE("a street driven again and again keeps its length, and rare places sta
     at[slot] = x;
   };
   insert(-1000);
-  Dice dice(1);
+  Random random(1);
   // Thirty rounds of 300 m, a keyframe every seven metres: 1300 places.
   for (int round = 0; round < 30; ++round) {
-    for (double x = 0; x < 300; x += 7) insert(x + dice.roll(-1, 1));
+    for (double x = 0; x < 300; x += 7) insert(x + random.uniform(-1, 1));
   }
   std::sort(at.begin(), at.end());
   CHECK(at[0] == -1000);

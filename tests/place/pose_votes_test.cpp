@@ -1,5 +1,5 @@
 // Which poses many votes agree on, among more that are chance.
-#include "unimapper/place/pose_votes.hpp"
+#include "src/place/pose_votes.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -10,8 +10,9 @@
 namespace {
 
 using namespace unimapper;
-using test::Dice;
+using namespace unimapper::place;
 using test::Laid;
+using test::Random;
 
 constexpr double kTurn = 2.0 * 3.14159265358979323846;
 
@@ -23,21 +24,23 @@ LoopSearchConfig small() {
 }
 
 // A triangle at (x, y) in the query's frame that votes for a pose, with a little noise.
-PoseVote vote(std::uint32_t place, double yaw, double x, double y, Dice& dice, double noise = 0.1) {
-  const double qx = dice.roll(-30, 30);
-  const double qy = dice.roll(-30, 30);
-  const double turned = yaw + dice.roll(-noise, noise) * 0.1;
-  const double sx = std::cos(yaw) * qx - std::sin(yaw) * qy + x + dice.roll(-noise, noise);
-  const double sy = std::sin(yaw) * qx + std::cos(yaw) * qy + y + dice.roll(-noise, noise);
+PoseVote vote(std::uint32_t slot, double yaw, double x, double y, Random& random,
+              double noise = 0.1) {
+  const double qx = random.uniform(-30, 30);
+  const double qy = random.uniform(-30, 30);
+  const double turned = yaw + random.uniform(-noise, noise) * 0.1;
+  const double sx = std::cos(yaw) * qx - std::sin(yaw) * qy + x + random.uniform(-noise, noise);
+  const double sy = std::sin(yaw) * qx + std::cos(yaw) * qy + y + random.uniform(-noise, noise);
   const auto cm = [](double metres) {
     return static_cast<std::int16_t>(std::lround(metres * 100));
   };
   const auto turn = static_cast<std::uint16_t>(static_cast<std::int64_t>(turned / kTurn * 65536.0));
-  return {place, turn, {cm(qx), cm(qy)}, {cm(sx), cm(sy)}, 2};
+  return {slot, turn, {cm(qx), cm(qy)}, {cm(sx), cm(sy)}, 2};
 }
 
-PoseVote chance(std::uint32_t place, Dice& dice) {
-  return vote(place, dice.roll(0, kTurn), dice.roll(-60, 60), dice.roll(-60, 60), dice);
+PoseVote chance(std::uint32_t slot, Random& random) {
+  return vote(slot, random.uniform(0, kTurn), random.uniform(-60, 60), random.uniform(-60, 60),
+              random);
 }
 
 const PosePeak* strongest(std::span<const PosePeak> peaks) {
@@ -52,13 +55,13 @@ const PosePeak* strongest(std::span<const PosePeak> peaks) {
 TEST_CASE("a pose that eight votes agree on stands out among three thousand") {
   Laid<PoseVotes> votes(small());
   for (const double yaw : {0.3, 2.0, 3.1, 4.7, 6.2}) {
-    Dice dice(static_cast<std::uint64_t>(yaw * 10));
+    Random random(static_cast<std::uint64_t>(yaw * 10));
     votes->clear();
-    for (int i = 0; i < 3000; ++i) votes->add(chance(static_cast<std::uint32_t>(i % 100), dice));
-    for (int i = 0; i < 8; ++i) votes->add(vote(42, yaw, 11.8, -24.1, dice));
+    for (int i = 0; i < 3000; ++i) votes->add(chance(static_cast<std::uint32_t>(i % 100), random));
+    for (int i = 0; i < 8; ++i) votes->add(vote(42, yaw, 11.8, -24.1, random));
     const PosePeak* peak = strongest(votes->peaks());
     REQUIRE(peak != nullptr);
-    CHECK(peak->place == 42);
+    CHECK(peak->slot == 42);
     CHECK(peak->support >= 14);
     CHECK(peak->T_place_query.x == Approx(11.8).margin(0.5));
     CHECK(peak->T_place_query.y == Approx(-24.1).margin(0.5));
@@ -69,9 +72,9 @@ TEST_CASE("a pose that eight votes agree on stands out among three thousand") {
 
 TEST_CASE("a place may have two peaks: two spots that look alike") {
   Laid<PoseVotes> votes(small());
-  Dice dice(3);
-  for (int i = 0; i < 9; ++i) votes->add(vote(7, 1.0, 5, 5, dice));
-  for (int i = 0; i < 6; ++i) votes->add(vote(7, 1.0, 17, 5, dice));
+  Random random(3);
+  for (int i = 0; i < 9; ++i) votes->add(vote(7, 1.0, 5, 5, random));
+  for (int i = 0; i < 6; ++i) votes->add(vote(7, 1.0, 17, 5, random));
   const auto peaks = votes->peaks();
   REQUIRE(peaks.size() == 2);
   CHECK(peaks[0].support == 18);
@@ -83,11 +86,11 @@ TEST_CASE("a place may have two peaks: two spots that look alike") {
 TEST_CASE("votes that stand alone make no peak, and clearing forgets everything") {
   Laid<PoseVotes> votes(small());
   CHECK(votes->peaks().empty());
-  Dice dice(4);
-  votes->add(vote(7, 1.0, 5, 5, dice));
-  votes->add(vote(8, 1.0, 5, 5, dice));
+  Random random(4);
+  votes->add(vote(7, 1.0, 5, 5, random));
+  votes->add(vote(8, 1.0, 5, 5, random));
   CHECK(votes->peaks().empty());
-  votes->add(vote(7, 1.0, 5, 5, dice));
+  votes->add(vote(7, 1.0, 5, 5, random));
   CHECK(votes->peaks().size() == 1);
   votes->clear();
   CHECK(votes->peaks().empty());
@@ -98,9 +101,9 @@ TEST_CASE("more votes than there is room for are counted, and the same votes giv
   config.max_matches = 64;
   Laid<PoseVotes> votes(config);
   for (int round = 0; round < 2; ++round) {
-    Dice dice(5);
+    Random random(5);
     votes->clear();
-    for (int i = 0; i < 100; ++i) votes->add(vote(7, 1.0, 5, 5, dice));
+    for (int i = 0; i < 100; ++i) votes->add(vote(7, 1.0, 5, 5, random));
     CHECK(votes->refused() == 36);
     const auto peaks = votes->peaks();
     REQUIRE(peaks.size() == 1);
@@ -110,9 +113,9 @@ TEST_CASE("more votes than there is room for are counted, and the same votes giv
 
 TEST_CASE("everything in one spot costs no more than its share") {
   Laid<PoseVotes> votes(small());
-  Dice dice(6);
+  Random random(6);
   for (int i = 0; i < 4096; ++i)
-    votes->add(vote(static_cast<std::uint32_t>(i % 3), 1.0, 5, 5, dice));
+    votes->add(vote(static_cast<std::uint32_t>(i % 3), 1.0, 5, 5, random));
   const auto peaks = votes->peaks();
   REQUIRE(peaks.size() == 3);
   // Only so many votes of a place are examined.

@@ -7,11 +7,6 @@
 
 namespace unimapper::test {
 
-double Dice::roll() {
-  state_ += 0x9E3779B97F4A7C15ULL;
-  return static_cast<double>(mix_bits(state_) >> 11U) / 9007199254740992.0;
-}
-
 namespace {
 
 void add_block(std::vector<Surface>& surfaces, const Eigen::Vector2d& center, double yaw,
@@ -30,23 +25,23 @@ void add_block(std::vector<Surface>& surfaces, const Eigen::Vector2d& center, do
 }  // namespace
 
 std::vector<Surface> make_place(std::uint64_t seed) {
-  Dice dice(seed);
+  Random random(seed);
   std::vector<Surface> surfaces;
   surfaces.push_back({{-70, -70, 0}, {140, 0, 0}, {0, 140, 0}, true});
   for (int i = 0; i < 16; ++i) {
-    const double bearing = dice.roll(0.0, 6.28);
-    const double distance = dice.roll(12.0, 45.0);
+    const double bearing = random.uniform(0.0, 6.28);
+    const double distance = random.uniform(12.0, 45.0);
     const Eigen::Vector2d center(distance * std::cos(bearing), distance * std::sin(bearing));
-    const double yaw = dice.roll(0.0, 1.57);
-    const double length = dice.roll(4.0, 14.0);
-    const double width = dice.roll(3.0, 8.0);
-    add_block(surfaces, center, yaw, length, width, dice.roll(2.5, 8.0));
+    const double yaw = random.uniform(0.0, 1.57);
+    const double length = random.uniform(4.0, 14.0);
+    const double width = random.uniform(3.0, 8.0);
+    add_block(surfaces, center, yaw, length, width, random.uniform(2.5, 8.0));
   }
   for (int i = 0; i < 24; ++i) {
-    const double bearing = dice.roll(0.0, 6.28);
-    const double distance = dice.roll(6.0, 45.0);
+    const double bearing = random.uniform(0.0, 6.28);
+    const double distance = random.uniform(6.0, 45.0);
     const Eigen::Vector2d center(distance * std::cos(bearing), distance * std::sin(bearing));
-    add_block(surfaces, center, 0.0, 0.25, 0.25, dice.roll(2.0, 6.0));
+    add_block(surfaces, center, 0.0, 0.25, 0.25, random.uniform(2.0, 6.0));
   }
   return surfaces;
 }
@@ -74,7 +69,7 @@ std::vector<FineCell> observe(const std::vector<Surface>& surfaces, const Pose& 
     int points = 0;
     bool ground = false;
   };
-  Dice dice(view.noise_seed);
+  Random random(view.noise_seed);
   std::map<std::uint64_t, Sum> cells;
   const Pose T_level_world = level_frame(T_world_sensor).inverse();
   for (const Surface& surface : surfaces) {
@@ -84,12 +79,12 @@ std::vector<FineCell> observe(const std::vector<Surface>& surfaces, const Pose& 
     const int rows = std::max(1, static_cast<int>(surface.up.norm() / spacing));
     for (int i = 0; i < columns; ++i) {
       for (int j = 0; j < rows; ++j) {
-        const double a = (i + dice.roll()) / columns;
-        const double b = (j + dice.roll()) / rows;
+        const double a = (i + random.uniform()) / columns;
+        const double b = (j + random.uniform()) / rows;
         // One by one: compilers for different processors evaluate arguments in different orders.
-        const double noise_z = dice.roll(-1, 1);
-        const double noise_y = dice.roll(-1, 1);
-        const double noise_x = dice.roll(-1, 1);
+        const double noise_z = random.uniform(-1, 1);
+        const double noise_y = random.uniform(-1, 1);
+        const double noise_x = random.uniform(-1, 1);
         const Eigen::Vector3d noise(noise_x, noise_y, noise_z);
         const Eigen::Vector3d p =
             surface.corner + a * surface.along + b * surface.up + view.noise_m * noise;

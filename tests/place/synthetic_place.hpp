@@ -4,22 +4,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "tests/random.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/pose.hpp"
 
 namespace unimapper::test {
-
-/// Uniform in [0, 1), the same on every machine.
-class Dice {
- public:
-  explicit Dice(std::uint64_t seed) : state_(seed) {}
-  double roll();
-  double roll(double low, double high) { return low + (high - low) * roll(); }
-
- private:
-  std::uint64_t state_;
-};
 
 struct Surface {
   Eigen::Vector3d corner, along, up;  ///< a rectangle: corner + [0,1] along + [0,1] up

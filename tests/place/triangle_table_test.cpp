@@ -1,5 +1,5 @@
 // The hash table of triangles.
-#include "unimapper/place/triangle_table.hpp"
+#include "src/place/triangle_table.hpp"
 
 #include <catch2/catch.hpp>
 #include <set>
@@ -10,8 +10,9 @@
 namespace {
 
 using namespace unimapper;
-using test::Dice;
+using namespace unimapper::place;
 using test::Laid;
+using test::Random;
 
 Triangle triangle(int a, int b, int c, int seed = 0) {
   Triangle t{};
@@ -24,10 +25,10 @@ Triangle triangle(int a, int b, int c, int seed = 0) {
   return t;
 }
 
-std::multiset<int> places_found(const TriangleTable& table, const Triangle& query) {
+std::multiset<int> slots_found(const TriangleTable& table, const Triangle& query) {
   std::multiset<int> result;
   table.find(query,
-             [&](const TriangleEntry& entry) { result.insert(static_cast<int>(entry.place)); });
+             [&](const TriangleEntry& entry) { result.insert(static_cast<int>(entry.slot)); });
   return result;
 }
 
@@ -57,12 +58,12 @@ TEST_CASE("a triangle is found within the tolerance on either side and not beyon
       int s[3] = {500, 800, 1000};
       s[side] += offset;
       INFO("side " << side << " offset " << offset);
-      CHECK(places_found(*table, triangle(s[0], s[1], s[2])).count(7) == 1);
+      CHECK(slots_found(*table, triangle(s[0], s[1], s[2])).count(7) == 1);
     }
     for (const int offset : {-tolerance - 1, tolerance + 1}) {
       int s[3] = {500, 800, 1000};
       s[side] += offset;
-      CHECK(places_found(*table, triangle(s[0], s[1], s[2])).empty());
+      CHECK(slots_found(*table, triangle(s[0], s[1], s[2])).empty());
     }
   }
 }
@@ -72,7 +73,7 @@ TEST_CASE("chirality is part of the key, and agreeing products of normals are co
   REQUIRE(table->insert(triangle(500, 800, 1000), 7));
   Triangle other = triangle(500, 800, 1000);
   other.left_handed = 1;
-  CHECK(places_found(*table, other).empty());
+  CHECK(slots_found(*table, other).empty());
   other.left_handed = 0;
   const auto agreeing = [&](int a, int b, int c) {
     other.dot[0] = static_cast<std::uint8_t>(a);
@@ -99,18 +100,18 @@ TEST_CASE("columns that differ in more bands of height than allowed are another 
   Triangle query = stored;
   query.sketch[0] = 0b00000011;  // two bands less
   query.sketch[2] = 0b00111111;  // two bands more
-  CHECK(places_found(*table, query).count(7) == 1);
+  CHECK(slots_found(*table, query).count(7) == 1);
   query.sketch[1] = 0b00001110;
-  CHECK(places_found(*table, query).empty());
+  CHECK(slots_found(*table, query).empty());
 }
 
-TEST_CASE("the crowd of a triangle counts at least what a search compares") {
+TEST_CASE("entries near a triangle are at least what a search compares") {
   Laid<TriangleTable> table(small());
-  CHECK(table->crowd(triangle(500, 800, 1000)) == 0);
+  CHECK(table->entries_near(triangle(500, 800, 1000)) == 0);
   for (int i = 0; i < 40; ++i) REQUIRE(table->insert(triangle(500, 800, 1000, i), 7));
-  CHECK(table->crowd(triangle(510, 790, 1010)) == 40);
+  CHECK(table->entries_near(triangle(510, 790, 1010)) == 40);
   table->remove(triangle(500, 800, 1000, 3), 7);
-  CHECK(table->crowd(triangle(510, 790, 1010)) == 39);
+  CHECK(table->entries_near(triangle(510, 790, 1010)) == 39);
 }
 
 TEST_CASE("a stored triangle takes at most 32 bytes") {
@@ -120,12 +121,12 @@ TEST_CASE("a stored triangle takes at most 32 bytes") {
 TEST_CASE("the table agrees with comparing everything with everything") {
   // A large one has smaller cells.
   Laid<TriangleTable> table(GENERATE(small(), large()));
-  Dice dice(1);
+  Random random(1);
   std::vector<std::pair<Triangle, int>> model;
   for (int i = 0; i < 3000; ++i) {
-    const int a = static_cast<int>(dice.roll(300, 700));
-    const int b = a + static_cast<int>(dice.roll(0, 300));
-    const int c = b + static_cast<int>(dice.roll(0, a));
+    const int a = static_cast<int>(random.uniform(300, 700));
+    const int b = a + static_cast<int>(random.uniform(0, 300));
+    const int c = b + static_cast<int>(random.uniform(0, a));
     model.emplace_back(triangle(a, b, c, i), i % 50);
     REQUIRE(table->insert(model.back().first, static_cast<std::uint32_t>(i % 50)));
   }
@@ -135,16 +136,16 @@ TEST_CASE("the table agrees with comparing everything with everything") {
     model[i].second = -1;
   }
   for (int q = 0; q < 300; ++q) {
-    const int a = static_cast<int>(dice.roll(300, 700));
-    const int b = a + static_cast<int>(dice.roll(0, 300));
-    const int c = b + static_cast<int>(dice.roll(0, a));
+    const int a = static_cast<int>(random.uniform(300, 700));
+    const int b = a + static_cast<int>(random.uniform(0, 300));
+    const int c = b + static_cast<int>(random.uniform(0, a));
     std::multiset<int> expected;
     for (const auto& [t, place] : model) {
       const bool equal = std::abs(t.side_cm[0] - a) <= 20 && std::abs(t.side_cm[1] - b) <= 20 &&
                          std::abs(t.side_cm[2] - c) <= 20;
       if (place >= 0 && equal) expected.insert(place);
     }
-    REQUIRE(places_found(*table, triangle(a, b, c)) == expected);
+    REQUIRE(slots_found(*table, triangle(a, b, c)) == expected);
   }
 }
 
@@ -158,7 +159,7 @@ TEST_CASE("a bucket takes no more than its limit, and removed entries make room"
   table->remove(triangle(500, 800, 1000, 5), 1);
   REQUIRE(table->insert(triangle(500, 800, 1000, 200), 2));
   REQUIRE_FALSE(table->insert(triangle(500, 800, 1000, 201), 2));
-  REQUIRE(places_found(*table, triangle(500, 800, 1000)).size() == 40);
+  REQUIRE(slots_found(*table, triangle(500, 800, 1000)).size() == 40);
 }
 
 TEST_CASE("removing what is not there changes nothing") {
@@ -167,7 +168,7 @@ TEST_CASE("removing what is not there changes nothing") {
   REQUIRE(table->insert(triangle(500, 800, 1000), 1));
   table->remove(triangle(500, 800, 1000), 2);
   table->remove(triangle(501, 800, 1000, 3), 1);
-  REQUIRE(places_found(*table, triangle(500, 800, 1000)).size() == 1);
+  REQUIRE(slots_found(*table, triangle(500, 800, 1000)).size() == 1);
 }
 
 TEST_CASE("a table that never got memory stores and finds nothing") {
@@ -176,5 +177,5 @@ TEST_CASE("a table that never got memory stores and finds nothing") {
   table.remove(triangle(500, 800, 1000), 1);
   Arena measuring = Arena::measuring();
   table.allocate(measuring, small());
-  REQUIRE(places_found(table, triangle(500, 800, 1000)).empty());
+  REQUIRE(slots_found(table, triangle(500, 800, 1000)).empty());
 }

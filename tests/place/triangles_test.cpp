@@ -1,5 +1,5 @@
 // Triangles: their keys, which are formed, and what never gets through.
-#include "unimapper/place/triangles.hpp"
+#include "src/place/triangles.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -13,7 +13,8 @@
 namespace {
 
 using namespace unimapper;
-using test::Dice;
+using namespace unimapper::place;
+using test::Random;
 
 Keypoint keypoint(float x, float y, const Eigen::Vector3f& normal = {0, 0, 1}) {
   Keypoint k{};
@@ -40,11 +41,11 @@ struct Triangles {
 };
 
 std::vector<Keypoint> scattered(std::uint64_t seed, int count) {
-  Dice dice(seed);
+  Random random(seed);
   std::vector<Keypoint> keypoints;
   for (int i = 0; i < count; ++i) {
-    keypoints.push_back(
-        keypoint(static_cast<float>(dice.roll(-40, 40)), static_cast<float>(dice.roll(-40, 40))));
+    keypoints.push_back(keypoint(static_cast<float>(random.uniform(-40, 40)),
+                                 static_cast<float>(random.uniform(-40, 40))));
   }
   return keypoints;
 }

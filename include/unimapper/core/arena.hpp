@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <new>
 #include <type_traits>
 
 namespace unimapper {
@@ -57,5 +58,21 @@ class Arena {
   std::size_t used_ = 0;
   bool exhausted_ = false;
 };
+
+/// Creates a `State` in `arena` and lets it allocate its parts there: `state.allocate(arena,
+/// config)`. Null where the arena is measuring or exhausted; what the parts need is counted all the
+/// same.
+template <typename State, typename Config>
+[[nodiscard]] State* create_in(Arena& arena, const Config& config) noexcept {
+  State* const memory = arena.allocate<State>(1);
+  if (memory == nullptr) {
+    State measured;
+    measured.allocate(arena, config);
+    return nullptr;
+  }
+  State* const state = new (memory) State;
+  state->allocate(arena, config);
+  return state;
+}
 
 }  // namespace unimapper

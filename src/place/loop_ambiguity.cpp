@@ -1,17 +1,17 @@
-// Loop search: could the query stand somewhere else in the same place?
+// Loop search, ambiguity: competing poses relative to the same place (perceptual aliasing).
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 
+#include "column_code.hpp"
+#include "database_state.hpp"
 #include "unimapper/core/voxel_key.hpp"
-#include "unimapper/place/column_code.hpp"
-#include "unimapper/place/database.hpp"
 
 namespace unimapper {
 namespace {
 
-// Other shifts are looked for in steps of 0.5 m; those within 1.6 m are the same pose.
+// Shifts are counted in steps of 0.5 m; those within 1.6 m are the same pose.
 constexpr float kStep = 0.5F;
 constexpr float kInverseStep = 2.0F;
 constexpr float kMinSimilarity = 0.4F;
@@ -20,24 +20,24 @@ constexpr int kPeaks = 3;
 
 }  // namespace
 
-// The pose with the same heading but another shift for which the keypoints speak most; its
-// evidence is 0 if there is none. All pairs of like columns vote for the shift they imply.
-PlaceDatabase::Hypothesis PlaceDatabase::shifted_rival(const Hypothesis& hypothesis,
-                                                       const PlanarPose& pose) noexcept {
-  constexpr std::int32_t kReach = kRivalReach;
+// The pose with the same heading but another shift that has most evidence of the keypoints; 0 if
+// there is none. All pairs of similar columns vote for the shift they imply.
+PlaceDatabase::State::Hypothesis PlaceDatabase::State::best_shifted(
+    const Hypothesis& hypothesis, const PlanarPose& pose) noexcept {
+  constexpr std::int32_t kReach = kShiftReach;
   constexpr std::int32_t kWidth = 2 * kReach + 1;
   constexpr float kFarthest = kStep * static_cast<float>(kReach - 1);
-  float* votes = rival_votes_;
+  float* votes = shift_votes_;
   std::fill_n(votes, kWidth * kWidth, 0.0F);
-  std::uint8_t sketches[KeypointGrid::kMaxSpots];
+  std::uint8_t sketches[KeypointGrid::kMaxPoints];
   for (std::uint32_t i = 0; i < targets_.size(); ++i) sketches[i] = column_sketch(targets_[i].code);
   for (const Keypoint& keypoint : keypoints_) {
     const std::uint8_t sketch = column_sketch(keypoint.occupancy);
     const Eigen::Vector2f at = pose * Eigen::Vector2f(keypoint.position.head<2>());
     for (std::uint32_t i = 0; i < targets_.size(); ++i) {
-      // Most columns differ so much that eight bits tell.
+      // Most columns differ so much that eight bits suffice.
       if (count_ones(std::uint64_t{sketch} ^ sketches[i]) > kMaxSketchDifference) continue;
-      const KeypointGrid::Spot& target = targets_[i];
+      const KeypointGrid::Point& target = targets_[i];
       const float dx = target.x - at.x();
       const float dy = target.y - at.y();
       if (!(std::abs(dx) < kFarthest && std::abs(dy) < kFarthest)) continue;
@@ -67,17 +67,17 @@ PlaceDatabase::Hypothesis PlaceDatabase::shifted_rival(const Hypothesis& hypothe
         votes[y * kWidth + x] = 0.0F;
       }
     }
-    Hypothesis rival = hypothesis;
-    rival.evidence = 0.0F;
-    rival.pose = pose;
-    rival.pose.x += static_cast<float>(column - kReach) * kStep;
-    rival.pose.y += static_cast<float>(row - kReach) * kStep;
-    improve(rival);
-    const float dx = rival.pose.x - pose.x;
-    const float dy = rival.pose.y - pose.y;
-    // Improvement may lead back to where we came from.
+    Hypothesis shifted = hypothesis;
+    shifted.evidence = 0.0F;
+    shifted.pose = pose;
+    shifted.pose.x += static_cast<float>(column - kReach) * kStep;
+    shifted.pose.y += static_cast<float>(row - kReach) * kStep;
+    refine(shifted);
+    const float dx = shifted.pose.x - pose.x;
+    const float dy = shifted.pose.y - pose.y;
+    // Refinement may lead back to the pose it started from.
     if (dx * dx + dy * dy < kSamePose * kSamePose) continue;
-    if (rival.evidence > best.evidence) best = rival;
+    if (shifted.evidence > best.evidence) best = shifted;
   }
   return best;
 }

@@ -1,4 +1,4 @@
-// Do the planes of two places coincide?
+// Plane overlap of two places under a relative pose.
 #pragma once
 
 #include <cstdint>
@@ -10,18 +10,18 @@
 #include "unimapper/core/pose.hpp"
 #include "unimapper/core/voxel_key.hpp"
 
-namespace unimapper {
+namespace unimapper::place {
 
-/// What one place can see: the farthest plane in every direction and the range of elevations.
-/// Beyond it, a plane of the other place is neither confirmed nor contradicted.
-struct Horizon {
+/// Visible extent of one place: the farthest plane in every direction and the range of elevations.
+/// Planes of the other place beyond it are not counted.
+struct VisibleExtent {
   static constexpr std::uint32_t kSectors = 64;
   float range_m[kSectors];
   float slope_min;  ///< height over distance of the lowest and the highest plane
   float slope_max;
 
   void build(std::span<const PlanePatch> planes) noexcept;
-  [[nodiscard]] bool sees(const Eigen::Vector3f& position) const noexcept;
+  [[nodiscard]] bool contains(const Eigen::Vector3f& position) const noexcept;
 };
 
 /// Outcome of a comparison.
@@ -31,8 +31,8 @@ struct OverlapResult {
   std::uint32_t upright = 0;     ///< upright planes that coincide, both directions
 };
 
-/// Compares the planes of a match and a query (paper section V-B). The neighbour of a plane is
-/// looked for in the voxels around it and nowhere else, and only planes that both places can see
+/// Compares the planes of a match and a query (paper section V-B). The counterpart of a plane is
+/// searched for in the voxels around it only, and only planes that both places can see
 /// are counted, in both directions: a narrow view inside a wide one scores like a wide one.
 class PlaneOverlap {
  public:
@@ -41,7 +41,7 @@ class PlaneOverlap {
   void set_query(std::span<const PlanePatch> planes) noexcept;
   void set_match(std::span<const PlanePatch> planes) noexcept;
 
-  /// Cost: eight look-ups for each of at most `kMaxAsked` planes of either place.
+  /// Cost: eight look-ups for each of at most `kMaxSampled` planes of either place.
   [[nodiscard]] OverlapResult compare(const Pose& T_match_query) const noexcept;
 
   /// Moves the pose so that coinciding planes coincide better: point-to-plane least squares with
@@ -49,15 +49,15 @@ class PlaneOverlap {
   [[nodiscard]] Pose refine(const Pose& T_match_query) const noexcept;
 
  private:
-  static constexpr std::uint32_t kMaxAsked = 288;
+  static constexpr std::uint32_t kMaxSampled = 288;
   struct Side {
     std::uint16_t* voxels;               // 1 + index into planes, 0 where there is none
     FixedVector<std::uint32_t> entries;  // those that are not 0
     std::span<const PlanePatch> planes;
-    Horizon horizon;
-    std::uint32_t asked[kMaxAsked];  // indices into planes
-    std::uint32_t asked_count;
-    float weight[2];  // how many planes each level and each upright one that is asked stands for
+    VisibleExtent extent;
+    std::uint32_t sampled[kMaxSampled];  // indices into planes
+    std::uint32_t sampled_count;
+    float weight[2];  // planes that each sampled one stands for, level and upright
   };
   // Voxels repeat every 64 in x and y and every 16 in z: what lies farther apart than that, 128 m
   // and 32 m, shares an entry, and the first one has it.
@@ -67,7 +67,7 @@ class PlaneOverlap {
     return static_cast<std::uint32_t>(
         ((v.z & (kHeight - 1)) * kWidth + (v.y & (kWidth - 1))) * kWidth + (v.x & (kWidth - 1)));
   }
-  static void choose_asked(Side& side) noexcept;
+  static void sample_planes(Side& side) noexcept;
   void fill(Side& side, std::span<const PlanePatch> planes) noexcept;
   [[nodiscard]] const PlanePatch* counterpart(const Side& side, const Eigen::Vector3f& center,
                                               const Eigen::Vector3f& normal) const noexcept;
@@ -77,4 +77,4 @@ class PlaneOverlap {
   float inverse_size_ = 0.5F;
 };
 
-}  // namespace unimapper
+}  // namespace unimapper::place

@@ -1,16 +1,16 @@
 // Poses from matched points.
-#include "unimapper/place/rigid_fit.hpp"
+#include "unimapper/core/rigid_fit.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
 
-#include "synthetic_place.hpp"
+#include "tests/random.hpp"
 
 namespace {
 
 using namespace unimapper;
-using test::Dice;
+using test::Random;
 
 Pose some_pose() {
   const Eigen::Quaterniond q(0.3, -0.5, 0.2, 0.78);
@@ -19,12 +19,12 @@ Pose some_pose() {
 
 std::vector<PointPair> pairs_of(const Pose& T_b_a, const Eigen::Vector3d& spread, int count,
                                 double noise = 0.0) {
-  Dice dice(3);
+  Random random(3);
   std::vector<PointPair> pairs;
   for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d p{dice.roll(-1, 1) * spread.x(), dice.roll(-1, 1) * spread.y(),
-                            dice.roll(-1, 1) * spread.z()};
-    const Eigen::Vector3d n{dice.roll(-1, 1), dice.roll(-1, 1), dice.roll(-1, 1)};
+    const Eigen::Vector3d p{random.uniform(-1, 1) * spread.x(), random.uniform(-1, 1) * spread.y(),
+                            random.uniform(-1, 1) * spread.z()};
+    const Eigen::Vector3d n{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
     pairs.push_back({p, T_b_a * p + noise * n});
   }
   return pairs;
@@ -88,12 +88,13 @@ TEST_CASE("too few pairs, one line and one spot determine nothing") {
 }
 
 TEST_CASE("a level pose follows from level pairs") {
-  Dice dice(4);
+  Random random(4);
   const double yaw = 2.4;
   Eigen::Vector2f a[20];
   Eigen::Vector2f b[20];
   for (int i = 0; i < 20; ++i) {
-    a[i] = {static_cast<float>(dice.roll(-30, 30)), static_cast<float>(dice.roll(-30, 30))};
+    a[i] = {static_cast<float>(random.uniform(-30, 30)),
+            static_cast<float>(random.uniform(-30, 30))};
     const auto c = static_cast<float>(std::cos(yaw));
     const auto s = static_cast<float>(std::sin(yaw));
     b[i] = {c * a[i].x() - s * a[i].y() + 4.0F, s * a[i].x() + c * a[i].y() - 9.0F};

@@ -1,4 +1,4 @@
-// Height of the ground around a keyframe.
+// Ground height grid around a keyframe.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/place/config.hpp"
 
-namespace unimapper {
+namespace unimapper::place {
 
 /// A grid of ground heights under a keyframe, in its levelled frame. Heights of structure are
 /// measured from here and not from the sensor, because robots carry it at different heights.
@@ -27,12 +27,12 @@ class LocalGround {
 
   /// Averages the cells marked as ground, or takes the lowest cells where none are (rooms without a
   /// marked floor), and lowers what rises above its surroundings more steeply than a ramp. Single
-  /// patches far below their neighbours, or without any, do not count.
+  /// patches far below their neighbours, or without any, are discarded.
   /// Independent of the cells' order. Cost: linear in the grid.
   void finish() noexcept;
 
   /// Calls `visit(plane)` for every patch of 2 m with at least `min_cells` cells of ground that has
-  /// neighbours to tell its slope from. The normals point up.
+  /// neighbours to estimate its slope from. The normals point up.
   template <typename Visitor>
   void for_each_plane(std::int32_t min_cells, Visitor&& visit) const noexcept {
     for (std::int32_t row = 1; row + 1 < width_; ++row) {
@@ -69,8 +69,8 @@ class LocalGround {
   };
   bool make_plane(std::int32_t column, std::int32_t row, std::int32_t min_cells,
                   PlanePatch& plane) const noexcept;
-  void drop_pits() noexcept;
-  void lower_to_ramps() noexcept;
+  void discard_pits() noexcept;
+  void limit_slope() noexcept;
   void fill_gaps() noexcept;
 
   bool any_marked_ = false;
@@ -80,4 +80,4 @@ class LocalGround {
   float half_extent_m_ = 0.0F;
 };
 
-}  // namespace unimapper
+}  // namespace unimapper::place

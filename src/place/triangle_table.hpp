@@ -1,46 +1,47 @@
-// A hash table of triangles with bounded buckets.
+// Triangle hash table with bounded buckets.
 #pragma once
 
 #include <algorithm>
 #include <bit>
 #include <cstdint>
 
+#include "triangles.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/voxel_key.hpp"
 #include "unimapper/place/config.hpp"
-#include "unimapper/place/triangles.hpp"
 
-namespace unimapper {
+namespace unimapper::place {
 
-/// A stored triangle that equals a query's: which place has it, and how it lies there.
+/// A stored triangle that equals a query's: the slot of its place, and its pose there.
 struct TriangleEntry {
-  std::uint32_t place;
+  std::uint32_t slot;          ///< of the place
   std::uint16_t heading;       ///< as in `Triangle`
   std::int16_t center_cm[2];   ///< likewise
   std::uint8_t agreeing_dots;  ///< how many of the three products are equal within tolerance
 };
 
-/// Maps triangles to the places that have them. A hash cell is as wide as the tolerance is on both
-/// sides together, so that 8 cells hold everything within tolerance of a query; in a table for more
-/// than four million triangles it is half as wide, for fewer comparisons in vain. Chirality is part
-/// of the key. Every bucket is a chain of blocks, and bounded.
+/// Maps triangles to the slots of the places that have them. A hash cell is as wide as the
+/// tolerance is on both sides together, so that 8 cells hold everything within tolerance of a
+/// query; in a table for more than four million triangles it is half as wide, for fewer comparisons
+/// with triangles out of tolerance. Chirality is part of the key. Every bucket is a chain of
+/// blocks, and bounded.
 class TriangleTable {
  public:
   void allocate(Arena& arena, const LoopSearchConfig& config) noexcept;
 
   /// False, and nothing stored, if the bucket or the table is full. O(1).
-  bool insert(const Triangle& triangle, std::uint32_t place) noexcept;
+  bool insert(const Triangle& triangle, std::uint32_t slot) noexcept;
 
-  /// Removes one entry of `place` equal to `triangle`, if there is one. O(bucket).
-  void remove(const Triangle& triangle, std::uint32_t place) noexcept;
+  /// Removes one entry of `slot` equal to `triangle`, if there is one. O(bucket).
+  void remove(const Triangle& triangle, std::uint32_t slot) noexcept;
 
   /// Calls `visit(entry)` for every stored triangle whose sides and chirality equal those of
-  /// `triangle` within the tolerance and whose columns look alike at the three vertices; it is told
-  /// how many products of normals agree.
+  /// `triangle` within the tolerance and whose columns are similar at the three vertices;
+  /// `TriangleEntry::agreeing_dots` counts the products of normals that agree.
   template <typename Visitor>
   void find(const Triangle& triangle, Visitor&& visit) const noexcept {
-    // Blocks and entries lie scattered in memory. All chains are walked side by side, and what the
-    // next round needs is asked for in this one, so that one waits for many at a time.
+    // Blocks and entries are scattered in memory. All chains are walked side by side, and what the
+    // next round needs is prefetched in this one: many cache misses overlap.
     struct Chain {
       std::uint64_t cell;
       std::uint32_t at;
@@ -50,7 +51,7 @@ class TriangleTable {
     for_each_cell(triangle, [&](std::uint64_t cell, const Window& window) {
       const std::uint32_t head = heads_[bucket_of(cell)];
       if (head == 0) return;
-      ask_for(head);
+      prefetch(head);
       chains[open++] = {cell, head, window};
     });
     Found found;
@@ -59,24 +60,24 @@ class TriangleTable {
         Chain& chain = chains[c];
         const Block& block = blocks_[chain.at];
         if (block.cell == chain.cell) {
-          if (found.count + kBlock > Found::kCapacity) tell(found, triangle, visit);
+          if (found.count + kBlock > Found::kCapacity) visit_all(found, triangle, visit);
           collect(chain.at, matches(block, chain.window, triangle), found);
         }
         chain.at = block.next;
         if (chain.at == 0) {
           chain = chains[--open];
         } else {
-          ask_for(chain.at);
+          prefetch(chain.at);
           ++c;
         }
       }
     }
-    tell(found, triangle, visit);
+    visit_all(found, triangle, visit);
   }
 
-  /// How many entries `find` would compare, at least: what a query's triangle costs and how common
-  /// its shape is. At most 27 x `max_bucket`.
-  [[nodiscard]] std::uint32_t crowd(const Triangle& triangle) const noexcept {
+  /// How many entries `find` would compare, at least: the cost of a query's triangle. At most 27 x
+  /// `max_bucket`.
+  [[nodiscard]] std::uint32_t entries_near(const Triangle& triangle) const noexcept {
     std::uint32_t count = 0;
     for_each_cell(triangle,
                   [&](std::uint64_t cell, const Window&) { count += stored_[bucket_of(cell)]; });
@@ -102,9 +103,9 @@ class TriangleTable {
     std::uint8_t side_cm[3][kBlock];  // above the lower end of the cell
     std::uint8_t sketch[3][kBlock];
   };
-  // What is asked of those that do. The triangle at place i of block b has entry 16 b + i.
+  // What is read of those that do. The triangle at position i of block b has entry 16 b + i.
   struct Entry {
-    std::uint32_t place;
+    std::uint32_t slot;
     std::uint16_t heading;
     std::int16_t center_cm[2];
     std::uint16_t dots;  // three products of normals, 5 bits each
@@ -114,14 +115,14 @@ class TriangleTable {
     std::uint8_t low[3];
     std::uint8_t span[3];
   };
-  // Entries asked for and not looked at yet.
+  // Entries prefetched and not visited yet.
   struct Found {
     static constexpr std::uint32_t kCapacity = 64;
     std::uint32_t count = 0;
     std::uint32_t entry[kCapacity];
   };
 
-  void ask_for(std::uint32_t block) const noexcept {
+  void prefetch(std::uint32_t block) const noexcept {
     __builtin_prefetch(&blocks_[block]);
     __builtin_prefetch(blocks_[block].sketch);
   }
@@ -134,7 +135,7 @@ class TriangleTable {
     }
   }
   template <typename Visitor>
-  void tell(Found& found, const Triangle& triangle, Visitor&& visit) const noexcept {
+  void visit_all(Found& found, const Triangle& triangle, Visitor&& visit) const noexcept {
     for (std::uint32_t i = 0; i < found.count; ++i) {
       visit(entry_at(entries_[found.entry[i]], triangle));
     }
@@ -183,15 +184,14 @@ class TriangleTable {
   [[nodiscard]] std::uint32_t bucket_of(std::uint64_t cell) const noexcept {
     return static_cast<std::uint32_t>(mix_bits(cell)) & bucket_mask_;
   }
-  void put(std::uint32_t block, std::uint32_t at, const Triangle& triangle,
-           std::uint32_t place) noexcept;
+  void store(std::uint32_t block, std::uint32_t at, const Triangle& triangle,
+             std::uint32_t slot) noexcept;
   [[nodiscard]] bool holds(std::uint32_t block, std::uint32_t at, const Triangle& triangle,
-                           std::uint32_t place) const noexcept;
+                           std::uint32_t slot) const noexcept;
   void move(std::uint32_t from, std::uint32_t last, std::uint32_t to, std::uint32_t hole) noexcept;
   [[nodiscard]] TriangleEntry entry_at(const Entry& stored,
                                        const Triangle& triangle) const noexcept {
-    TriangleEntry entry{
-        stored.place, stored.heading, {stored.center_cm[0], stored.center_cm[1]}, 0};
+    TriangleEntry entry{stored.slot, stored.heading, {stored.center_cm[0], stored.center_cm[1]}, 0};
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::int32_t difference =
           ((stored.dots >> (kDotBits * k)) & kLargestDot) - (triangle.dot[k] >> (8 - kDotBits));
@@ -219,4 +219,4 @@ class TriangleTable {
   std::int32_t dot_tolerance_ = 255;
 };
 
-}  // namespace unimapper
+}  // namespace unimapper::place

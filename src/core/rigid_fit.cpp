@@ -1,4 +1,4 @@
-#include "unimapper/place/rigid_fit.hpp"
+#include "unimapper/core/rigid_fit.hpp"
 
 #include <cmath>
 

@@ -1,21 +1,21 @@
-// Planes in the coarse voxels of a keyframe.
+// Planar coarse voxels of a keyframe.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
 #include <span>
 
+#include "local_ground.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/fixed_hash_map.hpp"
 #include "unimapper/core/fixed_vector.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/recent_voxels.hpp"
 #include "unimapper/place/config.hpp"
-#include "unimapper/place/local_ground.hpp"
 
-namespace unimapper {
+namespace unimapper::place {
 
-/// True if a plane with this unit normal stands more than 60 degrees from level.
+/// True if a plane with this unit normal is inclined by more than 60 degrees.
 [[nodiscard]] inline bool is_upright(const Eigen::Vector3f& normal) noexcept {
   return std::abs(normal.z()) < 0.5F;
 }
@@ -31,8 +31,8 @@ class PlaneVoxels {
   /// linear in cells, one eigen decomposition per voxel.
   void build(std::span<const FineCell> structure, const LocalGround& ground) noexcept;
 
-  /// Planes, vertical ones first, then from near to far: what matters most survives when there
-  /// are more than fit.
+  /// Planes, upright ones first, then by range: the most informative are kept when there are more
+  /// than fit.
   [[nodiscard]] std::span<const PlanePatch> planes() const noexcept { return planes_.view(); }
 
   /// Unit normal of the plane that structure at `position` borders: the nearest upright plane
@@ -67,4 +67,4 @@ class PlaneVoxels {
   std::uint64_t dropped_ = 0;
 };
 
-}  // namespace unimapper
+}  // namespace unimapper::place

@@ -1,18 +1,18 @@
-// A map of vertical structure seen from above, and the corners in it.
+// Corner detector on a top-view map of vertical structure.
 #pragma once
 
 #include <cstdint>
 #include <span>
 
+#include "local_ground.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/fixed_vector.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/place/config.hpp"
-#include "unimapper/place/local_ground.hpp"
 
-namespace unimapper {
+namespace unimapper::place {
 
-/// A spot where vertical structure ends, turns or stands alone.
+/// A position where vertical structure ends, bends or is isolated.
 struct StructureCorner {
   float x;  ///< metres, between the grid's nodes
   float y;
@@ -26,11 +26,11 @@ struct SmoothingKernel {
   std::int32_t radius;
 };
 
-/// Counts occupied fine cells above ground per column and looks for spots where the counts change
-/// in both directions: corners and ends of walls, poles, trunks. Occupied cells count once, so
-/// neither density nor dwell time shows; each is spread over the four nearest columns by its
-/// position, so the grid's phase hardly does. Work is done only near structure: most of a place is
-/// empty.
+/// Counts occupied fine cells above ground per column and finds maxima of the corner response
+/// (structure tensor): corners and ends of walls, poles, trunks. Occupied cells count once, so the
+/// result depends neither on density nor on dwell time; each is distributed bilinearly over the
+/// four nearest columns, so it hardly depends on the grid's phase. Only columns near structure are
+/// processed: most of a keyframe's surroundings is empty.
 class StructureMap {
  public:
   void allocate(Arena& arena, const DescriptorConfig& config) noexcept;
@@ -60,7 +60,7 @@ class StructureMap {
   static constexpr std::int32_t kBlock = 8;
 
   void clear_last() noexcept;
-  void splat(std::span<const FineCell> structure, const LocalGround& ground) noexcept;
+  void accumulate(std::span<const FineCell> structure, const LocalGround& ground) noexcept;
   void mark_reach() noexcept;
   template <typename Work>
   void for_each_block(Work&& work) noexcept;
@@ -85,4 +85,4 @@ class StructureMap {
   FixedVector<StructureCorner> corners_;
 };
 
-}  // namespace unimapper
+}  // namespace unimapper::place

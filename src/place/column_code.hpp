@@ -1,9 +1,9 @@
-// Comparing the occupancy of two columns.
+// Similarity of column occupancy codes.
 #pragma once
 
 #include <cstdint>
 
-namespace unimapper {
+namespace unimapper::place {
 
 /// Number of set bits. `std::popcount` calls a table look-up where the instruction cannot be
 /// assumed; this stays inline.
@@ -22,7 +22,7 @@ namespace unimapper {
 }
 
 /// Eight bits of a column for quick comparison: which of eight bands of height hold anything. Bands
-/// grow with height (0.4 m at the foot, 3.6 m at the top), as what is high is seen by fewer rays.
+/// grow with height (0.4 m at the foot, 3.6 m at the top), as fewer rays reach what is high.
 [[nodiscard]] constexpr std::uint8_t column_sketch(std::uint64_t occupancy) noexcept {
   // First slice of each band; what is lower than two slices is no structure.
   constexpr std::uint32_t kFirst[9] = {2, 4, 7, 11, 16, 23, 32, 46, 64};
@@ -36,4 +36,4 @@ namespace unimapper {
   return static_cast<std::uint8_t>(sketch);
 }
 
-}  // namespace unimapper
+}  // namespace unimapper::place

@@ -1,4 +1,4 @@
-// The keypoints of one place, for finding the nearest to a spot.
+// Uniform grid of keypoints for nearest-neighbour search.
 #pragma once
 
 #include <algorithm>
@@ -7,14 +7,15 @@
 
 #include "unimapper/core/voxel_key.hpp"
 
-namespace unimapper {
+namespace unimapper::place {
 
-/// At most 255 spots on a grid of 2 m over +-64 m; what lies outside shares the outermost cells.
+/// At most 255 keypoints on a grid of 2 m over +-64 m; what lies outside shares the outermost
+/// cells.
 class KeypointGrid {
  public:
-  static constexpr std::uint32_t kMaxSpots = 255;
+  static constexpr std::uint32_t kMaxPoints = 255;
 
-  struct Spot {
+  struct Point {
     float x;
     float y;
     float z;
@@ -27,21 +28,21 @@ class KeypointGrid {
   }
 
   /// False if full. O(1).
-  bool add(const Spot& spot) noexcept {
-    if (count_ == kMaxSpots) return false;
-    spots_[count_] = spot;
-    std::uint8_t& first = first_[cell(spot.y) * kWidth + cell(spot.x)];
+  bool add(const Point& point) noexcept {
+    if (count_ == kMaxPoints) return false;
+    points_[count_] = point;
+    std::uint8_t& first = first_[cell(point.y) * kWidth + cell(point.x)];
     next_[count_] = first;
     first = static_cast<std::uint8_t>(++count_);
     return true;
   }
 
   [[nodiscard]] std::uint32_t size() const noexcept { return count_; }
-  [[nodiscard]] const Spot& operator[](std::uint32_t i) const noexcept { return spots_[i]; }
+  [[nodiscard]] const Point& operator[](std::uint32_t i) const noexcept { return points_[i]; }
 
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  /// Index of the spot nearest to (x, y) within `radius`, or `kNone`; lowers `distance_squared` to
+  /// Index of the point nearest to (x, y) within `radius`, or `kNone`; lowers `distance_squared` to
   /// its distance. O(cells within the radius).
   [[nodiscard]] std::uint32_t nearest(float x, float y, float radius,
                                       float& distance_squared) const noexcept {
@@ -50,8 +51,8 @@ class KeypointGrid {
     for (std::int32_t row = cell(y - radius); row <= cell(y + radius); ++row) {
       for (std::int32_t column = cell(x - radius); column <= cell(x + radius); ++column) {
         for (std::uint32_t i = first_[row * kWidth + column]; i != 0; i = next_[i - 1]) {
-          const float dx = spots_[i - 1].x - x;
-          const float dy = spots_[i - 1].y - y;
+          const float dx = points_[i - 1].x - x;
+          const float dy = points_[i - 1].y - y;
           const float distance = dx * dx + dy * dy;
           if (!(distance < distance_squared)) continue;
           distance_squared = distance;
@@ -69,9 +70,9 @@ class KeypointGrid {
   }
 
   std::uint32_t count_ = 0;
-  Spot spots_[kMaxSpots];
-  std::uint8_t next_[kMaxSpots];
+  Point points_[kMaxPoints];
+  std::uint8_t next_[kMaxPoints];
   std::uint8_t first_[kWidth * kWidth] = {};
 };
 
-}  // namespace unimapper
+}  // namespace unimapper::place

@@ -1,4 +1,4 @@
-// Triangles of neighbouring keypoints, the hash key of a place (paper section V-A).
+// Triangle descriptors of neighbouring keypoints (paper section V-A).
 #pragma once
 
 #include <cstdint>
@@ -8,11 +8,11 @@
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/place/config.hpp"
 
-namespace unimapper {
+namespace unimapper::place {
 
 /// One triangle: the paper's six attributes as integers, and which keypoints it joins. Lengths
-/// are horizontal (the frames are levelled), so a triangle is seen from above and its chirality
-/// means something.
+/// are horizontal (the frames are levelled), so a triangle is its projection seen from above and
+/// has a chirality.
 struct Triangle {
   std::uint16_t side_cm[3];  ///< ascending
   std::uint8_t vertex[3];    ///< vertex[i] lies opposite side[i]
@@ -36,4 +36,4 @@ static_assert(sizeof(Triangle) <= 32, "what a triangle may cost in a database of
 void build_triangles(std::span<const Keypoint> keypoints, const TriangleConfig& config,
                      FixedVector<Triangle>& out) noexcept;
 
-}  // namespace unimapper
+}  // namespace unimapper::place

@@ -1,14 +1,14 @@
-// Positions of cells in whole steps of a grid, three axes at a time.
+// Grid indices of cell positions, three axes at a time.
 #pragma once
 
 #include <cstdint>
 
 #include "unimapper/core/keyframe.hpp"
 
-namespace unimapper {
+namespace unimapper::place {
 
-/// A grid whose steps are counted from below everything it is asked for: cutting off the fraction
-/// is rounding down then, which takes one vector instruction for all axes.
+/// A grid whose origin lies below every position converted: truncation then equals rounding down,
+/// which takes one vector instruction for all axes.
 class CellSteps {
  public:
   struct Steps {
@@ -36,4 +36,4 @@ class CellSteps {
   Floats origin_;
 };
 
-}  // namespace unimapper
+}  // namespace unimapper::place

@@ -1,0 +1,24 @@
+// Pseudo-random numbers that are the same on every machine.
+#pragma once
+
+#include <cstdint>
+
+#include "unimapper/core/voxel_key.hpp"
+
+namespace unimapper::test {
+
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  /// In [0, 1).
+  double uniform() {
+    state_ += 0x9E3779B97F4A7C15ULL;
+    return static_cast<double>(mix_bits(state_) >> 11U) / 9007199254740992.0;
+  }
+  double uniform(double low, double high) { return low + (high - low) * uniform(); }
+
+ private:
+  std::uint64_t state_;
+};
+
+}  // namespace unimapper::test
