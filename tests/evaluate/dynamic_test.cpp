@@ -235,3 +235,22 @@ TEST_CASE("objects that stood while they were seen are told from those that move
   source.scans.resize(3);
   CHECK(score_by_motion(source).standing.dynamic_points == 0);
 }
+
+TEST_CASE("an object of which less and less is seen stands if what is left of it stays") {
+  // A bus fills thirty cells in the scan where it is seen best, and three in the other: all three
+  // were filled before. It stands, whether it comes into view or leaves it.
+  const bool leaves = GENERATE(false, true);
+  MemorySource source;
+  for (int s = 0; s < 5; ++s) {
+    const bool well_seen = leaves ? s == 0 : s == 4;
+    LabelledScan scan;
+    for (int cell = 0; cell < (well_seen ? 30 : 3); ++cell) {
+      scan.add({10.2F, 0.4F * static_cast<float>(cell) + 0.2F, 0.2F}, (7U << 16U) | 257U, kKept);
+    }
+    source.scans.push_back(scan);
+  }
+  CHECK(score_by_motion(source).standing.dynamic_points == 42);
+  // Of three cells none may be common if it moved on.
+  for (Eigen::Vector3f& point : source.scans[leaves ? 4 : 0].points) point.y() -= 4.0F;
+  CHECK(score_by_motion(source).moving.dynamic_points == 42);
+}

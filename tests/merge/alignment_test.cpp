@@ -1,6 +1,7 @@
 // One wrong loop must not corrupt a map; a crowd of them must not merge strangers.
 #include "unimapper/merge/alignment.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <stdexcept>
@@ -135,6 +136,15 @@ double overlap_error_m(const Town& town, const Alignment& alignment) {
     sum += (truth.translation - estimate.translation).squaredNorm();
   }
   return std::sqrt(sum / 80.0);
+}
+
+/// How far a loop is from what alignment made of it.
+double chi2_after(const Alignment& alignment, const LoopConstraint& loop) {
+  PoseGraph graph;
+  graph.anchors.push_back({Pose{}, true});
+  graph.nodes.push_back({alignment.T_map_keyframe(loop.match), 0, true});
+  graph.nodes.push_back({alignment.T_map_keyframe(loop.query), 0, false});
+  return edge_chi2(graph, {0, 1, loop.T_match_query, loop.information, 0.0});
 }
 
 struct Tally {
@@ -284,6 +294,7 @@ TEST_CASE("A pair that contradicts a cycle of maps is rolled back", "[alignment]
   CHECK(overlap_error_m(town, alignment) < 1.5);
   for (std::size_t i = first_wrong; i < town.loops.size(); ++i) {
     CHECK_FALSE(alignment.verdicts[i].accepted);
+    CHECK(alignment.verdicts[i].reason == "contradicts the maps merged before");
   }
 }
 
@@ -305,6 +316,8 @@ TEST_CASE("A session's own loops take out its drift, a wrong one does not bend i
   const Alignment alignment = align_sessions(town.sessions, town.loops, MergeConfig{});
   CHECK(alignment.connected[0]);
   CHECK_FALSE(alignment.verdicts.back().accepted);
+  CHECK(alignment.verdicts.back().reason ==
+        "disagrees with odometry or with the session's other loops");
   std::size_t accepted = 0;
   for (const auto& verdict : alignment.verdicts) accepted += verdict.accepted ? 1 : 0;
   CHECK(accepted >= 14);
@@ -328,6 +341,98 @@ TEST_CASE("Refinement adds radius loops and drops those that disagree", "[alignm
   CHECK(overlap_error_m(town, fine) < overlap_error_m(town, coarse));
   CHECK(overlap_error_m(town, fine) < 0.35);
   CHECK_FALSE(fine.verdicts.back().accepted);
+  CHECK(fine.verdicts.back().reason == "disagrees with the merged maps");
+}
+
+TEST_CASE("A loop is demoted beyond the threshold of chi square after the solve", "[alignment]") {
+  Random random(15);
+  Town town = two_maps(random);
+  add_true_loops(town, 12, random);
+  MergeConfig config;
+  config.acceptance.consistency_chi2 = 200.0;
+  config.acceptance.loop_chi2 = 1000.0;
+  const Alignment all = align_sessions(town.sessions, town.loops, config);
+  const auto count = [](const Alignment& alignment) {
+    return std::count_if(alignment.verdicts.begin(), alignment.verdicts.end(),
+                         [](const LoopVerdict& verdict) { return verdict.accepted; });
+  };
+  REQUIRE(count(all) == 12);
+  std::size_t worst = 0;
+  for (std::size_t i = 0; i < 12; ++i) {
+    if (chi2_after(all, town.loops[i]) > chi2_after(all, town.loops[worst])) worst = i;
+  }
+  const double chi2 = chi2_after(all, town.loops[worst]);
+  REQUIRE(chi2 > 1.0);
+  config.acceptance.loop_chi2 = 1.01 * chi2;
+  CHECK(count(align_sessions(town.sessions, town.loops, config)) == 12);
+  config.acceptance.loop_chi2 = 0.99 * chi2;
+  const Alignment without = align_sessions(town.sessions, town.loops, config);
+  CHECK(without.connected[1]);
+  CHECK_FALSE(without.verdicts[worst].accepted);
+  CHECK(without.verdicts[worst].reason == "disagrees with the merged maps");
+}
+
+TEST_CASE("Refinement recalls a loop that agrees with the solution twice as well as it must",
+          "[alignment]") {
+  Random random(15);
+  Town town = two_maps(random);
+  add_true_loops(town, 12, random);
+  MergeConfig config;
+  config.acceptance.consistency_chi2 = 200.0;
+  config.acceptance.loop_chi2 = 1000.0;
+  Alignment start = align_sessions(town.sessions, town.loops, config);
+  std::size_t worst = 0;
+  for (std::size_t i = 0; i < 12; ++i) {
+    if (chi2_after(start, town.loops[i]) > chi2_after(start, town.loops[worst])) worst = i;
+  }
+  // What the maps are without this loop, and how well it agrees with them.
+  start.verdicts[worst] = {false, "refused before"};
+  std::vector<LoopConstraint> others = town.loops;
+  others.erase(others.begin() + static_cast<std::ptrdiff_t>(worst));
+  Alignment fewer = start;
+  fewer.verdicts.erase(fewer.verdicts.begin() + static_cast<std::ptrdiff_t>(worst));
+  const Alignment without = refine_alignment(fewer, town.sessions, others, config);
+  const double chi2 = chi2_after(without, town.loops[worst]);
+  config.acceptance.loop_chi2 = 2.0 * chi2 * 1.02;
+  CHECK(refine_alignment(start, town.sessions, town.loops, config).verdicts[worst].accepted);
+  config.acceptance.loop_chi2 = 2.0 * chi2 * 0.98;
+  const Alignment refused = refine_alignment(start, town.sessions, town.loops, config);
+  CHECK_FALSE(refused.verdicts[worst].accepted);
+  CHECK(refused.verdicts[worst].reason == "refused before");
+}
+
+TEST_CASE("Maps are joined only if none bends more than its odometry allows", "[alignment]") {
+  // The second robot's odometry is too long by a given share.
+  const auto joined = [](double scale_error) {
+    Town town;
+    std::vector<Pose> straight(40);
+    std::vector<Pose> scaled(40);
+    for (std::size_t i = 0; i < straight.size(); ++i) {
+      straight[i].translation.x() = kStepM * static_cast<double>(i);
+      scaled[i].translation.x() = (1.0 + scale_error) * straight[i].translation.x();
+    }
+    town.truth = {straight, straight};
+    town.sessions = {{straight, 1.0}, {scaled, 0.5}};
+    for (std::size_t k = 0; k < 40; k += 2) {
+      LoopConstraint l;
+      l.query = {1, k};
+      l.match = {0, k};
+      l.information = Matrix6d::Identity() / (kLoopSigmaM * kLoopSigmaM);
+      l.overlap = 0.9;
+      town.loops.push_back(l);
+    }
+    MergeConfig config;
+    config.acceptance.consistency_chi2 = 200.0;
+    config.acceptance.loop_chi2 = 1000.0;
+    config.graph.cauchy_scale = 1000.0;  // every loop pulls as hard as it can
+    config.graph.deformation_floor_m = 0.0;
+    config.graph.deformation_per_m = 0.0;
+    return align_sessions(town.sessions, town.loops, config);
+  };
+  CHECK(joined(0.001).connected[1]);
+  const Alignment bent = joined(0.1);
+  CHECK_FALSE(bent.connected[1]);
+  CHECK(bent.reason[1] == "the maps would bend more than odometry allows");
 }
 
 TEST_CASE("Sessions without keyframes and loops to nowhere", "[alignment]") {

@@ -1,5 +1,8 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 
+#include "src/merge/changes.hpp"
 #include "src/merge/free_space_view.hpp"
 #include "src/merge/max_clique.hpp"
 #include "src/merge/voxel_trees.hpp"
@@ -8,6 +11,112 @@
 using namespace unimapper;
 using namespace unimapper::merge;
 using unimapper::merge::testing::Random;
+
+namespace {
+
+/// A sheet across the view, `x_m` ahead, as cells `spacing_m` apart.
+void add_sheet(KeyframeRecord& keyframe, float x_m, float half_m, float spacing_m) {
+  const int steps = static_cast<int>(std::lround(2.0F * half_m / spacing_m));
+  for (int row = 0; row <= steps; ++row) {
+    for (int column = 0; column <= steps; ++column) {
+      const float y = spacing_m * static_cast<float>(column) - half_m;
+      const float z = spacing_m * static_cast<float>(row) - half_m;
+      keyframe.static_cells.push_back({Eigen::Vector3f(x_m, y, z), 3, 0, 0});
+    }
+  }
+}
+
+/// What a robot at the origin sees: a wall, and what stands in front of it, if anything.
+KeyframeRecord look_at_wall(std::int64_t stamp_ns) {
+  KeyframeRecord keyframe;
+  keyframe.scans.push_back({0, stamp_ns, Pose{}});
+  add_sheet(keyframe, 12.0F, 6.0F, 0.15F);
+  return keyframe;
+}
+
+/// Points of the first day's session that are gone on the second day.
+std::size_t count_gone(const SessionData& first, const SessionData& second,
+                       const MapConfig& config = {}) {
+  const std::vector<SessionData> sessions{first, second};
+  std::vector<MergedSession> merged(2);
+  std::vector<SessionVoxels> voxels;
+  for (std::size_t s = 0; s < 2; ++s) {
+    merged[s].T_map_keyframe.resize(sessions[s].keyframes.size());
+    merged[s].refined.resize(sessions[s].keyframes.size());
+    voxels.push_back(voxelise(sessions[s], merged[s], config.voxel_size_m, CellKind::kStatic));
+  }
+  const auto changes = find_changes(sessions, merged, {&voxels[0], &voxels[1]}, config, 1);
+  return static_cast<std::size_t>(
+      std::count_if(changes.begin(), changes.end(), [](const ChangedPoint& change) {
+        return change.session == 0 && !change.appeared && change.position.x() < 6.45F;
+      }));
+}
+
+/// The first day: something stands 6 m ahead.
+SessionData with_box() {
+  SessionData day;
+  day.keyframes.push_back(look_at_wall(1));
+  add_sheet(day.keyframes[0], 6.0F, 0.4F, 0.2F);
+  return day;
+}
+
+/// The second day: of so many keyframes some saw through it, some met a surface just behind it,
+/// too far away to be the same and too near for the place to be free.
+SessionData without_box(int free, int occupied) {
+  SessionData day;
+  for (int k = 0; k < free + occupied; ++k) {
+    day.keyframes.push_back(look_at_wall(1'000'000'000 + k));
+    if (k >= free) add_sheet(day.keyframes.back(), 6.57F, 1.2F, 0.1F);
+  }
+  return day;
+}
+
+}  // namespace
+
+TEST_CASE("A place is free once enough keyframes saw through it", "[changes]") {
+  REQUIRE(MapConfig{}.min_witnesses == 2);
+  CHECK(count_gone(with_box(), without_box(2, 0)) >= 20);
+  CHECK(count_gone(with_box(), without_box(1, 0)) == 0);
+}
+
+TEST_CASE("A place is free only if more than twice as many saw through it as met something",
+          "[changes]") {
+  CHECK(count_gone(with_box(), without_box(3, 1)) >= 20);
+  CHECK(count_gone(with_box(), without_box(2, 1)) == 0);
+  CHECK(count_gone(with_box(), without_box(4, 2)) == 0);
+}
+
+TEST_CASE("Only keyframes within range say what is free", "[changes]") {
+  MapConfig config;
+  config.change_range_m = 6.5F;
+  CHECK(count_gone(with_box(), without_box(2, 0), config) >= 20);
+  config.change_range_m = 5.9F;
+  CHECK(count_gone(with_box(), without_box(2, 0), config) == 0);
+}
+
+TEST_CASE("Changes smaller than the least cluster are left out", "[changes]") {
+  SessionData day;
+  day.keyframes.push_back(look_at_wall(1));
+  for (const Eigen::Vector3f& point :
+       {Eigen::Vector3f(6.1F, 0.1F, 0.1F), Eigen::Vector3f(6.1F, 0.3F, 0.1F),
+        Eigen::Vector3f(6.1F, 0.1F, 0.3F), Eigen::Vector3f(6.1F, 0.3F, 0.3F),
+        Eigen::Vector3f(6.3F, 0.1F, 0.1F)}) {
+    day.keyframes[0].static_cells.push_back({point, 3, 0, 0});
+  }
+  MapConfig config;
+  config.min_cluster = 5;
+  CHECK(count_gone(day, without_box(2, 0), config) == 5);
+  config.min_cluster = 6;
+  CHECK(count_gone(day, without_box(2, 0), config) == 0);
+}
+
+TEST_CASE("Ground is not compared", "[changes]") {
+  SessionData day = with_box();
+  for (FineCell& cell : day.keyframes[0].static_cells) {
+    if (cell.position.x() < 7.0F) cell.ground = 1;
+  }
+  CHECK(count_gone(day, without_box(2, 0)) == 0);
+}
 
 TEST_CASE("Per-voxel kd-trees find neighbours across the voxels' faces", "[changes]") {
   Random random(1);

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -9,6 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "tests/merge/synthetic_sheets.hpp"
 #include "tests/merge/synthetic_town.hpp"
 #include "unimapper/merge/export.hpp"
 
@@ -296,6 +298,29 @@ TEST_CASE("Zero sessions, one session, empty sessions", "[merger]") {
     export_map(scratch.path(), {nothing}, result);
     CHECK(fs::exists(scratch.path() / "map.ply"));
   }
+}
+
+TEST_CASE("What is static in an unconnected session is not judged by sessions of the map",
+          "[merger]") {
+  // The coordinates of both overlap by chance: where one saw a person, the other saw through.
+  SessionData map;
+  map.info.name = "map";
+  for (std::uint32_t k = 0; k < 8; ++k) {
+    map.keyframes.push_back(testing::keyframe_of(k, {testing::kWall}));
+  }
+  SessionData stranger;
+  stranger.info.name = "stranger";
+  stranger.keyframes.push_back(testing::keyframe_of(0, {testing::kWall, testing::kPerson}));
+  const MergeResult result = merge_sessions({map, stranger}, MergeConfig{});
+  REQUIRE(result.sessions[0].status == SessionStatus::kCentral);
+  REQUIRE(result.sessions[1].status == SessionStatus::kUnconnected);
+  const auto& dynamic = result.sessions[1].refined.at(0).dynamic;
+  REQUIRE(dynamic.size() == stranger.keyframes[0].static_cells.size());
+  CHECK(std::count(dynamic.begin(), dynamic.end(), 1) == 0);
+  // In one frame the same two sessions disagree.
+  const auto together = refine({{&map, std::vector<Pose>(8), 0}, {&stranger, {Pose{}}, 0}}, {}, 1);
+  const auto& judged = together[1][0].dynamic;
+  CHECK(std::count(judged.begin(), judged.end(), 1) > 10);
 }
 
 TEST_CASE("What cannot be a session is refused in words", "[merger]") {

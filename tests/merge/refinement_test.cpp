@@ -2,91 +2,15 @@
 #include "unimapper/merge/refinement.hpp"
 
 #include <algorithm>
-#include <array>
 #include <catch2/catch.hpp>
-#include <map>
 
-#include "unimapper/core/image_code.hpp"
-#include "unimapper/core/voxel_key.hpp"
+#include "tests/merge/synthetic_sheets.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
+using namespace unimapper::merge::testing;
 
 namespace {
-
-/// An upright rectangle across the robot's view, as points a few centimetres apart.
-struct Sheet {
-  float x;
-  float y_min, y_max;
-  float z_min, z_max;
-
-  [[nodiscard]] std::vector<Eigen::Vector3f> points() const {
-    std::vector<Eigen::Vector3f> points;
-    for (float y = y_min; y <= y_max; y += 0.04F) {
-      for (float z = z_min; z <= z_max; z += 0.04F) points.emplace_back(x, y, z);
-    }
-    return points;
-  }
-};
-
-const Sheet kWall{12.1F, -6.0F, 6.0F, -2.0F, 3.0F};
-const Sheet kPerson{6.1F, -0.3F, 0.3F, -1.2F, 0.6F};
-
-std::vector<FineCell> cells_of(const Sheet& sheet) {
-  std::map<std::array<int, 3>, std::pair<Eigen::Vector3f, int>> sums;
-  for (const Eigen::Vector3f& p : sheet.points()) {
-    const VoxelIndex at = voxel_index(p, 5.0F);
-    auto& [sum, count] =
-        sums.try_emplace({at.x, at.y, at.z}, Eigen::Vector3f::Zero(), 0).first->second;
-    sum += p;
-    ++count;
-  }
-  std::vector<FineCell> cells;
-  for (const auto& [at, entry] : sums) {
-    cells.push_back({entry.first / static_cast<float>(entry.second),
-                     static_cast<std::uint16_t>(entry.second), 0, 0});
-  }
-  return cells;
-}
-
-/// How far one sees from the origin if there is nothing but `sheets`.
-std::vector<std::uint8_t> image_of(const RangeImageShape& shape, const std::vector<Sheet>& sheets) {
-  const ImageProjection projection(shape);
-  std::vector<std::uint16_t> pixels(projection.pixels(), 0);
-  for (const Sheet& sheet : sheets) {
-    for (const Eigen::Vector3f& p : sheet.points()) {
-      std::int32_t pixel = 0;
-      float range_m = 0.0F;
-      projection.project(&p.x(), &p.y(), &p.z(), 1, &pixel, &range_m);
-      if (pixel == ImageProjection::kOutside) continue;
-      auto& nearest = pixels[static_cast<std::size_t>(pixel)];
-      const auto units = static_cast<std::uint16_t>(range_m * kRangeUnitsPerMetre);
-      nearest = nearest == 0 ? units : std::min(nearest, units);
-    }
-  }
-  std::vector<std::uint8_t> code(max_image_code(pixels.size()));
-  code.resize(encode_image(pixels, code));
-  return code;
-}
-
-/// What a robot that stands at the origin makes of `kept` and `removed`.
-KeyframeRecord keyframe_of(std::uint32_t sequence, const std::vector<Sheet>& kept,
-                           const std::vector<Sheet>& removed = {}) {
-  KeyframeRecord keyframe;
-  keyframe.sequence = sequence;
-  keyframe.scans.resize(1);
-  keyframe.image_shape = {120.0F, 1.0F, -40.0F, 40.0F, 1.0F};
-  std::vector<Sheet> all = kept;
-  all.insert(all.end(), removed.begin(), removed.end());
-  keyframe.images = {{0, image_of(keyframe.image_shape, all)}};
-  for (const Sheet& sheet : kept) {
-    for (const FineCell& cell : cells_of(sheet)) keyframe.static_cells.push_back(cell);
-  }
-  for (const Sheet& sheet : removed) {
-    for (const FineCell& cell : cells_of(sheet)) keyframe.dynamic_cells.push_back(cell);
-  }
-  return keyframe;
-}
 
 PlacedSession placed(const SessionData& session, std::size_t map = 0) {
   return {&session, std::vector<Pose>(session.keyframes.size()), map};
@@ -216,4 +140,62 @@ TEST_CASE("cells that lie nowhere keep the robot's verdict", "[refinement]") {
   const std::size_t kept = session.keyframes[0].static_cells.size();
   CHECK(refined[0][0].dynamic.at(kept) == 1);
   CHECK(refined[0][0].dynamic.at(kept + 1) == 1);
+}
+
+TEST_CASE("the images of one keyframe together weigh no more than two", "[refinement]") {
+  // Five keyframes met the person, 0.425 each for the others' cells and 0.255 for every image:
+  // 2.975 for static. A keyframe that saw through with six images says 2 x 0.85 for dynamic.
+  const auto share_after = [](std::uint32_t seen_through) {
+    SessionData session;
+    for (std::uint32_t k = 0; k < 5; ++k) {
+      session.keyframes.push_back(keyframe_of(k, {kWall, kPerson}));
+    }
+    for (std::uint32_t k = 0; k < seen_through; ++k) {
+      KeyframeRecord keyframe = keyframe_of(5 + k, {kWall});
+      keyframe.images.resize(6, keyframe.images.front());
+      session.keyframes.push_back(keyframe);
+    }
+    return dynamic_share(session.keyframes[2], refine({placed(session)}, {}, 1)[0][2], kPerson.x);
+  };
+  CHECK(share_after(1) == 0.0);
+  CHECK(share_after(2) > 0.8);
+}
+
+TEST_CASE("a keyframe judges as far as the window reaches and no farther", "[refinement]") {
+  SessionData session;
+  session.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
+  for (std::uint32_t k = 1; k < 4; ++k) session.keyframes.push_back(keyframe_of(k, {kWall}));
+  RefinementConfig config;
+  config.revisits = 0;
+  config.log_odds_free = 0.3F;  // the first keyframe itself says -0.255: one other is enough
+  config.window = 1;
+  const auto share = [&] {
+    return dynamic_share(session.keyframes[0], refine({placed(session)}, config, 1)[0][0],
+                         kPerson.x);
+  };
+  CHECK(share() == 1.0);
+  session.keyframes[1] = keyframe_of(1, {kWall, kPerson});
+  CHECK(share() == 0.0);
+  config.window = 3;  // two that saw through against one that met the person: -0.935 + 0.6
+  CHECK(share() == 0.0);
+  config.log_odds_free = 0.6F;
+  CHECK(share() == 1.0);
+}
+
+TEST_CASE("another visit judges within its reach", "[refinement]") {
+  SessionData ghost;
+  ghost.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
+  SessionData other_day;
+  for (std::uint32_t k = 0; k < 8; ++k) other_day.keyframes.push_back(keyframe_of(k, {kWall}));
+  // The whole visit is known as if taken from a place half a metre aside.
+  PlacedSession visit = placed(other_day);
+  for (Pose& pose : visit.T_map_keyframe) pose.translation.y() = 0.5;
+  RefinementConfig config;
+  config.reach_m = 0.51F;
+  REQUIRE(config.revisits > 0);
+  CHECK(dynamic_share(ghost.keyframes[0], refine({placed(ghost), visit}, config, 1)[0][0],
+                      kPerson.x) > 0.9);
+  config.reach_m = 0.49F;
+  CHECK(dynamic_share(ghost.keyframes[0], refine({placed(ghost), visit}, config, 1)[0][0],
+                      kPerson.x) == 0.0);
 }

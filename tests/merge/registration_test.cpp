@@ -112,20 +112,52 @@ TEST_CASE("Along a corridor G-ICP admits that it knows nothing", "[registration]
   CHECK(result.condition < 0.02);
 }
 
-TEST_CASE("Information is positive definite and turns with the frame", "[registration]") {
+TEST_CASE("Information turns with the source's frame", "[registration]") {
   Random random(3);
   std::vector<Eigen::Vector3f> points;
   std::vector<std::uint8_t> ground;
   sample_corner(random, points, ground);
-  const RegistrationConfig config;
+  RegistrationConfig config;
+  config.max_source_points = 1000000;
+  config.sigma_floor_m = 0.001;
+  config.sigma_floor_rad = 0.0001;
   const RegistrationCloud cloud(points, ground, config);
-  const Pose half_turn(Eigen::Quaterniond(Eigen::AngleAxisd(3.0, Eigen::Vector3d::UnitZ())),
-                       Eigen::Vector3d(1.0, 2.0, 0.0));
-  const RegistrationCloud turned(moved(points, half_turn.inverse()), ground, config);
-  const RegistrationResult result = register_clouds(cloud, turned, half_turn, config);
+  // x becomes y, y becomes z, z becomes x: the turned points share the same leaves.
+  Pose turn_of_frame;
+  turn_of_frame.rotation << 0, 1, 0, 0, 0, 1, 1, 0, 0;
+  const RegistrationCloud turned(moved(points, turn_of_frame.inverse()), ground, config);
+  REQUIRE(turned.size() == cloud.size());
+  const Matrix6d plain = register_clouds(cloud, cloud, Pose{}, config).information;
+  const RegistrationResult result = register_clouds(cloud, turned, turn_of_frame, config);
+  REQUIRE(result.converged);
+
+  const auto in_frame = [&](const Eigen::Matrix3d& r) {
+    Matrix6d carry = Matrix6d::Identity();
+    carry.bottomRightCorner<3, 3>() = r;
+    return Matrix6d(carry.transpose() * plain * carry);
+  };
+  CHECK((result.information - in_frame(turn_of_frame.rotation)).norm() < 0.01 * plain.norm());
+  CHECK((result.information - in_frame(turn_of_frame.rotation.transpose())).norm() >
+        0.3 * plain.norm());
   const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(result.information);
   CHECK(solver.eigenvalues().minCoeff() > 0.0);
-  CHECK((result.T_target_source.translation - half_turn.translation).norm() < 0.03);
+}
+
+TEST_CASE("Information is never better than the configured floors", "[registration]") {
+  Random random(3);
+  std::vector<Eigen::Vector3f> points;
+  std::vector<std::uint8_t> ground;
+  sample_corner(random, points, ground);
+  RegistrationConfig config;
+  config.sigma_floor_m = 0.5;
+  config.sigma_floor_rad = 0.05;
+  const RegistrationCloud cloud(points, ground, config);
+  const Matrix6d covariance = register_clouds(cloud, cloud, Pose{}, config).information.inverse();
+  for (int axis = 0; axis < 6; ++axis) {
+    const double floor = axis < 3 ? 0.5 : 0.05;
+    CHECK(covariance(axis, axis) > 0.99 * floor * floor);
+    CHECK(covariance(axis, axis) < 1.5 * floor * floor);
+  }
 }
 
 TEST_CASE("Clouds too poor to align do not converge", "[registration]") {

@@ -50,13 +50,13 @@ class Drive {
   explicit Drive(OwnedWindow& owned) : owned_(owned) {}
 
   /// One keyframe of random blocks about `x_m`; returns their places by number.
-  std::vector<Place> keyframe(double x_m, int blocks) {
+  std::vector<Place> keyframe(double x_m, int blocks, int reach = 9) {
     const Grid grid = grid_near({x_m, 0.0, 0.0}, owned_.config.voxel);
     const std::int64_t step = grid.step_cells() / 4;
     const std::array<std::int64_t, 3> origin{grid.lattice_x * step, grid.lattice_y * step,
                                              grid.lattice_z * step};
     owned_.window.begin(grid);
-    std::uniform_int_distribution<int> across(-9, 9);
+    std::uniform_int_distribution<int> across(-reach, reach);
     std::map<Place, std::uint32_t> numbers;
     std::vector<Place> places;
     for (int i = 0; i < blocks; ++i) {
@@ -197,6 +197,34 @@ TEST_CASE("a window that is full forgets its oldest keyframes first and goes on"
   }
   CHECK(least >= 1);
   CHECK(most < 5);
+}
+
+TEST_CASE("a window keeps its books under random loads, whatever runs out first") {
+  // Room for everything; for few tiles (a quarter of the blocks, 64 at least); for few blocks.
+  const auto [keyframes, capacity] =
+      GENERATE(table<std::uint32_t, std::uint32_t>({{3, 2000}, {2, 256}, {5, 400}, {4, 1200}}));
+  INFO(keyframes << " keyframes, " << capacity << " blocks");
+  OwnedWindow owned(windowed(keyframes, capacity));
+  Drive drive(owned);
+  std::mt19937 random(keyframes);
+  const auto draw = [&](int low, int high) {
+    return std::uniform_int_distribution<int>(low, high)(random);
+  };
+  double x_m = 0.0;
+  for (int k = 0; k < 500; ++k) {
+    // Back and forth, so that tiles are given back beside others that stay; now and then far off.
+    x_m += draw(0, 9) == 0 ? draw(-60, 60) : 0.4 * draw(-10, 10);
+    const int blocks = draw(0, 9) == 0 ? draw(300, 900) : draw(1, 150);
+    const auto places = drive.keyframe(x_m, blocks, draw(2, 9));
+    REQUIRE(owned.window.size() <= owned.window.capacity());
+    if (capacity == 2000) REQUIRE(owned.window.earlier_count() == drive.kept());
+    drive.check_history(places, std::min<std::size_t>(drive.kept(), owned.window.earlier_count()));
+    drive.finish(places);
+    if (draw(0, 99) == 0) {
+      owned.window.forget();
+      drive.forget();
+    }
+  }
 }
 
 TEST_CASE("a keyframe with more blocks than fit gets as many as there is room for") {

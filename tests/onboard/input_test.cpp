@@ -132,6 +132,42 @@ TEST_CASE("a restarted odometry is followed after one refused scan") {
   for (int i = 1; i < 12; ++i) CHECK(add(0.1 * i).error.code == ErrorCode::kOk);
 }
 
+TEST_CASE("a glitch is forgotten once the pose has been confirmed") {
+  OwnedPipeline pipeline(small_config());
+  const LabelledScan scan = plain_scan();
+  std::int64_t stamp = 0;
+  const auto add = [&](double x) {
+    return pipeline->add_scan(scan.view(), sensor_at(x, 0), stamp += kPeriodNs).error.code;
+  };
+  for (int i = 0; i < 4; ++i) REQUIRE(add(0.1 * i) == ErrorCode::kOk);
+  CHECK(add(30.0) == ErrorCode::kPoseJump);
+  for (int i = 4; i < 8; ++i) CHECK(add(0.1 * i) == ErrorCode::kOk);
+  // The second glitch agrees with the first, but there were good poses between them.
+  CHECK(add(30.0) == ErrorCode::kPoseJump);
+  CHECK(add(0.8) == ErrorCode::kOk);
+}
+
+TEST_CASE("a restarted odometry knows nothing of what was seen before") {
+  // In the old coordinates everything up to the far wall was seen through; in the new ones a wall
+  // stands there.
+  Scene before;
+  before.boxes = {standing_box({25.0, 0.0, 2.0}, {0.3, 30.0, 2.0})};
+  Scene after;
+  after.boxes = {standing_box({12.0, 0.0, 2.0}, {0.3, 8.0, 2.0})};
+  OwnedPipeline pipeline(small_config());
+  std::int64_t stamp = 0;
+  const auto add = [&](const Scene& scene, double x) {
+    const LabelledScan scan = scene.scan(sensor_at(x, 0.0, x > 20.0 ? 3.14159 : 0.0), 0.0);
+    return pipeline->add_scan(scan.view(), sensor_at(x, 0.0, x > 20.0 ? 3.14159 : 0.0),
+                              stamp += kPeriodNs);
+  };
+  for (int i = 0; i < 60; ++i) REQUIRE(add(before, 0.0).error.code == ErrorCode::kOk);
+  CHECK(add(after, 24.0).error.code == ErrorCode::kPoseJump);
+  for (int i = 0; i < 10; ++i) REQUIRE(add(after, 24.0).error.code == ErrorCode::kOk);
+  REQUIRE(pipeline->keyframe().scans.size() == 10);
+  CHECK(pipeline->keyframe().statistics->points_dynamic == 0);
+}
+
 TEST_CASE("poses that never agree are refused one by one and do no harm") {
   OwnedPipeline pipeline(small_config());
   const LabelledScan scan = plain_scan();
@@ -202,6 +238,78 @@ TEST_CASE("points whose block finds no room are counted and stay static") {
   CHECK(statistics.points_static == 400);
   for (const PointLabel label : labels_of(*pipeline, 0, points.size())) {
     CHECK(label == PointLabel::kStatic);
+  }
+}
+
+TEST_CASE("points whose block finds no room are counted with down-sampling, too") {
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 0; i < 400; ++i) {
+    points.emplace_back(2.0F * static_cast<float>(i % 20) - 19.0F,
+                        2.0F * static_cast<float>(i / 20) - 19.0F, 2.0F);
+  }
+  PipelineConfig config = small_config();
+  config.voxel.max_cells = 400;
+  config.keyframe.downsample_leaf_m = 0.2F;
+  OwnedPipeline pipeline(config);
+  REQUIRE(pipeline);
+  const PointView view = PointView::xyz(points.data(), points.size(), sizeof(points[0]));
+  REQUIRE(pipeline->add_scan(view, sensor_at(0, 0), 1).error.code == ErrorCode::kOk);
+  REQUIRE(pipeline->flush().keyframe_ready);
+  const KeyframeStatistics& statistics = *pipeline->keyframe().statistics;
+  CHECK(statistics.cells == 100);
+  CHECK(statistics.dropped_by(DropCause::kCellsFull) == 300);
+}
+
+TEST_CASE("blocks that cannot wait for their final labels are counted") {
+  // One cell in each of 150 blocks of a wall, others in every keyframe: as many blocks as a
+  // keyframe can hold, and of three keyframes all can wait.
+  PipelineConfig config = small_config();
+  config.keyframe.scans = 1;
+  config.free_space.images_per_keyframe = 1;
+  config.voxel.max_cells = 600;
+  REQUIRE(config.voxel.max_blocks() == 150);
+  REQUIRE(config.removal.window > 4);
+  std::vector<Eigen::Vector3f> wall;
+  for (int i = 0; i < 150; ++i) {
+    wall.emplace_back(9.0F, 0.8F * static_cast<float>(i % 25) - 10.0F,
+                      0.8F * static_cast<float>(i / 25) - 1.0F);
+  }
+  for (const bool final_labels : {true, false}) {
+    config.removal.final_labels = final_labels;
+    OwnedPipeline pipeline(config);
+    REQUIRE(pipeline);
+    std::uint64_t counted = 0;
+    for (int k = 0; k < 8; ++k) {
+      const PointView view = PointView::xyz(wall.data(), wall.size(), sizeof(wall[0]));
+      const ScanResult result =
+          pipeline->add_scan(view, sensor_at(2.0 * k, 0.0), 1 + k * 5 * kPeriodNs);
+      REQUIRE(result.error.code == ErrorCode::kOk);
+      REQUIRE(result.keyframe_ready);
+      const std::uint64_t full =
+          pipeline->keyframe().statistics->dropped_by(DropCause::kEvidenceFull);
+      if (k < 3) CHECK(full == 0);
+      counted += full;
+    }
+    CHECK((counted > 0) == final_labels);
+  }
+}
+
+TEST_CASE("the points of a cell are counted up to what its field can hold") {
+  const Eigen::Vector3f point(10.1F, 0.1F, 0.1F);
+  for (const std::size_t count : {std::size_t{65535}, std::size_t{70000}}) {
+    const std::vector<Eigen::Vector3f> points(count, point);
+    PipelineConfig config = small_config();
+    config.keyframe.max_points_per_scan = 80000;
+    OwnedPipeline pipeline(config);
+    REQUIRE(pipeline);
+    const PointView view = PointView::xyz(points.data(), points.size(), sizeof(point));
+    REQUIRE(pipeline->add_scan(view, sensor_at(0, 0), 1).error.code == ErrorCode::kOk);
+    REQUIRE(pipeline->flush().keyframe_ready);
+    const KeyframeView& keyframe = pipeline->keyframe();
+    REQUIRE(keyframe.static_cells.size() + keyframe.dynamic_cells.size() == 1);
+    CHECK((keyframe.static_cells.empty() ? keyframe.dynamic_cells : keyframe.static_cells)[0]
+              .points == 65535);
+    CHECK(keyframe.statistics->points_valid == count);
   }
 }
 

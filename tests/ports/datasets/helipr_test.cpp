@@ -2,6 +2,7 @@
 #include "ports/datasets/helipr.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "tests/ports/datasets/fixtures.hpp"
 
@@ -104,6 +105,19 @@ TEST_CASE("a HeLiPR sequence takes poses by stamp") {
   Scan scan;
   dataset->read_scan(1, scan);
   CHECK(scan.points.size() == 2);
+}
+
+TEST_CASE("a HeLiPR scan between two poses turns with time from the earlier to the later one") {
+  const TemporaryDirectory directory;
+  directory.write("LiDAR/Avia/1691936557110000001.bin", kAvia);
+  // A quarter turn about z within 0.1 s; the scan comes after a tenth of it.
+  directory.write("LiDAR_GT/Avia_gt.txt",
+                  "1691936557100000001 0 0 0 0 0 0 1\n"
+                  "1691936557200000001 10 0 0 0 0 0.7071067811865476 0.7071067811865476\n");
+  const Pose pose = open_dataset(directory.path())->pose(0);
+  CHECK(pose.translation.x() == Approx(1.0));
+  const double yaw = std::atan2(pose.rotation(1, 0), pose.rotation(0, 0));
+  CHECK(yaw == Approx(0.1 * 3.14159265358979 / 2.0));
 }
 
 TEST_CASE("a HeLiPR sequence that does not fit together is refused") {

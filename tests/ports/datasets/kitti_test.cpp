@@ -69,6 +69,18 @@ TEST_CASE("poses of the camera become poses of the LiDAR with Tr") {
   CHECK(dataset->pose(1).translation.isApprox(Eigen::Vector3d(5, 0, 0), 1e-12));
 }
 
+TEST_CASE("true poses of the camera become poses of the LiDAR with Tr, too") {
+  const TemporaryDirectory directory;
+  write_sequence(directory);
+  directory.write("calib.txt", "Tr: 0 -1 0 0 0 0 -1 0 1 0 0 -0.3\n");
+  directory.write("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 5\n");
+  directory.write("gt_poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 7\n");
+  const auto truth = open_dataset(directory.path())->ground_truth_poses();
+  REQUIRE(truth.size() == 2);
+  CHECK(truth[0].translation.norm() < 1e-12);
+  CHECK(truth[1].translation.isApprox(Eigen::Vector3d(7, 0, 0), 1e-12));
+}
+
 TEST_CASE("an excerpt of a sequence takes its poses by scan number") {
   const TemporaryDirectory directory;
   directory.write("velodyne/000001.bin", kPointBytes);

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstring>
 
 #include "tests/ports/datasets/pcd_fixtures.hpp"
 
@@ -104,6 +105,32 @@ TEST_CASE("a forged header cannot make us allocate what the file does not hold")
   CHECK_THAT(parse_error(fields + "POINTS 100000000\nDATA binary_compressed\n" +
                          hex("04000000 008c8647 00000000")),
              Contains("too small for the points"));
+}
+
+TEST_CASE("more points than four bytes can count are refused before anything is read") {
+  const std::string fields = "FIELDS x\nSIZE 4\nTYPE F\n";
+  const std::string data =
+      GENERATE("DATA ascii\n1\n", "DATA binary\n1234", "DATA binary_compressed\n12345678");
+  CHECK_THAT(parse_error(fields + "POINTS 4294967296\n" + data),
+             Contains("POINTS is absurdly large"));
+  CHECK_THAT(parse_error(fields + "WIDTH 65536\nHEIGHT 65536\n" + data),
+             Contains("POINTS is absurdly large"));
+}
+
+TEST_CASE("compressed data may grow as much as the coding can, and no more") {
+  // 88 bytes of points for each of four compressed bytes: possible, though these are garbage.
+  const std::string header = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n";
+  const auto error_for = [&](std::uint32_t points) {
+    std::string sizes(8, '\0');
+    const std::uint32_t compressed = 3;
+    const std::uint32_t raw = points * 12;
+    std::memcpy(sizes.data(), &compressed, 4);
+    std::memcpy(sizes.data() + 4, &raw, 4);
+    return parse_error(header + "POINTS " + std::to_string(points) + "\nDATA binary_compressed\n" +
+                       sizes + "\xff\xff\xff");
+  };
+  CHECK_THAT(error_for(22), Contains("damaged"));  // 264 bytes
+  CHECK_THAT(error_for(23), Contains("too small for the points"));
 }
 
 TEST_CASE("damaged compression is noticed") {

@@ -1,0 +1,58 @@
+// Labels of points after the cells they went into
+#include "src/apps/merge/cell_labels.hpp"
+
+#include <catch2/catch.hpp>
+
+using namespace unimapper;
+using namespace unimapper::apps;
+
+namespace {
+
+/// Where the dynamic cell is, as far as can be from the points beside it that share its bin.
+const Eigen::Vector3f kDynamic(0.05F, 0.05F, 0.05F);
+const Eigen::Vector3f kStatic(0.65F, 0.05F, 0.05F);
+
+/// A keyframe with a dynamic cell and a static one 60 cm along x.
+CellLabels two_cells() {
+  KeyframeRecord keyframe;
+  keyframe.static_cells.push_back({kStatic, 1, 0, 0});
+  keyframe.dynamic_cells.push_back({kDynamic, 1, 0, 0});
+  return {keyframe, {}};
+}
+
+}  // namespace
+
+TEST_CASE("a point has the label of the cell whose mean is nearest") {
+  const CellLabels labels = two_cells();
+  CHECK(labels.is_dynamic(kDynamic));
+  CHECK(labels.is_dynamic({0.34F, 0.05F, 0.05F}));
+  CHECK_FALSE(labels.is_dynamic({0.36F, 0.05F, 0.05F}));
+  CHECK_FALSE(labels.is_dynamic(kStatic));
+}
+
+TEST_CASE("a point beside a dynamic cell that was left out of the keyframe is static") {
+  const CellLabels labels = two_cells();
+  // A cell's mean and its farthest point are at most its diagonal of 0.35 m apart.
+  for (const Eigen::Vector3f& direction :
+       {Eigen::Vector3f(0.0F, 1.0F, 0.0F), Eigen::Vector3f(0.0F, 0.0F, 1.0F),
+        Eigen::Vector3f(0.0F, 0.6F, 0.8F)}) {
+    CHECK(labels.is_dynamic(kDynamic + 0.35F * direction));
+    CHECK_FALSE(labels.is_dynamic(kDynamic + 0.37F * direction));
+  }
+}
+
+TEST_CASE("refined labels take the place of the robot's") {
+  KeyframeRecord keyframe;
+  keyframe.static_cells.push_back({kStatic, 1, 0, 0});
+  keyframe.dynamic_cells.push_back({kDynamic, 1, 0, 0});
+  const CellLabels labels(keyframe, {{1, 0}});
+  CHECK_FALSE(labels.is_dynamic(kDynamic));
+  CHECK(labels.is_dynamic(kStatic));
+}
+
+TEST_CASE("points and cells that lie nowhere are static") {
+  KeyframeRecord keyframe;
+  keyframe.dynamic_cells.push_back({Eigen::Vector3f(1e30F, 0.0F, 0.0F), 1, 0, 0});
+  const CellLabels labels(keyframe, {});
+  CHECK_FALSE(labels.is_dynamic({1e30F, 0.0F, 0.0F}));
+}

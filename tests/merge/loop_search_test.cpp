@@ -1,0 +1,206 @@
+// Loop candidates by descriptor and by distance: every condition just met and just missed
+#include "src/merge/loop_search.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <utility>
+
+#include "src/merge/radius_search.hpp"
+#include "tests/merge/synthetic_town.hpp"
+
+using namespace unimapper;
+using namespace unimapper::merge;
+using unimapper::merge::testing::make_town;
+using unimapper::merge::testing::record;
+
+namespace {
+
+/// Keyframes along a street, `step_m` apart.
+std::vector<Pose> crawl(std::size_t count, double step_m) {
+  std::vector<Pose> poses(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    poses[i].translation = {6.0 + step_m * static_cast<double>(i), 0.0, 1.7};
+  }
+  return poses;
+}
+
+Pose at(double x, double y, double yaw = 0.0) {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ())),
+          Eigen::Vector3d(x, y, 0.0)};
+}
+
+/// Two sessions whose maps are aligned, their keyframes where odometry says.
+struct Aligned {
+  std::vector<SessionData> sessions{2};
+  Alignment alignment;
+
+  void add(std::size_t session, const Pose& pose) {
+    KeyframeRecord keyframe;
+    keyframe.sequence = static_cast<std::uint32_t>(sessions[session].keyframes.size());
+    keyframe.T_odometry_keyframe = pose;
+    sessions[session].keyframes.push_back(keyframe);
+  }
+
+  std::vector<LoopProposal> search(const MergeConfig& config = {},
+                                   const std::vector<LoopConstraint>& known = {}) {
+    alignment.connected.assign(2, true);
+    alignment.T_map_session.assign(2, Pose{});
+    return search_as_is(config, known);
+  }
+  std::vector<LoopProposal> search_as_is(const MergeConfig& config = {},
+                                         const std::vector<LoopConstraint>& known = {}) {
+    alignment.T_session_keyframe.clear();
+    for (const SessionData& session : sessions) {
+      alignment.T_session_keyframe.emplace_back();
+      for (const KeyframeRecord& keyframe : session.keyframes) {
+        alignment.T_session_keyframe.back().push_back(keyframe.T_odometry_keyframe);
+      }
+    }
+    return propose_radius_loops(sessions, alignment, known, config);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("A slow robot closes no loop with where it was a moment ago", "[loop_search]") {
+  const std::vector<SessionData> sessions{
+      record(make_town(5, 1), crawl(24, 0.5), "slow", 1, 0.0, 0.0).session};
+  LoopConfig config;
+  config.min_keyframe_gap = 15;
+  // The farthest two keyframes are 11.5 m of path apart.
+  config.min_path_gap_m = 11.0;
+  const auto near = propose_own_loops(sessions, config, 1);
+  for (const LoopProposal& loop : near) {
+    CHECK(loop.query.keyframe - loop.match.keyframe >= 22);
+  }
+  config.min_path_gap_m = 12.0;
+  CHECK(propose_own_loops(sessions, config, 1).empty());
+  config.min_path_gap_m = 0.0;
+  const auto all = propose_own_loops(sessions, config, 1);
+  CHECK_FALSE(all.empty());
+  for (const LoopProposal& loop : all) {
+    CHECK(loop.query.session == 0);
+    CHECK(loop.query.keyframe - loop.match.keyframe >= 15);
+  }
+}
+
+TEST_CASE("As many candidates are proposed as configured, per keyframe and per pair of sessions",
+          "[loop_search]") {
+  const auto town = make_town(5, 1);
+  const std::vector<SessionData> sessions{record(town, crawl(10, 2.0), "one", 1).session,
+                                          record(town, crawl(10, 2.0), "two", 2).session};
+  LoopConfig config;
+  const auto many = propose_loops_between(sessions, config);
+  REQUIRE(many.size() > 10);
+  for (const LoopProposal& loop : many) CHECK(loop.query.session != loop.match.session);
+  config.max_candidates_per_pair = 7;
+  const auto best = propose_loops_between(sessions, config);
+  REQUIRE(best.size() == 7);
+  for (std::size_t i = 0; i < best.size(); ++i) {
+    CHECK(best[i].query == many[i].query);
+    CHECK(best[i].match == many[i].match);
+    if (i > 0) CHECK((best[i - 1].likely || !best[i].likely));
+  }
+  // Both directions of a pair of keyframes meet in one candidate.
+  config = {};
+  config.candidates_per_keyframe = 1;
+  CHECK(propose_loops_between(sessions, config).size() <= 20);
+}
+
+TEST_CASE("Keyframes within the radius are proposed, with the pose between them",
+          "[radius_search]") {
+  const MergeConfig config;
+  for (const double distance : {config.radius.radius_m - 0.1, config.radius.radius_m + 0.1}) {
+    Aligned maps;
+    maps.add(0, at(0.0, 0.0, 0.4));
+    maps.add(1, at(distance, 0.0, 0.1));
+    const auto found = maps.search(config);
+    REQUIRE(found.size() == (distance < config.radius.radius_m ? 1 : 0));
+    if (found.empty()) continue;
+    CHECK(found[0].query.session == 1);
+    CHECK(found[0].match.session == 0);
+    const Pose expected = at(0.0, 0.0, 0.4).inverse() * at(distance, 0.0, 0.1);
+    CHECK((found[0].T_match_query.translation - expected.translation).norm() < 1e-9);
+  }
+}
+
+TEST_CASE("Two narrow sensors must look the same way, beside a wide one it does not matter",
+          "[radius_search]") {
+  constexpr double kHalfFovRad = 0.5 * 70.4 * 3.14159265358979 / 180.0;
+  const auto found = [](const char* match_sensor, double turn) {
+    Aligned maps;
+    maps.sessions[0].info.sensor = match_sensor;
+    maps.sessions[1].info.sensor = "livox-avia";
+    maps.add(0, at(0.0, 0.0));
+    maps.add(1, at(2.0, 0.0, turn));
+    return maps.search().size();
+  };
+  CHECK(found("livox-avia", kHalfFovRad - 0.02) == 1);
+  CHECK(found("livox-avia", kHalfFovRad + 0.02) == 0);
+  CHECK(found("os2-128", kHalfFovRad + 0.02) == 1);
+  CHECK(found("os2-128", 3.1) == 1);
+}
+
+TEST_CASE("The nearest keyframes are proposed, spaced along the query's path", "[radius_search]") {
+  Aligned maps;
+  for (int i = 0; i < 41; ++i) {
+    maps.add(0, at(1.0 * i, 1.0));
+    maps.add(1, at(1.0 * i, 0.0));
+  }
+  MergeConfig config;
+  config.loops.min_path_gap_m = 1000.0;  // no loops within a session
+  auto found = maps.search(config);
+  REQUIRE(config.radius.spacing_m == 4.0);
+  REQUIRE(found.size() == 11);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    CHECK(found[i].query.keyframe == 4 * i);
+    CHECK(found[i].match.keyframe == 4 * i);
+  }
+  config.radius.per_keyframe = 3;
+  CHECK(maps.search(config).size() == 33);
+  // What is known already is not proposed again, nor the next nearest in its stead.
+  config.radius.per_keyframe = 1;
+  std::vector<LoopConstraint> known(1);
+  known[0].query = {0, 8};
+  known[0].match = {1, 8};
+  found = maps.search(config, known);
+  for (const LoopProposal& loop : found) CHECK(loop.match.keyframe == loop.query.keyframe);
+  CHECK(found.size() == 10);  // from keyframe 9 on instead
+  CHECK(found[2].query.keyframe == 9);
+}
+
+TEST_CASE("Within a session both gaps count, by keyframes and along the path", "[radius_search]") {
+  // Out 30 m and back on the other side of the street.
+  Aligned maps;
+  for (int i = 0; i <= 15; ++i) maps.add(0, at(2.0 * i, 0.0));
+  for (int i = 15; i >= 0; --i) maps.add(0, at(2.0 * i, 2.0));
+  MergeConfig config;
+  config.radius.spacing_m = 0.0;
+  config.radius.radius_m = 2.5;
+  const auto gaps = [&] {
+    double least_path_m = 1000.0;
+    std::size_t least = 1000;
+    for (const LoopProposal& loop : maps.search(config)) {
+      const std::size_t gap = loop.query.keyframe - loop.match.keyframe;
+      least = std::min(least, gap);
+      least_path_m = std::min(least_path_m, 2.0 * static_cast<double>(gap));
+    }
+    return std::make_pair(least, least_path_m);
+  };
+  config.loops.min_keyframe_gap = 11;
+  config.loops.min_path_gap_m = 0.0;
+  CHECK(gaps().first == 11);
+  config.loops.min_keyframe_gap = 1;
+  config.loops.min_path_gap_m = 25.9;
+  CHECK(gaps().second == 26.0);
+}
+
+TEST_CASE("Sessions that are not connected are not searched", "[radius_search]") {
+  Aligned maps;
+  maps.add(0, at(0.0, 0.0));
+  maps.add(1, at(1.0, 0.0));
+  CHECK(maps.search().size() == 1);
+  maps.alignment.connected[0] = false;
+  CHECK(maps.search_as_is().empty());
+}
