@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# The tables of docs/results.md: what is kept and removed, and what a keyframe costs, on simulated
-# drives of every LiDAR and on the real recordings where they lie in ../shared/data; hostile scans;
-# cost against points and distance; a drive at real-time rate.
+# Benchmark of the onboard pipeline: the quality and latency tables of docs/results.md.
+#
+# Simulated drives of every LiDAR and the real recordings where they lie in ../shared/data;
+# adversarial scans; cost over points and distance; a drive at real-time rate.
 #
 #   bench/run.sh [SCANS] [SEED] [MINUTES]     scans per simulated drive, minutes of real time
 set -euo pipefail
@@ -16,7 +17,7 @@ mkdir -p "$out"
 
 # The first number behind a key of a JSON file.
 number() { grep -m1 "\"$2\"" "$1" | grep -oE -- '-?[0-9.]+(e-?[0-9]+)?|null' | tail -1; }
-# A stage's p50 and p99 behind one another, milliseconds.
+# A stage's p50 and p99, milliseconds.
 stage() { sed -n "/\"$2\": {/,/}/p" "$1" | grep -oE '"(p50|p99)": *[0-9.]+' | sort |
   awk '{printf "%s%.1f", (NR > 1 ? " / " : ""), $2}'; }
 

@@ -1,4 +1,4 @@
-// A malloc family that counts. Include it in one file of an executable of its own.
+// Malloc family that counts. Include it in one file of an executable of its own.
 //
 // It is defined in the executable because replacing operator new would miss malloc, and wrapping
 // malloc at link time would miss what libstdc++ allocates. Build with -fno-builtin: the compiler

@@ -1,4 +1,4 @@
-// Folders that tests work with.
+// Source and recordings folders of the tests.
 #pragma once
 
 namespace unimapper::testing {

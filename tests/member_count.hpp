@@ -1,4 +1,4 @@
-// How many members an aggregate has: whoever copies it member by member can then notice a new one.
+// Member count of an aggregate, to detect members that a member-wise copy misses.
 #pragma once
 
 #include <cstddef>

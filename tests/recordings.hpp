@@ -1,4 +1,4 @@
-// Finds the real recordings, which may lie packed beside the project. They are never part of it.
+// Location of the real recordings beside the project.
 #pragma once
 
 #include <stdlib.h>  // NOLINT: mkdtemp is POSIX

@@ -1,2 +1,3 @@
+// Main function of the tests.
 #define CATCH_CONFIG_MAIN
 #include <catch2/catch.hpp>

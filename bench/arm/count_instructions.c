@@ -1,9 +1,8 @@
-/* A plugin of qemu's user mode that counts the guest's instructions and tells the guest how many
- * there were. Works for every guest processor alike.
+/* qemu plugin that counts the guest's instructions and reports the count to the guest.
  *
- * A guest asks by ioctl(fd, COUNT_REQUEST) on the writing end of a pipe and then reads eight bytes
- * from the other end: the count in the host's byte order. Without the plugin the ioctl fails and
- * nothing comes.
+ * Independent of the guest's processor. A guest requests the count by ioctl(fd, COUNT_REQUEST) on
+ * the writing end of a pipe and then reads eight bytes from the other end: the count in the host's
+ * byte order. Without the plugin the ioctl fails and nothing is written.
  *
  * qemu publishes its plugin interface as a header, which Debian does not package; what is used of
  * it is declared here (interface version 1, qemu 4.2 to 8.x).
@@ -44,7 +43,7 @@ static void on_syscall(uint64_t id, unsigned processor, int64_t number, uint64_t
   (void)id, (void)processor, (void)number, (void)a3, (void)a4, (void)a5, (void)a6, (void)a7,
       (void)a8;
   if ((uint32_t)request != COUNT_REQUEST) return;
-  /* A guest that finds nothing in its pipe knows that it was not told. */
+  /* An empty pipe tells the guest that there is no count. */
   ssize_t written = write((int)descriptor, &instructions, sizeof instructions);
   (void)written;
 }

@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
-# Instructions per keyframe and stage on x86-64, aarch64 and ARMv7, counted in qemu's user mode:
-# run.sh [DATASET [SENSOR]]; without arguments KITTI's drive 0005 out of ../shared/data.
-# The same machine code gives the same numbers, however busy this machine is.
+# Instructions per keyframe and stage on x86-64, aarch64 and ARMv7, counted in qemu's user mode.
+#
+#   run.sh [DATASET [SENSOR]]     without arguments KITTI's drive 0005 out of ../shared/data
+#
+# Equal machine code gives equal counts, whatever the load of this machine.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 

@@ -1,10 +1,12 @@
-// Instructions per keyframe, stage by stage. Runs in qemu's user mode with the plugin of
-// count_instructions.c; run.sh does that for every processor.
+// Command-line tool: instructions per keyframe and stage, counted by qemu.
+//
+// Runs in qemu's user mode with the plugin of count_instructions.c; run.sh does that for every
+// processor.
 //
 //   stage_instructions DATASET [SENSOR]
 //
 // Prints the name of each stage and the median over all keyframes but the first, which has no
-// earlier evidence to look at.
+// earlier evidence.
 #include <fcntl.h>
 #include <sys/ioctl.h>
 #include <unistd.h>

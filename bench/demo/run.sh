@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
-# Three robots with three LiDARs drive through one simulated town on three days. Each runs its own
-# onboard process and streams keyframes over LCM; one merger process listens and makes one map.
+# Demonstration: three robots with three LiDARs in one simulated town on three days, merged.
+#
+# Each robot runs its own onboard process and streams keyframes over LCM; one merger process listens
+# and makes one map.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 

@@ -1,4 +1,4 @@
-// Dynamic points as a plain occupancy map knows them: what is free once the drive is over.
+// OctoMap baseline: dynamic points are those in voxels that are free in the finished map.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +14,8 @@ namespace unimapper::bench {
 /// from 0.5 on.
 struct OctomapOptions {
   double voxel_m = 0.1;
-  /// Beams are inserted up to here, so that points beyond leave a free ray and no obstacle. The
-  /// benchmark's protocol knows no points beyond, either.
+  /// Beams are inserted up to this range; points beyond leave a free ray and no obstacle. The
+  /// benchmark's protocol ignores points beyond it, too.
   double max_range_m = 50.0;
   std::size_t scans = std::numeric_limits<std::size_t>::max();  ///< only the first ones
 };
@@ -28,8 +28,9 @@ struct OctomapCost {
 };
 
 /// Inserts every scan at its pose, then writes OUT/labels/NAME.label: dynamic (251) for a point
-/// whose voxel is free in the finished map, static (9) for all others, those in voxels nothing is
-/// known of included. This judges with hindsight, unlike `unimapper onboard`. Throws DatasetError.
+/// whose voxel is free in the finished map, static (9) for all others, including
+/// those in unknown voxels. Unlike `unimapper onboard`, this uses
+/// the scans after a point as well as those before it. Throws DatasetError.
 OctomapCost label_with_octomap(const datasets::Dataset& dataset, const OctomapOptions& options,
                                const std::filesystem::path& out);
 

@@ -1,4 +1,4 @@
-// Labels a recording with OctoMap, for `unimapper evaluate dynamic`. JSON goes to stdout.
+// Command-line tool: labels of a recording by OctoMap, cost as JSON on stdout.
 #include <sys/resource.h>
 
 #include <cstdio>
@@ -16,11 +16,12 @@ using namespace unimapper;
 constexpr const char* kUsage =
     R"(usage: octomap_labels DATASET OUT [--scans N] [--voxel-m M] [--max-range-m M]
 
-Inserts every scan into an OctoMap and writes OUT/labels: dynamic is what is free in the end.
+Inserts every scan into an OctoMap and writes OUT/labels: points in voxels that are free in the
+finished map are dynamic.
 
   --scans N        only the first N scans (default: all); it takes a second or two per dense scan
   --voxel-m M      resolution (0.1)
-  --max-range-m M  beams are inserted up to here (50)
+  --max-range-m M  largest range of inserted beams (50)
 )";
 
 struct Options {
@@ -50,7 +51,7 @@ bool parse(int argc, char** argv, Options& options) {
   return options.positional.size() == 2;
 }
 
-/// The most memory this process ever held.
+/// Peak resident memory of this process.
 double peak_mb() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);

@@ -1,17 +1,18 @@
 #!/usr/bin/env bash
-# What dynamic object removal keeps and removes: every LiDAR in simulated scenes of several seeds and
-# with several kinds of odometry, and the labelled recording where it lies in ../shared/data. Prints
-# Markdown tables: the default, by class and by range; variants that leave one rule out, and the
-# paper taken literally; OctoMap beside it. Pictures of the first seed's drives go to
-# build/bench/dynamic/pictures.
+# Benchmark of dynamic object removal: accuracy by scene, class, range and variant.
+#
+# Every LiDAR in simulated scenes of several seeds with several kinds of odometry, and the labelled
+# recording where it lies in ../shared/data. Prints Markdown tables: the default, by class and by
+# range; variants that leave one rule out, and the paper taken literally; OctoMap for comparison.
+# Pictures of the first seed's drives go to build/bench/dynamic/pictures.
 #
 #   bench/dynamic/run.sh [SEEDS] [SCANS] [SCENES] [DRIFTS]
 #       defaults: "21 22 23" 100 "town campus" "lio icp"
 #
 # Runtime is bounded: variants are scored in the first scene with the first odometry only, OctoMap
 # on the first seed's first drive of each LiDAR and at most OCTOMAP_SCANS (40; 0 leaves it out) of
-# its scans, at one to five seconds each, and on the recording. On two cores about fifty minutes with
-# the defaults, a third of them for OctoMap. Five minutes, and one LiDAR alone:
+# its scans, at one to five seconds each, and on the recording. On two cores about fifty minutes
+# with the defaults, a third of them for OctoMap. Five minutes, and one LiDAR alone:
 #
 #   OCTOMAP_SCANS=0 bench/dynamic/run.sh 21 60 town lio
 #   SENSORS=vlp-16 VARIANTS="default paper" bench/dynamic/run.sh
@@ -41,16 +42,16 @@ unimapper=${UNIMAPPER:-build/release/bin/unimapper}
 source bench/dynamic/tables.sh
 
 # Every variant is the default with one thing changed.
-read -ra variants <<<"${VARIANTS:-default paper no-carrying floating-ground seen-through-ground near-ground \
-sure-everywhere no-components no-persistence other-keyframes-only no-revision}"
+read -ra variants <<<"${VARIANTS:-default paper no-log-odds-carry elevated-ground seen-through-ground unpropagated-ground \
+full-weight-everywhere no-components no-persistence other-keyframes-only no-final-labels}"
 config_of() {
   case "$1" in
-    no-carrying) echo '{"removal": {"log_odds_clamp": 0}}' ;;
-    floating-ground) echo '{"ground": {"elevated_step_m": 0}}' ;;
+    no-log-odds-carry) echo '{"removal": {"log_odds_clamp": 0}}' ;;
+    elevated-ground) echo '{"ground": {"elevated_step_m": 0}}' ;;
     seen-through-ground) echo '{"ground": {"seen_through_share": 0}}' ;;
-    near-ground) echo '{"ground": {"propagation_voxels": 1}}' ;;
-    no-revision) echo '{"removal": {"final_labels": false}}' ;;
-    sure-everywhere) echo '{"free_space": {"full_weight_range_m": 0}}' ;;
+    unpropagated-ground) echo '{"ground": {"propagation_voxels": 1}}' ;;
+    no-final-labels) echo '{"removal": {"final_labels": false}}' ;;
+    full-weight-everywhere) echo '{"free_space": {"full_weight_range_m": 0}}' ;;
     no-components) echo '{"removal": {"components": false}}' ;;
     no-persistence) echo '{"removal": {"persistence_share": 0}}' ;;
     other-keyframes-only) echo '{"free_space": {"own_keyframe": false}}' ;;
@@ -67,14 +68,14 @@ simulate() {
 
 first() { echo "${1%% *}"; }
 
-# Scenes of the list that this simulator knows.
+# Scenes of the list that this simulator has.
 known() {
   local scene
   for scene in $1; do
     if simulate vlp-16 "$scene" lio 1 "$out/data/probe" 1; then
       printf '%s ' "$scene"
     else
-      echo "The simulator knows no scene \"$scene\"; its rows are left out." >&2
+      echo "The simulator has no scene \"$scene\"; its rows are left out." >&2
     fi
   done
 }
@@ -82,7 +83,7 @@ scenes=$(known "$scenes")
 first_drive="$(first "$scenes")-$(first "$drifts")"
 
 # score NAME DATASET VARIANT [EVALUATE ARGS]: writes OUT/NAME.VARIANT.json, and for the default also
-# NAME.final.json (labels when a keyframe left the window) and NAME.refined.json (the merger's)
+# NAME.final.json (labels of evicted keyframes) and NAME.refined.json (the merger's)
 score() {
   local name=$1 data=$2 variant=$3 run="$out/runs/$1.$3" preset=default labels=()
   [ "$variant" != default ] || labels=(--final-labels)
@@ -94,8 +95,8 @@ score() {
   cp "$run/stats.json" "$out/$name.$variant.stats"
   "$unimapper" evaluate dynamic --truth "$data" --run "$run" "$@" \
     >"$out/$name.$variant.json" 2>/dev/null
-  [ "$variant" != default ] || score_hindsight "$name" "$data" "$run"
-  # OctoMap sees fewer scans: what the same labels are worth in these.
+  [ "$variant" != default ] || score_relabelled "$name" "$data" "$run"
+  # OctoMap is scored on fewer scans: the same labels, scored on those scans.
   if [ "$variant" = default ] && wants_octomap "$name"; then
     "$unimapper" evaluate dynamic --truth "$data" --run "$run" --scans "$(octomap_scans_of "$name")" \
       >"$out/$name.beside.json" 2>/dev/null
@@ -103,8 +104,8 @@ score() {
   rm -rf "$run"
 }
 
-# score_hindsight NAME DATASET RUN
-score_hindsight() {
+# score_relabelled NAME DATASET RUN
+score_relabelled() {
   local map="$out/runs/$1.map" session
   session=$(basename "$3")
   "$unimapper" evaluate dynamic --truth "$2" --run "$3/final" >"$out/$1.final.json" 2>/dev/null

@@ -1,4 +1,4 @@
-# Markdown tables of the results in $out; sourced by run.sh.
+# Markdown tables of the dynamic removal benchmark; sourced by run.sh, reads the results in $out.
 # shellcheck shell=bash disable=SC2154
 
 # The first number behind a key of a JSON file.
@@ -34,12 +34,12 @@ row() {
           label, sa / NR, da / NR, aa / NR, moving / NR, both / NR }'
 }
 
-# Which labels are meant.
+# Title of a set of labels.
 title() {
   case "$1" in
     default) echo online ;;
-    final) echo "leaving the window" ;;
-    *) echo "refined at the merger" ;;
+    final) echo "final" ;;
+    *) echo "refined" ;;
   esac
 }
 

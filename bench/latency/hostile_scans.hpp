@@ -1,5 +1,6 @@
-// Scans that no sensor sends, made to cost as much as they can: for the tests that bound the work
-// they cause, and for the bench that times it.
+// Generator of adversarial scans that maximise the pipeline's work.
+//
+// Used by the tests that bound this work and by the benchmark that times it.
 #pragma once
 
 #include <Eigen/Core>

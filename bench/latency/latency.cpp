@@ -1,5 +1,6 @@
-// How long a keyframe takes, stage by stage. Tables go to stderr, JSON to stdout. Scans are read
-// into memory first, so that no disk is timed.
+// Command-line tool: latency of a keyframe by stage, tables on stderr and JSON on stdout.
+//
+// Scans are read into memory first, so that file access is not timed.
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -8,13 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "background_load.hpp"
+#include "hashing_baseline.hpp"
 #include "hostile.hpp"
 #include "measurement.hpp"
-#include "other_core.hpp"
 #include "ports/datasets/dataset.hpp"
 #include "report.hpp"
 #include "scaling.hpp"
-#include "yardstick.hpp"
 
 namespace {
 
@@ -83,18 +84,18 @@ PipelineConfig make_config(const Options& options, const std::string& sensor_nam
   return config;
 }
 
-/// Runs the recording through a fresh pipeline, then the yardstick over the same keyframes.
+/// Runs the recording through a new pipeline, and the baseline over the same keyframes.
 void measure(const PipelineConfig& config, const datasets::Dataset& dataset,
              const std::vector<datasets::Scan>& scans, Measurement& measurement) {
   OwnedPipeline pipeline(config);
-  Yardstick yardstick(config);
+  HashingBaseline baseline(config);
   std::size_t first = 0;
   for (std::size_t i = 0; i < scans.size(); ++i) {
     const TimedScan scan{scans[i].view(), dataset.pose(i), dataset.stamp_ns(i)};
     if (!feed(pipeline, scan, config.clock_ns, measurement)) continue;
     const std::int64_t start_ns = config.clock_ns();
-    for (; first <= i; ++first) yardstick.read_and_hash(scans[first].view());
-    measurement.yardstick_ms.push_back(static_cast<double>(config.clock_ns() - start_ns) * 1e-6);
+    for (; first <= i; ++first) baseline.read_and_hash(scans[first].view());
+    measurement.baseline_ms.push_back(static_cast<double>(config.clock_ns() - start_ns) * 1e-6);
   }
 }
 
@@ -108,12 +109,12 @@ void time_recording(const Options& options) {
   for (std::size_t i = 0; i < scans.size(); ++i) dataset->read_scan(i, scans[i]);
 
   Measurement measurement;
-  const OtherCore other_core(options.load);
+  const BackgroundLoad background_load(options.load);
   for (int i = 0; i < options.repeat; ++i) measure(config, *dataset, scans, measurement);
   nlohmann::ordered_json json = to_json(measurement, config);
   json["recording"] = options.positional[0];
   json["sensor"] = sensor;
-  json["other_core"] = options.load ? "loaded" : "as it was";
+  json["other_core"] = options.load ? "loaded" : "not loaded";
   json["clock"] = options.wall ? "wall" : "processor";
   const std::filesystem::path folder = std::filesystem::path(options.positional[0]) / "";
   const std::string title = folder.parent_path().filename().string() + ", preset " + sensor +

@@ -1,4 +1,4 @@
-// Times of many keyframes, stage by stage.
+// Latency samples of many keyframes by stage, and their percentiles.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace unimapper::bench {
 
-/// Processor time of the calling thread, nanoseconds: other work on the machine counts less.
+/// Processor time of the calling thread, nanoseconds: less dependent on other load.
 [[nodiscard]] std::int64_t processor_time_ns() noexcept;
 
 /// Wall-clock time, nanoseconds.
@@ -25,18 +25,18 @@ struct Percentiles {
 };
 [[nodiscard]] Percentiles percentiles(std::vector<double> values);
 
-/// One scan of a keyframe as the pipeline is given it.
+/// One scan of a keyframe, as passed to `Pipeline::add_scan`.
 struct TimedScan {
   PointView points;
   Pose T_odometry_sensor;
   std::int64_t stamp_ns = 0;
 };
 
-/// Everything measured over the keyframes of one or more runs.
+/// Samples over the keyframes of one or more runs.
 struct Measurement {
   std::array<std::vector<double>, kStages> stage_ms;
   std::vector<double> closing_call_ms;  ///< the `add_scan` that closes a keyframe
-  std::vector<double> yardstick_ms;     ///< reading and hashing the same points, see `Yardstick`
+  std::vector<double> baseline_ms;  ///< reading and hashing the same points, see `HashingBaseline`
   std::uint64_t points = 0;
   std::array<std::uint64_t, kDropCauses> dropped{};
 
@@ -59,7 +59,7 @@ class OwnedPipeline {
   Pipeline* pipeline_ = nullptr;
 };
 
-/// Feeds one scan and adds what is measured when it closes a keyframe; says so.
+/// Feeds one scan; adds a sample and returns true if it closes a keyframe.
 bool feed(OwnedPipeline& pipeline, const TimedScan& scan, std::int64_t (*clock_ns)(),
           Measurement& measurement);
 

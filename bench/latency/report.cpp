@@ -30,19 +30,19 @@ std::size_t bytes_of(const Config& config) {
   return line;
 }
 
-/// One row per thing timed: every stage, the closing call, the yardstick.
+/// One row per stage, then the closing call and the baseline.
 template <typename Visitor>
 void for_each_row(const Measurement& measurement, const Visitor& visit) {
   for (std::size_t i = 0; i < kStages; ++i) {
     visit(std::string(stage_name(static_cast<Stage>(i))), percentiles(measurement.stage_ms[i]));
   }
   visit("closing call", percentiles(measurement.closing_call_ms));
-  visit("yardstick", percentiles(measurement.yardstick_ms));
+  visit("baseline", percentiles(measurement.baseline_ms));
 }
 
 double multiple(const Percentiles& times, const Measurement& measurement) {
-  const double yardstick = percentiles(measurement.yardstick_ms).p50;
-  return yardstick > 0.0 ? times.p50 / yardstick : 0.0;
+  const double baseline = percentiles(measurement.baseline_ms).p50;
+  return baseline > 0.0 ? times.p50 / baseline : 0.0;
 }
 
 }  // namespace
@@ -64,7 +64,7 @@ Json to_json(const Measurement& measurement, const PipelineConfig& config) {
                         {"p99", times.p99},
                         {"p99.9", times.p999},
                         {"max", times.max},
-                        {"yardsticks", multiple(times, measurement)}};
+                        {"of_baseline", multiple(times, measurement)}};
   });
   json["points_per_second"] = {{"ingest", measurement.points_per_second(Stage::kIngest)},
                                {"total", measurement.points_per_second(Stage::kTotal)}};
@@ -83,7 +83,7 @@ Json to_json(const Measurement& measurement, const PipelineConfig& config) {
 std::string to_table(const std::string& title, const Measurement& measurement,
                      const PipelineConfig& config) {
   std::string table =
-      format("\n| %s: ms per keyframe | p50 | p99 | p99.9 | max | yardsticks |\n", title.c_str());
+      format("\n| %s: ms per keyframe | p50 | p99 | p99.9 | max | x baseline |\n", title.c_str());
   table += "|---|---|---|---|---|---|\n";
   for_each_row(measurement, [&](const std::string& name, const Percentiles& times) {
     table += format("| %s | %.2f | %.2f | %.2f | %.2f | %.1f |\n", name.c_str(), times.p50,

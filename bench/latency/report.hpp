@@ -1,4 +1,4 @@
-// Measurements as JSON and as Markdown.
+// Latency report as JSON and as Markdown.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,7 +8,7 @@
 
 namespace unimapper::bench {
 
-/// Bytes of a pipeline's memory by what they serve.
+/// Bytes of a pipeline's memory by purpose.
 struct MemorySplit {
   std::size_t mapping = 0;      ///< cells, voxels, evidence, labels
   std::size_t description = 0;  ///< the place describer
@@ -17,7 +17,7 @@ struct MemorySplit {
 };
 [[nodiscard]] MemorySplit memory_split(const PipelineConfig& config);
 
-/// Percentiles per stage, points per second, multiples of the yardstick, drops, memory.
+/// Percentiles per stage, points per second, multiples of the baseline, drops, memory.
 [[nodiscard]] nlohmann::ordered_json to_json(const Measurement& measurement,
                                              const PipelineConfig& config);
 

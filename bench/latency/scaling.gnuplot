@@ -1,3 +1,4 @@
+# Plot: cost of a keyframe over its points and over the distance driven.
 # gnuplot -e "folder='build/bench/scaling'; image='docs/images/scaling.png'" scaling.gnuplot
 set terminal pngcairo size 1100,420 font "sans,11"
 set output image

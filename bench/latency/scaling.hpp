@@ -1,4 +1,4 @@
-// How the cost of a keyframe grows: with its points, and with the distance driven.
+// Scaling benchmark: cost of a keyframe over its points and over the distance driven.
 #pragma once
 
 #include <filesystem>

@@ -29,7 +29,7 @@ Eigen::Vector3f Street::cast_ray(double x_m) {
     const double e = elevation(random_);
     const Eigen::Vector3d ray(std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e));
     double range = ray.z() < 0.0 ? kSensorHeight_m / -ray.z() : kRange_m;
-    // The front that is met lies at the depth of the house where the ray ends up.
+    // The first front at or nearer than a depth step is the one that the ray hits.
     for (double depth = 6.0; depth <= 14.0; depth += 1.0) {
       const double to_depth = depth / std::max(std::abs(ray.y()), 1e-6);
       if (to_depth >= range) break;

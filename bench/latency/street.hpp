@@ -1,5 +1,6 @@
-// An endless street, scanned with as many points as wanted. For cost curves only: the simulator
-// is what looks like a town.
+// Procedural scan generator: an endless street with a given number of points per scan.
+//
+// For cost curves only; labelled recordings come from src/simulator.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,3 +1,4 @@
+# Plot: precision-recall curves by group of LiDARs.
 # gnuplot -e "folder='build/bench/places/results/town'; image='curves.png'; name='town'" curves.gnuplot
 set terminal pngcairo size 1500,760 font "sans,10"
 set output image
@@ -13,7 +14,7 @@ file(group, method) = sprintf("%s/curve-%s-%s.csv", folder, group, method)
 # Lines of one criterion of a file of two.
 of(criterion) = strcol(1) eq criterion ? column(3) : NaN
 
-set multiplot layout 2,4 title name.": right pose asked for, all rows of a group under one threshold"
+set multiplot layout 2,4 title name.": right by pose, all rows of a group under one threshold"
 do for [criterion in "pose view"] {
   positives = criterion eq "pose" ? "queries within 10 m" : "queries with a common view"
   do for [group in groups] {

@@ -1,5 +1,6 @@
-// Describes every keyframe of a run the way STD does: from the same raw scans, in the odometry's
-// frame. Writes RUN/std.places.
+// Command-line tool: STD descriptors of every keyframe of a run, written to RUN/std.places.
+//
+// Like STD itself: from the raw scans, in the odometry frame.
 #include <cstdio>
 #include <exception>
 #include <filesystem>

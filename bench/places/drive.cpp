@@ -21,7 +21,7 @@ PlaceKeyframe keyframe_of(KeyframeRecord&& record) {
   return keyframe;
 }
 
-void place_by_truth(Drive& drive, const std::filesystem::path& file) {
+void set_true_poses(Drive& drive, const std::filesystem::path& file) {
   const auto truth = datasets::parse_trajectory(datasets::read_file(file), file).poses;
   for (PlaceKeyframe& keyframe : drive.keyframes) {
     if (keyframe.scan >= truth.size()) {
@@ -53,7 +53,7 @@ Drive read_drive_without_truth(const std::filesystem::path& run) {
 
 Drive read_drive(const std::filesystem::path& run) {
   Drive drive = read_drive_without_truth(run);
-  place_by_truth(drive, run / "gt_poses.txt");
+  set_true_poses(drive, run / "gt_poses.txt");
   return drive;
 }
 

@@ -1,4 +1,4 @@
-// A drive as loop search sees it: its keyframes, and where they really were.
+// Keyframes of a drive with their true poses.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ namespace unimapper::bench {
 struct PlaceKeyframe {
   std::uint32_t sequence = 0;
   std::uint32_t scan = 0;    ///< index of its reference scan
-  Pose T_odometry_keyframe;  ///< levelled frame, as the robot believed
-  Pose T_world_keyframe;     ///< levelled frame, as it was; its own belief where no truth is known
+  Pose T_odometry_keyframe;  ///< levelled frame, by odometry
+  Pose T_world_keyframe;     ///< levelled frame, true; by odometry if there is no truth
   std::vector<FineCell> static_cells;
   std::vector<FineCell> dynamic_cells;
   std::vector<KeyframeScan> scans;
@@ -29,12 +29,12 @@ struct Drive {
   std::vector<PlaceKeyframe> keyframes;
 };
 
-/// Reads the keyframes of a run folder that `unimapper onboard` wrote and places them by the
+/// Reads the keyframes of a run folder that `unimapper onboard` wrote and sets their poses by the
 /// ground truth beside them: `gt_poses.txt`, one pose for every scan of the recording. The
 /// recording itself is not needed. Throws std::runtime_error.
 [[nodiscard]] Drive read_drive(const std::filesystem::path& run);
 
-/// The same without truth: keyframes are where the robot believed them.
+/// The same without truth: keyframes have their odometry poses.
 [[nodiscard]] Drive read_drive_without_truth(const std::filesystem::path& run);
 
 /// The keyframes with their true poses, for `evaluate::score_loops`.

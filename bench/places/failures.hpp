@@ -1,4 +1,4 @@
-// What went wrong: false loops and missed ones.
+// False and missed loops of an evaluation.
 #pragma once
 
 #include <cstddef>
@@ -8,18 +8,17 @@
 
 namespace unimapper::bench {
 
-/// A wrong answer that was accepted, or a query that was missed.
+/// A false loop, or a query without its loop.
 struct Failure {
   std::size_t row = 0;  ///< index into the rows
-  const TopAnswer* top = nullptr;
+  const TopCandidate* top = nullptr;
   const char* why = "";
 };
 
-/// True if a wrong answer was accepted.
-[[nodiscard]] bool is_false_loop(const TopAnswer& top);
+/// True if a wrong candidate was accepted.
+[[nodiscard]] bool is_false_loop(const TopCandidate& top);
 
-/// All of them, false loops before missed ones; the surest of the former and the best seen of the
-/// latter first. Point into `rows`.
+/// False loops by falling confidence, then missed loops by falling common view. Point into `rows`.
 [[nodiscard]] std::vector<Failure> failures_of(const std::vector<PairRow>& rows);
 
 }  // namespace unimapper::bench

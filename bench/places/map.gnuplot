@@ -1,5 +1,5 @@
+# Plot: retrieved loops of two drives, the query trajectory shifted up and right.
 # gnuplot -e "data='build/bench/places/results/town/map-0'; image='map.png'; name='town'" map.gnuplot
-# The queries' track is lifted off the database's, as if it lay on a pane of glass above.
 set terminal pngcairo size 1500,720 font "sans,10"
 set output image
 set datafile separator ","
@@ -14,8 +14,8 @@ slant = 0.3 * lift
 start(column_number, right) = column(column_number) == 1 && column(5) == right ? column(1) + slant : NaN
 
 set multiplot layout 1,2 title name noenhanced
-do for [panel in "7 6"] {
-  chosen = int(panel)
+do for [side in "7 6"] {
+  chosen = int(side)
   set title chosen == 7 ? "before the first wrong one" : "accepted by default"
   plot data."-database.csv" skip 1 using 1:2 with lines linewidth 2 linecolor "gray40" title "database", \
        data."-queries.csv" skip 1 using ($1 + slant):($2 + lift) with lines linewidth 2 linecolor "navy" title "queries, lifted", \

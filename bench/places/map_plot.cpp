@@ -33,8 +33,8 @@ std::string track_csv(const std::vector<Eigen::Vector2d>& track) {
 std::string loops_csv(const PairRow& row) {
   std::ostringstream out;
   out << "x,y,match_x,match_y,right,accepted,full_precision\n";
-  for (const TopAnswer& top : row.top) {
-    if (!top.answered || top.match == kStranger) continue;
+  for (const TopCandidate& top : row.top) {
+    if (!top.answered || top.match == kDistractor) continue;
     const Eigen::Vector2d& at = row.query_track[top.query];
     const Eigen::Vector2d& match = row.reference_track[top.match];
     out << at.x() << ',' << at.y() << ',' << match.x() << ',' << match.y() << ','

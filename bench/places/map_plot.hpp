@@ -1,4 +1,4 @@
-// Data of the plots that show loops on the map.
+// Plot data of loops on the map.
 #pragma once
 
 #include <cstddef>

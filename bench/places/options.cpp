@@ -7,14 +7,14 @@ namespace unimapper::bench {
 
 bool parse_options(int argc, char** argv, PlacesOptions& options, int& exit_code) {
   CLI::App app{
-      "How well places are recognised across LiDARs: drives of route A are searched for the "
-      "places of other routes, by our database and by STD. Prints Markdown tables."};
+      "Place recognition across LiDARs: places of other routes are searched for in drives of "
+      "route A, by our database and by STD. Prints Markdown tables."};
   app.add_option("SCENE", options.scenes,
                  "Folders of drives, SCENE/<sensor>-<route>, each with keyframes.lcmlog, "
                  "gt_poses.txt and, for STD, std.places")
       ->required()
       ->check(CLI::ExistingDirectory);
-  app.add_option("--title", options.title, "What the tables call these scenes");
+  app.add_option("--title", options.title, "Title of the tables");
   app.add_option("--sensors", options.sensors, "LiDARs, from the richest to the poorest")
       ->delimiter(',')
       ->capture_default_str();
@@ -29,8 +29,8 @@ bool parse_options(int argc, char** argv, PlacesOptions& options, int& exit_code
   app.add_option("--out", options.out, "Folder for figures, curves and plot data as CSV");
   app.add_option("--distance", options.row.near_m, "Positives by distance, metres")
       ->capture_default_str();
-  app.add_option("--crowd", options.crowd,
-                 "Run folders through other scenes, whose places are put among those of route A "
+  app.add_option("--distractors", options.distractors,
+                 "Run folders through other scenes, whose places are added to those of route A "
                  "(not for STD)")
       ->check(CLI::ExistingDirectory);
   app.add_flag("--ablations-only", options.ablations_only,
@@ -38,7 +38,7 @@ bool parse_options(int argc, char** argv, PlacesOptions& options, int& exit_code
   app.add_flag("--same", options.same_only, "Only rows of one LiDAR");
   const std::map<std::string, BaselineRows> baselines{
       {"none", BaselineRows::kNone}, {"same", BaselineRows::kSame}, {"all", BaselineRows::kAll}};
-  app.add_option("--baseline-rows", options.baseline, "Rows that STD answers, too")
+  app.add_option("--baseline-rows", options.baseline, "Rows that STD is scored on, too")
       ->transform(CLI::CheckedTransformer(baselines));
   try {
     app.parse(argc, argv);

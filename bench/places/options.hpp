@@ -1,4 +1,4 @@
-// The command line of bench_places.
+// Command line of bench_places.
 #pragma once
 
 #include <filesystem>
@@ -23,7 +23,7 @@ struct PlacesOptions {
   BaselineRows baseline = BaselineRows::kAll;
   bool same_only = false;
   bool ablations_only = false;
-  std::vector<std::filesystem::path> crowd;
+  std::vector<std::filesystem::path> distractors;
   RowConfig row;
 };
 

@@ -9,7 +9,7 @@
 namespace unimapper::bench {
 namespace {
 
-// Beyond, two keyframes show nothing in common that a descriptor could use.
+// Beyond this distance two keyframes share nothing that a descriptor could use.
 constexpr double kFarthestView = 120.0;
 
 bool is_narrow(const std::string& sensor) {
@@ -20,7 +20,7 @@ double true_distance(const PlaceKeyframe& a, const PlaceKeyframe& b) {
   return (a.T_world_keyframe.translation - b.T_world_keyframe.translation).norm();
 }
 
-/// The keyframe that strangers stand for: a match with it is always wrong.
+/// Stands for all distractors: a match with this keyframe is always wrong.
 constexpr std::uint32_t kNowhere = std::numeric_limits<std::uint32_t>::max();
 
 evaluate::TrueKeyframe nowhere() {
@@ -39,15 +39,15 @@ std::vector<std::uint8_t> common_views(const DrivePair& pair, double common_view
   return common;
 }
 
-evaluate::LoopScore score_answers(const DrivePair& pair, const PlaceAnswers& answers,
+evaluate::LoopScore score_answers(const DrivePair& pair, const RetrievalResult& retrieval,
                                   double threshold_m, std::span<const std::uint8_t> common_view) {
   const auto& queries = pair.queries->drive.keyframes;
   const auto& references = pair.references->drive.keyframes;
   std::vector<evaluate::LoopGuess> guesses;
-  for (const PlaceAnswer& answer : answers.answers) {
-    const bool stranger = answer.match == kStranger;
+  for (const RetrievedPlace& answer : retrieval.candidates) {
+    const bool distractor = answer.match == kDistractor;
     guesses.push_back({queries[answer.query].sequence,
-                       stranger ? kNowhere : references[answer.match].sequence, answer.confidence,
+                       distractor ? kNowhere : references[answer.match].sequence, answer.confidence,
                        answer.accepted, answer.T_match_query});
   }
   evaluate::LoopScoreConfig config;
@@ -59,9 +59,9 @@ evaluate::LoopScore score_answers(const DrivePair& pair, const PlaceAnswers& ans
   return evaluate::score_loops(true_keyframes(pair.queries->drive), known, guesses, config);
 }
 
-/// What there was to find.
-TopAnswer question(const DrivePair& pair, std::size_t query, const RowConfig& config) {
-  TopAnswer top;
+/// True matches of a query.
+TopCandidate query_truth(const DrivePair& pair, std::size_t query, const RowConfig& config) {
+  TopCandidate top;
   top.query = query;
   top.nearest_m = std::numeric_limits<double>::infinity();
   for (const PlaceKeyframe& reference : pair.references->drive.keyframes) {
@@ -76,8 +76,8 @@ TopAnswer question(const DrivePair& pair, std::size_t query, const RowConfig& co
   return top;
 }
 
-void answer_question(const DrivePair& pair, const PlaceAnswer& answer, TopAnswer& top) {
-  const Pose T_world_match = answer.match == kStranger
+void set_candidate(const DrivePair& pair, const RetrievedPlace& answer, TopCandidate& top) {
+  const Pose T_world_match = answer.match == kDistractor
                                  ? nowhere().T_world_sensor
                                  : pair.references->drive.keyframes[answer.match].T_world_keyframe;
   const Pose T_match_query =
@@ -94,16 +94,16 @@ void answer_question(const DrivePair& pair, const PlaceAnswer& answer, TopAnswer
   top.right = top.error_m <= right.pose_translation_m && top.error_deg <= right.pose_rotation_deg;
 }
 
-std::vector<TopAnswer> top_answers(const DrivePair& pair, const PlaceAnswers& answers,
-                                   const RowConfig& config) {
-  std::vector<TopAnswer> top;
+std::vector<TopCandidate> top_candidates(const DrivePair& pair, const RetrievalResult& retrieval,
+                                         const RowConfig& config) {
+  std::vector<TopCandidate> top;
   for (std::size_t i = 0; i < pair.queries->drive.keyframes.size(); ++i) {
-    top.push_back(question(pair, i, config));
+    top.push_back(query_truth(pair, i, config));
   }
-  for (const PlaceAnswer& answer : answers.answers) {
-    TopAnswer& best = top[answer.query];
+  for (const RetrievedPlace& answer : retrieval.candidates) {
+    TopCandidate& best = top[answer.query];
     if (!best.answered || answer.confidence > best.confidence) {
-      answer_question(pair, answer, best);
+      set_candidate(pair, answer, best);
     }
   }
   return top;
@@ -111,11 +111,11 @@ std::vector<TopAnswer> top_answers(const DrivePair& pair, const PlaceAnswers& an
 
 void count_at_full_precision(PairRow& row) {
   double wrong_from = -1.0;
-  for (const TopAnswer& top : row.top) {
+  for (const TopCandidate& top : row.top) {
     if (top.answered && !top.right) wrong_from = std::max(wrong_from, top.confidence);
   }
   row.full_precision_from = 2.0;
-  for (const TopAnswer& top : row.top) {
+  for (const TopCandidate& top : row.top) {
     if (!top.answered || top.confidence <= wrong_from) continue;
     ++row.loops_at_full_precision;
     row.full_precision_from = std::min(row.full_precision_from, top.confidence);
@@ -153,7 +153,7 @@ WorldPoints std_keypoints_of(const SceneDrive& drive, std::size_t keyframe) {
   return points;
 }
 
-/// Mean over the queries with a common view, each with the reference it shares most with.
+/// Mean over the queries with a common view, each with the reference of the largest one.
 template <typename KeypointsOf>
 void measure_repeatability(const DrivePair& pair, const RowConfig& config,
                            const KeypointsOf& keypoints, PairRow& row) {
@@ -230,10 +230,11 @@ void fill_view(DrivePair& pair) {
   }
 }
 
-PairRow score_pair(const DrivePair& pair, const PlaceAnswers& answers, const RowConfig& config) {
+PairRow score_pair(const DrivePair& pair, const RetrievalResult& retrieval,
+                   const RowConfig& config) {
   const auto common = common_views(pair, config.common_view);
-  const auto near = score_answers(pair, answers, config.near_m, common);
-  const auto paper = score_answers(pair, answers, config.paper_m, {});
+  const auto near = score_answers(pair, retrieval, config.near_m, common);
+  const auto paper = score_answers(pair, retrieval, config.paper_m, {});
   PairRow row;
   row.scene = pair.scene;
   row.reference_sensor = pair.references->sensor;
@@ -250,19 +251,19 @@ PairRow score_pair(const DrivePair& pair, const PlaceAnswers& answers, const Row
   const bool none = near.translation_error_m.count == 0;
   row.error_m = none ? std::nan("") : near.translation_error_m.median;
   row.error_deg = none ? std::nan("") : near.rotation_error_deg.median;
-  row.search_ms = median(answers.search_ms);
-  row.triangles = answers.triangles;
-  row.top = top_answers(pair, answers, config);
+  row.search_ms = median(retrieval.search_ms);
+  row.triangles = retrieval.triangles;
+  row.top = top_candidates(pair, retrieval, config);
   count_at_full_precision(row);
   row.reference_track = track_of(pair.references->drive);
   row.query_track = track_of(pair.queries->drive);
   return row;
 }
 
-PairRow database_row(const DrivePair& pair, const Variant& variant, const Crowd& crowd,
-                     const RowConfig& config) {
-  PairRow row =
-      score_pair(pair, ask_database(*pair.references, *pair.queries, variant, crowd), config);
+PairRow database_row(const DrivePair& pair, const Variant& variant,
+                     const DistractorPlaces& distractors, const RowConfig& config) {
+  PairRow row = score_pair(
+      pair, search_database(*pair.references, *pair.queries, variant, distractors), config);
   measure_repeatability(
       pair, config,
       [&](const SceneDrive& drive, std::size_t keyframe) {
@@ -274,7 +275,7 @@ PairRow database_row(const DrivePair& pair, const Variant& variant, const Crowd&
 }
 
 PairRow std_row(const DrivePair& pair, const RowConfig& config) {
-  PairRow row = score_pair(pair, ask_std(*pair.references, *pair.queries), config);
+  PairRow row = score_pair(pair, search_std(*pair.references, *pair.queries), config);
   measure_repeatability(pair, config, std_keypoints_of, row);
   row.describe_ms = median_cost(pair.queries->std_described);
   return row;

@@ -1,4 +1,4 @@
-// One drive looked for in another: the figures of a table's row.
+// Retrieval metrics of one pair of drives: a row of the tables.
 #pragma once
 
 #include <array>
@@ -6,28 +6,28 @@
 #include <string>
 #include <vector>
 
-#include "bench/places/answers.hpp"
+#include "bench/places/retrieval.hpp"
 #include "bench/places/scene.hpp"
 #include "unimapper/evaluate/loops.hpp"
 
 namespace unimapper::bench {
 
-/// Which LiDARs meet.
+/// Combination of LiDARs.
 enum class PairGroup : std::uint8_t { kSame, kWideWide, kWideNarrow, kNarrowNarrow };
 inline constexpr std::array kPairGroups = {PairGroup::kSame, PairGroup::kWideWide,
                                            PairGroup::kWideNarrow, PairGroup::kNarrowNarrow};
 
 [[nodiscard]] const char* name_of(PairGroup group);
-/// Narrow are those that look in one direction.
+/// Narrow: a field of view in one direction only.
 [[nodiscard]] PairGroup group_of(const std::string& sensor_a, const std::string& sensor_b);
 
 struct RowConfig {
   double near_m = 10.0;       ///< positives by distance
   double paper_m = 35.0;      ///< d_th of the paper
-  double common_view = 0.30;  ///< positives by view: so much of the smaller one's structure
+  double common_view = 0.30;  ///< positives by view: share of the smaller one's structure
 };
 
-/// Two drives and which of their keyframes show the same.
+/// Two drives and the common view of their keyframes.
 struct DrivePair {
   std::string scene;
   const SceneDrive* references = nullptr;
@@ -35,24 +35,24 @@ struct DrivePair {
   std::vector<float> view;  ///< common view, queries x references, row by row
 
   [[nodiscard]] double view_of(std::size_t query, std::size_t reference) const;
-  /// The reference that shows most of what a query shows.
+  /// The reference with the largest common view.
   [[nodiscard]] std::size_t best_view(std::size_t query) const;
 };
 
-/// Works out `view`. O(queries x references x voxels).
+/// Computes `view`. O(queries x references x voxels).
 void fill_view(DrivePair& pair);
 
-/// The best answer to one query.
-struct TopAnswer {
+/// The top candidate of one query.
+struct TopCandidate {
   std::size_t query = 0;
   bool answered = false;
-  std::size_t match = 0;  ///< or `kStranger`
+  std::size_t match = 0;  ///< or `kDistractor`
   double confidence = 0.0;
   bool accepted = false;
   bool right = false;  ///< by pose
   double error_m = 0.0;
   double error_deg = 0.0;
-  Pose T_match_query;  ///< as answered, between levelled keyframe frames
+  Pose T_match_query;  ///< estimated, between levelled keyframe frames
   bool near = false;   ///< positive by distance
   bool view = false;   ///< positive by common view
   double nearest_m = 0.0;
@@ -72,28 +72,28 @@ struct PairRow {
   evaluate::LoopFigures by_paper_distance;
   evaluate::LoopFigures by_pose;
   evaluate::LoopFigures by_view;
-  std::size_t loops_at_full_precision = 0;  ///< right ones before the first wrong one
+  std::size_t loops_at_full_precision = 0;  ///< right candidates above the first wrong one
   double full_precision_from = 0.0;         ///< their lowest confidence; 2 if there are none
-  double error_m = 0.0;                     ///< median of accepted answers
+  double error_m = 0.0;                     ///< median of accepted candidates
   double error_deg = 0.0;
   double repeatability = 0.0;         ///< 0.5 m
   double repeatability_narrow = 0.0;  ///< 0.3 m
   double describe_ms = 0.0;
   double search_ms = 0.0;
-  std::size_t triangles = 0;   ///< STD: stored ones
-  std::vector<TopAnswer> top;  ///< of every query
-  /// Where the keyframes really were, seen from above.
+  std::size_t triangles = 0;      ///< stored triangles (STD only)
+  std::vector<TopCandidate> top;  ///< of every query
+  /// True positions of the keyframes, x and y.
   std::vector<Eigen::Vector2d> reference_track;
   std::vector<Eigen::Vector2d> query_track;
 };
 
-/// Scores answers; leaves repeatability and the cost of description to the caller.
-[[nodiscard]] PairRow score_pair(const DrivePair& pair, const PlaceAnswers& answers,
+/// Scores candidates; leaves repeatability and the cost of description to the caller.
+[[nodiscard]] PairRow score_pair(const DrivePair& pair, const RetrievalResult& retrieval,
                                  const RowConfig& config);
 
 /// A row of our database, and one of STD.
 [[nodiscard]] PairRow database_row(const DrivePair& pair, const Variant& variant,
-                                   const Crowd& crowd, const RowConfig& config);
+                                   const DistractorPlaces& distractors, const RowConfig& config);
 [[nodiscard]] PairRow std_row(const DrivePair& pair, const RowConfig& config);
 
 }  // namespace unimapper::bench

@@ -1,4 +1,4 @@
-// What a search costs among 60 to 100,000 places, and whether it still finds; see run.sh.
+// Command-line tool: search time and recall among 60 to 100,000 places; see run.sh.
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
@@ -6,7 +6,7 @@
 #include <sstream>
 #include <string>
 
-#include "bench/places/growth.hpp"
+#include "bench/places/database_scaling.hpp"
 #include "ports/datasets/writers.hpp"
 #include "src/merge/loop_search.hpp"
 #include "src/merge/parallel.hpp"
@@ -25,7 +25,7 @@ constexpr std::uint32_t kBaseSizes[] = {60,   250,   500,   1000,  2000,
 struct ScaleOptions {
   fs::path known;
   std::vector<fs::path> queries;
-  std::vector<fs::path> strangers;
+  std::vector<fs::path> distractors;
   fs::path out;
   std::uint32_t largest = 100000;
   std::uint32_t seed = 1;
@@ -39,16 +39,16 @@ std::vector<std::uint32_t> up_to(std::span<const std::uint32_t> sizes, std::size
   return result;
 }
 
-std::vector<DescribedDrive> read_strangers(const std::vector<fs::path>& runs) {
+std::vector<DescribedDrive> read_distractors(const std::vector<fs::path>& runs) {
   std::vector<DescribedDrive> drives(runs.size());
   merge::parallel_for(runs.size(), 0, [&](std::size_t i) {
     drives[i] = read_and_describe(runs[i], false);
-    drives[i].drive = {};  // only the places are of use
+    drives[i].drive = {};  // only the places are needed
   });
   return drives;
 }
 
-/// Nothing is known where there was nothing to find.
+/// A dash if there were no positives.
 std::string percent(double share) {
   if (std::isnan(share)) return "–";
   char text[16];
@@ -56,26 +56,26 @@ std::string percent(double share) {
   return text;
 }
 
-void print_growth(const char* title, const Growth& growth) {
+void print_scaling(const char* title, const ScalingResult& scaling) {
   std::printf(
       "\n| %s, places | insert ms | query p50 ms | p99 ms | found %% | accepted %% | accepted "
       "wrong | dropped |\n|---|---|---|---|---|---|---|---|\n",
       title);
-  for (const GrowthStep& step : growth.steps) {
+  for (const ScalingStep& step : scaling.steps) {
     std::printf("| %u | %.3f | %.2f | %.2f | %s | %s | %zu | %llu |\n", step.places, step.insert_ms,
                 step.query_p50_ms, step.query_p99_ms, percent(step.found_share).c_str(),
                 percent(step.accepted_share).c_str(), step.wrong,
                 static_cast<unsigned long long>(step.dropped));
   }
   std::printf("\n%s: %.1f MB in all, %zu bytes for a stored triangle.\n", title,
-              static_cast<double>(growth.bytes) / 1e6, place::TriangleTable::entry_bytes());
-  std::fflush(stdout);  // the next one takes minutes
+              static_cast<double>(scaling.bytes) / 1e6, place::TriangleTable::entry_bytes());
+  std::fflush(stdout);  // the next measurement takes minutes
 }
 
-void write_growth(const fs::path& file, const Growth& growth) {
+void write_scaling(const fs::path& file, const ScalingResult& scaling) {
   std::ostringstream out;
   out << "places,insert_ms,query_p50_ms,query_p99_ms,found,accepted,wrong\n";
-  for (const GrowthStep& step : growth.steps) {
+  for (const ScalingStep& step : scaling.steps) {
     out << step.places << ',' << step.insert_ms << ',' << step.query_p50_ms << ','
         << step.query_p99_ms << ',' << step.found_share << ',' << step.accepted_share << ','
         << step.wrong << '\n';
@@ -84,29 +84,29 @@ void write_growth(const fs::path& file, const Growth& growth) {
 }
 
 void measure(const ScaleOptions& options) {
-  const GrowthTask task = make_task(options.known, options.queries);
-  const std::vector<DescribedDrive> drives = read_strangers(options.strangers);
+  const ScalingTask task = make_task(options.known, options.queries);
+  const std::vector<DescribedDrive> drives = read_distractors(options.distractors);
   std::size_t available = task.known.places.size();
   for (const DescribedDrive& drive : drives) available += drive.places.size();
 
   const LoopSearchConfig onboard_config;
-  const Growth onboard =
-      grow(task, drives_as_they_are(drives),
-           up_to(kOnboardSizes, std::min<std::size_t>(available, options.largest)), onboard_config);
-  print_growth("onboard", onboard);
+  const ScalingResult onboard = measure_scaling(
+      task, real_places(drives),
+      up_to(kOnboardSizes, std::min<std::size_t>(available, options.largest)), onboard_config);
+  print_scaling("onboard", onboard);
   // A merger lays its database out for as many places as there are.
-  Growth base;
+  ScalingResult base;
   for (const std::uint32_t size : up_to(kBaseSizes, options.largest)) {
-    const Growth one =
-        grow(task, mixed_halves(drives, options.seed), {size}, merge::base_search_config(size));
+    const ScalingResult one = measure_scaling(task, synthetic_places(drives, options.seed), {size},
+                                              merge::base_search_config(size));
     base.steps.insert(base.steps.end(), one.steps.begin(), one.steps.end());
     base.bytes = one.bytes;
   }
-  print_growth("base", base);
+  print_scaling("base", base);
   if (options.out.empty()) return;
   datasets::make_directory(options.out);
-  write_growth(options.out / "scale-onboard.csv", onboard);
-  write_growth(options.out / "scale-base.csv", base);
+  write_scaling(options.out / "scale-onboard.csv", onboard);
+  write_scaling(options.out / "scale-base.csv", base);
 }
 
 }  // namespace
@@ -115,20 +115,20 @@ int main(int argc, char** argv) {
   ScaleOptions options;
   CLI::App app{
       "Query time over the size of the database: onboard among the places of real drives, at the "
-      "base among places mixed from them."};
-  app.add_option("--known", options.known, "Run folder whose places are to be found")
+      "base among synthetic places composed of them."};
+  app.add_option("--known", options.known, "Run folder of the reference places")
       ->required()
       ->check(CLI::ExistingDirectory);
   app.add_option("--queries", options.queries, "Run folders through the same scene")
       ->required()
       ->check(CLI::ExistingDirectory);
-  app.add_option("--strangers", options.strangers, "Run folders through other scenes")
+  app.add_option("--distractors", options.distractors, "Run folders through other scenes")
       ->required()
       ->check(CLI::ExistingDirectory);
   app.add_option("--largest", options.largest, "Largest database")
       ->capture_default_str()
       ->check(CLI::Range(60U, 1048576U));
-  app.add_option("--seed", options.seed, "Of the mixing")->capture_default_str();
+  app.add_option("--seed", options.seed, "Seed of the synthetic places")->capture_default_str();
   app.add_option("--out", options.out, "Folder for CSV files");
   CLI11_PARSE(app, argc, argv);
   try {

@@ -1,4 +1,4 @@
-// How well places are recognised across LiDARs, beside STD; see run.sh.
+// Command-line tool: place recognition across LiDARs, compared with STD; see run.sh.
 #include <cstdio>
 #include <exception>
 #include <iostream>
@@ -51,11 +51,11 @@ bool has_baseline(const DrivePair& pair, const PlacesOptions& options) {
 }
 
 void add_rows(const std::vector<DrivePair>& pairs, const std::vector<Variant>& variants,
-              const Crowd& crowd, const PlacesOptions& options, Results& results) {
+              const DistractorPlaces& distractors, const PlacesOptions& options, Results& results) {
   for (std::size_t v = 0; v < variants.size(); ++v) {
     std::vector<PairRow> rows(pairs.size());
     merge::parallel_for(pairs.size(), 0, [&](std::size_t i) {
-      rows[i] = database_row(pairs[i], variants[v], crowd, options.row);
+      rows[i] = database_row(pairs[i], variants[v], distractors, options.row);
     });
     if (v == 0) {
       const auto worst = worst_failures(pairs, rows, kPicturesOfEach);
@@ -74,7 +74,7 @@ void add_rows(const std::vector<DrivePair>& pairs, const std::vector<Variant>& v
   results.baseline.insert(results.baseline.end(), rows.begin(), rows.end());
 }
 
-/// Of a single row there is no mean, and not much to calibrate.
+/// Means and calibration only for more than one row.
 void print_method(const std::string& title, const std::vector<PairRow>& rows,
                   const RowConfig& config) {
   if (rows.empty()) return;
@@ -95,7 +95,7 @@ void print(const PlacesOptions& options, const Results& results) {
 
 void compare(const PlacesOptions& options) {
   const std::vector<Variant> variants = variants_of(options);
-  const Crowd crowd = read_crowd(options.crowd, variants);
+  const DistractorPlaces distractors = read_distractors(options.distractors, variants);
   Results results;
   for (const Variant& variant : variants) results.variants.push_back({variant.name, {}});
   std::vector<std::string> routes = options.routes;
@@ -104,7 +104,7 @@ void compare(const PlacesOptions& options) {
     const bool with_std = options.baseline != BaselineRows::kNone;
     const Scene scene = read_scene(folder, options.sensors, routes, variants, with_std);
     const std::vector<DrivePair> pairs = pairs_of(scene, options);
-    add_rows(pairs, variants, crowd, options, results);
+    add_rows(pairs, variants, distractors, options, results);
   }
   print(options, results);
   if (!options.out.empty() && !options.ablations_only) write_results(options.out, results);

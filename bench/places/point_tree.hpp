@@ -1,4 +1,4 @@
-// Nearest neighbours among points.
+// Nearest-neighbour search in a set of points.
 #pragma once
 
 #include <Eigen/Core>
@@ -38,7 +38,7 @@ class PointTree {
   }
 
  private:
-  /// What nanoflann asks of a point set.
+  /// Point set interface of nanoflann.
   struct Points {
     std::vector<Eigen::Vector3d> points;
     [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }

@@ -1,4 +1,4 @@
-// The middle of many figures.
+// Quantiles and means of samples.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ inline double quantile(std::vector<double> values, double share) {
 
 inline double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
 
-/// Mean of those that are numbers; NaN if none is.
+/// Mean without NaN values; NaN if there is no other.
 inline double mean(const std::vector<double>& values) {
   double sum = 0.0;
   double count = 0.0;

@@ -5,9 +5,9 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "bench/places/calibration.hpp"
 #include "bench/places/failures.hpp"
 #include "bench/places/map_plot.hpp"
-#include "bench/places/pooled.hpp"
 #include "ports/datasets/writers.hpp"
 
 namespace unimapper::bench {
@@ -51,11 +51,12 @@ constexpr const char* kAnswerColumns =
     "method,scene,database,queries,route,query,match,confidence,accepted,right,error_m,error_deg,"
     "nearest_m,best_view";
 
-void put_answer(std::ostream& out, const char* method, const PairRow& row, const TopAnswer& top) {
+void put_answer(std::ostream& out, const char* method, const PairRow& row,
+                const TopCandidate& top) {
   out << method << ',' << row.scene << ',' << row.reference_sensor << ',' << row.query_sensor << ','
       << row.route << ',' << top.query << ',';
   if (top.answered) {
-    out << (top.match == kStranger ? "elsewhere" : std::to_string(top.match)) << ','
+    out << (top.match == kDistractor ? "elsewhere" : std::to_string(top.match)) << ','
         << top.confidence << ',' << (top.accepted ? 1 : 0) << ',' << (top.right ? 1 : 0) << ','
         << top.error_m << ',' << top.error_deg;
   } else {
@@ -69,7 +70,7 @@ std::string answers_csv(const Results& results) {
   out << kAnswerColumns << '\n';
   const auto put_all = [&](const char* method, const std::vector<PairRow>& rows) {
     for (const PairRow& row : rows) {
-      for (const TopAnswer& top : row.top) {
+      for (const TopCandidate& top : row.top) {
         put_answer(out, method, row, top);
         out << '\n';
       }
@@ -112,14 +113,14 @@ void write_curve(const std::filesystem::path& file, const std::vector<PairRow>& 
   }
   std::ostringstream out;
   out << "criterion,confidence,recall,precision\n";
-  const auto put_curve = [&](const char* criterion, bool TopAnswer::*positive) {
+  const auto put_curve = [&](const char* criterion, bool TopCandidate::*positive) {
     for (const evaluate::CurvePoint& point : pooled_curve(chosen, positive)) {
       out << criterion << ',' << point.confidence << ',' << point.recall << ',' << point.precision
           << '\n';
     }
   };
-  put_curve("pose", &TopAnswer::near);
-  put_curve("view", &TopAnswer::view);
+  put_curve("pose", &TopCandidate::near);
+  put_curve("view", &TopCandidate::view);
   datasets::write_text(file, out.str());
 }
 

@@ -1,4 +1,4 @@
-// Everything a comparison found, as CSV files.
+// CSV files of a place recognition benchmark.
 #pragma once
 
 #include <filesystem>
@@ -17,9 +17,9 @@ struct Results {
 
 /// Writes into `folder`:
 ///   rows.csv          every row of every variant and of STD
-///   answers.csv       the best answer to every query, of the default and of STD
-///   worst.csv         accepted answers that are wrong and queries that were missed, worst first
-///   calibration.csv   confidence against the share of right answers
+///   answers.csv       the top candidate of every query, of the default and of STD
+///   worst.csv         false and missed loops, worst first
+///   calibration.csv   confidence against the share of right candidates
 ///   curve-GROUP-METHOD.csv   precision over recall, rows of a group together
 ///   map-N-*.csv       tracks and loops of the worst rows, and map-N.title
 ///   worst-N.csv       two keyframes of a false or missed loop from above, and worst-N.title

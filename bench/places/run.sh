@@ -1,32 +1,33 @@
 #!/usr/bin/env bash
-# How well places are recognised, within one LiDAR and across LiDARs: every LiDAR drives simulated
-# scenes on route A, again on another day (B) and the other way round (C). Places of route A are the
-# database, those of B and C of every LiDAR that is not richer the queries. Prints Markdown tables:
-# every row and means by group, ours and STD's (the published descriptor, see std_baseline.hpp); the
-# default with one thing changed; what a confidence is worth; the real recordings where they lie in
-# ../shared/data; query time over the size of the database. Everything as CSV goes to
-# build/bench/places/results; precision-recall curves, maps, the worst failures and query times to
-# build/bench/places/plots.
+# Benchmark of place recognition within one LiDAR and across LiDARs.
+#
+# Every LiDAR drives simulated scenes on route A, again on another day (B) and in reverse (C).
+# Places of route A are the database, those of B and C of every LiDAR that is not richer the
+# queries. Prints Markdown tables: every row and means by group, ours and STD's (the published
+# descriptor, see std_baseline.hpp); ablations; calibration of the confidence; the real recordings
+# where they lie in ../shared/data; query time over the size of the database. CSV files of
+# everything go to build/bench/places/results; precision-recall curves, maps, the worst failures and
+# query times to build/bench/places/plots.
 #
 #   bench/places/run.sh [SEEDS] [SCANS] [SCENES]
 #       defaults: "71" 600 "town campus"
 #
-# Drives are made once and kept without their scans in build/bench/places/runs (about 2 GB with the
-# defaults); a rerun describes and searches anew, but does not simulate. Delete them when dynamic
-# removal changes. At most one drive's scans (1.4 GB) are on the disk at a time. On two cores about
-# three quarters of an hour with the defaults, half of that the second time. Ten minutes, and less:
+# Drives are simulated once and kept without their scans in build/bench/places/runs (about 2 GB with
+# the defaults); a rerun describes and searches anew. Delete them when dynamic removal changes. At
+# most one drive's scans (1.4 GB) are on the disk at a time. On two cores about three quarters of an
+# hour with the defaults, half of that the second time. Ten minutes, and less:
 #
-#   SENSORS="os1-64 vlp-16 livox-avia" STRANGERS=0 bench/places/run.sh 71 300 town
+#   SENSORS="os1-64 vlp-16 livox-avia" DISTRACTORS=0 bench/places/run.sh 71 300 town
 #   BASELINE=same VARIANTS= bench/places/run.sh
 #
-# SENSORS    LiDARs, from the richest to the poorest
-# BASELINE   rows that STD answers too: all, same, none
-# VARIANTS   JSON list of what is left out in turn; empty: nothing
-# STRANGERS  drives through other towns that crowd the database where the default's parts are left
-#            out, and the growing one of the last table; 0: no crowd, and no such table
-# LARGEST    places of the largest database there
-# RECORDINGS 0: the real recordings are left out
-# OUT        where everything goes
+# SENSORS     LiDARs, from the richest to the poorest
+# BASELINE    rows that STD is scored on too: all, same, none
+# VARIANTS    JSON list of ablations; empty: none
+# DISTRACTORS drives through other towns whose places are added to the database of the ablations and
+#             of the last table; 0: none, and no such table
+# LARGEST     places of the largest database of the last table
+# RECORDINGS  0: the real recordings are left out
+# OUT         output folder
 #
 # Installs and builds what is missing, unless BIN names a folder of programs to use instead.
 set -euo pipefail
@@ -38,7 +39,7 @@ scenes=${3:-town campus}
 sensors=${SENSORS:-os2-128 os1-64 hdl-64e vlp-16 livox-mid-360 aeva-aeries2 livox-avia}
 baseline=${BASELINE:-all}
 variants=${VARIANTS-bench/places/variants.json}
-strangers=${STRANGERS:-34}
+distractors=${DISTRACTORS:-34}
 largest=${LARGEST:-100000}
 out=${OUT:-build/bench/places}
 mkdir -p "$out/runs" "$out/results" "$out/plots"
@@ -49,8 +50,8 @@ if [ -z "${BIN:-}" ]; then
 fi
 bin=${BIN:-build/release/bin}
 
-# onboard DATASET RUN [ONBOARD ARGS]: what comparison needs of a recording, in a folder of its own.
-# Made under another name, so that what was interrupted is made again.
+# onboard DATASET RUN [ONBOARD ARGS]: keyframes, STD descriptors and true poses of a recording.
+# Written under another name first, so that an interrupted run is repeated.
 onboard() {
   local data=$1 run=$2 making="$2.part"
   shift 2
@@ -64,7 +65,7 @@ onboard() {
   mv "$making" "$run"
 }
 
-# Drives made while STD was left out have no description of its.
+# Complete with STD descriptors, if they are needed.
 is_made() { [ -e "$1/gt_poses.txt" ] && { [ "$baseline" = none ] || [ -e "$1/std.places" ]; }; }
 
 # drive SENSOR SCENE SEED ROUTE SCANS RUN: a simulated drive
@@ -93,7 +94,7 @@ compare() {
   plot "$name"
 }
 
-# Where nobody can draw, the figures are there all the same.
+# Without gnuplot there are no plots.
 can_draw() { command -v gnuplot >/dev/null; }
 
 # plot_each NAME KIND: every map-N or worst-N
@@ -115,8 +116,8 @@ plot() {
   plot_each "$1" worst
 }
 
-# Drives of cheap LiDARs through towns that nobody else knows.
-stranger_sensor() {
+# LiDAR of a distractor drive.
+distractor_sensor() {
   case $(($1 % 4)) in
     2) echo os1-64 ;;
     0) echo vlp-16 ;;
@@ -124,28 +125,28 @@ stranger_sensor() {
   esac
 }
 
-# STD is not asked among strangers.
+# Distractor drives need no STD descriptors.
 crowd=()
-make_strangers() {
+make_distractors() {
   local baseline=none i run
-  for ((i = 1; i <= strangers; ++i)); do
-    run="$out/runs/strangers-$scans/$i"
-    drive "$(stranger_sensor "$i")" town $((100 + i)) A "$scans" "$run"
+  for ((i = 1; i <= distractors; ++i)); do
+    run="$out/runs/distractors-$scans/$i"
+    drive "$(distractor_sensor "$i")" town $((100 + i)) A "$scans" "$run"
     crowd+=("$run")
   done
 }
 
-# ablate NAME SCENE_FOLDER...: the default with one thing changed, among strangers: alone, a drive is
-# found almost always.
+# ablate NAME SCENE_FOLDER...: the default with one change each, among distractors, because without
+# them nearly all drives are found.
 ablate() {
   local name=$1 among=()
   shift
-  [ "${#crowd[@]}" = 0 ] || among=(--crowd "${crowd[@]}")
+  [ "${#crowd[@]}" = 0 ] || among=(--distractors "${crowd[@]}")
   "$bin/bench_places" "$@" --title "$name, among ${#crowd[@]} other drives" --baseline-rows none \
     --sensors "${sensors// /,}" --variants "$variants" --ablations-only "${among[@]}"
 }
 
-make_strangers
+make_distractors
 for scene in $scenes; do
   folders=()
   for seed in $seeds; do
@@ -161,7 +162,7 @@ for scene in $scenes; do
   [ -z "$variants" ] || ablate "$scene" "${folders[@]}"
 done
 
-# A recording as two sessions: the first finds its way about in the second.
+# A recording as two sessions, the second searched for in the first.
 # recording NAME SENSOR HOW DISTANCE [CONFIG]
 recording() {
   local name=$1 sensor=$2 how=$3 distance=$4 config="$out/recording.json" session
@@ -188,7 +189,7 @@ else
   echo "The real recordings are left out (they lie beside the project, or RECORDINGS is 0)." >&2
 fi
 
-if [ "$strangers" != 0 ]; then
+if [ "$distractors" != 0 ]; then
   home="$out/runs/${scenes%% *}-${seeds%% *}-$scans"
   known=
   queries=()
@@ -198,7 +199,7 @@ if [ "$strangers" != 0 ]; then
     [[ " ${queries[*]} " == *" $home/$sensor-B "* ]] || queries+=("$home/$sensor-B")
     [ "${#queries[@]}" -lt 3 ] || break
   done
-  "$bin/bench_place_scale" --known "$known" --queries "${queries[@]}" --strangers "${crowd[@]}" \
+  "$bin/bench_place_scale" --known "$known" --queries "${queries[@]}" --distractors "${crowd[@]}" \
     --largest "$largest" --out "$out/results/scale"
   if can_draw; then
     gnuplot -e "folder='$out/results/scale'; image='$out/plots/scale.png'" \

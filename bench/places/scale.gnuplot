@@ -1,3 +1,4 @@
+# Plot: search time and recall over the size of the database.
 # gnuplot -e "folder='build/bench/places/results/scale'; image='scale.png'" scale.gnuplot
 set terminal pngcairo size 1100,420 font "sans,11"
 set output image
@@ -17,7 +18,7 @@ plot folder."/scale-onboard.csv" skip 1 using 1:3 with linespoints pointtype 7 t
      folder."/scale-base.csv" skip 1 using 1:3 with linespoints pointtype 5 title "base, p50", \
      folder."/scale-base.csv" skip 1 using 1:4 with linespoints pointtype 4 title "base, p99"
 
-set title "Queries answered rightly"
+set title "Queries with the right top candidate"
 set ylabel "%"
 set yrange [0:100]
 set key bottom left

@@ -8,7 +8,7 @@
 namespace unimapper::bench {
 namespace {
 
-void look(SceneDrive& drive) {
+void compute_views(SceneDrive& drive) {
   for (const PlaceKeyframe& keyframe : drive.drive.keyframes) {
     drive.views.push_back(view_voxels(keyframe.static_cells, keyframe.T_world_keyframe));
     drive.columns.emplace_back(keyframe.static_cells, keyframe.T_world_keyframe, 0.5);
@@ -32,7 +32,7 @@ void read_std(SceneDrive& drive, const std::filesystem::path& file) {
   }
 }
 
-void drop_cells(Drive& drive) {
+void release_cells(Drive& drive) {
   for (PlaceKeyframe& keyframe : drive.keyframes) {
     keyframe.static_cells = {};
     keyframe.dynamic_cells = {};
@@ -66,9 +66,9 @@ Scene read_scene(const std::filesystem::path& folder, const std::vector<std::str
     SceneDrive& drive = scene.drives[i];
     const std::filesystem::path run = folder / (drive.sensor + "-" + drive.route);
     drive.drive = read_drive(run);
-    look(drive);
+    compute_views(drive);
     describe_all(drive, variants);
-    drop_cells(drive.drive);
+    release_cells(drive.drive);
     if (with_std) read_std(drive, run / "std.places");
   });
   return scene;

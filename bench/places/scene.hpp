@@ -1,32 +1,32 @@
-// All drives through one scene, made ready for comparison.
+// Drives through one scene with their descriptors.
 #pragma once
 
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include "bench/places/described.hpp"
+#include "bench/places/common_view.hpp"
+#include "bench/places/description.hpp"
 #include "bench/places/drive.hpp"
-#include "bench/places/seen.hpp"
 #include "bench/places/std_file.hpp"
 #include "bench/places/variants.hpp"
 
 namespace unimapper::bench {
 
-/// One drive. The cells of its keyframes are gone; what is left of them is what they show.
+/// One drive. Cells of its keyframes are released; views and columns are derived from them.
 struct SceneDrive {
   std::string sensor;
   std::string route;
   Drive drive;
-  std::vector<ViewVoxels> views;            ///< of every keyframe
-  std::vector<SeenColumns> columns;         ///< likewise, of 0.5 m
-  std::vector<SeenColumns> narrow_columns;  ///< likewise, of 0.3 m
+  std::vector<ViewVoxels> views;                ///< of every keyframe
+  std::vector<OccupiedColumns> columns;         ///< likewise, of 0.5 m
+  std::vector<OccupiedColumns> narrow_columns;  ///< likewise, of 0.3 m
   /// Of every `Variant::described_as`: the places.
   std::vector<std::vector<OwnedPlace>> described;
-  std::vector<StdKeyframe> std_described;  ///< empty if nobody described it
+  std::vector<StdKeyframe> std_described;  ///< empty without std.places
 };
 
-/// Drives lie in FOLDER/<sensor>-<route>; those that are not there are left out.
+/// Drives of FOLDER/<sensor>-<route>; missing ones are left out.
 struct Scene {
   std::string name;
   std::vector<SceneDrive> drives;

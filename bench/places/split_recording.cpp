@@ -1,6 +1,7 @@
-// Makes two sessions of one recording: every second scan, or the halves. The second one gets
-// another odometry frame, as if the robot had started elsewhere; where scans really are stays
-// beside them as gt_poses.txt. Scans are links.
+// Command-line tool: two sessions out of one recording, by alternate scans or by halves.
+//
+// The second session gets another odometry frame, as if the robot had started elsewhere; the true
+// poses are written beside both as gt_poses.txt. Scans are symbolic links.
 #include <Eigen/Geometry>
 #include <cstdio>
 #include <exception>
@@ -17,7 +18,7 @@ namespace {
 using namespace unimapper;
 namespace fs = std::filesystem;
 
-/// A turn no search may guess, a tilt that odometry may have, an origin where floats get coarse.
+/// Yaw far from any symmetry, a tilt as of real odometry, an origin where floats lose precision.
 Pose other_odometry() {
   const Eigen::AngleAxisd yaw(137.0 / kDegreesPerRadian, Eigen::Vector3d::UnitZ());
   const Eigen::AngleAxisd roll(2.0 / kDegreesPerRadian, Eigen::Vector3d::UnitX());

@@ -1,11 +1,11 @@
-// STD, the published place descriptor of triangles, as what ours is compared with.
+// STD baseline: the published triangle descriptor for place recognition.
 //
-// Written anew from what is known of the published program, its weaknesses included: keypoints by
-// point counts, equal neighbours that suppress each other, one triangle's pose, an overlap whose
-// neighbours may be anywhere. Where that program depends on the order of a hash table, voxels are
-// taken in the order of their cells (x, then y, then z), so that results repeat. Mended is only
-// what would read beyond its memory: places of fewer keypoints than a triangle looks for
-// neighbours.
+// Reimplemented from the published program, including its weaknesses: keypoints by point counts,
+// equal neighbours that suppress each other, the pose of a single triangle, a plane overlap whose
+// neighbours may be at any distance. Where that program depends on the order of a hash table,
+// voxels are visited in the order of their cells (x, then y, then z), so that results are
+// reproducible. The one correction: places with fewer keypoints than a triangle's neighbours do not
+// read beyond memory.
 #pragma once
 
 #include <Eigen/Core>
@@ -50,7 +50,7 @@ struct StdConfig {
   bool tests_counts = true;           ///< whether matching triangles need similar point counts
   double count_tolerance = 0.5;       ///< difference of the three counts, relative to their mean
   std::uint32_t min_votes = 5;        ///< matching triangles of a candidate
-  std::uint32_t max_candidates = 50;  ///< places looked at more closely
+  std::uint32_t max_candidates = 50;  ///< places that are verified
   std::uint32_t max_hypotheses = 50;  ///< triangles per candidate whose pose is tried
   double agreement_m = 3.0;           ///< a triangle agrees if all its vertices fall this close
   std::uint32_t min_agreeing = 4;     ///< triangles, the one that gives the pose included
@@ -59,10 +59,10 @@ struct StdConfig {
   std::uint32_t overlap_neighbours = 3;  ///< planes nearest to a query's, however far, may match it
   double overlap_normals = 0.2;          ///< difference of matching planes' normals
   double overlap_distance_m = 0.5;       ///< of a plane's centre from the matching plane
-  double accept_score = 0.35;            ///< STD calls this a loop; `StdDatabase` leaves it to you
+  double accept_score = 0.35;  ///< STD's threshold of a loop; `StdDatabase` does not apply it
 };
 
-/// What a triangle has at its vertices.
+/// Vertex of a triangle.
 struct StdKeypoint {
   Eigen::Vector3d position;  ///< on the plane it was projected to
   Eigen::Vector3d normal;    ///< of that plane
@@ -75,28 +75,28 @@ struct StdPlane {
   Eigen::Vector3d normal;
 };
 
-/// What STD keeps of a keyframe, in the frame of the poses its scans were given with.
+/// STD descriptor of a keyframe, in the frame of its scans' poses.
 struct StdPlace {
   std::vector<StdKeypoint> keypoints;
   std::vector<StdPlane> planes;
 };
 
-/// Piles up scans and describes the pile. STD describes ten at a time, in the odometry's frame;
-/// which points and which frame is up to the caller.
+/// Accumulates scans and describes them. STD describes ten at a time, in the odometry frame; the
+/// caller chooses points and frame.
 class StdDescriber {
  public:
   explicit StdDescriber(const StdConfig& config = {}) : config_(config) {}
   /// Points that are not finite, or 100 km away, are ignored.
   void add_scan(std::span<const Eigen::Vector3f> sensor_points, const Pose& T_world_sensor);
-  /// Describes the pile and empties it.
+  /// Describes the accumulated points and clears them.
   [[nodiscard]] StdPlace describe();
 
  private:
   StdConfig config_;
-  std::vector<Eigen::Vector3d> pile_;
+  std::vector<Eigen::Vector3d> cloud_;
 };
 
-/// The place most like a query.
+/// The best match of a query.
 struct StdLoop {
   std::uint32_t match = 0;  ///< what `StdDatabase::insert` returned for it
   double score = 0.0;       ///< share of the query's planes found in it, [0, 1]
@@ -104,7 +104,7 @@ struct StdLoop {
   Pose T_match_query;       ///< between the frames the places are in
 };
 
-/// Places and their triangles. It knows no time: whoever searches within a drive inserts places
+/// Places and their triangles. It has no notion of time: to search within a drive, insert places
 /// late (STD leaves the last 30 out).
 class StdDatabase {
  public:
@@ -115,10 +115,10 @@ class StdDatabase {
 
   /// Returns the place's number: 0, 1, 2...
   std::uint32_t insert(StdPlace place);
-  /// The candidate of the highest score however low, so that callers may sweep the threshold; none
-  /// if no candidate had enough agreeing triangles.
+  /// The candidate of the highest score, whatever it is, so that callers may sweep the threshold;
+  /// none if no candidate had enough agreeing triangles.
   [[nodiscard]] std::optional<StdLoop> search(const StdPlace& query) const;
-  /// Stored ones.
+  /// Number of stored triangles.
   [[nodiscard]] std::size_t triangles() const { return triangle_count_; }
 
  private:

@@ -1,4 +1,4 @@
-// STD's descriptions of a drive as a file, so that the scans need not be kept.
+// File of a drive's STD descriptors, so that the scans need not be kept.
 #pragma once
 
 #include <cstdint>

@@ -41,7 +41,7 @@ class BoundaryImage {
     fill_pixels();
     const Eigen::Index side = config_.segment_pixels;
     for (Eigen::Index x = 0; x < size_.x(); x += side) {
-      for (Eigen::Index y = 0; y < size_.y(); y += side) append_fullest({x, y}, corners);
+      for (Eigen::Index y = 0; y < size_.y(); y += side) append_densest({x, y}, corners);
     }
   }
 
@@ -80,17 +80,17 @@ class BoundaryImage {
     }
   }
 
-  void append_fullest(const PixelIndex& corner, std::vector<StdKeypoint>& corners) {
-    const Pixel* fullest = &pixel(corner);
+  void append_densest(const PixelIndex& corner, std::vector<StdKeypoint>& corners) {
+    const Pixel* densest = &pixel(corner);
     for (Eigen::Index dx = 0; dx < config_.segment_pixels; ++dx) {
       for (Eigen::Index dy = 0; dy < config_.segment_pixels; ++dy) {
         const Pixel& other = pixel(corner + PixelIndex(dx, dy));
-        if (other.count > fullest->count) fullest = &other;
+        if (other.count > densest->count) densest = &other;
       }
     }
-    if (fullest->count == 0 || fullest->count < config_.corner_min_points) return;
-    const double count = fullest->count;
-    corners.push_back({fullest->sum / count, plane_.normal, count});
+    if (densest->count == 0 || densest->count < config_.corner_min_points) return;
+    const double count = densest->count;
+    corners.push_back({densest->sum / count, plane_.normal, count});
   }
 
   const StdPlane& plane_;
@@ -101,7 +101,7 @@ class BoundaryImage {
   PixelIndex size_ = PixelIndex::Zero();
 };
 
-/// Goes through the boundary voxels. Who comes first takes the points of its surroundings.
+/// Visits the boundary voxels in order; each point is projected by the first voxel that reaches it.
 class CornerFinder {
  public:
   CornerFinder(const StdVoxels& voxels, const StdConfig& config)
@@ -184,14 +184,14 @@ void StdDescriber::add_scan(std::span<const Eigen::Vector3f> sensor_points,
   for (const Eigen::Vector3f& point : sensor_points) {
     if (point.allFinite()) scan.emplace_back(T_world_sensor * point.cast<double>());
   }
-  // Scans are thinned one by one: the longer the robot looks, the higher the counts.
+  // Scans are downsampled one by one, so counts grow with the number of scans.
   const std::vector<Eigen::Vector3d> centroids = cell_centroids(scan, config_.downsample_m);
-  pile_.insert(pile_.end(), centroids.begin(), centroids.end());
+  cloud_.insert(cloud_.end(), centroids.begin(), centroids.end());
 }
 
 StdPlace StdDescriber::describe() {
-  const StdVoxels voxels(pile_, config_);
-  pile_.clear();
+  const StdVoxels voxels(cloud_, config_);
+  cloud_.clear();
   return {select_keypoints(find_corners(voxels, config_), config_), voxels.planes()};
 }
 

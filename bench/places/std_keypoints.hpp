@@ -1,4 +1,4 @@
-// Keypoints of a pile: where the points beside a plane crowd when projected onto it.
+// STD keypoints: densest pixels of boundary points projected onto a plane.
 #pragma once
 
 #include <vector>
@@ -8,12 +8,12 @@
 
 namespace unimapper::bench {
 
-/// The fullest pixels of all boundary voxels' images.
+/// The densest pixels of all boundary voxels' images.
 [[nodiscard]] std::vector<StdKeypoint> find_corners(const StdVoxels& voxels,
                                                     const StdConfig& config);
 
-/// Those no other within the suppression radius equals or exceeds, and of them those with the most
-/// points, fullest first.
+/// Non-maximum suppression: corners that no other within the suppression radius equals or exceeds,
+/// of these the ones with the most points, densest first.
 [[nodiscard]] std::vector<StdKeypoint> select_keypoints(const std::vector<StdKeypoint>& corners,
                                                         const StdConfig& config);
 

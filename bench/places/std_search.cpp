@@ -1,3 +1,4 @@
+// STD loop search: triangle voting, pose hypotheses and plane overlap.
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -55,7 +56,7 @@ std::uint64_t insertion_key(const Sides& sides) {
 }
 
 /// Calls `visit(key)` for the cells that may hold triangles like one with these sides. Insertion
-/// rounds and this truncates, as STD does: it reaches further down than up.
+/// rounds and this truncates, as STD does, so the range is asymmetric.
 template <typename Visit>
 void for_each_key(const Sides& sides, Visit visit) {
   for (int a = -1; a <= 1; ++a) {
@@ -114,8 +115,7 @@ std::size_t count_agreeing(const std::vector<Match>& matches, const Pose& T_matc
   return static_cast<std::size_t>(std::count_if(matches.begin(), matches.end(), agrees));
 }
 
-/// The pose of the one triangle most others agree with. It stays that one's: STD fits no pose to
-/// all that agree.
+/// The pose of the triangle with which most others agree. STD does not refit it to all that agree.
 std::optional<Pose> find_pose(const std::vector<Match>& matches, const StdConfig& config) {
   const std::size_t step = matches.size() / config.max_hypotheses + 1;
   std::size_t most = 0;

@@ -14,8 +14,8 @@ class TriangleForming {
   TriangleForming(const std::vector<StdKeypoint>& keypoints, const StdConfig& config)
       : keypoints_(keypoints), config_(config) {}
 
-  /// The triangle of three keypoints, unless one of its sides is too short or too long, or its like
-  /// is there already.
+  /// Adds the triangle of three keypoints unless a side is too short or too long or a congruent
+  /// triangle exists.
   void add(const std::array<std::uint32_t, 3>& corners) {
     // Sides with the keypoint opposite to them.
     std::array<std::pair<double, std::uint32_t>, 3> sides;

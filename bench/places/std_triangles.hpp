@@ -1,4 +1,4 @@
-// Triangles of neighbouring keypoints.
+// STD triangles of neighbouring keypoints.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,16 +10,16 @@
 
 namespace unimapper::bench {
 
-/// Vertices are told apart by the sides that meet in them: the two shorter ones, the shortest and
-/// the longest, the two longer ones.
+/// Vertices are ordered by their adjacent sides: the two shorter ones, the shortest and the
+/// longest, the two longer ones.
 struct StdTriangle {
   Eigen::Vector3d sides;                  ///< ascending, in units of `side_resolution_m`
   Eigen::Vector3d counts;                 ///< of the vertices
   std::array<std::uint32_t, 3> vertices;  ///< numbers of keypoints
 };
 
-/// Of several triangles whose sides equal each other to the millimetre the first alone remains,
-/// even if the others have other vertices.
+/// Of several triangles with equal sides (to the millimetre) only the first is kept, even if the
+/// others have other vertices.
 [[nodiscard]] std::vector<StdTriangle> form_triangles(const std::vector<StdKeypoint>& keypoints,
                                                       const StdConfig& config);
 

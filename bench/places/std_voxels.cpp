@@ -25,8 +25,8 @@ StdCell pack(std::int64_t x, std::int64_t y, std::int64_t z) {
   return (ux << (2U * kStdCellBits)) + (uy << kStdCellBits) + static_cast<StdCell>(z);
 }
 
-/// The plane of a voxel's points, however long and thin they lie: STD knows no second condition, so
-/// a pole is a plane, too.
+/// The plane of a voxel's points. STD tests the smallest eigenvalue only, so a pole is a plane,
+/// too.
 std::optional<StdPlane> plane_of(std::span<const Eigen::Vector3d> points, const StdConfig& config) {
   if (points.size() <= config.voxel_min_points) return std::nullopt;
   const Eigen::Vector3d origin = points.front();

@@ -1,4 +1,4 @@
-// The voxels of a pile of scans, and which of them are planes.
+// STD voxels of accumulated scans, and their planes.
 #pragma once
 
 #include <Eigen/Core>

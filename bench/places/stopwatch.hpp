@@ -1,12 +1,11 @@
-// What work costs.
+// Processor-time clock of a thread.
 #pragma once
 
 #include <time.h>
 
 namespace unimapper::bench {
 
-/// Processor time of the calling thread, milliseconds: what others do on the machine meanwhile
-/// does not count.
+/// Processor time of the calling thread, milliseconds: other load does not count.
 inline double thread_milliseconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

@@ -38,7 +38,7 @@ std::size_t sum_of(const Rows& rows, const std::function<std::size_t(const PairR
   return sum;
 }
 
-/// Rows with nothing to find say nothing about finding.
+/// Rows without positives are left out.
 FiguresMean figures_mean(const Rows& rows, evaluate::LoopFigures PairRow::*figures,
                          std::size_t PairRow::*positives) {
   Rows with_positives;
@@ -180,7 +180,7 @@ void print_std_cost(std::ostream& out, const std::vector<PairRow>& rows) {
 
 void print_calibration(std::ostream& out, const std::string& title,
                        const std::vector<CalibrationBin>& bins) {
-  out << "\n| " << title << ", confidence from | to | best answers | right % | "
+  out << "\n| " << title << ", confidence from | to | top candidates | right % | "
       << "of these and all above: right % |\n|---|---|---|---|---|\n";
   for (const CalibrationBin& bin : bins) {
     out << "| " << number(bin.from, 1) << " | " << number(bin.to, 1) << " | " << bin.answers

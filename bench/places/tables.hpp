@@ -1,12 +1,12 @@
-// Rows as Markdown.
+// Markdown tables of retrieval metrics.
 #pragma once
 
 #include <ostream>
 #include <string>
 #include <vector>
 
+#include "bench/places/calibration.hpp"
 #include "bench/places/pair_row.hpp"
-#include "bench/places/pooled.hpp"
 
 namespace unimapper::bench {
 
@@ -28,11 +28,11 @@ struct VariantRows {
 void print_ablations(std::ostream& out, const std::string& title,
                      const std::vector<VariantRows>& variants);
 
-/// What STD's searches cost among how many triangles. No law is fitted: rows of richer LiDARs
-/// differ in the queries' triangles, too.
+/// Mean cost of STD's searches and mean number of triangles. No model is fitted: rows also differ
+/// in the number of the queries' triangles.
 void print_std_cost(std::ostream& out, const std::vector<PairRow>& rows);
 
-/// How many answers of a confidence are right.
+/// Share of right candidates by confidence.
 void print_calibration(std::ostream& out, const std::string& title,
                        const std::vector<CalibrationBin>& bins);
 

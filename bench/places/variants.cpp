@@ -34,13 +34,13 @@ Variant variant_of(const nlohmann::json& json, const std::filesystem::path& file
     } else if (key == "rank") {
       variant.rank = rank_named(value.get<std::string>());
     } else {
-      throw std::runtime_error("\"" + key + "\" is nothing a variant can change");
+      throw std::runtime_error("\"" + key + "\" is not a member of a variant");
     }
   }
   return variant;
 }
 
-/// Text that two variants share if they describe alike.
+/// Key that is equal for variants with equal descriptors.
 std::string description_key(const Variant& variant) {
   PipelineConfig config;
   config.descriptor = variant.config.descriptor;

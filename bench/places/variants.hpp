@@ -1,4 +1,4 @@
-// The default and what differs from it by one thing.
+// Ablation variants: the default configuration and one change each.
 #pragma once
 
 #include <cstddef>
@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "bench/places/described.hpp"
+#include "bench/places/description.hpp"
 #include "unimapper/onboard/config.hpp"
 #include "unimapper/place/database.hpp"
 
 namespace unimapper::bench {
 
-/// What answers are ordered by. Verification cannot be switched off, but what it found can be left
-/// out of account.
+/// Score that candidates are ranked by. Verification cannot be switched off, but its result can be
+/// ignored.
 enum class Rank {
   kConfidence,
   kVotes,           ///< triangles alone: neither the keypoints' consensus nor planes

@@ -15,7 +15,7 @@ void put(std::ostream& out, int what, const Eigen::Vector2d& at) {
   out << what << ',' << at.x() << ',' << at.y() << '\n';
 }
 
-/// What a keyframe shows and its keypoints, moved from where they are by `T_there_world`.
+/// Occupied columns and keypoints of a keyframe, transformed by `T_there_world`.
 void put_keyframe(std::ostream& out, int what, const SceneDrive& drive, std::size_t keyframe,
                   const Pose& T_there_world) {
   for (const Eigen::Vector2d& column : drive.narrow_columns[keyframe].centers()) {
@@ -32,7 +32,7 @@ void put_keyframe(std::ostream& out, int what, const SceneDrive& drive, std::siz
 }
 
 std::string text_of(const PairRow& row, const Failure& failure, std::size_t shown) {
-  const TopAnswer& top = *failure.top;
+  const TopCandidate& top = *failure.top;
   char numbers[160];
   std::snprintf(numbers, sizeof numbers, ": %s, off by %.1f m and %.0f degrees, confidence %.3f",
                 failure.why, top.error_m, top.error_deg, top.confidence);
@@ -42,8 +42,8 @@ std::string text_of(const PairRow& row, const Failure& failure, std::size_t show
 }
 
 FailurePicture draw(const DrivePair& pair, const PairRow& row, const Failure& failure) {
-  const TopAnswer& top = *failure.top;
-  const bool answered = top.answered && top.match != kStranger;
+  const TopCandidate& top = *failure.top;
+  const bool answered = top.answered && top.match != kDistractor;
   const std::size_t match = answered ? top.match : pair.best_view(top.query);
   const Pose& T_world_match = pair.references->drive.keyframes[match].T_world_keyframe;
   const Pose& T_world_query = pair.queries->drive.keyframes[top.query].T_world_keyframe;

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# One robot drives at the pace of its LiDAR: onboard pipeline, LCM publisher and a listening merger
-# share two processors. Reports how many keyframes were late, that is, not finished when the next
-# scan arrived.
+# Real-time benchmark: one robot at the rate of its LiDAR, with a merger on the same processors.
+#
+# Onboard pipeline, LCM publisher and a listening merger share two processors. Reports how many
+# keyframes were late, that is, not finished when the next scan arrived.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 

@@ -1,4 +1,4 @@
-// What keyframes cost on the wire: bytes and milliseconds, on the keyframes of a run.
+// Command-line tool: bytes and milliseconds of keyframes on the wire.
 //   bench_wire RUN/keyframes.lcmlog...
 #include <zlib.h>
 
@@ -21,7 +21,7 @@ using Payload = std::vector<std::uint8_t>;
 
 constexpr int kRepeats = 5;
 
-/// The fastest of a few runs: the machine is never ours alone.
+/// The fastest of a few runs, which other load affects least.
 double best_ms(const std::function<void()>& work) {
   double best = 1e300;
   for (int i = 0; i < kRepeats; ++i) {
@@ -55,7 +55,7 @@ struct Column {
 
 void measure(const KeyframeRecord& record, std::vector<Column>& columns) {
   const Payload payload = wire::encode_keyframe(record);
-  // The order in which the pipeline delivers is not the wire's.
+  // The pipeline's order of cells differs from the wire's.
   KeyframeRecord unsorted = record;
   std::stable_sort(unsorted.static_cells.begin(), unsorted.static_cells.end(),
                    [](const FineCell& a, const FineCell& b) { return a.points < b.points; });

@@ -1,4 +1,4 @@
-// Recorded sequences, whatever their format, behind one interface.
+// Interface of recorded sequences, independent of their format.
 #pragma once
 
 #include <cstdint>

@@ -1,3 +1,4 @@
+// Reader of DynamicMap_Benchmark recordings.
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/formats.hpp"
 #include "ports/datasets/pcd.hpp"
@@ -23,7 +24,7 @@ class DynamicMapDataset : public SequenceDataset {
     const Pose T_sensor_world = pose(i).inverse();
     for (Scan::Point& point : scan.points) {
       const Eigen::Vector3d p = T_sensor_world * Eigen::Vector3d(point.x, point.y, point.z);
-      // The intensity is the ground truth: nobody who reads scans may see it.
+      // The intensity is the ground truth and must not reach the pipeline.
       point = {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()),
                0.0F};
     }

@@ -1,4 +1,4 @@
-// Reading files and directories, with errors a user understands.
+// File and directory input with errors that name the file.
 #pragma once
 
 #include <cstdint>

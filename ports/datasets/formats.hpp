@@ -1,4 +1,4 @@
-// One opener per format; `open_dataset` chooses among them.
+// Dataset openers, one per format.
 #pragma once
 
 #include <filesystem>

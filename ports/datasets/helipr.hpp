@@ -1,4 +1,4 @@
-// The binary scan records of the HeLiPR data set.
+// Parser of HeLiPR's binary scans.
 #pragma once
 
 #include <cstdint>

@@ -1,3 +1,4 @@
+// Reader of KITTI, SemanticKITTI and simulated recordings.
 #include <cstring>
 
 #include "ports/datasets/files.hpp"
@@ -93,7 +94,7 @@ std::unique_ptr<Dataset> open_kitti(const fs::path& directory) {
   if (scans.empty()) fail(directory, "holds no scans/ or velodyne/ directory");
   auto files = list_files(scans, ".bin");
   if (files.empty()) fail(scans, "holds no *.bin scans");
-  // Seen here rather than in the middle of a long run.
+  // Reported here rather than in the middle of a long run.
   for (const fs::path& file : files) KittiDataset::check_size(file, file_bytes(file));
 
   const fs::path poses_file = find_kitti_poses(directory);

@@ -1,4 +1,4 @@
-// Point Cloud Data files, version 0.7 and older.
+// Parser of Point Cloud Data (PCD) files, version 0.7 and older.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace unimapper::datasets {
 
-/// The part of a PCD header that matters besides the points.
+/// Contents of a PCD header besides the fields.
 struct PcdHeader {
   std::size_t points = 0;
   /// VIEWPOINT (tx ty tz qw qx qy qz), identity where the file has none; empty if it is not a

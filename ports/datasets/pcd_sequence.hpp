@@ -1,4 +1,4 @@
-// Where directories of PCD scans keep their parts.
+// Directory layout of PCD sequences.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Trajectory and calibration text files.
+// Parsers of trajectory, time and calibration text files.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What all dataset formats share: which pose and stamp belong to which file.
+// Base of all dataset formats: association of files with poses and stamps.
 #pragma once
 
 #include <cstdint>

@@ -18,7 +18,7 @@ static_assert(std::endian::native == std::endian::little, "files are written as 
 
 namespace {
 
-/// A file that is either complete or reported.
+/// Output file; an incomplete one throws.
 class OutputFile {
  public:
   explicit OutputFile(const fs::path& file) : file_(file), stream_(std::fopen(file.c_str(), "wb")) {

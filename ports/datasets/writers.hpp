@@ -1,5 +1,7 @@
-// Writers of the formats other tools read. All throw DatasetError naming the file when it cannot
-// be written completely: an unwritable path or a full disk never goes unnoticed.
+// Writers of datasets, trajectories, labels and PLY files.
+//
+// All throw DatasetError naming the file when it cannot be written completely (unwritable path,
+// full disk).
 #pragma once
 
 #include <cstdint>

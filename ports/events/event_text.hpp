@@ -1,4 +1,4 @@
-// The onboard pipeline's events as lines of text, for the thread that writes logs.
+// Text formatting of the onboard pipeline's events, for a logging thread.
 #pragma once
 
 #include <string>
@@ -12,12 +12,12 @@ namespace unimapper::events {
 /// unknown kind are shown with their numbers. Allocates: call it on the consumer's thread.
 [[nodiscard]] std::string to_text(const EventRecord& record);
 
-/// Takes every record out of the ring and hands its line to `write`; at the end a line that
-/// tells how many records were lost for want of room since `lost_before`, if any were. Returns
+/// Takes every record out of the ring and passes its line to `write`; finally a line with the
+/// number of records lost to a full ring since `lost_before`, if any. Returns
 /// the ring's new count of lost records, to be passed next time.
 template <typename Write>
 std::uint32_t drain(EventRing& ring, std::uint32_t lost_before, Write write) {
-  // As many as fit the ring: a producer that never stops cannot hold us here.
+  // At most the ring's capacity: bounded even if the producer never stops.
   EventRecord record;
   for (std::uint32_t i = 0; i < ring.capacity() && ring.pop(record); ++i) write(to_text(record));
   const std::uint32_t lost = ring.overflow();

@@ -27,10 +27,10 @@ std::string first_line(const std::string& path) {
 
 Finding from_outcome(std::string name, std::string value, const Outcome& outcome) {
   return {std::move(name), outcome.ok ? std::move(value) : "not allowed",
-          outcome.ok ? Verdict::kGood : Verdict::kRefused, outcome.message};
+          outcome.ok ? CheckStatus::kGood : CheckStatus::kRefused, outcome.message};
 }
 
-/// Scheduling is a property of the thread: tried on one that ends.
+/// Scheduling is a property of the thread, so it is tried on a temporary one.
 template <typename Attempt>
 Outcome on_own_thread(Attempt attempt) {
   Outcome outcome;
@@ -66,7 +66,7 @@ Finding preempt_rt() {
   const bool rt = first_line("/sys/kernel/realtime") == "1" ||
                   std::string(system.version).find("PREEMPT_RT") != std::string::npos;
   return {"preempt_rt", std::string(rt ? "yes" : "no") + ", kernel " + system.release,
-          rt ? Verdict::kGood : Verdict::kWarning,
+          rt ? CheckStatus::kGood : CheckStatus::kWarning,
           rt ? ""
              : "wake-ups may take milliseconds on a loaded computer: install a PREEMPT_RT "
                "kernel if deadlines are hard"};
@@ -74,18 +74,18 @@ Finding preempt_rt() {
 
 Finding throttling() {
   const std::string runtime = first_line("/proc/sys/kernel/sched_rt_runtime_us");
-  if (runtime.empty()) return {"rt_throttling", "unknown", Verdict::kGood, ""};
-  if (runtime == "-1") return {"rt_throttling", "off", Verdict::kGood, ""};
-  return {"rt_throttling", runtime + " us of every second (sched_rt_runtime_us)", Verdict::kGood,
-          ""};
+  if (runtime.empty()) return {"rt_throttling", "unknown", CheckStatus::kGood, ""};
+  if (runtime == "-1") return {"rt_throttling", "off", CheckStatus::kGood, ""};
+  return {"rt_throttling", runtime + " us of every second (sched_rt_runtime_us)",
+          CheckStatus::kGood, ""};
 }
 
 Finding governor(int core) {
   const std::string name = first_line("/sys/devices/system/cpu/cpu" + std::to_string(core) +
                                       "/cpufreq/scaling_governor");
-  if (name.empty()) return {"cpu_governor", "not readable", Verdict::kGood, ""};
+  if (name.empty()) return {"cpu_governor", "not readable", CheckStatus::kGood, ""};
   const bool steady = name == "performance";
-  return {"cpu_governor", name, steady ? Verdict::kGood : Verdict::kWarning,
+  return {"cpu_governor", name, steady ? CheckStatus::kGood : CheckStatus::kWarning,
           steady ? ""
                  : "the clock rate follows the load: choose the governor \"performance\" "
                    "(cpupower frequency-set -g performance)"};
@@ -99,16 +99,16 @@ Finding clock_resolution() {
   const bool fine = resolution.tv_sec == 0 && resolution.tv_nsec <= 1000;
   return {"clock",
           std::to_string(resolution.tv_nsec) + " ns" + (source.empty() ? "" : ", source " + source),
-          fine ? Verdict::kGood : Verdict::kWarning,
+          fine ? CheckStatus::kGood : CheckStatus::kWarning,
           fine ? "" : "the kernel has no high-resolution timers: periods are rounded to its tick"};
 }
 
 Finding receive_buffer() {
   constexpr long kWanted = 4194304;  // what the base's subscriber asks for
   const std::string text = first_line("/proc/sys/net/core/rmem_max");
-  if (text.empty()) return {"rmem_max", "not readable", Verdict::kGood, ""};
+  if (text.empty()) return {"rmem_max", "not readable", CheckStatus::kGood, ""};
   const bool enough = std::strtol(text.c_str(), nullptr, 10) >= kWanted;
-  return {"rmem_max", text + " bytes", enough ? Verdict::kGood : Verdict::kWarning,
+  return {"rmem_max", text + " bytes", enough ? CheckStatus::kGood : CheckStatus::kWarning,
           enough ? ""
                  : "LCM receivers on this computer lose bursts: sysctl -w "
                    "net.core.rmem_max=4194304"};
@@ -119,22 +119,22 @@ Finding huge_pages() {
   const std::size_t begin = modes.find('[');
   const std::size_t end = modes.find(']');
   if (begin == std::string::npos || end == std::string::npos) {
-    return {"transparent_huge_pages", "not readable", Verdict::kGood, ""};
+    return {"transparent_huge_pages", "not readable", CheckStatus::kGood, ""};
   }
   const std::string mode = modes.substr(begin + 1, end - begin - 1);
   const bool always = mode == "always";
-  return {"transparent_huge_pages", mode, always ? Verdict::kWarning : Verdict::kGood,
+  return {"transparent_huge_pages", mode, always ? CheckStatus::kWarning : CheckStatus::kGood,
           always ? "the kernel may move pages together at any time: choose \"madvise\"" : ""};
 }
 
-/// Anonymous pages that nobody has touched.
+/// Anonymous pages that were never accessed.
 class FreshMemory {
  public:
   explicit FreshMemory(std::size_t bytes)
       : bytes_(bytes),
         base_(mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0)) {
     if (base_ == MAP_FAILED) throw std::runtime_error("no memory for the prefault check");
-    // One fault per page, not per huge page, so that the count means something.
+    // One fault per page, not per huge page, so that the count is comparable.
     madvise(base_, bytes_, MADV_NOHUGEPAGE);
   }
   ~FreshMemory() { munmap(base_, bytes_); }
@@ -151,13 +151,13 @@ class FreshMemory {
 
 }  // namespace
 
-const char* verdict_name(Verdict verdict) noexcept {
-  switch (verdict) {
-    case Verdict::kGood:
+const char* status_name(CheckStatus status) noexcept {
+  switch (status) {
+    case CheckStatus::kGood:
       return "good";
-    case Verdict::kWarning:
+    case CheckStatus::kWarning:
       return "warning";
-    case Verdict::kRefused:
+    case CheckStatus::kRefused:
       return "refused";
   }
   return "unknown";

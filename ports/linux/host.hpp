@@ -1,4 +1,4 @@
-// What this computer offers a thread that must keep time.
+// Inspection of a host's real-time capabilities.
 #pragma once
 
 #include <cstddef>
@@ -8,21 +8,21 @@
 
 namespace unimapper::linux_port {
 
-/// What a finding means for a robot that must keep time.
-enum class Verdict : std::uint8_t {
-  kGood,     ///< as it should be
+/// Meaning of a finding for a real-time robot.
+enum class CheckStatus : std::uint8_t {
+  kGood,     ///< sufficient
   kWarning,  ///< works, but deadlines may be missed
   kRefused   ///< needed, and not allowed here
 };
 
 /// "good", "warning" or "refused".
-[[nodiscard]] const char* verdict_name(Verdict verdict) noexcept;
+[[nodiscard]] const char* status_name(CheckStatus status) noexcept;
 
-/// One thing that was looked at.
+/// Result of one check.
 struct Finding {
   std::string name;   ///< e.g. "sched_fifo"
-  std::string value;  ///< what was found, for people
-  Verdict verdict = Verdict::kGood;
+  std::string value;  ///< for people
+  CheckStatus status = CheckStatus::kGood;
   std::string advice;  ///< a sentence; empty if good
 };
 

@@ -36,7 +36,7 @@ Outcome prefault(std::span<std::byte> memory) noexcept {
     volatile std::byte& byte = memory[at];
     byte = byte;
   };
-  // From wherever the block begins: a step of one page meets every page but perhaps the last.
+  // Steps of one page from the block's begin touch every page but perhaps the last.
   for (std::size_t at = 0; at < memory.size(); at += page) touch(at);
   touch(memory.size() - 1);
   return {};

@@ -1,8 +1,8 @@
-// What a thread needs from Linux to keep time: locked memory, a priority, a core of its own.
+// Real-time set-up of a Linux thread: locked memory, priority, affinity, prefaulting.
 //
 // Call these once, while the robot starts; none belongs into the control loop. Order that works:
-// get the pipeline's block, lock_memory(), prefault(block), create the pipeline; then in the
-// thread that runs it pin_to_core() and set_realtime_priority().
+// get the pipeline's block, lock_memory(), prefault(block), create the pipeline; then in the thread
+// that runs it pin_to_core() and set_realtime_priority().
 #pragma once
 
 #include <cstddef>

@@ -29,7 +29,7 @@ void sleep_until(std::int64_t at_ns) {
   }
 }
 
-/// `late_ns` has room for everything that can be noted.
+/// `late_ns` has capacity for all wake-ups.
 void sleep_and_note(std::int64_t interval_ns, std::int64_t duration_ns,
                     std::vector<std::int64_t>& late_ns) {
   const std::int64_t start = now_ns();
@@ -63,7 +63,7 @@ WakeupLatency measure_wakeups(const WakeupOptions& options) {
   late_ns.clear();
   WakeupLatency result;
   std::thread([&] {
-    // A core that cannot be had spoils the figure less than none at all.
+    // Without pinning the figure is less exact, but better than none.
     static_cast<void>(pin_to_core(options.core));
     result.realtime = set_realtime_priority(options.priority).ok;
     sleep_and_note(interval_ns, duration_ns, late_ns);

@@ -1,4 +1,4 @@
-// How late a sleeping thread wakes up.
+// Wake-up latency measurement.
 #pragma once
 
 #include <chrono>
@@ -23,8 +23,8 @@ struct WakeupLatency {
   double max_us = 0.0;
 };
 
-/// Lets a thread sleep until absolute times, one `interval` apart, for `duration`, and notes how
-/// late it woke (what rt-tests' cyclictest measures). Blocks the caller; late wake-ups do not make
+/// Lets a thread sleep until absolute times, one `interval` apart, for `duration`, and records how
+/// late it woke (as rt-tests' cyclictest). Blocks the caller; late wake-ups do not make
 /// it longer, intervals missed altogether are skipped.
 [[nodiscard]] WakeupLatency measure_wakeups(const WakeupOptions& options);
 

@@ -1,6 +1,7 @@
-// The malloc family is defined here, in the executable, in front of the C library's: replacing
-// operator new would miss malloc and Eigen, wrapping malloc at link time would miss what the
-// standard library allocates.
+// Interposed malloc family that counts allocations.
+//
+// It is defined in the executable, in front of the C library's: replacing operator new would miss
+// malloc and Eigen, wrapping malloc at link time would miss what the standard library allocates.
 #include "src/apps/allocation_counter.hpp"
 
 #include <cerrno>
@@ -28,7 +29,7 @@ std::uint64_t AllocationGuard::count() noexcept { return allocations; }
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 
-// Sanitizers have a malloc of their own and tell who asks.
+// Sanitizers have a malloc of their own, with hooks.
 extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*malloc_hook)(const volatile void*,
                                                                              std::size_t),
                                                          void (*free_hook)(const volatile void*));

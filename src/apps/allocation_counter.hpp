@@ -1,12 +1,12 @@
-// Counts heap allocations of one thread, to prove that a stretch of code makes none.
+// Per-thread counter of heap allocations.
 #pragma once
 
 #include <cstdint>
 
 namespace unimapper::apps {
 
-/// While one of these lives, allocations of its thread through malloc, calloc, realloc and
-/// their aligned relatives are counted, whoever makes them: new, the C library, Eigen.
+/// During its lifetime, allocations of its thread through malloc, calloc, realloc and their
+/// aligned variants are counted, including those by new, the C library and Eigen.
 class AllocationGuard {
  public:
   AllocationGuard() noexcept;

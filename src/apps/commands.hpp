@@ -1,4 +1,4 @@
-// The subcommands of the command-line tool, one file each.
+// Subcommands of the command-line tool.
 #pragma once
 
 namespace CLI {

@@ -65,7 +65,7 @@ void register_loops(CLI::App& evaluate) {
   auto options = std::make_shared<EvaluateLoopsOptions>();
   CLI::App* command = evaluate.add_subcommand(
       "loops",
-      "Precision and recall of a run's loops, of its own session or against an earlier run");
+      "Precision and recall of a run's loops, within its session or against an earlier run");
   command->add_option("--run", options->run, "Run folder with loops.csv and keyframes.lcmlog")
       ->required();
   command->add_option("--truth", options->truth, "Dataset of the run")->required();
@@ -81,7 +81,7 @@ void register_loops(CLI::App& evaluate) {
       ->check(CLI::Range(0.1, 1000.0));
   command
       ->add_option("--min-gap-keyframes", options->min_gap_keyframes,
-                   "Own session: a match is at least this many keyframes earlier")
+                   "Within the session: a match is at least this many keyframes earlier")
       ->capture_default_str();
   command->add_flag("--curve", options->curve, "Print the precision-recall curve too");
   command->footer(
@@ -119,7 +119,7 @@ void register_trajectory(CLI::App& evaluate) {
 void register_map(CLI::App& evaluate) {
   auto options = std::make_shared<EvaluateMapOptions>();
   CLI::App* command = evaluate.add_subcommand(
-      "map", "How well the merged sessions coincide (AC, CD) and how crisp the map is (MME)");
+      "map", "Agreement of the merged sessions (AC, CD) and entropy of the map (MME)");
   command->add_option("--map", options->map, "Map folder")->required();
   command->add_option("--tau-m", options->tau_m, "Largest distance of corresponding points")
       ->capture_default_str()

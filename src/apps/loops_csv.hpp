@@ -1,4 +1,4 @@
-// The table of loops that `onboard` and `merge` write.
+// CSV format of loops, written by `onboard` and `merge`.
 #pragma once
 
 #include <cstdint>

@@ -1,3 +1,4 @@
+// Writer of loops.csv.
 #include <charconv>
 
 #include "src/apps/loops_csv.hpp"

@@ -1,4 +1,4 @@
-// The command-line tool: one subcommand per file, see commands.hpp.
+// Entry point of the command-line tool.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -37,7 +37,7 @@ int run(int argc, char** argv) {
   return kSuccess;
 }
 
-/// Errors are one line, whatever a library put into its message.
+/// Errors are one line, also those of libraries.
 std::string one_line(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');

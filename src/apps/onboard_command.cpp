@@ -42,7 +42,7 @@ void add_processing_options(CLI::App& command, OnboardOptions& options) {
   command.add_flag("--all-candidates", options.all_candidates,
                    "List loop candidates below the threshold too, with accepted = 0");
   command.add_flag("--final-labels", options.final_labels,
-                   "Write OUT/final/labels too: what was decided when a keyframe left the window");
+                   "Write OUT/final/labels too: labels with the evidence of later keyframes");
 }
 
 }  // namespace

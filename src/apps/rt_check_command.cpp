@@ -1,4 +1,4 @@
-// unimapper rt-check: what this computer allows a thread that must keep time.
+// `unimapper rt-check`: the command line of the real-time capability check.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
@@ -31,7 +31,7 @@ void run_rt_check(const RtCheckOptions& options) {
   std::fputs((options.json ? report.to_json() : report.to_text()).c_str(), stdout);
   const std::string refused = report.refused();
   if (!refused.empty()) {
-    throw std::runtime_error("this computer does not allow what keeping time needs: " + refused);
+    throw std::runtime_error("this computer refuses what real-time operation needs: " + refused);
   }
 }
 
@@ -40,7 +40,7 @@ void run_rt_check(const RtCheckOptions& options) {
 void register_rt_check(CLI::App& app) {
   auto options = std::make_shared<RtCheckOptions>();
   CLI::App* command =
-      app.add_subcommand("rt-check", "What this computer allows a thread that must keep time");
+      app.add_subcommand("rt-check", "Check what this computer allows a real-time thread");
   command->add_option("--seconds", options->seconds, "How long to measure wake-ups (0.1 to 10)")
       ->check(CLI::Range(0.1, 10.0))
       ->capture_default_str();

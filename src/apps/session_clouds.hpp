@@ -1,4 +1,4 @@
-// Every merged session's own cloud in the map frame.
+// Point clouds of merged sessions in the map frame.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +16,7 @@ namespace unimapper::apps {
                                                          float voxel_m = 0.2F);
 
 /// Writes MAP/clouds/<session>.ply for every session that is not unconnected. The unified map
-/// fuses what sessions have in common, so only these can tell how well sessions coincide:
+/// fuses the sessions, so their agreement can be measured on these clouds only:
 /// `unimapper evaluate map` compares them. Throws DatasetError.
 void write_session_clouds(const std::filesystem::path& map,
                           const std::vector<SessionData>& sessions,

@@ -1,4 +1,4 @@
-// `unimapper simulate`: a recording of a robot that never was.
+// `unimapper simulate`: the command line of src/simulator.
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <stdexcept>
@@ -58,8 +58,7 @@ void run(SimulateOptions& options, bool has_day) {
 void register_simulate(CLI::App& app) {
   auto options = std::make_shared<SimulateOptions>();
   CLI::App* command = app.add_subcommand(
-      "simulate",
-      "Simulate a robot's way through a town or a campus: scans, labels, odometry, truth");
+      "simulate", "Simulate a recording in a town or a campus: scans, labels, odometry, truth");
   simulator::SimulationConfig& config = options->config;
   command
       ->add_option("--scene", config.scene,
@@ -74,8 +73,8 @@ void register_simulate(CLI::App& app) {
       ->capture_default_str();
   CLI::Option* day =
       command->add_option("--day", options->day,
-                          "Day of the recording (default: route A 0, B 1, C 2); what is parked and "
-                          "who is about differ");
+                          "Day of the recording (default: route A 0, B 1, C 2); parked cars and "
+                          "actors differ");
   command->add_option("--drift", options->drift, "Odometry: none, lio, icp or bad")
       ->capture_default_str();
   command->add_option("--thin", config.thin, "Keep every n-th column (spinning) or shot")

@@ -1,4 +1,4 @@
-// Ground truth of a recording.
+// Ground-truth trajectory of a recording.
 #pragma once
 
 #include <filesystem>

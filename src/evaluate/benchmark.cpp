@@ -1,5 +1,7 @@
-// The protocol of DynamicMap_Benchmark, turned round: instead of searching the whole static map
-// for every ground-truth point, the kept points are streamed past the few removed ones.
+// Scoring by the protocol of DynamicMap_Benchmark.
+//
+// The search is inverted: instead of searching the whole static map for every ground-truth point,
+// the kept points are streamed past the few removed ones.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -39,8 +41,8 @@ class RemovedGrid {
   /// Builds the cells once all points are in.
   void finish();
 
-  /// Takes every removed point within the neighbour distance of `kept` for kept.
-  void pass(const Eigen::Vector3f& kept);
+  /// Marks every removed point within the neighbour distance of `kept` as kept.
+  void mark_kept(const Eigen::Vector3f& kept);
 
   /// Calls `visit(point, still_removed)` for every point.
   template <typename Visit>
@@ -121,7 +123,7 @@ RemovedGrid::Cell* RemovedGrid::find(VoxelKey key) {
   return nullptr;
 }
 
-void RemovedGrid::pass(const Eigen::Vector3f& kept) {
+void RemovedGrid::mark_kept(const Eigen::Vector3f& kept) {
   const std::size_t bit = near_bit(cell_at(kept, inverse_size_ / kCoarseCells));
   if ((near_[bit / 64] >> (bit % 64) & 1U) == 0) return;
   const float limit = neighbour_m_ * neighbour_m_;
@@ -138,7 +140,7 @@ void RemovedGrid::pass(const Eigen::Vector3f& kept) {
   });
 }
 
-/// The points of a scan that exist for the benchmark, in world coordinates.
+/// The points of a scan that the benchmark considers, in world coordinates.
 template <typename Visit>
 void for_points(const ScoredScan& scan, const Eigen::Vector3d& origin, float max_range_m,
                 Visit visit) {
@@ -162,9 +164,9 @@ class BenchmarkRun {
   BenchmarkScore run() {
     for (std::size_t s = 0; s < source_.scan_count(); ++s) {
       collect(source_.scan(s));
-      if (grid_.size() >= config_.batch_points) settle();
+      if (grid_.size() >= config_.batch_points) score_batch();
     }
-    settle();
+    score_batch();
     return result_;
   }
 
@@ -182,14 +184,14 @@ class BenchmarkRun {
   }
 
   // Streams every kept point past the removed ones and scores what stays removed.
-  void settle() {
+  void score_batch() {
     if (grid_.size() == 0) return;
     grid_.finish();
     for (std::size_t s = 0; s < source_.scan_count(); ++s) {
       const ScoredScan scan = source_.scan(s);
       for_points(scan, origin_, config_.max_range_m,
                  [&](std::size_t i, const Eigen::Vector3f& position, float) {
-                   if (!is_removed(scan.predicted[i])) grid_.pass(position);
+                   if (!is_removed(scan.predicted[i])) grid_.mark_kept(position);
                  });
     }
     grid_.for_each([this](const RemovedPoint& point, bool still_removed) {

@@ -180,10 +180,10 @@ LoopScore score_loops(std::span<const TrueKeyframe> queries,
       continue;
     }
     ++score.guesses;
-    const JudgedGuess verdict =
+    const JudgedGuess outcome =
         judge(guess, queries[query->second], references[match->second], config);
-    keep_better(judged[query->second].best, verdict);
-    if (guess.accepted) keep_better(judged[query->second].accepted, verdict);
+    keep_better(judged[query->second].best, outcome);
+    if (guess.accepted) keep_better(judged[query->second].accepted, outcome);
   }
   score.by_distance = figures(judged, {&Query::positive, &JudgedGuess::true_by_distance});
   score.by_pose = figures(judged, {&Query::positive, &JudgedGuess::true_by_pose});

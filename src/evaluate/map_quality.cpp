@@ -10,7 +10,7 @@
 namespace unimapper::evaluate {
 namespace {
 
-/// What nanoflann asks of a point set.
+/// Point set interface of nanoflann.
 class CloudAdaptor {
  public:
   explicit CloudAdaptor(std::span<const Eigen::Vector3f> points) : points_(points) {}

@@ -1,3 +1,4 @@
+// Scoring of dynamic points by their object's motion while it was seen.
 #include <algorithm>
 #include <iterator>
 #include <map>
@@ -8,9 +9,9 @@
 namespace unimapper::evaluate {
 namespace {
 
-// Twice the size that is mapped: the rings of a sparse sensor sweep over an object that stands.
+// Twice the size of a fine cell: the rings of a sparse sensor move over a standing object.
 constexpr float kCellM = 0.4F;
-// Objects seen for a shorter time than this many scans tell nothing about their motion.
+// Motion is undefined for objects seen in fewer scans.
 constexpr std::size_t kFewestScans = 4;
 
 /// Cells and points of one object in one stretch of scans.
@@ -38,14 +39,14 @@ VoxelKey cell_of(const Eigen::Vector3f& point, const Pose& T_world_sensor,
   return pack(voxel_index(p.cast<float>(), 1.0F / kCellM));
 }
 
-/// Takes the object's points for moving.
+/// Counts the object's points as moving.
 void add_moving(std::size_t object_class, const Tally& tally, MotionScore& score) {
   score.moving += tally;
   score.moving_by_class[object_class] += tally;
 }
 
-/// Adds a scan's dynamic points to the sightings of their objects; those of no object are taken
-/// for moving.
+/// Adds a scan's dynamic points to the sightings of their objects; those without an object count
+/// as moving.
 void collect(const ScoredScan& scan, std::size_t number, const Eigen::Vector3d& origin,
              std::map<std::uint32_t, Sighting>& sightings, MotionScore& score) {
   std::map<std::uint32_t, std::vector<VoxelKey>> cells;

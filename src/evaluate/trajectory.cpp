@@ -23,7 +23,7 @@ std::vector<PosePair> associate(std::span<const StampedPose> estimate,
 
 Alignment align(std::span<const PosePair> pairs) {
   if (pairs.empty()) throw std::invalid_argument("no poses to align a trajectory with");
-  // Below this spread the odometry's noise, not the path, would decide a rotation.
+  // Below this spread the rotation would be determined by noise, not by the path.
   constexpr double kMinSpreadM = 1.0;
   const auto count = static_cast<double>(pairs.size());
   Eigen::Vector3d mean_estimate = Eigen::Vector3d::Zero();

@@ -1,4 +1,4 @@
-// The counter that proves the absence of allocations must see them.
+// Tests of the allocation counter.
 #include "src/apps/allocation_counter.hpp"
 
 #include <Eigen/Core>

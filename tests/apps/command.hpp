@@ -1,4 +1,4 @@
-// Runs the real command-line tool, and makes small recordings for it.
+// Runner of the command-line tool, and small recordings for it.
 #pragma once
 
 #include <cstdint>

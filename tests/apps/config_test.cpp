@@ -1,4 +1,4 @@
-// Parameters in JSON files.
+// Tests of parameter files in JSON.
 #include "unimapper/onboard/config.hpp"
 
 #include <catch2/catch.hpp>

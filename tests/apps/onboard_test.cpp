@@ -1,4 +1,4 @@
-// `unimapper onboard` as its users see it: files, messages, exit codes.
+// End-to-end tests of `unimapper onboard`: files, messages, exit codes.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A recording, and a place for the run. The small sensor keeps the pipeline's memory small.
+/// A recording and a run folder. The small sensor keeps the pipeline's memory small.
 struct Fixture {
   TemporaryDirectory directory;
   fs::path dataset = directory.path() / "recording";
@@ -82,7 +82,7 @@ TEST_CASE("a run folder holds labels for every point, keyframes, loops and stati
   CHECK(stats["scans"] == 12);
   CHECK(stats["keyframes"] == 2);
   CHECK(stats["closing_call_ms"]["max"] > 0.0);
-  CHECK(stats["keyframes_late"] == 0);  // nobody waits for scans that are not due
+  CHECK(stats["keyframes_late"] == 0);  // none is late without --realtime
   CHECK(stats["allocations_after_start"] == 0);
   CHECK(stats["arena_bytes"].get<std::uint64_t>() > 0);
   std::size_t points = 0;
@@ -142,7 +142,7 @@ TEST_CASE("a second run into the same folder leaves nothing of the first") {
   CHECK(datasets::list_files(fixture.run / "labels", ".label").size() == 3);
 }
 
-TEST_CASE("labels that may be somebody's ground truth are not overwritten") {
+TEST_CASE("labels that may be ground truth are not overwritten") {
   const Fixture fixture;
   SmallRecording().write(fixture.dataset);
   write_text(fixture.dataset / "labels/000000.label", "truth");
@@ -152,7 +152,7 @@ TEST_CASE("labels that may be somebody's ground truth are not overwritten") {
   CHECK(read_text(fixture.dataset / "labels/000000.label") == "truth");
 }
 
-TEST_CASE("the sensor comes from --sensor, else dataset.json, else the format, and is told") {
+TEST_CASE("the sensor comes from --sensor, else dataset.json, else the format, and is reported") {
   const Fixture fixture;
   SmallRecording(2).write(fixture.dataset);
   const auto sensor_line = [&](std::vector<std::string> more) {
@@ -255,7 +255,7 @@ TEST_CASE("a jump of 10 m between two scans closes the keyframe and mapping goes
   CHECK(std::count(events.begin(), events.end(), '\n') == 4);
 }
 
-TEST_CASE("single points that are NaN, infinite or absurd are counted and keep their place") {
+TEST_CASE("single points that are NaN, infinite or out of range are counted and keep their index") {
   const Fixture fixture;
   SmallRecording recording;
   auto& points = recording.scans[4].points;

@@ -1,4 +1,4 @@
-// The whole onboard path on the labelled real sequence, where it lies beside the project.
+// End-to-end test of `unimapper onboard` on the labelled real sequence, if it is there.
 #include "tests/recordings.hpp"
 
 #include <catch2/catch.hpp>
@@ -10,7 +10,7 @@
 using namespace unimapper;
 using namespace unimapper::apps;
 
-TEST_CASE("the labelled real KITTI sequence goes through, and its accuracy is told") {
+TEST_CASE("the labelled real KITTI sequence is processed and its accuracy printed") {
   const auto recording = testing::find_recording("kitti_0005a");
   if (recording.empty()) return;
   const TemporaryDirectory directory;

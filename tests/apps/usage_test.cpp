@@ -1,4 +1,4 @@
-// Help, version and usage errors of all commands.
+// End-to-end tests of help, version and usage errors of all commands.
 #include <catch2/catch.hpp>
 #include <sstream>
 
@@ -59,7 +59,7 @@ TEST_CASE("every command explains itself with an example") {
   CHECK(check_help({}) >= 6);
 }
 
-TEST_CASE("the version is told") {
+TEST_CASE("the version is printed") {
   const CommandResult result = run_unimapper({"--version"});
   CHECK(result.exit_code == 0);
   CHECK_THAT(result.out, Catch::StartsWith("unimapper "));

@@ -1,4 +1,4 @@
-// The occupancy map's labels on recordings whose answer is known.
+// Tests of the OctoMap baseline on recordings with known labels.
 #include <catch2/catch.hpp>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -19,8 +19,8 @@ constexpr std::size_t kScans = 8;
 constexpr std::uint32_t kWall = 50;
 constexpr std::uint32_t kWalker = 254;
 
-/// A wall 10 m ahead, finely seen; during the first two scans somebody stands before it. The world
-/// is far from its origin, as the world of a real recording may be.
+/// A wall 10 m ahead, finely seen; during the first two scans a person stands in front of it. The
+/// world is far from its origin, as the world of a real recording may be.
 class Street {
  public:
   Street() {
@@ -67,7 +67,7 @@ nlohmann::json score_of(const Street& street, std::size_t scans = kScans) {
 
 }  // namespace
 
-TEST_CASE("a wall that stays is static, somebody who leaves is removed") {
+TEST_CASE("a wall that stays is static, a person who leaves is removed") {
   const Street street;
   const auto dataset = datasets::open_dataset(street.path());
   const OctomapCost cost = label_with_octomap(*dataset, {}, street.run());
@@ -81,7 +81,7 @@ TEST_CASE("a wall that stays is static, somebody who leaves is removed") {
   CHECK(score["dynamic_points"].get<int>() == 2 * 21 * 41);
 }
 
-TEST_CASE("who has not left yet is still there") {
+TEST_CASE("an object that never leaves stays static") {
   const Street street;
   OctomapOptions options;
   options.scans = 2;

@@ -1,4 +1,4 @@
-// What the comparison of places is made of: figures nobody could check by looking at them.
+// Tests of the place recognition benchmark: metrics, calibration, variants, file formats.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -6,13 +6,13 @@
 #include <numbers>
 #include <string>
 
+#include "bench/places/calibration.hpp"
+#include "bench/places/common_view.hpp"
 #include "bench/places/failures.hpp"
-#include "bench/places/mixed_place.hpp"
 #include "bench/places/pair_row.hpp"
-#include "bench/places/pooled.hpp"
 #include "bench/places/quantile.hpp"
-#include "bench/places/seen.hpp"
 #include "bench/places/std_file.hpp"
+#include "bench/places/synthetic_place.hpp"
 #include "bench/places/variants.hpp"
 #include "tests/evaluate/temporary_directory.hpp"
 #include "tests/folders.hpp"
@@ -55,13 +55,13 @@ DrivePair pair_of(const SceneDrive& references, const SceneDrive& queries) {
   return pair;
 }
 
-TopAnswer top(double confidence, bool right, bool positive) {
-  TopAnswer answer;
-  answer.answered = true;
-  answer.confidence = confidence;
-  answer.right = right;
-  answer.near = positive;
-  return answer;
+TopCandidate top(double confidence, bool right, bool positive) {
+  TopCandidate candidate;
+  candidate.answered = true;
+  candidate.confidence = confidence;
+  candidate.right = right;
+  candidate.near = positive;
+  return candidate;
 }
 
 }  // namespace
@@ -78,13 +78,13 @@ TEST_CASE("common view is the share of the smaller one's voxels, in the world") 
   CHECK(common_view(a, {}) == 0.0);
 }
 
-TEST_CASE("ground is no view") {
+TEST_CASE("ground does not count as common view") {
   CHECK(view_voxels(std::vector<FineCell>{cell(0.5F, 0.5F, 0.0F, true)}, at(0.0, 0.0)).empty());
 }
 
-TEST_CASE("keypoints repeat or not only where the other one sees anything") {
+TEST_CASE("repeatability counts only keypoints in the other keyframe's occupied columns") {
   const std::vector<FineCell> cells = {cell(0.25F, 0.25F, 1.0F), cell(10.25F, 0.25F, 1.0F)};
-  const SeenColumns seen(cells, at(0.0, 0.0), 0.5);
+  const OccupiedColumns seen(cells, at(0.0, 0.0), 0.5);
   const std::vector<Eigen::Vector3d> a = {{0.3, 0.3, 0.0}, {10.3, 0.3, 0.0}, {50.0, 0.0, 0.0}};
   // One as near as it must be, whatever its height; one a little too far away.
   const std::vector<Eigen::Vector3d> b = {{0.7, 0.3, 5.0}, {10.3, 0.85, 0.0}};
@@ -93,13 +93,13 @@ TEST_CASE("keypoints repeat or not only where the other one sees anything") {
 }
 
 TEST_CASE("a column is near if it or one beside it holds anything") {
-  const SeenColumns seen(std::vector<FineCell>{cell(0.25F, 0.25F, 1.0F)}, at(5.0, 0.0), 0.5);
+  const OccupiedColumns seen(std::vector<FineCell>{cell(0.25F, 0.25F, 1.0F)}, at(5.0, 0.0), 0.5);
   CHECK(seen.near({5.25, 0.25, 0.0}));
   CHECK(seen.near({5.75, -0.25, 9.0}));
   CHECK_FALSE(seen.near({6.25, 0.25, 0.0}));
 }
 
-TEST_CASE("halves of two places make a new one, strongest keypoints first") {
+TEST_CASE("halves of two places make a synthetic one, strongest keypoints first") {
   OwnedPlace a;
   a.keypoints = {keypoint(1.0F, 5.0F, 30), keypoint(1.0F, -5.0F, 20)};
   a.planes = {{{0.0F, 4.0F, 1.0F}, Eigen::Vector3f::UnitY()}};
@@ -123,7 +123,7 @@ TEST_CASE("halves are turned before they are cut, normals with them") {
   CHECK(mix_halves(a, -0.5 * std::numbers::pi, {}, 0.0).keypoints.empty());
 }
 
-TEST_CASE("a mixed place holds no more than there is room for") {
+TEST_CASE("a synthetic place holds no more than its capacity") {
   OwnedPlace a;
   for (std::uint16_t i = 0; i < 5; ++i) a.keypoints.push_back(keypoint(1.0F, 1.0F, i));
   const OwnedPlace mixed = mix_halves(a, 0.0, a, std::numbers::pi, {7, 0});
@@ -163,7 +163,7 @@ TEST_CASE("a torn or foreign file of STD's descriptions is refused") {
   CHECK_THROWS_WITH(read_std_file(file), Catch::Contains("no STD descriptions"));
 }
 
-TEST_CASE("LiDARs that look in one direction are told from those that look all round") {
+TEST_CASE("LiDARs with a narrow field of view are told from those with an all-round one") {
   CHECK(group_of("vlp-16", "vlp-16") == PairGroup::kSame);
   CHECK(group_of("livox-avia", "livox-avia") == PairGroup::kSame);
   CHECK(group_of("os1-64", "livox-mid-360") == PairGroup::kWideWide);
@@ -174,13 +174,14 @@ TEST_CASE("LiDARs that look in one direction are told from those that look all r
 TEST_CASE("a row counts right poses before the first wrong one") {
   const SceneDrive references = drive_along(4);
   const SceneDrive queries = drive_along(4);
-  PlaceAnswers answers;
-  answers.answers.push_back({0, 0, 0.9, true, at(0.1, 0.0)});
-  answers.answers.push_back({0, 3, 0.2, false, at(0.0, 0.0)});   // not its best
-  answers.answers.push_back({1, 2, 0.8, true, at(-10.0, 0.0)});  // right, though not the nearest
-  answers.answers.push_back({2, 2, 0.7, true, at(0.0, 5.0)});    // 5 m off
-  answers.answers.push_back({3, 3, 0.6, true, at(0.0, 0.0)});
-  const PairRow row = score_pair(pair_of(references, queries), answers, {});
+  RetrievalResult retrieval;
+  retrieval.candidates.push_back({0, 0, 0.9, true, at(0.1, 0.0)});
+  retrieval.candidates.push_back({0, 3, 0.2, false, at(0.0, 0.0)});  // not its best
+  retrieval.candidates.push_back(
+      {1, 2, 0.8, true, at(-10.0, 0.0)});                           // right, though not the nearest
+  retrieval.candidates.push_back({2, 2, 0.7, true, at(0.0, 5.0)});  // 5 m off
+  retrieval.candidates.push_back({3, 3, 0.6, true, at(0.0, 0.0)});
+  const PairRow row = score_pair(pair_of(references, queries), retrieval, {});
   CHECK(row.positives_near == 4);
   CHECK(row.positives_view == 4);
   CHECK(row.loops_at_full_precision == 2);
@@ -195,12 +196,12 @@ TEST_CASE("a row counts right poses before the first wrong one") {
   CHECK(row.group == PairGroup::kSame);
 }
 
-TEST_CASE("a wrong answer takes those of equal confidence with it") {
+TEST_CASE("a wrong candidate excludes those of equal confidence") {
   const SceneDrive references = drive_along(2);
-  PlaceAnswers answers;
-  answers.answers.push_back({0, 0, 0.7, true, at(0.0, 0.0)});
-  answers.answers.push_back({1, 1, 0.7, true, at(0.0, 5.0)});
-  const PairRow row = score_pair(pair_of(references, references), answers, {});
+  RetrievalResult retrieval;
+  retrieval.candidates.push_back({0, 0, 0.7, true, at(0.0, 0.0)});
+  retrieval.candidates.push_back({1, 1, 0.7, true, at(0.0, 5.0)});
+  const PairRow row = score_pair(pair_of(references, references), retrieval, {});
   CHECK(row.loops_at_full_precision == 0);
   CHECK(row.full_precision_from > 1.0);
 }
@@ -214,10 +215,10 @@ TEST_CASE("common views are those of the drives' keyframes") {
   CHECK(pair.best_view(2) == 2);
 }
 
-TEST_CASE("bins of confidence, and what a threshold at their foot gives") {
+TEST_CASE("bins of confidence, and the precision of a threshold at their lower end") {
   PairRow row;
   row.top = {top(1.0, true, true),  top(0.95, true, true),  top(0.55, true, true),
-             top(0.5, false, true), top(0.0, false, false), TopAnswer{}};
+             top(0.5, false, true), top(0.0, false, false), TopCandidate{}};
   const auto bins = calibrate({row});
   REQUIRE(bins.size() == 10);
   CHECK(bins[9].answers == 2);
@@ -229,22 +230,22 @@ TEST_CASE("bins of confidence, and what a threshold at their foot gives") {
   CHECK(std::isnan(bins[3].right_share()));
 }
 
-TEST_CASE("false loops come before misses, the surest and the best seen first") {
+TEST_CASE("false loops by confidence come before missed ones by common view") {
   PairRow row;
   const auto missed = [](double best_view) {
-    TopAnswer answer = top(0.1, false, true);
-    answer.view = true;
-    answer.best_view = best_view;
-    return answer;
+    TopCandidate candidate = top(0.1, false, true);
+    candidate.view = true;
+    candidate.best_view = best_view;
+    return candidate;
   };
   row.top = {missed(0.4), top(0.98, false, true), top(1.0, true, true), missed(0.9),
              top(0.99, false, false)};
-  for (TopAnswer& answer : row.top) answer.accepted = answer.confidence > 0.9;
+  for (TopCandidate& candidate : row.top) candidate.accepted = candidate.confidence > 0.9;
   const std::vector<PairRow> rows = {row};
   const auto failures = failures_of(rows);
   REQUIRE(failures.size() == 4);
   CHECK(failures[0].top->confidence == 0.99);
-  CHECK(std::string(failures[0].why) == "accepted, with nothing to find");
+  CHECK(std::string(failures[0].why) == "accepted, without a true match");
   CHECK(failures[1].top->confidence == 0.98);
   CHECK(failures[2].top->best_view == 0.9);
   CHECK(failures[3].top->best_view == 0.4);
@@ -255,17 +256,17 @@ TEST_CASE("a pooled curve puts all rows under one threshold") {
   a.top = {top(0.9, true, true), top(0.3, false, true)};
   PairRow b;
   b.top = {top(0.6, false, true), top(0.5, true, true)};
-  const auto curve = pooled_curve({&a, &b}, &TopAnswer::near);
+  const auto curve = pooled_curve({&a, &b}, &TopCandidate::near);
   REQUIRE(curve.size() == 4);
   CHECK(curve[0].precision == 1.0);
   CHECK(curve[0].recall == 0.25);
   CHECK(curve[1].precision == 0.5);
   CHECK(curve[2].recall == 0.5);
   CHECK(curve[3].precision == 0.5);
-  CHECK(pooled_curve({&a}, &TopAnswer::view).empty());
+  CHECK(pooled_curve({&a}, &TopCandidate::view).empty());
 }
 
-TEST_CASE("rank leaves out what it is told to") {
+TEST_CASE("ranks ignore the factors that they name") {
   LoopCandidate candidate;
   candidate.confidence = 0.5F;
   candidate.votes = 8;
@@ -276,7 +277,7 @@ TEST_CASE("rank leaves out what it is told to") {
   CHECK(rank_of(candidate, Rank::kWithoutOverlap) == 2.0);
 }
 
-TEST_CASE("the list of variants begins with the default and describes no more than it must") {
+TEST_CASE("the list of variants begins with the default and computes each description once") {
   const std::filesystem::path root = unimapper::testing::source_folder();
   const auto variants = read_variants(root / "bench/places/variants.json", PipelineConfig{});
   REQUIRE(variants.size() > 3);
@@ -290,7 +291,7 @@ TEST_CASE("the list of variants begins with the default and describes no more th
   CHECK(descriptions == 3);  // the default, without removal, in the world's frame
 }
 
-TEST_CASE("variants that change nothing known are refused") {
+TEST_CASE("variants with unknown members are refused") {
   const TemporaryDirectory folder;
   const auto file = folder.path() / "variants.json";
   const auto read = [&](const char* text) {

@@ -1,5 +1,7 @@
-// STD on places whose answer is known, its published weaknesses included: a baseline that was
-// better or worse than the original would compare with nothing.
+// Tests of the STD baseline on places with known matches.
+//
+// They pin the published weaknesses, too: a baseline that is better or worse than the original is
+// no basis for a comparison.
 #include "bench/places/std_baseline.hpp"
 
 #include <catch2/catch.hpp>
@@ -156,7 +158,7 @@ TEST_CASE("only planes with a coplanar neighbour are continued") {
   CHECK_FALSE(voxels.all()[2].is_continued);
 }
 
-TEST_CASE("nothing is projected onto a plane that ends with its voxel") {
+TEST_CASE("nothing is projected onto a plane without a coplanar neighbour") {
   std::vector<Eigen::Vector3d> points;
   const auto add_ground = [&](double x) {
     for (int i = 0; i < 100; ++i) points.emplace_back(x + 0.2 * (i % 10), 0.2 * (i / 10), 0.3);
@@ -199,7 +201,7 @@ TEST_CASE("points are projected onto similar normals once, whichever voxel claim
   CHECK(claimed == 400.0);
 }
 
-TEST_CASE("who looks twice counts twice") {
+TEST_CASE("counts grow with the number of scans") {
   const Park park(2, 1);
   const StdPlace once = describe(park.cloud());
   const StdPlace twice = describe(park.cloud(), 2);
@@ -275,7 +277,7 @@ TEST_CASE("too short and too long sides form no triangles") {
   CHECK(form_triangles(triangle_of(140, 140, 149).keypoints, {}).size() == 1);
 }
 
-TEST_CASE("fewer keypoints than neighbours are no harm") {
+TEST_CASE("fewer keypoints than neighbours are handled") {
   for (std::size_t keypoints = 0; keypoints < 6; ++keypoints) {
     const StdPlace place = random_place(5, keypoints);
     StdDatabase database;
@@ -312,7 +314,7 @@ TEST_CASE("sides may differ by a share of the triangle's size") {
   CHECK_FALSE(finds(grown(1.0), grown(0.984)));
 }
 
-TEST_CASE("the hash table reaches further down than up") {
+TEST_CASE("the hash look-up reaches further down than up") {
   StdConfig config;
   config.side_tolerance = 1.0;
   const StdPlace query = triangle_of(50.9, 60.2, 70.2);
@@ -323,7 +325,7 @@ TEST_CASE("the hash table reaches further down than up") {
   CHECK_FALSE(finds(triangle_of(50.9, 60.9, 70.9), triangle_of(48.9, 58.9, 68.9), config));
 }
 
-TEST_CASE("a sensor of other density finds nothing unless the counts' test is off") {
+TEST_CASE("other point density finds nothing unless the test of counts is off") {
   const StdPlace query = triangle_of(50, 60, 70, 30.0);
   CHECK(finds(query, triangle_of(50, 60, 70, 49.0)));
   CHECK_FALSE(finds(query, triangle_of(50, 60, 70, 51.0)));
@@ -332,7 +334,7 @@ TEST_CASE("a sensor of other density finds nothing unless the counts' test is of
   CHECK(finds(query, triangle_of(50, 60, 70, 51.0), config));
 }
 
-TEST_CASE("few triangles are no candidate, few that agree no loop") {
+TEST_CASE("too few votes give no candidate, too few agreeing triangles no loop") {
   const StdPlace place = triangle_of(50, 60, 70);
   const auto is_found = [&](std::uint32_t min_votes, std::uint32_t min_agreeing) {
     StdConfig config;
@@ -375,7 +377,7 @@ TEST_CASE("a loop is reported however low its score is") {
   CHECK(loop->score == 0.0);
 }
 
-TEST_CASE("a park seen again is the one it was") {
+TEST_CASE("a scene scanned twice matches itself") {
   StdDatabase database;
   for (std::uint32_t seed = 60; seed < 64; ++seed) {
     database.insert(describe(Park(seed).seen_again(1)));

@@ -1,3 +1,4 @@
+// Tests of `unimapper evaluate breakdown`.
 #include <catch2/catch.hpp>
 
 #include "ports/datasets/writers.hpp"

@@ -1,4 +1,4 @@
-// What `unimapper evaluate` makes of folders on disk, good and bad.
+// Tests of the evaluations on valid and damaged folders.
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -45,7 +45,7 @@ void write_dataset(const fs::path& directory, const std::vector<Pose>& truth,
     if (labels.empty()) continue;
     datasets::write_labels(directory / "labels" / (scan_name(i) + ".label"), labels);
   }
-  // Odometry that nobody should mistake for the truth.
+  // Odometry far from the truth.
   datasets::write_kitti_poses(directory / "poses.txt", std::vector<Pose>(truth.size(), at(0)));
   datasets::write_kitti_poses(directory / "gt_poses.txt", truth);
 }
@@ -132,7 +132,7 @@ TEST_CASE("evaluate dynamic says which label file is missing or too short") {
   CHECK_THROWS_WITH(evaluate_dynamic({folder.path() / "nowhere", run}), Contains("nowhere"));
 }
 
-TEST_CASE("evaluate dynamic refuses a dataset that knows no truth") {
+TEST_CASE("evaluate dynamic refuses a dataset without ground truth") {
   TemporaryDirectory folder;
   write_dataset(folder.path() / "d", {at(0)}, {{10, 0, 0, 0}});
   write_run_labels(folder.path() / "r", 1, {9});
@@ -140,7 +140,7 @@ TEST_CASE("evaluate dynamic refuses a dataset that knows no truth") {
                     Contains("no ground-truth labels"));
 }
 
-TEST_CASE("evaluate loops scores a run's own revisits with its keyframes' true places") {
+TEST_CASE("evaluate loops scores intra-session revisits with the keyframes' true poses") {
   TemporaryDirectory folder;
   write_dataset(folder.path() / "d", there_and_back(6), {{10, 0, 0, 0}});
   // Keyframe 5 is back at 0, 4 at 1, 3 at 2 (too soon for the gap of two).
@@ -165,7 +165,7 @@ TEST_CASE("evaluate loops scores a run's own revisits with its keyframes' true p
   CHECK(json["curve"].size() == 2);
 }
 
-TEST_CASE("evaluate loops against another run looks at the loops between the two") {
+TEST_CASE("evaluate loops against another run scores inter-session loops") {
   TemporaryDirectory folder;
   write_dataset(folder.path() / "da", there_and_back(6), {{10, 0, 0, 0}});
   write_dataset(folder.path() / "db", std::vector<Pose>(10, at(103)), {{10, 0, 0, 0}});

@@ -1,3 +1,4 @@
+// Tests of static and dynamic accuracy.
 #include "unimapper/evaluate/dynamic.hpp"
 
 #include <catch2/catch.hpp>
@@ -122,7 +123,7 @@ TEST_CASE("a removed point beside a kept one counts as kept by the benchmark") {
   MemorySource source;
   LabelledScan first;
   first.add({10.00F, 0, 0}, 50, kKept);
-  first.add({10.04F, 0, 0}, 50, kRemoved);      // forgiven: 4 cm from the point above
+  first.add({10.04F, 0, 0}, 50, kRemoved);      // not counted: 4 cm from the point above
   first.add({10.00F, 0.06F, 0}, 50, kRemoved);  // 6 cm: lost
   first.add({20, 0, 0}, 252, kRemoved);         // undone by the next scan
   first.add({21, 0, 0}, 252, kRemoved);
@@ -142,7 +143,7 @@ TEST_CASE("a removed point beside a kept one counts as kept by the benchmark") {
   CHECK(result.score.by_range[2].dynamic_removed == 1);
 }
 
-TEST_CASE("points at the range limit do not exist for the benchmark") {
+TEST_CASE("points at the range limit are ignored by the benchmark") {
   MemorySource source;
   LabelledScan scan;
   scan.add({50, 0, 0}, 40, kKept);
@@ -217,7 +218,7 @@ TEST_CASE("objects that stood while they were seen are told from those that move
       scan.add({10.1F + k_m - back_m, 2.1F, 0.1F}, 252U | (7U << 16U), k == 0 ? kRemoved : kKept);
       scan.add({10.1F + k_m + back_m, 5.1F, 0.1F}, 252U | (8U << 16U), kRemoved);
       scan.add({10.1F + k_m - back_m, 8.1F, 0.1F}, 254U, kKept);
-      scan.add({30.1F, k_m, 0.1F}, 50U | (9U << 16U), kRemoved);  // static: none of its business
+      scan.add({30.1F, k_m, 0.1F}, 50U | (9U << 16U), kRemoved);  // static: not an object's point
     }
     source.scans.push_back(scan);
   }
@@ -231,7 +232,7 @@ TEST_CASE("objects that stood while they were seen are told from those that move
   CHECK(score.moving_by_class[class_of(252)].dynamic_points == 50);
   CHECK(score.moving_by_class[class_of(252)].dynamic_removed == 50);
   CHECK(score.moving_by_class[class_of(254)].dynamic_removed == 0);
-  // Seen for three scans only, it might do anything.
+  // Seen in three scans only: motion undefined.
   source.scans.resize(3);
   CHECK(score_by_motion(source).standing.dynamic_points == 0);
 }

@@ -1,3 +1,4 @@
+// Tests of precision and recall of loops.
 #include "unimapper/evaluate/loops.hpp"
 
 #include <catch2/catch.hpp>

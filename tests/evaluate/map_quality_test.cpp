@@ -1,3 +1,4 @@
+// Tests of AC, CD and MME.
 #include "unimapper/evaluate/map_quality.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-// Pictures of a run: what is on them, and which frames get one.
+// Tests of the pictures of a run.
 #include <png.h>
 
 #include <catch2/catch.hpp>
@@ -8,9 +8,9 @@
 
 #include "ports/datasets/writers.hpp"
 #include "src/apps/evaluate/evaluate.hpp"
+#include "src/apps/evaluate/outcome_raster.hpp"
 #include "src/apps/evaluate/range_image.hpp"
 #include "src/apps/evaluate/top_view.hpp"
-#include "src/apps/evaluate/verdict_raster.hpp"
 #include "src/apps/picture/palette.hpp"
 #include "tests/evaluate/temporary_directory.hpp"
 
@@ -106,22 +106,22 @@ class Drive {
 
 }  // namespace
 
-TEST_CASE("a point's verdict is what the run made of the truth") {
-  CHECK(verdict_of(kWall, kKept) == Verdict::kKept);
-  CHECK(verdict_of(kWall, kRemoved) == Verdict::kLost);
-  CHECK(verdict_of(kWalker, kRemoved) == Verdict::kRemoved);
-  CHECK(verdict_of(kWalker, kKept) == Verdict::kMissed);
-  CHECK(verdict_of(0, kRemoved) == Verdict::kUnjudged);
+TEST_CASE("a point's outcome compares the run's label with the truth") {
+  CHECK(outcome_of(kWall, kKept) == Outcome::kKept);
+  CHECK(outcome_of(kWall, kRemoved) == Outcome::kLost);
+  CHECK(outcome_of(kWalker, kRemoved) == Outcome::kRemoved);
+  CHECK(outcome_of(kWalker, kKept) == Outcome::kMissed);
+  CHECK(outcome_of(0, kRemoved) == Outcome::kIgnored);
 }
 
 TEST_CASE("a mistake stays visible under any number of other points") {
-  VerdictRaster raster(3, 1);
-  for (const Verdict verdict : {Verdict::kMissed, Verdict::kKept, Verdict::kLost}) {
-    raster.mark(0, 0, 1, 1, verdict, 1.0F);
+  OutcomeRaster raster(3, 1);
+  for (const Outcome outcome : {Outcome::kMissed, Outcome::kKept, Outcome::kLost}) {
+    raster.mark(0, 0, 1, 1, outcome, 1.0F);
   }
-  raster.mark(1, 0, 1, 1, Verdict::kLost, 0.0F);
-  raster.mark(1, 0, 1, 1, Verdict::kRemoved, 1.0F);
-  raster.mark(-5, -5, 100, 1, Verdict::kMissed, 1.0F);  // outside
+  raster.mark(1, 0, 1, 1, Outcome::kLost, 0.0F);
+  raster.mark(1, 0, 1, 1, Outcome::kRemoved, 1.0F);
+  raster.mark(-5, -5, 100, 1, Outcome::kMissed, 1.0F);  // outside
   const Image image = raster.paint();
   CHECK(is(image.at(0, 0), kMissedColor));
   CHECK(is(image.at(1, 0), kLostColor));
@@ -129,10 +129,10 @@ TEST_CASE("a mistake stays visible under any number of other points") {
 }
 
 TEST_CASE("what was kept is grey, and brighter the higher it is") {
-  VerdictRaster raster(2, 1);
-  raster.mark(0, 0, 1, 1, Verdict::kKept, 0.2F);
-  raster.mark(1, 0, 1, 1, Verdict::kKept, 0.9F);
-  raster.mark(1, 0, 1, 1, Verdict::kKept, 0.1F);
+  OutcomeRaster raster(2, 1);
+  raster.mark(0, 0, 1, 1, Outcome::kKept, 0.2F);
+  raster.mark(1, 0, 1, 1, Outcome::kKept, 0.9F);
+  raster.mark(1, 0, 1, 1, Outcome::kKept, 0.1F);
   const Image image = raster.paint();
   CHECK(image.at(0, 0).green < image.at(1, 0).green);
 }
@@ -171,7 +171,7 @@ TEST_CASE("the range image has left on the left and up on top") {
   CHECK(draw_range_image({{}, Pose{}, {}, {}}).width() == 1);
 }
 
-TEST_CASE("pictures of a run show its one missed and its one lost point") {
+TEST_CASE("pictures of a run show its missed point and its lost point") {
   Drive drive(1);
   drive.label(0, {kRemoved, kKept, kKept, kRemoved});
   const Json json = drive.draw();

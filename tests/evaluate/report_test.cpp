@@ -1,3 +1,4 @@
+// Tests of the HTML report of a merge.
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <limits>

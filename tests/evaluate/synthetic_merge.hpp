@@ -1,4 +1,4 @@
-// A merge result made up from a little town, for looking at reports.
+// Synthetic merge result for tests of reports.
 #pragma once
 
 #include <cmath>
@@ -155,7 +155,7 @@ inline void fill(Merge& merge, float step_m = 0.2F) {
          i % 12 < 7});
   }
   merge.result.timing = {{"loops within sessions", 3.21},
-                         {"loops between sessions", 6.8},
+                         {"inter-session loops", 6.8},
                          {"final optimisation", 0.42},
                          {"map and changes", 4.9}};
   merge.input.sessions = &merge.sessions;

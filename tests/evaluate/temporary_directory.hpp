@@ -1,3 +1,4 @@
+// Temporary directory of a test.
 #pragma once
 
 #include <stdlib.h>

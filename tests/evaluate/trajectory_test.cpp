@@ -1,3 +1,4 @@
+// Tests of trajectory alignment and errors.
 #include "unimapper/evaluate/trajectory.hpp"
 
 #include <catch2/catch.hpp>
@@ -45,7 +46,7 @@ TEST_CASE("a planar path is never mirrored") {
   CHECK(trajectory_error(pairs, align(pairs).T_truth_estimate).rotation_deg.max < 1e-6);
 }
 
-TEST_CASE("orientations settle what a straight line leaves open") {
+TEST_CASE("orientations determine the rotation that a straight line leaves open") {
   const Pose T = some_pose(0.7, 0.3, {5, 6, 7});
   std::vector<PosePair> pairs;
   for (int i = 0; i < 30; ++i) {

@@ -1,3 +1,4 @@
+// Tests of the ranking of frames and objects.
 #include "unimapper/evaluate/worst_frames.hpp"
 
 #include <catch2/catch.hpp>
@@ -58,7 +59,7 @@ TEST_CASE("frames without a wrong point are never among the worst") {
   CHECK(worst_frames({}, 10).empty());
 }
 
-TEST_CASE("errors are told by object, the worst one first") {
+TEST_CASE("errors are listed by object, the worst one first") {
   OneScan scan;
   scan.add({10, 0, 0}, kWall, kKept);
   scan.add({0, 8, 0}, kWalker, kKept);

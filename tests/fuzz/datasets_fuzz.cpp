@@ -1,5 +1,6 @@
-// Feeds arbitrary bytes to every parser of recordings. The first byte chooses the parser, so
-// that a corpus entry belongs to one of them.
+// Fuzz target of the parsers of recordings.
+//
+// The first byte chooses the parser, so that a corpus entry belongs to one of them.
 #include <cstdint>
 #include <string_view>
 

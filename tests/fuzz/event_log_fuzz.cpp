@@ -1,5 +1,6 @@
-// Any file as an event log: events lie one behind the other within the file, hold what the file
-// holds, and reading ends.
+// Fuzz target of the event log reader.
+//
+// Events lie in sequence within the file, hold the file's bytes, and reading terminates.
 #include <sys/mman.h>
 #include <unistd.h>
 

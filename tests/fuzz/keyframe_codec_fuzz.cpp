@@ -1,4 +1,4 @@
-// Any bytes into the keyframe decoder: what it accepts must have exactly one spelling.
+// Fuzz target of the keyframe decoder: accepted bytes are their own canonical encoding.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

@@ -1,6 +1,7 @@
-// Any messages into the receiver: it stays within its limits and adds up in the end. Checksums
-// and type fingerprints are made to fit where the input says so, or nothing would ever get past
-// them.
+// Fuzz target of the receiver: it keeps its limits and its counts are consistent.
+//
+// Checksums and type fingerprints are corrected where the input says so, because random ones would
+// be rejected at once.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The pipeline allocates nothing after construction, counted by a malloc family of our own.
+// Proof that the pipeline allocates nothing after construction, by a counting malloc family.
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
@@ -22,7 +22,7 @@ unsigned long count_run(const PipelineConfig& config, const std::vector<Labelled
   counting = true;
   std::int64_t stamp = 0;
   for (const LabelledScan& scan : scans) {
-    // Every refusal is on the way: time, pose, jump, nothing valid.
+    // Every refusal occurs: time, pose, jump, no valid point.
     pipeline->add_scan(scan.view(), sensor_at(0, 0), -1);
     pipeline->add_scan(scan.view(), sensor_at(1e12, 0), stamp + 1);
     pipeline->add_scan(PointView{}, sensor_at(0, 0), stamp + 1);

@@ -1,5 +1,7 @@
-// What firmware sees: every onboard header and the whole pipeline in a program without
-// exceptions, RTTI and libstdc++. It is linked against the C library alone.
+// Proof that the pipeline runs freestanding.
+//
+// Every onboard header and the whole pipeline in a program without exceptions, RTTI and libstdc++,
+// linked against the C library alone.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

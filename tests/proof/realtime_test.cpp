@@ -1,5 +1,7 @@
-// The pipeline under RealtimeSanitizer, whose runtime intercepts what may block or take unbounded
-// time: memory allocation, locks, sleeping, files, sockets, threads.
+// Proof that the pipeline makes no blocking call, by RealtimeSanitizer.
+//
+// Its runtime intercepts what may block or take unbounded time: memory allocation, locks, sleeping,
+// files, sockets, threads.
 //
 //   proof_realtime                        the pipeline; fails on the first such call
 //   proof_realtime malloc|mutex|output    proves that the interception works

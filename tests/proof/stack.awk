@@ -1,11 +1,11 @@
-# Worst-case stack from the call graphs GCC writes beside its objects (-fcallgraph-info=su,da).
+# Worst-case stack depth from the call graphs that GCC writes (-fcallgraph-info=su,da).
 #
 #   awk -v entries='REGEX' -v limit=BYTES -f stack.awk RULES GRAPH.ci...
 #
 # Prints, for every function whose demangled name matches `entries`, the deepest chain of calls
-# below it. Fails above `limit`, and on everything that makes a bound impossible: recursion,
-# frames of unknown size, calls through pointers, functions whose code is not here. RULES lists
-# the exceptions and what they cost (see stack_rules.txt).
+# below it. Fails above `limit`, and on everything that makes a bound impossible: recursion, frames
+# of unknown size, calls through pointers, functions whose code is not here. RULES lists the
+# exceptions and their cost (see stack_rules.txt).
 
 function complain(text) {
   if (text in said) return

@@ -1,4 +1,4 @@
-// Everything the stack test must refuse, one function each.
+// Negative controls of the stack test: one function per violation.
 
 void use(volatile char*);
 

@@ -1,3 +1,4 @@
+# Symbol test: the LIBRARIES must not use the C++ runtime, the heap or threads.
 cmake_policy(VERSION 3.25)
 
 # What the onboard libraries ask of the outside world: nothing but memory copies, the length of a

@@ -1,5 +1,7 @@
-# What both ARM toolchains share: Debian's cross compiler, libraries out of a private package root,
-# and qemu's user-mode emulator, so that ctest runs the tests here.
+# Common part of both ARM toolchains.
+#
+# Debian's cross compiler, libraries out of a private package root, and qemu's user-mode emulator,
+# so that ctest runs the tests here.
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_C_COMPILER ${unimapper_triplet}-gcc)
 set(CMAKE_CXX_COMPILER ${unimapper_triplet}-g++)

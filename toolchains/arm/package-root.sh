@@ -2,7 +2,7 @@
 # Unpacks the libraries of packages-root.txt for another architecture into
 # build/package-roots/ARCHITECTURE: package-root.sh ARCHITECTURE (arm64, armhf)
 #
-# The machine's own package database is neither changed nor asked: apt works in a directory of its
+# The machine's own package database is neither changed nor read: apt works in a directory of its
 # own, with the machine's sources. `dpkg --add-architecture` would not do, because LCM's packages
 # for two architectures exclude one another. Needs no root; a root that is complete is left alone.
 set -euo pipefail

@@ -1,3 +1,5 @@
+# Find module of LCM.
+#
 # Debian's liblcm-dev has no CMake package, and its pkg-config file wants glib's headers, which
 # LCM's own headers do not. Provides LCM::lcm, LCM_GEN and unimapper_lcm_generate().
 find_path(LCM_INCLUDE_DIR lcm/lcm-cpp.hpp)

@@ -1,5 +1,6 @@
-# What a robot's firmware project finds with find_package(unimapper): core, place and
-# onboard for C++, unimapper.h with a shared and a static library for C.
+# Installation and export of the onboard libraries for find_package(unimapper).
+#
+# core, place and onboard for C++, unimapper.h with a shared and a static library for C.
 include(CMakePackageConfigHelpers)
 
 install(TARGETS unimapper_c unimapper_c_static

@@ -1,6 +1,7 @@
+# Library targets of the rooms:
 # unimapper_library(NAME SOURCES ... [DEPENDS ...] [FREESTANDING] [REPRODUCIBLE])
 #
-# One room of the house as one static library with the alias unimapper::NAME. FREESTANDING rooms
+# One room as one static library with the alias unimapper::NAME. FREESTANDING rooms
 # (core, place, onboard) also hold without exceptions, RTTI and thread-safe statics. They and
 # REPRODUCIBLE ones compute the same bits on every processor.
 function(unimapper_library name)

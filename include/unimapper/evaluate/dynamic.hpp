@@ -13,14 +13,14 @@
 
 namespace unimapper::evaluate {
 
-/// What the ground truth says of a point. SemanticKITTI ids 251..259 are dynamic; 0 (unlabelled)
-/// and 1 (outlier) say nothing; everything else is static.
+/// Ground truth of a point. SemanticKITTI ids 251..259 are dynamic; 0 (unlabelled) and 1 (outlier)
+/// are ignored; everything else is static.
 enum class Truth : std::uint8_t { kIgnored, kStatic, kDynamic };
 
 /// Truth of a label; only its lower 16 bits count, the upper ones hold the instance.
 [[nodiscard]] Truth truth_of(std::uint32_t label) noexcept;
 
-/// True if the run called a point dynamic. Unknown (0) counts as kept.
+/// True if the run labelled a point dynamic. Unknown (0) counts as kept.
 [[nodiscard]] bool is_removed(std::uint32_t label) noexcept;
 
 /// Classes that get a figure of their own, with the moving and the standing form of each.
@@ -84,7 +84,7 @@ struct ScoredScan {
   std::span<const std::uint32_t> predicted;  ///< the run's labels
 };
 
-/// Where the scans come from. Scans are asked for in ascending order, possibly several times.
+/// Source of scans. Scans are requested in ascending order, possibly several times.
 class ScanSource {
  public:
   virtual ~ScanSource() = default;
@@ -99,7 +99,7 @@ class ScanSource {
 /// One scan of these; points without a position cannot be in any map and count as ignored.
 void score_scan(const ScoredScan& scan, DynamicScore& score);
 
-/// Dynamic points by what their object did while it was seen.
+/// Dynamic points by their object's motion while it was seen.
 struct MotionScore {
   Tally moving;
   Tally standing;
@@ -107,20 +107,20 @@ struct MotionScore {
 };
 
 /// Tells objects that moved while they were seen from those that stood and moved at some other time
-/// (a queue, a bus at a stop): labels call both dynamic, but nothing a robot sees until then shows
+/// (a queue, a bus at a stop): both are labelled dynamic, but no observation until then reveals
 /// the latter. An object (by its instance number) stands during `stretch` scans if a third of the
-/// 0.4 m cells it filled in the first of them are filled in the last one, too, of whichever scan
-/// it filled fewer in; points without instance count as moving. O(points).
+/// 0.4 m cells it occupies are common to the first and the last of them, as a share of the smaller
+/// set; points without instance count as moving. O(points).
 [[nodiscard]] MotionScore score_by_motion(ScanSource& source, std::size_t stretch = 10);
 
 struct BenchmarkConfig {
   float neighbour_m = 0.05F;  ///< a point this near to a kept point counts as kept
-  float max_range_m = 50.0F;  ///< points at or beyond it do not exist
+  float max_range_m = 50.0F;  ///< points at or beyond it are ignored
   float ego_range_m = 3.0F;   ///< unlabelled points nearer than this are the robot itself
   std::size_t batch_points = 8'000'000;  ///< removed points held in memory at a time
 };
 
-/// The score, and what upstream's treatment of unlabelled points would make of it.
+/// The score, and the tally under upstream's treatment of unlabelled points.
 struct BenchmarkScore {
   DynamicScore score;  ///< unlabelled points ignored
   /// Unlabelled points counted as upstream does: dynamic within `ego_range_m`, static beyond.

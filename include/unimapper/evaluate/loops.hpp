@@ -52,7 +52,7 @@ struct PrecisionRecall {
   std::size_t false_negatives = 0;
 };
 
-/// One threshold of the sweep: every best candidate of at least this confidence is believed.
+/// One threshold of the sweep: every best candidate of at least this confidence is accepted.
 struct CurvePoint {
   double confidence = 0.0;
   double precision = 0.0;

@@ -13,7 +13,7 @@
 
 namespace unimapper::evaluate {
 
-/// How well two overlapping clouds coincide. NaN where no point has a neighbour.
+/// Agreement of two overlapping clouds. NaN where no point has a neighbour.
 struct CloudAgreement {
   double ac_rmse_m = std::numeric_limits<double>::quiet_NaN();  ///< as the paper's formula
   double ac_mean_m = std::numeric_limits<double>::quiet_NaN();  ///< as the paper's text

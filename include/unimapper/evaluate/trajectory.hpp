@@ -10,7 +10,7 @@
 
 namespace unimapper::evaluate {
 
-/// A pose at a time.
+/// A pose with its stamp.
 struct StampedPose {
   std::int64_t stamp_ns = 0;
   Pose T_world_sensor;
@@ -31,8 +31,8 @@ struct PosePair {
 /// A rigid alignment and what it was derived from.
 struct Alignment {
   Pose T_truth_estimate;
-  /// The positions alone left a rotation open (a straight line, or less than a metre of
-  /// extent), so that orientations decided it.
+  /// Positions alone left a rotation undetermined (a straight line, or less than a metre of
+  /// extent), so that orientations were used.
   bool used_orientations = false;
 };
 
@@ -40,7 +40,7 @@ struct Alignment {
 /// fixed to one, reflections excluded). Throws std::invalid_argument when `pairs` is empty.
 [[nodiscard]] Alignment align(std::span<const PosePair> pairs);
 
-/// Five figures and the count behind them, of anything.
+/// Summary statistics of a sample.
 struct ErrorStatistics {
   double max = 0.0;
   double mean = 0.0;

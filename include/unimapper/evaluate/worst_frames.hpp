@@ -1,4 +1,4 @@
-// Where a run went wrong: the scans and the objects worth looking at.
+// Ranking of a run's scans and objects by wrongly labelled points.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ namespace unimapper::evaluate {
 [[nodiscard]] std::vector<std::size_t> worst_frames(std::span<const DynamicScore> frames,
                                                     std::size_t count, std::size_t gap = 10);
 
-/// What became of one object in one scan. All points of a class that have no instance number are
+/// Labelling errors of one object in one scan. All points of a class without instance number are
 /// one object.
 struct ObjectErrors {
   std::uint32_t label = 0;  ///< SemanticKITTI id, instance above
@@ -31,8 +31,8 @@ struct ObjectErrors {
 /// Every object of a scan, the one with the most wrong points first. O(points).
 [[nodiscard]] std::vector<ObjectErrors> errors_by_object(const ScoredScan& scan);
 
-/// How far the middle of an object's points is from where it was in another scan, metres; NaN
-/// where it was not seen then. Grows also while more of the object comes into view.
+/// Distance between the centroids of an object's points in two scans, metres; NaN if it is not in
+/// both. Also grows while more of the object comes into view.
 [[nodiscard]] double displacement_m(const ObjectErrors& object,
                                     std::span<const ObjectErrors> other_scan);
 

@@ -1,4 +1,4 @@
-// `unimapper evaluate breakdown`: results of many drives as rows of Markdown tables.
+// `unimapper evaluate breakdown`: results of several drives as rows of Markdown tables.
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -13,7 +13,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using evaluate::Tally;
 
-/// Classes that move, and the names `evaluate dynamic` counts them under.
+/// Movable classes, and their names in the results of `evaluate dynamic`.
 struct ClassColumn {
   const char* title;
   std::vector<std::string> classes;

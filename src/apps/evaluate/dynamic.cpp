@@ -1,3 +1,4 @@
+// `unimapper evaluate dynamic`: accuracy of a run's labels.
 #include <stdexcept>
 
 #include "src/apps/evaluate/evaluate.hpp"

@@ -1,4 +1,4 @@
-// What `unimapper evaluate` does, without the command line: options in, JSON out.
+// Evaluations behind `unimapper evaluate`: options in, JSON out.
 #pragma once
 
 #include <cstddef>
@@ -40,7 +40,7 @@ struct EvaluateLoopsOptions {
   std::filesystem::path against;        ///< empty: loops within the run
   std::filesystem::path against_truth;  ///< required with `against`
   double threshold_m = 10.0;
-  /// Within the run only; by default what robots search with.
+  /// Within the run only; by default the gap that robots search with.
   std::uint32_t min_gap_keyframes = PipelineConfig{}.search_scope.min_keyframe_gap;
   bool curve = false;  ///< the precision-recall curve too
 };

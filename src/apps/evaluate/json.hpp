@@ -1,4 +1,6 @@
-// The figures as JSON documents. Kept apart because the JSON library is slow to compile.
+// JSON documents of the evaluations.
+//
+// Separate because the JSON library is slow to compile.
 #pragma once
 
 #include <string>

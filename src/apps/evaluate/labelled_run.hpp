@@ -1,4 +1,4 @@
-// A run's labels beside the truth, scan by scan.
+// Scan source that pairs a run's labels with the ground truth.
 #pragma once
 
 #include <cstddef>

@@ -1,3 +1,4 @@
+// `unimapper evaluate loops`: precision and recall of a run's loops.
 #include <stdexcept>
 
 #include "src/apps/evaluate/evaluate.hpp"
@@ -29,7 +30,7 @@ std::string evaluate_loops(const EvaluateLoopsOptions& options) {
       same_session ? queries : read_run_keyframes(options.against, options.against_truth);
   if (!same_session && references.session == queries.session) {
     throw std::runtime_error("both runs are of session \"" + queries.session +
-                             "\"; its own loops are evaluated without --against");
+                             "\"; intra-session loops are evaluated without --against");
   }
   const auto guesses = select_guesses(read_loops_csv(options.run / "loops.csv"), same_session);
   evaluate::LoopScoreConfig config;

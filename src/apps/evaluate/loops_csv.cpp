@@ -1,3 +1,4 @@
+// Reader of loops.csv.
 #include "src/apps/loops_csv.hpp"
 
 #include <array>

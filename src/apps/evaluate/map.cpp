@@ -1,3 +1,4 @@
+// `unimapper evaluate map`: agreement of merged sessions.
 #include <stdexcept>
 
 #include "src/apps/evaluate/evaluate.hpp"

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kTopViewPixels = 1400;
 constexpr double kTopViewMetresPerPixel = 0.1;
-// Half a second: a walker is seen to move by then, and stays in view.
+// Half a second: long enough for a walker to move visibly, short enough to stay in view.
 constexpr std::size_t kScansBetween = 5;
 
 void write_png(const fs::path& file, const Image& image) {
@@ -25,7 +25,7 @@ void write_png(const fs::path& file, const Image& image) {
                        std::string_view(reinterpret_cast<const char*>(png.data()), png.size()));
 }
 
-/// The ground the whole drive saw, from a few of its points.
+/// Frame around the whole drive, from a sample of its points.
 Frame whole_drive(LabelledRun& run) {
   constexpr std::size_t kEveryScan = 5;
   constexpr std::size_t kPointsOfScan = 2000;

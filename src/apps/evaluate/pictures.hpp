@@ -1,4 +1,4 @@
-// Pictures of what a run kept and removed.
+// Pictures of kept and removed points.
 #pragma once
 
 #include <cstddef>

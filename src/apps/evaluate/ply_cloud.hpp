@@ -1,4 +1,4 @@
-// Positions out of PLY files.
+// Reader of vertex positions from PLY files.
 #pragma once
 
 #include <Eigen/Core>

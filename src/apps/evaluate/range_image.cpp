@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "src/apps/evaluate/verdict_raster.hpp"
+#include "src/apps/evaluate/outcome_raster.hpp"
 #include "unimapper/core/pose.hpp"
 
 namespace unimapper::apps {
@@ -26,7 +26,7 @@ Direction direction_of(const Eigen::Vector3f& point) {
           kDegreesPerRadian * std::atan2(p.z(), p.head<2>().norm())};
 }
 
-/// The angles a scan covers, and the pixels they are shown with.
+/// Field of view of a scan and its mapping to pixels.
 class Angles {
  public:
   explicit Angles(const evaluate::ScoredScan& scan) {
@@ -69,7 +69,7 @@ class Angles {
   double rows_per_degree_ = 1.0;
 };
 
-/// How many rows there are for each that holds points: about the gap between a sensor's rings.
+/// Rows per occupied row: about the gap between a sensor's rings.
 long ring_gap(const evaluate::ScoredScan& scan, const Angles& angles) {
   constexpr std::size_t kWidestGap = 8;
   std::vector<bool> filled(angles.width() * angles.height());
@@ -90,13 +90,13 @@ long ring_gap(const evaluate::ScoredScan& scan, const Angles& angles) {
 Image draw_range_image(const evaluate::ScoredScan& scan) {
   const Angles angles(scan);
   const long gap = ring_gap(scan, angles);
-  VerdictRaster raster(angles.width(), angles.height());
+  OutcomeRaster raster(angles.width(), angles.height());
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
     if (!scan.points[i].allFinite()) continue;
     const Direction direction = direction_of(scan.points[i]);
     const double range = static_cast<double>(scan.points[i].norm());
     raster.mark(angles.column(direction), angles.row(direction) - gap / 2, 2, gap,
-                verdict_of(scan.truth[i], scan.predicted[i]),
+                outcome_of(scan.truth[i], scan.predicted[i]),
                 static_cast<float>(1.0 - std::sqrt(range / kFarM)));
   }
   return raster.paint();

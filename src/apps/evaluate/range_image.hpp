@@ -1,4 +1,4 @@
-// A labelled scan as its sensor sees it.
+// Range image of a labelled scan.
 #pragma once
 
 #include "src/apps/picture/image.hpp"

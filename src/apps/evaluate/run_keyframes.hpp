@@ -1,4 +1,4 @@
-// Which keyframes a run made, and where each of them really was.
+// Keyframes of a run with their true poses.
 #pragma once
 
 #include <filesystem>

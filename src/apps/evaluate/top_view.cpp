@@ -50,10 +50,10 @@ void TopView::add(const evaluate::ScoredScan& scan) {
     // Far outside a pixel's number may not fit its type.
     if (!(pixel.cwiseAbs().maxCoeff() < 1e6)) continue;
     const double height = p.z() - scan.T_world_sensor.translation.z();
-    const Verdict verdict = verdict_of(scan.truth[i], scan.predicted[i]);
-    const long size = verdict >= Verdict::kLost ? mistake_pixels_ : 1;
+    const Outcome outcome = outcome_of(scan.truth[i], scan.predicted[i]);
+    const long size = outcome >= Outcome::kLost ? mistake_pixels_ : 1;
     raster_.mark(static_cast<long>(std::floor(pixel.x())) - size / 2,
-                 static_cast<long>(std::floor(pixel.y())) - size / 2, size, size, verdict,
+                 static_cast<long>(std::floor(pixel.y())) - size / 2, size, size, outcome,
                  static_cast<float>((height - kLowestM) / (kHighestM - kLowestM)));
   }
 }

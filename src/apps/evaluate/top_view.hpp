@@ -1,7 +1,7 @@
-// Labelled scans seen from above.
+// Top view of labelled scans.
 #pragma once
 
-#include "src/apps/evaluate/verdict_raster.hpp"
+#include "src/apps/evaluate/outcome_raster.hpp"
 #include "src/apps/picture/raster.hpp"
 #include "unimapper/evaluate/dynamic.hpp"
 
@@ -10,8 +10,8 @@ namespace unimapper::apps {
 /// Half the side of the piece of ground a local view shows, metres.
 inline constexpr double kLocalViewM = 50.0;
 
-/// Points in the world frame, grey by their height above the sensor, what was removed rightly and
-/// what was decided wrongly in colours.
+/// Points in the world frame, grey by their height above the sensor; removed and wrongly labelled
+/// points in colours.
 class TopView {
  public:
   /// Mistakes are `mistake_pixels` wide.
@@ -28,7 +28,7 @@ class TopView {
 
   Frame frame_;
   long mistake_pixels_;
-  VerdictRaster raster_;
+  OutcomeRaster raster_;
 };
 
 }  // namespace unimapper::apps

@@ -1,3 +1,4 @@
+// `unimapper evaluate trajectory`: absolute trajectory error of merged sessions.
 #include <algorithm>
 #include <stdexcept>
 

@@ -1,4 +1,4 @@
-// The worst frames of a run in words: what was decided wrongly there, and how far away.
+// Report of a run's worst frames as Markdown and JSON.
 #pragma once
 
 #include <filesystem>

@@ -11,7 +11,7 @@
 namespace unimapper::apps {
 namespace {
 
-// Several keyframes in which everything goes wrong.
+// Enough for the events of several keyframes with every kind of fault.
 constexpr std::uint32_t kCapacity = 1024;
 constexpr std::size_t kBytes = (EventRing::required_bytes(kCapacity) + 63) / 64 * 64;
 
@@ -34,7 +34,7 @@ EventLog::EventLog(const std::filesystem::path& file)
     std::unique_lock lock(mutex);
     while (!stop.stop_requested()) {
       write_events();
-      // Nobody notifies: this is a sleep that ends early when the run does.
+      // Never notified: a sleep that ends early when the run does.
       wakeup.wait_for(lock, stop, std::chrono::milliseconds(100), [] { return false; });
     }
   });

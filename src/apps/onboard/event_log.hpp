@@ -1,4 +1,4 @@
-// The pipeline's events as a text file, written by a thread of its own.
+// Event log file with a writer thread.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 namespace unimapper::apps {
 
 /// A ring for `PipelineConfig::events` and the thread that empties it into a file, one line an
-/// event. The pipeline never waits for the file; events it has no room for are counted there.
+/// event. The pipeline never waits for the file; events that do not fit are counted there.
 class EventLog {
  public:
   /// Creates the file. Throws std::runtime_error.

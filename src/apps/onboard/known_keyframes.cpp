@@ -62,7 +62,7 @@ const KnownKeyframes::Known& KnownKeyframes::find(const PlaceId& id) const {
       keyframes.begin(), keyframes.end(), id.keyframe,
       [](const Known& known, std::uint32_t sequence) { return known.sequence < sequence; });
   if (found == keyframes.end() || found->sequence != id.keyframe) {
-    throw std::logic_error("loop search answered with a keyframe nobody stored");
+    throw std::logic_error("loop search returned a keyframe that was not stored");
   }
   return *found;
 }

@@ -1,4 +1,4 @@
-// The keyframes a loop may lead to: those of this run, and those of earlier ones.
+// Keyframes that loops may refer to: of this run and of earlier ones.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ struct EarlierSession {
   std::vector<KeyframeRecord> keyframes;
 };
 
-/// Reads RUN/keyframes.lcmlog of every run; sessions keep the runs' folder names. What is wrong
-/// with a log is told through `faults`. Throws std::runtime_error if a run has no keyframe.
+/// Reads RUN/keyframes.lcmlog of every run; sessions keep the runs' folder names. Faults of
+/// a log are added to `faults`. Throws std::runtime_error if a run has no keyframe.
 std::vector<EarlierSession> read_earlier_runs(const std::vector<std::filesystem::path>& runs,
                                               std::vector<std::string>& faults);
 
@@ -31,7 +31,7 @@ class KnownKeyframes {
   /// Inserts the places of the earlier sessions into `places`, as sessions 1, 2, ...
   void insert_into(PlaceDatabase& places) const;
 
-  /// Remembers a keyframe of this run. Must be called once for each, in order.
+  /// Adds a keyframe of this run. Must be called once for each, in order.
   void add(const KeyframeView& keyframe);
 
   /// The row of a candidate found for the keyframe added last.

@@ -1,4 +1,4 @@
-// What `unimapper onboard` was asked to do.
+// Options of `unimapper onboard`.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ struct OnboardOptions {
   bool realtime = false;
   std::vector<std::filesystem::path> against;
   bool all_candidates = false;
-  bool final_labels = false;  ///< write those of keyframes that left the window, too
+  bool final_labels = false;  ///< write the labels of evicted keyframes, too
   std::size_t scans = std::numeric_limits<std::size_t>::max();
 };
 

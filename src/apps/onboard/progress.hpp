@@ -1,4 +1,4 @@
-// Tells a person how far a long run is.
+// Progress output of long runs.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// `done` steps are behind us; `detail` ends the line.
+  /// `done` steps are finished; `detail` ends the line.
   void update(std::size_t done, const std::string& detail);
   /// Prints a line of its own, e.g. a warning.
   void note(const std::string& line);

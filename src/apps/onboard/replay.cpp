@@ -115,7 +115,7 @@ void Replay::collect_final_labels(const RelabelledKeyframe& relabelled) {
 void Replay::finish_labels() {
   if (!options_.final_labels) return;
   while (pipeline_.relabel_next()) collect_final_labels(pipeline_.keyframe().relabelled);
-  // Keyframes that had to leave the window early keep what was decided online.
+  // Keyframes that were evicted early keep their online labels.
   for (const OpenScan& open : open_scans_) {
     outputs_.folder.write_final_labels(dataset_.scan_name(open.index), open.labels,
                                        points_.at(open.index));

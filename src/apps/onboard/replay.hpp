@@ -1,4 +1,4 @@
-// A recording on its way through the onboard pipeline.
+// Replay of a recording through the onboard pipeline.
 #pragma once
 
 #include <chrono>
@@ -19,7 +19,7 @@
 
 namespace unimapper::apps {
 
-/// Where everything a replay produces goes. All outlive the replay; `publisher` may be null.
+/// Outputs of a replay. All outlive the replay; `publisher` may be null.
 struct ReplayOutputs {
   RunFolder& folder;
   RunStatistics& statistics;
@@ -34,7 +34,7 @@ struct ReplayOptions {
   std::size_t scans = 0;        ///< replay the first so many scans
   bool realtime = false;        ///< wait for each scan's stamp
   bool all_candidates = false;  ///< keep loop candidates below the threshold too
-  bool final_labels = false;    ///< label keyframes again when they leave the window
+  bool final_labels = false;    ///< collect the labels of evicted keyframes, too
 };
 
 /// Feeds the scans in order and collects labels, keyframes, loops and statistics.
@@ -52,15 +52,15 @@ class Replay {
 
  private:
   void feed(std::size_t index);
-  /// When a scan arrives in a run at the pace of its stamps; never, beyond the last.
+  /// Arrival time of a scan in a real-time run; never, beyond the last.
   [[nodiscard]] std::chrono::steady_clock::time_point due(std::size_t index) const;
   void handle(const ScanResult& result);
   void report_refusal(std::size_t index, const Error& error);
   void collect_keyframe();
   void collect_labels(const KeyframeView& keyframe);
-  /// Labels the scans of the keyframe that left the window anew.
+  /// Relabels the scans of an evicted keyframe.
   void collect_final_labels(const RelabelledKeyframe& relabelled);
-  /// The same for what is in the window at the end.
+  /// The same for the keyframes that are in the window at the end.
   void finish_labels();
   void collect_loops(const KeyframeView& keyframe);
   void send(const KeyframeView& keyframe);

@@ -1,4 +1,4 @@
-// The folder a run is written to.
+// Output folder of a run.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +32,7 @@ class RunFolder {
   /// shorter than `points`, the rest is static.
   void write_labels(const std::string& name, std::span<const PointLabel> labels,
                     std::size_t points);
-  /// The same to RUN/final/labels: what was decided when the keyframe left the window.
+  /// The same to RUN/final/labels, for final labels.
   void write_final_labels(const std::string& name, std::span<const PointLabel> labels,
                           std::size_t points);
   /// Writes RUN/NAME.

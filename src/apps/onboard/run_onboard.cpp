@@ -1,3 +1,4 @@
+// `unimapper onboard`: replay of a recording into a run folder.
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -39,7 +40,7 @@ datasets::Format format_of(const OnboardOptions& options) {
   return *format;
 }
 
-/// The caller's memory that the pipeline lives in.
+/// Memory block of the pipeline.
 class PipelineMemory {
  public:
   explicit PipelineMemory(const PipelineConfig& config) : bytes_(Pipeline::required_bytes(config)) {
@@ -48,7 +49,7 @@ class PipelineMemory {
     block_.reset(static_cast<std::byte*>(std::aligned_alloc(Arena::kAlignment, rounded)));
     if (block_ == nullptr) {
       throw std::runtime_error("the pipeline needs " + std::to_string(bytes_ >> 20U) +
-                               " MiB of memory, which this computer does not give");
+                               " MiB of memory, which this computer does not have");
     }
     const auto created = Pipeline::create(config, {block_.get(), bytes_});
     if (!created) throw std::runtime_error(created.error().message);
@@ -66,10 +67,9 @@ class PipelineMemory {
   Pipeline* pipeline_ = nullptr;
 };
 
-/// Earlier places come in first and would be the first to make room: there must be room for
-/// all.
-void make_room_for(const std::vector<EarlierSession>& earlier, std::size_t scans,
-                   PipelineConfig& config) {
+/// Earlier places are inserted first and would be forgotten first, so the capacity must hold all.
+void enlarge_capacity_for(const std::vector<EarlierSession>& earlier, std::size_t scans,
+                          PipelineConfig& config) {
   if (earlier.empty()) return;
   std::size_t places = scans;  // a keyframe has at least one scan
   for (const EarlierSession& session : earlier) places += session.keyframes.size();
@@ -103,7 +103,7 @@ std::unique_ptr<wire::Publisher> open_publisher(const OnboardOptions& options,
                                                 const SessionInfo& info) {
   if (options.publish.empty()) return nullptr;
   wire::PublisherOptions publisher;
-  // Faster than real time nothing is lost by waiting; in real time the scans do not wait.
+  // Faster than real time, sending may block; in real time it must not.
   publisher.drop_when_full = options.realtime;
   return std::make_unique<wire::Publisher>(info, wire::open_sender(options.publish), publisher);
 }
@@ -132,7 +132,7 @@ void warn_of_full_containers(const RunStatistics& statistics) {
         DropCause::kEvidenceFull, DropCause::kDescriptionFull}) {
     const std::uint64_t count = statistics.dropped(cause);
     if (count == 0) continue;
-    std::fprintf(stderr, "onboard: warning: %llu left out for want of room (%s)\n",
+    std::fprintf(stderr, "onboard: warning: %llu left out, container full (%s)\n",
                  static_cast<unsigned long long>(count),
                  std::string(drop_cause_name(cause)).c_str());
   }
@@ -148,7 +148,7 @@ void run_onboard(const OnboardOptions& options) {
 
   std::vector<std::string> faults;
   const auto earlier = read_earlier_runs(options.against, faults);
-  make_room_for(earlier, scans, config);
+  enlarge_capacity_for(earlier, scans, config);
   RunFolder folder(options.out);
   EventLog events(folder.event_log());
   config.events = events.ring();

@@ -94,7 +94,7 @@ StageTimes times_of(std::vector<float> sorted) {
   return {percentile(0.5), percentile(0.99), sorted.back()};
 }
 
-/// To the microsecond: more digits are noise.
+/// Rounded to the microsecond.
 double rounded(float milliseconds) {
   return std::round(static_cast<double>(milliseconds) * 1e3) / 1e3;
 }

@@ -1,4 +1,4 @@
-// What stats.json says about a run.
+// Statistics of a run, written to stats.json.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ struct StageTimes {
   float max_ms = 0.0F;
 };
 
-/// Sums up a run, keyframe by keyframe.
+/// Accumulates the statistics of a run.
 class RunStatistics {
  public:
   void add_scan(std::size_t points, const Error& error);
@@ -48,7 +48,7 @@ class RunStatistics {
   [[nodiscard]] const CapacityUse& largest_use(Capacity capacity) const {
     return capacity_.at(static_cast<std::size_t>(capacity));
   }
-  /// What was given up for want of time, in all keyframes.
+  /// Work shed to keep the budget, in all keyframes.
   [[nodiscard]] std::uint64_t given_up(Shed shed) const {
     return shed_.at(static_cast<std::size_t>(shed));
   }
@@ -59,7 +59,7 @@ class RunStatistics {
   /// Of the valid points, those labelled dynamic; 0 to 1.
   [[nodiscard]] double dynamic_share() const;
 
-  /// What is known of a run besides its keyframes.
+  /// Figures of a run besides its keyframes.
   struct Run {
     std::uint64_t allocations_after_start = 0;
     std::uint64_t arena_bytes = 0;

@@ -41,16 +41,16 @@ std::optional<std::string> recorded_sensor(const std::filesystem::path& dataset)
 
 ChosenSensor choose_sensor(const OnboardOptions& options, const std::string& implied) {
   if (!options.sensor.empty()) {
-    return {require_sensor(options.sensor, "--sensor"), "as --sensor says"};
+    return {require_sensor(options.sensor, "--sensor"), "from --sensor"};
   }
   if (const auto recorded = recorded_sensor(options.dataset)) {
     const std::string file = (options.dataset / "dataset.json").string();
-    return {require_sensor(*recorded, file), "as dataset.json says"};
+    return {require_sensor(*recorded, file), "from dataset.json"};
   }
   if (!implied.empty()) {
-    return {require_sensor(implied, "format"), "as the format suggests; --sensor overrides"};
+    return {require_sensor(implied, "format"), "from the format; --sensor overrides"};
   }
-  return {&sensor_model(SensorKind::kGeneric), "nothing says which; --sensor tells"};
+  return {&sensor_model(SensorKind::kGeneric), "the recording names none; --sensor overrides"};
 }
 
 namespace {

@@ -1,4 +1,4 @@
-// Which sensor and which parameters a run uses.
+// Choice of sensor and parameters of a run.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// A picture in memory, and its way into a page.
+// Image in memory and its PNG and base64 encodings.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace unimapper::apps {
 
-/// A colour in linear steps of [0, 1], as it is in the picture.
+/// A colour, channels in [0, 1].
 struct Rgb {
   float red = 0.0F;
   float green = 0.0F;

@@ -1,4 +1,4 @@
-// Colours that mean the same in every picture, chart and legend.
+// Colour palette shared by pictures, charts and legends.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace unimapper::apps {
 
-// Session colours keep clear of red and green, which mean dynamic, gone, found and new.
+// Session colours avoid red and green, which mean dynamic, gone, found and new.
 inline constexpr std::array<Rgb, 8> kSessionColors = {{{0.35F, 0.65F, 1.00F},
                                                        {1.00F, 0.69F, 0.25F},
                                                        {0.72F, 0.55F, 1.00F},
@@ -23,10 +23,10 @@ inline constexpr Rgb kAppearedColor = {0.24F, 0.90F, 0.45F};
 inline constexpr Rgb kGoneColor = {1.00F, 0.30F, 0.33F};
 inline constexpr Rgb kAcceptedColor = {0.24F, 0.90F, 0.45F};
 inline constexpr Rgb kRefusedColor = {0.66F, 0.68F, 0.72F};
-// What became of a point, against the truth.
+// Classification outcome of a point.
 inline constexpr Rgb kRemovedColor = {0.25F, 0.55F, 1.00F};  ///< dynamic, and removed
-inline constexpr Rgb kLostColor = {1.00F, 0.62F, 0.10F};     ///< static, and removed all the same
-inline constexpr Rgb kMissedColor = {1.00F, 0.12F, 0.16F};   ///< dynamic, and still there
+inline constexpr Rgb kLostColor = {1.00F, 0.62F, 0.10F};     ///< static, but removed
+inline constexpr Rgb kMissedColor = {1.00F, 0.12F, 0.16F};   ///< dynamic, but kept
 inline constexpr Rgb kPictureBackground = {0.047F, 0.062F, 0.086F};
 
 [[nodiscard]] inline const Rgb& session_color(std::size_t session) {

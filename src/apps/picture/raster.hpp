@@ -1,4 +1,4 @@
-// Points seen from above.
+// Rasterisation of points seen from above.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,14 +25,14 @@ struct Frame {
   }
 };
 
-/// Finds the piece of the plane worth showing.
+/// Bounds of the relevant part of the plane.
 class Extent {
  public:
-  /// Something of the scenery; the outermost 0.2 % on each side may be cut off.
+  /// A map point; the outermost 0.2 % on each side may be cut off.
   void add_scenery(double x, double y) {
     if (is_on_earth(x, y)) scenery_.emplace_back(x, y);
   }
-  /// A place the robot was at: always shown, and scenery only up to 65 m around these.
+  /// A robot position: always shown; map points only up to 65 m around these.
   void add_path(double x, double y) {
     if (is_on_earth(x, y)) path_.emplace_back(x, y);
   }
@@ -47,7 +47,7 @@ class Extent {
     double to;
   };
   [[nodiscard]] Range range(int axis) const;
-  /// False for NaN and for what no map can hold.
+  /// False for NaN and for coordinates beyond any map.
   static bool is_on_earth(double x, double y) { return std::abs(x) < 1e7 && std::abs(y) < 1e7; }
 
   std::vector<Eigen::Vector2f> scenery_;
@@ -83,7 +83,7 @@ void for_covered_pixels(const Frame& frame, double x, double y, double size_m, V
   }
 }
 
-/// How much lies over every pixel, and in what colour.
+/// Accumulated amount and colour of every pixel.
 class Layer {
  public:
   explicit Layer(const Frame& frame)

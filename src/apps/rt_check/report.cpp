@@ -5,14 +5,14 @@
 
 namespace unimapper::apps {
 
+using linux_port::CheckStatus;
 using linux_port::Finding;
-using linux_port::Verdict;
 
 namespace {
 
-std::string row(const char* verdict, const std::string& name, const std::string& value) {
+std::string row(const char* status, const std::string& name, const std::string& value) {
   char line[256];
-  std::snprintf(line, sizeof line, "%-8s %-23s %s\n", verdict, name.c_str(), value.c_str());
+  std::snprintf(line, sizeof line, "%-8s %-23s %s\n", status, name.c_str(), value.c_str());
   return line;
 }
 
@@ -35,7 +35,7 @@ std::string prefault_text(const linux_port::PrefaultTrial& trial) {
 std::string RtReport::refused() const {
   std::string names;
   for (const Finding& finding : findings) {
-    if (finding.verdict != Verdict::kRefused) continue;
+    if (finding.status != CheckStatus::kRefused) continue;
     names += (names.empty() ? "" : ", ") + finding.name;
   }
   return names;
@@ -44,7 +44,7 @@ std::string RtReport::refused() const {
 std::string RtReport::to_text() const {
   std::string text;
   for (const Finding& finding : findings) {
-    text += row(verdict_name(finding.verdict), finding.name, finding.value);
+    text += row(status_name(finding.status), finding.name, finding.value);
     if (!finding.advice.empty()) text += "         -> " + finding.advice + "\n";
   }
   text += row("measured", "wake-up latency", wakeup_text(wakeup));
@@ -58,7 +58,7 @@ std::string RtReport::to_json() const {
   json["ready"] = refused().empty();
   auto& checks = json["checks"] = nlohmann::ordered_json::object();
   for (const Finding& finding : findings) {
-    checks[finding.name] = {{"verdict", verdict_name(finding.verdict)},
+    checks[finding.name] = {{"status", status_name(finding.status)},
                             {"value", finding.value},
                             {"advice", finding.advice}};
   }

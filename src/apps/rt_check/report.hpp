@@ -1,4 +1,4 @@
-// What `unimapper rt-check` has to say.
+// Report of the real-time capability check as text and JSON.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Whatever happens to a file, reading it ends in points or in a DatasetError.
+// Tests of damaged files: reading ends in points or in a DatasetError.
 #include <catch2/catch.hpp>
 
 #include "ports/datasets/helipr.hpp"

@@ -1,4 +1,4 @@
-// DynamicMap_Benchmark: clouds in the world frame.
+// Tests of the DynamicMap_Benchmark reader: clouds in the world frame.
 #include <catch2/catch.hpp>
 
 #include "tests/ports/datasets/pcd_fixtures.hpp"

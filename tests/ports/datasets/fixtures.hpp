@@ -1,4 +1,4 @@
-// Small hand-made files.
+// Small hand-made dataset files.
 #pragma once
 
 #include <stdlib.h>  // NOLINT: mkdtemp is POSIX

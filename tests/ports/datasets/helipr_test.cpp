@@ -1,4 +1,4 @@
-// The four binaries of HeLiPR.
+// Tests of HeLiPR's four binary formats.
 #include "ports/datasets/helipr.hpp"
 
 #include <catch2/catch.hpp>

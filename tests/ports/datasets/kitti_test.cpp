@@ -1,4 +1,4 @@
-// KITTI, SemanticKITTI and the simulator's own layout.
+// Tests of the readers of KITTI, SemanticKITTI and the simulator's layout.
 #include <catch2/catch.hpp>
 
 #include "tests/ports/datasets/fixtures.hpp"
@@ -157,14 +157,14 @@ TEST_CASE("a damaged KITTI sequence is refused with file and reason") {
     Scan scan;
     CHECK_THAT(error_of([&] { dataset->read_scan(1, scan); }), Contains("no such file"));
   }
-  SECTION("damaged ground truth does not keep anyone from reading the scans") {
+  SECTION("damaged ground truth does not prevent reading the scans") {
     directory.write("gt_poses.txt", "garbage\n");
     const auto dataset = open_dataset(directory.path());
     CHECK_THAT(error_of([&] { (void)dataset->ground_truth_poses(); }), Contains("gt_poses.txt:1"));
   }
 }
 
-TEST_CASE("what is no recording is said to be none") {
+TEST_CASE("folders that are no recording are refused") {
   const TemporaryDirectory directory;
   CHECK_THAT(open_error(directory.path()), Contains("not a recording of a known format"));
   CHECK_THAT(open_error(directory.path() / "nowhere"), Contains("no such directory"));

@@ -1,4 +1,4 @@
-// Small PCD files.
+// Small hand-made PCD files.
 #pragma once
 
 #include "tests/ports/datasets/fixtures.hpp"

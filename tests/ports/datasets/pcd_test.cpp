@@ -1,4 +1,4 @@
-// PCD files and sequences of them.
+// Tests of PCD files and sequences of them.
 #include "ports/datasets/pcd.hpp"
 
 #include <catch2/catch.hpp>

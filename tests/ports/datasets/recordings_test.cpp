@@ -1,4 +1,4 @@
-// The readers on real recordings, where they lie beside the project.
+// Tests of the readers on real recordings, if they are there.
 #include "tests/recordings.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Trajectory, time and calibration files.
+// Tests of trajectory, time and calibration files.
 #include <catch2/catch.hpp>
 
 #include "ports/datasets/poses.hpp"

@@ -1,4 +1,4 @@
-// What is written reads back the same, and what cannot be written is reported.
+// Tests of the writers: round trips and reported failures.
 #include "ports/datasets/writers.hpp"
 
 #include <array>

@@ -1,4 +1,4 @@
-// Real-time helpers: what Linux grants is used, what it refuses is explained.
+// Tests of the real-time helpers: granted requests take effect, refused ones are explained.
 #include "ports/linux/realtime.hpp"
 
 #include <sched.h>
@@ -89,7 +89,7 @@ TEST_CASE("without the right to it, locking memory is refused and the remedy nam
 }
 #endif
 
-TEST_CASE("what is granted takes effect") {
+TEST_CASE("granted requests take effect") {
   Outcome fifo;
   int policy = -1;
   std::thread([&] {

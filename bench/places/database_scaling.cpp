@@ -1,4 +1,4 @@
-#include "bench/places/growth.hpp"
+#include "bench/places/database_scaling.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -6,10 +6,10 @@
 #include <random>
 #include <stdexcept>
 
-#include "bench/places/mixed_place.hpp"
+#include "bench/places/common_view.hpp"
 #include "bench/places/quantile.hpp"
-#include "bench/places/seen.hpp"
 #include "bench/places/stopwatch.hpp"
+#include "bench/places/synthetic_place.hpp"
 
 namespace unimapper::bench {
 namespace {
@@ -17,7 +17,7 @@ namespace {
 constexpr double kCommonView = 0.30;
 constexpr std::uint32_t kKnownSession = 0;
 constexpr std::uint32_t kQuerySession = 1;
-constexpr std::uint32_t kFirstStranger = 2;
+constexpr std::uint32_t kFirstDistractorSession = 2;
 constexpr std::uint32_t kSessionSize = 1000;
 constexpr double kStep_m = 7.0;  // between places of a session
 
@@ -39,7 +39,7 @@ std::vector<bool> answers_in(const std::vector<ViewVoxels>& known, const Drive& 
   return has_answer;
 }
 
-void forget_cells(Drive& drive) {
+void release_cells(Drive& drive) {
   for (PlaceKeyframe& keyframe : drive.keyframes) {
     keyframe.static_cells = {};
     keyframe.dynamic_cells = {};
@@ -61,10 +61,10 @@ Pose along_a_line(std::uint32_t i) {
   return pose;
 }
 
-/// A database under growth.
-class GrowingDatabase {
+/// A database with measured insertions and searches.
+class MeasuredDatabase {
  public:
-  explicit GrowingDatabase(const LoopSearchConfig& config) : database_(config) {}
+  explicit MeasuredDatabase(const LoopSearchConfig& config) : database_(config) {}
 
   void insert(const OwnedPlace& place, PlaceId id, const Pose& T_session_place) {
     const double start = thread_milliseconds();
@@ -74,8 +74,8 @@ class GrowingDatabase {
   [[nodiscard]] std::uint32_t size() { return database_->size(); }
   [[nodiscard]] std::size_t bytes() const { return database_.bytes(); }
 
-  GrowthStep measure(const GrowthTask& task) {
-    GrowthStep step;
+  ScalingStep measure(const ScalingTask& task) {
+    ScalingStep step;
     step.places = database_->size();
     step.insert_ms = mean(insert_ms_);
     insert_ms_.clear();
@@ -99,7 +99,8 @@ class GrowingDatabase {
     std::size_t wrong = 0;
   };
 
-  void ask(const GrowthTask& task, std::size_t drive, std::vector<double>& query_ms, Tally& tally) {
+  void ask(const ScalingTask& task, std::size_t drive, std::vector<double>& query_ms,
+           Tally& tally) {
     const DescribedDrive& queries = task.queries[drive];
     for (std::uint32_t i = 0; i < queries.places.size(); ++i) {
       const double start = thread_milliseconds();
@@ -133,26 +134,26 @@ DescribedDrive read_and_describe(const std::filesystem::path& run, bool with_tru
   return described;
 }
 
-Strangers drives_as_they_are(const std::vector<DescribedDrive>& drives) {
-  return [&drives](std::uint32_t i) -> Stranger {
+Distractors real_places(const std::vector<DescribedDrive>& drives) {
+  return [&drives](std::uint32_t i) -> Distractor {
     std::uint32_t session = 0;
     for (const DescribedDrive& drive : drives) {
       if (i < drive.places.size()) return {drive.places[i], session};
       i -= static_cast<std::uint32_t>(drive.places.size());
       ++session;
     }
-    throw std::out_of_range("not so many strangers");
+    throw std::out_of_range("not so many distractors");
   };
 }
 
-Strangers mixed_halves(const std::vector<DescribedDrive>& drives, std::uint32_t seed) {
+Distractors synthetic_places(const std::vector<DescribedDrive>& drives, std::uint32_t seed) {
   auto sources = std::make_shared<std::vector<const OwnedPlace*>>();
   for (const DescribedDrive& drive : drives) {
     for (const OwnedPlace& place : drive.places) sources->push_back(&place);
   }
-  if (sources->empty()) throw std::runtime_error("no strangers to mix places from");
+  if (sources->empty()) throw std::runtime_error("no distractors to mix places from");
   auto random = std::make_shared<std::mt19937>(seed);
-  return [sources, random](std::uint32_t i) -> Stranger {
+  return [sources, random](std::uint32_t i) -> Distractor {
     std::uniform_int_distribution<std::size_t> which(0, sources->size() - 1);
     std::uniform_real_distribution<double> yaw(-std::numbers::pi, std::numbers::pi);
     const OwnedPlace& a = *(*sources)[which(*random)];
@@ -162,25 +163,26 @@ Strangers mixed_halves(const std::vector<DescribedDrive>& drives, std::uint32_t 
   };
 }
 
-GrowthTask make_task(const std::filesystem::path& known,
-                     const std::vector<std::filesystem::path>& queries) {
-  GrowthTask task;
+ScalingTask make_task(const std::filesystem::path& known,
+                      const std::vector<std::filesystem::path>& queries) {
+  ScalingTask task;
   task.known = read_and_describe(known, true);
   const auto views = views_of(task.known.drive);
-  forget_cells(task.known.drive);
+  release_cells(task.known.drive);
   for (const auto& run : queries) {
     task.queries.push_back(read_and_describe(run, true));
     task.has_answer.push_back(answers_in(views, task.queries.back().drive));
-    forget_cells(task.queries.back().drive);
+    release_cells(task.queries.back().drive);
   }
   return task;
 }
 
-Growth grow(const GrowthTask& task, const Strangers& strangers,
-            const std::vector<std::uint32_t>& sizes, const LoopSearchConfig& config) {
-  GrowingDatabase database(config);
-  Growth growth;
-  growth.bytes = database.bytes();
+ScalingResult measure_scaling(const ScalingTask& task, const Distractors& distractors,
+                              const std::vector<std::uint32_t>& sizes,
+                              const LoopSearchConfig& config) {
+  MeasuredDatabase database(config);
+  ScalingResult scaling;
+  scaling.bytes = database.bytes();
   for (std::uint32_t i = 0; i < task.known.places.size(); ++i) {
     database.insert(task.known.places[i], {kKnownSession, i},
                     task.known.drive.keyframes[i].T_odometry_keyframe);
@@ -189,14 +191,14 @@ Growth grow(const GrowthTask& task, const Strangers& strangers,
   for (const std::uint32_t size : sizes) {
     if (size < database.size() || size > config.max_places) continue;
     while (database.size() < size) {
-      const Stranger stranger = strangers(added);
-      database.insert(stranger.place, {kFirstStranger + stranger.session, added},
+      const Distractor distractor = distractors(added);
+      database.insert(distractor.place, {kFirstDistractorSession + distractor.session, added},
                       along_a_line(added));
       ++added;
     }
-    growth.steps.push_back(database.measure(task));
+    scaling.steps.push_back(database.measure(task));
   }
-  return growth;
+  return scaling;
 }
 
 }  // namespace unimapper::bench

@@ -1,4 +1,4 @@
-#include "bench/places/mixed_place.hpp"
+#include "bench/places/synthetic_place.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -24,14 +24,14 @@ void add_half(const OwnedPlace& from, double yaw, bool left, OwnedPlace& to) {
 }  // namespace
 
 OwnedPlace mix_halves(const OwnedPlace& a, double yaw_a, const OwnedPlace& b, double yaw_b,
-                      const PlaceRoom& room) {
+                      const PlaceCapacity& capacity) {
   OwnedPlace mixed;
   add_half(a, yaw_a, true, mixed);
   add_half(b, yaw_b, false, mixed);
   std::stable_sort(mixed.keypoints.begin(), mixed.keypoints.end(),
                    [](const Keypoint& x, const Keypoint& y) { return x.strength > y.strength; });
-  mixed.keypoints.resize(std::min(mixed.keypoints.size(), room.keypoints));
-  mixed.planes.resize(std::min(mixed.planes.size(), room.planes));
+  mixed.keypoints.resize(std::min(mixed.keypoints.size(), capacity.keypoints));
+  mixed.planes.resize(std::min(mixed.planes.size(), capacity.planes));
   return mixed;
 }
 

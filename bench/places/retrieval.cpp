@@ -1,4 +1,4 @@
-#include "bench/places/answers.hpp"
+#include "bench/places/retrieval.hpp"
 
 #include <algorithm>
 
@@ -9,9 +9,9 @@
 namespace unimapper::bench {
 namespace {
 
-constexpr std::uint32_t kKnownDrive = 1;
-constexpr std::uint32_t kAskedDrive = 2;
-constexpr std::uint32_t kFirstOfCrowd = 3;
+constexpr std::uint32_t kReferenceDrive = 1;
+constexpr std::uint32_t kQueryDrive = 2;
+constexpr std::uint32_t kFirstDistractorDrive = 3;
 
 using Drives = std::vector<std::vector<OwnedPlace>>;
 
@@ -21,13 +21,13 @@ std::size_t count_places(const Drives& drives) {
   return count;
 }
 
-/// Every drive is a session; where its places lie in it matters for the thinning alone.
+/// Every drive is a session. Positions within it affect only which places a full database forgets.
 void insert_drives(const Drives& drives, PlaceDatabase& database) {
   for (std::uint32_t d = 0; d < drives.size(); ++d) {
     for (std::uint32_t i = 0; i < drives[d].size(); ++i) {
       Pose along;
       along.translation.x() = 7.0 * i;
-      database.insert(drives[d][i].view(), {kFirstOfCrowd + d, i}, along);
+      database.insert(drives[d][i].view(), {kFirstDistractorDrive + d, i}, along);
     }
   }
 }
@@ -40,64 +40,64 @@ LoopSearchConfig fitting(const Variant& variant, std::size_t places) {
 
 }  // namespace
 
-Crowd read_crowd(const std::vector<std::filesystem::path>& runs,
-                 const std::vector<Variant>& variants) {
+DistractorPlaces read_distractors(const std::vector<std::filesystem::path>& runs,
+                                  const std::vector<Variant>& variants) {
   std::size_t descriptions = 0;
   for (const Variant& variant : variants) {
     descriptions = std::max(descriptions, variant.described_as + 1);
   }
-  Crowd crowd(runs.empty() ? 0 : descriptions, Drives(runs.size()));
+  DistractorPlaces distractors(runs.empty() ? 0 : descriptions, Drives(runs.size()));
   merge::parallel_for(runs.size(), 0, [&](std::size_t i) {
     const Drive drive = read_drive_without_truth(runs[i]);
     for (const Variant& variant : variants) {
-      std::vector<OwnedPlace>& places = crowd[variant.described_as][i];
+      std::vector<OwnedPlace>& places = distractors[variant.described_as][i];
       if (places.empty()) {
         places = describe(drive, variant.config.descriptor, variant.description);
       }
     }
   });
-  return crowd;
+  return distractors;
 }
 
-PlaceAnswers ask_database(const SceneDrive& references, const SceneDrive& queries,
-                          const Variant& variant, const Crowd& crowd) {
-  static const Drives nobody;
-  const Drives& strangers = crowd.empty() ? nobody : crowd.at(variant.described_as);
+RetrievalResult search_database(const SceneDrive& references, const SceneDrive& queries,
+                                const Variant& variant, const DistractorPlaces& distractors) {
+  static const Drives kNone;
+  const Drives& others = distractors.empty() ? kNone : distractors.at(variant.described_as);
   const std::vector<OwnedPlace>& stored = references.described.at(variant.described_as);
-  const std::vector<OwnedPlace>& asked = queries.described.at(variant.described_as);
-  merge::InArena<PlaceDatabase> database(fitting(variant, stored.size() + count_places(strangers)));
+  const std::vector<OwnedPlace>& query_places = queries.described.at(variant.described_as);
+  merge::InArena<PlaceDatabase> database(fitting(variant, stored.size() + count_places(others)));
   for (std::size_t i = 0; i < stored.size(); ++i) {
-    database->insert(stored[i].view(), {kKnownDrive, static_cast<std::uint32_t>(i)},
+    database->insert(stored[i].view(), {kReferenceDrive, static_cast<std::uint32_t>(i)},
                      references.drive.keyframes[i].T_odometry_keyframe);
   }
-  insert_drives(strangers, *database);
-  PlaceAnswers result;
-  for (std::size_t i = 0; i < asked.size(); ++i) {
+  insert_drives(others, *database);
+  RetrievalResult result;
+  for (std::size_t i = 0; i < query_places.size(); ++i) {
     const double start = thread_milliseconds();
     const auto found =
-        database->search(asked[i].view(), {kAskedDrive, static_cast<std::uint32_t>(i)},
+        database->search(query_places[i].view(), {kQueryDrive, static_cast<std::uint32_t>(i)},
                          {SearchScope::Sessions::kOnlyOther, 0});
     result.search_ms.push_back(thread_milliseconds() - start);
     for (const LoopCandidate& candidate : found) {
-      if (candidate.match.session != kKnownDrive) {
-        result.answers.push_back(
-            {i, kStranger, rank_of(candidate, variant.rank), candidate.accepted, {}});
+      if (candidate.match.session != kReferenceDrive) {
+        result.candidates.push_back(
+            {i, kDistractor, rank_of(candidate, variant.rank), candidate.accepted, {}});
         continue;
       }
       const std::size_t match = candidate.match.keyframe;
-      result.answers.push_back({i, match, rank_of(candidate, variant.rank), candidate.accepted,
-                                stored[match].T_keyframe_place * candidate.T_match_query *
-                                    asked[i].T_keyframe_place.inverse()});
+      result.candidates.push_back({i, match, rank_of(candidate, variant.rank), candidate.accepted,
+                                   stored[match].T_keyframe_place * candidate.T_match_query *
+                                       query_places[i].T_keyframe_place.inverse()});
     }
   }
   return result;
 }
 
-PlaceAnswers ask_std(const SceneDrive& references, const SceneDrive& queries,
-                     const StdConfig& config) {
+RetrievalResult search_std(const SceneDrive& references, const SceneDrive& queries,
+                           const StdConfig& config) {
   StdDatabase database(config);
   for (const StdKeyframe& keyframe : references.std_described) database.insert(keyframe.place);
-  PlaceAnswers result;
+  RetrievalResult result;
   result.triangles = database.triangles();
   for (std::size_t i = 0; i < queries.std_described.size(); ++i) {
     const double start = thread_milliseconds();
@@ -108,7 +108,7 @@ PlaceAnswers ask_std(const SceneDrive& references, const SceneDrive& queries,
     const Pose T_match_query =
         references.drive.keyframes[found->match].T_odometry_keyframe.inverse() *
         found->T_match_query * queries.drive.keyframes[i].T_odometry_keyframe;
-    result.answers.push_back(
+    result.candidates.push_back(
         {i, found->match, found->score, found->score >= config.accept_score, T_match_query});
   }
   return result;

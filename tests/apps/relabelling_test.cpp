@@ -1,4 +1,4 @@
-// Labels of the second and the third look, as users get them: files, messages, exit codes.
+// End-to-end tests of final and refined labels: files, messages, exit codes.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
@@ -55,7 +55,7 @@ TEST_CASE("a second run leaves no final labels of the first") {
   CHECK(datasets::list_files(fixture.run / "final" / "labels", ".label").empty());
 }
 
-TEST_CASE("a run tells how many bytes its messages took, and what of them is for hindsight") {
+TEST_CASE("a run reports the bytes of its messages and those of their free-space images") {
   const Fixture fixture;
   const auto stats = nlohmann::json::parse(read_text(fixture.run / "stats.json"));
   const auto& bytes = stats["message_bytes_per_keyframe"];

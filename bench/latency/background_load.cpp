@@ -1,4 +1,4 @@
-#include "other_core.hpp"
+#include "background_load.hpp"
 
 #include <pthread.h>
 #include <sched.h>
@@ -28,7 +28,7 @@ void stream(const std::atomic<bool>& stop) {
 
 }  // namespace
 
-OtherCore::OtherCore(bool loaded) {
+BackgroundLoad::BackgroundLoad(bool loaded) {
   cpu_set_t allowed;
   sched_getaffinity(0, sizeof allowed, &allowed);
   int first = -1;
@@ -47,7 +47,7 @@ OtherCore::OtherCore(bool loaded) {
   pin_to(last);
 }
 
-OtherCore::~OtherCore() {
+BackgroundLoad::~BackgroundLoad() {
   stop_ = true;
   if (busy_.joinable()) busy_.join();
 }

@@ -1,4 +1,4 @@
-#include "bench/places/described.hpp"
+#include "bench/places/description.hpp"
 
 #include "bench/places/stopwatch.hpp"
 #include "unimapper/merge/in_arena.hpp"
@@ -15,7 +15,7 @@ std::vector<FineCell> cells_of(const PlaceKeyframe& keyframe, const DescriptionV
   return cells;
 }
 
-/// The frame that lies along the odometry's axes, in a node of its grid near the keyframe.
+/// Frame along the axes of the odometry frame, at a node of its grid near the keyframe.
 Pose world_grid(const PlaceKeyframe& keyframe) {
   constexpr double kGrid = 2.0;  // all grids of the description divide it
   Pose T_odometry_place;

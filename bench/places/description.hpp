@@ -1,4 +1,4 @@
-// Drives described: what loop search is fed with.
+// Place descriptors of every keyframe of a drive.
 #pragma once
 
 #include <vector>
@@ -9,13 +9,13 @@
 
 namespace unimapper::bench {
 
-/// What an ablation changes besides parameters.
+/// Changes of an ablation besides parameters.
 struct DescriptionVariant {
-  bool with_dynamic = false;  ///< what removal took out is put back
+  bool with_dynamic = false;  ///< dynamic cells are described, too
   bool world_frame = false;   ///< described on a grid of the odometry frame, as STD does
 };
 
-/// A keyframe's description, owned.
+/// Descriptor of a keyframe, with its own memory.
 struct OwnedPlace {
   std::vector<Keypoint> keypoints;
   std::vector<PlanePatch> planes;

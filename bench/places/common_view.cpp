@@ -1,4 +1,4 @@
-#include "bench/places/seen.hpp"
+#include "bench/places/common_view.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ constexpr float kViewVoxel = 1.0F;
 void sort_and_unify(std::vector<std::uint64_t>& keys) {
   std::sort(keys.begin(), keys.end());
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-  keys.shrink_to_fit();  // cells are many times their columns, and drives are kept by the dozen
+  keys.shrink_to_fit();  // many cells share a column, and dozens of drives are kept
 }
 
 std::uint64_t column_of(double x, double y, double size_m) {
@@ -30,7 +30,7 @@ struct RepeatCount {
 RepeatCount count_repeated(const KeypointView& from, const KeypointView& to, double radius_m) {
   RepeatCount count;
   for (const Eigen::Vector3d& keypoint : from.keypoints) {
-    if (!to.seen.near(keypoint)) continue;
+    if (!to.occupied.near(keypoint)) continue;
     count.common += 1.0;
     const bool repeated =
         std::any_of(to.keypoints.begin(), to.keypoints.end(), [&](const Eigen::Vector3d& other) {
@@ -68,8 +68,8 @@ double common_view(const ViewVoxels& a, const ViewVoxels& b) {
   return static_cast<double>(common) / static_cast<double>(std::min(a.size(), b.size()));
 }
 
-SeenColumns::SeenColumns(std::span<const FineCell> cells, const Pose& T_world_keyframe,
-                         double size_m)
+OccupiedColumns::OccupiedColumns(std::span<const FineCell> cells, const Pose& T_world_keyframe,
+                                 double size_m)
     : size_m_(size_m) {
   for (const FineCell& cell : cells) {
     if (cell.ground != 0) continue;
@@ -79,7 +79,7 @@ SeenColumns::SeenColumns(std::span<const FineCell> cells, const Pose& T_world_ke
   sort_and_unify(columns_);
 }
 
-bool SeenColumns::near(const Eigen::Vector3d& world_point) const {
+bool OccupiedColumns::near(const Eigen::Vector3d& world_point) const {
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
       const std::uint64_t column =
@@ -90,7 +90,7 @@ bool SeenColumns::near(const Eigen::Vector3d& world_point) const {
   return false;
 }
 
-std::vector<Eigen::Vector2d> SeenColumns::centers() const {
+std::vector<Eigen::Vector2d> OccupiedColumns::centers() const {
   std::vector<Eigen::Vector2d> centers;
   for (const std::uint64_t column : columns_) {
     const VoxelIndex index = unpack(column);

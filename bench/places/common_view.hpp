@@ -1,4 +1,4 @@
-// What a keyframe shows, in the world where the truth puts it.
+// Common view of two keyframes and repeatability of their keypoints, from true poses.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,12 +19,12 @@ using ViewVoxels = std::vector<std::uint64_t>;
 /// Share of the smaller one's voxels that both have, [0, 1]; 0 if one has none. O(voxels).
 [[nodiscard]] double common_view(const ViewVoxels& a, const ViewVoxels& b);
 
-/// Upright columns of the world with anything in them that is not ground.
-class SeenColumns {
+/// Vertical columns of the world that hold anything but ground.
+class OccupiedColumns {
  public:
-  SeenColumns() = default;
-  SeenColumns(std::span<const FineCell> cells, const Pose& T_world_keyframe, double size_m);
-  /// Whether the column of a point, or one beside it, holds anything.
+  OccupiedColumns() = default;
+  OccupiedColumns(std::span<const FineCell> cells, const Pose& T_world_keyframe, double size_m);
+  /// Whether the column of a point or an adjacent one is occupied.
   [[nodiscard]] bool near(const Eigen::Vector3d& world_point) const;
   /// The middle of every column, in the world.
   [[nodiscard]] std::vector<Eigen::Vector2d> centers() const;
@@ -34,14 +34,14 @@ class SeenColumns {
   std::vector<std::uint64_t> columns_;  // ascending
 };
 
-/// One keyframe's keypoints in the world, and where it saw anything.
+/// Keypoints of a keyframe in the world, and its occupied columns.
 struct KeypointView {
   std::span<const Eigen::Vector3d> keypoints;
-  const SeenColumns& seen;
+  const OccupiedColumns& occupied;
 };
 
-/// Share of keypoints that the other one has as well within `radius_m` (horizontally), of those
-/// where the other one sees anything; both directions together, NaN if there are none.
+/// Share of keypoints that the other keyframe has within `radius_m` (horizontally), among those in
+/// its occupied columns; both directions together, NaN if there are none.
 [[nodiscard]] double repeatability(const KeypointView& a, const KeypointView& b, double radius_m);
 
 }  // namespace unimapper::bench

@@ -1,4 +1,4 @@
-// The least any voxel mapper must do with a scan.
+// Lower-bound baseline: one voxel-hashing pass over a scan.
 #pragma once
 
 #include <cstdint>
@@ -10,11 +10,11 @@
 namespace unimapper::bench {
 
 /// Reads every point, computes and hashes its voxel key, and counts it in a table as large as the
-/// pipeline's own: no transform, no range check, no collisions. What a stage takes as a multiple
-/// of this pass compares between machines.
-class Yardstick {
+/// pipeline's own: no transform, no range check, no collisions. Stage times as multiples of
+/// this pass are comparable between machines.
+class HashingBaseline {
  public:
-  explicit Yardstick(const PipelineConfig& config);
+  explicit HashingBaseline(const PipelineConfig& config);
 
   /// O(points).
   void read_and_hash(const PointView& points) noexcept;

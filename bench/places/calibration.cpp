@@ -1,4 +1,4 @@
-#include "bench/places/pooled.hpp"
+#include "bench/places/calibration.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +27,7 @@ std::vector<CalibrationBin> calibrate(const std::vector<PairRow>& rows) {
     bins[i].to = static_cast<double>(i + 1) / kBins;
   }
   for (const PairRow& row : rows) {
-    for (const TopAnswer& top : row.top) {
+    for (const TopCandidate& top : row.top) {
       if (!top.answered) continue;
       const double clamped = std::clamp(top.confidence, 0.0, 1.0);
       CalibrationBin& bin = bins[std::min(kBins - 1, static_cast<std::size_t>(clamped * kBins))];
@@ -44,20 +44,20 @@ std::vector<CalibrationBin> calibrate(const std::vector<PairRow>& rows) {
 }
 
 std::vector<evaluate::CurvePoint> pooled_curve(const std::vector<const PairRow*>& rows,
-                                               bool TopAnswer::*positive) {
-  std::vector<TopAnswer> answers;
+                                               bool TopCandidate::*positive) {
+  std::vector<TopCandidate> answers;
   std::size_t positives = 0;
   for (const PairRow* row : rows) {
-    for (const TopAnswer& top : row->top) {
+    for (const TopCandidate& top : row->top) {
       positives += top.*positive ? 1 : 0;
       if (top.answered) answers.push_back(top);
     }
   }
   std::vector<evaluate::CurvePoint> curve;
   if (positives == 0) return curve;
-  std::stable_sort(answers.begin(), answers.end(), [](const TopAnswer& a, const TopAnswer& b) {
-    return a.confidence > b.confidence;
-  });
+  std::stable_sort(
+      answers.begin(), answers.end(),
+      [](const TopCandidate& a, const TopCandidate& b) { return a.confidence > b.confidence; });
   std::size_t right = 0;
   std::size_t found = 0;
   for (std::size_t i = 0; i < answers.size(); ++i) {

@@ -1,4 +1,4 @@
-// What the other core does while this one is measured.
+// Memory load on another core during a measurement.
 #pragma once
 
 #include <atomic>
@@ -8,12 +8,12 @@ namespace unimapper::bench {
 
 /// Keeps the calling thread on the last processor it may use; while it lives and `loaded`, a
 /// thread on the first one streams through memory as fast as it can.
-class OtherCore {
+class BackgroundLoad {
  public:
-  explicit OtherCore(bool loaded);
-  ~OtherCore();
-  OtherCore(const OtherCore&) = delete;
-  OtherCore& operator=(const OtherCore&) = delete;
+  explicit BackgroundLoad(bool loaded);
+  ~BackgroundLoad();
+  BackgroundLoad(const BackgroundLoad&) = delete;
+  BackgroundLoad& operator=(const BackgroundLoad&) = delete;
 
  private:
   std::atomic<bool> stop_{false};
