@@ -1,3 +1,4 @@
+// Tests of the arena.
 #include "unimapper/core/arena.hpp"
 
 #include <array>

@@ -1,3 +1,4 @@
+// Tests of the Cholesky solver.
 #include "unimapper/core/cholesky.hpp"
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// The ring of events: zero, one, many, full, wrapped around, and two threads at once.
+// Tests of the event ring: empty, single, many, full, wrapped around, two threads at once.
 #include "unimapper/core/event_ring.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,3 +1,4 @@
+// Tests of Expected.
 #include "unimapper/core/expected.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,3 +1,4 @@
+// Tests of the fixed-capacity hash map.
 #include "unimapper/core/fixed_hash_map.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,3 +1,4 @@
+// Tests of the fixed-capacity vector.
 #include "unimapper/core/fixed_vector.hpp"
 
 #include <array>

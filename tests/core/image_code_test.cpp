@@ -1,4 +1,4 @@
-// Free-space images as few bytes.
+// Tests of the free-space image code.
 #include "unimapper/core/image_code.hpp"
 
 #include <algorithm>

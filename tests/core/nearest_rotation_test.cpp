@@ -1,3 +1,4 @@
+// Tests of the nearest rotation (orthogonal Procrustes).
 #include "unimapper/core/nearest_rotation.hpp"
 
 #include <Eigen/Geometry>

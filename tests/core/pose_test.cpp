@@ -1,3 +1,4 @@
+// Tests of poses and levelled frames.
 #include "unimapper/core/pose.hpp"
 
 #include <catch2/catch.hpp>

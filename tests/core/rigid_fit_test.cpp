@@ -1,4 +1,4 @@
-// Poses from matched points.
+// Tests of the rigid fit of matched points.
 #include "unimapper/core/rigid_fit.hpp"
 
 #include <catch2/catch.hpp>

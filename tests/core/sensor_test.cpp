@@ -1,3 +1,4 @@
+// Tests of the sensor models.
 #include "unimapper/core/sensor.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-// The shared symmetric 3x3 eigen-solver, including every degenerate shape a voxel can have.
+// Tests of the symmetric 3x3 eigen solver, including degenerate voxels.
 #include "unimapper/core/symmetric_eigen.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,3 +1,4 @@
+// Tests of voxel keys.
 #include "unimapper/core/voxel_key.hpp"
 
 #include <catch2/catch.hpp>

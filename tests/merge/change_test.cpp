@@ -1,3 +1,4 @@
+// Tests of change detection between sessions.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

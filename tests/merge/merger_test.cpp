@@ -1,3 +1,4 @@
+// Tests of merging whole sessions.
 #include "unimapper/merge/merger.hpp"
 
 #include <unistd.h>

@@ -1,3 +1,4 @@
+// Tests of pose graph optimisation.
 #include "unimapper/merge/pose_graph.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,3 +1,4 @@
+// Tests of G-ICP registration.
 #include "unimapper/merge/registration.hpp"
 
 #include <Eigen/Eigenvalues>

@@ -1,3 +1,4 @@
+// Tests of the validation of parameters.
 #include <catch2/catch.hpp>
 #include <limits>
 #include <string>

@@ -1,4 +1,4 @@
-// Configurations that are refused, in words.
+// Tests of the validation of parameters.
 #include "unimapper/place/config.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-// Loop search from the outside: what it finds, what it refuses, and how it forgets.
+// Tests of loop search: retrieval, acceptance and forgetting.
 #include "unimapper/place/database.hpp"
 
 #include <algorithm>

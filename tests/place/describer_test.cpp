@@ -1,4 +1,4 @@
-// What a description depends on, and what it does not.
+// Tests of the place descriptor: invariances and dependencies.
 #include "unimapper/place/describer.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Scores and probabilities.
+// Tests of the calibration of loop scores.
 #include "src/place/loop_confidence.hpp"
 
 #include <catch2/catch.hpp>

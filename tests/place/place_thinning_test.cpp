@@ -1,4 +1,4 @@
-// What a full database forgets.
+// Tests of the thinning of a full place database.
 #include "src/place/place_thinning.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Which poses many votes agree on, among more that are chance.
+// Tests of voting on poses.
 #include "src/place/pose_votes.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// A made-up place: blocks, posts and ground, seen from anywhere.
+// Synthetic place: blocks, posts and ground, observed from any pose.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The hash table of triangles.
+// Tests of the triangle hash table.
 #include "src/place/triangle_table.hpp"
 
 #include <catch2/catch.hpp>

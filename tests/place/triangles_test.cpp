@@ -1,4 +1,4 @@
-// Triangles: their keys, which are formed, and what never gets through.
+// Tests of triangle formation and keys.
 #include "src/place/triangles.hpp"
 
 #include <algorithm>

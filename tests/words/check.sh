@@ -49,7 +49,7 @@ words=$(hits | awk -v superseded="$here/superseded.txt" -v allowed="$here/allowe
 
 headings=$(echo "$files" | while read -r file; do
   case $file in
-    *.hpp | *.h | *.c | *.cpp | *.lcm) mark='^(//|/\*) ?' ;;
+    *.hpp | *.h | *.c | *.cpp) mark='^(//|/\*) ?' ;;
     *.sh | *.awk | *.gnuplot | *.cmake | dev) mark='^# ' ;;
     *.md) mark='^# ' ;;
     *) continue ;;

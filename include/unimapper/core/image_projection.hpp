@@ -51,7 +51,7 @@ class ImageProjection {
 
 /// Ranges in pixels are kept in 1/128 m.
 inline constexpr float kRangeUnitsPerMetre = 128.0F;
-/// A pixel of which too little is known for a verdict.
+/// A pixel with too few returns for evidence.
 inline constexpr std::uint16_t kNoRange = 0;
 
 }  // namespace unimapper

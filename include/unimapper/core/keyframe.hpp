@@ -1,4 +1,4 @@
-// What a keyframe is, on both sides of the link.
+// Data types of a keyframe, shared by robot and base.
 #pragma once
 
 #include <Eigen/Core>

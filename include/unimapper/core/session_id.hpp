@@ -1,4 +1,4 @@
-// Who is talking.
+// Session identifier.
 #pragma once
 
 #include <compare>

@@ -1,3 +1,4 @@
+// Tests of the event log reader and writer.
 #include "ports/lcm/event_log.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,3 +1,4 @@
+// Tests of the keyframe codec.
 #include "ports/lcm/keyframe_codec.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,3 +1,4 @@
+// Tests of the LCM messages.
 #include "ports/lcm/messages.hpp"
 
 #include <catch2/catch.hpp>

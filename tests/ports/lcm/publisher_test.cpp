@@ -1,3 +1,4 @@
+// Tests of the publisher.
 #include "ports/lcm/publisher.hpp"
 
 #include <atomic>

@@ -1,3 +1,4 @@
+// Tests of quantisation.
 #include "ports/lcm/quantise.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,3 +1,4 @@
+// Tests of the receiver.
 #include "ports/lcm/receiver.hpp"
 
 #include <catch2/catch.hpp>
