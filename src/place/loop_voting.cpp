@@ -81,9 +81,9 @@ void PlaceDatabase::State::limit_candidates() noexcept {
   for (const Hypothesis& candidate : hypotheses_) {
     if (kept == config_.max_candidates) break;
     const std::uint32_t session = places_[candidate.slot].id.session;
-    const auto of_session = std::count_if(
+    const auto of_session = static_cast<std::size_t>(std::count_if(
         hypotheses_.begin(), hypotheses_.begin() + kept,
-        [&](const Hypothesis& other) { return places_[other.slot].id.session == session; });
+        [&](const Hypothesis& other) { return places_[other.slot].id.session == session; }));
     if (config_.max_per_session != 0 && of_session >= config_.max_per_session) continue;
     hypotheses_[kept++] = candidate;
   }
