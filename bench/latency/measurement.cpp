@@ -7,7 +7,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <numeric>
+#include <span>
 #include <stdexcept>
+
+#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::bench {
 namespace {
@@ -25,12 +28,8 @@ std::int64_t wall_time_ns() noexcept { return time_of(CLOCK_MONOTONIC); }
 
 Percentiles percentiles(std::vector<double> values) {
   if (values.empty()) return {};
-  std::sort(values.begin(), values.end());
-  const auto at = [&values](double share) {
-    const double rank = std::ceil(share * static_cast<double>(values.size()));
-    return values[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
-  };
-  return {at(0.5), at(0.99), at(0.999), values.back()};
+  const auto at = [&values](double share) { return quantile(std::span(values), share); };
+  return {at(0.5), at(0.99), at(0.999), at(1.0)};
 }
 
 void Measurement::add(const KeyframeStatistics& statistics) {

@@ -2,16 +2,19 @@
 
 #include <cstdio>
 #include <fstream>
+#include <span>
+#include <vector>
 
 #include "measurement.hpp"
 #include "street.hpp"
+#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::bench {
 namespace {
 
 constexpr std::size_t kScans = 10;
 
-double median(const std::vector<double>& values) { return percentiles(values).p50; }
+double median_of(std::vector<double> values) { return median(std::span(values)); }
 
 /// Median total of a keyframe of `points` points, after the window has filled.
 double keyframe_ms(std::size_t points, const PipelineConfig& config) {
@@ -29,7 +32,7 @@ double keyframe_ms(std::size_t points, const PipelineConfig& config) {
            keyframe < config.removal.window ? warm_up : measurement);
     }
   }
-  return median(measurement.stage_ms[static_cast<std::size_t>(Stage::kTotal)]);
+  return median_of(measurement.stage_ms[static_cast<std::size_t>(Stage::kTotal)]);
 }
 
 }  // namespace
@@ -69,8 +72,8 @@ void measure_distance(const std::filesystem::path& folder, int keyframes) {
     if (!feed(pipeline, {view, pose, stamp_ns}, config.clock_ns, bin)) continue;
     if (keyframe++ % kBin != 0) continue;
     csv << keyframe - 1 << ',' << pose.translation.x() * 1e-3 << ','
-        << median(bin.stage_ms[static_cast<std::size_t>(Stage::kTotal)]) << ','
-        << median(bin.stage_ms[static_cast<std::size_t>(Stage::kSearch)]) << std::endl;
+        << median_of(bin.stage_ms[static_cast<std::size_t>(Stage::kTotal)]) << ','
+        << median_of(bin.stage_ms[static_cast<std::size_t>(Stage::kSearch)]) << std::endl;
     bin = {};
   }
 }

@@ -1,24 +1,27 @@
-// Quantiles and means of samples.
+// Median, quantile and mean of samples that may be empty.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
 #include <vector>
+
+#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::bench {
 
-/// The value below which a share of `values` lies; NaN if there are none.
+/// Nearest-rank quantile; NaN if there are no values.
 inline double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto last = static_cast<double>(values.size() - 1);
-  const auto at = static_cast<std::ptrdiff_t>(std::lround(share * last));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
+  return values.empty() ? std::numeric_limits<double>::quiet_NaN()
+                        : unimapper::quantile(std::span(values), share);
 }
 
-inline double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
+/// The median; NaN if there are no values.
+inline double median(std::vector<double> values) {
+  return values.empty() ? std::numeric_limits<double>::quiet_NaN()
+                        : unimapper::median(std::span(values));
+}
 
 /// Mean without NaN values; NaN if there is no other.
 inline double mean(const std::vector<double>& values) {

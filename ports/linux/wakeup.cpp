@@ -4,10 +4,12 @@
 #include <cerrno>
 #include <cstdint>
 #include <ctime>
+#include <span>
 #include <thread>
 #include <vector>
 
 #include "ports/linux/realtime.hpp"
+#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::linux_port {
 
@@ -44,9 +46,8 @@ void sleep_and_note(std::int64_t interval_ns, std::int64_t duration_ns,
   }
 }
 
-double percentile_us(const std::vector<std::int64_t>& sorted_ns, double share) {
-  const auto rank = static_cast<std::size_t>(share * static_cast<double>(sorted_ns.size() - 1));
-  return 1e-3 * static_cast<double>(sorted_ns[rank]);
+double quantile_us(std::vector<std::int64_t>& late_ns, double share) {
+  return 1e-3 * static_cast<double>(quantile(std::span(late_ns), share));
 }
 
 }  // namespace
@@ -69,11 +70,10 @@ WakeupLatency measure_wakeups(const WakeupOptions& options) {
     sleep_and_note(interval_ns, duration_ns, late_ns);
   }).join();
   if (late_ns.empty()) return result;
-  std::sort(late_ns.begin(), late_ns.end());
   result.wakeups = late_ns.size();
-  result.p50_us = percentile_us(late_ns, 0.5);
-  result.p99_us = percentile_us(late_ns, 0.99);
-  result.max_us = percentile_us(late_ns, 1.0);
+  result.p50_us = quantile_us(late_ns, 0.5);
+  result.p99_us = quantile_us(late_ns, 0.99);
+  result.max_us = quantile_us(late_ns, 1.0);
   return result;
 }
 

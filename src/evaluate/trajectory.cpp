@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <span>
 #include <stdexcept>
 
 #include "unimapper/core/nearest_rotation.hpp"
+#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::evaluate {
 std::vector<PosePair> associate(std::span<const StampedPose> estimate,
@@ -69,8 +71,8 @@ ErrorStatistics statistics(std::vector<double> errors) {
   double variance = 0.0;
   for (const double e : errors) variance += (e - s.mean) * (e - s.mean) / count;
   s.std = std::sqrt(variance);
-  const std::size_t half = errors.size() / 2;
-  s.median = errors.size() % 2 == 1 ? errors[half] : 0.5 * (errors[half - 1] + errors[half]);
+  const std::span values(errors);
+  s.median = 0.5 * (quantile(values, 0.5) + median(values));  // of an even number, both middle ones
   return s;
 }
 

@@ -111,7 +111,7 @@ void BayesFilter::collect(const EvidenceWindow& window, const CellTable& cells,
     for (std::uint64_t left = candidates & before.occupied; left != 0; left &= left - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
       const std::uint64_t lower = (std::uint64_t{1} << bit) - 1U;
-      const std::int16_t sum = sums_before_[before.first + count_bits(before.occupied & lower)];
+      const std::int16_t sum = sums_before_[before.first + popcount(before.occupied & lower)];
       if (sum == kNotJudged) continue;
       const std::int32_t carried =
           std::clamp<std::int32_t>(sum, -log_odds_.most_carried, log_odds_.most_carried);

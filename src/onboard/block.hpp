@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "unimapper/core/popcount.hpp"
 #include "unimapper/core/voxel_key.hpp"
 
 namespace unimapper::onboard {
@@ -43,17 +44,9 @@ struct Block {
   return word & (~word + 1);
 }
 
-/// Set bits of a word; without the instruction set's own, which firmware may lack.
-[[nodiscard]] constexpr std::uint32_t count_bits(std::uint64_t word) noexcept {
-  word -= (word >> 1U) & 0x5555555555555555ULL;
-  word = (word & 0x3333333333333333ULL) + ((word >> 2U) & 0x3333333333333333ULL);
-  word = (word + (word >> 4U)) & 0x0F0F0F0F0F0F0F0FULL;
-  return static_cast<std::uint32_t>((word * 0x0101010101010101ULL) >> 56U);
-}
-
 /// Row of the cell with number `bit` of a block that has it.
 [[nodiscard]] inline std::uint32_t row_of(const Block& block, std::uint32_t bit) noexcept {
-  return block.first + count_bits(block.occupied & ((std::uint64_t{1} << bit) - 1U));
+  return block.first + popcount(block.occupied & ((std::uint64_t{1} << bit) - 1U));
 }
 
 }  // namespace unimapper::onboard

@@ -19,7 +19,7 @@ void CellStore::add_block(const VoxelIndex& index) noexcept {
 
 std::uint32_t CellStore::insert(std::uint32_t block, std::uint32_t bit) noexcept {
   if (size_ == capacity_) return kNone;
-  const std::uint32_t rank = count_bits(blocks_[block].occupied);
+  const std::uint32_t rank = popcount(blocks_[block].occupied);
   blocks_[block].occupied |= std::uint64_t{1} << bit;
   cells_[block].rank[bit] = static_cast<std::uint8_t>(rank);
   if (rank % kGroup == 0) cells_[block].group[rank / kGroup] = groups_++;

@@ -64,7 +64,7 @@ class CellStore {
 
   /// The same for all sums of a block.
   void prefetch_sums_of(std::uint32_t block) const noexcept {
-    const std::uint32_t cells = count_bits(blocks_[block].occupied);
+    const std::uint32_t cells = popcount(blocks_[block].occupied);
     for (std::uint32_t rank = 0; rank < cells; rank += kGroup) {
       __builtin_prefetch(sums_ + entry_at(block, rank));
     }

@@ -159,15 +159,15 @@ std::uint32_t Components::count(const BlockWindow& window, std::span<const std::
 void Components::count_part(Tally& tally, std::uint64_t cells, const Block& block,
                             std::span<const std::int16_t> log_odds,
                             const BlockHistory& before) const noexcept {
-  tally.cells += count_bits(cells);
+  tally.cells += popcount(cells);
   for (std::uint64_t left = cells; left != 0; left &= left - 1) {
     const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
     const std::int32_t sum = std::clamp<std::int32_t>(log_odds[row_of(block, bit)], -firm_, firm_);
     tally.evidence += static_cast<std::uint32_t>(sum < 0 ? -sum : sum);
     tally.evidence_dynamic += static_cast<std::uint32_t>(sum < 0 ? 0 : sum);
   }
-  tally.was_dynamic += count_bits(cells & before.proven);
-  tally.was_static += count_bits(cells & before.occupied & ~before.dynamic);
+  tally.was_dynamic += popcount(cells & before.proven);
+  tally.was_static += popcount(cells & before.occupied & ~before.dynamic);
 }
 
 bool Components::persists(const Tally& tally) const noexcept {

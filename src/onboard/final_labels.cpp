@@ -184,8 +184,8 @@ void FinalLabels::settle_block(const OpenBlock& block, const VoxelIndex& index,
   const std::uint32_t entry = changed_.find_or_insert(pack(index));
   if (entry == FixedHashMap<Changed>::kNotFound) return;
   changed_[entry] = could;
-  result_.cells_now_dynamic += count_bits(could.now_dynamic);
-  result_.cells_now_static += count_bits(could.now_static);
+  result_.cells_now_dynamic += popcount(could.now_dynamic);
+  result_.cells_now_static += popcount(could.now_static);
 }
 
 std::size_t FinalLabels::relabel(const PointView& points, const Pose& T_odometry_sensor,

@@ -3,22 +3,15 @@
 
 #include <cstdint>
 
-namespace unimapper::place {
+#include "unimapper/core/popcount.hpp"
 
-/// Number of set bits. `std::popcount` calls a table look-up where the instruction cannot be
-/// assumed; this stays inline.
-[[nodiscard]] constexpr std::uint32_t count_ones(std::uint64_t bits) noexcept {
-  bits -= (bits >> 1U) & 0x5555555555555555ULL;
-  bits = (bits & 0x3333333333333333ULL) + ((bits >> 2U) & 0x3333333333333333ULL);
-  bits = (bits + (bits >> 4U)) & 0x0F0F0F0F0F0F0F0FULL;
-  return static_cast<std::uint32_t>((bits * 0x0101010101010101ULL) >> 56U);
-}
+namespace unimapper::place {
 
 /// Dice similarity of two occupancy columns (`Keypoint::occupancy`): twice the common heights over
 /// the sum of both, [0, 1]. Empty columns are like nothing.
 [[nodiscard]] constexpr float column_similarity(std::uint64_t a, std::uint64_t b) noexcept {
-  const std::uint32_t sum = count_ones(a) + count_ones(b);
-  return sum == 0 ? 0.0F : 2.0F * static_cast<float>(count_ones(a & b)) / static_cast<float>(sum);
+  const std::uint32_t sum = popcount(a) + popcount(b);
+  return sum == 0 ? 0.0F : 2.0F * static_cast<float>(popcount(a & b)) / static_cast<float>(sum);
 }
 
 /// Eight bits of a column for quick comparison: which of eight bands of height hold anything. Bands

@@ -6,6 +6,7 @@
 
 #include "column_code.hpp"
 #include "database_state.hpp"
+#include "unimapper/core/popcount.hpp"
 #include "unimapper/core/voxel_key.hpp"
 
 namespace unimapper {
@@ -36,7 +37,7 @@ PlaceDatabase::State::Hypothesis PlaceDatabase::State::best_shifted(
     const Eigen::Vector2f at = pose * Eigen::Vector2f(keypoint.position.head<2>());
     for (std::uint32_t i = 0; i < targets_.size(); ++i) {
       // Most columns differ so much that eight bits suffice.
-      if (count_ones(std::uint64_t{sketch} ^ sketches[i]) > kMaxSketchDifference) continue;
+      if (popcount(std::uint64_t{sketch} ^ sketches[i]) > kMaxSketchDifference) continue;
       const KeypointGrid::Point& target = targets_[i];
       const float dx = target.x - at.x();
       const float dy = target.y - at.y();

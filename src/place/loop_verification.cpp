@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <span>
 
 #include "column_code.hpp"
 #include "database_state.hpp"
+#include "unimapper/core/quantile.hpp"
 
 namespace unimapper {
 namespace {
@@ -55,9 +57,8 @@ Pose levelled(const Pose& pose, std::span<const PointPair> pairs) noexcept {
     offset += pairs[i].b - result.rotation * pairs[i].a;
     heights[i] = pairs[i].b.z() - pairs[i].a.z();
   }
-  std::nth_element(heights, heights + count / 2, heights + count);
   result.translation = offset / static_cast<double>(count);
-  result.translation.z() = heights[count / 2];
+  result.translation.z() = median(std::span(heights, count));
   return result;
 }
 

@@ -49,16 +49,6 @@ TEST_CASE("bits and cells name the same thing") {
   CHECK(block_of({-1, -4, 7}) == VoxelIndex{-1, -1, 1});
 }
 
-TEST_CASE("bits are counted") {
-  for (std::uint64_t i = 0; i < 200; ++i) {
-    std::uint32_t slow = 0;
-    for (std::uint64_t left = sample(i); left != 0; left &= left - 1) ++slow;
-    CHECK(count_bits(sample(i)) == slow);
-  }
-  CHECK(count_bits(0) == 0);
-  CHECK(count_bits(~std::uint64_t{0}) == 64);
-}
-
 TEST_CASE("cells touch their neighbours within the block and in all 26 around it") {
   for (std::uint64_t i = 0; i < 60; ++i) {
     const std::uint64_t cells = i < 3 ? i : sample(i);

@@ -1,25 +1,26 @@
-// Proof that the pipeline allocates nothing after construction, by a counting malloc family.
+// Proof that the pipeline allocates nothing after construction.
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <vector>
 
+#include "ports/linux/allocation_counter.hpp"
 #include "run.hpp"
-#include "tests/counting_malloc.hpp"
 
 namespace {
 
 using namespace unimapper;
 using namespace unimapper::test;
+using linux_port::AllocationGuard;
 
-/// Scans are made first; only what the robot would run is counted.
-unsigned long count_run(const PipelineConfig& config, const std::vector<LabelledScan>& scans,
+/// Allocations of what the robot would run; scans are made before.
+std::uint64_t count_run(const PipelineConfig& config, const std::vector<LabelledScan>& scans,
                         unsigned& keyframes) {
   OwnedPipeline pipeline(config);
   std::vector<PointLabel> labels(100000);
-  allocations = 0;
-  counting = true;
+  const std::uint64_t before = AllocationGuard::count();
+  const AllocationGuard guard;
   std::int64_t stamp = 0;
   for (const LabelledScan& scan : scans) {
     // Every refusal occurs: time, pose, jump, no valid point.
@@ -34,19 +35,19 @@ unsigned long count_run(const PipelineConfig& config, const std::vector<Labelled
   }
   pipeline->add_scan(scans.front().view(), sensor_at(500.0, 0), ++stamp);
   pipeline->flush();
-  counting = false;
-  return allocations;
+  return AllocationGuard::count() - before;
 }
 
 }  // namespace
 
 int main() {
-  counting = true;
-  std::free(std::malloc(10));
-  delete new int(3);
-  std::vector<int> vector(10);
-  counting = false;
-  if (allocations < 3) {
+  {
+    const AllocationGuard guard;
+    std::free(std::malloc(10));
+    delete new int(3);
+    std::vector<int> vector(10);
+  }
+  if (AllocationGuard::count() < 3) {
     std::puts("the counter itself does not count");
     return 1;
   }
@@ -75,8 +76,9 @@ int main() {
   hurried.events = EventRing::create(4, ring).value();
   for (const PipelineConfig& config : {both, thinned, tight, hurried}) {
     unsigned keyframes = 0;
-    const unsigned long counted = count_run(config, scans, keyframes);
-    std::printf("%lu allocations in %u keyframes\n", counted, keyframes);
+    const std::uint64_t counted = count_run(config, scans, keyframes);
+    std::printf("%llu allocations in %u keyframes\n", static_cast<unsigned long long>(counted),
+                keyframes);
     if (counted != 0 || keyframes < 4) return 1;
   }
   return 0;

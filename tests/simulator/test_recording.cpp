@@ -2,10 +2,12 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
+#include <span>
 
 #include "run_folder.hpp"
 #include "src/simulator/raycast.hpp"
 #include "src/simulator/town.hpp"
+#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::simulator::test {
 namespace {
@@ -58,12 +60,6 @@ std::vector<double> clearance(const Caster& caster, const std::vector<Vec3>& poi
     result.push_back(nearest);
   }
   return result;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace
@@ -142,7 +138,8 @@ TEST_CASE("static points lie on static geometry, moving ones do not, walls are c
   CHECK(share_near(standing) > 0.97);
   CHECK(share_near(walls) > 0.97);
   CHECK(share_near(moving) < 0.6);
-  const double thickness = median(clearance(caster, walls, 0.5));
+  std::vector<double> clearances = clearance(caster, walls, 0.5);
+  const double thickness = unimapper::median(std::span(clearances));
   CHECK(thickness > 0.002);
   CHECK(thickness < 0.03);
 }

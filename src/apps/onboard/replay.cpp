@@ -4,7 +4,7 @@
 #include <thread>
 
 #include "ports/lcm/to_record.hpp"
-#include "src/apps/allocation_counter.hpp"
+#include "ports/linux/allocation_counter.hpp"
 
 namespace unimapper::apps {
 
@@ -17,12 +17,12 @@ void Replay::run() {
   for (std::size_t i = 0; i < options_.scans; ++i) feed(i);
   ScanResult last;
   {
-    const AllocationGuard guard;
+    const linux_port::AllocationGuard guard;
     last = pipeline_.flush();
   }
   handle(last);
   finish_labels();
-  allocations_ = AllocationGuard::count();
+  allocations_ = linux_port::AllocationGuard::count();
 }
 
 void Replay::feed(std::size_t index) {
@@ -32,7 +32,7 @@ void Replay::feed(std::size_t index) {
   ScanResult result;
   const auto called = std::chrono::steady_clock::now();
   {
-    const AllocationGuard guard;
+    const linux_port::AllocationGuard guard;
     result = pipeline_.add_scan(scan_.view(), dataset_.pose(index), dataset_.stamp_ns(index));
   }
   const auto returned = std::chrono::steady_clock::now();

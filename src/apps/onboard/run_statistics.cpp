@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
+
+#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::apps {
 
@@ -82,16 +85,10 @@ double RunStatistics::dynamic_share() const {
 
 namespace {
 
-StageTimes times_of(std::vector<float> sorted) {
-  if (sorted.empty()) return {};
-  std::sort(sorted.begin(), sorted.end());
-  // Nearest rank: the smallest value that at least this share of keyframes does not exceed.
-  const auto percentile = [&](double share) {
-    const auto rank =
-        static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
-    return sorted[std::max<std::size_t>(rank, 1) - 1];
-  };
-  return {percentile(0.5), percentile(0.99), sorted.back()};
+StageTimes times_of(std::vector<float> milliseconds) {
+  if (milliseconds.empty()) return {};
+  const std::span values(milliseconds);
+  return {quantile(values, 0.5), quantile(values, 0.99), quantile(values, 1.0)};
 }
 
 /// Rounded to the microsecond.

@@ -1,5 +1,11 @@
 #include "src/apps/picture/raster.hpp"
 
+#include <algorithm>
+#include <span>
+#include <vector>
+
+#include "unimapper/core/quantile.hpp"
+
 namespace unimapper::apps {
 
 Extent::Range Extent::range(int axis) const {
@@ -9,13 +15,8 @@ Extent::Range Extent::range(int axis) const {
     std::vector<float> values;
     values.reserve(scenery_.size());
     for (const Eigen::Vector2f& p : scenery_) values.push_back(p[axis]);
-    const auto cut = static_cast<std::ptrdiff_t>(values.size() / 500);
-    const auto low = values.begin() + cut;
-    const auto high = values.end() - 1 - cut;
-    std::nth_element(values.begin(), low, values.end());
-    all.from = static_cast<double>(*low);
-    std::nth_element(values.begin(), high, values.end());
-    all.to = static_cast<double>(*high);
+    all.from = static_cast<double>(unimapper::quantile(std::span(values), 0.002));
+    all.to = static_cast<double>(unimapper::quantile(std::span(values), 0.998));
   }
   if (path_.empty()) return all;
   Range path{path_.front()[axis], path_.front()[axis]};
@@ -54,9 +55,7 @@ float Layer::quantile(double share) const {
     if (amount > 0.0F) filled.push_back(amount);
   }
   if (filled.empty()) return 1.0F;
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(filled.size() - 1));
-  std::nth_element(filled.begin(), filled.begin() + at, filled.end());
-  return filled[static_cast<std::size_t>(at)];
+  return unimapper::quantile(std::span(filled), share);
 }
 
 }  // namespace unimapper::apps

@@ -1,13 +1,14 @@
-// The C interface allocates nothing, um_init included, counted by a malloc family of our own.
+// The C interface allocates nothing, um_init included.
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <vector>
 
 #include "c_pipeline.hpp"
-#include "tests/counting_malloc.hpp"
+#include "ports/linux/allocation_counter.hpp"
 
 using namespace unimapper::test;
+using unimapper::linux_port::AllocationGuard;
 
 namespace {
 
@@ -46,11 +47,13 @@ unsigned run(void* memory, std::size_t bytes, const um_config& config,
 }  // namespace
 
 int main() {
-  counting = true;
-  std::free(std::malloc(10));
-  delete new int(3);
-  counting = false;
-  if (allocations < 2) {
+  {
+    const AllocationGuard guard;
+    std::free(std::malloc(10));
+    delete new int(3);
+  }
+  const std::uint64_t before = AllocationGuard::count();
+  if (before < 2) {
     std::puts("the counter itself does not count");
     return 1;
   }
@@ -62,11 +65,14 @@ int main() {
     scans.push_back(scene_with_walker().scan(driving(i), 0.1 * i));
   }
   std::vector<std::uint8_t> labels(100000);
-  allocations = 0;
-  counting = true;
-  const unsigned keyframes = run(memory, bytes, config, scans, labels);
-  counting = false;
-  std::printf("%lu allocations in %u keyframes\n", allocations, keyframes);
+  unsigned keyframes = 0;
+  {
+    const AllocationGuard guard;
+    keyframes = run(memory, bytes, config, scans, labels);
+  }
+  const std::uint64_t allocations = AllocationGuard::count() - before;
+  std::printf("%llu allocations in %u keyframes\n", static_cast<unsigned long long>(allocations),
+              keyframes);
   std::free(memory);
   return allocations == 0 && keyframes == 4 ? 0 : 1;
 }

@@ -1,5 +1,5 @@
 // Tests of the allocation counter.
-#include "src/apps/allocation_counter.hpp"
+#include "ports/linux/allocation_counter.hpp"
 
 #include <Eigen/Core>
 #include <catch2/catch.hpp>
@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-using unimapper::apps::AllocationGuard;
+using unimapper::linux_port::AllocationGuard;
 
 namespace {
 

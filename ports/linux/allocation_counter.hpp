@@ -1,9 +1,11 @@
 // Per-thread counter of heap allocations.
+//
+// Link unimapper_allocation_counter into the executable: it replaces the malloc family there.
 #pragma once
 
 #include <cstdint>
 
-namespace unimapper::apps {
+namespace unimapper::linux_port {
 
 /// During its lifetime, allocations of its thread through malloc, calloc, realloc and their
 /// aligned variants are counted, including those by new, the C library and Eigen.
@@ -18,4 +20,4 @@ class AllocationGuard {
   [[nodiscard]] static std::uint64_t count() noexcept;
 };
 
-}  // namespace unimapper::apps
+}  // namespace unimapper::linux_port

@@ -1,0 +1,17 @@
+// Population count against the standard library's.
+#include "unimapper/core/popcount.hpp"
+
+#include <bit>
+#include <catch2/catch.hpp>
+
+TEST_CASE("set bits are counted as the standard library counts them") {
+  CHECK(unimapper::popcount(0) == 0);
+  CHECK(unimapper::popcount(~0ULL) == 64);
+  std::uint64_t word = 1;
+  for (int i = 0; i < 1000; ++i) {
+    word = word * 6364136223846793005ULL + 1442695040888963407ULL;
+    REQUIRE(unimapper::popcount(word) == static_cast<std::uint32_t>(std::popcount(word)));
+    REQUIRE(unimapper::popcount(word & (word >> 32U)) ==
+            static_cast<std::uint32_t>(std::popcount(word & (word >> 32U))));
+  }
+}
