@@ -11,16 +11,19 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <algorithm>
+#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <memory>
+#include <span>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
+#include "unimapper/core/quantile.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
 namespace {
@@ -74,26 +77,27 @@ void run(const datasets::Dataset& dataset, const SensorModel& sensor, Counts& co
   if (counts[0].empty()) throw std::runtime_error("fewer than two keyframes");
 }
 
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  const SensorModel* sensor = argc == 3 ? find_sensor(argv[2]) : &sensor_model(SensorKind::kHdl64e);
-  if (argc < 2 || argc > 3 || sensor == nullptr) {
-    std::fprintf(stderr, "usage: stage_instructions DATASET [SENSOR]\n");
+  std::string dataset;
+  std::string sensor_name = "hdl-64e";
+  CLI::App app{"Median instructions of each stage over the keyframes of a recording, under qemu."};
+  app.add_option("DATASET", dataset, "Recording to run through")->required();
+  app.add_option("SENSOR", sensor_name, "LiDAR")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  const SensorModel* const sensor = find_sensor(sensor_name);
+  if (sensor == nullptr) {
+    std::fprintf(stderr, "unknown sensor '%s'\n", sensor_name.c_str());
     return 1;
   }
   try {
     open_pipe();
     Counts counts;
-    run(*datasets::open_dataset(argv[1]), *sensor, counts);
+    run(*datasets::open_dataset(dataset), *sensor, counts);
     for (std::size_t stage = 0; stage < kStages; ++stage) {
-      std::printf("%s %.0f\n", stage_name(static_cast<Stage>(stage)).data(), median(counts[stage]));
+      std::printf("%s %.0f\n", stage_name(static_cast<Stage>(stage)).data(),
+                  median(std::span(counts[stage])));
     }
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -1,11 +1,10 @@
 // Command-line tool: labels of a recording by OctoMap, cost as JSON on stdout.
 #include <sys/resource.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
-#include <string>
-#include <vector>
+#include <filesystem>
 
 #include "bench/dynamic/octomap_baseline.hpp"
 
@@ -13,43 +12,11 @@ namespace {
 
 using namespace unimapper;
 
-constexpr const char* kUsage =
-    R"(usage: octomap_labels DATASET OUT [--scans N] [--voxel-m M] [--max-range-m M]
-
-Inserts every scan into an OctoMap and writes OUT/labels: points in voxels that are free in the
-finished map are dynamic.
-
-  --scans N        only the first N scans (default: all); it takes a second or two per dense scan
-  --voxel-m M      resolution (0.1)
-  --max-range-m M  largest range of inserted beams (50)
-)";
-
 struct Options {
-  std::vector<std::string> positional;
+  std::filesystem::path dataset;
+  std::filesystem::path out;
   bench::OctomapOptions octomap;
 };
-
-bool parse(int argc, char** argv, Options& options) {
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word.empty() || word[0] != '-') {
-      options.positional.push_back(word);
-      continue;
-    }
-    const double value = i + 1 < argc ? std::atof(argv[++i]) : 0.0;
-    if (!(value > 0.0)) return false;
-    if (word == "--scans") {
-      options.octomap.scans = static_cast<std::size_t>(value);
-    } else if (word == "--voxel-m") {
-      options.octomap.voxel_m = value;
-    } else if (word == "--max-range-m") {
-      options.octomap.max_range_m = value;
-    } else {
-      return false;
-    }
-  }
-  return options.positional.size() == 2;
-}
 
 /// Peak resident memory of this process.
 double peak_mb() {
@@ -59,9 +26,8 @@ double peak_mb() {
 }
 
 void run(const Options& options) {
-  const auto dataset = datasets::open_dataset(options.positional[0]);
-  const bench::OctomapCost cost =
-      bench::label_with_octomap(*dataset, options.octomap, options.positional[1]);
+  const auto dataset = datasets::open_dataset(options.dataset);
+  const bench::OctomapCost cost = bench::label_with_octomap(*dataset, options.octomap, options.out);
   const double scans = static_cast<double>(cost.scans > 0 ? cost.scans : 1);
   std::printf(
       "{\n  \"scans\": %zu,\n  \"ms_per_scan\": %.1f,\n  \"longest_ms\": %.1f,\n"
@@ -74,10 +40,21 @@ void run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  if (!parse(argc, argv, options)) {
-    std::fputs(kUsage, stderr);
-    return 2;
-  }
+  CLI::App app{
+      "Inserts every scan into an OctoMap and writes OUT/labels: dynamic is what is free in the "
+      "end. Prints JSON."};
+  app.add_option("DATASET", options.dataset, "Recording to label")->required();
+  app.add_option("OUT", options.out, "Run folder to write")->required();
+  app.add_option("--scans", options.octomap.scans,
+                 "Only the first scans (default: all); it takes a second or two per dense scan")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--voxel-m", options.octomap.voxel_m, "Resolution")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  app.add_option("--max-range-m", options.octomap.max_range_m, "Beams are inserted up to here")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  CLI11_PARSE(app, argc, argv);
   try {
     run(options);
     return 0;

@@ -1,8 +1,8 @@
 // Command-line tool: latency of a keyframe by stage, tables on stderr and JSON on stdout.
 //
 // Scans are read into memory first, so that file access is not timed.
+#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -22,57 +22,42 @@ namespace {
 using namespace unimapper;
 using namespace unimapper::bench;
 
-constexpr const char* kUsage =
-    R"(usage: latency DATASET [SENSOR] [--paper] [--leaf M] [--repeat N] [--scans N]
-               [--load] [--wall] [--hostile N]
-       latency --scaling FOLDER [KEYFRAMES]
-
-  --load       stream through memory on another processor meanwhile
-  --wall       wall-clock times instead of the processor's (for a machine that is idle)
-  --hostile N  also time N keyframes of every kind of hostile scan against this recording's worst
-  --scaling    cost against points and against KEYFRAMES (10000) driven, as CSV files
-)";
-
 struct Options {
-  std::vector<std::string> positional;
+  std::filesystem::path dataset;
+  std::string sensor;
   bool paper = false;
   bool load = false;
   bool wall = false;
-  bool scaling = false;
+  std::filesystem::path scaling;
+  int keyframes = 10000;
   float leaf_m = 0.0F;
   int repeat = 1;
   int hostile = 0;
   std::size_t scans = static_cast<std::size_t>(-1);
 };
 
-bool parse(int argc, char** argv, Options& options) {
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    const char* const value = i + 1 < argc ? argv[i + 1] : nullptr;
-    const auto number = [&] { return std::max(1, std::atoi(argv[++i])); };
-    if (word == "--paper") {
-      options.paper = true;
-    } else if (word == "--load") {
-      options.load = true;
-    } else if (word == "--wall") {
-      options.wall = true;
-    } else if (word == "--scaling") {
-      options.scaling = true;
-    } else if (word == "--leaf" && value != nullptr) {
-      options.leaf_m = std::strtof(argv[++i], nullptr);
-    } else if (word == "--repeat" && value != nullptr) {
-      options.repeat = number();
-    } else if (word == "--hostile" && value != nullptr) {
-      options.hostile = number();
-    } else if (word == "--scans" && value != nullptr) {
-      options.scans = static_cast<std::size_t>(number());
-    } else if (word.empty() || word[0] == '-') {
-      return false;
-    } else {
-      options.positional.push_back(word);
-    }
-  }
-  return !options.positional.empty() && options.positional.size() <= 2;
+void declare(CLI::App& app, Options& options) {
+  auto* const dataset = app.add_option("DATASET", options.dataset, "Recording to run through");
+  app.add_option("SENSOR", options.sensor, "LiDAR (default: the recording's, or hdl-64e)");
+  app.add_flag("--paper", options.paper, "The paper's preset");
+  app.add_option("--leaf", options.leaf_m, "Down-sampling of scans, metres");
+  app.add_option("--repeat", options.repeat, "Runs through the recording")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--scans", options.scans, "Only the first scans")->check(CLI::PositiveNumber);
+  app.add_flag("--load", options.load, "Stream through memory on another processor meanwhile");
+  app.add_flag("--wall", options.wall,
+               "Wall-clock times instead of the processor's (for a machine that is idle)");
+  app.add_option("--hostile", options.hostile,
+                 "Also time so many keyframes of every kind of hostile scan against this "
+                 "recording's worst")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--scaling", options.scaling,
+                 "Instead: cost against points and against keyframes driven, as CSV files in "
+                 "this folder")
+      ->excludes(dataset);
+  app.add_option("--keyframes", options.keyframes, "With --scaling: keyframes driven")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
 }
 
 PipelineConfig make_config(const Options& options, const std::string& sensor_name) {
@@ -100,10 +85,10 @@ void measure(const PipelineConfig& config, const datasets::Dataset& dataset,
 }
 
 void time_recording(const Options& options) {
-  const auto dataset = datasets::open_dataset(options.positional[0]);
-  const std::string sensor = options.positional.size() > 1 ? options.positional[1]
-                             : dataset->sensor().empty()   ? "hdl-64e"
-                                                           : dataset->sensor();
+  const auto dataset = datasets::open_dataset(options.dataset);
+  const std::string sensor = !options.sensor.empty()     ? options.sensor
+                             : dataset->sensor().empty() ? "hdl-64e"
+                                                         : dataset->sensor();
   const PipelineConfig config = make_config(options, sensor);
   std::vector<datasets::Scan> scans(std::min(options.scans, dataset->scan_count()));
   for (std::size_t i = 0; i < scans.size(); ++i) dataset->read_scan(i, scans[i]);
@@ -112,11 +97,11 @@ void time_recording(const Options& options) {
   const BackgroundLoad background_load(options.load);
   for (int i = 0; i < options.repeat; ++i) measure(config, *dataset, scans, measurement);
   nlohmann::ordered_json json = to_json(measurement, config);
-  json["recording"] = options.positional[0];
+  json["recording"] = options.dataset.string();
   json["sensor"] = sensor;
   json["other_core"] = options.load ? "loaded" : "not loaded";
   json["clock"] = options.wall ? "wall" : "processor";
-  const std::filesystem::path folder = std::filesystem::path(options.positional[0]) / "";
+  const std::filesystem::path folder = options.dataset / "";
   const std::string title = folder.parent_path().filename().string() + ", preset " + sensor +
                             (options.load ? ", other core loaded" : "");
   std::fputs(to_table(title, measurement, config).c_str(), stderr);
@@ -132,21 +117,20 @@ void time_recording(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  if (!parse(argc, argv, options)) {
-    std::fputs(kUsage, stderr);
-    return 1;
-  }
+  CLI::App app{"How long a keyframe takes, stage by stage. Tables go to stderr, JSON to stdout."};
+  declare(app, options);
+  CLI11_PARSE(app, argc, argv);
   try {
-    if (!options.scaling) {
+    if (!options.scaling.empty()) {
+      measure_points(options.scaling.string());
+      measure_distance(options.scaling.string(), options.keyframes);
+    } else if (!options.dataset.empty()) {
       time_recording(options);
-      return 0;
+    } else {
+      return app.exit(CLI::RequiredError("DATASET or --scaling"));
     }
-    const int keyframes =
-        options.positional.size() > 1 ? std::atoi(options.positional[1].c_str()) : 10000;
-    measure_points(options.positional[0]);
-    measure_distance(options.positional[0], keyframes);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s\n", error.what());
+    std::fprintf(stderr, "latency: %s\n", error.what());
     return 2;
   }
   return 0;

@@ -1,6 +1,7 @@
 // Command-line tool: STD descriptors of every keyframe of a run, written to RUN/std.places.
 //
 // Like STD itself: from the raw scans, in the odometry frame.
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -49,12 +50,14 @@ void describe_run(const std::filesystem::path& run, const std::filesystem::path&
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::fprintf(stderr, "usage: describe_std RUN DATASET\n");
-    return 2;
-  }
+  std::filesystem::path run;
+  std::filesystem::path recording;
+  CLI::App app{"Describes every keyframe of a run the way STD does; writes RUN/std.places."};
+  app.add_option("RUN", run)->required()->check(CLI::ExistingDirectory);
+  app.add_option("DATASET", recording)->required();
+  CLI11_PARSE(app, argc, argv);
   try {
-    describe_run(argv[1], argv[2]);
+    describe_run(run, recording);
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "describe_std: %s\n", error.what());

@@ -2,6 +2,7 @@
 //
 // The second session gets another odometry frame, as if the robot had started elsewhere; the true
 // poses are written beside both as gt_poses.txt. Scans are symbolic links.
+#include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
 #include <cstdio>
 #include <exception>
@@ -65,13 +66,18 @@ void split(std::string_view how, const fs::path& recording, const fs::path& out)
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::string_view how = argc == 4 ? argv[1] : "";
-  if (how != "alternating" && how != "halves") {
-    std::fprintf(stderr, "usage: split_recording alternating|halves RECORDING OUT\n");
-    return 2;
-  }
+  std::string how;
+  fs::path recording;
+  fs::path out;
+  CLI::App app{"Makes two sessions of one recording, OUT/A and OUT/B."};
+  app.add_option("HOW", how, "Every second scan, or the halves")
+      ->required()
+      ->check(CLI::IsMember({"alternating", "halves"}));
+  app.add_option("RECORDING", recording)->required()->check(CLI::ExistingDirectory);
+  app.add_option("OUT", out)->required();
+  CLI11_PARSE(app, argc, argv);
   try {
-    split(how, argv[2], argv[3]);
+    split(how, recording, out);
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "split_recording: %s\n", error.what());

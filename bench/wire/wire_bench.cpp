@@ -2,17 +2,21 @@
 //   bench_wire RUN/keyframes.lcmlog...
 #include <zlib.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <exception>
 #include <functional>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "ports/lcm/keyframe_codec.hpp"
 #include "ports/lcm/quantise.hpp"
 #include "ports/lcm/receiver.hpp"
 #include "ports/lcm/sending.hpp"
+#include "unimapper/core/quantile.hpp"
 
 namespace {
 
@@ -31,12 +35,6 @@ double best_ms(const std::function<void()>& work) {
     best = std::min(best, took.count());
   }
   return best;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 Payload deflated(const Payload& payload, int level) {
@@ -93,21 +91,25 @@ void measure(const KeyframeRecord& record, std::vector<Column>& columns) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::vector<std::string> logs;
+  CLI::App app{"What keyframes cost on the wire: bytes and milliseconds."};
+  app.add_option("LOG", logs, "RUN/keyframes.lcmlog")->required()->check(CLI::ExistingFile);
+  CLI11_PARSE(app, argc, argv);
   try {
     std::vector<Column> columns;
-    for (int i = 1; i < argc; ++i) {
-      for (const SessionData& session : wire::read_event_log(argv[i]).sessions) {
+    for (const std::string& log : logs) {
+      for (const SessionData& session : wire::read_event_log(log).sessions) {
         for (const KeyframeRecord& record : session.keyframes) measure(record, columns);
       }
     }
     if (columns.empty()) {
-      std::fprintf(stderr, "usage: bench_wire RUN/keyframes.lcmlog... (with keyframes in them)\n");
+      std::fprintf(stderr, "no keyframes in these logs\n");
       return 2;
     }
     std::printf("%zu keyframes\n%-24s %12s %12s\n", columns[0].values.size(), "", "median", "max");
-    for (const Column& column : columns) {
-      std::printf("%-24s %12.3f %12.3f\n", column.name, median(column.values),
-                  *std::max_element(column.values.begin(), column.values.end()));
+    for (Column& column : columns) {
+      const std::span values(column.values);
+      std::printf("%-24s %12.3f %12.3f\n", column.name, median(values), quantile(values, 1.0));
     }
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
