@@ -38,9 +38,11 @@ count release qemu-x86_64
 count aarch64 qemu-aarch64 -L /usr/aarch64-linux-gnu -E "$(library_path arm64 aarch64-linux-gnu)"
 count armv7-neon qemu-arm -L /usr/arm-linux-gnueabihf -E "$(library_path armhf arm-linux-gnueabihf)"
 
+{
 echo "| million instructions per keyframe, $(basename "$dataset") | x86-64 | aarch64 | ARMv7 + NEON |"
 echo "|---|---|---|---|"
 join "$out/release.instructions" "$out/aarch64.instructions" --nocheck-order |
   join - "$out/armv7-neon.instructions" --nocheck-order |
   awk '{printf "| %s | %.2f | %.2f (%.2f x) | %.2f (%.2f x) |\n", $1, $2 / 1e6,
         $3 / 1e6, $3 / $2, $4 / 1e6, $4 / $2}'
+} | bench/tables/table.sh arm-instructions

@@ -173,18 +173,11 @@ for scene in $scenes; do
     done
   done
 done
-if [ -n "$real" ]; then
-  header "KITTI raw 0005"
-  for labels in default final refined; do row "$(title "$labels")" "$out/kitti.$labels.json"; done
-fi
-breakdown class
-breakdown range
-variant_header "variant, mean of all drives in $first_drive"
-for variant in "${variants[@]}"; do
-  variant_row "$variant" "$out"/*-"$first_drive"-[0-9]*."$variant".json
+for scene in $scenes; do
+  scene_table "$scene" "$(first "$drifts")" | table removal-"$scene"
 done
-if [ -n "$real" ]; then
-  variant_header "variant, KITTI raw 0005"
-  for variant in "${variants[@]}"; do variant_row "$variant" "$out/kitti.$variant.json"; done
-fi
-if compgen -G "$out/*.octomap.cost" >/dev/null; then octomap_table; fi
+[ -z "$real" ] || recording_table | table removal-recording
+breakdown class | table removal-by-class
+breakdown range | table removal-by-range
+rules_table | table removal-by-rule
+if compgen -G "$out/*.octomap.cost" >/dev/null; then octomap_table | table removal-octomap; fi

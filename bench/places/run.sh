@@ -43,6 +43,7 @@ distractors=${DISTRACTORS:-34}
 largest=${LARGEST:-100000}
 out=${OUT:-build/bench/places}
 mkdir -p "$out/runs" "$out/results" "$out/plots"
+: >"$out/tables.md"
 
 if [ -z "${BIN:-}" ]; then
   ./dev setup toolchains/packages-bench.txt
@@ -90,7 +91,7 @@ compare() {
   [ $# -eq 0 ] || shift
   rm -rf "$out/results/$name"
   "$bin/bench_places" "${folders[@]}" --title "$name" --baseline-rows "$baseline" \
-    --out "$out/results/$name" "$@"
+    --out "$out/results/$name" "$@" | tee -a "$out/tables.md"
   plot "$name"
 }
 
@@ -143,7 +144,8 @@ ablate() {
   shift
   [ "${#crowd[@]}" = 0 ] || among=(--distractors "${crowd[@]}")
   "$bin/bench_places" "$@" --title "$name, among ${#crowd[@]} other drives" --baseline-rows none \
-    --sensors "${sensors// /,}" --variants "$variants" --ablations-only "${among[@]}"
+    --sensors "${sensors// /,}" --variants "$variants" --ablations-only "${among[@]}" |
+    tee -a "$out/tables.md"
 }
 
 make_distractors
@@ -200,11 +202,28 @@ if [ "$distractors" != 0 ]; then
     [ "${#queries[@]}" -lt 3 ] || break
   done
   "$bin/bench_place_scale" --known "$known" --queries "${queries[@]}" --distractors "${crowd[@]}" \
-    --largest "$largest" --out "$out/results/scale"
+    --largest "$largest" --out "$out/results/scale" | tee -a "$out/tables.md"
   if can_draw; then
     gnuplot -e "folder='$out/results/scale'; image='$out/plots/scale.png'" \
       bench/places/scale.gnuplot 2>"$out/gnuplot.log"
   fi
 fi
+
+# With WRITE_DOCS=1, tables of docs/results.md: those whose first cell begins with one of TITLE...
+# table NAME TITLE...
+table() {
+  local name=$1 title
+  shift
+  [ -n "${WRITE_DOCS:-}" ] || return 0
+  for title in "$@"; do
+    awk -v title="| $title" 'index($0, title) == 1, /^$/' "$out/tables.md"
+  done | bench/tables/table.sh "$name" >/dev/null
+}
+table places-groups "town, mean" "campus, mean"
+table places-std "town, STD, mean" "campus, STD, mean"
+table places-parts "town, among" "campus, among"
+table places-recordings "kitti_0001: " "kitti_0005a: " "hilti_hall: " "kitti_0001, STD: " \
+  "kitti_0005a, STD: " "hilti_hall, STD: "
+table places-scale "onboard, places" "base, places"
 echo
 echo "Tables as CSV: $out/results. Plots: $out/plots."

@@ -1,0 +1,100 @@
+// Memory of the prepared configurations, as Markdown: memory presets|parameters
+//
+// Megabytes are 10^6 bytes, rounded up: what is asked for is there.
+#include <cmath>
+#include <cstdio>
+#include <string_view>
+
+#include "unimapper/onboard/pipeline.hpp"
+
+namespace {
+
+using namespace unimapper;
+
+struct Prepared {
+  const char* name;
+  Computer computer;
+};
+
+constexpr Prepared kComputers[] = {{"server (`default`)", Computer::kServer},
+                                   {"Jetson class (`jetson`)", Computer::kJetson},
+                                   {"Raspberry Pi class (`raspberry-pi`)", Computer::kRaspberryPi},
+                                   {"ARMv7, 64 MB (`armv7-64mb`)", Computer::kArmv7With64Mb}};
+
+struct Lidar {
+  const char* name;
+  SensorKind kind;
+};
+
+constexpr Lidar kLidars[] = {
+    {"OS2-128", SensorKind::kOs2_128}, {"OS1-64", SensorKind::kOs1_64},
+    {"HDL-64E", SensorKind::kHdl64e},  {"VLP-16", SensorKind::kVlp16},
+    {"Aeva", SensorKind::kAevaAeries2}, {"Avia", SensorKind::kLivoxAvia},
+    {"Mid-360", SensorKind::kLivoxMid360}};
+
+double megabytes(const PipelineConfig& config) {
+  return std::ceil(static_cast<double>(Pipeline::required_bytes(config)) / 1e6);
+}
+
+/// A row per computer: memory by LiDAR, and the limits that make the difference (OS2-128).
+void print_presets() {
+  std::printf("| computer, MB |");
+  for (const Lidar& lidar : kLidars) std::printf(" %s |", lidar.name);
+  std::printf(" places | range m | cells a keyframe |\n|---|");
+  for (std::size_t i = 0; i < std::size(kLidars) + 3; ++i) std::printf("---|");
+  std::printf("\n");
+  for (const Prepared& prepared : kComputers) {
+    std::printf("| %s |", prepared.name);
+    for (const Lidar& lidar : kLidars) {
+      std::printf(" %.0f |", megabytes(preset(lidar.kind, prepared.computer)));
+    }
+    const PipelineConfig config = preset(SensorKind::kOs2_128, prepared.computer);
+    std::printf(" %zu | %.0f | %zu |\n", std::size_t{config.loop_search.max_places},
+                static_cast<double>(config.keyframe.range_max_m),
+                std::size_t{config.voxel.max_cells});
+  }
+}
+
+/// What halving a parameter of the OS2-128's default saves.
+void print_parameters() {
+  const PipelineConfig all = preset(SensorKind::kOs2_128);
+  const auto row = [&](const char* what, auto value, auto half, const PipelineConfig& less,
+                       const char* cost) {
+    std::printf("| %s | %zu to %zu | %.0f | %s |\n", what, std::size_t{value}, std::size_t{half},
+                megabytes(all) - megabytes(less), cost);
+  };
+  std::printf("| parameter | halved | saves MB of %.0f | what it costs |\n|---|---|---|---|\n",
+              megabytes(all));
+  PipelineConfig less = all;
+  less.loop_search.max_places /= 2;
+  row("`loop_search.max_places`", all.loop_search.max_places, less.loop_search.max_places, less,
+      "how far back loops are found; nothing for labels");
+  less = all;
+  less.removal.window /= 2;
+  row("`removal.window`", all.removal.window, less.removal.window, less,
+      "evidence of earlier keyframes");
+  less = all;
+  less.voxel.max_cells /= 2;
+  less.descriptor.max_cells /= 2;
+  row("`voxel.max_cells` with `descriptor.max_cells`, after `keyframe.range_max_m`",
+      all.voxel.max_cells, less.voxel.max_cells, less, "far cells");
+  less = all;
+  less.keyframe.max_points_per_scan /= 2;
+  row("`keyframe.max_points_per_scan`", all.keyframe.max_points_per_scan,
+      less.keyframe.max_points_per_scan, less, "only if the sensor never sends as many");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string_view table = argc == 2 ? argv[1] : "";
+  if (table == "presets") {
+    print_presets();
+  } else if (table == "parameters") {
+    print_parameters();
+  } else {
+    std::fprintf(stderr, "usage: memory_table presets|parameters\n");
+    return 2;
+  }
+  return 0;
+}
