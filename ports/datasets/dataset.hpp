@@ -23,6 +23,7 @@ class DatasetError : public std::runtime_error {
 
 /// One scan in the sensor frame, float32 x y z intensity.
 struct Scan {
+  /// One point as the files hold it: metres in the sensor frame, intensity as recorded.
   struct Point {
     float x, y, z, intensity;
   };
@@ -36,11 +37,13 @@ struct Scan {
 class Dataset {
  public:
   virtual ~Dataset() = default;
+  /// Number of scans.
   [[nodiscard]] virtual std::size_t scan_count() const = 0;
   /// Reads scan `i` into `scan` (reusing its memory). Throws DatasetError.
   virtual void read_scan(std::size_t i, Scan& scan) const = 0;
   /// T_odometry_sensor of scan `i`.
   [[nodiscard]] virtual const Pose& pose(std::size_t i) const = 0;
+  /// Stamp of scan `i`, nanoseconds.
   [[nodiscard]] virtual std::int64_t stamp_ns(std::size_t i) const = 0;
   /// File-name stem of scan `i`, e.g. "000042"; labels are written under it.
   [[nodiscard]] virtual std::string scan_name(std::size_t i) const = 0;

@@ -45,7 +45,9 @@ class Arena {
     return reinterpret_cast<T*>(base_ + offset);
   }
 
+  /// True for an arena without memory, which only counts bytes.
   [[nodiscard]] bool is_measuring() const noexcept { return base_ == nullptr; }
+  /// True once more was asked for than there is.
   [[nodiscard]] bool exhausted() const noexcept { return exhausted_; }
   /// Bytes handed out, or that would have been handed out.
   [[nodiscard]] std::size_t used() const noexcept { return used_; }

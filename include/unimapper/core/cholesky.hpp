@@ -13,7 +13,9 @@ namespace unimapper {
 template <int N>
 class Cholesky {
  public:
+  /// The matrix that is factorised.
   using Matrix = Eigen::Matrix<double, N, N>;
+  /// Right-hand side and solution.
   using Vector = Eigen::Matrix<double, N, 1>;
 
   explicit Cholesky(const Matrix& matrix) noexcept : factor_(Matrix::Zero()) {

@@ -31,8 +31,11 @@ class ImageProjection {
   void project(const float* x, const float* y, const float* z, std::size_t count,
                std::int32_t* pixel, float* range_m) const noexcept;
 
+  /// Pixels in azimuth.
   [[nodiscard]] std::int32_t columns() const noexcept { return columns_; }
+  /// Pixels in elevation.
   [[nodiscard]] std::int32_t rows() const noexcept { return rows_; }
+  /// Pixels of the image.
   [[nodiscard]] std::size_t pixels() const noexcept {
     return static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
   }

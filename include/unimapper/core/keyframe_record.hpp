@@ -38,6 +38,7 @@ struct KeyframeRecord {
   std::uint64_t points_dynamic = 0;  ///< of which removed as dynamic
   std::uint64_t left_out = 0;        ///< cells, keypoints and planes too far away for the wire
 
+  /// The descriptor; it points into this record.
   [[nodiscard]] PlaceView place() const { return {keypoints, planes}; }
 };
 

@@ -20,6 +20,7 @@ struct Pose {
   Pose(const Eigen::Quaterniond& q, const Eigen::Vector3d& t)
       : rotation(q.normalized().toRotationMatrix()), translation(t) {}
 
+  /// T_b_a of T_a_b.
   [[nodiscard]] Pose inverse() const {
     const Eigen::Matrix3d r = rotation.transpose();
     return {r, -(r * translation)};
@@ -30,9 +31,11 @@ struct Pose {
   friend Eigen::Vector3d operator*(const Pose& a, const Eigen::Vector3d& p) {
     return a.rotation * p + a.translation;
   }
+  /// The rotation as a unit quaternion.
   [[nodiscard]] Eigen::Quaterniond quaternion() const {
     return Eigen::Quaterniond(rotation).normalized();
   }
+  /// True if no number is infinite or NaN.
   [[nodiscard]] bool is_finite() const { return rotation.allFinite() && translation.allFinite(); }
   /// True if finite and the rotation part is a rotation within `tolerance`.
   [[nodiscard]] bool is_rigid(double tolerance = 1e-3) const {

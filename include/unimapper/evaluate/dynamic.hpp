@@ -39,6 +39,7 @@ struct Tally {
   std::uint64_t dynamic_points = 0;
   std::uint64_t dynamic_removed = 0;
 
+  /// Counts one point.
   void add(Truth truth, bool removed) noexcept;
   Tally& operator+=(const Tally& other) noexcept;
 
@@ -46,6 +47,7 @@ struct Tally {
   [[nodiscard]] std::uint64_t lost() const noexcept { return static_points - static_kept; }
   /// Dynamic points that were kept.
   [[nodiscard]] std::uint64_t missed() const noexcept { return dynamic_points - dynamic_removed; }
+  /// Points with the wrong label.
   [[nodiscard]] std::uint64_t wrong() const noexcept { return lost() + missed(); }
 
   /// Accuracies in [0, 1]; NaN where there is no point of that kind.
@@ -88,6 +90,7 @@ struct ScoredScan {
 class ScanSource {
  public:
   virtual ~ScanSource() = default;
+  /// Number of scans.
   [[nodiscard]] virtual std::size_t scan_count() const = 0;
   /// Scan `i`; the spans stay valid until the next call.
   virtual ScoredScan scan(std::size_t i) = 0;
@@ -113,6 +116,7 @@ struct MotionScore {
 /// set; points without instance count as moving. O(points).
 [[nodiscard]] MotionScore score_by_motion(ScanSource& source, std::size_t stretch = 10);
 
+/// Parameters of the protocol of DynamicMap_Benchmark.
 struct BenchmarkConfig {
   float neighbour_m = 0.05F;  ///< a point this near to a kept point counts as kept
   float max_range_m = 50.0F;  ///< points at or beyond it are ignored

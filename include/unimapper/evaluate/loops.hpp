@@ -28,6 +28,7 @@ struct LoopGuess {
   Pose T_match_query;  ///< between the sensor frames of the two reference scans
 };
 
+/// What counts as a revisit and as a right pose.
 struct LoopScoreConfig {
   double threshold_m = 10.0;        ///< a revisit is at most this far away
   double pose_translation_m = 2.0;  ///< `_pose`: largest error of the reported translation
@@ -70,6 +71,7 @@ struct LoopFigures {
   double recall_at_full_precision = 0.0;  ///< largest recall before the first false match
 };
 
+/// Counts and curves of all guesses about loops.
 struct LoopScore {
   std::size_t queries = 0;
   std::size_t positives = 0;  ///< queries with a true revisit to find

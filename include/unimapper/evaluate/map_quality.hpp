@@ -28,6 +28,7 @@ struct CloudAgreement {
 [[nodiscard]] CloudAgreement compare_clouds(std::span<const Eigen::Vector3f> first,
                                             std::span<const Eigen::Vector3f> second, double tau_m);
 
+/// Parameters of the mean map entropy.
 struct EntropyConfig {
   double radius_m = 1.0;              ///< neighbourhood; the paper takes 5 m
   std::size_t min_neighbours = 10;    ///< including the point itself

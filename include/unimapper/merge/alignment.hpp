@@ -34,6 +34,7 @@ struct Alignment {
   std::vector<std::vector<Pose>> T_session_keyframe;  ///< optimised, in the session's own frame
   std::vector<LoopVerdict> verdicts;                  ///< of the loops given, in their order
 
+  /// Pose of a keyframe in the frame of the merged map.
   [[nodiscard]] Pose T_map_keyframe(KeyframeRef k) const {
     return T_map_session[k.session] * T_session_keyframe[k.session][k.keyframe];
   }

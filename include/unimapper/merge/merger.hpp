@@ -60,6 +60,7 @@ struct StageTime {
   double seconds = 0.0;
 };
 
+/// Everything a merge finds: trajectories, loops, map and changes.
 struct MergeResult {
   std::size_t central_session = 0;
   std::vector<MergedSession> sessions;

@@ -15,10 +15,12 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 /// A pose graph whose nodes live in the frames of their maps; one anchor per map places that
 /// frame in the unified one (paper section VI: delta). A single map is a graph with one anchor.
 struct PoseGraph {
+  /// Where the frame of one map lies in the unified one.
   struct Anchor {
     Pose T_map_session;
     bool fixed = false;
   };
+  /// Pose of one keyframe in the frame of its map.
   struct Node {
     Pose T_session_node;
     std::size_t anchor = 0;
@@ -46,6 +48,7 @@ struct PoseGraph {
   }
 };
 
+/// Outcome of an optimisation.
 struct SolveSummary {
   bool usable = false;  ///< false: nothing was changed
   double initial_cost = 0.0;

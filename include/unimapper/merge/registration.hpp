@@ -29,8 +29,11 @@ class RegistrationCloud {
   RegistrationCloud& operator=(RegistrationCloud&&) noexcept;
 
   [[nodiscard]] std::size_t size() const { return points_.size(); }
+  /// Points of the cloud, metres in its frame.
   [[nodiscard]] const std::vector<Eigen::Vector3f>& points() const { return points_; }
+  /// Covariance of the surface about point `i`, square metres.
   [[nodiscard]] const Eigen::Matrix3f& covariance(std::size_t i) const { return covariances_[i]; }
+  /// True for a point of the ground.
   [[nodiscard]] bool is_ground(std::size_t i) const { return ground_[i] != 0; }
 
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
@@ -51,6 +54,7 @@ class RegistrationCloud {
   std::unique_ptr<Tree> tree_;
 };
 
+/// Refined pose and how well the clouds agree in it.
 struct RegistrationResult {
   bool converged = false;
   Pose T_target_source;

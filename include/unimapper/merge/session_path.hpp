@@ -24,10 +24,12 @@ class SessionPath {
   SessionPath(std::vector<Pose> T_session_keyframe, const OdometryNoiseConfig& noise);
 
   [[nodiscard]] std::size_t size() const { return poses_.size(); }
+  /// Poses in the frame of the session.
   [[nodiscard]] const std::vector<Pose>& poses() const { return poses_; }
   [[nodiscard]] const Pose& operator[](std::size_t i) const { return poses_[i]; }
   /// Metres travelled up to keyframe `i`.
   [[nodiscard]] double path_m(std::size_t i) const { return path_[i]; }
+  /// Metres travelled in all.
   [[nodiscard]] double length_m() const { return path_.empty() ? 0.0 : path_.back(); }
 
   /// Variance of T_i_j by odometry alone. Rotation errors made on the way act with the lever

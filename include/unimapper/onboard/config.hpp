@@ -139,6 +139,7 @@ struct FreeSpaceConfig {
   /// Images of the keyframe itself are evidence too; measured: on.
   bool own_keyframe = true;
 
+  /// Field of view and resolution of the free-space images.
   [[nodiscard]] RangeImageShape image_shape() const noexcept {
     return {horizontal_fov_deg, azimuth_resolution_deg, elevation_min_deg, elevation_max_deg,
             elevation_resolution_deg};

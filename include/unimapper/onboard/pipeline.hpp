@@ -86,6 +86,7 @@ class Pipeline {
   /// Closes a keyframe that has fewer scans than configured (end of a run).
   ScanResult flush() noexcept;
 
+  /// The last keyframe; valid until the next call of `add_scan`, `flush` or `relabel_next`.
   [[nodiscard]] const KeyframeView& keyframe() const noexcept;
 
   /// Online decision for every point of scan `scan_in_keyframe` of the finished keyframe, in

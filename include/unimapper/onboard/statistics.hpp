@@ -84,12 +84,15 @@ struct KeyframeStatistics {
   float removal_range_m = 0.0F;
   bool deadline_missed = false;  ///< the keyframe took longer than its budget all the same
 
+  /// What was dropped for this cause.
   [[nodiscard]] std::uint64_t dropped_by(DropCause cause) const noexcept {
     return dropped[static_cast<std::size_t>(cause)];
   }
+  /// How much of this work was given up.
   [[nodiscard]] std::uint32_t shed_of(Shed what) const noexcept {
     return shed[static_cast<std::size_t>(what)];
   }
+  /// Time of a stage, microseconds; 0 without a clock.
   [[nodiscard]] float microseconds(Stage stage) const noexcept {
     return stage_us[static_cast<std::size_t>(stage)];
   }

@@ -19,6 +19,7 @@ struct PlaceId {
 
 /// Which places a search may answer with.
 struct SearchScope {
+  /// Places of which sessions may be answered.
   enum class Sessions : std::uint8_t { kAll, kOnlySame, kOnlyOther };
   Sessions sessions = Sessions::kAll;
   /// Places of the query's own session must be at least this many keyframes away.
