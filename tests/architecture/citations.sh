@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Check that what the documents name exists: citations.sh [SOURCE_TREE]
 #
-# In README.md and docs/**.md: targets of relative links, files in `backquotes`, and identifiers in
-# `backquotes` (each part of `a::b.c` must occur in a source file); in sources, the documents named
+# In README.md and docs/**.md: targets of relative links, files in `backquotes`, commands of ./dev,
+# and identifiers in `backquotes` (each part of `a::b.c` must occur in a source file); in sources, the documents named
 # in comments. Prints what is missing and ends with 1 if anything is.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -46,6 +46,11 @@ for document in $documents; do
     named "$file" . include include/unimapper src ports docs "$folder" || complain "$document" "$file"
   done < <(matches '`[A-Za-z0-9_./-]+`' "$document" | tr -d '`' |
     grep -E '^(include|src|ports|bench|tests|docs|toolchains|\.ci)/|\.(hpp|cpp|h|c|sh|cmake|lcm)$' || true)
+
+  while read -r command; do
+    checked=$((checked + 1))
+    grep -q "^  $command) " dev 2>/dev/null || complain "$document" "./dev $command"
+  done < <(matches '\./dev [a-z]+' "$document" | cut -d' ' -f2)
 
   identifiers=$(matches '`[A-Za-z_][A-Za-z0-9_]*((::|\.|->)[A-Za-z_][A-Za-z0-9_]*)*(\(\))?`' "$document" |
     sed 's/::\|->/ /g' | tr '`.()' '    ' | xargs -n 1 | LC_ALL=C sort -u)
