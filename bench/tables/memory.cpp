@@ -26,11 +26,10 @@ struct Lidar {
   SensorKind kind;
 };
 
-constexpr Lidar kLidars[] = {
-    {"OS2-128", SensorKind::kOs2_128}, {"OS1-64", SensorKind::kOs1_64},
-    {"HDL-64E", SensorKind::kHdl64e},  {"VLP-16", SensorKind::kVlp16},
-    {"Aeva", SensorKind::kAevaAeries2}, {"Avia", SensorKind::kLivoxAvia},
-    {"Mid-360", SensorKind::kLivoxMid360}};
+constexpr Lidar kLidars[] = {{"OS2-128", SensorKind::kOs2_128},    {"OS1-64", SensorKind::kOs1_64},
+                             {"HDL-64E", SensorKind::kHdl64e},     {"VLP-16", SensorKind::kVlp16},
+                             {"Aeva", SensorKind::kAevaAeries2},   {"Avia", SensorKind::kLivoxAvia},
+                             {"Mid-360", SensorKind::kLivoxMid360}};
 
 double megabytes(const PipelineConfig& config) {
   return std::ceil(static_cast<double>(Pipeline::required_bytes(config)) / 1e6);
