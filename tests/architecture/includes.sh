@@ -8,8 +8,8 @@ set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 cd "${1:-$here/../..}"
 
-files=$(find include src ports bench -name '*.hpp' -o -name '*.h' -o -name '*.cpp' -o -name '*.c' |
-  LC_ALL=C sort)
+files=$(find . -path './build*' -prune -o -regex '\./\(include\|src\|ports\|bench\)/.*\.[ch]\(pp\)?' -print |
+  sed 's#^\./##' | LC_ALL=C sort)
 # shellcheck disable=SC2086
 awk '
   function room_of(path,   folder, best) {
