@@ -48,7 +48,8 @@ void open_pipe() {
   questions = ends[1];
   // Reading must not wait for a plugin that is not there.
   fcntl(answers, F_SETFL, O_NONBLOCK);
-  if (instructions() == 0) throw std::runtime_error("nobody counts: run this by bench/arm/run.sh");
+  if (instructions() == 0)
+    throw std::runtime_error("no instruction counter: run this by bench/arm/run.sh");
 }
 
 /// Instructions of every keyframe but the first, per stage.

@@ -163,8 +163,8 @@ TEST_CASE("the sensor comes from --sensor, else dataset.json, else the format, a
   };
   CHECK_THAT(sensor_line({}), Contains("sensor generic"));
   write_text(fixture.dataset / "dataset.json", R"({"sensor": "livox-avia"})");
-  CHECK_THAT(sensor_line({}), Contains("sensor livox-avia (as dataset.json says)"));
-  CHECK_THAT(sensor_line({"--sensor", "VLP-16"}), Contains("sensor vlp-16 (as --sensor says)"));
+  CHECK_THAT(sensor_line({}), Contains("sensor livox-avia (from dataset.json)"));
+  CHECK_THAT(sensor_line({"--sensor", "VLP-16"}), Contains("sensor vlp-16 (from --sensor)"));
   CHECK_THAT(sensor_line({"--sensor", "thermometer"}), Contains("unknown sensor 'thermometer'"));
   fs::rename(fixture.dataset / "scans", fixture.dataset / "velodyne");
   fs::remove(fixture.dataset / "dataset.json");
