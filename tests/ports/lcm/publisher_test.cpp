@@ -78,7 +78,7 @@ TEST_CASE("the bucket lets a burst through and then keeps the average rate") {
   CHECK(bucket.wait_time(500, start + 1h) == 0ns);
   bucket.take(500);
   CHECK(bucket.wait_time(1, start + 1h) > 0ns);
-  // More than a burst may go when the bucket is full, and is paid for afterwards.
+  // A full bucket allows more than a burst, and sending then pauses longer.
   CHECK(bucket.wait_time(2000, start + 2h) == 0ns);
   bucket.take(2000);
   CHECK(bucket.wait_time(1, start + 2h) > 1500ms);
