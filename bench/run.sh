@@ -3,7 +3,7 @@
 # (WRITE_DOCS=1 writes them there).
 #
 # Simulated drives of every LiDAR and the real recordings where they lie in ../shared/data;
-# adversarial scans; cost over points and distance; a drive at real-time rate.
+# hostile scans; cost over points and distance; a drive at real-time rate.
 #
 #   bench/run.sh [SCANS] [SEED] [MINUTES]     scans per simulated drive, minutes of real time
 set -euo pipefail

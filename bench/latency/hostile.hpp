@@ -1,4 +1,4 @@
-// Latency benchmark of adversarial scans.
+// Latency benchmark of hostile (adversarial) scans.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -7,7 +7,7 @@
 
 namespace unimapper::bench {
 
-/// Times `keyframes` keyframes of every kind of adversarial scan. `normal_worst_ms` is the total of
+/// Times `keyframes` keyframes of every kind of hostile scan. `normal_worst_ms` is the total of
 /// the worst normal keyframe; the table on stderr gives each kind's worst as a multiple of it.
 [[nodiscard]] nlohmann::ordered_json time_hostile_scans(const PipelineConfig& config,
                                                         double normal_worst_ms, int keyframes);

@@ -1,4 +1,4 @@
-// Generator of adversarial scans that maximise the pipeline's work.
+// Generator of hostile (adversarial) scans that maximise the pipeline's work.
 //
 // Used by the tests that bound this work and by the benchmark that times it.
 #pragma once
