@@ -4,7 +4,7 @@
 
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/poses.hpp"
-#include "ports/lcm/receiver.hpp"
+#include "ports/lcm/received_log.hpp"
 
 namespace unimapper::bench {
 namespace {
@@ -39,7 +39,7 @@ void set_true_poses(Drive& drive, const std::filesystem::path& file) {
 
 Drive read_drive_without_truth(const std::filesystem::path& run) {
   const std::filesystem::path log = run / "keyframes.lcmlog";
-  wire::ReceivedLog received = wire::read_event_log(log);
+  lcm_port::ReceivedLog received = lcm_port::read_event_log(log);
   if (received.sessions.size() != 1) {
     throw std::runtime_error(log.string() + ": does not hold exactly one session");
   }

@@ -13,31 +13,14 @@
 
 #include "ports/c/config.hpp"
 #include "ports/c/convert.hpp"
+#include "ports/c/handle.hpp"
+#include "ports/c/health.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
 using namespace unimapper;
 using namespace unimapper::c;
 
-/// What the handle points to; the pipeline proper follows it in the same block.
-struct alignas(UM_ALIGNMENT) um_pipeline {
-  std::uint64_t magic;
-  PipelineConfig config;
-  Pipeline* core;
-  std::byte* core_memory;
-  std::size_t core_bytes;
-  std::byte* ring_memory;
-  std::size_t ring_bytes;
-  std::uint32_t event_capacity;
-  bool keyframe_ready;
-  const char* message;
-  um_scan scans[KeyframeConfig::kMaxScans];
-  um_loop loops[64];  // LoopSearchConfig::max_results is at most 64
-};
-
 namespace {
-
-// "unimappr" and the layout's number.
-constexpr std::uint64_t kMagic = 0x756e696d61707201ULL;
 
 static_assert(std::endian::native == std::endian::little, "points are little-endian float32");
 static_assert(sizeof(um_pipeline) % UM_ALIGNMENT == 0 && Arena::kAlignment == UM_ALIGNMENT);
@@ -52,25 +35,6 @@ constexpr const char* kVersionText =
     UM_TEXT(UM_VERSION_MAJOR) "." UM_TEXT(UM_VERSION_MINOR) "." UM_TEXT(UM_VERSION_PATCH);
 #undef UM_TEXT
 #undef UM_TEXT_OF
-
-bool is_aligned(const void* pointer) noexcept {
-  return reinterpret_cast<std::uintptr_t>(pointer) % UM_ALIGNMENT == 0;
-}
-
-bool is_pipeline(const um_pipeline* pipeline) noexcept {
-  return pipeline != nullptr && is_aligned(pipeline) && pipeline->magic == kMagic;
-}
-
-/// Records what a call had to say.
-um_status tell(um_pipeline& pipeline, const Error& error) noexcept {
-  pipeline.message = error.message;
-  return to_c(error.code);
-}
-
-um_status refuse(um_pipeline& pipeline, um_status status) noexcept {
-  pipeline.message = um_status_text(status);
-  return status;
-}
 
 /// The core's own names are constants that end in zero.
 const char* text_of(std::string_view name) noexcept { return name.data(); }
@@ -112,12 +76,14 @@ um_status make_core(um_pipeline& pipeline) noexcept {
       Pipeline::create(pipeline.config, {pipeline.core_memory, pipeline.core_bytes});
   pipeline.core = created.ok() ? created.value() : nullptr;
   pipeline.keyframe_ready = false;
+  pipeline.health = {};
   return tell(pipeline, created.error());
 }
 
 um_status finish(um_pipeline& pipeline, const ScanResult& result,
                  std::int32_t* keyframe_ready) noexcept {
   pipeline.keyframe_ready = result.keyframe_ready;
+  if (result.keyframe_ready) add_keyframe(pipeline.health, *pipeline.core->keyframe().statistics);
   if (keyframe_ready != nullptr) *keyframe_ready = result.keyframe_ready ? 1 : 0;
   return tell(pipeline, result.error);
 }
@@ -156,6 +122,10 @@ const char* um_status_text(um_status status) {
       return "the pose moved farther than configured since the last scan";
     case UM_CAPACITY_EXCEEDED:
       return "a fixed-capacity container is full";
+    case UM_INVALID_KEYFRAME:
+      return "what was handed over is no keyframe";
+    case UM_BUFFER_TOO_SMALL:
+      return "the result needs more bytes than the buffer has";
     case UM_NULL_ARGUMENT:
       return "a pointer that is needed is null";
     case UM_INVALID_HANDLE:
@@ -279,9 +249,11 @@ um_status um_add_scan(um_pipeline* pipeline, const um_points* points,
     return refuse(*pipeline, UM_NULL_ARGUMENT);
   }
   if (!is_possible(*points)) return refuse(*pipeline, UM_INVALID_POINTS);
-  return finish(*pipeline,
-                pipeline->core->add_scan(to_view(*points), from_c(*T_odometry_sensor), stamp_ns),
-                keyframe_ready);
+  const ScanResult result =
+      pipeline->core->add_scan(to_view(*points), from_c(*T_odometry_sensor), stamp_ns);
+  ++pipeline->health.scans;
+  if (result.error.code != ErrorCode::kOk) ++pipeline->health.scans_refused;
+  return finish(*pipeline, result, keyframe_ready);
 }
 
 um_status um_flush(um_pipeline* pipeline, std::int32_t* keyframe_ready) {

@@ -63,6 +63,8 @@ enum um_status_code {
   UM_EMPTY_SCAN = 6,         /**< no point is finite and in range */
   UM_POSE_JUMP = 7,          /**< the pose moved farther than configured */
   UM_CAPACITY_EXCEEDED = 8,  /**< a fixed-capacity container is full */
+  UM_INVALID_KEYFRAME = 9,   /**< what was handed over is no keyframe */
+  UM_BUFFER_TOO_SMALL = 10,  /**< the result needs more bytes than the buffer has */
   UM_NULL_ARGUMENT = 100,    /**< a pointer that is needed is null */
   UM_INVALID_HANDLE = 101,   /**< not a pipeline made by um_init, or its block was overwritten */
   UM_UNKNOWN_VERSION = 102,  /**< struct_size is none of this library's versions */
@@ -228,8 +230,9 @@ typedef struct um_config {
    *  components: kerbs and grass would tie every walker to the next wall, metres. [0, 2];
    *  measured. */
   float removal_connecting_height_m;
-  /** A component with at least this share of dynamic cells is dynamic, with less than the
-   *  second share static; between them each cell stands for itself. [0, 1]; measured. */
+  /** A component is dynamic if at least this share of the evidence for and against its cells says
+   *  so, each cell's counted up to removal_confirmed_static_log_odds; with less than the second
+   *  share it is static; between them each cell stands for itself. [0, 1]; measured. */
   float removal_component_dynamic_share;
   float removal_component_static_share;
   /** Cells at or below minus this log-odds keep their own verdict whatever their component
@@ -462,7 +465,7 @@ typedef struct um_loop {
   uint32_t keyframe;   /**< sequence of the keyframe it looks like */
   float confidence;    /**< [0, 1], rises with the evidence */
   uint32_t accepted;   /**< 1 if it passed the configured thresholds */
-  uint32_t votes;      /**< of triangles that agree on the pose */
+  uint32_t votes;      /**< of triangles that agree on the pose, weighted by their normals */
   uint32_t inliers;    /**< keypoints that agree with the pose */
   float plane_overlap; /**< share of commonly visible planes that coincide */
   uint32_t reserved;
@@ -566,6 +569,32 @@ typedef struct um_keyframe {
  */
 UM_API um_status um_keyframe_get(um_pipeline* pipeline, um_keyframe* keyframe);
 
+/** Most scans, and free-space images, of a keyframe. */
+#define UM_MAX_SCANS 32
+
+/** Free-space images of a keyframe: how far single scans of it could see. Pixels lie row by row
+ *  about the sensor's x axis; columns are even in azimuth, rows in the sine of the elevation. A
+ *  pixel is the range up to which nothing was in the way, in 1/128 m; 0: unknown. */
+typedef struct um_images {
+  uint32_t struct_size; /**< sizeof(um_images), set by the caller */
+  uint32_t count;       /**< images; all have the same shape */
+  uint32_t columns;
+  uint32_t rows;
+  float horizontal_fov_deg;
+  float azimuth_resolution_deg;
+  float elevation_min_deg;
+  float elevation_max_deg;
+  float elevation_resolution_deg;
+  /** Farther out, what was seen through counts in proportion less, metres; 0: never. */
+  float full_weight_range_m;
+  uint32_t scans[UM_MAX_SCANS];         /**< of each image, index into the keyframe's scans */
+  const uint16_t* pixels[UM_MAX_SCANS]; /**< of each image, valid as long as the keyframe */
+} um_images;
+
+/** The images of the keyframe that the last call closed. The caller sets images->struct_size.
+ *  UM_NO_KEYFRAME if that call closed none. */
+UM_API um_status um_images_get(um_pipeline* pipeline, um_images* images);
+
 /** Labels of points. */
 enum um_label {
   UM_LABEL_UNKNOWN = 0, /**< not finite, or out of range */
@@ -579,9 +608,79 @@ enum um_label {
 UM_API um_status um_labels(um_pipeline* pipeline, uint32_t scan, uint8_t* labels, size_t capacity,
                            size_t* written);
 
-/* ---- Revisions ------------------------------------------------------------------------------ */
+/* ---- Keyframes as bytes --------------------------------------------------------------------- */
 
-/** What became of a keyframe that left the window: the last revision of its labels. */
+/** Who sends: one robot, one boot. */
+typedef struct um_session {
+  uint32_t robot;
+  uint32_t reserved;
+  uint64_t session; /**< differs for every boot of a robot */
+} um_session;
+
+/** What became of a keyframe that was encoded. */
+typedef struct um_encoded {
+  size_t bytes;       /**< it takes, also if the buffer is too small */
+  size_t image_bytes; /**< of which free-space images */
+  uint64_t left_out;  /**< cells and keypoints too far away for the message's grid (327 m) */
+} um_encoded;
+
+/** Bytes of scratch memory um_keyframe_encode needs with this pipeline; 0 for no pipeline. */
+UM_API size_t um_encode_scratch_bytes(const um_pipeline* pipeline);
+
+/** Writes the keyframe that the last call closed to `buffer` as the bytes a base station reads
+ *  (docs/wire-format.md), to be sent or stored by any means. `scratch` is 64-byte aligned, holds
+ *  um_encode_scratch_bytes and is free for other use between calls. encoded->bytes tells how many
+ *  bytes the keyframe takes; UM_BUFFER_TOO_SMALL if that is more than `capacity`: nothing in the
+ *  buffer is valid then. With a capacity of 0 (buffer may be null) only the size is told, at the
+ *  same cost. Nothing is allocated. Cost: proportional to cells and pixels, a few milliseconds at
+ *  most. */
+UM_API um_status um_keyframe_encode(um_pipeline* pipeline, const um_session* session, void* scratch,
+                                    size_t scratch_bytes, void* buffer, size_t capacity,
+                                    um_encoded* encoded);
+
+/* ---- Places of earlier runs ----------------------------------------------------------------- */
+
+/** The place descriptor of a keyframe of an earlier run, as um_keyframe told it then. */
+typedef struct um_place {
+  uint32_t session;  /**< number of the earlier run, from 1; 0 is the pipeline's own */
+  uint32_t keyframe; /**< its sequence in that run */
+  um_pose T_odometry_keyframe;
+  const um_keypoint* keypoints; /**< needed only during the call, as the planes */
+  size_t keypoint_count;
+  const um_plane* planes;
+  size_t plane_count;
+} um_place;
+
+/** Lets loop search find a place of an earlier run: um_loop.session is its number. Beyond
+ *  loop_search_max_places, the place that another one can stand in for makes room. UM_INVALID_INDEX
+ * for session 0. Cost: that of the insertion of a keyframe. um_reset forgets these places too. A
+ * place without keypoints is found by nothing. */
+UM_API um_status um_place_insert(um_pipeline* pipeline, const um_place* place);
+
+/* ---- Health --------------------------------------------------------------------------------- */
+
+/** Totals since um_init or um_reset. Array elements without a meaning yet are 0. */
+typedef struct um_health {
+  uint32_t struct_size; /**< sizeof(um_health), set by the caller */
+  uint32_t reserved;
+  uint64_t scans;             /**< handed over */
+  uint64_t scans_refused;     /**< of which refused */
+  uint64_t keyframes;         /**< closed */
+  uint64_t points_in;         /**< in the scans of closed keyframes */
+  uint64_t points_dynamic;    /**< of which labelled dynamic */
+  uint64_t deadline_misses;   /**< keyframes that took longer than budget_us */
+  uint64_t dropped[16];       /**< by enum um_drop_cause */
+  um_capacity fullest[16];    /**< by enum um_capacity_kind: highest fill of any keyframe */
+  uint64_t shed[8];           /**< by enum um_shed */
+  float longest_stage_us[16]; /**< by enum um_stage; 0 without a clock */
+} um_health;
+
+/** How the pipeline has been doing. The caller sets health->struct_size. */
+UM_API um_status um_health_get(um_pipeline* pipeline, um_health* health);
+
+/* ---- Final labels --------------------------------------------------------------------------- */
+
+/** Final labels of a keyframe that was evicted from the window. */
 typedef struct um_relabelled {
   uint32_t available;       /**< 1 if there is one; the rest is 0 otherwise */
   uint32_t sequence;        /**< of the keyframe */
@@ -592,7 +691,7 @@ typedef struct um_relabelled {
   uint32_t reserved[2];
 } um_relabelled;
 
-/** The keyframe that left the window when the last one closed, or by um_relabel_next. */
+/** The keyframe that was evicted when the last one closed, or by um_relabel_next. */
 UM_API um_status um_relabelled_get(um_pipeline* pipeline, um_relabelled* relabelled);
 
 /** Brings the labels of a scan of that keyframe up to its last revision. The caller kept them, and

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <utility>
 
-namespace unimapper::wire {
+namespace unimapper::lcm_port {
 
 namespace {
 
@@ -31,7 +31,7 @@ void EventLogWriter::write(std::int64_t stamp_us, std::string_view channel, Byte
   }
   if (data.size() > INT32_MAX) throw EventLogError(path_.string() + ": a message exceeds 2 GiB");
   buffer_.clear();
-  BigEndianWriter out(buffer_);
+  wire::BigEndianWriter out(buffer_);
   out.put(kMagic);
   out.put(next_number_++);
   out.put(stamp_us);
@@ -80,7 +80,7 @@ bool EventLogReader::read_at(std::uint64_t offset, void* to, std::uint64_t bytes
 const char* EventLogReader::read_header(std::uint64_t offset, Header& header) {
   std::array<std::uint8_t, kHeaderBytes> bytes;
   if (!read_at(offset, bytes.data(), bytes.size())) return "the log ends within an event's header";
-  BigEndianReader in(bytes);
+  wire::BigEndianReader in(bytes);
   if (in.get<std::uint32_t>() != kMagic) return "no event starts here";
   header.number = in.get<std::int64_t>();
   header.stamp_us = in.get<std::int64_t>();
@@ -184,4 +184,4 @@ std::vector<std::string> EventLogReader::fault_sentences() const {
   return sentences;
 }
 
-}  // namespace unimapper::wire
+}  // namespace unimapper::lcm_port

@@ -1,4 +1,4 @@
-// LCM event logs: what lcm-logger writes and lcm-logplayer plays.
+// LCM event logs, as lcm-logger writes and lcm-logplayer replays them.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,11 @@
 #include <string_view>
 #include <vector>
 
-#include "ports/lcm/byte_io.hpp"
+#include "unimapper/wire/byte_io.hpp"
 
-namespace unimapper::wire {
+namespace unimapper::lcm_port {
+
+using wire::Bytes;
 
 /// A log could not be opened or written. The message names the file and the reason.
 class EventLogError : public std::runtime_error {
@@ -105,4 +107,4 @@ class EventLogReader {
   std::uint64_t fault_count_ = 0;
 };
 
-}  // namespace unimapper::wire
+}  // namespace unimapper::lcm_port

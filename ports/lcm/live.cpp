@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-namespace unimapper::wire {
+namespace unimapper::lcm_port {
 
 namespace {
 
@@ -58,9 +58,9 @@ std::string buffer_warning(const std::string& url) {
 }
 
 /// One line on where every session stands.
-std::string describe(const std::vector<SessionProgress>& sessions) {
+std::string describe(const std::vector<wire::SessionProgress>& sessions) {
   std::string text;
-  for (const SessionProgress& session : sessions) {
+  for (const wire::SessionProgress& session : sessions) {
     if (!text.empty()) text += ", ";
     text += session.info.name + " " + std::to_string(session.received) + "/" +
             std::to_string(session.announced) + (session.ended ? " ended" : "");
@@ -80,11 +80,11 @@ class Watch {
   }
 
   /// Whether and why listening is over.
-  std::optional<ListenEnd> over(const std::vector<SessionProgress>& sessions,
+  std::optional<ListenEnd> over(const std::vector<wire::SessionProgress>& sessions,
                                 Clock::time_point now) {
     if (options_.stop && options_.stop()) return ListenEnd::kStopped;
     const auto ended = std::count_if(sessions.begin(), sessions.end(),
-                                     [](const SessionProgress& s) { return s.ended; });
+                                     [](const wire::SessionProgress& s) { return s.ended; });
     if (static_cast<std::size_t>(ended) >= options_.sessions_expected) {
       const bool whole = std::all_of(sessions.begin(), sessions.end(), [](const auto& session) {
         return !session.ended || session.whole;
@@ -112,7 +112,8 @@ struct Inlet {
 
   void on_message(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
     heard = true;
-    receiver.receive(channel, {static_cast<const std::uint8_t*>(buffer->data), buffer->data_size});
+    const auto* bytes = static_cast<const std::uint8_t*>(buffer->data);
+    receive(receiver, channel, {bytes, buffer->data_size});
   }
 };
 
@@ -167,7 +168,7 @@ ListenResult listen(const ListenOptions& options) {
     handle_for(*link, kPollInterval);
     const Clock::time_point now = Clock::now();
     if (std::exchange(inlet.heard, false)) watch.on_messages(now);
-    const std::vector<SessionProgress> sessions = receiver.progress();
+    const std::vector<wire::SessionProgress> sessions = receiver.progress();
     if (now >= next_progress) {
       tell(describe(sessions));
       next_progress = now + kProgressInterval;
@@ -179,4 +180,4 @@ ListenResult listen(const ListenOptions& options) {
   }
 }
 
-}  // namespace unimapper::wire
+}  // namespace unimapper::lcm_port

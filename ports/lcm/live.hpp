@@ -1,4 +1,4 @@
-// The link itself: LCM over UDP multicast, or any other transport LCM knows.
+// LCM link over UDP multicast or any other transport LCM knows.
 #pragma once
 
 #include <chrono>
@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "ports/lcm/publisher.hpp"
-#include "ports/lcm/receiver.hpp"
+#include "ports/lcm/received_log.hpp"
 
-namespace unimapper::wire {
+namespace unimapper::lcm_port {
 
 /// LCM would not open. The message holds the URL and what usually helps.
 class LinkError : public std::runtime_error {
@@ -59,4 +59,4 @@ struct ListenResult {
 /// however it ended. Throws LinkError if LCM will not open or breaks.
 ListenResult listen(const ListenOptions& options);
 
-}  // namespace unimapper::wire
+}  // namespace unimapper::lcm_port

@@ -1,7 +1,5 @@
 #include "ports/lcm/messages.hpp"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <cctype>
 #include <stdexcept>
@@ -9,7 +7,15 @@
 #include <unimapper_wire/health_t.hpp>
 #include <unimapper_wire/session_t.hpp>
 
-namespace unimapper::wire {
+#include "unimapper/wire/checksum.hpp"
+
+namespace unimapper::lcm_port {
+
+using wire::BigEndianReader;
+using wire::BigEndianWriter;
+using wire::crc32;
+using wire::is_possible;
+using wire::is_session_name;
 
 namespace {
 
@@ -36,7 +42,7 @@ bool is_intact(Bytes bytes) {
   return BigEndianReader(bytes.last(kChecksumBytes)).get<std::uint32_t>() == crc32(content);
 }
 
-/// Decodes bytes whose lengths are known to add up: lcm-gen's decoders believe the lengths they
+/// Decodes bytes whose lengths are known to add up: lcm-gen's decoders trust the lengths they
 /// read and would allocate whatever a forged message asks for.
 template <typename Generated>
 bool decode_generated(Bytes bytes, Generated& message) {
@@ -112,45 +118,11 @@ std::string to_text(std::string text) {
   return text;
 }
 
-bool is_name_character(char c) {
-  return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '.' || c == '_' || c == '-';
-}
-
 SessionId session_id(std::int32_t robot, std::int64_t session) {
   return {static_cast<std::uint32_t>(robot), static_cast<std::uint64_t>(session)};
 }
 
-/// Every piece but the last holds the same number of bytes, and together they hold them all.
-bool is_possible(const ChunkMessage& chunk) {
-  if (chunk.count == 0 || chunk.index >= chunk.count || chunk.data.empty()) return false;
-  const std::uint64_t bytes = chunk.data.size();
-  if (chunk.index + 1 == chunk.count) {
-    // The others hold at least as much, so the total is bounded from both sides.
-    return chunk.count == 1 ? chunk.total_bytes == bytes
-                            : chunk.total_bytes >= bytes * chunk.count &&
-                                  (chunk.total_bytes - bytes) % (chunk.count - 1) == 0;
-  }
-  return bytes * (chunk.count - 1) < chunk.total_bytes && chunk.total_bytes <= bytes * chunk.count;
-}
-
 }  // namespace
-
-bool is_session_name(std::string_view name) {
-  return !name.empty() && name.size() <= kMaxTextBytes && name.front() != '.' &&
-         std::all_of(name.begin(), name.end(), is_name_character);
-}
-
-std::string to_session_name(std::string_view text) {
-  std::string name(text.substr(0, kMaxTextBytes));
-  if (name.empty()) name = "session";
-  for (char& c : name) c = is_name_character(c) ? c : '_';
-  if (name.front() == '.') name.front() = '_';
-  return name;
-}
-
-std::uint32_t crc32(Bytes bytes) {
-  return static_cast<std::uint32_t>(::crc32_z(0, bytes.data(), bytes.size()));
-}
 
 std::vector<std::uint8_t> encode(const SessionMessage& message) {
   if (!is_session_name(message.info.name)) {
@@ -283,4 +255,4 @@ std::optional<HealthMessage> decode_health(Bytes bytes) {
   return message;
 }
 
-}  // namespace unimapper::wire
+}  // namespace unimapper::lcm_port

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace unimapper::wire {
+namespace unimapper::lcm_port {
 
 namespace {
 
@@ -62,6 +62,10 @@ void Publisher::publish(EncodedKeyframe keyframe) {
         return queue_.size() < options_.queue_capacity || phase_ != Phase::kRunning;
       });
     }
+    if (phase_ != Phase::kRunning) {
+      ++counters_.keyframes_dropped;
+      return;
+    }
     session_.keyframes = std::max<std::uint64_t>(session_.keyframes, keyframe.sequence + 1ULL);
     if (queue_.size() >= options_.queue_capacity) {
       queue_.pop_front();
@@ -86,6 +90,7 @@ PublisherCounters Publisher::finish() {
     }
   }
   wake_.notify_all();
+  has_room_.notify_all();
   if (thread_.joinable()) thread_.join();
   return counters();
 }
@@ -188,4 +193,4 @@ bool Publisher::send_message(std::string_view channel, Bytes message) {
   return sent;
 }
 
-}  // namespace unimapper::wire
+}  // namespace unimapper::lcm_port

@@ -1,4 +1,4 @@
-// One robot's stream, sent from a thread of its own.
+// Sender of one session's messages with a thread and a bounded queue.
 #pragma once
 
 #include <chrono>
@@ -11,9 +11,10 @@
 #include <string_view>
 #include <thread>
 
+#include "ports/lcm/messages.hpp"
 #include "ports/lcm/sending.hpp"
 
-namespace unimapper::wire {
+namespace unimapper::lcm_port {
 
 /// Hands one datagram to the network; false if the network would not take it. Called from the
 /// publisher's thread only.
@@ -56,7 +57,8 @@ struct PublisherOptions {
 
 struct PublisherCounters {
   std::uint64_t keyframes_sent = 0;
-  std::uint64_t keyframes_dropped = 0;  ///< pushed out of the full queue, or left at the end
+  /// Pushed out of the full queue, left at the end, or published after `finish`.
+  std::uint64_t keyframes_dropped = 0;
   std::uint64_t messages_sent = 0;
   std::uint64_t bytes_sent = 0;
   std::uint64_t send_failures = 0;  ///< datagrams the network refused
@@ -79,7 +81,8 @@ class Publisher {
   /// From now on this is sent with every session message.
   void set_health(HealthMessage health);
   /// Sends what waits, then three times the end of the session. Blocks until done or until
-  /// `finish_timeout` is over. Further calls change nothing.
+  /// `finish_timeout` is over. Whoever waits in `publish` returns at once. Further calls change
+  /// nothing.
   PublisherCounters finish();
 
   [[nodiscard]] PublisherCounters counters() const;
@@ -118,4 +121,4 @@ class Publisher {
   std::thread thread_;
 };
 
-}  // namespace unimapper::wire
+}  // namespace unimapper::lcm_port

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace unimapper::wire {
+namespace unimapper::lcm_port {
 
 namespace {
 
@@ -48,4 +48,4 @@ void SessionLogWriter::finish() {
   log_.flush();
 }
 
-}  // namespace unimapper::wire
+}  // namespace unimapper::lcm_port

@@ -1,13 +1,14 @@
-// A session written to an LCM event log, as it would go over the network.
+// Writer of a session's LCM event log.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 
 #include "ports/lcm/event_log.hpp"
+#include "ports/lcm/messages.hpp"
 #include "ports/lcm/sending.hpp"
 
-namespace unimapper::wire {
+namespace unimapper::lcm_port {
 
 /// Writes the messages of one session in the order and with the content a `Publisher` sends
 /// them. Events are stamped with the keyframes' own times, so equal keyframes give equal bytes.
@@ -33,4 +34,4 @@ class SessionLogWriter {
   bool started_ = false;
 };
 
-}  // namespace unimapper::wire
+}  // namespace unimapper::lcm_port

@@ -29,9 +29,26 @@ constexpr auto kRangeOfLevel = [] {
 }();
 static_assert(kRangeOfLevel[kLevels - 1] == 65535 && kRangeOfLevel[kLevels - 2] < 65535);
 
+/// One past the highest level whose range is at most `range`, among the levels [from, to).
+constexpr std::int32_t level_beyond(std::uint32_t range, std::int32_t from,
+                                    std::int32_t to) noexcept {
+  const auto* const beyond =
+      std::upper_bound(kRangeOfLevel.begin() + from, kRangeOfLevel.begin() + to, range);
+  return static_cast<std::int32_t>(beyond - kRangeOfLevel.begin());
+}
+
+/// Levels of the multiples of 256: where to search for what lies between two of them.
+constexpr auto kLevelOfMultiple = [] {
+  std::array<std::int16_t, 257> level{};
+  for (std::uint32_t i = 0; i < level.size(); ++i) {
+    level[i] = static_cast<std::int16_t>(level_beyond(256 * i, 0, kLevels) - 1);
+  }
+  return level;
+}();
+
 std::int32_t level_of(std::uint16_t range) noexcept {
-  const auto* const beyond = std::upper_bound(kRangeOfLevel.begin(), kRangeOfLevel.end(), range);
-  return static_cast<std::int32_t>(beyond - kRangeOfLevel.begin()) - 1;
+  const std::size_t multiple = range / 256U;
+  return level_beyond(range, kLevelOfMultiple[multiple], kLevelOfMultiple[multiple + 1] + 1) - 1;
 }
 
 /// Whether one byte can say that a pixel at `level` comes after one at `last`.
@@ -56,19 +73,24 @@ bool is_image_shape(const RangeImageShape& shape) noexcept {
 std::size_t encode_image(std::span<const std::uint16_t> pixels,
                          std::span<std::uint8_t> code) noexcept {
   std::size_t size = 0;
-  const auto put = [&](std::int32_t byte) { code[size++] = static_cast<std::uint8_t>(byte); };
+  const auto put = [&](std::int32_t byte) {
+    if (size < code.size()) code[size] = static_cast<std::uint8_t>(byte);
+    ++size;
+  };
   std::int32_t last = 0;
   for (std::size_t i = 0; i < pixels.size();) {
-    const std::int32_t level = level_of(pixels[i]);
-    if (level == last) {
-      std::size_t run = 1;
-      while (run < kLongestRun && i + run < pixels.size() && level_of(pixels[i + run]) == last) {
-        ++run;
-      }
-      put(static_cast<std::int32_t>(run) - 1);
-      i += run;
+    const std::uint32_t nearest = kRangeOfLevel[static_cast<std::size_t>(last)];
+    const std::uint32_t beyond =
+        last + 1 < kLevels ? kRangeOfLevel[static_cast<std::size_t>(last) + 1] : 65536U;
+    const std::size_t limit = std::min(pixels.size(), i + kLongestRun);
+    std::size_t end = i;
+    while (end < limit && pixels[end] >= nearest && pixels[end] < beyond) ++end;
+    if (end > i) {
+      put(static_cast<std::int32_t>(end - i) - 1);
+      i = end;
       continue;
     }
+    const std::int32_t level = level_of(pixels[i]);
     if (is_near(level, last)) {
       put(kDelta + level - last + kMostBelow);
     } else {

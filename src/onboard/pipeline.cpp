@@ -295,6 +295,8 @@ void Pipeline::State::count_result() noexcept {
   const std::uint64_t invalid =
       statistics.dropped_by(DropCause::kNotFinite) + statistics.dropped_by(DropCause::kOutOfRange);
   statistics.points_dynamic = output.count_dynamic(accumulator);
+  view.points_in = statistics.points_in;
+  view.points_dynamic = statistics.points_dynamic;
   statistics.points_static = statistics.points_in - invalid - statistics.points_dynamic;
   statistics.cells = accumulator.cells().size();
   statistics.dynamic_cells = static_cast<std::uint32_t>(view.dynamic_cells.size());

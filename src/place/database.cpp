@@ -1,4 +1,3 @@
-// Place database: storage, insertion and search.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

@@ -62,7 +62,7 @@ void write_run_labels(const fs::path& run, std::size_t scans,
 void write_run(const fs::path& run, const std::string& session, std::uint32_t keyframes,
                const std::string& rows) {
   fs::create_directories(run);
-  wire::SessionLogWriter log(run / "keyframes.lcmlog", {{1, 1}, session, "os2-128"});
+  lcm_port::SessionLogWriter log(run / "keyframes.lcmlog", {{1, 1}, session, "os2-128"});
   for (std::uint32_t k = 0; k < keyframes; ++k) {
     KeyframeRecord record;
     record.session = {1, 1};

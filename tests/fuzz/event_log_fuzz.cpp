@@ -13,7 +13,7 @@
 #include "ports/lcm/event_log.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace unimapper::wire;
+  using namespace unimapper::lcm_port;
   static const int file = memfd_create("event_log", 0);
   static const std::string path = "/proc/self/fd/" + std::to_string(file);
   if (ftruncate(file, 0) != 0 || pwrite(file, data, size, 0) != static_cast<ssize_t>(size)) {

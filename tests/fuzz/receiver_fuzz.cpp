@@ -11,12 +11,15 @@
 #include <unimapper_wire/session_t.hpp>
 #include <vector>
 
-#include "ports/lcm/receiver.hpp"
+#include "ports/lcm/messages.hpp"
+#include "ports/lcm/received_log.hpp"
 #include "ports/lcm/sending.hpp"
+#include "unimapper/wire/checksum.hpp"
 
 namespace {
 
 using namespace unimapper::wire;
+using namespace unimapper::lcm_port;
 
 /// Overwrites fingerprint and checksum with those a message of this type has.
 void make_fit(std::vector<std::uint8_t>& message, std::int64_t fingerprint) {
@@ -33,7 +36,7 @@ void send_whole(Receiver& receiver, std::vector<std::uint8_t> bytes, std::uint32
   keyframe.sequence = sequence;
   keyframe.bytes = std::move(bytes);
   for (const auto& piece : cut_into_messages(keyframe, kSmallestDatagramBytes)) {
-    receiver.receive(kKeyframeChannel, piece);
+    receive(receiver, kKeyframeChannel, piece);
   }
 }
 
@@ -56,14 +59,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     switch (kind & 7U) {
       case 0:
         if (fit) make_fit(message, unimapper_wire::session_t::getHash());
-        receiver.receive(kSessionChannel, message);
+        receive(receiver, kSessionChannel, message);
         break;
       case 1:
         if (fit) make_fit(message, unimapper_wire::health_t::getHash());
-        receiver.receive(kHealthChannel, message);
+        receive(receiver, kHealthChannel, message);
         break;
       case 2:
-        receiver.receive("OTHER", message);
+        receive(receiver, "OTHER", message);
         break;
       case 3:
         // Whatever is left of the input as a keyframe in proper pieces.
@@ -71,7 +74,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         break;
       default:
         if (fit) make_fit(message, unimapper_wire::chunk_t::getHash());
-        receiver.receive(kKeyframeChannel, message);
+        receive(receiver, kKeyframeChannel, message);
     }
   }
   const ReceiverCounters counters = receiver.counters();

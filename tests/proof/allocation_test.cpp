@@ -1,4 +1,4 @@
-// Proof that the pipeline allocates nothing after construction.
+// Proof that the pipeline and the encoder of its keyframes allocate nothing after construction.
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
@@ -7,6 +7,7 @@
 
 #include "ports/linux/allocation_counter.hpp"
 #include "run.hpp"
+#include "tests/proof/encoding.hpp"
 
 namespace {
 
@@ -18,6 +19,7 @@ using linux_port::AllocationGuard;
 std::uint64_t count_run(const PipelineConfig& config, const std::vector<LabelledScan>& scans,
                         unsigned& keyframes) {
   OwnedPipeline pipeline(config);
+  Encoding encoding(config);
   std::vector<PointLabel> labels(100000);
   const std::uint64_t before = AllocationGuard::count();
   const AllocationGuard guard;
@@ -29,7 +31,7 @@ std::uint64_t count_run(const PipelineConfig& config, const std::vector<Labelled
     pipeline->add_scan(PointView{}, sensor_at(0, 0), stamp + 1);
     const ScanResult result = pipeline->add_scan(
         scan.view(), sensor_at(0.1 * static_cast<double>(keyframes), 0), ++stamp);
-    if (!result.keyframe_ready) continue;
+    if (!result.keyframe_ready || !encoding.encode(pipeline->keyframe())) continue;
     ++keyframes;
     for (std::size_t s = 0; s < pipeline->keyframe().scans.size(); ++s) pipeline->labels(s, labels);
   }

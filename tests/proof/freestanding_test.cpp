@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "unimapper/onboard/pipeline.hpp"
+#include "unimapper/wire/keyframe_encoder.hpp"
 
 #if defined(__cpp_exceptions) || defined(__cpp_rtti)
 #error "this file is to be compiled with -fno-exceptions -fno-rtti"
@@ -35,7 +36,15 @@ int main() {
     if (pipeline.value()->add_scan(view, Pose{}, i).keyframe_ready) ++keyframes;
   }
   const std::size_t cells = pipeline.value()->keyframe().static_cells.size();
-  std::printf("%u keyframes, %zu static cells in the last\n", keyframes, cells);
+  const std::size_t scratch_bytes = wire::KeyframeEncoder::required_bytes(config.voxel.max_cells);
+  auto* const scratch = static_cast<std::byte*>(std::aligned_alloc(64, scratch_bytes));
+  auto encoder = wire::KeyframeEncoder::create(config.voxel.max_cells, {scratch, scratch_bytes});
+  static std::uint8_t bytes_out[1U << 20U];
+  const wire::EncodeResult encoded =
+      encoder->encode(pipeline.value()->keyframe(), {1, 2}, bytes_out);
+  std::printf("%u keyframes, %zu static cells in the last, %zu bytes\n", keyframes, cells,
+              encoded.bytes);
+  std::free(scratch);
   std::free(block);
-  return keyframes == 3 && cells > 100 ? 0 : 1;
+  return keyframes == 3 && cells > 100 && encoded.error.code == ErrorCode::kOk ? 0 : 1;
 }

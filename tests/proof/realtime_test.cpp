@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "run.hpp"
+#include "tests/proof/encoding.hpp"
 
 extern "C" {
 void __rtsan_init();
@@ -41,6 +42,7 @@ void commit(const char* sin) {
 
 unsigned drive(const PipelineConfig& config, const std::vector<LabelledScan>& scans) {
   OwnedPipeline pipeline(config);
+  Encoding encoding(config);
   std::vector<PointLabel> labels(100000);
   unsigned keyframes = 0;
   std::int64_t stamp = 0;
@@ -49,7 +51,7 @@ unsigned drive(const PipelineConfig& config, const std::vector<LabelledScan>& sc
     pipeline->add_scan(PointView{}, sensor_at(0, 0), stamp + 1);
     const ScanResult result =
         pipeline->add_scan(scan.view(), sensor_at(0.1 * keyframes, 0), ++stamp);
-    if (!result.keyframe_ready) continue;
+    if (!result.keyframe_ready || !encoding.encode(pipeline->keyframe())) continue;
     ++keyframes;
     for (std::size_t s = 0; s < pipeline->keyframe().scans.size(); ++s) pipeline->labels(s, labels);
   }

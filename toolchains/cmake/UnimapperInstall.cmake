@@ -1,33 +1,98 @@
-# Installation and export of the onboard libraries for find_package(unimapper).
-#
-# core, place and onboard for C++, unimapper.h with a shared and a static library for C.
+# What other projects find with find_package(unimapper COMPONENTS ...): every library with public
+# headers as a component of its own, and a pkg-config file for each. What a component needs is read
+# off the targets.
 include(CMakePackageConfigHelpers)
 
-install(TARGETS unimapper_c unimapper_c_static
-  EXPORT unimapperTargets
-  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+set(unimapper_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/unimapper)
+set(unimapper_components)
+set(unimapper_needs "")
+
+# How pkg-config spells what CMake finds as a package: a module, or plain linker flags.
+set(unimapper_module_Eigen3 eigen3)
+set(unimapper_module_ZLIB zlib)
+set(unimapper_module_liblzf liblzf)
+set(unimapper_module_nanoflann nanoflann)
+set(unimapper_module_nlohmann_json nlohmann_json)
+set(unimapper_flags_Threads -pthread)
+set(unimapper_flags_LCM -llcm)
+set(unimapper_flags_Ceres "-lceres -lglog")
+set(unimapper_flags_m -lm)
+
+# unimapper_component(NAME TARGET): installs and exports TARGET and describes it for CMake and
+# pkg-config.
+function(unimapper_component name)
+  install(TARGETS ${ARGN} EXPORT unimapper_${name}
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(EXPORT unimapper_${name} NAMESPACE unimapper:: DESTINATION ${unimapper_cmake_dir})
+  list(GET ARGN 0 target)
+  get_target_property(links ${target} LINK_LIBRARIES)
+  set(components)
+  set(packages)
+  set(pc_requires)
+  set(pc_libs)
+  foreach(link IN LISTS links)
+    if(link MATCHES "^unimapper::(.+)$")
+      list(APPEND components ${CMAKE_MATCH_1})
+      list(APPEND pc_requires unimapper_${CMAKE_MATCH_1})
+    elseif(link MATCHES "^([A-Za-z0-9_]+)(::.*)?$")
+      set(package ${CMAKE_MATCH_1})
+      if(CMAKE_MATCH_2)
+        list(APPEND packages ${package})
+      endif()
+      list(APPEND pc_requires ${unimapper_module_${package}})
+      list(APPEND pc_libs ${unimapper_flags_${package}})
+    endif()
+  endforeach()
+  set(needs "set(unimapper_components_of_${name} ${components})\n")
+  string(APPEND needs "set(unimapper_packages_of_${name} ${packages})\n")
+  set(unimapper_needs "${unimapper_needs}${needs}" PARENT_SCOPE)
+  set(unimapper_components ${unimapper_components} ${name} PARENT_SCOPE)
+
+  list(JOIN pc_requires ", " pc_requires)
+  list(JOIN pc_libs " " pc_libs)
+  set(pc_include "-I\${includedir}")
+  if(EXISTS "${PROJECT_SOURCE_DIR}/ports/${name}" AND NOT name STREQUAL "c")
+    string(APPEND pc_include " -I\${includedir}/unimapper")
+  endif()
+  # Relative, so that the installed tree may be moved.
+  file(RELATIVE_PATH pc_to_prefix "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
+  configure_file("${CMAKE_CURRENT_FUNCTION_LIST_DIR}/unimapper.pc.in"
+    "${CMAKE_BINARY_DIR}/pkgconfig/unimapper_${name}.pc" @ONLY)
+  install(FILES "${CMAKE_BINARY_DIR}/pkgconfig/unimapper_${name}.pc"
+    DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+endfunction()
+
+unimapper_component(c unimapper_c unimapper_c_static)
 install(FILES ports/c/unimapper.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-# Relative, so that the installed tree may be moved.
-file(RELATIVE_PATH unimapper_pc_to_prefix "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
-configure_file("${CMAKE_CURRENT_LIST_DIR}/unimapper_c.pc.in"
-  "${CMAKE_BINARY_DIR}/unimapper_c.pc" @ONLY)
-install(FILES "${CMAKE_BINARY_DIR}/unimapper_c.pc"
-  DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
-install(TARGETS unimapper_core unimapper_place unimapper_onboard
-  EXPORT unimapperTargets
-  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY include/unimapper/core include/unimapper/place include/unimapper/onboard
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/unimapper)
-install(EXPORT unimapperTargets NAMESPACE unimapper::
-  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/unimapper)
+
+get_property(unimapper_libraries GLOBAL PROPERTY UNIMAPPER_LIBRARIES)
+foreach(library IN LISTS unimapper_libraries)
+  # What has no public header is a part of the tool (the simulator).
+  if(EXISTS "${PROJECT_SOURCE_DIR}/include/unimapper/${library}")
+    install(DIRECTORY include/unimapper/${library}
+      DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/unimapper)
+  elseif(EXISTS "${PROJECT_SOURCE_DIR}/ports/${library}")
+    install(DIRECTORY ports/${library} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/unimapper/ports
+      FILES_MATCHING PATTERN "*.hpp")
+  elseif(NOT library STREQUAL "wire_encoder")
+    continue()
+  endif()
+  unimapper_component(${library} unimapper_${library})
+endforeach()
+# The encoder's headers are the wire's.
+if(NOT TARGET unimapper_wire)
+  install(DIRECTORY include/unimapper/wire DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/unimapper)
+endif()
+
 configure_package_config_file(
   "${CMAKE_CURRENT_LIST_DIR}/unimapperConfig.cmake.in"
   "${CMAKE_BINARY_DIR}/unimapperConfig.cmake"
-  INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/unimapper)
+  INSTALL_DESTINATION ${unimapper_cmake_dir})
 write_basic_package_version_file("${CMAKE_BINARY_DIR}/unimapperConfigVersion.cmake"
   COMPATIBILITY SameMinorVersion)
 install(FILES "${CMAKE_BINARY_DIR}/unimapperConfig.cmake"
   "${CMAKE_BINARY_DIR}/unimapperConfigVersion.cmake"
-  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/unimapper)
+  "${CMAKE_CURRENT_LIST_DIR}/FindLCM.cmake"
+  DESTINATION ${unimapper_cmake_dir})
 install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})

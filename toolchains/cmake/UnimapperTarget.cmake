@@ -1,11 +1,12 @@
-# Library targets of the rooms:
-# unimapper_library(NAME SOURCES ... [DEPENDS ...] [FREESTANDING] [REPRODUCIBLE])
+# unimapper_library(NAME SOURCES ... [DEPENDS ...] [PRIVATE_DEPENDS ...]
+#                   [FREESTANDING] [REPRODUCIBLE] [PORT])
 #
 # One room as one static library with the alias unimapper::NAME. FREESTANDING rooms
 # (core, place, onboard) also hold without exceptions, RTTI and thread-safe statics. They and
-# REPRODUCIBLE ones compute the same bits on every processor.
+# REPRODUCIBLE ones compute the same bits on every processor. The headers of PORT libraries lie in
+# ports/NAME.
 function(unimapper_library name)
-  cmake_parse_arguments(arg "FREESTANDING;REPRODUCIBLE" ""
+  cmake_parse_arguments(arg "FREESTANDING;REPRODUCIBLE;PORT" ""
     "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   add_library(unimapper_${name} STATIC ${arg_SOURCES})
   add_library(unimapper::${name} ALIAS unimapper_${name})
@@ -13,6 +14,16 @@ function(unimapper_library name)
   target_include_directories(unimapper_${name} PUBLIC
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  if(arg_PORT)
+    # "ports/NAME/header.hpp" is what both the tree's and an installed header is included as.
+    target_include_directories(unimapper_${name} PUBLIC
+      $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+      $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/unimapper>)
+  endif()
+  set_property(GLOBAL APPEND PROPERTY UNIMAPPER_LIBRARIES ${name})
+  if(arg_FREESTANDING)
+    set_property(GLOBAL APPEND PROPERTY UNIMAPPER_FREESTANDING_LIBRARIES ${name})
+  endif()
   target_link_libraries(unimapper_${name} PUBLIC ${arg_DEPENDS} PRIVATE ${arg_PRIVATE_DEPENDS})
   unimapper_compile_options(unimapper_${name})
   if(arg_FREESTANDING AND UNIMAPPER_FREESTANDING_CORE)

@@ -17,6 +17,8 @@ enum class ErrorCode : std::uint8_t {
   kEmptyScan,         ///< no point of the scan is finite and within the sensor's range
   kPoseJump,          ///< the pose moved farther than the configured limit since the last scan
   kCapacityExceeded,  ///< a fixed-capacity container is full
+  kInvalidKeyframe,   ///< what was handed over is no keyframe
+  kBufferTooSmall,    ///< the result needs more bytes than the caller's buffer has
 };
 
 /// An error as a value: a code, and a static sentence that says what to do about it.

@@ -21,9 +21,10 @@ inline constexpr std::size_t kMaxImagePixels = std::size_t{1} << 20U;
   return 2 * pixels + 1;
 }
 
-/// Writes the code of an image's pixels (1/128 m, row by row) to `code`, which must hold
-/// `max_image_code` bytes, and returns how many it took. Ranges are rounded down to steps of 1 %,
-/// so nothing becomes free that was not. Every image has one code. O(pixels).
+/// Writes the code of an image's pixels (1/128 m, row by row) to `code` and returns how many bytes
+/// it takes, at most `max_image_code`. If that is more than `code` holds, what does not fit is not
+/// written. Ranges are rounded down to steps of 1 %, so nothing becomes free that was not. Every
+/// image has one code. O(pixels).
 [[nodiscard]] std::size_t encode_image(std::span<const std::uint16_t> pixels,
                                        std::span<std::uint8_t> code) noexcept;
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "unimapper/core/image_projection.hpp"
 #include "unimapper/core/pose.hpp"
 
 namespace unimapper {
@@ -53,6 +54,26 @@ struct PlanePatch {
 struct PlaceView {
   std::span<const Keypoint> keypoints;
   std::span<const PlanePatch> planes;
+};
+
+/// What a keyframe consists of, for whoever sends or stores it. Every span points into memory of
+/// somebody else.
+struct KeyframeContent {
+  std::uint32_t sequence = 0;        ///< running number, from 0
+  std::uint32_t reference_scan = 0;  ///< index into `scans`; the keyframe's pose is this scan's
+  Pose T_odometry_keyframe;          ///< levelled frame at the reference scan's sensor pose
+  std::span<const KeyframeScan> scans;
+  std::span<const FineCell> static_cells;
+  std::span<const FineCell> dynamic_cells;  ///< what was removed, for display and audit
+  /// How far the keyframe could see, for judging the free space of its neighbours later.
+  RangeImageShape image_shape;
+  /// Farther out, what was seen through counts in proportion less (`FreeSpaceConfig`), metres; 0:
+  /// never.
+  float image_full_weight_range_m = 0.0F;
+  std::span<const FreeSpaceImage> images;
+  PlaceView place;
+  std::uint64_t points_in = 0;       ///< scan points that went into the keyframe
+  std::uint64_t points_dynamic = 0;  ///< of which removed as dynamic
 };
 
 }  // namespace unimapper

@@ -5,7 +5,6 @@
 #include <span>
 
 #include "unimapper/core/expected.hpp"
-#include "unimapper/core/image_projection.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/point_view.hpp"
 #include "unimapper/onboard/config.hpp"
@@ -27,20 +26,7 @@ struct RelabelledKeyframe {
 
 /// A finished keyframe, as decided online: revision 0. Every view points into the pipeline's memory
 /// and stays valid until the next call of `add_scan` or `flush`.
-struct KeyframeView {
-  std::uint32_t sequence = 0;        ///< running number, from 0
-  std::uint32_t reference_scan = 0;  ///< index into `scans`; the keyframe's pose is this scan's
-  Pose T_odometry_keyframe;          ///< levelled frame at the reference scan's sensor pose
-  std::span<const KeyframeScan> scans;
-  std::span<const FineCell> static_cells;
-  std::span<const FineCell> dynamic_cells;  ///< what was removed, for display and audit
-  /// What the keyframe saw through, for whoever judges its neighbours later.
-  RangeImageShape image_shape;
-  /// Farther out, what was seen through counts in proportion less (`FreeSpaceConfig`), metres; 0:
-  /// never.
-  float image_full_weight_range_m = 0.0F;
-  std::span<const FreeSpaceImage> images;
-  PlaceView place;
+struct KeyframeView : KeyframeContent {
   std::span<const LoopCandidate> loops;  ///< earlier keyframes that look alike, best first
   /// The keyframe that left the window when this one came, if there is one.
   RelabelledKeyframe relabelled;

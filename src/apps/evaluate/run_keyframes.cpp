@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "ports/lcm/receiver.hpp"
+#include "ports/lcm/received_log.hpp"
 #include "src/apps/truth.hpp"
 
 namespace unimapper::apps {
@@ -10,7 +10,7 @@ namespace unimapper::apps {
 RunKeyframes read_run_keyframes(const std::filesystem::path& run,
                                 const std::filesystem::path& dataset) {
   const std::filesystem::path log = run / "keyframes.lcmlog";
-  const wire::ReceivedLog received = wire::read_event_log(log);
+  const lcm_port::ReceivedLog received = lcm_port::read_event_log(log);
   if (received.sessions.size() != 1 || received.sessions.front().keyframes.empty()) {
     throw std::runtime_error(log.string() + ": holds " + std::to_string(received.sessions.size()) +
                              " sessions; a run has exactly one, with keyframes");

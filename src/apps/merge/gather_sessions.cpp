@@ -5,7 +5,7 @@
 #include <tuple>
 
 #include "ports/lcm/live.hpp"
-#include "ports/lcm/receiver.hpp"
+#include "ports/lcm/received_log.hpp"
 #include "src/apps/merge/options.hpp"
 
 namespace unimapper::apps {
@@ -51,7 +51,7 @@ void report_losses(const std::string& source, const wire::ReceiverCounters& coun
 }
 
 void read_log(const fs::path& log, const fs::path& run, std::vector<InputSession>& inputs) {
-  wire::ReceivedLog received = wire::read_event_log(log);
+  lcm_port::ReceivedLog received = lcm_port::read_event_log(log);
   for (const auto& fault : received.faults) std::cerr << "unimapper: warning: " << fault << '\n';
   report_losses(log.string(), received.counters, received.sessions);
   if (received.sessions.empty()) {
@@ -86,7 +86,7 @@ void receive_live(const MergeOptions& options, std::vector<InputSession>& inputs
   const auto milliseconds = [](double seconds) {
     return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000.0));
   };
-  wire::ListenOptions listening;
+  lcm_port::ListenOptions listening;
   listening.url = options.listen;
   listening.sessions_expected = options.sessions;
   listening.first_message_timeout = milliseconds(options.first_timeout_s);
@@ -94,8 +94,8 @@ void receive_live(const MergeOptions& options, std::vector<InputSession>& inputs
   listening.progress = [](const std::string& text) {
     std::cerr << "unimapper: " << text << std::endl;
   };
-  wire::ListenResult received = wire::listen(listening);
-  if (received.end == wire::ListenEnd::kIdle) {
+  lcm_port::ListenResult received = lcm_port::listen(listening);
+  if (received.end == lcm_port::ListenEnd::kIdle) {
     std::cerr << "unimapper: warning: nothing more arrived before all sessions had ended\n";
   }
   report_losses(options.listen, received.counters, received.sessions);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "ports/lcm/receiver.hpp"
+#include "ports/lcm/received_log.hpp"
 #include "unimapper/merge/plane_restorer.hpp"
 
 namespace unimapper::apps {
@@ -12,7 +12,7 @@ std::vector<EarlierSession> read_earlier_runs(const std::vector<std::filesystem:
                                               std::vector<std::string>& faults) {
   std::vector<EarlierSession> sessions;
   for (const std::filesystem::path& run : runs) {
-    wire::ReceivedLog log = wire::read_event_log(run / "keyframes.lcmlog");
+    lcm_port::ReceivedLog log = lcm_port::read_event_log(run / "keyframes.lcmlog");
     faults.insert(faults.end(), log.faults.begin(), log.faults.end());
     for (SessionData& session : log.sessions) {
       if (session.keyframes.empty()) continue;

@@ -1,16 +1,24 @@
 #include "src/apps/onboard/replay.hpp"
 
 #include <algorithm>
+#include <span>
+#include <stdexcept>
 #include <thread>
 
-#include "ports/lcm/to_record.hpp"
 #include "ports/linux/allocation_counter.hpp"
 
 namespace unimapper::apps {
 
 Replay::Replay(const datasets::Dataset& dataset, Pipeline& pipeline, const ReplayOptions& options,
                ReplayOutputs outputs)
-    : dataset_(dataset), pipeline_(pipeline), options_(options), outputs_(outputs) {}
+    : dataset_(dataset), pipeline_(pipeline), options_(options), outputs_(outputs) {
+  const std::uint32_t cells = pipeline.config().voxel.max_cells;
+  encoder_memory_.resize(wire::KeyframeEncoder::required_bytes(cells) / sizeof(CacheLine));
+  encoder_ =
+      wire::KeyframeEncoder::create(cells, std::as_writable_bytes(std::span(encoder_memory_)))
+          .value();
+  encoded_.resize(std::size_t{1} << 20U);
+}
 
 void Replay::run() {
   start_ = std::chrono::steady_clock::now();
@@ -135,12 +143,23 @@ void Replay::collect_loops(const KeyframeView& keyframe) {
 }
 
 void Replay::send(const KeyframeView& keyframe) {
-  const KeyframeRecord record = wire::to_record(keyframe, options_.session);
-  left_out_ = record.left_out;
-  wire::EncodedKeyframe encoded = wire::encode_for_sending(record);
-  std::size_t image_bytes = 0;
-  for (const CodedImage& image : record.images) image_bytes += image.code.size();
-  outputs_.statistics.add_message(encoded.bytes.size(), image_bytes);
+  wire::EncodeResult result;
+  {
+    const AllocationGuard guard;
+    result = encoder_.encode(keyframe, options_.session, encoded_);
+  }
+  if (result.error.code == ErrorCode::kBufferTooSmall) {
+    encoded_.resize(2 * result.bytes);
+    result = encoder_.encode(keyframe, options_.session, encoded_);
+  }
+  if (result.error.code != ErrorCode::kOk) throw std::runtime_error(result.error.message);
+  left_out_ = result.left_out;
+  outputs_.statistics.add_message(result.bytes, result.image_bytes);
+  const auto bytes = std::span(encoded_).first(result.bytes);
+  wire::EncodedKeyframe encoded{options_.session,
+                                keyframe.sequence,
+                                keyframe.scans.back().stamp_ns,
+                                {bytes.begin(), bytes.end()}};
   outputs_.log.write(encoded);
   if (outputs_.publisher != nullptr) outputs_.publisher->publish(std::move(encoded));
 }

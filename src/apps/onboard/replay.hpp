@@ -16,6 +16,7 @@
 #include "src/apps/onboard/run_folder.hpp"
 #include "src/apps/onboard/run_statistics.hpp"
 #include "unimapper/onboard/pipeline.hpp"
+#include "unimapper/wire/keyframe_encoder.hpp"
 
 namespace unimapper::apps {
 
@@ -24,8 +25,8 @@ struct ReplayOutputs {
   RunFolder& folder;
   RunStatistics& statistics;
   KnownKeyframes& known;
-  wire::SessionLogWriter& log;
-  wire::Publisher* publisher = nullptr;
+  lcm_port::SessionLogWriter& log;
+  lcm_port::Publisher* publisher = nullptr;
   Progress& progress;
 };
 
@@ -67,6 +68,10 @@ class Replay {
   void publish_health();
   [[nodiscard]] std::int64_t duration_ns(const KeyframeView& keyframe) const;
 
+  struct alignas(64) CacheLine {
+    std::byte bytes[64];
+  };
+
   const datasets::Dataset& dataset_;
   Pipeline& pipeline_;
   ReplayOptions options_;
@@ -82,6 +87,9 @@ class Replay {
   };
   std::deque<OpenScan> open_scans_;
   datasets::Scan earlier_scan_;
+  std::vector<CacheLine> encoder_memory_;
+  wire::KeyframeEncoder encoder_;
+  std::vector<std::uint8_t> encoded_;  // the keyframe's bytes; grows to the largest keyframe
   std::vector<LoopRow> loops_;
   std::uint64_t allocations_ = 0;
   std::uint64_t left_out_ = 0;  // of the message sent last

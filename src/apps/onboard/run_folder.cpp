@@ -5,7 +5,7 @@
 
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/writers.hpp"
-#include "ports/lcm/messages.hpp"
+#include "unimapper/wire/messages.hpp"
 
 namespace unimapper::apps {
 

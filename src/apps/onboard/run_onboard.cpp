@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "ports/lcm/keyframe_codec.hpp"
 #include "ports/lcm/live.hpp"
 #include "src/apps/config_file.hpp"
 #include "src/apps/onboard/event_log.hpp"
@@ -13,6 +12,7 @@
 #include "src/apps/onboard/setup.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/voxel_key.hpp"
+#include "unimapper/wire/keyframe_codec.hpp"
 
 namespace unimapper::apps {
 
@@ -99,13 +99,14 @@ std::string describe_run(const OnboardOptions& options, const RunFolder& folder,
   return json.dump(2) + "\n";
 }
 
-std::unique_ptr<wire::Publisher> open_publisher(const OnboardOptions& options,
-                                                const SessionInfo& info) {
+std::unique_ptr<lcm_port::Publisher> open_publisher(const OnboardOptions& options,
+                                                    const SessionInfo& info) {
   if (options.publish.empty()) return nullptr;
-  wire::PublisherOptions publisher;
+  lcm_port::PublisherOptions publisher;
   // Faster than real time, sending may block; in real time it must not.
   publisher.drop_when_full = options.realtime;
-  return std::make_unique<wire::Publisher>(info, wire::open_sender(options.publish), publisher);
+  return std::make_unique<lcm_port::Publisher>(info, lcm_port::open_sender(options.publish),
+                                               publisher);
 }
 
 void print_summary(const RunStatistics& statistics, std::uint64_t allocations) {
@@ -164,7 +165,7 @@ void run_onboard(const OnboardOptions& options) {
   RunStatistics statistics;
   KnownKeyframes known(info.name, earlier);
   known.insert_into(memory.pipeline().places());
-  wire::SessionLogWriter log(folder.keyframe_log(), info);
+  lcm_port::SessionLogWriter log(folder.keyframe_log(), info);
   const auto publisher = open_publisher(options, info);
   Replay replay(*dataset, memory.pipeline(),
                 {.session = info.id,

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
+#include <span>
 #include <vector>
 
 #include "c_pipeline.hpp"
@@ -14,7 +15,8 @@ namespace {
 
 /// Runs everything a robot would, refusals included; returns the keyframes.
 unsigned run(void* memory, std::size_t bytes, const um_config& config,
-             const std::vector<LabelledScan>& scans, std::vector<std::uint8_t>& labels) {
+             const std::vector<LabelledScan>& scans, std::vector<std::uint8_t>& labels,
+             std::span<std::byte> scratch, std::vector<std::uint8_t>& buffer) {
   unsigned keyframes = 0;
   um_pipeline* pipeline = nullptr;
   um_init(&config, memory, bytes - 1, &pipeline, nullptr);
@@ -35,6 +37,12 @@ unsigned run(void* memory, std::size_t bytes, const um_config& config,
       if (um_keyframe_get(pipeline, &keyframe) != UM_OK) return 0;
       for (std::uint32_t s = 0; s < keyframe.scan_count; ++s) {
         um_labels(pipeline, s, labels.data(), labels.size(), &written);
+      }
+      um_encoded encoded;
+      const um_session session{1, 0, 2};
+      if (um_keyframe_encode(pipeline, &session, scratch.data(), scratch.size(), buffer.data(),
+                             buffer.size(), &encoded) != UM_OK) {
+        return 0;
       }
       ++keyframes;
     }
@@ -67,14 +75,19 @@ int main() {
     scans.push_back(scene_with_walker().scan(driving(i), 0.1 * i));
   }
   std::vector<std::uint8_t> labels(100000);
+  std::vector<std::uint8_t> buffer(1U << 20U);
+  // More than um_encode_scratch_bytes of this configuration.
+  const std::size_t scratch_bytes = std::size_t{4} << 20U;
+  auto* const scratch = static_cast<std::byte*>(std::aligned_alloc(UM_ALIGNMENT, scratch_bytes));
   unsigned keyframes = 0;
   {
     const AllocationGuard guard;
-    keyframes = run(memory, bytes, config, scans, labels);
+    keyframes = run(memory, bytes, config, scans, labels, {scratch, scratch_bytes}, buffer);
   }
   const std::uint64_t allocations = AllocationGuard::count() - before;
   std::printf("%llu allocations in %u keyframes\n", static_cast<unsigned long long>(allocations),
               keyframes);
+  std::free(scratch);
   std::free(memory);
   return allocations == 0 && keyframes == 4 ? 0 : 1;
 }

@@ -1,4 +1,4 @@
-// Tests of the event log reader and writer.
+// Tests of event logs, against LCM's own reader and writer too.
 #include "ports/lcm/event_log.hpp"
 
 #include <catch2/catch.hpp>
@@ -6,9 +6,10 @@
 #include <iterator>
 
 #include "lcm/lcm-cpp.hpp"
-#include "tests/ports/lcm/records.hpp"
+#include "tests/wire/records.hpp"
 
 using namespace unimapper::wire;
+using namespace unimapper::lcm_port;
 using test::Random;
 using test::TemporaryDirectory;
 using Data = std::vector<std::uint8_t>;

@@ -10,13 +10,15 @@
 #include <thread>
 #include <vector>
 
-#include "ports/lcm/keyframe_codec.hpp"
 #include "ports/lcm/live.hpp"
 #include "ports/lcm/session_log.hpp"
-#include "tests/ports/lcm/stream.hpp"
+#include "tests/wire/stream.hpp"
+#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/keyframe_codec.hpp"
 
 using namespace unimapper;
 using namespace unimapper::wire;
+using namespace unimapper::lcm_port;
 
 namespace {
 

@@ -1,19 +1,21 @@
-// Tests of the publisher.
+// Tests of the paced publisher.
 #include "ports/lcm/publisher.hpp"
 
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cstdlib>
+#include <future>
 
-#include "ports/lcm/keyframe_codec.hpp"
 #include "ports/lcm/live.hpp"
-#include "ports/lcm/receiver.hpp"
+#include "ports/lcm/received_log.hpp"
 #include "tests/ports/lcm/stream.hpp"
+#include "unimapper/wire/keyframe_codec.hpp"
 
 using namespace unimapper;
 using namespace unimapper::wire;
+using namespace unimapper::lcm_port;
 using namespace std::chrono_literals;
-using test::Message;
+using lcm_test::Message;
 
 namespace {
 
@@ -46,7 +48,7 @@ struct Network {
   }
   SessionData received() {
     Receiver receiver;
-    for (const Message& message : messages) receiver.receive(message.channel, message.data);
+    for (const Message& message : messages) receive(receiver, message.channel, message.data);
     return receiver.take_sessions().at(0);
   }
 };
@@ -78,7 +80,7 @@ TEST_CASE("the bucket lets a burst through and then keeps the average rate") {
   CHECK(bucket.wait_time(500, start + 1h) == 0ns);
   bucket.take(500);
   CHECK(bucket.wait_time(1, start + 1h) > 0ns);
-  // A full bucket allows more than a burst, and sending then pauses longer.
+  // More than a burst may go when the bucket is full, and is made up for afterwards.
   CHECK(bucket.wait_time(2000, start + 2h) == 0ns);
   bucket.take(2000);
   CHECK(bucket.wait_time(1, start + 2h) > 1500ms);
@@ -154,19 +156,60 @@ TEST_CASE("a full queue drops its oldest keyframe and says so") {
   CHECK(session.complete);
   CHECK(session.keyframes.size() == counters.keyframes_sent);
   CHECK(session.keyframes_missing == counters.keyframes_dropped);
+  // A receiver that knows what was dropped does not wait for it.
+  Receiver receiver;
+  for (const Message& message : network.messages) {
+    receive(receiver, message.channel, message.data);
+  }
+  CHECK(receiver.progress().at(0).whole);
   // The newest are the ones that survive.
   CHECK(session.keyframes.back().sequence == 9);
 }
 
-TEST_CASE("a publisher that may wait drops nothing") {
+TEST_CASE("a publisher that may wait waits for a slow network, is woken and drops nothing") {
   Network network;
+  network.held = true;
   PublisherOptions options = fast();
   options.queue_capacity = 1;
   options.drop_when_full = false;
   Publisher publisher(kAlpha, network.sender(), options);
-  for (std::uint32_t i = 0; i < 50; ++i) publisher.publish(keyframe(i));
-  CHECK(publisher.finish().keyframes_sent == 50);
-  CHECK(network.received().keyframes.size() == 50);
+  std::atomic<int> published{0};
+  std::future<void> all = std::async(std::launch::async, [&] {
+    for (std::uint32_t i = 0; i < 20; ++i, ++published) publisher.publish(keyframe(i));
+  });
+  // One keyframe is with the network, one in the queue: the third has to wait.
+  while (published < 2) std::this_thread::sleep_for(1ms);
+  std::this_thread::sleep_for(20ms);
+  CHECK(published == 2);
+  network.release();
+  const bool woken = all.wait_for(20s) == std::future_status::ready;
+  CHECK(woken);
+  CHECK(publisher.finish().keyframes_sent == 20);
+  CHECK(network.received().keyframes.size() == 20);
+}
+
+TEST_CASE("finishing wakes whoever waits for room, and counts what came too late") {
+  Network network;
+  network.held = true;
+  PublisherOptions options = fast();
+  options.queue_capacity = 1;
+  options.drop_when_full = false;
+  Publisher publisher(kAlpha, network.sender(), options);
+  std::atomic<int> published{0};
+  std::future<void> three = std::async(std::launch::async, [&] {
+    for (std::uint32_t i = 0; i < 3; ++i, ++published) publisher.publish(keyframe(i));
+  });
+  while (published < 2) std::this_thread::sleep_for(1ms);
+  std::this_thread::sleep_for(20ms);
+  std::future<PublisherCounters> finished =
+      std::async(std::launch::async, [&] { return publisher.finish(); });
+  // The network is still held: nothing but `finish` can have made room.
+  const bool woken = three.wait_for(20s) == std::future_status::ready;
+  CHECK(woken);
+  network.release();
+  const PublisherCounters counters = finished.get();
+  CHECK(counters.keyframes_sent == 2);
+  CHECK(counters.keyframes_dropped == 1);
 }
 
 TEST_CASE("the session is repeated while nothing else happens, with the health beside it") {
@@ -181,7 +224,7 @@ TEST_CASE("the session is repeated while nothing else happens, with the health b
   while (publisher.counters().messages_sent < 20) std::this_thread::sleep_for(1ms);
   publisher.finish();
   Receiver receiver;
-  for (const Message& message : network.messages) receiver.receive(message.channel, message.data);
+  for (const Message& message : network.messages) receive(receiver, message.channel, message.data);
   REQUIRE(receiver.progress().at(0).health.has_value());
   CHECK(receiver.progress()[0].health->scans == 17);
   CHECK(receiver.counters().malformed == 0);

@@ -1,57 +1,42 @@
-// Sessions as messages.
+// Sessions as LCM messages.
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "ports/lcm/messages.hpp"
+#include "ports/lcm/received_log.hpp"
 #include "ports/lcm/sending.hpp"
-#include "tests/ports/lcm/records.hpp"
+#include "tests/wire/stream.hpp"
 
-namespace unimapper::wire::test {
+namespace unimapper::lcm_port::lcm_test {
+
+using wire::test::keyframe_of;
 
 struct Message {
   std::string channel;
   std::vector<std::uint8_t> data;
 };
 
-inline KeyframeRecord keyframe_of(const SessionId& id, std::uint32_t sequence,
-                                  std::uint32_t cells = 300) {
-  KeyframeRecord record = random_record(id.session * 1000 + sequence, cells);
-  record.session = id;
-  record.sequence = sequence;
-  return record;
-}
-
-inline Message session_message(const SessionInfo& info, SessionState state, std::uint64_t keyframes,
-                               std::uint64_t dropped = 0) {
-  return {std::string(kSessionChannel), encode(SessionMessage{info, state, keyframes, dropped})};
-}
-
-inline std::vector<Message> pieces(const KeyframeRecord& record,
-                                   std::uint32_t datagram_bytes = 512) {
-  std::vector<Message> messages;
-  for (auto& data : cut_into_messages(encode_for_sending(record), datagram_bytes)) {
-    messages.push_back({std::string(kKeyframeChannel), std::move(data)});
-  }
-  return messages;
-}
-
 /// A whole session, start to end.
 inline std::vector<Message> session_stream(const SessionInfo& info, std::uint32_t keyframes) {
-  std::vector<Message> stream{session_message(info, SessionState::kStarted, 0)};
+  const auto session = [&](SessionState state, std::uint64_t made) {
+    return Message{std::string(kSessionChannel), encode(SessionMessage{info, state, made, 0})};
+  };
+  std::vector<Message> stream{session(SessionState::kStarted, 0)};
   for (std::uint32_t sequence = 0; sequence < keyframes; ++sequence) {
-    for (Message& piece : pieces(keyframe_of(info.id, sequence))) stream.push_back(piece);
+    const EncodedKeyframe keyframe = wire::encode_for_sending(keyframe_of(info.id, sequence));
+    for (auto& data : cut_into_messages(keyframe, 512)) {
+      stream.push_back({std::string(kKeyframeChannel), std::move(data)});
+    }
   }
-  stream.push_back(session_message(info, SessionState::kEnded, keyframes));
+  stream.push_back(session(SessionState::kEnded, keyframes));
   return stream;
 }
 
-/// The order of a bad day.
-template <typename T>
-void shuffle(std::vector<T>& items, Random& random) {
-  for (std::size_t i = items.size(); i > 1; --i) {
-    std::swap(items[i - 1], items[random.below(static_cast<std::uint32_t>(i))]);
-  }
+inline void feed(Receiver& receiver, const std::vector<Message>& stream) {
+  for (const Message& message : stream) receive(receiver, message.channel, message.data);
 }
 
-}  // namespace unimapper::wire::test
+}  // namespace unimapper::lcm_port::lcm_test

@@ -1,0 +1,91 @@
+// Reading and writing of numbers in a fixed byte order.
+#pragma once
+
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace unimapper::wire {
+
+/// A run of bytes that somebody else owns.
+using Bytes = std::span<const std::uint8_t>;
+
+/// Appends numbers to a byte string in a fixed byte order.
+template <std::endian kOrder>
+class ByteWriter {
+ public:
+  explicit ByteWriter(std::vector<std::uint8_t>& out) : out_(out) {}
+
+  template <std::integral T>
+  void put(T value) {
+    const auto bits = static_cast<std::make_unsigned_t<T>>(value);
+    for (std::size_t i = 0; i < sizeof(T); ++i) {
+      const std::size_t byte = kOrder == std::endian::little ? i : sizeof(T) - 1 - i;
+      out_.push_back(static_cast<std::uint8_t>(bits >> (8U * byte)));
+    }
+  }
+  void put(double value) { put(std::bit_cast<std::uint64_t>(value)); }
+  void put(float value) { put(std::bit_cast<std::uint32_t>(value)); }
+  void put(Bytes bytes) { out_.insert(out_.end(), bytes.begin(), bytes.end()); }
+
+ private:
+  std::vector<std::uint8_t>& out_;
+};
+
+/// Takes numbers off the front of a byte string. Reading past its end yields zeros and makes
+/// `ok()` false for good, so a sequence of reads needs one check.
+template <std::endian kOrder>
+class ByteReader {
+ public:
+  explicit ByteReader(Bytes bytes) : bytes_(bytes) {}
+
+  template <std::integral T>
+  T get() {
+    if (remaining() < sizeof(T)) {
+      position_ = bytes_.size();
+      ok_ = false;
+      return T{};
+    }
+    std::make_unsigned_t<T> bits = 0;
+    for (std::size_t i = 0; i < sizeof(T); ++i) {
+      const std::size_t byte = kOrder == std::endian::little ? i : sizeof(T) - 1 - i;
+      bits = static_cast<std::make_unsigned_t<T>>(
+          bits | (static_cast<std::make_unsigned_t<T>>(bytes_[position_ + i]) << (8U * byte)));
+    }
+    position_ += sizeof(T);
+    return static_cast<T>(bits);
+  }
+  double get_double() { return std::bit_cast<double>(get<std::uint64_t>()); }
+  float get_float() { return std::bit_cast<float>(get<std::uint32_t>()); }
+  /// The next `count` bytes, or none if there are fewer.
+  Bytes get_bytes(std::uint64_t count) {
+    const std::size_t begin = position_;
+    skip(count);
+    return ok_ ? bytes_.subspan(begin, static_cast<std::size_t>(count)) : Bytes{};
+  }
+
+  /// Passes over `count` bytes.
+  void skip(std::uint64_t count) {
+    ok_ = ok_ && count <= remaining();
+    position_ = ok_ ? position_ + static_cast<std::size_t>(count) : bytes_.size();
+  }
+
+  [[nodiscard]] bool ok() const { return ok_; }
+  [[nodiscard]] std::size_t position() const { return position_; }
+  [[nodiscard]] std::size_t remaining() const { return bytes_.size() - position_; }
+
+ private:
+  Bytes bytes_;
+  std::size_t position_ = 0;
+  bool ok_ = true;
+};
+
+using LittleEndianWriter = ByteWriter<std::endian::little>;
+using LittleEndianReader = ByteReader<std::endian::little>;
+using BigEndianWriter = ByteWriter<std::endian::big>;
+using BigEndianReader = ByteReader<std::endian::big>;
+
+}  // namespace unimapper::wire

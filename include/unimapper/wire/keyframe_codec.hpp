@@ -1,0 +1,35 @@
+// Serialisation of keyframes; docs/wire-format.md has the layout.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "unimapper/core/keyframe_record.hpp"
+#include "unimapper/wire/byte_io.hpp"
+#include "unimapper/wire/keyframe_limits.hpp"
+
+namespace unimapper::wire {
+
+/// Bytes of a keyframe, by the same writer as `KeyframeEncoder`. Whatever is not on the grid of the
+/// wire is rounded on the way, so decode(encode(record)) is the quantised record, and encoding that
+/// gives the same bytes. Throws std::invalid_argument if the record is no keyframe: no scans, scans
+/// out of order, a reference scan that is not there, a pose that is not rigid, too many elements.
+/// About 4 bytes per cell. O(cells + pixels): free-space images are decoded to be checked.
+std::vector<std::uint8_t> encode_keyframe(const KeyframeRecord& record);
+
+/// A decoded keyframe, or why the bytes are none.
+struct DecodedKeyframe {
+  std::optional<KeyframeRecord> record;
+  std::string error;  ///< reason and byte offset, if there is no record
+};
+
+/// Reads what `encode_keyframe` wrote, now or when the schema was an older one; anything else is
+/// refused, so that encode(decode(bytes)) == bytes for the present schema. Checks every count
+/// against the bytes that are there before it allocates: the record takes at most five times the
+/// memory of the bytes.
+DecodedKeyframe decode_keyframe(Bytes bytes);
+
+}  // namespace unimapper::wire

@@ -1,0 +1,81 @@
+// Reassembly of keyframes from their pieces in bounded memory.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "unimapper/wire/messages.hpp"
+
+namespace unimapper::wire {
+
+/// Bounds on what a stream, honest or forged, can make a receiver hold.
+struct ReceiverLimits {
+  std::uint32_t max_sessions = 64;
+  std::uint32_t max_keyframe_bytes = 64U << 20U;
+  std::uint32_t max_pending_keyframes = 64;       ///< incomplete, over all sessions
+  std::uint64_t max_pending_bytes = 256U << 20U;  ///< held for incomplete keyframes
+  std::uint64_t max_stored_bytes = 16ULL << 30U;  ///< held for decoded keyframes
+};
+
+/// Collects pieces until a keyframe is whole. Pieces may come in any order, more than once, and
+/// interleaved over any number of keyframes. Memory follows the bytes that arrived, never a
+/// length that was announced. Pieces belong together only if their whole heads agree, so a
+/// forged piece starts a keyframe of its own and cannot spoil a real one. When there are too
+/// many, the keyframe that has waited longest for a piece is given up.
+class Reassembly {
+ public:
+  enum class Outcome : std::uint8_t {
+    kWaiting,    ///< pieces are still missing
+    kDuplicate,  ///< this piece was there already
+    kTooLarge,   ///< the keyframe exceeds `max_keyframe_bytes`
+    kDamaged,    ///< whole, but the checksum over all of it fails
+    kComplete,
+  };
+  struct Result {
+    Outcome outcome = Outcome::kWaiting;
+    std::vector<std::uint8_t> payload;  ///< if complete
+  };
+
+  explicit Reassembly(const ReceiverLimits& limits) : limits_(limits) {}
+
+  /// Takes one possible piece (`is_possible`).
+  Result add(ChunkMessage&& chunk);
+  /// Forgets everything about a keyframe, because it has arrived.
+  void forget(const SessionId& session, std::uint32_t sequence);
+
+  [[nodiscard]] std::size_t pending_keyframes() const { return pending_.size(); }
+  [[nodiscard]] std::uint64_t pending_bytes() const { return pending_bytes_; }
+  /// Keyframes given up for want of room.
+  [[nodiscard]] std::uint64_t given_up() const { return given_up_; }
+
+ private:
+  /// Session and sequence first, so that what concerns one keyframe lies together.
+  struct Head {
+    SessionId session;
+    std::uint32_t sequence = 0;
+    std::uint32_t count = 0;
+    std::uint32_t total_bytes = 0;
+    std::uint32_t payload_crc32 = 0;
+    friend auto operator<=>(const Head&, const Head&) = default;
+  };
+  struct Pending {
+    std::map<std::uint32_t, std::vector<std::uint8_t>> pieces;
+    std::uint64_t bytes = 0;
+    std::uint64_t last_touched = 0;
+  };
+  using Table = std::map<Head, Pending>;
+
+  void erase(Table::iterator entry);
+  void make_room(const Head& keep);
+
+  ReceiverLimits limits_;
+  Table pending_;
+  std::uint64_t pending_bytes_ = 0;
+  std::uint64_t clock_ = 0;
+  std::uint64_t given_up_ = 0;
+};
+
+}  // namespace unimapper::wire

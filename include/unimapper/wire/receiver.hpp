@@ -1,0 +1,89 @@
+// Assembly of sessions from messages that arrive in any order.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "unimapper/core/keyframe_record.hpp"
+#include "unimapper/wire/messages.hpp"
+#include "unimapper/wire/reassembly.hpp"
+
+namespace unimapper::wire {
+
+/// What became of the messages.
+struct ReceiverCounters {
+  std::uint64_t messages = 0;             ///< on the project's channels
+  std::uint64_t foreign = 0;              ///< on other channels, ignored
+  std::uint64_t malformed = 0;            ///< not decodable, or a piece with a wrong checksum
+  std::uint64_t refused = 0;              ///< beyond a limit: sessions, keyframe size, memory
+  std::uint64_t contradictory = 0;        ///< a session that changes its name or sensor
+  std::uint64_t pieces_duplicate = 0;     ///< the same piece again, or of a keyframe that is here
+  std::uint64_t keyframes = 0;            ///< whole and sound
+  std::uint64_t keyframes_damaged = 0;    ///< whole, but checksum or content is wrong
+  std::uint64_t keyframes_abandoned = 0;  ///< incomplete, given up for want of room
+};
+
+/// How far one session is.
+struct SessionProgress {
+  SessionInfo info;
+  bool ended = false;                   ///< its end was announced
+  bool whole = false;                   ///< ended, and every keyframe it sent is here
+  std::uint64_t announced = 0;          ///< keyframes made, as far as known
+  std::uint64_t received = 0;           ///< keyframes here
+  std::optional<HealthMessage> health;  ///< the latest, if any
+};
+
+/// Takes the messages of any number of sessions in any order. Whatever it is fed, it keeps
+/// within its limits, never throws, and counts what it could not use. Not thread safe.
+class Receiver {
+ public:
+  explicit Receiver(const ReceiverLimits& limits = {});
+
+  /// Takes one message. A piece must be a possible one (`is_possible`).
+  void receive(const SessionMessage& message);
+  void receive(ChunkMessage&& piece);
+  void receive(HealthMessage&& message);
+  /// Tells of a message that could not be decoded, or of one that is not the project's.
+  void count_malformed();
+  void count_foreign() { ++counters_.foreign; }
+
+  [[nodiscard]] ReceiverCounters counters() const;
+  /// All sessions, by id.
+  [[nodiscard]] std::vector<SessionProgress> progress() const;
+
+  /// Hands over the sessions, sorted by name and id, names made unique; the receiver holds
+  /// none afterwards, but goes on counting. A session whose messages never came is named after its
+  /// numbers.
+  std::vector<SessionData> take_sessions();
+
+ private:
+  struct Session {
+    std::optional<SessionInfo> info;
+    bool ended = false;
+    std::uint64_t announced = 0;
+    std::uint64_t dropped_by_sender = 0;
+    std::map<std::uint32_t, KeyframeRecord> keyframes;
+    std::set<std::uint32_t> damaged;
+    std::optional<HealthMessage> health;
+  };
+
+  /// The session, made if there is room for one more; null otherwise.
+  Session* session(const SessionId& id);
+  void keep(Session& state, KeyframeRecord&& record);
+  void mark_damaged(Session& state, std::uint32_t sequence);
+
+  ReceiverLimits limits_;
+  Reassembly reassembly_;
+  ReceiverCounters counters_;
+  std::map<SessionId, Session> sessions_;
+  std::uint64_t stored_bytes_ = 0;
+};
+
+/// Sorts by name and id and appends "-2", "-3", ... to names that occur again.
+void sort_and_name(std::vector<SessionData>& sessions);
+
+}  // namespace unimapper::wire

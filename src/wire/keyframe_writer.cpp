@@ -1,0 +1,225 @@
+#include "keyframe_writer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "keyframe_layout.hpp"
+#include "span_writer.hpp"
+#include "unimapper/core/image_code.hpp"
+#include "unimapper/core/quantise.hpp"
+#include "unimapper/wire/keyframe_limits.hpp"
+
+namespace unimapper::wire {
+
+namespace {
+
+/// Farther from the odometry's origin than any Earth-fixed grid reaches: a forged pose.
+constexpr double kMaxTranslationM = 1e8;
+
+const char* pose_fault(const Pose& pose) noexcept {
+  if (!pose.is_finite()) return "a pose is not finite";
+  if (pose.translation.cwiseAbs().maxCoeff() > kMaxTranslationM) return "a pose is off the Earth";
+  if (!pose.is_rigid()) return "a pose's rotation is not a rotation";
+  return nullptr;
+}
+
+const char* scan_fault(std::span<const KeyframeScan> scans) noexcept {
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    if (const char* fault = pose_fault(scans[i].T_odometry_sensor)) return fault;
+    if (i == 0) continue;
+    if (scans[i].scan_index <= scans[i - 1].scan_index) return "scan indices do not ascend";
+    if (scans[i].stamp_ns < scans[i - 1].stamp_ns) return "scan stamps run backwards";
+  }
+  return nullptr;
+}
+
+const char* image_fault(const KeyframeContent& keyframe) noexcept {
+  if (keyframe.images.empty()) return nullptr;
+  if (const char* fault = image_head_fault(keyframe.images.size(), keyframe.image_shape,
+                                           keyframe.image_full_weight_range_m)) {
+    return fault;
+  }
+  const std::size_t pixels = ImageProjection(keyframe.image_shape).pixels();
+  for (const FreeSpaceImage& image : keyframe.images) {
+    if (image.scan >= keyframe.scans.size()) return "the scan of a free-space image is not there";
+    if (image.pixels.size() != pixels) return "a free-space image has another shape";
+  }
+  return nullptr;
+}
+
+void put_pose(SpanWriter& out, const Pose& pose) noexcept {
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) out.put(pose.rotation(row, column));
+  }
+  for (int axis = 0; axis < 3; ++axis) out.put(pose.translation[axis]);
+}
+
+void put_normal(SpanWriter& out, OctahedralNormal normal) noexcept {
+  out.put(normal.u);
+  out.put(normal.v);
+}
+
+/// Writes the keypoints that lie within the grid and returns how many.
+std::uint32_t put_keypoints(SpanWriter& out, std::span<const Keypoint> keypoints) noexcept {
+  std::uint32_t written = 0;
+  for (const Keypoint& keypoint : keypoints) {
+    const auto steps = to_millimetres(keypoint.position);
+    const auto normal = octahedral(keypoint.normal);
+    if (!steps || !normal) continue;
+    for (int axis = 0; axis < 3; ++axis) out.put((*steps)[axis]);
+    put_normal(out, *normal);
+    out.put(keypoint.occupancy);
+    out.put(keypoint.strength);
+    ++written;
+  }
+  return written;
+}
+
+/// The same for planes.
+std::uint32_t put_planes(SpanWriter& out, std::span<const PlanePatch> planes) noexcept {
+  std::uint32_t written = 0;
+  for (const PlanePatch& plane : planes) {
+    const auto steps = to_centimetres(plane.center);
+    const auto normal = octahedral(plane.normal);
+    if (!steps || !normal) continue;
+    for (int axis = 0; axis < 3; ++axis) out.put(static_cast<std::int16_t>((*steps)[axis]));
+    put_normal(out, *normal);
+    ++written;
+  }
+  return written;
+}
+
+/// One past the last key of the group that starts at `first`.
+std::size_t group_end(std::span<const CellKey> keys, std::size_t first) noexcept {
+  const std::size_t limit = std::min<std::size_t>(keys.size(), first + kMaxGroupCells);
+  std::size_t end = first + 1;
+  while (end < limit && group_of(keys[end]) == group_of(keys[first])) ++end;
+  return end;
+}
+
+void put_cells(SpanWriter& out, std::span<const CellKey> keys) noexcept {
+  const std::size_t groups_at = out.position();
+  out.put(std::uint32_t{0});
+  out.put(static_cast<std::uint32_t>(keys.size()));
+  std::uint32_t groups = 0;
+  for (std::size_t first = 0; first < keys.size(); ++groups) {
+    const std::size_t end = group_end(keys, first);
+    const CellKey key = keys[first];
+    for (const unsigned shift : {49U, 41U, 33U}) out.put(static_cast<std::uint8_t>(key >> shift));
+    const std::uint16_t ground = (group_of(key) & 1U) == 0 ? kGroundFlag : 0;
+    out.put(static_cast<std::uint16_t>((end - first) | ground));
+    for (; first < end; ++first) {
+      // The lowest four bytes, the highest of them first.
+      const auto low = static_cast<std::uint32_t>(keys[first]);
+      out.put((low >> 24U) | ((low >> 8U) & 0xFF00U) | ((low & 0xFF00U) << 8U) | (low << 24U));
+    }
+  }
+  out.put_at(groups_at, groups);
+}
+
+void put_image_head(SpanWriter& out, std::size_t count, const KeyframeContent& keyframe) noexcept {
+  out.put(static_cast<std::uint32_t>(count));
+  if (count == 0) return;
+  const RangeImageShape& shape = keyframe.image_shape;
+  for (const float angle_deg :
+       {shape.horizontal_fov_deg, shape.azimuth_resolution_deg, shape.elevation_min_deg,
+        shape.elevation_max_deg, shape.elevation_resolution_deg}) {
+    out.put(angle_deg);
+  }
+  out.put(keyframe.image_full_weight_range_m);
+}
+
+/// Writes the images and returns the bytes of their codes.
+std::size_t put_images(SpanWriter& out, const WriterInput& input) noexcept {
+  std::size_t code_bytes = 0;
+  if (!input.coded_images.empty()) {
+    put_image_head(out, input.coded_images.size(), input.keyframe);
+    for (const CodedImage& image : input.coded_images) {
+      out.put(image.scan);
+      out.put(static_cast<std::uint32_t>(image.code.size()));
+      out.put(std::span<const std::uint8_t>(image.code));
+      code_bytes += image.code.size();
+    }
+    return code_bytes;
+  }
+  put_image_head(out, input.keyframe.images.size(), input.keyframe);
+  for (const FreeSpaceImage& image : input.keyframe.images) {
+    out.put(image.scan);
+    const std::size_t size_at = out.position();
+    out.put(std::uint32_t{0});
+    const std::size_t bytes = encode_image(image.pixels, out.rest());
+    out.pass(bytes);
+    out.put_at(size_at, static_cast<std::uint32_t>(bytes));
+    code_bytes += bytes;
+  }
+  return code_bytes;
+}
+
+}  // namespace
+
+const char* image_head_fault(std::size_t images, const RangeImageShape& shape,
+                             float full_weight_range_m) noexcept {
+  if (images > kMaxImages) return "a keyframe has too many free-space images";
+  if (!is_image_shape(shape)) return "no image has such a field of view";
+  // Also false for NaN; one zero, so that there is one spelling.
+  const bool is_range = full_weight_range_m >= 0.0F && full_weight_range_m <= 10000.0F &&
+                        !std::signbit(full_weight_range_m);
+  return is_range ? nullptr : "no image has such a full-weight range";
+}
+
+const char* keyframe_fault(const KeyframeContent& keyframe) noexcept {
+  if (keyframe.scans.empty()) return "a keyframe has no scans";
+  if (keyframe.scans.size() > kMaxScans) return "a keyframe has too many scans";
+  if (keyframe.place.keypoints.size() > kMaxKeypoints) return "a keyframe has too many keypoints";
+  if (keyframe.place.planes.size() > kMaxPlanes) return "a keyframe has too many planes";
+  if (keyframe.reference_scan >= keyframe.scans.size()) return "the reference scan is not there";
+  if (const char* fault = image_fault(keyframe)) return fault;
+  if (keyframe.points_dynamic > keyframe.points_in) return "more points removed than came in";
+  if (const char* fault = pose_fault(keyframe.T_odometry_keyframe)) return fault;
+  return scan_fault(keyframe.scans);
+}
+
+EncodeResult write_keyframe(const WriterInput& input, const CellKeyScratch& scratch,
+                            std::span<std::uint8_t> bytes) noexcept {
+  const KeyframeContent& keyframe = input.keyframe;
+  EncodeResult result;
+  result.left_out = input.left_out;
+  SpanWriter out(bytes);
+  out.put(kKeyframeMagic);
+  out.put(kKeyframeSchema);
+  out.put(std::uint16_t{0});
+  out.put(input.session.robot);
+  out.put(input.session.session);
+  out.put(keyframe.sequence);
+  out.put(keyframe.reference_scan);
+  out.put(keyframe.points_in);
+  out.put(keyframe.points_dynamic);
+  const std::size_t left_out_at = out.position();
+  out.put(result.left_out);
+  put_pose(out, keyframe.T_odometry_keyframe);
+  out.put(static_cast<std::uint32_t>(keyframe.scans.size()));
+  const std::size_t counts_at = out.position();
+  out.put(std::uint32_t{0});
+  out.put(std::uint32_t{0});
+  for (const KeyframeScan& scan : keyframe.scans) {
+    out.put(scan.scan_index);
+    out.put(scan.stamp_ns);
+    put_pose(out, scan.T_odometry_sensor);
+  }
+  const std::uint32_t keypoints = put_keypoints(out, keyframe.place.keypoints);
+  const std::uint32_t planes = put_planes(out, input.planes);
+  out.put_at(counts_at, keypoints);
+  out.put_at(counts_at + sizeof keypoints, planes);
+  result.left_out += keyframe.place.keypoints.size() - keypoints + input.planes.size() - planes;
+  put_cells(out, sorted_cell_keys(keyframe.static_cells, scratch, result.left_out));
+  put_cells(out, sorted_cell_keys(keyframe.dynamic_cells, scratch, result.left_out));
+  result.image_bytes = put_images(out, input);
+  out.put_at(left_out_at, result.left_out);
+  result.bytes = out.position();
+  if (!out.fits()) {
+    result.error = {ErrorCode::kBufferTooSmall, "the buffer is smaller than the encoded keyframe"};
+  }
+  return result;
+}
+
+}  // namespace unimapper::wire

@@ -1,0 +1,30 @@
+// Writer of encoded keyframes, for the robot's views and the base station's records.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "unimapper/core/keyframe.hpp"
+#include "unimapper/core/keyframe_record.hpp"
+#include "unimapper/wire/cell_key.hpp"
+#include "unimapper/wire/keyframe_encoder.hpp"
+
+namespace unimapper::wire {
+
+/// Everything that becomes bytes.
+struct WriterInput {
+  const KeyframeContent& keyframe;  ///< all but the planes of its `place`
+  SessionId session;
+  std::uint64_t left_out = 0;                ///< before the keyframe came here
+  std::span<const PlanePatch> planes;        ///< records of older senders
+  std::span<const CodedImage> coded_images;  ///< instead of the keyframe's own images
+};
+
+/// Why a keyframe cannot be encoded, or null. O(scans).
+const char* keyframe_fault(const KeyframeContent& keyframe) noexcept;
+
+/// The one writer. The keyframe has passed `keyframe_fault`.
+EncodeResult write_keyframe(const WriterInput& input, const CellKeyScratch& scratch,
+                            std::span<std::uint8_t> out) noexcept;
+
+}  // namespace unimapper::wire

@@ -1,0 +1,90 @@
+# Installs the build into a fresh prefix and builds against it, as other projects would: a robot's
+# programs in C and C++, which write encoded keyframes to files, and a base station's, which merges
+# them. Checks that the README shows its example as it is compiled here.
+function(run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT status EQUAL 0)
+    message(FATAL_ERROR "failed: ${ARGN}\n${output}")
+  endif()
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+set(prefix "${WORK}/prefix")
+file(REMOVE_RECURSE "${WORK}")
+run(${CMAKE_COMMAND} --install "${BUILD}" --prefix "${prefix}")
+set(where "-DCMAKE_PREFIX_PATH=${prefix}")
+if(TOOLCHAIN)
+  # The toolchain confines searches to its package root.
+  file(GLOB_RECURSE package "${prefix}/unimapperConfig.cmake")
+  get_filename_component(directory "${package}" DIRECTORY)
+  set(where "-DCMAKE_TOOLCHAIN_FILE=${TOOLCHAIN}" "-Dunimapper_DIR=${directory}")
+endif()
+if(SANITIZE)
+  list(APPEND where "-DCMAKE_CXX_FLAGS=${SANITIZE}" "-DCMAKE_C_FLAGS=${SANITIZE}")
+endif()
+
+# build(PROJECT): one project of this folder against the prefix.
+function(build project)
+  run(${CMAKE_COMMAND} -S "${SOURCE}/tests/install/${project}" -B "${WORK}/${project}" -G Ninja
+    -DCMAKE_BUILD_TYPE=Release ${where}
+    "-DEXAMPLE=${SOURCE}/docs/examples/first_keyframe.cpp"
+    "-DEXAMPLE_C=${SOURCE}/docs/examples/first_keyframe.c")
+  run(${CMAKE_COMMAND} --build "${WORK}/${project}")
+endfunction()
+
+build(robot)
+run(${EMULATOR} "${WORK}/robot/first_keyframe")
+if(NOT output MATCHES "keyframe: [1-9][0-9]* static cells")
+  message(FATAL_ERROR "the example ran but printed: ${output}")
+endif()
+foreach(example first_keyframe_c first_keyframe_c_static)
+  run(${EMULATOR} "${WORK}/robot/${example}")
+  if(NOT output MATCHES "keyframe 0: [1-9][0-9]* static cells")
+    message(FATAL_ERROR "${example} ran but printed: ${output}")
+  endif()
+endforeach()
+foreach(language c cpp)
+  file(MAKE_DIRECTORY "${WORK}/session_${language}")
+  run(${EMULATOR} "${WORK}/robot/record_session_${language}" "${WORK}/session_${language}")
+endforeach()
+
+if(BASE)
+  build(base)
+  run(${EMULATOR} "${WORK}/base/merge_sessions" "${WORK}/session_c" "${WORK}/session_cpp")
+  message(STATUS "${output}")
+  run(${EMULATOR} "${WORK}/base/every_component")
+endif()
+
+# What a Makefile would use instead of CMake, if pkg-config is there. compile(COMPILER SOURCE
+# COMPONENTS...): a program from one source and the components' flags.
+find_program(PKG_CONFIG pkg-config)
+file(GLOB_RECURSE pc "${prefix}/*/unimapper_c.pc")
+get_filename_component(pc_directory "${pc}" DIRECTORY)
+function(compile compiler source)
+  list(TRANSFORM ARGN PREPEND unimapper_ OUTPUT_VARIABLE modules)
+  run(${CMAKE_COMMAND} -E env "PKG_CONFIG_PATH=${pc_directory}"
+    ${PKG_CONFIG} --cflags --libs ${modules})
+  separate_arguments(flags UNIX_COMMAND "${output}")
+  run(${compiler} "${SOURCE}/${source}" -o "${WORK}/with_pkg_config" ${SANITIZE} ${flags}
+    "-Wl,-rpath,${pc_directory}/..")
+endfunction()
+if(PKG_CONFIG AND NOT TOOLCHAIN)
+  compile(${C_COMPILER} docs/examples/first_keyframe.c c)
+  run("${WORK}/with_pkg_config")
+  compile("${COMPILER};-std=c++20" docs/examples/first_keyframe.cpp onboard)
+  run("${WORK}/with_pkg_config")
+  if(BASE)
+    compile("${COMPILER};-std=c++20" tests/install/programs/merge_sessions.cpp merge wire)
+    run("${WORK}/with_pkg_config" "${WORK}/session_c" "${WORK}/session_cpp")
+    compile("${COMPILER};-std=c++20" tests/install/programs/every_component.cpp
+      lcm datasets evaluate events)
+    run("${WORK}/with_pkg_config")
+  endif()
+endif()
+
+file(READ "${SOURCE}/docs/examples/first_keyframe.cpp" example)
+file(READ "${SOURCE}/README.md" readme)
+string(FIND "${readme}" "${example}" at)
+if(at EQUAL -1)
+  message(FATAL_ERROR "README.md does not show docs/examples/first_keyframe.cpp as it is")
+endif()

@@ -1,0 +1,27 @@
+// One call of each port and of the evaluation, to see that they link from an installed package.
+#include <cstdio>
+#include <exception>
+
+#include "ports/datasets/dataset.hpp"
+#include "ports/events/event_text.hpp"
+#include "ports/lcm/received_log.hpp"
+#include "unimapper/evaluate/trajectory.hpp"
+
+using namespace unimapper;
+
+int main() {
+  // Neither is there: what is wanted is the sentence that says so.
+  try {
+    (void)lcm_port::read_event_log("/nonexistent");
+  } catch (const std::exception& error) {
+    std::printf("lcm: %s\n", error.what());
+  }
+  try {
+    (void)datasets::open_dataset("/nonexistent");
+  } catch (const std::exception& error) {
+    std::printf("datasets: %s\n", error.what());
+  }
+  std::printf("events: %s\n", events::to_text({}).c_str());
+  std::printf("evaluate: %zu errors\n", evaluate::statistics({1.0, 2.0}).count);
+  return 0;
+}

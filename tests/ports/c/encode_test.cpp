@@ -1,0 +1,241 @@
+// Tests of what C programs send and keep: encoded keyframes, images, earlier places, health.
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "c_pipeline.hpp"
+#include "tests/onboard/run.hpp"
+#include "unimapper/wire/keyframe_encoder.hpp"
+
+using namespace unimapper;
+using namespace unimapper::test;
+
+namespace {
+
+constexpr int kScans = 30;
+constexpr um_session kSession{7, 0, 0x0123456789ABCDEFULL};
+
+/// 64-byte aligned memory.
+class Block {
+ public:
+  explicit Block(std::size_t bytes) : lines_(bytes / sizeof(Line) + 2) {}
+  std::byte* data() { return lines_[0].bytes; }
+
+ private:
+  struct alignas(64) Line {
+    std::byte bytes[64];
+  };
+  std::vector<Line> lines_;
+};
+
+/// Drives past the walker and calls `look` whenever there is a keyframe.
+void drive(um_pipeline* pipeline, const std::function<void()>& look) {
+  const Scene scene = scene_with_walker();
+  for (int i = 0; i < kScans; ++i) {
+    const LabelledScan scan = scene.scan(driving(i), 0.1 * i);
+    const um_points points = points_of(scan);
+    const um_pose pose = pose_of(driving(i));
+    std::int32_t ready = 0;
+    REQUIRE(um_add_scan(pipeline, &points, &pose, 1 + i * std::int64_t{100000000}, &ready) ==
+            UM_OK);
+    if (ready == 1) look();
+  }
+}
+
+um_keyframe keyframe_of(um_pipeline* pipeline) {
+  um_keyframe keyframe;
+  keyframe.struct_size = sizeof keyframe;
+  REQUIRE(um_keyframe_get(pipeline, &keyframe) == UM_OK);
+  return keyframe;
+}
+
+/// What the C++ interface makes of the same drive.
+template <typename Look>
+void drive_cpp(const Look& look) {
+  OwnedPipeline pipeline(small_config());
+  const Scene scene = scene_with_walker();
+  for (int i = 0; i < kScans; ++i) {
+    const LabelledScan scan = scene.scan(driving(i), 0.1 * i);
+    if (pipeline->add_scan(scan.view(), driving(i), 1 + i * std::int64_t{100000000})
+            .keyframe_ready) {
+      look(pipeline->keyframe());
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("C encodes a keyframe to the bytes that C++ encodes it to") {
+  std::vector<std::vector<std::uint8_t>> expected;
+  const std::uint32_t cells = small_config().voxel.max_cells;
+  Block scratch_cpp(wire::KeyframeEncoder::required_bytes(cells));
+  drive_cpp([&](const KeyframeView& view) {
+    auto encoder = wire::KeyframeEncoder::create(
+        cells, {scratch_cpp.data(), wire::KeyframeEncoder::required_bytes(cells)});
+    std::vector<std::uint8_t> bytes(1U << 20U);
+    const wire::EncodeResult result =
+        encoder->encode(view, {kSession.robot, kSession.session}, bytes);
+    REQUIRE(result.error.code == ErrorCode::kOk);
+    bytes.resize(result.bytes);
+    expected.push_back(bytes);
+  });
+
+  const CPipeline pipeline;
+  const std::size_t scratch_bytes = um_encode_scratch_bytes(pipeline.get());
+  REQUIRE(scratch_bytes == wire::KeyframeEncoder::required_bytes(cells));
+  Block scratch(scratch_bytes);
+  std::size_t keyframes = 0;
+  um_encoded encoded;
+  CHECK(um_keyframe_encode(pipeline.get(), &kSession, scratch.data(), scratch_bytes, nullptr, 0,
+                           &encoded) == UM_NO_KEYFRAME);
+  drive(pipeline.get(), [&] {
+    REQUIRE(um_keyframe_encode(pipeline.get(), &kSession, scratch.data(), scratch_bytes, nullptr, 0,
+                               &encoded) == UM_BUFFER_TOO_SMALL);
+    std::vector<std::uint8_t> bytes(encoded.bytes);
+    const std::size_t needed = encoded.bytes;
+    CHECK(um_keyframe_encode(pipeline.get(), &kSession, scratch.data(), scratch_bytes, bytes.data(),
+                             needed - 1, &encoded) == UM_BUFFER_TOO_SMALL);
+    REQUIRE(um_keyframe_encode(pipeline.get(), &kSession, scratch.data(), scratch_bytes,
+                               bytes.data(), needed, &encoded) == UM_OK);
+    CHECK(encoded.bytes == needed);
+    CHECK(encoded.left_out == 0);
+    CHECK(encoded.image_bytes > 0);
+    REQUIRE(keyframes < expected.size());
+    CHECK(bytes == expected[keyframes++]);
+  });
+  CHECK(keyframes == expected.size());
+  CHECK(keyframes == 3);
+}
+
+TEST_CASE("encoding refuses what it cannot work with") {
+  const CPipeline pipeline;
+  const std::size_t scratch_bytes = um_encode_scratch_bytes(pipeline.get());
+  Block scratch(scratch_bytes + 64);
+  std::vector<std::uint8_t> bytes(1U << 20U);
+  drive(pipeline.get(), [] {});
+  um_encoded encoded;
+  const auto encode = [&](const um_session* session, void* at, std::size_t room, void* buffer,
+                          um_encoded* result) {
+    return um_keyframe_encode(pipeline.get(), session, at, room, buffer, bytes.size(), result);
+  };
+  std::byte* const at = scratch.data();
+  CHECK(encode(nullptr, at, scratch_bytes, bytes.data(), &encoded) == UM_NULL_ARGUMENT);
+  CHECK(encode(&kSession, nullptr, scratch_bytes, bytes.data(), &encoded) == UM_NULL_ARGUMENT);
+  CHECK(encode(&kSession, at, scratch_bytes, nullptr, &encoded) == UM_NULL_ARGUMENT);
+  CHECK(encode(&kSession, at, scratch_bytes, bytes.data(), nullptr) == UM_NULL_ARGUMENT);
+  CHECK(encode(&kSession, at, scratch_bytes - 1, bytes.data(), &encoded) == UM_MEMORY_TOO_SMALL);
+  CHECK(encode(&kSession, at + 8, scratch_bytes, bytes.data(), &encoded) == UM_MEMORY_MISALIGNED);
+  CHECK(um_keyframe_encode(nullptr, &kSession, at, scratch_bytes, bytes.data(), bytes.size(),
+                           &encoded) == UM_INVALID_HANDLE);
+  CHECK(um_encode_scratch_bytes(nullptr) == 0);
+}
+
+TEST_CASE("C sees the free-space images of C++") {
+  std::vector<std::vector<std::uint16_t>> expected;
+  std::vector<std::uint32_t> scans;
+  RangeImageShape shape;
+  drive_cpp([&](const KeyframeView& view) {
+    shape = view.image_shape;
+    for (const FreeSpaceImage& image : view.images) {
+      expected.emplace_back(image.pixels.begin(), image.pixels.end());
+      scans.push_back(image.scan);
+    }
+  });
+  const CPipeline pipeline;
+  um_images images;
+  images.struct_size = sizeof images;
+  CHECK(um_images_get(pipeline.get(), &images) == UM_NO_KEYFRAME);
+  std::size_t seen = 0;
+  drive(pipeline.get(), [&] {
+    REQUIRE(um_images_get(pipeline.get(), &images) == UM_OK);
+    REQUIRE(images.count > 0);
+    CHECK(images.horizontal_fov_deg == shape.horizontal_fov_deg);
+    CHECK(images.azimuth_resolution_deg == shape.azimuth_resolution_deg);
+    CHECK(images.elevation_min_deg == shape.elevation_min_deg);
+    CHECK(images.elevation_max_deg == shape.elevation_max_deg);
+    CHECK(images.elevation_resolution_deg == shape.elevation_resolution_deg);
+    CHECK(images.full_weight_range_m == small_config().free_space.full_weight_range_m);
+    for (std::uint32_t i = 0; i < images.count; ++i, ++seen) {
+      REQUIRE(seen < expected.size());
+      const std::size_t pixels = std::size_t{images.rows} * images.columns;
+      REQUIRE(pixels == expected[seen].size());
+      CHECK(std::memcmp(images.pixels[i], expected[seen].data(), 2 * pixels) == 0);
+      CHECK(images.scans[i] == scans[seen]);
+    }
+  });
+  CHECK(seen == expected.size());
+  images.struct_size = 4;
+  CHECK(um_images_get(pipeline.get(), &images) == UM_UNKNOWN_VERSION);
+  CHECK(um_images_get(pipeline.get(), nullptr) == UM_NULL_ARGUMENT);
+}
+
+TEST_CASE("places of earlier runs go into the database that loop search asks") {
+  const CPipeline earlier;
+  const CPipeline pipeline;
+  drive(earlier.get(), [&] {
+    const um_keyframe keyframe = keyframe_of(earlier.get());
+    um_place place{1,
+                   keyframe.sequence,
+                   keyframe.T_odometry_keyframe,
+                   keyframe.keypoints,
+                   keyframe.keypoint_count,
+                   keyframe.planes,
+                   keyframe.plane_count};
+    CHECK(um_place_insert(pipeline.get(), &place) == UM_OK);
+    place.session = 0;
+    CHECK(um_place_insert(pipeline.get(), &place) == UM_INVALID_INDEX);
+    place.session = 1;
+    place.T_odometry_keyframe.m[0] = std::numeric_limits<double>::quiet_NaN();
+    CHECK(um_place_insert(pipeline.get(), &place) == UM_INVALID_POSE);
+    place.T_odometry_keyframe = keyframe.T_odometry_keyframe;
+    place.keypoints = nullptr;
+    place.keypoint_count = 1;
+    CHECK(um_place_insert(pipeline.get(), &place) == UM_NULL_ARGUMENT);
+  });
+  CHECK(um_place_insert(pipeline.get(), nullptr) == UM_NULL_ARGUMENT);
+  std::uint64_t own = 0;
+  drive(pipeline.get(), [&] {
+    const um_keyframe keyframe = keyframe_of(pipeline.get());
+    CHECK(keyframe.statistics.capacity[UM_CAPACITY_PLACES].used == 3 + ++own);
+  });
+}
+
+TEST_CASE("health adds up what every keyframe said") {
+  const CPipeline pipeline;
+  um_health expected{};
+  um_health health;
+  health.struct_size = sizeof health;
+  drive(pipeline.get(), [&] {
+    const um_statistics statistics = keyframe_of(pipeline.get()).statistics;
+    ++expected.keyframes;
+    expected.points_in += statistics.points_in;
+    expected.points_dynamic += statistics.points_dynamic;
+    expected.dropped[UM_DROP_OUT_OF_RANGE] += statistics.dropped[UM_DROP_OUT_OF_RANGE];
+    expected.fullest[UM_CAPACITY_CELLS].used = std::max(
+        expected.fullest[UM_CAPACITY_CELLS].used, statistics.capacity[UM_CAPACITY_CELLS].used);
+  });
+  const um_pose pose = pose_of(driving(0));
+  const um_points none{};
+  CHECK(um_add_scan(pipeline.get(), &none, &pose, std::int64_t{1} << 40U, nullptr) ==
+        UM_EMPTY_SCAN);
+  REQUIRE(um_health_get(pipeline.get(), &health) == UM_OK);
+  CHECK(health.scans == kScans + 1);
+  CHECK(health.scans_refused == 1);
+  CHECK(health.keyframes == 3);
+  CHECK(health.points_in == expected.points_in);
+  CHECK(health.points_dynamic == expected.points_dynamic);
+  CHECK(health.points_dynamic > 0);
+  CHECK(health.dropped[UM_DROP_OUT_OF_RANGE] == expected.dropped[UM_DROP_OUT_OF_RANGE]);
+  CHECK(health.fullest[UM_CAPACITY_CELLS].used == expected.fullest[UM_CAPACITY_CELLS].used);
+  CHECK(health.fullest[UM_CAPACITY_CELLS].capacity == 65536);
+  REQUIRE(um_reset(pipeline.get()) == UM_OK);
+  REQUIRE(um_health_get(pipeline.get(), &health) == UM_OK);
+  CHECK(health.scans == 0);
+  CHECK(health.keyframes == 0);
+  health.struct_size = 1;
+  CHECK(um_health_get(pipeline.get(), &health) == UM_UNKNOWN_VERSION);
+}

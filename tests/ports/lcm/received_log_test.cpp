@@ -1,0 +1,149 @@
+// Tests of sessions received as LCM messages and from event logs.
+#include "ports/lcm/received_log.hpp"
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <iterator>
+
+#include "ports/lcm/event_log.hpp"
+#include "ports/lcm/session_log.hpp"
+#include "tests/ports/lcm/stream.hpp"
+#include "unimapper/wire/keyframe_codec.hpp"
+
+using namespace unimapper;
+using namespace unimapper::wire;
+using namespace unimapper::lcm_port;
+using lcm_test::Message;
+using test::Random;
+using test::TemporaryDirectory;
+
+namespace {
+
+const SessionInfo kAlpha{{1, 11}, "alpha", "os2-128"};
+
+/// All keyframes arrived, in order, with the bytes they were sent with.
+void check_whole(const SessionData& data, const SessionInfo& info, std::size_t keyframes) {
+  CHECK(data.info.name == info.name);
+  CHECK(data.info.sensor == info.sensor);
+  CHECK(data.info.id == info.id);
+  CHECK(data.complete);
+  CHECK(data.keyframes_missing == 0);
+  CHECK(data.keyframes_damaged == 0);
+  REQUIRE(data.keyframes.size() == keyframes);
+  for (std::uint32_t i = 0; i < keyframes; ++i) {
+    CHECK(data.keyframes[i].sequence == i);
+    CHECK(encode_keyframe(data.keyframes[i]) == encode_keyframe(test::keyframe_of(info.id, i)));
+  }
+}
+
+void write_log(const std::filesystem::path& path, const SessionInfo& info,
+               std::uint32_t keyframes) {
+  SessionLogWriter writer(path, info, 2000);
+  for (std::uint32_t i = 0; i < keyframes; ++i) {
+    writer.write(encode_for_sending(test::keyframe_of(info.id, i)));
+  }
+  writer.finish();
+}
+
+std::vector<char> content(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+}  // namespace
+
+TEST_CASE("rubbish on every channel is counted and harmless") {
+  Random random(9);
+  Receiver receiver;
+  for (int i = 0; i < 20000; ++i) {
+    std::vector<std::uint8_t> data(random.below(200));
+    for (auto& byte : data) byte = static_cast<std::uint8_t>(random.bits());
+    const std::string_view channels[] = {kSessionChannel, kKeyframeChannel, kHealthChannel,
+                                         "SOMETHING_ELSE"};
+    receive(receiver, channels[random.below(4)], data);
+  }
+  const ReceiverCounters counters = receiver.counters();
+  CHECK(counters.malformed == counters.messages);
+  CHECK(counters.foreign + counters.messages == 20000);
+  CHECK(receiver.take_sessions().empty());
+}
+
+TEST_CASE("a session goes through an event log unchanged") {
+  const TemporaryDirectory directory;
+  write_log(directory / "log", kAlpha, 4);
+  const ReceivedLog log = read_event_log(directory / "log");
+  CHECK(log.faults.empty());
+  REQUIRE(log.sessions.size() == 1);
+  check_whole(log.sessions[0], kAlpha, 4);
+}
+
+TEST_CASE("equal keyframes give equal logs") {
+  const TemporaryDirectory directory;
+  write_log(directory / "a", kAlpha, 3);
+  write_log(directory / "b", kAlpha, 3);
+  CHECK(content(directory / "a") == content(directory / "b"));
+}
+
+TEST_CASE("a session without keyframes leaves a log with its name") {
+  const TemporaryDirectory directory;
+  write_log(directory / "log", kAlpha, 0);
+  const ReceivedLog log = read_event_log(directory / "log");
+  REQUIRE(log.sessions.size() == 1);
+  check_whole(log.sessions[0], kAlpha, 0);
+}
+
+TEST_CASE("several logs can be one stream, and other channels in them are skipped") {
+  const TemporaryDirectory directory;
+  std::vector<Message> stream = lcm_test::session_stream(kAlpha, 3);
+  {
+    EventLogWriter first(directory / "first");
+    EventLogWriter second(directory / "second");
+    for (std::size_t i = 0; i < stream.size(); ++i) {
+      EventLogWriter& log = i % 2 == 0 ? first : second;
+      log.write(static_cast<std::int64_t>(i), stream[i].channel, stream[i].data);
+      log.write(static_cast<std::int64_t>(i), "CAMERA", std::vector<std::uint8_t>(100, 1));
+    }
+  }
+  Receiver receiver;
+  CHECK(feed_event_log(receiver, directory / "first").empty());
+  CHECK(feed_event_log(receiver, directory / "second").empty());
+  CHECK(receiver.counters().foreign == stream.size());
+  check_whole(receiver.take_sessions().at(0), kAlpha, 3);
+}
+
+TEST_CASE("a torn log gives every keyframe that is whole in it") {
+  const TemporaryDirectory directory;
+  write_log(directory / "log", kAlpha, 4);
+  const std::vector<char> bytes = content(directory / "log");
+  test::MemoryFile torn;
+  std::size_t last_keyframes = 0;
+  for (std::size_t length = 0; length < bytes.size(); length += 37) {
+    torn.write(bytes.data(), length);
+    const ReceivedLog log = read_event_log(torn.path());
+    const std::size_t keyframes = log.sessions.empty() ? 0 : log.sessions[0].keyframes.size();
+    CHECK(keyframes >= last_keyframes);
+    last_keyframes = keyframes;
+    if (!log.sessions.empty()) CHECK_FALSE(log.sessions[0].complete);
+  }
+  CHECK(last_keyframes >= 3);
+}
+
+TEST_CASE("no flipped bit in a log gets an altered keyframe through") {
+  const TemporaryDirectory directory;
+  write_log(directory / "log", kAlpha, 2);
+  const std::vector<char> bytes = content(directory / "log");
+  test::MemoryFile file;
+  Random random(12);
+  for (int i = 0; i < 500; ++i) {
+    std::vector<char> damaged = bytes;
+    const std::uint32_t at = random.below(static_cast<std::uint32_t>(bytes.size()));
+    damaged[at] = static_cast<char>(damaged[at] ^ (1 << random.below(8)));
+    file.write(damaged.data(), damaged.size());
+    for (const SessionData& session : read_event_log(file.path()).sessions) {
+      for (const KeyframeRecord& record : session.keyframes) {
+        REQUIRE(encode_keyframe(record) ==
+                encode_keyframe(test::keyframe_of(kAlpha.id, record.sequence)));
+      }
+    }
+  }
+}

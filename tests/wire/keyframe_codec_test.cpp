@@ -1,0 +1,220 @@
+// Tests of the serialisation of keyframe records.
+#include "unimapper/wire/keyframe_codec.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <stdexcept>
+
+#include "tests/wire/model.hpp"
+#include "tests/wire/records.hpp"
+#include "tests/wire/same_record.hpp"
+
+using namespace unimapper;
+using namespace unimapper::wire;
+using test::check_same;
+using test::random_record;
+using test::small_record;
+
+namespace {
+
+std::string error_of(const std::vector<std::uint8_t>& bytes) {
+  const DecodedKeyframe decoded = decode_keyframe(bytes);
+  CHECK(decoded.record.has_value() == decoded.error.empty());
+  return decoded.error;
+}
+
+/// Bytes written as hexadecimal digits, with blanks where they help the eye.
+std::vector<std::uint8_t> bytes_of(const std::string& digits) {
+  std::vector<std::uint8_t> bytes;
+  std::string pair;
+  for (char c : digits) {
+    if (c == ' ') continue;
+    pair += c;
+    if (pair.size() < 2) continue;
+    bytes.push_back(static_cast<std::uint8_t>(std::stoi(pair, nullptr, 16)));
+    pair.clear();
+  }
+  return bytes;
+}
+
+/// Offsets of fields in the encoded small record.
+constexpr std::size_t kSchemaAt = 4;
+constexpr std::size_t kReferenceScanAt = 24;
+constexpr std::size_t kPoseAt = 52;
+constexpr std::size_t kScanCountAt = 148;
+
+}  // namespace
+
+TEST_CASE("what arrives is what was quantised, to the last bit") {
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    KeyframeRecord record = random_record(seed, static_cast<std::uint32_t>(seed * 97));
+    const std::vector<std::uint8_t> from_raw = encode_keyframe(record);
+    test::quantise(record);
+    const std::vector<std::uint8_t> bytes = encode_keyframe(record);
+    CHECK(from_raw == bytes);
+    const DecodedKeyframe decoded = decode_keyframe(bytes);
+    INFO("seed " << seed << ": " << decoded.error);
+    REQUIRE(decoded.record.has_value());
+    check_same(record, *decoded.record);
+    CHECK(encode_keyframe(*decoded.record) == bytes);
+  }
+}
+
+TEST_CASE("a keyframe that saw nothing travels too") {
+  KeyframeRecord record;
+  record.scans.resize(1);
+  const DecodedKeyframe decoded = decode_keyframe(encode_keyframe(record));
+  REQUIRE(decoded.record.has_value());
+  check_same(record, *decoded.record);
+}
+
+TEST_CASE("a crowd of cells in one spot is split into groups and comes back whole") {
+  KeyframeRecord record = small_record();
+  record.static_cells.assign(70000, FineCell{{1.0F, 1.0F, 1.0F}, 5, 0, 0});
+  test::quantise(record);
+  const std::vector<std::uint8_t> bytes = encode_keyframe(record);
+  const DecodedKeyframe decoded = decode_keyframe(bytes);
+  REQUIRE(decoded.record.has_value());
+  CHECK(decoded.record->static_cells.size() == 70000);
+  CHECK(encode_keyframe(*decoded.record) == bytes);
+}
+
+namespace {
+
+/// The bytes of the small record, up to where free-space images begin.
+std::vector<std::uint8_t> golden_bytes(const std::string& schema) {
+  const std::string one = "000000000000F03F";
+  const std::string zero = "0000000000000000";
+  const std::string rotation = one + zero + zero + zero + one + zero + zero + zero + one;
+  const std::string moved = rotation + "000000000000F83F 00000000000000C0 000000000000D03F";
+  // clang-format off
+  return bytes_of(
+      std::string()
+      + "554D4B46 " + schema + "00 0000" // magic, schema, reserved
+      + "07000000 EFCDAB8967452301" // robot, session
+      + "2A000000 01000000" // sequence, reference scan
+      + "E803000000000000 0A00000000000000 0000000000000000" // points in, dynamic, left out
+      + moved // T_odometry_keyframe
+      + "02000000 01000000 01000000" // scans, keypoints, planes
+      + "A4010000 00CA9A3B00000000" // scan 0: index, stamp
+      + rotation + zero + zero + zero
+      + "A5010000 00AB904100000000" // scan 1: index, stamp
+      + moved
+      + "D2040000 D2E9FFFF 28230000" // keypoint: millimetres
+      + "2449 FF7F F0F0000000000000 0102" // normal, occupancy, strength
+      + "2C01 9001 56FF 0000 0000" // plane: centimetres, normal
+      + "02000000 02000000" // static cells: groups, cells
+      + "80 80 7F 0180 64 C8 6A 03" // ground group, its cell
+      + "80 80 7F 0100 78 C8 CE FF" // other group, its cell
+      + "01000000 01000000" // dynamic cells: groups, cells
+      + "7E 80 80 0100 70 32 00 09" // group, its cell
+  );
+  // clang-format on
+}
+
+}  // namespace
+
+TEST_CASE("the bytes of schema 2 never change") {
+  std::vector<std::uint8_t> golden = golden_bytes("02");
+  // clang-format off
+  const std::vector<std::uint8_t> images = bytes_of(
+      std::string()
+      + "01000000" // images
+      + "0000B442 0000F041 00000000 0000F041 0000F041" // shape: 90, 30, 0, 30, 30 degrees
+      + "00008042" // full weight up to 64 m
+      + "01000000 04000000" // scan, bytes
+      + "00 E05D 00" // nothing, a level, once more
+  );
+  // clang-format on
+  golden.insert(golden.end(), images.begin(), images.end());
+  CHECK(encode_keyframe(small_record()) == golden);
+  CHECK(decode_keyframe(golden).record.has_value());
+}
+
+TEST_CASE("keyframes of schema 1, which have no images, are still read") {
+  const DecodedKeyframe decoded = decode_keyframe(golden_bytes("01"));
+  REQUIRE(decoded.record.has_value());
+  KeyframeRecord expected = small_record();
+  expected.image_shape = {};
+  expected.image_full_weight_range_m = 0.0F;
+  expected.images.clear();
+  test::quantise(expected);
+  check_same(*decoded.record, expected);
+}
+
+TEST_CASE("a keyframe cut anywhere is refused") {
+  const std::vector<std::uint8_t> bytes = encode_keyframe(random_record(5, 50));
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    const std::vector<std::uint8_t> cut(bytes.begin(),
+                                        bytes.begin() + static_cast<std::ptrdiff_t>(length));
+    if (error_of(cut).empty()) FAIL("accepted " << length << " of " << bytes.size());
+  }
+  std::vector<std::uint8_t> longer = bytes;
+  longer.push_back(0);
+  CHECK_THAT(error_of(longer), Catch::Contains("left over"));
+}
+
+TEST_CASE("no flipped bit makes the decoder fall over or bend the rules") {
+  const std::vector<std::uint8_t> bytes = encode_keyframe(random_record(6, 60));
+  std::size_t refused = 0;
+  for (std::size_t bit = 0; bit < bytes.size() * 8; ++bit) {
+    std::vector<std::uint8_t> damaged = bytes;
+    damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ (1U << (bit % 8)));
+    const DecodedKeyframe decoded = decode_keyframe(damaged);
+    // What is accepted is a different but proper keyframe; the chunks' checksum catches those.
+    if (!decoded.record) {
+      ++refused;
+    } else if (encode_keyframe(*decoded.record) != damaged) {
+      FAIL("bit " << bit << " has a second spelling");
+    }
+  }
+  CHECK(refused > 0);
+}
+
+TEST_CASE("forged fields are refused with the reason") {
+  const std::vector<std::uint8_t> good = encode_keyframe(small_record());
+  const auto forged = [&good](std::size_t at, std::vector<std::uint8_t> replacement) {
+    std::vector<std::uint8_t> bytes = good;
+    std::copy(replacement.begin(), replacement.end(),
+              bytes.begin() + static_cast<std::ptrdiff_t>(at));
+    return error_of(bytes);
+  };
+  const std::vector<std::uint8_t> nan{0, 0, 0, 0, 0, 0, 0xF8, 0x7F};
+  const std::vector<std::uint8_t> two{0, 0, 0, 0, 0, 0, 0, 0x40};
+  CHECK(error_of(good).empty());
+  CHECK_THAT(forged(0, {'X'}), Catch::Contains("not a keyframe"));
+  CHECK_THAT(forged(kSchemaAt, {3}), Catch::Contains("unknown schema version"));
+  CHECK_THAT(forged(kReferenceScanAt, {2}), Catch::Contains("reference scan"));
+  CHECK_THAT(forged(kPoseAt, nan), Catch::Contains("not finite"));
+  CHECK_THAT(forged(kPoseAt, two), Catch::Contains("not a rotation"));
+  CHECK_THAT(forged(kScanCountAt, {0xFF, 0xFF, 0xFF, 0xFF}), Catch::Contains("beyond the limit"));
+  CHECK_THAT(forged(kScanCountAt, {0xFF, 0xFF}), Catch::Contains("fewer bytes"));
+  CHECK_THAT(forged(kScanCountAt, {0}), Catch::Contains(""));
+  CHECK_THAT(error_of({}), Catch::Contains("not a keyframe"));
+}
+
+TEST_CASE("a record that is no keyframe is not encoded") {
+  const auto refuses = [](const char* reason, const std::function<void(KeyframeRecord&)>& spoil) {
+    KeyframeRecord record = small_record();
+    spoil(record);
+    CHECK_THROWS_WITH(encode_keyframe(record), Catch::Contains(reason));
+  };
+  refuses("no scans", [](auto& r) { r.scans.clear(); });
+  refuses("reference scan", [](auto& r) { r.reference_scan = 2; });
+  refuses("do not ascend", [](auto& r) { r.scans[1].scan_index = 420; });
+  refuses("backwards", [](auto& r) { r.scans[1].stamp_ns = 0; });
+  refuses("more points removed", [](auto& r) { r.points_dynamic = 1001; });
+  refuses("not a rotation", [](auto& r) { r.T_odometry_keyframe.rotation *= -1.0; });
+  refuses("off the Earth", [](auto& r) { r.scans[0].T_odometry_sensor.translation.x() = 1e9; });
+  refuses("scan of a free-space image", [](auto& r) { r.images[0].scan = 2; });
+  refuses("damaged", [](auto& r) { r.images[0].code.pop_back(); });
+  refuses("no image has such", [](auto& r) { r.image_shape.elevation_max_deg = -1.0F; });
+  refuses("such a full-weight range", [](auto& r) { r.image_full_weight_range_m = std::nanf(""); });
+  refuses("such a full-weight range", [](auto& r) { r.image_full_weight_range_m = -0.0F; });
+  refuses("too many free-space images", [](auto& r) { r.images.resize(33, r.images[0]); });
+  refuses("not finite", [](auto& r) {
+    r.scans[0].T_odometry_sensor.translation.x() = std::numeric_limits<double>::infinity();
+  });
+}

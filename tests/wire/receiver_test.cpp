@@ -1,0 +1,302 @@
+// Tests of reassembly and of the receiver of sessions.
+#include "unimapper/wire/receiver.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "tests/wire/stream.hpp"
+#include "unimapper/wire/keyframe_codec.hpp"
+#include "unimapper/wire/reassembly.hpp"
+
+using namespace unimapper;
+using namespace unimapper::wire;
+using test::feed;
+using test::Message;
+using test::Random;
+
+namespace {
+
+const SessionInfo kAlpha{{1, 11}, "alpha", "os2-128"};
+const SessionInfo kBeta{{2, 22}, "beta", "vlp-16"};
+
+/// All keyframes arrived, in order, with the bytes they were sent with.
+void check_whole(const SessionData& data, const SessionInfo& info, std::size_t keyframes) {
+  CHECK(data.info.name == info.name);
+  CHECK(data.info.sensor == info.sensor);
+  CHECK(data.info.id == info.id);
+  CHECK(data.complete);
+  CHECK(data.keyframes_missing == 0);
+  CHECK(data.keyframes_damaged == 0);
+  REQUIRE(data.keyframes.size() == keyframes);
+  for (std::uint32_t i = 0; i < keyframes; ++i) {
+    CHECK(data.keyframes[i].sequence == i);
+    CHECK(encode_keyframe(data.keyframes[i]) == encode_keyframe(test::keyframe_of(info.id, i)));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a session arrives as it was sent") {
+  Receiver receiver;
+  feed(receiver, test::session_stream(kAlpha, 5));
+  REQUIRE(receiver.progress().size() == 1);
+  CHECK(receiver.progress()[0].ended);
+  CHECK(receiver.progress()[0].whole);
+  const auto sessions = receiver.take_sessions();
+  REQUIRE(sessions.size() == 1);
+  check_whole(sessions[0], kAlpha, 5);
+  CHECK(receiver.counters().keyframes == 5);
+  CHECK(receiver.counters().malformed == 0);
+  CHECK(receiver.take_sessions().empty());
+}
+
+TEST_CASE("order, repetition and interleaving do not matter") {
+  std::vector<Message> stream = test::session_stream(kAlpha, 6);
+  for (const Message& message : test::session_stream(kBeta, 4)) stream.push_back(message);
+  const std::size_t once = stream.size();
+  for (std::size_t i = 0; i < once; ++i) stream.push_back(stream[i]);
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    Random random(seed);
+    test::shuffle(stream, random);
+    Receiver receiver;
+    feed(receiver, stream);
+    CHECK(receiver.counters().pieces_duplicate > 0);
+    const auto sessions = receiver.take_sessions();
+    REQUIRE(sessions.size() == 2);
+    check_whole(sessions[0], kAlpha, 6);
+    check_whole(sessions[1], kBeta, 4);
+  }
+}
+
+TEST_CASE("a lost piece costs its keyframe, and the gap is seen") {
+  std::vector<Message> stream = test::session_stream(kAlpha, 5);
+  const std::size_t pieces = test::pieces(test::keyframe_of(kAlpha.id, 0)).size();
+  REQUIRE(pieces > 2);
+  stream.erase(stream.begin() + 2);  // the first keyframe's second piece
+  Receiver receiver;
+  feed(receiver, stream);
+  CHECK(receiver.progress()[0].ended);
+  CHECK_FALSE(receiver.progress()[0].whole);
+  const auto sessions = receiver.take_sessions();
+  REQUIRE(sessions.size() == 1);
+  CHECK(sessions[0].keyframes.size() == 4);
+  CHECK(sessions[0].keyframes[0].sequence == 1);
+  CHECK(sessions[0].keyframes_missing == 1);
+}
+
+TEST_CASE("keyframes of which nothing arrives are missed all the same") {
+  SECTION("in the middle, by their numbers") {
+    Receiver receiver;
+    for (std::uint32_t sequence : {0U, 4U}) {
+      feed(receiver, test::pieces(test::keyframe_of(kAlpha.id, sequence)));
+    }
+    const auto sessions = receiver.take_sessions();
+    CHECK(sessions[0].keyframes_missing == 3);
+    CHECK_FALSE(sessions[0].complete);
+    CHECK(sessions[0].info.name == "robot1_session11");
+  }
+  SECTION("at the end, by the session's last message") {
+    Receiver receiver;
+    feed(receiver, test::pieces(test::keyframe_of(kAlpha.id, 0)));
+    feed(receiver, {test::session_message(kAlpha, SessionState::kEnded, 10)});
+    CHECK(receiver.take_sessions()[0].keyframes_missing == 9);
+  }
+  SECTION("by a first piece whose successors never come") {
+    Receiver receiver;
+    feed(receiver, {test::pieces(test::keyframe_of(kAlpha.id, 2))[0]});
+    CHECK(receiver.take_sessions()[0].keyframes_missing == 3);
+  }
+}
+
+TEST_CASE("what the robot itself dropped is missing, but not waited for") {
+  Receiver receiver;
+  feed(receiver, test::pieces(test::keyframe_of(kAlpha.id, 1)));
+  feed(receiver, {test::session_message(kAlpha, SessionState::kEnded, 2, 1)});
+  CHECK(receiver.progress()[0].whole);
+  CHECK(receiver.take_sessions()[0].keyframes_missing == 1);
+}
+
+TEST_CASE("a late keyframe fills its gap") {
+  Receiver receiver;
+  std::vector<Message> late = test::pieces(test::keyframe_of(kAlpha.id, 0));
+  feed(receiver, test::pieces(test::keyframe_of(kAlpha.id, 1)));
+  feed(receiver, {test::session_message(kAlpha, SessionState::kEnded, 2)});
+  CHECK_FALSE(receiver.progress()[0].whole);
+  feed(receiver, late);
+  CHECK(receiver.progress()[0].whole);
+  CHECK(receiver.take_sessions()[0].keyframes_missing == 0);
+}
+
+TEST_CASE("bytes that arrive whole but are no keyframe count as damaged, until a good one comes") {
+  const KeyframeRecord record = test::keyframe_of(kAlpha.id, 0);
+  EncodedKeyframe broken = encode_for_sending(record);
+  broken.bytes[0] = 'X';
+  Receiver receiver;
+  feed(receiver, test::pieces_of(broken));
+  CHECK(receiver.counters().keyframes_damaged == 1);
+  SECTION("and stays damaged") {
+    const auto sessions = receiver.take_sessions();
+    CHECK(sessions[0].keyframes.empty());
+    CHECK(sessions[0].keyframes_damaged == 1);
+    CHECK(sessions[0].keyframes_missing == 0);
+  }
+  SECTION("and is replaced") {
+    feed(receiver, test::pieces(record));
+    const auto sessions = receiver.take_sessions();
+    CHECK(sessions[0].keyframes.size() == 1);
+    CHECK(sessions[0].keyframes_damaged == 0);
+  }
+}
+
+TEST_CASE("an envelope cannot claim another robot's keyframe") {
+  EncodedKeyframe stolen = encode_for_sending(test::keyframe_of(kAlpha.id, 0));
+  stolen.session = kBeta.id;
+  Receiver receiver;
+  feed(receiver, test::pieces_of(stolen));
+  CHECK(receiver.counters().keyframes == 0);
+  CHECK(receiver.counters().keyframes_damaged == 1);
+}
+
+TEST_CASE("forged pieces cannot spoil a keyframe under way") {
+  const KeyframeRecord record = test::keyframe_of(kAlpha.id, 0);
+  const std::vector<Message> good = test::pieces(record);
+  EncodedKeyframe forged = encode_for_sending(record);
+  for (auto& byte : forged.bytes) byte = static_cast<std::uint8_t>(~byte);
+  const std::vector<Message> bad = test::pieces_of(forged);
+  REQUIRE(bad.size() == good.size());
+  Receiver receiver;
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    if (i + 1 < good.size()) feed(receiver, bad[i]);
+    feed(receiver, good[i]);
+  }
+  CHECK(receiver.counters().keyframes == 1);
+}
+
+TEST_CASE("pieces that agree with each other but not with their checksum are no keyframe") {
+  // A forger's pieces: consistent heads, a sound keyframe, the checksum of another one.
+  const EncodedKeyframe keyframe = encode_for_sending(test::keyframe_of(kAlpha.id, 0));
+  Receiver receiver;
+  for (ChunkMessage& piece : cut_into_pieces(keyframe, 433)) {
+    piece.payload_crc32 ^= 1U;
+    receiver.receive(std::move(piece));
+  }
+  CHECK(receiver.counters().keyframes == 0);
+  CHECK(receiver.counters().keyframes_damaged == 1);
+  CHECK(receiver.take_sessions().at(0).keyframes_damaged == 1);
+}
+
+TEST_CASE("memory of sessions that were taken is there for the next ones") {
+  ReceiverLimits limits;
+  limits.max_stored_bytes = 100000;
+  Receiver receiver(limits);
+  for (int round = 0; round < 5; ++round) {
+    feed(receiver, test::session_stream(kAlpha, 4));
+    CHECK(receiver.counters().refused == 0);
+    check_whole(receiver.take_sessions().at(0), kAlpha, 4);
+  }
+}
+
+TEST_CASE("a flood of unfinished keyframes stays within its bound and gives up the oldest") {
+  ReceiverLimits limits;
+  limits.max_pending_keyframes = 8;
+  limits.max_pending_bytes = 100000;
+  Reassembly reassembly(limits);
+  ChunkMessage chunk;
+  chunk.count = 1000;
+  chunk.total_bytes = 1000 * 400;
+  chunk.data.assign(400, 0);
+  for (std::uint32_t sequence = 0; sequence < 1000; ++sequence) {
+    chunk.sequence = sequence % 100;
+    chunk.index = sequence;
+    reassembly.add(ChunkMessage(chunk));
+    REQUIRE(reassembly.pending_keyframes() <= 8);
+    REQUIRE(reassembly.pending_bytes() <= 100000);
+  }
+  CHECK(reassembly.given_up() > 900);
+  // One keyframe alone may not exceed the bound either.
+  chunk.sequence = 5000;
+  for (chunk.index = 0; chunk.index < 999; ++chunk.index) {
+    reassembly.add(ChunkMessage(chunk));
+    REQUIRE(reassembly.pending_bytes() <= 100000);
+  }
+}
+
+TEST_CASE("one-byte pieces are not free") {
+  ReceiverLimits limits;
+  limits.max_pending_bytes = 10000;
+  Reassembly reassembly(limits);
+  ChunkMessage chunk;
+  chunk.count = 1U << 20U;
+  chunk.total_bytes = 1U << 20U;
+  chunk.data.assign(1, 0);
+  for (chunk.index = 0; chunk.index < 1000; ++chunk.index) reassembly.add(ChunkMessage(chunk));
+  CHECK(reassembly.given_up() > 0);
+}
+
+TEST_CASE("limits refuse and count") {
+  SECTION("a keyframe too large") {
+    ReceiverLimits limits;
+    limits.max_keyframe_bytes = 1000;
+    Receiver receiver(limits);
+    feed(receiver, test::pieces(test::keyframe_of(kAlpha.id, 0)));
+    CHECK(receiver.counters().keyframes == 0);
+    CHECK(receiver.counters().refused > 0);
+  }
+  SECTION("a session too many") {
+    ReceiverLimits limits;
+    limits.max_sessions = 1;
+    Receiver receiver(limits);
+    feed(receiver, test::session_stream(kAlpha, 1));
+    feed(receiver, test::session_stream(kBeta, 1));
+    CHECK(receiver.counters().refused > 0);
+    CHECK(receiver.take_sessions().size() == 1);
+  }
+  SECTION("too much to store") {
+    ReceiverLimits limits;
+    limits.max_stored_bytes = 50000;
+    Receiver receiver(limits);
+    feed(receiver, test::session_stream(kAlpha, 30));
+    CHECK(receiver.counters().refused > 0);
+    CHECK(receiver.counters().keyframes > 0);
+    CHECK(receiver.counters().keyframes < 30);
+  }
+}
+
+TEST_CASE("a session keeps its first name") {
+  Receiver receiver;
+  SessionInfo liar = kAlpha;
+  liar.name = "omega";
+  feed(receiver, test::session_stream(kAlpha, 1));
+  feed(receiver, {test::session_message(liar, SessionState::kEnded, 100)});
+  CHECK(receiver.counters().contradictory == 1);
+  const auto sessions = receiver.take_sessions();
+  CHECK(sessions[0].info.name == "alpha");
+  CHECK(sessions[0].keyframes_missing == 0);
+}
+
+TEST_CASE("sessions are sorted, and equal names are told apart") {
+  std::vector<SessionData> sessions(4);
+  sessions[0].info = {{2, 5}, "town", ""};
+  sessions[1].info = {{1, 9}, "town", ""};
+  sessions[2].info = {{3, 1}, "alley", ""};
+  sessions[3].info = {{1, 8}, "town", ""};
+  sort_and_name(sessions);
+  CHECK(sessions[0].info.name == "alley");
+  CHECK(sessions[1].info.name == "town");
+  CHECK(sessions[1].info.id == SessionId{1, 8});
+  CHECK(sessions[2].info.name == "town-2");
+  CHECK(sessions[3].info.name == "town-3");
+  CHECK(sessions[3].info.id == SessionId{2, 5});
+}
+
+TEST_CASE("health is kept per session, the latest") {
+  Receiver receiver;
+  feed(receiver, test::session_stream(kAlpha, 1));
+  HealthMessage health;
+  health.session = kAlpha.id;
+  for (std::uint64_t scans : {10U, 20U}) {
+    health.scans = scans;
+    receiver.receive(HealthMessage(health));
+  }
+  REQUIRE(receiver.progress()[0].health.has_value());
+  CHECK(receiver.progress()[0].health->scans == 20);
+}
