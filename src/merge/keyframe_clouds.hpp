@@ -20,18 +20,18 @@ class KeyframeClouds {
                  unsigned threads);
 
   /// Makes what is missing for the given keyframes. Not to be called while others read.
-  void prepare(std::vector<KeyframeRef> keyframes);
+  void prepare(std::vector<KeyframeId> keyframes);
 
   /// Only for keyframes that were prepared.
-  [[nodiscard]] const RegistrationCloud& cloud(KeyframeRef k) const {
+  [[nodiscard]] const RegistrationCloud& cloud(KeyframeId k) const {
     return *clouds_[k.session][k.keyframe];
   }
-  [[nodiscard]] const FreeSpaceView& view(KeyframeRef k) const {
+  [[nodiscard]] const FreeSpaceView& view(KeyframeId k) const {
     return *views_[k.session][k.keyframe];
   }
 
  private:
-  [[nodiscard]] RegistrationCloud make_cloud(KeyframeRef k) const;
+  [[nodiscard]] RegistrationCloud make_cloud(KeyframeId k) const;
 
   const std::vector<SessionData>& sessions_;
   const RegistrationConfig& config_;

@@ -19,7 +19,7 @@ struct MapState {
   std::vector<bool> connected;  ///< in the central map's component
   std::size_t central = 0;
 
-  [[nodiscard]] Pose T_map_keyframe(KeyframeRef k) const {
+  [[nodiscard]] Pose T_map_keyframe(KeyframeId k) const {
     return T_map_session[k.session] * T_session_keyframe[k.session][k.keyframe];
   }
 };

@@ -53,25 +53,25 @@ class RadiusSearch {
     for (const auto& loop : known) known_.insert(std::minmax(loop.query, loop.match));
   }
 
-  void search(std::size_t query, std::size_t match, std::vector<LoopProposal>& found) const {
+  void search(std::size_t query, std::size_t match, std::vector<LoopCandidate>& found) const {
     double next_m = 0.0;
     for (std::size_t q = 0; q < poses_[query].size(); ++q) {
       if (path_[query][q] < next_m) continue;
       const auto neighbors = nearest({query, q}, match);
       for (const Neighbor& n : neighbors) {
-        LoopProposal proposal;
-        proposal.query = {query, q};
-        proposal.match = {match, n.keyframe};
-        proposal.T_match_query = poses_[match][n.keyframe].inverse() * poses_[query][q];
-        proposal.likely = true;
-        found.push_back(proposal);
+        LoopCandidate candidate;
+        candidate.query = {query, q};
+        candidate.match = {match, n.keyframe};
+        candidate.T_match_query = poses_[match][n.keyframe].inverse() * poses_[query][q];
+        candidate.accepted = true;
+        found.push_back(candidate);
       }
       if (!neighbors.empty()) next_m = path_[query][q] + config_.radius.spacing_m;
     }
   }
 
  private:
-  [[nodiscard]] std::vector<Neighbor> nearest(KeyframeRef query, std::size_t match) const {
+  [[nodiscard]] std::vector<Neighbor> nearest(KeyframeId query, std::size_t match) const {
     const Pose& T_map_query = poses_[query.session][query.keyframe];
     const double turn = turn_limit(sessions_[query.session], sessions_[match]);
     std::vector<Neighbor> neighbors;
@@ -92,7 +92,7 @@ class RadiusSearch {
       neighbors.resize(config_.radius.per_keyframe);
     }
     std::erase_if(neighbors, [&](const Neighbor& n) {
-      return known_.count(std::minmax(query, KeyframeRef{match, n.keyframe})) != 0;
+      return known_.count(std::minmax(query, KeyframeId{match, n.keyframe})) != 0;
     });
     return neighbors;
   }
@@ -101,17 +101,17 @@ class RadiusSearch {
   const MergeConfig& config_;
   std::vector<std::vector<Pose>> poses_;
   std::vector<std::vector<double>> path_;
-  std::set<std::pair<KeyframeRef, KeyframeRef>> known_;
+  std::set<std::pair<KeyframeId, KeyframeId>> known_;
 };
 
 }  // namespace
 
-std::vector<LoopProposal> propose_radius_loops(const std::vector<SessionData>& sessions,
-                                               const Alignment& alignment,
-                                               std::span<const LoopConstraint> known,
-                                               const MergeConfig& config) {
+std::vector<LoopCandidate> find_radius_candidates(const std::vector<SessionData>& sessions,
+                                                  const Alignment& alignment,
+                                                  std::span<const LoopConstraint> known,
+                                                  const MergeConfig& config) {
   const RadiusSearch search(sessions, alignment, known, config);
-  std::vector<LoopProposal> found;
+  std::vector<LoopCandidate> found;
   for (std::size_t match = 0; match < sessions.size(); ++match) {
     for (std::size_t query = match; query < sessions.size(); ++query) {
       if (alignment.connected[match] && alignment.connected[query]) {

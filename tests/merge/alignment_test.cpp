@@ -1,4 +1,4 @@
-// One wrong loop must not corrupt a map; a crowd of them must not merge strangers.
+// Alignment under outliers: random false loops and perceptual aliasing.
 #include "unimapper/merge/alignment.hpp"
 
 #include <algorithm>
@@ -67,7 +67,7 @@ Town two_maps(Random& random) {
   return town;
 }
 
-LoopConstraint loop(Town& town, KeyframeRef query, KeyframeRef match, const Pose& T_match_query,
+LoopConstraint loop(Town& town, KeyframeId query, KeyframeId match, const Pose& T_match_query,
                     Random& random) {
   LoopConstraint l;
   l.query = query;
@@ -108,7 +108,7 @@ void add_random_loops(Town& town, std::size_t count, Random& random) {
   }
 }
 
-/// A street that looks like another one: the same wrong transform, again and again along it.
+/// Perceptual aliasing: a street that looks like another one gives consistent false loops along it.
 void add_aliased_loops(Town& town, std::size_t count, Random& random) {
   const std::size_t q = 90 + random.below(40);
   const std::size_t m = 10 + random.below(250);
@@ -192,8 +192,7 @@ TEST_CASE("Random false loops alone never merge two maps", "[alignment]") {
   CHECK(trials(0, 60, 0).refused == 15);
 }
 
-TEST_CASE("A consistent crowd of false loops leads to a refusal, not to a wrong map",
-          "[alignment]") {
+TEST_CASE("Perceptual aliasing leads to a refusal, not to a wrong map", "[alignment]") {
   CHECK(trials(10, 0, 12).refused == 15);
   CHECK(trials(10, 0, 6).wrong == 0);
   CHECK(trials(0, 0, 2).refused == 15);
@@ -213,9 +212,9 @@ TEST_CASE("A refused session keeps every keyframe and says why", "[alignment]") 
   REQUIRE_FALSE(alignment.connected[1]);
   CHECK(alignment.T_session_keyframe[1].size() == 160);
   CHECK_FALSE(alignment.reason[1].empty());
-  for (const auto& verdict : alignment.verdicts) {
-    CHECK_FALSE(verdict.accepted);
-    CHECK_FALSE(verdict.reason.empty());
+  for (const auto& decision : alignment.decisions) {
+    CHECK_FALSE(decision.accepted);
+    CHECK_FALSE(decision.reason.empty());
   }
 }
 
@@ -258,7 +257,7 @@ TEST_CASE("A map that overlaps only another query map is reached through it", "[
   Random random(10);
   Town town = two_maps(random);
   add_true_loops(town, 10, random);
-  // The third robot drives the second one's private street only.
+  // The third robot drives only the street that the second one does not share.
   std::vector<Pose> third(town.truth[1].begin() + 90, town.truth[1].begin() + 150);
   town.truth.push_back(third);
   town.sessions.push_back({odometry(random, third), 0.1});
@@ -282,7 +281,7 @@ TEST_CASE("A pair that contradicts a cycle of maps is rolled back", "[alignment]
   town.sessions.push_back({odometry(random, third), 0.1});
   for (std::size_t i = 0; i < 10; ++i) loop(town, {2, 18 * i}, {0, 18 * i}, Pose{}, random);
   const std::size_t first_wrong = town.loops.size();
-  // A third map that claims to lie 40 m aside of where the second sees it.
+  // Loops that shift the third map 40 m against the second.
   const Pose aside = yaw_pose(0.0, {0.0, 40.0, 0.0});
   const std::size_t shared = nearest(town.truth[0], town.truth[1][0]);
   for (std::size_t i = 0; i < 5 && shared + 3 * i < 200; ++i) {
@@ -293,12 +292,12 @@ TEST_CASE("A pair that contradicts a cycle of maps is rolled back", "[alignment]
   REQUIRE(alignment.connected[2]);
   CHECK(overlap_error_m(town, alignment) < 1.5);
   for (std::size_t i = first_wrong; i < town.loops.size(); ++i) {
-    CHECK_FALSE(alignment.verdicts[i].accepted);
-    CHECK(alignment.verdicts[i].reason == "contradicts the maps merged before");
+    CHECK_FALSE(alignment.decisions[i].accepted);
+    CHECK(alignment.decisions[i].reason == "contradicts the maps merged before");
   }
 }
 
-TEST_CASE("A session's own loops take out its drift, a wrong one does not bend it", "[alignment]") {
+TEST_CASE("Intra-session loops correct drift, a false one does not deform the map", "[alignment]") {
   Random random(12);
   std::vector<Pose> truth;
   // Twice around a block of 100 m by 100 m.
@@ -315,11 +314,11 @@ TEST_CASE("A session's own loops take out its drift, a wrong one does not bend i
   loop(town, {0, 150}, {0, 20}, Pose{}, random);  // the far corner, taken for this one
   const Alignment alignment = align_sessions(town.sessions, town.loops, MergeConfig{});
   CHECK(alignment.connected[0]);
-  CHECK_FALSE(alignment.verdicts.back().accepted);
-  CHECK(alignment.verdicts.back().reason ==
+  CHECK_FALSE(alignment.decisions.back().accepted);
+  CHECK(alignment.decisions.back().reason ==
         "disagrees with odometry or with the session's other loops");
   std::size_t accepted = 0;
-  for (const auto& verdict : alignment.verdicts) accepted += verdict.accepted ? 1 : 0;
+  for (const auto& decision : alignment.decisions) accepted += decision.accepted ? 1 : 0;
   CHECK(accepted >= 14);
   const auto gap = [&](const std::vector<Pose>& poses) {
     return (poses[155].translation - poses[75].translation).norm();
@@ -334,17 +333,18 @@ TEST_CASE("Refinement adds radius loops and drops those that disagree", "[alignm
   const Alignment coarse = align_sessions(town.sessions, town.loops, MergeConfig{});
   REQUIRE(coarse.connected[1]);
   add_true_loops(town, 40, random);
-  const KeyframeRef wrong{1, 40};
+  const KeyframeId wrong{1, 40};
   const std::size_t m = nearest(town.truth[0], town.truth[1][40]);
   loop(town, wrong, {0, m}, yaw_pose(0.1, {6.0, 0.0, 0.0}), random);
   const Alignment fine = refine_alignment(coarse, town.sessions, town.loops, MergeConfig{});
   CHECK(overlap_error_m(town, fine) < overlap_error_m(town, coarse));
   CHECK(overlap_error_m(town, fine) < 0.35);
-  CHECK_FALSE(fine.verdicts.back().accepted);
-  CHECK(fine.verdicts.back().reason == "disagrees with the merged maps");
+  CHECK_FALSE(fine.decisions.back().accepted);
+  CHECK(fine.decisions.back().reason == "disagrees with the merged maps");
 }
 
-TEST_CASE("A loop is demoted beyond the threshold of chi square after the solve", "[alignment]") {
+TEST_CASE("A loop is rejected beyond the threshold of chi square after optimisation",
+          "[alignment]") {
   Random random(15);
   Town town = two_maps(random);
   add_true_loops(town, 12, random);
@@ -353,8 +353,8 @@ TEST_CASE("A loop is demoted beyond the threshold of chi square after the solve"
   config.acceptance.loop_chi2 = 1000.0;
   const Alignment all = align_sessions(town.sessions, town.loops, config);
   const auto count = [](const Alignment& alignment) {
-    return std::count_if(alignment.verdicts.begin(), alignment.verdicts.end(),
-                         [](const LoopVerdict& verdict) { return verdict.accepted; });
+    return std::count_if(alignment.decisions.begin(), alignment.decisions.end(),
+                         [](const LoopDecision& decision) { return decision.accepted; });
   };
   REQUIRE(count(all) == 12);
   std::size_t worst = 0;
@@ -368,11 +368,11 @@ TEST_CASE("A loop is demoted beyond the threshold of chi square after the solve"
   config.acceptance.loop_chi2 = 0.99 * chi2;
   const Alignment without = align_sessions(town.sessions, town.loops, config);
   CHECK(without.connected[1]);
-  CHECK_FALSE(without.verdicts[worst].accepted);
-  CHECK(without.verdicts[worst].reason == "disagrees with the merged maps");
+  CHECK_FALSE(without.decisions[worst].accepted);
+  CHECK(without.decisions[worst].reason == "disagrees with the merged maps");
 }
 
-TEST_CASE("Refinement recalls a loop that agrees with the solution twice as well as it must",
+TEST_CASE("Refinement readmits a loop whose chi square is below half the threshold",
           "[alignment]") {
   Random random(15);
   Town town = two_maps(random);
@@ -386,22 +386,22 @@ TEST_CASE("Refinement recalls a loop that agrees with the solution twice as well
     if (chi2_after(start, town.loops[i]) > chi2_after(start, town.loops[worst])) worst = i;
   }
   // What the maps are without this loop, and how well it agrees with them.
-  start.verdicts[worst] = {false, "refused before"};
+  start.decisions[worst] = {false, "refused before"};
   std::vector<LoopConstraint> others = town.loops;
   others.erase(others.begin() + static_cast<std::ptrdiff_t>(worst));
   Alignment fewer = start;
-  fewer.verdicts.erase(fewer.verdicts.begin() + static_cast<std::ptrdiff_t>(worst));
+  fewer.decisions.erase(fewer.decisions.begin() + static_cast<std::ptrdiff_t>(worst));
   const Alignment without = refine_alignment(fewer, town.sessions, others, config);
   const double chi2 = chi2_after(without, town.loops[worst]);
   config.acceptance.loop_chi2 = 2.0 * chi2 * 1.02;
-  CHECK(refine_alignment(start, town.sessions, town.loops, config).verdicts[worst].accepted);
+  CHECK(refine_alignment(start, town.sessions, town.loops, config).decisions[worst].accepted);
   config.acceptance.loop_chi2 = 2.0 * chi2 * 0.98;
   const Alignment refused = refine_alignment(start, town.sessions, town.loops, config);
-  CHECK_FALSE(refused.verdicts[worst].accepted);
-  CHECK(refused.verdicts[worst].reason == "refused before");
+  CHECK_FALSE(refused.decisions[worst].accepted);
+  CHECK(refused.decisions[worst].reason == "refused before");
 }
 
-TEST_CASE("Maps are joined only if none bends more than its odometry allows", "[alignment]") {
+TEST_CASE("Maps are joined only if none deforms more than its odometry allows", "[alignment]") {
   // The second robot's odometry is too long by a given share.
   const auto joined = [](double scale_error) {
     Town town;
@@ -430,9 +430,9 @@ TEST_CASE("Maps are joined only if none bends more than its odometry allows", "[
     return align_sessions(town.sessions, town.loops, config);
   };
   CHECK(joined(0.001).connected[1]);
-  const Alignment bent = joined(0.1);
-  CHECK_FALSE(bent.connected[1]);
-  CHECK(bent.reason[1] == "the maps would bend more than odometry allows");
+  const Alignment deformed = joined(0.1);
+  CHECK_FALSE(deformed.connected[1]);
+  CHECK(deformed.reason[1] == "the maps would deform more than odometry allows");
 }
 
 TEST_CASE("Sessions without keyframes and loops to nowhere", "[alignment]") {

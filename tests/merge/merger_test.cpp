@@ -129,11 +129,11 @@ TEST_CASE("Two sessions of one town become one map, a stranger stays apart", "[m
   SECTION("every loop is accounted for") {
     std::size_t between = 0;
     for (const auto& loop : result.loops) {
-      CHECK_FALSE(loop.reason.empty());
-      if (!loop.accepted || loop.query_session == loop.match_session) continue;
-      CHECK((loop.reason == "descriptor" || loop.reason == "radius"));
-      CHECK(loop.query_session != 2);
-      CHECK(loop.match_session != 2);
+      CHECK_FALSE(loop.decision.reason.empty());
+      if (!loop.decision.accepted || loop.is_intra_session()) continue;
+      CHECK((loop.decision.reason == "descriptor" || loop.decision.reason == "radius"));
+      CHECK(loop.query.session != 2);
+      CHECK(loop.match.session != 2);
       ++between;
     }
     CHECK(between >= 5);

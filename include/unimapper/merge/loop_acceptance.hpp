@@ -1,9 +1,8 @@
-// Which loops are believed: consistency in groups, never one loop on its own word.
+// Pairwise-consistent sets of loops (maximum clique on cycle errors).
 #pragma once
 
 #include <cstddef>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "unimapper/merge/loop_constraint.hpp"
@@ -12,34 +11,35 @@
 
 namespace unimapper::merge {
 
-/// Verdict on the loops between two maps, or within one.
-struct LoopVote {
-  bool accepted = false;
-  std::string reason;                  ///< why not, empty if accepted
-  std::vector<std::size_t> inliers;    ///< ascending indices into the loops voted on
-  std::size_t distinct = 0;            ///< inliers at distinct places
-  std::size_t second = 0;              ///< distinct inliers of the best disjoint cluster
-  Pose T_match_session_query_session;  ///< best fit to the inliers (between two maps only)
+/// Largest set of pairwise consistent loops between two sessions, or within one.
+struct ConsistencySet {
+  LoopDecision decision;             ///< accepted: the inliers may enter the pose graph
+  std::vector<std::size_t> inliers;  ///< ascending indices into the loops given
+  std::size_t distinct = 0;          ///< inliers at distinct positions along both paths
+  std::size_t competing = 0;         ///< the same for the largest set that contradicts the inliers
+  Pose T_match_session_query_session;  ///< best fit to the inliers (inter-session only)
 };
 
 /// Pairwise cycle: query odometry, one loop forwards, match odometry, the other loop back. Chi
-/// square with 6 degrees of freedom; small if the two loops tell the same story. Needs
-/// loops of the same two sessions (or all within one session).
+/// square with 6 degrees of freedom, small if the two loops are consistent. Needs loops of the
+/// same two sessions (or all within one session).
 double cycle_chi2(const LoopConstraint& a, const LoopConstraint& b, const SessionPath& query,
                   const SessionPath& match);
 
-/// Votes on the loops between two maps: the largest set of pairwise consistent loops wins if it
-/// is large, long and ahead of the best disjoint set by the configured margin. Nothing is
-/// accepted otherwise (docs/design/loop-acceptance.md). O(n^2) and a bounded clique search.
-LoopVote vote_pair(std::span<const LoopConstraint> loops, const SessionPath& query,
-                   const SessionPath& match, const AcceptanceConfig& config);
+/// The consistency set of the loops between two sessions. It is accepted if it is large, spans
+/// enough path and exceeds the largest competing set by the configured margin; otherwise the match
+/// is ambiguous and nothing is accepted (docs/design/loop-acceptance.md). O(n^2) and a bounded
+/// clique search.
+ConsistencySet inter_session_consistency(std::span<const LoopConstraint> loops,
+                                         const SessionPath& query, const SessionPath& match,
+                                         const AcceptanceConfig& config);
 
-/// Votes on the loops within one session. Odometry itself is a witness here: a loop must agree
-/// with the drift model, and the largest consistent set is taken.
-LoopVote vote_session(std::span<const LoopConstraint> loops, const SessionPath& path,
-                      const AcceptanceConfig& config);
+/// The consistency set of the loops within one session: of those that also agree with odometry
+/// under the drift model.
+ConsistencySet intra_session_consistency(std::span<const LoopConstraint> loops,
+                                         const SessionPath& path, const AcceptanceConfig& config);
 
-/// Rigid fit of one map to another through loops between them, keyframe frames and all.
+/// Rigid fit of one session's frame to another's through loops between them.
 Pose fit_session_transform(std::span<const LoopConstraint> loops,
                            std::span<const std::size_t> chosen, const SessionPath& query,
                            const SessionPath& match);

@@ -46,7 +46,7 @@ class Replay {
   /// Throws DatasetError for a damaged scan, and whatever writing throws.
   void run();
 
-  [[nodiscard]] const std::vector<LoopRow>& loops() const { return loops_; }
+  [[nodiscard]] const std::vector<LoopRecord>& loops() const { return loops_; }
   /// Allocations made inside the pipeline's own calls.
   [[nodiscard]] std::uint64_t allocations() const { return allocations_; }
 
@@ -82,7 +82,7 @@ class Replay {
   };
   std::deque<OpenScan> open_scans_;
   datasets::Scan earlier_scan_;
-  std::vector<LoopRow> loops_;
+  std::vector<LoopRecord> loops_;
   std::uint64_t allocations_ = 0;
   std::uint64_t left_out_ = 0;  // of the message sent last
   std::chrono::steady_clock::time_point start_;

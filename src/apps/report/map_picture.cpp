@@ -18,7 +18,7 @@ constexpr double kFinestMetresPerPixel = 0.08;
 constexpr double kMapPointM = 0.2;  // spacing of the unified map's points
 constexpr std::size_t kMaxRefusedLoops = 300;
 
-using merge::LoopRecord;
+using merge::LoopConstraint;
 using merge::MergedSession;
 using merge::SessionStatus;
 
@@ -176,20 +176,21 @@ class Drawing {
 
 /// Loops between placed sessions, refused ones first (so that accepted ones lie on top), and of
 /// the refused ones the most confident only.
-std::vector<const LoopRecord*> loops_to_draw(const merge::MergeResult& result) {
-  std::vector<const LoopRecord*> refused;
-  std::vector<const LoopRecord*> accepted;
-  for (const LoopRecord& loop : result.loops) {
-    const MergedSession& query = result.sessions[loop.query_session];
-    const MergedSession& match = result.sessions[loop.match_session];
+std::vector<const LoopConstraint*> loops_to_draw(const merge::MergeResult& result) {
+  std::vector<const LoopConstraint*> refused;
+  std::vector<const LoopConstraint*> accepted;
+  for (const LoopConstraint& loop : result.loops) {
+    const MergedSession& query = result.sessions[loop.query.session];
+    const MergedSession& match = result.sessions[loop.match.session];
     if (!is_placed(query) || !is_placed(match)) continue;
-    if (loop.query_keyframe >= query.T_map_keyframe.size()) continue;
-    if (loop.match_keyframe >= match.T_map_keyframe.size()) continue;
-    (loop.accepted ? accepted : refused).push_back(&loop);
+    if (loop.query.keyframe >= query.T_map_keyframe.size()) continue;
+    if (loop.match.keyframe >= match.T_map_keyframe.size()) continue;
+    (loop.decision.accepted ? accepted : refused).push_back(&loop);
   }
-  std::stable_sort(refused.begin(), refused.end(), [](const LoopRecord* a, const LoopRecord* b) {
-    return a->confidence > b->confidence;
-  });
+  std::stable_sort(refused.begin(), refused.end(),
+                   [](const LoopConstraint* a, const LoopConstraint* b) {
+                     return a->confidence > b->confidence;
+                   });
   if (refused.size() > kMaxRefusedLoops) refused.resize(kMaxRefusedLoops);
   refused.insert(refused.end(), accepted.begin(), accepted.end());
   return refused;
@@ -219,10 +220,10 @@ std::string draw_map(const ReportInput& input) {
   for (const Eigen::Vector3f& p : result.dynamic_points) add_point(dynamic, p, kDynamicColor);
   overlay(image, dynamic, map, 0.45F);
   Drawing drawing(image, frame, "The merged map from above");
-  for (const LoopRecord* loop : loops_to_draw(result)) {
-    drawing.loop(result.sessions[loop->query_session].T_map_keyframe[loop->query_keyframe],
-                 result.sessions[loop->match_session].T_map_keyframe[loop->match_keyframe],
-                 loop->accepted);
+  for (const LoopConstraint* loop : loops_to_draw(result)) {
+    drawing.loop(result.sessions[loop->query.session].T_map_keyframe[loop->query.keyframe],
+                 result.sessions[loop->match.session].T_map_keyframe[loop->match.keyframe],
+                 loop->decision.accepted);
   }
   draw_paths(drawing, result);
   drawing.scale_bar();

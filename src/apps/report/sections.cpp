@@ -117,7 +117,7 @@ std::string headline_section(const ReportInput& input, const Summary& summary) {
   html += tile(percent(points_in > 0.0 ? points_dynamic / points_in : 0.0, 1) + "\u00a0%",
                "of all points removed as dynamic");
   html += tile(grouped(summary.inter.accepted) + " + " + grouped(summary.intra.accepted),
-               "loops accepted between + within sessions");
+               "inter-session + intra-session loops accepted");
   if (summary.has_truth) html += tile(length(worst_m), "largest ATE rmse of a session");
   if (input.elapsed_s > 0.0) html += tile(stage_words(input.elapsed_s), "to merge");
   return html + "</div>\n";

@@ -56,13 +56,14 @@ std::string kind_of(const std::string& reason) {
 }
 
 void count_loops(const merge::MergeResult& result, Summary& summary) {
-  for (const merge::LoopRecord& loop : result.loops) {
-    const auto pair = std::minmax(loop.query_session, loop.match_session);
+  for (const merge::LoopConstraint& loop : result.loops) {
+    const auto pair = std::minmax(loop.query.session, loop.match.session);
     LoopCount& total = pair.first == pair.second ? summary.intra : summary.inter;
     LoopCount& of_pair = summary.loops_by_pair[{pair.first, pair.second}];
-    ++(loop.accepted ? total.accepted : total.refused);
-    ++(loop.accepted ? of_pair.accepted : of_pair.refused);
-    ++(loop.accepted ? summary.acceptance_ways : summary.refusals)[kind_of(loop.reason)];
+    ++(loop.decision.accepted ? total.accepted : total.refused);
+    ++(loop.decision.accepted ? of_pair.accepted : of_pair.refused);
+    ++(loop.decision.accepted ? summary.acceptance_ways
+                              : summary.refusals)[kind_of(loop.decision.reason)];
   }
 }
 

@@ -49,8 +49,8 @@ class TextTable {
 
 std::string loop_line(const Summary& summary) {
   std::string line = "loops: ";
-  line += std::to_string(summary.inter.accepted) + " between and " +
-          std::to_string(summary.intra.accepted) + " within sessions accepted, " +
+  line += std::to_string(summary.inter.accepted) + " inter-session and " +
+          std::to_string(summary.intra.accepted) + " intra-session accepted, " +
           std::to_string(summary.inter.refused + summary.intra.refused) + " refused\n";
   return line;
 }
