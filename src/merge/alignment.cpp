@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "alignment_problem.hpp"
+#include "loop_acceptance.hpp"
 
 namespace unimapper::merge {
 namespace {

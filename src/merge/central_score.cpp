@@ -1,3 +1,4 @@
+// Suitability of each session as the central map.
 #include "central_score.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Registration clouds of keyframes and their neighbours (local submaps).
 #include "keyframe_clouds.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // Consistency graph of loops and its maximum clique (after PCM: Mangelson et al., 2018).
-#include "unimapper/merge/loop_acceptance.hpp"
+#include "loop_acceptance.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// Search for loop candidates by descriptor, intra-session and inter-session.
 #include "loop_search.hpp"
 
 #include <algorithm>
@@ -14,8 +15,8 @@
 namespace unimapper::merge {
 namespace {
 
-// Among more places than these, chance offers so much that looking more closely finds more than
-// looking at less of the query.
+// Among more places than these, tighter tolerances find more loops than comparing fewer of the
+// query's triangles, because so many match by chance.
 constexpr std::uint32_t kVeryManyPlaces = 50'000;
 
 LoopSearchConfig database_config(const std::vector<SessionData>& sessions, std::size_t places,
@@ -29,7 +30,7 @@ LoopSearchConfig database_config(const std::vector<SessionData>& sessions, std::
           static_cast<std::uint32_t>(std::min<std::size_t>(keyframe.keypoints.size(), 255)));
     }
   }
-  // Sessions must not crowd each other out.
+  // No session may displace the candidates of another.
   config.max_per_session = std::max(per_session, config.max_verified);
   const auto wanted = static_cast<std::uint32_t>(std::min<std::size_t>(others * per_session, 256));
   config.max_results = std::max(config.max_results, wanted);
@@ -126,7 +127,8 @@ std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<Sessi
   };
   for_each_keyframe([&](KeyframeId k) { database->insert(place(k), k, pose(k)); });
 
-  // By (lower, higher) session, then by (lower, higher) keyframe: both directions meet here.
+  // By (lower, higher) session, then by (lower, higher) keyframe: of the two directions of a pair
+  // the better one is kept.
   std::map<std::pair<std::size_t, std::size_t>,
            std::map<std::pair<KeyframeId, KeyframeId>, LoopCandidate>>
       by_pair;

@@ -1,4 +1,4 @@
-// Candidates for loops, from the places the robots sent.
+// Search for loop candidates by descriptor, intra-session and inter-session.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,10 @@
 
 namespace unimapper::merge {
 
-/// How the base searches a database of `places`. It has more time than a robot. It stores fewer
-/// triangles of each, since what is compared grows with the square of their number, and looks at
-/// more candidates instead: among many places, chance gives some as many votes as the right one.
+/// Search parameters of the base for a database of `places`. It has more time than a robot. It
+/// stores fewer triangles of each, since the comparisons grow with the square of their number, and
+/// verifies more candidates instead: among many places, some get as many votes by chance as the
+/// right one.
 LoopSearchConfig base_search_config(std::uint32_t places);
 
 /// Candidates within each session: keyframes in their order, only earlier ones searched.

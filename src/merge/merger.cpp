@@ -14,6 +14,7 @@
 #include "parallel.hpp"
 #include "radius_search.hpp"
 #include "session_check.hpp"
+#include "session_path.hpp"
 #include "unified_map.hpp"
 #include "unimapper/merge/alignment.hpp"
 

@@ -1,3 +1,4 @@
+// Loop candidates between nearby keyframes of aligned sessions (paper section VI, R).
 #include "radius_search.hpp"
 
 #include <algorithm>
@@ -18,8 +19,8 @@ double horizontal_fov_deg(const SessionData& session) {
   return model == nullptr ? 360.0 : static_cast<double>(model->horizontal_fov_deg);
 }
 
-/// Largest turn at which two sensors still see common ground from one spot.
-double turn_limit(const SessionData& a, const SessionData& b) {
+/// Largest relative heading at which two sensors at one position have a common view.
+double max_relative_heading(const SessionData& a, const SessionData& b) {
   const double fov = std::min(horizontal_fov_deg(a), horizontal_fov_deg(b));
   const double wider = std::max(horizontal_fov_deg(a), horizontal_fov_deg(b));
   return wider >= kWideFovDeg ? 4.0 : 0.5 * fov * kRadiansPerDegree;
@@ -73,7 +74,7 @@ class RadiusSearch {
  private:
   [[nodiscard]] std::vector<Neighbor> nearest(KeyframeId query, std::size_t match) const {
     const Pose& T_map_query = poses_[query.session][query.keyframe];
-    const double turn = turn_limit(sessions_[query.session], sessions_[match]);
+    const double turn = max_relative_heading(sessions_[query.session], sessions_[match]);
     std::vector<Neighbor> neighbors;
     for (std::size_t m = 0; m < poses_[match].size(); ++m) {
       if (query.session == match &&

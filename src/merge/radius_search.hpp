@@ -1,4 +1,4 @@
-// Loops between keyframes that alignment has brought close (paper section VI, R).
+// Loop candidates between nearby keyframes of aligned sessions (paper section VI, R).
 #pragma once
 
 #include <span>

@@ -1,4 +1,5 @@
-#include "unimapper/merge/session_path.hpp"
+// Covariance of odometry between two keyframes of a session.
+#include "session_path.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -57,7 +57,7 @@ inline void add_session(Merge& merge, std::size_t s, const char* name, const cha
   session.complete = s != 1;
   session.keyframes_missing = s == 1 ? 3 : 0;
   merge::MergedSession merged;
-  apps::SessionEvidence evidence;
+  apps::SessionReference reference;
   for (std::uint32_t k = 0; k < keyframes; ++k) {
     const Pose truth = route(s, static_cast<double>(k) / keyframes);
     Pose estimate = truth;
@@ -70,13 +70,13 @@ inline void add_session(Merge& merge, std::size_t s, const char* name, const cha
     record.points_in = 1'310'720;
     record.points_dynamic = 31'000 + 9'000 * s;
     merged.T_map_keyframe.push_back(estimate);
-    evidence.truth.push_back({record.scans[0].stamp_ns, truth});
+    reference.truth.push_back({record.scans[0].stamp_ns, truth});
     session.keyframes.push_back(std::move(record));
   }
   merged.status = s == 0 ? merge::SessionStatus::kCentral : merge::SessionStatus::kMerged;
   merge.sessions.push_back(std::move(session));
   merge.result.sessions.push_back(std::move(merged));
-  merge.input.evidence.push_back(std::move(evidence));
+  merge.input.references.push_back(std::move(reference));
 }
 
 /// Ground along the routes and walls of houses beside them. `step_m` decides how many points.
@@ -170,7 +170,7 @@ inline void fill(Merge& merge, float step_m = 0.2F) {
   merge.input.commands = {"unimapper merge monday wednesday friday elsewhere --out map"};
   evaluate::DynamicScore score;
   score.total = {1'000'000, 981'234, 50'000, 45'678};
-  for (auto& evidence : merge.input.evidence) evidence.removal = score;
+  for (auto& reference : merge.input.references) reference.removal = score;
 }
 
 }  // namespace synthetic

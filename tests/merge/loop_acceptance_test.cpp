@@ -1,5 +1,5 @@
 // Loop acceptance at the boundary of every threshold
-#include "unimapper/merge/loop_acceptance.hpp"
+#include "src/merge/loop_acceptance.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

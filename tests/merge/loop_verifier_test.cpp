@@ -27,13 +27,13 @@ Pose shifted(double x, double y, double z = 0.0) {
   return {Eigen::Matrix3d::Identity(), Eigen::Vector3d(x, y, z)};
 }
 
-/// What a robot sees of a yard from a given pose: upright panels about 15 cm fine, and ground.
+/// Cells of a yard in the frame of a given pose: walls with points 15 cm apart, and ground.
 class View {
  public:
   explicit View(const Pose& T_world_keyframe, std::uint64_t seed = 1)
       : T_keyframe_world_(T_world_keyframe.inverse()), random_(seed) {}
 
-  void add_panel(double x0, double y0, double x1, double y1, double z0, double z1) {
+  void add_wall(double x0, double y0, double x1, double y1, double z0, double z1) {
     const int steps = static_cast<int>(std::hypot(x1 - x0, y1 - y0) / 0.15);
     for (int i = 0; i <= steps; ++i) {
       const double s = static_cast<double>(i) / steps;
@@ -49,12 +49,12 @@ class View {
 
   /// Four walls without symmetry, two pillars, ground.
   void add_yard() {
-    add_panel(-15.0, 10.0, 15.0, 10.0, -1.6, 3.0);
-    add_panel(15.0, -10.0, 15.0, 10.0, -1.6, 3.0);
-    add_panel(-15.0, -10.0, -15.0, 10.0, -1.6, 3.0);
-    add_panel(-15.0, -10.0, 4.0, -10.0, -1.6, 3.0);
-    add_panel(7.0, 8.0, 8.0, 8.0, -1.6, 3.0);
-    add_panel(-9.0, -7.0, -9.0, -6.0, -1.6, 3.0);
+    add_wall(-15.0, 10.0, 15.0, 10.0, -1.6, 3.0);
+    add_wall(15.0, -10.0, 15.0, 10.0, -1.6, 3.0);
+    add_wall(-15.0, -10.0, -15.0, 10.0, -1.6, 3.0);
+    add_wall(-15.0, -10.0, 4.0, -10.0, -1.6, 3.0);
+    add_wall(7.0, 8.0, 8.0, 8.0, -1.6, 3.0);
+    add_wall(-9.0, -7.0, -9.0, -6.0, -1.6, 3.0);
     add_ground();
   }
 
@@ -188,8 +188,8 @@ TEST_CASE("Structure must coincide after alignment", "[verification]") {
   View match{Pose{}};
   View query{kTruth, 2};
   for (View* view : {&match, &query}) view->add_yard();
-  match.add_panel(-28.0, 16.0, 14.0, 16.0, -1.6, 3.0);
-  query.add_panel(-14.0, -18.0, 28.0, -18.0, -1.6, 3.0);
+  match.add_wall(-28.0, 16.0, 14.0, 16.0, -1.6, 3.0);
+  query.add_wall(-14.0, -18.0, 28.0, -18.0, -1.6, 3.0);
   const auto sessions = two_sessions(match, query);
   MergeConfig config;
   config.loops.max_contradiction = 1.0;
@@ -225,8 +225,8 @@ TEST_CASE("A false loop whose structure stands in the other's free space is refu
   query.add_yard();
   const bool screens_of_match = GENERATE(false, true);
   View& screened = screens_of_match ? match : query;
-  for (const double y : {-5.0, 5.0}) screened.add_panel(-6.0, y, 6.0, y, -1.2, 1.5);
-  for (const double x : {-6.0, 6.0}) screened.add_panel(x, -4.0, x, 4.0, -1.2, 1.5);
+  for (const double y : {-5.0, 5.0}) screened.add_wall(-6.0, y, 6.0, y, -1.2, 1.5);
+  for (const double x : {-6.0, 6.0}) screened.add_wall(x, -4.0, x, 4.0, -1.2, 1.5);
   const auto sessions = two_sessions(match, query);
   MergeConfig config;
   config.loops.max_contradiction = 0.05;

@@ -6,10 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "unimapper/merge/loop_acceptance.hpp"
+#include "unimapper/core/pose.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
-#include "unimapper/merge/session_path.hpp"
 
 namespace unimapper::merge {
 
@@ -22,7 +21,7 @@ struct AlignmentSession {
 /// The state of all maps after alignment.
 struct Alignment {
   std::size_t central = 0;
-  std::vector<bool> connected;                        ///< false: kept apart, in its own frame
+  std::vector<bool> connected;                        ///< false: in its own frame
   std::vector<std::string> reason;                    ///< why a session is not connected
   std::vector<Pose> T_map_session;                    ///< anchor nodes
   std::vector<std::vector<Pose>> T_session_keyframe;  ///< optimised, in the session's own frame

@@ -63,8 +63,10 @@ struct MergeResult {
 
 /// Merges any number of sessions (paper section VI). Deterministic: the same sessions give the
 /// same result, whatever the number of threads. Throws std::invalid_argument for a session
-/// whose data could not be a session (no keyframes is allowed: it stays unconnected).
-MergeResult merge_sessions(const std::vector<SessionData>& sessions, const MergeConfig& config,
-                           const std::function<void(const std::string&)>& progress = {});
+/// whose data could not be a session (no keyframes is allowed: it stays unconnected). `progress`
+/// receives stages and outcomes in words.
+[[nodiscard]] MergeResult merge_sessions(
+    const std::vector<SessionData>& sessions, const MergeConfig& config = {},
+    const std::function<void(const std::string&)>& progress = {});
 
 }  // namespace unimapper::merge

@@ -1,3 +1,4 @@
+// Report section on loops.
 #include <algorithm>
 
 #include "src/apps/report/format.hpp"

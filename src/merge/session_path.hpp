@@ -1,4 +1,4 @@
-// A session's keyframe poses, and how far odometry between two of them can be trusted.
+// Keyframe poses of a session and the covariance of its odometry.
 #pragma once
 
 #include <Eigen/Core>

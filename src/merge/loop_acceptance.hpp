@@ -5,13 +5,13 @@
 #include <span>
 #include <vector>
 
+#include "session_path.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
-#include "unimapper/merge/session_path.hpp"
 
 namespace unimapper::merge {
 
-/// Largest set of pairwise consistent loops between two sessions, or within one.
+/// Largest set of pairwise consistent loops of two sessions, or of one.
 struct ConsistencySet {
   LoopDecision decision;             ///< accepted: the inliers may enter the pose graph
   std::vector<std::size_t> inliers;  ///< ascending indices into the loops given
@@ -26,10 +26,10 @@ struct ConsistencySet {
 double cycle_chi2(const LoopConstraint& a, const LoopConstraint& b, const SessionPath& query,
                   const SessionPath& match);
 
-/// The consistency set of the loops between two sessions. It is accepted if it is large, spans
-/// enough path and exceeds the largest competing set by the configured margin; otherwise the match
-/// is ambiguous and nothing is accepted (docs/design/loop-acceptance.md). O(n^2) and a bounded
-/// clique search.
+/// The consistency set of the inter-session loops of two sessions. It is accepted if it is large,
+/// spans enough path and exceeds the largest competing set by the configured margin; otherwise the
+/// match is ambiguous and nothing is accepted (docs/design/loop-acceptance.md). O(n^2) and a
+/// bounded clique search.
 ConsistencySet inter_session_consistency(std::span<const LoopConstraint> loops,
                                          const SessionPath& query, const SessionPath& match,
                                          const AcceptanceConfig& config);
@@ -39,7 +39,7 @@ ConsistencySet inter_session_consistency(std::span<const LoopConstraint> loops,
 ConsistencySet intra_session_consistency(std::span<const LoopConstraint> loops,
                                          const SessionPath& path, const AcceptanceConfig& config);
 
-/// Rigid fit of one session's frame to another's through loops between them.
+/// Rigid fit of one session's frame to another's through their inter-session loops.
 Pose fit_session_transform(std::span<const LoopConstraint> loops,
                            std::span<const std::size_t> chosen, const SessionPath& query,
                            const SessionPath& match);
