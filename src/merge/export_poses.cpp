@@ -4,6 +4,7 @@
 #include <string>
 
 #include "export_files.hpp"
+#include "unimapper/core/pose_interpolation.hpp"
 #include "unimapper/merge/loops_csv.hpp"
 
 namespace unimapper::merge {
@@ -33,11 +34,6 @@ std::string seconds(std::int64_t stamp_ns) {
                 static_cast<unsigned long long>(magnitude / 1000000000ULL),
                 static_cast<unsigned long long>(magnitude % 1000000000ULL));
   return text;
-}
-
-Pose blend(const Pose& a, const Pose& b, double share) {
-  return {a.quaternion().slerp(share, b.quaternion()),
-          (1.0 - share) * a.translation + share * b.translation};
 }
 
 /// First vertex number of every session.
@@ -81,8 +77,8 @@ std::vector<TrajectoryPose> session_trajectory(const SessionData& session,
       if (second != first && span > 0) {
         const double share =
             static_cast<double>(scan.stamp_ns - reference_ns(first)) / static_cast<double>(span);
-        pose =
-            blend(pose, relative_to(second, scan.T_odometry_sensor), std::clamp(share, 0.0, 1.0));
+        pose = interpolate(pose, relative_to(second, scan.T_odometry_sensor),
+                           std::clamp(share, 0.0, 1.0));
       }
       trajectory.push_back({scan.stamp_ns, pose});
     }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "parallel.hpp"
+#include "session_path.hpp"
 #include "unimapper/merge/in_arena.hpp"
 #include "unimapper/merge/plane_restorer.hpp"
 #include "unimapper/place/database.hpp"
@@ -49,14 +50,9 @@ std::vector<LoopCandidate> intra_session_loops(const std::vector<SessionData>& s
   const auto& keyframes = sessions[session].keyframes;
   InArena<PlaceDatabase> database(database_config(sessions, keyframes.size(), 1, 1));
   PlaneRestorer planes;
-  std::vector<double> path(keyframes.size(), 0.0);
+  const std::vector<double> path = path_lengths_m(sessions[session]);
   std::vector<LoopCandidate> found;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
-    if (k > 0) {
-      path[k] = path[k - 1] + (keyframes[k].T_odometry_keyframe.translation -
-                               keyframes[k - 1].T_odometry_keyframe.translation)
-                                  .norm();
-    }
     const KeyframeId query{session, k};
     const PlaceView place = planes.place(keyframes[k]);
     std::uint32_t kept = 0;

@@ -6,12 +6,12 @@
 #include <set>
 #include <utility>
 
+#include "session_path.hpp"
 #include "unimapper/core/sensor.hpp"
 
 namespace unimapper::merge {
 namespace {
 
-constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
 constexpr double kWideFovDeg = 180.0;
 
 double horizontal_fov_deg(const SessionData& session) {
@@ -23,7 +23,7 @@ double horizontal_fov_deg(const SessionData& session) {
 double max_relative_heading(const SessionData& a, const SessionData& b) {
   const double fov = std::min(horizontal_fov_deg(a), horizontal_fov_deg(b));
   const double wider = std::max(horizontal_fov_deg(a), horizontal_fov_deg(b));
-  return wider >= kWideFovDeg ? 4.0 : 0.5 * fov * kRadiansPerDegree;
+  return wider >= kWideFovDeg ? 4.0 : 0.5 * fov / kDegreesPerRadian;
 }
 
 struct Neighbor {
@@ -39,17 +39,11 @@ class RadiusSearch {
       : sessions_(sessions), config_(config) {
     for (std::size_t s = 0; s < sessions.size(); ++s) {
       std::vector<Pose> poses;
-      std::vector<double> path;
       for (std::size_t k = 0; k < sessions[s].keyframes.size(); ++k) {
         poses.push_back(alignment.T_map_keyframe({s, k}));
-        const double step = k == 0 ? 0.0
-                                   : (sessions[s].keyframes[k].T_odometry_keyframe.translation -
-                                      sessions[s].keyframes[k - 1].T_odometry_keyframe.translation)
-                                         .norm();
-        path.push_back(k == 0 ? 0.0 : path.back() + step);
       }
       poses_.push_back(std::move(poses));
-      path_.push_back(std::move(path));
+      path_.push_back(path_lengths_m(sessions[s]));
     }
     for (const auto& loop : known) known_.insert(std::minmax(loop.query, loop.match));
   }

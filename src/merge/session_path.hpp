@@ -5,11 +5,15 @@
 #include <cstddef>
 #include <vector>
 
+#include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/merge/pose_graph.hpp"
 
 namespace unimapper::merge {
+
+/// Metres travelled up to each keyframe, by odometry.
+[[nodiscard]] std::vector<double> path_lengths_m(const SessionData& session);
 
 /// Variance of a relative pose: metres squared per axis, radians squared per axis.
 struct RelativeVariance {
