@@ -66,7 +66,7 @@ class MeasuredDatabase {
  public:
   explicit MeasuredDatabase(const LoopSearchConfig& config) : database_(config) {}
 
-  void insert(const OwnedPlace& place, PlaceId id, const Pose& T_session_place) {
+  void insert(const OwnedPlace& place, KeyframeId id, const Pose& T_session_place) {
     const double start = thread_milliseconds();
     database_->insert(place.view(), id, T_session_place);
     insert_ms_.push_back(thread_milliseconds() - start);

@@ -43,12 +43,15 @@ evaluate::LoopScore score_answers(const DrivePair& pair, const RetrievalResult& 
                                   double threshold_m, std::span<const std::uint8_t> common_view) {
   const auto& queries = pair.queries->drive.keyframes;
   const auto& references = pair.references->drive.keyframes;
-  std::vector<evaluate::LoopGuess> guesses;
+  std::vector<LoopRecord> loops;
   for (const RetrievedPlace& answer : retrieval.candidates) {
     const bool distractor = answer.match == kDistractor;
-    guesses.push_back({queries[answer.query].sequence,
-                       distractor ? kNowhere : references[answer.match].sequence, answer.confidence,
-                       answer.accepted, answer.T_match_query});
+    LoopRecord& loop = loops.emplace_back();
+    loop.query_keyframe = queries[answer.query].sequence;
+    loop.match_keyframe = distractor ? kNowhere : references[answer.match].sequence;
+    loop.confidence = answer.confidence;
+    loop.accepted = answer.accepted;
+    loop.T_match_query = answer.T_match_query;
   }
   evaluate::LoopScoreConfig config;
   config.threshold_m = threshold_m;
@@ -56,7 +59,7 @@ evaluate::LoopScore score_answers(const DrivePair& pair, const RetrievalResult& 
   config.common_view = common_view;
   auto known = true_keyframes(pair.references->drive);
   known.push_back(nowhere());
-  return evaluate::score_loops(true_keyframes(pair.queries->drive), known, guesses, config);
+  return evaluate::score_loops(true_keyframes(pair.queries->drive), known, loops, config);
 }
 
 /// True matches of a query.

@@ -8,6 +8,7 @@
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/formats.hpp"
 #include "ports/datasets/sequence.hpp"
+#include "unimapper/core/pose_interpolation.hpp"
 #include "unimapper/core/sensor.hpp"
 
 namespace unimapper::datasets {
@@ -195,10 +196,7 @@ class PoseTrack {
       fail(file_, "no pose within 0.5 s of scan " + std::to_string(stamp_ns));
     }
     const double share = static_cast<double>(stamp_ns - begin) / static_cast<double>(gap);
-    const Pose& a = trajectory_.poses[after - 1];
-    const Pose& b = trajectory_.poses[after];
-    return {a.quaternion().slerp(share, b.quaternion()),
-            (1.0 - share) * a.translation + share * b.translation};
+    return interpolate(trajectory_.poses[after - 1], trajectory_.poses[after], share);
   }
 
   const Trajectory& trajectory_;

@@ -1,4 +1,4 @@
-// One self-contained HTML page about a merge.
+// HTML report and terminal summary of a merge.
 #pragma once
 
 #include <filesystem>
@@ -13,8 +13,8 @@
 
 namespace unimapper::apps {
 
-/// What is known of one session beyond what its keyframes say. Everything is optional.
-struct SessionEvidence {
+/// Ground truth and measurements of one session. Everything is optional.
+struct SessionReference {
   /// The session's run folder; stage times are read from its stats.json when that is there.
   std::filesystem::path run;
   /// Ground truth T_world_sensor (`read_truth`), sorted by stamp. All sessions' truths share one
@@ -28,7 +28,7 @@ struct SessionEvidence {
 struct ReportInput {
   const std::vector<SessionData>* sessions = nullptr;
   const merge::MergeResult* result = nullptr;
-  std::vector<SessionEvidence> evidence;  ///< one per session, or empty
+  std::vector<SessionReference> references;  ///< one per session, or empty
   std::string title = "Merged map";
   std::vector<std::string> commands;  ///< shown under "how to reproduce", one a line
   double elapsed_s = 0.0;             ///< wall-clock time of the merge; 0 hides it

@@ -1,3 +1,4 @@
+// Precision and recall of loop search.
 #include "unimapper/evaluate/loops.hpp"
 
 #include <algorithm>
@@ -10,8 +11,8 @@ namespace {
 
 double harmonic_mean(double a, double b) { return a + b > 0.0 ? 2.0 * a * b / (a + b) : 0.0; }
 
-/// A guess compared with the truth.
-struct JudgedGuess {
+/// Errors of a reported loop.
+struct ScoredLoop {
   double confidence = 0.0;
   bool true_by_distance = false;
   bool true_by_pose = false;
@@ -19,12 +20,12 @@ struct JudgedGuess {
   double rotation_error_deg = 0.0;
 };
 
-/// What is known of one query after all guesses were looked at.
+/// One query and its best loops.
 struct Query {
   bool positive = false;
   bool shares_view = false;
-  std::optional<JudgedGuess> best;      // of all guesses
-  std::optional<JudgedGuess> accepted;  // of the accepted ones
+  std::optional<ScoredLoop> best;      // of all loops
+  std::optional<ScoredLoop> accepted;  // of the accepted ones
 };
 
 bool eligible(const TrueKeyframe& query, const TrueKeyframe& reference,
@@ -53,28 +54,28 @@ bool has_common_view(std::size_t query, std::span<const TrueKeyframe> queries,
   return false;
 }
 
-JudgedGuess judge(const LoopGuess& guess, const TrueKeyframe& query, const TrueKeyframe& match,
-                  const LoopScoreConfig& config) {
+ScoredLoop score_loop(const LoopRecord& loop, const TrueKeyframe& query, const TrueKeyframe& match,
+                      const LoopScoreConfig& config) {
   const Pose T_match_query_true = match.T_world_sensor.inverse() * query.T_world_sensor;
-  const Pose error = T_match_query_true.inverse() * guess.T_match_query;
-  JudgedGuess judged;
-  judged.confidence = guess.confidence;
-  judged.translation_error_m = error.translation.norm();
-  judged.rotation_error_deg = rotation_angle(error.rotation) * kDegreesPerRadian;
-  judged.true_by_distance = distance_m(query, match) <= config.threshold_m;
-  judged.true_by_pose = judged.translation_error_m <= config.pose_translation_m &&
-                        judged.rotation_error_deg <= config.pose_rotation_deg;
-  return judged;
+  const Pose error = T_match_query_true.inverse() * loop.T_match_query;
+  ScoredLoop scored;
+  scored.confidence = loop.confidence;
+  scored.translation_error_m = error.translation.norm();
+  scored.rotation_error_deg = rotation_angle(error.rotation) * kDegreesPerRadian;
+  scored.true_by_distance = distance_m(query, match) <= config.threshold_m;
+  scored.true_by_pose = scored.translation_error_m <= config.pose_translation_m &&
+                        scored.rotation_error_deg <= config.pose_rotation_deg;
+  return scored;
 }
 
-void keep_better(std::optional<JudgedGuess>& best, const JudgedGuess& guess) {
-  if (!best || guess.confidence > best->confidence) best = guess;
+void keep_better(std::optional<ScoredLoop>& best, const ScoredLoop& loop) {
+  if (!best || loop.confidence > best->confidence) best = loop;
 }
 
-/// What counts as a query to answer and as a right answer.
+/// What counts as a positive query and as a true loop.
 struct Criterion {
   bool Query::*is_positive;
-  bool JudgedGuess::*is_true;
+  bool ScoredLoop::*is_true;
 };
 
 PrecisionRecall operating_point(const std::vector<Query>& queries, Criterion criterion) {
@@ -157,40 +158,40 @@ std::unordered_map<std::uint32_t, std::size_t> index_by_keyframe(
 }  // namespace
 
 LoopScore score_loops(std::span<const TrueKeyframe> queries,
-                      std::span<const TrueKeyframe> references, std::span<const LoopGuess> guesses,
+                      std::span<const TrueKeyframe> references, std::span<const LoopRecord> loops,
                       const LoopScoreConfig& config) {
   LoopScore score;
   score.queries = queries.size();
   const bool views_known = config.common_view.size() == queries.size() * references.size();
-  std::vector<Query> judged(queries.size());
+  std::vector<Query> scored(queries.size());
   for (std::size_t i = 0; i < queries.size(); ++i) {
-    judged[i].positive = has_revisit(queries[i], references, config);
-    score.positives += judged[i].positive ? 1 : 0;
-    judged[i].shares_view = views_known && has_common_view(i, queries, references, config);
-    score.view_positives += judged[i].shares_view ? 1 : 0;
+    scored[i].positive = has_revisit(queries[i], references, config);
+    score.positives += scored[i].positive ? 1 : 0;
+    scored[i].shares_view = views_known && has_common_view(i, queries, references, config);
+    score.view_positives += scored[i].shares_view ? 1 : 0;
   }
   const auto query_index = index_by_keyframe(queries);
   const auto reference_index = index_by_keyframe(references);
-  for (const LoopGuess& guess : guesses) {
-    const auto query = query_index.find(guess.query_keyframe);
-    const auto match = reference_index.find(guess.match_keyframe);
+  for (const LoopRecord& loop : loops) {
+    const auto query = query_index.find(loop.query_keyframe);
+    const auto match = reference_index.find(loop.match_keyframe);
     if (query == query_index.end() || match == reference_index.end() ||
         !eligible(queries[query->second], references[match->second], config)) {
-      ++score.guesses_left_out;
+      ++score.loops_left_out;
       continue;
     }
-    ++score.guesses;
-    const JudgedGuess outcome =
-        judge(guess, queries[query->second], references[match->second], config);
-    keep_better(judged[query->second].best, outcome);
-    if (guess.accepted) keep_better(judged[query->second].accepted, outcome);
+    ++score.loops;
+    const ScoredLoop errors =
+        score_loop(loop, queries[query->second], references[match->second], config);
+    keep_better(scored[query->second].best, errors);
+    if (loop.accepted) keep_better(scored[query->second].accepted, errors);
   }
-  score.by_distance = figures(judged, {&Query::positive, &JudgedGuess::true_by_distance});
-  score.by_pose = figures(judged, {&Query::positive, &JudgedGuess::true_by_pose});
-  score.by_view = figures(judged, {&Query::shares_view, &JudgedGuess::true_by_pose});
+  score.by_distance = figures(scored, {&Query::positive, &ScoredLoop::true_by_distance});
+  score.by_pose = figures(scored, {&Query::positive, &ScoredLoop::true_by_pose});
+  score.by_view = figures(scored, {&Query::shares_view, &ScoredLoop::true_by_pose});
   std::vector<double> translations;
   std::vector<double> rotations;
-  for (const Query& query : judged) {
+  for (const Query& query : scored) {
     if (!query.accepted || !query.accepted->true_by_distance) continue;
     translations.push_back(query.accepted->translation_error_m);
     rotations.push_back(query.accepted->rotation_error_deg);

@@ -1,3 +1,4 @@
+// Suitability of each session as the central map.
 #include "central_score.hpp"
 
 #include <algorithm>
@@ -37,14 +38,13 @@ double covered_cells(const SessionData& session) {
   return static_cast<double>(cells.size());
 }
 
-/// Share of keyframes that lie between the two ends of a confirmed loop.
+/// Share of keyframes that lie between the two ends of a verified loop.
 double share_in_loops(const SessionData& session, std::size_t index,
-                      const std::vector<VerifiedLoop>& own_loops) {
+                      const std::vector<LoopConstraint>& intra_session_loops) {
   std::vector<bool> inside(session.keyframes.size(), false);
-  for (const auto& loop : own_loops) {
-    if (!loop.confirmed || loop.constraint.query.session != index) continue;
-    const auto [first, last] =
-        std::minmax(loop.constraint.query.keyframe, loop.constraint.match.keyframe);
+  for (const auto& loop : intra_session_loops) {
+    if (!loop.decision.accepted || loop.query.session != index) continue;
+    const auto [first, last] = std::minmax(loop.query.keyframe, loop.match.keyframe);
     std::fill(inside.begin() + static_cast<std::ptrdiff_t>(first),
               inside.begin() + static_cast<std::ptrdiff_t>(last + 1), true);
   }
@@ -53,11 +53,11 @@ double share_in_loops(const SessionData& session, std::size_t index,
 }
 
 Qualities qualities(const SessionData& session, std::size_t index,
-                    const std::vector<VerifiedLoop>& own_loops) {
+                    const std::vector<LoopConstraint>& intra_session_loops) {
   Qualities q;
   if (session.keyframes.empty()) return q;
   q.coverage = covered_cells(session);
-  q.loops = share_in_loops(session, index, own_loops);
+  q.loops = share_in_loops(session, index, intra_session_loops);
   const std::size_t step = std::max<std::size_t>(1, session.keyframes.size() / 10);
   std::vector<double> views;
   std::vector<std::size_t> keypoints;
@@ -75,11 +75,11 @@ Qualities qualities(const SessionData& session, std::size_t index,
 }  // namespace
 
 std::vector<double> central_scores(const std::vector<SessionData>& sessions,
-                                   const std::vector<VerifiedLoop>& own_loops) {
+                                   const std::vector<LoopConstraint>& intra_session_loops) {
   std::vector<Qualities> all;
   Qualities best{1e-9, 1e-9, 1e-9, 1e-9};
   for (std::size_t s = 0; s < sessions.size(); ++s) {
-    const Qualities q = qualities(sessions[s], s, own_loops);
+    const Qualities q = qualities(sessions[s], s, intra_session_loops);
     best.coverage = std::max(best.coverage, q.coverage);
     best.loops = std::max(best.loops, q.loops);
     best.field_of_view = std::max(best.field_of_view, q.field_of_view);

@@ -1,4 +1,4 @@
-// How well each session would serve as the central map.
+// Suitability of each session as the central map.
 #pragma once
 
 #include <vector>
@@ -9,9 +9,9 @@
 namespace unimapper::merge {
 
 /// The paper's two conditions (section VI) as one number in [0, 1] per session: a wide area
-/// covered with loops of its own, and a sensor with a wide field of view and rich places.
+/// covered with intra-session loops, and a sensor with a wide field of view and many keypoints.
 /// Everything is measured from the keyframes, relative to the best session.
 std::vector<double> central_scores(const std::vector<SessionData>& sessions,
-                                   const std::vector<VerifiedLoop>& own_loops);
+                                   const std::vector<LoopConstraint>& intra_session_loops);
 
 }  // namespace unimapper::merge

@@ -1,3 +1,4 @@
+// Chordal initialisation of pose graphs (Martinec and Pajdla 2007, Carlone et al. 2015).
 #include <Eigen/Sparse>
 #include <algorithm>
 #include <array>

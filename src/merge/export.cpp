@@ -1,3 +1,4 @@
+// Export of a merged map: folder, summary and timing.
 #include "unimapper/merge/export.hpp"
 
 #include <algorithm>
@@ -63,12 +64,12 @@ void write_summary(const std::filesystem::path& path, const std::vector<SessionD
   std::size_t rejected = 0;
   std::map<std::string, std::size_t> by_origin;
   for (const auto& loop : result.loops) {
-    if (!loop.accepted) {
+    if (!loop.decision.accepted) {
       ++rejected;
       continue;
     }
-    ++(loop.query_session == loop.match_session ? intra : inter);
-    ++by_origin[loop.reason];
+    ++(loop.is_intra_session() ? intra : inter);
+    ++by_origin[loop.decision.reason];
   }
   json["loops"] = {{"intra", intra}, {"inter", inter}, {"rejected", rejected}};
   for (const auto& [origin, count] : by_origin) json["loops"]["by_" + origin] = count;
@@ -102,9 +103,10 @@ void export_map(const std::filesystem::path& folder, const std::vector<SessionDa
   make(folder / "trajectories");
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     const bool connected = result.sessions[s].status != SessionStatus::kUnconnected;
-    const auto place = folder / (connected ? "trajectories" : "unconnected");
-    make(place);
-    write_trajectory(place / (sessions[s].info.name + ".tum"), sessions[s], result.sessions[s]);
+    const auto trajectories = folder / (connected ? "trajectories" : "unconnected");
+    make(trajectories);
+    write_trajectory(trajectories / (sessions[s].info.name + ".tum"), sessions[s],
+                     result.sessions[s]);
   }
   write_pose_graph(folder / "graph.g2o", sessions, result);
   write_loops(folder / "loops.csv", sessions, result);

@@ -1,4 +1,4 @@
-// The single files of an exported map.
+// Files of an exported map.
 #pragma once
 
 #include <filesystem>
@@ -27,6 +27,13 @@ class OutputFile {
   std::filesystem::path path_;
   std::ofstream stream_;
 };
+
+/// The one of the two quaternions of a rotation with w >= 0.
+inline Eigen::Quaterniond canonical_quaternion(const Pose& pose) {
+  Eigen::Quaterniond q = pose.quaternion();
+  if (q.w() < 0.0) q.coeffs() = -q.coeffs();
+  return q;
+}
 
 void write_trajectory(const std::filesystem::path& path, const SessionData& session,
                       const MergedSession& merged);

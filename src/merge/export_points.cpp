@@ -1,3 +1,4 @@
+// Point clouds of a merged map as PLY files.
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -13,7 +14,7 @@ using Colour = std::array<std::uint8_t, 3>;
 
 static_assert(std::endian::native == std::endian::little, "PLY is written in machine order");
 
-/// Distinguishable on dark and on light, and to most colour-blind eyes; repeats after eight.
+/// Eight colours that differ on dark and on light and under most colour blindness, repeated.
 Colour session_colour(std::size_t session) {
   constexpr Colour kColours[] = {{0, 114, 178},  {230, 159, 0}, {0, 158, 115},  {204, 121, 167},
                                  {86, 180, 233}, {213, 94, 0},  {240, 228, 66}, {153, 102, 51}};

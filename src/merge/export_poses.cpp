@@ -1,20 +1,17 @@
+// Trajectories, pose graph and loops of a merged map as files.
 #include <algorithm>
 #include <cstdio>
 #include <string>
 
 #include "export_files.hpp"
+#include "unimapper/core/pose_interpolation.hpp"
+#include "unimapper/merge/loops_csv.hpp"
 
 namespace unimapper::merge {
 namespace {
 
-Eigen::Quaterniond canonical(const Pose& pose) {
-  Eigen::Quaterniond q = pose.quaternion();
-  if (q.w() < 0.0) q.coeffs() = -q.coeffs();
-  return q;
-}
-
 std::string numbers(const Pose& pose, const char* separator, const char* format) {
-  const Eigen::Quaterniond q = canonical(pose);
+  const Eigen::Quaterniond q = canonical_quaternion(pose);
   const double values[] = {
       pose.translation.x(), pose.translation.y(), pose.translation.z(), q.x(), q.y(), q.z(), q.w()};
   std::string text;
@@ -39,22 +36,6 @@ std::string seconds(std::int64_t stamp_ns) {
   return text;
 }
 
-Pose blend(const Pose& a, const Pose& b, double share) {
-  return {a.quaternion().slerp(share, b.quaternion()),
-          (1.0 - share) * a.translation + share * b.translation};
-}
-
-/// Quotes a field if it needs it.
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + '"';
-}
-
 /// First vertex number of every session.
 std::vector<std::size_t> first_vertices(const std::vector<SessionData>& sessions) {
   std::vector<std::size_t> first;
@@ -75,8 +56,8 @@ Pose reference_sensor_pose(const KeyframeRecord& keyframe) {
 
 std::vector<TrajectoryPose> session_trajectory(const SessionData& session,
                                                const MergedSession& merged) {
-  // What odometry says about a scan, hung up on a keyframe of the solved graph.
-  const auto seen_from = [&](std::size_t k, const Pose& T_odometry_sensor) {
+  // Pose of a scan by odometry relative to a keyframe of the optimised graph.
+  const auto relative_to = [&](std::size_t k, const Pose& T_odometry_sensor) {
     return merged.T_map_keyframe[k] * session.keyframes[k].T_odometry_keyframe.inverse() *
            T_odometry_sensor;
   };
@@ -91,12 +72,13 @@ std::vector<TrajectoryPose> session_trajectory(const SessionData& session,
       const bool before = scan.stamp_ns < reference_ns(k);
       const std::size_t first = before && k > 0 ? k - 1 : k;
       const std::size_t second = before ? k : std::min(k + 1, session.keyframes.size() - 1);
-      Pose pose = seen_from(first, scan.T_odometry_sensor);
+      Pose pose = relative_to(first, scan.T_odometry_sensor);
       const std::int64_t span = reference_ns(second) - reference_ns(first);
       if (second != first && span > 0) {
         const double share =
             static_cast<double>(scan.stamp_ns - reference_ns(first)) / static_cast<double>(span);
-        pose = blend(pose, seen_from(second, scan.T_odometry_sensor), std::clamp(share, 0.0, 1.0));
+        pose = interpolate(pose, relative_to(second, scan.T_odometry_sensor),
+                           std::clamp(share, 0.0, 1.0));
       }
       trajectory.push_back({scan.stamp_ns, pose});
     }
@@ -155,23 +137,26 @@ void write_pose_graph(const std::filesystem::path& path, const std::vector<Sessi
 
 void write_loops(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
                  const MergeResult& result) {
-  OutputFile file(path);
-  file.stream() << "query_session,query_keyframe,query_scan,match_session,match_keyframe,"
-                   "match_scan,confidence,accepted,reason,x,y,z,qx,qy,qz,qw\n";
+  std::vector<LoopRecord> records;
+  records.reserve(result.loops.size());
   for (const auto& loop : result.loops) {
-    const auto& query = sessions[loop.query_session].keyframes[loop.query_keyframe];
-    const auto& match = sessions[loop.match_session].keyframes[loop.match_keyframe];
-    const Pose T_match_query = reference_sensor_pose(match).inverse() *
-                               loop.T_match_query_keyframe * reference_sensor_pose(query);
-    char confidence[24];
-    std::snprintf(confidence, sizeof confidence, "%.4f", static_cast<double>(loop.confidence));
-    file.stream() << csv_field(sessions[loop.query_session].info.name) << ',' << query.sequence
-                  << ',' << query.scans[query.reference_scan].scan_index << ','
-                  << csv_field(sessions[loop.match_session].info.name) << ',' << match.sequence
-                  << ',' << match.scans[match.reference_scan].scan_index << ',' << confidence << ','
-                  << (loop.accepted ? 1 : 0) << ',' << csv_field(loop.reason) << ','
-                  << numbers(T_match_query, ",", "%.6f") << '\n';
+    const auto& query = sessions[loop.query.session].keyframes[loop.query.keyframe];
+    const auto& match = sessions[loop.match.session].keyframes[loop.match.keyframe];
+    LoopRecord& record = records.emplace_back();
+    record.query_session = sessions[loop.query.session].info.name;
+    record.query_keyframe = query.sequence;
+    record.query_scan = query.scans[query.reference_scan].scan_index;
+    record.match_session = sessions[loop.match.session].info.name;
+    record.match_keyframe = match.sequence;
+    record.match_scan = match.scans[match.reference_scan].scan_index;
+    record.confidence = static_cast<double>(loop.confidence);
+    record.accepted = loop.decision.accepted;
+    record.reason = loop.decision.reason;
+    record.T_match_query =
+        reference_sensor_pose(match).inverse() * loop.T_match_query * reference_sensor_pose(query);
   }
+  OutputFile file(path);
+  file.stream() << format_loops_csv(records);
   file.close();
 }
 

@@ -1,3 +1,4 @@
+// Heap memory for components that are laid out in an arena.
 #include "unimapper/merge/in_arena.hpp"
 
 #if defined(__linux__)
@@ -20,7 +21,7 @@ Pages allocate_pages(std::size_t bytes) {
   auto* memory = static_cast<std::byte*>(std::aligned_alloc(alignment, whole));
   if (memory == nullptr) throw std::bad_alloc();
 #if defined(__linux__)
-  // Advice only: a system without large pages says no, and everything works as before.
+  // Advice only: a system without large pages refuses, and everything works as before.
   if (alignment == kLargePage) madvise(memory, whole, MADV_HUGEPAGE);
 #endif
   return Pages(memory);

@@ -1,3 +1,4 @@
+// Registration clouds of keyframes and their neighbours (local submaps).
 #include "keyframe_clouds.hpp"
 
 #include <algorithm>
@@ -15,20 +16,19 @@ KeyframeClouds::KeyframeClouds(const std::vector<SessionData>& sessions,
   }
 }
 
-void KeyframeClouds::prepare(std::vector<KeyframeRef> keyframes) {
+void KeyframeClouds::prepare(std::vector<KeyframeId> keyframes) {
   std::sort(keyframes.begin(), keyframes.end());
   keyframes.erase(std::unique(keyframes.begin(), keyframes.end()), keyframes.end());
-  std::erase_if(keyframes,
-                [&](KeyframeRef k) { return clouds_[k.session][k.keyframe] != nullptr; });
+  std::erase_if(keyframes, [&](KeyframeId k) { return clouds_[k.session][k.keyframe] != nullptr; });
   parallel_for(keyframes.size(), threads_, [&](std::size_t i) {
-    const KeyframeRef k = keyframes[i];
+    const KeyframeId k = keyframes[i];
     clouds_[k.session][k.keyframe] = std::make_unique<RegistrationCloud>(make_cloud(k));
     views_[k.session][k.keyframe] =
         std::make_unique<FreeSpaceView>(sessions_[k.session].keyframes[k.keyframe]);
   });
 }
 
-RegistrationCloud KeyframeClouds::make_cloud(KeyframeRef k) const {
+RegistrationCloud KeyframeClouds::make_cloud(KeyframeId k) const {
   const auto& keyframes = sessions_[k.session].keyframes;
   const Pose T_keyframe_odometry = keyframes[k.keyframe].T_odometry_keyframe.inverse();
   const float reach = config_.submap_radius_m * config_.submap_radius_m;

@@ -1,4 +1,4 @@
-// Registration clouds and free-space views of keyframes, made once and on demand.
+// Cache of registration clouds and free-space views by keyframe.
 #pragma once
 
 #include <memory>
@@ -6,32 +6,32 @@
 #include <vector>
 
 #include "free_space_view.hpp"
+#include "registration.hpp"
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
-#include "unimapper/merge/registration.hpp"
 
 namespace unimapper::merge {
 
-/// A keyframe's cloud also holds its neighbours' cells, carried over by odometry: a narrow field
-/// of view alone shows too little to be aligned.
+/// A keyframe's cloud is a local submap: it also holds its neighbours' cells, transformed by
+/// odometry, because a narrow field of view alone constrains a registration too little.
 class KeyframeClouds {
  public:
   KeyframeClouds(const std::vector<SessionData>& sessions, const RegistrationConfig& config,
                  unsigned threads);
 
-  /// Makes what is missing for the given keyframes. Not to be called while others read.
-  void prepare(std::vector<KeyframeRef> keyframes);
+  /// Makes what is missing for the given keyframes. Not to be called while other threads read.
+  void prepare(std::vector<KeyframeId> keyframes);
 
   /// Only for keyframes that were prepared.
-  [[nodiscard]] const RegistrationCloud& cloud(KeyframeRef k) const {
+  [[nodiscard]] const RegistrationCloud& cloud(KeyframeId k) const {
     return *clouds_[k.session][k.keyframe];
   }
-  [[nodiscard]] const FreeSpaceView& view(KeyframeRef k) const {
+  [[nodiscard]] const FreeSpaceView& view(KeyframeId k) const {
     return *views_[k.session][k.keyframe];
   }
 
  private:
-  [[nodiscard]] RegistrationCloud make_cloud(KeyframeRef k) const;
+  [[nodiscard]] RegistrationCloud make_cloud(KeyframeId k) const;
 
   const std::vector<SessionData>& sessions_;
   const RegistrationConfig& config_;

@@ -1,4 +1,5 @@
-#include "unimapper/merge/loop_acceptance.hpp"
+// Consistency graph of loops and its maximum clique (after PCM: Mangelson et al., 2018).
+#include "loop_acceptance.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +24,7 @@ double chi2(const Pose& error, double translation_variance, double rotation_vari
   return error.translation.squaredNorm() / translation_variance + angle * angle / rotation_variance;
 }
 
-/// How many of the chosen loops lie at distinct places: apart along both paths from all counted.
+/// How many of the chosen loops lie apart along both paths from all counted before.
 std::size_t count_distinct(std::span<const LoopConstraint> loops,
                            std::span<const std::size_t> chosen, const SessionPath& query,
                            const SessionPath& match, double spacing_m) {
@@ -55,8 +56,8 @@ double span_m(std::span<const LoopConstraint> loops, std::span<const std::size_t
   return std::min(q_high - q_low, m_high - m_low);
 }
 
-AdjacencyMatrix consistency(std::span<const LoopConstraint> loops, const SessionPath& query,
-                            const SessionPath& match, double threshold) {
+AdjacencyMatrix consistency_graph(std::span<const LoopConstraint> loops, const SessionPath& query,
+                                  const SessionPath& match, double threshold) {
   AdjacencyMatrix graph(loops.size());
   for (std::size_t i = 0; i < loops.size(); ++i) {
     for (std::size_t j = i + 1; j < loops.size(); ++j) {
@@ -66,36 +67,37 @@ AdjacencyMatrix consistency(std::span<const LoopConstraint> loops, const Session
   return graph;
 }
 
-/// Loops that side with the winners although not with every one of them are no rival story.
-std::vector<std::size_t> rivals_of(const AdjacencyMatrix& graph,
-                                   std::span<const std::size_t> winners) {
-  std::vector<std::size_t> rivals;
+/// Loops that are inconsistent with more than half of the inliers. The others belong to the same
+/// hypothesis although they are not consistent with every one of them.
+std::vector<std::size_t> competing_loops(const AdjacencyMatrix& graph,
+                                         std::span<const std::size_t> inliers) {
+  std::vector<std::size_t> competing;
   for (std::size_t i = 0; i < graph.size(); ++i) {
-    if (std::binary_search(winners.begin(), winners.end(), i)) continue;
-    const auto friends = std::count_if(winners.begin(), winners.end(),
-                                       [&](std::size_t w) { return graph.connected(i, w); });
-    if (2 * static_cast<std::size_t>(friends) < winners.size()) rivals.push_back(i);
+    if (std::binary_search(inliers.begin(), inliers.end(), i)) continue;
+    const auto consistent = std::count_if(inliers.begin(), inliers.end(),
+                                          [&](std::size_t w) { return graph.connected(i, w); });
+    if (2 * static_cast<std::size_t>(consistent) < inliers.size()) competing.push_back(i);
   }
-  return rivals;
+  return competing;
 }
 
-std::string refusal(std::span<const LoopConstraint> loops, const LoopVote& vote,
-                    const SessionPath& query, const SessionPath& match,
-                    const AcceptanceConfig& config) {
-  if (static_cast<double>(vote.distinct) < config.margin * static_cast<double>(vote.second)) {
-    return "ambiguous: " + std::to_string(vote.second) + " loops contradict " +
-           std::to_string(vote.distinct);
+std::string reason_to_refuse(std::span<const LoopConstraint> loops, const ConsistencySet& set,
+                             const SessionPath& query, const SessionPath& match,
+                             const AcceptanceConfig& config) {
+  if (static_cast<double>(set.distinct) < config.margin * static_cast<double>(set.competing)) {
+    return "ambiguous: " + std::to_string(set.competing) + " loops contradict " +
+           std::to_string(set.distinct);
   }
-  const bool strong = vote.distinct >= config.min_strong_loops &&
-                      std::all_of(vote.inliers.begin(), vote.inliers.end(), [&](std::size_t i) {
+  const bool strong = set.distinct >= config.min_strong_loops &&
+                      std::all_of(set.inliers.begin(), set.inliers.end(), [&](std::size_t i) {
                         return loops[i].overlap >= config.strong_overlap;
                       });
-  if (vote.distinct < config.min_loops && !strong) {
-    return "too few consistent loops: " + std::to_string(vote.distinct) + " of " +
+  if (set.distinct < config.min_loops && !strong) {
+    return "too few consistent loops: " + std::to_string(set.distinct) + " of " +
            std::to_string(loops.size());
   }
   const double needed = strong ? 0.5 * config.min_span_m : config.min_span_m;
-  if (span_m(loops, vote.inliers, query, match) < needed) return "loops span too short a path";
+  if (span_m(loops, set.inliers, query, match) < needed) return "loops span too short a path";
   return {};
 }
 
@@ -121,8 +123,8 @@ double cycle_chi2(const LoopConstraint& a, const LoopConstraint& b, const Sessio
 Pose fit_session_transform(std::span<const LoopConstraint> loops,
                            std::span<const std::size_t> chosen, const SessionPath& query,
                            const SessionPath& match) {
-  // Each loop contributes its keyframe's origin and the tips of its axes, long enough that a
-  // single loop fixes all six degrees of freedom without outweighing the others' positions.
+  // Each loop contributes its keyframe's origin and the ends of its axes, long enough that a
+  // single loop determines all six degrees of freedom without outweighing the others' positions.
   constexpr double kAxisLength = 10.0;
   std::vector<PointPair> pairs;
   for (const std::size_t i : chosen) {
@@ -138,31 +140,32 @@ Pose fit_session_transform(std::span<const LoopConstraint> loops,
   return fit_rigid(pairs, T_match_query) ? T_match_query : Pose{};
 }
 
-LoopVote vote_pair(std::span<const LoopConstraint> loops, const SessionPath& query,
-                   const SessionPath& match, const AcceptanceConfig& config) {
-  LoopVote vote;
+ConsistencySet inter_session_consistency(std::span<const LoopConstraint> loops,
+                                         const SessionPath& query, const SessionPath& match,
+                                         const AcceptanceConfig& config) {
+  ConsistencySet set;
   if (loops.empty()) {
-    vote.reason = "no loops found";
-    return vote;
+    set.decision.reason = "no loops found";
+    return set;
   }
-  const AdjacencyMatrix graph = consistency(loops, query, match, config.consistency_chi2);
+  const AdjacencyMatrix graph = consistency_graph(loops, query, match, config.consistency_chi2);
   std::vector<std::size_t> all(loops.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
-  vote.inliers = max_clique(graph, all);
-  vote.distinct = count_distinct(loops, vote.inliers, query, match, config.distinct_m);
-  const auto second = max_clique(graph, rivals_of(graph, vote.inliers));
-  vote.second = count_distinct(loops, second, query, match, config.distinct_m);
-  // A single loop always stands alone; only two or more that agree tell a rival story.
-  if (vote.second < 2) vote.second = 0;
-  vote.T_match_session_query_session = fit_session_transform(loops, vote.inliers, query, match);
-  vote.reason = refusal(loops, vote, query, match, config);
-  vote.accepted = vote.reason.empty();
-  return vote;
+  set.inliers = max_clique(graph, all);
+  set.distinct = count_distinct(loops, set.inliers, query, match, config.distinct_m);
+  const auto competing = max_clique(graph, competing_loops(graph, set.inliers));
+  set.competing = count_distinct(loops, competing, query, match, config.distinct_m);
+  // One outlier is no hypothesis: it takes two or more that agree to compete.
+  if (set.competing < 2) set.competing = 0;
+  set.T_match_session_query_session = fit_session_transform(loops, set.inliers, query, match);
+  set.decision.reason = reason_to_refuse(loops, set, query, match, config);
+  set.decision.accepted = set.decision.reason.empty();
+  return set;
 }
 
-LoopVote vote_session(std::span<const LoopConstraint> loops, const SessionPath& path,
-                      const AcceptanceConfig& config) {
-  LoopVote vote;
+ConsistencySet intra_session_consistency(std::span<const LoopConstraint> loops,
+                                         const SessionPath& path, const AcceptanceConfig& config) {
+  ConsistencySet set;
   std::vector<std::size_t> plausible;
   for (std::size_t i = 0; i < loops.size(); ++i) {
     const auto& loop = loops[i];
@@ -174,12 +177,12 @@ LoopVote vote_session(std::span<const LoopConstraint> loops, const SessionPath& 
       plausible.push_back(i);
     }
   }
-  const AdjacencyMatrix graph = consistency(loops, path, path, config.consistency_chi2);
-  vote.inliers = max_clique(graph, plausible);
-  vote.distinct = count_distinct(loops, vote.inliers, path, path, config.distinct_m);
-  vote.accepted = !vote.inliers.empty();
-  if (!vote.accepted) vote.reason = "no loop agrees with odometry";
-  return vote;
+  const AdjacencyMatrix graph = consistency_graph(loops, path, path, config.consistency_chi2);
+  set.inliers = max_clique(graph, plausible);
+  set.distinct = count_distinct(loops, set.inliers, path, path, config.distinct_m);
+  set.decision.accepted = !set.inliers.empty();
+  if (!set.decision.accepted) set.decision.reason = "no loop agrees with odometry";
+  return set;
 }
 
 }  // namespace unimapper::merge

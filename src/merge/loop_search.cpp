@@ -1,3 +1,4 @@
+// Search for loop candidates by descriptor, intra-session and inter-session.
 #include "loop_search.hpp"
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include <utility>
 
 #include "parallel.hpp"
+#include "session_path.hpp"
 #include "unimapper/merge/in_arena.hpp"
 #include "unimapper/merge/plane_restorer.hpp"
 #include "unimapper/place/database.hpp"
@@ -14,8 +16,8 @@
 namespace unimapper::merge {
 namespace {
 
-// Among more places than these, chance offers so much that looking more closely finds more than
-// looking at less of the query.
+// Among more places than these, tighter tolerances find more loops than comparing fewer of the
+// query's triangles, because so many match by chance.
 constexpr std::uint32_t kVeryManyPlaces = 50'000;
 
 LoopSearchConfig database_config(const std::vector<SessionData>& sessions, std::size_t places,
@@ -29,7 +31,7 @@ LoopSearchConfig database_config(const std::vector<SessionData>& sessions, std::
           static_cast<std::uint32_t>(std::min<std::size_t>(keyframe.keypoints.size(), 255)));
     }
   }
-  // Sessions must not crowd each other out.
+  // No session may displace the candidates of another.
   config.max_per_session = std::max(per_session, config.max_verified);
   const auto wanted = static_cast<std::uint32_t>(std::min<std::size_t>(others * per_session, 256));
   config.max_results = std::max(config.max_results, wanted);
@@ -38,50 +40,33 @@ LoopSearchConfig database_config(const std::vector<SessionData>& sessions, std::
   return config;
 }
 
-PlaceId place_id(KeyframeRef k) {
-  return {static_cast<std::uint32_t>(k.session), static_cast<std::uint32_t>(k.keyframe)};
+bool is_better(const LoopCandidate& a, const LoopCandidate& b) {
+  return std::tuple(a.accepted, a.confidence, b.query, b.match) >
+         std::tuple(b.accepted, b.confidence, a.query, a.match);
 }
 
-LoopProposal proposal(KeyframeRef query, const LoopCandidate& candidate) {
-  return {query,
-          {candidate.match.session, candidate.match.keyframe},
-          candidate.T_match_query,
-          static_cast<double>(candidate.confidence),
-          candidate.accepted};
-}
-
-bool is_better(const LoopProposal& a, const LoopProposal& b) {
-  return std::tuple(a.likely, a.confidence, b.query, b.match) >
-         std::tuple(b.likely, b.confidence, a.query, a.match);
-}
-
-std::vector<LoopProposal> own_loops(const std::vector<SessionData>& sessions, std::size_t session,
-                                    const LoopConfig& config) {
+std::vector<LoopCandidate> intra_session_loops(const std::vector<SessionData>& sessions,
+                                               std::size_t session, const LoopConfig& config) {
   const auto& keyframes = sessions[session].keyframes;
   InArena<PlaceDatabase> database(database_config(sessions, keyframes.size(), 1, 1));
   PlaneRestorer planes;
-  std::vector<double> path(keyframes.size(), 0.0);
-  std::vector<LoopProposal> found;
+  const std::vector<double> path = path_lengths_m(sessions[session]);
+  std::vector<LoopCandidate> found;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
-    if (k > 0) {
-      path[k] = path[k - 1] + (keyframes[k].T_odometry_keyframe.translation -
-                               keyframes[k - 1].T_odometry_keyframe.translation)
-                                  .norm();
-    }
-    const KeyframeRef query{session, k};
+    const KeyframeId query{session, k};
     const PlaceView place = planes.place(keyframes[k]);
     std::uint32_t kept = 0;
     for (const auto& candidate : database->search(
-             place, place_id(query), {SearchScope::Sessions::kOnlySame, config.min_keyframe_gap})) {
+             place, query, {SearchScope::Sessions::kOnlySame, config.min_keyframe_gap})) {
       if (kept == config.candidates_per_keyframe) break;
       if (candidate.match.keyframe >= k ||
           path[k] - path[candidate.match.keyframe] < config.min_path_gap_m) {
         continue;
       }
-      found.push_back(proposal(query, candidate));
+      found.push_back(candidate);
       ++kept;
     }
-    database->insert(place, place_id(query), keyframes[k].T_odometry_keyframe);
+    database->insert(place, query, keyframes[k].T_odometry_keyframe);
   }
   std::sort(found.begin(), found.end(), is_better);
   if (found.size() > config.max_candidates_per_pair) found.resize(config.max_candidates_per_pair);
@@ -106,18 +91,19 @@ LoopSearchConfig base_search_config(std::uint32_t places) {
   return config;
 }
 
-std::vector<LoopProposal> propose_own_loops(const std::vector<SessionData>& sessions,
-                                            const LoopConfig& config, unsigned threads) {
-  std::vector<std::vector<LoopProposal>> found(sessions.size());
+std::vector<LoopCandidate> find_intra_session_candidates(const std::vector<SessionData>& sessions,
+                                                         const LoopConfig& config,
+                                                         unsigned threads) {
+  std::vector<std::vector<LoopCandidate>> found(sessions.size());
   parallel_for(sessions.size(), threads,
-               [&](std::size_t s) { found[s] = own_loops(sessions, s, config); });
-  std::vector<LoopProposal> all;
+               [&](std::size_t s) { found[s] = intra_session_loops(sessions, s, config); });
+  std::vector<LoopCandidate> all;
   for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
   return all;
 }
 
-std::vector<LoopProposal> propose_loops_between(const std::vector<SessionData>& sessions,
-                                                const LoopConfig& config) {
+std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<SessionData>& sessions,
+                                                         const LoopConfig& config) {
   std::size_t places = 0;
   for (const auto& session : sessions) places += session.keyframes.size();
   if (sessions.size() < 2 || places == 0) return {};
@@ -125,38 +111,38 @@ std::vector<LoopProposal> propose_loops_between(const std::vector<SessionData>& 
       database_config(sessions, places, sessions.size() - 1, config.candidates_per_keyframe));
   const auto for_each_keyframe = [&](const auto& visit) {
     for (std::size_t s = 0; s < sessions.size(); ++s) {
-      for (std::size_t k = 0; k < sessions[s].keyframes.size(); ++k) visit(KeyframeRef{s, k});
+      for (std::size_t k = 0; k < sessions[s].keyframes.size(); ++k) visit(KeyframeId{s, k});
     }
   };
   PlaneRestorer planes;
-  const auto place = [&](KeyframeRef k) {
+  const auto place = [&](KeyframeId k) {
     return planes.place(sessions[k.session].keyframes[k.keyframe]);
   };
-  const auto pose = [&](KeyframeRef k) {
+  const auto pose = [&](KeyframeId k) {
     return sessions[k.session].keyframes[k.keyframe].T_odometry_keyframe;
   };
-  for_each_keyframe([&](KeyframeRef k) { database->insert(place(k), place_id(k), pose(k)); });
+  for_each_keyframe([&](KeyframeId k) { database->insert(place(k), k, pose(k)); });
 
-  // By (lower, higher) session, then by (lower, higher) keyframe: both directions meet here.
+  // By (lower, higher) session, then by (lower, higher) keyframe: of the two directions of a pair
+  // the better one is kept.
   std::map<std::pair<std::size_t, std::size_t>,
-           std::map<std::pair<KeyframeRef, KeyframeRef>, LoopProposal>>
+           std::map<std::pair<KeyframeId, KeyframeId>, LoopCandidate>>
       by_pair;
-  for_each_keyframe([&](KeyframeRef query) {
+  for_each_keyframe([&](KeyframeId query) {
     std::map<std::size_t, std::uint32_t> kept;
     for (const auto& candidate :
-         database->search(place(query), place_id(query), {SearchScope::Sessions::kOnlyOther, 0})) {
+         database->search(place(query), query, {SearchScope::Sessions::kOnlyOther, 0})) {
       if (++kept[candidate.match.session] > config.candidates_per_keyframe) continue;
-      const LoopProposal found = proposal(query, candidate);
-      const auto keyframes = std::minmax(found.query, found.match);
+      const auto keyframes = std::minmax(candidate.query, candidate.match);
       auto& pair = by_pair[{keyframes.first.session, keyframes.second.session}];
-      const auto [entry, inserted] = pair.try_emplace(keyframes, found);
-      if (!inserted && is_better(found, entry->second)) entry->second = found;
+      const auto [entry, inserted] = pair.try_emplace(keyframes, candidate);
+      if (!inserted && is_better(candidate, entry->second)) entry->second = candidate;
     }
   });
 
-  std::vector<LoopProposal> all;
+  std::vector<LoopCandidate> all;
   for (const auto& [sessions_pair, pair] : by_pair) {
-    std::vector<LoopProposal> found;
+    std::vector<LoopCandidate> found;
     for (const auto& [keyframes, candidate] : pair) found.push_back(candidate);
     std::sort(found.begin(), found.end(), is_better);
     if (found.size() > config.max_candidates_per_pair) found.resize(config.max_candidates_per_pair);

@@ -1,4 +1,4 @@
-// Candidates for loops, from the places the robots sent.
+// Search for loop candidates by descriptor, intra-session and inter-session.
 #pragma once
 
 #include <cstdint>
@@ -8,31 +8,25 @@
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/place/config.hpp"
+#include "unimapper/place/database.hpp"
 
 namespace unimapper::merge {
 
-/// Two keyframes that may show one place.
-struct LoopProposal {
-  KeyframeRef query;
-  KeyframeRef match;
-  Pose T_match_query;  ///< between levelled keyframe frames
-  double confidence = 0.0;
-  bool likely = false;  ///< passed the descriptor's own thresholds
-};
-
-/// How the base searches a database of `places`. It has more time than a robot. It stores fewer
-/// triangles of each, since what is compared grows with the square of their number, and looks at
-/// more candidates instead: among many places, chance gives some as many votes as the right one.
+/// Search parameters of the base for a database of `places`. It has more time than a robot. It
+/// stores fewer triangles of each, since the comparisons grow with the square of their number, and
+/// verifies more candidates instead: among many places, some get as many votes by chance as the
+/// right one.
 LoopSearchConfig base_search_config(std::uint32_t places);
 
 /// Candidates within each session: keyframes in their order, only earlier ones searched.
-std::vector<LoopProposal> propose_own_loops(const std::vector<SessionData>& sessions,
-                                            const LoopConfig& config, unsigned threads);
+std::vector<LoopCandidate> find_intra_session_candidates(const std::vector<SessionData>& sessions,
+                                                         const LoopConfig& config,
+                                                         unsigned threads);
 
 /// Candidates between sessions from one database of all places. Per keyframe and other session
 /// the best few, per pair of sessions the best `max_candidates_per_pair`; each pair of
 /// keyframes once.
-std::vector<LoopProposal> propose_loops_between(const std::vector<SessionData>& sessions,
-                                                const LoopConfig& config);
+std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<SessionData>& sessions,
+                                                         const LoopConfig& config);
 
 }  // namespace unimapper::merge

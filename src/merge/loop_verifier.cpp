@@ -41,27 +41,27 @@ double contradiction(const FreeSpaceView& view, const RegistrationCloud& source,
   return judged < 50 ? 0.0 : static_cast<double>(free) / static_cast<double>(judged);
 }
 
-std::string refusal(const LoopProposal& proposal, const CorrectionLimit& limit,
-                    const KeyframeClouds& clouds, const MergeConfig& config,
-                    LoopConstraint& constraint) {
+std::string reason_to_refuse(const LoopCandidate& candidate, const CorrectionLimit& limit,
+                             const KeyframeClouds& clouds, const MergeConfig& config,
+                             LoopConstraint& constraint) {
   const LoopConfig& loops = config.loops;
-  const RegistrationCloud& target = clouds.cloud(proposal.match);
-  const RegistrationCloud& source = clouds.cloud(proposal.query);
-  if (!proposal.T_match_query.is_rigid()) return "the proposed pose is no rigid transform";
-  if (tilt(proposal.T_match_query) > loops.max_tilt_rad) return "not level";
+  const RegistrationCloud& target = clouds.cloud(candidate.match);
+  const RegistrationCloud& source = clouds.cloud(candidate.query);
+  if (!candidate.T_match_query.is_rigid()) return "the proposed pose is no rigid transform";
+  if (tilt(candidate.T_match_query) > loops.max_tilt_rad) return "not level";
   const double before =
-      structure_overlap(target, source, proposal.T_match_query, kOverlapRadiusM, kCoarseDistanceM);
+      structure_overlap(target, source, candidate.T_match_query, kOverlapRadiusM, kCoarseDistanceM);
   if (before < loops.min_initial_overlap) {
     return sentence("overlap before alignment", before, loops.min_initial_overlap);
   }
   const RegistrationResult aligned =
-      register_clouds(target, source, proposal.T_match_query, config.registration);
+      register_clouds(target, source, candidate.T_match_query, config.registration);
   if (!aligned.converged) return "alignment did not converge";
   const Pose& T = aligned.T_target_source;
   constraint.T_match_query = T;
   constraint.information = aligned.information;
   constraint.overlap = structure_overlap(target, source, T, kOverlapRadiusM, kFineDistanceM);
-  const Pose correction = proposal.T_match_query.inverse() * T;
+  const Pose correction = candidate.T_match_query.inverse() * T;
   if (correction.translation.norm() > limit.translation_m) {
     return sentence("alignment moved it by metres", correction.translation.norm(),
                     limit.translation_m);
@@ -78,8 +78,8 @@ std::string refusal(const LoopProposal& proposal, const CorrectionLimit& limit,
     return sentence("rmse in metres", aligned.rmse_m, loops.max_rmse_m);
   }
   const double conflict = std::max(
-      contradiction(clouds.view(proposal.match), source, T, config.map.free_margin_m),
-      contradiction(clouds.view(proposal.query), target, T.inverse(), config.map.free_margin_m));
+      contradiction(clouds.view(candidate.match), source, T, config.map.free_margin_m),
+      contradiction(clouds.view(candidate.query), target, T.inverse(), config.map.free_margin_m));
   if (conflict > loops.max_contradiction) {
     return sentence("structure in free space", conflict, loops.max_contradiction);
   }
@@ -88,25 +88,26 @@ std::string refusal(const LoopProposal& proposal, const CorrectionLimit& limit,
 
 }  // namespace
 
-std::vector<VerifiedLoop> verify_loops(std::span<const LoopProposal> proposals,
-                                       const CorrectionLimit& limit, KeyframeClouds& clouds,
-                                       const MergeConfig& config) {
-  std::vector<KeyframeRef> needed;
-  for (const auto& proposal : proposals) {
-    needed.push_back(proposal.query);
-    needed.push_back(proposal.match);
+std::vector<LoopConstraint> verify_loops(std::span<const LoopCandidate> candidates,
+                                         const CorrectionLimit& limit, KeyframeClouds& clouds,
+                                         const MergeConfig& config) {
+  std::vector<KeyframeId> needed;
+  for (const auto& candidate : candidates) {
+    needed.push_back(candidate.query);
+    needed.push_back(candidate.match);
   }
   clouds.prepare(std::move(needed));
-  std::vector<VerifiedLoop> verified(proposals.size());
-  parallel_for(proposals.size(), config.threads, [&](std::size_t i) {
-    VerifiedLoop& loop = verified[i];
-    loop.constraint.query = proposals[i].query;
-    loop.constraint.match = proposals[i].match;
-    loop.constraint.T_match_query = proposals[i].T_match_query;
-    loop.reason = refusal(proposals[i], limit, clouds, config, loop.constraint);
-    loop.confirmed = loop.reason.empty();
+  std::vector<LoopConstraint> loops(candidates.size());
+  parallel_for(candidates.size(), config.threads, [&](std::size_t i) {
+    LoopConstraint& loop = loops[i];
+    loop.query = candidates[i].query;
+    loop.match = candidates[i].match;
+    loop.T_match_query = candidates[i].T_match_query;
+    loop.confidence = candidates[i].confidence;
+    loop.decision.reason = reason_to_refuse(candidates[i], limit, clouds, config, loop);
+    loop.decision.accepted = loop.decision.reason.empty();
   });
-  return verified;
+  return loops;
 }
 
 }  // namespace unimapper::merge

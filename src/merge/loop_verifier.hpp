@@ -1,4 +1,4 @@
-// Geometry's word on a proposed loop.
+// Geometric verification of loop candidates.
 #pragma once
 
 #include <span>
@@ -11,24 +11,18 @@
 
 namespace unimapper::merge {
 
-/// What alignment made of a proposal.
-struct VerifiedLoop {
-  bool confirmed = false;
-  std::string reason;         ///< why not, empty if confirmed
-  LoopConstraint constraint;  ///< the aligned pose where alignment got that far
-};
-
-/// How far alignment may move a proposal.
+/// How far registration may correct a candidate's pose.
 struct CorrectionLimit {
   double translation_m = 0.0;
   double rotation_rad = 0.0;
 };
 
-/// Aligns every proposal with G-ICP and confirms it if the two keyframes are level with each
-/// other, overlap in structure, fit closely, and neither has seen free space where the other has
-/// a surface. In parallel; the result is in the proposals' order.
-std::vector<VerifiedLoop> verify_loops(std::span<const LoopProposal> proposals,
-                                       const CorrectionLimit& limit, KeyframeClouds& clouds,
-                                       const MergeConfig& config);
+/// Registers every candidate with G-ICP and accepts it if the two keyframes are level with each
+/// other, overlap in structure, fit closely, and neither observed free space where the other has a
+/// surface. The constraints are in the candidates' order; one that is refused holds the registered
+/// pose where registration got that far. In parallel.
+std::vector<LoopConstraint> verify_loops(std::span<const LoopCandidate> candidates,
+                                         const CorrectionLimit& limit, KeyframeClouds& clouds,
+                                         const MergeConfig& config);
 
 }  // namespace unimapper::merge

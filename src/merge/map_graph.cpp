@@ -1,3 +1,4 @@
+// Anchor-node pose graph of several sessions.
 #include "map_graph.hpp"
 
 #include <Eigen/LU>
@@ -56,8 +57,8 @@ LoopConstraint flipped(const LoopConstraint& loop) {
   std::swap(other.query, other.match);
   other.T_match_query = loop.T_match_query.inverse();
   const Eigen::Matrix3d& r = loop.T_match_query.rotation;
-  // How errors of the measurement (dt, theta) become errors of its inverse.
-  //   carry = [-r^T, skew(t); 0, -r], whose inverse is
+  // Errors (dt, theta) of the measurement map to errors of its inverse by the Jacobian
+  //   [-r^T, skew(t); 0, -r], whose inverse is
   Matrix6d back = Matrix6d::Zero();
   back.topLeftCorner<3, 3>() = -r;
   back.topRightCorner<3, 3>() = -r * skew(other.T_match_query.translation) * r.transpose();

@@ -1,17 +1,17 @@
-// Maps and loops as one anchor-node pose graph.
+// Anchor-node pose graph of several sessions.
 #pragma once
 
 #include <cstddef>
 #include <span>
 #include <vector>
 
+#include "session_path.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
-#include "unimapper/merge/session_path.hpp"
 
 namespace unimapper::merge {
 
-/// What is known of all maps: odometry never changes, the rest is the current estimate.
+/// Odometry of all sessions, which never changes, and the current estimate.
 struct MapState {
   std::vector<SessionPath> odometry;
   std::vector<std::vector<Pose>> T_session_keyframe;
@@ -19,28 +19,28 @@ struct MapState {
   std::vector<bool> connected;  ///< in the central map's component
   std::size_t central = 0;
 
-  [[nodiscard]] Pose T_map_keyframe(KeyframeRef k) const {
+  [[nodiscard]] Pose T_map_keyframe(KeyframeId k) const {
     return T_map_session[k.session] * T_session_keyframe[k.session][k.keyframe];
   }
 };
 
-/// Starts every map at its odometry.
+/// The initial estimate: every session at its odometry.
 MapState make_map_state(std::vector<SessionPath> odometry);
 
-/// The same loop seen from the other side; its uncertainty is carried over to first order.
+/// The same loop with query and match exchanged; its covariance is propagated to first order.
 LoopConstraint flipped(const LoopConstraint& loop);
 
 /// Squared whitened residual of a loop at the current estimate.
 double loop_chi2(const MapState& state, const LoopConstraint& loop);
 
 /// Optimises the given sessions and the loops among them: central anchor fixed, first pose of
-/// every map fixed in its own frame, other anchors free without a prior. False if the solver
-/// found nothing usable; the state is unchanged then.
+/// every session fixed in its own frame, other anchors free without a prior. False if the solver
+/// failed; the state is unchanged then.
 bool optimize_maps(MapState& state, std::span<const std::size_t> sessions,
                    std::span<const LoopConstraint> loops, const GraphConfig& config);
 
-/// True if no keyframe of `session` moved farther within its own map than its odometry's drift
-/// could explain.
+/// True if no keyframe of `session` moved farther in its own frame than its odometry's drift
+/// explains.
 bool deformation_is_plausible(const MapState& before, const MapState& after, std::size_t session,
                               const GraphConfig& config);
 

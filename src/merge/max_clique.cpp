@@ -1,3 +1,4 @@
+// Maximum clique by branch and bound with colouring (Tomita and Seki 2003).
 #include "max_clique.hpp"
 
 #include <algorithm>
@@ -54,9 +55,9 @@ class Search {
         return std::none_of(group.begin(), group.end(),
                             [&](std::size_t other) { return graph_.connected(item, other); });
       };
-      const auto place = std::find_if(classes.begin(), classes.end(), fits);
-      if (place != classes.end()) {
-        place->push_back(item);
+      const auto found = std::find_if(classes.begin(), classes.end(), fits);
+      if (found != classes.end()) {
+        found->push_back(item);
       } else {
         classes.push_back({item});
       }

@@ -1,4 +1,4 @@
-// Largest set of mutually consistent items.
+// Maximum clique of an undirected graph.
 #pragma once
 
 #include <cstddef>

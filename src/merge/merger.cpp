@@ -1,8 +1,8 @@
+// Stages of a merge, from loop search to the unified map (paper section VI).
 #include "unimapper/merge/merger.hpp"
 
 #include <algorithm>
 #include <chrono>
-#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -13,39 +13,13 @@
 #include "loop_verifier.hpp"
 #include "parallel.hpp"
 #include "radius_search.hpp"
+#include "session_check.hpp"
+#include "session_path.hpp"
 #include "unified_map.hpp"
 #include "unimapper/merge/alignment.hpp"
 
 namespace unimapper::merge {
 namespace {
-
-void check(const SessionData& session) {
-  const auto refuse = [&](const std::string& why) {
-    throw std::invalid_argument("session " + session.info.name + ": " + why);
-  };
-  // Names become file names.
-  const std::string& name = session.info.name;
-  if (name.empty() || name == "." || name == ".." || name.size() > 200 ||
-      std::any_of(name.begin(), name.end(),
-                  [](char c) { return c == '/' || (c >= 0 && c < 32); })) {
-    throw std::invalid_argument("a session's name cannot be a file name");
-  }
-  if (session.keyframes.size() > 65534) refuse("more than 65534 keyframes");
-  for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
-    const KeyframeRecord& keyframe = session.keyframes[k];
-    const std::string which = "keyframe " + std::to_string(keyframe.sequence);
-    if (!keyframe.T_odometry_keyframe.is_rigid()) refuse(which + " has no valid pose");
-    if (k > 0 && keyframe.sequence <= session.keyframes[k - 1].sequence) {
-      refuse(which + " is out of order");
-    }
-    if (keyframe.scans.empty() || keyframe.reference_scan >= keyframe.scans.size()) {
-      refuse(which + " has no reference scan");
-    }
-    for (const auto& scan : keyframe.scans) {
-      if (!scan.T_odometry_sensor.is_rigid()) refuse(which + " has a scan without a valid pose");
-    }
-  }
-}
 
 class Merger {
  public:
@@ -57,14 +31,15 @@ class Merger {
         clouds_(sessions, config.registration, config.threads) {}
 
   MergeResult run() {
-    own_loops();
-    loops_between();
+    find_intra_session_loops();
+    find_inter_session_loops();
     align();
-    refine();
-    place_sessions();
-    refine_cells();
+    refine_poses();
+    transform_sessions();
+    refine_labels();
     record_loops();
     build_map();
+    find_changed_points();
     return std::move(result_);
   }
 
@@ -82,46 +57,46 @@ class Merger {
     if (progress_ && !outcome.empty()) progress_(outcome);
   }
 
-  /// Verifies proposals and remembers all of them; confirmed ones go to the pose graph.
-  std::size_t take(const std::vector<LoopProposal>& proposals, const CorrectionLimit& limit) {
-    std::vector<VerifiedLoop> verified = verify_loops(proposals, limit, clouds_, config_);
-    std::size_t confirmed = 0;
-    for (std::size_t i = 0; i < proposals.size(); ++i) {
-      confirmed += verified[i].confirmed ? 1 : 0;
-      if (verified[i].confirmed) {
-        constraint_of_.push_back(constraints_.size());
-        constraints_.push_back(verified[i].constraint);
-      } else {
-        constraint_of_.push_back(kRefused);
+  /// Verifies candidates; all of them are recorded, and those verified go to the pose graph.
+  /// Returns the outcome in words.
+  std::string verify(const std::vector<LoopCandidate>& candidates, const CorrectionLimit& limit) {
+    std::vector<LoopConstraint> loops = verify_loops(candidates, limit, clouds_, config_);
+    std::size_t verified = 0;
+    for (LoopConstraint& loop : loops) {
+      if (loop.decision.accepted) {
+        ++verified;
+        recorded_as_.push_back(result_.loops.size());
+        constraints_.push_back(loop);
       }
-      proposals_.push_back(proposals[i]);
-      verified_.push_back(std::move(verified[i]));
+      result_.loops.push_back(std::move(loop));
     }
-    return confirmed;
+    return std::to_string(verified) + " of " + std::to_string(candidates.size()) +
+           " candidates verified";
   }
 
   [[nodiscard]] CorrectionLimit descriptor_limit() const {
     return {config_.loops.max_correction_m, config_.loops.max_correction_rad};
   }
 
-  void own_loops() {
-    begin("loops within sessions");
-    const auto proposals = propose_own_loops(sessions_, config_.loops, config_.threads);
-    const std::size_t confirmed = take(proposals, descriptor_limit());
-    scores_ = central_scores(sessions_, verified_);
-    end(std::to_string(confirmed) + " of " + std::to_string(proposals.size()) + " confirmed");
+  void find_intra_session_loops() {
+    begin("intra-session loops");
+    const auto candidates =
+        find_intra_session_candidates(sessions_, config_.loops, config_.threads);
+    const std::string outcome = verify(candidates, descriptor_limit());
+    scores_ = central_scores(sessions_, result_.loops);
+    end(outcome);
   }
 
-  void loops_between() {
-    begin("loops between sessions");
-    const auto proposals = propose_loops_between(sessions_, config_.loops);
-    const std::size_t confirmed = take(proposals, descriptor_limit());
-    by_descriptor_ = proposals_.size();
-    end(std::to_string(confirmed) + " of " + std::to_string(proposals.size()) + " confirmed");
+  void find_inter_session_loops() {
+    begin("inter-session loops");
+    const auto candidates = find_inter_session_candidates(sessions_, config_.loops);
+    const std::string outcome = verify(candidates, descriptor_limit());
+    by_descriptor_ = result_.loops.size();
+    end(outcome);
   }
 
   void align() {
-    begin("alignment of maps");
+    begin("alignment of sessions");
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       AlignmentSession session;
       session.central_score = scores_[s];
@@ -131,27 +106,26 @@ class Merger {
       alignment_sessions_.push_back(std::move(session));
     }
     alignment_ = align_sessions(alignment_sessions_, constraints_, config_);
-    std::size_t connected = 0;
-    for (const bool c : alignment_.connected) connected += c ? 1 : 0;
+    const auto connected =
+        std::count(alignment_.connected.begin(), alignment_.connected.end(), true);
     end(std::to_string(connected) + " of " + std::to_string(sessions_.size()) +
         " sessions connected");
   }
 
-  void refine() {
-    begin("refinement of poses");
+  void refine_poses() {
+    begin("radius loops and refinement of poses");
     std::vector<LoopConstraint> known;
     for (std::size_t i = 0; i < constraints_.size(); ++i) {
-      if (alignment_.verdicts[i].accepted) known.push_back(constraints_[i]);
+      if (alignment_.decisions[i].accepted) known.push_back(constraints_[i]);
     }
-    const auto proposals = propose_radius_loops(sessions_, alignment_, known, config_);
-    const std::size_t confirmed =
-        take(proposals, {config_.radius.max_correction_m, config_.radius.max_correction_rad});
+    const auto candidates = find_radius_candidates(sessions_, alignment_, known, config_);
+    const std::string outcome =
+        verify(candidates, {config_.radius.max_correction_m, config_.radius.max_correction_rad});
     alignment_ = refine_alignment(alignment_, alignment_sessions_, constraints_, config_);
-    end(std::to_string(confirmed) + " of " + std::to_string(proposals.size()) +
-        " near pairs confirmed");
+    end(outcome);
   }
 
-  void place_sessions() {
+  void transform_sessions() {
     result_.central_session = alignment_.central;
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       MergedSession merged;
@@ -167,9 +141,9 @@ class Merger {
     }
   }
 
-  /// Refinement happens after alignment: loops must not wait for it, and other visits help.
-  void refine_cells() {
-    begin("refinement of what is static");
+  /// After alignment, because keyframes of other sessions contribute.
+  void refine_labels() {
+    begin("refinement of labels");
     std::vector<PlacedSession> placed;
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       const MergedSession& merged = result_.sessions[s];
@@ -184,67 +158,68 @@ class Merger {
   }
 
   void record_loops() {
-    for (std::size_t i = 0; i < proposals_.size(); ++i) {
-      const bool by_descriptor = i < by_descriptor_;
-      const LoopConstraint& constraint = verified_[i].constraint;
-      LoopRecord record;
-      record.query_session = constraint.query.session;
-      record.query_keyframe = constraint.query.keyframe;
-      record.match_session = constraint.match.session;
-      record.match_keyframe = constraint.match.keyframe;
-      record.confidence =
-          static_cast<float>(by_descriptor ? proposals_[i].confidence : constraint.overlap);
-      record.T_match_query_keyframe = constraint.T_match_query;
-      record.reason = verified_[i].reason;
-      if (constraint_of_[i] != kRefused) {
-        const LoopVerdict& verdict = alignment_.verdicts[constraint_of_[i]];
-        record.accepted = verdict.accepted;
-        record.reason = verdict.accepted ? by_descriptor ? "descriptor" : "radius" : verdict.reason;
-        if (verdict.accepted) result_.graph_edges.push_back(constraint);
-      }
-      result_.loops.push_back(std::move(record));
+    for (std::size_t i = by_descriptor_; i < result_.loops.size(); ++i) {
+      result_.loops[i].confidence = static_cast<float>(result_.loops[i].overlap);
     }
-    for (std::size_t s = 0; s < sessions_.size(); ++s) {
-      const auto& odometry = alignment_sessions_[s].T_odometry_keyframe;
-      const SessionPath path(odometry, config_.odometry);
-      for (std::size_t k = 1; k < odometry.size(); ++k) {
-        LoopConstraint edge;
-        edge.match = {s, k - 1};
-        edge.query = {s, k};
-        edge.T_match_query = odometry[k - 1].inverse() * odometry[k];
-        edge.information = path.information(k - 1, k);
-        edge.overlap = 1.0;
-        result_.graph_edges.push_back(edge);
-      }
+    for (std::size_t i = 0; i < constraints_.size(); ++i) {
+      const std::size_t recorded = recorded_as_[i];
+      LoopDecision& decision = result_.loops[recorded].decision;
+      decision = alignment_.decisions[i];
+      if (!decision.accepted) continue;
+      result_.graph_edges.push_back(result_.loops[recorded]);
+      decision.reason = recorded < by_descriptor_ ? "descriptor" : "radius";
+    }
+    for (std::size_t s = 0; s < sessions_.size(); ++s) record_odometry(s);
+  }
+
+  void record_odometry(std::size_t session) {
+    const auto& odometry = alignment_sessions_[session].T_odometry_keyframe;
+    const SessionPath path(odometry, config_.odometry);
+    for (std::size_t k = 1; k < odometry.size(); ++k) {
+      LoopConstraint edge;
+      edge.match = {session, k - 1};
+      edge.query = {session, k};
+      edge.T_match_query = odometry[k - 1].inverse() * odometry[k];
+      edge.information = path.information(k - 1, k);
+      edge.overlap = 1.0;
+      result_.graph_edges.push_back(edge);
     }
   }
 
   void build_map() {
     begin("unified map");
-    std::vector<SessionVoxels> voxels(sessions_.size());
+    voxels_.resize(sessions_.size());
     std::vector<SessionVoxels> removed(sessions_.size());
-    std::vector<const SessionVoxels*> part(sessions_.size(), nullptr);
     parallel_for(sessions_.size(), config_.threads, [&](std::size_t s) {
       if (!alignment_.connected[s]) return;
       const MergedSession& merged = result_.sessions[s];
-      voxels[s] = voxelise(sessions_[s], merged, config_.map.voxel_size_m, CellKind::kStatic);
+      voxels_[s] = voxelise(sessions_[s], merged, config_.map.voxel_size_m, CellKind::kStatic);
       removed[s] = voxelise(sessions_[s], merged, config_.map.voxel_size_m, CellKind::kDynamic);
     });
-    for (std::size_t s = 0; s < sessions_.size(); ++s) {
-      if (!alignment_.connected[s]) continue;
-      part[s] = &voxels[s];
-      for (std::uint32_t i = 0; i < removed[s].voxels.size(); ++i) {
-        result_.dynamic_points.push_back(removed[s].position(i));
+    for (const SessionVoxels& of_session : removed) {
+      for (std::uint32_t i = 0; i < of_session.voxels.size(); ++i) {
+        result_.dynamic_points.push_back(of_session.position(i));
       }
     }
-    result_.map = unite(part);
+    result_.map = unite(connected_voxels());
     end(std::to_string(result_.map.size()) + " points");
+  }
+
+  void find_changed_points() {
     begin("changes between sessions");
-    result_.changes = find_changes(sessions_, result_.sessions, part, config_.map, config_.threads);
+    result_.changes =
+        find_changes(sessions_, result_.sessions, connected_voxels(), config_.map, config_.threads);
     end(std::to_string(result_.changes.size()) + " points");
   }
 
-  static constexpr std::size_t kRefused = static_cast<std::size_t>(-1);
+  /// Voxels by session; null for sessions that are not connected.
+  [[nodiscard]] std::vector<const SessionVoxels*> connected_voxels() const {
+    std::vector<const SessionVoxels*> connected(sessions_.size(), nullptr);
+    for (std::size_t s = 0; s < sessions_.size(); ++s) {
+      if (alignment_.connected[s]) connected[s] = &voxels_[s];
+    }
+    return connected;
+  }
 
   const std::vector<SessionData>& sessions_;
   const MergeConfig& config_;
@@ -254,16 +229,15 @@ class Merger {
   Clock::time_point started_;
   std::string stage_;
 
-  // Every proposal, what alignment made of it, and where it stands among the constraints.
-  std::vector<LoopProposal> proposals_;
-  std::vector<VerifiedLoop> verified_;
-  std::vector<std::size_t> constraint_of_;
+  // Loops that registration verified, and where each stands in `result_.loops`.
   std::vector<LoopConstraint> constraints_;
-  std::size_t by_descriptor_ = 0;  // the first so many proposals came from descriptors
+  std::vector<std::size_t> recorded_as_;
+  std::size_t by_descriptor_ = 0;  // the first so many of `result_.loops` came from descriptors
 
   std::vector<double> scores_;
   std::vector<AlignmentSession> alignment_sessions_;
   Alignment alignment_;
+  std::vector<SessionVoxels> voxels_;
 };
 
 }  // namespace
@@ -273,14 +247,7 @@ MergeResult merge_sessions(const std::vector<SessionData>& sessions, const Merge
   if (const std::string wrong = config.validate(); !wrong.empty()) {
     throw std::invalid_argument(wrong);
   }
-  if (sessions.size() > 65534) throw std::invalid_argument("more than 65534 sessions");
-  std::set<std::string> names;
-  for (const auto& session : sessions) {
-    check(session);
-    if (!names.insert(session.info.name).second) {
-      throw std::invalid_argument("two sessions are named " + session.info.name);
-    }
-  }
+  check_sessions(sessions);
   return Merger(sessions, config, progress).run();
 }
 

@@ -1,4 +1,4 @@
-// Independent jobs on several threads.
+// Parallel loop over independent jobs.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace unimapper::merge {
 
 /// Calls `job(i)` for every i below `count`, each exactly once, on at most `threads` threads (0:
-/// as many as the machine has). Jobs must write to places of their own; then the result does
+/// as many as the machine has). Jobs must write to disjoint memory; then the result does
 /// not depend on the number of threads. The first exception is passed on after all have ended.
 template <typename Job>
 void parallel_for(std::size_t count, unsigned threads, const Job& job) {

@@ -1,3 +1,4 @@
+// Planes of received keyframes, extracted from their static cells.
 #include "unimapper/merge/plane_restorer.hpp"
 
 #include "unimapper/merge/in_arena.hpp"

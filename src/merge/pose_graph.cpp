@@ -1,3 +1,4 @@
+// Pose graph optimisation with Ceres.
 #include "unimapper/merge/pose_graph.hpp"
 
 #include <ceres/cost_function.h>

@@ -1,3 +1,4 @@
+// Loop candidates between nearby keyframes of aligned sessions (paper section VI, R).
 #include "radius_search.hpp"
 
 #include <algorithm>
@@ -5,12 +6,12 @@
 #include <set>
 #include <utility>
 
+#include "session_path.hpp"
 #include "unimapper/core/sensor.hpp"
 
 namespace unimapper::merge {
 namespace {
 
-constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
 constexpr double kWideFovDeg = 180.0;
 
 double horizontal_fov_deg(const SessionData& session) {
@@ -18,11 +19,11 @@ double horizontal_fov_deg(const SessionData& session) {
   return model == nullptr ? 360.0 : static_cast<double>(model->horizontal_fov_deg);
 }
 
-/// Largest turn at which two sensors still see common ground from one spot.
-double turn_limit(const SessionData& a, const SessionData& b) {
+/// Largest relative heading at which two sensors at one position have a common view.
+double max_relative_heading(const SessionData& a, const SessionData& b) {
   const double fov = std::min(horizontal_fov_deg(a), horizontal_fov_deg(b));
   const double wider = std::max(horizontal_fov_deg(a), horizontal_fov_deg(b));
-  return wider >= kWideFovDeg ? 4.0 : 0.5 * fov * kRadiansPerDegree;
+  return wider >= kWideFovDeg ? 4.0 : 0.5 * fov / kDegreesPerRadian;
 }
 
 struct Neighbor {
@@ -38,42 +39,36 @@ class RadiusSearch {
       : sessions_(sessions), config_(config) {
     for (std::size_t s = 0; s < sessions.size(); ++s) {
       std::vector<Pose> poses;
-      std::vector<double> path;
       for (std::size_t k = 0; k < sessions[s].keyframes.size(); ++k) {
         poses.push_back(alignment.T_map_keyframe({s, k}));
-        const double step = k == 0 ? 0.0
-                                   : (sessions[s].keyframes[k].T_odometry_keyframe.translation -
-                                      sessions[s].keyframes[k - 1].T_odometry_keyframe.translation)
-                                         .norm();
-        path.push_back(k == 0 ? 0.0 : path.back() + step);
       }
       poses_.push_back(std::move(poses));
-      path_.push_back(std::move(path));
+      path_.push_back(path_lengths_m(sessions[s]));
     }
     for (const auto& loop : known) known_.insert(std::minmax(loop.query, loop.match));
   }
 
-  void search(std::size_t query, std::size_t match, std::vector<LoopProposal>& found) const {
+  void search(std::size_t query, std::size_t match, std::vector<LoopCandidate>& found) const {
     double next_m = 0.0;
     for (std::size_t q = 0; q < poses_[query].size(); ++q) {
       if (path_[query][q] < next_m) continue;
       const auto neighbors = nearest({query, q}, match);
       for (const Neighbor& n : neighbors) {
-        LoopProposal proposal;
-        proposal.query = {query, q};
-        proposal.match = {match, n.keyframe};
-        proposal.T_match_query = poses_[match][n.keyframe].inverse() * poses_[query][q];
-        proposal.likely = true;
-        found.push_back(proposal);
+        LoopCandidate candidate;
+        candidate.query = {query, q};
+        candidate.match = {match, n.keyframe};
+        candidate.T_match_query = poses_[match][n.keyframe].inverse() * poses_[query][q];
+        candidate.accepted = true;
+        found.push_back(candidate);
       }
       if (!neighbors.empty()) next_m = path_[query][q] + config_.radius.spacing_m;
     }
   }
 
  private:
-  [[nodiscard]] std::vector<Neighbor> nearest(KeyframeRef query, std::size_t match) const {
+  [[nodiscard]] std::vector<Neighbor> nearest(KeyframeId query, std::size_t match) const {
     const Pose& T_map_query = poses_[query.session][query.keyframe];
-    const double turn = turn_limit(sessions_[query.session], sessions_[match]);
+    const double turn = max_relative_heading(sessions_[query.session], sessions_[match]);
     std::vector<Neighbor> neighbors;
     for (std::size_t m = 0; m < poses_[match].size(); ++m) {
       if (query.session == match &&
@@ -92,7 +87,7 @@ class RadiusSearch {
       neighbors.resize(config_.radius.per_keyframe);
     }
     std::erase_if(neighbors, [&](const Neighbor& n) {
-      return known_.count(std::minmax(query, KeyframeRef{match, n.keyframe})) != 0;
+      return known_.count(std::minmax(query, KeyframeId{match, n.keyframe})) != 0;
     });
     return neighbors;
   }
@@ -101,17 +96,17 @@ class RadiusSearch {
   const MergeConfig& config_;
   std::vector<std::vector<Pose>> poses_;
   std::vector<std::vector<double>> path_;
-  std::set<std::pair<KeyframeRef, KeyframeRef>> known_;
+  std::set<std::pair<KeyframeId, KeyframeId>> known_;
 };
 
 }  // namespace
 
-std::vector<LoopProposal> propose_radius_loops(const std::vector<SessionData>& sessions,
-                                               const Alignment& alignment,
-                                               std::span<const LoopConstraint> known,
-                                               const MergeConfig& config) {
+std::vector<LoopCandidate> find_radius_candidates(const std::vector<SessionData>& sessions,
+                                                  const Alignment& alignment,
+                                                  std::span<const LoopConstraint> known,
+                                                  const MergeConfig& config) {
   const RadiusSearch search(sessions, alignment, known, config);
-  std::vector<LoopProposal> found;
+  std::vector<LoopCandidate> found;
   for (std::size_t match = 0; match < sessions.size(); ++match) {
     for (std::size_t query = match; query < sessions.size(); ++query) {
       if (alignment.connected[match] && alignment.connected[query]) {

@@ -1,4 +1,4 @@
-// Loops between keyframes that alignment has brought close (paper section VI, R).
+// Loop candidates between nearby keyframes of aligned sessions (paper section VI, R).
 #pragma once
 
 #include <span>
@@ -13,9 +13,9 @@ namespace unimapper::merge {
 /// session the nearest few that look the same way if both look narrowly, keyframes spaced along
 /// the query's path. Within a session too, where the path between is long enough. Pairs that
 /// are loops already are left out.
-std::vector<LoopProposal> propose_radius_loops(const std::vector<SessionData>& sessions,
-                                               const Alignment& alignment,
-                                               std::span<const LoopConstraint> known,
-                                               const MergeConfig& config);
+std::vector<LoopCandidate> find_radius_candidates(const std::vector<SessionData>& sessions,
+                                                  const Alignment& alignment,
+                                                  std::span<const LoopConstraint> known,
+                                                  const MergeConfig& config);
 
 }  // namespace unimapper::merge

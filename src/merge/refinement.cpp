@@ -18,14 +18,14 @@ namespace {
 /// Decoded images take memory: so many keyframes are judged before they are given back.
 constexpr std::size_t kKeyframesAtOnce = 64;
 
-using Witnesses = std::map<KeyframeRef, std::unique_ptr<Witness>>;
+using Witnesses = std::map<KeyframeId, std::unique_ptr<Witness>>;
 
 /// Who judges a keyframe: its own time, and other visits.
 struct Panel {
-  std::vector<KeyframeRef> window;
-  std::vector<KeyframeRef> revisits;
+  std::vector<KeyframeId> window;
+  std::vector<KeyframeId> revisits;
 
-  [[nodiscard]] bool visits(KeyframeRef keyframe) const {
+  [[nodiscard]] bool visits(KeyframeId keyframe) const {
     return std::binary_search(revisits.begin(), revisits.end(), keyframe);
   }
 };
@@ -89,15 +89,15 @@ class Refinement {
   }
 
  private:
-  [[nodiscard]] Panel panel_of(KeyframeRef of) const {
+  [[nodiscard]] Panel panel_of(KeyframeId of) const {
     Panel panel;
     const std::size_t count = sessions_[of.session].session->keyframes.size();
     const std::size_t first = of.keyframe - std::min<std::size_t>(of.keyframe, config_.window);
-    const std::size_t end = std::min(count, of.keyframe + config_.window + 1);
+    const std::size_t end = std::min<std::size_t>(count, of.keyframe + config_.window + 1);
     for (std::size_t k = first; k < end; ++k) panel.window.push_back({of.session, k});
 
     const Eigen::Vector3d here = sessions_[of.session].T_map_keyframe[of.keyframe].translation;
-    std::vector<std::pair<double, KeyframeRef>> near;
+    std::vector<std::pair<double, KeyframeId>> near;
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       if (sessions_[s].map != sessions_[of.session].map) continue;
       for (std::size_t k = 0; k < sessions_[s].T_map_keyframe.size(); ++k) {
@@ -116,20 +116,20 @@ class Refinement {
   [[nodiscard]] Witnesses summon(const std::vector<Panel>& panels) const {
     Witnesses witnesses;
     for (const Panel& panel : panels) {
-      for (const KeyframeRef& keyframe : panel.window) witnesses.emplace(keyframe, nullptr);
-      for (const KeyframeRef& keyframe : panel.revisits) witnesses.emplace(keyframe, nullptr);
+      for (const KeyframeId& keyframe : panel.window) witnesses.emplace(keyframe, nullptr);
+      for (const KeyframeId& keyframe : panel.revisits) witnesses.emplace(keyframe, nullptr);
     }
     std::vector<Witnesses::value_type*> entries;
     for (auto& entry : witnesses) entries.push_back(&entry);
     parallel_for(entries.size(), threads_, [&](std::size_t i) {
-      const KeyframeRef keyframe = entries[i]->first;
+      const KeyframeId keyframe = entries[i]->first;
       entries[i]->second =
           std::make_unique<Witness>(sessions_[keyframe.session], keyframe.keyframe);
     });
     return witnesses;
   }
 
-  [[nodiscard]] RefinedKeyframe judge(KeyframeRef of, const Panel& panel,
+  [[nodiscard]] RefinedKeyframe judge(KeyframeId of, const Panel& panel,
                                       const Witnesses& witnesses) const {
     const KeyframeRecord& keyframe = sessions_[of.session].session->keyframes[of.keyframe];
     RefinedKeyframe refined = unrefined(keyframe);
@@ -146,7 +146,7 @@ class Refinement {
   }
 
   /// The cells of a keyframe, each with the robot's own verdict, and where they are.
-  [[nodiscard]] JudgedCells gather(KeyframeRef of, const Eigen::Vector3d& origin,
+  [[nodiscard]] JudgedCells gather(KeyframeId of, const Eigen::Vector3d& origin,
                                    std::vector<Eigen::Vector3f>& points) const {
     const PlacedSession& placed = sessions_[of.session];
     const KeyframeRecord& keyframe = placed.session->keyframes[of.keyframe];
@@ -173,14 +173,14 @@ class Refinement {
     return cells;
   }
 
-  void add_evidence(const Panel& panel, KeyframeRef of, const std::vector<Eigen::Vector3f>& points,
+  void add_evidence(const Panel& panel, KeyframeId of, const std::vector<Eigen::Vector3f>& points,
                     const Eigen::Vector3d& origin, const Witnesses& witnesses,
                     JudgedCells& cells) const {
-    for (const KeyframeRef& keyframe : panel.window) {
+    for (const KeyframeId& keyframe : panel.window) {
       witnesses.at(keyframe)->judge(points, origin, config_, cells.log_odds);
     }
     std::vector<float> visits(points.size(), 0.0F);
-    for (const KeyframeRef& keyframe : panel.revisits) {
+    for (const KeyframeId& keyframe : panel.revisits) {
       witnesses.at(keyframe)->judge(points, origin, config_, visits);
     }
     for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -192,7 +192,7 @@ class Refinement {
   }
 
   /// Subtracts from the evidence for every other keyframe that met something in a place.
-  void count_meetings(const Panel& panel, KeyframeRef of, VoxelKey place, float& window,
+  void count_meetings(const Panel& panel, KeyframeId of, VoxelKey place, float& window,
                       float& visits) const {
     const std::size_t first = panel.window.front().keyframe;
     const std::size_t last = panel.window.back().keyframe;

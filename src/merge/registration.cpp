@@ -1,4 +1,5 @@
-#include "unimapper/merge/registration.hpp"
+// Generalised ICP: Levenberg-Marquardt with Cauchy-like weights, and the overlap of structure.
+#include "registration.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>

@@ -1,17 +1,18 @@
+// Thinned clouds with surface covariances and a kd-tree.
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <nanoflann.hpp>
 #include <utility>
 
+#include "registration.hpp"
 #include "unimapper/core/symmetric_eigen.hpp"
 #include "unimapper/core/voxel_key.hpp"
-#include "unimapper/merge/registration.hpp"
 
 namespace unimapper::merge {
 namespace {
 
-/// What nanoflann needs to know of a vector of points.
+/// Adaptor of a vector of points for nanoflann.
 struct PointSource {
   const std::vector<Eigen::Vector3f>* points;
   [[nodiscard]] std::size_t kdtree_get_point_count() const { return points->size(); }
@@ -46,11 +47,11 @@ struct NearestOne {
   }
 };
 
-/// Keeps what the local shape says and replaces what it cannot know: a surface is thin across,
-/// a pole is thin across in two directions, and both slide freely along. Foliage is a ball.
+/// Covariance with the eigenvectors of the local scatter and standard eigenvalues: small across a
+/// surface, small in both directions across a pole, large along both, and isotropic for foliage.
 Eigen::Matrix3f regularised(const Eigen::Matrix3f& scatter, float sigma_m) {
   constexpr float kAlong = 1.0F;
-  constexpr float kBall = 0.09F;
+  constexpr float kIsotropic = 0.09F;
   const SymmetricEigen<float> shape = symmetric_eigen<float>(scatter);
   const Eigen::Vector3f& values = shape.values;
   const float thin = sigma_m * sigma_m;
@@ -58,7 +59,7 @@ Eigen::Matrix3f regularised(const Eigen::Matrix3f& scatter, float sigma_m) {
   if (values[1] < 0.05F * values[2]) {
     kept[1] = thin;
   } else if (values[0] > 0.3F * values[1]) {
-    kept.setConstant(kBall);
+    kept.setConstant(kIsotropic);
   }
   return shape.vectors * kept.asDiagonal() * shape.vectors.transpose();
 }

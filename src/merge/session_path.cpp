@@ -1,9 +1,20 @@
-#include "unimapper/merge/session_path.hpp"
+// Covariance of odometry between two keyframes of a session.
+#include "session_path.hpp"
 
 #include <algorithm>
 #include <utility>
 
 namespace unimapper::merge {
+
+std::vector<double> path_lengths_m(const SessionData& session) {
+  std::vector<double> path(session.keyframes.size(), 0.0);
+  for (std::size_t k = 1; k < path.size(); ++k) {
+    const Eigen::Vector3d step = session.keyframes[k].T_odometry_keyframe.translation -
+                                 session.keyframes[k - 1].T_odometry_keyframe.translation;
+    path[k] = path[k - 1] + step.norm();
+  }
+  return path;
+}
 
 SessionPath::SessionPath(std::vector<Pose> T_session_keyframe, const OdometryNoiseConfig& noise)
     : poses_(std::move(T_session_keyframe)), noise_(noise) {

@@ -1,3 +1,4 @@
+// Unified voxel map of several sessions.
 #include "unified_map.hpp"
 
 namespace unimapper::merge {

@@ -1,4 +1,4 @@
-// Static points of all sessions in one grid.
+// Unified voxel map of several sessions.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,10 +24,10 @@ struct SessionVoxels {
   [[nodiscard]] Eigen::Vector3f position(std::uint32_t number) const;
 };
 
-/// Which cells of a keyframe are meant, after refinement.
+/// Label of a cell after refinement.
 enum class CellKind : std::uint8_t { kStatic, kDynamic };
 
-/// Voxels of one session where the merger put it.
+/// Voxels of one session at its optimised poses.
 SessionVoxels voxelise(const SessionData& session, const MergedSession& merged, float size_m,
                        CellKind kind);
 

@@ -1,4 +1,4 @@
-// From voxel keys to running numbers, growing as needed.
+// Growing hash table from voxel keys to consecutive numbers.
 #pragma once
 
 #include <cstddef>

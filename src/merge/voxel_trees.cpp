@@ -1,3 +1,4 @@
+// Nearest-neighbour search with one kd-tree per coarse voxel (paper section VI, end).
 #include "voxel_trees.hpp"
 
 #include <nanoflann.hpp>
@@ -9,7 +10,7 @@
 namespace unimapper::merge {
 namespace {
 
-/// A voxel's points as nanoflann wants to see them.
+/// Adaptor of a voxel's points for nanoflann.
 struct VoxelPoints {
   std::vector<Eigen::Vector3f> points;
   [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }
@@ -25,7 +26,7 @@ struct VoxelPoints {
 using KdTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, VoxelPoints>,
                                                    VoxelPoints, 3, std::uint32_t>;
 
-/// Result of a search that ends with the first point near enough.
+/// Result set of a search that ends with the first point near enough.
 struct AnyWithin {
   using DistanceType = float;
   float squared_distance;

@@ -1,4 +1,4 @@
-// One kd-tree per coarse voxel (paper section VI, end).
+// Nearest-neighbour search with one kd-tree per coarse voxel (paper section VI, end).
 #pragma once
 
 #include <Eigen/Core>
@@ -7,8 +7,8 @@
 
 namespace unimapper::merge {
 
-/// Nearest-neighbour search in a cloud split into coarse voxels with one kd-tree each: a search
-/// costs O(log n) of the points near by, however large the map is.
+/// A cloud split into coarse voxels with one kd-tree each: a search costs O(log n) of the points
+/// near by, however large the map is.
 class VoxelTrees {
  public:
   VoxelTrees(const std::vector<Eigen::Vector3f>& points, float voxel_size_m);
@@ -16,7 +16,8 @@ class VoxelTrees {
   VoxelTrees(VoxelTrees&&) noexcept;
 
   /// True if a point lies within `distance_m`, which must not exceed the voxel size. All voxels
-  /// that a ball of this radius touches are searched, so a voxel's face hides nothing.
+  /// that a ball of this radius touches are searched, so neighbours beyond a voxel's face are
+  /// found.
   [[nodiscard]] bool has_neighbor(const Eigen::Vector3f& point, float distance_m) const;
 
  private:

@@ -260,7 +260,7 @@ void Pipeline::State::describe_place() noexcept {
 
 void Pipeline::State::search_loops() noexcept {
   const StageTimer timer(config.clock_ns, statistics, Stage::kSearch);
-  const PlaceId id{0, view.sequence};
+  const KeyframeId id{0, view.sequence};
   const std::uint64_t dropped_before = places.dropped();
   // Without a description there is nothing to look for and nothing to store.
   const bool described = shed(Shed::kDescription) == 0;

@@ -62,7 +62,7 @@ std::uint32_t PlaceDatabase::State::free_slot() noexcept {
   return slot;
 }
 
-void PlaceDatabase::State::insert(const PlaceView& place, PlaceId id,
+void PlaceDatabase::State::insert(const PlaceView& place, KeyframeId id,
                                   const Pose& T_session_place) noexcept {
   if (capacity_ == 0) return;
   const std::uint32_t slot = free_slot();
@@ -119,7 +119,7 @@ void PlaceDatabase::State::evict(std::uint32_t slot) noexcept {
   for (const Triangle& triangle : triangles_) table_.remove(triangle, slot);
 }
 
-bool PlaceDatabase::State::in_scope(const StoredPlace& place, PlaceId query,
+bool PlaceDatabase::State::in_scope(const StoredPlace& place, KeyframeId query,
                                     const SearchScope& scope) const noexcept {
   const bool same = place.id.session == query.session;
   if (!same) return scope.sessions != SearchScope::Sessions::kOnlySame;
@@ -130,7 +130,7 @@ bool PlaceDatabase::State::in_scope(const StoredPlace& place, PlaceId query,
 }
 
 std::span<const LoopCandidate> PlaceDatabase::State::search(const PlaceView& query,
-                                                            PlaceId query_id,
+                                                            KeyframeId query_id,
                                                             const SearchScope& scope) noexcept {
   results_.clear();
   if (capacity_ == 0) return results_.view();
@@ -144,6 +144,7 @@ std::span<const LoopCandidate> PlaceDatabase::State::search(const PlaceView& que
     if (verified == config_.max_verified) break;
     ++verified;
     LoopCandidate result;
+    result.query = query_id;
     if (verify(hypothesis, result)) keep(result);
   }
   for (LoopCandidate& result : results_) {
@@ -152,7 +153,7 @@ std::span<const LoopCandidate> PlaceDatabase::State::search(const PlaceView& que
   }
   std::sort(results_.begin(), results_.end(), [](const LoopCandidate& a, const LoopCandidate& b) {
     if (a.confidence != b.confidence) return a.confidence > b.confidence;
-    return comes_before(a.match, b.match);
+    return a.match < b.match;
   });
   while (results_.size() > config_.max_results) results_.pop_back();
   return results_.view();
@@ -161,30 +162,23 @@ std::span<const LoopCandidate> PlaceDatabase::State::search(const PlaceView& que
 // One result per place: the more confident one.
 void PlaceDatabase::State::keep(const LoopCandidate& result) noexcept {
   for (LoopCandidate& known : results_) {
-    if (known.match.session != result.match.session ||
-        known.match.keyframe != result.match.keyframe) {
-      continue;
-    }
+    if (known.match != result.match) continue;
     if (result.confidence > known.confidence) known = result;
     return;
   }
   results_.push_back(result);
 }
 
-bool PlaceDatabase::State::comes_before(const PlaceId& a, const PlaceId& b) noexcept {
-  return a.session != b.session ? a.session < b.session : a.keyframe < b.keyframe;
-}
-
 void PlaceDatabase::allocate(Arena& arena, const LoopSearchConfig& config) noexcept {
   state_ = create_in<State>(arena, config);
 }
 
-void PlaceDatabase::insert(const PlaceView& place, PlaceId id,
+void PlaceDatabase::insert(const PlaceView& place, KeyframeId id,
                            const Pose& T_session_place) noexcept {
   if (state_ != nullptr) state_->insert(place, id, T_session_place);
 }
 
-std::span<const LoopCandidate> PlaceDatabase::search(const PlaceView& query, PlaceId query_id,
+std::span<const LoopCandidate> PlaceDatabase::search(const PlaceView& query, KeyframeId query_id,
                                                      const SearchScope& scope) noexcept {
   if (state_ == nullptr) return {};
   return state_->search(query, query_id, scope);

@@ -25,8 +25,8 @@ using namespace place;
 class PlaceDatabase::State {
  public:
   void allocate(Arena& arena, const LoopSearchConfig& config) noexcept;
-  void insert(const PlaceView& place, PlaceId id, const Pose& T_session_place) noexcept;
-  std::span<const LoopCandidate> search(const PlaceView& query, PlaceId query_id,
+  void insert(const PlaceView& place, KeyframeId id, const Pose& T_session_place) noexcept;
+  std::span<const LoopCandidate> search(const PlaceView& query, KeyframeId query_id,
                                         const SearchScope& scope) noexcept;
 
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
@@ -46,7 +46,7 @@ class PlaceDatabase::State {
     std::int8_t reserved;
   };
   struct StoredPlace {
-    PlaceId id;
+    KeyframeId id;
     PlanarPose T_session_place;
     std::uint16_t keypoints;
     std::uint16_t planes;
@@ -67,12 +67,12 @@ class PlaceDatabase::State {
     float distinctness;
   };
 
-  [[nodiscard]] bool in_scope(const StoredPlace& place, PlaceId query,
+  [[nodiscard]] bool in_scope(const StoredPlace& place, KeyframeId query,
                               const SearchScope& scope) const noexcept;
   std::uint32_t free_slot() noexcept;
   void evict(std::uint32_t slot) noexcept;
   void load_query(const PlaceView& query) noexcept;
-  void vote(PlaceId query_id, const SearchScope& scope) noexcept;
+  void vote(KeyframeId query_id, const SearchScope& scope) noexcept;
   void form_hypotheses() noexcept;
   void limit_candidates() noexcept;
   void load_targets(std::uint32_t slot) noexcept;
@@ -86,7 +86,6 @@ class PlaceDatabase::State {
   [[nodiscard]] float strongest_alternative(const Hypothesis& hypothesis) const noexcept;
   void load_planes(std::uint32_t slot) noexcept;
   void keep(const LoopCandidate& result) noexcept;
-  [[nodiscard]] static bool comes_before(const PlaceId& a, const PlaceId& b) noexcept;
 
   LoopSearchConfig config_{};
   TriangleTable table_;

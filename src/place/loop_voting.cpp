@@ -19,7 +19,7 @@ void PlaceDatabase::State::load_query(const PlaceView& query) noexcept {
 // Triangles of near neighbours come first; where the search would compare more than it may, those
 // of farther ones are left out. (Searching for the rarest shapes first finds fewer: what is rare is
 // less repeatable.)
-void PlaceDatabase::State::vote(PlaceId query_id, const SearchScope& scope) noexcept {
+void PlaceDatabase::State::vote(KeyframeId query_id, const SearchScope& scope) noexcept {
   votes_.clear();
   std::uint64_t compared = 0;
   for (const Triangle& triangle : triangles_) {
@@ -56,7 +56,7 @@ void PlaceDatabase::State::form_hypotheses() noexcept {
     if (a.score != b.score) return a.score > b.score;
     // Two peaks of one place may have as many votes.
     if (a.slot == b.slot) return a.pose.x != b.pose.x ? a.pose.x < b.pose.x : a.pose.y < b.pose.y;
-    return comes_before(places_[a.slot].id, places_[b.slot].id);
+    return places_[a.slot].id < places_[b.slot].id;
   };
   std::sort(hypotheses_.begin(), hypotheses_.end(), better);
   limit_candidates();
@@ -71,7 +71,7 @@ void PlaceDatabase::State::form_hypotheses() noexcept {
             [this](const Hypothesis& a, const Hypothesis& b) {
               if (a.evidence != b.evidence) return a.evidence > b.evidence;
               if (a.votes != b.votes) return a.votes > b.votes;
-              return comes_before(places_[a.slot].id, places_[b.slot].id);
+              return places_[a.slot].id < places_[b.slot].id;
             });
 }
 

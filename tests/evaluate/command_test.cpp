@@ -7,9 +7,9 @@
 #include "ports/lcm/session_log.hpp"
 #include "src/apps/evaluate/evaluate.hpp"
 #include "src/apps/evaluate/ply_cloud.hpp"
-#include "src/apps/loops_csv.hpp"
 #include "src/apps/session_clouds.hpp"
 #include "tests/evaluate/temporary_directory.hpp"
+#include "unimapper/merge/loops_csv.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;
@@ -156,7 +156,7 @@ TEST_CASE("evaluate loops scores intra-session revisits with the keyframes' true
   const Json json = Json::parse(evaluate_loops(options));
   CHECK(json["queries"] == 6);
   CHECK(json["positives"] == 2);
-  CHECK(json["guesses"] == 2);
+  CHECK(json["loops"] == 2);
   CHECK(json["precision"] == 1.0);
   CHECK(json["recall"] == 0.5);
   CHECK(json["precision_pose"] == 1.0);
@@ -181,7 +181,7 @@ TEST_CASE("evaluate loops against another run scores inter-session loops") {
   const Json json = Json::parse(evaluate_loops(options));
   CHECK(json["recall"] == 1.0);
   CHECK(json["recall_pose"] == 1.0);
-  CHECK(json["guesses"] == 1);
+  CHECK(json["loops"] == 1);
   options.against = options.run;
   CHECK_THROWS_WITH(evaluate_loops(options), Contains("both runs are of session \"b\""));
 }
@@ -196,20 +196,21 @@ TEST_CASE("evaluate loops refuses a run of another dataset, and damaged tables")
   CHECK_THROWS_WITH(evaluate_loops(options), Contains("do not belong together"));
 
   const fs::path csv = folder.path() / "loops.csv";
-  CHECK_THROWS_WITH(read_loops_csv(csv), Contains("no such file"));
+  CHECK_THROWS_WITH(merge::read_loops_csv(csv), Contains("no such file"));
   write_lines(csv, "");
-  CHECK_THROWS_WITH(read_loops_csv(csv), Contains("loops.csv:1: is empty"));
+  CHECK_THROWS_WITH(merge::read_loops_csv(csv), Contains("loops.csv:1: is empty"));
   write_lines(csv, "query_session,query_keyframe\n");
-  CHECK_THROWS_WITH(read_loops_csv(csv), Contains("has no column \"query_scan\""));
+  CHECK_THROWS_WITH(merge::read_loops_csv(csv), Contains("has no column \"query_scan\""));
   write_lines(csv, kLoopsHeader + "a,1,2\n");
-  CHECK_THROWS_WITH(read_loops_csv(csv), Contains("loops.csv:2: 3 fields"));
+  CHECK_THROWS_WITH(merge::read_loops_csv(csv), Contains("loops.csv:2: 3 fields"));
   write_lines(csv, kLoopsHeader + "a,x,1,a,1,1,0.5,1,r,0,0,0,0,0,0,1\n");
-  CHECK_THROWS_WITH(read_loops_csv(csv), Contains("\"x\" is no number for column query_keyframe"));
+  CHECK_THROWS_WITH(merge::read_loops_csv(csv),
+                    Contains("\"x\" is no number for column query_keyframe"));
   write_lines(csv, kLoopsHeader + "a,1,1,a,1,1,0.5,1,r,0,0,0,0,0,0,0\n");
-  CHECK_THROWS_WITH(read_loops_csv(csv), Contains("not a rigid transform"));
+  CHECK_THROWS_WITH(merge::read_loops_csv(csv), Contains("not a rigid transform"));
   write_lines(csv, kLoopsHeader + "a,1,1,a,1,1,0.5,1,\"wrong, and \"\"far\"\"\",0,0,0,0,0,0,1\r\n");
-  REQUIRE(read_loops_csv(csv).size() == 1);
-  CHECK(read_loops_csv(csv)[0].reason == "wrong, and \"far\"");
+  REQUIRE(merge::read_loops_csv(csv).size() == 1);
+  CHECK(merge::read_loops_csv(csv)[0].reason == "wrong, and \"far\"");
 }
 
 namespace {

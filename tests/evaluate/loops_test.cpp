@@ -22,10 +22,16 @@ std::vector<TrueKeyframe> there_and_back() {
   return keyframes;
 }
 
-LoopGuess guess(const std::vector<TrueKeyframe>& keyframes, std::uint32_t query,
+LoopRecord loop(const std::vector<TrueKeyframe>& keyframes, std::uint32_t query,
                 std::uint32_t match, double confidence, bool accepted) {
-  return {query, match, confidence, accepted,
-          keyframes[match].T_world_sensor.inverse() * keyframes[query].T_world_sensor};
+  LoopRecord record;
+  record.query_keyframe = query;
+  record.match_keyframe = match;
+  record.confidence = confidence;
+  record.accepted = accepted;
+  record.T_match_query =
+      keyframes[match].T_world_sensor.inverse() * keyframes[query].T_world_sensor;
+  return record;
 }
 
 LoopScoreConfig session_config() {
@@ -36,15 +42,15 @@ LoopScoreConfig session_config() {
 
 }  // namespace
 
-TEST_CASE("precision and recall count one answer per query") {
+TEST_CASE("precision and recall count one loop per query") {
   const auto keyframes = there_and_back();
-  const std::vector<LoopGuess> guesses = {
-      guess(keyframes, 5, 0, 0.9, true),   // right
-      guess(keyframes, 6, 1, 0.8, true),   // right
-      guess(keyframes, 7, 1, 0.7, true),   // wrong: 7 is at keyframe 2's place
-      guess(keyframes, 8, 3, 0.6, false),  // right, but the run did not dare
+  const std::vector<LoopRecord> loops = {
+      loop(keyframes, 5, 0, 0.9, true),   // right
+      loop(keyframes, 6, 1, 0.8, true),   // right
+      loop(keyframes, 7, 1, 0.7, true),   // wrong: 7 is where keyframe 2 is
+      loop(keyframes, 8, 3, 0.6, false),  // right, but not accepted
   };
-  const LoopScore score = score_loops(keyframes, keyframes, guesses, session_config());
+  const LoopScore score = score_loops(keyframes, keyframes, loops, session_config());
   CHECK(score.queries == 10);
   CHECK(score.positives == 5);
   const PrecisionRecall& point = score.by_distance.operating_point;
@@ -58,13 +64,13 @@ TEST_CASE("precision and recall count one answer per query") {
 
 TEST_CASE("the sweep runs down the confidences of each query's best candidate") {
   const auto keyframes = there_and_back();
-  const std::vector<LoopGuess> guesses = {
-      guess(keyframes, 5, 0, 0.9, true),  guess(keyframes, 6, 1, 0.8, true),
-      guess(keyframes, 7, 1, 0.7, true),  guess(keyframes, 8, 3, 0.6, false),
-      guess(keyframes, 8, 2, 0.5, false),  // not the best of query 8: never counts
+  const std::vector<LoopRecord> loops = {
+      loop(keyframes, 5, 0, 0.9, true),  loop(keyframes, 6, 1, 0.8, true),
+      loop(keyframes, 7, 1, 0.7, true),  loop(keyframes, 8, 3, 0.6, false),
+      loop(keyframes, 8, 2, 0.5, false),  // not the best of query 8: never counts
   };
   const LoopFigures figures =
-      score_loops(keyframes, keyframes, guesses, session_config()).by_distance;
+      score_loops(keyframes, keyframes, loops, session_config()).by_distance;
   REQUIRE(figures.curve.size() == 4);
   CHECK(figures.curve[0].precision == 1.0);
   CHECK(figures.curve[0].recall == Approx(0.2));
@@ -80,10 +86,10 @@ TEST_CASE("the sweep runs down the confidences of each query's best candidate") 
 
 TEST_CASE("equal confidences cannot be told apart by any threshold") {
   const auto keyframes = there_and_back();
-  const std::vector<LoopGuess> guesses = {guess(keyframes, 5, 0, 0.5, true),
-                                          guess(keyframes, 6, 0, 0.5, true)};
+  const std::vector<LoopRecord> loops = {loop(keyframes, 5, 0, 0.5, true),
+                                         loop(keyframes, 6, 0, 0.5, true)};
   const LoopFigures figures =
-      score_loops(keyframes, keyframes, guesses, session_config()).by_distance;
+      score_loops(keyframes, keyframes, loops, session_config()).by_distance;
   REQUIRE(figures.curve.size() == 1);
   CHECK(figures.curve[0].precision == 0.5);
   CHECK(figures.recall_at_full_precision == 0.0);
@@ -91,11 +97,11 @@ TEST_CASE("equal confidences cannot be told apart by any threshold") {
 
 TEST_CASE("a match by pose needs the reported pose to be right") {
   const auto keyframes = there_and_back();
-  LoopGuess shifted = guess(keyframes, 5, 0, 0.9, true);
+  LoopRecord shifted = loop(keyframes, 5, 0, 0.9, true);
   shifted.T_match_query.translation.y() += 2.5;
-  LoopGuess turned = guess(keyframes, 6, 1, 0.8, true);
+  LoopRecord turned = loop(keyframes, 6, 1, 0.8, true);
   turned.T_match_query = turned.T_match_query * at(0.0, 0.1);  // 5.7 degrees
-  LoopGuess close = guess(keyframes, 7, 2, 0.7, true);
+  LoopRecord close = loop(keyframes, 7, 2, 0.7, true);
   close.T_match_query.translation.x() += 1.0;
   const LoopScore score =
       score_loops(keyframes, keyframes, std::vector{shifted, turned, close}, session_config());
@@ -110,11 +116,11 @@ TEST_CASE("a match by pose needs the reported pose to be right") {
 
 TEST_CASE("a far-away match with the right pose is true by pose, not by distance") {
   const auto keyframes = there_and_back();
-  // 7 is 100 m from 1 and 9 is no revisit of 2, yet both know exactly where they are.
+  // 7 is 100 m from 1 and 9 is no revisit of 2, yet both reported poses are right.
   auto far = keyframes;
   far[9].T_world_sensor.translation.x() = 450;
-  const std::vector<LoopGuess> guesses = {guess(far, 7, 1, 0.9, true), guess(far, 9, 2, 0.8, true)};
-  const LoopScore score = score_loops(far, far, guesses, session_config());
+  const std::vector<LoopRecord> loops = {loop(far, 7, 1, 0.9, true), loop(far, 9, 2, 0.8, true)};
+  const LoopScore score = score_loops(far, far, loops, session_config());
   REQUIRE(score.positives == 4);
   CHECK(score.by_distance.operating_point.precision == 0.0);
   CHECK(score.by_pose.operating_point.precision == 1.0);
@@ -123,14 +129,14 @@ TEST_CASE("a far-away match with the right pose is true by pose, not by distance
   CHECK(score.by_pose.recall_at_full_precision == 0.25);
 }
 
-TEST_CASE("in its own session a query neither finds the future nor its neighbours") {
+TEST_CASE("within a session neither later keyframes nor neighbours may match") {
   auto keyframes = there_and_back();
-  const std::vector<LoopGuess> guesses = {guess(keyframes, 0, 5, 0.9, true),
-                                          guess(keyframes, 2, 1, 0.9, true),
-                                          guess(keyframes, 5, 99 % 10, 0.9, true)};
-  const LoopScore score = score_loops(keyframes, keyframes, guesses, session_config());
-  CHECK(score.guesses_left_out == 3);
-  CHECK(score.guesses == 0);
+  const std::vector<LoopRecord> loops = {loop(keyframes, 0, 5, 0.9, true),
+                                         loop(keyframes, 2, 1, 0.9, true),
+                                         loop(keyframes, 5, 99 % 10, 0.9, true)};
+  const LoopScore score = score_loops(keyframes, keyframes, loops, session_config());
+  CHECK(score.loops_left_out == 3);
+  CHECK(score.loops == 0);
   CHECK(std::isnan(score.by_distance.operating_point.precision));
   CHECK(score.by_distance.operating_point.recall == 0.0);
 }
@@ -138,11 +144,11 @@ TEST_CASE("in its own session a query neither finds the future nor its neighbour
 TEST_CASE("against another run any keyframe may match") {
   const auto references = there_and_back();
   const std::vector<TrueKeyframe> queries = {{0, 0, at(101)}, {1, 10, at(-50)}};
-  LoopGuess right;
+  LoopRecord right;
   right.match_keyframe = 6;
   right.confidence = 0.4;
   right.accepted = true;
-  LoopGuess unknown = right;
+  LoopRecord unknown = right;
   unknown.match_keyframe = 77;
   LoopScoreConfig config;
   config.same_session = false;
@@ -150,7 +156,7 @@ TEST_CASE("against another run any keyframe may match") {
   CHECK(score.positives == 1);
   CHECK(score.by_distance.operating_point.true_positives == 1);
   CHECK(score.by_distance.operating_point.recall == 1.0);
-  CHECK(score.guesses_left_out == 1);
+  CHECK(score.loops_left_out == 1);
 }
 
 TEST_CASE("a run without revisits has no recall") {

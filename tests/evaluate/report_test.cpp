@@ -48,7 +48,7 @@ TEST_CASE("a report is one page that needs neither network nor script") {
       "total":{"p50":8,"p99":11.5,"max":12}},
       "total_histogram":{"upper_edge_ms":[5,10,20],"keyframes":[3,80,4,0]}})";
   std::ofstream(folder.path() / "stats.json") << stats;
-  merge.input.evidence[0].run = folder.path();
+  merge.input.references[0].run = folder.path();
   const auto file = folder.path() / "report.html";
   write_report(file, merge.input);
   const std::string page = content(file);
@@ -58,14 +58,13 @@ TEST_CASE("a report is one page that needs neither network nor script") {
   CHECK(count(text, "https:") == 0);
   CHECK(count(text, "<link") == 0);
   CHECK(count(page, "href=\"") == count(page, "href=\"data:image/png;base64,"));
-  CHECK(count(page, "data:image/png") == 3);  // map, changes, the session kept apart
+  CHECK(count(page, "data:image/png") == 3);  // map, changes, the unconnected session
   CHECK(count(text, "<svg") == count(text, "</svg>"));
   CHECK_THAT(page, Contains("A little town &lt;three&gt; times"));
-  CHECK_THAT(page, Contains("3 of 4 sessions share one frame, 1 kept apart"));
+  CHECK_THAT(page, Contains("3 of 4 sessions share one frame, 1 unconnected"));
   CHECK_THAT(page, Contains("wednesday") && Contains("livox-avia"));
   CHECK_THAT(page, Contains("2 loops found, 3 that agree are needed"));
-  CHECK_THAT(page, Contains("outvoted by the pair&apos;s other loops") ||
-                       Contains("outvoted by the pair's other loops"));
+  CHECK_THAT(page, Contains("outside the consistency set of its two sessions"));
   CHECK_THAT(page, Contains(">98.12<"));  // SA
   CHECK_THAT(page, Contains(">4.25<"));   // p50 of the removal stage
   CHECK(count(text, "nan") == 0);
@@ -115,8 +114,8 @@ TEST_CASE("the summary's errors come from one alignment of the central session")
   synthetic::fill(merge, 4.0F);
   // Another world for the truth: nothing may change.
   const Pose T_world_map = synthetic::heading(500, -200, 2.0);
-  for (auto& evidence : merge.input.evidence) {
-    for (auto& pose : evidence.truth) pose.T_world_sensor = T_world_map * pose.T_world_sensor;
+  for (auto& reference : merge.input.references) {
+    for (auto& pose : reference.truth) pose.T_world_sensor = T_world_map * pose.T_world_sensor;
   }
   for (Pose& pose : merge.result.sessions[2].T_map_keyframe) pose.translation.z() += 3.0;
   const Summary summary = summarize(merge.input);
@@ -145,8 +144,8 @@ TEST_CASE("the summary table lines its columns up") {
   std::getline(lines, first);
   CHECK(head.find("status") == first.find("central"));
   CHECK(head.find("SA %") + 4 == first.find("98.12") + 5);
-  CHECK_THAT(table, Contains("elsewhere is kept apart: 2 loops found"));
-  CHECK_THAT(table, Contains("60 between and 18 within sessions accepted, 30 refused"));
+  CHECK_THAT(table, Contains("elsewhere is not connected: 2 loops found"));
+  CHECK_THAT(table, Contains("60 inter-session and 18 intra-session accepted, 30 refused"));
 }
 
 TEST_CASE("statistics that are none are left out") {

@@ -57,7 +57,7 @@ inline void add_session(Merge& merge, std::size_t s, const char* name, const cha
   session.complete = s != 1;
   session.keyframes_missing = s == 1 ? 3 : 0;
   merge::MergedSession merged;
-  apps::SessionEvidence evidence;
+  apps::SessionReference reference;
   for (std::uint32_t k = 0; k < keyframes; ++k) {
     const Pose truth = route(s, static_cast<double>(k) / keyframes);
     Pose estimate = truth;
@@ -70,13 +70,13 @@ inline void add_session(Merge& merge, std::size_t s, const char* name, const cha
     record.points_in = 1'310'720;
     record.points_dynamic = 31'000 + 9'000 * s;
     merged.T_map_keyframe.push_back(estimate);
-    evidence.truth.push_back({record.scans[0].stamp_ns, truth});
+    reference.truth.push_back({record.scans[0].stamp_ns, truth});
     session.keyframes.push_back(std::move(record));
   }
   merged.status = s == 0 ? merge::SessionStatus::kCentral : merge::SessionStatus::kMerged;
   merge.sessions.push_back(std::move(session));
   merge.result.sessions.push_back(std::move(merged));
-  merge.input.evidence.push_back(std::move(evidence));
+  merge.input.references.push_back(std::move(reference));
 }
 
 /// Ground along the routes and walls of houses beside them. `step_m` decides how many points.
@@ -129,14 +129,19 @@ inline void fill(Merge& merge, float step_m = 0.2F) {
   add_town(merge, step_m);
   const auto loop = [&](std::size_t qs, std::size_t qk, std::size_t ms, std::size_t mk,
                         float confidence, bool accepted, const char* reason) {
-    merge.result.loops.push_back(
-        {qs, qk, ms, mk, confidence, accepted, reason, heading(1.5, -0.4, 0.2)});
+    merge::LoopConstraint& added = merge.result.loops.emplace_back();
+    added.query = {qs, qk};
+    added.match = {ms, mk};
+    added.confidence = confidence;
+    added.decision = {accepted, reason};
+    added.T_match_query = heading(1.5, -0.4, 0.2);
   };
   for (std::size_t k = 0; k < 30; ++k) {
     loop(1, 3 * k, 0, 3 * k + 20, 0.8F, true, k % 3 == 0 ? "descriptor" : "radius");
     loop(2, 3 * k, 0, 3 * k + 10, 0.7F, true, "radius");
     loop(2, 3 * k + 1, 1, 90 - 3 * k, 0.3F, false,
-         k % 4 == 0 ? "outvoted by the pair's other loops" : "overlap 0.3 (limit 0.45)");
+         k % 4 == 0 ? "outside the consistency set of its two sessions"
+                    : "overlap 0.3 (limit 0.45)");
   }
   for (std::size_t k = 100; k < 118; ++k) loop(0, k, 0, k - 100, 0.9F, true, "descriptor");
   for (int i = 0; i < 9000; ++i) {
@@ -154,7 +159,7 @@ inline void fill(Merge& merge, float step_m = 0.2F) {
          static_cast<std::uint16_t>(1),
          i % 12 < 7});
   }
-  merge.result.timing = {{"loops within sessions", 3.21},
+  merge.result.timing = {{"intra-session loops", 3.21},
                          {"inter-session loops", 6.8},
                          {"final optimisation", 0.42},
                          {"map and changes", 4.9}};
@@ -165,7 +170,7 @@ inline void fill(Merge& merge, float step_m = 0.2F) {
   merge.input.commands = {"unimapper merge monday wednesday friday elsewhere --out map"};
   evaluate::DynamicScore score;
   score.total = {1'000'000, 981'234, 50'000, 45'678};
-  for (auto& evidence : merge.input.evidence) evidence.removal = score;
+  for (auto& reference : merge.input.references) reference.removal = score;
 }
 
 }  // namespace synthetic

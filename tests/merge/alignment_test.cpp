@@ -1,4 +1,4 @@
-// One wrong loop must not corrupt a map; a crowd of them must not merge strangers.
+// Alignment under outliers: random false loops and perceptual aliasing.
 #include "unimapper/merge/alignment.hpp"
 
 #include <algorithm>
@@ -45,15 +45,15 @@ std::vector<Pose> odometry(Random& random, const std::vector<Pose>& truth) {
   return path;
 }
 
-struct Town {
+struct Scene {
   std::vector<std::vector<Pose>> truth;
   std::vector<AlignmentSession> sessions;
   std::vector<LoopConstraint> loops;
 };
 
 /// Central map of 1,500 m; the query shares 400 m of it and goes its own way for another 400 m.
-Town two_maps(Random& random) {
-  Town town;
+Scene two_maps(Random& random) {
+  Scene scene;
   const std::vector<Pose> central = drive(random, 300, Pose{});
   const std::size_t start = 60 + random.below(120);
   std::vector<Pose> query(central.begin() + static_cast<std::ptrdiff_t>(start),
@@ -61,13 +61,13 @@ Town two_maps(Random& random) {
   const std::vector<Pose> own = drive(random, 81, query.back() * yaw_pose(1.5708, {0.0, 0.0, 0.0}));
   query.insert(query.end(), own.begin() + 1, own.end());
   for (auto& pose : query) pose = pose * yaw_pose(0.0, {0.0, 1.5, 0.0});
-  town.truth = {central, query};
-  town.sessions.push_back({odometry(random, central), 1.0});
-  town.sessions.push_back({odometry(random, query), 0.5});
-  return town;
+  scene.truth = {central, query};
+  scene.sessions.push_back({odometry(random, central), 1.0});
+  scene.sessions.push_back({odometry(random, query), 0.5});
+  return scene;
 }
 
-LoopConstraint loop(Town& town, KeyframeRef query, KeyframeRef match, const Pose& T_match_query,
+LoopConstraint loop(Scene& scene, KeyframeId query, KeyframeId match, const Pose& T_match_query,
                     Random& random) {
   LoopConstraint l;
   l.query = query;
@@ -78,7 +78,7 @@ LoopConstraint loop(Town& town, KeyframeRef query, KeyframeRef match, const Pose
   l.information.bottomRightCorner<3, 3>().diagonal().setConstant(1.0 /
                                                                  (kLoopSigmaRad * kLoopSigmaRad));
   l.overlap = 0.5;
-  town.loops.push_back(l);
+  scene.loops.push_back(l);
   return l;
 }
 
@@ -93,44 +93,44 @@ std::size_t nearest(const std::vector<Pose>& path, const Pose& pose) {
   return best;
 }
 
-void add_true_loops(Town& town, std::size_t count, Random& random) {
+void add_true_loops(Scene& scene, std::size_t count, Random& random) {
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t q = i * 80 / count + random.below(80 / count);
-    const std::size_t m = nearest(town.truth[0], town.truth[1][q]);
-    loop(town, {1, q}, {0, m}, town.truth[0][m].inverse() * town.truth[1][q], random);
+    const std::size_t m = nearest(scene.truth[0], scene.truth[1][q]);
+    loop(scene, {1, q}, {0, m}, scene.truth[0][m].inverse() * scene.truth[1][q], random);
   }
 }
 
-void add_random_loops(Town& town, std::size_t count, Random& random) {
+void add_random_loops(Scene& scene, std::size_t count, Random& random) {
   for (std::size_t i = 0; i < count; ++i) {
     const Pose wrong = yaw_pose(random.uniform(-3.1, 3.1), random.normal3(2.0));
-    loop(town, {1, random.below(160)}, {0, random.below(300)}, wrong, random);
+    loop(scene, {1, random.below(160)}, {0, random.below(300)}, wrong, random);
   }
 }
 
-/// A street that looks like another one: the same wrong transform, again and again along it.
-void add_aliased_loops(Town& town, std::size_t count, Random& random) {
+/// Perceptual aliasing: a street that looks like another one gives consistent false loops along it.
+void add_aliased_loops(Scene& scene, std::size_t count, Random& random) {
   const std::size_t q = 90 + random.below(40);
   const std::size_t m = 10 + random.below(250);
-  const Pose T_map_query = town.sessions[0].T_odometry_keyframe[m] *
+  const Pose T_map_query = scene.sessions[0].T_odometry_keyframe[m] *
                            yaw_pose(0.3, {1.0, 0.5, 0.0}) *
-                           town.sessions[1].T_odometry_keyframe[q].inverse();
+                           scene.sessions[1].T_odometry_keyframe[q].inverse();
   for (std::size_t i = 0; i < count; ++i) {
-    const Pose seen = T_map_query * town.sessions[1].T_odometry_keyframe[q + i];
-    const std::size_t k = nearest(town.sessions[0].T_odometry_keyframe, seen);
+    const Pose seen = T_map_query * scene.sessions[1].T_odometry_keyframe[q + i];
+    const std::size_t k = nearest(scene.sessions[0].T_odometry_keyframe, seen);
     // The keyframes need not be neighbours for the loops to agree with each other.
-    loop(town, {1, q + i}, {0, k}, town.sessions[0].T_odometry_keyframe[k].inverse() * seen,
+    loop(scene, {1, q + i}, {0, k}, scene.sessions[0].T_odometry_keyframe[k].inverse() * seen,
          random);
   }
 }
 
 /// RMS over the shared part of how far the query's keyframes are from where they belong,
 /// relative to the central keyframes beside them.
-double overlap_error_m(const Town& town, const Alignment& alignment) {
+double overlap_error_m(const Scene& scene, const Alignment& alignment) {
   double sum = 0.0;
   for (std::size_t q = 0; q < 80; ++q) {
-    const std::size_t m = nearest(town.truth[0], town.truth[1][q]);
-    const Pose truth = town.truth[0][m].inverse() * town.truth[1][q];
+    const std::size_t m = nearest(scene.truth[0], scene.truth[1][q]);
+    const Pose truth = scene.truth[0][m].inverse() * scene.truth[1][q];
     const Pose estimate =
         alignment.T_map_keyframe({0, m}).inverse() * alignment.T_map_keyframe({1, q});
     sum += (truth.translation - estimate.translation).squaredNorm();
@@ -157,14 +157,14 @@ Tally trials(std::size_t true_loops, std::size_t random_loops, std::size_t alias
   Tally tally;
   for (std::uint64_t trial = 0; trial < 15; ++trial) {
     Random random(1000 * true_loops + 100 * random_loops + 10 * aliased_loops + trial);
-    Town town = two_maps(random);
-    if (true_loops > 0) add_true_loops(town, true_loops, random);
-    add_random_loops(town, random_loops, random);
-    if (aliased_loops > 0) add_aliased_loops(town, aliased_loops, random);
-    const Alignment alignment = align_sessions(town.sessions, town.loops, MergeConfig{});
+    Scene scene = two_maps(random);
+    if (true_loops > 0) add_true_loops(scene, true_loops, random);
+    add_random_loops(scene, random_loops, random);
+    if (aliased_loops > 0) add_aliased_loops(scene, aliased_loops, random);
+    const Alignment alignment = align_sessions(scene.sessions, scene.loops, MergeConfig{});
     if (!alignment.connected[0] || !alignment.connected[1]) {
       ++tally.refused;
-    } else if (overlap_error_m(town, alignment) < 1.5) {
+    } else if (overlap_error_m(scene, alignment) < 1.5) {
       ++tally.right;
     } else {
       ++tally.wrong;
@@ -192,8 +192,7 @@ TEST_CASE("Random false loops alone never merge two maps", "[alignment]") {
   CHECK(trials(0, 60, 0).refused == 15);
 }
 
-TEST_CASE("A consistent crowd of false loops leads to a refusal, not to a wrong map",
-          "[alignment]") {
+TEST_CASE("Perceptual aliasing leads to a refusal, not to a wrong map", "[alignment]") {
   CHECK(trials(10, 0, 12).refused == 15);
   CHECK(trials(10, 0, 6).wrong == 0);
   CHECK(trials(0, 0, 2).refused == 15);
@@ -207,28 +206,28 @@ TEST_CASE("Few true loops merge rightly or not at all", "[alignment]") {
 
 TEST_CASE("A refused session keeps every keyframe and says why", "[alignment]") {
   Random random(7);
-  Town town = two_maps(random);
-  add_random_loops(town, 15, random);
-  const Alignment alignment = align_sessions(town.sessions, town.loops, MergeConfig{});
+  Scene scene = two_maps(random);
+  add_random_loops(scene, 15, random);
+  const Alignment alignment = align_sessions(scene.sessions, scene.loops, MergeConfig{});
   REQUIRE_FALSE(alignment.connected[1]);
   CHECK(alignment.T_session_keyframe[1].size() == 160);
   CHECK_FALSE(alignment.reason[1].empty());
-  for (const auto& verdict : alignment.verdicts) {
-    CHECK_FALSE(verdict.accepted);
-    CHECK_FALSE(verdict.reason.empty());
+  for (const auto& decision : alignment.decisions) {
+    CHECK_FALSE(decision.accepted);
+    CHECK_FALSE(decision.reason.empty());
   }
 }
 
 TEST_CASE("The same loops seen from either side give the same map", "[alignment]") {
   Random random(8);
-  Town town = two_maps(random);
-  add_true_loops(town, 10, random);
-  const Alignment there = align_sessions(town.sessions, town.loops, MergeConfig{});
-  for (auto& l : town.loops) {
+  Scene scene = two_maps(random);
+  add_true_loops(scene, 10, random);
+  const Alignment there = align_sessions(scene.sessions, scene.loops, MergeConfig{});
+  for (auto& l : scene.loops) {
     std::swap(l.query, l.match);
     l.T_match_query = l.T_match_query.inverse();
   }
-  const Alignment back = align_sessions(town.sessions, town.loops, MergeConfig{});
+  const Alignment back = align_sessions(scene.sessions, scene.loops, MergeConfig{});
   REQUIRE(back.connected[1]);
   // The measurement's error now sits in the other frame, so the optimum moves by part of it.
   CHECK((there.T_map_keyframe({1, 40}).translation - back.T_map_keyframe({1, 40}).translation)
@@ -237,15 +236,15 @@ TEST_CASE("The same loops seen from either side give the same map", "[alignment]
 
 TEST_CASE("The order of sessions does not change the map", "[alignment]") {
   Random random(9);
-  Town town = two_maps(random);
-  add_true_loops(town, 10, random);
-  const Alignment forward = align_sessions(town.sessions, town.loops, MergeConfig{});
-  std::swap(town.sessions[0], town.sessions[1]);
-  for (auto& l : town.loops) {
+  Scene scene = two_maps(random);
+  add_true_loops(scene, 10, random);
+  const Alignment forward = align_sessions(scene.sessions, scene.loops, MergeConfig{});
+  std::swap(scene.sessions[0], scene.sessions[1]);
+  for (auto& l : scene.loops) {
     l.query.session = 1 - l.query.session;
     l.match.session = 1 - l.match.session;
   }
-  const Alignment reverse = align_sessions(town.sessions, town.loops, MergeConfig{});
+  const Alignment reverse = align_sessions(scene.sessions, scene.loops, MergeConfig{});
   CHECK(forward.central == 0);
   CHECK(reverse.central == 1);
   for (const std::size_t k : {0U, 70U, 150U}) {
@@ -256,16 +255,16 @@ TEST_CASE("The order of sessions does not change the map", "[alignment]") {
 
 TEST_CASE("A map that overlaps only another query map is reached through it", "[alignment]") {
   Random random(10);
-  Town town = two_maps(random);
-  add_true_loops(town, 10, random);
-  // The third robot drives the second one's private street only.
-  std::vector<Pose> third(town.truth[1].begin() + 90, town.truth[1].begin() + 150);
-  town.truth.push_back(third);
-  town.sessions.push_back({odometry(random, third), 0.1});
+  Scene scene = two_maps(random);
+  add_true_loops(scene, 10, random);
+  // The third robot drives only the street that the second one does not share.
+  std::vector<Pose> third(scene.truth[1].begin() + 90, scene.truth[1].begin() + 150);
+  scene.truth.push_back(third);
+  scene.sessions.push_back({odometry(random, third), 0.1});
   for (std::size_t i = 0; i < 8; ++i) {
-    loop(town, {2, 6 * i}, {1, 90 + 6 * i}, Pose{}, random);
+    loop(scene, {2, 6 * i}, {1, 90 + 6 * i}, Pose{}, random);
   }
-  const Alignment alignment = align_sessions(town.sessions, town.loops, MergeConfig{});
+  const Alignment alignment = align_sessions(scene.sessions, scene.loops, MergeConfig{});
   REQUIRE(alignment.central == 0);
   REQUIRE(alignment.connected[2]);
   CHECK((alignment.T_map_keyframe({1, 120}).translation -
@@ -275,30 +274,30 @@ TEST_CASE("A map that overlaps only another query map is reached through it", "[
 
 TEST_CASE("A pair that contradicts a cycle of maps is rolled back", "[alignment]") {
   Random random(11);
-  Town town = two_maps(random);
-  add_true_loops(town, 12, random);
-  std::vector<Pose> third(town.truth[0].begin(), town.truth[0].begin() + 200);
-  town.truth.push_back(third);
-  town.sessions.push_back({odometry(random, third), 0.1});
-  for (std::size_t i = 0; i < 10; ++i) loop(town, {2, 18 * i}, {0, 18 * i}, Pose{}, random);
-  const std::size_t first_wrong = town.loops.size();
-  // A third map that claims to lie 40 m aside of where the second sees it.
+  Scene scene = two_maps(random);
+  add_true_loops(scene, 12, random);
+  std::vector<Pose> third(scene.truth[0].begin(), scene.truth[0].begin() + 200);
+  scene.truth.push_back(third);
+  scene.sessions.push_back({odometry(random, third), 0.1});
+  for (std::size_t i = 0; i < 10; ++i) loop(scene, {2, 18 * i}, {0, 18 * i}, Pose{}, random);
+  const std::size_t first_wrong = scene.loops.size();
+  // Loops that shift the third map 40 m against the second.
   const Pose aside = yaw_pose(0.0, {0.0, 40.0, 0.0});
-  const std::size_t shared = nearest(town.truth[0], town.truth[1][0]);
+  const std::size_t shared = nearest(scene.truth[0], scene.truth[1][0]);
   for (std::size_t i = 0; i < 5 && shared + 3 * i < 200; ++i) {
-    loop(town, {2, shared + 3 * i}, {1, 3 * i}, aside, random);
+    loop(scene, {2, shared + 3 * i}, {1, 3 * i}, aside, random);
   }
-  const Alignment alignment = align_sessions(town.sessions, town.loops, MergeConfig{});
+  const Alignment alignment = align_sessions(scene.sessions, scene.loops, MergeConfig{});
   REQUIRE(alignment.connected[1]);
   REQUIRE(alignment.connected[2]);
-  CHECK(overlap_error_m(town, alignment) < 1.5);
-  for (std::size_t i = first_wrong; i < town.loops.size(); ++i) {
-    CHECK_FALSE(alignment.verdicts[i].accepted);
-    CHECK(alignment.verdicts[i].reason == "contradicts the maps merged before");
+  CHECK(overlap_error_m(scene, alignment) < 1.5);
+  for (std::size_t i = first_wrong; i < scene.loops.size(); ++i) {
+    CHECK_FALSE(alignment.decisions[i].accepted);
+    CHECK(alignment.decisions[i].reason == "contradicts the maps merged before");
   }
 }
 
-TEST_CASE("A session's own loops take out its drift, a wrong one does not bend it", "[alignment]") {
+TEST_CASE("Intra-session loops correct drift, a false one does not deform the map", "[alignment]") {
   Random random(12);
   std::vector<Pose> truth;
   // Twice around a block of 100 m by 100 m.
@@ -308,18 +307,18 @@ TEST_CASE("A session's own loops take out its drift, a wrong one does not bend i
     const Eigen::Vector3d corners[] = {{0, 0, 0}, {100, 0, 0}, {100, 100, 0}, {0, 100, 0}};
     truth.push_back(yaw_pose(1.5708 * side, corners[side]) * yaw_pose(0.0, {along, 0.0, 0.0}));
   }
-  Town town;
-  town.truth = {truth};
-  town.sessions.push_back({odometry(random, truth), 1.0});
-  for (std::size_t i = 0; i < 16; ++i) loop(town, {0, 80 + 5 * i}, {0, 5 * i}, Pose{}, random);
-  loop(town, {0, 150}, {0, 20}, Pose{}, random);  // the far corner, taken for this one
-  const Alignment alignment = align_sessions(town.sessions, town.loops, MergeConfig{});
+  Scene scene;
+  scene.truth = {truth};
+  scene.sessions.push_back({odometry(random, truth), 1.0});
+  for (std::size_t i = 0; i < 16; ++i) loop(scene, {0, 80 + 5 * i}, {0, 5 * i}, Pose{}, random);
+  loop(scene, {0, 150}, {0, 20}, Pose{}, random);  // the far corner, taken for this one
+  const Alignment alignment = align_sessions(scene.sessions, scene.loops, MergeConfig{});
   CHECK(alignment.connected[0]);
-  CHECK_FALSE(alignment.verdicts.back().accepted);
-  CHECK(alignment.verdicts.back().reason ==
+  CHECK_FALSE(alignment.decisions.back().accepted);
+  CHECK(alignment.decisions.back().reason ==
         "disagrees with odometry or with the session's other loops");
   std::size_t accepted = 0;
-  for (const auto& verdict : alignment.verdicts) accepted += verdict.accepted ? 1 : 0;
+  for (const auto& decision : alignment.decisions) accepted += decision.accepted ? 1 : 0;
   CHECK(accepted >= 14);
   const auto gap = [&](const std::vector<Pose>& poses) {
     return (poses[155].translation - poses[75].translation).norm();
@@ -329,97 +328,98 @@ TEST_CASE("A session's own loops take out its drift, a wrong one does not bend i
 
 TEST_CASE("Refinement adds radius loops and drops those that disagree", "[alignment]") {
   Random random(13);
-  Town town = two_maps(random);
-  add_true_loops(town, 6, random);
-  const Alignment coarse = align_sessions(town.sessions, town.loops, MergeConfig{});
+  Scene scene = two_maps(random);
+  add_true_loops(scene, 6, random);
+  const Alignment coarse = align_sessions(scene.sessions, scene.loops, MergeConfig{});
   REQUIRE(coarse.connected[1]);
-  add_true_loops(town, 40, random);
-  const KeyframeRef wrong{1, 40};
-  const std::size_t m = nearest(town.truth[0], town.truth[1][40]);
-  loop(town, wrong, {0, m}, yaw_pose(0.1, {6.0, 0.0, 0.0}), random);
-  const Alignment fine = refine_alignment(coarse, town.sessions, town.loops, MergeConfig{});
-  CHECK(overlap_error_m(town, fine) < overlap_error_m(town, coarse));
-  CHECK(overlap_error_m(town, fine) < 0.35);
-  CHECK_FALSE(fine.verdicts.back().accepted);
-  CHECK(fine.verdicts.back().reason == "disagrees with the merged maps");
+  add_true_loops(scene, 40, random);
+  const KeyframeId wrong{1, 40};
+  const std::size_t m = nearest(scene.truth[0], scene.truth[1][40]);
+  loop(scene, wrong, {0, m}, yaw_pose(0.1, {6.0, 0.0, 0.0}), random);
+  const Alignment fine = refine_alignment(coarse, scene.sessions, scene.loops, MergeConfig{});
+  CHECK(overlap_error_m(scene, fine) < overlap_error_m(scene, coarse));
+  CHECK(overlap_error_m(scene, fine) < 0.35);
+  CHECK_FALSE(fine.decisions.back().accepted);
+  CHECK(fine.decisions.back().reason == "disagrees with the merged maps");
 }
 
-TEST_CASE("A loop is demoted beyond the threshold of chi square after the solve", "[alignment]") {
+TEST_CASE("A loop is rejected beyond the threshold of chi square after optimisation",
+          "[alignment]") {
   Random random(15);
-  Town town = two_maps(random);
-  add_true_loops(town, 12, random);
+  Scene scene = two_maps(random);
+  add_true_loops(scene, 12, random);
   MergeConfig config;
   config.acceptance.consistency_chi2 = 200.0;
   config.acceptance.loop_chi2 = 1000.0;
-  const Alignment all = align_sessions(town.sessions, town.loops, config);
+  const Alignment all = align_sessions(scene.sessions, scene.loops, config);
   const auto count = [](const Alignment& alignment) {
-    return std::count_if(alignment.verdicts.begin(), alignment.verdicts.end(),
-                         [](const LoopVerdict& verdict) { return verdict.accepted; });
+    return std::count_if(alignment.decisions.begin(), alignment.decisions.end(),
+                         [](const LoopDecision& decision) { return decision.accepted; });
   };
   REQUIRE(count(all) == 12);
   std::size_t worst = 0;
   for (std::size_t i = 0; i < 12; ++i) {
-    if (chi2_after(all, town.loops[i]) > chi2_after(all, town.loops[worst])) worst = i;
+    if (chi2_after(all, scene.loops[i]) > chi2_after(all, scene.loops[worst])) worst = i;
   }
-  const double chi2 = chi2_after(all, town.loops[worst]);
+  const double chi2 = chi2_after(all, scene.loops[worst]);
   REQUIRE(chi2 > 1.0);
   config.acceptance.loop_chi2 = 1.01 * chi2;
-  CHECK(count(align_sessions(town.sessions, town.loops, config)) == 12);
+  CHECK(count(align_sessions(scene.sessions, scene.loops, config)) == 12);
   config.acceptance.loop_chi2 = 0.99 * chi2;
-  const Alignment without = align_sessions(town.sessions, town.loops, config);
+  const Alignment without = align_sessions(scene.sessions, scene.loops, config);
   CHECK(without.connected[1]);
-  CHECK_FALSE(without.verdicts[worst].accepted);
-  CHECK(without.verdicts[worst].reason == "disagrees with the merged maps");
+  CHECK_FALSE(without.decisions[worst].accepted);
+  CHECK(without.decisions[worst].reason == "disagrees with the merged maps");
 }
 
-TEST_CASE("Refinement recalls a loop that agrees with the solution twice as well as it must",
+TEST_CASE("Refinement readmits a loop whose chi square is below half the threshold",
           "[alignment]") {
   Random random(15);
-  Town town = two_maps(random);
-  add_true_loops(town, 12, random);
+  Scene scene = two_maps(random);
+  add_true_loops(scene, 12, random);
   MergeConfig config;
   config.acceptance.consistency_chi2 = 200.0;
   config.acceptance.loop_chi2 = 1000.0;
-  Alignment start = align_sessions(town.sessions, town.loops, config);
+  Alignment start = align_sessions(scene.sessions, scene.loops, config);
   std::size_t worst = 0;
   for (std::size_t i = 0; i < 12; ++i) {
-    if (chi2_after(start, town.loops[i]) > chi2_after(start, town.loops[worst])) worst = i;
+    if (chi2_after(start, scene.loops[i]) > chi2_after(start, scene.loops[worst])) worst = i;
   }
   // What the maps are without this loop, and how well it agrees with them.
-  start.verdicts[worst] = {false, "refused before"};
-  std::vector<LoopConstraint> others = town.loops;
+  start.decisions[worst] = {false, "refused before"};
+  std::vector<LoopConstraint> others = scene.loops;
   others.erase(others.begin() + static_cast<std::ptrdiff_t>(worst));
   Alignment fewer = start;
-  fewer.verdicts.erase(fewer.verdicts.begin() + static_cast<std::ptrdiff_t>(worst));
-  const Alignment without = refine_alignment(fewer, town.sessions, others, config);
-  const double chi2 = chi2_after(without, town.loops[worst]);
+  fewer.decisions.erase(fewer.decisions.begin() + static_cast<std::ptrdiff_t>(worst));
+  const Alignment without = refine_alignment(fewer, scene.sessions, others, config);
+  const double chi2 = chi2_after(without, scene.loops[worst]);
   config.acceptance.loop_chi2 = 2.0 * chi2 * 1.02;
-  CHECK(refine_alignment(start, town.sessions, town.loops, config).verdicts[worst].accepted);
+  CHECK(refine_alignment(start, scene.sessions, scene.loops, config).decisions[worst].accepted);
   config.acceptance.loop_chi2 = 2.0 * chi2 * 0.98;
-  const Alignment refused = refine_alignment(start, town.sessions, town.loops, config);
-  CHECK_FALSE(refused.verdicts[worst].accepted);
-  CHECK(refused.verdicts[worst].reason == "refused before");
+  const Alignment refused = refine_alignment(start, scene.sessions, scene.loops, config);
+  CHECK_FALSE(refused.decisions[worst].accepted);
+  CHECK(refused.decisions[worst].reason == "refused before");
 }
 
-TEST_CASE("Maps are joined only if none bends more than its odometry allows", "[alignment]") {
+TEST_CASE("Maps are joined only if none deforms more than its odometry allows", "[alignment]") {
   // The second robot's odometry is too long by a given share.
   const auto joined = [](double scale_error) {
-    Town town;
+    Scene scene;
     std::vector<Pose> straight(40);
     std::vector<Pose> scaled(40);
     for (std::size_t i = 0; i < straight.size(); ++i) {
       straight[i].translation.x() = kStepM * static_cast<double>(i);
       scaled[i].translation.x() = (1.0 + scale_error) * straight[i].translation.x();
     }
-    town.truth = {straight, straight};
-    town.sessions = {{straight, 1.0}, {scaled, 0.5}};
+    scene.truth = {straight, straight};
+    scene.sessions = {{straight, 1.0}, {scaled, 0.5}};
     for (std::size_t k = 0; k < 40; k += 2) {
       LoopConstraint l;
       l.query = {1, k};
       l.match = {0, k};
       l.information = Matrix6d::Identity() / (kLoopSigmaM * kLoopSigmaM);
       l.overlap = 0.9;
-      town.loops.push_back(l);
+      scene.loops.push_back(l);
     }
     MergeConfig config;
     config.acceptance.consistency_chi2 = 200.0;
@@ -427,28 +427,28 @@ TEST_CASE("Maps are joined only if none bends more than its odometry allows", "[
     config.graph.cauchy_scale = 1000.0;  // every loop pulls as hard as it can
     config.graph.deformation_floor_m = 0.0;
     config.graph.deformation_per_m = 0.0;
-    return align_sessions(town.sessions, town.loops, config);
+    return align_sessions(scene.sessions, scene.loops, config);
   };
   CHECK(joined(0.001).connected[1]);
-  const Alignment bent = joined(0.1);
-  CHECK_FALSE(bent.connected[1]);
-  CHECK(bent.reason[1] == "the maps would bend more than odometry allows");
+  const Alignment deformed = joined(0.1);
+  CHECK_FALSE(deformed.connected[1]);
+  CHECK(deformed.reason[1] == "the maps would deform more than odometry allows");
 }
 
 TEST_CASE("Sessions without keyframes and loops to nowhere", "[alignment]") {
   Random random(14);
-  Town town = two_maps(random);
-  town.sessions.push_back({{}, 0.0});
+  Scene scene = two_maps(random);
+  scene.sessions.push_back({{}, 0.0});
   SECTION("an empty session stays apart") {
-    add_true_loops(town, 10, random);
-    const Alignment alignment = align_sessions(town.sessions, town.loops, MergeConfig{});
+    add_true_loops(scene, 10, random);
+    const Alignment alignment = align_sessions(scene.sessions, scene.loops, MergeConfig{});
     CHECK(alignment.connected[1]);
     CHECK_FALSE(alignment.connected[2]);
     CHECK(alignment.reason[2] == "no keyframes");
   }
   SECTION("a loop to a keyframe that is not there is refused") {
-    loop(town, {1, 0}, {0, 999}, Pose{}, random);
-    CHECK_THROWS_AS(align_sessions(town.sessions, town.loops, MergeConfig{}),
+    loop(scene, {1, 0}, {0, 999}, Pose{}, random);
+    CHECK_THROWS_AS(align_sessions(scene.sessions, scene.loops, MergeConfig{}),
                     std::invalid_argument);
   }
   SECTION("no sessions at all") { CHECK(align_sessions({}, {}, MergeConfig{}).connected.empty()); }

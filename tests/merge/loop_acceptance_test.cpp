@@ -1,5 +1,5 @@
 // Loop acceptance at the boundary of every threshold
-#include "unimapper/merge/loop_acceptance.hpp"
+#include "src/merge/loop_acceptance.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -33,7 +33,7 @@ Pose turned(double rad) {
           Eigen::Vector3d::Zero()};
 }
 
-/// A loop that says: both sessions share one frame, but for `error` in the query's frame.
+/// A loop by which both sessions share one frame, but for `error` in the query's frame.
 LoopConstraint loop(const SessionPath& query_path, std::size_t query, const SessionPath& match_path,
                     std::size_t match, const Pose& error = {}, double overlap = 0.5) {
   LoopConstraint made;
@@ -92,7 +92,8 @@ TEST_CASE("Two loops agree up to the threshold of chi square and not beyond", "[
     const std::vector<LoopConstraint> loops{loop(path, 2, path, 2),
                                             loop(path, 10, path, 10, error)};
     INFO("share " << share << (by_turn ? " in rotation" : " in translation"));
-    CHECK(vote_pair(loops, path, path, config).inliers.size() == (share < 1.0 ? 2 : 1));
+    CHECK(inter_session_consistency(loops, path, path, config).inliers.size() ==
+          (share < 1.0 ? 2 : 1));
   }
 }
 
@@ -108,19 +109,24 @@ TEST_CASE("A loop's variance is that of its weakest axis", "[acceptance]") {
 TEST_CASE("Three loops connect two maps, two do not unless both overlap strongly", "[acceptance]") {
   const SessionPath path = straight(20);
   const AcceptanceConfig config;
-  CHECK(vote_pair(true_loops(path, {2, 6, 10}), path, path, config).accepted);
+  CHECK(inter_session_consistency(true_loops(path, {2, 6, 10}), path, path, config)
+            .decision.accepted);
 
-  const LoopVote two = vote_pair(true_loops(path, {2, 10}), path, path, config);
-  CHECK_FALSE(two.accepted);
-  CHECK(two.reason == "too few consistent loops: 2 of 2");
+  const ConsistencySet two =
+      inter_session_consistency(true_loops(path, {2, 10}), path, path, config);
+  CHECK_FALSE(two.decision.accepted);
+  CHECK(two.decision.reason == "too few consistent loops: 2 of 2");
 
-  CHECK(vote_pair(true_loops(path, {2, 10}, config.strong_overlap), path, path, config).accepted);
+  CHECK(inter_session_consistency(true_loops(path, {2, 10}, config.strong_overlap), path, path,
+                                  config)
+            .decision.accepted);
   std::vector<LoopConstraint> one_weak = true_loops(path, {2, 10}, config.strong_overlap);
   one_weak[1].overlap -= 0.01;
-  CHECK(vote_pair(one_weak, path, path, config).reason == "too few consistent loops: 2 of 2");
-  CHECK(vote_pair(true_loops(path, {2}, 1.0), path, path, config).reason ==
+  CHECK(inter_session_consistency(one_weak, path, path, config).decision.reason ==
+        "too few consistent loops: 2 of 2");
+  CHECK(inter_session_consistency(true_loops(path, {2}, 1.0), path, path, config).decision.reason ==
         "too few consistent loops: 1 of 1");
-  CHECK(vote_pair({}, path, path, config).reason == "no loops found");
+  CHECK(inter_session_consistency({}, path, path, config).decision.reason == "no loops found");
 }
 
 TEST_CASE("Loops must span the configured path in both maps, strong ones half of it",
@@ -129,49 +135,53 @@ TEST_CASE("Loops must span the configured path in both maps, strong ones half of
   AcceptanceConfig config;
   const auto span_of_20 = true_loops(path, {4, 6, 8});
   config.min_span_m = 19.9;
-  CHECK(vote_pair(span_of_20, path, path, config).accepted);
+  CHECK(inter_session_consistency(span_of_20, path, path, config).decision.accepted);
   config.min_span_m = 20.1;
-  CHECK(vote_pair(span_of_20, path, path, config).reason == "loops span too short a path");
+  CHECK(inter_session_consistency(span_of_20, path, path, config).decision.reason ==
+        "loops span too short a path");
 
   const auto strong = true_loops(path, {4, 6, 8}, 0.9);
   config.min_span_m = 39.9;
-  CHECK(vote_pair(strong, path, path, config).accepted);
+  CHECK(inter_session_consistency(strong, path, path, config).decision.accepted);
   config.min_span_m = 40.1;
-  CHECK(vote_pair(strong, path, path, config).reason == "loops span too short a path");
+  CHECK(inter_session_consistency(strong, path, path, config).decision.reason ==
+        "loops span too short a path");
 
   // The query moved twice as far as the match: the shorter of the two counts.
   const SessionPath dense = straight(40, 2.5);
   const std::vector<LoopConstraint> skewed{loop(path, 4, dense, 8), loop(path, 6, dense, 11),
                                            loop(path, 8, dense, 14)};
   config.min_span_m = 14.9;
-  CHECK(vote_pair(skewed, path, dense, config).accepted);
+  CHECK(inter_session_consistency(skewed, path, dense, config).decision.accepted);
   config.min_span_m = 15.1;
-  CHECK(vote_pair(skewed, path, dense, config).reason == "loops span too short a path");
+  CHECK(inter_session_consistency(skewed, path, dense, config).decision.reason ==
+        "loops span too short a path");
 }
 
-TEST_CASE("The best group must be ahead of the second by the margin", "[acceptance]") {
+TEST_CASE("The consistency set must exceed a competing one by the margin", "[acceptance]") {
   const SessionPath path = straight(60);
   const AcceptanceConfig config;
-  // Another street that looks the same, 100 m farther on.
-  std::vector<LoopConstraint> rivals{loop(path, 4, path, 24), loop(path, 8, path, 28)};
-  for (LoopConstraint& rival : rivals) rival.T_match_query = Pose{};
+  // Perceptual aliasing: another street that looks the same, 100 m farther on.
+  std::vector<LoopConstraint> aliased{loop(path, 4, path, 24), loop(path, 8, path, 28)};
+  for (LoopConstraint& l : aliased) l.T_match_query = Pose{};
   std::vector<LoopConstraint> four = true_loops(path, {2, 6, 10, 14});
-  four.insert(four.end(), rivals.begin(), rivals.end());
-  const LoopVote ahead = vote_pair(four, path, path, config);
-  CHECK(ahead.accepted);
+  four.insert(four.end(), aliased.begin(), aliased.end());
+  const ConsistencySet ahead = inter_session_consistency(four, path, path, config);
+  CHECK(ahead.decision.accepted);
   CHECK(ahead.distinct == 4);
-  CHECK(ahead.second == 2);
+  CHECK(ahead.competing == 2);
   CHECK(ahead.inliers == std::vector<std::size_t>{0, 1, 2, 3});
 
   std::vector<LoopConstraint> three = true_loops(path, {2, 6, 10});
-  three.insert(three.end(), rivals.begin(), rivals.end());
-  CHECK(vote_pair(three, path, path, config).reason == "ambiguous: 2 loops contradict 3");
+  three.insert(three.end(), aliased.begin(), aliased.end());
+  CHECK(inter_session_consistency(three, path, path, config).decision.reason ==
+        "ambiguous: 2 loops contradict 3");
 
-  // One that stands alone contradicts nobody.
+  // A single outlier is no competing set.
   three.pop_back();
-  const LoopVote alone = vote_pair(three, path, path, config);
-  CHECK(alone.accepted);
-  CHECK(alone.second == 0);
+  const ConsistencySet alone = inter_session_consistency(three, path, path, config);
+  CHECK(alone.decision.accepted);
+  CHECK(alone.competing == 0);
 }
 
 TEST_CASE("Loops count as distinct only if they are apart along both paths", "[acceptance]") {
@@ -181,23 +191,23 @@ TEST_CASE("Loops count as distinct only if they are apart along both paths", "[a
   std::vector<LoopConstraint> loops;
   SECTION("a standing query, a moving match") {
     for (const std::size_t k : {2U, 6U, 10U}) loops.push_back(loop(standing, k, moving, k));
-    const LoopVote vote = vote_pair(loops, standing, moving, config);
-    CHECK(vote.inliers.size() == 3);
-    CHECK(vote.distinct == 1);
-    CHECK(vote.reason == "too few consistent loops: 1 of 3");
+    const ConsistencySet set = inter_session_consistency(loops, standing, moving, config);
+    CHECK(set.inliers.size() == 3);
+    CHECK(set.distinct == 1);
+    CHECK(set.decision.reason == "too few consistent loops: 1 of 3");
   }
   SECTION("a moving query, a standing match") {
     for (const std::size_t k : {2U, 6U, 10U}) loops.push_back(loop(moving, k, standing, k));
-    const LoopVote vote = vote_pair(loops, moving, standing, config);
-    CHECK(vote.inliers.size() == 3);
-    CHECK(vote.distinct == 1);
+    const ConsistencySet set = inter_session_consistency(loops, moving, standing, config);
+    CHECK(set.inliers.size() == 3);
+    CHECK(set.distinct == 1);
   }
   SECTION("just nearer and just farther apart than the spacing") {
     loops = true_loops(moving, {2, 3, 4});
     config.distinct_m = kStepM + 0.1;
-    CHECK(vote_pair(loops, moving, moving, config).distinct == 2);
+    CHECK(inter_session_consistency(loops, moving, moving, config).distinct == 2);
     config.distinct_m = kStepM - 0.1;
-    CHECK(vote_pair(loops, moving, moving, config).distinct == 3);
+    CHECK(inter_session_consistency(loops, moving, moving, config).distinct == 3);
   }
 }
 
@@ -213,10 +223,10 @@ TEST_CASE("A loop within a session is taken up to the drift that odometry may ha
                                : aside(std::sqrt(chi2 * (drift.translation + kSigmaM * kSigmaM)));
     // Nothing but odometry can contradict a loop that is alone.
     const std::vector<LoopConstraint> alone{loop(path, 30, path, 3, error)};
-    const LoopVote vote = vote_session(alone, path, config);
+    const ConsistencySet set = intra_session_consistency(alone, path, config);
     INFO("share " << share << (by_turn ? " in rotation" : " in translation"));
-    CHECK(vote.accepted == (share < 1.0));
-    CHECK(vote.reason == (share < 1.0 ? "" : "no loop agrees with odometry"));
+    CHECK(set.decision.accepted == (share < 1.0));
+    CHECK(set.decision.reason == (share < 1.0 ? "" : "no loop agrees with odometry"));
   }
 }
 

@@ -42,13 +42,13 @@ struct Aligned {
     sessions[session].keyframes.push_back(keyframe);
   }
 
-  std::vector<LoopProposal> search(const MergeConfig& config = {},
+  std::vector<LoopCandidate> search(const MergeConfig& config = {},
                                    const std::vector<LoopConstraint>& known = {}) {
     alignment.connected.assign(2, true);
     alignment.T_map_session.assign(2, Pose{});
     return search_as_is(config, known);
   }
-  std::vector<LoopProposal> search_as_is(const MergeConfig& config = {},
+  std::vector<LoopCandidate> search_as_is(const MergeConfig& config = {},
                                          const std::vector<LoopConstraint>& known = {}) {
     alignment.T_session_keyframe.clear();
     for (const SessionData& session : sessions) {
@@ -57,7 +57,7 @@ struct Aligned {
         alignment.T_session_keyframe.back().push_back(keyframe.T_odometry_keyframe);
       }
     }
-    return propose_radius_loops(sessions, alignment, known, config);
+    return find_radius_candidates(sessions, alignment, known, config);
   }
 };
 
@@ -70,16 +70,16 @@ TEST_CASE("A slow robot closes no loop with where it was a moment ago", "[loop_s
   config.min_keyframe_gap = 15;
   // The farthest two keyframes are 11.5 m of path apart.
   config.min_path_gap_m = 11.0;
-  const auto near = propose_own_loops(sessions, config, 1);
-  for (const LoopProposal& loop : near) {
+  const auto near = find_intra_session_candidates(sessions, config, 1);
+  for (const LoopCandidate& loop : near) {
     CHECK(loop.query.keyframe - loop.match.keyframe >= 22);
   }
   config.min_path_gap_m = 12.0;
-  CHECK(propose_own_loops(sessions, config, 1).empty());
+  CHECK(find_intra_session_candidates(sessions, config, 1).empty());
   config.min_path_gap_m = 0.0;
-  const auto all = propose_own_loops(sessions, config, 1);
+  const auto all = find_intra_session_candidates(sessions, config, 1);
   CHECK_FALSE(all.empty());
-  for (const LoopProposal& loop : all) {
+  for (const LoopCandidate& loop : all) {
     CHECK(loop.query.session == 0);
     CHECK(loop.query.keyframe - loop.match.keyframe >= 15);
   }
@@ -91,21 +91,21 @@ TEST_CASE("As many candidates are proposed as configured, per keyframe and per p
   const std::vector<SessionData> sessions{record(town, crawl(10, 2.0), "one", 1).session,
                                           record(town, crawl(10, 2.0), "two", 2).session};
   LoopConfig config;
-  const auto many = propose_loops_between(sessions, config);
+  const auto many = find_inter_session_candidates(sessions, config);
   REQUIRE(many.size() > 10);
-  for (const LoopProposal& loop : many) CHECK(loop.query.session != loop.match.session);
+  for (const LoopCandidate& loop : many) CHECK(loop.query.session != loop.match.session);
   config.max_candidates_per_pair = 7;
-  const auto best = propose_loops_between(sessions, config);
+  const auto best = find_inter_session_candidates(sessions, config);
   REQUIRE(best.size() == 7);
   for (std::size_t i = 0; i < best.size(); ++i) {
     CHECK(best[i].query == many[i].query);
     CHECK(best[i].match == many[i].match);
-    if (i > 0) CHECK((best[i - 1].likely || !best[i].likely));
+    if (i > 0) CHECK((best[i - 1].accepted || !best[i].accepted));
   }
   // Both directions of a pair of keyframes meet in one candidate.
   config = {};
   config.candidates_per_keyframe = 1;
-  CHECK(propose_loops_between(sessions, config).size() <= 20);
+  CHECK(find_inter_session_candidates(sessions, config).size() <= 20);
 }
 
 TEST_CASE("Keyframes within the radius are proposed, with the pose between them",
@@ -165,7 +165,7 @@ TEST_CASE("The nearest keyframes are proposed, spaced along the query's path", "
   known[0].query = {0, 8};
   known[0].match = {1, 8};
   found = maps.search(config, known);
-  for (const LoopProposal& loop : found) CHECK(loop.match.keyframe == loop.query.keyframe);
+  for (const LoopCandidate& loop : found) CHECK(loop.match.keyframe == loop.query.keyframe);
   CHECK(found.size() == 10);  // from keyframe 9 on instead
   CHECK(found[2].query.keyframe == 9);
 }
@@ -181,7 +181,7 @@ TEST_CASE("Within a session both gaps count, by keyframes and along the path", "
   const auto gaps = [&] {
     double least_path_m = 1000.0;
     std::size_t least = 1000;
-    for (const LoopProposal& loop : maps.search(config)) {
+    for (const LoopCandidate& loop : maps.search(config)) {
       const std::size_t gap = loop.query.keyframe - loop.match.keyframe;
       least = std::min(least, gap);
       least_path_m = std::min(least_path_m, 2.0 * static_cast<double>(gap));

@@ -27,13 +27,13 @@ Pose shifted(double x, double y, double z = 0.0) {
   return {Eigen::Matrix3d::Identity(), Eigen::Vector3d(x, y, z)};
 }
 
-/// What a robot sees of a yard from a given pose: upright panels about 15 cm fine, and ground.
+/// Cells of a yard in the frame of a given pose: walls with points 15 cm apart, and ground.
 class View {
  public:
   explicit View(const Pose& T_world_keyframe, std::uint64_t seed = 1)
       : T_keyframe_world_(T_world_keyframe.inverse()), random_(seed) {}
 
-  void add_panel(double x0, double y0, double x1, double y1, double z0, double z1) {
+  void add_wall(double x0, double y0, double x1, double y1, double z0, double z1) {
     const int steps = static_cast<int>(std::hypot(x1 - x0, y1 - y0) / 0.15);
     for (int i = 0; i <= steps; ++i) {
       const double s = static_cast<double>(i) / steps;
@@ -49,12 +49,12 @@ class View {
 
   /// Four walls without symmetry, two pillars, ground.
   void add_yard() {
-    add_panel(-15.0, 10.0, 15.0, 10.0, -1.6, 3.0);
-    add_panel(15.0, -10.0, 15.0, 10.0, -1.6, 3.0);
-    add_panel(-15.0, -10.0, -15.0, 10.0, -1.6, 3.0);
-    add_panel(-15.0, -10.0, 4.0, -10.0, -1.6, 3.0);
-    add_panel(7.0, 8.0, 8.0, 8.0, -1.6, 3.0);
-    add_panel(-9.0, -7.0, -9.0, -6.0, -1.6, 3.0);
+    add_wall(-15.0, 10.0, 15.0, 10.0, -1.6, 3.0);
+    add_wall(15.0, -10.0, 15.0, 10.0, -1.6, 3.0);
+    add_wall(-15.0, -10.0, -15.0, 10.0, -1.6, 3.0);
+    add_wall(-15.0, -10.0, 4.0, -10.0, -1.6, 3.0);
+    add_wall(7.0, 8.0, 8.0, 8.0, -1.6, 3.0);
+    add_wall(-9.0, -7.0, -9.0, -6.0, -1.6, 3.0);
     add_ground();
   }
 
@@ -89,22 +89,22 @@ std::vector<SessionData> yard_from(const Pose& T_match_query) {
 
 constexpr CorrectionLimit kGenerous{4.0, 0.25};
 
-VerifiedLoop verify(const std::vector<SessionData>& sessions, const Pose& T_match_query,
-                    const MergeConfig& config = {}, const CorrectionLimit& limit = kGenerous) {
-  LoopProposal proposal;
-  proposal.query = {1, 0};
-  proposal.match = {0, 0};
-  proposal.T_match_query = T_match_query;
+LoopConstraint verify(const std::vector<SessionData>& sessions, const Pose& T_match_query,
+                      const MergeConfig& config = {}, const CorrectionLimit& limit = kGenerous) {
+  LoopCandidate candidate;
+  candidate.query = {1, 0};
+  candidate.match = {0, 0};
+  candidate.T_match_query = T_match_query;
   KeyframeClouds clouds(sessions, config.registration, 1);
-  return verify_loops({&proposal, 1}, limit, clouds, config).front();
+  return verify_loops({&candidate, 1}, limit, clouds, config).front();
 }
 
 /// The figure in a reason such as "overlap 0.42 (limit 0.45)", which is what `begins` it.
-double measured(const VerifiedLoop& loop, const std::string& begins) {
-  INFO(loop.reason);
-  REQUIRE_FALSE(loop.confirmed);
-  REQUIRE(loop.reason.rfind(begins + " ", 0) == 0);
-  return std::stod(loop.reason.substr(begins.size()));
+double measured(const LoopConstraint& loop, const std::string& begins) {
+  INFO(loop.decision.reason);
+  REQUIRE_FALSE(loop.decision.accepted);
+  REQUIRE(loop.decision.reason.rfind(begins + " ", 0) == 0);
+  return std::stod(loop.decision.reason.substr(begins.size()));
 }
 
 const Pose kTruth = shifted(1.5, -0.5) * yaw(0.3);
@@ -113,34 +113,35 @@ const Pose kTruth = shifted(1.5, -0.5) * yaw(0.3);
 
 TEST_CASE("A true loop is confirmed, its pose corrected", "[verification]") {
   const auto sessions = yard_from(kTruth);
-  const VerifiedLoop loop = verify(sessions, kTruth * shifted(0.4, 0.3));
-  CHECK(loop.confirmed);
-  CHECK(loop.reason.empty());
-  CHECK((loop.constraint.T_match_query.translation - kTruth.translation).norm() < 0.05);
-  CHECK(loop.constraint.overlap > 0.9);
+  const LoopConstraint loop = verify(sessions, kTruth * shifted(0.4, 0.3));
+  CHECK(loop.decision.accepted);
+  CHECK(loop.decision.reason.empty());
+  CHECK((loop.T_match_query.translation - kTruth.translation).norm() < 0.05);
+  CHECK(loop.overlap > 0.9);
 }
 
-TEST_CASE("A proposal that is no rigid transform is refused", "[verification]") {
+TEST_CASE("A candidate that is no rigid transform is refused", "[verification]") {
   Pose sheared;
   sheared.rotation(0, 1) = 0.5;
-  CHECK(verify(yard_from(Pose{}), sheared).reason == "the proposed pose is no rigid transform");
+  CHECK(verify(yard_from(Pose{}), sheared).decision.reason ==
+        "the proposed pose is no rigid transform");
 }
 
-TEST_CASE("A proposal may be out of level up to the limit", "[verification]") {
+TEST_CASE("A candidate may be out of level up to the limit", "[verification]") {
   const auto sessions = yard_from(kTruth);
   const MergeConfig config;
   const double limit = config.loops.max_tilt_rad;
-  CHECK(verify(sessions, kTruth * tilted(limit - 0.005)).confirmed);
-  CHECK(verify(sessions, kTruth * tilted(limit + 0.005)).reason == "not level");
+  CHECK(verify(sessions, kTruth * tilted(limit - 0.005)).decision.accepted);
+  CHECK(verify(sessions, kTruth * tilted(limit + 0.005)).decision.reason == "not level");
 }
 
-TEST_CASE("What alignment makes of a proposal may be out of level up to the limit",
+TEST_CASE("What alignment makes of a candidate may be out of level up to the limit",
           "[verification]") {
   MergeConfig config;
   const double limit = config.loops.max_tilt_rad;
   const Pose proposed = kTruth * tilted(limit - 0.03);
-  CHECK(verify(yard_from(kTruth * tilted(limit - 0.01)), proposed).confirmed);
-  CHECK(verify(yard_from(kTruth * tilted(limit + 0.01)), proposed).reason ==
+  CHECK(verify(yard_from(kTruth * tilted(limit - 0.01)), proposed).decision.accepted);
+  CHECK(verify(yard_from(kTruth * tilted(limit + 0.01)), proposed).decision.reason ==
         "not level after alignment");
 }
 
@@ -154,29 +155,30 @@ TEST_CASE("Structure must coincide before alignment is tried", "[verification]")
   config.loops.min_initial_overlap = overlap + 0.01;
   CHECK(measured(verify(sessions, proposed, config), "overlap before alignment") == overlap);
   config.loops.min_initial_overlap = overlap - 0.01;
-  CHECK(verify(sessions, proposed, config).reason.rfind("overlap before alignment", 0) != 0);
+  CHECK(verify(sessions, proposed, config).decision.reason.rfind("overlap before alignment", 0) !=
+        0);
 }
 
 TEST_CASE("An alignment that runs out of iterations is refused", "[verification]") {
   const auto sessions = yard_from(kTruth);
   MergeConfig config;
   config.registration.max_iterations = 2;
-  CHECK(verify(sessions, kTruth * shifted(0.8, 0.0), config).reason ==
+  CHECK(verify(sessions, kTruth * shifted(0.8, 0.0), config).decision.reason ==
         "alignment did not converge");
 }
 
-TEST_CASE("Alignment may move a proposal up to the limit", "[verification]") {
+TEST_CASE("Alignment may move a candidate up to the limit", "[verification]") {
   const auto sessions = yard_from(kTruth);
   const Pose proposed = kTruth * shifted(0.6, 0.8);
-  CHECK(verify(sessions, proposed, {}, {1.1, 0.25}).confirmed);
+  CHECK(verify(sessions, proposed, {}, {1.1, 0.25}).decision.accepted);
   CHECK(measured(verify(sessions, proposed, {}, {0.9, 0.25}), "alignment moved it by metres") ==
         Approx(1.0).margin(0.06));
 }
 
-TEST_CASE("Alignment may turn a proposal up to the limit", "[verification]") {
+TEST_CASE("Alignment may turn a candidate up to the limit", "[verification]") {
   const auto sessions = yard_from(kTruth);
   const Pose proposed = kTruth * yaw(0.08);
-  CHECK(verify(sessions, proposed, {}, {4.0, 0.09}).confirmed);
+  CHECK(verify(sessions, proposed, {}, {4.0, 0.09}).decision.accepted);
   CHECK(measured(verify(sessions, proposed, {}, {4.0, 0.07}), "alignment turned it by radians") ==
         Approx(0.08).margin(0.011));
 }
@@ -186,8 +188,8 @@ TEST_CASE("Structure must coincide after alignment", "[verification]") {
   View match{Pose{}};
   View query{kTruth, 2};
   for (View* view : {&match, &query}) view->add_yard();
-  match.add_panel(-28.0, 16.0, 14.0, 16.0, -1.6, 3.0);
-  query.add_panel(-14.0, -18.0, 28.0, -18.0, -1.6, 3.0);
+  match.add_wall(-28.0, 16.0, 14.0, 16.0, -1.6, 3.0);
+  query.add_wall(-14.0, -18.0, 28.0, -18.0, -1.6, 3.0);
   const auto sessions = two_sessions(match, query);
   MergeConfig config;
   config.loops.max_contradiction = 1.0;
@@ -197,7 +199,7 @@ TEST_CASE("Structure must coincide after alignment", "[verification]") {
   config.loops.min_overlap = overlap + 0.01;
   CHECK(measured(verify(sessions, kTruth, config), "overlap") == overlap);
   config.loops.min_overlap = overlap - 0.01;
-  CHECK(verify(sessions, kTruth, config).confirmed);
+  CHECK(verify(sessions, kTruth, config).decision.accepted);
 }
 
 TEST_CASE("Matched points must fit closely", "[verification]") {
@@ -209,7 +211,7 @@ TEST_CASE("Matched points must fit closely", "[verification]") {
   const double rmse_m = measured(verify(sessions, kTruth, config), "rmse in metres");
   REQUIRE(rmse_m > 0.015);
   config.loops.max_rmse_m = rmse_m + 0.006;
-  CHECK(verify(sessions, kTruth, config).confirmed);
+  CHECK(verify(sessions, kTruth, config).decision.accepted);
   config.loops.max_rmse_m = rmse_m - 0.006;
   CHECK(measured(verify(sessions, kTruth, config), "rmse in metres") == rmse_m);
 }
@@ -223,36 +225,36 @@ TEST_CASE("A false loop whose structure stands in the other's free space is refu
   query.add_yard();
   const bool screens_of_match = GENERATE(false, true);
   View& screened = screens_of_match ? match : query;
-  for (const double y : {-5.0, 5.0}) screened.add_panel(-6.0, y, 6.0, y, -1.2, 1.5);
-  for (const double x : {-6.0, 6.0}) screened.add_panel(x, -4.0, x, 4.0, -1.2, 1.5);
+  for (const double y : {-5.0, 5.0}) screened.add_wall(-6.0, y, 6.0, y, -1.2, 1.5);
+  for (const double x : {-6.0, 6.0}) screened.add_wall(x, -4.0, x, 4.0, -1.2, 1.5);
   const auto sessions = two_sessions(match, query);
   MergeConfig config;
   config.loops.max_contradiction = 0.05;
   const double share = measured(verify(sessions, kTruth, config), "structure in free space");
   CHECK(share > 0.15);
   config.loops.max_contradiction = share + 0.01;
-  CHECK(verify(sessions, kTruth, config).confirmed);
+  CHECK(verify(sessions, kTruth, config).decision.accepted);
   config.loops.max_contradiction = share - 0.01;
   CHECK(measured(verify(sessions, kTruth, config), "structure in free space") == share);
 }
 
-TEST_CASE("Loops are verified in the proposals' order whatever the number of threads",
+TEST_CASE("Loops are verified in the candidates' order whatever the number of threads",
           "[verification]") {
   const auto sessions = yard_from(kTruth);
-  std::vector<LoopProposal> proposals(7);
-  for (std::size_t i = 0; i < proposals.size(); ++i) {
-    proposals[i].query = {1, 0};
-    proposals[i].match = {0, 0};
-    proposals[i].T_match_query =
+  std::vector<LoopCandidate> candidates(7);
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    candidates[i].query = {1, 0};
+    candidates[i].match = {0, 0};
+    candidates[i].T_match_query =
         kTruth * shifted(0.1 * static_cast<double>(i), 0.0) * tilted(i % 3 == 2 ? 0.2 : 0.0);
   }
   MergeConfig config;
   config.threads = 3;
   KeyframeClouds clouds(sessions, config.registration, 3);
-  const auto verified = verify_loops(proposals, kGenerous, clouds, config);
-  REQUIRE(verified.size() == proposals.size());
-  for (std::size_t i = 0; i < proposals.size(); ++i) {
-    CHECK(verified[i].confirmed == (i % 3 != 2));
-    CHECK(verified[i].reason == (i % 3 == 2 ? "not level" : ""));
+  const auto verified = verify_loops(candidates, kGenerous, clouds, config);
+  REQUIRE(verified.size() == candidates.size());
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    CHECK(verified[i].decision.accepted == (i % 3 != 2));
+    CHECK(verified[i].decision.reason == (i % 3 == 2 ? "not level" : ""));
   }
 }

@@ -1,4 +1,4 @@
-// Maps as one pose graph: outliers, loops seen from the other side, and how far maps may bend
+// Anchor-node pose graph: outliers, loops with query and match exchanged, plausible deformation
 #include "src/merge/map_graph.hpp"
 
 #include <catch2/catch.hpp>

@@ -48,7 +48,7 @@ const Fleet& fleet() {
     const std::vector<Eigen::Vector2d> c{{0, 0}, {1, 0}, {1, 1}};
     f.drives.push_back(record(first, drive_roads(a), "alpha", 11));
     f.drives.push_back(record(second, drive_roads(b), "beta", 12));
-    f.drives.push_back(record(make_town(99, 2), drive_roads(c), "stranger", 13));
+    f.drives.push_back(record(make_town(99, 2), drive_roads(c), "other-town", 13));
     for (const auto& drive : f.drives) f.sessions.push_back(drive.session);
     return f;
   }();
@@ -115,9 +115,10 @@ std::vector<std::string> lines(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("Two sessions of one town become one map, a stranger stays apart", "[merger]") {
+TEST_CASE("Two sessions of one town are merged, one of another town stays unconnected",
+          "[merger]") {
   const MergeResult& result = merged();
-  SECTION("who is merged, and how well") {
+  SECTION("statuses and accuracy") {
     REQUIRE(result.sessions[0].status != SessionStatus::kUnconnected);
     REQUIRE(result.sessions[1].status != SessionStatus::kUnconnected);
     CHECK(result.sessions[result.central_session].status == SessionStatus::kCentral);
@@ -129,26 +130,26 @@ TEST_CASE("Two sessions of one town become one map, a stranger stays apart", "[m
   SECTION("every loop is accounted for") {
     std::size_t between = 0;
     for (const auto& loop : result.loops) {
-      CHECK_FALSE(loop.reason.empty());
-      if (!loop.accepted || loop.query_session == loop.match_session) continue;
-      CHECK((loop.reason == "descriptor" || loop.reason == "radius"));
-      CHECK(loop.query_session != 2);
-      CHECK(loop.match_session != 2);
+      CHECK_FALSE(loop.decision.reason.empty());
+      if (!loop.decision.accepted || loop.is_intra_session()) continue;
+      CHECK((loop.decision.reason == "descriptor" || loop.decision.reason == "radius"));
+      CHECK(loop.query.session != 2);
+      CHECK(loop.match.session != 2);
       ++between;
     }
     CHECK(between >= 5);
   }
   SECTION("the unified map fuses what sessions share") {
     std::size_t shared = 0;
-    bool strange = false;
+    bool foreign = false;
     for (const auto& point : result.map) {
-      strange = strange || point.session > 1;
+      foreign = foreign || point.session > 1;
       shared += point.sessions_seen > 1 ? 1 : 0;
     }
-    CHECK_FALSE(strange);
+    CHECK_FALSE(foreign);
     CHECK(shared > 1000);
   }
-  SECTION("what was set up and what was taken away is found, and nothing else") {
+  SECTION("changes are found, and nothing else") {
     const std::size_t gone = changes_near(result, fleet().van, false);
     const std::size_t new_here = changes_near(result, fleet().kiosk, true);
     CHECK(gone >= 20);
@@ -179,18 +180,20 @@ TEST_CASE("The number of threads changes nothing, byte for byte", "[merger]") {
   }
 }
 
-TEST_CASE("Exported files hold what they promise", "[merger]") {
+TEST_CASE("Exported files are complete and consistent", "[merger]") {
   const ScratchFolder scratch;
   const fs::path folder = scratch.path() / "new" / "map";
   export_map(folder, fleet().sessions, merged());
 
-  SECTION("one pose per scan, stamps to the nanosecond, sessions apart in a folder of their own") {
+  SECTION(
+      "one pose per scan, stamps to the nanosecond, unconnected sessions in a folder of their "
+      "own") {
     const auto tum = lines(read(folder / "trajectories" / "alpha.tum"));
     CHECK(tum.size() == 3 * fleet().sessions[0].keyframes.size());
     CHECK(tum.front().rfind("11.000000000 ", 0) == 0);
     CHECK(tum[1].rfind("11.100000000 ", 0) == 0);
-    CHECK(fs::exists(folder / "unconnected" / "stranger.tum"));
-    CHECK_FALSE(fs::exists(folder / "trajectories" / "stranger.tum"));
+    CHECK(fs::exists(folder / "unconnected" / "other-town.tum"));
+    CHECK_FALSE(fs::exists(folder / "trajectories" / "other-town.tum"));
   }
   SECTION("a pose graph with one vertex per keyframe and one fixed per piece") {
     const std::string graph = read(folder / "graph.g2o");
@@ -215,7 +218,7 @@ TEST_CASE("Exported files hold what they promise", "[merger]") {
           "query_session,query_keyframe,query_scan,match_session,match_keyframe,match_scan,"
           "confidence,accepted,reason,x,y,z,qx,qy,qz,qw");
   }
-  SECTION("a summary that says who was merged and why not") {
+  SECTION("a summary with the status of every session and the reason") {
     const std::string summary = read(folder / "summary.json");
     for (const char* expected :
          {"\"status\": \"central\"", "\"status\": \"merged\"", "\"status\": \"unconnected\"",
@@ -224,7 +227,7 @@ TEST_CASE("Exported files hold what they promise", "[merger]") {
     }
     CHECK(summary.find("seconds") == std::string::npos);
   }
-  SECTION("a point cloud as long as its header says") {
+  SECTION("a point cloud of the size in its header") {
     const std::string ply = read(folder / "map.ply");
     const std::size_t header = ply.find("end_header\n") + 11;
     CHECK(ply.find("element vertex " + std::to_string(merged().map.size()) + "\n") !=
@@ -309,17 +312,17 @@ TEST_CASE("What is static in an unconnected session is not judged by sessions of
   for (std::uint32_t k = 0; k < 8; ++k) {
     map.keyframes.push_back(testing::keyframe_of(k, {testing::kWall}));
   }
-  SessionData stranger;
-  stranger.info.name = "stranger";
-  stranger.keyframes.push_back(testing::keyframe_of(0, {testing::kWall, testing::kPerson}));
-  const MergeResult result = merge_sessions({map, stranger}, MergeConfig{});
+  SessionData other;
+  other.info.name = "other-town";
+  other.keyframes.push_back(testing::keyframe_of(0, {testing::kWall, testing::kPerson}));
+  const MergeResult result = merge_sessions({map, other}, MergeConfig{});
   REQUIRE(result.sessions[0].status == SessionStatus::kCentral);
   REQUIRE(result.sessions[1].status == SessionStatus::kUnconnected);
   const auto& dynamic = result.sessions[1].refined.at(0).dynamic;
-  REQUIRE(dynamic.size() == stranger.keyframes[0].static_cells.size());
+  REQUIRE(dynamic.size() == other.keyframes[0].static_cells.size());
   CHECK(std::count(dynamic.begin(), dynamic.end(), 1) == 0);
   // In one frame the same two sessions disagree.
-  const auto together = refine({{&map, std::vector<Pose>(8), 0}, {&stranger, {Pose{}}, 0}}, {}, 1);
+  const auto together = refine({{&map, std::vector<Pose>(8), 0}, {&other, {Pose{}}, 0}}, {}, 1);
   const auto& judged = together[1][0].dynamic;
   CHECK(std::count(judged.begin(), judged.end(), 1) > 10);
 }

@@ -71,7 +71,7 @@ TEST_CASE("A free anchor places a second map without touching its inner poses", 
   CHECK((graph.nodes[9].T_session_node.translation - inner.translation).norm() < 1e-3);
 }
 
-TEST_CASE("A broken graph is refused in words, not by an abort", "[pose_graph]") {
+TEST_CASE("An invalid graph is refused with a message, not by an abort", "[pose_graph]") {
   PoseGraph graph;
   graph.anchors.push_back({Pose{}, true});
   graph.nodes.push_back({Pose{}, 0, true});

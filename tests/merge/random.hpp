@@ -1,4 +1,4 @@
-// Random numbers that are the same with every standard library.
+// Pseudo-random numbers that are the same with every standard library.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // Tests of G-ICP registration.
-#include "unimapper/merge/registration.hpp"
+#include "src/merge/registration.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
@@ -30,7 +30,7 @@ void sample_corner(Random& random, std::vector<Eigen::Vector3f>& points,
   for (int i = 0; i < 800; ++i) add(-10.0, -6.0, random.uniform(0, 6), false);
 }
 
-/// Only what an endless corridor shows.
+/// An endless corridor.
 void sample_corridor(Random& random, std::vector<Eigen::Vector3f>& points) {
   for (int i = 0; i < 12000; ++i) {
     const int wall = i % 3;
@@ -96,7 +96,7 @@ TEST_CASE("G-ICP finds back a known motion", "[registration]") {
   }
 }
 
-TEST_CASE("Along a corridor G-ICP admits that it knows nothing", "[registration]") {
+TEST_CASE("Along a corridor the information of G-ICP is weak", "[registration]") {
   Random random(2);
   std::vector<Eigen::Vector3f> points;
   std::vector<Eigen::Vector3f> again;

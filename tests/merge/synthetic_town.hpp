@@ -1,4 +1,4 @@
-// A small town of walls and poles, and robots that drive through it with drifting odometry.
+// Synthetic sessions in a town of walls and poles, with drifting odometry.
 #pragma once
 
 #include <cmath>
@@ -111,7 +111,7 @@ class Describer {
   PlaceDescriber describer_;
 };
 
-/// What a robot makes of the town: keyframes with drifting odometry of its own origin.
+/// A session in the town, and the true keyframe poses.
 struct Drive {
   SessionData session;
   std::vector<Pose> truth;

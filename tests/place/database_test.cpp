@@ -43,7 +43,7 @@ LoopSearchConfig small(std::uint32_t places = 20) {
   return config;
 }
 
-constexpr PlaceId kQuery{9, 0};
+constexpr KeyframeId kQuery{9, 0};
 constexpr SearchScope kEverywhere{};
 const Pose kAnywhere;
 
@@ -120,7 +120,7 @@ TEST_CASE("the scope decides which places may answer") {
   database->insert(place.view(), {1, 10}, kAnywhere);
   database->insert(place.view(), {2, 30}, kAnywhere);
   const Described query = describe(31, here, 5);
-  const auto accepted_sessions = [&](PlaceId id, const SearchScope& scope) {
+  const auto accepted_sessions = [&](KeyframeId id, const SearchScope& scope) {
     std::vector<std::uint32_t> sessions;
     for (const LoopCandidate& found : database->search(query.view(), id, scope)) {
       if (found.accepted) sessions.push_back(found.match.session);

@@ -7,10 +7,11 @@
 
 namespace unimapper {
 
-/// One robot, one boot. The same numbers travel in every message.
+/// Identity of one start of a robot, as on the wire: the same two numbers travel in every message.
+/// Within a program `KeyframeId` names sessions by their index.
 struct SessionId {
   std::uint32_t robot = 0;
-  std::uint64_t session = 0;  ///< differs for every boot of a robot
+  std::uint64_t session = 0;  ///< differs for every start of a robot
   friend auto operator<=>(const SessionId&, const SessionId&) = default;
 };
 

@@ -7,28 +7,20 @@
 #include <span>
 #include <vector>
 
+#include "unimapper/core/loop_record.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/evaluate/trajectory.hpp"
 
 namespace unimapper::evaluate {
 
-/// A keyframe where it really was.
+/// Ground truth of a keyframe.
 struct TrueKeyframe {
   std::uint32_t keyframe = 0;  ///< running number in its session
   std::uint32_t scan = 0;      ///< index of its reference scan
   Pose T_world_sensor;         ///< ground truth at the reference scan
 };
 
-/// A reported loop.
-struct LoopGuess {
-  std::uint32_t query_keyframe = 0;
-  std::uint32_t match_keyframe = 0;
-  double confidence = 0.0;
-  bool accepted = false;
-  Pose T_match_query;  ///< between the sensor frames of the two reference scans
-};
-
-/// What counts as a revisit and as a right pose.
+/// What counts as a revisit and as a true pose.
 struct LoopScoreConfig {
   double threshold_m = 10.0;        ///< a revisit is at most this far away
   double pose_translation_m = 2.0;  ///< `_pose`: largest error of the reported translation
@@ -53,14 +45,15 @@ struct PrecisionRecall {
   std::size_t false_negatives = 0;
 };
 
-/// One threshold of the sweep: every best candidate of at least this confidence is accepted.
+/// One threshold of the sweep: every query's best loop of at least this confidence counts as
+/// accepted.
 struct CurvePoint {
   double confidence = 0.0;
   double precision = 0.0;
   double recall = 0.0;
 };
 
-/// Figures under one notion of a true match.
+/// Figures under one definition of a true match.
 struct LoopFigures {
   PrecisionRecall operating_point;  ///< what the run itself accepted
   std::vector<CurvePoint> curve;    ///< falling confidence, rising recall
@@ -71,33 +64,32 @@ struct LoopFigures {
   double recall_at_full_precision = 0.0;  ///< largest recall before the first false match
 };
 
-/// Counts and curves of all guesses about loops.
+/// Counts and curves of all loops scored.
 struct LoopScore {
   std::size_t queries = 0;
-  std::size_t positives = 0;  ///< queries with a true revisit to find
-  std::size_t guesses = 0;    ///< of the queries, against eligible references
-  /// Guesses left out: an unknown keyframe, or one nearer than the gap.
-  std::size_t guesses_left_out = 0;
+  std::size_t positives = 0;       ///< queries with a true revisit to find
+  std::size_t loops = 0;           ///< scored: of the queries, against eligible references
+  std::size_t loops_left_out = 0;  ///< of an unknown keyframe, or of one nearer than the gap
   std::size_t view_positives = 0;  ///< queries with a reference that shows the same structure
   LoopFigures by_distance;
   LoopFigures by_pose;
-  LoopFigures by_view;  ///< right poses, asked of the queries with a common view
+  LoopFigures by_view;  ///< right poses, of the queries with a common view
   /// Errors of the reported poses of accepted matches that are true by distance.
   ErrorStatistics translation_error_m;
   ErrorStatistics rotation_error_deg;
 };
 
-/// Scores `guesses`. A query is positive when an eligible reference lies within the threshold.
-/// One answer per query counts: the most confident accepted guess at the operating point, the
-/// most confident guess of all in the sweep. An answer is true by distance when its keyframes
-/// really are within the threshold, true by pose when its reported pose is right, however far
-/// apart the keyframes are. `by_view` judges as by pose, but a query is positive when a
-/// reference has a common view with it. A wrong answer to a positive query is a false positive and
-/// a missed revisit; a right answer to a query that is not positive counts for precision alone.
-/// O(queries x references).
+/// Scores `loops`, by their keyframes' numbers: the caller has chosen the rows of the two sessions.
+/// A query is positive when an eligible reference lies within the threshold. One loop per query
+/// counts: the most confident accepted one at the operating point, the most confident of all in the
+/// sweep. A loop is true by distance when its keyframes are within the threshold, true by pose when
+/// its reported pose is right, however far apart the keyframes are. `by_view` takes the same loops
+/// as true as by pose, but a query is positive when a reference has a common view with it. A false
+/// loop of a positive query is a false positive and a missed revisit; a true loop of a query that
+/// is not positive counts for precision alone. O(queries x references).
 [[nodiscard]] LoopScore score_loops(std::span<const TrueKeyframe> queries,
                                     std::span<const TrueKeyframe> references,
-                                    std::span<const LoopGuess> guesses,
+                                    std::span<const LoopRecord> loops,
                                     const LoopScoreConfig& config);
 
 }  // namespace unimapper::evaluate

@@ -1,4 +1,4 @@
-// Loops in, aligned maps out: no sensor data, so any front end can feed it.
+// Alignment of several sessions through loops: joint pose graph optimisation with anchor nodes.
 #pragma once
 
 #include <cstddef>
@@ -6,51 +6,45 @@
 #include <string>
 #include <vector>
 
-#include "unimapper/merge/loop_acceptance.hpp"
+#include "unimapper/core/pose.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
-#include "unimapper/merge/session_path.hpp"
 
 namespace unimapper::merge {
 
-/// What became of one loop.
-struct LoopVerdict {
-  bool accepted = false;
-  std::string reason;  ///< why not, empty if accepted
-};
-
-/// One session for the aligner.
+/// One session to align. No sensor data: any front end can feed the aligner.
 struct AlignmentSession {
   std::vector<Pose> T_odometry_keyframe;
-  double central_score = 0.0;  ///< how well it would serve as the central map; larger is better
+  double central_score = 0.0;  ///< suitability as the central map; larger is better
 };
 
 /// The state of all maps after alignment.
 struct Alignment {
   std::size_t central = 0;
-  std::vector<bool> connected;                        ///< false: kept apart, in its own frame
+  std::vector<bool> connected;                        ///< false: in its own frame
   std::vector<std::string> reason;                    ///< why a session is not connected
   std::vector<Pose> T_map_session;                    ///< anchor nodes
   std::vector<std::vector<Pose>> T_session_keyframe;  ///< optimised, in the session's own frame
-  std::vector<LoopVerdict> verdicts;                  ///< of the loops given, in their order
+  std::vector<LoopDecision> decisions;                ///< on the loops given, in their order
 
-  /// Pose of a keyframe in the frame of the merged map.
-  [[nodiscard]] Pose T_map_keyframe(KeyframeRef k) const {
+  /// Pose of a keyframe in the map frame.
+  [[nodiscard]] Pose T_map_keyframe(KeyframeId k) const {
     return T_map_session[k.session] * T_session_keyframe[k.session][k.keyframe];
   }
 };
 
-/// Optimises every session with its own loops (paper section V-C), votes per pair of sessions,
-/// then joins maps one pair at a time, strongest first, starting from the central map
-/// (section VI). Every join is a transaction: it is solved, audited, and rolled back if its
-/// loops do not survive or if it bends a map more than its odometry could explain. Sessions
-/// that nothing trustworthy connects stay apart. Deterministic.
+/// Optimises every session with its intra-session loops (paper section V-C), finds the consistency
+/// set of every pair of sessions, then joins sessions one pair at a time, strongest first, starting
+/// from the central map (section VI). Every join is a transaction: it is optimised, outliers are
+/// rejected, and it is rolled back if its loops do not survive or if it deforms a map more than its
+/// odometry could explain. Sessions that no accepted set of loops connects stay apart.
+/// Deterministic. Throws std::invalid_argument for a loop to a keyframe that does not exist.
 Alignment align_sessions(const std::vector<AlignmentSession>& sessions,
                          std::span<const LoopConstraint> loops, const MergeConfig& config);
 
-/// Adds loops found between maps that `align_sessions` has connected (radius search), drops
-/// what disagrees, gives loops refused earlier a second chance, and solves once more. `loops`
-/// are all loops, the earlier ones first; their verdicts are carried over and extended.
+/// Adds loops found between sessions that `align_sessions` has connected (radius search), rejects
+/// outliers, readmits loops rejected earlier that agree with the result, and optimises once more.
+/// `loops` are all loops, the earlier ones first; their decisions are carried over and extended.
 Alignment refine_alignment(const Alignment& start, const std::vector<AlignmentSession>& sessions,
                            std::span<const LoopConstraint> loops, const MergeConfig& config);
 

@@ -1,4 +1,4 @@
-// The merged map as files other tools read.
+// Export of a merged map to files.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// A component of the core together with the memory it lives in.
+// Heap memory for components that are laid out in an arena.
 #pragma once
 
 #include <cstddef>
@@ -10,15 +10,15 @@
 
 namespace unimapper::merge {
 
-/// Gives back what `allocate_pages` gave.
+/// Frees memory of `allocate_pages`.
 struct ReleasePages {
   void operator()(std::byte* memory) const noexcept;
 };
 using Pages = std::unique_ptr<std::byte, ReleasePages>;
 
-/// Memory aligned for an `Arena`. Large blocks lie in large pages where the system has them: a
-/// search that jumps through gigabytes waits for the translation of addresses as long as for the
-/// memory itself otherwise. Throws std::bad_alloc.
+/// Memory aligned for an `Arena`. Large blocks lie in large pages where the system has them:
+/// otherwise random access to gigabytes takes as long for address translation as for the memory
+/// itself. Throws std::bad_alloc.
 [[nodiscard]] Pages allocate_pages(std::size_t bytes);
 
 /// Lays out a `Component` for `config` on the heap. Throws std::invalid_argument.
@@ -39,7 +39,7 @@ class InArena {
   }
   Component& operator*() { return component_; }
   Component* operator->() { return &component_; }
-  /// Of the memory laid out.
+  /// Size of the memory laid out.
   [[nodiscard]] std::size_t bytes() const { return bytes_; }
 
  private:

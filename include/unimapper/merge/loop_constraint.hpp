@@ -1,27 +1,32 @@
-// A measured loop between two keyframes.
+// Loop constraint between two keyframes, and the decision on it.
 #pragma once
 
-#include <cstddef>
+#include <string>
 
+#include "unimapper/core/keyframe_id.hpp"
 #include "unimapper/merge/pose_graph.hpp"
 
 namespace unimapper::merge {
 
-/// A keyframe by its session's index and its own index within the session.
-struct KeyframeRef {
-  std::size_t session = 0;
-  std::size_t keyframe = 0;
-  friend auto operator<=>(const KeyframeRef&, const KeyframeRef&) = default;
+/// Whether a loop, or a set of loops, is accepted.
+struct LoopDecision {
+  bool accepted = false;
+  /// Why it was refused. Of an accepted loop empty, or, in `MergeResult`, how it was found:
+  /// "descriptor" or "radius".
+  std::string reason;
 };
 
-/// A loop that geometry has confirmed, between levelled keyframe frames. What a pair of maps
-/// makes of it is decided by `vote_pair`, what a single map makes of it by `vote_session`.
+/// Second stage of a loop: a `LoopCandidate` after registration, between levelled keyframe frames.
 struct LoopConstraint {
-  KeyframeRef query;
-  KeyframeRef match;
+  KeyframeId query;
+  KeyframeId match;
   Pose T_match_query;
   Matrix6d information = Matrix6d::Identity();  ///< as in PoseGraph::Edge with from = match
   double overlap = 0.0;                         ///< share of structure that coincides, [0, 1]
+  float confidence = 0.0F;  ///< of the descriptor search; of a radius search the overlap
+  LoopDecision decision;    ///< of the latest stage that checked the loop
+
+  [[nodiscard]] bool is_intra_session() const { return query.session == match.session; }
 };
 
 }  // namespace unimapper::merge

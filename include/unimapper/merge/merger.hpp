@@ -1,4 +1,4 @@
-// Sessions in, one map out.
+// Merging of any number of sessions into one map.
 #pragma once
 
 #include <functional>
@@ -17,19 +17,6 @@ enum class SessionStatus { kCentral, kMerged, kUnconnected };
 /// "central", "merged" or "unconnected": the word in summary.json.
 [[nodiscard]] const char* status_name(SessionStatus status);
 
-/// A loop closure and what became of it. `T_match_query` is between the *sensor* frames of the
-/// two reference scans; `T_match_query_keyframe` between the levelled keyframe frames.
-struct LoopRecord {
-  std::size_t query_session = 0;   ///< index into the merger's sessions
-  std::size_t query_keyframe = 0;  ///< index into the session's keyframes
-  std::size_t match_session = 0;
-  std::size_t match_keyframe = 0;
-  float confidence = 0.0F;
-  bool accepted = false;
-  std::string reason;  ///< "descriptor", "radius", or why it was refused
-  Pose T_match_query_keyframe;
-};
-
 /// One session in the unified frame. An unconnected session keeps all its keyframes, in its own
 /// frame: `T_map_session` is the identity then.
 struct MergedSession {
@@ -37,7 +24,7 @@ struct MergedSession {
   std::string reason;  ///< why it is not connected, empty otherwise
   Pose T_map_session;  ///< the anchor node: session odometry frame to the map frame
   std::vector<Pose> T_map_keyframe;
-  std::vector<RefinedKeyframe> refined;  ///< what is static after all, by keyframe
+  std::vector<RefinedKeyframe> refined;  ///< refined labels, by keyframe
 };
 
 /// A point of the unified map.
@@ -47,7 +34,7 @@ struct MapPoint {
   std::uint16_t sessions_seen = 0;  ///< how many sessions saw it
 };
 
-/// A place that differs between two sessions.
+/// A point of one session where another session observed free space.
 struct ChangedPoint {
   Eigen::Vector3f position;
   std::uint16_t session = 0;  ///< session in which the point exists
@@ -64,19 +51,22 @@ struct StageTime {
 struct MergeResult {
   std::size_t central_session = 0;
   std::vector<MergedSession> sessions;
-  std::vector<LoopRecord> loops;
+  /// All loops considered, verified or not, with the final decision on each.
+  std::vector<LoopConstraint> loops;
   std::vector<MapPoint> map;
   std::vector<ChangedPoint> changes;
   std::vector<Eigen::Vector3f> dynamic_points;  ///< what is not static, map frame, for display
-  /// What the final pose graph was made of: odometry and accepted loops (match = from).
+  /// The edges of the final pose graph: accepted loops, then odometry (match = from).
   std::vector<LoopConstraint> graph_edges;
   std::vector<StageTime> timing;  ///< the only part that differs from run to run
 };
 
 /// Merges any number of sessions (paper section VI). Deterministic: the same sessions give the
 /// same result, whatever the number of threads. Throws std::invalid_argument for a session
-/// whose data could not be a session (no keyframes is allowed: it stays unconnected).
-MergeResult merge_sessions(const std::vector<SessionData>& sessions, const MergeConfig& config,
-                           const std::function<void(const std::string&)>& progress = {});
+/// whose data could not be a session (no keyframes is allowed: it stays unconnected). `progress`
+/// receives stages and outcomes in words.
+[[nodiscard]] MergeResult merge_sessions(
+    const std::vector<SessionData>& sessions, const MergeConfig& config = {},
+    const std::function<void(const std::string&)>& progress = {});
 
 }  // namespace unimapper::merge

@@ -1,4 +1,4 @@
-// The planes of keyframes that came over the wire without.
+// Planes of received keyframes, extracted from their static cells.
 #pragma once
 
 #include <memory>
@@ -8,8 +8,8 @@
 
 namespace unimapper::merge {
 
-/// Finds planes in static cells as robots do. They take three times as many bytes as the keypoints
-/// and follow from the cells, so they stay off the wire. Not thread safe: one per thread.
+/// Extracts planes from static cells as robots do. They take three times as many bytes as the
+/// keypoints and follow from the cells, so they are not sent. Not thread safe: one per thread.
 class PlaneRestorer {
  public:
   PlaneRestorer();
@@ -17,9 +17,9 @@ class PlaneRestorer {
   PlaneRestorer(PlaneRestorer&&) noexcept;
   PlaneRestorer& operator=(PlaneRestorer&&) noexcept;
 
-  /// What loop search compares: the keypoints of `record` and its planes, which are found in its
-  /// static cells if it has none itself. Valid until the next call, while `record` lives. Cost: one
-  /// to two milliseconds where planes are found.
+  /// The place of `record`: its keypoints and its planes, which are extracted from its static cells
+  /// if it has none. Valid until the next call, while `record` lives. Cost: one to two milliseconds
+  /// where planes are extracted.
   PlaceView place(const KeyframeRecord& record);
 
  private:

@@ -69,7 +69,7 @@ SolveSummary optimize(PoseGraph& graph, std::uint32_t max_iterations);
 
 /// Poses from relative measurements alone, whatever the current estimate: rotations by linear
 /// least squares over matrices and projection, then translations. Kernels are ignored, so use
-/// it on edges that are believed. Only for graphs with one anchor; the first fixed node (or
+/// it on edges without outliers. Only for graphs with one anchor; the first fixed node (or
 /// node 0) keeps its pose. False, and nothing changed, if the graph is not connected.
 bool initialize_chordal(PoseGraph& graph);
 

@@ -6,16 +6,11 @@
 
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/keyframe.hpp"
+#include "unimapper/core/keyframe_id.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/place/config.hpp"
 
 namespace unimapper {
-
-/// Which keyframe a stored place belongs to. `session` is any number that tells sessions apart.
-struct PlaceId {
-  std::uint32_t session = 0;
-  std::uint32_t keyframe = 0;  ///< running number within its session
-};
 
 /// Which places a search may answer with.
 struct SearchScope {
@@ -26,11 +21,14 @@ struct SearchScope {
   std::uint32_t min_keyframe_gap = 0;
 };
 
-/// A possible revisit. `confidence` is the probability that the pose is right, calibrated on
-/// recordings with truth: a threshold on it is a precision. `accepted` tells whether it reaches the
-/// configured one, otherwise it is reported for evaluation only.
+/// First stage of a loop: two keyframes that may show the same structure, as a search found them;
+/// once registration has verified it, it becomes a `merge::LoopConstraint`. `confidence` is the
+/// probability that the pose is right, calibrated on recordings with truth: a threshold on it is a
+/// precision. `accepted` tells whether it reaches the configured one, otherwise it is reported for
+/// evaluation only.
 struct LoopCandidate {
-  PlaceId match;
+  KeyframeId query;
+  KeyframeId match;
   float confidence = 0.0F;
   bool accepted = false;
   std::uint32_t votes = 0;     ///< of triangles that agree on the pose, weighted by their normals
@@ -52,12 +50,12 @@ class PlaceDatabase {
   /// frame). When full, the most redundant place is evicted (counted by `evicted()`): of the two
   /// places of one session nearest to each other in position and heading, the older. Cost: linear
   /// in triangles and places.
-  void insert(const PlaceView& place, PlaceId id, const Pose& T_session_place) noexcept;
+  void insert(const PlaceView& place, KeyframeId id, const Pose& T_session_place) noexcept;
 
   /// At most `LoopSearchConfig::max_results` candidates, best first; ties are broken by id, so
   /// the answer is deterministic. The view stays valid until the next call. Bounded work,
   /// however many places are stored: at most `max_compared` triangles are compared.
-  std::span<const LoopCandidate> search(const PlaceView& query, PlaceId query_id,
+  std::span<const LoopCandidate> search(const PlaceView& query, KeyframeId query_id,
                                         const SearchScope& scope) noexcept;
 
   /// Places stored.

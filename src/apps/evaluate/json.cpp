@@ -104,8 +104,8 @@ std::string loops_json(const EvaluateLoopsOptions& options, const evaluate::Loop
   json["median_rotation_error_deg"] = r.count > 0 ? Json(r.median) : Json();
   json["queries"] = score.queries;
   json["positives"] = score.positives;
-  json["guesses"] = score.guesses;
-  json["guesses_left_out"] = score.guesses_left_out;
+  json["loops"] = score.loops;
+  json["loops_left_out"] = score.loops_left_out;
   json["threshold_m"] = options.threshold_m;
   json["min_gap_keyframes"] = options.against.empty() ? Json(options.min_gap_keyframes) : Json();
   return document(json);

@@ -4,21 +4,17 @@
 #include "src/apps/evaluate/evaluate.hpp"
 #include "src/apps/evaluate/json.hpp"
 #include "src/apps/evaluate/run_keyframes.hpp"
-#include "src/apps/loops_csv.hpp"
+#include "unimapper/merge/loops_csv.hpp"
 
 namespace unimapper::apps {
 namespace {
 
 /// A run folder holds both kinds of loops; an evaluation is about one of them.
-std::vector<evaluate::LoopGuess> select_guesses(const std::vector<LoopRow>& rows,
-                                                bool same_session) {
-  std::vector<evaluate::LoopGuess> guesses;
-  for (const LoopRow& row : rows) {
-    if ((row.query_session == row.match_session) != same_session) continue;
-    guesses.push_back(
-        {row.query_keyframe, row.match_keyframe, row.confidence, row.accepted, row.T_match_query});
-  }
-  return guesses;
+std::vector<LoopRecord> select_loops(std::vector<LoopRecord> loops, bool same_session) {
+  std::erase_if(loops, [same_session](const LoopRecord& loop) {
+    return (loop.query_session == loop.match_session) != same_session;
+  });
+  return loops;
 }
 
 }  // namespace
@@ -32,13 +28,13 @@ std::string evaluate_loops(const EvaluateLoopsOptions& options) {
     throw std::runtime_error("both runs are of session \"" + queries.session +
                              "\"; intra-session loops are evaluated without --against");
   }
-  const auto guesses = select_guesses(read_loops_csv(options.run / "loops.csv"), same_session);
+  const auto loops = select_loops(merge::read_loops_csv(options.run / "loops.csv"), same_session);
   evaluate::LoopScoreConfig config;
   config.threshold_m = options.threshold_m;
   config.same_session = same_session;
   config.min_gap_keyframes = options.min_gap_keyframes;
-  return loops_json(
-      options, evaluate::score_loops(queries.keyframes, references.keyframes, guesses, config));
+  return loops_json(options,
+                    evaluate::score_loops(queries.keyframes, references.keyframes, loops, config));
 }
 
 }  // namespace unimapper::apps

@@ -1,3 +1,4 @@
+// Labels of points by the refined labels of their cells.
 #include "src/apps/merge/cell_labels.hpp"
 
 #include <algorithm>

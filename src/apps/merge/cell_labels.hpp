@@ -1,4 +1,4 @@
-// From a keyframe's cells back to the points they were made of.
+// Labels of points by the refined labels of their cells.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,3 +1,4 @@
+// Sessions from run folders, event logs and live streams.
 #include <algorithm>
 #include <iostream>
 #include <set>
@@ -29,14 +30,14 @@ std::string file_safe(std::string name) {
 
 void report_losses(const std::string& source, const wire::ReceiverCounters& counters,
                    const std::vector<SessionData>& sessions) {
-  const auto say = [&](std::uint64_t count, const char* what) {
+  const auto warn = [&](std::uint64_t count, const char* what) {
     if (count > 0) std::cerr << "unimapper: warning: " << source << ": " << count << what << '\n';
   };
-  say(counters.malformed, " messages could not be decoded");
-  say(counters.refused, " messages were refused (too many sessions or too much data)");
-  say(counters.contradictory, " sessions changed their name or sensor on the way");
-  say(counters.keyframes_damaged, " keyframes are damaged and were left out");
-  say(counters.keyframes_abandoned, " keyframes never became complete");
+  warn(counters.malformed, " messages could not be decoded");
+  warn(counters.refused, " messages were refused (too many sessions or too much data)");
+  warn(counters.contradictory, " sessions changed their name or sensor on the way");
+  warn(counters.keyframes_damaged, " keyframes are damaged and were left out");
+  warn(counters.keyframes_abandoned, " keyframes never became complete");
   for (const auto& session : sessions) {
     const std::string name = "session " + session.info.name;
     if (session.keyframes_missing > 0) {
@@ -73,7 +74,7 @@ void read_run(const fs::path& path, std::vector<InputSession>& inputs) {
                                ": holds no keyframes.lcmlog; is it a folder that "
                                "`unimapper onboard --out` wrote?");
     }
-    // "runs/a/", "." and "runs/../runs/a" have the name of the folder they mean.
+    // "runs/a/", "." and "runs/../runs/a" get the name of the folder they resolve to.
     fs::path folder = fs::canonical(path, error);
     read_log(log, error ? path : folder, inputs);
     return;
@@ -110,7 +111,7 @@ std::vector<InputSession> gather_sessions(const MergeOptions& options) {
   if (!options.listen.empty()) receive_live(options, inputs);
   if (inputs.empty()) throw std::runtime_error("no session arrived");
   for (auto& input : inputs) input.data.info.name = file_safe(input.data.info.name);
-  // Whatever the order on the command line or on the network.
+  // Independent of the order on the command line and on the network.
   std::sort(inputs.begin(), inputs.end(), [](const InputSession& a, const InputSession& b) {
     return std::tie(a.data.info.name, a.data.info.id, a.run) <
            std::tie(b.data.info.name, b.data.info.id, b.run);

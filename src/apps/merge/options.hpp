@@ -1,4 +1,4 @@
-// What `unimapper merge` does, without the command line.
+// Options and steps of `unimapper merge`.
 #pragma once
 
 #include <cstddef>

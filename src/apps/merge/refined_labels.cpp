@@ -1,3 +1,4 @@
+// Refined labels of a recording's scans.
 #include "src/apps/merge/refined_labels.hpp"
 
 #include <stdexcept>
@@ -37,8 +38,8 @@ class LabelWriter {
     }
   }
 
-  /// Every scan has labels, whatever became of it.
-  void write_the_rest() {
+  /// Labels of the scans that went into no keyframe: all static.
+  void write_remaining() {
     for (std::size_t i = 0; i < written_.size(); ++i) {
       if (written_[i]) continue;
       dataset_.read_scan(i, scan_);
@@ -85,7 +86,7 @@ void write_refined_labels(const fs::path& folder, const fs::path& dataset,
   for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
     writer.write(session.keyframes[k], merged.refined[k]);
   }
-  writer.write_the_rest();
+  writer.write_remaining();
 }
 
 }  // namespace unimapper::apps

@@ -1,4 +1,4 @@
-// The scans of a recording, labelled by what the merger decided with hindsight.
+// Refined labels of a recording's scans.
 #pragma once
 
 #include <filesystem>

@@ -1,3 +1,4 @@
+// `unimapper merge`: sessions in, map folder and report out.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -30,15 +31,15 @@ std::string folder_name(const std::filesystem::path& folder) {
 }
 
 /// Ground truth and scores where the user named a dataset for a session.
-std::vector<SessionEvidence> gather_evidence(const MergeOptions& options,
-                                             const std::vector<SessionData>& sessions,
-                                             const std::vector<std::filesystem::path>& runs) {
-  std::vector<SessionEvidence> evidence(sessions.size());
+std::vector<SessionReference> gather_references(const MergeOptions& options,
+                                                const std::vector<SessionData>& sessions,
+                                                const std::vector<std::filesystem::path>& runs) {
+  std::vector<SessionReference> references(sessions.size());
   for (std::size_t s = 0; s < sessions.size(); ++s) {
-    evidence[s].run = runs[s];
+    references[s].run = runs[s];
     for (const auto& folder : options.stats) {
-      if (evidence[s].run.empty() && folder_name(folder) == sessions[s].info.name) {
-        evidence[s].run = folder;
+      if (references[s].run.empty() && folder_name(folder) == sessions[s].info.name) {
+        references[s].run = folder;
       }
     }
   }
@@ -54,25 +55,26 @@ std::vector<SessionEvidence> gather_evidence(const MergeOptions& options,
       }
       const std::string message = "--truth names session \"" + name + "\", but there are: " + known;
       if (options.listen.empty()) throw std::runtime_error(message);
-      // A robot that never arrived must not cost the others their map.
+      // A robot that never connected must not prevent the others' map.
       std::cerr << "unimapper: warning: " << message << '\n';
       continue;
     }
-    SessionEvidence& of = evidence[static_cast<std::size_t>(found - sessions.begin())];
+    SessionReference& of = references[static_cast<std::size_t>(found - sessions.begin())];
     of.truth = read_truth(dataset);
     if (of.run.empty() || !std::filesystem::is_directory(of.run / "labels")) continue;
     try {
       of.removal = score_run(dataset, of.run);
     } catch (const std::exception& error) {
-      // Nice to have: a recording without labels is no reason to withhold the map.
+      // The map does not depend on scores.
       std::cerr << "unimapper: note: no removal score for " << name << ": " << error.what() << '\n';
     }
   }
-  return evidence;
+  return references;
 }
 
-void label_again(const MergeOptions& options, const std::vector<SessionData>& sessions,
-                 const merge::MergeResult& result) {
+void write_refined_labels_of_sessions(const MergeOptions& options,
+                                      const std::vector<SessionData>& sessions,
+                                      const merge::MergeResult& result) {
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     const std::string& name = sessions[s].info.name;
     for (const auto& [session, dataset] : options.truths) {
@@ -97,10 +99,10 @@ void run_merge(const MergeOptions& options) {
     sessions.push_back(std::move(input.data));
     runs.push_back(std::move(input.run));
   }
-  // Wrong names are found before the work, not after it.
+  // Before the merge, so that wrong session names are reported at once.
   const auto start = Clock::now();
   ReportInput report;
-  report.evidence = gather_evidence(options, sessions, runs);
+  report.references = gather_references(options, sessions, runs);
 
   merge::MergeConfig config;
   config.threads = options.threads;
@@ -115,7 +117,7 @@ void run_merge(const MergeOptions& options) {
   merge::export_map(options.out, sessions, result);
   write_session_clouds(options.out, sessions, result);
 
-  if (options.refined_labels) label_again(options, sessions, result);
+  if (options.refined_labels) write_refined_labels_of_sessions(options, sessions, result);
 
   report.sessions = &sessions;
   report.result = &result;

@@ -56,7 +56,7 @@ void KnownKeyframes::add(const KeyframeView& keyframe) {
        keyframe.T_odometry_keyframe.inverse() * scan.T_odometry_sensor});
 }
 
-const KnownKeyframes::Known& KnownKeyframes::find(const PlaceId& id) const {
+const KnownKeyframes::Known& KnownKeyframes::find(const KeyframeId& id) const {
   const auto& keyframes = sessions_.at(id.session).keyframes;
   const auto found = std::lower_bound(
       keyframes.begin(), keyframes.end(), id.keyframe,
@@ -67,22 +67,22 @@ const KnownKeyframes::Known& KnownKeyframes::find(const PlaceId& id) const {
   return *found;
 }
 
-LoopRow KnownKeyframes::row(const LoopCandidate& candidate) const {
+LoopRecord KnownKeyframes::record(const LoopCandidate& candidate) const {
   const Known& query = sessions_.front().keyframes.back();
   const Known& match = find(candidate.match);
-  LoopRow row;
-  row.query_session = sessions_.front().name;
-  row.query_keyframe = query.sequence;
-  row.query_scan = query.scan;
-  row.match_session = sessions_.at(candidate.match.session).name;
-  row.match_keyframe = match.sequence;
-  row.match_scan = match.scan;
-  row.confidence = static_cast<double>(candidate.confidence);
-  row.accepted = candidate.accepted;
-  row.reason = candidate.accepted ? "descriptor" : "confidence below threshold";
-  row.T_match_query =
+  LoopRecord record;
+  record.query_session = sessions_.front().name;
+  record.query_keyframe = query.sequence;
+  record.query_scan = query.scan;
+  record.match_session = sessions_.at(candidate.match.session).name;
+  record.match_keyframe = match.sequence;
+  record.match_scan = match.scan;
+  record.confidence = static_cast<double>(candidate.confidence);
+  record.accepted = candidate.accepted;
+  record.reason = candidate.accepted ? "descriptor" : "confidence below threshold";
+  record.T_match_query =
       match.T_keyframe_sensor.inverse() * candidate.T_match_query * query.T_keyframe_sensor;
-  return row;
+  return record;
 }
 
 }  // namespace unimapper::apps

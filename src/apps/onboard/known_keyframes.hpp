@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "src/apps/loops_csv.hpp"
 #include "unimapper/core/keyframe_record.hpp"
+#include "unimapper/core/loop_record.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
 namespace unimapper::apps {
@@ -23,7 +23,7 @@ struct EarlierSession {
 std::vector<EarlierSession> read_earlier_runs(const std::vector<std::filesystem::path>& runs,
                                               std::vector<std::string>& faults);
 
-/// Turns candidates between levelled keyframes into rows between the sensors of reference scans.
+/// Turns candidates between levelled keyframes into records between the sensors of reference scans.
 class KnownKeyframes {
  public:
   KnownKeyframes(std::string session_name, const std::vector<EarlierSession>& earlier);
@@ -34,8 +34,8 @@ class KnownKeyframes {
   /// Adds a keyframe of this run. Must be called once for each, in order.
   void add(const KeyframeView& keyframe);
 
-  /// The row of a candidate found for the keyframe added last.
-  [[nodiscard]] LoopRow row(const LoopCandidate& candidate) const;
+  /// The record of a candidate found for the keyframe added last.
+  [[nodiscard]] LoopRecord record(const LoopCandidate& candidate) const;
 
  private:
   struct Known {
@@ -47,7 +47,7 @@ class KnownKeyframes {
     std::string name;
     std::vector<Known> keyframes;  // ascending in sequence
   };
-  [[nodiscard]] const Known& find(const PlaceId& id) const;
+  [[nodiscard]] const Known& find(const KeyframeId& id) const;
 
   const std::vector<EarlierSession>& earlier_;
   std::vector<Session> sessions_;  // the run's own first

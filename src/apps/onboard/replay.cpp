@@ -136,7 +136,7 @@ void Replay::collect_loops(const KeyframeView& keyframe) {
   for (const LoopCandidate& candidate : keyframe.loops) {
     accepted += candidate.accepted ? 1 : 0;
     if (candidate.accepted || options_.all_candidates) {
-      loops_.push_back(outputs_.known.row(candidate));
+      loops_.push_back(outputs_.known.record(candidate));
     }
   }
   outputs_.statistics.add_loops(keyframe.loops.size(), accepted);

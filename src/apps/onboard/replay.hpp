@@ -47,7 +47,7 @@ class Replay {
   /// Throws DatasetError for a damaged scan, and whatever writing throws.
   void run();
 
-  [[nodiscard]] const std::vector<LoopRow>& loops() const { return loops_; }
+  [[nodiscard]] const std::vector<LoopRecord>& loops() const { return loops_; }
   /// Allocations made inside the pipeline's own calls.
   [[nodiscard]] std::uint64_t allocations() const { return allocations_; }
 
@@ -90,7 +90,7 @@ class Replay {
   std::vector<CacheLine> encoder_memory_;
   wire::KeyframeEncoder encoder_;
   std::vector<std::uint8_t> encoded_;  // the keyframe's bytes; grows to the largest keyframe
-  std::vector<LoopRow> loops_;
+  std::vector<LoopRecord> loops_;
   std::uint64_t allocations_ = 0;
   std::uint64_t left_out_ = 0;  // of the message sent last
   std::chrono::steady_clock::time_point start_;

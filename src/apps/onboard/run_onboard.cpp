@@ -12,6 +12,7 @@
 #include "src/apps/onboard/setup.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/voxel_key.hpp"
+#include "unimapper/merge/loops_csv.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 
 namespace unimapper::apps {
@@ -183,7 +184,7 @@ void run_onboard(const OnboardOptions& options) {
 
   log.finish();
   events.finish();
-  folder.write_text("loops.csv", format_loops_csv(replay.loops()));
+  folder.write_text("loops.csv", merge::format_loops_csv(replay.loops()));
   RunStatistics::Run run{.allocations_after_start = replay.allocations(),
                          .arena_bytes = memory.bytes(),
                          .realtime = options.realtime,

@@ -1,3 +1,4 @@
+// Line and bar charts as inline SVG.
 #include "src/apps/report/charts.hpp"
 
 #include <algorithm>
@@ -169,7 +170,7 @@ std::string draw_errors(const Summary& summary) {
       to = to.cwiseMax(Eigen::Vector2d(travelled, 1.08 * error));
     }
   }
-  Chart chart(640, 520, "Translation error along the way");
+  Chart chart(640, 520, "Translation error along the path");
   chart.set_range(Eigen::Vector2d::Zero(), to);
   chart.axes("distance travelled, m", "translation error, m");
   for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
@@ -191,7 +192,7 @@ std::string draw_latency(const SessionSummary& session, std::size_t index) {
   const auto first = std::find_if(counts.begin(), counts.end(), filled);
   if (first == counts.end()) return {};
   const auto last = std::find_if(counts.rbegin(), counts.rend(), filled).base();
-  // One empty bin on either side tells that nothing was cut off.
+  // One empty bin on either side shows that no bin was cut off.
   const std::size_t begin = first == counts.begin() ? 0 : first - counts.begin() - 1;
   const std::size_t end = std::min<std::size_t>(last - counts.begin() + 1, counts.size());
   const auto most = static_cast<double>(*std::max_element(counts.begin(), counts.end()));

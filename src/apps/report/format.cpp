@@ -1,3 +1,4 @@
+// Number and text formatting for reports.
 #include "src/apps/report/format.hpp"
 
 #include <cmath>

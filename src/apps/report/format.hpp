@@ -1,4 +1,4 @@
-// Numbers and text as people read them.
+// Number and text formatting for reports.
 #pragma once
 
 #include <cstdint>

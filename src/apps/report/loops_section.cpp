@@ -1,3 +1,4 @@
+// Report section on loops.
 #include <algorithm>
 
 #include "src/apps/report/format.hpp"
@@ -10,7 +11,7 @@ namespace {
 constexpr std::size_t kMaxListedLoops = 40;
 
 std::string pair_table(const Summary& summary) {
-  Table table({"Between", "#Accepted", "#Refused"});
+  Table table({"Sessions", "#Accepted", "#Refused"});
   for (const auto& [pair, count] : summary.loops_by_pair) {
     const std::string& first = summary.sessions[pair.first].name;
     const std::string& second = summary.sessions[pair.second].name;
@@ -35,30 +36,29 @@ std::string reason_table(const std::string& title,
   return table.html();
 }
 
-/// The accepted loops between sessions, the most confident first.
+/// The accepted inter-session loops, the most confident first.
 std::string strongest_loops(const ReportInput& input, const Summary& summary) {
-  std::vector<const merge::LoopRecord*> loops;
-  for (const merge::LoopRecord& loop : input.result->loops) {
-    if (loop.accepted && loop.query_session != loop.match_session) loops.push_back(&loop);
+  std::vector<const merge::LoopConstraint*> loops;
+  for (const merge::LoopConstraint& loop : input.result->loops) {
+    if (loop.decision.accepted && !loop.is_intra_session()) loops.push_back(&loop);
   }
   if (loops.empty()) return {};
   std::stable_sort(loops.begin(), loops.end(),
                    [](const auto* a, const auto* b) { return a->confidence > b->confidence; });
   const std::size_t listed = std::min(loops.size(), kMaxListedLoops);
-  Table table({"Query", "Match", "Found by", "#Confidence", "#Distance, m", "#Turned, \u00b0"});
+  Table table({"Query", "Match", "Found by", "#Confidence", "#Distance, m", "#Rotation, \u00b0"});
   for (std::size_t i = 0; i < listed; ++i) {
-    const merge::LoopRecord& loop = *loops[i];
-    const auto name = [&](std::size_t session, std::size_t keyframe) {
-      return escaped(summary.sessions[session].name) + " " + std::to_string(keyframe);
+    const merge::LoopConstraint& loop = *loops[i];
+    const auto name = [&](KeyframeId id) {
+      return escaped(summary.sessions[id.session].name) + " " + std::to_string(id.keyframe);
     };
-    const double turned = rotation_angle(loop.T_match_query_keyframe.rotation) * 57.29577951;
-    table.row({name(loop.query_session, loop.query_keyframe),
-               name(loop.match_session, loop.match_keyframe), escaped(loop.reason),
+    const double rotation_deg = rotation_angle(loop.T_match_query.rotation) * kDegreesPerRadian;
+    table.row({name(loop.query), name(loop.match), escaped(loop.decision.reason),
                fixed(static_cast<double>(loop.confidence), 2),
-               fixed(loop.T_match_query_keyframe.translation.norm(), 1), fixed(turned, 0)});
+               fixed(loop.T_match_query.translation.norm(), 1), fixed(rotation_deg, 0)});
   }
   return "<details><summary>The " + std::to_string(listed) + " most confident of " +
-         grouped(loops.size()) + " accepted loops between sessions</summary>" + table.html() +
+         grouped(loops.size()) + " accepted inter-session loops</summary>" + table.html() +
          "</details>\n";
 }
 
@@ -66,7 +66,7 @@ std::string strongest_loops(const ReportInput& input, const Summary& summary) {
 
 std::string loops_section(const ReportInput& input, const Summary& summary) {
   if (input.result->loops.empty()) {
-    return "<h2>Loops</h2>\n<p>No loop was found, neither within nor between sessions.</p>\n";
+    return "<h2>Loops</h2>\n<p>No loop was found, neither intra-session nor inter-session.</p>\n";
   }
   std::string right;
   if (!summary.acceptance_ways.empty()) {

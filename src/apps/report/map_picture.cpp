@@ -1,3 +1,4 @@
+// Top views of a merged map.
 #include "src/apps/report/map_picture.hpp"
 
 #include <algorithm>
@@ -18,16 +19,16 @@ constexpr double kFinestMetresPerPixel = 0.08;
 constexpr double kMapPointM = 0.2;  // spacing of the unified map's points
 constexpr std::size_t kMaxRefusedLoops = 300;
 
-using merge::LoopRecord;
+using merge::LoopConstraint;
 using merge::MergedSession;
 using merge::SessionStatus;
 
-bool is_placed(const MergedSession& session) {
+bool is_connected(const MergedSession& session) {
   return session.status != SessionStatus::kUnconnected;
 }
 
-/// The darker a pixel's stack of points is low, the brighter it is high: walls stand out from
-/// ground, whatever colour they have.
+/// Brightness by the number of points above each other: walls stand out from the ground in every
+/// colour.
 void paint(Image& image, const Layer& layer, float dimming) {
   const float high = std::max(2.0F, layer.quantile(0.98));
   for (std::size_t y = 0; y < image.height(); ++y) {
@@ -43,15 +44,14 @@ void paint(Image& image, const Layer& layer, float dimming) {
   }
 }
 
-/// Lays `marks` over the picture: solid where they are most of what is there, a hint where they
-/// are a few among many points of `map` (a leaf in a tree), nothing where there are none.
+/// Blends `marks` over the picture, by their share among the points of `map` in each pixel.
 void overlay(Image& image, const Layer& marks, const Layer& map, float strength) {
   for (std::size_t y = 0; y < image.height(); ++y) {
     for (std::size_t x = 0; x < image.width(); ++x) {
       const std::size_t pixel = y * image.width() + x;
       const float amount = marks.amount(pixel);
       if (amount <= 0.0F) continue;
-      // One layer of ground is under everything and no reason to fade.
+      // One layer of ground is below everything and does not count.
       const float others = std::max(0.0F, map.amount(pixel) - 1.0F);
       const float share = amount / (amount + 0.5F * others);
       image.at(x, y) =
@@ -68,7 +68,7 @@ Frame map_frame(const merge::MergeResult& result) {
                        static_cast<double>(point.position.y()));
   }
   for (const MergedSession& session : result.sessions) {
-    if (!is_placed(session)) continue;
+    if (!is_connected(session)) continue;
     for (const Pose& pose : session.T_map_keyframe) {
       extent.add_path(pose.translation.x(), pose.translation.y());
     }
@@ -92,7 +92,7 @@ class Drawing {
          << base64(encode_png(image)) << "\"/>";
   }
 
-  /// A path with a dark rim, so that it reads on any ground; a ring where it starts.
+  /// A path with a dark outline and a ring at its start.
   void path(const std::vector<Pose>& poses, const Rgb& color) {
     if (poses.empty()) return;
     const std::string points = polyline(poses);
@@ -148,7 +148,7 @@ class Drawing {
   }
 
  private:
-  /// About the width of a hair once the picture fills the page's column.
+  /// About one CSS pixel when the picture fills the page's column.
   [[nodiscard]] double line_unit() const { return static_cast<double>(frame_.width) / 1150.0; }
 
   [[nodiscard]] Eigen::Vector2d at(const Pose& pose) const {
@@ -174,22 +174,23 @@ class Drawing {
   std::ostringstream out_;
 };
 
-/// Loops between placed sessions, refused ones first (so that accepted ones lie on top), and of
+/// Loops of connected sessions, refused ones first (so that accepted ones lie on top), and of
 /// the refused ones the most confident only.
-std::vector<const LoopRecord*> loops_to_draw(const merge::MergeResult& result) {
-  std::vector<const LoopRecord*> refused;
-  std::vector<const LoopRecord*> accepted;
-  for (const LoopRecord& loop : result.loops) {
-    const MergedSession& query = result.sessions[loop.query_session];
-    const MergedSession& match = result.sessions[loop.match_session];
-    if (!is_placed(query) || !is_placed(match)) continue;
-    if (loop.query_keyframe >= query.T_map_keyframe.size()) continue;
-    if (loop.match_keyframe >= match.T_map_keyframe.size()) continue;
-    (loop.accepted ? accepted : refused).push_back(&loop);
+std::vector<const LoopConstraint*> loops_to_draw(const merge::MergeResult& result) {
+  std::vector<const LoopConstraint*> refused;
+  std::vector<const LoopConstraint*> accepted;
+  for (const LoopConstraint& loop : result.loops) {
+    const MergedSession& query = result.sessions[loop.query.session];
+    const MergedSession& match = result.sessions[loop.match.session];
+    if (!is_connected(query) || !is_connected(match)) continue;
+    if (loop.query.keyframe >= query.T_map_keyframe.size()) continue;
+    if (loop.match.keyframe >= match.T_map_keyframe.size()) continue;
+    (loop.decision.accepted ? accepted : refused).push_back(&loop);
   }
-  std::stable_sort(refused.begin(), refused.end(), [](const LoopRecord* a, const LoopRecord* b) {
-    return a->confidence > b->confidence;
-  });
+  std::stable_sort(refused.begin(), refused.end(),
+                   [](const LoopConstraint* a, const LoopConstraint* b) {
+                     return a->confidence > b->confidence;
+                   });
   if (refused.size() > kMaxRefusedLoops) refused.resize(kMaxRefusedLoops);
   refused.insert(refused.end(), accepted.begin(), accepted.end());
   return refused;
@@ -197,7 +198,7 @@ std::vector<const LoopRecord*> loops_to_draw(const merge::MergeResult& result) {
 
 void draw_paths(Drawing& drawing, const merge::MergeResult& result) {
   for (std::size_t s = 0; s < result.sessions.size(); ++s) {
-    if (is_placed(result.sessions[s])) {
+    if (is_connected(result.sessions[s])) {
       drawing.path(result.sessions[s].T_map_keyframe, session_color(s));
     }
   }
@@ -219,10 +220,10 @@ std::string draw_map(const ReportInput& input) {
   for (const Eigen::Vector3f& p : result.dynamic_points) add_point(dynamic, p, kDynamicColor);
   overlay(image, dynamic, map, 0.45F);
   Drawing drawing(image, frame, "The merged map from above");
-  for (const LoopRecord* loop : loops_to_draw(result)) {
-    drawing.loop(result.sessions[loop->query_session].T_map_keyframe[loop->query_keyframe],
-                 result.sessions[loop->match_session].T_map_keyframe[loop->match_keyframe],
-                 loop->accepted);
+  for (const LoopConstraint* loop : loops_to_draw(result)) {
+    drawing.loop(result.sessions[loop->query.session].T_map_keyframe[loop->query.keyframe],
+                 result.sessions[loop->match.session].T_map_keyframe[loop->match.keyframe],
+                 loop->decision.accepted);
   }
   draw_paths(drawing, result);
   drawing.scale_bar();

@@ -1,4 +1,4 @@
-// Pictures of a merged map from above, as SVG figures with the points inside as a PNG.
+// Top views of a merged map: SVG figures with the points as an embedded PNG.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ namespace unimapper::apps {
 /// The map in grey, what appeared between sessions in green, what is gone in red.
 [[nodiscard]] std::string draw_changes(const ReportInput& input);
 
-/// One session that is kept apart, in its own frame.
+/// One unconnected session, in its own frame.
 [[nodiscard]] std::string draw_session(const ReportInput& input, std::size_t session);
 
 }  // namespace unimapper::apps

@@ -1,3 +1,4 @@
+// HTML elements of a page.
 #include "src/apps/report/page.hpp"
 
 #include "src/apps/report/format.hpp"

@@ -1,4 +1,4 @@
-// Building blocks of an HTML page.
+// HTML elements of a page.
 #pragma once
 
 #include <string>

@@ -1,3 +1,4 @@
+// Assembly of the HTML report.
 #include "src/apps/report.hpp"
 
 #include <fstream>
@@ -14,8 +15,8 @@ void write_report(const std::filesystem::path& path, const ReportInput& input) {
   out << page_head(input.title) << headline_section(input, summary) << map_section(input, summary)
       << sessions_section(summary) << accuracy_section(input, summary)
       << loops_section(input, summary) << changes_section(input, summary)
-      << apart_section(input, summary) << time_section(input, summary) << reproduce_section(input)
-      << "</main></body></html>\n";
+      << unconnected_section(input, summary) << time_section(input, summary)
+      << reproduce_section(input) << "</main></body></html>\n";
   out.close();
   if (!out) throw std::runtime_error(path.string() + ": cannot be written");
 }

@@ -1,3 +1,4 @@
+// Stage times of a run.
 #include "src/apps/report/run_stats.hpp"
 
 #include <fstream>

@@ -1,4 +1,4 @@
-// The times a robot measured.
+// Stage times of a run.
 #pragma once
 
 #include <cstdint>
@@ -27,8 +27,8 @@ struct RunStats {
   std::optional<std::uint64_t> allocations_after_start;
 };
 
-/// Reads RUN/stats.json; nothing when there is no such file or it is no statistics: a report
-/// must not fail for want of a decoration.
+/// Reads RUN/stats.json; nothing if there is no such file or it cannot be parsed: the report is
+/// complete without.
 [[nodiscard]] std::optional<RunStats> read_run_stats(const std::filesystem::path& run);
 
 }  // namespace unimapper::apps

@@ -1,3 +1,4 @@
+// Sections of a report.
 #include "src/apps/report/sections.hpp"
 
 #include <algorithm>
@@ -36,18 +37,18 @@ std::string status_label(SessionStatus status) {
   return "<span class=\"bad\">unconnected</span>";
 }
 
-/// Zero is what everybody hopes for and stays quiet.
+/// Zero is shown without emphasis.
 std::string losses(std::uint64_t missing, std::uint64_t damaged) {
   if (missing + damaged == 0) return "<span class=\"soft\">0</span>";
   return "<span class=\"warn\">" + grouped(missing) + " / " + grouped(damaged) + "</span>";
 }
 
 bool has_removal(const ReportInput& input) {
-  return std::any_of(input.evidence.begin(), input.evidence.end(),
-                     [](const SessionEvidence& e) { return e.removal.has_value(); });
+  return std::any_of(input.references.begin(), input.references.end(),
+                     [](const SessionReference& e) { return e.removal.has_value(); });
 }
 
-std::string stage_words(double seconds) {
+std::string duration_text(double seconds) {
   return fixed(seconds, seconds < 10.0 ? 2 : 1) + "\u00a0s";
 }
 
@@ -70,7 +71,7 @@ std::string accuracy_table(const ReportInput& input, const Summary& summary, boo
     }
     if (removal) {
       const evaluate::Tally tally =
-          input.evidence[s].removal.value_or(evaluate::DynamicScore{}).total;
+          input.references[s].removal.value_or(evaluate::DynamicScore{}).total;
       cells.push_back(percent(tally.static_accuracy(), 2));
       cells.push_back(percent(tally.dynamic_accuracy(), 2));
       cells.push_back(percent(tally.associated_accuracy(), 2));
@@ -89,7 +90,7 @@ std::string headline_section(const ReportInput& input, const Summary& summary) {
     html += "All " + plural(all, "session") + " share one frame";
   } else if (summary.merged_sessions > 1) {
     html += std::to_string(summary.merged_sessions) + " of " + plural(all, "session") +
-            " share one frame, " + std::to_string(all - summary.merged_sessions) + " kept apart";
+            " share one frame, " + std::to_string(all - summary.merged_sessions) + " unconnected";
   } else {
     html += plural(all, "session") + ", none merged with another";
   }
@@ -117,9 +118,9 @@ std::string headline_section(const ReportInput& input, const Summary& summary) {
   html += tile(percent(points_in > 0.0 ? points_dynamic / points_in : 0.0, 1) + "\u00a0%",
                "of all points removed as dynamic");
   html += tile(grouped(summary.inter.accepted) + " + " + grouped(summary.intra.accepted),
-               "loops accepted between + within sessions");
+               "inter-session + intra-session loops accepted");
   if (summary.has_truth) html += tile(length(worst_m), "largest ATE rmse of a session");
-  if (input.elapsed_s > 0.0) html += tile(stage_words(input.elapsed_s), "to merge");
+  if (input.elapsed_s > 0.0) html += tile(duration_text(input.elapsed_s), "to merge");
   return html + "</div>\n";
 }
 
@@ -189,8 +190,8 @@ std::string accuracy_section(const ReportInput& input, const Summary& summary) {
   entries.emplace_back("var(--ink)", "ground truth (dashed)");
   return html +
          "<p class=\"soft\">The frame of the central session is aligned to its ground truth once; "
-         "no other session is aligned on its own, so errors contain how well the maps were put "
-         "together.</p>\n<div class=\"pair\">" +
+         "no other session is aligned on its own, so errors include those of the merge.</p>\n<div "
+         "class=\"pair\">" +
          draw_trajectories(summary, input) + draw_errors(summary) + "</div>\n" + legend(entries);
 }
 
@@ -199,13 +200,13 @@ std::string changes_section(const ReportInput& input, const Summary& summary) {
   const auto& changes = input.result->changes;
   const auto appeared = static_cast<std::size_t>(std::count_if(
       changes.begin(), changes.end(), [](const merge::ChangedPoint& c) { return c.appeared; }));
-  return "<h2>What changed between sessions</h2>\n<figure>" + draw_changes(input) + "</figure>\n" +
+  return "<h2>Changes between sessions</h2>\n<figure>" + draw_changes(input) + "</figure>\n" +
          legend({{hex(kAppearedColor), "appeared: " + plural(appeared, "point")},
                  {hex(kGoneColor), "gone: " + plural(changes.size() - appeared, "point")},
                  {"#5d6673", "unchanged or seen once"}});
 }
 
-std::string apart_section(const ReportInput& input, const Summary& summary) {
+std::string unconnected_section(const ReportInput& input, const Summary& summary) {
   std::string html;
   for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
     const SessionSummary& session = summary.sessions[s];
@@ -216,8 +217,9 @@ std::string apart_section(const ReportInput& input, const Summary& summary) {
     if (session.keyframes > 0) html += "<figure>" + draw_session(input, s) + "</figure>\n";
   }
   if (html.empty()) return html;
-  return "<h2>Kept apart</h2>\n<p>Sessions are never forced together: what does not connect by "
-         "several loops that agree stays in its own frame.</p>\n" +
+  return "<h2>Unconnected sessions</h2>\n<p>A session that no consistent set of loops connects "
+         "stays "
+         "in its own frame.</p>\n" +
          html;
 }
 
@@ -243,7 +245,7 @@ std::string time_section(const ReportInput& input, const Summary& summary) {
   if (!input.result->timing.empty()) {
     Table stages({"Stage of the merge", "#Time"});
     for (const merge::StageTime& stage : input.result->timing) {
-      stages.row({escaped(stage.stage), stage_words(stage.seconds)});
+      stages.row({escaped(stage.stage), duration_text(stage.seconds)});
     }
     html += "<details><summary>Every stage of the merge</summary>" + stages.html() + "</details>\n";
   }

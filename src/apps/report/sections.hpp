@@ -1,4 +1,4 @@
-// The sections of a report, top to bottom. Each returns HTML, empty when there is nothing to say.
+// Sections of a report, top to bottom.
 #pragma once
 
 #include <string>
@@ -7,13 +7,15 @@
 
 namespace unimapper::apps {
 
+// Each returns HTML, empty where a section has no content.
+
 [[nodiscard]] std::string headline_section(const ReportInput& input, const Summary& summary);
 [[nodiscard]] std::string map_section(const ReportInput& input, const Summary& summary);
 [[nodiscard]] std::string sessions_section(const Summary& summary);
 [[nodiscard]] std::string accuracy_section(const ReportInput& input, const Summary& summary);
 [[nodiscard]] std::string loops_section(const ReportInput& input, const Summary& summary);
 [[nodiscard]] std::string changes_section(const ReportInput& input, const Summary& summary);
-[[nodiscard]] std::string apart_section(const ReportInput& input, const Summary& summary);
+[[nodiscard]] std::string unconnected_section(const ReportInput& input, const Summary& summary);
 [[nodiscard]] std::string time_section(const ReportInput& input, const Summary& summary);
 [[nodiscard]] std::string reproduce_section(const ReportInput& input);
 

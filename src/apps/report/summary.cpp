@@ -1,3 +1,4 @@
+// Figures of a merge.
 #include "src/apps/report/summary.hpp"
 
 #include <algorithm>
@@ -56,13 +57,14 @@ std::string kind_of(const std::string& reason) {
 }
 
 void count_loops(const merge::MergeResult& result, Summary& summary) {
-  for (const merge::LoopRecord& loop : result.loops) {
-    const auto pair = std::minmax(loop.query_session, loop.match_session);
+  for (const merge::LoopConstraint& loop : result.loops) {
+    const auto pair = std::minmax(loop.query.session, loop.match.session);
     LoopCount& total = pair.first == pair.second ? summary.intra : summary.inter;
     LoopCount& of_pair = summary.loops_by_pair[{pair.first, pair.second}];
-    ++(loop.accepted ? total.accepted : total.refused);
-    ++(loop.accepted ? of_pair.accepted : of_pair.refused);
-    ++(loop.accepted ? summary.acceptance_ways : summary.refusals)[kind_of(loop.reason)];
+    ++(loop.decision.accepted ? total.accepted : total.refused);
+    ++(loop.decision.accepted ? of_pair.accepted : of_pair.refused);
+    ++(loop.decision.accepted ? summary.acceptance_ways
+                              : summary.refusals)[kind_of(loop.decision.reason)];
   }
 }
 
@@ -70,12 +72,12 @@ void count_loops(const merge::MergeResult& result, Summary& summary) {
 void measure_errors(const ReportInput& input, Summary& summary) {
   const merge::MergeResult& result = *input.result;
   const std::size_t central = result.central_session;
-  if (input.evidence.size() != summary.sessions.size() || central >= summary.sessions.size()) {
+  if (input.references.size() != summary.sessions.size() || central >= summary.sessions.size()) {
     return;
   }
   const auto pairs_of = [&](std::size_t s) {
     return evaluate::associate(sensor_poses((*input.sessions)[s], result.sessions[s]),
-                               input.evidence[s].truth);
+                               input.references[s].truth);
   };
   const auto central_pairs = pairs_of(central);
   if (central_pairs.empty()) return;
@@ -85,7 +87,7 @@ void measure_errors(const ReportInput& input, Summary& summary) {
   for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
     SessionSummary& session = summary.sessions[s];
     if (session.status == SessionStatus::kUnconnected) continue;
-    for (const StampedPose& pose : input.evidence[s].truth) {
+    for (const StampedPose& pose : input.references[s].truth) {
       session.truth_in_map.push_back(T_map_truth * pose.T_world_sensor.translation);
     }
     const auto pairs = pairs_of(s);
@@ -111,8 +113,8 @@ Summary summarize(const ReportInput& input) {
     const merge::MergedSession& merged = input.result->sessions.at(s);
     summary.sessions.push_back(summarize_session((*input.sessions)[s], merged));
     summary.merged_sessions += merged.status == SessionStatus::kUnconnected ? 0 : 1;
-    if (s < input.evidence.size()) {
-      summary.sessions.back().stats = read_run_stats(input.evidence[s].run);
+    if (s < input.references.size()) {
+      summary.sessions.back().stats = read_run_stats(input.references[s].run);
     }
   }
   count_loops(*input.result, summary);

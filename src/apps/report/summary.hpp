@@ -1,4 +1,4 @@
-// The figures of a merge that reports and terminals show.
+// Figures of a merge.
 #pragma once
 
 #include <cstdint>

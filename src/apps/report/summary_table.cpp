@@ -1,3 +1,4 @@
+// Terminal summary of a merge.
 #include <algorithm>
 #include <array>
 
@@ -49,8 +50,8 @@ class TextTable {
 
 std::string loop_line(const Summary& summary) {
   std::string line = "loops: ";
-  line += std::to_string(summary.inter.accepted) + " between and " +
-          std::to_string(summary.intra.accepted) + " within sessions accepted, " +
+  line += std::to_string(summary.inter.accepted) + " inter-session and " +
+          std::to_string(summary.intra.accepted) + " intra-session accepted, " +
           std::to_string(summary.inter.refused + summary.intra.refused) + " refused\n";
   return line;
 }
@@ -59,8 +60,8 @@ std::string loop_line(const Summary& summary) {
 
 std::string summary_table(const ReportInput& input) {
   const Summary summary = summarize(input);
-  const bool removal = std::any_of(input.evidence.begin(), input.evidence.end(),
-                                   [](const SessionEvidence& e) { return e.removal.has_value(); });
+  const bool removal = std::any_of(input.references.begin(), input.references.end(),
+                                   [](const SessionReference& e) { return e.removal.has_value(); });
   TextTable table(3);
   std::vector<std::string> head = {"session", "sensor", "status",   "keyframes",
                                    "lost",    "path m", "dynamic %"};
@@ -81,7 +82,7 @@ std::string summary_table(const ReportInput& input) {
       cells.push_back(session.error ? fixed(session.error->translation_m.max, 3) : "-");
     }
     if (removal) {
-      const auto& score = input.evidence[s].removal;
+      const auto& score = input.references[s].removal;
       cells.push_back(score ? percent(score->total.static_accuracy(), 2) : "-");
       cells.push_back(score ? percent(score->total.dynamic_accuracy(), 2) : "-");
     }
@@ -93,7 +94,7 @@ std::string summary_table(const ReportInput& input) {
           std::to_string(summary.sessions.size()) + " sessions in one frame\n";
   for (const SessionSummary& session : summary.sessions) {
     if (session.reason.empty()) continue;
-    text += session.name + " is kept apart: " + session.reason + "\n";
+    text += session.name + " is not connected: " + session.reason + "\n";
   }
   return text;
 }

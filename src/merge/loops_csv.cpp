@@ -1,15 +1,18 @@
-// Reader of loops.csv.
-#include "src/apps/loops_csv.hpp"
+// Reader and writer of loops.csv.
+#include "unimapper/merge/loops_csv.hpp"
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <fstream>
 #include <stdexcept>
 #include <string_view>
+#include <system_error>
+#include <utility>
 
-#include "ports/datasets/poses.hpp"
+#include "export_files.hpp"
 
-namespace unimapper::apps {
+namespace unimapper::merge {
 namespace {
 
 enum Column : std::size_t {
@@ -68,23 +71,23 @@ std::vector<std::string> split(std::string_view line) {
   return fields;
 }
 
-class Reader {
+class LoopsCsvReader {
  public:
-  explicit Reader(std::filesystem::path file) : file_(std::move(file)), in_(file_) {
+  explicit LoopsCsvReader(std::filesystem::path file) : file_(std::move(file)), in_(file_) {
     if (!in_) {
       throw std::runtime_error(file_.string() + ": no such file; `unimapper onboard` writes it");
     }
   }
 
-  std::vector<LoopRow> read() {
+  std::vector<LoopRecord> read() {
     std::string line;
     if (!next(line)) fail("is empty; the first line must name the columns");
     read_header(split(line));
-    std::vector<LoopRow> rows;
+    std::vector<LoopRecord> loops;
     while (next(line)) {
-      if (!line.empty() && line != "\r") rows.push_back(parse(split(line)));
+      if (!line.empty() && line != "\r") loops.push_back(parse(split(line)));
     }
-    return rows;
+    return loops;
   }
 
  private:
@@ -118,28 +121,34 @@ class Reader {
     return value;
   }
 
-  LoopRow parse(const std::vector<std::string>& fields) const {
+  LoopRecord parse(const std::vector<std::string>& fields) const {
     if (fields.size() != width_) {
       fail(std::to_string(fields.size()) + " fields, but the header names " +
            std::to_string(width_));
     }
-    LoopRow row;
-    row.query_session = fields[at_[kQuerySession]];
-    row.query_keyframe = number<std::uint32_t>(fields, kQueryKeyframe);
-    row.query_scan = number<std::uint32_t>(fields, kQueryScan);
-    row.match_session = fields[at_[kMatchSession]];
-    row.match_keyframe = number<std::uint32_t>(fields, kMatchKeyframe);
-    row.match_scan = number<std::uint32_t>(fields, kMatchScan);
-    row.confidence = number<double>(fields, kConfidence);
-    row.accepted = number<int>(fields, kAccepted) != 0;
-    row.reason = fields[at_[kReason]];
-    const auto pose = datasets::pose_from_quaternion(
-        number<double>(fields, kX), number<double>(fields, kY), number<double>(fields, kZ),
-        number<double>(fields, kQx), number<double>(fields, kQy), number<double>(fields, kQz),
-        number<double>(fields, kQw));
-    if (!pose) fail("the pose is not a rigid transform");
-    row.T_match_query = *pose;
-    return row;
+    LoopRecord loop;
+    loop.query_session = fields[at_[kQuerySession]];
+    loop.query_keyframe = number<std::uint32_t>(fields, kQueryKeyframe);
+    loop.query_scan = number<std::uint32_t>(fields, kQueryScan);
+    loop.match_session = fields[at_[kMatchSession]];
+    loop.match_keyframe = number<std::uint32_t>(fields, kMatchKeyframe);
+    loop.match_scan = number<std::uint32_t>(fields, kMatchScan);
+    loop.confidence = number<double>(fields, kConfidence);
+    loop.accepted = number<int>(fields, kAccepted) != 0;
+    loop.reason = fields[at_[kReason]];
+    loop.T_match_query = pose(fields);
+    return loop;
+  }
+
+  Pose pose(const std::vector<std::string>& fields) const {
+    const auto value = [&](Column column) { return number<double>(fields, column); };
+    const Eigen::Quaterniond q(value(kQw), value(kQx), value(kQy), value(kQz));
+    const Pose T(q, Eigen::Vector3d(value(kX), value(kY), value(kZ)));
+    constexpr double kLengthTolerance = 1e-2;
+    if (!(std::abs(q.norm() - 1.0) < kLengthTolerance) || !T.is_rigid()) {
+      fail("the pose is not a rigid transform");
+    }
+    return T;
   }
 
   std::filesystem::path file_;
@@ -149,10 +158,48 @@ class Reader {
   std::array<std::size_t, kColumnCount> at_{};
 };
 
-}  // namespace
-
-std::vector<LoopRow> read_loops_csv(const std::filesystem::path& file) {
-  return Reader(file).read();
+std::string text_of(double value) {
+  char buffer[32];
+  return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
 }
 
-}  // namespace unimapper::apps
+std::string quoted_if_needed(const std::string& field) {
+  if (field.find_first_of(",\"\r\n") == std::string::npos) return field;
+  std::string quoted = "\"";
+  for (const char c : field) {
+    if (c == '"') quoted += '"';
+    quoted += c == '\n' || c == '\r' ? ' ' : c;
+  }
+  return quoted + '"';
+}
+
+void append_row(std::string& text, const LoopRecord& loop) {
+  text += quoted_if_needed(loop.query_session) + ',' + std::to_string(loop.query_keyframe) + ',' +
+          std::to_string(loop.query_scan) + ',';
+  text += quoted_if_needed(loop.match_session) + ',' + std::to_string(loop.match_keyframe) + ',' +
+          std::to_string(loop.match_scan) + ',';
+  text += text_of(loop.confidence) + (loop.accepted ? ",1," : ",0,");
+  text += quoted_if_needed(loop.reason);
+  const Eigen::Vector3d& t = loop.T_match_query.translation;
+  const Eigen::Quaterniond q = canonical_quaternion(loop.T_match_query);
+  for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) {
+    text += ',' + text_of(value);
+  }
+  text += '\n';
+}
+
+}  // namespace
+
+std::vector<LoopRecord> read_loops_csv(const std::filesystem::path& file) {
+  return LoopsCsvReader(file).read();
+}
+
+std::string format_loops_csv(std::span<const LoopRecord> loops) {
+  std::string text;
+  for (const std::string_view name : kNames) (text += name) += ',';
+  text.back() = '\n';
+  for (const LoopRecord& loop : loops) append_row(text, loop);
+  return text;
+}
+
+}  // namespace unimapper::merge

@@ -1,15 +1,19 @@
-// A session's keyframe poses, and how far odometry between two of them can be trusted.
+// Keyframe poses of a session and the covariance of its odometry.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstddef>
 #include <vector>
 
+#include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/merge/pose_graph.hpp"
 
 namespace unimapper::merge {
+
+/// Metres travelled up to each keyframe, by odometry.
+[[nodiscard]] std::vector<double> path_lengths_m(const SessionData& session);
 
 /// Variance of a relative pose: metres squared per axis, radians squared per axis.
 struct RelativeVariance {

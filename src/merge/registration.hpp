@@ -15,11 +15,11 @@
 namespace unimapper::merge {
 
 /// Points thinned to one per leaf, each with the covariance of the surface it lies on and a
-/// kd-tree over all. Building one costs more than aligning two, so it is built once per keyframe
-/// and shared. Immutable and safe to share between threads.
+/// kd-tree over all. Building one costs more than aligning two, so there is one per keyframe.
+/// Immutable and safe to share between threads.
 class RegistrationCloud {
  public:
-  /// `ground` marks points that say nothing about a horizontal position; it may be empty (no
+  /// `ground` marks points that do not constrain the horizontal position; it may be empty (no
   /// ground known) or as long as `points`. Points that are not finite are left out. The
   /// result does not depend on the order of the points beyond rounding.
   RegistrationCloud(std::span<const Eigen::Vector3f> points, std::span<const std::uint8_t> ground,
@@ -62,20 +62,20 @@ struct RegistrationResult {
   /// so that it is weak along a corridor, and never better than the configured floors.
   Matrix6d information = Matrix6d::Identity();
   std::uint32_t iterations = 0;
-  std::size_t matched = 0;  ///< source points with a partner
+  std::size_t matched = 0;  ///< source points with a correspondence
   double rmse_m = 0.0;      ///< across surfaces, not along them, of matched points
   /// Smallest over largest eigenvalue of the translation's information: 0 in an endless corridor.
   double condition = 0.0;
 };
 
 /// Aligns `source` (evenly thinned to `max_source_points`) to `target` from `T_target_source`,
-/// first with the coarse gate, then with the fine one (Levenberg-Marquardt over pairs that are
-/// matched anew in every iteration).
+/// first with the coarse gate, then with the fine one (Levenberg-Marquardt with correspondences
+/// searched anew in every iteration).
 RegistrationResult register_clouds(const RegistrationCloud& target, const RegistrationCloud& source,
                                    const Pose& T_target_source, const RegistrationConfig& config);
 
-/// Share of structure (no ground) that coincides at a given pose, of the cloud that has more in
-/// common with the other; only points within `radius_m` of both origins count. 0 if there are
+/// Share of structure (no ground) that coincides at a given pose, of the cloud for which it is
+/// larger; only points within `radius_m` of both origins count. 0 if there are
 /// fewer than 50 such points.
 double structure_overlap(const RegistrationCloud& target, const RegistrationCloud& source,
                          const Pose& T_target_source, double radius_m, double distance_m);

@@ -1,0 +1,52 @@
+// Sessions, loops and the current estimate of an alignment.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "map_graph.hpp"
+#include "unimapper/merge/alignment.hpp"
+
+namespace unimapper::merge {
+
+// Reasons of refusal that more than one step gives.
+inline constexpr const char* kOutsideConsistencySet =
+    "outside the consistency set of its two sessions";
+inline constexpr const char* kDisagreesWithMap = "disagrees with the merged maps";
+inline constexpr const char* kImplausibleDeformation =
+    "the maps would deform more than odometry allows";
+
+/// What the steps of an alignment share: inputs, decisions so far, and the poses.
+class AlignmentProblem {
+ public:
+  /// Throws std::invalid_argument for a loop to a keyframe that does not exist.
+  AlignmentProblem(const std::vector<AlignmentSession>& all_sessions,
+                   std::span<const LoopConstraint> all_loops, const MergeConfig& merge_config);
+
+  [[nodiscard]] std::vector<LoopConstraint> select(std::span<const std::size_t> indices) const;
+  [[nodiscard]] std::vector<std::size_t> connected_sessions() const;
+  /// Both sessions of loop `i` are connected to the central map.
+  [[nodiscard]] bool joins_connected(std::size_t i) const;
+
+  /// Optimises with the chosen loops, removes those whose residual exceeds the gate, and repeats
+  /// until none does. False if the solver failed.
+  bool optimize_rejecting_outliers(MapState& trial, std::span<const std::size_t> which_sessions,
+                                   std::vector<std::size_t>& chosen) const;
+
+  /// No session deforms more from the current state to `after` than its odometry's drift explains.
+  [[nodiscard]] bool all_plausible(const MapState& after,
+                                   std::span<const std::size_t> which_sessions) const;
+
+  [[nodiscard]] Alignment result() const;
+
+  const MergeConfig& config;
+  const std::vector<AlignmentSession>& sessions;
+  std::vector<LoopConstraint> loops;  ///< inter-session loops with the lower session as match
+  std::vector<LoopDecision> decisions;
+  std::vector<std::string> reasons;  ///< by session: why it is not connected
+  MapState state;
+};
+
+}  // namespace unimapper::merge

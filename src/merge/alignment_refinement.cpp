@@ -1,0 +1,67 @@
+// Refinement of an alignment with radius loops (paper section VI).
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "alignment_problem.hpp"
+
+namespace unimapper::merge {
+namespace {
+
+/// Adds loops rejected before whose residual in `state` is well within the gate. False: none.
+bool readmit(const AlignmentProblem& problem, const MapState& state,
+             std::vector<std::size_t>& chosen) {
+  std::vector<std::size_t> readmitted;
+  for (std::size_t i = 0; i < problem.loops.size(); ++i) {
+    if (!problem.joins_connected(i) || std::binary_search(chosen.begin(), chosen.end(), i)) {
+      continue;
+    }
+    if (loop_chi2(state, problem.loops[i]) < 0.5 * problem.config.acceptance.loop_chi2) {
+      readmitted.push_back(i);
+    }
+  }
+  chosen.insert(chosen.end(), readmitted.begin(), readmitted.end());
+  std::sort(chosen.begin(), chosen.end());
+  return !readmitted.empty();
+}
+
+void start_from(const Alignment& start, AlignmentProblem& problem) {
+  problem.state.central = start.central;
+  problem.state.connected = start.connected;
+  problem.state.T_map_session = start.T_map_session;
+  problem.state.T_session_keyframe = start.T_session_keyframe;
+  problem.reasons = start.reason;
+  std::copy(start.decisions.begin(), start.decisions.end(), problem.decisions.begin());
+}
+
+}  // namespace
+
+Alignment refine_alignment(const Alignment& start, const std::vector<AlignmentSession>& sessions,
+                           std::span<const LoopConstraint> loops, const MergeConfig& config) {
+  const std::size_t earlier = start.decisions.size();
+  if (earlier > loops.size()) throw std::invalid_argument("refinement needs all earlier loops");
+  AlignmentProblem problem(sessions, loops, config);
+  start_from(start, problem);
+  const auto connected = problem.connected_sessions();
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < problem.loops.size(); ++i) {
+    if (!problem.joins_connected(i)) continue;
+    if (i >= earlier || problem.decisions[i].accepted) chosen.push_back(i);
+  }
+  MapState refined = problem.state;
+  problem.optimize_rejecting_outliers(refined, connected, chosen);
+  if (readmit(problem, refined, chosen)) {
+    problem.optimize_rejecting_outliers(refined, connected, chosen);
+  }
+  const bool plausible = problem.all_plausible(refined, connected);
+  for (std::size_t i = earlier; i < problem.loops.size(); ++i) {
+    problem.decisions[i] = {false, plausible ? kDisagreesWithMap : kImplausibleDeformation};
+  }
+  if (plausible) {
+    problem.state = std::move(refined);
+    for (const std::size_t i : chosen) problem.decisions[i] = {true, {}};
+  }
+  return problem.result();
+}
+
+}  // namespace unimapper::merge

@@ -1,0 +1,66 @@
+// Plausibility checks of sessions before a merge.
+#include "session_check.hpp"
+
+#include <algorithm>
+#include <set>
+#include <stdexcept>
+#include <string>
+
+namespace unimapper::merge {
+namespace {
+
+// Indices of sessions and keyframes travel in 16 bits in the map's files.
+constexpr std::size_t kMaxSessions = 65534;
+constexpr std::size_t kMaxKeyframes = 65534;
+constexpr std::size_t kMaxNameBytes = 200;
+
+bool is_file_name(const std::string& name) {
+  const auto forbidden = [](char c) { return c == '/' || (c >= 0 && c < 32); };
+  return !name.empty() && name != "." && name != ".." && name.size() <= kMaxNameBytes &&
+         std::none_of(name.begin(), name.end(), forbidden);
+}
+
+/// Why a keyframe cannot be used; empty if it can.
+std::string reason_against(const KeyframeRecord& keyframe, const KeyframeRecord* previous) {
+  if (!keyframe.T_odometry_keyframe.is_rigid()) return "has no valid pose";
+  if (previous != nullptr && keyframe.sequence <= previous->sequence) return "is out of order";
+  if (keyframe.scans.empty() || keyframe.reference_scan >= keyframe.scans.size()) {
+    return "has no reference scan";
+  }
+  const auto is_valid = [](const KeyframeScan& scan) { return scan.T_odometry_sensor.is_rigid(); };
+  if (!std::all_of(keyframe.scans.begin(), keyframe.scans.end(), is_valid)) {
+    return "has a scan without a valid pose";
+  }
+  return {};
+}
+
+void check_session(const SessionData& session) {
+  if (!is_file_name(session.info.name)) {
+    throw std::invalid_argument("a session's name cannot be a file name");
+  }
+  const auto refuse = [&](const std::string& why) {
+    throw std::invalid_argument("session " + session.info.name + ": " + why);
+  };
+  if (session.keyframes.size() > kMaxKeyframes) refuse("more than 65534 keyframes");
+  const KeyframeRecord* previous = nullptr;
+  for (const KeyframeRecord& keyframe : session.keyframes) {
+    const std::string reason = reason_against(keyframe, previous);
+    if (!reason.empty()) refuse("keyframe " + std::to_string(keyframe.sequence) + ' ' + reason);
+    previous = &keyframe;
+  }
+}
+
+}  // namespace
+
+void check_sessions(const std::vector<SessionData>& sessions) {
+  if (sessions.size() > kMaxSessions) throw std::invalid_argument("more than 65534 sessions");
+  std::set<std::string> names;
+  for (const auto& session : sessions) {
+    check_session(session);
+    if (!names.insert(session.info.name).second) {
+      throw std::invalid_argument("two sessions are named " + session.info.name);
+    }
+  }
+}
+
+}  // namespace unimapper::merge

@@ -1,0 +1,14 @@
+// Plausibility checks of sessions before a merge.
+#pragma once
+
+#include <vector>
+
+#include "unimapper/core/keyframe_record.hpp"
+
+namespace unimapper::merge {
+
+/// Throws std::invalid_argument with a sentence for the first session that cannot be merged: a name
+/// that is no file name or is taken, keyframes out of order, invalid poses, no reference scan.
+void check_sessions(const std::vector<SessionData>& sessions);
+
+}  // namespace unimapper::merge
