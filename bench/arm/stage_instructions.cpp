@@ -14,9 +14,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
-#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -24,7 +22,7 @@
 
 #include "ports/datasets/dataset.hpp"
 #include "unimapper/core/quantile.hpp"
-#include "unimapper/onboard/pipeline.hpp"
+#include "unimapper/onboard/owned_pipeline.hpp"
 
 namespace {
 
@@ -58,19 +56,15 @@ using Counts = std::vector<double>[kStages];
 void run(const datasets::Dataset& dataset, const SensorModel& sensor, Counts& counts) {
   PipelineConfig config = preset(sensor.kind);
   config.clock_ns = instructions;
-  const std::size_t bytes = Pipeline::required_bytes(config);
-  const std::unique_ptr<std::byte, decltype(&std::free)> block(
-      static_cast<std::byte*>(std::aligned_alloc(64, bytes)), &std::free);
-  auto pipeline = Pipeline::create(config, {block.get(), bytes});
+  OwnedPipeline pipeline(config);
   if (!pipeline.ok()) throw std::runtime_error(pipeline.error().message);
 
   datasets::Scan scan;
   for (std::size_t i = 0; i < dataset.scan_count(); ++i) {
     dataset.read_scan(i, scan);
-    const ScanResult result =
-        (*pipeline)->add_scan(scan.view(), dataset.pose(i), dataset.stamp_ns(i));
-    if (!result.keyframe_ready || (*pipeline)->keyframe().sequence == 0) continue;
-    const KeyframeStatistics& statistics = *(*pipeline)->keyframe().statistics;
+    const ScanResult result = pipeline->add_scan(scan.view(), dataset.pose(i), dataset.stamp_ns(i));
+    if (!result.keyframe_ready || pipeline->keyframe().sequence == 0) continue;
+    const KeyframeStatistics& statistics = *pipeline->keyframe().statistics;
     for (std::size_t stage = 0; stage < kStages; ++stage) {
       counts[stage].push_back(static_cast<double>(statistics.stage_us[stage]) * 1e3);
     }

@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <numeric>
 #include <span>
-#include <stdexcept>
 
 #include "unimapper/core/quantile.hpp"
 
@@ -45,19 +43,6 @@ double Measurement::points_per_second(Stage stage) const {
   const double sum_ms = std::accumulate(times_ms.begin(), times_ms.end(), 0.0);
   return sum_ms > 0.0 ? static_cast<double>(points) / (sum_ms * 1e-3) : 0.0;
 }
-
-OwnedPipeline::OwnedPipeline(const PipelineConfig& config) {
-  const std::size_t bytes = Pipeline::required_bytes(config);
-  block_ = static_cast<std::byte*>(std::aligned_alloc(64, bytes));
-  auto created = Pipeline::create(config, {block_, bytes});
-  if (!created.ok()) {
-    std::free(block_);
-    throw std::runtime_error(created.error().message);
-  }
-  pipeline_ = created.value();
-}
-
-OwnedPipeline::~OwnedPipeline() { std::free(block_); }
 
 bool feed(OwnedPipeline& pipeline, const TimedScan& scan, std::int64_t (*clock_ns)(),
           Measurement& measurement) {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "unimapper/onboard/pipeline.hpp"
+#include "unimapper/onboard/owned_pipeline.hpp"
 
 namespace unimapper::bench {
 
@@ -43,20 +43,6 @@ struct Measurement {
   void add(const KeyframeStatistics& statistics);
   /// Points per second of a stage's summed time; 0 if it took none.
   [[nodiscard]] double points_per_second(Stage stage) const;
-};
-
-/// A pipeline in memory of its own. Throws std::runtime_error if the configuration is invalid.
-class OwnedPipeline {
- public:
-  explicit OwnedPipeline(const PipelineConfig& config);
-  ~OwnedPipeline();
-  OwnedPipeline(const OwnedPipeline&) = delete;
-  OwnedPipeline& operator=(const OwnedPipeline&) = delete;
-  Pipeline* operator->() { return pipeline_; }
-
- private:
-  std::byte* block_ = nullptr;
-  Pipeline* pipeline_ = nullptr;
 };
 
 /// Feeds one scan; adds a sample and returns true if it closes a keyframe.

@@ -1,5 +1,4 @@
-/* Ten scans into a pipeline in our own memory, one keyframe out: the C twin of first_keyframe.cpp.
- */
+/* First keyframe in C: ten scans into a pipeline in our own memory, static cells out. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <unimapper.h>

@@ -71,6 +71,39 @@ bool same_name(std::string_view alias, std::string_view name) noexcept {
 
 }  // namespace
 
+Error SensorModel::validate() const noexcept {
+  // False for NaN too.
+  const auto within = [](float value, float low, float high) {
+    return value >= low && value <= high;
+  };
+  const auto invalid = [](const char* message) {
+    return Error{ErrorCode::kInvalidConfig, message};
+  };
+  if (!within(horizontal_fov_deg, 10.0F, 360.0F)) {
+    return invalid("sensor.horizontal_fov_deg must be 10 to 360 degrees");
+  }
+  if (!within(elevation_min_deg, -90.0F, 90.0F) || !within(elevation_max_deg, -90.0F, 90.0F) ||
+      elevation_max_deg - elevation_min_deg < 1.0F) {
+    return invalid(
+        "sensor.elevation_min_deg must be at least 1 degree below elevation_max_deg, both -90 to "
+        "90 degrees");
+  }
+  if (!within(range_min_m, 0.0F, 500.0F) || !within(range_max_m, 0.0F, 500.0F) ||
+      range_min_m >= range_max_m) {
+    return invalid("sensor.range_min_m must be below range_max_m, both 0 to 500 metres");
+  }
+  if (pattern == ScanPattern::kSpinning && (rings < 2 || rings > 1024)) {
+    return invalid("sensor.rings must be 2 to 1024 for a spinning sensor");
+  }
+  if (points_per_scan < 100 || points_per_scan > 3300000) {
+    return invalid("sensor.points_per_scan must be 100 to 3300000");
+  }
+  if (!(scan_rate_hz > 0.0F && scan_rate_hz <= 200.0F)) {
+    return invalid("sensor.scan_rate_hz must be above 0 and at most 200 Hz");
+  }
+  return {};
+}
+
 std::span<const SensorModel> sensor_models() noexcept { return kModels; }
 
 const SensorModel& sensor_model(SensorKind kind) noexcept {

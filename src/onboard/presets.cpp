@@ -1,3 +1,4 @@
+// Presets: parameters from a sensor's data sheet and a computer's memory.
 #include <algorithm>
 #include <cmath>
 
@@ -26,9 +27,9 @@ void apply_data_sheet(const SensorModel& sensor, PipelineConfig& config) noexcep
   // The images reach a little beyond the field of view: mounting offsets, beam offsets.
   constexpr float kSlackDeg = 1.0F;
   config.free_space.horizontal_fov_deg =
-      sensor.horizontal_fov_deg >= 360.0F ? 360.0F : sensor.horizontal_fov_deg + 2.0F * kSlackDeg;
-  config.free_space.elevation_min_deg = sensor.elevation_min_deg - kSlackDeg;
-  config.free_space.elevation_max_deg = sensor.elevation_max_deg + kSlackDeg;
+      std::min(sensor.horizontal_fov_deg + 2.0F * kSlackDeg, 360.0F);
+  config.free_space.elevation_min_deg = std::max(sensor.elevation_min_deg - kSlackDeg, -90.0F);
+  config.free_space.elevation_max_deg = std::min(sensor.elevation_max_deg + kSlackDeg, 90.0F);
   config.descriptor.max_cells = config.voxel.max_cells;
 }
 
@@ -49,31 +50,23 @@ void apply_pattern(const SensorModel& sensor, PipelineConfig& config) noexcept {
   FreeSpaceConfig& free_space = config.free_space;
   const float spacing_deg = ray_spacing_deg(sensor);
   constexpr float kDegreesPerRadian = 57.29578F;
+  constexpr float kCoarsestDeg = 5.0F;  // the widest pixel `FreeSpaceConfig` takes
   free_space.full_weight_range_m =
       std::min(2.0F * config.voxel.fine_size_m * kDegreesPerRadian / spacing_deg, 500.0F);
   if (sensor.pattern == ScanPattern::kSpinning) {
     config.ground.propagation_voxels = 2;
     free_space.elevation_resolution_deg =
-        std::max(free_space.elevation_resolution_deg, 0.5F * spacing_deg);
+        std::clamp(0.5F * spacing_deg, free_space.elevation_resolution_deg, kCoarsestDeg);
     return;
   }
   constexpr float kFinestDeg = 0.3F;
   free_space.images_per_keyframe = 10;
-  free_space.azimuth_resolution_deg = std::max(kFinestDeg, spacing_deg);
+  free_space.azimuth_resolution_deg = std::clamp(spacing_deg, kFinestDeg, kCoarsestDeg);
   free_space.elevation_resolution_deg = free_space.azimuth_resolution_deg;
 }
 
-}  // namespace
-
-PipelineConfig preset(SensorKind sensor) noexcept {
-  const SensorModel& model = sensor_model(sensor);
-  PipelineConfig config;
-  apply_data_sheet(model, config);
-  apply_pattern(model, config);
-  return config;
-}
-
-PipelineConfig preset(SensorKind sensor, Computer computer) noexcept {
+/// Leaves only the capacities a computer has room for.
+void apply_computer(Computer computer, PipelineConfig& config) noexcept {
   struct Room {
     std::uint32_t cells;
     std::uint32_t window_blocks;
@@ -84,8 +77,7 @@ PipelineConfig preset(SensorKind sensor, Computer computer) noexcept {
   constexpr Room kJetson{320000, 131072, 32768, 1000, 120.0F};
   constexpr Room kRaspberryPi{160000, 49152, 16384, 385, 60.0F};
   constexpr Room kArmv7With64Mb{81920, 30720, 8192, 220, 40.0F};
-  PipelineConfig config = preset(sensor);
-  if (computer == Computer::kServer) return config;
+  if (computer == Computer::kServer) return;
   const Room& room = computer == Computer::kJetson        ? kJetson
                      : computer == Computer::kRaspberryPi ? kRaspberryPi
                                                           : kArmv7With64Mb;
@@ -96,6 +88,30 @@ PipelineConfig preset(SensorKind sensor, Computer computer) noexcept {
   config.descriptor.max_cells = std::min(config.descriptor.max_cells, room.cells);
   config.loop_search.max_places = std::min(config.loop_search.max_places, room.places);
   config.keyframe.range_max_m = std::min(config.keyframe.range_max_m, room.range_m);
+}
+
+PipelineConfig from_model(const SensorModel& sensor, Computer computer) noexcept {
+  PipelineConfig config;
+  apply_data_sheet(sensor, config);
+  apply_pattern(sensor, config);
+  apply_computer(computer, config);
+  return config;
+}
+
+}  // namespace
+
+PipelineConfig preset(SensorKind sensor) noexcept { return preset(sensor, Computer::kServer); }
+
+PipelineConfig preset(SensorKind sensor, Computer computer) noexcept {
+  return from_model(sensor_model(sensor), computer);
+}
+
+Expected<PipelineConfig> preset(const SensorModel& sensor, Computer computer) noexcept {
+  const Error invalid = sensor.validate();
+  if (!invalid.ok()) return invalid;
+  const PipelineConfig config = from_model(sensor, computer);
+  const Error unusable = config.validate();
+  if (!unusable.ok()) return unusable;
   return config;
 }
 

@@ -43,8 +43,8 @@ float confidence_of(float evidence, float smaller_place, float overlap) noexcept
 }
 
 // The pose without its tilt. Heights of keypoints are the ground's, which a sensor that hardly sees
-// the ground knows badly: a tilt fitted to them is worth less than gravity, and the median of the
-// height differences more than their mean. The planes determine what tilt there is.
+// the ground measures badly: gravity is more accurate than a tilt fitted to them, and the median of
+// the height differences more than their mean. The planes determine what tilt there is.
 Pose levelled(const Pose& pose, std::span<const PointPair> pairs) noexcept {
   const PlanarPose above = seen_from_above(pose);
   Pose result;

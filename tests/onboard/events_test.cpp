@@ -39,11 +39,11 @@ TEST_CASE("keyframes, refusals, jumps and drops are written as events, in order"
   scene.columns = 180;
   scene.boxes = {standing_box({8.0, 0.0, 1.5}, {0.3, 6.0, 1.5})};
   const LabelledScan scan = scene.scan(sensor_at(0, 0), 0.0);
-  pipeline->add_scan(scan.view(), sensor_at(0, 0), 100);
+  (void)pipeline->add_scan(scan.view(), sensor_at(0, 0), 100);
   CHECK(log.take().empty());
-  pipeline->add_scan(scan.view(), sensor_at(0, 0), 100);
-  pipeline->add_scan(PointView{}, sensor_at(0, 0), 200);
-  pipeline->add_scan(scan.view(), sensor_at(90, 0), 300);
+  (void)pipeline->add_scan(scan.view(), sensor_at(0, 0), 100);
+  (void)pipeline->add_scan(PointView{}, sensor_at(0, 0), 200);
+  (void)pipeline->add_scan(scan.view(), sensor_at(90, 0), 300);
   const auto records = log.take();
   REQUIRE(records.size() >= 5);
   CHECK(records[0].id == static_cast<std::uint32_t>(EventId::kScanRefused));

@@ -380,8 +380,8 @@ TEST_CASE("points may lie anywhere in the caller's records") {
   OwnedPipeline dense(small_config());
   REQUIRE(strided->add_scan(view, sensor_at(0, 0), 1).error.code == ErrorCode::kOk);
   REQUIRE(dense->add_scan(scan.view(), sensor_at(0, 0), 1).error.code == ErrorCode::kOk);
-  strided->flush();
-  dense->flush();
+  (void)strided->flush();
+  (void)dense->flush();
   const auto a = strided->keyframe().static_cells;
   const auto b = dense->keyframe().static_cells;
   REQUIRE(a.size() == b.size());

@@ -1,35 +1,13 @@
-// Runs a pipeline over scans and keeps everything it says.
+// Test runs: a pipeline over the scans of a scene, with everything it outputs.
 #pragma once
 
 #include <cstdlib>
-#include <memory>
 #include <vector>
 
 #include "scene.hpp"
-#include "unimapper/onboard/pipeline.hpp"
+#include "unimapper/onboard/owned_pipeline.hpp"
 
 namespace unimapper::test {
-
-/// A pipeline in a block of its own.
-class OwnedPipeline {
- public:
-  explicit OwnedPipeline(const PipelineConfig& config) {
-    const std::size_t bytes = Pipeline::required_bytes(config);
-    block_.reset(static_cast<std::byte*>(std::aligned_alloc(64, bytes)));
-    auto created = Pipeline::create(config, {block_.get(), bytes});
-    if (created.ok()) pipeline_ = created.value();
-  }
-  Pipeline* operator->() { return pipeline_; }
-  Pipeline& operator*() { return *pipeline_; }
-  explicit operator bool() const { return pipeline_ != nullptr; }
-
- private:
-  struct Free {
-    void operator()(std::byte* p) const { std::free(p); }
-  };
-  std::unique_ptr<std::byte, Free> block_;
-  Pipeline* pipeline_ = nullptr;
-};
 
 /// Small capacities, so that a test takes milliseconds.
 inline PipelineConfig small_config() {

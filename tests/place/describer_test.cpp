@@ -311,3 +311,29 @@ TEST_CASE("what does not fit is counted and the rest is sound") {
   require_sound({{place.keypoints.begin(), place.keypoints.end()},
                  {place.planes.begin(), place.planes.end()}});
 }
+
+TEST_CASE("of too many cells a share from everywhere is described, not the first ones") {
+  std::vector<FineCell> cells = observe(make_place(31), standing_at(0, 0, 1.9, 0));
+  std::sort(cells.begin(), cells.end(),
+            [](const FineCell& a, const FineCell& b) { return a.position.x() < b.position.x(); });
+  const auto structure = static_cast<std::uint32_t>(
+      std::count_if(cells.begin(), cells.end(), [](const FineCell& c) { return c.ground == 0; }));
+  const auto sides = [&](std::uint32_t max_cells, std::uint64_t dropped) {
+    DescriptorConfig config;
+    config.max_cells = max_cells;
+    Laid<PlaceDescriber> describer(config);
+    const PlaceView place = describer->describe(cells);
+    CHECK(describer->dropped() >= dropped);
+    const auto east = std::count_if(place.keypoints.begin(), place.keypoints.end(),
+                                    [](const Keypoint& k) { return k.position.x() > 5.0F; });
+    const auto west = std::count_if(place.keypoints.begin(), place.keypoints.end(),
+                                    [](const Keypoint& k) { return k.position.x() < -5.0F; });
+    return std::pair(west, east);
+  };
+  const auto [all_west, all_east] = sides(structure, 0);
+  REQUIRE(all_west > 10);
+  REQUIRE(all_east > 10);
+  const auto [west, east] = sides(structure * 6 / 10, structure * 4 / 10);
+  CHECK(2 * west > all_west);
+  CHECK(2 * east > all_east);
+}

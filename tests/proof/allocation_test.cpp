@@ -26,17 +26,17 @@ std::uint64_t count_run(const PipelineConfig& config, const std::vector<Labelled
   std::int64_t stamp = 0;
   for (const LabelledScan& scan : scans) {
     // Every refusal occurs: time, pose, jump, no valid point.
-    pipeline->add_scan(scan.view(), sensor_at(0, 0), -1);
-    pipeline->add_scan(scan.view(), sensor_at(1e12, 0), stamp + 1);
-    pipeline->add_scan(PointView{}, sensor_at(0, 0), stamp + 1);
+    (void)pipeline->add_scan(scan.view(), sensor_at(0, 0), -1);
+    (void)pipeline->add_scan(scan.view(), sensor_at(1e12, 0), stamp + 1);
+    (void)pipeline->add_scan(PointView{}, sensor_at(0, 0), stamp + 1);
     const ScanResult result = pipeline->add_scan(
         scan.view(), sensor_at(0.1 * static_cast<double>(keyframes), 0), ++stamp);
     if (!result.keyframe_ready || !encoding.encode(pipeline->keyframe())) continue;
     ++keyframes;
     for (std::size_t s = 0; s < pipeline->keyframe().scans.size(); ++s) pipeline->labels(s, labels);
   }
-  pipeline->add_scan(scans.front().view(), sensor_at(500.0, 0), ++stamp);
-  pipeline->flush();
+  (void)pipeline->add_scan(scans.front().view(), sensor_at(500.0, 0), ++stamp);
+  (void)pipeline->flush();
   return AllocationGuard::count() - before;
 }
 

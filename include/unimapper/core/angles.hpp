@@ -1,4 +1,4 @@
-// Trigonometry without the maths library, whose last bit differs between platforms.
+// Portable trigonometry: the same bits on every platform.
 #pragma once
 
 #include <cmath>

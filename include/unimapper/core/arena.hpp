@@ -1,4 +1,4 @@
-// One caller-supplied block of memory, handed out front to back and never given back.
+// Bump allocator over one block of the caller's memory.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,7 @@
 namespace unimapper {
 
 /// Hands out 64-byte aligned arrays from one block. Laying out a component twice, first on a
-/// measuring arena and then on the real one, makes the required size exact by construction:
-/// there is no second formula that could disagree.
+/// measuring arena and then on the real one, makes the required size exact by construction.
 ///
 /// A measuring arena returns null pointers and only counts. A real arena returns null when the
 /// block is exhausted; `exhausted()` then stays true. Memory is zeroed as it is handed out,
@@ -47,7 +46,7 @@ class Arena {
 
   /// True for an arena without memory, which only counts bytes.
   [[nodiscard]] bool is_measuring() const noexcept { return base_ == nullptr; }
-  /// True once more was asked for than there is.
+  /// True once a request did not fit.
   [[nodiscard]] bool exhausted() const noexcept { return exhausted_; }
   /// Bytes handed out, or that would have been handed out.
   [[nodiscard]] std::size_t used() const noexcept { return used_; }

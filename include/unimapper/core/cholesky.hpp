@@ -1,4 +1,4 @@
-// Small symmetric positive definite systems.
+// Cholesky factorisation of small symmetric positive definite systems.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// Noteworthy events as binary records: written without waiting, read by another thread.
+// Single-producer, single-consumer ring of event records.
 #pragma once
 
 #include <atomic>

@@ -1,8 +1,10 @@
-// A value or an error, for code that is built without exceptions.
+// Value or error, for code that is built without exceptions.
 #pragma once
 
 #include <cstdint>
 #include <utility>
+
+#include "unimapper/core/assert.hpp"
 
 namespace unimapper {
 
@@ -21,27 +23,40 @@ enum class ErrorCode : std::uint8_t {
   kBufferTooSmall,    ///< the result needs more bytes than the caller's buffer has
 };
 
-/// An error as a value: a code, and a static sentence that says what to do about it.
-struct Error {
+/// An error as a value: a code, and a static sentence that says what to do about it. Must be used.
+struct [[nodiscard]] Error {
   ErrorCode code = ErrorCode::kOk;
   const char* message = "";
+
+  [[nodiscard]] constexpr bool ok() const noexcept { return code == ErrorCode::kOk; }
 };
 
 /// A must-use value or error. `T` must be default constructible and movable.
-/// No heap, no exceptions; asking for the value of an error returns the default value.
+/// No heap, no exceptions. Asking for the value of an error is a programming mistake and stops the
+/// program (see `UNIMAPPER_ASSERT`): no default value is ever mistaken for a result.
 template <typename T>
 class [[nodiscard]] Expected {
  public:
   Expected(T value) noexcept : value_(std::move(value)) {}  // NOLINT: implicit by design
   Expected(Error error) noexcept : error_(error) {}         // NOLINT: implicit by design
 
-  [[nodiscard]] bool ok() const noexcept { return error_.code == ErrorCode::kOk; }
+  [[nodiscard]] bool ok() const noexcept { return error_.ok(); }
   explicit operator bool() const noexcept { return ok(); }
 
-  T& value() noexcept { return value_; }
-  const T& value() const noexcept { return value_; }
-  T& operator*() noexcept { return value_; }
-  T* operator->() noexcept { return &value_; }
+  /// Only where `ok()`.
+  [[nodiscard]] T& value() noexcept {
+    UNIMAPPER_ASSERT(ok(), error_.message);
+    return value_;
+  }
+  [[nodiscard]] const T& value() const noexcept {
+    UNIMAPPER_ASSERT(ok(), error_.message);
+    return value_;
+  }
+  T& operator*() noexcept { return value(); }
+  const T& operator*() const noexcept { return value(); }
+  T* operator->() noexcept { return &value(); }
+  const T* operator->() const noexcept { return &value(); }
+  /// `kOk` where there is a value.
   [[nodiscard]] const Error& error() const noexcept { return error_; }
 
  private:

@@ -1,4 +1,4 @@
-// A vector whose capacity is fixed when it is laid out in an arena.
+// Vector of fixed capacity, laid out in an arena.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Free-space images as few bytes.
+// Compression of free-space images.
 #pragma once
 
 #include <cstddef>

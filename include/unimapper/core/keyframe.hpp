@@ -33,7 +33,7 @@ struct FreeSpaceImage {
   std::span<const std::uint16_t> pixels;
 };
 
-/// A repeatable spot of the static scene (paper section V-A), in the levelled keyframe frame.
+/// A repeatable point of the static scene (paper section V-A), in the levelled keyframe frame.
 struct Keypoint {
   Eigen::Vector3f position;  ///< metres
   Eigen::Vector3f normal;    ///< unit normal of the plane it was projected onto
@@ -49,8 +49,7 @@ struct PlanePatch {
 
 /// What one keyframe looks like to loop search, in its levelled frame (paper section V-A).
 /// Triangles are not part of it: they follow from the keypoints, bit-identically, wherever they are
-/// needed
-/// (`build_triangles`), so only keypoints travel over the link.
+/// needed, so only keypoints are transmitted.
 struct PlaceView {
   std::span<const Keypoint> keypoints;
   std::span<const PlanePatch> planes;

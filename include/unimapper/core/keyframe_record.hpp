@@ -1,4 +1,4 @@
-// A keyframe as the base station holds it.
+// Keyframe record: a keyframe as the base station stores it.
 #pragma once
 
 #include <cstdint>

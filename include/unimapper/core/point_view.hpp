@@ -1,4 +1,4 @@
-// A scan as it lies in the user's memory.
+// Strided view of a scan in the caller's memory.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,4 @@
-// Grids on which positions and normals are rounded, so that a robot and a base station compute with
-// the same numbers.
+// Quantisation of positions and normals, the same on robot and base.
 #pragma once
 
 #include <Eigen/Core>

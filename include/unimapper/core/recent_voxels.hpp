@@ -1,4 +1,4 @@
-// The voxels met last, for loops over points that lie side by side.
+// Cache of the voxels visited last, for loops over neighbouring points.
 #pragma once
 
 #include <cstdint>
@@ -7,12 +7,12 @@
 
 namespace unimapper {
 
-/// Remembers what a table said about the eight voxels met last, one for each combination of odd and
+/// Caches the table entries of the eight voxels visited last, one for each combination of odd and
 /// even indices: the voxels around a corner never push each other out. Spares the table most
 /// look-ups when neighbouring points follow each other.
 class RecentVoxels {
  public:
-  /// The entry of a voxel, asked of `look_up(key)` if the voxel is not among those remembered.
+  /// The entry of a voxel; calls `look_up(key)` if it is not cached.
   /// Valid as long as the table only grows.
   template <typename LookUp>
   std::uint32_t entry(const VoxelIndex& index, const LookUp& look_up) noexcept {

@@ -1,9 +1,11 @@
-// The LiDARs the presets know.
+// LiDAR models: data-sheet figures of known sensors, and of any other.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <string_view>
+
+#include "unimapper/core/expected.hpp"
 
 namespace unimapper {
 
@@ -22,19 +24,25 @@ enum class SensorKind : std::uint8_t {
 /// How a sensor scans; decides how range evidence is rasterised.
 enum class ScanPattern : std::uint8_t { kSpinning, kRaster, kNonRepetitive };
 
-/// Data-sheet figures of one LiDAR.
+/// Data-sheet figures of one LiDAR. For one that no preset knows, fill in every figure and hand the
+/// model to `preset(model)`: what is left out is refused.
 struct SensorModel {
-  SensorKind kind;
+  SensorKind kind = SensorKind::kGeneric;
   std::string_view name;  ///< canonical spelling, e.g. "os2-128"
-  ScanPattern pattern;
-  float horizontal_fov_deg;  ///< full width
-  float elevation_min_deg;
-  float elevation_max_deg;
-  float range_min_m;
-  float range_max_m;
-  std::uint32_t rings;            ///< scan lines; 0 if the pattern does not repeat
-  std::uint32_t points_per_scan;  ///< rays per scan at `scan_rate_hz`
-  float scan_rate_hz;
+  ScanPattern pattern = ScanPattern::kSpinning;
+  float horizontal_fov_deg = 0.0F;  ///< full width about the x axis, degrees. [10, 360]
+  float elevation_min_deg = 0.0F;   ///< lowest and highest ray, degrees. -90 <= min < max <= 90,
+  float elevation_max_deg = 0.0F;   ///< at least 1 apart
+  float range_min_m = 0.0F;         ///< metres. 0 <= min < max <= 500
+  float range_max_m = 0.0F;
+  /// Scan lines. [2, 1024] where they repeat, which range images of spinning sensors follow; 0 if
+  /// the pattern does not repeat.
+  std::uint32_t rings = 0;
+  std::uint32_t points_per_scan = 0;  ///< rays per scan at `scan_rate_hz`. [100, 3300000]
+  float scan_rate_hz = 0.0F;          ///< (0, 200]
+
+  /// `kOk`, or the first figure that no LiDAR can have, in words.
+  [[nodiscard]] Error validate() const noexcept;
 };
 
 /// All models, the generic one first.

@@ -231,6 +231,11 @@ enum class Computer : std::uint8_t {
 /// to recognise, a shorter range, fewer cells. docs/porting.md tells the bytes of each.
 [[nodiscard]] PipelineConfig preset(SensorKind sensor, Computer computer) noexcept;
 
+/// The same for a LiDAR that no preset knows, from its data sheet. `kInvalidConfig` where a figure
+/// cannot be right (see `SensorModel`). For a known model it is what `preset(model.kind)` gives.
+[[nodiscard]] Expected<PipelineConfig> preset(const SensorModel& sensor,
+                                              Computer computer = Computer::kServer) noexcept;
+
 /// The paper taken literally: free columns only, symmetric log-odds, candidates next to ground,
 /// no components. For comparison.
 [[nodiscard]] PipelineConfig paper_preset(SensorKind sensor) noexcept;

@@ -35,7 +35,7 @@ struct KeyframeView : KeyframeContent {
 
 /// What became of a scan. Look at both members: a jump of the pose refuses the scan *and* closes
 /// the keyframe that was open.
-struct ScanResult {
+struct [[nodiscard]] ScanResult {
   /// `kOk`, or why the scan was refused. A refused scan gets no labels, but it takes a scan
   /// index: `KeyframeScan::scan_index` counts every call. Apart from that, and from a jump of the
   /// pose, it leaves the state unchanged.

@@ -10,9 +10,9 @@
 #include "src/apps/onboard/event_log.hpp"
 #include "src/apps/onboard/replay.hpp"
 #include "src/apps/onboard/setup.hpp"
-#include "unimapper/core/arena.hpp"
 #include "unimapper/core/voxel_key.hpp"
 #include "unimapper/merge/loops_csv.hpp"
+#include "unimapper/onboard/owned_pipeline.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 
 namespace unimapper::apps {
@@ -41,32 +41,13 @@ datasets::Format format_of(const OnboardOptions& options) {
   return *format;
 }
 
-/// Memory block of the pipeline.
-class PipelineMemory {
- public:
-  explicit PipelineMemory(const PipelineConfig& config) : bytes_(Pipeline::required_bytes(config)) {
-    const std::size_t rounded =
-        (bytes_ + Arena::kAlignment - 1) / Arena::kAlignment * Arena::kAlignment;
-    block_.reset(static_cast<std::byte*>(std::aligned_alloc(Arena::kAlignment, rounded)));
-    if (block_ == nullptr) {
-      throw std::runtime_error("the pipeline needs " + std::to_string(bytes_ >> 20U) +
-                               " MiB of memory, which this computer does not have");
-    }
-    const auto created = Pipeline::create(config, {block_.get(), bytes_});
-    if (!created) throw std::runtime_error(created.error().message);
-    pipeline_ = created.value();
-  }
-  [[nodiscard]] Pipeline& pipeline() { return *pipeline_; }
-  [[nodiscard]] std::size_t bytes() const { return bytes_; }
-
- private:
-  struct Free {
-    void operator()(std::byte* block) const { std::free(block); }
-  };
-  std::size_t bytes_;
-  std::unique_ptr<std::byte, Free> block_;
-  Pipeline* pipeline_ = nullptr;
-};
+/// Throws where the pipeline was refused, with the reason.
+void require(const OwnedPipeline& pipeline) {
+  if (pipeline.ok()) return;
+  std::string reason = pipeline.error().message;
+  if (pipeline.bytes() > 0) reason += ", " + std::to_string(pipeline.bytes() >> 20U) + " MiB";
+  throw std::runtime_error(reason);
+}
 
 /// Earlier places are inserted first and would be forgotten first, so the capacity must hold all.
 void enlarge_capacity_for(const std::vector<EarlierSession>& earlier, std::size_t scans,
@@ -154,7 +135,8 @@ void run_onboard(const OnboardOptions& options) {
   RunFolder folder(options.out);
   EventLog events(folder.event_log());
   config.events = events.ring();
-  PipelineMemory memory(config);
+  OwnedPipeline pipeline(config);
+  require(pipeline);
 
   const SessionInfo info{session_id(folder.session_name(), dataset->stamp_ns(0)),
                          folder.session_name(), std::string(sensor.model->name)};
@@ -165,10 +147,10 @@ void run_onboard(const OnboardOptions& options) {
 
   RunStatistics statistics;
   KnownKeyframes known(info.name, earlier);
-  known.insert_into(memory.pipeline().places());
+  known.insert_into(pipeline->places());
   lcm_port::SessionLogWriter log(folder.keyframe_log(), info);
   const auto publisher = open_publisher(options, info);
-  Replay replay(*dataset, memory.pipeline(),
+  Replay replay(*dataset, *pipeline,
                 {.session = info.id,
                  .scans = scans,
                  .realtime = options.realtime,
@@ -186,7 +168,7 @@ void run_onboard(const OnboardOptions& options) {
   events.finish();
   folder.write_text("loops.csv", merge::format_loops_csv(replay.loops()));
   RunStatistics::Run run{.allocations_after_start = replay.allocations(),
-                         .arena_bytes = memory.bytes(),
+                         .arena_bytes = pipeline.bytes(),
                          .realtime = options.realtime,
                          .published = publisher != nullptr,
                          .keyframes_not_published = 0};

@@ -1,0 +1,97 @@
+// Presets from a sensor's data sheet.
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <string>
+
+#include "tests/random.hpp"
+#include "unimapper/onboard/config.hpp"
+#include "unimapper/onboard/owned_pipeline.hpp"
+
+using namespace unimapper;
+
+namespace {
+
+/// What a preset decides.
+bool same(const PipelineConfig& a, const PipelineConfig& b) {
+  return a.keyframe.range_min_m == b.keyframe.range_min_m &&
+         a.keyframe.range_max_m == b.keyframe.range_max_m &&
+         a.keyframe.max_points_per_scan == b.keyframe.max_points_per_scan &&
+         a.voxel.max_cells == b.voxel.max_cells && a.voxel.max_voxels == b.voxel.max_voxels &&
+         a.voxel.max_window_blocks == b.voxel.max_window_blocks &&
+         a.ground.propagation_voxels == b.ground.propagation_voxels &&
+         a.free_space.images_per_keyframe == b.free_space.images_per_keyframe &&
+         a.free_space.horizontal_fov_deg == b.free_space.horizontal_fov_deg &&
+         a.free_space.elevation_min_deg == b.free_space.elevation_min_deg &&
+         a.free_space.elevation_max_deg == b.free_space.elevation_max_deg &&
+         a.free_space.azimuth_resolution_deg == b.free_space.azimuth_resolution_deg &&
+         a.free_space.elevation_resolution_deg == b.free_space.elevation_resolution_deg &&
+         a.free_space.full_weight_range_m == b.free_space.full_weight_range_m &&
+         a.descriptor.max_cells == b.descriptor.max_cells &&
+         a.loop_search.max_places == b.loop_search.max_places;
+}
+
+constexpr Computer kComputers[] = {Computer::kServer, Computer::kJetson, Computer::kRaspberryPi,
+                                   Computer::kArmv7With64Mb};
+
+}  // namespace
+
+TEST_CASE("a known sensor's data sheet gives the preset of its kind, on every computer") {
+  for (const SensorModel& model : sensor_models()) {
+    for (const Computer computer : kComputers) {
+      CAPTURE(std::string(model.name), static_cast<int>(computer));
+      const Expected<PipelineConfig> config = preset(model, computer);
+      REQUIRE(config.ok());
+      CHECK(same(*config, preset(model.kind, computer)));
+    }
+  }
+}
+
+TEST_CASE("a data sheet with a mistake is refused in words, up to the owning pipeline") {
+  SensorModel model = sensor_model(SensorKind::kVlp16);
+  model.range_max_m = 0.0F;
+  const Expected<PipelineConfig> config = preset(model);
+  REQUIRE_FALSE(config.ok());
+  CHECK(config.error().code == ErrorCode::kInvalidConfig);
+  CHECK_THAT(std::string(config.error().message), Catch::Contains("range_max_m"));
+  OwnedPipeline pipeline(config);
+  CHECK_FALSE(pipeline.ok());
+  CHECK(pipeline.bytes() == 0);
+  CHECK(std::string(pipeline.error().message) == config.error().message);
+}
+
+TEST_CASE("every valid data sheet gives a valid configuration") {
+  test::Random random(7);
+  const auto whole = [&](double low, double high) {
+    return static_cast<std::uint32_t>(random.uniform(low, high));
+  };
+  const auto real = [&](double low, double high) {
+    return static_cast<float>(random.uniform(low, high));
+  };
+  for (int i = 0; i < 2000; ++i) {
+    SensorModel model;
+    model.pattern = static_cast<ScanPattern>(whole(0, 3));
+    model.horizontal_fov_deg = i % 7 == 0 ? 360.0F : real(10, 360);
+    model.elevation_min_deg = i % 5 == 0 ? -90.0F : real(-90, 88);
+    model.elevation_max_deg = i % 11 == 0 ? 90.0F : real(model.elevation_min_deg + 1.01, 90);
+    model.range_min_m = real(0, 5);
+    model.range_max_m = real(model.range_min_m + 0.1, 500);
+    model.rings = i % 3 == 0 ? 2 : whole(2, 1025);
+    model.points_per_scan = i % 13 == 0 ? 3300000 : whole(100, 300000);
+    model.scan_rate_hz = real(1, 100);
+    REQUIRE(std::string(model.validate().message).empty());
+    for (const Computer computer : kComputers) {
+      const Expected<PipelineConfig> config = preset(model, computer);
+      CAPTURE(i, config.error().message);
+      REQUIRE(config.ok());
+    }
+  }
+}
+
+TEST_CASE("an owning pipeline takes exactly what the pipeline needs, once") {
+  PipelineConfig config = preset(SensorKind::kVlp16, Computer::kArmv7With64Mb);
+  OwnedPipeline pipeline(config);
+  REQUIRE(pipeline.ok());
+  CHECK(pipeline.bytes() == Pipeline::required_bytes(config));
+  CHECK(pipeline->config().loop_search.max_places == config.loop_search.max_places);
+  CHECK((*pipeline).keyframe().static_cells.empty());
+}

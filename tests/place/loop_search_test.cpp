@@ -1,0 +1,202 @@
+// Loop search on hand-made places: what counts once, what competes, what is bounded.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "synthetic_place.hpp"
+#include "tests/random.hpp"
+#include "unimapper/core/voxel_key.hpp"
+#include "unimapper/place/database.hpp"
+
+namespace {
+
+using namespace unimapper;
+using test::Laid;
+using test::Random;
+using test::standing_at;
+
+constexpr PlaceId kQuery{9, 0};
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+const Pose kOrigin;
+
+struct Description {
+  std::vector<Keypoint> keypoints;
+  std::vector<PlanePatch> planes;
+  [[nodiscard]] PlaceView view() const { return {keypoints, planes}; }
+};
+
+/// Keypoints with random positions and columns, and upright planes, within 30 m.
+Description random_place(std::uint64_t seed, int keypoints, int planes = 80) {
+  Random random(seed);
+  Description place;
+  const auto position = [&](double z) {
+    return Eigen::Vector3f(static_cast<float>(random.uniform(-30, 30)),
+                           static_cast<float>(random.uniform(-30, 30)), static_cast<float>(z));
+  };
+  for (int i = 0; i < keypoints; ++i) {
+    const std::uint64_t column = mix_bits(seed * 1000 + static_cast<std::uint64_t>(i));
+    place.keypoints.push_back({position(0), Eigen::Vector3f::UnitX(), column, 100});
+  }
+  for (int i = 0; i < planes; ++i) {
+    const double bearing = random.uniform(0, 6.28);
+    place.planes.push_back(
+        {position(random.uniform(0, 6)),
+         {static_cast<float>(std::cos(bearing)), static_cast<float>(std::sin(bearing)), 0.0F}});
+  }
+  return place;
+}
+
+LoopSearchConfig small() {
+  LoopSearchConfig config;
+  config.max_places = 40;
+  return config;
+}
+
+/// Confidence of the answer from `session`; -1 if there is none.
+double confidence_of(std::span<const LoopCandidate> found, std::uint32_t session) {
+  for (const LoopCandidate& candidate : found) {
+    if (candidate.match.session == session) return static_cast<double>(candidate.confidence);
+  }
+  return -1.0;
+}
+
+}  // namespace
+
+TEST_CASE("a target keypoint is paired with one query keypoint only") {
+  const Description target = random_place(1, 30);
+  Description query = target;
+  for (const Keypoint& keypoint : target.keypoints) {
+    Keypoint beside = keypoint;
+    beside.position.x() += 0.3F;
+    query.keypoints.push_back(beside);
+  }
+  Laid<PlaceDatabase> database(small());
+  database->insert(target.view(), {1, 0}, kOrigin);
+  const auto found = database->search(query.view(), kQuery, {});
+  REQUIRE(found.size() == 1);
+  CHECK(found[0].inliers > 25);
+  CHECK(found[0].inliers <= 30);
+}
+
+TEST_CASE("of three sessions none lowers another's confidence, wherever its map lies") {
+  const Description place = random_place(2, 40);
+  const auto search = [&](const std::vector<std::pair<PlaceId, Pose>>& stored) {
+    Laid<PlaceDatabase> database(small());
+    for (const auto& [id, pose] : stored) database->insert(place.view(), id, pose);
+    return confidence_of(database->search(place.view(), kQuery, {}), 1);
+  };
+  const std::pair<PlaceId, Pose> first{{1, 0}, kOrigin};
+  const double alone = search({first});
+  REQUIRE(alone > 0.95);
+  CHECK(search({first, {{2, 0}, standing_at(300, 0, 0, 1)}}) == alone);
+  CHECK(
+      search({first, {{2, 0}, standing_at(300, 0, 0, 1)}, {{3, 0}, standing_at(-80, 40, 0, 2)}}) ==
+      alone);
+  // The same place twice in one session, farther apart than odometry drifts: one must be wrong.
+  CHECK(search({first, {{1, 100}, standing_at(300, 0, 0, 1)}}) < 0.5);
+  CHECK(search({first, {{1, 100}, standing_at(10, 0, 0, 0)}}) == alone);
+}
+
+TEST_CASE("a place that is ambiguous in one session leaves another session's confidence") {
+  const Description distinct = random_place(3, 40);
+  Description repeated = distinct;  // most of the structure once more, 6 m farther
+  for (std::size_t i = 0; i < 34; ++i) {
+    Keypoint shifted = distinct.keypoints[i];
+    shifted.position.x() += 6.0F;
+    repeated.keypoints.push_back(shifted);
+  }
+  LoopSearchConfig config = small();
+  config.max_per_session = 1;  // so that the competing pose is found by the check alone
+  const auto search = [&](bool first, bool second) {
+    Laid<PlaceDatabase> database(config);
+    // Both put the query at the same coordinates, each in a frame of its own.
+    if (first) database->insert(repeated.view(), {1, 0}, kOrigin);
+    if (second) database->insert(distinct.view(), {2, 0}, kOrigin);
+    const auto found = database->search(distinct.view(), kQuery, {});
+    return std::pair(confidence_of(found, 1), confidence_of(found, 2));
+  };
+  const double ambiguous = search(true, false).first;
+  const double unambiguous = search(false, true).second;
+  REQUIRE(ambiguous >= 0.0);
+  REQUIRE(ambiguous < unambiguous - 0.05);
+  CHECK(search(true, true) == std::pair(ambiguous, unambiguous));
+}
+
+TEST_CASE("keypoints and planes that are not finite are left out one by one, and counted") {
+  const Description good = random_place(4, 40);
+  Description bad = good;
+  for (int axis = 0; axis < 3; ++axis) {
+    PlanePatch patch = good.planes[0];
+    patch.center(axis) = kNan;
+    bad.planes.insert(bad.planes.begin(), patch);
+    patch = good.planes[0];
+    patch.normal(axis) = std::numeric_limits<float>::infinity();
+    bad.planes.push_back(patch);
+    Keypoint keypoint = good.keypoints[0];
+    keypoint.position(axis) = kNan;
+    bad.keypoints.insert(bad.keypoints.begin() + 5, keypoint);
+  }
+  Laid<PlaceDatabase> clean(small());
+  Laid<PlaceDatabase> hostile(small());
+  clean->insert(good.view(), {1, 0}, kOrigin);
+  hostile->insert(bad.view(), {1, 0}, kOrigin);
+  CHECK(clean->dropped() == 0);
+  CHECK(hostile->dropped() == 9);
+  const auto expected = clean->search(good.view(), kQuery, {});
+  const auto found = hostile->search(good.view(), kQuery, {});
+  REQUIRE(expected.size() == 1);
+  REQUIRE(found.size() == 1);
+  CHECK(found[0].confidence == expected[0].confidence);
+  CHECK(found[0].plane_overlap == expected[0].plane_overlap);
+}
+
+TEST_CASE("a search compares no more triangles than allowed") {
+  constexpr std::uint32_t kPlaces = 30;
+  const Description place = random_place(5, 60);
+  const auto most_votes = [&](std::uint32_t max_compared) {
+    LoopSearchConfig config = small();
+    config.max_compared = max_compared;
+    REQUIRE(config.validate().ok());
+    Laid<PlaceDatabase> database(config);
+    for (std::uint32_t i = 0; i < kPlaces; ++i) database->insert(place.view(), {i, 0}, kOrigin);
+    std::uint32_t votes = 0;
+    for (const LoopCandidate& candidate : database->search(place.view(), {kPlaces, 0}, {})) {
+      votes = std::max(votes, candidate.votes);
+    }
+    return votes;
+  };
+  // Every triangle compared votes once, with a weight of at most 4.
+  CHECK(most_votes(1000) > 0);
+  CHECK(most_votes(1000) * kPlaces <= 4 * 1000);
+  CHECK(most_votes(220000) * kPlaces > 2 * 4 * 1000);
+}
+
+TEST_CASE("a pose that too few keypoints agree on is no hypothesis") {
+  const Description place = random_place(6, 8);
+  LoopSearchConfig config = small();
+  const auto answers = [&] {
+    Laid<PlaceDatabase> database(config);
+    database->insert(place.view(), {1, 0}, kOrigin);
+    return database->search(place.view(), kQuery, {}).size();
+  };
+  config.min_inliers = 8;
+  CHECK(answers() == 1);
+  config.min_inliers = 9;
+  CHECK(answers() == 0);
+}
+
+TEST_CASE("triangles that find no room in their bucket are counted") {
+  LoopSearchConfig config = small();
+  config.max_bucket = 5;
+  Laid<PlaceDatabase> database(config);
+  const Description place = random_place(7, 30);
+  for (std::uint32_t i = 0; i < 5; ++i) database->insert(place.view(), {1, i}, kOrigin);
+  const std::uint64_t before = database->dropped();
+  database->insert(place.view(), {1, 5}, kOrigin);
+  const std::uint64_t sixth = database->dropped() - before;
+  CHECK(sixth > 50);
+  database->insert(place.view(), {1, 6}, kOrigin);
+  CHECK(database->dropped() - before == 2 * sixth);
+}
