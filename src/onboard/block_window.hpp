@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <span>
 
-#include "block.hpp"
 #include "grid.hpp"
 #include "tile_directory.hpp"
 #include "unimapper/core/arena.hpp"
+#include "unimapper/free_space/block.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {
@@ -18,13 +18,6 @@ struct BlockHistory {
   std::uint64_t dynamic;  ///< of the occupied ones
   std::uint64_t proven;   ///< of the dynamic ones: in their own right
   std::uint32_t first;    ///< row of the first one in that keyframe's table
-};
-
-/// From a block to one that touches it: -1, 0 or 1 along each axis.
-struct BlockOffset {
-  std::int32_t x;
-  std::int32_t y;
-  std::int32_t z;
 };
 
 /// The blocks (4 x 4 x 4 cells) that any keyframe of the window occupies. A block is looked up

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <span>
 
-#include "block.hpp"
 #include "unimapper/core/arena.hpp"
+#include "unimapper/free_space/block.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {

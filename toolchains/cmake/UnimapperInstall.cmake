@@ -1,6 +1,6 @@
 # Installation and export of the onboard libraries for find_package(unimapper).
 #
-# core, place and onboard for C++, unimapper.h with a shared and a static library for C.
+# core, free_space, place and onboard for C++, unimapper.h with a shared and a static library for C.
 include(CMakePackageConfigHelpers)
 
 install(TARGETS unimapper_c unimapper_c_static
@@ -14,10 +14,11 @@ configure_file("${CMAKE_CURRENT_LIST_DIR}/unimapper_c.pc.in"
   "${CMAKE_BINARY_DIR}/unimapper_c.pc" @ONLY)
 install(FILES "${CMAKE_BINARY_DIR}/unimapper_c.pc"
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
-install(TARGETS unimapper_core unimapper_place unimapper_onboard
+install(TARGETS unimapper_core unimapper_free_space unimapper_place unimapper_onboard
   EXPORT unimapperTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY include/unimapper/core include/unimapper/place include/unimapper/onboard
+install(DIRECTORY include/unimapper/core include/unimapper/free_space include/unimapper/place
+    include/unimapper/onboard
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/unimapper)
 install(EXPORT unimapperTargets NAMESPACE unimapper::
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/unimapper)
