@@ -1,11 +1,10 @@
-// Registration clouds and free-space views of keyframes, made once and on demand.
+// Registration clouds of keyframes, built on demand
 #pragma once
 
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "free_space_view.hpp"
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/registration.hpp"
@@ -26,8 +25,8 @@ class KeyframeClouds {
   [[nodiscard]] const RegistrationCloud& cloud(KeyframeRef k) const {
     return *clouds_[k.session][k.keyframe];
   }
-  [[nodiscard]] const FreeSpaceView& view(KeyframeRef k) const {
-    return *views_[k.session][k.keyframe];
+  [[nodiscard]] const KeyframeRecord& record(KeyframeRef k) const {
+    return sessions_[k.session].keyframes[k.keyframe];
   }
 
  private:
@@ -37,7 +36,6 @@ class KeyframeClouds {
   const RegistrationConfig& config_;
   unsigned threads_;
   std::vector<std::vector<std::unique_ptr<RegistrationCloud>>> clouds_;
-  std::vector<std::vector<std::unique_ptr<FreeSpaceView>>> views_;
 };
 
 }  // namespace unimapper::merge

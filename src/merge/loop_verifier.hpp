@@ -1,4 +1,4 @@
-// Geometry's word on a proposed loop.
+// Geometric verification of loop proposals
 #pragma once
 
 #include <span>

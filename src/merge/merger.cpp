@@ -240,7 +240,7 @@ class Merger {
     result_.map = unite(part);
     end(std::to_string(result_.map.size()) + " points");
     begin("changes between sessions");
-    result_.changes = find_changes(sessions_, result_.sessions, part, config_.map, config_.threads);
+    result_.changes = find_changes(sessions_, result_.sessions, part, config_);
     end(std::to_string(result_.changes.size()) + " points");
   }
 

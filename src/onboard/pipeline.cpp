@@ -246,7 +246,7 @@ std::uint32_t Pipeline::State::shed_far_cells() noexcept {
       keep_nearest(cells, sensor, config.keyframe.range_max_m, budget.affordable_cells());
   shed(Shed::kFarCells) = limit.shed;
   statistics.removal_range_m = limit.range_m;
-  // What does not depend on the number of cells must not look like the price of a few.
+  // What does not depend on the number of cells must not look like the cost of a few.
   constexpr std::uint32_t kFewest = 1024;
   return std::max(limit.kept, kFewest);
 }

@@ -1,4 +1,4 @@
-// What is given up, and in which order, when there is not enough time.
+// Time budget: what is shed, and in which order
 #include "src/onboard/budget.hpp"
 
 #include <catch2/catch.hpp>

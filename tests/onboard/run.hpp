@@ -1,4 +1,4 @@
-// Runs a pipeline over scans and keeps everything it says.
+// A pipeline run over scans, with all of its output
 #pragma once
 
 #include <cstdlib>

@@ -1,4 +1,4 @@
-// The stages one by one, each on an input small enough to work out by hand.
+// Pipeline stages, each on an input small enough to work out by hand
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -288,7 +288,7 @@ TEST_CASE("columns are free from the ground up to the lowest obstacle") {
   CHECK_FALSE(free(30.0F, 30.0F, 1.0F));  // no ground seen there
 }
 
-TEST_CASE("a range image keeps the smallest range around each pixel and no verdict elsewhere") {
+TEST_CASE("a range image keeps the smallest range around each pixel and nothing elsewhere") {
   Stages stages;
   std::vector<Eigen::Vector3f> points;
   // A wall 10 m ahead, and nothing anywhere else.

@@ -9,7 +9,7 @@
 namespace unimapper {
 
 /// 4 x 4 x 4 cells, one bit each. Everything that asks "is that cell occupied?" asks 64 cells at
-/// the price of one look-up.
+/// the cost of one look-up.
 struct Block {
   static constexpr std::int32_t kEdgeBits = 2;
   static constexpr std::int32_t kEdge = 1 << kEdgeBits;

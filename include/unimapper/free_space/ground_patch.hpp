@@ -14,6 +14,12 @@ struct GroundPatch {
   std::uint16_t cells = 0;
   std::uint16_t seen_through = 0;
 
+  /// Counts one cell more, up to 65535.
+  void add(bool is_seen_through) noexcept {
+    if (cells == UINT16_MAX) return;
+    ++cells;
+    seen_through = static_cast<std::uint16_t>(seen_through + (is_seen_through ? 1 : 0));
+  }
   /// At least `share` of the patch was seen through: it is no ground.
   [[nodiscard]] bool is_transparent(float share) const noexcept {
     return cells >= kFewest &&

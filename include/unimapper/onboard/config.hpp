@@ -1,4 +1,4 @@
-// Parameters of the onboard pipeline: one struct per stage.
+// Parameters of the onboard pipeline
 //
 // Every member states unit, accepted range and where its default comes from. "Paper" is the
 // Uni-Mapper paper; "measured" means chosen by the comparison in docs/tuning.md.
