@@ -29,7 +29,7 @@ class VoxelBlocks {
     }
     for (Block& block : blocks_) {
       block.first = rows_;
-      rows_ += count_bits(block.occupied);
+      rows_ += popcount(block.occupied);
     }
   }
 

@@ -24,7 +24,7 @@ struct Grid {
     for (std::size_t b = 0; b < blocks.size(); ++b) {
       blocks[b].occupied = cells[b].connecting | cells[b].low;
       blocks[b].first = rows;
-      rows += count_bits(blocks[b].occupied);
+      rows += popcount(blocks[b].occupied);
     }
   }
   void add(const Cell& cell, std::uint64_t LabelledCells::*kind) {
