@@ -75,7 +75,7 @@ um_status um_place_insert(um_pipeline* pipeline, const um_place* place) {
   if (!pose.is_rigid()) return refuse(*pipeline, UM_INVALID_POSE);
   const PlaceView view{{reinterpret_cast<const Keypoint*>(place->keypoints), place->keypoint_count},
                        {reinterpret_cast<const PlanePatch*>(place->planes), place->plane_count}};
-  pipeline->core->places().insert(view, PlaceId{place->session, place->keyframe}, pose);
+  pipeline->core->places().insert(view, KeyframeId{place->session, place->keyframe}, pose);
   return tell(*pipeline, {});
 }
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "free_space_view.hpp"
+#include "keyframe_free_space.hpp"
 #include "voxel_table.hpp"
 
 namespace unimapper::merge {
@@ -63,7 +63,9 @@ Qualities qualities(const SessionData& session, std::size_t index,
   std::vector<std::size_t> keypoints;
   for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
     keypoints.push_back(session.keyframes[k].keypoints.size());
-    if (k % step == 0) views.push_back(FreeSpaceView(session.keyframes[k]).field_of_view());
+    if (k % step != 0) continue;
+    const KeyframeFreeSpace space(session.keyframes[k], WithoutImages::kPaintFromCells);
+    views.push_back(space.field_of_view());
   }
   std::sort(views.begin(), views.end());
   std::sort(keypoints.begin(), keypoints.end());

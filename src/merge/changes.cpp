@@ -2,48 +2,111 @@
 
 #include <algorithm>
 #include <memory>
-#include <optional>
-#include <utility>
 
-#include "free_space_view.hpp"
+#include "keyframe_free_space.hpp"
 #include "parallel.hpp"
 #include "voxel_trees.hpp"
 
 namespace unimapper::merge {
 namespace {
 
-enum class Testimony : std::uint8_t { kNone, kThere, kFree };
+/// Their observations are held at a time, one list per keyframe.
+constexpr std::size_t kKeyframesAtOnce = 16;
 
-/// One session as a witness: where it had points, and what its keyframes saw as free.
-class Witness {
+enum class Presence : std::uint8_t { kUnknown, kOccupied, kFree };
+
+/// Keyframes that observed a point as free, and as occupied.
+struct Votes {
+  std::uint32_t free = 0;
+  std::uint32_t occupied = 0;
+};
+
+/// One session as an observer of points of others: its own points, and its keyframes' free space.
+class SessionObserver {
  public:
-  Witness(const SessionData& session, const MergedSession& merged, const SessionVoxels& voxels,
-          const MapConfig& config, unsigned threads)
-      : config_(config), trees_(points_of(voxels), config.tree_voxel_size_m) {
-    views_.resize(session.keyframes.size());
-    for (const auto& pose : merged.T_map_keyframe) T_keyframe_map_.push_back(pose.inverse());
-    parallel_for(views_.size(), threads,
-                 [&](std::size_t k) { views_[k].emplace(session.keyframes[k]); });
-  }
+  SessionObserver(const SessionData& session, const MergedSession& merged,
+                  const SessionVoxels& voxels, const MergeConfig& config)
+      : session_(session),
+        merged_(merged),
+        config_(config),
+        visibility_(config.map.free_margin_m, config.refinement.range_margin_relative),
+        weights_(EvidenceWeights::of(config.refinement)),
+        trees_(points_of(voxels), config.map.tree_voxel_size_m) {}
 
-  [[nodiscard]] Testimony ask(const Eigen::Vector3f& point) const {
-    if (trees_.has_neighbor(point, config_.change_distance_m)) return Testimony::kThere;
-    std::uint32_t free = 0;
-    std::uint32_t occupied = 0;
-    const Eigen::Vector3d p = point.cast<double>();
-    const double reach = static_cast<double>(config_.change_range_m);
-    for (std::size_t k = 0; k < views_.size(); ++k) {
-      const Eigen::Vector3d local = T_keyframe_map_[k] * p;
-      if (local.squaredNorm() > reach * reach) continue;
-      const Visibility seen = views_[k]->look(local.cast<float>(), config_.free_margin_m);
-      free += seen == Visibility::kFree ? 1 : 0;
-      occupied += seen == Visibility::kOccupied ? 1 : 0;
+  /// Whether the session had something at each point, map frame. O(points x images within reach).
+  [[nodiscard]] std::vector<Presence> observe(const std::vector<Eigen::Vector3f>& points) const {
+    std::vector<Presence> presence(points.size(), Presence::kUnknown);
+    constexpr std::size_t kChunk = 4096;
+    parallel_for((points.size() + kChunk - 1) / kChunk, config_.threads, [&](std::size_t chunk) {
+      const std::size_t end = std::min((chunk + 1) * kChunk, points.size());
+      for (std::size_t i = chunk * kChunk; i < end; ++i) {
+        if (trees_.has_neighbor(points[i], config_.map.change_distance_m)) {
+          presence[i] = Presence::kOccupied;
+        }
+      }
+    });
+    std::vector<std::uint32_t> open;
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      if (presence[i] == Presence::kUnknown) open.push_back(i);
     }
-    return free >= config_.min_witnesses && free > 2 * occupied ? Testimony::kFree
-                                                                : Testimony::kNone;
+    const std::vector<Votes> votes = vote(points, open);
+    for (std::size_t i = 0; i < open.size(); ++i) {
+      const auto [free, occupied] = votes[i];
+      if (free >= config_.map.min_witnesses && free > 2 * occupied) {
+        presence[open[i]] = Presence::kFree;
+      }
+    }
+    return presence;
   }
 
  private:
+  /// What one keyframe observed of some points.
+  struct Observation {
+    std::vector<std::uint32_t> numbers;
+    PointEvidence evidence;
+  };
+
+  [[nodiscard]] std::vector<Votes> vote(const std::vector<Eigen::Vector3f>& points,
+                                        const std::vector<std::uint32_t>& open) const {
+    std::vector<Votes> votes(open.size());
+    const std::size_t count = session_.keyframes.size();
+    for (std::size_t first = 0; first < count; first += kKeyframesAtOnce) {
+      std::vector<Observation> batch(std::min(kKeyframesAtOnce, count - first));
+      parallel_for(batch.size(), config_.threads,
+                   [&](std::size_t i) { batch[i] = observation(first + i, points, open); });
+      for (const Observation& seen : batch) {
+        for (std::size_t i = 0; i < seen.numbers.size(); ++i) {
+          const std::int32_t log_odds = seen.evidence.log_odds(i);
+          votes[seen.numbers[i]].free += log_odds > 0 ? 1 : 0;
+          votes[seen.numbers[i]].occupied += log_odds < 0 ? 1 : 0;
+        }
+      }
+    }
+    return votes;
+  }
+
+  [[nodiscard]] Observation observation(std::size_t keyframe,
+                                        const std::vector<Eigen::Vector3f>& points,
+                                        const std::vector<std::uint32_t>& open) const {
+    Observation seen;
+    const Pose& T_map_keyframe = merged_.T_map_keyframe[keyframe];
+    const Eigen::Vector3f origin = T_map_keyframe.translation.cast<float>();
+    const float reach_m = config_.map.change_range_m;
+    for (std::uint32_t number = 0; number < open.size(); ++number) {
+      const Eigen::Vector3f p = points[open[number]] - origin;
+      if (p.squaredNorm() > reach_m * reach_m) continue;
+      seen.numbers.push_back(number);
+      seen.evidence.push_back(p);
+    }
+    if (seen.numbers.empty()) return seen;
+    const KeyframeFreeSpace space(session_.keyframes[keyframe], WithoutImages::kPaintFromCells);
+    Pose T_map_points;
+    T_map_points.translation = origin.cast<double>();
+    space.observe(visibility_, weights_, T_map_keyframe.inverse() * T_map_points,
+                  seen.evidence.points());
+    return seen;
+  }
+
   static std::vector<Eigen::Vector3f> points_of(const SessionVoxels& voxels) {
     std::vector<Eigen::Vector3f> points;
     points.reserve(voxels.voxels.size());
@@ -51,10 +114,12 @@ class Witness {
     return points;
   }
 
-  const MapConfig& config_;
+  const SessionData& session_;
+  const MergedSession& merged_;
+  const MergeConfig& config_;
+  VisibilityTest visibility_;
+  EvidenceWeights weights_;
   VoxelTrees trees_;
-  std::vector<Pose> T_keyframe_map_;
-  std::vector<std::optional<FreeSpaceView>> views_;
 };
 
 /// Sessions that take part, in the order of their first scans.
@@ -96,50 +161,61 @@ void drop_specks(std::vector<ChangedPoint>& points, std::uint32_t min_cluster) {
   });
 }
 
+/// Voxels of one session that differ from the first session in the given direction (-1: earlier,
+/// +1: later) that observed them, as a mask.
+std::vector<std::uint8_t> compare(const std::vector<std::unique_ptr<SessionObserver>>& observers,
+                                  std::size_t position, int direction, const SessionVoxels& own) {
+  std::vector<std::uint8_t> differs(own.voxels.size(), 0);
+  std::vector<std::uint32_t> open;
+  std::vector<Eigen::Vector3f> points;
+  for (std::uint32_t i = 0; i < own.voxels.size(); ++i) {
+    if (2 * own.voxels[i].ground > own.voxels[i].cells) continue;
+    open.push_back(i);
+    points.push_back(own.position(i));
+  }
+  for (auto other = static_cast<std::ptrdiff_t>(position) + direction;
+       other >= 0 && other < static_cast<std::ptrdiff_t>(observers.size()); other += direction) {
+    const std::vector<Presence> presence =
+        observers[static_cast<std::size_t>(other)]->observe(points);
+    std::size_t left = 0;
+    for (std::size_t i = 0; i < open.size(); ++i) {
+      if (presence[i] == Presence::kFree) differs[open[i]] = 1;
+      if (presence[i] != Presence::kUnknown) continue;
+      open[left] = open[i];
+      points[left++] = points[i];
+    }
+    open.resize(left);
+    points.resize(left);
+  }
+  return differs;
+}
+
 }  // namespace
 
 std::vector<ChangedPoint> find_changes(const std::vector<SessionData>& sessions,
                                        const std::vector<MergedSession>& merged,
                                        const std::vector<const SessionVoxels*>& voxels,
-                                       const MapConfig& config, unsigned threads) {
+                                       const MergeConfig& config) {
   const std::vector<std::size_t> order = by_time(sessions, voxels);
   if (order.size() < 2) return {};
-  std::vector<std::unique_ptr<Witness>> witnesses;
-  witnesses.reserve(order.size());
+  std::vector<std::unique_ptr<SessionObserver>> observers;
+  observers.reserve(order.size());
   for (const std::size_t s : order) {
-    witnesses.push_back(
-        std::make_unique<Witness>(sessions[s], merged[s], *voxels[s], config, threads));
+    observers.push_back(
+        std::make_unique<SessionObserver>(sessions[s], merged[s], *voxels[s], config));
   }
-  // The first session in the given direction that can say anything.
-  const auto differs = [&](std::size_t position, int direction, const Eigen::Vector3f& point) {
-    for (auto other = static_cast<std::ptrdiff_t>(position) + direction;
-         other >= 0 && other < static_cast<std::ptrdiff_t>(order.size()); other += direction) {
-      const Testimony word = witnesses[static_cast<std::size_t>(other)]->ask(point);
-      if (word != Testimony::kNone) return word == Testimony::kFree;
-    }
-    return false;
-  };
   std::vector<ChangedPoint> changes;
   for (std::size_t position = 0; position < order.size(); ++position) {
     const SessionVoxels& own = *voxels[order[position]];
-    std::vector<std::uint8_t> verdict(own.voxels.size(), 0);
-    constexpr std::size_t kChunk = 4096;
-    parallel_for((own.voxels.size() + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
-      const std::size_t end = std::min((chunk + 1) * kChunk, own.voxels.size());
-      for (std::size_t i = chunk * kChunk; i < end; ++i) {
-        if (2 * own.voxels[i].ground > own.voxels[i].cells) continue;
-        const Eigen::Vector3f point = own.position(static_cast<std::uint32_t>(i));
-        verdict[i] = static_cast<std::uint8_t>((differs(position, -1, point) ? 1 : 0) |
-                                               (differs(position, +1, point) ? 2 : 0));
-      }
-    });
     for (const bool appeared : {true, false}) {
+      const std::vector<std::uint8_t> differs =
+          compare(observers, position, appeared ? -1 : +1, own);
       std::vector<ChangedPoint> kind;
       for (std::uint32_t i = 0; i < own.voxels.size(); ++i) {
-        if ((verdict[i] & (appeared ? 1 : 2)) == 0) continue;
+        if (differs[i] == 0) continue;
         kind.push_back({own.position(i), static_cast<std::uint16_t>(order[position]), appeared});
       }
-      drop_specks(kind, config.min_cluster);
+      drop_specks(kind, config.map.min_cluster);
       changes.insert(changes.end(), kind.begin(), kind.end());
     }
   }

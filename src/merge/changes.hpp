@@ -1,4 +1,4 @@
-// What differs between sessions that saw the same place.
+// Change detection between sessions
 #pragma once
 
 #include <vector>
@@ -8,13 +8,14 @@
 
 namespace unimapper::merge {
 
-/// Compares every session with the latest earlier one and the next later one that can judge a
-/// place. A point has appeared if the earlier session saw free space there, and is gone if the
-/// later one did; a session that did not look there says nothing. Ground is left out, and so are
-/// specks. `voxels[i]` null: not compared. Deterministic for any number of threads.
+/// Compares every point with the latest earlier session and the next later one that observed its
+/// position. A point has appeared if the earlier session observed free space there, and is gone if
+/// the later one did. Free space is what the keyframes' images saw through; for keyframes without
+/// images one is painted from their cells. Ground is left out, and so are specks. `voxels[i]` null:
+/// not compared. Deterministic for any number of threads.
 std::vector<ChangedPoint> find_changes(const std::vector<SessionData>& sessions,
                                        const std::vector<MergedSession>& merged,
                                        const std::vector<const SessionVoxels*>& voxels,
-                                       const MapConfig& config, unsigned threads);
+                                       const MergeConfig& config);
 
 }  // namespace unimapper::merge

@@ -12,7 +12,6 @@ KeyframeClouds::KeyframeClouds(const std::vector<SessionData>& sessions,
     : sessions_(sessions), config_(config), threads_(threads) {
   for (const auto& session : sessions) {
     clouds_.emplace_back(session.keyframes.size());
-    views_.emplace_back(session.keyframes.size());
   }
 }
 
@@ -23,8 +22,6 @@ void KeyframeClouds::prepare(std::vector<KeyframeId> keyframes) {
   parallel_for(keyframes.size(), threads_, [&](std::size_t i) {
     const KeyframeId k = keyframes[i];
     clouds_[k.session][k.keyframe] = std::make_unique<RegistrationCloud>(make_cloud(k));
-    views_[k.session][k.keyframe] =
-        std::make_unique<FreeSpaceView>(sessions_[k.session].keyframes[k.keyframe]);
   });
 }
 

@@ -1,11 +1,10 @@
-// Cache of registration clouds and free-space views by keyframe.
+// Cache of registration clouds by keyframe.
 #pragma once
 
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "free_space_view.hpp"
 #include "registration.hpp"
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
@@ -26,8 +25,8 @@ class KeyframeClouds {
   [[nodiscard]] const RegistrationCloud& cloud(KeyframeId k) const {
     return *clouds_[k.session][k.keyframe];
   }
-  [[nodiscard]] const FreeSpaceView& view(KeyframeId k) const {
-    return *views_[k.session][k.keyframe];
+  [[nodiscard]] const KeyframeRecord& record(KeyframeId k) const {
+    return sessions_[k.session].keyframes[k.keyframe];
   }
 
  private:
@@ -37,7 +36,6 @@ class KeyframeClouds {
   const RegistrationConfig& config_;
   unsigned threads_;
   std::vector<std::vector<std::unique_ptr<RegistrationCloud>>> clouds_;
-  std::vector<std::vector<std::unique_ptr<FreeSpaceView>>> views_;
 };
 
 }  // namespace unimapper::merge

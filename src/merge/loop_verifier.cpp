@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "keyframe_free_space.hpp"
 #include "parallel.hpp"
 
 namespace unimapper::merge {
@@ -13,6 +14,7 @@ constexpr double kOverlapRadiusM = 30.0;
 constexpr double kCoarseDistanceM = 1.5;
 constexpr double kFineDistanceM = 0.5;
 constexpr float kContradictionRangeM = 25.0F;
+constexpr std::size_t kFewestObserved = 50;  ///< points without which nothing is contradicted
 
 double tilt(const Pose& T) { return std::acos(std::clamp(T.rotation(2, 2), -1.0, 1.0)); }
 
@@ -22,23 +24,30 @@ std::string sentence(const char* what, double value, double limit) {
   return text;
 }
 
-/// Share of `source`'s structure that lies where `view` saw free space, of all it can judge.
-double contradiction(const FreeSpaceView& view, const RegistrationCloud& source, const Pose& T,
-                     float margin_m) {
-  const Eigen::Matrix3f r = T.rotation.cast<float>();
-  const Eigen::Vector3f t = T.translation.cast<float>();
-  std::size_t free = 0;
-  std::size_t judged = 0;
+/// Share of `source`'s structure that the keyframe `observer` saw through, of all it observed.
+double contradiction(const KeyframeRecord& observer, const RegistrationCloud& source,
+                     const Pose& T_observer_source, const MergeConfig& config) {
+  const Eigen::Matrix3f r = T_observer_source.rotation.cast<float>();
+  const Eigen::Vector3f t = T_observer_source.translation.cast<float>();
+  PointEvidence structure;
   for (std::size_t i = 0; i < source.size(); ++i) {
     if (source.is_ground(i)) continue;
     const Eigen::Vector3f p = r * source.points()[i] + t;
     if (p.squaredNorm() > kContradictionRangeM * kContradictionRangeM) continue;
-    const Visibility seen = view.look(p, margin_m);
-    if (seen == Visibility::kUnknown) continue;
-    ++judged;
-    if (seen == Visibility::kFree) ++free;
+    structure.push_back(p);
   }
-  return judged < 50 ? 0.0 : static_cast<double>(free) / static_cast<double>(judged);
+  const RefinementConfig& evidence = config.refinement;
+  const VisibilityTest visibility(config.map.free_margin_m, evidence.range_margin_relative);
+  const KeyframeFreeSpace space(observer, WithoutImages::kPaintFromCells);
+  space.observe(visibility, EvidenceWeights::of(evidence), Pose{}, structure.points());
+  std::size_t free = 0;
+  std::size_t observed = 0;
+  for (const std::int32_t log_odds : structure.log_odds()) {
+    free += log_odds > 0 ? 1 : 0;
+    observed += log_odds != 0 ? 1 : 0;
+  }
+  return observed < kFewestObserved ? 0.0
+                                    : static_cast<double>(free) / static_cast<double>(observed);
 }
 
 std::string reason_to_refuse(const LoopCandidate& candidate, const CorrectionLimit& limit,
@@ -77,9 +86,9 @@ std::string reason_to_refuse(const LoopCandidate& candidate, const CorrectionLim
   if (aligned.rmse_m > loops.max_rmse_m) {
     return sentence("rmse in metres", aligned.rmse_m, loops.max_rmse_m);
   }
-  const double conflict = std::max(
-      contradiction(clouds.view(candidate.match), source, T, config.map.free_margin_m),
-      contradiction(clouds.view(candidate.query), target, T.inverse(), config.map.free_margin_m));
+  const double conflict =
+      std::max(contradiction(clouds.record(candidate.match), source, T, config),
+               contradiction(clouds.record(candidate.query), target, T.inverse(), config));
   if (conflict > loops.max_contradiction) {
     return sentence("structure in free space", conflict, loops.max_contradiction);
   }

@@ -207,8 +207,7 @@ class Merger {
 
   void find_changed_points() {
     begin("changes between sessions");
-    result_.changes =
-        find_changes(sessions_, result_.sessions, connected_voxels(), config_.map, config_.threads);
+    result_.changes = find_changes(sessions_, result_.sessions, connected_voxels(), config_);
     end(std::to_string(result_.changes.size()) + " points");
   }
 

@@ -6,26 +6,27 @@
 #include <memory>
 #include <utility>
 
-#include "occupied_places.hpp"
+#include "cell_classification.hpp"
+#include "keyframe_free_space.hpp"
+#include "occupied_voxels.hpp"
 #include "parallel.hpp"
-#include "settling.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
-#include "witness.hpp"
 
 namespace unimapper::merge {
 namespace {
 
-/// Decoded images take memory: so many keyframes are judged before they are given back.
+/// Decoded images take memory: so many keyframes are refined before they are freed.
 constexpr std::size_t kKeyframesAtOnce = 64;
 
-using Witnesses = std::map<KeyframeId, std::unique_ptr<Witness>>;
+using FreeSpaces = std::map<KeyframeId, std::unique_ptr<KeyframeFreeSpace>>;
 
-/// Who judges a keyframe: its own time, and other visits.
-struct Panel {
+/// The keyframes whose images and cells are evidence about one: those before and after it, and
+/// those of other visits.
+struct Observers {
   std::vector<KeyframeId> window;
   std::vector<KeyframeId> revisits;
 
-  [[nodiscard]] bool visits(KeyframeId keyframe) const {
+  [[nodiscard]] bool revisit(KeyframeId keyframe) const {
     return std::binary_search(revisits.begin(), revisits.end(), keyframe);
   }
 };
@@ -52,7 +53,7 @@ class GroundHeights {
   std::map<std::pair<int, int>, float> height_;
 };
 
-/// What the robot decided.
+/// The online labels.
 RefinedKeyframe unrefined(const KeyframeRecord& keyframe) {
   RefinedKeyframe same;
   same.dynamic.assign(keyframe.static_cells.size(), 0);
@@ -64,9 +65,15 @@ class Refinement {
  public:
   Refinement(const std::vector<PlacedSession>& sessions, const RefinementConfig& config,
              unsigned threads)
-      : sessions_(sessions), config_(config), threads_(threads), occupied_(sessions.size()) {
+      : sessions_(sessions),
+        config_(config),
+        threads_(threads),
+        visibility_(config.range_margin_m, config.range_margin_relative),
+        weights_(EvidenceWeights::of(config)),
+        most_by_revisits_(in_thousandths(config.most_by_revisits)),
+        occupied_(sessions.size()) {
     parallel_for(sessions.size(), threads, [&](std::size_t s) {
-      occupied_[s] = std::make_unique<OccupiedPlaces>(sessions[s]);
+      occupied_[s] = std::make_unique<OccupiedVoxels>(sessions[s]);
     });
   }
 
@@ -77,11 +84,12 @@ class Refinement {
       refined[s].resize(count);
       for (std::size_t first = 0; first < count; first += kKeyframesAtOnce) {
         const std::size_t size = std::min(kKeyframesAtOnce, count - first);
-        std::vector<Panel> panels;
-        for (std::size_t i = 0; i < size; ++i) panels.push_back(panel_of({s, first + i}));
-        const Witnesses witnesses = summon(panels);
+        std::vector<Observers> observers;
+        for (std::size_t i = 0; i < size; ++i)
+          observers.push_back(select_observers({s, first + i}));
+        const FreeSpaces spaces = load(observers);
         parallel_for(size, threads_, [&](std::size_t i) {
-          refined[s][first + i] = judge({s, first + i}, panels[i], witnesses);
+          refined[s][first + i] = refine({s, first + i}, observers[i], spaces);
         });
       }
     }
@@ -89,12 +97,12 @@ class Refinement {
   }
 
  private:
-  [[nodiscard]] Panel panel_of(KeyframeId of) const {
-    Panel panel;
+  [[nodiscard]] Observers select_observers(KeyframeId of) const {
+    Observers observers;
     const std::size_t count = sessions_[of.session].session->keyframes.size();
     const std::size_t first = of.keyframe - std::min<std::size_t>(of.keyframe, config_.window);
     const std::size_t end = std::min<std::size_t>(count, of.keyframe + config_.window + 1);
-    for (std::size_t k = first; k < end; ++k) panel.window.push_back({of.session, k});
+    for (std::size_t k = first; k < end; ++k) observers.window.push_back({of.session, k});
 
     const Eigen::Vector3d here = sessions_[of.session].T_map_keyframe[of.keyframe].translation;
     std::vector<std::pair<double, KeyframeId>> near;
@@ -108,106 +116,117 @@ class Refinement {
     }
     std::sort(near.begin(), near.end());
     near.resize(std::min<std::size_t>(near.size(), config_.revisits));
-    for (const auto& [distance, keyframe] : near) panel.revisits.push_back(keyframe);
-    std::sort(panel.revisits.begin(), panel.revisits.end());
-    return panel;
+    for (const auto& [distance, keyframe] : near) observers.revisits.push_back(keyframe);
+    std::sort(observers.revisits.begin(), observers.revisits.end());
+    return observers;
   }
 
-  [[nodiscard]] Witnesses summon(const std::vector<Panel>& panels) const {
-    Witnesses witnesses;
-    for (const Panel& panel : panels) {
-      for (const KeyframeId& keyframe : panel.window) witnesses.emplace(keyframe, nullptr);
-      for (const KeyframeId& keyframe : panel.revisits) witnesses.emplace(keyframe, nullptr);
+  /// Decodes the images of all observers.
+  [[nodiscard]] FreeSpaces load(const std::vector<Observers>& all) const {
+    FreeSpaces spaces;
+    for (const Observers& observers : all) {
+      for (const KeyframeId& keyframe : observers.window) spaces.emplace(keyframe, nullptr);
+      for (const KeyframeId& keyframe : observers.revisits) spaces.emplace(keyframe, nullptr);
     }
-    std::vector<Witnesses::value_type*> entries;
-    for (auto& entry : witnesses) entries.push_back(&entry);
+    std::vector<FreeSpaces::value_type*> entries;
+    for (auto& entry : spaces) entries.push_back(&entry);
     parallel_for(entries.size(), threads_, [&](std::size_t i) {
-      const KeyframeId keyframe = entries[i]->first;
-      entries[i]->second =
-          std::make_unique<Witness>(sessions_[keyframe.session], keyframe.keyframe);
+      const KeyframeId of = entries[i]->first;
+      entries[i]->second = std::make_unique<KeyframeFreeSpace>(
+          sessions_[of.session].session->keyframes[of.keyframe], WithoutImages::kUnknown);
     });
-    return witnesses;
+    return spaces;
   }
 
-  [[nodiscard]] RefinedKeyframe judge(KeyframeId of, const Panel& panel,
-                                      const Witnesses& witnesses) const {
+  [[nodiscard]] RefinedKeyframe refine(KeyframeId of, const Observers& observers,
+                                       const FreeSpaces& spaces) const {
     const KeyframeRecord& keyframe = sessions_[of.session].session->keyframes[of.keyframe];
     RefinedKeyframe refined = unrefined(keyframe);
-    // A robot that does not say what it saw through is believed.
-    if (!witnesses.at(of)->has_seen()) return refined;
+    // Without images of its own a keyframe keeps its online labels.
+    if (spaces.at(of)->empty()) return refined;
 
-    std::vector<Eigen::Vector3f> points;
     const Eigen::Vector3d origin = sessions_[of.session].T_map_keyframe[of.keyframe].translation;
-    JudgedCells cells = gather(of, origin, points);
-    add_evidence(panel, of, points, origin, witnesses, cells);
-    const std::vector<std::uint8_t> dynamic = settle(cells, config_);
+    PointEvidence points;
+    CellEvidence cells = gather(of, origin, points);
+    add_evidence(observers, of, points, origin, spaces, cells);
+    const std::vector<std::uint8_t> dynamic = classify_cells(cells, config_);
     for (std::size_t i = 0; i < cells.size(); ++i) refined.dynamic[cells.number[i]] = dynamic[i];
     return refined;
   }
 
-  /// The cells of a keyframe, each with the robot's own verdict, and where they are.
-  [[nodiscard]] JudgedCells gather(KeyframeId of, const Eigen::Vector3d& origin,
-                                   std::vector<Eigen::Vector3f>& points) const {
+  /// The cells of a keyframe with the evidence of their online labels, and their positions relative
+  /// to `origin`, map frame.
+  [[nodiscard]] CellEvidence gather(KeyframeId of, const Eigen::Vector3d& origin,
+                                    PointEvidence& points) const {
     const PlacedSession& placed = sessions_[of.session];
     const KeyframeRecord& keyframe = placed.session->keyframes[of.keyframe];
     const GroundHeights ground(keyframe);
-    JudgedCells cells;
+    const std::int32_t prior = in_thousandths(config_.prior_log_odds);
+    CellEvidence cells;
     std::uint32_t number = 0;
     for (const auto* list : {&keyframe.static_cells, &keyframe.dynamic_cells}) {
       const bool was_dynamic = list == &keyframe.dynamic_cells;
       for (const FineCell& cell : *list) {
         const Eigen::Vector3d p = placed.T_map_keyframe[of.keyframe] * cell.position.cast<double>();
-        const auto place = place_of(p);
+        const auto voxel = observed_voxel(p);
         const std::uint32_t own = number++;
-        if (!place) continue;
+        if (!voxel) continue;
         cells.number.push_back(own);
-        cells.place.push_back(*place);
+        cells.voxel.push_back(*voxel);
         cells.ground.push_back(cell.ground);
         const bool low =
             cell.ground != 0 || ground.is_within(cell.position, config_.connecting_height_m);
         cells.low.push_back(low ? 1 : 0);
-        cells.log_odds.push_back(was_dynamic ? config_.prior_log_odds : 0.0F);
+        cells.log_odds.push_back(was_dynamic ? prior : 0);
         points.push_back((p - origin).cast<float>());
       }
     }
     return cells;
   }
 
-  void add_evidence(const Panel& panel, KeyframeId of, const std::vector<Eigen::Vector3f>& points,
-                    const Eigen::Vector3d& origin, const Witnesses& witnesses,
-                    JudgedCells& cells) const {
-    for (const KeyframeId& keyframe : panel.window) {
-      witnesses.at(keyframe)->judge(points, origin, config_, cells.log_odds);
-    }
-    std::vector<float> visits(points.size(), 0.0F);
-    for (const KeyframeId& keyframe : panel.revisits) {
-      witnesses.at(keyframe)->judge(points, origin, config_, visits);
+  void add_evidence(const Observers& observers, KeyframeId of, PointEvidence& points,
+                    const Eigen::Vector3d& origin, const FreeSpaces& spaces,
+                    CellEvidence& cells) const {
+    for (const KeyframeId& keyframe : observers.window) observe(keyframe, origin, spaces, points);
+    std::vector<std::int32_t> window = points.log_odds();
+    points.clear_log_odds();
+    for (const KeyframeId& keyframe : observers.revisits) {
+      observe(keyframe, origin, spaces, points);
     }
     for (std::size_t i = 0; i < cells.size(); ++i) {
-      count_meetings(panel, of, cells.place[i], cells.log_odds[i], visits[i]);
+      std::int32_t revisits = points.log_odds(i);
+      subtract_occupied(observers, of, cells.voxel[i], window[i], revisits);
       // What another day saw must not make something dynamic that stood here all the time.
-      cells.log_odds[i] +=
-          std::clamp(visits[i], -config_.most_by_revisits, config_.most_by_revisits);
+      cells.log_odds[i] += window[i] + std::clamp(revisits, -most_by_revisits_, most_by_revisits_);
     }
   }
 
-  /// Subtracts from the evidence for every other keyframe that met something in a place.
-  void count_meetings(const Panel& panel, KeyframeId of, VoxelKey place, float& window,
-                      float& visits) const {
-    const std::size_t first = panel.window.front().keyframe;
-    const std::size_t last = panel.window.back().keyframe;
-    for (const std::uint32_t k : occupied_[of.session]->keyframes_at(place)) {
+  void observe(KeyframeId observer, const Eigen::Vector3d& origin, const FreeSpaces& spaces,
+               PointEvidence& points) const {
+    Pose T_map_points;
+    T_map_points.translation = origin;
+    const Pose& T_map_keyframe = sessions_[observer.session].T_map_keyframe[observer.keyframe];
+    spaces.at(observer)->observe(visibility_, weights_, T_map_keyframe.inverse() * T_map_points,
+                                 points.points());
+  }
+
+  /// Subtracts from the evidence for every other keyframe that observed a voxel as occupied.
+  void subtract_occupied(const Observers& observers, KeyframeId of, VoxelKey voxel,
+                         std::int32_t& window, std::int32_t& revisits) const {
+    const std::size_t first = observers.window.front().keyframe;
+    const std::size_t last = observers.window.back().keyframe;
+    for (const std::uint32_t k : occupied_[of.session]->keyframes_at(voxel)) {
       if (k == of.keyframe) continue;
       if (k >= first && k <= last) {
-        window -= config_.log_odds_occupied;
-      } else if (panel.visits({of.session, k})) {
-        visits -= config_.log_odds_occupied;
+        window -= weights_.occupied;
+      } else if (observers.revisit({of.session, k})) {
+        revisits -= weights_.occupied;
       }
     }
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       if (s == of.session || sessions_[s].map != sessions_[of.session].map) continue;
-      for (const std::uint32_t k : occupied_[s]->keyframes_at(place)) {
-        if (panel.visits({s, k})) visits -= config_.log_odds_occupied;
+      for (const std::uint32_t k : occupied_[s]->keyframes_at(voxel)) {
+        if (observers.revisit({s, k})) revisits -= weights_.occupied;
       }
     }
   }
@@ -215,7 +234,10 @@ class Refinement {
   const std::vector<PlacedSession>& sessions_;
   const RefinementConfig& config_;
   unsigned threads_;
-  std::vector<std::unique_ptr<OccupiedPlaces>> occupied_;
+  VisibilityTest visibility_;
+  EvidenceWeights weights_;
+  std::int32_t most_by_revisits_;  ///< thousandths
+  std::vector<std::unique_ptr<OccupiedVoxels>> occupied_;
 };
 
 }  // namespace

@@ -58,20 +58,19 @@ struct BayesFilter::Group {
     log_odds[size] = sum;
     ++size;
   }
-  [[nodiscard]] JudgedPlaces places() noexcept { return {x, y, z, log_odds, size}; }
+  [[nodiscard]] ObservedPoints points() noexcept { return {x, y, z, log_odds, size}; }
   /// A block is never split: there is room for another one.
   [[nodiscard]] bool has_room() const noexcept { return size + Block::kCells <= kGroup; }
 };
 
 void BayesFilter::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   free_space_ = config.free_space;
-  images_ = ImageJudge(config);
-  log_odds_ = {in_thousandths(config.removal.log_odds_free),
-               in_thousandths(config.removal.log_odds_occupied),
+  model_ = inverse_sensor_model(config);
+  log_odds_ = {EvidenceWeights::of(config.removal),
                in_thousandths(config.removal.confirmed_static_log_odds),
                in_thousandths(config.removal.log_odds_clamp), 0};
-  log_odds_.most_kept = std::min(std::max(log_odds_.most_carried, log_odds_.firm), 30000);
-  met_again_ = arena.allocate<Group>(1);
+  log_odds_.store = std::min(std::max(log_odds_.clamp, log_odds_.confirmed_static), 30000);
+  known_ = arena.allocate<Group>(1);
   new_ = arena.allocate<Group>(1);
   sums_ = arena.allocate<std::int16_t>(config.voxel.max_cells);
   sums_before_ = arena.allocate<std::int16_t>(config.voxel.max_cells);
@@ -79,18 +78,18 @@ void BayesFilter::allocate(Arena& arena, const PipelineConfig& config) noexcept 
 
 void BayesFilter::run(const EvidenceWindow& window, const ImageProjection& projection,
                       CellTable& cells) noexcept {
-  met_again_->size = new_->size = 0;
-  std::fill_n(sums_, cells.size(), kNotJudged);
+  known_->size = new_->size = 0;
+  std::fill_n(sums_, cells.size(), kNoCandidate);
   for (std::uint32_t block = 0; block < cells.blocks().size(); ++block) {
-    if (!met_again_->has_room()) finish_met_again(window, projection, cells);
+    if (!known_->has_room()) finish_known(window, projection, cells);
     if (!new_->has_room()) finish_new(window, projection, cells);
     prefetch(window.blocks(), block + kAhead);
     collect(window, cells, block);
   }
-  finish_met_again(window, projection, cells);
+  finish_known(window, projection, cells);
   finish_new(window, projection, cells);
   std::swap(sums_, sums_before_);
-  judged_ = cells.size();
+  rows_ = cells.size();
 }
 
 void BayesFilter::prefetch(const BlockWindow& blocks, std::uint32_t block) const noexcept {
@@ -107,36 +106,35 @@ void BayesFilter::collect(const EvidenceWindow& window, const CellTable& cells,
   const std::uint64_t candidates = cells.marks(b).candidate;
   const BlockHistory before = window.blocks().before(b);
   std::uint64_t unknown = candidates;
-  if (log_odds_.most_carried > 0) {
+  if (log_odds_.clamp > 0) {
     for (std::uint64_t left = candidates & before.occupied; left != 0; left &= left - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
       const std::uint64_t lower = (std::uint64_t{1} << bit) - 1U;
       const std::int16_t sum = sums_before_[before.first + popcount(before.occupied & lower)];
-      if (sum == kNotJudged) continue;
-      const std::int32_t carried =
-          std::clamp<std::int32_t>(sum, -log_odds_.most_carried, log_odds_.most_carried);
-      met_again_->add(cells, row_of(block, bit), carried - log_odds_.occupied);
+      if (sum == kNoCandidate) continue;
+      const std::int32_t carried = std::clamp<std::int32_t>(sum, -log_odds_.clamp, log_odds_.clamp);
+      known_->add(cells, row_of(block, bit), carried - log_odds_.weights.occupied);
       unknown &= ~lowest_bit(left);
     }
   }
   if (unknown == 0) return;
-  const CellCounts met = count_per_cell(window.blocks().occupied(b));
+  const CellCounts occupied = count_per_cell(window.blocks().occupied(b));
   for (std::uint64_t left = unknown; left != 0; left &= left - 1) {
     const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
     // Occupied in the current keyframe, too, which is no evidence.
-    const std::int32_t times = met.of(lowest_bit(left)) - 1;
-    new_->add(cells, row_of(block, bit), -log_odds_.occupied * times);
+    const std::int32_t times = occupied.of(lowest_bit(left)) - 1;
+    new_->add(cells, row_of(block, bit), -log_odds_.weights.occupied * times);
   }
 }
 
-void BayesFilter::finish_met_again(const EvidenceWindow& window, const ImageProjection& projection,
-                                   CellTable& cells) noexcept {
-  if (met_again_->size == 0) return;
-  if (free_space_.columns) add_columns(*met_again_, window.blocks(), window.earlier(1), 1, cells);
-  // The images of the keyframe before were weighed there if those of the own keyframe count.
+void BayesFilter::finish_known(const EvidenceWindow& window, const ImageProjection& projection,
+                               CellTable& cells) noexcept {
+  if (known_->size == 0) return;
+  if (free_space_.columns) add_columns(*known_, window.blocks(), window.earlier(1), 1, cells);
+  // Its own images were weighed with the keyframe before if images of the own keyframe count.
   const KeyframeEvidence& latest = free_space_.own_keyframe ? window.current() : window.earlier(1);
-  images_.add(latest, 1, projection, cells.grid(), met_again_->places());
-  decide(*met_again_, cells);
+  latest.observe(model_, 1, projection, cells.grid(), known_->points());
+  decide(*known_, cells);
 }
 
 void BayesFilter::finish_new(const EvidenceWindow& window, const ImageProjection& projection,
@@ -144,11 +142,11 @@ void BayesFilter::finish_new(const EvidenceWindow& window, const ImageProjection
   for (std::uint32_t age = window.earlier_count(); age >= 1; --age) {
     const KeyframeEvidence& evidence = window.earlier(age);
     if (free_space_.columns) add_columns(*new_, window.blocks(), evidence, age, cells);
-    images_.add(evidence, free_space_.earlier_image_stride, projection, cells.grid(),
-                new_->places());
+    evidence.observe(model_, free_space_.earlier_image_stride, projection, cells.grid(),
+                     new_->points());
   }
   if (free_space_.own_keyframe) {
-    images_.add(window.current(), 1, projection, cells.grid(), new_->places());
+    window.current().observe(model_, 1, projection, cells.grid(), new_->points());
   }
   decide(*new_, cells);
 }
@@ -163,13 +161,13 @@ void BayesFilter::add_columns(Group& group, const BlockWindow& blocks,
     const std::uint64_t occupied = blocks.occupied(cells.block_of_row(row), age);
     if ((occupied >> cells.bit_of_row(row) & 1U) != 0) continue;
     if (evidence.columns.is_free(moved(cells.index(row), shift.cells))) {
-      group.log_odds[i] += log_odds_.free;
+      group.log_odds[i] += log_odds_.weights.free;
     }
   }
 }
 
 void BayesFilter::decide(Group& group, CellTable& cells) noexcept {
-  const std::int32_t most = log_odds_.most_kept;
+  const std::int32_t most = log_odds_.store;
   for (std::uint32_t i = 0; i < group.size; ++i) {
     const std::uint32_t row = group.row[i];
     const std::int32_t sum = group.log_odds[i];
@@ -178,7 +176,7 @@ void BayesFilter::decide(Group& group, CellTable& cells) noexcept {
       cells.set(row, &CellMarks::dynamic);
       cells.set(row, &CellMarks::proven);
     }
-    if (sum <= -log_odds_.firm) cells.set(row, &CellMarks::firm);
+    if (sum <= -log_odds_.confirmed_static) cells.set(row, &CellMarks::confirmed_static);
     sums_[row] = static_cast<std::int16_t>(std::clamp(sum, -most, most));
   }
   group.size = 0;

@@ -1,41 +1,42 @@
-// The recursive binary Bayes filter over the sliding window.
+// Recursive binary Bayes filter over the sliding window
 #pragma once
 
 #include <cstdint>
 #include <span>
 
 #include "cell_table.hpp"
-#include "evidence.hpp"
-#include "image_judge.hpp"
+#include "evidence_window.hpp"
 #include "unimapper/core/arena.hpp"
+#include "unimapper/free_space/inverse_sensor_model.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {
 
-/// Decides for each candidate cell whether its place was free (paper section IV-D, equation 6
+/// Decides for each candidate cell whether it was free (paper section IV-D, equation 6
 /// and algorithm 1). Log-odds of "dynamic" start at zero; every measurement of the window adds its
-/// share: seen through or in a free column, occupied, or a surface thereabouts. A cell that
-/// nothing was learnt about stays at zero and thereby static.
+/// share: seen through or in a free column, occupied, or a surface about there. A cell without
+/// evidence stays at zero and thereby static.
 ///
-/// The filter is recursive: a cell that was judged in the keyframe before carries its sum on, up
-/// to a limit, and only what is new since then is added. Any other cell is weighed by the whole
-/// window. That is an order of magnitude less work, for most cells are met again.
+/// The filter is recursive: a cell that was a candidate in the keyframe before keeps its sum,
+/// clamped, and only newer evidence is added. Any other cell is weighed by the whole window. That
+/// is an order of magnitude less work, for most cells are observed again.
 class BayesFilter {
  public:
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Marks the candidates whose probability exceeds one half as dynamic.
-  /// O(candidates met again x images of a keyframe + other candidates x (images + window)).
+  /// O(candidates observed again x images of a keyframe + other candidates x (images + window)).
   void run(const EvidenceWindow& window, const ImageProjection& projection,
            CellTable& cells) noexcept;
 
-  /// Log-odds that the last run found, thousandths, by row; meaningless for what is no candidate.
+  /// Log-odds that the last run computed, thousandths, by row; only those of candidates mean
+  /// anything.
   [[nodiscard]] std::span<const std::int16_t> log_odds() const noexcept {
-    return {sums_before_, judged_};
+    return {sums_before_, rows_};
   }
 
  private:
-  /// Candidates are worked through in groups that stay in the nearest cache while every
+  /// Candidates are processed in groups that stay in the first-level cache while every
   /// measurement adds its share.
   static constexpr std::uint32_t kGroup = 2048;
   struct Group;
@@ -44,8 +45,8 @@ class BayesFilter {
   void prefetch(const BlockWindow& blocks, std::uint32_t block) const noexcept;
   /// Puts the candidates of a block into the group they belong to.
   void collect(const EvidenceWindow& window, const CellTable& cells, std::uint32_t block) noexcept;
-  void finish_met_again(const EvidenceWindow& window, const ImageProjection& projection,
-                        CellTable& cells) noexcept;
+  void finish_known(const EvidenceWindow& window, const ImageProjection& projection,
+                    CellTable& cells) noexcept;
   void finish_new(const EvidenceWindow& window, const ImageProjection& projection,
                   CellTable& cells) noexcept;
   void add_columns(Group& group, const BlockWindow& blocks, const KeyframeEvidence& evidence,
@@ -53,22 +54,21 @@ class BayesFilter {
   void decide(Group& group, CellTable& cells) noexcept;
 
   FreeSpaceConfig free_space_;
-  ImageJudge images_;
+  InverseSensorModel model_;
   /// Thousandths.
   struct LogOdds {
-    std::int32_t free;
-    std::int32_t occupied;
-    std::int32_t firm;
-    std::int32_t most_carried;  ///< 0: nothing is carried
-    std::int32_t most_kept;     ///< at least as much as is firm
+    EvidenceWeights weights;
+    std::int32_t confirmed_static;
+    std::int32_t clamp;  ///< of what is carried on; 0: nothing is
+    std::int32_t store;  ///< clamp of what is stored: at least `confirmed_static`
   };
   LogOdds log_odds_{};
-  Group* met_again_ = nullptr;
+  Group* known_ = nullptr;  ///< candidates of the keyframe before, too
   Group* new_ = nullptr;
 
-  /// Sums by row, of this keyframe and of the one before; `kNotJudged` for what was no candidate.
-  static constexpr std::int16_t kNotJudged = INT16_MIN;
-  std::uint32_t judged_ = 0;  ///< rows of the last run
+  /// Sums by row, of this keyframe and of the one before; `kNoCandidate` for all others.
+  static constexpr std::int16_t kNoCandidate = INT16_MIN;
+  std::uint32_t rows_ = 0;  ///< of the last run
   std::int16_t* sums_ = nullptr;
   std::int16_t* sums_before_ = nullptr;
 };

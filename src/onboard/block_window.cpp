@@ -6,7 +6,7 @@
 namespace unimapper::onboard {
 namespace {
 
-/// The tile around number `i` of 27, and the number by which that one knows this one.
+/// Offset of the tile with number `i` among the 27 around and including this one.
 VoxelIndex around_offset(std::uint32_t i) noexcept {
   const auto n = static_cast<std::int32_t>(i);
   return {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
@@ -27,11 +27,11 @@ void BlockWindow::allocate(Arena& arena, const PipelineConfig& config) noexcept 
   held_ = arena.allocate<Held>(capacity_);
   history_ = arena.allocate<std::uint64_t>(std::size_t{capacity_} * slots_);
   free_tiles_ = arena.allocate<std::uint32_t>(tile_capacity_);
-  met_tiles_ = arena.allocate<std::uint32_t>(tile_capacity_);
+  entered_tiles_ = arena.allocate<std::uint32_t>(tile_capacity_);
   tiles_ = arena.allocate<Tile>(tile_capacity_);
   directory_.allocate(arena, tile_capacity_);
   order_ = arena.allocate<std::uint32_t>(max_entered_);
-  place_of_number_ = arena.allocate<std::uint32_t>(max_entered_);
+  position_of_number_ = arena.allocate<std::uint32_t>(max_entered_);
   number_before_ = arena.allocate<std::uint32_t>(max_entered_);
   decided_ = arena.allocate<BlockHistory>(max_entered_);
   decided_before_ = arena.allocate<BlockHistory>(max_entered_);
@@ -45,7 +45,7 @@ void BlockWindow::forget() noexcept {
   earlier_ = 0;
   used_ = fresh_ = free_count_ = 0;
   fresh_tiles_ = free_tile_count_ = 0;
-  met_count_ = met_tile_count_ = 0;
+  entered_count_ = entered_tile_count_ = 0;
   directory_.clear();
   last_tile_ = kNone;
   ++keyframe_;
@@ -67,38 +67,39 @@ void BlockWindow::begin(const Grid& grid) noexcept {
 std::uint32_t BlockWindow::enter(const VoxelIndex& block) noexcept {
   const VoxelIndex at{block.x + shift_.x, block.y + shift_.y, block.z + shift_.z};
   const VoxelIndex tile_index{at.x >> kEdgeBits, at.y >> kEdgeBits, at.z >> kEdgeBits};
-  const auto place = static_cast<std::uint32_t>((at.x & 3) | ((at.y & 3) << 2) | ((at.z & 3) << 4));
+  const auto position =
+      static_cast<std::uint32_t>((at.x & 3) | ((at.y & 3) << 2) | ((at.z & 3) << 4));
   std::uint32_t number = find_tile(pack(tile_index));
   // Hostile keys may collide: what finds no slot is not looked for twice.
   if (number == TileDirectory::kFull) return kNone;
-  if (number != kNone && has_entered(tiles_[number], place)) {
-    return tiles_[number].slots[place].number;
+  if (number != kNone && has_entered(tiles_[number], position)) {
+    return tiles_[number].slots[position].number;
   }
-  if (met_count_ == max_entered_) return kNone;
+  if (entered_count_ == max_entered_) return kNone;
   if (number == kNone) number = make_tile(tile_index);
   if (number == kNone) return kNone;
   Tile& tile = tiles_[number];
-  if (tile.slots[place].entry == kNone && !make_block(number, place)) return kNone;
+  if (tile.slots[position].entry == kNone && !make_block(number, position)) return kNone;
   if (tile.keyframe != keyframe_) tile.entered = 0;
   tile.keyframe = keyframe_;
-  if (tile.entered == 0) met_tiles_[met_tile_count_++] = number;
-  tile.entered |= std::uint64_t{1} << place;
-  return tile.slots[place].number = met_count_++;
+  if (tile.entered == 0) entered_tiles_[entered_tile_count_++] = number;
+  tile.entered |= std::uint64_t{1} << position;
+  return tile.slots[position].number = entered_count_++;
 }
 
 VoxelIndex BlockWindow::block_at(std::uint32_t entry, const Grid& grid) const noexcept {
   const Held& held = held_[entry];
-  const VoxelIndex tile = unpack(tiles_[held.place >> 6U].key);
-  const auto place = static_cast<std::int32_t>(held.place & 63U);
+  const VoxelIndex tile = unpack(tiles_[held.position >> 6U].key);
+  const auto position = static_cast<std::int32_t>(held.position & 63U);
   const VoxelIndex shift = shift_between(grid, origin_).cells;
-  return {(tile.x << kEdgeBits) + (place & 3) - (shift.x >> Block::kEdgeBits),
-          (tile.y << kEdgeBits) + (place >> 2 & 3) - (shift.y >> Block::kEdgeBits),
-          (tile.z << kEdgeBits) + (place >> 4) - (shift.z >> Block::kEdgeBits)};
+  return {(tile.x << kEdgeBits) + (position & 3) - (shift.x >> Block::kEdgeBits),
+          (tile.y << kEdgeBits) + (position >> 2 & 3) - (shift.y >> Block::kEdgeBits),
+          (tile.z << kEdgeBits) + (position >> 4) - (shift.z >> Block::kEdgeBits)};
 }
 
 void BlockWindow::arrange(std::span<const Block> entered) noexcept {
-  for (std::uint32_t t = 0; t < met_tile_count_; ++t) {
-    Tile& tile = tiles_[met_tiles_[t]];
+  for (std::uint32_t t = 0; t < entered_tile_count_; ++t) {
+    Tile& tile = tiles_[entered_tiles_[t]];
     for (std::uint64_t left = tile.entered; left != 0; left &= left - 1) {
       const Tile::Slot& slot = tile.slots[std::countr_zero(left)];
       __builtin_prefetch(entered.data() + slot.number);
@@ -106,23 +107,24 @@ void BlockWindow::arrange(std::span<const Block> entered) noexcept {
       __builtin_prefetch(history_ + slot.entry * std::size_t{slots_} + current_, 1);
     }
     for (std::uint64_t left = tile.entered; left != 0; left &= left - 1) {
-      const auto place = static_cast<std::uint32_t>(std::countr_zero(left));
-      number_block((met_tiles_[t] << 6U) | place, entered[tile.slots[place].number].occupied);
+      const auto position = static_cast<std::uint32_t>(std::countr_zero(left));
+      number_block((entered_tiles_[t] << 6U) | position,
+                   entered[tile.slots[position].number].occupied);
     }
   }
 }
 
-void BlockWindow::number_block(std::uint32_t place, std::uint64_t occupied) noexcept {
-  Tile::Slot& slot = tiles_[place >> 6U].slots[place & 63U];
+void BlockWindow::number_block(std::uint32_t position, std::uint64_t occupied) noexcept {
+  Tile::Slot& slot = tiles_[position >> 6U].slots[position & 63U];
   Held& held = held_[slot.entry];
   const std::uint32_t number = entered_[current_].count++;
   entered_[current_].entries[number] = slot.entry;
   order_[number] = slot.number;
-  place_of_number_[number] = place;
+  position_of_number_[number] = position;
   // What was decided longer ago than in the keyframe before no longer counts.
-  number_before_[number] = held.last_met + 1 == keyframe_ ? held.last_number : kNone;
+  number_before_[number] = held.last_keyframe + 1 == keyframe_ ? held.last_number : kNone;
   history_[slot.entry * std::size_t{slots_} + current_] = occupied;
-  held.last_met = keyframe_;
+  held.last_keyframe = keyframe_;
   held.last_number = number;
   slot.number = number;
 }
@@ -168,15 +170,15 @@ std::uint32_t BlockWindow::make_tile(const VoxelIndex& index) noexcept {
   return tile;
 }
 
-bool BlockWindow::make_block(std::uint32_t tile, std::uint32_t place) noexcept {
+bool BlockWindow::make_block(std::uint32_t tile, std::uint32_t position) noexcept {
   while (!blocks_left() && make_room()) {
   }
   if (!blocks_left()) return false;
   const std::uint32_t entry = free_count_ > 0 ? free_[--free_count_] : fresh_++;
   ++used_;
   ++tiles_[tile].used;
-  tiles_[tile].slots[place].entry = entry;
-  held_[entry] = {(tile << 6U) | place, keyframe_, kNone};
+  tiles_[tile].slots[position].entry = entry;
+  held_[entry] = {(tile << 6U) | position, keyframe_, kNone};
   std::fill_n(history_ + entry * std::size_t{slots_}, slots_, std::uint64_t{0});
   return true;
 }
@@ -184,30 +186,31 @@ bool BlockWindow::make_block(std::uint32_t tile, std::uint32_t place) noexcept {
 void BlockWindow::advance() noexcept {
   entered_[current_].keyframe = keyframe_;
   ++keyframe_;
-  met_count_ = met_tile_count_ = 0;
+  entered_count_ = entered_tile_count_ = 0;
   std::swap(decided_, decided_before_);
   current_ = (current_ + 1) % slots_;
   earlier_ = std::min(earlier_ + 1, slots_ - 1);
-  expire(entered_[current_]);
+  evict(entered_[current_]);
   const std::uint32_t tiles_free = free_tile_count_ + tile_capacity_ - fresh_tiles_;
   if (tiles_free < tile_capacity_ / 4) purge_tiles();
 }
 
-void BlockWindow::expire(Entered& entered) noexcept {
-  const auto leaving = static_cast<std::size_t>(&entered - entered_);
+void BlockWindow::evict(Entered& entered) noexcept {
+  const auto evicted = static_cast<std::size_t>(&entered - entered_);
   for (std::uint32_t i = 0; i < entered.count; ++i) {
     const std::uint32_t entry = entered.entries[i];
     if (i + kAhead < entered.count) {
       const std::uint32_t next = entered.entries[i + kAhead];
-      __builtin_prefetch(history_ + next * std::size_t{slots_} + leaving, 1);
+      __builtin_prefetch(history_ + next * std::size_t{slots_} + evicted, 1);
       __builtin_prefetch(held_ + next);
     }
-    history_[entry * std::size_t{slots_} + leaving] = 0;
+    history_[entry * std::size_t{slots_} + evicted] = 0;
     const Held& held = held_[entry];
-    Tile& tile = tiles_[held.place >> 6U];
-    const bool met_again = held.last_met != entered.keyframe || has_entered(tile, held.place & 63U);
-    if (met_again) continue;
-    tile.slots[held.place & 63U].entry = kNone;
+    Tile& tile = tiles_[held.position >> 6U];
+    const bool still_occupied =
+        held.last_keyframe != entered.keyframe || has_entered(tile, held.position & 63U);
+    if (still_occupied) continue;
+    tile.slots[held.position & 63U].entry = kNone;
     --tile.used;
     --used_;
     free_[free_count_++] = entry;
@@ -217,7 +220,7 @@ void BlockWindow::expire(Entered& entered) noexcept {
 
 bool BlockWindow::make_room() noexcept {
   if (earlier_ == 0) return false;
-  expire(entered_[slot(earlier_)]);
+  evict(entered_[slot(earlier_)]);
   --earlier_;
   return true;
 }

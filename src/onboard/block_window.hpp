@@ -1,13 +1,13 @@
-// Where the blocks of the sliding window lie, who their neighbours are, and what was met in them.
+// Sliding-window block index
 #pragma once
 
 #include <cstdint>
 #include <span>
 
-#include "block.hpp"
 #include "grid.hpp"
 #include "tile_directory.hpp"
 #include "unimapper/core/arena.hpp"
+#include "unimapper/free_space/block.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {
@@ -20,19 +20,13 @@ struct BlockHistory {
   std::uint32_t first;    ///< row of the first one in that keyframe's table
 };
 
-/// From a block to one that touches it: -1, 0 or 1 along each axis.
-struct BlockOffset {
-  std::int32_t x;
-  std::int32_t y;
-  std::int32_t z;
-};
-
 /// The blocks (4 x 4 x 4 cells) that any keyframe of the window occupies. A block is looked up
-/// once per keyframe; what earlier keyframes met in it then lies side by side, and its neighbours
-/// are an array away: blocks are kept in tiles of 4 x 4 x 4 that know the tiles around them.
+/// once per keyframe; its occupancy in earlier keyframes then lies side by side, and its neighbours
+/// are an array access away: blocks are kept in tiles of 4 x 4 x 4 that store the tiles around
+/// them.
 ///
-/// Blocks nobody occupies any more leave with the keyframe that saw them last. What finds no room
-/// pushes the oldest keyframe out of the window; if that does not help it is refused.
+/// Blocks that no keyframe occupies any more are freed with the last one that did. What finds no
+/// room evicts the oldest keyframe from the window; if that does not help it is refused.
 class BlockWindow {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
@@ -47,12 +41,12 @@ class BlockWindow {
 
   /// Enters a block (counted in the current grid) into the current keyframe. Returns how many were
   /// entered before it, or `kNone` if there is no room for it. O(1), now and then O(blocks of the
-  /// keyframe that leaves early).
+  /// keyframe evicted early).
   std::uint32_t enter(const VoxelIndex& block) noexcept;
 
   /// Numbers the blocks of the current keyframe once all are entered: tile by tile, so that what
-  /// lies side by side in space is worked through one after the other. All that follows asks by
-  /// these numbers. `entered` are the blocks in the order of entry. O(blocks).
+  /// lies side by side in space is processed in sequence. All that follows uses these numbers.
+  /// `entered` are the blocks in the order of entry. O(blocks).
   void arrange(std::span<const Block> entered) noexcept;
   /// By number: what `enter` returned for the block.
   [[nodiscard]] std::span<const std::uint32_t> order() const noexcept {
@@ -62,7 +56,7 @@ class BlockWindow {
   /// Number of the block next to block `number` in the current keyframe, or `kNone`.
   [[nodiscard]] std::uint32_t neighbour(std::uint32_t number,
                                         const BlockOffset& offset) const noexcept {
-    const std::uint32_t at = place_of_number_[number];
+    const std::uint32_t at = position_of_number_[number];
     const std::int32_t x = static_cast<std::int32_t>(at & 3U) + offset.x;
     const std::int32_t y = static_cast<std::int32_t>((at >> 2U) & 3U) + offset.y;
     const std::int32_t z = static_cast<std::int32_t>((at >> 4U) & 3U) + offset.z;
@@ -74,8 +68,8 @@ class BlockWindow {
       tile = tiles_ + other;
       if (tile->keyframe != keyframe_) return kNone;
     }
-    const auto place = static_cast<std::uint32_t>((x & 3) | ((y & 3) << 2) | ((z & 3) << 4));
-    return (tile->entered >> place & 1U) != 0 ? tile->slots[place].number : kNone;
+    const auto position = static_cast<std::uint32_t>((x & 3) | ((y & 3) << 2) | ((z & 3) << 4));
+    return (tile->entered >> position & 1U) != 0 ? tile->slots[position].number : kNone;
   }
 
   /// Cells of a block that were occupied `age` keyframes ago, from 1 to the window's length.
@@ -118,7 +112,7 @@ class BlockWindow {
   void record(std::uint32_t number, const BlockHistory& decided) noexcept {
     decided_[number] = decided;
   }
-  /// Makes the current keyframe the latest earlier one. O(blocks of the one that leaves), and now
+  /// Makes the current keyframe the latest earlier one. O(blocks of the evicted one), and now
   /// and then O(tiles).
   void advance() noexcept;
 
@@ -146,9 +140,9 @@ class BlockWindow {
     } slots[kBlocks];
   };
   struct Held {
-    std::uint32_t place;        ///< tile in the upper 26 bits, place in it in the lower 6
-    std::uint32_t last_met;     ///< last keyframe that entered the block,
-    std::uint32_t last_number;  ///< and its number there
+    std::uint32_t position;       ///< tile in the upper 26 bits, position in it in the lower 6
+    std::uint32_t last_keyframe;  ///< last keyframe that entered the block,
+    std::uint32_t last_number;    ///< and its number there
   };
   /// The blocks of one keyframe, in the order of their numbers.
   struct Entered {
@@ -169,14 +163,14 @@ class BlockWindow {
   [[nodiscard]] bool blocks_left() const noexcept { return free_count_ > 0 || fresh_ < capacity_; }
   [[nodiscard]] std::uint32_t find_tile(VoxelKey key) noexcept;
   std::uint32_t make_tile(const VoxelIndex& index) noexcept;
-  [[nodiscard]] bool has_entered(const Tile& tile, std::uint32_t place) const noexcept {
-    return tile.keyframe == keyframe_ && (tile.entered >> place & 1U) != 0;
+  [[nodiscard]] bool has_entered(const Tile& tile, std::uint32_t position) const noexcept {
+    return tile.keyframe == keyframe_ && (tile.entered >> position & 1U) != 0;
   }
-  /// Gives the next number to the block at a place (as in `Held::place`).
-  void number_block(std::uint32_t place, std::uint64_t occupied) noexcept;
-  bool make_block(std::uint32_t tile, std::uint32_t place) noexcept;
-  void expire(Entered& entered) noexcept;
-  /// Lets the oldest keyframe go; false if there is none.
+  /// Gives the next number to the block at a position (as in `Held::position`).
+  void number_block(std::uint32_t position, std::uint64_t occupied) noexcept;
+  bool make_block(std::uint32_t tile, std::uint32_t position) noexcept;
+  void evict(Entered& entered) noexcept;
+  /// Evicts the oldest keyframe; false if there is none.
   bool make_room() noexcept;
   /// Takes the tiles without blocks away.
   void purge_tiles() noexcept;
@@ -190,14 +184,14 @@ class BlockWindow {
   std::uint32_t earlier_ = 0;  ///< keyframes remembered
   std::uint32_t keyframe_ = 1;
   std::uint32_t max_entered_ = 0;
-  std::uint32_t met_count_ = 0;  ///< blocks entered into the current keyframe
-  std::uint32_t met_tile_count_ = 0;
-  std::uint32_t* met_tiles_ = nullptr;        ///< tiles that hold them
-  std::uint32_t* order_ = nullptr;            ///< by number
-  std::uint32_t* place_of_number_ = nullptr;  ///< as `Held::place`, by number
-  std::uint32_t* number_before_ = nullptr;    ///< by number: that in the keyframe before, or none
-  BlockHistory* decided_ = nullptr;           ///< by number
-  BlockHistory* decided_before_ = nullptr;    ///< by number in the keyframe before
+  std::uint32_t entered_count_ = 0;  ///< blocks entered into the current keyframe
+  std::uint32_t entered_tile_count_ = 0;
+  std::uint32_t* entered_tiles_ = nullptr;       ///< tiles that hold them
+  std::uint32_t* order_ = nullptr;               ///< by number
+  std::uint32_t* position_of_number_ = nullptr;  ///< as `Held::position`, by number
+  std::uint32_t* number_before_ = nullptr;  ///< by number: that in the keyframe before, or none
+  BlockHistory* decided_ = nullptr;         ///< by number
+  BlockHistory* decided_before_ = nullptr;  ///< by number in the keyframe before
   Entered entered_[RemovalConfig::kMaxWindow + 1] = {};
 
   // Blocks: fresh ones from the front, then those that were freed.
@@ -215,7 +209,7 @@ class BlockWindow {
   std::uint32_t* free_tiles_ = nullptr;
   Tile* tiles_ = nullptr;
   TileDirectory directory_;
-  // The tile of the last look-up: neighbours are mostly asked for one after the other.
+  // The tile of the last look-up: neighbours are mostly looked up in sequence.
   VoxelKey last_key_ = 0;
   std::uint32_t last_tile_ = kNone;
 };

@@ -12,10 +12,10 @@ constexpr float kReserve = 1.25F;
 
 std::uint32_t Budget::affordable_cells() const noexcept {
   constexpr std::uint32_t kAll = 0xFFFFFFFFU;
-  const float per_cell_us = expected_us(Part::kJudging);
+  const float per_cell_us = expected_us(Part::kFiltering);
   if (!is_on() || per_cell_us <= 0.0F) return kAll;
   const float left_us =
-      budget_us_ - spent_us() - expected_us(Part::kSettling) - expected_us(Part::kCounting);
+      budget_us_ - spent_us() - expected_us(Part::kClassifying) - expected_us(Part::kCounting);
   const float cells = std::max(left_us, 0.0F) / per_cell_us;
   return cells < 1e9F ? static_cast<std::uint32_t>(cells) : kAll;
 }

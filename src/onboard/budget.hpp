@@ -1,4 +1,4 @@
-// What there is still time for.
+// Time budget of a keyframe
 #pragma once
 
 #include <array>
@@ -8,22 +8,22 @@
 
 namespace unimapper::onboard {
 
-/// Keeps a keyframe within `PipelineConfig::budget_us`: remembers what each part cost lately and
+/// Keeps a keyframe within `PipelineConfig::budget_us`: tracks what each part cost lately and
 /// tells what still fits before the deadline. Its answers follow from the clock's readings alone.
 ///
 /// What a part will cost is taken to be a quarter more than the most it cost lately: each keyframe
-/// the memory fades by an eighth, so that one outlier does not switch a part off for good.
+/// the maximum decays by an eighth, so that one outlier does not switch a part off for good.
 /// Without a budget the clock is never read.
 class Budget {
  public:
   /// The parts in the order in which they run.
   enum class Part : std::uint8_t {
-    kJudging,     ///< the evidence, per candidate cell
-    kSettling,    ///< everything between that and the finished cells
-    kDescribing,  ///< keypoints and planes
-    kSearching,   ///< loops
-    kInserting,   ///< the place into the database
-    kCounting     ///< labels for the statistics
+    kFiltering,    ///< the evidence, per candidate cell
+    kClassifying,  ///< everything between that and the finished cells
+    kDescribing,   ///< keypoints and planes
+    kSearching,    ///< loops
+    kInserting,    ///< the place into the database
+    kCounting      ///< labels for the statistics
   };
   static constexpr std::size_t kParts = 6;
 
@@ -43,11 +43,11 @@ class Budget {
   }
   [[nodiscard]] bool is_exceeded() const noexcept { return is_on() && spent_us() > budget_us_; }
 
-  /// Candidate cells that can be judged so that the keyframe's cells are finished in time.
+  /// Candidate cells that can be filtered so that the keyframe's cells are finished in time.
   [[nodiscard]] std::uint32_t affordable_cells() const noexcept;
 
   /// Whether describing, searching (with the inserting that follows it) or inserting fits. If not,
-  /// the part's cost fades and it will be tried again.
+  /// the part's cost decays and it will be tried again.
   [[nodiscard]] bool affords(Part part) noexcept;
 
   /// Notes what `run` costs, spread over `units`.

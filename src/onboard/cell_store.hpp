@@ -1,12 +1,12 @@
-// The points of the keyframe that is being built, summed up by fine cell.
+// Point sums by fine cell of the current keyframe
 #pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
 #include <span>
 
-#include "block.hpp"
 #include "unimapper/core/arena.hpp"
+#include "unimapper/free_space/block.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {
@@ -29,9 +29,9 @@ struct CellSums {
           (static_cast<float>(cell.z) + sums.z * inverse) * cell_size_m};
 }
 
-/// Fine cells by block. The cells of a block lie in groups of four, in the order in which they
-/// were met: a block that holds seven cells takes two cache lines, and finding a cell of a known
-/// block is two array accesses.
+/// Fine cells by block. The cells of a block lie in groups of four, in the order of their
+/// first points: a block that holds seven cells takes two cache lines, and finding a cell of a
+/// known block is two array accesses.
 class CellStore {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
@@ -79,7 +79,7 @@ class CellStore {
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
   /// Entries are less than this.
   [[nodiscard]] static std::size_t max_entries(const VoxelConfig& config) noexcept {
-    // Every block may leave three places of its last group empty.
+    // Every block may leave three slots of its last group empty.
     const std::size_t blocks = config.max_blocks();
     return (std::size_t{config.max_cells} + blocks * (kGroup - 1) + kGroup - 1) / kGroup * kGroup;
   }
@@ -90,7 +90,7 @@ class CellStore {
 
   /// Where the cells of a block lie.
   struct BlockCells {
-    std::uint8_t rank[Block::kCells];  ///< by bit number: how many were met before it
+    std::uint8_t rank[Block::kCells];  ///< by bit number: how many were inserted before it
     std::uint32_t group[Block::kCells / kGroup];
   };
 

@@ -1,13 +1,13 @@
-// The occupied cells of a finished keyframe, in an order that makes neighbours neighbours.
+// Occupied cells of a keyframe in block order
 #pragma once
 
 #include <cstdint>
 #include <span>
 
-#include "block.hpp"
 #include "cell_store.hpp"
 #include "grid.hpp"
 #include "unimapper/core/arena.hpp"
+#include "unimapper/free_space/block.hpp"
 
 namespace unimapper::onboard {
 
@@ -19,8 +19,8 @@ struct CellMarks {
   std::uint64_t dynamic = 0;
   /// Dynamic in their own right, by evidence or by having been so, not for their neighbours' sake.
   std::uint64_t proven = 0;
-  std::uint64_t firm =
-      0;  ///< so often seen occupied that their neighbours cannot make them dynamic
+  /// So often observed as occupied that their component cannot make them dynamic.
+  std::uint64_t confirmed_static = 0;
 };
 /// Names one of the marks, for code that asks about single cells.
 using CellMark = std::uint64_t CellMarks::*;

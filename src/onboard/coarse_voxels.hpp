@@ -1,4 +1,4 @@
-// Coarse voxels with their mean, covariance and plane.
+// Coarse voxels with mean, covariance and plane
 #pragma once
 
 #include <Eigen/Core>
@@ -21,8 +21,8 @@ struct CoarseVoxel {
   Eigen::Vector3f mean = Eigen::Vector3f::Zero();    ///< metres from the grid's origin
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, z >= 0; only of planes
   bool plane = false;
-  bool ground = false;  ///< in G: a ground plane of its own
-  bool floats = false;  ///< looked like one, but hangs above the ground around it
+  bool ground = false;    ///< in G: a ground plane of its own
+  bool elevated = false;  ///< a ground plane, but a step above the ground around it
 
   /// The plane that splits the voxel's points into ground and others: lower than the margin
   /// above it is ground. Only if the voxel is in G or next to it (`has_ground`).

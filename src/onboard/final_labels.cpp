@@ -7,11 +7,9 @@
 namespace unimapper::onboard {
 namespace {
 
-/// What it weighs that the robot called a cell dynamic.
-constexpr float kPriorLogOdds = 1.5F;
-/// Static cells that so many later keyframes met are static, whatever images say.
-constexpr std::int32_t kMetForGood = 3;
-/// As many images of each keyframe are asked: the others repeat them.
+/// Static cells that so many later keyframes observed stay static, whatever images say.
+constexpr std::int32_t kStaticObservations = 3;
+/// As many images of each keyframe are used: the others repeat them.
 constexpr std::uint32_t kImagesPerKeyframe = 2;
 
 }  // namespace
@@ -27,7 +25,7 @@ struct FinalLabels::Group {
   OpenBlock block[kGroup];
   VoxelIndex index[kGroup];      ///< in the grid of the relabelled keyframe
   std::uint32_t first[kGroup];   ///< its first cell
-  std::int32_t settled[kGroup];  ///< evidence for its cells that are static for good
+  std::int32_t decided[kGroup];  ///< evidence for its cells that stay static
 
   /// For all cells of another block; blocks may have none left.
   [[nodiscard]] bool has_room() const noexcept {
@@ -38,12 +36,13 @@ struct FinalLabels::Group {
 void FinalLabels::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   on_ = config.removal.final_labels && config.free_space.visibility;
   if (!on_) return;
-  judge_ = ImageJudge(config);
-  prior_ = in_thousandths(kPriorLogOdds);
+  model_ = inverse_sensor_model(config);
+  prior_ = in_thousandths(EvidenceDefaults::kPriorLogOdds);
   occupied_ = in_thousandths(config.removal.log_odds_occupied);
-  firm_ = in_thousandths(std::min(config.removal.confirmed_static_log_odds, 30.0F));
+  confirmed_static_ = in_thousandths(std::min(config.removal.confirmed_static_log_odds, 30.0F));
   stride_ = std::max(1U, config.free_space.images_per_keyframe / kImagesPerKeyframe);
-  // Most blocks hold nothing but ground and firm cells: of ten keyframes a seventh each.
+  // Most blocks hold nothing but ground and confirmed static cells: of ten keyframes a seventh
+  // each.
   capacity_ = 3 * config.voxel.max_blocks();
   open_ = arena.allocate<OpenBlock>(capacity_);
   group_ = arena.allocate<Group>(1);
@@ -52,26 +51,26 @@ void FinalLabels::allocate(Arena& arena, const PipelineConfig& config) noexcept 
 
 void FinalLabels::drop_oldest() noexcept {
   open_count_ -= keyframes_[0].count;
-  std::copy(keyframes_ + 1, keyframes_ + remembered_, keyframes_);
-  --remembered_;
+  std::copy(keyframes_ + 1, keyframes_ + stored_, keyframes_);
+  --stored_;
 }
 
-void FinalLabels::remember(const BlockWindow& blocks, const CellTable& cells,
-                           std::uint32_t sequence) noexcept {
+void FinalLabels::store(const BlockWindow& blocks, const CellTable& cells,
+                        std::uint32_t sequence) noexcept {
   if (!on_) return;
-  given_up_ = 0;
-  if (remembered_ == std::size(keyframes_)) drop_oldest();
-  Remembered now{sequence, blocks.keyframe(), next_, 0, cells.grid()};
+  left_out_ = 0;
+  if (stored_ == std::size(keyframes_)) drop_oldest();
+  Stored now{sequence, blocks.keyframe(), next_, 0, cells.grid()};
   for (std::uint32_t b = 0; b < cells.blocks().size(); ++b) {
     const CellMarks& marks = cells.marks(b);
-    const std::uint64_t open = marks.candidate & ~marks.dynamic & ~marks.firm;
+    const std::uint64_t open = marks.candidate & ~marks.dynamic & ~marks.confirmed_static;
     if ((marks.dynamic | open) == 0) continue;
-    while (open_count_ == capacity_ && remembered_ > 0) {
-      given_up_ += keyframes_[0].count;
+    while (open_count_ == capacity_ && stored_ > 0) {
+      left_out_ += keyframes_[0].count;
       drop_oldest();
     }
     if (open_count_ == capacity_) {
-      ++given_up_;
+      ++left_out_;
       continue;
     }
     ring(next_) = {marks.dynamic, open, blocks.entry(b)};
@@ -79,33 +78,33 @@ void FinalLabels::remember(const BlockWindow& blocks, const CellTable& cells,
     ++open_count_;
     ++now.count;
   }
-  keyframes_[remembered_++] = now;
+  keyframes_[stored_++] = now;
 }
 
-bool FinalLabels::revise_leaving(const EvidenceWindow& window,
-                                 const ImageProjection& projection) noexcept {
+bool FinalLabels::relabel_evicted(const EvidenceWindow& window,
+                                  const ImageProjection& projection) noexcept {
   result_.available = false;
   if (!on_) return false;
-  // Keyframes that had to leave early are gone.
-  while (remembered_ > 0 &&
+  // Keyframes that were evicted early are gone.
+  while (stored_ > 0 &&
          window.blocks().age_of(keyframes_[0].keyframe) > window.blocks().earlier_count()) {
     drop_oldest();
   }
-  if (remembered_ == 0) return false;
+  if (stored_ == 0) return false;
   if (window.blocks().age_of(keyframes_[0].keyframe) < window.blocks().longest_age()) return false;
-  return revise(window, projection, 0);
+  return relabel_first(window, projection, 0);
 }
 
-bool FinalLabels::revise_oldest(const EvidenceWindow& window,
-                                const ImageProjection& projection) noexcept {
+bool FinalLabels::relabel_oldest(const EvidenceWindow& window,
+                                 const ImageProjection& projection) noexcept {
   result_.available = false;
-  if (!on_ || remembered_ == 0) return false;
-  return revise(window, projection, 1);
+  if (!on_ || stored_ == 0) return false;
+  return relabel_first(window, projection, 1);
 }
 
-bool FinalLabels::revise(const EvidenceWindow& window, const ImageProjection& projection,
-                         std::uint32_t latest_age) noexcept {
-  const Remembered keyframe = keyframes_[0];
+bool FinalLabels::relabel_first(const EvidenceWindow& window, const ImageProjection& projection,
+                                std::uint32_t latest_age) noexcept {
+  const Stored keyframe = keyframes_[0];
   const BlockWindow& blocks = window.blocks();
   const std::uint32_t age = blocks.age_of(keyframe.keyframe);
   grid_ = keyframe.grid;
@@ -113,11 +112,11 @@ bool FinalLabels::revise(const EvidenceWindow& window, const ImageProjection& pr
   result_ = {true, keyframe.sequence, 1, age - latest_age, 0, 0};
   group_->size = group_->blocks = 0;
   for (std::uint32_t i = 0; i < keyframe.count; ++i) {
-    if (!group_->has_room()) settle(window, projection, age, latest_age);
+    if (!group_->has_room()) finish(window, projection, age, latest_age);
     const OpenBlock& block = ring(keyframe.first + i);
     add(blocks, block, blocks.block_at(block.entry, grid_), age, latest_age);
   }
-  settle(window, projection, age, latest_age);
+  finish(window, projection, age, latest_age);
   drop_oldest();
   return true;
 }
@@ -129,7 +128,7 @@ void FinalLabels::add(const BlockWindow& blocks, const OpenBlock& block, const V
   group.index[group.blocks] = index;
   group.first[group.blocks] = group.size;
   const std::uint32_t number = group.blocks++;
-  group.settled[number] = 0;
+  group.decided[number] = 0;
   const float size_m = grid_.cell_size_m;
   for (std::uint64_t left = block.dynamic | block.open; left != 0; left &= left - 1) {
     const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
@@ -138,9 +137,9 @@ void FinalLabels::add(const BlockWindow& blocks, const OpenBlock& block, const V
     for (std::uint32_t later = latest_age; later < age; ++later) {
       if ((blocks.occupied_entry(block.entry, later) >> bit & 1U) != 0) sum -= occupied_;
     }
-    if ((block.open >> bit & 1U) != 0 && sum <= -kMetForGood * occupied_) {
+    if ((block.open >> bit & 1U) != 0 && sum <= -kStaticObservations * occupied_) {
       group.block[number].open &= ~(std::uint64_t{1} << bit);
-      group.settled[number] += std::max(sum, -firm_);
+      group.decided[number] += std::max(sum, -confirmed_static_);
       continue;
     }
     group.x[group.size] = (static_cast<float>(cell.x) + 0.5F) * size_m;
@@ -151,41 +150,41 @@ void FinalLabels::add(const BlockWindow& blocks, const OpenBlock& block, const V
   }
 }
 
-void FinalLabels::settle(const EvidenceWindow& window, const ImageProjection& projection,
+void FinalLabels::finish(const EvidenceWindow& window, const ImageProjection& projection,
                          std::uint32_t age, std::uint32_t latest_age) noexcept {
   Group& group = *group_;
-  const JudgedPlaces places{group.x, group.y, group.z, group.log_odds, group.size};
+  const ObservedPoints points{group.x, group.y, group.z, group.log_odds, group.size};
   for (std::uint32_t later = latest_age; later < age; ++later) {
     const KeyframeEvidence& evidence = later == 0 ? window.current() : window.earlier(later);
-    judge_.add(evidence, stride_, projection, grid_, places);
+    evidence.observe(model_, stride_, projection, grid_, points);
   }
   for (std::uint32_t b = 0; b < group.blocks; ++b) {
-    settle_block(group.block[b], group.index[b], group.log_odds + group.first[b], group.settled[b]);
+    finish_block(group.block[b], group.index[b], group.log_odds + group.first[b], group.decided[b]);
   }
   group.size = group.blocks = 0;
 }
 
-void FinalLabels::settle_block(const OpenBlock& block, const VoxelIndex& index,
-                               const std::int32_t* log_odds, std::int32_t settled) noexcept {
-  std::int32_t evidence = settled;
-  Changed could;
+void FinalLabels::finish_block(const OpenBlock& block, const VoxelIndex& index,
+                               const std::int32_t* log_odds, std::int32_t decided) noexcept {
+  std::int32_t evidence = decided;
+  Changed change;
   const std::int32_t* sum = log_odds;
   for (std::uint64_t left = block.dynamic | block.open; left != 0; left &= left - 1, ++sum) {
-    evidence += std::clamp(*sum, -firm_, firm_);
+    evidence += std::clamp(*sum, -confirmed_static_, confirmed_static_);
     const std::uint64_t cell = lowest_bit(left);
-    if (*sum > -firm_) could.now_dynamic |= cell & block.open;
-    if (*sum < firm_) could.now_static |= cell & block.dynamic;
+    if (*sum > -confirmed_static_) change.now_dynamic |= cell & block.open;
+    if (*sum < confirmed_static_) change.now_static |= cell & block.dynamic;
   }
-  // To remove what was kept takes more than a tie: once more than every cell was met.
+  // To remove what was kept takes more than a tie: one more observation of every cell against.
   const auto cells = static_cast<std::int32_t>(sum - log_odds);
-  if (evidence <= occupied_ * cells) could.now_dynamic = 0;
-  if (evidence >= 0) could.now_static = 0;
-  if ((could.now_dynamic | could.now_static) == 0) return;
+  if (evidence <= occupied_ * cells) change.now_dynamic = 0;
+  if (evidence >= 0) change.now_static = 0;
+  if ((change.now_dynamic | change.now_static) == 0) return;
   const std::uint32_t entry = changed_.find_or_insert(pack(index));
   if (entry == FixedHashMap<Changed>::kNotFound) return;
-  changed_[entry] = could;
-  result_.cells_now_dynamic += popcount(could.now_dynamic);
-  result_.cells_now_static += popcount(could.now_static);
+  changed_[entry] = change;
+  result_.cells_now_dynamic += popcount(change.now_dynamic);
+  result_.cells_now_static += popcount(change.now_static);
 }
 
 std::size_t FinalLabels::relabel(const PointView& points, const Pose& T_odometry_sensor,

@@ -1,47 +1,47 @@
-// Decisions taken back, or made, before a keyframe leaves the window.
+// Final labels of keyframes evicted from the window
 #pragma once
 
 #include <cstdint>
 #include <span>
 
 #include "cell_table.hpp"
-#include "evidence.hpp"
-#include "image_judge.hpp"
+#include "evidence_window.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/fixed_hash_map.hpp"
 #include "unimapper/core/point_view.hpp"
+#include "unimapper/free_space/inverse_sensor_model.hpp"
 #include "unimapper/onboard/config.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
 namespace unimapper::onboard {
 
-/// Remembers which cells of a keyframe were called dynamic and which were called static for want of
-/// evidence, and decides about them once more when the keyframe is the oldest of the window: by
-/// what the keyframes after it saw through and met there (the paper's correction of erroneous
-/// judgements). Cells that were firmly static, and ground, are not looked at again. The undecided
-/// cells of a block are decided together.
+/// Stores which cells of a keyframe were labelled dynamic and which static without enough evidence,
+/// and labels them again when the keyframe is the oldest of the window: by what the keyframes
+/// after it saw through and where they observed a surface (the paper's correction of erroneous
+/// judgements). Confirmed static cells, and ground, keep their labels. The undecided cells of a
+/// block are labelled together.
 class FinalLabels {
  public:
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Forgets all keyframes.
-  void forget() noexcept { remembered_ = open_count_ = 0; }
+  void forget() noexcept { stored_ = open_count_ = 0; }
 
-  /// Remembers what was decided about the current keyframe, number `sequence`, before the window
-  /// records it. If there is no room the oldest keyframes are given up. O(blocks).
-  void remember(const BlockWindow& blocks, const CellTable& cells, std::uint32_t sequence) noexcept;
+  /// Stores the undecided cells of the current keyframe, number `sequence`, before the window
+  /// records it. If there is no room the oldest keyframes are dropped. O(blocks).
+  void store(const BlockWindow& blocks, const CellTable& cells, std::uint32_t sequence) noexcept;
 
-  /// Decides again about the keyframe that leaves the window with the next record, if there is one
-  /// and it was remembered. O(undecided cells x images of the window).
-  bool revise_leaving(const EvidenceWindow& window, const ImageProjection& projection) noexcept;
+  /// Relabels the keyframe that the next record evicts from the window, if there is one and it is
+  /// stored. O(undecided cells x images of the window).
+  bool relabel_evicted(const EvidenceWindow& window, const ImageProjection& projection) noexcept;
   /// The same for the oldest keyframe there is, after the last record. False if there is none.
-  bool revise_oldest(const EvidenceWindow& window, const ImageProjection& projection) noexcept;
+  bool relabel_oldest(const EvidenceWindow& window, const ImageProjection& projection) noexcept;
 
-  /// Blocks for whose revision the last `remember` and revision found no room: they keep what was
-  /// decided online.
-  [[nodiscard]] std::uint64_t given_up() const noexcept { return given_up_ + changed_.refused(); }
+  /// Blocks for which the last `store` and relabelling found no room: they keep their online
+  /// labels.
+  [[nodiscard]] std::uint64_t left_out() const noexcept { return left_out_ + changed_.refused(); }
 
-  /// What became of the keyframe that was relabelled last.
+  /// Counts of the keyframe that was relabelled last.
   [[nodiscard]] const RelabelledKeyframe& result() const noexcept { return result_; }
   /// Changes the labels of a scan of that keyframe accordingly. Returns how many. O(points).
   std::size_t relabel(const PointView& points, const Pose& T_odometry_sensor,
@@ -51,20 +51,20 @@ class FinalLabels {
   static constexpr std::uint32_t kGroup = 2048;
   static constexpr std::uint32_t kNoKeyframe = 0xFFFFFFFFU;
 
-  /// What is not settled about the cells of a block.
+  /// The undecided cells of a block.
   struct OpenBlock {
     std::uint64_t dynamic;
-    std::uint64_t open;   ///< static for want of evidence
+    std::uint64_t open;   ///< static without enough evidence
     std::uint32_t entry;  ///< in the window
   };
-  struct Remembered {
+  struct Stored {
     std::uint32_t sequence;
     std::uint32_t keyframe;  ///< the window's number of it
     std::uint32_t first;     ///< in the ring of open blocks
     std::uint32_t count;
     Grid grid;
   };
-  /// Cells that changed their mind.
+  /// Cells whose label changed.
   struct Changed {
     std::uint64_t now_dynamic = 0;
     std::uint64_t now_static = 0;
@@ -72,30 +72,30 @@ class FinalLabels {
   struct Group;
 
   void drop_oldest() noexcept;
-  bool revise(const EvidenceWindow& window, const ImageProjection& projection,
-              std::uint32_t latest_age) noexcept;
+  bool relabel_first(const EvidenceWindow& window, const ImageProjection& projection,
+                     std::uint32_t latest_age) noexcept;
   void add(const BlockWindow& blocks, const OpenBlock& block, const VoxelIndex& index,
            std::uint32_t age, std::uint32_t latest_age) noexcept;
-  void settle(const EvidenceWindow& window, const ImageProjection& projection, std::uint32_t age,
+  void finish(const EvidenceWindow& window, const ImageProjection& projection, std::uint32_t age,
               std::uint32_t latest_age) noexcept;
-  void settle_block(const OpenBlock& block, const VoxelIndex& index, const std::int32_t* log_odds,
-                    std::int32_t settled) noexcept;
+  void finish_block(const OpenBlock& block, const VoxelIndex& index, const std::int32_t* log_odds,
+                    std::int32_t decided) noexcept;
   [[nodiscard]] OpenBlock& ring(std::uint32_t at) noexcept { return open_[at % capacity_]; }
 
   bool on_ = false;
-  ImageJudge judge_;
+  InverseSensorModel model_;
   std::int32_t prior_ = 0;
   std::int32_t occupied_ = 0;
-  std::int32_t firm_ = 0;
+  std::int32_t confirmed_static_ = 0;
   std::uint32_t stride_ = 1;  ///< of the images of each keyframe
 
-  std::uint64_t given_up_ = 0;
+  std::uint64_t left_out_ = 0;
   std::uint32_t capacity_ = 0;
   std::uint32_t open_count_ = 0;
-  std::uint32_t next_ = 0;  ///< place in the ring
+  std::uint32_t next_ = 0;  ///< index in the ring
   OpenBlock* open_ = nullptr;
-  std::uint32_t remembered_ = 0;
-  Remembered keyframes_[RemovalConfig::kMaxWindow + 1] = {};  ///< oldest first
+  std::uint32_t stored_ = 0;
+  Stored keyframes_[RemovalConfig::kMaxWindow + 1] = {};  ///< oldest first
 
   Group* group_ = nullptr;
   Grid grid_;  ///< of the keyframe relabelled last

@@ -1,4 +1,4 @@
-// The grid of one keyframe.
+// Grid of a keyframe
 #pragma once
 
 #include <Eigen/Core>
@@ -68,11 +68,6 @@ struct GridShift {
     return static_cast<std::int32_t>(step) * from.step_cells();
   };
   return {true, {cells(steps[0]), cells(steps[1]), cells(steps[2])}};
-}
-
-/// floor(a / b) for b > 0.
-[[nodiscard]] constexpr std::int32_t floor_divide(std::int32_t a, std::int32_t b) noexcept {
-  return a >= 0 ? a / b : -((-a + b - 1) / b);
 }
 
 }  // namespace unimapper::onboard

@@ -16,24 +16,24 @@ bool has_points_below(const FixedHashMap<CoarseVoxel>& voxels, VoxelIndex index,
   return false;
 }
 
-/// Adds a voxel's plane to what its neighbours, and itself, receive, unless they have one already.
-/// Visiting the few that give is cheaper than every voxel asking all its neighbours.
-void hand_out(std::uint32_t giver, const Eigen::Vector3f& normal, const Eigen::Vector3f& point,
-              FixedHashMap<CoarseVoxel>& voxels) noexcept {
-  const VoxelIndex center = unpack(voxels.key(giver));
+/// Adds a donor's plane to the sums of its neighbours, and its own, unless they have a plane
+/// already. Visiting the few donors is cheaper than searching the neighbours of every voxel.
+void add_donor(std::uint32_t donor, const Eigen::Vector3f& normal, const Eigen::Vector3f& point,
+               FixedHashMap<CoarseVoxel>& voxels) noexcept {
+  const VoxelIndex center = unpack(voxels.key(donor));
   for (std::int32_t n = 0; n < 27; ++n) {
     const VoxelIndex index{center.x + n % 3 - 1, center.y + n / 3 % 3 - 1, center.z + n / 9 - 1};
     const std::uint32_t neighbour = voxels.find(pack(index));
     if (neighbour == CoarseVoxels::kNone) continue;
-    CoarseVoxel& receiver = voxels[neighbour];
-    if (receiver.has_ground) continue;
-    receiver.ground_normal += normal;
-    receiver.sum += point;
-    ++receiver.points;
+    CoarseVoxel& voxel = voxels[neighbour];
+    if (voxel.has_ground) continue;
+    voxel.ground_normal += normal;
+    voxel.sum += point;
+    ++voxel.points;
   }
 }
 
-void average_received(const GroundConfig& config, FixedHashMap<CoarseVoxel>& voxels) noexcept {
+void average_donors(const GroundConfig& config, FixedHashMap<CoarseVoxel>& voxels) noexcept {
   for (CoarseVoxel& voxel : voxels.values()) {
     if (voxel.has_ground || voxel.points == 0) continue;
     voxel.has_ground = true;
@@ -71,17 +71,17 @@ void propagate_ground(const GroundConfig& config, FixedHashMap<CoarseVoxel>& vox
     voxel.points = 0;
   }
   for (std::uint32_t i = 0; i < voxels.size(); ++i) {
-    if (voxels[i].ground) hand_out(i, voxels[i].normal, voxels[i].mean, voxels);
+    if (voxels[i].ground) add_donor(i, voxels[i].normal, voxels[i].mean, voxels);
   }
-  average_received(config, voxels);
+  average_donors(config, voxels);
   for (std::uint32_t step = 1; step < config.propagation_voxels; ++step) {
     for (std::uint32_t i = 0; i < voxels.size(); ++i) {
       const CoarseVoxel& voxel = voxels[i];
-      // The neighbours of ground voxels have been served.
+      // The neighbours of ground voxels have their plane.
       if (!voxel.has_ground || voxel.ground) continue;
-      hand_out(i, voxel.ground_normal, voxel.ground_point, voxels);
+      add_donor(i, voxel.ground_normal, voxel.ground_point, voxels);
     }
-    average_received(config, voxels);
+    average_donors(config, voxels);
   }
 }
 

@@ -1,4 +1,4 @@
-// Ground voxels, and which cells are ground.
+// Ground segmentation
 #pragma once
 
 #include "cell_table.hpp"

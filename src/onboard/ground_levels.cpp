@@ -12,7 +12,7 @@ constexpr float kStoreyM = 2.0F;
 constexpr float kGrowth = 0.035F;
 
 /// Whether `upper` lies between a step and a storey above the plane of `lower`, and `lower` a step
-/// below that of `upper`: both planes must say so, or every slope would hang above its foot.
+/// below that of `upper`: both planes must say so, or every slope would be elevated above its foot.
 bool lies_above(const CoarseVoxel& upper, const CoarseVoxel& lower, float step_m) noexcept {
   const Eigen::Vector3f between = upper.mean - lower.mean;
   const float above = lower.normal.dot(between);
@@ -27,7 +27,7 @@ void GroundLevels::allocate(Arena& arena, const PipelineConfig& config) noexcept
   step_m_ = config.ground.elevated_step_m;
   const float size_m = config.voxel.coarse_size_m;
   reach_ = static_cast<std::int32_t>(config.ground.elevated_reach_m / size_m + 0.5F);
-  // A keyframe's grid begins where its first scan was taken; what lies farther out is not judged.
+  // A keyframe's grid begins where its first scan was taken; what lies farther out is not tested.
   constexpr std::int32_t kMostColumns = 256;
   const auto half = static_cast<std::int32_t>(config.keyframe.range_max_m / size_m) + 8;
   width_ = step_m_ > 0.0F ? std::min(2 * half, kMostColumns) : 0;
@@ -38,13 +38,13 @@ void GroundLevels::allocate(Arena& arena, const PipelineConfig& config) noexcept
 std::uint32_t GroundLevels::reject_elevated(FixedHashMap<CoarseVoxel>& voxels) noexcept {
   if (width_ == 0) return 0;
   collect(voxels);
-  // All are judged before any is taken out: the order must not matter.
+  // All are tested before any is taken out: the order must not matter.
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < voxels.size(); ++i) {
-    voxels[i].floats = voxels[i].ground && floats(voxels, i);
-    count += voxels[i].floats ? 1U : 0U;
+    voxels[i].elevated = voxels[i].ground && is_elevated(voxels, i);
+    count += voxels[i].elevated ? 1U : 0U;
   }
-  for (CoarseVoxel& voxel : voxels.values()) voxel.ground = voxel.ground && !voxel.floats;
+  for (CoarseVoxel& voxel : voxels.values()) voxel.ground = voxel.ground && !voxel.elevated;
   return count;
 }
 
@@ -67,8 +67,8 @@ std::uint32_t GroundLevels::lowest(std::int32_t x, std::int32_t y) const noexcep
   return x < 0 || y < 0 || x >= width_ || y >= width_ ? kNone : lowest_[y * width_ + x];
 }
 
-bool GroundLevels::floats(const FixedHashMap<CoarseVoxel>& voxels,
-                          std::uint32_t entry) const noexcept {
+bool GroundLevels::is_elevated(const FixedHashMap<CoarseVoxel>& voxels,
+                               std::uint32_t entry) const noexcept {
   const VoxelIndex at = unpack(voxels.key(entry));
   for (std::int32_t y = at.y - reach_; y <= at.y + reach_; ++y) {
     for (std::int32_t x = at.x - reach_; x <= at.x + reach_; ++x) {

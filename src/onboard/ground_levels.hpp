@@ -1,4 +1,4 @@
-// Ground that hangs in the air.
+// Rejection of elevated ground
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ class GroundLevels {
  public:
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
-  /// Takes the voxels that hang in the air out of G. Returns how many. O(ground voxels x reach^2),
+  /// Takes elevated voxels out of G. Returns how many. O(ground voxels x reach^2),
   /// array accesses only.
   std::uint32_t reject_elevated(FixedHashMap<CoarseVoxel>& voxels) noexcept;
 
@@ -28,8 +28,8 @@ class GroundLevels {
   void collect(const FixedHashMap<CoarseVoxel>& voxels) noexcept;
   /// Of the column at (x, y), or `kNone`, also where there is no such column.
   [[nodiscard]] std::uint32_t lowest(std::int32_t x, std::int32_t y) const noexcept;
-  [[nodiscard]] bool floats(const FixedHashMap<CoarseVoxel>& voxels,
-                            std::uint32_t entry) const noexcept;
+  [[nodiscard]] bool is_elevated(const FixedHashMap<CoarseVoxel>& voxels,
+                                 std::uint32_t entry) const noexcept;
 
   float step_m_ = 0.0F;
   std::int32_t reach_ = 0;  ///< voxels

@@ -1,4 +1,4 @@
-// Decided cells as the rest of the world sees them.
+// Labels and cells of a finished keyframe
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Which poses and stamps are believed.
+// Plausibility gate for poses and stamps
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,14 @@
 
 namespace unimapper::onboard {
 
-/// Verdict on the pose of a scan.
+/// Outcome of the check of a pose.
 struct Motion {
   Error error;
   /// The odometry has jumped and stays where it is: earlier coordinates mean nothing any more.
   bool restarted = false;
 };
 
-/// Watches pose and time from scan to scan. A jump is refused once and remembered: if the next
+/// Watches pose and time from scan to scan. A jump is refused once and stored: if the next
 /// pose agrees with it the odometry was restarted, if it agrees with the one before it was a
 /// glitch. So one wrong pose costs one scan, and a restart does not end the mapping.
 class MotionGate {
@@ -25,7 +25,7 @@ class MotionGate {
       : max_step_m_(static_cast<double>(config.max_pose_step_m)),
         max_speed_mps_(static_cast<double>(config.max_speed_mps)) {}
 
-  /// Judges a pose; remembers it if it is a jump.
+  /// Checks a pose; stores it if it is a jump.
   Motion check(const Pose& pose, std::int64_t stamp_ns) noexcept;
 
   /// The scan that was checked last has become part of the map.

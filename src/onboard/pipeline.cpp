@@ -8,18 +8,18 @@
 #include "budget.hpp"
 #include "cell_table.hpp"
 #include "coarse_voxels.hpp"
-#include "components.hpp"
-#include "evidence.hpp"
+#include "component_classifier.hpp"
+#include "evidence_window.hpp"
 #include "final_labels.hpp"
 #include "ground.hpp"
 #include "ground_levels.hpp"
 #include "keyframe_output.hpp"
 #include "motion_gate.hpp"
-#include "range_image.hpp"
 #include "range_limit.hpp"
 #include "scan_accumulator.hpp"
 #include "stage_clock.hpp"
 #include "transparent_ground.hpp"
+#include "unimapper/free_space/range_image.hpp"
 #include "unimapper/onboard/events.hpp"
 #include "unimapper/place/describer.hpp"
 
@@ -75,8 +75,8 @@ struct Pipeline::State {
   GroundLevels levels;
   EvidenceWindow window;
   BayesFilter filter;
-  Components components;
-  FinalLabels revision;
+  ComponentClassifier components;
+  FinalLabels final_labels;
   KeyframeOutput output;
   PlaceDescriber describer;
   PlaceDatabase places;
@@ -92,7 +92,9 @@ struct Pipeline::State {
 
 void Pipeline::State::allocate(Arena& arena) noexcept {
   accumulator.allocate(arena, config);
-  painter.allocate(arena, config);
+  painter.allocate(arena, {config.free_space.image_shape(), config.keyframe.range_min_m,
+                           config.keyframe.range_max_m, config.free_space.min_returns,
+                           config.keyframe.max_points_per_scan});
   cells.allocate(arena, config.voxel);
   voxels.allocate(arena, config.voxel);
   transparent.allocate(arena, config);
@@ -100,7 +102,7 @@ void Pipeline::State::allocate(Arena& arena) noexcept {
   window.allocate(arena, config);
   filter.allocate(arena, config);
   components.allocate(arena, config);
-  revision.allocate(arena, config);
+  final_labels.allocate(arena, config);
   output.allocate(arena, config);
   describer.allocate(arena, config.descriptor);
   places.allocate(arena, config.loop_search);
@@ -126,7 +128,7 @@ ScanResult Pipeline::State::add_scan(const PointView& points, const Pose& pose,
   // Two poses in a row say that the robot is elsewhere: whatever was seen before is of no use.
   if (motion.restarted) {
     window.forget();
-    revision.forget();
+    final_labels.forget();
   }
   if (!open) begin_keyframe(pose);
   if (!ingest(points, pose)) {
@@ -158,7 +160,7 @@ bool Pipeline::State::ingest(const PointView& points, const Pose& pose) noexcept
   count_input(counts);
   if (config.free_space.visibility) {
     RangeImage* const image = window.image_for(accumulator.scans() - 1, pose);
-    if (image != nullptr) painter.paint(points, *image);
+    if (image != nullptr) painter.paint(points, image->pixels);
   }
   return true;
 }
@@ -202,18 +204,21 @@ void Pipeline::State::remove_dynamic() noexcept {
   statistics.ground_voxels -= levels.reject_elevated(voxels.map());
   propagate_ground(config.ground, voxels.map());
   split_ground(config.ground, config.removal, voxels, cells);
-  if (config.free_space.columns) window.current().columns.build(cells);
+  if (config.free_space.columns) {
+    window.current().columns.build(
+        cells.blocks(), [this](std::uint32_t b) noexcept { return cells.marks(b).ground; });
+  }
   const std::uint32_t candidates = shed_far_cells();
-  budget.measure(Budget::Part::kJudging, candidates,
+  budget.measure(Budget::Part::kFiltering, candidates,
                  [this] { filter.run(window, painter.projection(), cells); });
-  budget.measure(Budget::Part::kSettling, 1, [this] {
+  budget.measure(Budget::Part::kClassifying, 1, [this] {
     if (config.removal.components) {
       statistics.components = components.run(window.blocks(), filter.log_odds(), cells);
     }
-    revision.revise_leaving(window, painter.projection());
-    view.relabelled = revision.result();
-    revision.remember(window.blocks(), cells, view.sequence);
-    dropped(DropCause::kEvidenceFull) = window.left_out() + revision.given_up();
+    final_labels.relabel_evicted(window, painter.projection());
+    view.relabelled = final_labels.result();
+    final_labels.store(window.blocks(), cells, view.sequence);
+    dropped(DropCause::kEvidenceFull) = window.left_out() + final_labels.left_out();
     window.record(cells);
     show_images();
     output.build(cells, voxels, view.T_odometry_keyframe);
@@ -241,7 +246,7 @@ std::uint32_t Pipeline::State::shed_far_cells() noexcept {
       keep_nearest(cells, sensor, config.keyframe.range_max_m, budget.affordable_cells());
   shed(Shed::kFarCells) = limit.shed;
   statistics.removal_range_m = limit.range_m;
-  // What does not depend on the number of cells must not look like the price of a few.
+  // What does not depend on the number of cells must not look like the cost of a few.
   constexpr std::uint32_t kFewest = 1024;
   return std::max(limit.kept, kFewest);
 }
@@ -406,13 +411,13 @@ std::size_t Pipeline::labels(std::size_t scan_in_keyframe,
 
 std::size_t Pipeline::relabel(const PointView& points, const Pose& T_odometry_sensor,
                               std::span<PointLabel> labels) const noexcept {
-  return state_->revision.relabel(points, T_odometry_sensor, labels);
+  return state_->final_labels.relabel(points, T_odometry_sensor, labels);
 }
 
 bool Pipeline::relabel_next() noexcept {
-  const bool relabelled =
-      !state_->open && state_->revision.revise_oldest(state_->window, state_->painter.projection());
-  state_->view.relabelled = state_->revision.result();
+  const bool relabelled = !state_->open && state_->final_labels.relabel_oldest(
+                                               state_->window, state_->painter.projection());
+  state_->view.relabelled = state_->final_labels.result();
   return relabelled;
 }
 

@@ -44,7 +44,7 @@ float ray_spacing_deg(const SensorModel& sensor) noexcept {
 }
 
 /// Pixels follow the rays. Rows of spinning sensors are no finer than half the gap between two
-/// rings: a verdict then rests on the rings on either side. Patterns that do not repeat need an
+/// rings: a range then rests on the rings on either side. Patterns that do not repeat need an
 /// image per scan, with pixels as large as the gaps.
 void apply_pattern(const SensorModel& sensor, PipelineConfig& config) noexcept {
   FreeSpaceConfig& free_space = config.free_space;

@@ -1,4 +1,4 @@
-// Near cells first: what is left out when there is no time for all.
+// Range limit of removal under a time budget
 #pragma once
 
 #include <Eigen/Core>

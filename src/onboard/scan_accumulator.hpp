@@ -1,4 +1,4 @@
-// Scans in, occupied fine cells out.
+// Accumulation of scans into fine cells
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ inline constexpr PointCode kPointDropped = 0xFFFFFFFEU;  ///< no room
 /// Both special codes name a cell beyond every capacity.
 [[nodiscard]] constexpr bool has_cell(PointCode code) noexcept { return code < kPointDropped; }
 
-/// What became of the points of one scan.
+/// Counts of the points of one scan.
 struct ScanCounts {
   std::uint64_t points = 0;
   std::uint64_t valid = 0;
@@ -35,9 +35,9 @@ struct ScanCounts {
   std::uint64_t no_cell = 0;          ///< no room for its cell or its block
 };
 
-/// Accumulates the scans of a keyframe (paper section IV-A). Blocks are entered into the window as
-/// they are met, so what a cell's place was before need not be looked up again; points that
-/// follow each other mostly share their block, and only a change of block is looked up.
+/// Accumulates the scans of a keyframe (paper section IV-A). Blocks are entered into the window
+/// with their first point, so the history of a cell need not be looked up again; points that follow
+/// each other mostly share their block, and only a change of block is looked up.
 class ScanAccumulator {
  public:
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
@@ -96,7 +96,7 @@ class ScanAccumulator {
   PointCode* codes_ = nullptr;
   CellStore cells_;
 
-  /// Blocks met lately: scans meet the same few hundred blocks again and again.
+  /// Recent blocks: scans return to the same few hundred again and again.
   struct Recent {
     VoxelIndex block;
     std::uint32_t number;

@@ -1,4 +1,4 @@
-// Stage times, if the caller supplied a clock.
+// Timer of processing stages
 #pragma once
 
 #include <cstdint>

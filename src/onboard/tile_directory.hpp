@@ -1,4 +1,4 @@
-// Which tile lies where.
+// Hash table of tiles by position
 #pragma once
 
 #include <bit>

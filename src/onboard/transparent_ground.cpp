@@ -13,53 +13,51 @@ bool is_drawn(std::uint32_t row) noexcept { return (row * 0x9E3779B1U) >> 30U ==
 void TransparentGround::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   share_ = config.free_space.visibility ? config.ground.seen_through_share : 0.0F;
   if (!(share_ > 0.0F)) return;
-  judge_ = ImageJudge(config);
+  model_ = inverse_sensor_model(config);
   least_ = in_thousandths(config.removal.log_odds_free);
   samples_ = arena.allocate<Samples>(1);
-  tally_ = arena.allocate<Tally>(config.voxel.max_voxels);
+  patches_ = arena.allocate<GroundPatch>(config.voxel.max_voxels);
 }
 
 std::uint32_t TransparentGround::reject(const EvidenceWindow& window,
                                         const ImageProjection& projection, const CellTable& cells,
                                         CoarseVoxels& voxels) noexcept {
   if (!(share_ > 0.0F)) return 0;
-  std::fill_n(tally_, voxels.map().size(), Tally{0, 0});
+  std::fill_n(patches_, voxels.map().size(), GroundPatch{});
   size_ = 0;
   for (std::uint32_t row = 0; row < cells.size(); ++row) {
     if (!is_drawn(row)) continue;
     const std::uint32_t voxel = voxels.of_row(row);
     if (voxel == CoarseVoxels::kNone || !voxels.map()[voxel].ground) continue;
-    if (tally_[voxel].asked == kSamplesPerVoxel) continue;
-    ++tally_[voxel].asked;
+    if (patches_[voxel].cells == kSamplesPerVoxel) continue;
+    ++patches_[voxel].cells;
     samples_->voxel[size_] = voxel;
     samples_->x[size_] = cells.x()[row];
     samples_->y[size_] = cells.y()[row];
     samples_->z[size_] = cells.z()[row];
     samples_->log_odds[size_] = 0;
-    if (++size_ == kGroup) ask(window, projection, cells.grid());
+    if (++size_ == kGroup) observe(window, projection, cells.grid());
   }
-  ask(window, projection, cells.grid());
+  observe(window, projection, cells.grid());
 
   std::uint32_t rejected = 0;
   for (std::uint32_t i = 0; i < voxels.map().size(); ++i) {
-    const auto [asked, seen_through] = tally_[i];
-    if (asked < 2 || static_cast<float>(seen_through) < share_ * static_cast<float>(asked))
-      continue;
+    if (!patches_[i].is_transparent(share_)) continue;
     voxels.map()[i].ground = false;
     ++rejected;
   }
   return rejected;
 }
 
-void TransparentGround::ask(const EvidenceWindow& window, const ImageProjection& projection,
-                            const Grid& grid) noexcept {
-  const JudgedPlaces places{samples_->x, samples_->y, samples_->z, samples_->log_odds, size_};
+void TransparentGround::observe(const EvidenceWindow& window, const ImageProjection& projection,
+                                const Grid& grid) noexcept {
+  const ObservedPoints points{samples_->x, samples_->y, samples_->z, samples_->log_odds, size_};
   for (std::uint32_t age = 1; age <= window.earlier_count(); ++age) {
-    judge_.add(window.earlier(age), 1, projection, grid, places);
+    window.earlier(age).observe(model_, 1, projection, grid, points);
   }
-  judge_.add(window.current(), 1, projection, grid, places);
+  window.current().observe(model_, 1, projection, grid, points);
   for (std::uint32_t i = 0; i < size_; ++i) {
-    if (samples_->log_odds[i] > least_) ++tally_[samples_->voxel[i]].seen_through;
+    if (samples_->log_odds[i] > least_) ++patches_[samples_->voxel[i]].seen_through;
   }
   size_ = 0;
 }

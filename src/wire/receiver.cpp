@@ -22,8 +22,8 @@ std::uint64_t memory_of(const KeyframeRecord& record) {
   for (const CodedImage& image : record.images) image_bytes += sizeof image + image.code.size();
   return sizeof record + record.scans.size() * sizeof(KeyframeScan) +
          (record.static_cells.size() + record.dynamic_cells.size()) * sizeof(FineCell) +
-         record.keypoints.size() * sizeof(Keypoint) +
-         record.planes.size() * sizeof(PlanePatch) + image_bytes;
+         record.keypoints.size() * sizeof(Keypoint) + record.planes.size() * sizeof(PlanePatch) +
+         image_bytes;
 }
 
 bool is_same(const SessionInfo& a, const SessionInfo& b) {

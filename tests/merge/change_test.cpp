@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "src/merge/changes.hpp"
-#include "src/merge/free_space_view.hpp"
 #include "src/merge/max_clique.hpp"
 #include "src/merge/voxel_trees.hpp"
 #include "tests/merge/random.hpp"
@@ -38,6 +37,9 @@ KeyframeRecord look_at_wall(std::int64_t stamp_ns) {
 /// Points of the first day's session that are gone on the second day.
 std::size_t count_gone(const SessionData& first, const SessionData& second,
                        const MapConfig& config = {}) {
+  MergeConfig merge_config;
+  merge_config.map = config;
+  merge_config.threads = 1;
   const std::vector<SessionData> sessions{first, second};
   std::vector<MergedSession> merged(2);
   std::vector<SessionVoxels> voxels;
@@ -46,7 +48,7 @@ std::size_t count_gone(const SessionData& first, const SessionData& second,
     merged[s].refined.resize(sessions[s].keyframes.size());
     voxels.push_back(voxelise(sessions[s], merged[s], config.voxel_size_m, CellKind::kStatic));
   }
-  const auto changes = find_changes(sessions, merged, {&voxels[0], &voxels[1]}, config, 1);
+  const auto changes = find_changes(sessions, merged, {&voxels[0], &voxels[1]}, merge_config);
   return static_cast<std::size_t>(
       std::count_if(changes.begin(), changes.end(), [](const ChangedPoint& change) {
         return change.session == 0 && !change.appeared && change.position.x() < 6.45F;
@@ -136,35 +138,6 @@ TEST_CASE("Per-voxel kd-trees find neighbours across the voxels' faces", "[chang
     for (const auto& p : points) near = near || (p - query).squaredNorm() < 0.25F;
     CHECK(trees.has_neighbor(query, 0.5F) == near);
   }
-}
-
-TEST_CASE("In front of a wall is free, at it occupied, behind it and beside it unknown",
-          "[changes]") {
-  KeyframeRecord keyframe;
-  for (float y = -8.0F; y <= 8.0F; y += 0.2F) {
-    for (float z = -2.0F; z <= 4.0F; z += 0.2F) {
-      keyframe.static_cells.push_back({Eigen::Vector3f(12.0F, y, z), 3, 0, 0});
-    }
-  }
-  const FreeSpaceView view(keyframe);
-  CHECK(view.look({8.0F, 0.0F, 0.5F}, 0.6F) == Visibility::kFree);
-  CHECK(view.look({12.1F, 0.0F, 0.5F}, 0.6F) == Visibility::kOccupied);
-  CHECK(view.look({15.0F, 0.0F, 0.5F}, 0.6F) == Visibility::kUnknown);
-  CHECK(view.look({-8.0F, 0.0F, 0.5F}, 0.6F) == Visibility::kUnknown);
-  CHECK(view.look({8.0F, 0.0F, 30.0F}, 0.6F) == Visibility::kUnknown);
-}
-
-TEST_CASE("What moved hides what is behind it", "[changes]") {
-  KeyframeRecord keyframe;
-  for (float y = -8.0F; y <= 8.0F; y += 0.2F) {
-    for (float z = -2.0F; z <= 4.0F; z += 0.2F) {
-      keyframe.static_cells.push_back({Eigen::Vector3f(12.0F, y, z), 3, 0, 0});
-      keyframe.dynamic_cells.push_back({Eigen::Vector3f(4.0F, 0.4F * y, 0.4F * z), 3, 0, 0});
-    }
-  }
-  const FreeSpaceView view(keyframe);
-  CHECK(view.look({8.0F, 0.0F, 0.5F}, 0.6F) == Visibility::kUnknown);
-  CHECK(view.look({2.0F, 0.0F, 0.1F}, 0.6F) == Visibility::kFree);
 }
 
 TEST_CASE("The clique search finds the largest group hidden in noise", "[acceptance]") {

@@ -43,13 +43,13 @@ struct Aligned {
   }
 
   std::vector<LoopCandidate> search(const MergeConfig& config = {},
-                                   const std::vector<LoopConstraint>& known = {}) {
+                                    const std::vector<LoopConstraint>& known = {}) {
     alignment.connected.assign(2, true);
     alignment.T_map_session.assign(2, Pose{});
     return search_as_is(config, known);
   }
   std::vector<LoopCandidate> search_as_is(const MergeConfig& config = {},
-                                         const std::vector<LoopConstraint>& known = {}) {
+                                          const std::vector<LoopConstraint>& known = {}) {
     alignment.T_session_keyframe.clear();
     for (const SessionData& session : sessions) {
       alignment.T_session_keyframe.emplace_back();

@@ -1,4 +1,4 @@
-// What is static, decided again with hindsight.
+// Refinement of static and dynamic cells
 #include "unimapper/merge/refinement.hpp"
 
 #include <algorithm>
@@ -33,8 +33,7 @@ double dynamic_share(const KeyframeRecord& keyframe, const RefinedKeyframe& refi
 
 }  // namespace
 
-TEST_CASE("who had not moved when the robot decided is removed by those who saw the place empty",
-          "[refinement]") {
+TEST_CASE("who had not moved yet is removed by later keyframes that saw through", "[refinement]") {
   SessionData session;
   session.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
   for (std::uint32_t k = 1; k < 5; ++k) session.keyframes.push_back(keyframe_of(k, {kWall}));
@@ -54,15 +53,15 @@ TEST_CASE("what was removed by mistake and stands there all the time comes back"
   CHECK(dynamic_share(session.keyframes[4], refined[0][4], kPerson.x) == 0.0);
 }
 
-TEST_CASE("what the robot alone knows stays as it said", "[refinement]") {
-  // Nobody else saw the place: it was out of everybody's view.
+TEST_CASE("what no other keyframe observed keeps its online label", "[refinement]") {
+  // No other keyframe observed it.
   SessionData session;
   session.keyframes.push_back(keyframe_of(0, {kWall}, {kPerson}));
   CHECK(dynamic_share(session.keyframes[0], refine({placed(session)}, {}, 1)[0][0], kPerson.x) ==
         1.0);
 }
 
-TEST_CASE("a robot that sends no images is believed", "[refinement]") {
+TEST_CASE("without images the online labels stay", "[refinement]") {
   SessionData session;
   session.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
   for (std::uint32_t k = 1; k < 5; ++k)
@@ -93,7 +92,7 @@ TEST_CASE("what another visit saw removes a ghost but not what stood here all da
   CHECK(dynamic_share(parked.keyframes[2], with_parked[0][2], kPerson.x) == 0.0);
 }
 
-TEST_CASE("ground that was seen through as a whole was none", "[refinement]") {
+TEST_CASE("ground that was seen through as a whole is rejected", "[refinement]") {
   SessionData session;
   session.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
   for (FineCell& cell : session.keyframes[0].static_cells) {
@@ -130,7 +129,7 @@ TEST_CASE("refinement does not depend on the number of threads, and can be turne
   }
 }
 
-TEST_CASE("cells that lie nowhere keep the robot's verdict", "[refinement]") {
+TEST_CASE("cells without a position keep their online label", "[refinement]") {
   SessionData session;
   session.keyframes.push_back(keyframe_of(0, {kWall}));
   session.keyframes[0].dynamic_cells.push_back({{1e30F, 0.0F, 0.0F}, 1, 0, 0});

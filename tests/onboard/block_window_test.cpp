@@ -1,4 +1,4 @@
-// The window's blocks against a model made of standard maps.
+// Sliding-window block index against a model made of standard maps
 #include "src/onboard/block_window.hpp"
 
 #include <algorithm>
@@ -90,7 +90,7 @@ class Drive {
     return arranged;
   }
 
-  /// Records random verdicts and moves on.
+  /// Records random labels and moves on.
   void finish(const std::vector<Place>& places) {
     std::map<Place, BlockHistory> decided;
     for (std::uint32_t number = 0; number < places.size(); ++number) {
@@ -157,7 +157,7 @@ class Drive {
 
 }  // namespace
 
-TEST_CASE("a window remembers what each keyframe met in a block, and who its neighbours are") {
+TEST_CASE("a window stores what each keyframe occupied of a block, and which blocks touch it") {
   OwnedWindow owned(windowed(5, 20000));
   Drive drive(owned);
   // Far enough for tiles to be given back and used again many times.

@@ -1,4 +1,4 @@
-// What is given up, and in which order, when there is not enough time.
+// Time budget: what is shed, and in which order
 #include "src/onboard/budget.hpp"
 
 #include <catch2/catch.hpp>
@@ -48,7 +48,7 @@ std::vector<KeyframeRun> run_with(std::uint32_t budget_us, int keyframes, std::u
 
 /// How many of the ordered things were given up; -1 if out of order.
 int depth(const KeyframeStatistics& statistics) {
-  int given_up = 0;
+  int shed = 0;
   bool ended = false;
   for (std::size_t i = 0; i < kSheds; ++i) {
     if (statistics.shed[i] == 0) {
@@ -56,10 +56,10 @@ int depth(const KeyframeStatistics& statistics) {
     } else if (ended) {
       return -1;
     } else {
-      ++given_up;
+      ++shed;
     }
   }
-  return given_up;
+  return shed;
 }
 
 }  // namespace
@@ -118,7 +118,7 @@ TEST_CASE("what is given up is left out of the keyframe, and labels stay complet
   }
 }
 
-TEST_CASE("when there is time for some cells, the near ones are judged") {
+TEST_CASE("when there is time for some cells, the near ones are filtered") {
   // With all the time in the world, the walker 6 m away is found.
   const std::size_t walker = run_with(0, 2, 10)[1].dynamic_cells.size();
   REQUIRE(walker > 0);
@@ -127,7 +127,7 @@ TEST_CASE("when there is time for some cells, the near ones are judged") {
     const KeyframeRun run = run_with(budget_us, 2, 10)[1];
     const float range_m = run.statistics.removal_range_m;
     if (range_m == 0.0F) continue;
-    INFO("budget " << budget_us << " us, judged to " << range_m << " m");
+    INFO("budget " << budget_us << " us, filtered to " << range_m << " m");
     for (const FineCell& cell : run.dynamic_cells) CHECK(cell.position.norm() <= range_m + 0.5F);
     CHECK(run.statistics.shed_of(Shed::kFarCells) > 0);
     found_again = found_again || run.dynamic_cells.size() == walker;

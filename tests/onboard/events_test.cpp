@@ -1,4 +1,4 @@
-// What the pipeline writes into the ring it is handed, and how it reads.
+// Events of the pipeline in the ring it is given, and as text
 #include "unimapper/onboard/events.hpp"
 
 #include <catch2/catch.hpp>

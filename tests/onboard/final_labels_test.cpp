@@ -1,4 +1,4 @@
-// Labels that are taken back, or given, before a keyframe leaves the window.
+// Final labels of keyframes evicted from the window
 #include <catch2/catch.hpp>
 #include <map>
 
@@ -12,7 +12,7 @@ namespace {
 constexpr std::int64_t kPeriodNs = 100'000'000;
 
 /// What was said of every keyframe, at once and at last.
-struct Revisions {
+struct Labels {
   std::map<std::uint32_t, Score> online;
   std::map<std::uint32_t, Score> final;
   std::map<std::uint32_t, RelabelledKeyframe> relabelled;
@@ -23,22 +23,22 @@ class Replay {
  public:
   Replay(const Scene& scene, const PipelineConfig& config) : scene_(scene), pipeline_(config) {}
 
-  Revisions run(int scan_count) {
+  Labels run(int scan_count) {
     for (int i = 0; i < scan_count; ++i) {
       scans_.push_back(scene_.scan(sensor_at(0.0, 0.0), 0.1 * i));
       const auto result =
           pipeline_->add_scan(scans_.back().view(), sensor_at(0.0, 0.0), 1 + i * kPeriodNs);
       if (result.error.code != ErrorCode::kOk) std::abort();
       if (!result.keyframe_ready) continue;
-      revise();
+      relabel();
       label();
     }
     if (pipeline_->flush().keyframe_ready) {
-      revise();
+      relabel();
       label();
     }
-    while (pipeline_->relabel_next()) revise();
-    return revisions_;
+    while (pipeline_->relabel_next()) relabel();
+    return labels_;
   }
 
  private:
@@ -62,19 +62,19 @@ class Replay {
       const std::size_t scan = view.scans[s].scan_index;
       Labelled labelled{scan, std::vector<PointLabel>(scans_[scan].points.size())};
       (void)pipeline_->labels(s, labelled.labels);
-      count(labelled, revisions_.online[view.sequence]);
+      count(labelled, labels_.online[view.sequence]);
       kept_[view.sequence].push_back(std::move(labelled));
     }
   }
 
-  void revise() {
+  void relabel() {
     const RelabelledKeyframe& relabelled = pipeline_->keyframe().relabelled;
     if (!relabelled.available) return;
     REQUIRE(kept_.count(relabelled.sequence) == 1);
-    revisions_.relabelled[relabelled.sequence] = relabelled;
+    labels_.relabelled[relabelled.sequence] = relabelled;
     for (Labelled& scan : kept_[relabelled.sequence]) {
       (void)pipeline_->relabel(scans_[scan.scan].view(), sensor_at(0.0, 0.0), scan.labels);
-      count(scan, revisions_.final[relabelled.sequence]);
+      count(scan, labels_.final[relabelled.sequence]);
     }
   }
 
@@ -82,7 +82,7 @@ class Replay {
   OwnedPipeline pipeline_;
   std::vector<LabelledScan> scans_;
   std::map<std::uint32_t, std::vector<Labelled>> kept_;
-  Revisions revisions_;
+  Labels labels_;
 };
 
 PipelineConfig short_window() {
@@ -111,10 +111,10 @@ Box waiting_box(const Eigen::Vector3d& at, double leaves) {
 
 }  // namespace
 
-TEST_CASE("who waited and then walked off is removed from where they waited", "[revision]") {
+TEST_CASE("who waited and then walked off is removed from where they waited", "[final labels]") {
   Scene scene = walls();
   scene.boxes.push_back(waiting_box({6.0, 4.0, 0.9}, 2.0));
-  const Revisions said = Replay(scene, short_window()).run(100);
+  const Labels said = Replay(scene, short_window()).run(100);
   // Online nobody can know: the first two keyframes saw somebody stand.
   CHECK(said.online.at(0).dynamic_right == 0);
   CHECK(said.final.at(0).dynamic_percent() > 80.0);
@@ -122,9 +122,10 @@ TEST_CASE("who waited and then walked off is removed from where they waited", "[
   for (const auto& [sequence, score] : said.final) CHECK(score.static_percent() > 99.5);
 }
 
-TEST_CASE("a keyframe is relabelled once, when it leaves the window or at the end", "[revision]") {
+TEST_CASE("a keyframe is relabelled once, when it is evicted from the window or at the end",
+          "[final labels]") {
   Scene scene = walls();
-  const Revisions said = Replay(scene, short_window()).run(95);
+  const Labels said = Replay(scene, short_window()).run(95);
   REQUIRE(said.online.size() == 10);
   REQUIRE(said.relabelled.size() == 10);
   for (const auto& [sequence, relabelled] : said.relabelled) {
@@ -133,14 +134,14 @@ TEST_CASE("a keyframe is relabelled once, when it leaves the window or at the en
   }
 }
 
-TEST_CASE("where nothing moves nothing is relabelled", "[revision]") {
+TEST_CASE("where nothing moves nothing is relabelled", "[final labels]") {
   for (const auto& [sequence, relabelled] : Replay(walls(), short_window()).run(100).relabelled) {
     CHECK(relabelled.cells_now_dynamic == 0);
     CHECK(relabelled.cells_now_static == 0);
   }
 }
 
-TEST_CASE("revision can be turned off and then takes no memory", "[revision]") {
+TEST_CASE("relabelling can be turned off and then takes no memory", "[final labels]") {
   PipelineConfig config = short_window();
   const std::size_t with = Pipeline::required_bytes(config);
   config.removal.final_labels = false;
@@ -150,7 +151,7 @@ TEST_CASE("revision can be turned off and then takes no memory", "[revision]") {
   CHECK(Replay(scene, config).run(100).relabelled.empty());
 }
 
-TEST_CASE("labels of a scan that does not fit are left alone", "[revision]") {
+TEST_CASE("labels of a scan that does not fit are left alone", "[final labels]") {
   Scene scene = walls();
   OwnedPipeline pipeline(short_window());
   std::vector<PointLabel> labels(3, PointLabel::kStatic);

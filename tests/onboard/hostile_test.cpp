@@ -1,4 +1,4 @@
-// Hostile scans degrade by rule: every point is accounted for by cause, every container stays
+// Hostile scans: every point is accounted for by cause, every container stays
 // within its capacity (which bounds the work), and the next honest keyframe is as it should be.
 #include <algorithm>
 #include <catch2/catch.hpp>

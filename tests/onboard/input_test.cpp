@@ -1,4 +1,4 @@
-// Bad input: refused or skipped, counted, and never in the way of what comes after.
+// Bad input: refused or skipped, and counted
 #include <catch2/catch.hpp>
 #include <limits>
 #include <string>

@@ -1,4 +1,4 @@
-// A small town whose scans are the same bits on every machine: whole millimetres, whole-number
+// Simulated town with scans of the same bits on every machine: whole millimetres, whole-number
 // arithmetic, and no floating-point operation but single ones that IEEE 754 rounds exactly.
 #pragma once
 

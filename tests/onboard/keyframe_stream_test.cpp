@@ -1,5 +1,5 @@
-// The keyframe stream is the same bytes on x86-64, aarch64 and ARMv7: this program is built for
-// each of them, and its checksums are pinned.
+// Checksums of the keyframe stream: the same bytes on x86-64, aarch64 and ARMv7. This program is
+// built for each of them.
 //
 // When the pipeline's results change on purpose, take over the numbers that the failing test
 // prints, and check that all three platforms print the same ones (`./dev arm -R "keyframe

@@ -1,4 +1,4 @@
-// Dynamic removal as a specification, on scenes small enough to think through.
+// Dynamic removal on small scenes, as a specification
 #include <catch2/catch.hpp>
 
 #include "run.hpp"
@@ -119,7 +119,7 @@ TEST_CASE("no place is dynamic for longer than the most that is carried") {
   const auto runs = run_scene(scene, config, 100, stand_still);
   REQUIRE(runs.size() == 10);
   CHECK(runs[4].score.static_percent() < 99.5);
-  // Each keyframe takes 0.425 for having met it and 0.255 for each of two images off the sum.
+  // Each keyframe takes 0.425 for having observed it and 0.255 for each of two images off the sum.
   for (std::size_t k = 7; k < runs.size(); ++k) CHECK(runs[k].score.static_percent() > 99.8);
 }
 

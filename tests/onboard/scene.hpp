@@ -1,4 +1,4 @@
-// A tiny world for tests: a flat ground, boxes that stand or walk, and a spinning LiDAR.
+// Simulated scene: flat ground, standing and moving boxes, a spinning LiDAR
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@
 
 namespace unimapper::test {
 
-/// What a ray met.
+/// What a ray hit.
 enum class Truth : std::uint8_t { kGround, kStatic, kDynamic };
 
 /// An upright box; `center` moves with the time in seconds.

@@ -1,4 +1,4 @@
-// The stages one by one, each on an input small enough to work out by hand.
+// Pipeline stages, each on an input small enough to work out by hand
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -7,15 +7,15 @@
 #include "run.hpp"
 #include "src/onboard/cell_table.hpp"
 #include "src/onboard/coarse_voxels.hpp"
-#include "src/onboard/components.hpp"
-#include "src/onboard/evidence.hpp"
-#include "src/onboard/free_columns.hpp"
+#include "src/onboard/component_classifier.hpp"
+#include "src/onboard/evidence_window.hpp"
 #include "src/onboard/ground.hpp"
 #include "src/onboard/ground_levels.hpp"
-#include "src/onboard/range_image.hpp"
 #include "src/onboard/scan_accumulator.hpp"
 #include "src/onboard/transparent_ground.hpp"
 #include "unimapper/core/angles.hpp"
+#include "unimapper/free_space/free_columns.hpp"
+#include "unimapper/free_space/range_image.hpp"
 
 using namespace unimapper;
 using namespace unimapper::onboard;
@@ -44,7 +44,10 @@ struct Stages {
     columns.allocate(arena, 1000);
     window.allocate(arena, config);
     components.allocate(arena, config);
-    painter.allocate(arena, config);
+    painter.allocate(
+        arena, RangePainterConfig{config.free_space.image_shape(), config.keyframe.range_min_m,
+                                  config.keyframe.range_max_m, config.free_space.min_returns,
+                                  config.keyframe.max_points_per_scan});
   }
   void begin(const Eigen::Vector3d& at = Eigen::Vector3d::Zero()) {
     scans.begin(grid_near(at, config.voxel));
@@ -68,9 +71,9 @@ struct Stages {
     split_ground(config.ground, config.removal, voxels, cells);
     return ground;
   }
-  /// Settles components as if every dynamic cell had been seen through once, and every other one
-  /// met once before. Returns their number.
-  std::uint32_t settle_components() {
+  /// Classifies components as if every dynamic cell had been seen through once, and every other one
+  /// observed once before. Returns their number.
+  std::uint32_t classify_components() {
     std::vector<std::int16_t> log_odds(cells.size(), -425);
     for (std::uint32_t row = 0; row < cells.size(); ++row) {
       if (cells.has(row, &CellMarks::dynamic)) log_odds[row] = 850;
@@ -93,10 +96,10 @@ struct Stages {
   CoarseVoxels voxels;
   TransparentGround transparent;
   GroundLevels levels;
-  std::uint32_t rejected = 0;  ///< ground voxels that hang in the air
+  std::uint32_t rejected = 0;  ///< elevated ground voxels
   FreeColumns columns;
   EvidenceWindow window;
-  Components components;
+  ComponentClassifier components;
   RangePainter painter;
 };
 
@@ -271,7 +274,8 @@ TEST_CASE("columns are free from the ground up to the lowest obstacle") {
   add_column(points, 1.1F, 1.1F, 1.4F, 1.8F);
   stages.add(points);
   stages.find_and_split_ground();
-  stages.columns.build(stages.cells);
+  stages.columns.build(stages.cells.blocks(),
+                       [&](std::uint32_t b) { return stages.cells.marks(b).ground; });
   const auto free = [&](float x, float y, float z) {
     return stages.columns.is_free(voxel_index({x, y, z}, 5.0F));
   };
@@ -284,7 +288,7 @@ TEST_CASE("columns are free from the ground up to the lowest obstacle") {
   CHECK_FALSE(free(30.0F, 30.0F, 1.0F));  // no ground seen there
 }
 
-TEST_CASE("a range image keeps the smallest range around each pixel and no verdict elsewhere") {
+TEST_CASE("a range image keeps the smallest range around each pixel and nothing elsewhere") {
   Stages stages;
   std::vector<Eigen::Vector3f> points;
   // A wall 10 m ahead, and nothing anywhere else.
@@ -293,7 +297,8 @@ TEST_CASE("a range image keeps the smallest range around each pixel and no verdi
   }
   points.emplace_back(5.0F, 0.0F, -0.1F);  // one nearer point
   RangeImage& image = *stages.window.image_for(0, Pose{});
-  stages.painter.paint(PointView::xyz(points.data(), points.size(), sizeof(points[0])), image);
+  stages.painter.paint(PointView::xyz(points.data(), points.size(), sizeof(points[0])),
+                       image.pixels);
   const auto seen_m = [&](float x, float y, float z) {
     std::int32_t pixel = 0;
     float range = 0.0F;
@@ -379,7 +384,7 @@ TEST_CASE("obstacles that touch are one component, across block borders too") {
   REQUIRE(stages.cells.size() == 13);
   // A third of the staircase is dynamic: enough for all of it.
   for (std::uint32_t row = 0; row < 4; ++row) stages.cells.set(row, &CellMarks::dynamic);
-  CHECK(stages.settle_components() == 2);
+  CHECK(stages.classify_components() == 2);
   std::size_t dynamic = 0;
   for (std::uint32_t row = 0; row < 13; ++row) {
     dynamic += stages.cells.has(row, &CellMarks::dynamic) ? 1 : 0;
@@ -388,19 +393,20 @@ TEST_CASE("obstacles that touch are one component, across block borders too") {
   CHECK_FALSE(stages.cells.has(stages.row_at({10.0F, 10.0F, 3.0F}), &CellMarks::dynamic));
 }
 
-TEST_CASE("hardly dynamic components become static, firm cells resist their neighbours") {
+TEST_CASE(
+    "hardly dynamic components become static, confirmed static cells resist their component") {
   Stages stages;
   std::vector<Eigen::Vector3f> points;
   for (int i = 0; i < 40; ++i) points.emplace_back(0.1F + 0.2F * static_cast<float>(i), 0.1F, 3.1F);
   stages.add(points);
   stages.find_and_split_ground();
   stages.cells.set(0, &CellMarks::dynamic);
-  stages.settle_components();
+  stages.classify_components();
   CHECK_FALSE(stages.cells.has(0, &CellMarks::dynamic));
 
   for (std::uint32_t row = 0; row < 20; ++row) stages.cells.set(row, &CellMarks::dynamic);
-  stages.cells.set(39, &CellMarks::firm);
-  stages.settle_components();
+  stages.cells.set(39, &CellMarks::confirmed_static);
+  stages.classify_components();
   CHECK(stages.cells.has(38, &CellMarks::dynamic));
   CHECK_FALSE(stages.cells.has(39, &CellMarks::dynamic));
 }
@@ -447,7 +453,7 @@ TEST_CASE("ground that was seen through is none, whatever looks like it") {
   }
   for (const std::uint32_t scan : {0U, 9U}) {
     RangeImage& image = *stages.window.image_for(scan, Pose{});
-    stages.painter.paint(PointView::xyz(wall.data(), wall.size(), sizeof(wall[0])), image);
+    stages.painter.paint(PointView::xyz(wall.data(), wall.size(), sizeof(wall[0])), image.pixels);
   }
   CHECK(reject() == count());
 }
@@ -486,7 +492,7 @@ TEST_CASE("low cells follow an obstacle but do not tie obstacles together") {
   for (float z = 0.5F; z < 1.8F; z += 0.2F) {
     stages.cells.set(stages.row_at({1.1F, 1.1F, z}), &CellMarks::dynamic);
   }
-  stages.settle_components();
+  stages.classify_components();
   const auto dynamic = [&](float x, float z) {
     return stages.cells.has(stages.row_at({x, 1.1F, z}), &CellMarks::dynamic);
   };

@@ -1,4 +1,4 @@
-// One number for everything a pipeline says, part by part.
+// Checksums of the keyframe stream, part by part
 #pragma once
 
 #include <array>

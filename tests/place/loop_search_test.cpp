@@ -17,7 +17,7 @@ using test::Laid;
 using test::Random;
 using test::standing_at;
 
-constexpr PlaceId kQuery{9, 0};
+constexpr KeyframeId kQuery{9, 0};
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 const Pose kOrigin;
 
@@ -82,12 +82,12 @@ TEST_CASE("a target keypoint is paired with one query keypoint only") {
 
 TEST_CASE("of three sessions none lowers another's confidence, wherever its map lies") {
   const Description place = random_place(2, 40);
-  const auto search = [&](const std::vector<std::pair<PlaceId, Pose>>& stored) {
+  const auto search = [&](const std::vector<std::pair<KeyframeId, Pose>>& stored) {
     Laid<PlaceDatabase> database(small());
     for (const auto& [id, pose] : stored) database->insert(place.view(), id, pose);
     return confidence_of(database->search(place.view(), kQuery, {}), 1);
   };
-  const std::pair<PlaceId, Pose> first{{1, 0}, kOrigin};
+  const std::pair<KeyframeId, Pose> first{{1, 0}, kOrigin};
   const double alone = search({first});
   REQUIRE(alone > 0.95);
   CHECK(search({first, {{2, 0}, standing_at(300, 0, 0, 1)}}) == alone);

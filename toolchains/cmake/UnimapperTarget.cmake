@@ -2,7 +2,7 @@
 #                   [FREESTANDING] [REPRODUCIBLE] [PORT])
 #
 # One room as one static library with the alias unimapper::NAME. FREESTANDING rooms
-# (core, place, onboard) also hold without exceptions, RTTI and thread-safe statics. They and
+# (core, free_space, place, onboard) also hold without exceptions, RTTI and thread-safe statics. They and
 # REPRODUCIBLE ones compute the same bits on every processor. The headers of PORT libraries lie in
 # ports/NAME.
 function(unimapper_library name)

@@ -54,6 +54,11 @@ inline constexpr std::int32_t kVoxelAxisLimit = 1 << 20;
   return truncated - above;
 }
 
+/// floor(a / b) for b > 0.
+[[nodiscard]] constexpr std::int32_t floor_divide(std::int32_t a, std::int32_t b) noexcept {
+  return a >= 0 ? a / b : -((-a + b - 1) / b);
+}
+
 /// Cell of a point. The caller has checked that the point is finite and within range.
 [[nodiscard]] inline VoxelIndex voxel_index(const Eigen::Vector3f& p, float inverse_size) noexcept {
   return {floor_to_int(p.x() * inverse_size), floor_to_int(p.y() * inverse_size),

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <string>
 
+#include "unimapper/free_space/evidence_weights.hpp"
+
 namespace unimapper::merge {
 
 /// How odometry drifts: a random walk over the distance travelled. The defaults fit
@@ -81,26 +83,36 @@ struct RadiusConfig {
   double max_correction_rad = 0.15;  ///< the same for rotation, [0.01, 3.2]
 };
 
-/// What is static, decided again with hindsight; log-odds of "dynamic" as onboard (paper section
+/// Refinement of static and dynamic cells; log-odds of "dynamic" as onboard (paper section
 /// IV-D, docs/tuning.md).
 struct RefinementConfig {
-  std::uint32_t window = 10;    ///< keyframes before and after one that judge it; 0: off, [0, 100]
-  std::uint32_t revisits = 10;  ///< others, of any session, that judge it too, [0, 1000]
+  std::uint32_t window = 10;  ///< keyframes before and after one that observe it; 0: off, [0, 100]
+  std::uint32_t revisits = 10;  ///< others, of any session, that observe it too, [0, 1000]
   float reach_m = 30.0F;        ///< these are at most so far from it, [1, 500]
-  float log_odds_free = 0.85F;  ///< seen through by an image of another keyframe, [0, 10]
-  float log_odds_occupied = 0.425F;         ///< met by another keyframe, [0, 10]
-  float log_odds_weakly_occupied = 0.255F;  ///< a surface met about there, [0, 10]
-  float prior_log_odds = 1.5F;              ///< the robot called it dynamic, [0, 10]
-  float most_by_revisits = 1.0F;            ///< all revisits together, either way, [0, 10]
-  float range_margin_m = 0.3F;          ///< farther behind a cell: it was seen through, [0.05, 5]
-  float range_margin_relative = 0.01F;  ///< plus this share of the range, [0, 0.2]
-  float connecting_height_m = 0.3F;     ///< lower cells connect no components, above ground, [0, 2]
-  float component_dynamic_share = 0.4F;  ///< at least: all of a component is dynamic, [0, 1]
-  float component_static_share = 0.1F;   ///< less: all of it is static, [0, 1]
+  float log_odds_free =
+      EvidenceDefaults::kLogOddsFree;  ///< seen through by another keyframe, [0, 10]
+  float log_odds_occupied =
+      EvidenceDefaults::kLogOddsOccupied;  ///< occupied in another keyframe, [0, 10]
+  float log_odds_weakly_occupied =
+      EvidenceDefaults::kLogOddsWeaklyOccupied;            ///< a surface about there, [0, 10]
+  float prior_log_odds = EvidenceDefaults::kPriorLogOdds;  ///< labelled dynamic online, [0, 10]
+  float most_by_revisits = 1.0F;  ///< all revisits together, either way, [0, 10]
+  float range_margin_m =
+      EvidenceDefaults::kRangeMarginM;  ///< farther behind a cell: it was seen through, [0.05, 5]
+  float range_margin_relative =
+      EvidenceDefaults::kRangeMarginRelative;  ///< plus this share of the range, [0, 0.2]
+  float connecting_height_m =
+      EvidenceDefaults::kConnectingHeightM;  ///< lower cells connect no components, above ground,
+                                             ///< [0, 2]
+  float component_dynamic_share = 0.4F;      ///< at least: all of a component is dynamic, [0, 1]
+  float component_static_share =
+      EvidenceDefaults::kComponentStaticShare;  ///< less: all of it is static, [0, 1]
   float confirmed_static_log_odds =
-      2.0F;  ///< a cell counts no more than this; static beyond stays, (0, 1000]
+      EvidenceDefaults::kConfirmedStaticLogOdds;  ///< a cell counts no more than this; static
+                                                  ///< beyond stays, (0, 1000]
   float ground_log_odds = 1.0F;  ///< ground counts as seen through from here on, [0, 10]
-  float ground_share = 0.7F;     ///< and such a patch is none: share of its cells, (0, 1]
+  float ground_share = EvidenceDefaults::kSeenThroughShare;  ///< and such a patch is none: share of
+                                                             ///< its cells, (0, 1]
 };
 
 /// The unified map and what changed between sessions.
@@ -108,7 +120,7 @@ struct MapConfig {
   float voxel_size_m = 0.2F;        ///< of the map, [0.05, 5]
   float tree_voxel_size_m = 2.0F;   ///< one kd-tree each, [0.5, 50]
   float change_distance_m = 0.5F;   ///< nearest point of the other session farther away, [0.1, 2]
-  float change_range_m = 30.0F;     ///< how far a keyframe may testify to free space, [5, 200]
+  float change_range_m = 30.0F;     ///< how far a keyframe observes free space, [5, 200]
   float free_margin_m = 0.6F;       ///< how far in front of a surface is free, [0.1, 5]
   std::uint32_t min_witnesses = 2;  ///< keyframes that saw the place free, [1, 100]
   std::uint32_t min_cluster = 6;  ///< changed points within a metre of one that is kept, [1, 1000]

@@ -1,4 +1,4 @@
-// What is static, decided again with hindsight.
+// Refinement of static and dynamic cells after alignment
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 namespace unimapper::merge {
 
 /// One keyframe's cells after refinement: the static cells first, then the dynamic ones, in the
-/// order of the record. Empty: as the robot decided.
+/// order of the record. Empty: the online labels.
 struct RefinedKeyframe {
   std::vector<std::uint8_t> dynamic;  ///< 1: dynamic
 };
@@ -30,7 +30,7 @@ void visit_cells(const KeyframeRecord& keyframe, const RefinedKeyframe& refined,
   }
 }
 
-/// A session and where its keyframes are; sessions that share a map see each other's places.
+/// A session and where its keyframes are; sessions that share a map observe each other.
 struct PlacedSession {
   const SessionData* session = nullptr;
   std::vector<Pose> T_map_keyframe;
@@ -38,10 +38,10 @@ struct PlacedSession {
   std::size_t map = 0;
 };
 
-/// Decides for every cell of every keyframe again whether it belongs to something that moved, by
-/// what the keyframes before *and after* it, and those of other visits, saw through or met there.
-/// One result per session and keyframe; without free-space images the robot's decision stands.
-/// Deterministic for any number of threads. O(cells x witnesses).
+/// Labels every cell of every keyframe again, static or dynamic, by what the keyframes before *and
+/// after* it, and those of other visits, saw through or observed as occupied. One result per
+/// session and keyframe; keyframes without free-space images keep their online labels.
+/// Deterministic for any number of threads. O(cells x observers).
 [[nodiscard]] std::vector<std::vector<RefinedKeyframe>> refine(
     const std::vector<PlacedSession>& sessions, const RefinementConfig& config, unsigned threads);
 

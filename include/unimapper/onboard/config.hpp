@@ -1,4 +1,4 @@
-// Parameters of the onboard pipeline: one struct per stage.
+// Parameters of the onboard pipeline
 //
 // Every member states unit, accepted range and where its default comes from. "Paper" is the
 // Uni-Mapper paper; "measured" means chosen by the comparison in docs/tuning.md.
@@ -11,6 +11,7 @@
 #include "unimapper/core/expected.hpp"
 #include "unimapper/core/image_projection.hpp"
 #include "unimapper/core/sensor.hpp"
+#include "unimapper/free_space/evidence_weights.hpp"
 #include "unimapper/place/config.hpp"
 #include "unimapper/place/database.hpp"
 
@@ -97,7 +98,7 @@ struct GroundConfig {
   float elevated_reach_m = 10.0F;
   /// Ground of which at least this share was seen through is none: where a sensor hardly sees the
   /// ground, the roof of a passing car is the lowest plane. 0 = off (paper), else (0, 1]; measured.
-  float seen_through_share = 0.7F;
+  float seen_through_share = EvidenceDefaults::kSeenThroughShare;
 
   [[nodiscard]] Error validate() const noexcept;
 };
@@ -124,13 +125,13 @@ struct FreeSpaceConfig {
   float horizontal_fov_deg = 360.0F;
   float elevation_min_deg = -45.0F;
   float elevation_max_deg = 45.0F;
-  /// A pixel is judged by the smallest range among itself and its eight neighbours, of which at
+  /// A pixel holds the smallest range among itself and its eight neighbours, of which at
   /// least this many must have returned something. [1, 9]; measured: 3.
   std::uint32_t min_returns = 3;
   /// A cell is seen through if the range exceeds its own by more than this, metres plus a
   /// share of the range. [0.05, 5] and [0, 0.2]; measured: 0.3 and 0.01.
-  float range_margin_m = 0.3F;
-  float range_margin_relative = 0.01F;
+  float range_margin_m = EvidenceDefaults::kRangeMarginM;
+  float range_margin_relative = EvidenceDefaults::kRangeMarginRelative;
   /// Up to this range a cell that was seen through counts in full, beyond it in proportion: the
   /// farther out, the more room there is between two rays, and the one that passed need not have
   /// passed through the cell. Metres; 0 = always in full, else (0, 500]; measured: where
@@ -157,13 +158,13 @@ struct RemovalConfig {
   /// true; measured: false, every non-ground cell is a candidate.
   bool candidates_next_to_ground = false;
   /// Log-odds per observation: seen through (or in a free column) / occupied in an earlier
-  /// keyframe / a surface met about there (half-way evidence). [0, 10]; a cell is dynamic when
+  /// keyframe / a surface about there (half-way evidence). [0, 10]; a cell is dynamic when
   /// the sum is positive. Counted in thousandths. The paper gives no values; measured: see
   /// docs/tuning.md.
-  float log_odds_free = 0.85F;
-  float log_odds_occupied = 0.425F;
-  float log_odds_weakly_occupied = 0.255F;
-  /// A cell that was judged in the keyframe before carries its sum on, at most so much either way,
+  float log_odds_free = EvidenceDefaults::kLogOddsFree;
+  float log_odds_occupied = EvidenceDefaults::kLogOddsOccupied;
+  float log_odds_weakly_occupied = EvidenceDefaults::kLogOddsWeaklyOccupied;
+  /// A cell that was a candidate in the keyframe before keeps its sum, clamped to this either way,
   /// and only newer evidence is added; 0 = weigh the whole window anew in every keyframe, which
   /// costs several times as much. [0, 30]; measured.
   float log_odds_clamp = 6.0F;
@@ -171,19 +172,19 @@ struct RemovalConfig {
   bool components = true;
   /// Cells lower than this above the ground follow the component they touch, but do not connect
   /// components: kerbs and grass would tie every walker to the next wall, metres. [0, 2]; measured.
-  float connecting_height_m = 0.3F;
+  float connecting_height_m = EvidenceDefaults::kConnectingHeightM;
   /// A component is dynamic if at least this share of the evidence for and against its cells says
   /// so, each cell's counted up to `confirmed_static_log_odds`; with less than the second share it
   /// is static; between them each cell stands for itself. [0, 1]; measured.
   float component_dynamic_share = 0.3F;
-  float component_static_share = 0.1F;
-  /// Cells at or below minus this log-odds keep their own verdict whatever their component says:
+  float component_static_share = EvidenceDefaults::kComponentStaticShare;
+  /// Cells at or below minus this log-odds stay static whatever their component is:
   /// a van that drives past does not take the parked car with it. (0, 1000]; measured.
-  float confirmed_static_log_odds = 2.0F;
+  float confirmed_static_log_odds = EvidenceDefaults::kConfirmedStaticLogOdds;
   /// A component stays dynamic if at least this share of its cells was dynamic in the keyframe
   /// before, and twice as many cells were dynamic as static there. [0, 1], 0 = off; measured.
   float persistence_share = 0.3F;
-  /// Decide once more about the cells of a keyframe that leaves the window; measured: on.
+  /// Relabel the undecided cells of a keyframe when it is evicted from the window; measured: on.
   bool final_labels = true;
 
   [[nodiscard]] Error validate() const noexcept;

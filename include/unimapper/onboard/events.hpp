@@ -1,4 +1,4 @@
-// The events a pipeline writes into its ring (`PipelineConfig::events`).
+// Events that a pipeline writes into its ring (`PipelineConfig::events`)
 #pragma once
 
 #include <cstdint>

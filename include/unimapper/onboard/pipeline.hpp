@@ -1,4 +1,4 @@
-// The onboard pipeline: scans and odometry poses in, keyframes out.
+// Onboard pipeline: scans and odometry poses in, keyframes out
 #pragma once
 
 #include <cstdint>
@@ -13,22 +13,22 @@
 
 namespace unimapper {
 
-/// What became of a keyframe when it left the window, N keyframes after it was made: the last
-/// revision of its labels, which `Pipeline::relabel` brings up to date.
+/// The final labels of a keyframe, decided when it was evicted from the window, N keyframes after
+/// it closed; `Pipeline::relabel` applies them.
 struct RelabelledKeyframe {
   bool available = false;
   std::uint32_t sequence = 0;         ///< of the keyframe
-  std::uint32_t revision = 0;         ///< 1: final; 0 is the online decision
-  std::uint32_t later_keyframes = 0;  ///< that had a say
+  std::uint32_t revision = 0;         ///< 1: final; 0: online
+  std::uint32_t later_keyframes = 0;  ///< whose evidence was used
   std::uint32_t cells_now_dynamic = 0;
   std::uint32_t cells_now_static = 0;
 };
 
-/// A finished keyframe, as decided online: revision 0. Every view points into the pipeline's memory
-/// and stays valid until the next call of `add_scan` or `flush`.
+/// A finished keyframe with its online labels (revision 0). Every view points into the pipeline's
+/// memory and stays valid until the next call of `add_scan` or `flush`.
 struct KeyframeView : KeyframeContent {
   std::span<const LoopCandidate> loops;  ///< earlier keyframes that look alike, best first
-  /// The keyframe that left the window when this one came, if there is one.
+  /// The keyframe that this one evicted from the window, if there is one.
   RelabelledKeyframe relabelled;
   const KeyframeStatistics* statistics = nullptr;
 };
@@ -75,18 +75,18 @@ class Pipeline {
   /// The last keyframe; valid until the next call of `add_scan`, `flush` or `relabel_next`.
   [[nodiscard]] const KeyframeView& keyframe() const noexcept;
 
-  /// Online decision for every point of scan `scan_in_keyframe` of the finished keyframe, in
+  /// Online label of every point of scan `scan_in_keyframe` of the finished keyframe, in
   /// input order. Writes at most `out.size()` labels and returns how many.
   /// `kUnknown` is given only to points that are not finite or out of range.
   std::size_t labels(std::size_t scan_in_keyframe, std::span<PointLabel> out) const noexcept;
 
-  /// Brings the labels of a scan of the keyframe `keyframe().relabelled` up to its last revision.
+  /// Applies the final labels of the keyframe `keyframe().relabelled` to the labels of one scan.
   /// The caller kept them, and the scan: hand in the same points and pose as to `add_scan`. Returns
   /// how many labels changed. O(points).
   std::size_t relabel(const PointView& points, const Pose& T_odometry_sensor,
                       std::span<PointLabel> labels) const noexcept;
 
-  /// After the last scan and `flush`: revises the oldest keyframe that is still in the window, so
+  /// After the last scan and `flush`: relabels the oldest keyframe that is still in the window, so
   /// that `keyframe().relabelled` tells of it; false if there is none left. Call until then.
   bool relabel_next() noexcept;
 

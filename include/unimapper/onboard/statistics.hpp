@@ -1,4 +1,4 @@
-// What happened inside the pipeline, keyframe by keyframe.
+// Statistics of each keyframe
 #pragma once
 
 #include <array>

@@ -1,14 +1,13 @@
-// 64 cells in one word, checked against the slow and obvious way.
-#include "src/onboard/block_bits.hpp"
+// Morphology of blocks against plain loops
+#include "unimapper/free_space/block_bits.hpp"
 
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
-#include "src/onboard/cell_table.hpp"
 #include "unimapper/core/voxel_key.hpp"
+#include "unimapper/free_space/block.hpp"
 
 using namespace unimapper;
-using namespace unimapper::onboard;
 
 namespace {
 

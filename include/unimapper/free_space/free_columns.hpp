@@ -1,13 +1,16 @@
-// The paper's free space: what lies between the ground and the lowest obstacle of a column.
+// Free space by columns
 #pragma once
 
+#include <algorithm>
+#include <bit>
 #include <cstdint>
+#include <span>
 
-#include "cell_table.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/fixed_hash_map.hpp"
+#include "unimapper/free_space/block.hpp"
 
-namespace unimapper::onboard {
+namespace unimapper {
 
 /// Free space of one keyframe as the paper defines it (section IV-C): in every fine column of
 /// C and G that holds ground, the empty cells above the highest ground cell and below the
@@ -16,8 +19,19 @@ class FreeColumns {
  public:
   void allocate(Arena& arena, std::size_t capacity) noexcept;
 
-  /// From cells that `split_ground` has marked. O(cells).
-  void build(const CellTable& cells) noexcept;
+  /// From the occupied cells of blocks; `ground_of(b)` are those of block `b` that are ground, one
+  /// bit each. O(cells).
+  template <typename GroundOf>
+  void build(std::span<const Block> blocks, const GroundOf& ground_of) noexcept {
+    blocks_.clear();
+    for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+      visit(blocks[b], ground_of(b), [this](const VoxelIndex& cell) { add_ground(cell); });
+    }
+    for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+      visit(blocks[b], blocks[b].occupied & ~ground_of(b),
+            [this](const VoxelIndex& cell) { add_obstacle(cell); });
+    }
+  }
   void clear() noexcept { blocks_.clear(); }
 
   /// True if `cell` was seen as free; false if it was occupied or nothing is known.
@@ -38,10 +52,18 @@ class FreeColumns {
     bool initialised;
   };
 
+  template <typename Visit>
+  static void visit(const Block& block, std::uint64_t cells, const Visit& visit) noexcept {
+    for (; cells != 0; cells &= cells - 1) {
+      visit(cell_in(block.index, static_cast<std::uint32_t>(std::countr_zero(cells))));
+    }
+  }
+  void add_ground(const VoxelIndex& cell) noexcept;
+  void add_obstacle(const VoxelIndex& cell) noexcept;
   [[nodiscard]] static VoxelKey key_of(const VoxelIndex& cell) noexcept;
   [[nodiscard]] static std::size_t column_of(const VoxelIndex& cell) noexcept;
 
   FixedHashMap<ColumnBlock> blocks_;
 };
 
-}  // namespace unimapper::onboard
+}  // namespace unimapper

@@ -1,8 +1,26 @@
-#include "evidence.hpp"
+#include "evidence_window.hpp"
 
 #include <algorithm>
 
 namespace unimapper::onboard {
+
+InverseSensorModel inverse_sensor_model(const PipelineConfig& config) noexcept {
+  const FreeSpaceConfig& free_space = config.free_space;
+  return {VisibilityTest(free_space.range_margin_m, free_space.range_margin_relative),
+          EvidenceWeights::of(config.removal), free_space.full_weight_range_m};
+}
+
+void KeyframeEvidence::observe(const InverseSensorModel& model, std::uint32_t stride,
+                               const ImageProjection& projection, const Grid& points_grid,
+                               const ObservedPoints& points) const noexcept {
+  const Eigen::Vector3f offset = (points_grid.origin_m() - grid.origin_m()).cast<float>();
+  for (std::uint32_t i = image_count == 0 ? 0 : (image_count - 1) % stride; i < image_count;
+       i += stride) {
+    const Eigen::Matrix3f r = images[i].R_grid_sensor.transpose();
+    const Eigen::Vector3f t = r * (offset - images[i].t_grid_sensor);
+    model.add(images[i].pixels, projection, r, t, points);
+  }
+}
 
 void EvidenceWindow::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   const ImageProjection projection(config.free_space.image_shape());

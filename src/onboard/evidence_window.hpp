@@ -1,4 +1,4 @@
-// What earlier keyframes know about space: the sliding window of the Bayes filter.
+// Sliding window of free-space evidence
 #pragma once
 
 #include <array>
@@ -7,15 +7,24 @@
 
 #include "block_window.hpp"
 #include "cell_table.hpp"
-#include "free_columns.hpp"
-#include "range_image.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/pose.hpp"
+#include "unimapper/free_space/free_columns.hpp"
+#include "unimapper/free_space/inverse_sensor_model.hpp"
+#include "unimapper/free_space/range_image.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {
 
-/// What one keyframe knows about free space (part of the measurement Z of paper section IV-D).
+/// The range image of one scan (see `RangePainter`).
+struct RangeImage {
+  std::uint16_t* pixels = nullptr;
+  std::uint32_t scan = 0;  ///< of the keyframe
+  Eigen::Matrix3f R_grid_sensor = Eigen::Matrix3f::Identity();
+  Eigen::Vector3f t_grid_sensor = Eigen::Vector3f::Zero();  ///< metres from the grid's origin
+};
+
+/// The free-space evidence of one keyframe (part of the measurement Z of paper section IV-D).
 struct KeyframeEvidence {
   Grid grid;
   FreeColumns columns;
@@ -25,7 +34,15 @@ struct KeyframeEvidence {
   [[nodiscard]] std::span<const RangeImage> painted() const noexcept {
     return {images, image_count};
   }
+  /// Adds what every `stride`-th image, the last one among them, tells of points in `points_grid`.
+  /// O(points x images).
+  void observe(const InverseSensorModel& model, std::uint32_t stride,
+               const ImageProjection& projection, const Grid& points_grid,
+               const ObservedPoints& points) const noexcept;
 };
+
+/// The inverse sensor model that a configuration asks for.
+[[nodiscard]] InverseSensorModel inverse_sensor_model(const PipelineConfig& config) noexcept;
 
 /// The evidence of the last N keyframes and of the current one. A ring: the oldest makes room.
 class EvidenceWindow {
@@ -42,7 +59,7 @@ class EvidenceWindow {
   [[nodiscard]] BlockWindow& blocks() noexcept { return blocks_; }
   [[nodiscard]] const BlockWindow& blocks() const noexcept { return blocks_; }
 
-  /// The slot of the keyframe at hand: images and columns are filled while it is being built.
+  /// The slot of the current keyframe: images and columns are filled while it is being built.
   [[nodiscard]] KeyframeEvidence& current() noexcept { return slots_[current_]; }
   [[nodiscard]] const KeyframeEvidence& current() const noexcept { return slots_[current_]; }
 

@@ -1,8 +1,8 @@
-#include "range_image.hpp"
+#include "unimapper/free_space/range_image.hpp"
 
 #include <algorithm>
 
-namespace unimapper::onboard {
+namespace unimapper {
 namespace {
 
 constexpr std::uint16_t kNoReturn = 0xFFFF;
@@ -10,21 +10,10 @@ constexpr std::size_t kBatch = 256;
 
 }  // namespace
 
-void RangePainter::allocate(Arena& arena, const PipelineConfig& config) noexcept {
-  projection_ = ImageProjection(config.free_space.image_shape());
-  range_min_m_ = config.keyframe.range_min_m;
-  range_max_m_ = config.keyframe.range_max_m;
-  min_returns_ = config.free_space.min_returns;
-  max_points_ = config.keyframe.max_points_per_scan;
-  nearest_ = arena.allocate<std::uint16_t>(projection_.pixels());
-  row_min_ = arena.allocate<std::uint16_t>(projection_.pixels());
-  row_count_ = arena.allocate<std::uint8_t>(projection_.pixels());
-}
-
-void RangePainter::paint(const PointView& points, RangeImage& image) noexcept {
+void RangePainter::paint(const PointView& points, std::uint16_t* pixels) noexcept {
   std::fill_n(nearest_, projection_.pixels(), kNoReturn);
   collect(points);
-  filter(image.pixels);
+  filter(pixels);
 }
 
 void RangePainter::collect(const PointView& points) noexcept {
@@ -33,7 +22,7 @@ void RangePainter::collect(const PointView& points) noexcept {
   float z[kBatch];
   float range_m[kBatch];
   std::int32_t pixel[kBatch];
-  const std::size_t count = std::min(points.count, max_points_);
+  const std::size_t count = std::min(points.count, config_.max_points);
   for (std::size_t first = 0; first < count; first += kBatch) {
     const std::size_t size = std::min(kBatch, count - first);
     for (std::size_t i = 0; i < size; ++i) {
@@ -46,7 +35,7 @@ void RangePainter::collect(const PointView& points) noexcept {
     for (std::size_t i = 0; i < size; ++i) {
       // NaN and infinity fail the comparison.
       if (pixel[i] == ImageProjection::kOutside) continue;
-      if (!(range_m[i] >= range_min_m_ && range_m[i] <= range_max_m_)) continue;
+      if (!(range_m[i] >= config_.range_min_m && range_m[i] <= config_.range_max_m)) continue;
       const auto range = static_cast<std::uint16_t>(range_m[i] * kRangeUnitsPerMetre);
       nearest_[pixel[i]] = std::min(nearest_[pixel[i]], range);
     }
@@ -86,9 +75,9 @@ void RangePainter::filter(std::uint16_t* pixels) noexcept {
         nearest = std::min(nearest, row_min_[below * columns + column]);
         returns += row_count_[below * columns + column];
       }
-      pixels[at] = returns >= min_returns_ ? nearest : kNoRange;
+      pixels[at] = returns >= config_.min_returns ? nearest : kNoRange;
     }
   }
 }
 
-}  // namespace unimapper::onboard
+}  // namespace unimapper

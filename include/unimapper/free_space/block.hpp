@@ -1,4 +1,4 @@
-// 4 x 4 x 4 fine cells and their numbers.
+// Blocks of 4 x 4 x 4 cells
 #pragma once
 
 #include <cstdint>
@@ -6,10 +6,10 @@
 #include "unimapper/core/popcount.hpp"
 #include "unimapper/core/voxel_key.hpp"
 
-namespace unimapper::onboard {
+namespace unimapper {
 
 /// 4 x 4 x 4 cells, one bit each. Everything that asks "is that cell occupied?" asks 64 cells at
-/// the price of one look-up.
+/// the cost of one look-up.
 struct Block {
   static constexpr std::int32_t kEdgeBits = 2;
   static constexpr std::int32_t kEdge = 1 << kEdgeBits;
@@ -18,6 +18,13 @@ struct Block {
   std::uint64_t occupied;
   VoxelIndex index;     ///< in units of blocks
   std::uint32_t first;  ///< row of the block's first cell; the others follow by bit number
+};
+
+/// From a block to one that touches it: -1, 0 or 1 along each axis.
+struct BlockOffset {
+  std::int32_t x;
+  std::int32_t y;
+  std::int32_t z;
 };
 
 /// The block a cell lies in, in units of blocks.
@@ -49,4 +56,4 @@ struct Block {
   return block.first + popcount(block.occupied & ((std::uint64_t{1} << bit) - 1U));
 }
 
-}  // namespace unimapper::onboard
+}  // namespace unimapper

@@ -1,9 +1,9 @@
-// 4 x 4 x 4 cells as the bits of one word: x changes fastest, z slowest.
+// Morphology of 4 x 4 x 4 cells held in one word, x changing fastest and z slowest
 #pragma once
 
 #include <cstdint>
 
-namespace unimapper::onboard {
+namespace unimapper {
 
 /// Cells moved by one along x, y or z; what leaves the block is lost.
 [[nodiscard]] constexpr std::uint64_t shifted_x(std::uint64_t cells, int by) noexcept {
@@ -65,4 +65,4 @@ namespace unimapper::onboard {
   return cells | shifted_z(cells, 1) | shifted_z(cells, -1);
 }
 
-}  // namespace unimapper::onboard
+}  // namespace unimapper

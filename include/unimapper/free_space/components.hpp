@@ -1,0 +1,177 @@
+// Connected-component labelling of voxels
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <span>
+
+#include "unimapper/free_space/block.hpp"
+#include "unimapper/free_space/block_bits.hpp"
+
+namespace unimapper {
+
+/// The cells of a block that take part in the labelling, one bit each.
+struct LabelledCells {
+  std::uint64_t connecting;  ///< join what they touch
+  std::uint64_t low;         ///< follow a component that they touch, but connect nothing
+};
+
+/// Labels cells that touch (26 neighbours). Within a block they are flooded bit-parallel; parts of
+/// different blocks that touch are joined (union-find). Low cells (kerbs, grass) would tie every
+/// walker to the next wall: each follows one of the components it touches, the one in its own block
+/// first, then what lies above.
+class ComponentLabels {
+ public:
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  /// A block holds no more parts that do not touch each other.
+  static constexpr std::uint32_t kMaxPartsPerBlock = 8;
+
+  /// `memory.allocate<T>(count)` gives arrays that live as long as the labels: an `Arena` on the
+  /// robot, the heap at the base. With fewer than `kMaxPartsPerBlock` parts per block, blocks that
+  /// find no room have all their cells in one part. `max_parts` is at least `max_blocks`.
+  template <typename Memory>
+  void allocate(Memory& memory, std::size_t max_blocks, std::size_t max_parts,
+                std::size_t max_cells) {
+    max_parts_ = static_cast<std::uint32_t>(max_parts);
+    parts_of_ = memory.template allocate<Parts>(max_blocks);
+    parts_ = memory.template allocate<Part>(max_parts);
+    part_of_low_ = memory.template allocate<std::uint32_t>(max_cells);
+  }
+
+  /// Labels the cells of `blocks`, whose rows count from 0. `cells_of(b)` gives the
+  /// `LabelledCells` of block `b`, `neighbour(b, offset)` the number of the block next to it, or
+  /// `kNone`. Returns the number of components; low cells that touch none are in none. O(cells).
+  template <typename CellsOf, typename Neighbour>
+  std::uint32_t label(std::span<const Block> blocks, const CellsOf& cells_of,
+                      const Neighbour& neighbour) noexcept;
+
+  /// Components are numbered, with gaps, below this.
+  [[nodiscard]] std::uint32_t size() const noexcept { return part_count_; }
+
+  /// Calls `visit(component, cells)` for the labelled cells of block `b`, some at a time; `low` as
+  /// when they were labelled.
+  template <typename Visit>
+  void visit(std::uint32_t b, const Block& block, std::uint64_t low,
+             const Visit& visit) const noexcept {
+    for (std::uint32_t p = parts_of_[b].first; p < parts_of_[b].first + parts_of_[b].count; ++p) {
+      visit(parts_[p].parent, parts_[p].cells);
+    }
+    for (std::uint64_t left = low; left != 0; left &= left - 1) {
+      const std::uint32_t part = part_of_low_[row_of(block, bit_number(left))];
+      if (part != kNone) visit(parts_[part].parent, lowest_bit(left));
+    }
+  }
+
+ private:
+  /// Cells of one block that touch each other: the smallest thing a component is made of.
+  struct Part {
+    std::uint64_t cells;
+    std::uint32_t parent;  ///< union-find; a root is its own parent. After `label`: the root
+  };
+  /// The parts of a block follow each other.
+  struct Parts {
+    std::uint32_t first;
+    std::uint32_t count;
+  };
+
+  /// The 26 neighbours, upper ones first. The first half meets every touching pair once.
+  static constexpr std::array<BlockOffset, 26> kOffsets{
+      {{0, 0, 1},   {1, 0, 1},   {-1, 0, 1},  {0, 1, 1},   {0, -1, 1},  {1, 1, 1},   {-1, 1, 1},
+       {1, -1, 1},  {-1, -1, 1}, {1, 0, 0},   {0, 1, 0},   {1, 1, 0},   {-1, 1, 0},  {-1, 0, 0},
+       {0, -1, 0},  {-1, -1, 0}, {1, -1, 0},  {0, 0, -1},  {1, 0, -1},  {-1, 0, -1}, {0, 1, -1},
+       {0, -1, -1}, {1, 1, -1},  {-1, 1, -1}, {1, -1, -1}, {-1, -1, -1}}};
+  /// The cells of a block that touch the neighbour at each of `kOffsets`.
+  static constexpr auto kBorders = [] {
+    std::array<std::uint64_t, kOffsets.size()> borders{};
+    for (std::size_t i = 0; i < kOffsets.size(); ++i) {
+      for (std::uint32_t bit = 0; bit < Block::kCells; ++bit) {
+        const std::uint64_t cell = std::uint64_t{1} << bit;
+        const auto [x, y, z] = kOffsets[i];
+        if (touched_in_neighbour(cell, x, y, z) != 0) borders[i] |= cell;
+      }
+    }
+    return borders;
+  }();
+
+  [[nodiscard]] static std::uint32_t bit_number(std::uint64_t cells) noexcept {
+    return static_cast<std::uint32_t>(std::countr_zero(cells));
+  }
+
+  /// Splits the connecting cells of block `b`; `blocks_left` counts it and those after it.
+  void split(std::uint32_t b, std::uint64_t connecting, std::uint32_t blocks_left) noexcept;
+  /// Joins the parts of a block with those of its neighbour at `kOffsets[offset]` they touch.
+  void join_blocks(std::uint32_t b, std::uint32_t other, std::size_t offset) noexcept;
+  /// The part of block `b` that holds any of `cells`, or `kNone`.
+  [[nodiscard]] std::uint32_t part_with(std::uint32_t b, std::uint64_t cells) const noexcept;
+  /// The part a low cell of block `b` follows, or `kNone`.
+  template <typename Neighbour>
+  [[nodiscard]] std::uint32_t part_touched(std::uint32_t b, std::uint64_t cell,
+                                           const Neighbour& neighbour) const noexcept;
+  std::uint32_t root(std::uint32_t part) noexcept;
+  void join(std::uint32_t a, std::uint32_t b) noexcept;
+  /// Makes every part's parent its root. Returns the number of roots.
+  std::uint32_t flatten() noexcept;
+
+  std::uint32_t part_count_ = 0;
+  std::uint32_t max_parts_ = 0;
+  Parts* parts_of_ = nullptr;  ///< by block
+  Part* parts_ = nullptr;
+  std::uint32_t* part_of_low_ = nullptr;  ///< by row
+};
+
+template <typename CellsOf, typename Neighbour>
+std::uint32_t ComponentLabels::label(std::span<const Block> blocks, const CellsOf& cells_of,
+                                     const Neighbour& neighbour) noexcept {
+  const auto count = static_cast<std::uint32_t>(blocks.size());
+  part_count_ = 0;
+  for (std::uint32_t b = 0; b < count; ++b) split(b, cells_of(b).connecting, count - b);
+  for (std::uint32_t b = 0; b < count; ++b) {
+    const std::uint64_t connecting = cells_of(b).connecting;
+    if (connecting == 0) continue;
+    for (std::size_t i = 0; i < kOffsets.size() / 2; ++i) {
+      if ((connecting & kBorders[i]) == 0) continue;
+      const std::uint32_t other = neighbour(b, kOffsets[i]);
+      if (other != kNone) join_blocks(b, other, i);
+    }
+  }
+  for (std::uint32_t b = 0; b < count; ++b) {
+    for (std::uint64_t left = cells_of(b).low; left != 0; left &= left - 1) {
+      part_of_low_[row_of(blocks[b], bit_number(left))] =
+          part_touched(b, lowest_bit(left), neighbour);
+    }
+  }
+  return flatten();
+}
+
+template <typename Neighbour>
+std::uint32_t ComponentLabels::part_touched(std::uint32_t b, std::uint64_t cell,
+                                            const Neighbour& neighbour) const noexcept {
+  std::uint32_t part = part_with(b, dilated(cell));
+  for (std::size_t i = 0; i < kOffsets.size() && part == kNone; ++i) {
+    if ((cell & kBorders[i]) == 0) continue;
+    const auto [x, y, z] = kOffsets[i];
+    const std::uint32_t other = neighbour(b, kOffsets[i]);
+    if (other != kNone) part = part_with(other, touched_in_neighbour(cell, x, y, z));
+  }
+  return part;
+}
+
+/// How a component is decided about.
+enum class ComponentClass : std::uint8_t {
+  kMixed,    ///< every cell by its own evidence
+  kStatic,   ///< all of it
+  kDynamic,  ///< all of it but cells that are confirmed static
+};
+
+/// By the share of a component that is dynamic, in whatever measure: dynamic from `dynamic_share`
+/// on, static below `static_share`. Nothing at all (`all` is 0) is a share of 0.
+[[nodiscard]] inline ComponentClass classify(std::uint32_t dynamic, std::uint32_t all,
+                                             float dynamic_share, float static_share) noexcept {
+  const float share = all == 0 ? 0.0F : static_cast<float>(dynamic) / static_cast<float>(all);
+  if (share >= dynamic_share) return ComponentClass::kDynamic;
+  return share < static_share ? ComponentClass::kStatic : ComponentClass::kMixed;
+}
+
+}  // namespace unimapper

@@ -1,0 +1,79 @@
+// Inverse sensor model of range images
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "unimapper/core/image_projection.hpp"
+#include "unimapper/free_space/evidence_weights.hpp"
+#include "unimapper/free_space/range_image.hpp"
+
+namespace unimapper {
+
+/// Points to be observed, metres in any frame, and what was learnt of each: log-odds of "free",
+/// thousandths. Structure of arrays.
+struct ObservedPoints {
+  const float* x;
+  const float* y;
+  const float* z;
+  std::int32_t* log_odds;
+  std::uint32_t size;
+};
+
+enum class Visibility : std::uint8_t {
+  kUnknown,      ///< the image knows nothing there, or it is behind a surface
+  kSurface,      ///< a surface about there
+  kSeenThrough,  ///< clearly in front of one
+};
+
+/// Compares ranges with what an image measured.
+class VisibilityTest {
+ public:
+  VisibilityTest() = default;
+  /// A point is seen through if the image's range exceeds its own by more than `margin_m` plus the
+  /// share `margin_relative` of its range, and lies at a surface within the same distance.
+  VisibilityTest(float margin_m, float margin_relative) noexcept
+      : margin_m_(margin_m), margin_scale_(1.0F + margin_relative) {}
+
+  /// Of a point at `range_m` in a direction whose pixel is `pixel`.
+  [[nodiscard]] Visibility look(std::uint16_t pixel, float range_m) const noexcept {
+    if (pixel == kNoRange) return Visibility::kUnknown;
+    const float measured_m = static_cast<float>(pixel) * (1.0F / kRangeUnitsPerMetre);
+    const float near = range_m * margin_scale_ + margin_m_;
+    const float far = 2.0F * range_m - near;
+    if (measured_m > near) return Visibility::kSeenThrough;
+    return measured_m > far ? Visibility::kSurface : Visibility::kUnknown;
+  }
+
+ private:
+  float margin_m_ = 0.0F;
+  float margin_scale_ = 1.0F;
+};
+
+/// From what a range image measured to log-odds of "free" (the inverse sensor model of occupancy
+/// mapping; paper section IV-C and equation 6, docs/tuning.md).
+class InverseSensorModel {
+ public:
+  InverseSensorModel() = default;
+  /// What was seen through weighs `weights.free` up to `full_weight_range_m` and in proportion
+  /// beyond it; 0 = always in full. A surface about there weighs `weights.weakly_occupied` against.
+  InverseSensorModel(const VisibilityTest& visibility, const EvidenceWeights& weights,
+                     float full_weight_range_m) noexcept
+      : visibility_(visibility), weights_(weights), full_weight_range_m_(full_weight_range_m) {}
+
+  /// Adds what an image tells of points, whose frame `R_sensor_points` and `t_sensor_points` map
+  /// to the sensor's. O(points).
+  void add(const std::uint16_t* pixels, const ImageProjection& projection,
+           const Eigen::Matrix3f& R_sensor_points, const Eigen::Vector3f& t_sensor_points,
+           const ObservedPoints& points) const noexcept;
+
+ private:
+  /// Weight of having been seen through at this range.
+  [[nodiscard]] std::int32_t free_at(float range_m) const noexcept;
+
+  VisibilityTest visibility_;
+  EvidenceWeights weights_;
+  float full_weight_range_m_ = 0.0F;
+};
+
+}  // namespace unimapper

@@ -1,0 +1,239 @@
+#include "cell_classification.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+
+#include "heap_memory.hpp"
+#include "unimapper/free_space/components.hpp"
+#include "unimapper/free_space/evidence_weights.hpp"
+#include "unimapper/free_space/ground_patch.hpp"
+#include "voxel_table.hpp"
+
+namespace unimapper::merge {
+namespace {
+
+constexpr std::int32_t kMeanReach = 2;    ///< voxels around a cell whose evidence counts, too
+constexpr std::int32_t kPatchVoxels = 5;  ///< ground is rejected by patches of a metre
+
+/// Occupied voxels as blocks, numbered by rows (`row_of`) like the cells of the robot.
+class VoxelBlocks {
+ public:
+  explicit VoxelBlocks(const std::vector<VoxelKey>& voxels) {
+    for (const VoxelKey key : voxels) {
+      const VoxelIndex voxel = unpack(key);
+      const VoxelIndex index = block_of(voxel);
+      const std::uint32_t b = table_.find_or_insert(pack(index));
+      if (b == blocks_.size()) blocks_.push_back({0, index, 0});
+      blocks_[b].occupied |= std::uint64_t{1} << bit_of(voxel);
+    }
+    for (Block& block : blocks_) {
+      block.first = rows_;
+      rows_ += popcount(block.occupied);
+    }
+  }
+
+  [[nodiscard]] const std::vector<Block>& blocks() const { return blocks_; }
+  [[nodiscard]] std::uint32_t rows() const { return rows_; }
+  [[nodiscard]] std::uint32_t row_of_voxel(VoxelKey key) const {
+    const VoxelIndex voxel = unpack(key);
+    return row_of(blocks_[table_.find(pack(block_of(voxel)))], bit_of(voxel));
+  }
+  /// Number of the block next to block `b`, or `ComponentLabels::kNone`.
+  [[nodiscard]] std::uint32_t neighbour(std::uint32_t b, const BlockOffset& offset) const {
+    const VoxelIndex& at = blocks_[b].index;
+    return table_.find(pack({at.x + offset.x, at.y + offset.y, at.z + offset.z}));
+  }
+
+ private:
+  VoxelTable table_;
+  std::vector<Block> blocks_;
+  std::uint32_t rows_ = 0;
+};
+static_assert(VoxelTable::kNone == ComponentLabels::kNone);
+
+/// Calls `visit(bit, row)` for the occupied cells of a block.
+template <typename Visit>
+void visit_rows(const Block& block, const Visit& visit) {
+  std::uint32_t row = block.first;
+  for (std::uint64_t left = block.occupied; left != 0; left &= left - 1) {
+    visit(std::uint64_t{1} << std::countr_zero(left), row++);
+  }
+}
+
+/// Evidence by voxel: several cells may share one.
+class CellClassifier {
+ public:
+  CellClassifier(const CellEvidence& cells, const RefinementConfig& config)
+      : cells_(cells),
+        config_(config),
+        confirmed_static_(in_thousandths(config.confirmed_static_log_odds)),
+        blocks_(cells.voxel),
+        voxels_(blocks_.rows()),
+        row_of_(cells.size()) {
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      row_of_[i] = blocks_.row_of_voxel(cells.voxel[i]);
+      Voxel& voxel = voxels_[row_of_[i]];
+      voxel.key = cells.voxel[i];
+      voxel.sum += std::clamp(cells.log_odds[i], -confirmed_static_, confirmed_static_);
+      ++voxel.cells;
+    }
+  }
+
+  std::vector<std::uint8_t> run() {
+    average();
+    reject_ground_seen_through();
+    classify_components();
+    return labels();
+  }
+
+ private:
+  struct Voxel {
+    VoxelKey key = 0;
+    std::int64_t sum = 0;     ///< of the clamped evidence
+    std::uint32_t cells = 0;  ///< that share the voxel
+    float mean = 0.0F;        ///< of the evidence here and around, thousandths
+    bool ground = false;
+    bool connects = false;
+    ComponentClass component = ComponentClass::kMixed;
+  };
+  struct Tally {
+    std::uint32_t cells = 0;
+    std::uint32_t dynamic = 0;  ///< those with evidence for "dynamic"
+  };
+
+  /// Voxels in the order of their keys are rows along x; the rows around a voxel move on with it,
+  /// so that nothing is searched for.
+  void average() {
+    std::vector<std::uint32_t> order(voxels_.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return voxels_[a].key < voxels_[b].key; });
+    std::vector<std::int64_t> sum(voxels_.size(), 0);
+    std::vector<std::uint32_t> cells(voxels_.size(), 0);
+    constexpr auto kOrigin = static_cast<std::int64_t>(pack({0, 0, 0}));
+    for (std::int32_t z = -kMeanReach; z <= kMeanReach; ++z) {
+      for (std::int32_t y = -kMeanReach; y <= kMeanReach; ++y) {
+        const std::int64_t row = static_cast<std::int64_t>(pack({0, y, z})) - kOrigin;
+        std::size_t first = 0;
+        for (const std::uint32_t v : order) {
+          const VoxelKey middle = voxels_[v].key + static_cast<VoxelKey>(row);
+          while (first < order.size() && voxels_[order[first]].key < middle - kMeanReach) ++first;
+          for (std::size_t i = first; i < order.size(); ++i) {
+            if (voxels_[order[i]].key > middle + kMeanReach) break;
+            sum[v] += voxels_[order[i]].sum;
+            cells[v] += voxels_[order[i]].cells;
+          }
+        }
+      }
+    }
+    for (std::uint32_t v = 0; v < voxels_.size(); ++v) {
+      voxels_[v].mean = static_cast<float>(sum[v]) / static_cast<float>(cells[v]);
+    }
+  }
+
+  void reject_ground_seen_through() {
+    const auto least = static_cast<float>(in_thousandths(config_.ground_log_odds));
+    VoxelTable table;
+    std::vector<GroundPatch> patches;
+    std::vector<std::uint32_t> patch_of(cells_.size(), VoxelTable::kNone);
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      if (cells_.ground[i] == 0) continue;
+      const VoxelIndex at = unpack(cells_.voxel[i]);
+      patch_of[i] = table.find_or_insert(
+          pack({floor_divide(at.x, kPatchVoxels), floor_divide(at.y, kPatchVoxels),
+                floor_divide(at.z, kPatchVoxels)}));
+      if (patch_of[i] == patches.size()) patches.emplace_back();
+      patches[patch_of[i]].add(voxels_[row_of_[i]].mean > least);
+    }
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      if (patch_of[i] == VoxelTable::kNone) continue;
+      if (!patches[patch_of[i]].is_transparent(config_.ground_share)) {
+        voxels_[row_of_[i]].ground = true;
+      }
+    }
+  }
+
+  void classify_components() {
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      Voxel& voxel = voxels_[row_of_[i]];
+      if (!voxel.ground && cells_.low[i] == 0) voxel.connects = true;
+    }
+    const std::vector<Block>& blocks = blocks_.blocks();
+    std::vector<LabelledCells> labelled(blocks.size(), {0, 0});
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      visit_rows(blocks[b], [&](std::uint64_t bit, std::uint32_t row) {
+        if (voxels_[row].connects) {
+          labelled[b].connecting |= bit;
+        } else if (!voxels_[row].ground) {
+          labelled[b].low |= bit;
+        }
+      });
+    }
+    HeapMemory memory;
+    ComponentLabels components;
+    components.allocate(memory, blocks.size(), blocks.size() * ComponentLabels::kMaxPartsPerBlock,
+                        blocks_.rows());
+    components.label(
+        blocks, [&](std::uint32_t b) { return labelled[b]; },
+        [&](std::uint32_t b, const BlockOffset& to) { return blocks_.neighbour(b, to); });
+
+    std::vector<Tally> tally(components.size());
+    const auto visit = [&](const auto& use) {
+      for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+        components.visit(b, blocks[b], labelled[b].low,
+                         [&](std::uint32_t component, std::uint64_t some) {
+                           for (std::uint64_t left = some; left != 0; left &= left - 1) {
+                             const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
+                             use(tally[component], voxels_[row_of(blocks[b], bit)]);
+                           }
+                         });
+      }
+    };
+    visit([](Tally& component, const Voxel& voxel) {
+      component.cells += voxel.cells;
+      if (voxel.mean > 0.0F) component.dynamic += voxel.cells;
+    });
+    visit([&](const Tally& component, Voxel& voxel) {
+      voxel.component = classify(component.dynamic, component.cells,
+                                 config_.component_dynamic_share, config_.component_static_share);
+    });
+  }
+
+  [[nodiscard]] std::vector<std::uint8_t> labels() const {
+    std::vector<std::uint8_t> dynamic(cells_.size(), 0);
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      const Voxel& voxel = voxels_[row_of_[i]];
+      if (voxel.ground) continue;
+      bool is_dynamic = voxel.mean > 0.0F;
+      switch (voxel.component) {
+        case ComponentClass::kDynamic:
+          is_dynamic = is_dynamic || cells_.log_odds[i] > -confirmed_static_;
+          break;
+        case ComponentClass::kStatic:
+          is_dynamic = false;
+          break;
+        case ComponentClass::kMixed:
+          break;
+      }
+      dynamic[i] = is_dynamic ? 1 : 0;
+    }
+    return dynamic;
+  }
+
+  const CellEvidence& cells_;
+  const RefinementConfig& config_;
+  std::int32_t confirmed_static_;
+  VoxelBlocks blocks_;
+  std::vector<Voxel> voxels_;
+  std::vector<std::uint32_t> row_of_;  ///< by cell
+};
+
+}  // namespace
+
+std::vector<std::uint8_t> classify_cells(const CellEvidence& cells,
+                                         const RefinementConfig& config) {
+  return CellClassifier(cells, config).run();
+}
+
+}  // namespace unimapper::merge

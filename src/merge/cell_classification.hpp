@@ -1,0 +1,29 @@
+// Classification of a keyframe's cells from their evidence
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "unimapper/core/voxel_key.hpp"
+#include "unimapper/merge/merge_config.hpp"
+
+namespace unimapper::merge {
+
+/// The cells of one keyframe that have evidence; structure of arrays.
+struct CellEvidence {
+  std::vector<std::uint32_t> number;   ///< in the keyframe: static cells, then dynamic ones
+  std::vector<VoxelKey> voxel;         ///< of the map frame
+  std::vector<std::uint8_t> ground;    ///< labelled ground online
+  std::vector<std::uint8_t> low;       ///< so low above the ground that it connects nothing
+  std::vector<std::int32_t> log_odds;  ///< of "dynamic", thousandths
+
+  [[nodiscard]] std::size_t size() const { return number.size(); }
+};
+
+/// 1 for every cell that is dynamic, by the mean evidence around it. Ground is rejected only where
+/// most of a patch was seen through (`GroundPatch`); connected cells are classified together
+/// (`ComponentLabels`). O(cells).
+[[nodiscard]] std::vector<std::uint8_t> classify_cells(const CellEvidence& cells,
+                                                       const RefinementConfig& config);
+
+}  // namespace unimapper::merge
