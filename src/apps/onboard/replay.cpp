@@ -145,7 +145,7 @@ void Replay::collect_loops(const KeyframeView& keyframe) {
 void Replay::send(const KeyframeView& keyframe) {
   wire::EncodeResult result;
   {
-    const AllocationGuard guard;
+    const linux_port::AllocationGuard guard;
     result = encoder_.encode(keyframe, options_.session, encoded_);
   }
   if (result.error.code == ErrorCode::kBufferTooSmall) {
