@@ -1,6 +1,7 @@
-# What other projects find with find_package(unimapper COMPONENTS ...): every library with public
-# headers as a component of its own, and a pkg-config file for each. What a component needs is read
-# off the targets.
+# Installation and export of the libraries for find_package(unimapper COMPONENTS ...).
+#
+# Every library with public headers is a component of its own, with a pkg-config file each. What a
+# component needs is read off the targets.
 include(CMakePackageConfigHelpers)
 
 set(unimapper_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/unimapper)
