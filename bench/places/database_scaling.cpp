@@ -39,13 +39,6 @@ std::vector<bool> answers_in(const std::vector<ViewVoxels>& known, const Drive& 
   return has_answer;
 }
 
-void release_cells(Drive& drive) {
-  for (PlaceKeyframe& keyframe : drive.keyframes) {
-    keyframe.static_cells = {};
-    keyframe.dynamic_cells = {};
-  }
-}
-
 bool is_right_pose(const Pose& T_match_query, const PlaceKeyframe& match,
                    const PlaceKeyframe& query) {
   const Pose truth = match.T_world_keyframe.inverse() * query.T_world_keyframe;

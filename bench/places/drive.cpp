@@ -65,4 +65,11 @@ std::vector<evaluate::TrueKeyframe> true_keyframes(const Drive& drive) {
   return result;
 }
 
+void release_cells(Drive& drive) {
+  for (PlaceKeyframe& keyframe : drive.keyframes) {
+    keyframe.static_cells = {};
+    keyframe.dynamic_cells = {};
+  }
+}
+
 }  // namespace unimapper::bench

@@ -40,4 +40,7 @@ struct Drive {
 /// The keyframes with their true poses, for `evaluate::score_loops`.
 [[nodiscard]] std::vector<evaluate::TrueKeyframe> true_keyframes(const Drive& drive);
 
+/// Frees the memory of all cells, which only descriptors are computed from.
+void release_cells(Drive& drive);
+
 }  // namespace unimapper::bench

@@ -32,13 +32,6 @@ void read_std(SceneDrive& drive, const std::filesystem::path& file) {
   }
 }
 
-void release_cells(Drive& drive) {
-  for (PlaceKeyframe& keyframe : drive.keyframes) {
-    keyframe.static_cells = {};
-    keyframe.dynamic_cells = {};
-  }
-}
-
 }  // namespace
 
 const SceneDrive* Scene::find(const std::string& sensor, const std::string& route) const {

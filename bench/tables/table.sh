@@ -28,7 +28,7 @@ awk -v name="$name" -v fragment="$fragment" '
   }' "$document" >"$updated"
 cmp -s "$updated" "$document" && exit 0
 if [ "$WRITE_DOCS" = check ]; then
-  echo "error: the table $name of ${document#"$root"/} differs; ./dev tables writes it" >&2
+  echo "error: the table $name of ${document#"$root"/} differs; ./dev tables writes it (in another build: BIN=build/dev/bin bench/tables/run.sh)" >&2
   diff "$document" "$updated" >&2 || true
   exit 1
 fi

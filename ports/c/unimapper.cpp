@@ -1,3 +1,4 @@
+// C interface of the onboard pipeline.
 #include "ports/c/unimapper.h"
 
 #include <algorithm>

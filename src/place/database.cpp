@@ -1,3 +1,4 @@
+// Place database: storage, insertion and search.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

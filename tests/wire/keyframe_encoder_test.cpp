@@ -74,7 +74,7 @@ TEST_CASE("what the robot encodes is what the base's record of it encodes to") {
   std::vector<std::uint8_t> buffer(1U << 20U);
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     Keyframe keyframe(seed, static_cast<std::uint32_t>(seed * 50));
-    if (seed % 4 == 0) keyframe.record.static_cells[0].position.x() = 400.0F;
+    if (seed % 4 == 1) keyframe.record.static_cells[0].position.x() = 400.0F;
     const EncodeResult result = owned.encoder.encode(keyframe.content, kSession, buffer);
     REQUIRE(result.error.code == ErrorCode::kOk);
     const std::vector<std::uint8_t> bytes(buffer.data(), buffer.data() + result.bytes);

@@ -1,6 +1,7 @@
-# What other projects find with find_package(unimapper COMPONENTS ...): every library with public
-# headers as a component of its own, and a pkg-config file for each. What a component needs is read
-# off the targets.
+# Installation and export of the libraries for find_package(unimapper COMPONENTS ...).
+#
+# Every library with public headers is a component of its own, with a pkg-config file each. What a
+# component needs is read off the targets.
 include(CMakePackageConfigHelpers)
 
 set(unimapper_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/unimapper)
@@ -67,15 +68,16 @@ unimapper_component(c unimapper_c unimapper_c_static)
 install(FILES ports/c/unimapper.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 
 get_property(unimapper_libraries GLOBAL PROPERTY UNIMAPPER_LIBRARIES)
+get_property(unimapper_freestanding GLOBAL PROPERTY UNIMAPPER_FREESTANDING_LIBRARIES)
 foreach(library IN LISTS unimapper_libraries)
-  # What has no public header is a part of the tool (the simulator).
   if(EXISTS "${PROJECT_SOURCE_DIR}/include/unimapper/${library}")
     install(DIRECTORY include/unimapper/${library}
       DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/unimapper)
   elseif(EXISTS "${PROJECT_SOURCE_DIR}/ports/${library}")
     install(DIRECTORY ports/${library} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/unimapper/ports
       FILES_MATCHING PATTERN "*.hpp")
-  elseif(NOT library STREQUAL "wire_encoder")
+  elseif(NOT library IN_LIST unimapper_freestanding)
+    # Without public headers: a part of the tool (the simulator).
     continue()
   endif()
   unimapper_component(${library} unimapper_${library})

@@ -1,3 +1,4 @@
+# Library targets of the rooms:
 # unimapper_library(NAME SOURCES ... [DEPENDS ...] [PRIVATE_DEPENDS ...]
 #                   [FREESTANDING] [REPRODUCIBLE] [PORT])
 #

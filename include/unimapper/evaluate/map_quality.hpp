@@ -1,6 +1,6 @@
 // Quality of merged maps: AC, CD and MME (paper section VII-B).
 //
-// The paper's formulas contradict its text in three places, so every reading has its own figure:
+// The paper's formulas contradict its text three times, so every reading has its own figure:
 // "mean Euclidean distance" is printed as a root mean square (both are given), the Chamfer
 // distance is printed with squared distances but tabulated in metres (both are given), and the
 // entropy's determinant is missing (it is taken).

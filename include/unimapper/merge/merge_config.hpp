@@ -53,7 +53,7 @@ struct LoopConfig {
   double max_correction_rad = 0.25;             ///< the same for rotation, [0.01, 3.2]
 };
 
-/// When loops between two maps are believed (docs/design/loop-acceptance.md).
+/// Acceptance of inter-session loops (docs/design/loop-acceptance.md).
 struct AcceptanceConfig {
   double consistency_chi2 = 16.81;     ///< 99 % of chi square with 6 degrees of freedom, [1, 200]
   std::uint32_t min_loops = 3;         ///< distinct loops that connect two maps, [2, 100]

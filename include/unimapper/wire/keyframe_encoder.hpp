@@ -12,7 +12,7 @@
 namespace unimapper::wire {
 
 /// What became of a keyframe to be encoded.
-struct EncodeResult {
+struct [[nodiscard]] EncodeResult {
   /// `kOk`; `kBufferTooSmall`: the buffer holds no keyframe now; `kInvalidKeyframe`: no scans,
   /// scans out of order, a reference scan that is not there, a pose that is not rigid, too many
   /// elements.

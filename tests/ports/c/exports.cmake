@@ -1,3 +1,4 @@
+# Symbol test of the shared C library: only um_ functions are exported.
 cmake_policy(VERSION 3.25)
 
 # What the shared C library shows the world: every function of unimapper.h and nothing else; what
