@@ -85,7 +85,7 @@ bool TriangleTable::insert(const Triangle& triangle, std::uint32_t slot) noexcep
   const std::uint64_t cell = cell_of(triangle);
   const std::uint32_t bucket = bucket_of(cell);
   if (stored_[bucket] >= max_bucket_) return false;
-  // A cell's newest block comes first in its chain, so the first one visited is the one with free slots.
+  // A cell's newest block comes first in its chain, so the first one met is the one with room.
   std::uint32_t with_room = heads_[bucket];
   while (with_room != 0 && blocks_[with_room].cell != cell) with_room = blocks_[with_room].next;
   if (with_room == 0 || blocks_[with_room].count == kBlock) {
