@@ -13,11 +13,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-template <typename Part, typename Config>
-std::size_t bytes_of(const Config& config) {
+template <typename Part, typename... Config>
+std::size_t bytes_of(const Config&... config) {
   Arena arena = Arena::measuring();
   Part part;
-  part.allocate(arena, config);
+  part.allocate(arena, config...);
   return arena.used();
 }
 
@@ -49,8 +49,8 @@ double multiple(const Percentiles& times, const Measurement& measurement) {
 
 MemorySplit memory_split(const PipelineConfig& config) {
   MemorySplit split;
-  split.description = bytes_of<PlaceDescriber>(config.descriptor);
-  split.search = bytes_of<PlaceDatabase>(config.loop_search);
+  split.description = bytes_of<PlaceDescriber>(config.descriptor, config.descriptor_input());
+  split.search = bytes_of<PlaceDatabase>(config.loop_search, config.place_shape());
   split.mapping = Pipeline::required_bytes(config) - split.description - split.search;
   return split;
 }

@@ -123,7 +123,7 @@ class MeasuredDatabase {
 DescribedDrive read_and_describe(const std::filesystem::path& run, bool with_truth) {
   DescribedDrive described;
   described.drive = with_truth ? read_drive(run) : read_drive_without_truth(run);
-  described.places = describe(described.drive, DescriptorConfig{});
+  described.places = describe(described.drive, PipelineConfig{});
   return described;
 }
 

@@ -32,9 +32,9 @@ void move_cells(std::vector<FineCell>& cells, const Pose& pose) {
 
 }  // namespace
 
-std::vector<OwnedPlace> describe(const Drive& drive, const DescriptorConfig& config,
+std::vector<OwnedPlace> describe(const Drive& drive, const PipelineConfig& config,
                                  const DescriptionVariant& variant) {
-  merge::InArena<PlaceDescriber> describer(config);
+  merge::InArena<PlaceDescriber> describer(config.descriptor, config.descriptor_input());
   std::vector<OwnedPlace> places;
   for (const PlaceKeyframe& keyframe : drive.keyframes) {
     OwnedPlace place;

@@ -5,7 +5,7 @@
 
 #include "bench/places/drive.hpp"
 #include "unimapper/core/keyframe.hpp"
-#include "unimapper/place/config.hpp"
+#include "unimapper/onboard/config.hpp"
 
 namespace unimapper::bench {
 
@@ -27,7 +27,7 @@ struct OwnedPlace {
 };
 
 /// Describes every keyframe of a drive.
-[[nodiscard]] std::vector<OwnedPlace> describe(const Drive& drive, const DescriptorConfig& config,
+[[nodiscard]] std::vector<OwnedPlace> describe(const Drive& drive, const PipelineConfig& config,
                                                const DescriptionVariant& variant = {});
 
 }  // namespace unimapper::bench

@@ -8,8 +8,9 @@
 #include "bench/places/results.hpp"
 #include "bench/places/scene.hpp"
 #include "bench/places/tables.hpp"
-#include "src/apps/config_file.hpp"
+#include "ports/datasets/files.hpp"
 #include "src/merge/parallel.hpp"
+#include "unimapper/config/config_json.hpp"
 
 namespace {
 
@@ -22,7 +23,9 @@ constexpr std::size_t kPicturesOfEach = 4;
 
 std::vector<Variant> variants_of(const PlacesOptions& options) {
   PipelineConfig base;
-  if (!options.config.empty()) apps::read_config(options.config, base);
+  if (!options.config.empty()) {
+    parse_config(datasets::read_file(options.config), options.config.string(), base);
+  }
   return options.variants.empty() ? default_variant(base) : read_variants(options.variants, base);
 }
 

@@ -52,7 +52,7 @@ DistractorPlaces read_distractors(const std::vector<std::filesystem::path>& runs
     for (const Variant& variant : variants) {
       std::vector<OwnedPlace>& places = distractors[variant.described_as][i];
       if (places.empty()) {
-        places = describe(drive, variant.config.descriptor, variant.description);
+        places = describe(drive, variant.config, variant.description);
       }
     }
   });
@@ -65,7 +65,8 @@ RetrievalResult search_database(const SceneDrive& references, const SceneDrive& 
   const Drives& others = distractors.empty() ? kNone : distractors.at(variant.described_as);
   const std::vector<OwnedPlace>& stored = references.described.at(variant.described_as);
   const std::vector<OwnedPlace>& query_places = queries.described.at(variant.described_as);
-  merge::InArena<PlaceDatabase> database(fitting(variant, stored.size() + count_places(others)));
+  merge::InArena<PlaceDatabase> database(fitting(variant, stored.size() + count_places(others)),
+                                         variant.config.place_shape());
   for (std::size_t i = 0; i < stored.size(); ++i) {
     database->insert(stored[i].view(), {kReferenceDrive, static_cast<std::uint32_t>(i)},
                      references.drive.keyframes[i].T_odometry_keyframe);

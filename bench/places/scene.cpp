@@ -19,8 +19,7 @@ void compute_views(SceneDrive& drive) {
 void describe_all(SceneDrive& drive, const std::vector<Variant>& variants) {
   for (const Variant& variant : variants) {
     if (variant.described_as != drive.described.size()) continue;
-    drive.described.push_back(
-        describe(drive.drive, variant.config.descriptor, variant.description));
+    drive.described.push_back(describe(drive.drive, variant.config, variant.description));
   }
 }
 

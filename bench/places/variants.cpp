@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "ports/datasets/files.hpp"
-#include "src/apps/config_file.hpp"
+#include "unimapper/config/config_json.hpp"
 
 namespace unimapper::bench {
 namespace {
@@ -26,7 +26,7 @@ Variant variant_of(const nlohmann::json& json, const std::filesystem::path& file
     if (key == "name") {
       variant.name = value.get<std::string>();
     } else if (key == "config") {
-      apps::parse_config(value.dump(), file, variant.config);
+      parse_config(value.dump(), file.string(), variant.config);
     } else if (key == "with_dynamic") {
       variant.description.with_dynamic = value.get<bool>();
     } else if (key == "world_frame") {
@@ -43,8 +43,9 @@ Variant variant_of(const nlohmann::json& json, const std::filesystem::path& file
 /// Key that is equal for variants with equal descriptors.
 std::string description_key(const Variant& variant) {
   PipelineConfig config;
+  config.voxel = variant.config.voxel;
   config.descriptor = variant.config.descriptor;
-  return apps::dump_config(config) + (variant.description.with_dynamic ? "d" : "") +
+  return dump_config(config) + (variant.description.with_dynamic ? "d" : "") +
          (variant.description.world_frame ? "w" : "");
 }
 

@@ -74,9 +74,8 @@ void print_parameters() {
       "evidence of earlier keyframes");
   less = all;
   less.voxel.max_cells /= 2;
-  less.descriptor.max_cells /= 2;
-  row("`voxel.max_cells` with `descriptor.max_cells`, after `keyframe.range_max_m`",
-      all.voxel.max_cells, less.voxel.max_cells, less, "far cells");
+  row("`voxel.max_cells`, after `keyframe.range_max_m`", all.voxel.max_cells, less.voxel.max_cells,
+      less, "far cells");
   less = all;
   less.keyframe.max_points_per_scan /= 2;
   row("`keyframe.max_points_per_scan`", all.keyframe.max_points_per_scan,

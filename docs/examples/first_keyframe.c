@@ -58,7 +58,8 @@ int main(void) {
   int failed;
 
   um_config_init(&config, sizeof config, UM_SENSOR_OS2_128);
-  config.loop_search_max_places = 200; /* whatever the robot is to do differently */
+  config.loop_search_max_places = 200; /* whatever the robot is to do differently; */
+  if (um_config_set(&config, "removal.window", "8", &message) != UM_OK) return puts(message), 1;
   if (um_config_check(&config, &message) != UM_OK) return puts(message), 1;
   bytes = um_required_bytes(&config); /* exact, before anything runs */
   block = malloc(bytes + UM_ALIGNMENT);

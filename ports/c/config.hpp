@@ -1,10 +1,11 @@
-// um_config and PipelineConfig, one into the other.
+// Conversion between um_config and PipelineConfig.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
 #include "ports/c/unimapper.h"
+#include "unimapper/core/parameter_table.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::c {
@@ -15,18 +16,25 @@ struct ConfigVerdict {
   const char* message = "";
 };
 
-/// Whether a program may know um_config with this size: at least the members before the first
-/// parameter, whole members only, and nothing this library does not know.
-[[nodiscard]] bool is_config_size(std::size_t struct_size) noexcept;
+/// Fills in a caller's struct of a size the caller knows; no byte beyond it is written.
+[[nodiscard]] um_status init_config(const PipelineConfig& from, std::size_t struct_size,
+                                    um_config* out) noexcept;
 
-/// The complete recommended configuration for a sensor and a computer (enums um_sensor and
-/// um_computer); otherwise says which of them does not exist.
+/// The recommended parameters for a sensor and a computer (enums um_sensor and um_computer);
+/// otherwise says which of them does not exist.
 [[nodiscard]] um_status preset_config(std::uint32_t sensor, std::uint32_t computer,
-                                      um_config& out) noexcept;
+                                      PipelineConfig& out) noexcept;
 
-/// Reads a caller's configuration of any known version, null included, and validates it. `full` is
-/// the same with what the caller's version lacks.
-[[nodiscard]] ConfigVerdict read_config(const um_config* config, PipelineConfig& out,
-                                        um_config& full) noexcept;
+/// Reads a caller's configuration of any known version, null included, and validates it.
+[[nodiscard]] ConfigVerdict read_config(const um_config* config, PipelineConfig& out) noexcept;
+
+/// Sets one parameter. A refusal leaves the configuration as it is; its sentence lies in the
+/// configuration.
+[[nodiscard]] ConfigVerdict set_config(um_config* config, const char* name,
+                                       const char* value) noexcept;
+
+/// The text of one parameter's value.
+[[nodiscard]] um_status get_config(const um_config* config, const char* name,
+                                   ParameterMessage& value) noexcept;
 
 }  // namespace unimapper::c

@@ -145,6 +145,8 @@ const char* um_status_text(um_status status) {
       return "no class of computer has this number";
     case UM_NO_EVENT:
       return "the event ring is empty, or the configuration asks for none";
+    case UM_UNKNOWN_PARAMETER:
+      return "no parameter has this name; docs/parameters.md lists them";
     default:
       return "unknown status";
   }
@@ -164,28 +166,38 @@ um_status um_config_init(um_config* config, std::size_t struct_size, std::uint32
 
 um_status um_config_init_for(um_config* config, std::size_t struct_size, std::uint32_t sensor,
                              std::uint32_t computer) {
-  if (config == nullptr) return UM_NULL_ARGUMENT;
-  if (!is_config_size(struct_size)) return UM_UNKNOWN_VERSION;
-  um_config full;
-  const um_status status = preset_config(sensor, computer, full);
+  PipelineConfig preset;
+  const um_status status = preset_config(sensor, computer, preset);
+  return status == UM_OK ? init_config(preset, struct_size, config) : status;
+}
+
+um_status um_config_set(um_config* config, const char* name, const char* value,
+                        const char** message) {
+  const ConfigVerdict verdict = set_config(config, name, value);
+  return say(verdict.status, verdict.message, message);
+}
+
+um_status um_config_get(const um_config* config, const char* name, char* value,
+                        std::size_t capacity) {
+  if (value == nullptr) return UM_NULL_ARGUMENT;
+  ParameterMessage text;
+  const um_status status = get_config(config, name, text);
   if (status != UM_OK) return status;
-  full.struct_size = static_cast<std::uint32_t>(struct_size);
-  std::memcpy(config, &full, struct_size);
+  if (text.view().size() >= capacity) return UM_CAPACITY_EXCEEDED;
+  std::memcpy(value, text.c_str(), text.view().size() + 1);
   return UM_OK;
 }
 
 um_status um_config_check(const um_config* config, const char** message) {
   PipelineConfig converted;
-  um_config full;
-  const ConfigVerdict verdict = read_config(config, converted, full);
+  const ConfigVerdict verdict = read_config(config, converted);
   return say(verdict.status, verdict.message, message);
 }
 
 std::size_t um_required_bytes(const um_config* config) {
   PipelineConfig converted;
-  um_config full;
-  if (read_config(config, converted, full).status != UM_OK) return 0;
-  return sizeof(um_pipeline) + ring_bytes(full) + Pipeline::required_bytes(converted);
+  if (read_config(config, converted).status != UM_OK) return 0;
+  return sizeof(um_pipeline) + ring_bytes(*config) + Pipeline::required_bytes(converted);
 }
 
 um_status um_init(const um_config* config, void* memory, std::size_t bytes, um_pipeline** pipeline,
@@ -196,13 +208,12 @@ um_status um_init(const um_config* config, void* memory, std::size_t bytes, um_p
   if (pipeline == nullptr) return fail(UM_NULL_ARGUMENT);
   *pipeline = nullptr;
   PipelineConfig converted;
-  um_config full;
-  const ConfigVerdict verdict = read_config(config, converted, full);
+  const ConfigVerdict verdict = read_config(config, converted);
   if (verdict.status != UM_OK) return say(verdict.status, verdict.message, message);
   if (memory == nullptr) return fail(UM_NULL_ARGUMENT);
   if (!is_aligned(memory)) return fail(UM_MEMORY_MISALIGNED);
   const std::size_t core_bytes = Pipeline::required_bytes(converted);
-  const std::size_t before_core = sizeof(um_pipeline) + ring_bytes(full);
+  const std::size_t before_core = sizeof(um_pipeline) + ring_bytes(*config);
   if (bytes < before_core || bytes - before_core < core_bytes) {
     return fail(UM_MEMORY_TOO_SMALL);
   }
@@ -210,8 +221,8 @@ um_status um_init(const um_config* config, void* memory, std::size_t bytes, um_p
   auto* const made = new (memory) um_pipeline;
   made->config = converted;
   made->ring_memory = static_cast<std::byte*>(memory) + sizeof(um_pipeline);
-  made->ring_bytes = ring_bytes(full);
-  made->event_capacity = full.event_capacity;
+  made->ring_bytes = ring_bytes(*config);
+  made->event_capacity = config->event_capacity;
   made->core_memory = static_cast<std::byte*>(memory) + before_core;
   made->core_bytes = core_bytes;
   const um_status status = make_core(*made);

@@ -73,7 +73,8 @@ enum um_status_code {
   UM_INVALID_INDEX = 105,    /**< no such scan in the keyframe */
   UM_UNKNOWN_SENSOR = 106,   /**< no such sensor */
   UM_UNKNOWN_COMPUTER = 107, /**< no such class of computer */
-  UM_NO_EVENT = 108          /**< the event ring is empty, or there is none */
+  UM_NO_EVENT = 108,         /**< the event ring is empty, or there is none */
+  UM_UNKNOWN_PARAMETER = 109 /**< no parameter has this name */
 };
 
 /** One sentence for a status; never null. */
@@ -105,243 +106,30 @@ enum um_computer {
   UM_COMPUTER_ARMV7_WITH_64_MB = 3 /**< ARMv7 with NEON: at most 64 MB */
 };
 
-/** All parameters. Start from um_config_init and change what you must: a program that sets every
- *  member by itself misses the sensor's capacities. Ranges in brackets; "paper" is the Uni-Mapper
- *  paper, "measured" the comparison in docs/tuning.md, "sensor" the sensor's data sheet. */
+/** The configuration of a pipeline. um_config_init fills it in; change the members here, and all
+ *  other parameters by um_config_set. docs/parameters.md lists every parameter with its unit, range
+ *  and meaning. The struct may be copied. */
 typedef struct um_config {
-  /** Bytes of this struct as the program knows it. A smaller one, from an older header, is
-   *  accepted: what it lacks is taken from the preset of `sensor` and `computer`. */
+  /** Bytes of this struct as the program knows it; set by um_config_init. */
   uint32_t struct_size;
-  /** enum um_sensor and enum um_computer: whose preset stands in for missing members. */
-  uint32_t sensor;
-  uint32_t computer;
   /** Room for so many events (see um_event_pop), which lies in the pipeline's block: a power of
    *  two up to 2^20; 0 = off. */
   uint32_t event_capacity;
   /** Monotonic clock in nanoseconds for stage times and budget, called from um_add_scan and
    *  um_flush; null = no times are taken. */
   int64_t (*clock_ns)(void);
-
-  /* When a keyframe closes and which input is accepted */
-  /** N_a: a keyframe closes after this many scans. [1, 32]; paper: 10. */
-  uint32_t keyframe_scans;
-  /** A keyframe also closes once the sensor is this far from where it began, metres. 0 = never,
-   *  else (0, 1000]; paper: off. */
-  float keyframe_distance_m;
-  /** Nearer and farther points are ignored and counted, metres. 0 <= min < max <= 500; sensor. */
-  float keyframe_range_min_m;
-  float keyframe_range_max_m;
-  /** Of each scan only one point per cube of this size takes part in the mapping; the others
-   *  get its label. Metres; 0 = off, else [0.02, 2]. */
-  float keyframe_downsample_leaf_m;
-  /** The pose may move this far from one scan to the next, metres. (0, 1000]; our choice. */
-  float keyframe_max_pose_step_m;
-  /** After a gap between scans the pose may move this speed times the gap, m/s. [0, 1000]. */
-  float keyframe_max_speed_mps;
-  /** Capacity: points of one scan; what comes beyond is labelled static and counted. [1,
-   *  4194304]; sensor. */
-  uint32_t keyframe_max_points_per_scan;
-
-  /* The two-level voxel grid and its planes */
-  /** L_f: edge of a fine cell, metres. [0.05, 1]; paper: 0.2. */
-  float voxel_fine_size_m;
-  /** L_c: edge of a coarse voxel, metres; a whole multiple (2 to 64) of the fine size; paper:
-   *  2. */
-  float voxel_coarse_size_m;
-  /** A coarse voxel is planar if its smallest eigenvalue is below this, m^2. (0, 1]; STD's
-   *  value, which the paper builds on: 0.01. */
-  float voxel_plane_max_eigenvalue_m2;
-  /** ... and if it holds at least this many points. [3, 10000]; STD: 10. */
-  uint32_t voxel_plane_min_points;
-  /** Capacity: occupied fine cells of one keyframe. [1, 8388608]; our choice. */
-  uint32_t voxel_max_cells;
-  /** Capacity: blocks of 4 x 4 x 4 cells that any keyframe of the window occupies; beyond it the
-   *  oldest keyframes leave early. [1, 4194304]; our choice. */
-  uint32_t voxel_max_window_blocks;
-  /** Capacity: occupied coarse voxels of one keyframe. [1, 1048576]; our choice. */
-  uint32_t voxel_max_voxels;
-
-  /* Ground and candidates */
-  /** theta_A: ground normals lean at most this far from up, degrees. (0, 80]; paper: 30. */
-  float ground_max_tilt_deg;
-  /** m_th: points lower than this above the ground plane are ground, metres. [-0.5, 1]; paper:
-   *  0.1, measured: 0.05. */
-  float ground_margin_m;
-  /** A plane with points at most this far below it is a roof or a canopy, not ground, metres.
-   *  [0, 100]; our choice (the paper says "points below"). */
-  float ground_below_depth_m;
-  /** 0 or 1. Ground voxels are split by their own plane instead of the average with their
-   *  neighbours', which would turn the pavement beside a kerb into an obstacle; paper: 0. */
-  uint32_t ground_own_plane_first;
-  /** Ground that lies at least so much above ground within the reach is none: what a moving
-   *  vehicle leaves behind can be as flat as a road. Metres; 0 = off (paper), else [0.1, 2], and
-   *  [2, 50]; measured. */
-  float ground_elevated_step_m;
-  float ground_elevated_reach_m;
-
-  /* What counts as evidence of free space */
-  /** 0 or 1. The paper's columns: cells between the ground and the lowest obstacle above it are
-   *  free. Asserts free space where no ray has passed when rings are sparse; measured: off. */
-  uint32_t free_space_columns;
-  /** 0 or 1. Rays that passed through a cell: small range images, kept per keyframe; measured:
-   *  on. */
-  uint32_t free_space_visibility;
-  /** Range images per keyframe, from evenly spread scans. [1, 32]; measured: 2, and 10 for
-   *  patterns that do not repeat. */
-  uint32_t free_space_images_per_keyframe;
-  /** Of each earlier keyframe every so many-th image is evidence, its last one among them.
-   *  More than 1 saves time and misses what few images saw through. [1, 32]; measured: 1. */
-  uint32_t free_space_earlier_image_stride;
-  /** Pixel size of a range image, degrees. [0.1, 5]; measured: flat from 0.3 to 0.8. */
-  float free_space_azimuth_resolution_deg;
-  float free_space_elevation_resolution_deg;
-  /** The images' field of view about the sensor's x axis, degrees; sensor. */
-  float free_space_horizontal_fov_deg;
-  float free_space_elevation_min_deg;
-  float free_space_elevation_max_deg;
-  /** A pixel is judged by the smallest range among itself and its eight neighbours, of which at
-   *  least this many must have returned something. [1, 9]; measured: 3. */
-  uint32_t free_space_min_returns;
-  /** A cell is seen through if the range exceeds its own by more than this, metres plus a share
-   *  of the range. [0.05, 5] and [0, 0.2]; measured: 0.3 and 0.01. */
-  float free_space_range_margin_m;
-  float free_space_range_margin_relative;
-  /** Up to this range a cell that was seen through counts in full, beyond it in proportion. Metres;
-   *  0 = always in full, else (0, 500]; measured: where neighbouring rays are two cells apart. */
-  float free_space_full_weight_range_m;
-  /** 0 or 1. Images of the keyframe itself are evidence too; measured: on. */
-  uint32_t free_space_own_keyframe;
-
-  /* The binary Bayes filter and what follows it */
-  /** N: earlier keyframes whose evidence is used. [1, 32]; paper: 10. */
-  uint32_t removal_window;
-  /** 0 or 1. Only coarse voxels next to ground (and ground itself) can hold dynamic points.
-   *  Paper: 1; measured: 0, every non-ground cell is a candidate. */
-  uint32_t removal_candidates_next_to_ground;
-  /** Log-odds per observation: seen through (or in a free column) / occupied in an earlier
-   *  keyframe / a surface met about there (half-way evidence). [0, 10]; a cell is dynamic when
-   *  the sum is positive. The paper gives no values; measured: see docs/tuning.md. */
-  float removal_log_odds_free;
-  float removal_log_odds_occupied;
-  float removal_log_odds_weakly_occupied;
-  /** 0 or 1. Decide about connected obstacles as a whole; measured: on. */
-  uint32_t removal_components;
-  /** Cells lower than this above the ground follow the component they touch, but do not connect
-   *  components: kerbs and grass would tie every walker to the next wall, metres. [0, 2];
-   *  measured. */
-  float removal_connecting_height_m;
-  /** A component is dynamic if at least this share of the evidence for and against its cells says
-   *  so, each cell's counted up to removal_confirmed_static_log_odds; with less than the second
-   *  share it is static; between them each cell stands for itself. [0, 1]; measured. */
-  float removal_component_dynamic_share;
-  float removal_component_static_share;
-  /** Cells at or below minus this log-odds keep their own verdict whatever their component
-   *  says: a van that drives past does not take the parked car with it. (0, 1000]; measured. */
-  float removal_confirmed_static_log_odds;
-  /** A cell that was judged in the keyframe before carries its sum on, at most so much either
-   *  way, and only newer evidence is added; 0 = weigh the whole window anew. [0, 30]; measured. */
-  float removal_log_odds_clamp;
-  /** A component stays dynamic if at least this share of its cells was dynamic in the keyframe
-   *  before, and twice as many cells were dynamic as static there. [0, 1], 0 = off; measured. */
-  float removal_persistence_share;
-
-  /* Description of the place */
-  /** Coarse voxels L_c, [0.5, 8] (paper) */
-  float descriptor_voxel_size_m;
-  /** Static cells of one keyframe, [1, 2^22] */
-  uint32_t descriptor_max_cells;
-  /** Coarse voxels of one keyframe, [1, 2^20] */
-  uint32_t descriptor_max_voxels;
-  /** Kept keypoints, [8, 255] */
-  uint32_t descriptor_max_keypoints;
-  /** Kept plane patches, [1, 65535] */
-  uint32_t descriptor_max_planes;
-  /** Only cells within this horizontal distance of the keyframe's origin are described, [10,
-   *  120]. */
-  float descriptor_range_m;
-  /** Grid step of the map of vertical structure, [0.2, 1]. About 1.5 L_f. */
-  float descriptor_column_size_m;
-  /** Structure lower than this above the local ground is ignored (kerbs, grass), [0, 3]. */
-  float descriptor_min_height_m;
-  /** Neighbourhood over which a corner is judged, standard deviation, [0.2, 1]. */
-  float descriptor_window_m;
-  /** No two keypoints lie closer than this, [0.5, 10]. STD: 2 m. */
-  float descriptor_suppression_radius_m;
-  /** Corner candidates considered before suppression, [max_keypoints, 65535]. */
-  uint32_t descriptor_max_candidates;
-  /** A coarse voxel with at least so many cells may be a plane, [4, 1000]. */
-  uint32_t descriptor_plane_min_cells;
-  /** Largest variance of a plane's cells along its normal, square metres, (0, 1]. STD: 0.01. */
-  float descriptor_plane_max_variance_m2;
-
-  /* Loop search */
-  /** Stored keyframes, [1, 2^20] */
-  uint32_t loop_search_max_places;
-  /** Candidates returned per search, [1, 256] */
-  uint32_t loop_search_max_results;
-  /** Per place, as in the descriptor_ members */
-  uint32_t loop_search_max_keypoints;
-  /** Per place, as in the descriptor_ members */
-  uint32_t loop_search_max_planes;
-  /** Of the planes, as in the descriptor_ members */
-  float loop_search_voxel_size_m;
-  /** Two sides are equal within this; absolute, because it comes from the keypoints' noise and
-   *  not from the side's length, [0.05, 1.2]. */
-  float loop_search_side_tolerance_m;
-  /** Two normal products are equal within this, [0, 1] */
-  float loop_search_dot_tolerance;
-  /** Bands of height in which the columns at the three vertices may differ, of 24, [0, 24] */
-  uint32_t loop_search_max_code_difference;
-  /** Triangles kept in one hash bucket, [5, 2^24] */
-  uint32_t loop_search_max_bucket;
-  /** Stored triangles a search compares: bounds its time however many places there are. Beyond,
-   *  the query's triangles of farther neighbours are left out, [1000, 2^30]. */
-  uint32_t loop_search_max_compared;
-  /** Matched triangles kept per search, [64, 2^24] */
-  uint32_t loop_search_max_matches;
-  /** Poses examined after voting, [1, 256] */
-  uint32_t loop_search_max_candidates;
-  /** Of these, at most so many in one session; 0: no limit, [0, 256] */
-  uint32_t loop_search_max_per_session;
-  /** Candidates whose planes are compared, [1, 256] */
-  uint32_t loop_search_max_verified;
-  /** Keypoints that agree with a pose, [0.2, 3] */
-  float loop_search_inlier_distance_m;
-  /** Fewer are no hypothesis, [3, 255] */
-  uint32_t loop_search_min_inliers;
-  /** Roll and pitch between levelled frames, (0, 0.5] */
-  float loop_search_max_tilt_rad;
-  /** Candidates that are right with at least this probability are accepted, [0, 1] */
-  float loop_search_accept_confidence;
-
-  /* Triangles formed from the keypoints */
-  /** Every keypoint pairs up its k nearest, [2, 32]. STD: 10-20 */
-  uint32_t triangle_neighbours;
-  /** Shortest side, [0.5, 20] */
-  float triangle_min_side_m;
-  /** Longest side, (min_side_m, 300] */
-  float triangle_max_side_m;
-  /** Flatter triangles have no reliable orientation, [0.1, 10] */
-  float triangle_min_height_m;
-  /** Per place, [16, 20000] */
-  uint32_t triangle_max_triangles;
-  /* Which stored keyframes loop search may answer with */
-  /** 0 = all, 1 = only of the own run, 2 = only of others. */
-  uint32_t search_sessions;
-  /** Keyframes of the own run must be at least this many keyframes away. */
-  uint32_t search_min_keyframe_gap;
-
-  /** Longest that a call which closes a keyframe may take, microseconds. What does not fit is left
-   *  out in the order of enum um_shed and counted. 0 = off, else [100, 10000000], needs clock_ns.
-   */
+  /** All other parameters, and the sentence of the last refused um_config_set. */
+  uint64_t hidden[128];
+  uint32_t keyframe_scans;               /**< keyframe.scans */
+  float keyframe_range_min_m;            /**< keyframe.range_min_m */
+  float keyframe_range_max_m;            /**< keyframe.range_max_m */
+  uint32_t keyframe_max_points_per_scan; /**< keyframe.max_points_per_scan */
+  uint32_t voxel_max_cells;              /**< voxel.max_cells */
+  uint32_t loop_search_max_places;       /**< loop_search.max_places */
+  float loop_search_accept_confidence;   /**< loop_search.accept_confidence */
+  /** budget_us: longest that a call which closes a keyframe may take. What does not fit is left out
+   *  in the order of enum um_shed and counted. Needs clock_ns; 0 = off. */
   uint32_t budget_us;
-  /** These two belong to the ground's parameters above. */
-  float ground_seen_through_share;
-  uint32_t ground_propagation_voxels;
-  /** Belongs to removal above; 0 or 1. */
-  uint32_t removal_final_labels;
-  /** Must be 0. */
-  uint32_t reserved[3];
 } um_config;
 
 /** Fills in the recommended parameters for a sensor (enum um_sensor). `struct_size` is
@@ -351,6 +139,20 @@ UM_API um_status um_config_init(um_config* config, size_t struct_size, uint32_t 
 /** The same with the capacities a smaller computer has room for (enum um_computer). */
 UM_API um_status um_config_init_for(um_config* config, size_t struct_size, uint32_t sensor,
                                     uint32_t computer);
+
+/** Sets a parameter by its name in docs/parameters.md, e.g. "removal.window" to "10". Switches take
+ *  true, false, 1 and 0, choices one of their names. Members of um_config may be set this way too.
+ *
+ *  UM_UNKNOWN_PARAMETER, UM_INVALID_CONFIG (no such value, or out of range): nothing has changed,
+ *  and *message (may be null) says why, with the nearest name that there is; it lies in *config and
+ *  is valid until the next call. Whether parameters fit each other is um_config_check's affair. */
+UM_API um_status um_config_set(um_config* config, const char* name, const char* value,
+                               const char** message);
+
+/** Writes a parameter's value as um_config_set reads it, ended by zero; UM_CAPACITY_EXCEEDED if
+ *  `capacity` bytes are too few (32 are enough). */
+UM_API um_status um_config_get(const um_config* config, const char* name, char* value,
+                               size_t capacity);
 
 /** Whether um_init will accept a configuration. If not, *message (may be null) says in one
  *  sentence which member is wrong and what it must be; if so, it is "". */
@@ -476,7 +278,7 @@ typedef struct um_loop {
 enum um_drop_cause {
   UM_DROP_NOT_FINITE = 0,         /**< points with NaN or infinite coordinates */
   UM_DROP_OUT_OF_RANGE = 1,       /**< points nearer or farther than configured */
-  UM_DROP_SCAN_TOO_LARGE = 2,     /**< points beyond keyframe_max_points_per_scan */
+  UM_DROP_SCAN_TOO_LARGE = 2,     /**< points beyond keyframe.max_points_per_scan */
   UM_DROP_CELLS_FULL = 3,         /**< points that found no room among the cells or blocks */
   UM_DROP_VOXELS_FULL = 4,        /**< fine cells that found no room among the coarse voxels */
   UM_DROP_EVIDENCE_FULL = 5,      /**< columns, and blocks to be relabelled, that found no room */

@@ -1,4 +1,4 @@
-// LCM link over UDP multicast or any other transport of LCM.
+// LCM link over UDP multicast or any other transport LCM knows.
 #pragma once
 
 #include <chrono>

@@ -26,6 +26,7 @@ int run(int argc, char** argv) {
   unimapper::apps::register_merge(app);
   unimapper::apps::register_evaluate(app);
   unimapper::apps::register_rt_check(app);
+  unimapper::apps::register_parameters(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

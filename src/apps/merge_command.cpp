@@ -1,5 +1,6 @@
 // `unimapper merge`: the command line of src/apps/merge.
 #include <CLI/CLI.hpp>
+#include <iostream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -29,6 +30,7 @@ std::string command_line(const MergeOptions& options) {
   for (const auto& [session, dataset] : options.truths) {
     line += " --truth " + session + "=" + dataset.string();
   }
+  if (!options.config.empty()) line += " --config " + options.config.string();
   if (options.refined_labels) line += " --refined-labels";
   for (const auto& run : options.stats) line += " --stats " + run.string();
   return line;
@@ -39,11 +41,15 @@ std::string command_line(const MergeOptions& options) {
 void register_merge(CLI::App& app) {
   auto options = std::make_shared<MergeOptions>();
   auto truths = std::make_shared<std::vector<std::string>>();
+  auto dump = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand(
       "merge", "Merge any number of sessions into one static map with one frame");
   command->add_option("RUN", options->runs,
                       "Run folders written by `unimapper onboard`, or LCM event logs");
-  command->add_option("--out", options->out, "Folder for the map")->required();
+  command->add_option("--out", options->out, "Folder for the map");
+  command->add_option("--config", options->config,
+                      "JSON file with parameters that differ from the default");
+  command->add_flag("--dump-config", *dump, "Print the parameters that would be used, and stop");
   CLI::Option* listen =
       command->add_option("--listen", options->listen,
                           "Receive sessions live too, e.g. from udpm://239.255.76.67:7667?ttl=0");
@@ -77,13 +83,17 @@ void register_merge(CLI::App& app) {
   command
       ->add_option("--threads", options->threads,
                    "Threads to use; 0: all. The map does not depend on it")
-      ->capture_default_str()
       ->check(CLI::Range(0, 256));
   command->footer(
       "Examples:\n"
       "  unimapper merge runs/monday runs/friday --out map\n"
       "  unimapper merge --listen 'udpm://239.255.76.67:7667?ttl=0' --sessions 3 --out map");
-  command->callback([options, truths] {
+  command->callback([options, truths, dump] {
+    if (*dump) {
+      std::cout << effective_config(*options);
+      return;
+    }
+    if (options->out.empty()) throw CLI::RequiredError("--out");
     if (options->runs.empty() && options->listen.empty()) {
       throw CLI::ValidationError("merge", "give at least one RUN, or --listen");
     }

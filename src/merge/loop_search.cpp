@@ -20,17 +20,23 @@ namespace {
 // query's triangles, because so many match by chance.
 constexpr std::uint32_t kVeryManyPlaces = 50'000;
 
-LoopSearchConfig database_config(const std::vector<SessionData>& sessions, std::size_t places,
-                                 std::size_t others, std::uint32_t per_session) {
-  LoopSearchConfig config =
-      base_search_config(static_cast<std::uint32_t>(std::clamp<std::size_t>(places, 1, 1U << 20U)));
+/// Robots may be configured to send more keypoints than usual.
+PlaceShape place_shape(const std::vector<SessionData>& sessions) {
+  PlaceShape shape;
   for (const auto& session : sessions) {
     for (const auto& keyframe : session.keyframes) {
-      config.max_keypoints = std::max(
-          config.max_keypoints,
+      shape.max_keypoints = std::max(
+          shape.max_keypoints,
           static_cast<std::uint32_t>(std::min<std::size_t>(keyframe.keypoints.size(), 255)));
     }
   }
+  return shape;
+}
+
+LoopSearchConfig database_config(std::size_t places, std::size_t others,
+                                 std::uint32_t per_session) {
+  LoopSearchConfig config =
+      base_search_config(static_cast<std::uint32_t>(std::clamp<std::size_t>(places, 1, 1U << 20U)));
   // No session may displace the candidates of another.
   config.max_per_session = std::max(per_session, config.max_verified);
   const auto wanted = static_cast<std::uint32_t>(std::min<std::size_t>(others * per_session, 256));
@@ -48,7 +54,7 @@ bool is_better(const LoopCandidate& a, const LoopCandidate& b) {
 std::vector<LoopCandidate> intra_session_loops(const std::vector<SessionData>& sessions,
                                                std::size_t session, const LoopConfig& config) {
   const auto& keyframes = sessions[session].keyframes;
-  InArena<PlaceDatabase> database(database_config(sessions, keyframes.size(), 1, 1));
+  InArena<PlaceDatabase> database(database_config(keyframes.size(), 1, 1), place_shape(sessions));
   PlaneRestorer planes;
   const std::vector<double> path = path_lengths_m(sessions[session]);
   std::vector<LoopCandidate> found;
@@ -78,7 +84,6 @@ std::vector<LoopCandidate> intra_session_loops(const std::vector<SessionData>& s
 LoopSearchConfig base_search_config(std::uint32_t places) {
   LoopSearchConfig config;
   config.max_places = places;
-  config.max_planes = 1024;
   config.triangles.max_triangles = 350;
   config.max_compared = 3'500'000;
   config.max_matches = 1U << 20U;
@@ -108,7 +113,8 @@ std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<Sessi
   for (const auto& session : sessions) places += session.keyframes.size();
   if (sessions.size() < 2 || places == 0) return {};
   InArena<PlaceDatabase> database(
-      database_config(sessions, places, sessions.size() - 1, config.candidates_per_keyframe));
+      database_config(places, sessions.size() - 1, config.candidates_per_keyframe),
+      place_shape(sessions));
   const auto for_each_keyframe = [&](const auto& visit) {
     for (std::size_t s = 0; s < sessions.size(); ++s) {
       for (std::size_t k = 0; k < sessions[s].keyframes.size(); ++k) visit(KeyframeId{s, k});

@@ -243,8 +243,8 @@ class Merger {
 
 MergeResult merge_sessions(const std::vector<SessionData>& sessions, const MergeConfig& config,
                            const std::function<void(const std::string&)>& progress) {
-  if (const std::string wrong = config.validate(); !wrong.empty()) {
-    throw std::invalid_argument(wrong);
+  if (const Error wrong = config.validate(); wrong.code != ErrorCode::kOk) {
+    throw std::invalid_argument(wrong.message);
   }
   check_sessions(sessions);
   return Merger(sessions, config, progress).run();

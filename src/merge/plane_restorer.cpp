@@ -8,11 +8,7 @@ namespace unimapper::merge {
 
 // The defaults of the robots, except that no cell is too many.
 struct PlaneRestorer::State {
-  InArena<PlaceDescriber> describer{[] {
-    DescriptorConfig config;
-    config.max_cells = 1U << 19U;
-    return config;
-  }()};
+  InArena<PlaceDescriber> describer{DescriptorConfig{}, DescriptorInput{.max_cells = 1U << 19U}};
 };
 
 PlaneRestorer::PlaneRestorer() : state_(std::make_unique<State>()) {}

@@ -104,8 +104,8 @@ void Pipeline::State::allocate(Arena& arena) noexcept {
   components.allocate(arena, config);
   final_labels.allocate(arena, config);
   output.allocate(arena, config);
-  describer.allocate(arena, config.descriptor);
-  places.allocate(arena, config.loop_search);
+  describer.allocate(arena, config.descriptor, config.descriptor_input());
+  places.allocate(arena, config.loop_search, config.place_shape());
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -30,7 +30,6 @@ void apply_data_sheet(const SensorModel& sensor, PipelineConfig& config) noexcep
       std::min(sensor.horizontal_fov_deg + 2.0F * kSlackDeg, 360.0F);
   config.free_space.elevation_min_deg = std::max(sensor.elevation_min_deg - kSlackDeg, -90.0F);
   config.free_space.elevation_max_deg = std::min(sensor.elevation_max_deg + kSlackDeg, 90.0F);
-  config.descriptor.max_cells = config.voxel.max_cells;
 }
 
 /// Degrees between neighbouring rays: from ring to ring, or on average where there are no rings.
@@ -85,7 +84,6 @@ void apply_computer(Computer computer, PipelineConfig& config) noexcept {
   voxel.max_cells = std::min(voxel.max_cells, room.cells);
   voxel.max_window_blocks = std::min(voxel.max_window_blocks, room.window_blocks);
   voxel.max_voxels = std::min(voxel.max_voxels, room.voxels);
-  config.descriptor.max_cells = std::min(config.descriptor.max_cells, room.cells);
   config.loop_search.max_places = std::min(config.loop_search.max_places, room.places);
   config.keyframe.range_max_m = std::min(config.keyframe.range_max_m, room.range_m);
 }

@@ -27,25 +27,27 @@ bool is_finite(const PlanePatch& patch) noexcept {
 
 }  // namespace
 
-void PlaceDatabase::State::allocate(Arena& arena, const LoopSearchConfig& config) noexcept {
+void PlaceDatabase::State::allocate(Arena& arena, const LoopSearchConfig& config,
+                                    const PlaceShape& shape) noexcept {
   config_ = config;
+  shape_ = shape;
   accept_score_ = score_of(config.accept_confidence);
   const std::size_t places = config.max_places;
   table_.allocate(arena, config);
   places_ = arena.allocate<StoredPlace>(places);
   thinning_.allocate(arena, config.max_places);
-  vertices_ = arena.allocate<Eigen::Vector3f>(places * config.max_keypoints);
-  codes_ = arena.allocate<std::uint64_t>(places * config.max_keypoints);
-  planes_ = arena.allocate<StoredPlane>(places * config.max_planes);
-  keypoints_.allocate(arena, config.max_keypoints);
+  vertices_ = arena.allocate<Eigen::Vector3f>(places * shape.max_keypoints);
+  codes_ = arena.allocate<std::uint64_t>(places * shape.max_keypoints);
+  planes_ = arena.allocate<StoredPlane>(places * shape.max_planes);
+  keypoints_.allocate(arena, shape.max_keypoints);
   triangles_.allocate(arena, config.triangles.max_triangles);
   votes_.allocate(arena, config);
   hypotheses_.allocate(arena, PoseVotes::max_peaks(config));
-  match_planes_.allocate(arena, config.max_planes);
-  pairs_.allocate(arena, config.max_keypoints);
+  match_planes_.allocate(arena, shape.max_planes);
+  pairs_.allocate(arena, shape.max_keypoints);
   constexpr std::size_t kShiftWidth = 2 * kShiftReach + 1;
   shift_votes_ = arena.allocate<float>(kShiftWidth * kShiftWidth);
-  overlap_.allocate(arena, config.max_planes, config.voxel_size_m);
+  overlap_.allocate(arena, shape.max_planes, shape.voxel_size_m);
   checks_.allocate(arena, config.max_verified);
   results_.allocate(arena, std::max(config.max_results, config.max_verified));
   const bool ready = results_.capacity() > 0;
@@ -73,7 +75,7 @@ void PlaceDatabase::State::insert(const PlaceView& place, KeyframeId id,
   stored.id = id;
   stored.T_session_place = seen_from_above(T_session_place);
   keypoints_.clear();
-  const std::size_t first = std::size_t{slot} * config_.max_keypoints;
+  const std::size_t first = std::size_t{slot} * shape_.max_keypoints;
   for (const Keypoint& keypoint : place.keypoints) {
     if (!is_finite(keypoint) || !keypoints_.push_back(keypoint)) {
       ++dropped_;
@@ -83,9 +85,9 @@ void PlaceDatabase::State::insert(const PlaceView& place, KeyframeId id,
     codes_[first + stored.keypoints] = keypoint.occupancy;
     ++stored.keypoints;
   }
-  StoredPlane* planes = planes_ + std::size_t{slot} * config_.max_planes;
+  StoredPlane* planes = planes_ + std::size_t{slot} * shape_.max_planes;
   for (const PlanePatch& patch : place.planes) {
-    if (!is_finite(patch) || stored.planes >= config_.max_planes) {
+    if (!is_finite(patch) || stored.planes >= shape_.max_planes) {
       ++dropped_;
       continue;
     }
@@ -109,7 +111,7 @@ void PlaceDatabase::State::insert(const PlaceView& place, KeyframeId id,
 void PlaceDatabase::State::evict(std::uint32_t slot) noexcept {
   thinning_.remove(slot);
   keypoints_.clear();
-  const Eigen::Vector3f* vertices = vertices_ + std::size_t{slot} * config_.max_keypoints;
+  const Eigen::Vector3f* vertices = vertices_ + std::size_t{slot} * shape_.max_keypoints;
   for (std::uint32_t i = 0; i < places_[slot].keypoints; ++i) {
     Keypoint keypoint{};
     keypoint.position = vertices[i];
@@ -170,8 +172,9 @@ void PlaceDatabase::State::keep(const LoopCandidate& result) noexcept {
   results_.push_back(result);
 }
 
-void PlaceDatabase::allocate(Arena& arena, const LoopSearchConfig& config) noexcept {
-  state_ = create_in<State>(arena, config);
+void PlaceDatabase::allocate(Arena& arena, const LoopSearchConfig& config,
+                             const PlaceShape& shape) noexcept {
+  state_ = create_in<State>(arena, config, shape);
 }
 
 void PlaceDatabase::insert(const PlaceView& place, KeyframeId id,

@@ -24,7 +24,7 @@ using namespace place;
 /// (loop_verification.cpp), and checks those for perceptual aliasing (loop_ambiguity.cpp).
 class PlaceDatabase::State {
  public:
-  void allocate(Arena& arena, const LoopSearchConfig& config) noexcept;
+  void allocate(Arena& arena, const LoopSearchConfig& config, const PlaceShape& shape) noexcept;
   void insert(const PlaceView& place, KeyframeId id, const Pose& T_session_place) noexcept;
   std::span<const LoopCandidate> search(const PlaceView& query, KeyframeId query_id,
                                         const SearchScope& scope) noexcept;
@@ -88,6 +88,7 @@ class PlaceDatabase::State {
   void keep(const LoopCandidate& result) noexcept;
 
   LoopSearchConfig config_{};
+  PlaceShape shape_{};
   TriangleTable table_;
   StoredPlace* places_ = nullptr;
   Eigen::Vector3f* vertices_ = nullptr;  // positions of keypoints, max_keypoints per place

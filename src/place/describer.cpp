@@ -26,7 +26,8 @@ constexpr float kStrengthScale = 100.0F;
 
 class PlaceDescriber::State {
  public:
-  void allocate(Arena& arena, const DescriptorConfig& config) noexcept;
+  void allocate(Arena& arena, const DescriptorConfig& config,
+                const DescriptorInput& input) noexcept;
   PlaceView describe(std::span<const FineCell> cells) noexcept;
   std::span<const PlanePatch> find_planes(std::span<const FineCell> cells) noexcept;
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
@@ -44,12 +45,13 @@ class PlaceDescriber::State {
   std::uint64_t dropped_ = 0;
 };
 
-void PlaceDescriber::State::allocate(Arena& arena, const DescriptorConfig& config) noexcept {
+void PlaceDescriber::State::allocate(Arena& arena, const DescriptorConfig& config,
+                                     const DescriptorInput& input) noexcept {
   config_ = config;
-  structure_cells_.allocate(arena, config.max_cells);
+  structure_cells_.allocate(arena, input.max_cells);
   keypoints_.allocate(arena, config.max_keypoints);
   ground_.allocate(arena, config);
-  planes_.allocate(arena, config);
+  planes_.allocate(arena, config, input.voxel_size_m);
   structure_.allocate(arena, config);
   dropped_ = 0;
 }
@@ -146,8 +148,9 @@ void PlaceDescriber::State::select_keypoints() noexcept {
   }
 }
 
-void PlaceDescriber::allocate(Arena& arena, const DescriptorConfig& config) noexcept {
-  state_ = create_in<State>(arena, config);
+void PlaceDescriber::allocate(Arena& arena, const DescriptorConfig& config,
+                              const DescriptorInput& input) noexcept {
+  state_ = create_in<State>(arena, config, input);
 }
 
 PlaceView PlaceDescriber::describe(std::span<const FineCell> cells) noexcept {

@@ -73,7 +73,7 @@ float distinctness_of(float evidence, float competing) noexcept {
 
 void PlaceDatabase::State::load_targets(std::uint32_t slot) noexcept {
   targets_.clear();
-  const std::size_t first = std::size_t{slot} * config_.max_keypoints;
+  const std::size_t first = std::size_t{slot} * shape_.max_keypoints;
   for (std::uint32_t i = 0; i < places_[slot].keypoints; ++i) {
     const Eigen::Vector3f& p = vertices_[first + i];
     targets_.add({p.x(), p.y(), p.z(), codes_[first + i]});
@@ -126,7 +126,7 @@ void PlaceDatabase::State::refine(Hypothesis& hypothesis) noexcept {
 
 void PlaceDatabase::State::load_planes(std::uint32_t slot) noexcept {
   match_planes_.clear();
-  const StoredPlane* planes = planes_ + std::size_t{slot} * config_.max_planes;
+  const StoredPlane* planes = planes_ + std::size_t{slot} * shape_.max_planes;
   for (std::uint32_t i = 0; i < places_[slot].planes; ++i) {
     PlanePatch patch;
     for (int axis = 0; axis < 3; ++axis) {

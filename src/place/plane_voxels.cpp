@@ -36,8 +36,10 @@ bool comes_first(const PlanePatch& a, const PlanePatch& b) noexcept {
 
 }  // namespace
 
-void PlaneVoxels::allocate(Arena& arena, const DescriptorConfig& config) noexcept {
+void PlaneVoxels::allocate(Arena& arena, const DescriptorConfig& config,
+                           float voxel_size_m) noexcept {
   config_ = config;
+  voxel_size_m_ = voxel_size_m;
   voxels_.allocate(arena, config.max_voxels);
   all_.allocate(arena, config.max_voxels);
   order_.allocate(arena, config.max_voxels);
@@ -47,7 +49,7 @@ void PlaneVoxels::allocate(Arena& arena, const DescriptorConfig& config) noexcep
 // Cells that follow each other mostly lie in one voxel: their moments are summed up before they are
 // added to the table.
 void PlaneVoxels::collect(std::span<const FineCell> structure) noexcept {
-  const CellSteps grid(kSteps / config_.voxel_size_m, kOriginVoxels * kSteps);
+  const CellSteps grid(kSteps / voxel_size_m_, kOriginVoxels * kSteps);
   RecentVoxels recent;
   VoxelIndex current;
   Moments run{};
@@ -101,7 +103,7 @@ void PlaneVoxels::add(const VoxelIndex& steps, const Moments& run, RecentVoxels&
 bool PlaneVoxels::fit(const Moments& moments, std::uint64_t key, PlanePatch& patch) const noexcept {
   if (moments.count < config_.plane_min_cells) return false;
   const double n = moments.count;
-  const double step_m = static_cast<double>(config_.voxel_size_m) / static_cast<double>(kSteps);
+  const double step_m = static_cast<double>(voxel_size_m_) / static_cast<double>(kSteps);
   const Eigen::Vector3d mean(static_cast<double>(moments.sum[0]) / n,
                              static_cast<double>(moments.sum[1]) / n,
                              static_cast<double>(moments.sum[2]) / n);
@@ -129,7 +131,7 @@ bool PlaneVoxels::fit(const Moments& moments, std::uint64_t key, PlanePatch& pat
   const Eigen::Vector3f corner =
       Eigen::Vector3f(static_cast<float>(index.x), static_cast<float>(index.y),
                       static_cast<float>(index.z)) *
-      config_.voxel_size_m;
+      voxel_size_m_;
   // A step's content lies half a step above its lower edge on average.
   patch.center = corner + ((mean.array() + 0.5) * step_m).matrix().cast<float>();
   patch.normal = eigen.vectors.col(0).cast<float>().normalized();
@@ -165,7 +167,7 @@ void PlaneVoxels::build(std::span<const FineCell> structure, const LocalGround& 
 }
 
 Eigen::Vector3f PlaneVoxels::bordering_normal(const Eigen::Vector3f& position) const noexcept {
-  const VoxelIndex center = voxel_index(position, 1.0F / config_.voxel_size_m);
+  const VoxelIndex center = voxel_index(position, 1.0F / voxel_size_m_);
   const PlanePatch* best = nullptr;
   float best_distance = 0.0F;
   for (std::int32_t dz = -1; dz <= 1; ++dz) {

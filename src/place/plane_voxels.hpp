@@ -24,7 +24,7 @@ namespace unimapper::place {
 /// once, however many points it holds, so the planes do not depend on density or dwell time.
 class PlaneVoxels {
  public:
-  void allocate(Arena& arena, const DescriptorConfig& config) noexcept;
+  void allocate(Arena& arena, const DescriptorConfig& config, float voxel_size_m) noexcept;
 
   /// Collects `structure` (cells that are not ground) into voxels and decides which are planes;
   /// adds those of `ground`. Independent of the cells' order as long as the capacities hold. Cost:
@@ -60,6 +60,7 @@ class PlaneVoxels {
   bool fit(const Moments& moments, std::uint64_t key, PlanePatch& patch) const noexcept;
 
   DescriptorConfig config_{};
+  float voxel_size_m_ = 0.0F;
   FixedHashMap<Voxel> voxels_;
   FixedVector<PlanePatch> all_;
   FixedVector<PlanePatch> planes_;

@@ -1,4 +1,4 @@
-// Reader of published pose graphs, weighted as in SE-Sync.
+// Reads published pose graphs the way SE-Sync weighs them.
 #pragma once
 
 #include <Eigen/Eigenvalues>

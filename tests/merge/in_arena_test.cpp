@@ -1,4 +1,4 @@
-// Tests of heap memory for components of the core.
+// Memory of the core's components at the base.
 #include "unimapper/merge/in_arena.hpp"
 
 #include <catch2/catch.hpp>

@@ -94,7 +94,7 @@ TEST_CASE("what is wrong with a configuration is said in words") {
     return std::string(error.message);
   };
   CHECK(message([](auto& c) { c.keyframe.scans = 0; }).find("keyframe.scans") == 0);
-  CHECK(message([](auto& c) { c.keyframe.scans = 33; }).find("1 to 32") != std::string::npos);
+  CHECK(message([](auto& c) { c.keyframe.scans = 33; }).find("[1, 32]") != std::string::npos);
   CHECK(message([&](auto& c) { c.keyframe.distance_m = nan; }).find("distance_m") !=
         std::string::npos);
   CHECK(message([](auto& c) { c.keyframe.range_min_m = 200.0F; }).find("range_min_m") !=
@@ -102,17 +102,24 @@ TEST_CASE("what is wrong with a configuration is said in words") {
   CHECK(message([](auto& c) { c.voxel.coarse_size_m = 2.05F; }).find("whole multiple") !=
         std::string::npos);
   CHECK(message([](auto& c) { c.voxel.max_cells = 0; }).find("max_cells") != std::string::npos);
-  CHECK(message([](auto& c) { c.ground.max_tilt_deg = 90.0F; }).find("degrees") !=
+  CHECK(message([](auto& c) { c.ground.max_tilt_deg = 90.0F; }).find("[0.001, 80]") !=
         std::string::npos);
-  CHECK(message([](auto& c) { c.free_space.visibility = false; }).find("must be on") !=
+  CHECK(message([](auto& c) { c.free_space.visibility = false; }).find("must be true") !=
         std::string::npos);
   CHECK(message([](auto& c) { c.free_space.images_per_keyframe = 11; }).find("keyframe.scans") !=
         std::string::npos);
-  CHECK(message([&](auto& c) { c.removal.log_odds_free = nan; }).find("log-odds") !=
+  CHECK(message([&](auto& c) { c.removal.log_odds_free = nan; }).find("removal.log_odds_free") !=
         std::string::npos);
   CHECK(message([](auto& c) { c.removal.window = 99; }).find("window") != std::string::npos);
-  CHECK(message([](auto& c) { c.loop_search.max_keypoints = 8; }).find("loop_search") !=
+  CHECK(message([](auto& c) {
+          c.voxel.max_window_blocks = c.voxel.max_cells / 4 - 1;
+        }).find("max_window_blocks") != std::string::npos);
+  CHECK(message([](auto& c) { c.loop_search.max_verified = 33; }).find("max_candidates") !=
         std::string::npos);
+  CHECK(message([](auto& c) {
+          c.descriptor.max_planes = 60000;
+          c.loop_search.max_places = 100000;
+        }).find("2^30") != std::string::npos);
 }
 
 TEST_CASE("the required memory is exact") {

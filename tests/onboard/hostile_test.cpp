@@ -20,7 +20,6 @@ PipelineConfig hostile_config() {
   config.voxel.max_cells = 20000;
   config.voxel.max_voxels = 2000;
   config.voxel.max_window_blocks = 16384;
-  config.descriptor.max_cells = config.voxel.max_cells;
   return config;
 }
 

@@ -208,7 +208,7 @@ TEST_CASE("full cells and voxels are counted and everything keeps running") {
                  moving_box({5.0, -3.0, 0.9}, {0.0, 1.4, 0.0}, {0.25, 0.25, 0.9})};
   PipelineConfig config = small_config();
   config.voxel.max_cells = 500;
-  config.voxel.max_voxels = 5;
+  config.voxel.max_voxels = 16;
   const auto runs = run_scene(scene, config, 30, [](double t) { return sensor_at(0.5 * t, 0.0); });
   for (const KeyframeRun& run : runs) {
     CHECK(run.statistics.cells == 500);
@@ -315,11 +315,12 @@ TEST_CASE("the points of a cell are counted up to what its field can hold") {
 
 TEST_CASE("the smallest possible capacities hold") {
   PipelineConfig config = small_config();
-  config.keyframe.max_points_per_scan = 1;
+  config.keyframe.max_points_per_scan = 16;
   config.keyframe.scans = 1;
   config.free_space.images_per_keyframe = 1;
-  config.voxel.max_cells = 1;
-  config.voxel.max_voxels = 1;
+  config.voxel.max_cells = 64;
+  config.voxel.max_window_blocks = 16;
+  config.voxel.max_voxels = 16;
   config.removal.window = 1;
   OwnedPipeline pipeline(config);
   REQUIRE(pipeline);

@@ -44,7 +44,6 @@ PipelineConfig short_run(PipelineConfig config) {
       std::min(config.free_space.images_per_keyframe, config.keyframe.scans);
   config.removal.window = 6;
   config.voxel.max_cells = std::min(config.voxel.max_cells, 1U << 17U);
-  config.descriptor.max_cells = config.voxel.max_cells;
   config.loop_search.max_places = 32;
   config.search_scope.min_keyframe_gap = 3;
   return config;

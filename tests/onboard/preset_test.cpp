@@ -26,7 +26,6 @@ bool same(const PipelineConfig& a, const PipelineConfig& b) {
          a.free_space.azimuth_resolution_deg == b.free_space.azimuth_resolution_deg &&
          a.free_space.elevation_resolution_deg == b.free_space.elevation_resolution_deg &&
          a.free_space.full_weight_range_m == b.free_space.full_weight_range_m &&
-         a.descriptor.max_cells == b.descriptor.max_cells &&
          a.loop_search.max_places == b.loop_search.max_places;
 }
 

@@ -152,7 +152,6 @@ TEST_CASE("the paper's columns need history and ground, visibility needs neither
   paper.keyframe.max_points_per_scan = small.keyframe.max_points_per_scan;
   paper.voxel.max_cells = small.voxel.max_cells;
   paper.voxel.max_voxels = small.voxel.max_voxels;
-  paper.descriptor.max_cells = small.voxel.max_cells;
   paper.loop_search.max_places = 20;
   const auto runs = run_scene(scene, paper, 40, stand_still);
   CHECK(runs.front().score.dynamic_right == 0);

@@ -15,7 +15,6 @@ inline PipelineConfig small_config() {
   config.keyframe.max_points_per_scan = 40000;
   config.voxel.max_cells = 1U << 16U;
   config.voxel.max_voxels = 1U << 13U;
-  config.descriptor.max_cells = config.voxel.max_cells;
   config.loop_search.max_places = 20;
   return config;
 }

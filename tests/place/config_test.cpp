@@ -20,8 +20,8 @@ TEST_CASE("a value out of range is refused by its name") {
   };
   const float nan = std::numeric_limits<float>::quiet_NaN();
   DescriptorConfig descriptor;
-  descriptor.voxel_size_m = nan;
-  CHECK(refused_for(descriptor, "voxel_size_m"));
+  descriptor.range_m = nan;
+  CHECK(refused_for(descriptor, "range_m must lie in [10, 120] m"));
   descriptor = {};
   descriptor.max_keypoints = 256;
   CHECK(refused_for(descriptor, "max_keypoints"));

@@ -254,11 +254,9 @@ TEST_CASE("a place from a hostile sender does no harm") {
 
 TEST_CASE("places larger than configured are cut and counted, results are limited") {
   LoopSearchConfig config = small();
-  config.max_keypoints = 20;
-  config.max_planes = 50;
   config.max_results = 2;
   REQUIRE(config.validate().code == ErrorCode::kOk);
-  Laid<PlaceDatabase> database(config);
+  Laid<PlaceDatabase> database(config, PlaceShape{.max_keypoints = 20, .max_planes = 50});
   const Described place = describe(31, standing_at(0, 0, 1.9, 0));
   REQUIRE(place.keypoints.size() > 20);
   for (std::uint32_t i = 0; i < 5; ++i) database->insert(place.view(), {1, i}, kAnywhere);

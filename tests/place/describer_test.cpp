@@ -299,10 +299,11 @@ TEST_CASE("what does not fit is counted and the rest is sound") {
   config.max_keypoints = 8;
   config.max_planes = 20;
   SECTION("planes and keypoints") {}
-  SECTION("cells") { config.max_cells = 1000; }
-  SECTION("voxels") { config.max_voxels = 10; }
+  DescriptorInput input;
+  SECTION("cells") { input.max_cells = 1000; }
+  SECTION("voxels") { config.max_voxels = 16; }
   REQUIRE(config.validate().code == ErrorCode::kOk);
-  Laid<PlaceDescriber> describer(config);
+  Laid<PlaceDescriber> describer(config, input);
   REQUIRE(describer.fits());
   const PlaceView place = describer->describe(cells);
   REQUIRE(place.keypoints.size() <= 8);

@@ -43,16 +43,16 @@ Pose standing_at(double x, double y, double height, double yaw_rad);
 template <typename Component>
 class Laid {
  public:
-  template <typename Config>
-  explicit Laid(const Config& config) {
+  template <typename Config, typename... More>
+  explicit Laid(const Config& config, const More&... more) {
     Arena measure = Arena::measuring();
     Component probe;
-    probe.allocate(measure, config);
+    probe.allocate(measure, config, more...);
     memory_.resize(measure.used() + Arena::kAlignment);
     auto base = reinterpret_cast<std::uintptr_t>(memory_.data());
     base = (base + Arena::kAlignment - 1) / Arena::kAlignment * Arena::kAlignment;
     Arena arena(reinterpret_cast<std::byte*>(base), measure.used());
-    component_.allocate(arena, config);
+    component_.allocate(arena, config, more...);
     fits_ = !arena.exhausted();
   }
   Laid(const Laid&) = delete;

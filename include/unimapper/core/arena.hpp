@@ -61,18 +61,18 @@ class Arena {
 };
 
 /// Creates a `State` in `arena` and lets it allocate its parts there: `state.allocate(arena,
-/// config)`. Null where the arena is measuring or exhausted; what the parts need is counted all the
-/// same.
-template <typename State, typename Config>
-[[nodiscard]] State* create_in(Arena& arena, const Config& config) noexcept {
+/// config...)`. Null where the arena is measuring or exhausted; what the parts need is counted all
+/// the same.
+template <typename State, typename... Config>
+[[nodiscard]] State* create_in(Arena& arena, const Config&... config) noexcept {
   State* const memory = arena.allocate<State>(1);
   if (memory == nullptr) {
     State measured;
-    measured.allocate(arena, config);
+    measured.allocate(arena, config...);
     return nullptr;
   }
   State* const state = new (memory) State;
-  state->allocate(arena, config);
+  state->allocate(arena, config...);
   return state;
 }
 

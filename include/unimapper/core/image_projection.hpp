@@ -1,4 +1,4 @@
-// Spherical projection of range images.
+// The geometry of small spherical images of how far a sensor could see.
 #pragma once
 
 #include <cstddef>

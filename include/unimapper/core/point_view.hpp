@@ -37,7 +37,7 @@ struct PointView {
   }
 };
 
-/// Label of a point.
+/// What a point was judged to be.
 enum class PointLabel : std::uint8_t {
   kUnknown = 0,  ///< invalid: not finite, or out of range
   kStatic = 1,

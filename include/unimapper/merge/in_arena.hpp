@@ -21,21 +21,22 @@ using Pages = std::unique_ptr<std::byte, ReleasePages>;
 /// itself. Throws std::bad_alloc.
 [[nodiscard]] Pages allocate_pages(std::size_t bytes);
 
-/// Lays out a `Component` for `config` on the heap. Throws std::invalid_argument.
+/// Lays out a `Component` on the heap: `component.allocate(arena, config, more...)`. Throws
+/// std::invalid_argument for a wrong configuration.
 template <typename Component>
 class InArena {
  public:
-  template <typename Config>
-  explicit InArena(const Config& config) {
+  template <typename Config, typename... More>
+  explicit InArena(const Config& config, const More&... more) {
     if (const Error error = config.validate(); error.code != ErrorCode::kOk) {
       throw std::invalid_argument(error.message);
     }
     Arena measuring = Arena::measuring();
-    component_.allocate(measuring, config);
+    component_.allocate(measuring, config, more...);
     bytes_ = measuring.used();
     memory_ = allocate_pages(bytes_);
     Arena arena(memory_.get(), bytes_);
-    component_.allocate(arena, config);
+    component_.allocate(arena, config, more...);
   }
   Component& operator*() { return component_; }
   Component* operator->() { return &component_; }

@@ -1,9 +1,13 @@
-// Parameters of the merger, one struct per stage.
+// Parameters of the merger: one struct per stage, a table of its members behind each.
+//
+// docs/parameters.md prints the tables; include/unimapper/onboard/config.hpp says what the sources
+// mean.
 #pragma once
 
 #include <cstdint>
-#include <string>
 
+#include "unimapper/core/expected.hpp"
+#include "unimapper/core/parameter_table.hpp"
 #include "unimapper/free_space/evidence_weights.hpp"
 
 namespace unimapper::merge {
@@ -12,119 +16,284 @@ namespace unimapper::merge {
 /// LiDAR(-inertial) odometry of middling quality (5 cm and 0.1 degrees per 5 m); worse odometry
 /// needs larger ones.
 struct OdometryNoiseConfig {
-  double translation_floor_m = 0.02;        ///< of any two keyframes, [0.001, 10]
-  double translation_m_per_sqrt_m = 0.02;   ///< growth, [0.0001, 10]
-  double rotation_floor_rad = 0.001;        ///< of any two keyframes, [0.00001, 1]
-  double rotation_rad_per_sqrt_m = 0.0008;  ///< growth, [0.000001, 1]
+  double translation_floor_m = 0.02;
+  double translation_m_per_sqrt_m = 0.02;
+  double rotation_floor_rad = 0.001;
+  double rotation_rad_per_sqrt_m = 0.0008;
 };
+
+consteval auto parameters_of(const OdometryNoiseConfig*) {
+  using C = OdometryNoiseConfig;
+  return parameter_table(parameter<&C::translation_floor_m>(
+                             "[0.001, 10]", "m", "choice",
+                             "Standard deviation of the translation between any two keyframes,"),
+                         parameter<&C::translation_m_per_sqrt_m>("[0.0001, 10]", "m/√m", "choice",
+                                                                 "and its growth with the path."),
+                         parameter<&C::rotation_floor_rad>(
+                             "[0.00001, 1]", "rad", "choice",
+                             "Standard deviation of the rotation between any two keyframes,"),
+                         parameter<&C::rotation_rad_per_sqrt_m>("[0.000001, 1]", "rad/√m", "choice",
+                                                                "and its growth with the path."));
+}
 
 /// Registration clouds and G-ICP (paper section VI, refined registration).
 struct RegistrationConfig {
-  float leaf_m = 0.4F;           ///< spacing of registration points, [0.05, 5]
-  std::uint32_t neighbors = 12;  ///< points a covariance is taken from, [5, 64]
-  /// Neighbours before and after a keyframe that may join its cloud, [0, 10] ...
+  float leaf_m = 0.4F;
+  std::uint32_t neighbors = 12;
   std::uint32_t submap_keyframes = 2;
-  std::uint32_t submap_cells = 60000;  ///< ... until it holds so many cells, [0, 10000000]
-  std::uint32_t max_points = 12000;    ///< the leaf grows until a cloud is smaller, [100, 1000000]
-  std::uint32_t max_source_points = 4000;  ///< points of a source that are aligned, [100, 1000000]
-  float submap_radius_m = 50.0F;  ///< points farther from the keyframe are left out, [5, 300]
-  float coarse_correspondence_m = 2.5F;  ///< gate of the first stage, [0.1, 20]
-  float fine_correspondence_m = 1.0F;    ///< gate of the last stage, [0.1, 20]
-  std::uint32_t max_iterations = 24;     ///< of both stages together, [1, 200]
-  double plane_sigma_m = 0.03;           ///< thickness of a surface, [0.001, 1]
-  /// Neighbouring points repeat each other's errors: so many count as one observation, [1, 1000].
+  std::uint32_t submap_cells = 60000;
+  std::uint32_t max_points = 12000;
+  std::uint32_t max_source_points = 4000;
+  float submap_radius_m = 50.0F;
+  float coarse_correspondence_m = 2.5F;
+  float fine_correspondence_m = 1.0F;
+  std::uint32_t max_iterations = 24;
+  double plane_sigma_m = 0.03;
   double correlated_points = 30.0;
-  double sigma_floor_m = 0.08;     ///< no loop is known better than this, [0.001, 10]
-  double sigma_floor_rad = 0.006;  ///< the same for rotation, [0.0001, 1]
+  double sigma_floor_m = 0.08;
+  double sigma_floor_rad = 0.006;
 };
 
-/// Where loop candidates come from and when geometry confirms one.
+consteval auto parameters_of(const RegistrationConfig*) {
+  using C = RegistrationConfig;
+  return parameter_table(
+      parameter<&C::leaf_m>("[0.05, 5]", "m", "choice", "Spacing of registration points."),
+      parameter<&C::neighbors>("[5, 64]", "points", "choice",
+                               "Points a covariance is estimated from."),
+      parameter<&C::submap_keyframes>(
+          "[0, 10]", "keyframes", "choice",
+          "Neighbours before and after a keyframe that may join its cloud,"),
+      parameter<&C::submap_cells>("[0, 10000000]", "cells", "choice",
+                                  "until it holds so many cells."),
+      parameter<&C::max_points>("[100, 1000000]", "points", "choice",
+                                "The leaf grows until a cloud is smaller."),
+      parameter<&C::max_source_points>("[100, 1000000]", "points", "choice",
+                                       "Points of a source that are aligned."),
+      parameter<&C::submap_radius_m>("[5, 300]", "m", "choice",
+                                     "Points farther from the keyframe are left out."),
+      parameter<&C::coarse_correspondence_m>("[0.1, 20]", "m", "choice",
+                                             "Largest correspondence distance of the first stage."),
+      parameter<&C::fine_correspondence_m>("[0.1, 20]", "m", "choice",
+                                           "Largest correspondence distance of the last stage."),
+      parameter<&C::max_iterations>("[1, 200]", "", "choice",
+                                    "Iterations of both stages together."),
+      parameter<&C::plane_sigma_m>("[0.001, 1]", "m", "choice",
+                                   "Thickness of a surface, standard deviation."),
+      parameter<&C::correlated_points>(
+          "[1, 1000]", "points", "choice",
+          "Neighbouring points repeat each other's errors: so many count as one observation."),
+      parameter<&C::sigma_floor_m>("[0.001, 10]", "m", "choice",
+                                   "No loop is known better than this."),
+      parameter<&C::sigma_floor_rad>("[0.0001, 1]", "rad", "choice", "The same for its rotation."));
+}
+
+/// Where loop candidates come from and when their geometry is verified.
 struct LoopConfig {
-  std::uint32_t min_keyframe_gap = 15;        ///< within a session, [1, 1000]
-  double min_path_gap_m = 20.0;               ///< within a session, [0, 1000]
-  std::uint32_t candidates_per_keyframe = 3;  ///< verified per keyframe and other session, [1, 32]
-  std::uint32_t max_candidates_per_pair = 200;  ///< verified per pair of sessions, [1, 5000]
-  double max_tilt_rad = 0.09;                   ///< gravity gate: both frames are level, [0.01, 1]
-  double min_initial_overlap = 0.3;             ///< before G-ICP is tried, [0, 1]
-  double min_overlap = 0.45;                    ///< of structure (no ground) after G-ICP, [0, 1]
-  double max_rmse_m = 0.35;                     ///< of matched points after G-ICP, [0.01, 5]
-  double max_contradiction = 0.5;               ///< points inside the other's free space, [0, 1]
-  double max_correction_m = 4.0;                ///< G-ICP against the descriptor's pose, [0.1, 50]
-  double max_correction_rad = 0.25;             ///< the same for rotation, [0.01, 3.2]
+  std::uint32_t min_keyframe_gap = 15;
+  double min_path_gap_m = 20.0;
+  std::uint32_t candidates_per_keyframe = 3;
+  std::uint32_t max_candidates_per_pair = 200;
+  double max_tilt_rad = 0.09;
+  double min_initial_overlap = 0.3;
+  double min_overlap = 0.45;
+  double max_rmse_m = 0.35;
+  double max_contradiction = 0.5;
+  double max_correction_m = 4.0;
+  double max_correction_rad = 0.25;
 };
 
-/// Acceptance of inter-session loops (docs/design/loop-acceptance.md).
+consteval auto parameters_of(const LoopConfig*) {
+  using C = LoopConfig;
+  return parameter_table(
+      parameter<&C::min_keyframe_gap>("[1, 1000]", "keyframes", "choice",
+                                      "Between the two keyframes of an intra-session loop."),
+      parameter<&C::min_path_gap_m>("[0, 1000]", "m", "choice", "The same along the path."),
+      parameter<&C::candidates_per_keyframe>("[1, 32]", "", "choice",
+                                             "Candidates verified per keyframe and other session."),
+      parameter<&C::max_candidates_per_pair>("[1, 5000]", "", "choice",
+                                             "Candidates verified per pair of sessions."),
+      parameter<&C::max_tilt_rad>(
+          "[0.01, 1]", "rad", "choice",
+          "Both keyframe frames are level: largest roll and pitch between them."),
+      parameter<&C::min_initial_overlap>("[0, 1]", "", "choice",
+                                         "Overlap of structure before G-ICP is tried."),
+      parameter<&C::min_overlap>("[0, 1]", "", "choice",
+                                 "Overlap of structure (no ground) after G-ICP."),
+      parameter<&C::max_rmse_m>("[0.01, 5]", "m", "choice", "Of matched points after G-ICP."),
+      parameter<&C::max_contradiction>(
+          "[0, 1]", "", "choice", "Share of the points that lie inside the other's free space."),
+      parameter<&C::max_correction_m>("[0.1, 50]", "m", "choice",
+                                      "G-ICP's pose against the descriptor's."),
+      parameter<&C::max_correction_rad>("[0.01, 3.2]", "rad", "choice",
+                                        "The same for its rotation."));
+}
+
+/// When inter-session loops are accepted (docs/design/loop-acceptance.md).
 struct AcceptanceConfig {
-  double consistency_chi2 = 16.81;     ///< 99 % of chi square with 6 degrees of freedom, [1, 200]
-  std::uint32_t min_loops = 3;         ///< distinct loops that connect two maps, [2, 100]
-  double min_span_m = 20.0;            ///< path they span in both maps, [0, 1000]
-  std::uint32_t min_strong_loops = 2;  ///< enough when all overlap strongly, [2, 100]
-  double strong_overlap = 0.7;         ///< what strongly means, [0, 1]
-  double margin = 2.0;                 ///< best cluster over second disjoint one, [1, 100]
-  double distinct_m = 2.0;  ///< loops closer than this along both paths are one, [0, 100]
-  double loop_chi2 = 22.5;  ///< a loop beyond this after the solve is demoted, [1, 1000]
+  double consistency_chi2 = 16.81;
+  std::uint32_t min_loops = 3;
+  double min_span_m = 20.0;
+  std::uint32_t min_strong_loops = 2;
+  double strong_overlap = 0.7;
+  double margin = 2.0;
+  double distinct_m = 2.0;
+  double loop_chi2 = 22.5;
 };
+
+consteval auto parameters_of(const AcceptanceConfig*) {
+  using C = AcceptanceConfig;
+  return parameter_table(
+      parameter<&C::consistency_chi2>("[1, 200]", "",
+                                      "99 % of chi square with 6 degrees of freedom",
+                                      "Two loops are consistent up to this chi square."),
+      parameter<&C::min_loops>("[2, 100]", "loops", "choice",
+                               "Distinct loops that connect two maps."),
+      parameter<&C::min_span_m>("[0, 1000]", "m", "choice", "Path they span in both maps."),
+      parameter<&C::min_strong_loops>("[2, 100]", "loops", "choice",
+                                      "So many are enough when all overlap strongly."),
+      parameter<&C::strong_overlap>("[0, 1]", "", "choice", "What overlapping strongly means."),
+      parameter<&C::margin>("[1, 100]", "", "choice", "Best cluster over the second disjoint one."),
+      parameter<&C::distinct_m>("[0, 100]", "m", "choice",
+                                "Loops closer than this along both paths are one."),
+      parameter<&C::loop_chi2>("[1, 1000]", "", "choice",
+                               "A loop beyond this after the solve is rejected."));
+}
 
 /// Pose graph optimisation.
 struct GraphConfig {
-  double cauchy_scale = 3.5;  ///< xi of the paper's kernel on whitened residuals, [0.1, 1000]
-  std::uint32_t max_iterations = 60;  ///< [1, 1000]
-  double deformation_floor_m =
-      1.0;  ///< change of a committed map that is always plausible, [0, 100]
-  double deformation_per_m = 0.005;  ///< and its growth along the path, [0, 1]
+  double cauchy_scale = 3.5;
+  std::uint32_t max_iterations = 60;
+  double deformation_floor_m = 1.0;
+  double deformation_per_m = 0.005;
 };
+
+consteval auto parameters_of(const GraphConfig*) {
+  using C = GraphConfig;
+  return parameter_table(
+      parameter<&C::cauchy_scale>("[0.1, 1000]", "", "paper",
+                                  "xi of the paper's kernel, on whitened residuals."),
+      parameter<&C::max_iterations>("[1, 1000]", "", "choice", "Iterations of one solve."),
+      parameter<&C::deformation_floor_m>("[0, 100]", "m", "choice",
+                                         "Change of a committed map that is always plausible,"),
+      parameter<&C::deformation_per_m>("[0, 1]", "m/m", "choice",
+                                       "and its growth along the path."));
+}
 
 /// Radius search between aligned maps (paper section VI, equation for R).
 struct RadiusConfig {
-  double radius_m = 10.0;            ///< r_th, [0.5, 100]
-  double spacing_m = 4.0;            ///< path between keyframes that are searched for, [0, 100]
-  std::uint32_t per_keyframe = 1;    ///< loops per keyframe and other session, [1, 16]
-  double max_correction_m = 3.0;     ///< G-ICP against the graph's pose, [0.1, 50]
-  double max_correction_rad = 0.15;  ///< the same for rotation, [0.01, 3.2]
+  double radius_m = 10.0;
+  double spacing_m = 4.0;
+  std::uint32_t per_keyframe = 1;
+  double max_correction_m = 3.0;
+  double max_correction_rad = 0.15;
 };
 
-/// Refinement of static and dynamic cells; log-odds of "dynamic" as onboard (paper section
-/// IV-D, docs/tuning.md).
+consteval auto parameters_of(const RadiusConfig*) {
+  using C = RadiusConfig;
+  return parameter_table(parameter<&C::radius_m>("[0.5, 100]", "m", "paper", "r_th."),
+                         parameter<&C::spacing_m>("[0, 100]", "m", "choice",
+                                                  "Path between keyframes that are searched for."),
+                         parameter<&C::per_keyframe>("[1, 16]", "loops", "choice",
+                                                     "Loops per keyframe and other session."),
+                         parameter<&C::max_correction_m>("[0.1, 50]", "m", "choice",
+                                                         "G-ICP's pose against the graph's."),
+                         parameter<&C::max_correction_rad>("[0.01, 3.2]", "rad", "choice",
+                                                           "The same for its rotation."));
+}
+
+/// What is static, decided again with later evidence; log-odds of "dynamic" as onboard (paper
+/// section IV-D, docs/tuning.md).
 struct RefinementConfig {
-  std::uint32_t window = 10;  ///< keyframes before and after one that observe it; 0: off, [0, 100]
-  std::uint32_t revisits = 10;  ///< others, of any session, that observe it too, [0, 1000]
-  float reach_m = 30.0F;        ///< these are at most so far from it, [1, 500]
-  float log_odds_free =
-      EvidenceDefaults::kLogOddsFree;  ///< seen through by another keyframe, [0, 10]
-  float log_odds_occupied =
-      EvidenceDefaults::kLogOddsOccupied;  ///< occupied in another keyframe, [0, 10]
-  float log_odds_weakly_occupied =
-      EvidenceDefaults::kLogOddsWeaklyOccupied;            ///< a surface about there, [0, 10]
-  float prior_log_odds = EvidenceDefaults::kPriorLogOdds;  ///< labelled dynamic online, [0, 10]
-  float most_by_revisits = 1.0F;  ///< all revisits together, either way, [0, 10]
-  float range_margin_m =
-      EvidenceDefaults::kRangeMarginM;  ///< farther behind a cell: it was seen through, [0.05, 5]
-  float range_margin_relative =
-      EvidenceDefaults::kRangeMarginRelative;  ///< plus this share of the range, [0, 0.2]
-  float connecting_height_m =
-      EvidenceDefaults::kConnectingHeightM;  ///< lower cells connect no components, above ground,
-                                             ///< [0, 2]
-  float component_dynamic_share = 0.4F;      ///< at least: all of a component is dynamic, [0, 1]
-  float component_static_share =
-      EvidenceDefaults::kComponentStaticShare;  ///< less: all of it is static, [0, 1]
-  float confirmed_static_log_odds =
-      EvidenceDefaults::kConfirmedStaticLogOdds;  ///< a cell counts no more than this; static
-                                                  ///< beyond stays, (0, 1000]
-  float ground_log_odds = 1.0F;  ///< ground counts as seen through from here on, [0, 10]
-  float ground_share = EvidenceDefaults::kSeenThroughShare;  ///< and such a patch is none: share of
-                                                             ///< its cells, (0, 1]
+  std::uint32_t window = 10;
+  std::uint32_t revisits = 10;
+  float reach_m = 30.0F;
+  float log_odds_free = EvidenceDefaults::kLogOddsFree;
+  float log_odds_occupied = EvidenceDefaults::kLogOddsOccupied;
+  float log_odds_weakly_occupied = EvidenceDefaults::kLogOddsWeaklyOccupied;
+  float prior_log_odds = EvidenceDefaults::kPriorLogOdds;
+  float most_by_revisits = 1.0F;
+  float range_margin_m = EvidenceDefaults::kRangeMarginM;
+  float range_margin_relative = EvidenceDefaults::kRangeMarginRelative;
+  float connecting_height_m = EvidenceDefaults::kConnectingHeightM;
+  float component_dynamic_share = 0.4F;
+  float component_static_share = EvidenceDefaults::kComponentStaticShare;
+  float confirmed_static_log_odds = EvidenceDefaults::kConfirmedStaticLogOdds;
+  float ground_log_odds = 1.0F;
+  float ground_share = EvidenceDefaults::kSeenThroughShare;
 };
+
+consteval auto parameters_of(const RefinementConfig*) {
+  using C = RefinementConfig;
+  return parameter_table(
+      parameter<&C::window>(
+          "[0, 100]", "keyframes", "measured",
+          "Keyframes before and after one whose evidence is used; 0: no refinement."),
+      parameter<&C::revisits>("[0, 1000]", "keyframes", "measured",
+                              "Others, of any session, whose evidence is used too,"),
+      parameter<&C::reach_m>("[1, 500]", "m", "measured", "at most so far from it."),
+      parameter<&C::log_odds_free>(
+          "[0, 10]", "", "as onboard",
+          "Log-odds of a cell seen through by an image of another keyframe."),
+      parameter<&C::log_odds_occupied>("[0, 10]", "", "as onboard",
+                                       "Of one observed by another keyframe."),
+      parameter<&C::log_odds_weakly_occupied>("[0, 10]", "", "as onboard",
+                                              "Of a surface observed close to the cell."),
+      parameter<&C::prior_log_odds>("[0, 10]", "", "measured",
+                                    "Of the robot's own label, dynamic."),
+      parameter<&C::most_by_revisits>("[0, 10]", "", "measured",
+                                      "Of all revisits together, either way."),
+      parameter<&C::range_margin_m>(
+          "[0.05, 5]", "m", "as onboard",
+          "A cell is seen through if the image's range exceeds its own by more than this,"),
+      parameter<&C::range_margin_relative>("[0, 0.2]", "", "as onboard",
+                                           "plus this share of the range."),
+      parameter<&C::connecting_height_m>(
+          "[0, 2]", "m", "as onboard",
+          "Cells lower than this above the ground connect no components."),
+      parameter<&C::component_dynamic_share>(
+          "[0, 1]", "", "measured",
+          "At least this share of the evidence: all of a component is dynamic."),
+      parameter<&C::component_static_share>("[0, 1]", "", "measured",
+                                            "Less than this share: all of it is static."),
+      parameter<&C::confirmed_static_log_odds>(
+          "[0.001, 1000]", "", "as onboard",
+          "A cell counts no more than this; below minus this it stays static."),
+      parameter<&C::ground_log_odds>("[0, 10]", "", "measured",
+                                     "Ground counts as seen through from here on,"),
+      parameter<&C::ground_share>(
+          "[0.001, 1]", "", "measured",
+          "and a patch with at least this share of such cells is no ground."));
+}
 
 /// The unified map and what changed between sessions.
 struct MapConfig {
-  float voxel_size_m = 0.2F;        ///< of the map, [0.05, 5]
-  float tree_voxel_size_m = 2.0F;   ///< one kd-tree each, [0.5, 50]
-  float change_distance_m = 0.5F;   ///< nearest point of the other session farther away, [0.1, 2]
-  float change_range_m = 30.0F;     ///< how far a keyframe observes free space, [5, 200]
-  float free_margin_m = 0.6F;       ///< how far in front of a surface is free, [0.1, 5]
-  std::uint32_t min_witnesses = 2;  ///< keyframes that saw the place free, [1, 100]
-  std::uint32_t min_cluster = 6;  ///< changed points within a metre of one that is kept, [1, 1000]
+  float voxel_size_m = 0.2F;
+  float tree_voxel_size_m = 2.0F;
+  float change_distance_m = 0.5F;
+  float change_range_m = 30.0F;
+  float free_margin_m = 0.6F;
+  std::uint32_t min_witnesses = 2;
+  std::uint32_t min_cluster = 6;
 };
+
+consteval auto parameters_of(const MapConfig*) {
+  using C = MapConfig;
+  return parameter_table(
+      parameter<&C::voxel_size_m>("[0.05, 5]", "m", "choice", "Edge of a voxel of the map."),
+      parameter<&C::tree_voxel_size_m>("[0.5, 50]", "m", "choice",
+                                       "Edge of the voxels that have one kd-tree each."),
+      parameter<&C::change_distance_m>(
+          "[0.1, 2]", "m", "choice",
+          "A changed point is this far from the nearest one of the other session."),
+      parameter<&C::change_range_m>("[5, 200]", "m", "choice",
+                                    "Range up to which a keyframe observes free space."),
+      parameter<&C::free_margin_m>("[0.1, 5]", "m", "choice",
+                                   "How far in front of a surface space is free."),
+      parameter<&C::min_witnesses>("[1, 100]", "keyframes", "choice",
+                                   "Keyframes that observed free space where a point changed."),
+      parameter<&C::min_cluster>("[1, 1000]", "points", "choice",
+                                 "Changed points within a metre of one that is kept."));
+}
 
 /// Parameters of the merger.
 struct MergeConfig {
@@ -136,10 +305,20 @@ struct MergeConfig {
   RadiusConfig radius;
   RefinementConfig refinement;
   MapConfig map;
-  std::uint32_t threads = 0;  ///< 0: as many as the machine has; the result is the same
+  std::uint32_t threads = 0;
 
-  /// Empty, or what is wrong in words.
-  [[nodiscard]] std::string validate() const;
+  /// `kOk`, or what is wrong in words.
+  [[nodiscard]] Error validate() const noexcept;
 };
+
+consteval auto parameters_of(const MergeConfig*) {
+  using C = MergeConfig;
+  return parameter_table(
+      parameters_in<&C::odometry>(), parameters_in<&C::registration>(), parameters_in<&C::loops>(),
+      parameters_in<&C::acceptance>(), parameters_in<&C::graph>(), parameters_in<&C::radius>(),
+      parameters_in<&C::refinement>(), parameters_in<&C::map>(),
+      parameter<&C::threads>("[0, 256]", "threads", "choice",
+                             "0: as many as the machine has; the result is the same."));
+}
 
 }  // namespace unimapper::merge

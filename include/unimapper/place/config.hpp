@@ -1,84 +1,184 @@
 // Parameters of description and loop search.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <span>
+#include <string_view>
 
 #include "unimapper/core/expected.hpp"
+#include "unimapper/core/parameter_table.hpp"
 
 namespace unimapper {
 
 /// Parameters of `PlaceDescriber` (paper section V-A).
 struct DescriptorConfig {
-  float voxel_size_m = 2.0F;             ///< coarse voxels L_c, [0.5, 8] (paper)
-  std::uint32_t max_cells = 1U << 17U;   ///< static cells of one keyframe, [1, 2^22]
-  std::uint32_t max_voxels = 1U << 14U;  ///< coarse voxels of one keyframe, [1, 2^20]
-  std::uint32_t max_keypoints = 128;     ///< kept keypoints, [8, 255]
-  std::uint32_t max_planes = 1024;       ///< kept plane patches, [1, 65535]
-
-  /// Only cells within this horizontal distance of the keyframe's origin are described, [10, 120].
+  std::uint32_t max_keypoints = 128;
+  std::uint32_t max_planes = 1024;
+  std::uint32_t max_voxels = 1U << 14U;
   float range_m = 50.0F;
-  /// Grid step of the map of vertical structure, [0.2, 1]. About 1.5 L_f.
   float column_size_m = 0.3F;
-  /// Structure lower than this above the local ground is ignored (kerbs, grass), [0, 3].
   float min_height_m = 0.3F;
-  /// Neighbourhood over which a corner is judged, standard deviation, [0.2, 1].
   float window_m = 0.7F;
-  /// No two keypoints lie closer than this, [0.5, 10]. STD: 2 m.
   float suppression_radius_m = 2.0F;
-  /// Corner candidates considered before suppression, [max_keypoints, 65535].
   std::uint32_t max_candidates = 4096;
-  /// A coarse voxel with at least so many cells may be a plane, [4, 1000].
   std::uint32_t plane_min_cells = 10;
-  /// Largest variance of a plane's cells along its normal, square metres, (0, 1]. STD: 0.01.
   float plane_max_variance_m2 = 0.01F;
 
   /// `kOk`, or what is wrong in words.
   [[nodiscard]] Error validate() const noexcept;
 };
 
+consteval auto parameters_of(const DescriptorConfig*) {
+  using C = DescriptorConfig;
+  return parameter_table(
+      parameter<&C::max_keypoints>("[8, 255]", "", "choice", "Keypoints kept of a place."),
+      parameter<&C::max_planes>("[1, 65535]", "", "choice", "Plane patches kept of a place."),
+      parameter<&C::max_voxels>("[16, 1048576]", "", "choice",
+                                "Capacity: coarse voxels within range of one keyframe."),
+      parameter<&C::range_m>("[10, 120]", "m", "measured",
+                             "Only cells within this horizontal distance of the keyframe's origin "
+                             "are described."),
+      parameter<&C::column_size_m>("[0.2, 1]", "m", "about 1.5 fine cells",
+                                   "Grid step of the map of vertical structure."),
+      parameter<&C::min_height_m>("[0, 3]", "m", "measured",
+                                  "Structure lower than this above the local ground is ignored "
+                                  "(kerbs, grass)."),
+      parameter<&C::window_m>("[0.2, 1]", "m", "measured",
+                              "Neighbourhood over which a corner is judged, standard deviation."),
+      parameter<&C::suppression_radius_m>("[0.5, 10]", "m", "STD",
+                                          "No two keypoints lie closer than this."),
+      parameter<&C::max_candidates>("[8, 65535]", "", "choice",
+                                    "Corner candidates considered before suppression, no fewer "
+                                    "than max_keypoints."),
+      parameter<&C::plane_min_cells>("[4, 1000]", "", "STD",
+                                     "A coarse voxel with at least so many cells may be a plane."),
+      parameter<&C::plane_max_variance_m2>("(0, 1]", "m²", "STD",
+                                           "Largest variance of a plane's cells along its "
+                                           "normal."));
+}
+
+/// What the cells are like that `PlaceDescriber` is given: follows from the stage before.
+struct DescriptorInput {
+  float voxel_size_m = 2.0F;            ///< L_c, edge of the coarse voxels planes are fitted in
+  std::uint32_t max_cells = 1U << 17U;  ///< most static cells of one keyframe
+};
+
+/// What the places are like that `PlaceDatabase` stores and compares: follows from their
+/// description.
+struct PlaceShape {
+  std::uint32_t max_keypoints = 128;
+  std::uint32_t max_planes = 1024;
+  float voxel_size_m = 2.0F;  ///< L_c, edge of the coarse voxels planes were fitted in
+};
+
 /// Which triangles are formed from the keypoints of a place.
 struct TriangleConfig {
-  std::uint32_t neighbours = 12;  ///< every keypoint pairs up its k nearest, [2, 32]. STD: 10-20
-  float min_side_m = 4.0F;        ///< shortest side, [0.5, 20]
-  float max_side_m = 40.0F;       ///< longest side, (min_side_m, 300]
-  float min_height_m = 1.0F;      ///< flatter triangles have no reliable orientation, [0.1, 10]
-  std::uint32_t max_triangles = 500;  ///< per place, [16, 20000]
+  std::uint32_t neighbours = 12;
+  float min_side_m = 4.0F;
+  float max_side_m = 40.0F;
+  float min_height_m = 1.0F;
+  std::uint32_t max_triangles = 500;
 };
+
+consteval auto parameters_of(const TriangleConfig*) {
+  using C = TriangleConfig;
+  return parameter_table(
+      parameter<&C::neighbours>("[2, 32]", "", "STD: 10 to 20",
+                                "Every keypoint pairs up its so many nearest ones."),
+      parameter<&C::min_side_m>("[0.5, 20]", "m", "measured", "Shortest side."),
+      parameter<&C::max_side_m>("[0.5, 300]", "m", "measured",
+                                "Longest side, no shorter than min_side_m."),
+      parameter<&C::min_height_m>("[0.1, 10]", "m", "measured",
+                                  "Flatter triangles have no reliable orientation."),
+      parameter<&C::max_triangles>("[16, 20000]", "", "measured", "Triangles kept of a place."));
+}
 
 /// Parameters of `PlaceDatabase` (paper section V-B).
 struct LoopSearchConfig {
-  std::uint32_t max_places = 2000;    ///< stored keyframes, [1, 2^20]
-  std::uint32_t max_results = 8;      ///< candidates returned per search, [1, 256]
-  std::uint32_t max_keypoints = 128;  ///< per place, as in DescriptorConfig
-  std::uint32_t max_planes = 2048;    ///< per place, as in DescriptorConfig
-
-  float voxel_size_m = 2.0F;  ///< of the planes, as in DescriptorConfig
+  std::uint32_t max_places = 2000;
+  std::uint32_t max_results = 8;
   TriangleConfig triangles;
-  /// Two sides are equal within this; absolute, because it comes from the keypoints' noise and
-  /// not from the side's length, [0.05, 1.2].
   float side_tolerance_m = 0.2F;
-  float dot_tolerance = 0.35F;  ///< two normal products are equal within this, [0, 1]
-  /// Bands of height in which the columns at the three vertices may differ, of 24 (see
-  /// `column_sketch`), [0, 24].
+  float dot_tolerance = 0.35F;
   std::uint32_t max_code_difference = 6;
-  std::uint32_t max_bucket = 4096;  ///< triangles kept in one hash bucket, [5, 2^24]
-  /// Stored triangles a search compares: bounds its time however many places there are. Beyond, the
-  /// query's triangles of farther neighbours are left out, [1000, 2^30].
+  std::uint32_t max_bucket = 4096;
   std::uint32_t max_compared = 220000;
-  std::uint32_t max_matches = 1U << 16U;  ///< matched triangles kept per search, [64, 2^24]
-  std::uint32_t max_candidates = 32;      ///< poses examined after voting, [1, 256]
-  /// Of these, at most so many in one session, so that one that resembles everything does not keep
-  /// the others out; 0: no limit, [0, 256].
+  std::uint32_t max_matches = 1U << 16U;
+  std::uint32_t max_candidates = 32;
   std::uint32_t max_per_session = 0;
-  std::uint32_t max_verified = 4;  ///< candidates whose planes are compared, [1, 256]
-  float inlier_distance_m = 0.8F;  ///< keypoints that agree with a pose, [0.2, 3]
-  std::uint32_t min_inliers = 5;   ///< fewer are no hypothesis, [3, 255]
-  float max_tilt_rad = 0.09F;      ///< roll and pitch between levelled frames, (0, 0.5]
-  /// Candidates that are right with at least this probability are accepted, [0, 1].
+  std::uint32_t max_verified = 4;
+  float inlier_distance_m = 0.8F;
+  std::uint32_t min_inliers = 5;
+  float max_tilt_rad = 0.09F;
   float accept_confidence = 0.97F;
 
   /// `kOk`, or what is wrong in words.
   [[nodiscard]] Error validate() const noexcept;
 };
+
+consteval auto parameters_of(const LoopSearchConfig*) {
+  using C = LoopSearchConfig;
+  return parameter_table(
+      parameter<&C::max_places>("[1, 1048576]", "", "choice",
+                                "Capacity: stored places; the most redundant one makes room."),
+      parameter<&C::max_results>("[1, 256]", "", "choice", "Candidates returned per search."),
+      parameters_in<&C::triangles>(),
+      parameter<&C::side_tolerance_m>("[0.05, 1.2]", "m", "measured",
+                                      "Two sides are equal within this; absolute, because it comes "
+                                      "from the keypoints' noise and not from the side's length."),
+      parameter<&C::dot_tolerance>("[0, 1]", "", "measured",
+                                   "Two dot products of normals are equal within this."),
+      parameter<&C::max_code_difference>("[0, 24]", "", "measured",
+                                         "Bands of height, of 24, in which the columns at the "
+                                         "three vertices may differ."),
+      parameter<&C::max_bucket>("[5, 16777216]", "", "choice",
+                                "Triangles kept in one hash bucket."),
+      parameter<&C::max_compared>("[1000, 1073741824]", "", "measured",
+                                  "Stored triangles a search compares: bounds its time however "
+                                  "many places there are. Beyond, the query's triangles of farther "
+                                  "neighbours are left out."),
+      parameter<&C::max_matches>("[64, 16777216]", "", "choice",
+                                 "Matched triangles kept per search."),
+      parameter<&C::max_candidates>("[1, 256]", "", "measured", "Poses examined after voting."),
+      parameter<&C::max_per_session>("[0, 256]", "", "choice",
+                                     "Of these, at most so many in one session, so that one that "
+                                     "resembles everything does not keep the others out; 0: no "
+                                     "limit."),
+      parameter<&C::max_verified>("[1, 256]", "", "measured",
+                                  "Candidates whose planes are compared."),
+      parameter<&C::inlier_distance_m>("[0.2, 3]", "m", "measured",
+                                       "Keypoints this close to each other agree with a pose."),
+      parameter<&C::min_inliers>("[3, 255]", "", "measured",
+                                 "Fewer agreeing keypoints are no hypothesis."),
+      parameter<&C::max_tilt_rad>("(0, 0.5]", "rad", "measured",
+                                  "Roll and pitch between levelled frames."),
+      parameter<&C::accept_confidence>("[0, 1]", "", "measured",
+                                       "Candidates that are right with at least this probability "
+                                       "are accepted."));
+}
+
+/// Which places a search may answer with.
+struct SearchScope {
+  enum class Sessions : std::uint8_t { kAll, kOnlySame, kOnlyOther };
+  Sessions sessions = Sessions::kAll;
+  std::uint32_t min_keyframe_gap = 0;
+};
+
+/// Names of the values of `SearchScope::Sessions`, in their order.
+inline constexpr std::array<std::string_view, 3> kSearchSessions = {"all", "only_same",
+                                                                    "only_other"};
+consteval std::span<const std::string_view> choices_of(const SearchScope::Sessions*) {
+  return kSearchSessions;
+}
+
+consteval auto parameters_of(const SearchScope*) {
+  using C = SearchScope;
+  return parameter_table(
+      parameter<&C::sessions>("choice", "Sessions whose places a search may answer with."),
+      parameter<&C::min_keyframe_gap>("[0, 4294967295]", "keyframes", "choice",
+                                      "Places of the query's own session must be at least this "
+                                      "far away."));
+}
 
 }  // namespace unimapper

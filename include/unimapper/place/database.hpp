@@ -12,15 +12,6 @@
 
 namespace unimapper {
 
-/// Which places a search may answer with.
-struct SearchScope {
-  /// Places of which sessions may be answered.
-  enum class Sessions : std::uint8_t { kAll, kOnlySame, kOnlyOther };
-  Sessions sessions = Sessions::kAll;
-  /// Places of the query's own session must be at least this many keyframes away.
-  std::uint32_t min_keyframe_gap = 0;
-};
-
 /// First stage of a loop: two keyframes that may show the same structure, as a search found them;
 /// once registration has verified it, it becomes a `merge::LoopConstraint`. `confidence` is the
 /// probability that the pose is right, calibrated on recordings with truth: a threshold on it is a
@@ -43,8 +34,10 @@ struct LoopCandidate {
 class PlaceDatabase {
  public:
   /// Takes all memory it will ever need from `arena`, its state included. Stores nothing and
-  /// answers nothing where the arena was measuring or too small.
-  void allocate(Arena& arena, const LoopSearchConfig& config) noexcept;
+  /// answers nothing where the arena was measuring or too small. `shape`: what the places look like
+  /// that will be stored and searched for.
+  void allocate(Arena& arena, const LoopSearchConfig& config,
+                const PlaceShape& shape = {}) noexcept;
 
   /// Stores a place, recorded at `T_session_place` (the keyframe's pose in its session's odometry
   /// frame). When full, the most redundant place is evicted (counted by `evicted()`): of the two

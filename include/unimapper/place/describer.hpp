@@ -16,8 +16,9 @@ namespace unimapper {
 class PlaceDescriber {
  public:
   /// Takes all memory it will ever need from `arena`, its state included. Describes nothing where
-  /// the arena was measuring or too small.
-  void allocate(Arena& arena, const DescriptorConfig& config) noexcept;
+  /// the arena was measuring or too small. `input`: the cells it will be given.
+  void allocate(Arena& arena, const DescriptorConfig& config,
+                const DescriptorInput& input = {}) noexcept;
 
   /// Describes one keyframe. The view stays valid until the next call. Bounded by the
   /// configured capacities; what did not fit is in `dropped()`.

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,8 +25,9 @@ struct MergeOptions {
   std::vector<std::filesystem::path> stats;
   /// Label the scans of sessions with a dataset anew, by what is static after all.
   bool refined_labels = false;
-  unsigned threads = 0;
-  std::string command_line;  ///< shown in the report
+  std::filesystem::path config;          ///< JSON file with parameters that differ from the default
+  std::optional<std::uint32_t> threads;  ///< instead of the configuration's
+  std::string command_line;              ///< shown in the report
 };
 
 /// A session and where it came from.
@@ -36,6 +39,9 @@ struct InputSession {
 /// Reads and receives all sessions, sorted by name, names unique and fit for files. Damage is
 /// reported on stderr and what is whole is kept. Throws std::runtime_error if there is nothing.
 std::vector<InputSession> gather_sessions(const MergeOptions& options);
+
+/// The parameters that would be used, as JSON. Throws std::runtime_error for a wrong file.
+std::string effective_config(const MergeOptions& options);
 
 /// Merges and writes the map folder. Throws std::runtime_error with a sentence for the user.
 void run_merge(const MergeOptions& options);

@@ -6,12 +6,14 @@
 #include <stdexcept>
 #include <utility>
 
+#include "ports/datasets/files.hpp"
 #include "src/apps/evaluate/evaluate.hpp"
 #include "src/apps/merge/options.hpp"
 #include "src/apps/merge/refined_labels.hpp"
 #include "src/apps/report.hpp"
 #include "src/apps/session_clouds.hpp"
 #include "src/apps/truth.hpp"
+#include "unimapper/config/config_json.hpp"
 #include "unimapper/merge/export.hpp"
 #include "unimapper/merge/merger.hpp"
 
@@ -87,9 +89,23 @@ void write_refined_labels_of_sessions(const MergeOptions& options,
   }
 }
 
+merge::MergeConfig make_config(const MergeOptions& options) {
+  merge::MergeConfig config;
+  if (!options.config.empty()) {
+    parse_config(datasets::read_file(options.config), options.config.string(), config);
+  }
+  if (options.threads) config.threads = *options.threads;
+  return config;
+}
+
 }  // namespace
 
+std::string effective_config(const MergeOptions& options) {
+  return dump_config(make_config(options));
+}
+
 void run_merge(const MergeOptions& options) {
+  const merge::MergeConfig config = make_config(options);
   std::vector<SessionData> sessions;
   std::vector<std::filesystem::path> runs;
   for (auto& input : gather_sessions(options)) {
@@ -104,8 +120,6 @@ void run_merge(const MergeOptions& options) {
   ReportInput report;
   report.references = gather_references(options, sessions, runs);
 
-  merge::MergeConfig config;
-  config.threads = options.threads;
   const auto merging = Clock::now();
   const merge::MergeResult result =
       merge::merge_sessions(sessions, config, [&](const std::string& text) {

@@ -6,10 +6,10 @@
 #include <stdexcept>
 
 #include "ports/lcm/live.hpp"
-#include "src/apps/config_file.hpp"
 #include "src/apps/onboard/event_log.hpp"
 #include "src/apps/onboard/replay.hpp"
 #include "src/apps/onboard/setup.hpp"
+#include "unimapper/config/config_json.hpp"
 #include "unimapper/core/voxel_key.hpp"
 #include "unimapper/merge/loops_csv.hpp"
 #include "unimapper/onboard/owned_pipeline.hpp"

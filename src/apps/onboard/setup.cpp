@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "ports/datasets/files.hpp"
-#include "src/apps/config_file.hpp"
+#include "unimapper/config/config_json.hpp"
 
 namespace unimapper::apps {
 
@@ -70,7 +70,9 @@ PipelineConfig start_from(const std::string& name, SensorKind sensor) {
 PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor) {
   PipelineConfig config = start_from(options.preset, sensor);
   config.clock_ns = &steady_clock_ns;  // before the file is read: a budget in it needs a clock
-  if (!options.config.empty()) read_config(options.config, config);
+  if (!options.config.empty()) {
+    parse_config(datasets::read_file(options.config), options.config.string(), config);
+  }
   return config;
 }
 

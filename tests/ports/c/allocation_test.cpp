@@ -1,4 +1,4 @@
-// Proof that the C interface allocates nothing, um_init included.
+// The C interface allocates nothing, um_init included.
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>

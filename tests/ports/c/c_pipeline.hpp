@@ -1,4 +1,4 @@
-// Pipeline behind the C interface, in a block of its own.
+// A pipeline behind the C interface, in a block of its own.
 #pragma once
 
 #include <cstdlib>
@@ -15,8 +15,7 @@ inline um_config small_c_config() {
   if (um_config_init(&config, sizeof config, UM_SENSOR_HDL_64E) != UM_OK) std::abort();
   config.keyframe_max_points_per_scan = 40000;
   config.voxel_max_cells = 1U << 16U;
-  config.voxel_max_voxels = 1U << 13U;
-  config.descriptor_max_cells = config.voxel_max_cells;
+  if (um_config_set(&config, "voxel.max_voxels", "8192", nullptr) != UM_OK) std::abort();
   config.loop_search_max_places = 20;
   return config;
 }

@@ -1,4 +1,4 @@
-// Publisher or listener process for the link test (link_test.sh).
+// Publishes or listens, for the test of the real link between processes (link_test.sh).
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>

@@ -1,0 +1,7 @@
+# Fails if PAGE is not what `UNIMAPPER parameters` prints.
+execute_process(COMMAND ${CMAKE_CROSSCOMPILING_EMULATOR} ${UNIMAPPER} parameters
+  OUTPUT_VARIABLE printed COMMAND_ERROR_IS_FATAL ANY)
+file(READ "${PAGE}" committed)
+if(NOT printed STREQUAL committed)
+  message(FATAL_ERROR "${PAGE} is out of date: ${UNIMAPPER} parameters > docs/parameters.md")
+endif()

@@ -1,0 +1,169 @@
+// Random configurations: each is refused in words, or runs.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <random>
+#include <string>
+
+#include "run.hpp"
+
+using namespace unimapper;
+using namespace unimapper::test;
+
+namespace {
+
+class RandomConfig {
+ public:
+  explicit RandomConfig(std::uint32_t seed) : random_(seed) {}
+
+  /// A small configuration of which a few members are anything at all.
+  PipelineConfig next() {
+    PipelineConfig config = small_config();
+    config.clock_ns = clock;
+    config.keyframe.max_points_per_scan = 4096;
+    config.voxel.max_cells = 8192;
+    config.voxel.max_window_blocks = 8192;
+    config.voxel.max_voxels = 2048;
+    config.descriptor.max_voxels = 2048;
+    config.loop_search.max_places = 8;
+    config.loop_search.max_matches = 4096;
+    const auto& table = kParameters<PipelineConfig>;
+    const std::uint32_t changes = 1 + random_() % 8;
+    for (std::uint32_t i = 0; i < changes; ++i) change(table[random_() % table.size()], config);
+    return config;
+  }
+
+ private:
+  static std::int64_t clock() {
+    static std::int64_t now_ns = 0;
+    return now_ns += 50'000;
+  }
+
+  double share() { return std::uniform_real_distribution<double>(0.0, 1.0)(random_); }
+
+  double number(const ParameterRange& range) {
+    switch (random_() % 32) {
+      case 0:
+        return range.low;
+      case 1:
+        return range.high;
+      case 2:
+        return 0.0;
+      case 3:
+        return range.low - (range.high - range.low) * share();
+      case 4:
+        return range.high + (range.high - range.low) * share();
+      case 5:
+        return std::numeric_limits<double>::quiet_NaN();
+      case 6:
+        return std::numeric_limits<double>::infinity();
+      default:
+        // Small numbers as often as large ones.
+        return range.low + (range.high - range.low) * std::pow(share(), 1 + random_() % 16);
+    }
+  }
+
+  void change(const Parameter& parameter, PipelineConfig& config) {
+    void* const member = parameter.address(&config);
+    const double value = number(parameter.range);
+    switch (parameter.kind) {
+      case ParameterKind::kSwitch:
+        *static_cast<bool*>(member) = random_() % 2 == 0;
+        break;
+      case ParameterKind::kChoice:
+        *static_cast<std::uint8_t*>(member) = static_cast<std::uint8_t>(random_() % 4);
+        break;
+      case ParameterKind::kFloat:
+        *static_cast<float*>(member) = static_cast<float>(value);
+        break;
+      case ParameterKind::kDouble:
+        *static_cast<double*>(member) = value;
+        break;
+      case ParameterKind::kCount:
+        *static_cast<std::uint32_t*>(member) =
+            value >= 0.0 && value <= 4294967295.0 ? static_cast<std::uint32_t>(value) : 4294967295U;
+        break;
+    }
+  }
+
+  std::mt19937 random_;
+};
+
+bool names_a_parameter(const std::string& message) {
+  const auto& table = kParameters<PipelineConfig>;
+  return std::any_of(table.begin(), table.end(), [&](const Parameter& parameter) {
+    return message.find(parameter.name.view()) != std::string::npos;
+  });
+}
+
+/// Everything a caller may do, with scans that move, jump, are empty or not finite.
+void run(const PipelineConfig& config, const std::vector<LabelledScan>& scans) {
+  OwnedPipeline pipeline(config);
+  REQUIRE(pipeline);
+  std::vector<PointLabel> labels(scans.front().points.size());
+  std::uint64_t keyframes = 0;
+  const auto look = [&] {
+    const KeyframeView& view = pipeline->keyframe();
+    ++keyframes;
+    REQUIRE(view.scans.size() <= config.keyframe.scans);
+    REQUIRE(view.static_cells.size() + view.dynamic_cells.size() <= config.voxel.max_cells);
+    REQUIRE(view.place.keypoints.size() <= config.descriptor.max_keypoints);
+    REQUIRE(view.place.planes.size() <= config.descriptor.max_planes);
+    for (std::size_t s = 0; s < view.scans.size(); ++s) (void)pipeline->labels(s, labels);
+  };
+  const std::size_t count = std::min<std::size_t>(2 * config.keyframe.scans + 1, 12);
+  for (std::size_t i = 0; i < count; ++i) {
+    const LabelledScan& scan = scans[i % scans.size()];
+    const Pose pose = sensor_at(0.4 * static_cast<double>(i), 0.0, 0.02 * static_cast<double>(i));
+    if (pipeline->add_scan(scan.view(), pose, static_cast<std::int64_t>(i + 1) * 100'000'000)
+            .keyframe_ready) {
+      look();
+    }
+  }
+  if (pipeline->flush().keyframe_ready) look();
+  while (pipeline->relabel_next())
+    (void)pipeline->relabel(scans[0].view(), sensor_at(0, 0), labels);
+  CHECK(keyframes > 0);
+}
+
+}  // namespace
+
+TEST_CASE("a random configuration is refused in words or runs a small scene") {
+  Scene scene;
+  scene.columns = 90;
+  scene.boxes = {standing_box({8.0, 6.0, 1.5}, {6.0, 0.3, 1.5}),
+                 standing_box({-7.0, -2.0, 2.0}, {1.0, 5.0, 2.0}),
+                 moving_box({8.0, -4.0, 0.9}, {0.0, 1.4, 0.0}, {0.25, 0.25, 0.9})};
+  std::vector<LabelledScan> scans;
+  for (int i = 0; i < 12; ++i) {
+    scans.push_back(scene.scan(sensor_at(0.4 * i, 0.0, 0.02 * i), 0.1 * i));
+  }
+  RandomConfig random(20251122);
+  std::size_t refused = 0;
+  std::size_t ran = 0;
+  std::size_t large = 0;
+  constexpr std::size_t kRuns = 3000;
+  for (std::size_t i = 0; i < kRuns; ++i) {
+    const PipelineConfig config = random.next();
+    CAPTURE(i);
+    const Error error = config.validate();
+    const std::size_t bytes = Pipeline::required_bytes(config);
+    if (error.code != ErrorCode::kOk) {
+      ++refused;
+      REQUIRE(error.code == ErrorCode::kInvalidConfig);
+      REQUIRE(names_a_parameter(error.message));
+      REQUIRE(bytes == 0);
+      continue;
+    }
+    constexpr std::size_t kMostBytes = 24'000'000;  // what takes longer to clear than to use
+    if (bytes > kMostBytes) {
+      ++large;
+      continue;
+    }
+    run(config, scans);
+    ++ran;
+  }
+  INFO(refused << " refused, " << ran << " ran, " << large << " too large");
+  CHECK(refused > kRuns / 5);
+  CHECK(ran > kRuns / 5);
+  CHECK(large < kRuns / 3);
+}
