@@ -1,5 +1,7 @@
 #include "unimapper/free_space/components.hpp"
 
+#include "unimapper/core/union_find.hpp"
+
 namespace unimapper {
 
 void ComponentLabels::split(std::uint32_t b, std::uint64_t connecting,
@@ -49,21 +51,11 @@ std::uint32_t ComponentLabels::flatten() noexcept {
 }
 
 std::uint32_t ComponentLabels::root(std::uint32_t part) noexcept {
-  std::uint32_t top = part;
-  while (parts_[top].parent != top) top = parts_[top].parent;
-  while (parts_[part].parent != top) {
-    const std::uint32_t next = parts_[part].parent;
-    parts_[part].parent = top;
-    part = next;
-  }
-  return top;
+  return find_root(part, [this](std::uint32_t p) -> std::uint32_t& { return parts_[p].parent; });
 }
 
 void ComponentLabels::join(std::uint32_t a, std::uint32_t b) noexcept {
-  a = root(a);
-  b = root(b);
-  // The smaller number becomes the root, so the result does not depend on the order of joins.
-  parts_[std::max(a, b)].parent = std::min(a, b);
+  join_sets(a, b, [this](std::uint32_t p) -> std::uint32_t& { return parts_[p].parent; });
 }
 
 }  // namespace unimapper

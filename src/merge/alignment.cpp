@@ -7,6 +7,7 @@
 
 #include "alignment_problem.hpp"
 #include "loop_acceptance.hpp"
+#include "unimapper/core/union_find.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -98,22 +99,20 @@ class SessionAligner {
   /// The session with the best score in the largest group of connected sessions.
   void choose_central() {
     const auto& sessions = problem_.sessions;
-    std::vector<std::size_t> group(sessions.size());
-    std::iota(group.begin(), group.end(), std::size_t{0});
+    std::vector<std::size_t> parent(sessions.size());
+    std::iota(parent.begin(), parent.end(), std::size_t{0});
+    const auto parent_of = [&](std::size_t s) -> std::size_t& { return parent[s]; };
     for (const auto& pair : pairs_) {
-      if (!pair.open) continue;
-      const std::size_t from = group[pair.query];
-      const std::size_t to = group[pair.match];
-      std::replace(group.begin(), group.end(), from, to);
+      if (pair.open) join_sets(pair.query, pair.match, parent_of);
     }
     std::vector<std::size_t> keyframes(sessions.size(), 0);
     for (std::size_t s = 0; s < sessions.size(); ++s) {
-      keyframes[group[s]] += sessions[s].T_odometry_keyframe.size();
+      keyframes[find_root(s, parent_of)] += sessions[s].T_odometry_keyframe.size();
     }
     std::size_t best = 0;
     for (std::size_t s = 1; s < sessions.size(); ++s) {
       const auto rank = [&](std::size_t i) {
-        return std::make_pair(keyframes[group[i]], sessions[i].central_score);
+        return std::make_pair(keyframes[find_root(i, parent_of)], sessions[i].central_score);
       };
       if (rank(s) > rank(best)) best = s;
     }

@@ -2,8 +2,10 @@
 #include "central_score.hpp"
 
 #include <algorithm>
+#include <span>
 
 #include "keyframe_free_space.hpp"
+#include "unimapper/core/quantile.hpp"
 #include "voxel_table.hpp"
 
 namespace unimapper::merge {
@@ -67,10 +69,8 @@ Qualities qualities(const SessionData& session, std::size_t index,
     const KeyframeFreeSpace space(session.keyframes[k], WithoutImages::kPaintFromCells);
     views.push_back(space.field_of_view());
   }
-  std::sort(views.begin(), views.end());
-  std::sort(keypoints.begin(), keypoints.end());
-  q.field_of_view = views[views.size() / 2];
-  q.richness = static_cast<double>(keypoints[keypoints.size() / 2]);
+  q.field_of_view = median(std::span(views));
+  q.richness = static_cast<double>(median(std::span(keypoints)));
   return q;
 }
 

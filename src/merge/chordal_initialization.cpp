@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "unimapper/core/nearest_rotation.hpp"
+#include "unimapper/core/union_find.hpp"
 #include "unimapper/merge/pose_graph.hpp"
 
 namespace unimapper::merge {
@@ -26,17 +27,10 @@ EdgeWeight edge_weight(const PoseGraph::Edge& edge) {
 bool is_connected(const PoseGraph& graph) {
   std::vector<std::size_t> parent(graph.nodes.size());
   std::iota(parent.begin(), parent.end(), std::size_t{0});
-  const auto root = [&](std::size_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+  const auto parent_of = [&](std::size_t i) -> std::size_t& { return parent[i]; };
   std::size_t components = graph.nodes.size();
   for (const auto& edge : graph.edges) {
-    const std::size_t a = root(edge.from);
-    const std::size_t b = root(edge.to);
-    if (a == b) continue;
-    parent[a] = b;
-    --components;
+    if (join_sets(edge.from, edge.to, parent_of)) --components;
   }
   return components == 1;
 }

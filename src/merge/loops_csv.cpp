@@ -143,7 +143,7 @@ class LoopsCsvReader {
   Pose pose(const std::vector<std::string>& fields) const {
     const auto value = [&](Column column) { return number<double>(fields, column); };
     const Eigen::Quaterniond q(value(kQw), value(kQx), value(kQy), value(kQz));
-    const Pose T(q, Eigen::Vector3d(value(kX), value(kY), value(kZ)));
+    Pose T(q, Eigen::Vector3d(value(kX), value(kY), value(kZ)));
     constexpr double kLengthTolerance = 1e-2;
     if (!(std::abs(q.norm() - 1.0) < kLengthTolerance) || !T.is_rigid()) {
       fail("the pose is not a rigid transform");
