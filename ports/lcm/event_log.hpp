@@ -76,6 +76,7 @@ class EventLogReader {
 
   /// The first faults found so far, at most `kMaxFaultsKept`, and how many there were.
   [[nodiscard]] const std::vector<LogFault>& faults() const { return faults_; }
+  /// Faults found so far, those not kept as text included.
   [[nodiscard]] std::uint64_t fault_count() const { return fault_count_; }
   /// The faults as sentences, each with the file's name and the offset.
   [[nodiscard]] std::vector<std::string> fault_sentences() const;

@@ -26,6 +26,7 @@ Send open_sender(const std::string& url);
 /// URL or says something else. The kernel's default of 208 KiB holds three datagrams of 60 kB.
 std::string with_receive_buffer(const std::string& url);
 
+/// What to listen to, and when to stop.
 struct ListenOptions {
   std::string url = "udpm://239.255.76.67:7667?ttl=0";
   std::size_t sessions_expected = 1;
@@ -49,6 +50,7 @@ enum class ListenEnd : std::uint8_t {
   kStopped,   ///< `stop` said so
 };
 
+/// The sessions that were heard, and what was lost.
 struct ListenResult {
   ListenEnd end = ListenEnd::kComplete;
   std::vector<SessionData> sessions;

@@ -23,6 +23,7 @@ using Send = std::function<bool(std::string_view channel, Bytes message)>;
 /// Lets bytes through at an average rate, with bursts up to a bound. Time is the caller's.
 class TokenBucket {
  public:
+  /// The clock of the times handed in.
   using Clock = std::chrono::steady_clock;
 
   TokenBucket(double bytes_per_second, double burst_bytes, Clock::time_point now)
@@ -43,6 +44,7 @@ class TokenBucket {
   Clock::time_point last_;
 };
 
+/// Sizes of datagrams and queue, and the rate of sending.
 struct PublisherOptions {
   std::uint32_t datagram_bytes = kLargestDatagramBytes;  ///< see `cut_into_messages`
   double bytes_per_second = 20e6;                        ///< average rate of keyframes
@@ -55,6 +57,7 @@ struct PublisherOptions {
   std::chrono::milliseconds finish_timeout{30000};  ///< longest time `finish` sends on
 };
 
+/// What a publisher did so far.
 struct PublisherCounters {
   std::uint64_t keyframes_sent = 0;
   /// Pushed out of the full queue, left at the end, or published after `finish`.
@@ -85,6 +88,7 @@ class Publisher {
   /// nothing.
   PublisherCounters finish();
 
+  /// What was sent and dropped so far. Thread safe.
   [[nodiscard]] PublisherCounters counters() const;
 
  private:

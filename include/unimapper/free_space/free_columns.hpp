@@ -17,6 +17,7 @@ namespace unimapper {
 /// lowest other cell; without any, everything above the ground.
 class FreeColumns {
  public:
+  /// Takes room for `capacity` blocks out of the arena.
   void allocate(Arena& arena, std::size_t capacity) noexcept;
 
   /// From the occupied cells of blocks; `ground_of(b)` are those of block `b` that are ground, one

@@ -40,6 +40,7 @@ class RangePainter {
   /// of 1 / `kRangeUnitsPerMetre`. O(points + pixels).
   void paint(const PointView& points, std::uint16_t* pixels) noexcept;
 
+  /// How directions map to pixels.
   [[nodiscard]] const ImageProjection& projection() const noexcept { return projection_; }
 
  private:

@@ -26,6 +26,7 @@ struct LoopConstraint {
   float confidence = 0.0F;  ///< of the descriptor search; of a radius search the overlap
   LoopDecision decision;    ///< of the latest stage that checked the loop
 
+  /// True if both keyframes belong to one session.
   [[nodiscard]] bool is_intra_session() const { return query.session == match.session; }
 };
 

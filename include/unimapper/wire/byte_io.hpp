@@ -19,6 +19,7 @@ class ByteWriter {
  public:
   explicit ByteWriter(std::vector<std::uint8_t>& out) : out_(out) {}
 
+  /// Appends an integer.
   template <std::integral T>
   void put(T value) {
     const auto bits = static_cast<std::make_unsigned_t<T>>(value);
@@ -27,8 +28,11 @@ class ByteWriter {
       out_.push_back(static_cast<std::uint8_t>(bits >> (8U * byte)));
     }
   }
+  /// Appends the bits of a double.
   void put(double value) { put(std::bit_cast<std::uint64_t>(value)); }
+  /// Appends the bits of a float.
   void put(float value) { put(std::bit_cast<std::uint32_t>(value)); }
+  /// Appends bytes as they are.
   void put(Bytes bytes) { out_.insert(out_.end(), bytes.begin(), bytes.end()); }
 
  private:
@@ -42,6 +46,7 @@ class ByteReader {
  public:
   explicit ByteReader(Bytes bytes) : bytes_(bytes) {}
 
+  /// The next integer.
   template <std::integral T>
   T get() {
     if (remaining() < sizeof(T)) {
@@ -58,7 +63,9 @@ class ByteReader {
     position_ += sizeof(T);
     return static_cast<T>(bits);
   }
+  /// The next double.
   double get_double() { return std::bit_cast<double>(get<std::uint64_t>()); }
+  /// The next float.
   float get_float() { return std::bit_cast<float>(get<std::uint32_t>()); }
   /// The next `count` bytes, or none if there are fewer.
   Bytes get_bytes(std::uint64_t count) {
@@ -74,7 +81,9 @@ class ByteReader {
   }
 
   [[nodiscard]] bool ok() const { return ok_; }
+  /// Bytes read so far.
   [[nodiscard]] std::size_t position() const { return position_; }
+  /// Bytes not read yet.
   [[nodiscard]] std::size_t remaining() const { return bytes_.size() - position_; }
 
  private:

@@ -33,12 +33,14 @@ struct ChunkMessage {
 
 /// How the pipeline is doing since its start.
 struct HealthMessage {
+  /// Time of one pipeline stage per keyframe.
   struct Stage {
     std::string name;
     float p50_ms = 0.0F;
     float p99_ms = 0.0F;
     float max_ms = 0.0F;
   };
+  /// What was dropped, by cause.
   struct Drop {
     std::string cause;
     std::uint64_t count = 0;

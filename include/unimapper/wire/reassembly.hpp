@@ -27,6 +27,7 @@ struct ReceiverLimits {
 /// many, the keyframe that has waited longest for a piece is given up.
 class Reassembly {
  public:
+  /// What became of a piece.
   enum class Outcome : std::uint8_t {
     kWaiting,    ///< pieces are still missing
     kDuplicate,  ///< this piece was there already
@@ -34,6 +35,7 @@ class Reassembly {
     kDamaged,    ///< whole, but the checksum over all of it fails
     kComplete,
   };
+  /// Outcome for one piece, and the keyframe it completed.
   struct Result {
     Outcome outcome = Outcome::kWaiting;
     std::vector<std::uint8_t> payload;  ///< if complete
@@ -46,7 +48,9 @@ class Reassembly {
   /// Forgets everything about a keyframe, because it has arrived.
   void forget(const SessionId& session, std::uint32_t sequence);
 
+  /// Keyframes of which pieces are missing.
   [[nodiscard]] std::size_t pending_keyframes() const { return pending_.size(); }
+  /// Bytes held for them.
   [[nodiscard]] std::uint64_t pending_bytes() const { return pending_bytes_; }
   /// Keyframes given up for want of room.
   [[nodiscard]] std::uint64_t given_up() const { return given_up_; }

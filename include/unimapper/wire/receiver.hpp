@@ -45,12 +45,16 @@ class Receiver {
 
   /// Takes one message. A piece must be a possible one (`is_possible`).
   void receive(const SessionMessage& message);
+  /// One piece of a keyframe.
   void receive(ChunkMessage&& piece);
+  /// Health of a session; the latest is kept.
   void receive(HealthMessage&& message);
   /// Tells of a message that could not be decoded, or of one that is not the project's.
   void count_malformed();
+  /// Counts a message that is not the project's.
   void count_foreign() { ++counters_.foreign; }
 
+  /// Totals over all sessions.
   [[nodiscard]] ReceiverCounters counters() const;
   /// All sessions, by id.
   [[nodiscard]] std::vector<SessionProgress> progress() const;
