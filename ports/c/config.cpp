@@ -23,7 +23,7 @@ static_assert(alignof(Hidden) <= alignof(std::uint64_t));
 static_assert(std::is_trivially_copyable_v<Hidden> && std::is_standard_layout_v<Hidden>);
 
 // "umconfig"
-constexpr std::uint64_t kMagic = 0x756d636f6e666967ULL;
+constexpr std::uint64_t kConfigMagic = 0x756d636f6e666967ULL;
 
 constexpr const char* kNotFilledIn =
     "the configuration was not filled in by um_config_init, or its hidden part was overwritten";
@@ -56,7 +56,7 @@ Hidden hidden_of(const um_config& config) noexcept {
 
 /// Writes all parameters into the hidden part and the members.
 void store(const PipelineConfig& from, um_config& to) noexcept {
-  const Hidden hidden{kMagic, from, {}};
+  const Hidden hidden{kConfigMagic, from, {}};
   std::memcpy(to.hidden, &hidden, sizeof hidden);
   visit_members(to, from, [](auto& c, const auto& p) { c = p; });
 }
@@ -73,7 +73,7 @@ ConfigVerdict load(const um_config* config, PipelineConfig& out, um_config& full
   const std::size_t bytes = config->struct_size;
   std::memcpy(&full, config, bytes);
   // Compared before it is taken for a configuration: garbage is no valid bool.
-  if (full.hidden[0] != kMagic) return {UM_INVALID_CONFIG, kNotFilledIn};
+  if (full.hidden[0] != kConfigMagic) return {UM_INVALID_CONFIG, kNotFilledIn};
   out = hidden_of(full).config;
   visit_members(full, out, [](auto& c, const auto& p) { c = p; });
   std::memcpy(&full, config, bytes);

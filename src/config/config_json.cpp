@@ -111,7 +111,8 @@ void read_parameters(std::string_view text, const std::string& source,
 std::string write_parameters(std::span<const Parameter> table, const void* config) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   for (const Parameter& parameter : table) {
-    std::string pointer = "/" + std::string(parameter.name.view());
+    std::string pointer(1, '/');
+    pointer += parameter.name.view();
     std::replace(pointer.begin(), pointer.end(), '.', '/');
     json[nlohmann::ordered_json::json_pointer(pointer)] = json_of(parameter, config);
   }

@@ -320,9 +320,9 @@ TEST_CASE("of too many cells a share from everywhere is described, not the first
   const auto structure = static_cast<std::uint32_t>(
       std::count_if(cells.begin(), cells.end(), [](const FineCell& c) { return c.ground == 0; }));
   const auto sides = [&](std::uint32_t max_cells, std::uint64_t dropped) {
-    DescriptorConfig config;
-    config.max_cells = max_cells;
-    Laid<PlaceDescriber> describer(config);
+    DescriptorInput input;
+    input.max_cells = max_cells;
+    Laid<PlaceDescriber> describer(DescriptorConfig{}, input);
     const PlaceView place = describer->describe(cells);
     CHECK(describer->dropped() >= dropped);
     const auto east = std::count_if(place.keypoints.begin(), place.keypoints.end(),
