@@ -25,7 +25,7 @@ struct Digit {
   std::size_t first_count;  ///< of its histogram
 
   [[nodiscard]] constexpr std::size_t of(CellKey key) const noexcept {
-    return (key >> shift) & ((std::size_t{1} << bits) - 1);
+    return static_cast<std::size_t>(key >> shift) & (values() - 1);
   }
   [[nodiscard]] constexpr std::size_t values() const noexcept { return std::size_t{1} << bits; }
 };

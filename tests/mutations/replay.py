@@ -57,7 +57,7 @@ def read_list(path):
                 missing = {"bug", "file", "old", "new", "tests"} - entry.keys()
                 if missing:
                     sys.exit(f"{path}:{number}: a bug lacks {', '.join(sorted(missing))}")
-                tests = [t.strip() for t in entry["tests"].split(",")]
+                tests = tuple(t.strip() for t in entry["tests"].split(","))
                 bugs.append(Bug(path.stem, entry["bug"], entry["file"], entry["old"],
                                 entry["new"], tests))
             entry = {}
