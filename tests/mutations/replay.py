@@ -146,6 +146,8 @@ def try_bug(bug, files):
         return STALE, why
     target = SOURCE / name
     original = target.read_text()
+    if original.count(bug.old) != 1:
+        return STALE, "the sources changed while bugs were replayed"
     target.write_text(original.replace(bug.old, bug.new))
     try:
         status = run(command_for(bug.tests), WORK / "last.log")
