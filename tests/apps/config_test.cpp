@@ -8,7 +8,6 @@
 
 using namespace unimapper;
 using namespace unimapper::apps;
-using namespace unimapper::test;
 using Catch::Matchers::Contains;
 
 namespace {
