@@ -1,0 +1,44 @@
+/* A transport of your own in C: keyframes as bytes, for any radio or cable. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <unimapper.h>
+
+enum { kPoints = 1000, kCapacity = 1 << 20 };
+static float scan[kPoints][3]; /* your driver fills this */
+static unsigned char buffer[kCapacity];
+
+/* Your transport; the base station decodes the bytes it gets (docs/wire-format.md). */
+static void send_bytes(const void* bytes, size_t count) {
+  printf("%lu bytes sent, format %.2s\n", (unsigned long)count, (const char*)bytes);
+}
+
+int main(void) {
+  const um_points points = {scan, kPoints, sizeof scan[0], 0, sizeof(float), 2 * sizeof(float)};
+  const um_session session = {7, 0, 20260122}; /* this robot, and a number for every start */
+  const double rotation[4] = {0.0, 0.0, 0.0, 1.0}, translation[3] = {0.0, 0.0, 0.0};
+  um_config config;
+  um_pipeline* pipeline;
+  um_pose T_odometry_sensor;
+  um_encoded encoded;
+  const char* message;
+  int32_t ready = 0;
+  int k;
+  um_config_init(&config, sizeof config, UM_SENSOR_VLP_16);
+  const size_t bytes = um_required_bytes(&config);
+  if (um_init(&config, aligned_alloc(UM_ALIGNMENT, bytes), bytes, &pipeline, &message) != UM_OK)
+    return puts(message), 1;
+  const size_t scratch_bytes = um_encode_scratch_bytes(pipeline);
+  void* const scratch = aligned_alloc(UM_ALIGNMENT, (scratch_bytes + 63) / 64 * 64);
+
+  for (k = 0; k < kPoints; ++k) scan[k][0] = 10.0F, scan[k][1] = 0.1F * (float)k - 50.0F;
+  um_pose_from_quaternion(rotation, translation, &T_odometry_sensor);
+  for (k = 0; k < 10; ++k) {
+    if (um_add_scan(pipeline, &points, &T_odometry_sensor, k + 1, &ready) != UM_OK || !ready)
+      continue;
+    if (um_keyframe_encode(pipeline, &session, scratch, scratch_bytes, buffer, kCapacity,
+                           &encoded) != UM_OK)
+      return puts(um_message(pipeline)), 1;
+    send_bytes(buffer, encoded.bytes);
+  }
+  return 0;
+}
