@@ -23,14 +23,17 @@ int main() {
   describer.allocate(arena, descriptor);
   database.allocate(arena, search);
 
-  std::vector<FineCell> cells;  // a static cloud at 0.2 m, gravity-levelled; here 60 pillars
-  for (int i = 0; i < 60; ++i)
-    for (int k = 0; k < 15; ++k)
-      cells.push_back({{45 * std::sin(2.4F * i) * std::sqrt(i / 60.0F),
-                        45 * std::cos(2.4F * i) * std::sqrt(i / 60.0F), 0.2F * k * (1 + i % 3) - 1},
-                       1,
-                       0,
-                       0});
+  std::vector<FineCell> cells;  // a static cloud at 0.2 m, gravity-levelled; here 40 walls
+  for (int i = 0; i < 8400; ++i) {
+    const int wall = i / 210;
+    const float along = 0.2F * (i % 21) - 2, range = 8 + 0.9F * wall;
+    cells.push_back(
+        {{range * std::sin(2.4F * wall) + along * std::cos(1.7F * wall),
+          range * std::cos(2.4F * wall) + along * std::sin(1.7F * wall), 0.3F * (i / 21 % 10) - 1},
+         1,
+         0,
+         0});
+  }
   const PlaceView place = describer.describe(cells);
   std::printf("%zu keypoints, %zu planes\n", place.keypoints.size(), place.planes.size());
   database.insert(place, {1, 0}, Pose{});

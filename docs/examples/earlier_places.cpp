@@ -12,20 +12,22 @@ struct StoredPlace {  // keep it in a file between two runs
   Pose T_odometry_keyframe;
 };
 
-/// Runs one keyframe among 60 pillars, `shift` metres along; `before` is known from another day.
+/// Runs one keyframe among 40 walls, `shift` metres along; `before` is known from another day.
 StoredPlace drive(const std::vector<StoredPlace>& before, float shift) {
   OwnedPipeline pipeline(preset(SensorKind::kOs1_64));
   for (std::uint32_t k = 0; k < before.size(); ++k)  // sessions from 1: the pipeline's own are 0
     pipeline->places().insert({before[k].keypoints, before[k].planes}, {1, k},
                               before[k].T_odometry_keyframe);
   std::vector<float> scan;  // x y z x y z ...
-  for (int i = 0; i < 3600; ++i) {
-    const float angle = 2.4F * (i / 60), range = 45 * std::sqrt((i / 60) / 60.0F);
-    scan.insert(scan.end(), {range * std::sin(angle) - shift, range * std::cos(angle),
-                             0.05F * (i % 60) * (1 + i / 60 % 3) - 1});
+  for (int i = 0; i < 8400; ++i) {
+    const int wall = i / 210;
+    const float along = 0.2F * (i % 21) - 2, range = 8 + 0.9F * wall;
+    scan.insert(scan.end(), {range * std::sin(2.4F * wall) + along * std::cos(1.7F * wall) - shift,
+                             range * std::cos(2.4F * wall) + along * std::sin(1.7F * wall),
+                             0.3F * (i / 21 % 10) - 1});
   }
   for (std::int64_t k = 0; k < 10; ++k)
-    (void)pipeline->add_scan(PointView::xyz(scan.data(), 3600, 12), Pose{}, k + 1);
+    (void)pipeline->add_scan(PointView::xyz(scan.data(), 8400, 12), Pose{}, k + 1);
   const KeyframeView& keyframe = pipeline->keyframe();
   for (const LoopCandidate& loop : keyframe.loops)
     std::printf("session %u keyframe %u: %.2f m away, confidence %.2f\n", loop.match.session,

@@ -102,7 +102,7 @@ TEST_CASE("of three sessions none lowers another's confidence, wherever its map 
 TEST_CASE("a place that is ambiguous in one session leaves another session's confidence") {
   const Description distinct = random_place(3, 40);
   Description repeated = distinct;  // most of the structure once more, 6 m farther
-  for (std::size_t i = 0; i < 34; ++i) {
+  for (std::size_t i = 0; i < 37; ++i) {
     Keypoint shifted = distinct.keypoints[i];
     shifted.position.x() += 6.0F;
     repeated.keypoints.push_back(shifted);
