@@ -63,7 +63,7 @@ void store(const PipelineConfig& from, um_config& to) noexcept {
 
 /// The parameters of a caller's configuration: the members the caller's version has, the hidden
 /// part for all others. `full` is the caller's struct with nothing missing.
-ConfigVerdict load(const um_config* config, PipelineConfig& out, um_config& full) noexcept {
+ConfigStatus load(const um_config* config, PipelineConfig& out, um_config& full) noexcept {
   if (config == nullptr) return {UM_NULL_ARGUMENT, um_status_text(UM_NULL_ARGUMENT)};
   if (!is_config_size(config->struct_size)) {
     return {UM_UNKNOWN_VERSION,
@@ -111,9 +111,9 @@ um_status preset_config(std::uint32_t sensor, std::uint32_t computer,
   return UM_OK;
 }
 
-ConfigVerdict read_config(const um_config* config, PipelineConfig& out) noexcept {
+ConfigStatus read_config(const um_config* config, PipelineConfig& out) noexcept {
   um_config full;
-  const ConfigVerdict loaded = load(config, out, full);
+  const ConfigStatus loaded = load(config, out, full);
   if (loaded.status != UM_OK) return loaded;
   constexpr std::uint32_t kMostEvents = 1U << 20U;
   if (full.event_capacity > kMostEvents || (full.event_capacity & (full.event_capacity - 1)) != 0) {
@@ -124,10 +124,10 @@ ConfigVerdict read_config(const um_config* config, PipelineConfig& out) noexcept
   return {};
 }
 
-ConfigVerdict set_config(um_config* config, const char* name, const char* value) noexcept {
+ConfigStatus set_config(um_config* config, const char* name, const char* value) noexcept {
   PipelineConfig changed;
   um_config full;
-  const ConfigVerdict loaded = load(config, changed, full);
+  const ConfigStatus loaded = load(config, changed, full);
   if (loaded.status != UM_OK) return loaded;
   if (name == nullptr || value == nullptr) {
     return {UM_NULL_ARGUMENT, um_status_text(UM_NULL_ARGUMENT)};

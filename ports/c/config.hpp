@@ -11,7 +11,7 @@
 namespace unimapper::c {
 
 /// Whether a configuration is accepted, and if not, what is wrong in words.
-struct ConfigVerdict {
+struct ConfigStatus {
   um_status status = UM_OK;
   const char* message = "";
 };
@@ -26,12 +26,12 @@ struct ConfigVerdict {
                                       PipelineConfig& out) noexcept;
 
 /// Reads a caller's configuration of any known version, null included, and validates it.
-[[nodiscard]] ConfigVerdict read_config(const um_config* config, PipelineConfig& out) noexcept;
+[[nodiscard]] ConfigStatus read_config(const um_config* config, PipelineConfig& out) noexcept;
 
 /// Sets one parameter. A refusal leaves the configuration as it is; its sentence lies in the
 /// configuration.
-[[nodiscard]] ConfigVerdict set_config(um_config* config, const char* name,
-                                       const char* value) noexcept;
+[[nodiscard]] ConfigStatus set_config(um_config* config, const char* name,
+                                      const char* value) noexcept;
 
 /// The text of one parameter's value.
 [[nodiscard]] um_status get_config(const um_config* config, const char* name,

@@ -173,8 +173,8 @@ um_status um_config_init_for(um_config* config, std::size_t struct_size, std::ui
 
 um_status um_config_set(um_config* config, const char* name, const char* value,
                         const char** message) {
-  const ConfigVerdict verdict = set_config(config, name, value);
-  return say(verdict.status, verdict.message, message);
+  const ConfigStatus result = set_config(config, name, value);
+  return say(result.status, result.message, message);
 }
 
 um_status um_config_get(const um_config* config, const char* name, char* value,
@@ -190,8 +190,8 @@ um_status um_config_get(const um_config* config, const char* name, char* value,
 
 um_status um_config_check(const um_config* config, const char** message) {
   PipelineConfig converted;
-  const ConfigVerdict verdict = read_config(config, converted);
-  return say(verdict.status, verdict.message, message);
+  const ConfigStatus result = read_config(config, converted);
+  return say(result.status, result.message, message);
 }
 
 std::size_t um_required_bytes(const um_config* config) {
@@ -208,8 +208,8 @@ um_status um_init(const um_config* config, void* memory, std::size_t bytes, um_p
   if (pipeline == nullptr) return fail(UM_NULL_ARGUMENT);
   *pipeline = nullptr;
   PipelineConfig converted;
-  const ConfigVerdict verdict = read_config(config, converted);
-  if (verdict.status != UM_OK) return say(verdict.status, verdict.message, message);
+  const ConfigStatus result = read_config(config, converted);
+  if (result.status != UM_OK) return say(result.status, result.message, message);
   if (memory == nullptr) return fail(UM_NULL_ARGUMENT);
   if (!is_aligned(memory)) return fail(UM_MEMORY_MISALIGNED);
   const std::size_t core_bytes = Pipeline::required_bytes(converted);

@@ -309,7 +309,7 @@ enum um_shed {
   UM_SHED_SEARCH = 0,      /**< 1: no loops were looked for */
   UM_SHED_INSERTION = 1,   /**< 1: the place was not stored */
   UM_SHED_DESCRIPTION = 2, /**< 1: no keypoints and no planes */
-  UM_SHED_FAR_CELLS = 3    /**< cells left static unjudged, the farthest first */
+  UM_SHED_FAR_CELLS = 3    /**< cells left static without classification, the farthest first */
 };
 
 /** Names for log files, e.g. "out_of_range"; null for a number that stands for nothing. */
@@ -340,7 +340,7 @@ typedef struct um_statistics {
   um_capacity capacity[16]; /**< by enum um_capacity_kind */
   float stage_us[16];       /**< by enum um_stage, microseconds; 0 without a clock */
   uint32_t shed[8];         /**< by enum um_shed */
-  float removal_range_m;    /**< cells beyond it were left static unjudged; 0 = none */
+  float removal_range_m;    /**< cells beyond it were left static without classification; 0 = none */
   uint32_t reserved;
 } um_statistics;
 

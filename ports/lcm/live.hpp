@@ -1,4 +1,4 @@
-// LCM link over UDP multicast or any other transport LCM knows.
+// LCM link over UDP multicast or any other transport of LCM.
 #pragma once
 
 #include <chrono>

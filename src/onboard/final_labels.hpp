@@ -17,8 +17,8 @@ namespace unimapper::onboard {
 
 /// Stores which cells of a keyframe were labelled dynamic and which static without enough evidence,
 /// and labels them again when the keyframe is the oldest of the window: by what the keyframes
-/// after it saw through and where they observed a surface (the paper's correction of erroneous
-/// judgements). Confirmed static cells, and ground, keep their labels. The undecided cells of a
+/// after it saw through and where they observed a surface (the paper's correction of wrong
+/// labels). Confirmed static cells, and ground, keep their labels. The undecided cells of a
 /// block are labelled together.
 class FinalLabels {
  public:

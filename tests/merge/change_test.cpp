@@ -63,8 +63,8 @@ SessionData with_box() {
   return day;
 }
 
-/// The second day: of so many keyframes some saw through it, some met a surface just behind it,
-/// too far away to be the same and too near for the place to be free.
+/// The second day: of so many keyframes some saw through it, some observed a surface just behind
+/// it, too far away to be the same and too near for the place to be free.
 SessionData without_box(int free, int occupied) {
   SessionData day;
   for (int k = 0; k < free + occupied; ++k) {
@@ -77,12 +77,12 @@ SessionData without_box(int free, int occupied) {
 }  // namespace
 
 TEST_CASE("A place is free once enough keyframes saw through it", "[changes]") {
-  REQUIRE(MapConfig{}.min_witnesses == 2);
+  REQUIRE(MapConfig{}.min_observers == 2);
   CHECK(count_gone(with_box(), without_box(2, 0)) >= 20);
   CHECK(count_gone(with_box(), without_box(1, 0)) == 0);
 }
 
-TEST_CASE("A place is free only if more than twice as many saw through it as met something",
+TEST_CASE("A position is free only if more than twice as many saw through it as observed something",
           "[changes]") {
   CHECK(count_gone(with_box(), without_box(3, 1)) >= 20);
   CHECK(count_gone(with_box(), without_box(2, 1)) == 0);

@@ -1,4 +1,4 @@
-// Reads published pose graphs the way SE-Sync weighs them.
+// Reader of published pose graphs, weighted as in SE-Sync.
 #pragma once
 
 #include <Eigen/Eigenvalues>

@@ -1,4 +1,4 @@
-// Memory of the core's components at the base.
+// Tests of heap memory for components of the core.
 #include "unimapper/merge/in_arena.hpp"
 
 #include <catch2/catch.hpp>

@@ -304,8 +304,7 @@ TEST_CASE("Zero sessions, one session, empty sessions", "[merger]") {
   }
 }
 
-TEST_CASE("What is static in an unconnected session is not judged by sessions of the map",
-          "[merger]") {
+TEST_CASE("Cells of an unconnected session are not refined by sessions of the map", "[merger]") {
   // The coordinates of both overlap by chance: where one saw a person, the other saw through.
   SessionData map;
   map.info.name = "map";
@@ -323,8 +322,8 @@ TEST_CASE("What is static in an unconnected session is not judged by sessions of
   CHECK(std::count(dynamic.begin(), dynamic.end(), 1) == 0);
   // In one frame the same two sessions disagree.
   const auto together = refine({{&map, std::vector<Pose>(8), 0}, {&other, {Pose{}}, 0}}, {}, 1);
-  const auto& judged = together[1][0].dynamic;
-  CHECK(std::count(judged.begin(), judged.end(), 1) > 10);
+  const auto& dynamic_together = together[1][0].dynamic;
+  CHECK(std::count(dynamic_together.begin(), dynamic_together.end(), 1) > 10);
 }
 
 TEST_CASE("What cannot be a session is refused in words", "[merger]") {

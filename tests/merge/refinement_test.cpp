@@ -142,7 +142,7 @@ TEST_CASE("cells without a position keep their online label", "[refinement]") {
 }
 
 TEST_CASE("the images of one keyframe together weigh no more than two", "[refinement]") {
-  // Five keyframes met the person, 0.425 each for the others' cells and 0.255 for every image:
+  // Five keyframes observed the person, 0.425 each for the others' cells and 0.255 for every image:
   // 2.975 for static. A keyframe that saw through with six images says 2 x 0.85 for dynamic.
   const auto share_after = [](std::uint32_t seen_through) {
     SessionData session;
@@ -160,7 +160,7 @@ TEST_CASE("the images of one keyframe together weigh no more than two", "[refine
   CHECK(share_after(2) > 0.8);
 }
 
-TEST_CASE("a keyframe judges as far as the window reaches and no farther", "[refinement]") {
+TEST_CASE("observers are the keyframes within the window and no others", "[refinement]") {
   SessionData session;
   session.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
   for (std::uint32_t k = 1; k < 4; ++k) session.keyframes.push_back(keyframe_of(k, {kWall}));
@@ -175,13 +175,13 @@ TEST_CASE("a keyframe judges as far as the window reaches and no farther", "[ref
   CHECK(share() == 1.0);
   session.keyframes[1] = keyframe_of(1, {kWall, kPerson});
   CHECK(share() == 0.0);
-  config.window = 3;  // two that saw through against one that met the person: -0.935 + 0.6
+  config.window = 3;  // two that saw through against one that observed the person: -0.935 + 0.6
   CHECK(share() == 0.0);
   config.log_odds_free = 0.6F;
   CHECK(share() == 1.0);
 }
 
-TEST_CASE("another visit judges within its reach", "[refinement]") {
+TEST_CASE("keyframes of another visit are observers within their reach", "[refinement]") {
   SessionData ghost;
   ghost.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
   SessionData other_day;

@@ -42,7 +42,7 @@ TEST_CASE("a place sees as far as its farthest plane in a direction, and as high
   CHECK(extent.contains({18, 0, 0}));
   CHECK_FALSE(extent.contains({30, 0, 0}));
   CHECK_FALSE(extent.contains({-18, 0, 0}));
-  // The steepest rays met 3 m at 8 m and -1 m at 8 m.
+  // The steepest rays hit 3 m at 8 m and -1 m at 8 m.
   CHECK(extent.contains({16, 0, 5.5F}));
   CHECK_FALSE(extent.contains({16, 0, 8}));
   CHECK_FALSE(extent.contains({16, 0, -4}));

@@ -1,4 +1,4 @@
-// Keyframes to send: a small fixed one and random ones.
+// Keyframe records for tests: a small fixed one and random ones.
 #pragma once
 
 #include <sys/mman.h>

@@ -1,4 +1,4 @@
-// The geometry of small spherical images of how far a sensor could see.
+// Spherical projection of range images.
 #pragma once
 
 #include <cstddef>

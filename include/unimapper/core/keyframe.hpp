@@ -64,7 +64,7 @@ struct KeyframeContent {
   std::span<const KeyframeScan> scans;
   std::span<const FineCell> static_cells;
   std::span<const FineCell> dynamic_cells;  ///< what was removed, for display and audit
-  /// How far the keyframe could see, for judging the free space of its neighbours later.
+  /// Free-space images: evidence about the cells of neighbouring keyframes.
   RangeImageShape image_shape;
   /// Farther out, what was seen through counts in proportion less (`FreeSpaceConfig`), metres; 0:
   /// never.

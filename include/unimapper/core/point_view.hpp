@@ -37,7 +37,7 @@ struct PointView {
   }
 };
 
-/// What a point was judged to be.
+/// Label of a point.
 enum class PointLabel : std::uint8_t {
   kUnknown = 0,  ///< invalid: not finite, or out of range
   kStatic = 1,

@@ -44,8 +44,9 @@ consteval auto parameters_of(const DescriptorConfig*) {
       parameter<&C::min_height_m>("[0, 3]", "m", "measured",
                                   "Structure lower than this above the local ground is ignored "
                                   "(kerbs, grass)."),
-      parameter<&C::window_m>("[0.2, 1]", "m", "measured",
-                              "Neighbourhood over which a corner is judged, standard deviation."),
+      parameter<&C::window_m>(
+          "[0.2, 1]", "m", "measured",
+          "Neighbourhood over which a corner is evaluated, standard deviation."),
       parameter<&C::suppression_radius_m>("[0.5, 10]", "m", "STD",
                                           "No two keypoints lie closer than this."),
       parameter<&C::max_candidates>("[8, 65535]", "", "choice",

@@ -1,4 +1,4 @@
-// The C interface allocates nothing, um_init included.
+// Proof that the C interface allocates nothing, um_init included.
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>

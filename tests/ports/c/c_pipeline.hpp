@@ -1,4 +1,4 @@
-// A pipeline behind the C interface, in a block of its own.
+// Pipeline behind the C interface, in a block of its own.
 #pragma once
 
 #include <cstdlib>

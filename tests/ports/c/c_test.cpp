@@ -1,4 +1,4 @@
-// The C interface does what the C++ one does, and survives what C programs do to it.
+// Tests of the C interface: agreement with C++, misuse and invalid input.
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <string>

@@ -1,4 +1,4 @@
-// Publishes or listens, for the test of the real link between processes (link_test.sh).
+// Publisher or listener process for the link test (link_test.sh).
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
