@@ -52,7 +52,7 @@ class SessionObserver {
     const std::vector<Votes> votes = vote(points, open);
     for (std::size_t i = 0; i < open.size(); ++i) {
       const auto [free, occupied] = votes[i];
-      if (free >= config_.map.min_witnesses && free > 2 * occupied) {
+      if (free >= config_.map.min_observers && free > 2 * occupied) {
         presence[open[i]] = Presence::kFree;
       }
     }

@@ -75,7 +75,7 @@ inline std::vector<Member<merge::MergeConfig>> merge_members() {
       UNIMAPPER_MEMBER(map.change_distance_m),
       UNIMAPPER_MEMBER(map.change_range_m),
       UNIMAPPER_MEMBER(map.free_margin_m),
-      UNIMAPPER_MEMBER(map.min_witnesses),
+      UNIMAPPER_MEMBER(map.min_observers),
       UNIMAPPER_MEMBER(map.min_cluster),
       UNIMAPPER_MEMBER(threads),
   };

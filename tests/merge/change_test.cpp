@@ -77,7 +77,7 @@ SessionData without_box(int free, int occupied) {
 }  // namespace
 
 TEST_CASE("A place is free once enough keyframes saw through it", "[changes]") {
-  REQUIRE(MapConfig{}.min_witnesses == 2);
+  REQUIRE(MapConfig{}.min_observers == 2);
   CHECK(count_gone(with_box(), without_box(2, 0)) >= 20);
   CHECK(count_gone(with_box(), without_box(1, 0)) == 0);
 }

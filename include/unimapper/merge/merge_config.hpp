@@ -272,7 +272,7 @@ struct MapConfig {
   float change_distance_m = 0.5F;
   float change_range_m = 30.0F;
   float free_margin_m = 0.6F;
-  std::uint32_t min_witnesses = 2;
+  std::uint32_t min_observers = 2;
   std::uint32_t min_cluster = 6;
 };
 
@@ -289,7 +289,7 @@ consteval auto parameters_of(const MapConfig*) {
                                     "Range up to which a keyframe observes free space."),
       parameter<&C::free_margin_m>("[0.1, 5]", "m", "choice",
                                    "How far in front of a surface space is free."),
-      parameter<&C::min_witnesses>("[1, 100]", "keyframes", "choice",
+      parameter<&C::min_observers>("[1, 100]", "keyframes", "choice",
                                    "Keyframes that observed free space where a point changed."),
       parameter<&C::min_cluster>("[1, 1000]", "points", "choice",
                                  "Changed points within a metre of one that is kept."));
