@@ -152,11 +152,12 @@ consteval auto parameters_of(const AcceptanceConfig*) {
       parameter<&C::min_strong_loops>("[2, 100]", "loops", "choice",
                                       "So many are enough when all overlap strongly."),
       parameter<&C::strong_overlap>("[0, 1]", "", "choice", "What overlapping strongly means."),
-      parameter<&C::margin>("[1, 100]", "", "choice", "Best cluster over the second disjoint one."),
+      parameter<&C::margin>("[1, 100]", "", "choice",
+                            "Consistency set over the largest competing set."),
       parameter<&C::distinct_m>("[0, 100]", "m", "choice",
-                                "Loops closer than this along both paths are one."),
+                                "Loops closer than this along either path count once."),
       parameter<&C::loop_chi2>("[1, 1000]", "", "choice",
-                               "A loop beyond this after the solve is rejected."));
+                               "A loop beyond this after optimisation is rejected."));
 }
 
 /// Pose graph optimisation.
@@ -174,7 +175,7 @@ consteval auto parameters_of(const GraphConfig*) {
                                   "xi of the paper's kernel, on whitened residuals."),
       parameter<&C::max_iterations>("[1, 1000]", "", "choice", "Iterations of one solve."),
       parameter<&C::deformation_floor_m>("[0, 100]", "m", "choice",
-                                         "Change of a committed map that is always plausible,"),
+                                         "Deformation of a session that is always plausible,"),
       parameter<&C::deformation_per_m>("[0, 1]", "m/m", "choice",
                                        "and its growth along the path."));
 }
