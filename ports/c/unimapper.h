@@ -140,6 +140,31 @@ UM_API um_status um_config_init(um_config* config, size_t struct_size, uint32_t 
 UM_API um_status um_config_init_for(um_config* config, size_t struct_size, uint32_t sensor,
                                     uint32_t computer);
 
+/** How a sensor scans. */
+enum um_scan_pattern { UM_SCAN_SPINNING = 0, UM_SCAN_RASTER = 1, UM_SCAN_NON_REPETITIVE = 2 };
+
+/** Data-sheet figures of a LiDAR that enum um_sensor does not know. Fill in every member: what is
+ *  left 0 is refused. */
+typedef struct um_sensor_model {
+  uint32_t struct_size;     /**< sizeof(um_sensor_model) */
+  uint32_t pattern;         /**< one of enum um_scan_pattern */
+  float horizontal_fov_deg; /**< full width about the x axis, [10, 360] */
+  float elevation_min_deg;  /**< lowest ray, at least 1 degree below the highest, [-90, 90] */
+  float elevation_max_deg;  /**< highest ray */
+  float range_min_m;        /**< [0, 500], below range_max_m */
+  float range_max_m;
+  uint32_t rings;           /**< scan lines, [2, 1024]; 0 where the pattern does not repeat */
+  uint32_t points_per_scan; /**< rays per scan at scan_rate_hz, [100, 3300000] */
+  float scan_rate_hz;       /**< (0, 200] */
+} um_sensor_model;
+
+/** Fills in the recommended parameters for a LiDAR from its data sheet and a computer (enum
+ *  um_computer). UM_INVALID_CONFIG: a figure cannot be right, and *message (may be null) says which
+ *  and why in one sentence; nothing is written then. */
+UM_API um_status um_config_from_model(um_config* config, size_t struct_size,
+                                      const um_sensor_model* model, uint32_t computer,
+                                      const char** message);
+
 /** Sets a parameter by its name in docs/parameters.md, e.g. "removal.window" to "10". Switches take
  *  true, false, 1 and 0, choices one of their names. Members of um_config may be set this way too.
  *
