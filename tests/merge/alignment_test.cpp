@@ -453,3 +453,23 @@ TEST_CASE("Sessions without keyframes and loops to nowhere", "[alignment]") {
   }
   SECTION("no sessions at all") { CHECK(align_sessions({}, {}, MergeConfig{}).connected.empty()); }
 }
+
+TEST_CASE("Two maps are not joined if most of their loops do not survive the solve",
+          "[alignment]") {
+  Random random(16);
+  Scene scene = two_maps(random);
+  add_true_loops(scene, 10, random);
+  MergeConfig config;
+  config.acceptance.consistency_chi2 = 200.0;
+  config.acceptance.loop_chi2 = 1000.0;
+  const Alignment all = align_sessions(scene.sessions, scene.loops, config);
+  REQUIRE(all.connected[1]);
+  std::vector<double> chi2;
+  for (const auto& l : scene.loops) chi2.push_back(chi2_after(all, l));
+  std::sort(chi2.begin(), chi2.end());
+  // Three of ten stay: enough for two strong ones, but fewer than half.
+  config.acceptance.loop_chi2 = 0.5 * (chi2[2] + chi2[3]);
+  const Alignment few = align_sessions(scene.sessions, scene.loops, config);
+  CHECK_FALSE(few.connected[1]);
+  CHECK(few.reason[1] == "contradicts the maps merged before");
+}

@@ -198,3 +198,28 @@ TEST_CASE("keyframes of another visit are observers within their reach", "[refin
   CHECK(dynamic_share(ghost.keyframes[0], refine({placed(ghost), visit}, config, 1)[0][0],
                       kPerson.x) == 0.0);
 }
+
+namespace {
+
+/// A board of a hundred cells stands there in keyframes 0 to 2. In 3 to 6 only the part above
+/// `cut_z` is left: what is below is seen through.
+double share_of_board(float cut_z) {
+  const Sheet board{6.1F, -1.0F, 1.0F, -1.0F, 1.0F};
+  const Sheet rest{6.1F, -1.0F, 1.0F, cut_z, 1.0F};
+  SessionData session;
+  for (std::uint32_t k = 0; k < 7; ++k) {
+    session.keyframes.push_back(keyframe_of(k, {kWall, k < 3 ? board : rest}));
+  }
+  return dynamic_share(session.keyframes[0], refine({placed(session)}, {}, 1)[0][0], board.x);
+}
+
+}  // namespace
+
+TEST_CASE("a component of which hardly anything moved is static as a whole", "[refinement]") {
+  // Of ten rows the lowest one says "dynamic": too little.
+  CHECK(share_of_board(-0.85F) == 0.0);
+  // Of three rows the component becomes neither: cell by cell.
+  const double some = share_of_board(-0.4F);
+  CHECK(some > 0.1);
+  CHECK(some < 0.6);
+}

@@ -196,3 +196,31 @@ TEST_CASE("G-ICP aligns a real outdoor pair as well as its peers", "[registratio
   CHECK(turn(result.T_target_source, truth) < 0.7 * 3.14159265 / 180.0);
   INFO("points " << target.size() << ", iterations " << result.iterations);
 }
+
+TEST_CASE("What moved between two visits hardly pulls", "[registration]") {
+  Random random(5);
+  std::vector<Eigen::Vector3f> points;
+  std::vector<std::uint8_t> ground;
+  sample_corner(random, points, ground);
+  std::vector<Eigen::Vector3f> again;
+  std::vector<std::uint8_t> ground_again;
+  sample_corner(random, again, ground_again);
+  // Parked cars that all stand 60 cm farther along x on the second visit.
+  for (int car = 0; car < 6; ++car) {
+    for (int i = 0; i < 500; ++i) {
+      const Eigen::Vector3f side(static_cast<float>(-14.0 + 5.0 * car),
+                                 static_cast<float>(random.uniform(-4.0, -2.0)),
+                                 static_cast<float>(random.uniform(0.2, 1.6)));
+      points.push_back(side);
+      ground.push_back(0);
+      again.emplace_back(side + Eigen::Vector3f(0.6F, 0.0F, 0.0F));
+      ground_again.push_back(0);
+    }
+  }
+  const RegistrationConfig config;
+  const RegistrationCloud target(points, ground, config);
+  const RegistrationCloud source(again, ground_again, config);
+  const RegistrationResult result = register_clouds(target, source, Pose{}, config);
+  CHECK(result.converged);
+  CHECK(std::abs(result.T_target_source.translation.x()) < 0.03);
+}

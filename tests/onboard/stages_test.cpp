@@ -11,6 +11,7 @@
 #include "src/onboard/evidence_window.hpp"
 #include "src/onboard/ground.hpp"
 #include "src/onboard/ground_levels.hpp"
+#include "src/onboard/range_limit.hpp"
 #include "src/onboard/scan_accumulator.hpp"
 #include "src/onboard/transparent_ground.hpp"
 #include "unimapper/core/angles.hpp"
@@ -501,4 +502,28 @@ TEST_CASE("low cells follow an obstacle but do not tie obstacles together") {
   CHECK_FALSE(dynamic(1.9F, 0.25F));
   CHECK_FALSE(dynamic(2.5F, 1.5F));
   CHECK_FALSE(dynamic(2.5F, 0.25F));
+}
+
+TEST_CASE("of the candidates the nearest are kept, in whole rings, as many as can be judged") {
+  // Two cells in every ring of one metre.
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 0; i < 100; ++i) {
+    points.emplace_back(0.5F * static_cast<float>(i) + 0.1F, 0.1F, 0.1F);
+  }
+  for (const std::uint32_t limit : {100U, 31U, 30U}) {
+    Stages stages;
+    stages.add(points);
+    stages.build_cells();
+    REQUIRE(stages.cells.size() == 100);
+    for (std::uint32_t row = 0; row < 100; ++row) stages.cells.set(row, &CellMarks::candidate);
+    const RangeLimit result = keep_nearest(stages.cells, Eigen::Vector3f::Zero(), 64.0F, limit);
+    const std::uint32_t kept = limit == 100 ? 100 : 30;
+    CHECK(result.kept == kept);
+    CHECK(result.shed == 100 - kept);
+    CHECK(result.range_m == (limit == 100 ? 0.0F : 15.0F));
+    for (std::uint32_t row = 0; row < 100; ++row) {
+      const bool near = stages.cells.position(row).norm() < 15.0F;
+      CHECK(stages.cells.has(row, &CellMarks::candidate) == (limit == 100 || near));
+    }
+  }
 }

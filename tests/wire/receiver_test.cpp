@@ -300,3 +300,47 @@ TEST_CASE("health is kept per session, the latest") {
   REQUIRE(receiver.progress()[0].health.has_value());
   CHECK(receiver.progress()[0].health->scans == 20);
 }
+
+TEST_CASE("a keyframe is cut into as few pieces as can hold it, all but the last of them full") {
+  constexpr std::uint32_t kPieceBytes = 100;
+  for (const std::size_t bytes : {1U, 99U, 100U, 101U, 200U, 350U}) {
+    EncodedKeyframe keyframe;
+    keyframe.bytes.assign(bytes, 7);
+    const std::vector<ChunkMessage> pieces = cut_into_pieces(keyframe, kPieceBytes);
+    REQUIRE(pieces.size() == (bytes <= 100 ? 1U : bytes <= 200 ? 2U : 4U));
+    std::size_t sum = 0;
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+      CHECK(pieces[i].index == i);
+      CHECK(pieces[i].count == pieces.size());
+      CHECK(pieces[i].total_bytes == bytes);
+      if (i + 1 < pieces.size()) CHECK(pieces[i].data.size() == kPieceBytes);
+      CHECK_FALSE(pieces[i].data.empty());
+      sum += pieces[i].data.size();
+    }
+    CHECK(sum == bytes);
+  }
+}
+
+TEST_CASE("a session's message that is overtaken by a later one takes nothing back") {
+  Receiver receiver;
+  feed(receiver, test::pieces(test::keyframe_of(kAlpha.id, 0)));
+  feed(receiver, {test::session_message(kAlpha, SessionState::kEnded, 10, 2)});
+  feed(receiver, {test::session_message(kAlpha, SessionState::kRunning, 3, 1)});
+  CHECK(receiver.progress()[0].ended);
+  const auto sessions = receiver.take_sessions();
+  REQUIRE(sessions.size() == 1);
+  CHECK(sessions[0].complete);
+  CHECK(sessions[0].keyframes_missing == 9);
+}
+
+TEST_CASE("a keyframe that says another number than its pieces is damaged") {
+  EncodedKeyframe keyframe = encode_for_sending(test::keyframe_of(kAlpha.id, 3));
+  keyframe.sequence = 4;
+  Receiver receiver;
+  feed(receiver, test::pieces_of(keyframe));
+  CHECK(receiver.counters().keyframes == 0);
+  const auto sessions = receiver.take_sessions();
+  REQUIRE(sessions.size() == 1);
+  CHECK(sessions[0].keyframes.empty());
+  CHECK(sessions[0].keyframes_damaged == 1);
+}
