@@ -54,8 +54,8 @@ void append_digits(std::uint64_t value, int least, DecimalText& text) noexcept {
 void append_scientific(const Digits& digits, DecimalText& text) noexcept {
   DecimalText all;
   append_digits(digits.mantissa, 1, all);
-  text.append(all.view().substr(0, 1));
-  if (all.view().size() > 1) text.append(".").append(all.view().substr(1));
+  text.append(leading(all.view(), 1));
+  if (all.view().size() > 1) text.append(".").append(without_leading(all.view(), 1));
   text.append(digits.exponent < 0 ? "e-" : "e");
   append_digits(static_cast<std::uint64_t>(std::abs(digits.exponent)), 1, text);
 }
@@ -65,9 +65,10 @@ void append_plain(const Digits& digits, DecimalText& text) noexcept {
   DecimalText all;
   append_digits(digits.mantissa, std::max(1, 1 - unit), all);
   const std::size_t fraction = unit < 0 ? static_cast<std::size_t>(-unit) : 0;
-  text.append(all.view().substr(0, all.view().size() - fraction));
+  text.append(leading(all.view(), all.view().size() - fraction));
   for (int i = 0; i < unit; ++i) text.append("0");
-  if (fraction > 0) text.append(".").append(all.view().substr(all.view().size() - fraction));
+  if (fraction > 0)
+    text.append(".").append(without_leading(all.view(), all.view().size() - fraction));
 }
 
 template <typename Number>

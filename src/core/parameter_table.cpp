@@ -92,8 +92,8 @@ bool set_value(const Parameter& parameter, std::string_view text, void* config) 
 /// "NAME is VALUE but must lie in ...", out of the sentence without the value.
 ParameterMessage refusal_of(const Parameter& parameter, std::string_view value) noexcept {
   ParameterMessage message;
-  message.append(parameter.name.view()).append(" is ").append(value.substr(0, 40)).append(" but");
-  message.append(parameter.refusal.view().substr(parameter.name.view().size()));
+  message.append(parameter.name.view()).append(" is ").append(leading(value, 40)).append(" but");
+  message.append(without_leading(parameter.refusal.view(), parameter.name.view().size()));
   return message;
 }
 
@@ -117,7 +117,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) noexcept {
 
 std::string_view last_part(std::string_view name) noexcept {
   const std::size_t dot = name.rfind('.');
-  return dot == std::string_view::npos ? name : name.substr(dot + 1);
+  return dot == std::string_view::npos ? name : without_leading(name, dot + 1);
 }
 
 }  // namespace
@@ -189,7 +189,7 @@ const Parameter* similar_parameter(std::span<const Parameter> table,
 ParameterMessage unknown_parameter(std::span<const Parameter> table,
                                    std::string_view name) noexcept {
   ParameterMessage message;
-  message.append(name.substr(0, 64)).append(" is no parameter");
+  message.append(leading(name, 64)).append(" is no parameter");
   if (const Parameter* const similar = similar_parameter(table, name)) {
     message.append("; did you mean ").append(similar->name.view()).append("?");
   }

@@ -8,6 +8,19 @@
 
 namespace unimapper {
 
+/// The first `count` characters, or all. `std::string_view::substr` throws, which costs firmware
+/// the C++ runtime.
+[[nodiscard]] constexpr std::string_view leading(std::string_view text,
+                                                 std::size_t count) noexcept {
+  return {text.data(), count < text.size() ? count : text.size()};
+}
+/// What follows the first `count` characters.
+[[nodiscard]] constexpr std::string_view without_leading(std::string_view text,
+                                                         std::size_t count) noexcept {
+  text.remove_prefix(count < text.size() ? count : text.size());
+  return text;
+}
+
 /// Text of bounded length, always terminated by zero; what does not fit is left out.
 template <std::size_t Capacity>
 class BoundedText {
