@@ -28,6 +28,7 @@ class BoundedText {
   static constexpr std::size_t kCapacity = Capacity;
 
   constexpr BoundedText() noexcept = default;
+  /// Appends what fits; the rest is cut off.
   constexpr BoundedText& append(std::string_view text) noexcept {
     for (const char c : text) {
       if (size_ + 1 == Capacity) break;
@@ -37,6 +38,7 @@ class BoundedText {
     return *this;
   }
   [[nodiscard]] constexpr std::string_view view() const noexcept { return {text_, size_}; }
+  /// The text, terminated by a zero.
   [[nodiscard]] constexpr const char* c_str() const noexcept { return text_; }
   [[nodiscard]] constexpr bool full() const noexcept { return size_ + 1 == Capacity; }
 

@@ -311,6 +311,7 @@ struct PipelineConfig {
   [[nodiscard]] DescriptorInput descriptor_input() const noexcept {
     return {voxel.coarse_size_m, voxel.max_cells};
   }
+  /// Capacities and voxel size by which a stored place is laid out.
   [[nodiscard]] PlaceShape place_shape() const noexcept {
     return {descriptor.max_keypoints, descriptor.max_planes, voxel.coarse_size_m};
   }

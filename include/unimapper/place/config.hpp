@@ -161,6 +161,7 @@ consteval auto parameters_of(const LoopSearchConfig*) {
 
 /// Which places a search may answer with.
 struct SearchScope {
+  /// Keyframes of which sessions may be answered.
   enum class Sessions : std::uint8_t { kAll, kOnlySame, kOnlyOther };
   Sessions sessions = Sessions::kAll;
   std::uint32_t min_keyframe_gap = 0;
