@@ -15,6 +15,8 @@ namespace {
 
 constexpr std::int32_t kMeanReach = 2;    ///< voxels around a cell whose evidence counts, too
 constexpr std::int32_t kPatchVoxels = 5;  ///< ground is rejected by patches of a metre
+/// Of a patch: the evidence of a single cell is already a mean over its surroundings.
+constexpr std::uint32_t kFewestGroundCells = 1;
 
 /// Occupied voxels as blocks, numbered by rows (`row_of`) like the cells of the robot.
 class VoxelBlocks {
@@ -148,7 +150,7 @@ class CellClassifier {
     }
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       if (patch_of[i] == VoxelTable::kNone) continue;
-      if (!patches[patch_of[i]].is_transparent(config_.ground_share)) {
+      if (!patches[patch_of[i]].is_transparent(config_.ground_share, kFewestGroundCells)) {
         voxels_[row_of_[i]].ground = true;
       }
     }

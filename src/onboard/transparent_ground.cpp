@@ -5,6 +5,9 @@
 namespace unimapper::onboard {
 namespace {
 
+/// A single sample may be a cell that a grazing ray touched.
+constexpr std::uint32_t kFewestSamples = 2;
+
 /// True for a quarter of all rows, in no pattern that a scene could share.
 bool is_drawn(std::uint32_t row) noexcept { return (row * 0x9E3779B1U) >> 30U == 0; }
 
@@ -42,7 +45,7 @@ std::uint32_t TransparentGround::reject(const EvidenceWindow& window,
 
   std::uint32_t rejected = 0;
   for (std::uint32_t i = 0; i < voxels.map().size(); ++i) {
-    if (!patches_[i].is_transparent(share_)) continue;
+    if (!patches_[i].is_transparent(share_, kFewestSamples)) continue;
     voxels.map()[i].ground = false;
     ++rejected;
   }

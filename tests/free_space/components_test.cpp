@@ -194,16 +194,18 @@ TEST_CASE("A component is dynamic from one share on and static below the other")
   CHECK(classify(0, 0, 0.3F, 0.1F) == ComponentClass::kStatic);
 }
 
-TEST_CASE("A patch of ground is rejected from a share on, but not for a single cell") {
+TEST_CASE("A patch of ground is rejected from a share on, unless it has too few cells") {
   GroundPatch patch;
+  CHECK_FALSE(patch.is_transparent(0.7F, 1));
   patch.add(true);
-  CHECK_FALSE(patch.is_transparent(0.7F));
+  CHECK(patch.is_transparent(0.7F, 1));
+  CHECK_FALSE(patch.is_transparent(0.7F, 2));
   patch.add(true);
-  CHECK(patch.is_transparent(0.7F));
+  CHECK(patch.is_transparent(0.7F, 2));
   const auto is_transparent = [](int seen_through, int cells) {
     GroundPatch some;
     for (int i = 0; i < cells; ++i) some.add(i < seen_through);
-    return some.is_transparent(0.7F);
+    return some.is_transparent(0.7F, 2);
   };
   CHECK(is_transparent(7, 10));
   CHECK_FALSE(is_transparent(6, 10));

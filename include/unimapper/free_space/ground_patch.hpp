@@ -9,8 +9,6 @@ namespace unimapper {
 /// hardly sees the ground, the roof of a passing car is the lowest plane there is. Single cells of
 /// a real road are seen through, too, where rays graze it; whole patches are not.
 struct GroundPatch {
-  static constexpr std::uint32_t kFewest = 2;  ///< cells without which nothing is decided
-
   std::uint16_t cells = 0;
   std::uint16_t seen_through = 0;
 
@@ -20,9 +18,10 @@ struct GroundPatch {
     ++cells;
     seen_through = static_cast<std::uint16_t>(seen_through + (is_seen_through ? 1 : 0));
   }
-  /// At least `share` of the patch was seen through: it is no ground.
-  [[nodiscard]] bool is_transparent(float share) const noexcept {
-    return cells >= kFewest &&
+  /// At least `share` of the patch was seen through: it is no ground. With fewer than
+  /// `fewest_cells` nothing is decided.
+  [[nodiscard]] bool is_transparent(float share, std::uint32_t fewest_cells) const noexcept {
+    return cells >= fewest_cells &&
            !(static_cast<float>(seen_through) < share * static_cast<float>(cells));
   }
 };
