@@ -505,10 +505,10 @@ TEST_CASE("low cells follow an obstacle but do not tie obstacles together") {
 }
 
 TEST_CASE("of the candidates the nearest are kept, in whole rings, as many as there is time for") {
-  // Two cells in every ring of one metre.
+  // Two cells in every ring of one metre, from the second ring on.
   std::vector<Eigen::Vector3f> points;
   for (int i = 0; i < 80; ++i) {
-    points.emplace_back(0.5F * static_cast<float>(i) + 0.05F, 0.1F, 0.1F);
+    points.emplace_back(0.5F * static_cast<float>(i) + 1.05F, 0.1F, 0.1F);
   }
   for (const std::uint32_t limit : {80U, 31U, 30U}) {
     Stages stages;
@@ -520,9 +520,9 @@ TEST_CASE("of the candidates the nearest are kept, in whole rings, as many as th
     const std::uint32_t kept = limit == 80 ? 80 : 30;
     CHECK(result.kept == kept);
     CHECK(result.shed == 80 - kept);
-    CHECK(result.range_m == (limit == 80 ? 0.0F : 15.0F));
+    CHECK(result.range_m == (limit == 80 ? 0.0F : 16.0F));
     for (std::uint32_t row = 0; row < 80; ++row) {
-      const bool near = stages.cells.position(row).norm() < 15.0F;
+      const bool near = stages.cells.position(row).norm() < 16.0F;
       CHECK(stages.cells.has(row, &CellMarks::candidate) == (limit == 80 || near));
     }
   }
