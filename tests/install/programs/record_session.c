@@ -8,9 +8,9 @@
 static Street street;
 
 static void* aligned_block(size_t bytes) {
-  char* const block = malloc(bytes + UM_ALIGNMENT);
+  void* const block = aligned_alloc(UM_ALIGNMENT, (bytes / UM_ALIGNMENT + 1) * UM_ALIGNMENT);
   if (block == NULL) exit(puts("out of memory"));
-  return block + UM_ALIGNMENT - (uintptr_t)block % UM_ALIGNMENT;
+  return block;
 }
 
 /* Asks for the size, then encodes; the message could be sent by any transport. */
@@ -46,13 +46,15 @@ int main(int argc, char** argv) {
   um_pipeline* pipeline;
   const char* message;
   size_t bytes;
+  void* memory;
   void* scratch;
   unsigned keyframes = 0;
   int scan;
   if (argc != 2) return puts("usage: record_session DIRECTORY"), 2;
   um_config_init_for(&config, sizeof config, UM_SENSOR_VLP_16, UM_COMPUTER_JETSON);
   bytes = um_required_bytes(&config);
-  if (um_init(&config, aligned_block(bytes), bytes, &pipeline, &message) != UM_OK) {
+  memory = aligned_block(bytes);
+  if (um_init(&config, memory, bytes, &pipeline, &message) != UM_OK) {
     return puts(message), 1;
   }
   scratch = aligned_block(um_encode_scratch_bytes(pipeline));
@@ -73,6 +75,8 @@ int main(int argc, char** argv) {
     }
     if (ready && write_keyframe(pipeline, scratch, argv[1], keyframes++) != 0) return 1;
   }
+  free(scratch);
+  free(memory);
   printf("%u keyframes written\n", keyframes);
   return keyframes > 0 ? 0 : 1;
 }
