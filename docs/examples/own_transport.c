@@ -26,8 +26,8 @@ int main(void) {
   int k;
   um_config_init(&config, sizeof config, UM_SENSOR_VLP_16);
   const size_t bytes = um_required_bytes(&config);
-  if (um_init(&config, aligned_alloc(UM_ALIGNMENT, bytes), bytes, &pipeline, &message) != UM_OK)
-    return puts(message), 1;
+  void* const memory = aligned_alloc(UM_ALIGNMENT, bytes);
+  if (um_init(&config, memory, bytes, &pipeline, &message) != UM_OK) return puts(message), 1;
   const size_t scratch_bytes = um_encode_scratch_bytes(pipeline);
   void* const scratch = aligned_alloc(UM_ALIGNMENT, (scratch_bytes + 63) / 64 * 64);
 
@@ -41,5 +41,7 @@ int main(void) {
       return puts(um_message(pipeline)), 1;
     send_bytes(buffer, encoded.bytes);
   }
+  free(scratch);
+  free(memory);
   return 0;
 }
