@@ -365,7 +365,7 @@ typedef struct um_statistics {
   um_capacity capacity[16]; /**< by enum um_capacity_kind */
   float stage_us[16];       /**< by enum um_stage, microseconds; 0 without a clock */
   uint32_t shed[8];         /**< by enum um_shed */
-  float removal_range_m;    /**< cells beyond it were left static without classification; 0 = none */
+  float removal_range_m; /**< cells beyond it were left static without classification; 0 = none */
   uint32_t reserved;
 } um_statistics;
 
