@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace unimapper::bench {
 namespace {
@@ -45,29 +46,15 @@ std::vector<CalibrationBin> calibrate(const std::vector<PairRow>& rows) {
 
 std::vector<evaluate::CurvePoint> pooled_curve(const std::vector<const PairRow*>& rows,
                                                bool TopCandidate::*positive) {
-  std::vector<TopCandidate> answers;
+  std::vector<evaluate::RankedLoop> loops;
   std::size_t positives = 0;
   for (const PairRow* row : rows) {
     for (const TopCandidate& top : row->top) {
       positives += top.*positive ? 1 : 0;
-      if (top.answered) answers.push_back(top);
+      if (top.answered) loops.push_back({top.confidence, top.right, top.*positive});
     }
   }
-  std::vector<evaluate::CurvePoint> curve;
-  if (positives == 0) return curve;
-  std::stable_sort(
-      answers.begin(), answers.end(),
-      [](const TopCandidate& a, const TopCandidate& b) { return a.confidence > b.confidence; });
-  std::size_t right = 0;
-  std::size_t found = 0;
-  for (std::size_t i = 0; i < answers.size(); ++i) {
-    right += answers[i].right ? 1 : 0;
-    found += answers[i].right && answers[i].*positive ? 1 : 0;
-    // No threshold can tell equal confidences apart.
-    if (i + 1 < answers.size() && answers[i + 1].confidence == answers[i].confidence) continue;
-    curve.push_back({answers[i].confidence, share(right, i + 1), share(found, positives)});
-  }
-  return curve;
+  return evaluate::precision_recall_curve(std::move(loops), positives);
 }
 
 }  // namespace unimapper::bench

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <unordered_map>
+#include <utility>
 
 namespace unimapper::evaluate {
 namespace {
@@ -90,46 +91,28 @@ PrecisionRecall operating_point(const std::vector<Query>& queries, Criterion cri
     found += right && query.*criterion.is_positive ? 1 : 0;
   }
   result.false_negatives = positives - found;
-  const std::size_t answers = result.true_positives + result.false_positives;
-  if (answers > 0) {
-    result.precision = static_cast<double>(result.true_positives) / static_cast<double>(answers);
+  const std::size_t accepted = result.true_positives + result.false_positives;
+  if (accepted > 0) {
+    result.precision = static_cast<double>(result.true_positives) / static_cast<double>(accepted);
   }
   if (positives > 0) result.recall = static_cast<double>(found) / static_cast<double>(positives);
-  if (answers + positives > 0) {
-    result.f1 = answers > 0 && positives > 0 ? harmonic_mean(result.precision, result.recall) : 0.0;
+  if (accepted + positives > 0) {
+    result.f1 =
+        accepted > 0 && positives > 0 ? harmonic_mean(result.precision, result.recall) : 0.0;
   }
   return result;
 }
 
 std::vector<CurvePoint> sweep(const std::vector<Query>& queries, Criterion criterion) {
-  struct Answer {
-    double confidence;
-    bool right;
-    bool positive;
-  };
-  std::vector<Answer> answers;
+  std::vector<RankedLoop> loops;
   std::size_t positives = 0;
   for (const Query& query : queries) {
     positives += query.*criterion.is_positive ? 1 : 0;
     if (!query.best) continue;
-    answers.push_back(
+    loops.push_back(
         {query.best->confidence, (*query.best).*criterion.is_true, query.*criterion.is_positive});
   }
-  std::vector<CurvePoint> curve;
-  if (positives == 0) return curve;
-  std::stable_sort(answers.begin(), answers.end(),
-                   [](const Answer& a, const Answer& b) { return a.confidence > b.confidence; });
-  std::size_t right = 0;
-  std::size_t found = 0;
-  for (std::size_t i = 0; i < answers.size(); ++i) {
-    right += answers[i].right ? 1 : 0;
-    found += answers[i].right && answers[i].positive ? 1 : 0;
-    // No threshold can tell equal confidences apart: they stand or fall together.
-    if (i + 1 < answers.size() && answers[i + 1].confidence == answers[i].confidence) continue;
-    curve.push_back({answers[i].confidence, static_cast<double>(right) / static_cast<double>(i + 1),
-                     static_cast<double>(found) / static_cast<double>(positives)});
-  }
-  return curve;
+  return precision_recall_curve(std::move(loops), positives);
 }
 
 LoopFigures figures(const std::vector<Query>& queries, Criterion criterion) {
@@ -156,6 +139,26 @@ std::unordered_map<std::uint32_t, std::size_t> index_by_keyframe(
 }
 
 }  // namespace
+
+std::vector<CurvePoint> precision_recall_curve(std::vector<RankedLoop> loops,
+                                               std::size_t positives) {
+  std::vector<CurvePoint> curve;
+  if (positives == 0) return curve;
+  std::stable_sort(loops.begin(), loops.end(), [](const RankedLoop& a, const RankedLoop& b) {
+    return a.confidence > b.confidence;
+  });
+  std::size_t right = 0;
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    right += loops[i].right ? 1 : 0;
+    found += loops[i].right && loops[i].positive ? 1 : 0;
+    // No threshold separates equal confidences.
+    if (i + 1 < loops.size() && loops[i + 1].confidence == loops[i].confidence) continue;
+    curve.push_back({loops[i].confidence, static_cast<double>(right) / static_cast<double>(i + 1),
+                     static_cast<double>(found) / static_cast<double>(positives)});
+  }
+  return curve;
+}
 
 LoopScore score_loops(std::span<const TrueKeyframe> queries,
                       std::span<const TrueKeyframe> references, std::span<const LoopRecord> loops,

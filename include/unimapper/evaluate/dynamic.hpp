@@ -34,10 +34,10 @@ inline constexpr std::size_t kClassCount = 24;
 
 /// Counts of one set of points.
 struct Tally {
-  std::uint64_t static_points = 0;
-  std::uint64_t static_kept = 0;
-  std::uint64_t dynamic_points = 0;
-  std::uint64_t dynamic_removed = 0;
+  std::uint64_t static_points = 0;    ///< static by ground truth
+  std::uint64_t static_kept = 0;      ///< of these, labelled static
+  std::uint64_t dynamic_points = 0;   ///< dynamic by ground truth
+  std::uint64_t dynamic_removed = 0;  ///< of these, labelled dynamic
 
   /// Counts one point.
   void add(Truth truth, bool removed) noexcept;
@@ -69,10 +69,10 @@ inline constexpr std::size_t kRangeBinCount = kRangeBinEnds.size() + 1;
 
 /// One accuracy under one protocol, broken down.
 struct DynamicScore {
-  Tally total;
-  std::array<Tally, kClassCount> by_class{};
-  std::array<Tally, kRangeBinCount> by_range{};
-  std::uint64_t ignored = 0;  ///< points without a label
+  Tally total;                                   ///< all labelled points
+  std::array<Tally, kClassCount> by_class{};     ///< the same by `class_of`
+  std::array<Tally, kRangeBinCount> by_range{};  ///< the same by `range_bin`
+  std::uint64_t ignored = 0;                     ///< points without a label
 
   /// Counts a labelled point, or counts it as ignored.
   void add(std::uint32_t truth_label, float range_m, bool removed) noexcept;
@@ -80,8 +80,8 @@ struct DynamicScore {
 
 /// One scan, ready to be scored. All spans have the same length.
 struct ScoredScan {
-  std::span<const Eigen::Vector3f> points;  ///< sensor frame, metres
-  Pose T_world_sensor;
+  std::span<const Eigen::Vector3f> points;   ///< sensor frame, metres
+  Pose T_world_sensor;                       ///< sensor frame to world frame, metres
   std::span<const std::uint32_t> truth;      ///< SemanticKITTI labels
   std::span<const std::uint32_t> predicted;  ///< the run's labels
 };
@@ -104,12 +104,12 @@ void score_scan(const ScoredScan& scan, DynamicScore& score);
 
 /// Dynamic points by their object's motion while it was seen.
 struct MotionScore {
-  Tally moving;
-  Tally standing;
-  std::array<Tally, kClassCount> moving_by_class{};
+  Tally moving;                                      ///< objects that moved while they were seen
+  Tally standing;                                    ///< objects that did not
+  std::array<Tally, kClassCount> moving_by_class{};  ///< `moving` by `class_of`
 };
 
-/// Tells objects that moved while they were seen from those that stood and moved at some other time
+/// Separates objects that moved while they were seen from those that moved at some other time
 /// (a queue, a bus at a stop): both are labelled dynamic, but no observation until then reveals
 /// the latter. An object (by its instance number) stands during `stretch` scans if a third of the
 /// 0.4 m cells it occupies are common to the first and the last of them, as a share of the smaller

@@ -37,6 +37,7 @@ struct EntropyConfig {
 
 /// Mean map entropy.
 struct MapEntropy {
+  /// Over all queries, nats; NaN if there is none.
   double mean = std::numeric_limits<double>::quiet_NaN();
   std::size_t points = 0;   ///< points that went into the mean
   std::size_t skipped = 0;  ///< too few neighbours, or all in one plane to the last bit

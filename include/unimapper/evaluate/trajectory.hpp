@@ -12,14 +12,14 @@ namespace unimapper::evaluate {
 
 /// A pose with its stamp.
 struct StampedPose {
-  std::int64_t stamp_ns = 0;
-  Pose T_world_sensor;
+  std::int64_t stamp_ns = 0;  ///< time of the pose
+  Pose T_world_sensor;        ///< sensor frame to world frame, metres
 };
 
 /// An estimated pose and its ground truth at the same instant.
 struct PosePair {
-  Pose estimate;
-  Pose truth;
+  Pose estimate;  ///< the estimated pose
+  Pose truth;     ///< the true pose
 };
 
 /// Pairs every estimate with the truth nearest in time, if it is at most `tolerance_ns` away.
@@ -30,7 +30,7 @@ struct PosePair {
 
 /// A rigid alignment and what it was derived from.
 struct Alignment {
-  Pose T_truth_estimate;
+  Pose T_truth_estimate;  ///< frame of the estimate to that of the truth
   /// Positions alone left a rotation undetermined (a straight line, or less than a metre of
   /// extent), so that orientations were used.
   bool used_orientations = false;
@@ -42,13 +42,13 @@ struct Alignment {
 
 /// Summary statistics of a sample.
 struct ErrorStatistics {
-  double max = 0.0;
-  double mean = 0.0;
-  double median = 0.0;
-  double min = 0.0;
-  double rmse = 0.0;
-  double std = 0.0;
-  std::size_t count = 0;
+  double max = 0.0;       ///< largest
+  double mean = 0.0;      ///< arithmetic mean
+  double median = 0.0;    ///< mean of the two middle values if their number is even
+  double min = 0.0;       ///< smallest
+  double rmse = 0.0;      ///< root of the mean square
+  double std = 0.0;       ///< standard deviation
+  std::size_t count = 0;  ///< size of the sample
 };
 
 /// Statistics of `errors`; all zero when empty. `std` is the population's, as evo reports it.
@@ -56,8 +56,8 @@ struct ErrorStatistics {
 
 /// Absolute trajectory error.
 struct TrajectoryError {
-  ErrorStatistics translation_m;
-  ErrorStatistics rotation_deg;
+  ErrorStatistics translation_m;  ///< length of the difference of the positions
+  ErrorStatistics rotation_deg;   ///< angle of the relative rotation
 };
 
 /// Errors of the estimates mapped by `T_truth_estimate` against the truth.

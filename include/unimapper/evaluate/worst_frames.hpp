@@ -21,9 +21,9 @@ namespace unimapper::evaluate {
 /// Labelling errors of one object in one scan. All points of a class without instance number are
 /// one object.
 struct ObjectErrors {
-  std::uint32_t label = 0;  ///< SemanticKITTI id, instance above
-  Tally tally;
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();              ///< of its points, world
+  std::uint32_t label = 0;                           ///< SemanticKITTI id, instance above
+  Tally tally;                                       ///< its points in this scan
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< of its points, world
   Eigen::Vector3f wrong_center_sensor{Eigen::Vector3f::Zero()};  ///< of its wrong points, sensor
   float wrong_range_m = 0.0F;                                    ///< their mean distance
 };
