@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "unimapper/core/pose.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper {
@@ -48,10 +49,10 @@ float ray_spacing_deg(const SensorModel& sensor) noexcept {
 void apply_pattern(const SensorModel& sensor, PipelineConfig& config) noexcept {
   FreeSpaceConfig& free_space = config.free_space;
   const float spacing_deg = ray_spacing_deg(sensor);
-  constexpr float kDegreesPerRadian = 57.29578F;
   constexpr float kCoarsestDeg = 5.0F;  // the widest pixel `FreeSpaceConfig` takes
-  free_space.full_weight_range_m =
-      std::min(2.0F * config.voxel.fine_size_m * kDegreesPerRadian / spacing_deg, 500.0F);
+  free_space.full_weight_range_m = std::min(
+      2.0F * config.voxel.fine_size_m * static_cast<float>(kDegreesPerRadian) / spacing_deg,
+      500.0F);
   if (sensor.pattern == ScanPattern::kSpinning) {
     config.ground.propagation_voxels = 2;
     free_space.elevation_resolution_deg =

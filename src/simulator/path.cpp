@@ -121,6 +121,13 @@ double Path::nearest(Vec2 p) const {
   return kStep * static_cast<double>(best);
 }
 
+double interpolate(std::span<const double> samples, double index) {
+  const double at = std::max(0.0, index);
+  const auto low = std::min(static_cast<std::size_t>(at), samples.size() - 2);
+  const double w = at - static_cast<double>(low);
+  return samples[low] + w * (samples[low + 1] - samples[low]);
+}
+
 std::vector<double> drivable_speed(const Path& path, std::vector<double> wish_m_s) {
   constexpr double kLateral = 2.2;  // m/s^2
   constexpr double kAcceleration = 1.3;

@@ -34,6 +34,10 @@ class Path {
   bool closed_ = false;
 };
 
+/// Value at a fractional index of at least two samples: the first before them, beyond them the line
+/// through the last two.
+double interpolate(std::span<const double> samples, double index);
+
 /// Fastest speed at every half metre of a closed path that respects `wish_m_s` (one per half
 /// metre), curves, acceleration and braking.
 std::vector<double> drivable_speed(const Path& path, std::vector<double> wish_m_s);

@@ -70,10 +70,7 @@ RobotMotion::RobotMotion(const TownPlan& plan, char route, std::uint64_t seed, d
 }
 
 double RobotMotion::travelled(double time_s) const {
-  const double tick = std::max(0.0, (time_s + kLead) / kTick);
-  const auto low = std::min(static_cast<std::size_t>(tick), travelled_.size() - 2);
-  const double w = tick - static_cast<double>(low);
-  return travelled_[low] + w * (travelled_[low + 1] - travelled_[low]);
+  return interpolate(travelled_, (time_s + kLead) / kTick);
 }
 
 double RobotMotion::speed(double time_s) const {

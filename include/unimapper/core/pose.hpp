@@ -11,8 +11,8 @@ namespace unimapper {
 /// p_world = T_world_sensor * p_sensor. Its members have no over-aligned type, so the layout is
 /// the same whatever instruction set a consumer compiles for.
 struct Pose {
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< orthonormal, determinant 1
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();   ///< metres
 
   Pose() = default;
   Pose(const Eigen::Matrix3d& r, const Eigen::Vector3d& t) : rotation(r), translation(t) {}

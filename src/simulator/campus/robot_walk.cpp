@@ -48,10 +48,7 @@ RobotWalk::RobotWalk(const Plan& plan, char route, std::uint64_t key, double dur
 }
 
 double RobotWalk::travelled(double time_s) const {
-  const double tick = std::max(0.0, (time_s + kLead) / kTick);
-  const auto low = std::min(static_cast<std::size_t>(tick), travelled_.size() - 2);
-  const double w = tick - static_cast<double>(low);
-  return travelled_[low] + w * (travelled_[low + 1] - travelled_[low]);
+  return interpolate(travelled_, (time_s + kLead) / kTick);
 }
 
 double RobotWalk::speed(double time_s) const {
