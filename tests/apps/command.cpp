@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <spawn.h>
-#include <stdlib.h>  // NOLINT: mkdtemp is POSIX
 #include <sys/wait.h>
 
 #include <catch2/catch.hpp>
@@ -17,17 +16,6 @@ extern char** environ;
 namespace unimapper::apps {
 
 namespace fs = std::filesystem;
-
-TemporaryDirectory::TemporaryDirectory() {
-  std::string pattern = (fs::temp_directory_path() / "unimapper-apps-XXXXXX").string();
-  REQUIRE(mkdtemp(pattern.data()) != nullptr);
-  path_ = pattern;
-}
-
-TemporaryDirectory::~TemporaryDirectory() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
 
 CommandResult run_unimapper(const std::vector<std::string>& arguments) {
   const TemporaryDirectory scratch;

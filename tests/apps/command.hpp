@@ -7,22 +7,10 @@
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
+#include "tests/temporary_directory.hpp"
 #include "unimapper/core/pose.hpp"
 
 namespace unimapper::apps {
-
-/// A directory of its own for each test, gone afterwards.
-class TemporaryDirectory {
- public:
-  TemporaryDirectory();
-  ~TemporaryDirectory();
-  TemporaryDirectory(const TemporaryDirectory&) = delete;
-  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// What the tool said and how it ended.
 struct CommandResult {

@@ -14,8 +14,8 @@
 #include "bench/places/std_file.hpp"
 #include "bench/places/synthetic_place.hpp"
 #include "bench/places/variants.hpp"
-#include "tests/evaluate/temporary_directory.hpp"
 #include "tests/folders.hpp"
+#include "tests/temporary_directory.hpp"
 
 using namespace unimapper;
 using namespace unimapper::bench;

@@ -2,30 +2,16 @@
 #include "unimapper/core/fixed_hash_map.hpp"
 
 #include <catch2/catch.hpp>
-#include <cstdlib>
-#include <memory>
 #include <unordered_map>
 #include <vector>
+
+#include "tests/in_block.hpp"
 
 using namespace unimapper;
 
 namespace {
 
-/// A map with memory of its own.
-struct OwnedMap {
-  explicit OwnedMap(std::size_t capacity) {
-    Arena measuring = Arena::measuring();
-    map.allocate(measuring, capacity);
-    block.reset(static_cast<std::byte*>(std::aligned_alloc(64, measuring.used() + 64)));
-    Arena arena(block.get(), measuring.used());
-    map.allocate(arena, capacity);
-  }
-  struct Free {
-    void operator()(std::byte* p) const { std::free(p); }
-  };
-  std::unique_ptr<std::byte, Free> block;
-  FixedHashMap<int> map;
-};
+using OwnedMap = test::InBlock<FixedHashMap<int>>;
 
 constexpr std::uint32_t kNotFound = FixedHashMap<int>::kNotFound;
 
@@ -53,12 +39,12 @@ TEST_CASE("a map without memory finds nothing and refuses everything") {
   map.clear();
   CHECK(map.size() == 0);
   OwnedMap none(0);
-  CHECK(none.map.find_or_insert(3) == kNotFound);
+  CHECK(none->find_or_insert(3) == kNotFound);
 }
 
 TEST_CASE("one entry") {
   OwnedMap owned(1);
-  auto& map = owned.map;
+  auto& map = *owned;
   const std::uint32_t entry = map.find_or_insert(42);
   REQUIRE(entry == 0);
   CHECK(map[entry] == 0);
@@ -75,26 +61,26 @@ TEST_CASE("one entry") {
 
 TEST_CASE("entries lie in the order of their insertion") {
   OwnedMap owned(100);
-  for (std::uint64_t key = 100; key > 0; --key) owned.map.find_or_insert(key * 977);
-  for (std::uint32_t i = 0; i < 100; ++i) CHECK(owned.map.key(i) == (100 - i) * 977);
+  for (std::uint64_t key = 100; key > 0; --key) owned->find_or_insert(key * 977);
+  for (std::uint32_t i = 0; i < 100; ++i) CHECK(owned->key(i) == (100 - i) * 977);
 }
 
 TEST_CASE("clearing forgets everything, entries made afterwards start from zero") {
   OwnedMap owned(10);
-  owned.map[owned.map.find_or_insert(1)] = 11;
-  owned.map.clear();
-  CHECK(owned.map.size() == 0);
-  CHECK(owned.map.find(1) == kNotFound);
-  CHECK(owned.map[owned.map.find_or_insert(1)] == 0);
+  (*owned)[owned->find_or_insert(1)] = 11;
+  owned->clear();
+  CHECK(owned->size() == 0);
+  CHECK(owned->find(1) == kNotFound);
+  CHECK((*owned)[owned->find_or_insert(1)] == 0);
 }
 
 TEST_CASE("every key may be used, whatever its bits") {
   OwnedMap owned(4);
   for (const std::uint64_t key : {std::uint64_t{0}, ~std::uint64_t{0}, std::uint64_t{1} << 63U}) {
-    const std::uint32_t entry = owned.map.find_or_insert(key);
+    const std::uint32_t entry = owned->find_or_insert(key);
     REQUIRE(entry != kNotFound);
-    CHECK(owned.map.key(entry) == key);
-    CHECK(owned.map.find(key) == entry);
+    CHECK(owned->key(entry) == key);
+    CHECK(owned->find(key) == entry);
   }
 }
 
@@ -104,13 +90,13 @@ TEST_CASE("keys that collide are told apart until the probe bound, then refused 
   const auto keys = colliding_keys(FixedHashMap<int>::kMaxProbes + 5, kCapacity * 2);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const bool fits = i < FixedHashMap<int>::kMaxProbes;
-    CHECK((owned.map.find_or_insert(keys[i]) != kNotFound) == fits);
+    CHECK((owned->find_or_insert(keys[i]) != kNotFound) == fits);
   }
-  CHECK(owned.map.refused() == 5);
+  CHECK(owned->refused() == 5);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const std::uint32_t expected =
         i < FixedHashMap<int>::kMaxProbes ? static_cast<std::uint32_t>(i) : kNotFound;
-    CHECK(owned.map.find(keys[i]) == expected);
+    CHECK(owned->find(keys[i]) == expected);
   }
 }
 
@@ -118,26 +104,26 @@ TEST_CASE("the map agrees with std::unordered_map over many generations") {
   OwnedMap owned(500);
   Random random;
   for (int generation = 0; generation < 20; ++generation) {
-    owned.map.clear();
+    owned->clear();
     std::unordered_map<std::uint64_t, int> model;
     for (int step = 0; step < 2000; ++step) {
       const std::uint64_t key = random() % 800;
       if (random() % 2 == 0) {
-        const std::uint32_t entry = owned.map.find(key);
+        const std::uint32_t entry = owned->find(key);
         REQUIRE((entry != kNotFound) == (model.count(key) == 1));
-        if (entry != kNotFound) REQUIRE(owned.map[entry] == model[key]);
+        if (entry != kNotFound) REQUIRE((*owned)[entry] == model[key]);
       } else if (model.count(key) == 1 || model.size() < 500) {
-        const std::uint32_t entry = owned.map.find_or_insert(key);
+        const std::uint32_t entry = owned->find_or_insert(key);
         REQUIRE(entry != kNotFound);
-        owned.map[entry] += step;
+        (*owned)[entry] += step;
         model[key] += step;
       } else {
-        REQUIRE(owned.map.find_or_insert(key) == kNotFound);
+        REQUIRE(owned->find_or_insert(key) == kNotFound);
       }
     }
-    CHECK(owned.map.size() == model.size());
-    for (std::uint32_t i = 0; i < owned.map.size(); ++i) {
-      REQUIRE(owned.map[i] == model.at(owned.map.key(i)));
+    CHECK(owned->size() == model.size());
+    for (std::uint32_t i = 0; i < owned->size(); ++i) {
+      REQUIRE((*owned)[i] == model.at(owned->key(i)));
     }
   }
 }

@@ -3,7 +3,7 @@
 
 #include "ports/datasets/writers.hpp"
 #include "src/apps/evaluate/evaluate.hpp"
-#include "tests/evaluate/temporary_directory.hpp"
+#include "tests/temporary_directory.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;

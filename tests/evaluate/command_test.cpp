@@ -8,7 +8,8 @@
 #include "src/apps/evaluate/evaluate.hpp"
 #include "src/apps/evaluate/ply_cloud.hpp"
 #include "src/apps/session_clouds.hpp"
-#include "tests/evaluate/temporary_directory.hpp"
+#include "tests/temporary_directory.hpp"
+#include "tests/wire/stream.hpp"
 #include "unimapper/merge/loops_csv.hpp"
 
 using namespace unimapper;
@@ -68,7 +69,7 @@ void write_run(const fs::path& run, const std::string& session, std::uint32_t ke
     record.session = {1, 1};
     record.sequence = k;
     record.scans = {{k * 10, static_cast<std::int64_t>(k) * 1'000'000'000, at(0)}};
-    log.write(wire::encode_for_sending(record));
+    log.write(wire::test::encode_for_sending(record));
   }
   log.finish();
   write_lines(run / "loops.csv", kLoopsHeader + rows);

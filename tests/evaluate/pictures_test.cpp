@@ -12,7 +12,7 @@
 #include "src/apps/evaluate/range_image.hpp"
 #include "src/apps/evaluate/top_view.hpp"
 #include "src/apps/picture/palette.hpp"
-#include "tests/evaluate/temporary_directory.hpp"
+#include "tests/temporary_directory.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;

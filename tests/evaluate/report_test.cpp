@@ -9,7 +9,7 @@
 #include "src/apps/report/format.hpp"
 #include "src/apps/report/summary.hpp"
 #include "tests/evaluate/synthetic_merge.hpp"
-#include "tests/evaluate/temporary_directory.hpp"
+#include "tests/temporary_directory.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;

@@ -1,18 +1,16 @@
 // Tests of merging whole sessions.
 #include "unimapper/merge/merger.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <sstream>
-#include <stdexcept>
 
 #include "tests/merge/synthetic_sheets.hpp"
 #include "tests/merge/synthetic_town.hpp"
+#include "tests/temporary_directory.hpp"
 #include "unimapper/merge/export.hpp"
 
 using namespace unimapper;
@@ -84,23 +82,6 @@ std::size_t changes_near(const MergeResult& result, const Eigen::Vector3f& world
   return count;
 }
 
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string pattern = (fs::temp_directory_path() / "unimapper-merge-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no scratch folder");
-    path_ = pattern;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
 std::string read(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
@@ -165,7 +146,7 @@ TEST_CASE("The number of threads changes nothing, byte for byte", "[merger]") {
   const std::vector<Eigen::Vector2d> street{{0, 0}, {1, 0}, {1, 0.5}};
   const std::vector<SessionData> two{record(town, drive_roads(street), "alpha", 1).session,
                                      record(town, drive_roads(street), "beta", 2).session};
-  const ScratchFolder scratch;
+  const TemporaryDirectory scratch;
   for (const unsigned threads : {1U, 3U}) {
     MergeConfig config;
     config.threads = threads;
@@ -181,7 +162,7 @@ TEST_CASE("The number of threads changes nothing, byte for byte", "[merger]") {
 }
 
 TEST_CASE("Exported files are complete and consistent", "[merger]") {
-  const ScratchFolder scratch;
+  const TemporaryDirectory scratch;
   const fs::path folder = scratch.path() / "new" / "map";
   export_map(folder, fleet().sessions, merged());
 
@@ -298,7 +279,7 @@ TEST_CASE("Zero sessions, one session, empty sessions", "[merger]") {
   SECTION("only one without keyframes") {
     const MergeResult result = merge_sessions({nothing}, MergeConfig{});
     CHECK(result.sessions[0].status == SessionStatus::kUnconnected);
-    const ScratchFolder scratch;
+    const TemporaryDirectory scratch;
     export_map(scratch.path(), {nothing}, result);
     CHECK(fs::exists(scratch.path() / "map.ply"));
   }

@@ -1,25 +1,19 @@
-// Pseudo-random numbers that are the same with every standard library.
+// Pseudo-random poses and vectors that are the same with every standard library.
 #pragma once
 
 #include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
 
+#include "tests/random.hpp"
 #include "unimapper/core/pose.hpp"
-#include "unimapper/core/voxel_key.hpp"
 
 namespace unimapper::merge::testing {
 
-class Random {
+class Random : public test::Random {
  public:
-  explicit Random(std::uint64_t seed) : state_(mix_bits(seed + 0x9E3779B97F4A7C15ULL)) {}
+  explicit Random(std::uint64_t seed) : test::Random(mix_bits(seed + 0x9E3779B97F4A7C15ULL)) {}
 
-  /// In [0, 1).
-  double uniform() {
-    state_ += 0x9E3779B97F4A7C15ULL;
-    return static_cast<double>(mix_bits(state_) >> 11U) * 0x1.0p-53;
-  }
-  double uniform(double low, double high) { return low + (high - low) * uniform(); }
   std::size_t below(std::size_t n) {
     return static_cast<std::size_t>(uniform() * static_cast<double>(n));
   }
@@ -39,9 +33,6 @@ class Random {
     if (angle < 1e-12) return {Eigen::Matrix3d::Identity(), translation};
     return {Eigen::Quaterniond(Eigen::AngleAxisd(angle, rotation / angle)), translation};
   }
-
- private:
-  std::uint64_t state_;
 };
 
 }  // namespace unimapper::merge::testing

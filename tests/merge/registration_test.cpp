@@ -17,17 +17,24 @@ using unimapper::merge::testing::Random;
 
 namespace {
 
+/// Points of a scene, and which of them are ground.
+struct Sample {
+  std::vector<Eigen::Vector3f> points;
+  std::vector<std::uint8_t> ground;
+};
+
 /// Two walls that meet, a third farther off, poles and ground, sampled with 2 cm of noise.
-void sample_corner(Random& random, std::vector<Eigen::Vector3f>& points,
-                   std::vector<std::uint8_t>& ground) {
+Sample sample_corner(Random& random) {
+  Sample sample;
   const auto add = [&](double x, double y, double z, bool is_ground) {
-    points.emplace_back((Eigen::Vector3d(x, y, z) + random.normal3(0.02)).cast<float>());
-    ground.push_back(is_ground ? 1 : 0);
+    sample.points.emplace_back((Eigen::Vector3d(x, y, z) + random.normal3(0.02)).cast<float>());
+    sample.ground.push_back(is_ground ? 1 : 0);
   };
   for (int i = 0; i < 6000; ++i) add(random.uniform(-20, 20), random.uniform(-8, 8), 0.0, true);
   for (int i = 0; i < 4000; ++i) add(random.uniform(-20, 20), 8.0, random.uniform(0, 5), false);
   for (int i = 0; i < 3000; ++i) add(20.0, random.uniform(-8, 8), random.uniform(0, 5), false);
   for (int i = 0; i < 800; ++i) add(-10.0, -6.0, random.uniform(0, 6), false);
+  return sample;
 }
 
 /// An endless corridor.
@@ -75,12 +82,8 @@ double turn(const Pose& a, const Pose& b) {
 
 TEST_CASE("G-ICP finds back a known motion", "[registration]") {
   Random random(1);
-  std::vector<Eigen::Vector3f> points;
-  std::vector<std::uint8_t> ground;
-  sample_corner(random, points, ground);
-  std::vector<Eigen::Vector3f> again;
-  std::vector<std::uint8_t> ground_again;
-  sample_corner(random, again, ground_again);
+  const auto [points, ground] = sample_corner(random);
+  const auto [again, ground_again] = sample_corner(random);
   const RegistrationConfig config;
   for (int trial = 0; trial < 5; ++trial) {
     const Pose truth = random.pose(0.6, 0.05);
@@ -115,9 +118,7 @@ TEST_CASE("Along a corridor the information of G-ICP is weak", "[registration]")
 
 TEST_CASE("Information turns with the source's frame", "[registration]") {
   Random random(3);
-  std::vector<Eigen::Vector3f> points;
-  std::vector<std::uint8_t> ground;
-  sample_corner(random, points, ground);
+  const auto [points, ground] = sample_corner(random);
   RegistrationConfig config;
   config.max_source_points = 1000000;
   config.sigma_floor_m = 0.001;
@@ -146,9 +147,7 @@ TEST_CASE("Information turns with the source's frame", "[registration]") {
 
 TEST_CASE("Information is never better than the configured floors", "[registration]") {
   Random random(3);
-  std::vector<Eigen::Vector3f> points;
-  std::vector<std::uint8_t> ground;
-  sample_corner(random, points, ground);
+  const auto [points, ground] = sample_corner(random);
   RegistrationConfig config;
   config.sigma_floor_m = 0.5;
   config.sigma_floor_rad = 0.05;
@@ -199,12 +198,8 @@ TEST_CASE("G-ICP aligns a real outdoor pair as well as its peers", "[registratio
 
 TEST_CASE("What moved between two visits hardly pulls", "[registration]") {
   Random random(5);
-  std::vector<Eigen::Vector3f> points;
-  std::vector<std::uint8_t> ground;
-  sample_corner(random, points, ground);
-  std::vector<Eigen::Vector3f> again;
-  std::vector<std::uint8_t> ground_again;
-  sample_corner(random, again, ground_again);
+  auto [points, ground] = sample_corner(random);
+  auto [again, ground_again] = sample_corner(random);
   // Parked cars that all stand 60 cm farther along x on the second visit.
   for (int car = 0; car < 6; ++car) {
     for (int i = 0; i < 500; ++i) {

@@ -3,15 +3,12 @@
 
 #include <cmath>
 #include <cstdint>
-#include <cstring>
-#include <memory>
-#include <new>
 #include <string>
 #include <vector>
 
 #include "tests/merge/random.hpp"
-#include "unimapper/core/arena.hpp"
 #include "unimapper/core/keyframe_record.hpp"
+#include "unimapper/merge/in_arena.hpp"
 #include "unimapper/place/describer.hpp"
 
 namespace unimapper::merge::testing {
@@ -90,27 +87,6 @@ inline std::vector<Pose> drive_roads(const std::vector<Eigen::Vector2d>& crossin
   return poses;
 }
 
-/// Describes cells with memory of its own.
-class Describer {
- public:
-  Describer() {
-    const DescriptorConfig config;
-    Arena measuring = Arena::measuring();
-    describer_.allocate(measuring, config);
-    memory_.resize(measuring.used() / sizeof(Line) + 1);
-    Arena arena(reinterpret_cast<std::byte*>(memory_.data()), memory_.size() * sizeof(Line));
-    describer_.allocate(arena, config);
-  }
-  PlaceView describe(const std::vector<FineCell>& cells) { return describer_.describe(cells); }
-
- private:
-  struct alignas(Arena::kAlignment) Line {
-    std::byte bytes[Arena::kAlignment];
-  };
-  std::vector<Line> memory_;
-  PlaceDescriber describer_;
-};
-
 /// A session in the town, and the true keyframe poses.
 struct Drive {
   SessionData session;
@@ -121,7 +97,7 @@ inline Drive record(const Town& town, const std::vector<Pose>& truth, const std:
                     std::uint64_t seed, double drift_m = 0.03, double drift_rad = 0.0008) {
   constexpr float kRangeM = 35.0F;
   Random random(seed);
-  Describer describer;
+  InArena<PlaceDescriber> describer(DescriptorConfig{});
   Drive drive;
   drive.truth = truth;
   drive.session.info.id = {static_cast<std::uint32_t>(seed), seed};
@@ -162,7 +138,7 @@ inline Drive record(const Town& town, const std::vector<Pose>& truth, const std:
         keyframe.static_cells.push_back({Eigen::Vector3f(x, y, z), 3, 1, 0});
       }
     }
-    const PlaceView place = describer.describe(keyframe.static_cells);
+    const PlaceView place = describer->describe(keyframe.static_cells);
     keyframe.keypoints.assign(place.keypoints.begin(), place.keypoints.end());
     keyframe.planes.assign(place.planes.begin(), place.planes.end());
     keyframe.points_in = 10 * keyframe.static_cells.size();

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "run.hpp"
+#include "tests/in_block.hpp"
 
 using namespace unimapper;
 using namespace unimapper::onboard;
@@ -19,22 +20,15 @@ using namespace unimapper::test;
 
 namespace {
 
-/// A block's place, counted from the odometry origin.
-using Place = std::tuple<std::int64_t, std::int64_t, std::int64_t>;
+/// A block's index, counted from the odometry origin.
+using BlockIndex = std::tuple<std::int64_t, std::int64_t, std::int64_t>;
 
 struct OwnedWindow {
-  explicit OwnedWindow(const PipelineConfig& configuration) : config(configuration) {
-    Arena measuring = Arena::measuring();
-    window.allocate(measuring, config);
-    memory.resize(measuring.used() + 64);
-    auto base = reinterpret_cast<std::uintptr_t>(memory.data());
-    base = (base + 63) / 64 * 64;
-    Arena arena(reinterpret_cast<std::byte*>(base), measuring.used());
-    window.allocate(arena, config);
-  }
+  explicit OwnedWindow(const PipelineConfig& configuration)
+      : config(configuration), block([this](Arena& arena) { window.allocate(arena, config); }) {}
   PipelineConfig config;
-  std::vector<std::byte> memory;
   BlockWindow window;
+  ArenaBlock block;
 };
 
 PipelineConfig windowed(std::uint32_t keyframes, std::uint32_t blocks) {
@@ -44,60 +38,60 @@ PipelineConfig windowed(std::uint32_t keyframes, std::uint32_t blocks) {
   return config;
 }
 
-/// Drives a cloud of blocks along x and keeps the same books with standard maps.
+/// Drives a cloud of blocks along x and holds the same in standard maps.
 class Drive {
  public:
   explicit Drive(OwnedWindow& owned) : owned_(owned) {}
 
-  /// One keyframe of random blocks about `x_m`; returns their places by number.
-  std::vector<Place> keyframe(double x_m, int blocks, int reach = 9) {
+  /// One keyframe of random blocks about `x_m`; returns their indices by number.
+  std::vector<BlockIndex> keyframe(double x_m, int blocks, int reach = 9) {
     const Grid grid = grid_near({x_m, 0.0, 0.0}, owned_.config.voxel);
     const std::int64_t step = grid.step_cells() / 4;
     const std::array<std::int64_t, 3> origin{grid.lattice_x * step, grid.lattice_y * step,
                                              grid.lattice_z * step};
     owned_.window.begin(grid);
     std::uniform_int_distribution<int> across(-reach, reach);
-    std::map<Place, std::uint32_t> numbers;
-    std::vector<Place> places;
+    std::map<BlockIndex, std::uint32_t> numbers;
+    std::vector<BlockIndex> indices;
     for (int i = 0; i < blocks; ++i) {
       const VoxelIndex block{across(random_), across(random_), across(random_) / 3};
-      const Place place{origin[0] + block.x, origin[1] + block.y, origin[2] + block.z};
+      const BlockIndex index{origin[0] + block.x, origin[1] + block.y, origin[2] + block.z};
       const std::uint32_t number = owned_.window.enter(block);
-      const auto known = numbers.find(place);
+      const auto known = numbers.find(index);
       if (known != numbers.end()) {
         CHECK(number == known->second);  // entered twice, numbered once
         continue;
       }
       if (number == BlockWindow::kNone) continue;
-      REQUIRE(number == places.size());
-      numbers[place] = number;
-      places.push_back(place);
+      REQUIRE(number == indices.size());
+      numbers[index] = number;
+      indices.push_back(index);
     }
     std::vector<Block> entered;
-    for (const Place& place : places) {
+    for (const BlockIndex& index : indices) {
       entered.push_back({bits_(random_) | 1U, {}, 0});
-      occupied_[place] = entered.back().occupied;
+      occupied_[index] = entered.back().occupied;
     }
     owned_.window.arrange(entered);
     const std::span<const std::uint32_t> order = owned_.window.order();
-    REQUIRE(order.size() == places.size());
-    std::vector<Place> arranged;
+    REQUIRE(order.size() == indices.size());
+    std::vector<BlockIndex> arranged;
     for (const std::uint32_t first_number : order) {
-      arranged.push_back(places[first_number]);
-      numbers[places[first_number]] = static_cast<std::uint32_t>(arranged.size() - 1);
+      arranged.push_back(indices[first_number]);
+      numbers[indices[first_number]] = static_cast<std::uint32_t>(arranged.size() - 1);
     }
     check_neighbours(arranged, numbers);
     return arranged;
   }
 
   /// Records random labels and moves on.
-  void finish(const std::vector<Place>& places) {
-    std::map<Place, BlockHistory> decided;
-    for (std::uint32_t number = 0; number < places.size(); ++number) {
-      const std::uint64_t occupied = occupied_.at(places[number]);
+  void finish(const std::vector<BlockIndex>& indices) {
+    std::map<BlockIndex, BlockHistory> decided;
+    for (std::uint32_t number = 0; number < indices.size(); ++number) {
+      const std::uint64_t occupied = occupied_.at(indices[number]);
       const std::uint64_t dynamic = occupied & bits_(random_);
-      decided[places[number]] = {occupied, dynamic, dynamic & bits_(random_), number * 7};
-      owned_.window.record(number, decided[places[number]]);
+      decided[indices[number]] = {occupied, dynamic, dynamic & bits_(random_), number * 7};
+      owned_.window.record(number, decided[indices[number]]);
     }
     owned_.window.advance();
     history_.push_front(decided);
@@ -105,18 +99,18 @@ class Drive {
   }
 
   /// Everything the window says about earlier keyframes, up to `remembered` of them.
-  void check_history(const std::vector<Place>& places, std::size_t remembered) const {
-    for (std::uint32_t number = 0; number < places.size(); ++number) {
+  void check_history(const std::vector<BlockIndex>& indices, std::size_t remembered) const {
+    for (std::uint32_t number = 0; number < indices.size(); ++number) {
       std::uint64_t together = 0;
       for (std::uint32_t age = 1; age <= owned_.config.removal.window; ++age) {
-        const BlockHistory truth = age <= remembered ? at(places[number], age) : BlockHistory{};
+        const BlockHistory truth = age <= remembered ? at(indices[number], age) : BlockHistory{};
         REQUIRE(owned_.window.occupied(number, age) == truth.occupied);
         together ^= truth.occupied;
       }
       std::uint64_t listed = 0;
       for (const std::uint64_t word : owned_.window.occupied(number)) listed ^= word;
-      REQUIRE(listed == (together ^ occupied_.at(places[number])));
-      const BlockHistory truth = remembered > 0 ? at(places[number], 1) : BlockHistory{};
+      REQUIRE(listed == (together ^ occupied_.at(indices[number])));
+      const BlockHistory truth = remembered > 0 ? at(indices[number], 1) : BlockHistory{};
       const BlockHistory before = owned_.window.before(number);
       REQUIRE(before.occupied == truth.occupied);
       if (truth.occupied == 0) continue;
@@ -129,16 +123,16 @@ class Drive {
   void forget() { history_.clear(); }
 
  private:
-  [[nodiscard]] BlockHistory at(const Place& place, std::uint32_t age) const {
+  [[nodiscard]] BlockHistory at(const BlockIndex& index, std::uint32_t age) const {
     if (age > history_.size()) return {};
-    const auto found = history_[age - 1].find(place);
+    const auto found = history_[age - 1].find(index);
     return found == history_[age - 1].end() ? BlockHistory{} : found->second;
   }
 
-  void check_neighbours(const std::vector<Place>& places,
-                        const std::map<Place, std::uint32_t>& numbers) const {
-    for (std::uint32_t number = 0; number < places.size(); ++number) {
-      const auto& [x, y, z] = places[number];
+  void check_neighbours(const std::vector<BlockIndex>& indices,
+                        const std::map<BlockIndex, std::uint32_t>& numbers) const {
+    for (std::uint32_t number = 0; number < indices.size(); ++number) {
+      const auto& [x, y, z] = indices[number];
       for (std::int32_t n = 0; n < 27; ++n) {
         const BlockOffset offset{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
         const auto other = numbers.find({x + offset.x, y + offset.y, z + offset.z});
@@ -151,8 +145,8 @@ class Drive {
   OwnedWindow& owned_;
   std::mt19937_64 random_{7};
   std::uniform_int_distribution<std::uint64_t> bits_;
-  std::map<Place, std::uint64_t> occupied_;  ///< in the current keyframe
-  std::deque<std::map<Place, BlockHistory>> history_;
+  std::map<BlockIndex, std::uint64_t> occupied_;  ///< in the current keyframe
+  std::deque<std::map<BlockIndex, BlockHistory>> history_;
 };
 
 }  // namespace
@@ -162,10 +156,10 @@ TEST_CASE("a window stores what each keyframe occupied of a block, and which blo
   Drive drive(owned);
   // Far enough for tiles to be given back and used again many times.
   for (int k = 0; k < 300; ++k) {
-    const auto places = drive.keyframe(3.0 * k - 200.0, 400);
-    REQUIRE(places.size() > 200);
-    drive.check_history(places, drive.kept());
-    drive.finish(places);
+    const auto indices = drive.keyframe(3.0 * k - 200.0, 400);
+    REQUIRE(indices.size() > 200);
+    drive.check_history(indices, drive.kept());
+    drive.finish(indices);
   }
 }
 
@@ -176,13 +170,13 @@ TEST_CASE("a window that is full forgets its oldest keyframes first and goes on"
   std::size_t least = 5;
   std::size_t most = 0;
   for (int k = 0; k < 100; ++k) {
-    const auto places = drive.keyframe(0.1 * k, 300);
-    REQUIRE(places.size() > 200);
+    const auto indices = drive.keyframe(0.1 * k, 300);
+    REQUIRE(indices.size() > 200);
     REQUIRE(owned.window.size() <= owned.window.capacity());
     std::size_t remembered = drive.kept();
     // What is gone is gone from the old end: the newest keyframes are all that is left.
     const auto knows = [&](std::size_t age) {
-      for (std::uint32_t n = 0; n < places.size(); ++n) {
+      for (std::uint32_t n = 0; n < indices.size(); ++n) {
         if (owned.window.occupied(n, static_cast<std::uint32_t>(age)) != 0) return true;
       }
       return false;
@@ -192,14 +186,14 @@ TEST_CASE("a window that is full forgets its oldest keyframes first and goes on"
       least = std::min(least, remembered);
       most = std::max(most, remembered);
     }
-    drive.check_history(places, remembered);
-    drive.finish(places);
+    drive.check_history(indices, remembered);
+    drive.finish(indices);
   }
   CHECK(least >= 1);
   CHECK(most < 5);
 }
 
-TEST_CASE("a window keeps its books under random loads, whatever runs out first") {
+TEST_CASE("a window agrees with its model under random loads, whatever runs out first") {
   // Room for everything; for few tiles (a quarter of the blocks, 64 at least); for few blocks.
   const auto [keyframes, capacity] =
       GENERATE(table<std::uint32_t, std::uint32_t>({{3, 2000}, {2, 256}, {5, 400}, {4, 1200}}));
@@ -215,11 +209,11 @@ TEST_CASE("a window keeps its books under random loads, whatever runs out first"
     // Back and forth, so that tiles are given back beside others that stay; now and then far off.
     x_m += draw(0, 9) == 0 ? draw(-60, 60) : 0.4 * draw(-10, 10);
     const int blocks = draw(0, 9) == 0 ? draw(300, 900) : draw(1, 150);
-    const auto places = drive.keyframe(x_m, blocks, draw(2, 9));
+    const auto indices = drive.keyframe(x_m, blocks, draw(2, 9));
     REQUIRE(owned.window.size() <= owned.window.capacity());
     if (capacity == 2000) REQUIRE(owned.window.earlier_count() == drive.kept());
-    drive.check_history(places, std::min<std::size_t>(drive.kept(), owned.window.earlier_count()));
-    drive.finish(places);
+    drive.check_history(indices, std::min<std::size_t>(drive.kept(), owned.window.earlier_count()));
+    drive.finish(indices);
     if (draw(0, 99) == 0) {
       owned.window.forget();
       drive.forget();
@@ -231,9 +225,9 @@ TEST_CASE("a keyframe with more blocks than fit gets as many as there is room fo
   OwnedWindow owned(windowed(3, 100));
   Drive drive(owned);
   for (int k = 0; k < 20; ++k) {
-    const auto places = drive.keyframe(5.0 * k, 1000);
-    CHECK(places.size() == 100);
-    drive.finish(places);
+    const auto indices = drive.keyframe(5.0 * k, 1000);
+    CHECK(indices.size() == 100);
+    drive.finish(indices);
   }
 }
 
@@ -242,9 +236,9 @@ TEST_CASE("a window starts anew where its first keyframe can no longer be counte
   Drive drive(owned);
   for (const double x : {0.0, 1.0, 5e6, 5e6 + 1.0}) {
     if (x == 5e6) drive.forget();
-    const auto places = drive.keyframe(x, 200);
-    drive.check_history(places, drive.kept());
-    drive.finish(places);
+    const auto indices = drive.keyframe(x, 200);
+    drive.check_history(indices, drive.kept());
+    drive.finish(indices);
   }
   owned.window.forget();
   drive.forget();
@@ -252,28 +246,21 @@ TEST_CASE("a window starts anew where its first keyframe can no longer be counte
 }
 
 TEST_CASE("a directory says at once that a key can neither be found nor added") {
-  Arena measuring = Arena::measuring();
-  TileDirectory directory;
   constexpr std::uint32_t kCapacity = 1024;
-  directory.allocate(measuring, kCapacity);
-  std::vector<std::byte> memory(measuring.used() + 64);
-  auto base = reinterpret_cast<std::uintptr_t>(memory.data());
-  base = (base + 63) / 64 * 64;
-  Arena arena(reinterpret_cast<std::byte*>(base), measuring.used());
-  directory.allocate(arena, kCapacity);
+  InBlock<TileDirectory> directory(kCapacity);
   // Keys that all belong into the same slot.
   std::vector<VoxelKey> keys;
   for (VoxelKey key = 0; keys.size() < TileDirectory::kMaxProbes + 1; ++key) {
     if (mix_bits(key) % (2 * kCapacity) == 5) keys.push_back(key);
   }
   for (std::uint32_t i = 0; i < TileDirectory::kMaxProbes; ++i) {
-    CHECK(directory.find(keys[i]) == TileDirectory::kNone);
-    CHECK(directory.insert(keys[i], i));
-    CHECK(directory.find(keys[i]) == i);
+    CHECK(directory->find(keys[i]) == TileDirectory::kNone);
+    CHECK(directory->insert(keys[i], i));
+    CHECK(directory->find(keys[i]) == i);
   }
-  CHECK(directory.find(keys.back()) == TileDirectory::kFull);
-  CHECK_FALSE(directory.insert(keys.back(), 99));
-  CHECK(directory.find(keys.front()) == 0);
-  directory.clear();
-  CHECK(directory.find(keys.back()) == TileDirectory::kNone);
+  CHECK(directory->find(keys.back()) == TileDirectory::kFull);
+  CHECK_FALSE(directory->insert(keys.back(), 99));
+  CHECK(directory->find(keys.front()) == 0);
+  directory->clear();
+  CHECK(directory->find(keys.back()) == TileDirectory::kNone);
 }

@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <cstring>
 #include <initializer_list>
-#include <memory>
 #include <vector>
 
 #include "src/place/triangles.hpp"
+#include "tests/in_block.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
 namespace unimapper::test {
@@ -61,13 +61,8 @@ class StreamChecksum {
  public:
   explicit StreamChecksum(const PipelineConfig& config)
       : triangle_config_(config.loop_search.triangles),
-        labels_(config.keyframe.max_points_per_scan) {
-    Arena measuring = Arena::measuring();
-    triangles_.allocate(measuring, triangle_config_.max_triangles);
-    block_.reset(static_cast<std::byte*>(std::aligned_alloc(64, measuring.used())));
-    Arena arena(block_.get(), measuring.used());
-    triangles_.allocate(arena, triangle_config_.max_triangles);
-  }
+        labels_(config.keyframe.max_points_per_scan),
+        triangles_(triangle_config_.max_triangles) {}
 
   /// Adds the pipeline's finished keyframe.
   void add(const Pipeline& pipeline) {
@@ -99,10 +94,6 @@ class StreamChecksum {
   std::size_t keyframes = 0, dynamic_cells = 0, keypoints = 0, planes = 0, triangles = 0, loops = 0;
 
  private:
-  struct Free {
-    void operator()(std::byte* block) const { std::free(block); }
-  };
-
   Fnv1a& part(StreamPart which) { return parts_[static_cast<std::size_t>(which)]; }
 
   void add_poses(const KeyframeView& view) {
@@ -137,9 +128,9 @@ class StreamChecksum {
       part(StreamPart::kPlanes).add_matrix(plane.center);
       part(StreamPart::kPlanes).add_matrix(plane.normal);
     }
-    place::build_triangles(place.keypoints, triangle_config_, triangles_);
-    triangles += triangles_.size();
-    for (const place::Triangle& triangle : triangles_) {
+    place::build_triangles(place.keypoints, triangle_config_, *triangles_);
+    triangles += triangles_->size();
+    for (const place::Triangle& triangle : *triangles_) {
       Fnv1a& sum = part(StreamPart::kTriangles);
       sum.add(triangle.side_cm);
       sum.add(triangle.vertex);
@@ -180,8 +171,7 @@ class StreamChecksum {
 
   TriangleConfig triangle_config_;
   std::vector<PointLabel> labels_;
-  std::unique_ptr<std::byte, Free> block_;
-  FixedVector<place::Triangle> triangles_;
+  InBlock<FixedVector<place::Triangle>> triangles_;
   std::array<Fnv1a, kStreamParts> parts_;
 };
 

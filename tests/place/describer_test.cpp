@@ -20,7 +20,7 @@ struct Description {
 };
 
 Description describe(const std::vector<FineCell>& cells, const DescriptorConfig& config = {}) {
-  Laid<PlaceDescriber> describer(config);
+  InBlock<PlaceDescriber> describer(config);
   const PlaceView place = describer->describe(cells);
   return {{place.keypoints.begin(), place.keypoints.end()},
           {place.planes.begin(), place.planes.end()}};
@@ -188,7 +188,7 @@ TEST_CASE("the order of the cells does not matter, to the last bit") {
 TEST_CASE("describing twice gives the same, whatever was described between") {
   const std::vector<FineCell> first = observe(make_place(11), standing_at(0, 0, 1.9, 0));
   const std::vector<FineCell> second = observe(make_place(12), standing_at(0, 0, 1.9, 0));
-  Laid<PlaceDescriber> describer(DescriptorConfig{});
+  InBlock<PlaceDescriber> describer(DescriptorConfig{});
   const auto copy = [](const PlaceView& place) {
     return Description{{place.keypoints.begin(), place.keypoints.end()},
                        {place.planes.begin(), place.planes.end()}};
@@ -285,7 +285,7 @@ TEST_CASE("nothing, a single cell and broken cells are described without harm") 
     cells.insert(cells.begin(), cell);
   }
   REQUIRE(identical(describe(cells), before));
-  Laid<PlaceDescriber> describer(DescriptorConfig{});
+  InBlock<PlaceDescriber> describer(DescriptorConfig{});
   (void)describer->describe(cells);
   REQUIRE(describer->dropped() >= 3);
 
@@ -303,7 +303,7 @@ TEST_CASE("what does not fit is counted and the rest is sound") {
   SECTION("cells") { input.max_cells = 1000; }
   SECTION("voxels") { config.max_voxels = 16; }
   REQUIRE(config.validate().code == ErrorCode::kOk);
-  Laid<PlaceDescriber> describer(config, input);
+  InBlock<PlaceDescriber> describer(config, input);
   REQUIRE(describer.fits());
   const PlaceView place = describer->describe(cells);
   REQUIRE(place.keypoints.size() <= 8);
@@ -322,7 +322,7 @@ TEST_CASE("of too many cells a share from everywhere is described, not the first
   const auto sides = [&](std::uint32_t max_cells, std::uint64_t dropped) {
     DescriptorInput input;
     input.max_cells = max_cells;
-    Laid<PlaceDescriber> describer(DescriptorConfig{}, input);
+    InBlock<PlaceDescriber> describer(DescriptorConfig{}, input);
     const PlaceView place = describer->describe(cells);
     CHECK(describer->dropped() >= dropped);
     const auto east = std::count_if(place.keypoints.begin(), place.keypoints.end(),

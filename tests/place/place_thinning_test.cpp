@@ -12,25 +12,14 @@ namespace {
 
 using namespace unimapper;
 using namespace unimapper::place;
-using test::Laid;
+using test::InBlock;
 using test::Random;
 using test::standing_at;
-
-struct Capacity {
-  std::uint32_t slots;
-};
-
-// `allocate` takes a number; the fixture passes a configuration.
-struct Thinning : PlaceThinning {
-  void allocate(Arena& arena, const Capacity& capacity) {
-    PlaceThinning::allocate(arena, capacity.slots);
-  }
-};
 
 }  // namespace
 
 TEST_CASE("of the two places nearest to each other the older can be spared") {
-  Laid<Thinning> thinning(Capacity{8});
+  InBlock<PlaceThinning> thinning(8);
   thinning->add(0, 1, standing_at(0, 0, 0, 0));
   thinning->add(1, 1, standing_at(50, 0, 0, 0));
   thinning->add(2, 1, standing_at(53, 0, 0, 0));
@@ -42,7 +31,7 @@ TEST_CASE("of the two places nearest to each other the older can be spared") {
 }
 
 TEST_CASE("places that look the other way, or belong to another session, stand in for none") {
-  Laid<Thinning> thinning(Capacity{8});
+  InBlock<PlaceThinning> thinning(8);
   thinning->add(0, 1, standing_at(0, 0, 0, 0));
   thinning->add(1, 1, standing_at(0, 0, 0, 3.1415));
   thinning->add(2, 2, standing_at(0, 0, 0, 0));
@@ -53,7 +42,7 @@ TEST_CASE("places that look the other way, or belong to another session, stand i
 
 TEST_CASE("a street driven again and again keeps its length, and rare places stay") {
   constexpr std::uint32_t kSlots = 60;
-  Laid<Thinning> thinning(Capacity{kSlots});
+  InBlock<PlaceThinning> thinning(kSlots);
   std::vector<double> at(kSlots);
   std::uint32_t used = 0;
   const auto insert = [&](double x) {
@@ -81,7 +70,7 @@ TEST_CASE("a street driven again and again keeps its length, and rare places sta
 }
 
 TEST_CASE("a robot that stands still forgets its oldest places of that spot first") {
-  Laid<Thinning> thinning(Capacity{20});
+  InBlock<PlaceThinning> thinning(20);
   thinning->add(0, 1, standing_at(500, 0, 0, 0));
   for (std::uint32_t i = 1; i < 20; ++i) thinning->add(i, 1, standing_at(0, 0, 0, 0));
   for (std::uint32_t i = 1; i < 60; ++i) {

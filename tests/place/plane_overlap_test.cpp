@@ -10,7 +10,7 @@ namespace {
 
 using namespace unimapper;
 using namespace unimapper::place;
-using test::Laid;
+using test::InBlock;
 
 PlanePatch wall(float x, float y, float z) { return {{x, y, z}, {-1, 0, 0}}; }
 
@@ -24,15 +24,6 @@ std::vector<PlanePatch> walls() {
   }
   return planes;
 }
-
-struct OverlapConfig {
-  std::uint32_t max_planes = 100;
-};
-struct Overlap : PlaneOverlap {
-  void allocate(Arena& arena, const OverlapConfig& config) {
-    PlaneOverlap::allocate(arena, config.max_planes, 2.0F);
-  }
-};
 
 }  // namespace
 
@@ -51,7 +42,7 @@ TEST_CASE("a place sees as far as its farthest plane in a direction, and as high
 }
 
 TEST_CASE("planes that only one place can see do not count against the other") {
-  Laid<Overlap> overlap(OverlapConfig{});
+  InBlock<PlaneOverlap> overlap(100U, 2.0F);
   const std::vector<PlanePatch> all = walls();
   std::vector<PlanePatch> taller = all;
   for (float y = -6; y <= 6; y += 2) taller.push_back(wall(12, y, 15));

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "tests/in_block.hpp"
 #include "tests/random.hpp"
-#include "unimapper/core/arena.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/pose.hpp"
 
@@ -38,33 +38,5 @@ std::vector<FineCell> observe(const std::vector<Surface>& surfaces, const Pose& 
 
 /// A pose at (x, y) `height` above the world's z = 0.
 Pose standing_at(double x, double y, double height, double yaw_rad);
-
-/// Lays `Component` out in memory of its own, exactly as large as it asks for.
-template <typename Component>
-class Laid {
- public:
-  template <typename Config, typename... More>
-  explicit Laid(const Config& config, const More&... more) {
-    Arena measure = Arena::measuring();
-    Component probe;
-    probe.allocate(measure, config, more...);
-    memory_.resize(measure.used() + Arena::kAlignment);
-    auto base = reinterpret_cast<std::uintptr_t>(memory_.data());
-    base = (base + Arena::kAlignment - 1) / Arena::kAlignment * Arena::kAlignment;
-    Arena arena(reinterpret_cast<std::byte*>(base), measure.used());
-    component_.allocate(arena, config, more...);
-    fits_ = !arena.exhausted();
-  }
-  Laid(const Laid&) = delete;
-  Laid& operator=(const Laid&) = delete;
-  Component* operator->() { return &component_; }
-  Component& operator*() { return component_; }
-  [[nodiscard]] bool fits() const { return fits_; }
-
- private:
-  std::vector<std::byte> memory_;
-  Component component_;
-  bool fits_ = false;
-};
 
 }  // namespace unimapper::test

@@ -1,7 +1,5 @@
-// Temporary folders of simulated recordings, and readers of their files.
+// Readers of the files of simulated recordings.
 #pragma once
-
-#include <stdlib.h>
 
 #include <array>
 #include <cstdint>
@@ -13,27 +11,9 @@
 
 #include "src/simulator/geometry.hpp"
 #include "src/simulator/simulate.hpp"
+#include "tests/temporary_directory.hpp"
 
 namespace unimapper::simulator::test {
-
-/// A folder that exists as long as this object.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "simulator-XXXXXX").string();
-    path_ = mkdtemp(pattern.data());
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 struct LabelledPoint {
   float x, y, z, intensity;

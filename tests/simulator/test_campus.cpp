@@ -62,7 +62,7 @@ SimulationConfig recording_config() {
 }  // namespace
 
 TEST_CASE("a campus recording names its scene and has a campus's share of classes") {
-  TemporaryFolder folder;
+  TemporaryDirectory folder;
   const SimulationConfig config = recording_config();
   simulate(config, folder.path());
   CHECK(read_bytes(folder.path() / "dataset.json").find("\"scene\": \"campus\"") !=
@@ -91,7 +91,7 @@ TEST_CASE("a campus recording names its scene and has a campus's share of classe
 }
 
 TEST_CASE("on the campus, what has a static label never moves") {
-  TemporaryFolder folder;
+  TemporaryDirectory folder;
   const SimulationConfig config = recording_config();
   simulate(config, folder.path());
   const Built built(kSeed);

@@ -35,8 +35,8 @@ SimulationConfig small_config(SensorKind sensor, std::uint32_t threads) {
 TEST_CASE("the same seed writes the same bytes, whatever the number of threads") {
   const SensorKind sensor = GENERATE(SensorKind::kOs2_128, SensorKind::kLivoxAvia);
   const std::string scene = GENERATE("town", "campus");
-  TemporaryFolder once;
-  TemporaryFolder again;
+  TemporaryDirectory once;
+  TemporaryDirectory again;
   SimulationConfig config = small_config(sensor, 1);
   config.scene = scene;
   simulate(config, once.path());
@@ -55,8 +55,8 @@ TEST_CASE("the same seed writes the same bytes, whatever the number of threads")
 }
 
 TEST_CASE("another seed is another town or campus") {
-  TemporaryFolder one;
-  TemporaryFolder other;
+  TemporaryDirectory one;
+  TemporaryDirectory other;
   SimulationConfig config = small_config(SensorKind::kVlp16, 0);
   config.scene = GENERATE("town", "campus");
   simulate(config, one.path());
@@ -67,7 +67,7 @@ TEST_CASE("another seed is another town or campus") {
 }
 
 TEST_CASE("progress counts every scan once") {
-  TemporaryFolder folder;
+  TemporaryDirectory folder;
   std::vector<std::uint32_t> seen;
   simulate(small_config(SensorKind::kVlp16, 2), folder.path(),
            [&](std::uint32_t done, std::uint32_t total) {

@@ -28,7 +28,7 @@ std::string message_of(const SimulationConfig& config, const std::filesystem::pa
 }  // namespace
 
 TEST_CASE("an unknown scene, route, sensor or a senseless number is refused") {
-  TemporaryFolder folder;
+  TemporaryDirectory folder;
   SimulationConfig config = tiny_config();
   config.scene = "moon";
   CHECK_THAT(message_of(config, folder.path()),
@@ -49,7 +49,7 @@ TEST_CASE("an unknown scene, route, sensor or a senseless number is refused") {
 }
 
 TEST_CASE("a file where the folder should be is reported by name") {
-  TemporaryFolder folder;
+  TemporaryDirectory folder;
   const auto blocked = folder.path() / "blocked";
   std::ofstream(blocked) << "not a folder";
   const std::string message = message_of(tiny_config(), blocked);
@@ -62,7 +62,7 @@ TEST_CASE("a full disk is reported with the file that did not fit") {
     WARN("skipped: this system has no /dev/full");
     return;
   }
-  TemporaryFolder folder;
+  TemporaryDirectory folder;
   std::filesystem::create_directories(folder.path() / "scans");
   std::filesystem::create_symlink("/dev/full", folder.path() / "scans" / "000001.bin");
   const std::string message = message_of(tiny_config(), folder.path());

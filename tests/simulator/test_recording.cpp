@@ -32,7 +32,7 @@ struct Recording {
     truth = read_poses(folder.path() / "gt_poses.txt");
     odometry = read_poses(folder.path() / "poses.txt");
   }
-  TemporaryFolder folder;
+  TemporaryDirectory folder;
   std::vector<std::vector<LabelledPoint>> scans;
   std::vector<Frame> truth, odometry;
 };

@@ -1,8 +1,6 @@
 // Small hand-made dataset files.
 #pragma once
 
-#include <stdlib.h>  // NOLINT: mkdtemp is POSIX
-
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <filesystem>
@@ -12,38 +10,9 @@
 #include <string_view>
 
 #include "ports/datasets/dataset.hpp"
+#include "tests/temporary_directory.hpp"
 
 namespace unimapper::datasets {
-
-/// A directory of its own for each test, gone afterwards.
-class TemporaryDirectory {
- public:
-  TemporaryDirectory() {
-    std::string pattern =
-        (std::filesystem::temp_directory_path() / "unimapper-datasets-XXXXXX").string();
-    REQUIRE(mkdtemp(pattern.data()) != nullptr);
-    path_ = pattern;
-  }
-  ~TemporaryDirectory() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryDirectory(const TemporaryDirectory&) = delete;
-  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
-
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
-  /// Writes a file, making its directories.
-  std::filesystem::path write(const std::string& name, std::string_view bytes) const {
-    const std::filesystem::path file = path_ / name;
-    std::filesystem::create_directories(file.parent_path());
-    std::ofstream(file, std::ios::binary) << bytes;
-    return file;
-  }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// Bytes from hexadecimal digits; blanks are for the reader.
 inline std::string hex(std::string_view digits) {

@@ -1,0 +1,93 @@
+// Free columns, range images and which scans are painted
+#include "src/onboard/evidence_window.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <memory>
+
+#include "stages.hpp"
+
+using namespace unimapper;
+using namespace unimapper::onboard;
+using namespace unimapper::test;
+
+TEST_CASE("the window of ten keyframes of the densest sensor fits 64 MB") {
+  const PipelineConfig config = preset(SensorKind::kOs2_128);
+  REQUIRE(config.removal.window == 10);
+  Arena measuring = Arena::measuring();
+  auto window = std::make_unique<EvidenceWindow>();
+  window->allocate(measuring, config);
+  CHECK(measuring.used() <= 64'000'000);
+}
+
+TEST_CASE("columns are free from the ground up to the lowest obstacle") {
+  Stages stages;
+  std::vector<Eigen::Vector3f> points;
+  add_floor(points, 0.0F, 4.0F, 0.0F, 4.0F, 0.02F);
+  add_column(points, 1.1F, 1.1F, 1.4F, 1.8F);
+  stages.add(points);
+  stages.find_and_split_ground();
+  stages.columns.build(stages.cells.blocks(),
+                       [&](std::uint32_t b) { return stages.cells.marks(b).ground; });
+  const auto free = [&](float x, float y, float z) {
+    return stages.columns.is_free(voxel_index({x, y, z}, 5.0F));
+  };
+  CHECK(free(1.1F, 1.1F, 1.1F));          // under the obstacle
+  CHECK_FALSE(free(1.1F, 1.1F, 1.5F));    // in it
+  CHECK_FALSE(free(1.1F, 1.1F, 2.5F));    // above it: who knows
+  CHECK(free(3.1F, 3.1F, 2.5F));          // nothing above the ground
+  CHECK_FALSE(free(3.1F, 3.1F, 0.02F));   // the ground itself
+  CHECK_FALSE(free(3.1F, 3.1F, -1.0F));   // below it
+  CHECK_FALSE(free(30.0F, 30.0F, 1.0F));  // no ground seen there
+}
+
+TEST_CASE("a range image keeps the smallest range around each pixel and nothing elsewhere") {
+  Stages stages;
+  std::vector<Eigen::Vector3f> points;
+  // A wall 10 m ahead, and nothing anywhere else.
+  for (float y = -2.0F; y <= 2.0F; y += 0.02F) {
+    for (float z = -1.0F; z <= 0.3F; z += 0.02F) points.emplace_back(10.0F, y, z);
+  }
+  points.emplace_back(5.0F, 0.0F, -0.1F);  // one nearer point
+  RangeImage& image = *stages.window.image_for(0, Pose{});
+  stages.painter.paint(PointView::xyz(points.data(), points.size(), sizeof(points[0])),
+                       image.pixels);
+  const auto seen_m = [&](float x, float y, float z) {
+    std::int32_t pixel = 0;
+    float range = 0.0F;
+    stages.painter.projection().project(&x, &y, &z, 1, &pixel, &range);
+    REQUIRE(pixel != ImageProjection::kOutside);
+    return static_cast<float>(image.pixels[pixel]) / kRangeUnitsPerMetre;
+  };
+  CHECK(seen_m(3.0F, 0.3F, -0.1F) == Approx(10.0F).margin(0.1F));
+  CHECK(seen_m(3.0F, 0.0F, -0.06F) == Approx(5.0F).margin(0.02F));
+  CHECK(seen_m(-3.0F, 0.0F, -0.1F) == 0.0F);
+  CHECK(seen_m(3.0F, 3.0F, -0.1F) == 0.0F);
+}
+
+TEST_CASE("the first and the last scan of a keyframe are painted, others evenly between") {
+  for (const std::uint32_t images : {1U, 2U, 3U, 4U, 10U}) {
+    PipelineConfig config = small_config();
+    config.free_space.images_per_keyframe = images;
+    Stages stages(config);
+    std::vector<std::uint32_t> painted;
+    for (std::uint32_t scan = 0; scan < 10; ++scan) {
+      if (stages.window.image_for(scan, Pose{}) != nullptr) painted.push_back(scan);
+    }
+    REQUIRE(painted.size() == images);
+    CHECK(painted.front() == 0);
+    if (images > 1) CHECK(painted.back() == 9);
+  }
+}
+
+TEST_CASE("when keyframes close by distance the latest scan is always painted") {
+  PipelineConfig config = small_config();
+  config.keyframe.distance_m = 5.0F;
+  config.free_space.images_per_keyframe = 3;
+  Stages stages(config);
+  for (std::uint32_t scan = 0; scan < 10; ++scan) {
+    CHECK(stages.window.image_for(scan, Pose{}) != nullptr);
+    CHECK(stages.window.current().image_count <= 3);
+  }
+  CHECK(stages.window.current().image_count == 3);
+}

@@ -1,0 +1,111 @@
+// Stages of the pipeline up to the split of ground and obstacles, and small inputs for them
+#pragma once
+
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <vector>
+
+#include "run.hpp"
+#include "src/onboard/cell_table.hpp"
+#include "src/onboard/coarse_voxels.hpp"
+#include "src/onboard/component_classifier.hpp"
+#include "src/onboard/evidence_window.hpp"
+#include "src/onboard/ground.hpp"
+#include "src/onboard/ground_levels.hpp"
+#include "src/onboard/scan_accumulator.hpp"
+#include "src/onboard/transparent_ground.hpp"
+#include "tests/in_block.hpp"
+#include "unimapper/free_space/free_columns.hpp"
+#include "unimapper/free_space/range_image.hpp"
+
+namespace unimapper::test {
+
+using namespace unimapper::onboard;
+
+/// Stages with memory of their own, up to the split of ground and obstacles.
+struct Stages {
+  explicit Stages(const PipelineConfig& configuration = small_config())
+      : config(configuration), block([this](Arena& arena) { allocate(arena); }) {
+    begin();
+  }
+  void allocate(Arena& arena) {
+    scans.allocate(arena, config);
+    cells.allocate(arena, config.voxel);
+    voxels.allocate(arena, config.voxel);
+    transparent.allocate(arena, config);
+    levels.allocate(arena, config);
+    columns.allocate(arena, 1000);
+    window.allocate(arena, config);
+    components.allocate(arena, config);
+    painter.allocate(
+        arena, RangePainterConfig{config.free_space.image_shape(), config.keyframe.range_min_m,
+                                  config.keyframe.range_max_m, config.free_space.min_returns,
+                                  config.keyframe.max_points_per_scan});
+  }
+  void begin(const Eigen::Vector3d& at = Eigen::Vector3d::Zero()) {
+    scans.begin(grid_near(at, config.voxel));
+    window.begin(scans.grid());
+  }
+  ScanCounts add(const std::vector<Eigen::Vector3f>& points, const Pose& pose = {}) {
+    return scans.add(PointView::xyz(points.data(), points.size(), sizeof(points[0])), pose,
+                     window.blocks());
+  }
+  void build_cells() {
+    window.blocks().arrange(scans.cells().blocks());
+    cells.build(scans.cells(), window.blocks().order(), scans.grid());
+  }
+  std::uint32_t find_and_split_ground() {
+    build_cells();
+    voxels.build(cells);
+    const std::uint32_t ground =
+        find_ground(config.ground, config.voxel.coarse_size_m, voxels.map());
+    rejected = levels.reject_elevated(voxels.map());
+    propagate_ground(config.ground, voxels.map());
+    split_ground(config.ground, config.removal, voxels, cells);
+    return ground;
+  }
+  /// Classifies components as if every dynamic cell had been seen through once, and every other one
+  /// observed once before. Returns their number.
+  std::uint32_t classify_components() {
+    std::vector<std::int16_t> log_odds(cells.size(), -425);
+    for (std::uint32_t row = 0; row < cells.size(); ++row) {
+      if (cells.has(row, &CellMarks::dynamic)) log_odds[row] = 850;
+    }
+    return components.run(window.blocks(), log_odds, cells);
+  }
+  /// Row of the cell that holds a point; there must be one.
+  std::uint32_t row_at(const Eigen::Vector3f& p) const {
+    for (std::uint32_t row = 0; row < cells.size(); ++row) {
+      if (cells.index(row) == voxel_index(p, 5.0F)) return row;
+    }
+    FAIL("no cell holds the point");
+    return 0;
+  }
+
+  PipelineConfig config;
+  ScanAccumulator scans;
+  CellTable cells;
+  CoarseVoxels voxels;
+  TransparentGround transparent;
+  GroundLevels levels;
+  std::uint32_t rejected = 0;  ///< elevated ground voxels
+  FreeColumns columns;
+  EvidenceWindow window;
+  ComponentClassifier components;
+  RangePainter painter;
+  ArenaBlock block;
+};
+
+/// Points every 5 cm on a rectangle at height z.
+inline void add_floor(std::vector<Eigen::Vector3f>& points, float x0, float x1, float y0, float y1,
+                      float z, float slope = 0.0F) {
+  for (float x = x0 + 0.025F; x < x1; x += 0.05F) {
+    for (float y = y0 + 0.025F; y < y1; y += 0.05F) points.emplace_back(x, y, z + slope * x);
+  }
+}
+
+inline void add_column(std::vector<Eigen::Vector3f>& points, float x, float y, float z0, float z1) {
+  for (float z = z0 + 0.025F; z < z1; z += 0.05F) points.emplace_back(x, y, z);
+}
+
+}  // namespace unimapper::test
