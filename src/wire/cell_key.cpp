@@ -1,4 +1,4 @@
-#include "unimapper/wire/cell_key.hpp"
+#include "cell_key.hpp"
 
 #include <algorithm>
 #include <array>

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "cell_key.hpp"
 #include "keyframe_layout.hpp"
 #include "keyframe_writer.hpp"
 #include "unimapper/core/image_code.hpp"
 #include "unimapper/core/quantise.hpp"
-#include "unimapper/wire/cell_key.hpp"
 
 namespace unimapper::wire {
 

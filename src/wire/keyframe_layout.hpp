@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "unimapper/wire/cell_key.hpp"
+#include "cell_key.hpp"
 
 namespace unimapper::wire {
 

@@ -1,12 +1,14 @@
 // Writer of encoded keyframes, for the robot's views and the base station's records.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
+#include "cell_key.hpp"
+#include "unimapper/core/image_projection.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/keyframe_record.hpp"
-#include "unimapper/wire/cell_key.hpp"
 #include "unimapper/wire/keyframe_encoder.hpp"
 
 namespace unimapper::wire {
@@ -19,6 +21,10 @@ struct WriterInput {
   std::span<const PlanePatch> planes;        ///< records of older senders
   std::span<const CodedImage> coded_images;  ///< instead of the keyframe's own images
 };
+
+/// Why no keyframe has so many images of this shape and full-weight range, or null.
+const char* image_head_fault(std::size_t images, const RangeImageShape& shape,
+                             float full_weight_range_m) noexcept;
 
 /// Why a keyframe cannot be encoded, or null. O(scans).
 const char* keyframe_fault(const KeyframeContent& keyframe) noexcept;

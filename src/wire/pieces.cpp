@@ -4,18 +4,8 @@
 #include <stdexcept>
 
 #include "unimapper/wire/checksum.hpp"
-#include "unimapper/wire/keyframe_codec.hpp"
 
 namespace unimapper::wire {
-
-EncodedKeyframe encode_for_sending(const KeyframeRecord& record) {
-  EncodedKeyframe keyframe;
-  keyframe.bytes = encode_keyframe(record);
-  keyframe.session = record.session;
-  keyframe.sequence = record.sequence;
-  keyframe.stamp_ns = record.scans.back().stamp_ns;
-  return keyframe;
-}
 
 std::vector<ChunkMessage> cut_into_pieces(const EncodedKeyframe& keyframe,
                                           std::uint32_t piece_bytes) {

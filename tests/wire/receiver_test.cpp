@@ -3,12 +3,13 @@
 
 #include <catch2/catch.hpp>
 
-#include "tests/wire/stream.hpp"
+#include "tests/wire/whole_session.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 #include "unimapper/wire/reassembly.hpp"
 
 using namespace unimapper;
 using namespace unimapper::wire;
+using test::check_whole;
 using test::feed;
 using test::Message;
 using test::Random;
@@ -17,21 +18,6 @@ namespace {
 
 const SessionInfo kAlpha{{1, 11}, "alpha", "os2-128"};
 const SessionInfo kBeta{{2, 22}, "beta", "vlp-16"};
-
-/// All keyframes arrived, in order, with the bytes they were sent with.
-void check_whole(const SessionData& data, const SessionInfo& info, std::size_t keyframes) {
-  CHECK(data.info.name == info.name);
-  CHECK(data.info.sensor == info.sensor);
-  CHECK(data.info.id == info.id);
-  CHECK(data.complete);
-  CHECK(data.keyframes_missing == 0);
-  CHECK(data.keyframes_damaged == 0);
-  REQUIRE(data.keyframes.size() == keyframes);
-  for (std::uint32_t i = 0; i < keyframes; ++i) {
-    CHECK(data.keyframes[i].sequence == i);
-    CHECK(encode_keyframe(data.keyframes[i]) == encode_keyframe(test::keyframe_of(info.id, i)));
-  }
-}
 
 }  // namespace
 
@@ -128,7 +114,7 @@ TEST_CASE("a late keyframe fills its gap") {
 
 TEST_CASE("bytes that arrive whole but are no keyframe count as damaged, until a good one comes") {
   const KeyframeRecord record = test::keyframe_of(kAlpha.id, 0);
-  EncodedKeyframe broken = encode_for_sending(record);
+  EncodedKeyframe broken = test::encode_for_sending(record);
   broken.bytes[0] = 'X';
   Receiver receiver;
   feed(receiver, test::pieces_of(broken));
@@ -148,7 +134,7 @@ TEST_CASE("bytes that arrive whole but are no keyframe count as damaged, until a
 }
 
 TEST_CASE("an envelope cannot claim another robot's keyframe") {
-  EncodedKeyframe stolen = encode_for_sending(test::keyframe_of(kAlpha.id, 0));
+  EncodedKeyframe stolen = test::encode_for_sending(test::keyframe_of(kAlpha.id, 0));
   stolen.session = kBeta.id;
   Receiver receiver;
   feed(receiver, test::pieces_of(stolen));
@@ -159,7 +145,7 @@ TEST_CASE("an envelope cannot claim another robot's keyframe") {
 TEST_CASE("forged pieces cannot spoil a keyframe under way") {
   const KeyframeRecord record = test::keyframe_of(kAlpha.id, 0);
   const std::vector<Message> good = test::pieces(record);
-  EncodedKeyframe forged = encode_for_sending(record);
+  EncodedKeyframe forged = test::encode_for_sending(record);
   for (auto& byte : forged.bytes) byte = static_cast<std::uint8_t>(~byte);
   const std::vector<Message> bad = test::pieces_of(forged);
   REQUIRE(bad.size() == good.size());
@@ -173,7 +159,7 @@ TEST_CASE("forged pieces cannot spoil a keyframe under way") {
 
 TEST_CASE("pieces that agree with each other but not with their checksum are no keyframe") {
   // A forger's pieces: consistent heads, a sound keyframe, the checksum of another one.
-  const EncodedKeyframe keyframe = encode_for_sending(test::keyframe_of(kAlpha.id, 0));
+  const EncodedKeyframe keyframe = test::encode_for_sending(test::keyframe_of(kAlpha.id, 0));
   Receiver receiver;
   for (ChunkMessage& piece : cut_into_pieces(keyframe, 433)) {
     piece.payload_crc32 ^= 1U;
@@ -334,7 +320,7 @@ TEST_CASE("a session's message that is overtaken by a later one takes nothing ba
 }
 
 TEST_CASE("a keyframe that says another number than its pieces is damaged") {
-  EncodedKeyframe keyframe = encode_for_sending(test::keyframe_of(kAlpha.id, 3));
+  EncodedKeyframe keyframe = test::encode_for_sending(test::keyframe_of(kAlpha.id, 3));
   keyframe.sequence = 4;
   Receiver receiver;
   feed(receiver, test::pieces_of(keyframe));

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tests/wire/records.hpp"
+#include "unimapper/wire/keyframe_codec.hpp"
 #include "unimapper/wire/pieces.hpp"
 #include "unimapper/wire/receiver.hpp"
 
@@ -19,6 +20,16 @@ inline KeyframeRecord keyframe_of(const SessionId& id, std::uint32_t sequence,
   record.session = id;
   record.sequence = sequence;
   return record;
+}
+
+/// A record as the robot that made it sends it.
+inline EncodedKeyframe encode_for_sending(const KeyframeRecord& record) {
+  EncodedKeyframe keyframe;
+  keyframe.bytes = encode_keyframe(record);
+  keyframe.session = record.session;
+  keyframe.sequence = record.sequence;
+  keyframe.stamp_ns = record.scans.back().stamp_ns;
+  return keyframe;
 }
 
 inline Message session_message(const SessionInfo& info, SessionState state, std::uint64_t keyframes,

@@ -13,19 +13,17 @@ namespace unimapper::wire {
 /// A run of bytes that somebody else owns.
 using Bytes = std::span<const std::uint8_t>;
 
-/// Appends numbers to a byte string in a fixed byte order.
-template <std::endian kOrder>
-class ByteWriter {
+/// Appends numbers to a byte string, their highest byte first.
+class BigEndianWriter {
  public:
-  explicit ByteWriter(std::vector<std::uint8_t>& out) : out_(out) {}
+  explicit BigEndianWriter(std::vector<std::uint8_t>& out) : out_(out) {}
 
   /// Appends an integer.
   template <std::integral T>
   void put(T value) {
     const auto bits = static_cast<std::make_unsigned_t<T>>(value);
     for (std::size_t i = 0; i < sizeof(T); ++i) {
-      const std::size_t byte = kOrder == std::endian::little ? i : sizeof(T) - 1 - i;
-      out_.push_back(static_cast<std::uint8_t>(bits >> (8U * byte)));
+      out_.push_back(static_cast<std::uint8_t>(bits >> (8U * (sizeof(T) - 1 - i))));
     }
   }
   /// Appends the bits of a double.
@@ -92,9 +90,7 @@ class ByteReader {
   bool ok_ = true;
 };
 
-using LittleEndianWriter = ByteWriter<std::endian::little>;
 using LittleEndianReader = ByteReader<std::endian::little>;
-using BigEndianWriter = ByteWriter<std::endian::big>;
 using BigEndianReader = ByteReader<std::endian::big>;
 
 }  // namespace unimapper::wire

@@ -22,8 +22,8 @@ std::vector<std::uint8_t> encode_keyframe(const KeyframeRecord& record);
 
 /// A decoded keyframe, or why the bytes are none.
 struct DecodedKeyframe {
-  std::optional<KeyframeRecord> record;
-  std::string error;  ///< reason and byte offset, if there is no record
+  std::optional<KeyframeRecord> record;  ///< the keyframe; empty if the bytes are none
+  std::string error;                     ///< reason and byte offset, if there is no record
 };
 
 /// Reads what `encode_keyframe` wrote, now or when the schema was an older one; anything else is

@@ -14,58 +14,58 @@ enum class SessionState : std::int8_t { kStarted = 0, kRunning = 1, kEnded = 2 }
 
 /// Who sends and how far it is.
 struct SessionMessage {
-  SessionInfo info;
-  SessionState state = SessionState::kStarted;
-  std::uint64_t keyframes = 0;          ///< made so far
-  std::uint64_t keyframes_dropped = 0;  ///< of which never sent
+  SessionInfo info;                             ///< identity and names of the session
+  SessionState state = SessionState::kStarted;  ///< how far it is
+  std::uint64_t keyframes = 0;                  ///< made so far
+  std::uint64_t keyframes_dropped = 0;          ///< of which never sent
 };
 
 /// One piece of an encoded keyframe.
 struct ChunkMessage {
-  SessionId session;
+  SessionId session;                ///< the session it belongs to
   std::uint32_t sequence = 0;       ///< of the keyframe within its session
   std::uint32_t index = 0;          ///< of this piece
   std::uint32_t count = 0;          ///< pieces of the keyframe
   std::uint32_t total_bytes = 0;    ///< of the keyframe
   std::uint32_t payload_crc32 = 0;  ///< of the keyframe
-  std::vector<std::uint8_t> data;
+  std::vector<std::uint8_t> data;   ///< bytes of the piece
 };
 
 /// How the pipeline is doing since its start.
 struct HealthMessage {
   /// Time of one pipeline stage per keyframe.
   struct Stage {
-    std::string name;
-    float p50_ms = 0.0F;
-    float p99_ms = 0.0F;
-    float max_ms = 0.0F;
+    std::string name;     ///< of the stage
+    float p50_ms = 0.0F;  ///< median
+    float p99_ms = 0.0F;  ///< 99th percentile
+    float max_ms = 0.0F;  ///< largest
   };
   /// What was dropped, by cause.
   struct Drop {
-    std::string cause;
-    std::uint64_t count = 0;
+    std::string cause;        ///< name of the cause
+    std::uint64_t count = 0;  ///< how much was dropped
   };
   /// How full a container of fixed capacity was at most.
   struct Container {
-    std::string name;
-    std::uint64_t used = 0;
-    std::uint64_t capacity = 0;
+    std::string name;            ///< of the container
+    std::uint64_t used = 0;      ///< elements in use at most
+    std::uint64_t capacity = 0;  ///< elements there is room for
   };
   /// Work given up for want of time.
   struct Shed {
-    std::string what;
-    std::uint64_t count = 0;
+    std::string what;         ///< name of the work
+    std::uint64_t count = 0;  ///< how often
   };
-  SessionId session;
-  std::uint64_t scans = 0;
-  std::uint64_t keyframes = 0;
-  std::uint64_t points_in = 0;
-  std::uint64_t bytes_sent = 0;
+  SessionId session;                  ///< the session it belongs to
+  std::uint64_t scans = 0;            ///< handed to the pipeline
+  std::uint64_t keyframes = 0;        ///< closed
+  std::uint64_t points_in = 0;        ///< handed to the pipeline
+  std::uint64_t bytes_sent = 0;       ///< by the publisher
   std::uint64_t deadline_misses = 0;  ///< keyframes that took longer than they may
   std::vector<Stage> stages;          ///< at most 64, as all lists
-  std::vector<Drop> drops;
-  std::vector<Container> containers;
-  std::vector<Shed> sheds;
+  std::vector<Drop> drops;            ///< at most 64
+  std::vector<Container> containers;  ///< at most 64
+  std::vector<Shed> sheds;            ///< at most 64
 };
 
 /// True for names that are safe as file names: 1 to 64 letters, digits, '.', '_' or '-', the

@@ -8,22 +8,15 @@
 #include "unimapper/core/session_id.hpp"
 #include "unimapper/wire/messages.hpp"
 
-namespace unimapper {
-struct KeyframeRecord;
-}
-
 namespace unimapper::wire {
 
 /// An encoded keyframe and what the heads of its pieces need.
 struct EncodedKeyframe {
-  SessionId session;
-  std::uint32_t sequence = 0;
-  std::int64_t stamp_ns = 0;  ///< of its last scan: when it was finished
-  std::vector<std::uint8_t> bytes;
+  SessionId session;                ///< the session it belongs to
+  std::uint32_t sequence = 0;       ///< running number of the keyframe in its session
+  std::int64_t stamp_ns = 0;        ///< of its last scan: when it was finished
+  std::vector<std::uint8_t> bytes;  ///< the encoded keyframe
 };
-
-/// Encodes once for every path it is sent on. Throws as `encode_keyframe`.
-EncodedKeyframe encode_for_sending(const KeyframeRecord& record);
 
 /// The pieces of `keyframe` in order, each of `piece_bytes` bytes but for the last. O(bytes).
 /// Throws std::invalid_argument for pieces without a byte.

@@ -13,8 +13,8 @@ namespace unimapper::wire {
 
 /// Bounds on what a stream, honest or forged, can make a receiver hold.
 struct ReceiverLimits {
-  std::uint32_t max_sessions = 64;
-  std::uint32_t max_keyframe_bytes = 64U << 20U;
+  std::uint32_t max_sessions = 64;                ///< sessions followed at once
+  std::uint32_t max_keyframe_bytes = 64U << 20U;  ///< larger keyframes are refused
   std::uint32_t max_pending_keyframes = 64;       ///< incomplete, over all sessions
   std::uint64_t max_pending_bytes = 256U << 20U;  ///< held for incomplete keyframes
   std::uint64_t max_stored_bytes = 16ULL << 30U;  ///< held for decoded keyframes
@@ -37,8 +37,8 @@ class Reassembly {
   };
   /// Outcome for one piece, and the keyframe it completed.
   struct Result {
-    Outcome outcome = Outcome::kWaiting;
-    std::vector<std::uint8_t> payload;  ///< if complete
+    Outcome outcome = Outcome::kWaiting;  ///< what became of the piece
+    std::vector<std::uint8_t> payload;    ///< if complete
   };
 
   explicit Reassembly(const ReceiverLimits& limits) : limits_(limits) {}

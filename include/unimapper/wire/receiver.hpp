@@ -29,7 +29,7 @@ struct ReceiverCounters {
 
 /// How far one session is.
 struct SessionProgress {
-  SessionInfo info;
+  SessionInfo info;                     ///< identity and names of the session
   bool ended = false;                   ///< its end was announced
   bool whole = false;                   ///< ended, and every keyframe it sent is here
   std::uint64_t announced = 0;          ///< keyframes made, as far as known

@@ -6,12 +6,13 @@
 #include <iterator>
 
 #include "lcm/lcm-cpp.hpp"
+#include "tests/temporary_directory.hpp"
 #include "tests/wire/records.hpp"
 
+using namespace unimapper;
 using namespace unimapper::wire;
 using namespace unimapper::lcm_port;
 using test::Random;
-using test::TemporaryDirectory;
 using Data = std::vector<std::uint8_t>;
 
 namespace {

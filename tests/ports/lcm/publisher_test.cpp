@@ -54,7 +54,7 @@ struct Network {
 };
 
 EncodedKeyframe keyframe(std::uint32_t sequence) {
-  return encode_for_sending(test::keyframe_of(kAlpha.id, sequence));
+  return test::encode_for_sending(test::keyframe_of(kAlpha.id, sequence));
 }
 
 PublisherOptions fast() {
@@ -127,7 +127,7 @@ TEST_CASE("no datagram is larger than configured") {
     PublisherOptions options = fast();
     options.datagram_bytes = limit;
     Publisher publisher(kAlpha, network.sender(), options);
-    publisher.publish(encode_for_sending(test::keyframe_of(kAlpha.id, 0, 40000)));
+    publisher.publish(test::encode_for_sending(test::keyframe_of(kAlpha.id, 0, 40000)));
     publisher.finish();
     std::size_t largest = 0;
     for (const Message& message : network.messages) {

@@ -8,39 +8,26 @@
 #include "ports/lcm/event_log.hpp"
 #include "ports/lcm/session_log.hpp"
 #include "tests/ports/lcm/stream.hpp"
+#include "tests/temporary_directory.hpp"
+#include "tests/wire/whole_session.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 
 using namespace unimapper;
 using namespace unimapper::wire;
 using namespace unimapper::lcm_port;
 using lcm_test::Message;
+using test::check_whole;
 using test::Random;
-using test::TemporaryDirectory;
 
 namespace {
 
 const SessionInfo kAlpha{{1, 11}, "alpha", "os2-128"};
 
-/// All keyframes arrived, in order, with the bytes they were sent with.
-void check_whole(const SessionData& data, const SessionInfo& info, std::size_t keyframes) {
-  CHECK(data.info.name == info.name);
-  CHECK(data.info.sensor == info.sensor);
-  CHECK(data.info.id == info.id);
-  CHECK(data.complete);
-  CHECK(data.keyframes_missing == 0);
-  CHECK(data.keyframes_damaged == 0);
-  REQUIRE(data.keyframes.size() == keyframes);
-  for (std::uint32_t i = 0; i < keyframes; ++i) {
-    CHECK(data.keyframes[i].sequence == i);
-    CHECK(encode_keyframe(data.keyframes[i]) == encode_keyframe(test::keyframe_of(info.id, i)));
-  }
-}
-
 void write_log(const std::filesystem::path& path, const SessionInfo& info,
                std::uint32_t keyframes) {
   SessionLogWriter writer(path, info, 2000);
   for (std::uint32_t i = 0; i < keyframes; ++i) {
-    writer.write(encode_for_sending(test::keyframe_of(info.id, i)));
+    writer.write(test::encode_for_sending(test::keyframe_of(info.id, i)));
   }
   writer.finish();
 }

@@ -26,7 +26,7 @@ inline std::vector<Message> session_stream(const SessionInfo& info, std::uint32_
   };
   std::vector<Message> stream{session(SessionState::kStarted, 0)};
   for (std::uint32_t sequence = 0; sequence < keyframes; ++sequence) {
-    const EncodedKeyframe keyframe = wire::encode_for_sending(keyframe_of(info.id, sequence));
+    const EncodedKeyframe keyframe = wire::test::encode_for_sending(keyframe_of(info.id, sequence));
     for (auto& data : cut_into_messages(keyframe, 512)) {
       stream.push_back({std::string(kKeyframeChannel), std::move(data)});
     }

@@ -24,10 +24,10 @@ FineCell cell_of(CellKey key) noexcept;
 /// Memory `sorted_cell_keys` works in; every span but `counts` holds as many keys as there may be
 /// cells.
 struct CellKeyScratch {
-  static constexpr std::size_t kCounts = 3 * 2048 + 2 * 4096;
+  static constexpr std::size_t kCounts = 3 * 2048 + 2 * 4096;  ///< length of `counts`
 
-  std::span<CellKey> keys;
-  std::span<CellKey> spare;
+  std::span<CellKey> keys;          ///< the result
+  std::span<CellKey> spare;         ///< of the same length as `keys`
   std::span<std::uint32_t> counts;  ///< `kCounts` of them
 };
 
