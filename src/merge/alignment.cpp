@@ -157,17 +157,10 @@ class SessionAligner {
   /// loops survive and no map deforms implausibly, otherwise rolls back.
   void join(const SessionPair& pair) {
     MapState trial = connect(pair);
-    std::vector<std::size_t> sessions;
-    for (std::size_t s = 0; s < problem_.sessions.size(); ++s) {
-      if (trial.connected[s]) sessions.push_back(s);
-    }
+    const std::vector<std::size_t> sessions = trial.connected_sessions();
     std::vector<std::size_t> chosen;
     for (std::size_t i = 0; i < problem_.loops.size(); ++i) {
-      const LoopConstraint& loop = problem_.loops[i];
-      if (problem_.decisions[i].accepted && trial.connected[loop.query.session] &&
-          trial.connected[loop.match.session]) {
-        chosen.push_back(i);
-      }
+      if (problem_.decisions[i].accepted && trial.connects(problem_.loops[i])) chosen.push_back(i);
     }
     const std::size_t earlier = chosen.size();
     const std::vector<std::size_t> added = pair.inliers();
@@ -175,7 +168,7 @@ class SessionAligner {
     std::sort(chosen.begin(), chosen.end());
     const std::vector<std::size_t> before = chosen;
     if (!problem_.optimize_rejecting_outliers(trial, sessions, chosen)) {
-      return reject(pair, "the pose graph found no solution");
+      return reject(pair, kNoSolution);
     }
     const auto survives = [&](std::size_t i) {
       return std::binary_search(chosen.begin(), chosen.end(), i);

@@ -48,18 +48,6 @@ std::vector<LoopConstraint> AlignmentProblem::select(std::span<const std::size_t
   return chosen;
 }
 
-std::vector<std::size_t> AlignmentProblem::connected_sessions() const {
-  std::vector<std::size_t> connected;
-  for (std::size_t s = 0; s < sessions.size(); ++s) {
-    if (state.connected[s]) connected.push_back(s);
-  }
-  return connected;
-}
-
-bool AlignmentProblem::joins_connected(std::size_t i) const {
-  return state.connected[loops[i].query.session] && state.connected[loops[i].match.session];
-}
-
 bool AlignmentProblem::optimize_rejecting_outliers(MapState& trial,
                                                    std::span<const std::size_t> which_sessions,
                                                    std::vector<std::size_t>& chosen) const {

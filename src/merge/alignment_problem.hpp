@@ -14,6 +14,7 @@ namespace unimapper::merge {
 // Reasons of refusal that more than one step gives.
 inline constexpr const char* kOutsideConsistencySet =
     "outside the consistency set of its two sessions";
+inline constexpr const char* kNoSolution = "the pose graph found no solution";
 inline constexpr const char* kDisagreesWithMap = "disagrees with the merged maps";
 inline constexpr const char* kImplausibleDeformation =
     "the maps would deform more than odometry allows";
@@ -26,9 +27,6 @@ class AlignmentProblem {
                    std::span<const LoopConstraint> all_loops, const MergeConfig& merge_config);
 
   [[nodiscard]] std::vector<LoopConstraint> select(std::span<const std::size_t> indices) const;
-  [[nodiscard]] std::vector<std::size_t> connected_sessions() const;
-  /// Both sessions of loop `i` are connected to the central map.
-  [[nodiscard]] bool joins_connected(std::size_t i) const;
 
   /// Optimises with the chosen loops, removes those whose residual exceeds the gate, and repeats
   /// until none does. False if the solver failed.

@@ -13,7 +13,8 @@ bool readmit(const AlignmentProblem& problem, const MapState& state,
              std::vector<std::size_t>& chosen) {
   std::vector<std::size_t> readmitted;
   for (std::size_t i = 0; i < problem.loops.size(); ++i) {
-    if (!problem.joins_connected(i) || std::binary_search(chosen.begin(), chosen.end(), i)) {
+    if (!problem.state.connects(problem.loops[i]) ||
+        std::binary_search(chosen.begin(), chosen.end(), i)) {
       continue;
     }
     if (loop_chi2(state, problem.loops[i]) < 0.5 * problem.config.acceptance.loop_chi2) {
@@ -34,6 +35,21 @@ void start_from(const Alignment& start, AlignmentProblem& problem) {
   std::copy(start.decisions.begin(), start.decisions.end(), problem.decisions.begin());
 }
 
+/// Takes the refined state over. The chosen loops are accepted; all other new ones, and those
+/// accepted before, disagree with it. Loops rejected before keep their reason.
+void adopt(MapState refined, const std::vector<std::size_t>& chosen, std::size_t earlier,
+           AlignmentProblem& problem) {
+  problem.state = std::move(refined);
+  for (std::size_t i = 0; i < problem.loops.size(); ++i) {
+    LoopDecision& decision = problem.decisions[i];
+    if (std::binary_search(chosen.begin(), chosen.end(), i)) {
+      decision = {true, {}};
+    } else if (i >= earlier || (decision.accepted && problem.state.connects(problem.loops[i]))) {
+      decision = {false, kDisagreesWithMap};
+    }
+  }
+}
+
 }  // namespace
 
 Alignment refine_alignment(const Alignment& start, const std::vector<AlignmentSession>& sessions,
@@ -42,24 +58,23 @@ Alignment refine_alignment(const Alignment& start, const std::vector<AlignmentSe
   if (earlier > loops.size()) throw std::invalid_argument("refinement needs all earlier loops");
   AlignmentProblem problem(sessions, loops, config);
   start_from(start, problem);
-  const auto connected = problem.connected_sessions();
+  const auto connected = problem.state.connected_sessions();
   std::vector<std::size_t> chosen;
   for (std::size_t i = 0; i < problem.loops.size(); ++i) {
-    if (!problem.joins_connected(i)) continue;
+    if (!problem.state.connects(problem.loops[i])) continue;
     if (i >= earlier || problem.decisions[i].accepted) chosen.push_back(i);
   }
   MapState refined = problem.state;
-  problem.optimize_rejecting_outliers(refined, connected, chosen);
-  if (readmit(problem, refined, chosen)) {
-    problem.optimize_rejecting_outliers(refined, connected, chosen);
+  bool solved = problem.optimize_rejecting_outliers(refined, connected, chosen);
+  if (solved && readmit(problem, refined, chosen)) {
+    solved = problem.optimize_rejecting_outliers(refined, connected, chosen);
   }
-  const bool plausible = problem.all_plausible(refined, connected);
-  for (std::size_t i = earlier; i < problem.loops.size(); ++i) {
-    problem.decisions[i] = {false, plausible ? kDisagreesWithMap : kImplausibleDeformation};
-  }
-  if (plausible) {
-    problem.state = std::move(refined);
-    for (const std::size_t i : chosen) problem.decisions[i] = {true, {}};
+  if (solved && problem.all_plausible(refined, connected)) {
+    adopt(std::move(refined), chosen, earlier, problem);
+  } else {
+    for (std::size_t i = earlier; i < problem.loops.size(); ++i) {
+      problem.decisions[i] = {false, solved ? kImplausibleDeformation : kNoSolution};
+    }
   }
   return problem.result();
 }

@@ -43,6 +43,14 @@ PoseGraph build_graph(const MapState& state, std::span<const std::size_t> sessio
 
 }  // namespace
 
+std::vector<std::size_t> MapState::connected_sessions() const {
+  std::vector<std::size_t> sessions;
+  for (std::size_t s = 0; s < connected.size(); ++s) {
+    if (connected[s]) sessions.push_back(s);
+  }
+  return sessions;
+}
+
 MapState make_map_state(std::vector<SessionPath> odometry) {
   MapState state;
   for (const auto& path : odometry) state.T_session_keyframe.push_back(path.poses());

@@ -22,6 +22,11 @@ struct MapState {
   [[nodiscard]] Pose T_map_keyframe(KeyframeId k) const {
     return T_map_session[k.session] * T_session_keyframe[k.session][k.keyframe];
   }
+  [[nodiscard]] std::vector<std::size_t> connected_sessions() const;
+  /// Both sessions of the loop are connected.
+  [[nodiscard]] bool connects(const LoopConstraint& loop) const {
+    return connected[loop.query.session] && connected[loop.match.session];
+  }
 };
 
 /// The initial estimate: every session at its odometry.

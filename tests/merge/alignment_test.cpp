@@ -147,6 +147,25 @@ double chi2_after(const Alignment& alignment, const LoopConstraint& loop) {
   return edge_chi2(graph, {0, 1, loop.T_match_query, loop.information, 0.0});
 }
 
+/// So loose that alignment keeps every loop of `two_maps`.
+MergeConfig loose_config() {
+  MergeConfig config;
+  config.acceptance.consistency_chi2 = 200.0;
+  config.acceptance.loop_chi2 = 1000.0;
+  return config;
+}
+
+/// The loop that agrees least with what alignment made of it.
+std::size_t worst_loop(const Alignment& alignment, const Scene& scene) {
+  std::size_t worst = 0;
+  for (std::size_t i = 1; i < scene.loops.size(); ++i) {
+    if (chi2_after(alignment, scene.loops[i]) > chi2_after(alignment, scene.loops[worst])) {
+      worst = i;
+    }
+  }
+  return worst;
+}
+
 struct Tally {
   int right = 0;
   int wrong = 0;
@@ -348,19 +367,14 @@ TEST_CASE("A loop is rejected beyond the threshold of chi square after optimisat
   Random random(15);
   Scene scene = two_maps(random);
   add_true_loops(scene, 12, random);
-  MergeConfig config;
-  config.acceptance.consistency_chi2 = 200.0;
-  config.acceptance.loop_chi2 = 1000.0;
+  MergeConfig config = loose_config();
   const Alignment all = align_sessions(scene.sessions, scene.loops, config);
   const auto count = [](const Alignment& alignment) {
     return std::count_if(alignment.decisions.begin(), alignment.decisions.end(),
                          [](const LoopDecision& decision) { return decision.accepted; });
   };
   REQUIRE(count(all) == 12);
-  std::size_t worst = 0;
-  for (std::size_t i = 0; i < 12; ++i) {
-    if (chi2_after(all, scene.loops[i]) > chi2_after(all, scene.loops[worst])) worst = i;
-  }
+  const std::size_t worst = worst_loop(all, scene);
   const double chi2 = chi2_after(all, scene.loops[worst]);
   REQUIRE(chi2 > 1.0);
   config.acceptance.loop_chi2 = 1.01 * chi2;
@@ -377,14 +391,9 @@ TEST_CASE("Refinement readmits a loop whose chi square is below half the thresho
   Random random(15);
   Scene scene = two_maps(random);
   add_true_loops(scene, 12, random);
-  MergeConfig config;
-  config.acceptance.consistency_chi2 = 200.0;
-  config.acceptance.loop_chi2 = 1000.0;
+  MergeConfig config = loose_config();
   Alignment start = align_sessions(scene.sessions, scene.loops, config);
-  std::size_t worst = 0;
-  for (std::size_t i = 0; i < 12; ++i) {
-    if (chi2_after(start, scene.loops[i]) > chi2_after(start, scene.loops[worst])) worst = i;
-  }
+  const std::size_t worst = worst_loop(start, scene);
   // What the maps are without this loop, and how well it agrees with them.
   start.decisions[worst] = {false, "refused before"};
   std::vector<LoopConstraint> others = scene.loops;
@@ -399,6 +408,20 @@ TEST_CASE("Refinement readmits a loop whose chi square is below half the thresho
   const Alignment refused = refine_alignment(start, scene.sessions, scene.loops, config);
   CHECK_FALSE(refused.decisions[worst].accepted);
   CHECK(refused.decisions[worst].reason == "refused before");
+}
+
+TEST_CASE("A loop accepted before that refinement rejects is accepted no longer", "[alignment]") {
+  Random random(15);
+  Scene scene = two_maps(random);
+  add_true_loops(scene, 12, random);
+  MergeConfig config = loose_config();
+  const Alignment start = align_sessions(scene.sessions, scene.loops, config);
+  const std::size_t worst = worst_loop(start, scene);
+  REQUIRE(start.decisions[worst].accepted);
+  config.acceptance.loop_chi2 = 0.99 * chi2_after(start, scene.loops[worst]);
+  const Alignment refined = refine_alignment(start, scene.sessions, scene.loops, config);
+  CHECK_FALSE(refined.decisions[worst].accepted);
+  CHECK(refined.decisions[worst].reason == "disagrees with the merged maps");
 }
 
 TEST_CASE("Maps are joined only if none deforms more than its odometry allows", "[alignment]") {
@@ -421,9 +444,7 @@ TEST_CASE("Maps are joined only if none deforms more than its odometry allows", 
       l.overlap = 0.9;
       scene.loops.push_back(l);
     }
-    MergeConfig config;
-    config.acceptance.consistency_chi2 = 200.0;
-    config.acceptance.loop_chi2 = 1000.0;
+    MergeConfig config = loose_config();
     config.graph.cauchy_scale = 1000.0;  // every loop pulls as hard as it can
     config.graph.deformation_floor_m = 0.0;
     config.graph.deformation_per_m = 0.0;
@@ -459,9 +480,7 @@ TEST_CASE("Two maps are not joined if most of their loops do not survive the sol
   Random random(16);
   Scene scene = two_maps(random);
   add_true_loops(scene, 10, random);
-  MergeConfig config;
-  config.acceptance.consistency_chi2 = 200.0;
-  config.acceptance.loop_chi2 = 1000.0;
+  MergeConfig config = loose_config();
   const Alignment all = align_sessions(scene.sessions, scene.loops, config);
   REQUIRE(all.connected[1]);
   std::vector<double> chi2;
