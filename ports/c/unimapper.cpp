@@ -340,13 +340,8 @@ um_status um_relabelled_get(um_pipeline* pipeline, um_relabelled* relabelled) {
   *relabelled = {};
   const RelabelledKeyframe& last = pipeline->core->keyframe().relabelled;
   if (last.available) {
-    *relabelled = {1,
-                   last.sequence,
-                   last.revision,
-                   last.later_keyframes,
-                   last.cells_now_dynamic,
-                   last.cells_now_static,
-                   {}};
+    *relabelled = {
+        1, last.sequence, last.later_keyframes, last.cells_now_dynamic, last.cells_now_static, {}};
   }
   return tell(*pipeline, {});
 }

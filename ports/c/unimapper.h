@@ -152,7 +152,7 @@ typedef struct um_sensor_model {
   float elevation_min_deg;  /**< lowest ray, at least 1 degree below the highest, [-90, 90] */
   float elevation_max_deg;  /**< highest ray */
   float range_min_m;        /**< [0, 500], below range_max_m */
-  float range_max_m;
+  float range_max_m;        /**< largest range, at most 500 */
   uint32_t rings;           /**< scan lines, [2, 1024]; 0 where the pattern does not repeat */
   uint32_t points_per_scan; /**< rays per scan at scan_rate_hz, [100, 3300000] */
   float scan_rate_hz;       /**< (0, 200] */
@@ -221,13 +221,13 @@ typedef struct um_points {
   size_t count;     /**< points */
   size_t stride;    /**< bytes from one point to the next, at least 4 */
   size_t offset_x;  /**< bytes from the start of a point to its x */
-  size_t offset_y;
-  size_t offset_z;
+  size_t offset_y;  /**< the same of y */
+  size_t offset_z;  /**< the same of z */
 } um_points;
 
 /** A rigid transform as the upper three rows of its matrix, row by row: r00 r01 r02 tx r10 ... */
 typedef struct um_pose {
-  double m[12];
+  double m[12]; /**< row by row, translation in metres */
 } um_pose;
 
 /** A pose from a quaternion (x, y, z, w; need not be normalised) and a translation in metres.
@@ -257,27 +257,27 @@ UM_API um_status um_flush(um_pipeline* pipeline, int32_t* keyframe_ready);
 
 /** One scan of a keyframe. */
 typedef struct um_scan {
-  uint32_t scan_index; /**< running number of the um_add_scan call, from 0 */
-  uint32_t reserved;
-  int64_t stamp_ns;
-  um_pose T_odometry_sensor;
+  uint32_t scan_index;       /**< running number of the um_add_scan call, from 0 */
+  uint32_t reserved;         /**< 0 */
+  int64_t stamp_ns;          /**< as handed to um_add_scan */
+  um_pose T_odometry_sensor; /**< sensor frame to odometry frame */
 } um_scan;
 
 /** One occupied fine cell: the mean of its points, keyframe frame, metres. */
 typedef struct um_cell {
-  float position[3];
-  uint16_t points; /**< scan points in the cell, saturating */
-  uint8_t ground;  /**< 1 if it belongs to the ground */
-  uint8_t reserved;
+  float position[3]; /**< mean of its points */
+  uint16_t points;   /**< scan points in the cell, saturating */
+  uint8_t ground;    /**< 1 if it belongs to the ground */
+  uint8_t reserved;  /**< 0 */
 } um_cell;
 
 /** A repeatable spot of the static scene, keyframe frame. */
 typedef struct um_keypoint {
-  float position[3];  /**< metres */
-  float normal[3];    /**< unit length */
-  uint64_t occupancy; /**< which heights of its column are occupied, one bit a slice */
-  uint16_t strength;  /**< larger is stronger */
-  uint16_t reserved[3];
+  float position[3];    /**< metres */
+  float normal[3];      /**< unit length */
+  uint64_t occupancy;   /**< which heights of its column are occupied, one bit a slice */
+  uint16_t strength;    /**< larger is stronger */
+  uint16_t reserved[3]; /**< 0 */
 } um_keypoint;
 
 /** One planar coarse voxel, keyframe frame. */
@@ -288,14 +288,14 @@ typedef struct um_plane {
 
 /** A possible revisit of an earlier keyframe. */
 typedef struct um_loop {
-  uint32_t session;    /**< 0: the pipeline's own run */
-  uint32_t keyframe;   /**< sequence of the keyframe it looks like */
-  float confidence;    /**< [0, 1], rises with the evidence */
-  uint32_t accepted;   /**< 1 if it passed the configured thresholds */
-  uint32_t votes;      /**< of triangles that agree on the pose, weighted by their normals */
-  uint32_t inliers;    /**< keypoints that agree with the pose */
-  float plane_overlap; /**< share of commonly visible planes that coincide */
-  uint32_t reserved;
+  uint32_t session;      /**< 0: the pipeline's own run */
+  uint32_t keyframe;     /**< sequence of the keyframe it looks like */
+  float confidence;      /**< [0, 1], rises with the evidence */
+  uint32_t accepted;     /**< 1 if it passed the configured thresholds */
+  uint32_t votes;        /**< of triangles that agree on the pose, weighted by their normals */
+  uint32_t inliers;      /**< keypoints that agree with the pose */
+  float plane_overlap;   /**< share of commonly visible planes that coincide */
+  uint32_t reserved;     /**< 0 */
   um_pose T_match_query; /**< from this keyframe's frame to that one's */
 } um_loop;
 
@@ -345,20 +345,20 @@ UM_API const char* um_shed_name(uint32_t shed);
 
 /** Fill of a fixed-capacity container. */
 typedef struct um_capacity {
-  uint64_t used;
-  uint64_t capacity;
+  uint64_t used;     /**< elements in use */
+  uint64_t capacity; /**< elements there is room for */
 } um_capacity;
 
 /** Counts and times of one keyframe. Array elements without a meaning yet are 0. */
 typedef struct um_statistics {
-  uint64_t points_in;      /**< points handed over in its scans */
-  uint64_t points_valid;   /**< finite and within range */
-  uint64_t points_static;  /**< labelled static */
-  uint64_t points_dynamic; /**< labelled dynamic */
-  uint32_t cells;          /**< occupied fine cells */
-  uint32_t dynamic_cells;
-  uint32_t voxels; /**< occupied coarse voxels */
-  uint32_t ground_voxels;
+  uint64_t points_in;       /**< points handed over in its scans */
+  uint64_t points_valid;    /**< finite and within range */
+  uint64_t points_static;   /**< labelled static */
+  uint64_t points_dynamic;  /**< labelled dynamic */
+  uint32_t cells;           /**< occupied fine cells */
+  uint32_t dynamic_cells;   /**< of these, labelled dynamic */
+  uint32_t voxels;          /**< occupied coarse voxels */
+  uint32_t ground_voxels;   /**< of these, with a ground plane */
   uint32_t components;      /**< connected obstacles */
   uint32_t deadline_missed; /**< 1 if it took longer than budget_us all the same */
   uint64_t dropped[16];     /**< by enum um_drop_cause */
@@ -366,29 +366,29 @@ typedef struct um_statistics {
   float stage_us[16];       /**< by enum um_stage, microseconds; 0 without a clock */
   uint32_t shed[8];         /**< by enum um_shed */
   float removal_range_m; /**< cells beyond it were left static without classification; 0 = none */
-  uint32_t reserved;
+  uint32_t reserved;     /**< 0 */
 } um_statistics;
 
 /** A finished keyframe. Pointers lead into the pipeline's memory and stay valid until the next
  *  call of um_add_scan, um_flush or um_reset. */
 typedef struct um_keyframe {
-  uint32_t struct_size;        /**< sizeof(um_keyframe), set by the caller */
-  uint32_t sequence;           /**< running number, from 0 */
-  uint32_t reference_scan;     /**< index into `scans`: the keyframe lies at this scan's sensor */
-  uint32_t scan_count;         /**< at most 32 */
-  um_pose T_odometry_keyframe; /**< the levelled frame */
-  um_statistics statistics;
-  const um_scan* scans;
-  const um_cell* static_cells;
-  size_t static_cell_count;
+  uint32_t struct_size;         /**< sizeof(um_keyframe), set by the caller */
+  uint32_t sequence;            /**< running number, from 0 */
+  uint32_t reference_scan;      /**< index into `scans`: the keyframe lies at this scan's sensor */
+  uint32_t scan_count;          /**< at most 32 */
+  um_pose T_odometry_keyframe;  /**< the levelled frame */
+  um_statistics statistics;     /**< counts and times of this keyframe */
+  const um_scan* scans;         /**< in order of time */
+  const um_cell* static_cells;  /**< the map's contribution */
+  size_t static_cell_count;     /**< length of `static_cells` */
   const um_cell* dynamic_cells; /**< what was removed */
-  size_t dynamic_cell_count;
+  size_t dynamic_cell_count;    /**< length of `dynamic_cells` */
   const um_keypoint* keypoints; /**< with `planes`: the description of the place */
-  size_t keypoint_count;
-  const um_plane* planes;
-  size_t plane_count;
-  const um_loop* loops; /**< best first; look at `accepted` */
-  size_t loop_count;
+  size_t keypoint_count;        /**< length of `keypoints` */
+  const um_plane* planes;       /**< planar voxels */
+  size_t plane_count;           /**< length of `planes` */
+  const um_loop* loops;         /**< best first; look at `accepted` */
+  size_t loop_count;            /**< length of `loops` */
 } um_keyframe;
 
 /** The keyframe that the last call of um_add_scan or um_flush closed. The caller sets
@@ -403,15 +403,15 @@ UM_API um_status um_keyframe_get(um_pipeline* pipeline, um_keyframe* keyframe);
  *  about the sensor's x axis; columns are even in azimuth, rows in the sine of the elevation. A
  *  pixel is the range up to which nothing was in the way, in 1/128 m; 0: unknown. */
 typedef struct um_images {
-  uint32_t struct_size; /**< sizeof(um_images), set by the caller */
-  uint32_t count;       /**< images; all have the same shape */
-  uint32_t columns;
-  uint32_t rows;
-  float horizontal_fov_deg;
-  float azimuth_resolution_deg;
-  float elevation_min_deg;
-  float elevation_max_deg;
-  float elevation_resolution_deg;
+  uint32_t struct_size;           /**< sizeof(um_images), set by the caller */
+  uint32_t count;                 /**< images; all have the same shape */
+  uint32_t columns;               /**< of one image */
+  uint32_t rows;                  /**< of one image */
+  float horizontal_fov_deg;       /**< full width about the x axis */
+  float azimuth_resolution_deg;   /**< width of a pixel */
+  float elevation_min_deg;        /**< lower edge */
+  float elevation_max_deg;        /**< upper edge */
+  float elevation_resolution_deg; /**< height of a pixel */
   /** Farther out, what was seen through counts in proportion less, metres; 0: never. */
   float full_weight_range_m;
   uint32_t scans[UM_MAX_SCANS];         /**< of each image, index into the keyframe's scans */
@@ -439,9 +439,9 @@ UM_API um_status um_labels(um_pipeline* pipeline, uint32_t scan, uint8_t* labels
 
 /** Who sends: one robot, one boot. */
 typedef struct um_session {
-  uint32_t robot;
-  uint32_t reserved;
-  uint64_t session; /**< differs for every boot of a robot */
+  uint32_t robot;    /**< number of the robot */
+  uint32_t reserved; /**< 0 */
+  uint64_t session;  /**< differs for every boot of a robot */
 } um_session;
 
 /** What became of a keyframe that was encoded. */
@@ -469,13 +469,13 @@ UM_API um_status um_keyframe_encode(um_pipeline* pipeline, const um_session* ses
 
 /** The place descriptor of a keyframe of an earlier run, as um_keyframe told it then. */
 typedef struct um_place {
-  uint32_t session;  /**< number of the earlier run, from 1; 0 is the pipeline's own */
-  uint32_t keyframe; /**< its sequence in that run */
-  um_pose T_odometry_keyframe;
+  uint32_t session;             /**< number of the earlier run, from 1; 0 is the pipeline's own */
+  uint32_t keyframe;            /**< its sequence in that run */
+  um_pose T_odometry_keyframe;  /**< levelled keyframe frame to the odometry frame of that run */
   const um_keypoint* keypoints; /**< needed only during the call, as the planes */
-  size_t keypoint_count;
-  const um_plane* planes;
-  size_t plane_count;
+  size_t keypoint_count;        /**< length of `keypoints` */
+  const um_plane* planes;       /**< planar voxels */
+  size_t plane_count;           /**< length of `planes` */
 } um_place;
 
 /** Lets loop search find a place of an earlier run: um_loop.session is its number. Beyond
@@ -488,8 +488,8 @@ UM_API um_status um_place_insert(um_pipeline* pipeline, const um_place* place);
 
 /** Totals since um_init or um_reset. Array elements without a meaning yet are 0. */
 typedef struct um_health {
-  uint32_t struct_size; /**< sizeof(um_health), set by the caller */
-  uint32_t reserved;
+  uint32_t struct_size;       /**< sizeof(um_health), set by the caller */
+  uint32_t reserved;          /**< 0 */
   uint64_t scans;             /**< handed over */
   uint64_t scans_refused;     /**< of which refused */
   uint64_t keyframes;         /**< closed */
@@ -507,28 +507,27 @@ UM_API um_status um_health_get(um_pipeline* pipeline, um_health* health);
 
 /* ---- Final labels --------------------------------------------------------------------------- */
 
-/** Final labels of a keyframe that was evicted from the window. */
+/** Final labels of a keyframe that was evicted from the window; um_labels gives the online ones. */
 typedef struct um_relabelled {
-  uint32_t available;       /**< 1 if there is one; the rest is 0 otherwise */
-  uint32_t sequence;        /**< of the keyframe */
-  uint32_t revision;        /**< 1: final; what um_labels gives is revision 0 */
-  uint32_t later_keyframes; /**< that had a say */
-  uint32_t cells_now_dynamic;
-  uint32_t cells_now_static;
-  uint32_t reserved[2];
+  uint32_t available;         /**< 1 if there is one; the rest is 0 otherwise */
+  uint32_t sequence;          /**< of the keyframe */
+  uint32_t later_keyframes;   /**< whose evidence was used */
+  uint32_t cells_now_dynamic; /**< cells that were static online */
+  uint32_t cells_now_static;  /**< cells that were dynamic online */
+  uint32_t reserved[3];       /**< 0 */
 } um_relabelled;
 
 /** The keyframe that was evicted when the last one closed, or by um_relabel_next. */
 UM_API um_status um_relabelled_get(um_pipeline* pipeline, um_relabelled* relabelled);
 
-/** Brings the labels of a scan of that keyframe up to its last revision. The caller kept them, and
- *  the scan: hand in the points and the pose that um_add_scan got. *changed (may be null) tells how
- *  many labels changed. Cost: proportional to the points. */
+/** Replaces the online labels of a scan of that keyframe by the final ones. The caller kept them,
+ *  and the scan: hand in the points and the pose that um_add_scan got. *changed (may be null) tells
+ *  how many labels changed. Cost: proportional to the points. */
 UM_API um_status um_relabel(um_pipeline* pipeline, const um_points* points,
                             const um_pose* T_odometry_sensor, uint8_t* labels, size_t count,
                             size_t* changed);
 
-/** After the last scan and um_flush: revises the oldest keyframe still in the window. *relabelled
+/** After the last scan and um_flush: relabels the oldest keyframe still in the window. *relabelled
  *  becomes 1, or 0 if there is none left; call until then. */
 UM_API um_status um_relabel_next(um_pipeline* pipeline, int32_t* relabelled);
 
@@ -546,10 +545,10 @@ enum um_event_id {
 
 /** One event. */
 typedef struct um_event {
-  uint32_t id; /**< enum um_event_id; ignore numbers you do not know */
-  uint32_t reserved;
-  int64_t stamp_ns; /**< of the scan at hand */
-  int64_t values[4];
+  uint32_t id;       /**< enum um_event_id; ignore numbers you do not know */
+  uint32_t reserved; /**< 0 */
+  int64_t stamp_ns;  /**< of the scan at hand */
+  int64_t values[4]; /**< as the id defines them; unused ones are 0 */
 } um_event;
 
 /** Takes the oldest event; UM_NO_EVENT if there is none. May be called by one other thread than the

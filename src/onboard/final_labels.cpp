@@ -109,7 +109,7 @@ bool FinalLabels::relabel_first(const EvidenceWindow& window, const ImageProject
   const std::uint32_t age = blocks.age_of(keyframe.keyframe);
   grid_ = keyframe.grid;
   changed_.clear();
-  result_ = {true, keyframe.sequence, 1, age - latest_age, 0, 0};
+  result_ = {true, keyframe.sequence, age - latest_age, 0, 0};
   group_->size = group_->blocks = 0;
   for (std::uint32_t i = 0; i < keyframe.count; ++i) {
     if (!group_->has_room()) finish(window, projection, age, latest_age);

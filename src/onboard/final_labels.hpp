@@ -49,7 +49,6 @@ class FinalLabels {
 
  private:
   static constexpr std::uint32_t kGroup = 2048;
-  static constexpr std::uint32_t kNoKeyframe = 0xFFFFFFFFU;
 
   /// The undecided cells of a block.
   struct OpenBlock {

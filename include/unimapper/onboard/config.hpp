@@ -20,7 +20,7 @@ namespace unimapper {
 
 /// When a keyframe closes and which input is accepted (paper section IV-A).
 struct KeyframeConfig {
-  static constexpr std::uint32_t kMaxScans = 32;
+  static constexpr std::uint32_t kMaxScans = 32;  ///< largest `scans`
 
   std::uint32_t scans = 10;
   float distance_m = 0.0F;
@@ -147,7 +147,7 @@ consteval auto parameters_of(const GroundConfig*) {
 
 /// What counts as evidence of free space (paper section IV-C).
 struct FreeSpaceConfig {
-  static constexpr std::uint32_t kMaxImages = 32;
+  static constexpr std::uint32_t kMaxImages = 32;  ///< largest `images_per_keyframe`
 
   bool columns = false;
   bool visibility = true;
@@ -221,7 +221,7 @@ consteval auto parameters_of(const FreeSpaceConfig*) {
 
 /// The binary Bayes filter and what follows it (paper section IV-D). The paper gives no log-odds.
 struct RemovalConfig {
-  static constexpr std::uint32_t kMaxWindow = 32;
+  static constexpr std::uint32_t kMaxWindow = 32;  ///< largest `window`
 
   std::uint32_t window = 10;
   bool candidates_next_to_ground = false;
@@ -290,13 +290,13 @@ consteval auto parameters_of(const RemovalConfig*) {
 
 /// Everything the onboard pipeline can be told.
 struct PipelineConfig {
-  KeyframeConfig keyframe;
-  VoxelConfig voxel;
-  GroundConfig ground;
-  FreeSpaceConfig free_space;
-  RemovalConfig removal;
-  DescriptorConfig descriptor;
-  LoopSearchConfig loop_search;
+  KeyframeConfig keyframe;       ///< when a keyframe closes
+  VoxelConfig voxel;             ///< grid and planes
+  GroundConfig ground;           ///< ground and candidates
+  FreeSpaceConfig free_space;    ///< evidence of free space
+  RemovalConfig removal;         ///< labels
+  DescriptorConfig descriptor;   ///< the place descriptor
+  LoopSearchConfig loop_search;  ///< search among stored places
   /// The pipeline's own keyframes are stored as session 0; places of other runs inserted into
   /// `Pipeline::places()` take sessions from 1.
   SearchScope search_scope{SearchScope::Sessions::kAll, 50};

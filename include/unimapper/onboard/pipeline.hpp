@@ -16,21 +16,20 @@ namespace unimapper {
 /// The final labels of a keyframe, decided when it was evicted from the window, N keyframes after
 /// it closed; `Pipeline::relabel` applies them.
 struct RelabelledKeyframe {
-  bool available = false;
-  std::uint32_t sequence = 0;         ///< of the keyframe
-  std::uint32_t revision = 0;         ///< 1: final; 0: online
-  std::uint32_t later_keyframes = 0;  ///< whose evidence was used
-  std::uint32_t cells_now_dynamic = 0;
-  std::uint32_t cells_now_static = 0;
+  bool available = false;               ///< false: there is none, and the rest is 0
+  std::uint32_t sequence = 0;           ///< of the keyframe
+  std::uint32_t later_keyframes = 0;    ///< whose evidence was used
+  std::uint32_t cells_now_dynamic = 0;  ///< cells that were static online
+  std::uint32_t cells_now_static = 0;   ///< cells that were dynamic online
 };
 
-/// A finished keyframe with its online labels (revision 0). Every view points into the pipeline's
+/// A finished keyframe with its online labels. Every view points into the pipeline's
 /// memory and stays valid until the next call of `add_scan` or `flush`.
 struct KeyframeView : KeyframeContent {
   std::span<const LoopCandidate> loops;  ///< earlier keyframes that look alike, best first
   /// The keyframe that this one evicted from the window, if there is one.
   RelabelledKeyframe relabelled;
-  const KeyframeStatistics* statistics = nullptr;
+  const KeyframeStatistics* statistics = nullptr;  ///< counts and times of this keyframe
 };
 
 /// What became of a scan. Look at both members: a jump of the pose refuses the scan *and* closes

@@ -52,8 +52,8 @@ inline constexpr std::size_t kSheds = 4;
 
 /// A fixed-capacity container's fill when the keyframe closed.
 struct CapacityUse {
-  std::uint64_t used = 0;
-  std::uint64_t capacity = 0;
+  std::uint64_t used = 0;      ///< elements in use
+  std::uint64_t capacity = 0;  ///< elements there is room for
 };
 
 /// The containers whose fill is reported.
@@ -65,17 +65,17 @@ inline constexpr std::size_t kCapacities = 5;
 
 /// Counts and times of one keyframe.
 struct KeyframeStatistics {
-  std::uint64_t points_in = 0;       ///< points handed over in its scans
-  std::uint64_t points_valid = 0;    ///< finite and within range
-  std::uint64_t points_static = 0;   ///< labelled static
-  std::uint64_t points_dynamic = 0;  ///< labelled dynamic
-  std::uint32_t cells = 0;           ///< occupied fine cells
-  std::uint32_t dynamic_cells = 0;
-  std::uint32_t voxels = 0;  ///< occupied coarse voxels
-  std::uint32_t ground_voxels = 0;
-  std::uint32_t components = 0;  ///< connected obstacles
-  std::array<std::uint64_t, kDropCauses> dropped{};
-  std::array<CapacityUse, kCapacities> capacity{};
+  std::uint64_t points_in = 0;                       ///< points handed over in its scans
+  std::uint64_t points_valid = 0;                    ///< finite and within range
+  std::uint64_t points_static = 0;                   ///< labelled static
+  std::uint64_t points_dynamic = 0;                  ///< labelled dynamic
+  std::uint32_t cells = 0;                           ///< occupied fine cells
+  std::uint32_t dynamic_cells = 0;                   ///< of these, labelled dynamic
+  std::uint32_t voxels = 0;                          ///< occupied coarse voxels
+  std::uint32_t ground_voxels = 0;                   ///< of these, with a ground plane
+  std::uint32_t components = 0;                      ///< connected obstacles
+  std::array<std::uint64_t, kDropCauses> dropped{};  ///< by `DropCause`
+  std::array<CapacityUse, kCapacities> capacity{};   ///< by `Capacity`
   /// Microseconds; zero without a clock.
   std::array<float, kStages> stage_us{};
   /// What was given up for want of time, see `Shed`.
