@@ -27,12 +27,9 @@ int main() {
   for (int i = 0; i < 8400; ++i) {
     const int wall = i / 210;
     const float along = 0.2F * (i % 21) - 2, range = 8 + 0.9F * wall;
-    cells.push_back(
-        {{range * std::sin(2.4F * wall) + along * std::cos(1.7F * wall),
-          range * std::cos(2.4F * wall) + along * std::sin(1.7F * wall), 0.3F * (i / 21 % 10) - 1},
-         1,
-         0,
-         0});
+    const float x = range * std::sin(2.4F * wall) + along * std::cos(1.7F * wall);
+    const float y = range * std::cos(2.4F * wall) + along * std::sin(1.7F * wall);
+    cells.push_back({{x, y, 0.3F * (i / 21 % 10) - 1}, 1, 0, 0});
   }
   const PlaceView place = describer.describe(cells);
   std::printf("%zu keypoints, %zu planes\n", place.keypoints.size(), place.planes.size());

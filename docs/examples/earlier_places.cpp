@@ -22,17 +22,16 @@ StoredPlace drive(const std::vector<StoredPlace>& before, float shift) {
   for (int i = 0; i < 8400; ++i) {
     const int wall = i / 210;
     const float along = 0.2F * (i % 21) - 2, range = 8 + 0.9F * wall;
-    scan.insert(scan.end(), {range * std::sin(2.4F * wall) + along * std::cos(1.7F * wall) - shift,
-                             range * std::cos(2.4F * wall) + along * std::sin(1.7F * wall),
-                             0.3F * (i / 21 % 10) - 1});
+    const float x = range * std::sin(2.4F * wall) + along * std::cos(1.7F * wall);
+    const float y = range * std::cos(2.4F * wall) + along * std::sin(1.7F * wall);
+    scan.insert(scan.end(), {x - shift, y, 0.3F * (i / 21 % 10) - 1});
   }
   for (std::int64_t k = 0; k < 10; ++k)
     (void)pipeline->add_scan(PointView::xyz(scan.data(), 8400, 12), Pose{}, k + 1);
   const KeyframeView& keyframe = pipeline->keyframe();
   for (const LoopCandidate& loop : keyframe.loops)
     std::printf("session %u keyframe %u: %.2f m away, confidence %.2f\n", loop.match.session,
-                loop.match.keyframe, loop.T_match_query.translation.norm(),
-                static_cast<double>(loop.confidence));
+                loop.match.keyframe, loop.T_match_query.translation.norm(), loop.confidence);
   return {{keyframe.place.keypoints.begin(), keyframe.place.keypoints.end()},
           {keyframe.place.planes.begin(), keyframe.place.planes.end()},
           keyframe.T_odometry_keyframe};

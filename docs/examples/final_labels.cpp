@@ -9,7 +9,7 @@ using namespace unimapper;
 struct LabelledScan {
   std::vector<float> points;  // x y z x y z ...
   Pose T_odometry_sensor;
-  std::vector<PointLabel> labels;
+  std::vector<PointLabel> labels;  // online ones first, then final
   PointView view() const { return PointView::xyz(points.data(), points.size() / 3, 12); }
 };
 
@@ -30,13 +30,10 @@ int main() {
   for (std::int64_t k = 0; k < 130; ++k) {
     LabelledScan& scan = open.emplace_back();
     for (int i = 0; i < 200; ++i) scan.points.insert(scan.points.end(), {10, 0.1F * i - 10, 0});
+    scan.labels.resize(200);
     if (!pipeline->add_scan(scan.view(), Pose{}, k * 100'000'000).keyframe_ready) continue;
-    for (std::size_t s = 0; s < open.size(); ++s) {
-      open[s].labels.resize(open[s].points.size() / 3);
-      (void)pipeline->labels(s, open[s].labels);  // the online decision
-    }
-    by_keyframe[pipeline->keyframe().sequence] = std::move(open);
-    open.clear();
+    for (std::size_t s = 0; s < open.size(); ++s) (void)pipeline->labels(s, open[s].labels);
+    by_keyframe[pipeline->keyframe().sequence] = std::exchange(open, {});
     relabel();
   }
   while (pipeline->relabel_next()) relabel();  // end of the run: those still in the window

@@ -29,11 +29,8 @@ int main(int argc, char** argv) try {
     const KeyframeView& keyframe = pipeline->keyframe();
     const wire::EncodeResult encoded = encoder->encode(keyframe, session, bytes);
     if (!encoded.error.ok()) return std::puts(encoded.error.message), 1;
-    publisher.publish(
-        {session,
-         keyframe.sequence,
-         keyframe.scans.back().stamp_ns,
-         {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(encoded.bytes)}});
+    publisher.publish({session, keyframe.sequence, keyframe.scans.back().stamp_ns,
+                       std::vector(bytes.data(), bytes.data() + encoded.bytes)});
   }
   std::printf("%lu keyframes sent\n",
               static_cast<unsigned long>(publisher.finish().keyframes_sent));

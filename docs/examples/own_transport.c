@@ -7,12 +7,6 @@ enum { kPoints = 1000, kCapacity = 1 << 20 };
 static float scan[kPoints][3]; /* your driver fills this */
 static unsigned char buffer[kCapacity];
 
-/* Your transport; the base station decodes the bytes it gets (docs/wire-format.md). */
-static void send_bytes(const void* bytes, size_t count) {
-  (void)bytes;
-  printf("%lu bytes sent\n", (unsigned long)count);
-}
-
 int main(void) {
   const um_points points = {scan, kPoints, sizeof scan[0], 0, sizeof(float), 2 * sizeof(float)};
   const um_session session = {7, 0, 20260122}; /* this robot, and a number for every start */
@@ -23,25 +17,24 @@ int main(void) {
   um_encoded encoded;
   const char* message;
   int32_t ready = 0;
-  int k;
   um_config_init(&config, sizeof config, UM_SENSOR_VLP_16);
   const size_t bytes = um_required_bytes(&config);
   void* const memory = aligned_alloc(UM_ALIGNMENT, bytes);
   if (um_init(&config, memory, bytes, &pipeline, &message) != UM_OK) return puts(message), 1;
   const size_t scratch_bytes = um_encode_scratch_bytes(pipeline);
-  void* const scratch = aligned_alloc(UM_ALIGNMENT, (scratch_bytes + 63) / 64 * 64);
+  void* const scratch = aligned_alloc(UM_ALIGNMENT, scratch_bytes);
 
-  for (k = 0; k < kPoints; ++k) scan[k][0] = 10.0F, scan[k][1] = 0.1F * (float)k - 50.0F;
+  for (int k = 0; k < kPoints; ++k) scan[k][0] = 10.0F, scan[k][1] = 0.1F * (float)k - 50.0F;
   um_pose_from_quaternion(rotation, translation, &T_odometry_sensor);
-  for (k = 0; k < 10; ++k) {
+  for (int k = 0; k < 10; ++k) {
     if (um_add_scan(pipeline, &points, &T_odometry_sensor, k + 1, &ready) != UM_OK || !ready)
       continue;
     if (um_keyframe_encode(pipeline, &session, scratch, scratch_bytes, buffer, kCapacity,
                            &encoded) != UM_OK)
       return puts(um_message(pipeline)), 1;
-    send_bytes(buffer, encoded.bytes);
+    /* Send them here: the base station decodes these bytes (docs/wire-format.md). */
+    printf("%lu bytes sent\n", (unsigned long)encoded.bytes);
   }
   free(scratch);
   free(memory);
-  return 0;
 }
