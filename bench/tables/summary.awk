@@ -1,0 +1,71 @@
+# Summary of the tables of docs/results.md, as Markdown: -v table=removal|places|times
+#
+# README.md shows what this prints, so its figures are those of the runs that wrote the tables.
+
+# number(cell, k): the k-th figure of "99.65 / 93.42 / 96.47".
+function number(text, k,   parts) { split(text, parts, "/"); return parts[k] + 0 }
+
+# show(title, name, row): a row's online and refined labels.
+function show(title, name, row) {
+  printf "| %s | %s | %s |\n", title, cell[name, row, 2], cell[name, row, 4]
+}
+
+# The LiDARs of the highest and the lowest AA online.
+function show_extremes(scene, name,   row, best, worst) {
+  best = worst = 2
+  for (row = 2; row <= rows[name]; ++row) {
+    if (number(cell[name, row, 2], 3) > number(cell[name, best, 2], 3)) best = row
+    if (number(cell[name, row, 2], 3) < number(cell[name, worst, 2], 3)) worst = row
+  }
+  show(scene ", best of " rows[name] - 1 " LiDARs: " cell[name, best, 1], name, best)
+  show(scene ", worst: " cell[name, worst, 1], name, worst)
+}
+
+function removal() {
+  print "| SA / DA / AA % | online | refined |\n|---|---|---|"
+  show("KITTI raw 0005, labelled points", "removal-recording", 2)
+  show_extremes("town", "removal-town")
+  show_extremes("campus", "removal-campus")
+}
+
+function places(   row, name, group, drive, count, i) {
+  name = "places-groups"
+  for (row = 2; row <= rows[name]; ++row) {
+    drive = cell[name, row, 1]
+    group = cell[name, row, 2]
+    if (!(group in known)) { known[group] = 1; groups[++count] = group }
+    f1[group, drive] = substr(cell[name, row, 4], 1, 5)
+    accepted[drive] += number(cell[name, row, 7], 1)
+    wrong[drive] += number(cell[name, row, 7], 2)
+  }
+  print "| F1 by pose: same direction / reverse | town | campus |\n|---|---|---|"
+  for (i = 1; i <= count; ++i)
+    printf "| %s | %s / %s | %s / %s |\n", groups[i], f1[groups[i], "town B"],
+      f1[groups[i], "town C"], f1[groups[i], "campus B"], f1[groups[i], "campus C"]
+  printf "| accepted right / wrong | %d / %d | %d / %d |\n",
+    accepted["town B"] + accepted["town C"], wrong["town B"] + wrong["town C"],
+    accepted["campus B"] + accepted["campus C"], wrong["campus B"] + wrong["campus C"]
+}
+
+function times() {
+  print "| ms per keyframe of one second, p50 / p99 | ingest | removal | description |\n|---|---|---|---|"
+  printf "| OS2-128, simulated town | %s | %s | %s |\n", cell["keyframes-simulated", 2, 7],
+    cell["keyframes-simulated", 2, 5], cell["keyframes-simulated", 2, 6]
+  printf "| KITTI raw 0005 | %s | %s | %s |\n", cell["keyframes-recorded", 2, 7],
+    cell["keyframes-recorded", 2, 5], cell["keyframes-recorded", 2, 6]
+}
+
+/^<!-- table [a-z0-9-]+: / { name = $3; sub(/:$/, "", name) }
+/^<!-- end of table -->$/ { name = "" }
+name != "" && /^\|/ && !/^\|---/ {
+  columns = split($0, parts, / *\| */)
+  ++rows[name]
+  for (i = 2; i < columns; ++i) cell[name, rows[name], i - 1] = parts[i]
+}
+
+END {
+  if (table == "removal") removal()
+  else if (table == "places") places()
+  else if (table == "times") times()
+  else exit 2
+}
