@@ -25,9 +25,12 @@ class DatasetError : public std::runtime_error {
 struct Scan {
   /// One point as the files hold it: metres in the sensor frame, intensity as recorded.
   struct Point {
-    float x, y, z, intensity;
+    float x;          ///< along the first axis
+    float y;          ///< along the second axis
+    float z;          ///< along the third axis
+    float intensity;  ///< as the file has it
   };
-  std::vector<Point> points;
+  std::vector<Point> points;  ///< in the order of the file
   [[nodiscard]] PointView view() const {
     return PointView::xyz(points.data(), points.size(), sizeof(Point));
   }

@@ -42,15 +42,17 @@ void write_text(const std::filesystem::path& file, std::string_view text);
 
 /// Eight-bit colour.
 struct Color {
-  std::uint8_t red, green, blue;
+  std::uint8_t red;    ///< 0 to 255
+  std::uint8_t green;  ///< 0 to 255
+  std::uint8_t blue;   ///< 0 to 255
 };
 
 /// One more property of every vertex of a PLY file.
 struct PlyProperty {
-  std::string name;
+  std::string name;  ///< as in the PLY header
   std::variant<std::span<const std::uint8_t>, std::span<const std::uint16_t>,
                std::span<const std::uint32_t>, std::span<const float>>
-      values;
+      values;  ///< one per vertex
 };
 
 /// Vertices of a PLY file; spans that are not empty must be as long as `positions`.

@@ -23,11 +23,11 @@ class EventLogError : public std::runtime_error {
 
 /// One message of a log.
 struct LogEvent {
-  std::uint64_t offset = 0;  ///< of the event's first byte in the file
-  std::int64_t number = 0;
-  std::int64_t stamp_us = 0;
-  std::string channel;
-  std::vector<std::uint8_t> data;
+  std::uint64_t offset = 0;        ///< of the event's first byte in the file
+  std::int64_t number = 0;         ///< running number in the log, from 0
+  std::int64_t stamp_us = 0;       ///< its time, microseconds
+  std::string channel;             ///< LCM's name of the channel
+  std::vector<std::uint8_t> data;  ///< the message as LCM encodes it
 };
 
 /// LCM's own limit on channel names, bytes.
@@ -56,15 +56,17 @@ class EventLogWriter {
 
 /// A stretch of a log that held no event.
 struct LogFault {
-  std::uint64_t offset = 0;
-  std::string reason;
+  std::uint64_t offset = 0;  ///< of its first byte in the file
+  std::string reason;        ///< why it is no event
 };
 
 /// Reads a log front to back. Whatever is no event is skipped up to the next one and reported;
 /// a torn tail costs the torn event only. Memory: one event, at most `max_event_bytes`.
 class EventLogReader {
  public:
+  /// Largest event read unless the caller says otherwise.
   static constexpr std::uint64_t kDefaultMaxEventBytes = 64U << 20U;
+  /// Faults of a file that are reported one by one.
   static constexpr std::size_t kMaxFaultsKept = 16;
 
   /// Throws EventLogError if `path` cannot be read.

@@ -28,14 +28,16 @@ std::string with_receive_buffer(const std::string& url);
 
 /// What to listen to, and when to stop.
 struct ListenOptions {
+  /// LCM's name of the network.
   std::string url = "udpm://239.255.76.67:7667?ttl=0";
-  std::size_t sessions_expected = 1;
+  std::size_t sessions_expected = 1;  ///< the listening ends when so many have ended
   /// Ends the listening if nothing arrives for this long, before or after the first message.
   std::chrono::milliseconds first_message_timeout{60000};
+  /// Ends the listening if nothing arrives for this long.
   std::chrono::milliseconds idle_timeout{10000};
   /// How long late pieces are waited for when all sessions have ended but some are not whole.
   std::chrono::milliseconds grace{2000};
-  ReceiverLimits limits;
+  ReceiverLimits limits;  ///< what the stream may make the receiver hold
   /// Asked ten times a second; true ends the listening. May be empty.
   std::function<bool()> stop;
   /// Told in words once messages can arrive, then once a second, and when something is amiss.
@@ -52,9 +54,9 @@ enum class ListenEnd : std::uint8_t {
 
 /// The sessions that were heard, and what was lost.
 struct ListenResult {
-  ListenEnd end = ListenEnd::kComplete;
-  std::vector<SessionData> sessions;
-  ReceiverCounters counters;
+  ListenEnd end = ListenEnd::kComplete;  ///< why the listening ended
+  std::vector<SessionData> sessions;     ///< what was received
+  ReceiverCounters counters;             ///< what arrived and what was lost
 };
 
 /// Listens until the expected sessions have ended. Blocks. Whatever arrived is in the result,

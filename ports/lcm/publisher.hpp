@@ -59,11 +59,11 @@ struct PublisherOptions {
 
 /// What a publisher did so far.
 struct PublisherCounters {
-  std::uint64_t keyframes_sent = 0;
+  std::uint64_t keyframes_sent = 0;  ///< handed to the network whole
   /// Pushed out of the full queue, left at the end, or published after `finish`.
   std::uint64_t keyframes_dropped = 0;
-  std::uint64_t messages_sent = 0;
-  std::uint64_t bytes_sent = 0;
+  std::uint64_t messages_sent = 0;  ///< of all channels
+  std::uint64_t bytes_sent = 0;     ///< of these messages
   std::uint64_t send_failures = 0;  ///< datagrams the network refused
 };
 

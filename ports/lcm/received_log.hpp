@@ -24,9 +24,9 @@ std::vector<std::string> feed_event_log(Receiver& receiver, const std::filesyste
 
 /// The sessions of an event log and what was wrong with it.
 struct ReceivedLog {
-  std::vector<SessionData> sessions;
-  ReceiverCounters counters;
-  std::vector<std::string> faults;
+  std::vector<SessionData> sessions;  ///< what the log holds
+  ReceiverCounters counters;          ///< what arrived and what was lost
+  std::vector<std::string> faults;    ///< what was wrong with the file
 };
 
 /// Reads an event log, ours or lcm-logger's, complete or torn. Throws EventLogError if it cannot

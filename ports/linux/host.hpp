@@ -20,10 +20,10 @@ enum class CheckStatus : std::uint8_t {
 
 /// Result of one check.
 struct Finding {
-  std::string name;   ///< e.g. "sched_fifo"
-  std::string value;  ///< for people
-  CheckStatus status = CheckStatus::kGood;
-  std::string advice;  ///< a sentence; empty if good
+  std::string name;                         ///< e.g. "sched_fifo"
+  std::string value;                        ///< for people
+  CheckStatus status = CheckStatus::kGood;  ///< outcome of the check
+  std::string advice;                       ///< a sentence; empty if good
 };
 
 /// Tries or reads, in this order: SCHED_FIFO at `priority`, pinning to `core`, mlockall,
@@ -33,9 +33,9 @@ struct Finding {
 
 /// Page faults of one block: while it was prefaulted, and when it was used afterwards.
 struct PrefaultTrial {
-  std::size_t bytes = 0;
-  std::int64_t faults_while_prefaulting = 0;
-  std::int64_t faults_afterwards = 0;  ///< 0 if prefaulting works
+  std::size_t bytes = 0;                      ///< size of the block
+  std::int64_t faults_while_prefaulting = 0;  ///< page faults of the first access
+  std::int64_t faults_afterwards = 0;         ///< 0 if prefaulting works
 };
 
 /// Prefaults `bytes` of fresh memory and uses them. Throws std::runtime_error if there are none.

@@ -14,9 +14,9 @@ namespace unimapper::linux_port {
 /// Whether Linux granted something. `message` is a constant sentence that says what was refused
 /// and what to do about it, "" if all is well; `error_number` is errno's value.
 struct Outcome {
-  bool ok = true;
-  int error_number = 0;
-  const char* message = "";
+  bool ok = true;            ///< it was granted
+  int error_number = 0;      ///< errno, 0 if granted
+  const char* message = "";  ///< what was refused, and the remedy
 };
 
 /// Keeps all pages of the process in memory, present and future ones (mlockall), so that none is

@@ -20,7 +20,7 @@ struct SessionReference {
   /// Ground truth T_world_sensor (`read_truth`), sorted by stamp. All sessions' truths share one
   /// world.
   std::vector<evaluate::StampedPose> truth;
-  /// How well the robot told static from dynamic points, where labels are known.
+  /// Accuracy of the online labels, where true labels are known.
   std::optional<evaluate::DynamicScore> removal;
 };
 

@@ -2,7 +2,6 @@
 #include "unimapper/config/config_json.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <nlohmann/json.hpp>
 
 namespace unimapper {
@@ -72,15 +71,6 @@ nlohmann::json parse_json(std::string_view text, const std::string& source) {
   }
 }
 
-/// The shortest decimal that is the same float: 0.2, not 0.20000000298.
-double shortest(float value) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, value).ptr;
-  double result = 0.0;
-  std::from_chars(text, end, result);
-  return result;
-}
-
 nlohmann::ordered_json json_of(const Parameter& parameter, const void* config) {
   const double value = value_of(parameter, config);
   switch (parameter.kind) {
@@ -89,7 +79,8 @@ nlohmann::ordered_json json_of(const Parameter& parameter, const void* config) {
     case ParameterKind::kCount:
       return static_cast<std::uint32_t>(value);
     case ParameterKind::kFloat:
-      return shortest(static_cast<float>(value));
+      // The shortest decimal that is the same float: 0.2, not 0.20000000298.
+      return parse_decimal(text_of(parameter, config).view()).value_or(value);
     case ParameterKind::kChoice:
       return std::string(text_of(parameter, config).view());
     case ParameterKind::kDouble:

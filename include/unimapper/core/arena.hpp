@@ -17,7 +17,7 @@ namespace unimapper {
 /// which also faults its pages in. Not thread safe. Cost: one memset per array, at start-up.
 class Arena {
  public:
-  static constexpr std::size_t kAlignment = 64;
+  static constexpr std::size_t kAlignment = 64;  ///< bytes; every array starts on a multiple of it
 
   /// An arena that owns nothing and counts what would be used.
   static Arena measuring() noexcept { return Arena{}; }

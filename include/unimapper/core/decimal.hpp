@@ -25,6 +25,7 @@ namespace unimapper {
 template <std::size_t Capacity>
 class BoundedText {
  public:
+  /// Characters, the terminating zero among them.
   static constexpr std::size_t kCapacity = Capacity;
 
   constexpr BoundedText() noexcept = default;

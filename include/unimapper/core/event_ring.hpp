@@ -14,10 +14,10 @@ namespace unimapper {
 
 /// One event. What the values mean follows from the id; unused ones are zero.
 struct EventRecord {
-  std::uint32_t id = 0;
-  std::uint32_t reserved = 0;
-  std::int64_t stamp_ns = 0;  ///< of the scan at hand, or of the producer's clock
-  std::int64_t values[4] = {};
+  std::uint32_t id = 0;         ///< number of the event; the pipeline's are `EventId`
+  std::uint32_t reserved = 0;   ///< 0
+  std::int64_t stamp_ns = 0;    ///< of the scan at hand, or of the producer's clock
+  std::int64_t values[4] = {};  ///< as the id defines them
 };
 static_assert(sizeof(EventRecord) == 48);
 

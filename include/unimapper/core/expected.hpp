@@ -25,8 +25,8 @@ enum class ErrorCode : std::uint8_t {
 
 /// An error as a value: a code, and a static sentence that says what to do about it. Must be used.
 struct [[nodiscard]] Error {
-  ErrorCode code = ErrorCode::kOk;
-  const char* message = "";
+  ErrorCode code = ErrorCode::kOk;  ///< the kind of error; `kOk`: none
+  const char* message = "";         ///< static text, never null; empty if there is no error
 
   [[nodiscard]] constexpr bool ok() const noexcept { return code == ErrorCode::kOk; }
 };

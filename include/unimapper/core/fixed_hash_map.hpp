@@ -20,7 +20,8 @@ namespace unimapper {
 template <typename Value>
 class FixedHashMap {
  public:
-  static constexpr std::uint32_t kMaxProbes = 64;
+  static constexpr std::uint32_t kMaxProbes = 64;  ///< slots a look-up visits at most
+  /// What a look-up returns for an absent key.
   static constexpr std::uint32_t kNotFound = 0xFFFFFFFFU;
 
   /// Takes room for `capacity` entries; the slot table is at most half full.

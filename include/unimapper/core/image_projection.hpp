@@ -8,11 +8,11 @@ namespace unimapper {
 
 /// Field of view and resolution of an image about the sensor's x axis, degrees.
 struct RangeImageShape {
-  float horizontal_fov_deg = 360.0F;
-  float azimuth_resolution_deg = 0.4F;
-  float elevation_min_deg = -45.0F;
-  float elevation_max_deg = 45.0F;
-  float elevation_resolution_deg = 0.5F;
+  float horizontal_fov_deg = 360.0F;      ///< full width about the x axis
+  float azimuth_resolution_deg = 0.4F;    ///< width of a pixel
+  float elevation_min_deg = -45.0F;       ///< lower edge
+  float elevation_max_deg = 45.0F;        ///< upper edge
+  float elevation_resolution_deg = 0.5F;  ///< height of a pixel
 
   friend bool operator==(const RangeImageShape&, const RangeImageShape&) = default;
 };
@@ -24,7 +24,7 @@ class ImageProjection {
   ImageProjection() = default;
   explicit ImageProjection(const RangeImageShape& shape) noexcept;
 
-  static constexpr std::int32_t kOutside = -1;  // all bits set
+  static constexpr std::int32_t kOutside = -1;  ///< the pixel of a direction outside the image
 
   /// Pixels and ranges of `count` points in the sensor frame, metres; `kOutside` where the
   /// direction is not within the field of view. Pixels are numbered row by row. Vectorises.

@@ -13,24 +13,24 @@ namespace unimapper {
 /// One occupied fine cell of a keyframe: the mean of the points of a 0.2 m cell (L_f).
 /// `position` is in the levelled keyframe frame (see `level_frame`), metres.
 struct FineCell {
-  Eigen::Vector3f position;
-  std::uint16_t points;  ///< scan points in the cell, saturating
-  std::uint8_t ground;   ///< 1 if the cell belongs to the ground
-  std::uint8_t reserved;
+  Eigen::Vector3f position;  ///< mean of its points
+  std::uint16_t points;      ///< scan points in the cell, saturating
+  std::uint8_t ground;       ///< 1 if the cell belongs to the ground
+  std::uint8_t reserved;     ///< 0
 };
 
 /// One scan of a keyframe: when and where it was taken.
 struct KeyframeScan {
   std::uint32_t scan_index;  ///< running number of the scan in its session, from 0
-  std::int64_t stamp_ns;
-  Pose T_odometry_sensor;
+  std::int64_t stamp_ns;     ///< time of the scan, by the caller's clock
+  Pose T_odometry_sensor;    ///< sensor frame to odometry frame, metres
 };
 
 /// How far one scan of a keyframe could see: nothing was in the way up to a pixel's range. Pixels
 /// row by row as in `ImageProjection`, in 1/128 m, `kNoRange` where nothing is known.
 struct FreeSpaceImage {
-  std::uint32_t scan;  ///< index into the keyframe's scans
-  std::span<const std::uint16_t> pixels;
+  std::uint32_t scan;                     ///< index into the keyframe's scans
+  std::span<const std::uint16_t> pixels;  ///< one per pixel of the image's shape
 };
 
 /// A repeatable point of the static scene (paper section V-A), in the levelled keyframe frame.
@@ -43,7 +43,7 @@ struct Keypoint {
 
 /// One planar 2 m voxel, in the levelled keyframe frame; loop verification overlaps these.
 struct PlanePatch {
-  Eigen::Vector3f center;
+  Eigen::Vector3f center;  ///< metres
   Eigen::Vector3f normal;  ///< unit length, oriented towards the sensor's origin
 };
 
@@ -51,28 +51,28 @@ struct PlanePatch {
 /// Triangles are not part of it: they follow from the keypoints, bit-identically, wherever they are
 /// needed, so only keypoints are transmitted.
 struct PlaceView {
-  std::span<const Keypoint> keypoints;
-  std::span<const PlanePatch> planes;
+  std::span<const Keypoint> keypoints;  ///< repeatable points of the static scene
+  std::span<const PlanePatch> planes;   ///< planar voxels
 };
 
 /// What a keyframe consists of, for whoever sends or stores it. Every span points into memory of
 /// somebody else.
 struct KeyframeContent {
-  std::uint32_t sequence = 0;        ///< running number, from 0
-  std::uint32_t reference_scan = 0;  ///< index into `scans`; the keyframe's pose is this scan's
-  Pose T_odometry_keyframe;          ///< levelled frame at the reference scan's sensor pose
-  std::span<const KeyframeScan> scans;
-  std::span<const FineCell> static_cells;
+  std::uint32_t sequence = 0;           ///< running number, from 0
+  std::uint32_t reference_scan = 0;     ///< index into `scans`; the keyframe's pose is this scan's
+  Pose T_odometry_keyframe;             ///< levelled frame at the reference scan's sensor pose
+  std::span<const KeyframeScan> scans;  ///< in order of time
+  std::span<const FineCell> static_cells;   ///< the map's contribution
   std::span<const FineCell> dynamic_cells;  ///< what was removed, for display and audit
   /// Free-space images: evidence about the cells of neighbouring keyframes.
   RangeImageShape image_shape;
   /// Farther out, what was seen through counts in proportion less (`FreeSpaceConfig`), metres; 0:
   /// never.
   float image_full_weight_range_m = 0.0F;
-  std::span<const FreeSpaceImage> images;
-  PlaceView place;
-  std::uint64_t points_in = 0;       ///< scan points that went into the keyframe
-  std::uint64_t points_dynamic = 0;  ///< of which removed as dynamic
+  std::span<const FreeSpaceImage> images;  ///< of scans spread over the keyframe
+  PlaceView place;                         ///< keypoints and planes of the static cells
+  std::uint64_t points_in = 0;             ///< scan points that went into the keyframe
+  std::uint64_t points_dynamic = 0;        ///< of which removed as dynamic
 };
 
 }  // namespace unimapper

@@ -16,8 +16,8 @@ namespace unimapper {
 /// which differs from it where keyframes were lost. (A `SessionId` identifies a session on the wire
 /// and for good; this is its short form within one program.)
 struct KeyframeId {
-  std::uint32_t session = 0;
-  std::uint32_t keyframe = 0;
+  std::uint32_t session = 0;   ///< index of the session
+  std::uint32_t keyframe = 0;  ///< number within the session
 
   constexpr KeyframeId() noexcept = default;
   /// From indices of any width; they must fit into 32 bits.

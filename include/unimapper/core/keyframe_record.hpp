@@ -12,8 +12,8 @@ namespace unimapper {
 
 /// A `FreeSpaceImage`, owned, in the code of `encode_image`.
 struct CodedImage {
-  std::uint32_t scan = 0;  ///< index into the keyframe's scans
-  std::vector<std::uint8_t> code;
+  std::uint32_t scan = 0;          ///< index into the keyframe's scans
+  std::vector<std::uint8_t> code;  ///< bytes of `encode_image`
 
   friend bool operator==(const CodedImage&, const CodedImage&) = default;
 };
@@ -21,22 +21,22 @@ struct CodedImage {
 /// One keyframe, owned. Positions as in `KeyframeView`; cells and keypoints carry the wire's
 /// quantisation already (1 cm / 1 mm), on every path the same.
 struct KeyframeRecord {
-  SessionId session;
-  std::uint32_t sequence = 0;
-  std::uint32_t reference_scan = 0;  ///< index into `scans`
-  Pose T_odometry_keyframe;
-  std::vector<KeyframeScan> scans;
-  std::vector<FineCell> static_cells;
+  SessionId session;                    ///< the session it belongs to
+  std::uint32_t sequence = 0;           ///< running number in the session, from 0
+  std::uint32_t reference_scan = 0;     ///< index into `scans`
+  Pose T_odometry_keyframe;             ///< levelled keyframe frame to odometry frame, metres
+  std::vector<KeyframeScan> scans;      ///< in order of time
+  std::vector<FineCell> static_cells;   ///< levelled keyframe frame, metres
   std::vector<FineCell> dynamic_cells;  ///< what the robot removed, for display and audit
-  std::vector<Keypoint> keypoints;
-  std::vector<PlanePatch> planes;  ///< of older senders; else `PlaneRestorer` finds them
+  std::vector<Keypoint> keypoints;      ///< of the descriptor, levelled keyframe frame
+  std::vector<PlanePatch> planes;       ///< of older senders; else `PlaneRestorer` finds them
   /// What the keyframe saw through, all in the same shape; none if the robot does not say.
   RangeImageShape image_shape;
   float image_full_weight_range_m = 0.0F;  ///< as in `KeyframeView`
-  std::vector<CodedImage> images;
-  std::uint64_t points_in = 0;       ///< scan points that went into the keyframe
-  std::uint64_t points_dynamic = 0;  ///< of which removed as dynamic
-  std::uint64_t left_out = 0;        ///< cells, keypoints and planes too far away for the wire
+  std::vector<CodedImage> images;          ///< free-space images
+  std::uint64_t points_in = 0;             ///< scan points that went into the keyframe
+  std::uint64_t points_dynamic = 0;        ///< of which removed as dynamic
+  std::uint64_t left_out = 0;  ///< cells, keypoints and planes too far away for the wire
 
   /// The descriptor; it points into this record.
   [[nodiscard]] PlaceView place() const { return {keypoints, planes}; }
@@ -44,11 +44,11 @@ struct KeyframeRecord {
 
 /// Everything known of one session, keyframes in ascending `sequence`; gaps are possible.
 struct SessionData {
-  SessionInfo info;
-  std::vector<KeyframeRecord> keyframes;
-  bool complete = false;                ///< the end-of-session message arrived
-  std::uint64_t keyframes_missing = 0;  ///< gaps in `sequence` plus what never reassembled
-  std::uint64_t keyframes_damaged = 0;  ///< failed their checksum or validation
+  SessionInfo info;                       ///< identity and names
+  std::vector<KeyframeRecord> keyframes;  ///< in ascending `sequence`
+  bool complete = false;                  ///< the end-of-session message arrived
+  std::uint64_t keyframes_missing = 0;    ///< gaps in `sequence` plus what never reassembled
+  std::uint64_t keyframes_damaged = 0;    ///< failed their checksum or validation
 };
 
 }  // namespace unimapper

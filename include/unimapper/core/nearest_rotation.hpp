@@ -7,7 +7,7 @@ namespace unimapper {
 
 /// A rotation and how surely its matrix says it.
 struct NearestRotation {
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< orthonormal, determinant 1
   /// Second singular value of the matrix, in its units: two directions fix the third, so this
   /// one decides. Zero: the matrix says nothing about a rotation, which then is the identity.
   double deciding_value = 0.0;

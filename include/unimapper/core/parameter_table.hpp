@@ -31,8 +31,8 @@ enum class ParameterKind : std::uint8_t {
 
 /// Numbers from `low` to `high`; NaN is never among them.
 struct ParameterRange {
-  double low = 0.0;
-  double high = 0.0;
+  double low = 0.0;          ///< smallest allowed value
+  double high = 0.0;         ///< largest allowed value
   bool without_low = false;  ///< `low` itself is not among them
   bool or_zero = false;      ///< 0 is, although it lies outside
 };
@@ -40,13 +40,14 @@ struct ParameterRange {
 /// One row of a table.
 struct Parameter {
   BoundedText<56> name;  ///< the member's, with dots behind the structs it lies in
-  ParameterKind kind = ParameterKind::kCount;
+  ParameterKind kind = ParameterKind::kCount;         ///< type of the member
   void* (*address)(void* config) noexcept = nullptr;  ///< of the member
-  ParameterRange range;
+  ParameterRange range;                               ///< allowed values of a number
   std::string_view range_text;  ///< e.g. "0 or [0.02, 2]"; empty for switches and choices
   std::string_view unit;        ///< empty: a plain number
   std::string_view source;      ///< where the default comes from
   std::string_view meaning;     ///< one sentence
+  /// Names of a choice's values, in the order of the enum.
   std::span<const std::string_view> choices;
   BoundedText<136> refusal;  ///< the sentence for a value that is not allowed
 };
@@ -144,8 +145,8 @@ consteval BoundedText<136> refusal_of(const Parameter& row) {
 /// The rows of a struct, and how many of its members they stand for.
 template <std::size_t Rows>
 struct ParameterRows {
-  std::array<Parameter, Rows> rows;
-  std::size_t members = 1;
+  std::array<Parameter, Rows> rows;  ///< one per parameter
+  std::size_t members = 1;           ///< members of the struct that the rows stand for
 };
 
 /// The row of a number: `range` as in "[1, 32]", "(0, 1000]" or "0 or [0.02, 2]".

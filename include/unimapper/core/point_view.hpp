@@ -12,12 +12,12 @@ namespace unimapper {
 /// `data` must stay valid during the call it is passed to. Points may be NaN or infinite:
 /// they are skipped and counted.
 struct PointView {
-  const std::byte* data = nullptr;
-  std::size_t count = 0;     ///< points
-  std::size_t stride = 0;    ///< bytes from one point to the next
-  std::size_t offset_x = 0;  ///< bytes from the start of a point to its float32 x
-  std::size_t offset_y = 4;
-  std::size_t offset_z = 8;
+  const std::byte* data = nullptr;  ///< first byte of the first point
+  std::size_t count = 0;            ///< points
+  std::size_t stride = 0;           ///< bytes from one point to the next
+  std::size_t offset_x = 0;         ///< bytes from the start of a point to its float32 x
+  std::size_t offset_y = 4;         ///< the same of y
+  std::size_t offset_z = 8;         ///< the same of z
 
   /// A view of `count` points whose x, y, z are three consecutive floats, `stride_bytes` apart.
   static PointView xyz(const void* first, std::size_t count, std::size_t stride_bytes) noexcept {

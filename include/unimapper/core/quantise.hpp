@@ -9,8 +9,8 @@ namespace unimapper {
 
 /// A unit vector unfolded from an octahedron onto a square of 16-bit coordinates.
 struct OctahedralNormal {
-  std::int16_t u = 0;
-  std::int16_t v = 0;
+  std::int16_t u = 0;  ///< first coordinate on the square
+  std::int16_t v = 0;  ///< second coordinate on the square
   friend bool operator==(const OctahedralNormal&, const OctahedralNormal&) = default;
 };
 

@@ -11,8 +11,8 @@ namespace unimapper {
 
 /// A point seen from two frames.
 struct PointPair {
-  Eigen::Vector3d a;
-  Eigen::Vector3d b;
+  Eigen::Vector3d a;  ///< in frame a
+  Eigen::Vector3d b;  ///< the same point in frame b
 };
 
 /// The least-squares T_b_a with `b = T_b_a * a` over all pairs. Always a proper rotation: where
@@ -24,10 +24,10 @@ struct PointPair {
 /// A turn about the vertical and a shift within the level plane: what two levelled frames
 /// differ by, height aside.
 struct PlanarPose {
-  float cosine = 1.0F;
-  float sine = 0.0F;
-  float x = 0.0F;
-  float y = 0.0F;
+  float cosine = 1.0F;  ///< of the turn
+  float sine = 0.0F;    ///< of the turn
+  float x = 0.0F;       ///< shift, metres
+  float y = 0.0F;       ///< shift, metres
 
   [[nodiscard]] Eigen::Vector2f operator*(const Eigen::Vector2f& p) const noexcept {
     return {cosine * p.x() - sine * p.y() + x, sine * p.x() + cosine * p.y() + y};

@@ -27,14 +27,14 @@ enum class ScanPattern : std::uint8_t { kSpinning, kRaster, kNonRepetitive };
 /// Data-sheet figures of one LiDAR. For one that no preset knows, fill in every figure and hand the
 /// model to `preset(model)`: what is left out is refused.
 struct SensorModel {
-  SensorKind kind = SensorKind::kGeneric;
-  std::string_view name;  ///< canonical spelling, e.g. "os2-128"
-  ScanPattern pattern = ScanPattern::kSpinning;
+  SensorKind kind = SensorKind::kGeneric;        ///< `kGeneric` for a LiDAR that no preset knows
+  std::string_view name;                         ///< canonical spelling, e.g. "os2-128"
+  ScanPattern pattern = ScanPattern::kSpinning;  ///< how it scans
   float horizontal_fov_deg = 0.0F;  ///< full width about the x axis, degrees. [10, 360]
   float elevation_min_deg = 0.0F;   ///< lowest and highest ray, degrees. -90 <= min < max <= 90,
   float elevation_max_deg = 0.0F;   ///< at least 1 apart
   float range_min_m = 0.0F;         ///< metres. 0 <= min < max <= 500
-  float range_max_m = 0.0F;
+  float range_max_m = 0.0F;         ///< metres, as above
   /// Scan lines. [2, 1024] where they repeat, which range images of spinning sensors follow; 0 if
   /// the pattern does not repeat.
   std::uint32_t rings = 0;

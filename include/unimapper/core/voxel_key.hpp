@@ -9,9 +9,9 @@ namespace unimapper {
 
 /// Index of a grid cell: floor(coordinate / cell size) per axis (paper equation 1).
 struct VoxelIndex {
-  std::int32_t x = 0;
-  std::int32_t y = 0;
-  std::int32_t z = 0;
+  std::int32_t x = 0;  ///< cell along x
+  std::int32_t y = 0;  ///< cell along y
+  std::int32_t z = 0;  ///< cell along z
   friend bool operator==(const VoxelIndex&, const VoxelIndex&) = default;
 };
 

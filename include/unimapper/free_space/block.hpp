@@ -11,20 +11,20 @@ namespace unimapper {
 /// 4 x 4 x 4 cells, one bit each. Everything that asks "is that cell occupied?" asks 64 cells at
 /// the cost of one look-up.
 struct Block {
-  static constexpr std::int32_t kEdgeBits = 2;
-  static constexpr std::int32_t kEdge = 1 << kEdgeBits;
-  static constexpr std::uint32_t kCells = 64;
+  static constexpr std::int32_t kEdgeBits = 2;           ///< log2 of the edge
+  static constexpr std::int32_t kEdge = 1 << kEdgeBits;  ///< cells along each axis
+  static constexpr std::uint32_t kCells = 64;            ///< cells of a block
 
-  std::uint64_t occupied;
-  VoxelIndex index;     ///< in units of blocks
-  std::uint32_t first;  ///< row of the block's first cell; the others follow by bit number
+  std::uint64_t occupied;  ///< one bit per cell
+  VoxelIndex index;        ///< in units of blocks
+  std::uint32_t first;     ///< row of the block's first cell; the others follow by bit number
 };
 
 /// From a block to one that touches it: -1, 0 or 1 along each axis.
 struct BlockOffset {
-  std::int32_t x;
-  std::int32_t y;
-  std::int32_t z;
+  std::int32_t x;  ///< blocks along x
+  std::int32_t y;  ///< blocks along y
+  std::int32_t z;  ///< blocks along z
 };
 
 /// The block a cell lies in, in units of blocks.

@@ -24,7 +24,7 @@ struct LabelledCells {
 /// first, then what lies above.
 class ComponentLabels {
  public:
-  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;  ///< label of a cell without a component
   /// A block holds no more parts that do not touch each other.
   static constexpr std::uint32_t kMaxPartsPerBlock = 8;
 

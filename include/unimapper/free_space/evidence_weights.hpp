@@ -28,8 +28,10 @@ struct EvidenceDefaults {
 
 /// Weights of single observations, thousandths.
 struct EvidenceWeights {
-  std::int32_t free = in_thousandths(EvidenceDefaults::kLogOddsFree);
+  std::int32_t free = in_thousandths(EvidenceDefaults::kLogOddsFree);  ///< seen through
+  /// Occupied in another keyframe.
   std::int32_t occupied = in_thousandths(EvidenceDefaults::kLogOddsOccupied);
+  /// A surface was observed close to it.
   std::int32_t weakly_occupied = in_thousandths(EvidenceDefaults::kLogOddsWeaklyOccupied);
 
   /// From the members that every configuration of evidence has.

@@ -9,8 +9,8 @@ namespace unimapper {
 /// hardly sees the ground, the roof of a passing car is the lowest plane there is. Single cells of
 /// a real road are seen through, too, where rays graze it; whole patches are not.
 struct GroundPatch {
-  std::uint16_t cells = 0;
-  std::uint16_t seen_through = 0;
+  std::uint16_t cells = 0;         ///< cells of the patch
+  std::uint16_t seen_through = 0;  ///< of these, cells that other views saw through
 
   /// Counts one cell more, up to 65535.
   void add(bool is_seen_through) noexcept {

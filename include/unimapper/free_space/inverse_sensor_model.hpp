@@ -13,11 +13,11 @@ namespace unimapper {
 /// Points to be observed, metres in any frame, and what was learnt of each: log-odds of "free",
 /// thousandths. Structure of arrays.
 struct ObservedPoints {
-  const float* x;
-  const float* y;
-  const float* z;
-  std::int32_t* log_odds;
-  std::uint32_t size;
+  const float* x;          ///< coordinates, `size` of them
+  const float* y;          ///< coordinates, `size` of them
+  const float* z;          ///< coordinates, `size` of them
+  std::int32_t* log_odds;  ///< one sum per point; observations are added to it
+  std::uint32_t size;      ///< points
 };
 
 enum class Visibility : std::uint8_t {

@@ -11,7 +11,7 @@ namespace unimapper {
 
 /// How points become an image.
 struct RangePainterConfig {
-  RangeImageShape shape;
+  RangeImageShape shape;     ///< field of view and resolution
   float range_min_m = 0.0F;  ///< nearer points are not painted
   float range_max_m = 0.0F;  ///< nor are farther ones; at most 511
   /// Returns among a pixel and its eight neighbours below which the pixel stays unknown, [1, 9].

@@ -14,16 +14,16 @@ namespace unimapper::merge {
 
 /// One session to align. No sensor data: any front end can feed the aligner.
 struct AlignmentSession {
-  std::vector<Pose> T_odometry_keyframe;
-  double central_score = 0.0;  ///< suitability as the central map; larger is better
+  std::vector<Pose> T_odometry_keyframe;  ///< by keyframe: keyframe frame to odometry frame, metres
+  double central_score = 0.0;             ///< suitability as the central map; larger is better
 };
 
 /// The state of all maps after alignment.
 struct Alignment {
-  std::size_t central = 0;
-  std::vector<bool> connected;                        ///< false: in its own frame
-  std::vector<std::string> reason;                    ///< why a session is not connected
-  std::vector<Pose> T_map_session;                    ///< anchor nodes
+  std::size_t central = 0;          ///< index of the session whose frame is the map's
+  std::vector<bool> connected;      ///< false: in its own frame
+  std::vector<std::string> reason;  ///< why a session is not connected
+  std::vector<Pose> T_map_session;  ///< anchor nodes
   std::vector<std::vector<Pose>> T_session_keyframe;  ///< optimised, in the session's own frame
   std::vector<LoopDecision> decisions;                ///< on the loops given, in their order
 
@@ -44,7 +44,9 @@ Alignment align_sessions(const std::vector<AlignmentSession>& sessions,
 
 /// Adds loops found between sessions that `align_sessions` has connected (radius search), rejects
 /// outliers, readmits loops rejected earlier that agree with the result, and optimises once more.
-/// `loops` are all loops, the earlier ones first; their decisions are carried over and extended.
+/// `loops` are all loops, the earlier ones first. Of those among connected sessions the loops that
+/// agree with the result are accepted, and no others. If the result is implausible, or there is
+/// none, `start` is kept and the new loops are rejected.
 Alignment refine_alignment(const Alignment& start, const std::vector<AlignmentSession>& sessions,
                            std::span<const LoopConstraint> loops, const MergeConfig& config);
 

@@ -11,8 +11,8 @@ namespace unimapper::merge {
 
 /// The pose of one scan's sensor.
 struct TrajectoryPose {
-  std::int64_t stamp_ns = 0;
-  Pose T_map_sensor;
+  std::int64_t stamp_ns = 0;  ///< time of the scan
+  Pose T_map_sensor;          ///< sensor frame to map frame, metres
 };
 
 /// One pose per scan, in the order of time: between keyframes the correction the pose graph made

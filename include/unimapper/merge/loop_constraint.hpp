@@ -10,7 +10,7 @@ namespace unimapper::merge {
 
 /// Whether a loop, or a set of loops, is accepted.
 struct LoopDecision {
-  bool accepted = false;
+  bool accepted = false;  ///< the outcome
   /// Why it was refused. Of an accepted loop empty, or, in `MergeResult`, how it was found:
   /// "descriptor" or "radius".
   std::string reason;
@@ -18,9 +18,9 @@ struct LoopDecision {
 
 /// Second stage of a loop: a `LoopCandidate` after registration, between levelled keyframe frames.
 struct LoopConstraint {
-  KeyframeId query;
-  KeyframeId match;
-  Pose T_match_query;
+  KeyframeId query;    ///< the keyframe that was searched for
+  KeyframeId match;    ///< the keyframe that was found
+  Pose T_match_query;  ///< the query's levelled frame to the match's, metres
   Matrix6d information = Matrix6d::Identity();  ///< as in PoseGraph::Edge with from = match
   double overlap = 0.0;                         ///< share of structure that coincides, [0, 1]
   float confidence = 0.0F;  ///< of the descriptor search; of a radius search the overlap

@@ -298,14 +298,14 @@ consteval auto parameters_of(const MapConfig*) {
 
 /// Parameters of the merger.
 struct MergeConfig {
-  OdometryNoiseConfig odometry;
-  RegistrationConfig registration;
-  LoopConfig loops;
-  AcceptanceConfig acceptance;
-  GraphConfig graph;
-  RadiusConfig radius;
-  RefinementConfig refinement;
-  MapConfig map;
+  OdometryNoiseConfig odometry;     ///< drift of the odometry
+  RegistrationConfig registration;  ///< registration clouds and G-ICP
+  LoopConfig loops;                 ///< loop candidates and their verification
+  AcceptanceConfig acceptance;      ///< sets of inter-session loops
+  GraphConfig graph;                ///< the pose graph
+  RadiusConfig radius;              ///< radius search after alignment
+  RefinementConfig refinement;      ///< refined labels
+  MapConfig map;                    ///< the unified map and its changes
   std::uint32_t threads = 0;
 
   /// `kOk`, or what is wrong in words.

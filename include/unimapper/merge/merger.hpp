@@ -20,41 +20,41 @@ enum class SessionStatus { kCentral, kMerged, kUnconnected };
 /// One session in the unified frame. An unconnected session keeps all its keyframes, in its own
 /// frame: `T_map_session` is the identity then.
 struct MergedSession {
-  SessionStatus status = SessionStatus::kUnconnected;
-  std::string reason;  ///< why it is not connected, empty otherwise
-  Pose T_map_session;  ///< the anchor node: session odometry frame to the map frame
-  std::vector<Pose> T_map_keyframe;
+  SessionStatus status = SessionStatus::kUnconnected;  ///< whether it is connected to the map
+  std::string reason;                                  ///< why it is not connected, empty otherwise
+  Pose T_map_session;                ///< the anchor node: session odometry frame to the map frame
+  std::vector<Pose> T_map_keyframe;  ///< by keyframe: levelled keyframe frame to map frame, metres
   std::vector<RefinedKeyframe> refined;  ///< refined labels, by keyframe
 };
 
 /// A point of the unified map.
 struct MapPoint {
-  Eigen::Vector3f position;
+  Eigen::Vector3f position;         ///< map frame, metres
   std::uint16_t session = 0;        ///< first session that saw it
   std::uint16_t sessions_seen = 0;  ///< how many sessions saw it
 };
 
 /// A point of one session where another session observed free space.
 struct ChangedPoint {
-  Eigen::Vector3f position;
+  Eigen::Vector3f position;   ///< map frame, metres
   std::uint16_t session = 0;  ///< session in which the point exists
   bool appeared = false;      ///< true: new in `session`; false: gone after `session`
 };
 
 /// Wall-clock time of one stage.
 struct StageTime {
-  std::string stage;
-  double seconds = 0.0;
+  std::string stage;     ///< name of the stage
+  double seconds = 0.0;  ///< how long it took
 };
 
 /// Everything a merge finds: trajectories, loops, map and changes.
 struct MergeResult {
-  std::size_t central_session = 0;
-  std::vector<MergedSession> sessions;
+  std::size_t central_session = 0;      ///< index of the session whose frame is the map's
+  std::vector<MergedSession> sessions;  ///< by index of the session
   /// All loops considered, verified or not, with the final decision on each.
   std::vector<LoopConstraint> loops;
-  std::vector<MapPoint> map;
-  std::vector<ChangedPoint> changes;
+  std::vector<MapPoint> map;                    ///< static points, the unified map
+  std::vector<ChangedPoint> changes;            ///< points that differ between sessions
   std::vector<Eigen::Vector3f> dynamic_points;  ///< what is not static, map frame, for display
   /// The edges of the final pose graph: accepted loops, then odometry (match = from).
   std::vector<LoopConstraint> graph_edges;

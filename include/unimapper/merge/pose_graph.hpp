@@ -17,30 +17,30 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 struct PoseGraph {
   /// Where the frame of one map lies in the unified one.
   struct Anchor {
-    Pose T_map_session;
-    bool fixed = false;
+    Pose T_map_session;  ///< frame of the map to the unified frame, metres
+    bool fixed = false;  ///< held at its value
   };
   /// Pose of one keyframe in the frame of its map.
   struct Node {
-    Pose T_session_node;
-    std::size_t anchor = 0;
-    bool fixed = false;
+    Pose T_session_node;     ///< keyframe frame to the frame of its map, metres
+    std::size_t anchor = 0;  ///< index into `anchors`: its map
+    bool fixed = false;      ///< held at its value
   };
   /// A measured relative pose. The residual is (translation in `from`'s frame, twice the vector
   /// part of the quaternion of T_from_to^-1 * estimate): for small errors the rotation vector,
   /// for any error the chordal distance. `information` is its inverse covariance.
   struct Edge {
-    std::size_t from = 0;
-    std::size_t to = 0;
-    Pose T_from_to;
-    Matrix6d information = Matrix6d::Identity();
+    std::size_t from = 0;                         ///< index into `nodes`
+    std::size_t to = 0;                           ///< index into `nodes`
+    Pose T_from_to;                               ///< frame of `to` to that of `from`, metres
+    Matrix6d information = Matrix6d::Identity();  ///< of the residual, translation first
     /// xi of the Cauchy kernel on the whitened residual (paper section V-C); 0: quadratic.
     double cauchy_scale = 0.0;
   };
 
-  std::vector<Anchor> anchors;
-  std::vector<Node> nodes;
-  std::vector<Edge> edges;
+  std::vector<Anchor> anchors;  ///< one per map
+  std::vector<Node> nodes;      ///< keyframes of all maps
+  std::vector<Edge> edges;      ///< odometry and loops
 
   /// The node's pose in the unified frame.
   [[nodiscard]] Pose T_map_node(std::size_t node) const {
@@ -50,10 +50,10 @@ struct PoseGraph {
 
 /// Outcome of an optimisation.
 struct SolveSummary {
-  bool usable = false;  ///< false: nothing was changed
-  double initial_cost = 0.0;
-  double final_cost = 0.0;  ///< sum of rho(residual^2); no factor one half
-  std::uint32_t iterations = 0;
+  bool usable = false;           ///< false: nothing was changed
+  double initial_cost = 0.0;     ///< as `final_cost`, before the first iteration
+  double final_cost = 0.0;       ///< sum of rho(residual^2); no factor one half
+  std::uint32_t iterations = 0;  ///< of the solver, its start counted
 };
 
 /// Squared whitened residual of one edge at the current estimate; no kernel.

@@ -32,8 +32,8 @@ void visit_cells(const KeyframeRecord& keyframe, const RefinedKeyframe& refined,
 
 /// A session and where its keyframes are; sessions that share a map observe each other.
 struct PlacedSession {
-  const SessionData* session = nullptr;
-  std::vector<Pose> T_map_keyframe;
+  const SessionData* session = nullptr;  ///< must outlive the call
+  std::vector<Pose> T_map_keyframe;  ///< by keyframe: levelled keyframe frame to map frame, metres
   /// Sessions with the same number share a frame.
   std::size_t map = 0;
 };

@@ -68,9 +68,9 @@ struct DescriptorInput {
 /// What the places are like that `PlaceDatabase` stores and compares: follows from their
 /// description.
 struct PlaceShape {
-  std::uint32_t max_keypoints = 128;
-  std::uint32_t max_planes = 1024;
-  float voxel_size_m = 2.0F;  ///< L_c, edge of the coarse voxels planes were fitted in
+  std::uint32_t max_keypoints = 128;  ///< keypoints of a place at most
+  std::uint32_t max_planes = 1024;    ///< plane patches of a place at most
+  float voxel_size_m = 2.0F;          ///< L_c, edge of the coarse voxels planes were fitted in
 };
 
 /// Which triangles are formed from the keypoints of a place.
@@ -99,7 +99,7 @@ consteval auto parameters_of(const TriangleConfig*) {
 struct LoopSearchConfig {
   std::uint32_t max_places = 2000;
   std::uint32_t max_results = 8;
-  TriangleConfig triangles;
+  TriangleConfig triangles;  ///< triangles of keypoints
   float side_tolerance_m = 0.2F;
   float dot_tolerance = 0.35F;
   std::uint32_t max_code_difference = 6;

@@ -18,10 +18,10 @@ namespace unimapper {
 /// precision. `accepted` tells whether it reaches the configured one, otherwise it is reported for
 /// evaluation only.
 struct LoopCandidate {
-  KeyframeId query;
-  KeyframeId match;
-  float confidence = 0.0F;
-  bool accepted = false;
+  KeyframeId query;            ///< the keyframe that was searched for
+  KeyframeId match;            ///< the stored keyframe it looks like
+  float confidence = 0.0F;     ///< [0, 1]
+  bool accepted = false;       ///< `confidence` reaches the configured threshold
   std::uint32_t votes = 0;     ///< of triangles that agree on the pose, weighted by their normals
   std::uint32_t inliers = 0;   ///< keypoints that agree with the pose
   float plane_overlap = 0.0F;  ///< share of commonly visible planes that coincide
