@@ -6,13 +6,14 @@
 #include <ctime>
 #include <vector>
 
+#include "ports/datasets/label_values.hpp"
 #include "ports/datasets/writers.hpp"
 
 namespace unimapper::bench {
 namespace {
 
-constexpr std::uint32_t kLabelStatic = 9;
-constexpr std::uint32_t kLabelDynamic = 251;
+using datasets::kLabelDynamic;
+using datasets::kLabelStatic;
 
 double process_ms() {
   timespec time{};

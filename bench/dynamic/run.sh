@@ -9,17 +9,22 @@
 #   bench/dynamic/run.sh [SEEDS] [SCANS] [SCENES] [DRIFTS]
 #       defaults: "21 22 23" 100 "town campus" "lio icp"
 #
-# Runtime is bounded: variants are scored in the first scene with the first odometry only, OctoMap
-# on the first seed's first drive of each LiDAR and at most OCTOMAP_SCANS (40; 0 leaves it out) of
-# its scans, at one to five seconds each, and on the recording. On two cores about fifty minutes
-# with the defaults, a third of them for OctoMap. Five minutes, and one LiDAR alone:
+# TABLES says which: accuracy, rules, octomap (default: all three). docs/results.md shows each for
+# other drives, so WRITE_DOCS=1 needs one of them.
 #
-#   OCTOMAP_SCANS=0 bench/dynamic/run.sh 21 60 town lio
+# Runtime is bounded: variants are scored in the first scene with the first odometry only, OctoMap
+# on the first seed's first drive of each LiDAR and at most OCTOMAP_SCANS (40) of its scans, at one
+# to five seconds each, and on the recording. On two cores about fifty minutes with the defaults, a
+# third of them for OctoMap. Five minutes, and one LiDAR alone:
+#
+#   TABLES="accuracy rules" bench/dynamic/run.sh 21 60 town lio
 #   SENSORS=vlp-16 VARIANTS="default paper" bench/dynamic/run.sh
 #
 # Installs and builds what is missing, unless UNIMAPPER names a program to score instead.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+# shellcheck source=bench/tables/common.sh
+source bench/tables/common.sh
 
 seeds=${1:-21 22 23}
 scans=${2:-100}
@@ -29,21 +34,33 @@ octomap_scans=${OCTOMAP_SCANS:-40}
 octomap=build/release/bin/octomap_labels
 out=build/bench/dynamic
 sensors=${SENSORS:-os2-128 os1-64 hdl-64e vlp-16 aeva-aeries2 livox-avia livox-mid-360}
-mkdir -p "$out"
-rm -f "$out"/*.json "$out"/*.cost "$out"/*.stats
+tables=${TABLES:-accuracy rules octomap}
+wants() { [[ " $tables " == *" $1 "* ]]; }
+[ -z "${WRITE_DOCS:-}" ] || [[ "$tables" != *" "* ]] || {
+  echo "error: name the table to write, as its line in docs/results.md does: TABLES=..." >&2
+  exit 2
+}
+if ! only_layout; then
+  mkdir -p "$out"
+  rm -f "$out"/*.json "$out"/*.cost "$out"/*.stats
+fi
 
-if [ -z "${UNIMAPPER:-}" ]; then
+if ! only_layout && [ -z "${UNIMAPPER:-}" ]; then
   ./dev setup toolchains/packages-bench.txt
   ./dev build >/dev/null
 fi
-unimapper=${UNIMAPPER:-build/release/bin/unimapper}
+unimapper=${UNIMAPPER:-${BIN:-build/release/bin}/unimapper}
 
 # shellcheck source=bench/dynamic/tables.sh
 source bench/dynamic/tables.sh
 
 # Every variant is the default with one thing changed.
-read -ra variants <<<"${VARIANTS:-default paper no-log-odds-carry elevated-ground seen-through-ground unpropagated-ground \
-full-weight-everywhere no-components no-persistence other-keyframes-only no-final-labels}"
+all_variants="default paper no-log-odds-carry elevated-ground seen-through-ground unpropagated-ground \
+full-weight-everywhere no-components no-persistence other-keyframes-only no-final-labels"
+wants rules || all_variants=default
+read -ra variants <<<"${VARIANTS:-$all_variants}"
+recorded_variants=("${variants[@]}")
+wants rules || ! wants accuracy || recorded_variants=(default paper)
 config_of() {
   case "$1" in
     no-log-odds-carry) echo '{"removal": {"log_odds_clamp": 0}}' ;;
@@ -79,14 +96,15 @@ known() {
     fi
   done
 }
-scenes=$(known "$scenes")
+only_layout || scenes=$(known "$scenes")
 first_drive="$(first "$scenes")-$(first "$drifts")"
 
 # score NAME DATASET VARIANT [EVALUATE ARGS]: writes OUT/NAME.VARIANT.json, and for the default also
 # NAME.final.json (labels of evicted keyframes) and NAME.refined.json (the merger's)
 score() {
-  local name=$1 data=$2 variant=$3 run="$out/runs/$1.$3" preset=default labels=()
-  [ "$variant" != default ] || labels=(--final-labels)
+  local name=$1 data=$2 variant=$3 run="$out/runs/$1.$3" preset=default labels=() relabelled=1
+  { wants accuracy && [ "$variant" = default ]; } || relabelled=
+  [ -z "$relabelled" ] || labels=(--final-labels)
   shift 3
   [ "$variant" != paper ] || preset=paper
   config_of "$variant" >"$out/$name.$variant.config"
@@ -95,7 +113,7 @@ score() {
   cp "$run/stats.json" "$out/$name.$variant.stats"
   "$unimapper" evaluate dynamic --truth "$data" --run "$run" "$@" \
     >"$out/$name.$variant.json" 2>/dev/null
-  [ "$variant" != default ] || score_relabelled "$name" "$data" "$run"
+  [ -z "$relabelled" ] || score_relabelled "$name" "$data" "$run"
   # OctoMap is scored on fewer scans: the same labels, scored on those scans.
   if [ "$variant" = default ] && wants_octomap "$name"; then
     "$unimapper" evaluate dynamic --truth "$data" --run "$run" --scans "$(octomap_scans_of "$name")" \
@@ -116,7 +134,7 @@ score_relabelled() {
 }
 
 wants_octomap() {
-  [ "$octomap_scans" != 0 ] && [ -x "$octomap" ] || return 1
+  wants octomap && [ -x "$octomap" ] || return 1
   case "$1" in kitti | *-"$first_drive-$(first "$seeds")") ;; *) return 1 ;; esac
 }
 # The recording is short enough for all of its scans.
@@ -134,50 +152,53 @@ score_octomap() {
 
 recording=../shared/data
 real=
-if [ -e "$recording/unpack.sh" ]; then
+if only_layout; then
+  real=$recording
+elif [ -e "$recording/unpack.sh" ]; then
   real=$(sh "$recording/unpack.sh" build/bench/recordings)/kitti_0005a
 else
   echo "The real recordings are not beside the project; their rows are left out." >&2
 fi
 
-for sensor in $sensors; do
-  for scene in $scenes; do
-    for drift in $drifts; do
-      for seed in $seeds; do
-        name="$sensor-$scene-$drift-$seed"
-        data="$out/data/$name"
-        pictures=()
-        [ "$seed" != "$(first "$seeds")" ] || pictures=(--pictures "$out/pictures/$name")
-        simulate "$sensor" "$scene" "$drift" "$seed" "$data"
-        score "$name" "$data" default "${pictures[@]}"
-        if [ "$scene-$drift" = "$first_drive" ]; then
-          for variant in "${variants[@]:1}"; do score "$name" "$data" "$variant"; done
-        fi
-        score_octomap "$name" "$data"
-        rm -rf "$data/scans"
+score_simulated() {
+  local sensor=$1 scene=$2 drift=$3 seed=$4 name="$1-$2-$3-$4" variant pictures=()
+  local data="$out/data/$name"
+  [ "$seed" != "$(first "$seeds")" ] || pictures=(--pictures "$out/pictures/$name")
+  simulate "$sensor" "$scene" "$drift" "$seed" "$data"
+  score "$name" "$data" default "${pictures[@]}"
+  if [ "$scene-$drift" = "$first_drive" ]; then
+    for variant in "${variants[@]:1}"; do score "$name" "$data" "$variant"; done
+  fi
+  score_octomap "$name" "$data"
+  rm -rf "$data/scans"
+}
+
+measure() {
+  local sensor scene drift seed variant
+  for sensor in $sensors; do
+    for scene in $scenes; do
+      for drift in $drifts; do
+        for seed in $seeds; do score_simulated "$sensor" "$scene" "$drift" "$seed"; done
       done
     done
   done
-done
-if [ -n "$real" ]; then
+  [ -n "$real" ] || return 0
   score kitti "$real" default --pictures "$out/pictures/kitti"
-  for variant in "${variants[@]:1}"; do score kitti "$real" "$variant"; done
+  for variant in "${recorded_variants[@]:1}"; do score kitti "$real" "$variant"; done
   score_octomap kitti "$real"
-fi
+}
 
-for scene in $scenes; do
-  for drift in $drifts; do
-    for labels in default final refined; do
-      header "$scene, odometry $drift, seeds $seeds, $scans scans each: $(title "$labels"), mean"
-      for sensor in $sensors; do row "$sensor" "$out/$sensor-$scene-$drift"-*."$labels".json; done
-    done
+only_layout || measure
+if wants accuracy; then
+  only_layout || overview
+  for scene in $scenes; do
+    table removal-"$scene" scene_table "$scene" "$(first "$drifts")"
   done
-done
-for scene in $scenes; do
-  scene_table "$scene" "$(first "$drifts")" | table removal-"$scene"
-done
-[ -z "$real" ] || recording_table | table removal-recording
-breakdown class | table removal-by-class
-breakdown range | table removal-by-range
-rules_table | table removal-by-rule
-if compgen -G "$out/*.octomap.cost" >/dev/null; then octomap_table | table removal-octomap; fi
+  [ -z "$real" ] || table removal-recording recording_table
+  table removal-by-class breakdown class
+  table removal-by-range breakdown range
+fi
+if wants rules; then table removal-by-rule rules_table; fi
+if wants octomap && { only_layout || compgen -G "$out/*.octomap.cost" >/dev/null; }; then
+  table removal-octomap octomap_table
+fi

@@ -1,8 +1,6 @@
 # Markdown tables of the dynamic removal benchmark; sourced by run.sh, reads the results in $out.
 # shellcheck shell=bash disable=SC2154
 
-# The first number behind a key of a JSON file.
-number() { grep -m1 "\"$2\"" "$1" | grep -oE -- '-?[0-9.]+(e-?[0-9]+)?' | tail -1; }
 # DA of the objects that moved while they were seen.
 moving() { sed -n '/"moving": {/,/}/p' "$1" | grep -oE '"DA": [0-9.]+' | grep -oE '[0-9.]+'; }
 # SA, DA and AA by the benchmark's protocol.
@@ -15,9 +13,6 @@ benchmark() {
 removal_ms() {
   sed -n '/"removal": {/,/}/p' "$1" | grep -m1 -oE '"p50": [0-9.]+' | grep -oE '[0-9.]+$'
 }
-
-# Prints a table and, with WRITE_DOCS=1, puts it into docs/results.md.
-table() { echo && bench/tables/table.sh "$@"; }
 
 # means FILE...: SA / DA moving / AA moving, and behind a bar DA / AA, means of the files' figures
 means() {
@@ -32,68 +27,83 @@ means() {
 
 # scene_table SCENE DRIFT: a row per LiDAR, a column per stage at which points are labelled
 scene_table() {
-  local sensor labels row
-  echo "| $1: SA / DA moving / AA moving % | online | final | refined | online, all dynamic: DA / AA |"
-  echo "|---|---|---|---|---|"
-  for sensor in $sensors; do
-    row="| $sensor |"
-    for labels in default final refined; do
-      row="$row $(means "$out/$sensor-$1-$2"-*."$labels".json | cut -d'|' -f1) |"
-    done
-    echo "$row $(means "$out/$sensor-$1-$2"-*.default.json | cut -d'|' -f2) |"
+  local sensor
+  echo "| $1, seeds $seeds: SA / DA moving / AA moving % | online | final | refined | online, all dynamic: DA / AA |"
+  rule 5
+  for sensor in $sensors; do row "$(lidar "$sensor")" 4 scene_cells "$out/$sensor-$1-$2"; done
+}
+scene_cells() {
+  local labels
+  for labels in default final refined; do
+    printf '%s | ' "$(means "$1"-*."$labels".json | cut -d'|' -f1)"
   done
+  means "$1"-*.default.json | cut -d'|' -f2
 }
 
 # recording_table: labelled points of the recording, where nothing stands for long
 recording_table() {
-  local labels row="| default |"
   echo "| KITTI raw 0005, labelled points: SA / DA / AA % | online | final | refined |"
-  echo "|---|---|---|---|"
-  for labels in default final refined; do row="$row $(accuracy "$out/kitti.$labels.json") |"; done
-  echo "$row"
-  [ ! -e "$out/kitti.paper.json" ] || echo "| paper | $(accuracy "$out/kitti.paper.json") | | |"
+  rule 4
+  row "$(variant_title default)" 3 recording_cells default final refined
+  if [[ " ${recorded_variants[*]} " == *" paper "* ]]; then
+    row "$(variant_title paper)" 3 recording_cells paper
+  fi
+}
+recording_cells() {
+  local labels cells=()
+  for labels in "$@"; do cells+=("$(accuracy "$out/kitti.$labels.json")"); done
+  printf '%s | %s | %s' "${cells[0]}" "${cells[1]:-–}" "${cells[2]:-–}"
 }
 accuracy() { printf '%.2f / %.2f / %.2f' "$(number "$1" SA)" "$(number "$1" DA)" "$(number "$1" AA)"; }
 
-# rules_table: a row per variant
-rules_table() {
-  local variant files recording
-  echo "| one thing changed: SA / DA / AA %, moving | $first_drive, all LiDARs | KITTI raw 0005 | removal, us a keyframe |"
-  echo "|---|---|---|---|"
-  for variant in "${variants[@]}"; do
-    files=("$out"/*-"$first_drive"-[0-9]*."$variant".json)
-    recording=
-    [ ! -e "$out/kitti.$variant.json" ] || recording=$(accuracy "$out/kitti.$variant.json")
-    echo "| $variant | $(means "${files[@]}" | cut -d'|' -f1) | $recording | $(removal_us "${files[@]}") |"
-  done
-}
-
-header() {  # header TITLE
-  echo
-  echo "| $1 | SA % | DA % | AA % | DA moving % | AA moving % |"
-  echo "|---|---|---|---|---|---|"
-}
-
-# row LABEL FILE...: the mean of the files' figures
-row() {
-  local label=$1
-  shift
-  for file in "$@"; do
-    echo "$(number "$file" SA) $(number "$file" DA) $(moving "$file")"
-  done | awk -v label="$label" '
-    { sa += $1; da += $2; aa += sqrt($1 * $2); moving += $3; both += sqrt($1 * $3) }
-    END { printf "| %s | %.2f | %.2f | %.2f | %.2f | %.2f |\n",
-          label, sa / NR, da / NR, aa / NR, moving / NR, both / NR }'
-}
-
-# Title of a set of labels.
-title() {
+variant_title() {
   case "$1" in
-    default) echo online ;;
-    final) echo "final" ;;
-    *) echo "refined" ;;
+    paper) echo "paper's preset" ;;
+    no-log-odds-carry) echo "no carried log-odds" ;;
+    elevated-ground) echo "elevated ground accepted" ;;
+    seen-through-ground) echo "seen-through ground accepted" ;;
+    unpropagated-ground) echo "ground propagated over one voxel only" ;;
+    full-weight-everywhere) echo "full weight at every range" ;;
+    no-components) echo "no components, no persistence" ;;
+    no-persistence) echo "no persistence" ;;
+    other-keyframes-only) echo "without the keyframe's own images" ;;
+    no-final-labels) echo "no final labels (online labels are the same)" ;;
+    *) echo "$1" ;;
   esac
 }
+
+# rules_table: a row per variant
+rules_table() {
+  local variant lidars
+  lidars=$(wc -w <<<"$sensors")
+  echo "| one thing changed: SA / DA / AA %, moving | $(first "$scenes"), $lidars LiDARs, seeds $seeds, $scans scans | KITTI raw 0005 | removal, µs a keyframe ($(lidar "$(first "$sensors")")) |"
+  rule 4
+  for variant in "${variants[@]}"; do row "$(variant_title "$variant")" 3 rule_cells "$variant"; done
+}
+rule_cells() {
+  local recorded=–
+  [ ! -e "$out/kitti.$1.json" ] || recorded=$(accuracy "$out/kitti.$1.json")
+  printf '%s | %s | %s' "$(means "$out"/*-"$first_drive"-[0-9]*."$1".json | cut -d'|' -f1)" \
+    "$recorded" "$(removal_us "$out/$(first "$sensors")-$first_drive"-[0-9]*."$1".json)"
+}
+
+# Overview of every scene, odometry and stage of labelling.
+overview() {
+  local scene drift labels sensor
+  for scene in $scenes; do
+    for drift in $drifts; do
+      for labels in default final refined; do
+        echo
+        echo "| $scene, odometry $drift, seeds $seeds, $scans scans each: ${labels/default/online}, mean | SA / DA moving / AA moving % | DA / AA % |"
+        rule 3
+        for sensor in $sensors; do
+          row "$(lidar "$sensor")" 2 overview_cells "$out/$sensor-$scene-$drift"-*."$labels".json
+        done
+      done
+    done
+  done
+}
+overview_cells() { means "$@" | sed 's/|/ | /'; }
 
 # removal_us FILE...: median time of removal of a keyframe, mean of the drives
 removal_us() {
@@ -104,27 +114,34 @@ removal_us() {
 
 # breakdown class|range: a row per LiDAR and one for all, the points of their drives together
 breakdown() {
-  "$unimapper" evaluate breakdown --by "$1"
+  local sensor header columns
+  header=$("$unimapper" evaluate breakdown --by "$1" | head -1)
+  columns=$(($(tr -cd '|' <<<"$header" | wc -c) - 2))
+  echo "$header"
+  rule $((columns + 1))
   for sensor in $sensors; do
-    "$unimapper" evaluate breakdown --by "$1" --label "$sensor" "$out/$sensor"-*.default.json
+    row "$(lidar "$sensor")" "$columns" breakdown_cells "$1" "$out/$sensor"-*.default.json
   done
-  "$unimapper" evaluate breakdown --by "$1" --label all "$out"/*-[0-9]*.default.json
+  row all "$columns" breakdown_cells "$1" "$out"/*-[0-9]*.default.json
+}
+breakdown_cells() {
+  "$unimapper" evaluate breakdown --by "$1" --label x "${@:2}" | sed 's/^| x | //; s/ |$//'
 }
 
-# comparison_row LABEL FILE COST: accuracy by both protocols, and what a scan took
-comparison_row() {
-  printf '| %s | %.2f / %.2f / %.2f | %s | %s |\n' "$1" "$(number "$2" SA)" "$(number "$2" DA)" \
-    "$(number "$2" AA)" "$(benchmark "$2")" "$3"
-}
-
+# octomap_table: a row per drive, accuracy by both protocols, and what a scan took
 octomap_table() {
-  local cost name
-  echo "| SA / DA / AA %, first $octomap_scans scans (recording: all) | per point | benchmark | ms per scan | peak MB |"
-  echo "|---|---|---|---|---|"
-  for cost in "$out"/*.octomap.cost; do
-    name=$(basename "$cost" .octomap.cost)
-    comparison_row "$name" "$out/$name.beside.json" "– | –"
-    comparison_row "$name, OctoMap" "$out/$name.octomap.json" \
-      "$(number "$cost" ms_per_scan) | $(number "$cost" peak_mb)"
+  local sensor
+  echo "| SA / DA / AA %, first $octomap_scans scans of the $(first "$scenes") of seed $(first "$seeds") | default, per point | default, benchmark | OctoMap, per point | OctoMap, benchmark | OctoMap: ms per scan | peak MB |"
+  rule 7
+  [ -z "$real" ] || row "KITTI raw 0005, all scans" 6 octomap_cells kitti
+  for sensor in $sensors; do
+    row "$(lidar "$sensor")" 6 octomap_cells "$sensor-$first_drive-$(first "$seeds")"
   done
+}
+octomap_cells() {
+  local labels cost="$out/$1.octomap.cost"
+  for labels in beside octomap; do
+    printf '%s | %s | ' "$(accuracy "$out/$1.$labels.json")" "$(benchmark "$out/$1.$labels.json")"
+  done
+  printf '%s | %s' "$(number "$cost" ms_per_scan)" "$(number "$cost" peak_mb)"
 }

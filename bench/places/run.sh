@@ -18,33 +18,59 @@
 # hour with the defaults, half of that the second time. Ten minutes, and less:
 #
 #   SENSORS="os1-64 vlp-16 livox-avia" DISTRACTORS=0 bench/places/run.sh 71 300 town
-#   BASELINE=same VARIANTS= bench/places/run.sh
+#   TABLES=groups BASELINE=same bench/places/run.sh
 #
+# TABLES      of docs/results.md: groups, std, parts, recordings, scale (default: these), unseen
 # SENSORS     LiDARs, from the richest to the poorest
 # BASELINE    rows that STD is scored on too: all, same, none
 # VARIANTS    JSON list of ablations; empty: none
 # DISTRACTORS drives through other towns whose places are added to the database of the ablations and
 #             of the last table; 0: none, and no such table
 # LARGEST     places of the largest database of the last table
-# RECORDINGS  0: the real recordings are left out
 # OUT         output folder
 #
 # Installs and builds what is missing, unless BIN names a folder of programs to use instead.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+# shellcheck source=bench/tables/common.sh
+source bench/tables/common.sh
 
 seeds=${1:-71}
 scans=${2:-600}
 scenes=${3:-town campus}
 sensors=${SENSORS:-os2-128 os1-64 hdl-64e vlp-16 livox-mid-360 aeva-aeries2 livox-avia}
+tables=${TABLES:-groups std parts recordings scale}
 baseline=${BASELINE:-all}
 variants=${VARIANTS-bench/places/variants.json}
 distractors=${DISTRACTORS:-34}
 largest=${LARGEST:-100000}
 out=${OUT:-build/bench/places}
+wants() { [[ " $tables " == *" $1 "* ]]; }
+wants parts || variants=
+wants parts || wants scale || distractors=0
+wants std || wants recordings || baseline=none
+
+# A table of docs/results.md, out of what was printed.
+from_printed() {
+  local input="$out/tables.md"
+  ! only_layout || input=/dev/null
+  awk -v table="$1" -v layout="${LAYOUT:+1}" -v scenes="$scenes" -v seeds="$seeds" \
+    -v recordings="kitti_0001 kitti_0005a hilti_hall" \
+    -v sizes="60 250 500 1000 2000 5000 10000 20000 50000 100000" \
+    -v variants="$(sed -n 's/.*{"name": "\([^"]*\)".*/\1/p' bench/places/variants.json)" \
+    -f bench/places/documents.awk "$input"
+}
+write_tables() {
+  local name
+  for name in $tables; do table places-"$name" from_printed "$name"; done
+}
+if only_layout; then
+  write_tables
+  exit 0
+fi
+
 mkdir -p "$out/runs" "$out/results" "$out/plots"
 : >"$out/tables.md"
-
 if [ -z "${BIN:-}" ]; then
   ./dev setup toolchains/packages-bench.txt
   ./dev build >/dev/null
@@ -148,8 +174,12 @@ ablate() {
     tee -a "$out/tables.md"
 }
 
+simulated=
+for name in groups unseen std parts scale; do
+  if wants $name; then simulated=$scenes; fi
+done
 make_distractors
-for scene in $scenes; do
+for scene in $simulated; do
   folders=()
   for seed in $seeds; do
     folder="$out/runs/$scene-$seed-$scans"
@@ -160,7 +190,9 @@ for scene in $scenes; do
       done
     done
   done
-  compare "$scene" "${folders[@]}" -- --sensors "${sensors// /,}"
+  if wants groups || wants unseen || wants std; then
+    compare "$scene" "${folders[@]}" -- --sensors "${sensors// /,}"
+  fi
   [ -z "$variants" ] || ablate "$scene" "${folders[@]}"
 done
 
@@ -181,17 +213,18 @@ recording() {
   compare "$name" "$runs" -- --sensors "$sensor" --routes B --distance "$distance"
 }
 
-if [ "${RECORDINGS:-1}" != 0 ] && [ -e ../shared/data/unpack.sh ]; then
+if wants recordings && [ -e ../shared/data/unpack.sh ]; then
   real=$(sh ../shared/data/unpack.sh build/bench/recordings)
   # Every second scan is a session: five of them span what ten do.
   recording kitti_0001 hdl-64e alternating 10 '{"keyframe": {"scans": 5}}'
   recording kitti_0005a hdl-64e alternating 10 '{"keyframe": {"scans": 5}}'
   recording hilti_hall generic halves 8
-else
-  echo "The real recordings are left out (they lie beside the project, or RECORDINGS is 0)." >&2
+elif wants recordings; then
+  echo "The real recordings are not beside the project; their table is left out." >&2
+  tables=${tables/recordings/}
 fi
 
-if [ "$distractors" != 0 ]; then
+if wants scale && [ "$distractors" != 0 ]; then
   home="$out/runs/${scenes%% *}-${seeds%% *}-$scans"
   known=
   queries=()
@@ -209,37 +242,6 @@ if [ "$distractors" != 0 ]; then
   fi
 fi
 
-# The means of our descriptor in all scenes as one table, without the columns that need explaining.
-groups_table() {
-  local scene
-  echo "| seed $seeds, route | LiDARs | rows | by pose: F1 / AUC / R at P = 1 | by view | by distance, 10 m | accepted right / wrong | error m / deg | repeatability 0.5 / 0.3 m |"
-  echo "|---|---|---|---|---|---|---|---|---|"
-  for scene in $scenes; do
-    awk -F ' *[|] *' -v scene="$scene" '
-      index($0, "| " scene ", mean") == 1 { inside = 1; next }
-      !/^[|]/ { inside = 0 }
-      inside && !/^[|]---/ {
-        printf "| %s %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", scene, $3, $2, $4, $8, $9, $6,
-          $11, $12, $13
-      }' "$out/tables.md"
-  done
-}
-
-# With WRITE_DOCS=1, tables of docs/results.md: those whose first cell begins with one of TITLE...
-# table NAME TITLE...
-table() {
-  local name=$1 title
-  shift
-  [ -n "${WRITE_DOCS:-}" ] || return 0
-  for title in "$@"; do
-    awk -v title="| $title" 'index($0, title) == 1, /^$/' "$out/tables.md"
-  done | bench/tables/table.sh "$name" >/dev/null
-}
-groups_table | bench/tables/table.sh places-groups >/dev/null
-table places-std "town, STD, mean" "campus, STD, mean"
-table places-parts "town, among" "campus, among"
-table places-recordings "kitti_0001: " "kitti_0005a: " "hilti_hall: " "kitti_0001, STD: " \
-  "kitti_0005a, STD: " "hilti_hall, STD: "
-table places-scale "onboard, places" "base, places"
+write_tables
 echo
 echo "Tables as CSV: $out/results. Plots: $out/plots."

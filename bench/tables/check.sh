@@ -1,28 +1,86 @@
 #!/usr/bin/env bash
-# Check that tables of figures in the documents are written by a command: check.sh [SOURCE_TREE]
+# Check that tables of figures in the documents are written by a command: check.sh [DOCUMENT...]
 #
-# In README.md, docs/porting.md and docs/results.md, a table in which most cells are figures stands
-# between `<!-- table NAME: COMMAND -->`, where COMMAND's script mentions NAME, and
-# `<!-- end of table -->`; or under `<!-- measured once: WHAT -->`, if it compares with what is gone.
-# Prints the others and ends with 1 if there are any.
+# A table in which most cells are figures stands between `<!-- table NAME: COMMAND -->` and
+# `<!-- end of table -->`. LAYOUT=1 COMMAND prints the table without measuring, with `*` for every
+# figure: the document has the same header, the same names of rows and as many columns. Prints what
+# is not so and ends with 1 if there is anything. BIN names the folder of programs.
 set -euo pipefail
-here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-cd "${1:-$here/../..}"
-faults=$(mktemp)
-trap 'rm -f "$faults"' EXIT
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+if [ $# -gt 0 ]; then
+  documents=("$@")
+else
+  cd "$root"
+  documents=(README.md docs/porting.md docs/results.md docs/wire-format.md)
+fi
+layouts=$(mktemp)
+trap 'rm -f "$layouts"' EXIT
 
-documents=(README.md docs/porting.md docs/results.md)
-awk '
+# What a command of ./dev runs after building and installing.
+script_of() {
+  case "$1" in
+    "./dev tables") echo bench/tables/run.sh ;;
+    "./dev arm --count") echo bench/arm/run.sh ;;
+    *) echo "$1" ;;
+  esac
+}
+
+# Layouts of all commands as lines "NAME: COMMAND, tab, line of the table". A script that does not
+# know of layouts would measure: it is not run.
+sed -nE 's/^<!-- table [a-z0-9-]+: (.+) -->$/\1/p' "${documents[@]}" | sort -u |
+  while read -r command; do
+    script=$(script_of "$command")
+    file=$(tr ' ' '\n' <<<"$script" | grep -m1 '^bench/' || true)
+    grep -qs 'LAYOUT=1\|only_layout' "$root/$file" || continue
+    (cd "$root" && LAYOUT=1 bash -c "$script" </dev/null) | awk -v command="$command" '
+      /^<!-- end of table -->$/ { name = "" }
+      name != "" { print name " " command "\t" $0 }
+      /^<!-- table / { name = $3 }'
+  done >"$layouts"
+
+awk -v layouts="$layouts" '
+  BEGIN {
+    while ((getline line <layouts) > 0) {
+      split(line, part, "\t")
+      layout[part[1], ++lines[part[1]]] = part[2]
+    }
+  }
+  function fault(line, text) { printf "%s:%d: %s\n", name, line, text; failed = 1 }
+  # Cell by cell, where `*` is any text.
+  function same(line, pattern,   a, b, n, i) {
+    n = split(line, a, "|")
+    if (split(pattern, b, "|") != n) return 0
+    for (i = 1; i <= n; ++i) if (a[i] != b[i] && b[i] != " * ") return 0
+    return 1
+  }
+  function differs() {
+    fault(FNR, at <= lines[source] ? "printed is: " layout[source, at] : "printed is no such line")
+    source = ""
+  }
   function finish() {
     if (rows > 2 && figures * 2 > cells && !written)
-      printf "%s:%d: a table of figures that no command writes\n", name, first
+      fault(first, "a table of figures that no command writes")
     rows = cells = figures = 0
   }
   FNR == 1 { finish(); name = FILENAME; written = 0 }
-  /^<!-- table [a-z0-9-]+: .+ -->$/ { written = 1; next }
-  /^<!-- measured once: .+ -->$/ { written = 1; once = 1; next }
-  /^<!-- end of table -->$/ { finish(); written = 0; next }
+  /^<!-- table [a-z0-9-]+: .+ -->$/ {
+    source = substr($0, 12, length($0) - 15)
+    written = ++tables
+    at = 0
+    if (!(source in lines)) { fault(FNR, "the command does not print this table"); source = "" }
+    next
+  }
+  /^<!-- end of table -->$/ {
+    finish()
+    ++at
+    if (source != "" && at <= lines[source]) differs()
+    written = 0
+    source = ""
+    next
+  }
   /^\|/ {
+    ++at
+    if (source != "" && !same($0, layout[source, at])) differs()
     if (rows++ == 0) first = FNR
     if (rows <= 2) next
     n = split($0, cell, "|")
@@ -33,20 +91,9 @@ awk '
     }
     next
   }
-  rows { finish(); if (once) written = once = 0 }
-  END { finish() }
-' "${documents[@]}" >"$faults"
-
-# Every name is known to the script that is said to write it.
-grep -hoE '^<!-- table [a-z0-9-]+: .+ -->$' "${documents[@]}" |
-  sed -E 's/^<!-- table ([a-z0-9-]+): (.+) -->$/\1 \2/' | while read -r name command; do
-  case "$command" in
-    "./dev "*) folder=bench/$(cut -d' ' -f2 <<<"$command") ;;
-    *) folder=$(dirname "$(tr ' ' '\n' <<<"$command" | grep -m1 '^bench/')") ;;
-  esac
-  grep -qE "table(\.sh)? ($name\b|${name%-*}-\"?\\$)" "$folder"/*.sh 2>/dev/null ||
-    echo "$command does not write the table $name"
-done >>"$faults"
-cat "$faults"
-echo "$(grep -hcE '^<!-- (table|measured once)' "${documents[@]}" | awk '{ n += $1 } END { print n + 0 }') tables with their source, $(wc -l <"$faults") faults"
-[ ! -s "$faults" ]
+  rows { finish() }
+  END {
+    finish()
+    print tables + 0 " tables with a command"
+    exit failed
+  }' "${documents[@]}"

@@ -1,9 +1,10 @@
-// Memory of the prepared configurations, as Markdown: memory presets|parameters
+// Memory of the prepared configurations, as Markdown
 //
 // Megabytes are 10^6 bytes, rounded up: what is asked for is there.
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
-#include <string_view>
+#include <string>
 
 #include "unimapper/onboard/pipeline.hpp"
 
@@ -85,14 +86,17 @@ void print_parameters() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::string_view table = argc == 2 ? argv[1] : "";
+  CLI::App app{"Memory of the prepared configurations, as a Markdown table."};
+  std::string table;
+  app.add_option("TABLE", table,
+                 "presets: by computer and LiDAR; parameters: what halving one saves")
+      ->required()
+      ->check(CLI::IsMember({"presets", "parameters"}));
+  CLI11_PARSE(app, argc, argv);
   if (table == "presets") {
     print_presets();
-  } else if (table == "parameters") {
-    print_parameters();
   } else {
-    std::fprintf(stderr, "usage: memory_table presets|parameters\n");
-    return 2;
+    print_parameters();
   }
   return 0;
 }

@@ -4,7 +4,7 @@
 # Writes them into the documents; with --check only compares. BIN names the folder of programs.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
-export WRITE_DOCS=1
+export WRITE_DOCS=1  # LAYOUT=1 only prints
 [ "${1:-}" != --check ] || WRITE_DOCS=check
 bin=${BIN:-build/release/bin}
 

@@ -3,10 +3,17 @@
 #
 # Prints the Markdown table it reads. With WRITE_DOCS=1 it also puts it into the document that has a
 # line `<!-- table NAME: ... -->`, in place of what stands from there to `<!-- end of table -->`. With
-# WRITE_DOCS=check it changes nothing and ends with 1 if the document holds something else.
+# WRITE_DOCS=check it changes nothing and ends with 1 if the document holds something else. With
+# LAYOUT=1 it only prints, between lines that name the table.
 set -euo pipefail
 name=${1:?usage: COMMAND | table.sh NAME}
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+if [ -n "${LAYOUT:-}" ]; then
+  echo "<!-- table $name: layout -->"
+  cat
+  echo "<!-- end of table -->"
+  exit 0
+fi
 fragment=$(mktemp)
 updated=$(mktemp)
 trap 'rm -f "$fragment" "$updated"' EXIT

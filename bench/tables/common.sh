@@ -1,0 +1,53 @@
+# Functions of the scripts that write tables of figures; sourced by them in the project's folder.
+#
+# With LAYOUT=1 such a script runs no measurement and prints the tables that it writes with `*` in
+# place of every figure: bench/tables/check.sh compares the documents with that.
+# shellcheck shell=bash
+shopt -s inherit_errexit
+
+only_layout() { [ -n "${LAYOUT:-}" ]; }
+
+# table NAME COMMAND...: what COMMAND prints, as the table NAME; nothing is written if it fails
+table() {
+  local rows
+  rows=$("${@:2}")
+  only_layout || echo
+  bench/tables/table.sh "$1" <<<"$rows"
+}
+
+# row TITLE COUNT COMMAND...: a line of a table; COMMAND prints its COUNT cells, "a | b | c"
+row() {
+  local cells
+  if only_layout; then
+    cells=$(printf '* | %.0s' $(seq 2 "$2"))'*'
+  else
+    cells=$("${@:3}")
+  fi
+  echo "| $1 | $cells |"
+}
+
+# rule COLUMNS: the line below a table's header
+rule() {
+  printf '|'
+  for ((i = 0; i < $1; ++i)); do printf -- '---|'; done
+  echo
+}
+
+# Name of a LiDAR in the documents.
+lidar() {
+  case "$1" in
+    aeva-aeries2) echo "Aeva Aeries II" ;;
+    livox-avia) echo "Livox Avia" ;;
+    livox-mid-360) echo "Livox Mid-360" ;;
+    *) tr '[:lower:]' '[:upper:]' <<<"$1" ;;
+  esac
+}
+
+# The first number behind a key of a JSON file.
+number() { grep -m1 "\"$2\"" "$1" | grep -oE -- '-?[0-9.]+(e-?[0-9]+)?|null' | tail -1; }
+
+# stage FILE STAGE KEY: a figure of a stage's times in a JSON file, one decimal
+stage() {
+  sed -n "/\"$2\": {/,/}/p" "$1" |
+    awk -F': *' -v key="\"$3\"" '!done && index($1, key) { printf "%.1f", $2; done = 1 }'
+}
