@@ -21,8 +21,8 @@ struct BlockSide {
 
 enum class Boundary { kNone, kHedge, kFence, kWall };
 
-void place(Town& town, PrototypeRange range, std::uint32_t variant, Vec2 plan, Vec2 along,
-           double turn, double scale) {
+void add_instance(Town& town, PrototypeRange range, std::uint32_t variant, Vec2 plan, Vec2 along,
+                  double turn, double scale) {
   Frame frame = town.plan.level_frame(plan, along, kGroundLift);
   frame = frame * rotation_frame({0, 0, turn});
   town.instances.push_back({range.first + variant % range.count, frame, scale, 0, 0});
@@ -33,7 +33,7 @@ void add_boundary_piece(Town& town, const BlockSide& side, double s, double d, B
   const Vec2 along = across ? side.inward : side.along;
   const Vec2 centre = side.at(s, d);
   if (kind == Boundary::kHedge) {
-    place(town, town.prototypes.hedges, random.index(3), centre, along, 0.0, 1.0);
+    add_instance(town, town.prototypes.hedges, random.index(3), centre, along, 0.0, 1.0);
     return;
   }
   const Frame frame = town.plan.level_frame(centre, along, kGroundLift);
@@ -104,13 +104,13 @@ void add_lot(Town& town, const BlockSide& side, double s, double width, double s
     for (std::uint32_t i = 0; i < bushes; ++i) {
       const Vec2 at =
           side.at(s + random.uniform(0.6, width - 0.6), random.uniform(0.9, setback - 0.5));
-      place(town, town.prototypes.bushes, random.index(6), at, side.along, random.uniform(0, 6.28),
-            random.uniform(0.6, 1.1));
+      add_instance(town, town.prototypes.bushes, random.index(6), at, side.along,
+                   random.uniform(0, 6.28), random.uniform(0.6, 1.1));
     }
     if (setback > 3.2 && random.chance(0.7)) {
       const Vec2 at = side.at(s + random.uniform(1.5, width - 1.5), 0.5 * setback);
-      place(town, town.prototypes.trees, random.index(14), at, side.along, random.uniform(0, 6.28),
-            random.uniform(0.45, 0.8));
+      add_instance(town, town.prototypes.trees, random.index(14), at, side.along,
+                   random.uniform(0, 6.28), random.uniform(0.45, 0.8));
     }
   }
 }
@@ -130,8 +130,8 @@ void add_built_side(Town& town, const BlockSide& side, Random& random) {
     const double gap = random.uniform(2.5, 6.0);
     if (random.chance(0.6)) {
       const Vec2 at = side.at(s + 0.5 * gap, random.uniform(3.5, 9.0));
-      place(town, town.prototypes.trees, random.index(14), at, side.along, random.uniform(0, 6.28),
-            random.uniform(0.5, 0.85));
+      add_instance(town, town.prototypes.trees, random.index(14), at, side.along,
+                   random.uniform(0, 6.28), random.uniform(0.5, 0.85));
     }
     const Boundary kind = random_boundary(random);
     if (kind != Boundary::kNone && s + gap < end) {
@@ -146,25 +146,25 @@ void add_yard(Town& town, Vec2 low, Vec2 high, Random& random) {
   for (std::uint32_t i = 0; i < trees + 8; ++i) {
     const Vec2 at{random.uniform(low.x + 17, high.x - 17), random.uniform(low.y + 17, high.y - 17)};
     const bool is_tree = i < trees;
-    place(town, is_tree ? town.prototypes.trees : town.prototypes.bushes, random.index(14), at,
-          {1, 0}, random.uniform(0, 6.28), random.uniform(0.7, 1.1));
+    add_instance(town, is_tree ? town.prototypes.trees : town.prototypes.bushes, random.index(14),
+                 at, {1, 0}, random.uniform(0, 6.28), random.uniform(0.7, 1.1));
   }
 }
 
 void add_park(Town& town, Vec2 low, Vec2 high, Random& random) {
   for (int i = 0; i < 46; ++i) {
     const Vec2 at{random.uniform(low.x + 2, high.x - 2), random.uniform(low.y + 2, high.y - 2)};
-    place(town, town.prototypes.trees, random.index(14), at, {1, 0}, random.uniform(0, 6.28),
-          random.uniform(0.7, 1.15));
+    add_instance(town, town.prototypes.trees, random.index(14), at, {1, 0}, random.uniform(0, 6.28),
+                 random.uniform(0.7, 1.15));
   }
   for (int i = 0; i < 50; ++i) {
     const Vec2 at{random.uniform(low.x + 1, high.x - 1), random.uniform(low.y + 1, high.y - 1)};
-    place(town, town.prototypes.bushes, random.index(6), at, {1, 0}, random.uniform(0, 6.28),
-          random.uniform(0.7, 1.4));
+    add_instance(town, town.prototypes.bushes, random.index(6), at, {1, 0}, random.uniform(0, 6.28),
+                 random.uniform(0.7, 1.4));
   }
   for (int i = 0; i < 6; ++i) {
     const Vec2 at{random.uniform(low.x + 4, high.x - 4), random.uniform(low.y + 4, high.y - 4)};
-    place(town, town.prototypes.benches, 0, at, {1, 0}, random.uniform(0, 6.28), 1.0);
+    add_instance(town, town.prototypes.benches, 0, at, {1, 0}, random.uniform(0, 6.28), 1.0);
   }
 }
 
@@ -172,8 +172,8 @@ void add_square(Town& town, Vec2 low, Vec2 high, Random& random) {
   for (double u = low.x + 4; u < high.x - 4; u += 9.0) {
     for (const double v : {low.y + 2.0, high.y - 2.0}) {
       if (random.chance(0.75)) {
-        place(town, town.prototypes.trees, random.index(11), {u, v}, {1, 0},
-              random.uniform(0, 6.28), random.uniform(0.6, 0.9));
+        add_instance(town, town.prototypes.trees, random.index(11), {u, v}, {1, 0},
+                     random.uniform(0, 6.28), random.uniform(0.6, 0.9));
       }
     }
   }
@@ -199,8 +199,8 @@ void add_outskirts(Town& town, Random& random) {
       at = {side == 2 ? low.x - out : high.x + out,
             low.y - out + along * (high.y - low.y + 2 * out)};
     }
-    place(town, town.prototypes.trees, random.index(14), at, {1, 0}, random.uniform(0, 6.28),
-          random.uniform(0.8, 1.3));
+    add_instance(town, town.prototypes.trees, random.index(14), at, {1, 0}, random.uniform(0, 6.28),
+                 random.uniform(0.8, 1.3));
   }
 }
 

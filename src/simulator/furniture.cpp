@@ -126,14 +126,14 @@ void for_each_kerb_side(const TownPlan& plan, Visit visit) {
   }
 }
 
-class FurniturePlacer {
+class FurnitureBuilder {
  public:
-  FurniturePlacer(Town& town, const KerbSide& side, std::uint64_t seed, std::uint32_t day)
+  FurnitureBuilder(Town& town, const KerbSide& side, std::uint64_t seed, std::uint32_t day)
       : town_(town), side_(side), seed_(seed), day_(day) {}
 
   /// `from_centre` metres from the street's centre line, x along the kerb plus `turn`.
-  void place(PrototypeRange range, std::uint32_t variant, double at, double from_centre,
-             double turn = 0.0, double scale = 1.0) {
+  void add(PrototypeRange range, std::uint32_t variant, double at, double from_centre,
+           double turn = 0.0, double scale = 1.0) {
     const Vec2 plan = side_.start + at * side_.along + from_centre * side_.outward;
     Frame frame = town_.plan.level_frame(plan, side_.along, street::kKerbHeight);
     frame = frame * rotation_frame({0, 0, turn});
@@ -193,7 +193,7 @@ void add_street_furniture(std::uint64_t seed, std::uint32_t day, Town& town) {
   const Prototypes& p = town.prototypes;
   for_each_kerb_side(town.plan, [&](const KerbSide& side) {
     Random random(seed, Stream::kFurniture, side.id);
-    FurniturePlacer placer(town, side, seed, day);
+    FurnitureBuilder builder(town, side, seed, day);
     const double first = street::kProperty + 3.5;
     const double last = side.length - first;
     // Lamps stand on one side of a street only; wires on the other.
@@ -201,14 +201,14 @@ void add_street_furniture(std::uint64_t seed, std::uint32_t day, Town& town) {
     const double edge = street::kKerb + 0.45;
     if (is_lamp_side) {
       for (double at = first + random.uniform(0, 8); at < last; at += random.uniform(26, 32)) {
-        placer.place(p.lamps, 0, at, edge, side.along.x > 0 ? -0.5 * kPi : 0.5 * kPi);
+        builder.add(p.lamps, 0, at, edge, side.along.x > 0 ? -0.5 * kPi : 0.5 * kPi);
       }
     } else if (random.chance(0.45)) {
       const double step = (last - first) / 2.0;
       Frame previous{};
       for (int i = 0; i < 3; ++i) {
         const double at = first + step * i;
-        placer.place(p.utility_poles, 0, at, edge);
+        builder.add(p.utility_poles, 0, at, edge);
         const Frame& pole = town.instances.back().frame;
         if (i > 0) {
           add_wires(town, previous({0, 0, 7.95}), pole({0, 0, 7.95}), pole.y);
@@ -219,17 +219,17 @@ void add_street_furniture(std::uint64_t seed, std::uint32_t day, Town& town) {
     const double tree_spacing = random.chance(0.75) ? random.uniform(8, 14) : 1e9;
     for (double at = first + 4.0 + random.uniform(0, 5); at < last; at += tree_spacing) {
       if (random.chance(0.85) && tree_spacing < 1e8) {
-        placer.place(p.trees, random.index(11), at, edge + 0.3, random.uniform(0, 6.28),
-                     random.uniform(0.7, 1.0));
+        builder.add(p.trees, random.index(11), at, edge + 0.3, random.uniform(0, 6.28),
+                    random.uniform(0.7, 1.0));
       }
     }
     std::uint64_t item = 0;
     const auto small_thing = [&](PrototypeRange range, double from_centre, double turn) {
       bool is_there = true;
-      const double shift = placer.daily_shift(item++, is_there);
+      const double shift = builder.daily_shift(item++, is_there);
       const double at = random.uniform(first, last);
       const std::uint32_t variant = random.index(8);
-      if (is_there) placer.place(range, variant, at + shift, from_centre, turn);
+      if (is_there) builder.add(range, variant, at + shift, from_centre, turn);
     };
     const double facing =
         (side.outward.x - side.outward.y) * (side.along.x - side.along.y) > 0 ? 0.0 : kPi;
@@ -241,13 +241,13 @@ void add_street_furniture(std::uint64_t seed, std::uint32_t day, Town& town) {
     if (random.chance(0.5)) small_thing(p.cabinets, street::kProperty - 0.3, 0.0);
     if (random.chance(0.4)) small_thing(p.bicycles, street::kProperty - 0.4, 0.2);
     if (random.chance(0.12)) {
-      placer.place(p.shelters, 0, 0.5 * side.length, street::kKerb + 1.4,
-                   side.outward.y - side.outward.x > 0 ? 0.0 : kPi);
+      builder.add(p.shelters, 0, 0.5 * side.length, street::kKerb + 1.4,
+                  side.outward.y - side.outward.x > 0 ? 0.0 : kPi);
     }
     if (random.chance(0.25)) {
-      for (int i = 0; i < 5; ++i) placer.place(p.bollards, 0, first + 1.6 * i, edge - 0.1);
+      for (int i = 0; i < 5; ++i) builder.add(p.bollards, 0, first + 1.6 * i, edge - 0.1);
     }
-    if (side.id % 4 < 2) placer.place(p.traffic_lights, 0, street::kProperty + 1.0, edge, facing);
+    if (side.id % 4 < 2) builder.add(p.traffic_lights, 0, street::kProperty + 1.0, edge, facing);
   });
 }
 

@@ -8,7 +8,7 @@
 
 namespace unimapper::simulator {
 
-/// One placement of a prototype. `label` is that of surfaces without a label of their own.
+/// One instance of a prototype. `label` is that of surfaces without a label of their own.
 struct Instance {
   std::uint32_t prototype = 0;
   Frame frame;

@@ -69,18 +69,18 @@ void write_run(const fs::path& run, const std::string& session, std::uint32_t ke
     record.session = {1, 1};
     record.sequence = k;
     record.scans = {{k * 10, static_cast<std::int64_t>(k) * 1'000'000'000, at(0)}};
-    log.write(wire::test::encode_for_sending(record));
+    log.write(wire::wire_test::encode_for_sending(record));
   }
   log.finish();
   write_lines(run / "loops.csv", kLoopsHeader + rows);
 }
 
-/// Truth of a robot that goes 100 m per keyframe and comes back over the same places.
+/// Truth of a robot that goes 100 m per keyframe and comes back over the same positions.
 std::vector<Pose> there_and_back(std::size_t keyframes) {
   std::vector<Pose> truth;
   for (std::size_t k = 0; k < keyframes; ++k) {
-    const double place = static_cast<double>(k < keyframes / 2 ? k : keyframes - 1 - k);
-    truth.insert(truth.end(), 10, at(100.0 * place, k < keyframes / 2 ? 0.0 : 1.0));
+    const double step = static_cast<double>(k < keyframes / 2 ? k : keyframes - 1 - k);
+    truth.insert(truth.end(), 10, at(100.0 * step, k < keyframes / 2 ? 0.0 : 1.0));
   }
   return truth;
 }

@@ -6,6 +6,8 @@
 #include <limits>
 #include <string>
 
+#include "tests/random.hpp"
+
 using namespace unimapper;
 using namespace unimapper::evaluate;
 
@@ -170,10 +172,8 @@ TEST_CASE("unlabelled points get upstream's treatment in a figure of their own")
 
 TEST_CASE("the benchmark's shortcut equals its definition, in one batch or in many") {
   MemorySource source;
-  std::uint32_t state = 1;
-  const auto random = [&state] {  // [0, 1)
-    state = state * 1664525U + 1013904223U;
-    return static_cast<float>(state >> 8U) / 16777216.0F;
+  auto random = [generator = unimapper::test::Random(1)]() mutable {  // [0, 1)
+    return static_cast<float>(generator.uniform());
   };
   for (int s = 0; s < 6; ++s) {
     LabelledScan scan;
@@ -200,7 +200,7 @@ TEST_CASE("the benchmark's shortcut equals its definition, in one batch or in ma
   }
 }
 
-TEST_CASE("nothing to score gives no figure rather than a good one") {
+TEST_CASE("an empty score gives no figure rather than a good one") {
   MemorySource source;
   CHECK(std::isnan(score_points(source).total.static_accuracy()));
   CHECK(std::isnan(score_benchmark(source, {}).score.total.associated_accuracy()));
@@ -237,7 +237,7 @@ TEST_CASE("objects that stood while they were seen are told from those that move
   CHECK(score_by_motion(source).standing.dynamic_points == 0);
 }
 
-TEST_CASE("an object of which less and less is seen stands if what is left of it stays") {
+TEST_CASE("an object seen ever less stands still if its remaining points stay") {
   // A bus fills thirty cells in the scan where it is seen best, and three in the other: all three
   // were filled before. It stands, whether it comes into view or leaves it.
   const bool leaves = GENERATE(false, true);

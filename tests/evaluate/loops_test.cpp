@@ -13,7 +13,7 @@ Pose at(double x, double yaw = 0.0) {
   return {Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix(), {x, 0, 0}};
 }
 
-/// Keyframes 0..4 at 0, 100, …, 400 m, then 5..9 back at the same places, 3 m aside.
+/// Keyframes 0..4 at 0, 100, …, 400 m, then 5..9 back at the same positions, 3 m aside.
 std::vector<TrueKeyframe> there_and_back() {
   std::vector<TrueKeyframe> keyframes;
   for (std::uint32_t i = 0; i < 10; ++i) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "tests/random.hpp"
+
 using namespace unimapper::evaluate;
 using Cloud = std::vector<Eigen::Vector3f>;
 
@@ -41,13 +43,10 @@ TEST_CASE("identical clouds agree to zero") {
 
 TEST_CASE("the entropy of a Gaussian is one half ln |2 pi e Sigma|") {
   // A deterministic normal sample: products of inverse-free sums of twelve uniforms.
-  std::uint32_t state = 7;
-  const auto normal = [&state] {
+  unimapper::test::Random random(7);
+  const auto normal = [&random] {
     float sum = -6.0F;
-    for (int i = 0; i < 12; ++i) {
-      state = state * 1664525U + 1013904223U;
-      sum += static_cast<float>(state >> 8U) / 16777216.0F;
-    }
+    for (int i = 0; i < 12; ++i) sum += static_cast<float>(random.uniform());
     return sum;
   };
   Cloud cloud;

@@ -128,7 +128,7 @@ TEST_CASE("a mistake stays visible under any number of other points") {
   CHECK(is(image.at(2, 0), kPictureBackground));
 }
 
-TEST_CASE("what was kept is grey, and brighter the higher it is") {
+TEST_CASE("kept points are grey, and brighter the higher they are") {
   OutcomeRaster raster(2, 1);
   raster.mark(0, 0, 1, 1, Outcome::kKept, 0.2F);
   raster.mark(1, 0, 1, 1, Outcome::kKept, 0.9F);

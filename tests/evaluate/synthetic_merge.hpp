@@ -6,20 +6,15 @@
 #include <vector>
 
 #include "src/apps/report.hpp"
+#include "tests/random.hpp"
 
 namespace synthetic {
 
-/// Deterministic numbers in [0, 1).
-class Random {
+/// Numbers in [0, 1).
+class Random : private unimapper::test::Random {
  public:
-  explicit Random(std::uint32_t seed) : state_(seed) {}
-  float operator()() {
-    state_ = state_ * 1664525U + 1013904223U;
-    return static_cast<float>(state_ >> 8U) / 16777216.0F;
-  }
-
- private:
-  std::uint32_t state_;
+  using unimapper::test::Random::Random;
+  float operator()() { return static_cast<float>(uniform()); }
 };
 
 struct Merge {
@@ -83,8 +78,8 @@ inline void add_session(Merge& merge, std::size_t s, const char* name, const cha
 inline void add_town(Merge& merge, float step_m) {
   Random random(5);
   const auto add = [&](float x, float y, float z) {
-    const auto session = static_cast<std::uint16_t>(x < 30 ? 0 : x > 140 ? 2 : 1);
-    const auto seen = static_cast<std::uint16_t>(x > 25 && x < 135 ? 2 : 1);
+    const auto session = x < 30 ? 0U : x > 140 ? 2U : 1U;
+    const auto seen = x > 25 && x < 135 ? 2U : 1U;
     merge.result.map.push_back({{x, y, z}, session, seen});
   };
   for (float x = -20; x < 215; x += step_m) {
@@ -110,7 +105,7 @@ inline void add_town(Merge& merge, float step_m) {
 }
 
 /// Three sessions that merged and one that did not, with loops, changes and moving things.
-/// Filled in place because the input points into it.
+/// Filled where it is, because the input points into it.
 inline void fill(Merge& merge, float step_m = 0.2F) {
   using namespace unimapper;
   add_session(merge, 0, "monday", "os2-128", 120);
@@ -155,9 +150,7 @@ inline void fill(Merge& merge, float step_m = 0.2F) {
   for (int i = 0; i < 2400; ++i) {
     const auto spot = static_cast<float>(i % 12);
     merge.result.changes.push_back(
-        {{12 + 13 * spot + 4 * random(), 4.2F + 1.8F * random(), random()},
-         static_cast<std::uint16_t>(1),
-         i % 12 < 7});
+        {{12 + 13 * spot + 4 * random(), 4.2F + 1.8F * random(), random()}, 1, i % 12 < 7});
   }
   merge.result.timing = {{"intra-session loops", 3.21},
                          {"inter-session loops", 6.8},

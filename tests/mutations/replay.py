@@ -77,16 +77,16 @@ def tracked_files():
     return [name for name in listed.split("\0") if name and (ROOT / name).is_file()]
 
 
-def find_place(bug, files):
+def find_match(bug, files):
     """The one file of that name (folders move) that holds the old text once, or why there is none."""
-    places = []
+    matches = []
     for name in files:
         if not name.startswith(FOLDERS) or not ("/" + name).endswith("/" + bug.file):
             continue
-        places += [name] * (ROOT / name).read_text().count(bug.old)
-    if len(places) == 1:
-        return places[0], ""
-    return None, "not found" if not places else f"found {len(places)} times"
+        matches += [name] * (ROOT / name).read_text().count(bug.old)
+    if len(matches) == 1:
+        return matches[0], ""
+    return None, "not found" if not matches else f"found {len(matches)} times"
 
 
 def copy_sources(files):
@@ -141,7 +141,7 @@ def configure():
 
 
 def try_bug(bug, files):
-    name, why = find_place(bug, files)
+    name, why = find_match(bug, files)
     if name is None:
         return STALE, why
     target = SOURCE / name
@@ -218,7 +218,7 @@ def main():
         sys.exit("no bug of that name")
 
     files = tracked_files()
-    stale = [(bug, find_place(bug, files)[1]) for bug in bugs if not find_place(bug, files)[0]]
+    stale = [(bug, find_match(bug, files)[1]) for bug in bugs if not find_match(bug, files)[0]]
     if options.check:
         for bug, why in stale:
             print(f"{bug.name}: {why} in {bug.file}: {bug.old}")

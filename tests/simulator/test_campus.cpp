@@ -90,7 +90,7 @@ TEST_CASE("a campus recording names its scene and has a campus's share of classe
   CHECK(share[252] == 0.0);  // no cars drive here
 }
 
-TEST_CASE("on the campus, what has a static label never moves") {
+TEST_CASE("on the campus, points with a static label never move") {
   TemporaryDirectory folder;
   const SimulationConfig config = recording_config();
   simulate(config, folder.path());

@@ -98,7 +98,7 @@ TEST_CASE("houses and trees stay from day to day, half of the parked cars do not
   CHECK(kept(monday.prototypes.bins) < 1.0);
 }
 
-TEST_CASE("traffic drives, stops and never drives through anybody") {
+TEST_CASE("traffic drives, stops and never drives through a person") {
   const Town town = build_town(kSeed, 0);
   const double duration = 40.0;
   const RobotMotion robot(town.plan, 'A', kSeed, duration);

@@ -20,7 +20,7 @@ files=$(rules "$rooms" | while read -r path; do
   [ -e "$path" ] || { echo "error: $path of $rooms does not exist" >&2; exit 1; }
   find "$path" -type f \( -name '*.[ch]' -o -name '*.[ch]pp' -o -name '*.md' -o -name '*.sh' \
     -o -name '*.cmake' -o -name '*.txt' -o -name '*.awk' -o -name '*.gnuplot' -o -name '*.lcm' \
-    -o -name '*.in' -o -name '*.json' -o -name dev \) \
+    -o -name '*.in' -o -name '*.json' -o -name '*.py' -o -name dev -o -path .ci/run \) \
     ! -path docs/glossary.md ! -path 'tests/words/*' ! -path 'tests/mutations/*' \
     ! -path 'tests/architecture/upward/*'
 done | sort -u)
@@ -52,8 +52,9 @@ words=$(hits | awk -v superseded="$here/superseded.txt" -v allowed="$here/allowe
 headings=$(echo "$files" | while read -r file; do
   case $file in
     *.hpp | *.h | *.c | *.cpp) mark='^(//|/\*) ?' ;;
-    *.sh | *.awk | *.gnuplot | *.cmake | dev) mark='^# ' ;;
+    *.sh | *.awk | *.gnuplot | *.cmake | dev | .ci/run) mark='^# ' ;;
     *.md) mark='^# ' ;;
+    *.py) mark='^"""' ;;
     *) continue ;;
   esac
   line=$(head -n 1 "$file")

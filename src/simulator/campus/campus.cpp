@@ -2,8 +2,8 @@
 
 namespace unimapper::simulator::campus {
 
-void place(Campus& campus, PrototypeRange range, std::uint32_t variant, Vec2 at, double turn,
-           double scale, std::uint16_t label, std::uint16_t object) {
+void add_instance(Campus& campus, PrototypeRange range, std::uint32_t variant, Vec2 at, double turn,
+                  double scale, std::uint16_t label, std::uint16_t object) {
   const Frame frame = upright_frame(campus.plan.ground(at), {std::cos(turn), std::sin(turn)});
   campus.instances.push_back({range.first + variant % range.count, frame, scale, label, object});
 }

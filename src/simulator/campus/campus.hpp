@@ -28,8 +28,8 @@ void add_greenery(std::uint64_t seed, Campus& campus);
 void add_path_furniture(std::uint64_t seed, std::uint32_t day, Campus& campus);
 void add_bicycles_and_cars(std::uint64_t seed, std::uint32_t day, Campus& campus);
 
-/// Places a prototype upright on the ground.
-void place(Campus& campus, PrototypeRange range, std::uint32_t variant, Vec2 at, double turn,
-           double scale = 1.0, std::uint16_t label = 0, std::uint16_t object = 0);
+/// Adds a prototype that stands upright on the ground.
+void add_instance(Campus& campus, PrototypeRange range, std::uint32_t variant, Vec2 at, double turn,
+                  double scale = 1.0, std::uint16_t label = 0, std::uint16_t object = 0);
 
 }  // namespace unimapper::simulator::campus

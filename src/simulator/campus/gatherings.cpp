@@ -103,16 +103,16 @@ void add_gatherings(const Plan& plan, std::size_t ticks, Random& random, ActorSe
   constexpr int kOnLawns = 8;
   constexpr double kRoom = 1.2;
   constexpr double kFromTours = 2.9;
-  int placed = 0;
-  for (int tries = 0; tries < 400 && placed < kOnPlaza + kOnLawns; ++tries) {
-    const bool on_plaza = placed < kOnPlaza;
+  int circles = 0;
+  for (int tries = 0; tries < 400 && circles < kOnPlaza + kOnLawns; ++tries) {
+    const bool on_plaza = circles < kOnPlaza;
     const Area area = on_plaza ? plan.plaza() : Area{{-60, -95}, {60, 20}};
     const Vec2 at{random.uniform(area.low.x, area.high.x), random.uniform(area.low.y, area.high.y)};
     const std::uint32_t size = 2 + random.index(4);
     const bool is_clear = on_plaza ? is_clear_on_plaza(plan, at, kRoom) : plan.is_free(at, kRoom);
     if (!is_clear || plan.to_tours(at) < kFromTours) continue;
     add_circle(at, size, ticks, random, crowd);
-    ++placed;
+    ++circles;
   }
 }
 

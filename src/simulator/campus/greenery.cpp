@@ -21,7 +21,7 @@ void add_lawn_trees(Campus& campus, Random& random) {
     const double turn = random.uniform(0.0, 6.28);
     const double scale = random.uniform(0.7, 1.2);
     if (!is_lawn(campus.plan, at, is_tree ? 2.0 : 0.9)) continue;
-    place(campus, is_tree ? p.trees : p.bushes, variant, at, turn, scale);
+    add_instance(campus, is_tree ? p.trees : p.bushes, variant, at, turn, scale);
   }
 }
 
@@ -44,9 +44,9 @@ void add_along(Campus& campus, const Way& way, Random& random) {
       const double scale = random.uniform(0.75, 0.95);
       if (!is_lawn(campus.plan, at, is_hedge ? 0.75 : 0.6)) continue;
       if (is_hedge) {
-        place(campus, p.hedges, variant, at, turn);
+        add_instance(campus, p.hedges, variant, at, turn);
       } else {
-        place(campus, p.trees, kind + variant % 2, at, 3.0 * variant, scale);
+        add_instance(campus, p.trees, kind + variant % 2, at, 3.0 * variant, scale);
       }
     }
   }
@@ -62,8 +62,8 @@ void add_woods(Campus& campus, Random& random) {
     // Around the grounds, not in their corners.
     const double reach = out / std::max(std::abs(round.x), std::abs(round.y));
     const Vec2 at = area.centre() + Vec2{reach * half.x * round.x, reach * half.y * round.y};
-    place(campus, campus.prototypes.trees, random.index(14), at, random.uniform(0.0, 6.28),
-          random.uniform(0.8, 1.3));
+    add_instance(campus, campus.prototypes.trees, random.index(14), at, random.uniform(0.0, 6.28),
+                 random.uniform(0.8, 1.3));
   }
 }
 

@@ -30,12 +30,12 @@ void add_surroundings(const Plan& plan, Mesh& mesh) {
   constexpr double kReach = 180.0;
   constexpr double kBelow = 0.25;
   const Area& fine = plan.grounds();
-  const auto place_at = [&](Vec2 p) {
+  const auto position_at = [&](Vec2 p) {
     const double below = fine.contains(p, -8.0) ? kBelow : 0.0;
     return Vec3{p.x, p.y, plan.hills(p) - below};
   };
   add_sheet(mesh, {fine.low.x - kReach, fine.low.y - kReach},
-            {fine.high.x + kReach, fine.high.y + kReach}, 5.0, place_at,
+            {fine.high.x + kReach, fine.high.y + kReach}, 5.0, position_at,
             [](Vec2) { return Surface::kLawn; });
 }
 
@@ -46,14 +46,14 @@ void add_grounds(std::uint64_t seed, Campus& campus) {
   const Plan& plan = campus.plan;
   add_surroundings(plan, campus.mesh);
   Random random(seed, Stream::kBlock, 1);
-  const auto place_at = [&](Vec2 p) {
+  const auto position_at = [&](Vec2 p) {
     const double rough = random.uniform(-0.02, 0.05);
     // Terrace and ramps lie on their own sheets; lawns are rough and stand above the pavement.
     if (plan.lift(p) > 0.0) return Vec3{p.x, p.y, plan.hills(p) - 0.05};
     const double above = surface_at(plan, p) == Surface::kLawn ? 0.025 + rough : 0.0;
     return Vec3{p.x, p.y, plan.hills(p) + above};
   };
-  add_sheet(campus.mesh, plan.grounds().low, plan.grounds().high, kCell, place_at,
+  add_sheet(campus.mesh, plan.grounds().low, plan.grounds().high, kCell, position_at,
             [&](Vec2 p) { return surface_at(plan, p); });
 }
 

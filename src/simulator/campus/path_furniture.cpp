@@ -73,7 +73,7 @@ void add_movables(Campus& campus, const Roadside& roadside, PrototypeRange board
     const Vec2 at = roadside.at(i, side, distance) + shift * along;
     if (!exists || !is_there || !is_free_roadside(campus.plan, at, 0.3)) return;
     // Furniture faces the path.
-    place(campus, range, 0, at, std::atan2(along.y, along.x) - 0.5 * kPi * side);
+    add_instance(campus, range, 0, at, std::atan2(along.y, along.x) - 0.5 * kPi * side);
   };
   for (int i = 0; i < 3; ++i) small_thing(p.benches, 0.6, 0.4, 0.0);
   for (int i = 0; i < 2; ++i) small_thing(p.bins, 0.5, 0.35, 1.5);
@@ -105,12 +105,12 @@ void add_rack(Campus& campus, const Rack& rack, PrototypeRange hoops, Random& da
     const double lean = daily.uniform(-0.12, 0.12);
     const double offset = daily.uniform(-0.2, 0.2);
     if (campus.plan.to_pavement(at) < 0.6 || campus.plan.to_tours(at) < 2.6) continue;
-    place(campus, hoops, 0, at, turn);
+    add_instance(campus, hoops, 0, at, turn);
     if (!has_bicycle) continue;
     const Vec2 across = left_of(normalized(rack.step));
-    place(campus, campus.prototypes.bicycles, 0,
-          at + 0.14 * normalized(rack.step) + offset * across, turn + 0.5 * kPi + lean, 1.0,
-          label::kBicycle);
+    add_instance(campus, campus.prototypes.bicycles, 0,
+                 at + 0.14 * normalized(rack.step) + offset * across, turn + 0.5 * kPi + lean, 1.0,
+                 label::kBicycle);
   }
 }
 
@@ -155,7 +155,7 @@ void add_path_furniture(std::uint64_t seed, std::uint32_t day, Campus& campus) {
     for (std::size_t i = 3 + random.index(6); i + 3 < way.points.size(); i += 15) {
       // Only where the robot with its companions fits between them.
       const Vec2 at = roadside.at(i, side, std::max(0.5, 2.1 - way.half_width));
-      if (is_free_roadside(campus.plan, at, 0.15)) place(campus, lamps, 0, at, 0.0);
+      if (is_free_roadside(campus.plan, at, 0.15)) add_instance(campus, lamps, 0, at, 0.0);
       side = -side;
     }
     add_movables(campus, roadside, boards, random, daily);

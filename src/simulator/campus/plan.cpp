@@ -131,12 +131,12 @@ Plan::Plan(std::uint64_t seed) {
                  {terrace_.high.x + ramp_length, ramp_middle + kRampHalfWidth}}};
   parking_ = scaled(Area{{63, -24}, {81, 10}});
   grounds_ = scaled(Area{{-88, -118}, {90, 74}});
-  place_halls(seed);
-  place_ways(seed);
-  place_fixtures();
+  lay_out_halls(seed);
+  lay_out_ways(seed);
+  lay_out_fixtures();
 }
 
-void Plan::place_halls(std::uint64_t seed) {
+void Plan::lay_out_halls(std::uint64_t seed) {
   Random random(seed, Stream::kPlan, 2);
   const auto add = [&](Area area, Side front, double recess, bool has_columns) {
     Hall hall;
@@ -171,7 +171,7 @@ void Plan::place_halls(std::uint64_t seed) {
 
 Vec2 Plan::node(int index) const { return scaled(kNodes[static_cast<std::size_t>(index)]); }
 
-void Plan::place_ways(std::uint64_t seed) {
+void Plan::lay_out_ways(std::uint64_t seed) {
   Random random(seed, Stream::kPlan, 3);
   for (const Link& link : kLinks) {
     const double bow = link.bow * random.uniform(0.5, 1.0);
@@ -192,7 +192,7 @@ void Plan::place_ways(std::uint64_t seed) {
   }
 }
 
-void Plan::place_fixtures() {
+void Plan::lay_out_fixtures() {
   fixtures_.push_back({FixtureKind::kFountain, {0, 0}, 0.0, 2.6});
   for (int i = 0; i < 6; ++i) {
     const double angle = 2.0 * kPi * (i + 0.5) / 6;

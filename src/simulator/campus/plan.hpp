@@ -107,9 +107,9 @@ class Plan : public Terrain {
     }
   };
 
-  void place_halls(std::uint64_t seed);
-  void place_ways(std::uint64_t seed);
-  void place_fixtures();
+  void lay_out_halls(std::uint64_t seed);
+  void lay_out_ways(std::uint64_t seed);
+  void lay_out_fixtures();
   [[nodiscard]] Vec2 scaled(Vec2 p) const { return {stretch_.x * p.x, stretch_.y * p.y}; }
   [[nodiscard]] Area scaled(const Area& a) const { return {scaled(a.low), scaled(a.high)}; }
   [[nodiscard]] Vec2 node(int index) const;

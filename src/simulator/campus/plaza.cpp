@@ -71,7 +71,7 @@ void add_plaza(std::uint64_t seed, std::uint32_t day, Campus& campus) {
         add_fountain(campus.mesh, frame);
         break;
       case FixtureKind::kBench:
-        place(campus, campus.prototypes.benches, 0, fixture.at, fixture.turn);
+        add_instance(campus, campus.prototypes.benches, 0, fixture.at, fixture.turn);
         break;
       case FixtureKind::kPlanter:
         add_planter(campus, frame, random);
@@ -88,7 +88,8 @@ void add_plaza(std::uint64_t seed, std::uint32_t day, Campus& campus) {
   const Area& plaza = plan.plaza();
   for (const double x : {plaza.low.x + 0.3, plaza.high.x - 0.3}) {
     for (double y = plaza.low.y + 1.0; y < plaza.high.y; y += 1.6) {
-      if (plan.is_free({x, y}, 0.1)) place(campus, campus.prototypes.bollards, 0, {x, y}, 0.0);
+      if (plan.is_free({x, y}, 0.1))
+        add_instance(campus, campus.prototypes.bollards, 0, {x, y}, 0.0);
     }
   }
 }
