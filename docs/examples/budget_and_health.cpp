@@ -28,7 +28,7 @@ int main() {
   (void)pipeline->flush();
 
   const KeyframeStatistics& health = *pipeline->keyframe().statistics;
-  std::printf("%.0f us, %s; %u cells left static for want of time\n",
+  std::printf("%.0f us, %s; %u cells left static to meet it\n",
               static_cast<double>(health.microseconds(Stage::kTotal)),
               health.deadline_missed ? "late" : "in time", health.shed_of(Shed::kFarCells));
   for (std::size_t i = 0; i < kCapacities; ++i)

@@ -9,13 +9,12 @@ static uint8_t labels[kPoints];
 
 int main(void) {
   const um_points points = {scan, kPoints, sizeof scan[0], 0, sizeof(float), 2 * sizeof(float)};
-  /* From your odometry: x y z w, and metres. */
-  const double rotation[4] = {0.0, 0.0, 0.0, 1.0}, translation[3] = {0.0, 0.0, 0.0};
+  const double xyzw[4] = {0, 0, 0, 1}, metres[3] = {0, 0, 0}; /* from your odometry */
   um_config config;
   um_pipeline* pipeline;
   const char* message;
   int32_t ready;
-  um_config_init(&config, sizeof config, UM_SENSOR_OS2_128);
+  if (um_config_init(&config, sizeof config, UM_SENSOR_OS2_128) != UM_OK) return 1;
   config.loop_search_max_places = 200; /* whatever the robot is to do differently */
   if (um_config_set(&config, "removal.window", "8", &message) != UM_OK) return puts(message), 1;
   const size_t bytes = um_required_bytes(&config); /* exact, before anything runs */
@@ -27,7 +26,7 @@ int main(void) {
   for (int i = 0; i < kPoints; ++i) scan[i][0] = 10.0F, scan[i][1] = 0.1F * (float)i - 50.0F;
   for (int k = 0; k < 10; ++k) {
     um_pose pose; /* of the sensor in the odometry frame */
-    um_pose_from_quaternion(rotation, translation, &pose);
+    if (um_pose_from_quaternion(xyzw, metres, &pose) != UM_OK) continue;
     if (um_add_scan(pipeline, &points, &pose, k * (int64_t)100000000, &ready) != UM_OK)
       puts(um_message(pipeline)); /* this scan is refused, the next may do */
     um_keyframe keyframe = {.struct_size = sizeof keyframe};

@@ -13,6 +13,7 @@ int main() {
     const Pose T_odometry_sensor;  // from your odometry
     const ScanResult result = pipeline->add_scan(PointView::xyz(scan, 1000, sizeof scan[0]),
                                                  T_odometry_sensor, k * 100'000'000);
+    if (!result.error.ok()) std::puts(result.error.message);  // refused: the next scan may do
     if (result.keyframe_ready)
       std::printf("keyframe: %zu static cells\n", pipeline->keyframe().static_cells.size());
   }

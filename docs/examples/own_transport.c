@@ -17,7 +17,7 @@ int main(void) {
   um_encoded encoded;
   const char* message;
   int32_t ready = 0;
-  um_config_init(&config, sizeof config, UM_SENSOR_VLP_16);
+  if (um_config_init(&config, sizeof config, UM_SENSOR_VLP_16) != UM_OK) return 1;
   const size_t bytes = um_required_bytes(&config);
   void* const memory = aligned_alloc(UM_ALIGNMENT, bytes);
   if (um_init(&config, memory, bytes, &pipeline, &message) != UM_OK) return puts(message), 1;
@@ -25,7 +25,7 @@ int main(void) {
   void* const scratch = aligned_alloc(UM_ALIGNMENT, scratch_bytes);
 
   for (int k = 0; k < kPoints; ++k) scan[k][0] = 10.0F, scan[k][1] = 0.1F * (float)k - 50.0F;
-  um_pose_from_quaternion(rotation, translation, &T_odometry_sensor);
+  if (um_pose_from_quaternion(rotation, translation, &T_odometry_sensor) != UM_OK) return 1;
   for (int k = 0; k < 10; ++k) {
     if (um_add_scan(pipeline, &points, &T_odometry_sensor, k + 1, &ready) != UM_OK || !ready)
       continue;

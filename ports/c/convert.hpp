@@ -13,7 +13,7 @@ namespace unimapper::c {
 [[nodiscard]] Pose from_c(const um_pose& pose) noexcept;
 
 /// A keyframe as C sees it; struct_size is the caller's. `scans` and `loops` receive what C cannot
-/// read in place, the rest is pointed to where it lies.
+/// read where they lie, the rest is pointed to where it lies.
 [[nodiscard]] um_keyframe to_c(const KeyframeView& view, um_scan* scans, um_loop* loops) noexcept;
 
 }  // namespace unimapper::c

@@ -10,8 +10,10 @@
  *           Functions without a pipeline may be called from any thread. After um_init nothing
  *           locks, sleeps or calls the operating system.
  * Errors    Every call that can fail returns a um_status. um_status_text gives one sentence per
- *           status, um_message what exactly was wrong in the last call on a pipeline. Sentences
- *           are constants of the library. A refused call changes nothing unless it says so.
+ *           status, um_message the exact error of the last call on a pipeline. Both, and the
+ *           messages of um_init, um_config_check and um_config_from_model, are constants of the
+ *           library; only a message of um_config_set is stored in the um_config and overwritten by
+ *           the next call on it. A refused call changes nothing unless it says so.
  * Frames    sensor: the LiDAR at one scan. odometry: the robot's own world, z up. keyframe:
  *           gravity-levelled at the reference scan's sensor position, z up, x along the sensor's
  *           heading. T_a_b takes coordinates in b to coordinates in a. Metres, nanoseconds.
@@ -27,8 +29,11 @@
 
 #if defined(__GNUC__)
 #define UM_API __attribute__((visibility("default")))
+/** A status must be looked at: GCC and Clang warn where it is ignored. */
+#define UM_CHECKED __attribute__((warn_unused_result))
 #else
 #define UM_API
+#define UM_CHECKED
 #endif
 
 #ifdef __cplusplus
@@ -96,7 +101,7 @@ enum um_sensor {
 
 /** Finds a sensor by name; case, spaces, dashes and the maker's name do not matter ("OS2-128",
  *  "ouster os2 128"). UM_UNKNOWN_SENSOR leaves *sensor alone. */
-UM_API um_status um_sensor_find(const char* name, uint32_t* sensor);
+UM_API UM_CHECKED um_status um_sensor_find(const char* name, uint32_t* sensor);
 
 /** What the pipeline is to run on; decides capacities and range, never thresholds. */
 enum um_computer {
@@ -134,17 +139,18 @@ typedef struct um_config {
 
 /** Fills in the recommended parameters for a sensor (enum um_sensor). `struct_size` is
  *  sizeof(um_config) as the program knows it; no byte beyond it is written. */
-UM_API um_status um_config_init(um_config* config, size_t struct_size, uint32_t sensor);
+UM_API UM_CHECKED um_status um_config_init(um_config* config, size_t struct_size, uint32_t sensor);
 
 /** The same with the capacities a smaller computer has room for (enum um_computer). */
-UM_API um_status um_config_init_for(um_config* config, size_t struct_size, uint32_t sensor,
-                                    uint32_t computer);
+UM_API UM_CHECKED um_status um_config_init_for(um_config* config, size_t struct_size,
+                                               uint32_t sensor, uint32_t computer);
 
 /** How a sensor scans. */
 enum um_scan_pattern { UM_SCAN_SPINNING = 0, UM_SCAN_RASTER = 1, UM_SCAN_NON_REPETITIVE = 2 };
 
-/** Data-sheet figures of a LiDAR that enum um_sensor does not know. Fill in every member: what is
- *  left 0 is refused. */
+/** Data-sheet figures of a LiDAR that enum um_sensor does not know. Fill in every member. 0 is a
+ *  valid figure only for pattern (spinning), the elevations, range_min_m, and rings of a pattern
+ *  that is not spinning; elsewhere it is refused. */
 typedef struct um_sensor_model {
   uint32_t struct_size;     /**< sizeof(um_sensor_model) */
   uint32_t pattern;         /**< one of enum um_scan_pattern */
@@ -153,7 +159,7 @@ typedef struct um_sensor_model {
   float elevation_max_deg;  /**< highest ray */
   float range_min_m;        /**< [0, 500], below range_max_m */
   float range_max_m;        /**< largest range, at most 500 */
-  uint32_t rings;           /**< scan lines, [2, 1024]; 0 where the pattern does not repeat */
+  uint32_t rings;           /**< scan lines, [2, 1024]; needed where pattern is UM_SCAN_SPINNING */
   uint32_t points_per_scan; /**< rays per scan at scan_rate_hz, [100, 3300000] */
   float scan_rate_hz;       /**< (0, 200] */
 } um_sensor_model;
@@ -161,27 +167,28 @@ typedef struct um_sensor_model {
 /** Fills in the recommended parameters for a LiDAR from its data sheet and a computer (enum
  *  um_computer). UM_INVALID_CONFIG: a figure cannot be right, and *message (may be null) says which
  *  and why in one sentence; nothing is written then. */
-UM_API um_status um_config_from_model(um_config* config, size_t struct_size,
-                                      const um_sensor_model* model, uint32_t computer,
-                                      const char** message);
+UM_API UM_CHECKED um_status um_config_from_model(um_config* config, size_t struct_size,
+                                                 const um_sensor_model* model, uint32_t computer,
+                                                 const char** message);
 
 /** Sets a parameter by its name in docs/parameters.md, e.g. "removal.window" to "10". Switches take
  *  true, false, 1 and 0, choices one of their names. Members of um_config may be set this way too.
  *
  *  UM_UNKNOWN_PARAMETER, UM_INVALID_CONFIG (no such value, or out of range): nothing has changed,
  *  and *message (may be null) says why, with the nearest name that there is; it lies in *config and
- *  is valid until the next call. Whether parameters fit each other is um_config_check's affair. */
-UM_API um_status um_config_set(um_config* config, const char* name, const char* value,
-                               const char** message);
+ *  is valid until the next um_config_set on it. Whether parameters fit each other is checked by
+ *  um_config_check and um_init. */
+UM_API UM_CHECKED um_status um_config_set(um_config* config, const char* name, const char* value,
+                                          const char** message);
 
 /** Writes a parameter's value as um_config_set reads it, ended by zero; UM_CAPACITY_EXCEEDED if
  *  `capacity` bytes are too few (32 are enough). */
-UM_API um_status um_config_get(const um_config* config, const char* name, char* value,
-                               size_t capacity);
+UM_API UM_CHECKED um_status um_config_get(const um_config* config, const char* name, char* value,
+                                          size_t capacity);
 
 /** Whether um_init will accept a configuration. If not, *message (may be null) says in one
  *  sentence which member is wrong and what it must be; if so, it is "". */
-UM_API um_status um_config_check(const um_config* config, const char** message);
+UM_API UM_CHECKED um_status um_config_check(const um_config* config, const char** message);
 
 /* ---- A pipeline in the caller's memory ------------------------------------------------------ */
 
@@ -200,13 +207,13 @@ UM_API size_t um_required_bytes(const um_config* config);
  *  copied. On success *pipeline is the handle; otherwise it is null, and *message (may be null)
  *  says why in one sentence. Writes every byte of the block once, which also faults its pages in.
  */
-UM_API um_status um_init(const um_config* config, void* memory, size_t bytes,
-                         um_pipeline** pipeline, const char** message);
+UM_API UM_CHECKED um_status um_init(const um_config* config, void* memory, size_t bytes,
+                                    um_pipeline** pipeline, const char** message);
 
 /** Starts anew in the same memory with the same configuration: the same input gives the same
  *  results again. Stored places are forgotten, scan and keyframe numbers start from 0. Costs as
  *  much as um_init: not for the control loop. */
-UM_API um_status um_reset(um_pipeline* pipeline);
+UM_API UM_CHECKED um_status um_reset(um_pipeline* pipeline);
 
 /** What exactly the last call on this pipeline had to say; "" if all was well. Never null. */
 UM_API const char* um_message(const um_pipeline* pipeline);
@@ -232,8 +239,8 @@ typedef struct um_pose {
 
 /** A pose from a quaternion (x, y, z, w; need not be normalised) and a translation in metres.
  *  UM_INVALID_POSE if the quaternion is zero or anything is not finite. */
-UM_API um_status um_pose_from_quaternion(const double xyzw[4], const double translation[3],
-                                         um_pose* pose);
+UM_API UM_CHECKED um_status um_pose_from_quaternion(const double xyzw[4],
+                                                    const double translation[3], um_pose* pose);
 
 /** Adds one scan with its pose in the odometry world and its time.
  *
@@ -245,13 +252,13 @@ UM_API um_status um_pose_from_quaternion(const double xyzw[4], const double tran
  *
  *  Cost: proportional to the points; the call that closes a keyframe also does its processing, see
  *  budget_us. */
-UM_API um_status um_add_scan(um_pipeline* pipeline, const um_points* points,
-                             const um_pose* T_odometry_sensor, int64_t stamp_ns,
-                             int32_t* keyframe_ready);
+UM_API UM_CHECKED um_status um_add_scan(um_pipeline* pipeline, const um_points* points,
+                                        const um_pose* T_odometry_sensor, int64_t stamp_ns,
+                                        int32_t* keyframe_ready);
 
 /** Closes a keyframe that has fewer scans than configured (end of a run). *keyframe_ready (may be
  *  null) is 0 if there was none. */
-UM_API um_status um_flush(um_pipeline* pipeline, int32_t* keyframe_ready);
+UM_API UM_CHECKED um_status um_flush(um_pipeline* pipeline, int32_t* keyframe_ready);
 
 /* ---- Keyframes out -------------------------------------------------------------------------- */
 
@@ -329,7 +336,7 @@ enum um_capacity_kind {
   UM_CAPACITY_PLACES = 4
 };
 
-/** What is given up when the budget is short, in this order; indices of um_statistics.shed. */
+/** What is skipped to meet the deadline, in this order; indices of um_statistics.shed. */
 enum um_shed {
   UM_SHED_SEARCH = 0,      /**< 1: no loops were looked for */
   UM_SHED_INSERTION = 1,   /**< 1: the place was not stored */
@@ -394,7 +401,7 @@ typedef struct um_keyframe {
 /** The keyframe that the last call of um_add_scan or um_flush closed. The caller sets
  *  keyframe->struct_size; UM_NO_KEYFRAME if that call closed none. Cost: about a kilobyte copied.
  */
-UM_API um_status um_keyframe_get(um_pipeline* pipeline, um_keyframe* keyframe);
+UM_API UM_CHECKED um_status um_keyframe_get(um_pipeline* pipeline, um_keyframe* keyframe);
 
 /** Most scans, and free-space images, of a keyframe. */
 #define UM_MAX_SCANS 32
@@ -420,7 +427,7 @@ typedef struct um_images {
 
 /** The images of the keyframe that the last call closed. The caller sets images->struct_size.
  *  UM_NO_KEYFRAME if that call closed none. */
-UM_API um_status um_images_get(um_pipeline* pipeline, um_images* images);
+UM_API UM_CHECKED um_status um_images_get(um_pipeline* pipeline, um_images* images);
 
 /** Labels of points. */
 enum um_label {
@@ -432,8 +439,8 @@ enum um_label {
 /** Labels (enum um_label) of the points of scan `scan` (index into keyframe.scans) of the keyframe
  *  that the last call closed, in input order. Writes at most `capacity` of them and tells in
  *  *written how many. Cost: proportional to the points. */
-UM_API um_status um_labels(um_pipeline* pipeline, uint32_t scan, uint8_t* labels, size_t capacity,
-                           size_t* written);
+UM_API UM_CHECKED um_status um_labels(um_pipeline* pipeline, uint32_t scan, uint8_t* labels,
+                                      size_t capacity, size_t* written);
 
 /* ---- Keyframes as bytes --------------------------------------------------------------------- */
 
@@ -461,9 +468,9 @@ UM_API size_t um_encode_scratch_bytes(const um_pipeline* pipeline);
  *  buffer is valid then. With a capacity of 0 (buffer may be null) only the size is told, at the
  *  same cost. Nothing is allocated. Cost: proportional to cells and pixels, a few milliseconds at
  *  most. */
-UM_API um_status um_keyframe_encode(um_pipeline* pipeline, const um_session* session, void* scratch,
-                                    size_t scratch_bytes, void* buffer, size_t capacity,
-                                    um_encoded* encoded);
+UM_API UM_CHECKED um_status um_keyframe_encode(um_pipeline* pipeline, const um_session* session,
+                                               void* scratch, size_t scratch_bytes, void* buffer,
+                                               size_t capacity, um_encoded* encoded);
 
 /* ---- Places of earlier runs ----------------------------------------------------------------- */
 
@@ -482,7 +489,7 @@ typedef struct um_place {
  *  loop_search_max_places, the place that another one can stand in for makes room. UM_INVALID_INDEX
  * for session 0. Cost: that of the insertion of a keyframe. um_reset forgets these places too. A
  * place without keypoints is found by nothing. */
-UM_API um_status um_place_insert(um_pipeline* pipeline, const um_place* place);
+UM_API UM_CHECKED um_status um_place_insert(um_pipeline* pipeline, const um_place* place);
 
 /* ---- Health --------------------------------------------------------------------------------- */
 
@@ -503,7 +510,7 @@ typedef struct um_health {
 } um_health;
 
 /** How the pipeline has been doing. The caller sets health->struct_size. */
-UM_API um_status um_health_get(um_pipeline* pipeline, um_health* health);
+UM_API UM_CHECKED um_status um_health_get(um_pipeline* pipeline, um_health* health);
 
 /* ---- Final labels --------------------------------------------------------------------------- */
 
@@ -518,18 +525,18 @@ typedef struct um_relabelled {
 } um_relabelled;
 
 /** The keyframe that was evicted when the last one closed, or by um_relabel_next. */
-UM_API um_status um_relabelled_get(um_pipeline* pipeline, um_relabelled* relabelled);
+UM_API UM_CHECKED um_status um_relabelled_get(um_pipeline* pipeline, um_relabelled* relabelled);
 
 /** Replaces the online labels of a scan of that keyframe by the final ones. The caller kept them,
  *  and the scan: hand in the points and the pose that um_add_scan got. *changed (may be null) tells
  *  how many labels changed. Cost: proportional to the points. */
-UM_API um_status um_relabel(um_pipeline* pipeline, const um_points* points,
-                            const um_pose* T_odometry_sensor, uint8_t* labels, size_t count,
-                            size_t* changed);
+UM_API UM_CHECKED um_status um_relabel(um_pipeline* pipeline, const um_points* points,
+                                       const um_pose* T_odometry_sensor, uint8_t* labels,
+                                       size_t count, size_t* changed);
 
 /** After the last scan and um_flush: relabels the oldest keyframe still in the window. *relabelled
  *  becomes 1, or 0 if there is none left; call until then. */
-UM_API um_status um_relabel_next(um_pipeline* pipeline, int32_t* relabelled);
+UM_API UM_CHECKED um_status um_relabel_next(um_pipeline* pipeline, int32_t* relabelled);
 
 /* ---- Events --------------------------------------------------------------------------------- */
 
@@ -553,7 +560,7 @@ typedef struct um_event {
 
 /** Takes the oldest event; UM_NO_EVENT if there is none. May be called by one other thread than the
  *  pipeline's, at any time but during um_init and um_reset: neither ever waits for the other. */
-UM_API um_status um_event_pop(um_pipeline* pipeline, um_event* event);
+UM_API UM_CHECKED um_status um_event_pop(um_pipeline* pipeline, um_event* event);
 
 /** Events lost since um_init or um_reset because the ring was full; wraps at 2^32. Any thread. */
 UM_API uint32_t um_events_lost(const um_pipeline* pipeline);

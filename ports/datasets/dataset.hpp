@@ -31,6 +31,7 @@ struct Scan {
     float intensity;  ///< as the file has it
   };
   std::vector<Point> points;  ///< in the order of the file
+  /// The points where they lie, valid as long as `points` does not change.
   [[nodiscard]] PointView view() const {
     return PointView::xyz(points.data(), points.size(), sizeof(Point));
   }

@@ -1,6 +1,7 @@
 // Reader of DynamicMap_Benchmark recordings.
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/formats.hpp"
+#include "ports/datasets/label_values.hpp"
 #include "ports/datasets/pcd.hpp"
 #include "ports/datasets/pcd_sequence.hpp"
 #include "ports/datasets/sequence.hpp"
@@ -10,10 +11,6 @@ namespace unimapper::datasets {
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr std::uint32_t kLabelIgnore = 0;
-constexpr std::uint32_t kLabelStatic = 9;
-constexpr std::uint32_t kLabelMoving = 251;
 
 class DynamicMapDataset : public SequenceDataset {
  public:
@@ -38,7 +35,7 @@ class DynamicMapDataset : public SequenceDataset {
     for (const Scan::Point& point : scan.points) {
       const bool is_moving = point.intensity == 1.0F;
       const bool is_static = point.intensity == 0.0F;
-      values.push_back(is_moving ? kLabelMoving : is_static ? kLabelStatic : kLabelIgnore);
+      values.push_back(is_moving ? kLabelDynamic : is_static ? kLabelStatic : kLabelIgnored);
     }
     return values;
   }

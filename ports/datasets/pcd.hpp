@@ -11,7 +11,7 @@ namespace unimapper::datasets {
 
 /// Contents of a PCD header besides the fields.
 struct PcdHeader {
-  std::size_t points = 0;
+  std::size_t points = 0;  ///< POINTS, or WIDTH times HEIGHT
   /// VIEWPOINT (tx ty tz qw qx qy qz), identity where the file has none; empty if it is not a
   /// finite pose with a unit quaternion.
   std::optional<Pose> viewpoint;

@@ -18,8 +18,8 @@ enum class StampUnit : std::uint8_t { kSeconds, kNanoseconds };
 
 /// A pose file. `stamps_ns` is as long as `poses`, or empty where the format has no stamps.
 struct Trajectory {
-  std::vector<Pose> poses;
-  std::vector<std::int64_t> stamps_ns;
+  std::vector<Pose> poses;              ///< in the frames of the file
+  std::vector<std::int64_t> stamps_ns;  ///< as long as `poses`, or empty
 };
 
 /// Parses one pose per line, told apart by the number of columns: 12 = KITTI (row-major 3x4),

@@ -13,9 +13,9 @@ namespace unimapper::datasets {
 
 /// Files in order of time with one pose and one stamp each.
 struct Sequence {
-  std::vector<std::filesystem::path> files;
-  std::vector<Pose> poses;
-  std::vector<std::int64_t> stamps_ns;
+  std::vector<std::filesystem::path> files;  ///< one per scan
+  std::vector<Pose> poses;                   ///< T_world_sensor of each file
+  std::vector<std::int64_t> stamps_ns;       ///< of each file
 };
 
 /// Sequences without times are taken at 10 Hz.
@@ -51,9 +51,11 @@ class SequenceDataset : public Dataset {
 
  protected:
   explicit SequenceDataset(Sequence sequence) : sequence_(std::move(sequence)) {}
+  /// File of scan `i`; throws std::out_of_range.
   [[nodiscard]] const std::filesystem::path& file(std::size_t i) const {
     return sequence_.files.at(i);
   }
+  /// Files, poses and stamps of all scans.
   [[nodiscard]] const Sequence& sequence() const { return sequence_; }
 
  private:

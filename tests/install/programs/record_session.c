@@ -51,7 +51,9 @@ int main(int argc, char** argv) {
   unsigned keyframes = 0;
   int scan;
   if (argc != 2) return puts("usage: record_session DIRECTORY"), 2;
-  um_config_init_for(&config, sizeof config, UM_SENSOR_VLP_16, UM_COMPUTER_JETSON);
+  if (um_config_init_for(&config, sizeof config, UM_SENSOR_VLP_16, UM_COMPUTER_JETSON) != UM_OK) {
+    return puts("the sensor or the computer is unknown"), 1;
+  }
   bytes = um_required_bytes(&config);
   memory = aligned_block(bytes);
   if (um_init(&config, memory, bytes, &pipeline, &message) != UM_OK) {
@@ -68,7 +70,9 @@ int main(int argc, char** argv) {
     int32_t ready = 0;
     street_scan(&street, scan, 0.0);
     street_sensor(scan, 0.0, position);
-    um_pose_from_quaternion(rotation, position, &T_odometry_sensor);
+    if (um_pose_from_quaternion(rotation, position, &T_odometry_sensor) != UM_OK) {
+      return puts("the pose is invalid"), 1;
+    }
     if (um_add_scan(pipeline, &points, &T_odometry_sensor, scan * (int64_t)100000000, &ready) !=
         UM_OK) {
       return puts(um_message(pipeline)), 1;

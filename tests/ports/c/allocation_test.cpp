@@ -19,7 +19,7 @@ unsigned run(void* memory, std::size_t bytes, const um_config& config,
              std::span<std::byte> scratch, std::vector<std::uint8_t>& buffer) {
   unsigned keyframes = 0;
   um_pipeline* pipeline = nullptr;
-  um_init(&config, memory, bytes - 1, &pipeline, nullptr);
+  if (um_init(&config, memory, bytes - 1, &pipeline, nullptr) == UM_OK) return 0;
   if (um_init(&config, memory, bytes, &pipeline, nullptr) != UM_OK) return 0;
   for (int round = 0; round < 2; ++round) {
     for (std::size_t i = 0; i < scans.size(); ++i) {
@@ -27,16 +27,17 @@ unsigned run(void* memory, std::size_t bytes, const um_config& config,
       const um_pose pose = pose_of(driving(static_cast<int>(i)));
       const auto stamp_ns = static_cast<std::int64_t>(i) + 1;
       std::int32_t ready = 0;
-      um_add_scan(pipeline, nullptr, &pose, stamp_ns, &ready);
-      um_add_scan(pipeline, &points, &pose, -1, &ready);
-      um_add_scan(pipeline, &points, &pose, stamp_ns, &ready);
+      if (um_add_scan(pipeline, nullptr, &pose, stamp_ns, &ready) == UM_OK) return 0;
+      const bool first = i == 0;  // any stamp will do
+      if ((um_add_scan(pipeline, &points, &pose, -1, &ready) == UM_OK) != first) return 0;
+      if (um_add_scan(pipeline, &points, &pose, stamp_ns, &ready) != UM_OK) return 0;
       if (ready == 0) continue;
       um_keyframe keyframe;
       keyframe.struct_size = sizeof keyframe;
       std::size_t written = 0;
       if (um_keyframe_get(pipeline, &keyframe) != UM_OK) return 0;
       for (std::uint32_t s = 0; s < keyframe.scan_count; ++s) {
-        um_labels(pipeline, s, labels.data(), labels.size(), &written);
+        if (um_labels(pipeline, s, labels.data(), labels.size(), &written) != UM_OK) return 0;
       }
       um_encoded encoded;
       const um_session session{1, 0, 2};
@@ -46,8 +47,7 @@ unsigned run(void* memory, std::size_t bytes, const um_config& config,
       }
       ++keyframes;
     }
-    um_flush(pipeline, nullptr);
-    um_reset(pipeline);
+    if (um_flush(pipeline, nullptr) != UM_OK || um_reset(pipeline) != UM_OK) return 0;
   }
   return keyframes;
 }

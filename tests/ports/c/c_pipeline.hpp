@@ -2,10 +2,10 @@
 #pragma once
 
 #include <cstdlib>
-#include <memory>
 
 #include "ports/c/unimapper.h"
 #include "tests/onboard/scene.hpp"
+#include "unimapper/core/owned.hpp"
 
 namespace unimapper::test {
 
@@ -22,18 +22,14 @@ inline um_config small_c_config() {
 
 class CPipeline {
  public:
-  explicit CPipeline(const um_config& config = small_c_config()) {
-    const std::size_t bytes = um_required_bytes(&config);
-    block_.reset(std::aligned_alloc(UM_ALIGNMENT, bytes));
-    if (um_init(&config, block_.get(), bytes, &handle_, nullptr) != UM_OK) std::abort();
+  explicit CPipeline(const um_config& config = small_c_config())
+      : block_(um_required_bytes(&config)) {
+    if (um_init(&config, block_.data(), block_.size(), &handle_, nullptr) != UM_OK) std::abort();
   }
   um_pipeline* get() const { return handle_; }
 
  private:
-  struct Free {
-    void operator()(void* p) const { std::free(p); }
-  };
-  std::unique_ptr<void, Free> block_;
+  MemoryBlock block_;
   um_pipeline* handle_ = nullptr;
 };
 

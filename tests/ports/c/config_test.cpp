@@ -10,6 +10,7 @@
 
 #include "c_pipeline.hpp"
 #include "tests/config/pipeline_members.hpp"
+#include "unimapper/core/owned.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
 using namespace unimapper;
@@ -249,23 +250,22 @@ TEST_CASE("garbage is refused, whatever it says its size is") {
 TEST_CASE("memory that will not do is refused with a sentence") {
   const um_config config = small_c_config();
   const std::size_t bytes = um_required_bytes(&config);
-  const std::unique_ptr<char, void (*)(void*)> block(
-      static_cast<char*>(std::aligned_alloc(UM_ALIGNMENT, bytes + UM_ALIGNMENT)), &std::free);
-  CHECK_THAT(refused(&config, block.get(), bytes - 1, UM_MEMORY_TOO_SMALL), Contains("smaller"));
-  CHECK_THAT(refused(&config, block.get(), 0, UM_MEMORY_TOO_SMALL), Contains("smaller"));
-  CHECK_THAT(refused(&config, block.get() + 1, bytes, UM_MEMORY_MISALIGNED), Contains("64-byte"));
+  const MemoryBlock block(bytes + UM_ALIGNMENT);
+  CHECK_THAT(refused(&config, block.data(), bytes - 1, UM_MEMORY_TOO_SMALL), Contains("smaller"));
+  CHECK_THAT(refused(&config, block.data(), 0, UM_MEMORY_TOO_SMALL), Contains("smaller"));
+  CHECK_THAT(refused(&config, block.data() + 1, bytes, UM_MEMORY_MISALIGNED), Contains("64-byte"));
   CHECK_THAT(refused(&config, nullptr, bytes, UM_NULL_ARGUMENT), Contains("null"));
-  CHECK_THAT(refused(nullptr, block.get(), bytes, UM_NULL_ARGUMENT), Contains("null"));
-  CHECK(um_init(&config, block.get(), bytes, nullptr, nullptr) == UM_NULL_ARGUMENT);
+  CHECK_THAT(refused(nullptr, block.data(), bytes, UM_NULL_ARGUMENT), Contains("null"));
+  CHECK(um_init(&config, block.data(), bytes, nullptr, nullptr) == UM_NULL_ARGUMENT);
 
   um_pipeline* pipeline = nullptr;
   const char* message = nullptr;
   // The byte behind the block stays the caller's.
-  block.get()[bytes] = 0x55;
-  REQUIRE(um_init(&config, block.get(), bytes, &pipeline, &message) == UM_OK);
+  block.data()[bytes] = std::byte{0x55};
+  REQUIRE(um_init(&config, block.data(), bytes, &pipeline, &message) == UM_OK);
   CHECK(std::string(message).empty());
-  CHECK(static_cast<void*>(pipeline) == block.get());
-  CHECK(block.get()[bytes] == 0x55);
+  CHECK(static_cast<void*>(pipeline) == block.data());
+  CHECK(block.data()[bytes] == std::byte{0x55});
 }
 
 namespace {

@@ -3,12 +3,12 @@
 #include <cstring>
 #include <functional>
 #include <limits>
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "c_pipeline.hpp"
 #include "tests/onboard/run.hpp"
+#include "unimapper/core/owned.hpp"
 #include "unimapper/wire/keyframe_encoder.hpp"
 
 using namespace unimapper;
@@ -18,19 +18,6 @@ namespace {
 
 constexpr int kScans = 30;
 constexpr um_session kSession{7, 0, 0x0123456789ABCDEFULL};
-
-/// 64-byte aligned memory.
-class Block {
- public:
-  explicit Block(std::size_t bytes) : lines_(bytes / sizeof(Line) + 2) {}
-  std::byte* data() { return lines_[0].bytes; }
-
- private:
-  struct alignas(64) Line {
-    std::byte bytes[64];
-  };
-  std::vector<Line> lines_;
-};
 
 /// Drives past the walker and calls `look` whenever there is a keyframe.
 void drive(um_pipeline* pipeline, const std::function<void()>& look) {
@@ -72,10 +59,9 @@ void drive_cpp(const Look& look) {
 TEST_CASE("C encodes a keyframe to the bytes that C++ encodes it to") {
   std::vector<std::vector<std::uint8_t>> expected;
   const std::uint32_t cells = small_config().voxel.max_cells;
-  Block scratch_cpp(wire::KeyframeEncoder::required_bytes(cells));
+  const MemoryBlock scratch_cpp(wire::KeyframeEncoder::required_bytes(cells));
   drive_cpp([&](const KeyframeView& view) {
-    auto encoder = wire::KeyframeEncoder::create(
-        cells, {scratch_cpp.data(), wire::KeyframeEncoder::required_bytes(cells)});
+    auto encoder = wire::KeyframeEncoder::create(cells, scratch_cpp.span());
     std::vector<std::uint8_t> bytes(1U << 20U);
     const wire::EncodeResult result =
         encoder->encode(view, {kSession.robot, kSession.session}, bytes);
@@ -87,7 +73,7 @@ TEST_CASE("C encodes a keyframe to the bytes that C++ encodes it to") {
   const CPipeline pipeline;
   const std::size_t scratch_bytes = um_encode_scratch_bytes(pipeline.get());
   REQUIRE(scratch_bytes == wire::KeyframeEncoder::required_bytes(cells));
-  Block scratch(scratch_bytes);
+  const MemoryBlock scratch(scratch_bytes);
   std::size_t keyframes = 0;
   um_encoded encoded;
   CHECK(um_keyframe_encode(pipeline.get(), &kSession, scratch.data(), scratch_bytes, nullptr, 0,
@@ -114,7 +100,7 @@ TEST_CASE("C encodes a keyframe to the bytes that C++ encodes it to") {
 TEST_CASE("encoding refuses what it cannot work with") {
   const CPipeline pipeline;
   const std::size_t scratch_bytes = um_encode_scratch_bytes(pipeline.get());
-  Block scratch(scratch_bytes + 64);
+  const MemoryBlock scratch(scratch_bytes + 64);
   std::vector<std::uint8_t> bytes(1U << 20U);
   drive(pipeline.get(), [] {});
   um_encoded encoded;

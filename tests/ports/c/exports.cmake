@@ -19,7 +19,7 @@ endforeach()
 list(SORT shown)
 
 file(READ "${HEADER}" header)
-string(REGEX MATCHALL "UM_API [a-z_0-9* ]+ ?\\*?um_[a-z_]+\\(" declarations "${header}")
+string(REGEX MATCHALL "UM_API (UM_CHECKED )?[a-z_0-9* ]+ ?\\*?um_[a-z_]+\\(" declarations "${header}")
 set(declared)
 foreach(declaration IN LISTS declarations)
   string(REGEX REPLACE ".*(um_[a-z_]+)\\($" "\\1" name "${declaration}")

@@ -71,7 +71,7 @@ TEST_CASE("the viewpoint is a position and a quaternion with w first") {
   CHECK_FALSE(parse_pcd_header(binary_cloud("nan 0 0 1 0 0 0"), "a").viewpoint);
 }
 
-TEST_CASE("damaged clouds are refused with file, place and reason") {
+TEST_CASE("damaged clouds are refused with file, position and reason") {
   const std::string fields = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 2\nHEIGHT 1\n";
   CHECK_THAT(parse_error(""), Contains("cloud.pcd: offset 0") && Contains("DATA"));
   CHECK_THAT(parse_error("garbage\n"), Contains("cloud.pcd:1") && Contains("not a PCD file"));
