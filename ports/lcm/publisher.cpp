@@ -8,7 +8,7 @@ namespace unimapper::lcm_port {
 
 namespace {
 
-/// The end is said more than once, because nobody answers.
+/// Announcements of a session's end: datagrams may be lost and are not acknowledged.
 constexpr int kEndRepeats = 3;
 constexpr std::chrono::milliseconds kEndInterval{50};
 

@@ -84,7 +84,7 @@ class Publisher {
   /// From now on this is sent with every session message.
   void set_health(HealthMessage health);
   /// Sends what waits, then three times the end of the session. Blocks until done or until
-  /// `finish_timeout` is over. Whoever waits in `publish` returns at once. Further calls change
+  /// `finish_timeout` is over. Calls waiting in `publish` return at once. Further calls change
   /// nothing.
   PublisherCounters finish();
 

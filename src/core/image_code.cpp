@@ -57,6 +57,38 @@ constexpr bool is_near(std::int32_t level, std::int32_t last) noexcept {
   return level != 0 && last != 0 && delta >= 0 && delta < kLiteral - kDelta;
 }
 
+/// Calls `visit(first, count, level)` for every run of pixels in `code`. False, from the first
+/// fault on, if `code` is not what `encode_image` makes of `pixels` pixels.
+template <typename Visit>
+bool read_code(std::span<const std::uint8_t> code, std::size_t pixels,
+               const Visit& visit) noexcept {
+  std::size_t filled = 0;
+  std::int32_t last = 0;
+  bool may_continue = true;  // what goes on with the same level belongs to the run before
+  for (std::size_t at = 0; at < code.size(); ++at) {
+    if (code[at] < kDelta) {
+      const std::size_t run = std::size_t{code[at]} + 1;
+      if (!may_continue || run > pixels - filled) return false;
+      visit(filled, run, last);
+      filled += run;
+      may_continue = run == kLongestRun;
+      continue;
+    }
+    std::int32_t level = last + code[at] - kDelta - kMostBelow;
+    const bool one_byte = code[at] < kLiteral;
+    if (!one_byte) {
+      if (++at == code.size()) return false;
+      level = (code[at - 1] - kLiteral) * 256 + code[at];
+    }
+    if (level < 0 || level >= kLevels || level == last) return false;
+    if (is_near(level, last) != one_byte || filled == pixels) return false;
+    visit(filled++, std::size_t{1}, level);
+    last = level;
+    may_continue = true;
+  }
+  return filled == pixels;
+}
+
 }  // namespace
 
 bool is_image_shape(const RangeImageShape& shape) noexcept {
@@ -103,32 +135,14 @@ std::size_t encode_image(std::span<const std::uint16_t> pixels,
   return size;
 }
 
+bool is_image_code(std::span<const std::uint8_t> code, std::size_t pixels) noexcept {
+  return read_code(code, pixels, [](std::size_t, std::size_t, std::int32_t) {});
+}
+
 bool decode_image(std::span<const std::uint8_t> code, std::span<std::uint16_t> pixels) noexcept {
-  std::size_t filled = 0;
-  std::int32_t last = 0;
-  bool may_continue = true;  // what goes on with the same level belongs to the run before
-  for (std::size_t at = 0; at < code.size(); ++at) {
-    if (code[at] < kDelta) {
-      const std::size_t run = std::size_t{code[at]} + 1;
-      if (!may_continue || run > pixels.size() - filled) return false;
-      std::fill_n(pixels.data() + filled, run, kRangeOfLevel[static_cast<std::size_t>(last)]);
-      filled += run;
-      may_continue = run == kLongestRun;
-      continue;
-    }
-    std::int32_t level = last + code[at] - kDelta - kMostBelow;
-    const bool one_byte = code[at] < kLiteral;
-    if (!one_byte) {
-      if (++at == code.size()) return false;
-      level = (code[at - 1] - kLiteral) * 256 + code[at];
-    }
-    if (level < 0 || level >= kLevels || level == last) return false;
-    if (is_near(level, last) != one_byte || filled == pixels.size()) return false;
-    pixels[filled++] = kRangeOfLevel[static_cast<std::size_t>(level)];
-    last = level;
-    may_continue = true;
-  }
-  return filled == pixels.size();
+  return read_code(code, pixels.size(), [&](std::size_t at, std::size_t run, std::int32_t level) {
+    std::fill_n(pixels.data() + at, run, kRangeOfLevel[static_cast<std::size_t>(level)]);
+  });
 }
 
 }  // namespace unimapper

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kMaxRejectionRounds = 4;
 
-void check(const LoopConstraint& loop, const std::vector<AlignmentSession>& sessions) {
+void check_loop(const LoopConstraint& loop, const std::vector<AlignmentSession>& sessions) {
   for (const KeyframeId k : {loop.query, loop.match}) {
     if (k.session >= sessions.size() ||
         k.keyframe >= sessions[k.session].T_odometry_keyframe.size()) {
@@ -34,7 +34,7 @@ AlignmentProblem::AlignmentProblem(const std::vector<AlignmentSession>& all_sess
   state = make_map_state(std::move(odometry));
   loops.reserve(all_loops.size());
   for (const auto& loop : all_loops) {
-    check(loop, sessions);
+    check_loop(loop, sessions);
     loops.push_back(loop.query.session < loop.match.session ? flipped(loop) : loop);
   }
   decisions.resize(loops.size());

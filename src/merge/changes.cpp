@@ -11,7 +11,7 @@ namespace unimapper::merge {
 namespace {
 
 /// Their observations are held at a time, one list per keyframe.
-constexpr std::size_t kKeyframesAtOnce = 16;
+constexpr std::size_t kKeyframesPerVote = 16;
 
 enum class Presence : std::uint8_t { kUnknown, kOccupied, kFree };
 
@@ -70,8 +70,8 @@ class SessionObserver {
                                         const std::vector<std::uint32_t>& open) const {
     std::vector<Votes> votes(open.size());
     const std::size_t count = session_.keyframes.size();
-    for (std::size_t first = 0; first < count; first += kKeyframesAtOnce) {
-      std::vector<Observation> batch(std::min(kKeyframesAtOnce, count - first));
+    for (std::size_t first = 0; first < count; first += kKeyframesPerVote) {
+      std::vector<Observation> batch(std::min(kKeyframesPerVote, count - first));
       parallel_for(batch.size(), config_.threads,
                    [&](std::size_t i) { batch[i] = observation(first + i, points, open); });
       for (const Observation& seen : batch) {
@@ -213,7 +213,7 @@ std::vector<ChangedPoint> find_changes(const std::vector<SessionData>& sessions,
       std::vector<ChangedPoint> kind;
       for (std::uint32_t i = 0; i < own.voxels.size(); ++i) {
         if (differs[i] == 0) continue;
-        kind.push_back({own.position(i), static_cast<std::uint16_t>(order[position]), appeared});
+        kind.push_back({own.position(i), static_cast<std::uint32_t>(order[position]), appeared});
       }
       drop_specks(kind, config.map.min_cluster);
       changes.insert(changes.end(), kind.begin(), kind.end());

@@ -3,7 +3,9 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "export_files.hpp"
 
@@ -19,6 +21,14 @@ Colour session_colour(std::size_t session) {
   constexpr Colour kColours[] = {{0, 114, 178},  {230, 159, 0}, {0, 158, 115},  {204, 121, 167},
                                  {86, 180, 233}, {213, 94, 0},  {240, 228, 66}, {153, 102, 51}};
   return kColours[session % std::size(kColours)];
+}
+
+/// A session's index or a count of sessions as the files have it. Throws std::runtime_error.
+std::uint16_t in_16_bits(std::uint32_t number) {
+  if (!std::in_range<std::uint16_t>(number)) {
+    throw std::runtime_error("a map file cannot number more than 65536 sessions");
+  }
+  return static_cast<std::uint16_t>(number);
 }
 
 /// Collects vertices as bytes and writes them in blocks.
@@ -67,8 +77,8 @@ void write_map_points(const std::filesystem::path& path, const MergeResult& resu
                 "property ushort session\nproperty ushort sessions_seen\n");
   for (const auto& point : result.map) {
     ply.put(point.position, session_colour(point.session));
-    ply.put(point.session);
-    ply.put(point.sessions_seen);
+    ply.put(in_16_bits(point.session));
+    ply.put(in_16_bits(point.sessions_seen));
   }
   ply.close();
 }
@@ -79,7 +89,7 @@ void write_changed_points(const std::filesystem::path& path, const MergeResult& 
   PlyWriter ply(path, result.changes.size(), "property ushort session\nproperty uchar appeared\n");
   for (const auto& point : result.changes) {
     ply.put(point.position, point.appeared ? kAppeared : kGone);
-    ply.put(point.session);
+    ply.put(in_16_bits(point.session));
     ply.put(static_cast<std::uint8_t>(point.appeared ? 1 : 0));
   }
   ply.close();

@@ -1,11 +1,10 @@
-// Heap memory for components that are laid out in an arena.
+// Components of the onboard libraries in large pages.
 #include "unimapper/merge/in_arena.hpp"
 
 #if defined(__linux__)
 #include <sys/mman.h>
 #endif
 
-#include <cstdlib>
 #include <new>
 
 namespace unimapper::merge {
@@ -13,20 +12,24 @@ namespace {
 
 constexpr std::size_t kLargePage = std::size_t{1} << 21U;
 
-}  // namespace
-
-Pages allocate_pages(std::size_t bytes) {
-  const std::size_t alignment = bytes < kLargePage ? Arena::kAlignment : kLargePage;
-  const std::size_t whole = (bytes + alignment - 1) / alignment * alignment;
-  auto* memory = static_cast<std::byte*>(std::aligned_alloc(alignment, whole));
-  if (memory == nullptr) throw std::bad_alloc();
-#if defined(__linux__)
-  // Advice only: a system without large pages refuses, and everything works as before.
-  if (alignment == kLargePage) madvise(memory, whole, MADV_HUGEPAGE);
-#endif
-  return Pages(memory);
+/// Alignment of a block, which its size is rounded up to.
+std::size_t page_of(std::size_t bytes) {
+  return bytes < kLargePage ? Arena::kAlignment : kLargePage;
 }
 
-void ReleasePages::operator()(std::byte* memory) const noexcept { std::free(memory); }
+std::size_t whole_pages(std::size_t bytes) {
+  return (bytes + page_of(bytes) - 1) / page_of(bytes) * page_of(bytes);
+}
+
+}  // namespace
+
+LargePageBlock::LargePageBlock(std::size_t bytes)
+    : MemoryBlock(whole_pages(bytes), page_of(bytes)) {
+  if (data() == nullptr) throw std::bad_alloc();
+#if defined(__linux__)
+  // Advice only: a system without large pages refuses, and everything works as before.
+  if (bytes >= kLargePage) madvise(data(), size(), MADV_HUGEPAGE);
+#endif
+}
 
 }  // namespace unimapper::merge

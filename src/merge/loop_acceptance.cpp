@@ -81,9 +81,9 @@ std::vector<std::size_t> competing_loops(const AdjacencyMatrix& graph,
   return competing;
 }
 
-std::string reason_to_refuse(std::span<const LoopConstraint> loops, const ConsistencySet& set,
-                             const SessionPath& query, const SessionPath& match,
-                             const AcceptanceConfig& config) {
+std::string reason_to_refuse_set(std::span<const LoopConstraint> loops, const ConsistencySet& set,
+                                 const SessionPath& query, const SessionPath& match,
+                                 const AcceptanceConfig& config) {
   if (static_cast<double>(set.distinct) < config.margin * static_cast<double>(set.competing)) {
     return "ambiguous: " + std::to_string(set.competing) + " loops contradict " +
            std::to_string(set.distinct);
@@ -158,7 +158,7 @@ ConsistencySet inter_session_consistency(std::span<const LoopConstraint> loops,
   // One outlier is no hypothesis: it takes two or more that agree to compete.
   if (set.competing < 2) set.competing = 0;
   set.T_match_session_query_session = fit_session_transform(loops, set.inliers, query, match);
-  set.decision.reason = reason_to_refuse(loops, set, query, match, config);
+  set.decision.reason = reason_to_refuse_set(loops, set, query, match, config);
   set.decision.accepted = set.decision.reason.empty();
   return set;
 }

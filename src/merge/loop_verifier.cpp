@@ -50,9 +50,9 @@ double contradiction(const KeyframeRecord& observer, const RegistrationCloud& so
                                     : static_cast<double>(free) / static_cast<double>(observed);
 }
 
-std::string reason_to_refuse(const LoopCandidate& candidate, const CorrectionLimit& limit,
-                             const KeyframeClouds& clouds, const MergeConfig& config,
-                             LoopConstraint& constraint) {
+std::string reason_to_refuse_loop(const LoopCandidate& candidate, const CorrectionLimit& limit,
+                                  const KeyframeClouds& clouds, const MergeConfig& config,
+                                  LoopConstraint& constraint) {
   const LoopConfig& loops = config.loops;
   const RegistrationCloud& target = clouds.cloud(candidate.match);
   const RegistrationCloud& source = clouds.cloud(candidate.query);
@@ -113,7 +113,7 @@ std::vector<LoopConstraint> verify_loops(std::span<const LoopCandidate> candidat
     loop.match = candidates[i].match;
     loop.T_match_query = candidates[i].T_match_query;
     loop.confidence = candidates[i].confidence;
-    loop.decision.reason = reason_to_refuse(candidates[i], limit, clouds, config, loop);
+    loop.decision.reason = reason_to_refuse_loop(candidates[i], limit, clouds, config, loop);
     loop.decision.accepted = loop.decision.reason.empty();
   });
   return loops;

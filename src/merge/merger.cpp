@@ -144,13 +144,13 @@ class Merger {
   /// After alignment, because keyframes of other sessions contribute.
   void refine_labels() {
     begin("refinement of labels");
-    std::vector<PlacedSession> placed;
+    std::vector<PosedSession> posed;
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       const MergedSession& merged = result_.sessions[s];
       const bool alone = merged.status == SessionStatus::kUnconnected;
-      placed.push_back({&sessions_[s], merged.T_map_keyframe, alone ? s + 1 : 0});
+      posed.push_back({&sessions_[s], merged.T_map_keyframe, alone ? s + 1 : 0});
     }
-    auto refined = merge::refine(placed, config_.refinement, config_.threads);
+    auto refined = merge::refine(posed, config_.refinement, config_.threads);
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       result_.sessions[s].refined = std::move(refined[s]);
     }

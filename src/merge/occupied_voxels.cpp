@@ -2,8 +2,8 @@
 
 namespace unimapper::merge {
 
-std::optional<VoxelKey> observed_voxel(const Eigen::Vector3d& point) {
-  const Eigen::Array3d scaled = point.array() / static_cast<double>(kObservedVoxelM);
+std::optional<VoxelKey> observed_voxel(const Eigen::Vector3d& point, float size_m) {
+  const Eigen::Array3d scaled = point.array() / static_cast<double>(size_m);
   // Also false for NaN.
   if (!(scaled.abs().maxCoeff() < static_cast<double>(kVoxelAxisLimit - 8))) return std::nullopt;
   const Eigen::Array3d floor = scaled.floor();
@@ -11,12 +11,13 @@ std::optional<VoxelKey> observed_voxel(const Eigen::Vector3d& point) {
                static_cast<std::int32_t>(floor.z())});
 }
 
-OccupiedVoxels::OccupiedVoxels(const PlacedSession& placed) {
-  const auto& keyframes = placed.session->keyframes;
+OccupiedVoxels::OccupiedVoxels(const PosedSession& posed, float size_m) {
+  const auto& keyframes = posed.session->keyframes;
   for (std::uint32_t k = 0; k < keyframes.size(); ++k) {
     for (const auto* cells : {&keyframes[k].static_cells, &keyframes[k].dynamic_cells}) {
       for (const FineCell& cell : *cells) {
-        const auto voxel = observed_voxel(placed.T_map_keyframe[k] * cell.position.cast<double>());
+        const auto voxel =
+            observed_voxel(posed.T_map_keyframe[k] * cell.position.cast<double>(), size_m);
         if (voxel) add(*voxel, k);
       }
     }

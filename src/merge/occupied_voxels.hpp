@@ -12,18 +12,14 @@
 
 namespace unimapper::merge {
 
-/// Edge of a voxel of the map frame in which observations of different keyframes coincide: that of
-/// the robot's fine cells, metres.
-inline constexpr float kObservedVoxelM = 0.2F;
-
 /// The voxel of a point, or nothing if it is too far away to have one.
-[[nodiscard]] std::optional<VoxelKey> observed_voxel(const Eigen::Vector3d& point);
+[[nodiscard]] std::optional<VoxelKey> observed_voxel(const Eigen::Vector3d& point, float size_m);
 
 /// Voxels that the cells of one session occupy, static and dynamic alike.
 class OccupiedVoxels {
  public:
   /// O(cells).
-  explicit OccupiedVoxels(const PlacedSession& placed);
+  OccupiedVoxels(const PosedSession& posed, float size_m);
 
   /// Keyframes that observed the voxel as occupied, ascending.
   [[nodiscard]] std::span<const std::uint32_t> keyframes_at(VoxelKey voxel) const;

@@ -169,7 +169,7 @@ class EdgeCost final : public ceres::CostFunction {
 };
 
 // The solver aborts the process on misuse, so nothing reaches it unchecked.
-void check(const PoseGraph& graph) {
+void check_graph(const PoseGraph& graph) {
   for (const auto& anchor : graph.anchors) {
     if (!anchor.T_map_session.is_rigid()) throw std::invalid_argument("pose graph: bad anchor");
   }
@@ -212,7 +212,7 @@ double graph_cost(const PoseGraph& graph) {
 }
 
 SolveSummary optimize(PoseGraph& graph, std::uint32_t max_iterations) {
-  check(graph);
+  check_graph(graph);
   SolveSummary summary;
   summary.initial_cost = graph_cost(graph);
   summary.final_cost = summary.initial_cost;

@@ -16,7 +16,7 @@ namespace unimapper::merge {
 namespace {
 
 /// Decoded images take memory: so many keyframes are refined before they are freed.
-constexpr std::size_t kKeyframesAtOnce = 64;
+constexpr std::size_t kKeyframesPerBatch = 64;
 
 using FreeSpaces = std::map<KeyframeId, std::unique_ptr<KeyframeFreeSpace>>;
 
@@ -63,7 +63,7 @@ RefinedKeyframe unrefined(const KeyframeRecord& keyframe) {
 
 class Refinement {
  public:
-  Refinement(const std::vector<PlacedSession>& sessions, const RefinementConfig& config,
+  Refinement(const std::vector<PosedSession>& sessions, const RefinementConfig& config,
              unsigned threads)
       : sessions_(sessions),
         config_(config),
@@ -73,7 +73,7 @@ class Refinement {
         most_by_revisits_(in_thousandths(config.most_by_revisits)),
         occupied_(sessions.size()) {
     parallel_for(sessions.size(), threads, [&](std::size_t s) {
-      occupied_[s] = std::make_unique<OccupiedVoxels>(sessions[s]);
+      occupied_[s] = std::make_unique<OccupiedVoxels>(sessions[s], config.cell_size_m);
     });
   }
 
@@ -82,8 +82,8 @@ class Refinement {
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       const std::size_t count = sessions_[s].session->keyframes.size();
       refined[s].resize(count);
-      for (std::size_t first = 0; first < count; first += kKeyframesAtOnce) {
-        const std::size_t size = std::min(kKeyframesAtOnce, count - first);
+      for (std::size_t first = 0; first < count; first += kKeyframesPerBatch) {
+        const std::size_t size = std::min(kKeyframesPerBatch, count - first);
         std::vector<Observers> observers;
         for (std::size_t i = 0; i < size; ++i)
           observers.push_back(select_observers({s, first + i}));
@@ -158,8 +158,8 @@ class Refinement {
   /// to `origin`, map frame.
   [[nodiscard]] CellEvidence gather(KeyframeId of, const Eigen::Vector3d& origin,
                                     PointEvidence& points) const {
-    const PlacedSession& placed = sessions_[of.session];
-    const KeyframeRecord& keyframe = placed.session->keyframes[of.keyframe];
+    const PosedSession& posed = sessions_[of.session];
+    const KeyframeRecord& keyframe = posed.session->keyframes[of.keyframe];
     const GroundHeights ground(keyframe);
     const std::int32_t prior = in_thousandths(config_.prior_log_odds);
     CellEvidence cells;
@@ -167,8 +167,8 @@ class Refinement {
     for (const auto* list : {&keyframe.static_cells, &keyframe.dynamic_cells}) {
       const bool was_dynamic = list == &keyframe.dynamic_cells;
       for (const FineCell& cell : *list) {
-        const Eigen::Vector3d p = placed.T_map_keyframe[of.keyframe] * cell.position.cast<double>();
-        const auto voxel = observed_voxel(p);
+        const Eigen::Vector3d p = posed.T_map_keyframe[of.keyframe] * cell.position.cast<double>();
+        const auto voxel = observed_voxel(p, config_.cell_size_m);
         const std::uint32_t own = number++;
         if (!voxel) continue;
         cells.number.push_back(own);
@@ -231,7 +231,7 @@ class Refinement {
     }
   }
 
-  const std::vector<PlacedSession>& sessions_;
+  const std::vector<PosedSession>& sessions_;
   const RefinementConfig& config_;
   unsigned threads_;
   VisibilityTest visibility_;
@@ -242,13 +242,13 @@ class Refinement {
 
 }  // namespace
 
-std::vector<std::vector<RefinedKeyframe>> refine(const std::vector<PlacedSession>& sessions,
+std::vector<std::vector<RefinedKeyframe>> refine(const std::vector<PosedSession>& sessions,
                                                  const RefinementConfig& config, unsigned threads) {
   if (config.window > 0) return Refinement(sessions, config, threads).run();
   std::vector<std::vector<RefinedKeyframe>> same;
-  for (const PlacedSession& placed : sessions) {
+  for (const PosedSession& posed : sessions) {
     same.emplace_back();
-    for (const KeyframeRecord& keyframe : placed.session->keyframes) {
+    for (const KeyframeRecord& keyframe : posed.session->keyframes) {
       same.back().push_back(unrefined(keyframe));
     }
   }

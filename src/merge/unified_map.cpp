@@ -51,7 +51,7 @@ std::vector<MapPoint> unite(const std::vector<const SessionVoxels*>& sessions) {
   VoxelTable table;
   std::vector<MapPoint> points;
   std::vector<SessionVoxels::Voxel> sums;
-  float size_m = 0.2F;
+  float size_m = 0.0F;  // all sessions have the same
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     if (sessions[s] == nullptr) continue;
     const SessionVoxels& session = *sessions[s];
@@ -59,7 +59,7 @@ std::vector<MapPoint> unite(const std::vector<const SessionVoxels*>& sessions) {
     for (std::uint32_t i = 0; i < session.voxels.size(); ++i) {
       const std::uint32_t number = table.find_or_insert(session.table.key(i));
       if (number == points.size()) {
-        points.push_back({Eigen::Vector3f::Zero(), static_cast<std::uint16_t>(s), 0});
+        points.push_back({Eigen::Vector3f::Zero(), static_cast<std::uint32_t>(s), 0});
         sums.emplace_back();
       }
       sums[number].sum += session.voxels[i].sum;

@@ -19,7 +19,7 @@ struct SessionVoxels {
   };
   VoxelTable table;
   std::vector<Voxel> voxels;
-  float size_m = 0.2F;
+  float size_m = 0.0F;
 
   [[nodiscard]] Eigen::Vector3f position(std::uint32_t number) const;
 };

@@ -6,7 +6,7 @@
 namespace unimapper::onboard {
 namespace {
 
-constexpr std::uint32_t kAhead = 4;  ///< blocks whose history is loaded in advance
+constexpr std::uint32_t kHistoryAhead = 4;  ///< blocks whose history is loaded in advance
 
 VoxelIndex moved(const VoxelIndex& cell, const VoxelIndex& by) noexcept {
   return {cell.x + by.x, cell.y + by.y, cell.z + by.z};
@@ -83,7 +83,7 @@ void BayesFilter::run(const EvidenceWindow& window, const ImageProjection& proje
   for (std::uint32_t block = 0; block < cells.blocks().size(); ++block) {
     if (!known_->has_room()) finish_known(window, projection, cells);
     if (!new_->has_room()) finish_new(window, projection, cells);
-    prefetch(window.blocks(), block + kAhead);
+    prefetch(window.blocks(), block + kHistoryAhead);
     collect(window, cells, block);
   }
   finish_known(window, projection, cells);

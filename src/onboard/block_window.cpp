@@ -11,7 +11,7 @@ VoxelIndex around_offset(std::uint32_t i) noexcept {
   const auto n = static_cast<std::int32_t>(i);
   return {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
 }
-constexpr std::uint32_t kAhead = 12;  ///< blocks that are loaded in advance
+constexpr std::uint32_t kEntriesAhead = 12;  ///< blocks that are loaded in advance
 
 constexpr std::uint32_t opposite(std::uint32_t i) noexcept { return 26U - i; }
 
@@ -199,8 +199,8 @@ void BlockWindow::evict(Entered& entered) noexcept {
   const auto evicted = static_cast<std::size_t>(&entered - entered_);
   for (std::uint32_t i = 0; i < entered.count; ++i) {
     const std::uint32_t entry = entered.entries[i];
-    if (i + kAhead < entered.count) {
-      const std::uint32_t next = entered.entries[i + kAhead];
+    if (i + kEntriesAhead < entered.count) {
+      const std::uint32_t next = entered.entries[i + kEntriesAhead];
       __builtin_prefetch(history_ + next * std::size_t{slots_} + evicted, 1);
       __builtin_prefetch(held_ + next);
     }

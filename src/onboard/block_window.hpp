@@ -132,7 +132,7 @@ class BlockWindow {
     VoxelKey key;
     std::uint32_t used;      ///< blocks it holds
     std::uint32_t keyframe;  ///< for which `entered` holds
-    std::uint64_t entered;   ///< places whose block the keyframe entered
+    std::uint64_t entered;   ///< slots whose block the keyframe entered, one bit each
     std::uint32_t around[kAround];
     struct Slot {
       std::uint32_t number;  ///< in the keyframe, if entered; before `arrange` in order of entry

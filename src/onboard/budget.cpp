@@ -23,7 +23,7 @@ std::uint32_t Budget::affordable_cells() const noexcept {
 bool Budget::affords(Part part) noexcept {
   if (!is_on()) return true;
   float needed_us = expected_us(part) + expected_us(Part::kCounting);
-  // Looking for loops is given up before storing the place.
+  // Loop search is skipped before the place is not stored.
   if (part == Part::kSearching) needed_us += expected_us(Part::kInserting);
   if (spent_us() + needed_us <= budget_us_) return true;
   lately_us(part) *= kFading;

@@ -253,7 +253,7 @@ std::uint32_t Pipeline::State::shed_far_cells() noexcept {
 
 void Pipeline::State::describe_place() noexcept {
   const StageTimer timer(config.clock_ns, statistics, Stage::kDescription);
-  // Whatever comes later in the order of `Shed` is given up only after all that comes before.
+  // In the order of `Shed`: far cells are skipped only after the description.
   if (shed(Shed::kFarCells) != 0 || !budget.affords(Budget::Part::kDescribing)) {
     shed(Shed::kDescription) = 1;
     return;

@@ -46,7 +46,7 @@ class ScanAccumulator {
   void begin(const Grid& grid) noexcept;
 
   /// Adds a scan. One without a valid point adds nothing. At most `KeyframeConfig::scans` times
-  /// between two `begin`; `window` has begun the same keyframe and nobody else enters blocks.
+  /// between two `begin`; `window` has begun the same keyframe and nothing else enters blocks.
   ScanCounts add(const PointView& points, const Pose& T_odometry_sensor,
                  BlockWindow& window) noexcept;
 

@@ -39,7 +39,7 @@ class PlaneVoxels {
   /// among the 27 voxels around, else up.
   [[nodiscard]] Eigen::Vector3f bordering_normal(const Eigen::Vector3f& position) const noexcept;
 
-  /// Cells and planes refused for want of capacity in the last `build`.
+  /// Cells and planes refused because a container was full in the last `build`.
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
 
  private:

@@ -50,7 +50,7 @@ class StructureMap {
   static constexpr float kCodeRadius = 1.2F;
   static constexpr float kSliceHeight = 0.2F;
 
-  /// Corners refused for want of capacity in the last `build`.
+  /// Corners refused because a container was full in the last `build`.
   [[nodiscard]] std::uint64_t dropped() const noexcept { return corners_.refused(); }
 
  private:

@@ -41,7 +41,7 @@ class SpanWriter {
     position_ += bytes.size();
   }
 
-  /// What is left of the span; whoever writes there passes over it.
+  /// The unwritten rest of the span; after writing to it, pass over the bytes.
   [[nodiscard]] std::span<std::uint8_t> rest() const noexcept {
     return position_ < out_.size() ? out_.subspan(position_) : std::span<std::uint8_t>{};
   }

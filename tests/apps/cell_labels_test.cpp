@@ -17,7 +17,7 @@ CellLabels two_cells() {
   KeyframeRecord keyframe;
   keyframe.static_cells.push_back({kStatic, 1, 0, 0});
   keyframe.dynamic_cells.push_back({kDynamic, 1, 0, 0});
-  return {keyframe, {}};
+  return {keyframe, {}, kFineCellSizeM};
 }
 
 }  // namespace
@@ -41,18 +41,26 @@ TEST_CASE("a point beside a dynamic cell that was left out of the keyframe is st
   }
 }
 
-TEST_CASE("refined labels take the place of the robot's") {
+TEST_CASE("a point may lie farther from the mean of a larger cell") {
+  KeyframeRecord keyframe;
+  keyframe.dynamic_cells.push_back({kDynamic, 1, 0, 0});
+  const CellLabels labels(keyframe, {}, 0.5F);
+  CHECK(labels.is_dynamic(kDynamic + Eigen::Vector3f(0.0F, 0.86F, 0.0F)));
+  CHECK_FALSE(labels.is_dynamic(kDynamic + Eigen::Vector3f(0.0F, 0.92F, 0.0F)));
+}
+
+TEST_CASE("refined labels replace the robot's") {
   KeyframeRecord keyframe;
   keyframe.static_cells.push_back({kStatic, 1, 0, 0});
   keyframe.dynamic_cells.push_back({kDynamic, 1, 0, 0});
-  const CellLabels labels(keyframe, {{1, 0}});
+  const CellLabels labels(keyframe, {{1, 0}}, kFineCellSizeM);
   CHECK_FALSE(labels.is_dynamic(kDynamic));
   CHECK(labels.is_dynamic(kStatic));
 }
 
-TEST_CASE("points and cells that lie nowhere are static") {
+TEST_CASE("points and cells without a finite position are static") {
   KeyframeRecord keyframe;
   keyframe.dynamic_cells.push_back({Eigen::Vector3f(1e30F, 0.0F, 0.0F), 1, 0, 0});
-  const CellLabels labels(keyframe, {});
+  const CellLabels labels(keyframe, {}, kFineCellSizeM);
   CHECK_FALSE(labels.is_dynamic({1e30F, 0.0F, 0.0F}));
 }

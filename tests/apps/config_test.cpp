@@ -27,7 +27,7 @@ CommandResult with_config(const std::string& text, std::vector<std::string> more
 
 }  // namespace
 
-TEST_CASE("what is dumped reads back as the same") {
+TEST_CASE("a dumped configuration reads back as the same") {
   for (const char* preset : {"default", "paper"}) {
     const std::string text =
         run_unimapper({"onboard", "--dump-config", "--sensor", "avia", "--preset", preset}).out;

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Check that what the documents name exists: citations.sh [SOURCE_TREE]
+# Citation check of the documents and comments: citations.sh [SOURCE_TREE]
 #
 # In README.md and docs/**.md: targets of relative links, files in `backquotes`, commands of ./dev,
 # and identifiers in `backquotes` (each part of `a::b.c` must occur in a source file); in sources, the documents named

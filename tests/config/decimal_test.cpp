@@ -32,7 +32,7 @@ TEST_CASE("numbers are read as the standard library reads them") {
   }
 }
 
-TEST_CASE("what is no number is refused") {
+TEST_CASE("text that is not a number is refused") {
   for (const char* text : {"", "-", ".", "e5", "1e", "1e+", "1.2.3", "0x10", "nan", "inf", " 1",
                            "1 ", "+1", "1,5", "1e999", "--1"}) {
     CAPTURE(text);

@@ -24,7 +24,7 @@ std::string refused(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("what is written reads back as the same") {
+TEST_CASE("a configuration that was written reads back as the same") {
   for (const SensorModel& sensor : sensor_models()) {
     const PipelineConfig from = paper_preset(sensor.kind);
     PipelineConfig to;

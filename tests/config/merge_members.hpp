@@ -70,6 +70,7 @@ inline std::vector<Member<merge::MergeConfig>> merge_members() {
       UNIMAPPER_MEMBER(refinement.confirmed_static_log_odds),
       UNIMAPPER_MEMBER(refinement.ground_log_odds),
       UNIMAPPER_MEMBER(refinement.ground_share),
+      UNIMAPPER_MEMBER(refinement.cell_size_m),
       UNIMAPPER_MEMBER(map.voxel_size_m),
       UNIMAPPER_MEMBER(map.tree_voxel_size_m),
       UNIMAPPER_MEMBER(map.change_distance_m),

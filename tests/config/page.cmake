@@ -1,4 +1,4 @@
-# Fails if PAGE is not what `UNIMAPPER parameters` prints.
+# Comparison of PAGE with the output of `UNIMAPPER parameters`.
 execute_process(COMMAND ${CMAKE_CROSSCOMPILING_EMULATOR} ${UNIMAPPER} parameters
   OUTPUT_VARIABLE printed COMMAND_ERROR_IS_FATAL ANY)
 file(READ "${PAGE}" committed)

@@ -1,4 +1,4 @@
-// Misuse of an error's value stops the program.
+// Tests of assertions: misuse of an error's value, assertion handler, trap.
 #include "unimapper/core/assert.hpp"
 
 #include <sys/wait.h>
@@ -69,14 +69,14 @@ TEST_CASE("without a handler the value of an error ends the program, however it 
         }) > 0);
 }
 
-TEST_CASE("a handler that returns does not save the program") {
+TEST_CASE("the program ends even if the handler returns") {
   CHECK(signal_that_ends([] {
           set_assertion_handler([](const char*, const char*) {});
           (void)refused().value();
         }) > 0);
 }
 
-TEST_CASE("a condition that holds costs nothing but itself") {
+TEST_CASE("a condition that holds is evaluated exactly once") {
   int evaluated = 0;
   UNIMAPPER_ASSERT(++evaluated == 1, "");
   CHECK(evaluated == 1);

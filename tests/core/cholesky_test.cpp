@@ -36,7 +36,7 @@ TEST_CASE("the inverse is an inverse and exactly symmetric", "[cholesky]") {
   CHECK(inverse == inverse.transpose());
 }
 
-TEST_CASE("what is not positive definite is said to be invalid and gives zero", "[cholesky]") {
+TEST_CASE("a matrix that is not positive definite is invalid and solves to zero", "[cholesky]") {
   Matrix6d indefinite = Matrix6d::Identity();
   indefinite(3, 3) = -1.0;
   Matrix6d broken = Matrix6d::Identity();

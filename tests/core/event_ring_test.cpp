@@ -2,10 +2,10 @@
 #include "unimapper/core/event_ring.hpp"
 
 #include <catch2/catch.hpp>
-#include <cstdlib>
-#include <memory>
 #include <string>
 #include <thread>
+
+#include "unimapper/core/owned.hpp"
 
 using namespace unimapper;
 
@@ -13,10 +13,8 @@ namespace {
 
 class OwnedRing {
  public:
-  explicit OwnedRing(std::uint32_t capacity) {
-    const std::size_t bytes = EventRing::required_bytes(capacity);
-    block_.reset(static_cast<std::byte*>(std::aligned_alloc(64, (bytes + 63) / 64 * 64)));
-    auto created = EventRing::create(capacity, {block_.get(), bytes});
+  explicit OwnedRing(std::uint32_t capacity) : block_(EventRing::required_bytes(capacity)) {
+    auto created = EventRing::create(capacity, block_.span());
     REQUIRE(created.ok());
     ring_ = created.value();
   }
@@ -24,10 +22,7 @@ class OwnedRing {
   EventRing& operator*() const { return *ring_; }
 
  private:
-  struct Free {
-    void operator()(std::byte* p) const { std::free(p); }
-  };
-  std::unique_ptr<std::byte, Free> block_;
+  MemoryBlock block_;
   EventRing* ring_ = nullptr;
 };
 

@@ -5,21 +5,16 @@
 #include <unordered_map>
 #include <vector>
 
-#include "tests/in_block.hpp"
+#include "tests/random.hpp"
+#include "unimapper/core/owned.hpp"
 
 using namespace unimapper;
 
 namespace {
 
-using OwnedMap = test::InBlock<FixedHashMap<int>>;
+using OwnedMap = Owned<FixedHashMap<int>>;
 
 constexpr std::uint32_t kNotFound = FixedHashMap<int>::kNotFound;
-
-/// A small generator of our own: the same numbers on every machine.
-struct Random {
-  std::uint64_t state = 1;
-  std::uint64_t operator()() { return mix_bits(++state * 0x9E3779B97F4A7C15ULL); }
-};
 
 /// Keys that all start at the same slot of a table with `slots` slots.
 std::vector<std::uint64_t> colliding_keys(std::size_t count, std::uint64_t slots) {
@@ -102,13 +97,13 @@ TEST_CASE("keys that collide are told apart until the probe bound, then refused 
 
 TEST_CASE("the map agrees with std::unordered_map over many generations") {
   OwnedMap owned(500);
-  Random random;
+  test::Random random(1);
   for (int generation = 0; generation < 20; ++generation) {
     owned->clear();
     std::unordered_map<std::uint64_t, int> model;
     for (int step = 0; step < 2000; ++step) {
-      const std::uint64_t key = random() % 800;
-      if (random() % 2 == 0) {
+      const std::uint64_t key = random.below(800);
+      if (random.below(2) == 0) {
         const std::uint32_t entry = owned->find(key);
         REQUIRE((entry != kNotFound) == (model.count(key) == 1));
         if (entry != kNotFound) REQUIRE((*owned)[entry] == model[key]);

@@ -4,12 +4,14 @@
 #include <bit>
 #include <catch2/catch.hpp>
 
+#include "tests/random.hpp"
+
 TEST_CASE("set bits are counted as the standard library counts them") {
   CHECK(unimapper::popcount(0) == 0);
   CHECK(unimapper::popcount(~0ULL) == 64);
-  std::uint64_t word = 1;
+  unimapper::test::Random random(1);
   for (int i = 0; i < 1000; ++i) {
-    word = word * 6364136223846793005ULL + 1442695040888963407ULL;
+    const std::uint64_t word = random.bits();
     REQUIRE(unimapper::popcount(word) == static_cast<std::uint32_t>(std::popcount(word)));
     REQUIRE(unimapper::popcount(word & (word >> 32U)) ==
             static_cast<std::uint32_t>(std::popcount(word & (word >> 32U))));

@@ -55,7 +55,7 @@ TEST_CASE("three pairs are enough") {
   REQUIRE(distance(fitted, some_pose()) < 1e-9);
 }
 
-TEST_CASE("where a reflection would fit best, a rotation is given") {
+TEST_CASE("a proper rotation is fitted where a reflection would fit best") {
   // Points in a plane, pushed through it by noise: without the correction, the determinant of
   // the optimum is -1.
   std::vector<PointPair> pairs = pairs_of(Pose{}, {10, 10, 0.05}, 8);

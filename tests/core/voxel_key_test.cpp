@@ -23,7 +23,7 @@ TEST_CASE("packing and unpacking are inverse up to the axis limit") {
   CHECK_FALSE(is_representable({0, 0, std::numeric_limits<std::int32_t>::max()}));
 }
 
-// Places and hash tables travel between machines and outlive releases: whoever changes these
+// Keyframes and hash tables travel between machines and outlive releases: a change of these
 // values changes the order of cells, keypoints and loops everywhere.
 TEST_CASE("keys and hashes are pinned") {
   CHECK(pack({0, 0, 0}) == 0x4000020000100000ULL);

@@ -113,7 +113,7 @@ std::set<Cell> random_cells(std::mt19937& random, int size, int count) {
 }  // namespace
 
 TEMPLATE_TEST_CASE("Labels are those of plain flooding, whatever touches and however", "",
-                   InBlock<ComponentLabels>, OnHeap<ComponentLabels>) {
+                   Owned<ComponentLabels>, OnHeap<ComponentLabels>) {
   std::mt19937 random(7);
   for (int trial = 0; trial < 60; ++trial) {
     const std::set<Cell> cells = random_cells(random, 3 + trial % 8, 20 + 10 * trial);
@@ -134,7 +134,7 @@ TEMPLATE_TEST_CASE("Labels are those of plain flooding, whatever touches and how
 }
 
 TEMPLATE_TEST_CASE("A low cell follows a component it touches and joins none", "",
-                   InBlock<ComponentLabels>, OnHeap<ComponentLabels>) {
+                   Owned<ComponentLabels>, OnHeap<ComponentLabels>) {
   std::mt19937 random(8);
   for (int trial = 0; trial < 40; ++trial) {
     const std::set<Cell> cells = random_cells(random, 6, 60 + 5 * trial);
@@ -172,16 +172,16 @@ TEST_CASE("Of several components a low cell follows that of its own block, then 
   CHECK(three.at(low) == three.at(own_block));
 }
 
-TEST_CASE("Where room for parts grows short, all of a block stands together") {
+TEST_CASE("A block is one component if there is no capacity for its parts") {
   // Eight cells of one block, none of which touches another.
   std::set<Cell> corners;
   for (int i = 0; i < 8; ++i) corners.insert({2 * (i & 1), i & 2, (i & 4) / 2});
   std::uint32_t count = 0;
-  labels_of<InBlock<ComponentLabels>>(Grid(corners), count);
+  labels_of<Owned<ComponentLabels>>(Grid(corners), count);
   CHECK(count == 8);
-  labels_of<InBlock<ComponentLabels>>(Grid(corners), count, 2);
+  labels_of<Owned<ComponentLabels>>(Grid(corners), count, 2);
   CHECK(count == 2);
-  const auto one = labels_of<InBlock<ComponentLabels>>(Grid(corners), count, 1);
+  const auto one = labels_of<Owned<ComponentLabels>>(Grid(corners), count, 1);
   CHECK(count == 1);
   CHECK(one.size() == 8);
 }

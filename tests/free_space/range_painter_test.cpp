@@ -44,7 +44,7 @@ Eigen::Vector3f at(float range_m, int columns, int rows) {
 }  // namespace
 
 TEMPLATE_TEST_CASE("A pixel holds the smallest range around it if enough returns are there", "",
-                   InBlock<RangePainter>, OnHeap<RangePainter>) {
+                   Owned<RangePainter>, OnHeap<RangePainter>) {
   TestType painter(config());
   CHECK(ahead_m(painter, {at(10.0F, 0, 0), at(12.0F, 1, 0)}) == 0.0F);
   CHECK(ahead_m(painter, {at(10.0F, 0, 0), at(12.0F, 1, 0), at(8.0F, -1, 1)}) ==
@@ -55,7 +55,7 @@ TEMPLATE_TEST_CASE("A pixel holds the smallest range around it if enough returns
 }
 
 TEMPLATE_TEST_CASE("Only valid points within the ranges and the limit are painted", "",
-                   InBlock<RangePainter>, OnHeap<RangePainter>) {
+                   Owned<RangePainter>, OnHeap<RangePainter>) {
   TestType painter(config());
   const std::vector<Eigen::Vector3f> two{at(10.0F, 0, 0), at(12.0F, 1, 0)};
   const auto with = [&](const Eigen::Vector3f& third) {
@@ -78,7 +78,7 @@ TEMPLATE_TEST_CASE("Only valid points within the ranges and the limit are painte
   CHECK(ahead_m(painter, late) == 0.0F);
 }
 
-TEMPLATE_TEST_CASE("The filter goes round where the image does", "", InBlock<RangePainter>,
+TEMPLATE_TEST_CASE("The filter goes round where the image does", "", Owned<RangePainter>,
                    OnHeap<RangePainter>) {
   TestType painter(config());
   const auto columns = static_cast<std::size_t>(painter->projection().columns());
@@ -105,7 +105,7 @@ TEST_CASE("Both storages paint the same image") {
     const auto f = static_cast<float>(i);
     points.emplace_back(20.0F * std::sin(f), 20.0F * std::cos(1.7F * f), 3.0F * std::sin(0.3F * f));
   }
-  InBlock<RangePainter> block(config());
+  Owned<RangePainter> block(config());
   OnHeap<RangePainter> heap(config());
   CHECK(paint(block, points) == paint(heap, points));
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "src/merge/heap_memory.hpp"
-#include "tests/in_block.hpp"
+#include "unimapper/core/owned.hpp"
 
 namespace unimapper::test {
 

@@ -64,7 +64,7 @@ SessionData with_box() {
 }
 
 /// The second day: of so many keyframes some saw through it, some observed a surface just behind
-/// it, too far away to be the same and too near for the place to be free.
+/// it, too far away to be the same and too near for the position to be free.
 SessionData without_box(int free, int occupied) {
   SessionData day;
   for (int k = 0; k < free + occupied; ++k) {
@@ -76,7 +76,7 @@ SessionData without_box(int free, int occupied) {
 
 }  // namespace
 
-TEST_CASE("A place is free once enough keyframes saw through it", "[changes]") {
+TEST_CASE("A position is free once enough keyframes saw through it", "[changes]") {
   REQUIRE(MapConfig{}.min_observers == 2);
   CHECK(count_gone(with_box(), without_box(2, 0)) >= 20);
   CHECK(count_gone(with_box(), without_box(1, 0)) == 0);

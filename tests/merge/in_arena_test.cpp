@@ -1,4 +1,4 @@
-// Tests of heap memory for components of the core.
+// Tests of components in large pages.
 #include "unimapper/merge/in_arena.hpp"
 
 #include <catch2/catch.hpp>
@@ -10,13 +10,13 @@
 using namespace unimapper;
 using namespace unimapper::merge;
 
-TEST_CASE("pages suit an arena, however many there are") {
+TEST_CASE("a block of large pages suits an arena, however large it is") {
   for (const std::size_t bytes :
        {std::size_t{1}, std::size_t{1000}, (std::size_t{1} << 21U) - 1, std::size_t{5'000'000}}) {
-    const Pages pages = allocate_pages(bytes);
-    REQUIRE(pages != nullptr);
-    CHECK(reinterpret_cast<std::uintptr_t>(pages.get()) % Arena::kAlignment == 0);
-    std::memset(pages.get(), 0xA5, bytes);
+    const LargePageBlock block(bytes);
+    REQUIRE(block.size() >= bytes);
+    CHECK(reinterpret_cast<std::uintptr_t>(block.data()) % Arena::kAlignment == 0);
+    std::memset(block.data(), 0xA5, block.size());
   }
 }
 

@@ -74,7 +74,7 @@ TEST_CASE("In front of a wall is free, at it occupied, behind it and beside it u
   CHECK(look(keyframe, {8.0F, 0.0F, 30.0F}) == Seen::kUnknown);
 }
 
-TEST_CASE("What moved hides what is behind it", "[free space]") {
+TEST_CASE("A dynamic object occludes the structure behind it", "[free space]") {
   KeyframeRecord keyframe = before_a_wall();
   for (const FineCell& cell : keyframe.static_cells) {
     const Eigen::Vector3f p(4.0F, 0.4F * cell.position.y(), 0.4F * cell.position.z());

@@ -135,8 +135,7 @@ TEST_CASE("A candidate may be out of level up to the limit", "[verification]") {
   CHECK(verify(sessions, kTruth * tilted(limit + 0.005)).decision.reason == "not level");
 }
 
-TEST_CASE("What alignment makes of a candidate may be out of level up to the limit",
-          "[verification]") {
+TEST_CASE("An aligned candidate may be out of level up to the limit", "[verification]") {
   MergeConfig config;
   const double limit = config.loops.max_tilt_rad;
   const Pose proposed = kTruth * tilted(limit - 0.03);
@@ -184,7 +183,7 @@ TEST_CASE("Alignment may turn a candidate up to the limit", "[verification]") {
 }
 
 TEST_CASE("Structure must coincide after alignment", "[verification]") {
-  // Half of what each sees, the other does not: walls in different places outside the view.
+  // Half of what each sees, the other does not: walls at different positions outside the view.
   View match{Pose{}};
   View query{kTruth, 2};
   for (View* view : {&match, &query}) view->add_yard();

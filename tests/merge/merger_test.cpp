@@ -215,6 +215,12 @@ TEST_CASE("Exported files are complete and consistent", "[merger]") {
           std::string::npos);
     CHECK(ply.size() == header + merged().map.size() * 19);
   }
+  SECTION("more sessions than the file's 16 bits can number are an error") {
+    MergeResult many = merged();
+    many.map.push_back({Eigen::Vector3f::Zero(), 65536, 1});
+    CHECK_THROWS_WITH(export_map(scratch.path() / "many", fleet().sessions, many),
+                      Catch::Contains("65536 sessions"));
+  }
   SECTION("a folder that cannot be made is an error with its name") {
     const fs::path file = scratch.path() / "file";
     std::ofstream(file) << "in the way";
@@ -307,7 +313,7 @@ TEST_CASE("Cells of an unconnected session are not refined by sessions of the ma
   CHECK(std::count(dynamic_together.begin(), dynamic_together.end(), 1) > 10);
 }
 
-TEST_CASE("What cannot be a session is refused in words", "[merger]") {
+TEST_CASE("Invalid sessions are refused with a message", "[merger]") {
   std::vector<SessionData> two(2);
   for (std::size_t s = 0; s < 2; ++s) {
     two[s].info.name = s == 0 ? "alpha" : "beta";

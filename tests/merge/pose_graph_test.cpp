@@ -44,7 +44,7 @@ TEST_CASE("T_from_to maps the second node's coordinates to the first's", "[pose_
   CHECK(graph_cost(graph) < 1e-10);
 }
 
-TEST_CASE("A free anchor places a second map without touching its inner poses", "[pose_graph]") {
+TEST_CASE("A free anchor positions a second map without touching its inner poses", "[pose_graph]") {
   PoseGraph graph;
   graph.anchors.push_back({Pose{}, true});
   graph.anchors.push_back({Pose{}, false});

@@ -12,7 +12,7 @@ using namespace unimapper::merge::testing;
 
 namespace {
 
-PlacedSession placed(const SessionData& session, std::size_t map = 0) {
+PosedSession posed(const SessionData& session, std::size_t map = 0) {
   return {&session, std::vector<Pose>(session.keyframes.size()), map};
 }
 
@@ -33,31 +33,32 @@ double dynamic_share(const KeyframeRecord& keyframe, const RefinedKeyframe& refi
 
 }  // namespace
 
-TEST_CASE("who had not moved yet is removed by later keyframes that saw through", "[refinement]") {
+TEST_CASE("a person that moves off later is removed where later keyframes saw through",
+          "[refinement]") {
   SessionData session;
   session.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
   for (std::uint32_t k = 1; k < 5; ++k) session.keyframes.push_back(keyframe_of(k, {kWall}));
-  const auto refined = refine({placed(session)}, {}, 1);
+  const auto refined = refine({posed(session)}, {}, 1);
   CHECK(dynamic_share(session.keyframes[0], refined[0][0], kPerson.x) == 1.0);
   for (std::size_t k = 0; k < 5; ++k) {
     CHECK(dynamic_share(session.keyframes[k], refined[0][k], kWall.x) == 0.0);
   }
 }
 
-TEST_CASE("what was removed by mistake and stands there all the time comes back", "[refinement]") {
+TEST_CASE("a static object removed online by mistake is restored", "[refinement]") {
   SessionData session;
   for (std::uint32_t k = 0; k < 9; ++k)
     session.keyframes.push_back(keyframe_of(k, {kWall, kPerson}));
   session.keyframes[4] = keyframe_of(4, {kWall}, {kPerson});
-  const auto refined = refine({placed(session)}, {}, 1);
+  const auto refined = refine({posed(session)}, {}, 1);
   CHECK(dynamic_share(session.keyframes[4], refined[0][4], kPerson.x) == 0.0);
 }
 
-TEST_CASE("what no other keyframe observed keeps its online label", "[refinement]") {
+TEST_CASE("a cell that no other keyframe observed keeps its online label", "[refinement]") {
   // No other keyframe observed it.
   SessionData session;
   session.keyframes.push_back(keyframe_of(0, {kWall}, {kPerson}));
-  CHECK(dynamic_share(session.keyframes[0], refine({placed(session)}, {}, 1)[0][0], kPerson.x) ==
+  CHECK(dynamic_share(session.keyframes[0], refine({posed(session)}, {}, 1)[0][0], kPerson.x) ==
         1.0);
 }
 
@@ -67,28 +68,28 @@ TEST_CASE("without images the online labels stay", "[refinement]") {
   for (std::uint32_t k = 1; k < 5; ++k)
     session.keyframes.push_back(keyframe_of(k, {kWall}, {kPerson}));
   for (KeyframeRecord& keyframe : session.keyframes) keyframe.images.clear();
-  const auto refined = refine({placed(session)}, {}, 1);
+  const auto refined = refine({posed(session)}, {}, 1);
   CHECK(dynamic_share(session.keyframes[0], refined[0][0], kPerson.x) == 0.0);
   CHECK(dynamic_share(session.keyframes[2], refined[0][2], kPerson.x) == 1.0);
 }
 
-TEST_CASE("what another visit saw removes a ghost but not what stood here all day",
+TEST_CASE("another visit's free space removes a single observation but no object seen all day",
           "[refinement]") {
   SessionData other_day;
   for (std::uint32_t k = 0; k < 8; ++k) other_day.keyframes.push_back(keyframe_of(k, {kWall}));
 
   SessionData ghost;
   ghost.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
-  const auto with_ghost = refine({placed(ghost), placed(other_day)}, {}, 1);
+  const auto with_ghost = refine({posed(ghost), posed(other_day)}, {}, 1);
   CHECK(dynamic_share(ghost.keyframes[0], with_ghost[0][0], kPerson.x) == 1.0);
   // In a map of its own the other visit knows nothing of this one.
-  const auto apart = refine({placed(ghost, 1), placed(other_day, 2)}, {}, 1);
+  const auto apart = refine({posed(ghost, 1), posed(other_day, 2)}, {}, 1);
   CHECK(dynamic_share(ghost.keyframes[0], apart[0][0], kPerson.x) == 0.0);
 
   SessionData parked;
   for (std::uint32_t k = 0; k < 6; ++k)
     parked.keyframes.push_back(keyframe_of(k, {kWall, kPerson}));
-  const auto with_parked = refine({placed(parked), placed(other_day)}, {}, 1);
+  const auto with_parked = refine({posed(parked), posed(other_day)}, {}, 1);
   CHECK(dynamic_share(parked.keyframes[2], with_parked[0][2], kPerson.x) == 0.0);
 }
 
@@ -99,12 +100,12 @@ TEST_CASE("ground that was seen through as a whole is rejected", "[refinement]")
     if (cell.position.x() < 8.0F) cell.ground = 1;
   }
   for (std::uint32_t k = 1; k < 5; ++k) session.keyframes.push_back(keyframe_of(k, {kWall}));
-  const auto refined = refine({placed(session)}, {}, 1);
+  const auto refined = refine({posed(session)}, {}, 1);
   CHECK(dynamic_share(session.keyframes[0], refined[0][0], kPerson.x) == 1.0);
 
   // Where it was not seen through, ground stays whatever else moves.
   for (std::uint32_t k = 1; k < 5; ++k) session.keyframes[k] = keyframe_of(k, {kWall, kPerson});
-  CHECK(dynamic_share(session.keyframes[0], refine({placed(session)}, {}, 1)[0][0], kPerson.x) ==
+  CHECK(dynamic_share(session.keyframes[0], refine({posed(session)}, {}, 1)[0][0], kPerson.x) ==
         0.0);
 }
 
@@ -116,14 +117,14 @@ TEST_CASE("refinement does not depend on the number of threads, and can be turne
     session.keyframes.push_back(
         keyframe_of(k, {{12.1F, -1.0F, 1.0F, -1.0F, 1.0F}, {6.1F, y, y + 0.4F, -1.0F, 0.4F}}));
   }
-  const auto one = refine({placed(session)}, {}, 1);
-  const auto three = refine({placed(session)}, {}, 3);
+  const auto one = refine({posed(session)}, {}, 1);
+  const auto three = refine({posed(session)}, {}, 3);
   REQUIRE(one[0].size() == 70);
   for (std::size_t k = 0; k < 70; ++k) CHECK(one[0][k].dynamic == three[0][k].dynamic);
 
   RefinementConfig off;
   off.window = 0;
-  const auto unchanged = refine({placed(session)}, off, 1);
+  const auto unchanged = refine({posed(session)}, off, 1);
   for (const RefinedKeyframe& keyframe : unchanged[0]) {
     CHECK(std::count(keyframe.dynamic.begin(), keyframe.dynamic.end(), 1) == 0);
   }
@@ -135,7 +136,7 @@ TEST_CASE("cells without a position keep their online label", "[refinement]") {
   session.keyframes[0].dynamic_cells.push_back({{1e30F, 0.0F, 0.0F}, 1, 0, 0});
   session.keyframes[0].dynamic_cells.push_back({{std::nanf(""), 0.0F, 0.0F}, 1, 0, 0});
   session.keyframes.push_back(keyframe_of(1, {kWall}));
-  const auto refined = refine({placed(session)}, {}, 1);
+  const auto refined = refine({posed(session)}, {}, 1);
   const std::size_t kept = session.keyframes[0].static_cells.size();
   CHECK(refined[0][0].dynamic.at(kept) == 1);
   CHECK(refined[0][0].dynamic.at(kept + 1) == 1);
@@ -154,7 +155,7 @@ TEST_CASE("the images of one keyframe together weigh no more than two", "[refine
       keyframe.images.resize(6, keyframe.images.front());
       session.keyframes.push_back(keyframe);
     }
-    return dynamic_share(session.keyframes[2], refine({placed(session)}, {}, 1)[0][2], kPerson.x);
+    return dynamic_share(session.keyframes[2], refine({posed(session)}, {}, 1)[0][2], kPerson.x);
   };
   CHECK(share_after(1) == 0.0);
   CHECK(share_after(2) > 0.8);
@@ -169,7 +170,7 @@ TEST_CASE("observers are the keyframes within the window and no others", "[refin
   config.log_odds_free = 0.3F;  // the first keyframe itself says -0.255: one other is enough
   config.window = 1;
   const auto share = [&] {
-    return dynamic_share(session.keyframes[0], refine({placed(session)}, config, 1)[0][0],
+    return dynamic_share(session.keyframes[0], refine({posed(session)}, config, 1)[0][0],
                          kPerson.x);
   };
   CHECK(share() == 1.0);
@@ -181,21 +182,43 @@ TEST_CASE("observers are the keyframes within the window and no others", "[refin
   CHECK(share() == 1.0);
 }
 
+TEST_CASE("observations of different keyframes coincide in cells of the configured size",
+          "[refinement]") {
+  // Where the person was, four others saw a person 35 cm farther off.
+  SessionData session;
+  session.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
+  Sheet farther = kPerson;
+  farther.x += 0.35F;
+  for (std::uint32_t k = 1; k < 5; ++k) {
+    session.keyframes.push_back(keyframe_of(k, {kWall, farther}));
+  }
+  RefinementConfig config;
+  config.range_margin_m = 0.05F;
+  config.log_odds_free = 0.3F;  // four others: 1.2 for dynamic, 1.7 for static if they coincide
+  const auto share = [&] {
+    return dynamic_share(session.keyframes[0], refine({posed(session)}, config, 1)[0][0],
+                         kPerson.x);
+  };
+  CHECK(share() > 0.9);
+  config.cell_size_m = 0.5F;
+  CHECK(share() == 0.0);
+}
+
 TEST_CASE("keyframes of another visit are observers within their reach", "[refinement]") {
   SessionData ghost;
   ghost.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
   SessionData other_day;
   for (std::uint32_t k = 0; k < 8; ++k) other_day.keyframes.push_back(keyframe_of(k, {kWall}));
-  // The whole visit is known as if taken from a place half a metre aside.
-  PlacedSession visit = placed(other_day);
+  // The whole visit is known as if taken from half a metre aside.
+  PosedSession visit = posed(other_day);
   for (Pose& pose : visit.T_map_keyframe) pose.translation.y() = 0.5;
   RefinementConfig config;
   config.reach_m = 0.51F;
   REQUIRE(config.revisits > 0);
-  CHECK(dynamic_share(ghost.keyframes[0], refine({placed(ghost), visit}, config, 1)[0][0],
+  CHECK(dynamic_share(ghost.keyframes[0], refine({posed(ghost), visit}, config, 1)[0][0],
                       kPerson.x) > 0.9);
   config.reach_m = 0.49F;
-  CHECK(dynamic_share(ghost.keyframes[0], refine({placed(ghost), visit}, config, 1)[0][0],
+  CHECK(dynamic_share(ghost.keyframes[0], refine({posed(ghost), visit}, config, 1)[0][0],
                       kPerson.x) == 0.0);
 }
 
@@ -210,7 +233,7 @@ double share_of_board(float cut_z) {
   for (std::uint32_t k = 0; k < 7; ++k) {
     session.keyframes.push_back(keyframe_of(k, {kWall, k < 3 ? board : rest}));
   }
-  return dynamic_share(session.keyframes[0], refine({placed(session)}, {}, 1)[0][0], board.x);
+  return dynamic_share(session.keyframes[0], refine({posed(session)}, {}, 1)[0][0], board.x);
 }
 
 }  // namespace

@@ -196,7 +196,7 @@ TEST_CASE("G-ICP aligns a real outdoor pair as well as its peers", "[registratio
   INFO("points " << target.size() << ", iterations " << result.iterations);
 }
 
-TEST_CASE("What moved between two visits hardly pulls", "[registration]") {
+TEST_CASE("Objects moved between two visits hardly affect the registration", "[registration]") {
   Random random(5);
   auto [points, ground] = sample_corner(random);
   auto [again, ground_again] = sample_corner(random);

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "run.hpp"
-#include "tests/in_block.hpp"
+#include "unimapper/core/owned.hpp"
 
 using namespace unimapper;
 using namespace unimapper::onboard;
@@ -25,10 +25,11 @@ using BlockIndex = std::tuple<std::int64_t, std::int64_t, std::int64_t>;
 
 struct OwnedWindow {
   explicit OwnedWindow(const PipelineConfig& configuration)
-      : config(configuration), block([this](Arena& arena) { window.allocate(arena, config); }) {}
+      : config(configuration),
+        block(lay_out([this](Arena& arena) { window.allocate(arena, config); })) {}
   PipelineConfig config;
   BlockWindow window;
-  ArenaBlock block;
+  MemoryBlock block;
 };
 
 PipelineConfig windowed(std::uint32_t keyframes, std::uint32_t blocks) {
@@ -247,7 +248,7 @@ TEST_CASE("a window starts anew where its first keyframe can no longer be counte
 
 TEST_CASE("a directory says at once that a key can neither be found nor added") {
   constexpr std::uint32_t kCapacity = 1024;
-  InBlock<TileDirectory> directory(kCapacity);
+  Owned<TileDirectory> directory(kCapacity);
   // Keys that all belong into the same slot.
   std::vector<VoxelKey> keys;
   for (VoxelKey key = 0; keys.size() < TileDirectory::kMaxProbes + 1; ++key) {

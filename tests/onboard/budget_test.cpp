@@ -1,4 +1,4 @@
-// Time budget: what is shed, and in which order
+// Time budget: shed work and its order
 #include "src/onboard/budget.hpp"
 
 #include <catch2/catch.hpp>
@@ -46,7 +46,7 @@ std::vector<KeyframeRun> run_with(std::uint32_t budget_us, int keyframes, std::u
                    [](double) { return sensor_at(0, 0); });
 }
 
-/// How many of the ordered things were given up; -1 if out of order.
+/// How many kinds of work were shed; -1 if out of order.
 int depth(const KeyframeStatistics& statistics) {
   int shed = 0;
   bool ended = false;
@@ -64,7 +64,7 @@ int depth(const KeyframeStatistics& statistics) {
 
 }  // namespace
 
-TEST_CASE("without a budget nothing is given up and the clock is left alone") {
+TEST_CASE("without a budget no work is shed and the clock is not read") {
   PipelineConfig config = with_budget(0);
   config.clock_ns = nullptr;
   fake_now_ns = 7;
@@ -88,7 +88,7 @@ TEST_CASE("a generous budget changes nothing") {
   }
 }
 
-TEST_CASE("work is given up in the stated order, more of it the shorter the budget") {
+TEST_CASE("work is shed in the stated order, more of it the shorter the budget") {
   // The second keyframe knows what the first one cost.
   int deepest = 4;
   std::vector<bool> seen(5, false);
@@ -106,7 +106,7 @@ TEST_CASE("work is given up in the stated order, more of it the shorter the budg
   CHECK(seen == std::vector<bool>(5, true));
 }
 
-TEST_CASE("what is given up is left out of the keyframe, and labels stay complete") {
+TEST_CASE("shed results are missing in the keyframe, and labels stay complete") {
   const auto runs = run_with(500, 3);
   REQUIRE(runs.size() == 3);
   CHECK(depth(runs[1].statistics) == 4);
@@ -135,7 +135,7 @@ TEST_CASE("when there is time for some cells, the near ones are filtered") {
   CHECK(found_again);
 }
 
-TEST_CASE("a part that was given up is tried again after a while") {
+TEST_CASE("a part that was shed is tried again after a while") {
   // Enough for everything but the outlier that the first keyframe was.
   fake_now_ns = 0;
   Budget budget(with_budget(10000));

@@ -50,7 +50,7 @@ TEST_CASE(
   CHECK_FALSE(stages.cells.has(39, &CellMarks::dynamic));
 }
 
-TEST_CASE("what little is known of a component outweighs what is not known of it") {
+TEST_CASE("evidence on few cells of a component outweighs its many unobserved cells") {
   Stages stages;
   std::vector<Eigen::Vector3f> points;
   for (int i = 0; i < 40; ++i) points.emplace_back(0.1F + 0.2F * static_cast<float>(i), 0.1F, 3.1F);

@@ -81,7 +81,7 @@ TEST_CASE("the paper's preset is the paper") {
   CHECK_FALSE(paper.removal.components);
 }
 
-TEST_CASE("what is wrong with a configuration is said in words") {
+TEST_CASE("an invalid configuration is refused with the reason") {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const auto message = [](auto&& change) {
     PipelineConfig config = preset(SensorKind::kGeneric);
@@ -125,19 +125,18 @@ TEST_CASE("what is wrong with a configuration is said in words") {
 TEST_CASE("the required memory is exact") {
   const PipelineConfig config = small_config();
   const std::size_t bytes = Pipeline::required_bytes(config);
-  std::unique_ptr<std::byte, decltype(&std::free)> block(
-      static_cast<std::byte*>(std::aligned_alloc(64, bytes + 64)), &std::free);
-  CHECK(Pipeline::create(config, {block.get(), bytes - 1}).error().code ==
+  const MemoryBlock block(bytes + 64);
+  CHECK(Pipeline::create(config, {block.data(), bytes - 1}).error().code ==
         ErrorCode::kMemoryTooSmall);
-  CHECK(Pipeline::create(config, {block.get() + 8, bytes}).error().code ==
+  CHECK(Pipeline::create(config, {block.data() + 8, bytes}).error().code ==
         ErrorCode::kMemoryMisaligned);
-  for (std::size_t i = 0; i < 64; ++i) block.get()[bytes + i] = std::byte{0xAB};
-  auto created = Pipeline::create(config, {block.get(), bytes});
+  for (std::size_t i = 0; i < 64; ++i) block.data()[bytes + i] = std::byte{0xAB};
+  auto created = Pipeline::create(config, {block.data(), bytes});
   REQUIRE(created.ok());
   Scene scene;
   const LabelledScan scan = scene.scan(sensor_at(0, 0), 0);
   for (int i = 1; i < 25; ++i) (void)(*created)->add_scan(scan.view(), sensor_at(0, 0), i);
-  for (std::size_t i = 0; i < 64; ++i) CHECK(block.get()[bytes + i] == std::byte{0xAB});
+  for (std::size_t i = 0; i < 64; ++i) CHECK(block.data()[bytes + i] == std::byte{0xAB});
 }
 
 TEST_CASE("an OS2-128 keyframe of 131072 points per scan fits a robot's memory") {

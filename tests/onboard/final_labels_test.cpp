@@ -111,11 +111,12 @@ Box waiting_box(const Eigen::Vector3d& at, double leaves) {
 
 }  // namespace
 
-TEST_CASE("who waited and then walked off is removed from where they waited", "[final labels]") {
+TEST_CASE("a person that waited and then walked off is removed at the waiting position",
+          "[final labels]") {
   Scene scene = walls();
   scene.boxes.push_back(waiting_box({6.0, 4.0, 0.9}, 2.0));
   const Labels said = Replay(scene, short_window()).run(100);
-  // Online nobody can know: the first two keyframes saw somebody stand.
+  // Undecidable online: in the first two keyframes the person stood.
   CHECK(said.online.at(0).dynamic_right == 0);
   CHECK(said.final.at(0).dynamic_percent() > 80.0);
   CHECK(said.final.at(1).dynamic_percent() > 80.0);
@@ -133,7 +134,7 @@ TEST_CASE("a keyframe is relabelled once, when it is evicted from the window or 
   }
 }
 
-TEST_CASE("where nothing moves nothing is relabelled", "[final labels]") {
+TEST_CASE("in a static scene no label changes", "[final labels]") {
   for (const auto& [sequence, relabelled] : Replay(walls(), short_window()).run(100).relabelled) {
     CHECK(relabelled.cells_now_dynamic == 0);
     CHECK(relabelled.cells_now_static == 0);
@@ -150,7 +151,7 @@ TEST_CASE("relabelling can be turned off and then takes no memory", "[final labe
   CHECK(Replay(scene, config).run(100).relabelled.empty());
 }
 
-TEST_CASE("labels of a scan that does not fit are left alone", "[final labels]") {
+TEST_CASE("labels of a scan that does not fit stay as they are", "[final labels]") {
   Scene scene = walls();
   OwnedPipeline pipeline(short_window());
   std::vector<PointLabel> labels(3, PointLabel::kStatic);

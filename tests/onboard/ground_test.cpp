@@ -58,7 +58,7 @@ TEST_CASE("ground a step above the ground around it is none, slopes and kerbs ar
   }
 }
 
-TEST_CASE("what stands on the ground is a candidate, the ground is not") {
+TEST_CASE("objects on the ground are candidates, the ground is not") {
   Stages stages;
   std::vector<Eigen::Vector3f> points;
   add_floor(points, 0.0F, 4.0F, 0.0F, 4.0F, 0.02F);
@@ -73,7 +73,7 @@ TEST_CASE("what stands on the ground is a candidate, the ground is not") {
   }
 }
 
-TEST_CASE("with the paper's candidates, what is far from any ground is none") {
+TEST_CASE("with the paper's candidates, cells far from any ground are none") {
   PipelineConfig config = small_config();
   config.removal.candidates_next_to_ground = true;
   Stages stages(config);
@@ -119,7 +119,7 @@ TEST_CASE("ground that was seen through is none, whatever looks like it") {
   CHECK(reject() == count());
 }
 
-TEST_CASE("road below what is not flat any more is found from the next flat voxel but one") {
+TEST_CASE("road below a non-planar voxel is found from the next planar voxel but one") {
   PipelineConfig config = small_config();
   Stages stages(config);
   std::vector<Eigen::Vector3f> points;

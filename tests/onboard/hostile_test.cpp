@@ -1,5 +1,7 @@
-// Hostile scans: every point is accounted for by cause, every container stays
-// within its capacity (which bounds the work), and the next honest keyframe is as it should be.
+// Hostile scans: accounting of points by cause, bounded containers
+//
+// Every point is accounted for, every container stays within its capacity (which bounds the work),
+// and the next ordinary keyframe is as it should be.
 #include <algorithm>
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-// Random configurations: each is refused in words, or runs.
+// Random configurations: refusal with a message, or a run.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <random>

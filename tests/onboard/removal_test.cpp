@@ -66,7 +66,7 @@ TEST_CASE("own-keyframe evidence removes a mover from the very first keyframe") 
   CHECK(without.dynamic_right == 0);
 }
 
-TEST_CASE("a car that overtakes a parked one does not take it along") {
+TEST_CASE("a car that overtakes a parked one leaves it static") {
   Scene scene = street();
   scene.boxes.push_back(moving_box({-10.0, 3.5, 0.75}, {8.0, 0.0, 0.0}, {2.2, 0.9, 0.75}));
   const auto runs = run_scene(scene, small_config(), 60, stand_still);
@@ -107,7 +107,7 @@ TEST_CASE("carrying sums on decides as the whole window does") {
   }
 }
 
-TEST_CASE("no place is dynamic for longer than the most that is carried") {
+TEST_CASE("no position stays dynamic for longer than the log-odds clamp allows") {
   // A box comes down where every ray has passed for four seconds, and stays for good.
   Scene scene = street();
   Box late = standing_box({12.0, 0.0, 0.75}, {1.0, 1.0, 0.75});
@@ -123,7 +123,7 @@ TEST_CASE("no place is dynamic for longer than the most that is carried") {
   for (std::size_t k = 7; k < runs.size(); ++k) CHECK(runs[k].score.static_percent() > 99.8);
 }
 
-TEST_CASE("what no ray has passed through is not called free") {
+TEST_CASE("space that no ray has passed through is not free") {
   // A wall hides a parked car; then the sensor drives past the wall's end and sees it.
   Scene scene;
   scene.boxes = {standing_box({15.0, 5.0, 1.5}, {10.0, 0.2, 1.5}),
@@ -134,7 +134,7 @@ TEST_CASE("what no ray has passed through is not called free") {
 }
 
 TEST_CASE("a missing return is no evidence") {
-  // Nothing behind the place where the box appears: no ray passed it and came back.
+  // Nothing behind the position where the box appears: no ray passed it and came back.
   Scene scene;
   scene.max_range = 30.0;
   Box late = standing_box({12.0, 0.0, 6.0}, {1.0, 1.0, 2.5});

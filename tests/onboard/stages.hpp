@@ -14,7 +14,7 @@
 #include "src/onboard/ground_levels.hpp"
 #include "src/onboard/scan_accumulator.hpp"
 #include "src/onboard/transparent_ground.hpp"
-#include "tests/in_block.hpp"
+#include "unimapper/core/owned.hpp"
 #include "unimapper/free_space/free_columns.hpp"
 #include "unimapper/free_space/range_image.hpp"
 
@@ -25,7 +25,7 @@ using namespace unimapper::onboard;
 /// Stages with memory of their own, up to the split of ground and obstacles.
 struct Stages {
   explicit Stages(const PipelineConfig& configuration = small_config())
-      : config(configuration), block([this](Arena& arena) { allocate(arena); }) {
+      : config(configuration), block(lay_out([this](Arena& arena) { allocate(arena); })) {
     begin();
   }
   void allocate(Arena& arena) {
@@ -93,7 +93,7 @@ struct Stages {
   EvidenceWindow window;
   ComponentClassifier components;
   RangePainter painter;
-  ArenaBlock block;
+  MemoryBlock block;
 };
 
 /// Points every 5 cm on a rectangle at height z.

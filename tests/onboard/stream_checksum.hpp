@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "src/place/triangles.hpp"
-#include "tests/in_block.hpp"
+#include "unimapper/core/owned.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
 namespace unimapper::test {
@@ -171,7 +171,7 @@ class StreamChecksum {
 
   TriangleConfig triangle_config_;
   std::vector<PointLabel> labels_;
-  InBlock<FixedVector<place::Triangle>> triangles_;
+  Owned<FixedVector<place::Triangle>> triangles_;
   std::array<Fnv1a, kStreamParts> parts_;
 };
 

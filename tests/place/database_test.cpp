@@ -24,7 +24,7 @@ struct Described {
 
 Described describe(const std::vector<Surface>& surfaces, const Pose& pose,
                    std::uint64_t noise = 1) {
-  InBlock<PlaceDescriber> describer(DescriptorConfig{});
+  Owned<PlaceDescriber> describer(DescriptorConfig{});
   View view;
   view.noise_seed = noise;
   const std::vector<FineCell> cells = observe(surfaces, pose, view);
@@ -33,8 +33,8 @@ Described describe(const std::vector<Surface>& surfaces, const Pose& pose,
           {place.planes.begin(), place.planes.end()}};
 }
 
-Described describe(std::uint64_t place, const Pose& pose, std::uint64_t noise = 1) {
-  return describe(make_place(place), pose, noise);
+Described describe(std::uint64_t scene, const Pose& pose, std::uint64_t noise = 1) {
+  return describe(make_scene(scene), pose, noise);
 }
 
 LoopSearchConfig small(std::uint32_t places = 20) {
@@ -60,8 +60,8 @@ double rotation_error(const LoopCandidate& found, const Pose& here, const Pose& 
 }  // namespace
 
 TEST_CASE("a place is found again from another direction, with the pose between") {
-  InBlock<PlaceDatabase> database(small());
-  REQUIRE(database.fits());
+  Owned<PlaceDatabase> database(small());
+  REQUIRE(database.ok());
   const Pose here = standing_at(0, 0, 1.9, 0.2);
   for (std::uint32_t i = 0; i < 8; ++i) {
     database->insert(describe(20 + i, here).view(), {1, i}, kAnywhere);
@@ -89,7 +89,7 @@ TEST_CASE("a place is found again from another direction, with the pose between"
 }
 
 TEST_CASE("places that were never seen are not accepted") {
-  InBlock<PlaceDatabase> database(small());
+  Owned<PlaceDatabase> database(small());
   for (std::uint32_t i = 0; i < 10; ++i) {
     database->insert(describe(40 + i, standing_at(0, 0, 1.9, 0.1 * i)).view(), {1, i}, kAnywhere);
   }
@@ -101,20 +101,20 @@ TEST_CASE("places that were never seen are not accepted") {
   }
 }
 
-TEST_CASE("the mirror image of a place is another place") {
-  const std::vector<Surface> place = make_place(31);
+TEST_CASE("a mirrored scene is another place") {
+  const std::vector<Surface> scene = make_scene(31);
   const Pose here = standing_at(0, 0, 1.9, 0);
-  InBlock<PlaceDatabase> database(small());
-  database->insert(describe(place, here).view(), {1, 0}, kAnywhere);
-  REQUIRE(database->search(describe(place, here, 5).view(), kQuery, kEverywhere)[0].accepted);
-  const Described query = describe(mirrored(place), here, 5);
+  Owned<PlaceDatabase> database(small());
+  database->insert(describe(scene, here).view(), {1, 0}, kAnywhere);
+  REQUIRE(database->search(describe(scene, here, 5).view(), kQuery, kEverywhere)[0].accepted);
+  const Described query = describe(mirrored(scene), here, 5);
   for (const LoopCandidate& found : database->search(query.view(), kQuery, kEverywhere)) {
     CHECK_FALSE(found.accepted);
   }
 }
 
 TEST_CASE("the scope decides which places may answer") {
-  InBlock<PlaceDatabase> database(small());
+  Owned<PlaceDatabase> database(small());
   const Pose here = standing_at(0, 0, 1.9, 0);
   const Described place = describe(31, here);
   database->insert(place.view(), {1, 10}, kAnywhere);
@@ -141,11 +141,11 @@ TEST_CASE("the scope decides which places may answer") {
   CHECK(accepted_sessions({2, 15}, {Sessions::kOnlySame, 16}) == none);
 }
 
-TEST_CASE("a full database forgets what another place stands in for, and keeps working") {
-  InBlock<PlaceDatabase> database(small(3));
+TEST_CASE("a full database evicts its most redundant places, and keeps working") {
+  Owned<PlaceDatabase> database(small(3));
   const Pose here = standing_at(0, 0, 1.9, 0);
-  const auto knows = [&](std::uint64_t place) {
-    const auto found = database->search(describe(place, here, 5).view(), kQuery, kEverywhere);
+  const auto knows = [&](std::uint64_t scene) {
+    const auto found = database->search(describe(scene, here, 5).view(), kQuery, kEverywhere);
     return !found.empty() && found[0].accepted;
   };
   // One place far off, recorded first; then two side by side, and a street.
@@ -172,7 +172,7 @@ TEST_CASE("a full database forgets what another place stands in for, and keeps w
 
 TEST_CASE("the same calls give the same bytes") {
   const auto run = [] {
-    InBlock<PlaceDatabase> database(small());
+    Owned<PlaceDatabase> database(small());
     for (std::uint32_t i = 0; i < 6; ++i) {
       database->insert(describe(20 + i, standing_at(i, 0, 1.9, i)).view(), {1, i}, kAnywhere);
     }
@@ -193,7 +193,7 @@ TEST_CASE("the same calls give the same bytes") {
 }
 
 TEST_CASE("of equal places the one with the smaller id comes first") {
-  InBlock<PlaceDatabase> database(small());
+  Owned<PlaceDatabase> database(small());
   const Described place = describe(31, standing_at(0, 0, 1.9, 0));
   for (const std::uint32_t keyframe : {7U, 3U, 5U})
     database->insert(place.view(), {1, keyframe}, kAnywhere);
@@ -205,7 +205,7 @@ TEST_CASE("of equal places the one with the smaller id comes first") {
 }
 
 TEST_CASE("a database knows an empty place, and an empty database answers nothing") {
-  InBlock<PlaceDatabase> database(small());
+  Owned<PlaceDatabase> database(small());
   const Described place = describe(31, standing_at(0, 0, 1.9, 0));
   CHECK(database->search(place.view(), kQuery, kEverywhere).empty());
   database->insert({}, {1, 0}, kAnywhere);
@@ -224,7 +224,7 @@ TEST_CASE("a database knows an empty place, and an empty database answers nothin
 }
 
 TEST_CASE("a place from a hostile sender does no harm") {
-  InBlock<PlaceDatabase> database(small());
+  Owned<PlaceDatabase> database(small());
   const Pose here = standing_at(0, 0, 1.9, 0);
   const Described good = describe(31, here);
   Described bad = good;
@@ -256,7 +256,7 @@ TEST_CASE("places larger than configured are cut and counted, results are limite
   LoopSearchConfig config = small();
   config.max_results = 2;
   REQUIRE(config.validate().code == ErrorCode::kOk);
-  InBlock<PlaceDatabase> database(config, PlaceShape{.max_keypoints = 20, .max_planes = 50});
+  Owned<PlaceDatabase> database(config, PlaceShape{.max_keypoints = 20, .max_planes = 50});
   const Described place = describe(31, standing_at(0, 0, 1.9, 0));
   REQUIRE(place.keypoints.size() > 20);
   for (std::uint32_t i = 0; i < 5; ++i) database->insert(place.view(), {1, i}, kAnywhere);

@@ -20,7 +20,7 @@ struct Description {
 };
 
 Description describe(const std::vector<FineCell>& cells, const DescriptorConfig& config = {}) {
-  InBlock<PlaceDescriber> describer(config);
+  Owned<PlaceDescriber> describer(config);
   const PlaceView place = describer->describe(cells);
   return {{place.keypoints.begin(), place.keypoints.end()},
           {place.planes.begin(), place.planes.end()}};
@@ -174,7 +174,7 @@ TEST_CASE("a keypoint carries the normal of the wall it borders, else of the gro
 }
 
 TEST_CASE("the order of the cells does not matter, to the last bit") {
-  std::vector<FineCell> cells = observe(make_place(11), standing_at(1, 2, 1.9, 0.4));
+  std::vector<FineCell> cells = observe(make_scene(11), standing_at(1, 2, 1.9, 0.4));
   const Description before = describe(cells);
   REQUIRE(before.keypoints.size() > 20);
   REQUIRE(before.planes.size() > 100);
@@ -186,9 +186,9 @@ TEST_CASE("the order of the cells does not matter, to the last bit") {
 }
 
 TEST_CASE("describing twice gives the same, whatever was described between") {
-  const std::vector<FineCell> first = observe(make_place(11), standing_at(0, 0, 1.9, 0));
-  const std::vector<FineCell> second = observe(make_place(12), standing_at(0, 0, 1.9, 0));
-  InBlock<PlaceDescriber> describer(DescriptorConfig{});
+  const std::vector<FineCell> first = observe(make_scene(11), standing_at(0, 0, 1.9, 0));
+  const std::vector<FineCell> second = observe(make_scene(12), standing_at(0, 0, 1.9, 0));
+  Owned<PlaceDescriber> describer(DescriptorConfig{});
   const auto copy = [](const PlaceView& place) {
     return Description{{place.keypoints.begin(), place.keypoints.end()},
                        {place.planes.begin(), place.planes.end()}};
@@ -198,8 +198,8 @@ TEST_CASE("describing twice gives the same, whatever was described between") {
   REQUIRE(identical(copy(describer->describe(first)), before));
 }
 
-TEST_CASE("how many points a cell holds does not matter") {
-  std::vector<FineCell> cells = observe(make_place(11), standing_at(0, 0, 1.9, 0));
+TEST_CASE("the number of points in a cell does not matter") {
+  std::vector<FineCell> cells = observe(make_scene(11), standing_at(0, 0, 1.9, 0));
   const Description before = describe(cells);
   for (std::size_t i = 0; i < cells.size(); ++i) {
     cells[i].points = static_cast<std::uint16_t>(1 + i % 1000);
@@ -208,12 +208,12 @@ TEST_CASE("how many points a cell holds does not matter") {
 }
 
 TEST_CASE("most keypoints are found again from elsewhere") {
-  const std::vector<Surface> place = make_place(13);
+  const std::vector<Surface> scene = make_scene(13);
   const Pose here = standing_at(0, 0, 1.9, 0.2);
-  const Description reference = describe(observe(place, here));
+  const Description reference = describe(observe(scene, here));
   const auto repeated_from = [&](const Pose& pose, const View& view) {
     const Pose T_other_here = level_frame(pose).inverse() * level_frame(here);
-    return repeated(reference, describe(observe(place, pose, view)), T_other_here);
+    return repeated(reference, describe(observe(scene, pose, view)), T_other_here);
   };
   View view;
   view.noise_seed = 2;
@@ -239,9 +239,9 @@ TEST_CASE("most keypoints are found again from elsewhere") {
 }
 
 TEST_CASE("roll, pitch and a far origin of the odometry frame change nothing") {
-  const std::vector<Surface> place = make_place(14);
+  const std::vector<Surface> scene = make_scene(14);
   const Pose here = standing_at(3, 1, 1.9, 0.7);
-  const Description reference = describe(observe(place, here));
+  const Description reference = describe(observe(scene, here));
 
   SECTION("the sensor tilts in a level world") {
     Pose tilted = here;
@@ -249,12 +249,12 @@ TEST_CASE("roll, pitch and a far origin of the odometry frame change nothing") {
                                        Eigen::AngleAxisd(-0.1, Eigen::Vector3d::UnitY()))
                                           .toRotationMatrix();
     const Pose T_other_here = level_frame(tilted).inverse() * level_frame(here);
-    CHECK(repeated(reference, describe(observe(place, tilted)), T_other_here) > 0.7);
+    CHECK(repeated(reference, describe(observe(scene, tilted)), T_other_here) > 0.7);
   }
   SECTION("the world lies elsewhere") {
     const Pose T_far_near(Eigen::AngleAxisd(2.39, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
                           {50000.13, -30000.37, 120.0});
-    const std::vector<FineCell> cells = observe(moved(place, T_far_near), T_far_near * here);
+    const std::vector<FineCell> cells = observe(moved(scene, T_far_near), T_far_near * here);
     CHECK(repeated(reference, describe(cells), Pose{}) > 0.7);
   }
   SECTION("the world's vertical is two degrees off") {
@@ -262,19 +262,19 @@ TEST_CASE("roll, pitch and a far origin of the odometry frame change nothing") {
                           {100, 20, -3});
     const Pose there = T_off_true * here;
     const Pose T_other_here = level_frame(there).inverse() * T_off_true * level_frame(here);
-    CHECK(repeated(reference, describe(observe(moved(place, T_off_true), there)), T_other_here) >
+    CHECK(repeated(reference, describe(observe(moved(scene, T_off_true), there)), T_other_here) >
           0.7);
   }
 }
 
-TEST_CASE("nothing, a single cell and broken cells are described without harm") {
+TEST_CASE("no cells, a single cell and broken cells are described without harm") {
   CHECK(describe({}).keypoints.empty());
   CHECK(describe({}).planes.empty());
   FineCell cell{};
   cell.position = {5, 5, 1};
   require_sound(describe({cell}));
 
-  std::vector<FineCell> cells = observe(make_place(11), standing_at(0, 0, 1.9, 0));
+  std::vector<FineCell> cells = observe(make_scene(11), standing_at(0, 0, 1.9, 0));
   const Description before = describe(cells);
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
@@ -285,7 +285,7 @@ TEST_CASE("nothing, a single cell and broken cells are described without harm") 
     cells.insert(cells.begin(), cell);
   }
   REQUIRE(identical(describe(cells), before));
-  InBlock<PlaceDescriber> describer(DescriptorConfig{});
+  Owned<PlaceDescriber> describer(DescriptorConfig{});
   (void)describer->describe(cells);
   REQUIRE(describer->dropped() >= 3);
 
@@ -293,8 +293,8 @@ TEST_CASE("nothing, a single cell and broken cells are described without harm") 
   require_sound(describe(std::vector<FineCell>(50000, cells.back())));
 }
 
-TEST_CASE("what does not fit is counted and the rest is sound") {
-  const std::vector<FineCell> cells = observe(make_place(11), standing_at(0, 0, 1.9, 0));
+TEST_CASE("input beyond capacity is counted and the rest is described") {
+  const std::vector<FineCell> cells = observe(make_scene(11), standing_at(0, 0, 1.9, 0));
   DescriptorConfig config;
   config.max_keypoints = 8;
   config.max_planes = 20;
@@ -303,8 +303,8 @@ TEST_CASE("what does not fit is counted and the rest is sound") {
   SECTION("cells") { input.max_cells = 1000; }
   SECTION("voxels") { config.max_voxels = 16; }
   REQUIRE(config.validate().code == ErrorCode::kOk);
-  InBlock<PlaceDescriber> describer(config, input);
-  REQUIRE(describer.fits());
+  Owned<PlaceDescriber> describer(config, input);
+  REQUIRE(describer.ok());
   const PlaceView place = describer->describe(cells);
   REQUIRE(place.keypoints.size() <= 8);
   REQUIRE(place.planes.size() <= 20);
@@ -314,7 +314,7 @@ TEST_CASE("what does not fit is counted and the rest is sound") {
 }
 
 TEST_CASE("of too many cells a share from everywhere is described, not the first ones") {
-  std::vector<FineCell> cells = observe(make_place(31), standing_at(0, 0, 1.9, 0));
+  std::vector<FineCell> cells = observe(make_scene(31), standing_at(0, 0, 1.9, 0));
   std::sort(cells.begin(), cells.end(),
             [](const FineCell& a, const FineCell& b) { return a.position.x() < b.position.x(); });
   const auto structure = static_cast<std::uint32_t>(
@@ -322,7 +322,7 @@ TEST_CASE("of too many cells a share from everywhere is described, not the first
   const auto sides = [&](std::uint32_t max_cells, std::uint64_t dropped) {
     DescriptorInput input;
     input.max_cells = max_cells;
-    InBlock<PlaceDescriber> describer(DescriptorConfig{}, input);
+    Owned<PlaceDescriber> describer(DescriptorConfig{}, input);
     const PlaceView place = describer->describe(cells);
     CHECK(describer->dropped() >= dropped);
     const auto east = std::count_if(place.keypoints.begin(), place.keypoints.end(),

@@ -1,4 +1,4 @@
-// Loop search on hand-made places: what counts once, what competes, what is bounded.
+// Loop search on hand-made places: duplicates, ambiguity, bounds.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -13,7 +13,6 @@
 namespace {
 
 using namespace unimapper;
-using test::InBlock;
 using test::Random;
 using test::standing_at;
 
@@ -72,7 +71,7 @@ TEST_CASE("a target keypoint is paired with one query keypoint only") {
     beside.position.x() += 0.3F;
     query.keypoints.push_back(beside);
   }
-  InBlock<PlaceDatabase> database(small());
+  Owned<PlaceDatabase> database(small());
   database->insert(target.view(), {1, 0}, kOrigin);
   const auto found = database->search(query.view(), kQuery, {});
   REQUIRE(found.size() == 1);
@@ -83,7 +82,7 @@ TEST_CASE("a target keypoint is paired with one query keypoint only") {
 TEST_CASE("of three sessions none lowers another's confidence, wherever its map lies") {
   const Description place = random_place(2, 40);
   const auto search = [&](const std::vector<std::pair<KeyframeId, Pose>>& stored) {
-    InBlock<PlaceDatabase> database(small());
+    Owned<PlaceDatabase> database(small());
     for (const auto& [id, pose] : stored) database->insert(place.view(), id, pose);
     return confidence_of(database->search(place.view(), kQuery, {}), 1);
   };
@@ -110,7 +109,7 @@ TEST_CASE("a place that is ambiguous in one session leaves another session's con
   LoopSearchConfig config = small();
   config.max_per_session = 1;  // so that the competing pose is found by the check alone
   const auto search = [&](bool first, bool second) {
-    InBlock<PlaceDatabase> database(config);
+    Owned<PlaceDatabase> database(config);
     // Both put the query at the same coordinates, each in a frame of its own.
     if (first) database->insert(repeated.view(), {1, 0}, kOrigin);
     if (second) database->insert(distinct.view(), {2, 0}, kOrigin);
@@ -138,8 +137,8 @@ TEST_CASE("keypoints and planes that are not finite are left out one by one, and
     keypoint.position(axis) = kNan;
     bad.keypoints.insert(bad.keypoints.begin() + 5, keypoint);
   }
-  InBlock<PlaceDatabase> clean(small());
-  InBlock<PlaceDatabase> hostile(small());
+  Owned<PlaceDatabase> clean(small());
+  Owned<PlaceDatabase> hostile(small());
   clean->insert(good.view(), {1, 0}, kOrigin);
   hostile->insert(bad.view(), {1, 0}, kOrigin);
   CHECK(clean->dropped() == 0);
@@ -159,7 +158,7 @@ TEST_CASE("a search compares no more triangles than allowed") {
     LoopSearchConfig config = small();
     config.max_compared = max_compared;
     REQUIRE(config.validate().ok());
-    InBlock<PlaceDatabase> database(config);
+    Owned<PlaceDatabase> database(config);
     for (std::uint32_t i = 0; i < kPlaces; ++i) database->insert(place.view(), {i, 0}, kOrigin);
     std::uint32_t votes = 0;
     for (const LoopCandidate& candidate : database->search(place.view(), {kPlaces, 0}, {})) {
@@ -177,7 +176,7 @@ TEST_CASE("a pose that too few keypoints agree on is no hypothesis") {
   const Description place = random_place(6, 8);
   LoopSearchConfig config = small();
   const auto answers = [&] {
-    InBlock<PlaceDatabase> database(config);
+    Owned<PlaceDatabase> database(config);
     database->insert(place.view(), {1, 0}, kOrigin);
     return database->search(place.view(), kQuery, {}).size();
   };
@@ -190,7 +189,7 @@ TEST_CASE("a pose that too few keypoints agree on is no hypothesis") {
 TEST_CASE("triangles that find no room in their bucket are counted") {
   LoopSearchConfig config = small();
   config.max_bucket = 5;
-  InBlock<PlaceDatabase> database(config);
+  Owned<PlaceDatabase> database(config);
   const Description place = random_place(7, 30);
   for (std::uint32_t i = 0; i < 5; ++i) database->insert(place.view(), {1, i}, kOrigin);
   const std::uint64_t before = database->dropped();

@@ -12,14 +12,13 @@ namespace {
 
 using namespace unimapper;
 using namespace unimapper::place;
-using test::InBlock;
 using test::Random;
 using test::standing_at;
 
 }  // namespace
 
 TEST_CASE("of the two places nearest to each other the older can be spared") {
-  InBlock<PlaceThinning> thinning(8);
+  Owned<PlaceThinning> thinning(8);
   thinning->add(0, 1, standing_at(0, 0, 0, 0));
   thinning->add(1, 1, standing_at(50, 0, 0, 0));
   thinning->add(2, 1, standing_at(53, 0, 0, 0));
@@ -30,8 +29,8 @@ TEST_CASE("of the two places nearest to each other the older can be spared") {
   CHECK(thinning->most_redundant() == 0);
 }
 
-TEST_CASE("places that look the other way, or belong to another session, stand in for none") {
-  InBlock<PlaceThinning> thinning(8);
+TEST_CASE("places with another heading or session make no place redundant") {
+  Owned<PlaceThinning> thinning(8);
   thinning->add(0, 1, standing_at(0, 0, 0, 0));
   thinning->add(1, 1, standing_at(0, 0, 0, 3.1415));
   thinning->add(2, 2, standing_at(0, 0, 0, 0));
@@ -42,7 +41,7 @@ TEST_CASE("places that look the other way, or belong to another session, stand i
 
 TEST_CASE("a street driven again and again keeps its length, and rare places stay") {
   constexpr std::uint32_t kSlots = 60;
-  InBlock<PlaceThinning> thinning(kSlots);
+  Owned<PlaceThinning> thinning(kSlots);
   std::vector<double> at(kSlots);
   std::uint32_t used = 0;
   const auto insert = [&](double x) {
@@ -69,8 +68,8 @@ TEST_CASE("a street driven again and again keeps its length, and rare places sta
   CHECK(at.back() > 285);
 }
 
-TEST_CASE("a robot that stands still forgets its oldest places of that spot first") {
-  InBlock<PlaceThinning> thinning(20);
+TEST_CASE("a robot that stands still forgets its oldest places there first") {
+  Owned<PlaceThinning> thinning(20);
   thinning->add(0, 1, standing_at(500, 0, 0, 0));
   for (std::uint32_t i = 1; i < 20; ++i) thinning->add(i, 1, standing_at(0, 0, 0, 0));
   for (std::uint32_t i = 1; i < 60; ++i) {

@@ -10,7 +10,6 @@ namespace {
 
 using namespace unimapper;
 using namespace unimapper::place;
-using test::InBlock;
 
 PlanePatch wall(float x, float y, float z) { return {{x, y, z}, {-1, 0, 0}}; }
 
@@ -42,7 +41,7 @@ TEST_CASE("a place sees as far as its farthest plane in a direction, and as high
 }
 
 TEST_CASE("planes that only one place can see do not count against the other") {
-  InBlock<PlaneOverlap> overlap(100U, 2.0F);
+  Owned<PlaneOverlap> overlap(100U, 2.0F);
   const std::vector<PlanePatch> all = walls();
   std::vector<PlanePatch> taller = all;
   for (float y = -6; y <= 6; y += 2) taller.push_back(wall(12, y, 15));

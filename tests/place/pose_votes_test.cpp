@@ -11,7 +11,6 @@ namespace {
 
 using namespace unimapper;
 using namespace unimapper::place;
-using test::InBlock;
 using test::Random;
 
 constexpr double kTurn = 2.0 * 3.14159265358979323846;
@@ -53,7 +52,7 @@ const PosePeak* strongest(std::span<const PosePeak> peaks) {
 }  // namespace
 
 TEST_CASE("a pose that eight votes agree on stands out among three thousand") {
-  InBlock<PoseVotes> votes(small());
+  Owned<PoseVotes> votes(small());
   for (const double yaw : {0.3, 2.0, 3.1, 4.7, 6.2}) {
     Random random(static_cast<std::uint64_t>(yaw * 10));
     votes->clear();
@@ -71,7 +70,7 @@ TEST_CASE("a pose that eight votes agree on stands out among three thousand") {
 }
 
 TEST_CASE("a place may have two peaks: two spots that look alike") {
-  InBlock<PoseVotes> votes(small());
+  Owned<PoseVotes> votes(small());
   Random random(3);
   for (int i = 0; i < 9; ++i) votes->add(vote(7, 1.0, 5, 5, random));
   for (int i = 0; i < 6; ++i) votes->add(vote(7, 1.0, 17, 5, random));
@@ -84,7 +83,7 @@ TEST_CASE("a place may have two peaks: two spots that look alike") {
 }
 
 TEST_CASE("votes that stand alone make no peak, and clearing forgets everything") {
-  InBlock<PoseVotes> votes(small());
+  Owned<PoseVotes> votes(small());
   CHECK(votes->peaks().empty());
   Random random(4);
   votes->add(vote(7, 1.0, 5, 5, random));
@@ -99,7 +98,7 @@ TEST_CASE("votes that stand alone make no peak, and clearing forgets everything"
 TEST_CASE("more votes than there is room for are counted, and the same votes give the same peaks") {
   LoopSearchConfig config = small();
   config.max_matches = 64;
-  InBlock<PoseVotes> votes(config);
+  Owned<PoseVotes> votes(config);
   for (int round = 0; round < 2; ++round) {
     Random random(5);
     votes->clear();
@@ -111,8 +110,8 @@ TEST_CASE("more votes than there is room for are counted, and the same votes giv
   }
 }
 
-TEST_CASE("everything in one spot costs no more than its share") {
-  InBlock<PoseVotes> votes(small());
+TEST_CASE("votes that all fall into one cell are examined up to a limit") {
+  Owned<PoseVotes> votes(small());
   Random random(6);
   for (int i = 0; i < 4096; ++i)
     votes->add(vote(static_cast<std::uint32_t>(i % 3), 1.0, 5, 5, random));

@@ -24,7 +24,7 @@ void add_block(std::vector<Surface>& surfaces, const Eigen::Vector2d& center, do
 
 }  // namespace
 
-std::vector<Surface> make_place(std::uint64_t seed) {
+std::vector<Surface> make_scene(std::uint64_t seed) {
   Random random(seed);
   std::vector<Surface> surfaces;
   surfaces.push_back({{-70, -70, 0}, {140, 0, 0}, {0, 140, 0}, true});

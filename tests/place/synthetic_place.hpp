@@ -1,12 +1,12 @@
-// Synthetic place: blocks, posts and ground, observed from any pose.
+// Synthetic scene: blocks, posts and ground, observed from any pose.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
-#include "tests/in_block.hpp"
 #include "tests/random.hpp"
 #include "unimapper/core/keyframe.hpp"
+#include "unimapper/core/owned.hpp"
 #include "unimapper/core/pose.hpp"
 
 namespace unimapper::test {
@@ -16,11 +16,11 @@ struct Surface {
   bool ground;
 };
 
-/// Surfaces of a place around the world's origin.
-std::vector<Surface> make_place(std::uint64_t seed);
-/// The same place seen in a mirror that stands upright.
+/// Surfaces around the world's origin.
+std::vector<Surface> make_scene(std::uint64_t seed);
+/// The same scene seen in a mirror that stands upright.
 std::vector<Surface> mirrored(std::vector<Surface> surfaces);
-/// The same place, moved and turned as a whole.
+/// The same scene, moved and turned as a whole.
 std::vector<Surface> moved(std::vector<Surface> surfaces, const Pose& T_new_old);
 
 struct View {

@@ -11,7 +11,6 @@ namespace {
 
 using namespace unimapper;
 using namespace unimapper::place;
-using test::InBlock;
 using test::Random;
 
 Triangle triangle(int a, int b, int c, int seed = 0) {
@@ -50,7 +49,7 @@ LoopSearchConfig large() {
 }  // namespace
 
 TEST_CASE("a triangle is found within the tolerance on either side and not beyond") {
-  InBlock<TriangleTable> table(GENERATE(small(), large()));
+  Owned<TriangleTable> table(GENERATE(small(), large()));
   REQUIRE(table->insert(triangle(500, 800, 1000), 7));
   const int tolerance = 20;
   for (int side = 0; side < 3; ++side) {
@@ -69,7 +68,7 @@ TEST_CASE("a triangle is found within the tolerance on either side and not beyon
 }
 
 TEST_CASE("chirality is part of the key, and agreeing products of normals are counted") {
-  InBlock<TriangleTable> table(small());
+  Owned<TriangleTable> table(small());
   REQUIRE(table->insert(triangle(500, 800, 1000), 7));
   Triangle other = triangle(500, 800, 1000);
   other.left_handed = 1;
@@ -93,7 +92,7 @@ TEST_CASE("chirality is part of the key, and agreeing products of normals are co
 TEST_CASE("columns that differ in more bands of height than allowed are another triangle's") {
   LoopSearchConfig config = small();
   config.max_code_difference = 4;
-  InBlock<TriangleTable> table(config);
+  Owned<TriangleTable> table(config);
   Triangle stored = triangle(500, 800, 1000);
   stored.sketch[0] = stored.sketch[1] = stored.sketch[2] = 0b00001111;
   REQUIRE(table->insert(stored, 7));
@@ -106,7 +105,7 @@ TEST_CASE("columns that differ in more bands of height than allowed are another 
 }
 
 TEST_CASE("entries near a triangle are at least what a search compares") {
-  InBlock<TriangleTable> table(small());
+  Owned<TriangleTable> table(small());
   CHECK(table->entries_near(triangle(500, 800, 1000)) == 0);
   for (int i = 0; i < 40; ++i) REQUIRE(table->insert(triangle(500, 800, 1000, i), 7));
   CHECK(table->entries_near(triangle(510, 790, 1010)) == 40);
@@ -120,7 +119,7 @@ TEST_CASE("a stored triangle takes at most 32 bytes") {
 
 TEST_CASE("the table agrees with comparing everything with everything") {
   // A large one has smaller cells.
-  InBlock<TriangleTable> table(GENERATE(small(), large()));
+  Owned<TriangleTable> table(GENERATE(small(), large()));
   Random random(1);
   std::vector<std::pair<Triangle, int>> model;
   for (int i = 0; i < 3000; ++i) {
@@ -152,7 +151,7 @@ TEST_CASE("the table agrees with comparing everything with everything") {
 TEST_CASE("a bucket takes no more than its limit, and removed entries make room") {
   LoopSearchConfig config = small();
   config.max_bucket = 40;
-  InBlock<TriangleTable> table(config);
+  Owned<TriangleTable> table(config);
   int stored = 0;
   for (int i = 0; i < 100; ++i) stored += table->insert(triangle(500, 800, 1000, i), 1) ? 1 : 0;
   REQUIRE(stored == 40);
@@ -163,7 +162,7 @@ TEST_CASE("a bucket takes no more than its limit, and removed entries make room"
 }
 
 TEST_CASE("removing what is not there changes nothing") {
-  InBlock<TriangleTable> table(small());
+  Owned<TriangleTable> table(small());
   table->remove(triangle(500, 800, 1000), 1);
   REQUIRE(table->insert(triangle(500, 800, 1000), 1));
   table->remove(triangle(500, 800, 1000), 2);

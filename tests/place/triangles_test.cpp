@@ -164,7 +164,7 @@ TEST_CASE("flat, small and large triangles are left out") {
   CHECK(triangles.build({keypoint(0, 0), keypoint(90, 0), keypoint(0, 90)}).empty());
 }
 
-TEST_CASE("nothing, one, two, equal and non-finite keypoints make no triangle") {
+TEST_CASE("fewer than three, equal and non-finite keypoints make no triangle") {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
   Triangles triangles;

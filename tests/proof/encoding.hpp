@@ -1,11 +1,10 @@
 // Encoder and buffer of a pipeline's keyframes, allocated before what is measured.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
+#include "unimapper/core/owned.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 #include "unimapper/wire/keyframe_encoder.hpp"
 
@@ -14,10 +13,8 @@ namespace unimapper::test {
 class Encoding {
  public:
   explicit Encoding(const PipelineConfig& config)
-      : memory_(wire::KeyframeEncoder::required_bytes(config.voxel.max_cells) / sizeof(Line)),
-        encoder_(wire::KeyframeEncoder::create(config.voxel.max_cells,
-                                               std::as_writable_bytes(std::span(memory_)))
-                     .value()),
+      : memory_(wire::KeyframeEncoder::required_bytes(config.voxel.max_cells)),
+        encoder_(wire::KeyframeEncoder::create(config.voxel.max_cells, memory_.span()).value()),
         buffer_(std::size_t{1} << 22U) {}
 
   /// Whether the keyframe became bytes.
@@ -27,10 +24,7 @@ class Encoding {
   }
 
  private:
-  struct alignas(64) Line {
-    std::byte bytes[64];
-  };
-  std::vector<Line> memory_;
+  MemoryBlock memory_;
   wire::KeyframeEncoder encoder_;
   std::vector<std::uint8_t> buffer_;
 };

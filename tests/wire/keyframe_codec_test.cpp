@@ -13,9 +13,9 @@
 
 using namespace unimapper;
 using namespace unimapper::wire;
-using test::check_same;
-using test::random_record;
-using test::small_record;
+using wire_test::check_same;
+using wire_test::random_record;
+using wire_test::small_record;
 
 namespace {
 
@@ -47,11 +47,11 @@ constexpr std::size_t kScanCountAt = 148;
 
 }  // namespace
 
-TEST_CASE("what arrives is what was quantised, to the last bit") {
+TEST_CASE("the decoded keyframe equals the quantised one, to the last bit") {
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
     KeyframeRecord record = random_record(seed, static_cast<std::uint32_t>(seed * 97));
     const std::vector<std::uint8_t> from_raw = encode_keyframe(record);
-    test::quantise(record);
+    wire_test::quantise(record);
     const std::vector<std::uint8_t> bytes = encode_keyframe(record);
     CHECK(from_raw == bytes);
     const DecodedKeyframe decoded = decode_keyframe(bytes);
@@ -73,7 +73,7 @@ TEST_CASE("a keyframe that saw nothing travels too") {
 TEST_CASE("a crowd of cells in one spot is split into groups and comes back whole") {
   KeyframeRecord record = small_record();
   record.static_cells.assign(70000, FineCell{{1.0F, 1.0F, 1.0F}, 5, 0, 0});
-  test::quantise(record);
+  wire_test::quantise(record);
   const std::vector<std::uint8_t> bytes = encode_keyframe(record);
   const DecodedKeyframe decoded = decode_keyframe(bytes);
   REQUIRE(decoded.record.has_value());
@@ -140,7 +140,7 @@ TEST_CASE("keyframes of schema 1, which have no images, are still read") {
   expected.image_shape = {};
   expected.image_full_weight_range_m = 0.0F;
   expected.images.clear();
-  test::quantise(expected);
+  wire_test::quantise(expected);
   check_same(*decoded.record, expected);
 }
 

@@ -8,11 +8,12 @@
 #include "tests/wire/model.hpp"
 #include "tests/wire/records.hpp"
 #include "tests/wire/same_record.hpp"
+#include "unimapper/core/owned.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 
 using namespace unimapper;
 using namespace unimapper::wire;
-using test::Random;
+using wire_test::Random;
 
 namespace {
 
@@ -20,15 +21,12 @@ constexpr SessionId kSession{7, 0x0123456789ABCDEFULL};
 
 /// An encoder with its memory.
 struct OwnedEncoder {
-  struct alignas(64) Line {
-    std::byte bytes[64];
-  };
-  std::vector<Line> memory;
+  MemoryBlock memory;
   KeyframeEncoder encoder;
 
   explicit OwnedEncoder(std::uint32_t max_cells)
-      : memory(KeyframeEncoder::required_bytes(max_cells) / sizeof(Line)) {
-    auto made = KeyframeEncoder::create(max_cells, std::as_writable_bytes(std::span(memory)));
+      : memory(KeyframeEncoder::required_bytes(max_cells)) {
+    auto made = KeyframeEncoder::create(max_cells, memory.span());
     REQUIRE(made.ok());
     encoder = made.value();
   }
@@ -42,7 +40,7 @@ struct Keyframe {
   KeyframeContent content;
 
   explicit Keyframe(std::uint64_t seed, std::uint32_t cells = 500)
-      : record(test::random_record(seed, cells)) {
+      : record(wire_test::random_record(seed, cells)) {
     for (const CodedImage& image : record.images) {
       auto& decoded = pixels.emplace_back(ImageProjection(record.image_shape).pixels());
       REQUIRE(decode_image(image.code, decoded));
@@ -69,7 +67,7 @@ struct Keyframe {
 
 }  // namespace
 
-TEST_CASE("what the robot encodes is what the base's record of it encodes to") {
+TEST_CASE("the robot's encoder and the base's record give the same bytes") {
   OwnedEncoder owned(3000);
   std::vector<std::uint8_t> buffer(1U << 20U);
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
@@ -78,12 +76,12 @@ TEST_CASE("what the robot encodes is what the base's record of it encodes to") {
     const EncodeResult result = owned.encoder.encode(keyframe.content, kSession, buffer);
     REQUIRE(result.error.code == ErrorCode::kOk);
     const std::vector<std::uint8_t> bytes(buffer.data(), buffer.data() + result.bytes);
-    const KeyframeRecord expected = test::sent_record(keyframe.content, kSession);
+    const KeyframeRecord expected = wire_test::sent_record(keyframe.content, kSession);
     CHECK(bytes == encode_keyframe(expected));
     CHECK(result.left_out == expected.left_out);
     const DecodedKeyframe decoded = decode_keyframe(bytes);
     REQUIRE(decoded.record.has_value());
-    test::check_same(*decoded.record, expected);
+    wire_test::check_same(*decoded.record, expected);
     std::size_t image_bytes = 0;
     for (const CodedImage& image : expected.images) image_bytes += image.code.size();
     CHECK(result.image_bytes == image_bytes);
@@ -145,10 +143,10 @@ TEST_CASE("all bits of a cell's key decide its order") {
   const EncodeResult result = owned.encoder.encode(keyframe.content, kSession, buffer);
   const DecodedKeyframe decoded = decode_keyframe(std::span(buffer).first(result.bytes));
   REQUIRE(decoded.record.has_value());
-  test::check_same(*decoded.record, test::sent_record(keyframe.content, kSession));
+  wire_test::check_same(*decoded.record, wire_test::sent_record(keyframe.content, kSession));
 }
 
-TEST_CASE("what is no keyframe is refused with the reason") {
+TEST_CASE("an invalid keyframe is refused with the reason") {
   OwnedEncoder owned(100);
   std::vector<std::uint8_t> buffer(1U << 20U);
   const auto refuses = [&](const std::string& reason, const auto& spoil) {

@@ -10,7 +10,7 @@
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/core/quantise.hpp"
 
-namespace unimapper::wire::test {
+namespace unimapper::wire::wire_test {
 
 inline std::vector<FineCell> quantised_cells(std::span<const FineCell> cells,
                                              std::uint64_t& left_out) {
@@ -94,4 +94,4 @@ inline KeyframeRecord sent_record(const KeyframeContent& keyframe, const Session
   return record;
 }
 
-}  // namespace unimapper::wire::test
+}  // namespace unimapper::wire::wire_test

@@ -9,7 +9,8 @@
 
 using namespace unimapper;
 using namespace unimapper::wire;
-using test::Random;
+using wire_test::Random;
+using wire_test::random_vector;
 
 namespace {
 
@@ -26,7 +27,7 @@ KeyframeRecord sent(KeyframeRecord record) {
 TEST_CASE("a normal survives the wire to better than a ten-thousandth of a radian") {
   Random random(1);
   for (int i = 0; i < 20000; ++i) {
-    const Eigen::Vector3f normal = random.vector(1.0).normalized();
+    const Eigen::Vector3f normal = random_vector(random, 1.0).normalized();
     const auto code = octahedral(normal);
     REQUIRE(code.has_value());
     const Eigen::Vector3f back = unit_vector(*code);
@@ -69,7 +70,7 @@ TEST_CASE("the axes are exact") {
   }
 }
 
-TEST_CASE("no normal, no code") {
+TEST_CASE("a keypoint without a normal has no code") {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float infinity = std::numeric_limits<float>::infinity();
   CHECK_FALSE(octahedral({0.0F, 0.0F, 0.0F}).has_value());
@@ -92,7 +93,7 @@ TEST_CASE("cells are moved to the nearest centimetre, sorted, and their points s
   CHECK(record.left_out == 0);
 }
 
-TEST_CASE("what lies beyond the wire's range or is not finite is left out and counted") {
+TEST_CASE("cells beyond the wire's range or not finite are left out and counted") {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const Eigen::Vector3f up = Eigen::Vector3f::UnitZ();
   KeyframeRecord record;
@@ -115,7 +116,7 @@ TEST_CASE("what lies beyond the wire's range or is not finite is left out and co
 }
 
 TEST_CASE("the order in which cells come does not matter") {
-  KeyframeRecord forwards = test::random_record(3, 2000);
+  KeyframeRecord forwards = wire_test::random_record(3, 2000);
   KeyframeRecord backwards = forwards;
   std::reverse(backwards.static_cells.begin(), backwards.static_cells.end());
   forwards = sent(forwards);

@@ -9,10 +9,10 @@
 
 using namespace unimapper;
 using namespace unimapper::wire;
-using test::check_whole;
-using test::feed;
-using test::Message;
-using test::Random;
+using wire_test::check_whole;
+using wire_test::feed;
+using wire_test::Message;
+using wire_test::Random;
 
 namespace {
 
@@ -23,7 +23,7 @@ const SessionInfo kBeta{{2, 22}, "beta", "vlp-16"};
 
 TEST_CASE("a session arrives as it was sent") {
   Receiver receiver;
-  feed(receiver, test::session_stream(kAlpha, 5));
+  feed(receiver, wire_test::session_stream(kAlpha, 5));
   REQUIRE(receiver.progress().size() == 1);
   CHECK(receiver.progress()[0].ended);
   CHECK(receiver.progress()[0].whole);
@@ -36,13 +36,13 @@ TEST_CASE("a session arrives as it was sent") {
 }
 
 TEST_CASE("order, repetition and interleaving do not matter") {
-  std::vector<Message> stream = test::session_stream(kAlpha, 6);
-  for (const Message& message : test::session_stream(kBeta, 4)) stream.push_back(message);
+  std::vector<Message> stream = wire_test::session_stream(kAlpha, 6);
+  for (const Message& message : wire_test::session_stream(kBeta, 4)) stream.push_back(message);
   const std::size_t once = stream.size();
   for (std::size_t i = 0; i < once; ++i) stream.push_back(stream[i]);
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     Random random(seed);
-    test::shuffle(stream, random);
+    wire_test::shuffle(stream, random);
     Receiver receiver;
     feed(receiver, stream);
     CHECK(receiver.counters().pieces_duplicate > 0);
@@ -54,8 +54,8 @@ TEST_CASE("order, repetition and interleaving do not matter") {
 }
 
 TEST_CASE("a lost piece costs its keyframe, and the gap is seen") {
-  std::vector<Message> stream = test::session_stream(kAlpha, 5);
-  const std::size_t pieces = test::pieces(test::keyframe_of(kAlpha.id, 0)).size();
+  std::vector<Message> stream = wire_test::session_stream(kAlpha, 5);
+  const std::size_t pieces = wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0)).size();
   REQUIRE(pieces > 2);
   stream.erase(stream.begin() + 2);  // the first keyframe's second piece
   Receiver receiver;
@@ -73,7 +73,7 @@ TEST_CASE("keyframes of which nothing arrives are missed all the same") {
   SECTION("in the middle, by their numbers") {
     Receiver receiver;
     for (std::uint32_t sequence : {0U, 4U}) {
-      feed(receiver, test::pieces(test::keyframe_of(kAlpha.id, sequence)));
+      feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, sequence)));
     }
     const auto sessions = receiver.take_sessions();
     CHECK(sessions[0].keyframes_missing == 3);
@@ -82,30 +82,30 @@ TEST_CASE("keyframes of which nothing arrives are missed all the same") {
   }
   SECTION("at the end, by the session's last message") {
     Receiver receiver;
-    feed(receiver, test::pieces(test::keyframe_of(kAlpha.id, 0)));
-    feed(receiver, {test::session_message(kAlpha, SessionState::kEnded, 10)});
+    feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0)));
+    feed(receiver, {wire_test::session_message(kAlpha, SessionState::kEnded, 10)});
     CHECK(receiver.take_sessions()[0].keyframes_missing == 9);
   }
   SECTION("by a first piece whose successors never come") {
     Receiver receiver;
-    feed(receiver, {test::pieces(test::keyframe_of(kAlpha.id, 2))[0]});
+    feed(receiver, {wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 2))[0]});
     CHECK(receiver.take_sessions()[0].keyframes_missing == 3);
   }
 }
 
-TEST_CASE("what the robot itself dropped is missing, but not waited for") {
+TEST_CASE("keyframes that the robot dropped are missing, but not waited for") {
   Receiver receiver;
-  feed(receiver, test::pieces(test::keyframe_of(kAlpha.id, 1)));
-  feed(receiver, {test::session_message(kAlpha, SessionState::kEnded, 2, 1)});
+  feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 1)));
+  feed(receiver, {wire_test::session_message(kAlpha, SessionState::kEnded, 2, 1)});
   CHECK(receiver.progress()[0].whole);
   CHECK(receiver.take_sessions()[0].keyframes_missing == 1);
 }
 
 TEST_CASE("a late keyframe fills its gap") {
   Receiver receiver;
-  std::vector<Message> late = test::pieces(test::keyframe_of(kAlpha.id, 0));
-  feed(receiver, test::pieces(test::keyframe_of(kAlpha.id, 1)));
-  feed(receiver, {test::session_message(kAlpha, SessionState::kEnded, 2)});
+  std::vector<Message> late = wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0));
+  feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 1)));
+  feed(receiver, {wire_test::session_message(kAlpha, SessionState::kEnded, 2)});
   CHECK_FALSE(receiver.progress()[0].whole);
   feed(receiver, late);
   CHECK(receiver.progress()[0].whole);
@@ -113,11 +113,11 @@ TEST_CASE("a late keyframe fills its gap") {
 }
 
 TEST_CASE("bytes that arrive whole but are no keyframe count as damaged, until a good one comes") {
-  const KeyframeRecord record = test::keyframe_of(kAlpha.id, 0);
-  EncodedKeyframe broken = test::encode_for_sending(record);
+  const KeyframeRecord record = wire_test::keyframe_of(kAlpha.id, 0);
+  EncodedKeyframe broken = wire_test::encode_for_sending(record);
   broken.bytes[0] = 'X';
   Receiver receiver;
-  feed(receiver, test::pieces_of(broken));
+  feed(receiver, wire_test::pieces_of(broken));
   CHECK(receiver.counters().keyframes_damaged == 1);
   SECTION("and stays damaged") {
     const auto sessions = receiver.take_sessions();
@@ -126,7 +126,7 @@ TEST_CASE("bytes that arrive whole but are no keyframe count as damaged, until a
     CHECK(sessions[0].keyframes_missing == 0);
   }
   SECTION("and is replaced") {
-    feed(receiver, test::pieces(record));
+    feed(receiver, wire_test::pieces(record));
     const auto sessions = receiver.take_sessions();
     CHECK(sessions[0].keyframes.size() == 1);
     CHECK(sessions[0].keyframes_damaged == 0);
@@ -134,20 +134,20 @@ TEST_CASE("bytes that arrive whole but are no keyframe count as damaged, until a
 }
 
 TEST_CASE("an envelope cannot claim another robot's keyframe") {
-  EncodedKeyframe stolen = test::encode_for_sending(test::keyframe_of(kAlpha.id, 0));
+  EncodedKeyframe stolen = wire_test::encode_for_sending(wire_test::keyframe_of(kAlpha.id, 0));
   stolen.session = kBeta.id;
   Receiver receiver;
-  feed(receiver, test::pieces_of(stolen));
+  feed(receiver, wire_test::pieces_of(stolen));
   CHECK(receiver.counters().keyframes == 0);
   CHECK(receiver.counters().keyframes_damaged == 1);
 }
 
 TEST_CASE("forged pieces cannot spoil a keyframe under way") {
-  const KeyframeRecord record = test::keyframe_of(kAlpha.id, 0);
-  const std::vector<Message> good = test::pieces(record);
-  EncodedKeyframe forged = test::encode_for_sending(record);
+  const KeyframeRecord record = wire_test::keyframe_of(kAlpha.id, 0);
+  const std::vector<Message> good = wire_test::pieces(record);
+  EncodedKeyframe forged = wire_test::encode_for_sending(record);
   for (auto& byte : forged.bytes) byte = static_cast<std::uint8_t>(~byte);
-  const std::vector<Message> bad = test::pieces_of(forged);
+  const std::vector<Message> bad = wire_test::pieces_of(forged);
   REQUIRE(bad.size() == good.size());
   Receiver receiver;
   for (std::size_t i = 0; i < good.size(); ++i) {
@@ -159,7 +159,8 @@ TEST_CASE("forged pieces cannot spoil a keyframe under way") {
 
 TEST_CASE("pieces that agree with each other but not with their checksum are no keyframe") {
   // A forger's pieces: consistent heads, a sound keyframe, the checksum of another one.
-  const EncodedKeyframe keyframe = test::encode_for_sending(test::keyframe_of(kAlpha.id, 0));
+  const EncodedKeyframe keyframe =
+      wire_test::encode_for_sending(wire_test::keyframe_of(kAlpha.id, 0));
   Receiver receiver;
   for (ChunkMessage& piece : cut_into_pieces(keyframe, 433)) {
     piece.payload_crc32 ^= 1U;
@@ -175,7 +176,7 @@ TEST_CASE("memory of sessions that were taken is there for the next ones") {
   limits.max_stored_bytes = 100000;
   Receiver receiver(limits);
   for (int round = 0; round < 5; ++round) {
-    feed(receiver, test::session_stream(kAlpha, 4));
+    feed(receiver, wire_test::session_stream(kAlpha, 4));
     CHECK(receiver.counters().refused == 0);
     check_whole(receiver.take_sessions().at(0), kAlpha, 4);
   }
@@ -206,7 +207,7 @@ TEST_CASE("a flood of unfinished keyframes stays within its bound and gives up t
   }
 }
 
-TEST_CASE("one-byte pieces are not free") {
+TEST_CASE("one-byte pieces count towards the memory limit") {
   ReceiverLimits limits;
   limits.max_pending_bytes = 10000;
   Reassembly reassembly(limits);
@@ -223,7 +224,7 @@ TEST_CASE("limits refuse and count") {
     ReceiverLimits limits;
     limits.max_keyframe_bytes = 1000;
     Receiver receiver(limits);
-    feed(receiver, test::pieces(test::keyframe_of(kAlpha.id, 0)));
+    feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0)));
     CHECK(receiver.counters().keyframes == 0);
     CHECK(receiver.counters().refused > 0);
   }
@@ -231,8 +232,8 @@ TEST_CASE("limits refuse and count") {
     ReceiverLimits limits;
     limits.max_sessions = 1;
     Receiver receiver(limits);
-    feed(receiver, test::session_stream(kAlpha, 1));
-    feed(receiver, test::session_stream(kBeta, 1));
+    feed(receiver, wire_test::session_stream(kAlpha, 1));
+    feed(receiver, wire_test::session_stream(kBeta, 1));
     CHECK(receiver.counters().refused > 0);
     CHECK(receiver.take_sessions().size() == 1);
   }
@@ -240,7 +241,7 @@ TEST_CASE("limits refuse and count") {
     ReceiverLimits limits;
     limits.max_stored_bytes = 50000;
     Receiver receiver(limits);
-    feed(receiver, test::session_stream(kAlpha, 30));
+    feed(receiver, wire_test::session_stream(kAlpha, 30));
     CHECK(receiver.counters().refused > 0);
     CHECK(receiver.counters().keyframes > 0);
     CHECK(receiver.counters().keyframes < 30);
@@ -251,8 +252,8 @@ TEST_CASE("a session keeps its first name") {
   Receiver receiver;
   SessionInfo liar = kAlpha;
   liar.name = "omega";
-  feed(receiver, test::session_stream(kAlpha, 1));
-  feed(receiver, {test::session_message(liar, SessionState::kEnded, 100)});
+  feed(receiver, wire_test::session_stream(kAlpha, 1));
+  feed(receiver, {wire_test::session_message(liar, SessionState::kEnded, 100)});
   CHECK(receiver.counters().contradictory == 1);
   const auto sessions = receiver.take_sessions();
   CHECK(sessions[0].info.name == "alpha");
@@ -276,7 +277,7 @@ TEST_CASE("sessions are sorted, and equal names are told apart") {
 
 TEST_CASE("health is kept per session, the latest") {
   Receiver receiver;
-  feed(receiver, test::session_stream(kAlpha, 1));
+  feed(receiver, wire_test::session_stream(kAlpha, 1));
   HealthMessage health;
   health.session = kAlpha.id;
   for (std::uint64_t scans : {10U, 20U}) {
@@ -309,9 +310,9 @@ TEST_CASE("a keyframe is cut into as few pieces as can hold it, all but the last
 
 TEST_CASE("a session's message that is overtaken by a later one takes nothing back") {
   Receiver receiver;
-  feed(receiver, test::pieces(test::keyframe_of(kAlpha.id, 0)));
-  feed(receiver, {test::session_message(kAlpha, SessionState::kEnded, 10, 2)});
-  feed(receiver, {test::session_message(kAlpha, SessionState::kRunning, 3, 1)});
+  feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0)));
+  feed(receiver, {wire_test::session_message(kAlpha, SessionState::kEnded, 10, 2)});
+  feed(receiver, {wire_test::session_message(kAlpha, SessionState::kRunning, 3, 1)});
   CHECK(receiver.progress()[0].ended);
   const auto sessions = receiver.take_sessions();
   REQUIRE(sessions.size() == 1);
@@ -320,10 +321,10 @@ TEST_CASE("a session's message that is overtaken by a later one takes nothing ba
 }
 
 TEST_CASE("a keyframe that says another number than its pieces is damaged") {
-  EncodedKeyframe keyframe = test::encode_for_sending(test::keyframe_of(kAlpha.id, 3));
+  EncodedKeyframe keyframe = wire_test::encode_for_sending(wire_test::keyframe_of(kAlpha.id, 3));
   keyframe.sequence = 4;
   Receiver receiver;
-  feed(receiver, test::pieces_of(keyframe));
+  feed(receiver, wire_test::pieces_of(keyframe));
   CHECK(receiver.counters().keyframes == 0);
   const auto sessions = receiver.take_sessions();
   REQUIRE(sessions.size() == 1);

@@ -9,40 +9,30 @@
 #include <stdexcept>
 #include <string>
 
+#include "tests/random.hpp"
 #include "unimapper/core/image_code.hpp"
 #include "unimapper/core/keyframe_record.hpp"
-#include "unimapper/core/voxel_key.hpp"
 
-namespace unimapper::wire::test {
+namespace unimapper::wire::wire_test {
 
-/// The same numbers on every machine and with every standard library.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(mix_bits(seed + 1)) {}
-  std::uint64_t bits() { return mix_bits(state_ += 0x9E3779B97F4A7C15ULL); }
-  std::uint32_t below(std::uint32_t limit) { return static_cast<std::uint32_t>(bits() % limit); }
-  double uniform(double lowest, double highest) {
-    return lowest + (highest - lowest) * (static_cast<double>(bits() >> 11U) * 0x1p-53);
-  }
-  Eigen::Vector3f vector(double extent) {
-    const double x = uniform(-extent, extent);
-    const double y = uniform(-extent, extent);
-    return Eigen::Vector3d(x, y, uniform(-extent, extent)).cast<float>();
-  }
+using unimapper::test::Random;
 
- private:
-  std::uint64_t state_;
-};
+/// A vector of a cube about the origin, twice as wide as `extent`.
+inline Eigen::Vector3f random_vector(Random& random, double extent) {
+  const double x = random.uniform(-extent, extent);
+  const double y = random.uniform(-extent, extent);
+  return Eigen::Vector3d(x, y, random.uniform(-extent, extent)).cast<float>();
+}
 
 inline Pose random_pose(Random& random) {
-  const Eigen::Vector3f axis = random.vector(1.0);
+  const Eigen::Vector3f axis = random_vector(random, 1.0);
   const Eigen::Quaterniond q(random.uniform(0.1, 1.0), axis.x(), axis.y(), axis.z());
-  return {q, random.vector(5000.0).cast<double>()};
+  return {q, random_vector(random, 5000.0).cast<double>()};
 }
 
 inline FineCell random_cell(Random& random, double extent) {
   FineCell cell{};
-  cell.position = random.vector(extent);
+  cell.position = random_vector(random, extent);
   cell.points = static_cast<std::uint16_t>(1 + random.below(400));
   cell.ground = static_cast<std::uint8_t>(random.below(2));
   return cell;
@@ -66,7 +56,7 @@ inline std::vector<std::uint8_t> random_image(Random& random, std::size_t pixels
 
 /// A keyframe with about `cells` cells, off the wire's grid.
 inline KeyframeRecord random_record(std::uint64_t seed, std::uint32_t cells = 200) {
-  Random random(seed);
+  Random random(mix_bits(seed));
   KeyframeRecord record;
   record.session = {random.below(1000), random.bits()};
   record.sequence = random.below(100000);
@@ -84,11 +74,13 @@ inline KeyframeRecord random_record(std::uint64_t seed, std::uint32_t cells = 20
     record.dynamic_cells.push_back(random_cell(random, 30.0));
   }
   for (std::uint32_t i = 0; i < random.below(160); ++i) {
-    record.keypoints.push_back({random.vector(100.0), random.vector(1.0).normalized(),
-                                random.bits(), static_cast<std::uint16_t>(random.below(65536))});
+    record.keypoints.push_back({random_vector(random, 100.0),
+                                random_vector(random, 1.0).normalized(), random.bits(),
+                                static_cast<std::uint16_t>(random.below(65536))});
   }
   for (std::uint32_t i = 0; i < random.below(300); ++i) {
-    record.planes.push_back({random.vector(100.0), random.vector(1.0).normalized()});
+    record.planes.push_back(
+        {random_vector(random, 100.0), random_vector(random, 1.0).normalized()});
   }
   const std::uint32_t images = random.below(4);
   if (images > 0) {
@@ -150,4 +142,4 @@ class MemoryFile {
   int descriptor_;
 };
 
-}  // namespace unimapper::wire::test
+}  // namespace unimapper::wire::wire_test

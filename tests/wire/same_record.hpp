@@ -7,7 +7,7 @@
 
 #include "unimapper/core/keyframe_record.hpp"
 
-namespace unimapper::wire::test {
+namespace unimapper::wire::wire_test {
 
 inline bool same(const Pose& a, const Pose& b) {
   return a.rotation == b.rotation && a.translation == b.translation;
@@ -48,4 +48,4 @@ inline void check_same(const KeyframeRecord& a, const KeyframeRecord& b) {
       [](const auto& x, const auto& y) { return x.center == y.center && x.normal == y.normal; }));
 }
 
-}  // namespace unimapper::wire::test
+}  // namespace unimapper::wire::wire_test

@@ -10,7 +10,7 @@
 #include "unimapper/wire/pieces.hpp"
 #include "unimapper/wire/receiver.hpp"
 
-namespace unimapper::wire::test {
+namespace unimapper::wire::wire_test {
 
 using Message = std::variant<SessionMessage, ChunkMessage, HealthMessage>;
 
@@ -72,4 +72,4 @@ void shuffle(std::vector<T>& items, Random& random) {
   }
 }
 
-}  // namespace unimapper::wire::test
+}  // namespace unimapper::wire::wire_test

@@ -8,7 +8,7 @@
 #include "tests/wire/stream.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 
-namespace unimapper::wire::test {
+namespace unimapper::wire::wire_test {
 
 /// All keyframes arrived, in order, with the bytes they were sent with.
 inline void check_whole(const SessionData& data, const SessionInfo& info, std::size_t keyframes) {
@@ -25,4 +25,4 @@ inline void check_whole(const SessionData& data, const SessionInfo& info, std::s
   }
 }
 
-}  // namespace unimapper::wire::test
+}  // namespace unimapper::wire::wire_test

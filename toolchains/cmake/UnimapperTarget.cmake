@@ -33,8 +33,8 @@ function(unimapper_library name)
   endif()
   if(arg_FREESTANDING OR arg_REPRODUCIBLE)
     # Eigen's own vector code sums in an order that depends on the instruction set, fuses multiply
-    # and add on aarch64, and estimates roots and quotients on ARMv7. Private: what a user of the
-    # library makes of Eigen is the user's affair, and no type in our headers changes its layout.
+    # and add on aarch64, and estimates roots and quotients on ARMv7. Private: how a user of the
+    # library compiles Eigen is independent of it, and no type in our headers changes its layout.
     target_compile_definitions(unimapper_${name} PRIVATE EIGEN_DONT_VECTORIZE)
   endif()
   if(arg_FREESTANDING)

@@ -18,6 +18,6 @@ AssertionHandler set_assertion_handler(AssertionHandler handler) noexcept;
 }  // namespace unimapper
 
 /// Stops the program loudly, in release builds too, unless `condition` holds: for misuse that must
-/// not go on with a value nobody computed. Cost: one comparison.
+/// not go on with a value that was never computed. Cost: one comparison.
 #define UNIMAPPER_ASSERT(condition, detail) \
   ((condition) ? static_cast<void>(0) : ::unimapper::fail_assertion(#condition, (detail)))

@@ -34,6 +34,7 @@ class Cholesky {
     valid_ = true;
   }
 
+  /// Whether the matrix was positive definite and finite.
   [[nodiscard]] bool valid() const noexcept { return valid_; }
 
   /// x of `matrix * x = right`; zero if not valid.

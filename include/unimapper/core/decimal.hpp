@@ -38,9 +38,11 @@ class BoundedText {
     text_[size_] = '\0';
     return *this;
   }
+  /// The text so far, valid as long as the object.
   [[nodiscard]] constexpr std::string_view view() const noexcept { return {text_, size_}; }
   /// The text, terminated by a zero.
   [[nodiscard]] constexpr const char* c_str() const noexcept { return text_; }
+  /// Whether nothing more fits; text may have been cut off.
   [[nodiscard]] constexpr bool full() const noexcept { return size_ + 1 == Capacity; }
 
  private:
@@ -49,7 +51,7 @@ class BoundedText {
 };
 
 /// `mantissa` times ten to the power of `exponent`; correctly rounded where the mantissa is below
-/// 2^53 and the exponent within 22, else to within a few units in the last place.
+/// 2^53 and the exponent within 22, else to within a few units in the last digit.
 [[nodiscard]] constexpr double scaled_by_ten(std::uint64_t mantissa, int exponent) noexcept {
   constexpr double kExact[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,

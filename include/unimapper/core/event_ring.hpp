@@ -72,6 +72,7 @@ class EventRing {
     return true;
   }
 
+  /// Records there is room for.
   [[nodiscard]] std::uint32_t capacity() const noexcept { return capacity_; }
   /// Records refused since the start; wraps at 2^32. Any thread.
   [[nodiscard]] std::uint32_t overflow() const noexcept {

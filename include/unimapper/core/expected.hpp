@@ -28,6 +28,7 @@ struct [[nodiscard]] Error {
   ErrorCode code = ErrorCode::kOk;  ///< the kind of error; `kOk`: none
   const char* message = "";         ///< static text, never null; empty if there is no error
 
+  /// Whether there is no error.
   [[nodiscard]] constexpr bool ok() const noexcept { return code == ErrorCode::kOk; }
 };
 
@@ -40,6 +41,7 @@ class [[nodiscard]] Expected {
   Expected(T value) noexcept : value_(std::move(value)) {}  // NOLINT: implicit by design
   Expected(Error error) noexcept : error_(error) {}         // NOLINT: implicit by design
 
+  /// Whether there is a value.
   [[nodiscard]] bool ok() const noexcept { return error_.ok(); }
   explicit operator bool() const noexcept { return ok(); }
 
@@ -48,6 +50,7 @@ class [[nodiscard]] Expected {
     UNIMAPPER_ASSERT(ok(), error_.message);
     return value_;
   }
+  /// Only where `ok()`.
   [[nodiscard]] const T& value() const noexcept {
     UNIMAPPER_ASSERT(ok(), error_.message);
     return value_;

@@ -77,17 +77,24 @@ class FixedHashMap {
     return kNotFound;
   }
 
+  /// Entries in use.
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
+  /// Entries there is room for.
   [[nodiscard]] std::uint32_t capacity() const noexcept { return capacity_; }
+  /// Whether every further key is refused.
   [[nodiscard]] bool full() const noexcept { return size_ == capacity_; }
   /// Insertions that found no room since the last `clear()`.
   [[nodiscard]] std::uint64_t refused() const noexcept { return refused_; }
 
+  /// Key of an entry, below `size()`.
   [[nodiscard]] std::uint64_t key(std::uint32_t entry) const noexcept { return keys_[entry]; }
   Value& operator[](std::uint32_t entry) noexcept { return values_[entry]; }
   const Value& operator[](std::uint32_t entry) const noexcept { return values_[entry]; }
+  /// Values of all entries, in the order of their insertion.
   [[nodiscard]] std::span<Value> values() noexcept { return {values_, size_}; }
+  /// Values of all entries, in the order of their insertion.
   [[nodiscard]] std::span<const Value> values() const noexcept { return {values_, size_}; }
+  /// Keys of all entries, in the order of their insertion.
   [[nodiscard]] std::span<const std::uint64_t> keys() const noexcept { return {keys_, size_}; }
 
  private:

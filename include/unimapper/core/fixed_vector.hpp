@@ -40,31 +40,47 @@ class FixedVector {
     return true;
   }
 
+  /// Removes all elements; the count of refused ones stays.
   void clear() noexcept { size_ = 0; }
+  /// Removes the last element, if there is one.
   void pop_back() noexcept {
     if (size_ > 0) --size_;
   }
   /// Zeroes the count of refused elements.
   void reset_refused() noexcept { refused_ = 0; }
 
+  /// Elements in use.
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  /// Elements there is room for.
   [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
+  /// Elements that still fit.
   [[nodiscard]] std::size_t available() const noexcept { return capacity_ - size_; }
+  /// Whether there is no element.
   [[nodiscard]] bool empty() const noexcept { return size_ == 0; }
+  /// Whether every further element is refused.
   [[nodiscard]] bool full() const noexcept { return size_ == capacity_; }
   /// Elements that did not fit since the last `reset_refused()`.
   [[nodiscard]] std::size_t refused() const noexcept { return refused_; }
 
   T& operator[](std::size_t i) noexcept { return data_[i]; }
   const T& operator[](std::size_t i) const noexcept { return data_[i]; }
+  /// The last element; there must be one.
   T& back() noexcept { return data_[size_ - 1]; }
+  /// First element; all lie one after another.
   T* data() noexcept { return data_; }
+  /// First element; all lie one after another.
   const T* data() const noexcept { return data_; }
+  /// First element.
   T* begin() noexcept { return data_; }
+  /// One past the last element.
   T* end() noexcept { return data_ + size_; }
+  /// First element.
   const T* begin() const noexcept { return data_; }
+  /// One past the last element.
   const T* end() const noexcept { return data_ + size_; }
+  /// All elements.
   [[nodiscard]] std::span<const T> view() const noexcept { return {data_, size_}; }
+  /// All elements.
   [[nodiscard]] std::span<T> view() noexcept { return {data_, size_}; }
 
  private:

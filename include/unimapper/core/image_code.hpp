@@ -28,6 +28,9 @@ inline constexpr std::size_t kMaxImagePixels = std::size_t{1} << 20U;
 [[nodiscard]] std::size_t encode_image(std::span<const std::uint16_t> pixels,
                                        std::span<std::uint8_t> code) noexcept;
 
+/// Whether `code` is what `encode_image` makes of an image of so many pixels. O(bytes of `code`).
+[[nodiscard]] bool is_image_code(std::span<const std::uint8_t> code, std::size_t pixels) noexcept;
+
 /// Reads as many pixels as `pixels` holds. False if `code` is not what `encode_image` makes of
 /// them. O(pixels).
 [[nodiscard]] bool decode_image(std::span<const std::uint8_t> code,

@@ -55,8 +55,8 @@ struct PlaceView {
   std::span<const PlanePatch> planes;   ///< planar voxels
 };
 
-/// What a keyframe consists of, for whoever sends or stores it. Every span points into memory of
-/// somebody else.
+/// What a keyframe consists of, to be sent or stored. Every span points into memory
+/// that the view does not own.
 struct KeyframeContent {
   std::uint32_t sequence = 0;           ///< running number, from 0
   std::uint32_t reference_scan = 0;     ///< index into `scans`; the keyframe's pose is this scan's

@@ -33,6 +33,7 @@ class FreeColumns {
             [this](const VoxelIndex& cell) { add_obstacle(cell); });
     }
   }
+  /// Forgets all columns.
   void clear() noexcept { blocks_.clear(); }
 
   /// True if `cell` was seen as free; false if it was occupied or nothing is known.

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "unimapper/core/expected.hpp"
+#include "unimapper/core/grid_size.hpp"
 #include "unimapper/core/parameter_table.hpp"
 #include "unimapper/free_space/evidence_weights.hpp"
 
@@ -221,6 +222,7 @@ struct RefinementConfig {
   float confirmed_static_log_odds = EvidenceDefaults::kConfirmedStaticLogOdds;
   float ground_log_odds = 1.0F;
   float ground_share = EvidenceDefaults::kSeenThroughShare;
+  float cell_size_m = kFineCellSizeM;
 };
 
 consteval auto parameters_of(const RefinementConfig*) {
@@ -263,12 +265,15 @@ consteval auto parameters_of(const RefinementConfig*) {
                                      "Ground counts as seen through from here on,"),
       parameter<&C::ground_share>(
           "[0.001, 1]", "", "measured",
-          "and a patch with at least this share of such cells is no ground."));
+          "and a patch with at least this share of such cells is no ground."),
+      parameter<&C::cell_size_m>("[0.05, 1]", "m", "as onboard",
+                                 "Edge of the robots' fine cells (voxel.fine_size_m), which "
+                                 "keyframes do not carry."));
 }
 
 /// The unified map and what changed between sessions.
 struct MapConfig {
-  float voxel_size_m = 0.2F;
+  float voxel_size_m = kFineCellSizeM;
   float tree_voxel_size_m = 2.0F;
   float change_distance_m = 0.5F;
   float change_range_m = 30.0F;

@@ -30,14 +30,14 @@ struct MergedSession {
 /// A point of the unified map.
 struct MapPoint {
   Eigen::Vector3f position;         ///< map frame, metres
-  std::uint16_t session = 0;        ///< first session that saw it
-  std::uint16_t sessions_seen = 0;  ///< how many sessions saw it
+  std::uint32_t session = 0;        ///< index of the first session that saw it
+  std::uint32_t sessions_seen = 0;  ///< how many sessions saw it
 };
 
 /// A point of one session where another session observed free space.
 struct ChangedPoint {
   Eigen::Vector3f position;   ///< map frame, metres
-  std::uint16_t session = 0;  ///< session in which the point exists
+  std::uint32_t session = 0;  ///< index of the session in which the point exists
   bool appeared = false;      ///< true: new in `session`; false: gone after `session`
 };
 

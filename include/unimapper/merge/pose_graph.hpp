@@ -12,7 +12,7 @@ namespace unimapper::merge {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// A pose graph whose nodes live in the frames of their maps; one anchor per map places that
+/// A pose graph whose nodes live in the frames of their maps; one anchor per map puts that
 /// frame in the unified one (paper section VI: delta). A single map is a graph with one anchor.
 struct PoseGraph {
   /// Where the frame of one map lies in the unified one.

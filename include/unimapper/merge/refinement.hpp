@@ -30,8 +30,8 @@ void visit_cells(const KeyframeRecord& keyframe, const RefinedKeyframe& refined,
   }
 }
 
-/// A session and where its keyframes are; sessions that share a map observe each other.
-struct PlacedSession {
+/// A session and the poses of its keyframes; sessions that share a map observe each other.
+struct PosedSession {
   const SessionData* session = nullptr;  ///< must outlive the call
   std::vector<Pose> T_map_keyframe;  ///< by keyframe: levelled keyframe frame to map frame, metres
   /// Sessions with the same number share a frame.
@@ -43,6 +43,6 @@ struct PlacedSession {
 /// session and keyframe; keyframes without free-space images keep their online labels.
 /// Deterministic for any number of threads. O(cells x observers).
 [[nodiscard]] std::vector<std::vector<RefinedKeyframe>> refine(
-    const std::vector<PlacedSession>& sessions, const RefinementConfig& config, unsigned threads);
+    const std::vector<PosedSession>& sessions, const RefinementConfig& config, unsigned threads);
 
 }  // namespace unimapper::merge

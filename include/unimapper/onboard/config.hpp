@@ -10,6 +10,7 @@
 
 #include "unimapper/core/event_ring.hpp"
 #include "unimapper/core/expected.hpp"
+#include "unimapper/core/grid_size.hpp"
 #include "unimapper/core/image_projection.hpp"
 #include "unimapper/core/parameter_table.hpp"
 #include "unimapper/core/sensor.hpp"
@@ -61,8 +62,8 @@ consteval auto parameters_of(const KeyframeConfig*) {
 
 /// The two-level voxel grid and its planes (paper section IV-A).
 struct VoxelConfig {
-  float fine_size_m = 0.2F;
-  float coarse_size_m = 2.0F;
+  float fine_size_m = kFineCellSizeM;
+  float coarse_size_m = kCoarseVoxelSizeM;
   float plane_max_eigenvalue_m2 = 0.01F;
   std::uint32_t plane_min_points = 10;
   std::uint32_t max_cells = 1U << 18U;
@@ -76,6 +77,7 @@ struct VoxelConfig {
   }
   /// Fine cells along the edge of a coarse voxel.
   [[nodiscard]] std::int32_t cells_per_voxel() const noexcept;
+  /// `kOk`, or the first thing that is wrong, in words.
   [[nodiscard]] Error validate() const noexcept;
 };
 
@@ -112,6 +114,7 @@ struct GroundConfig {
   float elevated_reach_m = 10.0F;
   float seen_through_share = EvidenceDefaults::kSeenThroughShare;
 
+  /// `kOk`, or the first thing that is wrong, in words.
   [[nodiscard]] Error validate() const noexcept;
 };
 
@@ -169,6 +172,7 @@ struct FreeSpaceConfig {
     return {horizontal_fov_deg, azimuth_resolution_deg, elevation_min_deg, elevation_max_deg,
             elevation_resolution_deg};
   }
+  /// `kOk`, or the first thing that is wrong, in words.
   [[nodiscard]] Error validate() const noexcept;
 };
 
@@ -237,6 +241,7 @@ struct RemovalConfig {
   float persistence_share = 0.3F;
   bool final_labels = true;
 
+  /// `kOk`, or the first thing that is wrong, in words.
   [[nodiscard]] Error validate() const noexcept;
 };
 

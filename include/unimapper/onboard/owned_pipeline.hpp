@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstddef>
-#include <new>
 
+#include "unimapper/core/owned.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
 namespace unimapper {
@@ -19,10 +19,11 @@ class OwnedPipeline {
   explicit OwnedPipeline(const Expected<PipelineConfig>& config) noexcept : error_(config.error()) {
     if (config.ok()) create(*config);
   }
-  ~OwnedPipeline() { ::operator delete(block_, kAlignment); }
   OwnedPipeline(const OwnedPipeline&) = delete;
   OwnedPipeline& operator=(const OwnedPipeline&) = delete;
+  ~OwnedPipeline() = default;
 
+  /// Whether there is a pipeline.
   [[nodiscard]] bool ok() const noexcept { return pipeline_ != nullptr; }
   explicit operator bool() const noexcept { return ok(); }
   /// `kOk`, or why there is no pipeline: an invalid configuration (`kInvalidConfig`), or the heap
@@ -40,25 +41,23 @@ class OwnedPipeline {
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
 
  private:
-  static constexpr std::align_val_t kAlignment{Arena::kAlignment};
-
   void create(const PipelineConfig& config) noexcept {
     error_ = config.validate();
     if (!error_.ok()) return;
     bytes_ = Pipeline::required_bytes(config);
-    block_ = static_cast<std::byte*>(::operator new(bytes_, kAlignment, std::nothrow));
-    if (block_ == nullptr) {
+    block_ = MemoryBlock(bytes_);
+    if (block_.data() == nullptr) {
       error_ = {ErrorCode::kMemoryTooSmall,
                 "the heap does not have the memory the pipeline needs (Pipeline::required_bytes)"};
       return;
     }
-    const Expected<Pipeline*> created = Pipeline::create(config, {block_, bytes_});
+    const Expected<Pipeline*> created = Pipeline::create(config, block_.span());
     error_ = created.error();
     if (created.ok()) pipeline_ = *created;
   }
 
   std::size_t bytes_ = 0;
-  std::byte* block_ = nullptr;
+  MemoryBlock block_;
   Pipeline* pipeline_ = nullptr;
   Error error_;
 };

@@ -93,6 +93,7 @@ class Pipeline {
   /// pipeline's own keyframes are session 0.
   [[nodiscard]] PlaceDatabase& places() noexcept;
 
+  /// The configuration the pipeline was created with.
   [[nodiscard]] const PipelineConfig& config() const noexcept;
 
  private:

@@ -38,7 +38,7 @@ inline constexpr std::size_t kStages = 5;
 [[nodiscard]] std::string_view stage_name(Stage stage) noexcept;
 
 /// What a keyframe went without because its budget (`PipelineConfig::budget_us`) was short, in the
-/// order in which it is given up.
+/// order in which it is skipped.
 enum class Shed : std::uint8_t {
   kSearch,       ///< 1: no loops were looked for
   kInsertion,    ///< 1: the place was not stored, later keyframes will not find it
@@ -78,9 +78,10 @@ struct KeyframeStatistics {
   std::array<CapacityUse, kCapacities> capacity{};   ///< by `Capacity`
   /// Microseconds; zero without a clock.
   std::array<float, kStages> stage_us{};
-  /// What was given up for want of time, see `Shed`.
+  /// What was skipped to meet the deadline, see `Shed`.
   std::array<std::uint32_t, kSheds> shed{};
-  /// Cells farther than this from the sensor were left static for want of time, metres; 0 = none.
+  /// Cells farther than this from the sensor were left static to meet the deadline, metres; 0 =
+  /// none.
   float removal_range_m = 0.0F;
   bool deadline_missed = false;  ///< the keyframe took longer than its budget all the same
 
@@ -88,7 +89,7 @@ struct KeyframeStatistics {
   [[nodiscard]] std::uint64_t dropped_by(DropCause cause) const noexcept {
     return dropped[static_cast<std::size_t>(cause)];
   }
-  /// How much of this work was given up.
+  /// How much of this work was skipped.
   [[nodiscard]] std::uint32_t shed_of(Shed what) const noexcept {
     return shed[static_cast<std::size_t>(what)];
   }

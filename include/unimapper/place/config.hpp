@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "unimapper/core/expected.hpp"
+#include "unimapper/core/grid_size.hpp"
 #include "unimapper/core/parameter_table.hpp"
 
 namespace unimapper {
@@ -61,16 +62,16 @@ consteval auto parameters_of(const DescriptorConfig*) {
 
 /// What the cells are like that `PlaceDescriber` is given: follows from the stage before.
 struct DescriptorInput {
-  float voxel_size_m = 2.0F;            ///< L_c, edge of the coarse voxels planes are fitted in
-  std::uint32_t max_cells = 1U << 17U;  ///< most static cells of one keyframe
+  float voxel_size_m = kCoarseVoxelSizeM;  ///< L_c, edge of the coarse voxels planes are fitted in
+  std::uint32_t max_cells = 1U << 17U;     ///< most static cells of one keyframe
 };
 
 /// What the places are like that `PlaceDatabase` stores and compares: follows from their
 /// description.
 struct PlaceShape {
-  std::uint32_t max_keypoints = 128;  ///< keypoints of a place at most
-  std::uint32_t max_planes = 1024;    ///< plane patches of a place at most
-  float voxel_size_m = 2.0F;          ///< L_c, edge of the coarse voxels planes were fitted in
+  std::uint32_t max_keypoints = DescriptorConfig{}.max_keypoints;  ///< keypoints of a place at most
+  std::uint32_t max_planes = DescriptorConfig{}.max_planes;  ///< plane patches of a place at most
+  float voxel_size_m = kCoarseVoxelSizeM;  ///< L_c, edge of the coarse voxels planes were fitted in
 };
 
 /// Which triangles are formed from the keypoints of a place.

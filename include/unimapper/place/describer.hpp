@@ -24,11 +24,11 @@ class PlaceDescriber {
   /// configured capacities; what did not fit is in `dropped()`.
   PlaceView describe(std::span<const FineCell> cells) noexcept;
 
-  /// The planes alone, as `describe` finds them: for whoever has cells and keypoints already. Valid
-  /// until the next call.
+  /// The planes alone, as `describe` finds them, for callers with cells and keypoints at hand.
+  /// Valid until the next call.
   std::span<const PlanePatch> find_planes(std::span<const FineCell> cells) noexcept;
 
-  /// Cells, voxels and keypoints refused for want of capacity in the last call.
+  /// Cells, voxels and keypoints refused because a container was full in the last call.
   [[nodiscard]] std::uint64_t dropped() const noexcept;
 
  private:

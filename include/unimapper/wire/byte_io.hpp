@@ -10,7 +10,7 @@
 
 namespace unimapper::wire {
 
-/// A run of bytes that somebody else owns.
+/// A run of bytes in memory that the object does not own.
 using Bytes = std::span<const std::uint8_t>;
 
 /// Appends numbers to a byte string, their highest byte first.
@@ -78,6 +78,7 @@ class ByteReader {
     position_ = ok_ ? position_ + static_cast<std::size_t>(count) : bytes_.size();
   }
 
+  /// Whether everything asked for so far was there.
   [[nodiscard]] bool ok() const { return ok_; }
   /// Bytes read so far.
   [[nodiscard]] std::size_t position() const { return position_; }

@@ -16,8 +16,9 @@ namespace unimapper::wire {
 /// Bytes of a keyframe, by the same writer as `KeyframeEncoder`. Whatever is not on the grid of the
 /// wire is rounded on the way, so decode(encode(record)) is the quantised record, and encoding that
 /// gives the same bytes. Throws std::invalid_argument if the record is no keyframe: no scans, scans
-/// out of order, a reference scan that is not there, a pose that is not rigid, too many elements.
-/// About 4 bytes per cell. O(cells + pixels): free-space images are decoded to be checked.
+/// out of order, a reference scan that is not there, a pose that is not rigid, too many elements, a
+/// free-space image whose code is none. About 4 bytes per cell. O(cells + bytes of the images): no
+/// image is decoded.
 std::vector<std::uint8_t> encode_keyframe(const KeyframeRecord& record);
 
 /// A decoded keyframe, or why the bytes are none.

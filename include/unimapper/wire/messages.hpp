@@ -51,7 +51,7 @@ struct HealthMessage {
     std::uint64_t used = 0;      ///< elements in use at most
     std::uint64_t capacity = 0;  ///< elements there is room for
   };
-  /// Work given up for want of time.
+  /// Work skipped to meet the deadline.
   struct Shed {
     std::string what;         ///< name of the work
     std::uint64_t count = 0;  ///< how often

@@ -24,7 +24,7 @@ struct ReceiverLimits {
 /// interleaved over any number of keyframes. Memory follows the bytes that arrived, never a
 /// length that was announced. Pieces belong together only if their whole heads agree, so a
 /// forged piece starts a keyframe of its own and cannot spoil a real one. When there are too
-/// many, the keyframe that has waited longest for a piece is given up.
+/// many, the keyframe that has waited longest for a piece is evicted.
 class Reassembly {
  public:
   /// What became of a piece.
@@ -52,7 +52,7 @@ class Reassembly {
   [[nodiscard]] std::size_t pending_keyframes() const { return pending_.size(); }
   /// Bytes held for them.
   [[nodiscard]] std::uint64_t pending_bytes() const { return pending_bytes_; }
-  /// Keyframes given up for want of room.
+  /// Incomplete keyframes evicted because the memory limit was reached.
   [[nodiscard]] std::uint64_t given_up() const { return given_up_; }
 
  private:

@@ -24,7 +24,7 @@ struct ReceiverCounters {
   std::uint64_t pieces_duplicate = 0;     ///< the same piece again, or of a keyframe that is here
   std::uint64_t keyframes = 0;            ///< whole and sound
   std::uint64_t keyframes_damaged = 0;    ///< whole, but checksum or content is wrong
-  std::uint64_t keyframes_abandoned = 0;  ///< incomplete, given up for want of room
+  std::uint64_t keyframes_abandoned = 0;  ///< incomplete, evicted at the memory limit
 };
 
 /// How far one session is.

@@ -8,16 +8,18 @@ namespace unimapper::apps {
 namespace {
 
 // Twice as wide as a cell: what is nearest to a point lies in one of the eight bins around it.
-constexpr float kBinM = 0.4F;
+constexpr float kBinCells = 2.0F;
 // A point farther than this from every mean was left out of the keyframe.
-constexpr float kFarthestM = 0.36F;
+constexpr float kFarthestCells = 1.8F;
 
 }  // namespace
 
-CellLabels::CellLabels(const KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined) {
+CellLabels::CellLabels(const KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined,
+                       float cell_size_m)
+    : bin_m_(kBinCells * cell_size_m), farthest_m_(kFarthestCells * cell_size_m) {
   for (const bool dynamic : {false, true}) {
     merge::visit_cells(keyframe, refined, dynamic, [&](const FineCell& cell) {
-      const VoxelIndex bin = voxel_index(cell.position, 1.0F / kBinM);
+      const VoxelIndex bin = voxel_index(cell.position, 1.0F / bin_m_);
       if (is_representable(bin)) entries_.push_back({pack(bin), cell.position, dynamic});
     });
   }
@@ -27,8 +29,9 @@ CellLabels::CellLabels(const KeyframeRecord& keyframe, const merge::RefinedKeyfr
 }
 
 bool CellLabels::is_dynamic(const Eigen::Vector3f& point) const {
-  const VoxelIndex low = voxel_index(point - Eigen::Vector3f::Constant(0.5F * kBinM), 1.0F / kBinM);
-  float nearest = kFarthestM * kFarthestM;
+  const VoxelIndex low =
+      voxel_index(point - Eigen::Vector3f::Constant(0.5F * bin_m_), 1.0F / bin_m_);
+  float nearest = farthest_m_ * farthest_m_;
   bool dynamic = false;
   for (int n = 0; n < 8; ++n) {
     const VoxelIndex bin{low.x + (n & 1), low.y + (n >> 1 & 1), low.z + (n >> 2)};

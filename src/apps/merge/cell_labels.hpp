@@ -15,8 +15,9 @@ namespace unimapper::apps {
 /// Finds the cell a point went into: the one whose mean is nearest.
 class CellLabels {
  public:
-  /// O(n log n) in the cells.
-  CellLabels(const KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined);
+  /// `cell_size_m`: edge of the keyframe's fine cells. O(n log n) in the cells.
+  CellLabels(const KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined,
+             float cell_size_m);
 
   /// Whether a point in the levelled keyframe frame, metres, belongs to something that moved.
   [[nodiscard]] bool is_dynamic(const Eigen::Vector3f& point) const;
@@ -30,6 +31,8 @@ class CellLabels {
   struct Hash {
     std::size_t operator()(VoxelKey key) const { return mix_bits(key); }
   };
+  float bin_m_;
+  float farthest_m_;
   std::vector<Entry> entries_;                               ///< sorted by bin
   std::unordered_map<VoxelKey, std::uint32_t, Hash> first_;  ///< entry of a bin
 };

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxNameBytes = 100;
 
-/// Names become file names, whoever sent them.
+/// Names that were received become file names.
 std::string file_safe(std::string name) {
   for (char& c : name) {
     const bool fine = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||

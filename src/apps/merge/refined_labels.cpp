@@ -5,6 +5,7 @@
 
 #include "ports/datasets/dataset.hpp"
 #include "ports/datasets/files.hpp"
+#include "ports/datasets/label_values.hpp"
 #include "ports/datasets/writers.hpp"
 #include "src/apps/merge/cell_labels.hpp"
 
@@ -13,19 +14,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint32_t kLabelStatic = 9;
-constexpr std::uint32_t kLabelDynamic = 251;
-
 /// Labels of one recording, scan by scan.
 class LabelWriter {
  public:
-  LabelWriter(const fs::path& folder, const datasets::Dataset& dataset)
-      : labels_(folder / "labels"), dataset_(dataset), written_(dataset.scan_count(), false) {
+  LabelWriter(const fs::path& folder, const datasets::Dataset& dataset, float cell_size_m)
+      : labels_(folder / "labels"),
+        dataset_(dataset),
+        cell_size_m_(cell_size_m),
+        written_(dataset.scan_count(), false) {
     datasets::make_directory(labels_);
   }
 
   void write(const KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined) {
-    const CellLabels cells(keyframe, refined);
+    const CellLabels cells(keyframe, refined, cell_size_m_);
     for (const KeyframeScan& scan : keyframe.scans) {
       if (scan.scan_index >= dataset_.scan_count()) {
         throw std::runtime_error("--truth: the recording has no scan " +
@@ -43,7 +44,7 @@ class LabelWriter {
     for (std::size_t i = 0; i < written_.size(); ++i) {
       if (written_[i]) continue;
       dataset_.read_scan(i, scan_);
-      labels_of_scan_.assign(scan_.points.size(), kLabelStatic);
+      labels_of_scan_.assign(scan_.points.size(), datasets::kLabelStatic);
       write_file(i);
     }
   }
@@ -51,7 +52,7 @@ class LabelWriter {
  private:
   void write_scan(std::size_t index, const Pose& T_keyframe_sensor, const CellLabels& cells) {
     dataset_.read_scan(index, scan_);
-    labels_of_scan_.assign(scan_.points.size(), kLabelStatic);
+    labels_of_scan_.assign(scan_.points.size(), datasets::kLabelStatic);
     const Eigen::Matrix3f r = T_keyframe_sensor.rotation.cast<float>();
     const Eigen::Vector3f t = T_keyframe_sensor.translation.cast<float>();
     for (std::size_t i = 0; i < labels_of_scan_.size(); ++i) {
@@ -59,7 +60,7 @@ class LabelWriter {
       const Eigen::Vector3f point = r * Eigen::Vector3f(p.x, p.y, p.z) + t;
       // Beyond any range, or not finite: never in a cell.
       if (!(point.cwiseAbs().maxCoeff() < 1e5F)) continue;
-      if (cells.is_dynamic(point)) labels_of_scan_[i] = kLabelDynamic;
+      if (cells.is_dynamic(point)) labels_of_scan_[i] = datasets::kLabelDynamic;
     }
     write_file(index);
     written_[index] = true;
@@ -71,6 +72,7 @@ class LabelWriter {
 
   fs::path labels_;
   const datasets::Dataset& dataset_;
+  float cell_size_m_;
   std::vector<bool> written_;
   datasets::Scan scan_;
   std::vector<std::uint32_t> labels_of_scan_;
@@ -79,10 +81,11 @@ class LabelWriter {
 }  // namespace
 
 void write_refined_labels(const fs::path& folder, const fs::path& dataset,
-                          const SessionData& session, const merge::MergedSession& merged) {
+                          const SessionData& session, const merge::MergedSession& merged,
+                          float cell_size_m) {
   const auto recording =
       datasets::open_dataset(dataset, datasets::Format::kAuto, session.info.sensor);
-  LabelWriter writer(folder, *recording);
+  LabelWriter writer(folder, *recording, cell_size_m);
   for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
     writer.write(session.keyframes[k], merged.refined[k]);
   }

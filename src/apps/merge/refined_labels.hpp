@@ -10,8 +10,10 @@ namespace unimapper::apps {
 /// Writes FOLDER/labels/NAME.label for every scan of `dataset` that went into a keyframe, as
 /// `unimapper onboard` does: 251 for dynamic points, 9 for all others; scans in no keyframe are
 /// all static. `unimapper evaluate dynamic --run FOLDER` scores it. Throws DatasetError, and
-/// std::runtime_error if the dataset is not the one the session was made of. O(points).
+/// std::runtime_error if the dataset is not the one the session was made of. `cell_size_m`: edge
+/// of the session's fine cells. O(points).
 void write_refined_labels(const std::filesystem::path& folder, const std::filesystem::path& dataset,
-                          const SessionData& session, const merge::MergedSession& merged);
+                          const SessionData& session, const merge::MergedSession& merged,
+                          float cell_size_m);
 
 }  // namespace unimapper::apps

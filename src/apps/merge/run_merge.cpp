@@ -76,13 +76,13 @@ std::vector<SessionReference> gather_references(const MergeOptions& options,
 
 void write_refined_labels_of_sessions(const MergeOptions& options,
                                       const std::vector<SessionData>& sessions,
-                                      const merge::MergeResult& result) {
+                                      const merge::MergeResult& result, float cell_size_m) {
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     const std::string& name = sessions[s].info.name;
     for (const auto& [session, dataset] : options.truths) {
       if (session != name) continue;
-      write_refined_labels(options.out / "refined" / name, dataset, sessions[s],
-                           result.sessions[s]);
+      write_refined_labels(options.out / "refined" / name, dataset, sessions[s], result.sessions[s],
+                           cell_size_m);
       std::cerr << "unimapper: refined labels of " << name << " are in "
                 << (options.out / "refined" / name).string() << '\n';
     }
@@ -131,7 +131,8 @@ void run_merge(const MergeOptions& options) {
   merge::export_map(options.out, sessions, result);
   write_session_clouds(options.out, sessions, result);
 
-  if (options.refined_labels) write_refined_labels_of_sessions(options, sessions, result);
+  if (options.refined_labels)
+    write_refined_labels_of_sessions(options, sessions, result, config.refinement.cell_size_m);
 
   report.sessions = &sessions;
   report.result = &result;

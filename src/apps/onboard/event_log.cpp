@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <condition_variable>
-#include <cstdlib>
 #include <mutex>
 #include <stdexcept>
 
@@ -13,19 +12,13 @@ namespace {
 
 // Enough for the events of several keyframes with every kind of fault.
 constexpr std::uint32_t kCapacity = 1024;
-constexpr std::size_t kBytes = (EventRing::required_bytes(kCapacity) + 63) / 64 * 64;
 
 }  // namespace
 
-void EventLog::Free::operator()(std::byte* block) const noexcept { std::free(block); }
-
 EventLog::EventLog(const std::filesystem::path& file)
-    : file_(file),
-      out_(file),
-      memory_(static_cast<std::byte*>(std::aligned_alloc(Arena::kAlignment, kBytes))) {
+    : file_(file), out_(file), memory_(EventRing::required_bytes(kCapacity)) {
   if (!out_) throw std::runtime_error("cannot create " + file.string());
-  if (memory_ == nullptr) throw std::runtime_error("no memory for the event ring");
-  const auto created = EventRing::create(kCapacity, {memory_.get(), kBytes});
+  const auto created = EventRing::create(kCapacity, memory_.span());
   if (!created) throw std::runtime_error(created.error().message);
   ring_ = created.value();
   writer_ = std::jthread([this](const std::stop_token& stop) {

@@ -1,14 +1,14 @@
 // Event log file with a writer thread.
 #pragma once
 
-#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <memory>
 #include <stop_token>
 #include <thread>
 
 #include "unimapper/core/event_ring.hpp"
+#include "unimapper/core/owned.hpp"
 
 namespace unimapper::apps {
 
@@ -28,12 +28,9 @@ class EventLog {
  private:
   void write_events();
 
-  struct Free {
-    void operator()(std::byte* block) const noexcept;
-  };
   std::filesystem::path file_;
   std::ofstream out_;
-  std::unique_ptr<std::byte, Free> memory_;
+  MemoryBlock memory_;
   EventRing* ring_ = nullptr;
   std::uint32_t lost_ = 0;
   std::jthread writer_;  // last: it ends before what it uses

@@ -13,10 +13,8 @@ Replay::Replay(const datasets::Dataset& dataset, Pipeline& pipeline, const Repla
                ReplayOutputs outputs)
     : dataset_(dataset), pipeline_(pipeline), options_(options), outputs_(outputs) {
   const std::uint32_t cells = pipeline.config().voxel.max_cells;
-  encoder_memory_.resize(wire::KeyframeEncoder::required_bytes(cells) / sizeof(CacheLine));
-  encoder_ =
-      wire::KeyframeEncoder::create(cells, std::as_writable_bytes(std::span(encoder_memory_)))
-          .value();
+  encoder_memory_ = MemoryBlock(wire::KeyframeEncoder::required_bytes(cells));
+  encoder_ = wire::KeyframeEncoder::create(cells, encoder_memory_.span()).value();
   encoded_.resize(std::size_t{1} << 20U);
 }
 

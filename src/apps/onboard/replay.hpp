@@ -15,6 +15,7 @@
 #include "src/apps/onboard/progress.hpp"
 #include "src/apps/onboard/run_folder.hpp"
 #include "src/apps/onboard/run_statistics.hpp"
+#include "unimapper/core/owned.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 #include "unimapper/wire/keyframe_encoder.hpp"
 
@@ -68,10 +69,6 @@ class Replay {
   void publish_health();
   [[nodiscard]] std::int64_t duration_ns(const KeyframeView& keyframe) const;
 
-  struct alignas(64) CacheLine {
-    std::byte bytes[64];
-  };
-
   const datasets::Dataset& dataset_;
   Pipeline& pipeline_;
   ReplayOptions options_;
@@ -87,7 +84,7 @@ class Replay {
   };
   std::deque<OpenScan> open_scans_;
   datasets::Scan earlier_scan_;
-  std::vector<CacheLine> encoder_memory_;
+  MemoryBlock encoder_memory_;
   wire::KeyframeEncoder encoder_;
   std::vector<std::uint8_t> encoded_;  // the keyframe's bytes; grows to the largest keyframe
   std::vector<LoopRecord> loops_;

@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include "ports/datasets/files.hpp"
+#include "ports/datasets/label_values.hpp"
 #include "ports/datasets/writers.hpp"
 #include "unimapper/wire/messages.hpp"
 
@@ -12,9 +13,6 @@ namespace unimapper::apps {
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr std::uint32_t kLabelStatic = 9;
-constexpr std::uint32_t kLabelDynamic = 251;
 
 /// The last named component, also for "runs/a/" and ".".
 std::string own_name(const fs::path& directory) {
@@ -64,10 +62,10 @@ void RunFolder::write_final_labels(const std::string& name, std::span<const Poin
 
 void RunFolder::write(const fs::path& folder, const std::string& name,
                       std::span<const PointLabel> labels, std::size_t points) {
-  buffer_.assign(points, kLabelStatic);
+  buffer_.assign(points, datasets::kLabelStatic);
   const std::size_t known = std::min(points, labels.size());
   for (std::size_t i = 0; i < known; ++i) {
-    if (labels[i] == PointLabel::kDynamic) buffer_[i] = kLabelDynamic;
+    if (labels[i] == PointLabel::kDynamic) buffer_[i] = datasets::kLabelDynamic;
   }
   datasets::write_labels(folder / (name + ".label"), buffer_);
 }

@@ -16,7 +16,8 @@ namespace {
 constexpr std::size_t kPicturePixels = 2000;
 constexpr std::size_t kSmallPicturePixels = 1600;
 constexpr double kFinestMetresPerPixel = 0.08;
-constexpr double kMapPointM = 0.2;  // spacing of the unified map's points
+/// Spacing of the unified map's points.
+constexpr double kMapPointM = static_cast<double>(merge::MapConfig{}.voxel_size_m);
 constexpr std::size_t kMaxRefusedLoops = 300;
 
 using merge::LoopConstraint;

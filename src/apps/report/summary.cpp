@@ -68,7 +68,7 @@ void count_loops(const merge::MergeResult& result, Summary& summary) {
   }
 }
 
-/// Errors of every placed session with a truth, once the central one has fixed the frame.
+/// Errors of every merged session with a truth, once the central one has fixed the frame.
 void measure_errors(const ReportInput& input, Summary& summary) {
   const merge::MergeResult& result = *input.result;
   const std::size_t central = result.central_session;

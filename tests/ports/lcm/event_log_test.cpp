@@ -12,7 +12,7 @@
 using namespace unimapper;
 using namespace unimapper::wire;
 using namespace unimapper::lcm_port;
-using test::Random;
+using wire_test::Random;
 using Data = std::vector<std::uint8_t>;
 
 namespace {
@@ -125,7 +125,7 @@ TEST_CASE("a log cut anywhere keeps every whole event and reports the torn one")
   const TemporaryDirectory directory;
   const std::vector<std::size_t> ends = write_sample(directory / "log");
   const Data bytes = read_file(directory / "log");
-  test::MemoryFile cut;
+  wire_test::MemoryFile cut;
   for (std::size_t length = 0; length < bytes.size(); ++length) {
     cut.write(bytes.data(), length);
     EventLogReader reader(cut.path());
@@ -191,7 +191,7 @@ TEST_CASE("no flipped bit costs more than the event it is in") {
   const TemporaryDirectory directory;
   write_sample(directory / "log");
   const Data bytes = read_file(directory / "log");
-  test::MemoryFile file;
+  wire_test::MemoryFile file;
   for (std::size_t bit = 0; bit < bytes.size() * 8; ++bit) {
     Data damaged = bytes;
     damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ (1U << (bit % 8)));

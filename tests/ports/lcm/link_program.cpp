@@ -32,7 +32,7 @@ SessionInfo info_of(const std::string& name) {
 }
 
 EncodedKeyframe keyframe_of(const SessionInfo& info, std::uint32_t sequence) {
-  return test::encode_for_sending(test::keyframe_of(info.id, sequence, kCells));
+  return wire_test::encode_for_sending(wire_test::keyframe_of(info.id, sequence, kCells));
 }
 
 /// One line per session: name, keyframes here, missing, damaged, and whether all are as sent.

@@ -54,7 +54,7 @@ struct Network {
 };
 
 EncodedKeyframe keyframe(std::uint32_t sequence) {
-  return test::encode_for_sending(test::keyframe_of(kAlpha.id, sequence));
+  return wire_test::encode_for_sending(wire_test::keyframe_of(kAlpha.id, sequence));
 }
 
 PublisherOptions fast() {
@@ -99,7 +99,7 @@ TEST_CASE("the bucket's rate holds over a long stream") {
   CHECK(sent / seconds == Approx(20e6).epsilon(0.01));
 }
 
-TEST_CASE("what is published arrives, with the end said three times") {
+TEST_CASE("published keyframes arrive, and the end is announced three times") {
   Network network;
   Publisher publisher(kAlpha, network.sender(), fast());
   for (std::uint32_t i = 0; i < 10; ++i) publisher.publish(keyframe(i));
@@ -127,7 +127,7 @@ TEST_CASE("no datagram is larger than configured") {
     PublisherOptions options = fast();
     options.datagram_bytes = limit;
     Publisher publisher(kAlpha, network.sender(), options);
-    publisher.publish(test::encode_for_sending(test::keyframe_of(kAlpha.id, 0, 40000)));
+    publisher.publish(wire_test::encode_for_sending(wire_test::keyframe_of(kAlpha.id, 0, 40000)));
     publisher.finish();
     std::size_t largest = 0;
     for (const Message& message : network.messages) {
@@ -188,7 +188,7 @@ TEST_CASE("a publisher that may wait waits for a slow network, is woken and drop
   CHECK(network.received().keyframes.size() == 20);
 }
 
-TEST_CASE("finishing wakes whoever waits for room, and counts what came too late") {
+TEST_CASE("finishing wakes waiting senders, and counts keyframes that came too late") {
   Network network;
   network.held = true;
   PublisherOptions options = fast();

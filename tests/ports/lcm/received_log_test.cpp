@@ -16,8 +16,8 @@ using namespace unimapper;
 using namespace unimapper::wire;
 using namespace unimapper::lcm_port;
 using lcm_test::Message;
-using test::check_whole;
-using test::Random;
+using wire_test::check_whole;
+using wire_test::Random;
 
 namespace {
 
@@ -27,7 +27,7 @@ void write_log(const std::filesystem::path& path, const SessionInfo& info,
                std::uint32_t keyframes) {
   SessionLogWriter writer(path, info, 2000);
   for (std::uint32_t i = 0; i < keyframes; ++i) {
-    writer.write(test::encode_for_sending(test::keyframe_of(info.id, i)));
+    writer.write(wire_test::encode_for_sending(wire_test::keyframe_of(info.id, i)));
   }
   writer.finish();
 }
@@ -102,7 +102,7 @@ TEST_CASE("a torn log gives every keyframe that is whole in it") {
   const TemporaryDirectory directory;
   write_log(directory / "log", kAlpha, 4);
   const std::vector<char> bytes = content(directory / "log");
-  test::MemoryFile torn;
+  wire_test::MemoryFile torn;
   std::size_t last_keyframes = 0;
   for (std::size_t length = 0; length < bytes.size(); length += 37) {
     torn.write(bytes.data(), length);
@@ -119,7 +119,7 @@ TEST_CASE("no flipped bit in a log gets an altered keyframe through") {
   const TemporaryDirectory directory;
   write_log(directory / "log", kAlpha, 2);
   const std::vector<char> bytes = content(directory / "log");
-  test::MemoryFile file;
+  wire_test::MemoryFile file;
   Random random(12);
   for (int i = 0; i < 500; ++i) {
     std::vector<char> damaged = bytes;
@@ -129,7 +129,7 @@ TEST_CASE("no flipped bit in a log gets an altered keyframe through") {
     for (const SessionData& session : read_event_log(file.path()).sessions) {
       for (const KeyframeRecord& record : session.keyframes) {
         REQUIRE(encode_keyframe(record) ==
-                encode_keyframe(test::keyframe_of(kAlpha.id, record.sequence)));
+                encode_keyframe(wire_test::keyframe_of(kAlpha.id, record.sequence)));
       }
     }
   }

@@ -12,7 +12,7 @@
 
 namespace unimapper::lcm_port::lcm_test {
 
-using wire::test::keyframe_of;
+using wire::wire_test::keyframe_of;
 
 struct Message {
   std::string channel;
@@ -26,7 +26,8 @@ inline std::vector<Message> session_stream(const SessionInfo& info, std::uint32_
   };
   std::vector<Message> stream{session(SessionState::kStarted, 0)};
   for (std::uint32_t sequence = 0; sequence < keyframes; ++sequence) {
-    const EncodedKeyframe keyframe = wire::test::encode_for_sending(keyframe_of(info.id, sequence));
+    const EncodedKeyframe keyframe =
+        wire::wire_test::encode_for_sending(keyframe_of(info.id, sequence));
     for (auto& data : cut_into_messages(keyframe, 512)) {
       stream.push_back({std::string(kKeyframeChannel), std::move(data)});
     }

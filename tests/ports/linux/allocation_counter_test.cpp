@@ -47,7 +47,7 @@ TEST_CASE("every way to the heap is counted") {
   CHECK(allocations_of([] { Eigen::VectorXd::Zero(static_cast<Eigen::Index>(size)).eval(); }) >= 1);
 }
 
-TEST_CASE("what happens outside the guard or on other threads is not counted") {
+TEST_CASE("allocations outside the guard or on other threads are not counted") {
   const std::uint64_t before = AllocationGuard::count();
   std::free(std::malloc(size));
   CHECK(AllocationGuard::count() == before);
