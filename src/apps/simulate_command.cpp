@@ -53,6 +53,16 @@ void run(SimulateOptions& options, bool has_day) {
   });
 }
 
+void add_sampling(CLI::App& command, simulator::Sampling& sampling) {
+  command.add_option("--columns", sampling.columns,
+                     "Columns per turn of a spinning LiDAR, 256 to 2048 (default: the sensor's)");
+  command.add_option("--rings", sampling.rings,
+                     "Rings of a spinning LiDAR, 8 to 128, evenly spaced in its field of view "
+                     "(default: the sensor's)");
+  command.add_flag("--uneven-rings", sampling.uneven_rings,
+                   "Half of the rings in a quarter of the field of view around the horizon");
+}
+
 }  // namespace
 
 void register_simulate(CLI::App& app) {
@@ -77,6 +87,7 @@ void register_simulate(CLI::App& app) {
                           "actors differ");
   command->add_option("--drift", options->drift, "Odometry: none, lio, icp or bad")
       ->capture_default_str();
+  add_sampling(*command, config.sampling);
   command->add_option("--thin", config.thin, "Keep every n-th column (spinning) or shot")
       ->capture_default_str();
   command->add_option("--threads", config.threads, "0: all cores")->capture_default_str();

@@ -1,5 +1,6 @@
 #include "lidar.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
@@ -68,6 +69,58 @@ std::vector<Beam> hdl64e_beams() {
                      0.0, i < 32 ? 0.03 : -0.03, 0.0});
   }
   return beams;
+}
+
+/// Elevation of the share `rank` (0 bottom, 1 top) of rings of which half lie within a quarter of
+/// the field of view around the horizon.
+double uneven_elevation(double bottom, double top, double rank) {
+  const double band = 0.25 * (top - bottom);
+  const double low = std::clamp(-0.5 * band, bottom, top - band);
+  const double outside = (top - bottom) - band;
+  const double rank_low = 0.5 * (low - bottom) / outside;
+  const double rank_high = rank_low + 0.5;
+  if (rank < rank_low) return bottom + 2.0 * outside * rank;
+  if (rank < rank_high) return low + 2.0 * band * (rank - rank_low);
+  return low + band + 2.0 * outside * (rank - rank_high);
+}
+
+/// `rings` beams, from the top down, between the lowest and the highest of `own`, which also lend
+/// their azimuth offsets, origins and delays.
+std::vector<Beam> respaced(std::span<const Beam> own, std::size_t rings, bool is_uneven) {
+  const auto [lowest, highest] =
+      std::minmax_element(own.begin(), own.end(),
+                          [](const Beam& a, const Beam& b) { return a.elevation < b.elevation; });
+  std::vector<Beam> beams;
+  for (std::size_t i = 0; i < rings; ++i) {
+    const double rank = 1.0 - static_cast<double>(i) / static_cast<double>(rings - 1);
+    Beam beam = own[i % own.size()];
+    beam.height = own[i * own.size() / rings].height;
+    beam.delay = own.back().delay * static_cast<double>(i) / static_cast<double>(rings - 1);
+    beam.elevation = is_uneven
+                         ? uneven_elevation(lowest->elevation, highest->elevation, rank)
+                         : lowest->elevation + rank * (highest->elevation - lowest->elevation);
+    beams.push_back(beam);
+  }
+  return beams;
+}
+
+/// A spinning sensor's own beams and columns.
+struct SpinningHead {
+  std::vector<Beam> beams;
+  std::uint32_t columns;
+};
+
+SpinningHead spinning_head(SensorKind kind) {
+  switch (kind) {
+    case SensorKind::kHdl64e:
+      return {hdl64e_beams(), 2083};
+    case SensorKind::kVlp16:
+      return {vlp16_beams(), 1808};
+    case SensorKind::kOs1_64:
+      return {ouster_beams(64, 22.5, -22.5, {4.2, 1.42, -1.37, -4.14}, 0.0121), 1024};
+    default:
+      return {ouster_beams(128, 10.76, -11.09, {2.07, 0.66, -0.71, -2.08}, 0.01376), 1024};
+  }
 }
 
 /// 120 by 19.2 degrees, four lines at a time from left to right.
@@ -169,29 +222,26 @@ bool repeats(SensorKind kind) {
   return kind != SensorKind::kLivoxAvia && kind != SensorKind::kLivoxMid360;
 }
 
+bool is_spinning(SensorKind kind) {
+  return kind == SensorKind::kHdl64e || kind == SensorKind::kVlp16 || kind == SensorKind::kOs1_64 ||
+         kind == SensorKind::kOs2_128;
+}
+
 void make_pattern(SensorKind kind, double start_s, std::uint32_t thin,
-                  std::vector<PatternRay>& rays) {
+                  std::vector<PatternRay>& rays, const Sampling& sampling) {
   rays.clear();
-  switch (kind) {
-    case SensorKind::kHdl64e:
-      return make_spinning(hdl64e_beams(), 2083, thin, rays);
-    case SensorKind::kVlp16:
-      return make_spinning(vlp16_beams(), 1808, thin, rays);
-    case SensorKind::kOs1_64:
-      return make_spinning(ouster_beams(64, 22.5, -22.5, {4.2, 1.42, -1.37, -4.14}, 0.0121), 1024,
-                           thin, rays);
-    case SensorKind::kOs2_128:
-      return make_spinning(ouster_beams(128, 10.76, -11.09, {2.07, 0.66, -0.71, -2.08}, 0.01376),
-                           1024, thin, rays);
-    case SensorKind::kAevaAeries2:
-      return make_aeva(thin, rays);
-    case SensorKind::kLivoxAvia:
-      return make_avia(start_s, thin, rays);
-    case SensorKind::kLivoxMid360:
-      return make_mid360(start_s, thin, rays);
-    case SensorKind::kGeneric:
-      break;
+  if (is_spinning(kind)) {
+    SpinningHead head = spinning_head(kind);
+    if (sampling.columns != 0) head.columns = sampling.columns;
+    if (sampling.rings != 0 || sampling.uneven_rings) {
+      const std::size_t rings = sampling.rings != 0 ? sampling.rings : head.beams.size();
+      head.beams = respaced(head.beams, rings, sampling.uneven_rings);
+    }
+    return make_spinning(head.beams, head.columns, thin, rays);
   }
+  if (kind == SensorKind::kAevaAeries2) return make_aeva(thin, rays);
+  if (kind == SensorKind::kLivoxAvia) return make_avia(start_s, thin, rays);
+  if (kind == SensorKind::kLivoxMid360) return make_mid360(start_s, thin, rays);
   throw std::runtime_error("the simulator has no scan pattern for this sensor");
 }
 

@@ -25,13 +25,27 @@ struct LidarModel {
   double divergence_rad;  ///< full width
 };
 
+/// Columns and rings of a spinning LiDAR where they differ from the sensor's own.
+struct Sampling {
+  std::uint32_t columns = 0;  ///< per turn; 0: the sensor's
+  std::uint32_t rings = 0;    ///< evenly spaced in the sensor's field of view; 0: the sensor's
+  /// Half of the rings within a quarter of the field of view around the horizon, as sensors for
+  /// cars have them; the others three times as far apart.
+  bool uneven_rings = false;
+
+  [[nodiscard]] bool is_own() const { return columns == 0 && rings == 0 && !uneven_rings; }
+};
+
 /// Throws std::runtime_error for a sensor the simulator has no pattern of.
 LidarModel lidar_model(SensorKind kind);
 
+/// True for sensors with rings that turn about an axis.
+bool is_spinning(SensorKind kind);
+
 /// Rays of the sweep that starts at `start_s`; keeps every `thin`-th column (spinning) or shot.
-/// Livox patterns run on from sweep to sweep and never repeat.
+/// Livox patterns run on from sweep to sweep and never repeat. `sampling` is for spinning sensors.
 void make_pattern(SensorKind kind, double start_s, std::uint32_t thin,
-                  std::vector<PatternRay>& rays);
+                  std::vector<PatternRay>& rays, const Sampling& sampling = {});
 
 /// True if the pattern is the same in every sweep.
 bool repeats(SensorKind kind);

@@ -126,6 +126,9 @@ void RunWriter::write_description(const SimulationConfig& config, std::uint32_t 
   entry("day", std::to_string(day));
   entry("drift", quoted(name_of(config.drift)));
   entry("thin", std::to_string(config.thin));
+  if (config.sampling.columns != 0) entry("columns", std::to_string(config.sampling.columns));
+  if (config.sampling.rings != 0) entry("rings", std::to_string(config.sampling.rings));
+  if (config.sampling.uneven_rings) entry("uneven_rings", "true");
   entry("scan_rate_hz", "10");
   entry("first_stamp_ms", std::to_string(first_stamp_ms));
   entry("labels", quoted("semantickitti"), true);

@@ -17,6 +17,21 @@
 namespace unimapper::simulator {
 namespace {
 
+void check_sampling(const SimulationConfig& config) {
+  const Sampling& sampling = config.sampling;
+  if (!sampling.is_own() && !is_spinning(config.sensor)) {
+    throw SimulationError("columns and rings are those of a spinning LiDAR; the " +
+                          std::string(sensor_model(config.sensor).name) +
+                          " has a scan pattern of its own");
+  }
+  if (sampling.columns != 0 && (sampling.columns < 256 || sampling.columns > 2048)) {
+    throw SimulationError("the number of columns must be 256 to 2048");
+  }
+  if (sampling.rings != 0 && (sampling.rings < 8 || sampling.rings > 128)) {
+    throw SimulationError("the number of rings must be 8 to 128");
+  }
+}
+
 void check(const SimulationConfig& config) {
   if (!is_scene(config.scene)) {
     throw SimulationError("unknown scene '" + config.scene + "'; there are: " + scene_names());
@@ -30,6 +45,7 @@ void check(const SimulationConfig& config) {
   if (config.thin < 1 || config.thin > 64) {
     throw SimulationError("thinning must be 1 to 64");
   }
+  check_sampling(config);
 }
 
 double stamp_of(std::uint32_t scan) { return kSweepSeconds * (scan + 1); }
@@ -67,7 +83,9 @@ class Run {
     const Caster caster(standing_, moving);
     Scanner scanner(model_, caster, key_);
     std::vector<PatternRay> rays;
-    if (repeats(config_.sensor)) make_pattern(config_.sensor, 0.0, config_.thin, rays);
+    if (repeats(config_.sensor)) {
+      make_pattern(config_.sensor, 0.0, config_.thin, rays, config_.sampling);
+    }
     std::vector<LidarReturn> returns;
     for (std::uint32_t scan = next_++; scan < config_.scans && !failed_; scan = next_++) {
       const double end = stamp_of(scan);

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "lidar.hpp"
 #include "unimapper/core/sensor.hpp"
 
 namespace unimapper::simulator {
@@ -44,6 +45,7 @@ struct SimulationConfig {
   /// Parked cars, actors and some furniture change from day to day; default: A 0, B 1, C 2.
   std::optional<std::uint32_t> day;
   DriftPreset drift = DriftPreset::kLio;
+  Sampling sampling;          ///< spinning LiDARs only: 256..2048 columns, 8..128 rings
   std::uint32_t thin = 1;     ///< keeps every n-th column (spinning) or shot; 1..64
   std::uint32_t threads = 0;  ///< 0: as many as the machine has; the output does not depend on it
 };

@@ -48,6 +48,23 @@ TEST_CASE("an unknown scene, route, sensor or a senseless number is refused") {
   CHECK(std::filesystem::is_empty(folder.path()));
 }
 
+TEST_CASE("columns and rings are refused for a pattern without them and outside their ranges") {
+  TemporaryDirectory folder;
+  SimulationConfig config = tiny_config();
+  config.sensor = SensorKind::kLivoxAvia;
+  config.sampling.columns = 512;
+  CHECK_THAT(message_of(config, folder.path()),
+             Contains("livox-avia has a scan pattern of its own"));
+  config.sampling = {.uneven_rings = true};
+  CHECK_THAT(message_of(config, folder.path()), Contains("spinning LiDAR"));
+  config = tiny_config();
+  config.sampling.columns = 255;
+  CHECK_THAT(message_of(config, folder.path()), Contains("256 to 2048"));
+  config.sampling = {.rings = 129};
+  CHECK_THAT(message_of(config, folder.path()), Contains("8 to 128"));
+  CHECK(std::filesystem::is_empty(folder.path()));
+}
+
 TEST_CASE("a file where the folder should be is reported by name") {
   TemporaryDirectory folder;
   const auto blocked = folder.path() / "blocked";

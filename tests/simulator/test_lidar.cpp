@@ -89,6 +89,39 @@ TEST_CASE("thinning keeps every n-th column with the random numbers it had") {
   }
 }
 
+TEST_CASE("columns and rings can be set, and rings lie evenly in the sensor's field of view") {
+  const SensorKind kind = GENERATE(SensorKind::kVlp16, SensorKind::kOs1_64, SensorKind::kHdl64e);
+  const auto own = pattern(kind);
+  const auto by_elevation = [](const PatternRay& a, const PatternRay& b) {
+    return a.direction.z < b.direction.z;
+  };
+  const auto [lowest, highest] = std::minmax_element(own.begin(), own.end(), by_elevation);
+  std::vector<PatternRay> rays;
+  make_pattern(kind, 0.0, 1, rays, {512, 32, false});
+  REQUIRE(rays.size() == 512 * 32);
+  CHECK(elevation_deg(rays[0]) == Approx(elevation_deg(*highest)));
+  CHECK(elevation_deg(rays[31]) == Approx(elevation_deg(*lowest)));
+  const double gap = (elevation_deg(rays[0]) - elevation_deg(rays[31])) / 31.0;
+  for (std::size_t i = 1; i < 32; ++i) {
+    CHECK(elevation_deg(rays[i - 1]) - elevation_deg(rays[i]) == Approx(gap));
+    CHECK_FALSE(rays[i].time < rays[i - 1].time);
+  }
+  CHECK_FALSE(rays.back().time > 1.0F);
+}
+
+TEST_CASE("uneven rings are three times as dense around the horizon as elsewhere") {
+  std::vector<PatternRay> rays;
+  make_pattern(SensorKind::kOs1_64, 0.0, 1, rays, {256, 64, true});
+  REQUIRE(rays.size() == 256 * 64);
+  CHECK(elevation_deg(rays[0]) == Approx(22.5));
+  CHECK(elevation_deg(rays[63]) == Approx(-22.5));
+  const auto gap = [&](std::size_t i) {
+    return elevation_deg(rays[i]) - elevation_deg(rays[i + 1]);
+  };
+  CHECK(gap(2) == Approx(3.0 * gap(31)));
+  CHECK(gap(60) == Approx(3.0 * gap(31)));
+}
+
 TEST_CASE("a spinning head turns clockwise and fires its lasers in time") {
   const auto rays = pattern(SensorKind::kVlp16);
   CHECK(elevation_deg(rays[0]) == Approx(-15.0));
