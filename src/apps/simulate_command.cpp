@@ -1,5 +1,6 @@
 // `unimapper simulate`: the command line of src/simulator.
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -16,6 +17,10 @@ struct SimulateOptions {
   std::string sensor = "os2-128";
   std::string route = "A";
   std::string drift = "lio";
+  std::string odometry_start = "level";
+  std::string points = "sensor";
+  std::string attitude_noise;
+  std::string sway;
   std::uint32_t day = 0;
   std::string out;
 };
@@ -27,6 +32,49 @@ std::string known_sensors() {
     names += (names.empty() ? "" : ", ") + std::string(model.name);
   }
   return names;
+}
+
+/// Reads a whole text as a number.
+double require_number(const std::string& text, const std::string& option) {
+  double value = 0.0;
+  const char* end = text.data() + text.size();
+  const auto [stopped, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc{} || stopped != end) {
+    throw std::runtime_error(option + ": '" + text + "' is not a number");
+  }
+  return value;
+}
+
+void read_attitude(SimulateOptions& options) {
+  const auto start = simulator::parse_odometry_start(options.odometry_start);
+  if (!start) {
+    throw std::runtime_error("unknown odometry start '" + options.odometry_start +
+                             "'; there are: level, identity");
+  }
+  const auto points = simulator::parse_point_frame(options.points);
+  if (!points) {
+    throw std::runtime_error("unknown frame of points '" + options.points +
+                             "'; there are: sensor, body");
+  }
+  options.config.odometry_start = *start;
+  options.config.points = *points;
+  if (!options.attitude_noise.empty()) {
+    const std::string& text = options.attitude_noise;
+    const std::size_t at = text.find('@');
+    simulator::AttitudeNoise& noise = options.config.attitude_noise;
+    noise.sigma_deg = require_number(text.substr(0, at), "--attitude-noise");
+    if (at != std::string::npos) {
+      noise.correlated_s = require_number(text.substr(at + 1), "--attitude-noise");
+    }
+  }
+  if (!options.sway.empty()) {
+    const std::size_t at = options.sway.find('@');
+    if (at == std::string::npos) {
+      throw std::runtime_error("--sway: '" + options.sway + "' is not of the form DEG@HZ");
+    }
+    options.config.sway = {require_number(options.sway.substr(0, at), "--sway"),
+                           require_number(options.sway.substr(at + 1), "--sway")};
+  }
 }
 
 void run(SimulateOptions& options, bool has_day) {
@@ -46,6 +94,7 @@ void run(SimulateOptions& options, bool has_day) {
   options.config.sensor = sensor->kind;
   options.config.drift = *drift;
   options.config.route = options.route[0];
+  read_attitude(options);
   if (has_day) options.config.day = options.day;
   Progress progress("simulate", options.config.scans);
   simulator::simulate(options.config, options.out, [&](std::uint32_t done, std::uint32_t) {
@@ -61,6 +110,29 @@ void add_sampling(CLI::App& command, simulator::Sampling& sampling) {
                      "(default: the sensor's)");
   command.add_flag("--uneven-rings", sampling.uneven_rings,
                    "Half of the rings in a quarter of the field of view around the horizon");
+}
+
+void add_attitude(CLI::App& command, SimulateOptions& options) {
+  simulator::SimulationConfig& config = options.config;
+  command.add_option("--mount-roll", config.mount.roll_deg,
+                     "Roll of the sensor on the body, degrees");
+  command.add_option("--mount-pitch", config.mount.pitch_deg,
+                     "Pitch of the sensor on the body, degrees, down positive");
+  command
+      .add_option("--odometry-start", options.odometry_start,
+                  "level: z against gravity; identity: the first scan's frame as mounted")
+      ->capture_default_str();
+  command
+      .add_option("--points", options.points,
+                  "Frame of points and poses: sensor, or body (rotated by the mount)")
+      ->capture_default_str();
+  command.add_option("--attitude-noise", options.attitude_noise,
+                     "DEG[@SECONDS]: noise of roll and pitch in the odometry, independent per scan "
+                     "or correlated over SECONDS");
+  command.add_option("--sway", options.sway,
+                     "DEG@HZ: the body rolls and pitches, and the odometry follows");
+  command.add_flag("--distortion", config.is_distorted,
+                   "Points are not motion-compensated within the sweep");
 }
 
 }  // namespace
@@ -88,6 +160,7 @@ void register_simulate(CLI::App& app) {
   command->add_option("--drift", options->drift, "Odometry: none, lio, icp or bad")
       ->capture_default_str();
   add_sampling(*command, config.sampling);
+  add_attitude(*command, *options);
   command->add_option("--thin", config.thin, "Keep every n-th column (spinning) or shot")
       ->capture_default_str();
   command->add_option("--threads", config.threads, "0: all cores")->capture_default_str();

@@ -110,4 +110,10 @@ std::vector<Frame> drifting_odometry(const std::vector<Frame>& T_town_sensor, Dr
   return poses;
 }
 
+void start_at_identity(std::vector<Frame>& poses) {
+  if (poses.empty()) return;
+  const Frame T_first_odometry = poses.front().inverse();
+  for (Frame& pose : poses) pose = orthonormalized(T_first_odometry * pose);
+}
+
 }  // namespace unimapper::simulator

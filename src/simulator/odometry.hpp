@@ -15,4 +15,7 @@ namespace unimapper::simulator {
 std::vector<Frame> drifting_odometry(const std::vector<Frame>& T_town_sensor, DriftPreset preset,
                                      std::uint64_t key);
 
+/// Expresses `poses` in the frame of the first one.
+void start_at_identity(std::vector<Frame>& poses);
+
 }  // namespace unimapper::simulator

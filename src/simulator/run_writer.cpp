@@ -62,6 +62,34 @@ const char* name_of(DriftPreset drift) {
   return "";
 }
 
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
+/// Entries of what differs from a level sensor, level and undistorted odometry.
+template <typename Entry, typename Quoted>
+void add_attitude(const SimulationConfig& config, const Entry& entry, const Quoted& quoted) {
+  if (!config.mount.is_level()) {
+    entry("mount_roll_deg", number(config.mount.roll_deg));
+    entry("mount_pitch_deg", number(config.mount.pitch_deg));
+  }
+  if (config.odometry_start == OdometryStart::kIdentity) {
+    entry("odometry_start", quoted("identity"));
+  }
+  if (config.points == PointFrame::kBody) entry("points", quoted("body"));
+  if (config.attitude_noise.sigma_deg != 0.0) {
+    entry("attitude_noise_deg", number(config.attitude_noise.sigma_deg));
+    entry("attitude_noise_correlated_s", number(config.attitude_noise.correlated_s));
+  }
+  if (config.sway.amplitude_deg != 0.0) {
+    entry("sway_deg", number(config.sway.amplitude_deg));
+    entry("sway_hz", number(config.sway.frequency_hz));
+  }
+  if (config.is_distorted) entry("distortion", "true");
+}
+
 }  // namespace
 
 RunWriter::RunWriter(std::filesystem::path folder) : folder_(std::move(folder)) {
@@ -129,6 +157,7 @@ void RunWriter::write_description(const SimulationConfig& config, std::uint32_t 
   if (config.sampling.columns != 0) entry("columns", std::to_string(config.sampling.columns));
   if (config.sampling.rings != 0) entry("rings", std::to_string(config.sampling.rings));
   if (config.sampling.uneven_rings) entry("uneven_rings", "true");
+  add_attitude(config, entry, quoted);
   entry("scan_rate_hz", "10");
   entry("first_stamp_ms", std::to_string(first_stamp_ms));
   entry("labels", quoted("semantickitti"), true);

@@ -28,7 +28,7 @@ class Scene {
 
   /// Static geometry.
   [[nodiscard]] virtual const World& world() const = 0;
-  /// T_world_sensor at any time of the visit; thread safe.
+  /// T_world_sensor of a sensor that is mounted level, at any time of the visit; thread safe.
   [[nodiscard]] virtual Frame sensor_frame(double time_s) const = 0;
   /// Moving instances near `around` during the sweep [begin_s, end_s]; thread safe.
   [[nodiscard]] virtual std::vector<MovingInstance> during(double begin_s, double end_s,

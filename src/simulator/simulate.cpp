@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "attitude.hpp"
 #include "odometry.hpp"
 #include "random.hpp"
 #include "run_writer.hpp"
@@ -32,6 +33,25 @@ void check_sampling(const SimulationConfig& config) {
   }
 }
 
+void check_attitude(const SimulationConfig& config) {
+  const auto require = [](bool is_met, const char* message) {
+    if (!is_met) throw SimulationError(message);
+  };
+  constexpr double kMostTilt = 45.0;
+  require(
+      std::abs(config.mount.roll_deg) <= kMostTilt && std::abs(config.mount.pitch_deg) <= kMostTilt,
+      "the mount's roll and pitch must be within 45 degrees");
+  const AttitudeNoise& noise = config.attitude_noise;
+  require(noise.sigma_deg >= 0.0 && noise.sigma_deg <= 10.0,
+          "the attitude noise must be 0 to 10 degrees");
+  require(noise.correlated_s >= 0.0 && noise.correlated_s <= 60.0,
+          "the attitude noise must be correlated over 0 to 60 seconds");
+  const Sway& sway = config.sway;
+  require(sway.amplitude_deg >= 0.0 && sway.amplitude_deg <= 20.0, "sway must be 0 to 20 degrees");
+  require(sway.amplitude_deg == 0.0 || (sway.frequency_hz > 0.0 && sway.frequency_hz <= 5.0),
+          "sway must have a frequency of at most 5 Hz");
+}
+
 void check(const SimulationConfig& config) {
   if (!is_scene(config.scene)) {
     throw SimulationError("unknown scene '" + config.scene + "'; there are: " + scene_names());
@@ -46,6 +66,7 @@ void check(const SimulationConfig& config) {
     throw SimulationError("thinning must be 1 to 64");
   }
   check_sampling(config);
+  check_attitude(config);
 }
 
 double stamp_of(std::uint32_t scan) { return kSweepSeconds * (scan + 1); }
@@ -61,19 +82,27 @@ class Run {
         standing_(scene_->world()),
         key_(Random(config.seed, Stream::kRay, static_cast<std::uint64_t>(config.route),
                     day * 16ULL + static_cast<std::uint64_t>(config.sensor))
-                 .bits()) {}
+                 .bits()),
+        sway_(config.sway, derive_key(key_, 0x5BA7)),
+        T_body_sensor_(mount_frame(config.mount)),
+        T_points_sensor_(config.points == PointFrame::kBody ? T_body_sensor_ : Frame{}) {}
 
   void write_trajectory(std::uint32_t day) const {
     std::vector<Frame> truth;
     std::vector<double> stamps;
     for (std::uint32_t scan = 0; scan < config_.scans; ++scan) {
       stamps.push_back(stamp_of(scan));
-      truth.push_back(scene_->sensor_frame(stamps.back()));
+      truth.push_back(sensor_frame(stamps.back()) * T_points_sensor_.inverse());
     }
+    std::vector<Frame> odometry =
+        drifting_odometry(truth, config_.drift, derive_key(key_, 0xD41F7));
+    add_attitude_noise(config_.attitude_noise, kSweepSeconds,
+                       T_body_sensor_ * T_points_sensor_.inverse(), derive_key(key_, 0xA771),
+                       odometry);
+    if (config_.odometry_start == OdometryStart::kIdentity) start_at_identity(odometry);
     writer_.write_times(stamps);
     writer_.write_poses("gt_poses.txt", truth);
-    writer_.write_poses("poses.txt",
-                        drifting_odometry(truth, config_.drift, derive_key(key_, 0xD41F7)));
+    writer_.write_poses("poses.txt", odometry);
     writer_.write_description(config_, day, 100);
   }
 
@@ -96,7 +125,10 @@ class Run {
       moving.set(scene_->during(begin, end, {here.x, here.y}));
       returns.clear();
       scanner.scan(scan, rays, frames, returns);
-      compensate_motion(scan, frames, returns);
+      if (!config_.is_distorted) compensate_motion(scan, frames, returns);
+      if (config_.points == PointFrame::kBody) {
+        for (LidarReturn& r : returns) r.point = T_points_sensor_(r.point);
+      }
       writer_.write_scan(scan, returns);
       const std::lock_guard lock(progress_mutex_);
       ++done_;
@@ -115,11 +147,16 @@ class Run {
     }
   }
 
+  /// T_world_sensor as mounted on the body as it sways.
+  [[nodiscard]] Frame sensor_frame(double time_s) const {
+    return scene_->sensor_frame(time_s) * sway_.at(time_s) * T_body_sensor_;
+  }
+
   [[nodiscard]] SweepFrames sweep_frames(double begin) const {
     constexpr int kParts = 10;
     SweepFrames frames;
     for (int i = 0; i <= kParts; ++i) {
-      frames.push_back(scene_->sensor_frame(begin + kSweepSeconds * i / kParts));
+      frames.push_back(sensor_frame(begin + kSweepSeconds * i / kParts));
     }
     return frames;
   }
@@ -155,6 +192,9 @@ class Run {
   std::unique_ptr<Scene> scene_;
   StaticScene standing_;
   std::uint64_t key_;
+  SwayingBody sway_;
+  Frame T_body_sensor_;
+  Frame T_points_sensor_;
   std::atomic<std::uint32_t> next_{0};
   std::atomic<bool> failed_{false};
   std::mutex progress_mutex_;
@@ -168,6 +208,18 @@ std::optional<DriftPreset> parse_drift(std::string_view name) {
   if (name == "lio") return DriftPreset::kLio;
   if (name == "icp") return DriftPreset::kIcp;
   if (name == "bad") return DriftPreset::kBad;
+  return std::nullopt;
+}
+
+std::optional<OdometryStart> parse_odometry_start(std::string_view name) {
+  if (name == "level") return OdometryStart::kLevel;
+  if (name == "identity") return OdometryStart::kIdentity;
+  return std::nullopt;
+}
+
+std::optional<PointFrame> parse_point_frame(std::string_view name) {
+  if (name == "sensor") return PointFrame::kSensor;
+  if (name == "body") return PointFrame::kBody;
   return std::nullopt;
 }
 

@@ -28,8 +28,43 @@ enum class DriftPreset : std::uint8_t {
   kBad,   ///< 1.5 %, 1 deg, and a wrong climb
 };
 
+/// Pose of the first scan in the odometry frame.
+enum class OdometryStart : std::uint8_t {
+  kLevel,     ///< z against gravity, origin and yaw of the first scan: LiDAR-inertial odometry
+  kIdentity,  ///< the first scan's frame, however it is tilted: LiDAR-only odometry
+};
+
+/// Frame of points and poses.
+enum class PointFrame : std::uint8_t {
+  kSensor,
+  kBody,  ///< level on a level body, origin at the sensor: a tilted sensor's points are rotated
+};
+
 /// Parses "none", "lio", "icp" or "bad".
 std::optional<DriftPreset> parse_drift(std::string_view name);
+/// Parses "level" or "identity".
+std::optional<OdometryStart> parse_odometry_start(std::string_view name);
+/// Parses "sensor" or "body".
+std::optional<PointFrame> parse_point_frame(std::string_view name);
+
+/// Rotation of the sensor on the body (degrees): roll about its own x, then pitch about the body's
+/// y, down positive.
+struct Mount {
+  double roll_deg = 0.0, pitch_deg = 0.0;
+  [[nodiscard]] bool is_level() const { return roll_deg == 0.0 && pitch_deg == 0.0; }
+};
+
+/// Noise of roll and pitch in the odometry's poses, one sigma per axis; the first pose has none.
+struct AttitudeNoise {
+  double sigma_deg = 0.0;
+  double correlated_s = 0.0;  ///< time over which it is correlated; 0: independent per scan
+};
+
+/// Rolling and pitching of the body, which the odometry follows.
+struct Sway {
+  double amplitude_deg = 0.0;
+  double frequency_hz = 0.0;
+};
 
 struct SimulationConfig {
   /// "town": streets with traffic, seen from a car. "campus": halls, paths and a plaza full of
@@ -45,8 +80,14 @@ struct SimulationConfig {
   /// Parked cars, actors and some furniture change from day to day; default: A 0, B 1, C 2.
   std::optional<std::uint32_t> day;
   DriftPreset drift = DriftPreset::kLio;
-  Sampling sampling;          ///< spinning LiDARs only: 256..2048 columns, 8..128 rings
-  std::uint32_t thin = 1;     ///< keeps every n-th column (spinning) or shot; 1..64
+  Mount mount;  ///< angles within 45 degrees
+  OdometryStart odometry_start = OdometryStart::kLevel;
+  PointFrame points = PointFrame::kSensor;
+  AttitudeNoise attitude_noise;  ///< up to 10 degrees, 60 s
+  Sway sway;                     ///< up to 20 degrees, 5 Hz
+  bool is_distorted = false;     ///< leaves the points in the sensor's frames of their own times
+  Sampling sampling;             ///< spinning LiDARs only: 256..2048 columns, 8..128 rings
+  std::uint32_t thin = 1;        ///< keeps every n-th column (spinning) or shot; 1..64
   std::uint32_t threads = 0;  ///< 0: as many as the machine has; the output does not depend on it
 };
 
@@ -54,14 +95,14 @@ struct SimulationConfig {
 using Progress = std::function<void(std::uint32_t done, std::uint32_t total)>;
 
 /// Simulates a run into the folder `out` (made if missing):
-/// - scans/NNNNNN.bin: float32 x y z intensity (0..1), sensor frame, motion-compensated to the
-///   scan's stamp, which is the end of its sweep;
+/// - scans/NNNNNN.bin: float32 x y z intensity (0..1), in the frame that `points` names,
+///   motion-compensated (unless `is_distorted`) to the scan's stamp, the end of its sweep;
 /// - labels/NNNNNN.label: uint32, SemanticKITTI id in the lower half, object id in the upper;
 ///   moving ids (252...) for what moved faster than 0.2 m/s within three seconds; 1 for false
 ///   returns;
-/// - poses.txt: drifting odometry, T_odometry_sensor, KITTI 3x4; the frame is gravity-aligned, with
-///   its origin at the first sensor position and without the first pose's yaw;
-/// - gt_poses.txt: T_world_sensor, in the same frame for all routes and days of a seed;
+/// - poses.txt: drifting odometry of the points' frame, KITTI 3x4; it starts as `odometry_start`
+///   says;
+/// - gt_poses.txt: T_world_points, in the same world for all routes and days of a seed;
 /// - times.txt: stamps in seconds; dataset.json: the configuration.
 /// Deterministic: the same configuration writes the same bytes, whatever `threads`.
 /// Throws SimulationError; files written until then stay.

@@ -65,6 +65,22 @@ TEST_CASE("columns and rings are refused for a pattern without them and outside 
   CHECK(std::filesystem::is_empty(folder.path()));
 }
 
+TEST_CASE("attitudes outside their ranges are refused") {
+  TemporaryDirectory folder;
+  const auto refused = [&](auto change) {
+    SimulationConfig config = tiny_config();
+    change(config);
+    return message_of(config, folder.path());
+  };
+  CHECK_THAT(refused([](auto& c) { c.mount.pitch_deg = 50.0; }), Contains("within 45 degrees"));
+  CHECK_THAT(refused([](auto& c) { c.mount.roll_deg = -50.0; }), Contains("within 45 degrees"));
+  CHECK_THAT(refused([](auto& c) { c.attitude_noise.sigma_deg = -1.0; }), Contains("noise"));
+  CHECK_THAT(refused([](auto& c) { c.attitude_noise.correlated_s = 61.0; }), Contains("seconds"));
+  CHECK_THAT(refused([](auto& c) { c.sway.amplitude_deg = 21.0; }), Contains("sway"));
+  CHECK_THAT(refused([](auto& c) { c.sway.amplitude_deg = 2.0; }), Contains("frequency"));
+  CHECK(std::filesystem::is_empty(folder.path()));
+}
+
 TEST_CASE("a file where the folder should be is reported by name") {
   TemporaryDirectory folder;
   const auto blocked = folder.path() / "blocked";
