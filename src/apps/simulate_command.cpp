@@ -139,12 +139,13 @@ void add_attitude(CLI::App& command, SimulateOptions& options) {
 
 void register_simulate(CLI::App& app) {
   auto options = std::make_shared<SimulateOptions>();
-  CLI::App* command = app.add_subcommand(
-      "simulate", "Simulate a recording in a town or a campus: scans, labels, odometry, truth");
+  CLI::App* command =
+      app.add_subcommand("simulate", "Simulate a recording: scans, labels, odometry, truth");
   simulator::SimulationConfig& config = options->config;
   command
       ->add_option("--scene", config.scene,
-                   "town: streets, seen from a car; campus: pedestrians all around a small robot")
+                   "town: streets, seen from a car; campus: pedestrians all around a small robot; "
+                   "deck: parked cars and walkers under a low ceiling")
       ->capture_default_str();
   command->add_option("--sensor", options->sensor, known_sensors())->capture_default_str();
   command->add_option("--route", options->route, "A, B or C: tours that share their first round")

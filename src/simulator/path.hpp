@@ -34,6 +34,9 @@ class Path {
   bool closed_ = false;
 };
 
+/// A closed path around a polygon, its corners rounded as people walk.
+Path rounded_loop(const std::vector<Vec2>& corners);
+
 /// Value at a fractional index of at least two samples: the first before them, beyond them the line
 /// through the last two.
 double interpolate(std::span<const double> samples, double index);

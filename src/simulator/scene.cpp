@@ -11,7 +11,8 @@ struct Entry {
   std::unique_ptr<Scene> (*make)(const Visit& visit);
 };
 
-constexpr Entry kScenes[] = {{"town", make_town_scene}, {"campus", make_campus_scene}};
+constexpr Entry kScenes[] = {
+    {"town", make_town_scene}, {"campus", make_campus_scene}, {"deck", make_deck_scene}};
 
 const Entry* find_scene(std::string_view name) {
   const auto* found = std::find_if(std::begin(kScenes), std::end(kScenes),

@@ -43,5 +43,6 @@ std::unique_ptr<Scene> make_scene(std::string_view name, const Visit& visit);
 
 std::unique_ptr<Scene> make_town_scene(const Visit& visit);
 std::unique_ptr<Scene> make_campus_scene(const Visit& visit);
+std::unique_ptr<Scene> make_deck_scene(const Visit& visit);
 
 }  // namespace unimapper::simulator

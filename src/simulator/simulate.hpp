@@ -69,6 +69,7 @@ struct Sway {
 struct SimulationConfig {
   /// "town": streets with traffic, seen from a car. "campus": halls, paths and a plaza full of
   /// pedestrians, some of whom walk with the robot; its sensor is 1 m above the ground.
+  /// "deck": a parking deck with a ceiling of 2.5 to 3.5 m.
   std::string scene = "town";
   SensorKind sensor = SensorKind::kOs2_128;
   /// 'A', 'B' or 'C': tours through the same scene. A and B run the same way round, C against

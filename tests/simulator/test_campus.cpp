@@ -186,7 +186,7 @@ TEST_CASE("companions stay beside and behind the robot, a guide ahead, all other
     const Actor& actor = crowd.actors[i];
     for (std::size_t tick = 160; Actors::time_of(tick) < kDuration; tick += 5) {
       const Frame sensor = robot.sensor_frame(Actors::time_of(tick));
-      const Vec2 at = campus::position(actor, tick);
+      const Vec2 at = position(actor, tick);
       const Vec3 offset = sensor.rotate_back(Vec3{at.x, at.y, sensor.origin.z} - sensor.origin);
       const double distance = norm(Vec2{offset.x, offset.y});
       CHECK_FALSE(distance < 0.5);
@@ -209,8 +209,8 @@ TEST_CASE("no person walks through a wall or above the ground") {
   std::vector<std::pair<Vec3, Vec3>> downwards;
   for (const Actor& actor : crowd.actors) {
     for (std::size_t tick = 20; tick < actor.travelled.size(); tick += 20) {
-      const Vec3 from = built.campus.plan.ground(campus::position(actor, tick - 20), 1.2);
-      const Vec3 to = built.campus.plan.ground(campus::position(actor, tick), 1.2);
+      const Vec3 from = built.campus.plan.ground(position(actor, tick - 20), 1.2);
+      const Vec3 to = built.campus.plan.ground(position(actor, tick), 1.2);
       downwards.emplace_back(to, to - Vec3{0, 0, 3.0});
       if (norm(to - from) > 0.01) steps.emplace_back(from, to);
     }

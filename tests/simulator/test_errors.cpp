@@ -32,7 +32,7 @@ TEST_CASE("an unknown scene, route, sensor or a senseless number is refused") {
   SimulationConfig config = tiny_config();
   config.scene = "moon";
   CHECK_THAT(message_of(config, folder.path()),
-             Contains("unknown scene 'moon'; there are: town, campus"));
+             Contains("unknown scene 'moon'; there are: town, campus, deck"));
   config = tiny_config();
   config.route = 'Z';
   CHECK_THAT(message_of(config, folder.path()), Contains("unknown route 'Z'"));

@@ -2,11 +2,7 @@
 #pragma once
 
 #include "robot_walk.hpp"
-#include "src/simulator/actors.hpp"
-
-namespace unimapper::simulator {
-class Random;
-}
+#include "src/simulator/strolling.hpp"
 
 namespace unimapper::simulator::campus {
 
@@ -27,10 +23,6 @@ void add_gatherings(const Plan& plan, std::size_t ticks, Random& random, ActorSe
 void add_strollers(const Plan& plan, const RobotWalk& robot, std::size_t ticks, Random& random,
                    ActorSet& crowd);
 
-/// A person of random shape and size on `path`.
-Actor make_person(const Path& path, Random& random);
-/// Where an actor is at a tick.
-Vec2 position(const Actor& actor, std::size_t tick);
 /// True if a disc lies on the plaza and touches neither a fixture nor the queue.
 bool is_clear_on_plaza(const Plan& plan, Vec2 at, double radius);
 

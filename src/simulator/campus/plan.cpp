@@ -83,33 +83,6 @@ double nearest_point(const Path& path, Vec2 at) { return norm(path.at(path.neare
 
 }  // namespace
 
-Path rounded_loop(const std::vector<Vec2>& corners) {
-  constexpr double kStep = 0.5;
-  constexpr int kHalf = 5;  // moving average over five metres, twice
-  std::vector<Vec2> points;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const Vec2 from = corners[i];
-    const Vec2 to = corners[(i + 1) % corners.size()];
-    const int parts = std::max(1, static_cast<int>(norm(to - from) / kStep));
-    for (int k = 0; k < parts; ++k) {
-      points.push_back(from + (static_cast<double>(k) / parts) * (to - from));
-    }
-  }
-  const int count = static_cast<int>(points.size());
-  for (int pass = 0; pass < 2; ++pass) {
-    std::vector<Vec2> smooth(points.size());
-    for (int i = 0; i < count; ++i) {
-      Vec2 sum{};
-      for (int k = -kHalf; k <= kHalf; ++k) {
-        sum = sum + points[static_cast<std::size_t>((i + k + count) % count)];
-      }
-      smooth[static_cast<std::size_t>(i)] = (1.0 / (2 * kHalf + 1)) * sum;
-    }
-    points = std::move(smooth);
-  }
-  return {std::move(points), true};
-}
-
 Plan::Plan(std::uint64_t seed) {
   Random random(seed, Stream::kPlan, 1);
   stretch_ = {random.uniform(0.98, 1.1), random.uniform(0.98, 1.1)};

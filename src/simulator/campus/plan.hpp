@@ -126,7 +126,4 @@ class Plan : public Terrain {
   std::vector<Path> tours_, walks_;
 };
 
-/// A closed path around a polygon, its corners rounded as people walk.
-Path rounded_loop(const std::vector<Vec2>& corners);
-
 }  // namespace unimapper::simulator::campus

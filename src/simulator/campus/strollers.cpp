@@ -1,4 +1,4 @@
-// Pedestrian, cyclist and van motion along closed paths with collision avoidance.
+// Groups of persons, cyclists and vans on the campus and their paths.
 #include <algorithm>
 #include <iterator>
 
@@ -8,67 +8,29 @@
 namespace unimapper::simulator::campus {
 namespace {
 
-constexpr double kPersonRadius = 0.3;
-constexpr double kAbreast = 0.62;  // metres between persons side by side
-
-/// A group of persons, a cyclist or a van: one body on a closed path.
-struct Stroller {
-  ActorKind kind = ActorKind::kPerson;
-  const Path* path = nullptr;
-  std::uint32_t size = 1;
-  double cruise = 1.2;
-  double home = 0.0;        ///< metres left of the path
-  double room = 0.8;        ///< how far it may step aside
-  double departs_s = -1e9;  ///< stands until then
-  double pauses_per_s = 0.0;
-  double radius = kPersonRadius;
-  double half_length = 0.0;
-  double at = 0.0, speed = 0.0, side = 0.0;
-  double pause_until_s = -1e9;
-  double blocked_s = 0.0;  ///< duration of the current obstruction
-  std::vector<float> travelled, sidestep;
-};
-
-/// A disc that others walk around.
-struct Body {
-  Vec2 at;
-  double radius;
-  std::size_t owner;
-};
-constexpr std::size_t kRobot = static_cast<std::size_t>(-1);
-constexpr std::size_t kOthers = static_cast<std::size_t>(-2);
-
-struct Steering {
-  double push = 0.0;  ///< to the left
-  double pace = 1.0;  ///< share of the wished speed
-};
-
 class Strollers {
  public:
   Strollers(const Plan& plan, const RobotWalk& robot, std::size_t ticks, Random& random,
             ActorSet& crowd)
-      : plan_(plan), robot_(robot), ticks_(ticks), random_(random), crowd_(crowd) {}
+      : plan_(plan),
+        strolling_([&robot](double time_s) { return robot.at(time_s); }, ticks, random, crowd),
+        random_(random),
+        crowd_(crowd) {}
 
   void add_on_plaza(int groups);
   void add_on_paths(int groups);
   void add_cyclists(int count);
   void add_vans();
-  void walk();
-  void make_actors();
+  void run() { strolling_.run(); }
 
  private:
   [[nodiscard]] Stroller group_on(const Path& path);
   [[nodiscard]] bool make_plaza_loop();
-  [[nodiscard]] std::vector<Body> bodies_at(std::size_t tick) const;
-  [[nodiscard]] Steering steer(std::size_t self, const std::vector<Body>& bodies) const;
-  void step(Stroller& stroller, const Steering& steering, double time_s);
 
   const Plan& plan_;
-  const RobotWalk& robot_;
-  std::size_t ticks_;
+  Strolling strolling_;
   Random& random_;
   ActorSet& crowd_;
-  std::vector<Stroller> strollers_;
 };
 
 Stroller Strollers::group_on(const Path& path) {
@@ -113,7 +75,7 @@ bool Strollers::make_plaza_loop() {
 void Strollers::add_on_plaza(int groups) {
   for (int tries = 0; tries < 40 * groups && groups > 0; ++tries) {
     if (!make_plaza_loop()) continue;
-    strollers_.push_back(group_on(crowd_.paths.back()));
+    strolling_.add(group_on(crowd_.paths.back()));
     --groups;
   }
 }
@@ -136,7 +98,7 @@ void Strollers::add_on_paths(int groups) {
     Stroller s = group_on(crowd_.paths.back());
     s.home = s.size > 2 ? 0.0 : -0.4;
     s.room = s.size > 2 ? 0.35 : 0.7;
-    strollers_.push_back(std::move(s));
+    strolling_.add(std::move(s));
   }
 }
 
@@ -152,7 +114,7 @@ void Strollers::add_cyclists(int count) {
     s.radius = 0.4;
     s.half_length = 0.9;
     s.at = random_.uniform(0.0, s.path->length());
-    strollers_.push_back(std::move(s));
+    strolling_.add(std::move(s));
   }
 }
 
@@ -169,115 +131,11 @@ void Strollers::add_vans() {
     s.half_length = 2.7;
     s.pauses_per_s = 1.0 / 40.0;
     s.at = at;
-    strollers_.push_back(std::move(s));
+    strolling_.add(std::move(s));
   };
   add(walks.back(), random_.uniform(0.0, walks.back().length()));
   const Path& past_plaza = walks[Plan::kPastPlaza];
   add(past_plaza, past_plaza.nearest(plan_.bridge().centre()));
-}
-
-std::vector<Body> Strollers::bodies_at(std::size_t tick) const {
-  std::vector<Body> bodies{{robot_.at(Actors::time_of(tick)), 0.45, kRobot}};
-  for (const Actor& actor : crowd_.actors) {
-    bodies.push_back({position(actor, tick), kPersonRadius, kOthers});
-  }
-  for (std::size_t i = 0; i < strollers_.size(); ++i) {
-    const Stroller& s = strollers_[i];
-    const Vec2 heading = s.path->heading(s.at, 0.6);
-    const Vec2 at = s.path->at(s.at) + (s.home + s.side) * left_of(heading);
-    if (s.half_length < 1.0) {
-      bodies.push_back({at, s.radius, i});
-      continue;
-    }
-    for (const double offset : {-0.6, 0.0, 0.6}) {
-      bodies.push_back({at + (offset * s.half_length) * heading, s.radius, i});
-    }
-  }
-  return bodies;
-}
-
-/// Steers away from bodies ahead, to the right of oncoming ones, and slows down near them.
-Steering Strollers::steer(std::size_t self, const std::vector<Body>& bodies) const {
-  constexpr double kComfort = 0.25;
-  constexpr double kSeesRobotBehind = 2.5;
-  const Stroller& s = strollers_[self];
-  const Vec2 heading = s.path->heading(s.at, 0.6);
-  const Vec2 here = s.path->at(s.at) + (s.home + s.side) * left_of(heading);
-  const double look = s.half_length + 1.2 + 1.5 * s.cruise;
-  Steering result;
-  for (const Body& body : bodies) {
-    const Vec2 offset = body.at - here;
-    if (body.owner == self || dot(offset, offset) > look * look) continue;
-    const double width = s.radius + body.radius;
-    const double ahead = dot(offset, heading);
-    const double across = cross(heading, offset);
-    const double behind = body.owner == kRobot ? kSeesRobotBehind : width;
-    const double overlap = width + kComfort - std::abs(across);
-    if (ahead < -behind || overlap <= 0.0) continue;
-    const double nearness = 1.0 - std::clamp((std::abs(ahead) - width) / look, 0.0, 1.0);
-    result.push += (across > -0.05 ? -1.0 : 1.0) * overlap * nearness;
-    const double gap = ahead - width - s.half_length;
-    if (ahead > 0.0 && std::abs(across) < 0.85 * width) {
-      result.pace = std::min(result.pace, std::clamp(gap / (0.7 * s.cruise), 0.0, 1.0));
-    }
-  }
-  return result;
-}
-
-void Strollers::step(Stroller& s, const Steering& steering, double time_s) {
-  constexpr double kPatience = 3.0;
-  constexpr double kSqueeze = 1.5;  // seconds of squeezing through a jam
-  constexpr double kAcceleration = 1.5;
-  s.travelled.push_back(static_cast<float>(s.at));
-  s.sidestep.push_back(static_cast<float>(s.side));
-  if (s.pauses_per_s > 0.0 && time_s > s.pause_until_s &&
-      random_.chance(Actors::kTick * s.pauses_per_s)) {
-    s.pause_until_s = time_s + random_.uniform(4.0, 15.0);
-  }
-  const bool rests = time_s < s.departs_s || time_s < s.pause_until_s;
-  double pace = steering.pace;
-  s.blocked_s = !rests && pace < 0.2 ? s.blocked_s + Actors::kTick : 0.0;
-  if (s.kind == ActorKind::kPerson && s.blocked_s > kPatience) pace = 0.4;
-  if (s.blocked_s > kPatience + kSqueeze) s.blocked_s = 0.0;
-  const double wish = rests ? 0.0 : pace * s.cruise;
-  s.speed += std::clamp(wish - s.speed, -2.0 * kAcceleration * Actors::kTick,
-                        kAcceleration * Actors::kTick);
-  s.at += s.speed * Actors::kTick;
-  if (rests) return;  // standing groups are obstacles to the others
-  const double drift = std::clamp(1.5 * steering.push - 0.5 * s.side, -0.6, 0.6);
-  s.side = std::clamp(s.side + drift * Actors::kTick, -s.room, s.room);
-}
-
-void Strollers::walk() {
-  std::vector<Steering> steering(strollers_.size());
-  for (std::size_t tick = 0; tick < ticks_; ++tick) {
-    const std::vector<Body> bodies = bodies_at(tick);
-    for (std::size_t i = 0; i < strollers_.size(); ++i) steering[i] = steer(i, bodies);
-    for (std::size_t i = 0; i < strollers_.size(); ++i) {
-      step(strollers_[i], steering[i], Actors::time_of(tick));
-    }
-  }
-}
-
-/// Every member of a group becomes an actor.
-void Strollers::make_actors() {
-  for (Stroller& s : strollers_) {
-    for (std::uint32_t member = 0; member < s.size; ++member) {
-      Actor actor = make_person(*s.path, random_);
-      actor.kind = s.kind;
-      if (s.kind != ActorKind::kPerson) actor.scale = 1.0;
-      const std::uint32_t abreast = std::min(s.size, 3U);
-      const std::uint32_t column = member % 3;
-      actor.lateral = s.home + kAbreast * (column - 0.5 * (abreast - 1));
-      actor.travelled = s.travelled;
-      actor.sidestep = s.sidestep;
-      const bool is_alone = s.size == 1;
-      const auto behind =
-          static_cast<float>(is_alone ? 0.0 : 0.85 * (member / 3) + random_.uniform(0.0, 0.25));
-      for (float& value : actor.travelled) value -= behind;
-      crowd_.actors.push_back(std::move(actor));
-    }
-  }
 }
 
 }  // namespace
@@ -289,8 +147,7 @@ void add_strollers(const Plan& plan, const RobotWalk& robot, std::size_t ticks, 
   strollers.add_on_paths(90);
   strollers.add_cyclists(9);
   strollers.add_vans();
-  strollers.walk();
-  strollers.make_actors();
+  strollers.run();
 }
 
 }  // namespace unimapper::simulator::campus
