@@ -26,6 +26,10 @@ class ActorScene : public Scene {
                                                    Vec2 around) const override {
     return actors_.during(begin_s, end_s, around);
   }
+  [[nodiscard]] std::vector<ObjectMotion> motions(
+      const std::vector<double>& stamps_s) const override {
+    return actors_.motions(stamps_s);
+  }
 
  private:
   Model model_;

@@ -90,6 +90,27 @@ Actors::Actors(const Prototypes& prototypes, const Terrain& terrain, ActorSet se
   }
 }
 
+std::vector<ObjectMotion> Actors::motions(const std::vector<double>& stamps_s) const {
+  constexpr auto kScanTicks = static_cast<std::size_t>(0.1 / kTick + 0.5);
+  std::vector<ObjectMotion> result;
+  for (const Actor& actor : set_.actors) {
+    bool was_moving = false;
+    for (std::size_t scan = 0; scan < stamps_s.size(); ++scan) {
+      const auto last = std::min(static_cast<std::size_t>((stamps_s[scan] + kWarmUp) / kTick + 0.5),
+                                 actor.travelled.size() - 1);
+      bool moves = false;
+      for (std::size_t tick = last + 1 - kScanTicks; tick <= last; ++tick) {
+        moves = moves || speed_at(actor, tick) > kMovingSpeed;
+      }
+      const auto number = static_cast<std::uint32_t>(scan);
+      if (moves && !was_moving) result.push_back({actor.object, number, number});
+      if (moves) result.back().last_scan = number;
+      was_moving = moves;
+    }
+  }
+  return result;
+}
+
 double Actors::travelled(const Actor& actor, double time_s) const {
   return at_time(actor.travelled, time_s);
 }

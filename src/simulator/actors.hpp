@@ -7,6 +7,7 @@
 
 #include "path.hpp"
 #include "raycast.hpp"
+#include "scene.hpp"
 #include "terrain.hpp"
 #include "world.hpp"
 
@@ -41,6 +42,9 @@ class Actors {
 
   /// Instances near `around` during the sweep [begin_s, end_s], with its label.
   [[nodiscard]] std::vector<MovingInstance> during(double begin_s, double end_s, Vec2 around) const;
+
+  /// When each actor is faster than 0.2 m/s, for scans that end at `stamps_s`.
+  [[nodiscard]] std::vector<ObjectMotion> motions(const std::vector<double>& stamps_s) const;
 
   [[nodiscard]] const std::vector<Actor>& actors() const { return set_.actors; }
 

@@ -127,6 +127,15 @@ void RunWriter::write_poses(const char* name, const std::vector<Frame>& poses) c
   write_text(folder_ / name, text);
 }
 
+void RunWriter::write_motions(const std::vector<ObjectMotion>& motions) const {
+  std::string text;
+  for (const ObjectMotion& motion : motions) {
+    text += std::to_string(motion.object) + ' ' + std::to_string(motion.first_scan) + ' ' +
+            std::to_string(motion.last_scan) + '\n';
+  }
+  write_text(folder_ / "motion.txt", text);
+}
+
 void RunWriter::write_times(const std::vector<double>& stamps_s) const {
   std::string text;
   for (const double stamp : stamps_s) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "scanner.hpp"
+#include "scene.hpp"
 #include "simulate.hpp"
 
 namespace unimapper::simulator {
@@ -17,6 +18,7 @@ class RunWriter {
   /// Scan and labels of scan `index`; thread safe for different scans.
   void write_scan(std::uint32_t index, const std::vector<LidarReturn>& returns) const;
   void write_poses(const char* name, const std::vector<Frame>& poses) const;
+  void write_motions(const std::vector<ObjectMotion>& motions) const;
   void write_times(const std::vector<double>& stamps_s) const;
   void write_description(const SimulationConfig& config, std::uint32_t day,
                          std::uint32_t first_stamp_ms) const;

@@ -19,6 +19,12 @@ struct Visit {
   double duration_s;
 };
 
+/// Scans during which an object moves, first and last included.
+struct ObjectMotion {
+  std::uint16_t object;
+  std::uint32_t first_scan, last_scan;
+};
+
 class Scene {
  public:
   Scene() = default;
@@ -33,6 +39,9 @@ class Scene {
   /// Moving instances near `around` during the sweep [begin_s, end_s]; thread safe.
   [[nodiscard]] virtual std::vector<MovingInstance> during(double begin_s, double end_s,
                                                            Vec2 around) const = 0;
+  /// When each object moves, for scans that end at `stamps_s`; ordered by object and scan.
+  [[nodiscard]] virtual std::vector<ObjectMotion> motions(
+      const std::vector<double>& stamps_s) const = 0;
 };
 
 /// Names of all scenes, comma separated.
@@ -44,5 +53,10 @@ std::unique_ptr<Scene> make_scene(std::string_view name, const Visit& visit);
 std::unique_ptr<Scene> make_town_scene(const Visit& visit);
 std::unique_ptr<Scene> make_campus_scene(const Visit& visit);
 std::unique_ptr<Scene> make_deck_scene(const Visit& visit);
+std::unique_ptr<Scene> make_square_scene(const Visit& visit);
+std::unique_ptr<Scene> make_convoy_scene(const Visit& visit);
+std::unique_ptr<Scene> make_street_scene(const Visit& visit);
+std::unique_ptr<Scene> make_tunnel_scene(const Visit& visit);
+std::unique_ptr<Scene> make_hall_scene(const Visit& visit);
 
 }  // namespace unimapper::simulator

@@ -108,6 +108,25 @@ TEST_CASE("evaluate dynamic reports both protocols in percent") {
   CHECK(json["scans"] == 2);
 }
 
+TEST_CASE("evaluate dynamic reports what began to move where the recording says when") {
+  TemporaryDirectory folder;
+  write_dataset(folder.path() / "d", {at(0), at(1)}, {{10, 0, 0, 0}, {20, 0, 0, 0}},
+                {254U | (5U << 16U), 50});
+  write_run_labels(folder.path() / "r", 2, {251, 9});
+  const auto json = [&] {
+    return Json::parse(evaluate_dynamic({folder.path() / "d", folder.path() / "r"}));
+  };
+  CHECK(json()["since_motion"].is_null());
+  write_lines(folder.path() / "d" / "motion.txt", "5 1 1\n");
+  const Json since = json()["since_motion"];
+  CHECK(since["dynamic_points"] == 1);
+  CHECK(since["DA"] == 100.0);
+  CHECK(since["moving"]["dynamic_points"] == 1);
+  CHECK(since["before"]["dynamic_points"] == 1);
+  write_lines(folder.path() / "d" / "motion.txt", "5 1 1\n5 4\n");
+  CHECK_THROWS_WITH(json(), Catch::Matchers::Contains("line 2"));
+}
+
 TEST_CASE("evaluate dynamic scores the first scans alone where asked to") {
   TemporaryDirectory folder;
   write_dataset(folder.path() / "d", {at(0), at(1)}, {{10, 0, 0, 0}}, {50});

@@ -237,6 +237,48 @@ TEST_CASE("objects that stood while they were seen are told from those that move
   CHECK(score_by_motion(source).standing.dynamic_points == 0);
 }
 
+TEST_CASE("objects count as dynamic from when they begin to move after they were first seen") {
+  MemorySource source;
+  for (int i = 0; i < 6; ++i) {
+    LabelledScan scan;
+    // Stands until scan 2, moves in 3, pauses from 4 on with a static label.
+    scan.add({10.0F, 0.0F, 0.0F}, (i < 4 ? 252U : 10U) | (7U << 16U), i >= 3 ? kRemoved : kKept);
+    // Moved in scan 0 only, before it was first seen.
+    if (i > 0) scan.add({0.0F, 10.0F, 0.0F}, 254U | (8U << 16U), kKept);
+    scan.add({0.0F, 20.0F, 0.0F}, 10U | (9U << 16U), kKept);  // parked
+    scan.add({0.0F, 30.0F, 0.0F}, 50U, i == 0 ? kRemoved : kKept);
+    scan.add({0.0F, 40.0F, 0.0F}, 0U, kKept);
+    source.scans.push_back(scan);
+  }
+  const std::vector<MotionInterval> motions = {{7, 3, 3}, {8, 0, 0}};
+  const SinceMotionScore score = score_since_motion(source, motions);
+  CHECK(score.since.total.dynamic_points == 3);
+  CHECK(score.since.total.dynamic_removed == 3);
+  CHECK(score.since.total.static_points == 12);
+  CHECK(score.since.total.static_kept == 11);
+  CHECK(score.since.ignored == 6);
+  CHECK(score.moving.dynamic_points == 1);
+  CHECK(score.paused.dynamic_points == 2);
+  CHECK(score.before.dynamic_points == 3 + 5);
+  CHECK(score.before.dynamic_removed == 0);
+  CHECK(score.since.by_class[class_of(252)].dynamic_points == 3);
+  // Without any motion, the dynamic labels are all before it.
+  CHECK(score_since_motion(source, {}).since.total.dynamic_points == 0);
+}
+
+TEST_CASE("an object that moves unseen between two sightings has begun to move") {
+  MemorySource source;
+  for (int i = 0; i < 6; ++i) {
+    LabelledScan scan;
+    if (i == 0 || i == 5) scan.add({10.0F, 0.0F, 0.0F}, 30U | (7U << 16U), kKept);
+    source.scans.push_back(scan);
+  }
+  const std::vector<MotionInterval> motions = {{7, 2, 3}};
+  const SinceMotionScore score = score_since_motion(source, motions);
+  CHECK(score.since.total.static_points == 1);
+  CHECK(score.paused.dynamic_points == 1);
+}
+
 TEST_CASE("an object seen ever less stands still if its remaining points stay") {
   // A bus fills thirty cells in the scan where it is seen best, and three in the other: all three
   // were filled before. It stands, whether it comes into view or leaves it.

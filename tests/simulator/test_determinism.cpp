@@ -43,7 +43,7 @@ TEST_CASE("the same seed writes the same bytes, whatever the number of threads")
   config.threads = 3;
   simulate(config, again.path());
   const auto files = contents(once.path());
-  REQUIRE(files.size() == 2 * 5 + 4);
+  REQUIRE(files.size() == 2 * 5 + 5);
   const auto repeated = contents(again.path());
   REQUIRE(repeated.size() == files.size());
   for (std::size_t i = 0; i < files.size(); ++i) {

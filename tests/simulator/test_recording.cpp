@@ -157,6 +157,43 @@ TEST_CASE("scans agree with the true poses and slowly diverge with the odometry"
   CHECK(error(kScans - 1) < 5.0);
 }
 
+TEST_CASE("what is labelled as moving moves within three seconds, and what moves is labelled so") {
+  SimulationConfig config = recording_config();
+  config.scene = "campus";
+  const Recording run(config);
+  std::map<int, std::vector<std::pair<int, int>>> motions;
+  std::ifstream file(run.folder.path() / "motion.txt");
+  for (int object = 0, first = 0, last = 0; file >> object >> first >> last;) {
+    CHECK(first <= last);
+    CHECK(last < static_cast<int>(kScans));
+    auto& stretches = motions[object];
+    if (!stretches.empty()) CHECK(stretches.back().second + 1 < first);
+    stretches.emplace_back(first, last);
+  }
+  REQUIRE(motions.size() > 20);
+  int standing_but_labelled = 0;
+  for (int scan = 0; scan < static_cast<int>(kScans); ++scan) {
+    const auto moves_within = [&](int object, int margin) {
+      const auto& stretches = motions[object];
+      return std::any_of(stretches.begin(), stretches.end(), [&](const auto& stretch) {
+        return stretch.first - margin <= scan && scan <= stretch.second + margin;
+      });
+    };
+    for (const LabelledPoint& p : run.scans[static_cast<std::size_t>(scan)]) {
+      if (p.object < 20000) continue;
+      if (moves_within(p.object, 0)) {
+        CHECK_FALSE(!is_moving(p));
+      } else {
+        // The first and the last three seconds have motion outside the recording.
+        const bool is_inside = scan > 31 && scan + 31 < static_cast<int>(kScans);
+        CHECK_FALSE((is_inside && is_moving(p) && !moves_within(p.object, 31)));
+        standing_but_labelled += is_moving(p) ? 1 : 0;
+      }
+    }
+  }
+  CHECK(standing_but_labelled > 0);
+}
+
 TEST_CASE("stamps are ten a second and every sensor records") {
   const SensorKind sensor =
       GENERATE(SensorKind::kHdl64e, SensorKind::kVlp16, SensorKind::kOs1_64,

@@ -116,6 +116,30 @@ struct MotionScore {
 /// set; points without instance count as moving. O(points).
 [[nodiscard]] MotionScore score_by_motion(ScanSource& source, std::size_t stretch = 10);
 
+/// Scans during which an object moves, first and last included.
+struct MotionInterval {
+  std::uint32_t object = 0;    ///< instance number
+  std::size_t first_scan = 0;  ///< of the motion
+  std::size_t last_scan = 0;   ///< of the motion
+};
+
+/// Points by what had begun to move when they were seen.
+struct SinceMotionScore {
+  /// Dynamic: points of objects from when they first begin to move, pauses included, whatever
+  /// their label. Static: points with a static label of everything else.
+  DynamicScore since;
+  Tally moving;  ///< of the dynamic ones, those whose object moves in that very scan
+  Tally paused;  ///< of the dynamic ones, the others
+  Tally before;  ///< points with a dynamic label of objects that have not begun to move
+};
+
+/// Counts objects as dynamic from when they begin to move: in the first scan of `motions` in which
+/// an object moves and before which, or in which, it was seen. What it did before it was first
+/// seen does not count. Points with a dynamic label but without instance count as moving.
+/// O(points log objects).
+[[nodiscard]] SinceMotionScore score_since_motion(ScanSource& source,
+                                                  std::span<const MotionInterval> motions);
+
 /// Parameters of the protocol of DynamicMap_Benchmark.
 struct BenchmarkConfig {
   float neighbour_m = 0.05F;  ///< a point this near to a kept point counts as kept

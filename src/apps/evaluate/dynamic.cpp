@@ -4,6 +4,7 @@
 #include "src/apps/evaluate/evaluate.hpp"
 #include "src/apps/evaluate/json.hpp"
 #include "src/apps/evaluate/labelled_run.hpp"
+#include "src/apps/evaluate/motions.hpp"
 #include "src/apps/evaluate/pictures.hpp"
 
 namespace unimapper::apps {
@@ -24,12 +25,16 @@ std::string evaluate_dynamic(const EvaluateDynamicOptions& options) {
                              ": holds no ground-truth labels to compare the run with");
   }
   const evaluate::MotionScore motion = evaluate::score_by_motion(source);
+  std::optional<evaluate::SinceMotionScore> since_motion;
+  if (const auto motions = read_motions(options.truth)) {
+    since_motion = evaluate::score_since_motion(source, *motions);
+  }
   evaluate::BenchmarkConfig config;
   config.neighbour_m = options.neighbour_m;
   config.max_range_m = options.max_range_m;
   const evaluate::BenchmarkScore benchmark = evaluate::score_benchmark(source, config);
   if (!options.pictures.empty()) write_pictures(source, options.pictures, options.worst);
-  return dynamic_json(options, source.scan_count(), points, motion, benchmark);
+  return dynamic_json(options, source.scan_count(), points, motion, since_motion, benchmark);
 }
 
 }  // namespace unimapper::apps

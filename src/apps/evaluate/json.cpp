@@ -46,6 +46,14 @@ Json dynamic_figures(const evaluate::DynamicScore& score) {
   return json;
 }
 
+Json since_motion_figures(const evaluate::SinceMotionScore& score) {
+  Json json = dynamic_figures(score.since);
+  json["moving"] = dynamic_accuracy(score.moving);
+  json["paused"] = dynamic_accuracy(score.paused);
+  json["before"] = dynamic_accuracy(score.before);
+  return json;
+}
+
 void add_loop_figures(Json& json, const evaluate::LoopFigures& figures, const std::string& suffix,
                       bool curve) {
   const evaluate::PrecisionRecall& point = figures.operating_point;
@@ -75,6 +83,7 @@ Json error_figures(const evaluate::ErrorStatistics& s) {
 
 std::string dynamic_json(const EvaluateDynamicOptions& options, std::size_t scans,
                          const evaluate::DynamicScore& points, const evaluate::MotionScore& motion,
+                         const std::optional<evaluate::SinceMotionScore>& since_motion,
                          const evaluate::BenchmarkScore& benchmark) {
   Json json = dynamic_figures(points);
   json["moving"] = dynamic_accuracy(motion.moving);
@@ -85,6 +94,7 @@ std::string dynamic_json(const EvaluateDynamicOptions& options, std::size_t scan
     if (tally.dynamic_points == 0) continue;
     moving_classes[std::string(evaluate::class_name(c))] = dynamic_accuracy(tally);
   }
+  json["since_motion"] = since_motion ? since_motion_figures(*since_motion) : Json();
   json["unit"] = "percent";
   json["scans"] = scans;
   Json& bench = json["benchmark"] = dynamic_figures(benchmark.score);

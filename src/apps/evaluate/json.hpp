@@ -31,6 +31,7 @@ struct SessionPair {
 
 std::string dynamic_json(const EvaluateDynamicOptions& options, std::size_t scans,
                          const evaluate::DynamicScore& points, const evaluate::MotionScore& motion,
+                         const std::optional<evaluate::SinceMotionScore>& since_motion,
                          const evaluate::BenchmarkScore& benchmark);
 std::string loops_json(const EvaluateLoopsOptions& options, const evaluate::LoopScore& score);
 std::string trajectory_json(const std::vector<SessionTrajectory>& sessions,
