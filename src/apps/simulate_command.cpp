@@ -145,7 +145,9 @@ void register_simulate(CLI::App& app) {
   command
       ->add_option("--scene", config.scene,
                    "town: streets, seen from a car; campus: pedestrians all around a small robot; "
-                   "deck: parked cars and walkers under a low ceiling")
+                   "deck: parked cars and walkers under a low ceiling; square: dense crowd; "
+                   "convoy: the town, stop-and-go; street: walkers beside surfaces first seen with "
+                   "them, parked trucks, thin poles; tunnel; hall")
       ->capture_default_str();
   command->add_option("--sensor", options->sensor, known_sensors())->capture_default_str();
   command->add_option("--route", options->route, "A, B or C: tours that share their first round")

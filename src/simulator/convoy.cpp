@@ -6,7 +6,7 @@ double Convoy::travelled(int vehicle, double time_s) const {
   if (vehicle == 0) return robot_.travelled(time_s);
   const double breathing = 0.5 * std::sin(0.21 * time_s + phase_ * vehicle);
   const double gap = gap_s_[static_cast<std::size_t>(vehicle)] + breathing;
-  return robot_.travelled(time_s + gap);
+  return robot_.travelled(time_s + gap) + gap_m_[static_cast<std::size_t>(vehicle)];
 }
 
 Vec2 Convoy::position(int vehicle, double time_s) const {

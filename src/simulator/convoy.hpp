@@ -11,8 +11,13 @@ namespace unimapper::simulator {
 /// motion is fixed; all other actors give way.
 class Convoy {
  public:
-  Convoy(const RobotMotion& robot, double gap_ahead_s, double gap_behind_s, double phase)
-      : robot_(robot), gap_s_{0.0, gap_ahead_s, -gap_behind_s}, phase_(phase) {}
+  /// The gaps in seconds come on top of `standstill_m` metres between the middles of vehicles.
+  Convoy(const RobotMotion& robot, double gap_ahead_s, double gap_behind_s, double phase,
+         double standstill_m = 0.0)
+      : robot_(robot),
+        gap_s_{0.0, gap_ahead_s, -gap_behind_s},
+        gap_m_{0.0, standstill_m, -standstill_m},
+        phase_(phase) {}
 
   static constexpr int kVehicles = 3;
   [[nodiscard]] double travelled(int vehicle, double time_s) const;
@@ -28,6 +33,7 @@ class Convoy {
  private:
   const RobotMotion& robot_;
   std::array<double, kVehicles> gap_s_;
+  std::array<double, kVehicles> gap_m_;
   double phase_;
 };
 

@@ -44,10 +44,48 @@ std::vector<double> cruise_profile(const Path& path, Random& random) {
   return wish;
 }
 
+/// Speed in traffic that stops for 3 to 20 s after every 5 to 15 s of driving.
+class StopAndGo {
+ public:
+  StopAndGo(std::uint64_t seed, char route)
+      : random_(seed, Stream::kMotion, static_cast<std::uint64_t>(route), 1),
+        brakes_at_(random_.uniform(0.0, 3.0)) {}
+
+  /// To be called once a tick with the speed that the road allows.
+  double speed(double time_s, double allowed) {
+    constexpr double kAcceleration = 1.5;
+    constexpr double kBraking = 2.2;
+    const bool brakes = time_s > brakes_at_;
+    const double wish = brakes ? 0.0 : allowed;
+    speed_ += std::clamp(wish - speed_, -kBraking * kTick, kAcceleration * kTick);
+    speed_ = std::min(speed_, allowed);
+    if (brakes && speed_ <= 0.0) {
+      if (goes_at_ < brakes_at_) {
+        // The first stop is short: a recording of ten seconds shall hold what follows it.
+        goes_at_ = time_s + random_.uniform(3.0, is_first_ ? 5.0 : 20.0);
+        is_first_ = false;
+      } else if (time_s > goes_at_) {
+        brakes_at_ = time_s + random_.uniform(5.0, 15.0);
+      }
+    }
+    return speed_;
+  }
+
+ private:
+  Random random_;
+  double brakes_at_;
+  double goes_at_ = -1e9;
+  double speed_ = 0.0;
+  bool is_first_ = true;
+};
+
 }  // namespace
 
-RobotMotion::RobotMotion(const TownPlan& plan, char route, std::uint64_t seed, double duration_s)
-    : plan_(plan), path_(lane_path(plan, tour_of(route).nodes, true, street::kLaneCentre)) {
+RobotMotion::RobotMotion(const TownPlan& plan, char route, std::uint64_t seed, double duration_s,
+                         bool stops_and_goes)
+    : plan_(plan),
+      path_(lane_path(plan, tour_of(route).nodes, true, street::kLaneCentre)),
+      stops_and_goes_(stops_and_goes) {
   Random random(seed, Stream::kMotion, static_cast<std::uint64_t>(route));
   for (double& phase : phases_) phase = random.uniform(0.0, 2.0 * kPi);
   const std::vector<double> profile = drivable_speed(path_, cruise_profile(path_, random));
@@ -61,11 +99,13 @@ RobotMotion::RobotMotion(const TownPlan& plan, char route, std::uint64_t seed, d
   // The path starts just past the first crossing.
   double s = tour.start_fraction * norm(b - a) - 10.0;
   for (double t = 0.0; t < kLead; t += kTick) s -= kTick * speed_at(s);
+  StopAndGo traffic(seed, route);
   const auto ticks = static_cast<std::size_t>((duration_s + 2.0 * kLead) / kTick) + 2;
   travelled_.reserve(ticks);
   for (std::size_t i = 0; i < ticks; ++i) {
     travelled_.push_back(s);
-    s += kTick * speed_at(s);
+    const double t = kTick * static_cast<double>(i) - kLead;
+    s += kTick * (stops_and_goes ? traffic.speed(t, speed_at(s)) : speed_at(s));
   }
 }
 

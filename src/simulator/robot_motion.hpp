@@ -14,7 +14,11 @@ class RobotMotion {
   /// Covers times from -`kLead` to `duration_s` + `kLead`.
   static constexpr double kLead = 14.0;
 
-  RobotMotion(const TownPlan& plan, char route, std::uint64_t seed, double duration_s);
+  /// `stops_and_goes`: stands for 3 to 20 s every few seconds of driving.
+  RobotMotion(const TownPlan& plan, char route, std::uint64_t seed, double duration_s,
+              bool stops_and_goes = false);
+
+  [[nodiscard]] bool stops_and_goes() const { return stops_and_goes_; }
 
   /// T_town_sensor, roll, pitch and body vibration included.
   [[nodiscard]] Frame sensor_frame(double time_s) const;
@@ -26,8 +30,16 @@ class RobotMotion {
  private:
   const TownPlan& plan_;
   Path path_;
+  bool stops_and_goes_;
   std::vector<double> travelled_;  // every kTick
   double phases_[6] = {};
+};
+
+/// The same vehicle in stop-and-go traffic.
+class StopAndGoMotion : public RobotMotion {
+ public:
+  StopAndGoMotion(const TownPlan& plan, char route, std::uint64_t seed, double duration_s)
+      : RobotMotion(plan, route, seed, duration_s, true) {}
 };
 
 }  // namespace unimapper::simulator

@@ -69,7 +69,9 @@ struct Sway {
 struct SimulationConfig {
   /// "town": streets with traffic, seen from a car. "campus": halls, paths and a plaza full of
   /// pedestrians, some of whom walk with the robot; its sensor is 1 m above the ground.
-  /// "deck": a parking deck with a ceiling of 2.5 to 3.5 m.
+  /// "deck": a parking deck with a ceiling of 2.5 to 3.5 m. "square": a dense crowd. "convoy": the
+  /// town in stop-and-go traffic. "street": walkers beside walls that are first seen with them.
+  /// "tunnel", "hall": closed all around.
   std::string scene = "town";
   SensorKind sensor = SensorKind::kOs2_128;
   /// 'A', 'B' or 'C': tours through the same scene. A and B run the same way round, C against
@@ -104,6 +106,8 @@ using Progress = std::function<void(std::uint32_t done, std::uint32_t total)>;
 /// - poses.txt: drifting odometry of the points' frame, KITTI 3x4; it starts as `odometry_start`
 ///   says;
 /// - gt_poses.txt: T_world_points, in the same world for all routes and days of a seed;
+/// - motion.txt: object, first and last scan of every stretch of scans during which an object is
+///   faster than 0.2 m/s;
 /// - times.txt: stamps in seconds; dataset.json: the configuration.
 /// Deterministic: the same configuration writes the same bytes, whatever `threads`.
 /// Throws SimulationError; files written until then stay.

@@ -64,11 +64,22 @@ struct Traffic::Obstacle {
   std::size_t owner;  // index of the vehicle it belongs to, or a huge number
 };
 
+namespace {
+
+/// In stop-and-go traffic cars close up to a few metres while they stand.
+Convoy convoy_of(const RobotMotion& robot, std::uint32_t day) {
+  const double phase = 1.0 + 1.3 * day;
+  if (robot.stops_and_goes()) return {robot, 1.3, 1.4, phase, 7.0};
+  return {robot, 2.6 + 0.2 * (day % 3), 2.9 - 0.2 * (day % 3), phase};
+}
+
+}  // namespace
+
 Traffic::Traffic(const TownPlan& plan, const RobotMotion& robot, std::uint64_t seed,
                  std::uint32_t day, double duration_s)
     : plan_(plan),
       ticks_(static_cast<std::size_t>((duration_s + 2.0 * Actors::kWarmUp) / Actors::kTick) + 2),
-      convoy_(robot, 2.6 + 0.2 * (day % 3), 2.9 - 0.2 * (day % 3), 1.0 + 1.3 * day),
+      convoy_(convoy_of(robot, day)),
       crossing_holder_(static_cast<std::size_t>(TownPlan::kLines * TownPlan::kLines), -1) {
   Random random(seed, Stream::kTraffic, day);
   add_convoy(random);

@@ -34,7 +34,7 @@ SimulationConfig small_config(SensorKind sensor, std::uint32_t threads) {
 
 TEST_CASE("the same seed writes the same bytes, whatever the number of threads") {
   const SensorKind sensor = GENERATE(SensorKind::kOs2_128, SensorKind::kLivoxAvia);
-  const std::string scene = GENERATE("town", "campus", "deck");
+  const std::string scene = GENERATE("town", "campus", "deck", "street", "convoy");
   TemporaryDirectory once;
   TemporaryDirectory again;
   SimulationConfig config = small_config(sensor, 1);

@@ -31,8 +31,10 @@ TEST_CASE("an unknown scene, route, sensor or a senseless number is refused") {
   TemporaryDirectory folder;
   SimulationConfig config = tiny_config();
   config.scene = "moon";
-  CHECK_THAT(message_of(config, folder.path()),
-             Contains("unknown scene 'moon'; there are: town, campus, deck"));
+  CHECK_THAT(
+      message_of(config, folder.path()),
+      Contains("unknown scene 'moon'; there are: town, campus, deck, square, convoy, street, "
+               "tunnel, hall"));
   config = tiny_config();
   config.route = 'Z';
   CHECK_THAT(message_of(config, folder.path()), Contains("unknown route 'Z'"));

@@ -3,10 +3,8 @@
 #include "src/simulator/sites/site.hpp"
 #include "src/simulator/strolling.hpp"
 
-namespace unimapper::simulator {
+namespace unimapper::simulator::sites::deck {
 namespace {
-
-using namespace sites;
 
 constexpr double kHalfLength = 36.0;
 constexpr double kHalfWidth = 18.0;
@@ -188,8 +186,13 @@ ActorSet simulate_deck(const Plan& plan, const Robot& robot, const Visit& visit)
 }
 
 }  // namespace
+}  // namespace unimapper::simulator::sites::deck
+
+namespace unimapper::simulator {
 
 std::unique_ptr<Scene> make_deck_scene(const Visit& visit) {
+  using namespace sites;
+  using namespace sites::deck;
   const auto simulate = [&](const Plan& plan, const Robot& robot) {
     return simulate_deck(plan, robot, visit);
   };
