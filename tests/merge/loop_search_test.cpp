@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <map>
+#include <set>
 #include <utility>
 
 #include "src/merge/radius_search.hpp"
@@ -102,10 +104,128 @@ TEST_CASE("As many candidates are proposed as configured, per keyframe and per p
     CHECK(best[i].match == many[i].match);
     if (i > 0) CHECK((best[i - 1].accepted || !best[i].accepted));
   }
-  // Both directions of a pair of keyframes meet in one candidate.
-  config = {};
-  config.candidates_per_keyframe = 1;
-  CHECK(find_inter_session_candidates(sessions, config).size() <= 20);
+}
+
+TEST_CASE("A keyframe proposes exactly as many candidates of another session as configured",
+          "[loop_search]") {
+  const auto town = make_town(5, 1);
+  const std::vector<SessionData> sessions{record(town, crawl(10, 2.0), "one", 1).session,
+                                          record(town, crawl(10, 2.0), "two", 2).session,
+                                          record(town, crawl(10, 2.0), "three", 3).session};
+  for (const std::uint32_t limit : {1U, 2U, 3U}) {
+    INFO(limit << " candidates per keyframe");
+    LoopConfig config;
+    config.candidates_per_keyframe = limit;
+    std::map<std::pair<KeyframeId, std::size_t>, std::uint32_t> proposed;
+    std::map<std::pair<std::size_t, std::size_t>, std::set<KeyframeId>> taken_part;
+    std::set<std::pair<KeyframeId, KeyframeId>> pairs;
+    for (const LoopCandidate& loop : find_inter_session_candidates(sessions, config)) {
+      ++proposed[{loop.query, loop.match.session}];
+      const auto keyframes = std::minmax(loop.query, loop.match);
+      // Both directions of a pair of keyframes meet in one candidate.
+      CHECK(pairs.insert(keyframes).second);
+      auto& both = taken_part[{keyframes.first.session, keyframes.second.session}];
+      both.insert(keyframes.first);
+      both.insert(keyframes.second);
+    }
+    std::uint32_t most = 0;
+    for (const auto& [query, count] : proposed) most = std::max(most, count);
+    CHECK(most == limit);
+    // Every keyframe has its own best candidate in each of the other sessions.
+    CHECK(taken_part[{0, 1}].size() == 20);
+    CHECK(taken_part[{0, 2}].size() == 20);
+    CHECK(taken_part[{1, 2}].size() == 20);
+  }
+}
+
+TEST_CASE("A keyframe proposes exactly as many candidates of its own session as configured",
+          "[loop_search]") {
+  const std::vector<SessionData> sessions{
+      record(make_town(5, 1), crawl(16, 1.0), "slow", 1).session};
+  LoopConfig config;
+  config.min_keyframe_gap = 3;
+  config.min_path_gap_m = 0.0;
+  for (const std::uint32_t limit : {1U, 2U, 3U}) {
+    INFO(limit << " candidates per keyframe");
+    config.candidates_per_keyframe = limit;
+    std::map<KeyframeId, std::uint32_t> proposed;
+    for (const LoopCandidate& loop : find_intra_session_candidates(sessions, config, 1)) {
+      ++proposed[loop.query];
+      CHECK(loop.match.session == 0);
+      CHECK(loop.query.keyframe >= loop.match.keyframe + 3);
+    }
+    std::uint32_t most = 0;
+    for (const auto& [query, count] : proposed) most = std::max(most, count);
+    CHECK(most == limit);
+  }
+}
+
+TEST_CASE("The best candidates within a session are proposed first and the others left out",
+          "[loop_search]") {
+  const std::vector<SessionData> sessions{
+      record(make_town(5, 1), crawl(16, 1.0), "slow", 1).session};
+  LoopConfig config;
+  config.min_keyframe_gap = 3;
+  config.min_path_gap_m = 0.0;
+  const auto all = find_intra_session_candidates(sessions, config, 1);
+  REQUIRE(all.size() > 6);
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    CHECK(std::pair(all[i - 1].accepted, all[i - 1].confidence) >=
+          std::pair(all[i].accepted, all[i].confidence));
+  }
+  for (const std::size_t limit : {all.size() - 1, all.size()}) {
+    config.max_candidates_per_pair = static_cast<std::uint32_t>(limit);
+    const auto best = find_intra_session_candidates(sessions, config, 1);
+    REQUIRE(best.size() == limit);
+    for (std::size_t i = 0; i < limit; ++i) {
+      CHECK(best[i].query == all[i].query);
+      CHECK(best[i].match == all[i].match);
+    }
+  }
+}
+
+TEST_CASE("Every session has candidates of its own, however many threads look for them",
+          "[loop_search]") {
+  const auto town = make_town(5, 1);
+  const std::vector<SessionData> sessions{record(town, crawl(10, 1.0), "one", 1).session,
+                                          record(town, crawl(12, 1.0), "two", 2).session};
+  LoopConfig config;
+  config.min_keyframe_gap = 3;
+  config.min_path_gap_m = 0.0;
+  const auto found = find_intra_session_candidates(sessions, config, 1);
+  const auto by_two = find_intra_session_candidates(sessions, config, 2);
+  std::set<std::size_t> with_loops;
+  REQUIRE(found.size() == by_two.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    with_loops.insert(found[i].query.session);
+    CHECK(found[i].query.session == found[i].match.session);
+    CHECK(found[i].query == by_two[i].query);
+    CHECK(found[i].match == by_two[i].match);
+  }
+  CHECK(with_loops == std::set<std::size_t>{0, 1});
+}
+
+TEST_CASE("A single session, or none with keyframes, has no candidates between sessions",
+          "[loop_search]") {
+  const auto town = make_town(5, 1);
+  const SessionData one = record(town, crawl(3, 2.0), "one", 1).session;
+  CHECK(find_inter_session_candidates({}, {}).empty());
+  CHECK(find_inter_session_candidates({one}, {}).empty());
+  CHECK(find_inter_session_candidates({SessionData{}, SessionData{}}, {}).empty());
+  CHECK(find_inter_session_candidates({one, SessionData{}}, {}).empty());
+  CHECK_FALSE(find_inter_session_candidates({one, one}, {}).empty());
+}
+
+TEST_CASE("Beyond fifty thousand places the search tolerates less", "[loop_search]") {
+  const LoopSearchConfig usual;
+  const LoopSearchConfig many = base_search_config(50'000);
+  const LoopSearchConfig too_many = base_search_config(50'001);
+  CHECK(many.max_places == 50'000);
+  CHECK(many.side_tolerance_m == usual.side_tolerance_m);
+  CHECK(many.max_code_difference == usual.max_code_difference);
+  CHECK(too_many.max_places == 50'001);
+  CHECK(too_many.side_tolerance_m < usual.side_tolerance_m);
+  CHECK(too_many.max_code_difference < usual.max_code_difference);
 }
 
 TEST_CASE("Keyframes within the radius are proposed, with the pose between them",
