@@ -492,3 +492,200 @@ TEST_CASE("Two maps are not joined if most of their loops do not survive the sol
   CHECK_FALSE(few.connected[1]);
   CHECK(few.reason[1] == "contradicts the maps merged before");
 }
+
+namespace {
+
+/// Poses straight ahead, `kStepM` apart.
+std::vector<Pose> straight(std::size_t count) {
+  std::vector<Pose> poses(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    poses[i].translation.x() = kStepM * static_cast<double>(i);
+  }
+  return poses;
+}
+
+/// A measurement without noise, weighed as if it had a standard deviation of `sigma`.
+LoopConstraint exact_loop(KeyframeId query, KeyframeId match, const Pose& T_match_query,
+                          double sigma = kLoopSigmaM) {
+  LoopConstraint l;
+  l.query = query;
+  l.match = match;
+  l.T_match_query = T_match_query;
+  l.information = Matrix6d::Identity() / (sigma * sigma);
+  l.overlap = 0.9;
+  return l;
+}
+
+/// Loops between two sessions that drive the same way, one at every other keyframe.
+void connect_side_by_side(std::vector<LoopConstraint>& loops, std::size_t query, std::size_t match,
+                          std::size_t keyframes) {
+  for (std::size_t k = 0; k < keyframes; k += 2) {
+    loops.push_back(exact_loop({query, k}, {match, k}, Pose{}));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("Two maps are joined only if nine tenths of the earlier loops survive", "[alignment]") {
+  // Ten loops along the first map, each over two steps. The second map is longer by ten metres
+  // where some of them are, and tied so firmly to the first that these loops must give way.
+  const auto joined = [](std::size_t contradicted) {
+    Scene scene;
+    std::vector<Pose> longer = straight(41);
+    for (std::size_t k = 1; k < longer.size(); ++k) {
+      const bool stretched = (k - 1) / 4 < contradicted && (k - 1) % 4 < 2;
+      longer[k].translation.x() =
+          longer[k - 1].translation.x() + (stretched ? 2.0 * kStepM : kStepM);
+    }
+    scene.sessions = {{straight(41), 1.0}, {longer, 0.5}};
+    for (std::size_t j = 0; j < 10; ++j) {
+      Pose two_steps;
+      two_steps.translation.x() = 2.0 * kStepM;
+      scene.loops.push_back(exact_loop({0, 4 * j + 2}, {0, 4 * j}, two_steps));
+    }
+    for (std::size_t k = 0; k < 41; ++k) {
+      scene.loops.push_back(exact_loop({1, k}, {0, k}, Pose{}, 0.001));
+    }
+    MergeConfig config;
+    config.acceptance.consistency_chi2 = 1e9;
+    config.graph.cauchy_scale = 1e6;
+    config.graph.deformation_floor_m = 1000.0;
+    return align_sessions(scene.sessions, scene.loops, config);
+  };
+  const Alignment one_gone = joined(1);
+  CHECK(one_gone.connected[1]);
+  CHECK_FALSE(one_gone.decisions[0].accepted);
+  CHECK(one_gone.decisions[0].reason == "disagrees with the merged maps");
+  for (std::size_t i = 1; i < one_gone.decisions.size(); ++i) {
+    CHECK(one_gone.decisions[i].accepted);
+  }
+  const Alignment two_gone = joined(2);
+  CHECK_FALSE(two_gone.connected[1]);
+  CHECK(two_gone.reason[1] == "the maps would deform more than odometry allows");
+  // Rolled back: the earlier loops stay, and the first map is what it was.
+  for (std::size_t i = 0; i < two_gone.decisions.size(); ++i) {
+    CHECK(two_gone.decisions[i].accepted == (i < 10));
+  }
+  CHECK((two_gone.T_map_keyframe({0, 40}).translation - straight(41)[40].translation).norm() <
+        1e-3);
+}
+
+TEST_CASE("Two maps are joined if half of their loops survive, with fewer they are not",
+          "[alignment]") {
+  const auto joined = [](std::size_t right) {
+    Scene scene;
+    scene.sessions = {{straight(40), 1.0}, {straight(40), 0.5}};
+    for (std::size_t i = 0; i < right; ++i) {
+      scene.loops.push_back(exact_loop({1, 4 * i}, {0, 4 * i}, Pose{}));
+    }
+    // Six wrong ones, whose mean is right: the start is not led astray by them.
+    for (const double aside : {30.0, -30.0, 60.0, -60.0, 90.0, -90.0}) {
+      scene.loops.push_back(exact_loop({1, 20}, {0, 20}, yaw_pose(0.0, {0.0, aside, 0.0})));
+    }
+    MergeConfig config;
+    config.acceptance.consistency_chi2 = 1e9;
+    return align_sessions(scene.sessions, scene.loops, config);
+  };
+  const Alignment half = joined(6);
+  CHECK(half.connected[1]);
+  for (std::size_t i = 0; i < half.decisions.size(); ++i) {
+    CHECK(half.decisions[i].accepted == (i < 6));
+    CHECK(half.decisions[i].reason == (i < 6 ? "" : "disagrees with the merged maps"));
+  }
+  const Alignment fewer = joined(5);
+  CHECK_FALSE(fewer.connected[1]);
+  CHECK(fewer.reason[1] == "contradicts the maps merged before");
+  for (const LoopDecision& decision : fewer.decisions) {
+    CHECK_FALSE(decision.accepted);
+    CHECK(decision.reason == "contradicts the maps merged before");
+  }
+}
+
+TEST_CASE("The central session is the best of those that most keyframes are connected to",
+          "[alignment]") {
+  // Two connected sessions of 40 keyframes, and one apart that has the best score.
+  const auto align = [](std::size_t keyframes_apart) {
+    Scene scene;
+    scene.sessions = {{straight(40), 1.0}, {straight(keyframes_apart), 9.0}, {straight(40), 2.0}};
+    connect_side_by_side(scene.loops, 2, 0, 40);
+    return align_sessions(scene.sessions, scene.loops, MergeConfig{});
+  };
+  const Alignment fewer = align(79);
+  CHECK(fewer.central == 2);
+  CHECK(fewer.connected == std::vector<bool>{true, false, true});
+  CHECK(fewer.reason[1] == "no loops found");
+  CHECK(fewer.reason[0].empty());
+  // As many: the score decides.
+  const Alignment as_many = align(80);
+  CHECK(as_many.central == 1);
+  CHECK(as_many.connected == std::vector<bool>{false, true, false});
+}
+
+TEST_CASE("The central session's first keyframe defines the map", "[alignment]") {
+  Scene scene;
+  scene.sessions = {{straight(40), 1.0}, {straight(40), 2.0}};
+  for (Pose& pose : scene.sessions[1].T_odometry_keyframe) {
+    pose = yaw_pose(1.0, {7.0, 8.0, 9.0}) * pose;
+  }
+  connect_side_by_side(scene.loops, 1, 0, 40);
+  const Alignment alignment = align_sessions(scene.sessions, scene.loops, MergeConfig{});
+  REQUIRE(alignment.central == 1);
+  REQUIRE(alignment.connected[0]);
+  CHECK((alignment.T_map_session[1].translation).norm() == 0.0);
+  for (const std::size_t k : {0U, 17U, 39U}) {
+    CHECK((alignment.T_map_keyframe({0, k}).translation -
+           alignment.T_map_keyframe({1, k}).translation)
+              .norm() < 1e-3);
+  }
+}
+
+TEST_CASE("A loop of a keyframe to itself is refused", "[alignment]") {
+  Scene scene;
+  scene.sessions = {{straight(5), 1.0}};
+  scene.loops.push_back(exact_loop({0, 2}, {0, 2}, Pose{}));
+  CHECK_THROWS_WITH(align_sessions(scene.sessions, scene.loops, MergeConfig{}),
+                    "loop of a keyframe to itself");
+  scene.loops[0].query = {0, 5};
+  CHECK_THROWS_WITH(align_sessions(scene.sessions, scene.loops, MergeConfig{}),
+                    "loop between keyframes that do not exist");
+  scene.loops[0].query = {1, 0};
+  CHECK_THROWS_WITH(align_sessions(scene.sessions, scene.loops, MergeConfig{}),
+                    "loop between keyframes that do not exist");
+  scene.loops[0].query = {0, 4};
+  CHECK_NOTHROW(align_sessions(scene.sessions, scene.loops, MergeConfig{}));
+}
+
+TEST_CASE("Refinement keeps the start if the maps would deform implausibly", "[alignment]") {
+  Scene scene;
+  scene.sessions = {{straight(40), 1.0}, {straight(40), 0.5}};
+  connect_side_by_side(scene.loops, 1, 0, 40);
+  MergeConfig config;
+  const Alignment start = align_sessions(scene.sessions, scene.loops, config);
+  REQUIRE(start.connected[1]);
+  const std::size_t earlier = scene.loops.size();
+  CHECK_THROWS_WITH(
+      refine_alignment(start, scene.sessions, std::span(scene.loops).first(earlier - 1), config),
+      "refinement needs all earlier loops");
+  // The end of the second map is pulled far aside, by loops that outweigh the others.
+  for (std::size_t k = 31; k < 40; k += 2) {
+    scene.loops.push_back(
+        exact_loop({1, k}, {0, k}, yaw_pose(0.0, {0.0, 40.0, 0.0}), 0.01 * kLoopSigmaM));
+  }
+  config.acceptance.loop_chi2 = 1e9;
+  config.graph.cauchy_scale = 1e6;
+  config.graph.deformation_floor_m = 0.001;
+  config.graph.deformation_per_m = 0.0;
+  const Alignment kept = refine_alignment(start, scene.sessions, scene.loops, config);
+  for (std::size_t i = 0; i < kept.decisions.size(); ++i) {
+    CHECK(kept.decisions[i].accepted == (i < earlier));
+    if (i >= earlier) {
+      CHECK(kept.decisions[i].reason == "the maps would deform more than odometry allows");
+    }
+  }
+  CHECK(kept.T_map_keyframe({1, 39}).translation == start.T_map_keyframe({1, 39}).translation);
+  config.graph.deformation_floor_m = 1000.0;
+  const Alignment pulled = refine_alignment(start, scene.sessions, scene.loops, config);
+  for (const LoopDecision& decision : pulled.decisions) CHECK(decision.accepted);
+  CHECK((pulled.T_map_keyframe({1, 39}).translation - start.T_map_keyframe({1, 39}).translation)
+            .norm() > 10.0);
+}
