@@ -121,6 +121,115 @@ TEST_CASE("Ground is not compared", "[changes]") {
   CHECK(count_gone(day, without_box(2, 0)) == 0);
 }
 
+TEST_CASE("A voxel is compared unless most of its cells are ground", "[changes]") {
+  // Every cell of the box has copies that are ground.
+  const auto with_ground = [](std::size_t copies) {
+    SessionData day;
+    day.keyframes.push_back(look_at_wall(1));
+    KeyframeRecord box;
+    add_sheet(box, 6.1F, 0.4F, 0.2F);
+    for (FineCell cell : box.static_cells) {
+      // In the middle of its voxel, whatever the rounding.
+      cell.position += Eigen::Vector3f(0.0F, 0.1F, 0.1F);
+      day.keyframes[0].static_cells.push_back(cell);
+      cell.ground = 1;
+      day.keyframes[0].static_cells.insert(day.keyframes[0].static_cells.end(), copies, cell);
+    }
+    return day;
+  };
+  CHECK(count_gone(with_ground(1), without_box(2, 0)) >= 20);
+  CHECK(count_gone(with_ground(2), without_box(2, 0)) == 0);
+}
+
+namespace {
+
+/// Changes in front of the wall of sessions in any order of time.
+std::vector<ChangedPoint> changes_of(const std::vector<SessionData>& sessions,
+                                     const std::vector<bool>& takes_part) {
+  MergeConfig config;
+  config.threads = 1;
+  std::vector<MergedSession> merged(sessions.size());
+  std::vector<SessionVoxels> voxels;
+  std::vector<const SessionVoxels*> given;
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    merged[s].T_map_keyframe.resize(sessions[s].keyframes.size());
+    merged[s].refined.resize(sessions[s].keyframes.size());
+    voxels.push_back(voxelise(sessions[s], merged[s], config.map.voxel_size_m, CellKind::kStatic));
+  }
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    given.push_back(takes_part[s] ? &voxels[s] : nullptr);
+  }
+  auto changes = find_changes(sessions, merged, given, config);
+  std::erase_if(changes, [](const ChangedPoint& change) { return change.position.x() > 6.45F; });
+  return changes;
+}
+
+/// Two keyframes of one day, with a box or without.
+SessionData day(std::int64_t stamp_ns, bool with_box) {
+  SessionData session;
+  for (int k = 0; k < 2; ++k) {
+    session.keyframes.push_back(look_at_wall(stamp_ns + k));
+    if (with_box) add_sheet(session.keyframes.back(), 6.0F, 0.4F, 0.2F);
+  }
+  return session;
+}
+
+/// A day that knows nothing of what is in front of the wall: its robot looked the other way.
+SessionData day_elsewhere(std::int64_t stamp_ns) {
+  SessionData session;
+  session.keyframes.resize(1);
+  session.keyframes[0].scans.push_back({0, stamp_ns, Pose{}});
+  add_sheet(session.keyframes[0], -12.0F, 6.0F, 0.15F);
+  return session;
+}
+
+std::size_t count(const std::vector<ChangedPoint>& changes, std::size_t session, bool appeared) {
+  return static_cast<std::size_t>(
+      std::count_if(changes.begin(), changes.end(), [&](const ChangedPoint& change) {
+        return change.session == session && change.appeared == appeared;
+      }));
+}
+
+}  // namespace
+
+TEST_CASE("Time tells what appeared from what is gone, not the order of the sessions",
+          "[changes]") {
+  const auto gone = changes_of({day(2000, false), day(1000, true)}, {true, true});
+  CHECK(count(gone, 1, false) >= 20);
+  CHECK(count(gone, 1, false) == gone.size());
+  const auto appeared = changes_of({day(1000, false), day(2000, true)}, {true, true});
+  CHECK(count(appeared, 1, true) == gone.size());
+  CHECK(count(appeared, 1, true) == appeared.size());
+}
+
+TEST_CASE("The first session before or after that observed a position decides", "[changes]") {
+  // The second day saw nothing of it, the third day saw through.
+  const auto skipped =
+      changes_of({day(1000, true), day_elsewhere(2000), day(3000, false)}, {true, true, true});
+  CHECK(count(skipped, 0, false) >= 20);
+  CHECK(count(skipped, 0, false) == skipped.size());
+  // On the second day it still stood there: gone is what the second day saw.
+  const auto later =
+      changes_of({day(1000, true), day(2000, true), day(3000, false)}, {true, true, true});
+  CHECK(count(later, 1, false) >= 20);
+  CHECK(count(later, 1, false) == later.size());
+  // It was away for a day.
+  const auto away =
+      changes_of({day(1000, true), day(2000, false), day(3000, true)}, {true, true, true});
+  CHECK(count(away, 0, false) >= 20);
+  CHECK(count(away, 2, true) >= 20);
+  CHECK(count(away, 0, false) + count(away, 2, true) == away.size());
+}
+
+TEST_CASE("Sessions that are not in the map, or that are empty, take no part in changes",
+          "[changes]") {
+  CHECK(changes_of({day(1000, true), day(2000, false)}, {true, false}).empty());
+  CHECK(changes_of({day(1000, true), SessionData{}}, {true, true}).empty());
+  CHECK_FALSE(
+      changes_of({day(1000, true), SessionData{}, day(2000, false)}, {true, true, true}).empty());
+  CHECK(changes_of({}, {}).empty());
+}
+
 TEST_CASE("Per-voxel kd-trees find neighbours across the voxels' faces", "[changes]") {
   Random random(1);
   std::vector<Eigen::Vector3f> points;

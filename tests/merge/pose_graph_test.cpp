@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 #include <limits>
+#include <stdexcept>
+#include <string>
 
 #include "tests/merge/g2o_file.hpp"
 #include "tests/recordings.hpp"
@@ -86,6 +88,77 @@ TEST_CASE("An invalid graph is refused with a message, not by an abort", "[pose_
   SECTION("a node of a map that is not there") { graph.nodes[1].anchor = 3; }
   graph.edges.push_back(edge);
   CHECK_THROWS_AS(optimize(graph, 10), std::invalid_argument);
+}
+
+TEST_CASE("An invalid graph is refused with the reason", "[pose_graph]") {
+  PoseGraph valid;
+  valid.anchors.push_back({Pose{}, true});
+  valid.nodes.push_back({Pose{}, 0, true});
+  valid.nodes.push_back({Pose{}, 0, false});
+  valid.edges.push_back({0, 1, Pose{}, Matrix6d::Identity(), 0.0});
+  CHECK(optimize(valid, 10).usable);
+  const auto error_of = [&](const auto& damage) {
+    PoseGraph graph = valid;
+    damage(graph);
+    try {
+      optimize(graph, 10);
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK(error_of([&](PoseGraph& g) { g.anchors[0].T_map_session.translation.z() = nan; }) ==
+        "pose graph: bad anchor");
+  CHECK(error_of([&](PoseGraph& g) { g.nodes[1].anchor = 1; }) ==
+        "pose graph: node of an unknown map");
+  CHECK(error_of([&](PoseGraph& g) { g.nodes[1].T_session_node.rotation *= 2.0; }) ==
+        "pose graph: bad pose");
+  CHECK(error_of([&](PoseGraph& g) { g.edges[0].from = 2; }) ==
+        "pose graph: edge between unknown nodes");
+  CHECK(error_of([&](PoseGraph& g) { g.edges[0].to = 2; }) ==
+        "pose graph: edge between unknown nodes");
+  CHECK(error_of([&](PoseGraph& g) { g.edges[0].from = 1; }) ==
+        "pose graph: edge between unknown nodes");
+  CHECK(error_of([&](PoseGraph& g) { g.edges[0].T_from_to.rotation.setZero(); }) ==
+        "pose graph: bad measurement");
+  CHECK(error_of([&](PoseGraph& g) { g.edges[0].information(0, 0) = nan; }) ==
+        "pose graph: information is not positive definite");
+  CHECK(error_of([&](PoseGraph& g) { g.edges[0].information(5, 5) = 0.0; }) ==
+        "pose graph: information is not positive definite");
+  CHECK(error_of([&](PoseGraph& g) { g.edges[0].cauchy_scale = -1.0; }) ==
+        "pose graph: bad kernel");
+  CHECK(error_of([&](PoseGraph& g) { g.edges[0].cauchy_scale = nan; }) == "pose graph: bad kernel");
+}
+
+TEST_CASE("What is fixed and what no edge reaches stays, the summary tells the costs",
+          "[pose_graph]") {
+  PoseGraph graph;
+  graph.anchors.push_back({yaw_pose(0.3, 1.0, 2.0), true});
+  graph.nodes.push_back({yaw_pose(0.1, 5.0, 0.0), 0, true});
+  graph.nodes.push_back({Pose{}, 0, false});
+  graph.nodes.push_back({yaw_pose(0.7, -3.0, 4.0), 0, false});
+  const SolveSummary nothing = optimize(graph, 10);
+  CHECK(nothing.usable);
+  CHECK(nothing.initial_cost == 0.0);
+  CHECK(nothing.iterations == 0);
+  // Two measurements that contradict each other by two metres.
+  graph.edges.push_back({0, 1, yaw_pose(0.0, 2.0, 0.0), Matrix6d::Identity(), 0.0});
+  graph.edges.push_back({0, 1, yaw_pose(0.0, 4.0, 0.0), 3.0 * Matrix6d::Identity(), 0.0});
+  const double before = graph_cost(graph);
+  const SolveSummary summary = optimize(graph, 50);
+  REQUIRE(summary.usable);
+  CHECK(summary.initial_cost == before);
+  CHECK(summary.final_cost == graph_cost(graph));
+  CHECK(summary.iterations > 1);
+  // Weighed one to three: at 3.5 m.
+  CHECK(summary.final_cost == Approx(1.5 * 1.5 + 3.0 * 0.5 * 0.5));
+  const Pose found = graph.nodes[0].T_session_node.inverse() * graph.nodes[1].T_session_node;
+  CHECK(found.translation.x() == Approx(3.5));
+  CHECK(graph.nodes[0].T_session_node.translation == yaw_pose(0.1, 5.0, 0.0).translation);
+  CHECK(graph.nodes[2].T_session_node.translation == yaw_pose(0.7, -3.0, 4.0).translation);
+  CHECK(graph.anchors[0].T_map_session.translation == yaw_pose(0.3, 1.0, 2.0).translation);
+  CHECK(edge_chi2(graph, graph.edges[1]) == Approx(3.0 * 0.5 * 0.5));
 }
 
 TEST_CASE("A chordal start needs a connected graph", "[pose_graph]") {

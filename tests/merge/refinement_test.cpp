@@ -246,3 +246,48 @@ TEST_CASE("a component of which hardly anything moved is static as a whole", "[r
   CHECK(some > 0.1);
   CHECK(some < 0.6);
 }
+
+TEST_CASE("all revisits together weigh up to their limit and no more", "[refinement]") {
+  // The keyframe's own image says -0.255; every keyframe of the other visit saw through: +0.85.
+  SessionData ghost;
+  ghost.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
+  SessionData other_day;
+  for (std::uint32_t k = 0; k < 4; ++k) other_day.keyframes.push_back(keyframe_of(k, {kWall}));
+  RefinementConfig config;
+  const auto share = [&] {
+    return dynamic_share(ghost.keyframes[0],
+                         refine({placed(ghost), placed(other_day)}, config, 1)[0][0], kPerson.x);
+  };
+  config.most_by_revisits = 0.25F;
+  CHECK(share() == 0.0);
+  config.most_by_revisits = 0.26F;
+  CHECK(share() == 1.0);
+}
+
+TEST_CASE("of more revisits than configured the nearest are used", "[refinement]") {
+  SessionData ghost;
+  ghost.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
+  SessionData saw_through;
+  saw_through.keyframes.push_back(keyframe_of(0, {kWall}));
+  SessionData observed;
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    observed.keyframes.push_back(keyframe_of(k, {kWall, kPerson}));
+  }
+  RefinementConfig config;
+  const auto share = [&](double saw_through_m, double observed_m) {
+    PlacedSession near = placed(saw_through);
+    PlacedSession far = placed(observed);
+    for (Pose& pose : near.T_map_keyframe) pose.translation.y() = saw_through_m;
+    for (Pose& pose : far.T_map_keyframe) pose.translation.y() = observed_m;
+    return dynamic_share(ghost.keyframes[0], refine({placed(ghost), near, far}, config, 1)[0][0],
+                         kPerson.x);
+  };
+  config.revisits = 1;
+  CHECK(share(0.01, 0.02) == 1.0);
+  CHECK(share(0.02, 0.01) == 0.0);
+  // Three against one.
+  config.revisits = 4;
+  CHECK(share(0.01, 0.02) == 0.0);
+  config.revisits = 0;
+  CHECK(share(0.01, 0.02) == 0.0);
+}

@@ -69,3 +69,20 @@ TEST_CASE("Corrected poses change the levers but not the way travelled", "[path]
   CHECK(moved.variance(0, 29).rotation == path.variance(0, 29).rotation);
   CHECK(moved.variance(0, 29).translation > path.variance(0, 29).translation);
 }
+
+TEST_CASE("The path of a session is the sum of its steps", "[path]") {
+  SessionData session;
+  CHECK(path_lengths_m(session).empty());
+  session.keyframes.resize(4);
+  session.keyframes[1].T_odometry_keyframe.translation = {3.0, 4.0, 0.0};
+  session.keyframes[2].T_odometry_keyframe.translation = {3.0, 4.0, 12.0};
+  session.keyframes[3].T_odometry_keyframe.translation = {0.0, 0.0, 0.0};
+  CHECK(path_lengths_m(session) == std::vector<double>{0.0, 5.0, 17.0, 30.0});
+  std::vector<Pose> poses;
+  for (const auto& keyframe : session.keyframes) poses.push_back(keyframe.T_odometry_keyframe);
+  const SessionPath path(poses, OdometryNoiseConfig{});
+  CHECK(path.size() == 4);
+  CHECK(path.path_m(2) == 17.0);
+  CHECK(path.length_m() == 30.0);
+  CHECK(SessionPath().length_m() == 0.0);
+}
