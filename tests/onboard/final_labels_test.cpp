@@ -1,6 +1,8 @@
 // Final labels of keyframes evicted from the window
 #include <catch2/catch.hpp>
 #include <map>
+#include <string>
+#include <vector>
 
 #include "run.hpp"
 
@@ -158,6 +160,139 @@ TEST_CASE("labels of a scan that does not fit stay as they are", "[final labels]
   const LabelledScan scan = scene.scan(sensor_at(0.0, 0.0), 0.0);
   // Nothing has been relabelled yet, and there are fewer labels than points.
   CHECK(pipeline->relabel(scan.view(), Pose{}, labels) == 0);
+  CHECK_FALSE(pipeline->relabel_next());
+  CHECK_FALSE(pipeline->keyframe().relabelled.available);
+}
+
+namespace {
+
+/// One scan per keyframe and one image of it; what counts is which scans saw a post of one cell,
+/// and which saw through where it stands.
+PipelineConfig one_cell_config() {
+  PipelineConfig config = small_config();
+  config.keyframe.scans = 1;
+  config.free_space.images_per_keyframe = 1;
+  config.free_space.full_weight_range_m = 0.0F;
+  config.removal.components = false;
+  config.removal.log_odds_weakly_occupied = 0.0F;
+  return config;
+}
+
+const Eigen::Vector3f kPost(6.1F, 0.1F, -0.5F);
+
+std::vector<Eigen::Vector3f> wall_behind_the_post() {
+  std::vector<Eigen::Vector3f> points;
+  for (float y = -3.0F; y < 3.0F; y += 0.05F) {
+    for (float z = -3.0F; z < 0.3F; z += 0.05F) points.emplace_back(15.0F, y, z);
+  }
+  return points;
+}
+
+/// 'p': the scan saw the post, 'w': the wall behind where it stands.
+void add_scans(Pipeline& pipeline, const std::string& scans) {
+  const std::vector<Eigen::Vector3f> wall = wall_behind_the_post();
+  std::int64_t stamp_ns = 1;
+  for (const char scan : scans) {
+    const PointView points = scan == 'p' ? PointView::xyz(&kPost, 1, sizeof(kPost))
+                                         : PointView::xyz(wall.data(), wall.size(), sizeof(kPost));
+    const ScanResult result = pipeline.add_scan(points, Pose{}, stamp_ns += kPeriodNs);
+    REQUIRE(result.error.code == ErrorCode::kOk);
+    REQUIRE(result.keyframe_ready);
+  }
+}
+
+/// What became of a keyframe when all scans had been seen.
+RelabelledKeyframe relabelled(const PipelineConfig& config, const std::string& scans,
+                              std::uint32_t sequence) {
+  OwnedPipeline pipeline(config);
+  REQUIRE(pipeline);
+  add_scans(*pipeline, scans);
+  for (std::uint32_t i = 0; i <= sequence; ++i) REQUIRE(pipeline->relabel_next());
+  const RelabelledKeyframe result = pipeline->keyframe().relabelled;
+  REQUIRE(result.available);
+  REQUIRE(result.sequence == sequence);
+  CHECK(result.later_keyframes == scans.size() - 1 - sequence);
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("a kept cell is removed if more speaks against it than one observation outweighs",
+          "[final labels]") {
+  PipelineConfig config = one_cell_config();
+  // Seen through once.
+  config.removal.log_odds_free = config.removal.log_odds_occupied;
+  CHECK(relabelled(config, "pw", 0).cells_now_dynamic == 0);
+  config.removal.log_odds_free += 0.001F;
+  CHECK(relabelled(config, "pw", 0).cells_now_dynamic == 1);
+  // Observed once and seen through once.
+  config.removal.log_odds_free = 2.0F * config.removal.log_odds_occupied;
+  CHECK(relabelled(config, "ppw", 0).cells_now_dynamic == 0);
+  config.removal.log_odds_free += 0.001F;
+  CHECK(relabelled(config, "ppw", 0).cells_now_dynamic == 1);
+  CHECK(relabelled(config, "ppw", 0).cells_now_static == 0);
+}
+
+TEST_CASE("a removed cell is kept after all if more speaks for it than its label against it",
+          "[final labels]") {
+  PipelineConfig config = one_cell_config();
+  {
+    OwnedPipeline pipeline(config);
+    add_scans(*pipeline, "wp");
+    REQUIRE(pipeline->keyframe().dynamic_cells.size() == 1);
+  }
+  config.removal.log_odds_occupied = EvidenceDefaults::kPriorLogOdds;
+  CHECK(relabelled(config, "wpp", 1).cells_now_static == 0);
+  config.removal.log_odds_occupied += 0.001F;
+  CHECK(relabelled(config, "wpp", 1).cells_now_static == 1);
+  CHECK(relabelled(config, "wpp", 1).cells_now_dynamic == 0);
+}
+
+TEST_CASE("three later observations of a kept cell outweigh every image", "[final labels]") {
+  PipelineConfig config = one_cell_config();
+  config.removal.log_odds_free = 5.0F;
+  CHECK(relabelled(config, "pppwww", 0).cells_now_dynamic == 1);
+  CHECK(relabelled(config, "ppppwww", 0).cells_now_dynamic == 0);
+}
+
+TEST_CASE("labels of the points of a relabelled cell change, unknown ones do not",
+          "[final labels]") {
+  OwnedPipeline pipeline(one_cell_config());
+  add_scans(*pipeline, "pww");
+  REQUIRE(pipeline->relabel_next());
+  REQUIRE(pipeline->keyframe().relabelled.cells_now_dynamic == 1);
+  const Eigen::Vector3f beside = kPost + Eigen::Vector3f(0.0F, 0.2F, 0.0F);
+  const std::vector<Eigen::Vector3f> points{kPost, kPost, kPost, beside, kPost};
+  const PointView view = PointView::xyz(points.data(), points.size(), sizeof(points[0]));
+  std::vector<PointLabel> labels{PointLabel::kStatic, PointLabel::kUnknown, PointLabel::kDynamic,
+                                 PointLabel::kStatic};
+  CHECK(pipeline->relabel(view, Pose{}, labels) == 1);
+  CHECK(labels == std::vector<PointLabel>{PointLabel::kDynamic, PointLabel::kUnknown,
+                                          PointLabel::kDynamic, PointLabel::kStatic});
+  // The pose of the scan places its points.
+  Pose aside;
+  aside.translation.y() = 0.2;
+  labels.assign(5, PointLabel::kStatic);
+  CHECK(pipeline->relabel(view, aside, labels) == 0);
+  // The next keyframe has nothing there.
+  REQUIRE(pipeline->relabel_next());
+  CHECK(pipeline->relabel(view, Pose{}, labels) == 0);
+}
+
+TEST_CASE("nothing is relabelled early while a keyframe is open", "[final labels]") {
+  PipelineConfig config = one_cell_config();
+  config.keyframe.scans = 2;
+  OwnedPipeline pipeline(config);
+  const PointView post = PointView::xyz(&kPost, 1, sizeof(kPost));
+  for (std::int64_t i = 1; i <= 3; ++i) {
+    REQUIRE(pipeline->add_scan(post, Pose{}, i * kPeriodNs).error.code == ErrorCode::kOk);
+  }
+  CHECK_FALSE(pipeline->relabel_next());
+  REQUIRE(pipeline->flush().keyframe_ready);
+  CHECK(pipeline->relabel_next());
+  CHECK(pipeline->keyframe().relabelled.sequence == 0);
+  CHECK(pipeline->relabel_next());
+  CHECK(pipeline->keyframe().relabelled.sequence == 1);
   CHECK_FALSE(pipeline->relabel_next());
   CHECK_FALSE(pipeline->keyframe().relabelled.available);
 }
