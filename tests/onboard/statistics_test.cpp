@@ -1,0 +1,200 @@
+// Counts, capacities and reference scan of a keyframe
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+#include "stages.hpp"
+
+using namespace unimapper;
+using namespace unimapper::test;
+
+namespace {
+
+constexpr std::int64_t kPeriodNs = 100'000'000;
+
+PointView view_of(const std::vector<Eigen::Vector3f>& points) {
+  return PointView::xyz(points.data(), points.size(), sizeof(Eigen::Vector3f));
+}
+
+/// One scan per keyframe, so that every scan closes one.
+PipelineConfig single_scans() {
+  PipelineConfig config = small_config();
+  config.keyframe.scans = 1;
+  config.free_space.images_per_keyframe = 1;
+  return config;
+}
+
+std::uint32_t ground_voxels(const PipelineConfig& config,
+                            const std::vector<std::vector<Eigen::Vector3f>>& scans) {
+  OwnedPipeline pipeline(config);
+  REQUIRE(pipeline);
+  std::int64_t stamp_ns = 0;
+  for (const auto& points : scans) {
+    REQUIRE(pipeline->add_scan(view_of(points), Pose{}, stamp_ns += kPeriodNs).keyframe_ready);
+  }
+  return pipeline->keyframe().statistics->ground_voxels;
+}
+
+CapacityUse use_of(const Pipeline& pipeline, Capacity which) {
+  return pipeline.keyframe().statistics->capacity[static_cast<std::size_t>(which)];
+}
+
+}  // namespace
+
+TEST_CASE("the scan in the middle is the reference, of an even number the later of two") {
+  const std::vector<Eigen::Vector3f> points{{5.0F, 0.0F, 0.0F}};
+  for (const std::uint32_t scans : {1U, 2U, 3U, 4U, 5U}) {
+    INFO(scans << " scans");
+    PipelineConfig config = small_config();
+    config.keyframe.scans = 8;
+    OwnedPipeline pipeline(config);
+    for (std::uint32_t i = 0; i < scans; ++i) {
+      Pose pose;
+      pose.translation.x() = 0.25 * i;
+      REQUIRE(pipeline->add_scan(view_of(points), pose, 1 + i * kPeriodNs).error.code ==
+              ErrorCode::kOk);
+    }
+    REQUIRE(pipeline->flush().keyframe_ready);
+    const KeyframeView& view = pipeline->keyframe();
+    CHECK(view.reference_scan == scans / 2);
+    CHECK(view.T_odometry_keyframe.translation.x() == 0.25 * (scans / 2));
+  }
+}
+
+TEST_CASE("ground voxels are counted without those that are elevated") {
+  std::vector<Eigen::Vector3f> points;
+  add_floor(points, 4.0F, 6.0F, 0.0F, 2.0F, 0.1F);
+  add_floor(points, 8.0F, 10.0F, 0.0F, 2.0F, 0.7F);
+  PipelineConfig config = single_scans();
+  CHECK(ground_voxels(config, {points}) == 1);
+  config.ground.elevated_step_m = 0.0F;
+  CHECK(ground_voxels(config, {points}) == 2);
+}
+
+TEST_CASE("ground voxels are counted without those that were seen through") {
+  std::vector<Eigen::Vector3f> wall;
+  for (float y = -6.0F; y < 6.0F; y += 0.05F) {
+    for (float z = -3.0F; z < 0.3F; z += 0.05F) wall.emplace_back(15.0F, y, z);
+  }
+  std::vector<Eigen::Vector3f> roof;
+  add_floor(roof, 6.0F, 8.0F, 0.0F, 2.0F, -0.3F);
+  PipelineConfig config = single_scans();
+  // A single observation may be a ray that grazed it.
+  CHECK(ground_voxels(config, {wall, roof}) == 1);
+  CHECK(ground_voxels(config, {wall, wall, roof}) == 0);
+  config.ground.seen_through_share = 0.0F;
+  CHECK(ground_voxels(config, {wall, wall, roof}) == 1);
+}
+
+TEST_CASE("the range of valid points includes both of its limits") {
+  PipelineConfig config = single_scans();
+  config.keyframe.range_min_m = 2.0F;
+  config.keyframe.range_max_m = 50.0F;
+  const std::vector<Eigen::Vector3f> points{{2.0F, 0.0F, 0.0F},
+                                            {50.0F, 0.0F, 0.0F},
+                                            {std::nextafter(2.0F, 0.0F), 0.0F, 0.0F},
+                                            {std::nextafter(50.0F, 60.0F), 0.0F, 0.0F}};
+  OwnedPipeline pipeline(config);
+  REQUIRE(pipeline->add_scan(view_of(points), Pose{}, 1).keyframe_ready);
+  const KeyframeStatistics& statistics = *pipeline->keyframe().statistics;
+  CHECK(statistics.points_valid == 2);
+  CHECK(statistics.dropped_by(DropCause::kOutOfRange) == 2);
+  CHECK(statistics.dropped_by(DropCause::kNotFinite) == 0);
+  std::vector<PointLabel> labels(4);
+  REQUIRE(pipeline->labels(0, labels) == 4);
+  CHECK(labels == std::vector<PointLabel>{PointLabel::kStatic, PointLabel::kStatic,
+                                          PointLabel::kUnknown, PointLabel::kUnknown});
+}
+
+TEST_CASE("a scan that just fits is taken whole, of a larger one the first points") {
+  PipelineConfig config = single_scans();
+  config.keyframe.max_points_per_scan = 16;
+  for (const std::size_t count : {std::size_t{16}, std::size_t{17}}) {
+    OwnedPipeline pipeline(config);
+    std::vector<Eigen::Vector3f> points;
+    for (std::size_t i = 0; i < count; ++i) {
+      points.emplace_back(5.0F + static_cast<float>(i), 0.0F, 0.0F);
+    }
+    REQUIRE(pipeline->add_scan(view_of(points), Pose{}, 1).keyframe_ready);
+    const KeyframeStatistics& statistics = *pipeline->keyframe().statistics;
+    CHECK(statistics.points_in == count);
+    CHECK(statistics.points_valid == 16);
+    CHECK(statistics.points_static == count);
+    CHECK(statistics.cells == 16);
+    CHECK(statistics.dropped_by(DropCause::kScanTooLarge) == count - 16);
+    CHECK(use_of(*pipeline, Capacity::kPointsPerScan).used == count);
+    CHECK(use_of(*pipeline, Capacity::kPointsPerScan).capacity == 16);
+  }
+}
+
+TEST_CASE("the counts of a keyframe are sums over its scans and begin anew with the next") {
+  PipelineConfig config = small_config();
+  config.keyframe.scans = 3;
+  config.free_space.images_per_keyframe = 2;
+  OwnedPipeline pipeline(config);
+  const float nan = std::nanf("");
+  const std::vector<std::vector<Eigen::Vector3f>> scans{
+      {{5.1F, 0.1F, 0.1F}, {nan, 0.0F, 0.0F}},
+      {{5.1F, 0.1F, 0.1F}, {9.1F, 0.1F, 0.1F}, {nan, 0.0F, 0.0F}, {1e5F, 0.0F, 0.0F}},
+      {{9.1F, 0.1F, 0.1F}}};
+  for (std::int64_t keyframe = 0; keyframe < 2; ++keyframe) {
+    for (std::size_t i = 0; i < scans.size(); ++i) {
+      const std::int64_t stamp_ns = 1 + (3 * keyframe + static_cast<std::int64_t>(i)) * kPeriodNs;
+      REQUIRE(pipeline->add_scan(view_of(scans[i]), Pose{}, stamp_ns).keyframe_ready == (i == 2));
+    }
+    const KeyframeStatistics& statistics = *pipeline->keyframe().statistics;
+    CHECK(pipeline->keyframe().sequence == static_cast<std::uint32_t>(keyframe));
+    CHECK(statistics.points_in == 7);
+    CHECK(pipeline->keyframe().points_in == 7);
+    CHECK(statistics.points_valid == 4);
+    CHECK(statistics.points_static == 4);
+    CHECK(statistics.points_dynamic == 0);
+    CHECK(statistics.dropped_by(DropCause::kNotFinite) == 2);
+    CHECK(statistics.dropped_by(DropCause::kOutOfRange) == 1);
+    CHECK(statistics.cells == 2);
+    CHECK(statistics.dynamic_cells == 0);
+    CHECK(statistics.voxels == 2);
+    CHECK(use_of(*pipeline, Capacity::kPointsPerScan).used == 4);
+    CHECK(use_of(*pipeline, Capacity::kCells).used == 2);
+    CHECK(use_of(*pipeline, Capacity::kCells).capacity == config.voxel.max_cells);
+    CHECK(use_of(*pipeline, Capacity::kVoxels).used == 2);
+    CHECK(use_of(*pipeline, Capacity::kVoxels).capacity == config.voxel.max_voxels);
+    CHECK(use_of(*pipeline, Capacity::kBlocks).used == 2);
+    CHECK(use_of(*pipeline, Capacity::kPlaces).used == static_cast<std::uint64_t>(keyframe) + 1);
+    CHECK(use_of(*pipeline, Capacity::kPlaces).capacity == config.loop_search.max_places);
+  }
+}
+
+TEST_CASE("dynamic points are counted with those of all scans that share their cells") {
+  // The first keyframe saw through where a post of one cell then stands, in two scans.
+  std::vector<Eigen::Vector3f> wall;
+  for (float y = -3.0F; y < 3.0F; y += 0.05F) {
+    for (float z = -3.0F; z < 0.3F; z += 0.05F) wall.emplace_back(15.0F, y, z);
+  }
+  PipelineConfig config = small_config();
+  config.keyframe.scans = 2;
+  config.removal.components = false;
+  OwnedPipeline pipeline(config);
+  std::int64_t stamp_ns = 0;
+  for (int i = 0; i < 2; ++i) {
+    (void)pipeline->add_scan(view_of(wall), Pose{}, stamp_ns += kPeriodNs);
+  }
+  REQUIRE(pipeline->keyframe().sequence == 0);
+  const std::vector<std::vector<Eigen::Vector3f>> scans{
+      {{6.1F, 0.1F, -0.5F}, {6.1F, 0.1F, -0.5F}, {-9.0F, 0.0F, 0.0F}},
+      {{6.1F, 0.1F, -0.5F}, {-9.0F, 0.0F, 0.0F}, {1e5F, 0.0F, 0.0F}}};
+  for (const auto& points : scans) {
+    (void)pipeline->add_scan(view_of(points), Pose{}, stamp_ns += kPeriodNs);
+  }
+  const KeyframeView& view = pipeline->keyframe();
+  REQUIRE(view.sequence == 1);
+  CHECK(view.dynamic_cells.size() == 1);
+  CHECK(view.statistics->dynamic_cells == 1);
+  CHECK(view.statistics->points_dynamic == 3);
+  CHECK(view.points_dynamic == 3);
+  CHECK(view.statistics->points_static == 2);
+  std::vector<PointLabel> labels(3);
+  REQUIRE(pipeline->labels(1, labels) == 3);
+  CHECK(labels ==
+        std::vector<PointLabel>{PointLabel::kDynamic, PointLabel::kStatic, PointLabel::kUnknown});
+}
