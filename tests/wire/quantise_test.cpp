@@ -1,6 +1,5 @@
-// Tests of quantisation to the grid of the wire.
-#include "unimapper/core/quantise.hpp"
-
+// Keyframes quantised to the grid of the wire: what moves, what is left out, in which order
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
 
@@ -9,8 +8,6 @@
 
 using namespace unimapper;
 using namespace unimapper::wire;
-using wire_test::Random;
-using wire_test::random_vector;
 
 namespace {
 
@@ -23,60 +20,6 @@ KeyframeRecord sent(KeyframeRecord record) {
 }
 
 }  // namespace
-
-TEST_CASE("a normal survives the wire to better than a ten-thousandth of a radian") {
-  Random random(1);
-  for (int i = 0; i < 20000; ++i) {
-    const Eigen::Vector3f normal = random_vector(random, 1.0).normalized();
-    const auto code = octahedral(normal);
-    REQUIRE(code.has_value());
-    const Eigen::Vector3f back = unit_vector(*code);
-    CHECK((back - normal).norm() < 1e-4F);
-    CHECK(std::abs(back.norm() - 1.0F) < 1e-6F);
-  }
-}
-
-TEST_CASE("every normal has one code and every code in use is its own normal's") {
-  const auto returns_to_itself = [](int u, int v) {
-    const OctahedralNormal code{static_cast<std::int16_t>(u), static_cast<std::int16_t>(v)};
-    const bool same = octahedral(unit_vector(code)) == code;
-    return same == is_canonical(code);
-  };
-  // The rim and the fold lines, where two codes can mean one vector, completely.
-  for (int i = -32767; i <= 32767; ++i) {
-    const int fold = 32767 - std::abs(i);
-    for (int rim : {-32767, 32767, fold, -fold, fold + 1, -fold - 1, 0}) {
-      if (std::abs(rim) > 32767) continue;
-      if (!returns_to_itself(i, rim) || !returns_to_itself(rim, i)) {
-        FAIL("code " << i << ", " << rim);
-      }
-    }
-  }
-  Random random(2);
-  for (int i = 0; i < 200000; ++i) {
-    const int u = static_cast<int>(random.below(65535)) - 32767;
-    const int v = static_cast<int>(random.below(65535)) - 32767;
-    if (!returns_to_itself(u, v)) FAIL("code " << u << ", " << v);
-  }
-  CHECK_FALSE(is_canonical({std::numeric_limits<std::int16_t>::min(), 0}));
-}
-
-TEST_CASE("the axes are exact") {
-  for (int axis = 0; axis < 3; ++axis) {
-    for (float sign : {1.0F, -1.0F}) {
-      const Eigen::Vector3f normal = sign * Eigen::Vector3f::Unit(axis);
-      CHECK((unit_vector(*octahedral(normal)) - normal).norm() < 1e-7F);
-    }
-  }
-}
-
-TEST_CASE("a keypoint without a normal has no code") {
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  const float infinity = std::numeric_limits<float>::infinity();
-  CHECK_FALSE(octahedral({0.0F, 0.0F, 0.0F}).has_value());
-  CHECK_FALSE(octahedral({nan, 0.0F, 1.0F}).has_value());
-  CHECK_FALSE(octahedral({infinity, 0.0F, 1.0F}).has_value());
-}
 
 TEST_CASE("cells are moved to the nearest centimetre, sorted, and their points saturate") {
   KeyframeRecord record;
