@@ -151,6 +151,16 @@ TEST_CASE("a damaged KITTI sequence is refused with file and reason") {
     CHECK_THAT(error_of([&] { (void)dataset->labels(0); }),
                Contains("000000.label") && Contains("2 points"));
   }
+  SECTION("more labels than points, by one or by part of one") {
+    const auto dataset = open_dataset(directory.path());
+    directory.write("labels/000000.label", hex("09000000 09000000 09000000"));
+    CHECK_THAT(error_of([&] { (void)dataset->labels(0); }),
+               Contains("000000.label") && Contains("after 12 bytes") && Contains("2 points"));
+    directory.write("labels/000000.label", hex("09000000 09000000 09"));
+    CHECK_THAT(error_of([&] { (void)dataset->labels(0); }), Contains("after 9 bytes"));
+    directory.write("labels/000000.label", hex("09000000 09000000"));
+    CHECK(dataset->labels(0).size() == 2);
+  }
   SECTION("a scan that vanishes while it is needed") {
     const auto dataset = open_dataset(directory.path());
     std::filesystem::remove(directory.path() / "velodyne/000001.bin");

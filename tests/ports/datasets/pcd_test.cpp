@@ -94,6 +94,41 @@ TEST_CASE("damaged clouds are refused with file, position and reason") {
              Contains("truncated") && Contains("2 points of 12 bytes") && Contains("1 are there"));
 }
 
+TEST_CASE("floats have four or eight bytes, integers any number of them that is a power of two") {
+  const auto header = [](const std::string& size, const std::string& type) {
+    return "FIELDS x y z s\nSIZE 4 4 4 " + size + "\nTYPE F F F " + type +
+           "\nWIDTH 0\nDATA binary\n";
+  };
+  for (const std::string size : {"1", "2"}) {
+    CHECK_THAT(parse_error(header(size, "F")), Contains("field s is a float of fewer than 4"));
+  }
+  for (const std::string size : {"4", "8"}) CHECK(parse(header(size, "F")).points.empty());
+  for (const std::string size : {"1", "2", "4", "8"}) {
+    CHECK(parse(header(size, "U")).points.empty());
+    CHECK(parse(header(size, "I")).points.empty());
+  }
+  for (const std::string size : {"0", "3", "5", "16"}) {
+    CHECK_THAT(parse_error(header(size, "U")), Contains("SIZE must be 1, 2, 4 or 8"));
+  }
+}
+
+TEST_CASE("a header has up to 64 lines and names up to 64 fields") {
+  const auto with_comments = [](int count) {
+    std::string header;
+    for (int i = 0; i < count; ++i) header += "# comment\n";
+    return header + "FIELDS x y z\nWIDTH 0\nDATA ascii\n";
+  };
+  CHECK(parse(with_comments(61)).points.empty());
+  CHECK_THAT(parse_error(with_comments(62)), Contains("no DATA line"));
+  const auto with_fields = [](int count) {
+    std::string header = "FIELDS x y z";
+    for (int i = 3; i < count; ++i) header += " f" + std::to_string(i);
+    return header + "\nWIDTH 0\nDATA ascii\n";
+  };
+  CHECK(parse(with_fields(64)).points.empty());
+  CHECK_THAT(parse_error(with_fields(65)), Contains("FIELDS names no fields"));
+}
+
 TEST_CASE("a forged header cannot make us allocate what the file does not hold") {
   const std::string fields = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n";
   const std::string huge = GENERATE("POINTS 4294967295\n", "WIDTH 65535\nHEIGHT 65535\n");
