@@ -30,6 +30,13 @@ TEST_CASE("the threshold decides which points count") {
   CHECK(a.cd_l2_m == Approx(2.0));
 }
 
+TEST_CASE("points just nearer than the threshold count, those at it do not") {
+  const Cloud first = {{0, 0, 0}};
+  const Cloud second = {{0, 0, 2}};
+  CHECK(compare_clouds(first, second, 2.0).inliers_first == 0);
+  CHECK(compare_clouds(first, second, 2.001).inliers_first == 1);
+}
+
 TEST_CASE("clouds that do not touch have no agreement") {
   CHECK(std::isnan(compare_clouds(Cloud{{0, 0, 0}}, Cloud{{0, 0, 9}}, 5.0).ac_rmse_m));
   CHECK(std::isnan(compare_clouds({}, Cloud{{0, 0, 9}}, 5.0).cd_l2_m));
@@ -60,6 +67,26 @@ TEST_CASE("the entropy of a Gaussian is one half ln |2 pi e Sigma|") {
                                  2 * std::log(0.3 * 0.2 * 0.1));
   CHECK(entropy.points == 3);
   CHECK(entropy.mean == Approx(expected).margin(0.05));
+}
+
+TEST_CASE("the covariance behind the entropy is that of a sample, divided by one less") {
+  // The corners of a cube: the sum of squares is 8 along every axis.
+  Cloud corners;
+  for (int i = 0; i < 8; ++i) {
+    corners.push_back(
+        {i % 2 == 0 ? -1.0F : 1.0F, i / 2 % 2 == 0 ? -1.0F : 1.0F, i / 4 == 0 ? -1.0F : 1.0F});
+  }
+  EntropyConfig config;
+  config.radius_m = 10.0;
+  config.min_neighbours = 8;
+  const MapEntropy entropy = map_entropy(corners, config);
+  const double expected =
+      0.5 * (3 * std::log(2 * 3.14159265358979 * 2.718281828459045) + 3 * std::log(8.0 / 7.0));
+  CHECK(entropy.points == 8);
+  CHECK(entropy.mean == Approx(expected).margin(1e-6));
+  config.min_neighbours = 9;
+  CHECK(map_entropy(corners, config).points == 0);
+  CHECK(map_entropy(corners, config).skipped == 8);
 }
 
 TEST_CASE("points with too few neighbours, or flat ones, have no entropy") {

@@ -99,4 +99,24 @@ TEST_CASE("poses are paired by the nearest stamp within the tolerance") {
   CHECK(associate(estimate, {}).empty());
 }
 
+TEST_CASE("the tolerance of a stamp belongs to it, on either side") {
+  const std::vector<StampedPose> truth = {{1000, {}}};
+  for (const std::int64_t stamp : {990, 1010}) {
+    const std::vector<StampedPose> estimate = {{stamp, {}}};
+    CHECK(associate(estimate, truth, 10).size() == 1);
+    CHECK(associate(estimate, truth, 9).empty());
+  }
+  CHECK(associate(std::vector<StampedPose>{{1000, {}}}, truth, 0).size() == 1);
+}
+
+TEST_CASE("halfway between two true poses the later one is taken") {
+  const std::vector<StampedPose> truth = {{1000, some_pose(0, 0, {1, 0, 0})},
+                                          {1010, some_pose(0, 0, {2, 0, 0})}};
+  for (const std::int64_t stamp : {1004, 1005, 1006}) {
+    const auto pairs = associate(std::vector<StampedPose>{{stamp, {}}}, truth, 10);
+    REQUIRE(pairs.size() == 1);
+    CHECK(pairs[0].truth.translation.x() == (stamp < 1005 ? 1.0 : 2.0));
+  }
+}
+
 TEST_CASE("aligning nothing is refused") { CHECK_THROWS_AS(align({}), std::invalid_argument); }

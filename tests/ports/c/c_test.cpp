@@ -190,6 +190,10 @@ TEST_CASE("views of points that cannot be right are refused and leave no trace")
     CHECK(add_one(pipeline.get(), points, 1) == UM_INVALID_POINTS);
     CHECK(says_something(um_message(pipeline.get())));
   }
+  // A stride of one float is the least there is.
+  um_points every_float = good;
+  every_float.stride = 4;
+  CHECK(add_one(CPipeline().get(), every_float, 1) == UM_OK);
   const um_points none = {nullptr, 0, 0, 0, 0, 0};
   CHECK(add_one(pipeline.get(), none, 1) == UM_EMPTY_SCAN);
   REQUIRE(add_one(pipeline.get(), good, 1) == UM_OK);
