@@ -625,7 +625,7 @@ TEST_CASE("The central session's first keyframe defines the map", "[alignment]")
   Scene scene;
   scene.sessions = {{straight(40), 1.0}, {straight(40), 2.0}};
   for (Pose& pose : scene.sessions[1].T_odometry_keyframe) {
-    pose = yaw_pose(1.0, {7.0, 8.0, 9.0}) * pose;
+    pose = yaw_pose(2.5, {700.0, -300.0, 9.0}) * pose;
   }
   connect_side_by_side(scene.loops, 1, 0, 40);
   const Alignment alignment = align_sessions(scene.sessions, scene.loops, MergeConfig{});
@@ -688,4 +688,87 @@ TEST_CASE("Refinement keeps the start if the maps would deform implausibly", "[a
   for (const LoopDecision& decision : pulled.decisions) CHECK(decision.accepted);
   CHECK((pulled.T_map_keyframe({1, 39}).translation - start.T_map_keyframe({1, 39}).translation)
             .norm() > 10.0);
+}
+
+TEST_CASE("Two maps are joined only if enough of their loops survive", "[alignment]") {
+  // Four right ones, and two wrong ones on either side.
+  const auto joined = [](std::uint32_t min_strong_loops) {
+    Scene scene;
+    scene.sessions = {{straight(40), 1.0}, {straight(40), 0.5}};
+    for (std::size_t i = 0; i < 4; ++i) {
+      scene.loops.push_back(exact_loop({1, 8 * i}, {0, 8 * i}, Pose{}));
+    }
+    for (const double aside : {30.0, -30.0}) {
+      scene.loops.push_back(exact_loop({1, 12}, {0, 12}, yaw_pose(0.0, {0.0, aside, 0.0})));
+    }
+    MergeConfig config;
+    config.acceptance.consistency_chi2 = 1e9;
+    config.acceptance.min_strong_loops = min_strong_loops;
+    return align_sessions(scene.sessions, scene.loops, config);
+  };
+  CHECK(joined(4).connected[1]);
+  const Alignment refused = joined(5);
+  CHECK_FALSE(refused.connected[1]);
+  CHECK(refused.reason[1] == "contradicts the maps merged before");
+}
+
+TEST_CASE("Loops within a session are refused if they deform it implausibly", "[alignment]") {
+  // Forty keyframes straight ahead that a loop bends by sixty metres.
+  Scene scene;
+  scene.sessions = {{straight(40), 1.0}};
+  scene.loops.push_back(exact_loop({0, 39}, {0, 0}, yaw_pose(0.0, {195.0, 60.0, 0.0}), 0.001));
+  MergeConfig config;
+  config.acceptance.consistency_chi2 = 1e9;
+  config.acceptance.loop_chi2 = 1e9;
+  config.graph.cauchy_scale = 1e6;
+  config.graph.deformation_per_m = 0.0;
+  config.graph.deformation_floor_m = 1000.0;
+  const Alignment bent = align_sessions(scene.sessions, scene.loops, config);
+  CHECK(bent.decisions[0].accepted);
+  CHECK(bent.decisions[0].reason.empty());
+  CHECK(bent.T_session_keyframe[0][39].translation.y() > 50.0);
+  config.graph.deformation_floor_m = 0.0;
+  const Alignment kept = align_sessions(scene.sessions, scene.loops, config);
+  CHECK_FALSE(kept.decisions[0].accepted);
+  CHECK(kept.decisions[0].reason == "disagrees with odometry or with the session's other loops");
+  CHECK(kept.T_session_keyframe[0][39].translation == straight(40)[39].translation);
+}
+
+TEST_CASE("A session that stays apart names the reason of its strongest pair", "[alignment]") {
+  Scene scene;
+  scene.sessions = {{straight(40), 2.0}, {straight(40), 1.0}, {straight(40), 0.5}};
+  connect_side_by_side(scene.loops, 1, 0, 40);
+  const auto reason = [&] {
+    const Alignment alignment = align_sessions(scene.sessions, scene.loops, MergeConfig{});
+    REQUIRE(alignment.connected[1]);
+    REQUIRE_FALSE(alignment.connected[2]);
+    return alignment.reason[2];
+  };
+  CHECK(reason() == "no loops found");
+  LoopConstraint weak = exact_loop({2, 20}, {1, 20}, Pose{});
+  scene.loops.push_back(weak);
+  CHECK(reason() == "too few consistent loops: 1 of 1");
+  // Two of them are more, if they do not overlap strongly.
+  weak = exact_loop({2, 10}, {0, 10}, Pose{});
+  weak.overlap = 0.1;
+  scene.loops.push_back(weak);
+  weak.query.keyframe = weak.match.keyframe = 30;
+  scene.loops.push_back(weak);
+  CHECK(reason() == "too few consistent loops: 2 of 2");
+}
+
+TEST_CASE("Refinement leaves the loops of a session alone that is not connected", "[alignment]") {
+  Scene scene;
+  scene.sessions = {{straight(40), 2.0}, {straight(40), 1.0}, {straight(30), 0.5}};
+  connect_side_by_side(scene.loops, 1, 0, 40);
+  Pose ahead;
+  ahead.translation.x() = 20.0 * kStepM;
+  scene.loops.push_back(exact_loop({2, 25}, {2, 5}, ahead));
+  const Alignment start = align_sessions(scene.sessions, scene.loops, MergeConfig{});
+  REQUIRE(start.decisions.back().accepted);
+  REQUIRE_FALSE(start.connected[2]);
+  const Alignment refined = refine_alignment(start, scene.sessions, scene.loops, MergeConfig{});
+  CHECK(refined.decisions.back().accepted);
+  CHECK_FALSE(refined.connected[2]);
+  CHECK(refined.reason[2] == start.reason[2]);
 }

@@ -284,10 +284,13 @@ TEST_CASE("The nearest keyframes are proposed, spaced along the query's path", "
   std::vector<LoopConstraint> known(1);
   known[0].query = {0, 8};
   known[0].match = {1, 8};
-  found = maps.search(config, known);
-  for (const LoopCandidate& loop : found) CHECK(loop.match.keyframe == loop.query.keyframe);
-  CHECK(found.size() == 10);  // from keyframe 9 on instead
-  CHECK(found[2].query.keyframe == 9);
+  for (const bool from_the_other_side : {false, true}) {
+    if (from_the_other_side) std::swap(known[0].query, known[0].match);
+    found = maps.search(config, known);
+    for (const LoopCandidate& loop : found) CHECK(loop.match.keyframe == loop.query.keyframe);
+    CHECK(found.size() == 10);  // from keyframe 9 on instead
+    CHECK(found[2].query.keyframe == 9);
+  }
 }
 
 TEST_CASE("Within a session both gaps count, by keyframes and along the path", "[radius_search]") {
