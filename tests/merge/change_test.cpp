@@ -97,6 +97,31 @@ TEST_CASE("Only keyframes within range say what is free", "[changes]") {
   CHECK(count_gone(with_box(), without_box(2, 0), config) == 0);
 }
 
+TEST_CASE("A surface within the change distance is the same one", "[changes]") {
+  // On the second day one keyframe of four observed a surface 0.57 m farther away.
+  MapConfig config;
+  config.change_distance_m = 0.5F;
+  CHECK(count_gone(with_box(), without_box(3, 1), config) >= 20);
+  config.change_distance_m = 0.7F;
+  CHECK(count_gone(with_box(), without_box(3, 1), config) == 0);
+}
+
+TEST_CASE("Every keyframe of a long session may have seen through", "[changes]") {
+  MapConfig config;
+  config.min_observers = 1;
+  for (const std::size_t looks : {0U, 15U, 16U, 32U}) {
+    SessionData day;
+    day.keyframes.resize(33);
+    // The others saw a single cell behind them.
+    for (std::size_t k = 0; k < day.keyframes.size(); ++k) {
+      day.keyframes[k].scans.push_back({0, 1'000'000'000, Pose{}});
+      day.keyframes[k].static_cells.push_back({{-5.0F, 0.0F, 0.0F}, 3, 0, 0});
+    }
+    day.keyframes[looks] = look_at_wall(1'000'000'000);
+    CHECK(count_gone(with_box(), day, config) >= 20);
+  }
+}
+
 TEST_CASE("Changes smaller than the least cluster are left out", "[changes]") {
   SessionData day;
   day.keyframes.push_back(look_at_wall(1));

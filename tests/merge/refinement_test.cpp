@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <utility>
+#include <vector>
 
 #include "tests/merge/synthetic_sheets.hpp"
 
@@ -290,4 +292,62 @@ TEST_CASE("of more revisits than configured the nearest are used", "[refinement]
   CHECK(share(0.01, 0.02) == 0.0);
   config.revisits = 0;
   CHECK(share(0.01, 0.02) == 0.0);
+}
+
+TEST_CASE("keyframes of the same session beyond the window are revisits", "[refinement]") {
+  SessionData session;
+  session.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
+  session.keyframes.push_back(keyframe_of(1, {}));  // saw nothing at all
+  session.keyframes.push_back(keyframe_of(2, {kWall}));
+  session.keyframes.push_back(keyframe_of(3, {kWall}));
+  RefinementConfig config;
+  config.window = 1;
+  const auto share = [&] {
+    return dynamic_share(session.keyframes[0], refine({placed(session)}, config, 1)[0][0],
+                         kPerson.x);
+  };
+  config.revisits = 0;
+  CHECK(share() == 0.0);
+  config.revisits = 10;
+  CHECK(share() == 1.0);
+}
+
+TEST_CASE("a revisit that observed a cell speaks against its having been seen through",
+          "[refinement]") {
+  SessionData ghost;
+  ghost.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
+  ghost.keyframes.push_back(keyframe_of(1, {}));
+  SessionData other_day;
+  other_day.keyframes.push_back(keyframe_of(0, {kWall}));
+  other_day.keyframes.push_back(keyframe_of(1, {kWall, kPerson}));
+  SessionData both = ghost;
+  for (const KeyframeRecord& keyframe : other_day.keyframes) both.keyframes.push_back(keyframe);
+  RefinementConfig config;
+  config.window = 1;
+  config.log_odds_weakly_occupied = 0.0F;
+  REQUIRE(config.log_odds_free == 0.85F);
+  const auto shares = [&] {
+    const double apart = dynamic_share(
+        ghost.keyframes[0], refine({placed(ghost), placed(other_day)}, config, 1)[0][0], kPerson.x);
+    const double together =
+        dynamic_share(both.keyframes[0], refine({placed(both)}, config, 1)[0][0], kPerson.x);
+    return std::pair(apart, together);
+  };
+  config.log_odds_occupied = 0.84F;
+  CHECK(shares() == std::pair(1.0, 1.0));
+  config.log_odds_occupied = 0.86F;
+  CHECK(shares() == std::pair(0.0, 0.0));
+}
+
+TEST_CASE("every keyframe of a long session is refined", "[refinement]") {
+  KeyframeRecord keyframe;
+  keyframe.static_cells.push_back({{1.0F, 0.0F, 0.0F}, 1, 0, 0});
+  keyframe.dynamic_cells.push_back({{2.0F, 0.0F, 0.0F}, 1, 0, 0});
+  SessionData session;
+  session.keyframes.resize(130, keyframe);
+  const auto refined = refine({placed(session)}, {}, 1);
+  REQUIRE(refined[0].size() == 130);
+  for (const RefinedKeyframe& labels : refined[0]) {
+    CHECK(labels.dynamic == std::vector<std::uint8_t>{0, 1});
+  }
 }
