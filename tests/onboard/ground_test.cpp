@@ -58,6 +58,35 @@ TEST_CASE("ground a step above the ground around it is none, slopes and kerbs ar
   }
 }
 
+TEST_CASE("lower ground is looked for as far as configured") {
+  // Five voxels from floor to floor, and six.
+  for (const float x : {10.0F, 12.0F}) {
+    Stages stages;
+    REQUIRE(stages.config.ground.elevated_reach_m == 10.0F);
+    REQUIRE(stages.config.voxel.coarse_size_m == 2.0F);
+    std::vector<Eigen::Vector3f> points;
+    add_floor(points, 0.0F, 2.0F, 0.0F, 2.0F, 0.1F);
+    add_floor(points, x, x + 2.0F, 0.0F, 2.0F, 1.1F);
+    stages.add(points);
+    CHECK(stages.find_and_split_ground() == 2);
+    CHECK(stages.rejected == (x < 11.0F ? 1 : 0));
+  }
+}
+
+TEST_CASE("the farther away lower ground is, the higher must the upper lie above it") {
+  // 8 m apart: a fifth of a metre and 3.5 cm for every metre between them.
+  for (const float height_m : {0.46F, 0.50F}) {
+    Stages stages;
+    REQUIRE(stages.config.ground.elevated_step_m == 0.2F);
+    std::vector<Eigen::Vector3f> points;
+    add_floor(points, 0.0F, 2.0F, 0.0F, 2.0F, 0.1F);
+    add_floor(points, 8.0F, 10.0F, 0.0F, 2.0F, 0.1F + height_m);
+    stages.add(points);
+    CHECK(stages.find_and_split_ground() == 2);
+    CHECK(stages.rejected == (height_m > 0.48F ? 1 : 0));
+  }
+}
+
 TEST_CASE("objects on the ground are candidates, the ground is not") {
   Stages stages;
   std::vector<Eigen::Vector3f> points;
