@@ -255,6 +255,59 @@ TEST_CASE("three later observations of a kept cell outweigh every image", "[fina
   CHECK(relabelled(config, "ppppwww", 0).cells_now_dynamic == 0);
 }
 
+namespace {
+
+using Points = std::vector<Eigen::Vector3f>;
+
+/// The first keyframe sees a post and, in the same block of cells, a board beside it. So many
+/// keyframes then see the board only, and the last one what is behind the post but not the board.
+std::uint32_t cells_now_dynamic(const PipelineConfig& config, const Points& post,
+                                std::uint32_t boards) {
+  const Eigen::Vector3f board(6.1F, 0.7F, -0.5F);
+  Points wall;
+  for (float y = -3.0F; y < 0.8F; y += 0.05F) {
+    for (float z = -3.0F; z < 0.3F; z += 0.05F) wall.emplace_back(15.0F, y, z);
+  }
+  std::vector<Points> scans{post};
+  scans[0].push_back(board);
+  scans.insert(scans.end(), boards, Points{board});
+  scans.push_back(wall);
+  OwnedPipeline pipeline(config);
+  REQUIRE(pipeline);
+  std::int64_t stamp_ns = 1;
+  for (const Points& points : scans) {
+    const PointView view = PointView::xyz(points.data(), points.size(), sizeof(points[0]));
+    REQUIRE(pipeline->add_scan(view, Pose{}, stamp_ns += kPeriodNs).keyframe_ready);
+  }
+  REQUIRE(pipeline->relabel_next());
+  REQUIRE(pipeline->keyframe().relabelled.sequence == 0);
+  return pipeline->keyframe().relabelled.cells_now_dynamic;
+}
+
+}  // namespace
+
+TEST_CASE("cells that stay static speak for the others of their block", "[final labels]") {
+  PipelineConfig config = one_cell_config();
+  REQUIRE(config.removal.log_odds_occupied == 0.425F);
+  config.removal.log_odds_free = 2.0F;
+  // 2.0 - 3 x 0.425 against 0.425, and 2.0 - 4 x 0.425.
+  CHECK(cells_now_dynamic(config, {{6.1F, 0.1F, -0.5F}}, 3) == 1);
+  CHECK(cells_now_dynamic(config, {{6.1F, 0.1F, -0.5F}}, 4) == 0);
+}
+
+TEST_CASE("a confirmed static cell stays although its block is removed", "[final labels]") {
+  PipelineConfig config = one_cell_config();
+  Points post;
+  for (const float x : {6.1F, 6.3F}) {
+    for (const float z : {-0.1F, -0.3F, -0.5F, -0.7F}) post.emplace_back(x, 0.1F, z);
+  }
+  // The board was observed twice more: 2 x 0.425.
+  config.removal.confirmed_static_log_odds = 0.85F;
+  CHECK(cells_now_dynamic(config, post, 2) == 8);
+  config.removal.confirmed_static_log_odds = 0.851F;
+  CHECK(cells_now_dynamic(config, post, 2) == 9);
+}
+
 TEST_CASE("labels of the points of a relabelled cell change, unknown ones do not",
           "[final labels]") {
   OwnedPipeline pipeline(one_cell_config());
