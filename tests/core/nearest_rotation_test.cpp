@@ -30,6 +30,17 @@ TEST_CASE("points in one plane and mirrored points give a proper rotation", "[ne
   }
 }
 
+TEST_CASE("points almost on one line give a rotation that is orthogonal to the last digits",
+          "[nearest_rotation]") {
+  // The second direction is six orders weaker: rounding mixes the first one into its image.
+  const Eigen::Matrix3d m = kTurn * Eigen::Vector3d(1.0, 1.7e-6, 0.0).asDiagonal() *
+                            Eigen::AngleAxisd(1.1, Eigen::Vector3d(0.3, 0.9, -0.2).normalized())
+                                .toRotationMatrix()
+                                .transpose();
+  const auto fit = nearest_rotation(m);
+  CHECK((fit.rotation.transpose() * fit.rotation - Eigen::Matrix3d::Identity()).norm() < 1e-14);
+}
+
 TEST_CASE("points on one line say nothing about a rotation", "[nearest_rotation]") {
   const Eigen::Vector3d line(1.0, 2.0, 3.0);
   for (const Eigen::Matrix3d& m :

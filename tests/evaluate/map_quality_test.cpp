@@ -22,6 +22,16 @@ TEST_CASE("accuracy and Chamfer distance of two tiny clouds, by hand") {
   CHECK(a.cd_l2_squared_m2 == Approx(10.0));
 }
 
+TEST_CASE("the Chamfer distance adds the means of both clouds, each over its own points") {
+  const Cloud first = {{0, 0, 0}};
+  const Cloud second = {{0, 0, 1}, {0, 0, 2}, {0, 0, 3}};
+  const CloudAgreement a = compare_clouds(first, second, 5.0);
+  CHECK(a.inliers_first == 1);
+  CHECK(a.inliers_second == 3);
+  CHECK(a.cd_l2_m == Approx(1.0 + (1.0 + 2.0 + 3.0) / 3));
+  CHECK(a.cd_l2_squared_m2 == Approx(1.0 + (1.0 + 4.0 + 9.0) / 3));
+}
+
 TEST_CASE("the threshold decides which points count") {
   const Cloud first = {{0, 0, 0}, {10, 0, 0}};
   const Cloud second = {{0, 0, 1}, {10, 0, 3}};

@@ -334,7 +334,7 @@ TEST_CASE("of too many cells a share from everywhere is described, not the first
   const auto [all_west, all_east] = sides(structure, 0);
   REQUIRE(all_west > 10);
   REQUIRE(all_east > 10);
-  const auto [west, east] = sides(structure * 6 / 10, structure * 3 / 10);
-  CHECK(2 * west > all_west);
-  CHECK(2 * east > all_east);
+  const auto [west, east] = sides(structure * 4 / 10, structure * 5 / 10);
+  CHECK(3 * west > all_west);
+  CHECK(3 * east > all_east);
 }

@@ -120,6 +120,20 @@ TEST_CASE("a HeLiPR scan between two poses turns with time from the earlier to t
   CHECK(yaw == Approx(0.1 * 3.14159265358979 / 2.0));
 }
 
+TEST_CASE("a HeLiPR scan may lie between poses half a second apart, not farther") {
+  const TemporaryDirectory directory;
+  directory.write("LiDAR/Avia/1691936557200000000.bin", kAvia);
+  const auto until = [&](const std::string& stamp) {
+    directory.write("LiDAR_GT/Avia_gt.txt",
+                    "1691936557000000000 0 0 0 0 0 0 1\n" + stamp + " 10 0 0 0 0 0 1\n");
+  };
+  until("1691936557500000000");
+  CHECK(open_dataset(directory.path())->pose(0).translation.x() == Approx(4.0));
+  until("1691936557500000001");
+  CHECK_THAT(error_of([&] { (void)open_dataset(directory.path()); }),
+             Contains("no pose within 0.5 s of scan 1691936557200000000"));
+}
+
 TEST_CASE("a HeLiPR sequence that does not fit together is refused") {
   const TemporaryDirectory directory;
   directory.write("LiDAR/Avia/1000000000.bin", kAvia);

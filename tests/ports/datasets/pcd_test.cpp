@@ -57,6 +57,31 @@ TEST_CASE("compressed clouds hold all x, then all y, then all z") {
   check_two_points(parse(compressed_cloud()));
 }
 
+TEST_CASE("fields of several values before x, y and z are skipped, compressed or not") {
+  const std::string header =
+      "FIELDS normal x y z\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 2 1 1 1\nPOINTS 2\nDATA ";
+  const std::string one = "0000803f", two = "00000040", three = "00004040", nine = "00001041";
+  check_two_points(parse(header + "ascii\n9 9 1 2 3\n9 9 1 2 3\n"));
+  check_two_points(parse(header + "binary\n" + hex(nine + nine + one + two + three) +
+                         hex(nine + nine + one + two + three)));
+  // Literal runs of eight bytes: four values of `normal`, then x, y and z of both points.
+  check_two_points(parse(header + "binary_compressed\n" + hex("2d000000 28000000") +
+                         hex("07" + nine + nine + "07" + nine + nine + "07" + one + one) +
+                         hex("07" + two + two + "07" + three + three)));
+}
+
+TEST_CASE("fields of several values are read by their first value") {
+  // As drivers do that store x and its error in one field.
+  const std::string header = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 2 1 1\nPOINTS 2\nDATA ";
+  const std::string one = "0000803f", two = "00000040", three = "00004040", nine = "00001041";
+  check_two_points(parse(header + "ascii\n1 9 2 3\n1 9 2 3\n"));
+  check_two_points(
+      parse(header + "binary\n" + hex(one + nine + two + three) + hex(one + nine + two + three)));
+  check_two_points(parse(header + "binary_compressed\n" + hex("24000000 20000000") +
+                         hex("07" + one + nine + "07" + one + nine + "07" + two + two) +
+                         hex("07" + three + three)));
+}
+
 TEST_CASE("old headers lack COUNT, VIEWPOINT and POINTS") {
   const std::string header =
       "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 2\nHEIGHT 1\nDATA ascii\n";
