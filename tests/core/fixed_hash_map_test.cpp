@@ -69,6 +69,20 @@ TEST_CASE("clearing forgets everything, entries made afterwards start from zero"
   CHECK((*owned)[owned->find_or_insert(1)] == 0);
 }
 
+TEST_CASE("refusals are counted since the last clearing") {
+  OwnedMap owned(2);
+  for (std::uint64_t key = 1; key <= 5; ++key) owned->find_or_insert(key);
+  CHECK(owned->refused() == 3);
+  // Looking up an entry that is there, or one that is not, refuses nothing.
+  owned->find_or_insert(1);
+  CHECK(owned->find(5) == kNotFound);
+  CHECK(owned->refused() == 3);
+  owned->clear();
+  CHECK(owned->refused() == 0);
+  for (std::uint64_t key = 1; key <= 3; ++key) owned->find_or_insert(key);
+  CHECK(owned->refused() == 1);
+}
+
 TEST_CASE("every key may be used, whatever its bits") {
   OwnedMap owned(4);
   for (const std::uint64_t key : {std::uint64_t{0}, ~std::uint64_t{0}, std::uint64_t{1} << 63U}) {
