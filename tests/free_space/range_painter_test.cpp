@@ -1,6 +1,7 @@
 // Painting of range images on both storages
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 #include "storages.hpp"
@@ -39,6 +40,28 @@ Eigen::Vector3f at(float range_m, int columns, int rows) {
   const float elevation = 0.01571F * (static_cast<float>(rows) + 0.5F);  // rows are finer near 0
   return range_m * Eigen::Vector3f(std::cos(azimuth) * std::cos(elevation),
                                    std::sin(azimuth) * std::cos(elevation), std::sin(elevation));
+}
+
+/// A point at `range_m` in the middle of a pixel, found by trying directions.
+Eigen::Vector3f in_pixel(const ImageProjection& projection, float range_m, std::int32_t column,
+                         std::int32_t row) {
+  const auto pixel_of = [&](const Eigen::Vector3f& p) {
+    std::int32_t pixel = 0;
+    float range = 0.0F;
+    projection.project(&p.x(), &p.y(), &p.z(), 1, &pixel, &range);
+    return pixel;
+  };
+  for (float azimuth = -3.14F; azimuth < 3.14F; azimuth += 0.005F) {
+    const Eigen::Vector3f level(std::cos(azimuth), std::sin(azimuth), 0.0F);
+    const std::int32_t pixel = pixel_of(level);
+    if (pixel == ImageProjection::kOutside || pixel % projection.columns() != column) continue;
+    for (float z = -0.99F; z < 0.99F; z += 0.005F) {
+      const Eigen::Vector3f point = (level + Eigen::Vector3f(0.0F, 0.0F, z)).normalized();
+      if (pixel_of(point) == row * projection.columns() + column) return range_m * point;
+    }
+  }
+  FAIL("no direction falls into the pixel");
+  return {};
 }
 
 }  // namespace
@@ -97,6 +120,58 @@ TEMPLATE_TEST_CASE("The filter goes round where the image does", "", Owned<Range
   narrow.shape.horizontal_fov_deg = 90.0F;
   TestType ahead_only(narrow);
   for (const std::uint16_t pixel : paint(ahead_only, points)) REQUIRE(pixel == kNoRange);
+}
+
+TEST_CASE("A return reaches the eight pixels around its own, across the seam of a full turn only") {
+  for (const float horizontal_fov_deg : {360.0F, 90.0F}) {
+    RangePainterConfig alone = config();
+    alone.shape.horizontal_fov_deg = horizontal_fov_deg;
+    alone.min_returns = 1;
+    InBlock<RangePainter> painter(alone);
+    const ImageProjection& projection = painter->projection();
+    const std::int32_t columns = projection.columns();
+    const std::int32_t rows = projection.rows();
+    const bool full_turn = horizontal_fov_deg == 360.0F;
+    REQUIRE(projection.wraps() == full_turn);
+    for (const std::int32_t column : {0, 1, columns / 2, columns - 2, columns - 1}) {
+      for (const std::int32_t row : {0, 1, rows - 2, rows - 1}) {
+        INFO("column " << column << " of " << columns << ", row " << row << " of " << rows);
+        const std::vector<std::uint16_t> pixels =
+            paint(painter, {in_pixel(projection, 10.0F, column, row)});
+        for (std::int32_t i = 0; i < columns * rows; ++i) {
+          const std::int32_t aside = std::abs(i % columns - column);
+          const bool beside = aside <= 1 || (full_turn && aside == columns - 1);
+          const bool reached = beside && std::abs(i / columns - row) <= 1;
+          if ((pixels[static_cast<std::size_t>(i)] != kNoRange) != reached) FAIL("pixel " << i);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("Returns on both sides of the seam count together, and the smaller range is painted") {
+  RangePainterConfig two = config();
+  two.min_returns = 2;
+  InBlock<RangePainter> painter(two);
+  const ImageProjection& projection = painter->projection();
+  const std::int32_t columns = projection.columns();
+  const std::int32_t row = projection.rows() / 2;
+  // Only the column between two returns sees both of them.
+  const auto check = [&](std::int32_t near, std::int32_t far, std::int32_t between) {
+    const std::vector<std::uint16_t> pixels = paint(
+        painter, {in_pixel(projection, 8.0F, near, row), in_pixel(projection, 12.0F, far, row)});
+    for (std::int32_t column = 0; column < columns; ++column) {
+      const float range_m =
+          static_cast<float>(pixels[static_cast<std::size_t>(row * columns + column)]) /
+          kRangeUnitsPerMetre;
+      INFO("column " << column);
+      REQUIRE(range_m == Approx(column == between ? 8.0F : 0.0F).margin(0.01));
+    }
+  };
+  check(0, columns - 2, columns - 1);
+  check(columns - 2, 0, columns - 1);
+  check(columns - 1, 1, 0);
+  check(1, columns - 1, 0);
 }
 
 TEST_CASE("Both storages paint the same image") {
