@@ -172,6 +172,25 @@ TEST_CASE("rubbish between events is skipped and reported") {
   }
 }
 
+TEST_CASE("an event behind rubbish of any length is found") {
+  // Rubbish is searched in blocks of 256, 512, 1024 ... bytes: a magic word may lie in two of them.
+  const TemporaryDirectory directory;
+  write_sample(directory / "log");
+  const Data bytes = read_file(directory / "log");
+  test::MemoryFile file;
+  for (std::size_t length = 1; length <= 2000; ++length) {
+    Data damaged(length, 0);
+    damaged.insert(damaged.end(), bytes.begin(), bytes.end());
+    file.write(damaged.data(), damaged.size());
+    EventLogReader reader(file.path());
+    LogEvent event;
+    if (!reader.next(event) || event.offset != length || event.number != 0 ||
+        reader.fault_count() != 1) {
+      FAIL("behind " << length << " bytes");
+    }
+  }
+}
+
 TEST_CASE("an event whose length is wrong does not swallow its successors") {
   const TemporaryDirectory directory;
   const std::vector<std::size_t> ends = write_sample(directory / "log");
@@ -207,6 +226,42 @@ TEST_CASE("an event beyond the limit is skipped without being read") {
   EventLogReader reader(directory / "log", 350);
   CHECK(read_all(reader).size() == 4);
   CHECK_THAT(reader.fault_sentences().at(0), Catch::Contains("larger than the limit"));
+}
+
+TEST_CASE("an event as large as the limit is read, one byte more is too much") {
+  const TemporaryDirectory directory;
+  write_sample(directory / "log");
+  EventLogReader just(directory / "log", 400);
+  CHECK(read_all(just).size() == 5);
+  CHECK(just.fault_count() == 0);
+  EventLogReader too_small(directory / "log", 399);
+  CHECK(read_all(too_small).size() == 4);
+  CHECK(too_small.fault_count() == 1);
+}
+
+TEST_CASE("of many faults the first are kept and the others counted") {
+  const TemporaryDirectory directory;
+  write_sample(directory / "log");
+  const Data bytes = read_file(directory / "log");
+  const auto sentences = [&](std::size_t faults) {
+    // A byte of rubbish in front of every event.
+    Data damaged;
+    for (std::size_t i = 0; i < faults; ++i) {
+      damaged.push_back(0);
+      damaged.insert(damaged.end(), bytes.begin(), bytes.end());
+    }
+    write_file(directory / "damaged", damaged);
+    EventLogReader reader(directory / "damaged");
+    CHECK(read_all(reader).size() == 5 * faults);
+    CHECK(reader.fault_count() == faults);
+    return reader.fault_sentences();
+  };
+  constexpr std::size_t kKept = EventLogReader::kMaxFaultsKept;
+  CHECK(sentences(kKept).size() == kKept);
+  const std::vector<std::string> more = sentences(kKept + 3);
+  REQUIRE(more.size() == kKept + 1);
+  CHECK_THAT(more.front(), Catch::Contains("at byte 0: no event starts here"));
+  CHECK_THAT(more.back(), Catch::EndsWith(": 3 more faults"));
 }
 
 TEST_CASE("a log that cannot be opened is refused by name") {
