@@ -1,6 +1,7 @@
 // Tests of the readers of KITTI, SemanticKITTI and the simulator's layout.
 #include <catch2/catch.hpp>
 
+#include "ports/datasets/sequence.hpp"
 #include "tests/ports/datasets/fixtures.hpp"
 
 using namespace unimapper;
@@ -89,6 +90,29 @@ TEST_CASE("an excerpt of a sequence takes its poses by scan number") {
   REQUIRE(dataset->scan_count() == 1);
   CHECK(dataset->pose(0).translation == Eigen::Vector3d(1, 0, 0));
   CHECK(dataset->stamp_ns(0) == 0);
+}
+
+TEST_CASE("a scan of an excerpt may take the last line, not the one behind it") {
+  const std::string name = "text.txt";
+  const auto lines_of = [&](const std::vector<std::filesystem::path>& files, std::size_t lines) {
+    return match_lines(files, lines, name, "poses");
+  };
+  CHECK(lines_of({"a/000000.bin", "a/000002.bin"}, 3) == std::vector<std::size_t>{0, 2});
+  for (const char* file : {"a/000003.bin", "a/000004.bin", "a/2x.bin", "a/-1.bin", "a/.bin"}) {
+    INFO(file);
+    const std::string stem = std::filesystem::path(file).filename().string();
+    CHECK_THAT(error_of([&] {
+                 (void)lines_of({"a/000000.bin", file}, 3);
+               }),
+               Contains(name) && Contains("3 poses for 2 scans, and the name of " + stem +
+                                          " does not say which line is its own"));
+  }
+  // As many lines as scans: their order, whatever the names are.
+  CHECK(lines_of({"a/000007.bin", "a/last.bin"}, 2) == std::vector<std::size_t>{0, 1});
+  CHECK_THAT(error_of([&] {
+               (void)lines_of({"a/000000.bin", "a/000001.bin"}, 1);
+             }),
+             Contains("1 poses for 2 scans"));
 }
 
 TEST_CASE("KITTI odometry keeps its poses in a folder beside the sequences") {
