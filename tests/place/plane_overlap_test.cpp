@@ -56,3 +56,96 @@ TEST_CASE("planes that only one place can see do not count against the other") {
   overlap->set_query(fuller);
   CHECK(overlap->compare(Pose{}).overlap < 0.97F);
 }
+
+namespace {
+
+/// Upright planes in the middle of voxels of 2 m, 9 to 21 m ahead: 72 of them, 24 of each height.
+/// Whole numbers, so that quarter turns and steps of 2 m keep them exactly.
+std::vector<PlanePatch> centred_walls() {
+  std::vector<PlanePatch> planes;
+  for (float x = 9; x <= 21; x += 4) {
+    for (float y = -5; y <= 5; y += 2) {
+      for (float z = -1; z <= 3; z += 2) planes.push_back(wall(x, y, z));
+    }
+  }
+  return planes;
+}
+
+/// Without those at a height of 1 m.
+std::vector<PlanePatch> without_middle(std::vector<PlanePatch> planes) {
+  std::vector<PlanePatch> kept;
+  for (const PlanePatch& patch : planes) {
+    if (patch.center.z() != 1.0F) kept.push_back(patch);
+  }
+  return kept;
+}
+
+std::vector<PlanePatch> moved(std::vector<PlanePatch> planes, const Pose& pose) {
+  for (PlanePatch& patch : planes) {
+    patch.center = (pose * Eigen::Vector3d(patch.center.cast<double>())).cast<float>();
+    patch.normal = (pose.rotation * patch.normal.cast<double>()).cast<float>();
+  }
+  return planes;
+}
+
+/// A quarter turn to the left, then a shift: exact.
+Pose quarter_turn(const Eigen::Vector3d& shift) {
+  Pose pose;
+  pose.rotation << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  pose.translation = shift;
+  return pose;
+}
+
+}  // namespace
+
+TEST_CASE("planes of either place are moved into the other one's frame") {
+  InBlock<PlaneOverlap> overlap(100U, 2.0F);
+  const std::vector<PlanePatch> all = centred_walls();
+  REQUIRE(all.size() == 72);
+  for (const Pose& T_match_query : {Pose{}, quarter_turn({4, -2, 0}), quarter_turn({-2, 6, 0})}) {
+    const std::vector<PlanePatch> query = moved(all, T_match_query.inverse());
+    overlap->set_match(all);
+    overlap->set_query(query);
+    const OverlapResult same = overlap->compare(T_match_query);
+    CHECK(same.overlap == Approx(1.0F));
+    CHECK(same.upright_overlap == Approx(1.0F));
+    CHECK(same.upright == 2 * 72);
+  }
+}
+
+TEST_CASE("planes that one of two places lacks count once among those of both") {
+  InBlock<PlaneOverlap> overlap(100U, 2.0F);
+  const std::vector<PlanePatch> all = centred_walls();
+  const std::vector<PlanePatch> fewer = without_middle(all);
+  REQUIRE(fewer.size() == 48);
+  const Pose T_match_query = quarter_turn({0, 0, 0});
+  const auto check = [&](const std::vector<PlanePatch>& match,
+                         const std::vector<PlanePatch>& query) {
+    const std::vector<PlanePatch> turned = moved(query, T_match_query.inverse());
+    overlap->set_match(match);
+    overlap->set_query(turned);
+    const OverlapResult result = overlap->compare(T_match_query);
+    // 48 of 48 in one direction, 48 of 72 in the other.
+    CHECK(result.upright == 96);
+    CHECK(result.overlap == Approx(96.0F / 120.0F));
+    CHECK(result.upright_overlap == Approx(96.0F / 120.0F));
+  };
+  check(all, fewer);
+  check(fewer, all);
+}
+
+TEST_CASE("a level plane counts a fifth of an upright one") {
+  InBlock<PlaneOverlap> overlap(100U, 2.0F);
+  const std::vector<PlanePatch> walls_only = centred_walls();
+  std::vector<PlanePatch> with_ground = walls_only;
+  for (float y = -5; y <= 5; y += 2) with_ground.push_back({{11, y, -1}, {0, 0, 1}});
+  overlap->set_match(with_ground);
+  overlap->set_query(with_ground);
+  CHECK(overlap->compare(Pose{}).overlap == Approx(1.0F));
+  CHECK(overlap->compare(Pose{}).upright == 2 * 72);
+  overlap->set_query(walls_only);
+  const OverlapResult result = overlap->compare(Pose{});
+  CHECK(result.overlap == Approx(144.0F / (144.0F + 0.2F * 6.0F)));
+  CHECK(result.upright_overlap == Approx(1.0F));
+  CHECK(result.upright == 2 * 72);
+}

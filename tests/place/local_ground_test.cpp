@@ -1,0 +1,74 @@
+// Ground height grid around a keyframe: planes of its patches.
+#include "src/place/local_ground.hpp"
+
+#include <catch2/catch.hpp>
+#include <vector>
+
+#include "tests/in_block.hpp"
+
+namespace {
+
+using namespace unimapper;
+using namespace unimapper::place;
+using test::InBlock;
+
+using OwnedGround = InBlock<LocalGround>;
+
+DescriptorConfig config() {
+  DescriptorConfig config;
+  config.range_m = 20.0F;
+  return config;
+}
+
+/// Height of a plane that rises by 0.1 along x and falls by 0.2 along y, metres.
+float inclined(float x, float y) { return 3.0F + 0.1F * x - 0.2F * y; }
+
+/// Cells of ground in the middle of the patch of 2 m around (x, y), odd numbers.
+void add_patch(LocalGround& ground, float x, float y, int cells = 1) {
+  FineCell cell{};
+  cell.position = {x, y, inclined(x, y)};
+  cell.ground = 1;
+  for (int i = 0; i < cells; ++i) ground.add(cell);
+}
+
+std::vector<PlanePatch> planes_of(const LocalGround& ground, std::int32_t min_cells = 1) {
+  std::vector<PlanePatch> planes;
+  ground.for_each_plane(min_cells, [&](const PlanePatch& plane) { planes.push_back(plane); });
+  return planes;
+}
+
+}  // namespace
+
+TEST_CASE("the normals of inclined ground point up and towards its fall") {
+  OwnedGround ground(config());
+  ground->clear();
+  for (float x = -9; x <= 9; x += 2) {
+    for (float y = -9; y <= 9; y += 2) add_patch(*ground, x, y);
+  }
+  ground->finish();
+  const std::vector<PlanePatch> planes = planes_of(*ground);
+  REQUIRE(planes.size() == 100);
+  // At the rim the slope follows from the neighbour on one side.
+  const Eigen::Vector3f normal = Eigen::Vector3f(-0.1F, 0.2F, 1.0F).normalized();
+  for (const PlanePatch& plane : planes) {
+    CHECK((plane.normal - normal).norm() < 0.002F);  // heights are kept in millimetres
+    CHECK(plane.center.z() == Approx(inclined(plane.center.x(), plane.center.y())).margin(0.002));
+  }
+  CHECK(ground->height(2.5F, -3.5F) == Approx(inclined(2.5F, -3.5F)).margin(0.002));
+}
+
+TEST_CASE("a patch is a plane if it has a neighbour along either axis and enough cells") {
+  OwnedGround ground(config());
+  const auto planes = [&](const std::vector<Eigen::Vector2f>& patches, int cells) {
+    ground->clear();
+    for (const Eigen::Vector2f& at : patches) add_patch(*ground, at.x(), at.y(), cells);
+    ground->finish();
+    return planes_of(*ground, 3).size();
+  };
+  CHECK(planes({{1, 1}, {3, 1}, {1, 3}}, 3) == 1);
+  CHECK(planes({{1, 1}, {3, 1}, {1, 3}}, 2) == 0);
+  CHECK(planes({{1, 1}, {3, 1}, {5, 1}}, 3) == 0);
+  CHECK(planes({{1, 1}, {1, 3}, {1, 5}}, 3) == 0);
+  CHECK(planes({{1, 1}, {3, 3}}, 3) == 0);
+  CHECK(planes({{1, 1}, {3, 1}, {1, 3}, {3, 3}}, 3) == 4);
+}
