@@ -772,3 +772,107 @@ TEST_CASE("Refinement leaves the loops of a session alone that is not connected"
   CHECK_FALSE(refined.connected[2]);
   CHECK(refined.reason[2] == start.reason[2]);
 }
+
+TEST_CASE("A session starts where the loops with a connected one put it, whichever is the match",
+          "[alignment]") {
+  // A chain of three sessions, each with an odometry frame of its own. A single step of the solver
+  // is enough from the right start and from no other.
+  const Pose frames[] = {yaw_pose(0.4, {20.0, 5.0, 1.0}), yaw_pose(2.5, {700.0, -300.0, 9.0}),
+                         yaw_pose(-1.9, {-40.0, 900.0, -5.0})};
+  std::vector<std::size_t> chain{0, 1, 2};
+  do {
+    INFO("chain " << chain[0] << chain[1] << chain[2]);
+    Scene scene;
+    for (const Pose& frame : frames) {
+      scene.sessions.push_back({straight(40), 0.5});
+      for (Pose& pose : scene.sessions.back().T_odometry_keyframe) pose = frame * pose;
+    }
+    scene.sessions[chain[0]].central_score = 1.0;
+    connect_side_by_side(scene.loops, chain[1], chain[0], 40);
+    connect_side_by_side(scene.loops, chain[2], chain[1], 40);
+    MergeConfig config;
+    config.graph.max_iterations = 1;
+    const Alignment alignment = align_sessions(scene.sessions, scene.loops, config);
+    REQUIRE(alignment.central == chain[0]);
+    REQUIRE(alignment.connected == std::vector<bool>{true, true, true});
+    for (std::size_t s = 0; s < 3; ++s) {
+      for (const std::size_t k : {0U, 39U}) {
+        CHECK((alignment.T_map_keyframe({s, k}).translation -
+               alignment.T_map_keyframe({chain[0], k}).translation)
+                  .norm() < 1e-3);
+      }
+    }
+  } while (std::next_permutation(chain.begin(), chain.end()));
+}
+
+TEST_CASE("Of two pairs that contradict each other the one with more distinct loops is joined",
+          "[alignment]") {
+  // The third session lies beside the second and aside of the first, which lie beside each other.
+  const auto align = [](std::size_t with_first, std::size_t with_second) {
+    Scene scene;
+    scene.sessions = {{straight(60), 2.0}, {straight(60), 1.0}, {straight(60), 0.5}};
+    connect_side_by_side(scene.loops, 1, 0, 60);
+    for (std::size_t i = 0; i < with_first; ++i) {
+      scene.loops.push_back(exact_loop({2, 5 * i}, {0, 5 * i}, yaw_pose(0.0, {0.0, 40.0, 0.0})));
+    }
+    for (std::size_t i = 0; i < with_second; ++i) {
+      scene.loops.push_back(exact_loop({2, 5 * i}, {1, 5 * i}, Pose{}));
+    }
+    const Alignment alignment = align_sessions(scene.sessions, scene.loops, MergeConfig{});
+    REQUIRE(alignment.central == 0);
+    REQUIRE(alignment.connected == std::vector<bool>{true, true, true});
+    for (std::size_t i = 0; i < scene.loops.size(); ++i) {
+      const bool of_first = i >= 30 && i < 30 + with_first;
+      const bool of_second = i >= 30 + with_first;
+      const bool weaker = with_first < with_second ? of_first : of_second;
+      CHECK(alignment.decisions[i].accepted == !weaker);
+      CHECK(alignment.decisions[i].reason == (weaker ? "contradicts the maps merged before" : ""));
+    }
+    return alignment.T_map_keyframe({2, 20}).translation.y();
+  };
+  CHECK(align(8, 9) == Approx(0.0).margin(1e-3));
+  CHECK(align(9, 8) == Approx(40.0).margin(1e-3));
+}
+
+TEST_CASE("Pairs that close a cycle of sessions are joined after those that connect one",
+          "[alignment]") {
+  // Ten loops along the first half of the central session, six of which must give way to the
+  // second session, which is longer there. Two more sessions lie beside the second half, and the
+  // pair of them is stronger than that of the second session. Had it come first, its loops would
+  // make the six less than a tenth of the earlier ones.
+  constexpr std::size_t kHalf = 41;
+  Scene scene;
+  std::vector<Pose> longer = straight(kHalf);
+  for (std::size_t k = 1; k < kHalf; ++k) {
+    const bool stretched = (k - 1) / 4 < 6 && (k - 1) % 4 < 2;
+    longer[k].translation.x() = longer[k - 1].translation.x() + (stretched ? 2.0 : 1.0) * kStepM;
+  }
+  scene.sessions = {
+      {straight(kHalf + 50), 9.0}, {longer, 0.5}, {straight(50), 0.4}, {straight(50), 0.3}};
+  Pose two_steps;
+  two_steps.translation.x() = 2.0 * kStepM;
+  for (std::size_t j = 0; j < 10; ++j) {
+    scene.loops.push_back(exact_loop({0, 4 * j + 2}, {0, 4 * j}, two_steps));
+  }
+  const std::size_t intra = scene.loops.size();
+  for (std::size_t k = 0; k < 26; k += 2) {
+    scene.loops.push_back(exact_loop({1, k}, {0, k}, Pose{}, 0.001));
+  }
+  const std::size_t contradicting = scene.loops.size();
+  for (const std::size_t session : {2U, 3U}) {
+    for (std::size_t k = 0; k < 46; k += 2) {
+      scene.loops.push_back(exact_loop({session, k}, {0, kHalf + k}, Pose{}));
+    }
+  }
+  for (std::size_t k = 0; k < 40; k += 2) scene.loops.push_back(exact_loop({3, k}, {2, k}, Pose{}));
+  MergeConfig config;
+  config.acceptance.consistency_chi2 = 1e9;
+  config.graph.cauchy_scale = 1e6;
+  config.graph.deformation_floor_m = 1000.0;
+  const Alignment alignment = align_sessions(scene.sessions, scene.loops, config);
+  REQUIRE(alignment.central == 0);
+  CHECK(alignment.connected == std::vector<bool>{true, false, true, true});
+  for (std::size_t i = 0; i < scene.loops.size(); ++i) {
+    CHECK(alignment.decisions[i].accepted == (i < intra || i >= contradicting));
+  }
+}
