@@ -165,6 +165,38 @@ TEST_CASE("the counts of a keyframe are sums over its scans and begin anew with 
   }
 }
 
+TEST_CASE("refused triangles are counted keyframe by keyframe") {
+  // Standing still, every keyframe inserts the same triangles: beyond five of a kind none fits.
+  Scene scene;
+  for (int i = 0; i < 12; ++i) {
+    const double bearing = 0.52 * i;
+    const double range_m = 9.0 + 2.3 * (i % 5);
+    scene.boxes.push_back(
+        standing_box({range_m * std::cos(bearing), range_m * std::sin(bearing), 1.5},
+                     {0.4 + 0.1 * (i % 3), 0.6, 1.5}));
+  }
+  PipelineConfig config = single_scans();
+  config.loop_search.max_bucket = 5;
+  OwnedPipeline pipeline(config);
+  REQUIRE(pipeline);
+  // The same insertions into a database of our own, which counts since its start.
+  InBlock<PlaceDatabase> places(config.loop_search, config.place_shape());
+  const LabelledScan scan = scene.scan(sensor_at(0.0, 0.0), 0.0);
+  std::uint64_t refused_before = 0;
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    INFO("keyframe " << i);
+    REQUIRE(pipeline->add_scan(scan.view(), sensor_at(0.0, 0.0), 1 + i * kPeriodNs).keyframe_ready);
+    const KeyframeView& view = pipeline->keyframe();
+    REQUIRE(view.place.keypoints.size() > 3);
+    places->insert(view.place, {0, i}, view.T_odometry_keyframe);
+    const std::uint64_t refused = places->dropped() - refused_before;
+    refused_before = places->dropped();
+    CHECK(view.statistics->dropped_by(DropCause::kTriangleTableFull) == refused);
+    // Triangles alike within one place fill their buckets earlier.
+    if (i >= 5) REQUIRE(refused > 0);
+  }
+}
+
 TEST_CASE("dynamic points are counted with those of all scans that share their cells") {
   // The first keyframe saw through where a post of one cell then stands, in two scans.
   std::vector<Eigen::Vector3f> wall;
