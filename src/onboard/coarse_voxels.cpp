@@ -90,6 +90,7 @@ void CoarseVoxels::find_plane(CoarseVoxel& voxel, const Eigen::Vector3f& corner)
   if (is_line || eigen.values(0) >= config_.plane_max_eigenvalue_m2) return;
   voxel.plane = true;
   voxel.normal = eigen.vectors.col(0);
+  voxel.flatness = eigen.values(0) / eigen.values(1);
   if (voxel.normal.z() < 0.0F) voxel.normal = -voxel.normal;
 }
 

@@ -20,9 +20,11 @@ struct CoarseVoxel {
 
   Eigen::Vector3f mean = Eigen::Vector3f::Zero();    ///< metres from the grid's origin
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, z >= 0; only of planes
+  float flatness = 0.0F;  ///< smallest eigenvalue per middle one; only of planes
   bool plane = false;
   bool ground = false;    ///< in G: a ground plane of its own
   bool elevated = false;  ///< a ground plane, but a step above the ground around it
+  bool moving = false;    ///< holds a dynamic cell; known after the labels
 
   /// The plane that splits the voxel's points into ground and others: lower than the margin
   /// above it is ground. Only if the voxel is in G or next to it (`has_ground`).

@@ -10,6 +10,8 @@ constexpr Error invalid(const char* message) noexcept {
 
 }  // namespace
 
+Error OdometryConfig::validate() const noexcept { return check_ranges(*this); }
+
 Error KeyframeConfig::validate() const noexcept {
   const Error error = check_ranges(*this);
   if (error.code != ErrorCode::kOk) return error;
@@ -64,7 +66,7 @@ Error RemovalConfig::validate() const noexcept {
 
 Error PipelineConfig::validate() const noexcept {
   for (const Error& error :
-       {check_ranges(*this), keyframe.validate(), voxel.validate(), ground.validate(),
+       {check_ranges(*this), odometry.validate(), keyframe.validate(), voxel.validate(), ground.validate(),
         free_space.validate(), removal.validate(), descriptor.validate(), loop_search.validate()}) {
     if (error.code != ErrorCode::kOk) return error;
   }

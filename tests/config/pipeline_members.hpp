@@ -8,6 +8,7 @@ namespace unimapper::test {
 
 inline std::vector<Member<PipelineConfig>> pipeline_members() {
   return {
+      UNIMAPPER_MEMBER(odometry.up_sigma_deg),
       UNIMAPPER_MEMBER(keyframe.scans),
       UNIMAPPER_MEMBER(keyframe.distance_m),
       UNIMAPPER_MEMBER(keyframe.range_min_m),

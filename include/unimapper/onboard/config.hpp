@@ -19,6 +19,23 @@
 
 namespace unimapper {
 
+/// What the user's odometry promises.
+struct OdometryConfig {
+  float up_sigma_deg = 0.0F;
+
+  [[nodiscard]] Error validate() const noexcept;
+};
+
+consteval auto parameters_of(const OdometryConfig*) {
+  using C = OdometryConfig;
+  return parameter_table(
+      parameter<&C::up_sigma_deg>("0 or [0.01, 10]", "°", "choice",
+                                  "How far the odometry's z axis may be from up, standard "
+                                  "deviation: 0.1 to 1 where an IMU or GPS holds it. 0: nothing is "
+                                  "promised, as where scans alone are matched and the sensor is "
+                                  "mounted tilted; up then comes from walls, or is unknown."));
+}
+
 /// When a keyframe closes and which input is accepted (paper section IV-A).
 struct KeyframeConfig {
   static constexpr std::uint32_t kMaxScans = 32;  ///< largest `scans`
@@ -295,6 +312,7 @@ consteval auto parameters_of(const RemovalConfig*) {
 
 /// Everything the onboard pipeline can be told.
 struct PipelineConfig {
+  OdometryConfig odometry;       ///< what it promises
   KeyframeConfig keyframe;       ///< when a keyframe closes
   VoxelConfig voxel;             ///< grid and planes
   GroundConfig ground;           ///< ground and candidates
@@ -327,8 +345,8 @@ struct PipelineConfig {
 consteval auto parameters_of(const PipelineConfig*) {
   using C = PipelineConfig;
   return parameter_table(
-      parameters_in<&C::keyframe>(), parameters_in<&C::voxel>(), parameters_in<&C::ground>(),
-      parameters_in<&C::free_space>(), parameters_in<&C::removal>(),
+      parameters_in<&C::odometry>(), parameters_in<&C::keyframe>(), parameters_in<&C::voxel>(),
+      parameters_in<&C::ground>(), parameters_in<&C::free_space>(), parameters_in<&C::removal>(),
       parameters_in<&C::descriptor>(), parameters_in<&C::loop_search>(),
       parameters_in<&C::search_scope>(),
       parameter<&C::budget_us>("0 or [100, 10000000]", "µs", "choice",
