@@ -58,7 +58,8 @@ static_assert(same(EventId::kKeyframeClosed, UM_EVENT_KEYFRAME_CLOSED) &&
               same(EventId::kScanRefused, UM_EVENT_SCAN_REFUSED) &&
               same(EventId::kPoseJump, UM_EVENT_POSE_JUMP) &&
               same(EventId::kDropped, UM_EVENT_DROPPED) && same(EventId::kShed, UM_EVENT_SHED) &&
-              same(EventId::kDeadlineMissed, UM_EVENT_DEADLINE_MISSED));
+              same(EventId::kDeadlineMissed, UM_EVENT_DEADLINE_MISSED) &&
+              same(EventId::kUpContradicted, UM_EVENT_UP_CONTRADICTED));
 static_assert(same(DropCause::kNotFinite, UM_DROP_NOT_FINITE) &&
               same(DropCause::kOutOfRange, UM_DROP_OUT_OF_RANGE) &&
               same(DropCause::kScanTooLarge, UM_DROP_SCAN_TOO_LARGE) &&
@@ -173,6 +174,12 @@ um_keyframe to_c(const KeyframeView& view, um_scan* scans, um_loop* loops) noexc
   to.plane_count = view.place.planes.size();
   to.loops = loops;
   to.loop_count = view.loops.size();
+  to.up_known = view.up.known ? 1 : 0;
+  to.up_contradicted = view.statistics->up_contradicted ? 1 : 0;
+  to.up_covariance[0] = view.up.variance_x;
+  to.up_covariance[1] = view.up.covariance_xy;
+  to.up_covariance[2] = view.up.variance_y;
+  to.odometry_tilt_deg = view.statistics->odometry_tilt_deg;
   return to;
 }
 

@@ -396,6 +396,12 @@ typedef struct um_keyframe {
   size_t plane_count;           /**< length of `planes` */
   const um_loop* loops;         /**< best first; look at `accepted` */
   size_t loop_count;            /**< length of `loops` */
+  /** 1: the frame's z axis points up with the covariance below; 0: it is the odometry's z axis,
+   *  and nothing tells how level that is. */
+  uint32_t up_known;
+  uint32_t up_contradicted; /**< 1: up is not where odometry.up_sigma_deg says, by three sigma */
+  float up_covariance[3];   /**< of up's x and y in the keyframe's frame, rad^2: xx, xy, yy */
+  float odometry_tilt_deg;  /**< between up and the odometry's z axis; 0 where up is unknown */
 } um_keyframe;
 
 /** The keyframe that the last call of um_add_scan or um_flush closed. The caller sets
@@ -547,7 +553,10 @@ enum um_event_id {
   UM_EVENT_POSE_JUMP = 3,       /**< scan index */
   UM_EVENT_DROPPED = 4,         /**< enum um_drop_cause, count, sequence of the keyframe */
   UM_EVENT_SHED = 5,            /**< enum um_shed, count, sequence of the keyframe */
-  UM_EVENT_DEADLINE_MISSED = 6  /**< microseconds taken, budget, sequence of the keyframe */
+  UM_EVENT_DEADLINE_MISSED = 6, /**< microseconds taken, budget, sequence of the keyframe */
+  /** The scene contradicts odometry.up_sigma_deg: tilt of the odometry's z axis and the promised
+   *  sigma in 1/1000 degree, sequence of the keyframe. */
+  UM_EVENT_UP_CONTRADICTED = 7
 };
 
 /** One event. */

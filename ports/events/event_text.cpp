@@ -50,6 +50,15 @@ std::string what_happened(const EventRecord& record) {
              " skipped to meet the deadline (" + number(1) + ")";
     case EventId::kDeadlineMissed:
       return "keyframe " + number(2) + ": deadline missed, " + number(0) + " us of " + number(1);
+    case EventId::kUpContradicted: {
+      const auto degrees = [&record](std::size_t i) {
+        char text[32];
+        std::snprintf(text, sizeof text, "%.1f", static_cast<double>(record.values[i]) * 1e-3);
+        return std::string(text);
+      };
+      return "keyframe " + number(2) + ": the odometry's z axis is " + degrees(0) +
+             " degrees from up, beyond three sigma of the promised " + degrees(1);
+    }
   }
   return "event " + std::to_string(record.id) + ": " + number(0) + " " + number(1) + " " +
          number(2) + " " + number(3);

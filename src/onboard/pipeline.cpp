@@ -11,6 +11,8 @@
 #include "component_classifier.hpp"
 #include "evidence_window.hpp"
 #include "final_labels.hpp"
+#include "gravity.hpp"
+#include "gravity_planes.hpp"
 #include "ground.hpp"
 #include "ground_levels.hpp"
 #include "keyframe_output.hpp"
@@ -19,6 +21,7 @@
 #include "scan_accumulator.hpp"
 #include "stage_clock.hpp"
 #include "transparent_ground.hpp"
+#include "unimapper/core/angles.hpp"
 #include "unimapper/free_space/range_image.hpp"
 #include "unimapper/onboard/events.hpp"
 #include "unimapper/place/describer.hpp"
@@ -30,7 +33,10 @@ using namespace onboard;
 /// Everything the pipeline owns: one member per stage, in the order the data takes.
 struct Pipeline::State {
   explicit State(const PipelineConfig& configuration) noexcept
-      : config(configuration), gate(configuration.keyframe), budget(configuration) {}
+      : config(configuration),
+        gate(configuration.keyframe),
+        budget(configuration),
+        gravity(configuration.odometry) {}
 
   void allocate(Arena& arena) noexcept;
 
@@ -44,6 +50,8 @@ struct Pipeline::State {
   void remove_dynamic() noexcept;
   /// Leaves only as many candidates as there is time for; returns by how many to divide their cost.
   std::uint32_t shed_far_cells() noexcept;
+  /// Looks for up among what is static, and levels the keyframe's frame by it.
+  void find_up() noexcept;
   /// Shows the images of the keyframe that was recorded last.
   void show_images() noexcept;
   void describe_place() noexcept;
@@ -77,11 +85,14 @@ struct Pipeline::State {
   BayesFilter filter;
   ComponentClassifier components;
   FinalLabels final_labels;
+  GravityPlanes gravity_planes;
+  GravityEstimator gravity;
   KeyframeOutput output;
   PlaceDescriber describer;
   PlaceDatabase places;
 
-  bool open = false;  ///< a keyframe has at least one scan and is not closed yet
+  bool contradicted = false;  ///< in the keyframe before, up was not where the odometry promises
+  bool open = false;          ///< a keyframe has at least one scan and is not closed yet
   std::uint32_t scan_index = 0;
   std::uint32_t sequence = 0;
   KeyframeScan scans[KeyframeConfig::kMaxScans];
@@ -103,6 +114,7 @@ void Pipeline::State::allocate(Arena& arena) noexcept {
   filter.allocate(arena, config);
   components.allocate(arena, config);
   final_labels.allocate(arena, config);
+  gravity_planes.allocate(arena);
   output.allocate(arena, config);
   describer.allocate(arena, config.descriptor, config.descriptor_input());
   places.allocate(arena, config.loop_search, config.place_shape());
@@ -129,6 +141,7 @@ ScanResult Pipeline::State::add_scan(const PointView& points, const Pose& pose,
   if (motion.restarted) {
     window.forget();
     final_labels.forget();
+    gravity.forget();
   }
   if (!open) begin_keyframe(pose);
   if (!ingest(points, pose)) {
@@ -221,10 +234,29 @@ void Pipeline::State::remove_dynamic() noexcept {
     dropped(DropCause::kEvidenceFull) = window.left_out() + final_labels.left_out();
     window.record(cells);
     show_images();
+    find_up();
     output.build(cells, voxels, view.T_odometry_keyframe);
   });
   view.static_cells = output.static_cells();
   view.dynamic_cells = output.dynamic_cells();
+}
+
+void Pipeline::State::find_up() noexcept {
+  const GravityScene scene = gravity_planes.collect(cells, voxels);
+  const UpEstimate& estimate = gravity.add(scene);
+  statistics.walls = static_cast<std::uint32_t>(scene.walls.size());
+  statistics.up_known = estimate.known;
+  statistics.up_contradicted = estimate.contradicted;
+  if (!estimate.known) return;
+  Pose& frame = view.T_odometry_keyframe;
+  frame = level_frame(scans[view.reference_scan].T_odometry_sensor, estimate.up);
+  const Eigen::Matrix3d covariance =
+      frame.rotation.transpose() * estimate.covariance * frame.rotation;
+  view.up = {true, static_cast<float>(covariance(0, 0)), static_cast<float>(covariance(0, 1)),
+             static_cast<float>(covariance(1, 1))};
+  const auto level = static_cast<float>(estimate.up.head<2>().norm());
+  statistics.odometry_tilt_deg =
+      360.0F * direction_turns(static_cast<float>(estimate.up.z()), level);
 }
 
 void Pipeline::State::show_images() noexcept {
@@ -344,6 +376,14 @@ void Pipeline::State::report_keyframe() noexcept {
     const std::uint32_t count = statistics.shed[i];
     if (count != 0) report(EventId::kShed, stamp_ns, i, count, view.sequence);
   }
+  if (statistics.up_contradicted && !contradicted) {
+    const auto thousandths = [](float degrees) {
+      return static_cast<std::uint64_t>(degrees * 1000.0F + 0.5F);
+    };
+    report(EventId::kUpContradicted, stamp_ns, thousandths(statistics.odometry_tilt_deg),
+           thousandths(config.odometry.up_sigma_deg), view.sequence);
+  }
+  contradicted = statistics.up_contradicted;
   if (statistics.deadline_missed) {
     report(EventId::kDeadlineMissed, stamp_ns, static_cast<std::uint64_t>(budget.spent_us()),
            config.budget_us, view.sequence);

@@ -65,6 +65,22 @@ TEST_CASE("a levelled frame keeps position and heading and has gravity along z")
   CHECK(std::atan2(level.rotation(1, 0), level.rotation(0, 0)) == Approx(0.7));
 }
 
+TEST_CASE("a frame levelled by another up has that along z and keeps the heading") {
+  Pose sensor;
+  sensor.rotation = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const Eigen::Vector3d up = Eigen::Vector3d(0.1, -0.2, 1.0).normalized();
+  const Pose level = level_frame(sensor, up);
+  CHECK(level.is_rigid(1e-9));
+  CHECK(level.rotation.col(2) == up);
+  // The heading lies in the plane of x and up.
+  CHECK(level.rotation.col(1).dot(sensor.rotation.col(0)) == Approx(0.0).margin(1e-12));
+  CHECK(level.rotation.col(0).dot(sensor.rotation.col(0)) > 0.9);
+  // Turning everything turns the frame along.
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), up);
+  const Pose turned = level_frame({(turn * sensor.rotation).eval(), sensor.translation}, up);
+  CHECK((turned.rotation - turn * level_frame(sensor).rotation).norm() < 1e-12);
+}
+
 TEST_CASE("a sensor that looks straight up still has a levelled frame") {
   Pose sensor;
   sensor.rotation =

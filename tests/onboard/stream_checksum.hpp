@@ -101,6 +101,10 @@ class StreamChecksum {
     sum.add(view.sequence);
     sum.add(view.reference_scan);
     sum.add_pose(view.T_odometry_keyframe);
+    sum.add(static_cast<std::uint8_t>(view.up.known));
+    for (const float value : {view.up.variance_x, view.up.covariance_xy, view.up.variance_y}) {
+      sum.add(value);
+    }
     for (const KeyframeScan& scan : view.scans) {
       sum.add(scan.scan_index);
       sum.add(scan.stamp_ns);

@@ -55,12 +55,24 @@ struct PlaceView {
   std::span<const PlanePatch> planes;   ///< planar voxels
 };
 
+/// How well the z axis of a keyframe's frame is known to point up.
+struct KeyframeUp {
+  bool known = false;  ///< false: z is the odometry's z axis, and nothing tells how level that is
+  /// Covariance of up's x and y in the keyframe's frame, rad²; 0 where up is not known.
+  float variance_x = 0.0F;
+  float covariance_xy = 0.0F;  ///< of x with y
+  float variance_y = 0.0F;     ///< of y
+
+  friend bool operator==(const KeyframeUp&, const KeyframeUp&) = default;
+};
+
 /// What a keyframe consists of, to be sent or stored. Every span points into memory
 /// that the view does not own.
 struct KeyframeContent {
   std::uint32_t sequence = 0;           ///< running number, from 0
   std::uint32_t reference_scan = 0;     ///< index into `scans`; the keyframe's pose is this scan's
   Pose T_odometry_keyframe;             ///< levelled frame at the reference scan's sensor pose
+  KeyframeUp up;                        ///< how level that frame is
   std::span<const KeyframeScan> scans;  ///< in order of time
   std::span<const FineCell> static_cells;   ///< the map's contribution
   std::span<const FineCell> dynamic_cells;  ///< what was removed, for display and audit

@@ -62,22 +62,24 @@ inline constexpr double kDegreesPerRadian = 57.295779513082320877;
   return std::atan2(s, 0.5 * (r.trace() - 1.0));
 }
 
-/// The gravity-levelled frame at a sensor pose: same origin, z along the world's z, x along the
-/// sensor's horizontal heading (paper section VI, "ego-centric keyframe coordinate system").
-/// Returns T_world_level. The world's z axis must point up.
-[[nodiscard]] inline Pose level_frame(const Pose& T_world_sensor) {
-  Eigen::Vector3d heading = T_world_sensor.rotation.col(0);
+/// The gravity-levelled frame at a sensor pose: same origin, z along `up`, x along the sensor's
+/// horizontal heading (paper section VI, "ego-centric keyframe coordinate system"). Returns
+/// T_world_level. `up`: unit vector in the world frame.
+[[nodiscard]] inline Pose level_frame(const Pose& T_world_sensor,
+                                      const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
+  const auto horizontal = [&up](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+    return v - up.dot(v) * up;
+  };
+  Eigen::Vector3d heading = horizontal(T_world_sensor.rotation.col(0));
   // A sensor that looks straight up or down has no heading in x; its y axis then lies level.
-  if (heading.head<2>().squaredNorm() < 1e-6) {
-    const Eigen::Vector3d left = T_world_sensor.rotation.col(1);
-    heading = left.cross(Eigen::Vector3d::UnitZ());
+  if (heading.squaredNorm() < 1e-6) {
+    heading = horizontal(T_world_sensor.rotation.col(1).cross(up));
   }
-  heading.z() = 0.0;
   heading.normalize();
   Pose level;
   level.rotation.col(0) = heading;
-  level.rotation.col(1) = Eigen::Vector3d::UnitZ().cross(heading);
-  level.rotation.col(2) = Eigen::Vector3d::UnitZ();
+  level.rotation.col(1) = up.cross(heading);
+  level.rotation.col(2) = up;
   level.translation = T_world_sensor.translation;
   return level;
 }

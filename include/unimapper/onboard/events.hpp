@@ -13,6 +13,9 @@ enum class EventId : std::uint32_t {
   kDropped = 4,         ///< `DropCause`, count, sequence of the keyframe
   kShed = 5,            ///< `Shed`, count, sequence of the keyframe
   kDeadlineMissed = 6,  ///< microseconds taken, budget, sequence of the keyframe
+  /// The scene contradicts the odometry's promise (`odometry.up_sigma_deg`), reported when that
+  /// begins: tilt of the odometry's z axis and the promised sigma in 1/1000 degree, sequence.
+  kUpContradicted = 7,
 };
 
 }  // namespace unimapper

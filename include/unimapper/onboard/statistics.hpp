@@ -74,6 +74,7 @@ struct KeyframeStatistics {
   std::uint32_t voxels = 0;                          ///< occupied coarse voxels
   std::uint32_t ground_voxels = 0;                   ///< of these, with a ground plane
   std::uint32_t components = 0;                      ///< connected obstacles
+  std::uint32_t walls = 0;                           ///< upright planes that up was looked for in
   std::array<std::uint64_t, kDropCauses> dropped{};  ///< by `DropCause`
   std::array<CapacityUse, kCapacities> capacity{};   ///< by `Capacity`
   /// Microseconds; zero without a clock.
@@ -83,6 +84,10 @@ struct KeyframeStatistics {
   /// Cells farther than this from the sensor were left static to meet the deadline, metres; 0 =
   /// none.
   float removal_range_m = 0.0F;
+  /// Angle between up and the odometry's z axis, degrees; 0 where up is unknown.
+  float odometry_tilt_deg = 0.0F;
+  bool up_known = false;         ///< as in `KeyframeUp`
+  bool up_contradicted = false;  ///< up is not where `odometry.up_sigma_deg` says, by three sigma
   bool deadline_missed = false;  ///< the keyframe took longer than its budget all the same
 
   /// What was dropped for this cause.

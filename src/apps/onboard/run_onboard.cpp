@@ -109,6 +109,22 @@ void print_summary(const RunStatistics& statistics, std::uint64_t allocations) {
                static_cast<unsigned long long>(allocations));
 }
 
+void print_up(const RunStatistics& statistics) {
+  std::fprintf(stderr, "onboard: up known in %llu of %llu keyframes",
+               static_cast<unsigned long long>(statistics.keyframes_up_known()),
+               static_cast<unsigned long long>(statistics.keyframes()));
+  if (statistics.keyframes_up_known() > 0) {
+    std::fprintf(stderr, ", the odometry's z axis %.1f degrees from it (median)",
+                 static_cast<double>(statistics.odometry_tilt_deg()));
+  }
+  std::fprintf(stderr, "\n");
+  if (statistics.keyframes_up_contradicted() == 0) return;
+  std::fprintf(stderr,
+               "onboard: warning: in %llu keyframes up is not where odometry.up_sigma_deg says, by "
+               "three sigma\n",
+               static_cast<unsigned long long>(statistics.keyframes_up_contradicted()));
+}
+
 void warn_of_full_containers(const RunStatistics& statistics) {
   for (const DropCause cause :
        {DropCause::kScanTooLarge, DropCause::kCellsFull, DropCause::kVoxelsFull,
@@ -175,6 +191,7 @@ void run_onboard(const OnboardOptions& options) {
   if (publisher != nullptr) run.keyframes_not_published = publisher->finish().keyframes_dropped;
   folder.write_text("stats.json", statistics.to_json(run));
   print_summary(statistics, replay.allocations());
+  print_up(statistics);
   warn_of_full_containers(statistics);
 }
 

@@ -43,6 +43,8 @@ void RunStatistics::add_keyframe(const KeyframeView& keyframe, std::int64_t dura
   points_valid_ += statistics.points_valid;
   points_static_ += statistics.points_static;
   points_dynamic_ += statistics.points_dynamic;
+  if (statistics.up_known) odometry_tilt_deg_.push_back(statistics.odometry_tilt_deg);
+  up_contradicted_ += statistics.up_contradicted ? 1 : 0;
   for (std::size_t i = 0; i < kDropCauses; ++i) dropped_[i] += statistics.dropped[i];
   for (std::size_t i = 0; i < kSheds; ++i) shed_[i] += statistics.shed[i];
   for (std::size_t i = 0; i < kCapacities; ++i) {
@@ -78,6 +80,11 @@ std::uint64_t RunStatistics::scans_refused() const {
   return sum;
 }
 
+float RunStatistics::odometry_tilt_deg() const {
+  std::vector<float> tilts = odometry_tilt_deg_;
+  return tilts.empty() ? 0.0F : quantile(std::span(tilts), 0.5);
+}
+
 double RunStatistics::dynamic_share() const {
   if (points_valid_ == 0) return 0.0;
   return static_cast<double>(points_dynamic_) / static_cast<double>(points_valid_);
@@ -91,10 +98,8 @@ StageTimes times_of(std::vector<float> milliseconds) {
   return {quantile(values, 0.5), quantile(values, 0.99), quantile(values, 1.0)};
 }
 
-/// Rounded to the microsecond.
-double rounded(float milliseconds) {
-  return std::round(static_cast<double>(milliseconds) * 1e3) / 1e3;
-}
+/// Rounded to three decimals.
+double rounded(float value) { return std::round(static_cast<double>(value) * 1e3) / 1e3; }
 
 /// How many keyframes took how long: edges grow by about a quarter.
 Json histogram(const std::vector<float>& values_ms) {
@@ -156,6 +161,10 @@ std::string RunStatistics::to_json(const Run& run) const {
   json["message_bytes_per_keyframe"] = {{"all", message_bytes_ / count},
                                         {"free_space_images", image_bytes_ / count}};
   json["loops"] = {{"candidates", loop_candidates_}, {"accepted", loops_accepted_}};
+
+  json["up"] = {{"known", keyframes_up_known()},
+                {"contradicted", keyframes_up_contradicted()},
+                {"odometry_tilt_deg", rounded(odometry_tilt_deg())}};
 
   Json& stages = json["stage_ms"] = Json::object();
   for (std::size_t i = 0; i < kStages; ++i) {

@@ -52,6 +52,12 @@ class RunStatistics {
   [[nodiscard]] std::uint64_t given_up(Shed shed) const {
     return shed_.at(static_cast<std::size_t>(shed));
   }
+  /// Keyframes in which up was known, or was not where the odometry promises.
+  [[nodiscard]] std::uint64_t keyframes_up_known() const { return odometry_tilt_deg_.size(); }
+  [[nodiscard]] std::uint64_t keyframes_up_contradicted() const { return up_contradicted_; }
+  /// Median angle between up and the odometry's z axis where up is known, degrees; 0 if it never
+  /// is.
+  [[nodiscard]] float odometry_tilt_deg() const;
   [[nodiscard]] std::uint64_t loops_accepted() const { return loops_accepted_; }
   [[nodiscard]] std::uint64_t deadline_misses() const { return deadline_misses_; }
   /// Keyframes that were not finished when the next scan was due.
@@ -84,6 +90,8 @@ class RunStatistics {
   std::uint64_t loops_accepted_ = 0;
   std::uint64_t deadline_misses_ = 0;
   std::uint64_t keyframes_late_ = 0;
+  std::uint64_t up_contradicted_ = 0;
+  std::vector<float> odometry_tilt_deg_;  // of keyframes in which up is known
   std::vector<float> closing_call_ms_;
   std::map<std::string, std::uint64_t> refused_;
   std::array<std::uint64_t, kDropCauses> dropped_{};
