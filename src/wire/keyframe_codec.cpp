@@ -1,6 +1,7 @@
 #include "unimapper/wire/keyframe_codec.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <stdexcept>
 
 #include "cell_key.hpp"
@@ -19,6 +20,7 @@ KeyframeContent content_of(const KeyframeRecord& record) {
   content.sequence = record.sequence;
   content.reference_scan = record.reference_scan;
   content.T_odometry_keyframe = record.T_odometry_keyframe;
+  content.up = record.up;
   content.scans = record.scans;
   content.static_cells = record.static_cells;
   content.dynamic_cells = record.dynamic_cells;
@@ -55,7 +57,7 @@ std::size_t max_encoded_bytes(const KeyframeRecord& record) {
   const std::size_t cells = record.static_cells.size() + record.dynamic_cells.size();
   std::size_t bytes =
       kHeadBytes + record.scans.size() * kScanBytes + record.keypoints.size() * kKeypointBytes +
-      record.planes.size() * kPlaneBytes + 16 + cells * (kGroupBytes + kCellBytes) + 28;
+      record.planes.size() * kPlaneBytes + 16 + cells * (kGroupBytes + kCellBytes) + 28 + kUpBytes;
   for (const CodedImage& image : record.images) bytes += 8 + image.code.size();
   return bytes;
 }
@@ -178,6 +180,20 @@ const char* read_images(LittleEndianReader& in, KeyframeRecord& record) {
   return nullptr;
 }
 
+const char* read_up(LittleEndianReader& in, KeyframeUp& up) {
+  up.variance_x = in.get_float();
+  up.covariance_xy = in.get_float();
+  up.variance_y = in.get_float();
+  if (!in.ok()) return "fewer bytes than the covariance of up";
+  up.known = up.variance_x > 0.0F;
+  if (up.known) return nullptr;
+  // One spelling of "unknown"; negative zeros are another.
+  for (const float value : {up.variance_x, up.covariance_xy, up.variance_y}) {
+    if (std::bit_cast<std::uint32_t>(value) != 0) return "the covariance of up is none";
+  }
+  return nullptr;
+}
+
 const char* read_record(LittleEndianReader& in, KeyframeRecord& record) {
   if (in.get<std::uint32_t>() != kKeyframeMagic) return "not a keyframe";
   const auto schema = in.get<std::uint16_t>();
@@ -211,8 +227,11 @@ const char* read_record(LittleEndianReader& in, KeyframeRecord& record) {
   if (const char* fault = read_planes(in, planes, record.planes)) return fault;
   if (const char* fault = read_cells(in, record.static_cells)) return fault;
   if (const char* fault = read_cells(in, record.dynamic_cells)) return fault;
-  if (schema > kOldestKeyframeSchema) {
+  if (schema >= kFirstSchemaWithImages) {
     if (const char* fault = read_images(in, record)) return fault;
+  }
+  if (schema >= kFirstSchemaWithUp) {
+    if (const char* fault = read_up(in, record.up)) return fault;
   }
   if (in.remaining() != 0) return "bytes are left over";
   return record_fault(record);

@@ -14,6 +14,10 @@ inline constexpr std::size_t kKeypointBytes = 26;
 inline constexpr std::size_t kPlaneBytes = 10;
 inline constexpr std::size_t kGroupBytes = 5;
 inline constexpr std::size_t kCellBytes = 4;
+inline constexpr std::size_t kUpBytes = 12;
+
+inline constexpr std::uint16_t kFirstSchemaWithImages = 2;
+inline constexpr std::uint16_t kFirstSchemaWithUp = 3;
 
 /// A group's count shares its 16 bits with the ground flag; longer runs take several groups.
 inline constexpr std::uint32_t kMaxGroupCells = 0x7FFF;

@@ -23,6 +23,15 @@ const char* pose_fault(const Pose& pose) noexcept {
   return nullptr;
 }
 
+const char* up_fault(const KeyframeUp& up) noexcept {
+  if (!up.known) return nullptr;
+  // Comparisons with NaN are false. A standard deviation of 3 rad says nothing any more.
+  const bool is_covariance = up.variance_x > 0.0F && up.variance_y > 0.0F &&
+                             up.variance_x < 10.0F && up.variance_y < 10.0F &&
+                             up.covariance_xy * up.covariance_xy < up.variance_x * up.variance_y;
+  return is_covariance ? nullptr : "the covariance of up is none";
+}
+
 const char* scan_fault(std::span<const KeyframeScan> scans) noexcept {
   for (std::size_t i = 0; i < scans.size(); ++i) {
     if (const char* fault = pose_fault(scans[i].T_odometry_sensor)) return fault;
@@ -117,6 +126,12 @@ void put_cells(SpanWriter& out, std::span<const CellKey> keys) noexcept {
   out.put_at(groups_at, groups);
 }
 
+void put_up(SpanWriter& out, const KeyframeUp& up) noexcept {
+  for (const float value : {up.variance_x, up.covariance_xy, up.variance_y}) {
+    out.put(up.known ? value : 0.0F);
+  }
+}
+
 void put_image_head(SpanWriter& out, std::size_t count, const KeyframeContent& keyframe) noexcept {
   out.put(static_cast<std::uint32_t>(count));
   if (count == 0) return;
@@ -176,6 +191,7 @@ const char* keyframe_fault(const KeyframeContent& keyframe) noexcept {
   if (const char* fault = image_fault(keyframe)) return fault;
   if (keyframe.points_dynamic > keyframe.points_in) return "more points removed than came in";
   if (const char* fault = pose_fault(keyframe.T_odometry_keyframe)) return fault;
+  if (const char* fault = up_fault(keyframe.up)) return fault;
   return scan_fault(keyframe.scans);
 }
 
@@ -214,6 +230,7 @@ EncodeResult write_keyframe(const WriterInput& input, const CellKeyScratch& scra
   put_cells(out, sorted_cell_keys(keyframe.static_cells, scratch, result.left_out));
   put_cells(out, sorted_cell_keys(keyframe.dynamic_cells, scratch, result.left_out));
   result.image_bytes = put_images(out, input);
+  put_up(out, keyframe.up);
   out.put_at(left_out_at, result.left_out);
   result.bytes = out.position();
   if (!out.fits()) {

@@ -116,10 +116,12 @@ std::vector<std::uint8_t> golden_bytes(const std::string& schema) {
 
 }  // namespace
 
-TEST_CASE("the bytes of schema 2 never change") {
-  std::vector<std::uint8_t> golden = golden_bytes("02");
+namespace {
+
+/// Its free-space images.
+std::vector<std::uint8_t> golden_images() {
   // clang-format off
-  const std::vector<std::uint8_t> images = bytes_of(
+  return bytes_of(
       std::string()
       + "01000000" // images
       + "0000B442 0000F041 00000000 0000F041 0000F041" // shape: 90, 30, 0, 30, 30 degrees
@@ -128,9 +130,34 @@ TEST_CASE("the bytes of schema 2 never change") {
       + "00 E05D 00" // nothing, a level, once more
   );
   // clang-format on
-  golden.insert(golden.end(), images.begin(), images.end());
-  CHECK(encode_keyframe(small_record()) == golden);
-  CHECK(decode_keyframe(golden).record.has_value());
+}
+
+void append(std::vector<std::uint8_t>& bytes, const std::vector<std::uint8_t>& more) {
+  bytes.insert(bytes.end(), more.begin(), more.end());
+}
+
+}  // namespace
+
+TEST_CASE("the bytes of schema 3 never change") {
+  std::vector<std::uint8_t> golden = golden_bytes("03");
+  append(golden, golden_images());
+  append(golden, bytes_of("00008039 000080B8 00000039"));  // up: 2^-12, -2^-14, 2^-13 rad^2
+  KeyframeRecord record = small_record();
+  record.up = {true, 0x1p-12F, -0x1p-14F, 0x1p-13F};
+  CHECK(encode_keyframe(record) == golden);
+  REQUIRE(decode_keyframe(golden).record.has_value());
+  CHECK(decode_keyframe(golden).record->up == record.up);
+}
+
+TEST_CASE("keyframes of schema 2, which do not say how level they are, are still read") {
+  std::vector<std::uint8_t> golden = golden_bytes("02");
+  append(golden, golden_images());
+  const DecodedKeyframe decoded = decode_keyframe(golden);
+  REQUIRE(decoded.record.has_value());
+  KeyframeRecord expected = small_record();
+  expected.up = {};
+  test::quantise(expected);
+  check_same(*decoded.record, expected);
 }
 
 TEST_CASE("keyframes of schema 1, which have no images, are still read") {
@@ -142,6 +169,24 @@ TEST_CASE("keyframes of schema 1, which have no images, are still read") {
   expected.images.clear();
   wire_test::quantise(expected);
   check_same(*decoded.record, expected);
+}
+
+TEST_CASE("a covariance of up that is none is refused") {
+  const std::vector<std::uint8_t> good = encode_keyframe(small_record());
+  const auto with = [&good](const std::string& up) {
+    std::vector<std::uint8_t> bytes(good.begin(), good.end() - 12);
+    append(bytes, bytes_of(up));
+    return error_of(bytes);
+  };
+  CHECK(with("00000000 00000000 00000000").empty());
+  CHECK(with("00008039 000080B8 00000039").empty());
+  for (const char* up :
+       {"00000080 00000000 00000000", "00000000 00000000 00008039", "00008039 00000000 00000000",
+        "00008039 00008039 00008039", "0000C07F 00000000 00008039", "00008039 0000C07F 00008039",
+        "00008039 00000000 0000807F", "000080B9 00000000 00008039"}) {
+    INFO(up);
+    CHECK_THAT(with(up), Catch::Contains("covariance of up"));
+  }
 }
 
 TEST_CASE("a keyframe cut anywhere is refused") {
@@ -185,7 +230,7 @@ TEST_CASE("forged fields are refused with the reason") {
   const std::vector<std::uint8_t> two{0, 0, 0, 0, 0, 0, 0, 0x40};
   CHECK(error_of(good).empty());
   CHECK_THAT(forged(0, {'X'}), Catch::Contains("not a keyframe"));
-  CHECK_THAT(forged(kSchemaAt, {3}), Catch::Contains("unknown schema version"));
+  CHECK_THAT(forged(kSchemaAt, {4}), Catch::Contains("unknown schema version"));
   CHECK_THAT(forged(kReferenceScanAt, {2}), Catch::Contains("reference scan"));
   CHECK_THAT(forged(kPoseAt, nan), Catch::Contains("not finite"));
   CHECK_THAT(forged(kPoseAt, two), Catch::Contains("not a rotation"));

@@ -51,6 +51,7 @@ struct Keyframe {
     content.sequence = record.sequence;
     content.reference_scan = record.reference_scan;
     content.T_odometry_keyframe = record.T_odometry_keyframe;
+    content.up = record.up;
     content.scans = record.scans;
     content.static_cells = record.static_cells;
     content.dynamic_cells = record.dynamic_cells;

@@ -75,6 +75,7 @@ inline KeyframeRecord sent_record(const KeyframeContent& keyframe, const Session
   record.sequence = keyframe.sequence;
   record.reference_scan = keyframe.reference_scan;
   record.T_odometry_keyframe = keyframe.T_odometry_keyframe;
+  record.up = keyframe.up;
   record.scans.assign(keyframe.scans.begin(), keyframe.scans.end());
   record.static_cells.assign(keyframe.static_cells.begin(), keyframe.static_cells.end());
   record.dynamic_cells.assign(keyframe.dynamic_cells.begin(), keyframe.dynamic_cells.end());

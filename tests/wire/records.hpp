@@ -61,6 +61,7 @@ inline KeyframeRecord random_record(std::uint64_t seed, std::uint32_t cells = 20
   record.session = {random.below(1000), random.bits()};
   record.sequence = random.below(100000);
   record.T_odometry_keyframe = random_pose(random);
+  if (random.below(3) != 0) record.up = {true, 4e-5F, -1e-5F, 9e-5F};
   record.scans.resize(1 + random.below(12));
   record.reference_scan = random.below(static_cast<std::uint32_t>(record.scans.size()));
   std::int64_t stamp_ns = 1'600'000'000'000'000'000 + static_cast<std::int64_t>(random.below(1000));

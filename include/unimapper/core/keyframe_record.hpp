@@ -25,6 +25,7 @@ struct KeyframeRecord {
   std::uint32_t sequence = 0;           ///< running number in the session, from 0
   std::uint32_t reference_scan = 0;     ///< index into `scans`
   Pose T_odometry_keyframe;             ///< levelled keyframe frame to odometry frame, metres
+  KeyframeUp up;                        ///< unknown with older senders
   std::vector<KeyframeScan> scans;      ///< in order of time
   std::vector<FineCell> static_cells;   ///< levelled keyframe frame, metres
   std::vector<FineCell> dynamic_cells;  ///< what the robot removed, for display and audit

@@ -6,8 +6,8 @@
 namespace unimapper::wire {
 
 inline constexpr std::uint32_t kKeyframeMagic = 0x464B4D55;  ///< "UMKF" in the file
-inline constexpr std::uint16_t kKeyframeSchema = 2;
-/// Also read: keyframes without free-space images.
+inline constexpr std::uint16_t kKeyframeSchema = 3;
+/// Also read: 1, without free-space images, and 2, without the covariance of up.
 inline constexpr std::uint16_t kOldestKeyframeSchema = 1;
 
 /// Most elements of a kind that a keyframe may hold.
