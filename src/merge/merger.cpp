@@ -11,6 +11,7 @@
 #include "keyframe_clouds.hpp"
 #include "loop_search.hpp"
 #include "loop_verifier.hpp"
+#include "map_level.hpp"
 #include "parallel.hpp"
 #include "radius_search.hpp"
 #include "session_check.hpp"
@@ -35,6 +36,7 @@ class Merger {
     find_inter_session_loops();
     align();
     refine_poses();
+    level_map();
     transform_sessions();
     refine_labels();
     record_loops();
@@ -123,6 +125,24 @@ class Merger {
         verify(candidates, {config_.radius.max_correction_m, config_.radius.max_correction_rad});
     alignment_ = refine_alignment(alignment_, alignment_sessions_, constraints_, config_);
     end(outcome);
+  }
+
+  /// Turns the map so that it is level: so far its frame is the central session's odometry frame.
+  void level_map() {
+    std::vector<UpObservation> observations;
+    for (std::size_t s = 0; s < sessions_.size(); ++s) {
+      if (!alignment_.connected[s]) continue;
+      const Pose& T_map_session = alignment_.T_map_session[s];
+      for (std::size_t k = 0; k < sessions_[s].keyframes.size(); ++k) {
+        const Pose T_map_keyframe = T_map_session * alignment_.T_session_keyframe[s][k];
+        observations.push_back({T_map_keyframe.rotation.col(2), sessions_[s].keyframes[k].up});
+      }
+    }
+    const Pose T_level_map(levelling_rotation(observations), Eigen::Vector3d::Zero());
+    for (std::size_t s = 0; s < sessions_.size(); ++s) {
+      if (!alignment_.connected[s]) continue;
+      alignment_.T_map_session[s] = T_level_map * alignment_.T_map_session[s];
+    }
   }
 
   void transform_sessions() {

@@ -49,7 +49,7 @@ struct StageTime {
 
 /// Everything a merge finds: trajectories, loops, map and changes.
 struct MergeResult {
-  std::size_t central_session = 0;      ///< index of the session whose frame is the map's
+  std::size_t central_session = 0;      ///< whose frame is the map's, but for its tilt
   std::vector<MergedSession> sessions;  ///< by index of the session
   /// All loops considered, verified or not, with the final decision on each.
   std::vector<LoopConstraint> loops;
