@@ -1,5 +1,6 @@
 #include "loop_verifier.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -15,6 +16,29 @@ constexpr double kCoarseDistanceM = 1.5;
 constexpr double kFineDistanceM = 0.5;
 constexpr float kContradictionRangeM = 25.0F;
 constexpr std::size_t kFewestObserved = 50;  ///< points without which nothing is contradicted
+
+// What registration may tilt a pose although the fit is good, radians: 0.5 degrees.
+constexpr double kRegistrationTilt = 0.0087;
+// Keyframes that know up agree on it within four sigma.
+constexpr double kMaxTiltSigmas = 4.0;
+
+Eigen::Matrix2d covariance_of(const KeyframeUp& up) {
+  Eigen::Matrix2d covariance;
+  covariance << up.variance_x, up.covariance_xy, up.covariance_xy, up.variance_y;
+  return covariance;
+}
+
+/// By how many sigma the two keyframes disagree about up at this pose; 0 if either does not know
+/// it.
+double tilt_sigmas(const KeyframeUp& match, const KeyframeUp& query, const Pose& T_match_query) {
+  if (!match.known || !query.known) return 0.0;
+  const Eigen::Matrix2d turn = T_match_query.rotation.topLeftCorner<2, 2>();
+  const Eigen::Matrix2d covariance =
+      covariance_of(match) + turn * covariance_of(query) * turn.transpose() +
+      kRegistrationTilt * kRegistrationTilt * Eigen::Matrix2d::Identity();
+  const Eigen::Vector2d difference = T_match_query.rotation.col(2).head<2>();
+  return std::sqrt(difference.dot(covariance.inverse() * difference));
+}
 
 double tilt(const Pose& T) { return std::acos(std::clamp(T.rotation(2, 2), -1.0, 1.0)); }
 
@@ -80,6 +104,12 @@ std::string reason_to_refuse_loop(const LoopCandidate& candidate, const Correcti
                     limit.rotation_rad);
   }
   if (tilt(T) > loops.max_tilt_rad) return "not level after alignment";
+  const double disagreement =
+      tilt_sigmas(clouds.record(candidate.match).up, clouds.record(candidate.query).up, T);
+  if (disagreement > kMaxTiltSigmas) {
+    return sentence("sigmas by which the keyframes disagree about up", disagreement,
+                    kMaxTiltSigmas);
+  }
   if (constraint.overlap < loops.min_overlap) {
     return sentence("overlap", constraint.overlap, loops.min_overlap);
   }

@@ -18,9 +18,10 @@ struct CorrectionLimit {
 };
 
 /// Registers every candidate with G-ICP and accepts it if the two keyframes are level with each
-/// other, overlap in structure, fit closely, and neither observed free space where the other has a
-/// surface. The constraints are in the candidates' order; one that is refused holds the registered
-/// pose where registration got that far. In parallel.
+/// other (within the covariance of up where both know it), overlap in structure, fit closely, and
+/// neither observed free space where the other has a surface. The constraints are in the
+/// candidates' order; one that is refused holds the registered pose where registration got that
+/// far. In parallel.
 std::vector<LoopConstraint> verify_loops(std::span<const LoopCandidate> candidates,
                                          const CorrectionLimit& limit, KeyframeClouds& clouds,
                                          const MergeConfig& config);

@@ -111,6 +111,26 @@ const Pose kTruth = shifted(1.5, -0.5) * yaw(0.3);
 
 }  // namespace
 
+TEST_CASE("Keyframes that know up must agree on it", "[verification]") {
+  const Pose leaning = kTruth * tilted(0.05);
+  auto sessions = yard_from(leaning);
+  CHECK(verify(sessions, leaning).decision.accepted);
+
+  constexpr KeyframeUp kSure{true, 1e-5F, 0.0F, 1e-5F};  // 0.2 degrees
+  sessions[0].keyframes[0].up = kSure;
+  CHECK(verify(sessions, leaning).decision.accepted);
+  sessions[1].keyframes[0].up = kSure;
+  CHECK(measured(verify(sessions, leaning), "sigmas by which the keyframes disagree about up") >
+        4.0);
+  // Less certain about the axis around which they disagree.
+  sessions[1].keyframes[0].up = {true, 1e-5F, 0.0F, 1e-3F};
+  CHECK(verify(sessions, leaning).decision.accepted);
+
+  auto level = yard_from(kTruth);
+  level[0].keyframes[0].up = level[1].keyframes[0].up = kSure;
+  CHECK(verify(level, kTruth).decision.accepted);
+}
+
 TEST_CASE("A true loop is confirmed, its pose corrected", "[verification]") {
   const auto sessions = yard_from(kTruth);
   const LoopConstraint loop = verify(sessions, kTruth * shifted(0.4, 0.3));
