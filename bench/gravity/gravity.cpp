@@ -61,8 +61,8 @@ Eigen::Matrix3d tilt_of(const Options& options) {
       .toRotationMatrix();
 }
 
-void judge(const KeyframeView& view, const Eigen::Vector3d& true_up, const Options& options,
-           Result& result) {
+void add_keyframe(const KeyframeView& view, const Eigen::Vector3d& true_up, const Options& options,
+                  Result& result) {
   result.contradicted += view.statistics->up_contradicted ? 1 : 0;
   const Eigen::Vector3d in_frame = view.T_odometry_keyframe.rotation.transpose() * true_up;
   const double error = angle_deg(in_frame, Eigen::Vector3d::UnitZ());
@@ -108,7 +108,7 @@ Result run(const std::string& recording, const Options& options) {
     const Eigen::Vector3d up_in_sensor =
         truth.empty() ? dataset->pose(scan.scan_index).rotation.row(2).transpose().eval()
                       : truth[scan.scan_index].rotation.row(2).transpose().eval();
-    judge(view, scan.T_odometry_sensor.rotation * up_in_sensor, options, result);
+    add_keyframe(view, scan.T_odometry_sensor.rotation * up_in_sensor, options, result);
   };
   datasets::Scan scan;
   for (std::size_t i = 0; i < dataset->scan_count(); ++i) {
