@@ -65,9 +65,9 @@ Error RemovalConfig::validate() const noexcept {
 }
 
 Error PipelineConfig::validate() const noexcept {
-  for (const Error& error :
-       {check_ranges(*this), odometry.validate(), keyframe.validate(), voxel.validate(), ground.validate(),
-        free_space.validate(), removal.validate(), descriptor.validate(), loop_search.validate()}) {
+  for (const Error& error : {check_ranges(*this), odometry.validate(), keyframe.validate(),
+                             voxel.validate(), ground.validate(), free_space.validate(),
+                             removal.validate(), descriptor.validate(), loop_search.validate()}) {
     if (error.code != ErrorCode::kOk) return error;
   }
   if (free_space.images_per_keyframe > keyframe.scans) {
