@@ -34,11 +34,12 @@ void ComponentLabels::join_blocks(std::uint32_t b, std::uint32_t other,
   }
 }
 
-std::uint32_t ComponentLabels::part_with(std::uint32_t b, std::uint64_t cells) const noexcept {
-  for (std::uint32_t p = parts_of_[b].first; p < parts_of_[b].first + parts_of_[b].count; ++p) {
-    if ((parts_[p].cells & cells) != 0) return p;
+std::uint64_t ComponentLabels::follow(std::uint32_t part, std::uint64_t touched, const Block& block,
+                                      std::uint64_t low) noexcept {
+  for (std::uint64_t left = low & touched; left != 0; left &= left - 1) {
+    part_of_low_[row_of(block, bit_number(left))] = part;
   }
-  return kNone;
+  return low & ~touched;
 }
 
 std::uint32_t ComponentLabels::flatten() noexcept {

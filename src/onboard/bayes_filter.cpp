@@ -68,6 +68,7 @@ void BayesFilter::allocate(Arena& arena, const PipelineConfig& config) noexcept 
   model_ = inverse_sensor_model(config);
   log_odds_ = {EvidenceWeights::of(config.removal),
                in_thousandths(config.removal.confirmed_static_log_odds),
+               in_thousandths(config.removal.confirmed_dynamic_log_odds),
                in_thousandths(config.removal.log_odds_clamp), 0};
   log_odds_.store = std::min(std::max(log_odds_.clamp, log_odds_.confirmed_static), 30000);
   known_ = arena.allocate<Group>(1);
@@ -175,6 +176,7 @@ void BayesFilter::decide(Group& group, CellTable& cells) noexcept {
     if (sum > 0) {
       cells.set(row, &CellMarks::dynamic);
       cells.set(row, &CellMarks::proven);
+      if (sum >= log_odds_.confirmed_dynamic) cells.set(row, &CellMarks::confirmed_dynamic);
     }
     if (sum <= -log_odds_.confirmed_static) cells.set(row, &CellMarks::confirmed_static);
     sums_[row] = static_cast<std::int16_t>(std::clamp(sum, -most, most));

@@ -59,6 +59,7 @@ class BayesFilter {
   struct LogOdds {
     EvidenceWeights weights;
     std::int32_t confirmed_static;
+    std::int32_t confirmed_dynamic;
     std::int32_t clamp;  ///< of what is carried on; 0: nothing is
     std::int32_t store;  ///< clamp of what is stored: at least `confirmed_static`
   };

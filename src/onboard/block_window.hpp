@@ -80,6 +80,10 @@ class BlockWindow {
   [[nodiscard]] std::span<const std::uint64_t> occupied(std::uint32_t number) const noexcept {
     return {history_ + entry_of(number) * std::size_t{slots_}, slots_};
   }
+  /// Takes cells of a block of the current keyframe out of its occupancy.
+  void leave_out(std::uint32_t number, std::uint64_t cells) noexcept {
+    history_[entry_of(number) * std::size_t{slots_} + current_] &= ~cells;
+  }
   /// Entry of a block by its number: names it as long as any keyframe that occupies it is in the
   /// window.
   [[nodiscard]] std::uint32_t entry(std::uint32_t number) const noexcept {

@@ -19,8 +19,11 @@ struct CellMarks {
   std::uint64_t dynamic = 0;
   /// Dynamic in their own right, by evidence or by having been so, not for their neighbours' sake.
   std::uint64_t proven = 0;
-  /// So often observed as occupied that their component cannot make them dynamic.
+  /// So often observed as occupied that their component cannot make them dynamic, unless they are
+  /// low: what stood on that spot before may have been grass or a kerb.
   std::uint64_t confirmed_static = 0;
+  /// So often seen through that their component cannot make them static.
+  std::uint64_t confirmed_dynamic = 0;
 };
 /// Names one of the marks, for code that asks about single cells.
 using CellMark = std::uint64_t CellMarks::*;

@@ -21,14 +21,14 @@ std::uint32_t ComponentClassifier::run(const BlockWindow& window,
   const std::uint32_t components = labels_.label(
       cells.blocks(),
       [&](std::uint32_t b) noexcept {
-        const CellMarks& marks = cells.marks(b);
-        return LabelledCells{marks.candidate & ~marks.low, marks.low};
+        const std::uint64_t following = followers(window, cells, b);
+        return LabelledCells{cells.marks(b).candidate & ~following, following};
       },
       [&](std::uint32_t b, const BlockOffset& offset) noexcept {
         return window.neighbour(b, offset);
       });
   count(window, log_odds, cells);
-  classify_all(cells);
+  classify_all(window, cells);
   return components;
 }
 
@@ -39,7 +39,7 @@ void ComponentClassifier::count(const BlockWindow& window, std::span<const std::
   for (std::uint32_t b = 0; b < blocks.size(); ++b) {
     if (cells.marks(b).candidate == 0) continue;
     const BlockHistory before = window.before(b);
-    labels_.visit(b, blocks[b], cells.marks(b).low,
+    labels_.visit(b, blocks[b], followers(window, cells, b),
                   [&](std::uint32_t component, std::uint64_t some) noexcept {
                     count_cells(tally_[component], some, blocks[b], log_odds, before);
                   });
@@ -68,11 +68,11 @@ bool ComponentClassifier::persists(const Tally& tally) const noexcept {
          tally.was_dynamic >= 2 * tally.was_static;
 }
 
-void ComponentClassifier::classify_all(CellTable& cells) const noexcept {
+void ComponentClassifier::classify_all(const BlockWindow& window, CellTable& cells) const noexcept {
   const std::span<const Block> blocks = cells.blocks();
   for (std::uint32_t b = 0; b < blocks.size(); ++b) {
     CellMarks& marks = cells.marks(b);
-    labels_.visit(b, blocks[b], marks.low,
+    labels_.visit(b, blocks[b], followers(window, cells, b),
                   [&](std::uint32_t component, std::uint64_t some) noexcept {
                     mark(some, tally_[component], marks);
                   });
@@ -89,10 +89,10 @@ void ComponentClassifier::mark(std::uint64_t cells, const Tally& tally,
   switch (classify(tally.evidence_dynamic, tally.evidence, config_.component_dynamic_share,
                    config_.component_static_share)) {
     case ComponentClass::kDynamic:
-      marks.dynamic |= cells & ~marks.confirmed_static;
+      marks.dynamic |= cells & ~(marks.confirmed_static & ~marks.low);
       break;
     case ComponentClass::kStatic:
-      marks.dynamic &= ~cells;
+      marks.dynamic &= ~(cells & ~marks.confirmed_dynamic);
       break;
     case ComponentClass::kMixed:
       break;

@@ -67,6 +67,13 @@ RangeImage* EvidenceWindow::image_for(std::uint32_t scan, const Pose& T_odometry
   return &image;
 }
 
+void EvidenceWindow::leave_out_ground(const CellTable& cells) noexcept {
+  for (std::uint32_t b = 0; b < cells.blocks().size(); ++b) {
+    const std::uint64_t ground = cells.marks(b).ground;
+    if (ground != 0) blocks_.leave_out(b, ground);
+  }
+}
+
 void EvidenceWindow::record(const CellTable& cells) noexcept {
   const std::span<const Block> blocks = cells.blocks();
   for (std::uint32_t i = 0; i < blocks.size(); ++i) {

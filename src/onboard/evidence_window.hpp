@@ -78,6 +78,11 @@ class EvidenceWindow {
   /// what drives away is seen through only by later scans, what approaches only by earlier ones.
   [[nodiscard]] RangeImage* image_for(std::uint32_t scan, const Pose& T_odometry_sensor) noexcept;
 
+  /// Takes the ground of the current keyframe out of the occupancy that later keyframes count:
+  /// where a walker puts his feet, ground was seen before, and that is no evidence that he stood
+  /// there. Once ground and obstacles are split. O(blocks).
+  void leave_out_ground(const CellTable& cells) noexcept;
+
   /// Records the decided cells and moves on: the current keyframe becomes the latest earlier one.
   /// O(blocks).
   void record(const CellTable& cells) noexcept;

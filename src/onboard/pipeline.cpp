@@ -217,6 +217,8 @@ void Pipeline::State::remove_dynamic() noexcept {
   statistics.ground_voxels -= levels.reject_elevated(voxels.map());
   propagate_ground(config.ground, voxels.map());
   split_ground(config.ground, config.removal, voxels, cells);
+  // The paper's columns alone count every occupied cell.
+  if (config.free_space.visibility) window.leave_out_ground(cells);
   if (config.free_space.columns) {
     window.current().columns.build(
         cells.blocks(), [this](std::uint32_t b) noexcept { return cells.marks(b).ground; });

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sampling.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/onboard/config.hpp"
 
@@ -33,35 +34,31 @@ void apply_data_sheet(const SensorModel& sensor, PipelineConfig& config) noexcep
   config.free_space.elevation_max_deg = std::min(sensor.elevation_max_deg + kSlackDeg, 90.0F);
 }
 
-/// Degrees between neighbouring rays: from ring to ring, or on average where there are no rings.
-float ray_spacing_deg(const SensorModel& sensor) noexcept {
+/// Degrees between neighbouring rays on average, where there are no rings.
+float mean_spacing_deg(const SensorModel& sensor) noexcept {
   const float height_deg = sensor.elevation_max_deg - sensor.elevation_min_deg;
-  if (sensor.pattern == ScanPattern::kSpinning) {
-    return height_deg / static_cast<float>(std::max(sensor.rings, 2U) - 1U);
-  }
   const float width_deg = std::min(sensor.horizontal_fov_deg, 360.0F);
   return std::sqrt(width_deg * height_deg / static_cast<float>(sensor.points_per_scan));
 }
 
-/// Pixels follow the rays. Rows of spinning sensors are no finer than half the gap between two
-/// rings: a range then rests on the rings on either side. Patterns that do not repeat need an
-/// image per scan, with pixels as large as the gaps.
+/// Pixels follow the rays. Patterns that do not repeat need an image per scan, with pixels as large
+/// as the gaps.
 void apply_pattern(const SensorModel& sensor, PipelineConfig& config) noexcept {
   FreeSpaceConfig& free_space = config.free_space;
-  const float spacing_deg = ray_spacing_deg(sensor);
-  constexpr float kCoarsestDeg = 5.0F;  // the widest pixel `FreeSpaceConfig` takes
+  if (sensor.pattern == ScanPattern::kSpinning) {
+    config.ground.propagation_voxels = 2;
+    onboard::apply_sampling(onboard::sampling_of(sensor), config.voxel.fine_size_m, free_space);
+    return;
+  }
+  const float spacing_deg = mean_spacing_deg(sensor);
+  constexpr float kFinestDeg = 0.3F;
   free_space.full_weight_range_m = std::min(
       2.0F * config.voxel.fine_size_m * static_cast<float>(kDegreesPerRadian) / spacing_deg,
       500.0F);
-  if (sensor.pattern == ScanPattern::kSpinning) {
-    config.ground.propagation_voxels = 2;
-    free_space.elevation_resolution_deg =
-        std::clamp(0.5F * spacing_deg, free_space.elevation_resolution_deg, kCoarsestDeg);
-    return;
-  }
-  constexpr float kFinestDeg = 0.3F;
   free_space.images_per_keyframe = 10;
-  free_space.azimuth_resolution_deg = std::clamp(spacing_deg, kFinestDeg, kCoarsestDeg);
+  config.removal.confirmed_static_connects = true;
+  free_space.azimuth_resolution_deg =
+      std::clamp(spacing_deg, kFinestDeg, onboard::kCoarsestPixelDeg);
   free_space.elevation_resolution_deg = free_space.azimuth_resolution_deg;
 }
 

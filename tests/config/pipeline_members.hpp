@@ -57,6 +57,8 @@ inline std::vector<Member<PipelineConfig>> pipeline_members() {
       UNIMAPPER_MEMBER(removal.component_dynamic_share),
       UNIMAPPER_MEMBER(removal.component_static_share),
       UNIMAPPER_MEMBER(removal.confirmed_static_log_odds),
+      UNIMAPPER_MEMBER(removal.confirmed_static_connects),
+      UNIMAPPER_MEMBER(removal.confirmed_dynamic_log_odds),
       UNIMAPPER_MEMBER(removal.persistence_share),
       UNIMAPPER_MEMBER(removal.final_labels),
       UNIMAPPER_MEMBER(descriptor.max_keypoints),

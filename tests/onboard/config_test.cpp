@@ -58,13 +58,14 @@ TEST_CASE("thresholds are the same for all spinning sensors, and for all others"
 
 TEST_CASE("pixels and the range of full certainty follow from how densely a sensor measures") {
   const auto free_space = [](SensorKind kind) { return preset(kind).free_space; };
-  CHECK(free_space(SensorKind::kVlp16).elevation_resolution_deg == Approx(1.0F));
+  CHECK(free_space(SensorKind::kVlp16).elevation_resolution_deg == Approx(1.2F));
   CHECK(free_space(SensorKind::kOs2_128).elevation_resolution_deg == Approx(0.5F));
   CHECK(free_space(SensorKind::kLivoxMid360).azimuth_resolution_deg == Approx(1.0F).margin(0.1));
   CHECK(free_space(SensorKind::kLivoxAvia).azimuth_resolution_deg == Approx(0.47F).margin(0.05));
   // Two cells of 0.2 m between the rings of a VLP-16, 2 degrees apart.
   CHECK(free_space(SensorKind::kVlp16).full_weight_range_m == Approx(11.5F).margin(0.1));
-  CHECK(free_space(SensorKind::kOs2_128).full_weight_range_m > 100.0F);
+  // One cell between the columns of an OS2, 0.35 degrees apart: wider than between its rings.
+  CHECK(free_space(SensorKind::kOs2_128).full_weight_range_m == Approx(32.6F).margin(0.1));
 }
 
 TEST_CASE("the paper's preset is the paper") {

@@ -91,3 +91,24 @@ TEST_CASE("when keyframes close by distance the latest scan is always painted") 
   }
   CHECK(stages.window.current().image_count == 3);
 }
+
+TEST_CASE("ground is not part of the occupancy that later keyframes count") {
+  Stages stages;
+  std::vector<Eigen::Vector3f> points;
+  add_floor(points, 0.0F, 4.0F, 0.0F, 4.0F, 0.02F);
+  add_column(points, 1.1F, 1.1F, 0.2F, 1.8F);
+  for (int keyframe = 0; keyframe < 2; ++keyframe) {
+    if (keyframe > 0) stages.begin();
+    stages.add(points);
+    REQUIRE(stages.find_and_split_ground() > 0);
+    stages.window.leave_out_ground(stages.cells);
+    if (keyframe == 0) stages.window.record(stages.cells);
+  }
+  const auto occupied_before = [&](float x, float y, float z) {
+    const std::uint32_t row = stages.row_at({x, y, z});
+    const std::uint64_t cells = stages.window.blocks().occupied(stages.cells.block_of_row(row), 1);
+    return (cells >> stages.cells.bit_of_row(row) & 1U) != 0;
+  };
+  CHECK(occupied_before(1.1F, 1.1F, 1.1F));
+  CHECK_FALSE(occupied_before(3.1F, 3.1F, 0.02F));
+}

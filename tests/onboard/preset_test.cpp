@@ -94,3 +94,17 @@ TEST_CASE("an owning pipeline takes exactly what the pipeline needs, once") {
   CHECK(pipeline->config().loop_search.max_places == config.loop_search.max_places);
   CHECK((*pipeline).keyframe().static_cells.empty());
 }
+
+TEST_CASE("pixels of spinning sensors span the gaps between rays, ranges of full weight too") {
+  const FreeSpaceConfig vlp = preset(SensorKind::kVlp16).free_space;
+  CHECK(vlp.elevation_resolution_deg == Approx(0.6 * 2.0));
+  CHECK(vlp.azimuth_resolution_deg == Approx(0.4));
+  CHECK(vlp.full_weight_range_m == Approx(0.4 / 2.0 * 57.2958).epsilon(1e-4));
+
+  // 512 columns: rays of a ring are farther apart than its rings.
+  SensorModel half = sensor_model(SensorKind::kOs2_128);
+  half.points_per_scan = 512 * half.rings;
+  const FreeSpaceConfig os2 = preset(half).value().free_space;
+  CHECK(os2.azimuth_resolution_deg == Approx(360.0 / 512.0));
+  CHECK(os2.full_weight_range_m == Approx(0.2 / (360.0 / 512.0) * 57.2958).epsilon(1e-4));
+}

@@ -103,12 +103,13 @@ class ComponentLabels {
   void split(std::uint32_t b, std::uint64_t connecting, std::uint32_t blocks_left) noexcept;
   /// Joins the parts of a block with those of its neighbour at `kOffsets[offset]` they touch.
   void join_blocks(std::uint32_t b, std::uint32_t other, std::size_t offset) noexcept;
-  /// The part of block `b` that holds any of `cells`, or `kNone`.
-  [[nodiscard]] std::uint32_t part_with(std::uint32_t b, std::uint64_t cells) const noexcept;
-  /// The part a low cell of block `b` follows, or `kNone`.
+  /// Attaches each low cell of block `b` to the first part it touches, or to none.
   template <typename Neighbour>
-  [[nodiscard]] std::uint32_t part_touched(std::uint32_t b, std::uint64_t cell,
-                                           const Neighbour& neighbour) const noexcept;
+  void attach(std::uint32_t b, const Block& block, std::uint64_t low,
+              const Neighbour& neighbour) noexcept;
+  /// Makes those of the low cells that are among `touched` follow a part. Returns the others.
+  std::uint64_t follow(std::uint32_t part, std::uint64_t touched, const Block& block,
+                       std::uint64_t low) noexcept;
   std::uint32_t root(std::uint32_t part) noexcept;
   void join(std::uint32_t a, std::uint32_t b) noexcept;
   /// Makes every part's parent its root. Returns the number of roots.
@@ -137,25 +138,29 @@ std::uint32_t ComponentLabels::label(std::span<const Block> blocks, const CellsO
     }
   }
   for (std::uint32_t b = 0; b < count; ++b) {
-    for (std::uint64_t left = cells_of(b).low; left != 0; left &= left - 1) {
-      part_of_low_[row_of(blocks[b], bit_number(left))] =
-          part_touched(b, lowest_bit(left), neighbour);
-    }
+    if (const std::uint64_t low = cells_of(b).low; low != 0) attach(b, blocks[b], low, neighbour);
   }
   return flatten();
 }
 
 template <typename Neighbour>
-std::uint32_t ComponentLabels::part_touched(std::uint32_t b, std::uint64_t cell,
-                                            const Neighbour& neighbour) const noexcept {
-  std::uint32_t part = part_with(b, dilated(cell));
-  for (std::size_t i = 0; i < kOffsets.size() && part == kNone; ++i) {
-    if ((cell & kBorders[i]) == 0) continue;
+void ComponentLabels::attach(std::uint32_t b, const Block& block, std::uint64_t low,
+                             const Neighbour& neighbour) noexcept {
+  const Parts& own = parts_of_[b];
+  for (std::uint32_t p = own.first; p < own.first + own.count && low != 0; ++p) {
+    low = follow(p, dilated(parts_[p].cells), block, low);
+  }
+  for (std::size_t i = 0; i < kOffsets.size() && low != 0; ++i) {
+    if ((low & kBorders[i]) == 0) continue;
     const auto [x, y, z] = kOffsets[i];
     const std::uint32_t other = neighbour(b, kOffsets[i]);
-    if (other != kNone) part = part_with(other, touched_in_neighbour(cell, x, y, z));
+    if (other == kNone) continue;
+    const Parts& others = parts_of_[other];
+    for (std::uint32_t p = others.first; p < others.first + others.count; ++p) {
+      low = follow(p, touched_in_neighbour(parts_[p].cells, -x, -y, -z), block, low);
+    }
   }
-  return part;
+  follow(kNone, low, block, low);
 }
 
 /// How a component is decided about.

@@ -255,6 +255,8 @@ struct RemovalConfig {
   float component_dynamic_share = 0.3F;
   float component_static_share = EvidenceDefaults::kComponentStaticShare;
   float confirmed_static_log_odds = EvidenceDefaults::kConfirmedStaticLogOdds;
+  bool confirmed_static_connects = false;
+  float confirmed_dynamic_log_odds = 2.0F;
   float persistence_share = 0.3F;
   bool final_labels = true;
 
@@ -300,7 +302,19 @@ consteval auto parameters_of(const RemovalConfig*) {
       parameter<&C::confirmed_static_log_odds>("[0.001, 1000]", "", "measured",
                                                "Cells at or below minus this log-odds stay static "
                                                "whatever their component is: a van that "
-                                               "drives past does not take the parked car with it."),
+                                               "drives past does not take the parked car with it. "
+                                               "Except low cells."),
+      parameter<&C::confirmed_static_connects>(
+          "measured",
+          "Confirmed static cells connect components, as others do; else they follow "
+          "one, unless they were proven dynamic in the keyframe before. Preset for "
+          "patterns that do not repeat, whose static cells are seen through in "
+          "patches."),
+      parameter<&C::confirmed_dynamic_log_odds>("[0.001, 1000]", "", "measured",
+                                                "Cells at or above this log-odds stay dynamic "
+                                                "whatever their component is: a walker in front of "
+                                                "what was never seen before does not belong to "
+                                                "it."),
       parameter<&C::persistence_share>("[0, 1]", "", "measured",
                                        "A component stays dynamic if at least this share of its "
                                        "cells was dynamic in the keyframe before, and twice as "
