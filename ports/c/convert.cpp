@@ -59,7 +59,10 @@ static_assert(same(EventId::kKeyframeClosed, UM_EVENT_KEYFRAME_CLOSED) &&
               same(EventId::kPoseJump, UM_EVENT_POSE_JUMP) &&
               same(EventId::kDropped, UM_EVENT_DROPPED) && same(EventId::kShed, UM_EVENT_SHED) &&
               same(EventId::kDeadlineMissed, UM_EVENT_DEADLINE_MISSED) &&
-              same(EventId::kUpContradicted, UM_EVENT_UP_CONTRADICTED));
+              same(EventId::kUpContradicted, UM_EVENT_UP_CONTRADICTED) &&
+              same(EventId::kSamplingDiffers, UM_EVENT_SAMPLING_DIFFERS) &&
+              same(EventId::kElevationsDiffer, UM_EVENT_ELEVATIONS_DIFFER) &&
+              same(EventId::kAttitudeNoise, UM_EVENT_ATTITUDE_NOISE));
 static_assert(same(DropCause::kNotFinite, UM_DROP_NOT_FINITE) &&
               same(DropCause::kOutOfRange, UM_DROP_OUT_OF_RANGE) &&
               same(DropCause::kScanTooLarge, UM_DROP_SCAN_TOO_LARGE) &&
@@ -103,6 +106,7 @@ um_statistics to_c(const KeyframeStatistics& from) noexcept {
   to.components = from.components;
   to.deadline_missed = from.deadline_missed ? 1 : 0;
   to.removal_range_m = from.removal_range_m;
+  to.attitude_noise_deg = from.attitude_noise_deg;
   std::copy(from.dropped.begin(), from.dropped.end(), to.dropped);
   std::copy(from.stage_us.begin(), from.stage_us.end(), to.stage_us);
   std::copy(from.shed.begin(), from.shed.end(), to.shed);

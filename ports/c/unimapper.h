@@ -373,7 +373,8 @@ typedef struct um_statistics {
   float stage_us[16];       /**< by enum um_stage, microseconds; 0 without a clock */
   uint32_t shed[8];         /**< by enum um_shed */
   float removal_range_m; /**< cells beyond it were left static without classification; 0 = none */
-  uint32_t reserved;     /**< 0 */
+  float attitude_noise_deg; /**< scatter of the scans' roll and pitch against the ground; 0 = not
+                               known */
 } um_statistics;
 
 /** A finished keyframe. Pointers lead into the pipeline's memory and stay valid until the next
@@ -556,7 +557,13 @@ enum um_event_id {
   UM_EVENT_DEADLINE_MISSED = 6, /**< microseconds taken, budget, sequence of the keyframe */
   /** The scene contradicts odometry.up_sigma_deg: tilt of the odometry's z axis and the promised
    *  sigma in 1/1000 degree, sequence of the keyframe. */
-  UM_EVENT_UP_CONTRADICTED = 7
+  UM_EVENT_UP_CONTRADICTED = 7,
+  UM_EVENT_SAMPLING_DIFFERS = 8,  /**< thousandths of a degree between rays of a ring, from ring to
+                                       ring, as measured; the same as configured */
+  UM_EVENT_ELEVATIONS_DIFFER = 9, /**< lowest and highest elevation of the range images, thousandths
+                                       of a degree; the same as configured */
+  UM_EVENT_ATTITUDE_NOISE =
+      10 /**< thousandths of a degree, scans aligned, sequence of the keyframe */
 };
 
 /** One event. */

@@ -34,6 +34,11 @@ std::string name(std::string_view (*name_of)(Enum) noexcept, std::size_t count,
 
 std::string what_happened(const EventRecord& record) {
   const auto number = [&record](std::size_t i) { return std::to_string(record.values[i]); };
+  const auto degrees = [&record](std::size_t i) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.2f deg", 1e-3 * static_cast<double>(record.values[i]));
+    return std::string(text);
+  };
   switch (static_cast<EventId>(record.id)) {
     case EventId::kKeyframeClosed:
       return "keyframe " + number(0) + " closed: " + number(1) + " scans, " + number(2) +
@@ -50,15 +55,18 @@ std::string what_happened(const EventRecord& record) {
              " skipped to meet the deadline (" + number(1) + ")";
     case EventId::kDeadlineMissed:
       return "keyframe " + number(2) + ": deadline missed, " + number(0) + " us of " + number(1);
-    case EventId::kUpContradicted: {
-      const auto degrees = [&record](std::size_t i) {
-        char text[32];
-        std::snprintf(text, sizeof text, "%.1f", static_cast<double>(record.values[i]) * 1e-3);
-        return std::string(text);
-      };
+    case EventId::kUpContradicted:
       return "keyframe " + number(2) + ": the odometry's z axis is " + degrees(0) +
-             " degrees from up, beyond three sigma of the promised " + degrees(1);
-    }
+             " from up, beyond three sigma of the promised " + degrees(1);
+    case EventId::kSamplingDiffers:
+      return "rays " + degrees(0) + " apart on a ring, rings " + degrees(1) + ", configured " +
+             degrees(2) + " and " + degrees(3);
+    case EventId::kElevationsDiffer:
+      return "range images from " + degrees(0) + " to " + degrees(1) + ", configured " +
+             degrees(2) + " to " + degrees(3);
+    case EventId::kAttitudeNoise:
+      return "keyframe " + number(2) + ": attitude noise " + degrees(0) + ", " + number(1) +
+             " scans aligned";
   }
   return "event " + std::to_string(record.id) + ": " + number(0) + " " + number(1) + " " +
          number(2) + " " + number(3);

@@ -65,7 +65,6 @@ struct BayesFilter::Group {
 
 void BayesFilter::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   free_space_ = config.free_space;
-  model_ = inverse_sensor_model(config);
   log_odds_ = {EvidenceWeights::of(config.removal),
                in_thousandths(config.removal.confirmed_static_log_odds),
                in_thousandths(config.removal.confirmed_dynamic_log_odds),
@@ -77,18 +76,17 @@ void BayesFilter::allocate(Arena& arena, const PipelineConfig& config) noexcept 
   sums_before_ = arena.allocate<std::int16_t>(config.voxel.max_cells);
 }
 
-void BayesFilter::run(const EvidenceWindow& window, const ImageProjection& projection,
-                      CellTable& cells) noexcept {
+void BayesFilter::run(const EvidenceWindow& window, CellTable& cells) noexcept {
   known_->size = new_->size = 0;
   std::fill_n(sums_, cells.size(), kNoCandidate);
   for (std::uint32_t block = 0; block < cells.blocks().size(); ++block) {
-    if (!known_->has_room()) finish_known(window, projection, cells);
-    if (!new_->has_room()) finish_new(window, projection, cells);
+    if (!known_->has_room()) finish_known(window, cells);
+    if (!new_->has_room()) finish_new(window, cells);
     prefetch(window.blocks(), block + kHistoryAhead);
     collect(window, cells, block);
   }
-  finish_known(window, projection, cells);
-  finish_new(window, projection, cells);
+  finish_known(window, cells);
+  finish_new(window, cells);
   std::swap(sums_, sums_before_);
   rows_ = cells.size();
 }
@@ -128,26 +126,23 @@ void BayesFilter::collect(const EvidenceWindow& window, const CellTable& cells,
   }
 }
 
-void BayesFilter::finish_known(const EvidenceWindow& window, const ImageProjection& projection,
-                               CellTable& cells) noexcept {
+void BayesFilter::finish_known(const EvidenceWindow& window, CellTable& cells) noexcept {
   if (known_->size == 0) return;
   if (free_space_.columns) add_columns(*known_, window.blocks(), window.earlier(1), 1, cells);
   // Its own images were weighed with the keyframe before if images of the own keyframe count.
   const KeyframeEvidence& latest = free_space_.own_keyframe ? window.current() : window.earlier(1);
-  latest.observe(model_, 1, projection, cells.grid(), known_->points());
+  latest.observe(1, cells.grid(), known_->points());
   decide(*known_, cells);
 }
 
-void BayesFilter::finish_new(const EvidenceWindow& window, const ImageProjection& projection,
-                             CellTable& cells) noexcept {
+void BayesFilter::finish_new(const EvidenceWindow& window, CellTable& cells) noexcept {
   for (std::uint32_t age = window.earlier_count(); age >= 1; --age) {
     const KeyframeEvidence& evidence = window.earlier(age);
     if (free_space_.columns) add_columns(*new_, window.blocks(), evidence, age, cells);
-    evidence.observe(model_, free_space_.earlier_image_stride, projection, cells.grid(),
-                     new_->points());
+    evidence.observe(free_space_.earlier_image_stride, cells.grid(), new_->points());
   }
   if (free_space_.own_keyframe) {
-    window.current().observe(model_, 1, projection, cells.grid(), new_->points());
+    window.current().observe(1, cells.grid(), new_->points());
   }
   decide(*new_, cells);
 }

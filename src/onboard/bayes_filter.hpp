@@ -7,7 +7,7 @@
 #include "cell_table.hpp"
 #include "evidence_window.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/free_space/inverse_sensor_model.hpp"
+#include "unimapper/free_space/evidence_weights.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {
@@ -26,8 +26,7 @@ class BayesFilter {
 
   /// Marks the candidates whose probability exceeds one half as dynamic.
   /// O(candidates observed again x images of a keyframe + other candidates x (images + window)).
-  void run(const EvidenceWindow& window, const ImageProjection& projection,
-           CellTable& cells) noexcept;
+  void run(const EvidenceWindow& window, CellTable& cells) noexcept;
 
   /// Log-odds that the last run computed, thousandths, by row; only those of candidates mean
   /// anything.
@@ -45,16 +44,13 @@ class BayesFilter {
   void prefetch(const BlockWindow& blocks, std::uint32_t block) const noexcept;
   /// Puts the candidates of a block into the group they belong to.
   void collect(const EvidenceWindow& window, const CellTable& cells, std::uint32_t block) noexcept;
-  void finish_known(const EvidenceWindow& window, const ImageProjection& projection,
-                    CellTable& cells) noexcept;
-  void finish_new(const EvidenceWindow& window, const ImageProjection& projection,
-                  CellTable& cells) noexcept;
+  void finish_known(const EvidenceWindow& window, CellTable& cells) noexcept;
+  void finish_new(const EvidenceWindow& window, CellTable& cells) noexcept;
   void add_columns(Group& group, const BlockWindow& blocks, const KeyframeEvidence& evidence,
                    std::uint32_t age, const CellTable& cells) const noexcept;
   void decide(Group& group, CellTable& cells) noexcept;
 
   FreeSpaceConfig free_space_;
-  InverseSensorModel model_;
   /// Thousandths.
   struct LogOdds {
     EvidenceWeights weights;

@@ -49,6 +49,9 @@ Error FreeSpaceConfig::validate() const noexcept {
   if (!columns && !visibility) {
     return invalid("free_space.columns or free_space.visibility must be true");
   }
+  if ((ray_spacing_deg > 0.0F) != (ring_spacing_deg > 0.0F)) {
+    return invalid("free_space.ring_spacing_deg must be 0 just if free_space.ray_spacing_deg is");
+  }
   if (elevation_min_deg >= elevation_max_deg) {
     return invalid("free_space.elevation_min_deg must be below free_space.elevation_max_deg");
   }

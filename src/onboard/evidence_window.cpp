@@ -2,16 +2,11 @@
 
 #include <algorithm>
 
+#include "sampling_monitor.hpp"
+
 namespace unimapper::onboard {
 
-InverseSensorModel inverse_sensor_model(const PipelineConfig& config) noexcept {
-  const FreeSpaceConfig& free_space = config.free_space;
-  return {VisibilityTest(free_space.range_margin_m, free_space.range_margin_relative),
-          EvidenceWeights::of(config.removal), free_space.full_weight_range_m};
-}
-
-void KeyframeEvidence::observe(const InverseSensorModel& model, std::uint32_t stride,
-                               const ImageProjection& projection, const Grid& points_grid,
+void KeyframeEvidence::observe(std::uint32_t stride, const Grid& points_grid,
                                const ObservedPoints& points) const noexcept {
   const Eigen::Vector3f offset = (points_grid.origin_m() - grid.origin_m()).cast<float>();
   for (std::uint32_t i = image_count == 0 ? 0 : (image_count - 1) % stride; i < image_count;
@@ -23,7 +18,9 @@ void KeyframeEvidence::observe(const InverseSensorModel& model, std::uint32_t st
 }
 
 void EvidenceWindow::allocate(Arena& arena, const PipelineConfig& config) noexcept {
-  const ImageProjection projection(config.free_space.image_shape());
+  const std::size_t pixels_per_image = SamplingMonitor::max_pixels(config.free_space);
+  free_space_ = config.free_space;
+  weights_ = EvidenceWeights::of(config.removal);
   blocks_.allocate(arena, config);
   slot_count_ = config.removal.window + 1;
   scans_per_keyframe_ = config.keyframe.scans;
@@ -35,15 +32,24 @@ void EvidenceWindow::allocate(Arena& arena, const PipelineConfig& config) noexce
     if (!config.free_space.visibility) continue;
     slot.images = arena.allocate<RangeImage>(images_per_keyframe_);
     for (std::uint32_t image = 0; image < images_per_keyframe_; ++image) {
-      auto* const pixels = arena.allocate<std::uint16_t>(projection.pixels());
+      auto* const pixels = arena.allocate<std::uint16_t>(pixels_per_image);
       if (slot.images != nullptr) slot.images[image].pixels = pixels;
     }
   }
 }
 
+void EvidenceWindow::follow(const FreeSpaceConfig& free_space) noexcept {
+  free_space_ = free_space;
+}
+
 void EvidenceWindow::begin(const Grid& grid) noexcept {
   KeyframeEvidence& slot = current();
   slot.grid = grid;
+  slot.shape = free_space_.image_shape();
+  slot.projection = ImageProjection(slot.shape);
+  slot.model = {VisibilityTest(free_space_.range_margin_m, free_space_.range_margin_relative),
+                weights_, free_space_.full_weight_range_m};
+  slot.full_weight_range_m = free_space_.full_weight_range_m;
   slot.image_count = 0;
   slot.columns.clear();
   blocks_.begin(grid);

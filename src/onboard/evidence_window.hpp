@@ -27,6 +27,10 @@ struct RangeImage {
 /// The free-space evidence of one keyframe (part of the measurement Z of paper section IV-D).
 struct KeyframeEvidence {
   Grid grid;
+  RangeImageShape shape;  ///< of its images
+  ImageProjection projection;
+  InverseSensorModel model;
+  float full_weight_range_m = 0.0F;
   FreeColumns columns;
   RangeImage* images = nullptr;  ///< as many as configured
   std::uint32_t image_count = 0;
@@ -36,13 +40,9 @@ struct KeyframeEvidence {
   }
   /// Adds what every `stride`-th image, the last one among them, tells of points in `points_grid`.
   /// O(points x images).
-  void observe(const InverseSensorModel& model, std::uint32_t stride,
-               const ImageProjection& projection, const Grid& points_grid,
+  void observe(std::uint32_t stride, const Grid& points_grid,
                const ObservedPoints& points) const noexcept;
 };
-
-/// The inverse sensor model that a configuration asks for.
-[[nodiscard]] InverseSensorModel inverse_sensor_model(const PipelineConfig& config) noexcept;
 
 /// The evidence of the last N keyframes and of the current one. A ring: the oldest makes room.
 class EvidenceWindow {
@@ -70,6 +70,10 @@ class EvidenceWindow {
     return slots_[(current_ + slot_count_ - age) % slot_count_];
   }
 
+  /// Images of the keyframes begun from now on have this shape and count up to this range in full;
+  /// there is room for their pixels.
+  void follow(const FreeSpaceConfig& free_space) noexcept;
+
   /// Begins the current keyframe in `grid`.
   void begin(const Grid& grid) noexcept;
 
@@ -92,6 +96,8 @@ class EvidenceWindow {
 
  private:
   BlockWindow blocks_;
+  EvidenceWeights weights_;
+  FreeSpaceConfig free_space_;
   std::uint32_t scans_per_keyframe_ = 10;
   std::uint32_t images_per_keyframe_ = 2;
   bool last_scan_unknown_ = false;  ///< keyframes close by distance, too

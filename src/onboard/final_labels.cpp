@@ -36,7 +36,6 @@ struct FinalLabels::Group {
 void FinalLabels::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   on_ = config.removal.final_labels && config.free_space.visibility;
   if (!on_) return;
-  model_ = inverse_sensor_model(config);
   prior_ = in_thousandths(EvidenceDefaults::kPriorLogOdds);
   occupied_ = in_thousandths(config.removal.log_odds_occupied);
   confirmed_static_ = in_thousandths(std::min(config.removal.confirmed_static_log_odds, 30.0F));
@@ -81,8 +80,7 @@ void FinalLabels::store(const BlockWindow& blocks, const CellTable& cells,
   keyframes_[stored_++] = now;
 }
 
-bool FinalLabels::relabel_evicted(const EvidenceWindow& window,
-                                  const ImageProjection& projection) noexcept {
+bool FinalLabels::relabel_evicted(const EvidenceWindow& window) noexcept {
   result_.available = false;
   if (!on_) return false;
   // Keyframes that were evicted early are gone.
@@ -92,18 +90,16 @@ bool FinalLabels::relabel_evicted(const EvidenceWindow& window,
   }
   if (stored_ == 0) return false;
   if (window.blocks().age_of(keyframes_[0].keyframe) < window.blocks().longest_age()) return false;
-  return relabel_first(window, projection, 0);
+  return relabel_first(window, 0);
 }
 
-bool FinalLabels::relabel_oldest(const EvidenceWindow& window,
-                                 const ImageProjection& projection) noexcept {
+bool FinalLabels::relabel_oldest(const EvidenceWindow& window) noexcept {
   result_.available = false;
   if (!on_ || stored_ == 0) return false;
-  return relabel_first(window, projection, 1);
+  return relabel_first(window, 1);
 }
 
-bool FinalLabels::relabel_first(const EvidenceWindow& window, const ImageProjection& projection,
-                                std::uint32_t latest_age) noexcept {
+bool FinalLabels::relabel_first(const EvidenceWindow& window, std::uint32_t latest_age) noexcept {
   const Stored keyframe = keyframes_[0];
   const BlockWindow& blocks = window.blocks();
   const std::uint32_t age = blocks.age_of(keyframe.keyframe);
@@ -112,11 +108,11 @@ bool FinalLabels::relabel_first(const EvidenceWindow& window, const ImageProject
   result_ = {true, keyframe.sequence, age - latest_age, 0, 0};
   group_->size = group_->blocks = 0;
   for (std::uint32_t i = 0; i < keyframe.count; ++i) {
-    if (!group_->has_room()) finish(window, projection, age, latest_age);
+    if (!group_->has_room()) finish(window, age, latest_age);
     const OpenBlock& block = ring(keyframe.first + i);
     add(blocks, block, blocks.block_at(block.entry, grid_), age, latest_age);
   }
-  finish(window, projection, age, latest_age);
+  finish(window, age, latest_age);
   drop_oldest();
   return true;
 }
@@ -150,13 +146,13 @@ void FinalLabels::add(const BlockWindow& blocks, const OpenBlock& block, const V
   }
 }
 
-void FinalLabels::finish(const EvidenceWindow& window, const ImageProjection& projection,
-                         std::uint32_t age, std::uint32_t latest_age) noexcept {
+void FinalLabels::finish(const EvidenceWindow& window, std::uint32_t age,
+                         std::uint32_t latest_age) noexcept {
   Group& group = *group_;
   const ObservedPoints points{group.x, group.y, group.z, group.log_odds, group.size};
   for (std::uint32_t later = latest_age; later < age; ++later) {
     const KeyframeEvidence& evidence = later == 0 ? window.current() : window.earlier(later);
-    evidence.observe(model_, stride_, projection, grid_, points);
+    evidence.observe(stride_, grid_, points);
   }
   for (std::uint32_t b = 0; b < group.blocks; ++b) {
     finish_block(group.block[b], group.index[b], group.log_odds + group.first[b], group.decided[b]);

@@ -9,7 +9,6 @@
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/fixed_hash_map.hpp"
 #include "unimapper/core/point_view.hpp"
-#include "unimapper/free_space/inverse_sensor_model.hpp"
 #include "unimapper/onboard/config.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
@@ -33,9 +32,9 @@ class FinalLabels {
 
   /// Relabels the keyframe that the next record evicts from the window, if there is one and it is
   /// stored. O(undecided cells x images of the window).
-  bool relabel_evicted(const EvidenceWindow& window, const ImageProjection& projection) noexcept;
+  bool relabel_evicted(const EvidenceWindow& window) noexcept;
   /// The same for the oldest keyframe there is, after the last record. False if there is none.
-  bool relabel_oldest(const EvidenceWindow& window, const ImageProjection& projection) noexcept;
+  bool relabel_oldest(const EvidenceWindow& window) noexcept;
 
   /// Blocks for which the last `store` and relabelling found no room: they keep their online
   /// labels.
@@ -71,18 +70,15 @@ class FinalLabels {
   struct Group;
 
   void drop_oldest() noexcept;
-  bool relabel_first(const EvidenceWindow& window, const ImageProjection& projection,
-                     std::uint32_t latest_age) noexcept;
+  bool relabel_first(const EvidenceWindow& window, std::uint32_t latest_age) noexcept;
   void add(const BlockWindow& blocks, const OpenBlock& block, const VoxelIndex& index,
            std::uint32_t age, std::uint32_t latest_age) noexcept;
-  void finish(const EvidenceWindow& window, const ImageProjection& projection, std::uint32_t age,
-              std::uint32_t latest_age) noexcept;
+  void finish(const EvidenceWindow& window, std::uint32_t age, std::uint32_t latest_age) noexcept;
   void finish_block(const OpenBlock& block, const VoxelIndex& index, const std::int32_t* log_odds,
                     std::int32_t decided) noexcept;
   [[nodiscard]] OpenBlock& ring(std::uint32_t at) noexcept { return open_[at % capacity_]; }
 
   bool on_ = false;
-  InverseSensorModel model_;
   std::int32_t prior_ = 0;
   std::int32_t occupied_ = 0;
   std::int32_t confirmed_static_ = 0;

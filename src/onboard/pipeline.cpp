@@ -14,10 +14,12 @@
 #include "gravity.hpp"
 #include "gravity_planes.hpp"
 #include "ground.hpp"
+#include "ground_aligner.hpp"
 #include "ground_levels.hpp"
 #include "keyframe_output.hpp"
 #include "motion_gate.hpp"
 #include "range_limit.hpp"
+#include "sampling_monitor.hpp"
 #include "scan_accumulator.hpp"
 #include "stage_clock.hpp"
 #include "transparent_ground.hpp"
@@ -43,7 +45,7 @@ struct Pipeline::State {
   ScanResult add_scan(const PointView& points, const Pose& pose, std::int64_t stamp_ns) noexcept;
   /// False if no point was valid; nothing has changed then.
   bool ingest(const PointView& points, const Pose& pose) noexcept;
-  void begin_keyframe(const Pose& first_pose) noexcept;
+  void begin_keyframe(const PointView& first_points, const Pose& first_pose) noexcept;
   [[nodiscard]] bool is_complete() const noexcept;
   void close_keyframe() noexcept;
 
@@ -62,6 +64,7 @@ struct Pipeline::State {
               std::uint64_t c = 0, std::uint64_t d = 0) noexcept;
   void report_refusal(const Error& error, std::int64_t stamp_ns, std::uint32_t index) noexcept;
   void report_keyframe() noexcept;
+  void report_sampling(std::int64_t stamp_ns) noexcept;
 
   std::uint64_t& dropped(DropCause cause) noexcept {
     return statistics.dropped[static_cast<std::size_t>(cause)];
@@ -77,6 +80,8 @@ struct Pipeline::State {
   Budget budget;
   ScanAccumulator accumulator;
   RangePainter painter;
+  SamplingMonitor sampling;
+  GroundAligner aligner;
   CellTable cells;
   CoarseVoxels voxels;
   TransparentGround transparent;
@@ -92,7 +97,8 @@ struct Pipeline::State {
   PlaceDatabase places;
 
   bool contradicted = false;  ///< in the keyframe before, up was not where the odometry promises
-  bool open = false;          ///< a keyframe has at least one scan and is not closed yet
+  bool sampling_changed = false;  ///< and not reported yet
+  bool open = false;              ///< a keyframe has at least one scan and is not closed yet
   std::uint32_t scan_index = 0;
   std::uint32_t sequence = 0;
   KeyframeScan scans[KeyframeConfig::kMaxScans];
@@ -103,9 +109,12 @@ struct Pipeline::State {
 
 void Pipeline::State::allocate(Arena& arena) noexcept {
   accumulator.allocate(arena, config);
-  painter.allocate(arena, {config.free_space.image_shape(), config.keyframe.range_min_m,
-                           config.keyframe.range_max_m, config.free_space.min_returns,
-                           config.keyframe.max_points_per_scan});
+  painter.allocate(
+      arena, {config.free_space.image_shape(), config.keyframe.range_min_m,
+              config.keyframe.range_max_m, config.free_space.min_returns,
+              config.keyframe.max_points_per_scan, SamplingMonitor::max_pixels(config.free_space)});
+  sampling.allocate(arena, config);
+  aligner.allocate(arena, config);
   cells.allocate(arena, config.voxel);
   voxels.allocate(arena, config.voxel);
   transparent.allocate(arena, config);
@@ -142,15 +151,18 @@ ScanResult Pipeline::State::add_scan(const PointView& points, const Pose& pose,
     window.forget();
     final_labels.forget();
     gravity.forget();
+    aligner.forget();
   }
-  if (!open) begin_keyframe(pose);
-  if (!ingest(points, pose)) {
+  if (!open) begin_keyframe(points, pose);
+  const Pose used = aligner.align(points, pose);
+  if (!ingest(points, used)) {
     const Error empty{ErrorCode::kEmptyScan,
                       "the scan has no point that is finite and within the sensor's range"};
     report_refusal(empty, stamp_ns, index);
     return {empty, false};
   }
-  scans[accumulator.scans() - 1] = {index, stamp_ns, pose};
+  scans[accumulator.scans() - 1] = {index, stamp_ns, used};
+  statistics.aligned_scans += aligner.aligned() ? 1 : 0;
   gate.accept(pose, stamp_ns);
   open = true;
 
@@ -159,9 +171,16 @@ ScanResult Pipeline::State::add_scan(const PointView& points, const Pose& pose,
   return {{}, true};
 }
 
-void Pipeline::State::begin_keyframe(const Pose& first_pose) noexcept {
+void Pipeline::State::begin_keyframe(const PointView& first_points,
+                                     const Pose& first_pose) noexcept {
   const Grid grid = grid_near(first_pose.translation, config.voxel);
   statistics = {};
+  if (sampling.look(first_points)) {
+    painter.reshape(sampling.free_space().image_shape());
+    window.follow(sampling.free_space());
+    sampling_changed = true;
+  }
+  statistics.sampling = sampling.statistics();
   accumulator.begin(grid);
   window.begin(grid);
 }
@@ -195,6 +214,7 @@ void Pipeline::State::close_keyframe() noexcept {
   view.reference_scan = accumulator.scans() / 2;
   view.T_odometry_keyframe = level_frame(scans[view.reference_scan].T_odometry_sensor);
   view.statistics = &statistics;
+  statistics.attitude_noise_deg = aligner.noise_deg();
 
   remove_dynamic();
   describe_place();
@@ -213,7 +233,7 @@ void Pipeline::State::remove_dynamic() noexcept {
   cells.build(accumulator.cells(), window.blocks().order(), accumulator.grid());
   voxels.build(cells);
   statistics.ground_voxels = find_ground(config.ground, config.voxel.coarse_size_m, voxels.map());
-  statistics.ground_voxels -= transparent.reject(window, painter.projection(), cells, voxels);
+  statistics.ground_voxels -= transparent.reject(window, cells, voxels);
   statistics.ground_voxels -= levels.reject_elevated(voxels.map());
   propagate_ground(config.ground, voxels.map());
   split_ground(config.ground, config.removal, voxels, cells);
@@ -224,13 +244,12 @@ void Pipeline::State::remove_dynamic() noexcept {
         cells.blocks(), [this](std::uint32_t b) noexcept { return cells.marks(b).ground; });
   }
   const std::uint32_t candidates = shed_far_cells();
-  budget.measure(Budget::Part::kFiltering, candidates,
-                 [this] { filter.run(window, painter.projection(), cells); });
+  budget.measure(Budget::Part::kFiltering, candidates, [this] { filter.run(window, cells); });
   budget.measure(Budget::Part::kClassifying, 1, [this] {
     if (config.removal.components) {
       statistics.components = components.run(window.blocks(), filter.log_odds(), cells);
     }
-    final_labels.relabel_evicted(window, painter.projection());
+    final_labels.relabel_evicted(window);
     view.relabelled = final_labels.result();
     final_labels.store(window.blocks(), cells, view.sequence);
     dropped(DropCause::kEvidenceFull) = window.left_out() + final_labels.left_out();
@@ -262,13 +281,14 @@ void Pipeline::State::find_up() noexcept {
 }
 
 void Pipeline::State::show_images() noexcept {
-  const std::span<const RangeImage> painted = window.earlier(1).painted();
-  const std::size_t pixels = painter.projection().pixels();
+  const KeyframeEvidence& recorded = window.earlier(1);
+  const std::span<const RangeImage> painted = recorded.painted();
+  const std::size_t pixels = recorded.projection.pixels();
   for (std::size_t i = 0; i < painted.size(); ++i) {
     images[i] = {painted[i].scan, {painted[i].pixels, pixels}};
   }
-  view.image_shape = config.free_space.image_shape();
-  view.image_full_weight_range_m = config.free_space.full_weight_range_m;
+  view.image_shape = recorded.shape;
+  view.image_full_weight_range_m = recorded.full_weight_range_m;
   view.images = {images, painted.size()};
 }
 
@@ -366,6 +386,25 @@ void Pipeline::State::report_refusal(const Error& error, std::int64_t stamp_ns,
   report(EventId::kScanRefused, stamp_ns, static_cast<std::uint64_t>(error.code), index);
 }
 
+void Pipeline::State::report_sampling(std::int64_t stamp_ns) noexcept {
+  sampling_changed = false;
+  const SamplingStatistics& found = statistics.sampling;
+  const FreeSpaceConfig& given = config.free_space;
+  const auto thousandths = [](float degrees) noexcept {
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(degrees * 1000.0F));
+  };
+  if (found.rays_differ || found.changes > 0) {
+    report(EventId::kSamplingDiffers, stamp_ns, thousandths(found.ray_spacing_deg),
+           thousandths(found.ring_spacing_deg), thousandths(given.ray_spacing_deg),
+           thousandths(given.ring_spacing_deg));
+  }
+  if (found.elevations_differ) {
+    report(EventId::kElevationsDiffer, stamp_ns, thousandths(found.image_elevation_min_deg),
+           thousandths(found.image_elevation_max_deg), thousandths(given.elevation_min_deg),
+           thousandths(given.elevation_max_deg));
+  }
+}
+
 void Pipeline::State::report_keyframe() noexcept {
   const std::int64_t stamp_ns = view.scans.back().stamp_ns;
   report(EventId::kKeyframeClosed, stamp_ns, view.sequence, view.scans.size(),
@@ -386,6 +425,12 @@ void Pipeline::State::report_keyframe() noexcept {
            thousandths(config.odometry.up_sigma_deg), view.sequence);
   }
   contradicted = statistics.up_contradicted;
+  if (sampling_changed) report_sampling(stamp_ns);
+  if (statistics.aligned_scans > 0) {
+    report(EventId::kAttitudeNoise, stamp_ns,
+           static_cast<std::uint64_t>(statistics.attitude_noise_deg * 1000.0F),
+           statistics.aligned_scans, view.sequence);
+  }
   if (statistics.deadline_missed) {
     report(EventId::kDeadlineMissed, stamp_ns, static_cast<std::uint64_t>(budget.spent_us()),
            config.budget_us, view.sequence);
@@ -453,12 +498,11 @@ std::size_t Pipeline::labels(std::size_t scan_in_keyframe,
 
 std::size_t Pipeline::relabel(const PointView& points, const Pose& T_odometry_sensor,
                               std::span<PointLabel> labels) const noexcept {
-  return state_->final_labels.relabel(points, T_odometry_sensor, labels);
+  return state_->final_labels.relabel(points, state_->aligner.used_pose(T_odometry_sensor), labels);
 }
 
 bool Pipeline::relabel_next() noexcept {
-  const bool relabelled = !state_->open && state_->final_labels.relabel_oldest(
-                                               state_->window, state_->painter.projection());
+  const bool relabelled = !state_->open && state_->final_labels.relabel_oldest(state_->window);
   state_->view.relabelled = state_->final_labels.result();
   return relabelled;
 }

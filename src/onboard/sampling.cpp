@@ -16,11 +16,12 @@ Sampling sampling_of(const SensorModel& sensor) noexcept {
 void apply_sampling(const Sampling& sampling, float fine_size_m,
                     FreeSpaceConfig& free_space) noexcept {
   constexpr FreeSpaceConfig kDefaults;
+  constexpr float kColumnPerRayGap = 0.85F;
   constexpr float kRowPerRingGap = 0.6F;
   constexpr float kFarthest_m = 500.0F;
   const float cell_m_deg = fine_size_m * static_cast<float>(kDegreesPerRadian);
-  free_space.azimuth_resolution_deg =
-      std::clamp(sampling.azimuth_deg, kDefaults.azimuth_resolution_deg, kCoarsestPixelDeg);
+  free_space.azimuth_resolution_deg = std::clamp(
+      kColumnPerRayGap * sampling.azimuth_deg, kDefaults.azimuth_resolution_deg, kCoarsestPixelDeg);
   free_space.elevation_resolution_deg =
       std::clamp(kRowPerRingGap * sampling.elevation_deg, kDefaults.elevation_resolution_deg,
                  kCoarsestPixelDeg);

@@ -16,14 +16,12 @@ bool is_drawn(std::uint32_t row) noexcept { return (row * 0x9E3779B1U) >> 30U ==
 void TransparentGround::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   share_ = config.free_space.visibility ? config.ground.seen_through_share : 0.0F;
   if (!(share_ > 0.0F)) return;
-  model_ = inverse_sensor_model(config);
   least_ = in_thousandths(config.removal.log_odds_free);
   samples_ = arena.allocate<Samples>(1);
   patches_ = arena.allocate<GroundPatch>(config.voxel.max_voxels);
 }
 
-std::uint32_t TransparentGround::reject(const EvidenceWindow& window,
-                                        const ImageProjection& projection, const CellTable& cells,
+std::uint32_t TransparentGround::reject(const EvidenceWindow& window, const CellTable& cells,
                                         CoarseVoxels& voxels) noexcept {
   if (!(share_ > 0.0F)) return 0;
   std::fill_n(patches_, voxels.map().size(), GroundPatch{});
@@ -39,9 +37,9 @@ std::uint32_t TransparentGround::reject(const EvidenceWindow& window,
     samples_->y[size_] = cells.y()[row];
     samples_->z[size_] = cells.z()[row];
     samples_->log_odds[size_] = 0;
-    if (++size_ == kGroup) observe(window, projection, cells.grid());
+    if (++size_ == kGroup) observe(window, cells.grid());
   }
-  observe(window, projection, cells.grid());
+  observe(window, cells.grid());
 
   std::uint32_t rejected = 0;
   for (std::uint32_t i = 0; i < voxels.map().size(); ++i) {
@@ -52,13 +50,12 @@ std::uint32_t TransparentGround::reject(const EvidenceWindow& window,
   return rejected;
 }
 
-void TransparentGround::observe(const EvidenceWindow& window, const ImageProjection& projection,
-                                const Grid& grid) noexcept {
+void TransparentGround::observe(const EvidenceWindow& window, const Grid& grid) noexcept {
   const ObservedPoints points{samples_->x, samples_->y, samples_->z, samples_->log_odds, size_};
   for (std::uint32_t age = 1; age <= window.earlier_count(); ++age) {
-    window.earlier(age).observe(model_, 1, projection, grid, points);
+    window.earlier(age).observe(1, grid, points);
   }
-  window.current().observe(model_, 1, projection, grid, points);
+  window.current().observe(1, grid, points);
   for (std::uint32_t i = 0; i < size_; ++i) {
     if (samples_->log_odds[i] > least_) ++patches_[samples_->voxel[i]].seen_through;
   }

@@ -8,7 +8,6 @@
 #include "evidence_window.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/free_space/ground_patch.hpp"
-#include "unimapper/free_space/inverse_sensor_model.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {
@@ -22,8 +21,8 @@ class TransparentGround {
 
   /// Takes the voxels that were seen through out of G. Returns how many.
   /// O(cells + ground voxels x images of the window).
-  std::uint32_t reject(const EvidenceWindow& window, const ImageProjection& projection,
-                       const CellTable& cells, CoarseVoxels& voxels) noexcept;
+  std::uint32_t reject(const EvidenceWindow& window, const CellTable& cells,
+                       CoarseVoxels& voxels) noexcept;
 
  private:
   static constexpr std::uint32_t kSamplesPerVoxel = 8;
@@ -37,10 +36,8 @@ class TransparentGround {
     std::int32_t log_odds[kGroup];
   };
 
-  void observe(const EvidenceWindow& window, const ImageProjection& projection,
-               const Grid& grid) noexcept;
+  void observe(const EvidenceWindow& window, const Grid& grid) noexcept;
 
-  InverseSensorModel model_;
   std::int32_t least_ = 0;  ///< evidence from which on a cell counts as seen through
   float share_ = 0.0F;
   std::uint32_t size_ = 0;

@@ -130,8 +130,7 @@ TEST_CASE("ground that was seen through is none, whatever looks like it") {
   };
   REQUIRE(count() > 0);
   const auto reject = [&] {
-    return stages.transparent.reject(stages.window, stages.painter.projection(), stages.cells,
-                                     stages.voxels);
+    return stages.transparent.reject(stages.window, stages.cells, stages.voxels);
   };
   // Nothing is known yet.
   CHECK(reject() == 0);

@@ -105,6 +105,6 @@ TEST_CASE("pixels of spinning sensors span the gaps between rays, ranges of full
   SensorModel half = sensor_model(SensorKind::kOs2_128);
   half.points_per_scan = 512 * half.rings;
   const FreeSpaceConfig os2 = preset(half).value().free_space;
-  CHECK(os2.azimuth_resolution_deg == Approx(360.0 / 512.0));
+  CHECK(os2.azimuth_resolution_deg == Approx(0.85 * 360.0 / 512.0));
   CHECK(os2.full_weight_range_m == Approx(0.2 / (360.0 / 512.0) * 57.2958).epsilon(1e-4));
 }

@@ -40,7 +40,7 @@ TEST_CASE("a scene in which nothing moves loses nothing") {
     REQUIRE(runs.size() == 4);
     // The roof of the parked car lies 0.3 m below the sensor: what passes over it at a grazing
     // angle is taken for having passed through it in one keyframe of the drive.
-    for (const KeyframeRun& run : runs) CHECK(run.score.static_percent() > 99.8);
+    for (const KeyframeRun& run : runs) CHECK(run.score.static_percent() > 99.7);
     CHECK(total(runs).static_percent() > 99.8);
   }
 }

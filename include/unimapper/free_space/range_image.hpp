@@ -1,6 +1,7 @@
 // Range images: painting and minimum filter
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -17,6 +18,7 @@ struct RangePainterConfig {
   /// Returns among a pixel and its eight neighbours below which the pixel stays unknown, [1, 9].
   std::uint32_t min_returns = 3;
   std::size_t max_points = 0;  ///< the rest of a scan is left out
+  std::size_t max_pixels = 0;  ///< room for other shapes; at least the shape's own pixels
 };
 
 /// Paints scans into range images. A pixel holds the *smallest* range measured in it and around it,
@@ -31,10 +33,14 @@ class RangePainter {
   void allocate(Memory& memory, const RangePainterConfig& config) {
     config_ = config;
     projection_ = ImageProjection(config.shape);
-    nearest_ = memory.template allocate<std::uint16_t>(projection_.pixels());
-    row_min_ = memory.template allocate<std::uint16_t>(projection_.pixels());
-    row_count_ = memory.template allocate<std::uint8_t>(projection_.pixels());
+    const std::size_t room = std::max(projection_.pixels(), config.max_pixels);
+    nearest_ = memory.template allocate<std::uint16_t>(room);
+    row_min_ = memory.template allocate<std::uint16_t>(room);
+    row_count_ = memory.template allocate<std::uint8_t>(room);
   }
+
+  /// Paints in another shape from now on, for which there is room.
+  void reshape(const RangeImageShape& shape) noexcept { projection_ = ImageProjection(shape); }
 
   /// Paints the valid points of a scan, sensor frame, into `projection().pixels()` pixels, units
   /// of 1 / `kRangeUnitsPerMetre`. O(points + pixels).

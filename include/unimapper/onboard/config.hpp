@@ -130,6 +130,7 @@ struct GroundConfig {
   float elevated_step_m = 0.2F;
   float elevated_reach_m = 10.0F;
   float seen_through_share = EvidenceDefaults::kSeenThroughShare;
+  float align_noise_deg = 0.15F;
 
   /// `kOk`, or the first thing that is wrong, in words.
   [[nodiscard]] Error validate() const noexcept;
@@ -162,7 +163,12 @@ consteval auto parameters_of(const GroundConfig*) {
       parameter<&C::seen_through_share>("[0, 1]", "", "measured; paper: off",
                                         "Ground of which at least this share was seen through is "
                                         "none: where a sensor hardly sees the ground, the roof of "
-                                        "a passing car is the lowest plane; 0: off."));
+                                        "a passing car is the lowest plane; 0: off."),
+      parameter<&C::align_noise_deg>("[0, 10]", "°", "measured",
+                                     "From this attitude noise on, measured as the scatter of "
+                                     "scans' tilt against the ground of the keyframe before, scans "
+                                     "are aligned to that ground in roll, pitch and height before "
+                                     "use; 0: never."));
 }
 
 /// What counts as evidence of free space (paper section IV-C).
@@ -183,6 +189,9 @@ struct FreeSpaceConfig {
   float range_margin_relative = EvidenceDefaults::kRangeMarginRelative;
   float full_weight_range_m = 0.0F;
   bool own_keyframe = true;
+  float ray_spacing_deg = 0.0F;
+  float ring_spacing_deg = 0.0F;
+  std::uint32_t max_image_pixels = 0;
 
   /// Field of view and resolution of the free-space images.
   [[nodiscard]] RangeImageShape image_shape() const noexcept {
@@ -237,7 +246,17 @@ consteval auto parameters_of(const FreeSpaceConfig*) {
                                          "room there is between two rays. Preset where "
                                          "neighbouring rays are two fine cells apart; 0: always in "
                                          "full."),
-      parameter<&C::own_keyframe>("measured", "Images of the keyframe itself are evidence too."));
+      parameter<&C::own_keyframe>("measured", "Images of the keyframe itself are evidence too."),
+      parameter<&C::ray_spacing_deg>(
+          "[0, 30]", "°", "sensor",
+          "Between two rays of a ring, as pixels and full_weight_range_m "
+          "assume; the scans are measured, and by a factor of 1.4 off they "
+          "override both. 0: nothing is measured."),
+      parameter<&C::ring_spacing_deg>("[0, 30]", "°", "sensor",
+                                      "The same from ring to ring; 0 just if ray_spacing_deg is."),
+      parameter<&C::max_image_pixels>("[0, 1048576]", "pixels", "choice",
+                                      "Capacity: pixels of a range image that follows the scans; "
+                                      "at least as many as the configured image takes."));
 }
 
 /// The binary Bayes filter and what follows it (paper section IV-D). The paper gives no log-odds.

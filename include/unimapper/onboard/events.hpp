@@ -16,6 +16,13 @@ enum class EventId : std::uint32_t {
   /// The scene contradicts the odometry's promise (`odometry.up_sigma_deg`), reported when that
   /// begins: tilt of the odometry's z axis and the promised sigma in 1/1000 degree, sequence.
   kUpContradicted = 7,
+  /// The sensor is not sampled as configured, or has changed its mode: thousandths of a degree
+  /// between rays of a ring and from ring to ring, measured; the same as configured.
+  kSamplingDiffers = 8,
+  /// The rays leave the configured field of view: elevations of the range images now, thousandths
+  /// of a degree, lowest and highest; the same as configured.
+  kElevationsDiffer = 9,
+  kAttitudeNoise = 10,  ///< thousandths of a degree, scans aligned, sequence of the keyframe
 };
 
 }  // namespace unimapper

@@ -63,6 +63,18 @@ inline constexpr std::size_t kCapacities = 5;
 /// A name for log files, e.g. "cells".
 [[nodiscard]] std::string_view capacity_name(Capacity capacity) noexcept;
 
+/// What the scans say of their sensor, measured at the start and every few keyframes; spinning
+/// sensors only (`FreeSpaceConfig::ray_spacing_deg`).
+struct SamplingStatistics {
+  float ray_spacing_deg = 0.0F;    ///< between two rays of a ring; 0 = not known
+  float ring_spacing_deg = 0.0F;   ///< from ring to ring; 0 = not known
+  bool rays_differ = false;        ///< from what the configuration assumed, which was overridden
+  bool elevations_differ = false;  ///< rays left the configured field of view, which was widened
+  float image_elevation_min_deg = 0.0F;  ///< field of view of the range images
+  float image_elevation_max_deg = 0.0F;  ///< field of view of the range images
+  std::uint32_t changes = 0;  ///< how often the sensor has changed its mode since the start
+};
+
 /// Counts and times of one keyframe.
 struct KeyframeStatistics {
   std::uint64_t points_in = 0;                       ///< points handed over in its scans
@@ -88,7 +100,12 @@ struct KeyframeStatistics {
   float odometry_tilt_deg = 0.0F;
   bool up_known = false;         ///< as in `KeyframeUp`
   bool up_contradicted = false;  ///< up is not where `odometry.up_sigma_deg` says, by three sigma
-  bool deadline_missed = false;  ///< the keyframe took longer than its budget all the same
+  SamplingStatistics sampling;   ///< of the sensor
+  /// Root mean square of the scans' roll and pitch against the ground of the keyframe before,
+  /// degrees, over the last few keyframes; 0 = not known.
+  float attitude_noise_deg = 0.0F;
+  std::uint32_t aligned_scans = 0;  ///< scans that were aligned to that ground before use
+  bool deadline_missed = false;     ///< the keyframe took longer than its budget all the same
 
   /// What was dropped for this cause.
   [[nodiscard]] std::uint64_t dropped_by(DropCause cause) const noexcept {

@@ -125,6 +125,39 @@ void print_up(const RunStatistics& statistics) {
                static_cast<unsigned long long>(statistics.keyframes_up_contradicted()));
 }
 
+/// One sentence each for what the scans say of sensor and poses that was not as configured.
+void warn_of_input(const RunStatistics& statistics, const FreeSpaceConfig& assumed) {
+  const SamplingStatistics& found = statistics.sampling();
+  if (found.rays_differ) {
+    std::fprintf(stderr,
+                 "onboard: warning: rays are %.2f deg apart on a ring and rings %.2f deg, not %.2f "
+                 "and %.2f as the sensor's data sheet says; the measured values were used\n",
+                 static_cast<double>(found.ray_spacing_deg),
+                 static_cast<double>(found.ring_spacing_deg),
+                 static_cast<double>(assumed.ray_spacing_deg),
+                 static_cast<double>(assumed.ring_spacing_deg));
+  }
+  if (found.elevations_differ) {
+    std::fprintf(stderr,
+                 "onboard: warning: rays leave the sensor's field of view of %.1f to %.1f deg "
+                 "(points in a pitched frame?); %.1f to %.1f deg was used\n",
+                 static_cast<double>(assumed.elevation_min_deg),
+                 static_cast<double>(assumed.elevation_max_deg),
+                 static_cast<double>(found.image_elevation_min_deg),
+                 static_cast<double>(found.image_elevation_max_deg));
+  }
+  if (found.changes > 0) {
+    std::fprintf(stderr, "onboard: warning: the sensor changed its mode %u times\n", found.changes);
+  }
+  if (statistics.aligned_scans() > 0) {
+    std::fprintf(stderr,
+                 "onboard: warning: roll and pitch of the poses scatter by %.2f deg from scan to "
+                 "scan; %llu scans were aligned to the ground\n",
+                 static_cast<double>(statistics.attitude_noise_deg()),
+                 static_cast<unsigned long long>(statistics.aligned_scans()));
+  }
+}
+
 void warn_of_full_containers(const RunStatistics& statistics) {
   for (const DropCause cause :
        {DropCause::kScanTooLarge, DropCause::kCellsFull, DropCause::kVoxelsFull,
@@ -193,6 +226,7 @@ void run_onboard(const OnboardOptions& options) {
   print_summary(statistics, replay.allocations());
   print_up(statistics);
   warn_of_full_containers(statistics);
+  warn_of_input(statistics, pipeline->config().free_space);
 }
 
 }  // namespace unimapper::apps

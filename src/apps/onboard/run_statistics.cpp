@@ -54,6 +54,9 @@ void RunStatistics::add_keyframe(const KeyframeView& keyframe, std::int64_t dura
   for (std::size_t i = 0; i < kStages; ++i) {
     stage_ms_[i].push_back(statistics.stage_us[i] * 1e-3F);
   }
+  sampling_ = statistics.sampling;
+  attitude_noise_deg_ = std::max(attitude_noise_deg_, statistics.attitude_noise_deg);
+  aligned_scans_ += statistics.aligned_scans;
   const double total_ns = 1e3 * static_cast<double>(statistics.microseconds(Stage::kTotal));
   const bool too_long = total_ns > static_cast<double>(duration_ns);
   if (too_long || statistics.deadline_missed) ++deadline_misses_;
@@ -157,6 +160,15 @@ std::string RunStatistics::to_json(const Run& run) const {
     capacity[std::string(capacity_name(static_cast<Capacity>(i)))] = {
         {"used", capacity_[i].used}, {"capacity", capacity_[i].capacity}};
   }
+  json["sampling"] = {{"ray_spacing_deg", rounded(sampling_.ray_spacing_deg)},
+                      {"ring_spacing_deg", rounded(sampling_.ring_spacing_deg)},
+                      {"rays_differ", sampling_.rays_differ},
+                      {"elevations_differ", sampling_.elevations_differ},
+                      {"image_elevation_min_deg", rounded(sampling_.image_elevation_min_deg)},
+                      {"image_elevation_max_deg", rounded(sampling_.image_elevation_max_deg)},
+                      {"mode_changes", sampling_.changes}};
+  json["attitude_noise_deg"] = rounded(attitude_noise_deg_);
+  json["aligned_scans"] = aligned_scans_;
   const std::uint64_t count = std::max<std::uint64_t>(keyframes_, 1);
   json["message_bytes_per_keyframe"] = {{"all", message_bytes_ / count},
                                         {"free_space_images", image_bytes_ / count}};

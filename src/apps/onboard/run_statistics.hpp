@@ -58,6 +58,11 @@ class RunStatistics {
   /// Median angle between up and the odometry's z axis where up is known, degrees; 0 if it never
   /// is.
   [[nodiscard]] float odometry_tilt_deg() const;
+  /// What the last keyframe told of the sensor.
+  [[nodiscard]] const SamplingStatistics& sampling() const { return sampling_; }
+  /// Largest attitude noise of all keyframes, degrees, and scans that were aligned for it.
+  [[nodiscard]] float attitude_noise_deg() const { return attitude_noise_deg_; }
+  [[nodiscard]] std::uint64_t aligned_scans() const { return aligned_scans_; }
   [[nodiscard]] std::uint64_t loops_accepted() const { return loops_accepted_; }
   [[nodiscard]] std::uint64_t deadline_misses() const { return deadline_misses_; }
   /// Keyframes that were not finished when the next scan was due.
@@ -89,6 +94,9 @@ class RunStatistics {
   std::uint64_t loop_candidates_ = 0;
   std::uint64_t loops_accepted_ = 0;
   std::uint64_t deadline_misses_ = 0;
+  SamplingStatistics sampling_;
+  float attitude_noise_deg_ = 0.0F;
+  std::uint64_t aligned_scans_ = 0;
   std::uint64_t keyframes_late_ = 0;
   std::uint64_t up_contradicted_ = 0;
   std::vector<float> odometry_tilt_deg_;  // of keyframes in which up is known

@@ -1,0 +1,53 @@
+// Range images that follow the sampling of the sensor as it is measured
+#pragma once
+
+#include <cstdint>
+
+#include "sampling_estimator.hpp"
+#include "unimapper/onboard/config.hpp"
+#include "unimapper/onboard/statistics.hpp"
+
+namespace unimapper::onboard {
+
+/// Measures the first scan and then one scan of every few keyframes, and tells which image shape
+/// and range of full weight suit the sensor. The preset holds as long as what is measured is about
+/// what it assumed; else the measurement does, within the pixels there is room for. Another mode
+/// must be measured twice in a row.
+class SamplingMonitor {
+ public:
+  void allocate(Arena& arena, const PipelineConfig& config) noexcept;
+
+  /// To be called with the first scan of each keyframe. True if `free_space()` has changed.
+  /// O(points) every few keyframes.
+  bool look(const PointView& points) noexcept;
+
+  /// The configuration with the shape and the range of full weight that hold now.
+  [[nodiscard]] const FreeSpaceConfig& free_space() const noexcept { return free_space_; }
+  [[nodiscard]] const SamplingStatistics& statistics() const noexcept { return statistics_; }
+
+  /// Pixels an image may have.
+  [[nodiscard]] static std::size_t max_pixels(const FreeSpaceConfig& config) noexcept;
+
+ private:
+  static constexpr std::uint32_t kKeyframesBetween = 4;
+
+  void follow_sampling(const Sampling& measured) noexcept;
+  bool follow_elevations(float min_deg, float max_deg) noexcept;
+  /// Derives `free_space_`; false if it stays as it was.
+  bool update() noexcept;
+
+  KeyframeConfig keyframe_;
+  FreeSpaceConfig config_;  ///< as given
+  FreeSpaceConfig free_space_;
+  float fine_size_m_ = 0.2F;
+  bool measures_rays_ = false;
+  SamplingEstimator estimator_;
+  std::uint32_t until_next_ = 0;  ///< keyframes
+  Sampling current_;              ///< 0: not known yet
+  Sampling pending_;              ///< another one, measured once
+  float elevation_min_deg_ = 0.0F;
+  float elevation_max_deg_ = 0.0F;
+  SamplingStatistics statistics_;
+};
+
+}  // namespace unimapper::onboard

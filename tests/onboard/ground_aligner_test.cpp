@@ -1,0 +1,144 @@
+// Attitude noise between scans, measured and taken out
+#include "src/onboard/ground_aligner.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "run.hpp"
+#include "tests/in_block.hpp"
+#include "tests/random.hpp"
+
+using namespace unimapper;
+using namespace unimapper::onboard;
+using namespace unimapper::test;
+
+namespace {
+
+constexpr double kRadian = 3.14159265358979 / 180.0;
+
+struct Aligner {
+  explicit Aligner(const PipelineConfig& config)
+      : block([this, &config](Arena& arena) { aligner.allocate(arena, config); }) {}
+  GroundAligner aligner;
+  ArenaBlock block;
+};
+
+Scene street() {
+  Scene scene;
+  scene.boxes = {standing_box({20.0, 9.0, 3.0}, {40.0, 0.5, 3.0}),
+                 standing_box({12.0, -4.0, 0.8}, {2.0, 0.9, 0.8}),
+                 moving_box({6.0, 2.0, 0.8}, {6.0, 0.0, 0.0}, {2.0, 0.9, 0.8})};
+  return scene;
+}
+
+Pose tilted(const Pose& pose, double roll_deg, double pitch_deg) {
+  Pose result = pose;
+  result.rotation =
+      pose.rotation * (Eigen::AngleAxisd(roll_deg * kRadian, Eigen::Vector3d::UnitX()) *
+                       Eigen::AngleAxisd(pitch_deg * kRadian, Eigen::Vector3d::UnitY()))
+                          .toRotationMatrix();
+  return result;
+}
+
+/// Roughly normal, of standard deviation 1.
+double noise(Random& random) {
+  double sum = 0.0;
+  for (int i = 0; i < 12; ++i) sum += random.uniform();
+  return sum - 6.0;
+}
+
+double tilt_deg(const Pose& a, const Pose& b) {
+  const double cosine = a.rotation.col(2).dot(b.rotation.col(2));
+  return std::acos(std::min(cosine, 1.0)) / kRadian;
+}
+
+}  // namespace
+
+TEST_CASE("noise of roll and pitch is measured and taken out of the poses") {
+  for (const double sigma_deg : {0.3, 0.5, 1.0}) {
+    CAPTURE(sigma_deg);
+    Aligner with(small_config());
+    const Scene scene = street();
+    Random random(3);
+    double before = 0.0;
+    double after = 0.0;
+    Pose first_used;
+    for (int i = 0; i < 30; ++i) {
+      const Pose pose = sensor_at(1.0 * i, 0.0);
+      const LabelledScan scan = scene.scan(pose, 0.1 * i);
+      const double roll = i == 0 ? 0.0 : sigma_deg * noise(random);
+      const double pitch = i == 0 ? 0.0 : sigma_deg * noise(random);
+      const Pose given = tilted(pose, roll, pitch);
+      const Pose used = with.aligner.align(scan.view(), given);
+      CHECK(with.aligner.used_pose(given).rotation == used.rotation);
+      if (i < 5) continue;
+      CHECK(with.aligner.aligned());
+      before += tilt_deg(given, pose);
+      after += tilt_deg(used, pose);
+    }
+    CHECK(after < 0.3 * before);
+    CHECK(with.aligner.noise_deg() == Approx(sigma_deg).epsilon(0.35));
+  }
+}
+
+TEST_CASE("poses without noise are handed on to the bit, uphill too") {
+  Aligner with(small_config());
+  const Scene scene = street();
+  for (int i = 0; i < 20; ++i) {
+    const Pose pose = sensor_at(1.0 * i, 0.0);
+    const LabelledScan scan = scene.scan(pose, 0.1 * i);
+    // The odometry's world is tilted by 4 degrees: a hill.
+    const Pose hill = tilted(Pose{}, 0.0, 4.0) * pose;
+    const Pose used = with.aligner.align(scan.view(), hill);
+    CHECK(used.rotation == hill.rotation);
+    CHECK(used.translation == hill.translation);
+    CHECK_FALSE(with.aligner.aligned());
+  }
+  CHECK(with.aligner.noise_deg() < 0.1F);
+}
+
+TEST_CASE("with half a degree of noise from scan to scan what stands still stays") {
+  const Scene scene = street();
+  Random random(9);
+  const auto path = [&random](double t) {
+    return tilted(sensor_at(5.0 * t, 0.0), 0.5 * noise(random), 0.5 * noise(random));
+  };
+  // `run_scene` takes scan and pose from the path; scans are of the true poses.
+  const auto run = [&](float align_noise_deg) {
+    PipelineConfig config = small_config();
+    config.ground.align_noise_deg = align_noise_deg;
+    OwnedPipeline pipeline(config);
+    Random again(9);
+    random = again;
+    std::uint64_t right = 0;
+    std::uint64_t all = 0;
+    std::vector<LabelledScan> scans;
+    for (int i = 0; i < 40; ++i) {
+      const double t = 0.1 * i;
+      scans.push_back(scene.scan(sensor_at(5.0 * t, 0.0), t));
+      const ScanResult result = pipeline->add_scan(scans.back().view(), path(t), 1 + i);
+      REQUIRE(result.error.ok());
+      if (!result.keyframe_ready) continue;
+      for (std::size_t s = 0; s < pipeline->keyframe().scans.size(); ++s) {
+        const LabelledScan& scan = scans[pipeline->keyframe().scans[s].scan_index];
+        std::vector<PointLabel> labels(scan.points.size());
+        (void)pipeline->labels(s, labels);
+        for (std::size_t k = 0; k < labels.size(); ++k) {
+          if (scan.truth[k] == Truth::kDynamic) continue;
+          ++all;
+          right += labels[k] == PointLabel::kStatic ? 1 : 0;
+        }
+      }
+    }
+    if (align_noise_deg > 0.0F) {
+      CHECK(pipeline->keyframe().statistics->attitude_noise_deg > 0.3F);
+      CHECK(pipeline->keyframe().statistics->aligned_scans == 10);
+    }
+    return 100.0 * static_cast<double>(right) / static_cast<double>(all);
+  };
+  const double with = run(0.15F);
+  const double without = run(0.0F);
+  CAPTURE(with, without);
+  CHECK(with > 99.0);
+  CHECK(with > without + 0.5);
+}
