@@ -156,7 +156,8 @@ TEST_CASE("the images follow another mode at once, and a change of mode once it 
   const auto many = scan_of(even_rings(128, -11.25, 11.25), 1024);
   REQUIRE(with.monitor.look(view_of(few)));
   CHECK(with.monitor.statistics().rays_differ);
-  CHECK(with.monitor.free_space().azimuth_resolution_deg == Approx(0.85 * 360.0 / 512).epsilon(0.05));
+  CHECK(with.monitor.free_space().azimuth_resolution_deg ==
+        Approx(0.85 * 360.0 / 512).epsilon(0.05));
   CHECK(with.monitor.free_space().full_weight_range_m == Approx(16.3).epsilon(0.05));
   int changed = 0;
   for (int keyframe = 0; keyframe < 10; ++keyframe) {
