@@ -164,8 +164,8 @@ bool GroundAligner::solve(float sensor_height_m, Tilt& tilt) const noexcept {
     }
     if (used < kFewestSamples) return false;
     // Ground on all sides: a tilt is not to be had from a strip.
-    constexpr double kSpread_m2 = 2.0;
-    if (normal(0, 0) < kSpread_m2 * normal(2, 2) || normal(1, 1) < kSpread_m2 * normal(2, 2)) {
+    constexpr double kExtent_m2 = 2.0;
+    if (normal(0, 0) < kExtent_m2 * normal(2, 2) || normal(1, 1) < kExtent_m2 * normal(2, 2)) {
       return false;
     }
     const Cholesky<3> factor(normal);

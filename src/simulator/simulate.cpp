@@ -34,8 +34,8 @@ void check_sampling(const SimulationConfig& config) {
 }
 
 void check_attitude(const SimulationConfig& config) {
-  const auto require = [](bool is_met, const char* message) {
-    if (!is_met) throw SimulationError(message);
+  const auto require = [](bool holds, const char* message) {
+    if (!holds) throw SimulationError(message);
   };
   constexpr double kMostTilt = 45.0;
   require(

@@ -252,7 +252,9 @@ TEST_CASE("a jump of 10 m between two scans closes the keyframe and mapping goes
   const std::string events = read_text(fixture.run / "events.log");
   CHECK_THAT(events, Contains("keyframe 0 closed: 6 scans"));
   CHECK_THAT(events, Contains("scan 6 refused: the pose jumped"));
-  CHECK(std::count(events.begin(), events.end(), '\n') == 4);
+  // Three keyframes and the jump; and the recording's few points are not the LiDAR's pattern.
+  CHECK_THAT(events, Contains("configured"));
+  CHECK(std::count(events.begin(), events.end(), '\n') == 5);
 }
 
 TEST_CASE("single points that are NaN, infinite or out of range are counted and keep their index") {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "storages.hpp"
+#include "unimapper/core/owned.hpp"
 #include "unimapper/free_space/range_image.hpp"
 
 using namespace unimapper;
@@ -127,7 +128,7 @@ TEST_CASE("A return reaches the eight pixels around its own, across the seam of 
     RangePainterConfig alone = config();
     alone.shape.horizontal_fov_deg = horizontal_fov_deg;
     alone.min_returns = 1;
-    InBlock<RangePainter> painter(alone);
+    Owned<RangePainter> painter(alone);
     const ImageProjection& projection = painter->projection();
     const std::int32_t columns = projection.columns();
     const std::int32_t rows = projection.rows();
@@ -152,7 +153,7 @@ TEST_CASE("A return reaches the eight pixels around its own, across the seam of 
 TEST_CASE("Returns on both sides of the seam count together, and the smaller range is painted") {
   RangePainterConfig two = config();
   two.min_returns = 2;
-  InBlock<RangePainter> painter(two);
+  Owned<RangePainter> painter(two);
   const ImageProjection& projection = painter->projection();
   const std::int32_t columns = projection.columns();
   const std::int32_t row = projection.rows() / 2;

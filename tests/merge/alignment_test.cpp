@@ -516,7 +516,7 @@ LoopConstraint exact_loop(KeyframeId query, KeyframeId match, const Pose& T_matc
   return l;
 }
 
-/// Loops between two sessions that drive the same way, one at every other keyframe.
+/// Inter-session loops of two sessions that drive the same way, one at every other keyframe.
 void connect_side_by_side(std::vector<LoopConstraint>& loops, std::size_t query, std::size_t match,
                           std::size_t keyframes) {
   for (std::size_t k = 0; k < keyframes; k += 2) {
@@ -528,7 +528,7 @@ void connect_side_by_side(std::vector<LoopConstraint>& loops, std::size_t query,
 
 TEST_CASE("Two maps are joined only if nine tenths of the earlier loops survive", "[alignment]") {
   // Ten loops along the first map, each over two steps. The second map is longer by ten metres
-  // where some of them are, and tied so firmly to the first that these loops must give way.
+  // where some of them are, and tied so strongly to the first that these loops must give way.
   const auto joined = [](std::size_t contradicted) {
     Scene scene;
     std::vector<Pose> longer = straight(41);

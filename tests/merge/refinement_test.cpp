@@ -258,7 +258,7 @@ TEST_CASE("all revisits together weigh up to their limit and no more", "[refinem
   RefinementConfig config;
   const auto share = [&] {
     return dynamic_share(ghost.keyframes[0],
-                         refine({placed(ghost), placed(other_day)}, config, 1)[0][0], kPerson.x);
+                         refine({posed(ghost), posed(other_day)}, config, 1)[0][0], kPerson.x);
   };
   config.most_by_revisits = 0.25F;
   CHECK(share() == 0.0);
@@ -277,11 +277,11 @@ TEST_CASE("of more revisits than configured the nearest are used", "[refinement]
   }
   RefinementConfig config;
   const auto share = [&](double saw_through_m, double observed_m) {
-    PlacedSession near = placed(saw_through);
-    PlacedSession far = placed(observed);
+    PosedSession near = posed(saw_through);
+    PosedSession far = posed(observed);
     for (Pose& pose : near.T_map_keyframe) pose.translation.y() = saw_through_m;
     for (Pose& pose : far.T_map_keyframe) pose.translation.y() = observed_m;
-    return dynamic_share(ghost.keyframes[0], refine({placed(ghost), near, far}, config, 1)[0][0],
+    return dynamic_share(ghost.keyframes[0], refine({posed(ghost), near, far}, config, 1)[0][0],
                          kPerson.x);
   };
   config.revisits = 1;
@@ -303,7 +303,7 @@ TEST_CASE("keyframes of the same session beyond the window are revisits", "[refi
   RefinementConfig config;
   config.window = 1;
   const auto share = [&] {
-    return dynamic_share(session.keyframes[0], refine({placed(session)}, config, 1)[0][0],
+    return dynamic_share(session.keyframes[0], refine({posed(session)}, config, 1)[0][0],
                          kPerson.x);
   };
   config.revisits = 0;
@@ -328,9 +328,9 @@ TEST_CASE("a revisit that observed a cell speaks against its having been seen th
   REQUIRE(config.log_odds_free == 0.85F);
   const auto shares = [&] {
     const double apart = dynamic_share(
-        ghost.keyframes[0], refine({placed(ghost), placed(other_day)}, config, 1)[0][0], kPerson.x);
+        ghost.keyframes[0], refine({posed(ghost), posed(other_day)}, config, 1)[0][0], kPerson.x);
     const double together =
-        dynamic_share(both.keyframes[0], refine({placed(both)}, config, 1)[0][0], kPerson.x);
+        dynamic_share(both.keyframes[0], refine({posed(both)}, config, 1)[0][0], kPerson.x);
     return std::pair(apart, together);
   };
   config.log_odds_occupied = 0.84F;
@@ -345,7 +345,7 @@ TEST_CASE("every keyframe of a long session is refined", "[refinement]") {
   keyframe.dynamic_cells.push_back({{2.0F, 0.0F, 0.0F}, 1, 0, 0});
   SessionData session;
   session.keyframes.resize(130, keyframe);
-  const auto refined = refine({placed(session)}, {}, 1);
+  const auto refined = refine({posed(session)}, {}, 1);
   REQUIRE(refined[0].size() == 130);
   for (const RefinedKeyframe& labels : refined[0]) {
     CHECK(labels.dynamic == std::vector<std::uint8_t>{0, 1});

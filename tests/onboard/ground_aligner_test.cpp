@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "run.hpp"
-#include "tests/in_block.hpp"
 #include "tests/random.hpp"
+#include "unimapper/core/owned.hpp"
 
 using namespace unimapper;
 using namespace unimapper::onboard;
@@ -18,9 +18,9 @@ constexpr double kRadian = 3.14159265358979 / 180.0;
 
 struct Aligner {
   explicit Aligner(const PipelineConfig& config)
-      : block([this, &config](Arena& arena) { aligner.allocate(arena, config); }) {}
+      : block(lay_out([this, &config](Arena& arena) { aligner.allocate(arena, config); })) {}
   GroundAligner aligner;
-  ArenaBlock block;
+  MemoryBlock block;
 };
 
 Scene street() {

@@ -6,8 +6,8 @@
 #include "run.hpp"
 #include "src/onboard/sampling_estimator.hpp"
 #include "src/onboard/sampling_monitor.hpp"
-#include "tests/in_block.hpp"
 #include "tests/random.hpp"
+#include "unimapper/core/owned.hpp"
 
 using namespace unimapper;
 using namespace unimapper::onboard;
@@ -60,7 +60,7 @@ PointView view_of(const std::vector<Eigen::Vector3f>& points) {
 
 struct Estimator {
   SamplingEstimator estimator;
-  ArenaBlock block{[this](Arena& arena) { estimator.allocate(arena); }};
+  MemoryBlock block = lay_out([this](Arena& arena) { estimator.allocate(arena); });
   SamplingEstimate measure(const std::vector<Eigen::Vector3f>& points) {
     return estimator.measure(view_of(points), 0.5F, 120.0F);
   }
@@ -133,9 +133,9 @@ namespace {
 
 struct Monitor {
   explicit Monitor(const PipelineConfig& config)
-      : block([this, &config](Arena& arena) { monitor.allocate(arena, config); }) {}
+      : block(lay_out([this, &config](Arena& arena) { monitor.allocate(arena, config); })) {}
   SamplingMonitor monitor;
-  ArenaBlock block;
+  MemoryBlock block;
 };
 
 }  // namespace

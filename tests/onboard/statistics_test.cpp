@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "stages.hpp"
+#include "unimapper/core/owned.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;
@@ -180,7 +181,7 @@ TEST_CASE("refused triangles are counted keyframe by keyframe") {
   OwnedPipeline pipeline(config);
   REQUIRE(pipeline);
   // The same insertions into a database of our own, which counts since its start.
-  InBlock<PlaceDatabase> places(config.loop_search, config.place_shape());
+  Owned<PlaceDatabase> places(config.loop_search, config.place_shape());
   const LabelledScan scan = scene.scan(sensor_at(0.0, 0.0), 0.0);
   std::uint64_t refused_before = 0;
   for (std::uint32_t i = 0; i < 8; ++i) {

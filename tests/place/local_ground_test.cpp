@@ -4,15 +4,14 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "tests/in_block.hpp"
+#include "unimapper/core/owned.hpp"
 
 namespace {
 
 using namespace unimapper;
 using namespace unimapper::place;
-using test::InBlock;
 
-using OwnedGround = InBlock<LocalGround>;
+using OwnedGround = Owned<LocalGround>;
 
 DescriptorConfig config() {
   DescriptorConfig config;

@@ -99,7 +99,7 @@ Pose quarter_turn(const Eigen::Vector3d& shift) {
 }  // namespace
 
 TEST_CASE("planes of either place are moved into the other one's frame") {
-  InBlock<PlaneOverlap> overlap(100U, 2.0F);
+  Owned<PlaneOverlap> overlap(100U, 2.0F);
   const std::vector<PlanePatch> all = centred_walls();
   REQUIRE(all.size() == 72);
   for (const Pose& T_match_query : {Pose{}, quarter_turn({4, -2, 0}), quarter_turn({-2, 6, 0})}) {
@@ -114,7 +114,7 @@ TEST_CASE("planes of either place are moved into the other one's frame") {
 }
 
 TEST_CASE("planes that one of two places lacks count once among those of both") {
-  InBlock<PlaneOverlap> overlap(100U, 2.0F);
+  Owned<PlaneOverlap> overlap(100U, 2.0F);
   const std::vector<PlanePatch> all = centred_walls();
   const std::vector<PlanePatch> fewer = without_middle(all);
   REQUIRE(fewer.size() == 48);
@@ -135,7 +135,7 @@ TEST_CASE("planes that one of two places lacks count once among those of both") 
 }
 
 TEST_CASE("a level plane counts a fifth of an upright one") {
-  InBlock<PlaneOverlap> overlap(100U, 2.0F);
+  Owned<PlaneOverlap> overlap(100U, 2.0F);
   const std::vector<PlanePatch> walls_only = centred_walls();
   std::vector<PlanePatch> with_ground = walls_only;
   for (float y = -5; y <= 5; y += 2) with_ground.push_back({{11, y, -1}, {0, 0, 1}});

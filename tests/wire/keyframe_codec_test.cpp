@@ -156,7 +156,7 @@ TEST_CASE("keyframes of schema 2, which do not say how level they are, are still
   REQUIRE(decoded.record.has_value());
   KeyframeRecord expected = small_record();
   expected.up = {};
-  test::quantise(expected);
+  wire_test::quantise(expected);
   check_same(*decoded.record, expected);
 }
 

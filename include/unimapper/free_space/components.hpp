@@ -105,8 +105,8 @@ class ComponentLabels {
   void join_blocks(std::uint32_t b, std::uint32_t other, std::size_t offset) noexcept;
   /// Attaches each low cell of block `b` to the first part it touches, or to none.
   template <typename Neighbour>
-  void attach(std::uint32_t b, const Block& block, std::uint64_t low,
-              const Neighbour& neighbour) noexcept;
+  void add_low_cells(std::uint32_t b, const Block& block, std::uint64_t low,
+                     const Neighbour& neighbour) noexcept;
   /// Makes those of the low cells that are among `touched` follow a part. Returns the others.
   std::uint64_t follow(std::uint32_t part, std::uint64_t touched, const Block& block,
                        std::uint64_t low) noexcept;
@@ -138,14 +138,15 @@ std::uint32_t ComponentLabels::label(std::span<const Block> blocks, const CellsO
     }
   }
   for (std::uint32_t b = 0; b < count; ++b) {
-    if (const std::uint64_t low = cells_of(b).low; low != 0) attach(b, blocks[b], low, neighbour);
+    if (const std::uint64_t low = cells_of(b).low; low != 0)
+      add_low_cells(b, blocks[b], low, neighbour);
   }
   return flatten();
 }
 
 template <typename Neighbour>
-void ComponentLabels::attach(std::uint32_t b, const Block& block, std::uint64_t low,
-                             const Neighbour& neighbour) noexcept {
+void ComponentLabels::add_low_cells(std::uint32_t b, const Block& block, std::uint64_t low,
+                                    const Neighbour& neighbour) noexcept {
   const Parts& own = parts_of_[b];
   for (std::uint32_t p = own.first; p < own.first + own.count && low != 0; ++p) {
     low = follow(p, dilated(parts_[p].cells), block, low);

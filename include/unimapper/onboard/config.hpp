@@ -23,6 +23,7 @@ namespace unimapper {
 struct OdometryConfig {
   float up_sigma_deg = 0.0F;
 
+  /// `kOk`, or the first parameter out of its range.
   [[nodiscard]] Error validate() const noexcept;
 };
 

@@ -177,7 +177,7 @@ TEST_CASE("an event behind rubbish of any length is found") {
   const TemporaryDirectory directory;
   write_sample(directory / "log");
   const Data bytes = read_file(directory / "log");
-  test::MemoryFile file;
+  wire_test::MemoryFile file;
   for (std::size_t length = 1; length <= 2000; ++length) {
     Data damaged(length, 0);
     damaged.insert(damaged.end(), bytes.begin(), bytes.end());
