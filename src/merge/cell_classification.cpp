@@ -85,6 +85,7 @@ class CellClassifier {
   std::vector<std::uint8_t> run() {
     average();
     reject_ground_seen_through();
+    average();
     classify_components();
     return labels();
   }
@@ -104,8 +105,9 @@ class CellClassifier {
     std::uint32_t dynamic = 0;  ///< those with evidence for "dynamic"
   };
 
-  /// Voxels in the order of their keys are rows along x; the rows around a voxel move on with it,
-  /// so that nothing is searched for.
+  /// Ground says nothing about what stands or walks on it: once it is known, it is left out of the
+  /// mean of all other voxels. Voxels in the order of their keys are rows along x; the rows around
+  /// a voxel move on with it, so that nothing is searched for.
   void average() {
     std::vector<std::uint32_t> order(voxels_.size());
     std::iota(order.begin(), order.end(), 0U);
@@ -122,9 +124,11 @@ class CellClassifier {
           const VoxelKey middle = voxels_[v].key + static_cast<VoxelKey>(row);
           while (first < order.size() && voxels_[order[first]].key < middle - kMeanReach) ++first;
           for (std::size_t i = first; i < order.size(); ++i) {
-            if (voxels_[order[i]].key > middle + kMeanReach) break;
-            sum[v] += voxels_[order[i]].sum;
-            cells[v] += voxels_[order[i]].cells;
+            const Voxel& other = voxels_[order[i]];
+            if (other.key > middle + kMeanReach) break;
+            if (other.ground && !voxels_[v].ground) continue;
+            sum[v] += other.sum;
+            cells[v] += other.cells;
           }
         }
       }

@@ -111,6 +111,33 @@ TEST_CASE("ground that was seen through as a whole is rejected", "[refinement]")
         0.0);
 }
 
+TEST_CASE("ground is left out of the mean of what stands on it", "[refinement]") {
+  // One row of cells above three that every keyframe observed; all others saw through that row. The
+  // mean over two rows below is static: only as ground they do not count.
+  const Sheet below{6.1F, -1.0F, 1.0F, -1.0F, -0.42F};
+  const Sheet feet{6.1F, -1.0F, 1.0F, -0.38F, -0.22F};
+  SessionData session;
+  session.keyframes.push_back(keyframe_of(0, {kWall, feet, below}));
+  for (std::uint32_t k = 1; k < 5; ++k) session.keyframes.push_back(keyframe_of(k, {kWall, below}));
+  const auto is_below = [](const FineCell& cell) {
+    return cell.position.x() < 8.0F && cell.position.z() < -0.4F;
+  };
+  const auto dynamic_feet = [&](std::uint8_t ground) {
+    for (FineCell& cell : session.keyframes[0].static_cells) {
+      if (is_below(cell)) cell.ground = ground;
+    }
+    std::size_t dynamic = 0;
+    visit_cells(session.keyframes[0], refine({posed(session)}, {}, 1)[0][0], true,
+                [&](const FineCell& cell) {
+                  CHECK_FALSE(is_below(cell));
+                  ++dynamic;
+                });
+    return dynamic;
+  };
+  CHECK(dynamic_feet(0) == 0);
+  CHECK(dynamic_feet(1) == cells_of(feet).size());
+}
+
 TEST_CASE("refinement does not depend on the number of threads, and can be turned off",
           "[refinement]") {
   SessionData session;
