@@ -14,7 +14,7 @@ constexpr float kRange_m = 40.0F;
 constexpr double kCorrected = 0.97;
 constexpr std::uint32_t kSpan_scans = 30;  ///< of the mean noise
 constexpr std::uint32_t kFewestScans = 3;
-constexpr std::uint32_t kFewestSamples = 60;
+constexpr std::uint32_t kFewestGroundSamples = 60;
 constexpr float kFlat_m = 0.08F;
 constexpr std::uint32_t kMostPoints = 40;  ///< of a column's mean: later ones replace earlier ones
 /// Scales of the robust fit, coarse to fine: half a degree is 0.35 m at 40 m.
@@ -162,7 +162,7 @@ bool GroundAligner::solve(float sensor_height_m, Tilt& tilt) const noexcept {
       right += weight * missing_m * Eigen::Vector3d(ax, ay, 1.0);
       ++used;
     }
-    if (used < kFewestSamples) return false;
+    if (used < kFewestGroundSamples) return false;
     // Ground on all sides: a tilt is not to be had from a strip.
     constexpr double kExtent_m2 = 2.0;
     if (normal(0, 0) < kExtent_m2 * normal(2, 2) || normal(1, 1) < kExtent_m2 * normal(2, 2)) {
