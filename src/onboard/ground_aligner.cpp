@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "unimapper/core/cholesky.hpp"
+#include "unimapper/core/voxel_key.hpp"
 
 namespace unimapper::onboard {
 namespace {
@@ -19,6 +20,15 @@ constexpr float kFlat_m = 0.08F;
 constexpr std::uint32_t kMostPoints = 40;  ///< of a column's mean: later ones replace earlier ones
 /// Scales of the robust fit, coarse to fine: half a degree is 0.35 m at 40 m.
 constexpr double kScales_m[] = {0.4, 0.2, 0.1, 0.06, 0.06};
+
+/// Largest integer not above a coordinate, without the maths library; 0 beyond what a double
+/// counts.
+std::int64_t floor_of(double coordinate_m) noexcept {
+  constexpr double kCountable = 9e15;
+  if (!(coordinate_m > -kCountable && coordinate_m < kCountable)) return 0;
+  const auto truncated = static_cast<std::int64_t>(coordinate_m);
+  return truncated - (static_cast<double>(truncated) > coordinate_m ? 1 : 0);
+}
 
 /// The rotation of the quaternion (1, x, y, 0), normalised.
 Eigen::Matrix3d small_rotation(double x, double y) noexcept {
@@ -104,13 +114,13 @@ const Pose& GroundAligner::used_pose(const Pose& T_odometry_sensor) const noexce
 void GroundAligner::collect(const PointView& points, const Pose& pose) noexcept {
   size_ = 0;
   const Eigen::Matrix3f r = pose.rotation.cast<float>();
-  const double floor_x = std::floor(pose.translation.x());
-  const double floor_y = std::floor(pose.translation.y());
-  const auto within_x = static_cast<float>(pose.translation.x() - floor_x);
-  const auto within_y = static_cast<float>(pose.translation.y() - floor_y);
+  const std::int64_t floor_x = floor_of(pose.translation.x());
+  const std::int64_t floor_y = floor_of(pose.translation.y());
+  const auto within_x = static_cast<float>(pose.translation.x() - static_cast<double>(floor_x));
+  const auto within_y = static_cast<float>(pose.translation.y() - static_cast<double>(floor_y));
   // Remainders suffice to tell columns of the map apart; far coordinates wrap.
-  const auto column_x = static_cast<std::int32_t>(static_cast<std::int64_t>(floor_x) & 0xFFFFFF);
-  const auto column_y = static_cast<std::int32_t>(static_cast<std::int64_t>(floor_y) & 0xFFFFFF);
+  const auto column_x = static_cast<std::int32_t>(floor_x & 0xFFFFFF);
+  const auto column_y = static_cast<std::int32_t>(floor_y & 0xFFFFFF);
   constexpr float kBelow_m = 0.3F;
   // Half of the points are above the sensor or too far.
   const std::size_t stride = std::max<std::size_t>(points.count / (2 * std::size_t{kSamples}), 1);
@@ -127,8 +137,8 @@ void GroundAligner::collect(const PointView& points, const Pose& pose) noexcept 
     if (!(squared >= range_min_m_ * range_min_m_ && squared <= kRange_m * kRange_m)) continue;
     const Eigen::Vector3f q = r * p;
     if (q.z() > -kBelow_m) continue;
-    const std::int32_t x = column_x + static_cast<std::int32_t>(std::floor(within_x + q.x()));
-    const std::int32_t y = column_y + static_cast<std::int32_t>(std::floor(within_y + q.y()));
+    const std::int32_t x = column_x + floor_to_int(within_x + q.x());
+    const std::int32_t y = column_y + floor_to_int(within_y + q.y());
     Column& column = columns_[(y & (kEdge - 1)) * kEdge + (x & (kEdge - 1))];
     if (column.x != x || column.y != y) column = {x, y, 0.0F, 0.0F, 0};
     constexpr std::uint32_t kFewestPoints = 1;
