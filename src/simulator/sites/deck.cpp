@@ -1,6 +1,5 @@
 // Parking deck: a low ceiling with beams, columns, parked cars, walkers, on some seeds a ramp.
-#include "src/simulator/actor_scene.hpp"
-#include "src/simulator/sites/site.hpp"
+#include "src/simulator/sites/site_scene.hpp"
 #include "src/simulator/strolling.hpp"
 
 namespace unimapper::simulator::sites::deck {
@@ -191,12 +190,7 @@ ActorSet simulate_deck(const Plan& plan, const Robot& robot, const Visit& visit)
 namespace unimapper::simulator {
 
 std::unique_ptr<Scene> make_deck_scene(const Visit& visit) {
-  using namespace sites;
-  using namespace sites::deck;
-  const auto simulate = [&](const Plan& plan, const Robot& robot) {
-    return simulate_deck(plan, robot, visit);
-  };
-  return std::make_unique<ActorScene<Site, Robot>>(visit, build_deck, simulate);
+  return sites::make_site_scene(visit, sites::deck::build_deck, sites::deck::simulate_deck);
 }
 
 }  // namespace unimapper::simulator

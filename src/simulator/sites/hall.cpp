@@ -1,6 +1,5 @@
 // Hall: one large room with shelves, columns and tables, small enough to see all of it.
-#include "src/simulator/actor_scene.hpp"
-#include "src/simulator/sites/site.hpp"
+#include "src/simulator/sites/site_scene.hpp"
 #include "src/simulator/strolling.hpp"
 
 namespace unimapper::simulator::sites::hall {
@@ -140,12 +139,7 @@ ActorSet simulate_hall(const Plan& plan, const Robot& robot, const Visit& visit)
 namespace unimapper::simulator {
 
 std::unique_ptr<Scene> make_hall_scene(const Visit& visit) {
-  using namespace sites;
-  using namespace sites::hall;
-  const auto simulate = [&](const Plan& plan, const Robot& robot) {
-    return simulate_hall(plan, robot, visit);
-  };
-  return std::make_unique<ActorScene<Site, Robot>>(visit, build_hall, simulate);
+  return sites::make_site_scene(visit, sites::hall::build_hall, sites::hall::simulate_hall);
 }
 
 }  // namespace unimapper::simulator

@@ -1,8 +1,7 @@
 // City square: a dense crowd, many of whom stand and then walk.
 #include <algorithm>
 
-#include "src/simulator/actor_scene.hpp"
-#include "src/simulator/sites/site.hpp"
+#include "src/simulator/sites/site_scene.hpp"
 #include "src/simulator/strolling.hpp"
 
 namespace unimapper::simulator::sites::square {
@@ -180,12 +179,7 @@ ActorSet simulate_square(const Plan& plan, const Robot& robot, const Visit& visi
 namespace unimapper::simulator {
 
 std::unique_ptr<Scene> make_square_scene(const Visit& visit) {
-  using namespace sites;
-  using namespace sites::square;
-  const auto simulate = [&](const Plan& plan, const Robot& robot) {
-    return simulate_square(plan, robot, visit);
-  };
-  return std::make_unique<ActorScene<Site, Robot>>(visit, build_square, simulate);
+  return sites::make_site_scene(visit, sites::square::build_square, sites::square::simulate_square);
 }
 
 }  // namespace unimapper::simulator

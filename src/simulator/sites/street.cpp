@@ -2,8 +2,7 @@
 // passing vans, thin poles, plants before walls.
 #include <algorithm>
 
-#include "src/simulator/actor_scene.hpp"
-#include "src/simulator/sites/site.hpp"
+#include "src/simulator/sites/site_scene.hpp"
 
 namespace unimapper::simulator::sites::street {
 namespace {
@@ -281,12 +280,7 @@ ActorSet simulate_street(const Plan& plan, const Robot& robot, const Visit& visi
 namespace unimapper::simulator {
 
 std::unique_ptr<Scene> make_street_scene(const Visit& visit) {
-  using namespace sites;
-  using namespace sites::street;
-  const auto simulate = [&](const Plan& plan, const Robot& robot) {
-    return simulate_street(plan, robot, visit);
-  };
-  return std::make_unique<ActorScene<Site, Robot>>(visit, build_street, simulate);
+  return sites::make_site_scene(visit, sites::street::build_street, sites::street::simulate_street);
 }
 
 }  // namespace unimapper::simulator

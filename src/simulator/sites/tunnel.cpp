@@ -1,6 +1,5 @@
 // Road tunnel: a vault that looks alike everywhere, traffic in both lanes.
-#include "src/simulator/actor_scene.hpp"
-#include "src/simulator/sites/site.hpp"
+#include "src/simulator/sites/site_scene.hpp"
 
 namespace unimapper::simulator::sites::tunnel {
 namespace {
@@ -159,12 +158,7 @@ ActorSet simulate_tunnel(const Plan& plan, const Robot& robot, const Visit& visi
 namespace unimapper::simulator {
 
 std::unique_ptr<Scene> make_tunnel_scene(const Visit& visit) {
-  using namespace sites;
-  using namespace sites::tunnel;
-  const auto simulate = [&](const Plan& plan, const Robot& robot) {
-    return simulate_tunnel(plan, robot, visit);
-  };
-  return std::make_unique<ActorScene<Site, Robot>>(visit, build_tunnel, simulate);
+  return sites::make_site_scene(visit, sites::tunnel::build_tunnel, sites::tunnel::simulate_tunnel);
 }
 
 }  // namespace unimapper::simulator
