@@ -1,10 +1,9 @@
 // Random configurations: refusal with a message, or a run.
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <random>
-#include <string>
 
 #include "run.hpp"
+#include "tests/random_parameters.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;
@@ -26,9 +25,7 @@ class RandomConfig {
     config.descriptor.max_voxels = 2048;
     config.loop_search.max_places = 8;
     config.loop_search.max_matches = 4096;
-    const auto& table = kParameters<PipelineConfig>;
-    const std::uint32_t changes = 1 + random_() % 8;
-    for (std::uint32_t i = 0; i < changes; ++i) change(table[random_() % table.size()], config);
+    random_.change_some(kParameters<PipelineConfig>, &config);
     return config;
   }
 
@@ -38,62 +35,8 @@ class RandomConfig {
     return now_ns += 50'000;
   }
 
-  double share() { return std::uniform_real_distribution<double>(0.0, 1.0)(random_); }
-
-  double number(const ParameterRange& range) {
-    switch (random_() % 32) {
-      case 0:
-        return range.low;
-      case 1:
-        return range.high;
-      case 2:
-        return 0.0;
-      case 3:
-        return range.low - (range.high - range.low) * share();
-      case 4:
-        return range.high + (range.high - range.low) * share();
-      case 5:
-        return std::numeric_limits<double>::quiet_NaN();
-      case 6:
-        return std::numeric_limits<double>::infinity();
-      default:
-        // Small numbers as often as large ones.
-        return range.low + (range.high - range.low) * std::pow(share(), 1 + random_() % 16);
-    }
-  }
-
-  void change(const Parameter& parameter, PipelineConfig& config) {
-    void* const member = parameter.address(&config);
-    const double value = number(parameter.range);
-    switch (parameter.kind) {
-      case ParameterKind::kSwitch:
-        *static_cast<bool*>(member) = random_() % 2 == 0;
-        break;
-      case ParameterKind::kChoice:
-        *static_cast<std::uint8_t*>(member) = static_cast<std::uint8_t>(random_() % 4);
-        break;
-      case ParameterKind::kFloat:
-        *static_cast<float*>(member) = static_cast<float>(value);
-        break;
-      case ParameterKind::kDouble:
-        *static_cast<double*>(member) = value;
-        break;
-      case ParameterKind::kCount:
-        *static_cast<std::uint32_t*>(member) =
-            value >= 0.0 && value <= 4294967295.0 ? static_cast<std::uint32_t>(value) : 4294967295U;
-        break;
-    }
-  }
-
-  std::mt19937 random_;
+  RandomParameters random_;
 };
-
-bool names_a_parameter(const std::string& message) {
-  const auto& table = kParameters<PipelineConfig>;
-  return std::any_of(table.begin(), table.end(), [&](const Parameter& parameter) {
-    return message.find(parameter.name.view()) != std::string::npos;
-  });
-}
 
 /// Everything a caller may do, with scans that move, jump, are empty or not finite.
 void run(const PipelineConfig& config, const std::vector<LabelledScan>& scans) {
@@ -152,7 +95,7 @@ TEST_CASE("a random configuration is refused in words or runs a small scene") {
     if (error.code != ErrorCode::kOk) {
       ++refused;
       REQUIRE(error.code == ErrorCode::kInvalidConfig);
-      REQUIRE(names_a_parameter(error.message));
+      REQUIRE(names_a_parameter(kParameters<PipelineConfig>, error.message));
       REQUIRE(bytes == 0);
       continue;
     }

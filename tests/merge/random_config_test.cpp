@@ -1,0 +1,97 @@
+// Random merger configurations: refusal with a message, or a merge.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <stdexcept>
+
+#include "tests/merge/synthetic_town.hpp"
+#include "tests/random_parameters.hpp"
+#include "unimapper/merge/merger.hpp"
+
+using namespace unimapper;
+using namespace unimapper::merge;
+
+namespace {
+
+/// A short street seen by two robots, with every `kThinning`-th cell of their keyframes, some of
+/// them labelled dynamic.
+std::vector<SessionData> two_sessions() {
+  constexpr std::size_t kThinning = 20;
+  const testing::Town town = testing::make_town(5, 1);
+  const std::vector<Pose> street = testing::drive_roads({{0, 0}, {0.6, 0}});
+  std::vector<SessionData> sessions{testing::record(town, street, "alpha", 1).session,
+                                    testing::record(town, street, "beta", 2).session};
+  for (SessionData& session : sessions) {
+    for (KeyframeRecord& keyframe : session.keyframes) {
+      std::vector<FineCell> kept;
+      for (std::size_t i = 0; i < keyframe.static_cells.size(); i += kThinning) {
+        const FineCell& cell = keyframe.static_cells[i];
+        (i % 60 == 0 && cell.ground == 0 ? keyframe.dynamic_cells : kept).push_back(cell);
+      }
+      keyframe.static_cells = std::move(kept);
+    }
+  }
+  return sessions;
+}
+
+void check(const std::vector<SessionData>& sessions, const MergeResult& result) {
+  REQUIRE(result.sessions.size() == sessions.size());
+  REQUIRE(result.sessions.at(result.central_session).status == SessionStatus::kCentral);
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    const MergedSession& merged = result.sessions[s];
+    REQUIRE(merged.reason.empty() == (merged.status != SessionStatus::kUnconnected));
+    REQUIRE(merged.T_map_session.is_rigid());
+    REQUIRE(merged.T_map_keyframe.size() == sessions[s].keyframes.size());
+    REQUIRE(std::all_of(merged.T_map_keyframe.begin(), merged.T_map_keyframe.end(),
+                        [](const Pose& pose) { return pose.is_rigid(); }));
+  }
+  for (const LoopConstraint& loop : result.loops) {
+    REQUIRE_FALSE(loop.decision.reason.empty());
+    REQUIRE(loop.T_match_query.is_rigid());
+    REQUIRE(loop.information.allFinite());
+    REQUIRE(std::isfinite(loop.confidence));
+  }
+  REQUIRE(std::all_of(result.map.begin(), result.map.end(), [&](const MapPoint& point) {
+    return point.position.allFinite() && point.session < sessions.size() &&
+           point.sessions_seen >= 1 && point.sessions_seen <= sessions.size();
+  }));
+  REQUIRE(std::all_of(result.changes.begin(), result.changes.end(),
+                      [](const ChangedPoint& point) { return point.position.allFinite(); }));
+  REQUIRE(std::all_of(result.dynamic_points.begin(), result.dynamic_points.end(),
+                      [](const Eigen::Vector3f& point) { return point.allFinite(); }));
+  REQUIRE_FALSE((result.map.empty() && result.dynamic_points.empty()));
+}
+
+}  // namespace
+
+TEST_CASE("a random merger configuration is refused in words or merges two short sessions",
+          "[random_config]") {
+  const std::vector<SessionData> sessions = two_sessions();
+  test::RandomParameters random(20261122);
+  std::size_t refused = 0;
+  std::size_t connected = 0;
+  std::size_t apart = 0;
+  constexpr std::size_t kRuns = 100;
+  for (std::size_t i = 0; i < kRuns; ++i) {
+    CAPTURE(i);
+    MergeConfig config;
+    random.change_some(kParameters<MergeConfig>, &config);
+    const Error error = config.validate();
+    if (error.code != ErrorCode::kOk) {
+      ++refused;
+      REQUIRE(error.code == ErrorCode::kInvalidConfig);
+      REQUIRE(test::names_a_parameter(kParameters<MergeConfig>, error.message));
+      REQUIRE_THROWS_WITH(merge_sessions(sessions, config), error.message);
+      continue;
+    }
+    const MergeResult result = merge_sessions(sessions, config);
+    check(sessions, result);
+    const bool together =
+        result.sessions[1 - result.central_session].status != SessionStatus::kUnconnected;
+    ++(together ? connected : apart);
+  }
+  INFO(refused << " refused, " << connected << " connected, " << apart << " apart");
+  CHECK(refused > kRuns / 5);
+  CHECK(connected > kRuns / 5);
+  CHECK(apart > 0);
+}
