@@ -34,9 +34,10 @@ KeyframeRecord look_at_wall(std::int64_t stamp_ns) {
   return keyframe;
 }
 
-/// Points of the first day's session that are gone on the second day.
+/// Points of the first day's session that are gone on the second day, whose keyframes' frames are
+/// turned in the map.
 std::size_t count_gone(const SessionData& first, const SessionData& second,
-                       const MapConfig& config = {}) {
+                       const MapConfig& config = {}, const Pose& T_map_second = {}) {
   MergeConfig merge_config;
   merge_config.map = config;
   merge_config.threads = 1;
@@ -44,7 +45,7 @@ std::size_t count_gone(const SessionData& first, const SessionData& second,
   std::vector<MergedSession> merged(2);
   std::vector<SessionVoxels> voxels;
   for (std::size_t s = 0; s < 2; ++s) {
-    merged[s].T_map_keyframe.resize(sessions[s].keyframes.size());
+    merged[s].T_map_keyframe.assign(sessions[s].keyframes.size(), s == 0 ? Pose{} : T_map_second);
     merged[s].refined.resize(sessions[s].keyframes.size());
     voxels.push_back(voxelise(sessions[s], merged[s], config.voxel_size_m, CellKind::kStatic));
   }
@@ -87,6 +88,22 @@ TEST_CASE("A position is free only if more than twice as many saw through it as 
   CHECK(count_gone(with_box(), without_box(3, 1)) >= 20);
   CHECK(count_gone(with_box(), without_box(2, 1)) == 0);
   CHECK(count_gone(with_box(), without_box(4, 2)) == 0);
+}
+
+TEST_CASE("What is free does not depend on how a keyframe's frame is turned", "[changes]") {
+  for (const double turn : {0.5, 1.5707963267948966, 2.2, -1.2}) {
+    INFO("turned by " << turn);
+    const Pose T_map_keyframe(Eigen::Quaterniond(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ())),
+                              Eigen::Vector3d::Zero());
+    SessionData second = without_box(2, 0);
+    for (KeyframeRecord& keyframe : second.keyframes) {
+      for (FineCell& cell : keyframe.static_cells) {
+        cell.position = (T_map_keyframe.inverse() * Eigen::Vector3d(cell.position.cast<double>()))
+                            .cast<float>();
+      }
+    }
+    CHECK(count_gone(with_box(), second, {}, T_map_keyframe) >= 20);
+  }
 }
 
 TEST_CASE("Only keyframes within range say what is free", "[changes]") {

@@ -10,6 +10,7 @@
 
 #include "src/merge/radius_search.hpp"
 #include "tests/merge/synthetic_town.hpp"
+#include "unimapper/place/database.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
@@ -203,6 +204,35 @@ TEST_CASE("Every session has candidates of its own, however many threads look fo
     CHECK(found[i].match == by_two[i].match);
   }
   CHECK(with_loops == std::set<std::size_t>{0, 1});
+}
+
+TEST_CASE("Of the two directions of a pair of keyframes the more confident one is proposed",
+          "[loop_search]") {
+  const auto town = make_town(5, 1);
+  std::size_t compared = 0;
+  for (const double apart_m : {2.0, 4.0, 6.0, 8.0}) {
+    const auto both = crawl(2, apart_m);
+    const std::vector<SessionData> sessions{record(town, {both[0]}, "one", 1).session,
+                                            record(town, {both[1]}, "two", 2).session};
+    const auto confidence = [&](std::size_t query) {
+      const KeyframeRecord& own = sessions[query].keyframes[0];
+      const KeyframeRecord& other = sessions[1 - query].keyframes[0];
+      InArena<PlaceDatabase> database(base_search_config(2), PlaceShape{});
+      database->insert(other.place(), {1 - query, 0}, other.T_odometry_keyframe);
+      const auto found =
+          database->search(own.place(), {query, 0}, {SearchScope::Sessions::kOnlyOther, 0});
+      return found.empty() ? 0.0F : found[0].confidence;
+    };
+    const float by_first = confidence(0);
+    const float by_second = confidence(1);
+    if (by_first == by_second) continue;
+    ++compared;
+    const auto found = find_inter_session_candidates(sessions, LoopConfig{});
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].confidence == std::max(by_first, by_second));
+    CHECK(found[0].query.session == (by_first > by_second ? 0 : 1));
+  }
+  CHECK(compared >= 2);
 }
 
 TEST_CASE("A single session, or none with keyframes, has no candidates between sessions",

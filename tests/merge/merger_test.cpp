@@ -161,6 +161,38 @@ TEST_CASE("The number of threads changes nothing, byte for byte", "[merger]") {
   }
 }
 
+TEST_CASE("A map of leaning odometry frames is level, and its sessions still coincide",
+          "[merger]") {
+  const Town town = make_town(5, 1);
+  std::vector<Drive> drives{record(town, drive_roads({{0, 0}, {0.7, 0}}), "alpha", 1),
+                            record(town, drive_roads({{0, 0}, {0.7, 0}}), "beta", 2)};
+  const Eigen::Vector3d axes[] = {{1.0, 0.3, 0.0}, {-0.2, 1.0, 0.0}};
+  std::vector<SessionData> sessions;
+  for (std::size_t s = 0; s < 2; ++s) {
+    const Pose leaning(Eigen::Quaterniond(Eigen::AngleAxisd(0.1, axes[s].normalized())),
+                       Eigen::Vector3d::Zero());
+    for (KeyframeRecord& keyframe : drives[s].session.keyframes) {
+      keyframe.T_odometry_keyframe = leaning * keyframe.T_odometry_keyframe;
+      for (KeyframeScan& scan : keyframe.scans)
+        scan.T_odometry_sensor = keyframe.T_odometry_keyframe;
+      keyframe.up = {true, 1e-5F, 0.0F, 1e-5F};
+    }
+    sessions.push_back(drives[s].session);
+  }
+  const MergeResult result = merge_sessions(sessions, MergeConfig{});
+  const Pose T_map_world = result.sessions[0].T_map_keyframe[0] * drives[0].truth[0].inverse();
+  for (std::size_t s = 0; s < 2; ++s) {
+    REQUIRE(result.sessions[s].status != SessionStatus::kUnconnected);
+    for (std::size_t k = 0; k < sessions[s].keyframes.size(); ++k) {
+      INFO("keyframe " << k << " of session " << s);
+      const Pose& T_map_keyframe = result.sessions[s].T_map_keyframe[k];
+      CHECK(T_map_keyframe.rotation.col(2).head<2>().norm() < 0.01);
+      const Pose truth = T_map_world * drives[s].truth[k];
+      CHECK((T_map_keyframe.translation - truth.translation).norm() < 0.5);
+    }
+  }
+}
+
 TEST_CASE("Exported files are complete and consistent", "[merger]") {
   const TemporaryDirectory scratch;
   const fs::path folder = scratch.path() / "new" / "map";

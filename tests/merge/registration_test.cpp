@@ -160,6 +160,28 @@ TEST_CASE("Information is never better than the configured floors", "[registrati
   }
 }
 
+TEST_CASE("Overlap counts only what both keyframes have within reach", "[registration]") {
+  // Two keyframes 20 m apart along a wall, each with all of it within 30 m.
+  std::vector<Eigen::Vector3f> there;
+  std::vector<Eigen::Vector3f> here;
+  for (float x = -29.9F; x < 50.0F; x += 0.3F) {
+    for (float z = 0.0F; z < 3.0F; z += 0.3F) {
+      const Eigen::Vector3f p(x, 2.0F, z);
+      const Eigen::Vector3f q = p - Eigen::Vector3f(20.0F, 0.0F, 0.0F);
+      if (p.norm() < 30.0F) there.push_back(p);
+      if (q.norm() < 30.0F) here.push_back(q);
+    }
+  }
+  const RegistrationConfig config;
+  const RegistrationCloud target(there, {}, config);
+  const RegistrationCloud source(here, {}, config);
+  const Pose T_target_source(Eigen::Matrix3d::Identity(), Eigen::Vector3d(20.0, 0.0, 0.0));
+  CHECK(structure_overlap(target, source, T_target_source, 30.0, 0.5) > 0.98);
+  // Two thirds of either cloud's points lie within the other's reach.
+  CHECK(structure_overlap(target, source, T_target_source, 80.0, 0.5) ==
+        Approx(2.0 / 3.0).margin(0.05));
+}
+
 TEST_CASE("Clouds too poor to align do not converge", "[registration]") {
   const RegistrationConfig config;
   const std::vector<Eigen::Vector3f> none;

@@ -119,11 +119,17 @@ def run(command, log):
 
 
 def command_for(tests):
-    """`merge [acceptance]`: the executable test_merge, and which of its cases."""
-    targets = sorted({"test_" + test.split()[0] for test in tests})
+    """`merge [acceptance]`: the executable test_merge, and which of its cases.
+    `ctest lcm_link_program late_listener`: a target, and tests that ctest runs with it."""
+    targets = sorted({test.split()[1] if test.startswith("ctest ") else "test_" + test.split()[0]
+                      for test in tests})
     build = f"cmake --build {shlex.quote(str(BUILD))} --target {' '.join(targets)}"
     steps = [f"({build}) || exit {DOES_NOT_BUILD}", f"cd {shlex.quote(str(BUILD))}"]
     for test in tests:
+        if test.startswith("ctest "):
+            regex = shlex.quote(test.split(maxsplit=2)[2])
+            steps.append(f"ctest -R {regex} --no-tests=error --timeout 300 || exit 1")
+            continue
         room, _, cases = test.partition(" ")
         filters = f" {shlex.quote(cases)}" if cases else ""
         # Not itself: a bug may make a test wait for ever.

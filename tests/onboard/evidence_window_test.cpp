@@ -92,6 +92,35 @@ TEST_CASE("when keyframes close by distance the latest scan is always painted") 
   CHECK(stages.window.current().image_count == 3);
 }
 
+TEST_CASE("of every few images the last one counts, and as many before it as the stride leaves") {
+  constexpr std::uint32_t kImages = 4;
+  PipelineConfig config = small_config();
+  config.free_space.images_per_keyframe = kImages;
+  for (std::uint32_t shown = 0; shown < kImages; ++shown) {
+    Stages stages(config);
+    // One image saw 10 m far in every direction, the others nothing.
+    std::uint32_t painted = 0;
+    for (std::uint32_t scan = 0; scan < config.keyframe.scans; ++scan) {
+      RangeImage* const image = stages.window.image_for(scan, Pose{});
+      if (image == nullptr) continue;
+      const auto pixel = static_cast<std::uint16_t>(10.0F * kRangeUnitsPerMetre);
+      std::fill_n(image->pixels, stages.window.current().projection.pixels(),
+                  painted++ == shown ? pixel : kNoRange);
+    }
+    REQUIRE(painted == kImages);
+    for (std::uint32_t stride = 1; stride <= kImages + 1; ++stride) {
+      INFO("image " << shown << ", stride " << stride);
+      const Grid grid = stages.scans.grid();
+      const Eigen::Vector3f point =
+          (Eigen::Vector3d(3.0, 0.3, -0.1) - grid.origin_m()).cast<float>();
+      std::int32_t log_odds = 0;
+      stages.window.current().observe(stride, grid,
+                                      {&point.x(), &point.y(), &point.z(), &log_odds, 1});
+      CHECK((log_odds > 0) == ((kImages - 1 - shown) % stride == 0));
+    }
+  }
+}
+
 TEST_CASE("ground is not part of the occupancy that later keyframes count") {
   Stages stages;
   std::vector<Eigen::Vector3f> points;

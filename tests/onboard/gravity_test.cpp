@@ -281,6 +281,27 @@ TEST_CASE("a promise that the walls contradict is reported and left aside") {
   CHECK_FALSE(kept.add(level.view()).contradicted);
 }
 
+TEST_CASE("a promise draws up towards the odometry's z axis, the more the less walls say") {
+  const auto share = [](int walls) {
+    TiltedScene scene(0.5, -0.4);
+    scene.add_street(walls);
+    GravityEstimator alone = estimator();
+    GravityEstimator promised = estimator(0.5F);
+    const Eigen::Vector3d free = alone.add(scene.view()).up;
+    const UpEstimate& drawn = promised.add(scene.view());
+    REQUIRE(alone.estimate().known);
+    REQUIRE_FALSE(drawn.contradicted);
+    // In the direction of what is measured, and not beyond.
+    CHECK(drawn.up.head<2>().normalized().dot(free.head<2>().normalized()) > 0.9);
+    return drawn.up.head<2>().norm() / free.head<2>().norm();
+  };
+  const double many = share(600);
+  const double few = share(60);
+  CHECK(many < 1.0);
+  CHECK(many > 0.7);
+  CHECK(few < many);
+}
+
 TEST_CASE("the sign of a normal does not matter") {
   TiltedScene scene(5.0, 3.0);
   scene.add_street(300);

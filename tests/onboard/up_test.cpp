@@ -85,6 +85,27 @@ TEST_CASE("on an open field up is unknown and the frame is the odometry's") {
   }
 }
 
+TEST_CASE("after a restart elsewhere up is not taken over") {
+  OwnedPipeline pipeline(small_config());
+  const Scene street = street_of_houses();
+  const Scene field;
+  std::vector<bool> known;
+  std::int64_t stamp_ns = 0;
+  const auto add = [&](const Scene& scene, double x) {
+    const Pose pose = sensor_at(x, 0.0);
+    const LabelledScan scan = scene.scan(pose, 0.0);
+    const ScanResult result = pipeline->add_scan(scan.view(), pose, stamp_ns += 100'000'000);
+    if (result.keyframe_ready) known.push_back(pipeline->keyframe().statistics->up_known);
+    return result.error.code;
+  };
+  for (int i = 0; i < 20; ++i) REQUIRE(add(street, 0.3 * i) == ErrorCode::kOk);
+  REQUIRE(known == std::vector<bool>{true, true});
+  // The robot is carried to a field: the second pose there says that the first one was right.
+  REQUIRE(add(field, 5000.0) == ErrorCode::kPoseJump);
+  for (int i = 0; i < 10; ++i) REQUIRE(add(field, 5000.0 + 0.3 * i) == ErrorCode::kOk);
+  CHECK(known == std::vector<bool>{true, true, false});
+}
+
 TEST_CASE("a broken promise of the odometry is counted, and reported once") {
   alignas(64) std::byte memory[EventRing::required_bytes(64)];
   EventRing* const ring = EventRing::create(64, memory).value();

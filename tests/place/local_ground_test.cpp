@@ -71,3 +71,40 @@ TEST_CASE("a patch is a plane if it has a neighbour along either axis and enough
   CHECK(planes({{1, 1}, {3, 3}}, 3) == 0);
   CHECK(planes({{1, 1}, {3, 1}, {1, 3}, {3, 3}}, 3) == 4);
 }
+
+TEST_CASE("where no ground is seen it goes on as high as the nearest that is") {
+  OwnedGround ground(config());
+  ground->clear();
+  for (float x = -15; x <= -9; x += 2) {
+    for (float y = -9; y <= 9; y += 2) {
+      FineCell cell{};
+      cell.position = {x, y, -1.5F};
+      cell.ground = 1;
+      ground->add(cell);
+    }
+  }
+  ground->finish();
+  for (const float x : {-19.0F, -10.0F, 0.0F, 10.0F, 19.0F}) {
+    for (const float y : {-19.0F, 0.0F, 19.0F}) {
+      INFO("at " << x << ", " << y);
+      CHECK(ground->height(x, y) == Approx(-1.5F));
+    }
+  }
+}
+
+TEST_CASE("ground rises no more than a steep road, whatever is marked as ground") {
+  OwnedGround ground(config());
+  ground->clear();
+  for (float x = -15; x <= 15; x += 2) {
+    for (float y = -9; y <= 9; y += 2) {
+      FineCell cell{};
+      cell.position = {x, y, x < 0 ? 0.0F : 6.0F};  // a flat roof beside a street
+      cell.ground = 1;
+      ground->add(cell);
+    }
+  }
+  ground->finish();
+  CHECK(ground->height(-5.0F, 1.0F) == Approx(0.0F).margin(0.001));
+  CHECK(ground->height(5.0F, 1.0F) == Approx(0.6F * 3).margin(0.001));
+  CHECK(ground->height(15.0F, 1.0F) == Approx(0.6F * 8).margin(0.001));
+}

@@ -100,27 +100,33 @@ TEST_CASE("of three sessions none lowers another's confidence, wherever its map 
 
 TEST_CASE("a place that is ambiguous in one session leaves another session's confidence") {
   const Description distinct = random_place(3, 40);
-  Description repeated = distinct;  // most of the structure once more, 6 m farther
-  for (std::size_t i = 0; i < 37; ++i) {
-    Keypoint shifted = distinct.keypoints[i];
-    shifted.position.x() += 6.0F;
-    repeated.keypoints.push_back(shifted);
-  }
   LoopSearchConfig config = small();
   config.max_per_session = 1;  // so that the competing pose is found by the check alone
-  const auto search = [&](bool first, bool second) {
-    Owned<PlaceDatabase> database(config);
-    // Both put the query at the same coordinates, each in a frame of its own.
-    if (first) database->insert(repeated.view(), {1, 0}, kOrigin);
-    if (second) database->insert(distinct.view(), {2, 0}, kOrigin);
-    const auto found = database->search(distinct.view(), kQuery, {});
-    return std::pair(confidence_of(found, 1), confidence_of(found, 2));
-  };
-  const double ambiguous = search(true, false).first;
-  const double unambiguous = search(false, true).second;
-  REQUIRE(ambiguous >= 0.0);
-  REQUIRE(ambiguous < unambiguous - 0.05);
-  CHECK(search(true, true) == std::pair(ambiguous, unambiguous));
+  const float away_m = 6.0F;
+  for (const Eigen::Vector3f& shift :
+       {Eigen::Vector3f(away_m, 0, 0), Eigen::Vector3f(-away_m, 0, 0),
+        Eigen::Vector3f(0, away_m, 0), Eigen::Vector3f(0, -away_m, 0),
+        Eigen::Vector3f(away_m, away_m, 0)}) {
+    INFO("shifted by " << shift.transpose());
+    Description repeated = distinct;  // most of the structure once more
+    for (std::size_t i = 0; i < 37; ++i) {
+      repeated.keypoints.push_back(distinct.keypoints[i]);
+      repeated.keypoints.back().position += shift;
+    }
+    const auto search = [&](bool first, bool second) {
+      Owned<PlaceDatabase> database(config);
+      // Both put the query at the same coordinates, each in a frame of its own.
+      if (first) database->insert(repeated.view(), {1, 0}, kOrigin);
+      if (second) database->insert(distinct.view(), {2, 0}, kOrigin);
+      const auto found = database->search(distinct.view(), kQuery, {});
+      return std::pair(confidence_of(found, 1), confidence_of(found, 2));
+    };
+    const double ambiguous = search(true, false).first;
+    const double unambiguous = search(false, true).second;
+    REQUIRE(ambiguous >= 0.0);
+    REQUIRE(ambiguous < unambiguous - 0.05);
+    CHECK(search(true, true) == std::pair(ambiguous, unambiguous));
+  }
 }
 
 TEST_CASE("keypoints and planes that are not finite are left out one by one, and counted") {
@@ -198,4 +204,24 @@ TEST_CASE("triangles that find no room in their bucket are counted") {
   CHECK(sixth > 50);
   database->insert(place.view(), {1, 6}, kOrigin);
   CHECK(database->dropped() - before == 2 * sixth);
+}
+
+TEST_CASE("matches that find no room among the votes are counted") {
+  const Description place = random_place(8, 30);
+  const auto dropped = [&](std::uint32_t max_matches) {
+    LoopSearchConfig config = small();
+    config.max_matches = max_matches;
+    REQUIRE(config.validate().ok());
+    Owned<PlaceDatabase> database(config);
+    for (std::uint32_t i = 0; i < 5; ++i) database->insert(place.view(), {1, i}, kOrigin);
+    REQUIRE(database->dropped() == 0);
+    (void)database->search(place.view(), kQuery, {});
+    const std::uint64_t once = database->dropped();
+    (void)database->search(place.view(), kQuery, {});
+    CHECK(database->dropped() == 2 * once);
+    return once;
+  };
+  CHECK(dropped(1U << 16U) == 0);
+  CHECK(dropped(64) > 100);
+  CHECK(dropped(64) == dropped(100) + 36);
 }
