@@ -1,0 +1,204 @@
+// Contents of a merged map's files: trajectories, loops, points, summary
+#include "unimapper/merge/export.hpp"
+
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "src/merge/export_files.hpp"
+#include "tests/merge/random.hpp"
+#include "tests/temporary_directory.hpp"
+#include "unimapper/merge/loops_csv.hpp"
+
+using namespace unimapper;
+using namespace unimapper::merge;
+using unimapper::merge::testing::Random;
+
+namespace {
+
+/// Three scans a keyframe, anywhere and turned in any way.
+SessionData random_session(Random& random, const std::string& name, std::size_t keyframes) {
+  SessionData session;
+  session.info.name = name;
+  session.info.sensor = "os2-128";
+  for (std::size_t k = 0; k < keyframes; ++k) {
+    KeyframeRecord& keyframe = session.keyframes.emplace_back();
+    keyframe.sequence = static_cast<std::uint32_t>(2 * k + 5);
+    keyframe.reference_scan = 1;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t scan = 3 * k + i;
+      keyframe.scans.push_back({static_cast<std::uint32_t>(100 + scan),
+                                static_cast<std::int64_t>(1'000'000'000 + 100'000'000 * scan),
+                                random.pose(20.0, 1.0)});
+    }
+    keyframe.T_odometry_keyframe = keyframe.scans[1].T_odometry_sensor * random.pose(0.0, 0.1);
+  }
+  return session;
+}
+
+double difference(const Pose& a, const Pose& b) {
+  return (a.translation - b.translation).norm() + (a.rotation - b.rotation).norm();
+}
+
+std::string read(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+template <typename T>
+T number_at(const std::string& bytes, std::size_t at) {
+  T value;
+  std::memcpy(&value, bytes.data() + at, sizeof value);
+  return value;
+}
+
+}  // namespace
+
+TEST_CASE("Where the graph only moved odometry as a whole the trajectory is odometry, moved",
+          "[export]") {
+  Random random(3);
+  const SessionData session = random_session(random, "alpha", 5);
+  const Pose T_map_odometry = random.pose(50.0, 1.0);
+  MergedSession merged;
+  for (const KeyframeRecord& keyframe : session.keyframes) {
+    merged.T_map_keyframe.push_back(T_map_odometry * keyframe.T_odometry_keyframe);
+  }
+  const auto trajectory = session_trajectory(session, merged);
+  REQUIRE(trajectory.size() == 15);
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    const KeyframeScan& scan = session.keyframes[i / 3].scans[i % 3];
+    CHECK(trajectory[i].stamp_ns == scan.stamp_ns);
+    CHECK(difference(trajectory[i].T_map_sensor, T_map_odometry * scan.T_odometry_sensor) < 1e-9);
+  }
+}
+
+TEST_CASE("Loops are written between sensor frames, by name, sequence and scan", "[export]") {
+  Random random(4);
+  const std::vector<SessionData> sessions{random_session(random, "alpha", 3),
+                                          random_session(random, "beta", 4)};
+  MergeResult result;
+  LoopConstraint& loop = result.loops.emplace_back();
+  loop.query = {1, 3};
+  loop.match = {0, 2};
+  loop.T_match_query = random.pose(3.0, 0.5);
+  loop.confidence = 0.75F;
+  loop.decision = {true, "radius"};
+  const TemporaryDirectory scratch;
+  write_loops(scratch / "loops.csv", sessions, result);
+  const std::vector<LoopRecord> read_back = read_loops_csv(scratch / "loops.csv");
+  REQUIRE(read_back.size() == 1);
+  const LoopRecord& record = read_back[0];
+  CHECK(record.query_session == "beta");
+  CHECK(record.query_keyframe == 11);
+  CHECK(record.query_scan == 110);
+  CHECK(record.match_session == "alpha");
+  CHECK(record.match_keyframe == 9);
+  CHECK(record.match_scan == 107);
+  CHECK(record.confidence == 0.75);
+  CHECK(record.accepted);
+  CHECK(record.reason == "radius");
+  const KeyframeRecord& query = sessions[1].keyframes[3];
+  const KeyframeRecord& match = sessions[0].keyframes[2];
+  // The same point, seen by either sensor.
+  const Eigen::Vector3d at_query(1.0, 2.0, 3.0);
+  const Eigen::Vector3d in_query =
+      query.T_odometry_keyframe.inverse() * (query.scans[1].T_odometry_sensor * at_query);
+  const Eigen::Vector3d in_match = loop.T_match_query * in_query;
+  const Eigen::Vector3d at_match =
+      match.scans[1].T_odometry_sensor.inverse() * (match.T_odometry_keyframe * in_match);
+  CHECK((record.T_match_query * at_query - at_match).norm() < 1e-9);
+}
+
+TEST_CASE("The summary counts loops, shared points, changes and the sessions' points", "[export]") {
+  Random random(5);
+  std::vector<SessionData> sessions{random_session(random, "alpha", 2),
+                                    random_session(random, "beta", 3)};
+  for (KeyframeRecord& keyframe : sessions[1].keyframes) {
+    keyframe.points_in = 1000;
+    keyframe.points_dynamic = 10;
+  }
+  sessions[1].complete = true;
+  sessions[1].keyframes_missing = 4;
+  sessions[1].keyframes_damaged = 2;
+  MergeResult result;
+  result.sessions.resize(2);
+  result.sessions[0] = {SessionStatus::kUnconnected, "no loops found", {}, {}, {}};
+  result.sessions[1].status = SessionStatus::kCentral;
+  const auto add = [&](std::size_t query, std::size_t match, bool accepted, const char* reason) {
+    LoopConstraint& loop = result.loops.emplace_back();
+    loop.query = {query, 0};
+    loop.match = {match, 1};
+    loop.decision = {accepted, reason};
+  };
+  add(0, 0, true, "descriptor");
+  add(1, 1, true, "radius");
+  add(1, 0, true, "descriptor");
+  add(0, 1, true, "descriptor");
+  add(1, 1, true, "radius");
+  add(1, 0, false, "not level");
+  for (const std::uint32_t seen : {1U, 2U, 2U, 1U}) {
+    result.map.push_back({Eigen::Vector3f::Zero(), 0, seen});
+  }
+  for (const bool appeared : {true, false, false}) {
+    result.changes.push_back({Eigen::Vector3f::Zero(), 1, appeared});
+  }
+  const TemporaryDirectory scratch;
+  write_summary(scratch / "summary.json", sessions, result);
+  const auto json = nlohmann::json::parse(read(scratch / "summary.json"));
+  CHECK(json["loops"] ==
+        nlohmann::json(
+            {{"intra", 3}, {"inter", 2}, {"rejected", 1}, {"by_descriptor", 3}, {"by_radius", 2}}));
+  CHECK(json["map"] == nlohmann::json({{"points", 4}, {"seen_by_several_sessions", 2}}));
+  CHECK(json["changes"] == nlohmann::json({{"appeared", 1}, {"gone", 2}}));
+  CHECK(json["sessions"][0]["name"] == "alpha");
+  CHECK(json["sessions"][0]["status"] == "unconnected");
+  CHECK(json["sessions"][0]["reason"] == "no loops found");
+  CHECK(json["sessions"][0]["complete"] == false);
+  CHECK(json["sessions"][1] == nlohmann::json({{"name", "beta"},
+                                               {"status", "central"},
+                                               {"keyframes", 3},
+                                               {"sensor", "os2-128"},
+                                               {"complete", true},
+                                               {"keyframes_missing", 4},
+                                               {"keyframes_damaged", 2},
+                                               {"points_in", 3000},
+                                               {"points_dynamic", 30}}));
+}
+
+TEST_CASE("Points are written with their session, and changes with their direction", "[export]") {
+  MergeResult result;
+  result.map.push_back({{1.5F, -2.0F, 3.0F}, 7, 2});
+  result.map.push_back({{4.0F, 5.0F, 6.0F}, 300, 1});
+  result.changes.push_back({{1.0F, 2.0F, 3.0F}, 4, true});
+  result.changes.push_back({{7.0F, 8.0F, 9.5F}, 513, false});
+  const TemporaryDirectory scratch;
+  write_map_points(scratch / "map.ply", result);
+  write_changed_points(scratch / "changes.ply", result);
+  const auto body = [&](const char* file) {
+    const std::string ply = read(scratch / file);
+    return ply.substr(ply.find("end_header\n") + 11);
+  };
+  const std::string map = body("map.ply");
+  REQUIRE(map.size() == 2 * 19);
+  CHECK(number_at<float>(map, 0) == 1.5F);
+  CHECK(number_at<float>(map, 4) == -2.0F);
+  CHECK(number_at<float>(map, 8) == 3.0F);
+  CHECK(number_at<std::uint16_t>(map, 15) == 7);
+  CHECK(number_at<std::uint16_t>(map, 17) == 2);
+  CHECK(number_at<float>(map, 19) == 4.0F);
+  CHECK(number_at<std::uint16_t>(map, 34) == 300);
+  CHECK(number_at<std::uint16_t>(map, 36) == 1);
+  const std::string changes = body("changes.ply");
+  REQUIRE(changes.size() == 2 * 18);
+  CHECK(changes.substr(12, 3) == std::string("\x00\xC8\x00", 3));  // green: appeared
+  CHECK(number_at<std::uint16_t>(changes, 15) == 4);
+  CHECK(changes[17] == 1);
+  CHECK(number_at<float>(changes, 26) == 9.5F);
+  CHECK(changes.substr(30, 3) == std::string("\xDC\x00\x00", 3));  // red: gone
+  CHECK(number_at<std::uint16_t>(changes, 33) == 513);
+  CHECK(changes[35] == 0);
+}
