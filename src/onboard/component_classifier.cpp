@@ -3,21 +3,30 @@
 #include <algorithm>
 #include <bit>
 
+#include "unimapper/core/pose.hpp"
 #include "unimapper/free_space/evidence_weights.hpp"
 
 namespace unimapper::onboard {
+namespace {
+
+/// Cells: no lamp's arm is longer, and what is wider needs no complete box.
+constexpr std::int32_t kWidestPole = 12;
+
+}  // namespace
 
 void ComponentClassifier::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   config_ = config.removal;
   confirmed_static_ = in_thousandths(std::min(config.removal.confirmed_static_log_odds, 30.0F));
   const std::size_t max_parts = config.voxel.max_blocks() * 2;
   labels_.allocate(arena, config.voxel.max_blocks(), max_parts, config.voxel.max_cells);
-  tally_ = arena.allocate<Tally>(max_parts);
+  tally_ = arena.allocate<ComponentTally>(max_parts);
+  cell_m_ = config.voxel.fine_size_m;
+  clusters_.allocate(arena, config);
 }
 
 std::uint32_t ComponentClassifier::run(const BlockWindow& window,
                                        std::span<const std::int16_t> log_odds,
-                                       CellTable& cells) noexcept {
+                                       const Viewpoint& viewpoint, CellTable& cells) noexcept {
   const std::uint32_t components = labels_.label(
       cells.blocks(),
       [&](std::uint32_t b) noexcept {
@@ -28,26 +37,32 @@ std::uint32_t ComponentClassifier::run(const BlockWindow& window,
         return window.neighbour(b, offset);
       });
   count(window, log_odds, cells);
-  classify_all(window, cells);
+  clusters_.collect(log_odds, cells);
+  classify_all(window, viewpoint, cells);
+  clusters_.mark(window, log_odds, labels_, tally_, cells);
   return components;
 }
 
 void ComponentClassifier::count(const BlockWindow& window, std::span<const std::int16_t> log_odds,
                                 const CellTable& cells) noexcept {
-  std::fill_n(tally_, labels_.size(), Tally{});
+  std::fill_n(tally_, labels_.size(), ComponentTally{});
   const std::span<const Block> blocks = cells.blocks();
   for (std::uint32_t b = 0; b < blocks.size(); ++b) {
     if (cells.marks(b).candidate == 0) continue;
     const BlockHistory before = window.before(b);
     labels_.visit(b, blocks[b], followers(window, cells, b),
                   [&](std::uint32_t component, std::uint64_t some) noexcept {
-                    count_cells(tally_[component], some, blocks[b], log_odds, before);
+                    ComponentTally& tally = tally_[component];
+                    count_cells(tally, some, blocks[b], log_odds, before);
+                    if (tally.box.width() > kWidestPole) return;
+                    const std::uint64_t high = some & ~cells.marks(b).low;
+                    if (high != 0) tally.box.include(blocks[b].index, high);
                   });
   }
 }
 
-void ComponentClassifier::count_cells(Tally& tally, std::uint64_t cells, const Block& block,
-                                      std::span<const std::int16_t> log_odds,
+void ComponentClassifier::count_cells(ComponentTally& tally, std::uint64_t cells,
+                                      const Block& block, std::span<const std::int16_t> log_odds,
                                       const BlockHistory& before) const noexcept {
   tally.cells += popcount(cells);
   for (std::uint64_t left = cells; left != 0; left &= left - 1) {
@@ -61,35 +76,77 @@ void ComponentClassifier::count_cells(Tally& tally, std::uint64_t cells, const B
   tally.was_static += popcount(cells & before.occupied & ~before.dynamic);
 }
 
-bool ComponentClassifier::persists(const Tally& tally) const noexcept {
+bool ComponentClassifier::persists(const ComponentTally& tally) const noexcept {
   return config_.persistence_share > 0.0F && tally.was_dynamic > 0 &&
          static_cast<float>(tally.was_dynamic) >=
              config_.persistence_share * static_cast<float>(tally.cells) &&
          tally.was_dynamic >= 2 * tally.was_static;
 }
 
-void ComponentClassifier::classify_all(const BlockWindow& window, CellTable& cells) const noexcept {
+ComponentClassifier::Outline ComponentClassifier::outline_of(const CellBox& box) const noexcept {
+  constexpr std::int32_t kNarrow = 2;       // cells: the least that two rays on a pole may fill
+  constexpr std::int32_t kSign = 4;         // cells: a sign on its pole
+  constexpr float kFragment_m = 1.0F;       // no higher: anything
+  constexpr float kNobody_m = 2.2F;         // higher than a person
+  constexpr std::int32_t kSlenderness = 3;  // and so many times as high as wide
+  const std::int32_t width = box.width();
+  if (width > kWidestPole || !(config_.pole_width_m > 0.0F)) return Outline::kWide;
+  const float height_m = cell_m_ * static_cast<float>(box.height());
+  if (width <= kNarrow) return height_m >= kFragment_m ? Outline::kPole : Outline::kFragment;
+  const bool slender = width <= std::max(kSign, box.height() / kSlenderness);
+  return slender && height_m >= kNobody_m ? Outline::kPole : Outline::kWide;
+}
+
+bool ComponentClassifier::may_be_missed(const ComponentTally& tally, Outline outline,
+                                        const Viewpoint& viewpoint) const noexcept {
+  if (!(viewpoint.ray_spacing_deg > 0.0F)) return false;
+  const CellBox& box = tally.box;
+  float squared_m = 0.0F;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float middle_m = 0.5F * cell_m_ * static_cast<float>(box.low[axis] + box.high[axis] + 1);
+    const float away_m = middle_m - viewpoint.sensor_m[axis];
+    squared_m += away_m * away_m;
+  }
+  const float resolved_m =
+      config_.pole_width_m * static_cast<float>(kDegreesPerRadian) / viewpoint.ray_spacing_deg;
+  if (squared_m <= resolved_m * resolved_m) return false;
+  constexpr float kUndisputed = 0.75F;
+  return outline == Outline::kPole || static_cast<float>(tally.evidence_dynamic) <
+                                          kUndisputed * static_cast<float>(tally.evidence);
+}
+
+void ComponentClassifier::classify_all(const BlockWindow& window, const Viewpoint& viewpoint,
+                                       CellTable& cells) noexcept {
   const std::span<const Block> blocks = cells.blocks();
   for (std::uint32_t b = 0; b < blocks.size(); ++b) {
     CellMarks& marks = cells.marks(b);
     labels_.visit(b, blocks[b], followers(window, cells, b),
                   [&](std::uint32_t component, std::uint64_t some) noexcept {
-                    mark(some, tally_[component], marks);
+                    const ComponentTally& tally = tally_[component];
+                    const Outline outline = outline_of(tally.box);
+                    if (outline != Outline::kWide && may_be_missed(tally, outline, viewpoint)) {
+                      marks.dynamic &= ~some;
+                      clusters_.leave_out(b, some);
+                      return;
+                    }
+                    if (outline == Outline::kWide && persists(tally)) {
+                      marks.dynamic |= some;
+                      marks.proven |= some;
+                      clusters_.leave_out(b, some);
+                      return;
+                    }
+                    mark(b, some, tally, marks);
                   });
   }
 }
 
-void ComponentClassifier::mark(std::uint64_t cells, const Tally& tally,
-                               CellMarks& marks) const noexcept {
-  if (persists(tally)) {
-    marks.dynamic |= cells;
-    marks.proven |= cells;
-    return;
-  }
+void ComponentClassifier::mark(std::uint32_t b, std::uint64_t cells, const ComponentTally& tally,
+                               CellMarks& marks) noexcept {
   switch (classify(tally.evidence_dynamic, tally.evidence, config_.component_dynamic_share,
                    config_.component_static_share)) {
     case ComponentClass::kDynamic:
       marks.dynamic |= cells & ~(marks.confirmed_static & ~marks.low);
+      clusters_.leave_out(b, cells);
       break;
     case ComponentClass::kStatic:
       marks.dynamic &= ~(cells & ~marks.confirmed_dynamic);

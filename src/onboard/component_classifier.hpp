@@ -6,18 +6,27 @@
 
 #include "block_window.hpp"
 #include "cell_table.hpp"
+#include "component_tally.hpp"
+#include "seen_through_clusters.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/free_space/components.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {
 
+/// Where a keyframe was seen from, and how closely.
+struct Viewpoint {
+  Eigen::Vector3f sensor_m = Eigen::Vector3f::Zero();  ///< from the grid's origin
+  float ray_spacing_deg = 0.0F;                        ///< on one ring; 0: not known
+};
+
 /// Labels candidate cells that touch (`ComponentLabels`) and classifies each component as a whole:
 /// if most of the evidence for its cells says dynamic all of it is, if hardly any does none of it.
 /// Low and confirmed static cells connect nothing, and cells whose own evidence is strong keep
 /// their label: a walker who brushes past a wall, or past what was never seen before, is not part
-/// of it. A component that was dynamic in the keyframe before stays so, which keeps a car that has
-/// just parked, or a pedestrian who has just stopped, out of the map.
+/// of it (`SeenThroughClusters`). A component that was dynamic in the keyframe before stays so,
+/// which keeps a car that has just parked, or a pedestrian who has just stopped, out of the map.
+/// What is as thin as a pole is not seen through by rays that pass on either side of it.
 class ComponentClassifier {
  public:
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
@@ -26,16 +35,14 @@ class ComponentClassifier {
   /// Returns the number of components.
   /// O(candidates), nearly; neighbours are looked up block-wise.
   std::uint32_t run(const BlockWindow& window, std::span<const std::int16_t> log_odds,
-                    CellTable& cells) noexcept;
+                    const Viewpoint& viewpoint, CellTable& cells) noexcept;
 
  private:
-  /// What is known of a component.
-  struct Tally {
-    std::uint32_t cells;
-    std::uint32_t evidence;          ///< magnitudes of the cells' log-odds, each clamped
-    std::uint32_t evidence_dynamic;  ///< of those that say dynamic
-    std::uint32_t was_dynamic;
-    std::uint32_t was_static;
+  /// Outlines that tell a pole from what moves.
+  enum class Outline : std::uint8_t {
+    kWide,      ///< wider than a pole
+    kFragment,  ///< as narrow as a pole, and low: of a pole, or of anything
+    kPole,      ///< as narrow as a pole and higher than wide
   };
 
   /// Cells of a block that follow a component without connecting any: low ones, and those confirmed
@@ -49,18 +56,26 @@ class ComponentClassifier {
 
   void count(const BlockWindow& window, std::span<const std::int16_t> log_odds,
              const CellTable& cells) noexcept;
-  void count_cells(Tally& tally, std::uint64_t cells, const Block& block,
+  void count_cells(ComponentTally& tally, std::uint64_t cells, const Block& block,
                    std::span<const std::int16_t> log_odds,
                    const BlockHistory& before) const noexcept;
-  void classify_all(const BlockWindow& window, CellTable& cells) const noexcept;
-  /// Some cells of a block as their component was classified.
-  void mark(std::uint64_t cells, const Tally& tally, CellMarks& marks) const noexcept;
-  [[nodiscard]] bool persists(const Tally& tally) const noexcept;
+  void classify_all(const BlockWindow& window, const Viewpoint& viewpoint,
+                    CellTable& cells) noexcept;
+  [[nodiscard]] Outline outline_of(const CellBox& box) const noexcept;
+  /// Whether all evidence of free space for a component may come from rays beside it.
+  [[nodiscard]] bool may_be_missed(const ComponentTally& tally, Outline outline,
+                                   const Viewpoint& viewpoint) const noexcept;
+  /// Some cells of a block as the evidence for their component says.
+  void mark(std::uint32_t b, std::uint64_t cells, const ComponentTally& tally,
+            CellMarks& marks) noexcept;
+  [[nodiscard]] bool persists(const ComponentTally& tally) const noexcept;
 
   RemovalConfig config_;
+  float cell_m_ = 0.2F;
   std::int32_t confirmed_static_ = 0;  ///< thousandths; clamp of a cell's evidence
   ComponentLabels labels_;
-  Tally* tally_ = nullptr;  ///< by component
+  ComponentTally* tally_ = nullptr;  ///< by component
+  SeenThroughClusters clusters_;
 };
 
 }  // namespace unimapper::onboard

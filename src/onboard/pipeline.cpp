@@ -52,6 +52,8 @@ struct Pipeline::State {
   void remove_dynamic() noexcept;
   /// Leaves only as many candidates as there is time for; returns by how many to divide their cost.
   std::uint32_t shed_far_cells() noexcept;
+  /// Where the keyframe that is closing was seen from.
+  [[nodiscard]] Viewpoint viewpoint() const noexcept;
   /// Looks for up among what is static, and levels the keyframe's frame by it.
   void find_up() noexcept;
   /// Shows the images of the keyframe that was recorded last.
@@ -247,7 +249,8 @@ void Pipeline::State::remove_dynamic() noexcept {
   budget.measure(Budget::Part::kFiltering, candidates, [this] { filter.run(window, cells); });
   budget.measure(Budget::Part::kClassifying, 1, [this] {
     if (config.removal.components) {
-      statistics.components = components.run(window.blocks(), filter.log_odds(), cells);
+      statistics.components =
+          components.run(window.blocks(), filter.log_odds(), viewpoint(), cells);
     }
     final_labels.relabel_evicted(window);
     view.relabelled = final_labels.result();
@@ -260,6 +263,11 @@ void Pipeline::State::remove_dynamic() noexcept {
   });
   view.static_cells = output.static_cells();
   view.dynamic_cells = output.dynamic_cells();
+}
+
+Viewpoint Pipeline::State::viewpoint() const noexcept {
+  const Eigen::Vector3d& sensor = scans[view.reference_scan].T_odometry_sensor.translation;
+  return {(sensor - cells.grid().origin_m()).cast<float>(), sampling.free_space().ray_spacing_deg};
 }
 
 void Pipeline::State::find_up() noexcept {

@@ -47,11 +47,7 @@ void apply_pattern(const SensorModel& sensor, PipelineConfig& config) noexcept {
   FreeSpaceConfig& free_space = config.free_space;
   if (sensor.pattern == ScanPattern::kSpinning) {
     config.ground.propagation_voxels = 2;
-    const onboard::Sampling sampling = onboard::sampling_of(sensor);
-    onboard::apply_sampling(sampling, config.voxel.fine_size_m, free_space);
-    constexpr float kWidest_deg = 30.0F;
-    free_space.ray_spacing_deg = std::min(sampling.azimuth_deg, kWidest_deg);
-    free_space.ring_spacing_deg = std::min(sampling.elevation_deg, kWidest_deg);
+    onboard::apply_sampling(onboard::sampling_of(sensor), config.voxel.fine_size_m, free_space);
     // Twice the pixels: a sensor mounted at an angle sees as wide a band, tilted.
     free_space.max_image_pixels =
         2 * static_cast<std::uint32_t>(ImageProjection(free_space.image_shape()).pixels());
@@ -64,6 +60,7 @@ void apply_pattern(const SensorModel& sensor, PipelineConfig& config) noexcept {
       500.0F);
   free_space.images_per_keyframe = 10;
   config.removal.confirmed_static_connects = true;
+  config.removal.cluster_cells = 0;
   free_space.azimuth_resolution_deg =
       std::clamp(spacing_deg, kFinestDeg, onboard::kCoarsestPixelDeg);
   free_space.elevation_resolution_deg = free_space.azimuth_resolution_deg;

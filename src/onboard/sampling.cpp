@@ -19,12 +19,15 @@ void apply_sampling(const Sampling& sampling, float fine_size_m,
   constexpr float kColumnPerRayGap = 0.85F;
   constexpr float kRowPerRingGap = 0.6F;
   constexpr float kFarthest_m = 500.0F;
+  constexpr float kWidest_deg = 30.0F;
   const float cell_m_deg = fine_size_m * static_cast<float>(kDegreesPerRadian);
   free_space.azimuth_resolution_deg = std::clamp(
       kColumnPerRayGap * sampling.azimuth_deg, kDefaults.azimuth_resolution_deg, kCoarsestPixelDeg);
   free_space.elevation_resolution_deg =
       std::clamp(kRowPerRingGap * sampling.elevation_deg, kDefaults.elevation_resolution_deg,
                  kCoarsestPixelDeg);
+  free_space.ray_spacing_deg = std::min(sampling.azimuth_deg, kWidest_deg);
+  free_space.ring_spacing_deg = std::min(sampling.elevation_deg, kWidest_deg);
   free_space.full_weight_range_m = std::min(
       {2.0F * cell_m_deg / sampling.elevation_deg, cell_m_deg / sampling.azimuth_deg, kFarthest_m});
 }

@@ -61,7 +61,7 @@ TEST_CASE("evidence on few cells of a component outweighs its many unobserved ce
     log_odds[row] = 850;
     stages.cells.set(row, &CellMarks::dynamic);
   }
-  stages.components.run(stages.window.blocks(), log_odds, stages.cells);
+  stages.components.run(stages.window.blocks(), log_odds, stages.viewpoint, stages.cells);
   CHECK(stages.cells.has(39, &CellMarks::dynamic));
 }
 
@@ -159,4 +159,175 @@ TEST_CASE("strong evidence of a cell's own survives a static component") {
   stages.classify_components();
   CHECK(stages.cells.has(0, &CellMarks::dynamic));
   CHECK_FALSE(stages.cells.has(1, &CellMarks::dynamic));
+}
+
+namespace {
+
+/// An obstacle of a rectangle of columns, apart from everything else.
+void add_block(std::vector<Eigen::Vector3f>& points, float x, int wide, int deep, float z0,
+               float z1) {
+  for (int i = 0; i < wide; ++i) {
+    for (int j = 0; j < deep; ++j) {
+      add_column(points, x + 0.2F * static_cast<float>(i), 1.1F + 0.2F * static_cast<float>(j), z0,
+                 z1);
+    }
+  }
+}
+
+/// Dynamic cells of an obstacle that was all seen through once, rays `spacing_deg` apart.
+std::size_t left_dynamic(const std::vector<Eigen::Vector3f>& points, float distance_m,
+                         float spacing_deg) {
+  Stages stages;
+  stages.add(points);
+  stages.find_and_split_ground();
+  for (std::uint32_t row = 0; row < stages.cells.size(); ++row) {
+    stages.cells.set(row, &CellMarks::dynamic);
+  }
+  stages.viewpoint = {{1.1F, 1.1F - distance_m, 4.0F}, spacing_deg};
+  stages.classify_components();
+  std::size_t dynamic = 0;
+  for (std::uint32_t row = 0; row < stages.cells.size(); ++row) {
+    dynamic += stages.cells.has(row, &CellMarks::dynamic) ? 1 : 0;
+  }
+  return dynamic;
+}
+
+}  // namespace
+
+TEST_CASE("what may be a pole is not seen through by rays that pass beside it") {
+  std::vector<Eigen::Vector3f> pole;
+  add_block(pole, 1.1F, 2, 1, 3.0F, 5.0F);
+  // Rays 0.7 degrees apart are 0.1 m apart 8.2 m away.
+  CHECK(left_dynamic(pole, 9.0F, 0.7F) == 0);
+  CHECK(left_dynamic(pole, 7.0F, 0.7F) == 20);
+  CHECK(left_dynamic(pole, 9.0F, 0.35F) == 20);
+  CHECK(left_dynamic(pole, 9.0F, 0.0F) == 20);
+
+  std::vector<Eigen::Vector3f> walker;
+  add_block(walker, 1.1F, 3, 2, 3.0F, 4.8F);
+  CHECK(left_dynamic(walker, 9.0F, 0.7F) == 54);
+
+  std::vector<Eigen::Vector3f> sign_on_pole;
+  add_block(sign_on_pole, 1.1F, 4, 1, 5.0F, 5.6F);
+  add_block(sign_on_pole, 1.3F, 1, 1, 3.0F, 5.6F);
+  CHECK(left_dynamic(sign_on_pole, 9.0F, 0.7F) == 0);
+
+  std::vector<Eigen::Vector3f> lamp;
+  add_block(lamp, 1.1F, 5, 1, 5.8F, 6.0F);
+  add_block(lamp, 1.1F, 1, 1, 3.0F, 6.0F);
+  CHECK(left_dynamic(lamp, 9.0F, 0.7F) == 0);
+
+  std::vector<Eigen::Vector3f> van;
+  add_block(van, 1.1F, 8, 3, 3.0F, 5.4F);
+  CHECK(left_dynamic(van, 9.0F, 0.7F) == 8 * 3 * 12);
+}
+
+TEST_CASE("a fragment as narrow as a pole is dynamic where all its evidence says so") {
+  std::vector<Eigen::Vector3f> points;
+  add_block(points, 1.1F, 2, 1, 3.0F, 3.6F);
+  CHECK(left_dynamic(points, 9.0F, 0.7F) == 6);
+
+  Stages stages;
+  stages.add(points);
+  stages.find_and_split_ground();
+  for (std::uint32_t row = 0; row < 2; ++row) stages.cells.set(row, &CellMarks::dynamic);
+  stages.viewpoint = {{1.1F, -7.9F, 4.0F}, 0.7F};
+  // 1700 of 3400 thousandths are for dynamic: enough for anything else.
+  stages.classify_components();
+  CHECK_FALSE(stages.cells.has(0, &CellMarks::dynamic));
+}
+
+TEST_CASE("a pole does not stay dynamic because it was taken for dynamic before") {
+  const auto stays = [](int wide) {
+    Stages stages;
+    std::vector<Eigen::Vector3f> points;
+    add_block(points, 1.1F, wide, 1, 3.0F, 5.0F);
+    for (const bool before : {true, false}) {
+      stages.add(points);
+      stages.find_and_split_ground();
+      if (before) {
+        for (std::uint32_t row = 0; row < stages.cells.size(); ++row) {
+          stages.cells.set(row, &CellMarks::dynamic);
+          stages.cells.set(row, &CellMarks::proven);
+        }
+        stages.window.record(stages.cells);
+        stages.begin();
+      }
+    }
+    stages.classify_components();
+    return stages.cells.has(0, &CellMarks::dynamic);
+  };
+  CHECK_FALSE(stays(2));
+  CHECK(stays(3));
+}
+
+TEST_CASE("the box of a component has the extent of its cells, across blocks") {
+  CellBox box;
+  box.include({-1, 0, 2}, std::uint64_t{1} << bit_of({3, 1, 2}));
+  CHECK(box.width() == 1);
+  CHECK(box.height() == 1);
+  CHECK(box.low[0] == -1);
+  CHECK(box.low[1] == 1);
+  CHECK(box.low[2] == 10);
+  box.include({0, 0, 2},
+              std::uint64_t{1} << bit_of({0, 0, 0}) | std::uint64_t{1} << bit_of({2, 3, 3}));
+  CHECK(box.high[0] == 2);
+  CHECK(box.low[1] == 0);
+  CHECK(box.high[1] == 3);
+  CHECK(box.low[2] == 8);
+  CHECK(box.high[2] == 11);
+  CHECK(box.width() == 4);
+  CHECK(box.height() == 4);
+}
+
+namespace {
+
+/// A wall that was never seen before, with somebody before it: `width` x `height` cells that were
+/// seen through, and behind them, on the wall, one more column of his with `beside` thousandths.
+struct WalkerAtWall {
+  WalkerAtWall(int width, int height, std::int16_t own, std::int16_t beside) {
+    std::vector<Eigen::Vector3f> points;
+    add_block(points, 1.1F, 40, 1, 3.0F, 7.0F);
+    const float top = 3.0F + 0.2F * static_cast<float>(height);
+    for (int i = 0; i < width; ++i) {
+      add_column(points, 3.1F + 0.2F * static_cast<float>(i), 1.3F, 3.0F, top);
+    }
+    add_column(points, 2.9F, 1.3F, 3.0F, top);
+    stages.add(points);
+    stages.find_and_split_ground();
+    std::vector<std::int16_t> log_odds(stages.cells.size(), -510);
+    for (float z = 3.1F; z < top; z += 0.2F) {
+      for (int i = 0; i < width; ++i) {
+        const std::uint32_t row = stages.row_at({3.1F + 0.2F * static_cast<float>(i), 1.3F, z});
+        log_odds[row] = own;
+        stages.cells.set(row, &CellMarks::dynamic);
+      }
+      log_odds[stages.row_at({2.9F, 1.3F, z})] = beside;
+    }
+    stages.components.run(stages.window.blocks(), log_odds, stages.viewpoint, stages.cells);
+  }
+  [[nodiscard]] bool is_dynamic(float x, float y, float z) const {
+    return stages.cells.has(stages.row_at({x, y, z}), &CellMarks::dynamic);
+  }
+  Stages stages;
+};
+
+}  // namespace
+
+TEST_CASE("a walker stays dynamic before a wall that came into view with him") {
+  const WalkerAtWall with(2, 6, 850, -255);
+  CHECK(with.is_dynamic(3.1F, 1.3F, 3.1F));
+  CHECK(with.is_dynamic(3.3F, 1.3F, 4.1F));
+  // His cells where he was seen once, too; the wall, which was seen twice, not.
+  CHECK(with.is_dynamic(2.9F, 1.3F, 3.5F));
+  CHECK_FALSE(with.is_dynamic(3.1F, 1.1F, 3.5F));
+  CHECK_FALSE(with.is_dynamic(3.1F, 1.1F, 5.5F));
+}
+
+TEST_CASE("few, low or weakly seen-through cells on a wall are no cluster") {
+  CHECK_FALSE(WalkerAtWall(1, 11, 850, -510).is_dynamic(3.1F, 1.3F, 3.1F));
+  CHECK_FALSE(WalkerAtWall(4, 4, 850, -510).is_dynamic(3.1F, 1.3F, 3.1F));
+  CHECK_FALSE(WalkerAtWall(2, 6, 299, -510).is_dynamic(3.1F, 1.3F, 3.1F));
+  CHECK(WalkerAtWall(2, 6, 300, -510).is_dynamic(3.1F, 1.3F, 3.1F));
+  CHECK_FALSE(WalkerAtWall(2, 6, 850, -256).is_dynamic(2.9F, 1.3F, 3.1F));
 }

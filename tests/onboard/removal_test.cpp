@@ -55,6 +55,23 @@ TEST_CASE("a walker in front of a wall is removed, the wall and the ground stay"
   }
 }
 
+TEST_CASE("thin poles between the rays of few columns stay") {
+  Scene scene = street();
+  scene.columns = 256;
+  for (double x = 9.0; x < 40.0; x += 5.0) {
+    scene.boxes.push_back(standing_box({x, 4.0, 2.0}, {0.03, 0.03, 2.0}));
+    scene.boxes.push_back(standing_box({x + 2.0, -4.5, 2.0}, {0.05, 0.05, 2.0}));
+  }
+  PipelineConfig config = small_config();
+  const auto lost = [&] {
+    return 100.0 - total(run_scene(scene, config, 40, drive)).static_percent();
+  };
+  const double with = lost();
+  config.removal.pole_width_m = 0.0F;
+  CHECK(with < 0.25 * lost());
+  CHECK(with < 0.1);
+}
+
 TEST_CASE("own-keyframe evidence removes a mover from the very first keyframe") {
   Scene scene = street();
   scene.boxes.push_back(moving_box({6.0, -2.0, 0.75}, {3.0, 0.0, 0.0}, {2.0, 0.9, 0.75}));

@@ -159,6 +159,7 @@ TEST_CASE("the images follow another mode at once, and a change of mode once it 
   CHECK(with.monitor.free_space().azimuth_resolution_deg ==
         Approx(0.85 * 360.0 / 512).epsilon(0.05));
   CHECK(with.monitor.free_space().full_weight_range_m == Approx(16.3).epsilon(0.05));
+  CHECK(with.monitor.free_space().ray_spacing_deg == Approx(360.0 / 512).epsilon(0.05));
   int changed = 0;
   for (int keyframe = 0; keyframe < 10; ++keyframe) {
     changed += with.monitor.look(view_of(many)) ? 1 : 0;

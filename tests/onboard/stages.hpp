@@ -71,7 +71,7 @@ struct Stages {
     for (std::uint32_t row = 0; row < cells.size(); ++row) {
       if (cells.has(row, &CellMarks::dynamic)) log_odds[row] = 850;
     }
-    return components.run(window.blocks(), log_odds, cells);
+    return components.run(window.blocks(), log_odds, viewpoint, cells);
   }
   /// Row of the cell that holds a point; there must be one.
   std::uint32_t row_at(const Eigen::Vector3f& p) const {
@@ -92,6 +92,7 @@ struct Stages {
   FreeColumns columns;
   EvidenceWindow window;
   ComponentClassifier components;
+  Viewpoint viewpoint;
   RangePainter painter;
   MemoryBlock block;
 };

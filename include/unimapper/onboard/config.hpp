@@ -277,6 +277,10 @@ struct RemovalConfig {
   float confirmed_static_log_odds = EvidenceDefaults::kConfirmedStaticLogOdds;
   bool confirmed_static_connects = false;
   float confirmed_dynamic_log_odds = 2.0F;
+  std::uint32_t cluster_cells = 12;
+  float cluster_height_m = 1.0F;
+  float cluster_log_odds = 0.3F;
+  float pole_width_m = 0.1F;
   float persistence_share = 0.3F;
   bool final_labels = true;
 
@@ -335,6 +339,21 @@ consteval auto parameters_of(const RemovalConfig*) {
                                                 "whatever their component is: a walker in front of "
                                                 "what was never seen before does not belong to "
                                                 "it."),
+      parameter<&C::cluster_cells>("[0, 1000000]", "cells", "measured",
+                                   "So many connected cells that are dynamic by their own "
+                                   "evidence stay dynamic whatever their component is, with "
+                                   "what touches them and has hardly any evidence against it; "
+                                   "0: off."),
+      parameter<&C::cluster_height_m>("[0, 100]", "m", "measured",
+                                      "Least height of such a cluster: false evidence on walls is "
+                                      "scattered."),
+      parameter<&C::cluster_log_odds>("[0, 10]", "", "measured",
+                                      "Least log-odds of each of its cells."),
+      parameter<&C::pole_width_m>("[0, 1]", "m", "measured",
+                                  "What is no wider than two cells, or higher than a person and "
+                                  "slender, may be a pole as thin as this. Where rays of a ring "
+                                  "are farther apart (free_space.ray_spacing_deg, as measured), "
+                                  "it does not count as seen through: it is static; 0: off."),
       parameter<&C::persistence_share>("[0, 1]", "", "measured",
                                        "A component stays dynamic if at least this share of its "
                                        "cells was dynamic in the keyframe before, and twice as "
