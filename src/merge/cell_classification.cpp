@@ -6,6 +6,7 @@
 
 #include "heap_memory.hpp"
 #include "unimapper/free_space/components.hpp"
+#include "unimapper/free_space/evidence_sum.hpp"
 #include "unimapper/free_space/evidence_weights.hpp"
 #include "unimapper/free_space/ground_patch.hpp"
 #include "voxel_table.hpp"
@@ -17,6 +18,8 @@ constexpr std::int32_t kMeanReach = 2;    ///< voxels around a cell whose eviden
 constexpr std::int32_t kPatchVoxels = 5;  ///< ground is rejected by patches of a metre
 /// Of a patch: the evidence of a single cell is already a mean over its surroundings.
 constexpr std::uint32_t kFewestGroundCells = 1;
+/// Thousandths per cell; with less a component is not dynamic as a whole.
+constexpr std::int64_t kLeastMeanOfDynamic = -200;
 
 /// Occupied voxels as blocks, numbered by rows (`row_of`) like the cells of the robot.
 class VoxelBlocks {
@@ -54,14 +57,54 @@ class VoxelBlocks {
 };
 static_assert(VoxelTable::kNone == ComponentLabels::kNone);
 
-/// Calls `visit(bit, row)` for the occupied cells of a block.
-template <typename Visit>
-void visit_rows(const Block& block, const Visit& visit) {
-  std::uint32_t row = block.first;
-  for (std::uint64_t left = block.occupied; left != 0; left &= left - 1) {
-    visit(std::uint64_t{1} << std::countr_zero(left), row++);
+/// Voxels that touch, by row.
+class VoxelComponents {
+ public:
+  /// Of the rows for which `connects(row)` holds; those for which only `follows(row)` does are
+  /// attached to a component that they touch. O(voxels).
+  template <typename Connects, typename Follows>
+  VoxelComponents(const VoxelBlocks& blocks, const Connects& connects, const Follows& follows)
+      : blocks_(blocks.blocks()), labelled_(blocks_.size(), {0, 0}) {
+    for (std::size_t b = 0; b < blocks_.size(); ++b) {
+      std::uint32_t row = blocks_[b].first;
+      for (std::uint64_t left = blocks_[b].occupied; left != 0; left &= left - 1, ++row) {
+        if (connects(row)) {
+          labelled_[b].connecting |= lowest_bit(left);
+        } else if (follows(row)) {
+          labelled_[b].low |= lowest_bit(left);
+        }
+      }
+    }
+    components_.allocate(memory_, blocks_.size(),
+                         blocks_.size() * ComponentLabels::kMaxPartsPerBlock, blocks.rows());
+    components_.label(
+        blocks_, [&](std::uint32_t b) { return labelled_[b]; },
+        [&](std::uint32_t b, const BlockOffset& to) { return blocks.neighbour(b, to); });
   }
-}
+
+  /// Components are numbered, with gaps, below this.
+  [[nodiscard]] std::size_t size() const { return components_.size(); }
+
+  /// Calls `use(component, row)` for every voxel of a component.
+  template <typename Use>
+  void visit(const Use& use) const {
+    for (std::uint32_t b = 0; b < blocks_.size(); ++b) {
+      components_.visit(b, blocks_[b], labelled_[b].low,
+                        [&](std::uint32_t component, std::uint64_t some) {
+                          for (std::uint64_t left = some; left != 0; left &= left - 1) {
+                            const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
+                            use(component, row_of(blocks_[b], bit));
+                          }
+                        });
+    }
+  }
+
+ private:
+  const std::vector<Block>& blocks_;
+  std::vector<LabelledCells> labelled_;
+  HeapMemory memory_;
+  ComponentLabels components_;
+};
 
 /// Evidence by voxel: several cells may share one.
 class CellClassifier {
@@ -77,8 +120,8 @@ class CellClassifier {
       row_of_[i] = blocks_.row_of_voxel(cells.voxel[i]);
       Voxel& voxel = voxels_[row_of_[i]];
       voxel.key = cells.voxel[i];
-      voxel.sum += std::clamp(cells.log_odds[i], -confirmed_static_, confirmed_static_);
-      ++voxel.cells;
+      voxel.evidence.add(std::clamp(cells.log_odds[i], -confirmed_static_, confirmed_static_),
+                         cells.occupied[i]);
     }
   }
 
@@ -87,22 +130,24 @@ class CellClassifier {
     reject_ground_seen_through();
     average();
     classify_components();
+    find_moved_parts();
     return labels();
   }
 
  private:
   struct Voxel {
     VoxelKey key = 0;
-    std::int64_t sum = 0;     ///< of the clamped evidence
-    std::uint32_t cells = 0;  ///< that share the voxel
-    float mean = 0.0F;        ///< of the evidence here and around, thousandths
+    EvidenceSum evidence;  ///< of its cells
+    float mean = 0.0F;     ///< of the evidence here and around, thousandths
     bool ground = false;
     bool connects = false;
+    bool has_component = false;
     ComponentClass component = ComponentClass::kMixed;
+    bool moved = false;  ///< belongs to a part of a static component that moved
   };
   struct Tally {
-    std::uint32_t cells = 0;
-    std::uint32_t dynamic = 0;  ///< those with evidence for "dynamic"
+    EvidenceSum evidence;
+    std::uint32_t dynamic = 0;  ///< cells with evidence for "dynamic" around them
   };
 
   /// Ground says nothing about what stands or walks on it: once it is known, it is left out of the
@@ -127,8 +172,8 @@ class CellClassifier {
             const Voxel& other = voxels_[order[i]];
             if (other.key > middle + kMeanReach) break;
             if (other.ground && !voxels_[v].ground) continue;
-            sum[v] += other.sum;
-            cells[v] += other.cells;
+            sum[v] += other.evidence.log_odds;
+            cells[v] += other.evidence.cells;
           }
         }
       }
@@ -165,66 +210,67 @@ class CellClassifier {
       Voxel& voxel = voxels_[row_of_[i]];
       if (!voxel.ground && cells_.low[i] == 0) voxel.connects = true;
     }
-    const std::vector<Block>& blocks = blocks_.blocks();
-    std::vector<LabelledCells> labelled(blocks.size(), {0, 0});
-    for (std::size_t b = 0; b < blocks.size(); ++b) {
-      visit_rows(blocks[b], [&](std::uint64_t bit, std::uint32_t row) {
-        if (voxels_[row].connects) {
-          labelled[b].connecting |= bit;
-        } else if (!voxels_[row].ground) {
-          labelled[b].low |= bit;
-        }
-      });
-    }
-    HeapMemory memory;
-    ComponentLabels components;
-    components.allocate(memory, blocks.size(), blocks.size() * ComponentLabels::kMaxPartsPerBlock,
-                        blocks_.rows());
-    components.label(
-        blocks, [&](std::uint32_t b) { return labelled[b]; },
-        [&](std::uint32_t b, const BlockOffset& to) { return blocks_.neighbour(b, to); });
-
+    const VoxelComponents components(
+        blocks_, [&](std::uint32_t row) { return voxels_[row].connects; },
+        [&](std::uint32_t row) { return !voxels_[row].ground; });
     std::vector<Tally> tally(components.size());
-    const auto visit = [&](const auto& use) {
-      for (std::uint32_t b = 0; b < blocks.size(); ++b) {
-        components.visit(b, blocks[b], labelled[b].low,
-                         [&](std::uint32_t component, std::uint64_t some) {
-                           for (std::uint64_t left = some; left != 0; left &= left - 1) {
-                             const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
-                             use(tally[component], voxels_[row_of(blocks[b], bit)]);
-                           }
-                         });
-      }
+    components.visit([&](std::uint32_t component, std::uint32_t row) {
+      const Voxel& voxel = voxels_[row];
+      tally[component].evidence += voxel.evidence;
+      if (voxel.mean > 0.0F) tally[component].dynamic += voxel.evidence.cells;
+    });
+    components.visit([&](std::uint32_t component, std::uint32_t row) {
+      voxels_[row].has_component = true;
+      voxels_[row].component = class_of(tally[component]);
+    });
+  }
+
+  [[nodiscard]] ComponentClass class_of(const Tally& tally) const {
+    const ComponentClass by_share =
+        classify(tally.dynamic, tally.evidence.cells, config_.component_dynamic_share,
+                 config_.component_static_share);
+    // Few cells seen through carry the mean of many others with them.
+    const bool contradicted = tally.evidence.mean() < kLeastMeanOfDynamic;
+    return by_share == ComponentClass::kDynamic && contradicted ? ComponentClass::kMixed : by_share;
+  }
+
+  /// A walker beside a wall that came into view with him is a small part of one component.
+  void find_moved_parts() {
+    const auto may_have_moved = [&](const Voxel& voxel) {
+      return voxel.has_component && voxel.component == ComponentClass::kStatic && voxel.mean > 0.0F;
     };
-    visit([](Tally& component, const Voxel& voxel) {
-      component.cells += voxel.cells;
-      if (voxel.mean > 0.0F) component.dynamic += voxel.cells;
-    });
-    visit([&](const Tally& component, Voxel& voxel) {
-      voxel.component = classify(component.dynamic, component.cells,
-                                 config_.component_dynamic_share, config_.component_static_share);
-    });
+    const VoxelComponents parts(
+        blocks_,
+        [&](std::uint32_t row) { return voxels_[row].connects && may_have_moved(voxels_[row]); },
+        [&](std::uint32_t row) { return may_have_moved(voxels_[row]); });
+    std::vector<EvidenceSum> sum(parts.size());
+    parts.visit([&](std::uint32_t part, std::uint32_t row) { sum[part] += voxels_[row].evidence; });
+    const MovedPart rule = MovedPart::of(config_);
+    parts.visit(
+        [&](std::uint32_t part, std::uint32_t row) { voxels_[row].moved = rule.holds(sum[part]); });
   }
 
   [[nodiscard]] std::vector<std::uint8_t> labels() const {
     std::vector<std::uint8_t> dynamic(cells_.size(), 0);
-    for (std::size_t i = 0; i < cells_.size(); ++i) {
-      const Voxel& voxel = voxels_[row_of_[i]];
-      if (voxel.ground) continue;
-      bool is_dynamic = voxel.mean > 0.0F;
-      switch (voxel.component) {
-        case ComponentClass::kDynamic:
-          is_dynamic = is_dynamic || cells_.log_odds[i] > -confirmed_static_;
-          break;
-        case ComponentClass::kStatic:
-          is_dynamic = false;
-          break;
-        case ComponentClass::kMixed:
-          break;
-      }
-      dynamic[i] = is_dynamic ? 1 : 0;
-    }
+    for (std::size_t i = 0; i < cells_.size(); ++i) dynamic[i] = is_dynamic(i) ? 1 : 0;
     return dynamic;
+  }
+
+  [[nodiscard]] bool is_dynamic(std::size_t cell) const {
+    const Voxel& voxel = voxels_[row_of_[cell]];
+    if (voxel.ground) return false;
+    const bool by_mean = voxel.mean > 0.0F;
+    if (!voxel.has_component) return by_mean;
+    switch (voxel.component) {
+      case ComponentClass::kDynamic:
+        return by_mean || cells_.log_odds[cell] > -confirmed_static_;
+      case ComponentClass::kStatic:
+        return voxel.moved;
+      case ComponentClass::kMixed:
+        // What the robot kept is not removed for its neighbours' sake.
+        return by_mean && (cells_.removed[cell] != 0 || cells_.log_odds[cell] > 0);
+    }
+    return false;
   }
 
   const CellEvidence& cells_;

@@ -15,14 +15,17 @@ struct CellEvidence {
   std::vector<VoxelKey> voxel;         ///< of the map frame
   std::vector<std::uint8_t> ground;    ///< labelled ground online
   std::vector<std::uint8_t> low;       ///< so low above the ground that it connects nothing
+  std::vector<std::uint8_t> removed;   ///< labelled dynamic online
   std::vector<std::int32_t> log_odds;  ///< of "dynamic", thousandths
+  std::vector<std::uint8_t> occupied;  ///< other keyframes of the window that occupied its voxel
 
   [[nodiscard]] std::size_t size() const { return number.size(); }
 };
 
 /// 1 for every cell that is dynamic, by the mean evidence around it. Ground is rejected only where
 /// most of a patch was seen through (`GroundPatch`); connected cells are classified together
-/// (`ComponentLabels`). O(cells).
+/// (`ComponentLabels`), but a part of a static component that moved is dynamic
+/// (`MovedPart`). O(cells).
 [[nodiscard]] std::vector<std::uint8_t> classify_cells(const CellEvidence& cells,
                                                        const RefinementConfig& config);
 

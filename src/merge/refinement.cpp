@@ -177,7 +177,9 @@ class Refinement {
         const bool low =
             cell.ground != 0 || ground.is_within(cell.position, config_.connecting_height_m);
         cells.low.push_back(low ? 1 : 0);
+        cells.removed.push_back(was_dynamic ? 1 : 0);
         cells.log_odds.push_back(was_dynamic ? prior : 0);
+        cells.occupied.push_back(0);
         points.push_back((p - origin).cast<float>());
       }
     }
@@ -195,7 +197,7 @@ class Refinement {
     }
     for (std::size_t i = 0; i < cells.size(); ++i) {
       std::int32_t revisits = points.log_odds(i);
-      subtract_occupied(observers, of, cells.voxel[i], window[i], revisits);
+      cells.occupied[i] = subtract_occupied(observers, of, cells.voxel[i], window[i], revisits);
       // What another day saw must not make something dynamic that stood here all the time.
       cells.log_odds[i] += window[i] + std::clamp(revisits, -most_by_revisits_, most_by_revisits_);
     }
@@ -211,14 +213,18 @@ class Refinement {
   }
 
   /// Subtracts from the evidence for every other keyframe that observed a voxel as occupied.
-  void subtract_occupied(const Observers& observers, KeyframeId of, VoxelKey voxel,
-                         std::int32_t& window, std::int32_t& revisits) const {
+  /// Returns how many of the window did, up to 255.
+  [[nodiscard]] std::uint8_t subtract_occupied(const Observers& observers, KeyframeId of,
+                                               VoxelKey voxel, std::int32_t& window,
+                                               std::int32_t& revisits) const {
+    std::uint8_t times = 0;
     const std::size_t first = observers.window.front().keyframe;
     const std::size_t last = observers.window.back().keyframe;
     for (const std::uint32_t k : occupied_[of.session]->keyframes_at(voxel)) {
       if (k == of.keyframe) continue;
       if (k >= first && k <= last) {
         window -= weights_.occupied;
+        if (times < UINT8_MAX) ++times;
       } else if (observers.revisit({of.session, k})) {
         revisits -= weights_.occupied;
       }
@@ -229,6 +235,7 @@ class Refinement {
         if (observers.revisit({s, k})) revisits -= weights_.occupied;
       }
     }
+    return times;
   }
 
   const std::vector<PosedSession>& sessions_;

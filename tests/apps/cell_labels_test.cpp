@@ -64,3 +64,52 @@ TEST_CASE("points and cells without a finite position are static") {
   const CellLabels labels(keyframe, {}, kFineCellSizeM);
   CHECK_FALSE(labels.is_dynamic({1e30F, 0.0F, 0.0F}));
 }
+
+namespace {
+
+/// Flat ground of 3 m by 3 m whose cells' means lie at `z`, and a dynamic cell above its middle.
+KeyframeRecord walker_on_ground(float z) {
+  KeyframeRecord keyframe;
+  for (int x = -7; x <= 7; ++x) {
+    for (int y = -7; y <= 7; ++y) {
+      const Eigen::Vector3f at(0.2F * static_cast<float>(x), 0.2F * static_cast<float>(y), z);
+      keyframe.static_cells.push_back({at, 10, 0, 1});
+    }
+  }
+  keyframe.dynamic_cells.push_back({{0.0F, 0.0F, z + 0.3F}, 10, 0, 0});
+  return keyframe;
+}
+
+}  // namespace
+
+TEST_CASE("points of a ground cell are dynamic where they rise above the ground below a walker") {
+  const float level = 0.05F;
+  const CellLabels labels(walker_on_ground(level), {}, kFineCellSizeM);
+  CHECK(labels.is_dynamic({0.05F, 0.0F, level + 0.05F}));
+  CHECK_FALSE(labels.is_dynamic({0.05F, 0.0F, level + 0.03F}));
+  // Without anything dynamic above it, ground is as rough as it likes.
+  CHECK_FALSE(labels.is_dynamic({1.05F, 0.0F, level + 0.05F}));
+}
+
+TEST_CASE("feet raise their own cell's mean, not the level of the ground around") {
+  KeyframeRecord keyframe = walker_on_ground(0.05F);
+  for (FineCell& cell : keyframe.static_cells) {
+    if (cell.position.head<2>().norm() < 0.25F) cell.position.z() += 0.04F;
+  }
+  const CellLabels labels(keyframe, {}, kFineCellSizeM);
+  CHECK(labels.is_dynamic({0.05F, 0.0F, 0.10F}));
+  CHECK_FALSE(labels.is_dynamic({0.05F, 0.0F, 0.08F}));
+}
+
+TEST_CASE("in a crowd the lower ground cells tell the level") {
+  // Nothing but ground below walkers.
+  KeyframeRecord keyframe;
+  for (int x = -2; x <= 2; ++x) {
+    const float z = x % 2 == 0 ? 0.10F : 0.05F;
+    keyframe.static_cells.push_back({{0.2F * static_cast<float>(x), 0.0F, z}, 10, 0, 1});
+    keyframe.dynamic_cells.push_back({{0.2F * static_cast<float>(x), 0.0F, 0.35F}, 10, 0, 0});
+  }
+  const CellLabels labels(keyframe, {}, kFineCellSizeM);
+  CHECK(labels.is_dynamic({0.0F, 0.0F, 0.10F}));
+  CHECK_FALSE(labels.is_dynamic({0.0F, 0.0F, 0.08F}));
+}

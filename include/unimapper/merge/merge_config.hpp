@@ -220,6 +220,9 @@ struct RefinementConfig {
   float component_dynamic_share = 0.4F;
   float component_static_share = EvidenceDefaults::kComponentStaticShare;
   float confirmed_static_log_odds = EvidenceDefaults::kConfirmedStaticLogOdds;
+  std::uint32_t moved_part_cells = 30;
+  float moved_part_log_odds = 0.3F;
+  float moved_part_occupied = 0.5F;
   float ground_log_odds = 1.0F;
   float ground_share = EvidenceDefaults::kSeenThroughShare;
   float cell_size_m = kFineCellSizeM;
@@ -261,6 +264,15 @@ consteval auto parameters_of(const RefinementConfig*) {
       parameter<&C::confirmed_static_log_odds>(
           "[0.001, 1000]", "", "as onboard",
           "A cell counts no more than this; below minus this it stays static."),
+      parameter<&C::moved_part_cells>(
+          "[1, 1000000]", "cells", "measured",
+          "Connected cells that were seen through are dynamic within a static component, too, if "
+          "they are at least as many,"),
+      parameter<&C::moved_part_log_odds>("[-10, 10]", "", "measured",
+                                         "say dynamic by at least this on average,"),
+      parameter<&C::moved_part_occupied>(
+          "[0, 100]", "keyframes", "measured",
+          "and no more others of the window occupied their voxels, on average."),
       parameter<&C::ground_log_odds>("[0, 10]", "", "measured",
                                      "Ground counts as seen through from here on,"),
       parameter<&C::ground_share>(

@@ -2,6 +2,8 @@
 #include "src/apps/merge/cell_labels.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <limits>
 
 namespace unimapper::apps {
@@ -11,21 +13,90 @@ namespace {
 constexpr float kBinCells = 2.0F;
 // A point farther than this from every mean was left out of the keyframe.
 constexpr float kFarthestCells = 1.8F;
+// Points so high above the ground are of feet: more than its roughness and noise.
+constexpr float kFootCells = 0.2F;
+// Ground cells without anything dynamic above them that tell the level.
+constexpr std::size_t kFewestLevels = 3;
+
+constexpr float kNever = std::numeric_limits<float>::infinity();
+
+/// The element below which `share` of the heights lie.
+float quantile(std::vector<float>& heights, float share) {
+  const auto at =
+      heights.begin() + static_cast<std::ptrdiff_t>(share * static_cast<float>(heights.size() - 1));
+  std::nth_element(heights.begin(), at, heights.end());
+  return *at;
+}
 
 }  // namespace
 
 CellLabels::CellLabels(const KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined,
                        float cell_size_m)
-    : bin_m_(kBinCells * cell_size_m), farthest_m_(kFarthestCells * cell_size_m) {
+    : bin_m_(kBinCells * cell_size_m),
+      farthest_m_(kFarthestCells * cell_size_m),
+      foot_m_(kFootCells * cell_size_m) {
   for (const bool dynamic : {false, true}) {
     merge::visit_cells(keyframe, refined, dynamic, [&](const FineCell& cell) {
       const VoxelIndex bin = voxel_index(cell.position, 1.0F / bin_m_);
-      if (is_representable(bin)) entries_.push_back({pack(bin), cell.position, dynamic});
+      if (!is_representable(bin)) return;
+      entries_.push_back({pack(bin), cell.position, dynamic, cell.ground != 0, kNever});
     });
   }
   std::stable_sort(entries_.begin(), entries_.end(),
                    [](const Entry& a, const Entry& b) { return a.bin < b.bin; });
   for (std::uint32_t i = 0; i < entries_.size(); ++i) first_.try_emplace(entries_[i].bin, i);
+  separate_feet();
+}
+
+template <typename Visit>
+void CellLabels::visit_around(const Eigen::Vector3f& point, const Visit& visit) const {
+  const VoxelIndex middle = voxel_index(point, 1.0F / bin_m_);
+  for (int n = 0; n < 27; ++n) {
+    const VoxelIndex bin{middle.x + n % 3 - 1, middle.y + n / 3 % 3 - 1, middle.z + n / 9 - 1};
+    if (!is_representable(bin)) continue;
+    const auto found = first_.find(pack(bin));
+    if (found == first_.end()) continue;
+    for (std::size_t i = found->second; i < entries_.size() && entries_[i].bin == found->first;
+         ++i) {
+      const Eigen::Vector3f to = entries_[i].position - point;
+      if (to.head<2>().squaredNorm() <= bin_m_ * bin_m_) visit(entries_[i]);
+    }
+  }
+}
+
+bool CellLabels::is_below_dynamic(const Entry& ground) const {
+  bool found = false;
+  visit_around(ground.position, [&](const Entry& other) {
+    const Eigen::Vector3f to = other.position - ground.position;
+    const float reach_m = 0.5F * bin_m_;
+    found = found || (other.dynamic && to.z() > 0.0F && to.z() < bin_m_ &&
+                      to.head<2>().squaredNorm() <= reach_m * reach_m);
+  });
+  return found;
+}
+
+void CellLabels::separate_feet() {
+  std::vector<std::uint32_t> below;
+  std::vector<bool> is_below(entries_.size(), false);
+  for (std::uint32_t i = 0; i < entries_.size(); ++i) {
+    if (!entries_[i].ground || entries_[i].dynamic || !is_below_dynamic(entries_[i])) continue;
+    below.push_back(i);
+    is_below[i] = true;
+  }
+  for (const std::uint32_t i : below) {
+    std::vector<float> free;
+    std::vector<float> all;
+    visit_around(entries_[i].position, [&](const Entry& other) {
+      const float height_m = other.position.z();
+      if (!other.ground || other.dynamic) return;
+      if (std::abs(height_m - entries_[i].position.z()) > bin_m_) return;
+      all.push_back(height_m);
+      if (!is_below[static_cast<std::size_t>(&other - entries_.data())]) free.push_back(height_m);
+    });
+    // Where all of it holds feet, the lower cells hold fewer.
+    const float level_m = free.size() < kFewestLevels ? quantile(all, 0.25F) : quantile(free, 0.5F);
+    entries_[i].dynamic_above_m = level_m + foot_m_;
+  }
 }
 
 bool CellLabels::is_dynamic(const Eigen::Vector3f& point) const {
@@ -43,7 +114,7 @@ bool CellLabels::is_dynamic(const Eigen::Vector3f& point) const {
       const float distance = (entries_[i].position - point).squaredNorm();
       if (distance >= nearest) continue;
       nearest = distance;
-      dynamic = entries_[i].dynamic;
+      dynamic = entries_[i].dynamic || point.z() > entries_[i].dynamic_above_m;
     }
   }
   return dynamic;

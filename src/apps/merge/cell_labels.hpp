@@ -12,7 +12,9 @@
 
 namespace unimapper::apps {
 
-/// Finds the cell a point went into: the one whose mean is nearest.
+/// Finds the cell a point went into: the one whose mean is nearest. Ground cells hold the feet of
+/// who stands on them, too: below dynamic cells, points above the level of the ground around are
+/// dynamic.
 class CellLabels {
  public:
   /// `cell_size_m`: edge of the keyframe's fine cells. O(n log n) in the cells.
@@ -27,12 +29,22 @@ class CellLabels {
     VoxelKey bin;
     Eigen::Vector3f position;
     bool dynamic;
+    bool ground;
+    float dynamic_above_m;  ///< height in the keyframe's frame from which its points are dynamic
   };
   struct Hash {
     std::size_t operator()(VoxelKey key) const { return mix_bits(key); }
   };
+  /// Calls `visit(entry)` for those in the bins around a point that are no farther from it
+  /// horizontally than a bin.
+  template <typename Visit>
+  void visit_around(const Eigen::Vector3f& point, const Visit& visit) const;
+  [[nodiscard]] bool is_below_dynamic(const Entry& ground) const;
+  void separate_feet();
+
   float bin_m_;
   float farthest_m_;
+  float foot_m_;
   std::vector<Entry> entries_;                               ///< sorted by bin
   std::unordered_map<VoxelKey, std::uint32_t, Hash> first_;  ///< entry of a bin
 };

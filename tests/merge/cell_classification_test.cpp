@@ -1,0 +1,191 @@
+// Classification of a keyframe's cells from their evidence
+#include "src/merge/cell_classification.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <vector>
+
+using namespace unimapper;
+using namespace unimapper::merge;
+
+namespace {
+
+/// What is known of the cells of one object, log-odds in thousandths.
+struct Evidence {
+  std::int32_t log_odds;
+  std::uint8_t occupied = 0;
+  bool removed = false;
+  bool ground = false;
+  bool low = false;
+};
+
+/// A keyframe's cells, box by box.
+class Scene {
+ public:
+  /// Fills voxels from `from` on; returns the numbers of its cells.
+  std::vector<std::uint32_t> add(const VoxelIndex& from, const VoxelIndex& size,
+                                 const Evidence& evidence) {
+    std::vector<std::uint32_t> numbers;
+    for (std::int32_t z = 0; z < size.z; ++z) {
+      for (std::int32_t y = 0; y < size.y; ++y) {
+        for (std::int32_t x = 0; x < size.x; ++x) {
+          numbers.push_back(static_cast<std::uint32_t>(cells_.size()));
+          cells_.number.push_back(numbers.back());
+          cells_.voxel.push_back(pack({from.x + x, from.y + y, from.z + z}));
+          cells_.ground.push_back(evidence.ground ? 1 : 0);
+          cells_.low.push_back(evidence.ground || evidence.low ? 1 : 0);
+          cells_.removed.push_back(evidence.removed ? 1 : 0);
+          cells_.log_odds.push_back(evidence.log_odds);
+          cells_.occupied.push_back(evidence.occupied);
+        }
+      }
+    }
+    return numbers;
+  }
+  /// Share of some cells that are dynamic.
+  [[nodiscard]] double dynamic(const std::vector<std::uint32_t>& of,
+                               const RefinementConfig& config = {}) const {
+    const std::vector<std::uint8_t> labels = classify_cells(cells_, config);
+    const auto count =
+        std::count_if(of.begin(), of.end(), [&](std::uint32_t i) { return labels[i] != 0; });
+    return static_cast<double>(count) / static_cast<double>(of.size());
+  }
+
+ private:
+  CellEvidence cells_;
+};
+
+/// A wall that came into view with everything before it: nobody else observed it.
+constexpr Evidence kFirstSeen{0};
+constexpr Evidence kSeenThrough{1700};
+constexpr Evidence kOccupied{-850, 2};
+
+constexpr VoxelIndex kWallFrom{0, 0, 0};
+constexpr VoxelIndex kWallSize{120, 1, 30};
+/// In front of the wall, touching it.
+constexpr VoxelIndex kWalkerFrom{20, 1, 2};
+constexpr VoxelIndex kWalkerSize{4, 3, 9};
+
+}  // namespace
+
+TEST_CASE("a walker who brushes past a wall that came into view with him is dynamic",
+          "[refinement]") {
+  Scene scene;
+  const auto wall = scene.add(kWallFrom, kWallSize, kFirstSeen);
+  const auto walker = scene.add(kWalkerFrom, kWalkerSize, kSeenThrough);
+  CHECK(scene.dynamic(walker) == 1.0);
+  // What touches him is lost with him, the rest of the wall is not.
+  CHECK(scene.dynamic(wall) < 0.05);
+}
+
+TEST_CASE("a few cells of a wall that rays grazed are static", "[refinement]") {
+  Scene scene;
+  scene.add(kWallFrom, kWallSize, kFirstSeen);
+  const auto grazed = scene.add({20, 1, 2}, {2, 4, 2}, kSeenThrough);
+  CHECK(scene.dynamic(grazed) == 0.0);
+}
+
+TEST_CASE("how many cells a part needs to have moved is a parameter", "[refinement]") {
+  Scene scene;
+  scene.add(kWallFrom, kWallSize, kFirstSeen);
+  const auto walker = scene.add(kWalkerFrom, kWalkerSize, kSeenThrough);
+  RefinementConfig config;
+  config.moved_part_cells = 1000;
+  CHECK(scene.dynamic(walker, config) == 0.0);
+}
+
+TEST_CASE("a part of a wall that other keyframes observed where it is stays static",
+          "[refinement]") {
+  Scene scene;
+  scene.add(kWallFrom, kWallSize, kFirstSeen);
+  Evidence evidence = kSeenThrough;
+  evidence.occupied = 1;
+  const auto sill = scene.add(kWalkerFrom, kWalkerSize, evidence);
+  CHECK(scene.dynamic(sill) == 0.0);
+  RefinementConfig config;
+  config.moved_part_occupied = 1.0F;
+  CHECK(scene.dynamic(sill, config) == 1.0);
+}
+
+TEST_CASE("a part that was hardly seen through on average stays static", "[refinement]") {
+  Scene scene;
+  scene.add(kWallFrom, kWallSize, kFirstSeen);
+  const auto plant = scene.add(kWalkerFrom, kWalkerSize, {250});
+  CHECK(scene.dynamic(plant) == 0.0);
+  RefinementConfig config;
+  config.moved_part_log_odds = 0.1F;
+  CHECK(scene.dynamic(plant, config) == 1.0);
+}
+
+TEST_CASE("a part of which only a minority was seen through itself stays static", "[refinement]") {
+  // A sheet of transparent cells, and what is within reach of their mean.
+  Scene scene;
+  scene.add(kWallFrom, kWallSize, kFirstSeen);
+  const auto sheet = scene.add({20, 1, 2}, {6, 1, 6}, {2000});
+  CHECK(scene.dynamic(sheet) == 0.0);
+}
+
+TEST_CASE("a car that parks and leaves within the window is dynamic where it stood",
+          "[refinement]") {
+  // Three keyframes observed it there, four saw through afterwards: -1.3 and +3.4.
+  Scene scene;
+  const auto street = scene.add({0, 0, -1}, {40, 20, 1}, {-2000, 6, false, true});
+  const auto car = scene.add({5, 5, 2}, {20, 9, 6}, {2100, 3});
+  CHECK(scene.dynamic(car) == 1.0);
+  CHECK(scene.dynamic(street) == 0.0);
+}
+
+TEST_CASE("a car that stays parked is static although the robot removed it", "[refinement]") {
+  Scene scene;
+  const auto car = scene.add({5, 5, 2}, {20, 9, 6}, {1500 - 6 * 425, 6, true});
+  CHECK(scene.dynamic(car) == 0.0);
+}
+
+TEST_CASE("what stopped keeps the robot's label until others observed it there", "[refinement]") {
+  // A car that has just stopped: the robot's label of 1.5 against cells of other keyframes.
+  const auto share = [](std::int32_t others) {
+    Scene scene;
+    const auto car = scene.add({5, 5, 2}, {20, 9, 6},
+                               {1500 - others * 425, static_cast<std::uint8_t>(others), true});
+    return scene.dynamic(car);
+  };
+  CHECK(share(3) == 1.0);
+  CHECK(share(4) == 0.0);
+}
+
+TEST_CASE("in a mixed component the robot's static cells need evidence of their own",
+          "[refinement]") {
+  // A quarter of a hedge was seen through; within its reach the mean says dynamic, too.
+  const auto share = [](const Evidence& beside) {
+    Scene scene;
+    scene.add({0, 0, 0}, {6, 6, 6}, {2000});
+    const auto neighbours = scene.add({6, 0, 0}, {1, 6, 6}, beside);
+    scene.add({7, 0, 0}, {14, 6, 6}, kOccupied);
+    return scene.dynamic(neighbours);
+  };
+  CHECK(share({0}) == 0.0);
+  CHECK(share({400}) == 1.0);
+  CHECK(share({0, 0, true}) == 1.0);
+}
+
+TEST_CASE("a component that says static on average is not dynamic as a whole", "[refinement]") {
+  // Every other layer was seen through once, what lies between was often occupied: the mean of both
+  // is what each cell goes by.
+  const auto share = [](std::int32_t occupied) {
+    Scene scene;
+    scene.add({0, 0, 0}, {9, 9, 9}, {300});
+    const auto rest = scene.add({9, 0, 0}, {9, 9, 9}, {occupied, 2});
+    return scene.dynamic(rest);
+  };
+  CHECK(share(-600) > 0.99);
+  CHECK(share(-800) < 0.2);
+}
+
+TEST_CASE("cells low above the ground follow what moves on them", "[refinement]") {
+  Scene scene;
+  scene.add({0, 0, 0}, {20, 20, 1}, {-2000, 6, false, true});
+  const auto feet = scene.add({8, 8, 1}, {3, 3, 1}, {-400, 1, false, false, true});
+  const auto walker = scene.add({8, 8, 2}, {3, 3, 7}, kSeenThrough);
+  CHECK(scene.dynamic(walker) == 1.0);
+  CHECK(scene.dynamic(feet) == 1.0);
+}
