@@ -193,10 +193,23 @@ drives_table() {
   done < <(wanted)
 }
 
-# value FIGURE LABELS SCENE SENSOR OPTIONS: a figure, or `loss` of AA against the LiDAR's own mode
+# classes_below NAME SCENE: how many object classes have an SA or DA of refined labels more than 0.2
+# below that of online labels; classes with fewer than 1,000 points are left out.
+classes_below() {
+  local online refined
+  online=$(files "$1" "$2" online)
+  refined=$(files "$1" "$2" refined)
+  [ -n "$refined" ] || { echo –; return; }
+  # shellcheck disable=SC2086
+  awk -v goal=0.2 -f bench/outside/classes_below.awk $online labels=refined $refined
+}
+
+# value FIGURE LABELS SCENE SENSOR OPTIONS: a figure, `loss` of AA against the LiDAR's own mode, or
+# `below`, a number of classes
 value() {
   local name own
   name=$(name_of "$3" "$4" "$5")
+  if [ "$1" = below ]; then classes_below "$name" "$3"; return; fi
   if [ "$1" != loss ]; then figure "$name" "$3" "$2" "$1"; return; fi
   own=$(figure "$(name_of "$3" "$4" "")" "$3" "$2" AA)
   awk -v own="$own" -v this="$(figure "$name" "$3" "$2" AA)" 'BEGIN {

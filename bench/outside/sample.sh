@@ -111,5 +111,6 @@ VLP-16 in the town: AA online|AA|online|>=|94|vlp
 VLP-16 in the town: AA refined|AA|refined|>=|97|vlp
 KITTI 0005 with attitude noise of 0.5°: SA|SA|online|>=|98|noise
 KITTI 0005: AA|AA|online|>=|99.7|kitti
+object classes of a drive whose refined SA or DA is more than 0.2 below online|below|refined|<=|0|square spinning narrow mid vlp kitti
 TARGETS
 }
