@@ -162,6 +162,7 @@ says() {
     /changed its mode/ { say("mode") }
     /warning: roll and pitch/ { say("attitude noise") }
     /warning: in .* up is not/ { say("up contradicted") }
+    /warning: sweeps look/ { say("uncompensated sweeps") }
     # Descriptors have a fixed size: what is left out of them is no fault.
     /container full \(description_full\)/ { next }
     match($0, /container full \([a-z_]+/) { say("container full (" substr($0, RSTART + 16, RLENGTH - 16) ")") }

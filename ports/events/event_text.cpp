@@ -67,6 +67,9 @@ std::string what_happened(const EventRecord& record) {
     case EventId::kAttitudeNoise:
       return "keyframe " + number(2) + ": attitude noise " + degrees(0) + ", " + number(1) +
              " scans aligned";
+    case EventId::kSweepsUncompensated:
+      return "keyframe " + number(2) + ": sweeps look uncompensated, scans tilt by " + degrees(0) +
+             ", " + number(1) + " scans aligned";
   }
   return "event " + std::to_string(record.id) + ": " + number(0) + " " + number(1) + " " +
          number(2) + " " + number(3);

@@ -15,7 +15,9 @@ constexpr float kRange_m = 40.0F;
 constexpr double kCorrected = 0.97;
 constexpr std::uint32_t kSpan_scans = 30;  ///< of the mean noise
 constexpr std::uint32_t kFewestScans = 3;
-constexpr std::uint32_t kFewestGroundSamples = 60;
+constexpr std::uint32_t kFewestGroundSamples = 30;  ///< of a half
+constexpr std::int32_t kHalfBlock_log2_m = 3;
+constexpr std::uint8_t kBothHalves = 3;
 constexpr float kFlat_m = 0.08F;
 constexpr std::uint32_t kMostPoints = 40;  ///< of a column's mean: later ones replace earlier ones
 /// Scales of the robust fit, coarse to fine: half a degree is 0.35 m at 40 m.
@@ -57,11 +59,51 @@ void GroundAligner::forget() noexcept {
   started_ = false;
   scans_ = 0;
   variance_ = 0.0;
+  error_variance_ = 0.0;
+  in_a_row_ = 0;
+  follow_ = {};
+}
+
+bool GroundAligner::is_noise_known() const noexcept {
+  // Quantiles of the F distribution with as many degrees of freedom, roughly: one draw in a
+  // thousand is beyond, and up to half of the variance may be an error that both halves share.
+  const double least_ratio = 4.0 + 48.0 / static_cast<double>(std::max(scans_, 1U));
+  return scans_ >= kFewestScans && variance_ >= least_ratio * error_variance_;
 }
 
 float GroundAligner::noise_deg() const noexcept {
-  if (scans_ < kFewestScans) return 0.0F;
-  return static_cast<float>(std::sqrt(variance_) * kDegreesPerRadian);
+  if (!is_noise_known() || follow_.is_clear()) return 0.0F;
+  return static_cast<float>(std::sqrt(variance_ - error_variance_) * kDegreesPerRadian);
+}
+
+float GroundAligner::sweep_tilt_deg() const noexcept {
+  if (!follow_.is_clear()) return 0.0F;
+  return static_cast<float>(std::sqrt(0.5 * follow_.tilt_variance) * kDegreesPerRadian);
+}
+
+void GroundAligner::Follow::add(const Eigen::Vector2d& tilt, const Eigen::Vector2d& turn) noexcept {
+  scans = std::min(scans + 1, kSpan_scans);
+  const double share = 1.0 / static_cast<double>(scans);
+  const Eigen::Vector2d tilt_off = tilt - mean_tilt;
+  const Eigen::Vector2d turn_off = turn - mean_turn;
+  mean_tilt += share * tilt_off;
+  mean_turn += share * turn_off;
+  const double keep = 1.0 - share;
+  tilt_variance = keep * (tilt_variance + share * tilt_off.squaredNorm());
+  turn_variance = keep * (turn_variance + share * turn_off.squaredNorm());
+  covariance = keep * (covariance + share * tilt_off.dot(turn_off));
+}
+
+bool GroundAligner::Follow::is_clear() const noexcept {
+  constexpr std::uint32_t kFewest = 15;
+  // Points of a whole sweep at the pose of its first or last one tilt by a quarter of what the
+  // sensor turns in two sweeps.
+  constexpr double kLeastShareOfTurn = 0.15;
+  constexpr double kLeastExplained = 0.4;
+  const double squared = covariance * covariance;
+  return scans >= kFewest && turn_variance > 0.0 &&
+         squared >= kLeastExplained * tilt_variance * turn_variance &&
+         squared >= kLeastShareOfTurn * kLeastShareOfTurn * turn_variance * turn_variance;
 }
 
 Pose GroundAligner::align(const PointView& points, const Pose& T_odometry_sensor) noexcept {
@@ -77,14 +119,14 @@ Pose GroundAligner::align(const PointView& points, const Pose& T_odometry_sensor
   collect(points, T_odometry_sensor);
   Tilt tilt;
   Tilt applied;
-  if (solve(height_m, tilt)) {
-    scans_ = std::min(scans_ + 1, kSpan_scans);
-    const double squared = 0.5 * (tilt.about_x * tilt.about_x + tilt.about_y * tilt.about_y);
-    variance_ += (squared - variance_) / static_cast<double>(scans_);
-    aligned_ = scans_ >= kFewestScans && variance_ >= threshold_rad_ * threshold_rad_;
-    // Before the noise is known, only what no ground that was seen before explains.
-    aligned_ = aligned_ || (scans_ < kFewestScans && squared >= threshold_rad_ * threshold_rad_);
-  }
+  const bool measured = solve(height_m, kBothHalves, tilt);
+  // Before the noise is known, only what no ground that was seen before explains.
+  const bool stands_out = measured && add_to_noise(height_m, tilt);
+  follow(measured, tilt, T_odometry_sensor);
+  const double threshold = threshold_rad_ * threshold_rad_;
+  const bool is_noisy = is_noise_known() && variance_ >= threshold;
+  const bool is_uncompensated = follow_.is_clear() && 0.5 * follow_.tilt_variance >= threshold;
+  aligned_ = measured && (is_noisy || is_uncompensated || stands_out);
   if (aligned_) {
     applied = {kCorrected * tilt.about_x, kCorrected * tilt.about_y, kCorrected * tilt.up_m};
   }
@@ -98,6 +140,40 @@ Pose GroundAligner::align(const PointView& points, const Pose& T_odometry_sensor
   next_ = (next_ + 1) % capacity_;
   corrections_size_ = std::min(corrections_size_ + 1, capacity_);
   return corrected;
+}
+
+bool GroundAligner::add_to_noise(float sensor_height_m, const Tilt& tilt) noexcept {
+  Tilt error;
+  if (!measure_error(sensor_height_m, error)) return false;
+  scans_ = std::min(scans_ + 1, kSpan_scans);
+  const double share = 1.0 / static_cast<double>(scans_);
+  variance_ += share * (tilt.squared() - variance_);
+  error_variance_ += share * (error.squared() - error_variance_);
+  // Clearer than over many scans, for the error of one scan is one draw.
+  constexpr double kMore = 2.0;
+  constexpr double kClearOfError = 8.0;
+  return scans_ < kFewestScans &&
+         tilt.squared() >= kMore * kMore * threshold_rad_ * threshold_rad_ &&
+         tilt.squared() >= kClearOfError * kClearOfError * error.squared();
+}
+
+void GroundAligner::follow(bool measured, const Tilt& tilt, const Pose& pose) noexcept {
+  if (!measured) {
+    in_a_row_ = 0;
+    return;
+  }
+  const Eigen::Matrix3d rotation =
+      small_rotation(0.5 * tilt.about_x, 0.5 * tilt.about_y) * pose.rotation;
+  if (in_a_row_ >= 2) {
+    // The tilt of the scan between, against the turn about it: neither has the other's noise.
+    const Eigen::Matrix3d turn = rotation * rotations_[1].transpose();
+    follow_.add({tilt_before_.about_x, tilt_before_.about_y},
+                {0.5 * (turn(2, 1) - turn(1, 2)), 0.5 * (turn(0, 2) - turn(2, 0))});
+  }
+  rotations_[1] = rotations_[0];
+  rotations_[0] = rotation;
+  tilt_before_ = tilt;
+  in_a_row_ = std::min(in_a_row_ + 1, 2U);
 }
 
 const Pose& GroundAligner::used_pose(const Pose& T_odometry_sensor) const noexcept {
@@ -119,8 +195,9 @@ void GroundAligner::collect(const PointView& points, const Pose& pose) noexcept 
   const auto within_x = static_cast<float>(pose.translation.x() - static_cast<double>(floor_x));
   const auto within_y = static_cast<float>(pose.translation.y() - static_cast<double>(floor_y));
   // Remainders suffice to tell columns of the map apart; far coordinates wrap.
-  const auto column_x = static_cast<std::int32_t>(floor_x & 0xFFFFFF);
-  const auto column_y = static_cast<std::int32_t>(floor_y & 0xFFFFFF);
+  constexpr std::int32_t kRemainder = 0xFFFFFF;
+  const auto column_x = static_cast<std::int32_t>(floor_x & kRemainder);
+  const auto column_y = static_cast<std::int32_t>(floor_y & kRemainder);
   constexpr float kBelow_m = 0.3F;
   // Half of the points are above the sensor or too far.
   const std::size_t stride = std::max<std::size_t>(points.count / (2 * std::size_t{kSamples}), 1);
@@ -137,17 +214,27 @@ void GroundAligner::collect(const PointView& points, const Pose& pose) noexcept 
     if (!(squared >= range_min_m_ * range_min_m_ && squared <= kRange_m * kRange_m)) continue;
     const Eigen::Vector3f q = r * p;
     if (q.z() > -kBelow_m) continue;
-    const std::int32_t x = column_x + floor_to_int(within_x + q.x());
-    const std::int32_t y = column_y + floor_to_int(within_y + q.y());
+    const std::int32_t x = (column_x + floor_to_int(within_x + q.x())) & kRemainder;
+    const std::int32_t y = (column_y + floor_to_int(within_y + q.y())) & kRemainder;
     Column& column = columns_[(y & (kEdge - 1)) * kEdge + (x & (kEdge - 1))];
     if (column.x != x || column.y != y) column = {x, y, 0.0F, 0.0F, 0};
     constexpr std::uint32_t kFewestPoints = 1;
     const bool known = column.points >= kFewestPoints && column.scatter_m < kFlat_m;
-    samples_[size_++] = {q.x(), q.y(), q.z(), &column, known};
+    const std::int32_t block = (x >> kHalfBlock_log2_m) + (y >> kHalfBlock_log2_m);
+    const auto half = static_cast<std::uint8_t>(known ? 1 + (block & 1) : 0);
+    samples_[size_++] = {q.x(), q.y(), q.z(), &column, half};
   }
 }
 
-bool GroundAligner::solve(float sensor_height_m, Tilt& tilt) const noexcept {
+bool GroundAligner::measure_error(float sensor_height_m, Tilt& error) const noexcept {
+  Tilt halves[2];
+  if (!solve(sensor_height_m, 1, halves[0]) || !solve(sensor_height_m, 2, halves[1])) return false;
+  error = {0.5 * (halves[0].about_x - halves[1].about_x),
+           0.5 * (halves[0].about_y - halves[1].about_y), 0.5 * (halves[0].up_m - halves[1].up_m)};
+  return true;
+}
+
+bool GroundAligner::solve(float sensor_height_m, std::uint8_t halves, Tilt& tilt) const noexcept {
   Eigen::Vector3d x = Eigen::Vector3d::Zero();
   for (const double scale_m : kScales_m) {
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
@@ -155,7 +242,7 @@ bool GroundAligner::solve(float sensor_height_m, Tilt& tilt) const noexcept {
     std::uint32_t used = 0;
     for (std::uint32_t i = 0; i < size_; ++i) {
       const Sample& sample = samples_[i];
-      if (!sample.known) continue;
+      if ((sample.half & halves) == 0) continue;
       // How the point rises with each parameter, and by how much it should.
       const double ax = static_cast<double>(sample.y_m);
       const double ay = -static_cast<double>(sample.x_m);
@@ -172,7 +259,8 @@ bool GroundAligner::solve(float sensor_height_m, Tilt& tilt) const noexcept {
       right += weight * missing_m * Eigen::Vector3d(ax, ay, 1.0);
       ++used;
     }
-    if (used < kFewestGroundSamples) return false;
+    const std::uint32_t parts = halves == kBothHalves ? 2 : 1;
+    if (used < parts * kFewestGroundSamples) return false;
     // Ground on all sides: a tilt is not to be had from a strip.
     constexpr double kExtent_m2 = 2.0;
     if (normal(0, 0) < kExtent_m2 * normal(2, 2) || normal(1, 1) < kExtent_m2 * normal(2, 2)) {

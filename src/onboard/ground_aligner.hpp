@@ -12,8 +12,13 @@ namespace unimapper::onboard {
 
 /// Measures how far the ground of a scan, at the pose it came with, is tilted against the ground of
 /// the scans before: a height map around the sensor, and robust least squares (Geman-McClure) for
-/// roll, pitch and height. The root mean square over the last scans is the noise of the attitude;
-/// where it is more than free space can stand, poses are corrected.
+/// roll, pitch and height. Its own error is measured, too: two halves of the ground, blocks of 8 m
+/// like the fields of a chessboard, are fitted each for itself. What the mean square over the last
+/// scans has beyond that error is the noise of the attitude, and not known if that is not clearly
+/// more than the error. Where it is more than free space can stand, poses are corrected.
+///
+/// Scans whose points are not motion-compensated tilt, too: with the sensor's own rotation, by
+/// about half of what it turns from one scan to the next. Attitude noise does not follow it.
 class GroundAligner {
  public:
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
@@ -22,8 +27,11 @@ class GroundAligner {
   /// The pose of a scan, corrected if the noise asks for it. O(1): a bounded share of the points.
   [[nodiscard]] Pose align(const PointView& points, const Pose& T_odometry_sensor) noexcept;
 
-  /// Root mean square of roll and pitch against the ground before, degrees; 0 = not known.
+  /// Root mean square of roll and pitch against the ground before, degrees; 0 = not known, or
+  /// `sweep_tilt_deg` is what it is.
   [[nodiscard]] float noise_deg() const noexcept;
+  /// The same where scans tilt with the sensor's rotation: they look uncompensated; else 0.
+  [[nodiscard]] float sweep_tilt_deg() const noexcept;
   /// The pose that a scan of the window was used at, by the pose that came with it.
   [[nodiscard]] const Pose& used_pose(const Pose& T_odometry_sensor) const noexcept;
   /// The last scan was corrected.
@@ -47,13 +55,17 @@ class GroundAligner {
     float y_m;
     float z_m;
     Column* column;
-    bool known;  ///< the column's height is, and it is flat
+    std::uint8_t half;  ///< 1 or 2 where the column's height is known and it is flat, else 0
   };
   /// Small rotations about the odometry's x and y axes, radians, and a shift along z, metres.
   struct Tilt {
     double about_x = 0.0;
     double about_y = 0.0;
     double up_m = 0.0;
+    /// Mean square about the two axes, rad².
+    [[nodiscard]] double squared() const noexcept {
+      return 0.5 * (about_x * about_x + about_y * about_y);
+    }
   };
 
   struct Correction {
@@ -61,8 +73,30 @@ class GroundAligner {
     Pose used;
   };
 
+  /// How the tilt of scans varies with the turn of the sensor about them, over the last scans.
+  struct Follow {
+    std::uint32_t scans = 0;
+    Eigen::Vector2d mean_tilt = Eigen::Vector2d::Zero();
+    Eigen::Vector2d mean_turn = Eigen::Vector2d::Zero();  ///< from the scan before to that after
+    double tilt_variance = 0.0;                           ///< of both axes together
+    double turn_variance = 0.0;                           ///< of both axes together
+    double covariance = 0.0;                              ///< of tilt and turn
+    void add(const Eigen::Vector2d& tilt, const Eigen::Vector2d& turn) noexcept;
+    /// Points of a whole sweep lie at one pose.
+    [[nodiscard]] bool is_clear() const noexcept;
+  };
+
   void collect(const PointView& points, const Pose& pose) noexcept;
-  [[nodiscard]] bool solve(float sensor_height_m, Tilt& tilt) const noexcept;
+  /// Least squares over the samples of both halves (bits 1 and 2 of `halves`) or of one.
+  [[nodiscard]] bool solve(float sensor_height_m, std::uint8_t halves, Tilt& tilt) const noexcept;
+  /// Half the difference of the tilts of the two halves; false if one has too little ground.
+  [[nodiscard]] bool measure_error(float sensor_height_m, Tilt& error) const noexcept;
+  /// Adds a scan's tilt to the statistics if its error is known; true if it alone, before the
+  /// statistics tell anything, is noise.
+  [[nodiscard]] bool add_to_noise(float sensor_height_m, const Tilt& tilt) noexcept;
+  void follow(bool measured, const Tilt& tilt, const Pose& pose) noexcept;
+  /// The scatter is clearly more than its own error.
+  [[nodiscard]] bool is_noise_known() const noexcept;
   void add_to_map(float sensor_height_m, const Tilt& applied) noexcept;
 
   float range_min_m_ = 0.0F;
@@ -70,9 +104,14 @@ class GroundAligner {
   bool on_ = false;
   bool started_ = false;
   bool aligned_ = false;
-  double base_m_ = 0.0;      ///< height from which heights count
-  double variance_ = 0.0;    ///< of roll and pitch, rad²
-  std::uint32_t scans_ = 0;  ///< measured, up to the span of the mean
+  double base_m_ = 0.0;           ///< height from which heights count
+  double variance_ = 0.0;         ///< of roll and pitch, rad²
+  double error_variance_ = 0.0;   ///< of their measurement, rad²
+  std::uint32_t scans_ = 0;       ///< measured, up to the span of the mean
+  std::uint32_t in_a_row_ = 0;    ///< scans whose tilt is known, up to the last one
+  Tilt tilt_before_;              ///< of the last scan
+  Eigen::Matrix3d rotations_[2];  ///< of the last scan and the one before, their tilt taken out
+  Follow follow_;
   std::uint32_t size_ = 0;
   Sample* samples_ = nullptr;
   Column* columns_ = nullptr;

@@ -67,6 +67,7 @@ struct Pipeline::State {
   void report_refusal(const Error& error, std::int64_t stamp_ns, std::uint32_t index) noexcept;
   void report_keyframe() noexcept;
   void report_sampling(std::int64_t stamp_ns) noexcept;
+  void report_attitude(std::int64_t stamp_ns) noexcept;
 
   std::uint64_t& dropped(DropCause cause) noexcept {
     return statistics.dropped[static_cast<std::size_t>(cause)];
@@ -98,7 +99,8 @@ struct Pipeline::State {
   PlaceDescriber describer;
   PlaceDatabase places;
 
-  bool contradicted = false;  ///< in the keyframe before, up was not where the odometry promises
+  bool contradicted = false;   ///< in the keyframe before, up was not where the odometry promises
+  bool uncompensated = false;  ///< so looked the sweeps of the keyframe before
   bool sampling_changed = false;  ///< and not reported yet
   bool open = false;              ///< a keyframe has at least one scan and is not closed yet
   std::uint32_t scan_index = 0;
@@ -217,6 +219,7 @@ void Pipeline::State::close_keyframe() noexcept {
   view.T_odometry_keyframe = level_frame(scans[view.reference_scan].T_odometry_sensor);
   view.statistics = &statistics;
   statistics.attitude_noise_deg = aligner.noise_deg();
+  statistics.sweep_tilt_deg = aligner.sweep_tilt_deg();
 
   remove_dynamic();
   describe_place();
@@ -413,6 +416,21 @@ void Pipeline::State::report_sampling(std::int64_t stamp_ns) noexcept {
   }
 }
 
+void Pipeline::State::report_attitude(std::int64_t stamp_ns) noexcept {
+  const auto thousandths = [](float degrees) {
+    return static_cast<std::uint64_t>(degrees * 1000.0F + 0.5F);
+  };
+  const bool looks_uncompensated = statistics.sweep_tilt_deg > 0.0F;
+  if (looks_uncompensated && !uncompensated) {
+    report(EventId::kSweepsUncompensated, stamp_ns, thousandths(statistics.sweep_tilt_deg),
+           statistics.aligned_scans, view.sequence);
+  }
+  uncompensated = looks_uncompensated;
+  if (looks_uncompensated || statistics.aligned_scans == 0) return;
+  report(EventId::kAttitudeNoise, stamp_ns, thousandths(statistics.attitude_noise_deg),
+         statistics.aligned_scans, view.sequence);
+}
+
 void Pipeline::State::report_keyframe() noexcept {
   const std::int64_t stamp_ns = view.scans.back().stamp_ns;
   report(EventId::kKeyframeClosed, stamp_ns, view.sequence, view.scans.size(),
@@ -434,11 +452,7 @@ void Pipeline::State::report_keyframe() noexcept {
   }
   contradicted = statistics.up_contradicted;
   if (sampling_changed) report_sampling(stamp_ns);
-  if (statistics.aligned_scans > 0) {
-    report(EventId::kAttitudeNoise, stamp_ns,
-           static_cast<std::uint64_t>(statistics.attitude_noise_deg * 1000.0F),
-           statistics.aligned_scans, view.sequence);
-  }
+  report_attitude(stamp_ns);
   if (statistics.deadline_missed) {
     report(EventId::kDeadlineMissed, stamp_ns, static_cast<std::uint64_t>(budget.spent_us()),
            config.budget_us, view.sequence);

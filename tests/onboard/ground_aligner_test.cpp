@@ -81,6 +81,101 @@ TEST_CASE("noise of roll and pitch is measured and taken out of the poses") {
   }
 }
 
+TEST_CASE("ground stays known where a coordinate of the odometry changes its sign") {
+  Aligner with(small_config());
+  const Scene scene = street();
+  Random random(5);
+  for (int i = 0; i < 20; ++i) {
+    const Pose pose = sensor_at(0.2 * i - 2.0, i % 2 == 0 ? 0.2 : -0.2);
+    const LabelledScan scan = scene.scan(pose, 0.1 * i);
+    const Pose given = tilted(pose, 0.5 * noise(random), 0.5 * noise(random));
+    (void)with.aligner.align(scan.view(), given);
+    if (i >= 5) CHECK(with.aligner.aligned());
+  }
+}
+
+namespace {
+
+/// Points of a strip of ground ahead whose patches of 4 m lie `rough_m` too high or too low, anew
+/// in each scan: what a pattern that does not repeat sees of a verge.
+std::vector<Eigen::Vector3f> rough_strip(Random& random, double rough_m) {
+  double step_m[9][4];
+  for (auto& row : step_m) {
+    for (double& patch : row) patch = rough_m * noise(random);
+  }
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 0; i < 600; ++i) {
+    const double x = random.uniform(4.0, 36.0);
+    const double y = random.uniform(-8.0, 8.0);
+    const auto row = static_cast<std::size_t>(x / 4.0);
+    const auto patch = static_cast<std::size_t>((y + 8.0) / 4.0);
+    points.emplace_back(static_cast<float>(x), static_cast<float>(y),
+                        static_cast<float>(-1.8 + step_m[row][patch]));
+  }
+  return points;
+}
+
+}  // namespace
+
+TEST_CASE("what the ground's roughness explains is no attitude noise") {
+  for (const std::uint64_t seed : {4U, 6U}) {
+    CAPTURE(seed);
+    Random random(seed);
+    Aligner with(small_config());
+    for (int i = 0; i < 60; ++i) {
+      const auto points = rough_strip(random, 0.08);
+      (void)with.aligner.align(PointView::xyz(points.data(), points.size(), sizeof(points[0])), {});
+      CHECK_FALSE(with.aligner.aligned());
+    }
+    CHECK(with.aligner.noise_deg() == 0.0F);
+  }
+}
+
+TEST_CASE("sweeps that are not compensated are told from attitude noise") {
+  const auto pitch_deg = [](double t) { return 3.0 * std::sin(2.0 * 3.14159265358979 * 1.3 * t); };
+  const Scene scene = street();
+  // How long after its pose the middle of a scan was seen, and noise of the poses.
+  const auto run = [&](double late_s, double sigma_deg, Aligner& with) {
+    Random random(8);
+    for (int i = 0; i < 40; ++i) {
+      const double t = 0.1 * i;
+      const Pose seen = tilted(sensor_at(0.1 * i, 0.0), 0.0, pitch_deg(t + late_s));
+      const LabelledScan scan = scene.scan(seen, t);
+      const double roll = sigma_deg * noise(random);
+      const double pitch = sigma_deg * noise(random);
+      const Pose given = tilted(sensor_at(0.1 * i, 0.0), roll, pitch_deg(t) + pitch);
+      (void)with.aligner.align(scan.view(), given);
+    }
+  };
+  SECTION("half a sweep late") {
+    Aligner with(small_config());
+    run(0.05, 0.0, with);
+    CHECK(with.aligner.sweep_tilt_deg() > 0.3F);
+    CHECK(with.aligner.noise_deg() == 0.0F);
+    CHECK(with.aligner.aligned());
+    with.aligner.forget();
+    CHECK(with.aligner.sweep_tilt_deg() == 0.0F);
+  }
+  SECTION("half a sweep early") {
+    Aligner with(small_config());
+    run(-0.05, 0.0, with);
+    CHECK(with.aligner.sweep_tilt_deg() > 0.3F);
+  }
+  SECTION("compensated") {
+    Aligner with(small_config());
+    run(0.0, 0.0, with);
+    CHECK(with.aligner.sweep_tilt_deg() == 0.0F);
+    CHECK(with.aligner.noise_deg() < 0.1F);
+    CHECK_FALSE(with.aligner.aligned());
+  }
+  SECTION("compensated, and noise of the poses") {
+    Aligner with(small_config());
+    run(0.0, 0.5, with);
+    CHECK(with.aligner.sweep_tilt_deg() == 0.0F);
+    CHECK(with.aligner.noise_deg() == Approx(0.5).epsilon(0.4));
+  }
+}
+
 TEST_CASE("poses without noise are handed on to the bit, uphill too") {
   Aligner with(small_config());
   const Scene scene = street();

@@ -23,6 +23,9 @@ enum class EventId : std::uint32_t {
   /// of a degree, lowest and highest; the same as configured.
   kElevationsDiffer = 9,
   kAttitudeNoise = 10,  ///< thousandths of a degree, scans aligned, sequence of the keyframe
+  /// Scans tilt with the sensor's rotation, reported when that begins: by how many thousandths of a
+  /// degree, scans aligned, sequence of the keyframe.
+  kSweepsUncompensated = 11,
 };
 
 }  // namespace unimapper

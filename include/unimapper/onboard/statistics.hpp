@@ -101,13 +101,17 @@ struct KeyframeStatistics {
   bool up_known = false;         ///< as in `KeyframeUp`
   bool up_contradicted = false;  ///< up is not where `odometry.up_sigma_deg` says, by three sigma
   SamplingStatistics sampling;   ///< of the sensor
-  /// Root mean square of the scans' roll and pitch against the ground of the keyframe before,
-  /// degrees, over the last few keyframes; 0 = not known.
+  /// Root mean square of the scans' roll and pitch against the ground of the scans before, degrees,
+  /// over the last few keyframes, less the error of that measurement; 0 where it is not clearly
+  /// more than its error, where too little ground is seen, or where `sweep_tilt_deg` is what it is.
   float attitude_noise_deg = 0.0F;
   std::uint32_t aligned_scans = 0;  ///< scans that were aligned to that ground before use
   bool deadline_missed = false;     ///< the keyframe took longer than its budget all the same
 
   /// What was dropped for this cause.
+  /// Root mean square of roll and pitch where they follow the sensor's own rotation: the sweeps
+  /// look as if they were not motion-compensated; else 0.
+  float sweep_tilt_deg = 0.0F;
   [[nodiscard]] std::uint64_t dropped_by(DropCause cause) const noexcept {
     return dropped[static_cast<std::size_t>(cause)];
   }

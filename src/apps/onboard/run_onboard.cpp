@@ -149,7 +149,13 @@ void warn_of_input(const RunStatistics& statistics, const FreeSpaceConfig& assum
   if (found.changes > 0) {
     std::fprintf(stderr, "onboard: warning: the sensor changed its mode %u times\n", found.changes);
   }
-  if (statistics.aligned_scans() > 0) {
+  if (statistics.sweep_tilt_deg() > 0.0F) {
+    std::fprintf(stderr,
+                 "onboard: warning: sweeps look uncompensated: scans tilt with the sensor's own "
+                 "rotation, by %.2f deg; %llu scans were aligned to the ground\n",
+                 static_cast<double>(statistics.sweep_tilt_deg()),
+                 static_cast<unsigned long long>(statistics.aligned_scans()));
+  } else if (statistics.aligned_scans() > 0) {
     std::fprintf(stderr,
                  "onboard: warning: roll and pitch of the poses scatter by %.2f deg from scan to "
                  "scan; %llu scans were aligned to the ground\n",

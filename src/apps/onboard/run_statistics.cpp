@@ -56,6 +56,7 @@ void RunStatistics::add_keyframe(const KeyframeView& keyframe, std::int64_t dura
   }
   sampling_ = statistics.sampling;
   attitude_noise_deg_ = std::max(attitude_noise_deg_, statistics.attitude_noise_deg);
+  sweep_tilt_deg_ = std::max(sweep_tilt_deg_, statistics.sweep_tilt_deg);
   aligned_scans_ += statistics.aligned_scans;
   const double total_ns = 1e3 * static_cast<double>(statistics.microseconds(Stage::kTotal));
   const bool too_long = total_ns > static_cast<double>(duration_ns);
@@ -167,7 +168,8 @@ std::string RunStatistics::to_json(const Run& run) const {
                       {"image_elevation_min_deg", rounded(sampling_.image_elevation_min_deg)},
                       {"image_elevation_max_deg", rounded(sampling_.image_elevation_max_deg)},
                       {"mode_changes", sampling_.changes}};
-  json["attitude_noise_deg"] = rounded(attitude_noise_deg_);
+  json["attitude_noise_deg"] = rounded(attitude_noise_deg());
+  json["sweep_tilt_deg"] = rounded(sweep_tilt_deg_);
   json["aligned_scans"] = aligned_scans_;
   const std::uint64_t count = std::max<std::uint64_t>(keyframes_, 1);
   json["message_bytes_per_keyframe"] = {{"all", message_bytes_ / count},

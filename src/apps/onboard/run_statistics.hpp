@@ -60,8 +60,14 @@ class RunStatistics {
   [[nodiscard]] float odometry_tilt_deg() const;
   /// What the last keyframe told of the sensor.
   [[nodiscard]] const SamplingStatistics& sampling() const { return sampling_; }
-  /// Largest attitude noise of all keyframes, degrees, and scans that were aligned for it.
-  [[nodiscard]] float attitude_noise_deg() const { return attitude_noise_deg_; }
+  /// Largest attitude noise of all keyframes, degrees; 0 where sweeps look uncompensated, which
+  /// takes some keyframes to tell.
+  [[nodiscard]] float attitude_noise_deg() const {
+    return sweep_tilt_deg_ > 0.0F ? 0.0F : attitude_noise_deg_;
+  }
+  /// Largest tilt with the sensor's rotation, degrees; 0 where sweeps look compensated.
+  [[nodiscard]] float sweep_tilt_deg() const { return sweep_tilt_deg_; }
+  /// Scans that were aligned to the ground for either.
   [[nodiscard]] std::uint64_t aligned_scans() const { return aligned_scans_; }
   [[nodiscard]] std::uint64_t loops_accepted() const { return loops_accepted_; }
   [[nodiscard]] std::uint64_t deadline_misses() const { return deadline_misses_; }
@@ -96,6 +102,7 @@ class RunStatistics {
   std::uint64_t deadline_misses_ = 0;
   SamplingStatistics sampling_;
   float attitude_noise_deg_ = 0.0F;
+  float sweep_tilt_deg_ = 0.0F;
   std::uint64_t aligned_scans_ = 0;
   std::uint64_t keyframes_late_ = 0;
   std::uint64_t up_contradicted_ = 0;
