@@ -168,6 +168,7 @@ ScanResult Pipeline::State::add_scan(const PointView& points, const Pose& pose,
   scans[accumulator.scans() - 1] = {index, stamp_ns, used};
   statistics.aligned_scans += aligner.aligned() ? 1 : 0;
   gate.accept(pose, stamp_ns);
+  sampling.add_pose(pose);
   open = true;
 
   if (!is_complete()) return {};
@@ -184,7 +185,6 @@ void Pipeline::State::begin_keyframe(const PointView& first_points,
     window.follow(sampling.free_space());
     sampling_changed = true;
   }
-  statistics.sampling = sampling.statistics();
   accumulator.begin(grid);
   window.begin(grid);
 }
@@ -220,6 +220,8 @@ void Pipeline::State::close_keyframe() noexcept {
   view.statistics = &statistics;
   statistics.attitude_noise_deg = aligner.noise_deg();
   statistics.sweep_tilt_deg = aligner.sweep_tilt_deg();
+  if (sampling.close()) sampling_changed = true;
+  statistics.sampling = sampling.statistics();
 
   remove_dynamic();
   describe_place();

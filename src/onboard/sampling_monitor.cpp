@@ -8,6 +8,7 @@ namespace {
 /// Modes of one sensor differ by a factor of two; uneven rings and missing returns by less than
 /// this.
 bool differs(float a, float b) noexcept { return a > 1.4F * b || b > 1.4F * a; }
+constexpr float kBeyond_deg = 1.5F;  ///< a few rays may leave the image
 bool differs(const Sampling& a, const Sampling& b) noexcept {
   return differs(a.azimuth_deg, b.azimuth_deg) || differs(a.elevation_deg, b.elevation_deg);
 }
@@ -48,6 +49,8 @@ void SamplingMonitor::allocate(Arena& arena, const PipelineConfig& config) noexc
 
 bool SamplingMonitor::look(const PointView& points) noexcept {
   if (!measures_rays_) return false;
+  poses_ = 0;
+  turn_deg_ = 0.0F;
   if (until_next_ > 0) {
     --until_next_;
     return false;
@@ -60,6 +63,28 @@ bool SamplingMonitor::look(const PointView& points) noexcept {
   if (estimate.valid) follow_sampling(estimate.sampling);
   const bool wider = follow_elevations(estimate.elevation_min_deg, estimate.elevation_max_deg);
   return (estimate.valid || wider) && update();
+}
+
+void SamplingMonitor::add_pose(const Pose& T_odometry_sensor) noexcept {
+  if (!measures_rays_) return;
+  if (poses_ > 0) {
+    const Eigen::Matrix3d turn = rotation_before_.transpose() * T_odometry_sensor.rotation;
+    // Sines of the turns about the sensor's own x and y axes.
+    const Eigen::Vector2d tilt(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0));
+    turn_deg_ = std::max(turn_deg_, static_cast<float>(0.5 * kDegreesPerRadian * tilt.norm()));
+  }
+  rotation_before_ = T_odometry_sensor.rotation;
+  ++poses_;
+}
+
+bool SamplingMonitor::close() noexcept {
+  // One scan tells nothing of how the sensor moves: the next keyframe decides.
+  if (poses_ < 2) return false;
+  const bool differ = beyond_deg_ > kBeyond_deg + turn_deg_;
+  const bool is_new = differ && !statistics_.elevations_differ;
+  statistics_.elevations_differ |= differ;
+  beyond_deg_ = 0.0F;
+  return is_new;
 }
 
 void SamplingMonitor::follow_sampling(const Sampling& measured) noexcept {
@@ -79,11 +104,13 @@ void SamplingMonitor::follow_sampling(const Sampling& measured) noexcept {
   pending_ = {};
   statistics_.ray_spacing_deg = measured.azimuth_deg;
   statistics_.ring_spacing_deg = measured.elevation_deg;
+  statistics_.pole_range_m = pole_range_m(measured);
 }
 
 bool SamplingMonitor::follow_elevations(float min_deg, float max_deg) noexcept {
-  constexpr float kBeyond_deg = 1.5F;  // a few rays may leave the image
-  constexpr float kSlack_deg = 1.5F;   // for the next scans
+  beyond_deg_ = std::max(
+      {beyond_deg_, config_.elevation_min_deg - min_deg, max_deg - config_.elevation_max_deg});
+  constexpr float kSlack_deg = 1.5F;  // for the next scans
   bool wider = false;
   if (min_deg < elevation_min_deg_ - kBeyond_deg) {
     elevation_min_deg_ = std::max(min_deg - kSlack_deg, -90.0F);
@@ -105,8 +132,6 @@ bool SamplingMonitor::update() noexcept {
   next.elevation_max_deg = elevation_max_deg_;
   if (!fit(max_pixels(config_), next)) return false;
   statistics_.rays_differ = other_rays;
-  statistics_.elevations_differ = elevation_min_deg_ != config_.elevation_min_deg ||
-                                  elevation_max_deg_ != config_.elevation_max_deg;
   statistics_.image_elevation_min_deg = elevation_min_deg_;
   statistics_.image_elevation_max_deg = elevation_max_deg_;
   const bool changed = next.image_shape() != free_space_.image_shape() ||

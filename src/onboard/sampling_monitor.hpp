@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "sampling_estimator.hpp"
+#include "unimapper/core/pose.hpp"
 #include "unimapper/onboard/config.hpp"
 #include "unimapper/onboard/statistics.hpp"
 
@@ -20,6 +21,12 @@ class SamplingMonitor {
   /// To be called with the first scan of each keyframe. True if `free_space()` has changed.
   /// O(points) every few keyframes.
   bool look(const PointView& points) noexcept;
+  /// To be called with the pose of each scan of the keyframe.
+  void add_pose(const Pose& T_odometry_sensor) noexcept;
+  /// To be called with the last scan of the keyframe: whether rays that left the field of view say
+  /// something of the sensor. Sweeps of a sensor that sways reach beyond it by as much as it turns
+  /// in a sweep, once they are motion-compensated. True if that was decided just now.
+  bool close() noexcept;
 
   /// The configuration with the shape and the range of full weight that hold now.
   [[nodiscard]] const FreeSpaceConfig& free_space() const noexcept { return free_space_; }
@@ -47,6 +54,10 @@ class SamplingMonitor {
   Sampling pending_;              ///< another one, measured once
   float elevation_min_deg_ = 0.0F;
   float elevation_max_deg_ = 0.0F;
+  float beyond_deg_ = 0.0F;  ///< rays left the field of view by so much; 0: decided upon
+  float turn_deg_ = 0.0F;    ///< largest tilt from scan to scan in this keyframe
+  std::uint32_t poses_ = 0;  ///< in this keyframe
+  Eigen::Matrix3d rotation_before_ = Eigen::Matrix3d::Identity();
   SamplingStatistics statistics_;
 };
 

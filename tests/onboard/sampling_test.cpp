@@ -175,6 +175,9 @@ TEST_CASE("images of points in a pitched frame hold all of them, within the room
   Monitor with(config);
   const auto points = scan_of(even_rings(128, -11.25, 11.25), 1024, 0.0, 15.0);
   REQUIRE(with.monitor.look(view_of(points)));
+  with.monitor.add_pose({});
+  with.monitor.add_pose({});
+  CHECK(with.monitor.close());
   CHECK(with.monitor.statistics().elevations_differ);
   CHECK_FALSE(with.monitor.statistics().rays_differ);
   const ImageProjection projection(with.monitor.free_space().image_shape());
@@ -187,6 +190,39 @@ TEST_CASE("images of points in a pitched frame hold all of them, within the room
     outside += pixel == ImageProjection::kOutside ? 1 : 0;
   }
   CHECK(outside < points.size() / 100);
+}
+
+TEST_CASE("rays beyond the field of view tell of the sensor unless it turns as much in a sweep") {
+  const PipelineConfig config = preset(SensorKind::kOs2_128);
+  const auto points = scan_of(even_rings(128, -11.25, 11.25), 1024, 0.0, 5.0);
+  const auto pose = [](double pitch_deg) {
+    Pose result;
+    result.rotation =
+        Eigen::AngleAxisd(pitch_deg * kRadian, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    return result;
+  };
+  for (const bool sways : {false, true}) {
+    CAPTURE(sways);
+    Monitor with(config);
+    REQUIRE(with.monitor.look(view_of(points)));
+    for (int scan = 0; scan < 10; ++scan) {
+      with.monitor.add_pose(pose(sways ? 5.0 * std::sin(1.2 * scan) : 3.0));
+    }
+    CHECK(with.monitor.close() == !sways);
+    CHECK(with.monitor.statistics().elevations_differ == !sways);
+    // Either way the images hold what was seen.
+    CHECK(with.monitor.free_space().elevation_max_deg > 15.0F);
+    CHECK_FALSE(with.monitor.close());
+  }
+}
+
+TEST_CASE("the range to which poles are kept follows from the columns") {
+  for (const int columns : {256, 512, 1024, 2048}) {
+    CAPTURE(columns);
+    Monitor with(preset(SensorKind::kOs2_128));
+    (void)with.monitor.look(view_of(scan_of(even_rings(128, -11.25, 11.25), columns)));
+    CHECK(with.monitor.statistics().pole_range_m == Approx(27.2 * columns / 1024).epsilon(0.08));
+  }
 }
 
 TEST_CASE("keyframes carry the measured shape, and their statistics say so") {

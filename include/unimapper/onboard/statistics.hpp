@@ -66,10 +66,14 @@ inline constexpr std::size_t kCapacities = 5;
 /// What the scans say of their sensor, measured at the start and every few keyframes; spinning
 /// sensors only (`FreeSpaceConfig::ray_spacing_deg`).
 struct SamplingStatistics {
-  float ray_spacing_deg = 0.0F;    ///< between two rays of a ring; 0 = not known
-  float ring_spacing_deg = 0.0F;   ///< from ring to ring; 0 = not known
-  bool rays_differ = false;        ///< from what the configuration assumed, which was overridden
-  bool elevations_differ = false;  ///< rays left the configured field of view, which was widened
+  float ray_spacing_deg = 0.0F;   ///< between two rays of a ring; 0 = not known
+  float ring_spacing_deg = 0.0F;  ///< from ring to ring; 0 = not known
+  /// Beyond this range most of a pole of 10 cm is removed, because it falls between two rays; in
+  /// proportion for other widths. Metres; 0 = not known.
+  float pole_range_m = 0.0F;
+  bool rays_differ = false;  ///< from what the configuration assumed, which was overridden
+  /// Rays left the configured field of view, by more than the sensor turned in a sweep.
+  bool elevations_differ = false;
   float image_elevation_min_deg = 0.0F;  ///< field of view of the range images
   float image_elevation_max_deg = 0.0F;  ///< field of view of the range images
   std::uint32_t changes = 0;  ///< how often the sensor has changed its mode since the start
@@ -105,13 +109,13 @@ struct KeyframeStatistics {
   /// over the last few keyframes, less the error of that measurement; 0 where it is not clearly
   /// more than its error, where too little ground is seen, or where `sweep_tilt_deg` is what it is.
   float attitude_noise_deg = 0.0F;
+  /// Root mean square of roll and pitch where they follow the sensor's own rotation: the sweeps
+  /// look as if they were not motion-compensated; else 0.
+  float sweep_tilt_deg = 0.0F;
   std::uint32_t aligned_scans = 0;  ///< scans that were aligned to that ground before use
   bool deadline_missed = false;     ///< the keyframe took longer than its budget all the same
 
   /// What was dropped for this cause.
-  /// Root mean square of roll and pitch where they follow the sensor's own rotation: the sweeps
-  /// look as if they were not motion-compensated; else 0.
-  float sweep_tilt_deg = 0.0F;
   [[nodiscard]] std::uint64_t dropped_by(DropCause cause) const noexcept {
     return dropped[static_cast<std::size_t>(cause)];
   }
