@@ -1,6 +1,7 @@
 #include "ports/c/convert.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <type_traits>
 
@@ -62,7 +63,8 @@ static_assert(same(EventId::kKeyframeClosed, UM_EVENT_KEYFRAME_CLOSED) &&
               same(EventId::kUpContradicted, UM_EVENT_UP_CONTRADICTED) &&
               same(EventId::kSamplingDiffers, UM_EVENT_SAMPLING_DIFFERS) &&
               same(EventId::kElevationsDiffer, UM_EVENT_ELEVATIONS_DIFFER) &&
-              same(EventId::kAttitudeNoise, UM_EVENT_ATTITUDE_NOISE));
+              same(EventId::kAttitudeNoise, UM_EVENT_ATTITUDE_NOISE) &&
+              same(EventId::kSweepsUncompensated, UM_EVENT_SWEEPS_UNCOMPENSATED));
 static_assert(same(DropCause::kNotFinite, UM_DROP_NOT_FINITE) &&
               same(DropCause::kOutOfRange, UM_DROP_OUT_OF_RANGE) &&
               same(DropCause::kScanTooLarge, UM_DROP_SCAN_TOO_LARGE) &&
@@ -91,6 +93,7 @@ static_assert(sizeof(um_statistics) == 544 && offsetof(um_statistics, dropped) =
               offsetof(um_statistics, stage_us) == 440 && offsetof(um_statistics, shed) == 504 &&
               offsetof(um_statistics, removal_range_m) == 536);
 static_assert(offsetof(um_keyframe, statistics) == 112 && offsetof(um_keyframe, scans) == 656);
+static_assert(sizeof(um_input) == 56);
 static_assert(kDropCauses <= 16 && kStages <= 16 && kCapacities <= 16 && kSheds <= 8);
 
 um_statistics to_c(const KeyframeStatistics& from) noexcept {
@@ -113,6 +116,34 @@ um_statistics to_c(const KeyframeStatistics& from) noexcept {
   for (std::size_t i = 0; i < kCapacities; ++i) {
     to.capacity[i] = {from.capacity[i].used, from.capacity[i].capacity};
   }
+  return to;
+}
+
+/// Of the less certain axis.
+float sigma_deg(const KeyframeUp& up) noexcept {
+  const float mean = 0.5F * (up.variance_x + up.variance_y);
+  const float half = 0.5F * (up.variance_x - up.variance_y);
+  const float off = std::sqrt(half * half + up.covariance_xy * up.covariance_xy);
+  return std::sqrt(mean + off) * static_cast<float>(kDegreesPerRadian);
+}
+
+um_input input_of(const KeyframeView& view) noexcept {
+  const KeyframeStatistics& from = *view.statistics;
+  um_input to{};
+  to.ray_spacing_deg = from.sampling.ray_spacing_deg;
+  to.ring_spacing_deg = from.sampling.ring_spacing_deg;
+  to.pole_range_m = from.sampling.pole_range_m;
+  to.image_elevation_min_deg = from.sampling.image_elevation_min_deg;
+  to.image_elevation_max_deg = from.sampling.image_elevation_max_deg;
+  to.rays_differ = from.sampling.rays_differ ? 1 : 0;
+  to.elevations_differ = from.sampling.elevations_differ ? 1 : 0;
+  to.mode_changes = from.sampling.changes;
+  to.attitude_noise_deg = from.attitude_noise_deg;
+  to.sweep_tilt_deg = from.sweep_tilt_deg;
+  to.aligned_scans = from.aligned_scans;
+  to.up_known = view.up.known ? 1 : 0;
+  to.odometry_tilt_deg = from.odometry_tilt_deg;
+  to.up_sigma_deg = view.up.known ? sigma_deg(view.up) : 0.0F;
   return to;
 }
 
@@ -184,6 +215,7 @@ um_keyframe to_c(const KeyframeView& view, um_scan* scans, um_loop* loops) noexc
   to.up_covariance[1] = view.up.covariance_xy;
   to.up_covariance[2] = view.up.variance_y;
   to.odometry_tilt_deg = view.statistics->odometry_tilt_deg;
+  to.input = input_of(view);
   return to;
 }
 

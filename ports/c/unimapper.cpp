@@ -49,6 +49,12 @@ PointView to_view(const um_points& points) noexcept {
           points.offset_z};
 }
 
+/// As this version or one before it knows the struct; members were only added at its end.
+bool is_keyframe_size(std::uint32_t struct_size) noexcept {
+  return struct_size == sizeof(um_keyframe) || struct_size == offsetof(um_keyframe, input) ||
+         struct_size == offsetof(um_keyframe, up_known);
+}
+
 /// Whether every byte of the view lies within the address space.
 bool is_possible(const um_points& points) noexcept {
   if (points.count == 0) return true;
@@ -312,11 +318,12 @@ um_status um_flush(um_pipeline* pipeline, std::int32_t* keyframe_ready) {
 um_status um_keyframe_get(um_pipeline* pipeline, um_keyframe* keyframe) {
   if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
   if (keyframe == nullptr) return refuse(*pipeline, UM_NULL_ARGUMENT);
-  if (keyframe->struct_size != sizeof(um_keyframe)) return refuse(*pipeline, UM_UNKNOWN_VERSION);
+  const std::uint32_t struct_size = keyframe->struct_size;
+  if (!is_keyframe_size(struct_size)) return refuse(*pipeline, UM_UNKNOWN_VERSION);
   if (!pipeline->keyframe_ready) return refuse(*pipeline, UM_NO_KEYFRAME);
-  const KeyframeView& view = pipeline->core->keyframe();
-  *keyframe = to_c(view, pipeline->scans, pipeline->loops);
-  keyframe->struct_size = sizeof(um_keyframe);
+  um_keyframe full = to_c(pipeline->core->keyframe(), pipeline->scans, pipeline->loops);
+  full.struct_size = struct_size;
+  std::memcpy(keyframe, &full, struct_size);
   return tell(*pipeline, {});
 }
 

@@ -373,9 +373,33 @@ typedef struct um_statistics {
   float stage_us[16];       /**< by enum um_stage, microseconds; 0 without a clock */
   uint32_t shed[8];         /**< by enum um_shed */
   float removal_range_m; /**< cells beyond it were left static without classification; 0 = none */
-  float attitude_noise_deg; /**< scatter of the scans' roll and pitch against the ground; 0 = not
-                               known */
+  float attitude_noise_deg; /**< as in um_input */
 } um_statistics;
+
+/** What the scans tell of the sensor and of the poses that came with them; docs/limits.md says what
+ *  follows for the map. */
+typedef struct um_input {
+  float ray_spacing_deg; /**< between two rays of a ring; 0 = not known, or not a spinning sensor */
+  float ring_spacing_deg; /**< from ring to ring; 0 = not known */
+  float pole_range_m; /**< beyond it most of a pole of 10 cm is removed, because it falls between
+                         two rays; in proportion for other widths; 0 = not known */
+  float image_elevation_min_deg; /**< field of view of the free-space images */
+  float image_elevation_max_deg; /**< field of view of the free-space images */
+  uint32_t rays_differ;          /**< 1: the spacing is not as configured, and was used instead */
+  uint32_t elevations_differ;    /**< 1: rays left the configured field of view, by more than the
+                                    sensor turned in a sweep */
+  uint32_t mode_changes;         /**< how often the sensor has changed its mode since the start */
+  float attitude_noise_deg;      /**< scatter of the scans' roll and pitch against the ground of the
+                                    scans before; 0: not clearly more than the measurement's error,
+                                    or too little ground is seen */
+  float sweep_tilt_deg;    /**< the same where it follows the sensor's rotation, as with sweeps that
+                              are not motion-compensated; else 0 */
+  uint32_t aligned_scans;  /**< scans of the keyframe that were aligned to the ground for it */
+  uint32_t up_known;       /**< as in um_keyframe */
+  float odometry_tilt_deg; /**< between up and the odometry's z axis; 0 where up is unknown */
+  float up_sigma_deg;      /**< standard deviation of up about its less certain axis; 0 where up is
+                              unknown */
+} um_input;
 
 /** A finished keyframe. Pointers lead into the pipeline's memory and stay valid until the next
  *  call of um_add_scan, um_flush or um_reset. */
@@ -403,6 +427,7 @@ typedef struct um_keyframe {
   uint32_t up_contradicted; /**< 1: up is not where odometry.up_sigma_deg says, by three sigma */
   float up_covariance[3];   /**< of up's x and y in the keyframe's frame, rad^2: xx, xy, yy */
   float odometry_tilt_deg;  /**< between up and the odometry's z axis; 0 where up is unknown */
+  um_input input;           /**< what the scans tell of sensor and poses */
 } um_keyframe;
 
 /** The keyframe that the last call of um_add_scan or um_flush closed. The caller sets
@@ -563,7 +588,10 @@ enum um_event_id {
   UM_EVENT_ELEVATIONS_DIFFER = 9, /**< lowest and highest elevation of the range images, thousandths
                                        of a degree; the same as configured */
   UM_EVENT_ATTITUDE_NOISE =
-      10 /**< thousandths of a degree, scans aligned, sequence of the keyframe */
+      10, /**< thousandths of a degree, scans aligned, sequence of the keyframe */
+  /** Sweeps begin to look as if they were not motion-compensated: thousandths of a degree by which
+   *  scans tilt with the sensor's rotation, scans aligned, sequence of the keyframe. */
+  UM_EVENT_SWEEPS_UNCOMPENSATED = 11
 };
 
 /** One event. */

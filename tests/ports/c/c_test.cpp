@@ -1,5 +1,8 @@
 // Tests of the C interface: agreement with C++, misuse and invalid input.
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -122,6 +125,81 @@ TEST_CASE("C gives the labels, cells and places that C++ gives") {
   // The walker is seen: equality of nothing would prove nothing.
   CHECK(dynamic_points > 100);
   CHECK_FALSE(from_c[0].planes.empty());
+}
+
+TEST_CASE("C tells what the scans say of the sensor, of the poses and of up") {
+  Scene scene;  // 40 rings of 720 columns: no HDL-64E
+  scene.boxes = {standing_box({20.0, 9.0, 3.0}, {40.0, 0.5, 3.0}),
+                 standing_box({30.0, 0.0, 3.0}, {0.5, 9.0, 3.0}),
+                 standing_box({12.0, -4.0, 0.8}, {2.0, 0.9, 0.8})};
+  const auto given = [](double t) {
+    Pose pose = sensor_at(2.0 * t, 0.0);
+    // Noise of a degree, as the sine of large numbers.
+    const double angle = 0.0175 * std::sin(1000.0 * t * t);
+    pose.rotation = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    return pose;
+  };
+  OwnedPipeline cpp(small_config());
+  REQUIRE(cpp);
+  const CPipeline c;
+  bool noisy = false;
+  bool up_known = false;
+  for (int i = 0; i < kScans; ++i) {
+    const double t = 0.1 * i;
+    const LabelledScan scan = scene.scan(sensor_at(2.0 * t, 0.0), t);
+    const um_points points = points_of(scan);
+    const um_pose pose = pose_of(given(t));
+    std::int32_t ready = 0;
+    REQUIRE(um_add_scan(c.get(), &points, &pose, 1 + i, &ready) == UM_OK);
+    REQUIRE(cpp->add_scan(scan.view(), given(t), 1 + i).keyframe_ready == (ready == 1));
+    if (ready == 0) continue;
+    um_keyframe keyframe;
+    keyframe.struct_size = sizeof keyframe;
+    REQUIRE(um_keyframe_get(c.get(), &keyframe) == UM_OK);
+    const um_input& input = keyframe.input;
+    const KeyframeStatistics& expected = *cpp->keyframe().statistics;
+    CHECK(input.ray_spacing_deg == Approx(0.5).epsilon(0.1));
+    CHECK(input.ray_spacing_deg == expected.sampling.ray_spacing_deg);
+    CHECK(input.ring_spacing_deg == expected.sampling.ring_spacing_deg);
+    CHECK(input.pole_range_m == expected.sampling.pole_range_m);
+    CHECK(input.pole_range_m > 10.0F);
+    CHECK(input.rays_differ == 1);
+    CHECK(input.elevations_differ == (expected.sampling.elevations_differ ? 1U : 0U));
+    CHECK(input.image_elevation_min_deg == expected.sampling.image_elevation_min_deg);
+    CHECK(input.image_elevation_max_deg == expected.sampling.image_elevation_max_deg);
+    CHECK(input.mode_changes == expected.sampling.changes);
+    CHECK(input.attitude_noise_deg == expected.attitude_noise_deg);
+    CHECK(keyframe.statistics.attitude_noise_deg == expected.attitude_noise_deg);
+    CHECK(input.sweep_tilt_deg == expected.sweep_tilt_deg);
+    CHECK(input.aligned_scans == expected.aligned_scans);
+    CHECK(input.up_known == (expected.up_known ? 1U : 0U));
+    CHECK(input.odometry_tilt_deg == expected.odometry_tilt_deg);
+    CHECK((input.up_sigma_deg > 0.01F) == expected.up_known);
+    CHECK(input.up_sigma_deg < 3.0F);
+    noisy |= input.attitude_noise_deg > 0.3F && input.aligned_scans > 0;
+    up_known |= input.up_known == 1;
+  }
+  // Equality of nothing would prove nothing.
+  CHECK(noisy);
+  CHECK(up_known);
+}
+
+TEST_CASE("a keyframe is told to programs that know fewer of its members") {
+  const auto scan = walker_scans()[0];
+  const CPipeline pipeline;
+  REQUIRE(add_one(pipeline.get(), points_of(scan), 1) == UM_OK);
+  REQUIRE(um_flush(pipeline.get(), nullptr) == UM_OK);
+  for (const std::size_t size : {offsetof(um_keyframe, up_known), offsetof(um_keyframe, input)}) {
+    um_keyframe keyframe;
+    std::memset(static_cast<void*>(&keyframe), 0x5A, sizeof keyframe);
+    keyframe.struct_size = static_cast<std::uint32_t>(size);
+    REQUIRE(um_keyframe_get(pipeline.get(), &keyframe) == UM_OK);
+    CHECK(keyframe.struct_size == size);
+    CHECK(keyframe.scan_count == 1);
+    const auto* const bytes = reinterpret_cast<const unsigned char*>(&keyframe);
+    CHECK(std::all_of(bytes + size, bytes + sizeof keyframe,
+                      [](unsigned char byte) { return byte == 0x5A; }));
+  }
 }
 
 TEST_CASE("the pose of a keyframe levels its reference scan") {
