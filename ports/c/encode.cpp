@@ -74,7 +74,9 @@ um_status um_place_insert(um_pipeline* pipeline, const um_place* place) {
   const Pose pose = from_c(place->T_odometry_keyframe);
   if (!pose.is_rigid()) return refuse(*pipeline, UM_INVALID_POSE);
   const PlaceView view{{reinterpret_cast<const Keypoint*>(place->keypoints), place->keypoint_count},
-                       {reinterpret_cast<const PlanePatch*>(place->planes), place->plane_count}};
+                       {reinterpret_cast<const PlanePatch*>(place->planes), place->plane_count},
+                       {place->up_known != 0, place->up_covariance[0], place->up_covariance[1],
+                        place->up_covariance[2]}};
   pipeline->core->places().insert(view, KeyframeId{place->session, place->keyframe}, pose);
   return tell(*pipeline, {});
 }

@@ -515,6 +515,9 @@ typedef struct um_place {
   size_t keypoint_count;        /**< length of `keypoints` */
   const um_plane* planes;       /**< planar voxels */
   size_t plane_count;           /**< length of `planes` */
+  /** As in um_keyframe; 0: nothing tells how level the keyframe's frame is. */
+  uint32_t up_known;
+  float up_covariance[3]; /**< of up's x and y in the keyframe's frame, rad^2: xx, xy, yy */
 } um_place;
 
 /** Lets loop search find a place of an earlier run: um_loop.session is its number. Beyond

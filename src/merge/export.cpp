@@ -32,7 +32,9 @@ std::string dump(const nlohmann::ordered_json& json) {
 nlohmann::ordered_json session_summary(const SessionData& session, const MergedSession& merged) {
   std::uint64_t points_in = 0;
   std::uint64_t points_dynamic = 0;
+  std::uint64_t up_known = 0;
   for (const auto& keyframe : session.keyframes) {
+    up_known += keyframe.up.known ? 1 : 0;
     points_in += keyframe.points_in;
     points_dynamic += keyframe.points_dynamic;
   }
@@ -40,6 +42,7 @@ nlohmann::ordered_json session_summary(const SessionData& session, const MergedS
   json["name"] = session.info.name;
   json["status"] = status_name(merged.status);
   json["keyframes"] = session.keyframes.size();
+  json["keyframes_up_known"] = up_known;
   json["sensor"] = session.info.sensor;
   json["complete"] = session.complete;
   json["keyframes_missing"] = session.keyframes_missing;

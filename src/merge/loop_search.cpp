@@ -33,10 +33,11 @@ PlaceShape place_shape(const std::vector<SessionData>& sessions) {
   return shape;
 }
 
-LoopSearchConfig database_config(std::size_t places, std::size_t others,
-                                 std::uint32_t per_session) {
+LoopSearchConfig database_config(std::size_t places, std::size_t others, std::uint32_t per_session,
+                                 const TiltConfig& tilt) {
   LoopSearchConfig config =
       base_search_config(static_cast<std::uint32_t>(std::clamp<std::size_t>(places, 1, 1U << 20U)));
+  config.tilt = tilt;
   // No session may displace the candidates of another.
   config.max_per_session = std::max(per_session, config.max_verified);
   const auto wanted = static_cast<std::uint32_t>(std::min<std::size_t>(others * per_session, 256));
@@ -54,7 +55,8 @@ bool is_better(const LoopCandidate& a, const LoopCandidate& b) {
 std::vector<LoopCandidate> intra_session_loops(const std::vector<SessionData>& sessions,
                                                std::size_t session, const LoopConfig& config) {
   const auto& keyframes = sessions[session].keyframes;
-  InArena<PlaceDatabase> database(database_config(keyframes.size(), 1, 1), place_shape(sessions));
+  InArena<PlaceDatabase> database(database_config(keyframes.size(), 1, 1, config.tilt),
+                                  place_shape(sessions));
   PlaneRestorer planes;
   const std::vector<double> path = path_lengths_m(sessions[session]);
   std::vector<LoopCandidate> found;
@@ -113,7 +115,7 @@ std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<Sessi
   for (const auto& session : sessions) places += session.keyframes.size();
   if (sessions.size() < 2 || places == 0) return {};
   InArena<PlaceDatabase> database(
-      database_config(places, sessions.size() - 1, config.candidates_per_keyframe),
+      database_config(places, sessions.size() - 1, config.candidates_per_keyframe, config.tilt),
       place_shape(sessions));
   const auto for_each_keyframe = [&](const auto& visit) {
     for (std::size_t s = 0; s < sessions.size(); ++s) {

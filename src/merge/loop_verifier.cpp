@@ -1,12 +1,12 @@
 #include "loop_verifier.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "keyframe_free_space.hpp"
 #include "parallel.hpp"
+#include "unimapper/core/tilt_prior.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -19,28 +19,8 @@ constexpr std::size_t kFewestObserved = 50;  ///< points without which nothing i
 
 // What registration may tilt a pose although the fit is good, radians: 0.5 degrees.
 constexpr double kRegistrationTilt = 0.0087;
-// Keyframes that know up agree on it within four sigma.
-constexpr double kMaxTiltSigmas = 4.0;
-
-Eigen::Matrix2d covariance_of(const KeyframeUp& up) {
-  Eigen::Matrix2d covariance;
-  covariance << up.variance_x, up.covariance_xy, up.covariance_xy, up.variance_y;
-  return covariance;
-}
-
-/// By how many sigma the two keyframes disagree about up at this pose; 0 if either does not know
-/// it.
-double tilt_sigmas(const KeyframeUp& match, const KeyframeUp& query, const Pose& T_match_query) {
-  if (!match.known || !query.known) return 0.0;
-  const Eigen::Matrix2d turn = T_match_query.rotation.topLeftCorner<2, 2>();
-  const Eigen::Matrix2d covariance =
-      covariance_of(match) + turn * covariance_of(query) * turn.transpose() +
-      kRegistrationTilt * kRegistrationTilt * Eigen::Matrix2d::Identity();
-  const Eigen::Vector2d difference = T_match_query.rotation.col(2).head<2>();
-  return std::sqrt(difference.dot(covariance.inverse() * difference));
-}
-
-double tilt(const Pose& T) { return std::acos(std::clamp(T.rotation(2, 2), -1.0, 1.0)); }
+// How far the tilt of a candidate may be from that of the registered pose, radians: 1 degree.
+constexpr double kCandidateTilt = 0.0175;
 
 std::string sentence(const char* what, double value, double limit) {
   char text[96];
@@ -81,14 +61,19 @@ std::string reason_to_refuse_loop(const LoopCandidate& candidate, const Correcti
   const RegistrationCloud& target = clouds.cloud(candidate.match);
   const RegistrationCloud& source = clouds.cloud(candidate.query);
   if (!candidate.T_match_query.is_rigid()) return "the proposed pose is no rigid transform";
-  if (tilt(candidate.T_match_query) > loops.max_tilt_rad) return "not level";
+  const TiltPrior prior(clouds.record(candidate.match).up, clouds.record(candidate.query).up,
+                        candidate.T_match_query, loops.tilt);
+  const auto max_sigmas = static_cast<double>(loops.tilt.max_sigmas);
+  const double proposed = prior.sigmas(tilt_of(candidate.T_match_query), kCandidateTilt);
+  if (proposed > max_sigmas)
+    return sentence("tilt before alignment in sigmas", proposed, max_sigmas);
   const double before =
       structure_overlap(target, source, candidate.T_match_query, kOverlapRadiusM, kCoarseDistanceM);
   if (before < loops.min_initial_overlap) {
     return sentence("overlap before alignment", before, loops.min_initial_overlap);
   }
-  const RegistrationResult aligned =
-      register_clouds(target, source, candidate.T_match_query, config.registration);
+  const RegistrationResult aligned = register_clouds(target, source, candidate.T_match_query,
+                                                     config.registration, prior.information());
   if (!aligned.converged) return "alignment did not converge";
   const Pose& T = aligned.T_target_source;
   constraint.T_match_query = T;
@@ -103,13 +88,8 @@ std::string reason_to_refuse_loop(const LoopCandidate& candidate, const Correcti
     return sentence("alignment turned it by radians", rotation_angle(correction.rotation),
                     limit.rotation_rad);
   }
-  if (tilt(T) > loops.max_tilt_rad) return "not level after alignment";
-  const double disagreement =
-      tilt_sigmas(clouds.record(candidate.match).up, clouds.record(candidate.query).up, T);
-  if (disagreement > kMaxTiltSigmas) {
-    return sentence("sigmas by which the keyframes disagree about up", disagreement,
-                    kMaxTiltSigmas);
-  }
+  const double tilt = prior.sigmas(tilt_of(T), kRegistrationTilt);
+  if (tilt > max_sigmas) return sentence("tilt in sigmas", tilt, max_sigmas);
   if (constraint.overlap < loops.min_overlap) {
     return sentence("overlap", constraint.overlap, loops.min_overlap);
   }

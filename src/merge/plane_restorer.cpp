@@ -18,7 +18,7 @@ PlaneRestorer& PlaneRestorer::operator=(PlaneRestorer&&) noexcept = default;
 
 PlaceView PlaneRestorer::place(const KeyframeRecord& record) {
   if (!record.planes.empty()) return record.place();
-  return {record.keypoints, state_->describer->find_planes(record.static_cells)};
+  return {record.keypoints, state_->describer->find_planes(record.static_cells), record.up};
 }
 
 }  // namespace unimapper::merge

@@ -8,6 +8,7 @@
 
 #include "unimapper/core/cholesky.hpp"
 #include "unimapper/core/symmetric_eigen.hpp"
+#include "unimapper/core/tilt_prior.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -42,10 +43,12 @@ Pose moved(const Pose& pose, const Vector6d& step) {
 class Aligner {
  public:
   Aligner(const RegistrationCloud& target, const RegistrationCloud& source,
-          const RegistrationConfig& config)
+          const RegistrationConfig& config, const Eigen::Matrix2d& tilt_information)
       : target_(target),
         source_(source),
         config_(config),
+        // So many points count as one observation.
+        level_(config.correlated_points * tilt_information),
         partner_(source.size(), RegistrationCloud::kNone) {}
 
   void match(const Pose& pose, double gate_m) {
@@ -100,6 +103,9 @@ class Aligner {
       sum.gradient.tail<3>() += weight_[k] * lever * md;
       sum.cost += weight_[k] * e2;
     }
+    const Eigen::Matrix<double, 2, 3> tilting = tilt_derivative(pose);
+    sum.hessian.bottomRightCorner<3, 3>() += tilting.transpose() * level_ * tilting;
+    sum.gradient.tail<3>() -= tilting.transpose() * (level_ * tilt_of(pose));
     sum.hessian.bottomLeftCorner<3, 3>() = sum.hessian.topRightCorner<3, 3>().transpose();
     return sum;
   }
@@ -113,7 +119,7 @@ class Aligner {
           pose * Eigen::Vector3d(source_.points()[matches_[k].source].cast<double>());
       sum += weight_[k] * d.dot(mahalanobis_[k] * d);
     }
-    return sum;
+    return sum + tilt_cost(pose);
   }
 
   /// One damped step; false when it no longer moves.
@@ -129,7 +135,7 @@ class Aligner {
       const Vector6d delta = factor.solve(at.gradient);
       if (!factor.valid() || !delta.allFinite()) return false;
       const Pose next = moved(pose, delta);
-      if (cost(next) <= at.cost) {
+      if (cost(next) <= at.cost + tilt_cost(pose)) {
         pose = next;
         damping_ = std::max(damping_ * 0.1, 1e-9);
         return delta.head<3>().norm() > 1e-3 || delta.tail<3>().norm() > 2e-4;
@@ -158,6 +164,11 @@ class Aligner {
   }
 
  private:
+  [[nodiscard]] double tilt_cost(const Pose& pose) const {
+    const Eigen::Vector2d tilt = tilt_of(pose);
+    return tilt.dot(level_ * tilt);
+  }
+
   static constexpr std::size_t kMinMatches = 50;
   static constexpr double kSoftLimit = 9.0;
   // Two surfaces that slide with one metre each know 0.5 per square metre along themselves.
@@ -180,6 +191,7 @@ class Aligner {
   const RegistrationCloud& target_;
   const RegistrationCloud& source_;
   const RegistrationConfig& config_;
+  const Eigen::Matrix2d level_;  // weight of the tilt
   std::vector<std::uint32_t> partner_;
   std::vector<Match> matches_;
   std::vector<double> weight_;
@@ -214,10 +226,11 @@ Share coinciding(const RegistrationCloud& target, const RegistrationCloud& sourc
 }  // namespace
 
 RegistrationResult register_clouds(const RegistrationCloud& target, const RegistrationCloud& source,
-                                   const Pose& T_target_source, const RegistrationConfig& config) {
+                                   const Pose& T_target_source, const RegistrationConfig& config,
+                                   const Eigen::Matrix2d& tilt_information) {
   RegistrationResult result;
   result.T_target_source = T_target_source;
-  Aligner aligner(target, source, config);
+  Aligner aligner(target, source, config, tilt_information);
   double gate_m = config.coarse_correspondence_m;
   while (result.iterations < config.max_iterations) {
     ++result.iterations;

@@ -70,9 +70,12 @@ struct RegistrationResult {
 
 /// Aligns `source` (evenly thinned to `max_source_points`) to `target` from `T_target_source`,
 /// first with the coarse gate, then with the fine one (Levenberg-Marquardt with correspondences
-/// searched anew in every iteration).
-RegistrationResult register_clouds(const RegistrationCloud& target, const RegistrationCloud& source,
-                                   const Pose& T_target_source, const RegistrationConfig& config);
+/// searched anew in every iteration). `tilt_information`: of the tilt (`tilt_of`), which is zero,
+/// 1/rad²; it counts like the points, in the pose and in its information.
+RegistrationResult register_clouds(
+    const RegistrationCloud& target, const RegistrationCloud& source, const Pose& T_target_source,
+    const RegistrationConfig& config,
+    const Eigen::Matrix2d& tilt_information = Eigen::Matrix2d::Zero());
 
 /// Share of structure (no ground) that coincides at a given pose, of the cloud for which it is
 /// larger; only points within `radius_m` of both origins count. 0 if there are

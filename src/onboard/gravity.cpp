@@ -250,21 +250,25 @@ void GravityEstimator::filter(const Slope& measured) noexcept {
 void GravityEstimator::conclude() noexcept {
   estimate_ = {};
   Slope joined = session_;
-  if (promise_sigma_ > 0.0) {
+  bool promised = promise_sigma_ > 0.0;
+  if (promised) {
     const Eigen::Matrix2d promise = square(promise_sigma_) * Eigen::Matrix2d::Identity();
     if (!session_.valid) {
       joined = {Vector::Zero(), promise, true};
     } else {
       const Eigen::Matrix2d sum = session_.covariance + promise;
       estimate_.contradicted = mahalanobis_squared(session_.mean, sum) > kContradiction;
-      if (!estimate_.contradicted) {
+      promised = !estimate_.contradicted;
+      if (promised) {
         const Eigen::Matrix2d gain = session_.covariance * Cholesky<2>(sum).inverse();
         joined.mean -= gain * session_.mean;
         joined.covariance -= gain * session_.covariance;
       }
     }
   }
-  if (!joined.valid || !(largest_variance(joined.covariance) < square(kMaxSigma))) return;
+  // A promise says how level the odometry is, however uncertain that is.
+  if (!joined.valid) return;
+  if (!promised && !(largest_variance(joined.covariance) < square(kMaxSigma))) return;
   estimate_.known = true;
   estimate_.up = direction(joined.mean);
   const Eigen::Vector3d& up = estimate_.up;

@@ -327,6 +327,7 @@ void Pipeline::State::describe_place() noexcept {
   }
   budget.measure(Budget::Part::kDescribing, 1,
                  [this] { view.place = describer.describe(view.static_cells); });
+  view.place.up = view.up;
   dropped(DropCause::kDescriptionFull) = describer.dropped();
 }
 

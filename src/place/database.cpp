@@ -73,6 +73,7 @@ void PlaceDatabase::State::insert(const PlaceView& place, KeyframeId id,
   StoredPlace& stored = places_[slot];
   stored = {};
   stored.id = id;
+  stored.up = place.up;
   stored.T_session_place = seen_from_above(T_session_place);
   keypoints_.clear();
   const std::size_t first = std::size_t{slot} * shape_.max_keypoints;

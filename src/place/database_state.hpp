@@ -51,6 +51,7 @@ class PlaceDatabase::State {
     std::uint16_t keypoints;
     std::uint16_t planes;
     std::uint16_t triangles;
+    KeyframeUp up;
   };
   // A pose of the query relative to one stored place.
   struct Hypothesis {
@@ -77,6 +78,9 @@ class PlaceDatabase::State {
   void limit_candidates() noexcept;
   void load_targets(std::uint32_t slot) noexcept;
   float consensus(const PlanarPose& pose, float radius_m) noexcept;
+  float consensus(const Pose& pose, float radius_m) noexcept;
+  template <typename ToMatch>
+  float pair_keypoints(const ToMatch& to_match, float radius_m) noexcept;
   void refine(Hypothesis& hypothesis) noexcept;
   bool verify(const Hypothesis& hypothesis, LoopCandidate& result) noexcept;
   bool score_pose(const Hypothesis& hypothesis, LoopCandidate& result) noexcept;
@@ -102,6 +106,7 @@ class PlaceDatabase::State {
 
   // Working memory of one search or insertion.
   FixedVector<Keypoint> keypoints_;  // the finite ones of the place at hand
+  KeyframeUp query_up_;
   FixedVector<Triangle> triangles_;
   PoseVotes votes_;
   FixedVector<Hypothesis> hypotheses_;

@@ -6,7 +6,9 @@
 
 #include "column_code.hpp"
 #include "database_state.hpp"
+#include "unimapper/core/cholesky.hpp"
 #include "unimapper/core/quantile.hpp"
+#include "unimapper/core/tilt_prior.hpp"
 
 namespace unimapper {
 namespace {
@@ -42,20 +44,46 @@ float confidence_of(float evidence, float smaller_place, float overlap) noexcept
   return (1.0F + kHalfProduct) * product / (product + kHalfProduct);
 }
 
-// The pose without its tilt. Heights of keypoints are the ground's, which a sensor that hardly sees
-// the ground measures badly: gravity is more accurate than a tilt fitted to them, and the median of
-// the height differences more than their mean. The planes determine what tilt there is.
-Pose levelled(const Pose& pose, std::span<const PointPair> pairs) noexcept {
-  const PlanarPose above = seen_from_above(pose);
-  Pose result;
-  result.rotation << static_cast<double>(above.cosine), -static_cast<double>(above.sine), 0.0,
-      static_cast<double>(above.sine), static_cast<double>(above.cosine), 0.0, 0.0, 0.0, 1.0;
+// Heights of keypoints are the ground's, which a sensor that hardly sees the ground measures badly:
+// standard deviation of each height, metres, and of the slope that all of them err by together,
+// rad: 1.3 degrees.
+constexpr double kHeightSigma = 0.3;
+constexpr double kSlopeSigma = 0.0227;
+// Standard deviation of the tilt that planes determine, rad: 1 degree.
+constexpr double kPlaneTilt = 0.0175;
+
+// Information about the tilt that is in the heights of matched keypoints, 1/rad².
+Eigen::Matrix2d tilt_information(const Pose& pose, std::span<const PointPair> pairs) noexcept {
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
+  for (const PointPair& pair : pairs) {
+    const Eigen::Vector2d at = (pose.rotation * pair.a).head<2>();
+    mean += at;
+    second += at * at.transpose();
+  }
+  mean /= static_cast<double>(pairs.size());
+  const Eigen::Matrix2d heights =
+      (second - static_cast<double>(pairs.size()) * mean * mean.transpose()) /
+      (kHeightSigma * kHeightSigma);
+  // The inverse of the sum of both covariances; the slope's alone has one where pairs lie on a
+  // line.
+  const Eigen::Matrix2d sum = Eigen::Matrix2d::Identity() + kSlopeSigma * kSlopeSigma * heights;
+  const Eigen::Matrix2d information = heights * Cholesky<2>(sum).inverse();
+  return 0.5 * (information + information.transpose());
+}
+
+// The pose with another tilt, and the translation that belongs to it. The median of the height
+// differences is more accurate than their mean.
+Pose turned(const Pose& pose, const Eigen::Vector2d& tilt,
+            std::span<const PointPair> pairs) noexcept {
+  Pose result = with_tilt(pose, tilt);
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
   double heights[255];
   const std::size_t count = std::min<std::size_t>(pairs.size(), 255);
   for (std::size_t i = 0; i < count; ++i) {
-    offset += pairs[i].b - result.rotation * pairs[i].a;
-    heights[i] = pairs[i].b.z() - pairs[i].a.z();
+    const Eigen::Vector3d difference = pairs[i].b - result.rotation * pairs[i].a;
+    offset += difference;
+    heights[i] = difference.z();
   }
   result.translation = offset / static_cast<double>(count);
   result.translation.z() = median(std::span(heights, count));
@@ -84,12 +112,13 @@ void PlaceDatabase::State::load_targets(std::uint32_t slot) noexcept {
 // once, by the first (strongest) query keypoint. Returns the evidence: a pair counts the more
 // the closer it is and the more alike its columns are, at most 1. A chance pair, somewhere within
 // the radius and of another shape, counts about 0.15, a true one 0.5 to 0.8.
-float PlaceDatabase::State::consensus(const PlanarPose& pose, float radius_m) noexcept {
+template <typename ToMatch>
+float PlaceDatabase::State::pair_keypoints(const ToMatch& to_match, float radius_m) noexcept {
   pairs_.clear();
   float evidence = 0.0F;
   std::uint64_t used[4] = {0, 0, 0, 0};
   for (const Keypoint& keypoint : keypoints_) {
-    const Eigen::Vector2f at = pose * Eigen::Vector2f(keypoint.position.head<2>());
+    const Eigen::Vector2f at = to_match(keypoint.position);
     float distance_squared = 0.0F;
     const std::uint32_t nearest = targets_.nearest(at.x(), at.y(), radius_m, distance_squared);
     if (nearest == KeypointGrid::kNone) continue;
@@ -102,6 +131,21 @@ float PlaceDatabase::State::consensus(const PlanarPose& pose, float radius_m) no
     evidence += closeness * column_similarity(keypoint.occupancy, point.code);
   }
   return evidence;
+}
+
+float PlaceDatabase::State::consensus(const PlanarPose& pose, float radius_m) noexcept {
+  return pair_keypoints(
+      [&](const Eigen::Vector3f& p) -> Eigen::Vector2f {
+        return pose * Eigen::Vector2f(p.head<2>());
+      },
+      radius_m);
+}
+
+float PlaceDatabase::State::consensus(const Pose& pose, float radius_m) noexcept {
+  const Eigen::Matrix<float, 2, 3> rotation = pose.rotation.topRows<2>().cast<float>();
+  const Eigen::Vector2f shift = pose.translation.head<2>().cast<float>();
+  return pair_keypoints(
+      [&](const Eigen::Vector3f& p) -> Eigen::Vector2f { return rotation * p + shift; }, radius_m);
 }
 
 // Alternates between pairing and fitting with a shrinking radius.
@@ -175,10 +219,13 @@ bool PlaceDatabase::State::score_pose(const Hypothesis& hypothesis,
   (void)consensus(hypothesis.pose, config_.inlier_distance_m);
   Pose pose;
   if (!fit_rigid(pairs_.view(), pose)) return false;
-  // Both frames are level, so their z axes must agree.
-  const double level = std::cos(static_cast<double>(config_.max_tilt_rad));
-  if (pose.rotation(2, 2) < level) return false;
-  pose = levelled(pose, pairs_.view());
+  // What the keypoints' heights say of the tilt, and what is known before of it.
+  const auto max_sigmas = static_cast<double>(config_.tilt.max_sigmas);
+  const TiltPrior prior(places_[hypothesis.slot].up, query_up_, pose, config_.tilt);
+  const Eigen::Matrix2d measured = tilt_information(pose, pairs_.view());
+  if (!(pose.rotation(2, 2) > 0.0)) return false;  // the other way up
+  if (prior.sigmas(tilt_of(pose), measured) > max_sigmas) return false;
+  pose = turned(pose, prior.posterior(tilt_of(pose), measured), pairs_.view());
   const auto smaller = static_cast<float>(
       std::min<std::size_t>(keypoints_.size(), places_[hypothesis.slot].keypoints));
   const float distinctness =
@@ -186,13 +233,13 @@ bool PlaceDatabase::State::score_pose(const Hypothesis& hypothesis,
   // Where not even perfect planes could make the match acceptable, its pose is left as it is.
   const float ceiling = confidence_of(hypothesis.evidence, smaller, 1.0F) * distinctness;
   if (ceiling > kRefinedShare * accept_score_) {
-    pose = overlap_.refine(pose);
-    if (pose.rotation(2, 2) < level) return false;
+    pose = overlap_.refine(pose, prior.information());
+    if (prior.sigmas(tilt_of(pose), kPlaneTilt) > max_sigmas) return false;
   }
   const OverlapResult overlap = overlap_.compare(pose);
 
   // The planes may have moved the pose: the keypoints are paired once more.
-  const float evidence = consensus(seen_from_above(pose), config_.inlier_distance_m);
+  const float evidence = consensus(pose, config_.inlier_distance_m);
   result.match = places_[hypothesis.slot].id;
   result.votes = hypothesis.votes;
   result.inliers = static_cast<std::uint32_t>(pairs_.size());

@@ -9,6 +9,7 @@ namespace unimapper {
 
 void PlaceDatabase::State::load_query(const PlaceView& query) noexcept {
   keypoints_.clear();
+  query_up_ = query.up;
   for (const Keypoint& keypoint : query.keypoints) {
     if (!keypoint.position.allFinite() || !keypoint.normal.allFinite()) continue;
     if (!keypoints_.push_back(keypoint)) break;

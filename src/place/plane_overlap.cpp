@@ -6,7 +6,7 @@
 
 #include "plane_voxels.hpp"
 #include "unimapper/core/cholesky.hpp"
-#include "unimapper/core/symmetric_eigen.hpp"
+#include "unimapper/core/tilt_prior.hpp"
 #include "unimapper/core/voxel_key.hpp"
 
 namespace unimapper::place {
@@ -24,6 +24,9 @@ constexpr std::uint32_t kSampledLevel = 96;
 constexpr float kRangeSlack = 2.0F;  // metres
 constexpr float kSlopeSlack = 0.05F;
 constexpr int kRefinements = 4;
+// Distance of a plane to its counterpart, standard deviation; that of all planes together, since
+// neighbours of one facade err alike.
+constexpr double kPlaneSigma = 0.15;
 // An entry of the voxels has 16 bits.
 constexpr std::uint32_t kMaxPlanes = 65535;
 
@@ -166,7 +169,8 @@ OverlapResult PlaneOverlap::compare(const Pose& T_match_query) const noexcept {
   return result;
 }
 
-Pose PlaneOverlap::refine(const Pose& T_match_query) const noexcept {
+Pose PlaneOverlap::refine(const Pose& T_match_query,
+                          const Eigen::Matrix2d& tilt_information) const noexcept {
   using Vector6 = Eigen::Matrix<double, 6, 1>;
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   Pose pose = T_match_query;
@@ -175,6 +179,11 @@ Pose PlaneOverlap::refine(const Pose& T_match_query) const noexcept {
     Matrix6 hessian = Matrix6::Identity();
     hessian.topLeftCorner<3, 3>() *= 100.0;
     Vector6 gradient = Vector6::Zero();
+    // The residuals of the planes are metres: what else counts is weighed by their variance.
+    const Eigen::Matrix2d level = kPlaneSigma * kPlaneSigma * tilt_information;
+    const Eigen::Matrix<double, 2, 3> tilting = tilt_derivative(pose);
+    hessian.topLeftCorner<3, 3>() += tilting.transpose() * level * tilting;
+    gradient.head<3>() += tilting.transpose() * (level * tilt_of(pose));
     const Eigen::Matrix3f rotation = pose.rotation.cast<float>();
     const Eigen::Vector3f shift = pose.translation.cast<float>();
     std::uint32_t pairs = 0;

@@ -45,8 +45,10 @@ class PlaneOverlap {
   [[nodiscard]] OverlapResult compare(const Pose& T_match_query) const noexcept;
 
   /// Moves the pose so that coinciding planes coincide better: point-to-plane least squares with
-  /// a bounded number of re-associations. Unchanged where the planes do not determine it.
-  [[nodiscard]] Pose refine(const Pose& T_match_query) const noexcept;
+  /// a bounded number of re-associations and the information about its tilt, which is zero, 1/rad².
+  /// Unchanged where the planes do not determine it.
+  [[nodiscard]] Pose refine(const Pose& T_match_query,
+                            const Eigen::Matrix2d& tilt_information) const noexcept;
 
  private:
   static constexpr std::uint32_t kMaxSampled = 288;

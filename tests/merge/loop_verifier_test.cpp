@@ -120,8 +120,7 @@ TEST_CASE("Keyframes that know up must agree on it", "[verification]") {
   sessions[0].keyframes[0].up = kSure;
   CHECK(verify(sessions, leaning).decision.accepted);
   sessions[1].keyframes[0].up = kSure;
-  CHECK(measured(verify(sessions, leaning), "sigmas by which the keyframes disagree about up") >
-        4.0);
+  CHECK(measured(verify(sessions, leaning), "tilt in sigmas") > 4.0);
   // Less certain about the axis around which they disagree.
   sessions[1].keyframes[0].up = {true, 1e-5F, 0.0F, 1e-3F};
   CHECK(verify(sessions, leaning).decision.accepted);
@@ -129,6 +128,50 @@ TEST_CASE("Keyframes that know up must agree on it", "[verification]") {
   auto level = yard_from(kTruth);
   level[0].keyframes[0].up = level[1].keyframes[0].up = kSure;
   CHECK(verify(level, kTruth).decision.accepted);
+}
+
+namespace {
+
+/// The yard with both keyframes' up known to `sigma_deg`.
+std::vector<SessionData> yard_known(const Pose& T_match_query, double sigma_deg) {
+  const auto variance = static_cast<float>(std::pow(sigma_deg / kDegreesPerRadian, 2));
+  auto sessions = yard_from(T_match_query);
+  for (SessionData& session : sessions) session.keyframes[0].up = {true, variance, 0.0F, variance};
+  return sessions;
+}
+
+/// What registration alone is allowed to tilt a pose, degrees.
+constexpr double kRegistrationDeg = 0.5;
+
+}  // namespace
+
+TEST_CASE("A loop may be tilted by four sigma of both keyframes' up", "[verification]") {
+  const double sigma = GENERATE(0.3, 0.6, 1.0);
+  const double limit_deg = 4.0 * std::hypot(sigma, sigma, kRegistrationDeg);
+  const auto at = [&](double deg) {
+    const Pose pose = kTruth * tilted(deg / kDegreesPerRadian);
+    return verify(yard_known(pose, sigma), pose);
+  };
+  const LoopConstraint inside = at(limit_deg - 0.2);
+  CHECK(inside.decision.accepted);
+  // The pose carries the tilt: it is not projected to the prior's mean.
+  const double found = std::asin(tilt_of(inside.T_match_query).norm()) * kDegreesPerRadian;
+  CHECK(found == Approx(limit_deg - 0.2).margin(0.1));
+  CHECK(measured(at(limit_deg + 0.2), "tilt in sigmas") ==
+        Approx(4.0 * (limit_deg + 0.2) / limit_deg).epsilon(0.04));
+}
+
+TEST_CASE("Where up is unknown the limit follows from the configured sigma", "[verification]") {
+  MergeConfig config;
+  const double sigma = GENERATE(1.0, 2.0);
+  config.loops.tilt.unknown_up_sigma_deg = static_cast<float>(sigma);
+  const double limit_deg = 4.0 * std::hypot(sigma, sigma, kRegistrationDeg);
+  const auto at = [&](double deg) {
+    const Pose pose = kTruth * tilted(deg / kDegreesPerRadian);
+    return verify(yard_from(pose), pose, config);
+  };
+  CHECK(at(limit_deg - 0.2).decision.accepted);
+  CHECK(measured(at(limit_deg + 0.2), "tilt in sigmas") > 4.0);
 }
 
 TEST_CASE("A true loop is confirmed, its pose corrected", "[verification]") {
@@ -147,21 +190,14 @@ TEST_CASE("A candidate that is no rigid transform is refused", "[verification]")
         "the proposed pose is no rigid transform");
 }
 
-TEST_CASE("A candidate may be out of level up to the limit", "[verification]") {
-  const auto sessions = yard_from(kTruth);
-  const MergeConfig config;
-  const double limit = config.loops.max_tilt_rad;
-  CHECK(verify(sessions, kTruth * tilted(limit - 0.005)).decision.accepted);
-  CHECK(verify(sessions, kTruth * tilted(limit + 0.005)).decision.reason == "not level");
-}
-
-TEST_CASE("An aligned candidate may be out of level up to the limit", "[verification]") {
-  MergeConfig config;
-  const double limit = config.loops.max_tilt_rad;
-  const Pose proposed = kTruth * tilted(limit - 0.03);
-  CHECK(verify(yard_from(kTruth * tilted(limit - 0.01)), proposed).decision.accepted);
-  CHECK(verify(yard_from(kTruth * tilted(limit + 0.01)), proposed).decision.reason ==
-        "not level after alignment");
+TEST_CASE("A candidate may be tilted by four sigma of up and a degree", "[verification]") {
+  const auto sessions = yard_known(kTruth, 0.5);
+  const double limit_deg = 4.0 * std::hypot(0.5, 0.5, 1.0);
+  const auto at = [&](double deg) {
+    return verify(sessions, kTruth * tilted(deg / kDegreesPerRadian));
+  };
+  CHECK(at(limit_deg - 0.1).decision.accepted);
+  CHECK(measured(at(limit_deg + 0.1), "tilt before alignment in sigmas") > 4.0);
 }
 
 TEST_CASE("Structure must coincide before alignment is tried", "[verification]") {
@@ -265,7 +301,7 @@ TEST_CASE("Loops are verified in the candidates' order whatever the number of th
     candidates[i].query = {1, 0};
     candidates[i].match = {0, 0};
     candidates[i].T_match_query =
-        kTruth * shifted(0.1 * static_cast<double>(i), 0.0) * tilted(i % 3 == 2 ? 0.2 : 0.0);
+        kTruth * shifted(0.1 * static_cast<double>(i), 0.0) * tilted(i % 3 == 2 ? 0.25 : 0.0);
   }
   MergeConfig config;
   config.threads = 3;
@@ -274,6 +310,6 @@ TEST_CASE("Loops are verified in the candidates' order whatever the number of th
   REQUIRE(verified.size() == candidates.size());
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     CHECK(verified[i].decision.accepted == (i % 3 != 2));
-    CHECK(verified[i].decision.reason == (i % 3 == 2 ? "not level" : ""));
+    CHECK(verified[i].decision.reason.rfind(i % 3 == 2 ? "tilt before alignment" : "", 0) == 0);
   }
 }

@@ -241,3 +241,35 @@ TEST_CASE("Objects moved between two visits hardly affect the registration", "[r
   CHECK(result.converged);
   CHECK(std::abs(result.T_target_source.translation.x()) < 0.03);
 }
+
+TEST_CASE("what is known of the tilt decides where the surfaces do not", "[registration]") {
+  // One facade: any turn about its normal fits nearly as well.
+  Random random(17);
+  const auto facade = [&](double reach) {
+    std::vector<Eigen::Vector3f> points;
+    for (int i = 0; i < 9000; ++i) {
+      const Eigen::Vector3d p(10.0, random.uniform(-reach, reach), random.uniform(-reach, reach));
+      points.emplace_back((p + random.normal3(0.02)).cast<float>());
+    }
+    return points;
+  };
+  const RegistrationConfig config;
+  const RegistrationCloud target(facade(16.0), {}, config);
+  const RegistrationCloud source(facade(12.0), {}, config);
+  const Pose leaning(Eigen::Quaterniond(Eigen::AngleAxisd(0.03, Eigen::Vector3d::UnitX())),
+                     Eigen::Vector3d::Zero());
+  const auto aligned = [&](double sigma_rad) {
+    const Eigen::Matrix2d information =
+        sigma_rad > 0.0 ? Eigen::Matrix2d(Eigen::Matrix2d::Identity() / (sigma_rad * sigma_rad))
+                        : Eigen::Matrix2d(Eigen::Matrix2d::Zero());
+    return register_clouds(target, source, leaning, config, information);
+  };
+  const RegistrationResult free = aligned(0.0);
+  const RegistrationResult held = aligned(0.003);
+  REQUIRE(free.T_target_source.rotation(2, 1) > 0.01);
+  CHECK(std::abs(held.T_target_source.rotation(2, 1)) <
+        0.5 * std::abs(free.T_target_source.rotation(2, 1)));
+  // Its information is that of the prior and the floor, the others' are the points'.
+  CHECK(held.information(3, 3) > free.information(3, 3));
+  CHECK(held.rmse_m == Approx(free.rmse_m).epsilon(0.2));
+}

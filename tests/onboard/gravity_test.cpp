@@ -208,6 +208,12 @@ TEST_CASE("without anything to see up is unknown, or what the odometry promises"
   CHECK(sigma_deg(up, Eigen::Vector3d::UnitX()) == Approx(0.3).epsilon(0.01));
 }
 
+TEST_CASE("a weak promise is kept as it was given") {
+  GravityEstimator weak = estimator(3.0F);
+  CHECK(weak.estimate().known);
+  CHECK(sigma_deg(weak.add({}), Eigen::Vector3d::UnitY()) == Approx(3.0).epsilon(0.05));
+}
+
 TEST_CASE("normals that are none are ignored") {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInfinity = std::numeric_limits<float>::infinity();

@@ -36,8 +36,8 @@ TEST_CASE("a value out of range is refused by its name") {
   search.max_places = 0;
   CHECK(refused_for(search, "max_places"));
   search = {};
-  search.max_tilt_rad = nan;
-  CHECK(refused_for(search, "max_tilt_rad"));
+  search.tilt.max_sigmas = nan;
+  CHECK(refused_for(search, "max_sigmas"));
   search = {};
   search.triangles.max_side_m = 1.0F;
   CHECK(refused_for(search, "triangles.max_side_m"));

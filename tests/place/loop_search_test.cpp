@@ -7,6 +7,7 @@
 
 #include "synthetic_place.hpp"
 #include "tests/random.hpp"
+#include "unimapper/core/tilt_prior.hpp"
 #include "unimapper/core/voxel_key.hpp"
 #include "unimapper/place/database.hpp"
 
@@ -23,7 +24,8 @@ const Pose kOrigin;
 struct Description {
   std::vector<Keypoint> keypoints;
   std::vector<PlanePatch> planes;
-  [[nodiscard]] PlaceView view() const { return {keypoints, planes}; }
+  KeyframeUp up;
+  [[nodiscard]] PlaceView view() const { return {keypoints, planes, up}; }
 };
 
 /// Keypoints with random positions and columns, and upright planes, within 30 m.
@@ -224,4 +226,77 @@ TEST_CASE("matches that find no room among the votes are counted") {
   CHECK(dropped(1U << 16U) == 0);
   CHECK(dropped(64) > 100);
   CHECK(dropped(64) == dropped(100) + 36);
+}
+
+namespace {
+
+/// The place in a frame that leans by so much, with up known to `sigma_deg`; 0: unknown.
+Description leaning(Description place, double deg, double sigma_deg) {
+  const Eigen::Vector3d axis(0.6, -0.8, 0.0);
+  const Eigen::Matrix3f turn =
+      Eigen::AngleAxisd(deg / kDegreesPerRadian, axis).toRotationMatrix().cast<float>();
+  for (Keypoint& keypoint : place.keypoints) keypoint.position = (turn * keypoint.position).eval();
+  for (PlanePatch& patch : place.planes) {
+    patch.center = (turn * patch.center).eval();
+    patch.normal = (turn * patch.normal).eval();
+  }
+  const double variance = sigma_deg * sigma_deg / (kDegreesPerRadian * kDegreesPerRadian);
+  if (variance > 0.0) {
+    place.up = {true, static_cast<float>(variance), 0.0F, static_cast<float>(variance)};
+  }
+  return place;
+}
+
+/// What is found of a place that leans by so much against the stored one, both with up known to
+/// `sigma_deg`.
+std::vector<LoopCandidate> find_leaning(double deg, double sigma_deg) {
+  const Description place = random_place(8, 40);
+  Owned<PlaceDatabase> database(small());
+  const Description stored = leaning(place, 0.0, sigma_deg);
+  const Description query = leaning(place, deg, sigma_deg);
+  database->insert(stored.view(), {1, 0}, kOrigin);
+  const auto found = database->search(query.view(), kQuery, {});
+  return {found.begin(), found.end()};
+}
+
+double tilt_deg(const LoopCandidate& loop) {
+  return std::asin(tilt_of(loop.T_match_query).norm()) * kDegreesPerRadian;
+}
+
+}  // namespace
+
+TEST_CASE("a place may lean as far as both frames are uncertain of up") {
+  // Four sigma of 0.6 degrees in both frames and of the keypoints' heights, 1.3 degrees: 6.2.
+  REQUIRE(find_leaning(0.0, 0.6).size() == 1);
+  CHECK(find_leaning(0.0, 0.6)[0].accepted);
+  REQUIRE(find_leaning(3.0, 0.6).size() == 1);
+  REQUIRE(find_leaning(5.0, 0.6).size() == 1);
+  CHECK(find_leaning(7.0, 0.6).empty());
+  // The same tilt is nothing where up is less certain.
+  REQUIRE(find_leaning(7.0, 1.5).size() == 1);
+  CHECK(find_leaning(7.0, 1.5)[0].accepted);
+}
+
+TEST_CASE("where up is unknown the pose leans as heights and planes say") {
+  for (const double deg : {1.0, 3.0, 5.0}) {
+    const auto found = find_leaning(deg, 0.0);
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].accepted);
+    CHECK(tilt_deg(found[0]) > 0.8 * deg);
+    CHECK(tilt_deg(found[0]) < deg + 0.3);
+  }
+}
+
+TEST_CASE("heights that contradict what is known of up do not tilt the pose") {
+  Description place = random_place(9, 40);
+  place.planes.clear();
+  place = leaning(place, 0.0, 0.1);
+  Description query = place;
+  // Ground that is seen to slope, as by a sensor that hardly sees it.
+  for (Keypoint& keypoint : query.keypoints) keypoint.position.z() += 0.02F * keypoint.position.x();
+  Owned<PlaceDatabase> database(small());
+  database->insert(place.view(), {1, 0}, kOrigin);
+  const auto found = database->search(query.view(), kQuery, {});
+  REQUIRE(found.size() == 1);
+  CHECK(tilt_deg(found[0]) < 0.15);
 }

@@ -47,14 +47,6 @@ struct PlanePatch {
   Eigen::Vector3f normal;  ///< unit length, oriented towards the sensor's origin
 };
 
-/// What one keyframe looks like to loop search, in its levelled frame (paper section V-A).
-/// Triangles are not part of it: they follow from the keypoints, bit-identically, wherever they are
-/// needed, so only keypoints are transmitted.
-struct PlaceView {
-  std::span<const Keypoint> keypoints;  ///< repeatable points of the static scene
-  std::span<const PlanePatch> planes;   ///< planar voxels
-};
-
 /// How well the z axis of a keyframe's frame is known to point up.
 struct KeyframeUp {
   bool known = false;  ///< false: z is the odometry's z axis, and nothing tells how level that is
@@ -64,6 +56,15 @@ struct KeyframeUp {
   float variance_y = 0.0F;     ///< of y
 
   friend bool operator==(const KeyframeUp&, const KeyframeUp&) = default;
+};
+
+/// What one keyframe looks like to loop search, in its levelled frame (paper section V-A).
+/// Triangles are not part of it: they follow from the keypoints, bit-identically, wherever they are
+/// needed, so only keypoints are transmitted.
+struct PlaceView {
+  std::span<const Keypoint> keypoints;  ///< repeatable points of the static scene
+  std::span<const PlanePatch> planes;   ///< planar voxels
+  KeyframeUp up{};                      ///< how level the frame is
 };
 
 /// What a keyframe consists of, to be sent or stored. Every span points into memory

@@ -40,7 +40,7 @@ struct KeyframeRecord {
   std::uint64_t left_out = 0;  ///< cells, keypoints and planes too far away for the wire
 
   /// The descriptor; it points into this record.
-  [[nodiscard]] PlaceView place() const { return {keypoints, planes}; }
+  [[nodiscard]] PlaceView place() const { return {keypoints, planes, up}; }
 };
 
 /// Everything known of one session, keyframes in ascending `sequence`; gaps are possible.

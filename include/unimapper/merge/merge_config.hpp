@@ -9,6 +9,7 @@
 #include "unimapper/core/expected.hpp"
 #include "unimapper/core/grid_size.hpp"
 #include "unimapper/core/parameter_table.hpp"
+#include "unimapper/core/tilt_prior.hpp"
 #include "unimapper/free_space/evidence_weights.hpp"
 
 namespace unimapper::merge {
@@ -94,7 +95,7 @@ struct LoopConfig {
   double min_path_gap_m = 20.0;
   std::uint32_t candidates_per_keyframe = 3;
   std::uint32_t max_candidates_per_pair = 200;
-  double max_tilt_rad = 0.09;
+  TiltConfig tilt;  ///< prior on the tilt between two keyframes, in search and verification
   double min_initial_overlap = 0.3;
   double min_overlap = 0.45;
   double max_rmse_m = 0.35;
@@ -113,9 +114,7 @@ consteval auto parameters_of(const LoopConfig*) {
                                              "Candidates verified per keyframe and other session."),
       parameter<&C::max_candidates_per_pair>("[1, 5000]", "", "choice",
                                              "Candidates verified per pair of sessions."),
-      parameter<&C::max_tilt_rad>(
-          "[0.01, 1]", "rad", "choice",
-          "Both keyframe frames are level: largest roll and pitch between them."),
+      parameters_in<&C::tilt>(),
       parameter<&C::min_initial_overlap>("[0, 1]", "", "choice",
                                          "Overlap of structure before G-ICP is tried."),
       parameter<&C::min_overlap>("[0, 1]", "", "choice",

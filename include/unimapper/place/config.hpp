@@ -9,6 +9,7 @@
 #include "unimapper/core/expected.hpp"
 #include "unimapper/core/grid_size.hpp"
 #include "unimapper/core/parameter_table.hpp"
+#include "unimapper/core/tilt_prior.hpp"
 
 namespace unimapper {
 
@@ -112,7 +113,7 @@ struct LoopSearchConfig {
   std::uint32_t max_verified = 4;
   float inlier_distance_m = 0.8F;
   std::uint32_t min_inliers = 5;
-  float max_tilt_rad = 0.09F;
+  TiltConfig tilt;  ///< prior on the tilt between two keyframes
   float accept_confidence = 0.97F;
 
   /// `kOk`, or what is wrong in words.
@@ -153,8 +154,7 @@ consteval auto parameters_of(const LoopSearchConfig*) {
                                        "Keypoints this close to each other agree with a pose."),
       parameter<&C::min_inliers>("[3, 255]", "", "measured",
                                  "Fewer agreeing keypoints are no hypothesis."),
-      parameter<&C::max_tilt_rad>("(0, 0.5]", "rad", "measured",
-                                  "Roll and pitch between levelled frames."),
+      parameters_in<&C::tilt>(),
       parameter<&C::accept_confidence>("[0, 1]", "", "measured",
                                        "Candidates that are right with at least this probability "
                                        "are accepted."));

@@ -8,6 +8,7 @@
 #include "ports/lcm/live.hpp"
 #include "ports/lcm/received_log.hpp"
 #include "src/apps/merge/options.hpp"
+#include "unimapper/merge/keyframe_level.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -116,6 +117,12 @@ std::vector<InputSession> gather_sessions(const MergeOptions& options) {
     return std::tie(a.data.info.name, a.data.info.id, a.run) <
            std::tie(b.data.info.name, b.data.info.id, b.run);
   });
+  for (auto& input : inputs) {
+    const std::size_t levelled = merge::level_keyframes(input.data.keyframes);
+    if (levelled == 0) continue;
+    std::cerr << "unimapper: " << input.data.info.name << ": " << levelled
+              << " keyframes levelled by others that know up\n";
+  }
   std::set<std::string> taken;
   for (auto& input : inputs) {
     const std::string name = input.data.info.name;

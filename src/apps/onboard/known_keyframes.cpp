@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "ports/lcm/received_log.hpp"
+#include "unimapper/merge/keyframe_level.hpp"
 #include "unimapper/merge/plane_restorer.hpp"
 
 namespace unimapper::apps {
@@ -16,6 +17,7 @@ std::vector<EarlierSession> read_earlier_runs(const std::vector<std::filesystem:
     faults.insert(faults.end(), log.faults.begin(), log.faults.end());
     for (SessionData& session : log.sessions) {
       if (session.keyframes.empty()) continue;
+      (void)merge::level_keyframes(session.keyframes);
       sessions.push_back({session.info.name, std::move(session.keyframes)});
     }
     if (sessions.empty()) {

@@ -109,7 +109,7 @@ void print_summary(const RunStatistics& statistics, std::uint64_t allocations) {
                static_cast<unsigned long long>(allocations));
 }
 
-void print_up(const RunStatistics& statistics) {
+void print_up(const RunStatistics& statistics, const PipelineConfig& config) {
   std::fprintf(stderr, "onboard: up known in %llu of %llu keyframes",
                static_cast<unsigned long long>(statistics.keyframes_up_known()),
                static_cast<unsigned long long>(statistics.keyframes()));
@@ -118,6 +118,16 @@ void print_up(const RunStatistics& statistics) {
                  static_cast<double>(statistics.odometry_tilt_deg()));
   }
   std::fprintf(stderr, "\n");
+  const std::uint64_t unknown = statistics.keyframes() - statistics.keyframes_up_known();
+  if (unknown > 0) {
+    std::fprintf(
+        stderr,
+        "onboard: warning: up is unknown in %llu keyframes%s; loops take their z axis to be "
+        "up within %.1f deg (loop_search.tilt.unknown_up_sigma_deg)\n",
+        static_cast<unsigned long long>(unknown),
+        config.odometry.up_sigma_deg > 0.0F ? "" : ", and odometry.up_sigma_deg promises nothing",
+        static_cast<double>(config.loop_search.tilt.unknown_up_sigma_deg));
+  }
   if (statistics.keyframes_up_contradicted() == 0) return;
   std::fprintf(stderr,
                "onboard: warning: in %llu keyframes up is not where odometry.up_sigma_deg says, by "
@@ -239,7 +249,7 @@ void run_onboard(const OnboardOptions& options) {
   if (publisher != nullptr) run.keyframes_not_published = publisher->finish().keyframes_dropped;
   folder.write_text("stats.json", statistics.to_json(run));
   print_summary(statistics, replay.allocations());
-  print_up(statistics);
+  print_up(statistics, pipeline->config());
   warn_of_full_containers(statistics);
   warn_of_input(statistics, pipeline->config().free_space);
 }

@@ -178,6 +178,7 @@ std::string RunStatistics::to_json(const Run& run) const {
   json["loops"] = {{"candidates", loop_candidates_}, {"accepted", loops_accepted_}};
 
   json["up"] = {{"known", keyframes_up_known()},
+                {"unknown", keyframes_ - keyframes_up_known()},
                 {"contradicted", keyframes_up_contradicted()},
                 {"odometry_tilt_deg", rounded(odometry_tilt_deg())}};
 

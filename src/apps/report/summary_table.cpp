@@ -93,6 +93,12 @@ std::string summary_table(const ReportInput& input) {
           std::to_string(summary.merged_sessions) + " of " +
           std::to_string(summary.sessions.size()) + " sessions in one frame\n";
   for (const SessionSummary& session : summary.sessions) {
+    if (session.up_known == session.keyframes) continue;
+    text += session.name + ": up is unknown in " +
+            std::to_string(session.keyframes - session.up_known) + " of " +
+            std::to_string(session.keyframes) + " keyframes, nothing tells how level they are\n";
+  }
+  for (const SessionSummary& session : summary.sessions) {
     if (session.reason.empty()) continue;
     text += session.name + " is not connected: " + session.reason + "\n";
   }

@@ -1,0 +1,120 @@
+// Keyframes levelled by what others of their session know of up
+#include "unimapper/merge/keyframe_level.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "src/merge/loop_search.hpp"
+#include "tests/merge/synthetic_town.hpp"
+
+using namespace unimapper;
+using namespace unimapper::merge;
+
+namespace {
+
+constexpr float kSure = 1e-5F;  // (0.18 degrees)²
+
+/// A keyframe of a session on a tilted mount: z is the odometry's until up is known.
+KeyframeRecord keyframe_at(double along_m, const Eigen::Vector3d& up, bool known) {
+  Pose sensor;
+  sensor.translation = Eigen::Vector3d(along_m, 0.0, 0.0);
+  KeyframeRecord keyframe;
+  keyframe.T_odometry_keyframe = known ? level_frame(sensor, up) : sensor;
+  if (known) keyframe.up = {true, kSure, 0.0F, 2.0F * kSure};
+  for (const Eigen::Vector3d& p :
+       {Eigen::Vector3d(5.0, 1.0, 0.0), Eigen::Vector3d(0.0, -7.0, 3.0)}) {
+    const Eigen::Vector3d own = keyframe.T_odometry_keyframe.inverse() * (sensor * p);
+    keyframe.static_cells.push_back({own.cast<float>(), 3, 0, 0});
+    keyframe.dynamic_cells.push_back({own.cast<float>(), 3, 0, 0});
+  }
+  return keyframe;
+}
+
+const Eigen::Vector3d kUp = Eigen::Vector3d(-0.17, 0.05, 1.0).normalized();
+
+}  // namespace
+
+TEST_CASE("a keyframe before up was known is levelled by one after it") {
+  std::vector<KeyframeRecord> keyframes = {
+      keyframe_at(0.0, kUp, false), keyframe_at(5.0, kUp, false), keyframe_at(10.0, kUp, true)};
+  const std::vector<KeyframeRecord> before = keyframes;
+  CHECK(level_keyframes(keyframes) == 2);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const KeyframeRecord& keyframe = keyframes[k];
+    CHECK((keyframe.T_odometry_keyframe.rotation.col(2) - kUp).norm() < 1e-9);
+    CHECK(keyframe.T_odometry_keyframe.is_rigid(1e-9));
+    CHECK(keyframe.T_odometry_keyframe.translation == before[k].T_odometry_keyframe.translation);
+    for (std::size_t i = 0; i < keyframe.static_cells.size(); ++i) {
+      // The cells stay where they are in the odometry frame.
+      const Eigen::Vector3d is =
+          keyframe.T_odometry_keyframe * keyframe.static_cells[i].position.cast<double>().eval();
+      const Eigen::Vector3d was =
+          before[k].T_odometry_keyframe * before[k].static_cells[i].position.cast<double>().eval();
+      CHECK((is - was).norm() < 1e-5);
+      CHECK(keyframe.dynamic_cells[i].position == keyframe.static_cells[i].position);
+    }
+  }
+  // The odometry drifts by 0.05 degrees per keyframe.
+  const double drift = std::pow(0.05 / kDegreesPerRadian, 2);
+  REQUIRE(keyframes[0].up.known);
+  CHECK(static_cast<double>(keyframes[0].up.variance_x) ==
+        Approx(static_cast<double>(kSure) + 2.0 * drift).epsilon(1e-3));
+  CHECK(static_cast<double>(keyframes[1].up.variance_y) ==
+        Approx(2.0 * static_cast<double>(kSure) + drift).epsilon(1e-3));
+  CHECK(keyframes[2].up == before[2].up);
+}
+
+TEST_CASE("of several keyframes that know up the one that tells most counts") {
+  const Eigen::Vector3d other = Eigen::Vector3d(0.1, 0.0, 1.0).normalized();
+  std::vector<KeyframeRecord> keyframes = {
+      keyframe_at(0.0, kUp, true), keyframe_at(5.0, kUp, false), keyframe_at(10.0, other, true)};
+  keyframes[0].up.variance_x = 100.0F * kSure;
+  CHECK(level_keyframes(keyframes) == 1);
+  CHECK((keyframes[1].T_odometry_keyframe.rotation.col(2) - other).norm() < 1e-9);
+}
+
+TEST_CASE("nothing is levelled where no keyframe knows up, or beyond a jump of the odometry") {
+  std::vector<KeyframeRecord> unknown = {keyframe_at(0.0, kUp, false),
+                                         keyframe_at(5.0, kUp, false)};
+  CHECK(level_keyframes(unknown) == 0);
+  CHECK_FALSE(unknown[0].up.known);
+  std::vector<KeyframeRecord> none;
+  CHECK(level_keyframes(none) == 0);
+  std::vector<KeyframeRecord> restarted = {keyframe_at(0.0, kUp, false),
+                                           keyframe_at(500.0, kUp, true)};
+  CHECK(level_keyframes(restarted) == 0);
+  CHECK(restarted[0].T_odometry_keyframe.rotation == Eigen::Matrix3d::Identity());
+}
+
+TEST_CASE("levelled keyframes are found again") {
+  using namespace unimapper::merge::testing;
+  const Town town = make_town(3, 3);
+  const std::vector<Pose> route = drive_roads({{1, 0.4}, {1, 1}, {1.6, 1}});
+  std::vector<SessionData> sessions = {record(town, route, "level", 1).session,
+                                       record(town, route, "tilted", 2).session};
+  std::vector<KeyframeRecord>& tilted = sessions[1].keyframes;
+  const Pose tilt(Eigen::Quaterniond(Eigen::AngleAxisd(0.15, Eigen::Vector3d(0.6, 0.8, 0.0))),
+                  Eigen::Vector3d::Zero());
+  for (std::size_t k = 0; k < tilted.size(); ++k) {
+    const Pose T_odometry_before = tilt * tilted[k].T_odometry_keyframe;
+    const bool knows = k + 1 == tilted.size();
+    if (knows) tilted[k].up = {true, kSure, 0.0F, kSure};
+    tilted[k].T_odometry_keyframe =
+        knows ? T_odometry_before : level_frame(T_odometry_before, Eigen::Vector3d::UnitZ());
+    const Pose T_now_before = tilted[k].T_odometry_keyframe.inverse() * T_odometry_before;
+    for (FineCell& cell : tilted[k].static_cells) {
+      cell.position = (T_now_before * cell.position.cast<double>().eval()).cast<float>();
+    }
+    if (!knows) tilted[k].keypoints.clear();
+    tilted[k].planes.clear();
+  }
+  CHECK(level_keyframes(tilted) == tilted.size() - 1);
+  std::size_t accepted = 0;
+  for (const LoopCandidate& loop : find_inter_session_candidates(sessions, {})) {
+    // The two drives are the same: of a pair with equal numbers the truth is identity.
+    if (loop.accepted && loop.query.keyframe == loop.match.keyframe) {
+      accepted += loop.T_match_query.translation.norm() < 0.5 ? 1 : 0;
+    }
+  }
+  CHECK(accepted * 10 > tilted.size() * 7);
+}
