@@ -1,4 +1,4 @@
-// Command-line tool: two sessions out of one recording, by alternate scans or by halves.
+// Command-line tool: two sessions out of one recording, by alternate scans or cut in two.
 //
 // The second session gets another odometry frame, as if the robot had started elsewhere; the true
 // poses are written beside both as gt_poses.txt. Scans are symbolic links.
@@ -19,10 +19,10 @@ namespace {
 using namespace unimapper;
 namespace fs = std::filesystem;
 
-/// Yaw far from any symmetry, a tilt as of real odometry, an origin where floats lose precision.
-Pose other_odometry() {
+/// Yaw far from any symmetry, a tilt, an origin where floats lose precision.
+Pose other_odometry(double tilt_deg) {
   const Eigen::AngleAxisd yaw(137.0 / kDegreesPerRadian, Eigen::Vector3d::UnitZ());
-  const Eigen::AngleAxisd roll(2.0 / kDegreesPerRadian, Eigen::Vector3d::UnitX());
+  const Eigen::AngleAxisd roll(tilt_deg / kDegreesPerRadian, Eigen::Vector3d::UnitX());
   return {Eigen::Quaterniond(yaw * roll), {5000.0, -3000.0, 40.0}};
 }
 
@@ -51,12 +51,19 @@ void write_session(const fs::path& recording, const datasets::Dataset& dataset,
   datasets::write_times(out / "times.txt", stamps_ns);
 }
 
-void split(std::string_view how, const fs::path& recording, const fs::path& out) {
+/// Scans of the first session where the recording is cut in two.
+std::size_t cut_at(std::string_view how, std::size_t scans) {
+  if (how == "first-third") return scans / 3;
+  return how == "last-third" ? 2 * scans / 3 : scans / 2;
+}
+
+void split(std::string_view how, double tilt_deg, const fs::path& recording, const fs::path& out) {
   const auto dataset = datasets::open_dataset(recording);
   Session first;
-  Session second{{}, other_odometry()};
+  Session second{{}, other_odometry(tilt_deg)};
+  const std::size_t cut = cut_at(how, dataset->scan_count());
   for (std::size_t i = 0; i < dataset->scan_count(); ++i) {
-    const bool in_first = how == "alternating" ? i % 2 == 0 : i < dataset->scan_count() / 2;
+    const bool in_first = how == "alternating" ? i % 2 == 0 : i < cut;
     (in_first ? first : second).scans.push_back(i);
   }
   write_session(recording, *dataset, first, out / "A");
@@ -67,17 +74,21 @@ void split(std::string_view how, const fs::path& recording, const fs::path& out)
 
 int main(int argc, char** argv) {
   std::string how;
+  double tilt_deg = 2.0;
   fs::path recording;
   fs::path out;
   CLI::App app{"Makes two sessions of one recording, OUT/A and OUT/B."};
-  app.add_option("HOW", how, "Every second scan, or the halves")
+  app.add_option("HOW", how, "Every second scan, or cut after a half, a third, two thirds")
       ->required()
-      ->check(CLI::IsMember({"alternating", "halves"}));
+      ->check(CLI::IsMember({"alternating", "halves", "first-third", "last-third"}));
   app.add_option("RECORDING", recording)->required()->check(CLI::ExistingDirectory);
   app.add_option("OUT", out)->required();
+  app.add_option("--tilt-deg", tilt_deg, "Roll of the second session's odometry")
+      ->capture_default_str()
+      ->check(CLI::Range(-45.0, 45.0));
   CLI11_PARSE(app, argc, argv);
   try {
-    split(how, recording, out);
+    split(how, tilt_deg, recording, out);
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "split_recording: %s\n", error.what());

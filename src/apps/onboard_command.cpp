@@ -35,6 +35,11 @@ void add_processing_options(CLI::App& command, OnboardOptions& options) {
                   "memory of a smaller computer")
       ->capture_default_str()
       ->check(CLI::IsMember({"default", "paper", "jetson", "raspberry-pi", "armv7-64mb"}));
+  command
+      .add_option("--surroundings", options.surroundings,
+                  "Shorter keyframes and finer descriptions indoors; auto: as the first scans say")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"auto", "indoors", "outdoors"}));
   command.add_option("--config", options.config, "JSON file with parameters that differ from it");
   command.add_flag("--realtime", options.realtime, "Feed the scans at the pace of their stamps");
   command.add_option("--against", options.against,

@@ -86,10 +86,18 @@ class SessionAligner {
     const auto path = [this](std::size_t s) {
       return problem_.state.odometry[s].with_poses(problem_.state.T_session_keyframe[s]);
     };
-    pair.set = inter_session_consistency(problem_.select(pair.loops), path(query), path(match),
-                                         problem_.config.acceptance);
+    pair.set = inter_session_consistency(
+        problem_.select(pair.loops), path(query), path(match),
+        scaled_to_extent(problem_.config.acceptance, extent_m(query, match)));
     pair.open = pair.set.decision.accepted;
     return pair;
+  }
+
+  /// That of the session which sees farther; 0 if either is unknown.
+  [[nodiscard]] double extent_m(std::size_t a, std::size_t b) const {
+    const auto [nearer, farther] =
+        std::minmax(problem_.sessions[a].extent_m, problem_.sessions[b].extent_m);
+    return nearer > 0.0 ? farther : 0.0;
   }
 
   void reject(const SessionPair& pair, const std::string& reason) {

@@ -103,6 +103,14 @@ std::string reason_to_refuse_set(std::span<const LoopConstraint> loops, const Co
 
 }  // namespace
 
+AcceptanceConfig scaled_to_extent(AcceptanceConfig config, double extent_m) {
+  if (extent_m <= 0.0 || config.full_extent_m <= 0.0) return config;
+  const double scale = std::clamp(extent_m / config.full_extent_m, config.smallest_scale, 1.0);
+  config.min_span_m *= scale;
+  config.distinct_m *= scale;
+  return config;
+}
+
 double cycle_chi2(const LoopConstraint& a, const LoopConstraint& b, const SessionPath& query,
                   const SessionPath& match) {
   const Pose query_step = query[a.query.keyframe].inverse() * query[b.query.keyframe];

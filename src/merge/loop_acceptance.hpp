@@ -26,6 +26,11 @@ struct ConsistencySet {
 double cycle_chi2(const LoopConstraint& a, const LoopConstraint& b, const SessionPath& query,
                   const SessionPath& match);
 
+/// The same rules for two maps of which the keyframes of the one that sees farther see `extent_m`
+/// far (0: unknown): what is 2 m apart in a hall differs as much as what is 5 m apart in a street,
+/// and there is no path of 20 m in a room.
+[[nodiscard]] AcceptanceConfig scaled_to_extent(AcceptanceConfig config, double extent_m);
+
 /// The consistency set of the inter-session loops of two sessions. It is accepted if it is large,
 /// spans enough path and exceeds the largest competing set by the configured margin; otherwise the
 /// match is ambiguous and nothing is accepted (docs/design/loop-acceptance.md). O(n^2) and a

@@ -14,6 +14,7 @@
 #include "map_level.hpp"
 #include "parallel.hpp"
 #include "radius_search.hpp"
+#include "seen_extent.hpp"
 #include "session_check.hpp"
 #include "session_path.hpp"
 #include "unified_map.hpp"
@@ -102,6 +103,7 @@ class Merger {
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       AlignmentSession session;
       session.central_score = scores_[s];
+      session.extent_m = seen_extent_m(sessions_[s]);
       for (const auto& keyframe : sessions_[s].keyframes) {
         session.T_odometry_keyframe.push_back(keyframe.T_odometry_keyframe);
       }

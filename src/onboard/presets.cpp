@@ -115,6 +115,22 @@ Expected<PipelineConfig> preset(const SensorModel& sensor, Computer computer) no
   return config;
 }
 
+PipelineConfig adapt_to(Surroundings surroundings, PipelineConfig config) noexcept {
+  if (surroundings == Surroundings::kOutdoors) return config;
+  config.keyframe.scans = 5;
+  // Range and column size together determine the memory of the map of vertical structure.
+  config.descriptor.range_m = 30.0F;
+  config.descriptor.column_size_m = 0.2F;
+  config.descriptor.window_m = 0.5F;
+  config.descriptor.suppression_radius_m = 1.0F;
+  config.loop_search.triangles.min_side_m = 2.0F;
+  config.loop_search.triangles.max_side_m = 20.0F;
+  // What is evaluated per keyframe is no more than its scans.
+  config.free_space.images_per_keyframe =
+      std::min(config.free_space.images_per_keyframe, config.keyframe.scans);
+  return config;
+}
+
 PipelineConfig paper_preset(SensorKind sensor) noexcept {
   PipelineConfig config;
   apply_data_sheet(sensor_model(sensor), config);

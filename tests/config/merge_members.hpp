@@ -45,6 +45,8 @@ inline std::vector<Member<merge::MergeConfig>> merge_members() {
       UNIMAPPER_MEMBER(acceptance.strong_overlap),
       UNIMAPPER_MEMBER(acceptance.margin),
       UNIMAPPER_MEMBER(acceptance.distinct_m),
+      UNIMAPPER_MEMBER(acceptance.full_extent_m),
+      UNIMAPPER_MEMBER(acceptance.smallest_scale),
       UNIMAPPER_MEMBER(acceptance.loop_chi2),
       UNIMAPPER_MEMBER(graph.cauchy_scale),
       UNIMAPPER_MEMBER(graph.max_iterations),

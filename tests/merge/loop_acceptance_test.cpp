@@ -211,6 +211,44 @@ TEST_CASE("Loops count as distinct only if they are apart along both paths", "[a
   }
 }
 
+TEST_CASE("Span and spacing shrink with what the keyframes see, down to a floor", "[acceptance]") {
+  const AcceptanceConfig config;
+  const auto scale = [&](double extent_m) {
+    const AcceptanceConfig scaled = scaled_to_extent(config, extent_m);
+    CHECK(scaled.distinct_m / config.distinct_m == Approx(scaled.min_span_m / config.min_span_m));
+    CHECK(scaled.min_loops == config.min_loops);
+    CHECK(scaled.margin == config.margin);
+    return scaled.min_span_m / config.min_span_m;
+  };
+  CHECK(scale(config.full_extent_m) == 1.0);
+  CHECK(scale(10.0 * config.full_extent_m) == 1.0);
+  CHECK(scale(0.5 * config.full_extent_m) == Approx(0.5));
+  CHECK(scale(0.01) == Approx(config.smallest_scale));
+  // Unknown is far.
+  CHECK(scale(0.0) == 1.0);
+  AcceptanceConfig off = config;
+  off.full_extent_m = 0.0;
+  CHECK(scaled_to_extent(off, 10.0).min_span_m == off.min_span_m);
+}
+
+TEST_CASE("Loops over half the span connect two maps of half the extent, and no shorter ones",
+          "[acceptance]") {
+  const SessionPath path = straight(20, 1.0);
+  const AcceptanceConfig config;
+  const auto accepted = [&](std::size_t span, double extent_m) {
+    return inter_session_consistency(true_loops(path, {2, 2 + span / 2, 2 + span}), path, path,
+                                     scaled_to_extent(config, extent_m))
+        .decision.accepted;
+  };
+  const double half = 0.5 * config.full_extent_m;
+  CHECK(accepted(10, 0.99 * half));
+  CHECK_FALSE(accepted(10, 1.01 * half));
+  CHECK_FALSE(accepted(10, 0.0));
+  // The floor.
+  CHECK(accepted(8, 1.0));
+  CHECK_FALSE(accepted(7, 1.0));
+}
+
 TEST_CASE("A loop within a session is taken up to the drift that odometry may have",
           "[acceptance]") {
   const SessionPath path = straight(40);

@@ -16,6 +16,8 @@ namespace unimapper::merge {
 struct AlignmentSession {
   std::vector<Pose> T_odometry_keyframe;  ///< by keyframe: keyframe frame to odometry frame, metres
   double central_score = 0.0;             ///< suitability as the central map; larger is better
+  /// How far its keyframes see, metres (`AcceptanceConfig::full_extent_m`); 0: unknown, far.
+  double extent_m = 0.0;
 };
 
 /// The state of all maps after alignment.

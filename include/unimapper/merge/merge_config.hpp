@@ -137,6 +137,8 @@ struct AcceptanceConfig {
   double strong_overlap = 0.7;
   double margin = 2.0;
   double distinct_m = 2.0;
+  double full_extent_m = 40.0;
+  double smallest_scale = 0.4;
   double loop_chi2 = 22.5;
 };
 
@@ -156,6 +158,12 @@ consteval auto parameters_of(const AcceptanceConfig*) {
                             "Consistency set over the largest competing set."),
       parameter<&C::distinct_m>("[0, 100]", "m", "choice",
                                 "Loops closer than this along either path count once."),
+      parameter<&C::full_extent_m>(
+          "[0, 1000]", "m", "measured",
+          "Where keyframes of both maps see less far (radius within which 95 % of their static "
+          "cells lie), min_span_m and distinct_m are shorter in proportion; 0: never."),
+      parameter<&C::smallest_scale>("[0.01, 1]", "", "measured",
+                                    "They shrink to no less than this share."),
       parameter<&C::loop_chi2>("[1, 1000]", "", "choice",
                                "A loop beyond this after optimisation is rejected."));
 }

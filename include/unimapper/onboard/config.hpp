@@ -430,6 +430,18 @@ enum class Computer : std::uint8_t {
 [[nodiscard]] Expected<PipelineConfig> preset(const SensorModel& sensor,
                                               Computer computer = Computer::kServer) noexcept;
 
+/// Where the robot maps; decides how long keyframes are and how finely a place is described, never
+/// a threshold of removal.
+enum class Surroundings : std::uint8_t {
+  kOutdoors,  ///< what every preset assumes
+  kIndoors    ///< a room or hall: nearly all of what is seen is within 30 m
+};
+
+/// The same configuration for these surroundings. Indoors: shorter keyframes, finer columns,
+/// smaller spacing of keypoints, shorter sides of triangles; no more memory.
+/// `SurroundingsEstimator` tells which.
+[[nodiscard]] PipelineConfig adapt_to(Surroundings surroundings, PipelineConfig config) noexcept;
+
 /// The paper taken literally: free columns only, symmetric log-odds, candidates next to ground,
 /// no components. For comparison.
 [[nodiscard]] PipelineConfig paper_preset(SensorKind sensor) noexcept;

@@ -16,6 +16,7 @@ struct OnboardOptions {
   std::string sensor;            ///< empty: as the recording says
   std::filesystem::path config;  ///< empty: the preset alone
   std::string preset = "default";
+  std::string surroundings = "auto";
   std::string publish;  ///< LCM URL, empty: not published
   bool realtime = false;
   std::vector<std::filesystem::path> against;

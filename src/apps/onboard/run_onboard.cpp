@@ -200,7 +200,8 @@ void warn_of_full_containers(const RunStatistics& statistics) {
 void run_onboard(const OnboardOptions& options) {
   const auto dataset = datasets::open_dataset(options.dataset, format_of(options), options.sensor);
   const ChosenSensor sensor = choose_sensor(options, dataset->sensor());
-  PipelineConfig config = make_config(options, sensor.model->kind);
+  const ChosenSurroundings surroundings = choose_surroundings(options, *dataset);
+  PipelineConfig config = make_config(options, sensor.model->kind, surroundings.surroundings);
   const std::size_t scans = std::min(options.scans, dataset->scan_count());
 
   std::vector<std::string> faults;
@@ -217,6 +218,8 @@ void run_onboard(const OnboardOptions& options) {
   folder.write_text("run.json", describe_run(options, folder, info.id, *sensor.model, config));
   Progress progress("onboard", scans);
   progress.note("sensor " + info.sensor + " (" + sensor.source + ")");
+  progress.note("surroundings " + std::string(surroundings_name(surroundings.surroundings)) + " (" +
+                surroundings.source + ")");
   for (const std::string& fault : faults) progress.note("warning: " + fault);
 
   RunStatistics statistics;
@@ -245,7 +248,9 @@ void run_onboard(const OnboardOptions& options) {
                          .arena_bytes = pipeline.bytes(),
                          .realtime = options.realtime,
                          .published = publisher != nullptr,
-                         .keyframes_not_published = 0};
+                         .keyframes_not_published = 0,
+                         .surroundings = surroundings_name(surroundings.surroundings),
+                         .extent_m = surroundings.extent_m};
   if (publisher != nullptr) run.keyframes_not_published = publisher->finish().keyframes_dropped;
   folder.write_text("stats.json", statistics.to_json(run));
   print_summary(statistics, replay.allocations());

@@ -169,6 +169,7 @@ std::string RunStatistics::to_json(const Run& run) const {
                       {"image_elevation_min_deg", rounded(sampling_.image_elevation_min_deg)},
                       {"image_elevation_max_deg", rounded(sampling_.image_elevation_max_deg)},
                       {"mode_changes", sampling_.changes}};
+  json["surroundings"] = {{"setting", run.surroundings}, {"extent_m", rounded(run.extent_m)}};
   json["attitude_noise_deg"] = rounded(attitude_noise_deg());
   json["sweep_tilt_deg"] = rounded(sweep_tilt_deg_);
   json["aligned_scans"] = aligned_scans_;

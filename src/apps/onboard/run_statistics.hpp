@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "unimapper/core/expected.hpp"
@@ -83,6 +84,8 @@ class RunStatistics {
     bool realtime = false;
     bool published = false;
     std::uint64_t keyframes_not_published = 0;
+    std::string_view surroundings;  ///< that the parameters were chosen for
+    float extent_m = 0.0F;          ///< what that was decided from; 0: it was stated
   };
   /// The content of stats.json. Only times differ between two runs on the same input.
   [[nodiscard]] std::string to_json(const Run& run) const;

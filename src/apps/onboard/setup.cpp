@@ -1,11 +1,15 @@
 #include "src/apps/onboard/setup.hpp"
 
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "ports/datasets/files.hpp"
 #include "unimapper/config/config_json.hpp"
+#include "unimapper/onboard/surroundings.hpp"
 
 namespace unimapper::apps {
 
@@ -67,8 +71,39 @@ PipelineConfig start_from(const std::string& name, SensorKind sensor) {
 
 }  // namespace
 
-PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor) {
-  PipelineConfig config = start_from(options.preset, sensor);
+std::string_view surroundings_name(Surroundings surroundings) {
+  constexpr std::array<std::string_view, 2> kNames = {"outdoors", "indoors"};
+  return kNames.at(static_cast<std::size_t>(surroundings));
+}
+
+ChosenSurroundings choose_surroundings(const OnboardOptions& options,
+                                       const datasets::Dataset& dataset) {
+  if (options.surroundings == "indoors") return {Surroundings::kIndoors, "from --surroundings", 0};
+  if (options.surroundings == "outdoors") {
+    return {Surroundings::kOutdoors, "from --surroundings", 0};
+  }
+  if (options.preset == "paper") return {Surroundings::kOutdoors, "the paper's preset", 0};
+  SurroundingsEstimator estimator;
+  const std::size_t scans =
+      std::min<std::size_t>({SurroundingsEstimator::kScans, options.scans, dataset.scan_count()});
+  datasets::Scan scan;
+  for (std::size_t i = 0; i < scans; ++i) {
+    dataset.read_scan(i, scan);
+    estimator.add(scan.view());
+  }
+  const SurroundingsEstimate estimate = estimator.estimate();
+  if (estimate.scans == 0) return {estimate.surroundings, "too few points to tell", 0};
+  char source[160];
+  std::snprintf(source, sizeof source, "99 %% of the points of %u scans within %.1f m%s; %s",
+                estimate.scans, static_cast<double>(estimate.extent_m),
+                estimate.sees_all_round ? "" : ", not in all directions",
+                "--surroundings overrides");
+  return {estimate.surroundings, source, estimate.extent_m};
+}
+
+PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor,
+                           Surroundings surroundings) {
+  PipelineConfig config = adapt_to(surroundings, start_from(options.preset, sensor));
   config.clock_ns = &steady_clock_ns;  // before the file is read: a budget in it needs a clock
   if (!options.config.empty()) {
     parse_config(datasets::read_file(options.config), options.config.string(), config);
@@ -78,12 +113,17 @@ PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor) {
 
 std::string effective_config(const OnboardOptions& options) {
   std::string implied;
-  if (!options.dataset.empty() && options.sensor.empty() && !recorded_sensor(options.dataset)) {
+  Surroundings surroundings =
+      options.surroundings == "indoors" ? Surroundings::kIndoors : Surroundings::kOutdoors;
+  if (!options.dataset.empty()) {
     const auto format = datasets::parse_format(options.format);
-    implied =
-        datasets::open_dataset(options.dataset, format.value_or(datasets::Format::kAuto))->sensor();
+    const auto dataset = datasets::open_dataset(
+        options.dataset, format.value_or(datasets::Format::kAuto), options.sensor);
+    implied = dataset->sensor();
+    surroundings = choose_surroundings(options, *dataset).surroundings;
   }
-  return dump_config(make_config(options, choose_sensor(options, implied).model->kind));
+  return dump_config(
+      make_config(options, choose_sensor(options, implied).model->kind, surroundings));
 }
 
 }  // namespace unimapper::apps

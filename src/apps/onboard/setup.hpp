@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "ports/datasets/dataset.hpp"
 #include "src/apps/onboard/options.hpp"
@@ -25,8 +26,24 @@ std::optional<std::string> recorded_sensor(const std::filesystem::path& dataset)
 /// else the generic one. Throws std::runtime_error for an unknown name.
 ChosenSensor choose_sensor(const OnboardOptions& options, const std::string& implied);
 
-/// The chosen preset for the sensor, with the configuration file on top. Throws
+/// The setting for indoors or outdoors, and where it was found.
+struct ChosenSurroundings {
+  Surroundings surroundings = Surroundings::kOutdoors;
+  std::string source;     ///< for the user, e.g. "--surroundings"
+  float extent_m = 0.0F;  ///< as in `SurroundingsEstimate`; 0: nothing was measured
+};
+
+/// The name of surroundings: "indoors" or "outdoors".
+[[nodiscard]] std::string_view surroundings_name(Surroundings surroundings);
+
+/// The surroundings named by --surroundings, else as the first scans of `dataset` say. The paper's
+/// preset knows outdoors only.
+ChosenSurroundings choose_surroundings(const OnboardOptions& options,
+                                       const datasets::Dataset& dataset);
+
+/// The chosen preset for sensor and surroundings, with the configuration file on top. Throws
 /// std::runtime_error for an unknown preset or a wrong file.
-PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor);
+PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor,
+                           Surroundings surroundings);
 
 }  // namespace unimapper::apps
