@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -97,6 +98,26 @@ TEST_CASE("a run folder holds labels for every point, keyframes, loops and stati
   CHECK(run["session"] == "run");
   CHECK(run["sensor"] == "vlp-16");
   CHECK(run["dataset"] == "recording");
+}
+
+TEST_CASE("a run that does not know up says so, unless the odometry promises it") {
+  const Fixture fixture;
+  SmallRecording().write(fixture.dataset);
+  const std::string warning = "warning: up is unknown in 2 keyframes";
+  const CommandResult unknown = fixture.onboard();
+  REQUIRE(unknown.exit_code == 0);
+  CHECK_THAT(unknown.err, Contains(warning) && Contains("odometry.up_sigma_deg promises nothing"));
+  CHECK(fixture.stats()["up"]["known"] == 0);
+  CHECK(fixture.stats()["up"]["unknown"] == 2);
+
+  const fs::path config = fixture.directory.path() / "config.json";
+  std::ofstream(config) << R"({"odometry": {"up_sigma_deg": 0.5}})";
+  fs::remove_all(fixture.run);
+  const CommandResult promised = fixture.onboard({"--config", config.string()});
+  REQUIRE(promised.exit_code == 0);
+  CHECK_THAT(promised.err, !Contains(warning));
+  CHECK(fixture.stats()["up"]["known"] == 2);
+  CHECK(fixture.stats()["up"]["unknown"] == 0);
 }
 
 TEST_CASE("the same recording gives the same bytes") {

@@ -148,6 +148,19 @@ TEST_CASE("the summary table lines its columns up") {
   CHECK_THAT(table, Contains("60 inter-session and 18 intra-session accepted, 30 refused"));
 }
 
+TEST_CASE("the summary names the sessions with keyframes that do not know up") {
+  synthetic::Merge merge;
+  synthetic::fill(merge, 4.0F);
+  for (auto& keyframe : merge.sessions[0].keyframes) keyframe.up = {true, 1e-5F, 0.0F, 1e-5F};
+  merge.sessions[1].keyframes[0].up = {true, 1e-5F, 0.0F, 1e-5F};
+  const std::string table = summary_table(merge.input);
+  const std::size_t keyframes = merge.sessions[1].keyframes.size();
+  CHECK_THAT(table, !Contains(merge.sessions[0].info.name + ": up is unknown"));
+  CHECK_THAT(table, Contains(merge.sessions[1].info.name + ": up is unknown in " +
+                             std::to_string(keyframes - 1) + " of " + std::to_string(keyframes) +
+                             " keyframes"));
+}
+
 TEST_CASE("statistics that are none are left out") {
   TemporaryDirectory folder;
   CHECK_FALSE(read_run_stats({}).has_value());

@@ -12,7 +12,7 @@ namespace unimapper {
 /// How far the z axes of keyframes' frames may be from each other. One rule for the search for
 /// loops, on the robot and at the base, and for their verification.
 struct TiltConfig {
-  float unknown_up_sigma_deg = 2.0F;
+  float unknown_up_sigma_deg = 1.25F;
   float max_sigmas = 4.0F;
 };
 
