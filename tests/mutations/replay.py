@@ -180,19 +180,20 @@ def key(bug):
 
 
 def tables(results):
-    """Markdown: caught of all by list and room, then the survivors."""
-    lines = []
-    for name in sorted({bug.list for bug in results}):
-        counts = collections.OrderedDict()
+    """Markdown: caught of all by list, with the rooms that miss some, then the survivors."""
+    lines = ["| set | caught | of | rooms that miss some |", "|---|---|---|---|"]
+    for name in dict.fromkeys(bug.list for bug in results):
+        counts = {}
         for bug, result in results.items():
             if bug.list == name:
-                caught, tried = counts.setdefault(bug.name.split("/")[0], [0, 0])
-                counts[bug.name.split("/")[0]] = [caught + (result == CAUGHT), tried + 1]
-        total = [sum(c) for c in zip(*counts.values())]
-        lines += [f"| {name}: room | caught | of |", "|---|---|---|"]
-        lines += [f"| {room} | {caught} | {tried} |" for room, (caught, tried) in counts.items()]
-        lines += [f"| **all** | **{total[0]}** | **{total[1]}** |", ""]
+                count = counts.setdefault(bug.name.split("/")[0], [0, 0])
+                count[0] += result == CAUGHT
+                count[1] += 1
+        caught, tried = (sum(c) for c in zip(*counts.values()))
+        missing = ", ".join(f"{room} {c} of {n}" for room, (c, n) in counts.items() if c < n)
+        lines.append(f"| {name} | {caught} | {tried} | {missing} |")
     survivors = [bug.name for bug, result in results.items() if result == SURVIVED]
+    lines.append("")
     lines.append("Survivors: " + (", ".join(f"`{name}`" for name in survivors) or "none") + ".")
     return lines
 
