@@ -4,8 +4,8 @@
 # A designed sample of scenes, LiDARs, columns, rings, mountings, odometry starts and noise
 # (bench/outside/sample.sh), not every combination. Each drive is labelled on the robot, by the
 # merger where a target asks for it, and scored on what has begun to move; mounted ones are scored
-# on up, too, and pairs of tilted LiDARs are merged. Prints the tables of docs/limits.md: targets,
-# reached or missed; every drive; mountings; pairs. A missed target is a result, no failure. Frames with
+# on up, too, and pairs of tilted LiDARs and of halls are merged. Prints the tables of docs/limits.md:
+# targets, reached or missed; every drive; mountings; pairs; halls. A missed target is a result, no failure. Frames with
 # the most wrong points of each drive that missed go to build/bench/outside/pictures.
 #
 #   bench/outside/run.sh [SEEDS] [SCANS]
@@ -329,7 +329,7 @@ pair_cells() {
     }'
 }
 pairs_table() {
-  local scene one r1 p1 other r2 p2 seed names how
+  local scene one r1 p1 other r2 p2 seed names
   echo "| seeds $seeds, $pair_scans scans each | F1 by pose | accepted wrong | merged | ATE, largest, m | |"
   rule 6
   while IFS='|' read -r scene one r1 p1 other r2 p2; do
@@ -338,14 +338,75 @@ pairs_table() {
     row "$scene, $(lidar "$one") ($(mount_title "$r1" "$p1")) and $(lidar "$other") ($(mount_title "$r2" "$p2"))" 5 \
       pair_cells 0.97 0.2 "${names[@]}"
   done < <(pairs_sample)
-  [ -n "$real" ] || return 0
-  for how in halves alternating; do
-    row "hall recording, ${how/alternating/alternating scans}" 5 pair_cells 0.85 0.15 "hall-$how"
+}
+
+# Sessions of one hall: the recording cut in two and levelled or not, simulated halls; and two halls
+# that must stay apart.
+hall_splits="halves alternating first-third last-third"
+hall_lidars="vlp-16 os1-64"
+# strangers_cells NAME...: as pair_cells, of pairs that must not be merged
+strangers_cells() {
+  local name
+  for name in "$@"; do
+    [ -e "$results/$name.merge" ] || continue
+    echo "wrong $(number "$results/$name.loops" false_positives_pose)"
+    grep -oE '[0-9]+ of [0-9]+ sessions in one frame' "$results/$name.merge"
+  done | awk '
+    $1 == "wrong" { wrong += $2; ++pairs }
+    / in one frame/ { if ($1 == $3) ++merged }
+    END {
+      if (!pairs) { print "– | – | – | – | not measured"; exit }
+      printf "– | %d | %d of %d | – | %s\n", wrong, merged, pairs, merged ? "missed" : "**apart**"
+    }'
+}
+halls_table() {
+  local how tilt sensor seed other names
+  echo "| hall; seeds $seeds | F1 by pose | accepted wrong | merged | ATE, largest, m | |"
+  rule 6
+  if [ -n "$real" ]; then
+    for how in $hall_splits; do
+      for tilt in 0 2; do
+        row "recording, ${how/alternating/alternating scans}, $([ $tilt = 0 ] && echo level || echo "odometry tilted by $tilt°")" 5 \
+          pair_cells 0.85 0.15 "hall-$how-$tilt"
+      done
+    done
+  fi
+  for sensor in $hall_lidars; do
+    names=()
+    for seed in $seeds; do names+=("hall-$sensor-$seed-$seed"); done
+    row "simulated, $(lidar "$sensor"), two drives" 5 pair_cells 0.85 0.15 "${names[@]}"
+    names=()
+    for seed in $seeds; do
+      for other in $seeds; do [ "$seed" = "$other" ] || names+=("hall-$sensor-$seed-$other"); done
+    done
+    row "simulated, $(lidar "$sensor"), two different halls" 5 strangers_cells "${names[@]}"
+  done
+}
+measure_halls() {
+  local how tilt sensor seed other data="$out/data/hall"
+  for how in $hall_splits; do
+    [ -n "$real" ] || break
+    for tilt in 0 2; do
+      rm -rf "$data"
+      run split_recording "$how" "$real/hilti_hall" "$data" --tilt-deg "$tilt" >/dev/null &&
+        pair "hall-$how-$tilt" "$data/A" "$data/B" generic generic 8
+    done
+  done
+  rm -rf "$data"
+  for sensor in $hall_lidars; do
+    for seed in $seeds; do
+      recording hall "$sensor" "" "$seed" "$data.A" 250 A
+      for other in $seeds; do
+        recording hall "$sensor" "" "$other" "$data.B" 250 B
+        pair "hall-$sensor-$seed-$other" "$data.A" "$data.B" "$sensor" "$sensor" 8
+      done
+    done
+    rm -rf "$data.A" "$data.B"
   done
 }
 
 measure() {
-  local groups scene sensor options seed one r1 p1 other r2 p2 how
+  local groups scene sensor options seed one r1 p1 other r2 p2
   while IFS='|' read -r groups scene sensor options <&3; do
     for seed in $(seeds_of "$scene"); do drive "$groups" "$scene" "$sensor" "$options" "$seed"; done
   done 3< <(wanted)
@@ -362,14 +423,7 @@ measure() {
       done
     done 3< <(pairs_sample)
   fi
-  if wants hall && [ -n "$real" ]; then
-    for how in halves alternating; do
-      rm -rf "$out/data/hall"
-      run split_recording "$how" "$real/hilti_hall" "$out/data/hall" >/dev/null &&
-        pair "hall-$how" "$out/data/hall/A" "$out/data/hall/B" generic generic 8
-      rm -rf "$out/data/hall"
-    done
-  fi
+  if wants hall; then measure_halls; fi
 }
 
 # Pictures of drives that reach all their targets are not needed.
@@ -387,6 +441,7 @@ table outside-targets targets_table
 table outside-drives drives_table
 if wants up; then table outside-up up_table; fi
 if wants pairs; then table outside-pairs pairs_table; fi
+if wants hall; then table outside-halls halls_table; fi
 if ! only_layout; then
   keep_missed_pictures
   echo
