@@ -73,7 +73,7 @@ KeyframeRecord walker_on_ground(float z) {
   for (int x = -7; x <= 7; ++x) {
     for (int y = -7; y <= 7; ++y) {
       const Eigen::Vector3f at(0.2F * static_cast<float>(x), 0.2F * static_cast<float>(y), z);
-      keyframe.static_cells.push_back({at, 10, 0, 1});
+      keyframe.static_cells.push_back({at, 10, 1, 0});
     }
   }
   keyframe.dynamic_cells.push_back({{0.0F, 0.0F, z + 0.3F}, 10, 0, 0});
@@ -106,7 +106,7 @@ TEST_CASE("in a crowd the lower ground cells tell the level") {
   KeyframeRecord keyframe;
   for (int x = -2; x <= 2; ++x) {
     const float z = x % 2 == 0 ? 0.10F : 0.05F;
-    keyframe.static_cells.push_back({{0.2F * static_cast<float>(x), 0.0F, z}, 10, 0, 1});
+    keyframe.static_cells.push_back({{0.2F * static_cast<float>(x), 0.0F, z}, 10, 1, 0});
     keyframe.dynamic_cells.push_back({{0.2F * static_cast<float>(x), 0.0F, 0.35F}, 10, 0, 0});
   }
   const CellLabels labels(keyframe, {}, kFineCellSizeM);
