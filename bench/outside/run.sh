@@ -158,10 +158,11 @@ says() {
   awk '
     function say(text) { if (!(text in said)) { said[text] = 1; all = all (all ? ", " : "") text } }
     /warning: rays are/ { say("sampling") }
-    /warning: poles thinner/ { say("thin poles") }
+    /warning: of poles thinner/ { say("thin poles") }
     /warning: rays leave/ { say("elevations") }
     /changed its mode/ { say("mode") }
     /warning: roll and pitch/ { say("attitude noise") }
+    /warning: later keyframes/ { say("labels changed later") }
     /warning: sweeps look/ { say("uncompensated sweeps") }
     /warning: in .* up is not/ { say("up contradicted") }
     # Descriptors have a fixed size: what is left out of them is no fault.

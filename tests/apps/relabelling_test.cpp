@@ -47,6 +47,22 @@ TEST_CASE("final labels are written on request, for every point of every scan") 
   CHECK_FALSE(fs::exists(Fixture().run / "final"));
 }
 
+TEST_CASE("a run tells how many labels later keyframes changed, final labels or not") {
+  const auto told = [](const Fixture& fixture) {
+    return nlohmann::json::parse(read_text(fixture.run / "stats.json"))["relabelled"];
+  };
+  const Fixture with({"--final-labels"});
+  const nlohmann::json relabelled = told(with);
+  CHECK(relabelled == told(Fixture()));
+  bool differ = false;
+  for (const fs::path& file : datasets::list_files(with.run / "labels", ".label")) {
+    differ |= read_text(file) != read_text(with.run / "final" / "labels" / file.filename());
+  }
+  CHECK(differ == (relabelled["share"] > 0.0));
+  CHECK((relabelled["cells_now_dynamic"] > 0 || relabelled["cells_now_static"] > 0) == differ);
+  CHECK(relabelled["share"] <= 1.0);
+}
+
 TEST_CASE("a second run leaves no final labels of the first") {
   const Fixture fixture({"--final-labels"});
   REQUIRE(run_unimapper({"onboard", fixture.dataset.string(), "--out", fixture.run.string(),

@@ -105,7 +105,9 @@ void Replay::collect_labels(const KeyframeView& keyframe) {
 }
 
 void Replay::collect_final_labels(const RelabelledKeyframe& relabelled) {
-  if (!options_.final_labels || !relabelled.available) return;
+  if (!relabelled.available) return;
+  outputs_.statistics.add_relabelled(relabelled);
+  if (!options_.final_labels) return;
   while (!open_scans_.empty() && open_scans_.front().keyframe <= relabelled.sequence) {
     OpenScan& open = open_scans_.front();
     if (open.keyframe == relabelled.sequence) {
@@ -119,7 +121,6 @@ void Replay::collect_final_labels(const RelabelledKeyframe& relabelled) {
 }
 
 void Replay::finish_labels() {
-  if (!options_.final_labels) return;
   while (pipeline_.relabel_next()) collect_final_labels(pipeline_.keyframe().relabelled);
   // Keyframes that were evicted early keep their online labels.
   for (const OpenScan& open : open_scans_) {

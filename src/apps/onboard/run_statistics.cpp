@@ -43,6 +43,7 @@ void RunStatistics::add_keyframe(const KeyframeView& keyframe, std::int64_t dura
   points_valid_ += statistics.points_valid;
   points_static_ += statistics.points_static;
   points_dynamic_ += statistics.points_dynamic;
+  dynamic_cells_ += statistics.dynamic_cells;
   if (statistics.up_known) odometry_tilt_deg_.push_back(statistics.odometry_tilt_deg);
   up_contradicted_ += statistics.up_contradicted ? 1 : 0;
   for (std::size_t i = 0; i < kDropCauses; ++i) dropped_[i] += statistics.dropped[i];
@@ -73,6 +74,11 @@ void RunStatistics::add_message(std::size_t bytes, std::size_t image_bytes) {
   image_bytes_ += image_bytes;
 }
 
+void RunStatistics::add_relabelled(const RelabelledKeyframe& relabelled) {
+  cells_now_dynamic_ += relabelled.cells_now_dynamic;
+  cells_now_static_ += relabelled.cells_now_static;
+}
+
 void RunStatistics::add_loops(std::size_t candidates, std::size_t accepted) {
   loop_candidates_ += candidates;
   loops_accepted_ += accepted;
@@ -87,6 +93,12 @@ std::uint64_t RunStatistics::scans_refused() const {
 float RunStatistics::odometry_tilt_deg() const {
   std::vector<float> tilts = odometry_tilt_deg_;
   return tilts.empty() ? 0.0F : quantile(std::span(tilts), 0.5);
+}
+
+double RunStatistics::relabelled_share() const {
+  const std::uint64_t dynamic = dynamic_cells_ + cells_now_dynamic_;
+  if (dynamic == 0) return 0.0;
+  return static_cast<double>(cells_now_dynamic_ + cells_now_static_) / static_cast<double>(dynamic);
 }
 
 double RunStatistics::dynamic_share() const {
@@ -141,6 +153,9 @@ std::string RunStatistics::to_json(const Run& run) const {
   json["points_static"] = points_static_;
   json["points_dynamic"] = points_dynamic_;
   json["dynamic_share"] = dynamic_share();
+  json["relabelled"] = {{"cells_now_dynamic", cells_now_dynamic_},
+                        {"cells_now_static", cells_now_static_},
+                        {"share", relabelled_share()}};
   json["allocations_after_start"] = run.allocations_after_start;
   json["arena_bytes"] = run.arena_bytes;
 

@@ -34,6 +34,8 @@ class RunStatistics {
   /// The call that closed a keyframe: how long it took, and in a run at the pace of its stamps
   /// whether the next scan was due before it returned.
   void add_closing_call(std::int64_t elapsed_ns, bool late);
+  /// Final labels of a keyframe.
+  void add_relabelled(const RelabelledKeyframe& relabelled);
   void add_loops(std::size_t candidates, std::size_t accepted);
   /// A keyframe's message: its bytes, and those of its free-space images among them.
   void add_message(std::size_t bytes, std::size_t image_bytes);
@@ -74,6 +76,8 @@ class RunStatistics {
   [[nodiscard]] std::uint64_t deadline_misses() const { return deadline_misses_; }
   /// Keyframes that were not finished when the next scan was due.
   [[nodiscard]] std::uint64_t keyframes_late() const { return keyframes_late_; }
+  /// Cells whose label later keyframes changed, of those that were dynamic before or after; 0 to 1.
+  [[nodiscard]] double relabelled_share() const;
   /// Of the valid points, those labelled dynamic; 0 to 1.
   [[nodiscard]] double dynamic_share() const;
 
@@ -97,6 +101,9 @@ class RunStatistics {
   std::uint64_t points_valid_ = 0;
   std::uint64_t points_static_ = 0;
   std::uint64_t points_dynamic_ = 0;
+  std::uint64_t dynamic_cells_ = 0;
+  std::uint64_t cells_now_dynamic_ = 0;
+  std::uint64_t cells_now_static_ = 0;
   std::uint64_t left_out_of_messages_ = 0;
   std::uint64_t message_bytes_ = 0;
   std::uint64_t image_bytes_ = 0;
