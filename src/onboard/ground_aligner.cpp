@@ -110,12 +110,14 @@ Pose GroundAligner::align(const PointView& points, const Pose& T_odometry_sensor
   aligned_ = false;
   if (!on_) return T_odometry_sensor;
   if (!started_) {
-    base_m_ = T_odometry_sensor.translation.z();
+    base_m_ = T_odometry_sensor.translation;
+    slope_ = find_slope(points, T_odometry_sensor);
     constexpr Column kEmpty{INT32_MIN, INT32_MIN, 0.0F, 0.0F, 0};
     std::fill_n(columns_, std::size_t{kEdge} * kEdge, kEmpty);
     started_ = true;
   }
-  const auto height_m = static_cast<float>(T_odometry_sensor.translation.z() - base_m_);
+  const Eigen::Vector3f moved_m = (T_odometry_sensor.translation - base_m_).cast<float>();
+  const float height_m = above_slope(moved_m.x(), moved_m.y(), moved_m.z());
   collect(points, T_odometry_sensor);
   Tilt tilt;
   Tilt applied;
@@ -187,6 +189,59 @@ const Pose& GroundAligner::used_pose(const Pose& T_odometry_sensor) const noexce
   return T_odometry_sensor;
 }
 
+Eigen::Vector2f GroundAligner::find_slope(const PointView& points, const Pose& pose) noexcept {
+  constexpr float kRangeOfSlope_m = 20.0F;
+  constexpr std::uint32_t kMost = 1024;
+  const Eigen::Matrix3f r = pose.rotation.cast<float>();
+  const std::size_t stride = std::max<std::size_t>(points.count / (2 * std::size_t{kMost}), 1);
+  std::uint32_t size = 0;
+  for (std::size_t i = 0; i < points.count && size < kMost; i += stride) {
+    const Eigen::Vector3f p = points[i];
+    const float squared = p.squaredNorm();
+    // False for NaN.
+    if (!(squared >= range_min_m_ * range_min_m_ && squared <= kRangeOfSlope_m * kRangeOfSlope_m)) {
+      continue;
+    }
+    const Eigen::Vector3f q = r * p;
+    samples_[size++] = {q.x(), q.y(), q.z(), nullptr, 0};
+  }
+  // How much what lies below the sensor concentrates in one plane of this slope.
+  const auto score = [this, size](float x, float y) noexcept {
+    constexpr float kLayers_per_m = 4.0F;
+    constexpr std::uint32_t kLayers = 64;
+    std::uint16_t layers[kLayers] = {};
+    std::uint32_t squares = 0;
+    for (std::uint32_t i = 0; i < size; ++i) {
+      const Sample& q = samples_[i];
+      const float below = -(q.z_m - x * q.x_m - y * q.y_m) * kLayers_per_m;
+      if (!(below >= 2.0F && below < static_cast<float>(kLayers))) continue;
+      squares += 2U * layers[static_cast<std::uint32_t>(below)]++ + 1U;
+    }
+    return squares;
+  };
+  // Slopes in steps of 1.4 degrees. Level wins unless another is clearly better: a wall and a
+  // pavement share planes, too, mostly steep ones.
+  constexpr std::int32_t kSteps = 14;
+  constexpr float kStep = 0.025F;
+  constexpr std::uint32_t kClearlyBetter = 4;
+  Eigen::Vector2f best = Eigen::Vector2f::Zero();
+  std::uint32_t most = kClearlyBetter * score(0.0F, 0.0F);
+  for (std::int32_t x = -kSteps; x <= kSteps; ++x) {
+    for (std::int32_t y = -kSteps; y <= kSteps; ++y) {
+      const Eigen::Vector2f slope(kStep * static_cast<float>(x), kStep * static_cast<float>(y));
+      const std::uint32_t found = score(slope.x(), slope.y());
+      if (found <= most) continue;
+      most = found;
+      best = slope;
+    }
+  }
+  // A road uphill is level enough for columns of a metre.
+  constexpr float kLeast = 0.08F;
+  constexpr float kMostSlope = 0.3F;
+  const float steepness = best.norm();
+  return steepness >= kLeast && steepness <= kMostSlope ? best : Eigen::Vector2f::Zero();
+}
+
 void GroundAligner::collect(const PointView& points, const Pose& pose) noexcept {
   size_ = 0;
   const Eigen::Matrix3f r = pose.rotation.cast<float>();
@@ -213,7 +268,7 @@ void GroundAligner::collect(const PointView& points, const Pose& pose) noexcept 
     // False for NaN.
     if (!(squared >= range_min_m_ * range_min_m_ && squared <= kRange_m * kRange_m)) continue;
     const Eigen::Vector3f q = r * p;
-    if (q.z() > -kBelow_m) continue;
+    if (above_slope(q.x(), q.y(), q.z()) > -kBelow_m) continue;
     const std::int32_t x = (column_x + floor_to_int(within_x + q.x())) & kRemainder;
     const std::int32_t y = (column_y + floor_to_int(within_y + q.y())) & kRemainder;
     Column& column = columns_[(y & (kEdge - 1)) * kEdge + (x & (kEdge - 1))];
@@ -244,10 +299,10 @@ bool GroundAligner::solve(float sensor_height_m, std::uint8_t halves, Tilt& tilt
       const Sample& sample = samples_[i];
       if ((sample.half & halves) == 0) continue;
       // How the point rises with each parameter, and by how much it should.
-      const double ax = static_cast<double>(sample.y_m);
-      const double ay = -static_cast<double>(sample.x_m);
-      const double missing_m =
-          static_cast<double>(sample.column->height_m - (sensor_height_m + sample.z_m));
+      const double ax = static_cast<double>(sample.y_m + slope_.y() * sample.z_m);
+      const double ay = -static_cast<double>(sample.x_m + slope_.x() * sample.z_m);
+      const float height_m = sensor_height_m + above_slope(sample.x_m, sample.y_m, sample.z_m);
+      const double missing_m = static_cast<double>(sample.column->height_m - height_m);
       const double rest = (missing_m - (ax * x(0) + ay * x(1) + x(2))) / scale_m;
       const double weight = 1.0 / ((1.0 + rest * rest) * (1.0 + rest * rest));
       normal(0, 0) += weight * ax * ax;
@@ -286,7 +341,9 @@ void GroundAligner::add_to_map(float sensor_height_m, const Tilt& applied) noexc
   for (std::uint32_t i = 0; i < size_; ++i) {
     const Sample& sample = samples_[i];
     Column& column = *sample.column;
-    const float height_m = shift_m + sample.z_m + about_x * sample.y_m - about_y * sample.x_m;
+    const float height_m = shift_m + above_slope(sample.x_m, sample.y_m, sample.z_m) +
+                           about_x * (sample.y_m + slope_.y() * sample.z_m) -
+                           about_y * (sample.x_m + slope_.x() * sample.z_m);
     if (column.points == 0) {
       column.height_m = height_m;
       column.points = 1;

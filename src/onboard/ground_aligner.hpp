@@ -86,6 +86,13 @@ class GroundAligner {
     [[nodiscard]] bool is_clear() const noexcept;
   };
 
+  /// Ground that is far from level in the odometry's frame, as where that starts at identity with a
+  /// tilted sensor: its slope along x and y; zero if it is about level, or not found.
+  [[nodiscard]] Eigen::Vector2f find_slope(const PointView& points, const Pose& pose) noexcept;
+  /// Height of a point above what the slope explains.
+  [[nodiscard]] float above_slope(float x_m, float y_m, float z_m) const noexcept {
+    return z_m - slope_.x() * x_m - slope_.y() * y_m;
+  }
   void collect(const PointView& points, const Pose& pose) noexcept;
   /// Least squares over the samples of both halves (bits 1 and 2 of `halves`) or of one.
   [[nodiscard]] bool solve(float sensor_height_m, std::uint8_t halves, Tilt& tilt) const noexcept;
@@ -104,10 +111,11 @@ class GroundAligner {
   bool on_ = false;
   bool started_ = false;
   bool aligned_ = false;
-  double base_m_ = 0.0;           ///< height from which heights count
-  double variance_ = 0.0;         ///< of roll and pitch, rad²
-  double error_variance_ = 0.0;   ///< of their measurement, rad²
-  std::uint32_t scans_ = 0;       ///< measured, up to the span of the mean
+  Eigen::Vector3d base_m_ = Eigen::Vector3d::Zero();  ///< from which heights count
+  Eigen::Vector2f slope_ = Eigen::Vector2f::Zero();   ///< of the ground, along x and y
+  double variance_ = 0.0;                             ///< of roll and pitch, rad²
+  double error_variance_ = 0.0;                       ///< of their measurement, rad²
+  std::uint32_t scans_ = 0;                           ///< measured, up to the span of the mean
   std::uint32_t in_a_row_ = 0;    ///< scans whose tilt is known, up to the last one
   Tilt tilt_before_;              ///< of the last scan
   Eigen::Matrix3d rotations_[2];  ///< of the last scan and the one before, their tilt taken out

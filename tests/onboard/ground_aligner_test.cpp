@@ -81,6 +81,25 @@ TEST_CASE("noise of roll and pitch is measured and taken out of the poses") {
   }
 }
 
+TEST_CASE("noise is measured, and none invented, where odometry starts at identity on a tilt") {
+  const Scene scene = street();
+  for (const double sigma_deg : {0.0, 0.5}) {
+    CAPTURE(sigma_deg);
+    Aligner with(small_config());
+    Random random(7);
+    int aligned = 0;
+    for (int i = 0; i < 30; ++i) {
+      const Pose pose = sensor_at(1.0 * i, 0.0);
+      const LabelledScan scan = scene.scan(pose, 0.1 * i);
+      const Pose noisy = tilted(pose, sigma_deg * noise(random), sigma_deg * noise(random));
+      (void)with.aligner.align(scan.view(), tilted(Pose{}, 4.0, 13.0) * noisy);
+      aligned += with.aligner.aligned() ? 1 : 0;
+    }
+    CHECK((sigma_deg == 0.0 ? aligned == 0 : aligned > 20));
+    CHECK(with.aligner.noise_deg() == Approx(sigma_deg).epsilon(0.4).margin(0.1));
+  }
+}
+
 TEST_CASE("ground stays known where a coordinate of the odometry changes its sign") {
   Aligner with(small_config());
   const Scene scene = street();
