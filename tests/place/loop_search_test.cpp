@@ -249,9 +249,10 @@ Description leaning(Description place, double deg, double sigma_deg) {
 
 /// What is found of a place that leans by so much against the stored one, both with up known to
 /// `sigma_deg`.
-std::vector<LoopCandidate> find_leaning(double deg, double sigma_deg) {
+std::vector<LoopCandidate> find_leaning(double deg, double sigma_deg,
+                                        LoopSearchConfig config = small()) {
   const Description place = random_place(8, 40);
-  Owned<PlaceDatabase> database(small());
+  Owned<PlaceDatabase> database(config);
   const Description stored = leaning(place, 0.0, sigma_deg);
   const Description query = leaning(place, deg, sigma_deg);
   database->insert(stored.view(), {1, 0}, kOrigin);
@@ -278,12 +279,18 @@ TEST_CASE("a place may lean as far as both frames are uncertain of up") {
 }
 
 TEST_CASE("where up is unknown the pose leans as heights and planes say") {
+  LoopSearchConfig config = small();
+  config.tilt.unknown_up_sigma_deg = 4.0F;
   for (const double deg : {1.0, 3.0, 5.0}) {
-    const auto found = find_leaning(deg, 0.0);
+    const auto found = find_leaning(deg, 0.0, config);
     REQUIRE(found.size() == 1);
     CHECK(found[0].accepted);
-    CHECK(tilt_deg(found[0]) > 0.8 * deg);
-    CHECK(tilt_deg(found[0]) < deg + 0.3);
+    CHECK(tilt_deg(found[0]) == Approx(deg).margin(0.1 * deg + 0.1));
+    // The less uncertain up is said to be, the more it counts.
+    const auto held = find_leaning(deg, 0.0);
+    REQUIRE(held.size() == 1);
+    CHECK(tilt_deg(held[0]) < tilt_deg(found[0]));
+    CHECK(tilt_deg(held[0]) > 0.6 * deg);
   }
 }
 
