@@ -61,7 +61,7 @@ TEST_CASE("a run folder holds labels for every point, keyframes, loops and stati
   const Fixture fixture;
   const SmallRecording recording;
   recording.write(fixture.dataset);
-  const CommandResult result = fixture.onboard();
+  const CommandResult result = fixture.onboard({"--surroundings", "outdoors"});
   INFO(result.err);
   REQUIRE(result.exit_code == 0);
   CHECK(result.out.empty());
@@ -144,6 +144,20 @@ TEST_CASE("the same recording gives the same bytes") {
     second.erase(timing);
   }
   CHECK(first == second);
+}
+
+TEST_CASE("the setting for indoors is taken on request, and both outputs name it") {
+  const Fixture fixture;
+  SmallRecording().write(fixture.dataset);
+  for (const std::string setting : {"indoors", "outdoors"}) {
+    const CommandResult result = fixture.onboard({"--surroundings", setting});
+    REQUIRE(result.exit_code == 0);
+    CHECK_THAT(result.err, Contains("surroundings " + setting + " (from --surroundings)"));
+    CHECK(fixture.stats().at("surroundings").at("setting") == setting);
+  }
+  const CommandResult dumped = run_unimapper(
+      {"onboard", fixture.dataset.string(), "--surroundings", "indoors", "--dump-config"});
+  CHECK(nlohmann::json::parse(dumped.out).at("keyframe").at("scans") == 5);
 }
 
 TEST_CASE("only the first scans on request") {
@@ -265,7 +279,7 @@ TEST_CASE("a jump of 10 m between two scans closes the keyframe and mapping goes
     recording.poses[i].translation.x() += 10.0;
   }
   recording.write(fixture.dataset);
-  REQUIRE(fixture.onboard().exit_code == 0);
+  REQUIRE(fixture.onboard({"--surroundings", "outdoors"}).exit_code == 0);
   // The scan that jumped is refused; those before and after it make keyframes.
   CHECK(fixture.stats()["scans_refused"]["pose_jump"] == 1);
   CHECK(fixture.stats()["keyframes"] == 3);
@@ -313,11 +327,12 @@ TEST_CASE("real time means at the pace of the stamps") {
 TEST_CASE("a run may be searched for the places of an earlier one") {
   const Fixture fixture;
   SmallRecording(15).write(fixture.dataset);
-  REQUIRE(fixture.onboard().exit_code == 0);
+  REQUIRE(fixture.onboard({"--surroundings", "outdoors"}).exit_code == 0);
   const fs::path second = fixture.directory.path() / "second";
   const auto against = [&](const fs::path& earlier) {
     return run_unimapper({"onboard", fixture.dataset.string(), "--out", second.string(), "--sensor",
-                          "vlp-16", "--against", earlier.string(), "--all-candidates"});
+                          "vlp-16", "--against", earlier.string(), "--all-candidates",
+                          "--surroundings", "outdoors"});
   };
   const CommandResult result = against(fixture.run);
   INFO(result.err);
