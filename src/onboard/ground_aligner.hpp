@@ -75,12 +75,14 @@ class GroundAligner {
 
   /// How the tilt of scans varies with the turn of the sensor about them, over the last scans.
   struct Follow {
+    /// The same layout whether Eigen vectorises or not.
+    using Mean = Eigen::Matrix<double, 2, 1, Eigen::DontAlign>;
     std::uint32_t scans = 0;
-    Eigen::Vector2d mean_tilt = Eigen::Vector2d::Zero();
-    Eigen::Vector2d mean_turn = Eigen::Vector2d::Zero();  ///< from the scan before to that after
-    double tilt_variance = 0.0;                           ///< of both axes together
-    double turn_variance = 0.0;                           ///< of both axes together
-    double covariance = 0.0;                              ///< of tilt and turn
+    Mean mean_tilt = Mean::Zero();
+    Mean mean_turn = Mean::Zero();  ///< from the scan before to that after
+    double tilt_variance = 0.0;     ///< of both axes together
+    double turn_variance = 0.0;     ///< of both axes together
+    double covariance = 0.0;        ///< of tilt and turn
     void add(const Eigen::Vector2d& tilt, const Eigen::Vector2d& turn) noexcept;
     /// Points of a whole sweep lie at one pose.
     [[nodiscard]] bool is_clear() const noexcept;
