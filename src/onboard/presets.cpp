@@ -16,10 +16,12 @@ void apply_data_sheet(const SensorModel& sensor, PipelineConfig& config) noexcep
   // A quarter more than the nominal rate, for second returns and odd sweeps; whole pages.
   const std::uint32_t points = sensor.points_per_scan + sensor.points_per_scan / 4;
   config.keyframe.max_points_per_scan = (points + 4095U) / 4096U * 4096U;
-  // A dense long-range sensor fills 320 000 cells in a wide street.
-  config.voxel.max_cells = sensor.points_per_scan > 100000U  ? 3U << 17U
-                           : sensor.points_per_scan > 50000U ? 1U << 18U
-                                                             : 1U << 17U;
+  // A dense long-range sensor fills 320 000 cells in a wide street, with twice the rays nearly
+  // twice as many.
+  config.voxel.max_cells = sensor.points_per_scan > 200000U   ? 3U << 18U
+                           : sensor.points_per_scan > 100000U ? 3U << 17U
+                           : sensor.points_per_scan > 50000U  ? 1U << 18U
+                                                              : 1U << 17U;
 
   // The cells of sparse sensors lie farther apart: fewer of them share a block.
   const bool sparse = sensor.points_per_scan <= 50000U;
@@ -104,6 +106,15 @@ PipelineConfig preset(SensorKind sensor) noexcept { return preset(sensor, Comput
 
 PipelineConfig preset(SensorKind sensor, Computer computer) noexcept {
   return from_model(sensor_model(sensor), computer);
+}
+
+PipelineConfig preset(SensorKind sensor, Computer computer, std::uint32_t columns) noexcept {
+  SensorModel model = sensor_model(sensor);
+  constexpr std::uint32_t kMostColumns = 16384;
+  if (columns > 0 && model.pattern == ScanPattern::kSpinning) {
+    model.points_per_scan = std::min(columns, kMostColumns) * model.rings;
+  }
+  return from_model(model, computer);
 }
 
 Expected<PipelineConfig> preset(const SensorModel& sensor, Computer computer) noexcept {

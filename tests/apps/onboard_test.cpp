@@ -206,6 +206,35 @@ TEST_CASE("the sensor comes from --sensor, else dataset.json, else the format, a
   CHECK_THAT(sensor_line({}), Contains("sensor hdl-64e"));
 }
 
+TEST_CASE("a mode with twice the columns runs without overflow") {
+  const Fixture fixture;
+  SmallRecording recording(2);
+  const auto turn = [&](int columns) {
+    for (auto& scan : recording.scans) {
+      scan.points.clear();
+      for (int ring = 0; ring < 16; ++ring) {
+        const double elevation = (-15.0 + 2.0 * ring) * 3.14159265 / 180.0;
+        for (int column = 0; column < columns; ++column) {
+          const double azimuth = 2.0 * 3.14159265 * column / columns;
+          const auto at = [](double value) { return static_cast<float>(15.0 * value); };
+          scan.points.push_back({at(std::cos(elevation) * std::cos(azimuth)),
+                                 at(std::cos(elevation) * std::sin(azimuth)),
+                                 at(std::sin(elevation)), 0.0F});
+        }
+      }
+    }
+    recording.write(fixture.dataset);
+    return fixture.onboard();
+  };
+  const CommandResult own = turn(1808);
+  REQUIRE(own.exit_code == 0);
+  CHECK_THAT(own.err, !Contains("columns"));
+  const CommandResult twice = turn(3616);
+  REQUIRE(twice.exit_code == 0);
+  CHECK_THAT(twice.err, Contains("room for a mode of 3616 columns"));
+  CHECK_THAT(twice.err, !Contains("scan_too_large") && !Contains("cells_full"));
+}
+
 TEST_CASE("damaged recordings end the run with a sentence and exit code 1") {
   const Fixture fixture;
   SmallRecording recording;

@@ -45,6 +45,26 @@ TEST_CASE("a known sensor's data sheet gives the preset of its kind, on every co
   }
 }
 
+TEST_CASE("a mode with more columns gets the room it needs") {
+  const PipelineConfig own = preset(SensorKind::kOs2_128);
+  CHECK(same(preset(SensorKind::kOs2_128, Computer::kServer, 0), own));
+  CHECK(same(preset(SensorKind::kOs2_128, Computer::kServer, 1024), own));
+  const PipelineConfig twice = preset(SensorKind::kOs2_128, Computer::kServer, 2048);
+  CHECK(twice.keyframe.max_points_per_scan >= 2048 * 128);
+  CHECK(twice.voxel.max_cells == 2 * own.voxel.max_cells);
+  CHECK(twice.voxel.max_window_blocks == 2 * own.voxel.max_window_blocks);
+  CHECK(twice.free_space.ray_spacing_deg == Approx(360.0 / 2048));
+  CHECK(preset(SensorKind::kOs2_128, Computer::kJetson, 2048).voxel.max_cells ==
+        preset(SensorKind::kOs2_128, Computer::kJetson).voxel.max_cells);
+  for (const Computer computer : kComputers) {
+    CHECK(preset(SensorKind::kOs2_128, computer, 2048).validate().ok());
+    CHECK(preset(SensorKind::kOs2_128, computer, 4000000000U).validate().ok());
+  }
+  // Without columns there is no such mode.
+  CHECK(same(preset(SensorKind::kLivoxMid360, Computer::kServer, 2048),
+             preset(SensorKind::kLivoxMid360)));
+}
+
 TEST_CASE("a data sheet with a mistake is refused in words, up to the owning pipeline") {
   SensorModel model = sensor_model(SensorKind::kVlp16);
   model.range_max_m = 0.0F;

@@ -425,6 +425,12 @@ enum class Computer : std::uint8_t {
 /// to recognise, a shorter range, fewer cells. docs/porting.md tells the bytes of each.
 [[nodiscard]] PipelineConfig preset(SensorKind sensor, Computer computer) noexcept;
 
+/// The same for a spinning LiDAR in a mode of `columns` columns a turn; 0 or another pattern: as
+/// its data sheet says. A mode that is only found out while the robot runs changes the images, but
+/// not the capacities.
+[[nodiscard]] PipelineConfig preset(SensorKind sensor, Computer computer,
+                                    std::uint32_t columns) noexcept;
+
 /// The same for a LiDAR that no preset knows, from its data sheet. `kInvalidConfig` where a figure
 /// cannot be right (see `SensorModel`). For a known model it is what `preset(model.kind)` gives.
 [[nodiscard]] Expected<PipelineConfig> preset(const SensorModel& sensor,

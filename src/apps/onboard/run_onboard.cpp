@@ -8,6 +8,7 @@
 #include "ports/lcm/live.hpp"
 #include "src/apps/onboard/event_log.hpp"
 #include "src/apps/onboard/replay.hpp"
+#include "src/apps/onboard/sensor_mode.hpp"
 #include "src/apps/onboard/setup.hpp"
 #include "unimapper/config/config_json.hpp"
 #include "unimapper/core/voxel_key.hpp"
@@ -212,7 +213,9 @@ void run_onboard(const OnboardOptions& options) {
   const auto dataset = datasets::open_dataset(options.dataset, format_of(options), options.sensor);
   const ChosenSensor sensor = choose_sensor(options, dataset->sensor());
   const ChosenSurroundings surroundings = choose_surroundings(options, *dataset);
-  PipelineConfig config = make_config(options, sensor.model->kind, surroundings.surroundings);
+  const std::uint32_t columns = recorded_columns(*dataset, *sensor.model);
+  PipelineConfig config =
+      make_config(options, sensor.model->kind, surroundings.surroundings, columns);
   const std::size_t scans = std::min(options.scans, dataset->scan_count());
 
   std::vector<std::string> faults;
@@ -231,6 +234,7 @@ void run_onboard(const OnboardOptions& options) {
   progress.note("sensor " + info.sensor + " (" + sensor.source + ")");
   progress.note("surroundings " + std::string(surroundings_name(surroundings.surroundings)) + " (" +
                 surroundings.source + ")");
+  if (columns > 0) progress.note("room for a mode of " + std::to_string(columns) + " columns");
   for (const std::string& fault : faults) progress.note("warning: " + fault);
 
   RunStatistics statistics;

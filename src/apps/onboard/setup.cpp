@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "ports/datasets/files.hpp"
+#include "src/apps/onboard/sensor_mode.hpp"
 #include "unimapper/config/config_json.hpp"
 #include "unimapper/onboard/surroundings.hpp"
 
@@ -59,12 +60,12 @@ ChosenSensor choose_sensor(const OnboardOptions& options, const std::string& imp
 
 namespace {
 
-PipelineConfig start_from(const std::string& name, SensorKind sensor) {
-  if (name == "default") return preset(sensor);
+PipelineConfig start_from(const std::string& name, SensorKind sensor, std::uint32_t columns) {
+  if (name == "default") return preset(sensor, Computer::kServer, columns);
   if (name == "paper") return paper_preset(sensor);
-  if (name == "jetson") return preset(sensor, Computer::kJetson);
-  if (name == "raspberry-pi") return preset(sensor, Computer::kRaspberryPi);
-  if (name == "armv7-64mb") return preset(sensor, Computer::kArmv7With64Mb);
+  if (name == "jetson") return preset(sensor, Computer::kJetson, columns);
+  if (name == "raspberry-pi") return preset(sensor, Computer::kRaspberryPi, columns);
+  if (name == "armv7-64mb") return preset(sensor, Computer::kArmv7With64Mb, columns);
   throw std::runtime_error(
       "--preset must be default, paper, jetson, raspberry-pi or armv7-64mb, not '" + name + "'");
 }
@@ -102,8 +103,8 @@ ChosenSurroundings choose_surroundings(const OnboardOptions& options,
 }
 
 PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor,
-                           Surroundings surroundings) {
-  PipelineConfig config = adapt_to(surroundings, start_from(options.preset, sensor));
+                           Surroundings surroundings, std::uint32_t columns) {
+  PipelineConfig config = adapt_to(surroundings, start_from(options.preset, sensor, columns));
   config.clock_ns = &steady_clock_ns;  // before the file is read: a budget in it needs a clock
   if (!options.config.empty()) {
     parse_config(datasets::read_file(options.config), options.config.string(), config);
@@ -112,18 +113,18 @@ PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor,
 }
 
 std::string effective_config(const OnboardOptions& options) {
-  std::string implied;
-  Surroundings surroundings =
-      options.surroundings == "indoors" ? Surroundings::kIndoors : Surroundings::kOutdoors;
-  if (!options.dataset.empty()) {
-    const auto format = datasets::parse_format(options.format);
-    const auto dataset = datasets::open_dataset(
-        options.dataset, format.value_or(datasets::Format::kAuto), options.sensor);
-    implied = dataset->sensor();
-    surroundings = choose_surroundings(options, *dataset).surroundings;
+  if (options.dataset.empty()) {
+    const Surroundings surroundings =
+        options.surroundings == "indoors" ? Surroundings::kIndoors : Surroundings::kOutdoors;
+    return dump_config(
+        make_config(options, choose_sensor(options, {}).model->kind, surroundings, 0));
   }
-  return dump_config(
-      make_config(options, choose_sensor(options, implied).model->kind, surroundings));
+  const auto format = datasets::parse_format(options.format).value_or(datasets::Format::kAuto);
+  const auto dataset = datasets::open_dataset(options.dataset, format, options.sensor);
+  const SensorModel& sensor = *choose_sensor(options, dataset->sensor()).model;
+  return dump_config(make_config(options, sensor.kind,
+                                 choose_surroundings(options, *dataset).surroundings,
+                                 recorded_columns(*dataset, sensor)));
 }
 
 }  // namespace unimapper::apps

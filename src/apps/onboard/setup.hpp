@@ -41,9 +41,10 @@ struct ChosenSurroundings {
 ChosenSurroundings choose_surroundings(const OnboardOptions& options,
                                        const datasets::Dataset& dataset);
 
-/// The chosen preset for sensor and surroundings, with the configuration file on top. Throws
-/// std::runtime_error for an unknown preset or a wrong file.
+/// The chosen preset for the surroundings and for the sensor in a mode of `columns` columns (0: as
+/// its data sheet says), with the configuration file on top. Throws std::runtime_error for an
+/// unknown preset or a wrong file.
 PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor,
-                           Surroundings surroundings);
+                           Surroundings surroundings, std::uint32_t columns);
 
 }  // namespace unimapper::apps
