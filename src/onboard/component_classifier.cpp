@@ -84,7 +84,6 @@ bool ComponentClassifier::persists(const ComponentTally& tally) const noexcept {
 }
 
 ComponentClassifier::Outline ComponentClassifier::outline_of(const CellBox& box) const noexcept {
-  constexpr std::int32_t kNarrow = 2;       // cells: the least that two rays on a pole may fill
   constexpr std::int32_t kSign = 4;         // cells: a sign on its pole
   constexpr float kFragment_m = 1.0F;       // no higher: anything
   constexpr float kNobody_m = 2.2F;         // higher than a person
@@ -92,7 +91,8 @@ ComponentClassifier::Outline ComponentClassifier::outline_of(const CellBox& box)
   const std::int32_t width = box.width();
   if (width > kWidestPole || !(config_.pole_width_m > 0.0F)) return Outline::kWide;
   const float height_m = cell_m_ * static_cast<float>(box.height());
-  if (width <= kNarrow) return height_m >= kFragment_m ? Outline::kPole : Outline::kFragment;
+  if (width <= CellBox::kNarrow)
+    return height_m >= kFragment_m ? Outline::kPole : Outline::kFragment;
   const bool slender = width <= std::max(kSign, box.height() / kSlenderness);
   return slender && height_m >= kNobody_m ? Outline::kPole : Outline::kWide;
 }
@@ -110,9 +110,11 @@ bool ComponentClassifier::may_be_missed(const ComponentTally& tally, Outline out
   const float resolved_m =
       config_.pole_width_m * static_cast<float>(kDegreesPerRadian) / viewpoint.ray_spacing_deg;
   if (squared_m <= resolved_m * resolved_m) return false;
+  if (outline == Outline::kPole) return true;
   constexpr float kUndisputed = 0.75F;
-  return outline == Outline::kPole || static_cast<float>(tally.evidence_dynamic) <
-                                          kUndisputed * static_cast<float>(tally.evidence);
+  const bool disputed =
+      static_cast<float>(tally.evidence_dynamic) < kUndisputed * static_cast<float>(tally.evidence);
+  return disputed || 2 * (tally.was_dynamic + tally.was_static) >= tally.cells;
 }
 
 void ComponentClassifier::classify_all(const BlockWindow& window, const Viewpoint& viewpoint,

@@ -12,6 +12,8 @@ namespace unimapper::onboard {
 
 /// The smallest box around some cells, in cells of the keyframe's grid.
 struct CellBox {
+  static constexpr std::int32_t kNarrow = 2;  ///< width that a single pole may fill
+
   std::int16_t low[3] = {INT16_MAX, INT16_MAX, INT16_MAX};   ///< x, y, z
   std::int16_t high[3] = {INT16_MIN, INT16_MIN, INT16_MIN};  ///< x, y, z; among the cells
 

@@ -43,7 +43,9 @@ class SeenThroughClusters {
   void mark_undecided(std::span<const std::int16_t> log_odds, std::uint32_t b,
                       std::uint64_t touched, CellTable& cells) const noexcept;
   [[nodiscard]] bool is_large(const ComponentTally& tally) const noexcept {
-    return tally.cells >= fewest_ && tally.box.height() >= lowest_;
+    // Narrower: a pole before a wall.
+    return tally.cells >= fewest_ && tally.box.height() >= lowest_ &&
+           tally.box.width() > CellBox::kNarrow;
   }
 
   std::uint32_t fewest_ = 0;               ///< cells; 0: no clusters

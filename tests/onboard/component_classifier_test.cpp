@@ -197,9 +197,9 @@ std::size_t left_dynamic(const std::vector<Eigen::Vector3f>& points, float dista
 TEST_CASE("what may be a pole is not seen through by rays that pass beside it") {
   std::vector<Eigen::Vector3f> pole;
   add_block(pole, 1.1F, 2, 1, 3.0F, 5.0F);
-  // Rays 0.7 degrees apart are 0.1 m apart 8.2 m away.
-  CHECK(left_dynamic(pole, 9.0F, 0.7F) == 0);
-  CHECK(left_dynamic(pole, 7.0F, 0.7F) == 20);
+  // Rays 0.7 degrees apart are 6 cm apart 4.9 m away.
+  CHECK(left_dynamic(pole, 5.4F, 0.7F) == 0);
+  CHECK(left_dynamic(pole, 4.4F, 0.7F) == 20);
   CHECK(left_dynamic(pole, 9.0F, 0.35F) == 20);
   CHECK(left_dynamic(pole, 9.0F, 0.0F) == 20);
 
@@ -235,6 +235,27 @@ TEST_CASE("a fragment as narrow as a pole is dynamic where all its evidence says
   // 1700 of 3400 thousandths are for dynamic: enough for anything else.
   stages.classify_components();
   CHECK_FALSE(stages.cells.has(0, &CellMarks::dynamic));
+}
+
+TEST_CASE("a narrow fragment half of which was there a keyframe ago has not moved") {
+  const auto stays = [](float height_before_m) {
+    Stages stages;
+    for (const bool before : {true, false}) {
+      std::vector<Eigen::Vector3f> points;
+      add_block(points, 1.1F, 1, 1, 3.0F, before ? 3.0F + height_before_m : 3.8F);
+      stages.add(points);
+      stages.find_and_split_ground();
+      if (!before) break;
+      stages.window.record(stages.cells);
+      stages.begin();
+    }
+    for (std::uint32_t row = 0; row < 4; ++row) stages.cells.set(row, &CellMarks::dynamic);
+    stages.viewpoint = {{1.1F, -7.9F, 4.0F}, 0.7F};
+    stages.classify_components();
+    return stages.cells.has(0, &CellMarks::dynamic);
+  };
+  CHECK_FALSE(stays(0.4F));
+  CHECK(stays(0.2F));
 }
 
 TEST_CASE("a pole does not stay dynamic because it was taken for dynamic before") {
@@ -285,7 +306,9 @@ namespace {
 /// A wall that was never seen before, with somebody before it: `width` x `height` cells that were
 /// seen through, and behind them, on the wall, one more column of his with `beside` thousandths.
 struct WalkerAtWall {
-  WalkerAtWall(int width, int height, std::int16_t own, std::int16_t beside) {
+  WalkerAtWall(int width, int height, std::int16_t own, std::int16_t beside,
+               const PipelineConfig& config = small_config())
+      : stages(config) {
     std::vector<Eigen::Vector3f> points;
     add_block(points, 1.1F, 40, 1, 3.0F, 7.0F);
     const float top = 3.0F + 0.2F * static_cast<float>(height);
@@ -315,19 +338,26 @@ struct WalkerAtWall {
 }  // namespace
 
 TEST_CASE("a walker stays dynamic before a wall that came into view with him") {
-  const WalkerAtWall with(2, 6, 850, -255);
+  const WalkerAtWall with(3, 5, 850, -255);
   CHECK(with.is_dynamic(3.1F, 1.3F, 3.1F));
-  CHECK(with.is_dynamic(3.3F, 1.3F, 4.1F));
+  CHECK(with.is_dynamic(3.5F, 1.3F, 3.9F));
   // His cells where he was seen once, too; the wall, which was seen twice, not.
   CHECK(with.is_dynamic(2.9F, 1.3F, 3.5F));
   CHECK_FALSE(with.is_dynamic(3.1F, 1.1F, 3.5F));
   CHECK_FALSE(with.is_dynamic(3.1F, 1.1F, 5.5F));
 }
 
-TEST_CASE("few, low or weakly seen-through cells on a wall are no cluster") {
-  CHECK_FALSE(WalkerAtWall(1, 11, 850, -510).is_dynamic(3.1F, 1.3F, 3.1F));
+TEST_CASE("few, low, narrow or weakly seen-through cells on a wall are no cluster") {
+  CHECK(WalkerAtWall(3, 5, 850, -510).is_dynamic(3.1F, 1.3F, 3.1F));
   CHECK_FALSE(WalkerAtWall(4, 4, 850, -510).is_dynamic(3.1F, 1.3F, 3.1F));
-  CHECK_FALSE(WalkerAtWall(2, 6, 299, -510).is_dynamic(3.1F, 1.3F, 3.1F));
-  CHECK(WalkerAtWall(2, 6, 300, -510).is_dynamic(3.1F, 1.3F, 3.1F));
-  CHECK_FALSE(WalkerAtWall(2, 6, 850, -256).is_dynamic(2.9F, 1.3F, 3.1F));
+  CHECK_FALSE(WalkerAtWall(2, 10, 850, -510).is_dynamic(3.1F, 1.3F, 3.1F));
+  CHECK_FALSE(WalkerAtWall(3, 5, 299, -510).is_dynamic(3.1F, 1.3F, 3.1F));
+  CHECK(WalkerAtWall(3, 5, 300, -510).is_dynamic(3.1F, 1.3F, 3.1F));
+  CHECK_FALSE(WalkerAtWall(3, 5, 850, -256).is_dynamic(2.9F, 1.3F, 3.1F));
+
+  PipelineConfig config = small_config();
+  config.removal.cluster_cells = 16;
+  CHECK_FALSE(WalkerAtWall(3, 5, 850, -510, config).is_dynamic(3.1F, 1.3F, 3.1F));
+  config.removal.cluster_cells = 0;
+  CHECK_FALSE(WalkerAtWall(3, 5, 850, -510, config).is_dynamic(3.1F, 1.3F, 3.1F));
 }

@@ -280,7 +280,7 @@ struct RemovalConfig {
   std::uint32_t cluster_cells = 12;
   float cluster_height_m = 1.0F;
   float cluster_log_odds = 0.3F;
-  float pole_width_m = 0.1F;
+  float pole_width_m = 0.06F;
   float persistence_share = 0.3F;
   bool final_labels = true;
 
