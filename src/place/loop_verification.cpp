@@ -281,6 +281,7 @@ void PlaceDatabase::State::check_ambiguity(const Hypothesis& hypothesis,
     Hypothesis shifted = best_shifted(hypothesis, pose);
     float evidence = consensus(pose, config_.inlier_distance_m);
     LoopCandidate other;
+    other.query = result.query;
     if (shifted.evidence > evidence && score_pose(shifted, other) &&
         other.confidence > result.confidence) {
       result = other;

@@ -131,6 +131,36 @@ TEST_CASE("a place that is ambiguous in one session leaves another session's con
   }
 }
 
+TEST_CASE("a competing pose with more evidence replaces the one that triangles voted for") {
+  // A third of the query is where it was and votes; the rest is 6 m further and, by its noise, has
+  // no sides in common.
+  Description stored = random_place(5, 45);
+  constexpr std::size_t kThird = 18;
+  constexpr float kMovedM = 6.0F;
+  Random random(6);
+  Description query = stored;
+  for (std::size_t i = kThird; i < query.keypoints.size(); ++i) {
+    query.keypoints[i].position +=
+        Eigen::Vector3f(kMovedM + static_cast<float>(random.uniform(-0.3, 0.3)),
+                        static_cast<float>(random.uniform(-0.3, 0.3)), 0);
+  }
+  for (const PlanePatch& patch : query.planes) {  // for both poses alike
+    stored.planes.push_back(patch);
+    stored.planes.back().center.x() -= kMovedM;
+  }
+  LoopSearchConfig config = small();
+  // So that the competing pose is found by the check alone.
+  config.side_tolerance_m = 0.05F;
+  config.max_candidates = config.max_verified = config.max_results = config.max_per_session = 1;
+  Owned<PlaceDatabase> database(config);
+  database->insert(stored.view(), {1, 7}, kOrigin);
+  const auto found = database->search(query.view(), kQuery, {});
+  REQUIRE(found.size() == 1);
+  CHECK(std::abs(found[0].T_match_query.translation.x() + static_cast<double>(kMovedM)) < 0.5);
+  CHECK(found[0].query == kQuery);
+  CHECK(found[0].match == KeyframeId{1, 7});
+}
+
 TEST_CASE("keypoints and planes that are not finite are left out one by one, and counted") {
   const Description good = random_place(4, 40);
   Description bad = good;
