@@ -126,9 +126,16 @@ Expected<PipelineConfig> preset(const SensorModel& sensor, Computer computer) no
   return config;
 }
 
-PipelineConfig adapt_to(Surroundings surroundings, PipelineConfig config) noexcept {
+PipelineConfig adapt_to(Surroundings surroundings, PipelineConfig config,
+                        float scan_interval_s) noexcept {
+  constexpr float kLongestKeyframe_s = 2.5F;
+  constexpr std::uint32_t kFewestScans = 5;
   if (surroundings == Surroundings::kOutdoors) return config;
-  config.keyframe.scans = 5;
+  // Fewer scans, less evidence: only where ten of them last too long.
+  while (config.keyframe.scans > kFewestScans &&
+         static_cast<float>(config.keyframe.scans) * scan_interval_s > kLongestKeyframe_s) {
+    --config.keyframe.scans;
+  }
   // Range and column size together determine the memory of the map of vertical structure.
   config.descriptor.range_m = 30.0F;
   config.descriptor.column_size_m = 0.2F;

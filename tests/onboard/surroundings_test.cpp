@@ -106,7 +106,7 @@ TEST_CASE("The indoor setting is valid for every sensor and computer and takes n
          {Computer::kServer, Computer::kJetson, Computer::kRaspberryPi, Computer::kArmv7With64Mb}) {
       CAPTURE(std::string(model.name), static_cast<int>(computer));
       const PipelineConfig outdoors = preset(model.kind, computer);
-      const PipelineConfig room = adapt_to(Surroundings::kIndoors, outdoors);
+      const PipelineConfig room = adapt_to(Surroundings::kIndoors, outdoors, 0.5F);
       CHECK(room.validate().code == ErrorCode::kOk);
       CHECK(Pipeline::required_bytes(room) <= Pipeline::required_bytes(outdoors));
       CHECK(room.keyframe.scans < outdoors.keyframe.scans);
@@ -121,4 +121,20 @@ TEST_CASE("The indoor setting is valid for every sensor and computer and takes n
       CHECK(same.descriptor.column_size_m == outdoors.descriptor.column_size_m);
     }
   }
+}
+
+TEST_CASE("Indoors a keyframe lasts no longer than 2.5 s, but has five scans or more") {
+  const PipelineConfig outdoors = preset(SensorKind::kVlp16);
+  REQUIRE(outdoors.keyframe.scans == 10);
+  const auto scans = [&](float interval_s) {
+    return adapt_to(Surroundings::kIndoors, outdoors, interval_s).keyframe.scans;
+  };
+  CHECK(scans(0.05F) == 10);
+  CHECK(scans(0.1F) == 10);
+  CHECK(scans(0.25F) == 10);
+  CHECK(scans(0.26F) == 9);
+  CHECK(scans(0.5F) == 5);
+  CHECK(scans(2.0F) == 5);
+  CHECK(adapt_to(Surroundings::kIndoors, outdoors).keyframe.scans == 10);
+  CHECK(adapt_to(Surroundings::kOutdoors, outdoors, 2.0F).keyframe.scans == 10);
 }

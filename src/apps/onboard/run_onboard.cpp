@@ -214,8 +214,7 @@ void run_onboard(const OnboardOptions& options) {
   const ChosenSensor sensor = choose_sensor(options, dataset->sensor());
   const ChosenSurroundings surroundings = choose_surroundings(options, *dataset);
   const std::uint32_t columns = recorded_columns(*dataset, *sensor.model);
-  PipelineConfig config =
-      make_config(options, sensor.model->kind, surroundings.surroundings, columns);
+  PipelineConfig config = make_config(options, sensor.model->kind, surroundings, columns);
   const std::size_t scans = std::min(options.scans, dataset->scan_count());
 
   std::vector<std::string> faults;

@@ -79,32 +79,49 @@ std::string_view surroundings_name(Surroundings surroundings) {
 
 ChosenSurroundings choose_surroundings(const OnboardOptions& options,
                                        const datasets::Dataset& dataset) {
-  if (options.surroundings == "indoors") return {Surroundings::kIndoors, "from --surroundings", 0};
-  if (options.surroundings == "outdoors") {
-    return {Surroundings::kOutdoors, "from --surroundings", 0};
-  }
-  if (options.preset == "paper") return {Surroundings::kOutdoors, "the paper's preset", 0};
-  SurroundingsEstimator estimator;
   const std::size_t scans =
       std::min<std::size_t>({SurroundingsEstimator::kScans, options.scans, dataset.scan_count()});
+  ChosenSurroundings chosen;
+  if (scans > 1) {
+    const auto lasted_ns = static_cast<float>(dataset.stamp_ns(scans - 1) - dataset.stamp_ns(0));
+    chosen.scan_interval_s = 1e-9F * lasted_ns / static_cast<float>(scans - 1);
+  }
+  if (options.surroundings != "auto") {
+    chosen.source = "from --surroundings";
+    if (options.surroundings == "indoors") chosen.surroundings = Surroundings::kIndoors;
+    return chosen;
+  }
+  if (options.preset == "paper") {
+    chosen.source = "the paper's preset";
+    return chosen;
+  }
+  SurroundingsEstimator estimator;
   datasets::Scan scan;
   for (std::size_t i = 0; i < scans; ++i) {
     dataset.read_scan(i, scan);
     estimator.add(scan.view());
   }
   const SurroundingsEstimate estimate = estimator.estimate();
-  if (estimate.scans == 0) return {estimate.surroundings, "too few points to tell", 0};
+  chosen.surroundings = estimate.surroundings;
+  if (estimate.scans == 0) {
+    chosen.source = "too few points to tell";
+    return chosen;
+  }
   char source[160];
   std::snprintf(source, sizeof source, "99 %% of the points of %u scans within %.1f m%s; %s",
                 estimate.scans, static_cast<double>(estimate.extent_m),
                 estimate.sees_all_round ? "" : ", not in all directions",
                 "--surroundings overrides");
-  return {estimate.surroundings, source, estimate.extent_m};
+  chosen.source = source;
+  chosen.extent_m = estimate.extent_m;
+  return chosen;
 }
 
 PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor,
-                           Surroundings surroundings, std::uint32_t columns) {
-  PipelineConfig config = adapt_to(surroundings, start_from(options.preset, sensor, columns));
+                           const ChosenSurroundings& surroundings, std::uint32_t columns) {
+  PipelineConfig config =
+      adapt_to(surroundings.surroundings, start_from(options.preset, sensor, columns),
+               surroundings.scan_interval_s);
   config.clock_ns = &steady_clock_ns;  // before the file is read: a budget in it needs a clock
   if (!options.config.empty()) {
     parse_config(datasets::read_file(options.config), options.config.string(), config);
@@ -114,16 +131,15 @@ PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor,
 
 std::string effective_config(const OnboardOptions& options) {
   if (options.dataset.empty()) {
-    const Surroundings surroundings =
-        options.surroundings == "indoors" ? Surroundings::kIndoors : Surroundings::kOutdoors;
+    ChosenSurroundings surroundings;
+    if (options.surroundings == "indoors") surroundings.surroundings = Surroundings::kIndoors;
     return dump_config(
         make_config(options, choose_sensor(options, {}).model->kind, surroundings, 0));
   }
   const auto format = datasets::parse_format(options.format).value_or(datasets::Format::kAuto);
   const auto dataset = datasets::open_dataset(options.dataset, format, options.sensor);
   const SensorModel& sensor = *choose_sensor(options, dataset->sensor()).model;
-  return dump_config(make_config(options, sensor.kind,
-                                 choose_surroundings(options, *dataset).surroundings,
+  return dump_config(make_config(options, sensor.kind, choose_surroundings(options, *dataset),
                                  recorded_columns(*dataset, sensor)));
 }
 

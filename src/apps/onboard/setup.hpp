@@ -30,7 +30,8 @@ ChosenSensor choose_sensor(const OnboardOptions& options, const std::string& imp
 struct ChosenSurroundings {
   Surroundings surroundings = Surroundings::kOutdoors;
   std::string source;     ///< for the user, e.g. "--surroundings"
-  float extent_m = 0.0F;  ///< as in `SurroundingsEstimate`; 0: nothing was measured
+  float extent_m = 0.0F;         ///< as in `SurroundingsEstimate`; 0: nothing was measured
+  float scan_interval_s = 0.1F;  ///< between the first scans
 };
 
 /// The name of surroundings: "indoors" or "outdoors".
@@ -45,6 +46,6 @@ ChosenSurroundings choose_surroundings(const OnboardOptions& options,
 /// its data sheet says), with the configuration file on top. Throws std::runtime_error for an
 /// unknown preset or a wrong file.
 PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor,
-                           Surroundings surroundings, std::uint32_t columns);
+                           const ChosenSurroundings& surroundings, std::uint32_t columns);
 
 }  // namespace unimapper::apps
