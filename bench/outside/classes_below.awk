@@ -1,5 +1,6 @@
-# How many object classes are more than `goal` percent worse in the files after labels=refined on the
-# command line than in those before: SA or DA of at least 1,000 points. Input as of points.awk.
+# Number of object classes that are more than `goal` percent worse in the files after
+# labels=refined on the command line than in those before: SA or DA of at least 1,000 points. Input
+# as of points.awk.
 $1 == "all" { next }
 {
   classes[$1] = 1

@@ -345,8 +345,8 @@ pairs_table() {
 # that must stay apart.
 hall_splits="halves alternating first-third last-third"
 hall_lidars="vlp-16 os1-64"
-# strangers_cells NAME...: as pair_cells, of pairs that must not be merged
-strangers_cells() {
+# different_halls_cells NAME...: as pair_cells, of pairs that must not be merged
+different_halls_cells() {
   local name
   for name in "$@"; do
     [ -e "$results/$name.merge" ] || continue
@@ -380,7 +380,7 @@ halls_table() {
     for seed in $seeds; do
       for other in $seeds; do [ "$seed" = "$other" ] || names+=("hall-$sensor-$seed-$other"); done
     done
-    row "simulated, $(lidar "$sensor"), two different halls" 5 strangers_cells "${names[@]}"
+    row "simulated, $(lidar "$sensor"), two different halls" 5 different_halls_cells "${names[@]}"
   done
 }
 measure_halls() {

@@ -1,4 +1,4 @@
-// How far the keyframes of a session see.
+// Range that the keyframes of a session see
 #pragma once
 
 #include "unimapper/core/keyframe_record.hpp"

@@ -157,7 +157,7 @@ TEST_CASE("the setting for indoors is taken on request, and both outputs name it
   }
   const CommandResult dumped = run_unimapper(
       {"onboard", fixture.dataset.string(), "--surroundings", "indoors", "--dump-config"});
-  CHECK(nlohmann::json::parse(dumped.out).at("keyframe").at("scans") == 5);
+  CHECK(nlohmann::json::parse(dumped.out).at("descriptor").at("column_size_m") == 0.2);
 }
 
 TEST_CASE("only the first scans on request") {

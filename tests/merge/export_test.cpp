@@ -163,6 +163,7 @@ TEST_CASE("The summary counts loops, shared points, changes and the sessions' po
                                                {"keyframes", 3},
                                                {"sensor", "os2-128"},
                                                {"complete", true},
+                                               {"keyframes_up_known", 0},
                                                {"keyframes_missing", 4},
                                                {"keyframes_damaged", 2},
                                                {"points_in", 3000},

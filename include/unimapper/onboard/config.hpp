@@ -443,10 +443,10 @@ enum class Surroundings : std::uint8_t {
   kIndoors    ///< a room or hall: nearly all of what is seen is within 30 m
 };
 
-/// The same configuration for these surroundings, which `SurroundingsEstimator` tells. Indoors: finer
-/// columns, smaller spacing of keypoints, shorter sides of triangles, and where scans come slowly,
-/// `scan_interval_s` apart, keyframes of fewer of them: 2.5 s, at least five scans; at 10 Hz the
-/// keyframes stay as they are. No more memory.
+/// The same configuration for these surroundings, which `SurroundingsEstimator` tells. Indoors:
+/// finer columns, smaller spacing of keypoints, shorter sides of triangles, and where scans come
+/// slowly, `scan_interval_s` apart, keyframes of fewer of them: 2.5 s, at least five scans; at 10
+/// Hz the keyframes stay as they are. No more memory.
 [[nodiscard]] PipelineConfig adapt_to(Surroundings surroundings, PipelineConfig config,
                                       float scan_interval_s = 0.1F) noexcept;
 

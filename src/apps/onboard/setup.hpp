@@ -29,7 +29,7 @@ ChosenSensor choose_sensor(const OnboardOptions& options, const std::string& imp
 /// The setting for indoors or outdoors, and where it was found.
 struct ChosenSurroundings {
   Surroundings surroundings = Surroundings::kOutdoors;
-  std::string source;     ///< for the user, e.g. "--surroundings"
+  std::string source;            ///< for the user, e.g. "--surroundings"
   float extent_m = 0.0F;         ///< as in `SurroundingsEstimate`; 0: nothing was measured
   float scan_interval_s = 0.1F;  ///< between the first scans
 };
