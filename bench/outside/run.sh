@@ -158,7 +158,6 @@ says() {
   awk '
     function say(text) { if (!(text in said)) { said[text] = 1; all = all (all ? ", " : "") text } }
     /warning: rays are/ { say("sampling") }
-    /warning: of poles thinner/ { say("thin poles") }
     /warning: rays leave/ { say("elevations") }
     /changed its mode/ { say("mode") }
     /warning: roll and pitch/ { say("attitude noise") }

@@ -93,7 +93,7 @@ static_assert(sizeof(um_statistics) == 544 && offsetof(um_statistics, dropped) =
               offsetof(um_statistics, stage_us) == 440 && offsetof(um_statistics, shed) == 504 &&
               offsetof(um_statistics, removal_range_m) == 536);
 static_assert(offsetof(um_keyframe, statistics) == 112 && offsetof(um_keyframe, scans) == 656);
-static_assert(sizeof(um_input) == 56);
+static_assert(sizeof(um_input) == 52);
 static_assert(kDropCauses <= 16 && kStages <= 16 && kCapacities <= 16 && kSheds <= 8);
 
 um_statistics to_c(const KeyframeStatistics& from) noexcept {
@@ -132,7 +132,6 @@ um_input input_of(const KeyframeView& view) noexcept {
   um_input to{};
   to.ray_spacing_deg = from.sampling.ray_spacing_deg;
   to.ring_spacing_deg = from.sampling.ring_spacing_deg;
-  to.pole_range_m = from.sampling.pole_range_m;
   to.image_elevation_min_deg = from.sampling.image_elevation_min_deg;
   to.image_elevation_max_deg = from.sampling.image_elevation_max_deg;
   to.rays_differ = from.sampling.rays_differ ? 1 : 0;

@@ -380,9 +380,7 @@ typedef struct um_statistics {
  *  follows for the map. */
 typedef struct um_input {
   float ray_spacing_deg; /**< between two rays of a ring; 0 = not known, or not a spinning sensor */
-  float ring_spacing_deg; /**< from ring to ring; 0 = not known */
-  float pole_range_m; /**< beyond it most of a pole of 10 cm is removed, because it falls between
-                         two rays; in proportion for other widths; 0 = not known */
+  float ring_spacing_deg;        /**< from ring to ring; 0 = not known */
   float image_elevation_min_deg; /**< field of view of the free-space images */
   float image_elevation_max_deg; /**< field of view of the free-space images */
   uint32_t rays_differ;          /**< 1: the spacing is not as configured, and was used instead */

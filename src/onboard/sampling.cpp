@@ -32,13 +32,4 @@ void apply_sampling(const Sampling& sampling, float fine_size_m,
       {2.0F * cell_m_deg / sampling.elevation_deg, cell_m_deg / sampling.azimuth_deg, kFarthest_m});
 }
 
-float pole_range_m(const Sampling& sampling) noexcept {
-  constexpr float kPole_m = 0.1F;
-  // Measured: where rays are farther apart than 1.7 widths, less than half of a pole is kept.
-  constexpr float kLeastWidthPerGap = 0.6F;
-  if (!(sampling.azimuth_deg > 0.0F)) return 0.0F;
-  return kPole_m * static_cast<float>(kDegreesPerRadian) /
-         (kLeastWidthPerGap * sampling.azimuth_deg);
-}
-
 }  // namespace unimapper::onboard

@@ -25,8 +25,4 @@ struct Sampling {
 void apply_sampling(const Sampling& sampling, float fine_size_m,
                     FreeSpaceConfig& free_space) noexcept;
 
-/// Farther away than this most of a pole of 10 cm is removed, metres: it falls between two rays of
-/// a ring more often than not. In proportion for other widths; 0 where the sampling is not known.
-[[nodiscard]] float pole_range_m(const Sampling& sampling) noexcept;
-
 }  // namespace unimapper::onboard

@@ -104,7 +104,6 @@ void SamplingMonitor::follow_sampling(const Sampling& measured) noexcept {
   pending_ = {};
   statistics_.ray_spacing_deg = measured.azimuth_deg;
   statistics_.ring_spacing_deg = measured.elevation_deg;
-  statistics_.pole_range_m = pole_range_m(measured);
 }
 
 bool SamplingMonitor::follow_elevations(float min_deg, float max_deg) noexcept {

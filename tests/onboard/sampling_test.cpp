@@ -216,15 +216,6 @@ TEST_CASE("rays beyond the field of view tell of the sensor unless it turns as m
   }
 }
 
-TEST_CASE("the range to which poles are kept follows from the columns") {
-  for (const int columns : {256, 512, 1024, 2048}) {
-    CAPTURE(columns);
-    Monitor with(preset(SensorKind::kOs2_128));
-    (void)with.monitor.look(view_of(scan_of(even_rings(128, -11.25, 11.25), columns)));
-    CHECK(with.monitor.statistics().pole_range_m == Approx(27.2 * columns / 1024).epsilon(0.08));
-  }
-}
-
 TEST_CASE("keyframes carry the measured shape, and their statistics say so") {
   Scene scene;  // 40 rings of 720 columns: no HDL-64E
   scene.boxes = {standing_box({8.0, 0.0, 1.5}, {0.3, 6.0, 1.5})};

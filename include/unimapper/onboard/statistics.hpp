@@ -68,9 +68,6 @@ inline constexpr std::size_t kCapacities = 5;
 struct SamplingStatistics {
   float ray_spacing_deg = 0.0F;   ///< between two rays of a ring; 0 = not known
   float ring_spacing_deg = 0.0F;  ///< from ring to ring; 0 = not known
-  /// Beyond this range most of a pole of 10 cm is removed, because it falls between two rays; in
-  /// proportion for other widths. Metres; 0 = not known.
-  float pole_range_m = 0.0F;
   bool rays_differ = false;  ///< from what the configuration assumed, which was overridden
   /// Rays left the configured field of view, by more than the sensor turned in a sweep.
   bool elevations_differ = false;

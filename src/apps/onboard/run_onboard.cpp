@@ -148,15 +148,6 @@ void warn_of_input(const RunStatistics& statistics, const FreeSpaceConfig& assum
                  static_cast<double>(assumed.ray_spacing_deg),
                  static_cast<double>(assumed.ring_spacing_deg));
   }
-  // The data sheets' coarsest columns keep it to 27 m.
-  constexpr float kNearPoles_m = 20.0F;
-  if (found.pole_range_m > 0.0F && found.pole_range_m < kNearPoles_m) {
-    std::fprintf(
-        stderr,
-        "onboard: warning: of poles thinner than 10 cm half and more is removed beyond %.0f m, "
-        "of 20 cm beyond %.0f m: they fall between two rays\n",
-        static_cast<double>(found.pole_range_m), 2.0 * static_cast<double>(found.pole_range_m));
-  }
   if (found.elevations_differ) {
     std::fprintf(stderr,
                  "onboard: warning: rays leave the sensor's field of view of %.1f to %.1f deg "

@@ -178,7 +178,6 @@ std::string RunStatistics::to_json(const Run& run) const {
   }
   json["sampling"] = {{"ray_spacing_deg", rounded(sampling_.ray_spacing_deg)},
                       {"ring_spacing_deg", rounded(sampling_.ring_spacing_deg)},
-                      {"pole_range_m", rounded(sampling_.pole_range_m)},
                       {"rays_differ", sampling_.rays_differ},
                       {"elevations_differ", sampling_.elevations_differ},
                       {"image_elevation_min_deg", rounded(sampling_.image_elevation_min_deg)},
