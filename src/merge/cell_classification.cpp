@@ -267,10 +267,9 @@ class CellClassifier {
       case ComponentClass::kStatic:
         return voxel.moved;
       case ComponentClass::kMixed:
-        // What the robot kept is not removed for its neighbours' sake.
-        return by_mean && (cells_.removed[cell] != 0 || cells_.log_odds[cell] > 0);
+        break;
     }
-    return false;
+    return by_mean;
   }
 
   const CellEvidence& cells_;

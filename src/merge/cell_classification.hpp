@@ -15,7 +15,6 @@ struct CellEvidence {
   std::vector<VoxelKey> voxel;         ///< of the map frame
   std::vector<std::uint8_t> ground;    ///< labelled ground online
   std::vector<std::uint8_t> low;       ///< so low above the ground that it connects nothing
-  std::vector<std::uint8_t> removed;   ///< labelled dynamic online
   std::vector<std::int32_t> log_odds;  ///< of "dynamic", thousandths
   std::vector<std::uint8_t> occupied;  ///< other keyframes of the window that occupied its voxel
 

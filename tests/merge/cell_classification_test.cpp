@@ -14,7 +14,6 @@ namespace {
 struct Evidence {
   std::int32_t log_odds;
   std::uint8_t occupied = 0;
-  bool removed = false;
   bool ground = false;
   bool low = false;
 };
@@ -34,7 +33,6 @@ class Scene {
           cells_.voxel.push_back(pack({from.x + x, from.y + y, from.z + z}));
           cells_.ground.push_back(evidence.ground ? 1 : 0);
           cells_.low.push_back(evidence.ground || evidence.low ? 1 : 0);
-          cells_.removed.push_back(evidence.removed ? 1 : 0);
           cells_.log_odds.push_back(evidence.log_odds);
           cells_.occupied.push_back(evidence.occupied);
         }
@@ -129,7 +127,7 @@ TEST_CASE("a car that parks and leaves within the window is dynamic where it sto
           "[refinement]") {
   // Three keyframes observed it there, four saw through afterwards: -1.3 and +3.4.
   Scene scene;
-  const auto street = scene.add({0, 0, -1}, {40, 20, 1}, {-2000, 6, false, true});
+  const auto street = scene.add({0, 0, -1}, {40, 20, 1}, {-2000, 6, true});
   const auto car = scene.add({5, 5, 2}, {20, 9, 6}, {2100, 3});
   CHECK(scene.dynamic(car) == 1.0);
   CHECK(scene.dynamic(street) == 0.0);
@@ -137,7 +135,7 @@ TEST_CASE("a car that parks and leaves within the window is dynamic where it sto
 
 TEST_CASE("a car that stays parked is static although the robot removed it", "[refinement]") {
   Scene scene;
-  const auto car = scene.add({5, 5, 2}, {20, 9, 6}, {1500 - 6 * 425, 6, true});
+  const auto car = scene.add({5, 5, 2}, {20, 9, 6}, {1500 - 6 * 425, 6});
   CHECK(scene.dynamic(car) == 0.0);
 }
 
@@ -145,27 +143,12 @@ TEST_CASE("what stopped keeps the robot's label until others observed it there",
   // A car that has just stopped: the robot's label of 1.5 against cells of other keyframes.
   const auto share = [](std::int32_t others) {
     Scene scene;
-    const auto car = scene.add({5, 5, 2}, {20, 9, 6},
-                               {1500 - others * 425, static_cast<std::uint8_t>(others), true});
+    const auto car =
+        scene.add({5, 5, 2}, {20, 9, 6}, {1500 - others * 425, static_cast<std::uint8_t>(others)});
     return scene.dynamic(car);
   };
   CHECK(share(3) == 1.0);
   CHECK(share(4) == 0.0);
-}
-
-TEST_CASE("in a mixed component the robot's static cells need evidence of their own",
-          "[refinement]") {
-  // A quarter of a hedge was seen through; within its reach the mean says dynamic, too.
-  const auto share = [](const Evidence& beside) {
-    Scene scene;
-    scene.add({0, 0, 0}, {6, 6, 6}, {2000});
-    const auto neighbours = scene.add({6, 0, 0}, {1, 6, 6}, beside);
-    scene.add({7, 0, 0}, {14, 6, 6}, kOccupied);
-    return scene.dynamic(neighbours);
-  };
-  CHECK(share({0}) == 0.0);
-  CHECK(share({400}) == 1.0);
-  CHECK(share({0, 0, true}) == 1.0);
 }
 
 TEST_CASE("a component that says static on average is not dynamic as a whole", "[refinement]") {
@@ -183,8 +166,8 @@ TEST_CASE("a component that says static on average is not dynamic as a whole", "
 
 TEST_CASE("cells low above the ground follow what moves on them", "[refinement]") {
   Scene scene;
-  scene.add({0, 0, 0}, {20, 20, 1}, {-2000, 6, false, true});
-  const auto feet = scene.add({8, 8, 1}, {3, 3, 1}, {-400, 1, false, false, true});
+  scene.add({0, 0, 0}, {20, 20, 1}, {-2000, 6, true});
+  const auto feet = scene.add({8, 8, 1}, {3, 3, 1}, {-400, 1, false, true});
   const auto walker = scene.add({8, 8, 2}, {3, 3, 7}, kSeenThrough);
   CHECK(scene.dynamic(walker) == 1.0);
   CHECK(scene.dynamic(feet) == 1.0);
