@@ -68,9 +68,12 @@ bool SamplingMonitor::look(const PointView& points) noexcept {
 void SamplingMonitor::add_pose(const Pose& T_odometry_sensor) noexcept {
   if (!measures_rays_) return;
   if (poses_ > 0) {
-    const Eigen::Matrix3d turn = rotation_before_.transpose() * T_odometry_sensor.rotation;
-    // Sines of the turns about the sensor's own x and y axes.
-    const Eigen::Vector2d tilt(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0));
+    // Entries of the rotation between both, whose differences are twice the sines of the turns
+    // about the sensor's own x and y axes.
+    const auto entry = [&](int row, int column) noexcept {
+      return rotation_before_.col(row).dot(T_odometry_sensor.rotation.col(column));
+    };
+    const Eigen::Vector2d tilt(entry(2, 1) - entry(1, 2), entry(0, 2) - entry(2, 0));
     turn_deg_ = std::max(turn_deg_, static_cast<float>(0.5 * kDegreesPerRadian * tilt.norm()));
   }
   rotation_before_ = T_odometry_sensor.rotation;
