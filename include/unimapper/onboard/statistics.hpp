@@ -68,7 +68,7 @@ inline constexpr std::size_t kCapacities = 5;
 struct SamplingStatistics {
   float ray_spacing_deg = 0.0F;   ///< between two rays of a ring; 0 = not known
   float ring_spacing_deg = 0.0F;  ///< from ring to ring; 0 = not known
-  bool rays_differ = false;  ///< from what the configuration assumed, which was overridden
+  bool rays_differ = false;       ///< from what the configuration assumed, which was overridden
   /// Rays left the configured field of view, by more than the sensor turned in a sweep.
   bool elevations_differ = false;
   float image_elevation_min_deg = 0.0F;  ///< field of view of the range images
