@@ -50,6 +50,7 @@ struct MovedPart {
             static_cast<std::int32_t>(config.moved_part_log_odds * 1000.0F),
             config.moved_part_occupied};
   }
+  /// Whether the part moved. O(1).
   [[nodiscard]] bool holds(const EvidenceSum& part) const noexcept {
     return part.cells >= min_cells &&
            5 * std::uint64_t{part.dynamic} >= 2 * std::uint64_t{part.cells} &&
