@@ -2,14 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace unimapper {
 namespace {
 
 constexpr float kNearest_m = 0.5F;  // nearer are the robot itself and returns that are none
-constexpr float kFarthest_m = 128.0F;
 constexpr std::size_t kBinsPerMetre = 4;
-constexpr std::size_t kBins = 512;
+constexpr std::size_t kBins = 512;  // the last one counts what is farther, too
 constexpr std::uint32_t kFewestPoints = 1000;
 
 /// Ranges and directions of one scan's points.
@@ -19,10 +19,12 @@ struct Histogram {
   std::uint32_t points = 0;
 
   void add(const Eigen::Vector3f& p) noexcept {
-    const float squared = p.squaredNorm();  // a comparison is false where it is not finite
-    if (!(squared >= kNearest_m * kNearest_m && squared < kFarthest_m * kFarthest_m)) return;
+    const float squared = p.squaredNorm();
+    // False where it is not finite.
+    if (!(squared >= kNearest_m * kNearest_m && squared <= std::numeric_limits<float>::max()))
+      return;
     const float bin = std::sqrt(squared) * static_cast<float>(kBinsPerMetre);
-    ++ranges[std::min(static_cast<std::size_t>(bin), kBins - 1)];
+    ++ranges[static_cast<std::size_t>(std::min(bin, static_cast<float>(kBins - 1)))];
     const unsigned eighth = (p.x() > 0.0F ? 1U : 0U) | (p.y() > 0.0F ? 2U : 0U) |
                             (std::fabs(p.x()) > std::fabs(p.y()) ? 4U : 0U);
     ++directions[eighth];
@@ -32,13 +34,9 @@ struct Histogram {
   /// The range that 99 % of the points do not exceed.
   [[nodiscard]] float extent_m() const noexcept {
     std::uint64_t within = 0;
-    for (std::size_t bin = 0; bin < kBins; ++bin) {
-      within += ranges[bin];
-      if (100 * within >= 99 * std::uint64_t{points}) {
-        return static_cast<float>(bin + 1) / static_cast<float>(kBinsPerMetre);
-      }
-    }
-    return kFarthest_m;
+    std::size_t bin = 0;
+    while (100 * within < 99 * std::uint64_t{points}) within += ranges[bin++];
+    return static_cast<float>(bin) / static_cast<float>(kBinsPerMetre);
   }
 
   [[nodiscard]] bool sees_all_round() const noexcept {

@@ -64,6 +64,15 @@ TEST_CASE("Surroundings are indoors if 99 % of the points lie within 30 m, all r
   CHECK(estimate({}).surroundings == Surroundings::kOutdoors);
 }
 
+TEST_CASE("Points count however far away they are") {
+  for (const float far_m : {127.0F, 128.0F, 129.0F, 240.0F, 1e9F}) {
+    CAPTURE(far_m);
+    CHECK_FALSE(indoors({{.near = 1900, .far = 100, .far_m = far_m}}));
+    CHECK(estimate({{.near = 1900, .far = 100, .far_m = far_m}}).extent_m > 126.0F);
+    CHECK(indoors({{.far_m = far_m}}));
+  }
+}
+
 TEST_CASE("One scan that sees far is enough for outdoors, in whatever order they come") {
   const Ring room;
   const Ring street{.near_m = 40.0F};

@@ -12,7 +12,8 @@ namespace unimapper {
 /// What the scans looked at so far say of the surroundings.
 struct SurroundingsEstimate {
   Surroundings surroundings = Surroundings::kOutdoors;  ///< the decision
-  /// The range that 99 % of a scan's points lie within, of the scan where it was largest, metres.
+  /// The range that 99 % of a scan's points lie within, of the scan where it was largest, metres,
+  /// up to 128.
   float extent_m = 0.0F;
   std::uint32_t scans = 0;     ///< looked at; scans with fewer than 1000 points are passed over
   bool sees_all_round = true;  ///< in every scan there were points in all directions
