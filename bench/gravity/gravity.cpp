@@ -69,8 +69,7 @@ void add_keyframe(const KeyframeView& view, const Eigen::Vector3d& true_up, cons
   const auto xx = static_cast<double>(view.up.variance_x);
   const auto xy = static_cast<double>(view.up.covariance_xy);
   const auto yy = static_cast<double>(view.up.variance_y);
-  const double largest = 0.5 * (xx + yy) + std::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy);
-  const double sigma = std::sqrt(largest) * kDegreesPerRadian;
+  const double sigma = view.up.sigma() * kDegreesPerRadian;
   if (options.each) {
     std::printf("  keyframe %u: %s, error %.2f, sigma %.2f, %u walls\n", view.sequence,
                 view.up.known ? "known" : "unknown", error, sigma, view.statistics->walls);

@@ -1,7 +1,6 @@
 #include "ports/c/convert.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <type_traits>
 
@@ -119,14 +118,6 @@ um_statistics to_c(const KeyframeStatistics& from) noexcept {
   return to;
 }
 
-/// Of the less certain axis.
-float sigma_deg(const KeyframeUp& up) noexcept {
-  const float mean = 0.5F * (up.variance_x + up.variance_y);
-  const float half = 0.5F * (up.variance_x - up.variance_y);
-  const float off = std::sqrt(half * half + up.covariance_xy * up.covariance_xy);
-  return std::sqrt(mean + off) * static_cast<float>(kDegreesPerRadian);
-}
-
 um_input input_of(const KeyframeView& view) noexcept {
   const KeyframeStatistics& from = *view.statistics;
   um_input to{};
@@ -142,7 +133,7 @@ um_input input_of(const KeyframeView& view) noexcept {
   to.aligned_scans = from.aligned_scans;
   to.up_known = view.up.known ? 1 : 0;
   to.odometry_tilt_deg = from.odometry_tilt_deg;
-  to.up_sigma_deg = view.up.known ? sigma_deg(view.up) : 0.0F;
+  to.up_sigma_deg = static_cast<float>(view.up.sigma() * kDegreesPerRadian);
   return to;
 }
 

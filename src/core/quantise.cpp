@@ -4,16 +4,12 @@
 #include <cstdlib>
 #include <limits>
 
+#include "unimapper/core/voxel_key.hpp"
+
 namespace unimapper {
 namespace {
 
 constexpr double kMaxCode = 32767.0;
-
-/// floor(value) of a value within 32 bits, without the maths library.
-std::int32_t floor_of(double value) noexcept {
-  const auto truncated = static_cast<std::int32_t>(value);
-  return truncated - (static_cast<double>(truncated) > value ? 1 : 0);
-}
 
 /// Rounds to a grid of `steps_per_metre`; nothing if an axis leaves [lowest, highest].
 std::optional<Eigen::Vector3i> to_steps(const Eigen::Vector3f& position, double steps_per_metre,
@@ -23,13 +19,13 @@ std::optional<Eigen::Vector3i> to_steps(const Eigen::Vector3f& position, double 
     const double raised = static_cast<double>(position[axis]) * steps_per_metre + 0.5;
     // Written so that NaN fails it too.
     if (!(raised >= lowest && raised < highest + 1.0)) return std::nullopt;
-    steps[axis] = floor_of(raised);
+    steps[axis] = floor_to<std::int32_t>(raised);
   }
   return steps;
 }
 
 std::int16_t round_to_code(double value) noexcept {
-  return static_cast<std::int16_t>(floor_of(value * kMaxCode + 0.5));
+  return static_cast<std::int16_t>(floor_to<std::int32_t>(value * kMaxCode + 0.5));
 }
 
 double sign_of(double value) noexcept { return value < 0.0 ? -1.0 : 1.0; }

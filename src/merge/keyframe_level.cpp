@@ -11,9 +11,7 @@
 namespace unimapper::merge {
 namespace {
 
-// Drift of the odometry's roll and pitch from one keyframe to the next, as the robot's estimator
-// has it (docs/design/gravity.md): 0.05 degrees.
-constexpr double kDriftSigma = 0.05 / kDegreesPerRadian;
+constexpr double kDriftSigma = kTiltDriftDeg / kDegreesPerRadian;
 // No robot drives so far from one keyframe to the next: the odometry was started anew.
 constexpr double kJumpM = 50.0;
 

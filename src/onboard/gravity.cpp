@@ -42,8 +42,7 @@ constexpr double kBackgroundShare = 2.0 / 15.0;
 constexpr double kChance = 4.0;
 constexpr double kFewestWalls = 6.0;
 
-// Drift of the odometry's roll and pitch from one keyframe to the next.
-constexpr double kDriftSigma = rad(0.05);
+constexpr double kDriftSigma = rad(kTiltDriftDeg);
 // Keyframes see the same walls: so many of them count as one.
 constexpr double kOverlap = 4.0;
 // Less certain than this in any direction is unknown.
@@ -98,10 +97,8 @@ Eigen::Matrix2d determined_directions(const Eigen::Matrix2d& walls,
   return projector;
 }
 
-/// The larger eigenvalue of a symmetric matrix.
 double largest_variance(const Eigen::Matrix2d& m) noexcept {
-  const double half = 0.5 * (m(0, 0) - m(1, 1));
-  return 0.5 * (m(0, 0) + m(1, 1)) + std::sqrt(square(half) + square(m(0, 1)));
+  return unimapper::largest_variance(m(0, 0), m(0, 1), m(1, 1));
 }
 
 }  // namespace

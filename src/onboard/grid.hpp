@@ -40,9 +40,7 @@ struct Grid {
   grid.cell_size_m = config.fine_size_m;
   grid.cells_per_voxel = config.cells_per_voxel();
   const auto steps = [&grid](double coordinate) {
-    const double value = coordinate / grid.step_m();
-    const auto truncated = static_cast<std::int64_t>(value);
-    return truncated - static_cast<std::int64_t>(value < static_cast<double>(truncated));
+    return floor_to<std::int64_t>(coordinate / grid.step_m());
   };
   grid.lattice_x = steps(position_m.x());
   grid.lattice_y = steps(position_m.y());

@@ -23,15 +23,6 @@ constexpr std::uint32_t kMostPoints = 40;  ///< of a column's mean: later ones r
 /// Scales of the robust fit, coarse to fine: half a degree is 0.35 m at 40 m.
 constexpr double kScales_m[] = {0.4, 0.2, 0.1, 0.06, 0.06};
 
-/// Largest integer not above a coordinate, without the maths library; 0 beyond what a double
-/// counts.
-std::int64_t floor_of(double coordinate_m) noexcept {
-  constexpr double kCountable = 9e15;
-  if (!(coordinate_m > -kCountable && coordinate_m < kCountable)) return 0;
-  const auto truncated = static_cast<std::int64_t>(coordinate_m);
-  return truncated - (static_cast<double>(truncated) > coordinate_m ? 1 : 0);
-}
-
 /// The rotation of the quaternion (1, x, y, 0), normalised.
 Eigen::Matrix3d small_rotation(double x, double y) noexcept {
   const double s = 2.0 / (1.0 + x * x + y * y);
@@ -245,8 +236,8 @@ Eigen::Vector2f GroundAligner::find_slope(const PointView& points, const Pose& p
 void GroundAligner::collect(const PointView& points, const Pose& pose) noexcept {
   size_ = 0;
   const Eigen::Matrix3f r = pose.rotation.cast<float>();
-  const std::int64_t floor_x = floor_of(pose.translation.x());
-  const std::int64_t floor_y = floor_of(pose.translation.y());
+  const auto floor_x = floor_to<std::int64_t>(pose.translation.x());
+  const auto floor_y = floor_to<std::int64_t>(pose.translation.y());
   const auto within_x = static_cast<float>(pose.translation.x() - static_cast<double>(floor_x));
   const auto within_y = static_cast<float>(pose.translation.y() - static_cast<double>(floor_y));
   // Remainders suffice to tell columns of the map apart; far coordinates wrap.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <span>
 
@@ -47,6 +48,17 @@ struct PlanePatch {
   Eigen::Vector3f normal;  ///< unit length, oriented towards the sensor's origin
 };
 
+/// Larger eigenvalue of the symmetric matrix (xx, xy; xy, yy): the variance about the less certain
+/// axis.
+[[nodiscard]] inline double largest_variance(double xx, double xy, double yy) noexcept {
+  const double half = 0.5 * (xx - yy);
+  return 0.5 * (xx + yy) + std::sqrt(half * half + xy * xy);
+}
+
+/// Drift of the odometry's roll and pitch from one keyframe to the next, standard deviation
+/// (docs/design/gravity.md).
+inline constexpr double kTiltDriftDeg = 0.05;
+
 /// How well the z axis of a keyframe's frame is known to point up.
 struct KeyframeUp {
   bool known = false;  ///< false: z is the odometry's z axis, and nothing tells how level that is
@@ -55,6 +67,12 @@ struct KeyframeUp {
   float covariance_xy = 0.0F;  ///< of x with y
   float variance_y = 0.0F;     ///< of y
 
+  /// Standard deviation of up about its less certain axis, rad; 0 where up is not known.
+  [[nodiscard]] double sigma() const noexcept {
+    return std::sqrt(largest_variance(static_cast<double>(variance_x),
+                                      static_cast<double>(covariance_xy),
+                                      static_cast<double>(variance_y)));
+  }
   friend bool operator==(const KeyframeUp&, const KeyframeUp&) = default;
 };
 

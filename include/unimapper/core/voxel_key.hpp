@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <concepts>
 #include <cstdint>
 
 namespace unimapper {
@@ -52,6 +53,13 @@ inline constexpr std::int32_t kVoxelAxisLimit = 1 << 20;
   const auto truncated = static_cast<std::int32_t>(bounded);
   const std::int32_t above = static_cast<float>(truncated) > bounded ? 1 : 0;
   return truncated - above;
+}
+
+/// floor(value) of a double likewise. The caller has checked that it fits the integer.
+template <std::signed_integral Integer>
+[[nodiscard]] constexpr Integer floor_to(double value) noexcept {
+  const auto truncated = static_cast<Integer>(value);
+  return static_cast<Integer>(truncated - (static_cast<double>(truncated) > value ? 1 : 0));
 }
 
 /// floor(a / b) for b > 0.

@@ -46,8 +46,7 @@ struct MovedPart {
   /// From the members of a configuration.
   template <typename Config>
   [[nodiscard]] static MovedPart of(const Config& config) noexcept {
-    return {config.moved_part_cells,
-            static_cast<std::int32_t>(config.moved_part_log_odds * 1000.0F),
+    return {config.moved_part_cells, in_thousandths(config.moved_part_log_odds),
             config.moved_part_occupied};
   }
   /// Whether the part moved. O(1).

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
+
+#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -19,14 +22,6 @@ constexpr float kFootCells = 0.2F;
 constexpr std::size_t kFewestLevels = 3;
 
 constexpr float kNever = std::numeric_limits<float>::infinity();
-
-/// The element below which `share` of the heights lie.
-float quantile(std::vector<float>& heights, float share) {
-  const auto at =
-      heights.begin() + static_cast<std::ptrdiff_t>(share * static_cast<float>(heights.size() - 1));
-  std::nth_element(heights.begin(), at, heights.end());
-  return *at;
-}
 
 }  // namespace
 
@@ -94,7 +89,8 @@ void CellLabels::separate_feet() {
       if (!is_below[static_cast<std::size_t>(&other - entries_.data())]) free.push_back(height_m);
     });
     // Where all of it holds feet, the lower cells hold fewer.
-    const float level_m = free.size() < kFewestLevels ? quantile(all, 0.25F) : quantile(free, 0.5F);
+    const float level_m =
+        free.size() < kFewestLevels ? quantile(std::span(all), 0.25) : median(std::span(free));
     entries_[i].dynamic_above_m = level_m + foot_m_;
   }
 }
