@@ -12,6 +12,26 @@ using namespace unimapper::c;
 // Keypoints and planes are read where they lie (convert.cpp compares the layouts).
 static_assert(UM_MAX_SCANS == KeyframeConfig::kMaxScans);
 
+namespace {
+
+um_status insert(um_pipeline* pipeline, const um_place* place, const KeyframeUp& up) {
+  if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
+  const bool complete = place != nullptr &&
+                        (place->keypoints != nullptr || place->keypoint_count == 0) &&
+                        (place->planes != nullptr || place->plane_count == 0);
+  if (!complete) return refuse(*pipeline, UM_NULL_ARGUMENT);
+  if (place->session == 0) return refuse(*pipeline, UM_INVALID_INDEX);
+  const Pose pose = from_c(place->T_odometry_keyframe);
+  if (!pose.is_rigid()) return refuse(*pipeline, UM_INVALID_POSE);
+  const PlaceView view{{reinterpret_cast<const Keypoint*>(place->keypoints), place->keypoint_count},
+                       {reinterpret_cast<const PlanePatch*>(place->planes), place->plane_count},
+                       up};
+  pipeline->core->places().insert(view, KeyframeId{place->session, place->keyframe}, pose);
+  return tell(*pipeline, {});
+}
+
+}  // namespace
+
 extern "C" {
 
 size_t um_encode_scratch_bytes(const um_pipeline* pipeline) {
@@ -65,20 +85,14 @@ um_status um_images_get(um_pipeline* pipeline, um_images* images) {
 }
 
 um_status um_place_insert(um_pipeline* pipeline, const um_place* place) {
+  return insert(pipeline, place, {});
+}
+
+um_status um_place_insert_level(um_pipeline* pipeline, const um_place* place,
+                                const float up_covariance[3]) {
   if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
-  const bool complete = place != nullptr &&
-                        (place->keypoints != nullptr || place->keypoint_count == 0) &&
-                        (place->planes != nullptr || place->plane_count == 0);
-  if (!complete) return refuse(*pipeline, UM_NULL_ARGUMENT);
-  if (place->session == 0) return refuse(*pipeline, UM_INVALID_INDEX);
-  const Pose pose = from_c(place->T_odometry_keyframe);
-  if (!pose.is_rigid()) return refuse(*pipeline, UM_INVALID_POSE);
-  const PlaceView view{{reinterpret_cast<const Keypoint*>(place->keypoints), place->keypoint_count},
-                       {reinterpret_cast<const PlanePatch*>(place->planes), place->plane_count},
-                       {place->up_known != 0, place->up_covariance[0], place->up_covariance[1],
-                        place->up_covariance[2]}};
-  pipeline->core->places().insert(view, KeyframeId{place->session, place->keyframe}, pose);
-  return tell(*pipeline, {});
+  if (up_covariance == nullptr) return refuse(*pipeline, UM_NULL_ARGUMENT);
+  return insert(pipeline, place, {true, up_covariance[0], up_covariance[1], up_covariance[2]});
 }
 
 }  // extern "C"

@@ -513,9 +513,6 @@ typedef struct um_place {
   size_t keypoint_count;        /**< length of `keypoints` */
   const um_plane* planes;       /**< planar voxels */
   size_t plane_count;           /**< length of `planes` */
-  /** As in um_keyframe; 0: nothing tells how level the keyframe's frame is. */
-  uint32_t up_known;
-  float up_covariance[3]; /**< of up's x and y in the keyframe's frame, rad^2: xx, xy, yy */
 } um_place;
 
 /** Lets loop search find a place of an earlier run: um_loop.session is its number. Beyond
@@ -523,6 +520,11 @@ typedef struct um_place {
  * for session 0. Cost: that of the insertion of a keyframe. um_reset forgets these places too. A
  * place without keypoints is found by nothing. */
 UM_API UM_CHECKED um_status um_place_insert(um_pipeline* pipeline, const um_place* place);
+
+/** As um_place_insert, for a keyframe with up_known: `up_covariance` is that of um_keyframe. Loops
+ *  to places inserted without it may be tilted by more. */
+UM_API UM_CHECKED um_status um_place_insert_level(um_pipeline* pipeline, const um_place* place,
+                                                  const float up_covariance[3]);
 
 /* ---- Health --------------------------------------------------------------------------------- */
 

@@ -166,17 +166,15 @@ TEST_CASE("places of earlier runs go into the database that loop search asks") {
   const CPipeline pipeline;
   drive(earlier.get(), [&] {
     const um_keyframe keyframe = keyframe_of(earlier.get());
-    um_place place{
-        1,
-        keyframe.sequence,
-        keyframe.T_odometry_keyframe,
-        keyframe.keypoints,
-        keyframe.keypoint_count,
-        keyframe.planes,
-        keyframe.plane_count,
-        keyframe.up_known,
-        {keyframe.up_covariance[0], keyframe.up_covariance[1], keyframe.up_covariance[2]}};
-    CHECK(um_place_insert(pipeline.get(), &place) == UM_OK);
+    um_place place{1,
+                   keyframe.sequence,
+                   keyframe.T_odometry_keyframe,
+                   keyframe.keypoints,
+                   keyframe.keypoint_count,
+                   keyframe.planes,
+                   keyframe.plane_count};
+    CHECK(um_place_insert_level(pipeline.get(), &place, keyframe.up_covariance) == UM_OK);
+    CHECK(um_place_insert_level(pipeline.get(), &place, nullptr) == UM_NULL_ARGUMENT);
     place.session = 0;
     CHECK(um_place_insert(pipeline.get(), &place) == UM_INVALID_INDEX);
     place.session = 1;
