@@ -20,6 +20,7 @@ void ComponentClassifier::allocate(Arena& arena, const PipelineConfig& config) n
   const std::size_t max_parts = config.voxel.max_blocks() * 2;
   labels_.allocate(arena, config.voxel.max_blocks(), max_parts, config.voxel.max_cells);
   tally_ = arena.allocate<ComponentTally>(max_parts);
+  outcome_ = arena.allocate<Outcome>(max_parts);
   cell_m_ = config.voxel.fine_size_m;
   clusters_.allocate(arena, config);
 }
@@ -117,45 +118,61 @@ bool ComponentClassifier::may_be_missed(const ComponentTally& tally, Outline out
   return disputed || 2 * (tally.was_dynamic + tally.was_static) >= tally.cells;
 }
 
+ComponentClassifier::Outcome ComponentClassifier::decide(
+    const ComponentTally& tally, const Viewpoint& viewpoint) const noexcept {
+  const Outline outline = outline_of(tally.box);
+  if (outline == Outline::kWide) {
+    if (persists(tally)) return Outcome::kPersists;
+  } else if (may_be_missed(tally, outline, viewpoint)) {
+    return Outcome::kThin;
+  }
+  switch (classify(tally.evidence_dynamic, tally.evidence, config_.component_dynamic_share,
+                   config_.component_static_share)) {
+    case ComponentClass::kDynamic:
+      return Outcome::kDynamic;
+    case ComponentClass::kStatic:
+      return Outcome::kStatic;
+    case ComponentClass::kMixed:
+      break;
+  }
+  return Outcome::kMixed;
+}
+
 void ComponentClassifier::classify_all(const BlockWindow& window, const Viewpoint& viewpoint,
                                        CellTable& cells) noexcept {
+  for (std::uint32_t c = 0; c < labels_.size(); ++c) {
+    // Numbers with gaps: parts that joined another have no cells.
+    if (tally_[c].cells != 0) outcome_[c] = decide(tally_[c], viewpoint);
+  }
   const std::span<const Block> blocks = cells.blocks();
   for (std::uint32_t b = 0; b < blocks.size(); ++b) {
-    CellMarks& marks = cells.marks(b);
     labels_.visit(b, blocks[b], followers(window, cells, b),
                   [&](std::uint32_t component, std::uint64_t some) noexcept {
-                    const ComponentTally& tally = tally_[component];
-                    const Outline outline = outline_of(tally.box);
-                    if (outline != Outline::kWide && may_be_missed(tally, outline, viewpoint)) {
-                      marks.dynamic &= ~some;
-                      clusters_.leave_out(b, some);
-                      return;
-                    }
-                    if (outline == Outline::kWide && persists(tally)) {
-                      marks.dynamic |= some;
-                      marks.proven |= some;
-                      clusters_.leave_out(b, some);
-                      return;
-                    }
-                    mark(b, some, tally, marks);
+                    mark(b, some, outcome_[component], cells.marks(b));
                   });
   }
 }
 
-void ComponentClassifier::mark(std::uint32_t b, std::uint64_t cells, const ComponentTally& tally,
+void ComponentClassifier::mark(std::uint32_t b, std::uint64_t cells, Outcome outcome,
                                CellMarks& marks) noexcept {
-  switch (classify(tally.evidence_dynamic, tally.evidence, config_.component_dynamic_share,
-                   config_.component_static_share)) {
-    case ComponentClass::kDynamic:
+  switch (outcome) {
+    case Outcome::kThin:
+      marks.dynamic &= ~cells;
+      break;
+    case Outcome::kPersists:
+      marks.dynamic |= cells;
+      marks.proven |= cells;
+      break;
+    case Outcome::kDynamic:
       marks.dynamic |= cells & ~(marks.confirmed_static & ~marks.low);
-      clusters_.leave_out(b, cells);
       break;
-    case ComponentClass::kStatic:
+    case Outcome::kStatic:
       marks.dynamic &= ~(cells & ~marks.confirmed_dynamic);
-      break;
-    case ComponentClass::kMixed:
-      break;
+      return;
+    case Outcome::kMixed:
+      return;
   }
+  clusters_.leave_out(b, cells);
 }
 
 }  // namespace unimapper::onboard

@@ -45,6 +45,15 @@ class ComponentClassifier {
     kPole,      ///< as narrow as a pole and higher than wide
   };
 
+  /// What becomes of a component.
+  enum class Outcome : std::uint8_t {
+    kThin,      ///< static: rays beside it may be all that saw through
+    kPersists,  ///< dynamic, as in the keyframe before
+    kDynamic,   ///< by its evidence
+    kStatic,    ///< by its evidence; clusters within it may be dynamic
+    kMixed,     ///< each cell by its own evidence
+  };
+
   /// Cells of a block that follow a component without connecting any: low ones, and those confirmed
   /// static, unless they were proven dynamic in the keyframe before.
   [[nodiscard]] std::uint64_t followers(const BlockWindow& window, const CellTable& cells,
@@ -65,9 +74,10 @@ class ComponentClassifier {
   /// Whether all evidence of free space for a component may come from rays beside it.
   [[nodiscard]] bool may_be_missed(const ComponentTally& tally, Outline outline,
                                    const Viewpoint& viewpoint) const noexcept;
-  /// Some cells of a block as the evidence for their component says.
-  void mark(std::uint32_t b, std::uint64_t cells, const ComponentTally& tally,
-            CellMarks& marks) noexcept;
+  [[nodiscard]] Outcome decide(const ComponentTally& tally,
+                               const Viewpoint& viewpoint) const noexcept;
+  /// Some cells of block `b`.
+  void mark(std::uint32_t b, std::uint64_t cells, Outcome outcome, CellMarks& marks) noexcept;
   [[nodiscard]] bool persists(const ComponentTally& tally) const noexcept;
 
   RemovalConfig config_;
@@ -75,6 +85,7 @@ class ComponentClassifier {
   std::int32_t confirmed_static_ = 0;  ///< thousandths; clamp of a cell's evidence
   ComponentLabels labels_;
   ComponentTally* tally_ = nullptr;  ///< by component
+  Outcome* outcome_ = nullptr;       ///< by component
   SeenThroughClusters clusters_;
 };
 
