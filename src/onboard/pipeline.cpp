@@ -9,6 +9,7 @@
 #include "cell_table.hpp"
 #include "coarse_voxels.hpp"
 #include "component_classifier.hpp"
+#include "event_reporter.hpp"
 #include "evidence_window.hpp"
 #include "final_labels.hpp"
 #include "gravity.hpp"
@@ -25,7 +26,6 @@
 #include "transparent_ground.hpp"
 #include "unimapper/core/angles.hpp"
 #include "unimapper/free_space/range_image.hpp"
-#include "unimapper/onboard/events.hpp"
 #include "unimapper/place/describer.hpp"
 
 namespace unimapper {
@@ -38,7 +38,8 @@ struct Pipeline::State {
       : config(configuration),
         gate(configuration.keyframe),
         budget(configuration),
-        gravity(configuration.odometry) {}
+        gravity(configuration.odometry),
+        events(configuration) {}
 
   void allocate(Arena& arena) noexcept;
 
@@ -62,12 +63,6 @@ struct Pipeline::State {
   void search_loops() noexcept;
   void count_input(const ScanCounts& counts) noexcept;
   void count_result() noexcept;
-  void report(EventId id, std::int64_t stamp_ns, std::uint64_t a, std::uint64_t b = 0,
-              std::uint64_t c = 0, std::uint64_t d = 0) noexcept;
-  void report_refusal(const Error& error, std::int64_t stamp_ns, std::uint32_t index) noexcept;
-  void report_keyframe() noexcept;
-  void report_sampling(std::int64_t stamp_ns) noexcept;
-  void report_attitude(std::int64_t stamp_ns) noexcept;
 
   std::uint64_t& dropped(DropCause cause) noexcept {
     return statistics.dropped[static_cast<std::size_t>(cause)];
@@ -98,11 +93,9 @@ struct Pipeline::State {
   KeyframeOutput output;
   PlaceDescriber describer;
   PlaceDatabase places;
+  EventReporter events;
 
-  bool contradicted = false;   ///< in the keyframe before, up was not where the odometry promises
-  bool uncompensated = false;  ///< so looked the sweeps of the keyframe before
-  bool sampling_changed = false;  ///< and not reported yet
-  bool open = false;              ///< a keyframe has at least one scan and is not closed yet
+  bool open = false;  ///< a keyframe has at least one scan and is not closed yet
   std::uint32_t scan_index = 0;
   std::uint32_t sequence = 0;
   KeyframeScan scans[KeyframeConfig::kMaxScans];
@@ -144,7 +137,7 @@ ScanResult Pipeline::State::add_scan(const PointView& points, const Pose& pose,
 
   const Motion motion = gate.check(pose, stamp_ns);
   if (motion.error.code != ErrorCode::kOk) {
-    report_refusal(motion.error, stamp_ns, index);
+    events.refusal(motion.error, stamp_ns, index);
     const bool closes = motion.error.code == ErrorCode::kPoseJump && open;
     if (closes) close_keyframe();
     return {motion.error, closes};
@@ -162,7 +155,7 @@ ScanResult Pipeline::State::add_scan(const PointView& points, const Pose& pose,
   if (!ingest(points, used)) {
     const Error empty{ErrorCode::kEmptyScan,
                       "the scan has no point that is finite and within the sensor's range"};
-    report_refusal(empty, stamp_ns, index);
+    events.refusal(empty, stamp_ns, index);
     return {empty, false};
   }
   scans[accumulator.scans() - 1] = {index, stamp_ns, used};
@@ -183,7 +176,7 @@ void Pipeline::State::begin_keyframe(const PointView& first_points,
   if (sampling.look(first_points)) {
     painter.reshape(sampling.free_space().image_shape());
     window.follow(sampling.free_space());
-    sampling_changed = true;
+    events.sampling_changed();
   }
   accumulator.begin(grid);
   window.begin(grid);
@@ -220,7 +213,7 @@ void Pipeline::State::close_keyframe() noexcept {
   view.statistics = &statistics;
   statistics.attitude_noise_deg = aligner.noise_deg();
   statistics.sweep_tilt_deg = aligner.sweep_tilt_deg();
-  if (sampling.close()) sampling_changed = true;
+  if (sampling.close()) events.sampling_changed();
   statistics.sampling = sampling.statistics();
 
   remove_dynamic();
@@ -228,7 +221,7 @@ void Pipeline::State::close_keyframe() noexcept {
   search_loops();
   budget.measure(Budget::Part::kCounting, 1, [this] { count_result(); });
   statistics.deadline_missed = budget.is_exceeded();
-  if (config.events != nullptr) report_keyframe();
+  events.keyframe(view, budget.spent_us());
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -384,82 +377,6 @@ void Pipeline::State::count_result() noexcept {
   use(Capacity::kVoxels, statistics.voxels, config.voxel.max_voxels);
   use(Capacity::kBlocks, window.blocks().size(), window.blocks().capacity());
   use(Capacity::kPlaces, places.size(), config.loop_search.max_places);
-}
-
-void Pipeline::State::report(EventId id, std::int64_t stamp_ns, std::uint64_t a, std::uint64_t b,
-                             std::uint64_t c, std::uint64_t d) noexcept {
-  if (config.events == nullptr) return;
-  const auto value = [](std::uint64_t number) { return static_cast<std::int64_t>(number); };
-  config.events->push(
-      {static_cast<std::uint32_t>(id), 0, stamp_ns, {value(a), value(b), value(c), value(d)}});
-}
-
-void Pipeline::State::report_refusal(const Error& error, std::int64_t stamp_ns,
-                                     std::uint32_t index) noexcept {
-  if (error.code == ErrorCode::kPoseJump) return report(EventId::kPoseJump, stamp_ns, index);
-  report(EventId::kScanRefused, stamp_ns, static_cast<std::uint64_t>(error.code), index);
-}
-
-void Pipeline::State::report_sampling(std::int64_t stamp_ns) noexcept {
-  sampling_changed = false;
-  const SamplingStatistics& found = statistics.sampling;
-  const FreeSpaceConfig& given = config.free_space;
-  const auto thousandths = [](float degrees) noexcept {
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(degrees * 1000.0F));
-  };
-  if (found.rays_differ || found.changes > 0) {
-    report(EventId::kSamplingDiffers, stamp_ns, thousandths(found.ray_spacing_deg),
-           thousandths(found.ring_spacing_deg), thousandths(given.ray_spacing_deg),
-           thousandths(given.ring_spacing_deg));
-  }
-  if (found.elevations_differ) {
-    report(EventId::kElevationsDiffer, stamp_ns, thousandths(found.image_elevation_min_deg),
-           thousandths(found.image_elevation_max_deg), thousandths(given.elevation_min_deg),
-           thousandths(given.elevation_max_deg));
-  }
-}
-
-void Pipeline::State::report_attitude(std::int64_t stamp_ns) noexcept {
-  const auto thousandths = [](float degrees) {
-    return static_cast<std::uint64_t>(degrees * 1000.0F + 0.5F);
-  };
-  const bool looks_uncompensated = statistics.sweep_tilt_deg > 0.0F;
-  if (looks_uncompensated && !uncompensated) {
-    report(EventId::kSweepsUncompensated, stamp_ns, thousandths(statistics.sweep_tilt_deg),
-           statistics.aligned_scans, view.sequence);
-  }
-  uncompensated = looks_uncompensated;
-  if (looks_uncompensated || statistics.aligned_scans == 0) return;
-  report(EventId::kAttitudeNoise, stamp_ns, thousandths(statistics.attitude_noise_deg),
-         statistics.aligned_scans, view.sequence);
-}
-
-void Pipeline::State::report_keyframe() noexcept {
-  const std::int64_t stamp_ns = view.scans.back().stamp_ns;
-  report(EventId::kKeyframeClosed, stamp_ns, view.sequence, view.scans.size(),
-         view.static_cells.size(), view.dynamic_cells.size());
-  for (std::size_t i = 0; i < kDropCauses; ++i) {
-    const std::uint64_t count = statistics.dropped[i];
-    if (count != 0) report(EventId::kDropped, stamp_ns, i, count, view.sequence);
-  }
-  for (std::size_t i = 0; i < kSheds; ++i) {
-    const std::uint32_t count = statistics.shed[i];
-    if (count != 0) report(EventId::kShed, stamp_ns, i, count, view.sequence);
-  }
-  if (statistics.up_contradicted && !contradicted) {
-    const auto thousandths = [](float degrees) {
-      return static_cast<std::uint64_t>(degrees * 1000.0F + 0.5F);
-    };
-    report(EventId::kUpContradicted, stamp_ns, thousandths(statistics.odometry_tilt_deg),
-           thousandths(config.odometry.up_sigma_deg), view.sequence);
-  }
-  contradicted = statistics.up_contradicted;
-  if (sampling_changed) report_sampling(stamp_ns);
-  report_attitude(stamp_ns);
-  if (statistics.deadline_missed) {
-    report(EventId::kDeadlineMissed, stamp_ns, static_cast<std::uint64_t>(budget.spent_us()),
-           config.budget_us, view.sequence);
-  }
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -1,0 +1,92 @@
+#include "event_reporter.hpp"
+
+#include <cstddef>
+
+namespace unimapper::onboard {
+namespace {
+
+/// Of a degree, rounded.
+std::uint64_t thousandths(float degrees) noexcept {
+  const float half = degrees < 0.0F ? -0.5F : 0.5F;
+  return static_cast<std::uint64_t>(static_cast<std::int64_t>(degrees * 1000.0F + half));
+}
+
+}  // namespace
+
+void EventReporter::refusal(const Error& error, std::int64_t stamp_ns,
+                            std::uint32_t scan) noexcept {
+  if (error.code == ErrorCode::kPoseJump) return push(EventId::kPoseJump, stamp_ns, scan);
+  push(EventId::kScanRefused, stamp_ns, static_cast<std::uint64_t>(error.code), scan);
+}
+
+void EventReporter::keyframe(const KeyframeView& view, float spent_us) noexcept {
+  if (ring_ == nullptr) return;
+  const std::int64_t stamp_ns = view.scans.back().stamp_ns;
+  push(EventId::kKeyframeClosed, stamp_ns, view.sequence, view.scans.size(),
+       view.static_cells.size(), view.dynamic_cells.size());
+  capacity(view, stamp_ns);
+  up(view, stamp_ns);
+  if (sampling_changed_) sampling(view.statistics->sampling, stamp_ns);
+  attitude(view, stamp_ns);
+  if (view.statistics->deadline_missed) {
+    push(EventId::kDeadlineMissed, stamp_ns, static_cast<std::uint64_t>(spent_us), budget_us_,
+         view.sequence);
+  }
+}
+
+void EventReporter::push(EventId id, std::int64_t stamp_ns, std::uint64_t a, std::uint64_t b,
+                         std::uint64_t c, std::uint64_t d) noexcept {
+  if (ring_ == nullptr) return;
+  const auto value = [](std::uint64_t number) { return static_cast<std::int64_t>(number); };
+  ring_->push(
+      {static_cast<std::uint32_t>(id), 0, stamp_ns, {value(a), value(b), value(c), value(d)}});
+}
+
+void EventReporter::capacity(const KeyframeView& view, std::int64_t stamp_ns) noexcept {
+  for (std::size_t i = 0; i < kDropCauses; ++i) {
+    const std::uint64_t count = view.statistics->dropped[i];
+    if (count != 0) push(EventId::kDropped, stamp_ns, i, count, view.sequence);
+  }
+  for (std::size_t i = 0; i < kSheds; ++i) {
+    const std::uint32_t count = view.statistics->shed[i];
+    if (count != 0) push(EventId::kShed, stamp_ns, i, count, view.sequence);
+  }
+}
+
+void EventReporter::up(const KeyframeView& view, std::int64_t stamp_ns) noexcept {
+  const bool contradicted = view.statistics->up_contradicted;
+  if (contradicted && !contradicted_) {
+    push(EventId::kUpContradicted, stamp_ns, thousandths(view.statistics->odometry_tilt_deg),
+         thousandths(up_sigma_deg_), view.sequence);
+  }
+  contradicted_ = contradicted;
+}
+
+void EventReporter::sampling(const SamplingStatistics& found, std::int64_t stamp_ns) noexcept {
+  sampling_changed_ = false;
+  if (found.rays_differ || found.changes > 0) {
+    push(EventId::kSamplingDiffers, stamp_ns, thousandths(found.ray_spacing_deg),
+         thousandths(found.ring_spacing_deg), thousandths(free_space_.ray_spacing_deg),
+         thousandths(free_space_.ring_spacing_deg));
+  }
+  if (found.elevations_differ) {
+    push(EventId::kElevationsDiffer, stamp_ns, thousandths(found.image_elevation_min_deg),
+         thousandths(found.image_elevation_max_deg), thousandths(free_space_.elevation_min_deg),
+         thousandths(free_space_.elevation_max_deg));
+  }
+}
+
+void EventReporter::attitude(const KeyframeView& view, std::int64_t stamp_ns) noexcept {
+  const KeyframeStatistics& found = *view.statistics;
+  const bool uncompensated = found.sweep_tilt_deg > 0.0F;
+  if (uncompensated && !uncompensated_) {
+    push(EventId::kSweepsUncompensated, stamp_ns, thousandths(found.sweep_tilt_deg),
+         found.aligned_scans, view.sequence);
+  }
+  uncompensated_ = uncompensated;
+  if (uncompensated || found.aligned_scans == 0) return;
+  push(EventId::kAttitudeNoise, stamp_ns, thousandths(found.attitude_noise_deg),
+       found.aligned_scans, view.sequence);
+}
+
+}  // namespace unimapper::onboard

@@ -1,0 +1,47 @@
+// Events of a pipeline
+#pragma once
+
+#include <cstdint>
+
+#include "unimapper/core/expected.hpp"
+#include "unimapper/onboard/config.hpp"
+#include "unimapper/onboard/events.hpp"
+#include "unimapper/onboard/pipeline.hpp"
+
+namespace unimapper::onboard {
+
+/// Puts what is worth an event into the ring of the configuration (see `EventId`); without a ring
+/// nothing happens. What lasts is reported when it begins.
+class EventReporter {
+ public:
+  explicit EventReporter(const PipelineConfig& config) noexcept
+      : ring_(config.events),
+        budget_us_(config.budget_us),
+        up_sigma_deg_(config.odometry.up_sigma_deg),
+        free_space_(config.free_space) {}
+
+  /// A scan that was refused.
+  void refusal(const Error& error, std::int64_t stamp_ns, std::uint32_t scan) noexcept;
+  /// What is known of the sensor has changed: to be reported with the next keyframe.
+  void sampling_changed() noexcept { sampling_changed_ = true; }
+  /// A finished keyframe, which took so many microseconds.
+  void keyframe(const KeyframeView& view, float spent_us) noexcept;
+
+ private:
+  void push(EventId id, std::int64_t stamp_ns, std::uint64_t a, std::uint64_t b = 0,
+            std::uint64_t c = 0, std::uint64_t d = 0) noexcept;
+  void capacity(const KeyframeView& view, std::int64_t stamp_ns) noexcept;
+  void up(const KeyframeView& view, std::int64_t stamp_ns) noexcept;
+  void sampling(const SamplingStatistics& found, std::int64_t stamp_ns) noexcept;
+  void attitude(const KeyframeView& view, std::int64_t stamp_ns) noexcept;
+
+  EventRing* ring_;
+  std::uint32_t budget_us_;
+  float up_sigma_deg_;
+  FreeSpaceConfig free_space_;     ///< as configured
+  bool sampling_changed_ = false;  ///< and not reported yet
+  bool contradicted_ = false;      ///< in the keyframe before, up was not where promised
+  bool uncompensated_ = false;     ///< so looked the sweeps of the keyframe before
+};
+
+}  // namespace unimapper::onboard
