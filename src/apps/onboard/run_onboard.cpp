@@ -8,7 +8,6 @@
 #include "ports/lcm/live.hpp"
 #include "src/apps/onboard/event_log.hpp"
 #include "src/apps/onboard/replay.hpp"
-#include "src/apps/onboard/sensor_mode.hpp"
 #include "src/apps/onboard/setup.hpp"
 #include "unimapper/config/config_json.hpp"
 #include "unimapper/core/voxel_key.hpp"
@@ -203,9 +202,8 @@ void warn_of_full_containers(const RunStatistics& statistics) {
 void run_onboard(const OnboardOptions& options) {
   const auto dataset = datasets::open_dataset(options.dataset, format_of(options), options.sensor);
   const ChosenSensor sensor = choose_sensor(options, dataset->sensor());
-  const ChosenSurroundings surroundings = choose_surroundings(options, *dataset);
-  const std::uint32_t columns = recorded_columns(*dataset, *sensor.model);
-  PipelineConfig config = make_config(options, sensor.model->kind, surroundings, columns);
+  const FirstScans first = look_at_first_scans(options, *dataset, *sensor.model);
+  PipelineConfig config = make_config(options, sensor.model->kind, first);
   const std::size_t scans = std::min(options.scans, dataset->scan_count());
 
   std::vector<std::string> faults;
@@ -222,9 +220,11 @@ void run_onboard(const OnboardOptions& options) {
   folder.write_text("run.json", describe_run(options, folder, info.id, *sensor.model, config));
   Progress progress("onboard", scans);
   progress.note("sensor " + info.sensor + " (" + sensor.source + ")");
-  progress.note("surroundings " + std::string(surroundings_name(surroundings.surroundings)) + " (" +
-                surroundings.source + ")");
-  if (columns > 0) progress.note("room for a mode of " + std::to_string(columns) + " columns");
+  progress.note("surroundings " + std::string(surroundings_name(first.surroundings)) + " (" +
+                first.source + ")");
+  if (first.columns > 0) {
+    progress.note("room for a mode of " + std::to_string(first.columns) + " columns");
+  }
   for (const std::string& fault : faults) progress.note("warning: " + fault);
 
   RunStatistics statistics;
@@ -254,8 +254,8 @@ void run_onboard(const OnboardOptions& options) {
                          .realtime = options.realtime,
                          .published = publisher != nullptr,
                          .keyframes_not_published = 0,
-                         .surroundings = surroundings_name(surroundings.surroundings),
-                         .extent_m = surroundings.extent_m};
+                         .surroundings = surroundings_name(first.surroundings),
+                         .extent_m = first.extent_m};
   if (publisher != nullptr) run.keyframes_not_published = publisher->finish().keyframes_dropped;
   folder.write_text("stats.json", statistics.to_json(run));
   print_summary(statistics, replay.allocations());

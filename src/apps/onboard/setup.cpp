@@ -77,24 +77,9 @@ std::string_view surroundings_name(Surroundings surroundings) {
   return kNames.at(static_cast<std::size_t>(surroundings));
 }
 
-ChosenSurroundings choose_surroundings(const OnboardOptions& options,
-                                       const datasets::Dataset& dataset) {
-  const std::size_t scans =
-      std::min<std::size_t>({SurroundingsEstimator::kScans, options.scans, dataset.scan_count()});
-  ChosenSurroundings chosen;
-  if (scans > 1) {
-    const auto lasted_ns = static_cast<float>(dataset.stamp_ns(scans - 1) - dataset.stamp_ns(0));
-    chosen.scan_interval_s = 1e-9F * lasted_ns / static_cast<float>(scans - 1);
-  }
-  if (options.surroundings != "auto") {
-    chosen.source = "from --surroundings";
-    if (options.surroundings == "indoors") chosen.surroundings = Surroundings::kIndoors;
-    return chosen;
-  }
-  if (options.preset == "paper") {
-    chosen.source = "the paper's preset";
-    return chosen;
-  }
+namespace {
+
+void estimate_surroundings(const datasets::Dataset& dataset, std::size_t scans, FirstScans& first) {
   SurroundingsEstimator estimator;
   datasets::Scan scan;
   for (std::size_t i = 0; i < scans; ++i) {
@@ -102,26 +87,47 @@ ChosenSurroundings choose_surroundings(const OnboardOptions& options,
     estimator.add(scan.view());
   }
   const SurroundingsEstimate estimate = estimator.estimate();
-  chosen.surroundings = estimate.surroundings;
-  if (estimate.scans == 0) {
-    chosen.source = "too few points to tell";
-    return chosen;
-  }
+  first.surroundings = estimate.surroundings;
+  first.source = "too few points to tell";
+  if (estimate.scans == 0) return;
   char source[160];
   std::snprintf(source, sizeof source, "99 %% of the points of %u scans within %.1f m%s; %s",
                 estimate.scans, static_cast<double>(estimate.extent_m),
                 estimate.sees_all_round ? "" : ", not in all directions",
                 "--surroundings overrides");
-  chosen.source = source;
-  chosen.extent_m = estimate.extent_m;
-  return chosen;
+  first.source = source;
+  first.extent_m = estimate.extent_m;
+}
+
+}  // namespace
+
+FirstScans look_at_first_scans(const OnboardOptions& options, const datasets::Dataset& dataset,
+                               const SensorModel& sensor) {
+  const std::size_t scans =
+      std::min<std::size_t>({SurroundingsEstimator::kScans, options.scans, dataset.scan_count()});
+  FirstScans first;
+  if (scans > 1) {
+    const double lasted_ns =
+        static_cast<double>(dataset.stamp_ns(scans - 1)) - static_cast<double>(dataset.stamp_ns(0));
+    first.scan_interval_s = static_cast<float>(1e-9 * lasted_ns / static_cast<double>(scans - 1));
+  }
+  const bool paper = options.preset == "paper";
+  if (!paper) first.columns = recorded_columns(dataset, sensor);
+  if (options.surroundings != "auto") {
+    first.source = "from --surroundings";
+    if (options.surroundings == "indoors") first.surroundings = Surroundings::kIndoors;
+  } else if (paper) {
+    first.source = "the paper's preset";
+  } else {
+    estimate_surroundings(dataset, scans, first);
+  }
+  return first;
 }
 
 PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor,
-                           const ChosenSurroundings& surroundings, std::uint32_t columns) {
-  PipelineConfig config =
-      adapt_to(surroundings.surroundings, start_from(options.preset, sensor, columns),
-               surroundings.scan_interval_s);
+                           const FirstScans& first) {
+  PipelineConfig config = adapt_to(
+      first.surroundings, start_from(options.preset, sensor, first.columns), first.scan_interval_s);
   config.clock_ns = &steady_clock_ns;  // before the file is read: a budget in it needs a clock
   if (!options.config.empty()) {
     parse_config(datasets::read_file(options.config), options.config.string(), config);
@@ -131,16 +137,15 @@ PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor,
 
 std::string effective_config(const OnboardOptions& options) {
   if (options.dataset.empty()) {
-    ChosenSurroundings surroundings;
-    if (options.surroundings == "indoors") surroundings.surroundings = Surroundings::kIndoors;
-    return dump_config(
-        make_config(options, choose_sensor(options, {}).model->kind, surroundings, 0));
+    FirstScans none;
+    if (options.surroundings == "indoors") none.surroundings = Surroundings::kIndoors;
+    return dump_config(make_config(options, choose_sensor(options, {}).model->kind, none));
   }
   const auto format = datasets::parse_format(options.format).value_or(datasets::Format::kAuto);
   const auto dataset = datasets::open_dataset(options.dataset, format, options.sensor);
   const SensorModel& sensor = *choose_sensor(options, dataset->sensor()).model;
-  return dump_config(make_config(options, sensor.kind, choose_surroundings(options, *dataset),
-                                 recorded_columns(*dataset, sensor)));
+  return dump_config(
+      make_config(options, sensor.kind, look_at_first_scans(options, *dataset, sensor)));
 }
 
 }  // namespace unimapper::apps

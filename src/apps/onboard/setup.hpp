@@ -26,26 +26,26 @@ std::optional<std::string> recorded_sensor(const std::filesystem::path& dataset)
 /// else the generic one. Throws std::runtime_error for an unknown name.
 ChosenSensor choose_sensor(const OnboardOptions& options, const std::string& implied);
 
-/// The setting for indoors or outdoors, and where it was found.
-struct ChosenSurroundings {
+/// What the first scans of a recording say of the parameters that suit it.
+struct FirstScans {
   Surroundings surroundings = Surroundings::kOutdoors;
-  std::string source;            ///< for the user, e.g. "--surroundings"
+  std::string source;            ///< of the surroundings, for the user, e.g. "--surroundings"
   float extent_m = 0.0F;         ///< as in `SurroundingsEstimate`; 0: nothing was measured
-  float scan_interval_s = 0.1F;  ///< between the first scans
+  float scan_interval_s = 0.1F;  ///< between them
+  std::uint32_t columns = 0;     ///< of the sensor's mode; 0: as its data sheet says
 };
 
 /// The name of surroundings: "indoors" or "outdoors".
 [[nodiscard]] std::string_view surroundings_name(Surroundings surroundings);
 
-/// The surroundings named by --surroundings, else as the first scans of `dataset` say. The paper's
-/// preset knows outdoors only.
-ChosenSurroundings choose_surroundings(const OnboardOptions& options,
-                                       const datasets::Dataset& dataset);
+/// Looks at the first scans of `dataset`. --surroundings overrides what they say; the paper's
+/// preset knows outdoors and the data sheet only.
+FirstScans look_at_first_scans(const OnboardOptions& options, const datasets::Dataset& dataset,
+                               const SensorModel& sensor);
 
-/// The chosen preset for the surroundings and for the sensor in a mode of `columns` columns (0: as
-/// its data sheet says), with the configuration file on top. Throws std::runtime_error for an
-/// unknown preset or a wrong file.
+/// The chosen preset for the sensor and for what its first scans say, with the configuration file
+/// on top. Throws std::runtime_error for an unknown preset or a wrong file.
 PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor,
-                           const ChosenSurroundings& surroundings, std::uint32_t columns);
+                           const FirstScans& first);
 
 }  // namespace unimapper::apps
