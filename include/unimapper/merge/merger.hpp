@@ -63,8 +63,9 @@ struct MergeResult {
 
 /// Merges any number of sessions (paper section VI). Deterministic: the same sessions give the
 /// same result, whatever the number of threads. Throws std::invalid_argument for a session
-/// whose data could not be a session (no keyframes is allowed: it stays unconnected). `progress`
-/// receives stages and outcomes in words.
+/// whose data could not be a session (no keyframes is allowed: it stays unconnected). Keyframes
+/// from before a robot knew up are taken as they are: `level_keyframes` first. `progress` receives
+/// stages and outcomes in words.
 [[nodiscard]] MergeResult merge_sessions(
     const std::vector<SessionData>& sessions, const MergeConfig& config = {},
     const std::function<void(const std::string&)>& progress = {});
