@@ -7,7 +7,6 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "unimapper/core/point_view.hpp"
@@ -21,7 +20,7 @@ class DatasetError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// One scan in the sensor frame, float32 x y z intensity.
+/// One scan in the sensor frame.
 struct Scan {
   /// One point as the files hold it: metres in the sensor frame, intensity as recorded.
   struct Point {
@@ -31,10 +30,29 @@ struct Scan {
     float intensity;  ///< as the file has it
   };
   std::vector<Point> points;  ///< in the order of the file
+  /// Of each point, when it was measured: seconds after the scan's stamp, may be negative. Empty
+  /// where the file does not say.
+  std::vector<float> time_s;
+  /// Of each point, the number of the laser or row it was measured with. Empty where the file does
+  /// not say.
+  std::vector<std::uint16_t> ring;
+
+  /// Makes room for `count` points of unknown time and ring.
+  void reset(std::size_t count) {
+    points.resize(count);
+    time_s.clear();
+    ring.clear();
+  }
   /// The points where they lie, valid as long as `points` does not change.
   [[nodiscard]] PointView view() const {
     return PointView::xyz(points.data(), points.size(), sizeof(Point));
   }
+};
+
+/// What a reader tells the user about its input, in one line without a final stop.
+struct Note {
+  std::string text;          ///< e.g. "poses matched by stamp, the farthest 12 ms away"
+  bool is_doubtful = false;  ///< worth a warning: the input may be wrong
 };
 
 /// A sequence of scans with one pose and one stamp each. Reads lazily, one scan at a time.
@@ -57,17 +75,25 @@ class Dataset {
   [[nodiscard]] virtual std::vector<Pose> ground_truth_poses() const = 0;
   /// Canonical name of the LiDAR (see `find_sensor`) where the format implies one, else empty.
   [[nodiscard]] virtual std::string sensor() const { return {}; }
+  /// What was chosen or is doubtful about the input.
+  [[nodiscard]] virtual std::vector<Note> notes() const { return {}; }
 };
 
-enum class Format { kAuto, kKitti, kPcd, kDynamicMap, kHelipr };
+/// How a recording is opened. Every member may stay as it is.
+struct OpenOptions {
+  std::string format = "auto";    ///< name of a reader (readers.hpp); "auto": as it looks
+  std::string sensor{};           ///< the LiDAR, where a recording holds several
+  std::string sequence{};         ///< of a folder of several sequences, e.g. "00"
+  std::filesystem::path poses{};  ///< pose file; empty: where the layout has it
+  std::string point_fields{};     ///< of records without a header, e.g. "x y z intensity ring"
+  std::string topic{};            ///< of the scans, in a bag
+  std::string odometry_topic{};   ///< of the poses, in a bag
+  std::string frame{};            ///< of the LiDAR, among those of a bag's transforms
+};
 
-/// Parses "auto", "kitti", "pcd", "dynamicmap" or "helipr".
-std::optional<Format> parse_format(std::string_view name);
-
-/// Opens `path`, recognising its format when `kAuto`. `sensor` chooses the LiDAR where a
-/// sequence holds several (HeLiPR) and may be empty otherwise. Throws DatasetError.
+/// Opens the folder or file at `path` with the reader that the options name, or the first that
+/// recognises it. Throws DatasetError.
 std::unique_ptr<Dataset> open_dataset(const std::filesystem::path& path,
-                                      Format format = Format::kAuto,
-                                      const std::string& sensor = {});
+                                      const OpenOptions& options = {});
 
 }  // namespace unimapper::datasets

@@ -52,7 +52,13 @@ Pose read_viewpoint(const fs::path& file) {
 
 }  // namespace
 
-std::unique_ptr<Dataset> open_dynamic_map(const fs::path& directory) {
+bool recognises_dynamic_map(const fs::path& directory) {
+  if (!holds(find_cloud_directory(directory), ".pcd")) return false;
+  return !find_child(directory, {"gt_cloud.pcd"}).empty() || find_poses_file(directory).empty();
+}
+
+std::unique_ptr<Dataset> open_dynamic_map(const fs::path& directory,
+                                          const OpenOptions& /*options*/) {
   const fs::path clouds = find_cloud_directory(directory);
   if (clouds.empty()) fail(directory, "holds no pcd/ directory");
   Sequence sequence;

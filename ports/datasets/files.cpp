@@ -84,6 +84,11 @@ std::vector<fs::path> list_files(const fs::path& directory, std::string_view ext
   return files;
 }
 
+bool holds(const fs::path& directory, std::string_view extension) {
+  std::error_code error;
+  return fs::is_directory(directory, error) && !list_files(directory, extension).empty();
+}
+
 fs::path find_child(const fs::path& directory, std::initializer_list<std::string_view> names) {
   std::error_code error;
   if (!fs::is_directory(directory, error)) return {};

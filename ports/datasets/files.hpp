@@ -31,6 +31,10 @@ std::uint64_t file_bytes(const std::filesystem::path& file);
 std::vector<std::filesystem::path> list_files(const std::filesystem::path& directory,
                                               std::string_view extension);
 
+/// True where `directory` is one and holds at least one such file. Throws DatasetError if it is
+/// unreadable.
+bool holds(const std::filesystem::path& directory, std::string_view extension);
+
 /// The first of `names` that exists in `directory`, letter case ignored; empty if none does.
 std::filesystem::path find_child(const std::filesystem::path& directory,
                                  std::initializer_list<std::string_view> names);

@@ -88,7 +88,7 @@ void parse_helipr(std::string_view bytes, HeliprSensor sensor, std::int64_t stam
                    "truncated: the last record has " + std::to_string(surplus) + " of " +
                        std::to_string(record) + " bytes");
   }
-  scan.points.resize(bytes.size() / record);
+  scan.reset(bytes.size() / record);
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
     const char* at = bytes.data() + i * record;
     // Behind x, y, z all sensors have a float of returned power, but Avia one byte.
@@ -205,10 +205,14 @@ class PoseTrack {
 
 }  // namespace
 
-std::unique_ptr<Dataset> open_helipr(const fs::path& directory, const std::string& sensor) {
+bool recognises_helipr(const fs::path& directory) {
+  return !find_child(directory, {"LiDAR"}).empty();
+}
+
+std::unique_ptr<Dataset> open_helipr(const fs::path& directory, const OpenOptions& options) {
   const fs::path lidars = find_child(directory, {"LiDAR"});
   if (lidars.empty()) fail(directory, "holds no LiDAR/ directory");
-  const HeliprSensor chosen = choose_sensor(lidars, sensor);
+  const HeliprSensor chosen = choose_sensor(lidars, options.sensor);
   const fs::path scans = lidars / helipr_directory(chosen);
   const auto files = list_files(scans, ".bin");
   if (files.empty()) fail(scans, "holds no *.bin scans");

@@ -39,7 +39,7 @@ class KittiDataset : public SequenceDataset {
   void read_scan(std::size_t i, Scan& scan) const override {
     const std::string bytes = read_file(file(i));
     check_size(file(i), bytes.size());
-    scan.points.resize(bytes.size() / sizeof(Scan::Point));
+    scan.reset(bytes.size() / sizeof(Scan::Point));
     if (!bytes.empty()) std::memcpy(scan.points.data(), bytes.data(), bytes.size());
   }
 
@@ -89,7 +89,11 @@ class KittiDataset : public SequenceDataset {
 
 }  // namespace
 
-std::unique_ptr<Dataset> open_kitti(const fs::path& directory) {
+bool recognises_kitti(const fs::path& directory) {
+  return holds(find_child(directory, {"scans", "velodyne"}), ".bin");
+}
+
+std::unique_ptr<Dataset> open_kitti(const fs::path& directory, const OpenOptions& /*options*/) {
   const fs::path scans = find_child(directory, {"scans", "velodyne"});
   if (scans.empty()) fail(directory, "holds no scans/ or velodyne/ directory");
   auto files = list_files(scans, ".bin");

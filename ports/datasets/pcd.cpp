@@ -269,7 +269,7 @@ void parse_binary(std::string_view bytes, const fs::path& file, const Layout& la
                        std::to_string(layout.point_bytes) + " bytes announced, " +
                        std::to_string(data.size() / layout.point_bytes) + " are there");
   }
-  scan.points.resize(points);
+  scan.reset(points);
   for (std::size_t i = 0; i < points; ++i) {
     const char* point = data.data() + i * layout.point_bytes;
     const auto value = [&](const Field* field) {
@@ -320,7 +320,7 @@ void parse_compressed(std::string_view bytes, const fs::path& file, const Layout
   const Wanted wanted = find_wanted(layout, file);
   const std::vector<char> raw = decompress(bytes, file, layout);
   const std::size_t points = layout.header.points;
-  scan.points.resize(points);
+  scan.reset(points);
   for (std::size_t i = 0; i < points; ++i) {
     const auto value = [&](const Field* field) {
       if (field == nullptr) return 0.0F;
@@ -346,7 +346,7 @@ void parse_ascii(std::string_view bytes, const fs::path& file, const Layout& lay
   const std::array<const Field*, 4> fields = {wanted.x, wanted.y, wanted.z, wanted.intensity};
   std::size_t columns = 0;
   for (const Field& field : layout.fields) columns += field.count;
-  scan.points.clear();
+  scan.reset(0);
   std::size_t at = layout.data_offset;
   std::size_t line = layout.data_line;
   for (; at < bytes.size() && scan.points.size() < layout.header.points; ++line) {

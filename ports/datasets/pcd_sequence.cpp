@@ -32,7 +32,11 @@ class PcdDataset : public SequenceDataset {
 
 }  // namespace
 
-std::unique_ptr<Dataset> open_pcd(const fs::path& directory) {
+bool recognises_pcd(const fs::path& directory) {
+  return holds(find_cloud_directory(directory), ".pcd");
+}
+
+std::unique_ptr<Dataset> open_pcd(const fs::path& directory, const OpenOptions& /*options*/) {
   const fs::path clouds = find_cloud_directory(directory);
   if (clouds.empty()) fail(directory, "holds no Scans/ or pcd/ directory");
   auto files = list_files(clouds, ".pcd");

@@ -6,6 +6,7 @@
 
 #include "src/apps/commands.hpp"
 #include "src/apps/evaluate/evaluate.hpp"
+#include "src/apps/input_options.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -18,8 +19,7 @@ void register_dynamic(CLI::App& evaluate) {
       "DynamicMap_Benchmark's protocol");
   command->add_option("--truth", options->truth, "Dataset with ground-truth labels")->required();
   command->add_option("--run", options->run, "Run folder with labels/")->required();
-  command->add_option("--format", options->format, "auto, kitti, pcd, dynamicmap or helipr")
-      ->capture_default_str();
+  add_open_options(*command, options->input);
   command
       ->add_option("--neighbour-m", options->neighbour_m,
                    "Benchmark: a point this near to a kept point counts as kept, metres")

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "src/apps/commands.hpp"
+#include "src/apps/input_options.hpp"
 #include "src/apps/onboard/options.hpp"
 
 namespace unimapper::apps {
@@ -11,11 +12,7 @@ namespace {
 
 void add_input_options(CLI::App& command, OnboardOptions& options) {
   command.add_option("DATASET", options.dataset, "Folder of the recording");
-  command.add_option("--format", options.format, "How the recording is laid out")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "kitti", "pcd", "dynamicmap", "helipr"}));
-  command.add_option("--sensor", options.sensor,
-                     "LiDAR, e.g. os2-128, livox-avia, vlp-16; default: as the recording says");
+  add_open_options(command, options.input);
   command.add_option("--scans", options.scans, "Use only the first so many scans")
       ->check(CLI::PositiveNumber);
 }

@@ -16,9 +16,8 @@ evaluate::DynamicScore score_run(const std::filesystem::path& truth,
 }
 
 std::string evaluate_dynamic(const EvaluateDynamicOptions& options) {
-  const auto format = datasets::parse_format(options.format);
-  if (!format) throw std::runtime_error("unknown dataset format \"" + options.format + "\"");
-  LabelledRun source(datasets::open_dataset(options.truth, *format), options.run, options.scans);
+  LabelledRun source(datasets::open_dataset(options.truth, options.input), options.run,
+                     options.scans);
   const evaluate::DynamicScore points = evaluate::score_points(source);
   if (!source.has_truth()) {
     throw std::runtime_error(options.truth.string() +

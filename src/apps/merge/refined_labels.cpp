@@ -83,8 +83,7 @@ class LabelWriter {
 void write_refined_labels(const fs::path& folder, const fs::path& dataset,
                           const SessionData& session, const merge::MergedSession& merged,
                           float cell_size_m) {
-  const auto recording =
-      datasets::open_dataset(dataset, datasets::Format::kAuto, session.info.sensor);
+  const auto recording = datasets::open_dataset(dataset, {.sensor = session.info.sensor});
   LabelWriter writer(folder, *recording, cell_size_m);
   for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
     writer.write(session.keyframes[k], merged.refined[k]);

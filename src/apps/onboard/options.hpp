@@ -7,13 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "ports/datasets/dataset.hpp"
+
 namespace unimapper::apps {
 
 struct OnboardOptions {
   std::filesystem::path dataset;
   std::filesystem::path out;
-  std::string format = "auto";
-  std::string sensor;            ///< empty: as the recording says
+  datasets::OpenOptions input;   ///< its `sensor` empty: as the recording says
   std::filesystem::path config;  ///< empty: the preset alone
   std::string preset = "default";
   std::string surroundings = "auto";

@@ -35,12 +35,6 @@ SessionId session_id(const std::string& name, std::int64_t first_stamp_ns) {
           stable_hash(name, static_cast<std::uint64_t>(first_stamp_ns))};
 }
 
-datasets::Format format_of(const OnboardOptions& options) {
-  const auto format = datasets::parse_format(options.format);
-  if (!format) throw std::runtime_error("--format: unknown format '" + options.format + "'");
-  return *format;
-}
-
 /// Throws where the pipeline was refused, with the reason.
 void require(const OwnedPipeline& pipeline) {
   if (pipeline.ok()) return;
@@ -200,7 +194,7 @@ void warn_of_full_containers(const RunStatistics& statistics) {
 }  // namespace
 
 void run_onboard(const OnboardOptions& options) {
-  const auto dataset = datasets::open_dataset(options.dataset, format_of(options), options.sensor);
+  const auto dataset = datasets::open_dataset(options.dataset, options.input);
   const ChosenSensor sensor = choose_sensor(options, dataset->sensor());
   const FirstScans first = look_at_first_scans(options, *dataset, *sensor.model);
   PipelineConfig config = make_config(options, sensor.model->kind, first);
@@ -224,6 +218,9 @@ void run_onboard(const OnboardOptions& options) {
                 first.source + ")");
   if (first.columns > 0) {
     progress.note("room for a mode of " + std::to_string(first.columns) + " columns");
+  }
+  for (const datasets::Note& note : dataset->notes()) {
+    progress.note((note.is_doubtful ? "warning: " : "") + note.text);
   }
   for (const std::string& fault : faults) progress.note("warning: " + fault);
 

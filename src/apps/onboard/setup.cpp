@@ -45,8 +45,8 @@ std::optional<std::string> recorded_sensor(const std::filesystem::path& dataset)
 }
 
 ChosenSensor choose_sensor(const OnboardOptions& options, const std::string& implied) {
-  if (!options.sensor.empty()) {
-    return {require_sensor(options.sensor, "--sensor"), "from --sensor"};
+  if (!options.input.sensor.empty()) {
+    return {require_sensor(options.input.sensor, "--sensor"), "from --sensor"};
   }
   if (const auto recorded = recorded_sensor(options.dataset)) {
     const std::string file = (options.dataset / "dataset.json").string();
@@ -141,8 +141,7 @@ std::string effective_config(const OnboardOptions& options) {
     if (options.surroundings == "indoors") none.surroundings = Surroundings::kIndoors;
     return dump_config(make_config(options, choose_sensor(options, {}).model->kind, none));
   }
-  const auto format = datasets::parse_format(options.format).value_or(datasets::Format::kAuto);
-  const auto dataset = datasets::open_dataset(options.dataset, format, options.sensor);
+  const auto dataset = datasets::open_dataset(options.dataset, options.input);
   const SensorModel& sensor = *choose_sensor(options, dataset->sensor()).model;
   return dump_config(
       make_config(options, sensor.kind, look_at_first_scans(options, *dataset, sensor)));

@@ -139,7 +139,7 @@ TEST_CASE("a HeLiPR sequence that does not fit together is refused") {
   directory.write("LiDAR/Avia/1000000000.bin", kAvia);
   directory.write("LiDAR/Velodyne/1000000000.bin", kVelodyne);
   const auto error = [&](const std::string& sensor) {
-    return error_of([&] { (void)open_dataset(directory.path(), Format::kAuto, sensor); });
+    return error_of([&] { (void)open_dataset(directory.path(), {.sensor = sensor}); });
   };
   CHECK_THAT(error(""), Contains("Avia, Velodyne") && Contains("--sensor"));
   CHECK_THAT(error("ouster"), Contains("no LiDAR 'ouster'"));

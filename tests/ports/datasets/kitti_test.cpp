@@ -1,6 +1,7 @@
 // Tests of the readers of KITTI, SemanticKITTI and the simulator's layout.
 #include <catch2/catch.hpp>
 
+#include "ports/datasets/readers.hpp"
 #include "ports/datasets/sequence.hpp"
 #include "tests/ports/datasets/fixtures.hpp"
 
@@ -10,8 +11,8 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-std::string open_error(const std::filesystem::path& path, Format format = Format::kAuto) {
-  return error_of([&] { (void)open_dataset(path, format); });
+std::string open_error(const std::filesystem::path& path, const std::string& format = "auto") {
+  return error_of([&] { (void)open_dataset(path, {.format = format}); });
 }
 
 /// Two scans of two points and one point.
@@ -166,8 +167,8 @@ TEST_CASE("a damaged KITTI sequence is refused with file and reason") {
   SECTION("no scans") {
     std::filesystem::remove_all(directory.path() / "velodyne");
     std::filesystem::create_directory(directory.path() / "velodyne");
-    CHECK_THAT(open_error(directory.path()), Contains("velodyne") && Contains("no *.bin"));
-    CHECK_THAT(open_error(directory.path(), Format::kKitti), Contains("holds no *.bin"));
+    CHECK_THAT(open_error(directory.path()), Contains("not a recording of a known format"));
+    CHECK_THAT(open_error(directory.path(), "kitti"), Contains("holds no *.bin"));
   }
   SECTION("labels of another length") {
     directory.write("labels/000000.label", hex("09000000"));
@@ -201,20 +202,21 @@ TEST_CASE("a damaged KITTI sequence is refused with file and reason") {
 TEST_CASE("folders that are no recording are refused") {
   const TemporaryDirectory directory;
   CHECK_THAT(open_error(directory.path()), Contains("not a recording of a known format"));
-  CHECK_THAT(open_error(directory.path() / "nowhere"), Contains("no such directory"));
+  CHECK_THAT(open_error(directory.path() / "nowhere"), Contains("no such file or directory"));
   const auto file = directory.write("file.bin", kPointBytes);
-  CHECK_THAT(open_error(file), Contains("is not a directory"));
-  CHECK_THAT(open_error(directory.path(), Format::kKitti), Contains("scans/ or velodyne/"));
-  CHECK_THAT(open_error(directory.path(), Format::kPcd), Contains("pcd/"));
-  CHECK_THAT(open_error(directory.path(), Format::kDynamicMap), Contains("pcd/"));
-  CHECK_THAT(open_error(directory.path(), Format::kHelipr), Contains("LiDAR/"));
+  CHECK_THAT(open_error(file), Contains("not a recording of a known format"));
+  CHECK_THAT(open_error(directory.path(), "kitti"), Contains("scans/ or velodyne/"));
+  CHECK_THAT(open_error(directory.path(), "pcd"), Contains("pcd/"));
+  CHECK_THAT(open_error(directory.path(), "dynamicmap"), Contains("pcd/"));
+  CHECK_THAT(open_error(directory.path(), "helipr"), Contains("LiDAR/"));
 }
 
-TEST_CASE("formats are parsed by their names") {
-  CHECK(parse_format("auto") == Format::kAuto);
-  CHECK(parse_format("kitti") == Format::kKitti);
-  CHECK(parse_format("pcd") == Format::kPcd);
-  CHECK(parse_format("dynamicmap") == Format::kDynamicMap);
-  CHECK(parse_format("helipr") == Format::kHelipr);
-  CHECK_FALSE(parse_format("KITTI "));
+TEST_CASE("every reader has a name of its own and is found by it") {
+  for (const Reader& reader : readers()) {
+    INFO(reader.name);
+    CHECK(find_reader(reader.name) == &reader);
+    CHECK_THAT(format_names(), Contains(", " + std::string(reader.name)));
+  }
+  CHECK(find_reader("KITTI ") == nullptr);
+  CHECK_THAT(open_error("/", "KITTI "), Contains("'KITTI '") && Contains(format_names()));
 }

@@ -234,7 +234,7 @@ TEST_CASE("a folder of clouds with a trajectory is a recording, poses in TUM or 
                Contains(poses) && Contains("1 poses for 2 scans"));
   }
   SECTION("no poses at all") {
-    CHECK_THAT(error_of([&] { (void)open_dataset(directory.path(), Format::kPcd); }),
+    CHECK_THAT(error_of([&] { (void)open_dataset(directory.path(), {.format = "pcd"}); }),
                Contains("no pose file"));
   }
 }
