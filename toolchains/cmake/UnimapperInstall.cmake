@@ -10,6 +10,8 @@ set(unimapper_needs "")
 
 # How pkg-config spells what CMake finds as a package: a module, or plain linker flags.
 set(unimapper_module_Eigen3 eigen3)
+set(unimapper_module_LibArchive libarchive)
+set(unimapper_module_SQLite3 sqlite3)
 set(unimapper_module_ZLIB zlib)
 set(unimapper_module_liblzf liblzf)
 set(unimapper_module_nanoflann nanoflann)
@@ -18,6 +20,8 @@ set(unimapper_flags_Threads -pthread)
 set(unimapper_flags_LCM -llcm)
 set(unimapper_flags_Ceres "-lceres -lglog")
 set(unimapper_flags_m -lm)
+# Where a package is not called what its targets begin with.
+set(unimapper_package_SQLite SQLite3)
 
 # unimapper_component(NAME TARGET): installs and exports TARGET and describes it for CMake and
 # pkg-config.
@@ -38,7 +42,11 @@ function(unimapper_component name)
       list(APPEND pc_requires unimapper_${CMAKE_MATCH_1})
     elseif(link MATCHES "^([A-Za-z0-9_]+)(::.*)?$")
       set(package ${CMAKE_MATCH_1})
-      if(CMAKE_MATCH_2)
+      set(is_package "${CMAKE_MATCH_2}")
+      if(DEFINED unimapper_package_${package})
+        set(package ${unimapper_package_${package}})
+      endif()
+      if(is_package)
         list(APPEND packages ${package})
       endif()
       list(APPEND pc_requires ${unimapper_module_${package}})
