@@ -1,4 +1,6 @@
 // Reader of DynamicMap_Benchmark recordings.
+#include <algorithm>
+
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/formats.hpp"
 #include "ports/datasets/label_values.hpp"
@@ -41,20 +43,35 @@ class DynamicMapDataset : public SequenceDataset {
   }
 };
 
-Pose read_viewpoint(const fs::path& file) {
+std::optional<Pose> find_viewpoint(const fs::path& file) {
   constexpr std::size_t kHeaderLimitBytes = 16384;
-  const PcdHeader header = parse_pcd_header(read_file(file, kHeaderLimitBytes), file);
-  if (!header.viewpoint) {
+  return parse_pcd_header(read_file(file, kHeaderLimitBytes), file).viewpoint;
+}
+
+Pose read_viewpoint(const fs::path& file) {
+  const auto viewpoint = find_viewpoint(file);
+  if (!viewpoint) {
     fail(file, "VIEWPOINT is not a finite position with a unit quaternion (tx ty tz qw qx qy qz)");
   }
-  return *header.viewpoint;
+  return *viewpoint;
+}
+
+/// True where any file has a viewpoint of its own: most writers leave the identity there.
+bool have_viewpoints(const std::vector<fs::path>& files) {
+  return std::any_of(files.begin(), files.end(), [](const fs::path& file) {
+    const auto viewpoint = find_viewpoint(file);
+    return !viewpoint || viewpoint->translation != Eigen::Vector3d::Zero() ||
+           viewpoint->rotation != Eigen::Matrix3d::Identity();
+  });
 }
 
 }  // namespace
 
 bool recognises_dynamic_map(const fs::path& directory) {
-  if (!holds(find_cloud_directory(directory), ".pcd")) return false;
-  return !find_child(directory, {"gt_cloud.pcd"}).empty() || find_poses_file(directory).empty();
+  const fs::path clouds = find_cloud_directory(directory);
+  if (!holds(clouds, ".pcd")) return false;
+  if (!find_child(directory, {"gt_cloud.pcd"}).empty()) return true;
+  return find_poses_file(directory).empty() && have_viewpoints(list_files(clouds, ".pcd"));
 }
 
 std::unique_ptr<Dataset> open_dynamic_map(const fs::path& directory,
@@ -64,6 +81,10 @@ std::unique_ptr<Dataset> open_dynamic_map(const fs::path& directory,
   Sequence sequence;
   sequence.files = list_files(clouds, ".pcd");
   if (sequence.files.empty()) fail(clouds, "holds no *.pcd scans");
+  if (sequence.files.size() > 1 && !have_viewpoints(sequence.files)) {
+    fail(clouds, "every VIEWPOINT is the identity, so the files do not say where the sensor was; " +
+                     remedy_for_missing_poses());
+  }
   for (const fs::path& file : sequence.files) {
     sequence.stamps_ns.push_back(static_cast<std::int64_t>(sequence.poses.size()) *
                                  kDefaultPeriod_ns);

@@ -57,6 +57,41 @@ std::string lower_case(std::string_view text) {
 
 namespace {
 
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// Takes the run of digits at the beginning of `text`, without leading zeros.
+std::string_view take_number(std::string_view& text) {
+  std::size_t end = 0;
+  while (end < text.size() && is_digit(text[end])) ++end;
+  std::string_view number = text.substr(0, end);
+  text.remove_prefix(end);
+  while (number.size() > 1 && number.front() == '0') number.remove_prefix(1);
+  return number;
+}
+
+}  // namespace
+
+bool natural_less(std::string_view a, std::string_view b) {
+  std::string_view rest_a = a;
+  std::string_view rest_b = b;
+  while (!rest_a.empty() && !rest_b.empty()) {
+    if (is_digit(rest_a.front()) && is_digit(rest_b.front())) {
+      const std::string_view number_a = take_number(rest_a);
+      const std::string_view number_b = take_number(rest_b);
+      if (number_a.size() != number_b.size()) return number_a.size() < number_b.size();
+      if (number_a != number_b) return number_a < number_b;
+      continue;
+    }
+    if (rest_a.front() != rest_b.front()) return rest_a.front() < rest_b.front();
+    rest_a.remove_prefix(1);
+    rest_b.remove_prefix(1);
+  }
+  if (rest_a.empty() != rest_b.empty()) return rest_a.empty();
+  return a < b;  // 1 and 01: any order, but always the same
+}
+
+namespace {
+
 std::vector<fs::path> sorted_children(const fs::path& directory) {
   std::error_code error;
   fs::directory_iterator iterator(directory, error);
@@ -67,7 +102,9 @@ std::vector<fs::path> sorted_children(const fs::path& directory) {
     if (error) break;
   }
   if (error) fail(directory, "cannot list the directory: " + error.message());
-  std::sort(children.begin(), children.end());
+  std::sort(children.begin(), children.end(), [](const fs::path& a, const fs::path& b) {
+    return natural_less(a.filename().string(), b.filename().string());
+  });
   return children;
 }
 

@@ -26,8 +26,12 @@ std::string read_file(const std::filesystem::path& file, std::size_t limit = SIZ
 /// Bytes of a regular file. Throws DatasetError.
 std::uint64_t file_bytes(const std::filesystem::path& file);
 
+/// Natural order of names: runs of digits compare as numbers, so that scan 2 comes before scan 10.
+bool natural_less(std::string_view a, std::string_view b);
+
 /// The files in `directory` whose name ends in `extension` (with its dot, any letter case),
-/// sorted by name; hidden ones are left out. Throws DatasetError if the directory is unreadable.
+/// in natural order of their names; hidden ones are left out. Throws DatasetError if the directory
+/// is unreadable.
 std::vector<std::filesystem::path> list_files(const std::filesystem::path& directory,
                                               std::string_view extension);
 

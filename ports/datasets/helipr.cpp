@@ -8,7 +8,6 @@
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/formats.hpp"
 #include "ports/datasets/sequence.hpp"
-#include "unimapper/core/pose_interpolation.hpp"
 #include "unimapper/core/sensor.hpp"
 
 namespace unimapper::datasets {
@@ -161,48 +160,6 @@ std::int64_t stamp_of(const fs::path& file) {
   return stamp_ns;
 }
 
-/// Poses by time. Scans before the first and after the last pose have none.
-class PoseTrack {
- public:
-  PoseTrack(const Trajectory& trajectory, const fs::path& file)
-      : trajectory_(trajectory), file_(file) {
-    if (trajectory_.poses.empty()) fail(file, "holds no poses");
-    if (trajectory_.stamps_ns.empty()) fail_at_line(file, 1, "expected t x y z qx qy qz qw");
-    const auto& stamps = trajectory_.stamps_ns;
-    const auto disorder = std::adjacent_find(stamps.begin(), stamps.end(), std::greater_equal<>());
-    if (disorder != stamps.end()) {
-      fail(file, "stamps do not increase after " + std::to_string(*disorder));
-    }
-  }
-
-  [[nodiscard]] std::optional<Pose> at(std::int64_t stamp_ns) const {
-    const auto& stamps = trajectory_.stamps_ns;
-    const auto after = std::lower_bound(stamps.begin(), stamps.end(), stamp_ns);
-    if (after == stamps.end()) return std::nullopt;
-    const auto index = static_cast<std::size_t>(after - stamps.begin());
-    if (*after == stamp_ns) return trajectory_.poses[index];
-    if (index == 0) return std::nullopt;
-    return between(index, stamp_ns);
-  }
-
- private:
-  [[nodiscard]] Pose between(std::size_t after, std::int64_t stamp_ns) const {
-    constexpr std::int64_t kMaxGap_ns = 500'000'000;
-    const std::int64_t begin = trajectory_.stamps_ns[after - 1];
-    // Unsigned: the difference of two foreign stamps may not fit.
-    const auto gap = static_cast<std::uint64_t>(trajectory_.stamps_ns[after]) -
-                     static_cast<std::uint64_t>(begin);
-    if (gap > kMaxGap_ns) {
-      fail(file_, "no pose within 0.5 s of scan " + std::to_string(stamp_ns));
-    }
-    const double share = static_cast<double>(stamp_ns - begin) / static_cast<double>(gap);
-    return interpolate(trajectory_.poses[after - 1], trajectory_.poses[after], share);
-  }
-
-  const Trajectory& trajectory_;
-  const fs::path& file_;
-};
-
 }  // namespace
 
 bool recognises_helipr(const fs::path& directory) {
@@ -218,20 +175,12 @@ std::unique_ptr<Dataset> open_helipr(const fs::path& directory, const OpenOption
   if (files.empty()) fail(scans, "holds no *.bin scans");
 
   const fs::path truth_file = find_ground_truth(directory, chosen);
+  std::vector<std::int64_t> stamps_ns;
+  for (const fs::path& file : files) stamps_ns.push_back(stamp_of(file));
   const Trajectory truth =
       parse_trajectory(read_file(truth_file), truth_file, StampUnit::kNanoseconds);
-  const PoseTrack track(truth, truth_file);
-  Sequence sequence;
-  for (const fs::path& file : files) {
-    const std::int64_t stamp_ns = stamp_of(file);
-    const auto pose = track.at(stamp_ns);
-    if (!pose) continue;
-    sequence.files.push_back(file);
-    sequence.poses.push_back(*pose);
-    sequence.stamps_ns.push_back(stamp_ns);
-  }
-  if (sequence.files.empty()) fail(truth_file, "covers none of the scans in " + scans.string());
-  return std::make_unique<HeliprDataset>(chosen, std::move(sequence));
+  return std::make_unique<HeliprDataset>(chosen,
+                                         take_by_stamp(files, stamps_ns, truth, truth_file));
 }
 
 }  // namespace unimapper::datasets

@@ -1,8 +1,10 @@
 // Reader of KITTI, SemanticKITTI and simulated recordings.
 #include <cstring>
+#include <optional>
 
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/formats.hpp"
+#include "ports/datasets/pcd_sequence.hpp"
 #include "ports/datasets/sequence.hpp"
 #include "unimapper/core/sensor.hpp"
 
@@ -12,23 +14,31 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/// T_camera_lidar of KITTI odometry; empty where there is no such file or line.
+std::optional<Pose> read_calibration(const fs::path& directory) {
+  const fs::path file = directory / "calib.txt";
+  if (!fs::exists(file)) return std::nullopt;
+  return parse_calibration(read_file(file), file);
+}
+
 /// Poses are stored in the left camera's frame: T_lidar0_lidar = Tr^-1 P Tr.
 void apply_calibration(const fs::path& directory, std::vector<Pose>& poses) {
-  const fs::path file = directory / "calib.txt";
-  if (!fs::exists(file)) return;
-  const auto T_camera_lidar = parse_calibration(read_file(file), file);
+  const auto T_camera_lidar = read_calibration(directory);
   if (!T_camera_lidar) return;
   for (Pose& pose : poses) pose = T_camera_lidar->inverse() * pose * *T_camera_lidar;
 }
 
-/// The poses beside the scans, or where KITTI odometry keeps them: poses/NN.txt for
-/// sequences/NN.
-fs::path find_kitti_poses(const fs::path& directory) {
+/// The poses the user names, those beside the scans, or where KITTI odometry keeps them:
+/// poses/NN.txt for sequences/NN.
+fs::path find_kitti_poses(const fs::path& directory, const OpenOptions& options) {
+  if (!options.poses.empty()) return options.poses;
   if (fs::exists(directory / "poses.txt")) return directory / "poses.txt";
   const fs::path sequence = fs::absolute(directory / "").parent_path();
   const fs::path shared =
       sequence.parent_path().parent_path() / "poses" / (sequence.filename().string() + ".txt");
-  return fs::exists(shared) ? shared : directory / "poses.txt";
+  if (fs::exists(shared)) return shared;
+  const fs::path other = find_poses_file(directory);
+  return other.empty() ? directory / "poses.txt" : other;
 }
 
 class KittiDataset : public SequenceDataset {
@@ -63,7 +73,8 @@ class KittiDataset : public SequenceDataset {
     if (!fs::exists(truth_file)) return {};
     const Trajectory truth = parse_trajectory(read_file(truth_file), truth_file);
     std::vector<Pose> poses;
-    const auto lines = match_lines(sequence().files, truth.poses.size(), truth_file, "poses");
+    const auto lines = match_lines(sequence().files, truth.poses.size(), truth_file, "poses",
+                                   read_calibration(directory_).has_value());
     poses.reserve(lines.size());
     for (const std::size_t line : lines) poses.push_back(truth.poses[line]);
     apply_calibration(directory_, poses);
@@ -93,7 +104,7 @@ bool recognises_kitti(const fs::path& directory) {
   return holds(find_child(directory, {"scans", "velodyne"}), ".bin");
 }
 
-std::unique_ptr<Dataset> open_kitti(const fs::path& directory, const OpenOptions& /*options*/) {
+std::unique_ptr<Dataset> open_kitti(const fs::path& directory, const OpenOptions& options) {
   const fs::path scans = find_child(directory, {"scans", "velodyne"});
   if (scans.empty()) fail(directory, "holds no scans/ or velodyne/ directory");
   auto files = list_files(scans, ".bin");
@@ -101,13 +112,16 @@ std::unique_ptr<Dataset> open_kitti(const fs::path& directory, const OpenOptions
   // Reported here rather than in the middle of a long run.
   for (const fs::path& file : files) KittiDataset::check_size(file, file_bytes(file));
 
-  const fs::path poses_file = find_kitti_poses(directory);
-  if (!fs::exists(poses_file)) {
-    fail(poses_file, "no such file; a KITTI sequence needs one pose (3x4 matrix) per scan there");
-  }
+  const fs::path poses_file = find_kitti_poses(directory, options);
+  if (!fs::exists(poses_file)) fail(poses_file, "no such file; " + remedy_for_missing_poses());
   const Trajectory trajectory = parse_trajectory(read_file(poses_file), poses_file);
-  Sequence sequence =
-      make_sequence(std::move(files), trajectory, poses_file, directory / "times.txt");
+  const bool is_of_kitti =
+      read_calibration(directory).has_value() || poses_file.parent_path().filename() == "poses";
+  Sequence sequence = make_sequence({.files = std::move(files),
+                                     .trajectory = trajectory,
+                                     .poses_file = poses_file,
+                                     .times_file = directory / "times.txt",
+                                     .are_numbered_by_line = is_of_kitti});
   apply_calibration(directory, sequence.poses);
   return std::make_unique<KittiDataset>(directory, std::move(sequence));
 }

@@ -19,6 +19,12 @@ fs::path find_poses_file(const fs::path& directory) {
                                 "odom_poses.txt", "odometry.txt", "poses.csv"});
 }
 
+std::string remedy_for_missing_poses() {
+  return "the scans need the poses of an odometry: one a scan as poses.txt (KITTI) or with stamps "
+         "(TUM) beside them, or a file named with --poses. Where there is none, an odometry makes "
+         "it, e.g. `kiss_icp_pipeline FOLDER` writes *_poses_tum.txt and *_poses_kitti.txt";
+}
+
 namespace {
 
 class PcdDataset : public SequenceDataset {
@@ -36,20 +42,18 @@ bool recognises_pcd(const fs::path& directory) {
   return holds(find_cloud_directory(directory), ".pcd");
 }
 
-std::unique_ptr<Dataset> open_pcd(const fs::path& directory, const OpenOptions& /*options*/) {
+std::unique_ptr<Dataset> open_pcd(const fs::path& directory, const OpenOptions& options) {
   const fs::path clouds = find_cloud_directory(directory);
   if (clouds.empty()) fail(directory, "holds no Scans/ or pcd/ directory");
   auto files = list_files(clouds, ".pcd");
   if (files.empty()) fail(clouds, "holds no *.pcd scans");
-  const fs::path poses_file = find_poses_file(directory);
-  if (poses_file.empty()) {
-    fail(directory,
-         "no pose file: expected optimized_poses.txt or poses.txt with one pose per scan (TUM "
-         "or KITTI)");
-  }
+  const fs::path poses_file = options.poses.empty() ? find_poses_file(directory) : options.poses;
+  if (poses_file.empty()) fail(directory, "no pose file; " + remedy_for_missing_poses());
   const Trajectory trajectory = parse_trajectory(read_file(poses_file), poses_file);
-  return std::make_unique<PcdDataset>(
-      make_sequence(std::move(files), trajectory, poses_file, directory / "times.txt"));
+  return std::make_unique<PcdDataset>(make_sequence({.files = std::move(files),
+                                                     .trajectory = trajectory,
+                                                     .poses_file = poses_file,
+                                                     .times_file = directory / "times.txt"}));
 }
 
 }  // namespace unimapper::datasets

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 namespace unimapper::datasets {
 
@@ -10,5 +11,8 @@ std::filesystem::path find_cloud_directory(const std::filesystem::path& director
 
 /// The pose file (`optimized_poses.txt`, `poses.txt`, ...); empty if none.
 std::filesystem::path find_poses_file(const std::filesystem::path& directory);
+
+/// What to do about scans without poses, for messages.
+[[nodiscard]] std::string remedy_for_missing_poses();
 
 }  // namespace unimapper::datasets

@@ -1,125 +1,17 @@
 #include "ports/datasets/poses.hpp"
 
-#include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <limits>
 #include <span>
 #include <string>
 
 #include "ports/datasets/files.hpp"
+#include "ports/datasets/pose_columns.hpp"
+#include "ports/datasets/text.hpp"
 
 namespace unimapper::datasets {
 
 namespace {
-
-constexpr std::size_t kMaxColumns = 16;
-
-struct Columns {
-  std::array<std::string_view, kMaxColumns> text;
-  std::size_t count = 0;  // may exceed kMaxColumns; the surplus is not kept
-};
-
-bool is_separator(char c) {
-  return c == ' ' || c == '\t' || c == ',' || c == ';' || c == '\r' || c == '\0';
-}
-
-Columns split(std::string_view line) {
-  Columns columns;
-  line = line.substr(0, line.find('#'));
-  for (std::size_t i = 0; i < line.size();) {
-    if (is_separator(line[i])) {
-      ++i;
-      continue;
-    }
-    std::size_t end = i;
-    while (end < line.size() && !is_separator(line[end])) ++end;
-    if (columns.count < kMaxColumns) columns.text[columns.count] = line.substr(i, end - i);
-    ++columns.count;
-    i = end;
-  }
-  return columns;
-}
-
-/// Calls `consume(columns, line number)` for every line that is not blank or a comment.
-template <typename Consume>
-void for_each_line(std::string_view text, const Consume& consume) {
-  std::size_t number = 0;
-  while (!text.empty()) {
-    const std::size_t end = text.find('\n');
-    const Columns columns = split(text.substr(0, end));
-    ++number;
-    if (columns.count > 0) consume(columns, number);
-    text = end == std::string_view::npos ? std::string_view{} : text.substr(end + 1);
-  }
-}
-
-std::string quoted(std::string_view text) {
-  constexpr std::size_t kShown = 32;
-  std::string shown = "'";
-  for (const char c : text.substr(0, kShown)) shown += c >= ' ' && c <= '~' ? c : '?';
-  return shown + (text.size() > kShown ? "...'" : "'");
-}
-
-double parse_number(std::string_view text, const std::filesystem::path& file, std::size_t line) {
-  if (text.starts_with('+')) text.remove_prefix(1);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) {
-    fail_at_line(file, line, quoted(text) + " is not a number");
-  }
-  if (!std::isfinite(value)) fail_at_line(file, line, quoted(text) + " is not finite");
-  return value;
-}
-
-std::int64_t parse_nanoseconds(std::string_view text, const std::filesystem::path& file,
-                               std::size_t line) {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) {
-    fail_at_line(file, line, quoted(text) + " is not a stamp in whole nanoseconds");
-  }
-  return value;
-}
-
-/// Seconds written as digits with an optional fraction: exact to the nanosecond, which a double
-/// is not for today's Unix times. Empty if written any other way.
-std::optional<std::int64_t> parse_plain_seconds(std::string_view text) {
-  const bool negative = text.starts_with('-');
-  if (negative) text.remove_prefix(1);
-  constexpr std::size_t kMaxSecondDigits = 10;  // keeps the result far from overflow
-  const std::size_t point = std::min(text.find('.'), text.size());
-  std::string_view whole = text.substr(0, point);
-  while (whole.size() > 1 && whole.front() == '0') whole.remove_prefix(1);
-  if (whole.empty() || whole.size() > kMaxSecondDigits) return std::nullopt;
-  std::int64_t value = 0;
-  for (const char c : whole) {
-    if (c < '0' || c > '9') return std::nullopt;
-    value = value * 10 + (c - '0');
-  }
-  if (value > std::numeric_limits<std::int64_t>::max() / kNanosecondsPerSecond - 1) {
-    return std::nullopt;
-  }
-  value *= kNanosecondsPerSecond;
-  std::int64_t unit = kNanosecondsPerSecond / 10;
-  for (std::size_t i = point + 1; i < text.size(); ++i, unit /= 10) {
-    if (text[i] < '0' || text[i] > '9') return std::nullopt;
-    value += (text[i] - '0') * unit;
-  }
-  return negative ? -value : value;
-}
-
-std::int64_t parse_seconds(std::string_view text, const std::filesystem::path& file,
-                           std::size_t line) {
-  if (const auto plain = parse_plain_seconds(text)) return *plain;
-  const double seconds = parse_number(text, file, line);
-  constexpr double kLimitSeconds = 9.0e9;
-  if (std::abs(seconds) > kLimitSeconds) {
-    fail_at_line(file, line, quoted(text) + " is out of range for a time in seconds");
-  }
-  return std::llround(seconds * 1e9);
-}
 
 /// The nearest rotation, unless `r` is one already to the last digits.
 Eigen::Matrix3d orthonormalised(const Eigen::Matrix3d& r) {
@@ -127,34 +19,190 @@ Eigen::Matrix3d orthonormalised(const Eigen::Matrix3d& r) {
   return error < 1e-12 ? r : Eigen::Quaterniond(r).normalized().toRotationMatrix();
 }
 
-Pose parse_matrix(std::span<const std::string_view> columns, const std::filesystem::path& file,
-                  std::size_t line) {
+Pose to_pose(std::span<const double> rows, const std::filesystem::path& file, std::size_t line) {
   Pose pose;
   for (std::size_t i = 0; i < 12; ++i) {
-    const double value = parse_number(columns[i], file, line);
     const auto row = static_cast<Eigen::Index>(i / 4);
     const auto column = static_cast<Eigen::Index>(i % 4);
     if (column < 3) {
-      pose.rotation(row, column) = value;
+      pose.rotation(row, column) = rows[i];
     } else {
-      pose.translation(row) = value;
+      pose.translation(row) = rows[i];
     }
   }
   if (!pose.is_rigid()) {
-    fail_at_line(file, line, "the first three columns of the 3x4 pose are not a rotation");
+    fail_at_line(file, line,
+                 "the first three columns of the 3x4 pose are not a rotation; a matrix stands by "
+                 "rows, translation in its last column");
   }
   pose.rotation = orthonormalised(pose.rotation);
   return pose;
 }
 
-Pose parse_position_quaternion(std::span<const std::string_view> columns,
+/// Fourth row of a 4x4 matrix.
+void check_last_row(std::span<const double> row, const std::filesystem::path& file,
+                    std::size_t line) {
+  constexpr std::array<double, 4> kExpected = {0.0, 0.0, 0.0, 1.0};
+  constexpr double kTolerance = 1e-6;
+  for (std::size_t i = 0; i < kExpected.size(); ++i) {
+    if (std::abs(row[i] - kExpected[i]) <= kTolerance) continue;
+    fail_at_line(file, line,
+                 "the last row of the 4x4 pose is not 0 0 0 1; is it written by columns? Rows are "
+                 "expected");
+  }
+}
+
+Pose parse_matrix(std::span<const std::string_view> columns, const std::filesystem::path& file,
+                  std::size_t line) {
+  std::array<double, 16> values{};
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    values[i] = parse_number(columns[i], file, line);
+  }
+  if (columns.size() == values.size()) check_last_row(std::span(values).last(4), file, line);
+  return to_pose(values, file, line);
+}
+
+Pose parse_position_quaternion(const Columns& columns, const PoseColumns& meaning,
                                const std::filesystem::path& file, std::size_t line) {
-  std::array<double, 7> v{};
-  for (std::size_t i = 0; i < v.size(); ++i) v[i] = parse_number(columns[i], file, line);
-  const auto pose = pose_from_quaternion(v[0], v[1], v[2], v[3], v[4], v[5], v[6]);
-  if (!pose) fail_at_line(file, line, "the quaternion qx qy qz qw does not have length 1");
+  const auto number = [&](std::size_t column) {
+    return parse_number(columns.text[column], file, line);
+  };
+  const auto& p = meaning.position;
+  const auto& q = meaning.quaternion;
+  const Eigen::Vector4d quaternion(number(q[0]), number(q[1]), number(q[2]), number(q[3]));
+  const auto pose = pose_from_quaternion(number(p[0]), number(p[1]), number(p[2]), quaternion[0],
+                                         quaternion[1], quaternion[2], quaternion[3]);
+  if (!pose) {
+    fail_at_line(file, line,
+                 "the quaternion qx qy qz qw does not have length 1 but " +
+                     std::to_string(quaternion.norm()) + ": are these angles, or other columns? " +
+                     accepted_pose_columns());
+  }
   return *pose;
 }
+
+/// A header without "[m]" and the like.
+std::string without_units(std::string_view header) {
+  std::string names;
+  bool is_unit = false;
+  for (const char c : header) {
+    if (c == '[' || c == '(') is_unit = true;
+    if (!is_unit) names += c;
+    if (c == ']' || c == ')') is_unit = false;
+  }
+  return names;
+}
+
+/// Parses a pose file line by line.
+class TrajectoryParser {
+ public:
+  TrajectoryParser(std::string_view text, const std::filesystem::path& file, StampUnit unit)
+      : text_(text), file_(file), unit_(unit) {}
+
+  Trajectory parse_all() {
+    for_each_line(text_, [&](std::string_view line, std::size_t number) { parse(line, number); });
+    if (rows_ % 4 != 0) fail(file_, "the last 4x4 matrix has fewer than four rows");
+    trajectory_.stamps_ns = parse_stamps(stamps_, lines_, file_, unit_);
+    return std::move(trajectory_);
+  }
+
+ private:
+  void parse(std::string_view line, std::size_t number) {
+    const std::string_view content = without_comment(line);
+    const Columns columns = split_columns(content);
+    if (columns.count == 0) {
+      // "# timestamp tx ty tz qw qx qy qz" tells the order as well as a header does.
+      const bool is_comment = content.size() < line.size() && !is_known_;
+      if (is_comment) comment_ = without_units(line.substr(content.size() + 1));
+      return;
+    }
+    const bool may_be_header = !is_known_ && rows_ == 0;
+    if (may_be_header && !to_number(columns.text[0])) return parse_header(content, number);
+    if (!is_known_ && columns.count == 4) return parse_row(columns, number);
+    if (!is_known_) choose(columns, number);
+    if (columns.count != meaning_.count) {
+      fail_at_line(file_, number,
+                   "expected " + std::to_string(meaning_.count) + " columns like the lines " +
+                       "before, found " + std::to_string(columns.count));
+    }
+    parse_pose(columns, number);
+  }
+
+  void parse_header(std::string_view line, std::size_t number) {
+    const std::string header = without_units(line);
+    const Columns names = split_columns(header);
+    const auto meaning = columns_by_header(names);
+    if (!meaning) {
+      // Garbage is no header: its first word says more than what would be accepted.
+      fail_at_line(file_, number,
+                   quoted(split_columns(line).text[0]) + " is not a number" +
+                       (names_angles(names) ? ", and a header with angles is not read: convert "
+                                              "them to a quaternion; "
+                                            : "; ") +
+                       accepted_pose_columns());
+    }
+    meaning_ = *meaning;
+    is_known_ = true;
+  }
+
+  void choose(const Columns& columns, std::size_t number) {
+    const Columns names = split_columns(comment_);
+    if (names.count == columns.count) meaning_ = columns_by_header(names).value_or(PoseColumns{});
+    if (meaning_.count == 0) {
+      const auto meaning = columns_by_count(columns.count);
+      if (!meaning) refuse_count(columns.count, number);
+      meaning_ = *meaning;
+    }
+    is_known_ = true;
+  }
+
+  [[noreturn]] void refuse_count(std::size_t count, std::size_t number) const {
+    const bool may_be_angles = count == 6 || count == 7;
+    fail_at_line(file_, number,
+                 "expected a pose of 12 (KITTI) or 8 (TUM) columns, found " +
+                     std::to_string(count) +
+                     (may_be_angles ? " (angles, or a quaternion without a stamp?); " : "; ") +
+                     accepted_pose_columns());
+  }
+
+  /// A 4x4 matrix over four lines.
+  void parse_row(const Columns& columns, std::size_t number) {
+    const std::size_t row = rows_++ % 4;
+    for (std::size_t i = 0; i < 4; ++i) {
+      matrix_[4 * row + i] = parse_number(columns.text[i], file_, number);
+    }
+    if (row < 3) return;
+    check_last_row(std::span(matrix_).last(4), file_, number);
+    trajectory_.poses.push_back(to_pose(matrix_, file_, number));
+  }
+
+  void parse_pose(const Columns& columns, std::size_t number) {
+    if (rows_ > 0) {
+      fail_at_line(file_, number, "expected a row of a 4x4 matrix like the lines before");
+    }
+    if (meaning_.stamp != PoseColumns::kNone) {
+      stamps_.push_back(columns.text[meaning_.stamp]);
+      lines_.push_back(number);
+    }
+    trajectory_.poses.push_back(
+        meaning_.matrix == PoseColumns::kNone
+            ? parse_position_quaternion(columns, meaning_, file_, number)
+            : parse_matrix(std::span(columns.text).subspan(meaning_.matrix, meaning_.matrix_values),
+                           file_, number));
+  }
+
+  std::string_view text_;
+  const std::filesystem::path& file_;
+  StampUnit unit_;
+  PoseColumns meaning_;
+  bool is_known_ = false;
+  std::string comment_;  // the last one before the poses
+  std::size_t rows_ = 0;
+  std::array<double, 16> matrix_{};
+  std::vector<std::string_view> stamps_;
+  std::vector<std::size_t> lines_;
+  Trajectory trajectory_;
+};
 
 }  // namespace
 
@@ -170,45 +218,33 @@ std::optional<Pose> pose_from_quaternion(double x, double y, double z, double qx
 
 Trajectory parse_trajectory(std::string_view text, const std::filesystem::path& file,
                             StampUnit unit) {
-  Trajectory trajectory;
-  std::size_t expected_columns = 0;
-  for_each_line(text, [&](const Columns& columns, std::size_t line) {
-    if (columns.count != 12 && columns.count != 8) {
-      fail_at_line(file, line,
-                   "expected a pose of 12 (KITTI) or 8 (TUM) columns, found " +
-                       std::to_string(columns.count));
-    }
-    if (expected_columns == 0) expected_columns = columns.count;
-    if (columns.count != expected_columns) {
-      fail_at_line(file, line,
-                   "expected " + std::to_string(expected_columns) + " columns like the lines " +
-                       "before, found " + std::to_string(columns.count));
-    }
-    const std::span<const std::string_view> values(columns.text.data(), columns.count);
-    if (columns.count == 12) {
-      trajectory.poses.push_back(parse_matrix(values, file, line));
-      return;
-    }
-    trajectory.stamps_ns.push_back(unit == StampUnit::kSeconds
-                                       ? parse_seconds(values[0], file, line)
-                                       : parse_nanoseconds(values[0], file, line));
-    trajectory.poses.push_back(parse_position_quaternion(values.subspan(1), file, line));
-  });
-  return trajectory;
+  return TrajectoryParser(text, file, unit).parse_all();
 }
 
 std::vector<std::int64_t> parse_times(std::string_view text, const std::filesystem::path& file) {
-  std::vector<std::int64_t> stamps_ns;
-  for_each_line(text, [&](const Columns& columns, std::size_t line) {
+  std::vector<std::int64_t> dates_ns;
+  std::vector<std::string_view> texts;
+  std::vector<std::size_t> lines;
+  for_each_row(text, [&](const Columns& columns, std::size_t line) {
+    if (columns.count == 2) {
+      if (const auto date_ns = parse_date(columns.text[0], columns.text[1])) {
+        dates_ns.push_back(*date_ns);
+        return;
+      }
+    }
     if (columns.count != 1) fail_at_line(file, line, "expected one time in seconds per line");
-    stamps_ns.push_back(parse_seconds(columns.text[0], file, line));
+    texts.push_back(columns.text[0]);
+    lines.push_back(line);
   });
-  return stamps_ns;
+  if (!dates_ns.empty() && !texts.empty()) {
+    fail_at_line(file, lines.front(), "dates and other times in one file");
+  }
+  return dates_ns.empty() ? parse_stamps(texts, lines, file, StampUnit::kAuto) : dates_ns;
 }
 
 std::optional<Pose> parse_calibration(std::string_view text, const std::filesystem::path& file) {
   std::optional<Pose> T_camera_lidar;
-  for_each_line(text, [&](const Columns& columns, std::size_t line) {
+  for_each_row(text, [&](const Columns& columns, std::size_t line) {
     if (columns.text[0] != "Tr:") return;
     if (columns.count != 13) fail_at_line(file, line, "expected 12 values after 'Tr:'");
     T_camera_lidar = parse_matrix(std::span(columns.text).subspan(1, 12), file, line);

@@ -7,14 +7,10 @@
 #include <string_view>
 #include <vector>
 
+#include "ports/datasets/stamps.hpp"
 #include "unimapper/core/pose.hpp"
 
 namespace unimapper::datasets {
-
-inline constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
-
-/// Unit of the stamp column of an eight-column pose file.
-enum class StampUnit : std::uint8_t { kSeconds, kNanoseconds };
 
 /// A pose file. `stamps_ns` is as long as `poses`, or empty where the format has no stamps.
 struct Trajectory {
@@ -22,16 +18,19 @@ struct Trajectory {
   std::vector<std::int64_t> stamps_ns;  ///< as long as `poses`, or empty
 };
 
-/// Parses one pose per line, told apart by the number of columns: 12 = KITTI (row-major 3x4),
-/// 8 = TUM (`t x y z qx qy qz qw`, t in `unit`). Columns are separated by blanks, tabs, commas
-/// or semicolons; `#` starts a comment. Every pose must be finite and rigid; rotations that are
-/// so only within their printed digits are made exact. `file` names the text in errors. Throws
-/// DatasetError with the line.
+/// Parses one pose per line, told apart by the number of columns: 8 = TUM (`t x y z qx qy qz qw`),
+/// 12 = KITTI (3x4 by rows), 16 = 4x4 by rows, 13 and 17 = a matrix behind a stamp; or as a header
+/// (also a comment right before the poses) names them; or 4x4 matrices over four lines. Stamps are
+/// in `unit`. Columns are separated by blanks, tabs, commas or semicolons; `#` starts a comment.
+/// Every pose must be finite and rigid; rotations that are so only within their printed digits are
+/// made exact. `file` names the text in errors. Throws DatasetError with the line and with what is
+/// accepted.
 Trajectory parse_trajectory(std::string_view text, const std::filesystem::path& file,
-                            StampUnit unit = StampUnit::kSeconds);
+                            StampUnit unit = StampUnit::kAuto);
 
-/// Parses one time in seconds per line (KITTI's times.txt) into nanoseconds, without going
-/// through floating point where the number is written out plainly. Throws DatasetError.
+/// Parses one time per line into nanoseconds: seconds (KITTI's times.txt), without going through
+/// floating point where the number is written out plainly; whole counts of a smaller unit; or
+/// `YYYY-MM-DD hh:mm:ss.fraction` (KITTI raw). Throws DatasetError.
 std::vector<std::int64_t> parse_times(std::string_view text, const std::filesystem::path& file);
 
 /// The line `Tr: <12 values>` of KITTI's calib.txt: T_camera_lidar. Empty if there is no such

@@ -1,4 +1,4 @@
-// Base of all dataset formats: association of files with poses and stamps.
+// Base of all formats of several files: association of files with poses and stamps.
 #pragma once
 
 #include <cstdint>
@@ -16,24 +16,41 @@ struct Sequence {
   std::vector<std::filesystem::path> files;  ///< one per scan
   std::vector<Pose> poses;                   ///< T_world_sensor of each file
   std::vector<std::int64_t> stamps_ns;       ///< of each file
+  std::vector<Note> notes;                   ///< how poses were found
 };
 
 /// Sequences without times are taken at 10 Hz.
 inline constexpr std::int64_t kDefaultPeriod_ns = 100'000'000;
 
-/// For each file the index of its line in a file of `lines` lines: its position in the order
-/// of names if there are as many lines as files; the number in its name if there are more
-/// lines (an excerpt of a longer sequence). Throws DatasetError naming `text_file` if it has
-/// fewer lines or the names hold no number.
+/// For each file the index of its line in a file of `lines` lines: its position in the order of
+/// names if there are as many lines as files. If there are more, the scans may be an excerpt of a
+/// longer sequence and the numbers in their names its line numbers from 0: taken so where
+/// `are_numbered_by_line` (the format says it), where the last number is the last line's, or where
+/// the numbers begin beyond 1. Else poses at a higher rate would be taken for an excerpt. Throws
+/// DatasetError naming `text_file` with the remedy.
 std::vector<std::size_t> match_lines(const std::vector<std::filesystem::path>& files,
                                      std::size_t lines, const std::filesystem::path& text_file,
-                                     const std::string& what);
+                                     const std::string& what, bool are_numbered_by_line = false);
 
-/// Gives `files` the poses of `trajectory` (read from `poses_file`). Stamps come from
-/// `times_file` if it exists, else from the trajectory, else every 0.1 s. Throws DatasetError.
-Sequence make_sequence(std::vector<std::filesystem::path> files, const Trajectory& trajectory,
-                       const std::filesystem::path& poses_file,
-                       const std::filesystem::path& times_file);
+/// What `make_sequence` associates.
+struct SequenceParts {
+  std::vector<std::filesystem::path> files;  ///< in natural order
+  const Trajectory& trajectory;
+  std::filesystem::path poses_file;   ///< that it was read from
+  std::filesystem::path times_file;   ///< one stamp a scan; need not exist
+  bool are_numbered_by_line = false;  ///< see `match_lines`
+};
+
+/// Gives files stamps and poses. Stamps come from `times_file`, else from the names. Where scans
+/// and poses both have stamps, poses are interpolated, and scans that no pose is near to are left
+/// out with a note; else they are taken line by line. Scans without stamps have those of their
+/// poses, else every 0.1 s. Throws DatasetError.
+Sequence make_sequence(SequenceParts parts);
+
+/// The part of it for scans and poses that both have stamps.
+Sequence take_by_stamp(const std::vector<std::filesystem::path>& files,
+                       const std::vector<std::int64_t>& stamps_ns, const Trajectory& trajectory,
+                       const std::filesystem::path& poses_file);
 
 /// Base of the formats that hold a sequence in memory and read its scans on demand.
 class SequenceDataset : public Dataset {
@@ -48,6 +65,7 @@ class SequenceDataset : public Dataset {
   }
   [[nodiscard]] std::vector<std::uint32_t> labels(std::size_t /*i*/) const override { return {}; }
   [[nodiscard]] std::vector<Pose> ground_truth_poses() const override { return {}; }
+  [[nodiscard]] std::vector<Note> notes() const override { return sequence_.notes; }
 
  protected:
   explicit SequenceDataset(Sequence sequence) : sequence_(std::move(sequence)) {}

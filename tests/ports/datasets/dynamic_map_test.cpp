@@ -48,5 +48,6 @@ TEST_CASE("labels that are neither moving nor static are to be ignored") {
   std::string cloud = binary_cloud();
   cloud.replace(cloud.size() - 4, 4, hex("00000040"));
   directory.write("pcd/000000.pcd", cloud);
-  CHECK(open_dataset(directory.path())->labels(0) == std::vector<std::uint32_t>{9, 0});
+  CHECK(open_dataset(directory.path(), {.format = "dynamicmap"})->labels(0) ==
+        std::vector<std::uint32_t>{9, 0});
 }

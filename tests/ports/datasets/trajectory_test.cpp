@@ -71,6 +71,72 @@ TEST_CASE("a pose that cannot be one is refused with its line") {
   CHECK_THAT(trajectory_error("1e20 0 0 0 0 0 0 1\n"), Contains("out of range"));
 }
 
+TEST_CASE("4x4 matrices by rows are poses, on one line or on four, and behind a stamp") {
+  const std::string matrix = "0 -1 0 10 1 0 0 20 0 0 1 30 0 0 0 1";
+  const Eigen::Vector3d expected(10, 21, 30);
+  const auto check = [&](const std::string& text, std::size_t stamps) {
+    INFO(text);
+    const auto trajectory = parse_trajectory(text, "poses.txt");
+    REQUIRE(trajectory.poses.size() == 1);
+    CHECK((trajectory.poses[0] * Eigen::Vector3d(1, 0, 0)).isApprox(expected));
+    CHECK(trajectory.stamps_ns.size() == stamps);
+  };
+  check(matrix + "\n", 0);
+  check("5.5 " + matrix + "\n", 1);
+  check("0 -1 0 10\n1 0 0 20\n0 0 1 30\n0 0 0 1\n", 0);
+  check("1691936557946849179 0 -1 0 10 1 0 0 20 0 0 1 30\n", 1);
+  CHECK_THAT(trajectory_error("0 1 0 0 -1 0 0 0 0 0 1 0 10 20 30 1\n"), Contains("by columns"));
+  CHECK_THAT(trajectory_error("1 0 0 0\n0 1 0 0\n0 0 1 0\n"), Contains("fewer than four rows"));
+  CHECK_THAT(trajectory_error("1 0 0 0\n1 0 0 0 0 1 0 0 0 0 1 0\n"), Contains("poses.txt:2"));
+}
+
+TEST_CASE("a header names the columns, also as a comment, whatever their order is") {
+  const std::string header = GENERATE(
+      "timestamp,tx,ty,tz,qw,qx,qy,qz", "# timestamp x y z qw qx qy qz",
+      "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z "
+      "[]",
+      "%time,pose.position.x,pose.position.y,pose.position.z,pose.orientation.w,"
+      "pose.orientation.x,pose.orientation.y,pose.orientation.z");
+  INFO(header);
+  const auto trajectory = parse_trajectory(
+      header + "\n1691936557946849179,1,2,3,0.7071068,0,0,0.7071068\n", "poses.csv");
+  REQUIRE(trajectory.poses.size() == 1);
+  CHECK(trajectory.stamps_ns == std::vector<std::int64_t>{1691936557946849179});
+  CHECK((trajectory.poses[0] * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(1, 3, 3), 1e-6));
+}
+
+TEST_CASE("what is not a pose is refused with what is accepted") {
+  const auto check = [](std::string_view text, const std::string& reason) {
+    CHECK_THAT(trajectory_error(text),
+               Contains(reason) && Contains("accepted are TUM") && Contains("KITTI"));
+  };
+  check("1 2 3 4 0.1 0.2 0.3\n", "angles");
+  check("time,x,y,z,roll,pitch,yaw\n1,2,3,4,0.1,0.2,0.3\n", "angles");
+  check("t x y z\n", "'t' is not a number");
+  check("1 2 3 4 0.1 0.2 0.3 0.4\n", "but 0.54");
+  // Two columns of the same meaning leave it open.
+  check("t x x y z qx qy qz qw\n", "'t' is not a number");
+}
+
+TEST_CASE("whole stamps are in the unit that their size says") {
+  const auto stamps = [](const std::string& first, const std::string& second) {
+    return parse_trajectory(first + " 0 0 0 0 0 0 1\n" + second + " 0 0 0 0 0 0 1\n", "p.txt")
+        .stamps_ns;
+  };
+  const std::vector<std::int64_t> expected = {1691936557000000000, 1691936557010000000};
+  CHECK(stamps("1691936557000000000", "1691936557010000000") == expected);
+  CHECK(stamps("1691936557000000", "1691936557010000") == expected);
+  CHECK(stamps("1691936557000", "1691936557010") == expected);
+  CHECK(stamps("1691936557", "1691936557.01") == expected);
+}
+
+TEST_CASE("dates are times, too") {
+  CHECK(parse_times("2011-09-26 13:02:25.951199337\n2011-09-26 13:02:26\n", "timestamps.txt") ==
+        std::vector<std::int64_t>{1317042145951199337, 1317042146000000000});
+  CHECK_THAT(error_of([] { (void)parse_times("2011-13-26 13:02:25\n", "timestamps.txt"); }),
+             Contains("one time in seconds"));
+}
+
 TEST_CASE("control characters of a garbage file do not reach the terminal") {
   const std::string message = trajectory_error("\x1b[31m 0 0 0 0 0 0 1\n");
   CHECK(message.find('\x1b') == std::string::npos);

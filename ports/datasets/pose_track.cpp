@@ -1,0 +1,105 @@
+#include "ports/datasets/pose_track.hpp"
+
+#include <algorithm>
+
+#include "ports/datasets/files.hpp"
+#include "unimapper/core/pose_interpolation.hpp"
+
+namespace unimapper::datasets {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Stamps printed with few digits may end a little before the last scan.
+constexpr std::int64_t kRounding_ns = 1'000'000;
+
+void check_stamps(const Trajectory& trajectory, const fs::path& file) {
+  if (trajectory.poses.empty()) fail(file, "holds no poses");
+  const auto& stamps = trajectory.stamps_ns;
+  if (stamps.empty()) fail_at_line(file, 1, "expected t x y z qx qy qz qw");
+  const auto disorder = std::adjacent_find(stamps.begin(), stamps.end(), std::greater_equal<>());
+  if (disorder != stamps.end()) {
+    fail(file, "stamps do not increase after " + std::to_string(*disorder) + " ns (pose " +
+                   std::to_string(disorder - stamps.begin() + 1) +
+                   "); were they printed with too few digits, or are there two drives in it?");
+  }
+}
+
+/// Unsigned: the difference of two foreign stamps may not fit.
+std::uint64_t difference(std::int64_t later, std::int64_t earlier) {
+  return static_cast<std::uint64_t>(later) - static_cast<std::uint64_t>(earlier);
+}
+
+/// Poses of one trajectory by time, and how scans lie to them.
+class PoseTrack {
+ public:
+  explicit PoseTrack(const Trajectory& trajectory) : trajectory_(trajectory) {}
+
+  void find(std::int64_t stamp_ns, TimedPoses& found) const {
+    found.poses.push_back(at(stamp_ns, found));
+  }
+
+ private:
+  [[nodiscard]] std::optional<Pose> at(std::int64_t stamp_ns, TimedPoses& found) const {
+    const auto& stamps = trajectory_.stamps_ns;
+    const auto after = std::lower_bound(stamps.begin(), stamps.end(), stamp_ns);
+    const auto index = static_cast<std::size_t>(after - stamps.begin());
+    if (after != stamps.end() && *after == stamp_ns) return trajectory_.poses[index];
+    if (index == 0 || after == stamps.end()) {
+      const std::size_t end = index == 0 ? 0 : stamps.size() - 1;
+      const std::uint64_t away =
+          index == 0 ? difference(stamps.front(), stamp_ns) : difference(stamp_ns, stamps.back());
+      if (away <= kRounding_ns) return trajectory_.poses[end];
+      ++found.outside;
+      return std::nullopt;
+    }
+    return between(index, stamp_ns, found);
+  }
+
+  [[nodiscard]] std::optional<Pose> between(std::size_t after, std::int64_t stamp_ns,
+                                            TimedPoses& found) const {
+    const std::int64_t begin_ns = trajectory_.stamps_ns[after - 1];
+    const std::int64_t end_ns = trajectory_.stamps_ns[after];
+    const std::uint64_t gap_ns = difference(end_ns, begin_ns);
+    if (gap_ns > kMaxPoseGap_ns) {
+      ++found.in_gaps;
+      return std::nullopt;
+    }
+    found.farthest_ns =
+        std::max(found.farthest_ns, std::min(stamp_ns - begin_ns, end_ns - stamp_ns));
+    const double share = static_cast<double>(stamp_ns - begin_ns) / static_cast<double>(gap_ns);
+    return interpolate(trajectory_.poses[after - 1], trajectory_.poses[after], share);
+  }
+
+  const Trajectory& trajectory_;
+};
+
+}  // namespace
+
+TimedPoses poses_at(const std::vector<std::int64_t>& stamps_ns, const Trajectory& trajectory,
+                    const fs::path& file) {
+  check_stamps(trajectory, file);
+  const PoseTrack track(trajectory);
+  TimedPoses found;
+  for (const std::int64_t stamp_ns : stamps_ns) track.find(stamp_ns, found);
+  const std::size_t missing = found.outside + found.in_gaps;
+  if (2 * missing <= stamps_ns.size()) return found;
+  const auto [first, last] = std::minmax_element(stamps_ns.begin(), stamps_ns.end());
+  const std::string ranges =
+      ": the scans are from " + seconds_text(*first) + " to " + seconds_text(*last) +
+      ", the poses from " + seconds_text(trajectory.stamps_ns.front()) + " to " +
+      seconds_text(trajectory.stamps_ns.back()) + "; both must be of one clock and in one unit";
+  if (found.in_gaps > 0) {
+    const auto without = std::find(found.poses.begin(), found.poses.end(), std::nullopt);
+    fail(file,
+         "no pose within 0.5 s of scan " +
+             std::to_string(stamps_ns[static_cast<std::size_t>(without - found.poses.begin())]) +
+             " ns and " + std::to_string(missing - 1) + " more" + ranges);
+  }
+  if (missing == stamps_ns.size()) fail(file, "covers none of the scans" + ranges);
+  fail(file, "covers only " + std::to_string(stamps_ns.size() - missing) + " of " +
+                 std::to_string(stamps_ns.size()) + " scans" + ranges);
+}
+
+}  // namespace unimapper::datasets

@@ -1,0 +1,30 @@
+// Poses by time.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "ports/datasets/poses.hpp"
+
+namespace unimapper::datasets {
+
+/// Between poses farther apart in time nothing is known of the motion.
+inline constexpr std::int64_t kMaxPoseGap_ns = 500'000'000;
+
+/// Poses of scans, found by their stamps.
+struct TimedPoses {
+  std::vector<std::optional<Pose>> poses;  ///< one a scan; empty where there is none
+  std::int64_t farthest_ns = 0;            ///< from a scan's stamp to the nearest pose, at most
+  std::size_t outside = 0;                 ///< scans before the first or after the last pose
+  std::size_t in_gaps = 0;  ///< scans between poses farther apart than `kMaxPoseGap_ns`
+};
+
+/// The pose at each of `stamps_ns`, interpolated between its neighbours in `trajectory` (read from
+/// `file`). Throws DatasetError where the trajectory has no poses or no stamps that increase, or
+/// where fewer than half of the scans get a pose.
+[[nodiscard]] TimedPoses poses_at(const std::vector<std::int64_t>& stamps_ns,
+                                  const Trajectory& trajectory, const std::filesystem::path& file);
+
+}  // namespace unimapper::datasets
