@@ -30,7 +30,7 @@ header() {
 run_cells() {
   local name=$1 dataset=$2 run="$out/runs/$1" score="$out/$1.json" quality="– | – | –" key
   shift 2
-  "$bin/unimapper" onboard "$dataset" --out "$run" "$@" 2>"$out/$name.log"
+  "$bin/unimapper" onboard "$dataset" --out "$run" --replace "$@" 2>"$out/$name.log"
   if [ -d "$dataset/labels" ]; then
     "$bin/unimapper" evaluate dynamic --truth "$dataset" --run "$run" >"$score" 2>/dev/null
     quality=$(printf '%.2f | %.2f | %.2f' "$(number "$score" SA)" "$(number "$score" DA)" "$(number "$score" AA)")
@@ -60,7 +60,7 @@ simulate() {  # simulate SENSOR FOLDER
 run_presets() {  # run_presets SENSOR DATASET
   local preset
   for preset in $smaller_presets; do
-    "$bin/unimapper" onboard "$2" --out "$out/runs/$1-$preset" --preset "$preset" 2>/dev/null
+    "$bin/unimapper" onboard "$2" --out "$out/runs/$1-$preset" --replace --preset "$preset" 2>/dev/null
   done
 }
 

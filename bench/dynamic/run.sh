@@ -108,7 +108,7 @@ score() {
   shift 3
   [ "$variant" != paper ] || preset=paper
   config_of "$variant" >"$out/$name.$variant.config"
-  "$unimapper" onboard "$data" --out "$run" --preset "$preset" \
+  "$unimapper" onboard "$data" --out "$run" --replace --preset "$preset" \
     --config "$out/$name.$variant.config" "${labels[@]}" 2>"$out/$name.$variant.log"
   cp "$run/stats.json" "$out/$name.$variant.stats"
   "$unimapper" evaluate dynamic --truth "$data" --run "$run" "$@" \

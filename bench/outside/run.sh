@@ -123,7 +123,7 @@ drive() {
   data="$out/data/$name" onboard="$out/runs/$name" map="$out/runs/$name.map"
   rm -f "$results/$name".*
   if ! { recording "$2" "$3" "$4" "$5" "$data" &&
-    run unimapper onboard "$data" --sensor "$3" --out "$onboard" 2>"$results/$name.log" &&
+    run unimapper onboard "$data" --sensor "$3" --out "$onboard" --replace 2>"$results/$name.log" &&
     score "$name.online" "$data" "$onboard" --pictures "$out/pictures/$name" --worst 2 &&
     { ! in_groups "$1" "$refined_groups" || {
       run unimapper merge "$onboard" --truth "$name=$data" --refined-labels --out "$map" \
@@ -294,7 +294,7 @@ pair() {
     run unimapper onboard "$3" --sensor "$5" --out "$b" --against "$a" 2>"$results/$1.B.log" &&
     run unimapper evaluate loops --run "$b" --truth "$3" --against "$a" --against-truth "$2" \
       --threshold-m "${6:-10}" >"$results/$1.loops" &&
-    run unimapper merge "$a" "$b" --out "$map" >"$results/$1.merge" 2>&1 &&
+    run unimapper merge "$a" "$b" --allow-unconnected --out "$map" >"$results/$1.merge" 2>&1 &&
     run unimapper evaluate trajectory --map "$map" --truth "$1.A=$2" "$1.B=$3" >"$results/$1.ate" ||
     echo "$1: a program failed or took longer than $limit s; the row lacks it" >&2
   rm -rf "$a" "$b" "$map"

@@ -14,7 +14,7 @@ measure() {
   local real
   mkdir -p "$out"
   real=$(sh ../shared/data/unpack.sh build/bench/recordings)
-  "$bin/unimapper" onboard "$real/kitti_0005a" --sensor hdl-64e --out "$out/kitti" 2>"$out/kitti.log"
+  "$bin/unimapper" onboard "$real/kitti_0005a" --sensor hdl-64e --out "$out/kitti" --replace 2>"$out/kitti.log"
   "$bin/bench_wire" "$out/kitti/keyframes.lcmlog" | tee "$out/figures.txt"
 }
 

@@ -1,10 +1,12 @@
 #include "src/apps/input_options.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <string>
 #include <vector>
 
 #include "ports/datasets/readers.hpp"
+#include "src/apps/suggestion.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -23,16 +25,27 @@ std::vector<std::string> formats() {
   return names;
 }
 
+/// An error message where there is no such format.
+std::string check_format(const std::string& name) {
+  const std::vector<std::string> known = formats();
+  if (std::find(known.begin(), known.end(), name) != known.end()) return {};
+  return "unknown format '" + name + "'; there are " + joined(known) + did_you_mean(name, known);
+}
+
 }  // namespace
 
 void add_open_options(CLI::App& command, datasets::OpenOptions& options) {
   command.add_option("--format", options.format, describe_formats())
       ->capture_default_str()
-      ->check(CLI::IsMember(formats()).description(""))
+      ->check(CLI::Validator(&check_format, ""))
       ->group("Input");
   command
       .add_option("--sensor", options.sensor,
-                  "LiDAR, e.g. os2-128, livox-avia, vlp-16; default: as the recording says")
+                  "LiDAR; default: as the recording says. Known are " + joined(sensor_names()))
+      ->group("Input");
+  command
+      .add_option("--poses", options.poses,
+                  "Pose file, where it is not beside the scans: TUM, KITTI or 4x4 matrices")
       ->group("Input");
 }
 

@@ -5,12 +5,52 @@
 #include <exception>
 #include <iostream>
 #include <string>
+#include <vector>
 
 #include "src/apps/commands.hpp"
+#include "src/apps/suggestion.hpp"
 
 namespace {
 
 enum ExitCode { kSuccess = 0, kRuntimeFailure = 1, kUsageError = 2 };
+
+/// The command of `app` that the arguments choose, as deep as they name one.
+const CLI::App* chosen_command(const CLI::App& app, int argc, char** argv, int& next) {
+  const CLI::App* command = &app;
+  for (next = 1; next < argc; ++next) {
+    const auto below = command->get_subcommands(
+        [&](const CLI::App* candidate) { return candidate->check_name(argv[next]); });
+    if (below.empty()) break;
+    command = below.front();
+  }
+  return command;
+}
+
+/// What a mistyped command or option may have meant.
+std::string suggestion(const CLI::App& app, int argc, char** argv) {
+  int next = 1;
+  const CLI::App* command = chosen_command(app, argc, argv, next);
+  std::vector<std::string> commands;
+  for (const CLI::App* below : command->get_subcommands([](const CLI::App*) { return true; })) {
+    commands.push_back(below->get_name());
+  }
+  if (!commands.empty() && next < argc && argv[next][0] != '-') {
+    return "; unknown command '" + std::string(argv[next]) + "'" +
+           unimapper::apps::did_you_mean(argv[next], commands);
+  }
+  std::vector<std::string> options;
+  for (const CLI::Option* option : command->get_options()) {
+    for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
+  }
+  for (int i = next; i < argc; ++i) {
+    const std::string typed = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
+    const bool is_known = std::find(options.begin(), options.end(), typed) != options.end();
+    if (!typed.starts_with("--") || is_known) continue;
+    const std::string text = unimapper::apps::did_you_mean(typed, options);
+    if (!text.empty()) return text;
+  }
+  return {};
+}
 
 int run(int argc, char** argv) {
   CLI::App app("Scans in, one merged map out: onboard processing and map merging for LiDARs");
@@ -32,7 +72,8 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     // Help and version arrive here too, with exit code 0.
     if (error.get_exit_code() == 0) return app.exit(error);
-    std::cerr << "unimapper: error: " << error.what() << "\nSee unimapper --help.\n";
+    std::cerr << "unimapper: error: " << error.what() << suggestion(app, argc, argv)
+              << "\nSee unimapper --help.\n";
     return kUsageError;
   }
   return kSuccess;

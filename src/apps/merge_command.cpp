@@ -32,6 +32,7 @@ std::string command_line(const MergeOptions& options) {
   }
   if (!options.config.empty()) line += " --config " + options.config.string();
   if (options.refined_labels) line += " --refined-labels";
+  if (options.allow_unconnected) line += " --allow-unconnected";
   for (const auto& run : options.stats) line += " --stats " + run.string();
   return line;
 }
@@ -80,6 +81,8 @@ void register_merge(CLI::App& app) {
   command->add_flag("--refined-labels", options->refined_labels,
                     "Write OUT/refined/SESSION/labels for sessions with --truth: what is static "
                     "after all, point by point");
+  command->add_flag("--allow-unconnected", options->allow_unconnected,
+                    "End with exit code 0 although a session is left apart from the map");
   command
       ->add_option("--threads", options->threads,
                    "Threads to use; 0: all. The map does not depend on it")

@@ -21,6 +21,7 @@ void add_output_options(CLI::App& command, OnboardOptions& options) {
   command.add_option("--out", options.out,
                      "Folder for labels, keyframes, loops and statistics; its name becomes the "
                      "session's");
+  command.add_flag("--replace", options.replaces, "Overwrite an earlier run in that folder");
   command.add_option("--publish", options.publish,
                      "Stream the keyframes too, e.g. to udpm://239.255.76.67:7667?ttl=0");
 }

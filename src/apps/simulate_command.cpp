@@ -7,6 +7,7 @@
 
 #include "src/apps/commands.hpp"
 #include "src/apps/onboard/progress.hpp"
+#include "src/apps/suggestion.hpp"
 #include "src/simulator/simulate.hpp"
 
 namespace unimapper::apps {
@@ -80,8 +81,8 @@ void read_attitude(SimulateOptions& options) {
 void run(SimulateOptions& options, bool has_day) {
   const SensorModel* sensor = find_sensor(options.sensor);
   if (sensor == nullptr) {
-    throw std::runtime_error("unknown sensor '" + options.sensor +
-                             "'; there are: " + known_sensors());
+    throw std::runtime_error("unknown sensor '" + options.sensor + "'; there are: " +
+                             known_sensors() + did_you_mean(options.sensor, sensor_names()));
   }
   const auto drift = simulator::parse_drift(options.drift);
   if (!drift) {

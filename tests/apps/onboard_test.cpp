@@ -26,8 +26,8 @@ struct Fixture {
   fs::path run = directory.path() / "run";
 
   CommandResult onboard(std::vector<std::string> more = {}) const {
-    std::vector<std::string> arguments = {"onboard",    dataset.string(), "--out",
-                                          run.string(), "--sensor",       "vlp-16"};
+    std::vector<std::string> arguments = {"onboard",  dataset.string(), "--out",    run.string(),
+                                          "--sensor", "vlp-16",         "--replace"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_unimapper(arguments);
   }
@@ -177,6 +177,40 @@ TEST_CASE("a second run into the same folder leaves nothing of the first") {
   CHECK(datasets::list_files(fixture.run / "labels", ".label").size() == 3);
 }
 
+TEST_CASE("an earlier run is not overwritten without --replace") {
+  const Fixture fixture;
+  SmallRecording(2).write(fixture.dataset);
+  const std::vector<std::string> again = {
+      "onboard", fixture.dataset.string(), "--out", fixture.run.string(), "--sensor", "vlp-16"};
+  REQUIRE(run_unimapper(again).exit_code == 0);
+  const std::string run = read_text(fixture.run / "keyframes.lcmlog");
+  check_refused(run_unimapper(again), "holds an earlier run; --replace overwrites it");
+  CHECK(read_text(fixture.run / "keyframes.lcmlog") == run);
+  REQUIRE(fixture.onboard({"--scans", "1"}).exit_code == 0);
+  CHECK(fixture.stats()["scans"] == 1);
+}
+
+TEST_CASE("a run of which nothing came ends with exit code 1 and the likely cause") {
+  const Fixture fixture;
+  SmallRecording recording;
+  std::string cause;
+  SECTION("millimetres") {
+    for (auto& scan : recording.scans) {
+      for (auto& point : scan.points) {
+        point = {1000.0F * point.x, 1000.0F * point.y, 1000.0F * point.z, point.intensity};
+      }
+    }
+    cause = "all 12 scans were refused: no point within range: are the points in metres";
+  }
+  SECTION("no points") {
+    for (auto& scan : recording.scans) scan.points.clear();
+    cause = "all 12 scans were refused: no point within range";
+  }
+  recording.write(fixture.dataset);
+  check_refused(fixture.onboard(), cause);
+  CHECK(fixture.stats()["keyframes"] == 0);
+}
+
 TEST_CASE("labels that may be ground truth are not overwritten") {
   const Fixture fixture;
   SmallRecording().write(fixture.dataset);
@@ -192,7 +226,7 @@ TEST_CASE("the sensor comes from --sensor, else dataset.json, else the format, a
   SmallRecording(2).write(fixture.dataset);
   const auto sensor_line = [&](std::vector<std::string> more) {
     std::vector<std::string> arguments = {"onboard", fixture.dataset.string(), "--out",
-                                          fixture.run.string()};
+                                          fixture.run.string(), "--replace"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_unimapper(arguments).err;
   };
@@ -201,6 +235,7 @@ TEST_CASE("the sensor comes from --sensor, else dataset.json, else the format, a
   CHECK_THAT(sensor_line({}), Contains("sensor livox-avia (from dataset.json)"));
   CHECK_THAT(sensor_line({"--sensor", "VLP-16"}), Contains("sensor vlp-16 (from --sensor)"));
   CHECK_THAT(sensor_line({"--sensor", "thermometer"}), Contains("unknown sensor 'thermometer'"));
+  CHECK_THAT(sensor_line({"--sensor", "os3-128"}), Contains("did you mean 'os2-128'?"));
   fs::rename(fixture.dataset / "scans", fixture.dataset / "velodyne");
   fs::remove(fixture.dataset / "dataset.json");
   CHECK_THAT(sensor_line({}), Contains("sensor hdl-64e"));
@@ -209,6 +244,7 @@ TEST_CASE("the sensor comes from --sensor, else dataset.json, else the format, a
 TEST_CASE("a mode with twice the columns runs without overflow") {
   const Fixture fixture;
   SmallRecording recording(2);
+  for (Pose& pose : recording.poses) pose = Pose();  // the sphere stands still
   const auto turn = [&](int columns) {
     for (auto& scan : recording.scans) {
       scan.points.clear();
@@ -239,7 +275,7 @@ TEST_CASE("damaged recordings end the run with a sentence and exit code 1") {
   const Fixture fixture;
   SmallRecording recording;
 
-  SECTION("no recording at all") { check_refused(fixture.onboard(), "no such directory"); }
+  SECTION("no recording at all") { check_refused(fixture.onboard(), "no such file or directory"); }
   SECTION("no poses") {
     recording.write(fixture.dataset);
     fs::remove(fixture.dataset / "poses.txt");

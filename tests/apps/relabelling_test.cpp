@@ -66,7 +66,7 @@ TEST_CASE("a run tells how many labels later keyframes changed, final labels or 
 TEST_CASE("a second run leaves no final labels of the first") {
   const Fixture fixture({"--final-labels"});
   REQUIRE(run_unimapper({"onboard", fixture.dataset.string(), "--out", fixture.run.string(),
-                         "--sensor", "vlp-16"})
+                         "--sensor", "vlp-16", "--replace"})
               .exit_code == 0);
   CHECK(datasets::list_files(fixture.run / "final" / "labels", ".label").empty());
 }

@@ -59,6 +59,13 @@ TEST_CASE("every command explains itself with an example") {
   CHECK(check_help({}) >= 6);
 }
 
+TEST_CASE("help lists every sensor and every format") {
+  const CommandResult result = run_unimapper({"onboard", "--help"});
+  for (const char* name : {"os2-128", "livox-mid-360", "generic", "kitti:", "helipr:"}) {
+    CHECK_THAT(result.out, Contains(name));
+  }
+}
+
 TEST_CASE("the version is printed") {
   const CommandResult result = run_unimapper({"--version"});
   CHECK(result.exit_code == 0);
@@ -75,6 +82,12 @@ TEST_CASE("wrong use ends with exit code 2 and says what is wrong") {
   check_usage_error({"onboard", "recording", "--out", "run", "--format", "rosbag"}, "rosbag");
   check_usage_error({"onboard", "recording", "--out", "run", "--preset", "magic"}, "magic");
   check_usage_error({"onboard", "recording", "--out", "run", "--scans", "0"}, "--scans");
+  check_usage_error({"onbord", "recording"}, "unknown command 'onbord'; did you mean 'onboard'?");
+  check_usage_error({"evaluate", "dynamc"}, "did you mean 'dynamic'?");
+  check_usage_error({"onboard", "recording", "--out", "run", "--sensr", "os2-128"},
+                    "did you mean '--sensor'?");
+  check_usage_error({"onboard", "recording", "--out", "run", "--format", "kiti"},
+                    "did you mean 'kitti'?");
   check_usage_error({"rt-check", "--seconds", "1000"}, "--seconds");
   check_usage_error({"rt-check", "--priority", "100"}, "--priority");
   check_usage_error({"rt-check", "now"}, "now");

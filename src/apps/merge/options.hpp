@@ -25,6 +25,8 @@ struct MergeOptions {
   std::vector<std::filesystem::path> stats;
   /// Label the scans of sessions with a dataset anew, by what is static after all.
   bool refined_labels = false;
+  /// A session that is not connected to the others is no failure.
+  bool allow_unconnected = false;
   std::filesystem::path config;          ///< JSON file with parameters that differ from the default
   std::optional<std::uint32_t> threads;  ///< instead of the configuration's
   std::string command_line;              ///< shown in the report

@@ -98,6 +98,26 @@ merge::MergeConfig make_config(const MergeOptions& options) {
   return config;
 }
 
+/// Throws where the map is none, or lacks a session: exit code 0 would pass for success.
+void require_result(const MergeOptions& options, const std::vector<SessionData>& sessions,
+                    const merge::MergeResult& result) {
+  if (result.map.size() == 0) {
+    throw std::runtime_error(
+        "the map is empty: the sessions hold no static cells; see the warnings of `unimapper "
+        "onboard` and the statistics in stats.json");
+  }
+  if (options.allow_unconnected) return;
+  std::string apart;
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    if (result.sessions[s].status != merge::SessionStatus::kUnconnected) continue;
+    apart += (apart.empty() ? "" : ", ") + sessions[s].info.name;
+  }
+  if (apart.empty()) return;
+  throw std::runtime_error("left apart from the map: " + apart +
+                           " (the summary says why; the rest is merged). Do they share a part of "
+                           "their way? --allow-unconnected takes this for a success");
+}
+
 }  // namespace
 
 std::string effective_config(const MergeOptions& options) {
@@ -140,6 +160,7 @@ void run_merge(const MergeOptions& options) {
   write_report(options.out / "report.html", report);
   std::cout << summary_table(report);
   std::cerr << "unimapper: map, trajectories and report are in " << options.out.string() << '\n';
+  require_result(options, sessions, result);
 }
 
 }  // namespace unimapper::apps

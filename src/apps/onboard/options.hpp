@@ -22,6 +22,7 @@ struct OnboardOptions {
   bool realtime = false;
   std::vector<std::filesystem::path> against;
   bool all_candidates = false;
+  bool replaces = false;      ///< overwrite an earlier run
   bool final_labels = false;  ///< write the labels of evicted keyframes, too
   std::size_t scans = std::numeric_limits<std::size_t>::max();
 };

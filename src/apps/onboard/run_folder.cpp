@@ -36,16 +36,20 @@ void remove_earlier_run(const fs::path& directory) {
 
 }  // namespace
 
-RunFolder::RunFolder(const fs::path& directory)
+RunFolder::RunFolder(const fs::path& directory, bool replaces)
     : directory_(directory), session_name_(wire::to_session_name(own_name(directory))) {
-  if (fs::exists(directory_ / "labels")) {
-    if (!fs::exists(directory_ / "run.json")) {
-      throw std::runtime_error(directory_.string() +
-                               ": holds labels/ but no run.json, so it is not an earlier run; "
-                               "choose another --out");
-    }
-    remove_earlier_run(directory_);
+  const bool is_run = fs::exists(directory_ / "run.json");
+  if (fs::exists(directory_ / "labels") && !is_run) {
+    throw std::runtime_error(directory_.string() +
+                             ": holds labels/ but no run.json, so it is not an earlier run; "
+                             "choose another --out");
   }
+  if (is_run && !replaces) {
+    throw std::runtime_error(directory_.string() +
+                             ": holds an earlier run; --replace overwrites it, or choose another "
+                             "--out");
+  }
+  if (is_run) remove_earlier_run(directory_);
   datasets::make_directory(directory_ / "labels");
 }
 

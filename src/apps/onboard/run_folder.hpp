@@ -15,10 +15,10 @@ namespace unimapper::apps {
 /// RUN/events.log.
 class RunFolder {
  public:
-  /// Creates the folder. One that holds an earlier run is emptied of that run's files; one that
-  /// holds labels of unknown origin (a dataset, perhaps the very one that is read) is refused.
-  /// Throws std::runtime_error.
-  explicit RunFolder(const std::filesystem::path& directory);
+  /// Creates the folder. One that holds an earlier run is emptied of that run's files where
+  /// `replaces`, else refused; one that holds labels of unknown origin (a dataset, perhaps the very
+  /// one that is read) is refused. Throws std::runtime_error.
+  RunFolder(const std::filesystem::path& directory, bool replaces);
 
   /// Name of the session: the folder's own, made safe for file names and tables.
   [[nodiscard]] const std::string& session_name() const { return session_name_; }

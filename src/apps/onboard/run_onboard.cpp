@@ -1,4 +1,6 @@
 // `unimapper onboard`: replay of a recording into a run folder.
+#include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -179,15 +181,69 @@ void warn_of_labels(const RunStatistics& statistics) {
                100.0 * statistics.relabelled_share());
 }
 
+/// What a full container left out, in words, and which parameter makes room.
+struct FullContainer {
+  DropCause cause;
+  const char* what;
+  const char* remedy;
+};
+
+constexpr std::array<FullContainer, 5> kFullContainers = {{
+    {DropCause::kScanTooLarge, "points labelled static unseen",
+     "raise keyframe.max_points_per_scan, or name the --sensor"},
+    {DropCause::kCellsFull, "points labelled static unseen", "raise voxel.max_cells"},
+    {DropCause::kVoxelsFull, "fine cells without a ground or plane around them",
+     "raise voxel.max_voxels"},
+    {DropCause::kEvidenceFull, "columns and blocks of later evidence not kept",
+     "fewer final labels change; raise voxel.max_window_blocks if many do"},
+    {DropCause::kDescriptionFull, "candidates for keypoints and planes not described",
+     "loops are found all the same; raise descriptor.max_planes and descriptor.max_candidates if "
+     "they are not"},
+}};
+
 void warn_of_full_containers(const RunStatistics& statistics) {
-  for (const DropCause cause :
-       {DropCause::kScanTooLarge, DropCause::kCellsFull, DropCause::kVoxelsFull,
-        DropCause::kEvidenceFull, DropCause::kDescriptionFull}) {
-    const std::uint64_t count = statistics.dropped(cause);
+  for (const FullContainer& full : kFullContainers) {
+    const std::uint64_t count = statistics.dropped(full.cause);
     if (count == 0) continue;
-    std::fprintf(stderr, "onboard: warning: %llu left out, container full (%s)\n",
-                 static_cast<unsigned long long>(count),
-                 std::string(drop_cause_name(cause)).c_str());
+    const std::uint64_t keyframes = statistics.keyframes_dropping(full.cause);
+    std::fprintf(stderr,
+                 "onboard: warning: container full (%s) in %llu of %llu keyframes (%.0f %%): %llu "
+                 "%s, %llu a keyframe; %s\n",
+                 std::string(drop_cause_name(full.cause)).c_str(),
+                 static_cast<unsigned long long>(keyframes),
+                 static_cast<unsigned long long>(statistics.keyframes()),
+                 100.0 * static_cast<double>(keyframes) /
+                     static_cast<double>(std::max<std::uint64_t>(statistics.keyframes(), 1)),
+                 static_cast<unsigned long long>(count), full.what,
+                 static_cast<unsigned long long>(count / std::max<std::uint64_t>(keyframes, 1)),
+                 full.remedy);
+  }
+}
+
+/// Why refused scans may have been refused, for the cause that is most frequent.
+std::string remedy_for_refusals(const RunStatistics& statistics) {
+  const std::string cause = statistics.most_frequent_refusal();
+  if (cause == refusal_name(ErrorCode::kEmptyScan)) {
+    return "no point within range: are the points in metres, and is it the right --sensor?";
+  }
+  if (cause == refusal_name(ErrorCode::kPoseJump)) {
+    return "the poses jump: do they belong to these scans, in metres, in this order?";
+  }
+  if (cause == refusal_name(ErrorCode::kTimeReversed)) {
+    return "the stamps do not increase: are they in one unit, one a scan?";
+  }
+  return "stats.json counts the causes";
+}
+
+/// Throws where the run has nothing to merge: exit code 0 would pass for a result.
+void require_result(const RunStatistics& statistics) {
+  if (statistics.scans() > 0 && statistics.scans_refused() == statistics.scans()) {
+    throw std::runtime_error("all " + std::to_string(statistics.scans()) +
+                             " scans were refused: " + remedy_for_refusals(statistics));
+  }
+  if (statistics.keyframes() == 0) throw std::runtime_error("no keyframe came of this recording");
+  if (statistics.points_static() == 0) {
+    throw std::runtime_error("no static point came of this recording: its map would be empty");
   }
 }
 
@@ -203,7 +259,7 @@ void run_onboard(const OnboardOptions& options) {
   std::vector<std::string> faults;
   const auto earlier = read_earlier_runs(options.against, faults);
   enlarge_capacity_for(earlier, scans, config);
-  RunFolder folder(options.out);
+  RunFolder folder(options.out, options.replaces);
   EventLog events(folder.event_log());
   config.events = events.ring();
   OwnedPipeline pipeline(config);
@@ -260,6 +316,7 @@ void run_onboard(const OnboardOptions& options) {
   warn_of_full_containers(statistics);
   warn_of_input(statistics, pipeline->config().free_space);
   warn_of_labels(statistics);
+  require_result(statistics);
 }
 
 }  // namespace unimapper::apps

@@ -46,7 +46,10 @@ void RunStatistics::add_keyframe(const KeyframeView& keyframe, std::int64_t dura
   dynamic_cells_ += statistics.dynamic_cells;
   if (statistics.up_known) odometry_tilt_deg_.push_back(statistics.odometry_tilt_deg);
   up_contradicted_ += statistics.up_contradicted ? 1 : 0;
-  for (std::size_t i = 0; i < kDropCauses; ++i) dropped_[i] += statistics.dropped[i];
+  for (std::size_t i = 0; i < kDropCauses; ++i) {
+    dropped_[i] += statistics.dropped[i];
+    keyframes_dropping_[i] += statistics.dropped[i] > 0 ? 1 : 0;
+  }
   for (std::size_t i = 0; i < kSheds; ++i) shed_[i] += statistics.shed[i];
   for (std::size_t i = 0; i < kCapacities; ++i) {
     capacity_[i].used = std::max(capacity_[i].used, statistics.capacity[i].used);
@@ -88,6 +91,13 @@ std::uint64_t RunStatistics::scans_refused() const {
   std::uint64_t sum = 0;
   for (const auto& [cause, count] : refused_) sum += count;
   return sum;
+}
+
+std::string RunStatistics::most_frequent_refusal() const {
+  const auto most =
+      std::max_element(refused_.begin(), refused_.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == refused_.end() ? std::string() : most->first;
 }
 
 float RunStatistics::odometry_tilt_deg() const {
@@ -164,6 +174,10 @@ std::string RunStatistics::to_json(const Run& run) const {
     dropped[std::string(drop_cause_name(static_cast<DropCause>(i)))] = dropped_[i];
   }
   dropped["too_far_for_message"] = left_out_of_messages_;
+  Json& dropping = json["keyframes_dropping"] = Json::object();
+  for (std::size_t i = 0; i < kDropCauses; ++i) {
+    dropping[std::string(drop_cause_name(static_cast<DropCause>(i)))] = keyframes_dropping_[i];
+  }
   Json& given_up = json["given_up"] = Json::object();
   for (std::size_t i = 0; i < kSheds; ++i) {
     given_up[std::string(shed_name(static_cast<Shed>(i)))] = shed_[i];

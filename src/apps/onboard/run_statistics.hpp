@@ -48,6 +48,13 @@ class RunStatistics {
   [[nodiscard]] std::uint64_t dropped(DropCause cause) const {
     return dropped_.at(static_cast<std::size_t>(cause));
   }
+  /// Keyframes in which anything was dropped for this cause.
+  [[nodiscard]] std::uint64_t keyframes_dropping(DropCause cause) const {
+    return keyframes_dropping_.at(static_cast<std::size_t>(cause));
+  }
+  /// The name of the cause that most scans were refused for; empty if none was.
+  [[nodiscard]] std::string most_frequent_refusal() const;
+  [[nodiscard]] std::uint64_t points_static() const { return points_static_; }
   [[nodiscard]] const CapacityUse& largest_use(Capacity capacity) const {
     return capacity_.at(static_cast<std::size_t>(capacity));
   }
@@ -120,6 +127,7 @@ class RunStatistics {
   std::vector<float> closing_call_ms_;
   std::map<std::string, std::uint64_t> refused_;
   std::array<std::uint64_t, kDropCauses> dropped_{};
+  std::array<std::uint64_t, kDropCauses> keyframes_dropping_{};
   std::array<std::uint64_t, kSheds> shed_{};
   std::array<CapacityUse, kCapacities> capacity_{};  // largest use
   std::array<std::vector<float>, kStages> stage_ms_;

@@ -9,6 +9,7 @@
 
 #include "ports/datasets/files.hpp"
 #include "src/apps/onboard/sensor_mode.hpp"
+#include "src/apps/suggestion.hpp"
 #include "unimapper/config/config_json.hpp"
 #include "unimapper/onboard/surroundings.hpp"
 
@@ -24,11 +25,8 @@ std::int64_t steady_clock_ns() {
 
 const SensorModel* require_sensor(const std::string& name, const std::string& source) {
   if (const SensorModel* model = find_sensor(name)) return model;
-  std::string known;
-  for (const SensorModel& model : sensor_models()) {
-    known += (known.empty() ? "" : ", ") + std::string(model.name);
-  }
-  throw std::runtime_error(source + ": unknown sensor '" + name + "'; known are " + known);
+  throw std::runtime_error(source + ": unknown sensor '" + name + "'; known are " +
+                           joined(sensor_names()) + did_you_mean(name, sensor_names()));
 }
 
 }  // namespace
