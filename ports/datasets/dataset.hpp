@@ -52,7 +52,7 @@ struct Scan {
 /// What a reader tells the user about its input, in one line without a final stop.
 struct Note {
   std::string text;          ///< e.g. "poses matched by stamp, the farthest 12 ms away"
-  bool is_doubtful = false;  ///< worth a warning: the input may be wrong
+  bool is_warning = false;  ///< worth a warning: the input may be wrong
 };
 
 /// A sequence of scans with one pose and one stamp each. Reads lazily, one scan at a time.
@@ -75,7 +75,7 @@ class Dataset {
   [[nodiscard]] virtual std::vector<Pose> ground_truth_poses() const = 0;
   /// Canonical name of the LiDAR (see `find_sensor`) where the format implies one, else empty.
   [[nodiscard]] virtual std::string sensor() const { return {}; }
-  /// What was chosen or is doubtful about the input.
+  /// What was chosen or may be wrong about the input.
   [[nodiscard]] virtual std::vector<Note> notes() const { return {}; }
 };
 

@@ -132,8 +132,8 @@ void note_distance(const TimedPoses& found, Sequence& sequence) {
                 missing, found.poses.size(), found.outside, found.in_gaps);
   // A robot whose odometry starts late or ends early is no surprise.
   constexpr std::size_t kUsualShare = 20;
-  const bool is_doubtful = found.in_gaps > 0 || kUsualShare * missing > found.poses.size();
-  sequence.notes.push_back({text, is_doubtful});
+  const bool is_warning = found.in_gaps > 0 || kUsualShare * missing > found.poses.size();
+  sequence.notes.push_back({text, is_warning});
 }
 
 }  // namespace

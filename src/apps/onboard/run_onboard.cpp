@@ -276,7 +276,7 @@ void run_onboard(const OnboardOptions& options) {
     progress.note("room for a mode of " + std::to_string(first.columns) + " columns");
   }
   for (const datasets::Note& note : dataset->notes()) {
-    progress.note((note.is_doubtful ? "warning: " : "") + note.text);
+    progress.note((note.is_warning ? "warning: " : "") + note.text);
   }
   for (const std::string& fault : faults) progress.note("warning: " + fault);
 

@@ -127,7 +127,7 @@ TEST_CASE("poses at a higher rate are matched by stamp and interpolated") {
   }
   REQUIRE(dataset->notes().size() == 1);
   CHECK_THAT(dataset->notes()[0].text, Contains("by stamp") && Contains("40 ms"));
-  CHECK_FALSE(dataset->notes()[0].is_doubtful);
+  CHECK_FALSE(dataset->notes()[0].is_warning);
 }
 
 TEST_CASE("times of the scans and stamps of the poses go together, in seconds or nanoseconds") {
@@ -182,7 +182,7 @@ TEST_CASE("scans without a pose near them are left out and counted") {
   CHECK(dataset->scan_count() == 8);
   CHECK(dataset->scan_name(7) == "1700000019.0");
   REQUIRE(dataset->notes().size() == 2);
-  CHECK(dataset->notes()[1].is_doubtful);
+  CHECK(dataset->notes()[1].is_warning);
   CHECK_THAT(dataset->notes()[1].text, Contains("2 of 10 scans left out") && Contains("2 between"));
 }
 
@@ -213,7 +213,7 @@ TEST_CASE("a few scans out of order are a warning, many no stamps at all") {
   directory.write("times.txt", "0\n0.1\n0.05\n0.3\n");
   const auto notes = open_dataset(directory.path())->notes();
   REQUIRE(notes.size() == 1);
-  CHECK(notes[0].is_doubtful);
+  CHECK(notes[0].is_warning);
   CHECK_THAT(notes[0].text, Contains("1 of 4 scans") && Contains("2.pcd"));
   directory.write("times.txt", "7\n7\n7\n7\n");
   CHECK_THAT(open_error(directory), Contains("times.txt") && Contains("are these stamps?"));
