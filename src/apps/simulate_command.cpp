@@ -2,11 +2,15 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "src/apps/commands.hpp"
+#include "src/apps/extrinsic.hpp"
 #include "src/apps/onboard/progress.hpp"
+#include "src/apps/simulate/bag_output.hpp"
 #include "src/apps/suggestion.hpp"
 #include "src/simulator/simulate.hpp"
 
@@ -24,6 +28,8 @@ struct SimulateOptions {
   std::string sway;
   std::uint32_t day = 0;
   std::string out;
+  std::vector<std::string> bags;
+  std::string extrinsic;
 };
 
 std::string known_sensors() {
@@ -97,10 +103,41 @@ void run(SimulateOptions& options, bool has_day) {
   options.config.route = options.route[0];
   read_attitude(options);
   if (has_day) options.config.day = options.day;
+  std::vector<bags::Container> containers;
+  for (const std::string& name : options.bags) {
+    containers.push_back(bags::parse_container(name).value());
+  }
+  Pose T_base_lidar;
+  if (!options.extrinsic.empty()) T_base_lidar = parse_extrinsic(options.extrinsic, "--extrinsic");
+
   Progress progress("simulate", options.config.scans);
-  simulator::simulate(options.config, options.out, [&](std::uint32_t done, std::uint32_t) {
-    progress.update(done, options.sensor);
-  });
+  std::optional<BagOutput> bags;  // made once the folder is there
+  simulator::DriveObserver observer;
+  if (!containers.empty()) {
+    observer = [&](const simulator::DriveStep& step) {
+      if (!bags) bags.emplace(containers, options.out, T_base_lidar);
+      bags->write(step);
+    };
+  }
+  simulator::simulate(
+      options.config, options.out,
+      [&](std::uint32_t done, std::uint32_t) { progress.update(done, options.sensor); }, observer);
+  if (bags) bags->close();
+}
+
+void add_bags(CLI::App& command, SimulateOptions& options) {
+  CLI::Option* bag =
+      command
+          .add_option("--bag", options.bags,
+                      "Write the messages of the robot's drivers too, motion not compensated: mcap "
+                      "(OUT/drive.mcap), rosbag1 (OUT/drive.bag) or rosbag2 (OUT/drive/); several "
+                      "with commas")
+          ->delimiter(',')
+          ->check(CLI::IsMember({"mcap", "rosbag1", "rosbag2"}));
+  command
+      .add_option("--extrinsic", options.extrinsic,
+                  "x,y,z,roll,pitch,yaw of the LiDAR on the bags' base_link, metres and degrees")
+      ->needs(bag);
 }
 
 void add_sampling(CLI::App& command, simulator::Sampling& sampling) {
@@ -165,6 +202,7 @@ void register_simulate(CLI::App& app) {
       ->capture_default_str();
   add_sampling(*command, config.sampling);
   add_attitude(*command, *options);
+  add_bags(*command, *options);
   command->add_option("--thin", config.thin, "Keep every n-th column (spinning) or shot")
       ->capture_default_str();
   command->add_option("--threads", config.threads, "0: all cores")->capture_default_str();

@@ -20,10 +20,27 @@ struct Beam {
   double elevation, azimuth_offset, radius, height, delay;  ///< delay as a share of one column
 };
 
+/// Numbers of the lasers: from the bottom up where they fire in another order (VLP-16), else in
+/// the order in which they fire, from the top down.
+std::vector<std::uint16_t> ring_numbers(std::span<const Beam> beams) {
+  const bool is_ordered =
+      std::is_sorted(beams.begin(), beams.end(),
+                     [](const Beam& a, const Beam& b) { return a.elevation > b.elevation; });
+  std::vector<std::uint16_t> rings;
+  for (const Beam& beam : beams) {
+    const auto below = std::count_if(beams.begin(), beams.end(), [&](const Beam& other) {
+      return other.elevation < beam.elevation;
+    });
+    rings.push_back(static_cast<std::uint16_t>(is_ordered ? rings.size() : below));
+  }
+  return rings;
+}
+
 /// Column 0 points backwards, and the head turns clockwise seen from above.
 void make_spinning(std::span<const Beam> beams, std::uint32_t columns, std::uint32_t thin,
                    std::vector<PatternRay>& rays) {
   const auto beam_count = static_cast<std::uint32_t>(beams.size());
+  const std::vector<std::uint16_t> rings = ring_numbers(beams);
   for (std::uint32_t column = 0; column < columns; column += thin) {
     for (std::uint32_t b = 0; b < beam_count; ++b) {
       const Beam& beam = beams[b];
@@ -32,7 +49,8 @@ void make_spinning(std::span<const Beam> beams, std::uint32_t columns, std::uint
       const Vec3 axis = spherical(encoder, 0.0);
       rays.push_back({beam.radius * axis + Vec3{0, 0, beam.height},
                       spherical(encoder + beam.azimuth_offset, beam.elevation),
-                      static_cast<float>(turn < 1.0 ? turn : 1.0), column * beam_count + b});
+                      static_cast<float>(turn < 1.0 ? turn : 1.0), column * beam_count + b,
+                      rings[b]});
     }
   }
 }
@@ -139,7 +157,8 @@ void make_aeva(std::uint32_t thin, std::vector<PatternRay>& rays) {
         rays.push_back({{},
                         spherical(azimuth * kDegree, elevation * kDegree),
                         static_cast<float>(time),
-                        line * kColumns + column});
+                        line * kColumns + column,
+                        static_cast<std::uint16_t>(line)});
       }
     }
   }
@@ -165,7 +184,8 @@ void make_avia(double start_s, std::uint32_t thin, std::vector<PatternRay>& rays
       rays.push_back({{},
                       spherical(azimuth * kDegree, elevation * kDegree),
                       static_cast<float>(in_sweep / kSweepSeconds),
-                      shot * kLines + line});
+                      shot * kLines + line,
+                      static_cast<std::uint16_t>(line)});
     }
   }
 }
@@ -188,7 +208,8 @@ void make_mid360(double start_s, std::uint32_t thin, std::vector<PatternRay>& ra
       rays.push_back({{},
                       spherical(azimuth * kDegree, elevation * kDegree),
                       static_cast<float>(in_sweep / kSweepSeconds),
-                      shot * kLines + line});
+                      shot * kLines + line,
+                      static_cast<std::uint16_t>(line)});
     }
   }
 }

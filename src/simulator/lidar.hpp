@@ -14,6 +14,7 @@ struct PatternRay {
   Vec3 origin, direction;
   float time;           ///< 0 at the start of the sweep, 1 at its end
   std::uint32_t index;  ///< running number in the full pattern, whatever the thinning
+  std::uint16_t ring;   ///< as the sensor's driver numbers its lasers
 };
 
 /// Detection figures of one LiDAR, from data sheets and published measurements.

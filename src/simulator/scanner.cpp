@@ -149,7 +149,7 @@ void Scanner::scan(std::uint32_t scan, const std::vector<PatternRay>& rays,
     const double flicker = 1.0 + 0.06 * unit_gauss(random);
     const double intensity = std::clamp(echo.intensity * flicker, 0.0, 1.0);
     returns.push_back({ray.origin + range * ray.direction, ray.time, static_cast<float>(intensity),
-                       echo.label, echo.object});
+                       echo.label, echo.object, ray.ring});
   }
 }
 

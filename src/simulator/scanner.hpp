@@ -16,6 +16,7 @@ struct LidarReturn {
   float time;       ///< 0 at the start of the sweep, 1 at its end
   float intensity;  ///< 0..1
   std::uint16_t label, object;
+  std::uint16_t ring;  ///< number of the laser
 };
 
 /// Sensor frames spread evenly over a sweep, first at its start, last at its end.

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <thread>
 #include <vector>
 
 #include "attitude.hpp"
+#include "drive.hpp"
 #include "odometry.hpp"
 #include "random.hpp"
 #include "run_writer.hpp"
@@ -71,11 +73,39 @@ void check(const SimulationConfig& config) {
 
 double stamp_of(std::uint32_t scan) { return kSweepSeconds * (scan + 1); }
 
+constexpr std::int64_t kSweepNanoseconds = 100'000'000;
+std::int64_t stamp_ns_of(std::uint32_t scan) { return kSweepNanoseconds * (scan + 1); }
+
+/// Hands on what comes in any order in the order of the scans.
+class StepQueue {
+ public:
+  explicit StepQueue(const DriveObserver& observer) : observer_(observer) {}
+
+  void add(DriveStep step) {
+    const std::lock_guard lock(mutex_);
+    const std::uint32_t scan = step.scan;
+    waiting_.emplace(scan, std::move(step));
+    for (auto next = waiting_.begin(); next != waiting_.end() && next->first == due_;
+         next = waiting_.erase(next), ++due_) {
+      observer_(next->second);
+    }
+  }
+
+ private:
+  const DriveObserver& observer_;
+  std::mutex mutex_;
+  std::map<std::uint32_t, DriveStep> waiting_;
+  std::uint32_t due_ = 0;
+};
+
 /// State shared by the threads that simulate scans.
 class Run {
  public:
-  Run(const SimulationConfig& config, std::uint32_t day, const std::filesystem::path& out)
+  Run(const SimulationConfig& config, std::uint32_t day, const std::filesystem::path& out,
+      const DriveObserver& observer)
       : config_(config),
+        observer_(observer),
+        steps_(observer),
         model_(checked_model(config.sensor)),
         writer_(out),
         scene_(make_scene(config.scene, {config.seed, day, config.route, stamp_of(config.scans)})),
@@ -87,7 +117,7 @@ class Run {
         T_body_sensor_(mount_frame(config.mount)),
         T_points_sensor_(config.points == PointFrame::kBody ? T_body_sensor_ : Frame{}) {}
 
-  void write_trajectory(std::uint32_t day) const {
+  void write_trajectory(std::uint32_t day) {
     std::vector<Frame> truth;
     std::vector<double> stamps;
     for (std::uint32_t scan = 0; scan < config_.scans; ++scan) {
@@ -105,6 +135,7 @@ class Run {
     writer_.write_poses("gt_poses.txt", truth);
     writer_.write_poses("poses.txt", odometry);
     writer_.write_description(config_, day, 100);
+    odometry_ = ContinuousOdometry(std::move(truth), std::move(odometry), kSweepSeconds);
   }
 
   /// Worker loop: simulates scans until none is left.
@@ -126,6 +157,7 @@ class Run {
       moving.set(scene_->during(begin, end, {here.x, here.y}));
       returns.clear();
       scanner.scan(scan, rays, frames, returns);
+      if (observer_) steps_.add(drive_step(scan, returns));
       if (!config_.is_distorted) compensate_motion(scan, frames, returns);
       if (config_.points == PointFrame::kBody) {
         for (LidarReturn& r : returns) r.point = T_points_sensor_(r.point);
@@ -151,6 +183,39 @@ class Run {
   /// T_world_sensor as mounted on the body as it sways.
   [[nodiscard]] Frame sensor_frame(double time_s) const {
     return scene_->sensor_frame(time_s) * sway_.at(time_s) * T_body_sensor_;
+  }
+
+  /// A sample every 10 ms. None is at time zero, which ROS takes for no time.
+  [[nodiscard]] std::vector<OdometrySample> odometry_during(std::uint32_t scan) const {
+    constexpr std::int64_t kInterval_ns = 10'000'000;
+    constexpr std::int64_t kFirst_ns = 1'000'000;
+    std::vector<OdometrySample> samples;
+    const std::int64_t end_ns = stamp_ns_of(scan);
+    const auto add = [&](std::int64_t stamp_ns) {
+      const double time_s = 1e-9 * static_cast<double>(stamp_ns);
+      const Frame truth = sensor_frame(time_s) * T_points_sensor_.inverse();
+      samples.push_back({stamp_ns, odometry_.at(time_s, truth), truth});
+    };
+    if (scan == 0) add(kFirst_ns);
+    for (std::int64_t ns = end_ns - kSweepNanoseconds + kInterval_ns; ns <= end_ns;
+         ns += kInterval_ns) {
+      add(ns);
+    }
+    return samples;
+  }
+
+  /// What drivers would publish, from returns whose motion is not compensated.
+  [[nodiscard]] DriveStep drive_step(std::uint32_t scan,
+                                     const std::vector<LidarReturn>& returns) const {
+    DriveStep step{scan, stamp_ns_of(scan), {}, odometry_during(scan)};
+    step.points.reserve(returns.size());
+    for (const LidarReturn& r : returns) {
+      const Vec3 point = T_points_sensor_(r.point);
+      step.points.push_back({static_cast<float>(point.x), static_cast<float>(point.y),
+                             static_cast<float>(point.z), r.intensity, r.ring,
+                             static_cast<float>(kSweepSeconds * (r.time - 1.0))});
+    }
+    return step;
   }
 
   [[nodiscard]] SweepFrames sweep_frames(double begin) const {
@@ -188,6 +253,8 @@ class Run {
   }
 
   const SimulationConfig& config_;
+  const DriveObserver& observer_;
+  StepQueue steps_;
   LidarModel model_;
   RunWriter writer_;  // before the scene: an unwritable folder is reported at once
   std::unique_ptr<Scene> scene_;
@@ -196,6 +263,7 @@ class Run {
   SwayingBody sway_;
   Frame T_body_sensor_;
   Frame T_points_sensor_;
+  ContinuousOdometry odometry_;
   std::atomic<std::uint32_t> next_{0};
   std::atomic<bool> failed_{false};
   std::mutex progress_mutex_;
@@ -225,10 +293,10 @@ std::optional<PointFrame> parse_point_frame(std::string_view name) {
 }
 
 void simulate(const SimulationConfig& config, const std::filesystem::path& out,
-              const Progress& progress) {
+              const Progress& progress, const DriveObserver& observer) {
   check(config);
   const std::uint32_t day = config.day.value_or(static_cast<std::uint32_t>(config.route - 'A'));
-  Run run(config, day, out);
+  Run run(config, day, out, observer);
   run.write_trajectory(day);
   const unsigned available = std::max(1U, std::thread::hardware_concurrency());
   const unsigned count =

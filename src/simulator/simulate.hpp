@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "drive.hpp"
 #include "lidar.hpp"
 #include "unimapper/core/sensor.hpp"
 
@@ -110,8 +111,10 @@ using Progress = std::function<void(std::uint32_t done, std::uint32_t total)>;
 ///   faster than 0.2 m/s;
 /// - times.txt: stamps in seconds; dataset.json: the configuration.
 /// Deterministic: the same configuration writes the same bytes, whatever `threads`.
+/// `observer` gets, scan by scan, what the robot's drivers would publish: the points before the
+/// motion was compensated, and the odometry at 100 Hz. What it throws ends the simulation.
 /// Throws SimulationError; files written until then stay.
 void simulate(const SimulationConfig& config, const std::filesystem::path& out,
-              const Progress& progress = {});
+              const Progress& progress = {}, const DriveObserver& observer = {});
 
 }  // namespace unimapper::simulator

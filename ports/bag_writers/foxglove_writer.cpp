@@ -1,0 +1,166 @@
+#include "ports/bag_writers/foxglove_writer.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "ports/bag_writers/byte_buffer.hpp"
+
+namespace unimapper::bags {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json time(std::int64_t stamp_ns) {
+  constexpr std::int64_t kPerSecond = 1'000'000'000;
+  return {{"sec", stamp_ns / kPerSecond}, {"nsec", stamp_ns % kPerSecond}};
+}
+
+Json vector(const Eigen::Vector3d& v) { return {{"x", v.x()}, {"y", v.y()}, {"z", v.z()}}; }
+
+Json quaternion(const Pose& pose) {
+  const Eigen::Quaterniond q = pose.quaternion();
+  return {{"x", q.x()}, {"y", q.y()}, {"z", q.z()}, {"w", q.w()}};
+}
+
+Json json(const Pose& pose) {
+  return {{"position", vector(pose.translation)}, {"orientation", quaternion(pose)}};
+}
+
+Json json(const Rgba& color) {
+  const auto share = [](std::uint8_t value) { return value / 255.0; };
+  return {{"r", share(color.red)},
+          {"g", share(color.green)},
+          {"b", share(color.blue)},
+          {"a", share(color.alpha)}};
+}
+
+/// RFC 4648.
+std::string base64(std::string_view bytes) {
+  constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      group = group << 8U | (k < count ? static_cast<std::uint8_t>(bytes[i + k]) : 0U);
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      text += k <= count ? kDigits[group >> (18 - 6 * k) & 0x3FU] : '=';
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+FoxgloveWriter::FoxgloveWriter(const std::filesystem::path& file) : writer_(file, "") {}
+
+void FoxgloveWriter::write(std::string_view topic, FoxgloveSchema schema, std::int64_t stamp_ns,
+                           std::string_view message) {
+  auto channel = channels_.find(topic);
+  if (channel == channels_.end()) {
+    const auto [known, is_new] = schemas_.try_emplace(schema, std::uint16_t{0});
+    if (is_new) {
+      known->second = writer_.add_schema(schema_name(schema), "jsonschema", schema_text(schema));
+    }
+    channel =
+        channels_.emplace(std::string(topic), writer_.add_channel(known->second, topic, "json"))
+            .first;
+  }
+  writer_.write(channel->second, static_cast<std::uint64_t>(stamp_ns), message);
+}
+
+void FoxgloveWriter::write_cloud(std::string_view topic, std::string_view frame,
+                                 std::int64_t stamp_ns, std::span<const Eigen::Vector3f> points,
+                                 std::span<const Rgba> colors) {
+  constexpr int kUint8 = 1;
+  constexpr int kFloat32 = 7;
+  ByteBuffer data;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (const float coordinate : points[i]) data.put(coordinate);
+    const Rgba& color = colors[colors.size() == points.size() ? i : 0];
+    for (const std::uint8_t value : {color.red, color.green, color.blue, color.alpha}) {
+      data.put(value);
+    }
+  }
+  Json fields = Json::array();
+  const auto add = [&fields](const char* name, int offset, int type) {
+    fields.push_back({{"name", name}, {"offset", offset}, {"type", type}});
+  };
+  add("x", 0, kFloat32);
+  add("y", 4, kFloat32);
+  add("z", 8, kFloat32);
+  add("red", 12, kUint8);
+  add("green", 13, kUint8);
+  add("blue", 14, kUint8);
+  add("alpha", 15, kUint8);
+  const Json message = {{"timestamp", time(stamp_ns)}, {"frame_id", frame},
+                        {"pose", json(Pose())},        {"point_stride", 16},
+                        {"fields", std::move(fields)}, {"data", base64(data.view())}};
+  write(topic, FoxgloveSchema::kPointCloud, stamp_ns, message.dump());
+}
+
+void FoxgloveWriter::write_poses(std::string_view topic, std::string_view frame,
+                                 std::int64_t stamp_ns, std::span<const Pose> poses) {
+  Json list = Json::array();
+  for (const Pose& pose : poses) list.push_back(json(pose));
+  const Json message = {
+      {"timestamp", time(stamp_ns)}, {"frame_id", frame}, {"poses", std::move(list)}};
+  write(topic, FoxgloveSchema::kPosesInFrame, stamp_ns, message.dump());
+}
+
+void FoxgloveWriter::write_pose(std::string_view topic, std::string_view frame,
+                                std::int64_t stamp_ns, const Pose& pose) {
+  const Json message = {{"timestamp", time(stamp_ns)}, {"frame_id", frame}, {"pose", json(pose)}};
+  write(topic, FoxgloveSchema::kPoseInFrame, stamp_ns, message.dump());
+}
+
+void FoxgloveWriter::write_transform(std::string_view parent, std::string_view child,
+                                     std::int64_t stamp_ns, const Pose& transform) {
+  const Json message = {{"timestamp", time(stamp_ns)},
+                        {"parent_frame_id", parent},
+                        {"child_frame_id", child},
+                        {"translation", vector(transform.translation)},
+                        {"rotation", quaternion(transform)}};
+  write("/tf", FoxgloveSchema::kFrameTransform, stamp_ns, message.dump());
+}
+
+void FoxgloveWriter::write_lines(std::string_view topic, std::string_view frame,
+                                 std::int64_t stamp_ns, std::string_view id,
+                                 std::span<const std::pair<Eigen::Vector3d, Eigen::Vector3d>> lines,
+                                 const Rgba& color) {
+  constexpr int kLineList = 2;
+  Json points = Json::array();
+  for (const auto& [from, to] : lines) {
+    points.push_back(vector(from));
+    points.push_back(vector(to));
+  }
+  const Json none = Json::array();
+  const Json line = {{"type", kLineList},
+                     {"pose", json(Pose())},
+                     {"thickness", 2.0},
+                     {"scale_invariant", true},
+                     {"points", std::move(points)},
+                     {"color", json(color)},
+                     {"colors", none},
+                     {"indices", none}};
+  const Json entity = {{"timestamp", time(stamp_ns)},
+                       {"frame_id", frame},
+                       {"id", id},
+                       {"lifetime", {{"sec", 0}, {"nsec", 0}}},
+                       {"frame_locked", false},
+                       {"metadata", none},
+                       {"arrows", none},
+                       {"cubes", none},
+                       {"spheres", none},
+                       {"cylinders", none},
+                       {"lines", Json::array({line})},
+                       {"triangles", none},
+                       {"texts", none},
+                       {"models", none}};
+  const Json message = {{"deletions", none}, {"entities", Json::array({entity})}};
+  write(topic, FoxgloveSchema::kSceneUpdate, stamp_ns, message.dump());
+}
+
+}  // namespace unimapper::bags

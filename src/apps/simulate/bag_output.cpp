@@ -1,0 +1,90 @@
+#include "src/apps/simulate/bag_output.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+Eigen::Vector3d vector(const simulator::Vec3& v) { return {v.x, v.y, v.z}; }
+
+Pose pose(const simulator::Frame& frame) {
+  Pose result;
+  result.rotation << vector(frame.x), vector(frame.y), vector(frame.z);
+  result.translation = vector(frame.origin);
+  return result;
+}
+
+std::filesystem::path path_of(bags::Container container, const std::filesystem::path& out) {
+  switch (container) {
+    case bags::Container::kRosbag1:
+      return out / "drive.bag";
+    case bags::Container::kRosbag2:
+      return out / "drive";
+    case bags::Container::kMcap:
+      break;
+  }
+  return out / "drive.mcap";
+}
+
+}  // namespace
+
+BagOutput::BagOutput(const std::vector<bags::Container>& containers,
+                     const std::filesystem::path& out, const Pose& T_base_lidar)
+    : T_base_lidar_(T_base_lidar) {
+  using bags::MessageType;
+  for (const bags::Container container : containers) {
+    Bag bag{bags::create_bag(container, path_of(container, out)), 0, 0, 0, 0};
+    bag.points = bag.writer->add_topic({"/points", MessageType::kPointCloud2});
+    bag.odometry = bag.writer->add_topic({"/odom", MessageType::kOdometry});
+    bag.transforms = bag.writer->add_topic({"/tf", MessageType::kTransforms});
+    bag.static_transforms =
+        bag.writer->add_topic({"/tf_static", MessageType::kTransforms, /*is_latched=*/true});
+    bags_.push_back(std::move(bag));
+  }
+}
+
+void BagOutput::write(const simulator::DriveStep& step) {
+  if (step.scan == 0) {
+    const std::int64_t stamp_ns = step.odometry.front().stamp_ns;
+    const bags::Transforms mounted = {{{stamp_ns, "base_link"}, "lidar", T_base_lidar_}};
+    for (Bag& bag : bags_) bag.writer->write(bag.static_transforms, stamp_ns, mounted);
+  }
+  for (const simulator::OdometrySample& sample : step.odometry) {
+    write_odometry(sample, &sample == &step.odometry.back());
+  }
+  points_.clear();
+  for (const simulator::RawPoint& p : step.points) {
+    points_.push_back({p.x, p.y, p.z, p.intensity, p.ring, p.time_s});
+  }
+  const bags::PointCloud2 cloud{{step.stamp_ns, "lidar"}, points_};
+  for (Bag& bag : bags_) bag.writer->write(bag.points, step.stamp_ns, cloud);
+}
+
+void BagOutput::write_odometry(const simulator::OdometrySample& sample, bool with_truth) {
+  const Pose T_lidar_base = T_base_lidar_.inverse();
+  const Pose T_odom_base = pose(sample.T_odometry_points) * T_lidar_base;
+  const Pose T_map_base = pose(sample.T_world_points) * T_lidar_base;
+  const std::int64_t stamp_ns = sample.stamp_ns;
+  bags::Odometry odometry{{stamp_ns, "odom"}, "base_link", T_odom_base};
+  if (last_stamp_ns_ != 0) {
+    const double seconds = 1e-9 * static_cast<double>(stamp_ns - last_stamp_ns_);
+    const Pose moved = last_pose_.inverse() * T_odom_base;
+    const Eigen::AngleAxisd turned(moved.rotation);
+    odometry.velocity = moved.translation / seconds;
+    odometry.turn_rate = turned.angle() / seconds * turned.axis();
+  }
+  last_stamp_ns_ = stamp_ns;
+  last_pose_ = T_odom_base;
+  bags::Transforms transforms = {{{stamp_ns, "odom"}, "base_link", T_odom_base}};
+  if (with_truth) {
+    transforms.push_back({{stamp_ns, "map"}, "odom", T_map_base * T_odom_base.inverse()});
+  }
+  for (Bag& bag : bags_) {
+    bag.writer->write(bag.odometry, stamp_ns, odometry);
+    bag.writer->write(bag.transforms, stamp_ns, transforms);
+  }
+}
+
+void BagOutput::close() {
+  for (Bag& bag : bags_) bag.writer->close();
+}
+
+}  // namespace unimapper::apps

@@ -1,0 +1,46 @@
+// Recordings of a simulated robot's messages as bags.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "ports/bag_writers/bag_writer.hpp"
+#include "src/simulator/drive.hpp"
+#include "unimapper/core/pose.hpp"
+
+namespace unimapper::apps {
+
+/// Topics of a robot with frames map, odom, base_link and lidar:
+/// - /points: PointCloud2 in `lidar`, stamped with the end of the sweep, every point with its time
+///   and in the frame of its time;
+/// - /odom: Odometry of base_link in odom, 100 Hz;
+/// - /tf: odom to base_link, 100 Hz, and map to odom, 10 Hz, which makes the truth of both;
+/// - /tf_static: base_link to lidar.
+class BagOutput {
+ public:
+  /// Writes OUT/drive.mcap, OUT/drive.bag or OUT/drive/ for each of `containers`. Throws BagError.
+  BagOutput(const std::vector<bags::Container>& containers, const std::filesystem::path& out,
+            const Pose& T_base_lidar);
+
+  /// Throws BagError.
+  void write(const simulator::DriveStep& step);
+  /// Ends the recordings. Throws BagError.
+  void close();
+
+ private:
+  struct Bag {
+    std::unique_ptr<bags::BagWriter> writer;
+    std::size_t points, odometry, transforms, static_transforms;
+  };
+
+  void write_odometry(const simulator::OdometrySample& sample, bool with_truth);
+
+  std::vector<Bag> bags_;
+  Pose T_base_lidar_;
+  std::vector<bags::CloudPoint> points_;
+  std::int64_t last_stamp_ns_ = 0;
+  Pose last_pose_;
+};
+
+}  // namespace unimapper::apps

@@ -1,0 +1,66 @@
+// Bytes of files under test.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <string_view>
+
+namespace unimapper::bags {
+
+inline std::string read_bytes(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// The number of a type that lies at an offset.
+template <typename Number>
+Number number_at(std::string_view bytes, std::size_t offset) {
+  Number value{};
+  if (offset + sizeof value <= bytes.size()) {
+    std::memcpy(&value, bytes.data() + offset, sizeof value);
+  }
+  return value;
+}
+
+/// Reads numbers and texts one after the other.
+class ByteReader {
+ public:
+  explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
+  template <typename Number>
+  Number get() {
+    const auto value = number_at<Number>(bytes_, at_);
+    at_ += sizeof value;
+    return value;
+  }
+  std::string_view take(std::size_t count) {
+    const std::string_view taken = bytes_.substr(std::min(at_, bytes_.size()), count);
+    at_ += count;
+    return taken;
+  }
+  std::string_view text() { return take(get<std::uint32_t>()); }
+  [[nodiscard]] bool at_end() const { return at_ >= bytes_.size(); }
+  [[nodiscard]] std::size_t offset() const { return at_; }
+
+ private:
+  std::string_view bytes_;
+  std::size_t at_ = 0;
+};
+
+/// CRC-32 bit by bit, as the standard defines it.
+inline std::uint32_t slow_crc32(std::string_view bytes) {
+  std::uint32_t remainder = 0xFFFFFFFFU;
+  for (const char c : bytes) {
+    remainder ^= static_cast<std::uint8_t>(c);
+    for (int bit = 0; bit < 8; ++bit) {
+      remainder = (remainder >> 1U) ^ ((remainder & 1U) != 0 ? 0xEDB88320U : 0U);
+    }
+  }
+  return ~remainder;
+}
+
+}  // namespace unimapper::bags

@@ -1,0 +1,134 @@
+// Tests of the serialisation of ROS messages, against bytes laid out by hand.
+#include "ports/bag_writers/encoding.hpp"
+
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "ports/bag_writers/byte_buffer.hpp"
+#include "ports/bag_writers/message_definitions.hpp"
+
+namespace unimapper::bags {
+namespace {
+
+using namespace std::string_literals;
+
+constexpr std::int64_t kStamp_ns = 1'700'000'000'250'000'000;
+
+Pose quarter_turn() {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(std::acos(-1.0) / 2.0, Eigen::Vector3d::UnitZ())),
+          {1.0, 2.0, 3.0}};
+}
+
+/// Seven doubles of `quarter_turn`.
+void put_quarter_turn(ByteBuffer& bytes) {
+  const Eigen::Quaterniond q = quarter_turn().quaternion();
+  for (const double value : {1.0, 2.0, 3.0, q.x(), q.y(), q.z(), q.w()}) bytes.put(value);
+}
+
+}  // namespace
+
+TEST_CASE("a transform of ROS 1 is packed and numbered") {
+  const Transforms transforms = {{{kStamp_ns, "odom"}, "base", quarter_turn()}};
+  ByteBuffer expected;
+  expected.put(std::uint32_t{1});              // transforms
+  expected.put(std::uint32_t{7});              // sequence
+  expected.put(std::uint32_t{1'700'000'000});  // seconds
+  expected.put(std::uint32_t{250'000'000});    // nanoseconds
+  expected.put_text("odom");
+  expected.put_text("base");
+  put_quarter_turn(expected);
+  CHECK((encode(Encoding::kRos1, transforms, 7) == expected.view()));
+}
+
+TEST_CASE("a transform of CDR has aligned numbers, and texts that end in zero") {
+  const Transforms transforms = {{{kStamp_ns, "odom"}, "base", quarter_turn()}};
+  ByteBuffer expected;
+  expected.put_bytes("\0\1\0\0"s);             // little-endian CDR
+  expected.put(std::uint32_t{1});              // 0: transforms
+  expected.put(std::uint32_t{1'700'000'000});  // 4: seconds
+  expected.put(std::uint32_t{250'000'000});    // 8: nanoseconds
+  expected.put_text("odom\0"s);                // 12 to 21
+  expected.put_bytes("\0\0\0"s);               // 24
+  expected.put_text("base\0"s);                // 24 to 33
+  expected.put_bytes("\0\0\0\0\0\0\0"s);       // 40
+  put_quarter_turn(expected);
+  CHECK((encode(Encoding::kCdr, transforms) == expected.view()));
+}
+
+TEST_CASE("an odometry ends with the covariance of its velocities") {
+  Odometry odometry{{kStamp_ns, "odom"}, "base", quarter_turn()};
+  odometry.velocity = {4.0, 5.0, 6.0};
+  odometry.turn_rate = {7.0, 8.0, 9.0};
+  ByteBuffer expected;
+  expected.put(std::uint32_t{0});
+  expected.put(std::uint32_t{1'700'000'000});
+  expected.put(std::uint32_t{250'000'000});
+  expected.put_text("odom");
+  expected.put_text("base");
+  put_quarter_turn(expected);
+  for (int i = 0; i < 36; ++i) expected.put(0.0);
+  for (const double value : {4.0, 5.0, 6.0, 7.0, 8.0, 9.0}) expected.put(value);
+  for (int i = 0; i < 36; ++i) expected.put(0.0);
+  CHECK((encode(Encoding::kRos1, odometry) == expected.view()));
+}
+
+TEST_CASE("a point cloud describes its fields") {
+  const CloudPoint point{1.5F, -2.5F, 3.5F, 0.25F, 17, -0.0625F};
+  const PointCloud2 cloud{{kStamp_ns, "lidar"}, {&point, 1}};
+  const bool is_cdr = GENERATE(false, true);
+  ByteBuffer expected;
+  const std::string end = is_cdr ? "\0"s : ""s;
+  const auto fill = [&](std::size_t zeros) {
+    if (is_cdr) expected.put_bytes(std::string(zeros, '\0'));
+  };
+  if (is_cdr) {
+    expected.put_bytes("\0\1\0\0"s);
+  } else {
+    expected.put(std::uint32_t{0});
+  }
+  expected.put(std::uint32_t{1'700'000'000});
+  expected.put(std::uint32_t{250'000'000});
+  expected.put_text("lidar" + end);
+  fill(2);
+  expected.put(std::uint32_t{1});  // height
+  expected.put(std::uint32_t{1});  // width
+  expected.put(std::uint32_t{6});  // fields
+  struct Field {
+    std::string name;
+    std::uint32_t offset;
+    std::uint8_t type;
+    std::size_t fill_after_name;
+  };
+  for (const Field& field :
+       {Field{"x", 0, 7, 2}, Field{"y", 4, 7, 2}, Field{"z", 8, 7, 2}, Field{"intensity", 12, 7, 2},
+        Field{"ring", 16, 4, 3}, Field{"time", 18, 7, 3}}) {
+    expected.put_text(field.name + end);
+    fill(field.fill_after_name);
+    expected.put(field.offset);
+    expected.put(field.type);
+    fill(3);
+    expected.put(std::uint32_t{1});
+  }
+  expected.put(std::uint8_t{0});
+  fill(3);
+  expected.put(std::uint32_t{22});
+  expected.put(std::uint32_t{22});
+  expected.put(std::uint32_t{22});
+  for (const float value : {1.5F, -2.5F, 3.5F, 0.25F}) expected.put(value);
+  expected.put(std::uint16_t{17});
+  expected.put(-0.0625F);
+  expected.put(std::uint8_t{1});
+  CHECK((encode(is_cdr ? Encoding::kCdr : Encoding::kRos1, cloud) == expected.view()));
+}
+
+TEST_CASE("a definition carries those of its types") {
+  const std::string ros1 = ros1_definition(MessageType::kTransforms);
+  CHECK(ros1.find("geometry_msgs/TransformStamped[] transforms\n====") == 0);
+  CHECK(ros1.find("MSG: std_msgs/Header\nuint32 seq\ntime stamp\n") != std::string::npos);
+  const std::string ros2 = ros2_definition(MessageType::kTransforms);
+  CHECK(ros2.find("MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\n") != std::string::npos);
+  CHECK(ros2.find("MSG: builtin_interfaces/Time\nint32 sec\n") != std::string::npos);
+  CHECK(ros2_name(MessageType::kPointCloud2) == "sensor_msgs/msg/PointCloud2");
+}
+
+}  // namespace unimapper::bags

@@ -1,0 +1,123 @@
+// Tests of the writer of ROS 1 bags, against the layout of the format's version 2.0.
+#include <catch2/catch.hpp>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "ports/bag_writers/bag_writer.hpp"
+#include "tests/ports/bag_writers/bytes.hpp"
+#include "tests/temporary_directory.hpp"
+
+namespace unimapper::bags {
+namespace {
+
+struct Record {
+  std::map<std::string, std::string> header;
+  std::string data;
+  [[nodiscard]] int op() const { return static_cast<unsigned char>(header.at("op").at(0)); }
+};
+
+std::map<std::string, std::string> fields(std::string_view bytes) {
+  std::map<std::string, std::string> result;
+  ByteReader reader(bytes);
+  while (!reader.at_end()) {
+    const std::string field(reader.text());
+    const std::size_t equals = field.find('=');
+    result[field.substr(0, equals)] = field.substr(equals + 1);
+  }
+  return result;
+}
+
+Record record_at(const std::string& file, std::size_t offset) {
+  ByteReader reader(std::string_view(file).substr(offset));
+  auto header = fields(reader.text());
+  return {std::move(header), std::string(reader.text())};
+}
+
+std::size_t bytes_at(const std::string& file, std::size_t offset) {
+  ByteReader reader(std::string_view(file).substr(offset));
+  reader.text();
+  reader.text();
+  return reader.offset();
+}
+
+constexpr std::size_t kVersionBytes = 13;
+constexpr std::int64_t kStamp_ns = 1'700'000'000'250'000'000;
+
+/// A latched transform and two more.
+std::string example(const TemporaryDirectory& folder) {
+  const auto bag = create_bag(Container::kRosbag1, folder / "a.bag");
+  const std::size_t fixed = bag->add_topic({"/tf_static", MessageType::kTransforms, true});
+  const std::size_t moving = bag->add_topic({"/tf", MessageType::kTransforms});
+  bag->write(fixed, kStamp_ns, Transforms{{{kStamp_ns, "base"}, "lidar", Pose()}});
+  bag->write(moving, kStamp_ns + 1, Transforms{});
+  bag->write(moving, kStamp_ns + 2, Transforms{});
+  bag->close();
+  return read_bytes(folder / "a.bag");
+}
+
+}  // namespace
+
+TEST_CASE("a ROS 1 bag begins with a padded record that leads to its index") {
+  const TemporaryDirectory folder;
+  const std::string file = example(folder);
+  CHECK(file.substr(0, kVersionBytes) == "#ROSBAG V2.0\n");
+  const Record first = record_at(file, kVersionBytes);
+  CHECK(first.op() == 0x03);
+  CHECK(bytes_at(file, kVersionBytes) == 4096 + 8);
+  CHECK(number_at<std::uint32_t>(first.header.at("conn_count"), 0) == 2);
+  CHECK(number_at<std::uint32_t>(first.header.at("chunk_count"), 0) == 1);
+  std::size_t offset = number_at<std::uint64_t>(first.header.at("index_pos"), 0);
+  std::vector<int> operations;
+  while (offset < file.size()) {
+    operations.push_back(record_at(file, offset).op());
+    offset += bytes_at(file, offset);
+  }
+  CHECK(offset == file.size());
+  CHECK(operations == std::vector<int>{0x07, 0x07, 0x06});
+}
+
+TEST_CASE("a ROS 1 bag says of a topic what it carries") {
+  const TemporaryDirectory folder;
+  const std::string file = example(folder);
+  const Record first = record_at(file, kVersionBytes);
+  const Record connection =
+      record_at(file, number_at<std::uint64_t>(first.header.at("index_pos"), 0));
+  CHECK(connection.header.at("topic") == "/tf_static");
+  const auto data = fields(connection.data);
+  CHECK(data.at("type") == "tf2_msgs/TFMessage");
+  CHECK(data.at("md5sum") == "94810edda583a504dfda3829e70d7eec");
+  CHECK(data.at("latching") == "1");
+  CHECK(data.at("message_definition").find("geometry_msgs/TransformStamped[] transforms") == 0);
+}
+
+TEST_CASE("the index of a ROS 1 bag leads to every message") {
+  const TemporaryDirectory folder;
+  const std::string file = example(folder);
+  std::size_t offset = kVersionBytes + 4096 + 8;
+  const Record chunk = record_at(file, offset);
+  REQUIRE(chunk.op() == 0x05);
+  CHECK(chunk.header.at("compression") == "none");
+  CHECK(number_at<std::uint32_t>(chunk.header.at("size"), 0) == chunk.data.size());
+  std::map<std::uint32_t, std::vector<std::uint32_t>> nanoseconds;
+  for (int topic = 0; topic < 2; ++topic) {
+    offset += bytes_at(file, offset);
+    const Record index = record_at(file, offset);
+    REQUIRE(index.op() == 0x04);
+    const auto connection = number_at<std::uint32_t>(index.header.at("conn"), 0);
+    ByteReader entries(index.data);
+    while (!entries.at_end()) {
+      CHECK(entries.get<std::uint32_t>() == 1'700'000'000);
+      const auto fraction = entries.get<std::uint32_t>();
+      const Record message = record_at(chunk.data, entries.get<std::uint32_t>());
+      CHECK(message.op() == 0x02);
+      CHECK(number_at<std::uint32_t>(message.header.at("conn"), 0) == connection);
+      CHECK(number_at<std::uint32_t>(message.header.at("time"), 4) == fraction);
+      nanoseconds[connection].push_back(fraction);
+    }
+  }
+  CHECK(nanoseconds[0] == std::vector<std::uint32_t>{250'000'000});
+  CHECK(nanoseconds[1] == std::vector<std::uint32_t>{250'000'001, 250'000'002});
+}
+
+}  // namespace unimapper::bags
