@@ -65,6 +65,7 @@ int run(int argc, char** argv) {
   unimapper::apps::register_onboard(app);
   unimapper::apps::register_merge(app);
   unimapper::apps::register_evaluate(app);
+  unimapper::apps::register_export(app);
   unimapper::apps::register_rt_check(app);
   unimapper::apps::register_parameters(app);
   try {

@@ -33,6 +33,7 @@ std::string command_line(const MergeOptions& options) {
   if (!options.config.empty()) line += " --config " + options.config.string();
   if (options.refined_labels) line += " --refined-labels";
   if (options.allow_unconnected) line += " --allow-unconnected";
+  if (!options.mcap.empty()) line += " --mcap " + options.mcap.string();
   for (const auto& run : options.stats) line += " --stats " + run.string();
   return line;
 }
@@ -83,6 +84,9 @@ void register_merge(CLI::App& app) {
                     "after all, point by point");
   command->add_flag("--allow-unconnected", options->allow_unconnected,
                     "End with exit code 0 although a session is left apart from the map");
+  command->add_option("--mcap", options->mcap,
+                      "Write the map, what was removed, trajectories and loops as MCAP with "
+                      "Foxglove's schemas, too");
   command
       ->add_option("--threads", options->threads,
                    "Threads to use; 0: all. The map does not depend on it")

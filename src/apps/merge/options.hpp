@@ -27,6 +27,7 @@ struct MergeOptions {
   bool refined_labels = false;
   /// A session that is not connected to the others is no failure.
   bool allow_unconnected = false;
+  std::filesystem::path mcap;            ///< the map as a scene; empty: not written
   std::filesystem::path config;          ///< JSON file with parameters that differ from the default
   std::optional<std::uint32_t> threads;  ///< instead of the configuration's
   std::string command_line;              ///< shown in the report

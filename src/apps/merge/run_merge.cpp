@@ -11,6 +11,7 @@
 #include "src/apps/merge/options.hpp"
 #include "src/apps/merge/refined_labels.hpp"
 #include "src/apps/report.hpp"
+#include "src/apps/scene/result_scene.hpp"
 #include "src/apps/session_clouds.hpp"
 #include "src/apps/truth.hpp"
 #include "unimapper/config/config_json.hpp"
@@ -150,6 +151,7 @@ void run_merge(const MergeOptions& options) {
   report.elapsed_s = seconds_since(merging);
   merge::export_map(options.out, sessions, result);
   write_session_clouds(options.out, sessions, result);
+  if (!options.mcap.empty()) write_scene(options.mcap, scene_of_merge(sessions, result));
 
   if (options.refined_labels)
     write_refined_labels_of_sessions(options, sessions, result, config.refinement.cell_size_m);

@@ -1,0 +1,36 @@
+// `unimapper export`: results of a run for other programs.
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "src/apps/commands.hpp"
+#include "src/apps/scene/result_scene.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+struct ExportOptions {
+  std::filesystem::path run;
+  std::filesystem::path mcap;
+};
+
+}  // namespace
+
+void register_export(CLI::App& app) {
+  auto options = std::make_shared<ExportOptions>();
+  CLI::App* command = app.add_subcommand(
+      "export", "Write a run's static cloud, removed points, poses and loops for other programs");
+  command->add_option("RUN", options->run, "Run folder written by `unimapper onboard`")->required();
+  command
+      ->add_option("--mcap", options->mcap,
+                   "File to write: MCAP with Foxglove's schemas, shown by Foxglove")
+      ->required();
+  command->footer("Example:\n  unimapper export runs/monday --mcap monday.mcap");
+  command->callback([options] {
+    write_scene(options->mcap, scene_of_run(options->run));
+    std::cerr << "unimapper: " << options->mcap.string() << " written\n";
+  });
+}
+
+}  // namespace unimapper::apps
