@@ -1,0 +1,100 @@
+#include "expected_text.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <vector>
+
+namespace unimapper::regression {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostLinesShown = 80;
+constexpr std::size_t kMostLinesCompared = 3000;
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+void write(const fs::path& file, const std::string& text) {
+  fs::create_directories(file.parent_path());
+  std::ofstream(file, std::ios::binary) << text;
+}
+
+/// Lengths of the longest common subsequences of the two texts' ends.
+std::vector<std::vector<std::uint16_t>> common_ends(const std::vector<std::string>& a,
+                                                    const std::vector<std::string>& b) {
+  std::vector<std::vector<std::uint16_t>> common(a.size() + 1,
+                                                 std::vector<std::uint16_t>(b.size() + 1, 0));
+  for (std::size_t i = a.size(); i-- > 0;) {
+    for (std::size_t j = b.size(); j-- > 0;) {
+      common[i][j] = a[i] == b[j] ? static_cast<std::uint16_t>(common[i + 1][j + 1] + 1)
+                                  : std::max(common[i + 1][j], common[i][j + 1]);
+    }
+  }
+  return common;
+}
+
+}  // namespace
+
+std::string difference(const std::string& expected, const std::string& actual) {
+  std::vector<std::string> a = lines_of(expected);
+  std::vector<std::string> b = lines_of(actual);
+  a.resize(std::min(a.size(), kMostLinesCompared));
+  b.resize(std::min(b.size(), kMostLinesCompared));
+  const auto common = common_ends(a, b);
+  std::string result;
+  std::size_t shown = 0;
+  const auto show = [&](const char* sign, std::size_t line, const std::string& text) {
+    if (++shown > kMostLinesShown) return;
+    result += sign + std::to_string(line + 1) + ": " + text + "\n";
+  };
+  std::size_t i = 0;
+  std::size_t j = 0;
+  while (i < a.size() || j < b.size()) {
+    if (i < a.size() && j < b.size() && a[i] == b[j]) {
+      ++i;
+      ++j;
+    } else if (i < a.size() && (j == b.size() || common[i + 1][j] >= common[i][j + 1])) {
+      show("- ", i, a[i]);
+      ++i;
+    } else {
+      show("+ ", j, b[j]);
+      ++j;
+    }
+  }
+  if (shown > kMostLinesShown) {
+    result += "... and " + std::to_string(shown - kMostLinesShown) + " lines more\n";
+  }
+  return result;
+}
+
+void check_expected(const std::string& name, const std::string& text) {
+  const fs::path expected_file = fs::path(UNIMAPPER_EXPECTED_DIR) / (name + ".txt");
+  const char* update = std::getenv("UNIMAPPER_UPDATE_EXPECTED");
+  if (update != nullptr && *update == '1') {
+    write(expected_file, text);
+    WARN("written: " << expected_file.string());
+    return;
+  }
+  const fs::path actual_file = fs::path(UNIMAPPER_ACTUAL_DIR) / (name + ".txt");
+  write(actual_file, text);
+  std::ifstream file(expected_file, std::ios::binary);
+  const std::string expected{std::istreambuf_iterator<char>(file),
+                             std::istreambuf_iterator<char>()};
+  INFO("expected: " << expected_file.string() << "\nfound: " << actual_file.string()
+                    << "\nIf the change is meant: ./dev expected, and read the difference.\n"
+                    << difference(expected, text));
+  CHECK((text == expected));
+}
+
+}  // namespace unimapper::regression

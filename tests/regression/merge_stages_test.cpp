@@ -1,0 +1,497 @@
+// Stages of a merge on tilted and turned input, with parameters that are not the default
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "expected_text.hpp"
+#include "merge_words.hpp"
+#include "src/merge/alignment_problem.hpp"
+#include "src/merge/cell_classification.hpp"
+#include "src/merge/central_score.hpp"
+#include "src/merge/changes.hpp"
+#include "src/merge/keyframe_free_space.hpp"
+#include "src/merge/loop_acceptance.hpp"
+#include "src/merge/map_graph.hpp"
+#include "src/merge/map_level.hpp"
+#include "src/merge/max_clique.hpp"
+#include "src/merge/occupied_voxels.hpp"
+#include "src/merge/radius_search.hpp"
+#include "src/merge/registration.hpp"
+#include "src/merge/seen_extent.hpp"
+#include "src/merge/session_path.hpp"
+#include "src/merge/unified_map.hpp"
+#include "src/merge/voxel_trees.hpp"
+#include "tilted_scenes.hpp"
+#include "unimapper/merge/alignment.hpp"
+#include "unimapper/merge/pose_graph.hpp"
+#include "unimapper/merge/refinement.hpp"
+
+using namespace unimapper;
+using namespace unimapper::merge;
+using namespace unimapper::regression;
+
+namespace {
+
+std::string alignment_text(const Alignment& alignment, const Sessions& s) {
+  std::string text = "central " + count(alignment.central) + "\n";
+  for (std::size_t i = 0; i < alignment.connected.size(); ++i) {
+    text += join("session", count(i), alignment.connected[i] ? "connected" : "apart",
+                 alignment.reason[i]) +
+            "\n  anchor " + pose_text(alignment.T_map_session[i]) + "\n";
+    for (const Pose& pose : alignment.T_session_keyframe[i]) {
+      text += "  keyframe " + pose_text(pose) + "\n";
+    }
+  }
+  for (std::size_t i = 0; i < alignment.decisions.size(); ++i) {
+    text += join("decision", keyframe_id_text(s.loops[i].query), keyframe_id_text(s.loops[i].match),
+                 alignment.decisions[i].accepted ? "accepted" : "refused",
+                 alignment.decisions[i].reason) +
+            "\n";
+  }
+  return text;
+}
+
+MergeConfig align_config() {
+  MergeConfig config;
+  config.odometry = some_noise();
+  config.acceptance.consistency_chi2 = 20.0;
+  config.acceptance.min_span_m = 15.0;
+  config.acceptance.distinct_m = 2.5;
+  config.acceptance.full_extent_m = 36.0;
+  config.acceptance.margin = 1.5;
+  config.acceptance.loop_chi2 = 30.0;
+  config.graph.cauchy_scale = 2.0;
+  config.graph.deformation_floor_m = 1.5;
+  return config;
+}
+
+}  // namespace
+
+TEST_CASE("drift of a tilted way, as before", "[regression]") {
+  Random random(5);
+  const std::vector<Pose> way = winding_way(random, 30, 3.0);
+  const SessionPath path(way, some_noise());
+  const SessionPath corrected = path.with_poses(with_drift(way, random, 0.2, 0.02));
+  std::string text = "length " + fixed(path.length_m(), 4) + "\n";
+  for (std::size_t i = 0; i < way.size(); i += 4) {
+    for (std::size_t j = 1; j < way.size(); j += 7) {
+      const RelativeVariance a = path.variance(i, j);
+      const RelativeVariance b = corrected.variance(i, j);
+      text += join(count(i), count(j), fixed(path.path_m(j) - path.path_m(i), 4),
+                   rough(a.translation * 1e6), rough(a.rotation * 1e6), "corrected",
+                   rough(b.translation * 1e6), rough(b.rotation * 1e6)) +
+              "\n";
+    }
+  }
+  text += information_text(path.information(3, 21)) + "\n";
+  check_expected("merge_path", text);
+}
+
+TEST_CASE("consistency of inter-session loops in tilted frames, as before", "[regression]") {
+  Sessions s = three_sessions(31);
+  const MergeConfig config = align_config();
+  std::vector<SessionPath> paths;
+  for (const AlignmentSession& session : s.sessions) {
+    paths.emplace_back(session.T_odometry_keyframe, config.odometry);
+  }
+  std::string text;
+  for (const auto& [query, match] :
+       {std::pair<std::size_t, std::size_t>{1, 0}, {0, 2}, {2, 1}, {0, 0}}) {
+    std::vector<LoopConstraint> loops;
+    for (const LoopConstraint& loop : s.loops) {
+      if (loop.query.session == query && loop.match.session == match) loops.push_back(loop);
+    }
+    text += "sessions " + count(query) + " in " + count(match) + "\n";
+    for (std::size_t i = 0; i < loops.size(); ++i) {
+      text += "  chi2";
+      for (std::size_t j = 0; j < loops.size(); ++j) {
+        text += " " + rough(cycle_chi2(loops[i], loops[j], paths[query], paths[match]));
+      }
+      text += "\n";
+    }
+    for (const double extent_m : {0.0, 9.0, 25.0, 50.0}) {
+      const AcceptanceConfig scaled = scaled_to_extent(config.acceptance, extent_m);
+      const ConsistencySet set =
+          query == match ? intra_session_consistency(loops, paths[query], scaled)
+                         : inter_session_consistency(loops, paths[query], paths[match], scaled);
+      text += join("  extent", fixed(extent_m, 0), "span", fixed(scaled.min_span_m, 3), "distinct",
+                   fixed(scaled.distinct_m, 3), set.decision.accepted ? "accepted" : "refused",
+                   set.decision.reason, "inliers");
+      for (const std::size_t i : set.inliers) text += " " + count(i);
+      text += join(" distinct", count(set.distinct), "competing", count(set.competing)) + "\n    " +
+              pose_text(set.T_match_session_query_session) + "\n";
+    }
+  }
+  check_expected("merge_consistency", text);
+}
+
+TEST_CASE("loops turned round, and residuals of tilted maps, as before", "[regression]") {
+  const Sessions s = three_sessions(32);
+  MapState state = make_map_state([&] {
+    std::vector<SessionPath> paths;
+    for (const auto& one : s.sessions) paths.emplace_back(one.T_odometry_keyframe, some_noise());
+    return paths;
+  }());
+  for (std::size_t i = 0; i < 3; ++i) {
+    // Somewhere near the truth.
+    state.T_map_session[i] = s.truth[i][0] * s.sessions[i].T_odometry_keyframe[0].inverse() *
+                             turned(0.2 * static_cast<double>(i), 0.1, 0.3, {0.1, 0.0, 0.2});
+  }
+  std::string text;
+  for (const LoopConstraint& loop : s.loops) {
+    const LoopConstraint back = flipped(loop);
+    text += loop_text(back);
+    text +=
+        join("  chi2", rough(loop_chi2(state, loop)), "and back", rough(loop_chi2(state, back))) +
+        "\n";
+  }
+  check_expected("merge_flipped", text);
+}
+
+TEST_CASE("pose graphs of tilted maps, as before", "[regression]") {
+  Random random(41);
+  PoseGraph graph;
+  graph.anchors = {{Pose{}, true}, {any_pose(random, 20.0), false}};
+  const std::vector<Pose> truth = winding_way(random, 24, 3.0);
+  for (std::size_t anchor = 0; anchor < 2; ++anchor) {
+    const std::size_t first = graph.nodes.size();
+    for (std::size_t i = 0; i < 12; ++i) {
+      const Pose in_session =
+          graph.anchors[anchor].T_map_session.inverse() * truth[2 * i] * random.pose(0.3, 0.03);
+      graph.nodes.push_back({in_session, anchor, i == 0});
+      if (i == 0) continue;
+      graph.edges.push_back({first + i - 1, first + i,
+                             truth[2 * i - 2].inverse() * truth[2 * i] * random.pose(0.03, 0.003),
+                             any_information(random, 0.05, 0.004), 0.0});
+    }
+  }
+  for (std::size_t i = 0; i < 12; i += 3) {
+    Pose measured = random.pose(0.1, 0.01);
+    if (i == 6) measured = measured * turned(10.0, -20.0, 50.0, {3.0, 2.0, -1.0});
+    graph.edges.push_back({i, 12 + i, measured, any_information(random, 0.1, 0.01), 1.5});
+  }
+  graph.edges.push_back({2, 10, truth[4].inverse() * truth[20] * random.pose(0.1, 0.01),
+                         any_information(random, 0.1, 0.01), 2.5});
+  std::string text = "before " + rough(graph_cost(graph)) + "\n";
+  for (const PoseGraph::Edge& edge : graph.edges) text += rough(edge_chi2(graph, edge)) + " ";
+  PoseGraph solved = graph;
+  const SolveSummary summary = optimize(solved, 40);
+  text += join("\nusable", summary.usable ? "yes" : "no", "from", rough(summary.initial_cost), "to",
+               rough(summary.final_cost), "cost", rough(graph_cost(solved))) +
+          "\n";
+  for (const auto& anchor : solved.anchors)
+    text += "anchor " + pose_text(anchor.T_map_session) + "\n";
+  for (std::size_t i = 0; i < solved.nodes.size(); ++i) {
+    text += "node " + pose_text(solved.T_map_node(i)) + "\n";
+  }
+  PoseGraph single;
+  single.anchors = {{any_pose(random, 10.0), true}};
+  for (std::size_t i = 0; i < 12; ++i) single.nodes.push_back({any_pose(random, 40.0), 0, i == 3});
+  for (std::size_t i = 1; i < 12; ++i) {
+    single.edges.push_back({i - 1, i, truth[i - 1].inverse() * truth[i] * random.pose(0.05, 0.02),
+                            any_information(random, 0.1, 0.01), 3.0});
+  }
+  single.edges.push_back(
+      {9, 1, truth[9].inverse() * truth[1], any_information(random, 0.1, 0.01), 0.0});
+  text += initialize_chordal(single) ? "chordal\n" : "not connected\n";
+  for (std::size_t i = 0; i < 12; ++i) text += "node " + pose_text(single.T_map_node(i)) + "\n";
+  check_expected("merge_graph", text);
+}
+
+TEST_CASE("alignment of three tilted sessions, as before", "[regression]") {
+  const Sessions s = three_sessions(33);
+  const MergeConfig config = align_config();
+  // The last loops come from a radius search, after alignment.
+  const std::span<const LoopConstraint> all(s.loops);
+  const Alignment first = align_sessions(s.sessions, all.first(s.loops.size() - 6), config);
+  std::string text = alignment_text(first, s);
+  const Alignment refined = refine_alignment(first, s.sessions, all, config);
+  text += "refined\n" + alignment_text(refined, s);
+  const auto problem = AlignmentProblem(s.sessions, all, config);
+  for (std::size_t i = 0; i < 3; ++i) {
+    MapState after = problem.state;
+    for (const double moved_m : {1.4, 1.6, 3.0, 6.0, 15.0}) {
+      after.T_session_keyframe[i].back().translation =
+          problem.state.T_session_keyframe[i].back().translation +
+          Eigen::Vector3d(0.6, -0.64, 0.48) * moved_m;
+      text +=
+          join("session", count(i), "moved", fixed(moved_m, 1),
+               deformation_is_plausible(problem.state, after, i, config.graph) ? "plausible"
+                                                                               : "implausible") +
+          "\n";
+    }
+  }
+  check_expected("merge_alignment", text);
+}
+
+TEST_CASE("maximum cliques of random graphs, as before", "[regression]") {
+  Random random(3);
+  std::string text;
+  for (int round = 0; round < 12; ++round) {
+    const std::size_t size = 10 + random.below(70);
+    const double share = random.uniform(0.2, 0.8);
+    AdjacencyMatrix graph(size);
+    std::vector<std::size_t> candidates;
+    for (std::size_t a = 0; a < size; ++a) {
+      if (random.uniform() < 0.9) candidates.push_back(a);
+      for (std::size_t b = a + 1; b < size; ++b) {
+        if (random.uniform() < share) graph.connect(a, b);
+      }
+    }
+    for (const std::size_t steps : {std::size_t{3}, std::size_t{200000}}) {
+      text += join(count(size), "clique");
+      for (const std::size_t i : max_clique(graph, candidates, steps)) text += " " + count(i);
+      text += "\n";
+    }
+  }
+  check_expected("merge_cliques", text);
+}
+
+TEST_CASE("registration of tilted clouds, as before", "[regression]") {
+  RegistrationConfig config;
+  config.leaf_m = 0.35F;
+  config.neighbors = 9;
+  config.max_source_points = 1500;
+  config.plane_sigma_m = 0.04;
+  config.correlated_points = 20.0;
+  config.sigma_floor_m = 0.05;
+  std::string text;
+  Random random(61);
+  for (int round = 0; round < 3; ++round) {
+    const Pose T_world_target = turned(4.0, -3.0, 60.0 * round, {1.0, -0.6, 1.7});
+    const Pose T_world_source = turned(-5.0, 2.0, 60.0 * round + 35.0, {-1.5, 0.9, 1.2});
+    const Corner a = corner(random, T_world_target.inverse(), 0.02);
+    const Corner b = corner(random, T_world_source.inverse(), 0.03);
+    const RegistrationCloud target(a.points, a.ground, config);
+    const RegistrationCloud source(b.points, b.ground, config);
+    CloudMoments covariances;
+    CloudMoments points;
+    std::size_t ground = 0;
+    for (std::size_t i = 0; i < source.size(); ++i) {
+      const Eigen::Matrix3f& c = source.covariance(i);
+      covariances.add(1000.0F * c.diagonal());
+      covariances.add(1000.0F * Eigen::Vector3f(c(0, 1), c(0, 2), c(1, 2)));
+      points.add(source.points()[i]);
+      ground += source.is_ground(i) ? 1 : 0;
+    }
+    text += "cloud " + points.text() + " ground " + count(ground) + "\n  covariances " +
+            covariances.text(2) + "\n";
+    const Pose truth = T_world_target.inverse() * T_world_source;
+    const Pose start = truth * turned(1.0, -1.5, 4.0, {0.5, -0.4, 0.2});
+    Eigen::Matrix2d tilt;
+    tilt << 2000.0, 500.0, 500.0, 900.0;
+    for (const double weight : {0.0, 1.0}) {
+      const RegistrationResult result =
+          register_clouds(target, source, start, config, weight * tilt);
+      text += join("registered", result.converged ? "converged" : "not", "in",
+                   count(result.iterations), "matched", count(result.matched), "rmse",
+                   fixed(result.rmse_m, 5), "condition", rough(result.condition)) +
+              "\n  " + pose_text(result.T_target_source) + "\n  error " +
+              pose_text(truth.inverse() * result.T_target_source) + "\n  " +
+              information_text(result.information) + "\n";
+    }
+    for (const double distance_m : {0.2, 0.5, 1.5}) {
+      text +=
+          join("  overlap", fixed(structure_overlap(target, source, truth, 11.0, distance_m), 4),
+               fixed(structure_overlap(target, source, start, 30.0, distance_m), 4)) +
+          "\n";
+    }
+  }
+  check_expected("merge_registration", text);
+}
+
+TEST_CASE("refinement of labels in a tilted map, as before", "[regression]") {
+  Random random(71);
+  const Pose T_map_sensor = turned(12.0, -17.0, 100.0, {31.0, -12.0, 8.0});
+  RefinementConfig config;
+  config.window = 3;
+  config.revisits = 4;
+  config.reach_m = 12.0F;
+  config.log_odds_free = 0.7F;
+  config.log_odds_occupied = 0.5F;
+  config.log_odds_weakly_occupied = 0.15F;
+  config.prior_log_odds = 1.1F;
+  config.most_by_revisits = 0.8F;
+  config.component_dynamic_share = 0.5F;
+  config.component_static_share = 0.2F;
+  config.moved_part_cells = 12;
+  config.cell_size_m = 0.25F;
+  // A person leaves, a crate stands although the robot removed it, and a second visit sees neither.
+  std::vector<Pose> poses[3];
+  SessionData first = looking(random, 3, {kWall, kPerson}, {kCrate}, poses[0], T_map_sensor);
+  append(first, looking(random, 5, {kWall, kCrate}, {}, poses[0], T_map_sensor));
+  SessionData second = looking(random, 3, {kWall}, {}, poses[1], T_map_sensor);
+  append(second, looking(random, 1, {kWall, kPerson}, {kCrate}, poses[1], T_map_sensor));
+  append(second, looking(random, 2, {kWall}, {}, poses[1], T_map_sensor));
+  SessionData apart = looking(random, 2, {kWall, kPerson}, {kCrate}, poses[2], T_map_sensor);
+  append(apart, looking(random, 1, {kWall}, {}, poses[2], T_map_sensor));
+  const std::vector<PosedSession> posed{
+      {&first, poses[0], 0}, {&second, poses[1], 0}, {&apart, poses[2], 1}};
+  std::string text;
+  const auto refined = refine(posed, config, 2);
+  for (std::size_t s = 0; s < 3; ++s) {
+    MergedSession merged;
+    merged.refined = refined[s];
+    text += "session " + count(s) + "\n" + refined_text(*posed[s].session, merged);
+    for (std::size_t k = 0; k < refined[s].size(); ++k) {
+      CloudMoments dynamic;
+      visit_cells(posed[s].session->keyframes[k], refined[s][k], true, [&](const FineCell& cell) {
+        dynamic.add((posed[s].T_map_keyframe[k] * Eigen::Vector3d(cell.position.cast<double>()))
+                        .cast<float>());
+      });
+      text += "  dynamic " + dynamic.text() + "\n";
+    }
+  }
+  check_expected("merge_refined", text);
+}
+
+TEST_CASE("map and changes in a tilted map, as before", "[regression]") {
+  Random random(81);
+  const Pose T_map_sensor = turned(-11.0, 14.0, -140.0, {-21.0, 33.0, -5.0});
+  MergeConfig config;
+  config.threads = 2;
+  config.map.voxel_size_m = 0.25F;
+  config.map.tree_voxel_size_m = 1.5F;
+  config.map.change_distance_m = 0.4F;
+  config.map.change_range_m = 11.0F;
+  config.map.free_margin_m = 0.5F;
+  config.map.min_observers = 3;
+  config.map.min_cluster = 5;
+  std::vector<MergedSession> merged(3);
+  std::vector<SessionData> sessions;
+  sessions.push_back(
+      looking(random, 4, {kWall, kPerson}, {}, merged[0].T_map_keyframe, T_map_sensor));
+  sessions.push_back(
+      looking(random, 5, {kWall, kCrate}, {kPerson}, merged[1].T_map_keyframe, T_map_sensor));
+  sessions.push_back(looking(random, 4, {kWall}, {}, merged[2].T_map_keyframe, T_map_sensor));
+  std::vector<SessionVoxels> voxels;
+  std::string text;
+  for (std::size_t s = 0; s < 3; ++s) {
+    // Of the third session, the first day, a robot of an older version sends no images.
+    const std::int64_t day = s == 2 ? 0 : static_cast<std::int64_t>(s) + 1;
+    for (KeyframeRecord& keyframe : sessions[s].keyframes) {
+      keyframe.scans[0].stamp_ns += day * 1000000;
+      if (s == 2) keyframe.images.clear();
+    }
+    merged[s].status = SessionStatus::kMerged;
+    merged[s].refined.resize(sessions[s].keyframes.size());
+    voxels.push_back(voxelise(sessions[s], merged[s], config.map.voxel_size_m, CellKind::kStatic));
+    const SessionVoxels removed =
+        voxelise(sessions[s], merged[s], config.map.voxel_size_m, CellKind::kDynamic);
+    CloudMoments moments[2];
+    for (std::uint32_t i = 0; i < voxels[s].voxels.size(); ++i) {
+      moments[0].add(voxels[s].position(i));
+    }
+    for (std::uint32_t i = 0; i < removed.voxels.size(); ++i) moments[1].add(removed.position(i));
+    text += "voxels " + moments[0].text() + "\n  removed " + moments[1].text() + "\n";
+  }
+  MergeResult result;
+  result.map = unite({&voxels[0], &voxels[1], &voxels[2]});
+  result.changes = find_changes(sessions, merged, {&voxels[0], &voxels[1], &voxels[2]}, config);
+  text += merge_text({}, result);
+  // Who saw how far, and who would be the central one.
+  for (const SessionData& session : sessions)
+    text += "extent " + fixed(seen_extent_m(session), 4) + "\n";
+  std::vector<LoopConstraint> loops(3);
+  loops[0].query = {0, 3};
+  loops[0].match = {0, 1};
+  loops[0].decision.accepted = true;
+  loops[1].query = {1, 0};
+  loops[1].match = {1, 4};
+  loops[2].query = {2, 3};
+  loops[2].match = {2, 0};
+  loops[2].decision.accepted = true;
+  for (const double score : central_scores(sessions, loops))
+    text += "score " + fixed(score, 5) + "\n";
+  for (const SessionData& session : sessions) {
+    const KeyframeFreeSpace space(session.keyframes[1], WithoutImages::kPaintFromCells);
+    text += "field of view " + fixed(space.field_of_view(), 6) + "\n";
+  }
+  check_expected("merge_changes", text);
+}
+
+TEST_CASE("radius search among tilted maps, as before", "[regression]") {
+  Sessions s = three_sessions(91);
+  MergeConfig config = align_config();
+  config.radius.radius_m = 6.5;
+  config.radius.spacing_m = 7.0;
+  config.radius.per_keyframe = 2;
+  config.loops.min_keyframe_gap = 5;
+  config.loops.min_path_gap_m = 12.0;
+  const Alignment alignment = align_sessions(s.sessions, s.loops, config);
+  std::string text;
+  for (const char* narrow : {"os1-64", "livox-avia"}) {
+    std::vector<SessionData> sessions(3);
+    for (std::size_t i = 0; i < 3; ++i) {
+      sessions[i].info.sensor = narrow;
+      for (const Pose& pose : s.sessions[i].T_odometry_keyframe) {
+        KeyframeRecord& keyframe = sessions[i].keyframes.emplace_back();
+        keyframe.T_odometry_keyframe = pose;
+      }
+    }
+    text += join("sensor", narrow) + "\n";
+    const std::span<const LoopConstraint> known(s.loops);
+    for (const LoopCandidate& candidate :
+         find_radius_candidates(sessions, alignment, known.first(12), config)) {
+      text += join("  candidate", keyframe_id_text(candidate.query),
+                   keyframe_id_text(candidate.match), pose_text(candidate.T_match_query)) +
+              "\n";
+    }
+  }
+  std::vector<UpObservation> ups;
+  Random random(92);
+  for (int i = 0; i < 20; ++i) {
+    UpObservation up;
+    up.z_axis = (turned(6.0, -3.0, 0.0, Eigen::Vector3d::Zero()) *
+                 turned_within(random, 4.0, 0.0, Eigen::Vector3d::Zero()))
+                    .rotation.col(2);
+    up.up = {i % 4 != 0, static_cast<float>(random.uniform(1e-5, 9e-4)), 1e-6F,
+             static_cast<float>(random.uniform(1e-5, 9e-4))};
+    ups.push_back(up);
+  }
+  text += "level " + pose_text({levelling_rotation(ups), Eigen::Vector3d::Zero()}) + "\n";
+  check_expected("merge_radius", text);
+}
+
+TEST_CASE("cells classified from random evidence, as before", "[regression]") {
+  Random random(101);
+  RefinementConfig config;
+  config.component_dynamic_share = 0.45F;
+  config.component_static_share = 0.15F;
+  config.confirmed_static_log_odds = 1.6F;
+  config.moved_part_cells = 8;
+  config.moved_part_log_odds = 0.2F;
+  config.moved_part_occupied = 0.8F;
+  config.ground_log_odds = 0.6F;
+  config.ground_share = 0.4F;
+  std::string text;
+  for (int round = 0; round < 6; ++round) {
+    CellEvidence cells;
+    std::uint32_t number = 0;
+    // Blobs of cells, some of which touch, over patches of ground.
+    for (int blob = 0; blob < 14; ++blob) {
+      const int x0 = static_cast<int>(random.below(60)) - 30;
+      const int y0 = static_cast<int>(random.below(60)) - 30;
+      const double lean = random.uniform(-2.5, 1.5);
+      for (int i = 0; i < 60; ++i) {
+        const VoxelIndex at{x0 + static_cast<int>(random.below(5)),
+                            y0 + static_cast<int>(random.below(5)),
+                            static_cast<int>(random.below(7)) - 1};
+        cells.number.push_back(number++);
+        cells.voxel.push_back(pack(at));
+        cells.ground.push_back(static_cast<std::uint8_t>(at.z < 0 ? 1 : 0));
+        cells.low.push_back(static_cast<std::uint8_t>(at.z <= 0 ? 1 : 0));
+        cells.log_odds.push_back(static_cast<std::int32_t>(1000.0 * (lean + random.normal())));
+        cells.occupied.push_back(static_cast<std::uint8_t>(random.below(4)));
+      }
+    }
+    const std::vector<std::uint8_t> dynamic = classify_cells(cells, config);
+    std::size_t by_kind[2][2] = {};
+    for (std::size_t i = 0; i < dynamic.size(); ++i) ++by_kind[cells.ground[i]][dynamic[i]];
+    text += join("cells", count(dynamic.size()), "ground", count(by_kind[1][0]),
+                 count(by_kind[1][1]), "above", count(by_kind[0][0]), count(by_kind[0][1]),
+                 checksum(std::string(dynamic.begin(), dynamic.end()))) +
+            "\n";
+  }
+  check_expected("merge_cells", text);
+}

@@ -1,0 +1,156 @@
+// Places of three sessions seen from tilted sensors, and the search among them
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "expected_text.hpp"
+#include "tests/place/synthetic_place.hpp"
+#include "unimapper/place/database.hpp"
+#include "unimapper/place/describer.hpp"
+#include "words.hpp"
+
+using namespace unimapper;
+using namespace unimapper::regression;
+
+namespace {
+
+/// A place that outlives the describer's next one.
+struct OwnedPlace {
+  KeyframeId id;
+  Pose T_session_place;
+  KeyframeUp up;
+  std::vector<Keypoint> keypoints;
+  std::vector<PlanePatch> planes;
+  std::uint64_t dropped = 0;
+
+  [[nodiscard]] PlaceView view() const { return {keypoints, planes, up}; }
+};
+
+DescriptorConfig descriptor_config() {
+  DescriptorConfig config;
+  config.max_keypoints = 60;
+  config.max_planes = 300;
+  config.max_voxels = 3000;
+  config.range_m = 40.0F;
+  config.column_size_m = 0.35F;
+  config.min_height_m = 0.5F;
+  config.window_m = 0.6F;
+  config.suppression_radius_m = 1.6F;
+  config.max_candidates = 500;
+  config.plane_min_cells = 12;
+  config.plane_max_variance_m2 = 0.02F;
+  return config;
+}
+
+LoopSearchConfig search_config() {
+  LoopSearchConfig config;
+  config.max_places = 12;
+  config.max_results = 6;
+  config.triangles.neighbours = 9;
+  config.triangles.min_side_m = 3.0F;
+  config.triangles.max_side_m = 30.0F;
+  config.triangles.max_triangles = 300;
+  config.side_tolerance_m = 0.25F;
+  config.dot_tolerance = 0.4F;
+  config.max_code_difference = 7;
+  config.max_bucket = 400;
+  config.max_candidates = 20;
+  config.max_verified = 6;
+  config.inlier_distance_m = 0.9F;
+  config.min_inliers = 4;
+  config.tilt.unknown_up_sigma_deg = 2.0F;
+  config.accept_confidence = 0.8F;
+  return config;
+}
+
+/// Three robots in one scene; of the second nothing tells how level its frames are.
+std::vector<OwnedPlace> make_places(PlaceDescriber& describer, std::string& text) {
+  const std::vector<test::Surface> scene = test::make_scene(17);
+  std::vector<OwnedPlace> places;
+  for (std::uint32_t session = 0; session < 3; ++session) {
+    for (std::uint32_t k = 0; k < 6; ++k) {
+      const double x = -9.0 + 3.5 * k + 1.3 * session;
+      const double y = 4.0 - 2.2 * k - 0.7 * session;
+      Pose sensor = test::standing_at(x, y, 1.4 + 0.2 * session, 0.9 * k + 2.0 * session);
+      // The vehicle leans; the description is of the levelled frame.
+      const Eigen::AngleAxisd lean(0.05 + 0.02 * k, Eigen::Vector3d(0.6, -0.8, 0.0));
+      sensor.rotation = sensor.rotation * lean.toRotationMatrix();
+      test::View view;
+      view.noise_seed = 100 * session + k;
+      view.spacing_m = 0.17;
+      view.range_m = 45.0;
+      view.noise_m = 0.015;
+      view.grid_shift = {0.07 * k, -0.05, 0.03 * session};
+      const PlaceView found = describer.describe(test::observe(scene, sensor, view));
+      OwnedPlace place;
+      place.id = {session, 10 * k};
+      place.T_session_place = level_frame(sensor);
+      place.T_session_place.translation += Eigen::Vector3d(100.0 * session, -50.0, 3.0 * session);
+      if (session != 1) place.up = {true, 3e-5F, 1e-5F, 5e-5F};
+      place.keypoints.assign(found.keypoints.begin(), found.keypoints.end());
+      place.planes.assign(found.planes.begin(), found.planes.end());
+      place.dropped = describer.dropped();
+      CloudMoments keypoints;
+      CloudMoments normals;
+      CloudMoments planes;
+      CloudMoments plane_normals;
+      std::uint64_t strength = 0;
+      std::uint64_t columns = 0;
+      for (const Keypoint& keypoint : place.keypoints) {
+        keypoints.add(keypoint.position);
+        normals.add(keypoint.normal);
+        strength += keypoint.strength;
+        columns ^= keypoint.occupancy;
+      }
+      for (const PlanePatch& plane : place.planes) {
+        planes.add(plane.center);
+        plane_normals.add(plane.normal);
+      }
+      text +=
+          join("place", count(session), count(place.id.keyframe), "dropped", count(place.dropped)) +
+          "\n  keypoints " + keypoints.text() + "\n  normals " + normals.text() + " strength " +
+          count(strength) + " columns " + count(columns) + "\n  planes " + planes.text() +
+          "\n  normals " + plane_normals.text() + "\n";
+      places.push_back(std::move(place));
+    }
+  }
+  return places;
+}
+
+}  // namespace
+
+TEST_CASE("places and the search among them, as before on every platform", "[regression]") {
+  std::string text;
+  Owned<PlaceDescriber> describer(descriptor_config(), DescriptorInput{2.0F, 1U << 16U});
+  REQUIRE(describer.ok());
+  const std::vector<OwnedPlace> places = make_places(*describer, text);
+  Owned<PlaceDatabase> database(search_config(), PlaceShape{50, 250, 2.0F});
+  REQUIRE(database.ok());
+  for (const OwnedPlace& place : places) {
+    database->insert(place.view(), place.id, place.T_session_place);
+    text += join("stored", count(database->size()), "evicted", count(database->evicted()),
+                 "dropped", count(database->dropped())) +
+            "\n";
+  }
+  const SearchScope scopes[] = {{SearchScope::Sessions::kAll, 15},
+                                {SearchScope::Sessions::kOnlySame, 10},
+                                {SearchScope::Sessions::kOnlyOther, 0}};
+  for (const SearchScope& scope : scopes) {
+    for (std::size_t i = 0; i < places.size(); i += 2) {
+      text += join("search for", count(places[i].id.session), count(places[i].id.keyframe), "in",
+                   kSearchSessions[static_cast<std::size_t>(scope.sessions)]) +
+              "\n";
+      for (const LoopCandidate& loop : database->search(places[i].view(), places[i].id, scope)) {
+        text +=
+            join("  found", count(loop.match.session), count(loop.match.keyframe), "confidence",
+                 fixed(static_cast<double>(loop.confidence), 4),
+                 loop.accepted ? "accepted" : "refused", "votes", count(loop.votes), "inliers",
+                 count(loop.inliers), "planes", fixed(static_cast<double>(loop.plane_overlap), 4),
+                 pose_text(loop.T_match_query)) +
+            "\n";
+      }
+      text += join("  dropped", count(database->dropped())) + "\n";
+    }
+  }
+  check_expected("places", text);
+}
