@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <future>
+#include <set>
 
 #include "ports/lcm/live.hpp"
 #include "ports/lcm/received_log.hpp"
@@ -297,4 +298,35 @@ TEST_CASE("a link that cannot be opened says which") {
   ListenOptions options;
   options.url = "nonsense://x";
   CHECK_THROWS_AS(listen(options), LinkError);
+}
+
+TEST_CASE("every message is counted as sent, with its bytes, or as refused by the network") {
+  // The network refuses every fifth datagram.
+  std::mutex mutex;
+  std::uint64_t calls = 0;
+  std::uint64_t taken = 0;
+  std::uint64_t bytes = 0;
+  std::set<std::uint32_t> spoilt;  // keyframes
+  const Send send = [&](std::string_view channel, Bytes message) {
+    const std::lock_guard lock(mutex);
+    if (++calls % 5 == 0) {
+      if (channel == kKeyframeChannel) spoilt.insert(decode_chunk(message)->sequence);
+      return false;
+    }
+    ++taken;
+    bytes += message.size();
+    return true;
+  };
+  PublisherOptions options = fast();
+  options.datagram_bytes = 4000;
+  Publisher publisher(kAlpha, send, options);
+  for (std::uint32_t i = 0; i < 6; ++i) publisher.publish(keyframe(i));
+  const PublisherCounters counters = publisher.finish();
+  CHECK(counters.messages_sent == taken);
+  CHECK(counters.bytes_sent == bytes);
+  CHECK(counters.send_failures == calls - taken);
+  REQUIRE_FALSE(spoilt.empty());
+  REQUIRE(spoilt.size() < 6);
+  CHECK(counters.keyframes_sent == 6 - spoilt.size());
+  CHECK(counters.keyframes_dropped == 0);
 }
