@@ -77,6 +77,18 @@ class Dataset {
   [[nodiscard]] virtual std::string sensor() const { return {}; }
   /// What was chosen or may be wrong about the input.
   [[nodiscard]] virtual std::vector<Note> notes() const { return {}; }
+  /// T_odometry_sensor at any time, where the recording has an odometry of a rate of its own; empty
+  /// without one, and beyond its ends.
+  [[nodiscard]] virtual std::optional<Pose> pose_at(std::int64_t /*stamp_ns*/) const {
+    return std::nullopt;
+  }
+};
+
+/// Whether points are moved from the sensor's frames of their own times to that of their scan.
+enum class Deskew : std::uint8_t {
+  kAuto,  ///< where that makes scans sharper
+  kOn,    ///< wherever points have a time
+  kOff,
 };
 
 /// How a recording is opened. Every member may stay as it is.
@@ -89,10 +101,14 @@ struct OpenOptions {
   std::string topic{};            ///< of the scans, in a bag
   std::string odometry_topic{};   ///< of the poses, in a bag
   std::string frame{};            ///< of the LiDAR, among those of a bag's transforms
+  /// Where the LiDAR is on what the poses are of; empty: as the recording says, or at its origin.
+  std::optional<Pose> T_base_lidar{};
+  Deskew deskew = Deskew::kAuto;  ///< see deskew.hpp
 };
 
 /// Opens the folder or file at `path` with the reader that the options name, or the first that
-/// recognises it. Throws DatasetError.
+/// recognises it. Several topics with commas between them are several LiDARs of one robot
+/// (mounting.hpp). Throws DatasetError.
 std::unique_ptr<Dataset> open_dataset(const std::filesystem::path& path,
                                       const OpenOptions& options = {});
 

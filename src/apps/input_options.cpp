@@ -2,10 +2,12 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "ports/datasets/readers.hpp"
+#include "src/apps/extrinsic.hpp"
 #include "src/apps/suggestion.hpp"
 
 namespace unimapper::apps {
@@ -46,6 +48,24 @@ void add_open_options(CLI::App& command, datasets::OpenOptions& options) {
   command
       .add_option("--poses", options.poses,
                   "Pose file, where it is not beside the scans: TUM, KITTI or 4x4 matrices")
+      ->group("Input");
+  command
+      .add_option_function<std::string>(
+          "--extrinsic",
+          [&options](const std::string& text) {
+            options.T_base_lidar = parse_extrinsic(text, "--extrinsic");
+          },
+          "x,y,z,roll,pitch,yaw of the LiDAR on what the poses are of, metres and degrees, turned "
+          "about the fixed axes x, y, z in this order; default: a bag's transforms, or none")
+      ->group("Input");
+  const std::map<std::string, datasets::Deskew> modes = {{"auto", datasets::Deskew::kAuto},
+                                                         {"on", datasets::Deskew::kOn},
+                                                         {"off", datasets::Deskew::kOff}};
+  command
+      .add_option("--deskew", options.deskew,
+                  "Compensate the motion within sweeps, where points have a time: auto (if that "
+                  "makes scans sharper), on or off")
+      ->transform(CLI::CheckedTransformer(modes).description(""))
       ->group("Input");
 }
 

@@ -1,0 +1,39 @@
+// Base of datasets that change another one.
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "ports/datasets/dataset.hpp"
+
+namespace unimapper::datasets {
+
+/// Passes on what the other dataset has; classes derived from it change a part.
+class DatasetDecorator : public Dataset {
+ public:
+  [[nodiscard]] std::size_t scan_count() const override { return inner_->scan_count(); }
+  void read_scan(std::size_t i, Scan& scan) const override { inner_->read_scan(i, scan); }
+  [[nodiscard]] const Pose& pose(std::size_t i) const override { return inner_->pose(i); }
+  [[nodiscard]] std::int64_t stamp_ns(std::size_t i) const override { return inner_->stamp_ns(i); }
+  [[nodiscard]] std::string scan_name(std::size_t i) const override { return inner_->scan_name(i); }
+  [[nodiscard]] std::vector<std::uint32_t> labels(std::size_t i) const override {
+    return inner_->labels(i);
+  }
+  [[nodiscard]] std::vector<Pose> ground_truth_poses() const override {
+    return inner_->ground_truth_poses();
+  }
+  [[nodiscard]] std::string sensor() const override { return inner_->sensor(); }
+  [[nodiscard]] std::vector<Note> notes() const override { return inner_->notes(); }
+  [[nodiscard]] std::optional<Pose> pose_at(std::int64_t stamp_ns) const override {
+    return inner_->pose_at(stamp_ns);
+  }
+
+ protected:
+  explicit DatasetDecorator(std::unique_ptr<Dataset> inner) : inner_(std::move(inner)) {}
+  [[nodiscard]] const Dataset& inner() const { return *inner_; }
+
+ private:
+  std::unique_ptr<Dataset> inner_;
+};
+
+}  // namespace unimapper::datasets

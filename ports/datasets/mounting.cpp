@@ -1,0 +1,137 @@
+#include "ports/datasets/mounting.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+#include <utility>
+
+#include "ports/datasets/decorator.hpp"
+
+namespace unimapper::datasets {
+namespace {
+
+class MountedDataset : public DatasetDecorator {
+ public:
+  MountedDataset(std::unique_ptr<Dataset> dataset, const Pose& T_base_lidar)
+      : DatasetDecorator(std::move(dataset)), T_base_lidar_(T_base_lidar) {
+    for (std::size_t i = 0; i < scan_count(); ++i) {
+      poses_.push_back(inner().pose(i) * T_base_lidar_);
+    }
+  }
+
+  [[nodiscard]] const Pose& pose(std::size_t i) const override { return poses_.at(i); }
+  [[nodiscard]] std::optional<Pose> pose_at(std::int64_t stamp_ns) const override {
+    const auto T_odometry_base = inner().pose_at(stamp_ns);
+    if (!T_odometry_base) return std::nullopt;
+    return *T_odometry_base * T_base_lidar_;
+  }
+  [[nodiscard]] std::vector<Pose> ground_truth_poses() const override {
+    std::vector<Pose> poses = inner().ground_truth_poses();
+    for (Pose& pose : poses) pose = pose * T_base_lidar_;
+    return poses;
+  }
+
+ private:
+  Pose T_base_lidar_;
+  std::vector<Pose> poses_;
+};
+
+class SeveralLidars : public DatasetDecorator {
+ public:
+  explicit SeveralLidars(std::vector<std::unique_ptr<Dataset>> datasets)
+      : DatasetDecorator(std::move(datasets.front())) {
+    others_.assign(std::make_move_iterator(datasets.begin() + 1),
+                   std::make_move_iterator(datasets.end()));
+    for (const auto& other : others_) partners_.push_back(nearest_scans(*other));
+  }
+
+  void read_scan(std::size_t i, Scan& scan) const override {
+    inner().read_scan(i, scan);
+    scan.ring.clear();
+    for (std::size_t k = 0; k < others_.size(); ++k) {
+      if (partners_[k][i]) append(i, *others_[k], *partners_[k][i], scan);
+    }
+  }
+  [[nodiscard]] std::vector<std::uint32_t> labels(std::size_t /*i*/) const override { return {}; }
+  [[nodiscard]] std::string sensor() const override { return {}; }
+
+  [[nodiscard]] std::vector<Note> notes() const override {
+    std::vector<Note> notes = inner().notes();
+    for (std::size_t k = 0; k < others_.size(); ++k) {
+      for (const Note& note : others_[k]->notes()) notes.push_back(note);
+      notes.push_back(note_of(k));
+    }
+    return notes;
+  }
+
+ private:
+  using Partners = std::vector<std::optional<std::size_t>>;
+
+  [[nodiscard]] Partners nearest_scans(const Dataset& other) const {
+    Partners partners(scan_count());
+    if (scan_count() < 2) return partners;
+    const std::int64_t limit_ns = (stamp_ns(scan_count() - 1) - stamp_ns(0)) /
+                                  static_cast<std::int64_t>(2 * (scan_count() - 1));
+    std::size_t nearest = 0;
+    const auto apart_ns = [&](std::size_t i, std::size_t j) {
+      const std::int64_t difference = other.stamp_ns(j) - stamp_ns(i);
+      return difference < 0 ? -difference : difference;
+    };
+    for (std::size_t i = 0; i < scan_count() && other.scan_count() > 0; ++i) {
+      while (nearest + 1 < other.scan_count() && apart_ns(i, nearest + 1) <= apart_ns(i, nearest)) {
+        ++nearest;
+      }
+      if (apart_ns(i, nearest) <= limit_ns) partners[i] = nearest;
+    }
+    return partners;
+  }
+
+  void append(std::size_t i, const Dataset& other, std::size_t j, Scan& scan) const {
+    Scan points;
+    other.read_scan(j, points);
+    const Pose T_first_other = pose(i).inverse() * other.pose(j);
+    const Eigen::Matrix3f rotation = T_first_other.rotation.cast<float>();
+    const Eigen::Vector3f translation = T_first_other.translation.cast<float>();
+    for (const Scan::Point& p : points.points) {
+      const Eigen::Vector3f moved = rotation * Eigen::Vector3f(p.x, p.y, p.z) + translation;
+      scan.points.push_back({moved.x(), moved.y(), moved.z(), p.intensity});
+    }
+    // A point of the other that is late against its scan is late against this one by more.
+    scan.time_s.clear();
+  }
+
+  [[nodiscard]] Note note_of(std::size_t k) const {
+    const auto count = static_cast<std::size_t>(
+        std::count_if(partners_[k].begin(), partners_[k].end(), [](const auto& j) { return j; }));
+    double apart_m = 0.0;
+    for (std::size_t i = 0; i < partners_[k].size() && apart_m == 0.0; ++i) {
+      if (!partners_[k][i]) continue;
+      const Pose other = others_[k]->pose(*partners_[k][i]);
+      const auto at_once = others_[k]->pose_at(stamp_ns(i));
+      apart_m = (pose(i).inverse() * at_once.value_or(other)).translation.norm();
+    }
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "LiDAR %zu added to %zu of %zu scans, %.2f m from the first; free space is "
+                  "claimed from the first one's viewpoint",
+                  k + 2, count, partners_[k].size(), apart_m);
+    constexpr double kFar_m = 0.5;
+    return {text, apart_m > kFar_m || 2 * count < partners_[k].size()};
+  }
+
+  std::vector<std::unique_ptr<Dataset>> others_;
+  std::vector<Partners> partners_;  // of each other one, by scan of the first
+};
+
+}  // namespace
+
+std::unique_ptr<Dataset> mounted(std::unique_ptr<Dataset> dataset, const Pose& T_base_lidar) {
+  return std::make_unique<MountedDataset>(std::move(dataset), T_base_lidar);
+}
+
+std::unique_ptr<Dataset> several_lidars(std::vector<std::unique_ptr<Dataset>> datasets) {
+  if (datasets.size() == 1) return std::move(datasets.front());
+  return std::make_unique<SeveralLidars>(std::move(datasets));
+}
+
+}  // namespace unimapper::datasets

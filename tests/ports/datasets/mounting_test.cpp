@@ -1,0 +1,111 @@
+// Tests of mounted LiDARs and of several LiDARs as one.
+#include "ports/datasets/mounting.hpp"
+
+#include <catch2/catch.hpp>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace unimapper::datasets {
+namespace {
+
+const Eigen::Vector3d kLandmark(10.0, 2.0, 1.0);
+
+Pose base_at(double time_s) {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(0.3 * time_s, Eigen::Vector3d::UnitZ())),
+          {2.0 * time_s, 0.0, 0.0}};
+}
+
+Pose mounting(double x, double yaw) {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ())), {x, 0.1, 0.8}};
+}
+
+/// Scans of one point each, the landmark, every 0.1 s after `first_s`.
+class Landmark : public Dataset {
+ public:
+  Landmark(const Pose& T_base_lidar, bool has_poses_of_base, double first_s = 0.1)
+      : first_s_(first_s) {
+    for (std::size_t i = 0; i < 10; ++i) {
+      const Pose T_world_base = base_at(1e-9 * static_cast<double>(stamp_ns(i)));
+      const Pose T_world_lidar = T_world_base * T_base_lidar;
+      seen_.push_back((T_world_lidar.inverse() * kLandmark).cast<float>());
+      poses_.push_back(has_poses_of_base ? T_world_base : T_world_lidar);
+    }
+  }
+  [[nodiscard]] std::size_t scan_count() const override { return poses_.size(); }
+  void read_scan(std::size_t i, Scan& scan) const override {
+    scan.reset(0);
+    scan.points.push_back({seen_[i].x(), seen_[i].y(), seen_[i].z(), 0.5F});
+    scan.ring.push_back(3);
+  }
+  [[nodiscard]] const Pose& pose(std::size_t i) const override { return poses_.at(i); }
+  [[nodiscard]] std::int64_t stamp_ns(std::size_t i) const override {
+    return static_cast<std::int64_t>(1e9 * first_s_) + 100'000'000 * static_cast<std::int64_t>(i);
+  }
+  [[nodiscard]] std::string scan_name(std::size_t i) const override { return std::to_string(i); }
+  [[nodiscard]] std::vector<std::uint32_t> labels(std::size_t /*i*/) const override { return {}; }
+  [[nodiscard]] std::vector<Pose> ground_truth_poses() const override { return poses_; }
+
+ private:
+  double first_s_;
+  std::vector<Pose> poses_;
+  std::vector<Eigen::Vector3f> seen_;
+};
+
+double error_m(const Dataset& dataset, std::size_t scan, std::size_t point) {
+  Scan read;
+  dataset.read_scan(scan, read);
+  const Scan::Point& p = read.points.at(point);
+  return (dataset.pose(scan) * Eigen::Vector3d(p.x, p.y, p.z) - kLandmark).norm();
+}
+
+std::vector<std::unique_ptr<Dataset>> pair_of(const Pose& second, double second_first_s) {
+  std::vector<std::unique_ptr<Dataset>> datasets;
+  datasets.push_back(std::make_unique<Landmark>(mounting(0.3, 0.0), false));
+  datasets.push_back(std::make_unique<Landmark>(second, false, second_first_s));
+  return datasets;
+}
+
+}  // namespace
+
+TEST_CASE("poses of the base become those of the LiDAR") {
+  const Pose T_base_lidar = mounting(0.4, 1.0);
+  const Landmark as_recorded(T_base_lidar, true);
+  CHECK(error_m(as_recorded, 5, 0) > 1.0);
+  const auto dataset = mounted(std::make_unique<Landmark>(T_base_lidar, true), T_base_lidar);
+  for (std::size_t i = 0; i < dataset->scan_count(); ++i) {
+    CHECK(error_m(*dataset, i, 0) < 1e-5);
+    CHECK((dataset->ground_truth_poses()[i].translation - dataset->pose(i).translation).norm() <
+          1e-12);
+  }
+}
+
+TEST_CASE("points of a second LiDAR lie in the first one's frame, whenever they were measured") {
+  const auto dataset = several_lidars(pair_of(mounting(-0.1, 3.0), 0.13));
+  REQUIRE(dataset->scan_count() == 10);
+  Scan scan;
+  dataset->read_scan(4, scan);
+  CHECK(scan.points.size() == 2);
+  CHECK(scan.ring.empty());
+  CHECK(error_m(*dataset, 4, 0) < 1e-5);
+  CHECK(error_m(*dataset, 4, 1) < 1e-5);
+  REQUIRE(dataset->notes().size() == 1);
+  CHECK(dataset->notes()[0].text.find("LiDAR 2 added to 10 of 10 scans") == 0);
+}
+
+TEST_CASE("scans too far apart in time stay apart") {
+  const auto dataset = several_lidars(pair_of(mounting(-0.1, 3.0), 0.56));
+  Scan scan;
+  dataset->read_scan(0, scan);
+  CHECK(scan.points.size() == 1);
+  dataset->read_scan(9, scan);
+  CHECK(scan.points.size() == 2);
+  CHECK(dataset->notes()[0].text.find("LiDAR 2 added to 5 of 10 scans") == 0);
+}
+
+TEST_CASE("LiDARs far from each other are warned of") {
+  CHECK_FALSE(several_lidars(pair_of(mounting(0.0, 3.0), 0.1))->notes()[0].is_doubtful);
+  CHECK(several_lidars(pair_of(mounting(-3.0, 3.0), 0.1))->notes()[0].is_doubtful);
+}
+
+}  // namespace unimapper::datasets
