@@ -36,9 +36,8 @@ void ComponentLabels::join_blocks(std::uint32_t b, std::uint32_t other,
 
 std::uint64_t ComponentLabels::follow(std::uint32_t part, std::uint64_t touched, const Block& block,
                                       std::uint64_t low) noexcept {
-  for (std::uint64_t left = low & touched; left != 0; left &= left - 1) {
-    part_of_low_[row_of(block, bit_number(left))] = part;
-  }
+  visit_rows(block, low & touched,
+             [&](std::uint64_t, std::uint32_t row) noexcept { part_of_low_[row] = part; });
   return low & ~touched;
 }
 

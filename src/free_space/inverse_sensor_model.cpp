@@ -22,6 +22,7 @@ void InverseSensorModel::add(const std::uint16_t* pixels, const ImageProjection&
   float z[kPointsPerBatch];
   float range_m[kPointsPerBatch];
   std::int32_t pixel[kPointsPerBatch];
+  std::int32_t measured[kPointsPerBatch];
   for (std::size_t first = 0; first < points.size; first += kPointsPerBatch) {
     const std::size_t size = std::min(kPointsPerBatch, points.size - first);
     for (std::size_t i = 0; i < size; ++i) {
@@ -34,25 +35,28 @@ void InverseSensorModel::add(const std::uint16_t* pixels, const ImageProjection&
     }
     projection.project(x, y, z, size, pixel, range_m);
     for (std::size_t i = 0; i < size; ++i) {
-      if (pixel[i] == ImageProjection::kOutside) continue;
-      switch (visibility_.look(pixels[pixel[i]], range_m[i])) {
-        case Visibility::kSeenThrough:
-          points.log_odds[first + i] += free_at(range_m[i]);
-          break;
-        case Visibility::kSurface:
-          points.log_odds[first + i] -= weights_.weakly_occupied;
-          break;
-        case Visibility::kUnknown:
-          break;
-      }
+      measured[i] = pixel[i] == ImageProjection::kOutside ? kNoRange : pixels[pixel[i]];
     }
+    weigh(measured, range_m, size, points.log_odds + first);
   }
 }
 
-std::int32_t InverseSensorModel::free_at(float range_m) const noexcept {
-  if (!(full_weight_range_m_ > 0.0F) || range_m <= full_weight_range_m_) return weights_.free;
-  return static_cast<std::int32_t>(static_cast<float>(weights_.free) * full_weight_range_m_ /
-                                   range_m);
+void InverseSensorModel::weigh(const std::int32_t* __restrict measured,
+                               const float* __restrict range_m, std::size_t count,
+                               std::int32_t* __restrict log_odds) const noexcept {
+  // Copies, as above.
+  const VisibilityTest visibility = visibility_;
+  const EvidenceWeights weights = weights_;
+  constexpr float kEverywhere_m = 1e30F;
+  const float full_m = full_weight_range_m_ > 0.0F ? full_weight_range_m_ : kEverywhere_m;
+  const float scaled = static_cast<float>(weights.free) * full_m;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float beyond_m = range_m[i] > full_m ? range_m[i] : full_m;
+    const auto reduced = static_cast<std::int32_t>(scaled / beyond_m);
+    const std::int32_t free = range_m[i] > full_m ? reduced : weights.free;
+    const Visibility is = visibility.look(measured[i], range_m[i]);
+    log_odds[i] += (free & is.seen_through) - (weights.weakly_occupied & is.surface);
+  }
 }
 
 }  // namespace unimapper

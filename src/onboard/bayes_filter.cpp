@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "cell_counts.hpp"
+
 namespace unimapper::onboard {
 namespace {
 
@@ -10,33 +12,6 @@ constexpr std::uint32_t kHistoryAhead = 4;  ///< blocks whose history is loaded 
 
 VoxelIndex moved(const VoxelIndex& cell, const VoxelIndex& by) noexcept {
   return {cell.x + by.x, cell.y + by.y, cell.z + by.z};
-}
-
-/// How many of up to 63 words have each bit set: a counter per bit, the counters' digits side by
-/// side, so that one addition serves 64 cells.
-struct CellCounts {
-  static constexpr std::int32_t kDigits = 6;
-  std::uint64_t digit[kDigits] = {};
-
-  [[nodiscard]] std::int32_t of(std::uint64_t cell) const noexcept {
-    std::int32_t count = 0;
-    for (std::int32_t d = 0; d < kDigits; ++d) count += (digit[d] & cell) != 0 ? 1 << d : 0;
-    return count;
-  }
-};
-
-CellCounts count_per_cell(std::span<const std::uint64_t> words) noexcept {
-  CellCounts counts;
-  for (const std::uint64_t word : words) {
-    std::uint64_t carry = word;
-    // All digits every time: where a carry ends cannot be predicted.
-    for (std::uint64_t& digit : counts.digit) {
-      const std::uint64_t both = digit & carry;
-      digit ^= carry;
-      carry = both;
-    }
-  }
-  return counts;
 }
 
 }  // namespace
@@ -106,24 +81,21 @@ void BayesFilter::collect(const EvidenceWindow& window, const CellTable& cells,
   const BlockHistory before = window.blocks().before(b);
   std::uint64_t unknown = candidates;
   if (log_odds_.clamp > 0) {
-    for (std::uint64_t left = candidates & before.occupied; left != 0; left &= left - 1) {
-      const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
-      const std::uint64_t lower = (std::uint64_t{1} << bit) - 1U;
-      const std::int16_t sum = sums_before_[before.first + popcount(before.occupied & lower)];
-      if (sum == kNoCandidate) continue;
+    visit_rows(block, candidates & before.occupied, [&](std::uint64_t cell, std::uint32_t row) {
+      const std::int16_t sum = sums_before_[before.first + popcount(before.occupied & (cell - 1U))];
+      if (sum == kNoCandidate) return;
       const std::int32_t carried = std::clamp<std::int32_t>(sum, -log_odds_.clamp, log_odds_.clamp);
-      known_->add(cells, row_of(block, bit), carried - log_odds_.weights.occupied);
-      unknown &= ~lowest_bit(left);
-    }
+      known_->add(cells, row, carried - log_odds_.weights.occupied);
+      unknown &= ~cell;
+    });
   }
   if (unknown == 0) return;
-  const CellCounts occupied = count_per_cell(window.blocks().occupied(b));
-  for (std::uint64_t left = unknown; left != 0; left &= left - 1) {
-    const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
+  const CellCounts occupied(window.blocks().occupied(b));
+  visit_rows(block, unknown, [&](std::uint64_t cell, std::uint32_t row) {
     // Occupied in the current keyframe, too, which is no evidence.
-    const std::int32_t times = occupied.of(lowest_bit(left)) - 1;
-    new_->add(cells, row_of(block, bit), -log_odds_.weights.occupied * times);
-  }
+    const std::int32_t times = occupied.of(static_cast<std::uint32_t>(std::countr_zero(cell))) - 1;
+    new_->add(cells, row, -log_odds_.weights.occupied * times);
+  });
 }
 
 void BayesFilter::finish_known(const EvidenceWindow& window, CellTable& cells) noexcept {

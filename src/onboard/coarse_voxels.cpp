@@ -1,9 +1,8 @@
 #include "coarse_voxels.hpp"
 
-#include <bit>
-
 #include "unimapper/core/recent_voxels.hpp"
 #include "unimapper/core/symmetric_eigen.hpp"
+#include "unimapper/free_space/block_bits.hpp"
 
 namespace unimapper::onboard {
 namespace {
@@ -44,38 +43,45 @@ void CoarseVoxels::collect_moments(const CellTable& cells) noexcept {
     // The block's first cell decides; the others lie in its voxel or in the next one.
     const VoxelIndex first = cell_in(block.index, 0);
     const VoxelIndex corner = voxel_of(first, cells_per_voxel);
-    // Cells of the block from which on the next voxel begins.
-    const VoxelIndex next{(corner.x + 1) * cells_per_voxel - first.x,
-                          (corner.y + 1) * cells_per_voxel - first.y,
-                          (corner.z + 1) * cells_per_voxel - first.z};
-    std::uint64_t left = block.occupied;
-    for (std::uint32_t row = block.first; left != 0; ++row, left &= left - 1) {
-      const auto bit = std::countr_zero(left);
-      const std::int32_t x = (bit & 3) >= next.x ? 1 : 0;
-      const std::int32_t y = (bit >> 2 & 3) >= next.y ? 1 : 0;
-      const std::int32_t z = (bit >> 4) >= next.z ? 1 : 0;
-      const VoxelIndex index{corner.x + x, corner.y + y, corner.z + z};
+    const std::uint64_t next_x = layers_from_x((corner.x + 1) * cells_per_voxel - first.x);
+    const std::uint64_t next_y = layers_from_y((corner.y + 1) * cells_per_voxel - first.y);
+    const std::uint64_t next_z = layers_from_z((corner.z + 1) * cells_per_voxel - first.z);
+    for (std::uint64_t left = block.occupied; left != 0;) {
+      const std::uint64_t cell = lowest_bit(left);
+      const bool x = (next_x & cell) != 0;
+      const bool y = (next_y & cell) != 0;
+      const bool z = (next_z & cell) != 0;
+      const VoxelIndex index{corner.x + (x ? 1 : 0), corner.y + (y ? 1 : 0),
+                             corner.z + (z ? 1 : 0)};
+      const std::uint64_t here =
+          left & (x ? next_x : ~next_x) & (y ? next_y : ~next_y) & (z ? next_z : ~next_z);
+      left &= ~here;
       const std::uint32_t entry =
           recent.entry(index, [this](VoxelKey key) { return map_.find_or_insert(key); });
-      add_cell(cells, row, entry, corner_of(index, size_m));
+      add_cells(cells, block, here, entry, corner_of(index, size_m));
     }
   }
 }
 
-void CoarseVoxels::add_cell(const CellTable& cells, std::uint32_t row, std::uint32_t entry,
-                            const Eigen::Vector3f& corner) noexcept {
-  of_row_[row] = entry;
+void CoarseVoxels::add_cells(const CellTable& cells, const Block& block, std::uint64_t some,
+                             std::uint32_t entry, const Eigen::Vector3f& corner) noexcept {
+  visit_rows(block, some,
+             [this, entry](std::uint64_t, std::uint32_t row) noexcept { of_row_[row] = entry; });
   if (entry == kNone) {
-    ++left_out_;
+    left_out_ += popcount(some);
     return;
   }
   CoarseVoxel& voxel = map_[entry];
-  const auto weight = static_cast<float>(cells.points(row));
-  const Eigen::Vector3f local = cells.position(row) - corner;
-  const Eigen::Vector3f weighted = local * weight;
-  voxel.sum += weighted;
-  voxel.squares.noalias() += weighted * local.transpose();
-  voxel.points += cells.points(row);
+  visit_rows(block, some, [&](std::uint64_t, std::uint32_t row) noexcept {
+    const auto weight = static_cast<float>(cells.points(row));
+    const Eigen::Vector3f local = cells.position(row) - corner;
+    const Eigen::Vector3f weighted = local * weight;
+    voxel.sum += weighted;
+    for (int j = 0; j < 3; ++j) {
+      for (int i = 0; i <= j; ++i) voxel.squares(i, j) += weighted(i) * local(j);
+    }
+    voxel.points += cells.points(row);
+  });
 }
 
 void CoarseVoxels::find_plane(CoarseVoxel& voxel, const Eigen::Vector3f& corner) const noexcept {

@@ -15,7 +15,7 @@ namespace unimapper::onboard {
 struct CoarseVoxel {
   // Raw moments about the voxel's lower corner, metres.
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-  Eigen::Matrix3f squares = Eigen::Matrix3f::Zero();
+  Eigen::Matrix3f squares = Eigen::Matrix3f::Zero();  ///< upper triangle only
   std::uint32_t points = 0;
 
   Eigen::Vector3f mean = Eigen::Vector3f::Zero();    ///< metres from the grid's origin
@@ -54,8 +54,9 @@ class CoarseVoxels {
 
  private:
   void collect_moments(const CellTable& cells) noexcept;
-  void add_cell(const CellTable& cells, std::uint32_t row, std::uint32_t entry,
-                const Eigen::Vector3f& corner) noexcept;
+  /// Adds some cells of a block to the voxel they lie in.
+  void add_cells(const CellTable& cells, const Block& block, std::uint64_t some,
+                 std::uint32_t entry, const Eigen::Vector3f& corner) noexcept;
   void find_plane(CoarseVoxel& voxel, const Eigen::Vector3f& corner) const noexcept;
 
   VoxelConfig config_;

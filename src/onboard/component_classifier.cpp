@@ -66,13 +66,16 @@ void ComponentClassifier::count_cells(ComponentTally& tally, std::uint64_t cells
                                       const Block& block, std::span<const std::int16_t> log_odds,
                                       const BlockHistory& before) const noexcept {
   tally.cells += popcount(cells);
-  for (std::uint64_t left = cells; left != 0; left &= left - 1) {
-    const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
-    const std::int32_t sum = std::clamp<std::int32_t>(log_odds[row_of(block, bit)],
-                                                      -confirmed_static_, confirmed_static_);
-    tally.evidence += static_cast<std::uint32_t>(sum < 0 ? -sum : sum);
-    tally.evidence_dynamic += static_cast<std::uint32_t>(sum < 0 ? 0 : sum);
-  }
+  std::int32_t all = 0;
+  std::int32_t positive = 0;
+  visit_rows(block, cells, [&](std::uint64_t, std::uint32_t row) noexcept {
+    const std::int32_t sum =
+        std::clamp<std::int32_t>(log_odds[row], -confirmed_static_, confirmed_static_);
+    all += sum;
+    positive += std::max(sum, 0);
+  });
+  tally.evidence += static_cast<std::uint32_t>(2 * positive - all);  // sum of the magnitudes
+  tally.evidence_dynamic += static_cast<std::uint32_t>(positive);
   tally.was_dynamic += popcount(cells & before.proven);
   tally.was_static += popcount(cells & before.occupied & ~before.dynamic);
 }

@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 
+#include "cell_counts.hpp"
+
 namespace unimapper::onboard {
 namespace {
 
@@ -126,13 +128,16 @@ void FinalLabels::add(const BlockWindow& blocks, const OpenBlock& block, const V
   const std::uint32_t number = group.blocks++;
   group.decided[number] = 0;
   const float size_m = grid_.cell_size_m;
+  std::uint64_t occupied_later[RemovalConfig::kMaxWindow + 1];
+  for (std::uint32_t later = latest_age; later < age; ++later) {
+    occupied_later[later - latest_age] = blocks.occupied_entry(block.entry, later);
+  }
+  const CellCounts occupied({occupied_later, age - latest_age});
   for (std::uint64_t left = block.dynamic | block.open; left != 0; left &= left - 1) {
     const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
     const VoxelIndex cell = cell_in(index, bit);
-    std::int32_t sum = (block.dynamic >> bit & 1U) != 0 ? prior_ : 0;
-    for (std::uint32_t later = latest_age; later < age; ++later) {
-      if ((blocks.occupied_entry(block.entry, later) >> bit & 1U) != 0) sum -= occupied_;
-    }
+    const std::int32_t prior = (block.dynamic >> bit & 1U) != 0 ? prior_ : 0;
+    const std::int32_t sum = prior - occupied_ * occupied.of(bit);
     if ((block.open >> bit & 1U) != 0 && sum <= -kStaticObservations * occupied_) {
       group.block[number].open &= ~(std::uint64_t{1} << bit);
       group.decided[number] += std::max(sum, -confirmed_static_);

@@ -12,17 +12,14 @@ namespace {
 template <std::size_t n>
 struct Axis {
   float value[n];         ///< metres from the sensor, then cells from the grid's origin
-  std::int32_t block[n];  ///< index of the block
-  std::uint32_t low[n];   ///< of the cell within its block
+  std::int32_t cell[n];   ///< index of the cell
+  std::int32_t block[n];  ///< index of its block
   float local[n];         ///< within the cell, [0, 1)
 
   void split(std::size_t size) noexcept {
-    // In two loops: GCC does not vectorise the rounding together with what follows from it.
-    std::int32_t cell[n];
-    for (std::size_t i = 0; i < size; ++i) cell[i] = floor_to_int(value[i]);
     for (std::size_t i = 0; i < size; ++i) {
+      cell[i] = floor_of_bounded(value[i]);
       block[i] = cell[i] >> Block::kEdgeBits;
-      low[i] = static_cast<std::uint32_t>(cell[i] & (Block::kEdge - 1));
       local[i] = value[i] - static_cast<float>(cell[i]);
     }
   }
@@ -38,10 +35,14 @@ struct ScanAccumulator::Batch {
   Axis<kBatch> y;
   Axis<kBatch> z;
   std::uint32_t bit[kBatch];     ///< of the cell: its number within the block
+  std::uint32_t recent[kBatch];  ///< where its block would be among the recent ones
   std::uint32_t height[kBatch];  ///< within the cell, as in a code
 
   [[nodiscard]] VoxelIndex block(std::size_t i) const noexcept {
     return {x.block[i], y.block[i], z.block[i]};
+  }
+  [[nodiscard]] bool is_in(const VoxelIndex& other, std::size_t i) const noexcept {
+    return x.block[i] == other.x && y.block[i] == other.y && z.block[i] == other.z;
   }
   /// Adds point `i` to its cell.
   void add_to(CellSums& cell, std::size_t i) const noexcept {
@@ -149,15 +150,21 @@ void ScanAccumulator::locate(Batch& batch) const noexcept {
     const float px = x[i];
     const float py = y[i];
     const float pz = z[i];
-    x[i] = m(0, 0) * px + m(0, 1) * py + m(0, 2) * pz + t.x();
-    y[i] = m(1, 0) * px + m(1, 1) * py + m(1, 2) * pz + t.y();
-    z[i] = m(2, 0) * px + m(2, 1) * py + m(2, 2) * pz + t.z();
+    x[i] = bounded_for_int(m(0, 0) * px + m(0, 1) * py + m(0, 2) * pz + t.x());
+    y[i] = bounded_for_int(m(1, 0) * px + m(1, 1) * py + m(1, 2) * pz + t.y());
+    z[i] = bounded_for_int(m(2, 0) * px + m(2, 1) * py + m(2, 2) * pz + t.z());
   }
   batch.x.split(batch.size);
   batch.y.split(batch.size);
   batch.z.split(batch.size);
   for (std::size_t i = 0; i < batch.size; ++i) {
-    batch.bit[i] = batch.x.low[i] | (batch.y.low[i] << 2U) | (batch.z.low[i] << 4U);
+    constexpr std::int32_t kInBlock = Block::kEdge - 1;
+    batch.bit[i] = static_cast<std::uint32_t>(
+        (batch.x.cell[i] & kInBlock) | ((batch.y.cell[i] & kInBlock) << Block::kEdgeBits) |
+        ((batch.z.cell[i] & kInBlock) << 2 * Block::kEdgeBits));
+  }
+  for (std::size_t i = 0; i < batch.size; ++i) {
+    batch.recent[i] = Recent::slot_of(batch.block(i));
   }
   for (std::size_t i = 0; i < batch.size; ++i) {
     const auto height = static_cast<std::int32_t>(batch.z.local[i] * 256.0F);
@@ -165,23 +172,26 @@ void ScanAccumulator::locate(Batch& batch) const noexcept {
   }
 }
 
-std::uint32_t ScanAccumulator::enter(const VoxelIndex& block, BlockWindow& window) noexcept {
-  const std::uint32_t hash = static_cast<std::uint32_t>(block.x) * 0x9E3779B1U +
-                             static_cast<std::uint32_t>(block.y) * 0x85EBCA77U +
-                             static_cast<std::uint32_t>(block.z) * 0xC2B2AE3DU;
-  Recent& recent = recent_[hash >> (32U - kRecentBits)];
-  if (block == recent.block) return recent.number;
+std::uint32_t ScanAccumulator::enter(const Batch& batch, std::size_t i,
+                                     BlockWindow& window) noexcept {
+  const VoxelIndex block = batch.block(i);
   const std::uint32_t number = window.enter(block);
   if (number == cells_.blocks().size()) cells_.add_block(block);
-  recent = {block, number};
+  recent_[batch.recent[i]] = {block, number};
   return number;
+}
+
+std::uint32_t ScanAccumulator::block_for(const Batch& batch, std::size_t i,
+                                         BlockWindow& window) noexcept {
+  const Recent& recent = recent_[batch.recent[i]];
+  return batch.is_in(recent.block, i) ? recent.number : enter(batch, i, window);
 }
 
 std::uint32_t ScanAccumulator::entry_for(const Batch& batch, std::size_t i,
                                          BlockWindow& window) noexcept {
-  const std::uint32_t block = enter(batch.block(i), window);
-  if (block == BlockWindow::kNone) return CellStore::kNone;
-  return cells_.find_or_insert(block, batch.bit[i]);
+  const std::uint32_t number = block_for(batch, i, window);
+  if (number == BlockWindow::kNone) return CellStore::kNone;
+  return cells_.find_or_insert(number, batch.bit[i]);
 }
 
 void ScanAccumulator::find_entries(const Batch& batch, std::uint32_t* entries,
@@ -189,13 +199,14 @@ void ScanAccumulator::find_entries(const Batch& batch, std::uint32_t* entries,
   // From block to cell to sums, one step at a time for all points: what a step reads is then on
   // its way before it is needed.
   std::uint32_t* const numbers = entries;
-  for (std::size_t i = 0; i < batch.size; ++i) {
+  const std::size_t size = batch.size;
+  for (std::size_t i = 0; i < size; ++i) {
     numbers[i] = BlockWindow::kNone;
     if (batch.valid[i] == 0) continue;
-    numbers[i] = enter(batch.block(i), window);
+    numbers[i] = block_for(batch, i, window);
     if (numbers[i] != BlockWindow::kNone) cells_.prefetch_block(numbers[i]);
   }
-  for (std::size_t i = 0; i < batch.size; ++i) {
+  for (std::size_t i = 0; i < size; ++i) {
     if (numbers[i] == BlockWindow::kNone) continue;
     entries[i] = cells_.find_or_insert(numbers[i], batch.bit[i]);
     if (entries[i] != CellStore::kNone) cells_.prefetch_sums(entries[i]);
@@ -207,8 +218,10 @@ void ScanAccumulator::insert(const Batch& batch, PointCode* codes, ScanCounts& c
   std::uint32_t entries[kBatch];
   find_entries(batch, entries, window);
   // Points that follow each other often share their cell: its sums then stay in registers.
-  std::uint32_t entry = CellStore::kNone;
+  CellSums none{};
+  CellSums* cell = &none;
   CellSums sums{};
+  std::uint32_t entry = CellStore::kNone;
   for (std::size_t i = 0; i < batch.size; ++i) {
     const std::uint32_t found = entries[i];
     if (found == CellStore::kNone) {
@@ -217,14 +230,15 @@ void ScanAccumulator::insert(const Batch& batch, PointCode* codes, ScanCounts& c
       continue;
     }
     if (found != entry) {
-      if (entry != CellStore::kNone) cells_[entry] = sums;
+      *cell = sums;
       entry = found;
-      sums = cells_[found];
+      cell = &cells_[found];
+      sums = *cell;
     }
     batch.add_to(sums, i);
     codes[i] = found | batch.height[i];
   }
-  if (entry != CellStore::kNone) cells_[entry] = sums;
+  *cell = sums;
 }
 
 void ScanAccumulator::insert_thinned(const Batch& batch, PointCode* codes, ScanCounts& counts,

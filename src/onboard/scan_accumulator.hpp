@@ -81,8 +81,11 @@ class ScanAccumulator {
   std::uint32_t entry_for(const Batch& batch, std::size_t i, BlockWindow& window) noexcept;
   /// The same for every point of a batch; `CellStore::kNone` for invalid ones too.
   void find_entries(const Batch& batch, std::uint32_t* entries, BlockWindow& window) noexcept;
-  /// Number of a block, which is made if need be.
-  std::uint32_t enter(const VoxelIndex& block, BlockWindow& window) noexcept;
+  /// Number of the block of point `i`, which is made if need be, or `BlockWindow::kNone`.
+  std::uint32_t block_for(const Batch& batch, std::size_t i, BlockWindow& window) noexcept;
+  /// The same if it is not a recent one; it becomes one. Not inlined: it is the rare case.
+  [[gnu::noinline]] std::uint32_t enter(const Batch& batch, std::size_t i,
+                                        BlockWindow& window) noexcept;
 
   Grid grid_;
   float range_min_squared_ = 0.0F;
@@ -96,13 +99,21 @@ class ScanAccumulator {
   PointCode* codes_ = nullptr;
   CellStore cells_;
 
-  /// Recent blocks: scans return to the same few hundred again and again.
+  /// Recent blocks: scans return to the same ones again and again.
+  static constexpr std::uint32_t kRecentBits = 11;
+  static constexpr std::uint32_t kRecent = 1U << kRecentBits;
   struct Recent {
     VoxelIndex block;
     std::uint32_t number;
+
+    /// Where a block is looked for. Shifts and sums only, so that loops over it vectorise.
+    [[nodiscard]] static std::uint32_t slot_of(const VoxelIndex& block) noexcept {
+      const auto x = static_cast<std::uint32_t>(block.x);
+      const auto y = static_cast<std::uint32_t>(block.y);
+      const auto z = static_cast<std::uint32_t>(block.z);
+      return (x + (y << 5U) + (z << 2U) + (z << 9U)) % kRecent;
+    }
   };
-  static constexpr std::uint32_t kRecentBits = 9;
-  static constexpr std::uint32_t kRecent = 1U << kRecentBits;
   Recent recent_[kRecent] = {};
   FixedHashMap<PointCode> leaves_;
 };

@@ -1,6 +1,7 @@
 // Morphology of blocks against plain loops
 #include "unimapper/free_space/block_bits.hpp"
 
+#include <bit>
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
@@ -73,4 +74,31 @@ TEST_CASE("a flood fills exactly what is connected") {
   CHECK(flooded(island, path | island) == island);
   CHECK(flooded(1, ~std::uint64_t{0}) == ~std::uint64_t{0});
   CHECK(flooded(1, 1) == 1);
+}
+
+TEST_CASE("layers from a number on hold exactly the cells at or beyond it") {
+  for (std::int32_t first = 0; first < 8; ++first) {
+    for (unsigned bit = 0; bit < 64; ++bit) {
+      const VoxelIndex cell = cell_number(bit);
+      CHECK((layers_from_x(first) >> bit & 1U) == (cell.x >= first ? 1U : 0U));
+      CHECK((layers_from_y(first) >> bit & 1U) == (cell.y >= first ? 1U : 0U));
+      CHECK((layers_from_z(first) >> bit & 1U) == (cell.z >= first ? 1U : 0U));
+    }
+  }
+}
+
+TEST_CASE("some cells of a block are visited with their rows, lowest bit first") {
+  for (std::uint64_t i = 0; i < 60; ++i) {
+    const std::uint64_t occupied = sample(i);
+    const Block block{occupied, {}, 100};
+    for (const std::uint64_t some : {occupied, occupied & sample(i + 1), std::uint64_t{0}}) {
+      std::uint64_t left = some;
+      visit_rows(block, some, [&](std::uint64_t cell, std::uint32_t row) {
+        CHECK(cell == lowest_bit(left));
+        CHECK(row == row_of(block, static_cast<std::uint32_t>(std::countr_zero(cell))));
+        left &= left - 1;
+      });
+      CHECK(left == 0);
+    }
+  }
 }

@@ -13,6 +13,10 @@ std::uint16_t pixel_of(float range_m) {
   return static_cast<std::uint16_t>(range_m * kRangeUnitsPerMetre + 0.5F);
 }
 
+constexpr Visibility kUnknown{0, 0};
+constexpr Visibility kSurface{0, -1};
+constexpr Visibility kSeenThrough{-1, 0};
+
 constexpr RangeImageShape kShape{90.0F, 1.0F, -45.0F, 45.0F, 1.0F};
 
 /// Log-odds of a point straight ahead at `range_m` where everything is free up to `measured_m`.
@@ -31,14 +35,14 @@ std::int32_t log_odds(const InverseSensorModel& model, float range_m, float meas
 TEST_CASE("A point is seen through just beyond the margin, which grows with the range") {
   const VisibilityTest test(0.3F, 0.01F);
   // At 10 m the margin is 0.4 m; a unit is 7.8 mm.
-  CHECK(test.look(pixel_of(10.41F), 10.0F) == Visibility::kSeenThrough);
-  CHECK(test.look(pixel_of(10.39F), 10.0F) == Visibility::kSurface);
-  CHECK(test.look(pixel_of(9.61F), 10.0F) == Visibility::kSurface);
-  CHECK(test.look(pixel_of(9.59F), 10.0F) == Visibility::kUnknown);
+  CHECK(test.look(pixel_of(10.41F), 10.0F) == kSeenThrough);
+  CHECK(test.look(pixel_of(10.39F), 10.0F) == kSurface);
+  CHECK(test.look(pixel_of(9.61F), 10.0F) == kSurface);
+  CHECK(test.look(pixel_of(9.59F), 10.0F) == kUnknown);
   // At 50 m it is 0.8 m.
-  CHECK(test.look(pixel_of(50.81F), 50.0F) == Visibility::kSeenThrough);
-  CHECK(test.look(pixel_of(50.79F), 50.0F) == Visibility::kSurface);
-  CHECK(test.look(kNoRange, 10.0F) == Visibility::kUnknown);
+  CHECK(test.look(pixel_of(50.81F), 50.0F) == kSeenThrough);
+  CHECK(test.look(pixel_of(50.79F), 50.0F) == kSurface);
+  CHECK(test.look(kNoRange, 10.0F) == kUnknown);
 }
 
 TEST_CASE("Having been seen through counts in full up to the full-weight range, then less") {

@@ -43,16 +43,24 @@ inline constexpr std::int32_t kVoxelAxisLimit = 1 << 20;
   return {axis(key), axis(key >> 21U), axis(key >> 42U)};
 }
 
-/// floor(value) as an integer without calling the maths library, so that it inlines and
-/// vectorises. Saturates at +-2e9, NaN included: what a hostile sender claims is no undefined
-/// behaviour.
-[[nodiscard]] inline std::int32_t floor_to_int(float value) noexcept {
+/// The value, but at most +-2e9, which an integer holds; NaN gives -2e9.
+[[nodiscard]] inline float bounded_for_int(float value) noexcept {
   // Comparisons and selections in a form that compilers turn into vector instructions.
   const float not_below = value > -2e9F ? value : -2e9F;
-  const float bounded = not_below < 2e9F ? not_below : 2e9F;
-  const auto truncated = static_cast<std::int32_t>(bounded);
-  const std::int32_t above = static_cast<float>(truncated) > bounded ? 1 : 0;
-  return truncated - above;
+  return not_below < 2e9F ? not_below : 2e9F;
+}
+
+/// floor(value) as an integer without calling the maths library, so that it inlines and
+/// vectorises; of a value out of `bounded_for_int`.
+[[nodiscard]] inline std::int32_t floor_of_bounded(float value) noexcept {
+  const auto truncated = static_cast<std::int32_t>(value);
+  return truncated - (static_cast<float>(truncated) > value ? 1 : 0);
+}
+
+/// The same of any value. Saturates at +-2e9, NaN included: what a hostile sender claims is no
+/// undefined behaviour.
+[[nodiscard]] inline std::int32_t floor_to_int(float value) noexcept {
+  return floor_of_bounded(bounded_for_int(value));
 }
 
 /// floor(value) of a double likewise. The caller has checked that it fits the integer.

@@ -1,6 +1,7 @@
 // Blocks of 4 x 4 x 4 cells
 #pragma once
 
+#include <bit>
 #include <cstdint>
 
 #include "unimapper/core/popcount.hpp"
@@ -54,6 +55,20 @@ struct BlockOffset {
 /// Row of the cell with number `bit` of a block that has it.
 [[nodiscard]] inline std::uint32_t row_of(const Block& block, std::uint32_t bit) noexcept {
   return block.first + popcount(block.occupied & ((std::uint64_t{1} << bit) - 1U));
+}
+
+/// Calls `visit(cell, row)` for some of the cells that a block has, lowest bit first; `cell` is the
+/// cell's bit. Counting along costs less than `row_of` for each.
+template <typename Visit>
+void visit_rows(const Block& block, std::uint64_t some, const Visit& visit) noexcept {
+  if (some == 0) return;
+  const std::uint64_t before = lowest_bit(some) - 1U;
+  const std::uint64_t until = ~std::uint64_t{0} >> std::countl_zero(some);
+  std::uint32_t row = block.first + popcount(block.occupied & before);
+  for (std::uint64_t left = block.occupied & until & ~before; left != 0; ++row, left &= left - 1) {
+    const std::uint64_t cell = lowest_bit(left);
+    if ((some & cell) != 0) visit(cell, row);
+  }
 }
 
 }  // namespace unimapper

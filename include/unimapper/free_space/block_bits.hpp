@@ -22,6 +22,17 @@ namespace unimapper {
   return cells;
 }
 
+/// All cells of the layers from number `first` on, 0 or more, along x, y or z.
+[[nodiscard]] constexpr std::uint64_t layers_from_x(std::int32_t first) noexcept {
+  return first < 4 ? (0xFULL << first & 0xFULL) * 0x1111111111111111ULL : 0;
+}
+[[nodiscard]] constexpr std::uint64_t layers_from_y(std::int32_t first) noexcept {
+  return first < 4 ? (0xFFFFULL << 4 * first & 0xFFFFULL) * 0x0001000100010001ULL : 0;
+}
+[[nodiscard]] constexpr std::uint64_t layers_from_z(std::int32_t first) noexcept {
+  return first < 4 ? ~0ULL << 16 * first : 0;
+}
+
 /// The cells and all that touch them within the block, by face, edge or corner.
 [[nodiscard]] constexpr std::uint64_t dilated(std::uint64_t cells) noexcept {
   cells |= shifted_x(cells, 1) | shifted_x(cells, -1);

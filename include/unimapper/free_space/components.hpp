@@ -58,10 +58,18 @@ class ComponentLabels {
     for (std::uint32_t p = parts_of_[b].first; p < parts_of_[b].first + parts_of_[b].count; ++p) {
       visit(parts_[p].parent, parts_[p].cells);
     }
-    for (std::uint64_t left = low; left != 0; left &= left - 1) {
-      const std::uint32_t part = part_of_low_[row_of(block, bit_number(left))];
-      if (part != kNone) visit(parts_[part].parent, lowest_bit(left));
-    }
+    // Most low cells of a block follow the same part: those in a row are visited together.
+    std::uint32_t part = kNone;
+    std::uint64_t together = 0;
+    visit_rows(block, low, [&](std::uint64_t cell, std::uint32_t row) noexcept {
+      if (part_of_low_[row] != part) {
+        if (part != kNone) visit(parts_[part].parent, together);
+        part = part_of_low_[row];
+        together = 0;
+      }
+      together |= cell;
+    });
+    if (part != kNone) visit(parts_[part].parent, together);
   }
 
  private:

@@ -20,10 +20,13 @@ struct ObservedPoints {
   std::uint32_t size;      ///< points
 };
 
-enum class Visibility : std::uint8_t {
-  kUnknown,      ///< the image knows nothing there, or it is behind a surface
-  kSurface,      ///< a surface about there
-  kSeenThrough,  ///< clearly in front of one
+/// What an image says of a point. Masks, -1 or 0, so that loops over them vectorise. Neither: the
+/// image knows nothing there, or the point is behind a surface.
+struct Visibility {
+  std::int32_t seen_through;  ///< clearly in front of a surface
+  std::int32_t surface;       ///< a surface about there
+
+  friend bool operator==(const Visibility&, const Visibility&) = default;
 };
 
 /// Compares ranges with what an image measured.
@@ -36,13 +39,14 @@ class VisibilityTest {
       : margin_m_(margin_m), margin_scale_(1.0F + margin_relative) {}
 
   /// Of a point at `range_m` in a direction whose pixel is `pixel`.
-  [[nodiscard]] Visibility look(std::uint16_t pixel, float range_m) const noexcept {
-    if (pixel == kNoRange) return Visibility::kUnknown;
+  [[nodiscard]] Visibility look(std::int32_t pixel, float range_m) const noexcept {
     const float measured_m = static_cast<float>(pixel) * (1.0F / kRangeUnitsPerMetre);
     const float near = range_m * margin_scale_ + margin_m_;
     const float far = 2.0F * range_m - near;
-    if (measured_m > near) return Visibility::kSeenThrough;
-    return measured_m > far ? Visibility::kSurface : Visibility::kUnknown;
+    const std::int32_t known = pixel != kNoRange ? -1 : 0;
+    const std::int32_t beyond_near = measured_m > near ? -1 : 0;
+    const std::int32_t beyond_far = measured_m > far ? -1 : 0;
+    return {known & beyond_near, known & beyond_far & ~beyond_near};
   }
 
  private:
@@ -68,8 +72,9 @@ class InverseSensorModel {
            const ObservedPoints& points) const noexcept;
 
  private:
-  /// Weight of having been seen through at this range.
-  [[nodiscard]] std::int32_t free_at(float range_m) const noexcept;
+  /// Adds the evidence of points at `range_m` in whose pixels `measured` was. Vectorises.
+  void weigh(const std::int32_t* measured, const float* range_m, std::size_t count,
+             std::int32_t* log_odds) const noexcept;
 
   VisibilityTest visibility_;
   EvidenceWeights weights_;
