@@ -121,6 +121,15 @@ std::vector<fs::path> list_files(const fs::path& directory, std::string_view ext
   return files;
 }
 
+std::vector<fs::path> list_directories(const fs::path& directory) {
+  std::vector<fs::path> directories;
+  for (const fs::path& child : sorted_children(directory)) {
+    std::error_code error;
+    if (fs::is_directory(child, error)) directories.push_back(child);
+  }
+  return directories;
+}
+
 bool holds(const fs::path& directory, std::string_view extension) {
   std::error_code error;
   return fs::is_directory(directory, error) && !list_files(directory, extension).empty();

@@ -35,6 +35,9 @@ bool natural_less(std::string_view a, std::string_view b);
 std::vector<std::filesystem::path> list_files(const std::filesystem::path& directory,
                                               std::string_view extension);
 
+/// The directories in `directory` in natural order of their names. Throws DatasetError.
+std::vector<std::filesystem::path> list_directories(const std::filesystem::path& directory);
+
 /// True where `directory` is one and holds at least one such file. Throws DatasetError if it is
 /// unreadable.
 bool holds(const std::filesystem::path& directory, std::string_view extension);

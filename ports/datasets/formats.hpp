@@ -32,4 +32,20 @@ bool recognises_helipr(const std::filesystem::path& directory);
 std::unique_ptr<Dataset> open_helipr(const std::filesystem::path& directory,
                                      const OpenOptions& options);
 
+/// KITTI raw: a drive with `velodyne_points/` and `oxts/`, or a folder of drives of which
+/// `options.sequence` names one.
+bool recognises_kitti_raw(const std::filesystem::path& directory);
+std::unique_ptr<Dataset> open_kitti_raw(const std::filesystem::path& directory,
+                                        const OpenOptions& options);
+
+/// nuScenes: `v1.0-*/` with tables, `samples/`, `sweeps/`; `options.sequence` names the scene.
+bool recognises_nuscenes(const std::filesystem::path& directory);
+std::unique_ptr<Dataset> open_nuscenes(const std::filesystem::path& directory,
+                                       const OpenOptions& options);
+
+/// Scans of any common file format in a folder or a folder in it, and a pose file.
+bool recognises_folder(const std::filesystem::path& directory);
+std::unique_ptr<Dataset> open_folder(const std::filesystem::path& directory,
+                                     const OpenOptions& options);
+
 }  // namespace unimapper::datasets

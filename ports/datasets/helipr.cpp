@@ -46,10 +46,38 @@ std::size_t record_bytes(HeliprSensor sensor, std::size_t bytes, std::int64_t st
   return aeva_record_bytes(bytes, stamp_ns);
 }
 
-float load_float(const char* at) {
-  float value;
+template <typename Value>
+Value load_value(const char* at) {
+  Value value;
   std::memcpy(&value, at, sizeof value);
   return value;
+}
+
+float load_float(const char* at) { return load_value<float>(at); }
+
+/// When and by which laser a point was measured.
+struct TimeAndRing {
+  float time_s;
+  std::uint16_t ring;
+};
+
+TimeAndRing time_and_ring(HeliprSensor sensor, const char* at) {
+  constexpr double kNanosecond_s = 1e-9;
+  const auto byte = [&](std::size_t offset) { return static_cast<std::uint8_t>(at[offset]); };
+  const auto seconds = [](auto nanoseconds) {
+    return static_cast<float>(kNanosecond_s * static_cast<double>(nanoseconds));
+  };
+  switch (sensor) {
+    case HeliprSensor::kOuster:
+      return {seconds(load_value<std::uint32_t>(at + 16)), load_value<std::uint16_t>(at + 22)};
+    case HeliprSensor::kVelodyne:
+      return {load_float(at + 18), load_value<std::uint16_t>(at + 16)};
+    case HeliprSensor::kAvia:
+      return {seconds(load_value<std::uint32_t>(at + 15)), byte(14)};
+    case HeliprSensor::kAeva:
+      break;
+  }
+  return {seconds(load_value<std::int32_t>(at + 20)), byte(24)};
 }
 
 }  // namespace
@@ -88,6 +116,8 @@ void parse_helipr(std::string_view bytes, HeliprSensor sensor, std::int64_t stam
                        std::to_string(record) + " bytes");
   }
   scan.reset(bytes.size() / record);
+  scan.time_s.resize(scan.points.size());
+  scan.ring.resize(scan.points.size());
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
     const char* at = bytes.data() + i * record;
     // Behind x, y, z all sensors have a float of returned power, but Avia one byte.
@@ -95,6 +125,9 @@ void parse_helipr(std::string_view bytes, HeliprSensor sensor, std::int64_t stam
                                 ? static_cast<float>(static_cast<std::uint8_t>(at[12]))
                                 : load_float(at + 12);
     scan.points[i] = {load_float(at), load_float(at + 4), load_float(at + 8), intensity};
+    const TimeAndRing of_point = time_and_ring(sensor, at);
+    scan.time_s[i] = of_point.time_s;
+    scan.ring[i] = of_point.ring;
   }
 }
 
@@ -163,7 +196,8 @@ std::int64_t stamp_of(const fs::path& file) {
 }  // namespace
 
 bool recognises_helipr(const fs::path& directory) {
-  return !find_child(directory, {"LiDAR"}).empty();
+  const fs::path lidars = find_child(directory, {"LiDAR"});
+  return !lidars.empty() && !find_child(lidars, {"Aeva", "Avia", "Ouster", "Velodyne"}).empty();
 }
 
 std::unique_ptr<Dataset> open_helipr(const fs::path& directory, const OpenOptions& options) {

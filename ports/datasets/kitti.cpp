@@ -5,6 +5,7 @@
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/formats.hpp"
 #include "ports/datasets/pcd_sequence.hpp"
+#include "ports/datasets/record_width.hpp"
 #include "ports/datasets/sequence.hpp"
 #include "unimapper/core/sensor.hpp"
 
@@ -43,21 +44,22 @@ fs::path find_kitti_poses(const fs::path& directory, const OpenOptions& options)
 
 class KittiDataset : public SequenceDataset {
  public:
-  KittiDataset(fs::path directory, Sequence sequence)
-      : SequenceDataset(std::move(sequence)), directory_(std::move(directory)) {}
+  KittiDataset(fs::path directory, Sequence sequence, RecordLayout layout)
+      : SequenceDataset(std::move(sequence)),
+        directory_(std::move(directory)),
+        layout_(std::move(layout)) {}
 
   void read_scan(std::size_t i, Scan& scan) const override {
-    const std::string bytes = read_file(file(i));
-    check_size(file(i), bytes.size());
-    scan.reset(bytes.size() / sizeof(Scan::Point));
-    if (!bytes.empty()) std::memcpy(scan.points.data(), bytes.data(), bytes.size());
+    decode_records(read_file(file(i)), layout_, scan);
   }
+
+  [[nodiscard]] std::string scan_name(std::size_t i) const override { return stem_of(file(i)); }
 
   [[nodiscard]] std::vector<std::uint32_t> labels(std::size_t i) const override {
     const fs::path label_file = directory_ / "labels" / (scan_name(i) + ".label");
     if (!fs::exists(label_file)) return {};
     const std::string bytes = read_file(label_file);
-    const std::uint64_t points = file_bytes(file(i)) / sizeof(Scan::Point);
+    const std::uint64_t points = file_bytes(file(i)) / layout_.bytes;
     if (bytes.size() != points * sizeof(std::uint32_t)) {
       fail_at_offset(label_file, bytes.size(),
                      "ends after " + std::to_string(bytes.size()) + " bytes, but the scan has " +
@@ -87,30 +89,51 @@ class KittiDataset : public SequenceDataset {
     return is_kitti ? std::string(sensor_model(SensorKind::kHdl64e).name) : std::string();
   }
 
-  static void check_size(const fs::path& scan_file, std::uint64_t bytes) {
-    const std::uint64_t surplus = bytes % sizeof(Scan::Point);
-    if (surplus == 0) return;
-    fail_at_offset(scan_file, bytes - surplus,
-                   "truncated: the last point has " + std::to_string(surplus) + " of 16 bytes");
-  }
-
  private:
   fs::path directory_;
+  RecordLayout layout_;
 };
+
+/// The folder `sequences/` of KITTI odometry's root; empty if there is none.
+fs::path find_sequences(const fs::path& directory) {
+  const fs::path below = find_child(directory, {"dataset"});
+  const fs::path direct = find_child(directory, {"sequences"});
+  return direct.empty() && !below.empty() ? find_child(below, {"sequences"}) : direct;
+}
+
+/// `directory` itself, or the sequence below it that the user names or that is alone.
+fs::path choose_sequence(const fs::path& directory, const std::string& wanted) {
+  const fs::path sequences = find_sequences(directory);
+  if (sequences.empty()) return directory;
+  std::vector<fs::path> found;
+  std::string names;
+  for (const fs::path& child : list_directories(sequences)) {
+    if (find_child(child, {"velodyne", "scans"}).empty()) continue;
+    const std::string name = child.filename().string();
+    names += (names.empty() ? "" : ", ") + name;
+    if (wanted.empty() || name == wanted) found.push_back(child);
+  }
+  if (found.size() == 1) return found.front();
+  fail(sequences, names.empty() ? "holds no sequence with velodyne/"
+                                : "choose one with --sequence: there are " + names);
+}
 
 }  // namespace
 
 bool recognises_kitti(const fs::path& directory) {
-  return holds(find_child(directory, {"scans", "velodyne"}), ".bin");
+  return holds(find_child(directory, {"scans", "velodyne"}), ".bin") ||
+         !find_sequences(directory).empty();
 }
 
-std::unique_ptr<Dataset> open_kitti(const fs::path& directory, const OpenOptions& options) {
+std::unique_ptr<Dataset> open_kitti(const fs::path& path, const OpenOptions& options) {
+  const fs::path directory = choose_sequence(path, options.sequence);
   const fs::path scans = find_child(directory, {"scans", "velodyne"});
   if (scans.empty()) fail(directory, "holds no scans/ or velodyne/ directory");
   auto files = list_files(scans, ".bin");
   if (files.empty()) fail(scans, "holds no *.bin scans");
-  // Reported here rather than in the middle of a long run.
-  for (const fs::path& file : files) KittiDataset::check_size(file, file_bytes(file));
+  // Damage is reported here rather than in the middle of a long run.
+  std::vector<Note> notes;
+  RecordLayout layout = find_record_layout(files, options.point_fields, notes);
 
   const fs::path poses_file = find_kitti_poses(directory, options);
   if (!fs::exists(poses_file)) fail(poses_file, "no such file; " + remedy_for_missing_poses());
@@ -123,7 +146,8 @@ std::unique_ptr<Dataset> open_kitti(const fs::path& directory, const OpenOptions
                                      .times_file = directory / "times.txt",
                                      .are_numbered_by_line = is_of_kitti});
   apply_calibration(directory, sequence.poses);
-  return std::make_unique<KittiDataset>(directory, std::move(sequence));
+  sequence.notes.insert(sequence.notes.begin(), notes.begin(), notes.end());
+  return std::make_unique<KittiDataset>(directory, std::move(sequence), std::move(layout));
 }
 
 }  // namespace unimapper::datasets

@@ -2,6 +2,7 @@
 
 #include <lzf.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "ports/datasets/files.hpp"
+#include "ports/datasets/point_fields.hpp"
 #include "ports/datasets/poses.hpp"
 
 namespace unimapper::datasets {
@@ -212,50 +214,66 @@ class HeaderParser {
   std::optional<std::uint64_t> points_;
 };
 
-/// The fields a scan takes; `intensity` may be null.
-struct Wanted {
-  const Field* x = nullptr;
-  const Field* y = nullptr;
-  const Field* z = nullptr;
-  const Field* intensity = nullptr;
-};
+/// The field of each role; null where there is none.
+using Wanted = std::array<const Field*, kPointRoles>;
+
+const Field* of_role(const Wanted& wanted, PointRole role) {
+  return wanted[static_cast<std::size_t>(role)];
+}
 
 Wanted find_wanted(const Layout& layout, const fs::path& file) {
-  Wanted wanted;
+  Wanted wanted{};
   for (const Field& field : layout.fields) {
-    if (field.count == 0) continue;
-    if (field.name == "x") wanted.x = &field;
-    if (field.name == "y") wanted.y = &field;
-    if (field.name == "z") wanted.z = &field;
-    const bool is_intensity =
-        field.name == "intensity" || field.name == "i" || field.name == "reflectivity";
-    if (is_intensity && wanted.intensity == nullptr) wanted.intensity = &field;
+    const auto role = field.count == 0 ? std::nullopt : role_of(field.name);
+    if (!role) continue;
+    const Field*& found = wanted[static_cast<std::size_t>(*role)];
+    if (found == nullptr) found = &field;
   }
-  if (wanted.x == nullptr || wanted.y == nullptr || wanted.z == nullptr) {
+  if (wanted[0] == nullptr || wanted[1] == nullptr || wanted[2] == nullptr) {
     fail(file, "the PCD header has no fields x, y and z");
   }
   return wanted;
 }
 
-template <typename Value>
-float load(const char* at) {
-  Value value;
-  std::memcpy(&value, at, sizeof value);
-  return static_cast<float>(value);
+/// A builder for the roles that are there; `points` are known to be in the file.
+ScanBuilder builder_for(const Wanted& wanted, std::size_t points, Scan& scan) {
+  return {scan, points, of_role(wanted, PointRole::kRing) != nullptr,
+          of_role(wanted, PointRole::kTime) != nullptr};
 }
 
-float load_element(const char* at, const Field& field) {
+/// Adds a point whose numbers `value` gives by field.
+template <typename Value>
+void add_point(const Wanted& wanted, const Value& value, ScanBuilder& builder) {
+  double values[kPointRoles] = {};
+  for (std::size_t role = 0; role < kPointRoles; ++role) {
+    if (wanted[role] != nullptr) values[role] = value(*wanted[role]);
+  }
+  if (const Field* time = of_role(wanted, PointRole::kTime)) {
+    // A whole number counts nanoseconds.
+    if (time->type != 'F') values[static_cast<std::size_t>(PointRole::kTime)] *= 1e-9;
+  }
+  builder.add(values);
+}
+
+template <typename Value>
+double load_number(const char* at) {
+  Value value;
+  std::memcpy(&value, at, sizeof value);
+  return static_cast<double>(value);
+}
+
+double load_element(const char* at, const Field& field) {
   switch (field.type) {
     case 'F':
-      return field.bytes == 4 ? load<float>(at) : load<double>(at);
+      return field.bytes == 4 ? load_number<float>(at) : load_number<double>(at);
     case 'U':
-      if (field.bytes == 1) return load<std::uint8_t>(at);
-      if (field.bytes == 2) return load<std::uint16_t>(at);
-      return field.bytes == 4 ? load<std::uint32_t>(at) : load<std::uint64_t>(at);
+      if (field.bytes == 1) return load_number<std::uint8_t>(at);
+      if (field.bytes == 2) return load_number<std::uint16_t>(at);
+      return field.bytes == 4 ? load_number<std::uint32_t>(at) : load_number<std::uint64_t>(at);
     default:
-      if (field.bytes == 1) return load<std::int8_t>(at);
-      if (field.bytes == 2) return load<std::int16_t>(at);
-      return field.bytes == 4 ? load<std::int32_t>(at) : load<std::int64_t>(at);
+      if (field.bytes == 1) return load_number<std::int8_t>(at);
+      if (field.bytes == 2) return load_number<std::int16_t>(at);
+      return field.bytes == 4 ? load_number<std::int32_t>(at) : load_number<std::int64_t>(at);
   }
 }
 
@@ -269,14 +287,14 @@ void parse_binary(std::string_view bytes, const fs::path& file, const Layout& la
                        std::to_string(layout.point_bytes) + " bytes announced, " +
                        std::to_string(data.size() / layout.point_bytes) + " are there");
   }
-  scan.reset(points);
+  ScanBuilder builder = builder_for(wanted, points, scan);
   for (std::size_t i = 0; i < points; ++i) {
     const char* point = data.data() + i * layout.point_bytes;
-    const auto value = [&](const Field* field) {
-      return field == nullptr ? 0.0F : load_element(point + field->offset, *field);
-    };
-    scan.points[i] = {value(wanted.x), value(wanted.y), value(wanted.z), value(wanted.intensity)};
+    add_point(
+        wanted, [&](const Field& field) { return load_element(point + field.offset, field); },
+        builder);
   }
+  builder.finish();
 }
 
 /// Decompresses the payload: all x, then all y, ...
@@ -320,15 +338,15 @@ void parse_compressed(std::string_view bytes, const fs::path& file, const Layout
   const Wanted wanted = find_wanted(layout, file);
   const std::vector<char> raw = decompress(bytes, file, layout);
   const std::size_t points = layout.header.points;
-  scan.reset(points);
+  ScanBuilder builder = builder_for(wanted, points, scan);
   for (std::size_t i = 0; i < points; ++i) {
-    const auto value = [&](const Field* field) {
-      if (field == nullptr) return 0.0F;
-      const std::size_t at = field->offset * points + i * field->bytes * field->count;
-      return load_element(raw.data() + at, *field);
+    const auto value = [&](const Field& field) {
+      const std::size_t at = field.offset * points + i * field.bytes * field.count;
+      return load_element(raw.data() + at, field);
     };
-    scan.points[i] = {value(wanted.x), value(wanted.y), value(wanted.z), value(wanted.intensity)};
+    add_point(wanted, value, builder);
   }
+  builder.finish();
 }
 
 /// Column of a field's first element in an ascii line.
@@ -343,10 +361,13 @@ std::size_t column_of(const Layout& layout, const Field* wanted) {
 
 void parse_ascii(std::string_view bytes, const fs::path& file, const Layout& layout, Scan& scan) {
   const Wanted wanted = find_wanted(layout, file);
-  const std::array<const Field*, 4> fields = {wanted.x, wanted.y, wanted.z, wanted.intensity};
+  std::array<std::size_t, kPointRoles> column_of_role{};
+  for (std::size_t role = 0; role < kPointRoles; ++role) {
+    column_of_role[role] = column_of(layout, wanted[role]);
+  }
   std::size_t columns = 0;
   for (const Field& field : layout.fields) columns += field.count;
-  scan.reset(0);
+  ScanBuilder builder = builder_for(wanted, 0, scan);
   std::size_t at = layout.data_offset;
   std::size_t line = layout.data_line;
   for (; at < bytes.size() && scan.points.size() < layout.header.points; ++line) {
@@ -359,22 +380,23 @@ void parse_ascii(std::string_view bytes, const fs::path& file, const Layout& lay
           file, line,
           "expected " + std::to_string(columns) + " values, found " + std::to_string(entry.size()));
     }
-    std::array<float, 4> values{};
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-      if (fields[i] == nullptr) continue;
-      double value = 0.0;
-      if (!parse(entry[column_of(layout, fields[i])], value)) {
+    const auto value = [&](const Field& field) {
+      const auto role = static_cast<std::size_t>(std::find(wanted.begin(), wanted.end(), &field) -
+                                                 wanted.begin());
+      double number = 0.0;
+      if (!parse(entry[column_of_role[role]], number)) {
         fail_at_line(file, line, "a value is not a number");
       }
-      values[i] = static_cast<float>(value);
-    }
-    scan.points.push_back({values[0], values[1], values[2], values[3]});
+      return number;
+    };
+    add_point(wanted, value, builder);
   }
   if (scan.points.size() < layout.header.points) {
     fail_at_line(file, line,
                  "truncated: " + std::to_string(layout.header.points) + " points announced, " +
                      std::to_string(scan.points.size()) + " are there");
   }
+  builder.finish();
 }
 
 }  // namespace

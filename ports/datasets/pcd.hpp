@@ -21,8 +21,8 @@ struct PcdHeader {
 PcdHeader parse_pcd_header(std::string_view bytes, const std::filesystem::path& file);
 
 /// Parses a whole file: ascii, binary or binary_compressed; x, y and z of any numeric type, and
-/// `intensity` (or `i`, `reflectivity`) if there. Other fields, `_` padding and repeated
-/// counts are skipped. NaN points are kept. `file` names the bytes in errors. Throws
+/// intensity, ring and time where a field is called so (`role_of`). Other fields, `_` padding and
+/// repeated counts are skipped. NaN points are kept. `file` names the bytes in errors. Throws
 /// DatasetError with offset or line. Never allocates more than a small multiple of `bytes`
 /// (times LZF's largest expansion of about 88 for compressed data).
 PcdHeader parse_pcd(std::string_view bytes, const std::filesystem::path& file, Scan& scan);

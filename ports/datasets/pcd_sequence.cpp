@@ -14,9 +14,22 @@ fs::path find_cloud_directory(const fs::path& directory) {
 }
 
 fs::path find_poses_file(const fs::path& directory) {
-  return find_child(directory, {"optimized_poses.txt", "poses.txt", "poses_tum.txt",
-                                "poses_kitti.txt", "tum_poses.txt", "trajectory.txt",
-                                "odom_poses.txt", "odometry.txt", "poses.csv"});
+  const fs::path named =
+      find_child(directory, {"optimized_poses.txt", "poses.txt", "poses_tum.txt", "poses_kitti.txt",
+                             "tum_poses.txt", "trajectory.txt", "odom_poses.txt", "odometry.txt",
+                             "poses.csv"});
+  std::error_code error;
+  if (!named.empty() || !fs::is_directory(directory, error)) return named;
+  std::vector<fs::path> found;
+  for (const std::string_view ending : {".tum", "_poses_tum.txt", "_poses_kitti.txt"}) {
+    const std::string_view extension = ending.substr(ending.rfind('.'));
+    for (const fs::path& file : list_files(directory, extension)) {
+      if (lower_case(file.filename().string()).ends_with(ending)) found.push_back(file);
+    }
+    if (found.size() == 1) return found.front();
+    found.clear();
+  }
+  return {};
 }
 
 std::string remedy_for_missing_poses() {

@@ -9,7 +9,9 @@ namespace unimapper::datasets {
 /// The sub-directory that holds the clouds (`Scans`, `pcd`, `clouds`, ...); empty if none.
 std::filesystem::path find_cloud_directory(const std::filesystem::path& directory);
 
-/// The pose file (`optimized_poses.txt`, `poses.txt`, ...); empty if none.
+/// The pose file (`optimized_poses.txt`, `poses.txt`, ..., or the only `*.tum`, `*_poses_tum.txt`
+/// or
+/// `*_poses_kitti.txt`); empty if none.
 std::filesystem::path find_poses_file(const std::filesystem::path& directory);
 
 /// What to do about scans without poses, for messages.

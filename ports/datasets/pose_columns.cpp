@@ -26,20 +26,20 @@ bool is_stamp(std::string_view name) {
 }
 
 /// Name without its last letter and a separator before that: what says which x is meant.
-std::string_view stem(std::string_view name) {
+std::string_view without_axis(std::string_view name) {
   name.remove_suffix(1);
   while (!name.empty() && (name.back() == '_' || name.back() == '.')) name.remove_suffix(1);
   return name;
 }
 
 bool is_quaternion(std::string_view name) {
-  const std::string_view of = stem(name);
+  const std::string_view of = without_axis(name);
   return of.starts_with('q') || contains(of, "quat") || contains(of, "orientation") ||
          contains(of, "rot");
 }
 
 bool is_position(std::string_view name) {
-  const std::string_view of = stem(name);
+  const std::string_view of = without_axis(name);
   return of.empty() || of == "t" || of.starts_with('p') || contains(of, "pos") ||
          contains(of, "trans");
 }

@@ -46,6 +46,15 @@ void add_open_options(CLI::App& command, datasets::OpenOptions& options) {
                   "LiDAR; default: as the recording says. Known are " + joined(sensor_names()))
       ->group("Input");
   command
+      .add_option("--sequence", options.sequence,
+                  "Of a root with several: KITTI's 00, a raw drive's 0005, nuScenes' scene-0061")
+      ->group("Input");
+  command
+      .add_option("--point-fields", options.point_fields,
+                  "Fields of *.bin records, e.g. \"x y z intensity ring\" or \"x y z "
+                  "intensity:u1 ring:u2 t:u4\"; default: found from sizes and content")
+      ->group("Input");
+  command
       .add_option("--poses", options.poses,
                   "Pose file, where it is not beside the scans: TUM, KITTI or 4x4 matrices")
       ->group("Input");

@@ -349,11 +349,11 @@ TEST_CASE("damaged PLY files are refused with the reason") {
   write_lines(file, format + "element vertex 2\nproperty float x\n");
   CHECK_THROWS_WITH(read_ply_positions(file), Contains("header has no end"));
   write_lines(file, "ply\nformat ascii 1.0\nend_header\n");
-  CHECK_THROWS_WITH(read_ply_positions(file), Contains("only binary_little_endian"));
+  CHECK_THROWS_WITH(read_ply_positions(file), Contains("no x, y and z"));
   write_lines(file, format + "element vertex 2\nproperty float x\nproperty float y\nend_header\n");
-  CHECK_THROWS_WITH(read_ply_positions(file), Contains("no float x, y and z"));
+  CHECK_THROWS_WITH(read_ply_positions(file), Contains("no x, y and z"));
   write_lines(file, format + "element vertex 2\nproperty list uchar int x\nend_header\n");
-  CHECK_THROWS_WITH(read_ply_positions(file), Contains("of type \"list\""));
+  CHECK_THROWS_WITH(read_ply_positions(file), Contains("of type 'list'"));
   write_lines(file, format +
                         "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
                         "end_header\n0123456789abcdef");

@@ -2,19 +2,33 @@
 //
 // The first byte chooses the parser, so that a corpus entry belongs to one of them.
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 #include "ports/datasets/helipr.hpp"
+#include "ports/datasets/kitti_raw.hpp"
+#include "ports/datasets/nuscenes.hpp"
 #include "ports/datasets/pcd.hpp"
+#include "ports/datasets/ply.hpp"
+#include "ports/datasets/point_fields.hpp"
 #include "ports/datasets/poses.hpp"
+#include "ports/datasets/xyz.hpp"
 
 namespace {
 
 using namespace unimapper::datasets;
 
+/// The same bytes as every table: JSON of any form must be read or refused.
+void parse_nuscenes(std::string_view bytes) {
+  const NuScenesTable table = [&](std::string_view) { return std::string(bytes); };
+  for (const std::string& scene : parse_nuscenes_scenes(table, "tables")) {
+    (void)parse_nuscenes_sweeps(table, scene, "tables");
+  }
+}
+
 void parse(std::uint8_t choice, std::string_view bytes) {
   Scan scan;
-  switch (choice % 9) {
+  switch (choice % 15) {
     case 0:
     case 1:
       (void)parse_pcd(bytes, "file", scan);
@@ -36,6 +50,24 @@ void parse(std::uint8_t choice, std::string_view bytes) {
       break;
     case 7:
       parse_helipr(bytes, HeliprSensor::kAeva, 0, "file", scan);
+      break;
+    case 8:
+      parse_ply(bytes, "file", scan);
+      break;
+    case 9:
+      parse_xyz(bytes, "file", scan);
+      break;
+    case 10:
+      (void)parse_oxts(bytes, "file");
+      break;
+    case 11:
+      (void)parse_raw_calibration(bytes, "file");
+      break;
+    case 12:
+      (void)parse_point_fields(bytes);
+      break;
+    case 13:
+      parse_nuscenes(bytes);
       break;
     default:
       parse_helipr(bytes, HeliprSensor::kAvia, 0, "file", scan);

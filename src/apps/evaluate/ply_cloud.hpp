@@ -7,9 +7,8 @@
 
 namespace unimapper::apps {
 
-/// The finite positions of a binary little-endian PLY whose vertices have float x, y and z and
-/// any further properties without lists: what `write_ply` writes. Throws DatasetError with the
-/// reason for anything else.
+/// The finite positions of a PLY file's vertices (`parse_ply`). Throws DatasetError with the
+/// reason.
 [[nodiscard]] std::vector<Eigen::Vector3f> read_ply_positions(const std::filesystem::path& file);
 
 }  // namespace unimapper::apps

@@ -2,8 +2,13 @@
 #include <catch2/catch.hpp>
 
 #include "ports/datasets/helipr.hpp"
+#include "ports/datasets/kitti_raw.hpp"
+#include "ports/datasets/nuscenes.hpp"
 #include "ports/datasets/pcd.hpp"
+#include "ports/datasets/ply.hpp"
+#include "ports/datasets/point_fields.hpp"
 #include "ports/datasets/poses.hpp"
+#include "ports/datasets/xyz.hpp"
 #include "tests/ports/datasets/pcd_fixtures.hpp"
 #include "unimapper/core/voxel_key.hpp"
 
@@ -19,6 +24,16 @@ const std::string kAsciiCloud =
 const std::string kTrajectories =
     "# comment\n0.5 1 2 3 0 0 0.6 0.8\n1.5e0 1 2 3 0 0 -0.6 0.8\n1e300 1 2 3 0 0 0 1\n";
 
+const std::string kAsciiPly =
+    "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+    "property float z\nproperty uint t\nend_header\n1 2 3 4\n";
+
+/// Every table at once.
+const std::string kNuScenesTable =
+    R"([{"token": "a", "name": "s", "scene_token": "a", "sample_token": "a", "timestamp": 5,
+         "ego_pose_token": "a", "calibrated_sensor_token": "a", "filename": "LIDAR_TOP",
+         "translation": [1, 2, 3], "rotation": [1, 0, 0, 0]}])";
+
 /// Everything that parses, on the same bytes. Only DatasetError may come out.
 void parse_everything(const std::string& bytes) {
   const auto attempt = [](const auto& parse) {
@@ -33,6 +48,17 @@ void parse_everything(const std::string& bytes) {
   attempt([&] { (void)parse_trajectory(bytes, "file"); });
   attempt([&] { (void)parse_trajectory(bytes, "file", StampUnit::kNanoseconds); });
   attempt([&] { (void)parse_times(bytes, "file"); });
+  attempt([&] { parse_ply(bytes, "file", scan); });
+  attempt([&] { parse_xyz(bytes, "file", scan); });
+  attempt([&] { (void)parse_oxts(bytes, "file"); });
+  attempt([&] { (void)parse_raw_calibration(bytes, "file"); });
+  attempt([&] { (void)parse_point_fields(bytes); });
+  attempt([&] {
+    const NuScenesTable table = [&](std::string_view) { return bytes; };
+    for (const std::string& scene : parse_nuscenes_scenes(table, "tables")) {
+      (void)parse_nuscenes_sweeps(table, scene, "tables");
+    }
+  });
   attempt([&] { (void)parse_calibration(bytes, "file"); });
   for (const auto sensor :
        {HeliprSensor::kAeva, HeliprSensor::kAvia, HeliprSensor::kOuster, HeliprSensor::kVelodyne}) {
@@ -45,6 +71,8 @@ std::vector<std::string> fixtures() {
           binary_cloud(),
           compressed_cloud(),
           kTrajectories,
+          kAsciiPly,
+          kNuScenesTable,
           "Tr: " + std::string(kIdentityLine) + std::string(kOneMetreAheadLine),
           kPointBytes};
 }

@@ -48,6 +48,21 @@ TEST_CASE("each LiDAR's record has its own length") {
   check_points("", HeliprSensor::kAvia, 0, 0);
 }
 
+TEST_CASE("each point has its time after the stamp and its laser") {
+  const auto check = [](const std::string& bytes, HeliprSensor sensor, double time_s,
+                        std::uint16_t ring) {
+    Scan scan;
+    parse_helipr(bytes, sensor, kLastShortStamp_ns, "scan.bin", scan);
+    REQUIRE(scan.time_s.size() == 1);
+    CHECK(scan.time_s[0] == Approx(time_s));
+    CHECK(scan.ring == std::vector<std::uint16_t>{ring});
+  };
+  check(kOuster, HeliprSensor::kOuster, 10000e-9, 127);
+  check(kVelodyne, HeliprSensor::kVelodyne, 0.1, 15);
+  check(kAvia, HeliprSensor::kAvia, 10000e-9, 5);
+  check(kShortAeva, HeliprSensor::kAeva, 10000e-9, 63);
+}
+
 TEST_CASE("Aeva's record length follows from the stamp, else from what divides the file") {
   check_points(kShortAeva + kShortAeva, HeliprSensor::kAeva, kLastShortStamp_ns, 2);
   check_points(kLongAeva + kLongAeva, HeliprSensor::kAeva, kLastShortStamp_ns + 1, 2);

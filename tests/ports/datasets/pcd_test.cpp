@@ -193,6 +193,18 @@ TEST_CASE("compressed data may grow as much as the coding can, and no more") {
   CHECK_THAT(error_for(23), Contains("too small for the points"));
 }
 
+TEST_CASE("ring and time of each point are read where a field is called so") {
+  Scan scan;
+  parse_pcd(
+      "VERSION 0.7\nFIELDS x y z ring time\nSIZE 4 4 4 2 4\nTYPE F F F U F\n"
+      "COUNT 1 1 1 1 1\nWIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n1 2 3 7 0\n"
+      "4 5 6 8 0.05\n",
+      "a.pcd", scan);
+  CHECK(scan.ring == std::vector<std::uint16_t>{7, 8});
+  REQUIRE(scan.time_s.size() == 2);
+  CHECK(scan.time_s[1] == Approx(0.05));
+}
+
 TEST_CASE("damaged compression is noticed") {
   std::string bytes = compressed_cloud();
   SECTION("reference to before the beginning") {

@@ -1,0 +1,229 @@
+#include "ports/datasets/point_fields.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+#include "ports/datasets/files.hpp"
+#include "ports/datasets/text.hpp"
+
+namespace unimapper::datasets {
+
+std::size_t scalar_bytes(Scalar type) {
+  constexpr std::array<std::size_t, 8> kBytes = {1, 1, 2, 2, 4, 4, 4, 8};
+  return kBytes[static_cast<std::size_t>(type)];
+}
+
+namespace {
+
+template <typename Value>
+double load_ordered(const char* at, bool is_swapped) {
+  std::array<char, sizeof(Value)> bytes;
+  std::memcpy(bytes.data(), at, bytes.size());
+  if (is_swapped) std::reverse(bytes.begin(), bytes.end());
+  Value value;
+  std::memcpy(&value, bytes.data(), bytes.size());
+  return static_cast<double>(value);
+}
+
+}  // namespace
+
+double load_scalar(const char* at, Scalar type, bool is_swapped) {
+  switch (type) {
+    case Scalar::kI8:
+      return load_ordered<std::int8_t>(at, is_swapped);
+    case Scalar::kU8:
+      return load_ordered<std::uint8_t>(at, is_swapped);
+    case Scalar::kI16:
+      return load_ordered<std::int16_t>(at, is_swapped);
+    case Scalar::kU16:
+      return load_ordered<std::uint16_t>(at, is_swapped);
+    case Scalar::kI32:
+      return load_ordered<std::int32_t>(at, is_swapped);
+    case Scalar::kU32:
+      return load_ordered<std::uint32_t>(at, is_swapped);
+    case Scalar::kF64:
+      return load_ordered<double>(at, is_swapped);
+    case Scalar::kF32:
+      break;
+  }
+  return load_ordered<float>(at, is_swapped);
+}
+
+std::optional<PointRole> role_of(std::string_view name) {
+  constexpr std::array<std::pair<std::string_view, PointRole>, 20> kNames = {{
+      {"x", PointRole::kX},
+      {"y", PointRole::kY},
+      {"z", PointRole::kZ},
+      {"intensity", PointRole::kIntensity},
+      {"i", PointRole::kIntensity},
+      {"reflectivity", PointRole::kIntensity},
+      {"remission", PointRole::kIntensity},
+      {"scalar_intensity", PointRole::kIntensity},
+      {"ring", PointRole::kRing},
+      {"line", PointRole::kRing},
+      {"laser", PointRole::kRing},
+      {"laser_id", PointRole::kRing},
+      {"channel", PointRole::kRing},
+      {"scalar_ring", PointRole::kRing},
+      {"time", PointRole::kTime},
+      {"t", PointRole::kTime},
+      {"timestamp", PointRole::kTime},
+      {"time_offset", PointRole::kTime},
+      {"offset_time", PointRole::kTime},
+      {"scalar_time", PointRole::kTime},
+  }};
+  const std::string lower = lower_case(name);
+  for (const auto& [known, role] : kNames) {
+    if (known == lower) return role;
+  }
+  return std::nullopt;
+}
+
+double time_unit_s(Scalar type) {
+  return type == Scalar::kF32 || type == Scalar::kF64 ? 1.0 : 1e-9;
+}
+
+ScanBuilder::ScanBuilder(Scan& scan, std::size_t points, bool has_ring, bool has_time)
+    : scan_(scan), has_ring_(has_ring), has_time_(has_time) {
+  scan_.reset(0);
+  scan_.points.reserve(points);
+  if (has_ring_) scan_.ring.reserve(points);
+  if (has_time_) times_s_.reserve(points);
+}
+
+void ScanBuilder::add(const double (&values)[kPointRoles]) {
+  const auto value = [&](PointRole role) { return values[static_cast<std::size_t>(role)]; };
+  const auto number = [&](PointRole role) { return static_cast<float>(value(role)); };
+  scan_.points.push_back({number(PointRole::kX), number(PointRole::kY), number(PointRole::kZ),
+                          number(PointRole::kIntensity)});
+  if (has_ring_) {
+    constexpr double kMost = std::numeric_limits<std::uint16_t>::max();
+    const double ring = value(PointRole::kRing);
+    scan_.ring.push_back(ring >= 0.0 && ring <= kMost ? static_cast<std::uint16_t>(ring)
+                                                      : std::uint16_t{0});
+  }
+  if (has_time_) times_s_.push_back(value(PointRole::kTime));
+}
+
+namespace {
+
+/// Seconds in the unit of times that cover `spread` of it: no sweep takes ten seconds.
+double unit_of_spread_s(double spread) {
+  if (spread <= 10.0) return 1.0;
+  if (spread <= 1e3) return 1e-3;
+  return spread <= 1e7 ? 1e-6 : 1e-9;
+}
+
+}  // namespace
+
+void ScanBuilder::finish() {
+  if (times_s_.empty()) return;
+  const auto [first, last] = std::minmax_element(times_s_.begin(), times_s_.end());
+  const double unit_s = unit_of_spread_s(*last - *first);
+  // What is far from the stamp counts from another start.
+  constexpr double kLongestSweep_s = 10.0;
+  const double origin = std::abs(*first * unit_s) > kLongestSweep_s ? *first : 0.0;
+  scan_.time_s.reserve(times_s_.size());
+  for (const double time_s : times_s_) {
+    scan_.time_s.push_back(static_cast<float>((time_s - origin) * unit_s));
+  }
+}
+
+std::vector<const PointField*> fields_by_role(const RecordLayout& layout) {
+  std::vector<const PointField*> found(kPointRoles, nullptr);
+  for (const PointField& field : layout.fields) {
+    const auto role = role_of(field.name);
+    if (!role) continue;
+    const PointField*& of_role = found[static_cast<std::size_t>(*role)];
+    if (of_role == nullptr) of_role = &field;
+  }
+  return found;
+}
+
+namespace {
+
+/// Records that lie in memory as a scan's points do: KITTI's.
+bool is_points(const RecordLayout& layout, const std::vector<const PointField*>& fields) {
+  if (layout.bytes != sizeof(Scan::Point) || layout.is_swapped) return false;
+  for (std::size_t role = 0; role < 4; ++role) {
+    const PointField* field = fields[role];
+    if (field == nullptr || field->type != Scalar::kF32 || field->offset != role * sizeof(float)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+void decode_records(std::string_view bytes, const RecordLayout& layout, Scan& scan) {
+  const auto fields = fields_by_role(layout);
+  if (is_points(layout, fields)) {
+    scan.reset(bytes.size() / sizeof(Scan::Point));
+    if (!scan.points.empty()) {
+      std::memcpy(scan.points.data(), bytes.data(), scan.points.size() * sizeof(Scan::Point));
+    }
+    return;
+  }
+  const PointField* time = fields[static_cast<std::size_t>(PointRole::kTime)];
+  const bool has_ring = fields[static_cast<std::size_t>(PointRole::kRing)] != nullptr;
+  const std::size_t points = bytes.size() / layout.bytes;
+  ScanBuilder builder(scan, points, has_ring, time != nullptr);
+  const double unit_s = time == nullptr ? 0.0 : time_unit_s(time->type);
+  for (std::size_t i = 0; i < points; ++i) {
+    const char* record = bytes.data() + i * layout.bytes;
+    double values[kPointRoles] = {};
+    for (std::size_t role = 0; role < kPointRoles; ++role) {
+      const PointField* field = fields[role];
+      if (field == nullptr) continue;
+      values[role] = load_scalar(record + field->offset, field->type, layout.is_swapped);
+    }
+    values[static_cast<std::size_t>(PointRole::kTime)] *= unit_s;
+    builder.add(values);
+  }
+  builder.finish();
+}
+
+namespace {
+
+[[noreturn]] void refuse_fields(const std::string& reason) {
+  throw DatasetError("--point-fields: " + reason +
+                     "; e.g. \"x y z intensity ring\", or \"x y z intensity:u1 ring:u2 t:u4\" "
+                     "(types i1 u1 i2 u2 i4 u4 f4 f8, f4 where none is given; _ is skipped)");
+}
+
+Scalar parse_type(std::string_view text) {
+  constexpr std::array<std::string_view, 8> kTypes = {"i1", "u1", "i2", "u2",
+                                                      "i4", "u4", "f4", "f8"};
+  const auto found = std::find(kTypes.begin(), kTypes.end(), text);
+  if (found == kTypes.end()) refuse_fields(quoted(text) + " is no type");
+  return static_cast<Scalar>(found - kTypes.begin());
+}
+
+}  // namespace
+
+RecordLayout parse_point_fields(std::string_view text) {
+  RecordLayout layout;
+  const Columns names = split_columns(text);
+  if (names.count > Columns::kMost) refuse_fields("too many fields");
+  for (std::size_t i = 0; i < names.count; ++i) {
+    const std::string_view entry = names.text[i];
+    const std::size_t colon = std::min(entry.find(':'), entry.size());
+    const std::string_view name = entry.substr(0, colon);
+    const Scalar type = colon == entry.size() ? Scalar::kF32 : parse_type(entry.substr(colon + 1));
+    if (name != "_" && !role_of(name)) refuse_fields(quoted(name) + " is no field that is read");
+    layout.fields.push_back({std::string(name), type, layout.bytes});
+    layout.bytes += scalar_bytes(type);
+  }
+  const auto fields = fields_by_role(layout);
+  if (std::find(fields.begin(), fields.begin() + 3, nullptr) != fields.begin() + 3) {
+    refuse_fields("x, y and z are needed");
+  }
+  return layout;
+}
+
+}  // namespace unimapper::datasets
