@@ -145,7 +145,11 @@ std::unique_ptr<Dataset> open_kitti(const fs::path& path, const OpenOptions& opt
                                      .poses_file = poses_file,
                                      .times_file = directory / "times.txt",
                                      .are_numbered_by_line = is_of_kitti});
-  apply_calibration(directory, sequence.poses);
+  if (trajectory.stamps_ns.empty()) {
+    apply_calibration(directory, sequence.poses);
+  } else if (read_calibration(directory)) {
+    sequence.notes.push_back({"poses with stamps: taken for the LiDAR's, not the camera's"});
+  }
   sequence.notes.insert(sequence.notes.begin(), notes.begin(), notes.end());
   return std::make_unique<KittiDataset>(directory, std::move(sequence), std::move(layout));
 }

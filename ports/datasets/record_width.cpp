@@ -171,7 +171,8 @@ std::size_t choose_width(const std::vector<std::uint64_t>& sizes, const Sample& 
     }
   }
   constexpr double kClearly = 1.3;
-  if (largest < kClearly * second) {
+  constexpr double kLeast = 0.01;  // chance makes less of this many values
+  if (largest < kLeast || largest < kClearly * second) {
     fail(file, "records of " + std::to_string(fitting[0]) + " or " +
                    std::to_string(fitting.back()) +
                    " floats? Sizes and values leave it open: name the fields with "

@@ -19,7 +19,7 @@ namespace unimapper::apps {
 struct EvaluateDynamicOptions {
   std::filesystem::path truth;  ///< dataset with labels
   std::filesystem::path run;    ///< folder written by `unimapper onboard`
-  datasets::OpenOptions input;
+  datasets::OpenOptions input{};
   float neighbour_m = 0.05F;
   float max_range_m = 50.0F;
   std::size_t scans = SIZE_MAX;      ///< only the first ones

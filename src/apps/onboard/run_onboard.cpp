@@ -194,11 +194,11 @@ constexpr std::array<FullContainer, 5> kFullContainers = {{
     {DropCause::kCellsFull, "points labelled static unseen", "raise voxel.max_cells"},
     {DropCause::kVoxelsFull, "fine cells without a ground or plane around them",
      "raise voxel.max_voxels"},
-    {DropCause::kEvidenceFull, "columns and blocks of later evidence not kept",
-     "fewer final labels change; raise voxel.max_window_blocks if many do"},
+    {DropCause::kEvidenceFull, "columns and blocks of evidence not kept",
+     "their cells keep the online labels; raise voxel.max_cells for final labels"},
     {DropCause::kDescriptionFull, "candidates for keypoints and planes not described",
-     "loops are found all the same; raise descriptor.max_planes and descriptor.max_candidates if "
-     "they are not"},
+     "a sample was described; raise voxel.max_cells, descriptor.max_voxels or "
+     "descriptor.max_planes only if loops are missed"},
 }};
 
 void warn_of_full_containers(const RunStatistics& statistics) {

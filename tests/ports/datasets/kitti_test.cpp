@@ -71,6 +71,17 @@ TEST_CASE("poses of the camera become poses of the LiDAR with Tr") {
   CHECK(dataset->pose(1).translation.isApprox(Eigen::Vector3d(5, 0, 0), 1e-12));
 }
 
+TEST_CASE("poses with stamps are the LiDAR's: KITTI's camera poses have none") {
+  const TemporaryDirectory directory;
+  write_sequence(directory);
+  directory.write("calib.txt", "Tr: 0 -1 0 0 0 0 -1 0 1 0 0 -0.3\n");
+  directory.write("times.txt", "10\n10.1\n");
+  const auto poses = directory.write("lidar.tum", "10 0 0 0 0 0 0 1\n10.1 5 0 0 0 0 0 1\n");
+  const auto dataset = open_dataset(directory.path(), {.poses = poses});
+  CHECK(dataset->pose(1).translation == Eigen::Vector3d(5, 0, 0));
+  CHECK_THAT(dataset->notes().back().text, Contains("the LiDAR's"));
+}
+
 TEST_CASE("true poses of the camera become poses of the LiDAR with Tr, too") {
   const TemporaryDirectory directory;
   write_sequence(directory);
@@ -204,7 +215,7 @@ TEST_CASE("folders that are no recording are refused") {
   CHECK_THAT(open_error(directory.path()), Contains("not a recording of a known format"));
   CHECK_THAT(open_error(directory.path() / "nowhere"), Contains("no such file or directory"));
   const auto file = directory.write("file.bin", kPointBytes);
-  CHECK_THAT(open_error(file), Contains("not a recording of a known format"));
+  CHECK_THAT(open_error(file), Contains("is one scan; give the folder"));
   CHECK_THAT(open_error(directory.path(), "kitti"), Contains("scans/ or velodyne/"));
   CHECK_THAT(open_error(directory.path(), "pcd"), Contains("pcd/"));
   CHECK_THAT(open_error(directory.path(), "dynamicmap"), Contains("pcd/"));

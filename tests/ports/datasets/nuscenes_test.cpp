@@ -86,7 +86,7 @@ TEST_CASE("damaged or incomplete nuScenes tables are refused with their file") {
   }
   SECTION("a pose that is missing") {
     directory.write("v1.0-mini/ego_pose.json", "[]");
-    CHECK_THAT(error(), Contains("ego_pose.json") && Contains("lacks the entry e1"));
+    CHECK_THAT(error(), Contains("ego_pose.json") && Contains("lacks the entry e2"));
   }
   SECTION("sweeps that are not there") {
     std::filesystem::remove(directory.path() / "sweeps/LIDAR_TOP/b.pcd.bin");
