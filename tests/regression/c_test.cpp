@@ -1,4 +1,5 @@
 // Keyframes, events and health as C programs see them, of a tilted sensor
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
 #include <string>
@@ -78,6 +79,12 @@ std::string keyframe_text(const um_keyframe& k) {
     normals.add(Eigen::Vector3f(k.keypoints[i].normal[0], k.keypoints[i].normal[1],
                                 k.keypoints[i].normal[2]));
   }
+  CloudMoments planes;
+  for (std::size_t i = 0; i < k.plane_count; ++i) {
+    planes.add(
+        Eigen::Vector3f(k.planes[i].center[0], k.planes[i].center[1], k.planes[i].center[2]));
+  }
+  text += "  planes " + planes.text() + "\n";
   text += "  keypoints " + keypoints.text() + "\n  normals " + normals.text() + "\n";
   for (std::size_t i = 0; i < k.loop_count; ++i) {
     const um_loop& loop = k.loops[i];
@@ -149,6 +156,8 @@ TEST_CASE("a C program's keyframes, events and health, as before on every platfo
   REQUIRE(um_init(&config, block.data(), block.size(), &pipeline, nullptr) == UM_OK);
 
   const IntegerTown town(sparse(11));
+  MemoryBlock scratch(um_encode_scratch_bytes(pipeline));
+  std::vector<std::uint8_t> message(1U << 20U);
   const Frames frames = tilted();
   std::string text;
   const auto look = [&] {
@@ -158,6 +167,34 @@ TEST_CASE("a C program's keyframes, events and health, as before on every platfo
     text += keyframe_text(keyframe);
     um_relabelled relabelled;
     REQUIRE(um_relabelled_get(pipeline, &relabelled) == UM_OK);
+    um_images images;
+    images.struct_size = sizeof images;
+    REQUIRE(um_images_get(pipeline, &images) == UM_OK);
+    for (std::uint32_t i = 0; i < images.count; ++i) {
+      std::uint64_t sum = 0;
+      for (std::uint32_t p = 0; p < images.columns * images.rows; ++p) sum += images.pixels[i][p];
+      text += join("  image", count(images.scans[i]), count(images.columns), count(images.rows),
+                   number(images.azimuth_resolution_deg), number(images.elevation_min_deg),
+                   number(images.full_weight_range_m), "sum", count(sum)) +
+              "\n";
+    }
+    const um_session session{5, 0, 77};
+    um_encoded encoded;
+    REQUIRE(um_keyframe_encode(pipeline, &session, scratch.data(), scratch.size(), message.data(),
+                               message.size(), &encoded) == UM_OK);
+    text += join("  encoded", count(encoded.bytes), count(encoded.image_bytes),
+                 count(encoded.left_out), checksum({message.data(), encoded.bytes})) +
+            "\n";
+    text += "  labels";
+    for (std::uint32_t i = 0; i < keyframe.scan_count; ++i) {
+      std::vector<std::uint8_t> labels(20000);
+      std::size_t written = 0;
+      REQUIRE(um_labels(pipeline, i, labels.data(), labels.size(), &written) == UM_OK);
+      labels.resize(written);
+      text += " " + count(written) + " " +
+              count(std::count(labels.begin(), labels.end(), UM_LABEL_DYNAMIC));
+    }
+    text += "\n";
     text += join("  relabelled", count(relabelled.available), count(relabelled.sequence),
                  count(relabelled.later_keyframes), count(relabelled.cells_now_dynamic),
                  count(relabelled.cells_now_static)) +

@@ -69,6 +69,7 @@ merge::MergeConfig base_config() {
   config.loops.min_keyframe_gap = 6;
   config.loops.min_path_gap_m = 15.0;
   config.loops.candidates_per_keyframe = 2;
+  config.loops.max_candidates_per_pair = 40;
   config.loops.min_overlap = 0.4;
   config.acceptance.min_span_m = 12.0;
   config.acceptance.distinct_m = 3.0;

@@ -5,12 +5,15 @@
 
 #include "expected_text.hpp"
 #include "merge_words.hpp"
+#include "src/apps/merge/cell_labels.hpp"
 #include "src/merge/alignment_problem.hpp"
 #include "src/merge/cell_classification.hpp"
 #include "src/merge/central_score.hpp"
 #include "src/merge/changes.hpp"
+#include "src/merge/keyframe_clouds.hpp"
 #include "src/merge/keyframe_free_space.hpp"
 #include "src/merge/loop_acceptance.hpp"
+#include "src/merge/loop_verifier.hpp"
 #include "src/merge/map_graph.hpp"
 #include "src/merge/map_level.hpp"
 #include "src/merge/max_clique.hpp"
@@ -494,4 +497,132 @@ TEST_CASE("cells classified from random evidence, as before", "[regression]") {
             "\n";
   }
   check_expected("merge_cells", text);
+}
+
+TEST_CASE("verification of loops with every reason to refuse one, as before", "[regression]") {
+  // Two sessions of four keyframes in the corner, in leaning, turned frames; the second session's
+  // keyframes do not know up as well.
+  Random random(111);
+  std::vector<SessionData> sessions(2);
+  std::vector<Pose> T_world_keyframe[2];
+  for (std::size_t s = 0; s < 2; ++s) {
+    const Pose T_odometry_world = any_pose(random, 60.0);
+    for (std::uint32_t k = 0; k < 4; ++k) {
+      const Pose T_world =
+          turned(0.3 * k, -0.2 * static_cast<double>(s), 25.0 * k + 70.0 * static_cast<double>(s),
+                 {1.1 * k - 2.0, 0.4 * k - 1.0, 1.5 + 0.2 * static_cast<double>(s)});
+      T_world_keyframe[s].push_back(T_world);
+      KeyframeRecord& keyframe = sessions[s].keyframes.emplace_back();
+      keyframe.sequence = k;
+      keyframe.T_odometry_keyframe = T_odometry_world * T_world * random.pose(0.01, 0.001);
+      keyframe.scans.push_back({k, k, keyframe.T_odometry_keyframe});
+      keyframe.up = {true, s == 0 ? 4e-5F : 2e-4F, 1e-5F, s == 0 ? 6e-5F : 9e-5F};
+      const Corner c = corner(random, T_world.inverse(), 0.02);
+      for (std::size_t i = 0; i < c.points.size(); ++i) {
+        keyframe.static_cells.push_back({c.points[i], 3, c.ground[i], 0});
+      }
+    }
+  }
+  // In the last one's free space the others have a wall.
+  for (FineCell& cell : sessions[1].keyframes[3].static_cells) {
+    if (cell.ground == 0) cell.position *= 1.5F;
+  }
+  std::vector<LoopCandidate> candidates;
+  const auto propose = [&](std::size_t q, std::size_t m, const Pose& error) {
+    LoopCandidate candidate;
+    candidate.query = {1, q};
+    candidate.match = {0, m};
+    candidate.T_match_query = T_world_keyframe[0][m].inverse() * T_world_keyframe[1][q] * error;
+    candidate.confidence = 0.5F + 0.1F * static_cast<float>(q);
+    candidates.push_back(candidate);
+  };
+  const Eigen::Vector3d nowhere = Eigen::Vector3d::Zero();
+  propose(0, 1, turned(0.3, -0.2, 2.0, {0.3, 0.2, -0.1}));
+  propose(1, 2, turned(0.0, 0.0, 6.0, {0.9, -0.6, 0.0}));
+  propose(2, 0, turned(7.0, -6.0, 0.0, nowhere));
+  propose(2, 3, turned(0.0, 0.0, 90.0, {6.0, 3.0, 0.0}));
+  propose(3, 3, turned(0.0, 0.0, 0.0, nowhere));
+  candidates.push_back(candidates.front());
+  candidates.back().T_match_query.rotation *= 1.2;
+  const auto verified = [&](const std::string& name, const MergeConfig& config,
+                            const CorrectionLimit& limit) {
+    KeyframeClouds clouds(sessions, config.registration, 2);
+    std::string text = name + "\n";
+    for (const LoopConstraint& loop : verify_loops(candidates, limit, clouds, config)) {
+      text += loop_text(loop);
+    }
+    const RegistrationCloud& cloud = clouds.cloud({0, 1});
+    return text + "  points of a cloud " + count(cloud.size()) + "\n";
+  };
+  MergeConfig config;
+  config.threads = 2;
+  config.registration.leaf_m = 0.5F;
+  config.registration.submap_keyframes = 1;
+  config.registration.submap_radius_m = 16.0F;
+  config.registration.max_points = 5000;
+  config.registration.max_source_points = 2000;
+  config.loops.min_overlap = 0.3;
+  config.loops.min_initial_overlap = 0.2;
+  const CorrectionLimit wide{4.0, 0.3};
+  std::string text = verified("as configured", config, wide);
+  text += verified("small corrections", config, {0.2, 0.3});
+  text += verified("small turns", config, {4.0, 0.02});
+  MergeConfig strict = config;
+  strict.loops.max_rmse_m = 0.02;
+  text += verified("small residuals", strict, wide);
+  strict = config;
+  strict.loops.min_overlap = 0.97;
+  text += verified("large overlap", strict, wide);
+  strict = config;
+  strict.loops.max_contradiction = 0.02;
+  strict.map.free_margin_m = 0.3F;
+  text += verified("no structure in free space", strict, wide);
+  strict = config;
+  strict.registration.submap_keyframes = 0;
+  strict.loops.tilt.max_sigmas = 1.5F;
+  text += verified("small tilt, no submaps", strict, wide);
+  check_expected("merge_verified", text);
+}
+
+TEST_CASE("labels of points by random cells, as before", "[regression]") {
+  Random random(121);
+  std::string text;
+  for (const float cell_size_m : {0.2F, 0.35F}) {
+    KeyframeRecord keyframe;
+    RefinedKeyframe refined;
+    // Ground, and blobs that stand on it; of the ground some cells hold feet.
+    for (int i = 0; i < 900; ++i) {
+      const Eigen::Vector3d p(random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0),
+                              -1.6 + 0.03 * random.normal());
+      keyframe.static_cells.push_back({p.cast<float>(), 3, 1, 0});
+    }
+    for (int blob = 0; blob < 8; ++blob) {
+      const Eigen::Vector3d at(random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0), -1.3);
+      for (int i = 0; i < 60; ++i) {
+        Eigen::Vector3d p = at + random.normal3(0.2);
+        p.z() = at.z() + random.uniform(0.0, 1.5);
+        (blob % 2 == 0 ? keyframe.static_cells : keyframe.dynamic_cells)
+            .push_back({p.cast<float>(), 3, 0, 0});
+      }
+    }
+    for (std::size_t i = 0; i < keyframe.static_cells.size() + keyframe.dynamic_cells.size(); ++i) {
+      const bool was_dynamic = i >= keyframe.static_cells.size();
+      refined.dynamic.push_back(
+          static_cast<std::uint8_t>(was_dynamic != (random.uniform() < 0.2) ? 1 : 0));
+    }
+    const apps::CellLabels online(keyframe, {}, cell_size_m);
+    const apps::CellLabels labels(keyframe, refined, cell_size_m);
+    CloudMoments dynamic;
+    CloudMoments dynamic_online;
+    for (int i = 0; i < 20000; ++i) {
+      const Eigen::Vector3f p =
+          Eigen::Vector3d(random.uniform(-3.5, 3.5), random.uniform(-3.5, 3.5),
+                          random.uniform(-2.0, 0.6))
+              .cast<float>();
+      if (labels.is_dynamic(p)) dynamic.add(p);
+      if (online.is_dynamic(p)) dynamic_online.add(p);
+    }
+    text += "refined " + dynamic.text() + "\nonline " + dynamic_online.text() + "\n";
+  }
+  check_expected("merge_cell_labels", text);
 }

@@ -7,6 +7,7 @@
 #include "expected_text.hpp"
 #include "onboard_words.hpp"
 #include "tests/wire/stream.hpp"
+#include "tilted_town.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 #include "words.hpp"
 
@@ -60,6 +61,20 @@ KeyframeRecord extreme_record(std::uint64_t seed) {
   }
   if (seed % 2 == 0) record.sequence = std::numeric_limits<std::uint32_t>::max();
   record.points_in = std::numeric_limits<std::uint64_t>::max();
+  // Poses of the same bits everywhere: the bytes hold all of them.
+  const auto any_pose = [&] {
+    const auto x = static_cast<std::int64_t>(random.below(60)) - 30;
+    const auto y = static_cast<std::int64_t>(random.below(60)) - 30;
+    const auto z = static_cast<std::int64_t>(random.below(200)) - 100;
+    Pose pose;
+    pose.rotation = whole_rotation(70, x, y, z);
+    for (int axis = 0; axis < 3; ++axis) {
+      pose.translation(axis) = (static_cast<double>(random.below(2000000)) - 1e6) / 512.0;
+    }
+    return pose;
+  };
+  record.T_odometry_keyframe = any_pose();
+  for (KeyframeScan& scan : record.scans) scan.T_odometry_sensor = any_pose();
   return record;
 }
 
