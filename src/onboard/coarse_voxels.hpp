@@ -33,6 +33,9 @@ struct CoarseVoxel {
   Eigen::Vector3f ground_point = Eigen::Vector3f::Zero();
 };
 
+/// How much a voxel's plane may be off for every metre that it is continued: two degrees.
+inline constexpr float kPlaneErrorPerMetre = 0.035F;
+
 /// All coarse voxels of a keyframe (paper section IV-A, equations 1 and 2). Moments come from
 /// the means of the fine cells, weighted by their points: the scatter within a 0.2 m cell is
 /// left out, which changes the smallest eigenvalue of a plane by less than 0.0034 m^2.

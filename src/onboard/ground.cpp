@@ -7,6 +7,14 @@
 namespace unimapper::onboard {
 namespace {
 
+/// Whether the sensor was clearly below the voxel's plane: it saw a ceiling. Of ground one sees the
+/// upper side, however the odometry's frame is tilted.
+bool is_seen_from_below(const CoarseVoxel& voxel, const Eigen::Vector3f& sensor_m) noexcept {
+  constexpr float kClear_m = 0.3F;
+  const Eigen::Vector3f away_m = voxel.mean - sensor_m;
+  return voxel.normal.dot(away_m) > kClear_m + kPlaneErrorPerMetre * away_m.norm();
+}
+
 bool has_points_below(const FixedHashMap<CoarseVoxel>& voxels, VoxelIndex index,
                       std::int32_t depth) noexcept {
   for (std::int32_t i = 0; i < depth; ++i) {
@@ -51,6 +59,7 @@ void average_donors(const GroundConfig& config, FixedHashMap<CoarseVoxel>& voxel
 }  // namespace
 
 std::uint32_t find_ground(const GroundConfig& config, float voxel_size_m,
+                          const Eigen::Vector3f& sensor_m,
                           FixedHashMap<CoarseVoxel>& voxels) noexcept {
   const auto min_up = static_cast<float>(cos_deg(config.max_tilt_deg));
   const auto depth = static_cast<std::int32_t>(config.below_depth_m / voxel_size_m + 0.5F);
@@ -58,6 +67,7 @@ std::uint32_t find_ground(const GroundConfig& config, float voxel_size_m,
   for (std::uint32_t i = 0; i < voxels.size(); ++i) {
     CoarseVoxel& voxel = voxels[i];
     if (!voxel.plane || voxel.normal.z() <= min_up) continue;
+    if (is_seen_from_below(voxel, sensor_m)) continue;
     if (has_points_below(voxels, unpack(voxels.key(i)), depth)) continue;
     voxel.ground = true;
     ++count;

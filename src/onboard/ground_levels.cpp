@@ -8,16 +8,13 @@ namespace {
 /// Ground farther below than this is another storey, not the ground beside a vehicle.
 constexpr float kStoreyM = 2.0F;
 
-/// How much a plane may be off for every metre that it is continued: two degrees.
-constexpr float kGrowth = 0.035F;
-
 /// Whether `upper` lies between a step and a storey above the plane of `lower`, and `lower` a step
 /// below that of `upper`: both planes must say so, or every slope would be elevated above its foot.
 bool lies_above(const CoarseVoxel& upper, const CoarseVoxel& lower, float step_m) noexcept {
   const Eigen::Vector3f between = upper.mean - lower.mean;
   const float above = lower.normal.dot(between);
   if (!(above > step_m && above < kStoreyM)) return false;
-  const float least_m = step_m + kGrowth * between.head<2>().norm();
+  const float least_m = step_m + kPlaneErrorPerMetre * between.head<2>().norm();
   return above > least_m && upper.normal.dot(between) > least_m;
 }
 

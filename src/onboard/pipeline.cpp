@@ -232,7 +232,8 @@ void Pipeline::State::remove_dynamic() noexcept {
   window.blocks().arrange(accumulator.cells().blocks());
   cells.build(accumulator.cells(), window.blocks().order(), accumulator.grid());
   voxels.build(cells);
-  statistics.ground_voxels = find_ground(config.ground, config.voxel.coarse_size_m, voxels.map());
+  statistics.ground_voxels =
+      find_ground(config.ground, config.voxel.coarse_size_m, viewpoint().sensor_m, voxels.map());
   statistics.ground_voxels -= transparent.reject(window, cells, voxels);
   statistics.ground_voxels -= levels.reject_elevated(voxels.map());
   propagate_ground(config.ground, voxels.map());

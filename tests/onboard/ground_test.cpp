@@ -39,6 +39,45 @@ TEST_CASE("a roof above a floor is no ground") {
   CHECK_FALSE(stages.cells.has(stages.row_at({1.0F, 1.0F, 4.1F}), &CellMarks::ground));
 }
 
+TEST_CASE("a ceiling is no ground, though nothing was seen below it") {
+  // Beside the robot, where a spinning LiDAR sees no floor; level, and in an odometry tilted by 8
+  // degrees.
+  for (const float slope : {0.0F, 0.14F}) {
+    INFO("slope " << slope);
+    const auto ground_voxels = [slope](float sensor_z_m) {
+      Stages stages;
+      stages.sensor_m = {-3.0F, 1.0F, sensor_z_m};
+      std::vector<Eigen::Vector3f> points;
+      add_floor(points, 0.0F, 2.0F, 0.0F, 2.0F, 2.5F, slope);
+      stages.add(points);
+      return stages.find_and_split_ground();
+    };
+    CHECK(ground_voxels(1.0F) == 0);
+    // The same surface from above.
+    CHECK(ground_voxels(4.0F) == 1);
+  }
+}
+
+TEST_CASE("a road uphill is ground, and so is one whose plane is a little off") {
+  struct Case {
+    float away_m;
+    float below_m;  ///< the sensor below the road's plane
+    std::uint32_t ground;
+  };
+  // Three tenths of a metre and 3.5 cm for every metre.
+  for (const Case& c : {Case{20.0F, -1.5F, 1}, Case{20.0F, 0.9F, 1}, Case{20.0F, 1.2F, 0},
+                        Case{4.0F, 0.3F, 1}, Case{4.0F, 0.6F, 0}}) {
+    INFO(c.away_m << " m away, " << c.below_m << " m below");
+    constexpr float kSlope = 0.14F;
+    Stages stages;
+    stages.sensor_m = {1.0F - c.away_m, 1.0F, 1.0F - kSlope * c.away_m - c.below_m};
+    std::vector<Eigen::Vector3f> points;
+    add_floor(points, 0.0F, 2.0F, 0.0F, 2.0F, 1.0F - kSlope, kSlope);
+    stages.add(points);
+    CHECK(stages.find_and_split_ground() == c.ground);
+  }
+}
+
 TEST_CASE("ground a step above the ground around it is none, slopes and kerbs are") {
   struct Case {
     float height_m;  ///< of the second floor above the first
@@ -126,7 +165,8 @@ TEST_CASE("ground that was seen through is none, whatever looks like it") {
   stages.build_cells();
   stages.voxels.build(stages.cells);
   const auto count = [&] {
-    return find_ground(config.ground, config.voxel.coarse_size_m, stages.voxels.map());
+    return find_ground(config.ground, config.voxel.coarse_size_m, stages.sensor_m,
+                       stages.voxels.map());
   };
   REQUIRE(count() > 0);
   const auto reject = [&] {

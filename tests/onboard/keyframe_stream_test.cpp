@@ -33,9 +33,9 @@ constexpr StreamChecksums kNonRepetitive = {
 constexpr StreamChecksums kPaper = {0xF9690915BD8FA7AA, 0x7590A198BA9D8731, 0x3B490E55A23AA908,
                                     0x4CC4ED3E935D2522, 0xDF85D8D54FB38241, 0xB87D9DF78BF802D8,
                                     0x43A1A6F1C54547A6, 0xEEF8FDF26C4FB01B, 0xFFA55DDD653350E0};
-constexpr StreamChecksums kRecorded = {0xF73B7E48F4686295, 0xD78E7656D1407B83, 0x455F4ACE9B6E5ED7,
-                                       0x9289926699D07CC2, 0xB46DDA0B48B20768, 0x7CAFE311100821C1,
-                                       0x1EEB23F0C65DBBC7, 0xB57EEEC41F49948A, 0x5173347D0D5CB371};
+constexpr StreamChecksums kRecorded = {0xF73B7E48F4686295, 0x5593A1288F93DD4B, 0xAA6B7AA86C321A20,
+                                       0xAD681026345C99AF, 0xC9F66272CB55725C, 0xE7B031CD8D695240,
+                                       0x595E92BD11A8FAE4, 0xAAB85B83BEBC1FF7, 0x073A67D0E91C2DF6};
 
 /// Short keyframes, a short window, and loops to what was seen a little while ago.
 PipelineConfig short_run(PipelineConfig config) {

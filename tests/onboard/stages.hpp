@@ -58,7 +58,7 @@ struct Stages {
     build_cells();
     voxels.build(cells);
     const std::uint32_t ground =
-        find_ground(config.ground, config.voxel.coarse_size_m, voxels.map());
+        find_ground(config.ground, config.voxel.coarse_size_m, sensor_m, voxels.map());
     rejected = levels.reject_elevated(voxels.map());
     propagate_ground(config.ground, voxels.map());
     split_ground(config.ground, config.removal, voxels, cells);
@@ -93,6 +93,7 @@ struct Stages {
   EvidenceWindow window;
   ComponentClassifier components;
   Viewpoint viewpoint;
+  Eigen::Vector3f sensor_m{0.0F, 0.0F, 20.0F};  ///< from the grid's origin: above everything
   RangePainter painter;
   MemoryBlock block;
 };

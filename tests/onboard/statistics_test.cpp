@@ -64,8 +64,8 @@ TEST_CASE("the scan in the middle is the reference, of an even number the later 
 
 TEST_CASE("ground voxels are counted without those that are elevated") {
   std::vector<Eigen::Vector3f> points;
-  add_floor(points, 4.0F, 6.0F, 0.0F, 2.0F, 0.1F);
-  add_floor(points, 8.0F, 10.0F, 0.0F, 2.0F, 0.7F);
+  add_floor(points, 4.0F, 6.0F, 0.0F, 2.0F, -1.9F);
+  add_floor(points, 8.0F, 10.0F, 0.0F, 2.0F, -1.3F);
   PipelineConfig config = single_scans();
   CHECK(ground_voxels(config, {points}) == 1);
   config.ground.elevated_step_m = 0.0F;
