@@ -83,8 +83,11 @@ std::string run(const PipelineConfig& config, const IntegerTown& town, const Fra
             "\n";
   }
   text += join("relabelled", count(relabelled), "labels changed", count(changed)) + "\n";
+  static_assert(static_cast<std::size_t>(test::StreamPart::kPoses) == 0);
   const auto sums = sum.checksums();
-  for (std::size_t i = 0; i < test::kStreamParts; ++i) {
+  // Poses are above in words: their last bits may be those of this program's own copies of Eigen's
+  // functions, which vectorise.
+  for (std::size_t i = 1; i < test::kStreamParts; ++i) {
     char word[32];
     std::snprintf(word, sizeof word, "%016llx", static_cast<unsigned long long>(sums[i]));
     text += join("checksum of", test::kStreamPartNames[i], word) + "\n";
@@ -158,6 +161,17 @@ TEST_CASE(
   config.loop_search.triangles.max_triangles = 400;
   config.odometry.up_sigma_deg = 1.0F;
   check_expected("onboard_crowded", run(config, IntegerTown(sparse(8)), tilted(), 48));
+}
+
+TEST_CASE("a window too long for its cells, as before on every platform", "[regression]") {
+  PipelineConfig config = short_run(preset(SensorKind::kHdl64e));
+  config.keyframe.scans = 2;
+  config.removal.window = 28;
+  config.voxel.max_cells = 16000;
+  config.voxel.max_window_blocks = 60000;
+  config.removal.confirmed_static_log_odds = 3.5F;
+  config.removal.persistence_share = 0.0F;
+  check_expected("onboard_long_window", run(config, IntegerTown(sparse(10)), tilted(), 40));
 }
 
 TEST_CASE("faulty scans, jumps and pauses, as before on every platform", "[regression]") {

@@ -117,14 +117,10 @@ std::vector<OwnedPlace> make_places(PlaceDescriber& describer, std::string& text
   return places;
 }
 
-}  // namespace
-
-TEST_CASE("places and the search among them, as before on every platform", "[regression]") {
-  std::string text;
-  Owned<PlaceDescriber> describer(descriptor_config(), DescriptorInput{2.0F, 1U << 16U});
-  REQUIRE(describer.ok());
-  const std::vector<OwnedPlace> places = make_places(*describer, text);
-  Owned<PlaceDatabase> database(search_config(), PlaceShape{50, 250, 2.0F});
+/// Stores all places, and searches for every other one in every scope.
+void search_all(const std::vector<OwnedPlace>& places, const LoopSearchConfig& config,
+                const PlaceShape& shape, std::string& text) {
+  Owned<PlaceDatabase> database(config, shape);
   REQUIRE(database.ok());
   for (const OwnedPlace& place : places) {
     database->insert(place.view(), place.id, place.T_session_place);
@@ -152,5 +148,28 @@ TEST_CASE("places and the search among them, as before on every platform", "[reg
       text += join("  dropped", count(database->dropped())) + "\n";
     }
   }
+}
+
+}  // namespace
+
+TEST_CASE("places and the search among them, as before on every platform", "[regression]") {
+  std::string text;
+  Owned<PlaceDescriber> describer(descriptor_config(), DescriptorInput{2.0F, 1U << 16U});
+  REQUIRE(describer.ok());
+  const std::vector<OwnedPlace> places = make_places(*describer, text);
+  search_all(places, search_config(), {50, 250, 2.0F}, text);
+  LoopSearchConfig tight = search_config();
+  tight.max_places = 15;
+  tight.max_results = 3;
+  tight.triangles.max_triangles = 150;
+  tight.max_bucket = 20;
+  tight.max_compared = 3000;
+  tight.max_matches = 400;
+  tight.max_candidates = 8;
+  tight.max_per_session = 1;
+  tight.max_verified = 3;
+  tight.inlier_distance_m = 0.5F;
+  text += "tight\n";
+  search_all(places, tight, {30, 100, 2.0F}, text);
   check_expected("places", text);
 }
