@@ -52,7 +52,9 @@ TEST_CASE("points in are static, dynamic or invalid, and every dropped one has o
     options.ground_points = 3000;
     options.points_per_block = 150;
     const IntegerTown town(options);
-    std::vector<std::uint64_t> points, not_finite;  // by scan index
+    // By scan index.
+    std::vector<std::size_t> points;
+    std::vector<std::uint64_t> not_finite;
     std::uint64_t keyframes = 0;
     std::uint64_t scans_in_keyframes = 0;
     std::uint64_t refused = 0;
@@ -71,7 +73,7 @@ TEST_CASE("points in are static, dynamic or invalid, and every dropped one has o
         const std::uint32_t index = view.scans[k].scan_index;
         in += points[index];
         faulty += not_finite[index];
-        largest = std::max(largest, points[index]);
+        largest = std::max<std::uint64_t>(largest, points[index]);
         std::vector<PointLabel> labels(points[index] + 10);
         REQUIRE(pipeline->labels(k, labels) == points[index]);
         labels.resize(points[index]);
