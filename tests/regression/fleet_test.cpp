@@ -132,8 +132,9 @@ Sent run(const test::Scene& scene, const Robot& robot, const PipelineConfig& con
     const wire::EncodeResult encoded = encoder.value().encode(view, robot.info.id, keyframe.bytes);
     REQUIRE(encoded.error.ok());
     keyframe.bytes.resize(encoded.bytes);
+    // No checksum: the last bits of poses differ between -O1 and -O3.
     sent.text += join("  encoded", count(encoded.bytes), "images", count(encoded.image_bytes),
-                      "left out", count(encoded.left_out), checksum(keyframe.bytes)) +
+                      "left out", count(encoded.left_out)) +
                  "\n";
     sent.keyframes.push_back(std::move(keyframe));
   };
