@@ -111,7 +111,8 @@ const Reader& recognise(const fs::path& path) {
     expected += (expected.empty() ? "" : "; ") + std::string(reader.name) + ": " +
                 std::string(reader.description);
   }
-  fail(path, "not a recording of a known format. Expected is one of " + expected);
+  fail(path, "not a recording of a known format. Expected is one of " + expected +
+                 "; docs/datasets.md shows every layout");
 }
 
 std::string format_names() {
