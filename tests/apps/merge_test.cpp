@@ -1,0 +1,58 @@
+// End-to-end tests of `unimapper merge`: exit codes.
+#include <catch2/catch.hpp>
+
+#include "tests/apps/command.hpp"
+
+using namespace unimapper;
+using namespace unimapper::apps;
+using Catch::Matchers::Contains;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Runs of recordings that share nothing the merger could find: they are too short.
+struct Fixture {
+  TemporaryDirectory directory;
+
+  /// A run of `recording`, called `name`.
+  std::string run(const std::string& name, const SmallRecording& recording) const {
+    const fs::path dataset = directory / (name + "-data");
+    const fs::path run = directory / name;
+    recording.write(dataset);
+    (void)run_unimapper({"onboard", dataset.string(), "--out", run.string(), "--sensor", "vlp-16"});
+    return run.string();
+  }
+  CommandResult merge(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), "merge");
+    arguments.insert(arguments.end(), {"--out", (directory / "map").string()});
+    return run_unimapper(arguments);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a session left apart is a failure unless it is allowed") {
+  const Fixture fixture;
+  const std::string a = fixture.run("a", SmallRecording(12));
+  const std::string b = fixture.run("b", SmallRecording(14));
+  const CommandResult apart = fixture.merge({a, b});
+  INFO(apart.err);
+  CHECK(apart.exit_code == 1);
+  CHECK_THAT(apart.err, Contains("left apart from the map: ") && Contains("--allow-unconnected"));
+  // The map of the rest is there all the same.
+  CHECK(fs::exists(fixture.directory / "map/report.html"));
+  CHECK(fixture.merge({a, b, "--allow-unconnected"}).exit_code == 0);
+  CHECK(fixture.merge({a}).exit_code == 0);
+}
+
+TEST_CASE("a run of which nothing came makes no map") {
+  const Fixture fixture;
+  SmallRecording recording(2);
+  for (auto& scan : recording.scans) {
+    for (auto& point : scan.points) point.x += 10000.0F;  // out of range
+  }
+  const CommandResult empty = fixture.merge({fixture.run("a", recording)});
+  INFO(empty.err);
+  CHECK(empty.exit_code == 1);
+}
