@@ -44,6 +44,14 @@ TEST_CASE("The neighbours of a keyframe join its cloud, as many as configured", 
   CHECK(cloud_of(8, config) == std::vector<float>{-20.0F, -10.0F, 0.0F});
 }
 
+TEST_CASE("The first and the last keyframe of a session join the clouds of their neighbours",
+          "[clouds]") {
+  RegistrationConfig config;
+  config.submap_keyframes = 2;
+  CHECK(cloud_of(1, config) == std::vector<float>{-10.0F, 0.0F, 10.0F, 20.0F});
+  CHECK(cloud_of(7, config) == std::vector<float>{-20.0F, -10.0F, 0.0F, 10.0F});
+}
+
 TEST_CASE("Cells beyond the radius are left out of a cloud", "[clouds]") {
   RegistrationConfig config;
   config.submap_keyframes = 4;

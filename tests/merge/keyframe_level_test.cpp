@@ -64,6 +64,30 @@ TEST_CASE("a keyframe before up was known is levelled by one after it") {
   CHECK(keyframes[2].up == before[2].up);
 }
 
+TEST_CASE(
+    "what is known of up keeps its direction in the frame of a keyframe with another heading") {
+  std::vector<KeyframeRecord> keyframes = {keyframe_at(0.0, Eigen::Vector3d::UnitZ(), false),
+                                           keyframe_at(5.0, Eigen::Vector3d::UnitZ(), true)};
+  keyframes[0].T_odometry_keyframe.rotation =
+      Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  keyframes[1].up = {true, 8.0F * kSure, 2.0F * kSure, kSure};
+  REQUIRE(level_keyframes(keyframes) == 1);
+  const auto variance_along = [](const KeyframeRecord& keyframe, const Eigen::Vector2d& direction) {
+    const Eigen::Vector2d own =
+        keyframe.T_odometry_keyframe.rotation.topLeftCorner<2, 2>().transpose() * direction;
+    Eigen::Matrix2d covariance;
+    covariance << keyframe.up.variance_x, keyframe.up.covariance_xy, keyframe.up.covariance_xy,
+        keyframe.up.variance_y;
+    return own.dot(covariance * own);
+  };
+  const double drift = std::pow(0.05 / kDegreesPerRadian, 2);
+  for (const double heading : {0.0, 0.8, 1.6, 2.4}) {
+    const Eigen::Vector2d direction(std::cos(heading), std::sin(heading));
+    CHECK(variance_along(keyframes[0], direction) ==
+          Approx(variance_along(keyframes[1], direction) + drift).epsilon(1e-3));
+  }
+}
+
 TEST_CASE("of several keyframes that know up the one that tells most counts") {
   const Eigen::Vector3d other = Eigen::Vector3d(0.1, 0.0, 1.0).normalized();
   std::vector<KeyframeRecord> keyframes = {

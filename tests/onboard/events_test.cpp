@@ -64,6 +64,26 @@ TEST_CASE("keyframes, refusals, jumps and drops are written as events, in order"
         static_cast<std::int64_t>(view.statistics->dropped_by(DropCause::kCellsFull)));
 }
 
+TEST_CASE("events of a keyframe carry the stamp of its last scan") {
+  Log log;
+  PipelineConfig config = small_config();
+  config.events = log.ring;
+  config.keyframe.scans = 3;
+  OwnedPipeline pipeline(config);
+  REQUIRE(pipeline);
+  Scene scene;
+  scene.columns = 180;
+  scene.boxes = {standing_box({8.0, 0.0, 1.5}, {0.3, 6.0, 1.5})};
+  const LabelledScan scan = scene.scan(sensor_at(0, 0), 0.0);
+  for (const std::int64_t stamp_ns : {100, 250, 600}) {
+    (void)pipeline->add_scan(scan.view(), sensor_at(0, 0), stamp_ns);
+  }
+  const auto records = log.take();
+  REQUIRE(!records.empty());
+  CHECK(records[0].id == static_cast<std::uint32_t>(EventId::kKeyframeClosed));
+  for (const EventRecord& record : records) CHECK(record.stamp_ns == 600);
+}
+
 TEST_CASE("events read as sentences") {
   const auto text = [](EventId id, std::int64_t a, std::int64_t b, std::int64_t c) {
     return events::to_text({static_cast<std::uint32_t>(id), 0, 12300000000, {a, b, c, 31}});

@@ -192,21 +192,26 @@ TEST_CASE("images of points in a pitched frame hold all of them, within the room
   CHECK(outside < points.size() / 100);
 }
 
+namespace {
+
+Pose pitched(double pitch_deg) {
+  Pose result;
+  result.rotation =
+      Eigen::AngleAxisd(pitch_deg * kRadian, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  return result;
+}
+
+}  // namespace
+
 TEST_CASE("rays beyond the field of view tell of the sensor unless it turns as much in a sweep") {
   const PipelineConfig config = preset(SensorKind::kOs2_128);
   const auto points = scan_of(even_rings(128, -11.25, 11.25), 1024, 0.0, 5.0);
-  const auto pose = [](double pitch_deg) {
-    Pose result;
-    result.rotation =
-        Eigen::AngleAxisd(pitch_deg * kRadian, Eigen::Vector3d::UnitY()).toRotationMatrix();
-    return result;
-  };
   for (const bool sways : {false, true}) {
     CAPTURE(sways);
     Monitor with(config);
     REQUIRE(with.monitor.look(view_of(points)));
     for (int scan = 0; scan < 10; ++scan) {
-      with.monitor.add_pose(pose(sways ? 5.0 * std::sin(1.2 * scan) : 3.0));
+      with.monitor.add_pose(pitched(sways ? 5.0 * std::sin(1.2 * scan) : 3.0));
     }
     CHECK(with.monitor.close() == !sways);
     CHECK(with.monitor.statistics().elevations_differ == !sways);
@@ -214,6 +219,23 @@ TEST_CASE("rays beyond the field of view tell of the sensor unless it turns as m
     CHECK(with.monitor.free_space().elevation_max_deg > 15.0F);
     CHECK_FALSE(with.monitor.close());
   }
+}
+
+TEST_CASE("a turn in one keyframe excuses no rays beyond the field of view in a later one") {
+  const PipelineConfig config = preset(SensorKind::kOs2_128);
+  Monitor with(config);
+  with.monitor.look(view_of(scan_of(even_rings(128, -11.25, 11.25), 1024)));
+  for (int scan = 0; scan < 10; ++scan) {
+    with.monitor.add_pose(pitched(5.0 * std::sin(1.2 * scan)));
+  }
+  REQUIRE_FALSE(with.monitor.close());
+  const auto beyond = scan_of(even_rings(128, -11.25, 11.25), 1024, 0.0, 5.0);
+  for (int keyframe = 0; keyframe < 8; ++keyframe) {  // one of a few is measured
+    with.monitor.look(view_of(beyond));
+    for (int scan = 0; scan < 10; ++scan) with.monitor.add_pose(pitched(3.0));
+    with.monitor.close();
+  }
+  CHECK(with.monitor.statistics().elevations_differ);
 }
 
 TEST_CASE("keyframes carry the measured shape, and their statistics say so") {
