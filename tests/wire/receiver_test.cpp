@@ -308,6 +308,19 @@ TEST_CASE("a keyframe is cut into as few pieces as can hold it, all but the last
   }
 }
 
+TEST_CASE("every piece that a keyframe is cut into is a possible one, whatever their sizes") {
+  for (std::uint32_t piece_bytes = 1; piece_bytes <= 12; ++piece_bytes) {
+    for (std::size_t bytes = 1; bytes <= 40; ++bytes) {
+      CAPTURE(piece_bytes, bytes);
+      EncodedKeyframe keyframe;
+      keyframe.bytes.assign(bytes, 7);
+      for (const ChunkMessage& piece : cut_into_pieces(keyframe, piece_bytes)) {
+        CHECK(is_possible(piece));
+      }
+    }
+  }
+}
+
 TEST_CASE("a session's message that is overtaken by a later one takes nothing back") {
   Receiver receiver;
   feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0)));

@@ -1,5 +1,6 @@
 // Tests of what C programs send and keep: encoded keyframes, images, earlier places, health.
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstring>
 #include <functional>
 #include <limits>
@@ -7,8 +8,11 @@
 #include <vector>
 
 #include "c_pipeline.hpp"
+#include "ports/c/handle.hpp"
 #include "tests/onboard/run.hpp"
+#include "tests/random.hpp"
 #include "unimapper/core/owned.hpp"
+#include "unimapper/core/voxel_key.hpp"
 #include "unimapper/wire/keyframe_encoder.hpp"
 
 using namespace unimapper;
@@ -191,6 +195,68 @@ TEST_CASE("places of earlier runs go into the database that loop search asks") {
     const um_keyframe keyframe = keyframe_of(pipeline.get());
     CHECK(keyframe.statistics.capacity[UM_CAPACITY_PLACES].used == 3 + ++own);
   });
+}
+
+namespace {
+
+/// Forty keypoints with columns of their own, in a frame turned by so much.
+std::vector<Keypoint> forty_keypoints(const Eigen::Matrix3f& turn) {
+  Random random(8);
+  std::vector<Keypoint> keypoints;
+  for (std::uint64_t i = 0; i < 40; ++i) {
+    const Eigen::Vector3f position(static_cast<float>(random.uniform(-30, 30)),
+                                   static_cast<float>(random.uniform(-30, 30)), 0.0F);
+    keypoints.push_back({turn * position, Eigen::Vector3f::UnitX(), mix_bits(8000 + i), 100});
+  }
+  return keypoints;
+}
+
+/// Upright planes around them.
+std::vector<PlanePatch> eighty_planes(const Eigen::Matrix3f& turn) {
+  Random random(9);
+  std::vector<PlanePatch> planes;
+  for (int i = 0; i < 80; ++i) {
+    const double bearing = random.uniform(0, 6.28);
+    const Eigen::Vector3f center(static_cast<float>(random.uniform(-30, 30)),
+                                 static_cast<float>(random.uniform(-30, 30)),
+                                 static_cast<float>(random.uniform(0, 6)));
+    const Eigen::Vector3f normal(static_cast<float>(std::cos(bearing)),
+                                 static_cast<float>(std::sin(bearing)), 0.0F);
+    planes.push_back({turn * center, turn * normal});
+  }
+  return planes;
+}
+
+}  // namespace
+
+TEST_CASE("what C knows of up at an earlier place is what loop search knows of it") {
+  const Eigen::Matrix3f level = Eigen::Matrix3f::Identity();
+  const std::vector<Keypoint> keypoints = forty_keypoints(level);
+  const std::vector<PlanePatch> planes = eighty_planes(level);
+  const float up[3] = {4e-4F, 1e-4F, 9e-4F};  // about 1.1 and 1.7 degrees
+  const CPipeline by_c;
+  const CPipeline by_cpp;
+  const um_place place{1,
+                       0,
+                       pose_of({}),
+                       reinterpret_cast<const um_keypoint*>(keypoints.data()),
+                       keypoints.size(),
+                       reinterpret_cast<const um_plane*>(planes.data()),
+                       planes.size()};
+  REQUIRE(um_place_insert_level(by_c.get(), &place, up) == UM_OK);
+  by_cpp.get()->core->places().insert({keypoints, planes, {true, up[0], up[1], up[2]}}, {1, 0}, {});
+
+  const Eigen::Matrix3f leaning =
+      Eigen::AngleAxisf(0.04F, Eigen::Vector3f(0.6F, -0.8F, 0.0F)).toRotationMatrix();
+  const std::vector<Keypoint> seen = forty_keypoints(leaning);
+  const std::vector<PlanePatch> walls = eighty_planes(leaning);
+  const PlaceView query{seen, walls, {true, 1e-4F, 0.0F, 1e-4F}};
+  const auto found = [&query](const CPipeline& pipeline) {
+    const auto loops = pipeline.get()->core->places().search(query, {9, 0}, {});
+    REQUIRE(loops.size() == 1);
+    return Eigen::Matrix3d(loops[0].T_match_query.rotation);
+  };
+  CHECK(found(by_c) == found(by_cpp));
 }
 
 TEST_CASE("health adds up what every keyframe said") {

@@ -64,6 +64,19 @@ TEST_CASE("a session goes through an event log unchanged") {
   check_whole(log.sessions[0], kAlpha, 4);
 }
 
+TEST_CASE("a robot that loses power loses no keyframe it had written") {
+  const TemporaryDirectory directory;
+  SessionLogWriter writer(directory / "log", kAlpha, 2000);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    writer.write(wire_test::encode_for_sending(wire_test::keyframe_of(kAlpha.id, i)));
+    const ReceivedLog log = read_event_log(directory / "log");  // the writer is still open
+    CHECK(log.faults.empty());
+    REQUIRE(log.sessions.size() == 1);
+    CHECK(log.sessions[0].keyframes.size() == i + 1);
+    CHECK_FALSE(log.sessions[0].complete);
+  }
+}
+
 TEST_CASE("equal keyframes give equal logs") {
   const TemporaryDirectory directory;
   write_log(directory / "a", kAlpha, 3);
