@@ -90,6 +90,41 @@ TEST_CASE("the merger labels a recording again, for every point of every scan") 
   fixture.check_labels(fixture.map / "refined" / "run");
 }
 
+TEST_CASE("refined labels do not depend on the voxels of the map") {
+  const TemporaryDirectory directory;
+  SmallRecording recording(25);
+  for (datasets::Scan& scan : recording.scans) {
+    // Who walks beside the robot, and enough of the wall behind to see that he has left.
+    for (float z = -2.0F; z <= 2.0F; z += 0.1F) {
+      for (float x = -10.0F; x <= 10.0F; x += 0.1F) scan.points.push_back({x, 6.0F, z, 0.5F});
+      if (z > -0.2F) continue;
+      for (float x = 2.0F; x < 2.5F; x += 0.1F) scan.points.push_back({x, 4.0F, z, 0.9F});
+    }
+  }
+  recording.write(directory / "recording");
+  REQUIRE(run_unimapper({"onboard", (directory / "recording").string(), "--out",
+                         (directory / "run").string(), "--sensor", "vlp-16"})
+              .exit_code == 0);
+  const auto labels_with = [&directory](const std::string& voxel_size_m) {
+    const fs::path config = directory / "config.json";
+    const fs::path map = directory / "map";
+    write_text(config, R"({"map": {"voxel_size_m": )" + voxel_size_m + "}}");
+    REQUIRE(run_unimapper({"merge", (directory / "run").string(), "--out", map.string(), "--truth",
+                           "run=" + (directory / "recording").string(), "--refined-labels",
+                           "--config", config.string()})
+                .exit_code == 0);
+    std::string labels;
+    for (const fs::path& file :
+         datasets::list_files(map / "refined" / "run" / "labels", ".label")) {
+      labels += read_text(file);
+    }
+    return labels;
+  };
+  const std::string labels = labels_with("0.2");
+  REQUIRE(labels.find('\xFB') != std::string::npos);  // 251: the walker is dynamic
+  CHECK((labels_with("0.05") == labels));
+}
+
 TEST_CASE("a recording that the session was not made of is refused") {
   const Fixture fixture;
   const fs::path other = fixture.directory.path() / "other";

@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "ports/lcm/live.hpp"
 #include "ports/lcm/received_log.hpp"
+#include "src/apps/merge/listen_options.hpp"
 #include "src/apps/merge/options.hpp"
 #include "unimapper/merge/keyframe_level.hpp"
 
@@ -85,18 +85,7 @@ void read_run(const fs::path& path, std::vector<InputSession>& inputs) {
 }
 
 void receive_live(const MergeOptions& options, std::vector<InputSession>& inputs) {
-  const auto milliseconds = [](double seconds) {
-    return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000.0));
-  };
-  lcm_port::ListenOptions listening;
-  listening.url = options.listen;
-  listening.sessions_expected = options.sessions;
-  listening.first_message_timeout = milliseconds(options.first_timeout_s);
-  listening.idle_timeout = milliseconds(options.idle_timeout_s);
-  listening.progress = [](const std::string& text) {
-    std::cerr << "unimapper: " << text << std::endl;
-  };
-  lcm_port::ListenResult received = lcm_port::listen(listening);
+  lcm_port::ListenResult received = lcm_port::listen(listen_options(options));
   if (received.end == lcm_port::ListenEnd::kIdle) {
     std::cerr << "unimapper: warning: nothing more arrived before all sessions had ended\n";
   }
