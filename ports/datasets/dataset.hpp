@@ -100,7 +100,7 @@ struct OpenOptions {
   std::string point_fields{};     ///< of records without a header, e.g. "x y z intensity ring"
   std::string topic{};            ///< of the scans, in a bag
   std::string odometry_topic{};   ///< of the poses, in a bag
-  std::string frame{};            ///< of the LiDAR, among those of a bag's transforms
+  std::string frame{};            ///< in which a bag's transforms give poses, e.g. "odom"
   /// Where the LiDAR is on what the poses are of; empty: as the recording says, or at its origin.
   std::optional<Pose> T_base_lidar{};
   Deskew deskew = Deskew::kAuto;  ///< see deskew.hpp

@@ -48,4 +48,9 @@ bool recognises_folder(const std::filesystem::path& directory);
 std::unique_ptr<Dataset> open_folder(const std::filesystem::path& directory,
                                      const OpenOptions& options);
 
+/// A bag of ROS 1 or ROS 2, or an MCAP file: one file, or a folder with the files of one
+/// recording. Its scans lie on one topic, their poses on another one or in the transforms.
+bool recognises_bag(const std::filesystem::path& path);
+std::unique_ptr<Dataset> open_bag(const std::filesystem::path& path, const OpenOptions& options);
+
 }  // namespace unimapper::datasets

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::array<Reader, 7> kReaders = {{
+constexpr std::array<Reader, 8> kReaders = {{
     {"kitti",
      "scans/ or velodyne/ with *.bin and poses.txt, or a root with sequences/ and --sequence",
      &recognises_kitti, &open_kitti},
@@ -27,6 +27,8 @@ constexpr std::array<Reader, 7> kReaders = {{
      &recognises_dynamic_map, &open_dynamic_map},
     {"pcd", "Scans/ or pcd/ with *.pcd, poses.txt in TUM or KITTI form", &recognises_pcd,
      &open_pcd},
+    {"bag", "*.mcap, *.db3 or *.bag with scans and odometry or transforms, or a folder with one",
+     &recognises_bag, &open_bag},
     {"folder", "scans *.ply, *.pcd, *.bin, *.xyz, *.csv in it or in scans/, and a pose file",
      &recognises_folder, &open_folder},
 }};

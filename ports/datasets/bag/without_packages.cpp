@@ -1,5 +1,6 @@
 // Decompression and SQLite in a build without their packages.
 #include "ports/datasets/bag/decompress.hpp"
+#include "ports/datasets/bag/message_source.hpp"
 #include "ports/datasets/files.hpp"
 
 namespace unimapper::datasets::bag {
@@ -29,6 +30,10 @@ std::string decompress_prefix(std::string_view packed, Compression compression,
 void decompress_file(const std::filesystem::path& packed, Compression /*compression*/,
                      const std::filesystem::path& /*file*/) {
   fail(packed, kWithoutLibarchive);
+}
+
+std::unique_ptr<MessageSource> open_sqlite_bag(const std::filesystem::path& file) {
+  fail(file, "is an SQLite database, and this build has no SQLite (UNIMAPPER_BUILD_BAGS)");
 }
 
 }  // namespace unimapper::datasets::bag

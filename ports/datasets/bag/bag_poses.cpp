@@ -1,0 +1,204 @@
+#include "ports/datasets/bag/bag_poses.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "ports/datasets/poses.hpp"
+
+namespace unimapper::datasets::bag {
+
+namespace {
+
+std::string extrinsic_text(const Pose& T_base_lidar) {
+  const Eigen::Vector3d& t = T_base_lidar.translation;
+  const Eigen::Matrix3d& r = T_base_lidar.rotation;
+  // Without the sign of a zero.
+  const auto degrees = [](double radians) {
+    return std::round(radians * kDegreesPerRadian * 10.0) / 10.0 + 0.0;
+  };
+  const double roll = degrees(std::atan2(r(2, 1), r(2, 2)));
+  const double pitch = degrees(std::asin(std::clamp(-r(2, 0), -1.0, 1.0)));
+  const double yaw = degrees(std::atan2(r(1, 0), r(0, 0)));
+  std::array<char, 160> text;
+  std::snprintf(text.data(), text.size(),
+                "x %.3f, y %.3f, z %.3f m, roll %.1f, pitch %.1f, yaw %.1f degrees", t.x(), t.y(),
+                t.z(), roll, pitch, yaw);
+  return text.data();
+}
+
+std::string quoted(const std::string& frame) { return "'" + frame + "'"; }
+
+/// The frame whose poses a topic holds; guessed where its messages do not say.
+std::string base_frame_of(const PoseTopic& topic, const TransformTree& transforms,
+                          const std::string& lidar_frame) {
+  if (!topic.child_frame.empty()) return topic.child_frame;
+  for (const char* name : {"base_link", "base_footprint"}) {
+    if (transforms.is_connected(name, lidar_frame)) return name;
+  }
+  return lidar_frame;
+}
+
+LidarPoses from_topic(const PoseTopic& topic, const TransformTree& transforms,
+                      const std::string& lidar_frame) {
+  LidarPoses poses;
+  poses.description = topic.description;
+  poses.covered_time =
+      seconds_text(topic.poses.first_ns()) + " to " + seconds_text(topic.poses.last_ns()) + " s";
+  if (topic.frame == lidar_frame && !topic.child_frame.empty() &&
+      topic.child_frame != lidar_frame) {
+    throw DatasetError("the scans lie in " + quoted(lidar_frame) + ", the fixed frame of " +
+                       topic.description +
+                       ", so they are no longer as the LiDAR saw them; choose its raw scans with "
+                       "--topic");
+  }
+  const std::string base = base_frame_of(topic, transforms, lidar_frame);
+  const std::string chosen =
+      "poses: " + topic.description + ", of " + quoted(base) + " in " + quoted(topic.frame);
+  if (topic.invalid > 0) {
+    poses.notes.push_back({std::to_string(topic.invalid) + " poses of " + topic.description +
+                               " are not finite or no rotation: left out",
+                           true});
+  }
+  if (topic.child_frame.empty()) {
+    poses.notes.push_back({topic.description + " does not say whose poses it holds: taken for " +
+                               "those of " + quoted(base),
+                           base != lidar_frame});
+  }
+  if (base == lidar_frame) {
+    poses.notes.push_back({chosen, false});
+    poses.at = [&topic](std::int64_t stamp_ns) { return topic.poses.at(stamp_ns); };
+    return poses;
+  }
+  if (!transforms.is_connected(base, lidar_frame)) {
+    poses.notes.push_back({chosen, false});
+    poses.notes.push_back({"no transform between " + quoted(base) + " and the LiDAR's frame " +
+                               quoted(lidar_frame) +
+                               " is in the bag: the LiDAR is taken to lie at " + quoted(base) +
+                               ", its axes along the base's",
+                           true});
+    poses.at = [&topic](std::int64_t stamp_ns) { return topic.poses.at(stamp_ns); };
+    return poses;
+  }
+  poses.at = [&topic, &transforms, base, lidar_frame](std::int64_t stamp_ns) {
+    const auto T_odometry_base = topic.poses.at(stamp_ns);
+    const auto T_base_lidar = transforms.lookup(base, lidar_frame, stamp_ns);
+    return T_odometry_base && T_base_lidar ? std::optional<Pose>(*T_odometry_base * *T_base_lidar)
+                                           : std::nullopt;
+  };
+  const bool is_rigid = transforms.is_rigid(base, lidar_frame);
+  const auto T_base_lidar = transforms.lookup(base, lidar_frame, topic.poses.first_ns());
+  poses.notes.push_back({chosen + "; LiDAR " + quoted(lidar_frame) + " in it: " +
+                             (is_rigid && T_base_lidar ? extrinsic_text(*T_base_lidar) : "moving"),
+                         false});
+  return poses;
+}
+
+/// The frames that the LiDAR moves in.
+std::vector<std::string> fixed_frames(const TransformTree& transforms, const std::string& lidar) {
+  std::vector<std::string> frames;
+  for (const std::string& frame : transforms.ancestors(lidar)) {
+    if (transforms.moves(frame, lidar)) frames.push_back(frame);
+  }
+  return frames;
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text.empty() ? "none" : text;
+}
+
+/// Empty where there is none; throws where several fit.
+std::string choose_fixed_frame(const TransformTree& transforms, const PoseWish& wish) {
+  const auto frames = fixed_frames(transforms, wish.lidar_frame);
+  if (!wish.fixed_frame.empty()) {
+    const auto ancestors = transforms.ancestors(wish.lidar_frame);
+    if (std::find(ancestors.begin(), ancestors.end(), wish.fixed_frame) != ancestors.end()) {
+      return wish.fixed_frame;
+    }
+    throw DatasetError("the transforms give no pose of the LiDAR's frame " +
+                       quoted(wish.lidar_frame) + " in " + quoted(wish.fixed_frame) +
+                       "; there are: " + joined(frames));
+  }
+  // What drifts but never jumps comes first.
+  for (const char* name : {"odom", "odometry", "map", "world"}) {
+    if (std::find(frames.begin(), frames.end(), name) != frames.end()) return name;
+  }
+  if (frames.size() > 1) {
+    throw DatasetError("the LiDAR's frame " + quoted(wish.lidar_frame) +
+                       " moves in several frames: " + joined(frames) + "; choose one with --frame");
+  }
+  return frames.empty() ? std::string() : frames.front();
+}
+
+}  // namespace
+
+std::string seconds_text(std::int64_t stamp_ns) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.3f",
+                static_cast<double>(stamp_ns) / static_cast<double>(kNanosecondsPerSecond));
+  return text.data();
+}
+
+void BagPoses::add(const PoseMessage& message, PoseTopic* topic, bool is_static) {
+  if (topic == nullptr) {
+    if (message.header.frame.empty() || message.child_frame.empty() || !message.pose) return;
+    transforms.add(message.header.frame, message.child_frame, message.header.stamp_ns,
+                   *message.pose, is_static);
+    return;
+  }
+  if (!message.pose) {
+    ++topic->invalid;
+    return;
+  }
+  if (topic->poses.is_empty()) {
+    topic->frame = message.header.frame;
+    topic->child_frame = message.child_frame;
+  }
+  topic->poses.add(message.header.stamp_ns, *message.pose);
+}
+
+void BagPoses::finish() {
+  for (auto& [number, topic] : topics) topic.poses.finish();
+  transforms.finish();
+}
+
+LidarPoses find_lidar_poses(const BagPoses& poses, const PoseWish& wish) {
+  std::vector<const PoseTopic*> topics;
+  for (const auto& [number, topic] : poses.topics) {
+    if (!topic.poses.is_empty()) topics.push_back(&topic);
+  }
+  const bool has_odometry = topics.size() == 1 && topics.front()->is_odometry;
+  const std::string frame =
+      has_odometry ? std::string() : choose_fixed_frame(poses.transforms, wish);
+  if (!frame.empty()) {
+    LidarPoses found;
+    found.description = "the transforms from " + quoted(wish.lidar_frame) + " to " + quoted(frame);
+    found.notes.push_back({"poses: " + found.description, false});
+    const std::string lidar = wish.lidar_frame;
+    const TransformTree& transforms = poses.transforms;
+    found.at = [&transforms, frame, lidar](std::int64_t stamp_ns) {
+      return transforms.lookup(frame, lidar, stamp_ns);
+    };
+    return found;
+  }
+  if (topics.size() == 1) return from_topic(*topics.front(), poses.transforms, wish.lidar_frame);
+  if (topics.size() > 1) {
+    std::string list;
+    for (const PoseTopic* topic : topics) {
+      list += (list.empty() ? "" : ", ") + topic->description;
+    }
+    throw DatasetError("holds several topics of poses: " + list +
+                       "; choose one with --odometry-topic");
+  }
+  throw DatasetError(
+      "holds scans but no poses: neither nav_msgs/Odometry nor geometry_msgs/PoseStamped nor "
+      "transforms in which the LiDAR's frame " +
+      quoted(wish.lidar_frame) +
+      " moves. Run a LiDAR odometry on it first (e.g. kiss_icp_pipeline, whose poses in TUM form "
+      "are handed in with --poses)");
+}
+
+}  // namespace unimapper::datasets::bag

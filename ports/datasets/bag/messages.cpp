@@ -1,0 +1,93 @@
+#include "ports/datasets/bag/messages.hpp"
+
+#include <array>
+#include <utility>
+
+#include "ports/datasets/bag/message_reader.hpp"
+#include "ports/datasets/poses.hpp"
+
+namespace unimapper::datasets::bag {
+
+MessageKind kind_of(std::string_view type) {
+  constexpr std::array<std::pair<std::string_view, MessageKind>, 9> kKinds = {{
+      {"sensor_msgs/PointCloud2", MessageKind::kPointCloud},
+      {"livox_ros_driver/CustomMsg", MessageKind::kLivox},
+      {"livox_ros_driver2/CustomMsg", MessageKind::kLivox},
+      {"nav_msgs/Odometry", MessageKind::kOdometry},
+      {"geometry_msgs/PoseStamped", MessageKind::kPose},
+      {"geometry_msgs/PoseWithCovarianceStamped", MessageKind::kPoseWithCovariance},
+      {"geometry_msgs/TransformStamped", MessageKind::kTransform},
+      {"tf2_msgs/TFMessage", MessageKind::kTransforms},
+      {"tf/tfMessage", MessageKind::kTransforms},
+  }};
+  for (const auto& [name, kind] : kKinds) {
+    if (name == type) return kind;
+  }
+  return MessageKind::kOther;
+}
+
+bool is_scan(MessageKind kind) {
+  return kind == MessageKind::kPointCloud || kind == MessageKind::kLivox;
+}
+
+bool is_pose(MessageKind kind) {
+  return kind == MessageKind::kOdometry || kind == MessageKind::kPose ||
+         kind == MessageKind::kPoseWithCovariance || kind == MessageKind::kTransform;
+}
+
+namespace {
+
+std::string frame_name(std::string_view name) {
+  while (name.starts_with('/')) name.remove_prefix(1);
+  return std::string(name);
+}
+
+Eigen::Vector3d read_vector(MessageReader& reader) {
+  Eigen::Vector3d v;
+  for (double& value : v) value = reader.number<double>();
+  return v;
+}
+
+/// A position and a quaternion x y z w: geometry_msgs/Pose and geometry_msgs/Transform alike.
+std::optional<Pose> read_pose(MessageReader& reader) {
+  const Eigen::Vector3d t = read_vector(reader);
+  const Eigen::Vector3d q = read_vector(reader);
+  return pose_from_quaternion(t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), reader.number<double>());
+}
+
+}  // namespace
+
+MessageHeader read_header(MessageReader& reader) {
+  if (reader.is_ros1()) (void)reader.number<std::uint32_t>();  // seq
+  const auto seconds = reader.number<std::uint32_t>();
+  const auto nanoseconds = reader.number<std::uint32_t>();
+  MessageHeader header;
+  header.stamp_ns = std::int64_t{seconds} * kNanosecondsPerSecond + nanoseconds;
+  header.frame = frame_name(reader.text());
+  return header;
+}
+
+MessageHeader decode_header(std::string_view bytes, Serialization serialization) {
+  MessageReader reader(bytes, serialization);
+  return read_header(reader);
+}
+
+std::vector<PoseMessage> decode_poses(std::string_view bytes, Serialization serialization,
+                                      MessageKind kind) {
+  MessageReader reader(bytes, serialization);
+  // Stamp, two strings' lengths, seven doubles.
+  constexpr std::size_t kLeastTransformBytes = 4 * 4 + 7 * 8;
+  const std::uint32_t count =
+      kind == MessageKind::kTransforms ? reader.count(kLeastTransformBytes) : 1;
+  const bool has_child = kind == MessageKind::kTransforms || kind == MessageKind::kTransform ||
+                         kind == MessageKind::kOdometry;
+  std::vector<PoseMessage> poses(count);
+  for (PoseMessage& pose : poses) {
+    pose.header = read_header(reader);
+    if (has_child) pose.child_frame = frame_name(reader.text());
+    pose.pose = read_pose(reader);
+  }
+  return poses;
+}
+
+}  // namespace unimapper::datasets::bag

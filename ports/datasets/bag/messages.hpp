@@ -1,0 +1,90 @@
+// Decoders of the ROS messages that a map is made of.
+//
+// ROS 1 and ROS 2 write the same fields; the header's `seq` alone is ROS 1's. All decoders throw
+// DatasetError (without naming a file) where a message is too short or its values cannot be.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "ports/datasets/bag/message_source.hpp"
+#include "ports/datasets/dataset.hpp"
+
+namespace unimapper::datasets::bag {
+
+/// Kinds of messages that are read.
+enum class MessageKind : std::uint8_t {
+  kPointCloud,          ///< sensor_msgs/PointCloud2
+  kLivox,               ///< livox_ros_driver/CustomMsg, livox_ros_driver2/CustomMsg
+  kOdometry,            ///< nav_msgs/Odometry
+  kPose,                ///< geometry_msgs/PoseStamped
+  kPoseWithCovariance,  ///< geometry_msgs/PoseWithCovarianceStamped
+  kTransform,           ///< geometry_msgs/TransformStamped
+  kTransforms,          ///< tf2_msgs/TFMessage, tf/tfMessage
+  kOther,
+};
+
+/// The kind of a type named as ROS 1 does.
+MessageKind kind_of(std::string_view type);
+
+/// True for the kinds that hold the points of a scan.
+bool is_scan(MessageKind kind);
+/// True for the kinds that hold one pose of the robot.
+bool is_pose(MessageKind kind);
+
+/// std_msgs/Header.
+struct MessageHeader {
+  std::int64_t stamp_ns = 0;
+  std::string frame;  ///< without ROS 1's leading slash
+};
+
+class MessageReader;
+/// Takes the header that a message begins with.
+MessageHeader read_header(MessageReader& reader);
+
+/// The header that a message begins with; `bytes` may end behind it.
+MessageHeader decode_header(std::string_view bytes, Serialization serialization);
+/// That many bytes hold the header of any sensible message.
+inline constexpr std::size_t kHeaderBytes = 512;
+
+/// A pose with its frames: T_frame_child at a stamp.
+struct PoseMessage {
+  MessageHeader header;
+  std::string child_frame;   ///< empty where the message has none
+  std::optional<Pose> pose;  ///< empty where it is not finite or its quaternion is none
+};
+
+/// The pose of an odometry, pose or transform message, the poses of several transforms.
+std::vector<PoseMessage> decode_poses(std::string_view bytes, Serialization serialization,
+                                      MessageKind kind);
+
+/// What the numbers of a scan's time field mean.
+struct PointClock {
+  enum class Zero : std::uint8_t {
+    kStamp,  ///< they count from the scan's stamp
+    kEpoch,  ///< they are stamps themselves
+    kOwn,    ///< another clock: they count from the scan's first point
+  };
+  double seconds_per_unit = 1.0;
+  Zero zero = Zero::kStamp;
+};
+
+/// How the points of a topic are read: the same for all its messages, found in one of them.
+struct ScanLayout {
+  std::string description;          ///< of the fields used, e.g. "x y z intensity t ring"
+  std::optional<PointClock> clock;  ///< empty: no time per point
+};
+
+/// Layout of a scan message (see `is_scan`). The unit of time follows from the numbers: points of
+/// one scan are 2 ms to 2 s apart, which is true of one unit only.
+ScanLayout find_layout(std::string_view bytes, Serialization serialization, MessageKind kind);
+
+/// Points of a scan message. Points that are not finite or lie at the origin (no return) are left
+/// out; the number of those is returned.
+std::size_t decode_scan(std::string_view bytes, Serialization serialization, MessageKind kind,
+                        const ScanLayout& layout, Scan& scan);
+
+}  // namespace unimapper::datasets::bag

@@ -1,0 +1,41 @@
+// Poses by stamp, interpolated.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "unimapper/core/pose.hpp"
+
+namespace unimapper::datasets::bag {
+
+/// Poses of one frame in another, in any order of time until `finish`.
+///
+/// Memory: 104 bytes for a pose; of poses that repeat, the first and the last are kept.
+class PoseSeries {
+ public:
+  /// Longest time between two poses that is interpolated over.
+  static constexpr std::int64_t kMaxGap_ns = 500'000'000;
+
+  void add(std::int64_t stamp_ns, const Pose& pose);
+  /// Sorts by stamp; of poses with one stamp the one added last stays.
+  void finish();
+
+  [[nodiscard]] bool is_empty() const { return stamps_ns_.empty(); }
+  /// True if all poses are the same: it holds at any time.
+  [[nodiscard]] bool is_constant() const;
+  /// First and last stamp; there is at least one pose.
+  [[nodiscard]] std::int64_t first_ns() const { return stamps_ns_.front(); }
+  [[nodiscard]] std::int64_t last_ns() const { return stamps_ns_.back(); }
+
+  /// The pose at a stamp; empty before the first pose, after the last one, and between two that
+  /// differ and are more than `kMaxGap_ns` apart.
+  [[nodiscard]] std::optional<Pose> at(std::int64_t stamp_ns) const;
+
+ private:
+  std::vector<std::int64_t> stamps_ns_;
+  std::vector<Pose> poses_;
+};
+
+}  // namespace unimapper::datasets::bag

@@ -1,0 +1,333 @@
+// Decoders of the messages that hold points.
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <initializer_list>
+#include <limits>
+
+#include "ports/datasets/bag/message_reader.hpp"
+#include "ports/datasets/bag/messages.hpp"
+#include "ports/datasets/files.hpp"
+
+namespace unimapper::datasets::bag {
+
+namespace {
+
+/// Types of a point's fields, as sensor_msgs/PointField numbers them.
+enum class FieldType : std::uint8_t {
+  kInt8 = 1,
+  kUint8 = 2,
+  kInt16 = 3,
+  kUint16 = 4,
+  kInt32 = 5,
+  kUint32 = 6,
+  kFloat32 = 7,
+  kFloat64 = 8,
+};
+
+struct Field {
+  std::string_view name;
+  std::uint32_t offset;
+  FieldType type;
+};
+
+/// Rows of points whose fields lie at fixed offsets.
+struct Cloud {
+  MessageHeader header;
+  std::uint32_t height = 0;
+  std::uint32_t width = 0;
+  std::uint64_t point_step = 0;
+  std::uint64_t row_step = 0;
+  bool is_big_endian = false;
+  std::vector<Field> fields;
+  std::string_view data;
+
+  [[nodiscard]] const char* point(std::size_t row, std::size_t column) const {
+    return data.data() + row * row_step + column * point_step;
+  }
+};
+
+/// Throws where points lie outside of the data, so that their number is bounded by it.
+void check_extent(Cloud& cloud, std::uint64_t last_point_bytes) {
+  if (cloud.height == 0 || cloud.width == 0) {
+    cloud.height = cloud.width = 0;
+    return;
+  }
+  if (cloud.point_step == 0) throw DatasetError("its points have no bytes");
+  const std::uint64_t packed_row = cloud.width * cloud.point_step;
+  // Some drivers leave the step between rows out.
+  cloud.row_step = std::max(cloud.row_step, packed_row);
+  const std::uint64_t last_row =
+      (std::uint64_t{cloud.width} - 1) * cloud.point_step + last_point_bytes;
+  const std::uint64_t rows_before = std::uint64_t{cloud.height} - 1;
+  if (last_row > cloud.data.size() ||
+      rows_before > (cloud.data.size() - last_row) / cloud.row_step) {
+    throw DatasetError(std::to_string(cloud.height) + " x " + std::to_string(cloud.width) +
+                       " points of " + std::to_string(cloud.point_step) + " bytes do not fit its " +
+                       std::to_string(cloud.data.size()) + " bytes of data");
+  }
+}
+
+Cloud read_point_cloud(MessageReader& reader) {
+  Cloud cloud;
+  cloud.header = read_header(reader);
+  cloud.height = reader.number<std::uint32_t>();
+  cloud.width = reader.number<std::uint32_t>();
+  constexpr std::size_t kLeastFieldBytes = 4 + 4 + 1 + 4;
+  cloud.fields.resize(reader.count(kLeastFieldBytes));
+  for (Field& field : cloud.fields) {
+    field.name = reader.text();
+    field.offset = reader.number<std::uint32_t>();
+    field.type = static_cast<FieldType>(reader.number<std::uint8_t>());
+    (void)reader.number<std::uint32_t>();  // values of the field; the first one is used
+  }
+  cloud.is_big_endian = reader.number<std::uint8_t>() != 0;
+  cloud.point_step = reader.number<std::uint32_t>();
+  cloud.row_step = reader.number<std::uint32_t>();
+  cloud.data = reader.take(reader.number<std::uint32_t>());
+  check_extent(cloud, cloud.point_step);
+  return cloud;
+}
+
+/// Livox's own message: its points are records of fixed fields, which CDR fills up to 20 bytes,
+/// but not the last one.
+Cloud read_livox(MessageReader& reader) {
+  Cloud cloud;
+  cloud.header = read_header(reader);
+  (void)reader.number<std::uint64_t>();  // time base: the header's stamp once more
+  (void)reader.number<std::uint32_t>();  // number of points
+  reader.take(4);                        // number of the LiDAR, three reserved bytes
+  constexpr std::uint64_t kPointBytes = 19;
+  cloud.height = 1;
+  cloud.width = reader.count(kPointBytes);
+  cloud.point_step = reader.is_ros1() ? kPointBytes : kPointBytes + 1;
+  cloud.is_big_endian = reader.is_big_endian();
+  cloud.fields = {{"offset_time", 0, FieldType::kUint32},  {"x", 4, FieldType::kFloat32},
+                  {"y", 8, FieldType::kFloat32},           {"z", 12, FieldType::kFloat32},
+                  {"reflectivity", 16, FieldType::kUint8}, {"line", 18, FieldType::kUint8}};
+  cloud.data = reader.take(reader.left());
+  check_extent(cloud, kPointBytes);
+  return cloud;
+}
+
+Cloud read_cloud(std::string_view bytes, Serialization serialization, MessageKind kind) {
+  MessageReader reader(bytes, serialization);
+  return kind == MessageKind::kLivox ? read_livox(reader) : read_point_cloud(reader);
+}
+
+// --- Values of a field
+
+using LoadValue = double (*)(const char*);
+
+template <typename T, bool kSwap>
+double load_value(const char* at) {
+  std::array<char, sizeof(T)> bytes;
+  std::memcpy(bytes.data(), at, sizeof(T));
+  if constexpr (kSwap) std::reverse(bytes.begin(), bytes.end());
+  return static_cast<double>(std::bit_cast<T>(bytes));
+}
+
+/// One field of all points.
+struct FieldReader {
+  std::size_t offset = 0;
+  LoadValue load = nullptr;
+
+  explicit operator bool() const { return load != nullptr; }
+  double operator()(const char* point) const { return load(point + offset); }
+};
+
+template <typename T>
+FieldReader field_reader(const Cloud& cloud, const Field& field) {
+  if (cloud.point_step < sizeof(T) || field.offset > cloud.point_step - sizeof(T)) {
+    throw DatasetError("its field '" + std::string(field.name) + "' lies outside of its point");
+  }
+  return {field.offset, cloud.is_big_endian ? &load_value<T, true> : &load_value<T, false>};
+}
+
+FieldReader reader_of(const Cloud& cloud, const Field& field) {
+  switch (field.type) {
+    case FieldType::kInt8:
+      return field_reader<std::int8_t>(cloud, field);
+    case FieldType::kUint8:
+      return field_reader<std::uint8_t>(cloud, field);
+    case FieldType::kInt16:
+      return field_reader<std::int16_t>(cloud, field);
+    case FieldType::kUint16:
+      return field_reader<std::uint16_t>(cloud, field);
+    case FieldType::kInt32:
+      return field_reader<std::int32_t>(cloud, field);
+    case FieldType::kUint32:
+      return field_reader<std::uint32_t>(cloud, field);
+    case FieldType::kFloat32:
+      return field_reader<float>(cloud, field);
+    case FieldType::kFloat64:
+      return field_reader<double>(cloud, field);
+  }
+  throw DatasetError("its field '" + std::string(field.name) + "' has the unknown type " +
+                     std::to_string(static_cast<unsigned>(field.type)));
+}
+
+/// The fields that are used; others are passed over.
+struct UsedFields {
+  FieldReader x, y, z, intensity, time, ring;
+  std::string description;
+};
+
+/// The first of `names` that is a field; none gives an empty reader.
+FieldReader find_field(const Cloud& cloud, std::initializer_list<std::string_view> names,
+                       std::string& description) {
+  for (const std::string_view name : names) {
+    for (const Field& field : cloud.fields) {
+      if (lower_case(field.name) != name) continue;
+      description += (description.empty() ? "" : " ") + std::string(field.name);
+      return reader_of(cloud, field);
+    }
+  }
+  return {};
+}
+
+UsedFields used_fields(const Cloud& cloud) {
+  UsedFields used;
+  std::string& text = used.description;
+  used.x = find_field(cloud, {"x"}, text);
+  used.y = find_field(cloud, {"y"}, text);
+  used.z = find_field(cloud, {"z"}, text);
+  if (!used.x || !used.y || !used.z) {
+    std::string present;
+    for (const Field& field : cloud.fields) present += " " + std::string(field.name);
+    throw DatasetError("its points have no x, y and z but" + (present.empty() ? " none" : present));
+  }
+  used.intensity = find_field(
+      cloud, {"intensity", "intensities", "i", "reflectivity", "reflectance", "remission"}, text);
+  used.time = find_field(cloud,
+                         {"t", "time", "timestamp", "time_stamp", "time_offset", "offset_time",
+                          "timeoffset", "time_offset_ns", "point_time_offset"},
+                         text);
+  used.ring = find_field(
+      cloud, {"ring", "line", "channel", "laser_id", "laser", "beam", "row", "line_index"}, text);
+  return used;
+}
+
+/// Drivers write NaN or the origin where no light came back.
+bool is_return(const Scan::Point& point) {
+  return std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z) &&
+         (point.x != 0.0F || point.y != 0.0F || point.z != 0.0F);
+}
+
+/// Calls `visit(point, bytes of the point, row)` for every point with a return.
+template <typename Visit>
+std::size_t for_each_return(const Cloud& cloud, const UsedFields& fields, const Visit& visit) {
+  std::size_t left_out = 0;
+  for (std::size_t row = 0; row < cloud.height; ++row) {
+    for (std::size_t column = 0; column < cloud.width; ++column) {
+      const char* at = cloud.point(row, column);
+      const Scan::Point point{static_cast<float>(fields.x(at)), static_cast<float>(fields.y(at)),
+                              static_cast<float>(fields.z(at)),
+                              fields.intensity ? static_cast<float>(fields.intensity(at)) : 0.0F};
+      if (is_return(point)) {
+        visit(point, at, row);
+      } else {
+        ++left_out;
+      }
+    }
+  }
+  return left_out;
+}
+
+// --- Time of a point
+
+/// Least and greatest number of a scan's time field.
+struct TimeRange {
+  double least = std::numeric_limits<double>::infinity();
+  double greatest = -std::numeric_limits<double>::infinity();
+};
+
+TimeRange time_range(const Cloud& cloud, const UsedFields& fields) {
+  TimeRange range;
+  for_each_return(cloud, fields, [&](const Scan::Point&, const char* at, std::size_t /*row*/) {
+    const double time = fields.time(at);
+    if (!std::isfinite(time)) return;
+    range.least = std::min(range.least, time);
+    range.greatest = std::max(range.greatest, time);
+  });
+  return range;
+}
+
+constexpr double kNanosecond_s = 1e-9;
+
+/// Empty where the numbers do not tell the unit.
+std::optional<PointClock> find_clock(const TimeRange& range, std::int64_t stamp_ns) {
+  constexpr double kShortestScan_s = 0.002;
+  constexpr double kLongestScan_s = 2.0;
+  constexpr std::array<double, 4> kUnits_s = {1.0, 1e-3, 1e-6, kNanosecond_s};
+  const double span = range.greatest - range.least;
+  for (const double unit_s : kUnits_s) {
+    const double span_s = span * unit_s;
+    if (!(span_s >= kShortestScan_s && span_s < kLongestScan_s)) continue;
+    const double begin_s = range.least * unit_s;
+    const double stamp_s = static_cast<double>(stamp_ns) * kNanosecond_s;
+    if (std::abs(begin_s) <= kLongestScan_s) return PointClock{unit_s, PointClock::Zero::kStamp};
+    const bool is_stamp = std::abs(begin_s - stamp_s) <= kLongestScan_s;
+    return PointClock{unit_s, is_stamp ? PointClock::Zero::kEpoch : PointClock::Zero::kOwn};
+  }
+  return std::nullopt;
+}
+
+/// What is taken from a point's time, in its unit, to get the time since the scan's stamp.
+double time_of_stamp(const Cloud& cloud, const UsedFields& fields, const PointClock& clock) {
+  switch (clock.zero) {
+    case PointClock::Zero::kStamp:
+      return 0.0;
+    case PointClock::Zero::kEpoch:
+      return static_cast<double>(cloud.header.stamp_ns) * kNanosecond_s / clock.seconds_per_unit;
+    case PointClock::Zero::kOwn:
+      break;
+  }
+  return time_range(cloud, fields).least;
+}
+
+std::uint16_t ring_number(double value) {
+  constexpr double kMost = std::numeric_limits<std::uint16_t>::max();
+  return value >= 0.0 && value <= kMost ? static_cast<std::uint16_t>(value) : std::uint16_t{0};
+}
+
+}  // namespace
+
+ScanLayout find_layout(std::string_view bytes, Serialization serialization, MessageKind kind) {
+  const Cloud cloud = read_cloud(bytes, serialization, kind);
+  const UsedFields fields = used_fields(cloud);
+  ScanLayout layout;
+  layout.description = fields.description;
+  if (fields.time) layout.clock = find_clock(time_range(cloud, fields), cloud.header.stamp_ns);
+  return layout;
+}
+
+std::size_t decode_scan(std::string_view bytes, Serialization serialization, MessageKind kind,
+                        const ScanLayout& layout, Scan& scan) {
+  const Cloud cloud = read_cloud(bytes, serialization, kind);
+  const UsedFields fields = used_fields(cloud);
+  const bool has_time = fields.time && layout.clock.has_value();
+  const PointClock clock = layout.clock.value_or(PointClock{});
+  const double zero = has_time ? time_of_stamp(cloud, fields, clock) : 0.0;
+  // Organised clouds without rings have a row for each laser.
+  constexpr std::uint32_t kMostLasers = 256;
+  const bool has_rows = cloud.height > 1 && cloud.height <= kMostLasers;
+  scan.reset(0);
+  return for_each_return(
+      cloud, fields, [&](const Scan::Point& point, const char* at, std::size_t row) {
+        scan.points.push_back(point);
+        if (has_time) {
+          const double time_s = (fields.time(at) - zero) * clock.seconds_per_unit;
+          scan.time_s.push_back(std::isfinite(time_s) ? static_cast<float>(time_s) : 0.0F);
+        }
+        if (fields.ring) {
+          scan.ring.push_back(ring_number(fields.ring(at)));
+        } else if (has_rows) {
+          scan.ring.push_back(static_cast<std::uint16_t>(row));
+        }
+      });
+}
+
+}  // namespace unimapper::datasets::bag

@@ -1,0 +1,284 @@
+// Tests of the decoders of ROS messages.
+#include "ports/datasets/bag/messages.hpp"
+
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "tests/ports/datasets/bag/message_writer.hpp"
+#include "tests/ports/datasets/fixtures.hpp"
+
+using namespace unimapper;
+using namespace unimapper::datasets;
+using namespace unimapper::datasets::bag;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr std::int64_t kStamp_ns = 1'700'000'000'250'000'000;
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+const Pose kPose{Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5), Eigen::Vector3d(1.5, -2.0, 0.25)};
+
+void check_pose(const std::optional<Pose>& pose) {
+  REQUIRE(pose.has_value());
+  CHECK(pose->rotation.isApprox(kPose.rotation, 1e-12));
+  CHECK(pose->translation == kPose.translation);
+}
+
+Scan decode(const std::string& bytes, Serialization serialization,
+            MessageKind kind = MessageKind::kPointCloud) {
+  Scan scan;
+  decode_scan(bytes, serialization, kind, find_layout(bytes, serialization, kind), scan);
+  return scan;
+}
+
+/// Points on the x axis, each with one more field of the given type.
+template <typename T>
+std::string cloud_with(const std::string& name, std::uint8_t type, const std::vector<T>& values) {
+  CloudOfMessage cloud;
+  cloud.width = static_cast<std::uint32_t>(values.size());
+  cloud.fields = {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}, {name, 12, type}};
+  cloud.point_step = 12 + sizeof(T);
+  cloud.row_step = cloud.width * cloud.point_step;
+  for (const T value : values) cloud.data += packed(1.0F, 0.0F, 0.0F, value);
+  return cloud_message(Encoding::kCdrLittle, kStamp_ns, cloud);
+}
+
+template <typename T>
+std::vector<float> times_of(const std::string& name, std::uint8_t type,
+                            const std::vector<T>& values) {
+  return decode(cloud_with(name, type, values), Serialization::kCdr).time_s;
+}
+
+void check_times(const std::vector<float>& times, const std::vector<float>& expected) {
+  REQUIRE(times.size() == expected.size());
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    CHECK(times[i] == Approx(expected[i]).margin(1e-6));
+  }
+}
+
+/// livox_ros_driver/CustomMsg: two points, and one without a return between them.
+std::string livox_message(Encoding encoding) {
+  MessageWriter writer(encoding);
+  writer.header(kStamp_ns, "livox_frame").number(std::uint64_t{kStamp_ns});
+  writer.number(std::uint32_t{3}).number(std::uint8_t{1}).raw(std::string(3, '\0'));
+  writer.number(std::uint32_t{3});
+  const auto point = [&](std::uint32_t time_ns, float x, std::uint8_t line) {
+    writer.number(time_ns).number(x).number(2 * x).number(3 * x);
+    writer.number(std::uint8_t{200}).number(std::uint8_t{16}).number(line);
+  };
+  point(0, 1.0F, 0);
+  point(20'000'000, 0.0F, 1);
+  point(90'000'000, 2.0F, 5);
+  return writer.bytes();
+}
+
+}  // namespace
+
+TEST_CASE("odometry and poses are decoded in every encoding") {
+  for (const Encoding encoding : kEncodings) {
+    const Serialization serialization = serialization_of(encoding);
+    const auto odometry = decode_poses(odometry_message(encoding, kStamp_ns, kPose, "/odom", "b"),
+                                       serialization, MessageKind::kOdometry);
+    REQUIRE(odometry.size() == 1);
+    CHECK(odometry[0].header.stamp_ns == kStamp_ns);
+    CHECK(odometry[0].header.frame == "odom");
+    CHECK(odometry[0].child_frame == "b");
+    check_pose(odometry[0].pose);
+
+    const auto pose =
+        decode_poses(pose_message(encoding, kStamp_ns, kPose), serialization, MessageKind::kPose);
+    CHECK(pose[0].header.frame == "map");
+    CHECK(pose[0].child_frame.empty());
+    check_pose(pose[0].pose);
+  }
+}
+
+TEST_CASE("every transform of a message is decoded in every encoding") {
+  for (const Encoding encoding : kEncodings) {
+    const auto message = transforms_message(
+        encoding, {{kStamp_ns, "odom", "base", Pose()}, {kStamp_ns + 1, "base", "lidar", kPose}});
+    const auto transforms =
+        decode_poses(message, serialization_of(encoding), MessageKind::kTransforms);
+    REQUIRE(transforms.size() == 2);
+    CHECK(transforms[0].header.frame == "odom");
+    CHECK(transforms[0].child_frame == "base");
+    CHECK(transforms[1].header.stamp_ns == kStamp_ns + 1);
+    check_pose(transforms[1].pose);
+  }
+}
+
+TEST_CASE("a quaternion that is none, or a number that is not finite, gives no pose") {
+  Pose pose = kPose;
+  pose.translation.x() = std::numeric_limits<double>::quiet_NaN();
+  const auto bytes = pose_message(Encoding::kRos1, kStamp_ns, pose);
+  CHECK_FALSE(decode_poses(bytes, Serialization::kRos1, MessageKind::kPose)[0].pose);
+  MessageWriter zero(Encoding::kRos1);
+  zero.header(kStamp_ns, "map");
+  for (int i = 0; i < 7; ++i) zero.number(0.0);
+  CHECK_FALSE(decode_poses(zero.bytes(), Serialization::kRos1, MessageKind::kPose)[0].pose);
+}
+
+TEST_CASE("points of a cloud are decoded in every encoding") {
+  for (const Encoding encoding : kEncodings) {
+    const auto cloud = plain_cloud({{1, 2, 3}, {4, 5, 6}});
+    const Scan scan = decode(cloud_message(encoding, kStamp_ns, cloud), serialization_of(encoding));
+    REQUIRE(scan.points.size() == 2);
+    CHECK(scan.view()[1] == Eigen::Vector3f(4, 5, 6));
+    CHECK(scan.points[1].intensity == 0.0F);
+    CHECK(scan.time_s.empty());
+    CHECK(scan.ring.empty());
+  }
+}
+
+TEST_CASE("fields may have any type, order and space between them") {
+  CloudOfMessage cloud;
+  cloud.width = 1;
+  cloud.fields = {{"Ring", 0, 2},         {"z", 2, 3},  {"y", 8, 8},
+                  {"reflectivity", 4, 4}, {"x", 16, 7}, {"rgb", 999, 99}};
+  cloud.point_step = 24;
+  cloud.row_step = 24;
+  cloud.data = packed(std::uint8_t{7}, std::uint8_t{0xFF}, std::int16_t{-3}, std::uint16_t{500},
+                      std::uint16_t{0}, 2.5, 1.5F, std::uint32_t{0});
+  const Scan scan =
+      decode(cloud_message(Encoding::kCdrLittle, kStamp_ns, cloud), Serialization::kCdr);
+  REQUIRE(scan.points.size() == 1);
+  CHECK(scan.view()[0] == Eigen::Vector3f(1.5F, 2.5F, -3.0F));
+  CHECK(scan.points[0].intensity == 500.0F);
+  CHECK(scan.ring == std::vector<std::uint16_t>{7});
+}
+
+TEST_CASE("points may be big endian in a little-endian message") {
+  CloudOfMessage cloud = plain_cloud({});
+  cloud.width = 1;
+  cloud.is_big_endian = true;
+  cloud.data = hex("3f800000 c0000000 3f000000");
+  cloud.row_step = 12;
+  const Scan scan = decode(cloud_message(Encoding::kRos1, kStamp_ns, cloud), Serialization::kRos1);
+  REQUIRE(scan.points.size() == 1);
+  CHECK(scan.view()[0] == Eigen::Vector3f(1.0F, -2.0F, 0.5F));
+}
+
+TEST_CASE("rows of an organised cloud may be padded, and number the lasers where no field does") {
+  CloudOfMessage cloud = plain_cloud({});
+  cloud.height = 2;
+  cloud.width = 1;
+  cloud.row_step = 16;
+  cloud.data = packed(1.0F, 1.0F, 1.0F, 9.0F, 2.0F, 2.0F, 2.0F);
+  const auto bytes = cloud_message(Encoding::kCdrLittle, kStamp_ns, cloud);
+  const Scan scan = decode(bytes, Serialization::kCdr);
+  REQUIRE(scan.points.size() == 2);
+  CHECK(scan.view()[1] == Eigen::Vector3f(2, 2, 2));
+  CHECK(scan.ring == std::vector<std::uint16_t>{0, 1});
+  // A step between rows that was left out.
+  cloud.row_step = 0;
+  cloud.data = packed(1.0F, 1.0F, 1.0F, 2.0F, 2.0F, 2.0F);
+  CHECK(decode(cloud_message(Encoding::kRos1, kStamp_ns, cloud), Serialization::kRos1).view()[1] ==
+        Eigen::Vector3f(2, 2, 2));
+}
+
+TEST_CASE("points without a return are left out and counted") {
+  const auto bytes = cloud_message(Encoding::kRos1, kStamp_ns,
+                                   plain_cloud({{0, 0, 0}, {1, 2, 3}, {kNan, 0, 0}, {0, 0, 1}}));
+  Scan scan;
+  const auto layout = find_layout(bytes, Serialization::kRos1, MessageKind::kPointCloud);
+  CHECK(decode_scan(bytes, Serialization::kRos1, MessageKind::kPointCloud, layout, scan) == 2);
+  REQUIRE(scan.points.size() == 2);
+  CHECK(scan.view()[0] == Eigen::Vector3f(1, 2, 3));
+  CHECK(scan.view()[1] == Eigen::Vector3f(0, 0, 1));
+}
+
+TEST_CASE("the unit of a point's time follows from its numbers") {
+  const std::vector<float> expected = {0.0F, 0.05F, 0.1F};
+  check_times(times_of<std::uint32_t>("t", 6, {0, 50'000'000, 100'000'000}), expected);
+  check_times(times_of<std::uint32_t>("t", 6, {0, 50'000, 100'000}), expected);
+  check_times(times_of<std::uint16_t>("time", 4, {0, 50, 100}), expected);
+  check_times(times_of<float>("time", 7, {0.0F, 0.05F, 0.1F}), expected);
+  check_times(times_of<float>("time", 7, {-0.1F, -0.05F, 0.0F}), {-0.1F, -0.05F, 0.0F});
+  check_times(times_of<std::int32_t>("time_offset", 5, {-50'000'000, 0}), {-0.05F, 0.0F});
+}
+
+TEST_CASE("a point's time may be a stamp") {
+  const double stamp_s = 1'700'000'000.25;
+  const std::vector<float> expected = {-0.05F, 0.05F};
+  check_times(times_of<double>("timestamp", 8, {stamp_s - 0.05, stamp_s + 0.05}), expected);
+  check_times(times_of<double>("timestamp", 8, {stamp_s * 1e9 - 5e7, stamp_s * 1e9 + 5e7}),
+              expected);
+}
+
+TEST_CASE("a point's time by another clock counts from the scan's first point") {
+  const auto bytes = cloud_with<double>("timestamp", 8, {812.30, 812.25, 812.35});
+  const auto layout = find_layout(bytes, Serialization::kCdr, MessageKind::kPointCloud);
+  REQUIRE(layout.clock.has_value());
+  CHECK(layout.clock->zero == PointClock::Zero::kOwn);
+  check_times(times_of<double>("timestamp", 8, {812.30, 812.25, 812.35}), {0.05F, 0.0F, 0.1F});
+}
+
+TEST_CASE("times that are all the same tell nothing") {
+  CHECK(times_of<float>("time", 7, {0.0F, 0.0F}).empty());
+  CHECK(times_of<double>("timestamp", 8, {1.7e9, 1.7e9}).empty());
+}
+
+TEST_CASE("Livox's own message is decoded in every encoding") {
+  for (const Encoding encoding : kEncodings) {
+    const Scan scan =
+        decode(livox_message(encoding), serialization_of(encoding), MessageKind::kLivox);
+    REQUIRE(scan.points.size() == 2);
+    CHECK(scan.view()[1] == Eigen::Vector3f(2, 4, 6));
+    CHECK(scan.points[1].intensity == 200.0F);
+    check_times(scan.time_s, {0.0F, 0.09F});
+    CHECK(scan.ring == std::vector<std::uint16_t>{0, 5});
+  }
+}
+
+TEST_CASE("a cloud that cannot be is refused with the reason") {
+  const auto error = [](const CloudOfMessage& cloud) {
+    const auto bytes = cloud_message(Encoding::kCdrLittle, kStamp_ns, cloud);
+    return error_of([&] { decode(bytes, Serialization::kCdr); });
+  };
+  CloudOfMessage cloud = plain_cloud({{1, 2, 3}});
+  cloud.width = 2;
+  CHECK_THAT(error(cloud), Contains("1 x 2 points of 12 bytes do not fit its 12 bytes of data"));
+  cloud.width = cloud.height = cloud.point_step = UINT32_MAX;
+  CHECK_THAT(error(cloud), Contains("do not fit"));
+  cloud = plain_cloud({{1, 2, 3}});
+  cloud.height = UINT32_MAX;
+  cloud.row_step = 0;
+  CHECK_THAT(error(cloud), Contains("do not fit"));
+  cloud = plain_cloud({{1, 2, 3}});
+  cloud.fields[2].offset = 9;
+  CHECK_THAT(error(cloud), Contains("its field 'z' lies outside of its point"));
+  cloud.fields[2] = {"z", 8, 9};
+  CHECK_THAT(error(cloud), Contains("its field 'z' has the unknown type 9"));
+  cloud.fields[2].name = "depth";
+  CHECK_THAT(error(cloud), Contains("no x, y and z but x y depth"));
+  cloud = plain_cloud({{1, 2, 3}});
+  cloud.point_step = 0;
+  CHECK_THAT(error(cloud), Contains("its points have no bytes"));
+}
+
+TEST_CASE("a message cut anywhere is refused") {
+  for (const Encoding encoding : kEncodings) {
+    const Serialization serialization = serialization_of(encoding);
+    const auto cloud = cloud_message(encoding, kStamp_ns, plain_cloud({{1, 2, 3}}));
+    for (std::size_t cut = 0; cut + 1 < cloud.size(); ++cut) {
+      CHECK_THROWS_AS(decode(cloud.substr(0, cut), serialization), DatasetError);
+    }
+    const auto livox = livox_message(encoding);
+    for (std::size_t cut = 0; cut < livox.size(); ++cut) {
+      CHECK_THROWS_AS(decode(livox.substr(0, cut), serialization, MessageKind::kLivox),
+                      DatasetError);
+    }
+    const auto transforms = transforms_message(encoding, {{kStamp_ns, "a", "b", kPose}});
+    for (std::size_t cut = 0; cut < transforms.size(); ++cut) {
+      CHECK_THROWS_AS(
+          decode_poses(transforms.substr(0, cut), serialization, MessageKind::kTransforms),
+          DatasetError);
+    }
+  }
+}
+
+TEST_CASE("another encoding than ROS 2's is refused") {
+  const std::string xcdr2 = hex("00070000") + std::string(64, '\0');
+  CHECK_THAT(error_of([&] { decode_header(xcdr2, Serialization::kCdr); }), Contains("XCDR1"));
+}
