@@ -202,6 +202,10 @@ std::string SweepCheck::text() const {
     case SweepFinding::kSharper:
       return std::string("motion within sweeps compensated") + shares;
     case SweepFinding::kNoMotion:
+      if (scans == 0) {
+        return "motion within sweeps not compensated: too few scans to tell whether that is right; "
+               "--deskew on compensates it";
+      }
       return std::string("motion within sweeps is too small to matter") + shares;
     case SweepFinding::kCompensated:
       return std::string(

@@ -169,6 +169,9 @@ class BagDataset final : public Dataset {
   [[nodiscard]] std::vector<std::uint32_t> labels(std::size_t /*i*/) const override { return {}; }
   [[nodiscard]] std::vector<Pose> ground_truth_poses() const override { return {}; }
   [[nodiscard]] std::vector<Note> notes() const override { return notes_; }
+  [[nodiscard]] std::optional<Pose> pose_at(std::int64_t stamp_ns) const override {
+    return lidar_poses_.at(stamp_ns);
+  }
 
  private:
   [[nodiscard]] const Topic& topic() const { return source_->topics()[topic_]; }
@@ -197,6 +200,7 @@ class BagDataset final : public Dataset {
     PoseWish wish;
     wish.lidar_frame = contents.lidar_frame;
     wish.fixed_frame = options.frame;
+    wish.is_mounted_by_caller = options.T_base_lidar.has_value();
     lidar_poses_ =
         has_pose_file ? poses_of_file(options.poses, file_poses_) : find_lidar_poses(poses_, wish);
     notes_.insert(notes_.end(), lidar_poses_.notes.begin(), lidar_poses_.notes.end());

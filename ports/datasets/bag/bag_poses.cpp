@@ -41,7 +41,7 @@ std::string base_frame_of(const PoseTopic& topic, const TransformTree& transform
 }
 
 LidarPoses from_topic(const PoseTopic& topic, const TransformTree& transforms,
-                      const std::string& lidar_frame) {
+                      const std::string& lidar_frame, bool is_mounted_by_caller) {
   LidarPoses poses;
   poses.description = topic.description;
   poses.covered_time =
@@ -66,7 +66,7 @@ LidarPoses from_topic(const PoseTopic& topic, const TransformTree& transforms,
                                "those of " + quoted(base),
                            base != lidar_frame});
   }
-  if (base == lidar_frame) {
+  if (base == lidar_frame || is_mounted_by_caller) {
     poses.notes.push_back({chosen, false});
     poses.at = [&topic](std::int64_t stamp_ns) { return topic.poses.at(stamp_ns); };
     return poses;
@@ -174,6 +174,9 @@ LidarPoses find_lidar_poses(const BagPoses& poses, const PoseWish& wish) {
   const std::string frame =
       has_odometry ? std::string() : choose_fixed_frame(poses.transforms, wish);
   if (!frame.empty()) {
+    if (wish.is_mounted_by_caller) {
+      throw DatasetError("--extrinsic: its transforms give the poses of the LiDAR itself");
+    }
     LidarPoses found;
     found.description = "the transforms from " + quoted(wish.lidar_frame) + " to " + quoted(frame);
     found.notes.push_back({"poses: " + found.description, false});
@@ -184,7 +187,10 @@ LidarPoses find_lidar_poses(const BagPoses& poses, const PoseWish& wish) {
     };
     return found;
   }
-  if (topics.size() == 1) return from_topic(*topics.front(), poses.transforms, wish.lidar_frame);
+  if (topics.size() == 1) {
+    return from_topic(*topics.front(), poses.transforms, wish.lidar_frame,
+                      wish.is_mounted_by_caller);
+  }
   if (topics.size() > 1) {
     std::string list;
     for (const PoseTopic* topic : topics) {
