@@ -18,10 +18,10 @@ constexpr std::size_t kFirstRecordBytes = 4096;
 constexpr std::size_t kChunkBytes = 768 * 1024;
 
 enum Operation : std::uint8_t {
-  kMessage = 0x02,
+  kMessageData = 0x02,
   kBagHeader = 0x03,
   kIndex = 0x04,
-  kChunk = 0x05,
+  kChunkOfMessages = 0x05,
   kChunkInfo = 0x06,
   kConnection = 0x07,
 };
@@ -98,7 +98,7 @@ class Rosbag1 : public BagWriter {
 
  protected:
   void write_bytes(std::size_t topic, std::int64_t stamp_ns, std::string_view message) override {
-    Fields header(kMessage);
+    Fields header(kMessageData);
     header.add("conn", static_cast<std::uint32_t>(topic));
     header.add("time", ros_time(stamp_ns));
     ByteBuffer& entries = entries_[static_cast<std::uint32_t>(topic)];
@@ -126,7 +126,7 @@ class Rosbag1 : public BagWriter {
   void write_chunk() {
     if (chunk_.empty()) return;
     const std::uint64_t position = file_.offset();
-    Fields header(kChunk);
+    Fields header(kChunkOfMessages);
     header.add_text("compression", "none");
     header.add("size", static_cast<std::uint32_t>(chunk_.size()));
     ByteBuffer bytes;
