@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "registration.hpp"
+#include "unimapper/merge/registration.hpp"
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 

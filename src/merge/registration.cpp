@@ -1,5 +1,5 @@
 // Generalised ICP: Levenberg-Marquardt with Cauchy-like weights, and the overlap of structure.
-#include "registration.hpp"
+#include "unimapper/merge/registration.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>

@@ -5,7 +5,7 @@
 #include <nanoflann.hpp>
 #include <utility>
 
-#include "registration.hpp"
+#include "unimapper/merge/registration.hpp"
 #include "unimapper/core/symmetric_eigen.hpp"
 #include "unimapper/core/voxel_key.hpp"
 

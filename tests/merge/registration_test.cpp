@@ -1,5 +1,5 @@
 // Tests of G-ICP registration.
-#include "src/merge/registration.hpp"
+#include "unimapper/merge/registration.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
