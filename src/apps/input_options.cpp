@@ -9,6 +9,7 @@
 #include "ports/datasets/readers.hpp"
 #include "src/apps/extrinsic.hpp"
 #include "src/apps/suggestion.hpp"
+#include "src/input/sensor_sheets.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -43,7 +44,8 @@ void add_open_options(CLI::App& command, datasets::OpenOptions& options) {
       ->group("Input");
   command
       .add_option("--sensor", options.sensor,
-                  "LiDAR; default: as the recording says. Known are " + joined(sensor_names()))
+                  "LiDAR; default: as the recording says or its points look. One of " +
+                      joined(input::sensor_names()))
       ->group("Input");
   command
       .add_option("--sequence", options.sequence,

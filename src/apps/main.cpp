@@ -62,6 +62,7 @@ int run(int argc, char** argv) {
       "  unimapper onboard recordings/monday --sensor os2-128 --out runs/monday\n"
       "Every command has a --help of its own.");
   unimapper::apps::register_simulate(app);
+  unimapper::apps::register_inspect(app);
   unimapper::apps::register_onboard(app);
   unimapper::apps::register_merge(app);
   unimapper::apps::register_evaluate(app);

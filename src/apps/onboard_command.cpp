@@ -13,6 +13,11 @@ namespace {
 void add_input_options(CLI::App& command, OnboardOptions& options) {
   command.add_option("DATASET", options.dataset, "Folder of the recording");
   add_open_options(command, options.input);
+  command
+      .add_option("--sensor-file", options.sensor_file,
+                  "Data sheet of a LiDAR that --sensor does not know, as JSON; the known ones are "
+                  "in share/unimapper/sensors.json")
+      ->group("Input");
   command.add_option("--scans", options.scans, "Use only the first so many scans")
       ->check(CLI::PositiveNumber);
 }
@@ -39,6 +44,8 @@ void add_processing_options(CLI::App& command, OnboardOptions& options) {
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "indoors", "outdoors"}));
   command.add_option("--config", options.config, "JSON file with parameters that differ from it");
+  command.add_flag("--force", options.force,
+                   "Map the recording even if it looks surely wrong (units, poses, records)");
   command.add_flag("--realtime", options.realtime, "Feed the scans at the pace of their stamps");
   command.add_option("--against", options.against,
                      "Search the places of an earlier run too; may be given more than once");

@@ -32,11 +32,10 @@ struct SimulateOptions {
   std::string extrinsic;
 };
 
-std::string known_sensors() {
-  std::string names;
+std::vector<std::string> known_sensors() {
+  std::vector<std::string> names;
   for (const SensorModel& model : sensor_models()) {
-    if (model.kind == SensorKind::kGeneric) continue;
-    names += (names.empty() ? "" : ", ") + std::string(model.name);
+    if (model.kind != SensorKind::kGeneric) names.emplace_back(model.name);
   }
   return names;
 }
@@ -87,8 +86,9 @@ void read_attitude(SimulateOptions& options) {
 void run(SimulateOptions& options, bool has_day) {
   const SensorModel* sensor = find_sensor(options.sensor);
   if (sensor == nullptr) {
-    throw std::runtime_error("unknown sensor '" + options.sensor + "'; there are: " +
-                             known_sensors() + did_you_mean(options.sensor, sensor_names()));
+    throw std::runtime_error("unknown sensor '" + options.sensor +
+                             "'; there are: " + joined(known_sensors()) +
+                             did_you_mean(options.sensor, known_sensors()));
   }
   const auto drift = simulator::parse_drift(options.drift);
   if (!drift) {
@@ -187,7 +187,7 @@ void register_simulate(CLI::App& app) {
                    "convoy: the town, stop-and-go; street: walkers beside surfaces first seen with "
                    "them, parked trucks, thin poles; tunnel; hall")
       ->capture_default_str();
-  command->add_option("--sensor", options->sensor, known_sensors())->capture_default_str();
+  command->add_option("--sensor", options->sensor, joined(known_sensors()))->capture_default_str();
   command->add_option("--route", options->route, "A, B or C: tours that share their first round")
       ->capture_default_str();
   command->add_option("--scans", config.scans, "Number of scans, ten per second")

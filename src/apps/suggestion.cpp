@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "ports/datasets/files.hpp"
-#include "unimapper/core/sensor.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -51,12 +50,6 @@ std::string nearest_name(std::string_view typed, const std::vector<std::string>&
 std::string did_you_mean(std::string_view typed, const std::vector<std::string>& known) {
   const std::string name = nearest_name(typed, known);
   return name.empty() ? std::string() : "; did you mean '" + name + "'?";
-}
-
-std::vector<std::string> sensor_names() {
-  std::vector<std::string> names;
-  for (const SensorModel& model : sensor_models()) names.emplace_back(model.name);
-  return names;
 }
 
 std::string joined(const std::vector<std::string>& names) {

@@ -16,9 +16,6 @@ namespace unimapper::apps {
 [[nodiscard]] std::string did_you_mean(std::string_view typed,
                                        const std::vector<std::string>& known);
 
-/// Names of all LiDARs that --sensor knows.
-[[nodiscard]] std::vector<std::string> sensor_names();
-
 /// "os2-128, livox-avia, ...".
 [[nodiscard]] std::string joined(const std::vector<std::string>& names);
 

@@ -14,12 +14,14 @@ namespace unimapper::apps {
 struct OnboardOptions {
   std::filesystem::path dataset;
   std::filesystem::path out;
-  datasets::OpenOptions input;   ///< its `sensor` empty: as the recording says
-  std::filesystem::path config;  ///< empty: the preset alone
+  datasets::OpenOptions input;        ///< its `sensor` empty: as the recording says
+  std::filesystem::path sensor_file;  ///< data sheet of one's own; empty: none
+  std::filesystem::path config;       ///< empty: the preset alone
   std::string preset = "default";
   std::string surroundings = "auto";
   std::string publish;  ///< LCM URL, empty: not published
   bool realtime = false;
+  bool force = false;  ///< map what looks surely wrong
   std::vector<std::filesystem::path> against;
   bool all_candidates = false;
   bool replaces = false;      ///< overwrite an earlier run

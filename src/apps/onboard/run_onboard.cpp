@@ -9,6 +9,7 @@
 
 #include "ports/lcm/live.hpp"
 #include "src/apps/onboard/event_log.hpp"
+#include "src/apps/onboard/input_check.hpp"
 #include "src/apps/onboard/replay.hpp"
 #include "src/apps/onboard/setup.hpp"
 #include "unimapper/config/config_json.hpp"
@@ -251,9 +252,15 @@ void require_result(const RunStatistics& statistics) {
 
 void run_onboard(const OnboardOptions& options) {
   const auto dataset = datasets::open_dataset(options.dataset, options.input);
-  const ChosenSensor sensor = choose_sensor(options, dataset->sensor());
-  const FirstScans first = look_at_first_scans(options, *dataset, *sensor.model);
-  PipelineConfig config = make_config(options, sensor.model->kind, first);
+  CheckedInput checked = check_input(options, *dataset);
+  const ChosenSensor sensor = choose_sensor(options, dataset->sensor(), checked.sensor);
+  std::vector<input::Finding> findings = std::move(checked.findings);
+  for (const input::Finding& finding : sensor.findings) {
+    if (finding.severity != input::Severity::kFine) print_warning(finding);
+    findings.push_back(finding);
+  }
+  const FirstScans first = look_at_first_scans(options, *dataset, sensor.model);
+  PipelineConfig config = make_config(options, sensor.model, first);
   const std::size_t scans = std::min(options.scans, dataset->scan_count());
 
   std::vector<std::string> faults;
@@ -266,8 +273,8 @@ void run_onboard(const OnboardOptions& options) {
   require(pipeline);
 
   const SessionInfo info{session_id(folder.session_name(), dataset->stamp_ns(0)),
-                         folder.session_name(), std::string(sensor.model->name)};
-  folder.write_text("run.json", describe_run(options, folder, info.id, *sensor.model, config));
+                         folder.session_name(), std::string(sensor.model.name)};
+  folder.write_text("run.json", describe_run(options, folder, info.id, sensor.model, config));
   Progress progress("onboard", scans);
   progress.note("sensor " + info.sensor + " (" + sensor.source + ")");
   progress.note("surroundings " + std::string(surroundings_name(first.surroundings)) + " (" +
@@ -302,13 +309,22 @@ void run_onboard(const OnboardOptions& options) {
   log.finish();
   events.finish();
   folder.write_text("loops.csv", merge::format_loops_csv(replay.loops()));
+  if (const auto share = check_dynamic_share(statistics.dynamic_share(), statistics.scans())) {
+    print_warning(*share);
+    findings.push_back(*share);
+  }
+  for (const datasets::Note& note : dataset->notes()) {
+    const auto severity = note.is_doubtful ? input::Severity::kSuspicious : input::Severity::kFine;
+    findings.push_back({"reader", severity, 0.0, {}, note.text});
+  }
   RunStatistics::Run run{.allocations_after_start = replay.allocations(),
                          .arena_bytes = pipeline.bytes(),
                          .realtime = options.realtime,
                          .published = publisher != nullptr,
                          .keyframes_not_published = 0,
                          .surroundings = surroundings_name(first.surroundings),
-                         .extent_m = first.extent_m};
+                         .extent_m = first.extent_m,
+                         .input = std::move(findings)};
   if (publisher != nullptr) run.keyframes_not_published = publisher->finish().keyframes_dropped;
   folder.write_text("stats.json", statistics.to_json(run));
   print_summary(statistics, replay.allocations());

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "src/input/finding.hpp"
 #include "unimapper/core/expected.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
@@ -95,8 +96,9 @@ class RunStatistics {
     bool realtime = false;
     bool published = false;
     std::uint64_t keyframes_not_published = 0;
-    std::string_view surroundings;  ///< that the parameters were chosen for
-    float extent_m = 0.0F;          ///< what that was decided from; 0: it was stated
+    std::string_view surroundings;      ///< that the parameters were chosen for
+    float extent_m = 0.0F;              ///< what that was decided from; 0: it was stated
+    std::vector<input::Finding> input;  ///< of the recording's plausibility
   };
   /// The content of stats.json. Only times differ between two runs on the same input.
   [[nodiscard]] std::string to_json(const Run& run) const;

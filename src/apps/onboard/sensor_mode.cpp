@@ -10,7 +10,8 @@ namespace {
 
 /// The smallest pipeline that measures a scan of `points` points.
 PipelineConfig probe(const SensorModel& sensor, std::size_t points) {
-  PipelineConfig config = preset(sensor.kind);
+  const auto model = preset(sensor, Computer::kServer);
+  PipelineConfig config = model.ok() ? model.value() : preset(SensorKind::kGeneric);
   config.keyframe.scans = 1;
   config.free_space.images_per_keyframe = 1;
   config.removal.window = 1;

@@ -10,6 +10,8 @@
 #include "ports/datasets/files.hpp"
 #include "src/apps/onboard/sensor_mode.hpp"
 #include "src/apps/suggestion.hpp"
+#include "src/input/plausibility.hpp"
+#include "src/input/sensor_sheets.hpp"
 #include "unimapper/config/config_json.hpp"
 #include "unimapper/onboard/surroundings.hpp"
 
@@ -23,10 +25,11 @@ std::int64_t steady_clock_ns() {
       .count();
 }
 
-const SensorModel* require_sensor(const std::string& name, const std::string& source) {
-  if (const SensorModel* model = find_sensor(name)) return model;
-  throw std::runtime_error(source + ": unknown sensor '" + name + "'; known are " +
-                           joined(sensor_names()) + did_you_mean(name, sensor_names()));
+const input::SensorSheet& require_sensor(const std::string& name, const std::string& source) {
+  if (const input::SensorSheet* sheet = input::find_sheet(name)) return *sheet;
+  const std::vector<std::string> known = input::sensor_names();
+  throw std::runtime_error(source + ": unknown sensor '" + name + "'" + did_you_mean(name, known) +
+                           "; known are " + joined(known) + "; others by --sensor-file");
 }
 
 }  // namespace
@@ -42,30 +45,67 @@ std::optional<std::string> recorded_sensor(const std::filesystem::path& dataset)
   return entry->get<std::string>();
 }
 
-ChosenSensor choose_sensor(const OnboardOptions& options, const std::string& implied) {
+namespace {
+
+ChosenSensor named(const input::SensorSheet& sheet, const std::string& source,
+                   const input::SensorFigures& figures) {
+  return {sheet.model, source, {input::check_sensor(figures, sheet)}};
+}
+
+}  // namespace
+
+ChosenSensor choose_sensor(const OnboardOptions& options, const std::string& implied,
+                           const input::SensorFigures& figures) {
+  if (!options.sensor_file.empty()) {
+    return named(input::read_sheet(options.sensor_file), "from --sensor-file", figures);
+  }
   if (!options.input.sensor.empty()) {
-    return {require_sensor(options.input.sensor, "--sensor"), "from --sensor"};
+    return named(require_sensor(options.input.sensor, "--sensor"), "from --sensor", figures);
   }
   if (const auto recorded = recorded_sensor(options.dataset)) {
     const std::string file = (options.dataset / "dataset.json").string();
-    return {require_sensor(*recorded, file), "from dataset.json"};
+    return named(require_sensor(*recorded, file), "from dataset.json", figures);
   }
   if (!implied.empty()) {
-    return {require_sensor(implied, "format"), "from the format; --sensor overrides"};
+    ChosenSensor chosen =
+        named(require_sensor(implied, "format"), "from the format; --sensor overrides", figures);
+    if (chosen.findings[0].severity == input::Severity::kFine) return chosen;
   }
-  return {&sensor_model(SensorKind::kGeneric), "the recording names none; --sensor overrides"};
+  const std::vector<input::SensorMatch> matches = input::match_sensors(figures);
+  if (figures.points > 0 && input::is_recognised(matches)) {
+    return {matches[0].sheet->model, "recognised from the points; --sensor overrides", {}};
+  }
+  return {input::generic_for(figures), "the recording names none; --sensor overrides", {}};
 }
 
 namespace {
 
-PipelineConfig start_from(const std::string& name, SensorKind sensor, std::uint32_t columns) {
-  if (name == "default") return preset(sensor, Computer::kServer, columns);
-  if (name == "paper") return paper_preset(sensor);
-  if (name == "jetson") return preset(sensor, Computer::kJetson, columns);
-  if (name == "raspberry-pi") return preset(sensor, Computer::kRaspberryPi, columns);
-  if (name == "armv7-64mb") return preset(sensor, Computer::kArmv7With64Mb, columns);
+Computer computer_of(const std::string& name) {
+  if (name == "default") return Computer::kServer;
+  if (name == "jetson") return Computer::kJetson;
+  if (name == "raspberry-pi") return Computer::kRaspberryPi;
+  if (name == "armv7-64mb") return Computer::kArmv7With64Mb;
   throw std::runtime_error(
       "--preset must be default, paper, jetson, raspberry-pi or armv7-64mb, not '" + name + "'");
+}
+
+PipelineConfig start_from(const std::string& name, const SensorModel& sensor,
+                          std::uint32_t columns) {
+  const SensorModel& known = sensor_model(sensor.kind);
+  const bool is_known =
+      known.name == sensor.name && known.points_per_scan == sensor.points_per_scan;
+  if (name == "paper") {
+    if (is_known) return paper_preset(sensor.kind);
+    throw std::runtime_error("--preset paper has no parameters for the sensor " +
+                             std::string(sensor.name) + "; --sensor generic takes any");
+  }
+  const Computer computer = computer_of(name);
+  if (is_known) return preset(sensor.kind, computer, columns);
+  SensorModel model = sensor;
+  if (columns > 0 && model.rings > 0) model.points_per_scan = columns * model.rings;
+  const auto config = preset(model, computer);
+  if (!config.ok()) throw std::runtime_error(config.error().message);
+  return config.value();
 }
 
 }  // namespace
@@ -122,7 +162,7 @@ FirstScans look_at_first_scans(const OnboardOptions& options, const datasets::Da
   return first;
 }
 
-PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor,
+PipelineConfig make_config(const OnboardOptions& options, const SensorModel& sensor,
                            const FirstScans& first) {
   PipelineConfig config = adapt_to(
       first.surroundings, start_from(options.preset, sensor, first.columns), first.scan_interval_s);
@@ -137,12 +177,13 @@ std::string effective_config(const OnboardOptions& options) {
   if (options.dataset.empty()) {
     FirstScans none;
     if (options.surroundings == "indoors") none.surroundings = Surroundings::kIndoors;
-    return dump_config(make_config(options, choose_sensor(options, {}).model->kind, none));
+    return dump_config(make_config(options, choose_sensor(options, {}, {}).model, none));
   }
   const auto dataset = datasets::open_dataset(options.dataset, options.input);
-  const SensorModel& sensor = *choose_sensor(options, dataset->sensor()).model;
-  return dump_config(
-      make_config(options, sensor.kind, look_at_first_scans(options, *dataset, sensor)));
+  const SensorModel sensor =
+      choose_sensor(options, dataset->sensor(), input::examine(*dataset, options.scans).sensor)
+          .model;
+  return dump_config(make_config(options, sensor, look_at_first_scans(options, *dataset, sensor)));
 }
 
 }  // namespace unimapper::apps

@@ -4,9 +4,12 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "ports/datasets/dataset.hpp"
 #include "src/apps/onboard/options.hpp"
+#include "src/input/finding.hpp"
+#include "src/input/recognition.hpp"
 #include "unimapper/core/sensor.hpp"
 #include "unimapper/onboard/config.hpp"
 
@@ -14,17 +17,21 @@ namespace unimapper::apps {
 
 /// A LiDAR and where its name was found.
 struct ChosenSensor {
-  const SensorModel* model = nullptr;
-  std::string source;  ///< for the user, e.g. "--sensor"
+  SensorModel model;
+  std::string source;                    ///< for the user, e.g. "--sensor"
+  std::vector<input::Finding> findings;  ///< where name and points contradict each other
 };
 
 /// The LiDAR that DATASET/dataset.json names ({"sensor": "os2-128"}); empty where the file or
 /// the entry is not there. Throws std::runtime_error for a damaged file.
 std::optional<std::string> recorded_sensor(const std::filesystem::path& dataset);
 
-/// The LiDAR named by --sensor, else by dataset.json, else implied by the format (`implied`),
-/// else the generic one. Throws std::runtime_error for an unknown name.
-ChosenSensor choose_sensor(const OnboardOptions& options, const std::string& implied);
+/// The LiDAR of --sensor-file, else named by --sensor, else by dataset.json, else implied by the
+/// format (`implied`) if the points do not contradict, else the one that the points (`figures`)
+/// look like, else the generic one with room for them. Throws std::runtime_error for an unknown
+/// name and for a damaged sheet.
+ChosenSensor choose_sensor(const OnboardOptions& options, const std::string& implied,
+                           const input::SensorFigures& figures);
 
 /// What the first scans of a recording say of the parameters that suit it.
 struct FirstScans {
@@ -45,7 +52,7 @@ FirstScans look_at_first_scans(const OnboardOptions& options, const datasets::Da
 
 /// The chosen preset for the sensor and for what its first scans say, with the configuration file
 /// on top. Throws std::runtime_error for an unknown preset or a wrong file.
-PipelineConfig make_config(const OnboardOptions& options, SensorKind sensor,
+PipelineConfig make_config(const OnboardOptions& options, const SensorModel& sensor,
                            const FirstScans& first);
 
 }  // namespace unimapper::apps

@@ -18,6 +18,10 @@ RunStats parse(const Json& json) {
   for (const auto& [name, times] : json.at("stage_ms").items()) {
     stats.stages.push_back({name, times.at("p50"), times.at("p99"), times.at("max")});
   }
+  for (const Json& finding : json.value("input", Json::object()).value("findings", Json::array())) {
+    if (finding.value("severity", "fine") == "fine") continue;
+    stats.input_warnings.push_back(finding.value("message", ""));
+  }
   read_optional(json, "arena_bytes", stats.arena_bytes);
   read_optional(json, "allocations_after_start", stats.allocations_after_start);
   if (json.contains("total_histogram")) {

@@ -81,6 +81,19 @@ std::string accuracy_table(const ReportInput& input, const Summary& summary, boo
   return table.html();
 }
 
+/// What was unusual about the recordings, above everything else.
+std::string input_warnings(const Summary& summary) {
+  std::string html;
+  for (const SessionSummary& session : summary.sessions) {
+    if (!session.stats) continue;
+    for (const std::string& warning : session.stats->input_warnings) {
+      html += "<p class=\"warn\">Input of <b>" + escaped(session.name) +
+              "</b>: " + escaped(warning) + "</p>\n";
+    }
+  }
+  return html;
+}
+
 }  // namespace
 
 std::string headline_section(const ReportInput& input, const Summary& summary) {
@@ -98,7 +111,7 @@ std::string headline_section(const ReportInput& input, const Summary& summary) {
     const std::size_t central = std::min(input.result->central_session, all - 1);
     html += "; the frame is that of <b>" + escaped(summary.sessions[central].name) + "</b>";
   }
-  html += ".</p>\n<div class=\"tiles\">\n";
+  html += ".</p>\n" + input_warnings(summary) + "<div class=\"tiles\">\n";
   std::size_t keyframes = 0;
   double points_in = 0.0;
   double points_dynamic = 0.0;

@@ -1,0 +1,31 @@
+// Plausibility of a recording, told to the user before it is mapped.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "ports/datasets/dataset.hpp"
+#include "src/apps/onboard/options.hpp"
+#include "src/input/finding.hpp"
+#include "src/input/recognition.hpp"
+
+namespace unimapper::apps {
+
+/// What was found, and what the points say of the sensor.
+struct CheckedInput {
+  std::vector<input::Finding> findings;
+  input::SensorFigures sensor;
+};
+
+/// Examines the recording and prints what is unusual. Throws std::runtime_error with the remedy
+/// where it is surely wrong and --force was not given.
+CheckedInput check_input(const OnboardOptions& options, const datasets::Dataset& dataset);
+
+/// A share of dynamic points, [0, 1], that no scene shows. Empty where scenes do.
+std::optional<input::Finding> check_dynamic_share(double share, std::uint64_t scans);
+
+/// One line on stderr.
+void print_warning(const input::Finding& finding);
+
+}  // namespace unimapper::apps

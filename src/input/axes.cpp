@@ -1,0 +1,129 @@
+// Axes of the points: which of them the sensor turns about, or looks along
+#include "src/input/axes.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "src/input/text.hpp"
+#include "unimapper/core/pose.hpp"
+#include "unimapper/core/quantile.hpp"
+
+namespace unimapper::input {
+namespace {
+
+constexpr std::size_t kSectors = 12;
+
+/// The narrowest band of azimuths that holds 98 % of `azimuths_deg`, which it sorts.
+void find_band(std::vector<float>& azimuths_deg, DirectionFigures& figures) {
+  std::sort(azimuths_deg.begin(), azimuths_deg.end());
+  const std::size_t size = azimuths_deg.size();
+  const std::size_t within = std::max<std::size_t>(1, size * 98 / 100);
+  double narrowest = 360.0;
+  for (std::size_t i = 0; i < size; i += std::max<std::size_t>(1, size / 2000)) {
+    const std::size_t last = i + within - 1;
+    const double end =
+        static_cast<double>(azimuths_deg[last % size]) + (last >= size ? 360.0 : 0.0);
+    const double width = end - static_cast<double>(azimuths_deg[i]);
+    if (width >= narrowest) continue;
+    narrowest = width;
+    figures.middle_deg = std::remainder(static_cast<double>(azimuths_deg[i]) + 0.5 * width, 360.0);
+  }
+  figures.width_deg = narrowest;
+}
+
+}  // namespace
+
+DirectionFigures measure_directions(std::span<const datasets::Scan> scans) {
+  DirectionFigures figures;
+  constexpr std::size_t kPerScan = 3000;
+  constexpr float kNearest_m = 1.0F;  // nearer is the robot itself
+  std::array<std::array<std::size_t, kSectors>, 3> counts{};
+  std::array<std::vector<float>, 3> elevations;
+  std::vector<float> azimuths;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const datasets::Scan& scan : scans) {
+    const std::size_t stride = 1 + scan.points.size() / kPerScan;
+    for (std::size_t i = 0; i < scan.points.size(); i += stride) {
+      const Eigen::Vector3f p(scan.points[i].x, scan.points[i].y, scan.points[i].z);
+      if (!p.allFinite() || p.squaredNorm() < kNearest_m * kNearest_m) continue;
+      const Eigen::Vector3d d = p.cast<double>().normalized();
+      sum += d;
+      ++figures.points;
+      for (std::size_t a = 0; a < 3; ++a) {
+        const auto axis = static_cast<Eigen::Index>(a);
+        const double azimuth_deg =
+            kDegreesPerRadian * std::atan2(d[(axis + 2) % 3], d[(axis + 1) % 3]);
+        const auto sector = static_cast<std::size_t>((azimuth_deg + 180.0) / 30.0);
+        ++counts[a][std::min(sector, kSectors - 1)];
+        elevations[a].push_back(
+            static_cast<float>(kDegreesPerRadian * std::asin(std::clamp(d[axis], -1.0, 1.0))));
+        if (a == 2) azimuths.push_back(static_cast<float>(azimuth_deg));
+      }
+    }
+  }
+  if (figures.points == 0) return figures;
+  sum /= static_cast<double>(figures.points);
+  for (std::size_t a = 0; a < 3; ++a) {
+    figures.mean[a] = sum[static_cast<Eigen::Index>(a)];
+    // A fifth of an even share.
+    for (const std::size_t count : counts[a]) {
+      figures.sectors[a] += 5 * kSectors * count >= figures.points ? 1 : 0;
+    }
+    figures.lowest_deg[a] = static_cast<double>(quantile(std::span(elevations[a]), 0.01));
+    figures.highest_deg[a] = static_cast<double>(quantile(std::span(elevations[a]), 0.99));
+  }
+  find_band(azimuths, figures);
+  return figures;
+}
+
+Finding check_axes(const DirectionFigures& directions, std::size_t level_above,
+                   std::size_t level_below) {
+  Finding finding{"axes", Severity::kFine, 0.0, "axis", {}};
+  constexpr std::size_t kFewest = 1000;
+  constexpr int kAllRound = 11;
+  constexpr double kWidest_deg = 110.0;  // of a sensor that turns
+  if (directions.points < kFewest) return finding;
+  const auto height = [&](std::size_t a) {
+    return directions.highest_deg[a] - directions.lowest_deg[a];
+  };
+  const auto turns_about = [&](std::size_t a) {
+    const double middle = 0.5 * (directions.highest_deg[a] + directions.lowest_deg[a]);
+    return directions.sectors[a] >= kAllRound && height(a) < kWidest_deg &&
+           std::fabs(middle) < 45.0;
+  };
+  std::size_t axis = 2;
+  for (const std::size_t a : {0U, 1U}) {
+    if (turns_about(a) && height(a) < 0.7 * height(axis)) axis = a;
+  }
+  if (axis != 2) {
+    finding.severity = Severity::kWrong;
+    finding.figure = static_cast<double>(axis);
+    finding.message = text(
+        "the sensor turns about the points' %c axis, which z must be: transform points and poses "
+        "to axes with x forward, y left and z up",
+        "xyz"[axis]);
+    return finding;
+  }
+  finding.figure = 2.0;
+  constexpr double kAlong = 0.8;
+  const bool sees_part = directions.sectors[2] < kAllRound;
+  if (sees_part && std::fabs(directions.mean[2]) > kAlong) {
+    finding.severity = Severity::kSuspicious;
+    finding.message =
+        "the sensor looks along the points' z axis, as a camera does: transform points and poses "
+        "to axes with x forward, y left and z up";
+    return finding;
+  }
+  constexpr std::size_t kFewestLevel = 200;
+  if (level_above > kFewestLevel && level_above > 50 * level_below) {
+    finding.severity = Severity::kSuspicious;
+    finding.message =
+        "all level surfaces lie above the sensor: is z down? Transform points and poses to axes "
+        "with x forward, y left and z up";
+  }
+  return finding;
+}
+
+}  // namespace unimapper::input

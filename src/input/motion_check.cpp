@@ -1,0 +1,304 @@
+// Scans against poses: which motion neighbouring scans agree with
+#include "src/input/motion_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "src/input/text.hpp"
+#include "unimapper/core/quantile.hpp"
+
+namespace unimapper::input {
+namespace {
+
+constexpr std::size_t kFarthestApart = 10;  // scans
+constexpr double kMoved_m = 1.0;
+constexpr double kTurned_rad = 8.0 / kDegreesPerRadian;
+
+Pose relative(const Track& track, std::size_t i, std::size_t j) {
+  return track.pose(i).inverse() * track.pose(j);
+}
+
+std::size_t partner_of(const Track& track, std::size_t i) {
+  const std::size_t last = std::min(i + kFarthestApart, track.size - 1);
+  for (std::size_t j = i + 1; j < last; ++j) {
+    const Pose motion = relative(track, i, j);
+    if (motion.translation.norm() >= kMoved_m || rotation_angle(motion.rotation) >= kTurned_rad) {
+      return j;
+    }
+  }
+  return last;
+}
+
+double mean_over(std::span<const ScanPair> pairs,
+                 const std::function<double(const ScanPair&)>& value) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (const ScanPair& pair : pairs) {
+    const double one = value(pair);
+    if (one < 0.0) continue;
+    sum += one;
+    ++count;
+  }
+  return count == 0 ? 0.0 : sum / static_cast<double>(count);
+}
+
+}  // namespace
+
+std::vector<PairIndex> choose_pairs(const Track& track, std::size_t most) {
+  std::vector<PairIndex> pairs;
+  if (track.size < 2) return pairs;
+  const std::size_t segments = std::max<std::size_t>(1, std::min(most / 2, track.size - 1));
+  for (std::size_t s = 0; s < segments; ++s) {
+    const std::size_t begin = s * (track.size - 1) / segments;
+    const std::size_t end = std::max(begin + 1, (s + 1) * (track.size - 1) / segments);
+    const std::size_t middle = (begin + end) / 2;
+    pairs.push_back({middle, middle + 1});
+    // Where it turns most, of a few looks.
+    const std::size_t step = std::max<std::size_t>(1, (end - begin) / 8);
+    std::size_t turning = begin;
+    double most_rad = -1.0;
+    for (std::size_t i = begin; i < end; i += step) {
+      const std::size_t j = std::min(i + kFarthestApart / 2, track.size - 1);
+      const double turn_rad = rotation_angle(relative(track, i, j).rotation);
+      if (turn_rad <= most_rad) continue;
+      most_rad = turn_rad;
+      turning = i;
+    }
+    const PairIndex far{turning, partner_of(track, turning)};
+    if (far.first != pairs.back().first || far.second != pairs.back().second) {
+      pairs.push_back(far);
+    }
+  }
+  return pairs;
+}
+
+namespace {
+
+/// Known mistakes are tried where a registration finds so much more agreement.
+constexpr double kTryMistakes = 0.04;
+
+void try_mistakes(std::span<const ScanPair> pairs, const std::vector<PoseMistake>& mistakes,
+                  AgreementFigures& figures) {
+  struct Tried {
+    const PoseMistake* mistake;
+    double agreement;
+  };
+  std::vector<Tried> tried;
+  for (const PoseMistake& mistake : mistakes) {
+    std::size_t compared = 0;
+    const double agreement = mean_over(pairs, [&](const ScanPair& pair) {
+      if (!pair.is_informative()) return -1.0;
+      bool complete = true;
+      const Pose motion = mistake.relative(pair.first(), pair.second(), complete);
+      if (!complete) return -1.0;
+      ++compared;
+      return pair.agreement(motion);
+    });
+    if (2 * compared >= figures.pairs) tried.push_back({&mistake, agreement});
+  }
+  if (tried.empty()) return;
+  const auto best =
+      std::max_element(tried.begin(), tried.end(),
+                       [](const Tried& a, const Tried& b) { return a.agreement < b.agreement; });
+  constexpr double kAsGood = 0.02;
+  constexpr std::size_t kMostNamed = 3;
+  figures.mistaken = best->agreement;
+  for (const Tried& one : tried) {
+    if (one.agreement < best->agreement - kAsGood || figures.remedies.size() == kMostNamed) {
+      continue;
+    }
+    if (figures.remedies.empty()) figures.mistake = one.mistake->name;
+    if (std::find(figures.remedies.begin(), figures.remedies.end(), one.mistake->remedy) ==
+        figures.remedies.end()) {
+      figures.remedies.push_back(one.mistake->remedy);
+    }
+  }
+}
+
+/// How much the elevations of points concentrate: 1 where they are spread evenly.
+double concentration(const datasets::Scan& scan, const Pose& T) {
+  constexpr std::size_t kBins = 3600;
+  constexpr std::size_t kMost = 20000;
+  std::vector<double> bins(kBins);
+  double points = 0.0;
+  const std::size_t stride = 1 + scan.points.size() / kMost;
+  for (std::size_t i = 0; i < scan.points.size(); i += stride) {
+    const Eigen::Vector3d p =
+        T * Eigen::Vector3d(scan.points[i].x, scan.points[i].y, scan.points[i].z);
+    if (!p.allFinite() || p.norm() < 1.0) continue;
+    const double share = 0.5 + std::asin(std::clamp(p.z() / p.norm(), -1.0, 1.0)) / M_PI;
+    bins[std::min(kBins - 1, static_cast<std::size_t>(share * kBins))] += 1.0;
+    points += 1.0;
+  }
+  double squares = 0.0;
+  for (const double bin : bins) squares += bin * bin;
+  return points > 0.0 ? kBins * squares / (points * points) : 0.0;
+}
+
+}  // namespace
+
+double measure_ring_gain(std::span<const datasets::Scan* const> scans,
+                         std::span<const Pose> poses) {
+  constexpr double kFewest_m = 1.0;
+  double gain = 0.0;
+  double count = 0.0;
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    if (poses[i].translation.norm() < kFewest_m) continue;
+    const double as_given = concentration(*scans[i], Pose());
+    if (as_given <= 0.0) continue;
+    gain += concentration(*scans[i], poses[i].inverse()) / as_given;
+    count += 1.0;
+  }
+  return count > 0.0 ? gain / count : 0.0;
+}
+
+AgreementFigures measure_agreement(std::span<const ScanPair> pairs, const Track& track,
+                                   const std::vector<PoseMistake>& mistakes) {
+  AgreementFigures figures;
+  std::vector<double> corrections_m;
+  std::vector<double> corrections_deg;
+  std::vector<double> given_m;
+  double given_sum_m = 0.0;
+  double found_sum_m = 0.0;
+  for (const ScanPair& pair : pairs) {
+    figures.level_above += pair.level_above();
+    figures.level_below += pair.level_below();
+    figures.drift_m = std::max(figures.drift_m, (pair.middle() - pairs.front().middle()).norm());
+    const Pose moved = relative(track, pairs.front().first(), pair.first());
+    figures.displacement_m = std::max(figures.displacement_m, moved.translation.norm());
+    if (!pair.is_informative()) continue;
+    ++figures.pairs;
+    const Pose given = relative(track, pair.first(), pair.second());
+    const double agrees = pair.agreement(given);
+    const Pose from_given = pair.registered(given);
+    const Pose from_identity = pair.registered(Pose());
+    const double agrees_from_given = pair.agreement(from_given);
+    const double agrees_from_identity = pair.agreement(from_identity);
+    const bool given_leads = agrees_from_given >= agrees_from_identity;
+    given_m.push_back(given.translation.norm());
+    given_sum_m += given_m.back();
+    found_sum_m += (given_leads ? from_given : from_identity).translation.norm();
+    const Pose correction = given.inverse() * (given_leads ? from_given : from_identity);
+    corrections_m.push_back(correction.translation.norm());
+    corrections_deg.push_back(rotation_angle(correction.rotation) * kDegreesPerRadian);
+    figures.given += agrees;
+    figures.registered += std::max({agrees, agrees_from_given, agrees_from_identity});
+    figures.identity += pair.agreement(Pose());
+  }
+  if (figures.pairs == 0) return figures;
+  const auto count = static_cast<double>(figures.pairs);
+  figures.given /= count;
+  figures.registered /= count;
+  figures.identity /= count;
+  if (found_sum_m > 0.0) figures.length_ratio = given_sum_m / found_sum_m;
+  figures.given_motion_m = median(std::span(given_m));
+  figures.correction_m = median(std::span(corrections_m));
+  figures.correction_deg = median(std::span(corrections_deg));
+  if (figures.given < figures.registered - kTryMistakes) {
+    try_mistakes(pairs, mistakes, figures);
+  }
+  return figures;
+}
+
+namespace {
+
+/// Scans agree best without any motion. So do scans in the world frame, whose middle moves with the
+/// sensor, but also the rings of a sparse sensor in a tunnel, which say nothing.
+Finding check_unmoved(const AgreementFigures& agreement, Finding finding) {
+  constexpr double kStands_m = 0.02;
+  constexpr double kPasses_m = 5.0;
+  constexpr double kWithSensor = 0.5;
+  constexpr double kFar = 0.25;     // of agreement
+  constexpr double kHardly = 0.5;   // agreement; rings in a tunnel agree better
+  constexpr double kClearly = 1.3;  // concentration of rings
+  const bool stands = agreement.given_motion_m < kStands_m;
+  const bool passes = agreement.drift_m > kPasses_m &&
+                      (stands || agreement.drift_m > kWithSensor * agreement.displacement_m);
+  const bool contradicts = agreement.given < kHardly && agreement.identity > agreement.given + kFar;
+  const bool in_world = !stands && agreement.ring_gain > kClearly;
+  constexpr double kBetter = 0.05;
+  if (!stands && agreement.identity < agreement.given + kBetter) return finding;
+  if (!passes && !contradicts && !in_world) return finding;
+  finding.severity = Severity::kWrong;
+  finding.message = text(
+      "the scans agree best without any motion (%.0f %% of the points lie on surfaces of the scan "
+      "before, %.0f %% under the given poses): they look transformed to the world frame already; "
+      "%s",
+      100.0 * agreement.identity, 100.0 * agreement.given,
+      stands ? "no poses say where the sensor was: give the scans in the sensor's frame with "
+               "poses, or as PCD files that carry their VIEWPOINT (--format dynamicmap)"
+             : "transform each by the inverse of its pose, or use --format dynamicmap with PCD "
+               "files that carry their VIEWPOINT; or the poses are those of other scans: give both "
+               "the same order");
+  return finding;
+}
+
+}  // namespace
+
+Finding check_motion(const AgreementFigures& agreement) {
+  Finding finding{"motion", Severity::kFine, 100.0 * agreement.given, "% agreement", {}};
+  const double gap = agreement.registered - agreement.given;
+  if (agreement.pairs == 0) return finding;
+  constexpr double kAsWell = 0.03;
+  if (agreement.identity >= agreement.registered - kAsWell) {
+    return check_unmoved(agreement, std::move(finding));
+  }
+  if (gap < kTryMistakes) return finding;
+  // Half a degree of attitude noise opens a gap of a quarter, but moves nothing.
+  constexpr double kExplains = 0.03;        // less than what a registration finds
+  constexpr double kExplainsAll = 0.012;    // the same, of a mistake that makes little difference
+  constexpr double kSurelyExplains = 0.08;  // more than the given motion
+  constexpr double kMoved_m = 0.3;  // corrections; sweeps that are not compensated need less
+  constexpr double kTurned_deg = 6.5;
+  constexpr double kUnexplained = 0.1;   // gap
+  constexpr double kWide = 0.15;         // gap where corrections are large
+  constexpr double kSurelyWrong = 0.25;  // gap
+  constexpr double kPassesBy_m = 0.15;   // correction of poses that stand still
+  constexpr double kStands_m = 0.02;     // given motion of the pairs
+  const double gain = agreement.mistaken - agreement.given;
+  const double short_of = agreement.registered - agreement.mistaken;
+  const bool explained = (short_of <= kExplains && gain >= kSurelyExplains) ||
+                         (short_of <= kExplainsAll && gain >= kTryMistakes);
+  // Sweeps that are not compensated turn more than they slide.
+  constexpr double kLonger = 1.25;  // motions
+  constexpr double kSlid_m = 0.12;
+  constexpr double kStraight_deg = 2.0;
+  const bool slid = agreement.correction_m > kSlid_m && agreement.correction_deg < kStraight_deg;
+  const bool scaled = agreement.length_ratio > kLonger || agreement.length_ratio < 1.0 / kLonger;
+  const bool moved =
+      slid || scaled || agreement.correction_m > kMoved_m || agreement.correction_deg > kTurned_deg;
+  const std::string figures = text(
+      "%.0f %% of the points lie on surfaces of the scan before under the given poses, %.0f %% "
+      "under the motion that the scans show",
+      100.0 * agreement.given, 100.0 * agreement.registered);
+  if (explained) {
+    finding.severity = gain >= kSurelyExplains ? Severity::kWrong : Severity::kSuspicious;
+    finding.message = figures + ": ";
+    for (std::size_t i = 0; i < agreement.remedies.size(); ++i) {
+      finding.message += (i == 0 ? "" : " -- or ") + agreement.remedies[i];
+    }
+  } else if (gap < kUnexplained) {
+    return finding;
+  } else if (agreement.given_motion_m < kStands_m && agreement.correction_m > kPassesBy_m) {
+    finding.severity = Severity::kWrong;
+    finding.message =
+        figures + text(
+                      ": the poses stand still, but the scans move by %.2f m and %.1f degrees "
+                      "from one to the next; give each scan the pose of its own stamp (without "
+                      "poses, run a LiDAR odometry such as KISS-ICP first)",
+                      agreement.correction_m, agreement.correction_deg);
+  } else if (moved) {
+    const bool surely = gap >= kSurelyWrong || (gap >= kWide && agreement.correction_m >= kMoved_m);
+    finding.severity = surely ? Severity::kWrong : Severity::kSuspicious;
+    finding.message =
+        figures + text(
+                      ", %.2f m and %.1f degrees away, the given motions %.2f times as long: check "
+                      "that each scan "
+                      "has the pose of its own stamp, and that scans and poses are in the same "
+                      "order, units and axes",
+                      agreement.correction_m, agreement.correction_deg, agreement.length_ratio);
+  }
+  return finding;
+}
+
+}  // namespace unimapper::input

@@ -1,0 +1,62 @@
+// Scans against poses: which motion neighbouring scans agree with
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "src/input/agreement.hpp"
+#include "src/input/finding.hpp"
+#include "src/input/pose_mistakes.hpp"
+#include "src/input/stamps.hpp"
+
+namespace unimapper::input {
+
+/// Which pairs of scans to compare.
+struct PairIndex {
+  std::size_t first = 0;
+  std::size_t second = 0;
+};
+
+/// At most `most` pairs spread over the track: half of them neighbours, half so far apart that the
+/// sensor moved by a metre or turned by eight degrees, at most ten scans, where it turns most.
+[[nodiscard]] std::vector<PairIndex> choose_pairs(const Track& track, std::size_t most);
+
+/// How well scans agree under the given motion and under others, means over the pairs that say
+/// something; 0 to 1.
+struct AgreementFigures {
+  std::size_t pairs = 0;        ///< that say something
+  double given = 0.0;           ///< under the recording's poses
+  double registered = 0.0;      ///< under what a registration finds, from the given motion or none
+  double identity = 0.0;        ///< without any motion
+  double given_motion_m = 0.0;  ///< median, between the scans of a pair
+  double correction_m = 0.0;    ///< median, of registration against the given motion
+  double correction_deg = 0.0;
+  double length_ratio = 1.0;    ///< of the given motions over those that a registration finds
+  double drift_m = 0.0;         ///< of the middle of the scans in their own frame, the largest
+  double displacement_m = 0.0;  ///< of the sensor by its poses, the largest
+  /// How much more the points' elevations concentrate in rings after the inverse of the scans'
+  /// poses; above 1 where the scans are in the world frame. 0: not measured.
+  double ring_gain = 0.0;
+  std::string mistake;    ///< the known mistake that explains best; empty: none looked for
+  double mistaken = 0.0;  ///< agreement with that mistake undone
+  std::vector<std::string> remedies;  ///< of that mistake and those that explain as well
+  std::size_t level_above = 0;        ///< level surface points above the sensors
+  std::size_t level_below = 0;        ///< the same below
+};
+
+/// Compares pairs. Known mistakes are tried only where the given motion does not agree.
+[[nodiscard]] AgreementFigures measure_agreement(std::span<const ScanPair> pairs,
+                                                 const Track& track,
+                                                 const std::vector<PoseMistake>& mistakes);
+
+/// `AgreementFigures::ring_gain` of scans whose poses are `poses`, metres from the first; of a
+/// part of their points.
+[[nodiscard]] double measure_ring_gain(std::span<const datasets::Scan* const> scans,
+                                       std::span<const Pose> poses);
+
+/// Poses that do not belong to the scans, or are of another convention.
+[[nodiscard]] Finding check_motion(const AgreementFigures& agreement);
+
+}  // namespace unimapper::input

@@ -1,0 +1,79 @@
+// Plausibility of a recording before it is mapped
+#include "src/input/plausibility.hpp"
+
+#include <algorithm>
+#include <map>
+
+namespace unimapper::input {
+namespace {
+
+/// Scans by index, read once.
+class ScanStore {
+ public:
+  explicit ScanStore(const datasets::Dataset& dataset) : dataset_(dataset) {}
+  const datasets::Scan& operator[](std::size_t i) {
+    const auto [at, is_new] = scans_.try_emplace(i);
+    if (is_new) dataset_.read_scan(i, at->second);
+    return at->second;
+  }
+
+ private:
+  const datasets::Dataset& dataset_;
+  std::map<std::size_t, datasets::Scan> scans_;
+};
+
+}  // namespace
+
+Plausibility examine(const datasets::Dataset& dataset, std::size_t scans) {
+  constexpr std::size_t kMostPairs = 16;
+  const Track track{std::min(scans, dataset.scan_count()),
+                    [&](std::size_t i) { return dataset.pose(i); },
+                    [&](std::size_t i) { return dataset.stamp_ns(i); }};
+  Plausibility result;
+  result.motion = measure_motion(track);
+  ScanStore store(dataset);
+  std::vector<datasets::Scan> looked_at;
+  std::vector<const datasets::Scan*> first;
+  std::vector<const datasets::Scan*> second;
+  const std::vector<PairIndex> chosen = choose_pairs(track, kMostPairs);
+  for (const PairIndex& pair : chosen) {
+    first.push_back(&store[pair.first]);
+    second.push_back(&store[pair.second]);
+    looked_at.push_back(*first.back());
+  }
+  if (looked_at.empty() && track.size > 0) looked_at.push_back(store[0]);
+  result.ranges = range_figures(looked_at);
+  result.directions = measure_directions(looked_at);
+  result.sensor = measure_sensor(looked_at, result.directions);
+  std::vector<Finding>& findings = result.findings;
+  findings.push_back(check_points(result.ranges));
+  findings.push_back(check_records(looked_at, result.ranges));
+  findings.push_back(check_units(result.ranges));
+  findings.push_back(check_origin(result.ranges));
+  findings.push_back(check_repeated(first, second));
+  findings.push_back(check_stamp_order(result.motion));
+  findings.push_back(check_interval(result.motion));
+  findings.push_back(check_speed(result.motion));
+  // Comparing points that are none, or are in other units than the limits, says nothing.
+  const bool comparable =
+      worst(findings) != Severity::kWrong || findings.back().severity == Severity::kWrong;
+  if (comparable) {
+    std::vector<ScanPair> pairs;
+    for (std::size_t k = 0; k < chosen.size(); ++k) {
+      pairs.emplace_back(chosen[k].first, *first[k], chosen[k].second, *second[k]);
+    }
+    const auto name = [&](std::size_t i) { return dataset.scan_name(i); };
+    result.agreement = measure_agreement(pairs, track, known_mistakes(track, name));
+    if (result.agreement.identity > result.agreement.given) {
+      std::vector<Pose> poses;
+      for (const PairIndex& pair : chosen) poses.push_back(track.pose(pair.first));
+      result.agreement.ring_gain = measure_ring_gain(first, poses);
+    }
+    findings.push_back(check_motion(result.agreement));
+  }
+  findings.push_back(
+      check_axes(result.directions, result.agreement.level_above, result.agreement.level_below));
+  return result;
+}
+
+}  // namespace unimapper::input

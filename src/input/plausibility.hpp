@@ -1,0 +1,30 @@
+// Plausibility of a recording before it is mapped
+#pragma once
+
+#include <vector>
+
+#include "ports/datasets/dataset.hpp"
+#include "src/input/axes.hpp"
+#include "src/input/finding.hpp"
+#include "src/input/motion_check.hpp"
+#include "src/input/ranges.hpp"
+#include "src/input/recognition.hpp"
+#include "src/input/stamps.hpp"
+
+namespace unimapper::input {
+
+/// What a few dozen scans spread over a recording say.
+struct Plausibility {
+  RangeFigures ranges;
+  DirectionFigures directions;
+  SensorFigures sensor;
+  MotionFigures motion;
+  AgreementFigures agreement;
+  std::vector<Finding> findings;  ///< of every check, also where nothing was found
+};
+
+/// Looks at the first `scans` scans of `dataset`: all poses and stamps, and the points of at most
+/// 32 scans. Takes a second at most. Throws DatasetError for a damaged scan among them.
+[[nodiscard]] Plausibility examine(const datasets::Dataset& dataset, std::size_t scans);
+
+}  // namespace unimapper::input

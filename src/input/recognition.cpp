@@ -1,0 +1,209 @@
+// Sensor of a recording, recognised from its points
+#include "src/input/recognition.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "src/input/text.hpp"
+#include "unimapper/core/quantile.hpp"
+#include "unimapper/onboard/owned_pipeline.hpp"
+
+namespace unimapper::input {
+namespace {
+
+constexpr double kAllRound_deg = 300.0;
+
+/// The smallest pipeline that measures how one scan is sampled.
+PipelineConfig probe(std::size_t points) {
+  PipelineConfig config = preset(SensorKind::kGeneric);
+  config.keyframe.scans = 1;
+  config.keyframe.range_max_m = 500.0F;
+  config.free_space.images_per_keyframe = 1;
+  config.removal.window = 1;
+  constexpr std::size_t kFewest = 16;
+  constexpr std::size_t kMost = 4194304;
+  config.keyframe.max_points_per_scan =
+      static_cast<std::uint32_t>(std::clamp(points, kFewest, kMost));
+  config.voxel.max_cells = 1U << 16U;
+  config.voxel.max_window_blocks = 1U << 16U;
+  config.loop_search.max_places = 16;
+  return config;
+}
+
+void measure_sampling(const datasets::Scan& scan, SensorFigures& figures) {
+  OwnedPipeline pipeline(probe(scan.points.size()));
+  if (!pipeline.ok()) return;
+  if (!pipeline->add_scan(scan.view(), Pose(), 0).keyframe_ready) return;
+  const SamplingStatistics& sampling = pipeline->keyframe().statistics->sampling;
+  figures.ray_spacing_deg = static_cast<double>(sampling.ray_spacing_deg);
+  figures.ring_spacing_deg = static_cast<double>(sampling.ring_spacing_deg);
+}
+
+}  // namespace
+
+SensorFigures measure_sensor(std::span<const datasets::Scan> scans,
+                             const DirectionFigures& directions) {
+  SensorFigures figures;
+  figures.width_deg = directions.width_deg;
+  std::vector<float> ranges;
+  std::vector<float> elevations;
+  std::set<std::uint16_t> rings;
+  const datasets::Scan* fullest = nullptr;
+  for (const datasets::Scan& scan : scans) {
+    std::size_t finite = 0;
+    const std::size_t stride = 1 + scan.points.size() / 8000;
+    for (std::size_t i = 0; i < scan.points.size(); ++i) {
+      const Eigen::Vector3f p(scan.points[i].x, scan.points[i].y, scan.points[i].z);
+      const float range_m = p.norm();
+      if (!std::isfinite(range_m) || range_m < 0.1F) continue;
+      ++finite;
+      if (i % stride != 0) continue;
+      ranges.push_back(range_m);
+      elevations.push_back(std::asin(std::clamp(p.z() / range_m, -1.0F, 1.0F)) *
+                           static_cast<float>(kDegreesPerRadian));
+    }
+    if (finite > figures.points) {
+      figures.points = finite;
+      fullest = &scan;
+    }
+    rings.insert(scan.ring.begin(), scan.ring.end());
+  }
+  if (fullest == nullptr) return figures;
+  figures.rings = static_cast<std::uint32_t>(rings.size());
+  figures.farthest_m = static_cast<double>(quantile(std::span(ranges), 0.999));
+  figures.lowest_deg = static_cast<double>(quantile(std::span(elevations), 0.005));
+  figures.highest_deg = static_cast<double>(quantile(std::span(elevations), 0.995));
+  measure_sampling(*fullest, figures);
+  return figures;
+}
+
+namespace {
+
+/// 0 where `value` is `expected`, 1 where they differ by `factor`.
+double off_by(double value, double expected, double factor) {
+  return std::fabs(std::log(value / expected)) / std::log(factor);
+}
+
+/// Degrees beyond `slack_deg`, 1 at 6 degrees more.
+double beyond(double excess_deg, double slack_deg) {
+  return std::max(0.0, excess_deg - slack_deg) / 6.0;
+}
+
+double elevations_off(const SensorFigures& figures, const SensorModel& model) {
+  const auto low = static_cast<double>(model.elevation_min_deg);
+  const auto high = static_cast<double>(model.elevation_max_deg);
+  // Rays outside the field of view are impossible but for a tilt; rays that are missing at the top
+  // return nothing from the sky, at the bottom they are hidden by the robot.
+  return beyond(low - figures.lowest_deg, 0.7) + beyond(figures.highest_deg - high, 0.7) +
+         0.4 * beyond(figures.lowest_deg - low, 1.5) +
+         0.25 * beyond(high - figures.highest_deg, 3.0);
+}
+
+}  // namespace
+
+SensorMatch match_sensor(const SensorFigures& figures, const SensorSheet& sheet) {
+  const SensorModel& model = sheet.model;
+  SensorMatch match{&sheet, 0, 0.0};
+  double& distance = match.distance;
+  const bool spins = model.pattern == ScanPattern::kSpinning;
+  if (spins) {
+    constexpr double kRingFactor = 1.4;  // from which the pipeline replaces the sheet's, too
+    const double rings_apart_deg =
+        sheet.ring_spacing_deg > 0.0
+            ? sheet.ring_spacing_deg
+            : static_cast<double>(model.elevation_max_deg - model.elevation_min_deg) /
+                  static_cast<double>(model.rings - 1);
+    if (!figures.has_rings()) {
+      distance += 1.5;
+    } else {
+      distance += off_by(figures.ring_spacing_deg, rings_apart_deg, kRingFactor);
+      double nearest = 2.0;
+      for (const std::uint32_t columns : sheet.columns) {
+        const double off = off_by(figures.ray_spacing_deg, 360.0 / columns, 1.5);
+        if (off >= nearest) continue;
+        nearest = off;
+        match.columns = columns;
+      }
+      distance += nearest;
+    }
+    if (figures.rings > 0) distance += figures.rings > model.rings ? 2.0 : 0.0;
+    if (figures.rings > 0) distance += 3 * figures.rings < 2 * model.rings ? 1.0 : 0.0;
+  } else if (figures.has_rings() && model.pattern == ScanPattern::kNonRepetitive &&
+             figures.width_deg > kAllRound_deg) {
+    distance += 0.5;
+  }
+  const auto width_deg = static_cast<double>(model.horizontal_fov_deg);
+  if (width_deg < kAllRound_deg || figures.width_deg < kAllRound_deg) {
+    const double missing = width_deg >= kAllRound_deg ? kAllRound_deg - figures.width_deg
+                                                      : width_deg - figures.width_deg;
+    distance += beyond(figures.width_deg - width_deg, 4.0) + 0.5 * beyond(missing, 8.0);
+  }
+  distance += elevations_off(figures, model);
+  const double most_points =
+      match.columns > 0 ? static_cast<double>(match.columns) * static_cast<double>(model.rings)
+                        : static_cast<double>(model.points_per_scan);
+  const double share = static_cast<double>(figures.points) / most_points;
+  if (share > 1.1) distance += std::min(2.0, 2.0 * std::log2(share / 1.1 + 0.25));
+  if (share < 0.25) distance += std::min(1.0, 0.5 * std::log2(0.25 / std::max(share, 1e-3)));
+  distance += std::max(0.0, figures.farthest_m / static_cast<double>(model.range_max_m) - 1.03) * 3;
+  return match;
+}
+
+std::vector<SensorMatch> match_sensors(const SensorFigures& figures) {
+  std::vector<SensorMatch> matches;
+  for (const SensorSheet& sheet : sensor_sheets()) {
+    if (sheet.model.name == "generic") continue;
+    matches.push_back(match_sensor(figures, sheet));
+  }
+  std::stable_sort(matches.begin(), matches.end(), [](const SensorMatch& a, const SensorMatch& b) {
+    return a.distance < b.distance;
+  });
+  return matches;
+}
+
+bool is_recognised(const std::vector<SensorMatch>& matches) {
+  constexpr double kNear = 0.8;
+  constexpr double kClearly = 0.2;
+  return matches.size() > 1 && matches[0].distance < kNear &&
+         matches[1].distance > matches[0].distance + kClearly;
+}
+
+SensorModel generic_for(const SensorFigures& figures) {
+  SensorModel model = sensor_model(SensorKind::kGeneric);
+  if (figures.points == 0) return model;
+  const auto low = static_cast<float>(std::max(figures.lowest_deg - 2.0, -90.0));
+  const auto high = static_cast<float>(std::min(figures.highest_deg + 2.0, 90.0));
+  model.elevation_min_deg = std::min(model.elevation_min_deg, low);
+  model.elevation_max_deg = std::max(model.elevation_max_deg, high);
+  model.range_max_m =
+      std::clamp(static_cast<float>(1.1 * figures.farthest_m), model.range_max_m, 500.0F);
+  // The preset adds a quarter.
+  constexpr std::size_t kMost = 3300000;
+  model.points_per_scan =
+      std::max(model.points_per_scan, static_cast<std::uint32_t>(std::min(figures.points, kMost)));
+  return model;
+}
+
+Finding check_sensor(const SensorFigures& figures, const SensorSheet& named) {
+  const double distance = match_sensor(figures, named).distance;
+  Finding finding{"sensor", Severity::kFine, distance, "", {}};
+  constexpr double kContradicts = 2.5;
+  if (figures.points == 0 || named.model.name == "generic" || distance < kContradicts) {
+    return finding;
+  }
+  const std::vector<SensorMatch> matches = match_sensors(figures);
+  if (!is_recognised(matches) || matches[0].sheet->model.name == named.model.name) return finding;
+  finding.severity = Severity::kSuspicious;
+  const std::string_view looks = matches[0].sheet->model.name;
+  const std::string_view name = named.model.name;
+  finding.message = text(
+      "the points do not look like those of a %.*s but of a %.*s (%.1f to %.1f degrees, rings %.2f "
+      "degrees apart, %zu points): if so, pass --sensor %.*s",
+      static_cast<int>(name.size()), name.data(), static_cast<int>(looks.size()), looks.data(),
+      figures.lowest_deg, figures.highest_deg, figures.ring_spacing_deg, figures.points,
+      static_cast<int>(looks.size()), looks.data());
+  return finding;
+}
+
+}  // namespace unimapper::input

@@ -1,0 +1,141 @@
+// Stamps and poses of a recording, against each other
+#include "src/input/stamps.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "src/input/text.hpp"
+#include "unimapper/core/quantile.hpp"
+
+namespace unimapper::input {
+namespace {
+
+// As the pipeline's own limits: keyframe.max_pose_step_m, keyframe.max_speed_mps.
+constexpr double kMostStep_m = 10.0;
+constexpr double kMostSpeed_mps = 60.0;
+
+double middle(std::vector<double>& values) {
+  return values.empty() ? 0.0 : median(std::span(values));
+}
+
+}  // namespace
+
+MotionFigures measure_motion(const Track& track) {
+  MotionFigures figures;
+  figures.scans = track.size;
+  if (track.size < 2) return figures;
+  std::vector<double> intervals;
+  std::vector<double> speeds;
+  std::vector<double> accelerations;
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+  double climb_m = 0.0;
+  Pose before = track.pose(0);
+  std::int64_t stamp_before_ns = track.stamp_ns(0);
+  for (std::size_t i = 1; i < track.size; ++i) {
+    const Pose pose = track.pose(i);
+    const std::int64_t stamp_ns = track.stamp_ns(i);
+    // As doubles: a difference of stamps may exceed an int64.
+    const double interval_s =
+        1e-9 * (static_cast<double>(stamp_ns) - static_cast<double>(stamp_before_ns));
+    const Eigen::Vector3d step = pose.translation - before.translation;
+    figures.path_m += step.norm();
+    climb_m += std::fabs(step.z());
+    intervals.push_back(interval_s);
+    figures.reversed += stamp_ns < stamp_before_ns ? 1 : 0;
+    figures.repeated += stamp_ns == stamp_before_ns ? 1 : 0;
+    if (interval_s > 0.0) {
+      const Eigen::Vector3d now = step / interval_s;
+      speeds.push_back(now.norm());
+      if (speeds.size() > 1) accelerations.push_back((now - velocity).norm() / interval_s);
+      velocity = now;
+      figures.jumps +=
+          step.norm() > kMostStep_m && step.norm() > kMostSpeed_mps * interval_s ? 1 : 0;
+    }
+    before = pose;
+    stamp_before_ns = stamp_ns;
+  }
+  figures.duration_s = 1e-9 * (static_cast<double>(track.stamp_ns(track.size - 1)) -
+                               static_cast<double>(track.stamp_ns(0)));
+  figures.interval_s = middle(intervals);
+  figures.longest_gap_s = *std::max_element(intervals.begin(), intervals.end());
+  for (const double interval_s : intervals) {
+    figures.gaps += interval_s > 3.0 * figures.interval_s && figures.interval_s > 0.0 ? 1 : 0;
+  }
+  figures.speed_mps = middle(speeds);
+  figures.acceleration_mps2 = middle(accelerations);
+  figures.climb = figures.path_m > 0.0 ? climb_m / figures.path_m : 0.0;
+  return figures;
+}
+
+Finding check_stamp_order(const MotionFigures& motion) {
+  const std::size_t out_of_order = motion.reversed + motion.repeated;
+  Finding finding{
+      "order of stamps", Severity::kFine, static_cast<double>(out_of_order), "stamps", {}};
+  if (out_of_order == 0) return finding;
+  const bool most = 2 * out_of_order > motion.scans;
+  finding.severity = most ? Severity::kWrong : Severity::kSuspicious;
+  finding.message = text(
+      "%zu of %zu stamps do not increase (%zu equal, %zu earlier than the one before): sort the "
+      "scans by time, and check the unit of the stamps (seconds in text files, nanoseconds in "
+      "file names)",
+      out_of_order, motion.scans, motion.repeated, motion.reversed);
+  return finding;
+}
+
+Finding check_interval(const MotionFigures& motion) {
+  Finding finding{"interval", Severity::kFine, motion.interval_s, "s", {}};
+  constexpr double kLongest_s = 20.0;    // keyframes of a slow robot
+  constexpr double kShortest_s = 0.002;  // faster than any LiDAR's frames
+  if (motion.scans < 3 || motion.interval_s <= 0.0) return finding;
+  if (motion.interval_s <= kLongest_s && motion.interval_s >= kShortest_s) return finding;
+  finding.severity = Severity::kSuspicious;
+  struct Unit {
+    const char* name;
+    double seconds;
+  };
+  constexpr Unit kUnits[] = {{"milliseconds", 1e-3},
+                             {"microseconds", 1e-6},
+                             {"nanoseconds", 1e-9},
+                             {"milliseconds read as microseconds", 1e3},
+                             {"seconds read as milliseconds", 1e3},
+                             {"seconds read as microseconds", 1e6}};
+  const char* unit = nullptr;
+  for (const Unit& candidate : kUnits) {
+    const double interval_s = motion.interval_s * candidate.seconds;
+    if (unit == nullptr && interval_s >= 0.01 && interval_s <= 2.0) unit = candidate.name;
+  }
+  finding.message =
+      text("scans are %g s apart by their stamps%s%s; write stamps in seconds", motion.interval_s,
+           unit == nullptr ? "" : ", which look like ", unit == nullptr ? "" : unit);
+  return finding;
+}
+
+Finding check_speed(const MotionFigures& motion) {
+  Finding finding{"speed", Severity::kFine, motion.speed_mps, "m/s", {}};
+  constexpr double kMostAcceleration_mps2 = 60.0;
+  constexpr const char* kRemedy =
+      "check that poses and scans belong together, that positions are in metres and stamps in "
+      "seconds";
+  if (motion.scans < 3) return finding;
+  if (motion.speed_mps > kMostSpeed_mps || 3 * motion.jumps > motion.scans) {
+    finding.severity = Severity::kWrong;
+    finding.message = text("by poses and stamps the sensor moves at %.0f m/s (median): %s",
+                           motion.speed_mps, kRemedy);
+  } else if (motion.jumps > 0) {
+    finding.severity = Severity::kSuspicious;
+    finding.message = text(
+        "the poses jump %zu times by more than 10 m from one scan to the next; scans after a jump "
+        "are left out: %s",
+        motion.jumps, kRemedy);
+  } else if (motion.acceleration_mps2 > kMostAcceleration_mps2) {
+    finding.severity = Severity::kSuspicious;
+    finding.figure = motion.acceleration_mps2;
+    finding.unit = "m/s²";
+    finding.message = text("by poses and stamps the sensor accelerates by %.0f m/s² (median): %s",
+                           motion.acceleration_mps2, kRemedy);
+  }
+  return finding;
+}
+
+}  // namespace unimapper::input

@@ -1,0 +1,47 @@
+// Stamps and poses of a recording, against each other
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "src/input/finding.hpp"
+#include "unimapper/core/pose.hpp"
+
+namespace unimapper::input {
+
+/// Poses and stamps of a recording by index.
+struct Track {
+  std::size_t size = 0;                               ///< scans
+  std::function<Pose(std::size_t)> pose;              ///< T_odometry_sensor
+  std::function<std::int64_t(std::size_t)> stamp_ns;  ///< of the scan
+};
+
+/// What poses and stamps say of the motion.
+struct MotionFigures {
+  std::size_t scans = 0;
+  double interval_s = 0.0;         ///< median, from stamp to stamp
+  double longest_gap_s = 0.0;      ///< largest interval
+  std::size_t gaps = 0;            ///< intervals above three medians
+  std::size_t reversed = 0;        ///< stamps before the one before
+  std::size_t repeated = 0;        ///< stamps equal to the one before
+  double duration_s = 0.0;         ///< first to last stamp
+  double path_m = 0.0;             ///< length
+  double speed_mps = 0.0;          ///< median
+  double acceleration_mps2 = 0.0;  ///< median
+  std::size_t jumps = 0;           ///< steps of more than 10 m that are faster than 60 m/s
+  double climb = 0.0;              ///< share of the path along the odometry's z axis
+};
+
+/// Measures a track. O(scans).
+[[nodiscard]] MotionFigures measure_motion(const Track& track);
+
+/// Stamps that do not increase.
+[[nodiscard]] Finding check_stamp_order(const MotionFigures& motion);
+
+/// Intervals that no LiDAR has: stamps in another unit.
+[[nodiscard]] Finding check_interval(const MotionFigures& motion);
+
+/// Speeds, accelerations and jumps that no robot has.
+[[nodiscard]] Finding check_speed(const MotionFigures& motion);
+
+}  // namespace unimapper::input

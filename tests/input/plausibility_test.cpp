@@ -1,0 +1,251 @@
+// Tests of the plausibility of recordings: right ones, and one for each known mistake.
+#include "src/input/plausibility.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "tests/input/courtyard.hpp"
+
+using namespace unimapper;
+using namespace unimapper::input;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// What is not fine, as "severity check: message" lines.
+std::string unusual(const Plausibility& found) {
+  std::string text;
+  for (const Finding& finding : found.findings) {
+    if (finding.severity == Severity::kFine) continue;
+    text += std::string(severity_name(finding.severity)) + " " + finding.check + ": " +
+            finding.message + "\n";
+  }
+  return text;
+}
+
+std::string examined(const MemoryDataset& recording) {
+  return unusual(examine(recording, recording.scan_count()));
+}
+
+template <typename Change>
+MemoryDataset with_poses(MemoryDataset recording, const Change& change) {
+  for (Pose& pose : recording.poses) pose = change(pose);
+  return recording;
+}
+
+/// Quaternion whose columns w x y z were read as x y z w.
+Pose read_w_first(const Pose& pose) {
+  const Eigen::Quaterniond q = pose.quaternion();
+  return {Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()), pose.translation};
+}
+
+Pose in_axes(const Pose& pose, const Eigen::Matrix3d& axes) {
+  return {Eigen::Matrix3d(axes * pose.rotation * axes.transpose()),
+          Eigen::Vector3d(axes * pose.translation)};
+}
+
+const MemoryDataset& drive() {
+  static const MemoryDataset kDrive = courtyard_drive();
+  return kDrive;
+}
+
+}  // namespace
+
+TEST_CASE("a right recording is fine") {
+  const Plausibility found = examine(drive(), drive().scan_count());
+  CHECK(unusual(found).empty());
+  CHECK(found.agreement.pairs >= 8);
+  CHECK(found.agreement.given > 0.8);
+  CHECK(found.agreement.given > found.agreement.identity + 0.2);
+}
+
+TEST_CASE("poses of another convention are wrong, and the message names the remedy") {
+  const Eigen::Matrix3d camera = (Eigen::Matrix3d() << 0, -1, 0, 0, 0, -1, 1, 0, 0).finished();
+  const Eigen::Matrix3d mirrored = Eigen::Vector3d(1, -1, 1).asDiagonal();
+  const Eigen::Matrix3d down = Eigen::Vector3d(1, -1, -1).asDiagonal();
+  struct Mistake {
+    const char* remedy;
+    std::function<Pose(const Pose&)> make;
+  };
+  const Mistake mistake = GENERATE_REF(
+      Mistake{"invert them", [](const Pose& p) { return p.inverse(); }},
+      Mistake{"qx qy qz qw (w last)", [](const Pose& p) { return read_w_first(p); }},
+      Mistake{"row by row",
+              [](const Pose& p) {
+                return Pose(Eigen::Matrix3d(p.rotation.transpose()), p.translation);
+              }},
+      Mistake{"calib.txt", [=](const Pose& p) { return in_axes(p, camera); }},
+      Mistake{"negate y", [=](const Pose& p) { return in_axes(p, mirrored); }},
+      Mistake{"NED", [=](const Pose& p) { return in_axes(p, down); }},
+      Mistake{
+          "multiply them by 0.001",
+          [](const Pose& p) { return Pose(p.rotation, Eigen::Vector3d(1000.0 * p.translation)); }},
+      Mistake{
+          "multiply them by 1000",
+          [](const Pose& p) { return Pose(p.rotation, Eigen::Vector3d(0.001 * p.translation)); }},
+      Mistake{"stand still", [](const Pose&) { return Pose(); }});
+  const std::string found = examined(with_poses(drive(), mistake.make));
+  INFO(found);
+  CHECK_THAT(found, Contains("wrong motion: ") && Contains(mistake.remedy));
+}
+
+TEST_CASE("poses in another order than the scans are wrong") {
+  MemoryDataset recording = drive();
+  SECTION("backwards") {
+    std::reverse(recording.poses.begin(), recording.poses.end());
+    CHECK_THAT(examined(recording), Contains("wrong motion: ") && Contains("reversed in time"));
+  }
+  SECTION("of five scans later") {
+    std::rotate(recording.poses.begin(), recording.poses.begin() + 5, recording.poses.end());
+    CHECK_THAT(examined(recording), Contains("wrong motion: ") && Contains("5 scans too early"));
+  }
+  SECTION("increments") {
+    for (std::size_t i = recording.poses.size() - 1; i > 0; --i) {
+      recording.poses[i] = recording.poses[i - 1].inverse() * recording.poses[i];
+    }
+    CHECK_THAT(examined(recording), Contains("wrong motion: ") && Contains("accumulate"));
+  }
+  SECTION("sorted as text") {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < recording.poses.size(); ++i) names.push_back(std::to_string(i));
+    std::sort(names.begin(), names.end());
+    std::vector<Pose> poses;
+    for (const std::string& name : names) poses.push_back(recording.poses[std::stoul(name)]);
+    recording.poses = poses;
+    CHECK_THAT(examined(recording), Contains("wrong motion: ") && Contains("leading zeros"));
+  }
+  SECTION("at random") {
+    for (std::size_t i = 0; i < recording.poses.size(); ++i) {
+      std::swap(recording.poses[i], recording.poses[(17 * i + 5) % recording.poses.size()]);
+    }
+    CHECK_THAT(examined(recording), Contains("wrong motion: ") && Contains("same order"));
+  }
+}
+
+TEST_CASE("scans in the world frame are wrong with poses and without") {
+  MemoryDataset recording = drive();
+  for (std::size_t i = 0; i < recording.scans.size(); ++i) {
+    // What is near: the middle of the scans moves with the sensor.
+    std::erase_if(recording.scans[i].points,
+                  [](const datasets::Scan::Point& p) { return std::hypot(p.x, p.y) > 12.0F; });
+    for (datasets::Scan::Point& p : recording.scans[i].points) {
+      const Eigen::Vector3d q = recording.poses[i] * Eigen::Vector3d(p.x, p.y, p.z);
+      p = {static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()), 0.0F};
+    }
+  }
+  CHECK_THAT(examined(recording),
+             Contains("wrong motion: ") && Contains("by the inverse of its pose"));
+  for (Pose& pose : recording.poses) pose = Pose();
+  CHECK_THAT(examined(recording), Contains("wrong motion: ") && Contains("VIEWPOINT"));
+}
+
+TEST_CASE("what says little of the motion is fine") {
+  const std::vector<Sheet> field = {{{-40, -40, 0}, {80, 0, 0}, {0, 80, 0}}};
+  const std::vector<Sheet> tunnel = {{{-60, -4, 0}, {120, 0, 0}, {0, 8, 0}},
+                                     {{-60, -4, 0}, {120, 0, 0}, {0, 0, 5}},
+                                     {{-60, 4, 0}, {120, 0, 0}, {0, 0, 5}},
+                                     {{-60, -4, 5}, {120, 0, 0}, {0, 8, 0}}};
+  const auto straight = [](std::size_t i) {
+    return level_pose(0.8 * static_cast<double>(i) - 12.0, 0.3, 0.0);
+  };
+  CHECK(examined(record(field, 30, straight)) == "");
+  CHECK(examined(record(tunnel, 30, straight)) == "");
+  CHECK(
+      examined(record(courtyard(), 30, [](std::size_t) { return level_pose(1, 2, 0.4); })).empty());
+}
+
+TEST_CASE("points in other units are wrong") {
+  MemoryDataset recording = drive();
+  const double scale = GENERATE(1000.0, 100.0, 0.001);
+  recording.change_points([&](const Eigen::Vector3d& p) { return Eigen::Vector3d(scale * p); });
+  CHECK_THAT(examined(recording), Contains("wrong units: ") && Contains("metres"));
+}
+
+TEST_CASE("points of a map far away are wrong") {
+  MemoryDataset recording = drive();
+  recording.change_points(
+      [&](const Eigen::Vector3d& p) { return Eigen::Vector3d(p + Eigen::Vector3d(4e5, 5e6, 50)); });
+  CHECK_THAT(examined(recording), Contains("wrong origin: ") && Contains("map's frame"));
+}
+
+TEST_CASE("records of another size are wrong") {
+  // A scan whose points follow each other, as a sensor hands them over.
+  MemoryDataset recording = drive();
+  const std::size_t floats =
+      GENERATE(std::size_t{4}, std::size_t{5}, std::size_t{3}, std::size_t{6}, std::size_t{8});
+  for (datasets::Scan& scan : recording.scans) {
+    std::sort(scan.points.begin(), scan.points.end(), [](const auto& a, const auto& b) {
+      return std::atan2(a.y, a.x) < std::atan2(b.y, b.x);
+    });
+    std::vector<float> values;
+    for (std::size_t i = 0; i < scan.points.size(); ++i) {
+      const datasets::Scan::Point& p = scan.points[i];
+      const float extra[] = {p.intensity, static_cast<float>(i % 16), 0.0F, 0.0F, 0.0F};
+      values.insert(values.end(), {p.x, p.y, p.z});
+      values.insert(values.end(), extra, extra + floats - 3);
+    }
+    scan.points.clear();
+    for (std::size_t i = 0; i + 4 <= values.size(); i += 4) {
+      scan.points.push_back({values[i], values[i + 1], values[i + 2], values[i + 3]});
+    }
+  }
+  const std::string found = examined(recording);
+  INFO(floats << " floats: " << found);
+  if (floats == 4) {
+    CHECK(found.empty());
+  } else {
+    CHECK_THAT(found, Contains("wrong records: ") && Contains(std::to_string(4 * floats)));
+  }
+}
+
+TEST_CASE("stamps that do not fit are said") {
+  MemoryDataset recording = drive();
+  SECTION("milliseconds read as seconds") {
+    for (std::int64_t& stamp : recording.stamps_ns) stamp *= 1000;
+    CHECK_THAT(examined(recording), Contains("suspicious interval: ") && Contains("milliseconds"));
+  }
+  SECTION("seconds read as microseconds: faster than any robot") {
+    for (std::int64_t& stamp : recording.stamps_ns) stamp /= 1000000;
+    CHECK_THAT(examined(recording), Contains("wrong speed: ") && Contains("stamps in seconds"));
+  }
+  SECTION("all equal") {
+    for (std::int64_t& stamp : recording.stamps_ns) stamp = 5;
+    CHECK_THAT(examined(recording), Contains("wrong order of stamps: ") && Contains("unit"));
+  }
+  SECTION("two exchanged") {
+    std::swap(recording.stamps_ns[5], recording.stamps_ns[6]);
+    CHECK_THAT(examined(recording), Contains("suspicious order of stamps: "));
+  }
+}
+
+TEST_CASE("axes other than z up are wrong") {
+  MemoryDataset recording = drive();
+  const Eigen::Matrix3d camera = (Eigen::Matrix3d() << 0, -1, 0, 0, 0, -1, 1, 0, 0).finished();
+  // Rings of a spinning sensor, none of them far from level.
+  for (datasets::Scan& scan : recording.scans) {
+    std::erase_if(scan.points, [](const datasets::Scan::Point& p) {
+      return std::fabs(p.z) > 0.5F * std::hypot(p.x, p.y);
+    });
+  }
+  recording.change_points([&](const Eigen::Vector3d& p) { return Eigen::Vector3d(camera * p); });
+  const auto turned = with_poses(recording, [&](const Pose& p) { return in_axes(p, camera); });
+  CHECK_THAT(examined(turned), Contains("wrong axes: ") && Contains("z up"));
+}
+
+TEST_CASE("scans that repeat and scans without points are said") {
+  MemoryDataset recording = drive();
+  SECTION("repeated") {
+    for (std::size_t i = 1; i < recording.scans.size(); i += 2) {
+      recording.scans[i] = recording.scans[i - 1];
+    }
+    CHECK_THAT(examined(recording), Contains("suspicious repeated scans: "));
+  }
+  SECTION("all empty") {
+    for (datasets::Scan& scan : recording.scans) scan.points.clear();
+    CHECK_THAT(examined(recording), Contains("wrong points: ") && Contains("--format"));
+  }
+}
+
+TEST_CASE("recordings of none, one and two scans are examined") {
+  for (const std::size_t scans : {0U, 1U, 2U}) CHECK(examined(courtyard_drive(scans)).empty());
+}
