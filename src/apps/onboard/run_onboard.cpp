@@ -314,7 +314,7 @@ void run_onboard(const OnboardOptions& options) {
     findings.push_back(*share);
   }
   for (const datasets::Note& note : dataset->notes()) {
-    const auto severity = note.is_doubtful ? input::Severity::kSuspicious : input::Severity::kFine;
+    const auto severity = note.is_warning ? input::Severity::kSuspicious : input::Severity::kFine;
     findings.push_back({"reader", severity, 0.0, {}, note.text});
   }
   RunStatistics::Run run{.allocations_after_start = replay.allocations(),

@@ -104,8 +104,8 @@ TEST_CASE("scans too far apart in time stay apart") {
 }
 
 TEST_CASE("LiDARs far from each other are warned of") {
-  CHECK_FALSE(several_lidars(pair_of(mounting(0.0, 3.0), 0.1))->notes()[0].is_doubtful);
-  CHECK(several_lidars(pair_of(mounting(-3.0, 3.0), 0.1))->notes()[0].is_doubtful);
+  CHECK_FALSE(several_lidars(pair_of(mounting(0.0, 3.0), 0.1))->notes()[0].is_warning);
+  CHECK(several_lidars(pair_of(mounting(-3.0, 3.0), 0.1))->notes()[0].is_warning);
 }
 
 }  // namespace unimapper::datasets
