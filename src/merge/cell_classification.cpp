@@ -5,10 +5,12 @@
 #include <numeric>
 
 #include "heap_memory.hpp"
+#include "unimapper/free_space/component_outline.hpp"
 #include "unimapper/free_space/components.hpp"
 #include "unimapper/free_space/evidence_sum.hpp"
 #include "unimapper/free_space/evidence_weights.hpp"
 #include "unimapper/free_space/ground_patch.hpp"
+#include "unimapper/free_space/relabelling.hpp"
 #include "voxel_table.hpp"
 
 namespace unimapper::merge {
@@ -18,8 +20,6 @@ constexpr std::int32_t kMeanReach = 2;    ///< voxels around a cell whose eviden
 constexpr std::int32_t kPatchVoxels = 5;  ///< ground is rejected by patches of a metre
 /// Of a patch: the evidence of a single cell is already a mean over its surroundings.
 constexpr std::uint32_t kFewestGroundCells = 1;
-/// Thousandths per cell; with less a component is not dynamic as a whole.
-constexpr std::int64_t kLeastMeanOfDynamic = -200;
 
 /// Occupied voxels as blocks, numbered by rows (`row_of`) like the cells of the robot.
 class VoxelBlocks {
@@ -88,18 +88,40 @@ class VoxelComponents {
   /// Calls `use(component, row)` for every voxel of a component.
   template <typename Use>
   void visit(const Use& use) const {
-    for (std::uint32_t b = 0; b < blocks_.size(); ++b) {
-      components_.visit(b, blocks_[b], labelled_[b].low,
-                        [&](std::uint32_t component, std::uint64_t some) {
-                          for (std::uint64_t left = some; left != 0; left &= left - 1) {
-                            const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
-                            use(component, row_of(blocks_[b], bit));
-                          }
-                        });
-    }
+    visit_parts([&](std::uint32_t component, const Block& block, std::uint64_t some) {
+      for (std::uint64_t left = some; left != 0; left &= left - 1) {
+        use(component, row_of(block, static_cast<std::uint32_t>(std::countr_zero(left))));
+      }
+    });
+  }
+
+  /// The boxes around the connecting voxels of every component, from the first block on.
+  [[nodiscard]] std::vector<CellBox> boxes() const {
+    std::vector<CellBox> boxes(size());
+    visit_parts([&](std::uint32_t component, const Block& block, std::uint64_t some) {
+      const VoxelIndex& first = blocks_.front().index;
+      const std::uint64_t high = some & labelled_[number(block)].connecting;
+      if (high == 0) return;
+      boxes[component].include(
+          {block.index.x - first.x, block.index.y - first.y, block.index.z - first.z}, high);
+    });
+    return boxes;
   }
 
  private:
+  /// Calls `use(component, block, voxels)`, some voxels of one block at a time.
+  template <typename Use>
+  void visit_parts(const Use& use) const {
+    for (std::uint32_t b = 0; b < blocks_.size(); ++b) {
+      components_.visit(
+          b, blocks_[b], labelled_[b].low,
+          [&](std::uint32_t component, std::uint64_t some) { use(component, blocks_[b], some); });
+    }
+  }
+  [[nodiscard]] std::size_t number(const Block& block) const {
+    return static_cast<std::size_t>(&block - blocks_.data());
+  }
+
   const std::vector<Block>& blocks_;
   std::vector<LabelledCells> labelled_;
   HeapMemory memory_;
@@ -120,8 +142,7 @@ class CellClassifier {
       row_of_[i] = blocks_.row_of_voxel(cells.voxel[i]);
       Voxel& voxel = voxels_[row_of_[i]];
       voxel.key = cells.voxel[i];
-      voxel.evidence.add(std::clamp(cells.log_odds[i], -confirmed_static_, confirmed_static_),
-                         cells.occupied[i]);
+      voxel.evidence.add(clamped(cells.log_odds[i]), cells.occupied[i]);
     }
   }
 
@@ -144,11 +165,16 @@ class CellClassifier {
     bool has_component = false;
     ComponentClass component = ComponentClass::kMixed;
     bool moved = false;  ///< belongs to a part of a static component that moved
+    bool keeps = false;  ///< belongs to a component that is dynamic only where the robot said so
   };
   struct Tally {
     EvidenceSum evidence;
     std::uint32_t dynamic = 0;  ///< cells with evidence for "dynamic" around them
   };
+
+  [[nodiscard]] std::int32_t clamped(std::int32_t log_odds) const {
+    return std::clamp(log_odds, -confirmed_static_, confirmed_static_);
+  }
 
   /// Ground says nothing about what stands or walks on it: once it is known, it is left out of the
   /// mean of all other voxels. Voxels in the order of their keys are rows along x; the rows around
@@ -219,19 +245,18 @@ class CellClassifier {
       tally[component].evidence += voxel.evidence;
       if (voxel.mean > 0.0F) tally[component].dynamic += voxel.evidence.cells;
     });
+    const std::vector<CellBox> boxes = components.boxes();
     components.visit([&](std::uint32_t component, std::uint32_t row) {
-      voxels_[row].has_component = true;
-      voxels_[row].component = class_of(tally[component]);
+      Voxel& voxel = voxels_[row];
+      voxel.has_component = true;
+      voxel.component = class_of(tally[component]);
+      voxel.keeps = outline_of(boxes[component], config_.cell_size_m) == Outline::kPole;
     });
   }
 
   [[nodiscard]] ComponentClass class_of(const Tally& tally) const {
-    const ComponentClass by_share =
-        classify(tally.dynamic, tally.evidence.cells, config_.component_dynamic_share,
-                 config_.component_static_share);
-    // Few cells seen through carry the mean of many others with them.
-    const bool contradicted = tally.evidence.mean() < kLeastMeanOfDynamic;
-    return by_share == ComponentClass::kDynamic && contradicted ? ComponentClass::kMixed : by_share;
+    return class_by_share(tally.evidence, tally.dynamic, config_.component_dynamic_share,
+                          config_.component_static_share);
   }
 
   /// A walker beside a wall that came into view with him is a small part of one component.
@@ -261,20 +286,14 @@ class CellClassifier {
     if (voxel.ground) return false;
     const bool by_mean = voxel.mean > 0.0F;
     if (!voxel.has_component) return by_mean;
-    switch (voxel.component) {
-      case ComponentClass::kDynamic:
-        return by_mean || cells_.log_odds[cell] > -confirmed_static_;
-      case ComponentClass::kStatic:
-        return voxel.moved;
-      case ComponentClass::kMixed:
-        break;
-    }
-    return by_mean;
+    if (voxel.keeps && cells_.was_dynamic[cell] == 0) return false;
+    return is_dynamic_relabelled(
+        voxel.component, {by_mean, cells_.log_odds[cell] <= -confirmed_static_, voxel.moved});
   }
 
   const CellEvidence& cells_;
   const RefinementConfig& config_;
-  std::int32_t confirmed_static_;
+  std::int32_t confirmed_static_;  ///< thousandths
   VoxelBlocks blocks_;
   std::vector<Voxel> voxels_;
   std::vector<std::uint32_t> row_of_;  ///< by cell

@@ -177,6 +177,7 @@ class Refinement {
         const bool low =
             cell.ground != 0 || ground.is_within(cell.position, config_.connecting_height_m);
         cells.low.push_back(low ? 1 : 0);
+        cells.was_dynamic.push_back(was_dynamic ? 1 : 0);
         cells.log_odds.push_back(was_dynamic ? prior : 0);
         cells.occupied.push_back(0);
         points.push_back((p - origin).cast<float>());

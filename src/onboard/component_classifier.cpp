@@ -7,12 +7,6 @@
 #include "unimapper/free_space/evidence_weights.hpp"
 
 namespace unimapper::onboard {
-namespace {
-
-/// Cells: no lamp's arm is longer, and what is wider needs no complete box.
-constexpr std::int32_t kWidestPole = 12;
-
-}  // namespace
 
 void ComponentClassifier::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   config_ = config.removal;
@@ -87,20 +81,6 @@ bool ComponentClassifier::persists(const ComponentTally& tally) const noexcept {
          tally.was_dynamic >= 2 * tally.was_static;
 }
 
-ComponentClassifier::Outline ComponentClassifier::outline_of(const CellBox& box) const noexcept {
-  constexpr std::int32_t kSign = 4;         // cells: a sign on its pole
-  constexpr float kFragment_m = 1.0F;       // no higher: anything
-  constexpr float kNobody_m = 2.2F;         // higher than a person
-  constexpr std::int32_t kSlenderness = 3;  // and so many times as high as wide
-  const std::int32_t width = box.width();
-  if (width > kWidestPole || !(config_.pole_width_m > 0.0F)) return Outline::kWide;
-  const float height_m = cell_m_ * static_cast<float>(box.height());
-  if (width <= CellBox::kNarrow)
-    return height_m >= kFragment_m ? Outline::kPole : Outline::kFragment;
-  const bool slender = width <= std::max(kSign, box.height() / kSlenderness);
-  return slender && height_m >= kNobody_m ? Outline::kPole : Outline::kWide;
-}
-
 bool ComponentClassifier::may_be_missed(const ComponentTally& tally, Outline outline,
                                         const Viewpoint& viewpoint) const noexcept {
   if (!(viewpoint.ray_spacing_deg > 0.0F)) return false;
@@ -123,7 +103,8 @@ bool ComponentClassifier::may_be_missed(const ComponentTally& tally, Outline out
 
 ComponentClassifier::Outcome ComponentClassifier::decide(
     const ComponentTally& tally, const Viewpoint& viewpoint) const noexcept {
-  const Outline outline = outline_of(tally.box);
+  const Outline outline =
+      config_.pole_width_m > 0.0F ? outline_of(tally.box, cell_m_) : Outline::kWide;
   if (outline == Outline::kWide) {
     if (persists(tally)) return Outcome::kPersists;
   } else if (may_be_missed(tally, outline, viewpoint)) {

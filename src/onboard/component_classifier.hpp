@@ -9,6 +9,7 @@
 #include "component_tally.hpp"
 #include "seen_through_clusters.hpp"
 #include "unimapper/core/arena.hpp"
+#include "unimapper/free_space/component_outline.hpp"
 #include "unimapper/free_space/components.hpp"
 #include "unimapper/onboard/config.hpp"
 
@@ -38,13 +39,6 @@ class ComponentClassifier {
                     const Viewpoint& viewpoint, CellTable& cells) noexcept;
 
  private:
-  /// Outlines that tell a pole from what moves.
-  enum class Outline : std::uint8_t {
-    kWide,      ///< wider than a pole
-    kFragment,  ///< as narrow as a pole, and low: of a pole, or of anything
-    kPole,      ///< as narrow as a pole and higher than wide
-  };
-
   /// What becomes of a component.
   enum class Outcome : std::uint8_t {
     kThin,      ///< static: rays beside it may be all that saw through
@@ -70,7 +64,6 @@ class ComponentClassifier {
                    const BlockHistory& before) const noexcept;
   void classify_all(const BlockWindow& window, const Viewpoint& viewpoint,
                     CellTable& cells) noexcept;
-  [[nodiscard]] Outline outline_of(const CellBox& box) const noexcept;
   /// Whether all evidence of free space for a component may come from rays beside it.
   [[nodiscard]] bool may_be_missed(const ComponentTally& tally, Outline outline,
                                    const Viewpoint& viewpoint) const noexcept;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "cell_counts.hpp"
+#include "unimapper/free_space/relabelling.hpp"
 
 namespace unimapper::onboard {
 namespace {
@@ -167,19 +168,26 @@ void FinalLabels::finish(const EvidenceWindow& window, std::uint32_t age,
 
 void FinalLabels::finish_block(const OpenBlock& block, const VoxelIndex& index,
                                const std::int32_t* log_odds, std::int32_t decided) noexcept {
-  std::int32_t evidence = decided;
-  Changed change;
+  const std::uint64_t undecided = block.dynamic | block.open;
+  EvidenceSum evidence;
   const std::int32_t* sum = log_odds;
-  for (std::uint64_t left = block.dynamic | block.open; left != 0; left &= left - 1, ++sum) {
-    evidence += std::clamp(*sum, -confirmed_static_, confirmed_static_);
-    const std::uint64_t cell = lowest_bit(left);
-    if (*sum > -confirmed_static_) change.now_dynamic |= cell & block.open;
-    if (*sum < confirmed_static_) change.now_static |= cell & block.dynamic;
+  for (std::uint64_t left = undecided; left != 0; left &= left - 1) {
+    evidence.add(std::clamp(*sum++, -confirmed_static_, confirmed_static_), 0);
   }
-  // To remove what was kept takes more than a tie: one more observation of every cell against.
-  const auto cells = static_cast<std::int32_t>(sum - log_odds);
-  if (evidence <= occupied_ * cells) change.now_dynamic = 0;
-  if (evidence >= 0) change.now_static = 0;
+  evidence.log_odds += decided;
+  // Kept cells are removed only if there is one more observation of every cell against them.
+  const ComponentClass all = class_by_mean(evidence, occupied_);
+  std::uint64_t dynamic = 0;
+  sum = log_odds;
+  for (std::uint64_t left = undecided; left != 0; left &= left - 1, ++sum) {
+    const std::uint64_t cell = lowest_bit(left);
+    const bool was_dynamic = (cell & block.dynamic) != 0;
+    if (is_dynamic_relabelled(all, {was_dynamic, *sum <= -confirmed_static_,
+                                    was_dynamic && *sum >= confirmed_static_})) {
+      dynamic |= cell;
+    }
+  }
+  const Changed change{dynamic & block.open, ~dynamic & block.dynamic};
   if ((change.now_dynamic | change.now_static) == 0) return;
   const std::uint32_t entry = changed_.find_or_insert(pack(index));
   if (entry == FixedHashMap<Changed>::kNotFound) return;

@@ -16,6 +16,7 @@ struct Evidence {
   std::uint8_t occupied = 0;
   bool ground = false;
   bool low = false;
+  bool was_dynamic = false;
 };
 
 /// A keyframe's cells, box by box.
@@ -33,6 +34,7 @@ class Scene {
           cells_.voxel.push_back(pack({from.x + x, from.y + y, from.z + z}));
           cells_.ground.push_back(evidence.ground ? 1 : 0);
           cells_.low.push_back(evidence.ground || evidence.low ? 1 : 0);
+          cells_.was_dynamic.push_back(evidence.was_dynamic ? 1 : 0);
           cells_.log_odds.push_back(evidence.log_odds);
           cells_.occupied.push_back(evidence.occupied);
         }
@@ -171,4 +173,22 @@ TEST_CASE("cells low above the ground follow what moves on them", "[refinement]"
   const auto walker = scene.add({8, 8, 2}, {3, 3, 7}, kSeenThrough);
   CHECK(scene.dynamic(walker) == 1.0);
   CHECK(scene.dynamic(feet) == 1.0);
+}
+
+TEST_CASE("a pole that the robot kept stays where rays beside it saw through", "[refinement]") {
+  Scene scene;
+  const auto pole = scene.add({0, 0, 0}, {1, 2, 12}, kSeenThrough);
+  const auto person = scene.add({20, 0, 0}, {3, 3, 9}, kSeenThrough);
+  const auto fragment = scene.add({40, 0, 0}, {1, 2, 4}, kSeenThrough);
+  CHECK(scene.dynamic(pole) == 0.0);
+  CHECK(scene.dynamic(person) == 1.0);
+  CHECK(scene.dynamic(fragment) == 1.0);
+}
+
+TEST_CASE("what the robot removed is dynamic however narrow it is", "[refinement]") {
+  Scene scene;
+  Evidence evidence = kSeenThrough;
+  evidence.was_dynamic = true;
+  const auto narrow = scene.add({0, 0, 0}, {1, 2, 12}, evidence);
+  CHECK(scene.dynamic(narrow) == 1.0);
 }
