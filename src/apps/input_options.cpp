@@ -61,6 +61,18 @@ void add_open_options(CLI::App& command, datasets::OpenOptions& options) {
                   "Pose file, where it is not beside the scans: TUM, KITTI or 4x4 matrices")
       ->group("Input");
   command
+      .add_option("--topic", options.topic,
+                  "Scans in a bag, where there are several such topics; A,B: two LiDARs as one")
+      ->group("Input");
+  command
+      .add_option("--odometry-topic", options.odometry_topic,
+                  "Poses in a bag, where there are several such topics; /tf: the transforms")
+      ->group("Input");
+  command
+      .add_option("--frame", options.frame,
+                  "Frame in which a bag's transforms give poses, e.g. odom; default: found")
+      ->group("Input");
+  command
       .add_option_function<std::string>(
           "--extrinsic",
           [&options](const std::string& text) {

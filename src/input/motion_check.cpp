@@ -264,7 +264,8 @@ Finding check_motion(const AgreementFigures& agreement) {
   constexpr double kSlid_m = 0.12;
   constexpr double kStraight_deg = 2.0;
   const bool slid = agreement.correction_m > kSlid_m && agreement.correction_deg < kStraight_deg;
-  const bool scaled = agreement.length_ratio > kLonger || agreement.length_ratio < 1.0 / kLonger;
+  const bool scaled = agreement.correction_deg < kStraight_deg &&
+                      (agreement.length_ratio > kLonger || agreement.length_ratio < 1.0 / kLonger);
   const bool moved =
       slid || scaled || agreement.correction_m > kMoved_m || agreement.correction_deg > kTurned_deg;
   const std::string figures = text(

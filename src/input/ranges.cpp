@@ -21,8 +21,8 @@ bool is_plausible(float coordinate) {
   return size == 0.0F || (size >= kSmallestCoordinate && size <= kFarthestCoordinate);
 }
 
-double median(std::vector<float>& values) {
-  return values.empty() ? 0.0 : static_cast<double>(quantile(std::span(values), 0.5));
+double middle(std::vector<float>& values) {
+  return values.empty() ? 0.0 : static_cast<double>(median(std::span(values)));
 }
 
 }  // namespace
@@ -64,9 +64,9 @@ RangeFigures range_figures(std::span<const datasets::Scan> scans) {
   figures.implausible =
       static_cast<double>(implausible) / static_cast<double>(figures.points - not_finite + 1);
   if (ranges.empty()) return figures;
-  figures.median_m = median(ranges);
+  figures.median_m = middle(ranges);
   figures.largest_m = static_cast<double>(quantile(std::span(ranges), 0.99));
-  const Eigen::Vector3d center(median(axis[0]), median(axis[1]), median(axis[2]));
+  const Eigen::Vector3d center(middle(axis[0]), middle(axis[1]), middle(axis[2]));
   figures.center_m = center.norm();
   std::vector<float> distances;
   distances.reserve(kept.size());
@@ -174,8 +174,8 @@ double roughness(std::span<const float> values, std::size_t floats) {
     far.push_back((elsewhere - here).norm());
   }
   if (near.size() < 64) return 1.0;
-  const double usual = median(far);
-  return usual > 0.0 ? median(near) / usual : 1.0;
+  const double usual = middle(far);
+  return usual > 0.0 ? middle(near) / usual : 1.0;
 }
 
 }  // namespace

@@ -196,8 +196,9 @@ UsedFields used_fields(const Cloud& cloud) {
   used.z = find_field(cloud, {"z"}, text);
   if (!used.x || !used.y || !used.z) {
     std::string present;
-    for (const Field& field : cloud.fields) present += " " + std::string(field.name);
-    throw DatasetError("its points have no x, y and z but" + (present.empty() ? " none" : present));
+    for (const Field& field : cloud.fields) present.append(" ").append(field.name);
+    if (present.empty()) present = " none";
+    throw DatasetError("its points have no x, y and z but" + present);
   }
   used.intensity = find_field(
       cloud, {"intensity", "intensities", "i", "reflectivity", "reflectance", "remission"}, text);
