@@ -89,7 +89,7 @@ const Sheets& all() {
       }
       // Two blocks of rings, 1/3 and 1/2 degree apart.
       if (model.kind == SensorKind::kHdl64e) sheet.ring_spacing_deg = 0.375;
-      if (model.name.starts_with("os")) sheet.columns = {1024, 512, 2048};
+      if (model.name.starts_with("os")) sheet.columns = std::vector<std::uint32_t>{1024, 512, 2048};
       result.aliases.emplace_back(folded(model.name), result.sheets.size());
       result.sheets.push_back(std::move(sheet));
     }
