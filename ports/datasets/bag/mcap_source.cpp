@@ -319,7 +319,7 @@ class McapSource final : public MessageSource {
   std::string_view read_in_chunk(const MessagePlace& place) {
     const std::string& records = cache_.get(place.block, [&] { return unpack(place.block); });
     if (place.offset > records.size()) throw DatasetError("lies outside of its chunk");
-    RecordReader reader(std::string_view(records).substr(place.offset));
+    RecordReader reader(std::string_view(records).substr(static_cast<std::size_t>(place.offset)));
     const auto opcode = static_cast<McapOpcode>(reader.number<std::uint8_t>());
     if (opcode != McapOpcode::kMessage) throw DatasetError("the index points elsewhere");
     return parse_mcap_message(reader.take(reader.number<std::uint64_t>())).data;

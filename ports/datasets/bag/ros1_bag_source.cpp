@@ -98,7 +98,7 @@ class Ros1BagSource final : public MessageSource {
     try {
       const std::string& records = cache_.get(place.block, [&] { return unpack(place.block); });
       if (place.offset > records.size()) throw DatasetError("lies outside of its chunk");
-      RecordReader reader(std::string_view(records).substr(place.offset));
+      RecordReader reader(std::string_view(records).substr(static_cast<std::size_t>(place.offset)));
       if (BagFields(reader.text()).opcode() != BagOpcode::kMessage) {
         throw DatasetError("the index points elsewhere");
       }
