@@ -19,7 +19,6 @@
 #include "src/merge/max_clique.hpp"
 #include "src/merge/occupied_voxels.hpp"
 #include "src/merge/radius_search.hpp"
-#include "src/merge/registration.hpp"
 #include "src/merge/seen_extent.hpp"
 #include "src/merge/session_path.hpp"
 #include "src/merge/unified_map.hpp"
@@ -28,6 +27,7 @@
 #include "unimapper/merge/alignment.hpp"
 #include "unimapper/merge/pose_graph.hpp"
 #include "unimapper/merge/refinement.hpp"
+#include "unimapper/merge/registration.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -84,7 +84,7 @@ struct HandMadeBag {
                     packed(std::uint32_t{0}, std::uint32_t{1}));
     };
     bytes = kMagic + file_header(index_start) + body;
-    first_chunk_end = two_start;
+    first_chunk_end = static_cast<std::size_t>(two_start);
     if (has_index) bytes += a + chunk_info(one_start) + chunk_info(two_start);
   }
 };
