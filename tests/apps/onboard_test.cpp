@@ -207,7 +207,7 @@ TEST_CASE("a run of which nothing came ends with exit code 1 and the likely caus
     cause = "all 12 scans were refused: no point within range";
   }
   recording.write(fixture.dataset);
-  check_refused(fixture.onboard(), cause);
+  check_refused(fixture.onboard({"--force"}), cause);
   CHECK(fixture.stats()["keyframes"] == 0);
 }
 
@@ -327,7 +327,7 @@ TEST_CASE("scans that cannot be used are refused one by one, counted, and labell
     message = "scan 000008 refused: ";
   }
   recording.write(fixture.dataset);
-  const CommandResult result = fixture.onboard();
+  const CommandResult result = fixture.onboard({"--force"});
   INFO(result.err);
   REQUIRE(result.exit_code == 0);
   CHECK_THAT(result.err, Contains(message));

@@ -297,7 +297,7 @@ def cases(base):
         case("Euler angles", "columns", text(lambda r: "".join("%g %g %g 0 0 0\n" % tuple(p[1]) for p in r.poses))),
         case("four by four matrices", "columns", text(lambda r: "".join(
             l + " 0 0 0 1\n" for l in kitti(r.poses).splitlines()))),
-        case("a header of names", "number", text(lambda r: "tx ty tz qx qy qz qw t\n" + tum(r.poses, r.stamps))),
+        case("a header of other names", "columns", text(lambda r: "tx ty tz qx qy qz qw t\n" + tum(r.poses, r.stamps))),
         case("a pose that is NaN", "finite", text(lambda r: kitti(r.poses).replace("\n", "\n" + "nan " * 12 + "\n", 1))),
         case("a scan cut short", "truncated|bytes", in_file(lambda b: b[:-3], 7)),
         case("scans of zeros", "points|zero", in_file(lambda b: bytes(len(b)))),
@@ -313,7 +313,7 @@ def cases(base):
 
 def labels(folder):
     data = b""
-    names = sorted(os.listdir(folder + "/labels")) if os.path.isdir(folder + "/labels") else []
+    names = sorted(os.listdir(folder + "/labels"), key=lambda n: (len(n), n)) if os.path.isdir(folder + "/labels") else []
     for name in names:
         with open(folder + "/labels/" + name, "rb") as f:
             data += f.read()

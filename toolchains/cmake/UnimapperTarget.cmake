@@ -54,7 +54,7 @@ function(unimapper_compile_options target)
   # Fused multiply-add would make x86 and ARM differ in the last bit.
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion
     -Wno-sign-conversion -ffp-contract=off $<$<CONFIG:Release>:-O3>)
-  # GCC 12 believes that strings which are put together might overlap (its bug 105651).
+  # GCC 12 warns that strings which are put together might overlap (its bug 105651).
   target_compile_options(${target} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-restrict>)
   if(UNIMAPPER_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)

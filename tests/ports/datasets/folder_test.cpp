@@ -220,7 +220,7 @@ TEST_CASE("what holds no float32 coordinates is refused") {
   CHECK(scan.points[0].x == Approx(0.123456789));
 }
 
-TEST_CASE("--point-fields that describe no point are refused with an example") {
+TEST_CASE("point fields that describe no point are refused with an example") {
   const auto error = [](const std::string& text) {
     return error_of([&] { (void)parse_point_fields(text); });
   };
