@@ -150,6 +150,34 @@ SensorMatch match_sensor(const SensorFigures& figures, const SensorSheet& sheet)
   return match;
 }
 
+namespace {
+
+/// How much farther than the nearest sheet one must be not to be meant.
+constexpr double kClearly = 0.2;
+
+/// Sheets that no scan tells apart, and for which the presets are the same in all but name.
+bool are_alike(const SensorModel& a, const SensorModel& b) {
+  constexpr float kElevation_deg = 1.0F;
+  return a.pattern == b.pattern && a.rings == b.rings &&
+         a.horizontal_fov_deg == b.horizontal_fov_deg &&
+         std::abs(a.elevation_min_deg - b.elevation_min_deg) <= kElevation_deg &&
+         std::abs(a.elevation_max_deg - b.elevation_max_deg) <= kElevation_deg;
+}
+
+/// Of sheets like the nearest one the first in the list of sheets, so that noise does not choose.
+void prefer_first_of_alike(std::vector<SensorMatch>& matches) {
+  const auto nearest = matches.begin();
+  auto first = nearest;
+  for (auto match = nearest; match != matches.end(); ++match) {
+    if (match->distance > nearest->distance + kClearly) break;
+    if (!are_alike(match->sheet->model, nearest->sheet->model)) continue;
+    if (match->sheet < first->sheet) first = match;
+  }
+  std::rotate(nearest, first, first + 1);
+}
+
+}  // namespace
+
 std::vector<SensorMatch> match_sensors(const SensorFigures& figures) {
   std::vector<SensorMatch> matches;
   for (const SensorSheet& sheet : sensor_sheets()) {
@@ -159,14 +187,17 @@ std::vector<SensorMatch> match_sensors(const SensorFigures& figures) {
   std::stable_sort(matches.begin(), matches.end(), [](const SensorMatch& a, const SensorMatch& b) {
     return a.distance < b.distance;
   });
+  prefer_first_of_alike(matches);
   return matches;
 }
 
 bool is_recognised(const std::vector<SensorMatch>& matches) {
   constexpr double kNear = 0.8;
-  constexpr double kClearly = 0.2;
-  return matches.size() > 1 && matches[0].distance < kNear &&
-         matches[1].distance > matches[0].distance + kClearly;
+  if (matches.empty() || matches[0].distance >= kNear) return false;
+  return std::none_of(matches.begin() + 1, matches.end(), [&](const SensorMatch& other) {
+    return other.distance <= matches[0].distance + kClearly &&
+           !are_alike(other.sheet->model, matches[0].sheet->model);
+  });
 }
 
 SensorModel generic_for(const SensorFigures& figures) {

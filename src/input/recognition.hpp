@@ -41,10 +41,12 @@ struct SensorMatch {
 /// How far the figures are from one data sheet.
 [[nodiscard]] SensorMatch match_sensor(const SensorFigures& figures, const SensorSheet& sheet);
 
-/// All data sheets (but the generic one), the nearest first.
+/// All data sheets (but the generic one), the nearest first; of those that no scan tells apart (the
+/// VLP-16 and its likes) the first of the list.
 [[nodiscard]] std::vector<SensorMatch> match_sensors(const SensorFigures& figures);
 
-/// True where the first of `matches` is near, and the others clearly farther away.
+/// True where the first of `matches` is near, and the others are clearly farther away or of the
+/// same rings and field of view.
 [[nodiscard]] bool is_recognised(const std::vector<SensorMatch>& matches);
 
 /// The generic model, widened where the points lie outside its field of view and range or are more

@@ -58,6 +58,13 @@ TEST_CASE("every data sheet gives a preset that is valid") {
   }
 }
 
+TEST_CASE("sensors that no scan tells apart are recognised under the first name of the list") {
+  const std::vector<SensorMatch> matches =
+      match_sensors(measured(hall_scan(find_sheet("rs-16")->model, 1800)));
+  CHECK(matches[0].sheet->model.name == "vlp-16");
+  CHECK(is_recognised(matches));
+}
+
 TEST_CASE("sensors are found by any usual spelling, and typos get a suggestion") {
   for (const auto& [spelling, name] : {std::pair{"OS0-128", "os0-128"},
                                        {"ouster os1 32", "os1-32"},
