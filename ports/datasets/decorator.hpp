@@ -30,6 +30,7 @@ class DatasetDecorator : public Dataset {
 
  protected:
   explicit DatasetDecorator(std::unique_ptr<Dataset> inner) : inner_(std::move(inner)) {}
+  /// The dataset that is decorated.
   [[nodiscard]] const Dataset& inner() const { return *inner_; }
 
  private:

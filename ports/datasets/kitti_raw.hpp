@@ -11,10 +11,15 @@ namespace unimapper::datasets {
 
 /// A packet of KITTI's GPS and IMU, as far as it is a pose.
 struct Oxts {
+  /// North of the equator.
   double latitude_deg;
+  /// East of Greenwich.
   double longitude_deg;
+  /// Above the ellipsoid.
   double altitude_m;
+  /// About the forward axis; 0: level.
   double roll_rad;
+  /// About the left axis; 0: level.
   double pitch_rad;
   double yaw_rad;  ///< 0: east, counterclockwise
 };

@@ -14,6 +14,7 @@ namespace unimapper::datasets {
 
 /// One sweep of the LiDAR.
 struct NuScenesSweep {
+  /// Nanoseconds.
   std::int64_t stamp_ns = 0;
   std::string file;     ///< relative to the data set's root
   Pose T_global_lidar;  ///< of the vehicle at that time, and of the LiDAR on it

@@ -23,13 +23,16 @@ enum class Scalar : std::uint8_t { kI8, kU8, kI16, kU16, kI32, kU32, kF32, kF64 
 
 /// A number in every record.
 struct PointField {
+  /// As the file or the user names it; `_`: skipped.
   std::string name;
+  /// How its numbers are stored.
   Scalar type = Scalar::kF32;
   std::size_t offset = 0;  ///< from the start of the record, bytes
 };
 
 /// Records of one size.
 struct RecordLayout {
+  /// In the order of the record.
   std::vector<PointField> fields;
   std::size_t bytes = 0;    ///< of a record, at least 1
   bool is_swapped = false;  ///< big endian

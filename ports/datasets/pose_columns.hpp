@@ -13,6 +13,7 @@ namespace unimapper::datasets {
 
 /// What stands in the columns of every line.
 struct PoseColumns {
+  /// Number of a column that is not there.
   static constexpr std::size_t kNone = SIZE_MAX;
   std::size_t count = 0;                    ///< columns of a line
   std::size_t stamp = kNone;                ///< kNone: no stamps

@@ -35,6 +35,7 @@ std::vector<std::size_t> match_lines(const std::vector<std::filesystem::path>& f
 /// What `make_sequence` associates.
 struct SequenceParts {
   std::vector<std::filesystem::path> files;  ///< in natural order
+  /// The poses, with or without stamps.
   const Trajectory& trajectory;
   std::filesystem::path poses_file;   ///< that it was read from
   std::filesystem::path times_file;   ///< one stamp a scan; need not exist

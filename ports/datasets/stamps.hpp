@@ -37,7 +37,9 @@ enum class StampUnit : std::uint8_t { kAuto, kNanoseconds };
 
 /// Number at the end of a file's stem, behind what the names may begin with.
 struct NumberInName {
+  /// What stands before the number.
   std::string_view prefix;
+  /// The number itself.
   std::string_view digits;
 };
 

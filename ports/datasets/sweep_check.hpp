@@ -22,10 +22,13 @@ enum class SweepFinding : std::uint8_t {
 
 /// Outcome of the test.
 struct SweepCheck {
+  /// What the surfaces say.
   SweepFinding finding = SweepFinding::kNoTimes;
-  /// Thickness of surfaces with the motion compensated, and with the best other reading of the
-  /// times, as shares of that without; 0: not measured.
-  double compensated = 0.0, best_other = 0.0;
+  /// Thickness of surfaces with the motion compensated, as a share of that without; 0: not
+  /// measured.
+  double compensated = 0.0;
+  /// The same with the best other reading of the times.
+  double best_other = 0.0;
   std::size_t scans = 0;  ///< compared
 
   /// The finding in words, without a final stop.

@@ -12,7 +12,9 @@ namespace unimapper::datasets {
 
 /// The columns of a line, separated by blanks, tabs, commas or semicolons.
 struct Columns {
+  /// Columns of a line that are looked at.
   static constexpr std::size_t kMost = 96;
+  /// Of each column; the first `count` are set.
   std::array<std::string_view, kMost> text;
   std::size_t count = 0;  ///< may exceed kMost; the surplus is not kept
 };

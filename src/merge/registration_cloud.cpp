@@ -5,9 +5,9 @@
 #include <nanoflann.hpp>
 #include <utility>
 
-#include "unimapper/merge/registration.hpp"
 #include "unimapper/core/symmetric_eigen.hpp"
 #include "unimapper/core/voxel_key.hpp"
+#include "unimapper/merge/registration.hpp"
 
 namespace unimapper::merge {
 namespace {

@@ -41,6 +41,7 @@ struct CellBox {
   [[nodiscard]] std::int32_t width() const noexcept {
     return std::max(high[0] - low[0], high[1] - low[1]) + 1;
   }
+  /// Cells from the lowest to the highest, both counted.
   [[nodiscard]] std::int32_t height() const noexcept { return high[2] - low[2] + 1; }
 
  private:

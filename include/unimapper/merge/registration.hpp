@@ -28,6 +28,7 @@ class RegistrationCloud {
   RegistrationCloud(RegistrationCloud&&) noexcept;
   RegistrationCloud& operator=(RegistrationCloud&&) noexcept;
 
+  /// Number of points.
   [[nodiscard]] std::size_t size() const { return points_.size(); }
   /// Points of the cloud, metres in its frame.
   [[nodiscard]] const std::vector<Eigen::Vector3f>& points() const { return points_; }
@@ -36,6 +37,7 @@ class RegistrationCloud {
   /// True for a point of the ground.
   [[nodiscard]] bool is_ground(std::size_t i) const { return ground_[i] != 0; }
 
+  /// Index of no point.
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
   /// Nearest point closer than sqrt(`squared_gate`), or kNone. On return `squared_gate` holds
@@ -56,11 +58,14 @@ class RegistrationCloud {
 
 /// Refined pose and how well the clouds agree in it.
 struct RegistrationResult {
+  /// The last step was small, within the iterations allowed.
   bool converged = false;
+  /// Maps the source cloud to the target; as far as it came where it did not converge.
   Pose T_target_source;
   /// Inverse covariance of the result as a PoseGraph::Edge with from = target: from the Hessian,
   /// so that it is weak along a corridor, and never better than the configured floors.
   Matrix6d information = Matrix6d::Identity();
+  /// Steps that were taken.
   std::uint32_t iterations = 0;
   std::size_t matched = 0;  ///< source points with a correspondence
   double rmse_m = 0.0;      ///< across surfaces, not along them, of matched points

@@ -28,6 +28,7 @@ struct PoseTopic {
 /// All poses of a bag that may be of use.
 struct BagPoses {
   std::map<std::size_t, PoseTopic> topics;  ///< by number of the topic
+  /// All transforms, static ones included.
   TransformTree transforms;
 
   /// Takes the poses of one message; `topic` is empty for those of transforms.

@@ -52,21 +52,27 @@ struct McapSchema {
 
 /// Messages of one schema on one topic.
 struct McapChannel {
+  /// As messages name the channel.
   std::uint16_t id = 0;
   std::uint16_t schema = 0;  ///< 0: none
+  /// Name of the topic.
   std::string_view topic;
   std::string_view message_encoding;  ///< e.g. "cdr"
 };
 
 /// Content of a message record.
 struct McapMessage {
+  /// `McapChannel::id`.
   std::uint16_t channel = 0;
+  /// Time of recording, nanoseconds.
   std::int64_t log_time_ns = 0;
+  /// The serialised message.
   std::string_view data;
 };
 
 /// Content of a chunk up to its records.
 struct McapChunkHead {
+  /// Bytes of the records once decompressed, as the file states.
   std::uint64_t uncompressed_bytes = 0;
   std::uint32_t uncompressed_crc = 0;  ///< 0: not calculated
   std::string_view compression;        ///< empty, "lz4" or "zstd"

@@ -66,6 +66,7 @@ class MessageReader {
   [[nodiscard]] std::size_t left() const { return reader_.left(); }
   /// True in the serialization of ROS 1.
   [[nodiscard]] bool is_ros1() const { return !is_aligned_; }
+  /// Whether numbers are stored with the highest byte first.
   [[nodiscard]] bool is_big_endian() const { return is_big_endian_; }
 
  private:

@@ -30,6 +30,7 @@ Serialization parse_serialization(std::string_view name);
 struct Topic {
   std::string name;  ///< e.g. "/points"
   std::string type;  ///< as ROS 1 writes it: "sensor_msgs/PointCloud2"
+  /// How its messages are stored.
   Serialization serialization = Serialization::kOther;
   std::uint64_t message_count = 0;  ///< as far as known where the type is not one that is read
 };
@@ -74,6 +75,7 @@ class MessageSource {
   void add_message(std::size_t topic, const MessagePlace& place);
   /// Counts messages of a kind that is not read.
   void count_messages(std::size_t topic, std::uint64_t count);
+  /// Adds to what `warnings` returns.
   void warn(std::string text) { warnings_.push_back(std::move(text)); }
   /// Forgets topics and messages.
   void clear();

@@ -37,6 +37,7 @@ bool is_pose(MessageKind kind);
 
 /// std_msgs/Header.
 struct MessageHeader {
+  /// Nanoseconds.
   std::int64_t stamp_ns = 0;
   std::string frame;  ///< without ROS 1's leading slash
 };
@@ -52,6 +53,7 @@ inline constexpr std::size_t kHeaderBytes = 512;
 
 /// A pose with its frames: T_frame_child at a stamp.
 struct PoseMessage {
+  /// Stamp and parent frame.
   MessageHeader header;
   std::string child_frame;   ///< empty where the message has none
   std::optional<Pose> pose;  ///< empty where it is not finite or its quaternion is none
@@ -63,12 +65,15 @@ std::vector<PoseMessage> decode_poses(std::string_view bytes, Serialization seri
 
 /// What the numbers of a scan's time field mean.
 struct PointClock {
+  /// Where the numbers count from.
   enum class Zero : std::uint8_t {
     kStamp,  ///< they count from the scan's stamp
     kEpoch,  ///< they are stamps themselves
     kOwn,    ///< another clock: they count from the scan's first point
   };
+  /// Of one step of the numbers.
   double seconds_per_unit = 1.0;
+  /// Of this scan.
   Zero zero = Zero::kStamp;
 };
 

@@ -18,15 +18,18 @@ class PoseSeries {
   /// Longest time between two poses that is interpolated over.
   static constexpr std::int64_t kMaxGap_ns = 500'000'000;
 
+  /// Adds a pose, in any order of stamps.
   void add(std::int64_t stamp_ns, const Pose& pose);
   /// Sorts by stamp; of poses with one stamp the one added last stays.
   void finish();
 
+  /// No pose was added.
   [[nodiscard]] bool is_empty() const { return stamps_ns_.empty(); }
   /// True if all poses are the same: it holds at any time.
   [[nodiscard]] bool is_constant() const;
   /// First and last stamp; there is at least one pose.
   [[nodiscard]] std::int64_t first_ns() const { return stamps_ns_.front(); }
+  /// Stamp of the last pose; of a series that is not empty.
   [[nodiscard]] std::int64_t last_ns() const { return stamps_ns_.back(); }
 
   /// The pose at a stamp; empty before the first pose, after the last one, and between two that
