@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "unimapper/merge/registration.hpp"
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
+#include "unimapper/merge/registration.hpp"
 
 namespace unimapper::merge {
 
