@@ -51,7 +51,7 @@ struct Scan {
 
 /// What a reader tells the user about its input, in one line without a final stop.
 struct Note {
-  std::string text;          ///< e.g. "poses matched by stamp, the farthest 12 ms away"
+  std::string text;         ///< e.g. "poses matched by stamp, the farthest 12 ms away"
   bool is_warning = false;  ///< worth a warning: the input may be wrong
 };
 
