@@ -85,9 +85,10 @@ std::string run(const PipelineConfig& config, const IntegerTown& town, const Fra
   text += join("relabelled", count(relabelled), "labels changed", count(changed)) + "\n";
   static_assert(static_cast<std::size_t>(test::StreamPart::kPoses) == 0);
   const auto sums = sum.checksums();
-  // Poses are above in words: their last bits may be those of this program's own copies of Eigen's
-  // functions, which vectorise.
+  // Poses, those of loops too, are above in words: their last bits may be those of this program's
+  // own copies of Eigen's functions, which vectorise.
   for (std::size_t i = 1; i < test::kStreamParts; ++i) {
+    if (i == static_cast<std::size_t>(test::StreamPart::kLoops)) continue;
     char word[32];
     std::snprintf(word, sizeof word, "%016llx", static_cast<unsigned long long>(sums[i]));
     text += join("checksum of", test::kStreamPartNames[i], word) + "\n";
