@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cctype>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -78,7 +80,37 @@ std::string difference(const std::string& expected, const std::string& actual) {
   return result;
 }
 
-void check_expected(const std::string& name, const std::string& text) {
+namespace {
+
+bool starts_number(const char* at) {
+  return std::isdigit(static_cast<unsigned char>(*at)) != 0 ||
+         (*at == '-' && std::isdigit(static_cast<unsigned char>(at[1])) != 0);
+}
+
+/// Whether texts are the same but for numbers that differ by little.
+bool are_nearly_equal(const std::string& expected, const std::string& text) {
+  constexpr double kAbsolute = 0.02;  // metres and degrees; counts beyond ten are allowed
+  constexpr double kRelative = 2e-3;  // this share
+  const char* a = expected.c_str();
+  const char* b = text.c_str();
+  while (*a != '\0' && *b != '\0') {
+    if (starts_number(a) && starts_number(b)) {
+      char* end_a = nullptr;
+      char* end_b = nullptr;
+      const double of_a = std::strtod(a, &end_a);
+      const double of_b = std::strtod(b, &end_b);
+      if (std::abs(of_a - of_b) > kAbsolute + kRelative * std::abs(of_a)) return false;
+      a = end_a;
+      b = end_b;
+    } else if (*a++ != *b++) {
+      return false;
+    }
+  }
+  return *a == *b;
+}
+
+void check(const std::string& name, const std::string& text,
+           bool (*agree)(const std::string&, const std::string&)) {
   const fs::path expected_file = fs::path(UNIMAPPER_EXPECTED_DIR) / (name + ".txt");
   const char* update = std::getenv("UNIMAPPER_UPDATE_EXPECTED");
   if (update != nullptr && *update == '1') {
@@ -94,7 +126,17 @@ void check_expected(const std::string& name, const std::string& text) {
   INFO("expected: " << expected_file.string() << "\nfound: " << actual_file.string()
                     << "\nIf the change is meant: ./dev expected, and read the difference.\n"
                     << difference(expected, text));
-  CHECK((text == expected));
+  CHECK(agree(expected, text));
+}
+
+}  // namespace
+
+void check_expected(const std::string& name, const std::string& text) {
+  check(name, text, [](const std::string& a, const std::string& b) { return a == b; });
+}
+
+void check_nearly_expected(const std::string& name, const std::string& text) {
+  check(name, text, &are_nearly_equal);
 }
 
 }  // namespace unimapper::regression

@@ -10,6 +10,10 @@ namespace unimapper::regression {
 /// environment the expected file is written instead (docs/testing.md).
 void check_expected(const std::string& name, const std::string& text);
 
+/// The same for results of an optimisation whose last digits depend on compiler and processor:
+/// numbers may differ by 0.02 and two in a thousand, everything else must be equal.
+void check_nearly_expected(const std::string& name, const std::string& text);
+
 /// The lines in which two texts differ, "-" before those of `expected`, "+" before those of
 /// `actual`; empty if they are equal.
 [[nodiscard]] std::string difference(const std::string& expected, const std::string& actual);
