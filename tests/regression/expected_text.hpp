@@ -11,7 +11,8 @@ namespace unimapper::regression {
 void check_expected(const std::string& name, const std::string& text);
 
 /// The same for results of an optimisation whose last digits depend on compiler and processor:
-/// numbers may differ by 0.02 and two in a thousand, everything else must be equal.
+/// numbers may differ by 0.02 and two in a thousand, sums by a hundredth of the largest of their
+/// line; everything else must be equal.
 void check_nearly_expected(const std::string& name, const std::string& text);
 
 /// The lines in which two texts differ, "-" before those of `expected`, "+" before those of
