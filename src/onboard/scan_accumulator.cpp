@@ -63,6 +63,7 @@ void ScanAccumulator::allocate(Arena& arena, const PipelineConfig& config) noexc
                                 : 0.0F;
   codes_ = arena.allocate<PointCode>(static_cast<std::size_t>(max_points_) * keyframe.scans);
   cells_.allocate(arena, config.voxel);
+  recent_ = arena.allocate<Recent>(kRecent);
   leaves_.allocate(arena, cells_per_leaf_inverse_ > 0.0F ? max_points_ : 0);
 }
 

@@ -114,7 +114,7 @@ class ScanAccumulator {
       return (x + (y << 5U) + (z << 2U) + (z << 9U)) % kRecent;
     }
   };
-  Recent recent_[kRecent] = {};
+  Recent* recent_ = nullptr;  ///< `kRecent`
   FixedHashMap<PointCode> leaves_;
 };
 
