@@ -5,39 +5,22 @@
 #include <cmath>
 #include <set>
 
+#include "src/input/scan_sampling.hpp"
 #include "src/input/text.hpp"
 #include "unimapper/core/quantile.hpp"
-#include "unimapper/onboard/owned_pipeline.hpp"
 
 namespace unimapper::input {
 namespace {
 
 constexpr double kAllRound_deg = 300.0;
 
-/// The smallest pipeline that measures how one scan is sampled.
-PipelineConfig probe(std::size_t points) {
-  PipelineConfig config = preset(SensorKind::kGeneric);
-  config.keyframe.scans = 1;
-  config.keyframe.range_max_m = 500.0F;
-  config.free_space.images_per_keyframe = 1;
-  config.removal.window = 1;
-  constexpr std::size_t kFewest = 16;
-  constexpr std::size_t kMost = 4194304;
-  config.keyframe.max_points_per_scan =
-      static_cast<std::uint32_t>(std::clamp(points, kFewest, kMost));
-  config.voxel.max_cells = 1U << 16U;
-  config.voxel.max_window_blocks = 1U << 16U;
-  config.loop_search.max_places = 16;
-  return config;
-}
-
-void measure_sampling(const datasets::Scan& scan, SensorFigures& figures) {
-  OwnedPipeline pipeline(probe(scan.points.size()));
-  if (!pipeline.ok()) return;
-  if (!pipeline->add_scan(scan.view(), Pose(), 0).keyframe_ready) return;
-  const SamplingStatistics& sampling = pipeline->keyframe().statistics->sampling;
-  figures.ray_spacing_deg = static_cast<double>(sampling.ray_spacing_deg);
-  figures.ring_spacing_deg = static_cast<double>(sampling.ring_spacing_deg);
+void take_sampling(const datasets::Scan& scan, SensorFigures& figures) {
+  SensorModel any = sensor_model(SensorKind::kGeneric);
+  any.range_max_m = 500.0F;
+  const auto sampling = measure_sampling(scan, any);
+  if (!sampling) return;
+  figures.ray_spacing_deg = static_cast<double>(sampling->ray_spacing_deg);
+  figures.ring_spacing_deg = static_cast<double>(sampling->ring_spacing_deg);
 }
 
 }  // namespace
@@ -74,7 +57,7 @@ SensorFigures measure_sensor(std::span<const datasets::Scan> scans,
   figures.farthest_m = static_cast<double>(quantile(std::span(ranges), 0.999));
   figures.lowest_deg = static_cast<double>(quantile(std::span(elevations), 0.005));
   figures.highest_deg = static_cast<double>(quantile(std::span(elevations), 0.995));
-  measure_sampling(*fullest, figures);
+  take_sampling(*fullest, figures);
   return figures;
 }
 
