@@ -248,10 +248,6 @@ void add_point(const Wanted& wanted, const Value& value, ScanBuilder& builder) {
   for (std::size_t role = 0; role < kPointRoles; ++role) {
     if (wanted[role] != nullptr) values[role] = value(*wanted[role]);
   }
-  if (const Field* time = of_role(wanted, PointRole::kTime)) {
-    // A whole number counts nanoseconds.
-    if (time->type != 'F') values[static_cast<std::size_t>(PointRole::kTime)] *= 1e-9;
-  }
   builder.add(values);
 }
 

@@ -186,9 +186,6 @@ void parse_ascii_ply(std::string_view bytes, const fs::path& file, const PlyHead
       if (!value) fail_at_line(file, line, quoted(columns.text[column]) + " is not a number");
       values[role] = *value;
     }
-    if (const PointField* time = wanted[static_cast<std::size_t>(PointRole::kTime)]) {
-      values[static_cast<std::size_t>(PointRole::kTime)] *= time_unit_s(time->type);
-    }
     builder.add(values);
   }
   if (scan.points.size() < header.vertices) {

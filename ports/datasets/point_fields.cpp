@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "ports/datasets/files.hpp"
+#include "ports/datasets/point_clock.hpp"
 #include "ports/datasets/text.hpp"
 
 namespace unimapper::datasets {
@@ -83,16 +84,12 @@ std::optional<PointRole> role_of(std::string_view name) {
   return std::nullopt;
 }
 
-double time_unit_s(Scalar type) {
-  return type == Scalar::kF32 || type == Scalar::kF64 ? 1.0 : 1e-9;
-}
-
 ScanBuilder::ScanBuilder(Scan& scan, std::size_t points, bool has_ring, bool has_time)
     : scan_(scan), has_ring_(has_ring), has_time_(has_time) {
   scan_.reset(0);
   scan_.points.reserve(points);
   if (has_ring_) scan_.ring.reserve(points);
-  if (has_time_) times_s_.reserve(points);
+  if (has_time_) times_.reserve(points);
 }
 
 void ScanBuilder::add(const double (&values)[kPointRoles]) {
@@ -106,30 +103,19 @@ void ScanBuilder::add(const double (&values)[kPointRoles]) {
     scan_.ring.push_back(ring >= 0.0 && ring <= kMost ? static_cast<std::uint16_t>(ring)
                                                       : std::uint16_t{0});
   }
-  if (has_time_) times_s_.push_back(value(PointRole::kTime));
+  if (has_time_) times_.push_back(value(PointRole::kTime));
 }
-
-namespace {
-
-/// Seconds in the unit of times that cover `spread` of it: no sweep takes ten seconds.
-double unit_of_spread_s(double spread) {
-  if (spread <= 10.0) return 1.0;
-  if (spread <= 1e3) return 1e-3;
-  return spread <= 1e7 ? 1e-6 : 1e-9;
-}
-
-}  // namespace
 
 void ScanBuilder::finish() {
-  if (times_s_.empty()) return;
-  const auto [first, last] = std::minmax_element(times_s_.begin(), times_s_.end());
-  const double unit_s = unit_of_spread_s(*last - *first);
-  // What is far from the stamp counts from another start.
-  constexpr double kLongestSweep_s = 10.0;
-  const double origin = std::abs(*first * unit_s) > kLongestSweep_s ? *first : 0.0;
-  scan_.time_s.reserve(times_s_.size());
-  for (const double time_s : times_s_) {
-    scan_.time_s.push_back(static_cast<float>((time_s - origin) * unit_s));
+  TimeRange range;
+  for (const double time : times_) range.add(time);
+  const auto clock = find_clock(range, std::nullopt);
+  if (!clock) return;
+  const double origin = clock->zero == PointClock::Zero::kStamp ? 0.0 : range.least;
+  scan_.time_s.reserve(times_.size());
+  for (const double time : times_) {
+    const double time_s = (time - origin) * clock->seconds_per_unit;
+    scan_.time_s.push_back(std::isfinite(time_s) ? static_cast<float>(time_s) : 0.0F);
   }
 }
 
@@ -169,11 +155,10 @@ void decode_records(std::string_view bytes, const RecordLayout& layout, Scan& sc
     }
     return;
   }
-  const PointField* time = fields[static_cast<std::size_t>(PointRole::kTime)];
+  const bool has_time = fields[static_cast<std::size_t>(PointRole::kTime)] != nullptr;
   const bool has_ring = fields[static_cast<std::size_t>(PointRole::kRing)] != nullptr;
   const std::size_t points = bytes.size() / layout.bytes;
-  ScanBuilder builder(scan, points, has_ring, time != nullptr);
-  const double unit_s = time == nullptr ? 0.0 : time_unit_s(time->type);
+  ScanBuilder builder(scan, points, has_ring, has_time);
   for (std::size_t i = 0; i < points; ++i) {
     const char* record = bytes.data() + i * layout.bytes;
     double values[kPointRoles] = {};
@@ -182,7 +167,6 @@ void decode_records(std::string_view bytes, const RecordLayout& layout, Scan& sc
       if (field == nullptr) continue;
       values[role] = load_scalar(record + field->offset, field->type, layout.is_swapped);
     }
-    values[static_cast<std::size_t>(PointRole::kTime)] *= unit_s;
     builder.add(values);
   }
   builder.finish();

@@ -46,15 +46,12 @@ inline constexpr std::size_t kPointRoles = 6;
 /// remission, scalar_intensity; ring, line, laser, channel; time, t, timestamp, time_offset.
 [[nodiscard]] std::optional<PointRole> role_of(std::string_view name);
 
-/// Seconds in one unit of a time field: a whole number counts nanoseconds.
-[[nodiscard]] double time_unit_s(Scalar type);
-
-/// Points of numbers that come one point at a time, in the roles that are there. Times are
-/// brought to seconds by what they cover, those of today's clocks to offsets from the earliest.
+/// Points of numbers that come one point at a time, in the roles that are there. Times are those of
+/// `find_clock`; where they do not count from the scan's stamp they are offsets from the earliest.
 class ScanBuilder {
  public:
   ScanBuilder(Scan& scan, std::size_t points, bool has_ring, bool has_time);
-  /// `values` by role, time in seconds; those of absent roles are ignored.
+  /// `values` by role, time in any unit; those of absent roles are ignored.
   void add(const double (&values)[kPointRoles]);
   /// Call once, after all points.
   void finish();
@@ -62,7 +59,7 @@ class ScanBuilder {
  private:
   Scan& scan_;
   bool has_ring_;
-  std::vector<double> times_s_;
+  std::vector<double> times_;
   bool has_time_;
 };
 

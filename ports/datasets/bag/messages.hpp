@@ -12,6 +12,7 @@
 
 #include "ports/datasets/bag/message_source.hpp"
 #include "ports/datasets/dataset.hpp"
+#include "ports/datasets/point_clock.hpp"
 
 namespace unimapper::datasets::bag {
 
@@ -62,20 +63,6 @@ struct PoseMessage {
 /// The pose of an odometry, pose or transform message, the poses of several transforms.
 std::vector<PoseMessage> decode_poses(std::string_view bytes, Serialization serialization,
                                       MessageKind kind);
-
-/// What the numbers of a scan's time field mean.
-struct PointClock {
-  /// Where the numbers count from.
-  enum class Zero : std::uint8_t {
-    kStamp,  ///< they count from the scan's stamp
-    kEpoch,  ///< they are stamps themselves
-    kOwn,    ///< another clock: they count from the scan's first point
-  };
-  /// Of one step of the numbers.
-  double seconds_per_unit = 1.0;
-  /// Of this scan.
-  Zero zero = Zero::kStamp;
-};
 
 /// How the points of a topic are read: the same for all its messages, found in one of them.
 struct ScanLayout {

@@ -1,36 +1,35 @@
 // Decoders of the messages that hold points.
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <initializer_list>
 #include <limits>
+#include <optional>
 
 #include "ports/datasets/bag/message_reader.hpp"
 #include "ports/datasets/bag/messages.hpp"
 #include "ports/datasets/files.hpp"
+#include "ports/datasets/point_fields.hpp"
 
 namespace unimapper::datasets::bag {
 
 namespace {
 
-/// Types of a point's fields, as sensor_msgs/PointField numbers them.
-enum class FieldType : std::uint8_t {
-  kInt8 = 1,
-  kUint8 = 2,
-  kInt16 = 3,
-  kUint16 = 4,
-  kInt32 = 5,
-  kUint32 = 6,
-  kFloat32 = 7,
-  kFloat64 = 8,
-};
+/// The type that sensor_msgs/PointField gives this number; empty if there is none.
+constexpr std::optional<Scalar> scalar_of(std::uint8_t number) {
+  constexpr std::array<Scalar, 8> kTypes = {Scalar::kI8,  Scalar::kU8,  Scalar::kI16, Scalar::kU16,
+                                            Scalar::kI32, Scalar::kU32, Scalar::kF32, Scalar::kF64};
+  if (number < 1 || number > kTypes.size()) return std::nullopt;
+  return kTypes[number - 1];
+}
+constexpr std::uint8_t kUint8 = 2;
+constexpr std::uint8_t kUint32 = 6;
+constexpr std::uint8_t kFloat32 = 7;
 
 struct Field {
   std::string_view name;
   std::uint32_t offset;
-  FieldType type;
+  std::uint8_t type;  ///< as sensor_msgs/PointField numbers it
 };
 
 /// Rows of points whose fields lie at fixed offsets.
@@ -80,7 +79,7 @@ Cloud read_point_cloud(MessageReader& reader) {
   for (Field& field : cloud.fields) {
     field.name = reader.text();
     field.offset = reader.number<std::uint32_t>();
-    field.type = static_cast<FieldType>(reader.number<std::uint8_t>());
+    field.type = reader.number<std::uint8_t>();
     (void)reader.number<std::uint32_t>();  // values of the field; the first one is used
   }
   cloud.is_big_endian = reader.number<std::uint8_t>() != 0;
@@ -104,9 +103,8 @@ Cloud read_livox(MessageReader& reader) {
   cloud.width = reader.count(kPointBytes);
   cloud.point_step = reader.is_ros1() ? kPointBytes : kPointBytes + 1;
   cloud.is_big_endian = reader.is_big_endian();
-  cloud.fields = {{"offset_time", 0, FieldType::kUint32},  {"x", 4, FieldType::kFloat32},
-                  {"y", 8, FieldType::kFloat32},           {"z", 12, FieldType::kFloat32},
-                  {"reflectivity", 16, FieldType::kUint8}, {"line", 18, FieldType::kUint8}};
+  cloud.fields = {{"offset_time", 0, kUint32}, {"x", 4, kFloat32},           {"y", 8, kFloat32},
+                  {"z", 12, kFloat32},         {"reflectivity", 16, kUint8}, {"line", 18, kUint8}};
   cloud.data = reader.take(reader.left());
   check_extent(cloud, kPointBytes);
   return cloud;
@@ -119,54 +117,27 @@ Cloud read_cloud(std::string_view bytes, Serialization serialization, MessageKin
 
 // --- Values of a field
 
-using LoadValue = double (*)(const char*);
-
-template <typename T, bool kSwap>
-double load_value(const char* at) {
-  std::array<char, sizeof(T)> bytes;
-  std::memcpy(bytes.data(), at, sizeof(T));
-  if constexpr (kSwap) std::reverse(bytes.begin(), bytes.end());
-  return static_cast<double>(std::bit_cast<T>(bytes));
-}
-
 /// One field of all points.
 struct FieldReader {
+  std::optional<Scalar> type;  ///< empty: there is no such field
   std::size_t offset = 0;
-  LoadValue load = nullptr;
+  bool is_swapped = false;
 
-  explicit operator bool() const { return load != nullptr; }
-  double operator()(const char* point) const { return load(point + offset); }
+  explicit operator bool() const { return type.has_value(); }
+  double operator()(const char* point) const {
+    return load_scalar(point + offset, *type, is_swapped);
+  }
 };
 
-template <typename T>
-FieldReader field_reader(const Cloud& cloud, const Field& field) {
-  if (cloud.point_step < sizeof(T) || field.offset > cloud.point_step - sizeof(T)) {
-    throw DatasetError("its field '" + std::string(field.name) + "' lies outside of its point");
-  }
-  return {field.offset, cloud.is_big_endian ? &load_value<T, true> : &load_value<T, false>};
-}
-
 FieldReader reader_of(const Cloud& cloud, const Field& field) {
-  switch (field.type) {
-    case FieldType::kInt8:
-      return field_reader<std::int8_t>(cloud, field);
-    case FieldType::kUint8:
-      return field_reader<std::uint8_t>(cloud, field);
-    case FieldType::kInt16:
-      return field_reader<std::int16_t>(cloud, field);
-    case FieldType::kUint16:
-      return field_reader<std::uint16_t>(cloud, field);
-    case FieldType::kInt32:
-      return field_reader<std::int32_t>(cloud, field);
-    case FieldType::kUint32:
-      return field_reader<std::uint32_t>(cloud, field);
-    case FieldType::kFloat32:
-      return field_reader<float>(cloud, field);
-    case FieldType::kFloat64:
-      return field_reader<double>(cloud, field);
+  const std::string name = "its field '" + std::string(field.name) + "'";
+  const std::optional<Scalar> type = scalar_of(field.type);
+  if (!type) throw DatasetError(name + " has the unknown type " + std::to_string(field.type));
+  const std::size_t bytes = scalar_bytes(*type);
+  if (cloud.point_step < bytes || field.offset > cloud.point_step - bytes) {
+    throw DatasetError(name + " lies outside of its point");
   }
-  throw DatasetError("its field '" + std::string(field.name) + "' has the unknown type " +
-                     std::to_string(static_cast<unsigned>(field.type)));
+  return {type, field.offset, cloud.is_big_endian};
 }
 
 /// The fields that are used; others are passed over.
@@ -239,42 +210,15 @@ std::size_t for_each_return(const Cloud& cloud, const UsedFields& fields, const 
 
 // --- Time of a point
 
-/// Least and greatest number of a scan's time field.
-struct TimeRange {
-  double least = std::numeric_limits<double>::infinity();
-  double greatest = -std::numeric_limits<double>::infinity();
-};
-
 TimeRange time_range(const Cloud& cloud, const UsedFields& fields) {
   TimeRange range;
   for_each_return(cloud, fields, [&](const Scan::Point&, const char* at, std::size_t /*row*/) {
-    const double time = fields.time(at);
-    if (!std::isfinite(time)) return;
-    range.least = std::min(range.least, time);
-    range.greatest = std::max(range.greatest, time);
+    range.add(fields.time(at));
   });
   return range;
 }
 
 constexpr double kNanosecond_s = 1e-9;
-
-/// Empty where the numbers do not tell the unit.
-std::optional<PointClock> find_clock(const TimeRange& range, std::int64_t stamp_ns) {
-  constexpr double kShortestScan_s = 0.002;
-  constexpr double kLongestScan_s = 2.0;
-  constexpr std::array<double, 4> kUnits_s = {1.0, 1e-3, 1e-6, kNanosecond_s};
-  const double span = range.greatest - range.least;
-  for (const double unit_s : kUnits_s) {
-    const double span_s = span * unit_s;
-    if (!(span_s >= kShortestScan_s && span_s < kLongestScan_s)) continue;
-    const double begin_s = range.least * unit_s;
-    const double stamp_s = static_cast<double>(stamp_ns) * kNanosecond_s;
-    if (std::abs(begin_s) <= kLongestScan_s) return PointClock{unit_s, PointClock::Zero::kStamp};
-    const bool is_stamp = std::abs(begin_s - stamp_s) <= kLongestScan_s;
-    return PointClock{unit_s, is_stamp ? PointClock::Zero::kEpoch : PointClock::Zero::kOwn};
-  }
-  return std::nullopt;
-}
 
 /// What is taken from a point's time, in its unit, to get the time since the scan's stamp.
 double time_of_stamp(const Cloud& cloud, const UsedFields& fields, const PointClock& clock) {
