@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "cell_counts.hpp"
+#include "unimapper/core/prefetch.hpp"
 
 namespace unimapper::onboard {
 namespace {
@@ -69,9 +70,9 @@ void BayesFilter::run(const EvidenceWindow& window, CellTable& cells) noexcept {
 void BayesFilter::prefetch(const BlockWindow& blocks, std::uint32_t block) const noexcept {
   if (block >= blocks.numbered()) return;
   const std::span<const std::uint64_t> history = blocks.occupied(block);
-  __builtin_prefetch(&history.front());
-  __builtin_prefetch(&history.back());
-  __builtin_prefetch(sums_before_ + blocks.before(block).first);
+  prefetch_for_read(&history.front());
+  prefetch_for_read(&history.back());
+  prefetch_for_read(sums_before_ + blocks.before(block).first);
 }
 
 void BayesFilter::collect(const EvidenceWindow& window, const CellTable& cells,

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "unimapper/core/prefetch.hpp"
+
 namespace unimapper::onboard {
 namespace {
 
@@ -102,9 +104,9 @@ void BlockWindow::arrange(std::span<const Block> entered) noexcept {
     Tile& tile = tiles_[entered_tiles_[t]];
     for (std::uint64_t left = tile.entered; left != 0; left &= left - 1) {
       const Tile::Slot& slot = tile.slots[std::countr_zero(left)];
-      __builtin_prefetch(entered.data() + slot.number);
-      __builtin_prefetch(held_ + slot.entry, 1);
-      __builtin_prefetch(history_ + slot.entry * std::size_t{slots_} + current_, 1);
+      prefetch_for_read(entered.data() + slot.number);
+      prefetch_for_write(held_ + slot.entry);
+      prefetch_for_write(history_ + slot.entry * std::size_t{slots_} + current_);
     }
     for (std::uint64_t left = tile.entered; left != 0; left &= left - 1) {
       const auto position = static_cast<std::uint32_t>(std::countr_zero(left));
@@ -201,8 +203,8 @@ void BlockWindow::evict(Entered& entered) noexcept {
     const std::uint32_t entry = entered.entries[i];
     if (i + kEntriesAhead < entered.count) {
       const std::uint32_t next = entered.entries[i + kEntriesAhead];
-      __builtin_prefetch(history_ + next * std::size_t{slots_} + evicted, 1);
-      __builtin_prefetch(held_ + next);
+      prefetch_for_write(history_ + next * std::size_t{slots_} + evicted);
+      prefetch_for_read(held_ + next);
     }
     history_[entry * std::size_t{slots_} + evicted] = 0;
     const Held& held = held_[entry];

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "unimapper/core/arena.hpp"
+#include "unimapper/core/prefetch.hpp"
 #include "unimapper/free_space/block.hpp"
 #include "unimapper/onboard/config.hpp"
 
@@ -56,17 +57,17 @@ class CellStore {
 
   /// Start loading what the next look-up in a block, or of a cell's sums, will read.
   void prefetch_block(std::uint32_t block) const noexcept {
-    __builtin_prefetch(blocks_ + block);
-    __builtin_prefetch(cells_[block].rank);
-    __builtin_prefetch(cells_[block].group);
+    prefetch_for_read(blocks_ + block);
+    prefetch_for_read(cells_[block].rank);
+    prefetch_for_read(cells_[block].group);
   }
-  void prefetch_sums(std::uint32_t entry) const noexcept { __builtin_prefetch(sums_ + entry, 1); }
+  void prefetch_sums(std::uint32_t entry) const noexcept { prefetch_for_write(sums_ + entry); }
 
   /// The same for all sums of a block.
   void prefetch_sums_of(std::uint32_t block) const noexcept {
     const std::uint32_t cells = popcount(blocks_[block].occupied);
     for (std::uint32_t rank = 0; rank < cells; rank += kGroup) {
-      __builtin_prefetch(sums_ + entry_at(block, rank));
+      prefetch_for_read(sums_ + entry_at(block, rank));
     }
   }
 

@@ -7,6 +7,7 @@
 
 #include "triangles.hpp"
 #include "unimapper/core/arena.hpp"
+#include "unimapper/core/prefetch.hpp"
 #include "unimapper/core/voxel_key.hpp"
 #include "unimapper/place/config.hpp"
 
@@ -123,14 +124,14 @@ class TriangleTable {
   };
 
   void prefetch(std::uint32_t block) const noexcept {
-    __builtin_prefetch(&blocks_[block]);
-    __builtin_prefetch(blocks_[block].sketch);
+    prefetch_for_read(&blocks_[block]);
+    prefetch_for_read(blocks_[block].sketch);
   }
   void collect(std::uint32_t block, std::uint32_t hits, Found& found) const noexcept {
     for (; hits != 0; hits &= hits - 1) {
       const std::uint32_t entry =
           block * kBlock + static_cast<std::uint32_t>(std::countr_zero(hits));
-      __builtin_prefetch(&entries_[entry]);
+      prefetch_for_read(&entries_[entry]);
       found.entry[found.count++] = entry;
     }
   }
