@@ -29,28 +29,12 @@ void ImageProjection::project(const float* __restrict x, const float* __restrict
                               const float* __restrict z, std::size_t count,
                               std::int32_t* __restrict pixel,
                               float* __restrict range_m) const noexcept {
-  // Copies, so that the compiler knows them to be constant in the loop.
-  const ImageProjection p = *this;
-  const auto columns = static_cast<float>(p.columns_);
-  const auto rows = static_cast<float>(p.rows_);
-  const float seam = p.wraps_ ? columns : 2.0F * columns;
+  // A copy, so that the compiler knows it to be constant in the loop.
+  const ImageProjection projection = *this;
   for (std::size_t i = 0; i < count; ++i) {
-    const float range = std::sqrt(x[i] * x[i] + y[i] * y[i] + z[i] * z[i]);
-    const float sine = z[i] / (range + 1.17549435e-38F);
-    float row = (sine - p.first_sine_) * p.rows_per_sine_;
-    float column = (direction_turns(x[i], y[i]) - p.first_turn_) * p.columns_per_turn_;
-    // Exactly half a turn lies on the seam.
-    column = column >= seam ? column - columns : column;
-    std::int32_t inside = column >= 0.0F ? -1 : 0;  // a mask; false for NaN
-    inside &= column < columns ? -1 : 0;
-    inside &= row >= 0.0F ? -1 : 0;
-    inside &= row < rows ? -1 : 0;
-    row = inside != 0 ? row : 0.0F;
-    column = inside != 0 ? column : 0.0F;
-    const std::int32_t at =
-        static_cast<std::int32_t>(row) * p.columns_ + static_cast<std::int32_t>(column);
-    pixel[i] = (at & inside) | ~inside;
-    range_m[i] = range;
+    const Target target = projection.project(x[i], y[i], z[i]);
+    pixel[i] = target.pixel | ~target.inside;
+    range_m[i] = target.range_m;
   }
 }
 

@@ -1,8 +1,10 @@
 // Visibility test and inverse sensor model at their boundaries
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <vector>
 
+#include "tests/random.hpp"
 #include "unimapper/free_space/inverse_sensor_model.hpp"
 
 using namespace unimapper;
@@ -85,6 +87,36 @@ TEST_CASE("More points than a batch are all observed") {
   model.add(pixels.data(), projection, Eigen::Matrix3f::Identity(), Eigen::Vector3f::Zero(),
             {x.data(), zero.data(), zero.data(), sums.data(), 1000});
   for (const std::int32_t sum : sums) REQUIRE(sum == 801);
+}
+
+TEST_CASE("Vectors of any width learn the same of every point") {
+  const RangeImageShape full_turn;
+  for (const RangeImageShape& shape : {full_turn, kShape}) {
+    const ImageProjection projection(shape);
+    test::Random random(7);
+    std::vector<std::uint16_t> pixels(projection.pixels());
+    for (std::uint16_t& pixel : pixels) {
+      pixel = random.below(8) == 0 ? kNoRange : pixel_of(static_cast<float>(random.uniform(0, 60)));
+    }
+    const InverseSensorModel model(VisibilityTest(0.3F, 0.01F), {800, 400, 200}, 20.0F);
+    const Eigen::Matrix3f r =
+        Eigen::AngleAxisf(0.3F, Eigen::Vector3f(1, 2, 3).normalized()).matrix();
+    // Beyond a batch, and no multiple of any width.
+    constexpr std::uint32_t kPoints = 1021;
+    std::vector<float> x(kPoints), y(kPoints), z(kPoints);
+    for (std::vector<float>* axis : {&x, &y, &z}) {
+      for (float& value : *axis) value = static_cast<float>(random.uniform(-40, 40));
+    }
+    const auto learnt = [&](VectorWidth width) {
+      std::vector<std::int32_t> sums(kPoints, 5);
+      model.add(pixels.data(), projection, r, {0.5F, -1.0F, 0.2F},
+                {x.data(), y.data(), z.data(), sums.data(), kPoints}, width);
+      return sums;
+    };
+    const std::vector<std::int32_t> baseline = learnt(VectorWidth::kBaseline);
+    CHECK(std::count(baseline.begin(), baseline.end(), 5) < kPoints);
+    CHECK(learnt(widest_vectors()) == baseline);
+  }
 }
 
 TEST_CASE("Log-odds are rounded to whole thousandths") {

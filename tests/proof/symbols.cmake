@@ -21,6 +21,8 @@ set(allowed
   __aeabi_idiv __aeabi_idivmod __aeabi_uidiv __aeabi_uidivmod __aeabi_ldivmod __aeabi_uldivmod
   __aeabi_l2f __aeabi_ul2f __aeabi_l2d __aeabi_ul2d __aeabi_f2lz __aeabi_f2ulz __aeabi_d2lz
   __aeabi_d2ulz
+  # ... what the x86-64 processor can do
+  __cpu_model
   # ... the address of the table of addresses, which the linker knows
   _GLOBAL_OFFSET_TABLE_
   # ... and the event ring's atomic addition, where aarch64 has two instructions for it

@@ -1,8 +1,11 @@
 // Spherical projection of range images.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+
+#include "unimapper/core/angles.hpp"
 
 namespace unimapper {
 
@@ -25,6 +28,33 @@ class ImageProjection {
   explicit ImageProjection(const RangeImageShape& shape) noexcept;
 
   static constexpr std::int32_t kOutside = -1;  ///< the pixel of a direction outside the image
+
+  /// Where a point falls.
+  struct Target {
+    std::int32_t inside;  ///< mask: -1 within the field of view, else 0
+    std::int32_t pixel;   ///< numbered row by row; 0 outside
+    float range_m;
+  };
+  /// Of a point in the sensor frame, metres. Without branches, so that loops over it vectorise.
+  [[nodiscard]] Target project(float x, float y, float z) const noexcept {
+    const auto columns = static_cast<float>(columns_);
+    const float range = std::sqrt(x * x + y * y + z * z);
+    const float sine = z / (range + 1.17549435e-38F);
+    float row = (sine - first_sine_) * rows_per_sine_;
+    float column = (direction_turns(x, y) - first_turn_) * columns_per_turn_;
+    // Exactly half a turn lies on the seam.
+    const float seam = wraps_ ? columns : 2.0F * columns;
+    column = column >= seam ? column - columns : column;
+    std::int32_t inside = column >= 0.0F ? -1 : 0;  // false for NaN
+    inside &= column < columns ? -1 : 0;
+    inside &= row >= 0.0F ? -1 : 0;
+    inside &= row < static_cast<float>(rows_) ? -1 : 0;
+    row = inside != 0 ? row : 0.0F;
+    column = inside != 0 ? column : 0.0F;
+    const std::int32_t at =
+        static_cast<std::int32_t>(row) * columns_ + static_cast<std::int32_t>(column);
+    return {inside, at, range};
+  }
 
   /// Pixels and ranges of `count` points in the sensor frame, metres; `kOutside` where the
   /// direction is not within the field of view. Pixels are numbered row by row. Vectorises.

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "unimapper/core/image_projection.hpp"
+#include "unimapper/core/vector_width.hpp"
 #include "unimapper/free_space/evidence_weights.hpp"
 #include "unimapper/free_space/range_image.hpp"
 
@@ -66,15 +67,23 @@ class InverseSensorModel {
       : visibility_(visibility), weights_(weights), full_weight_range_m_(full_weight_range_m) {}
 
   /// Adds what an image tells of points, whose frame `R_sensor_points` and `t_sensor_points` map
-  /// to the sensor's. O(points).
+  /// to the sensor's, with vectors of any width: the bits are the same. O(points).
   void add(const std::uint16_t* pixels, const ImageProjection& projection,
            const Eigen::Matrix3f& R_sensor_points, const Eigen::Vector3f& t_sensor_points,
-           const ObservedPoints& points) const noexcept;
+           const ObservedPoints& points, VectorWidth width = widest_vectors()) const noexcept;
 
  private:
-  /// Adds the evidence of points at `range_m` in whose pixels `measured` was. Vectorises.
-  void weigh(const std::int32_t* measured, const float* range_m, std::size_t count,
-             std::int32_t* log_odds) const noexcept;
+  /// Evidence of a point at `range_m` in whose pixel `measured` was. Without branches.
+  [[nodiscard]] std::int32_t weigh(std::int32_t measured, float range_m) const noexcept {
+    constexpr float kEverywhere_m = 1e30F;
+    const float full_m = full_weight_range_m_ > 0.0F ? full_weight_range_m_ : kEverywhere_m;
+    const float scaled = static_cast<float>(weights_.free) * full_m;
+    const float beyond_m = range_m > full_m ? range_m : full_m;
+    const auto reduced = static_cast<std::int32_t>(scaled / beyond_m);
+    const std::int32_t free = range_m > full_m ? reduced : weights_.free;
+    const Visibility is = visibility_.look(measured, range_m);
+    return (free & is.seen_through) - (weights_.weakly_occupied & is.surface);
+  }
 
   VisibilityTest visibility_;
   EvidenceWeights weights_;
