@@ -127,7 +127,7 @@ score_relabelled() {
   local map="$out/runs/$1.map" session
   session=$(basename "$3")
   "$unimapper" evaluate dynamic --truth "$2" --run "$3/final" >"$out/$1.final.json" 2>/dev/null
-  "$unimapper" merge "$3" --truth "$session=$2" --refined-labels --out "$map" >/dev/null 2>&1
+  "$unimapper" merge "$3" --truth "$session=$2" --refined-labels --out "$map" --replace >/dev/null 2>&1
   "$unimapper" evaluate dynamic --truth "$2" --run "$map/refined/$session" \
     >"$out/$1.refined.json" 2>/dev/null
   rm -rf "$map"
@@ -163,7 +163,7 @@ fi
 score_simulated() {
   local sensor=$1 scene=$2 drift=$3 seed=$4 name="$1-$2-$3-$4" variant pictures=()
   local data="$out/data/$name"
-  [ "$seed" != "$(first "$seeds")" ] || pictures=(--pictures "$out/pictures/$name")
+  [ "$seed" != "$(first "$seeds")" ] || pictures=(--pictures "$out/pictures/$name" --replace)
   simulate "$sensor" "$scene" "$drift" "$seed" "$data"
   score "$name" "$data" default "${pictures[@]}"
   if [ "$scene-$drift" = "$first_drive" ]; then

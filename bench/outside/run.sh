@@ -124,9 +124,9 @@ drive() {
   rm -f "$results/$name".*
   if ! { recording "$2" "$3" "$4" "$5" "$data" &&
     run unimapper onboard "$data" --sensor "$3" --out "$onboard" --replace 2>"$results/$name.log" &&
-    score "$name.online" "$data" "$onboard" --pictures "$out/pictures/$name" --worst 2 &&
+    score "$name.online" "$data" "$onboard" --pictures "$out/pictures/$name" --worst 2 --replace &&
     { ! in_groups "$1" "$refined_groups" || {
-      run unimapper merge "$onboard" --truth "$name=$data" --refined-labels --out "$map" \
+      run unimapper merge "$onboard" --truth "$name=$data" --refined-labels --out "$map" --replace \
         >/dev/null 2>&1 && score "$name.refined" "$data" "$map/refined/$name"; }; }; }; then
     echo "$name: a program failed or took longer than $limit s; the row lacks it" >&2
   fi

@@ -7,6 +7,7 @@
 #include "src/apps/commands.hpp"
 #include "src/apps/evaluate/evaluate.hpp"
 #include "src/apps/input_options.hpp"
+#include "src/apps/output_guard.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -39,10 +40,17 @@ void register_dynamic(CLI::App& evaluate) {
       ->capture_default_str()
       ->check(CLI::Range(0, 1000))
       ->needs(pictures);
+  command->add_flag("--replace", options->replaces, "Overwrite earlier pictures in that folder")
+      ->needs(pictures);
   command->footer(
       "Example:\n  unimapper evaluate dynamic --truth recordings/a --run runs/a "
       "--pictures pictures/a");
-  command->callback([options] { std::cout << evaluate_dynamic(*options); });
+  command->callback([options] {
+    if (!options->pictures.empty()) {
+      check_output_folder(options->pictures, Output::kPictures, options->replaces);
+    }
+    std::cout << evaluate_dynamic(*options);
+  });
 }
 
 void register_breakdown(CLI::App& evaluate) {

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "src/apps/commands.hpp"
+#include "src/apps/output_guard.hpp"
 #include "src/apps/scene/result_scene.hpp"
 
 namespace unimapper::apps {
@@ -13,6 +14,7 @@ namespace {
 struct ExportOptions {
   std::filesystem::path run;
   std::filesystem::path mcap;
+  bool replaces = false;
 };
 
 }  // namespace
@@ -26,8 +28,10 @@ void register_export(CLI::App& app) {
       ->add_option("--mcap", options->mcap,
                    "File to write: MCAP with Foxglove's schemas, shown by Foxglove")
       ->required();
+  command->add_flag("--replace", options->replaces, "Overwrite that file");
   command->footer("Example:\n  unimapper export runs/monday --mcap monday.mcap");
   command->callback([options] {
+    check_output_file(options->mcap, options->replaces);
     write_scene(options->mcap, scene_of_run(options->run));
     std::cerr << "unimapper: " << options->mcap.string() << " written\n";
   });

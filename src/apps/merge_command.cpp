@@ -33,6 +33,7 @@ std::string command_line(const MergeOptions& options) {
   if (!options.config.empty()) line += " --config " + options.config.string();
   if (options.refined_labels) line += " --refined-labels";
   if (options.allow_unconnected) line += " --allow-unconnected";
+  if (options.replaces) line += " --replace";
   if (!options.mcap.empty()) line += " --mcap " + options.mcap.string();
   for (const auto& run : options.stats) line += " --stats " + run.string();
   return line;
@@ -49,6 +50,8 @@ void register_merge(CLI::App& app) {
   command->add_option("RUN", options->runs,
                       "Run folders written by `unimapper onboard`, or LCM event logs");
   command->add_option("--out", options->out, "Folder for the map");
+  command->add_flag("--replace", options->replaces,
+                    "Overwrite an earlier map in that folder, and the file of --mcap");
   command->add_option("--config", options->config,
                       "JSON file with parameters that differ from the default");
   command->add_flag("--dump-config", *dump, "Print the parameters that would be used, and stop");

@@ -10,6 +10,7 @@
 #include "src/apps/commands.hpp"
 #include "src/apps/extrinsic.hpp"
 #include "src/apps/onboard/progress.hpp"
+#include "src/apps/output_guard.hpp"
 #include "src/apps/simulate/bag_output.hpp"
 #include "src/apps/suggestion.hpp"
 #include "src/simulator/simulate.hpp"
@@ -28,6 +29,7 @@ struct SimulateOptions {
   std::string sway;
   std::uint32_t day = 0;
   std::string out;
+  bool replaces = false;
   std::vector<std::string> bags;
   std::string extrinsic;
 };
@@ -110,6 +112,8 @@ void run(SimulateOptions& options, bool has_day) {
   Pose T_base_lidar;
   if (!options.extrinsic.empty()) T_base_lidar = parse_extrinsic(options.extrinsic, "--extrinsic");
 
+  check_output_folder(options.out, Output::kRecording, options.replaces);
+  remove_earlier_output(options.out, Output::kRecording);
   Progress progress("simulate", options.config.scans);
   std::optional<BagOutput> bags;  // made once the folder is there
   simulator::DriveObserver observer;
@@ -207,6 +211,8 @@ void register_simulate(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--threads", config.threads, "0: all cores")->capture_default_str();
   command->add_option("--out", options->out, "Folder to write")->required();
+  command->add_flag("--replace", options->replaces,
+                    "Overwrite an earlier simulated recording in that folder");
   command->footer(
       "Example:\n  unimapper simulate --scene town --sensor os2-128 --route A --scans 300 --seed 7 "
       "--out town_a\n"

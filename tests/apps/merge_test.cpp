@@ -25,7 +25,7 @@ struct Fixture {
   }
   CommandResult merge(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), "merge");
-    arguments.insert(arguments.end(), {"--out", (directory / "map").string()});
+    arguments.insert(arguments.end(), {"--out", (directory / "map").string(), "--replace"});
     return run_unimapper(arguments);
   }
 };

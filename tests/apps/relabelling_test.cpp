@@ -111,7 +111,7 @@ TEST_CASE("refined labels do not depend on the voxels of the map") {
     write_text(config, R"({"map": {"voxel_size_m": )" + voxel_size_m + "}}");
     REQUIRE(run_unimapper({"merge", (directory / "run").string(), "--out", map.string(), "--truth",
                            "run=" + (directory / "recording").string(), "--refined-labels",
-                           "--config", config.string()})
+                           "--config", config.string(), "--replace"})
                 .exit_code == 0);
     std::string labels;
     for (const fs::path& file :

@@ -24,6 +24,7 @@ struct EvaluateDynamicOptions {
   float max_range_m = 50.0F;
   std::size_t scans = SIZE_MAX;      ///< only the first ones
   std::filesystem::path pictures{};  ///< folder for pictures; empty: none
+  bool replaces = false;             ///< overwrite earlier pictures
   std::size_t worst = 10;            ///< frames with pictures of their own
 };
 

@@ -27,6 +27,7 @@ struct MergeOptions {
   bool refined_labels = false;
   /// A session that is not connected to the others is no failure.
   bool allow_unconnected = false;
+  bool replaces = false;                 ///< overwrite an earlier map
   std::filesystem::path mcap;            ///< the map as a scene; empty: not written
   std::filesystem::path config;          ///< JSON file with parameters that differ from the default
   std::optional<std::uint32_t> threads;  ///< instead of the configuration's

@@ -10,6 +10,7 @@
 #include "src/apps/evaluate/evaluate.hpp"
 #include "src/apps/merge/options.hpp"
 #include "src/apps/merge/refined_labels.hpp"
+#include "src/apps/output_guard.hpp"
 #include "src/apps/report.hpp"
 #include "src/apps/scene/result_scene.hpp"
 #include "src/apps/session_clouds.hpp"
@@ -126,6 +127,8 @@ std::string effective_config(const MergeOptions& options) {
 }
 
 void run_merge(const MergeOptions& options) {
+  check_output_folder(options.out, Output::kMap, options.replaces);
+  if (!options.mcap.empty()) check_output_file(options.mcap, options.replaces);
   const merge::MergeConfig config = make_config(options);
   std::vector<SessionData> sessions;
   std::vector<std::filesystem::path> runs;
@@ -149,6 +152,7 @@ void run_merge(const MergeOptions& options) {
         std::cerr << "unimapper: " << elapsed << "  " << text << std::endl;
       });
   report.elapsed_s = seconds_since(merging);
+  remove_earlier_output(options.out, Output::kMap);
   merge::export_map(options.out, sessions, result);
   write_session_clouds(options.out, sessions, result);
   if (!options.mcap.empty()) write_scene(options.mcap, scene_of_merge(sessions, result));

@@ -1,11 +1,10 @@
 #include "src/apps/onboard/run_folder.hpp"
 
-#include <stdexcept>
-#include <system_error>
+#include <algorithm>
 
-#include "ports/datasets/files.hpp"
 #include "ports/datasets/label_values.hpp"
 #include "ports/datasets/writers.hpp"
+#include "src/apps/output_guard.hpp"
 #include "unimapper/wire/messages.hpp"
 
 namespace unimapper::apps {
@@ -21,35 +20,11 @@ std::string own_name(const fs::path& directory) {
   return path.filename().string();
 }
 
-void remove_earlier_run(const fs::path& directory) {
-  std::error_code ignored;
-  for (const char* labels : {"labels", "final/labels"}) {
-    if (!fs::exists(directory / labels)) continue;
-    for (const fs::path& label : datasets::list_files(directory / labels, ".label")) {
-      fs::remove(label, ignored);
-    }
-  }
-  for (const char* name : {"keyframes.lcmlog", "loops.csv", "stats.json", "events.log"}) {
-    fs::remove(directory / name, ignored);
-  }
-}
-
 }  // namespace
 
-RunFolder::RunFolder(const fs::path& directory, bool replaces)
+RunFolder::RunFolder(const fs::path& directory)
     : directory_(directory), session_name_(wire::to_session_name(own_name(directory))) {
-  const bool is_run = fs::exists(directory_ / "run.json");
-  if (fs::exists(directory_ / "labels") && !is_run) {
-    throw std::runtime_error(directory_.string() +
-                             ": holds labels/ but no run.json, so it is not an earlier run; "
-                             "choose another --out");
-  }
-  if (is_run && !replaces) {
-    throw std::runtime_error(directory_.string() +
-                             ": holds an earlier run; --replace overwrites it, or choose another "
-                             "--out");
-  }
-  if (is_run) remove_earlier_run(directory_);
+  remove_earlier_output(directory_, Output::kRun);
   datasets::make_directory(directory_ / "labels");
 }
 

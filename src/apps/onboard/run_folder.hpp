@@ -15,10 +15,9 @@ namespace unimapper::apps {
 /// RUN/events.log.
 class RunFolder {
  public:
-  /// Creates the folder. One that holds an earlier run is emptied of that run's files where
-  /// `replaces`, else refused; one that holds labels of unknown origin (a dataset, perhaps the very
-  /// one that is read) is refused. Throws std::runtime_error.
-  RunFolder(const std::filesystem::path& directory, bool replaces);
+  /// Creates the folder, and removes an earlier run from it; `check_output_folder` says before
+  /// whether that is wanted. Throws DatasetError.
+  explicit RunFolder(const std::filesystem::path& directory);
 
   /// Name of the session: the folder's own, made safe for file names and tables.
   [[nodiscard]] const std::string& session_name() const { return session_name_; }

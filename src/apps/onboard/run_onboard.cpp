@@ -6,12 +6,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <system_error>
 
 #include "ports/lcm/live.hpp"
 #include "src/apps/onboard/event_log.hpp"
 #include "src/apps/onboard/input_check.hpp"
 #include "src/apps/onboard/replay.hpp"
 #include "src/apps/onboard/setup.hpp"
+#include "src/apps/output_guard.hpp"
 #include "unimapper/config/config_json.hpp"
 #include "unimapper/core/voxel_key.hpp"
 #include "unimapper/merge/loops_csv.hpp"
@@ -55,6 +57,14 @@ void enlarge_capacity_for(const std::vector<EarlierSession>& earlier, std::size_
   constexpr std::size_t kMostPlaces = 65534;
   const auto needed = static_cast<std::uint32_t>(std::min(places, kMostPlaces));
   config.loop_search.max_places = std::max(config.loop_search.max_places, needed);
+}
+
+/// Labels of a run beside the scans would pass for the recording's own.
+void require_another_folder(const OnboardOptions& options) {
+  std::error_code ignored;
+  if (!fs::equivalent(options.dataset, options.out, ignored)) return;
+  throw std::runtime_error(options.out.string() +
+                           ": is the recording itself; choose another --out");
 }
 
 std::string describe_run(const OnboardOptions& options, const RunFolder& folder,
@@ -251,6 +261,8 @@ void require_result(const RunStatistics& statistics) {
 }  // namespace
 
 void run_onboard(const OnboardOptions& options) {
+  check_output_folder(options.out, Output::kRun, options.replaces);
+  require_another_folder(options);
   const auto dataset = datasets::open_dataset(options.dataset, options.input);
   CheckedInput checked = check_input(options, *dataset);
   const ChosenSensor sensor = choose_sensor(options, dataset->sensor(), checked.sensor);
@@ -266,7 +278,7 @@ void run_onboard(const OnboardOptions& options) {
   std::vector<std::string> faults;
   const auto earlier = read_earlier_runs(options.against, faults);
   enlarge_capacity_for(earlier, scans, config);
-  RunFolder folder(options.out, options.replaces);
+  RunFolder folder(options.out);
   EventLog events(folder.event_log());
   config.events = events.ring();
   OwnedPipeline pipeline(config);

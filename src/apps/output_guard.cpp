@@ -1,0 +1,136 @@
+#include "src/apps/output_guard.hpp"
+
+#include <array>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include "ports/datasets/files.hpp"
+
+namespace unimapper::apps {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Files of one extension in a folder.
+struct Series {
+  const char* folder;
+  const char* extension;
+};
+
+/// How an output is told, and what it consists of.
+struct Kind {
+  Output output;
+  const char* name;
+  const char* marker;     ///< the file that tells it
+  std::string_view says;  ///< what it must hold
+  std::vector<const char*> files;
+  std::vector<Series> series;
+};
+
+const std::array<Kind, 4>& kinds() {
+  static const std::array<Kind, 4> all = {{
+      {Output::kRun,
+       "run",
+       "run.json",
+       "",
+       {"keyframes.lcmlog", "loops.csv", "stats.json", "events.log", "run.json"},
+       {{"labels", ".label"}, {"final/labels", ".label"}}},
+      {Output::kMap,
+       "map",
+       "map.ply",
+       "",
+       {"map.ply", "changes.ply", "graph.g2o", "loops.csv", "summary.json", "timing.json",
+        "report.html"},
+       {{"trajectories", ".tum"}, {"unconnected", ".tum"}, {"clouds", ".ply"}}},
+      {Output::kRecording,
+       "simulated recording",
+       "dataset.json",
+       "unimapper-simulation",
+       {"poses.txt", "gt_poses.txt", "times.txt", "motion.txt", "dataset.json", "drive.mcap",
+        "drive.bag"},
+       {{"scans", ".bin"}, {"labels", ".label"}, {"drive", ".db3"}}},
+      {Output::kPictures,
+       "set of pictures",
+       "worst.json",
+       "",
+       {"top_view.png", "worst.md", "worst.json"},
+       {}},
+  }};
+  return all;
+}
+
+bool holds(const fs::path& folder, const Kind& kind) {
+  const fs::path marker = folder / kind.marker;
+  if (kind.says.empty() || !fs::exists(marker)) return fs::exists(marker);
+  return datasets::read_file(marker).find(kind.says) != std::string::npos;
+}
+
+void remove_series(const fs::path& folder, const char* extension) {
+  if (!fs::is_directory(folder)) return;
+  std::error_code ignored;
+  for (const fs::path& file : datasets::list_files(folder, extension)) fs::remove(file, ignored);
+}
+
+/// Files that the marker does not account for, and that this output would overwrite.
+const char* foreign_content(const fs::path& folder, Output output) {
+  const bool writes_labels = output == Output::kRun || output == Output::kRecording;
+  const fs::path labels = folder / "labels";
+  if (writes_labels && fs::exists(labels) && !fs::is_empty(labels)) return "labels/";
+  if (output != Output::kRecording) return nullptr;
+  for (const char* name : {"scans", "velodyne", "poses.txt", "drive.mcap", "drive.bag", "drive"}) {
+    if (fs::exists(folder / name)) return name;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+void check_output_folder(const fs::path& folder, Output output, bool replaces) {
+  const std::string choose =
+      std::string("choose another ") + (output == Output::kPictures ? "--pictures" : "--out");
+  bool is_earlier = false;
+  for (const Kind& kind : kinds()) {
+    if (!holds(folder, kind)) continue;
+    if (kind.output == output) {
+      is_earlier = true;
+      if (replaces) continue;
+      throw std::runtime_error(folder.string() + ": holds an earlier " + kind.name +
+                               "; --replace overwrites it, or " + choose);
+    }
+    if (output == Output::kPictures || kind.output == Output::kPictures) continue;
+    throw std::runtime_error(folder.string() + ": holds a " + kind.name +
+                             ", which this would spoil; " + choose);
+  }
+  if (is_earlier) return;
+  if (const char* content = foreign_content(folder, output)) {
+    throw std::runtime_error(folder.string() + ": holds " + content +
+                             " of unknown origin, perhaps a recording of yours; " + choose);
+  }
+}
+
+void check_output_file(const fs::path& file, bool replaces) {
+  if (replaces || !fs::exists(file)) return;
+  throw std::runtime_error(file.string() +
+                           ": exists; --replace overwrites it, or choose another file");
+}
+
+void remove_earlier_output(const fs::path& folder, Output output) {
+  std::error_code ignored;
+  for (const Kind& kind : kinds()) {
+    if (kind.output != output || !holds(folder, kind)) continue;
+    for (const Series& series : kind.series)
+      remove_series(folder / series.folder, series.extension);
+    for (const char* name : kind.files) fs::remove(folder / name, ignored);
+  }
+  if (output == Output::kMap && fs::is_directory(folder / "refined")) {
+    for (const fs::path& session : datasets::list_directories(folder / "refined")) {
+      remove_series(session / "labels", ".label");
+    }
+  }
+}
+
+}  // namespace unimapper::apps

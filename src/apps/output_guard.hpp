@@ -1,0 +1,31 @@
+// Protection of earlier results from being overwritten.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+namespace unimapper::apps {
+
+/// What a command writes into a folder.
+enum class Output : std::uint8_t {
+  kRun,        ///< `onboard`
+  kMap,        ///< `merge`
+  kRecording,  ///< `simulate`
+  kPictures,   ///< `evaluate dynamic --pictures`
+};
+
+/// Checks that `output` may be written to `folder`, before any work is done. One of the same kind
+/// is kept unless `replaces`; one of another kind, whose files have the same names, is kept in any
+/// case, as are scans that were not simulated and labels that may be somebody's ground truth.
+/// Nothing is changed. Throws std::runtime_error with what to do.
+void check_output_folder(const std::filesystem::path& folder, Output output, bool replaces);
+
+/// The same for a single file. Throws std::runtime_error where `file` exists, unless `replaces`.
+void check_output_file(const std::filesystem::path& file, bool replaces);
+
+/// Removes what an earlier command wrote to `folder` as `output`, so that nothing of it is left
+/// beside newer files. Other files stay. To be called after the check. Throws DatasetError where a
+/// folder is unreadable.
+void remove_earlier_output(const std::filesystem::path& folder, Output output);
+
+}  // namespace unimapper::apps
