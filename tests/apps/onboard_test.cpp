@@ -397,7 +397,7 @@ TEST_CASE("a run may be searched for the places of an earlier one") {
   const auto against = [&](const fs::path& earlier) {
     return run_unimapper({"onboard", fixture.dataset.string(), "--out", second.string(), "--sensor",
                           "vlp-16", "--against", earlier.string(), "--all-candidates",
-                          "--surroundings", "outdoors"});
+                          "--surroundings", "outdoors", "--replace"});
   };
   const CommandResult result = against(fixture.run);
   INFO(result.err);
