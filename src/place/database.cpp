@@ -123,8 +123,9 @@ void PlaceDatabase::State::evict(std::uint32_t slot) noexcept {
   for (const Triangle& triangle : triangles_) table_.remove(triangle, slot);
 }
 
-bool PlaceDatabase::State::in_scope(const StoredPlace& place, KeyframeId query,
-                                    const SearchScope& scope) const noexcept {
+bool PlaceDatabase::State::in_scope(const StoredPlace& place) const noexcept {
+  const SearchScope& scope = search_.scope;
+  const KeyframeId query = search_.id;
   const bool same = place.id.session == query.session;
   if (!same) return scope.sessions != SearchScope::Sessions::kOnlySame;
   if (scope.sessions == SearchScope::Sessions::kOnlyOther) return false;
@@ -133,24 +134,57 @@ bool PlaceDatabase::State::in_scope(const StoredPlace& place, KeyframeId query,
   return gap >= scope.min_keyframe_gap;
 }
 
-std::span<const LoopCandidate> PlaceDatabase::State::search(const PlaceView& query,
-                                                            KeyframeId query_id,
-                                                            const SearchScope& scope) noexcept {
+void PlaceDatabase::State::begin_search(const PlaceView& query, KeyframeId query_id,
+                                        const SearchScope& scope) noexcept {
   results_.clear();
-  if (capacity_ == 0) return results_.view();
-  load_query(query);
-  vote(query_id, scope);
-  form_hypotheses();
-  overlap_.set_query(query.planes);
-  checks_.clear();
-  std::uint32_t verified = 0;
-  for (const Hypothesis& hypothesis : hypotheses_) {
-    if (verified == config_.max_verified) break;
-    ++verified;
-    LoopCandidate result;
-    result.query = query_id;
-    if (verify(hypothesis, result)) keep(result);
+  search_ = {query, query_id, scope, capacity_ == 0 ? Stage::kDone : Stage::kQuery, 0, 0, 0};
+}
+
+bool PlaceDatabase::State::search_step() noexcept {
+  switch (search_.stage) {
+    case Stage::kQuery:
+      load_query(search_.query);
+      votes_.clear();
+      go_to(Stage::kVotes);
+      break;
+    case Stage::kVotes:
+      if (!vote_some()) go_to(Stage::kPeaks);
+      break;
+    case Stage::kPeaks:
+      form_hypotheses();
+      search_.kept = 0;
+      go_to(Stage::kPoses);
+      break;
+    case Stage::kPoses:
+      if (refine_some()) break;
+      rank_hypotheses();
+      overlap_.set_query(search_.query.planes);
+      checks_.clear();
+      go_to(Stage::kPlanes);
+      break;
+    case Stage::kPlanes:
+      if (!verify_next()) go_to(Stage::kRanking);
+      break;
+    case Stage::kRanking:
+      rank_results();
+      go_to(Stage::kDone);
+      break;
+    case Stage::kDone:
+      break;
   }
+  return search_.stage != Stage::kDone;
+}
+
+// The next of the best hypotheses; false once enough are verified.
+bool PlaceDatabase::State::verify_next() noexcept {
+  if (search_.next == std::min<std::size_t>(hypotheses_.size(), config_.max_verified)) return false;
+  LoopCandidate result;
+  result.query = search_.id;
+  if (verify(hypotheses_[search_.next++], result)) keep(result);
+  return true;
+}
+
+void PlaceDatabase::State::rank_results() noexcept {
   for (LoopCandidate& result : results_) {
     result.accepted = result.confidence >= accept_score_;
     result.confidence = probability_of(result.confidence);
@@ -160,7 +194,6 @@ std::span<const LoopCandidate> PlaceDatabase::State::search(const PlaceView& que
     return a.match < b.match;
   });
   while (results_.size() > config_.max_results) results_.pop_back();
-  return results_.view();
 }
 
 // One result per place: the more confident one.
@@ -185,8 +218,21 @@ void PlaceDatabase::insert(const PlaceView& place, KeyframeId id,
 
 std::span<const LoopCandidate> PlaceDatabase::search(const PlaceView& query, KeyframeId query_id,
                                                      const SearchScope& scope) noexcept {
-  if (state_ == nullptr) return {};
-  return state_->search(query, query_id, scope);
+  begin_search(query, query_id, scope);
+  while (search_step()) {
+  }
+  return found();
+}
+
+void PlaceDatabase::begin_search(const PlaceView& query, KeyframeId query_id,
+                                 const SearchScope& scope) noexcept {
+  if (state_ != nullptr) state_->begin_search(query, query_id, scope);
+}
+
+bool PlaceDatabase::search_step() noexcept { return state_ != nullptr && state_->search_step(); }
+
+std::span<const LoopCandidate> PlaceDatabase::found() const noexcept {
+  return state_ == nullptr ? std::span<const LoopCandidate>{} : state_->found();
 }
 
 std::uint32_t PlaceDatabase::size() const noexcept {

@@ -26,8 +26,9 @@ class PlaceDatabase::State {
  public:
   void allocate(Arena& arena, const LoopSearchConfig& config, const PlaceShape& shape) noexcept;
   void insert(const PlaceView& place, KeyframeId id, const Pose& T_session_place) noexcept;
-  std::span<const LoopCandidate> search(const PlaceView& query, KeyframeId query_id,
-                                        const SearchScope& scope) noexcept;
+  void begin_search(const PlaceView& query, KeyframeId query_id, const SearchScope& scope) noexcept;
+  bool search_step() noexcept;
+  [[nodiscard]] std::span<const LoopCandidate> found() const noexcept { return results_.view(); }
 
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
   [[nodiscard]] std::uint64_t evicted() const noexcept { return evicted_; }
@@ -36,6 +37,9 @@ class PlaceDatabase::State {
  private:
   // Largest shift examined for ambiguity, in steps of 0.5 m: 30 m.
   static constexpr std::int32_t kShiftReach = 60;
+  // Bounds of one step of a search.
+  static constexpr std::uint32_t kComparedPerStep = 8192;
+  static constexpr std::uint32_t kPosesPerStep = 8;
   // Two poses relative to one place are the same within this, metres.
   static constexpr float kSamePose = 1.6F;
 
@@ -68,13 +72,33 @@ class PlaceDatabase::State {
     float distinctness;
   };
 
-  [[nodiscard]] bool in_scope(const StoredPlace& place, KeyframeId query,
-                              const SearchScope& scope) const noexcept;
+  /// What the next step of a search does.
+  enum class Stage : std::uint8_t { kQuery, kVotes, kPeaks, kPoses, kPlanes, kRanking, kDone };
+  /// A search from its query on.
+  struct Search {
+    PlaceView query;
+    KeyframeId id;
+    SearchScope scope;
+    Stage stage = Stage::kDone;
+    std::size_t next = 0;        // triangle or hypothesis
+    std::uint64_t compared = 0;  // stored triangles
+    std::size_t kept = 0;        // hypotheses
+  };
+
+  void go_to(Stage stage) noexcept {
+    search_.stage = stage;
+    search_.next = 0;
+  }
+  [[nodiscard]] bool in_scope(const StoredPlace& place) const noexcept;
   std::uint32_t free_slot() noexcept;
   void evict(std::uint32_t slot) noexcept;
   void load_query(const PlaceView& query) noexcept;
-  void vote(KeyframeId query_id, const SearchScope& scope) noexcept;
+  bool vote_some() noexcept;
   void form_hypotheses() noexcept;
+  bool refine_some() noexcept;
+  void rank_hypotheses() noexcept;
+  bool verify_next() noexcept;
+  void rank_results() noexcept;
   void limit_candidates() noexcept;
   void load_targets(std::uint32_t slot) noexcept;
   float consensus(const PlanarPose& pose, float radius_m) noexcept;
@@ -105,6 +129,7 @@ class PlaceDatabase::State {
   std::uint64_t dropped_ = 0;
 
   // Working memory of one search or insertion.
+  Search search_;
   FixedVector<Keypoint> keypoints_;  // the finite ones of the place at hand
   KeyframeUp query_up_;
   FixedVector<Triangle> triangles_;

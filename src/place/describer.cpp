@@ -21,6 +21,9 @@ constexpr float kMaxHeight = 200.0F;
 constexpr float kWallHeight = 1.5F;
 // A corner's response in the units of `Keypoint::strength`.
 constexpr float kStrengthScale = 100.0F;
+// Bounds of one step.
+constexpr std::size_t kCellsPerStep = 16384;
+constexpr std::uint32_t kFitsPerStep = 1024;
 
 }  // namespace
 
@@ -28,15 +31,44 @@ class PlaceDescriber::State {
  public:
   void allocate(Arena& arena, const DescriptorConfig& config,
                 const DescriptorInput& input) noexcept;
-  PlaceView describe(std::span<const FineCell> cells) noexcept;
+  void begin(std::span<const FineCell> cells) noexcept;
+  bool step() noexcept;
+  [[nodiscard]] std::uint32_t steps_left() const noexcept;
+  [[nodiscard]] PlaceView place() const noexcept { return {keypoints_.view(), planes_.planes()}; }
   std::span<const PlanePatch> find_planes(std::span<const FineCell> cells) noexcept;
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
 
  private:
+  /// What the next step does, in the order of the description.
+  enum class Stage : std::uint8_t {
+    kSelection,  ///< of the cells within range
+    kGround,     ///< heights
+    kVoxels,     ///< moments of structure
+    kFits,       ///< of planes to them
+    kPlanes,     ///< selected among all
+    kMap,        ///< of vertical structure
+    kCorners,    ///< of that map, pass by pass
+    kKeypoints,
+    kDone
+  };
+
+  void go_to(Stage stage) noexcept {
+    stage_ = stage;
+    done_ = 0;
+  }
+  /// Works on the next piece of some cells; after the last one `next` is due.
+  template <typename Work>
+  void take_piece(std::span<const FineCell> cells, Stage next, Work&& work) noexcept;
+  [[nodiscard]] bool is_within_range(const FineCell& cell) const noexcept;
   void select_cells(std::span<const FineCell> cells) noexcept;
+  void finish_selection() noexcept;
   void select_keypoints() noexcept;
 
   DescriptorConfig config_{};
+  Stage stage_ = Stage::kDone;
+  std::size_t done_ = 0;             // cells or passes of the stage
+  std::span<const FineCell> cells_;  // to be described
+  std::uint64_t structure_count_ = 0;
   FixedVector<FineCell> structure_cells_;  // not ground, within range
   FixedVector<Keypoint> keypoints_;
   LocalGround ground_;
@@ -56,40 +88,112 @@ void PlaceDescriber::State::allocate(Arena& arena, const DescriptorConfig& confi
   dropped_ = 0;
 }
 
-PlaceView PlaceDescriber::State::describe(std::span<const FineCell> cells) noexcept {
+void PlaceDescriber::State::begin(std::span<const FineCell> cells) noexcept {
+  cells_ = cells;
   dropped_ = 0;
-  select_cells(cells);
-  ground_.finish();
-  planes_.build(structure_cells_.view(), ground_);
-  structure_.build(structure_cells_.view(), ground_);
-  select_keypoints();
-  dropped_ += planes_.dropped() + structure_.dropped();
-  return {keypoints_.view(), planes_.planes()};
+  structure_count_ = 0;
+  ground_.clear();
+  structure_cells_.clear();
+  go_to(Stage::kSelection);
+}
+
+template <typename Work>
+void PlaceDescriber::State::take_piece(std::span<const FineCell> cells, Stage next,
+                                       Work&& work) noexcept {
+  const std::size_t count = std::min(cells.size() - done_, kCellsPerStep);
+  work(cells.subspan(done_, count));
+  done_ += count;
+  if (done_ == cells.size()) go_to(next);
+}
+
+bool PlaceDescriber::State::step() noexcept {
+  const std::span<const FineCell> structure = structure_cells_.view();
+  switch (stage_) {
+    case Stage::kSelection:
+      take_piece(cells_, Stage::kGround, [this](auto piece) { select_cells(piece); });
+      break;
+    case Stage::kGround:
+      finish_selection();
+      ground_.finish();
+      planes_.begin();
+      structure_.begin();
+      go_to(Stage::kVoxels);
+      break;
+    case Stage::kVoxels:
+      take_piece(structure, Stage::kFits, [this](auto piece) { planes_.collect(piece); });
+      break;
+    case Stage::kFits:
+      if (!planes_.fit_some(kFitsPerStep)) go_to(Stage::kPlanes);
+      break;
+    case Stage::kPlanes:
+      planes_.select(ground_);
+      go_to(Stage::kMap);
+      break;
+    case Stage::kMap:
+      take_piece(structure, Stage::kCorners,
+                 [this](auto piece) { structure_.accumulate(piece, ground_); });
+      break;
+    case Stage::kCorners:
+      structure_.run_pass(static_cast<std::uint32_t>(done_));
+      if (++done_ == StructureMap::kPasses) go_to(Stage::kKeypoints);
+      break;
+    case Stage::kKeypoints:
+      select_keypoints();
+      dropped_ += planes_.dropped() + structure_.dropped();
+      go_to(Stage::kDone);
+      break;
+    case Stage::kDone:
+      break;
+  }
+  return stage_ != Stage::kDone;
+}
+
+std::uint32_t PlaceDescriber::State::steps_left() const noexcept {
+  const auto pieces = [](std::size_t elements, std::size_t per_step) {
+    return static_cast<std::uint32_t>((elements + per_step - 1) / per_step);
+  };
+  if (stage_ == Stage::kDone) return 0;
+  // What is selected is known only later: until then all cells count.
+  const bool selects = stage_ == Stage::kSelection;
+  const std::size_t structure = selects ? cells_.size() : structure_cells_.size();
+  std::uint32_t steps = 1;
+  if (stage_ <= Stage::kSelection) steps += pieces(cells_.size() - done_, kCellsPerStep);
+  if (stage_ <= Stage::kGround) ++steps;
+  if (stage_ <= Stage::kVoxels) {
+    steps += pieces(structure - (stage_ == Stage::kVoxels ? done_ : 0), kCellsPerStep);
+  }
+  if (stage_ <= Stage::kFits) steps += 1 + pieces(planes_.unfitted(), kFitsPerStep);
+  if (stage_ <= Stage::kPlanes) ++steps;
+  if (stage_ <= Stage::kMap) {
+    steps += pieces(structure - (stage_ == Stage::kMap ? done_ : 0), kCellsPerStep);
+  }
+  if (stage_ < Stage::kCorners) steps += StructureMap::kPasses;
+  if (stage_ == Stage::kCorners) {
+    steps += StructureMap::kPasses - static_cast<std::uint32_t>(done_);
+  }
+  return steps;
 }
 
 std::span<const PlanePatch> PlaceDescriber::State::find_planes(
     std::span<const FineCell> cells) noexcept {
-  dropped_ = 0;
-  select_cells(cells);
-  ground_.finish();
-  planes_.build(structure_cells_.view(), ground_);
+  begin(cells);
+  while (stage_ < Stage::kMap) step();
+  go_to(Stage::kDone);
   return planes_.planes();
 }
 
+bool PlaceDescriber::State::is_within_range(const FineCell& cell) const noexcept {
+  // Comparisons with NaN are false, so what is not finite never enters.
+  const Eigen::Vector3f& p = cell.position;
+  return p.x() * p.x() + p.y() * p.y() < config_.range_m * config_.range_m &&
+         std::abs(p.z()) < kMaxHeight;
+}
+
 // Selects the cells that are finite and within range. Ground cells go to the height grid, structure
-// is kept. When there is too much of it, every n-th cell of the input is kept: a sparser sample of
-// the whole scene gives the same keypoints, the first half of it does not.
+// is kept.
 void PlaceDescriber::State::select_cells(std::span<const FineCell> cells) noexcept {
-  const float range_squared = config_.range_m * config_.range_m;
-  const auto within_range = [&](const Eigen::Vector3f& p) {
-    // Comparisons with NaN are false, so what is not finite never enters.
-    return p.x() * p.x() + p.y() * p.y() < range_squared && std::abs(p.z()) < kMaxHeight;
-  };
-  ground_.clear();
-  structure_cells_.clear();
-  std::uint64_t count = 0;
   for (const FineCell& cell : cells) {
-    if (!within_range(cell.position)) {
+    if (!is_within_range(cell)) {
       dropped_ += cell.position.allFinite() ? 0 : 1;
       continue;
     }
@@ -97,19 +201,25 @@ void PlaceDescriber::State::select_cells(std::span<const FineCell> cells) noexce
       ground_.add(cell);
       continue;
     }
-    ++count;
+    ++structure_count_;
     structure_cells_.push_back(cell);
   }
+}
+
+// When there is too much structure, every n-th cell of the input is kept: a sparser sample of the
+// whole scene gives the same keypoints, the first half of it does not.
+void PlaceDescriber::State::finish_selection() noexcept {
   if (!ground_.any_marked()) {
     for (const FineCell& cell : structure_cells_) ground_.add(cell);
   }
+  const std::uint64_t count = structure_count_;
   const std::uint64_t kept = structure_cells_.size();
   if (kept == count) return;
   dropped_ += count - kept;
   structure_cells_.clear();
   std::uint64_t share = 0;  // grows by `kept` with every cell; a cell enters when it passes `count`
-  for (const FineCell& cell : cells) {
-    if (!within_range(cell.position) || cell.ground != 0) continue;
+  for (const FineCell& cell : cells_) {
+    if (!is_within_range(cell) || cell.ground != 0) continue;
     share += kept;
     if (share < count) continue;
     share -= count;
@@ -154,7 +264,24 @@ void PlaceDescriber::allocate(Arena& arena, const DescriptorConfig& config,
 }
 
 PlaceView PlaceDescriber::describe(std::span<const FineCell> cells) noexcept {
-  return state_ == nullptr ? PlaceView{} : state_->describe(cells);
+  begin(cells);
+  while (step()) {
+  }
+  return place();
+}
+
+void PlaceDescriber::begin(std::span<const FineCell> cells) noexcept {
+  if (state_ != nullptr) state_->begin(cells);
+}
+
+bool PlaceDescriber::step() noexcept { return state_ != nullptr && state_->step(); }
+
+std::uint32_t PlaceDescriber::steps_left() const noexcept {
+  return state_ == nullptr ? 0 : state_->steps_left();
+}
+
+PlaceView PlaceDescriber::place() const noexcept {
+  return state_ == nullptr ? PlaceView{} : state_->place();
 }
 
 std::span<const PlanePatch> PlaceDescriber::find_planes(std::span<const FineCell> cells) noexcept {

@@ -19,15 +19,18 @@ void PlaceDatabase::State::load_query(const PlaceView& query) noexcept {
 
 // Triangles of near neighbours come first; where the search would compare more than it may, those
 // of farther ones are left out. (Searching for the rarest shapes first finds fewer: what is rare is
-// less repeatable.)
-void PlaceDatabase::State::vote(KeyframeId query_id, const SearchScope& scope) noexcept {
-  votes_.clear();
-  std::uint64_t compared = 0;
-  for (const Triangle& triangle : triangles_) {
-    compared += table_.entries_near(triangle);
-    if (compared > config_.max_compared) break;
+// less repeatable.) Stops after so many comparisons; false once no triangle is left.
+bool PlaceDatabase::State::vote_some() noexcept {
+  const std::uint64_t pause = search_.compared + kComparedPerStep;
+  while (search_.next < triangles_.size() && search_.compared < pause) {
+    const Triangle& triangle = triangles_[search_.next++];
+    search_.compared += table_.entries_near(triangle);
+    if (search_.compared > config_.max_compared) {
+      search_.next = triangles_.size();
+      break;
+    }
     table_.find(triangle, [&](const TriangleEntry& entry) {
-      if (!in_scope(places_[entry.slot], query_id, scope)) return;
+      if (!in_scope(places_[entry.slot])) return;
       // The sides make a vote; products of normals that agree make it count more. They do not
       // decide, because at a corner two walls compete for the normal.
       votes_.add({entry.slot,
@@ -37,7 +40,9 @@ void PlaceDatabase::State::vote(KeyframeId query_id, const SearchScope& scope) n
                   static_cast<std::uint16_t>(1 + entry.agreeing_dots)});
     });
   }
+  if (search_.next < triangles_.size()) return true;
   dropped_ += votes_.refused();
+  return false;
 }
 
 // The poses with the most votes, relative to how many triangles the place has: a place with many
@@ -61,13 +66,23 @@ void PlaceDatabase::State::form_hypotheses() noexcept {
   };
   std::sort(hypotheses_.begin(), hypotheses_.end(), better);
   limit_candidates();
-  std::size_t kept = 0;
-  for (Hypothesis& hypothesis : hypotheses_) {
+}
+
+// Fits the poses of some hypotheses to the keypoints and keeps those on which enough agree; false
+// once none is left.
+bool PlaceDatabase::State::refine_some() noexcept {
+  const std::size_t end = std::min(hypotheses_.size(), search_.next + kPosesPerStep);
+  for (; search_.next < end; ++search_.next) {
+    Hypothesis& hypothesis = hypotheses_[search_.next];
     load_targets(hypothesis.slot);
     refine(hypothesis);
-    if (pairs_.size() >= config_.min_inliers) hypotheses_[kept++] = hypothesis;
+    if (pairs_.size() >= config_.min_inliers) hypotheses_[search_.kept++] = hypothesis;
   }
-  hypotheses_.resize_uninitialized(kept);
+  return search_.next < hypotheses_.size();
+}
+
+void PlaceDatabase::State::rank_hypotheses() noexcept {
+  hypotheses_.resize_uninitialized(search_.kept);
   std::sort(hypotheses_.begin(), hypotheses_.end(),
             [this](const Hypothesis& a, const Hypothesis& b) {
               if (a.evidence != b.evidence) return a.evidence > b.evidence;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "cell_steps.hpp"
 #include "unimapper/core/symmetric_eigen.hpp"
@@ -46,18 +47,29 @@ void PlaneVoxels::allocate(Arena& arena, const DescriptorConfig& config,
   planes_.allocate(arena, config.max_planes);
 }
 
+void PlaneVoxels::begin() noexcept {
+  dropped_ = 0;
+  voxels_.clear();
+  all_.clear();
+  order_.clear();
+  planes_.clear();
+  run_voxel_ = {};
+  run_ = {};
+  recent_ = {};
+  fitted_ = 0;
+}
+
 // Cells that follow each other mostly lie in one voxel: their moments are summed up before they are
 // added to the table.
 void PlaneVoxels::collect(std::span<const FineCell> structure) noexcept {
   const CellSteps grid(kSteps / voxel_size_m_, kOriginVoxels * kSteps);
-  RecentVoxels recent;
-  VoxelIndex current;
-  Moments run{};
+  VoxelIndex current = run_voxel_;
+  Moments run = run_;
   for (const FineCell& cell : structure) {
     const CellSteps::Steps at = grid.of(cell);
     const VoxelIndex index{at.x >> kStepBits, at.y >> kStepBits, at.z >> kStepBits};
     if (!(index == current)) {
-      add(current, run, recent);
+      add(current, run);
       current = index;
       run = {};
     }
@@ -77,18 +89,19 @@ void PlaneVoxels::collect(std::span<const FineCell> structure) noexcept {
     run.product[5] += z * z;
     // A voxel takes no more, and no sum may overflow before that is checked.
     if (run.count == kMaxCells) {
-      add(current, run, recent);
+      add(current, run);
       run = {};
     }
   }
-  add(current, run, recent);
+  run_voxel_ = current;
+  run_ = run;
 }
 
-void PlaneVoxels::add(const VoxelIndex& steps, const Moments& run, RecentVoxels& recent) noexcept {
+void PlaneVoxels::add(const VoxelIndex& steps, const Moments& run) noexcept {
   if (run.count == 0) return;
   const VoxelIndex index{steps.x - kOrigin, steps.y - kOrigin, steps.z - kOrigin};
   const std::uint32_t entry =
-      recent.entry(index, [this](VoxelKey key) { return voxels_.find_or_insert(key); });
+      recent_.entry(index, [this](VoxelKey key) { return voxels_.find_or_insert(key); });
   if (entry == FixedHashMap<Voxel>::kNotFound ||
       voxels_[entry].moments.count + run.count > kMaxCells) {
     dropped_ += run.count;
@@ -140,20 +153,20 @@ bool PlaneVoxels::fit(const Moments& moments, std::uint64_t key, PlanePatch& pat
   return true;
 }
 
-void PlaneVoxels::build(std::span<const FineCell> structure, const LocalGround& ground) noexcept {
-  dropped_ = 0;
-  voxels_.clear();
-  all_.clear();
-  order_.clear();
-  planes_.clear();
-  collect(structure);
-  for (std::uint32_t i = 0; i < voxels_.size(); ++i) {
+bool PlaneVoxels::fit_some(std::uint32_t voxels) noexcept {
+  add(run_voxel_, std::exchange(run_, {}));
+  const std::uint32_t end = fitted_ + std::min(voxels, unfitted());
+  for (; fitted_ < end; ++fitted_) {
     PlanePatch patch;
-    if (!fit(voxels_[i].moments, voxels_.key(i), patch)) continue;
+    if (!fit(voxels_[fitted_].moments, voxels_.key(fitted_), patch)) continue;
     all_.push_back(patch);
     order_.push_back(static_cast<std::uint32_t>(all_.size() - 1));
-    voxels_[i].plane = static_cast<std::uint32_t>(all_.size());
+    voxels_[fitted_].plane = static_cast<std::uint32_t>(all_.size());
   }
+  return unfitted() > 0;
+}
+
+void PlaneVoxels::select(const LocalGround& ground) noexcept {
   ground.for_each_plane(static_cast<std::int32_t>(config_.plane_min_cells),
                         [this](const PlanePatch& patch) {
                           if (!all_.push_back(patch)) return;

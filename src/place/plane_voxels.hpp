@@ -26,10 +26,17 @@ class PlaneVoxels {
  public:
   void allocate(Arena& arena, const DescriptorConfig& config, float voxel_size_m) noexcept;
 
-  /// Collects `structure` (cells that are not ground) into voxels and decides which are planes;
-  /// adds those of `ground`. Independent of the cells' order as long as the capacities hold. Cost:
-  /// linear in cells, one eigen decomposition per voxel.
-  void build(std::span<const FineCell> structure, const LocalGround& ground) noexcept;
+  /// Begins anew. What follows may be spread over any number of calls, in this order: all cells
+  /// collected, all voxels fitted, then the planes selected. Independent of the cells' order as
+  /// long as the capacities hold.
+  void begin() noexcept;
+  /// Collects cells that are not ground into voxels. O(cells).
+  void collect(std::span<const FineCell> structure) noexcept;
+  /// Decides of so many further voxels whether they are planes: one eigen decomposition each. False
+  /// once none is left.
+  bool fit_some(std::uint32_t voxels) noexcept;
+  /// Adds the planes of `ground` and selects those to keep. O(planes log planes).
+  void select(const LocalGround& ground) noexcept;
 
   /// Planes, upright ones first, then by range: the most informative are kept when there are more
   /// than fit.
@@ -39,7 +46,10 @@ class PlaneVoxels {
   /// among the 27 voxels around, else up.
   [[nodiscard]] Eigen::Vector3f bordering_normal(const Eigen::Vector3f& position) const noexcept;
 
-  /// Cells and planes refused because a container was full in the last `build`.
+  /// Voxels that are to be fitted still.
+  [[nodiscard]] std::uint32_t unfitted() const noexcept { return voxels_.size() - fitted_; }
+
+  /// Cells and planes refused because a container was full since `begin`.
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
 
  private:
@@ -55,13 +65,17 @@ class PlaneVoxels {
     std::uint32_t plane;  // 1 + index of its plane before selection, 0 if none
   };
   static constexpr std::uint32_t kMaxCells = 16384;
-  void collect(std::span<const FineCell> structure) noexcept;
-  void add(const VoxelIndex& steps, const Moments& run, RecentVoxels& recent) noexcept;
+  /// Adds a run of cells in one voxel to the table.
+  void add(const VoxelIndex& steps, const Moments& run) noexcept;
   bool fit(const Moments& moments, std::uint64_t key, PlanePatch& patch) const noexcept;
 
   DescriptorConfig config_{};
   float voxel_size_m_ = 0.0F;
   FixedHashMap<Voxel> voxels_;
+  VoxelIndex run_voxel_;  // of the run that the last call of `collect` ended in
+  Moments run_{};         // of its cells
+  RecentVoxels recent_;
+  std::uint32_t fitted_ = 0;
   FixedVector<PlanePatch> all_;
   FixedVector<PlanePatch> planes_;
   FixedVector<std::uint32_t> order_;

@@ -77,19 +77,29 @@ void StructureMap::allocate(Arena& arena, const DescriptorConfig& config) noexce
   make_kernel(config.window_m, config.column_size_m, window_kernel_);
 }
 
-void StructureMap::build(std::span<const FineCell> structure, const LocalGround& ground) noexcept {
+void StructureMap::begin() noexcept {
   corners_.clear();
   corners_.reset_refused();
+  if (width_ > 0) clear_last();
+}
+
+void StructureMap::run_pass(std::uint32_t pass) noexcept {
   if (width_ == 0) return;
-  clear_last();
-  accumulate(structure, ground);
-  mark_reach();
-  gradients();
-  smooth(xx_);
-  smooth(xy_);
-  smooth(yy_);
-  corner_response();
-  find_corners();
+  switch (pass) {
+    case 0:
+      mark_reach();
+      return gradients();
+    case 1:
+      return smooth(xx_);
+    case 2:
+      return smooth(xy_);
+    case 3:
+      return smooth(yy_);
+    case 4:
+      return corner_response();
+    default:
+      return find_corners();
+  }
 }
 
 // Calls `work(first)` for every block within reach of structure; `first` is the index of its first
@@ -116,6 +126,7 @@ void StructureMap::clear_last() noexcept {
 
 void StructureMap::accumulate(std::span<const FineCell> structure,
                               const LocalGround& ground) noexcept {
+  if (width_ == 0) return;
   // Columns are centred on the nodes of the grid; a cell is spread by sixteenths of a column.
   const float per_m = static_cast<float>(kParts) / config_.column_size_m;
   const CellSteps grid(per_m, half_extent_m_ * per_m);

@@ -35,9 +35,16 @@ class StructureMap {
  public:
   void allocate(Arena& arena, const DescriptorConfig& config) noexcept;
 
-  /// Fills the map with `structure`, cells that are not ground. Independent of the cells' order.
-  /// Cost: linear in the cells and in the part of the grid that lies near any.
-  void build(std::span<const FineCell> structure, const LocalGround& ground) noexcept;
+  /// Begins anew. What follows may be spread over any number of calls: all cells accumulated, then
+  /// every pass. Independent of the cells' order. Cost: linear in the part of the grid that was
+  /// near any cell.
+  void begin() noexcept;
+  /// Adds cells that are not ground. O(cells).
+  void accumulate(std::span<const FineCell> structure, const LocalGround& ground) noexcept;
+  /// From the map to its corners, in passes from 0 to `kPasses`. Cost of each: linear in the part
+  /// of the grid that lies near any cell.
+  static constexpr std::uint32_t kPasses = 6;
+  void run_pass(std::uint32_t pass) noexcept;
 
   /// Local maxima of the corner response, strongest first, ties by position.
   [[nodiscard]] std::span<const StructureCorner> corners() const noexcept {
@@ -50,7 +57,7 @@ class StructureMap {
   static constexpr float kCodeRadius = 1.2F;
   static constexpr float kSliceHeight = 0.2F;
 
-  /// Corners refused because a container was full in the last `build`.
+  /// Corners refused because a container was full since `begin`.
   [[nodiscard]] std::uint64_t dropped() const noexcept { return corners_.refused(); }
 
  private:
@@ -60,7 +67,6 @@ class StructureMap {
   static constexpr std::int32_t kBlock = 8;
 
   void clear_last() noexcept;
-  void accumulate(std::span<const FineCell> structure, const LocalGround& ground) noexcept;
   void mark_reach() noexcept;
   template <typename Work>
   void for_each_block(Work&& work) noexcept;

@@ -51,6 +51,16 @@ class PlaceDatabase {
   std::span<const LoopCandidate> search(const PlaceView& query, KeyframeId query_id,
                                         const SearchScope& scope) noexcept;
 
+  /// The same in steps with a bound, for callers who have little time at once: begin, then
+  /// `search_step` until it returns false, then `found()`. What the query's spans point to stays
+  /// valid until then, and nothing is inserted or searched for in between.
+  void begin_search(const PlaceView& query, KeyframeId query_id, const SearchScope& scope) noexcept;
+  /// The next step: 8,192 stored triangles compared and what one of the query adds, the peaks of
+  /// all votes, eight poses fitted, or one verified. False once nothing is left.
+  bool search_step() noexcept;
+  /// What the last search found, once no step is left; valid until the next one begins.
+  [[nodiscard]] std::span<const LoopCandidate> found() const noexcept;
+
   /// Places stored.
   [[nodiscard]] std::uint32_t size() const noexcept;
   /// Places evicted for newer ones.

@@ -20,15 +20,26 @@ class PlaceDescriber {
   void allocate(Arena& arena, const DescriptorConfig& config,
                 const DescriptorInput& input = {}) noexcept;
 
-  /// Describes one keyframe. The view stays valid until the next call. Bounded by the
-  /// configured capacities; what did not fit is in `dropped()`.
+  /// Describes one keyframe. The view stays valid until the next description begins. Bounded by
+  /// the configured capacities; what did not fit is in `dropped()`.
   PlaceView describe(std::span<const FineCell> cells) noexcept;
+
+  /// The same in steps with a bound, for callers who have little time at once: begin, then `step`
+  /// until it returns false, then `place()`. The cells stay valid until then.
+  void begin(std::span<const FineCell> cells) noexcept;
+  /// The next step: at most 16,384 cells, 1,024 plane fits, or one pass over the grid. False once
+  /// nothing is left.
+  bool step() noexcept;
+  /// About how many steps are left; 0 exactly when none is.
+  [[nodiscard]] std::uint32_t steps_left() const noexcept;
+  /// What the last description found, once no step is left.
+  [[nodiscard]] PlaceView place() const noexcept;
 
   /// The planes alone, as `describe` finds them, for callers with cells and keypoints at hand.
   /// Valid until the next call.
   std::span<const PlanePatch> find_planes(std::span<const FineCell> cells) noexcept;
 
-  /// Cells, voxels and keypoints refused because a container was full in the last call.
+  /// Cells, voxels and keypoints refused because a container was full in the last description.
   [[nodiscard]] std::uint64_t dropped() const noexcept;
 
  private:
