@@ -48,12 +48,12 @@ um_status um_keyframe_encode(um_pipeline* pipeline, const um_session* session, v
       (buffer == nullptr && capacity > 0)) {
     return refuse(*pipeline, UM_NULL_ARGUMENT);
   }
-  if (!pipeline->keyframe_ready) return refuse(*pipeline, UM_NO_KEYFRAME);
+  if (!pipeline->keyframe_finished) return refuse(*pipeline, UM_NO_KEYFRAME);
   auto encoder = wire::KeyframeEncoder::create(pipeline->config.voxel.max_cells,
                                                {static_cast<std::byte*>(scratch), scratch_bytes});
   if (!encoder.ok()) return tell(*pipeline, encoder.error());
   const wire::EncodeResult result =
-      encoder->encode(pipeline->core->keyframe(), {session->robot, session->session},
+      encoder->encode(pipeline->core->finished_keyframe(), {session->robot, session->session},
                       {static_cast<std::uint8_t*>(buffer), capacity});
   *encoded = {result.bytes, result.image_bytes, result.left_out};
   return tell(*pipeline, result.error);

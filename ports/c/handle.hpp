@@ -18,10 +18,13 @@ struct alignas(UM_ALIGNMENT) um_pipeline {
   std::byte* ring_memory;
   std::size_t ring_bytes;
   std::uint32_t event_capacity;
-  bool keyframe_ready;
+  bool keyframe_ready;     // by the last call that may close one
+  bool keyframe_finished;  // by the last call that may finish one
   const char* message;
   um_scan scans[unimapper::KeyframeConfig::kMaxScans];
   um_loop loops[256];  // LoopSearchConfig::max_results is at most 256
+  um_scan finished_scans[unimapper::KeyframeConfig::kMaxScans];
+  um_loop finished_loops[256];
   um_health health;
 };
 

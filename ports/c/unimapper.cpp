@@ -82,17 +82,36 @@ um_status make_core(um_pipeline& pipeline) noexcept {
   const auto created =
       Pipeline::create(pipeline.config, {pipeline.core_memory, pipeline.core_bytes});
   pipeline.core = created.ok() ? created.value() : nullptr;
-  pipeline.keyframe_ready = false;
+  pipeline.keyframe_ready = pipeline.keyframe_finished = false;
   pipeline.health = {};
   return tell(pipeline, created.error());
+}
+
+void finish(um_pipeline& pipeline, bool keyframe_finished) noexcept {
+  pipeline.keyframe_finished = keyframe_finished;
+  if (!keyframe_finished) return;
+  add_keyframe(pipeline.health, *pipeline.core->finished_keyframe().statistics);
 }
 
 um_status finish(um_pipeline& pipeline, const ScanResult& result,
                  std::int32_t* keyframe_ready) noexcept {
   pipeline.keyframe_ready = result.keyframe_ready;
-  if (result.keyframe_ready) add_keyframe(pipeline.health, *pipeline.core->keyframe().statistics);
   if (keyframe_ready != nullptr) *keyframe_ready = result.keyframe_ready ? 1 : 0;
+  finish(pipeline, result.keyframe_finished);
   return tell(pipeline, result.error);
+}
+
+/// Writes a keyframe as far as the program knows the struct.
+um_status write_keyframe(um_pipeline& pipeline, bool available, const KeyframeView& view,
+                         um_scan* scans, um_loop* loops, um_keyframe* keyframe) noexcept {
+  if (keyframe == nullptr) return refuse(pipeline, UM_NULL_ARGUMENT);
+  const std::uint32_t struct_size = keyframe->struct_size;
+  if (!is_keyframe_size(struct_size)) return refuse(pipeline, UM_UNKNOWN_VERSION);
+  if (!available) return refuse(pipeline, UM_NO_KEYFRAME);
+  um_keyframe full = to_c(view, scans, loops);
+  full.struct_size = struct_size;
+  std::memcpy(keyframe, &full, struct_size);
+  return tell(pipeline, {});
 }
 
 /// A status for `message` if the caller wants it.
@@ -315,16 +334,26 @@ um_status um_flush(um_pipeline* pipeline, std::int32_t* keyframe_ready) {
   return finish(*pipeline, pipeline->core->flush(), keyframe_ready);
 }
 
+um_status um_work(um_pipeline* pipeline, std::uint32_t budget_us, std::int32_t* work_left) {
+  if (work_left != nullptr) *work_left = 0;
+  if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
+  const WorkResult result = pipeline->core->work(budget_us);
+  if (work_left != nullptr) *work_left = result.work_left ? 1 : 0;
+  pipeline->keyframe_ready = false;
+  finish(*pipeline, result.keyframe_finished);
+  return tell(*pipeline, {});
+}
+
 um_status um_keyframe_get(um_pipeline* pipeline, um_keyframe* keyframe) {
   if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
-  if (keyframe == nullptr) return refuse(*pipeline, UM_NULL_ARGUMENT);
-  const std::uint32_t struct_size = keyframe->struct_size;
-  if (!is_keyframe_size(struct_size)) return refuse(*pipeline, UM_UNKNOWN_VERSION);
-  if (!pipeline->keyframe_ready) return refuse(*pipeline, UM_NO_KEYFRAME);
-  um_keyframe full = to_c(pipeline->core->keyframe(), pipeline->scans, pipeline->loops);
-  full.struct_size = struct_size;
-  std::memcpy(keyframe, &full, struct_size);
-  return tell(*pipeline, {});
+  return write_keyframe(*pipeline, pipeline->keyframe_ready, pipeline->core->keyframe(),
+                        pipeline->scans, pipeline->loops, keyframe);
+}
+
+um_status um_finished_get(um_pipeline* pipeline, um_keyframe* keyframe) {
+  if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
+  return write_keyframe(*pipeline, pipeline->keyframe_finished, pipeline->core->finished_keyframe(),
+                        pipeline->finished_scans, pipeline->finished_loops, keyframe);
 }
 
 um_status um_labels(um_pipeline* pipeline, std::uint32_t scan, std::uint8_t* labels,
@@ -345,7 +374,7 @@ um_status um_relabelled_get(um_pipeline* pipeline, um_relabelled* relabelled) {
   if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
   if (relabelled == nullptr) return refuse(*pipeline, UM_NULL_ARGUMENT);
   *relabelled = {};
-  const RelabelledKeyframe& last = pipeline->core->keyframe().relabelled;
+  const RelabelledKeyframe& last = pipeline->core->finished_keyframe().relabelled;
   if (last.available) {
     *relabelled = {
         1, last.sequence, last.later_keyframes, last.cells_now_dynamic, last.cells_now_static, {}};

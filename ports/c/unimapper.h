@@ -256,9 +256,17 @@ UM_API UM_CHECKED um_status um_add_scan(um_pipeline* pipeline, const um_points* 
                                         const um_pose* T_odometry_sensor, int64_t stamp_ns,
                                         int32_t* keyframe_ready);
 
-/** Closes a keyframe that has fewer scans than configured (end of a run). *keyframe_ready (may be
- *  null) is 0 if there was none. */
+/** Closes a keyframe that has fewer scans than configured (end of a run) and finishes it.
+ *  *keyframe_ready (may be null) is 0 if there was none. With the parameter `deferred` the keyframe
+ *  before may have to be finished first: call until um_finished_get has none any more. */
 UM_API UM_CHECKED um_status um_flush(um_pipeline* pipeline, int32_t* keyframe_ready);
+
+/** With the parameter `deferred` (um_config_set), the call that closes a keyframe does only what
+ *  decides its labels. Final labels, description and loop search follow in slices: um_add_scan does
+ *  its share, and um_work does more for a program that has time before the next scan. One slice,
+ *  and as many more as begin within `budget_us` by clock_ns. *work_left (may be null) becomes 1 if
+ *  a keyframe is not finished yet. Whether and when it is called changes no result. */
+UM_API UM_CHECKED um_status um_work(um_pipeline* pipeline, uint32_t budget_us, int32_t* work_left);
 
 /* ---- Keyframes out -------------------------------------------------------------------------- */
 
@@ -324,7 +332,7 @@ enum um_stage {
   UM_STAGE_REMOVAL = 1,     /**< voxels, ground, free space, static / dynamic */
   UM_STAGE_DESCRIPTION = 2, /**< keypoints and planes */
   UM_STAGE_SEARCH = 3,      /**< loop search and insertion */
-  UM_STAGE_TOTAL = 4        /**< everything spent inside um_add_scan and um_flush */
+  UM_STAGE_TOTAL = 4        /**< everything spent inside um_add_scan, um_flush and um_work */
 };
 
 /** The containers whose fill is reported; indices of um_statistics.capacity. */
@@ -399,8 +407,8 @@ typedef struct um_input {
                               unknown */
 } um_input;
 
-/** A finished keyframe. Pointers lead into the pipeline's memory and stay valid until the next
- *  call of um_add_scan, um_flush or um_reset. */
+/** A keyframe. Pointers lead into the pipeline's memory and stay valid until the next call of
+ *  um_add_scan, um_flush, um_work or um_reset. */
 typedef struct um_keyframe {
   uint32_t struct_size;         /**< sizeof(um_keyframe), set by the caller */
   uint32_t sequence;            /**< running number, from 0 */
@@ -432,6 +440,12 @@ typedef struct um_keyframe {
  *  keyframe->struct_size; UM_NO_KEYFRAME if that call closed none. Cost: about a kilobyte copied.
  */
 UM_API UM_CHECKED um_status um_keyframe_get(um_pipeline* pipeline, um_keyframe* keyframe);
+
+/** The keyframe that the last call of um_add_scan, um_flush or um_work finished: with keypoints,
+ *  planes, loops and all counts. It is the one that um_keyframe_get gives, unless the parameter
+ *  `deferred` is set; then that one has none of these yet, and this is an earlier one, or after
+ *  um_flush the same. UM_NO_KEYFRAME if that call finished none. */
+UM_API UM_CHECKED um_status um_finished_get(um_pipeline* pipeline, um_keyframe* keyframe);
 
 /** Most scans, and free-space images, of a keyframe. */
 #define UM_MAX_SCANS 32
@@ -491,7 +505,7 @@ typedef struct um_encoded {
 /** Bytes of scratch memory um_keyframe_encode needs with this pipeline; 0 for no pipeline. */
 UM_API size_t um_encode_scratch_bytes(const um_pipeline* pipeline);
 
-/** Writes the keyframe that the last call closed to `buffer` as the bytes a base station reads
+/** Writes the keyframe of um_finished_get to `buffer` as the bytes a base station reads
  *  (docs/wire-format.md), to be sent or stored by any means. `scratch` is 64-byte aligned, holds
  *  um_encode_scratch_bytes and is free for other use between calls. encoded->bytes tells how many
  *  bytes the keyframe takes; UM_BUFFER_TOO_SMALL if that is more than `capacity`: nothing in the
@@ -534,8 +548,8 @@ typedef struct um_health {
   uint32_t reserved;          /**< 0 */
   uint64_t scans;             /**< handed over */
   uint64_t scans_refused;     /**< of which refused */
-  uint64_t keyframes;         /**< closed */
-  uint64_t points_in;         /**< in the scans of closed keyframes */
+  uint64_t keyframes;         /**< finished */
+  uint64_t points_in;         /**< in the scans of finished keyframes */
   uint64_t points_dynamic;    /**< of which labelled dynamic */
   uint64_t deadline_misses;   /**< keyframes that took longer than budget_us */
   uint64_t dropped[16];       /**< by enum um_drop_cause */
@@ -559,7 +573,7 @@ typedef struct um_relabelled {
   uint32_t reserved[3];       /**< 0 */
 } um_relabelled;
 
-/** The keyframe that was evicted when the last one closed, or by um_relabel_next. */
+/** The keyframe that was evicted by the one of um_finished_get, or by um_relabel_next. */
 UM_API UM_CHECKED um_status um_relabelled_get(um_pipeline* pipeline, um_relabelled* relabelled);
 
 /** Replaces the online labels of a scan of that keyframe by the final ones. The caller kept them,

@@ -47,6 +47,10 @@ void add_processing_options(CLI::App& command, OnboardOptions& options) {
   command.add_flag("--force", options.force,
                    "Map the recording even if it looks surely wrong (units, poses, records)");
   command.add_flag("--realtime", options.realtime, "Feed the scans at the pace of their stamps");
+  command.add_flag(
+      "--deferred", options.deferred,
+      "Describe, search and relabel in slices, in the calls that follow a keyframe, as "
+      "on a robot: the same results, shorter calls");
   command.add_option("--against", options.against,
                      "Search the places of an earlier run too; may be given more than once");
   command.add_flag("--all-candidates", options.all_candidates,

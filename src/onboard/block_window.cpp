@@ -43,6 +43,7 @@ void BlockWindow::allocate(Arena& arena, const PipelineConfig& config) noexcept 
 }
 
 void BlockWindow::forget() noexcept {
+  if (early_eviction_ != nullptr) early_eviction_(early_eviction_context_);
   for (Entered& entered : entered_) entered.count = 0;
   earlier_ = 0;
   used_ = fresh_ = free_count_ = 0;
@@ -87,16 +88,6 @@ std::uint32_t BlockWindow::enter(const VoxelIndex& block) noexcept {
   if (tile.entered == 0) entered_tiles_[entered_tile_count_++] = number;
   tile.entered |= std::uint64_t{1} << position;
   return tile.slots[position].number = entered_count_++;
-}
-
-VoxelIndex BlockWindow::block_at(std::uint32_t entry, const Grid& grid) const noexcept {
-  const Held& held = held_[entry];
-  const VoxelIndex tile = unpack(tiles_[held.position >> 6U].key);
-  const auto position = static_cast<std::int32_t>(held.position & 63U);
-  const VoxelIndex shift = shift_between(grid, origin_).cells;
-  return {(tile.x << kEdgeBits) + (position & 3) - (shift.x >> Block::kEdgeBits),
-          (tile.y << kEdgeBits) + (position >> 2 & 3) - (shift.y >> Block::kEdgeBits),
-          (tile.z << kEdgeBits) + (position >> 4) - (shift.z >> Block::kEdgeBits)};
 }
 
 void BlockWindow::arrange(std::span<const Block> entered) noexcept {
@@ -222,6 +213,7 @@ void BlockWindow::evict(Entered& entered) noexcept {
 
 bool BlockWindow::make_room() noexcept {
   if (earlier_ == 0) return false;
+  if (early_eviction_ != nullptr) early_eviction_(early_eviction_context_);
   evict(entered_[slot(earlier_)]);
   --earlier_;
   return true;

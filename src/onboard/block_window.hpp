@@ -33,6 +33,14 @@ class BlockWindow {
 
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
+  /// `call(context)` comes before any keyframe is gone earlier than after the window's length:
+  /// forgotten, or evicted because the store is full. Whatever reads its occupancy still must do so
+  /// then.
+  void before_early_eviction(void (*call)(void*), void* context) noexcept {
+    early_eviction_ = call;
+    early_eviction_context_ = context;
+  }
+
   /// Forgets every keyframe. O(window).
   void forget() noexcept;
   /// Begins a keyframe whose blocks are counted in `grid`. Keyframes too far from the first one
@@ -94,8 +102,6 @@ class BlockWindow {
                                              std::uint32_t age) const noexcept {
     return history_[entry * std::size_t{slots_} + slot(age)];
   }
-  /// Where the block with an entry lies in a grid of the window.
-  [[nodiscard]] VoxelIndex block_at(std::uint32_t entry, const Grid& grid) const noexcept;
 
   /// Number of the current keyframe since the beginning, and how long ago another one was.
   [[nodiscard]] std::uint32_t keyframe() const noexcept { return keyframe_; }
@@ -179,6 +185,8 @@ class BlockWindow {
   /// Takes the tiles without blocks away.
   void purge_tiles() noexcept;
 
+  void (*early_eviction_)(void*) = nullptr;
+  void* early_eviction_context_ = nullptr;
   Grid origin_;
   VoxelIndex shift_;  ///< from blocks of the current grid to blocks of the origin's
   bool started_ = false;

@@ -19,18 +19,23 @@ void EventReporter::refusal(const Error& error, std::int64_t stamp_ns,
   push(EventId::kScanRefused, stamp_ns, static_cast<std::uint64_t>(error.code), scan);
 }
 
-void EventReporter::keyframe(const KeyframeView& view, float spent_us) noexcept {
-  if (ring_ == nullptr) return;
-  const std::int64_t stamp_ns = view.scans.back().stamp_ns;
-  push(EventId::kKeyframeClosed, stamp_ns, view.sequence, view.scans.size(),
+void EventReporter::closed(const Keyframe& keyframe) noexcept {
+  const KeyframeView& view = keyframe.view;
+  push(EventId::kKeyframeClosed, view.scans.back().stamp_ns, view.sequence, view.scans.size(),
        view.static_cells.size(), view.dynamic_cells.size());
+}
+
+void EventReporter::finished(const Keyframe& keyframe) noexcept {
+  if (ring_ == nullptr) return;
+  const KeyframeView& view = keyframe.view;
+  const std::int64_t stamp_ns = view.scans.back().stamp_ns;
   capacity(view, stamp_ns);
   up(view, stamp_ns);
-  if (sampling_changed_) sampling(view.statistics->sampling, stamp_ns);
+  if (keyframe.sampling_changed) sampling(view.statistics->sampling, stamp_ns);
   attitude(view, stamp_ns);
   if (view.statistics->deadline_missed) {
-    push(EventId::kDeadlineMissed, stamp_ns, static_cast<std::uint64_t>(spent_us), budget_us_,
-         view.sequence);
+    push(EventId::kDeadlineMissed, stamp_ns, static_cast<std::uint64_t>(keyframe.spent_us),
+         budget_us_, view.sequence);
   }
 }
 
@@ -63,7 +68,6 @@ void EventReporter::up(const KeyframeView& view, std::int64_t stamp_ns) noexcept
 }
 
 void EventReporter::sampling(const SamplingStatistics& found, std::int64_t stamp_ns) noexcept {
-  sampling_changed_ = false;
   if (found.rays_differ || found.changes > 0) {
     push(EventId::kSamplingDiffers, stamp_ns, thousandths(found.ray_spacing_deg),
          thousandths(found.ring_spacing_deg), thousandths(free_space_.ray_spacing_deg),

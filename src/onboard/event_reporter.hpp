@@ -3,10 +3,10 @@
 
 #include <cstdint>
 
+#include "keyframe.hpp"
 #include "unimapper/core/expected.hpp"
 #include "unimapper/onboard/config.hpp"
 #include "unimapper/onboard/events.hpp"
-#include "unimapper/onboard/pipeline.hpp"
 
 namespace unimapper::onboard {
 
@@ -22,10 +22,9 @@ class EventReporter {
 
   /// A scan that was refused.
   void refusal(const Error& error, std::int64_t stamp_ns, std::uint32_t scan) noexcept;
-  /// What is known of the sensor has changed: to be reported with the next keyframe.
-  void sampling_changed() noexcept { sampling_changed_ = true; }
-  /// A finished keyframe, which took so many microseconds.
-  void keyframe(const KeyframeView& view, float spent_us) noexcept;
+  /// A keyframe was closed, or finished.
+  void closed(const Keyframe& keyframe) noexcept;
+  void finished(const Keyframe& keyframe) noexcept;
 
  private:
   void push(EventId id, std::int64_t stamp_ns, std::uint64_t a, std::uint64_t b = 0,
@@ -38,10 +37,9 @@ class EventReporter {
   EventRing* ring_;
   std::uint32_t budget_us_;
   float up_sigma_deg_;
-  FreeSpaceConfig free_space_;     ///< as configured
-  bool sampling_changed_ = false;  ///< and not reported yet
-  bool contradicted_ = false;      ///< in the keyframe before, up was not where promised
-  bool uncompensated_ = false;     ///< so looked the sweeps of the keyframe before
+  FreeSpaceConfig free_space_;  ///< as configured
+  bool contradicted_ = false;   ///< in the keyframe before, up was not where promised
+  bool uncompensated_ = false;  ///< so looked the sweeps of the keyframe before
 };
 
 }  // namespace unimapper::onboard

@@ -26,7 +26,6 @@ struct FinalLabels::Group {
   std::int32_t log_odds[kGroup];
   // One entry per block.
   OpenBlock block[kGroup];
-  VoxelIndex index[kGroup];      ///< in the grid of the relabelled keyframe
   std::uint32_t first[kGroup];   ///< its first cell
   std::int32_t decided[kGroup];  ///< evidence for its cells that stay static
 
@@ -52,79 +51,108 @@ void FinalLabels::allocate(Arena& arena, const PipelineConfig& config) noexcept 
 }
 
 void FinalLabels::drop_oldest() noexcept {
+  if (is_in_progress()) progress_ = Progress::kNone;
   open_count_ -= keyframes_[0].count;
   std::copy(keyframes_ + 1, keyframes_ + stored_, keyframes_);
   --stored_;
 }
 
-void FinalLabels::store(const BlockWindow& blocks, const CellTable& cells,
+void FinalLabels::store(const EvidenceWindow& window, const CellTable& cells,
                         std::uint32_t sequence) noexcept {
   if (!on_) return;
-  left_out_ = 0;
+  not_stored_ = 0;
   if (stored_ == std::size(keyframes_)) drop_oldest();
-  Stored now{sequence, blocks.keyframe(), next_, 0, cells.grid()};
+  const BlockWindow& blocks = window.blocks();
+  Stored now{sequence, blocks.keyframe(), next_, 0, 0, cells.grid()};
   for (std::uint32_t b = 0; b < cells.blocks().size(); ++b) {
     const CellMarks& marks = cells.marks(b);
     const std::uint64_t open = marks.candidate & ~marks.dynamic & ~marks.confirmed_static;
     if ((marks.dynamic | open) == 0) continue;
+    // What is to be relabelled makes room first, unless the result before would be lost.
+    if (open_count_ == capacity_ && !keeps_result_) finish(window);
     while (open_count_ == capacity_ && stored_ > 0) {
-      left_out_ += keyframes_[0].count;
+      not_stored_ += keyframes_[0].count;
       drop_oldest();
     }
     if (open_count_ == capacity_) {
-      ++left_out_;
+      ++not_stored_;
       continue;
     }
-    ring(next_) = {marks.dynamic, open, blocks.entry(b)};
+    ring(next_) = {marks.dynamic, open, cells.blocks()[b].index, blocks.entry(b)};
     next_ = (next_ + 1) % capacity_;
     ++open_count_;
     ++now.count;
+    now.cells += popcount(marks.dynamic | open);
   }
   keyframes_[stored_++] = now;
 }
 
-bool FinalLabels::relabel_evicted(const EvidenceWindow& window) noexcept {
-  result_.available = false;
+bool FinalLabels::begin_evicted(const EvidenceWindow& window, bool keeps_result) noexcept {
+  const BlockWindow& blocks = window.blocks();
+  progress_ = Progress::kNone;
+  keeps_result_ = keeps_result;
+  result_.available = result_.available && keeps_result;
   if (!on_) return false;
   // Keyframes that were evicted early are gone.
-  while (stored_ > 0 &&
-         window.blocks().age_of(keyframes_[0].keyframe) > window.blocks().earlier_count()) {
+  while (stored_ > 0 && blocks.age_of(keyframes_[0].keyframe) > blocks.earlier_count()) {
     drop_oldest();
   }
-  if (stored_ == 0) return false;
-  if (window.blocks().age_of(keyframes_[0].keyframe) < window.blocks().longest_age()) return false;
-  return relabel_first(window, 0);
-}
-
-bool FinalLabels::relabel_oldest(const EvidenceWindow& window) noexcept {
-  result_.available = false;
-  if (!on_ || stored_ == 0) return false;
-  return relabel_first(window, 1);
-}
-
-bool FinalLabels::relabel_first(const EvidenceWindow& window, std::uint32_t latest_age) noexcept {
-  const Stored keyframe = keyframes_[0];
-  const BlockWindow& blocks = window.blocks();
-  const std::uint32_t age = blocks.age_of(keyframe.keyframe);
-  grid_ = keyframe.grid;
-  changed_.clear();
-  result_ = {true, keyframe.sequence, age - latest_age, 0, 0};
-  group_->size = group_->blocks = 0;
-  for (std::uint32_t i = 0; i < keyframe.count; ++i) {
-    if (!group_->has_room()) finish(window, age, latest_age);
-    const OpenBlock& block = ring(keyframe.first + i);
-    add(blocks, block, blocks.block_at(block.entry, grid_), age, latest_age);
-  }
-  finish(window, age, latest_age);
-  drop_oldest();
+  if (stored_ == 0 || blocks.age_of(keyframes_[0].keyframe) < blocks.longest_age()) return false;
+  begin_first(blocks.keyframe());
   return true;
 }
 
-void FinalLabels::add(const BlockWindow& blocks, const OpenBlock& block, const VoxelIndex& index,
-                      std::uint32_t age, std::uint32_t latest_age) noexcept {
+bool FinalLabels::begin_oldest(const EvidenceWindow& window) noexcept {
+  result_.available = false;
+  if (!on_ || stored_ == 0) return false;
+  begin_first(window.blocks().keyframe() - 1);
+  return true;
+}
+
+void FinalLabels::begin_first(std::uint32_t latest) noexcept {
+  latest_ = latest;
+  next_block_ = cells_passed_ = 0;
+  progress_ = Progress::kBegun;
+}
+
+void FinalLabels::start(const BlockWindow& blocks) noexcept {
+  const Stored& keyframe = keyframes_[0];
+  grid_ = keyframe.grid;
+  changed_.clear();
+  result_ = {false, keyframe.sequence, blocks.age_of(keyframe.keyframe) - blocks.age_of(latest_), 0,
+             0};
+  group_->size = group_->blocks = 0;
+  progress_ = Progress::kUnderWay;
+}
+
+bool FinalLabels::step(const EvidenceWindow& window) noexcept {
+  if (!is_in_progress()) return false;
+  if (progress_ == Progress::kBegun) start(window.blocks());
+  const Stored& keyframe = keyframes_[0];
+  const std::uint32_t age = window.blocks().age_of(keyframe.keyframe);
+  const std::uint32_t latest_age = window.blocks().age_of(latest_);
+  while (next_block_ < keyframe.count && group_->has_room()) {
+    add(window.blocks(), ring(keyframe.first + next_block_++), age, latest_age);
+  }
+  finish_group(window, age, latest_age);
+  if (next_block_ < keyframe.count) return true;
+  progress_ = Progress::kDone;
+  result_.available = true;
+  drop_oldest();
+  return false;
+}
+
+std::uint32_t FinalLabels::steps_left() const noexcept {
+  if (!is_in_progress()) return 0;
+  // A step ends when there is no room for another full block.
+  constexpr std::uint32_t kLeast = kGroup - Block::kCells + 1;
+  return 1 + (keyframes_[0].cells - cells_passed_) / kLeast;
+}
+
+void FinalLabels::add(const BlockWindow& blocks, const OpenBlock& block, std::uint32_t age,
+                      std::uint32_t latest_age) noexcept {
   Group& group = *group_;
   group.block[group.blocks] = block;
-  group.index[group.blocks] = index;
   group.first[group.blocks] = group.size;
   const std::uint32_t number = group.blocks++;
   group.decided[number] = 0;
@@ -134,9 +162,10 @@ void FinalLabels::add(const BlockWindow& blocks, const OpenBlock& block, const V
     occupied_later[later - latest_age] = blocks.occupied_entry(block.entry, later);
   }
   const CellCounts occupied({occupied_later, age - latest_age});
+  cells_passed_ += popcount(block.dynamic | block.open);
   for (std::uint64_t left = block.dynamic | block.open; left != 0; left &= left - 1) {
     const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
-    const VoxelIndex cell = cell_in(index, bit);
+    const VoxelIndex cell = cell_in(block.index, bit);
     const std::int32_t prior = (block.dynamic >> bit & 1U) != 0 ? prior_ : 0;
     const std::int32_t sum = prior - occupied_ * occupied.of(bit);
     if ((block.open >> bit & 1U) != 0 && sum <= -kStaticObservations * occupied_) {
@@ -152,8 +181,8 @@ void FinalLabels::add(const BlockWindow& blocks, const OpenBlock& block, const V
   }
 }
 
-void FinalLabels::finish(const EvidenceWindow& window, std::uint32_t age,
-                         std::uint32_t latest_age) noexcept {
+void FinalLabels::finish_group(const EvidenceWindow& window, std::uint32_t age,
+                               std::uint32_t latest_age) noexcept {
   Group& group = *group_;
   const ObservedPoints points{group.x, group.y, group.z, group.log_odds, group.size};
   for (std::uint32_t later = latest_age; later < age; ++later) {
@@ -161,13 +190,13 @@ void FinalLabels::finish(const EvidenceWindow& window, std::uint32_t age,
     evidence.observe(stride_, grid_, points);
   }
   for (std::uint32_t b = 0; b < group.blocks; ++b) {
-    finish_block(group.block[b], group.index[b], group.log_odds + group.first[b], group.decided[b]);
+    finish_block(group.block[b], group.log_odds + group.first[b], group.decided[b]);
   }
   group.size = group.blocks = 0;
 }
 
-void FinalLabels::finish_block(const OpenBlock& block, const VoxelIndex& index,
-                               const std::int32_t* log_odds, std::int32_t decided) noexcept {
+void FinalLabels::finish_block(const OpenBlock& block, const std::int32_t* log_odds,
+                               std::int32_t decided) noexcept {
   const std::uint64_t undecided = block.dynamic | block.open;
   EvidenceSum evidence;
   const std::int32_t* sum = log_odds;
@@ -189,7 +218,7 @@ void FinalLabels::finish_block(const OpenBlock& block, const VoxelIndex& index,
   }
   const Changed change{dynamic & block.open, ~dynamic & block.dynamic};
   if ((change.now_dynamic | change.now_static) == 0) return;
-  const std::uint32_t entry = changed_.find_or_insert(pack(index));
+  const std::uint32_t entry = changed_.find_or_insert(pack(block.index));
   if (entry == FixedHashMap<Changed>::kNotFound) return;
   changed_[entry] = change;
   result_.cells_now_dynamic += popcount(change.now_dynamic);

@@ -23,24 +23,40 @@ class FinalLabels {
  public:
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
-  /// Forgets all keyframes.
+  /// Forgets all keyframes, but not the result. Nothing must be in progress.
   void forget() noexcept { stored_ = open_count_ = 0; }
 
   /// Stores the undecided cells of the current keyframe, number `sequence`, before the window
   /// records it. If there is no room the oldest keyframes are dropped. O(blocks).
-  void store(const BlockWindow& blocks, const CellTable& cells, std::uint32_t sequence) noexcept;
+  void store(const EvidenceWindow& window, const CellTable& cells, std::uint32_t sequence) noexcept;
 
-  /// Relabels the keyframe that the next record evicts from the window, if there is one and it is
-  /// stored. O(undecided cells x images of the window).
-  bool relabel_evicted(const EvidenceWindow& window) noexcept;
+  /// Begins to relabel the keyframe that the next record evicts from the window, by the evidence up
+  /// to the current one; false if there is none or it is not stored. With `keeps_result`, `relabel`
+  /// applies the last one's result until the first `step`.
+  bool begin_evicted(const EvidenceWindow& window, bool keeps_result) noexcept;
   /// The same for the oldest keyframe there is, after the last record. False if there is none.
-  bool relabel_oldest(const EvidenceWindow& window) noexcept;
+  bool begin_oldest(const EvidenceWindow& window) noexcept;
+  /// Relabels the next blocks, of 2,048 cells at most; afterwards a keyframe may be recorded or
+  /// another one begun, but no evidence that was there at the beginning may be gone. False once no
+  /// block is left. O(images of the window).
+  bool step(const EvidenceWindow& window) noexcept;
+  /// All that is left.
+  void finish(const EvidenceWindow& window) noexcept {
+    while (step(window)) {
+    }
+  }
+  /// Most steps that are left; 0 just if none is.
+  [[nodiscard]] std::uint32_t steps_left() const noexcept;
 
-  /// Blocks for which the last `store` and relabelling found no room: they keep their online
-  /// labels.
-  [[nodiscard]] std::uint64_t left_out() const noexcept { return left_out_ + changed_.refused(); }
+  /// Blocks for which the last `store` found no room: they keep their online labels.
+  [[nodiscard]] std::uint64_t not_stored() const noexcept { return not_stored_; }
+  /// The same of the last relabelling.
+  [[nodiscard]] std::uint64_t not_relabelled() const noexcept { return changed_.refused(); }
 
-  /// Counts of the keyframe that was relabelled last.
+  /// What was begun last is done: there is a result. False too where nothing was to be done.
+  [[nodiscard]] bool is_done() const noexcept { return progress_ == Progress::kDone; }
+  /// Counts of the keyframe that was relabelled last; not available from the first step of another
+  /// relabelling to its end.
   [[nodiscard]] const RelabelledKeyframe& result() const noexcept { return result_; }
   /// Changes the labels of a scan of that keyframe accordingly. Returns how many. O(points).
   std::size_t relabel(const PointView& points, const Pose& T_odometry_sensor,
@@ -53,6 +69,7 @@ class FinalLabels {
   struct OpenBlock {
     std::uint64_t dynamic;
     std::uint64_t open;   ///< static without enough evidence
+    VoxelIndex index;     ///< in the keyframe's grid
     std::uint32_t entry;  ///< in the window
   };
   struct Stored {
@@ -60,6 +77,7 @@ class FinalLabels {
     std::uint32_t keyframe;  ///< the window's number of it
     std::uint32_t first;     ///< in the ring of open blocks
     std::uint32_t count;
+    std::uint32_t cells;  ///< undecided ones
     Grid grid;
   };
   /// Cells whose label changed.
@@ -70,13 +88,20 @@ class FinalLabels {
   struct Group;
 
   void drop_oldest() noexcept;
-  bool relabel_first(const EvidenceWindow& window, std::uint32_t latest_age) noexcept;
-  void add(const BlockWindow& blocks, const OpenBlock& block, const VoxelIndex& index,
-           std::uint32_t age, std::uint32_t latest_age) noexcept;
-  void finish(const EvidenceWindow& window, std::uint32_t age, std::uint32_t latest_age) noexcept;
-  void finish_block(const OpenBlock& block, const VoxelIndex& index, const std::int32_t* log_odds,
+  void begin_first(std::uint32_t latest) noexcept;
+  void start(const BlockWindow& blocks) noexcept;
+  /// Puts a block into the group. Evidence is that of keyframes from `latest_age` to `age` ago.
+  void add(const BlockWindow& blocks, const OpenBlock& block, std::uint32_t age,
+           std::uint32_t latest_age) noexcept;
+  void finish_group(const EvidenceWindow& window, std::uint32_t age,
+                    std::uint32_t latest_age) noexcept;
+  void finish_block(const OpenBlock& block, const std::int32_t* log_odds,
                     std::int32_t decided) noexcept;
   [[nodiscard]] OpenBlock& ring(std::uint32_t at) noexcept { return open_[at % capacity_]; }
+
+  [[nodiscard]] bool is_in_progress() const noexcept {
+    return progress_ == Progress::kBegun || progress_ == Progress::kUnderWay;
+  }
 
   bool on_ = false;
   std::int32_t prior_ = 0;
@@ -84,7 +109,7 @@ class FinalLabels {
   std::int32_t confirmed_static_ = 0;
   std::uint32_t stride_ = 1;  ///< of the images of each keyframe
 
-  std::uint64_t left_out_ = 0;
+  std::uint64_t not_stored_ = 0;
   std::uint32_t capacity_ = 0;
   std::uint32_t open_count_ = 0;
   std::uint32_t next_ = 0;  ///< index in the ring
@@ -92,6 +117,13 @@ class FinalLabels {
   std::uint32_t stored_ = 0;
   Stored keyframes_[RemovalConfig::kMaxWindow + 1] = {};  ///< oldest first
 
+  /// Of relabelling the first of `keyframes_`.
+  enum class Progress : std::uint8_t { kNone, kBegun, kUnderWay, kDone };
+  Progress progress_ = Progress::kNone;
+  bool keeps_result_ = false;       ///< until the first step
+  std::uint32_t latest_ = 0;        ///< keyframe whose evidence is the latest used
+  std::uint32_t next_block_ = 0;    ///< of its open blocks
+  std::uint32_t cells_passed_ = 0;  ///< in the blocks before
   Group* group_ = nullptr;
   Grid grid_;  ///< of the keyframe relabelled last
   RelabelledKeyframe result_;

@@ -1,6 +1,7 @@
 #include "keyframe_output.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "ground.hpp"
 
@@ -16,6 +17,7 @@ std::uint16_t saturated(std::uint32_t points) noexcept {
 void KeyframeOutput::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   ground_ = config.ground;
   cells_ = arena.allocate<FineCell>(config.voxel.max_cells);
+  cells_before_ = config.deferred ? arena.allocate<FineCell>(config.voxel.max_cells) : cells_;
   dynamic_from_ = arena.allocate<std::uint16_t>(CellStore::max_entries(config.voxel));
   capacity_ = config.voxel.max_cells;
 }
@@ -26,6 +28,7 @@ void KeyframeOutput::build(const CellTable& cells, const CoarseVoxels& voxels,
   const Eigen::Vector3f t = (T_odometry_keyframe.rotation.transpose() *
                              (cells.grid().origin_m() - T_odometry_keyframe.translation))
                                 .cast<float>();
+  std::swap(cells_, cells_before_);
   static_count_ = 0;
   dynamic_count_ = 0;
   const std::span<const Block> blocks = cells.blocks();

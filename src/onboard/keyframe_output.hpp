@@ -19,7 +19,8 @@ class KeyframeOutput {
  public:
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
-  /// Converts the table's cells. O(cells).
+  /// Converts the table's cells. O(cells). With `deferred`, the cells of the keyframe before stay
+  /// as they are, wherever a view of it points to.
   void build(const CellTable& cells, const CoarseVoxels& voxels,
              const Pose& T_odometry_keyframe) noexcept;
 
@@ -50,7 +51,8 @@ class KeyframeOutput {
   std::uint32_t capacity_ = 0;
   std::uint32_t static_count_ = 0;
   std::uint32_t dynamic_count_ = 0;
-  FineCell* cells_ = nullptr;  ///< static ones from the front, dynamic ones from the back
+  FineCell* cells_ = nullptr;         ///< static ones from the front, dynamic ones from the back
+  FineCell* cells_before_ = nullptr;  ///< of the keyframe before; with `deferred` not the same
   std::uint16_t* dynamic_from_ = nullptr;  ///< by entry of the store: lowest dynamic height
 };
 

@@ -1,4 +1,4 @@
-// Timer of processing stages
+// Timers of processing stages and time limits
 #pragma once
 
 #include <cstdint>
@@ -28,6 +28,21 @@ class StageTimer {
   KeyframeStatistics& statistics_;
   Stage stage_;
   std::int64_t start_ns_;
+};
+
+/// A time from its construction on; over at once if it is 0 or there is no clock.
+class TimeLimit {
+ public:
+  TimeLimit(std::int64_t (*clock_ns)(), std::uint32_t limit_us) noexcept
+      : clock_ns_(limit_us > 0 ? clock_ns : nullptr),
+        end_ns_(clock_ns_ != nullptr ? clock_ns() + std::int64_t{1000} * limit_us : 0) {}
+  [[nodiscard]] bool is_over() const noexcept {
+    return clock_ns_ == nullptr || clock_ns_() >= end_ns_;
+  }
+
+ private:
+  std::int64_t (*clock_ns_)();
+  std::int64_t end_ns_;
 };
 
 }  // namespace unimapper::onboard

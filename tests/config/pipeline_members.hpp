@@ -103,6 +103,7 @@ inline std::vector<Member<PipelineConfig>> pipeline_members() {
       UNIMAPPER_MEMBER(loop_search.accept_confidence),
       UNIMAPPER_MEMBER(search_scope.sessions),
       UNIMAPPER_MEMBER(search_scope.min_keyframe_gap),
+      UNIMAPPER_MEMBER(deferred),
       UNIMAPPER_MEMBER(budget_us),
   };
 }

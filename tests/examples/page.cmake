@@ -3,8 +3,9 @@
 # cmake [-DWRITE=ON] -DFOLDER=docs -P page.cmake    compares, or writes with -DWRITE=ON
 cmake_policy(VERSION 3.25)
 set(programs
-  first_keyframe.cpp labels_into_buffer.cpp own_lidar.cpp budget_and_health.cpp final_labels.cpp
-  earlier_places.cpp descriptor_and_search.cpp read_recording.cpp over_lcm.cpp merge_sessions.cpp
+  first_keyframe.cpp labels_into_buffer.cpp own_lidar.cpp budget_and_health.cpp
+  deferred_work.cpp final_labels.cpp earlier_places.cpp descriptor_and_search.cpp read_recording.cpp
+  over_lcm.cpp merge_sessions.cpp
   first_keyframe.c own_transport.c)
 
 set(page "# Examples

@@ -31,9 +31,13 @@ std::uint64_t count_run(const PipelineConfig& config, const std::vector<Labelled
     (void)pipeline->add_scan(PointView{}, sensor_at(0, 0), stamp + 1);
     const ScanResult result = pipeline->add_scan(
         scan.view(), sensor_at(0.1 * static_cast<double>(keyframes), 0), ++stamp);
-    if (!result.keyframe_ready || !encoding.encode(pipeline->keyframe())) continue;
-    ++keyframes;
-    for (std::size_t s = 0; s < pipeline->keyframe().scans.size(); ++s) pipeline->labels(s, labels);
+    if (result.keyframe_ready) {
+      for (std::size_t s = 0; s < pipeline->keyframe().scans.size(); ++s) {
+        pipeline->labels(s, labels);
+      }
+    }
+    const bool finished = result.keyframe_finished || pipeline->work(500).keyframe_finished;
+    if (finished && encoding.encode(pipeline->finished_keyframe())) ++keyframes;
   }
   (void)pipeline->add_scan(scans.front().view(), sensor_at(500.0, 0), ++stamp);
   (void)pipeline->flush();
@@ -77,7 +81,9 @@ int main() {
     return now_ns += 300000;
   };
   hurried.events = EventRing::create(4, ring).value();
-  for (const PipelineConfig& config : {both, thinned, tight, hurried}) {
+  PipelineConfig deferred = hurried;
+  deferred.deferred = true;
+  for (const PipelineConfig& config : {both, thinned, tight, hurried, deferred}) {
     unsigned keyframes = 0;
     const std::uint64_t counted = count_run(config, scans, keyframes);
     std::printf("%llu allocations in %u keyframes\n", static_cast<unsigned long long>(counted),

@@ -51,9 +51,13 @@ unsigned drive(const PipelineConfig& config, const std::vector<LabelledScan>& sc
     (void)pipeline->add_scan(PointView{}, sensor_at(0, 0), stamp + 1);
     const ScanResult result =
         pipeline->add_scan(scan.view(), sensor_at(0.1 * keyframes, 0), ++stamp);
-    if (!result.keyframe_ready || !encoding.encode(pipeline->keyframe())) continue;
-    ++keyframes;
-    for (std::size_t s = 0; s < pipeline->keyframe().scans.size(); ++s) pipeline->labels(s, labels);
+    if (result.keyframe_ready) {
+      for (std::size_t s = 0; s < pipeline->keyframe().scans.size(); ++s) {
+        pipeline->labels(s, labels);
+      }
+    }
+    const bool finished = result.keyframe_finished || pipeline->work(500).keyframe_finished;
+    if (finished && encoding.encode(pipeline->finished_keyframe())) ++keyframes;
   }
   (void)pipeline->add_scan(scans.front().view(), sensor_at(500.0, 0), ++stamp);
   (void)pipeline->flush();

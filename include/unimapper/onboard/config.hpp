@@ -376,6 +376,7 @@ struct PipelineConfig {
   /// The pipeline's own keyframes are stored as session 0; places of other runs inserted into
   /// `Pipeline::places()` take sessions from 1.
   SearchScope search_scope{SearchScope::Sessions::kAll, 50};
+  bool deferred = false;
   std::uint32_t budget_us = 0;
   /// Monotonic clock in nanoseconds for the stage times and the budget; null = no times are taken.
   std::int64_t (*clock_ns)() = nullptr;
@@ -402,6 +403,11 @@ consteval auto parameters_of(const PipelineConfig*) {
       parameters_in<&C::ground>(), parameters_in<&C::free_space>(), parameters_in<&C::removal>(),
       parameters_in<&C::descriptor>(), parameters_in<&C::loop_search>(),
       parameters_in<&C::search_scope>(),
+      parameter<&C::deferred>("choice",
+                              "The call that closes a keyframe does only what decides its labels; "
+                              "final labels, description and loop search are done in slices by the "
+                              "calls that follow, with the same results. Takes room for the cells "
+                              "of a second keyframe. false: everything at once."),
       parameter<&C::budget_us>("0 or [100, 10000000]", "µs", "choice",
                                "Longest that a call which closes a keyframe may take; what does "
                                "not fit is left out in the order of `Shed` and counted. Needs a "

@@ -23,8 +23,9 @@ struct RelabelledKeyframe {
   std::uint32_t cells_now_static = 0;   ///< cells that were dynamic online
 };
 
-/// A finished keyframe with its online labels. Every view points into the pipeline's
-/// memory and stays valid until the next call of `add_scan` or `flush`.
+/// A keyframe with its online labels. Every view points into the pipeline's memory and stays valid
+/// until the next call of `add_scan`, `flush` or `work`. With `PipelineConfig::deferred`, place,
+/// loops and `relabelled` are empty, and what counts them is 0, until the keyframe is finished.
 struct KeyframeView : KeyframeContent {
   std::span<const LoopCandidate> loops;  ///< earlier keyframes that look alike, best first
   /// The keyframe that this one evicted from the window, if there is one.
@@ -39,7 +40,17 @@ struct [[nodiscard]] ScanResult {
   /// index: `KeyframeScan::scan_index` counts every call. Apart from that, and from a jump of the
   /// pose, it leaves the state unchanged.
   Error error;
-  bool keyframe_ready = false;  ///< `keyframe()` holds a new keyframe
+  bool keyframe_ready = false;  ///< `keyframe()` holds a new keyframe, `labels` its labels
+  /// `finished_keyframe()` holds a new keyframe: always the one that is ready, unless
+  /// `PipelineConfig::deferred`; then one that became ready in an earlier call, or in this one if
+  /// it is `flush`.
+  bool keyframe_finished = false;
+};
+
+/// What a call of `Pipeline::work` left.
+struct [[nodiscard]] WorkResult {
+  bool work_left = false;          ///< a keyframe is not finished yet
+  bool keyframe_finished = false;  ///< `finished_keyframe()` holds a new keyframe
 };
 
 /// Hard real time after construction: no heap, no locks, no exceptions, no system call; every
@@ -68,29 +79,44 @@ class Pipeline {
   ScanResult add_scan(const PointView& points, const Pose& T_odometry_sensor,
                       std::int64_t stamp_ns) noexcept;
 
-  /// Closes a keyframe that has fewer scans than configured (end of a run).
+  /// Closes a keyframe that has fewer scans than configured (end of a run) and finishes it. With
+  /// `PipelineConfig::deferred` the keyframe before may have to be finished first, and one call
+  /// finishes no more than one: call until no keyframe is finished any more.
   ScanResult flush() noexcept;
 
-  /// The last keyframe; valid until the next call of `add_scan`, `flush` or `relabel_next`.
+  /// With `PipelineConfig::deferred`: does more of the deferred work, for callers who have time
+  /// before the next scan. `add_scan` does its share all the same, so this need not be called. One
+  /// slice, and as many more as begin within `budget_us` by `PipelineConfig::clock_ns`. A slice is
+  /// bounded by counted elements (2,048 cells relabelled, 16,384 described, 8,192 triangles
+  /// compared), not by the clock. When and whether it is called changes no result.
+  WorkResult work(std::uint32_t budget_us = 0) noexcept;
+
+  /// The last keyframe that was closed; valid until the next call of `add_scan`, `flush`, `work` or
+  /// `relabel_next`.
   [[nodiscard]] const KeyframeView& keyframe() const noexcept;
 
-  /// Online label of every point of scan `scan_in_keyframe` of the finished keyframe, in
-  /// input order. Writes at most `out.size()` labels and returns how many.
+  /// The last keyframe that was finished: with its place, its loops, and the keyframe it evicted.
+  /// The same as `keyframe()` unless `PipelineConfig::deferred`. Valid as long.
+  [[nodiscard]] const KeyframeView& finished_keyframe() const noexcept;
+
+  /// Online label of every point of scan `scan_in_keyframe` of `keyframe()`, in input order. To be
+  /// called before the next scan is added. Writes at most `out.size()` labels and returns how many.
   /// `kUnknown` is given only to points that are not finite or out of range.
   std::size_t labels(std::size_t scan_in_keyframe, std::span<PointLabel> out) const noexcept;
 
-  /// Applies the final labels of the keyframe `keyframe().relabelled` to the labels of one scan.
-  /// The caller kept them, and the scan: hand in the same points and pose as to `add_scan`. Returns
-  /// how many labels changed. O(points).
+  /// Applies the final labels of the keyframe `finished_keyframe().relabelled` to the labels of one
+  /// scan. The caller kept them, and the scan: hand in the same points and pose as to `add_scan`.
+  /// Returns how many labels changed. O(points).
   std::size_t relabel(const PointView& points, const Pose& T_odometry_sensor,
                       std::span<PointLabel> labels) const noexcept;
 
   /// After the last scan and `flush`: relabels the oldest keyframe that is still in the window, so
-  /// that `keyframe().relabelled` tells of it; false if there is none left. Call until then.
+  /// that `finished_keyframe().relabelled` tells of it; false if there is none left. Call until
+  /// then.
   bool relabel_next() noexcept;
 
   /// The places loop search knows; insert those of earlier runs (sessions from 1) here. The
-  /// pipeline's own keyframes are session 0.
+  /// pipeline's own keyframes are session 0. Finishes deferred work first: ask anew for each use.
   [[nodiscard]] PlaceDatabase& places() noexcept;
 
   /// The configuration the pipeline was created with.

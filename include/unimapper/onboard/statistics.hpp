@@ -27,10 +27,10 @@ inline constexpr std::size_t kDropCauses = 8;
 /// The parts of a keyframe's processing that are timed.
 enum class Stage : std::uint8_t {
   kIngest,       ///< all its scans into fine cells and range images
-  kRemoval,      ///< voxels, ground, free space, static / dynamic
+  kRemoval,      ///< voxels, ground, free space, static / dynamic, final labels
   kDescription,  ///< keypoints and planes
   kSearch,       ///< loop search and insertion
-  kTotal         ///< everything spent inside `add_scan` and `flush`
+  kTotal         ///< everything spent on it inside `add_scan`, `flush` and `work`
 };
 inline constexpr std::size_t kStages = 5;
 
@@ -111,6 +111,9 @@ struct KeyframeStatistics {
   float sweep_tilt_deg = 0.0F;
   std::uint32_t aligned_scans = 0;  ///< scans that were aligned to that ground before use
   bool deadline_missed = false;     ///< the keyframe took longer than its budget all the same
+  /// With `PipelineConfig::deferred`: slices that were left when the next keyframe closed and
+  /// lengthened that call.
+  std::uint32_t late_slices = 0;
 
   /// What was dropped for this cause.
   [[nodiscard]] std::uint64_t dropped_by(DropCause cause) const noexcept {

@@ -21,7 +21,8 @@ struct OnboardOptions {
   std::string surroundings = "auto";
   std::string publish;  ///< LCM URL, empty: not published
   bool realtime = false;
-  bool force = false;  ///< map what looks surely wrong
+  bool deferred = false;  ///< as `PipelineConfig::deferred`
+  bool force = false;     ///< map what looks surely wrong
   std::vector<std::filesystem::path> against;
   bool all_candidates = false;
   bool replaces = false;      ///< overwrite an earlier run

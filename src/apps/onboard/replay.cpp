@@ -22,11 +22,13 @@ void Replay::run() {
   start_ = std::chrono::steady_clock::now();
   for (std::size_t i = 0; i < options_.scans; ++i) feed(i);
   ScanResult last;
-  {
-    const linux_port::AllocationGuard guard;
-    last = pipeline_.flush();
-  }
-  handle(last);
+  do {
+    {
+      const linux_port::AllocationGuard guard;
+      last = pipeline_.flush();
+    }
+    handle(last);
+  } while (last.keyframe_finished);
   finish_labels();
   allocations_ = linux_port::AllocationGuard::count();
 }
@@ -76,13 +78,13 @@ void Replay::report_refusal(std::size_t index, const Error& error) {
 }
 
 void Replay::handle(const ScanResult& result) {
-  if (result.keyframe_ready) collect_keyframe();
+  if (result.keyframe_ready) collect_labels(pipeline_.keyframe());
+  if (result.keyframe_finished) collect_keyframe();
 }
 
 void Replay::collect_keyframe() {
-  const KeyframeView& keyframe = pipeline_.keyframe();
+  const KeyframeView& keyframe = pipeline_.finished_keyframe();
   collect_final_labels(keyframe.relabelled);
-  collect_labels(keyframe);
   outputs_.known.add(keyframe);
   collect_loops(keyframe);
   send(keyframe);
@@ -121,7 +123,7 @@ void Replay::collect_final_labels(const RelabelledKeyframe& relabelled) {
 }
 
 void Replay::finish_labels() {
-  while (pipeline_.relabel_next()) collect_final_labels(pipeline_.keyframe().relabelled);
+  while (pipeline_.relabel_next()) collect_final_labels(pipeline_.finished_keyframe().relabelled);
   // Keyframes that were evicted early keep their online labels.
   for (const OpenScan& open : open_scans_) {
     outputs_.folder.write_final_labels(dataset_.scan_name(open.index), open.labels,

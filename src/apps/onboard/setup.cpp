@@ -166,6 +166,7 @@ PipelineConfig make_config(const OnboardOptions& options, const SensorModel& sen
                            const FirstScans& first) {
   PipelineConfig config = adapt_to(
       first.surroundings, start_from(options.preset, sensor, first.columns), first.scan_interval_s);
+  config.deferred = options.deferred;
   config.clock_ns = &steady_clock_ns;  // before the file is read: a budget in it needs a clock
   if (!options.config.empty()) {
     parse_config(datasets::read_file(options.config), options.config.string(), config);

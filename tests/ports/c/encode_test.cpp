@@ -101,6 +101,65 @@ TEST_CASE("C encodes a keyframe to the bytes that C++ encodes it to") {
   CHECK(keyframes == 3);
 }
 
+TEST_CASE("with deferred work C encodes keyframes when they are finished, to the same bytes") {
+  // Bytes by keyframe, and how often work was left after a scan.
+  using Encoded = std::vector<std::vector<std::uint8_t>>;
+  const auto run = [](const char* deferred, int& work_left) {
+    um_config config = small_c_config();
+    REQUIRE(um_config_set(&config, "deferred", deferred, nullptr) == UM_OK);
+    const CPipeline pipeline(config);
+    const std::size_t scratch_bytes = um_encode_scratch_bytes(pipeline.get());
+    const MemoryBlock scratch(scratch_bytes);
+    Encoded result;
+    const auto look = [&] {
+      um_keyframe keyframe;
+      keyframe.struct_size = sizeof keyframe;
+      um_encoded encoded;
+      std::vector<std::uint8_t> bytes(1U << 20U);
+      const um_status finished = um_finished_get(pipeline.get(), &keyframe);
+      const um_status written =
+          um_keyframe_encode(pipeline.get(), &kSession, scratch.data(), scratch_bytes, bytes.data(),
+                             bytes.size(), &encoded);
+      REQUIRE(finished == written);
+      if (finished == UM_NO_KEYFRAME) return;
+      REQUIRE(finished == UM_OK);
+      CHECK(keyframe.sequence == result.size());
+      CHECK(keyframe.plane_count > 0);
+      bytes.resize(encoded.bytes);
+      result.push_back(bytes);
+    };
+    const Scene scene = scene_with_walker();
+    for (int i = 0; i < kScans; ++i) {
+      const LabelledScan scan = scene.scan(driving(i), 0.1 * i);
+      const um_points points = points_of(scan);
+      const um_pose pose = pose_of(driving(i));
+      REQUIRE(um_add_scan(pipeline.get(), &points, &pose, 1 + i * std::int64_t{100000000},
+                          nullptr) == UM_OK);
+      look();
+      std::int32_t left = 0;
+      REQUIRE(um_work(pipeline.get(), 0, &left) == UM_OK);
+      work_left += left;
+      look();
+    }
+    REQUIRE(um_flush(pipeline.get(), nullptr) == UM_OK);
+    look();
+    um_health health;
+    health.struct_size = sizeof health;
+    REQUIRE(um_health_get(pipeline.get(), &health) == UM_OK);
+    CHECK(health.keyframes == 3);
+    return result;
+  };
+  int never = 0;
+  int often = 0;
+  const Encoded at_once = run("false", never);
+  CHECK(at_once.size() == 3);
+  CHECK(run("true", often) == at_once);
+  CHECK(never == 0);
+  CHECK(often > 5);
+  CHECK(um_work(nullptr, 0, nullptr) == UM_INVALID_HANDLE);
+  CHECK(um_finished_get(nullptr, nullptr) == UM_INVALID_HANDLE);
+}
+
 TEST_CASE("encoding refuses what it cannot work with") {
   const CPipeline pipeline;
   const std::size_t scratch_bytes = um_encode_scratch_bytes(pipeline.get());

@@ -1,0 +1,40 @@
+// Short calls: labels at once, the place of a keyframe between the scans that follow it.
+#include <cstdio>
+#include <ctime>
+#include <unimapper/onboard/owned_pipeline.hpp>
+
+using namespace unimapper;
+
+std::int64_t monotonic_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return now.tv_sec * std::int64_t{1'000'000'000} + now.tv_nsec;
+}
+
+int main() {
+  PipelineConfig config = preset(SensorKind::kVlp16);
+  config.deferred = true;
+  config.clock_ns = monotonic_ns;
+  OwnedPipeline pipeline(config);
+  if (!pipeline) return std::puts(pipeline.error().message), 1;
+  const auto send = [&] {  // complete: cells, images, place, loops
+    const KeyframeView& keyframe = pipeline->finished_keyframe();
+    std::printf("keyframe %u finished: %zu planes\n", keyframe.sequence,
+                keyframe.place.planes.size());
+  };
+  float scan[4000][3];
+  for (int i = 0; i < 4000; ++i) scan[i][0] = 10, scan[i][1] = i % 80 - 40, scan[i][2] = i / 80;
+  for (std::int64_t k = 0; k < 25; ++k) {
+    const ScanResult result =
+        pipeline->add_scan(PointView::xyz(scan, 4000, 12), Pose{}, k * 100'000'000);
+    if (result.keyframe_ready)  // the labels are decided: `labels` and `keyframe` now
+      std::printf("keyframe %u ready\n", pipeline->keyframe().sequence);
+    if (result.keyframe_finished) send();
+    if (pipeline->work(500).keyframe_finished) send();  // half a millisecond is to spare
+  }
+  ScanResult last;
+  do {  // end of the run: what is open, and what is left
+    last = pipeline->flush();
+    if (last.keyframe_finished) send();
+  } while (last.keyframe_finished);
+}

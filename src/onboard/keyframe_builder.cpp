@@ -1,0 +1,98 @@
+#include "keyframe_builder.hpp"
+
+#include "grid.hpp"
+#include "stage_clock.hpp"
+
+namespace unimapper::onboard {
+namespace {
+
+void count_points(const ScanCounts& counts, Keyframe& keyframe) noexcept {
+  keyframe.statistics.points_in += counts.points;
+  keyframe.statistics.points_valid += counts.valid;
+  keyframe.dropped(DropCause::kNotFinite) += counts.not_finite;
+  keyframe.dropped(DropCause::kOutOfRange) += counts.out_of_range;
+  keyframe.dropped(DropCause::kScanTooLarge) += counts.beyond_capacity;
+  keyframe.dropped(DropCause::kCellsFull) += counts.no_cell;
+}
+
+}  // namespace
+
+void KeyframeBuilder::allocate(Arena& arena, const PipelineConfig& config) noexcept {
+  accumulator_.allocate(arena, config);
+  painter_.allocate(
+      arena, {config.free_space.image_shape(), config.keyframe.range_min_m,
+              config.keyframe.range_max_m, config.free_space.min_returns,
+              config.keyframe.max_points_per_scan, SamplingMonitor::max_pixels(config.free_space)});
+  sampling_.allocate(arena, config);
+  aligner_.allocate(arena, config);
+  expected_scans_ = config.keyframe.scans;
+}
+
+bool KeyframeBuilder::add(const PointView& points, const ScanOrigin& origin, EvidenceWindow& window,
+                          Keyframe& keyframe) noexcept {
+  if (!open_) begin(points, origin.T_odometry_sensor, window, keyframe);
+  const Pose used = aligner_.align(points, origin.T_odometry_sensor);
+  if (!ingest(points, used, window, keyframe)) return false;
+  keyframe.scans[accumulator_.scans() - 1] = {origin.index, origin.stamp_ns, used};
+  keyframe.statistics.aligned_scans += aligner_.aligned() ? 1 : 0;
+  sampling_.add_pose(origin.T_odometry_sensor);
+  open_ = true;
+  return true;
+}
+
+void KeyframeBuilder::begin(const PointView& first_points, const Pose& first_pose,
+                            EvidenceWindow& window, Keyframe& keyframe) noexcept {
+  const Grid grid = grid_near(first_pose.translation, voxel_config_);
+  keyframe.statistics = {};
+  if (sampling_.look(first_points)) {
+    painter_.reshape(sampling_.free_space().image_shape());
+    window.follow(sampling_.free_space());
+    sampling_changed_ = true;
+  }
+  accumulator_.begin(grid);
+  window.begin(grid);
+}
+
+bool KeyframeBuilder::ingest(const PointView& points, const Pose& pose, EvidenceWindow& window,
+                             Keyframe& keyframe) noexcept {
+  const StageTimer timer(clock_ns_, keyframe.statistics, Stage::kIngest);
+  const ScanCounts counts = accumulator_.add(points, pose, window.blocks());
+  if (counts.valid == 0) return false;
+  count_points(counts, keyframe);
+  if (paints_) {
+    RangeImage* const image = window.image_for(accumulator_.scans() - 1, pose);
+    if (image != nullptr) painter_.paint(points, image->pixels);
+  }
+  return true;
+}
+
+bool KeyframeBuilder::is_complete(const Keyframe& keyframe) const noexcept {
+  const std::uint32_t count = accumulator_.scans();
+  if (count >= keyframe_config_.scans) return true;
+  const Eigen::Vector3d travelled = keyframe.scans[count - 1].T_odometry_sensor.translation -
+                                    keyframe.scans[0].T_odometry_sensor.translation;
+  const auto distance_m = static_cast<double>(keyframe_config_.distance_m);
+  return distance_m > 0.0 && travelled.squaredNorm() >= distance_m * distance_m;
+}
+
+void KeyframeBuilder::close(Keyframe& keyframe) noexcept {
+  open_ = false;
+  expected_scans_ = accumulator_.scans();
+  KeyframeView& view = keyframe.view;
+  view.scans = {keyframe.scans, accumulator_.scans()};
+  view.reference_scan = accumulator_.scans() / 2;
+  view.T_odometry_keyframe = level_frame(keyframe.scans[view.reference_scan].T_odometry_sensor);
+  view.points_in = keyframe.statistics.points_in;
+  keyframe.statistics.attitude_noise_deg = aligner_.noise_deg();
+  keyframe.statistics.sweep_tilt_deg = aligner_.sweep_tilt_deg();
+  if (sampling_.close()) sampling_changed_ = true;
+  keyframe.statistics.sampling = sampling_.statistics();
+  keyframe.statistics.cells = accumulator_.cells().size();
+  keyframe.use(Capacity::kPointsPerScan, accumulator_.largest_scan(),
+               keyframe_config_.max_points_per_scan);
+  keyframe.use(Capacity::kCells, keyframe.statistics.cells, voxel_config_.max_cells);
+  keyframe.sampling_changed = sampling_changed_;
+  sampling_changed_ = false;
+}
+
+}  // namespace unimapper::onboard

@@ -1,0 +1,151 @@
+#include "keyframe_finisher.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "stage_clock.hpp"
+
+namespace unimapper::onboard {
+
+void KeyframeFinisher::allocate(Arena& arena) noexcept {
+  labels_.allocate(arena, config_);
+  describer_.allocate(arena, config_.descriptor, config_.descriptor_input());
+  places_.allocate(arena, config_.loop_search, config_.place_shape());
+}
+
+void KeyframeFinisher::begin_labels(const EvidenceWindow& window, const CellTable& cells,
+                                    bool keeps_result, Keyframe& keyframe) noexcept {
+  labels_.begin_evicted(window, keeps_result);
+  if (!config_.deferred) labels_.finish(window);
+  labels_.store(window, cells, keyframe.view.sequence);
+  keyframe.dropped(DropCause::kEvidenceFull) = window.left_out() + labels_.not_stored();
+}
+
+void KeyframeFinisher::begin(Keyframe& keyframe) noexcept {
+  keyframe_ = &keyframe;
+  dropped_before_ = places_.dropped();
+  describer_.begin(keyframe.view.static_cells);
+  task_ = Task::kLabels;
+  if (labels_.steps_left() == 0) take_labels();
+}
+
+bool KeyframeFinisher::step(const EvidenceWindow& window) noexcept {
+  if (!is_busy()) return false;
+  const StageTimer total(config_.clock_ns, keyframe_->statistics, Stage::kTotal);
+  const StageTimer time(config_.clock_ns, keyframe_->statistics, stage_of(task_));
+  switch (task_) {
+    case Task::kLabels:
+      if (!labels_.step(window)) take_labels();
+      break;
+    case Task::kDescription:
+      if (describer_.step()) break;
+      take_place();
+      begin_search();
+      break;
+    case Task::kSearch:
+      ++search_steps_;
+      if (places_.search_step()) break;
+      keyframe_->view.loops = places_.found();
+      task_ = Task::kInsertion;
+      break;
+    case Task::kInsertion:
+      insert();
+      task_ = Task::kDone;
+      break;
+    case Task::kDone:
+      break;
+  }
+  return is_busy();
+}
+
+std::uint32_t KeyframeFinisher::steps_left() const noexcept {
+  if (!is_busy()) return 0;
+  std::uint32_t steps = 1 + labels_.steps_left() + describer_.steps_left();
+  // How long a search takes is known only when it is over: about as long as the last one.
+  constexpr std::uint32_t kMore = 2;
+  if (task_ < Task::kSearch) steps += search_steps_ + kMore;
+  if (task_ == Task::kSearch) {
+    steps += search_steps_before_ + kMore - std::min(search_steps_, search_steps_before_);
+  }
+  return steps;
+}
+
+Stage KeyframeFinisher::stage_of(Task task) noexcept {
+  switch (task) {
+    case Task::kLabels:
+      return Stage::kRemoval;
+    case Task::kDescription:
+      return Stage::kDescription;
+    default:
+      return Stage::kSearch;
+  }
+}
+
+void KeyframeFinisher::take_labels() noexcept {
+  if (labels_.is_done()) {
+    keyframe_->view.relabelled = labels_.result();
+    keyframe_->dropped(DropCause::kEvidenceFull) += labels_.not_relabelled();
+  }
+  task_ = Task::kDescription;
+}
+
+void KeyframeFinisher::take_place() noexcept {
+  keyframe_->view.place = describer_.place();
+  keyframe_->view.place.up = keyframe_->view.up;
+  keyframe_->dropped(DropCause::kDescriptionFull) = describer_.dropped();
+}
+
+void KeyframeFinisher::begin_search() noexcept {
+  places_.begin_search(keyframe_->view.place, id(), config_.search_scope);
+  search_steps_before_ = std::exchange(search_steps_, 0);
+  task_ = Task::kSearch;
+}
+
+void KeyframeFinisher::insert() noexcept {
+  places_.insert(keyframe_->view.place, id(), keyframe_->view.T_odometry_keyframe);
+  count_places();
+}
+
+void KeyframeFinisher::count_places() noexcept {
+  keyframe_->dropped(DropCause::kTriangleTableFull) = places_.dropped() - dropped_before_;
+  keyframe_->use(Capacity::kPlaces, places_.size(), config_.loop_search.max_places);
+}
+
+void KeyframeFinisher::finish_now(Budget& budget) noexcept {
+  describe_now(budget);
+  search_now(budget);
+  task_ = Task::kDone;
+}
+
+void KeyframeFinisher::describe_now(Budget& budget) noexcept {
+  const StageTimer timer(config_.clock_ns, keyframe_->statistics, Stage::kDescription);
+  // In the order of `Shed`: far cells are skipped only after the description.
+  if (keyframe_->shed(Shed::kFarCells) != 0 || !budget.affords(Budget::Part::kDescribing)) {
+    keyframe_->shed(Shed::kDescription) = 1;
+    return;
+  }
+  budget.measure(Budget::Part::kDescribing, 1, [this] {
+    while (describer_.step()) {
+    }
+  });
+  take_place();
+}
+
+void KeyframeFinisher::search_now(Budget& budget) noexcept {
+  const StageTimer timer(config_.clock_ns, keyframe_->statistics, Stage::kSearch);
+  // Without a description there is nothing to look for and nothing to store.
+  const bool described = keyframe_->shed(Shed::kDescription) == 0;
+  const bool searches = described && budget.affords(Budget::Part::kSearching);
+  const bool inserts = searches || (described && budget.affords(Budget::Part::kInserting));
+  keyframe_->shed(Shed::kSearch) = searches ? 0 : 1;
+  keyframe_->shed(Shed::kInsertion) = inserts ? 0 : 1;
+  if (searches) {
+    budget.measure(Budget::Part::kSearching, 1, [this] {
+      keyframe_->view.loops = places_.search(keyframe_->view.place, id(), config_.search_scope);
+    });
+  }
+  if (inserts) budget.measure(Budget::Part::kInserting, 1, [this] { insert(); });
+  count_places();
+}
+
+}  // namespace unimapper::onboard

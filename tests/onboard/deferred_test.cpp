@@ -1,0 +1,453 @@
+// Deferred work: the same results as without delay, told of the right keyframe, in bounded slices
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <map>
+#include <optional>
+#include <tuple>
+#include <vector>
+
+#include "integer_town.hpp"
+#include "stream_checksum.hpp"
+#include "unimapper/onboard/events.hpp"
+#include "unimapper/onboard/owned_pipeline.hpp"
+
+using namespace unimapper;
+using namespace unimapper::test;
+
+namespace {
+
+constexpr std::int64_t kPeriodNs = 100'000'000;
+
+/// Checksums of all that is said of a keyframe.
+struct Said {
+  std::uint64_t view = 0;    ///< poses, cells and images
+  std::uint64_t labels = 0;  ///< online ones
+  std::uint64_t place = 0;   ///< keypoints and planes
+  std::uint64_t loops = 0;
+  std::uint64_t evicted = 0;  ///< counts of the keyframe it evicted, and that one's final labels
+  std::uint64_t counts = 0;   ///< statistics but for times
+  friend bool operator==(const Said&, const Said&) = default;
+};
+
+using Event = std::tuple<std::uint32_t, std::int64_t, std::vector<std::int64_t>>;
+
+/// All that a run says.
+struct Run {
+  std::map<std::uint32_t, Said> keyframes;
+  std::vector<std::uint64_t> last_labels;  ///< final ones, of the keyframes left in the window
+  std::vector<Event> events;               ///< sorted: deferred ones come later
+  std::uint32_t late_slices = 0;
+  std::uint32_t relabelled = 0;  ///< keyframes
+  std::uint32_t loops = 0;
+};
+
+/// What happens on a drive beside its scans.
+struct Drive {
+  std::int64_t scans = 60;
+  std::vector<std::int64_t> flushes;          ///< before these scans
+  std::vector<std::int64_t> glitches;         ///< scans whose pose is far off
+  std::vector<std::int64_t> empty;            ///< scans without points
+  std::vector<std::int64_t> late;             ///< scans that repeat the stamp before
+  std::vector<std::int64_t> place_insertion;  ///< of earlier runs, before these scans
+  std::int64_t restart = 1000;                ///< from this scan on the odometry starts anew
+};
+
+bool holds(const std::vector<std::int64_t>& list, std::int64_t i) {
+  return std::find(list.begin(), list.end(), i) != list.end();
+}
+
+std::int64_t fake_ns = 0;
+std::int64_t fake_clock() { return fake_ns += 1000; }
+
+class Robot {
+ public:
+  Robot(PipelineConfig config, const Drive& drive, std::uint32_t work_seed)
+      : drive_(drive), random_(work_seed), works_(work_seed != 0) {
+    alignas(64) static std::byte memory[EventRing::required_bytes(8192)];
+    ring_ = EventRing::create(8192, memory).value();
+    config.events = ring_;
+    if (works_) config.clock_ns = fake_clock;
+    pipeline_.emplace(config);
+    REQUIRE(*pipeline_);
+  }
+
+  Run run() {
+    const IntegerTown town({});
+    for (std::int64_t i = 0; i < drive_.scans; ++i) {
+      if (holds(drive_.flushes, i)) flush();
+      if (holds(drive_.place_insertion, i)) insert_place();
+      scans_.push_back(town.scan(i));
+      TownScan& scan = scans_.back();
+      if (holds(drive_.empty, i)) scan.xyz.clear();
+      if (holds(drive_.glitches, i)) scan.T_odometry_sensor.translation.x() += 90.0;
+      if (i >= drive_.restart) scan.T_odometry_sensor.translation.y() -= 400.0;
+      const std::int64_t stamp_ns = 1 + (holds(drive_.late, i) ? i - 1 : i) * kPeriodNs;
+      handle(pipeline()->add_scan(scan.view(), scan.T_odometry_sensor, stamp_ns));
+      work();
+    }
+    flush();
+    while (pipeline()->relabel_next()) {
+      Fnv1a sum;
+      add_evicted(pipeline()->finished_keyframe().relabelled, sum);
+      run_.last_labels.push_back(sum.value());
+    }
+    EventRecord event;
+    while (ring_->pop(event)) {
+      run_.events.emplace_back(event.id, event.stamp_ns,
+                               std::vector<std::int64_t>(event.values, event.values + 4));
+    }
+    std::sort(run_.events.begin(), run_.events.end());
+    return run_;
+  }
+
+ private:
+  OwnedPipeline& pipeline() { return *pipeline_; }
+
+  /// Now and then, some.
+  void work() {
+    while (works_ && next(3) == 0) {
+      const WorkResult result = pipeline()->work(next(2) * next(40));
+      if (result.keyframe_finished) add_finished();
+    }
+  }
+
+  void flush() {
+    ScanResult result;
+    do {
+      result = pipeline()->flush();
+      handle(result);
+    } while (result.keyframe_ready || result.keyframe_finished);
+  }
+
+  /// The one that was described last, as if of an earlier run.
+  void insert_place() {
+    PlaceDatabase& places = pipeline()->places();
+    const KeyframeView& view = pipeline()->finished_keyframe();
+    places.insert(view.place, {7, view.sequence}, view.T_odometry_keyframe);
+  }
+
+  void handle(const ScanResult& result) {
+    if (result.keyframe_finished && !result.keyframe_ready) add_finished();
+    if (!result.keyframe_ready) return;
+    // Final labels of the keyframe before can still be applied, and its view still holds.
+    const bool together =
+        pipeline()->keyframe().sequence == pipeline()->finished_keyframe().sequence;
+    if (result.keyframe_finished && !together) add_finished();
+    add_labels();
+    if (result.keyframe_finished && together) add_finished();
+  }
+
+  void add_labels() {
+    const KeyframeView& view = pipeline()->keyframe();
+    Fnv1a sum;
+    std::vector<PointLabel> labels;
+    for (std::size_t s = 0; s < view.scans.size(); ++s) {
+      const std::size_t scan = view.scans[s].scan_index;
+      labels.resize(scans_.at(scan).xyz.size() / 3);
+      REQUIRE(pipeline()->labels(s, labels) == labels.size());
+      for (const PointLabel label : labels) sum.add(label);
+      labels_[view.sequence].push_back({scan, labels});
+    }
+    REQUIRE(run_.keyframes.count(view.sequence) == 0);
+    run_.keyframes[view.sequence].labels = sum.value();
+  }
+
+  void add_evicted(const RelabelledKeyframe& relabelled, Fnv1a& sum) {
+    sum.add(relabelled.available);
+    if (!relabelled.available) return;
+    ++run_.relabelled;
+    for (const std::uint32_t count : {relabelled.sequence, relabelled.later_keyframes,
+                                      relabelled.cells_now_dynamic, relabelled.cells_now_static}) {
+      sum.add(count);
+    }
+    REQUIRE(labels_.count(relabelled.sequence) == 1);
+    for (auto& [scan, labels] : labels_[relabelled.sequence]) {
+      const TownScan& points = scans_.at(scan);
+      sum.add(pipeline()->relabel(points.view(), points.T_odometry_sensor, labels));
+      for (const PointLabel label : labels) sum.add(label);
+    }
+  }
+
+  void add_finished() {
+    const KeyframeView& view = pipeline()->finished_keyframe();
+    REQUIRE(run_.keyframes.count(view.sequence) == 1);
+    Said& said = run_.keyframes[view.sequence];
+    REQUIRE(said.view == 0);
+    said.view = checksum_of_view(view);
+    Fnv1a place;
+    for (const Keypoint& keypoint : view.place.keypoints) {
+      place.add_matrix(keypoint.position);
+      place.add_matrix(keypoint.normal);
+      place.add(keypoint.occupancy);
+      place.add(keypoint.strength);
+    }
+    for (const PlanePatch& plane : view.place.planes) {
+      place.add_matrix(plane.center);
+      place.add_matrix(plane.normal);
+    }
+    place.add(view.place.up.known);
+    said.place = place.value();
+    Fnv1a loops;
+    for (const LoopCandidate& loop : view.loops) {
+      loops.add(loop.query.keyframe);
+      loops.add(loop.match.keyframe);
+      loops.add(loop.match.session);
+      loops.add(loop.confidence);
+      loops.add_pose(loop.T_match_query);
+    }
+    said.loops = loops.value();
+    run_.loops += static_cast<std::uint32_t>(view.loops.size());
+    Fnv1a evicted;
+    add_evicted(view.relabelled, evicted);
+    said.evicted = evicted.value();
+    said.counts = checksum_of_counts(*view.statistics);
+    run_.late_slices += view.statistics->late_slices;
+  }
+
+  static std::uint64_t checksum_of_view(const KeyframeView& view) {
+    Fnv1a sum;
+    sum.add(view.reference_scan);
+    sum.add_pose(view.T_odometry_keyframe);
+    sum.add(view.up.variance_x);
+    sum.add(view.points_in);
+    sum.add(view.points_dynamic);
+    for (const KeyframeScan& scan : view.scans) {
+      sum.add(scan.scan_index);
+      sum.add(scan.stamp_ns);
+      sum.add_pose(scan.T_odometry_sensor);
+    }
+    for (const std::span<const FineCell> cells : {view.static_cells, view.dynamic_cells}) {
+      for (const FineCell& cell : cells) {
+        sum.add_matrix(cell.position);
+        sum.add(cell.points);
+        sum.add(cell.ground);
+      }
+    }
+    sum.add(view.image_full_weight_range_m);
+    for (const FreeSpaceImage& image : view.images) {
+      sum.add(image.scan);
+      for (const std::uint16_t pixel : image.pixels) sum.add(pixel);
+    }
+    return sum.value();
+  }
+
+  static std::uint64_t checksum_of_counts(const KeyframeStatistics& statistics) {
+    Fnv1a sum;
+    for (const std::uint64_t points : {statistics.points_in, statistics.points_valid,
+                                       statistics.points_static, statistics.points_dynamic}) {
+      sum.add(points);
+    }
+    for (const std::uint32_t count :
+         {statistics.cells, statistics.dynamic_cells, statistics.voxels, statistics.ground_voxels,
+          statistics.components, statistics.walls, statistics.aligned_scans}) {
+      sum.add(count);
+    }
+    for (const std::uint64_t dropped : statistics.dropped) sum.add(dropped);
+    for (const CapacityUse& use : statistics.capacity) sum.add(use);
+    for (const std::uint32_t shed : statistics.shed) sum.add(shed);
+    sum.add(statistics.odometry_tilt_deg);
+    return sum.value();
+  }
+
+  std::uint32_t next(std::uint32_t below) {
+    random_ = random_ * 1664525U + 1013904223U;
+    return (random_ >> 16U) % below;
+  }
+
+  Drive drive_;
+  std::uint32_t random_;
+  bool works_;
+  EventRing* ring_ = nullptr;
+  std::optional<OwnedPipeline> pipeline_;
+  std::vector<TownScan> scans_;
+  struct Labelled {
+    std::size_t scan;
+    std::vector<PointLabel> labels;
+  };
+  std::map<std::uint32_t, std::vector<Labelled>> labels_;
+  Run run_;
+};
+
+PipelineConfig short_keyframes(std::uint32_t scans, std::uint32_t window) {
+  PipelineConfig config = preset(SensorKind::kHdl64e);
+  config.keyframe.scans = scans;
+  config.keyframe.max_points_per_scan = 40000;
+  config.free_space.images_per_keyframe = std::min(2U, scans);
+  config.removal.window = window;
+  config.voxel.max_cells = 1U << 16U;
+  config.voxel.max_window_blocks = 65536;
+  config.voxel.max_voxels = 1U << 13U;
+  config.loop_search.max_places = 12;
+  config.search_scope.min_keyframe_gap = 3;
+  return config;
+}
+
+/// Runs the drive without delay and, with and without calls of `work`, deferred. Returns the runs.
+std::vector<Run> compare(PipelineConfig config, const Drive& drive) {
+  std::vector<Run> runs;
+  config.deferred = false;
+  runs.push_back(Robot(config, drive, 0).run());
+  config.deferred = true;
+  for (const std::uint32_t seed : {0U, 1U, 2U}) {
+    INFO("seed of the calls of work " << seed);
+    runs.push_back(Robot(config, drive, seed).run());
+    const Run& plain = runs.front();
+    const Run& deferred = runs.back();
+    REQUIRE(plain.keyframes.size() == deferred.keyframes.size());
+    for (const auto& [sequence, said] : plain.keyframes) {
+      INFO("keyframe " << sequence);
+      const Said& then = deferred.keyframes.at(sequence);
+      CHECK(said.view == then.view);
+      CHECK(said.labels == then.labels);
+      CHECK(said.place == then.place);
+      CHECK(said.loops == then.loops);
+      CHECK(said.evicted == then.evicted);
+      CHECK(said.counts == then.counts);
+    }
+    CHECK(plain.last_labels == deferred.last_labels);
+    CHECK(plain.events == deferred.events);
+  }
+  CHECK(runs.front().late_slices == 0);
+  return runs;
+}
+
+}  // namespace
+
+TEST_CASE("deferred work gives the same results on a drive without incidents, and none is late",
+          "[deferred]") {
+  const std::vector<Run> runs = compare(short_keyframes(5, 4), {});
+  CHECK(runs[0].keyframes.size() == 12);
+  CHECK(runs[0].relabelled >= 12);
+  CHECK(runs[0].loops > 0);
+  for (const Run& run : runs) CHECK(run.late_slices == 0);
+}
+
+TEST_CASE("deferred work gives the same results whatever happens in between", "[deferred]") {
+  Drive drive;
+  drive.flushes = {7, 8, 31};
+  drive.glitches = {13, 37, 38};
+  drive.empty = {0, 10, 24};
+  drive.late = {16, 26};
+  drive.place_insertion = {12, 33};
+  drive.restart = 44;
+  const std::uint32_t scans = GENERATE(2U, 4U, 10U);
+  INFO(scans << " scans per keyframe");
+  const std::vector<Run> runs = compare(short_keyframes(scans, 3), drive);
+  CHECK(runs[0].relabelled > 2);
+  // Of two scans a keyframe, the first does all that was left.
+  CHECK((runs[1].late_slices > 0) == (scans > 2));
+}
+
+TEST_CASE("deferred work is finished first where every scan closes a keyframe", "[deferred]") {
+  Drive drive;
+  drive.scans = 20;
+  const std::uint32_t window = GENERATE(1U, 3U);
+  const std::vector<Run> runs = compare(short_keyframes(1, window), drive);
+  CHECK(runs[0].keyframes.size() == 20);
+  CHECK(runs[1].late_slices > 0);
+}
+
+TEST_CASE("deferred work gives the same results where keyframes close by distance", "[deferred]") {
+  PipelineConfig config = short_keyframes(10, 3);
+  config.keyframe.distance_m = 0.8F;
+  CHECK(compare(config, {}).front().keyframes.size() > 10);
+}
+
+TEST_CASE("deferred work gives the same results where containers are full", "[deferred]") {
+  PipelineConfig config = short_keyframes(5, 4);
+  SECTION("the window, which evicts keyframes early") {
+    config.voxel.max_cells = 1U << 15U;
+    config.voxel.max_window_blocks = GENERATE(9000U, 11000U, 13000U, 15000U);
+    compare(config, {});
+  }
+  SECTION("the cells, so that final labels do not find room either") {
+    config.removal.window = 10;
+    config.keyframe.scans = 3;
+    config.voxel.max_cells = GENERATE(3000U, 8000U);
+    const Run plain = compare(config, {}).front();
+    CHECK(plain.relabelled > 0);
+  }
+  SECTION("the description") {
+    config.descriptor.max_voxels = 200;
+    config.descriptor.max_candidates = 130;
+    config.loop_search.max_bucket = 5;
+    compare(config, {});
+  }
+}
+
+TEST_CASE("deferred work gives the same results with other evidence", "[deferred]") {
+  PipelineConfig config = short_keyframes(5, 4);
+  SECTION("columns") {
+    config.free_space.columns = true;
+    config.free_space.visibility = false;
+  }
+  SECTION("no final labels") { config.removal.final_labels = false; }
+  SECTION("thinned scans, many images") {
+    config.keyframe.downsample_leaf_m = 0.15F;
+    config.free_space.images_per_keyframe = 5;
+  }
+  compare(config, {});
+}
+
+TEST_CASE("a deferred keyframe is ready before it is finished, and says so", "[deferred]") {
+  PipelineConfig config = short_keyframes(5, 4);
+  config.deferred = true;
+  const IntegerTown town({});
+  OwnedPipeline pipeline(config);
+  REQUIRE(pipeline);
+  std::uint32_t finished = 0;
+  for (std::int64_t i = 0; i < 30; ++i) {
+    const TownScan scan = town.scan(i);
+    const ScanResult result =
+        pipeline->add_scan(scan.view(), scan.T_odometry_sensor, 1 + i * kPeriodNs);
+    REQUIRE(result.error.ok());
+    CHECK(result.keyframe_ready == (i % 5 == 4));
+    if (result.keyframe_ready) {
+      CHECK_FALSE(result.keyframe_finished);
+      CHECK_FALSE(pipeline->keyframe().static_cells.empty());
+      CHECK(pipeline->keyframe().place.keypoints.empty());
+      CHECK(pipeline->keyframe().statistics->shed_of(Shed::kDescription) == 0);
+    }
+    if (!result.keyframe_finished) continue;
+    // At the latest with the last scan but one.
+    CHECK(i % 5 <= 3);
+    CHECK(pipeline->finished_keyframe().sequence == finished++);
+    CHECK_FALSE(pipeline->finished_keyframe().place.keypoints.empty());
+    CHECK(pipeline->finished_keyframe().sequence == pipeline->keyframe().sequence);
+  }
+  CHECK(finished == 5);
+  CHECK(pipeline->work().work_left);
+  const ScanResult last = pipeline->flush();
+  CHECK(last.keyframe_finished);
+  CHECK_FALSE(last.keyframe_ready);
+  CHECK_FALSE(pipeline->work(1000).work_left);
+}
+
+TEST_CASE("one call of work does one slice, or as many as begin in time", "[deferred]") {
+  PipelineConfig config = short_keyframes(5, 4);
+  config.deferred = true;
+  config.clock_ns = fake_clock;
+  const IntegerTown town({});
+  const auto calls_until_finished = [&](std::uint32_t budget_us) {
+    OwnedPipeline pipeline(config);
+    REQUIRE(pipeline);
+    for (std::int64_t i = 0; i < 5; ++i) {
+      const TownScan scan = town.scan(i);
+      (void)pipeline->add_scan(scan.view(), scan.T_odometry_sensor, 1 + i * kPeriodNs);
+    }
+    int calls = 0;
+    while (true) {
+      ++calls;
+      const WorkResult result = pipeline->work(budget_us);
+      CHECK(result.keyframe_finished == !result.work_left);
+      if (!result.work_left) return calls;
+    }
+  };
+  const int slices = calls_until_finished(0);
+  CHECK(slices > 15);
+  // A slice reads the clock five times, a microsecond each.
+  const int calls = calls_until_finished(20);
+  CHECK(calls < slices / 2);
+  CHECK(calls > 2);
+  CHECK(calls_until_finished(1'000'000) == 1);
+}
