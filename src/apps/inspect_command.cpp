@@ -84,7 +84,8 @@ Json describe(const InspectOptions& options, const datasets::Dataset& dataset,
                        {"correction_m", rounded(a.correction_m)},
                        {"correction_deg", rounded(a.correction_deg)},
                        {"mistake", a.mistake},
-                       {"mistake_undone", rounded(a.mistaken)}};
+                       {"mistake_undone", rounded(a.mistaken)},
+                       {"ring_gain", rounded(a.ring_gain)}};
   Json& notes = json["notes"] = Json::array();
   for (const datasets::Note& note : dataset.notes()) notes.push_back(note.text);
   std::vector<input::Finding> findings = found.findings;

@@ -115,12 +115,14 @@ void try_mistakes(std::span<const ScanPair> pairs, const std::vector<PoseMistake
   }
 }
 
-/// How much the elevations of points concentrate: 1 where they are spread evenly.
+/// How much the elevations of points concentrate in rings: 1 where they are spread evenly over
+/// neighbouring bins. Where scans are seen from does not matter: a tunnel seen from outside fills a
+/// small angle, but evenly.
 double concentration(const datasets::Scan& scan, const Pose& T) {
-  constexpr std::size_t kBins = 3600;
+  constexpr std::size_t kNeighbours = 8;
+  constexpr std::size_t kBins = 450 * kNeighbours;  // of 0.05 degrees: less than between rings
   constexpr std::size_t kMost = 20000;
   std::vector<double> bins(kBins);
-  double points = 0.0;
   const std::size_t stride = 1 + scan.points.size() / kMost;
   for (std::size_t i = 0; i < scan.points.size(); i += stride) {
     const Eigen::Vector3d p =
@@ -128,11 +130,18 @@ double concentration(const datasets::Scan& scan, const Pose& T) {
     if (!p.allFinite() || p.norm() < 1.0) continue;
     const double share = 0.5 + std::asin(std::clamp(p.z() / p.norm(), -1.0, 1.0)) / M_PI;
     bins[std::min(kBins - 1, static_cast<std::size_t>(share * kBins))] += 1.0;
-    points += 1.0;
   }
   double squares = 0.0;
-  for (const double bin : bins) squares += bin * bin;
-  return points > 0.0 ? kBins * squares / (points * points) : 0.0;
+  double squares_of_means = 0.0;
+  for (std::size_t first = 0; first < kBins; first += kNeighbours) {
+    double sum = 0.0;
+    for (std::size_t i = first; i < first + kNeighbours; ++i) {
+      squares += bins[i] * bins[i];
+      sum += bins[i];
+    }
+    squares_of_means += sum * sum / kNeighbours;
+  }
+  return squares_of_means > 0.0 ? squares / squares_of_means : 0.0;
 }
 
 }  // namespace

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
 
+#include "src/input/motion_check.hpp"
 #include "tests/input/courtyard.hpp"
 
 using namespace unimapper;
@@ -47,6 +50,24 @@ Pose in_axes(const Pose& pose, const Eigen::Matrix3d& axes) {
 const MemoryDataset& drive() {
   static const MemoryDataset kDrive = courtyard_drive();
   return kDrive;
+}
+
+/// 64 rings of a sensor in the middle of a tunnel of 3 m radius and 20 m of sight, not quite even.
+datasets::Scan rings_in_tunnel() {
+  datasets::Scan scan;
+  for (int ring = 0; ring < 64; ++ring) {
+    for (int column = 0; column < 360; column += 2) {
+      const double uneven_deg = 0.06 * std::sin(7.3 * ring + 1.7 * column);
+      const double elevation = ((ring - 32) * 0.7 + uneven_deg) / kDegreesPerRadian;
+      const double azimuth = column / kDegreesPerRadian;
+      const Eigen::Vector3d ray(std::cos(elevation) * std::cos(azimuth),
+                                std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+      const double range = 3.0 / std::max(0.15, ray.tail<2>().norm());
+      const Eigen::Vector3f p = (range * ray).cast<float>();
+      scan.points.push_back({p.x(), p.y(), p.z(), 0.0F});
+    }
+  }
+  return scan;
 }
 
 }  // namespace
@@ -152,6 +173,28 @@ TEST_CASE("what says little of the motion is fine") {
   CHECK(examined(record(tunnel, 30, straight)) == "");
   CHECK(
       examined(record(courtyard(), 30, [](std::size_t) { return level_pose(1, 2, 0.4); })).empty());
+}
+
+TEST_CASE("rings tell scans in the world frame from those of a tunnel seen from afar") {
+  std::vector<Pose> poses;
+  std::vector<datasets::Scan> of_sensor;
+  std::vector<datasets::Scan> of_world;
+  for (const double x : {30.0, 40.0, 50.0}) {
+    poses.push_back(level_pose(x, 0.0, 0.0));
+    of_sensor.push_back(rings_in_tunnel());
+    of_world.push_back(of_sensor.back());
+    for (datasets::Scan::Point& p : of_world.back().points) {
+      const Eigen::Vector3f world = (poses.back() * Eigen::Vector3d(p.x, p.y, p.z)).cast<float>();
+      p = {world.x(), world.y(), world.z(), 0.0F};
+    }
+  }
+  const auto gain = [&](const std::vector<datasets::Scan>& scans) {
+    std::vector<const datasets::Scan*> pointers;
+    for (const datasets::Scan& scan : scans) pointers.push_back(&scan);
+    return measure_ring_gain(pointers, poses);
+  };
+  CHECK(gain(of_sensor) < 1.0);
+  CHECK(gain(of_world) > 1.3);
 }
 
 TEST_CASE("points in other units are wrong") {
