@@ -79,12 +79,16 @@ ErrorStatistics statistics(std::vector<double> errors) {
 TrajectoryError trajectory_error(std::span<const PosePair> pairs, const Pose& T_truth_estimate) {
   std::vector<double> translations;
   std::vector<double> rotations;
+  std::vector<double> tilts;
   for (const PosePair& pair : pairs) {
     const Pose error = pair.truth.inverse() * (T_truth_estimate * pair.estimate);
     translations.push_back(error.translation.norm());
     rotations.push_back(rotation_angle(error.rotation) * kDegreesPerRadian);
+    const Eigen::Vector3d up = pair.estimate.rotation * pair.truth.rotation.row(2).transpose();
+    tilts.push_back(std::atan2(up.head<2>().norm(), up.z()) * kDegreesPerRadian);
   }
-  return {statistics(std::move(translations)), statistics(std::move(rotations))};
+  return {statistics(std::move(translations)), statistics(std::move(rotations)),
+          statistics(std::move(tilts))};
 }
 
 }  // namespace unimapper::evaluate

@@ -278,9 +278,11 @@ TEST_CASE("evaluate trajectory aligns the central session only") {
   CHECK(json["sessions"]["b"]["ate_m"]["rmse"].get<double>() == Approx(0.3));
   CHECK(json["sessions"]["b"]["ate_m"]["median"].get<double>() == Approx(0.3));
   CHECK(json["sessions"]["b"]["rotation_deg"]["max"].get<double>() == Approx(0.0).margin(1e-4));
+  CHECK(json["sessions"]["b"]["tilt_deg"]["max"].get<double>() == Approx(0.0).margin(1e-4));
   CHECK(json["sessions"]["b"]["paired"] == 30);
   CHECK(json["sessions"]["c"]["status"] == "unconnected");
   CHECK(json["sessions"]["c"]["ate_m"].is_null());
+  CHECK(json["sessions"]["c"]["tilt_deg"].is_null());
 
   options.truths = {{"b", folder.path() / "d"}};
   CHECK_THROWS_WITH(evaluate_trajectory(options), Contains("central session"));

@@ -120,3 +120,15 @@ TEST_CASE("halfway between two true poses the later one is taken") {
 }
 
 TEST_CASE("aligning nothing is refused") { CHECK_THROWS_AS(align({}), std::invalid_argument); }
+
+TEST_CASE("the tilt of a map is that of its z axis, whatever its heading and origin") {
+  const double tilt_deg = 0.4;
+  std::vector<PosePair> pairs = circle(Pose());
+  const Pose T_map_world =
+      some_pose(0, tilt_deg / kDegreesPerRadian, {100, -40, 3}) * some_pose(2.5, 0, {0, 0, 0});
+  for (PosePair& pair : pairs) pair.estimate = T_map_world * pair.truth;
+  const TrajectoryError error = trajectory_error(pairs, align(pairs).T_truth_estimate);
+  CHECK(error.tilt_deg.min == Approx(tilt_deg));
+  CHECK(error.tilt_deg.max == Approx(tilt_deg));
+  CHECK(error.rotation_deg.max < 1e-6);
+}

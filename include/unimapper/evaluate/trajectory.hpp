@@ -58,6 +58,9 @@ struct ErrorStatistics {
 struct TrajectoryError {
   ErrorStatistics translation_m;  ///< length of the difference of the positions
   ErrorStatistics rotation_deg;   ///< angle of the relative rotation
+  /// Angle between the estimate's z axis and the truth's, before alignment: how far a map is from
+  /// level if the truth's z is up.
+  ErrorStatistics tilt_deg;
 };
 
 /// Errors of the estimates mapped by `T_truth_estimate` against the truth.

@@ -134,11 +134,13 @@ std::string trajectory_json(const std::vector<SessionTrajectory>& sessions,
       entry["paired"] = 0;
       entry["ate_m"] = nullptr;
       entry["rotation_deg"] = nullptr;
+      entry["tilt_deg"] = nullptr;
       continue;
     }
     entry["paired"] = session.error->translation_m.count;
     entry["ate_m"] = error_figures(session.error->translation_m);
     entry["rotation_deg"] = error_figures(session.error->rotation_deg);
+    entry["tilt_deg"] = error_figures(session.error->tilt_deg);
   }
   return document(json);
 }
