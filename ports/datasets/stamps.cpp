@@ -6,9 +6,11 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <span>
 
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/text.hpp"
+#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::datasets {
 
@@ -40,10 +42,8 @@ std::int64_t median_step(const std::vector<std::int64_t>& stamps) {
     steps.push_back(static_cast<std::uint64_t>(high) - static_cast<std::uint64_t>(low));
   }
   if (steps.empty()) return 0;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
   return static_cast<std::int64_t>(
-      std::min<std::uint64_t>(*middle, std::numeric_limits<std::int64_t>::max()));
+      std::min<std::uint64_t>(median(std::span(steps)), std::numeric_limits<std::int64_t>::max()));
 }
 
 /// `value` in units of `unit_ns`; empty where that does not fit.

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "unimapper/core/angles.hpp"
 #include "unimapper/core/pose.hpp"
+#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::onboard {
 namespace {
@@ -82,15 +84,14 @@ Eigen::Vector3f SamplingEstimator::Patch::center() const noexcept {
 float SamplingEstimator::Gaps::median(float& share) noexcept {
   share = 0.0F;
   if (size == 0) return 0.0F;
-  std::nth_element(values_deg, values_deg + size / 2, values_deg + size);
-  const float median = values_deg[size / 2];
+  const float middle = unimapper::median(std::span(values_deg, size));
   std::uint32_t near = 0;
   for (std::uint32_t i = 0; i < size; ++i) {
-    const float off = values_deg[i] - median;
-    near += (off < 0.0F ? -off : off) <= 0.25F * median ? 1U : 0U;
+    const float off = values_deg[i] - middle;
+    near += (off < 0.0F ? -off : off) <= 0.25F * middle ? 1U : 0U;
   }
   share = static_cast<float>(near) / static_cast<float>(size);
-  return median;
+  return middle;
 }
 
 SamplingEstimate SamplingEstimator::measure(const PointView& points, float range_min_m,
