@@ -195,19 +195,21 @@ void warn_of_labels(const RunStatistics& statistics) {
 /// What a full container left out, in words, and which parameter makes room.
 struct FullContainer {
   DropCause cause;
+  /// A description has a fixed size: that it holds a sample is no fault, but it is said.
+  const char* severity;
   const char* what;
   const char* remedy;
 };
 
 constexpr std::array<FullContainer, 5> kFullContainers = {{
-    {DropCause::kScanTooLarge, "points labelled static unseen",
+    {DropCause::kScanTooLarge, "warning", "points labelled static unseen",
      "raise keyframe.max_points_per_scan, or name the --sensor"},
-    {DropCause::kCellsFull, "points labelled static unseen", "raise voxel.max_cells"},
-    {DropCause::kVoxelsFull, "fine cells without a ground or plane around them",
+    {DropCause::kCellsFull, "warning", "points labelled static unseen", "raise voxel.max_cells"},
+    {DropCause::kVoxelsFull, "warning", "fine cells without a ground or plane around them",
      "raise voxel.max_voxels"},
-    {DropCause::kEvidenceFull, "columns and blocks of evidence not kept",
+    {DropCause::kEvidenceFull, "warning", "columns and blocks of evidence not kept",
      "their cells keep the online labels; raise voxel.max_cells for final labels"},
-    {DropCause::kDescriptionFull, "candidates for keypoints and planes not described",
+    {DropCause::kDescriptionFull, "note", "candidates for keypoints and planes not described",
      "a sample was described; raise voxel.max_cells, descriptor.max_voxels or "
      "descriptor.max_planes only if loops are missed"},
 }};
@@ -218,9 +220,9 @@ void warn_of_full_containers(const RunStatistics& statistics) {
     if (count == 0) continue;
     const std::uint64_t keyframes = statistics.keyframes_dropping(full.cause);
     std::fprintf(stderr,
-                 "onboard: warning: container full (%s) in %llu of %llu keyframes (%.0f %%): %llu "
+                 "onboard: %s: container full (%s) in %llu of %llu keyframes (%.0f %%): %llu "
                  "%s, %llu a keyframe; %s\n",
-                 std::string(drop_cause_name(full.cause)).c_str(),
+                 full.severity, std::string(drop_cause_name(full.cause)).c_str(),
                  static_cast<unsigned long long>(keyframes),
                  static_cast<unsigned long long>(statistics.keyframes()),
                  100.0 * static_cast<double>(keyframes) /
