@@ -23,10 +23,11 @@ void BlockWindow::allocate(Arena& arena, const PipelineConfig& config) noexcept 
   slots_ = config.removal.window + 1;
   capacity_ = config.voxel.max_window_blocks;
   max_entered_ = config.voxel.max_blocks();
-  // A tile that is there holds a block; on surfaces it holds several.
-  tile_capacity_ = std::max(capacity_ / 4, 64U);
+  // On surfaces a tile holds seven blocks and more, with every sensor measured.
+  tile_capacity_ = std::max(capacity_ / 6, 64U);
   free_ = arena.allocate<std::uint32_t>(capacity_);
   held_ = arena.allocate<Held>(capacity_);
+  number_ = arena.allocate<std::uint32_t>(capacity_);
   history_ = arena.allocate<std::uint64_t>(std::size_t{capacity_} * slots_);
   free_tiles_ = arena.allocate<std::uint32_t>(tile_capacity_);
   entered_tiles_ = arena.allocate<std::uint32_t>(tile_capacity_);
@@ -72,54 +73,54 @@ std::uint32_t BlockWindow::enter(const VoxelIndex& block) noexcept {
   const VoxelIndex tile_index{at.x >> kEdgeBits, at.y >> kEdgeBits, at.z >> kEdgeBits};
   const auto position =
       static_cast<std::uint32_t>((at.x & 3) | ((at.y & 3) << 2) | ((at.z & 3) << 4));
-  std::uint32_t number = find_tile(pack(tile_index));
+  const std::uint32_t found = find_tile(pack(tile_index));
   // Hostile keys may collide: what finds no slot is not looked for twice.
-  if (number == TileDirectory::kFull) return kNone;
-  if (number != kNone && has_entered(tiles_[number], position)) {
-    return tiles_[number].slots[position].number;
+  if (found == TileDirectory::kFull) return kNone;
+  if (found != kNone && has_entered(tiles_[found], position)) {
+    return number_[tiles_[found].entries[position]];
   }
   if (entered_count_ == max_entered_) return kNone;
-  if (number == kNone) number = make_tile(tile_index);
-  if (number == kNone) return kNone;
-  Tile& tile = tiles_[number];
-  if (tile.slots[position].entry == kNone && !make_block(number, position)) return kNone;
+  const std::uint32_t at_tile = found == kNone ? make_tile(tile_index) : found;
+  if (at_tile == kNone) return kNone;
+  Tile& tile = tiles_[at_tile];
+  if (tile.entries[position] == kNone && !make_block(at_tile, position)) return kNone;
   if (tile.keyframe != keyframe_) tile.entered = 0;
   tile.keyframe = keyframe_;
-  if (tile.entered == 0) entered_tiles_[entered_tile_count_++] = number;
+  if (tile.entered == 0) entered_tiles_[entered_tile_count_++] = at_tile;
   tile.entered |= std::uint64_t{1} << position;
-  return tile.slots[position].number = entered_count_++;
+  return number_[tile.entries[position]] = entered_count_++;
 }
 
 void BlockWindow::arrange(std::span<const Block> entered) noexcept {
   for (std::uint32_t t = 0; t < entered_tile_count_; ++t) {
     Tile& tile = tiles_[entered_tiles_[t]];
     for (std::uint64_t left = tile.entered; left != 0; left &= left - 1) {
-      const Tile::Slot& slot = tile.slots[std::countr_zero(left)];
-      prefetch_for_read(entered.data() + slot.number);
-      prefetch_for_write(held_ + slot.entry);
-      prefetch_for_write(history_ + slot.entry * std::size_t{slots_} + current_);
+      const std::uint32_t entry = tile.entries[std::countr_zero(left)];
+      prefetch_for_read(entered.data() + number_[entry]);
+      prefetch_for_write(held_ + entry);
+      prefetch_for_write(history_ + entry * std::size_t{slots_} + current_);
     }
     for (std::uint64_t left = tile.entered; left != 0; left &= left - 1) {
       const auto position = static_cast<std::uint32_t>(std::countr_zero(left));
       number_block((entered_tiles_[t] << 6U) | position,
-                   entered[tile.slots[position].number].occupied);
+                   entered[number_[tile.entries[position]]].occupied);
     }
   }
 }
 
 void BlockWindow::number_block(std::uint32_t position, std::uint64_t occupied) noexcept {
-  Tile::Slot& slot = tiles_[position >> 6U].slots[position & 63U];
-  Held& held = held_[slot.entry];
+  const std::uint32_t entry = tiles_[position >> 6U].entries[position & 63U];
+  Held& held = held_[entry];
   const std::uint32_t number = entered_[current_].count++;
-  entered_[current_].entries[number] = slot.entry;
-  order_[number] = slot.number;
+  entered_[current_].entries[number] = entry;
+  order_[number] = number_[entry];
   position_of_number_[number] = position;
   // What was decided longer ago than in the keyframe before no longer counts.
   number_before_[number] = held.last_keyframe + 1 == keyframe_ ? held.last_number : kNone;
-  history_[slot.entry * std::size_t{slots_} + current_] = occupied;
+  history_[entry * std::size_t{slots_} + current_] = occupied;
   held.last_keyframe = keyframe_;
   held.last_number = number;
-  slot.number = number;
+  number_[entry] = number;
 }
 
 std::uint32_t BlockWindow::find_tile(VoxelKey key) noexcept {
@@ -150,7 +151,7 @@ std::uint32_t BlockWindow::make_tile(const VoxelIndex& index) noexcept {
   made.used = 0;
   made.keyframe = keyframe_;
   made.entered = 0;
-  std::fill_n(made.slots, kBlocks, Tile::Slot{kNone, kNone});
+  std::fill_n(made.entries, kBlocks, kNone);
   for (std::uint32_t i = 0; i < kAround; ++i) {
     const VoxelIndex offset = around_offset(i);
     const std::uint32_t other =
@@ -170,7 +171,7 @@ bool BlockWindow::make_block(std::uint32_t tile, std::uint32_t position) noexcep
   const std::uint32_t entry = free_count_ > 0 ? free_[--free_count_] : fresh_++;
   ++used_;
   ++tiles_[tile].used;
-  tiles_[tile].slots[position].entry = entry;
+  tiles_[tile].entries[position] = entry;
   held_[entry] = {(tile << 6U) | position, keyframe_, kNone};
   std::fill_n(history_ + entry * std::size_t{slots_}, slots_, std::uint64_t{0});
   return true;
@@ -203,7 +204,7 @@ void BlockWindow::evict(Entered& entered) noexcept {
     const bool still_occupied =
         held.last_keyframe != entered.keyframe || has_entered(tile, held.position & 63U);
     if (still_occupied) continue;
-    tile.slots[held.position & 63U].entry = kNone;
+    tile.entries[held.position & 63U] = kNone;
     --tile.used;
     --used_;
     free_[free_count_++] = entry;

@@ -77,7 +77,7 @@ class BlockWindow {
       if (tile->keyframe != keyframe_) return kNone;
     }
     const auto position = static_cast<std::uint32_t>((x & 3) | ((y & 3) << 2) | ((z & 3) << 4));
-    return (tile->entered >> position & 1U) != 0 ? tile->slots[position].number : kNone;
+    return (tile->entered >> position & 1U) != 0 ? number_[tile->entries[position]] : kNone;
   }
 
   /// Cells of a block that were occupied `age` keyframes ago, from 1 to the window's length.
@@ -142,12 +142,9 @@ class BlockWindow {
     VoxelKey key;
     std::uint32_t used;      ///< blocks it holds
     std::uint32_t keyframe;  ///< for which `entered` holds
-    std::uint64_t entered;   ///< slots whose block the keyframe entered, one bit each
+    std::uint64_t entered;   ///< positions whose block the keyframe entered, one bit each
     std::uint32_t around[kAround];
-    struct Slot {
-      std::uint32_t number;  ///< in the keyframe, if entered; before `arrange` in order of entry
-      std::uint32_t entry;   ///< or `kNone`
-    } slots[kBlocks];
+    std::uint32_t entries[kBlocks];  ///< by position, or `kNone`
   };
   struct Held {
     std::uint32_t position;       ///< tile in the upper 26 bits, position in it in the lower 6
@@ -213,6 +210,9 @@ class BlockWindow {
   std::uint32_t free_count_ = 0;
   std::uint32_t* free_ = nullptr;
   Held* held_ = nullptr;
+  /// Number of an entered block in the current keyframe, by entry; before `arrange` in the order
+  /// of entry.
+  std::uint32_t* number_ = nullptr;
   std::uint64_t* history_ = nullptr;  ///< occupied cells, `slots_` words per block
 
   std::uint32_t tile_capacity_ = 0;

@@ -26,7 +26,7 @@ void CoarseVoxels::allocate(Arena& arena, const VoxelConfig& config) noexcept {
 }
 
 void CoarseVoxels::build(const CellTable& cells) noexcept {
-  map_.clear();
+  map_.reset();
   left_out_ = 0;
   collect_moments(cells);
   const float size_m = cells.grid().cell_size_m * static_cast<float>(cells.grid().cells_per_voxel);

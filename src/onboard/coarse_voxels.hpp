@@ -43,7 +43,7 @@ class CoarseVoxels {
  public:
   void allocate(Arena& arena, const VoxelConfig& config) noexcept;
 
-  /// Voxels of all cells in `cells`. O(cells).
+  /// Voxels of all cells in `cells`. Nothing of the keyframe before is read. O(cells).
   void build(const CellTable& cells) noexcept;
 
   static constexpr std::uint32_t kNone = FixedHashMap<CoarseVoxel>::kNotFound;

@@ -8,10 +8,13 @@ namespace unimapper::onboard {
 
 void DynamicRemoval::allocate(Arena& arena) noexcept {
   cells_.allocate(arena, config_.voxel);
+  filter_.allocate(arena, config_);
+}
+
+void DynamicRemoval::allocate_scratch(Arena& arena) noexcept {
   voxels_.allocate(arena, config_.voxel);
   transparent_.allocate(arena, config_);
   levels_.allocate(arena, config_);
-  filter_.allocate(arena, config_);
   classifier_.allocate(arena, config_);
 }
 

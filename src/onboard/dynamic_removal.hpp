@@ -25,6 +25,8 @@ class DynamicRemoval {
  public:
   explicit DynamicRemoval(const PipelineConfig& config) noexcept : config_(config) {}
   void allocate(Arena& arena) noexcept;
+  /// What is in use only from the layout of a keyframe's cells until its labels are written down.
+  void allocate_scratch(Arena& arena) noexcept;
 
   /// Lays the cells of the scans out, tells ground from candidates and weighs the evidence for
   /// those, of the nearest ones as far as the budget goes. O(cells x images of the window).

@@ -33,6 +33,10 @@ class KeyframeBuilder {
         paints_(config.free_space.visibility),
         clock_ns_(config.clock_ns) {}
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
+  /// What is in use only until the cells of a keyframe are laid out in a table.
+  void allocate_cells(Arena& arena, const PipelineConfig& config) noexcept {
+    accumulator_.allocate_cells(arena, config);
+  }
 
   /// The odometry was restarted: ground seen before says nothing.
   void forget() noexcept { aligner_.forget(); }

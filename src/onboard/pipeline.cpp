@@ -94,6 +94,9 @@ struct Pipeline::State {
 void Pipeline::State::allocate(Arena& arena) noexcept {
   builder.allocate(arena, config);
   removal.allocate(arena);
+  // Nothing reads the sums of the cells once they lie in the table.
+  arena.share([&] { builder.allocate_cells(arena, config); },
+              [&] { removal.allocate_scratch(arena); });
   window.allocate(arena, config);
   gravity_planes.allocate(arena);
   output.allocate(arena, config);

@@ -62,9 +62,12 @@ void ScanAccumulator::allocate(Arena& arena, const PipelineConfig& config) noexc
                                 ? config.voxel.fine_size_m / keyframe.downsample_leaf_m
                                 : 0.0F;
   codes_ = arena.allocate<PointCode>(static_cast<std::size_t>(max_points_) * keyframe.scans);
+  leaves_.allocate(arena, cells_per_leaf_inverse_ > 0.0F ? max_points_ : 0);
+}
+
+void ScanAccumulator::allocate_cells(Arena& arena, const PipelineConfig& config) noexcept {
   cells_.allocate(arena, config.voxel);
   recent_ = arena.allocate<Recent>(kRecent);
-  leaves_.allocate(arena, cells_per_leaf_inverse_ > 0.0F ? max_points_ : 0);
 }
 
 void ScanAccumulator::begin(const Grid& grid) noexcept {

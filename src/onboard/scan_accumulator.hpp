@@ -41,6 +41,9 @@ struct ScanCounts {
 class ScanAccumulator {
  public:
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
+  /// The part of it that is in use from the first scan of a keyframe until its cells are laid out
+  /// in a table: the cells, and what finds them.
+  void allocate_cells(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Forgets all scans and counts cells in `grid` from now on.
   void begin(const Grid& grid) noexcept;

@@ -69,3 +69,24 @@ TEST_CASE("an exhausted arena stays exhausted and never writes beyond its block"
   CHECK(block.bytes[0] == std::byte{0xAB});
   CHECK(arena.allocate<std::byte>(1) == nullptr);
 }
+
+TEST_CASE("sets of arrays that share memory take the room of the larger one") {
+  const auto lay_out = [](Arena& arena) {
+    arena.allocate<std::byte>(64);
+    std::byte* small = nullptr;
+    std::byte* large = nullptr;
+    arena.share([&] { small = arena.allocate<std::byte>(128); },
+                [&] { large = arena.allocate<std::byte>(256); });
+    CHECK(small == large);
+    arena.share([&] { large = arena.allocate<std::byte>(256); },
+                [&] { small = arena.allocate<std::byte>(64); });
+    CHECK(small == large);
+    return arena.allocate<std::byte>(1);
+  };
+  Block block;
+  Arena arena(block.bytes.data(), block.bytes.size());
+  CHECK(lay_out(arena) == block.bytes.data() + 64 + 256 + 256);
+  Arena measuring = Arena::measuring();
+  lay_out(measuring);
+  CHECK(measuring.used() == arena.used());
+}

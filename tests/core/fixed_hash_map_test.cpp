@@ -1,7 +1,10 @@
 // Tests of the fixed-capacity hash map.
 #include "unimapper/core/fixed_hash_map.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstddef>
+#include <iterator>
 #include <unordered_map>
 #include <vector>
 
@@ -67,6 +70,24 @@ TEST_CASE("clearing forgets everything, entries made afterwards start from zero"
   CHECK(owned->size() == 0);
   CHECK(owned->find(1) == kNotFound);
   CHECK((*owned)[owned->find_or_insert(1)] == 0);
+}
+
+TEST_CASE("a map is empty after a reset, whatever was written to its memory") {
+  Arena measuring = Arena::measuring();
+  FixedHashMap<int> map;
+  map.allocate(measuring, 50);
+  alignas(Arena::kAlignment) static std::byte memory[4096];
+  REQUIRE(measuring.used() <= sizeof memory);
+  Arena arena(memory, sizeof memory);
+  map.allocate(arena, 50);
+  for (int garbage = 0; garbage < 256; ++garbage) {
+    std::fill(std::begin(memory), std::end(memory), static_cast<std::byte>(garbage));
+    map.reset();
+    for (std::uint64_t key = 0; key < 50; ++key) {
+      REQUIRE(map.find(key) == kNotFound);
+      REQUIRE(map.find_or_insert(key) == key);
+    }
+  }
 }
 
 TEST_CASE("refusals are counted since the last clearing") {

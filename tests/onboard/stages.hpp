@@ -30,6 +30,7 @@ struct Stages {
   }
   void allocate(Arena& arena) {
     scans.allocate(arena, config);
+    scans.allocate_cells(arena, config);
     cells.allocate(arena, config.voxel);
     voxels.allocate(arena, config.voxel);
     transparent.allocate(arena, config);

@@ -44,6 +44,19 @@ class Arena {
     return reinterpret_cast<T*>(base_ + offset);
   }
 
+  /// Lays out two sets of arrays in the same memory: each by a function without arguments that
+  /// allocates from this arena. Only one set may be in use at a time, and it finds whatever the
+  /// other one left there.
+  template <typename First, typename Second>
+  void share(const First& first, const Second& second) noexcept {
+    const std::size_t begin = used_;
+    first();
+    const std::size_t end = used_;
+    used_ = begin;
+    second();
+    if (used_ < end) used_ = end;
+  }
+
   /// True for an arena without memory, which only counts bytes.
   [[nodiscard]] bool is_measuring() const noexcept { return base_ == nullptr; }
   /// True once a request did not fit.

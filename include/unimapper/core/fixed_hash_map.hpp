@@ -47,6 +47,13 @@ class FixedHashMap {
     generation_ = 1;
   }
 
+  /// Forgets every entry whatever the memory holds by now: others may have used it. O(capacity).
+  void reset() noexcept {
+    clear();
+    for (std::size_t i = 0; i <= mask_ && slots_ != nullptr; ++i) slots_[i].generation = 0;
+    generation_ = 1;
+  }
+
   /// Index of the entry with `key`, or `kNotFound`.
   [[nodiscard]] std::uint32_t find(std::uint64_t key) const noexcept {
     if (capacity_ == 0) return kNotFound;
