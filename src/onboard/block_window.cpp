@@ -68,11 +68,17 @@ void BlockWindow::begin(const Grid& grid) noexcept {
   shift_ = {shift.cells.x >> 2, shift.cells.y >> 2, shift.cells.z >> 2};
 }
 
+std::uint32_t BlockWindow::prefetch_tile(const VoxelIndex& block) const noexcept {
+  const auto [tile_index, position] = at(block);
+  const std::uint32_t found = directory_.find(pack(tile_index));
+  if (found >= TileDirectory::kFull) return kNone;
+  prefetch_for_write(tiles_ + found);
+  prefetch_for_read(tiles_[found].entries + position);
+  return found;
+}
+
 std::uint32_t BlockWindow::enter(const VoxelIndex& block) noexcept {
-  const VoxelIndex at{block.x + shift_.x, block.y + shift_.y, block.z + shift_.z};
-  const VoxelIndex tile_index{at.x >> kEdgeBits, at.y >> kEdgeBits, at.z >> kEdgeBits};
-  const auto position =
-      static_cast<std::uint32_t>((at.x & 3) | ((at.y & 3) << 2) | ((at.z & 3) << 4));
+  const auto [tile_index, position] = at(block);
   const std::uint32_t found = find_tile(pack(tile_index));
   // Hostile keys may collide: what finds no slot is not looked for twice.
   if (found == TileDirectory::kFull) return kNone;

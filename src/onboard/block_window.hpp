@@ -7,6 +7,7 @@
 #include "grid.hpp"
 #include "tile_directory.hpp"
 #include "unimapper/core/arena.hpp"
+#include "unimapper/core/prefetch.hpp"
 #include "unimapper/free_space/block.hpp"
 #include "unimapper/onboard/config.hpp"
 
@@ -51,6 +52,19 @@ class BlockWindow {
   /// entered before it, or `kNone` if there is no room for it. O(1), now and then O(blocks of the
   /// keyframe evicted early).
   std::uint32_t enter(const VoxelIndex& block) noexcept;
+
+  /// Start loading what `enter` will read of a block, each once the one before has arrived: the
+  /// slot of its tile in the directory; the tile, whose number is returned, or `kNone`; the block's
+  /// number.
+  void prefetch_directory(const VoxelIndex& block) const noexcept {
+    directory_.prefetch(pack(at(block).tile));
+  }
+  [[nodiscard]] std::uint32_t prefetch_tile(const VoxelIndex& block) const noexcept;
+  void prefetch_number(std::uint32_t tile, const VoxelIndex& block) const noexcept {
+    if (tile == kNone) return;
+    const std::uint32_t entry = tiles_[tile].entries[at(block).position];
+    if (entry != kNone) prefetch_for_write(number_ + entry);
+  }
 
   /// Numbers the blocks of the current keyframe once all are entered: tile by tile, so that what
   /// lies side by side in space is processed in sequence. All that follows uses these numbers.
@@ -158,6 +172,16 @@ class BlockWindow {
     std::uint32_t keyframe;
   };
 
+  /// A block of the current grid by its tile and its position there.
+  struct TilePosition {
+    VoxelIndex tile;
+    std::uint32_t position;
+  };
+  [[nodiscard]] TilePosition at(const VoxelIndex& block) const noexcept {
+    const VoxelIndex at{block.x + shift_.x, block.y + shift_.y, block.z + shift_.z};
+    return {{at.x >> kEdgeBits, at.y >> kEdgeBits, at.z >> kEdgeBits},
+            static_cast<std::uint32_t>((at.x & 3) | ((at.y & 3) << 2) | ((at.z & 3) << 4))};
+  }
   [[nodiscard]] std::uint32_t slot(std::uint32_t age) const noexcept {
     return (current_ + slots_ - age) % slots_;
   }

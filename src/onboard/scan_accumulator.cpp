@@ -3,27 +3,31 @@
 #include <algorithm>
 #include <cmath>
 
+#include "unimapper/core/prefetch.hpp"
+
 namespace unimapper::onboard {
 
 namespace {
 
-/// Values of up to `n` points along one axis: those in sensor coordinates become those in cells,
-/// and these are taken apart.
-template <std::size_t n>
-struct Axis {
-  float value[n];         ///< metres from the sensor, then cells from the grid's origin
-  std::int32_t cell[n];   ///< index of the cell
-  std::int32_t block[n];  ///< index of its block
-  float local[n];         ///< within the cell, [0, 1)
+/// A coordinate in cells, taken apart.
+struct Coordinate {
+  std::int32_t cell;
+  float local;  ///< within the cell, [0, 1)
 
-  void split(std::size_t size) noexcept {
-    for (std::size_t i = 0; i < size; ++i) {
-      cell[i] = floor_of_bounded(value[i]);
-      block[i] = cell[i] >> Block::kEdgeBits;
-      local[i] = value[i] - static_cast<float>(cell[i]);
-    }
-  }
+  explicit Coordinate(float in_cells) noexcept
+      : cell(floor_of_bounded(in_cells)), local(in_cells - static_cast<float>(cell)) {}
+  [[nodiscard]] std::int32_t block() const noexcept { return cell >> Block::kEdgeBits; }
+  [[nodiscard]] std::int32_t in_block() const noexcept { return cell & (Block::kEdge - 1); }
 };
+
+/// Starts loading some points of a scan, as far as it has them.
+void prefetch_points(const PointView& points, std::size_t first, std::size_t end) noexcept {
+  constexpr std::size_t kCacheLine = 64;
+  const std::size_t step = points.stride == 0 ? kCacheLine : 1 + (kCacheLine - 1) / points.stride;
+  for (std::size_t i = first; i < std::min(end, points.count); i += step) {
+    prefetch_for_read(points.data + i * points.stride);
+  }
+}
 
 }  // namespace
 
@@ -31,29 +35,62 @@ struct Axis {
 struct ScanAccumulator::Batch {
   std::size_t size = 0;
   std::int32_t valid[kBatch];  ///< 1 or 0
-  Axis<kBatch> x;
-  Axis<kBatch> y;
-  Axis<kBatch> z;
-  std::uint32_t bit[kBatch];     ///< of the cell: its number within the block
-  std::uint32_t recent[kBatch];  ///< where its block would be among the recent ones
+  // In sensor coordinates, metres; then from the grid's origin, in cells.
+  float x[kBatch];
+  float y[kBatch];
+  float z[kBatch];
+  std::int32_t block_x[kBatch];
+  std::int32_t block_y[kBatch];
+  std::int32_t block_z[kBatch];
+  // Not 0: something differs from the point before.
+  std::int32_t block_changed[kBatch];  ///< the block, or whether it is valid
+  std::int32_t cell_changed[kBatch];   ///< one of these, or the cell
+  std::int32_t bit[kBatch];            ///< of the cell: its number within the block
+  float local_x[kBatch];               ///< within the cell, [0, 1)
+  float local_y[kBatch];
+  float local_z[kBatch];
   std::uint32_t height[kBatch];  ///< within the cell, as in a code
 
   [[nodiscard]] VoxelIndex block(std::size_t i) const noexcept {
-    return {x.block[i], y.block[i], z.block[i]};
-  }
-  [[nodiscard]] bool is_in(const VoxelIndex& other, std::size_t i) const noexcept {
-    return x.block[i] == other.x && y.block[i] == other.y && z.block[i] == other.z;
+    return {block_x[i], block_y[i], block_z[i]};
   }
   /// Adds point `i` to its cell.
   void add_to(CellSums& cell, std::size_t i) const noexcept {
-    cell.x += x.local[i];
-    cell.y += y.local[i];
-    cell.z += z.local[i];
+    cell.x += local_x[i];
+    cell.y += local_y[i];
+    cell.z += local_z[i];
     ++cell.points;
   }
 };
 
-void ScanAccumulator::allocate(Arena& arena, const PipelineConfig& config) noexcept {
+/// Points that follow each other in one block, and in one cell of it, are looked up together.
+struct ScanAccumulator::Runs {
+  std::uint32_t blocks = 0;
+  std::uint32_t first[kBatch];   ///< point of each block
+  std::uint32_t number[kBatch];  ///< of each block, or `BlockWindow::kNone`
+
+  std::uint32_t cells = 0;
+  std::uint32_t first_of_cell[kBatch + 1];  ///< point of each cell, then the end of the last one
+  std::uint32_t block_of_cell[kBatch];      ///< its run
+  std::uint32_t entry[kBatch];              ///< of each cell, or `CellStore::kNone`
+
+  /// Splits a batch; the points of a run are all valid or all invalid.
+  void find(const Batch& batch) noexcept {
+    blocks = cells = 0;
+    for (std::uint32_t i = 0; i < batch.size; ++i) {
+      first[blocks] = i;
+      blocks += batch.block_changed[i] != 0 ? 1U : 0U;
+      first_of_cell[cells] = i;
+      block_of_cell[cells] = blocks - 1;
+      cells += batch.cell_changed[i] != 0 ? 1U : 0U;
+    }
+    first_of_cell[cells] = static_cast<std::uint32_t>(batch.size);
+  }
+};
+
+void ScanAccumulator::allocate(Arena& arena, const PipelineConfig& config,
+                               VectorWidth width) noexcept {
+  width_ = width;
   const KeyframeConfig& keyframe = config.keyframe;
   max_points_ = keyframe.max_points_per_scan;
   range_min_squared_ = keyframe.range_min_m * keyframe.range_min_m;
@@ -95,6 +132,7 @@ ScanCounts ScanAccumulator::add(const PointView& points, const Pose& T_odometry_
   Batch batch;
   for (std::size_t first = 0; first < fitting.count; first += kBatch) {
     batch.size = std::min(kBatch, fitting.count - first);
+    prefetch_points(fitting, first + kBatch, first + 2 * kBatch);
     read(fitting, first, batch, counts);
     locate(batch);
     if (cells_per_leaf_inverse_ > 0.0F) {
@@ -109,140 +147,174 @@ ScanCounts ScanAccumulator::add(const PointView& points, const Pose& T_odometry_
 }
 
 void ScanAccumulator::sort_out_invalid(Batch& batch, ScanCounts& counts) noexcept {
-  float* const x = batch.x.value;
-  float* const y = batch.y.value;
-  float* const z = batch.z.value;
   for (std::size_t i = 0; i < batch.size; ++i) {
     if (batch.valid[i] != 0) continue;
-    const bool finite = std::isfinite(x[i]) && std::isfinite(y[i]) && std::isfinite(z[i]);
+    float& x = batch.x[i];
+    float& y = batch.y[i];
+    float& z = batch.z[i];
+    const bool finite = std::isfinite(x) && std::isfinite(y) && std::isfinite(z);
     ++(finite ? counts.out_of_range : counts.not_finite);
-    x[i] = y[i] = z[i] = 0.0F;  // converts to an integer without harm
+    x = y = z = 0.0F;  // converts to an integer without harm
   }
 }
 
 void ScanAccumulator::read(const PointView& points, std::size_t first, Batch& batch,
                            ScanCounts& counts) const noexcept {
-  float* const x = batch.x.value;
-  float* const y = batch.y.value;
-  float* const z = batch.z.value;
   for (std::size_t i = 0; i < batch.size; ++i) {
     const Eigen::Vector3f p = points[first + i];
-    x[i] = p.x();
-    y[i] = p.y();
-    z[i] = p.z();
+    batch.x[i] = p.x();
+    batch.y[i] = p.y();
+    batch.z[i] = p.z();
   }
   std::int32_t valid = 0;
-  for (std::size_t i = 0; i < batch.size; ++i) {
-    const float squared = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
-    // Both false for NaN too.
-    const std::int32_t far_enough = squared >= range_min_squared_ ? 1 : 0;
-    const std::int32_t near_enough = squared <= range_max_squared_ ? 1 : 0;
-    batch.valid[i] = far_enough & near_enough;
-    valid += batch.valid[i];
-  }
+  run_vectorised(width_, [&]() UNIMAPPER_VECTORISED {
+    const float least = range_min_squared_;
+    const float most = range_max_squared_;
+    std::int32_t count = 0;
+    for (std::size_t i = 0; i < batch.size; ++i) {
+      const float squared =
+          batch.x[i] * batch.x[i] + batch.y[i] * batch.y[i] + batch.z[i] * batch.z[i];
+      // Both false for NaN too.
+      const std::int32_t far_enough = squared >= least ? 1 : 0;
+      const std::int32_t near_enough = squared <= most ? 1 : 0;
+      batch.valid[i] = far_enough & near_enough;
+      count += batch.valid[i];
+    }
+    valid = count;
+  });
   counts.valid += static_cast<std::uint64_t>(valid);
   if (static_cast<std::size_t>(valid) != batch.size) sort_out_invalid(batch, counts);
 }
 
 void ScanAccumulator::locate(Batch& batch) const noexcept {
-  const Eigen::Matrix3f m = cells_from_sensor_;
-  const Eigen::Vector3f t = sensor_in_cells_;
-  float* const x = batch.x.value;
-  float* const y = batch.y.value;
-  float* const z = batch.z.value;
-  for (std::size_t i = 0; i < batch.size; ++i) {
-    const float px = x[i];
-    const float py = y[i];
-    const float pz = z[i];
-    x[i] = bounded_for_int(m(0, 0) * px + m(0, 1) * py + m(0, 2) * pz + t.x());
-    y[i] = bounded_for_int(m(1, 0) * px + m(1, 1) * py + m(1, 2) * pz + t.y());
-    z[i] = bounded_for_int(m(2, 0) * px + m(2, 1) * py + m(2, 2) * pz + t.z());
-  }
-  batch.x.split(batch.size);
-  batch.y.split(batch.size);
-  batch.z.split(batch.size);
-  for (std::size_t i = 0; i < batch.size; ++i) {
-    constexpr std::int32_t kInBlock = Block::kEdge - 1;
-    batch.bit[i] = static_cast<std::uint32_t>(
-        (batch.x.cell[i] & kInBlock) | ((batch.y.cell[i] & kInBlock) << Block::kEdgeBits) |
-        ((batch.z.cell[i] & kInBlock) << 2 * Block::kEdgeBits));
-  }
-  for (std::size_t i = 0; i < batch.size; ++i) {
-    batch.recent[i] = Recent::slot_of(batch.block(i));
-  }
-  for (std::size_t i = 0; i < batch.size; ++i) {
-    const auto height = static_cast<std::int32_t>(batch.z.local[i] * 256.0F);
-    batch.height[i] = static_cast<std::uint32_t>(std::min(height, 255)) << 24U;
-  }
+  run_vectorised(width_, [&]() UNIMAPPER_VECTORISED {
+    const Eigen::Matrix3f m = cells_from_sensor_;
+    const Eigen::Vector3f t = sensor_in_cells_;
+    for (std::size_t i = 0; i < batch.size; ++i) {
+      const float px = batch.x[i];
+      const float py = batch.y[i];
+      const float pz = batch.z[i];
+      batch.x[i] = bounded_for_int(m(0, 0) * px + m(0, 1) * py + m(0, 2) * pz + t.x());
+      batch.y[i] = bounded_for_int(m(1, 0) * px + m(1, 1) * py + m(1, 2) * pz + t.y());
+      batch.z[i] = bounded_for_int(m(2, 0) * px + m(2, 1) * py + m(2, 2) * pz + t.z());
+    }
+    // Not in the same loop: what a bound makes of a value would become a branch of its own.
+    for (std::size_t i = 0; i < batch.size; ++i) {
+      const Coordinate x(batch.x[i]);
+      const Coordinate y(batch.y[i]);
+      const Coordinate z(batch.z[i]);
+      batch.block_x[i] = x.block();
+      batch.block_y[i] = y.block();
+      batch.block_z[i] = z.block();
+      batch.bit[i] = x.in_block() | (y.in_block() << Block::kEdgeBits) |
+                     (z.in_block() << 2 * Block::kEdgeBits);
+      batch.local_x[i] = x.local;
+      batch.local_y[i] = y.local;
+      batch.local_z[i] = z.local;
+      const auto height = static_cast<std::int32_t>(z.local * 256.0F);
+      batch.height[i] = static_cast<std::uint32_t>(height < 255 ? height : 255) << 24U;
+    }
+    batch.block_changed[0] = batch.cell_changed[0] = 1;
+    for (std::size_t i = 1; i < batch.size; ++i) {
+      const std::int32_t block =
+          (batch.block_x[i] ^ batch.block_x[i - 1]) | (batch.block_y[i] ^ batch.block_y[i - 1]) |
+          (batch.block_z[i] ^ batch.block_z[i - 1]) | (batch.valid[i] ^ batch.valid[i - 1]);
+      batch.block_changed[i] = block;
+      batch.cell_changed[i] = block | (batch.bit[i] ^ batch.bit[i - 1]);
+    }
+  });
 }
 
-std::uint32_t ScanAccumulator::enter(const Batch& batch, std::size_t i,
-                                     BlockWindow& window) noexcept {
-  const VoxelIndex block = batch.block(i);
+std::uint32_t ScanAccumulator::enter(const VoxelIndex& block, BlockWindow& window) noexcept {
   const std::uint32_t number = window.enter(block);
   if (number == cells_.blocks().size()) cells_.add_block(block);
-  recent_[batch.recent[i]] = {block, number};
   return number;
-}
-
-std::uint32_t ScanAccumulator::block_for(const Batch& batch, std::size_t i,
-                                         BlockWindow& window) noexcept {
-  const Recent& recent = recent_[batch.recent[i]];
-  return batch.is_in(recent.block, i) ? recent.number : enter(batch, i, window);
 }
 
 std::uint32_t ScanAccumulator::entry_for(const Batch& batch, std::size_t i,
                                          BlockWindow& window) noexcept {
-  const std::uint32_t number = block_for(batch, i, window);
-  if (number == BlockWindow::kNone) return CellStore::kNone;
-  return cells_.find_or_insert(number, batch.bit[i]);
+  const VoxelIndex block = batch.block(i);
+  Recent& recent = recent_[Recent::slot_of(block)];
+  if (recent.block != block) recent = {block, enter(block, window)};
+  if (recent.number == BlockWindow::kNone) return CellStore::kNone;
+  return cells_.find_or_insert(recent.number, static_cast<std::uint32_t>(batch.bit[i]));
 }
 
-void ScanAccumulator::find_entries(const Batch& batch, std::uint32_t* entries,
-                                   BlockWindow& window) noexcept {
-  // From block to cell to sums, one step at a time for all points: what a step reads is then on
-  // its way before it is needed.
-  std::uint32_t* const numbers = entries;
-  const std::size_t size = batch.size;
-  for (std::size_t i = 0; i < size; ++i) {
-    numbers[i] = BlockWindow::kNone;
-    if (batch.valid[i] == 0) continue;
-    numbers[i] = block_for(batch, i, window);
-    if (numbers[i] != BlockWindow::kNone) cells_.prefetch_block(numbers[i]);
+void ScanAccumulator::find_blocks(const Batch& batch, Runs& runs, BlockWindow& window) noexcept {
+  // A block that is not among the recent ones becomes one at once, with the number of its run in
+  // place of its own; it is looked up with all others of the batch, one step of the way at a time:
+  // what a step reads is then on its way before it is needed.
+  constexpr std::uint32_t kRunNumber = 0xFFFF0000U;  // added to a run's number; above all blocks'
+  std::uint32_t missing[kBatch];
+  std::uint32_t missing_count = 0;
+  for (std::uint32_t r = 0; r < runs.blocks; ++r) {
+    runs.number[r] = BlockWindow::kNone;
+    if (batch.valid[runs.first[r]] == 0) continue;
+    const VoxelIndex block = batch.block(runs.first[r]);
+    Recent& recent = recent_[Recent::slot_of(block)];
+    if (recent.block != block) {
+      recent = {block, kRunNumber + r};
+      missing[missing_count++] = r;
+      window.prefetch_directory(block);
+    }
+    runs.number[r] = recent.number;
   }
-  for (std::size_t i = 0; i < size; ++i) {
-    if (numbers[i] == BlockWindow::kNone) continue;
-    entries[i] = cells_.find_or_insert(numbers[i], batch.bit[i]);
-    if (entries[i] != CellStore::kNone) cells_.prefetch_sums(entries[i]);
+  std::uint32_t tiles[kBatch];
+  for (std::uint32_t m = 0; m < missing_count; ++m) {
+    tiles[m] = window.prefetch_tile(batch.block(runs.first[missing[m]]));
+  }
+  for (std::uint32_t m = 0; m < missing_count; ++m) {
+    window.prefetch_number(tiles[m], batch.block(runs.first[missing[m]]));
+  }
+  for (std::uint32_t m = 0; m < missing_count; ++m) {
+    const std::uint32_t r = missing[m];
+    const VoxelIndex block = batch.block(runs.first[r]);
+    runs.number[r] = enter(block, window);
+    // Another block may have taken its place.
+    Recent& recent = recent_[Recent::slot_of(block)];
+    if (recent.number == kRunNumber + r) recent.number = runs.number[r];
+  }
+  for (std::uint32_t r = 0; r < runs.blocks; ++r) {
+    std::uint32_t& number = runs.number[r];
+    if (number - kRunNumber < kBatch) number = runs.number[number - kRunNumber];
+    if (number != BlockWindow::kNone) cells_.prefetch_block(number);
+  }
+}
+
+void ScanAccumulator::find_entries(const Batch& batch, Runs& runs) noexcept {
+  for (std::uint32_t c = 0; c < runs.cells; ++c) {
+    const std::uint32_t number = runs.number[runs.block_of_cell[c]];
+    runs.entry[c] = CellStore::kNone;
+    if (number == BlockWindow::kNone) continue;
+    const auto bit = static_cast<std::uint32_t>(batch.bit[runs.first_of_cell[c]]);
+    runs.entry[c] = cells_.find_or_insert(number, bit);
+    if (runs.entry[c] != CellStore::kNone) cells_.prefetch_sums(runs.entry[c]);
   }
 }
 
 void ScanAccumulator::insert(const Batch& batch, PointCode* codes, ScanCounts& counts,
                              BlockWindow& window) noexcept {
-  std::uint32_t entries[kBatch];
-  find_entries(batch, entries, window);
-  // Points that follow each other often share their cell: its sums then stay in registers.
-  CellSums none{};
-  CellSums* cell = &none;
-  CellSums sums{};
-  std::uint32_t entry = CellStore::kNone;
-  for (std::size_t i = 0; i < batch.size; ++i) {
-    const std::uint32_t found = entries[i];
-    if (found == CellStore::kNone) {
-      codes[i] = batch.valid[i] != 0 ? kPointDropped : kPointInvalid;
-      counts.no_cell += static_cast<std::uint32_t>(batch.valid[i]);
+  Runs runs;
+  runs.find(batch);
+  find_blocks(batch, runs, window);
+  find_entries(batch, runs);
+  for (std::uint32_t c = 0; c < runs.cells; ++c) {
+    const std::uint32_t entry = runs.entry[c];
+    const std::uint32_t first = runs.first_of_cell[c];
+    const std::uint32_t end = runs.first_of_cell[c + 1];
+    if (entry == CellStore::kNone) {
+      const bool valid = batch.valid[first] != 0;
+      std::fill(codes + first, codes + end, valid ? kPointDropped : kPointInvalid);
+      counts.no_cell += valid ? end - first : 0U;
       continue;
     }
-    if (found != entry) {
-      *cell = sums;
-      entry = found;
-      cell = &cells_[found];
-      sums = *cell;
+    CellSums sums = cells_[entry];
+    for (std::uint32_t i = first; i < end; ++i) {
+      batch.add_to(sums, i);
+      codes[i] = entry | batch.height[i];
     }
-    batch.add_to(sums, i);
-    codes[i] = found | batch.height[i];
+    cells_[entry] = sums;
   }
-  *cell = sums;
 }
 
 void ScanAccumulator::insert_thinned(const Batch& batch, PointCode* codes, ScanCounts& counts,
@@ -252,8 +324,8 @@ void ScanAccumulator::insert_thinned(const Batch& batch, PointCode* codes, ScanC
       codes[i] = kPointInvalid;
       continue;
     }
-    const VoxelKey leaf = pack(voxel_index({batch.x.value[i], batch.y.value[i], batch.z.value[i]},
-                                           cells_per_leaf_inverse_));
+    const VoxelKey leaf =
+        pack(voxel_index({batch.x[i], batch.y[i], batch.z[i]}, cells_per_leaf_inverse_));
     const std::uint32_t known = leaves_.find(leaf);
     if (known != FixedHashMap<PointCode>::kNotFound) {
       codes[i] = leaves_[known];

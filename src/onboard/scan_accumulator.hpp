@@ -11,6 +11,7 @@
 #include "unimapper/core/fixed_hash_map.hpp"
 #include "unimapper/core/point_view.hpp"
 #include "unimapper/core/pose.hpp"
+#include "unimapper/core/vector_width.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {
@@ -40,7 +41,8 @@ struct ScanCounts {
 /// each other mostly share their block, and only a change of block is looked up.
 class ScanAccumulator {
  public:
-  void allocate(Arena& arena, const PipelineConfig& config) noexcept;
+  void allocate(Arena& arena, const PipelineConfig& config,
+                VectorWidth width = widest_vectors()) noexcept;
   /// The part of it that is in use from the first scan of a keyframe until its cells are laid out
   /// in a table: the cells, and what finds them.
   void allocate_cells(Arena& arena, const PipelineConfig& config) noexcept;
@@ -69,6 +71,7 @@ class ScanAccumulator {
  private:
   static constexpr std::size_t kBatch = 256;
   struct Batch;
+  struct Runs;
 
   /// Reads up to `kBatch` points from `first` on and sorts out the invalid ones.
   void read(const PointView& points, std::size_t first, Batch& batch,
@@ -82,14 +85,14 @@ class ScanAccumulator {
                       BlockWindow& window) noexcept;
   /// Entry of the cell of point `i`, or `CellStore::kNone` if it finds no room.
   std::uint32_t entry_for(const Batch& batch, std::size_t i, BlockWindow& window) noexcept;
-  /// The same for every point of a batch; `CellStore::kNone` for invalid ones too.
-  void find_entries(const Batch& batch, std::uint32_t* entries, BlockWindow& window) noexcept;
-  /// Number of the block of point `i`, which is made if need be, or `BlockWindow::kNone`.
-  std::uint32_t block_for(const Batch& batch, std::size_t i, BlockWindow& window) noexcept;
-  /// The same if it is not a recent one; it becomes one. Not inlined: it is the rare case.
-  [[gnu::noinline]] std::uint32_t enter(const Batch& batch, std::size_t i,
-                                        BlockWindow& window) noexcept;
+  /// Finds the blocks of all runs of a batch.
+  void find_blocks(const Batch& batch, Runs& runs, BlockWindow& window) noexcept;
+  /// Then their cells.
+  void find_entries(const Batch& batch, Runs& runs) noexcept;
+  /// Number of a block, which is made if need be, or `BlockWindow::kNone`.
+  std::uint32_t enter(const VoxelIndex& block, BlockWindow& window) noexcept;
 
+  VectorWidth width_ = VectorWidth::kBaseline;
   Grid grid_;
   float range_min_squared_ = 0.0F;
   float range_max_squared_ = 0.0F;
@@ -109,7 +112,7 @@ class ScanAccumulator {
     VoxelIndex block;
     std::uint32_t number;
 
-    /// Where a block is looked for. Shifts and sums only, so that loops over it vectorise.
+    /// Where a block is looked for.
     [[nodiscard]] static std::uint32_t slot_of(const VoxelIndex& block) noexcept {
       const auto x = static_cast<std::uint32_t>(block.x);
       const auto y = static_cast<std::uint32_t>(block.y);

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "unimapper/core/arena.hpp"
+#include "unimapper/core/prefetch.hpp"
 #include "unimapper/core/voxel_key.hpp"
 
 namespace unimapper::onboard {
@@ -40,6 +41,11 @@ class TileDirectory {
       if (slots_[at].key == key) return slots_[at].tile;
     }
     return kFull;
+  }
+
+  /// Starts loading the slot where a key is looked for first.
+  void prefetch(VoxelKey key) const noexcept {
+    prefetch_for_read(slots_ + (mix_bits(key) & mask_));
   }
 
   /// Adds a tile that is not there; false if there is no slot for it within `kMaxProbes`.

@@ -1,10 +1,14 @@
 // Fine cells of a keyframe: means, shared grids, rows
 #include "src/onboard/cell_table.hpp"
 
+#include <bit>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include "stages.hpp"
+#include "unimapper/core/owned.hpp"
 
 using namespace unimapper;
 using namespace unimapper::onboard;
@@ -60,4 +64,44 @@ TEST_CASE("a table has one row per cell and finds each by its block") {
     REQUIRE(block < stages.cells.blocks().size());
     CHECK(row_of(stages.cells.blocks()[block], bit_of(index)) == row);
   }
+}
+
+TEST_CASE("vectors of every width find the same cells") {
+  PipelineConfig config = small_config();
+  config.keyframe.range_max_m = 20.0F;
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 0; i < 1001; ++i) {  // the last batch is not full
+    const auto f = static_cast<float>(i);
+    points.emplace_back(0.03F * f * std::sin(0.01F * f), 8.0F * std::cos(0.017F * f),
+                        3.0F * std::sin(0.3F * f));
+    if (i % 100 == 7) points.back().y() = std::numeric_limits<float>::quiet_NaN();
+  }
+  Pose pose;
+  pose.rotation = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1.0, 2.0, 3.0).normalized()).matrix();
+  pose.translation = {7.13, -3.77, 1.01};
+  const auto found = [&](VectorWidth width) {
+    ScanAccumulator scans;
+    BlockWindow window;
+    const MemoryBlock block = lay_out([&](Arena& arena) {
+      scans.allocate(arena, config, width);
+      scans.allocate_cells(arena, config);
+      window.allocate(arena, config);
+    });
+    scans.begin(grid_near(pose.translation, config.voxel));
+    window.begin(scans.grid());
+    const ScanCounts counts =
+        scans.add(PointView::xyz(points.data(), points.size(), sizeof(points[0])), pose, window);
+    CHECK(counts.not_finite == 10);
+    CHECK(counts.out_of_range > 0);
+    std::vector<std::uint32_t> words(scans.codes(0).begin(), scans.codes(0).end());
+    for (const PointCode code : scans.codes(0)) {
+      if (!has_cell(code)) continue;
+      const CellSums& sums = scans.cells()[cell_of(code)];
+      for (const float sum : {sums.x, sums.y, sums.z}) {
+        words.push_back(std::bit_cast<std::uint32_t>(sum));
+      }
+    }
+    return words;
+  };
+  CHECK(found(widest_vectors()) == found(VectorWidth::kBaseline));
 }
