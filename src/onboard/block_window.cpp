@@ -97,19 +97,18 @@ std::uint32_t BlockWindow::enter(const VoxelIndex& block) noexcept {
   return number_[tile.entries[position]] = entered_count_++;
 }
 
-void BlockWindow::arrange(std::span<const Block> entered) noexcept {
+void BlockWindow::arrange(std::span<const std::uint64_t> occupied) noexcept {
   for (std::uint32_t t = 0; t < entered_tile_count_; ++t) {
     Tile& tile = tiles_[entered_tiles_[t]];
     for (std::uint64_t left = tile.entered; left != 0; left &= left - 1) {
       const std::uint32_t entry = tile.entries[std::countr_zero(left)];
-      prefetch_for_read(entered.data() + number_[entry]);
+      prefetch_for_read(occupied.data() + number_[entry]);
       prefetch_for_write(held_ + entry);
       prefetch_for_write(history_ + entry * std::size_t{slots_} + current_);
     }
     for (std::uint64_t left = tile.entered; left != 0; left &= left - 1) {
       const auto position = static_cast<std::uint32_t>(std::countr_zero(left));
-      number_block((entered_tiles_[t] << 6U) | position,
-                   entered[number_[tile.entries[position]]].occupied);
+      number_block((entered_tiles_[t] << 6U) | position, occupied[number_[tile.entries[position]]]);
     }
   }
 }

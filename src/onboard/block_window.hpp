@@ -68,8 +68,8 @@ class BlockWindow {
 
   /// Numbers the blocks of the current keyframe once all are entered: tile by tile, so that what
   /// lies side by side in space is processed in sequence. All that follows uses these numbers.
-  /// `entered` are the blocks in the order of entry. O(blocks).
-  void arrange(std::span<const Block> entered) noexcept;
+  /// `occupied`: cells of each block, in the order of entry. O(blocks).
+  void arrange(std::span<const std::uint64_t> occupied) noexcept;
   /// By number: what `enter` returned for the block.
   [[nodiscard]] std::span<const std::uint32_t> order() const noexcept {
     return {order_, entered_[current_].count};

@@ -31,8 +31,8 @@ struct CellSums {
 }
 
 /// Fine cells by block. The cells of a block lie in groups of four, in the order of their
-/// first points: a block that holds seven cells takes two cache lines, and finding a cell of a
-/// known block is two array accesses.
+/// first points: a block that holds seven cells takes two cache lines, and where they are is one
+/// line more. Blocks of more than sixteen cells have a second such line.
 class CellStore {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
@@ -40,42 +40,53 @@ class CellStore {
   void allocate(Arena& arena, const VoxelConfig& config) noexcept;
 
   /// Forgets all cells and blocks. O(1).
-  void clear() noexcept { block_count_ = size_ = groups_ = 0; }
+  void clear() noexcept { block_count_ = size_ = groups_ = large_count_ = 0; }
 
   /// Appends a block without cells. There must be less than `VoxelConfig::max_blocks()`.
   void add_block(const VoxelIndex& index) noexcept;
 
   /// Entry of cell `bit` of a block, made if it was not there; `kNone` if all cells are taken.
   std::uint32_t find_or_insert(std::uint32_t block, std::uint32_t bit) noexcept {
-    const std::uint8_t rank = cells_[block].rank[bit];
-    return rank != kNoRank ? entry_at(block, rank) : insert(block, bit);
+    return (occupied_[block] >> bit & 1U) != 0 ? entry(block, bit) : insert(block, bit);
   }
   /// Entry of cell `bit` of a block that has it.
   [[nodiscard]] std::uint32_t entry(std::uint32_t block, std::uint32_t bit) const noexcept {
-    return entry_at(block, cells_[block].rank[bit]);
+    const BlockCells& cells = blocks_[block];
+    std::uint32_t rank = cells.low_rank[bit / 2] >> (bit % 2 * 4U) & 15U;
+    if (cells.large != kNone) {
+      rank |= (large_[cells.large].high_rank[bit / 4] >> (bit % 4 * 2U) & 3U) << 4U;
+    }
+    return entry_at(cells, rank);
   }
 
   /// Start loading what the next look-up in a block, or of a cell's sums, will read.
   void prefetch_block(std::uint32_t block) const noexcept {
+    prefetch_for_read(occupied_ + block);
     prefetch_for_read(blocks_ + block);
-    prefetch_for_read(cells_[block].rank);
-    prefetch_for_read(cells_[block].group);
   }
   void prefetch_sums(std::uint32_t entry) const noexcept { prefetch_for_write(sums_ + entry); }
 
   /// The same for all sums of a block.
   void prefetch_sums_of(std::uint32_t block) const noexcept {
-    const std::uint32_t cells = popcount(blocks_[block].occupied);
+    const std::uint32_t cells = popcount(occupied_[block]);
     for (std::uint32_t rank = 0; rank < cells; rank += kGroup) {
-      prefetch_for_read(sums_ + entry_at(block, rank));
+      prefetch_for_read(sums_ + entry_at(blocks_[block], rank));
     }
   }
 
   CellSums& operator[](std::uint32_t entry) noexcept { return sums_[entry]; }
   const CellSums& operator[](std::uint32_t entry) const noexcept { return sums_[entry]; }
 
-  /// In the order in which they were added; `first` means nothing yet.
-  [[nodiscard]] std::span<const Block> blocks() const noexcept { return {blocks_, block_count_}; }
+  /// Blocks, numbered in the order in which they were added.
+  [[nodiscard]] std::uint32_t block_count() const noexcept { return block_count_; }
+  /// In units of blocks.
+  [[nodiscard]] const VoxelIndex& index(std::uint32_t block) const noexcept {
+    return blocks_[block].index;
+  }
+  /// Cells of every block, one bit each.
+  [[nodiscard]] std::span<const std::uint64_t> occupied() const noexcept {
+    return {occupied_, block_count_};
+  }
   /// Cells held.
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
   /// Entries are less than this.
@@ -87,16 +98,27 @@ class CellStore {
 
  private:
   static constexpr std::uint32_t kGroup = 4;
-  static constexpr std::uint8_t kNoRank = 0xFF;
+  /// Cells of a block that needs no more than `BlockCells`.
+  static constexpr std::uint32_t kFew = 16;
 
-  /// Where the cells of a block lie.
-  struct BlockCells {
-    std::uint8_t rank[Block::kCells];  ///< by bit number: how many were inserted before it
-    std::uint32_t group[Block::kCells / kGroup];
+  /// Where the cells of a block lie: one cache line. The rank of a cell is how many of the block
+  /// were inserted before it.
+  struct alignas(64) BlockCells {
+    std::uint8_t low_rank[Block::kCells / 2];  ///< lower four bits by bit number, two in a byte
+    std::uint32_t group[kFew / kGroup];
+    std::uint32_t large;  ///< entry in `large_`, or `kNone`
+    VoxelIndex index;
+  };
+  /// What more than `kFew` cells need beyond that: another line.
+  struct alignas(64) LargeBlock {
+    std::uint8_t high_rank[Block::kCells / 4];  ///< upper two bits, four in a byte
+    std::uint32_t group[(Block::kCells - kFew) / kGroup];
   };
 
-  [[nodiscard]] std::uint32_t entry_at(std::uint32_t block, std::uint32_t rank) const noexcept {
-    return cells_[block].group[rank / kGroup] * kGroup + rank % kGroup;
+  [[nodiscard]] std::uint32_t entry_at(const BlockCells& cells, std::uint32_t rank) const noexcept {
+    const std::uint32_t group = rank < kFew ? cells.group[rank / kGroup]
+                                            : large_[cells.large].group[(rank - kFew) / kGroup];
+    return group * kGroup + rank % kGroup;
   }
   std::uint32_t insert(std::uint32_t block, std::uint32_t bit) noexcept;
 
@@ -104,8 +126,10 @@ class CellStore {
   std::uint32_t size_ = 0;
   std::uint32_t groups_ = 0;
   std::uint32_t block_count_ = 0;
-  Block* blocks_ = nullptr;
-  BlockCells* cells_ = nullptr;  ///< by block
+  std::uint32_t large_count_ = 0;
+  std::uint64_t* occupied_ = nullptr;  ///< by block
+  BlockCells* blocks_ = nullptr;
+  LargeBlock* large_ = nullptr;
   CellSums* sums_ = nullptr;
 };
 

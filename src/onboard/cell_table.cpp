@@ -30,9 +30,9 @@ void CellTable::build(const CellStore& cells, std::span<const std::uint32_t> ord
 }
 
 void CellTable::add_block(const CellStore& cells, std::uint32_t from) noexcept {
-  const Block& block = cells.blocks()[from];
   const std::uint32_t b = block_count_++;
-  blocks_[b] = {block.occupied, block.index, size_};
+  const Block block{cells.occupied()[from], cells.index(from), size_};
+  blocks_[b] = block;
   marks_[b] = {};
   for (std::uint64_t left = block.occupied; left != 0; left &= left - 1) {
     const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));

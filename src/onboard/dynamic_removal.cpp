@@ -20,7 +20,7 @@ void DynamicRemoval::allocate_scratch(Arena& arena) noexcept {
 
 void DynamicRemoval::weigh(const ScanAccumulator& scans, const Viewpoint& viewpoint,
                            EvidenceWindow& window, Budget& budget) noexcept {
-  window.blocks().arrange(scans.cells().blocks());
+  window.blocks().arrange(scans.cells().occupied());
   cells_.build(scans.cells(), window.blocks().order(), scans.grid());
   voxels_.build(cells_);
   ground_voxels_ = find_ground_and_split(viewpoint, window);

@@ -227,7 +227,7 @@ void ScanAccumulator::locate(Batch& batch) const noexcept {
 
 std::uint32_t ScanAccumulator::enter(const VoxelIndex& block, BlockWindow& window) noexcept {
   const std::uint32_t number = window.enter(block);
-  if (number == cells_.blocks().size()) cells_.add_block(block);
+  if (number == cells_.block_count()) cells_.add_block(block);
   return number;
 }
 

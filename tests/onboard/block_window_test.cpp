@@ -68,10 +68,10 @@ class Drive {
       numbers[index] = number;
       indices.push_back(index);
     }
-    std::vector<Block> entered;
+    std::vector<std::uint64_t> entered;
     for (const BlockIndex& index : indices) {
-      entered.push_back({bits_(random_) | 1U, {}, 0});
-      occupied_[index] = entered.back().occupied;
+      entered.push_back(bits_(random_) | 1U);
+      occupied_[index] = entered.back();
     }
     owned_.window.arrange(entered);
     const std::span<const std::uint32_t> order = owned_.window.order();

@@ -52,7 +52,7 @@ struct Stages {
                      window.blocks());
   }
   void build_cells() {
-    window.blocks().arrange(scans.cells().blocks());
+    window.blocks().arrange(scans.cells().occupied());
     cells.build(scans.cells(), window.blocks().order(), scans.grid());
   }
   std::uint32_t find_and_split_ground() {
