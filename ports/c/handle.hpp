@@ -22,9 +22,9 @@ struct alignas(UM_ALIGNMENT) um_pipeline {
   bool keyframe_finished;  // by the last call that may finish one
   const char* message;
   um_scan scans[unimapper::KeyframeConfig::kMaxScans];
-  um_loop loops[256];  // LoopSearchConfig::max_results is at most 256
+  // LoopSearchConfig::max_results is at most 256; a keyframe that is not finished has none.
+  um_loop loops[256];
   um_scan finished_scans[unimapper::KeyframeConfig::kMaxScans];
-  um_loop finished_loops[256];
   um_health health;
 };
 

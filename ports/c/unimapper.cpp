@@ -353,7 +353,7 @@ um_status um_keyframe_get(um_pipeline* pipeline, um_keyframe* keyframe) {
 um_status um_finished_get(um_pipeline* pipeline, um_keyframe* keyframe) {
   if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
   return write_keyframe(*pipeline, pipeline->keyframe_finished, pipeline->core->finished_keyframe(),
-                        pipeline->finished_scans, pipeline->finished_loops, keyframe);
+                        pipeline->finished_scans, pipeline->loops, keyframe);
 }
 
 um_status um_labels(um_pipeline* pipeline, std::uint32_t scan, std::uint8_t* labels,

@@ -145,8 +145,9 @@ TEST_CASE("presets need the memory that the C++ ones need, plus the handle") {
     if (handle == 0) handle = bytes - core;
     CHECK(bytes == core + handle);
   }
-  // Room for 256 loops, the most that a search may be configured to give.
-  CHECK(handle < 256 * sizeof(um_loop) + 8192);
+  // Room for 256 loops, the most that a search may be configured to give, and for the scans of the
+  // keyframe closed last and of the one finished last.
+  CHECK(handle < 256 * sizeof(um_loop) + 2 * UM_MAX_SCANS * sizeof(um_scan) + 4096);
 }
 
 TEST_CASE("smaller computers have presets of their own") {
