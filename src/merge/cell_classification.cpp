@@ -76,9 +76,9 @@ class VoxelComponents {
       }
     }
     components_.allocate(memory_, blocks_.size(),
-                         blocks_.size() * ComponentLabels::kMaxPartsPerBlock, blocks.rows());
+                         blocks_.size() * ComponentLabels::kMaxPartsPerBlock);
     components_.label(
-        blocks_, [&](std::uint32_t b) { return labelled_[b]; },
+        static_cast<std::uint32_t>(blocks_.size()), [&](std::uint32_t b) { return labelled_[b]; },
         [&](std::uint32_t b, const BlockOffset& to) { return blocks.neighbour(b, to); });
   }
 
@@ -113,9 +113,9 @@ class VoxelComponents {
   template <typename Use>
   void visit_parts(const Use& use) const {
     for (std::uint32_t b = 0; b < blocks_.size(); ++b) {
-      components_.visit(
-          b, blocks_[b], labelled_[b].low,
-          [&](std::uint32_t component, std::uint64_t some) { use(component, blocks_[b], some); });
+      components_.visit(b, [&](std::uint32_t component, std::uint64_t some) {
+        use(component, blocks_[b], some);
+      });
     }
   }
   [[nodiscard]] std::size_t number(const Block& block) const {

@@ -12,7 +12,7 @@ void ComponentClassifier::allocate(Arena& arena, const PipelineConfig& config) n
   config_ = config.removal;
   confirmed_static_ = in_thousandths(std::min(config.removal.confirmed_static_log_odds, 30.0F));
   const std::size_t max_parts = config.voxel.max_blocks() * 2;
-  labels_.allocate(arena, config.voxel.max_blocks(), max_parts, config.voxel.max_cells);
+  labels_.allocate(arena, config.voxel.max_blocks(), max_parts);
   tally_ = arena.allocate<ComponentTally>(max_parts);
   outcome_ = arena.allocate<Outcome>(max_parts);
   cell_m_ = config.voxel.fine_size_m;
@@ -23,7 +23,7 @@ std::uint32_t ComponentClassifier::run(const BlockWindow& window,
                                        std::span<const std::int16_t> log_odds,
                                        const Viewpoint& viewpoint, CellTable& cells) noexcept {
   const std::uint32_t components = labels_.label(
-      cells.blocks(),
+      static_cast<std::uint32_t>(cells.blocks().size()),
       [&](std::uint32_t b) noexcept {
         const std::uint64_t following = followers(window, cells, b);
         return LabelledCells{cells.marks(b).candidate & ~following, following};
@@ -31,28 +31,42 @@ std::uint32_t ComponentClassifier::run(const BlockWindow& window,
       [&](std::uint32_t b, const BlockOffset& offset) noexcept {
         return window.neighbour(b, offset);
       });
+  find_signs(window, cells);
   count(window, log_odds, cells);
   clusters_.collect(log_odds, cells);
-  classify_all(window, viewpoint, cells);
+  classify_all(viewpoint, cells);
   clusters_.mark(window, log_odds, labels_, tally_, cells);
   return components;
 }
 
+void ComponentClassifier::find_signs(const BlockWindow& window, const CellTable& cells) noexcept {
+  std::fill_n(outcome_, labels_.size(), Outcome::kNoSign);
+  for (std::uint32_t b = 0; b < cells.blocks().size(); ++b) {
+    const CellMarks& marks = cells.marks(b);
+    if (marks.candidate == 0) continue;
+    const std::uint64_t signs =
+        config_.component_dynamic_share > 0.0F ? marks.dynamic | window.before(b).proven : ~0ULL;
+    if (signs == 0) continue;
+    labels_.visit(b, [&](std::uint32_t component, std::uint64_t some) noexcept {
+      if ((some & signs) == 0 || outcome_[component] != Outcome::kNoSign) return;
+      outcome_[component] = Outcome::kMixed;
+      tally_[component] = {};
+    });
+  }
+}
+
 void ComponentClassifier::count(const BlockWindow& window, std::span<const std::int16_t> log_odds,
                                 const CellTable& cells) noexcept {
-  std::fill_n(tally_, labels_.size(), ComponentTally{});
   const std::span<const Block> blocks = cells.blocks();
   for (std::uint32_t b = 0; b < blocks.size(); ++b) {
-    if (cells.marks(b).candidate == 0) continue;
-    const BlockHistory before = window.before(b);
-    labels_.visit(b, blocks[b], followers(window, cells, b),
-                  [&](std::uint32_t component, std::uint64_t some) noexcept {
-                    ComponentTally& tally = tally_[component];
-                    count_cells(tally, some, blocks[b], log_odds, before);
-                    if (tally.box.width() > kWidestPole) return;
-                    const std::uint64_t high = some & ~cells.marks(b).low;
-                    if (high != 0) tally.box.include(blocks[b].index, high);
-                  });
+    labels_.visit(b, [&](std::uint32_t component, std::uint64_t some) noexcept {
+      if (outcome_[component] == Outcome::kNoSign) return;
+      ComponentTally& tally = tally_[component];
+      count_cells(tally, some, blocks[b], log_odds, window.before(b));
+      if (tally.box.width() > kWidestPole) return;
+      const std::uint64_t high = some & ~cells.marks(b).low;
+      if (high != 0) tally.box.include(blocks[b].index, high);
+    });
   }
 }
 
@@ -122,18 +136,14 @@ ComponentClassifier::Outcome ComponentClassifier::decide(
   return Outcome::kMixed;
 }
 
-void ComponentClassifier::classify_all(const BlockWindow& window, const Viewpoint& viewpoint,
-                                       CellTable& cells) noexcept {
+void ComponentClassifier::classify_all(const Viewpoint& viewpoint, CellTable& cells) noexcept {
   for (std::uint32_t c = 0; c < labels_.size(); ++c) {
-    // Numbers with gaps: parts that joined another have no cells.
-    if (tally_[c].cells != 0) outcome_[c] = decide(tally_[c], viewpoint);
+    if (outcome_[c] != Outcome::kNoSign) outcome_[c] = decide(tally_[c], viewpoint);
   }
-  const std::span<const Block> blocks = cells.blocks();
-  for (std::uint32_t b = 0; b < blocks.size(); ++b) {
-    labels_.visit(b, blocks[b], followers(window, cells, b),
-                  [&](std::uint32_t component, std::uint64_t some) noexcept {
-                    mark(b, some, outcome_[component], cells.marks(b));
-                  });
+  for (std::uint32_t b = 0; b < cells.blocks().size(); ++b) {
+    labels_.visit(b, [&](std::uint32_t component, std::uint64_t some) noexcept {
+      mark(b, some, outcome_[component], cells.marks(b));
+    });
   }
 }
 
@@ -154,6 +164,7 @@ void ComponentClassifier::mark(std::uint32_t b, std::uint64_t cells, Outcome out
       marks.dynamic &= ~(cells & ~marks.confirmed_dynamic);
       return;
     case Outcome::kMixed:
+    case Outcome::kNoSign:
       return;
   }
   clusters_.leave_out(b, cells);

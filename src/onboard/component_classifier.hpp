@@ -46,6 +46,7 @@ class ComponentClassifier {
     kDynamic,   ///< by its evidence
     kStatic,    ///< by its evidence; clusters within it may be dynamic
     kMixed,     ///< each cell by its own evidence
+    kNoSign,    ///< static: none of its cells is dynamic or was proven to be; nothing to decide
   };
 
   /// Cells of a block that follow a component without connecting any: low ones, and those confirmed
@@ -57,13 +58,15 @@ class ComponentClassifier {
     return marks.low | (marks.confirmed_static & ~window.before(b).proven);
   }
 
+  /// Finds the components of which some cell is dynamic, or was proven so in the keyframe before;
+  /// no other one can be dynamic.
+  void find_signs(const BlockWindow& window, const CellTable& cells) noexcept;
   void count(const BlockWindow& window, std::span<const std::int16_t> log_odds,
              const CellTable& cells) noexcept;
   void count_cells(ComponentTally& tally, std::uint64_t cells, const Block& block,
                    std::span<const std::int16_t> log_odds,
                    const BlockHistory& before) const noexcept;
-  void classify_all(const BlockWindow& window, const Viewpoint& viewpoint,
-                    CellTable& cells) noexcept;
+  void classify_all(const Viewpoint& viewpoint, CellTable& cells) noexcept;
   /// Whether all evidence of free space for a component may come from rays beside it.
   [[nodiscard]] bool may_be_missed(const ComponentTally& tally, Outline outline,
                                    const Viewpoint& viewpoint) const noexcept;
@@ -77,7 +80,7 @@ class ComponentClassifier {
   float cell_m_ = 0.2F;
   std::int32_t confirmed_static_ = 0;  ///< thousandths; clamp of a cell's evidence
   ComponentLabels labels_;
-  ComponentTally* tally_ = nullptr;  ///< by component
+  ComponentTally* tally_ = nullptr;  ///< by component, of those with a sign
   Outcome* outcome_ = nullptr;       ///< by component
   SeenThroughClusters clusters_;
 };

@@ -38,7 +38,7 @@ void SeenThroughClusters::mark(const BlockWindow& window, std::span<const std::i
   if (fewest_ == 0) return;
   const std::span<const Block> blocks = cells.blocks();
   labels.label(
-      blocks,
+      static_cast<std::uint32_t>(blocks.size()),
       [&](std::uint32_t b) noexcept {
         return LabelledCells{seen_through_[b], 0};
       },
@@ -49,7 +49,7 @@ void SeenThroughClusters::mark(const BlockWindow& window, std::span<const std::i
   const auto visit_all = [&](const auto& visit) noexcept {
     for (std::uint32_t b = 0; b < blocks.size(); ++b) {
       if (seen_through_[b] == 0) continue;
-      labels.visit(b, blocks[b], 0, [&](std::uint32_t cluster, std::uint64_t some) noexcept {
+      labels.visit(b, [&](std::uint32_t cluster, std::uint64_t some) noexcept {
         visit(b, tallies[cluster], some);
       });
     }

@@ -54,22 +54,21 @@ struct Grid {
 template <typename Labels>
 std::map<Cell, std::uint32_t> labels_of(const Grid& grid, std::uint32_t& count,
                                         std::size_t parts_per_block = 8) {
-  Labels labels(grid.blocks.size(), grid.blocks.size() * parts_per_block,
-                static_cast<std::size_t>(grid.rows));
+  Labels labels(grid.blocks.size(), grid.blocks.size() * parts_per_block);
   count = labels->label(
-      grid.blocks, [&](std::uint32_t b) { return grid.cells[b]; },
+      static_cast<std::uint32_t>(grid.blocks.size()),
+      [&](std::uint32_t b) { return grid.cells[b]; },
       [&](std::uint32_t b, const BlockOffset& to) { return grid.neighbour(b, to); });
   std::map<Cell, std::uint32_t> component;
   for (std::uint32_t b = 0; b < grid.blocks.size(); ++b) {
-    labels->visit(b, grid.blocks[b], grid.cells[b].low,
-                  [&](std::uint32_t number, std::uint64_t some) {
-                    REQUIRE(number < labels->size());
-                    for (; some != 0; some &= some - 1) {
-                      const auto bit = static_cast<std::uint32_t>(std::countr_zero(some));
-                      const VoxelIndex cell = cell_in(grid.blocks[b].index, bit);
-                      REQUIRE(component.emplace(Cell{cell.x, cell.y, cell.z}, number).second);
-                    }
-                  });
+    labels->visit(b, [&](std::uint32_t number, std::uint64_t some) {
+      REQUIRE(number < labels->size());
+      for (; some != 0; some &= some - 1) {
+        const auto bit = static_cast<std::uint32_t>(std::countr_zero(some));
+        const VoxelIndex cell = cell_in(grid.blocks[b].index, bit);
+        REQUIRE(component.emplace(Cell{cell.x, cell.y, cell.z}, number).second);
+      }
+    });
   }
   return component;
 }

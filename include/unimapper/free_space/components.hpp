@@ -5,7 +5,6 @@
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <span>
 
 #include "unimapper/free_space/block.hpp"
 #include "unimapper/free_space/block_bits.hpp"
@@ -30,58 +29,50 @@ class ComponentLabels {
 
   /// `memory.allocate<T>(count)` gives arrays that live as long as the labels: an `Arena` on the
   /// robot, the heap at the base. With fewer than `kMaxPartsPerBlock` parts per block, blocks that
-  /// find no room have all their cells in one part. `max_parts` is at least `max_blocks`.
+  /// find no room have all their cells in one part. `max_parts` is at least `max_blocks`. For parts
+  /// of low cells there is room for one more per block; where it grows short, all low cells of a
+  /// block follow the same component.
   template <typename Memory>
-  void allocate(Memory& memory, std::size_t max_blocks, std::size_t max_parts,
-                std::size_t max_cells) {
+  void allocate(Memory& memory, std::size_t max_blocks, std::size_t max_parts) {
     max_parts_ = static_cast<std::uint32_t>(max_parts);
+    max_with_low_ = static_cast<std::uint32_t>(max_parts + max_blocks);
     parts_of_ = memory.template allocate<Parts>(max_blocks);
-    parts_ = memory.template allocate<Part>(max_parts);
-    part_of_low_ = memory.template allocate<std::uint32_t>(max_cells);
+    low_ = memory.template allocate<std::uint64_t>(max_blocks);
+    cells_ = memory.template allocate<std::uint64_t>(max_with_low_);
+    parent_ = memory.template allocate<std::uint32_t>(max_with_low_);
   }
 
-  /// Labels the cells of `blocks`, whose rows count from 0. `cells_of(b)` gives the
-  /// `LabelledCells` of block `b`, `neighbour(b, offset)` the number of the block next to it, or
-  /// `kNone`. Returns the number of components; low cells that touch none are in none. O(cells).
+  /// Labels the cells of `blocks` blocks. `cells_of(b)` gives the `LabelledCells` of block `b` and
+  /// is called once, `neighbour(b, offset)` the number of the block next to it, or `kNone`. Returns
+  /// the number of components; low cells that touch none are in none. O(blocks + parts).
   template <typename CellsOf, typename Neighbour>
-  std::uint32_t label(std::span<const Block> blocks, const CellsOf& cells_of,
+  std::uint32_t label(std::uint32_t blocks, const CellsOf& cells_of,
                       const Neighbour& neighbour) noexcept;
 
   /// Components are numbered, with gaps, below this.
-  [[nodiscard]] std::uint32_t size() const noexcept { return part_count_; }
+  [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
 
-  /// Calls `visit(component, cells)` for the labelled cells of block `b`, some at a time; `low` as
-  /// when they were labelled.
+  /// Calls `visit(component, cells)` for the labelled cells of block `b`, some at a time.
   template <typename Visit>
-  void visit(std::uint32_t b, const Block& block, std::uint64_t low,
-             const Visit& visit) const noexcept {
-    for (std::uint32_t p = parts_of_[b].first; p < parts_of_[b].first + parts_of_[b].count; ++p) {
-      visit(parts_[p].parent, parts_[p].cells);
+  void visit(std::uint32_t b, const Visit& visit) const noexcept {
+    const Parts& own = parts_of_[b];
+    for (std::uint32_t p = own.first; p < own.first + own.count; ++p) {
+      visit(parent_[p], cells_[p]);
     }
-    // Most low cells of a block follow the same part: those in a row are visited together.
-    std::uint32_t part = kNone;
-    std::uint64_t together = 0;
-    visit_rows(block, low, [&](std::uint64_t cell, std::uint32_t row) noexcept {
-      if (part_of_low_[row] != part) {
-        if (part != kNone) visit(parts_[part].parent, together);
-        part = part_of_low_[row];
-        together = 0;
-      }
-      together |= cell;
-    });
-    if (part != kNone) visit(parts_[part].parent, together);
+    for (std::uint32_t p = own.first_low; p < own.first_low + own.low_count; ++p) {
+      visit(parent_[p], cells_[p]);
+    }
   }
 
  private:
-  /// Cells of one block that touch each other: the smallest thing a component is made of.
-  struct Part {
-    std::uint64_t cells;
-    std::uint32_t parent;  ///< union-find; a root is its own parent. After `label`: the root
-  };
-  /// The parts of a block follow each other.
+  /// A part is cells of one block that touch each other, the smallest thing a component is made of,
+  /// or low cells of one block that follow the same one. The parts of a block follow each other,
+  /// and so do those of its low cells, behind all others.
   struct Parts {
     std::uint32_t first;
-    std::uint32_t count;
+    std::uint32_t first_low;
+    std::uint8_t count;
+    std::uint8_t low_count;
   };
 
   /// The 26 neighbours, upper ones first. The first half meets every touching pair once.
@@ -108,56 +99,68 @@ class ComponentLabels {
   }
 
   /// Splits the connecting cells of block `b`; `blocks_left` counts it and those after it.
-  void split(std::uint32_t b, std::uint64_t connecting, std::uint32_t blocks_left) noexcept;
+  void split(std::uint32_t b, const LabelledCells& cells, std::uint32_t blocks_left) noexcept;
+  /// The cells that `split` was given.
+  [[nodiscard]] std::uint64_t connecting(const Parts& parts) const noexcept {
+    std::uint64_t cells = 0;
+    for (std::uint32_t p = parts.first; p < parts.first + parts.count; ++p) cells |= cells_[p];
+    return cells;
+  }
   /// Joins the parts of a block with those of its neighbour at `kOffsets[offset]` they touch.
   void join_blocks(std::uint32_t b, std::uint32_t other, std::size_t offset) noexcept;
-  /// Attaches each low cell of block `b` to the first part it touches, or to none.
+  /// Attaches each low cell of block `b` to the first part it touches; `blocks_left` as in `split`.
   template <typename Neighbour>
-  void add_low_cells(std::uint32_t b, const Block& block, std::uint64_t low,
-                     const Neighbour& neighbour) noexcept;
+  void add_low_cells(std::uint32_t b, const Neighbour& neighbour,
+                     std::uint32_t blocks_left) noexcept;
   /// Makes those of the low cells that are among `touched` follow a part. Returns the others.
-  std::uint64_t follow(std::uint32_t part, std::uint64_t touched, const Block& block,
-                       std::uint64_t low) noexcept;
+  std::uint64_t follow(std::uint32_t part, std::uint64_t touched, std::uint64_t low, Parts& own,
+                       std::uint32_t blocks_left) noexcept;
   std::uint32_t root(std::uint32_t part) noexcept;
   void join(std::uint32_t a, std::uint32_t b) noexcept;
   /// Makes every part's parent its root. Returns the number of roots.
   std::uint32_t flatten() noexcept;
 
   std::uint32_t part_count_ = 0;
+  std::uint32_t size_ = 0;  ///< parts that connect
   std::uint32_t max_parts_ = 0;
-  Parts* parts_of_ = nullptr;  ///< by block
-  Part* parts_ = nullptr;
-  std::uint32_t* part_of_low_ = nullptr;  ///< by row
+  std::uint32_t max_with_low_ = 0;
+  Parts* parts_of_ = nullptr;       ///< by block
+  std::uint64_t* low_ = nullptr;    ///< cells that are to follow a part, by block
+  std::uint64_t* cells_ = nullptr;  ///< by part
+  /// By part: union-find; a root is its own parent. After `label`: the root.
+  std::uint32_t* parent_ = nullptr;
 };
 
 template <typename CellsOf, typename Neighbour>
-std::uint32_t ComponentLabels::label(std::span<const Block> blocks, const CellsOf& cells_of,
+std::uint32_t ComponentLabels::label(std::uint32_t blocks, const CellsOf& cells_of,
                                      const Neighbour& neighbour) noexcept {
-  const auto count = static_cast<std::uint32_t>(blocks.size());
   part_count_ = 0;
-  for (std::uint32_t b = 0; b < count; ++b) split(b, cells_of(b).connecting, count - b);
-  for (std::uint32_t b = 0; b < count; ++b) {
-    const std::uint64_t connecting = cells_of(b).connecting;
-    if (connecting == 0) continue;
+  for (std::uint32_t b = 0; b < blocks; ++b) split(b, cells_of(b), blocks - b);
+  size_ = part_count_;
+  for (std::uint32_t b = 0; b < blocks; ++b) {
+    const std::uint64_t cells = connecting(parts_of_[b]);
+    if (cells == 0) continue;
     for (std::size_t i = 0; i < kOffsets.size() / 2; ++i) {
-      if ((connecting & kBorders[i]) == 0) continue;
+      if ((cells & kBorders[i]) == 0) continue;
       const std::uint32_t other = neighbour(b, kOffsets[i]);
       if (other != kNone) join_blocks(b, other, i);
     }
   }
-  for (std::uint32_t b = 0; b < count; ++b) {
-    if (const std::uint64_t low = cells_of(b).low; low != 0)
-      add_low_cells(b, blocks[b], low, neighbour);
+  const std::uint32_t components = flatten();
+  for (std::uint32_t b = 0; b < blocks; ++b) {
+    if (low_[b] != 0) add_low_cells(b, neighbour, blocks - b);
   }
-  return flatten();
+  return components;
 }
 
 template <typename Neighbour>
-void ComponentLabels::add_low_cells(std::uint32_t b, const Block& block, std::uint64_t low,
-                                    const Neighbour& neighbour) noexcept {
-  const Parts& own = parts_of_[b];
+void ComponentLabels::add_low_cells(std::uint32_t b, const Neighbour& neighbour,
+                                    std::uint32_t blocks_left) noexcept {
+  Parts& own = parts_of_[b];
+  own.first_low = part_count_;
+  std::uint64_t low = low_[b];
   for (std::uint32_t p = own.first; p < own.first + own.count && low != 0; ++p) {
-    low = follow(p, dilated(parts_[p].cells), block, low);
+    low = follow(p, dilated(cells_[p]), low, own, blocks_left);
   }
   for (std::size_t i = 0; i < kOffsets.size() && low != 0; ++i) {
     if ((low & kBorders[i]) == 0) continue;
@@ -166,10 +169,9 @@ void ComponentLabels::add_low_cells(std::uint32_t b, const Block& block, std::ui
     if (other == kNone) continue;
     const Parts& others = parts_of_[other];
     for (std::uint32_t p = others.first; p < others.first + others.count; ++p) {
-      low = follow(p, touched_in_neighbour(parts_[p].cells, -x, -y, -z), block, low);
+      low = follow(p, touched_in_neighbour(cells_[p], -x, -y, -z), low, own, blocks_left);
     }
   }
-  follow(kNone, low, block, low);
 }
 
 /// How a component is decided about.
