@@ -77,26 +77,33 @@ void BayesFilter::prefetch(const BlockWindow& blocks, std::uint32_t block) const
 
 void BayesFilter::collect(const EvidenceWindow& window, const CellTable& cells,
                           std::uint32_t b) noexcept {
-  const Block& block = cells.blocks()[b];
   const std::uint64_t candidates = cells.marks(b).candidate;
+  if (candidates == 0) return;
+  const Block& block = cells.blocks()[b];
   const BlockHistory before = window.blocks().before(b);
-  std::uint64_t unknown = candidates;
-  if (log_odds_.clamp > 0) {
-    visit_rows(block, candidates & before.occupied, [&](std::uint64_t cell, std::uint32_t row) {
-      const std::int16_t sum = sums_before_[before.first + popcount(before.occupied & (cell - 1U))];
-      if (sum == kNoCandidate) return;
-      const std::int32_t carried = std::clamp<std::int32_t>(sum, -log_odds_.clamp, log_odds_.clamp);
+  const std::int16_t* const sums_before = sums_before_ + before.first;
+  const std::uint64_t occupied_before = log_odds_.clamp > 0 ? before.occupied : 0;
+  const std::uint32_t first_new = new_->size;
+  std::uint32_t row = block.first;
+  for (std::uint64_t left = block.occupied; left != 0; left &= left - 1, ++row) {
+    const std::uint64_t cell = lowest_bit(left);
+    if ((candidates & cell) == 0) continue;
+    std::int32_t sum = kNoCandidate;
+    if ((occupied_before & cell) != 0) sum = sums_before[popcount(before.occupied & (cell - 1U))];
+    if (sum == kNoCandidate) {
+      new_->add(cells, row, 0);
+    } else {
+      const std::int32_t carried = std::clamp(sum, -log_odds_.clamp, log_odds_.clamp);
       known_->add(cells, row, carried - log_odds_.weights.occupied);
-      unknown &= ~cell;
-    });
+    }
   }
-  if (unknown == 0) return;
+  if (new_->size == first_new) return;
   const CellCounts occupied(window.blocks().occupied(b));
-  visit_rows(block, unknown, [&](std::uint64_t cell, std::uint32_t row) {
+  for (std::uint32_t i = first_new; i < new_->size; ++i) {
     // Occupied in the current keyframe, too, which is no evidence.
-    const std::int32_t times = occupied.of(static_cast<std::uint32_t>(std::countr_zero(cell))) - 1;
-    new_->add(cells, row, -log_odds_.weights.occupied * times);
-  });
+    const std::int32_t times = occupied.of(cells.bit_of_row(new_->row[i])) - 1;
+    new_->log_odds[i] = -log_odds_.weights.occupied * times;
+  }
 }
 
 void BayesFilter::finish_known(const EvidenceWindow& window, CellTable& cells) noexcept {

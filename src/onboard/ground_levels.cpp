@@ -58,18 +58,16 @@ void GroundLevels::collect(const FixedHashMap<CoarseVoxel>& voxels) noexcept {
   }
 }
 
-std::uint32_t GroundLevels::lowest(std::int32_t x, std::int32_t y) const noexcept {
-  x += width_ / 2;
-  y += width_ / 2;
-  return x < 0 || y < 0 || x >= width_ || y >= width_ ? kNone : lowest_[y * width_ + x];
-}
-
 bool GroundLevels::is_elevated(const FixedHashMap<CoarseVoxel>& voxels,
                                std::uint32_t entry) const noexcept {
-  const VoxelIndex at = unpack(voxels.key(entry));
-  for (std::int32_t y = at.y - reach_; y <= at.y + reach_; ++y) {
-    for (std::int32_t x = at.x - reach_; x <= at.x + reach_; ++x) {
-      const std::uint32_t other = lowest(x, y);
+  const VoxelIndex index = unpack(voxels.key(entry));
+  const std::int32_t x = index.x + width_ / 2;
+  const std::int32_t y = index.y + width_ / 2;
+  const std::int32_t last_x = std::min(x + reach_, width_ - 1);
+  const std::int32_t last_y = std::min(y + reach_, width_ - 1);
+  for (std::int32_t row = std::max(y - reach_, 0); row <= last_y; ++row) {
+    for (std::int32_t column = std::max(x - reach_, 0); column <= last_x; ++column) {
+      const std::uint32_t other = lowest_[row * width_ + column];
       if (other == kNone || other == entry) continue;
       if (lies_above(voxels[entry], voxels[other], step_m_)) return true;
     }

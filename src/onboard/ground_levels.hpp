@@ -26,15 +26,13 @@ class GroundLevels {
 
   /// Fills in the lowest ground voxel of every column.
   void collect(const FixedHashMap<CoarseVoxel>& voxels) noexcept;
-  /// Of the column at (x, y), or `kNone`, also where there is no such column.
-  [[nodiscard]] std::uint32_t lowest(std::int32_t x, std::int32_t y) const noexcept;
   [[nodiscard]] bool is_elevated(const FixedHashMap<CoarseVoxel>& voxels,
                                  std::uint32_t entry) const noexcept;
 
   float step_m_ = 0.0F;
-  std::int32_t reach_ = 0;  ///< voxels
-  std::int32_t width_ = 0;  ///< columns along an edge; column (0, 0) is in the middle
-  std::uint32_t* lowest_ = nullptr;
+  std::int32_t reach_ = 0;           ///< voxels
+  std::int32_t width_ = 0;           ///< columns along an edge; column (0, 0) is in the middle
+  std::uint32_t* lowest_ = nullptr;  ///< ground voxel of every column, or `kNone`
 };
 
 }  // namespace unimapper::onboard
