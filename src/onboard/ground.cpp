@@ -124,14 +124,19 @@ std::uint32_t ground_level_in_cell(const GroundConfig& config, const CoarseVoxel
                                    const CellTable& cells, std::uint32_t row) noexcept {
   const std::uint32_t entry = voxels.of_row(row);
   if (entry == CoarseVoxels::kNone || !voxels.map()[entry].has_ground) return 0;
-  const CoarseVoxel& voxel = voxels.map()[entry];
+  return level_in_cell_above(voxels.map()[entry], config.margin_m, cells, row);
+}
+
+std::uint32_t level_in_cell_above(const CoarseVoxel& voxel, float height_m, const CellTable& cells,
+                                  std::uint32_t row) noexcept {
   const float size_m = cells.grid().cell_size_m;
   // Straight below or above the cell's mean; ground normals are within theta_A of up.
   const Eigen::Vector3f p = cells.position(row);
-  const float above = height_above_ground(voxel, p) - config.margin_m;
+  const float above = height_above_ground(voxel, p) - height_m;
   const float level_m = p.z() - above / voxel.ground_normal.z();
-  const float level = (level_m / size_m - static_cast<float>(cells.index(row).z)) * 256.0F;
-  return static_cast<std::uint32_t>(std::clamp(level, 0.0F, 256.0F));
+  constexpr auto kHeights = static_cast<float>(kAboveCell);
+  const float level = (level_m / size_m - static_cast<float>(cells.index(row).z)) * kHeights;
+  return static_cast<std::uint32_t>(std::clamp(level, 0.0F, kHeights));
 }
 
 }  // namespace unimapper::onboard

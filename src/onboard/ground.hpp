@@ -28,9 +28,16 @@ void propagate_ground(const GroundConfig& config, FixedHashMap<CoarseVoxel>& vox
 void split_ground(const GroundConfig& ground, const RemovalConfig& removal,
                   const CoarseVoxels& voxels, CellTable& cells) noexcept;
 
-/// How high in a cell (0 to 256, in 1/256 of its edge) its points stop being ground.
+/// A height in a cell, in 1/256 of its edge, that no point of it reaches.
+inline constexpr std::uint32_t kAboveCell = 256;
+
+/// How high in a cell (0 to `kAboveCell`) its points stop being ground.
 [[nodiscard]] std::uint32_t ground_level_in_cell(const GroundConfig& config,
                                                  const CoarseVoxels& voxels, const CellTable& cells,
                                                  std::uint32_t row) noexcept;
+
+/// The same for points so high above the plane that splits the voxel of the row.
+[[nodiscard]] std::uint32_t level_in_cell_above(const CoarseVoxel& voxel, float height_m,
+                                                const CellTable& cells, std::uint32_t row) noexcept;
 
 }  // namespace unimapper::onboard

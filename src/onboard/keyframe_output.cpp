@@ -16,14 +16,15 @@ std::uint16_t saturated(std::uint32_t points) noexcept {
 
 void KeyframeOutput::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   ground_ = config.ground;
+  feet_.allocate(arena, config);
   cells_ = arena.allocate<FineCell>(config.voxel.max_cells);
   cells_before_ = config.deferred ? arena.allocate<FineCell>(config.voxel.max_cells) : cells_;
   dynamic_from_ = arena.allocate<std::uint16_t>(CellStore::max_entries(config.voxel));
   capacity_ = config.voxel.max_cells;
 }
 
-void KeyframeOutput::build(const CellTable& cells, const CoarseVoxels& voxels,
-                           const Pose& T_odometry_keyframe) noexcept {
+void KeyframeOutput::build(const BlockWindow& window, const CellTable& cells,
+                           const CoarseVoxels& voxels, const Pose& T_odometry_keyframe) noexcept {
   const Eigen::Matrix3f r = T_odometry_keyframe.rotation.transpose().cast<float>();
   const Eigen::Vector3f t = (T_odometry_keyframe.rotation.transpose() *
                              (cells.grid().origin_m() - T_odometry_keyframe.translation))
@@ -31,9 +32,11 @@ void KeyframeOutput::build(const CellTable& cells, const CoarseVoxels& voxels,
   std::swap(cells_, cells_before_);
   static_count_ = 0;
   dynamic_count_ = 0;
+  feet_.find(window, cells);
   const std::span<const Block> blocks = cells.blocks();
   for (std::uint32_t b = 0; b < blocks.size(); ++b) {
     const CellMarks& marks = cells.marks(b);
+    const std::uint64_t feet = feet_.cells_of(b, marks);
     std::uint64_t left = blocks[b].occupied;
     for (std::uint32_t row = blocks[b].first; left != 0; ++row, left &= left - 1) {
       const std::uint64_t cell = lowest_bit(left);
@@ -41,9 +44,10 @@ void KeyframeOutput::build(const CellTable& cells, const CoarseVoxels& voxels,
       add({r * cells.position(row) + t, saturated(cells.points(row)),
            static_cast<std::uint8_t>((marks.ground & cell) != 0), 0},
           dynamic);
-      dynamic_from_[cells.entry(row)] =
-          dynamic ? static_cast<std::uint16_t>(ground_level_in_cell(ground_, voxels, cells, row))
-                  : kNever;
+      std::uint32_t from = kAboveCell;
+      if (dynamic) from = ground_level_in_cell(ground_, voxels, cells, row);
+      if ((feet & cell) != 0) from = feet_.level_in_cell(window, voxels, cells, row);
+      dynamic_from_[cells.entry(row)] = static_cast<std::uint16_t>(from);
     }
   }
 }

@@ -6,6 +6,7 @@
 
 #include "cell_table.hpp"
 #include "coarse_voxels.hpp"
+#include "feet.hpp"
 #include "scan_accumulator.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/keyframe.hpp"
@@ -21,7 +22,7 @@ class KeyframeOutput {
 
   /// Converts the table's cells. O(cells). With `deferred`, the cells of the keyframe before stay
   /// as they are, wherever a view of it points to.
-  void build(const CellTable& cells, const CoarseVoxels& voxels,
+  void build(const BlockWindow& window, const CellTable& cells, const CoarseVoxels& voxels,
              const Pose& T_odometry_keyframe) noexcept;
 
   [[nodiscard]] std::span<const FineCell> static_cells() const noexcept {
@@ -31,7 +32,8 @@ class KeyframeOutput {
     return {cells_ + capacity_ - dynamic_count_, dynamic_count_};
   }
 
-  /// Label of one point. In a dynamic cell, points at the height of the ground stay static.
+  /// Label of one point. In a dynamic cell, points at the height of the ground stay static; in a
+  /// ground cell below one, points above the ground are dynamic.
   [[nodiscard]] PointLabel label(PointCode code) const noexcept {
     if (code == kPointInvalid) return PointLabel::kUnknown;
     if (!has_cell(code)) return PointLabel::kStatic;
@@ -43,11 +45,10 @@ class KeyframeOutput {
   [[nodiscard]] std::uint64_t count_dynamic(const ScanAccumulator& scans) const noexcept;
 
  private:
-  static constexpr std::uint16_t kNever = 256;
-
   void add(const FineCell& cell, bool dynamic) noexcept;
 
   GroundConfig ground_;
+  Feet feet_;
   std::uint32_t capacity_ = 0;
   std::uint32_t static_count_ = 0;
   std::uint32_t dynamic_count_ = 0;

@@ -189,7 +189,8 @@ void Pipeline::State::remove_dynamic() noexcept {
     finisher.begin_labels(window, removal.cells(), finished_untold, *current);
     window.record(removal.cells());
     find_up();
-    output.build(removal.cells(), removal.voxels(), current->view.T_odometry_keyframe);
+    output.build(window.blocks(), removal.cells(), removal.voxels(),
+                 current->view.T_odometry_keyframe);
   });
   write_view();
 }

@@ -156,6 +156,7 @@ PipelineConfig paper_preset(SensorKind sensor) noexcept {
   config.ground.own_plane_first = false;
   config.ground.elevated_step_m = 0.0F;
   config.ground.seen_through_share = 0.0F;
+  config.ground.foot_height_m = 0.0F;
   config.free_space.columns = true;
   config.free_space.visibility = false;
   config.removal.candidates_next_to_ground = true;

@@ -32,6 +32,7 @@ inline std::vector<Member<PipelineConfig>> pipeline_members() {
       UNIMAPPER_MEMBER(ground.elevated_step_m),
       UNIMAPPER_MEMBER(ground.elevated_reach_m),
       UNIMAPPER_MEMBER(ground.seen_through_share),
+      UNIMAPPER_MEMBER(ground.foot_height_m),
       UNIMAPPER_MEMBER(ground.align_noise_deg),
       UNIMAPPER_MEMBER(free_space.columns),
       UNIMAPPER_MEMBER(free_space.visibility),

@@ -49,6 +49,20 @@ TEST_CASE("bits and cells name the same thing") {
   CHECK(block_of({-1, -4, 7}) == VoxelIndex{-1, -1, 1});
 }
 
+TEST_CASE("cells touch those beside them in their own layer alone") {
+  for (std::uint64_t i = 0; i < 60; ++i) {
+    const std::uint64_t cells = sample(i);
+    for (int n = 0; n < 9; ++n) {
+      std::uint64_t expected = 0;
+      for (unsigned z = 0; z < 4; ++z) {
+        const std::uint64_t layer = std::uint64_t{0xFFFF} << 16 * z;
+        expected |= touched_slowly(cells & layer, n % 3 - 1, n / 3 - 1, 0) & layer;
+      }
+      CHECK(touched_beside(cells, n % 3 - 1, n / 3 - 1) == expected);
+    }
+  }
+}
+
 TEST_CASE("cells touch their neighbours within the block and in all 26 around it") {
   for (std::uint64_t i = 0; i < 60; ++i) {
     const std::uint64_t cells = i < 3 ? i : sample(i);

@@ -52,10 +52,9 @@ namespace unimapper {
   return seed;
 }
 
-/// Cells of the neighbouring block (one block further along each axis by -1, 0 or 1) that touch
-/// any of `cells`.
-[[nodiscard]] constexpr std::uint64_t touched_in_neighbour(std::uint64_t cells, int x, int y,
-                                                           int z) noexcept {
+/// Cells of the block beside (further along x and y by -1, 0 or 1 blocks) that touch any of `cells`
+/// in the same layer; of the block itself also these.
+[[nodiscard]] constexpr std::uint64_t touched_beside(std::uint64_t cells, int x, int y) noexcept {
   // Along each axis: the border layer, brought to the opposite side; or all layers, dilated.
   if (x > 0) {
     cells = (cells & 0x8888888888888888ULL) >> 3U;
@@ -71,6 +70,14 @@ namespace unimapper {
   } else {
     cells |= shifted_y(cells, 1) | shifted_y(cells, -1);
   }
+  return cells;
+}
+
+/// Cells of the neighbouring block (one block further along each axis by -1, 0 or 1) that touch
+/// any of `cells`.
+[[nodiscard]] constexpr std::uint64_t touched_in_neighbour(std::uint64_t cells, int x, int y,
+                                                           int z) noexcept {
+  cells = touched_beside(cells, x, y);
   if (z > 0) return cells >> 48U;
   if (z < 0) return cells << 48U;
   return cells | shifted_z(cells, 1) | shifted_z(cells, -1);

@@ -15,6 +15,7 @@
 #include "unimapper/core/parameter_table.hpp"
 #include "unimapper/core/sensor.hpp"
 #include "unimapper/free_space/evidence_weights.hpp"
+#include "unimapper/free_space/feet.hpp"
 #include "unimapper/place/config.hpp"
 
 namespace unimapper {
@@ -131,6 +132,7 @@ struct GroundConfig {
   float elevated_step_m = 0.2F;
   float elevated_reach_m = 10.0F;
   float seen_through_share = EvidenceDefaults::kSeenThroughShare;
+  float foot_height_m = kFootHeightM;
   float align_noise_deg = 0.15F;
 
   /// `kOk`, or the first thing that is wrong, in words.
@@ -165,6 +167,9 @@ consteval auto parameters_of(const GroundConfig*) {
                                         "Ground of which at least this share was seen through is "
                                         "none: where a sensor hardly sees the ground, the roof of "
                                         "a passing car is the lowest plane; 0: off."),
+      parameter<&C::foot_height_m>("0 or [0.01, 0.5]", "m", "measured; paper: off",
+                                   "Points of a ground cell below a dynamic one are dynamic from "
+                                   "so high above the level of the ground around: feet; 0: off."),
       parameter<&C::align_noise_deg>("[0, 10]", "°", "measured",
                                      "From this attitude noise on, measured as the scatter of "
                                      "scans' tilt against the ground of the keyframe before, scans "

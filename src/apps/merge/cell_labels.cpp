@@ -5,9 +5,8 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <span>
 
-#include "unimapper/core/quantile.hpp"
+#include "unimapper/free_space/feet.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -16,10 +15,6 @@ namespace {
 constexpr float kBinCells = 2.0F;
 // A point farther than this from every mean was left out of the keyframe.
 constexpr float kFarthestCells = 1.8F;
-// Points so high above the ground are of feet: more than its roughness and noise.
-constexpr float kFootCells = 0.2F;
-// Ground cells without anything dynamic above them that tell the level.
-constexpr std::size_t kFewestLevels = 3;
 
 constexpr float kNever = std::numeric_limits<float>::infinity();
 
@@ -27,9 +22,7 @@ constexpr float kNever = std::numeric_limits<float>::infinity();
 
 CellLabels::CellLabels(const KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined,
                        float cell_size_m)
-    : bin_m_(kBinCells * cell_size_m),
-      farthest_m_(kFarthestCells * cell_size_m),
-      foot_m_(kFootCells * cell_size_m) {
+    : bin_m_(kBinCells * cell_size_m), farthest_m_(kFarthestCells * cell_size_m) {
   for (const bool dynamic : {false, true}) {
     merge::visit_cells(keyframe, refined, dynamic, [&](const FineCell& cell) {
       const VoxelIndex bin = voxel_index(cell.position, 1.0F / bin_m_);
@@ -88,10 +81,7 @@ void CellLabels::separate_feet() {
       all.push_back(height_m);
       if (!is_below[static_cast<std::size_t>(&other - entries_.data())]) free.push_back(height_m);
     });
-    // Where all of it holds feet, the lower cells hold fewer.
-    const float level_m =
-        free.size() < kFewestLevels ? quantile(std::span(all), 0.25) : median(std::span(free));
-    entries_[i].dynamic_above_m = level_m + foot_m_;
+    entries_[i].dynamic_above_m = ground_level(free, all, median<float>) + kFootHeightM;
   }
 }
 

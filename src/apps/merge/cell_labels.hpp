@@ -44,7 +44,6 @@ class CellLabels {
 
   float bin_m_;
   float farthest_m_;
-  float foot_m_;
   std::vector<Entry> entries_;                               ///< sorted by bin
   std::unordered_map<VoxelKey, std::uint32_t, Hash> first_;  ///< entry of a bin
 };
