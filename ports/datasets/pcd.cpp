@@ -251,30 +251,29 @@ void add_point(const Wanted& wanted, const Value& value, ScanBuilder& builder) {
   builder.add(values);
 }
 
-template <typename Value>
-double load_number(const char* at) {
-  Value value;
-  std::memcpy(&value, at, sizeof value);
-  return static_cast<double>(value);
+Scalar scalar_of(const Field& field) {
+  if (field.type == 'F') return field.bytes == 4 ? Scalar::kF32 : Scalar::kF64;
+  const bool is_signed = field.type == 'I';
+  if (field.bytes == 1) return is_signed ? Scalar::kI8 : Scalar::kU8;
+  if (field.bytes == 2) return is_signed ? Scalar::kI16 : Scalar::kU16;
+  if (field.bytes == 4) return is_signed ? Scalar::kI32 : Scalar::kU32;
+  return is_signed ? Scalar::kI64 : Scalar::kU64;
 }
 
-double load_element(const char* at, const Field& field) {
-  switch (field.type) {
-    case 'F':
-      return field.bytes == 4 ? load_number<float>(at) : load_number<double>(at);
-    case 'U':
-      if (field.bytes == 1) return load_number<std::uint8_t>(at);
-      if (field.bytes == 2) return load_number<std::uint16_t>(at);
-      return field.bytes == 4 ? load_number<std::uint32_t>(at) : load_number<std::uint64_t>(at);
-    default:
-      if (field.bytes == 1) return load_number<std::int8_t>(at);
-      if (field.bytes == 2) return load_number<std::int16_t>(at);
-      return field.bytes == 4 ? load_number<std::int32_t>(at) : load_number<std::int64_t>(at);
+/// The first elements of the fields, as records have them.
+RecordLayout record_layout(const Layout& layout) {
+  RecordLayout records;
+  records.bytes = layout.point_bytes;
+  for (const Field& field : layout.fields) {
+    if (field.count > 0) {
+      records.fields.push_back({std::string(field.name), scalar_of(field), field.offset});
+    }
   }
+  return records;
 }
 
 void parse_binary(std::string_view bytes, const fs::path& file, const Layout& layout, Scan& scan) {
-  const Wanted wanted = find_wanted(layout, file);
+  (void)find_wanted(layout, file);  // refuses a file without coordinates
   const std::string_view data = bytes.substr(layout.data_offset);
   const std::size_t points = layout.header.points;
   if (data.size() / layout.point_bytes < points) {
@@ -283,14 +282,7 @@ void parse_binary(std::string_view bytes, const fs::path& file, const Layout& la
                        std::to_string(layout.point_bytes) + " bytes announced, " +
                        std::to_string(data.size() / layout.point_bytes) + " are there");
   }
-  ScanBuilder builder = builder_for(wanted, points, scan);
-  for (std::size_t i = 0; i < points; ++i) {
-    const char* point = data.data() + i * layout.point_bytes;
-    add_point(
-        wanted, [&](const Field& field) { return load_element(point + field.offset, field); },
-        builder);
-  }
-  builder.finish();
+  decode_records(data.substr(0, points * layout.point_bytes), record_layout(layout), scan);
 }
 
 /// Decompresses the payload: all x, then all y, ...
@@ -338,7 +330,7 @@ void parse_compressed(std::string_view bytes, const fs::path& file, const Layout
   for (std::size_t i = 0; i < points; ++i) {
     const auto value = [&](const Field& field) {
       const std::size_t at = field.offset * points + i * field.bytes * field.count;
-      return load_element(raw.data() + at, field);
+      return load_scalar(raw.data() + at, scalar_of(field));
     };
     add_point(wanted, value, builder);
   }

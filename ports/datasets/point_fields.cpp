@@ -14,7 +14,7 @@
 namespace unimapper::datasets {
 
 std::size_t scalar_bytes(Scalar type) {
-  constexpr std::array<std::size_t, 8> kBytes = {1, 1, 2, 2, 4, 4, 4, 8};
+  constexpr std::array<std::size_t, 10> kBytes = {1, 1, 2, 2, 4, 4, 4, 8, 8, 8};
   return kBytes[static_cast<std::size_t>(type)];
 }
 
@@ -46,6 +46,10 @@ double load_scalar(const char* at, Scalar type, bool is_swapped) {
       return load_ordered<std::int32_t>(at, is_swapped);
     case Scalar::kU32:
       return load_ordered<std::uint32_t>(at, is_swapped);
+    case Scalar::kI64:
+      return load_ordered<std::int64_t>(at, is_swapped);
+    case Scalar::kU64:
+      return load_ordered<std::uint64_t>(at, is_swapped);
     case Scalar::kF64:
       return load_ordered<double>(at, is_swapped);
     case Scalar::kF32:

@@ -13,7 +13,7 @@
 namespace unimapper::datasets {
 
 /// Type of a number in a record.
-enum class Scalar : std::uint8_t { kI8, kU8, kI16, kU16, kI32, kU32, kF32, kF64 };
+enum class Scalar : std::uint8_t { kI8, kU8, kI16, kU16, kI32, kU32, kF32, kF64, kI64, kU64 };
 
 /// Bytes of a number.
 [[nodiscard]] std::size_t scalar_bytes(Scalar type);
