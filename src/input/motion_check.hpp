@@ -39,6 +39,10 @@ struct AgreementFigures {
   /// How much more the points' elevations concentrate in rings after the inverse of the scans'
   /// poses; above 1 where the scans are in the world frame. 0: not measured.
   double ring_gain = 0.0;
+  /// How much more the points of the first scan concentrate in rings than those of later ones; far
+  /// above 1 where the scans are in the world frame and the first is at its origin. 0: not
+  /// measured.
+  double ring_loss = 0.0;
   std::string mistake;    ///< the known mistake that explains best; empty: none looked for
   double mistaken = 0.0;  ///< agreement with that mistake undone
   std::vector<std::string> remedies;  ///< of that mistake and those that explain as well
@@ -55,6 +59,10 @@ struct AgreementFigures {
 /// part of their points.
 [[nodiscard]] double measure_ring_gain(std::span<const datasets::Scan* const> scans,
                                        std::span<const Pose> poses);
+
+/// `AgreementFigures::ring_loss`, the first scan against the median of the others; of a part of
+/// their points.
+[[nodiscard]] double measure_ring_loss(std::span<const datasets::Scan* const> scans);
 
 /// Poses that do not belong to the scans, or are of another convention.
 [[nodiscard]] Finding check_motion(const AgreementFigures& agreement);

@@ -69,6 +69,9 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans) {
       for (const PairIndex& pair : chosen) poses.push_back(track.pose(pair.first));
       result.agreement.ring_gain = measure_ring_gain(first, poses);
     }
+    if (result.agreement.identity >= result.agreement.given) {
+      result.agreement.ring_loss = measure_ring_loss(first);
+    }
     findings.push_back(check_motion(result.agreement));
   }
   findings.push_back(
