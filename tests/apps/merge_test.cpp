@@ -46,6 +46,19 @@ TEST_CASE("a session left apart is a failure unless it is allowed") {
   CHECK(fixture.merge({a}).exit_code == 0);
 }
 
+TEST_CASE("what is no run is refused with what to give instead") {
+  const Fixture fixture;
+  const std::string run = fixture.run("a", SmallRecording(3));
+  const CommandResult above = fixture.merge({fixture.directory.path().string()});
+  CHECK(above.exit_code == 1);
+  CHECK_THAT(above.err, Contains("runs in it: " + run));
+  const fs::path recording = fixture.directory / "drive.mcap";
+  write_text(recording, "a recording");
+  const CommandResult raw = fixture.merge({recording.string()});
+  CHECK(raw.exit_code == 1);
+  CHECK_THAT(raw.err, Contains("`unimapper onboard` makes a run of it first"));
+}
+
 TEST_CASE("a run of which nothing came makes no map") {
   const Fixture fixture;
   SmallRecording recording(2);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "ports/datasets/files.hpp"
 #include "ports/lcm/received_log.hpp"
 #include "src/apps/merge/listen_options.hpp"
 #include "src/apps/merge/options.hpp"
@@ -57,13 +58,25 @@ void read_log(const fs::path& log, const fs::path& run, std::vector<InputSession
   for (const auto& fault : received.faults) std::cerr << "unimapper: warning: " << fault << '\n';
   report_losses(log.string(), received.counters, received.sessions);
   if (received.sessions.empty()) {
-    throw std::runtime_error(log.string() + ": holds no keyframes of any session");
+    throw std::runtime_error(log.string() +
+                             ": holds no keyframes of any session; if it is a recording, "
+                             "`unimapper onboard` makes a run of it first");
   }
   const bool named_by_folder = !run.empty() && received.sessions.size() == 1;
   for (auto& session : received.sessions) {
     if (named_by_folder) session.info.name = run.filename().string();
     inputs.push_back({std::move(session), run});
   }
+}
+
+/// Run folders in a folder that is none, for who named the folder above.
+std::string runs_below(const fs::path& folder) {
+  std::string text;
+  std::error_code error;
+  for (const fs::path& below : datasets::list_directories(folder)) {
+    if (fs::exists(below / "keyframes.lcmlog", error)) text += " " + below.string();
+  }
+  return text.empty() ? text : "; runs in it:" + text;
 }
 
 void read_run(const fs::path& path, std::vector<InputSession>& inputs) {
@@ -73,7 +86,8 @@ void read_run(const fs::path& path, std::vector<InputSession>& inputs) {
     if (!fs::exists(log, error)) {
       throw std::runtime_error(path.string() +
                                ": holds no keyframes.lcmlog; is it a folder that "
-                               "`unimapper onboard --out` wrote?");
+                               "`unimapper onboard --out` wrote?" +
+                               runs_below(path));
     }
     // "runs/a/", "." and "runs/../runs/a" get the name of the folder they resolve to.
     fs::path folder = fs::canonical(path, error);

@@ -188,7 +188,7 @@ void warn_of_labels(const RunStatistics& statistics) {
   if (statistics.relabelled_share() < kMany) return;
   std::fprintf(stderr,
                "onboard: warning: later keyframes changed the label of %.0f %% of the cells that "
-               "move: prefer final or refined labels\n",
+               "move: prefer those of --final-labels, or of `unimapper merge --refined-labels`\n",
                100.0 * statistics.relabelled_share());
 }
 
@@ -203,15 +203,16 @@ struct FullContainer {
 
 constexpr std::array<FullContainer, 5> kFullContainers = {{
     {DropCause::kScanTooLarge, "warning", "points labelled static unseen",
-     "raise keyframe.max_points_per_scan, or name the --sensor"},
-    {DropCause::kCellsFull, "warning", "points labelled static unseen", "raise voxel.max_cells"},
+     "raise keyframe.max_points_per_scan (--config), or name the --sensor"},
+    {DropCause::kCellsFull, "warning", "points labelled static unseen",
+     "raise voxel.max_cells (--config)"},
     {DropCause::kVoxelsFull, "warning", "fine cells without a ground or plane around them",
-     "raise voxel.max_voxels"},
+     "raise voxel.max_voxels (--config)"},
     {DropCause::kEvidenceFull, "warning", "columns and blocks of evidence not kept",
-     "their cells keep the online labels; raise voxel.max_cells for final labels"},
+     "their cells keep the online labels; raise voxel.max_cells (--config) for final labels"},
     {DropCause::kDescriptionFull, "note", "candidates for keypoints and planes not described",
      "a sample was described; raise voxel.max_cells, descriptor.max_voxels or "
-     "descriptor.max_planes only if loops are missed"},
+     "descriptor.max_planes (--config) only if loops are missed"},
 }};
 
 void warn_of_full_containers(const RunStatistics& statistics) {
@@ -265,7 +266,7 @@ void require_result(const RunStatistics& statistics) {
 void run_onboard(const OnboardOptions& options) {
   check_output_folder(options.out, Output::kRun, options.replaces);
   require_another_folder(options);
-  const auto dataset = datasets::open_dataset(options.dataset, options.input);
+  const auto dataset = datasets::open_dataset(options.dataset, open_options(options));
   CheckedInput checked = check_input(options, *dataset);
   const ChosenSensor sensor = choose_sensor(options, dataset->sensor(), checked.sensor);
   std::vector<input::Finding> findings = std::move(checked.findings);
@@ -347,6 +348,8 @@ void run_onboard(const OnboardOptions& options) {
   warn_of_input(statistics, pipeline->config().free_space);
   warn_of_labels(statistics);
   require_result(statistics);
+  std::fprintf(stderr, "onboard: the run is in %s; next: unimapper merge %s --out map\n",
+               options.out.c_str(), options.out.c_str());
 }
 
 }  // namespace unimapper::apps
