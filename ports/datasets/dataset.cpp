@@ -1,7 +1,9 @@
 #include "ports/datasets/dataset.hpp"
 
 #include <algorithm>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "ports/datasets/deskew.hpp"
 #include "ports/datasets/files.hpp"
@@ -28,21 +30,55 @@ std::unique_ptr<Dataset> open_with_reader(const std::filesystem::path& path,
 /// One LiDAR's scans.
 std::unique_ptr<Dataset> open_lidar(const std::filesystem::path& path, const OpenOptions& options) {
   std::unique_ptr<Dataset> dataset = open_with_reader(path, options);
-  if (options.T_base_lidar) dataset = mounted(std::move(dataset), *options.T_base_lidar);
+  if (!options.T_base_lidar.empty()) {
+    dataset = mounted(std::move(dataset), options.T_base_lidar.front());
+  }
   return deskewed(std::move(dataset), options.deskew);
+}
+
+/// The names between the commas, blanks around them left out.
+std::vector<std::string> names_of(const std::string& list) {
+  std::vector<std::string> names;
+  for (std::size_t begin = 0; begin <= list.size();) {
+    const std::size_t end = std::min(list.find(',', begin), list.size());
+    const std::string name = list.substr(begin, end - begin);
+    const std::size_t first = name.find_first_not_of(' ');
+    names.push_back(first == std::string::npos
+                        ? std::string()
+                        : name.substr(first, name.find_last_not_of(' ') - first + 1));
+    begin = end + 1;
+  }
+  return names;
+}
+
+/// LiDARs that are put together at a wrong place look like dynamic objects.
+void require_mountings(std::size_t lidars, const OpenOptions& options) {
+  const std::size_t given = options.T_base_lidar.size();
+  if (given == lidars) return;
+  const std::string each = "--extrinsic x,y,z,roll,pitch,yaw once for each of the " +
+                           std::to_string(lidars) + " LiDARs, in the order of --topic";
+  if (given > 0) {
+    throw DatasetError(std::to_string(given) + (given == 1 ? " mounting is" : " mountings are") +
+                       " given: give " + each);
+  }
+  if (lidars > 1 && !options.poses.empty()) {
+    throw DatasetError("--poses are those of one LiDAR or of the robot: give " + each);
+  }
 }
 
 }  // namespace
 
 std::unique_ptr<Dataset> open_dataset(const std::filesystem::path& path,
                                       const OpenOptions& options) {
+  const std::vector<std::string> topics = names_of(options.topic);
+  if (!options.T_base_lidar.empty() || topics.size() > 1) require_mountings(topics.size(), options);
   std::vector<std::unique_ptr<Dataset>> lidars;
-  for (std::size_t begin = 0; begin <= options.topic.size();) {
-    const std::size_t end = std::min(options.topic.find(',', begin), options.topic.size());
+  for (std::size_t i = 0; i < topics.size(); ++i) {
     OpenOptions one = options;
-    one.topic = options.topic.substr(begin, end - begin);
+    one.topic = topics[i];
+    one.refuses_unknown_mounting = topics.size() > 1;
+    if (!options.T_base_lidar.empty()) one.T_base_lidar = {options.T_base_lidar[i]};
     lidars.push_back(open_lidar(path, one));
-    begin = end + 1;
   }
   return several_lidars(std::move(lidars));
 }

@@ -101,14 +101,16 @@ struct OpenOptions {
   std::string topic{};            ///< of the scans, in a bag
   std::string odometry_topic{};   ///< of the poses, in a bag
   std::string frame{};            ///< in which a bag's transforms give poses, e.g. "odom"
-  /// Where the LiDAR is on what the poses are of; empty: as the recording says, or at its origin.
-  std::optional<Pose> T_base_lidar{};
-  Deskew deskew = Deskew::kAuto;  ///< see deskew.hpp
+  /// Where each LiDAR is on what the poses are of, in the order of `topic`; empty: as the recording
+  /// says, or at its origin.
+  std::vector<Pose> T_base_lidar{};
+  bool refuses_unknown_mounting = false;  ///< of a bag without the transform to the LiDAR
+  Deskew deskew = Deskew::kAuto;          ///< see deskew.hpp
 };
 
 /// Opens the folder or file at `path` with the reader that the options name, or the first that
 /// recognises it. Several topics with commas between them are several LiDARs of one robot
-/// (mounting.hpp). Throws DatasetError.
+/// (mounting.hpp); where one of them is mounted must be known. Throws DatasetError.
 std::unique_ptr<Dataset> open_dataset(const std::filesystem::path& path,
                                       const OpenOptions& options = {});
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "ports/datasets/readers.hpp"
-#include "src/apps/extrinsic.hpp"
 #include "src/apps/suggestion.hpp"
+#include "src/input/extrinsic.hpp"
 #include "src/input/sensor_sheets.hpp"
 
 namespace unimapper::apps {
@@ -62,7 +62,8 @@ void add_open_options(CLI::App& command, datasets::OpenOptions& options) {
       ->group("Input");
   command
       .add_option("--topic", options.topic,
-                  "Scans in a bag, where there are several such topics; A,B: two LiDARs as one")
+                  "Scans in a bag, where there are several such topics; A,B: two LiDARs of one "
+                  "robot as one")
       ->group("Input");
   command
       .add_option("--odometry-topic", options.odometry_topic,
@@ -73,13 +74,19 @@ void add_open_options(CLI::App& command, datasets::OpenOptions& options) {
                   "Frame in which a bag's transforms give poses, e.g. odom; default: found")
       ->group("Input");
   command
-      .add_option_function<std::string>(
+      .add_option_function<std::vector<std::string>>(
           "--extrinsic",
-          [&options](const std::string& text) {
-            options.T_base_lidar = parse_extrinsic(text, "--extrinsic");
+          [&options](const std::vector<std::string>& texts) {
+            options.T_base_lidar.clear();
+            for (const std::string& text : texts) {
+              options.T_base_lidar.push_back(input::parse_extrinsic(text, "--extrinsic"));
+            }
           },
           "x,y,z,roll,pitch,yaw of the LiDAR on what the poses are of, metres and degrees, turned "
-          "about the fixed axes x, y, z in this order; default: a bag's transforms, or none")
+          "about the fixed axes x, y, z in this order; default: that of --sensor-file, a bag's "
+          "transforms, or none. Of several LiDARs once for each, in the order of --topic")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->group("Input");
   const std::map<std::string, datasets::Deskew> modes = {{"auto", datasets::Deskew::kAuto},
                                                          {"on", datasets::Deskew::kOn},
@@ -89,6 +96,14 @@ void add_open_options(CLI::App& command, datasets::OpenOptions& options) {
                   "Compensate the motion within sweeps, where points have a time: auto (if that "
                   "makes scans sharper), on or off")
       ->transform(CLI::CheckedTransformer(modes).description(""))
+      ->group("Input");
+}
+
+void add_sensor_file_option(CLI::App& command, std::filesystem::path& file) {
+  command
+      .add_option("--sensor-file", file,
+                  "Data sheet of a LiDAR that --sensor does not know, as JSON, and where it is "
+                  "mounted (extrinsic); the known ones are in share/unimapper/sensors.json")
       ->group("Input");
 }
 

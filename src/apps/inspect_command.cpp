@@ -162,7 +162,8 @@ void print(const Json& json) {
 }
 
 void run_inspect(const InspectOptions& options) {
-  const auto dataset = datasets::open_dataset(options.onboard.dataset, options.onboard.input);
+  const auto dataset =
+      datasets::open_dataset(options.onboard.dataset, open_options(options.onboard));
   const input::Plausibility found =
       input::examine(*dataset, std::numeric_limits<std::size_t>::max());
   const ChosenSensor sensor = choose_sensor(options.onboard, dataset->sensor(), found.sensor);
@@ -182,6 +183,7 @@ void register_inspect(CLI::App& app) {
       "inspect", "Say what a recording is, what was guessed about it and what is unusual");
   command->add_option("PATH", options->onboard.dataset, "The recording")->required();
   add_open_options(*command, options->onboard.input);
+  add_sensor_file_option(*command, options->onboard.sensor_file);
   command->add_flag("--json", options->json, "The same as JSON");
   command->callback([options] { run_inspect(*options); });
 }

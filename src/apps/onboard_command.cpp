@@ -13,11 +13,7 @@ namespace {
 void add_input_options(CLI::App& command, OnboardOptions& options) {
   command.add_option("DATASET", options.dataset, "Folder of the recording");
   add_open_options(command, options.input);
-  command
-      .add_option("--sensor-file", options.sensor_file,
-                  "Data sheet of a LiDAR that --sensor does not know, as JSON; the known ones are "
-                  "in share/unimapper/sensors.json")
-      ->group("Input");
+  add_sensor_file_option(command, options.sensor_file);
   command.add_option("--scans", options.scans, "Use only the first so many scans")
       ->check(CLI::PositiveNumber);
 }

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "src/apps/commands.hpp"
-#include "src/apps/extrinsic.hpp"
 #include "src/apps/onboard/progress.hpp"
 #include "src/apps/output_guard.hpp"
 #include "src/apps/simulate/bag_output.hpp"
 #include "src/apps/suggestion.hpp"
+#include "src/input/extrinsic.hpp"
 #include "src/simulator/simulate.hpp"
 
 namespace unimapper::apps {
@@ -110,7 +110,8 @@ void run(SimulateOptions& options, bool has_day) {
     containers.push_back(bags::parse_container(name).value());
   }
   Pose T_base_lidar;
-  if (!options.extrinsic.empty()) T_base_lidar = parse_extrinsic(options.extrinsic, "--extrinsic");
+  if (!options.extrinsic.empty())
+    T_base_lidar = input::parse_extrinsic(options.extrinsic, "--extrinsic");
 
   check_output_folder(options.out, Output::kRecording, options.replaces);
   remove_earlier_output(options.out, Output::kRecording);

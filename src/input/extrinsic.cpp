@@ -1,11 +1,20 @@
-#include "src/apps/extrinsic.hpp"
+#include "src/input/extrinsic.hpp"
 
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
 
-namespace unimapper::apps {
+namespace unimapper::input {
+
+Pose extrinsic_pose(const std::array<double, 6>& values) {
+  const auto turn = [](double degrees, const Eigen::Vector3d& axis) {
+    return Eigen::AngleAxisd(degrees / kDegreesPerRadian, axis);
+  };
+  return {Eigen::Quaterniond(turn(values[5], Eigen::Vector3d::UnitZ()) *
+                             turn(values[4], Eigen::Vector3d::UnitY()) *
+                             turn(values[3], Eigen::Vector3d::UnitX())),
+          {values[0], values[1], values[2]}};
+}
 
 Pose parse_extrinsic(const std::string& text, const std::string& option) {
   std::array<double, 6> values{};
@@ -23,13 +32,7 @@ Pose parse_extrinsic(const std::string& text, const std::string& option) {
     throw std::runtime_error(option + ": '" + text +
                              "' is not of the form x,y,z,roll,pitch,yaw (metres, degrees)");
   }
-  const auto turn = [](double degrees, const Eigen::Vector3d& axis) {
-    return Eigen::AngleAxisd(degrees / kDegreesPerRadian, axis);
-  };
-  return {Eigen::Quaterniond(turn(values[5], Eigen::Vector3d::UnitZ()) *
-                             turn(values[4], Eigen::Vector3d::UnitY()) *
-                             turn(values[3], Eigen::Vector3d::UnitX())),
-          {values[0], values[1], values[2]}};
+  return extrinsic_pose(values);
 }
 
-}  // namespace unimapper::apps
+}  // namespace unimapper::input

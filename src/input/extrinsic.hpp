@@ -1,14 +1,19 @@
-// Extrinsic calibration as a command-line argument.
+// Extrinsic calibration as a user states it.
 #pragma once
 
+#include <array>
 #include <string>
 
 #include "unimapper/core/pose.hpp"
 
-namespace unimapper::apps {
+namespace unimapper::input {
 
-/// Parses "x,y,z,roll,pitch,yaw" (metres, degrees; rotations about the fixed axes x, y, z in this
-/// order) as T_base_lidar. Throws std::runtime_error naming `option`.
+/// T_base_lidar of x, y, z (metres), roll, pitch, yaw (degrees), turned about the fixed axes x, y,
+/// z in this order.
+[[nodiscard]] Pose extrinsic_pose(const std::array<double, 6>& values);
+
+/// Parses "x,y,z,roll,pitch,yaw" as `extrinsic_pose` takes them. Throws std::runtime_error naming
+/// `option`.
 [[nodiscard]] Pose parse_extrinsic(const std::string& text, const std::string& option);
 
-}  // namespace unimapper::apps
+}  // namespace unimapper::input

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "ports/datasets/files.hpp"
+#include "src/input/extrinsic.hpp"
 
 namespace unimapper::input {
 
@@ -68,6 +69,13 @@ SensorSheet parse_sheet(const Json& json) {
     model.points_per_scan = json.at("points_per_scan").get<std::uint32_t>();
   } else if (!sheet.columns.empty()) {
     model.points_per_scan = model.rings * sheet.columns.front();
+  }
+  if (json.contains("extrinsic")) {
+    if (json.at("extrinsic").size() != 6) {
+      throw std::runtime_error(
+          "extrinsic: must be [x, y, z, roll, pitch, yaw], metres and degrees");
+    }
+    sheet.T_base_lidar = extrinsic_pose(json.at("extrinsic").get<std::array<double, 6>>());
   }
   const Error invalid = model.validate();
   if (!invalid.ok()) throw std::runtime_error(invalid.message);

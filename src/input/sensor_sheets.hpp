@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "unimapper/core/pose.hpp"
 #include "unimapper/core/sensor.hpp"
 
 namespace unimapper::input {
@@ -17,6 +19,8 @@ struct SensorSheet {
   std::vector<std::uint32_t> columns;  ///< of its modes, the usual one first; empty: unknown
   /// Between neighbouring rings where most of them lie, degrees; 0: they are evenly spread.
   double ring_spacing_deg = 0.0;
+  /// Where it is mounted on what the poses are of; a sheet of one's own may say so.
+  std::optional<Pose> T_base_lidar{};
 };
 
 /// All sheets: those of the onboard library first, the generic one leading.

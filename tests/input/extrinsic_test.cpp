@@ -1,11 +1,11 @@
 // Tests of the extrinsic calibration given as an argument.
-#include "src/apps/extrinsic.hpp"
+#include "src/input/extrinsic.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
 using namespace unimapper;
-using namespace unimapper::apps;
+using namespace unimapper::input;
 
 TEST_CASE("an extrinsic turns about the fixed axes x, y, z in this order") {
   const Pose T_base_lidar = parse_extrinsic("1,-2.5,3e-1,90,0,90", "--extrinsic");

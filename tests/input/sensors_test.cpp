@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <limits>
+#include <optional>
 
 #include "src/input/recognition.hpp"
 #include "src/input/sensor_sheets.hpp"
@@ -97,6 +98,16 @@ TEST_CASE("a data sheet of one's own is read, or refused with the member that is
   CHECK(sheet.model.name == "mine");
   CHECK(sheet.model.points_per_scan == 21600);
   CHECK(preset(sheet.model, Computer::kServer).ok());
+  CHECK_FALSE(sheet.T_base_lidar);
+  const std::string mast = R"({"name": "mine", "pattern": "spinning", "horizontal_fov_deg": 360,
+      "elevation_deg": [-20, 12], "range_m": [0.5, 80], "rings": 24, "columns": [900],
+      "scan_rate_hz": 10, "extrinsic": )";
+  write(mast + "[0.5, 0, 2, 0, 0, 90]}");
+  const std::optional<Pose> T_base_lidar = read_sheet(file).T_base_lidar;
+  REQUIRE(T_base_lidar);
+  CHECK((*T_base_lidar * Eigen::Vector3d::UnitX() - Eigen::Vector3d(0.5, 1, 2)).norm() < 1e-12);
+  write(mast + "[0.5, 0, 2]}");
+  CHECK_THROWS_WITH(read_sheet(file), Contains("extrinsic: must be [x, y, z, roll, pitch, yaw]"));
   write(R"({"name": "mine", "pattern": "spinning"})");
   CHECK_THROWS_WITH(read_sheet(file), Contains("sheet.json") && Contains("horizontal_fov_deg"));
   write(R"({"name": "mine", "pattern": "sweeping"})");

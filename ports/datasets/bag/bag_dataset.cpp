@@ -200,7 +200,8 @@ class BagDataset final : public Dataset {
     PoseWish wish;
     wish.lidar_frame = contents.lidar_frame;
     wish.fixed_frame = options.frame;
-    wish.is_mounted_by_caller = options.T_base_lidar.has_value();
+    wish.is_mounted_by_caller = !options.T_base_lidar.empty();
+    wish.refuses_unknown_mounting = options.refuses_unknown_mounting;
     lidar_poses_ =
         has_pose_file ? poses_of_file(options.poses, file_poses_) : find_lidar_poses(poses_, wish);
     notes_.insert(notes_.end(), lidar_poses_.notes.begin(), lidar_poses_.notes.end());

@@ -41,7 +41,8 @@ std::string base_frame_of(const PoseTopic& topic, const TransformTree& transform
 }
 
 LidarPoses from_topic(const PoseTopic& topic, const TransformTree& transforms,
-                      const std::string& lidar_frame, bool is_mounted_by_caller) {
+                      const PoseWish& wish) {
+  const std::string& lidar_frame = wish.lidar_frame;
   LidarPoses poses;
   poses.description = topic.description;
   poses.covered_time =
@@ -66,12 +67,18 @@ LidarPoses from_topic(const PoseTopic& topic, const TransformTree& transforms,
                                "those of " + quoted(base),
                            base != lidar_frame});
   }
-  if (base == lidar_frame || is_mounted_by_caller) {
+  if (base == lidar_frame || wish.is_mounted_by_caller) {
     poses.notes.push_back({chosen, false});
     poses.at = [&topic](std::int64_t stamp_ns) { return topic.poses.at(stamp_ns); };
     return poses;
   }
   if (!transforms.is_connected(base, lidar_frame)) {
+    if (wish.refuses_unknown_mounting) {
+      throw DatasetError("no transform between " + quoted(base) + " and the LiDAR's frame " +
+                         quoted(lidar_frame) +
+                         " is in the bag; of several LiDARs say where each is mounted, "
+                         "--extrinsic x,y,z,roll,pitch,yaw once for each in the order of --topic");
+    }
     poses.notes.push_back({chosen, false});
     poses.notes.push_back({"no transform between " + quoted(base) + " and the LiDAR's frame " +
                                quoted(lidar_frame) +
@@ -188,8 +195,7 @@ LidarPoses find_lidar_poses(const BagPoses& poses, const PoseWish& wish) {
     return found;
   }
   if (topics.size() == 1) {
-    return from_topic(*topics.front(), poses.transforms, wish.lidar_frame,
-                      wish.is_mounted_by_caller);
+    return from_topic(*topics.front(), poses.transforms, wish);
   }
   if (topics.size() > 1) {
     std::string list;

@@ -47,9 +47,10 @@ struct LidarPoses {
 
 /// How the poses of the LiDAR's frame are found.
 struct PoseWish {
-  std::string lidar_frame;            ///< of the scans
-  std::string fixed_frame;            ///< of the poses, among the transforms; empty: chosen
-  bool is_mounted_by_caller = false;  ///< poses of the robot's base are wanted as they are
+  std::string lidar_frame;                ///< of the scans
+  std::string fixed_frame;                ///< of the poses, among the transforms; empty: chosen
+  bool is_mounted_by_caller = false;      ///< poses of the robot's base are wanted as they are
+  bool refuses_unknown_mounting = false;  ///< where the LiDAR is on the robot must be known
 };
 
 /// Seconds with three decimals, for messages.

@@ -72,7 +72,14 @@ std::size_t choose_scan_topic(const MessageSource& source, const std::string& wa
                               : "holds no topic '" + wanted + "'") +
                        "; topics of scans: " + list_topics(source, scans));
   }
-  if (scans.size() > 1) fail_ambiguous(source, scans, "scans", "--topic");
+  if (scans.size() > 1) {
+    std::string all;
+    for (const std::size_t topic : scans) {
+      all += (all.empty() ? "" : ",") + source.topics()[topic].name;
+    }
+    fail_ambiguous(source, scans, "scans",
+                   "--topic, or take LiDARs of one robot as one: --topic " + all);
+  }
   if (scans.size() == 1) return scans.front();
   const auto& topics = source.topics();
   const bool has_packets = std::any_of(topics.begin(), topics.end(), &is_packet);

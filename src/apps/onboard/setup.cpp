@@ -54,6 +54,14 @@ ChosenSensor named(const input::SensorSheet& sheet, const std::string& source,
 
 }  // namespace
 
+datasets::OpenOptions open_options(const OnboardOptions& options) {
+  datasets::OpenOptions result = options.input;
+  if (options.sensor_file.empty() || !result.T_base_lidar.empty()) return result;
+  const input::SensorSheet sheet = input::read_sheet(options.sensor_file);
+  if (sheet.T_base_lidar) result.T_base_lidar.push_back(*sheet.T_base_lidar);
+  return result;
+}
+
 ChosenSensor choose_sensor(const OnboardOptions& options, const std::string& implied,
                            const input::SensorFigures& figures) {
   if (!options.sensor_file.empty()) {
@@ -180,7 +188,7 @@ std::string effective_config(const OnboardOptions& options) {
     if (options.surroundings == "indoors") none.surroundings = Surroundings::kIndoors;
     return dump_config(make_config(options, choose_sensor(options, {}, {}).model, none));
   }
-  const auto dataset = datasets::open_dataset(options.dataset, options.input);
+  const auto dataset = datasets::open_dataset(options.dataset, open_options(options));
   const SensorModel sensor =
       choose_sensor(options, dataset->sensor(), input::examine(*dataset, options.scans).sensor)
           .model;

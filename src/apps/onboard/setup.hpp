@@ -26,6 +26,10 @@ struct ChosenSensor {
 /// the entry is not there. Throws std::runtime_error for a damaged file.
 std::optional<std::string> recorded_sensor(const std::filesystem::path& dataset);
 
+/// The options of `options.input`, and where the data sheet of --sensor-file says that the LiDAR is
+/// mounted, unless --extrinsic does. Throws std::runtime_error for a damaged sheet.
+datasets::OpenOptions open_options(const OnboardOptions& options);
+
 /// The LiDAR of --sensor-file, else named by --sensor, else by dataset.json, else implied by the
 /// format (`implied`) if the points do not contradict, else the one that the points (`figures`)
 /// look like, else the generic one with room for them. Throws std::runtime_error for an unknown
