@@ -3,32 +3,61 @@
 # times of the presets in docs/porting.md (WRITE_DOCS=1 writes them there).
 #
 # Simulated drives of every LiDAR and the real recordings where they lie in ../shared/data;
-# hostile scans; cost over points and distance; a drive at real-time rate.
+# hostile scans; cost over points and distance; a drive at real-time rate. Times are of the steady
+# state: at least 40 keyframes after the warm-up (bench/latency). What is too short for that is driven
+# there and back, which its row says: the recordings, and all simulated drives but the OS2-128's,
+# which are half as long to save time (a quarter of an hour in all on two processors).
 #
-#   bench/run.sh [SCANS] [SEED] [MINUTES]     scans per simulated drive, minutes of real time
+#   bench/run.sh [SCANS] [SEED] [DENSE_SEED]   scans of the OS2-128's drives; seeds of the town: of
+#                                              all LiDARs, and of the dense street
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 # shellcheck source=bench/tables/common.sh
 source bench/tables/common.sh
 
-scans=${1:-100}
+scans=${1:-520}
 seed=${2:-11}
-minutes=${3:-1}
+dense_seed=${3:-3}
 out=build/bench
 bin=build/release/bin
 recordings=../shared/data
-sensors="os2-128 os1-64 hdl-64e vlp-16 aeva-aeries2 livox-avia livox-mid-360"
+sensors="os1-64 hdl-64e vlp-16 aeva-aeries2 livox-avia livox-mid-360"
+streets="os2-128 os2-128-dense"
+real="kitti_0005a kitti_0001 hilti_hall"
 smaller_presets="jetson raspberry-pi armv7-64mb"
 only_layout || mkdir -p "$out"
+
+# Name of a drive in the tables.
+title() {
+  case "$1" in
+    os2-128) echo "OS2-128" ;;
+    os2-128-dense) echo "OS2-128, dense street (seed $dense_seed)" ;;
+    kitti_0005a) echo "KITTI raw 0005, there and back" ;;
+    kitti_0001) echo "KITTI raw 0001, there and back" ;;
+    hilti_hall) echo "Hilti hall, there and back" ;;
+    *) echo "$(lidar "$1"), there and back" ;;
+  esac
+}
 
 header() {
   echo "| $1 | SA % | DA % | AA % | removal, p50 / p99 ms | description | ingest | allocations |"
   rule 8
 }
 
-# run_cells NAME DATASET [ONBOARD ARGS]: accuracy and times of a run
+# steady FILE STAGE KEY: a figure of the steady state, or a dash if the drive was too short
+steady() {
+  local figure
+  figure=$(sed '/"warm_up_ms"/,$d' "$1" | stage /dev/stdin "$2" "$3")
+  printf '%s' "${figure:-–}"
+}
+
+# warm_up FILE STAGE KEY: the same of the keyframes before
+warm_up() { sed -n '/"warm_up_ms"/,$p' "$1" | stage /dev/stdin "$2" "$3"; }
+
+# run_cells NAME DATASET [ONBOARD ARGS]: accuracy of a run, and times of latency-NAME.json
 run_cells() {
   local name=$1 dataset=$2 run="$out/runs/$1" score="$out/$1.json" quality="– | – | –" key
+  local times="$out/latency-$1.json"
   shift 2
   "$bin/unimapper" onboard "$dataset" --out "$run" --replace "$@" 2>"$out/$name.log"
   if [ -d "$dataset/labels" ]; then
@@ -37,7 +66,7 @@ run_cells() {
   fi
   printf '%s' "$quality"
   for key in removal description ingest; do
-    printf ' | %s / %s' "$(stage "$run/stats.json" $key p50)" "$(stage "$run/stats.json" $key p99)"
+    printf ' | %s / %s' "$(steady "$times" $key p50)" "$(steady "$times" $key p99)"
   done
   printf ' | %s' "$(number "$run/stats.json" allocations_after_start)"
 }
@@ -47,53 +76,64 @@ run_cells() {
 latency() {
   local name=$1
   shift
-  only_layout || "$bin/latency" "$@" --repeat 3 >"$out/latency-$name.json" 2>>"$out/latency.md"
+  only_layout || "$bin/latency" "$@" --there-and-back >"$out/latency-$name.json" 2>>"$out/latency.md"
 }
 
-simulate() {  # simulate SENSOR FOLDER
-  rm -rf "$2"
-  "$bin/unimapper" simulate --scene town --sensor "$1" --route A --scans "$scans" --seed "$seed" \
-    --out "$2" 2>/dev/null
+simulate() {  # simulate SENSOR SCANS SEED FOLDER
+  only_layout && return
+  rm -rf "$4"
+  "$bin/unimapper" simulate --scene town --sensor "$1" --route A --scans "$2" --seed "$3" \
+    --out "$4" 2>/dev/null
 }
 
-# Runs of the presets for smaller computers.
-run_presets() {  # run_presets SENSOR DATASET
+# smaller_computers SENSOR DATASET: times of their presets
+smaller_computers() {
   local preset
-  for preset in $smaller_presets; do
-    "$bin/unimapper" onboard "$2" --out "$out/runs/$1-$preset" --replace --preset "$preset" 2>/dev/null
-  done
+  for preset in $smaller_presets; do latency "$1-$preset" "$2" "$1" --preset "$preset"; done
+}
+
+street_rows() {
+  local data="$out/data/os2-128" dense="$out/data/os2-128-dense"
+  simulate os2-128 "$scans" "$seed" "$data"
+  latency os2-128 "$data" os2-128
+  row "$(title os2-128)" 7 run_cells os2-128 "$data"
+  latency os2-128-paper-preset "$data" os2-128 --preset paper
+  row "$(title os2-128), paper's preset" 7 run_cells os2-128-paper-preset "$data" --preset paper
+  latency os2-128-loaded "$data" os2-128 --load
+  latency os2-128-hostile "$data" os2-128 --hostile 12
+  smaller_computers os2-128 "$data"
+  simulate os2-128 "$scans" "$dense_seed" "$dense"
+  latency os2-128-dense "$dense" os2-128
+  row "$(title os2-128-dense)" 7 run_cells os2-128-dense "$dense"
+  rm -rf "$dense/scans"
 }
 
 simulated_rows() {
   local sensor data
-  header "simulated town, seed $seed, $scans scans"
+  header "simulated town, seed $seed"
+  street_rows
   for sensor in $sensors; do
     data="$out/data/$sensor"
-    only_layout || simulate "$sensor" "$data"
-    row "$(lidar "$sensor")" 7 run_cells "$sensor" "$data"
+    simulate "$sensor" $((scans / 2)) "$seed" "$data"
     latency "$sensor" "$data" "$sensor"
-    if [ "$sensor" = os2-128 ]; then
-      row "$(lidar "$sensor"), paper's preset" 7 run_cells "os2-128-paper-preset" "$data" --preset paper
-      latency os2-128-loaded "$data" os2-128 --load
-      latency os2-128-hostile "$data" os2-128 --hostile 12
-    fi
-    only_layout && continue
-    case "$sensor" in os2-128 | vlp-16) run_presets "$sensor" "$data" ;; esac
+    row "$(title "$sensor")" 7 run_cells "$sensor" "$data"
+    [ "$sensor" != vlp-16 ] || smaller_computers vlp-16 "$data"
     rm -rf "$data/scans"
   done
 }
 
 recorded_rows() {
-  local real=
-  only_layout || real=$(sh "$recordings/unpack.sh" "$out/recordings")
+  local folder=
+  only_layout || folder=$(sh "$recordings/unpack.sh" "$out/recordings")
+  latency kitti_0005a "$folder/kitti_0005a" hdl-64e
+  latency kitti_0005a-paper-preset "$folder/kitti_0005a" hdl-64e --preset paper
+  latency kitti_0001 "$folder/kitti_0001" hdl-64e
+  latency hilti_hall "$folder/hilti_hall" generic
   header "real recordings"
-  row "KITTI raw 0005" 7 run_cells kitti_0005a "$real/kitti_0005a"
-  row "KITTI raw 0005, paper's preset" 7 run_cells kitti_0005a-paper-preset "$real/kitti_0005a" --preset paper
-  row "KITTI raw 0001 (no labels)" 7 run_cells kitti_0001 "$real/kitti_0001"
-  row "Hilti hall (no labels)" 7 run_cells hilti_hall "$real/hilti_hall" --sensor generic
-  latency kitti_0005a "$real/kitti_0005a" hdl-64e
-  latency kitti_0001 "$real/kitti_0001" hdl-64e
-  latency hilti_hall "$real/hilti_hall" generic
+  row "$(title kitti_0005a)" 7 run_cells kitti_0005a "$folder/kitti_0005a"
+  row "$(title kitti_0005a), paper's preset" 7 run_cells kitti_0005a-paper-preset "$folder/kitti_0005a" --preset paper
+  row "$(title kitti_0001) (no labels)" 7 run_cells kitti_0001 "$folder/kitti_0001"
+  row "$(title hilti_hall) (no labels)" 7 run_cells hilti_hall "$folder/hilti_hall" --sensor generic
 }
 
 # presets_table: a row per computer, a column per LiDAR
@@ -107,12 +147,12 @@ presets_table() {
 }
 
 preset_times() {
-  local suffix="-$1" sensor run separator=
+  local suffix="-$1" sensor file separator=
   [ "$1" != default ] || suffix=
   for sensor in os2-128 vlp-16; do
-    run="$out/runs/$sensor$suffix/stats.json"
+    file="$out/latency-$sensor$suffix.json"
     printf '%s%.0f' "$separator" \
-      "$(awk "BEGIN { print $(stage "$run" removal p50) + $(stage "$run" description p50) }")"
+      "$(awk "BEGIN { print $(steady "$file" removal p50) + $(steady "$file" description p50) }")"
     separator=" | "
   done
 }
@@ -120,45 +160,82 @@ preset_times() {
 # stage_table NAME: a row per stage of one recording, the other core as it was and loaded
 stage_table() {
   local stage
-  echo "| $(lidar "$1"): ms per keyframe | p50 | max | x baseline | p50 with \`--load\` |"
-  rule 5
-  for stage in ingest removal description search total "closing call" baseline; do
-    row "$(stage_title "$stage")" 4 stage_times "$1" "$stage"
+  echo "| $(lidar "$1"): ms | p50 | p90 | max | x baseline | warm-up: p50 | p50 with \`--load\` |"
+  rule 7
+  for stage in ingest removal description search total "every call" "closing call" "other calls" \
+    baseline; do
+    row "$(stage_title "$stage")" 6 stage_times "$1" "$stage"
   done
 }
 
 stage_title() {
   case "$1" in
     ingest) echo "ingest (ten scans)" ;;
-    "closing call") echo "the call that closes the keyframe" ;;
+    total) echo "a keyframe in all" ;;
+    "every call") echo "every call of \`add_scan\`" ;;
+    "closing call") echo "calls that close a keyframe" ;;
     *) echo "$1" ;;
   esac
 }
 
 stage_times() {
-  local alone="$out/latency-$1.json" loaded="$out/latency-$1-loaded.json"
-  printf '%s | %s | %s | %s' "$(stage "$alone" "$2" p50)" "$(stage "$alone" "$2" max)" \
-    "$(stage "$alone" "$2" of_baseline)" "$(stage "$loaded" "$2" p50)"
+  local alone="$out/latency-$1.json" loaded="$out/latency-$1-loaded.json" key
+  for key in p50 p90 max of_baseline; do printf '%s | ' "$(steady "$alone" "$2" $key)"; done
+  printf '%s | %s' "$(warm_up "$alone" "$2" p50)" "$(steady "$loaded" "$2" p50)"
+}
+
+has_recordings() { only_layout || [ -e "$recordings/unpack.sh" ]; }
+
+drives() {
+  echo "$streets $sensors"
+  if has_recordings; then echo "$real"; fi
 }
 
 # latency_table: a row per LiDAR and recording
 latency_table() {
-  local sensor
-  echo "| other sensors and recordings, p50 ms | ingest | removal | description | search | M points/s ingested |"
-  rule 6
-  for sensor in $sensors; do
-    [ "$sensor" = os2-128 ] || row "$(lidar "$sensor")" 5 latency_times "$sensor"
-  done
-  row "KITTI raw 0005" 5 latency_times kitti_0005a
-  row "KITTI raw 0001" 5 latency_times kitti_0001
-  row "Hilti hall" 5 latency_times hilti_hall
+  local drive
+  echo "| steady state, p50 ms | ingest | removal | description | search | removal while warming up | M points/s ingested |"
+  rule 7
+  for drive in $(drives); do row "$(title "$drive")" 6 latency_times "$drive"; done
 }
 
 latency_times() {
   local file="$out/latency-$1.json" key
-  for key in ingest removal description search; do printf '%s | ' "$(stage "$file" $key p50)"; done
-  sed -n '/"points_per_second": {/,/}/p' "$file" | grep -m1 '"ingest"' |
-    awk '{ printf "%.1f", $2 / 1e6 }'
+  for key in ingest removal description search; do printf '%s | ' "$(steady "$file" $key p50)"; done
+  printf '%s | ' "$(warm_up "$file" removal p50)"
+  sed -n '/"points_per_second": {/,/}/p' "$file" |
+    awk '/"ingest"/ { rate = sprintf("%.1f", $2 / 1e6) } END { printf "%s", rate == "" ? "–" : rate }'
+}
+
+# calls_table: the distribution of every call of add_scan, a row per LiDAR and recording
+calls_table() {
+  local drive
+  echo "| calls of \`add_scan\`, ms: p50 / p90 / p99 / max | all | that close a keyframe | others | the longest: scan | MB touched | MB in all |"
+  rule 7
+  for drive in $(drives); do row "$(title "$drive")" 6 call_times "$drive"; done
+}
+
+call_times() {
+  local file="$out/latency-$1.json" kind key separator
+  for kind in "every call" "closing call" "other calls"; do
+    separator=
+    for key in p50 p90 p99 max; do
+      printf '%s%s' "$separator" "$(steady "$file" "$kind" $key)"
+      separator=" / "
+    done
+    printf ' | '
+  done
+  awk -F'[:,] *' '
+    /"longest_call"/ { inside = 1 }
+    inside && /"scan"/ { scan = $2 }
+    inside && /"keyframe"/ { keyframe = $2 }
+    inside && /"closes"/ { closes = $2 == "true"; inside = 0 }
+    /"total": [0-9]+$/ || /"total": [0-9]+,/ { total = $2 }
+    /"touched"/ { touched = sprintf("%.0f", $2 / 1e6) }
+    END {
+      longest = scan == "" ? "–" : scan ", " (closes ? "closes" : "in") " keyframe " keyframe
+      printf "%s | %s | %.0f", longest, touched == "" ? "–" : touched, total / 1e6
+    }' "$file"
 }
 
 # hostile_table: a row per kind of hostile scan
@@ -183,12 +260,13 @@ hostile_times() {
 
 only_layout || : >"$out/latency.md"
 table keyframes-simulated simulated_rows
-if only_layout || [ -e "$recordings/unpack.sh" ]; then
+if has_recordings; then
   table keyframes-recorded recorded_rows
-  table latency-recordings latency_table
 else
-  echo "The real recordings are not beside the project; their tables are left out." >&2
+  echo "The real recordings are not beside the project; their rows are left out." >&2
 fi
+table latency-calls calls_table
+table latency-recordings latency_table
 table latency-stages stage_table os2-128
 table latency-hostile hostile_table
 table preset-times presets_table
@@ -197,9 +275,10 @@ echo
 cat "$out/latency.md"
 
 mkdir -p "$out/scaling"
-"$bin/latency" --scaling "$out/scaling" 2>/dev/null
+"$bin/latency" --scaling "$out/scaling" --keyframes "${SCALING_KEYFRAMES:-3000}" 2>/dev/null
 gnuplot -e "folder='$out/scaling'; image='$out/scaling.png'" bench/latency/scaling.gnuplot
 echo
 echo "cost against points and distance: $out/scaling.png"
 
-bench/realtime/run.sh "$minutes"
+bench/realtime/run.sh "$out/data/os2-128" os2-128
+rm -rf "$out/data/os2-128/scans"

@@ -3,7 +3,8 @@
 #
 #   run.sh [DATASET [SENSOR]]     without arguments KITTI's drive 0005 out of ../shared/data
 #
-# Equal machine code gives equal counts, whatever the load of this machine.
+# Driven there and back; counted are ten keyframes after the warm-up (bench/latency/drive.hpp). Equal
+# machine code gives equal counts, whatever the load of this machine.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=bench/tables/common.sh
@@ -29,7 +30,7 @@ count() {
   cmake --preset "$preset" -Wno-dev >"$out/$preset.log"
   cmake --build "build/$preset" --target stage_instructions >>"$out/$preset.log"
   "$emulator" "$@" -plugin "$plugin" "build/$preset/bin/stage_instructions" "$dataset" "$sensor" \
-    >"$out/$preset.instructions"
+    --there-and-back >"$out/$preset.instructions"
 }
 
 library_path() { echo "LD_LIBRARY_PATH=build/package-roots/$1/usr/lib/$2"; }
@@ -45,9 +46,11 @@ count_all() {
 
 instructions_table() {
   local stage
-  echo "| million instructions per keyframe, $(basename "$dataset") | x86-64 | aarch64 | ARMv7 + NEON |"
+  echo "| million instructions per keyframe, $(basename "$dataset") there and back | x86-64 | aarch64 | ARMv7 + NEON |"
   rule 4
   for stage in ingest removal description search total; do row $stage 3 stage_cells $stage; done
+  row "the call that closes the keyframe" 3 stage_cells closing-call
+  row "longest call" 3 stage_cells longest-call
 }
 stage_cells() {
   awk -v stage="$1" '

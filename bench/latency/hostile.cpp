@@ -6,6 +6,7 @@
 
 #include "hostile_scans.hpp"
 #include "measurement.hpp"
+#include "unimapper/onboard/owned_pipeline.hpp"
 
 namespace unimapper::bench {
 namespace {
@@ -16,15 +17,16 @@ Measurement time_kind(hostile::Kind kind, const PipelineConfig& config, int keyf
     scans.push_back(hostile::scan(kind, config, i));
   }
   OwnedPipeline pipeline(config);
-  Measurement measurement;
+  SplitMeasurement measurement;
+  Feeder feeder(*pipeline, config, measurement);
   std::int64_t stamp_ns = 0;
-  for (int i = 0; i < keyframes; ++i) {
+  for (std::uint32_t i = 0; i < feeder.warm_up() + static_cast<std::uint32_t>(keyframes); ++i) {
     for (const hostile::Points& points : scans) {
       const PointView view = PointView::xyz(points.data(), points.size(), sizeof(points[0]));
-      feed(pipeline, {view, Pose{}, ++stamp_ns}, config.clock_ns, measurement);
+      feeder.feed({view, Pose{}, ++stamp_ns});
     }
   }
-  return measurement;
+  return measurement.steady;
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ std::int64_t wall_time_ns() noexcept { return time_of(CLOCK_MONOTONIC); }
 Percentiles percentiles(std::vector<double> values) {
   if (values.empty()) return {};
   const auto at = [&values](double share) { return quantile(std::span(values), share); };
-  return {at(0.5), at(0.99), at(0.999), at(1.0)};
+  return {at(0.5), at(0.9), at(0.99), at(1.0)};
 }
 
 void Measurement::add(const KeyframeStatistics& statistics) {
@@ -38,24 +38,51 @@ void Measurement::add(const KeyframeStatistics& statistics) {
   for (std::size_t i = 0; i < kDropCauses; ++i) dropped[i] += statistics.dropped[i];
 }
 
+std::vector<double> Measurement::calls_ms() const {
+  std::vector<double> times_ms;
+  for (const Call& call : calls) times_ms.push_back(call.ms);
+  return times_ms;
+}
+
+std::vector<double> Measurement::calls_ms(bool closing) const {
+  std::vector<double> times_ms;
+  for (const Call& call : calls) {
+    if (call.closes == closing) times_ms.push_back(call.ms);
+  }
+  return times_ms;
+}
+
+const Call& Measurement::longest_call() const {
+  return *std::max_element(calls.begin(), calls.end(),
+                           [](const Call& a, const Call& b) { return a.ms < b.ms; });
+}
+
 double Measurement::points_per_second(Stage stage) const {
   const std::vector<double>& times_ms = stage_ms[static_cast<std::size_t>(stage)];
   const double sum_ms = std::accumulate(times_ms.begin(), times_ms.end(), 0.0);
   return sum_ms > 0.0 ? static_cast<double>(points) / (sum_ms * 1e-3) : 0.0;
 }
 
-bool feed(OwnedPipeline& pipeline, const TimedScan& scan, std::int64_t (*clock_ns)(),
-          Measurement& measurement) {
-  const std::int64_t start_ns = clock_ns();
-  const ScanResult result = pipeline->add_scan(scan.points, scan.T_odometry_sensor, scan.stamp_ns);
-  const std::int64_t end_ns = clock_ns();
+Feeder::Feeder(Pipeline& pipeline, const PipelineConfig& config, SplitMeasurement& measurement)
+    : pipeline_(pipeline),
+      clock_ns_(config.clock_ns),
+      measurement_(measurement),
+      warm_up_(warm_up_keyframes(config)) {}
+
+bool Feeder::feed(const TimedScan& scan) {
+  const std::int64_t start_ns = clock_ns_();
+  const ScanResult result = pipeline_.add_scan(scan.points, scan.T_odometry_sensor, scan.stamp_ns);
+  const std::int64_t end_ns = clock_ns_();
   if (result.error.code != ErrorCode::kOk) {
     std::fprintf(stderr, "scan at %lld ns: %s\n", static_cast<long long>(scan.stamp_ns),
                  result.error.message);
   }
+  Measurement& measurement = current();
+  measurement.calls.push_back(
+      {static_cast<double>(end_ns - start_ns) * 1e-6, result.keyframe_ready, step_++, keyframes_});
   if (!result.keyframe_ready) return false;
-  measurement.closing_call_ms.push_back(static_cast<double>(end_ns - start_ns) * 1e-6);
-  measurement.add(*pipeline->keyframe().statistics);
+  measurement.add(*pipeline_.keyframe().statistics);
+  ++keyframes_;
   return true;
 }
 

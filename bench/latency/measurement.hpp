@@ -1,4 +1,4 @@
-// Latency samples of many keyframes by stage, and their percentiles.
+// Latency samples of calls and keyframes, and their percentiles.
 #pragma once
 
 #include <array>
@@ -6,7 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "unimapper/onboard/owned_pipeline.hpp"
+#include "drive.hpp"
+#include "unimapper/onboard/pipeline.hpp"
 
 namespace unimapper::bench {
 
@@ -19,34 +20,69 @@ namespace unimapper::bench {
 /// Nearest-rank percentiles, in the unit of the values.
 struct Percentiles {
   double p50 = 0.0;
+  double p90 = 0.0;
   double p99 = 0.0;
-  double p999 = 0.0;
   double max = 0.0;
 };
 [[nodiscard]] Percentiles percentiles(std::vector<double> values);
 
-/// One scan of a keyframe, as passed to `Pipeline::add_scan`.
-struct TimedScan {
-  PointView points;
-  Pose T_odometry_sensor;
-  std::int64_t stamp_ns = 0;
+/// One call of `Pipeline::add_scan`.
+struct Call {
+  double ms = 0.0;
+  bool closes = false;         ///< a keyframe is ready after it
+  std::size_t step = 0;        ///< of the drive, from 0
+  std::uint32_t keyframe = 0;  ///< that the scan belongs to, from 0
 };
 
 /// Samples over the keyframes of one or more runs.
 struct Measurement {
+  std::vector<Call> calls;
   std::array<std::vector<double>, kStages> stage_ms;
-  std::vector<double> closing_call_ms;  ///< the `add_scan` that closes a keyframe
   std::vector<double> baseline_ms;  ///< reading and hashing the same points, see `HashingBaseline`
   std::uint64_t points = 0;
   std::array<std::uint64_t, kDropCauses> dropped{};
 
   void add(const KeyframeStatistics& statistics);
+  [[nodiscard]] std::size_t keyframes() const { return stage_ms[0].size(); }
+  [[nodiscard]] std::vector<double> calls_ms() const;
+  /// Only those that close a keyframe, or only the others.
+  [[nodiscard]] std::vector<double> calls_ms(bool closing) const;
+  /// The call that took longest; there must be one.
+  [[nodiscard]] const Call& longest_call() const;
   /// Points per second of a stage's summed time; 0 if it took none.
   [[nodiscard]] double points_per_second(Stage stage) const;
 };
 
-/// Feeds one scan; adds a sample and returns true if it closes a keyframe.
-bool feed(OwnedPipeline& pipeline, const TimedScan& scan, std::int64_t (*clock_ns)(),
-          Measurement& measurement);
+/// A measurement in two parts, see `warm_up_keyframes`.
+struct SplitMeasurement {
+  Measurement warm_up;
+  Measurement steady;
+};
+
+/// Feeds the scans of a run one by one and sorts the samples by the keyframe they belong to.
+class Feeder {
+ public:
+  /// All three must outlive it. `config`: of the pipeline, with its clock.
+  Feeder(Pipeline& pipeline, const PipelineConfig& config, SplitMeasurement& measurement);
+
+  /// One call of `add_scan`; true if it closes a keyframe.
+  bool feed(const TimedScan& scan);
+
+  /// Keyframes closed so far, and how many of them count as warm-up.
+  [[nodiscard]] std::uint32_t keyframes() const { return keyframes_; }
+  [[nodiscard]] std::uint32_t warm_up() const { return warm_up_; }
+  /// Where the next sample will go.
+  [[nodiscard]] Measurement& current() {
+    return keyframes_ < warm_up_ ? measurement_.warm_up : measurement_.steady;
+  }
+
+ private:
+  Pipeline& pipeline_;
+  std::int64_t (*clock_ns_)();
+  SplitMeasurement& measurement_;
+  std::uint32_t warm_up_;
+  std::uint32_t keyframes_ = 0;
+  std::size_t step_ = 0;
+};
 
 }  // namespace unimapper::bench

@@ -8,6 +8,7 @@
 #include "measurement.hpp"
 #include "street.hpp"
 #include "unimapper/core/quantile.hpp"
+#include "unimapper/onboard/owned_pipeline.hpp"
 
 namespace unimapper::bench {
 namespace {
@@ -16,23 +17,22 @@ constexpr std::size_t kScans = 10;
 
 double median_of(std::vector<double> values) { return median(std::span(values)); }
 
-/// Median total of a keyframe of `points` points, after the window has filled.
+/// Median total of a keyframe of `points` points, after the warm-up.
 double keyframe_ms(std::size_t points, const PipelineConfig& config) {
   Street street(1);
   std::vector<std::vector<Eigen::Vector3f>> scans;
   for (std::size_t i = 0; i < kScans; ++i) scans.push_back(street.scan(0.0, points / kScans));
   OwnedPipeline pipeline(config);
-  Measurement warm_up;
-  Measurement measurement;
+  SplitMeasurement measurement;
+  Feeder feeder(*pipeline, config, measurement);
   std::int64_t stamp_ns = 0;
-  for (std::uint32_t keyframe = 0; keyframe < config.removal.window + 9; ++keyframe) {
+  for (std::uint32_t keyframe = 0; keyframe < feeder.warm_up() + 9; ++keyframe) {
     for (const auto& scan : scans) {
       const PointView view = PointView::xyz(scan.data(), scan.size(), sizeof(scan[0]));
-      feed(pipeline, {view, Pose{}, ++stamp_ns}, config.clock_ns,
-           keyframe < config.removal.window ? warm_up : measurement);
+      feeder.feed({view, Pose{}, ++stamp_ns});
     }
   }
-  return median_of(measurement.stage_ms[static_cast<std::size_t>(Stage::kTotal)]);
+  return median_of(measurement.steady.stage_ms[static_cast<std::size_t>(Stage::kTotal)]);
 }
 
 }  // namespace
@@ -61,7 +61,8 @@ void measure_distance(const std::filesystem::path& folder, int keyframes) {
   csv << "keyframe,km,total_ms,search_ms\n";
   Street street(2);
   OwnedPipeline pipeline(config);
-  Measurement bin;
+  SplitMeasurement measurement;
+  Feeder feeder(*pipeline, config, measurement);
   Pose pose;
   std::int64_t stamp_ns = 0;
   for (int keyframe = 1; keyframe <= keyframes;) {
@@ -69,12 +70,13 @@ void measure_distance(const std::filesystem::path& folder, int keyframes) {
     const auto scan = street.scan(pose.translation.x(), 500);
     const PointView view = PointView::xyz(scan.data(), scan.size(), sizeof(scan[0]));
     stamp_ns += 100'000'000;
-    if (!feed(pipeline, {view, pose, stamp_ns}, config.clock_ns, bin)) continue;
+    if (!feeder.feed({view, pose, stamp_ns})) continue;
     if (keyframe++ % kBin != 0) continue;
+    const Measurement& bin = measurement.steady;
     csv << keyframe - 1 << ',' << pose.translation.x() * 1e-3 << ','
         << median_of(bin.stage_ms[static_cast<std::size_t>(Stage::kTotal)]) << ','
         << median_of(bin.stage_ms[static_cast<std::size_t>(Stage::kSearch)]) << std::endl;
-    bin = {};
+    measurement = {};
   }
 }
 

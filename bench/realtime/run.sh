@@ -2,16 +2,15 @@
 # Real-time benchmark: one robot at the rate of its LiDAR, with a merger on the same processors.
 #
 # Onboard pipeline, LCM publisher and a listening merger share two processors. Reports how many
-# keyframes were late, that is, not finished when the next scan arrived.
+# keyframes were late, that is, not finished when the next scan arrived. The keyframes of the warm-up
+# (the length of the window and one) are among them.
+#
+#   bench/realtime/run.sh [MINUTES | DATASET] [SENSOR]    a simulated drive (1 minute) or a recording
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
-minutes=${1:-1}
+dataset=${1:-1}
 sensor=${2:-os2-128}
-case "$minutes" in
-  ''|*[!0-9]*|0) echo "usage: bench/realtime/run.sh [MINUTES] [SENSOR]   (1 and os2-128)" >&2; exit 2 ;;
-esac
-
 # LCM is UDP multicast: it gets a network of its own, loopback only.
 if [ -z "${UNIMAPPER_BENCH_NAMESPACE:-}" ]; then
   export UNIMAPPER_BENCH_NAMESPACE=1
@@ -29,14 +28,21 @@ two_processors=()
 
 rm -rf "$out"
 mkdir -p "$out"
-echo "simulating $minutes min of driving with the $sensor (about 1 GB a minute for the densest)" >&2
-"$unimapper" simulate --scene town --sensor "$sensor" --route A --scans $((minutes * 600)) \
-  --seed 5 --out "$out/data" 2>"$out/simulate.log"
+case "$dataset" in
+  *[!0-9]*) [ -d "$dataset" ] || { echo "error: there is no recording $dataset" >&2; exit 2; } ;;
+  *)
+    minutes=$dataset
+    dataset=$out/data
+    echo "simulating $minutes min of driving with the $sensor (about 1 GB a minute for the densest)" >&2
+    "$unimapper" simulate --scene town --sensor "$sensor" --route A --scans $((minutes * 600)) \
+      --seed 5 --out "$dataset" 2>"$out/simulate.log"
+    ;;
+esac
 
 "${two_processors[@]}" "$unimapper" merge --listen "$url" --out "$out/map" >"$out/merge.log" 2>&1 &
 merger=$!
 sleep 0.5
-if ! "${two_processors[@]}" "$unimapper" onboard "$out/data" --sensor "$sensor" --realtime \
+if ! "${two_processors[@]}" "$unimapper" onboard "$dataset" --sensor "$sensor" --realtime \
     --publish "$url" --out "$out/run" 2>"$out/onboard.log"; then
   cat "$out/onboard.log" >&2
   kill "$merger"
@@ -46,17 +52,21 @@ wait "$merger" || { cat "$out/merge.log" >&2; exit 1; }
 
 # The number behind a key of stats.json, and a stage's p50 / p99 / max.
 number() { grep -m1 "\"$1\":" "$out/run/stats.json" | grep -oE '[0-9.]+' | tail -1; }
+warm_up() {
+  "$unimapper" onboard "$dataset" --sensor "$sensor" --dump-config |
+    sed -nE 's/.*"window": ([0-9]+).*/\1/p' | awk '{ print $1 + 1 }'
+}
 times() { sed -n "/\"$1\": {/,/}/p" "$out/run/stats.json" | grep -oE ': [0-9.]+' |
   awk '{printf "%s%.1f", (NR > 1 ? " / " : ""), $2}'; }
 cat <<TXT
 
-| $sensor, $minutes min at 10 Hz, with merger | |
+| $sensor, $(number scans) scans at the pace of their stamps, with merger | |
 |---|---|
-| keyframes | $(number keyframes) |
+| keyframes | $(number keyframes), $(warm_up) of them warm-up |
 | late (not finished when the next scan arrived) | $(number keyframes_late) |
 | the call that closes a keyframe, p50 / p99 / max ms | $(times closing_call_ms) |
 | all calls of a keyframe, p50 / p99 / max ms | $(times total) |
 | keyframes not published | $(number keyframes_not_published) |
 | allocations after start | $(number allocations_after_start) |
 TXT
-rm -rf "$out/data/scans"
+rm -rf "$out/data/scans"  # of a simulated drive
