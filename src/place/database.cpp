@@ -17,12 +17,10 @@ std::int8_t unit_fraction(float value) noexcept {
   return static_cast<std::int8_t>(std::lround(std::clamp(value * 127.0F, -127.0F, 127.0F)));
 }
 
-bool is_finite(const Keypoint& keypoint) noexcept {
-  return keypoint.position.allFinite() && keypoint.normal.allFinite();
-}
-
-bool is_finite(const PlanePatch& patch) noexcept {
-  return patch.center.allFinite() && patch.normal.allFinite();
+/// A keypoint or a plane is so if its two vectors are.
+[[gnu::always_inline]] inline bool are_finite(const Eigen::Vector3f& at,
+                                              const Eigen::Vector3f& normal) noexcept {
+  return at.allFinite() && normal.allFinite();
 }
 
 }  // namespace
@@ -78,7 +76,7 @@ void PlaceDatabase::State::insert(const PlaceView& place, KeyframeId id,
   keypoints_.clear();
   const std::size_t first = std::size_t{slot} * shape_.max_keypoints;
   for (const Keypoint& keypoint : place.keypoints) {
-    if (!is_finite(keypoint) || !keypoints_.push_back(keypoint)) {
+    if (!are_finite(keypoint.position, keypoint.normal) || !keypoints_.push_back(keypoint)) {
       ++dropped_;
       continue;
     }
@@ -88,7 +86,7 @@ void PlaceDatabase::State::insert(const PlaceView& place, KeyframeId id,
   }
   StoredPlane* planes = planes_ + std::size_t{slot} * shape_.max_planes;
   for (const PlanePatch& patch : place.planes) {
-    if (!is_finite(patch) || stored.planes >= shape_.max_planes) {
+    if (!are_finite(patch.center, patch.normal) || stored.planes >= shape_.max_planes) {
       ++dropped_;
       continue;
     }
