@@ -6,10 +6,7 @@
 
 namespace unimapper::onboard {
 
-void DynamicRemoval::allocate(Arena& arena) noexcept {
-  cells_.allocate(arena, config_.voxel);
-  filter_.allocate(arena, config_);
-}
+void DynamicRemoval::allocate(Arena& arena) noexcept { filter_.allocate(arena, config_); }
 
 void DynamicRemoval::allocate_scratch(Arena& arena) noexcept {
   voxels_.allocate(arena, config_.voxel);

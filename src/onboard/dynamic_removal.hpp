@@ -25,7 +25,9 @@ class DynamicRemoval {
  public:
   explicit DynamicRemoval(const PipelineConfig& config) noexcept : config_(config) {}
   void allocate(Arena& arena) noexcept;
-  /// What is in use only from the layout of a keyframe's cells until its labels are written down.
+  /// What is in use only from the layout of a keyframe's cells until its labels are written down:
+  /// the table of the cells, and what works on it.
+  void allocate_table(Arena& arena) noexcept { cells_.allocate(arena, config_.voxel); }
   void allocate_scratch(Arena& arena) noexcept;
 
   /// Lays the cells of the scans out, tells ground from candidates and weighs the evidence for

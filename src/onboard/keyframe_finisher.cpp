@@ -9,7 +9,7 @@ namespace unimapper::onboard {
 
 void KeyframeFinisher::allocate(Arena& arena) noexcept {
   labels_.allocate(arena, config_);
-  describer_.allocate(arena, config_.descriptor, config_.descriptor_input());
+  describer_.allocate_kept(arena, config_.descriptor, config_.descriptor_input());
   places_.allocate(arena, config_.loop_search, config_.place_shape());
 }
 

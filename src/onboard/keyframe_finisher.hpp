@@ -22,6 +22,10 @@ class KeyframeFinisher {
  public:
   explicit KeyframeFinisher(const PipelineConfig& config) noexcept : config_(config) {}
   void allocate(Arena& arena) noexcept;
+  /// After that: what is in use only from `begin` to the last step.
+  void allocate_scratch(Arena& arena) noexcept {
+    describer_.allocate_scratch(arena, config_.descriptor_input());
+  }
 
   /// The odometry was restarted. The window forgets first.
   void forget() noexcept { labels_.forget(); }

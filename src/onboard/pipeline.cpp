@@ -94,13 +94,15 @@ struct Pipeline::State {
 void Pipeline::State::allocate(Arena& arena) noexcept {
   builder.allocate(arena, config);
   removal.allocate(arena);
-  // Nothing reads the sums of the cells once they lie in the table.
+  finisher.allocate(arena);
+  // Nothing reads the sums of the cells once they lie in the table, and nothing the table once
+  // the rest of a keyframe is begun, which is finished before the next table is built.
   arena.share([&] { builder.allocate_cells(arena, config); },
               [&] { removal.allocate_scratch(arena); });
+  arena.share([&] { removal.allocate_table(arena); }, [&] { finisher.allocate_scratch(arena); });
   window.allocate(arena, config);
   gravity_planes.allocate(arena);
   output.allocate(arena, config);
-  finisher.allocate(arena);
   window.blocks().before_early_eviction(finish_labels, this);
 }
 

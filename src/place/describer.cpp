@@ -31,6 +31,9 @@ class PlaceDescriber::State {
  public:
   void allocate(Arena& arena, const DescriptorConfig& config,
                 const DescriptorInput& input) noexcept;
+  void allocate_scratch(Arena& arena, const DescriptorInput& input) noexcept {
+    structure_cells_.allocate(arena, input.max_cells);
+  }
   void begin(std::span<const FineCell> cells) noexcept;
   bool step() noexcept;
   [[nodiscard]] std::uint32_t steps_left() const noexcept;
@@ -80,7 +83,6 @@ class PlaceDescriber::State {
 void PlaceDescriber::State::allocate(Arena& arena, const DescriptorConfig& config,
                                      const DescriptorInput& input) noexcept {
   config_ = config;
-  structure_cells_.allocate(arena, input.max_cells);
   keypoints_.allocate(arena, config.max_keypoints);
   ground_.allocate(arena, config);
   planes_.allocate(arena, config, input.voxel_size_m);
@@ -260,7 +262,18 @@ void PlaceDescriber::State::select_keypoints() noexcept {
 
 void PlaceDescriber::allocate(Arena& arena, const DescriptorConfig& config,
                               const DescriptorInput& input) noexcept {
+  allocate_kept(arena, config, input);
+  allocate_scratch(arena, input);
+}
+
+void PlaceDescriber::allocate_kept(Arena& arena, const DescriptorConfig& config,
+                                   const DescriptorInput& input) noexcept {
   state_ = create_in<State>(arena, config, input);
+}
+
+void PlaceDescriber::allocate_scratch(Arena& arena, const DescriptorInput& input) noexcept {
+  State measured;
+  (state_ == nullptr ? measured : *state_).allocate_scratch(arena, input);
 }
 
 PlaceView PlaceDescriber::describe(std::span<const FineCell> cells) noexcept {
