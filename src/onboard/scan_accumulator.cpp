@@ -70,9 +70,10 @@ struct ScanAccumulator::Runs {
   std::uint32_t number[kBatch];  ///< of each block, or `BlockWindow::kNone`
 
   std::uint32_t cells = 0;
-  std::uint32_t first_of_cell[kBatch + 1];  ///< point of each cell, then the end of the last one
-  std::uint32_t block_of_cell[kBatch];      ///< its run
-  std::uint32_t entry[kBatch];              ///< of each cell, or `CellStore::kNone`
+  std::uint32_t first_of_cell[kBatch];  ///< point of each cell
+  std::uint32_t block_of_cell[kBatch];  ///< its run
+  std::uint32_t entry[kBatch];          ///< of each cell, or `CellStore::kNone`
+  std::uint32_t cell_of_point[kBatch];  ///< its run
 
   /// Splits a batch; the points of a run are all valid or all invalid.
   void find(const Batch& batch) noexcept {
@@ -83,8 +84,8 @@ struct ScanAccumulator::Runs {
       first_of_cell[cells] = i;
       block_of_cell[cells] = blocks - 1;
       cells += batch.cell_changed[i] != 0 ? 1U : 0U;
+      cell_of_point[i] = cells - 1;
     }
-    first_of_cell[cells] = static_cast<std::uint32_t>(batch.size);
   }
 };
 
@@ -298,23 +299,28 @@ void ScanAccumulator::insert(const Batch& batch, PointCode* codes, ScanCounts& c
   runs.find(batch);
   find_blocks(batch, runs, window);
   find_entries(batch, runs);
-  for (std::uint32_t c = 0; c < runs.cells; ++c) {
-    const std::uint32_t entry = runs.entry[c];
-    const std::uint32_t first = runs.first_of_cell[c];
-    const std::uint32_t end = runs.first_of_cell[c + 1];
-    if (entry == CellStore::kNone) {
-      const bool valid = batch.valid[first] != 0;
-      std::fill(codes + first, codes + end, valid ? kPointDropped : kPointInvalid);
-      counts.no_cell += valid ? end - first : 0U;
+  // The sums of a cell stay in registers during its run.
+  CellSums none{};
+  CellSums* cell = &none;
+  CellSums sums{};
+  std::uint32_t entry = CellStore::kNone;
+  for (std::size_t i = 0; i < batch.size; ++i) {
+    const std::uint32_t found = runs.entry[runs.cell_of_point[i]];
+    if (found == CellStore::kNone) {
+      codes[i] = batch.valid[i] != 0 ? kPointDropped : kPointInvalid;
+      counts.no_cell += static_cast<std::uint32_t>(batch.valid[i]);
       continue;
     }
-    CellSums sums = cells_[entry];
-    for (std::uint32_t i = first; i < end; ++i) {
-      batch.add_to(sums, i);
-      codes[i] = entry | batch.height[i];
+    if (found != entry) {
+      *cell = sums;
+      entry = found;
+      cell = &cells_[found];
+      sums = *cell;
     }
-    cells_[entry] = sums;
+    batch.add_to(sums, i);
+    codes[i] = found | batch.height[i];
   }
+  *cell = sums;
 }
 
 void ScanAccumulator::insert_thinned(const Batch& batch, PointCode* codes, ScanCounts& counts,
