@@ -26,6 +26,15 @@ const CLI::App* chosen_command(const CLI::App& app, int argc, char** argv, int& 
   return command;
 }
 
+/// "unimapper COMMAND", as deep as the arguments name one.
+std::string chosen_name(const CLI::App& app, int argc, char** argv) {
+  int next = 1;
+  (void)chosen_command(app, argc, argv, next);
+  std::string name = "unimapper";
+  for (int i = 1; i < next; ++i) name += std::string(" ") + argv[i];
+  return name;
+}
+
 /// What a mistyped command or option may have meant.
 std::string suggestion(const CLI::App& app, int argc, char** argv) {
   int next = 1;
@@ -74,8 +83,8 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     // Help and version arrive here too, with exit code 0.
     if (error.get_exit_code() == 0) return app.exit(error);
-    std::cerr << "unimapper: error: " << error.what() << suggestion(app, argc, argv)
-              << "\nSee unimapper --help.\n";
+    std::cerr << "unimapper: error: " << error.what() << suggestion(app, argc, argv) << "\nSee "
+              << chosen_name(app, argc, argv) << " --help.\n";
     return kUsageError;
   }
   return kSuccess;

@@ -77,6 +77,9 @@ TEST_CASE("wrong use ends with exit code 2 and says what is wrong") {
   check_usage_error({"fly"}, "subcommand");
   check_usage_error({"onboard"}, "DATASET");
   check_usage_error({"onboard", "recording"}, "--out");
+  check_usage_error({"onboard", "recording"}, "See unimapper onboard --help.");
+  check_usage_error({"evaluate", "map"}, "See unimapper evaluate map --help.");
+  check_usage_error({"fly"}, "See unimapper --help.");
   check_usage_error({"onboard", "recording", "--out"}, "--out");
   check_usage_error({"onboard", "recording", "--out", "run", "--fast"}, "--fast");
   check_usage_error({"onboard", "recording", "--out", "run", "--format", "rosbag"}, "rosbag");
