@@ -115,25 +115,32 @@ void try_mistakes(std::span<const ScanPair> pairs, const std::vector<PoseMistake
   }
 }
 
-/// How much the elevations of points concentrate in rings: 1 where they are spread evenly over
-/// neighbouring bins. Where scans are seen from does not matter: a tunnel seen from outside fills a
-/// small angle, but evenly.
-double concentration(const datasets::Scan& scan, const Pose& T) {
-  constexpr std::size_t kNeighbours = 8;
-  constexpr std::size_t kBins = 450 * kNeighbours;  // of 0.05 degrees: less than between rings
+constexpr std::size_t kNeighbours = 8;
+constexpr std::size_t kElevations = 450 * kNeighbours;  // of 0.05 degrees: less than between rings
+
+/// Number of points by elevation, seen from the origin of `T`; of a part of them.
+std::vector<double> count_elevations(const datasets::Scan& scan, const Pose& T) {
   constexpr std::size_t kMost = 20000;
-  std::vector<double> bins(kBins);
+  std::vector<double> bins(kElevations);
   const std::size_t stride = 1 + scan.points.size() / kMost;
   for (std::size_t i = 0; i < scan.points.size(); i += stride) {
     const Eigen::Vector3d p =
         T * Eigen::Vector3d(scan.points[i].x, scan.points[i].y, scan.points[i].z);
     if (!p.allFinite() || p.norm() < 1.0) continue;
     const double share = 0.5 + std::asin(std::clamp(p.z() / p.norm(), -1.0, 1.0)) / M_PI;
-    bins[std::min(kBins - 1, static_cast<std::size_t>(share * kBins))] += 1.0;
+    bins[std::min(kElevations - 1, static_cast<std::size_t>(share * kElevations))] += 1.0;
   }
+  return bins;
+}
+
+/// How much the elevations of points concentrate in rings: 1 where they are spread evenly over
+/// neighbouring bins. Where scans are seen from does not matter: a tunnel seen from outside fills a
+/// small angle, but evenly.
+double concentration(const datasets::Scan& scan, const Pose& T) {
+  const std::vector<double> bins = count_elevations(scan, T);
   double squares = 0.0;
   double squares_of_means = 0.0;
-  for (std::size_t first = 0; first < kBins; first += kNeighbours) {
+  for (std::size_t first = 0; first < kElevations; first += kNeighbours) {
     double sum = 0.0;
     for (std::size_t i = first; i < first + kNeighbours; ++i) {
       squares += bins[i] * bins[i];
@@ -142,6 +149,18 @@ double concentration(const datasets::Scan& scan, const Pose& T) {
     squares_of_means += sum * sum / kNeighbours;
   }
   return squares_of_means > 0.0 ? squares / squares_of_means : 0.0;
+}
+
+/// How much they concentrate at all: 1 where they are spread evenly over all elevations. Compares
+/// scans from one place, which rings fill alike.
+double peakedness(const datasets::Scan& scan) {
+  double squares = 0.0;
+  double sum = 0.0;
+  for (const double count : count_elevations(scan, Pose())) {
+    squares += count * count;
+    sum += count;
+  }
+  return sum > 0.0 ? kElevations * squares / (sum * sum) : 0.0;
 }
 
 }  // namespace
@@ -164,10 +183,24 @@ double measure_ring_gain(std::span<const datasets::Scan* const> scans,
 double measure_ring_loss(std::span<const datasets::Scan* const> scans) {
   if (scans.size() < 2) return 0.0;
   std::vector<double> later;
-  for (const datasets::Scan* scan : scans.subspan(1)) later.push_back(concentration(*scan, Pose()));
+  for (const datasets::Scan* scan : scans.subspan(1)) later.push_back(peakedness(*scan));
   const double usual = median(std::span(later));
-  return usual > 0.0 ? concentration(*scans.front(), Pose()) / usual : 0.0;
+  return usual > 0.0 ? peakedness(*scans.front()) / usual : 0.0;
 }
+
+namespace {
+
+void count_disjoint_pairs(const std::vector<double>& best, const std::vector<PairIndex>& pairs,
+                          AgreementFigures& figures) {
+  constexpr double kHalf = 0.5;
+  std::vector<double> ordered = best;
+  const double usual = median(std::span(ordered));
+  for (const double one : best) figures.disjoint_pairs += one < kHalf * usual ? 1 : 0;
+  const auto least = std::min_element(best.begin(), best.end());
+  figures.least_agreeing = pairs[static_cast<std::size_t>(least - best.begin())];
+}
+
+}  // namespace
 
 AgreementFigures measure_agreement(std::span<const ScanPair> pairs, const Track& track,
                                    const std::vector<PoseMistake>& mistakes) {
@@ -175,6 +208,8 @@ AgreementFigures measure_agreement(std::span<const ScanPair> pairs, const Track&
   std::vector<double> corrections_m;
   std::vector<double> corrections_deg;
   std::vector<double> given_m;
+  std::vector<double> best;
+  std::vector<PairIndex> compared;
   double given_sum_m = 0.0;
   double found_sum_m = 0.0;
   for (const ScanPair& pair : pairs) {
@@ -199,10 +234,14 @@ AgreementFigures measure_agreement(std::span<const ScanPair> pairs, const Track&
     corrections_m.push_back(correction.translation.norm());
     corrections_deg.push_back(rotation_angle(correction.rotation) * kDegreesPerRadian);
     figures.given += agrees;
+    const double unmoved = pair.agreement(Pose());
     figures.registered += std::max({agrees, agrees_from_given, agrees_from_identity});
-    figures.identity += pair.agreement(Pose());
+    figures.identity += unmoved;
+    best.push_back(std::max({agrees, agrees_from_given, agrees_from_identity, unmoved}));
+    compared.push_back({pair.first(), pair.second()});
   }
   if (figures.pairs == 0) return figures;
+  count_disjoint_pairs(best, compared, figures);
   const auto count = static_cast<double>(figures.pairs);
   figures.given /= count;
   figures.registered /= count;
@@ -256,6 +295,21 @@ Finding check_unmoved(const AgreementFigures& agreement, Finding finding) {
 }
 
 }  // namespace
+
+Finding check_succession(const AgreementFigures& agreement) {
+  Finding finding{
+      "succession", Severity::kFine, static_cast<double>(agreement.disjoint_pairs), "pairs", {}};
+  constexpr std::size_t kFewest = 2;
+  if (agreement.disjoint_pairs < kFewest) return finding;
+  finding.severity = Severity::kSuspicious;
+  finding.message = text(
+      "%zu of %zu pairs of scans that are near to each other in time show different places, as the "
+      "scans %zu and %zu (counted from 0): check the order of the scans (1, 10, 2 instead of 1, 2, "
+      "10?), and that none are missing between them",
+      agreement.disjoint_pairs, agreement.pairs, agreement.least_agreeing.first,
+      agreement.least_agreeing.second);
+  return finding;
+}
 
 Finding check_motion(const AgreementFigures& agreement) {
   Finding finding{"motion", Severity::kFine, 100.0 * agreement.given, "% agreement", {}};

@@ -33,7 +33,10 @@ struct AgreementFigures {
   double given_motion_m = 0.0;  ///< median, between the scans of a pair
   double correction_m = 0.0;    ///< median, of registration against the given motion
   double correction_deg = 0.0;
-  double length_ratio = 1.0;    ///< of the given motions over those that a registration finds
+  double length_ratio = 1.0;  ///< of the given motions over those that a registration finds
+  /// Pairs that agree under no motion, not even half as well as pairs usually do.
+  std::size_t disjoint_pairs = 0;
+  PairIndex least_agreeing{};   ///< the one that agrees least
   double drift_m = 0.0;         ///< of the middle of the scans in their own frame, the largest
   double displacement_m = 0.0;  ///< of the sensor by its poses, the largest
   /// How much more the points' elevations concentrate in rings after the inverse of the scans'
@@ -63,6 +66,9 @@ struct AgreementFigures {
 /// `AgreementFigures::ring_loss`, the first scan against the median of the others; of a part of
 /// their points.
 [[nodiscard]] double measure_ring_loss(std::span<const datasets::Scan* const> scans);
+
+/// Scans that follow each other but show different places: an order that is not that of time.
+[[nodiscard]] Finding check_succession(const AgreementFigures& agreement);
 
 /// Poses that do not belong to the scans, or are of another convention.
 [[nodiscard]] Finding check_motion(const AgreementFigures& agreement);

@@ -69,10 +69,16 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans) {
       for (const PairIndex& pair : chosen) poses.push_back(track.pose(pair.first));
       result.agreement.ring_gain = measure_ring_gain(first, poses);
     }
-    if (result.agreement.identity >= result.agreement.given) {
-      result.agreement.ring_loss = measure_ring_loss(first);
+    if (track.size > 0 && result.agreement.identity >= result.agreement.given) {
+      // The very first scan: half a metre on, the rings have dissolved already.
+      std::vector<const datasets::Scan*> from_start = {&store[0]};
+      from_start.insert(from_start.end(), first.begin(), first.end());
+      result.agreement.ring_loss = measure_ring_loss(from_start);
     }
     findings.push_back(check_motion(result.agreement));
+    if (findings.back().severity != Severity::kWrong) {
+      findings.push_back(check_succession(result.agreement));
+    }
   }
   findings.push_back(
       check_axes(result.directions, result.agreement.level_above, result.agreement.level_below));

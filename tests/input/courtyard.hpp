@@ -63,9 +63,11 @@ inline std::vector<Sheet> courtyard() {
   return sheets;
 }
 
-/// `scans` scans of `sheets`, each of other points, along `path` (T_world_sensor by scan).
+/// `scans` scans of `sheets`, each of other points, along `path` (T_world_sensor by scan). Few
+/// points: more are thinned before anything is compared, which takes most of the time.
 inline MemoryDataset record(const std::vector<Sheet>& sheets, std::size_t scans,
-                            const std::function<Pose(std::size_t)>& path) {
+                            const std::function<Pose(std::size_t)>& path,
+                            double points_per_m2 = 2.5) {
   MemoryDataset recording;
   std::mt19937 random(7);  // NOLINT: the same recording every time
   const auto uniform = [&] { return static_cast<double>(random() >> 8U) / 16777216.0; };
@@ -74,7 +76,7 @@ inline MemoryDataset record(const std::vector<Sheet>& sheets, std::size_t scans,
     const Pose T_sensor_world = T_world_sensor.inverse();
     datasets::Scan scan;
     for (const Sheet& sheet : sheets) {
-      const auto count = static_cast<std::size_t>(6.0 * sheet.u.norm() * sheet.v.norm());
+      const auto count = static_cast<std::size_t>(points_per_m2 * sheet.u.norm() * sheet.v.norm());
       for (std::size_t k = 0; k < count; ++k) {
         const Eigen::Vector3d p =
             T_sensor_world *

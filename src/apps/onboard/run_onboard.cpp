@@ -175,7 +175,8 @@ void warn_of_input(const RunStatistics& statistics, const FreeSpaceConfig& assum
   } else if (statistics.aligned_scans() > 0) {
     std::fprintf(stderr,
                  "onboard: warning: roll and pitch of the poses scatter by %.2f deg from scan to "
-                 "scan; %llu scans were aligned to the ground\n",
+                 "scan: a noisy odometry, or poses of other axes or handedness than the points; "
+                 "%llu scans were aligned to the ground\n",
                  static_cast<double>(statistics.attitude_noise_deg()),
                  static_cast<unsigned long long>(statistics.aligned_scans()));
   }
