@@ -5,6 +5,7 @@
 #include <span>
 
 #include "ground.hpp"
+#include "unimapper/core/assert.hpp"
 #include "unimapper/free_space/block_bits.hpp"
 #include "unimapper/free_space/feet.hpp"
 
@@ -39,6 +40,8 @@ void Feet::allocate(Arena& arena, const PipelineConfig& config) noexcept {
 
 void Feet::find(const BlockWindow& window, const CellTable& cells) noexcept {
   if (!on_) return;
+  UNIMAPPER_ASSERT(window.numbered() == cells.blocks().size(),
+                   "the keyframe must be the window's current one");
   const std::span<const Block> blocks = cells.blocks();
   std::fill_n(below_, blocks.size(), 0);
   for (std::uint32_t b = 0; b < blocks.size(); ++b) {

@@ -18,7 +18,8 @@ class Feet {
  public:
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
-  /// Finds the cells below dynamic ones; all labels are decided. O(blocks + dynamic blocks x 18).
+  /// Finds the cells below dynamic ones; all labels are decided, and the keyframe is still the
+  /// window's current one. O(blocks + dynamic blocks x 18).
   void find(const BlockWindow& window, const CellTable& cells) noexcept;
 
   /// Ground cells of a block that may hold feet, one bit per cell, after `find`.

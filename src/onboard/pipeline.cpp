@@ -189,10 +189,10 @@ void Pipeline::State::remove_dynamic() noexcept {
   budget.measure(Budget::Part::kClassifying, 1, [&] {
     removal.classify(window.blocks(), from);
     finisher.begin_labels(window, removal.cells(), finished_untold, *current);
-    window.record(removal.cells());
     find_up();
     output.build(window.blocks(), removal.cells(), removal.voxels(),
                  current->view.T_odometry_keyframe);
+    window.record(removal.cells());
   });
   write_view();
 }
