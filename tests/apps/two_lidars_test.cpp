@@ -127,7 +127,8 @@ void write_bag(const fs::path& file, bags::Container container, bool says_mounti
   if (says_mounting) {
     bags::Transforms transforms;
     for (const Lidar& lidar : lidars()) {
-      transforms.push_back({{kStart_ns, "base_link"}, lidar.frame, lidar.T_base_lidar()});
+      bags::Transform& transform = transforms.emplace_back();
+      transform = {{kStart_ns, "base_link"}, lidar.frame, lidar.T_base_lidar()};
     }
     bag->write(mounting, kStart_ns, transforms);
   }

@@ -1,3 +1,4 @@
+// Tests of the latency measurement: warm-up, steady state, calls and their percentiles.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -96,7 +97,7 @@ TEST_CASE("a drive of the first scans knows no others") {
   CHECK(drive.scan_of(3) == 1);
 }
 
-TEST_CASE("calls and keyframes are of the warm-up until a keyframe has left the window") {
+TEST_CASE("calls and keyframes are of the warm-up until a keyframe was evicted from the window") {
   const Report report = report_of(5 * 7 + 2);
   const Measurement& warm_up = report.times.warm_up;
   const Measurement& steady = report.times.steady;
