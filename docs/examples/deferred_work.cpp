@@ -23,7 +23,8 @@ int main() {
                 keyframe.place.planes.size());
   };
   float scan[4000][3];
-  for (int i = 0; i < 4000; ++i) scan[i][0] = 10, scan[i][1] = i % 80 - 40, scan[i][2] = i / 80;
+  for (int i = 0; i < 4000; ++i)  // a wall ten metres ahead
+    scan[i][0] = 10, scan[i][1] = 0.25F * float(i % 80 - 40), scan[i][2] = 0.1F * float(i / 80);
   for (std::int64_t k = 0; k < 25; ++k) {
     const ScanResult result =
         pipeline->add_scan(PointView::xyz(scan, 4000, 12), Pose{}, k * 100'000'000);

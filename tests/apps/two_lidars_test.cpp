@@ -127,8 +127,11 @@ void write_bag(const fs::path& file, bags::Container container, bool says_mounti
   if (says_mounting) {
     bags::Transforms transforms;
     for (const Lidar& lidar : lidars()) {
-      bags::Transform& transform = transforms.emplace_back();
-      transform = {{kStart_ns, "base_link"}, lidar.frame, lidar.T_base_lidar()};
+      bags::Transform& mounted = transforms.emplace_back();
+      mounted.header.stamp_ns = kStart_ns;
+      mounted.header.frame_id = "base_link";
+      mounted.child_frame_id = lidar.frame;
+      mounted.transform = lidar.T_base_lidar();
     }
     bag->write(mounting, kStart_ns, transforms);
   }

@@ -24,20 +24,27 @@ std::uint64_t count_run(const PipelineConfig& config, const std::vector<Labelled
   const std::uint64_t before = AllocationGuard::count();
   const AllocationGuard guard;
   std::int64_t stamp = 0;
-  for (const LabelledScan& scan : scans) {
-    // Every refusal occurs: time, pose, jump, no valid point.
-    (void)pipeline->add_scan(scan.view(), sensor_at(0, 0), -1);
-    (void)pipeline->add_scan(scan.view(), sensor_at(1e12, 0), stamp + 1);
-    (void)pipeline->add_scan(PointView{}, sensor_at(0, 0), stamp + 1);
-    const ScanResult result = pipeline->add_scan(
-        scan.view(), sensor_at(0.1 * static_cast<double>(keyframes), 0), ++stamp);
+  const auto count_finished = [&](bool finished) {
+    if (finished && encoding.encode(pipeline->finished_keyframe())) ++keyframes;
+  };
+  // Calls that refuse their scan finish keyframes, too, where that is deferred.
+  const auto add = [&](const PointView& points, const Pose& pose, std::int64_t stamp_ns) {
+    const ScanResult result = pipeline->add_scan(points, pose, stamp_ns);
     if (result.keyframe_ready) {
       for (std::size_t s = 0; s < pipeline->keyframe().scans.size(); ++s) {
         pipeline->labels(s, labels);
       }
     }
-    const bool finished = result.keyframe_finished || pipeline->work(500).keyframe_finished;
-    if (finished && encoding.encode(pipeline->finished_keyframe())) ++keyframes;
+    count_finished(result.keyframe_finished);
+  };
+  for (const LabelledScan& scan : scans) {
+    // Every refusal occurs: time, pose, jump, no valid point.
+    add(scan.view(), sensor_at(0, 0), -1);
+    add(scan.view(), sensor_at(1e12, 0), stamp + 1);
+    add(PointView{}, sensor_at(0, 0), stamp + 1);
+    ++stamp;
+    add(scan.view(), sensor_at(0.1 * static_cast<double>(keyframes), 0), stamp);
+    count_finished(pipeline->work(500).keyframe_finished);
   }
   (void)pipeline->add_scan(scans.front().view(), sensor_at(500.0, 0), ++stamp);
   (void)pipeline->flush();
