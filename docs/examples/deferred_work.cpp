@@ -23,13 +23,12 @@ int main() {
                 keyframe.place.planes.size());
   };
   float scan[4000][3];
-  for (int i = 0; i < 4000; ++i)  // a wall ten metres ahead
+  for (int i = 0; i < 4000; ++i)
     scan[i][0] = 10, scan[i][1] = 0.25F * float(i % 80 - 40), scan[i][2] = 0.1F * float(i / 80);
-  for (std::int64_t k = 0; k < 25; ++k) {
+  for (std::int64_t k = 0; k < 25; ++k) {  // ready: `labels` and `keyframe` tell what was decided
     const ScanResult result =
         pipeline->add_scan(PointView::xyz(scan, 4000, 12), Pose{}, k * 100'000'000);
-    if (result.keyframe_ready)  // the labels are decided: `labels` and `keyframe` now
-      std::printf("keyframe %u ready\n", pipeline->keyframe().sequence);
+    if (result.keyframe_ready) std::printf("keyframe %u ready\n", pipeline->keyframe().sequence);
     if (result.keyframe_finished) send();
     if (pipeline->work(500).keyframe_finished) send();  // half a millisecond is to spare
   }
