@@ -33,7 +33,7 @@ class ImageProjection {
   struct Target {
     std::int32_t inside;  ///< mask: -1 within the field of view, else 0
     std::int32_t pixel;   ///< numbered row by row; 0 outside
-    float range_m;
+    float range_m;        ///< from the sensor, metres
   };
   /// Of a point in the sensor frame, metres. Without branches, so that loops over it vectorise.
   [[nodiscard]] Target project(float x, float y, float z) const noexcept {

@@ -19,10 +19,10 @@ class PlaceDescriber {
   /// the arena was measuring or too small. `input`: the cells it will be given.
   void allocate(Arena& arena, const DescriptorConfig& config,
                 const DescriptorInput& input = {}) noexcept;
-  /// The same in two parts, for callers with other uses for memory: what is kept, and, after that,
-  /// what is in use only from the beginning of a description to its last step.
+  /// The same in two parts, for callers with other uses for memory: what is kept.
   void allocate_kept(Arena& arena, const DescriptorConfig& config,
                      const DescriptorInput& input) noexcept;
+  /// After that, what is in use only from the beginning of a description to its last step.
   void allocate_scratch(Arena& arena, const DescriptorInput& input) noexcept;
 
   /// Describes one keyframe. The view stays valid until the next description begins. Bounded by
