@@ -114,7 +114,7 @@ TEST_CASE("Vectors of any width learn the same of every point") {
       return sums;
     };
     const std::vector<std::int32_t> baseline = learnt(VectorWidth::kBaseline);
-    CHECK(std::count(baseline.begin(), baseline.end(), 5) < kPoints);
+    CHECK(std::count(baseline.begin(), baseline.end(), 5) < std::ptrdiff_t{kPoints});
     CHECK(learnt(widest_vectors()) == baseline);
   }
 }
