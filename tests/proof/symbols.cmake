@@ -15,7 +15,7 @@ endif()
 
 set(allowed
   memset memcpy memmove memcmp strlen
-  sqrt sqrtf cos lroundf floorf ceilf
+  sqrt sqrtf cos lroundf floorf ceil ceilf
   # the compiler's own support library: counting bits, and on 32-bit ARM dividing and converting
   __popcountdi2 __ctzdi2
   __aeabi_idiv __aeabi_idivmod __aeabi_uidiv __aeabi_uidivmod __aeabi_ldivmod __aeabi_uldivmod
