@@ -1,4 +1,4 @@
-// Short calls: labels at once, the place of a keyframe between the scans that follow it.
+// Short calls: a keyframe is closed, and finished, between the scans that follow it.
 #include <cstdio>
 #include <ctime>
 #include <unimapper/onboard/owned_pipeline.hpp>
@@ -17,24 +17,24 @@ int main() {
   config.clock_ns = monotonic_ns;
   OwnedPipeline pipeline(config);
   if (!pipeline) return std::puts(pipeline.error().message), 1;
-  const auto send = [&] {  // complete: cells, images, place, loops
-    const KeyframeView& keyframe = pipeline->finished_keyframe();
+  const auto look = [&](const auto& result) {
+    if (result.keyframe_ready)  // `labels` and `keyframe` tell what was decided
+      std::printf("keyframe %u ready\n", pipeline->keyframe().sequence);
+    if (!result.keyframe_finished) return;
+    const KeyframeView& keyframe = pipeline->finished_keyframe();  // complete: cells, place, loops
     std::printf("keyframe %u finished: %zu planes\n", keyframe.sequence,
                 keyframe.place.planes.size());
   };
   float scan[4000][3];
   for (int i = 0; i < 4000; ++i)
     scan[i][0] = 10, scan[i][1] = 0.25F * float(i % 80 - 40), scan[i][2] = 0.1F * float(i / 80);
-  for (std::int64_t k = 0; k < 25; ++k) {  // ready: `labels` and `keyframe` tell what was decided
-    const ScanResult result =
-        pipeline->add_scan(PointView::xyz(scan, 4000, 12), Pose{}, k * 100'000'000);
-    if (result.keyframe_ready) std::printf("keyframe %u ready\n", pipeline->keyframe().sequence);
-    if (result.keyframe_finished) send();
-    if (pipeline->work(500).keyframe_finished) send();  // half a millisecond is to spare
+  for (std::int64_t k = 0; k < 25; ++k) {
+    look(pipeline->add_scan(PointView::xyz(scan, 4000, 12), Pose{}, k * 100'000'000));
+    look(pipeline->work(500));  // half a millisecond is to spare
   }
   ScanResult last;
   do {  // end of the run: what is open, and what is left
     last = pipeline->flush();
-    if (last.keyframe_finished) send();
+    look(last);
   } while (last.keyframe_finished);
 }

@@ -89,26 +89,9 @@ bool read_code(std::span<const std::uint8_t> code, std::size_t pixels,
   return filled == pixels;
 }
 
-}  // namespace
-
-bool is_image_shape(const RangeImageShape& shape) noexcept {
-  const float height_deg = shape.elevation_max_deg - shape.elevation_min_deg;
-  const auto is_resolution = [](float degrees) { return degrees >= 0.05F && degrees <= 45.0F; };
-  // Comparisons that NaN fails.
-  const bool sane = shape.horizontal_fov_deg > 0.0F && shape.horizontal_fov_deg <= 360.0F &&
-                    shape.elevation_min_deg >= -90.0F && shape.elevation_max_deg <= 90.0F &&
-                    height_deg > 0.0F && is_resolution(shape.azimuth_resolution_deg) &&
-                    is_resolution(shape.elevation_resolution_deg);
-  return sane && ImageProjection(shape).pixels() <= kMaxImagePixels;
-}
-
-std::size_t encode_image(std::span<const std::uint16_t> pixels,
-                         std::span<std::uint8_t> code) noexcept {
-  std::size_t size = 0;
-  const auto put = [&](std::int32_t byte) {
-    if (size < code.size()) code[size] = static_cast<std::uint8_t>(byte);
-    ++size;
-  };
+/// Hands the bytes of an image's code to `put`.
+template <typename Put>
+void write_code(std::span<const std::uint16_t> pixels, const Put& put) noexcept {
   std::int32_t last = 0;
   for (std::size_t i = 0; i < pixels.size();) {
     const std::uint32_t nearest = kRangeOfLevel[static_cast<std::size_t>(last)];
@@ -132,7 +115,34 @@ std::size_t encode_image(std::span<const std::uint16_t> pixels,
     last = level;
     ++i;
   }
+}
+
+}  // namespace
+
+bool is_image_shape(const RangeImageShape& shape) noexcept {
+  const float height_deg = shape.elevation_max_deg - shape.elevation_min_deg;
+  const auto is_resolution = [](float degrees) { return degrees >= 0.05F && degrees <= 45.0F; };
+  // Comparisons that NaN fails.
+  const bool sane = shape.horizontal_fov_deg > 0.0F && shape.horizontal_fov_deg <= 360.0F &&
+                    shape.elevation_min_deg >= -90.0F && shape.elevation_max_deg <= 90.0F &&
+                    height_deg > 0.0F && is_resolution(shape.azimuth_resolution_deg) &&
+                    is_resolution(shape.elevation_resolution_deg);
+  return sane && ImageProjection(shape).pixels() <= kMaxImagePixels;
+}
+
+std::size_t encode_image(std::span<const std::uint16_t> pixels,
+                         std::span<std::uint8_t> code) noexcept {
+  std::size_t size = 0;
+  write_code(pixels, [&](std::int32_t byte) {
+    if (size < code.size()) code[size] = static_cast<std::uint8_t>(byte);
+    ++size;
+  });
   return size;
+}
+
+void encode_image(std::span<const std::uint16_t> pixels, const ImageCodeSink& sink) noexcept {
+  write_code(pixels,
+             [&](std::int32_t byte) { sink.put(sink.context, static_cast<std::uint8_t>(byte)); });
 }
 
 bool is_image_code(std::span<const std::uint8_t> code, std::size_t pixels) noexcept {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "unimapper/core/angles.hpp"
+#include "unimapper/core/vector_width.hpp"
 
 namespace unimapper {
 
@@ -29,13 +30,21 @@ void ImageProjection::project(const float* __restrict x, const float* __restrict
                               const float* __restrict z, std::size_t count,
                               std::int32_t* __restrict pixel,
                               float* __restrict range_m) const noexcept {
-  // A copy, so that the compiler knows it to be constant in the loop.
-  const ImageProjection projection = *this;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Target target = projection.project(x[i], y[i], z[i]);
-    pixel[i] = target.pixel | ~target.inside;
-    range_m[i] = target.range_m;
-  }
+  run_vectorised(widest_vectors(), [&]() UNIMAPPER_VECTORISED {
+    // Copies, so that the compiler knows them to be constant in the loop.
+    const ImageProjection projection = *this;
+    const std::size_t points = count;
+    const float* __restrict const from_x = x;
+    const float* __restrict const from_y = y;
+    const float* __restrict const from_z = z;
+    std::int32_t* __restrict const to_pixel = pixel;
+    float* __restrict const to_range_m = range_m;
+    for (std::size_t i = 0; i < points; ++i) {
+      const Target target = projection.project(from_x[i], from_y[i], from_z[i]);
+      to_pixel[i] = target.pixel | ~target.inside;
+      to_range_m[i] = target.range_m;
+    }
+  });
 }
 
 }  // namespace unimapper

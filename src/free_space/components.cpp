@@ -4,8 +4,8 @@
 
 namespace unimapper {
 
-void ComponentLabels::split(std::uint32_t b, const LabelledCells& cells,
-                            std::uint32_t blocks_left) noexcept {
+void ComponentLabels::split_block(std::uint32_t b, const LabelledCells& cells,
+                                  std::uint32_t blocks_left) noexcept {
   Parts& own = parts_of_[b];
   own = {part_count_, 0, 0, 0};
   low_[b] = cells.low;
@@ -32,7 +32,7 @@ void ComponentLabels::join_blocks(std::uint32_t b, std::uint32_t other,
     if ((cells_[p] & kBorders[offset]) == 0) continue;
     const std::uint64_t touched = touched_in_neighbour(cells_[p], x, y, z);
     for (std::uint32_t q = others.first; q < others.first + others.count; ++q) {
-      if ((cells_[q] & touched) != 0) join(p, q);
+      if ((cells_[q] & touched) != 0) join_parts(p, q);
     }
   }
 }
@@ -40,7 +40,7 @@ void ComponentLabels::join_blocks(std::uint32_t b, std::uint32_t other,
 std::uint64_t ComponentLabels::follow(std::uint32_t part, std::uint64_t touched, std::uint64_t low,
                                       Parts& own, std::uint32_t blocks_left) noexcept {
   if ((low & touched) == 0) return low;
-  // As in `split`.
+  // As in `split_block`.
   const bool is_short = part_count_ + blocks_left >= max_with_low_;
   const std::uint64_t following = is_short ? low : low & touched;
   cells_[part_count_] = following;
@@ -62,7 +62,7 @@ std::uint32_t ComponentLabels::root(std::uint32_t part) noexcept {
   return find_root(part, [this](std::uint32_t p) -> std::uint32_t& { return parent_[p]; });
 }
 
-void ComponentLabels::join(std::uint32_t a, std::uint32_t b) noexcept {
+void ComponentLabels::join_parts(std::uint32_t a, std::uint32_t b) noexcept {
   join_sets(a, b, [this](std::uint32_t p) -> std::uint32_t& { return parent_[p]; });
 }
 

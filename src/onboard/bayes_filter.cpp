@@ -52,19 +52,37 @@ void BayesFilter::allocate(Arena& arena, const PipelineConfig& config) noexcept 
   sums_before_ = arena.allocate<std::int16_t>(config.voxel.max_cells);
 }
 
-void BayesFilter::run(const EvidenceWindow& window, CellTable& cells) noexcept {
+void BayesFilter::begin(const EvidenceWindow& window, const CellTable& cells) noexcept {
   known_->size = new_->size = 0;
-  std::fill_n(sums_, cells.size(), kNoCandidate);
-  for (std::uint32_t block = 0; block < cells.blocks().size(); ++block) {
-    if (!known_->has_room()) finish_known(window, cells);
-    if (!new_->has_room()) finish_new(window, cells);
-    prefetch(window.blocks(), block + kHistoryAhead);
-    collect(window, cells, block);
+  next_block_ = 0;
+  images_ = free_space_.own_keyframe ? window.current().image_count : 0;
+  for (std::uint32_t age = 1; age <= window.earlier_count(); ++age) {
+    images_ += 1 + window.earlier(age).image_count / free_space_.earlier_image_stride;
   }
+  std::fill_n(sums_, cells.size(), kNoCandidate);
+}
+
+bool BayesFilter::step(const EvidenceWindow& window, CellTable& cells) noexcept {
+  constexpr std::uint32_t kMostBlocks = 8192;
+  constexpr std::uint32_t kMostProjections = 1U << 18U;
+  const auto block_count = static_cast<std::uint32_t>(cells.blocks().size());
+  const std::uint32_t end = std::min(block_count - next_block_, kMostBlocks) + next_block_;
+  std::uint32_t projections = 0;
+  for (; next_block_ < end && projections < kMostProjections; ++next_block_) {
+    if (!known_->has_room()) finish_known(window, cells);
+    if (!new_->has_room()) {
+      finish_new(window, cells);
+      projections += kGroup * images_;
+    }
+    prefetch(window.blocks(), next_block_ + kHistoryAhead);
+    collect(window, cells, next_block_);
+  }
+  if (next_block_ < block_count) return true;
   finish_known(window, cells);
   finish_new(window, cells);
   std::swap(sums_, sums_before_);
   rows_ = cells.size();
+  return false;
 }
 
 void BayesFilter::prefetch(const BlockWindow& blocks, std::uint32_t block) const noexcept {

@@ -24,12 +24,14 @@ class BayesFilter {
  public:
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
-  /// Marks the candidates whose probability exceeds one half as dynamic.
-  /// O(candidates observed again x images of a keyframe + other candidates x (images + window)).
-  void run(const EvidenceWindow& window, CellTable& cells) noexcept;
+  /// Begins to mark the candidates of `cells` whose probability exceeds one half as dynamic.
+  /// O(cells).
+  void begin(const EvidenceWindow& window, const CellTable& cells) noexcept;
+  /// Decides about the next ones: of 8,192 blocks, or what about a quarter of a million projections
+  /// into images decide. False once none is left.
+  bool step(const EvidenceWindow& window, CellTable& cells) noexcept;
 
-  /// Log-odds that the last run computed, thousandths, by row; only those of candidates mean
-  /// anything.
+  /// Log-odds, once none is left: thousandths, by row; only those of candidates mean anything.
   [[nodiscard]] std::span<const std::int16_t> log_odds() const noexcept {
     return {sums_before_, rows_};
   }
@@ -66,6 +68,8 @@ class BayesFilter {
   /// Sums by row, of this keyframe and of the one before; `kNoCandidate` for all others.
   static constexpr std::int16_t kNoCandidate = INT16_MIN;
   std::uint32_t rows_ = 0;  ///< of the last run
+  std::uint32_t next_block_ = 0;
+  std::uint32_t images_ = 0;  ///< that a new candidate is projected into
   std::int16_t* sums_ = nullptr;
   std::int16_t* sums_before_ = nullptr;
 };

@@ -5,7 +5,6 @@
 namespace unimapper::onboard {
 namespace {
 
-constexpr float kFading = 7.0F / 8.0F;
 constexpr float kReserve = 1.25F;
 
 }  // namespace
@@ -18,6 +17,11 @@ std::uint32_t Budget::affordable_cells() const noexcept {
       budget_us_ - spent_us() - expected_us(Part::kClassifying) - expected_us(Part::kCounting);
   const float cells = std::max(left_us, 0.0F) / per_cell_us;
   return cells < 1e9F ? static_cast<std::uint32_t>(cells) : kAll;
+}
+
+bool Budget::affords(std::uint32_t slice_cost) const noexcept {
+  return !is_on() ||
+         spent_us() + kReserve * slice_us_ * static_cast<float>(slice_cost) <= budget_us_;
 }
 
 bool Budget::affords(Part part) noexcept {

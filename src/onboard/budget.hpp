@@ -1,6 +1,7 @@
 // Time budget of a keyframe
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -26,6 +27,7 @@ class Budget {
     kCounting      ///< labels for the statistics
   };
   static constexpr std::size_t kParts = 6;
+  static constexpr float kFading = 7.0F / 8.0F;
 
   explicit Budget(const PipelineConfig& config) noexcept
       : clock_ns_(config.budget_us != 0 ? config.clock_ns : nullptr),
@@ -35,13 +37,30 @@ class Budget {
 
   /// From now on the time runs.
   void start() noexcept {
-    if (is_on()) start_ns_ = clock_ns_();
+    if (!is_on()) return;
+    start_ns_ = clock_ns_();
+    slice_us_ *= kFading;
   }
   /// Microseconds since `start`.
   [[nodiscard]] float spent_us() const noexcept {
     return is_on() ? static_cast<float>(clock_ns_() - start_ns_) * 1e-3F : 0.0F;
   }
-  [[nodiscard]] bool is_exceeded() const noexcept { return is_on() && spent_us() > budget_us_; }
+  /// Whether a call that took so long took too long.
+  [[nodiscard]] bool is_missed_by(float call_us) const noexcept {
+    return is_on() && call_us > budget_us_;
+  }
+
+  /// Whether a slice of deferred work of this cost fits. The unit is the caller's.
+  [[nodiscard]] bool affords(std::uint32_t slice_cost) const noexcept;
+  /// Does such a slice and notes how long it takes.
+  template <typename Run>
+  void measure_slice(std::uint32_t slice_cost, Run run) noexcept {
+    if (!is_on()) return run();
+    const std::int64_t begin_ns = clock_ns_();
+    run();
+    const float took_us = static_cast<float>(clock_ns_() - begin_ns) * 1e-3F;
+    slice_us_ = std::max(slice_us_, took_us / static_cast<float>(std::max(slice_cost, 1U)));
+  }
 
   /// Candidate cells that can be filtered so that the keyframe's cells are finished in time.
   [[nodiscard]] std::uint32_t affordable_cells() const noexcept;
@@ -67,6 +86,7 @@ class Budget {
   std::int64_t (*clock_ns_)();
   float budget_us_;
   std::int64_t start_ns_ = 0;
+  float slice_us_ = 0.0F;                  ///< the most one took lately, for its cost
   std::array<float, kParts> lately_us_{};  ///< per unit; 0 = not known yet
 };
 

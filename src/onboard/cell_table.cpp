@@ -16,13 +16,16 @@ void CellTable::allocate(Arena& arena, const VoxelConfig& config) noexcept {
   points_ = arena.allocate<std::uint32_t>(capacity);
 }
 
-void CellTable::build(const CellStore& cells, std::span<const std::uint32_t> order,
-                      const Grid& grid) noexcept {
-  constexpr std::size_t kAhead = 4;  // blocks whose sums are loaded in advance
+void CellTable::begin(const Grid& grid) noexcept {
   grid_ = grid;
   block_count_ = 0;
   size_ = 0;
-  for (std::size_t i = 0; i < order.size(); ++i) {
+}
+
+void CellTable::add(const CellStore& cells, std::span<const std::uint32_t> order,
+                    Slice some) noexcept {
+  constexpr std::size_t kAhead = 4;  // blocks whose sums are loaded in advance
+  for (std::size_t i = some.first; i < some.end; ++i) {
     if (i + 2 * kAhead < order.size()) cells.prefetch_block(order[i + 2 * kAhead]);
     if (i + kAhead < order.size()) cells.prefetch_sums_of(order[i + kAhead]);
     add_block(cells, order[i]);

@@ -6,6 +6,7 @@
 
 #include "cell_store.hpp"
 #include "grid.hpp"
+#include "slice.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/free_space/block.hpp"
 
@@ -34,10 +35,11 @@ class CellTable {
  public:
   void allocate(Arena& arena, const VoxelConfig& config) noexcept;
 
-  /// Lays out the cells of a keyframe row by row, the blocks of the store in the given order.
+  /// Begins the table of a keyframe. O(1).
+  void begin(const Grid& grid) noexcept;
+  /// Lays out the cells of some blocks of the store row by row, all of them in the given order.
   /// O(cells).
-  void build(const CellStore& cells, std::span<const std::uint32_t> order,
-             const Grid& grid) noexcept;
+  void add(const CellStore& cells, std::span<const std::uint32_t> order, Slice some) noexcept;
 
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
   [[nodiscard]] const Grid& grid() const noexcept { return grid_; }

@@ -25,21 +25,23 @@ void CoarseVoxels::allocate(Arena& arena, const VoxelConfig& config) noexcept {
   of_row_ = arena.allocate<std::uint32_t>(config.max_cells);
 }
 
-void CoarseVoxels::build(const CellTable& cells) noexcept {
+void CoarseVoxels::begin() noexcept {
   map_.reset();
   left_out_ = 0;
-  collect_moments(cells);
-  const float size_m = cells.grid().cell_size_m * static_cast<float>(cells.grid().cells_per_voxel);
-  for (std::uint32_t i = 0; i < map_.size(); ++i) {
+}
+
+void CoarseVoxels::find_planes(const Grid& grid, Slice voxels) noexcept {
+  const float size_m = grid.cell_size_m * static_cast<float>(grid.cells_per_voxel);
+  for (std::uint32_t i = voxels.first; i < voxels.end; ++i) {
     find_plane(map_[i], corner_of(unpack(map_.key(i)), size_m));
   }
 }
 
-void CoarseVoxels::collect_moments(const CellTable& cells) noexcept {
+void CoarseVoxels::add(const CellTable& cells, Slice blocks) noexcept {
   const std::int32_t cells_per_voxel = cells.grid().cells_per_voxel;
   const float size_m = cells.grid().cell_size_m * static_cast<float>(cells_per_voxel);
   RecentVoxels recent;
-  for (const Block& block : cells.blocks()) {
+  for (const Block& block : cells.blocks().subspan(blocks.first, blocks.end - blocks.first)) {
     // The block's first cell decides; the others lie in its voxel or in the next one.
     const VoxelIndex first = cell_in(block.index, 0);
     const VoxelIndex corner = voxel_of(first, cells_per_voxel);

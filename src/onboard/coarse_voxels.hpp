@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "cell_table.hpp"
+#include "slice.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/fixed_hash_map.hpp"
 #include "unimapper/onboard/config.hpp"
@@ -43,8 +44,12 @@ class CoarseVoxels {
  public:
   void allocate(Arena& arena, const VoxelConfig& config) noexcept;
 
-  /// Voxels of all cells in `cells`. Nothing of the keyframe before is read. O(cells).
-  void build(const CellTable& cells) noexcept;
+  /// Begins the voxels of a keyframe. Nothing of the one before is read. O(voxels).
+  void begin() noexcept;
+  /// Adds the cells of some blocks of `cells`, each block once, in their order. O(cells).
+  void add(const CellTable& cells, Slice blocks) noexcept;
+  /// Fits the planes of some voxels, once all cells are added. O(voxels).
+  void find_planes(const Grid& grid, Slice voxels) noexcept;
 
   static constexpr std::uint32_t kNone = FixedHashMap<CoarseVoxel>::kNotFound;
   /// Voxel of a cell by its row, or `kNone` if there was no room.
@@ -56,7 +61,6 @@ class CoarseVoxels {
   [[nodiscard]] const FixedHashMap<CoarseVoxel>& map() const noexcept { return map_; }
 
  private:
-  void collect_moments(const CellTable& cells) noexcept;
   /// Adds some cells of a block to the voxel they lie in.
   void add_cells(const CellTable& cells, const Block& block, std::uint64_t some,
                  std::uint32_t entry, const Eigen::Vector3f& corner) noexcept;

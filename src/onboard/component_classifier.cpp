@@ -19,29 +19,63 @@ void ComponentClassifier::allocate(Arena& arena, const PipelineConfig& config) n
   clusters_.allocate(arena, config);
 }
 
-std::uint32_t ComponentClassifier::run(const BlockWindow& window,
-                                       std::span<const std::int16_t> log_odds,
-                                       const Viewpoint& viewpoint, CellTable& cells) noexcept {
-  const std::uint32_t components = labels_.label(
-      static_cast<std::uint32_t>(cells.blocks().size()),
-      [&](std::uint32_t b) noexcept {
-        const std::uint64_t following = followers(window, cells, b);
-        return LabelledCells{cells.marks(b).candidate & ~following, following};
-      },
-      [&](std::uint32_t b, const BlockOffset& offset) noexcept {
-        return window.neighbour(b, offset);
-      });
-  find_signs(window, cells);
-  count(window, log_odds, cells);
-  clusters_.collect(log_odds, cells);
-  classify_all(viewpoint, cells);
-  clusters_.mark(window, log_odds, labels_, tally_, cells);
-  return components;
+void ComponentClassifier::begin() noexcept {
+  labels_.begin();
+  loop_.begin();
+  task_ = Task::kSplit;
 }
 
-void ComponentClassifier::find_signs(const BlockWindow& window, const CellTable& cells) noexcept {
-  std::fill_n(outcome_, labels_.size(), Outcome::kNoSign);
-  for (std::uint32_t b = 0; b < cells.blocks().size(); ++b) {
+bool ComponentClassifier::step(const BlockWindow& window, std::span<const std::int16_t> log_odds,
+                               const Viewpoint& viewpoint, CellTable& cells) noexcept {
+  constexpr std::uint32_t kMostBlocks = 16384;
+  const auto blocks = static_cast<std::uint32_t>(cells.blocks().size());
+  const auto neighbour = [&](std::uint32_t b, const BlockOffset& offset) noexcept {
+    return window.neighbour(b, offset);
+  };
+  const Slice some = loop_.next(blocks, kMostBlocks);
+  switch (task_) {
+    case Task::kSplit:
+      labels_.split(some.first, some.end, blocks, [&](std::uint32_t b) noexcept {
+        const std::uint64_t following = followers(window, cells, b);
+        return LabelledCells{cells.marks(b).candidate & ~following, following};
+      });
+      break;
+    case Task::kJoin:
+      labels_.join(some.first, some.end, neighbour);
+      if (loop_.is_over()) components_ = labels_.count();
+      break;
+    case Task::kFollow:
+      labels_.add_low(some.first, some.end, blocks, neighbour);
+      break;
+    case Task::kSigns:
+      if (some.first == 0) std::fill_n(outcome_, labels_.size(), Outcome::kNoSign);
+      find_signs(window, cells, some);
+      break;
+    case Task::kCount:
+      count(window, log_odds, cells, some);
+      clusters_.collect(log_odds, cells, some);
+      if (loop_.is_over()) decide_all(viewpoint);
+      break;
+    case Task::kMark:
+      mark(cells, some);
+      break;
+    case Task::kClusters:
+      clusters_.mark(window, log_odds, labels_, tally_, cells);
+      task_ = Task::kDone;
+      return false;
+    case Task::kDone:
+      return false;
+  }
+  if (loop_.is_over()) {
+    task_ = static_cast<Task>(static_cast<std::uint8_t>(task_) + 1U);
+    loop_.begin();
+  }
+  return true;
+}
+
+void ComponentClassifier::find_signs(const BlockWindow& window, const CellTable& cells,
+                                     Slice some_blocks) noexcept {
+  for (std::uint32_t b = some_blocks.first; b < some_blocks.end; ++b) {
     const CellMarks& marks = cells.marks(b);
     if (marks.candidate == 0) continue;
     const std::uint64_t signs =
@@ -56,9 +90,9 @@ void ComponentClassifier::find_signs(const BlockWindow& window, const CellTable&
 }
 
 void ComponentClassifier::count(const BlockWindow& window, std::span<const std::int16_t> log_odds,
-                                const CellTable& cells) noexcept {
+                                const CellTable& cells, Slice some_blocks) noexcept {
   const std::span<const Block> blocks = cells.blocks();
-  for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+  for (std::uint32_t b = some_blocks.first; b < some_blocks.end; ++b) {
     labels_.visit(b, [&](std::uint32_t component, std::uint64_t some) noexcept {
       if (outcome_[component] == Outcome::kNoSign) return;
       ComponentTally& tally = tally_[component];
@@ -136,19 +170,22 @@ ComponentClassifier::Outcome ComponentClassifier::decide(
   return Outcome::kMixed;
 }
 
-void ComponentClassifier::classify_all(const Viewpoint& viewpoint, CellTable& cells) noexcept {
+void ComponentClassifier::decide_all(const Viewpoint& viewpoint) noexcept {
   for (std::uint32_t c = 0; c < labels_.size(); ++c) {
     if (outcome_[c] != Outcome::kNoSign) outcome_[c] = decide(tally_[c], viewpoint);
   }
-  for (std::uint32_t b = 0; b < cells.blocks().size(); ++b) {
+}
+
+void ComponentClassifier::mark(CellTable& cells, Slice some_blocks) noexcept {
+  for (std::uint32_t b = some_blocks.first; b < some_blocks.end; ++b) {
     labels_.visit(b, [&](std::uint32_t component, std::uint64_t some) noexcept {
-      mark(b, some, outcome_[component], cells.marks(b));
+      mark_block(b, some, outcome_[component], cells.marks(b));
     });
   }
 }
 
-void ComponentClassifier::mark(std::uint32_t b, std::uint64_t cells, Outcome outcome,
-                               CellMarks& marks) noexcept {
+void ComponentClassifier::mark_block(std::uint32_t b, std::uint64_t cells, Outcome outcome,
+                                     CellMarks& marks) noexcept {
   switch (outcome) {
     case Outcome::kThin:
       marks.dynamic &= ~cells;

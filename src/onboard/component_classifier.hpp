@@ -8,6 +8,7 @@
 #include "cell_table.hpp"
 #include "component_tally.hpp"
 #include "seen_through_clusters.hpp"
+#include "slice.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/free_space/component_outline.hpp"
 #include "unimapper/free_space/components.hpp"
@@ -32,13 +33,29 @@ class ComponentClassifier {
  public:
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
-  /// Classifies the candidates of `cells`, whose evidence is `log_odds` (thousandths, by row).
-  /// Returns the number of components.
+  /// Begins with the candidates of a keyframe.
+  void begin() noexcept;
+  /// Does the next part of classifying the candidates of `cells`, whose evidence is `log_odds`
+  /// (thousandths, by row): 16,384 blocks of one of its loops. False once all is done, in
   /// O(candidates), nearly; neighbours are looked up block-wise.
-  std::uint32_t run(const BlockWindow& window, std::span<const std::int16_t> log_odds,
-                    const Viewpoint& viewpoint, CellTable& cells) noexcept;
+  bool step(const BlockWindow& window, std::span<const std::int16_t> log_odds,
+            const Viewpoint& viewpoint, CellTable& cells) noexcept;
+  /// Number of components, once all is done.
+  [[nodiscard]] std::uint32_t components() const noexcept { return components_; }
 
  private:
+  /// Its loops, in their order.
+  enum class Task : std::uint8_t {
+    kSplit,
+    kJoin,
+    kFollow,
+    kSigns,
+    kCount,
+    kMark,
+    kClusters,
+    kDone
+  };
+
   /// What becomes of a component.
   enum class Outcome : std::uint8_t {
     kThin,      ///< static: rays beside it may be all that saw through
@@ -60,25 +77,29 @@ class ComponentClassifier {
 
   /// Finds the components of which some cell is dynamic, or was proven so in the keyframe before;
   /// no other one can be dynamic.
-  void find_signs(const BlockWindow& window, const CellTable& cells) noexcept;
+  void find_signs(const BlockWindow& window, const CellTable& cells, Slice some) noexcept;
   void count(const BlockWindow& window, std::span<const std::int16_t> log_odds,
-             const CellTable& cells) noexcept;
+             const CellTable& cells, Slice some) noexcept;
   void count_cells(ComponentTally& tally, std::uint64_t cells, const Block& block,
                    std::span<const std::int16_t> log_odds,
                    const BlockHistory& before) const noexcept;
-  void classify_all(const Viewpoint& viewpoint, CellTable& cells) noexcept;
+  void decide_all(const Viewpoint& viewpoint) noexcept;
+  void mark(CellTable& cells, Slice some) noexcept;
   /// Whether all evidence of free space for a component may come from rays beside it.
   [[nodiscard]] bool may_be_missed(const ComponentTally& tally, Outline outline,
                                    const Viewpoint& viewpoint) const noexcept;
   [[nodiscard]] Outcome decide(const ComponentTally& tally,
                                const Viewpoint& viewpoint) const noexcept;
   /// Some cells of block `b`.
-  void mark(std::uint32_t b, std::uint64_t cells, Outcome outcome, CellMarks& marks) noexcept;
+  void mark_block(std::uint32_t b, std::uint64_t cells, Outcome outcome, CellMarks& marks) noexcept;
   [[nodiscard]] bool persists(const ComponentTally& tally) const noexcept;
 
   RemovalConfig config_;
   float cell_m_ = 0.2F;
   std::int32_t confirmed_static_ = 0;  ///< thousandths; clamp of a cell's evidence
+  Task task_ = Task::kDone;
+  SlicedLoop loop_;
+  std::uint32_t components_ = 0;
   ComponentLabels labels_;
   ComponentTally* tally_ = nullptr;  ///< by component, of those with a sign
   Outcome* outcome_ = nullptr;       ///< by component

@@ -15,51 +15,101 @@ void DynamicRemoval::allocate_scratch(Arena& arena) noexcept {
   classifier_.allocate(arena, config_);
 }
 
-void DynamicRemoval::weigh(const ScanAccumulator& scans, const Viewpoint& viewpoint,
-                           EvidenceWindow& window, Budget& budget) noexcept {
-  window.blocks().arrange(scans.cells().occupied());
-  cells_.build(scans.cells(), window.blocks().order(), scans.grid());
-  voxels_.build(cells_);
-  ground_voxels_ = find_ground_and_split(viewpoint, window);
+void DynamicRemoval::begin(const Grid& grid, const Viewpoint& viewpoint) noexcept {
+  cells_.begin(grid);
+  viewpoint_ = viewpoint;
+  limit_ = {};
+  stage_ = Stage::kArrangement;
+  loop_.begin();
+}
+
+bool DynamicRemoval::step(const CellStore& store, EvidenceWindow& window) noexcept {
+  if (!do_slice(store, window)) {
+    stage_ = static_cast<Stage>(static_cast<std::uint8_t>(stage_) + 1U);
+    loop_.begin();
+  }
+  return stage_ != Stage::kDone;
+}
+
+bool DynamicRemoval::do_slice(const CellStore& store, EvidenceWindow& window) noexcept {
+  constexpr std::uint32_t kMostBlocks = 16384;
+  constexpr std::uint32_t kMostPlanes = 8192;
+  const auto next_blocks = [&]() noexcept { return loop_.next(store.block_count(), kMostBlocks); };
+  FixedHashMap<CoarseVoxel>& voxels = voxels_.map();
+  switch (stage_) {
+    case Stage::kArrangement:
+      window.blocks().arrange(store.occupied());
+      return false;
+    case Stage::kTable:
+      cells_.add(store, window.blocks().order(), next_blocks());
+      if (!loop_.is_over()) return true;
+      voxels_.begin();  // they lie where the sums did
+      return false;
+    case Stage::kMoments:
+      voxels_.add(cells_, next_blocks());
+      return !loop_.is_over();
+    case Stage::kPlanes:
+      voxels_.find_planes(cells_.grid(), loop_.next(voxels.size(), kMostPlanes));
+      return !loop_.is_over();
+    case Stage::kGround:
+      ground_voxels_ =
+          find_ground(config_.ground, config_.voxel.coarse_size_m, viewpoint_.sensor_m, voxels);
+      return false;
+    case Stage::kTransparentGround:
+      ground_voxels_ -= transparent_.reject(window, cells_, voxels_);
+      return false;
+    case Stage::kGroundLevels:
+      ground_voxels_ -= levels_.reject_elevated(voxels);
+      propagate_ground(config_.ground, voxels);
+      return false;
+    case Stage::kSplit:
+      split_ground(config_.ground, config_.removal, voxels_, next_blocks(), cells_);
+      return !loop_.is_over();
+    case Stage::kOccupancy:
+      prepare_evidence(window);
+      return false;
+    case Stage::kEvidence:
+      return filter_.step(window, cells_);
+    case Stage::kComponents:
+      return config_.removal.components &&
+             classifier_.step(window.blocks(), filter_.log_odds(), viewpoint_, cells_);
+    case Stage::kDone:
+      break;
+  }
+  return true;  // nothing follows
+}
+
+void DynamicRemoval::prepare_evidence(EvidenceWindow& window) noexcept {
   // The paper's columns alone count every occupied cell.
   if (config_.free_space.visibility) window.leave_out_ground(cells_);
   if (config_.free_space.columns) {
     window.current().columns.build(
         cells_.blocks(), [this](std::uint32_t b) noexcept { return cells_.marks(b).ground; });
   }
-  limit_ = shed_far_cells(viewpoint, budget);
+  filter_.begin(window, cells_);
+  classifier_.begin();
+}
+
+void DynamicRemoval::weigh_now(const CellStore& store, EvidenceWindow& window,
+                               Budget& budget) noexcept {
+  while (stage_ < Stage::kEvidence) step(store, window);
+  shed_far_cells(budget);
   // What does not depend on the number of cells must not look like the cost of a few.
   constexpr std::uint32_t kFewest = 1024;
-  budget.measure(Budget::Part::kFiltering, std::max(limit_.kept, kFewest),
-                 [&] { filter_.run(window, cells_); });
+  budget.measure(Budget::Part::kFiltering, std::max(limit_.kept, kFewest), [&] {
+    while (stage_ == Stage::kEvidence) step(store, window);
+  });
 }
 
-std::uint32_t DynamicRemoval::find_ground_and_split(const Viewpoint& viewpoint,
-                                                    const EvidenceWindow& window) noexcept {
-  std::uint32_t ground =
-      find_ground(config_.ground, config_.voxel.coarse_size_m, viewpoint.sensor_m, voxels_.map());
-  ground -= transparent_.reject(window, cells_, voxels_);
-  ground -= levels_.reject_elevated(voxels_.map());
-  propagate_ground(config_.ground, voxels_.map());
-  split_ground(config_.ground, config_.removal, voxels_, cells_);
-  return ground;
-}
-
-RangeLimit DynamicRemoval::shed_far_cells(const Viewpoint& viewpoint,
-                                          const Budget& budget) noexcept {
-  if (!budget.is_on()) return {};
-  return keep_nearest(cells_, viewpoint.sensor_m, config_.keyframe.range_max_m,
-                      budget.affordable_cells());
-}
-
-void DynamicRemoval::classify(const BlockWindow& blocks, const Viewpoint& viewpoint) noexcept {
-  if (!config_.removal.components) return;
-  components_ = classifier_.run(blocks, filter_.log_odds(), viewpoint, cells_);
+void DynamicRemoval::shed_far_cells(const Budget& budget) noexcept {
+  if (!budget.is_on()) return;
+  limit_ = keep_nearest(cells_, viewpoint_.sensor_m, config_.keyframe.range_max_m,
+                        budget.affordable_cells());
 }
 
 void DynamicRemoval::tell(Keyframe& keyframe) const noexcept {
   keyframe.statistics.ground_voxels = ground_voxels_;
-  keyframe.statistics.components = components_;
+  keyframe.statistics.components = config_.removal.components ? classifier_.components() : 0;
   keyframe.statistics.removal_range_m = limit_.range_m;
   keyframe.shed(Shed::kFarCells) = limit_.shed;
   keyframe.statistics.voxels = voxels_.map().size();

@@ -13,6 +13,7 @@
 #include "keyframe.hpp"
 #include "range_limit.hpp"
 #include "scan_accumulator.hpp"
+#include "slice.hpp"
 #include "transparent_ground.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/onboard/config.hpp"
@@ -20,7 +21,8 @@
 namespace unimapper::onboard {
 
 /// The stages of the paper's overview figure between a keyframe's cells and its labels, in their
-/// order: voxels and ground (section IV-B), evidence of the window (IV-C, IV-D), components.
+/// order: voxels and ground (section IV-B), evidence of the window (IV-C, IV-D), components. Each
+/// is done in slices; when they are done makes no difference to the result.
 class DynamicRemoval {
  public:
   explicit DynamicRemoval(const PipelineConfig& config) noexcept : config_(config) {}
@@ -30,12 +32,17 @@ class DynamicRemoval {
   void allocate_table(Arena& arena) noexcept { cells_.allocate(arena, config_.voxel); }
   void allocate_scratch(Arena& arena) noexcept;
 
-  /// Lays the cells of the scans out, tells ground from candidates and weighs the evidence for
-  /// those, of the nearest ones as far as the budget goes. O(cells x images of the window).
-  void weigh(const ScanAccumulator& scans, const Viewpoint& viewpoint, EvidenceWindow& window,
-             Budget& budget) noexcept;
-  /// Decides about connected candidates. O(candidates), nearly.
-  void classify(const BlockWindow& blocks, const Viewpoint& viewpoint) noexcept;
+  /// Begins with the keyframe whose cells these are, and which is the window's current one. No
+  /// cell or block is added until all slices are done. O(1).
+  void begin(const Grid& grid, const Viewpoint& viewpoint) noexcept;
+  /// The next slice: 16,384 blocks of cells, 8,192 plane fits, one pass over the coarse voxels, or
+  /// one over the cells that decides nothing. False once all cells are labelled.
+  bool step(const CellStore& store, EvidenceWindow& window) noexcept;
+
+  /// All slices up to the weighing of evidence, with this for the nearest candidates only as far as
+  /// the budget goes. O(cells x images of the window).
+  void weigh_now(const CellStore& store, EvidenceWindow& window, Budget& budget) noexcept;
+
   /// Writes down what was counted.
   void tell(Keyframe& keyframe) const noexcept;
 
@@ -44,9 +51,25 @@ class DynamicRemoval {
   [[nodiscard]] CoarseVoxels& voxels() noexcept { return voxels_; }
 
  private:
-  std::uint32_t find_ground_and_split(const Viewpoint& viewpoint,
-                                      const EvidenceWindow& window) noexcept;
-  RangeLimit shed_far_cells(const Viewpoint& viewpoint, const Budget& budget) noexcept;
+  enum class Stage : std::uint8_t {
+    kArrangement,
+    kTable,
+    kMoments,
+    kPlanes,
+    kGround,
+    kTransparentGround,
+    kGroundLevels,
+    kSplit,
+    kOccupancy,
+    kEvidence,
+    kComponents,
+    kDone
+  };
+
+  /// Does a slice of the stage. True if more of it is left.
+  bool do_slice(const CellStore& store, EvidenceWindow& window) noexcept;
+  void prepare_evidence(EvidenceWindow& window) noexcept;
+  void shed_far_cells(const Budget& budget) noexcept;
 
   const PipelineConfig& config_;
   CellTable cells_;
@@ -55,8 +78,10 @@ class DynamicRemoval {
   GroundLevels levels_;
   BayesFilter filter_;
   ComponentClassifier classifier_;
+  Stage stage_ = Stage::kDone;
+  SlicedLoop loop_;
+  Viewpoint viewpoint_;
   std::uint32_t ground_voxels_ = 0;
-  std::uint32_t components_ = 0;
   RangeLimit limit_;
 };
 

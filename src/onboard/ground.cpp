@@ -96,9 +96,9 @@ void propagate_ground(const GroundConfig& config, FixedHashMap<CoarseVoxel>& vox
 }
 
 void split_ground(const GroundConfig& ground, const RemovalConfig& removal,
-                  const CoarseVoxels& voxels, CellTable& cells) noexcept {
+                  const CoarseVoxels& voxels, Slice some, CellTable& cells) noexcept {
   const std::span<const Block> blocks = cells.blocks();
-  for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+  for (std::uint32_t b = some.first; b < some.end; ++b) {
     CellMarks marks;
     std::uint64_t left = blocks[b].occupied;
     for (std::uint32_t row = blocks[b].first; left != 0; ++row, left &= left - 1) {

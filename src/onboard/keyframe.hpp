@@ -5,11 +5,19 @@
 #include <cstdint>
 
 #include "unimapper/core/keyframe.hpp"
+#include "unimapper/core/pose.hpp"
 #include "unimapper/onboard/config.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 #include "unimapper/onboard/statistics.hpp"
 
 namespace unimapper::onboard {
+
+/// Where a scan was taken, and which one it is.
+struct ScanOrigin {
+  std::uint32_t index;  ///< running number
+  std::int64_t stamp_ns;
+  Pose T_odometry_sensor;
+};
 
 /// What is known of a keyframe. Cells and pixels lie elsewhere.
 struct Keyframe {

@@ -1,5 +1,7 @@
 #include "keyframe_builder.hpp"
 
+#include <algorithm>
+
 #include "grid.hpp"
 #include "stage_clock.hpp"
 
@@ -28,23 +30,36 @@ void KeyframeBuilder::allocate(Arena& arena, const PipelineConfig& config) noexc
   expected_scans_ = config.keyframe.scans;
 }
 
-bool KeyframeBuilder::add(const PointView& points, const ScanOrigin& origin, EvidenceWindow& window,
+bool KeyframeBuilder::measure(const PointView& first_points) noexcept {
+  if (measured_) return false;
+  if (!measuring_) sampling_.begin();
+  measuring_ = sampling_.step(first_points);
+  measured_ = !measuring_;
+  return measuring_;
+}
+
+void KeyframeBuilder::add(const PointView& points, const ScanOrigin& origin, EvidenceWindow& window,
                           Keyframe& keyframe) noexcept {
-  if (!open_) begin(points, origin.T_odometry_sensor, window, keyframe);
-  const Pose used = aligner_.align(points, origin.T_odometry_sensor);
-  if (!ingest(points, used, window, keyframe)) return false;
+  // What does not fit the scan's capacity is never looked at.
+  PointView fitting = points;
+  fitting.count = std::min<std::size_t>(points.count, keyframe_config_.max_points_per_scan);
+  if (!open_) begin(fitting, origin.T_odometry_sensor, window, keyframe);
+  const Pose used = aligner_.align(fitting, origin.T_odometry_sensor);
+  ingest(points, used, window, keyframe);
   keyframe.scans[accumulator_.scans() - 1] = {origin.index, origin.stamp_ns, used};
   keyframe.statistics.aligned_scans += aligner_.aligned() ? 1 : 0;
   sampling_.add_pose(origin.T_odometry_sensor);
   open_ = true;
-  return true;
 }
 
 void KeyframeBuilder::begin(const PointView& first_points, const Pose& first_pose,
                             EvidenceWindow& window, Keyframe& keyframe) noexcept {
   const Grid grid = grid_near(first_pose.translation, voxel_config_);
   keyframe.statistics = {};
-  if (sampling_.look(first_points)) {
+  while (measure(first_points)) {
+  }
+  measured_ = false;
+  if (sampling_.has_changed()) {
     painter_.reshape(sampling_.free_space().image_shape());
     window.follow(sampling_.free_space());
     sampling_changed_ = true;
@@ -53,17 +68,15 @@ void KeyframeBuilder::begin(const PointView& first_points, const Pose& first_pos
   window.begin(grid);
 }
 
-bool KeyframeBuilder::ingest(const PointView& points, const Pose& pose, EvidenceWindow& window,
+void KeyframeBuilder::ingest(const PointView& points, const Pose& pose, EvidenceWindow& window,
                              Keyframe& keyframe) noexcept {
   const StageTimer timer(clock_ns_, keyframe.statistics, Stage::kIngest);
   const ScanCounts counts = accumulator_.add(points, pose, window.blocks());
-  if (counts.valid == 0) return false;
   count_points(counts, keyframe);
   if (paints_) {
     RangeImage* const image = window.image_for(accumulator_.scans() - 1, pose);
     if (image != nullptr) painter_.paint(points, image->pixels);
   }
-  return true;
 }
 
 bool KeyframeBuilder::is_complete(const Keyframe& keyframe) const noexcept {
@@ -77,7 +90,7 @@ bool KeyframeBuilder::is_complete(const Keyframe& keyframe) const noexcept {
 
 void KeyframeBuilder::close(Keyframe& keyframe) noexcept {
   open_ = false;
-  expected_scans_ = accumulator_.scans();
+  if (is_complete(keyframe)) expected_scans_ = accumulator_.scans();
   KeyframeView& view = keyframe.view;
   view.scans = {keyframe.scans, accumulator_.scans()};
   view.reference_scan = accumulator_.scans() / 2;

@@ -16,13 +16,6 @@
 
 namespace unimapper::onboard {
 
-/// Where a scan was taken, and which one it is.
-struct ScanOrigin {
-  std::uint32_t index;  ///< running number
-  std::int64_t stamp_ns;
-  Pose T_odometry_sensor;
-};
-
 /// Collects the scans of a keyframe (paper section IV-A): their points in fine cells, range images
 /// of some of them in the window, and what they say of sensor and poses.
 class KeyframeBuilder {
@@ -41,9 +34,17 @@ class KeyframeBuilder {
   /// The odometry was restarted: ground seen before says nothing.
   void forget() noexcept { aligner_.forget(); }
 
-  /// Adds a scan to `keyframe`, which begins with it if none is open. False if no point was valid;
-  /// nothing was added then. O(points).
-  bool add(const PointView& points, const ScanOrigin& origin, EvidenceWindow& window,
+  /// Whether a scan has a point to add. O(1) if one of its first points is.
+  [[nodiscard]] bool is_usable(const PointView& points) const noexcept {
+    return accumulator_.has_valid_point(points);
+  }
+  /// Every few keyframes the first scan is measured before it is added: whether that is due,
+  bool must_measure() const noexcept { return !open_ && !measured_ && sampling_.is_due(); }
+  /// and a slice of it (`SamplingMonitor::step`). False once nothing of it is left.
+  bool measure(const PointView& first_points) noexcept;
+  /// Adds a scan that is usable to `keyframe`, which begins with it if none is open; measures what
+  /// is left to be measured. O(points).
+  void add(const PointView& points, const ScanOrigin& origin, EvidenceWindow& window,
            Keyframe& keyframe) noexcept;
   /// A keyframe has at least one scan and is not closed yet.
   [[nodiscard]] bool is_open() const noexcept { return open_; }
@@ -68,7 +69,7 @@ class KeyframeBuilder {
  private:
   void begin(const PointView& first_points, const Pose& first_pose, EvidenceWindow& window,
              Keyframe& keyframe) noexcept;
-  bool ingest(const PointView& points, const Pose& pose, EvidenceWindow& window,
+  void ingest(const PointView& points, const Pose& pose, EvidenceWindow& window,
               Keyframe& keyframe) noexcept;
 
   KeyframeConfig keyframe_config_;
@@ -80,6 +81,8 @@ class KeyframeBuilder {
   SamplingMonitor sampling_;
   GroundAligner aligner_;
   bool open_ = false;
+  bool measuring_ = false;  ///< the first scan of the next keyframe,
+  bool measured_ = false;   ///< and that is done
   std::uint32_t expected_scans_ = 0;
   bool sampling_changed_ = false;  ///< since the last keyframe closed
 };

@@ -6,6 +6,14 @@
 #include "stage_clock.hpp"
 
 namespace unimapper::onboard {
+namespace {
+
+// Of a slice of each task, as in the pipeline.
+constexpr std::uint32_t kLabelsCost = 2;
+constexpr std::uint32_t kDescriptionCost = 2;
+constexpr std::uint32_t kSearchCost = 3;
+
+}  // namespace
 
 void KeyframeFinisher::allocate(Arena& arena) noexcept {
   labels_.allocate(arena, config_);
@@ -23,6 +31,7 @@ void KeyframeFinisher::begin_labels(const EvidenceWindow& window, const CellTabl
 
 void KeyframeFinisher::begin(Keyframe& keyframe) noexcept {
   keyframe_ = &keyframe;
+  cost_ = 0;
   dropped_before_ = places_.dropped();
   describer_.begin(keyframe.view.static_cells);
   task_ = Task::kLabels;
@@ -31,6 +40,7 @@ void KeyframeFinisher::begin(Keyframe& keyframe) noexcept {
 
 bool KeyframeFinisher::step(const EvidenceWindow& window) noexcept {
   if (!is_busy()) return false;
+  cost_ += step_cost();
   const StageTimer total(config_.clock_ns, keyframe_->statistics, Stage::kTotal);
   const StageTimer time(config_.clock_ns, keyframe_->statistics, stage_of(task_));
   switch (task_) {
@@ -58,16 +68,28 @@ bool KeyframeFinisher::step(const EvidenceWindow& window) noexcept {
   return is_busy();
 }
 
-std::uint32_t KeyframeFinisher::steps_left() const noexcept {
+std::uint32_t KeyframeFinisher::step_cost() const noexcept {
+  switch (task_) {
+    case Task::kLabels:
+      return kLabelsCost;
+    case Task::kDescription:
+      return kDescriptionCost;
+    default:
+      return is_busy() ? kSearchCost : 0;
+  }
+}
+
+std::uint32_t KeyframeFinisher::cost_left() const noexcept {
   if (!is_busy()) return 0;
-  std::uint32_t steps = 1 + labels_.steps_left() + describer_.steps_left();
+  std::uint32_t searches = 1;  // with the insertion
   // How long a search takes is known only when it is over: about as long as the last one.
   constexpr std::uint32_t kMore = 2;
-  if (task_ < Task::kSearch) steps += search_steps_ + kMore;
+  if (task_ < Task::kSearch) searches += search_steps_ + kMore;
   if (task_ == Task::kSearch) {
-    steps += search_steps_before_ + kMore - std::min(search_steps_, search_steps_before_);
+    searches += search_steps_before_ + kMore - std::min(search_steps_, search_steps_before_);
   }
-  return steps;
+  return kLabelsCost * labels_.steps_left() + kDescriptionCost * describer_.steps_left() +
+         kSearchCost * searches;
 }
 
 Stage KeyframeFinisher::stage_of(Task task) noexcept {

@@ -16,12 +16,35 @@
 #include "keyframe_finisher.hpp"
 #include "keyframe_output.hpp"
 #include "motion_gate.hpp"
+#include "scan_queue.hpp"
 #include "stage_clock.hpp"
 #include "unimapper/core/angles.hpp"
 
 namespace unimapper {
 
 using namespace onboard;
+
+namespace {
+
+// Costs are counted in about a sixteenth of a millisecond of a desktop's core; those of slices are
+// means over a keyframe of a dense street.
+constexpr std::uint32_t kSliceCost = 11;     ///< of closing a keyframe
+constexpr std::uint32_t kMeasuringCost = 8;  ///< of measuring a scan
+/// Fewest slices that close a keyframe, however few blocks there are.
+constexpr std::uint32_t kFewestSlices = 24;
+
+/// Slices beyond these for each block, times 2^16.
+std::uint32_t per_block(std::uint32_t slices, std::uint32_t blocks) noexcept {
+  const std::uint32_t more = slices > kFewestSlices ? slices - kFewestSlices : 0;
+  return (std::min(more, 0xFFFFU) << 16U) / std::max(blocks, 1U);
+}
+
+/// Of adding a scan.
+std::uint32_t cost_of(const PointView& points) noexcept {
+  return 1 + static_cast<std::uint32_t>(std::min<std::size_t>(points.count, 1U << 24U) / 2048);
+}
+
+}  // namespace
 
 /// Everything the pipeline owns: one member per stage, in the order the data takes.
 struct Pipeline::State {
@@ -38,14 +61,24 @@ struct Pipeline::State {
   void allocate(Arena& arena) noexcept;
 
   ScanResult add_scan(const PointView& points, const Pose& pose, std::int64_t stamp_ns) noexcept;
-  /// The same without the work that was deferred.
-  ScanResult take_scan(const PointView& points, const Pose& pose, std::int64_t stamp_ns) noexcept;
   ScanResult flush() noexcept;
   WorkResult work(std::uint32_t budget_us) noexcept;
 
+  /// Checks a scan and adds it, or lets it wait. Returns why it was refused, or `kOk`.
+  Error take_scan(const PointView& points, const Pose& pose, std::int64_t stamp_ns) noexcept;
+  void ingest(const PointView& points, const ScanOrigin& origin, bool restarted) noexcept;
   void forget() noexcept;
-  void close_keyframe() noexcept;
-  void remove_dynamic() noexcept;
+
+  // Closing a keyframe.
+  void close() noexcept;
+  void close_after_last_scan() noexcept;
+  void close_now() noexcept;
+  void remove_now() noexcept;
+  void close_step() noexcept;
+  void begin_closing() noexcept;
+  void decide() noexcept;
+  void record() noexcept;
+  void announce() noexcept;
   /// Where the keyframe that is closing was seen from.
   [[nodiscard]] Viewpoint viewpoint() const noexcept;
   /// Looks for up among what is static, and levels the keyframe's frame by it.
@@ -54,25 +87,52 @@ struct Pipeline::State {
   void write_view() noexcept;
   void count_points() noexcept;
 
-  /// Deferred work: a slice, this call's share, all of it, all of it before the next keyframe
-  /// closes.
+  // Deferred work.
+  /// A slice of what comes first: the keyframe that closes, scans that wait, what is left to be
+  /// done for the keyframe before.
   void do_slice() noexcept;
+  void do_closing_slice() noexcept;
+  void do_waiting_slice() noexcept;
+  void do_finishing_slice() noexcept;
+  /// What the next slice costs, about, and all that is left.
+  [[nodiscard]] std::uint32_t slice_cost() const noexcept;
+  [[nodiscard]] std::uint32_t cost_left() const noexcept;
+  [[nodiscard]] std::uint32_t closing_slices_left() const noexcept;
+  /// What this call should cost, so that all calls until the next keyframe closes cost as much:
+  /// what was done in it, what is left, and the scans to come, spread over them.
+  [[nodiscard]] std::uint32_t share() const noexcept;
   void do_share() noexcept;
+  /// Takes a scan out of a queue that is full.
+  void make_room() noexcept;
+  /// Finishes the last keyframe that is ready.
   void finish() noexcept;
-  void finish_late() noexcept;
   void tell_finished() noexcept;
+  /// The keyframe, or another one after it, is not ready yet.
+  [[nodiscard]] bool is_behind() const noexcept {
+    return closing != Closing::kNone || !waiting.is_empty();
+  }
+  [[nodiscard]] bool is_busy() const noexcept { return is_behind() || finisher.is_busy(); }
+  /// Whether a slice can be done before the caller has seen what is new: the labels of a keyframe
+  /// that is ready hold as long as no scan is added, and what was told of one that is finished
+  /// until another one is being finished.
+  [[nodiscard]] bool may_continue() const noexcept {
+    return ready_untold ? finisher.is_busy() && !finished_untold : is_busy();
+  }
   /// What is relabelled in slices reads the window's occupancy before that is gone.
   static void finish_labels(void* state) noexcept {
     static_cast<State*>(state)->finisher.labels().finish(static_cast<State*>(state)->window);
   }
-  /// Whether a keyframe was finished since the last time this was asked.
-  [[nodiscard]] bool take_finished() noexcept { return std::exchange(finished_untold, false); }
+  /// What the caller has to be told since the last time this was asked.
+  [[nodiscard]] ScanResult take_news(const Error& error) noexcept {
+    return {error, std::exchange(ready_untold, false), std::exchange(finished_untold, false)};
+  }
 
   PipelineConfig config;
   Pipeline pipeline;  ///< what the caller holds
 
   MotionGate gate;
   Budget budget;
+  ScanQueue waiting;
   KeyframeBuilder builder;
   EvidenceWindow window;
   DynamicRemoval removal;
@@ -82,16 +142,40 @@ struct Pipeline::State {
   KeyframeFinisher finisher;
   EventReporter events;
 
+  /// What closes a keyframe, in this order.
+  enum class Closing : std::uint8_t {
+    kBegin,
+    kRemoval,       ///< which cells are dynamic
+    kDecision,      ///< what follows from that at once: what final labels need, and up
+    kOutput,        ///< labels and cells
+    kRecord,        ///< in the window
+    kCounting,      ///< points
+    kAnnouncement,  ///< to the caller
+    kNone           ///< no keyframe is being closed
+  };
+  Closing closing = Closing::kNone;
   std::uint32_t scan_index = 0;
   std::uint32_t sequence = 0;
   Keyframe keyframes[2];
   Keyframe* current = &keyframes[0];   ///< the open one, or the one that the next scan begins
   Keyframe* closed = &keyframes[1];    ///< the last one that was closed
   Keyframe* finished = &keyframes[1];  ///< the last one that was finished
-  bool finished_untold = false;        ///< the caller does not know of it yet
+  bool ready_untold = false;           ///< the caller does not know yet that `closed` is ready,
+  bool finished_untold = false;        ///< or of `finished`
+
+  std::uint32_t closing_slices = 0;  ///< done for the keyframe that is closing, or the last one
+  std::uint32_t late_slices = 0;     ///< of those, because the queue was full
+  /// How many it took the keyframe before for each of its blocks, times 2^16.
+  std::uint32_t slices_per_block = 1U << 6U;
+  std::uint32_t call_cost = 0;   ///< of what was done in this call
+  std::uint32_t scan_cost = 1;   ///< of adding the last scan
+  float longest_call_us = 0.0F;  ///< since the last keyframe was ready
 };
 
 void Pipeline::State::allocate(Arena& arena) noexcept {
+  if (config.deferred) {
+    waiting.allocate(arena, config.waiting_scans, config.keyframe.max_points_per_scan);
+  }
   builder.allocate(arena, config);
   removal.allocate(arena);
   finisher.allocate(arena);
@@ -111,37 +195,54 @@ void Pipeline::State::allocate(Arena& arena) noexcept {
 
 ScanResult Pipeline::State::add_scan(const PointView& points, const Pose& pose,
                                      std::int64_t stamp_ns) noexcept {
-  ScanResult result = take_scan(points, pose, stamp_ns);
-  if (!result.keyframe_ready) do_share();
-  result.keyframe_finished = take_finished();
-  return result;
+  budget.start();
+  if (!config.deferred) return take_news(take_scan(points, pose, stamp_ns));
+  make_room();
+  const Error error = take_scan(points, pose, stamp_ns);
+  do_share();
+  longest_call_us = std::max(longest_call_us, budget.spent_us());
+  return take_news(error);
 }
 
-ScanResult Pipeline::State::take_scan(const PointView& points, const Pose& pose,
-                                      std::int64_t stamp_ns) noexcept {
+Error Pipeline::State::take_scan(const PointView& points, const Pose& pose,
+                                 std::int64_t stamp_ns) noexcept {
   const StageTimer timer(config.clock_ns, current->statistics, Stage::kTotal);
-  budget.start();
   const std::uint32_t index = scan_index++;
-  const auto refuse = [&](const Error& error, bool closes) -> ScanResult {
+  call_cost = 0;
+  const auto refuse = [&](const Error& error) noexcept {
     events.refusal(error, stamp_ns, index);
-    if (closes) close_keyframe();
-    return {error, closes, false};
+    return error;
   };
   const Motion motion = gate.check(pose, stamp_ns);
   if (motion.error.code != ErrorCode::kOk) {
-    return refuse(motion.error, motion.error.code == ErrorCode::kPoseJump && builder.is_open());
+    const bool jumped =
+        motion.error.code == ErrorCode::kPoseJump || motion.error.code == ErrorCode::kTimeJump;
+    const Error refused = refuse(motion.error);
+    if (jumped) close_after_last_scan();
+    return refused;
   }
-  // Two poses in a row say that the robot is elsewhere: whatever was seen before is of no use.
-  if (motion.restarted) forget();
-  if (!builder.add(points, {index, stamp_ns, pose}, window, *current)) {
+  if (!builder.is_usable(points)) {
     return refuse({ErrorCode::kEmptyScan,
-                   "the scan has no point that is finite and within the sensor's range"},
-                  false);
+                   "the scan has no point that is finite and within the sensor's range"});
   }
   gate.accept(pose, stamp_ns);
-  if (!builder.is_complete(*current)) return {};
-  close_keyframe();
-  return {{}, true, false};
+  const ScanOrigin origin{index, stamp_ns, pose};
+  scan_cost = cost_of(points);
+  if (config.deferred && (is_behind() || builder.must_measure())) {
+    waiting.push(points, origin, motion.restarted);
+  } else {
+    ingest(points, origin, motion.restarted);
+    call_cost = scan_cost;
+  }
+  return {};
+}
+
+void Pipeline::State::ingest(const PointView& points, const ScanOrigin& origin,
+                             bool restarted) noexcept {
+  // Two poses in a row say that the robot is elsewhere: whatever was seen before is of no use.
+  if (restarted) forget();
+  builder.add(points, origin, window, *current);
+  if (builder.is_complete(*current)) close();
 }
 
 void Pipeline::State::forget() noexcept {
@@ -152,49 +253,109 @@ void Pipeline::State::forget() noexcept {
 }
 
 ScanResult Pipeline::State::flush() noexcept {
-  ScanResult result;
-  if (builder.is_open()) {
-    const StageTimer timer(config.clock_ns, current->statistics, Stage::kTotal);
-    budget.start();
-    close_keyframe();
-    result.keyframe_ready = true;
+  budget.start();
+  {
+    const StageTimer timer(config.deferred ? nullptr : config.clock_ns, current->statistics,
+                           Stage::kTotal);
+    close_after_last_scan();
   }
-  // One keyframe at a time: the caller must see the one before first.
-  if (!finished_untold) finish();
-  result.keyframe_finished = take_finished();
-  return result;
+  while (is_behind() && !ready_untold) do_slice();
+  finish();
+  return take_news({});
 }
 
-/// The order of everything.
-void Pipeline::State::close_keyframe() noexcept {
-  finish_late();
+// ---------------------------------------------------------------------------------------------
+// Closing a keyframe
+
+void Pipeline::State::close() noexcept {
+  if (!builder.is_open() || closing != Closing::kNone) return;
+  closing = Closing::kBegin;
+  closing_slices = 0;
+  if (!config.deferred) close_now();
+}
+
+void Pipeline::State::close_after_last_scan() noexcept {
+  if (waiting.is_empty()) return close();
+  waiting.back().closes = true;
+}
+
+/// The order of everything, from the last scan of a keyframe to its labels.
+void Pipeline::State::close_step() noexcept {
+  switch (closing) {
+    case Closing::kBegin:
+      begin_closing();
+      break;
+    case Closing::kRemoval:
+      if (removal.step(builder.scans().cells(), window)) return;
+      break;
+    case Closing::kDecision:
+      decide();
+      break;
+    case Closing::kOutput:
+      if (output.step(window.blocks(), removal.cells(), removal.voxels())) return;
+      break;
+    case Closing::kRecord:
+      record();
+      break;
+    case Closing::kCounting:
+      count_points();
+      break;
+    case Closing::kAnnouncement:
+      announce();
+      break;
+    case Closing::kNone:
+      return;
+  }
+  closing = static_cast<Closing>(static_cast<std::uint8_t>(closing) + 1U);
+}
+
+/// All of it at once, and what would be deferred.
+void Pipeline::State::close_now() noexcept {
+  close_step();
+  remove_now();
+  finisher.begin(*current);
+  finisher.finish_now(budget);
+  budget.measure(Budget::Part::kCounting, 1, [this] { close_step(); });
+  close_step();
+  tell_finished();
+}
+
+void Pipeline::State::remove_now() noexcept {
+  const StageTimer timer(config.clock_ns, current->statistics, Stage::kRemoval);
+  removal.weigh_now(builder.scans().cells(), window, budget);
+  budget.measure(Budget::Part::kClassifying, 1, [&] {
+    while (closing < Closing::kCounting) close_step();
+  });
+}
+
+void Pipeline::State::begin_closing() noexcept {
   current->view = {};
   current->view.sequence = sequence++;
   builder.close(*current);
-  remove_dynamic();
-  finisher.begin(*current);
-  if (!config.deferred) finisher.finish_now(budget);
-  budget.measure(Budget::Part::kCounting, 1, [this] { count_points(); });
-  current->statistics.deadline_missed = budget.is_exceeded();
-  current->spent_us = budget.spent_us();
-  events.closed(*current);
-  closed = std::exchange(current, closed);
-  if (!config.deferred) tell_finished();
+  removal.begin(builder.scans().grid(), viewpoint());
 }
 
-void Pipeline::State::remove_dynamic() noexcept {
-  const StageTimer timer(config.clock_ns, current->statistics, Stage::kRemoval);
-  const Viewpoint from = viewpoint();
-  removal.weigh(builder.scans(), from, window, budget);
-  budget.measure(Budget::Part::kClassifying, 1, [&] {
-    removal.classify(window.blocks(), from);
-    finisher.begin_labels(window, removal.cells(), finished_untold, *current);
-    find_up();
-    output.build(window.blocks(), removal.cells(), removal.voxels(),
-                 current->view.T_odometry_keyframe);
-    window.record(removal.cells());
-  });
+void Pipeline::State::decide() noexcept {
+  finisher.begin_labels(window, removal.cells(), finished_untold, *current);
+  find_up();
+  output.begin(window.blocks(), removal.cells(), current->view.T_odometry_keyframe);
+}
+
+void Pipeline::State::record() noexcept {
+  window.record(removal.cells());
   write_view();
+}
+
+void Pipeline::State::announce() noexcept {
+  current->spent_us = config.deferred ? longest_call_us : budget.spent_us();
+  current->statistics.deadline_missed = budget.is_missed_by(current->spent_us);
+  current->statistics.late_slices = std::exchange(late_slices, 0);
+  longest_call_us = 0.0F;
+  slices_per_block = per_block(closing_slices, builder.scans().cells().block_count());
+  events.closed(*current);
+  closed = std::exchange(current, closed);
+  ready_untold = true;
+  if (config.deferred) finisher.begin(*closed);
 }
 
 Viewpoint Pipeline::State::viewpoint() const noexcept {
@@ -223,33 +384,89 @@ void Pipeline::State::find_up() noexcept {
 }
 
 // ---------------------------------------------------------------------------------------------
-// Work that was deferred
+// Deferred work
 
 void Pipeline::State::do_slice() noexcept {
+  if (ready_untold) return do_finishing_slice();
+  if (closing != Closing::kNone) return do_closing_slice();
+  if (!waiting.is_empty()) return do_waiting_slice();
+  do_finishing_slice();
+}
+
+std::uint32_t Pipeline::State::slice_cost() const noexcept {
+  if (closing > Closing::kBegin && closing != Closing::kNone) return kSliceCost;
+  if (closing == Closing::kNone && !waiting.is_empty() && !ready_untold) {
+    return builder.must_measure() ? kMeasuringCost : cost_of(waiting.front().points);
+  }
+  return finisher.is_busy() ? finisher.step_cost() : kSliceCost;
+}
+
+void Pipeline::State::do_closing_slice() noexcept {
+  // The keyframe before comes first: it is described where the next one's cells will lie.
+  if (closing == Closing::kBegin && finisher.is_busy()) return do_finishing_slice();
+  const StageTimer total(config.clock_ns, current->statistics, Stage::kTotal);
+  const StageTimer timer(config.clock_ns, current->statistics, Stage::kRemoval);
+  ++closing_slices;
+  close_step();
+}
+
+void Pipeline::State::do_waiting_slice() noexcept {
+  const StageTimer total(config.clock_ns, current->statistics, Stage::kTotal);
+  const ScanQueue::Scan& scan = waiting.front();
+  if (builder.must_measure() && builder.measure(scan.points)) return;
+  ingest(scan.points, scan.origin, scan.restarted);
+  if (scan.closes) close();
+  waiting.pop();
+}
+
+void Pipeline::State::do_finishing_slice() noexcept {
   if (finisher.is_busy() && !finisher.step(window)) tell_finished();
 }
 
-void Pipeline::State::finish() noexcept {
-  while (finisher.is_busy()) do_slice();
+std::uint32_t Pipeline::State::closing_slices_left() const noexcept {
+  if (closing == Closing::kNone) return 0;
+  const std::uint64_t blocks = builder.scans().cells().block_count();
+  const auto expected =
+      static_cast<std::uint32_t>(kFewestSlices + (blocks * slices_per_block >> 16U));
+  return expected > closing_slices ? expected - closing_slices : 1;
+}
+
+std::uint32_t Pipeline::State::cost_left() const noexcept {
+  std::uint32_t cost = kSliceCost * closing_slices_left() + finisher.cost_left();
+  // The keyframe that closes will have to be finished, too.
+  if (closing != Closing::kNone) cost += finisher.whole_cost();
+  for (std::uint32_t i = 0; i < waiting.size(); ++i) cost += cost_of(waiting[i].points);
+  return cost;
+}
+
+std::uint32_t Pipeline::State::share() const noexcept {
+  // The scans of the next keyframe that are here, and the calls before the one that completes it.
+  const std::uint32_t open =
+      closing == Closing::kNone && builder.is_open() ? builder.scans().scans() : 0;
+  const std::uint32_t arrived = waiting.size() + open;
+  const std::uint32_t expected = std::min(config.keyframe.scans, builder.expected_scans());
+  const std::uint32_t calls = expected > arrived ? expected - arrived : 1;
+  const std::uint32_t all = call_cost + cost_left() + (calls - 1) * scan_cost;
+  return (all + calls - 1) / calls;
 }
 
 void Pipeline::State::do_share() noexcept {
-  // What is left is spread over the calls before the one that closes the next keyframe.
-  const std::uint32_t scans = std::min(config.keyframe.scans, builder.expected_scans());
-  const std::uint32_t taken = builder.is_open() ? builder.scans().scans() : 1;
-  if (taken + 1 >= scans) return finish();
-  const std::uint32_t calls = scans - taken;
-  const std::uint32_t slices = (finisher.steps_left() + calls - 1) / calls;
-  for (std::uint32_t i = 0; i < slices; ++i) do_slice();
+  while (may_continue() && call_cost + slice_cost() / 2 <= share() &&
+         budget.affords(slice_cost())) {
+    const std::uint32_t cost = slice_cost();
+    budget.measure_slice(cost, [this] { do_slice(); });
+    call_cost += cost;
+  }
+  // No scan may find the queue full, and the labels of a keyframe last until the next call.
+  for (; waiting.is_full() && closing != Closing::kNone; ++late_slices) do_slice();
 }
 
-void Pipeline::State::finish_late() noexcept {
-  if (!finisher.is_busy()) return;
-  constexpr auto kTotal = static_cast<std::size_t>(Stage::kTotal);
-  const float before_us = closed->statistics.stage_us[kTotal];
-  for (; finisher.is_busy(); ++closed->statistics.late_slices) do_slice();
-  // This call took that time, but not for the keyframe that it closes.
-  current->statistics.stage_us[kTotal] -= closed->statistics.stage_us[kTotal] - before_us;
+void Pipeline::State::make_room() noexcept {
+  while (waiting.is_full()) do_slice();
+}
+
+void Pipeline::State::finish() noexcept {
+  while (finisher.is_busy() && !finished_untold) do_finishing_slice();
 }
 
 void Pipeline::State::tell_finished() noexcept {
@@ -262,8 +479,9 @@ WorkResult Pipeline::State::work(std::uint32_t budget_us) noexcept {
   const TimeLimit limit(config.clock_ns, budget_us);
   do {
     do_slice();
-  } while (finisher.is_busy() && !limit.is_over());
-  return {finisher.is_busy(), take_finished()};
+  } while (may_continue() && !limit.is_over());
+  const ScanResult news = take_news({});
+  return {is_busy(), news.keyframe_ready, news.keyframe_finished};
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -281,6 +499,7 @@ void Pipeline::State::write_view() noexcept {
     current->images[i] = {painted[i].scan, {painted[i].pixels, recorded.projection.pixels()}};
   }
   view.image_shape = recorded.shape;
+  view.cell_size_m = config.voxel.fine_size_m;
   view.image_full_weight_range_m = recorded.full_weight_range_m;
   view.images = {current->images, painted.size()};
   view.statistics = &current->statistics;
@@ -342,7 +561,8 @@ const KeyframeView& Pipeline::finished_keyframe() const noexcept { return state_
 std::size_t Pipeline::labels(std::size_t scan_in_keyframe,
                              std::span<PointLabel> out) const noexcept {
   const ScanAccumulator& scans = state_->builder.scans();
-  if (scan_in_keyframe >= scans.scans()) return 0;
+  const bool is_next = state_->builder.is_open() || state_->closing != State::Closing::kNone;
+  if (is_next || scan_in_keyframe >= scans.scans()) return 0;
   const auto scan = static_cast<std::uint32_t>(scan_in_keyframe);
   const std::span<const PointCode> codes = scans.codes(scan);
   const std::size_t count = std::min(out.size(), scans.points_of(scan));
@@ -362,6 +582,7 @@ std::size_t Pipeline::relabel(const PointView& points, const Pose& T_odometry_se
 
 bool Pipeline::relabel_next() noexcept {
   state_->finish();
+  if (state_->is_busy()) return false;
   FinalLabels& final_labels = state_->finisher.labels();
   const bool relabelled = !state_->builder.is_open() && final_labels.begin_oldest(state_->window);
   final_labels.finish(state_->window);

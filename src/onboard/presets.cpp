@@ -9,6 +9,15 @@
 namespace unimapper {
 namespace {
 
+/// Fine cells of a keyframe, for sensors of any range. A dense long-range sensor fills 350 000
+/// cells in a wide street, with twice the rays nearly twice as many.
+std::uint32_t most_cells(const SensorModel& sensor) noexcept {
+  return sensor.points_per_scan > 200000U   ? 3U << 18U
+         : sensor.points_per_scan > 100000U ? 3U << 17U
+         : sensor.points_per_scan > 50000U  ? 1U << 18U
+                                            : 1U << 17U;
+}
+
 /// What follows from the data sheet alone.
 void apply_data_sheet(const SensorModel& sensor, PipelineConfig& config) noexcept {
   config.keyframe.range_min_m = sensor.range_min_m;
@@ -16,12 +25,7 @@ void apply_data_sheet(const SensorModel& sensor, PipelineConfig& config) noexcep
   // A quarter more than the nominal rate, for second returns and odd sweeps; whole pages.
   const std::uint32_t points = sensor.points_per_scan + sensor.points_per_scan / 4;
   config.keyframe.max_points_per_scan = (points + 4095U) / 4096U * 4096U;
-  // A dense long-range sensor fills 320 000 cells in a wide street, with twice the rays nearly
-  // twice as many.
-  config.voxel.max_cells = sensor.points_per_scan > 200000U   ? 3U << 18U
-                           : sensor.points_per_scan > 100000U ? 3U << 17U
-                           : sensor.points_per_scan > 50000U  ? 1U << 18U
-                                                              : 1U << 17U;
+  config.voxel.max_cells = most_cells(sensor);
 
   // The cells of sparse sensors lie farther apart: fewer of them share a block.
   const bool sparse = sensor.points_per_scan <= 50000U;
@@ -77,9 +81,9 @@ void apply_computer(Computer computer, PipelineConfig& config) noexcept {
     std::uint32_t places;
     float range_m;
   };
-  constexpr Room kJetson{320000, 131072, 32768, 1000, 120.0F};
-  constexpr Room kRaspberryPi{160000, 49152, 16384, 385, 60.0F};
-  constexpr Room kArmv7With64Mb{81920, 30720, 8192, 220, 40.0F};
+  constexpr Room kJetson{393216, 147456, 32768, 1000, 120.0F};
+  constexpr Room kRaspberryPi{240000, 61440, 16384, 385, 60.0F};
+  constexpr Room kArmv7With64Mb{131072, 36864, 8192, 220, 40.0F};
   if (computer == Computer::kServer) return;
   const Room& room = computer == Computer::kJetson        ? kJetson
                      : computer == Computer::kRaspberryPi ? kRaspberryPi
@@ -124,6 +128,21 @@ Expected<PipelineConfig> preset(const SensorModel& sensor, Computer computer) no
   const Error unusable = config.validate();
   if (!unusable.ok()) return unusable;
   return config;
+}
+
+SensorFit sensor_fit(const SensorModel& sensor, const PipelineConfig& config) noexcept {
+  // Measured: cells grow with the range up to about this one, beyond it hardly any are added; and
+  // with the power -1.5 of their size (0.25 m: 0.71 of those of 0.2 m).
+  constexpr float kAllWithin_m = 100.0F;
+  const float finer = VoxelConfig{}.fine_size_m / config.voxel.fine_size_m;
+  const float most = static_cast<float>(most_cells(sensor)) * finer * std::sqrt(finer);
+  const float range_m = std::min(config.keyframe.range_max_m, sensor.range_max_m);
+  const float needed = most * std::min(range_m / kAllWithin_m, 1.0F);
+  SensorFit fit;
+  fit.cells = config.voxel.max_cells;
+  fit.cells_needed = static_cast<std::uint32_t>(std::min(needed, 4e9F));
+  fit.range_m = fit.fits() ? range_m : kAllWithin_m * static_cast<float>(fit.cells) / most;
+  return fit;
 }
 
 PipelineConfig adapt_to(Surroundings surroundings, PipelineConfig config,

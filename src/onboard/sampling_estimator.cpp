@@ -7,6 +7,7 @@
 #include "unimapper/core/angles.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/core/quantile.hpp"
+#include "unimapper/core/vector_width.hpp"
 
 namespace unimapper::onboard {
 namespace {
@@ -23,6 +24,8 @@ constexpr float kMostGap_deg = 8.0F;
 constexpr std::uint32_t kFewestAlong = 100;
 constexpr std::uint32_t kFewestAcross = 12;
 constexpr float kLeastAgreement = 0.4F;
+/// An axis replaces a simpler one only where rings concentrate by so much more.
+constexpr float kBetter = 1.1F;
 
 float degrees(float turns) noexcept { return 360.0F * turns; }
 
@@ -32,28 +35,33 @@ float elevation_deg(const Eigen::Vector3f& direction, const Eigen::Vector3f& axi
 }
 
 /// How much the values of a histogram concentrate: the mean fill of the bin that a value is in.
+/// What lies in none is counted behind the last one.
 class Concentration {
  public:
   Concentration(std::uint32_t* bins, std::uint32_t count) noexcept : bins_(bins), count_(count) {
-    std::fill_n(bins_, count_, 0U);
+    std::fill_n(bins_, count_ + 1, 0U);
   }
-  void add(float value_deg) noexcept {
+  /// Bin of a value, out of so many. Without branches, so that loops over it vectorise.
+  [[nodiscard]] static std::int32_t bin_of(float value_deg, float bins) noexcept {
     constexpr float kPerDegree = 20.0F;
-    const float at = value_deg * kPerDegree + 0.5F * static_cast<float>(count_);
-    if (!(at >= 0.0F && at < static_cast<float>(count_))) return;
-    const std::uint32_t before = bins_[static_cast<std::uint32_t>(at)]++;
-    squares_ += 2 * before + 1;
-    ++values_;
+    const float at = value_deg * kPerDegree + 0.5F * bins;
+    const float from_below = at >= 0.0F ? at : bins;
+    return static_cast<std::int32_t>(from_below < bins ? from_below : bins);
   }
+  void add(std::int32_t bin) noexcept { ++bins_[bin]; }
   [[nodiscard]] float value() const noexcept {
-    return values_ == 0 ? 0.0F : static_cast<float>(squares_) / static_cast<float>(values_);
+    std::uint32_t squares = 0;
+    std::uint32_t values = 0;
+    for (std::uint32_t i = 0; i < count_; ++i) {
+      squares += bins_[i] * bins_[i];
+      values += bins_[i];
+    }
+    return values == 0 ? 0.0F : static_cast<float>(squares) / static_cast<float>(values);
   }
 
  private:
   std::uint32_t* bins_;
   std::uint32_t count_;
-  std::uint32_t squares_ = 0;
-  std::uint32_t values_ = 0;
 };
 
 }  // namespace
@@ -63,7 +71,7 @@ void SamplingEstimator::allocate(Arena& arena) noexcept {
   cell_points_ = arena.allocate<std::uint32_t>(grid_.pixels());
   patch_of_ = arena.allocate<std::uint8_t>(grid_.pixels());
   sines_ = arena.allocate<std::uint32_t>(kSineBins);
-  bins_ = arena.allocate<std::uint32_t>(kBins);
+  bins_ = arena.allocate<std::uint32_t>(kBins + 1);
   scores_ = arena.allocate<float>(std::size_t{kPatches} * kSlopes);
   patches_ = arena.allocate<Patch>(kPatches);
   along_.values_deg = arena.allocate<float>(kGaps);
@@ -94,23 +102,77 @@ float SamplingEstimator::Gaps::median(float& share) noexcept {
   return middle;
 }
 
-SamplingEstimate SamplingEstimator::measure(const PointView& points, float range_min_m,
-                                            float range_max_m) noexcept {
-  SamplingEstimate estimate;
-  count(points, range_min_m, range_max_m, estimate);
-  choose_patches();
-  collect(points, range_min_m, range_max_m);
-  if (patch_count_ == 0) return estimate;
-  const Axis axis = find_axis();
+void SamplingEstimator::begin() noexcept {
+  estimate_ = {};
+  rays_ = 0;
+  std::fill_n(cell_points_, grid_.pixels(), 0U);
+  std::fill_n(sines_, kSineBins, 0U);
   along_.size = across_.size = 0;
-  for (std::uint32_t p = 0; p < patch_count_; ++p) add_gaps(patches_[p], axis);
+  loop_.begin();
+  task_ = Task::kCount;
+}
+
+bool SamplingEstimator::step(const PointView& points, float range_min_m,
+                             float range_max_m) noexcept {
+  constexpr std::uint32_t kMostPoints = 65536;
+  constexpr std::uint32_t kMostPatches = 8;
+  constexpr std::uint32_t kAxes = 25;
+  constexpr std::uint32_t kMostAxes = 9;
+  const auto next_points = [&]() noexcept {
+    const Slice some = loop_.next(static_cast<std::uint32_t>(points.count), kMostPoints);
+    PointView part = points;
+    part.data += some.first * points.stride;
+    part.count = some.end - some.first;
+    return part;
+  };
+  switch (task_) {
+    case Task::kCount:
+      count(next_points(), range_min_m, range_max_m);
+      if (!loop_.is_over()) break;
+      find_elevations();
+      choose_patches();
+      break;
+    case Task::kCollect:
+      collect(next_points(), range_min_m, range_max_m);
+      break;
+    case Task::kSlopes: {
+      const Slice some = loop_.next(patch_count_, kMostPatches);
+      for (std::uint32_t p = some.first; p < some.end; ++p) {
+        score_slopes(patches_[p], scores_ + std::size_t{p} * kSlopes);
+      }
+      break;
+    }
+    case Task::kAxis:
+      find_axis();
+      break;
+    case Task::kRestOfAxis: {
+      const Slice some = loop_.next(kAxes, kMostAxes);
+      for (std::uint32_t i = some.first; i < some.end; ++i) try_axis(i);
+      break;
+    }
+    case Task::kGaps: {
+      const Slice some = loop_.next(patch_count_, kMostPatches);
+      for (std::uint32_t p = some.first; p < some.end; ++p) add_gaps(patches_[p], axis_);
+      break;
+    }
+    case Task::kDone:
+      return false;
+  }
+  if (!loop_.is_over()) return true;
+  loop_.begin();
+  task_ = static_cast<Task>(static_cast<std::uint8_t>(task_) + 1U);
+  if (task_ > Task::kCollect && patch_count_ == 0) task_ = Task::kDone;
+  if (task_ == Task::kDone) conclude();
+  return task_ != Task::kDone;
+}
+
+void SamplingEstimator::conclude() noexcept {
   float along_share = 0.0F;
   float across_share = 0.0F;
   const Sampling sampling{along_.median(along_share), across_.median(across_share)};
-  estimate.valid = along_.size >= kFewestAlong && across_.size >= kFewestAcross &&
-                   along_share >= kLeastAgreement && across_share >= kLeastAgreement;
-  if (estimate.valid) estimate.sampling = sampling;
-  return estimate;
+  estimate_.valid = along_.size >= kFewestAlong && across_.size >= kFewestAcross &&
+                    along_share >= kLeastAgreement && across_share >= kLeastAgreement;
+  if (estimate_.valid) estimate_.sampling = sampling;
 }
 
 template <typename Visit>
@@ -139,21 +201,21 @@ void SamplingEstimator::for_each_ray(const PointView& points, float range_min_m,
   }
 }
 
-void SamplingEstimator::count(const PointView& points, float range_min_m, float range_max_m,
-                              SamplingEstimate& estimate) noexcept {
-  std::fill_n(cell_points_, grid_.pixels(), 0U);
-  std::fill_n(sines_, kSineBins, 0U);
-  std::uint32_t rays = 0;
+void SamplingEstimator::count(const PointView& points, float range_min_m,
+                              float range_max_m) noexcept {
   for_each_ray(points, range_min_m, range_max_m,
                [&](const Eigen::Vector3f& p, float range_m, std::uint32_t cell) noexcept {
                  ++cell_points_[cell];
                  const float sine = p.z() / range_m;
                  const float bin = (sine + 1.0F) * (0.5F * static_cast<float>(kSineBins));
                  ++sines_[std::min(static_cast<std::uint32_t>(bin), kSineBins - 1)];
-                 ++rays;
+                 ++rays_;
                });
-  if (rays == 0) return;
-  const std::uint32_t left_out = rays / 200;
+}
+
+void SamplingEstimator::find_elevations() noexcept {
+  if (rays_ == 0) return;
+  const std::uint32_t left_out = rays_ / 200;
   std::uint32_t low = 0;
   for (std::uint32_t sum = sines_[0]; sum <= left_out;) sum += sines_[++low];
   std::uint32_t high = kSineBins - 1;
@@ -162,8 +224,8 @@ void SamplingEstimator::count(const PointView& points, float range_min_m, float 
     const float sine = 2.0F * static_cast<float>(bin) / static_cast<float>(kSineBins) - 1.0F;
     return degrees(direction_turns(std::sqrt(std::max(1.0F - sine * sine, 0.0F)), sine));
   };
-  estimate.elevation_min_deg = edge_deg(low);
-  estimate.elevation_max_deg = edge_deg(high + 1);
+  estimate_.elevation_min_deg = edge_deg(low);
+  estimate_.elevation_max_deg = edge_deg(high + 1);
 }
 
 void SamplingEstimator::choose_patches() noexcept {
@@ -206,29 +268,45 @@ void SamplingEstimator::score_slopes(const Patch& patch, float* scores) noexcept
   const Eigen::Vector3f center = patch.center();
   const Eigen::Vector3f left = Eigen::Vector3f(-center.y(), center.x(), 0.0F).normalized();
   const Eigen::Vector3f up = center.cross(left);
+  float x[kPatchPoints];
+  float y[kPatchPoints];
+  float z[kPatchPoints];
+  std::int32_t bin[kPatchPoints];
+  for (std::uint32_t i = 0; i < patch.size; ++i) {
+    x[i] = patch.rays[i].direction.x();
+    y[i] = patch.rays[i].direction.y();
+    z[i] = patch.rays[i].direction.z();
+  }
+  const VectorWidth width = widest_vectors();
   for (std::uint32_t k = 0; k < kSlopes; ++k) {
     const auto slope_deg = static_cast<double>(static_cast<std::int32_t>(k) - kMaxSlope_deg);
     const Eigen::Vector3f across =
         static_cast<float>(cos_deg(slope_deg)) * up - static_cast<float>(sin_deg(slope_deg)) * left;
+    run_vectorised(width, [&]() UNIMAPPER_VECTORISED {
+      constexpr auto kPerRadian = static_cast<float>(kDegreesPerRadian);
+      const std::uint32_t size = patch.size;
+      const float ax = across.x();
+      const float ay = across.y();
+      const float az = across.z();
+      for (std::uint32_t i = 0; i < size; ++i) {
+        const float sine = x[i] * ax + (y[i] * ay + z[i] * az);
+        bin[i] = Concentration::bin_of(kPerRadian * sine, static_cast<float>(kBins));
+      }
+    });
     Concentration rings(bins_, kBins);
-    constexpr auto kPerRadian = static_cast<float>(kDegreesPerRadian);
-    for (std::uint32_t i = 0; i < patch.size; ++i) {
-      rings.add(kPerRadian * patch.rays[i].direction.dot(across));
-    }
+    for (std::uint32_t i = 0; i < patch.size; ++i) rings.add(bin[i]);
     scores[k] = rings.value();
   }
 }
 
-SamplingEstimator::Axis SamplingEstimator::find_axis() noexcept {
+void SamplingEstimator::find_axis() noexcept {
   constexpr std::int32_t kMostTilt_deg = 24;
-  constexpr float kBetter = 1.1F;
   Eigen::Vector3f left[kPatches];
   Eigen::Vector3f up[kPatches];
   for (std::uint32_t p = 0; p < patch_count_; ++p) {
     const Eigen::Vector3f center = patches_[p].center();
     left[p] = Eigen::Vector3f(-center.y(), center.x(), 0.0F).normalized();
     up[p] = center.cross(left[p]);
-    score_slopes(patches_[p], scores_ + std::size_t{p} * kSlopes);
   }
   const auto sum = [&](const Axis& axis) noexcept {
     const Eigen::Vector3f a = axis.direction();
@@ -253,20 +331,20 @@ SamplingEstimator::Axis SamplingEstimator::find_axis() noexcept {
       best = axis;
     }
   }
+  coarse_ = axis_ = best;
+  axis_score_ = kBetter * score(best);
+}
+
+void SamplingEstimator::try_axis(std::uint32_t i) noexcept {
   // The rest of a degree.
-  const Axis coarse = best;
-  most = kBetter * score(best);
-  for (std::int32_t x = -2; x <= 2; ++x) {
-    for (std::int32_t y = -2; y <= 2; ++y) {
-      const Axis axis{coarse.x_deg + 0.3F * static_cast<float>(x),
-                      coarse.y_deg + 0.3F * static_cast<float>(y)};
-      const float total = score(axis);
-      if (total <= most) continue;
-      most = total;
-      best = axis;
-    }
-  }
-  return best;
+  const auto steps = [](std::uint32_t count) noexcept {
+    return 0.3F * (static_cast<float>(count) - 2.0F);
+  };
+  const Axis axis{coarse_.x_deg + steps(i / 5), coarse_.y_deg + steps(i % 5)};
+  const float total = score(axis);
+  if (total <= axis_score_) return;
+  axis_score_ = total;
+  axis_ = axis;
 }
 
 float SamplingEstimator::score(const Axis& axis) noexcept {
@@ -278,7 +356,8 @@ float SamplingEstimator::score(const Axis& axis) noexcept {
     const float middle_deg = elevation_deg(patch.center(), a);
     Concentration rings(bins_, kBins);
     for (std::uint32_t i = 0; i < std::min(patch.size, kMost); ++i) {
-      rings.add(elevation_deg(patch.rays[i].direction, a) - middle_deg);
+      const float above_deg = elevation_deg(patch.rays[i].direction, a) - middle_deg;
+      rings.add(Concentration::bin_of(above_deg, static_cast<float>(kBins)));
     }
     total += rings.value();
   }

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "sampling.hpp"
+#include "slice.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/image_projection.hpp"
 #include "unimapper/core/point_view.hpp"
@@ -28,12 +29,18 @@ class SamplingEstimator {
  public:
   void allocate(Arena& arena) noexcept;
 
-  /// Measures a scan. Points outside [range_min_m, range_max_m] are left out.
-  /// O(points), and a bounded share of them several times.
-  [[nodiscard]] SamplingEstimate measure(const PointView& points, float range_min_m,
-                                         float range_max_m) noexcept;
+  /// Begins to measure a scan.
+  void begin() noexcept;
+  /// The next slice: 65,536 points, a few of the 16 patches, or one search for the axis. Points
+  /// outside [range_min_m, range_max_m] are left out. False once the scan is measured.
+  bool step(const PointView& points, float range_min_m, float range_max_m) noexcept;
+  /// What was measured.
+  [[nodiscard]] const SamplingEstimate& estimate() const noexcept { return estimate_; }
 
  private:
+  /// What it does, in this order.
+  enum class Task : std::uint8_t { kCount, kCollect, kSlopes, kAxis, kRestOfAxis, kGaps, kDone };
+
   static constexpr std::uint32_t kPatches = 16;
   static constexpr std::uint32_t kPatchPoints = 1024;
   static constexpr std::uint32_t kGaps = 8192;
@@ -75,16 +82,27 @@ class SamplingEstimator {
   template <typename Visit>
   void for_each_ray(const PointView& points, float range_min_m, float range_max_m,
                     const Visit& visit) const noexcept;
-  void count(const PointView& points, float range_min_m, float range_max_m,
-             SamplingEstimate& estimate) noexcept;
+  void count(const PointView& points, float range_min_m, float range_max_m) noexcept;
+  void find_elevations() noexcept;
   void choose_patches() noexcept;
   void collect(const PointView& points, float range_min_m, float range_max_m) noexcept;
   void score_slopes(const Patch& patch, float* scores) noexcept;
-  [[nodiscard]] Axis find_axis() noexcept;
+  /// The axis to a degree, by the scores of the slopes.
+  void find_axis() noexcept;
+  /// Tries the `i`-th of 25 axes around it.
+  void try_axis(std::uint32_t i) noexcept;
+  void conclude() noexcept;
   [[nodiscard]] float score(const Axis& axis) noexcept;
   void add_gaps(Patch& patch, const Axis& axis) noexcept;
   void add_ring(const Ray* rays, std::uint32_t count) noexcept;
 
+  Task task_ = Task::kDone;
+  SlicedLoop loop_;
+  SamplingEstimate estimate_;
+  std::uint32_t rays_ = 0;
+  Axis coarse_;                           ///< to a degree
+  Axis axis_;                             ///< the best so far
+  float axis_score_ = 0.0F;               ///< that a better one must exceed
   ImageProjection grid_;                  ///< of the cells that patches are chosen from
   std::uint32_t* cell_points_ = nullptr;  ///< points per cell
   std::uint8_t* patch_of_ = nullptr;      ///< by cell

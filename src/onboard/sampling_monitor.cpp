@@ -47,22 +47,27 @@ void SamplingMonitor::allocate(Arena& arena, const PipelineConfig& config) noexc
   if (measures_rays_) estimator_.allocate(arena);
 }
 
-bool SamplingMonitor::look(const PointView& points) noexcept {
-  if (!measures_rays_) return false;
+void SamplingMonitor::begin() noexcept {
+  changed_ = false;
+  if (!measures_rays_) return;
   poses_ = 0;
   turn_deg_ = 0.0F;
-  if (until_next_ > 0) {
-    --until_next_;
-    return false;
-  }
-  until_next_ = kKeyframesBetween - 1;
+  measuring_ = is_due();
+  until_next_ = measuring_ ? kKeyframesBetween - 1 : until_next_ - 1;
+  if (measuring_) estimator_.begin();
+}
+
+bool SamplingMonitor::step(const PointView& points) noexcept {
+  if (!measuring_) return false;
   PointView fitting = points;
   fitting.count = std::min<std::size_t>(points.count, keyframe_.max_points_per_scan);
-  const SamplingEstimate estimate =
-      estimator_.measure(fitting, keyframe_.range_min_m, keyframe_.range_max_m);
+  if (estimator_.step(fitting, keyframe_.range_min_m, keyframe_.range_max_m)) return true;
+  measuring_ = false;
+  const SamplingEstimate& estimate = estimator_.estimate();
   if (estimate.valid) follow_sampling(estimate.sampling);
   const bool wider = follow_elevations(estimate.elevation_min_deg, estimate.elevation_max_deg);
-  return (estimate.valid || wider) && update();
+  changed_ = (estimate.valid || wider) && update();
+  return false;
 }
 
 void SamplingMonitor::add_pose(const Pose& T_odometry_sensor) noexcept {

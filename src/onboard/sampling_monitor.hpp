@@ -18,9 +18,15 @@ class SamplingMonitor {
  public:
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
-  /// To be called with the first scan of each keyframe. True if `free_space()` has changed.
-  /// O(points) every few keyframes.
-  bool look(const PointView& points) noexcept;
+  /// To be called before the first scan of each keyframe. O(1).
+  void begin() noexcept;
+  /// A slice of measuring that scan, if it is due (`SamplingEstimator::step`). False once it is
+  /// done, or none was due.
+  bool step(const PointView& points) noexcept;
+  /// Whether the scan of the next `begin` will be measured.
+  [[nodiscard]] bool is_due() const noexcept { return measures_rays_ && until_next_ == 0; }
+  /// Whether the last scan changed `free_space()`, once it was measured.
+  [[nodiscard]] bool has_changed() const noexcept { return changed_; }
   /// To be called with the pose of each scan of the keyframe.
   void add_pose(const Pose& T_odometry_sensor) noexcept;
   /// To be called with the last scan of the keyframe: whether rays that left the field of view say
@@ -48,6 +54,8 @@ class SamplingMonitor {
   FreeSpaceConfig free_space_;
   float fine_size_m_ = 0.2F;
   bool measures_rays_ = false;
+  bool measuring_ = false;
+  bool changed_ = false;
   SamplingEstimator estimator_;
   std::uint32_t until_next_ = 0;  ///< keyframes
   Sampling current_;              ///< 0: not known yet

@@ -116,6 +116,16 @@ void ScanAccumulator::begin(const Grid& grid) noexcept {
   std::fill_n(recent_, kRecent, Recent{kBeyondEveryCell, BlockWindow::kNone});
 }
 
+bool ScanAccumulator::has_valid_point(const PointView& points) const noexcept {
+  const std::size_t count = std::min<std::size_t>(points.count, max_points_);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector3f p = points[i];
+    const float squared = p.x() * p.x() + p.y() * p.y() + p.z() * p.z();
+    if (squared >= range_min_squared_ && squared <= range_max_squared_) return true;
+  }
+  return false;
+}
+
 ScanCounts ScanAccumulator::add(const PointView& points, const Pose& T_odometry_sensor,
                                 BlockWindow& window) noexcept {
   const double per_metre = 1.0 / static_cast<double>(grid_.cell_size_m);

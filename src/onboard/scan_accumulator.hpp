@@ -50,6 +50,9 @@ class ScanAccumulator {
   /// Forgets all scans and counts cells in `grid` from now on.
   void begin(const Grid& grid) noexcept;
 
+  /// Whether `add` would find a valid point in a scan. O(points up to the first valid one).
+  [[nodiscard]] bool has_valid_point(const PointView& points) const noexcept;
+
   /// Adds a scan. One without a valid point adds nothing. At most `KeyframeConfig::scans` times
   /// between two `begin`; `window` has begun the same keyframe and nothing else enters blocks.
   ScanCounts add(const PointView& points, const Pose& T_odometry_sensor,

@@ -17,10 +17,10 @@ void SeenThroughClusters::allocate(Arena& arena, const PipelineConfig& config) n
   seen_through_ = arena.allocate<std::uint64_t>(fewest_ > 0 ? config.voxel.max_blocks() : 0);
 }
 
-void SeenThroughClusters::collect(std::span<const std::int16_t> log_odds,
-                                  const CellTable& cells) noexcept {
+void SeenThroughClusters::collect(std::span<const std::int16_t> log_odds, const CellTable& cells,
+                                  Slice blocks) noexcept {
   if (fewest_ == 0) return;
-  for (std::uint32_t b = 0; b < cells.blocks().size(); ++b) {
+  for (std::uint32_t b = blocks.first; b < blocks.end; ++b) {
     const CellMarks& marks = cells.marks(b);
     std::uint64_t strong = 0;
     for (std::uint64_t left = marks.dynamic & marks.candidate & ~marks.low; left != 0;

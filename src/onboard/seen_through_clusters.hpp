@@ -7,6 +7,7 @@
 #include "block_window.hpp"
 #include "cell_table.hpp"
 #include "component_tally.hpp"
+#include "slice.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/free_space/components.hpp"
 #include "unimapper/onboard/config.hpp"
@@ -23,8 +24,10 @@ class SeenThroughClusters {
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Takes in the candidates of `cells` that may belong to a cluster, given their log-odds
-  /// (thousandths, by row). Before components are classified. O(blocks + dynamic cells).
-  void collect(std::span<const std::int16_t> log_odds, const CellTable& cells) noexcept;
+  /// (thousandths, by row), of some blocks. Before components are classified.
+  /// O(blocks + dynamic cells).
+  void collect(std::span<const std::int16_t> log_odds, const CellTable& cells,
+               Slice blocks) noexcept;
 
   /// Cells of block `b` that belong to no cluster: their component is decided about as a whole.
   void leave_out(std::uint32_t b, std::uint64_t some) noexcept {

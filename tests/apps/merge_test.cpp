@@ -16,11 +16,15 @@ struct Fixture {
   TemporaryDirectory directory;
 
   /// A run of `recording`, called `name`.
-  std::string run(const std::string& name, const SmallRecording& recording) const {
+  std::string run(const std::string& name, const SmallRecording& recording,
+                  const std::vector<std::string>& more = {}) const {
     const fs::path dataset = directory / (name + "-data");
     const fs::path run = directory / name;
     recording.write(dataset);
-    (void)run_unimapper({"onboard", dataset.string(), "--out", run.string(), "--sensor", "vlp-16"});
+    std::vector<std::string> arguments{"onboard",    dataset.string(), "--out",
+                                       run.string(), "--sensor",       "vlp-16"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    (void)run_unimapper(arguments);
     return run.string();
   }
   CommandResult merge(std::vector<std::string> arguments) const {
@@ -44,6 +48,21 @@ TEST_CASE("a session left apart is a failure unless it is allowed") {
   CHECK(fs::exists(fixture.directory / "map/report.html"));
   CHECK(fixture.merge({a, b, "--allow-unconnected"}).exit_code == 0);
   CHECK(fixture.merge({a}).exit_code == 0);
+}
+
+TEST_CASE("cells of another edge than labels are refined with are warned of") {
+  const Fixture fixture;
+  const fs::path onboard = fixture.directory / "onboard.json";
+  const fs::path base = fixture.directory / "base.json";
+  write_text(onboard, R"({"voxel": {"fine_size_m": 0.25, "coarse_size_m": 2.0}})");
+  write_text(base, R"({"refinement": {"cell_size_m": 0.25}})");
+  const std::string run = fixture.run("a", SmallRecording(12), {"--config", onboard.string()});
+  const CommandResult unlike = fixture.merge({run});
+  CHECK_THAT(unlike.err, Contains("the cells of session a have an edge of 0.25 m") &&
+                             Contains("set refinement.cell_size_m"));
+  CHECK_THAT(fixture.merge({run, "--config", base.string()}).err, !Contains("have an edge of"));
+  CHECK_THAT(fixture.merge({fixture.run("b", SmallRecording(12))}).err,
+             !Contains("have an edge of"));
 }
 
 TEST_CASE("what is no run is refused with what to give instead") {

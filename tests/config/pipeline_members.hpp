@@ -105,6 +105,7 @@ inline std::vector<Member<PipelineConfig>> pipeline_members() {
       UNIMAPPER_MEMBER(search_scope.sessions),
       UNIMAPPER_MEMBER(search_scope.min_keyframe_gap),
       UNIMAPPER_MEMBER(deferred),
+      UNIMAPPER_MEMBER(waiting_scans),
       UNIMAPPER_MEMBER(budget_us),
   };
 }

@@ -61,7 +61,7 @@ TEST_CASE("evidence on few cells of a component outweighs its many unobserved ce
     log_odds[row] = 850;
     stages.cells.set(row, &CellMarks::dynamic);
   }
-  stages.components.run(stages.window.blocks(), log_odds, stages.viewpoint, stages.cells);
+  stages.classify_components(log_odds);
   CHECK(stages.cells.has(39, &CellMarks::dynamic));
 }
 
@@ -327,7 +327,7 @@ struct WalkerAtWall {
       }
       log_odds[stages.row_at({2.9F, 1.3F, z})] = beside;
     }
-    stages.components.run(stages.window.blocks(), log_odds, stages.viewpoint, stages.cells);
+    stages.classify_components(log_odds);
   }
   [[nodiscard]] bool is_dynamic(float x, float y, float z) const {
     return stages.cells.has(stages.row_at({x, y, z}), &CellMarks::dynamic);

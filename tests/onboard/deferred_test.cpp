@@ -41,6 +41,14 @@ struct Run {
   std::uint32_t loops = 0;
 };
 
+/// Scan `i` of the town, simulated once for all runs.
+const TownScan& town_scan(std::int64_t i) {
+  static const IntegerTown town({});
+  static std::vector<TownScan> scans;
+  while (std::ssize(scans) <= i) scans.push_back(town.scan(std::ssize(scans)));
+  return scans[static_cast<std::size_t>(i)];
+}
+
 /// What happens on a drive beside its scans.
 struct Drive {
   std::int64_t scans = 60;
@@ -57,26 +65,34 @@ bool holds(const std::vector<std::int64_t>& list, std::int64_t i) {
 }
 
 std::int64_t fake_ns = 0;
-std::int64_t fake_clock() { return fake_ns += 1000; }
+std::int64_t fake_clock() { return fake_ns += 4000; }
+
+/// How the slices are spread.
+struct Way {
+  std::uint32_t work_seed = 0;  ///< of the calls of `work`; 0: none
+  std::uint32_t budget_us = 0;  ///< by a clock that advances by 4 whenever it is read
+  std::uint32_t waiting_scans = 10;
+};
 
 class Robot {
  public:
-  Robot(PipelineConfig config, const Drive& drive, std::uint32_t work_seed)
-      : drive_(drive), random_(work_seed), works_(work_seed != 0) {
+  Robot(PipelineConfig config, const Drive& drive, const Way& way)
+      : drive_(drive), random_(way.work_seed), works_(way.work_seed != 0) {
     alignas(64) static std::byte memory[EventRing::required_bytes(8192)];
     ring_ = EventRing::create(8192, memory).value();
     config.events = ring_;
-    if (works_) config.clock_ns = fake_clock;
+    if (works_ || way.budget_us > 0) config.clock_ns = fake_clock;
+    config.budget_us = way.budget_us;
+    config.waiting_scans = way.waiting_scans;
     pipeline_.emplace(config);
     REQUIRE(*pipeline_);
   }
 
   Run run() {
-    const IntegerTown town({});
     for (std::int64_t i = 0; i < drive_.scans; ++i) {
       if (holds(drive_.flushes, i)) flush();
       if (holds(drive_.place_insertion, i)) insert_place();
-      scans_.push_back(town.scan(i));
+      scans_.push_back(town_scan(i));
       TownScan& scan = scans_.back();
       if (holds(drive_.empty, i)) scan.xyz.clear();
       if (holds(drive_.glitches, i)) scan.T_odometry_sensor.translation.x() += 90.0;
@@ -93,6 +109,7 @@ class Robot {
     }
     EventRecord event;
     while (ring_->pop(event)) {
+      if (event.id == static_cast<std::uint32_t>(EventId::kDeadlineMissed)) continue;
       run_.events.emplace_back(event.id, event.stamp_ns,
                                std::vector<std::int64_t>(event.values, event.values + 4));
     }
@@ -107,7 +124,7 @@ class Robot {
   void work() {
     while (works_ && next(3) == 0) {
       const WorkResult result = pipeline()->work(next(2) * next(40));
-      if (result.keyframe_finished) add_finished();
+      handle({{}, result.keyframe_ready, result.keyframe_finished});
     }
   }
 
@@ -121,6 +138,7 @@ class Robot {
 
   /// The one that was described last, as if of an earlier run.
   void insert_place() {
+    flush();
     PlaceDatabase& places = pipeline()->places();
     const KeyframeView& view = pipeline()->finished_keyframe();
     places.insert(view.place, {7, view.sequence}, view.T_odometry_keyframe);
@@ -282,15 +300,22 @@ PipelineConfig short_keyframes(std::uint32_t scans, std::uint32_t window) {
   return config;
 }
 
-/// Runs the drive without delay and, with and without calls of `work`, deferred. Returns the runs.
-std::vector<Run> compare(PipelineConfig config, const Drive& drive) {
+/// Plainly; with calls of `work`; with room for one scan; all at once, with little time.
+const std::vector<Way> kAllWays{{}, {1}, {0, 0, 1}, {2, 120, 3}};
+/// Those that differ most, where the drive takes long.
+const std::vector<Way> kTwoWays{{}, {2, 120, 3}};
+
+/// Runs the drive without delay and deferred in various ways. Returns the runs.
+std::vector<Run> compare(PipelineConfig config, const Drive& drive,
+                         const std::vector<Way>& ways = kAllWays) {
   std::vector<Run> runs;
   config.deferred = false;
-  runs.push_back(Robot(config, drive, 0).run());
+  runs.push_back(Robot(config, drive, {}).run());
   config.deferred = true;
-  for (const std::uint32_t seed : {0U, 1U, 2U}) {
-    INFO("seed of the calls of work " << seed);
-    runs.push_back(Robot(config, drive, seed).run());
+  for (const Way& way : ways) {
+    INFO("seed of the calls of work " << way.work_seed << ", budget " << way.budget_us
+                                      << " us, room for " << way.waiting_scans << " scans");
+    runs.push_back(Robot(config, drive, way).run());
     const Run& plain = runs.front();
     const Run& deferred = runs.back();
     REQUIRE(plain.keyframes.size() == deferred.keyframes.size());
@@ -319,7 +344,10 @@ TEST_CASE("deferred work gives the same results on a drive without incidents, an
   CHECK(runs[0].keyframes.size() == 12);
   CHECK(runs[0].relabelled >= 12);
   CHECK(runs[0].loops > 0);
-  for (const Run& run : runs) CHECK(run.late_slices == 0);
+  CHECK(runs[1].late_slices == 0);
+  CHECK(runs[2].late_slices == 0);
+  // With room for one scan, all but the first slices.
+  CHECK(runs[3].late_slices > 30);
 }
 
 TEST_CASE("deferred work gives the same results whatever happens in between", "[deferred]") {
@@ -334,8 +362,7 @@ TEST_CASE("deferred work gives the same results whatever happens in between", "[
   INFO(scans << " scans per keyframe");
   const std::vector<Run> runs = compare(short_keyframes(scans, 3), drive);
   CHECK(runs[0].relabelled > 2);
-  // Of two scans a keyframe, the first does all that was left.
-  CHECK((runs[1].late_slices > 0) == (scans > 2));
+  CHECK(runs[1].late_slices == 0);
 }
 
 TEST_CASE("deferred work is finished first where every scan closes a keyframe", "[deferred]") {
@@ -344,34 +371,33 @@ TEST_CASE("deferred work is finished first where every scan closes a keyframe", 
   const std::uint32_t window = GENERATE(1U, 3U);
   const std::vector<Run> runs = compare(short_keyframes(1, window), drive);
   CHECK(runs[0].keyframes.size() == 20);
-  CHECK(runs[1].late_slices > 0);
 }
 
 TEST_CASE("deferred work gives the same results where keyframes close by distance", "[deferred]") {
   PipelineConfig config = short_keyframes(10, 3);
   config.keyframe.distance_m = 0.8F;
-  CHECK(compare(config, {}).front().keyframes.size() > 10);
+  CHECK(compare(config, {}, kTwoWays).front().keyframes.size() > 10);
 }
 
 TEST_CASE("deferred work gives the same results where containers are full", "[deferred]") {
   PipelineConfig config = short_keyframes(5, 4);
   SECTION("the window, which evicts keyframes early") {
     config.voxel.max_cells = 1U << 15U;
-    config.voxel.max_window_blocks = GENERATE(9000U, 11000U, 13000U, 15000U);
-    compare(config, {});
+    config.voxel.max_window_blocks = GENERATE(9000U, 13000U);
+    compare(config, {}, kTwoWays);
   }
   SECTION("the cells, so that final labels do not find room either") {
     config.removal.window = 10;
     config.keyframe.scans = 3;
     config.voxel.max_cells = GENERATE(3000U, 8000U);
-    const Run plain = compare(config, {}).front();
+    const Run plain = compare(config, {}, kTwoWays).front();
     CHECK(plain.relabelled > 0);
   }
   SECTION("the description") {
     config.descriptor.max_voxels = 200;
     config.descriptor.max_candidates = 130;
     config.loop_search.max_bucket = 5;
-    compare(config, {});
+    compare(config, {}, kTwoWays);
   }
 }
 
@@ -386,27 +412,36 @@ TEST_CASE("deferred work gives the same results with other evidence", "[deferred
     config.keyframe.downsample_leaf_m = 0.15F;
     config.free_space.images_per_keyframe = 5;
   }
-  compare(config, {});
+  compare(config, {}, kTwoWays);
 }
 
-TEST_CASE("a deferred keyframe is ready before it is finished, and says so", "[deferred]") {
+TEST_CASE("a deferred keyframe is ready after it closed and finished after that, and says so",
+          "[deferred]") {
   PipelineConfig config = short_keyframes(5, 4);
   config.deferred = true;
   const IntegerTown town({});
   OwnedPipeline pipeline(config);
   REQUIRE(pipeline);
+  std::uint32_t ready = 0;
   std::uint32_t finished = 0;
+  std::vector<PointLabel> labels(40000);
   for (std::int64_t i = 0; i < 30; ++i) {
     const TownScan scan = town.scan(i);
     const ScanResult result =
         pipeline->add_scan(scan.view(), scan.T_odometry_sensor, 1 + i * kPeriodNs);
     REQUIRE(result.error.ok());
-    CHECK(result.keyframe_ready == (i % 5 == 4));
     if (result.keyframe_ready) {
+      // Not by the call that completes it, but before the next one is complete.
+      CHECK(i % 5 <= 3);
       CHECK_FALSE(result.keyframe_finished);
+      CHECK(pipeline->keyframe().sequence == ready++);
+      CHECK(pipeline->keyframe().scans.back().scan_index == 5 * ready - 1);
       CHECK_FALSE(pipeline->keyframe().static_cells.empty());
       CHECK(pipeline->keyframe().place.keypoints.empty());
       CHECK(pipeline->keyframe().statistics->shed_of(Shed::kDescription) == 0);
+      CHECK(pipeline->labels(4, labels) > 0);
+    } else {
+      CHECK(pipeline->labels(0, labels) == 0);
     }
     if (!result.keyframe_finished) continue;
     // At the latest with the last scan but one.
@@ -415,11 +450,13 @@ TEST_CASE("a deferred keyframe is ready before it is finished, and says so", "[d
     CHECK_FALSE(pipeline->finished_keyframe().place.keypoints.empty());
     CHECK(pipeline->finished_keyframe().sequence == pipeline->keyframe().sequence);
   }
+  CHECK(ready == 5);
   CHECK(finished == 5);
   CHECK(pipeline->work().work_left);
   const ScanResult last = pipeline->flush();
+  CHECK(last.keyframe_ready);
   CHECK(last.keyframe_finished);
-  CHECK_FALSE(last.keyframe_ready);
+  CHECK_FALSE(pipeline->flush().keyframe_ready);
   CHECK_FALSE(pipeline->work(1000).work_left);
 }
 
@@ -436,18 +473,68 @@ TEST_CASE("one call of work does one slice, or as many as begin in time", "[defe
       (void)pipeline->add_scan(scan.view(), scan.T_odometry_sensor, 1 + i * kPeriodNs);
     }
     int calls = 0;
+    bool ready = false;
     while (true) {
       ++calls;
       const WorkResult result = pipeline->work(budget_us);
+      CHECK_FALSE((ready && result.keyframe_ready));
+      ready = ready || result.keyframe_ready;
       CHECK(result.keyframe_finished == !result.work_left);
-      if (!result.work_left) return calls;
+      if (!result.work_left) break;
     }
+    CHECK(ready);
+    return calls;
   };
   const int slices = calls_until_finished(0);
-  CHECK(slices > 15);
-  // A slice reads the clock five times, a microsecond each.
-  const int calls = calls_until_finished(20);
+  CHECK(slices > 30);
+  // A slice reads the clock about five times.
+  const int calls = calls_until_finished(80);
   CHECK(calls < slices / 2);
   CHECK(calls > 2);
   CHECK(calls_until_finished(1'000'000) == 1);
+}
+
+TEST_CASE("with deferred work a budget holds for every call unless the queue is full",
+          "[deferred]") {
+  struct Outcome {
+    std::int64_t longest_us = 0;
+    std::uint32_t missed = 0;
+    std::uint32_t ready = 0;
+  };
+  const IntegerTown town({});
+  const auto drive = [&town](std::uint32_t budget_us, std::uint32_t waiting_scans) {
+    PipelineConfig config = short_keyframes(5, 4);
+    config.deferred = true;
+    config.clock_ns = fake_clock;
+    config.budget_us = budget_us;
+    config.waiting_scans = waiting_scans;
+    OwnedPipeline pipeline(config);
+    REQUIRE(pipeline);
+    Outcome outcome;
+    for (std::int64_t i = 0; i < 40; ++i) {
+      const TownScan scan = town.scan(i);
+      const std::int64_t begin_ns = fake_ns;
+      const ScanResult result =
+          pipeline->add_scan(scan.view(), scan.T_odometry_sensor, 1 + i * kPeriodNs);
+      outcome.longest_us = std::max(outcome.longest_us, (fake_ns - begin_ns) / 1000);
+      if (!result.keyframe_ready) continue;
+      ++outcome.ready;
+      const KeyframeStatistics& statistics = *pipeline->keyframe().statistics;
+      outcome.missed += statistics.deadline_missed ? 1U : 0U;
+      // Late, but never left out.
+      CHECK(statistics.shed == decltype(statistics.shed){});
+    }
+    return outcome;
+  };
+  // The clock advances when it is read, so that every slice costs about the same.
+  constexpr std::uint32_t kBudget_us = 200;
+  const Outcome patient = drive(kBudget_us, 50);
+  CHECK(patient.longest_us < kBudget_us * 3 / 2);
+  CHECK(patient.ready > 1);
+  const Outcome full = drive(kBudget_us, 3);
+  CHECK(full.longest_us > kBudget_us * 3 / 2);
+  CHECK(full.missed > 0);
+  const Outcome ample = drive(10'000'000, 10);
+  CHECK(ample.missed == 0);
+  CHECK(ample.ready == 7);
 }

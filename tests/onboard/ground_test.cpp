@@ -163,7 +163,7 @@ TEST_CASE("ground that was seen through is none, whatever looks like it") {
   add_floor(roof, 6.0F, 8.0F, -1.0F, 1.0F, 0.1F);
   stages.add(roof);
   stages.build_cells();
-  stages.voxels.build(stages.cells);
+  stages.build_voxels();
   const auto count = [&] {
     return find_ground(config.ground, config.voxel.coarse_size_m, stages.sensor_m,
                        stages.voxels.map());

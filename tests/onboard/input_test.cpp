@@ -99,6 +99,90 @@ TEST_CASE("time that stands still or goes backwards is refused") {
   CHECK(pipeline->add_scan(scan.view(), sensor_at(0, 0), 1001).error.code == ErrorCode::kOk);
 }
 
+TEST_CASE("a clock that is set back costs two scans") {
+  OwnedPipeline pipeline(small_config());
+  const LabelledScan scan = plain_scan();
+  constexpr std::int64_t kHourNs = 3600000000000;
+  const auto add = [&](int i, std::int64_t offset_ns) {
+    return pipeline->add_scan(scan.view(), sensor_at(0.1 * i, 0),
+                              2 * kHourNs + i * kPeriodNs + offset_ns);
+  };
+  for (int i = 0; i < 4; ++i) REQUIRE(add(i, 0).error.code == ErrorCode::kOk);
+  const ScanResult first = add(4, -kHourNs);
+  CHECK(first.error.code == ErrorCode::kTimeReversed);
+  CHECK_FALSE(first.keyframe_ready);
+  const ScanResult second = add(5, -kHourNs);
+  CHECK(second.error.code == ErrorCode::kTimeJump);
+  CHECK(std::string(second.error.message).find("clock") != std::string::npos);
+  // Scans of both times do not share a keyframe.
+  REQUIRE(second.keyframe_ready);
+  CHECK(pipeline->keyframe().scans.size() == 4);
+  for (int i = 6; i < 12; ++i) CHECK(add(i, -kHourNs).error.code == ErrorCode::kOk);
+  REQUIRE(pipeline->flush().keyframe_ready);
+  CHECK(pipeline->keyframe().scans.size() == 6);
+}
+
+TEST_CASE("stamps from the past that do not increase never set the clock back") {
+  OwnedPipeline pipeline(small_config());
+  const LabelledScan scan = plain_scan();
+  const auto add = [&](std::int64_t stamp_ns) {
+    return pipeline->add_scan(scan.view(), sensor_at(0, 0), stamp_ns).error.code;
+  };
+  REQUIRE(add(100 * kPeriodNs) == ErrorCode::kOk);
+  for (int i = 0; i < 5; ++i) CHECK(add(50 * kPeriodNs) == ErrorCode::kTimeReversed);
+  for (int i = 0; i < 5; ++i) CHECK(add((49 - i) * kPeriodNs) == ErrorCode::kTimeReversed);
+  CHECK(add(101 * kPeriodNs) == ErrorCode::kOk);
+  // Late scans one at a time are no clock that was set.
+  for (int i = 0; i < 5; ++i) {
+    CHECK(add((60 + i) * kPeriodNs) == ErrorCode::kTimeReversed);
+    CHECK(add((102 + i) * kPeriodNs) == ErrorCode::kOk);
+  }
+}
+
+TEST_CASE("one stamp from far in the future costs one scan") {
+  OwnedPipeline pipeline(small_config());
+  const LabelledScan scan = plain_scan();
+  constexpr std::int64_t kHourNs = 3600000000000;
+  const auto add = [&](int i, std::int64_t offset_ns) {
+    return pipeline->add_scan(scan.view(), sensor_at(0.1 * i, 0), i * kPeriodNs + offset_ns);
+  };
+  for (int i = 0; i < 4; ++i) REQUIRE(add(i, 0).error.code == ErrorCode::kOk);
+  CHECK(add(4, kHourNs).error.code == ErrorCode::kTimeJump);
+  CHECK(add(5, 0).error.code == ErrorCode::kOk);
+  CHECK(add(6, std::numeric_limits<std::int64_t>::max() - kHourNs).error.code ==
+        ErrorCode::kTimeJump);
+  CHECK(add(7, 0).error.code == ErrorCode::kOk);
+}
+
+TEST_CASE("a clock that is set ahead costs one scan") {
+  OwnedPipeline pipeline(small_config());
+  const LabelledScan scan = plain_scan();
+  constexpr std::int64_t kHourNs = 3600000000000;
+  const auto add = [&](int i, std::int64_t offset_ns) {
+    return pipeline->add_scan(scan.view(), sensor_at(0.1 * i, 0), i * kPeriodNs + offset_ns);
+  };
+  for (int i = 0; i < 4; ++i) REQUIRE(add(i, 0).error.code == ErrorCode::kOk);
+  const ScanResult jump = add(4, kHourNs);
+  CHECK(jump.error.code == ErrorCode::kTimeJump);
+  CHECK(jump.keyframe_ready);
+  for (int i = 5; i < 9; ++i) CHECK(add(i, kHourNs).error.code == ErrorCode::kOk);
+}
+
+TEST_CASE("a clock that is set back while the odometry jumps is followed as well") {
+  OwnedPipeline pipeline(small_config());
+  const LabelledScan scan = plain_scan();
+  constexpr std::int64_t kHourNs = 3600000000000;
+  const auto add = [&](double x, std::int64_t stamp_ns) {
+    return pipeline->add_scan(scan.view(), sensor_at(x, 0), stamp_ns).error.code;
+  };
+  for (int i = 0; i < 4; ++i) REQUIRE(add(500.0, kHourNs + i * kPeriodNs) == ErrorCode::kOk);
+  CHECK(add(0.0, 1 * kPeriodNs) == ErrorCode::kTimeReversed);
+  CHECK(add(0.0, 2 * kPeriodNs) == ErrorCode::kTimeJump);
+  // A jump of the pose stays one: what was seen before it must be forgotten.
+  CHECK(add(0.0, 3 * kPeriodNs) == ErrorCode::kPoseJump);
+  CHECK(add(0.0, 4 * kPeriodNs) == ErrorCode::kOk);
+}
+
 TEST_CASE("one wrong pose costs one scan") {
   OwnedPipeline pipeline(small_config());
   const LabelledScan scan = plain_scan();

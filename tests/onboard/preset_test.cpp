@@ -106,6 +106,34 @@ TEST_CASE("every valid data sheet gives a valid configuration") {
   }
 }
 
+TEST_CASE("what a sensor needs is compared with the cells of a computer, and which range fits") {
+  const SensorModel& os2 = sensor_model(SensorKind::kOs2_128);
+  for (const SensorModel& model : sensor_models()) {
+    CAPTURE(std::string(model.name));
+    CHECK(sensor_fit(model, preset(model.kind)).fits());
+    CHECK(sensor_fit(model, preset(model.kind, Computer::kRaspberryPi)).fits());
+  }
+  PipelineConfig config = preset(os2, Computer::kArmv7With64Mb).value();
+  const SensorFit fit = sensor_fit(os2, config);
+  CHECK_FALSE(fit.fits());
+  CHECK(fit.cells == config.voxel.max_cells);
+  // A dense street occupied 151 720 cells within 40 m.
+  CHECK(fit.cells_needed > 151720);
+  CHECK(fit.cells_needed < 170000);
+  CHECK(fit.range_m < config.keyframe.range_max_m);
+
+  // What is proposed helps: the range, or the cells, or larger ones.
+  config.keyframe.range_max_m = fit.range_m - 0.1F;
+  CHECK(sensor_fit(os2, config).fits());
+  config = preset(os2, Computer::kArmv7With64Mb).value();
+  config.voxel.max_cells = fit.cells_needed;
+  CHECK(sensor_fit(os2, config).fits());
+  CHECK(sensor_fit(os2, config).range_m == config.keyframe.range_max_m);
+  config = preset(os2, Computer::kArmv7With64Mb).value();
+  config.voxel.fine_size_m = 0.25F;
+  CHECK(sensor_fit(os2, config).fits());
+}
+
 TEST_CASE("an owning pipeline takes exactly what the pipeline needs, once") {
   PipelineConfig config = preset(SensorKind::kVlp16, Computer::kArmv7With64Mb);
   OwnedPipeline pipeline(config);

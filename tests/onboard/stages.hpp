@@ -53,16 +53,23 @@ struct Stages {
   }
   void build_cells() {
     window.blocks().arrange(scans.cells().occupied());
-    cells.build(scans.cells(), window.blocks().order(), scans.grid());
+    cells.begin(scans.grid());
+    cells.add(scans.cells(), window.blocks().order(), all_blocks());
+  }
+  [[nodiscard]] Slice all_blocks() const { return {0, scans.cells().block_count()}; }
+  void build_voxels() {
+    voxels.begin();
+    voxels.add(cells, all_blocks());
+    voxels.find_planes(cells.grid(), {0, voxels.map().size()});
   }
   std::uint32_t find_and_split_ground() {
     build_cells();
-    voxels.build(cells);
+    build_voxels();
     const std::uint32_t ground =
         find_ground(config.ground, config.voxel.coarse_size_m, sensor_m, voxels.map());
     rejected = levels.reject_elevated(voxels.map());
     propagate_ground(config.ground, voxels.map());
-    split_ground(config.ground, config.removal, voxels, cells);
+    split_ground(config.ground, config.removal, voxels, all_blocks(), cells);
     return ground;
   }
   /// Classifies components as if every dynamic cell had been seen through once, and every other one
@@ -72,7 +79,14 @@ struct Stages {
     for (std::uint32_t row = 0; row < cells.size(); ++row) {
       if (cells.has(row, &CellMarks::dynamic)) log_odds[row] = 850;
     }
-    return components.run(window.blocks(), log_odds, viewpoint, cells);
+    return classify_components(log_odds);
+  }
+  /// The same with this evidence.
+  std::uint32_t classify_components(const std::vector<std::int16_t>& log_odds) {
+    components.begin();
+    while (components.step(window.blocks(), log_odds, viewpoint, cells)) {
+    }
+    return components.components();
   }
   /// Row of the cell that holds a point; there must be one.
   std::uint32_t row_at(const Eigen::Vector3f& p) const {

@@ -46,8 +46,12 @@ std::uint64_t count_run(const PipelineConfig& config, const std::vector<Labelled
     add(scan.view(), sensor_at(0.1 * static_cast<double>(keyframes), 0), stamp);
     count_finished(pipeline->work(500).keyframe_finished);
   }
-  (void)pipeline->add_scan(scans.front().view(), sensor_at(500.0, 0), ++stamp);
-  (void)pipeline->flush();
+  add(scans.front().view(), sensor_at(500.0, 0), ++stamp);
+  ScanResult last;
+  do {
+    last = pipeline->flush();
+    count_finished(last.keyframe_finished);
+  } while (last.keyframe_finished);
   return AllocationGuard::count() - before;
 }
 
@@ -90,6 +94,7 @@ int main() {
   hurried.events = EventRing::create(4, ring).value();
   PipelineConfig deferred = hurried;
   deferred.deferred = true;
+  deferred.waiting_scans = 3;  // which is full now and then
   for (const PipelineConfig& config : {both, thinned, tight, hurried, deferred}) {
     unsigned keyframes = 0;
     const std::uint64_t counted = count_run(config, scans, keyframes);

@@ -21,6 +21,7 @@ enum class ErrorCode : std::uint8_t {
   kCapacityExceeded,  ///< a fixed-capacity container is full
   kInvalidKeyframe,   ///< what was handed over is no keyframe
   kBufferTooSmall,    ///< the result needs more bytes than the caller's buffer has
+  kTimeJump,          ///< the stamp lies far ahead, or the clock was set back
 };
 
 /// An error as a value: a code, and a static sentence that says what to do about it. Must be used.

@@ -3,9 +3,8 @@
 
 namespace unimapper {
 
-/// L_f, edge of a fine cell, metres. Keyframes do not carry it: where a robot's
-/// `VoxelConfig::fine_size_m` is another one, the base needs it as
-/// `merge::RefinementConfig::cell_size_m`.
+/// L_f, edge of a fine cell, metres. Where a robot's `VoxelConfig::fine_size_m` is
+/// another one, the base needs it as `merge::RefinementConfig::cell_size_m`.
 inline constexpr float kFineCellSizeM = 0.2F;
 
 /// L_c, edge of a coarse voxel, metres; planes are fitted in it on the robot and at the base.

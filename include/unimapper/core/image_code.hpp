@@ -28,6 +28,15 @@ inline constexpr std::size_t kMaxImagePixels = std::size_t{1} << 20U;
 [[nodiscard]] std::size_t encode_image(std::span<const std::uint16_t> pixels,
                                        std::span<std::uint8_t> code) noexcept;
 
+/// Where the bytes of a code go, one at a time.
+struct ImageCodeSink {
+  void (*put)(void* context, std::uint8_t byte) noexcept;  ///< takes the next byte
+  void* context;                                           ///< first argument of `put`
+};
+
+/// The same, byte by byte to `sink`, for a writer without memory for a whole code.
+void encode_image(std::span<const std::uint16_t> pixels, const ImageCodeSink& sink) noexcept;
+
 /// Whether `code` is what `encode_image` makes of an image of so many pixels. O(bytes of `code`).
 [[nodiscard]] bool is_image_code(std::span<const std::uint8_t> code, std::size_t pixels) noexcept;
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 
+#include "unimapper/core/grid_size.hpp"
 #include "unimapper/core/image_projection.hpp"
 #include "unimapper/core/pose.hpp"
 
@@ -15,7 +16,7 @@ namespace unimapper {
 /// `position` is in the levelled keyframe frame (see `level_frame`), metres.
 struct FineCell {
   Eigen::Vector3f position;  ///< mean of its points
-  std::uint16_t points;      ///< scan points in the cell, saturating
+  std::uint16_t points;      ///< scan points in the cell, saturating; 0: not known at the base
   std::uint8_t ground;       ///< 1 if the cell belongs to the ground
   std::uint8_t reserved;     ///< 0
 };
@@ -93,6 +94,7 @@ struct KeyframeContent {
   Pose T_odometry_keyframe;             ///< levelled frame at the reference scan's sensor pose
   KeyframeUp up;                        ///< how level that frame is
   std::span<const KeyframeScan> scans;  ///< in order of time
+  float cell_size_m = kFineCellSizeM;   ///< edge of the cells, whose grid is the odometry's
   std::span<const FineCell> static_cells;   ///< the map's contribution
   std::span<const FineCell> dynamic_cells;  ///< what was removed, for display and audit
   /// Free-space images: evidence about the cells of neighbouring keyframes.

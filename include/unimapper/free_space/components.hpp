@@ -49,6 +49,24 @@ class ComponentLabels {
   std::uint32_t label(std::uint32_t blocks, const CellsOf& cells_of,
                       const Neighbour& neighbour) noexcept;
 
+  /// The same in parts, for callers who have little time at once, each of which goes through all
+  /// blocks in their order, as many at a time as the caller likes: `begin`, then `split`, then
+  /// `join`, then `count`, then `add_low`.
+  void begin() noexcept { part_count_ = size_ = 0; }
+  /// Splits the cells of the blocks from `first` to before `end` of `blocks`.
+  template <typename CellsOf>
+  void split(std::uint32_t first, std::uint32_t end, std::uint32_t blocks,
+             const CellsOf& cells_of) noexcept;
+  /// Joins what touches across their sides.
+  template <typename Neighbour>
+  void join(std::uint32_t first, std::uint32_t end, const Neighbour& neighbour) noexcept;
+  /// Returns the number of components. O(parts).
+  std::uint32_t count() noexcept { return flatten(); }
+  /// Makes their low cells follow.
+  template <typename Neighbour>
+  void add_low(std::uint32_t first, std::uint32_t end, std::uint32_t blocks,
+               const Neighbour& neighbour) noexcept;
+
   /// Components are numbered, with gaps, below this.
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
 
@@ -99,8 +117,8 @@ class ComponentLabels {
   }
 
   /// Splits the connecting cells of block `b`; `blocks_left` counts it and those after it.
-  void split(std::uint32_t b, const LabelledCells& cells, std::uint32_t blocks_left) noexcept;
-  /// The cells that `split` was given.
+  void split_block(std::uint32_t b, const LabelledCells& cells, std::uint32_t blocks_left) noexcept;
+  /// The cells that `split_block` was given.
   [[nodiscard]] std::uint64_t connecting(const Parts& parts) const noexcept {
     std::uint64_t cells = 0;
     for (std::uint32_t p = parts.first; p < parts.first + parts.count; ++p) cells |= cells_[p];
@@ -108,7 +126,8 @@ class ComponentLabels {
   }
   /// Joins the parts of a block with those of its neighbour at `kOffsets[offset]` they touch.
   void join_blocks(std::uint32_t b, std::uint32_t other, std::size_t offset) noexcept;
-  /// Attaches each low cell of block `b` to the first part it touches; `blocks_left` as in `split`.
+  /// Attaches each low cell of block `b` to the first part it touches; `blocks_left` as in
+  /// `split_block`.
   template <typename Neighbour>
   void add_low_cells(std::uint32_t b, const Neighbour& neighbour,
                      std::uint32_t blocks_left) noexcept;
@@ -116,7 +135,7 @@ class ComponentLabels {
   std::uint64_t follow(std::uint32_t part, std::uint64_t touched, std::uint64_t low, Parts& own,
                        std::uint32_t blocks_left) noexcept;
   std::uint32_t root(std::uint32_t part) noexcept;
-  void join(std::uint32_t a, std::uint32_t b) noexcept;
+  void join_parts(std::uint32_t a, std::uint32_t b) noexcept;
   /// Makes every part's parent its root. Returns the number of roots.
   std::uint32_t flatten() noexcept;
 
@@ -134,10 +153,25 @@ class ComponentLabels {
 template <typename CellsOf, typename Neighbour>
 std::uint32_t ComponentLabels::label(std::uint32_t blocks, const CellsOf& cells_of,
                                      const Neighbour& neighbour) noexcept {
-  part_count_ = 0;
-  for (std::uint32_t b = 0; b < blocks; ++b) split(b, cells_of(b), blocks - b);
+  begin();
+  split(0, blocks, blocks, cells_of);
+  join(0, blocks, neighbour);
+  const std::uint32_t components = count();
+  add_low(0, blocks, blocks, neighbour);
+  return components;
+}
+
+template <typename CellsOf>
+void ComponentLabels::split(std::uint32_t first, std::uint32_t end, std::uint32_t blocks,
+                            const CellsOf& cells_of) noexcept {
+  for (std::uint32_t b = first; b < end; ++b) split_block(b, cells_of(b), blocks - b);
   size_ = part_count_;
-  for (std::uint32_t b = 0; b < blocks; ++b) {
+}
+
+template <typename Neighbour>
+void ComponentLabels::join(std::uint32_t first, std::uint32_t end,
+                           const Neighbour& neighbour) noexcept {
+  for (std::uint32_t b = first; b < end; ++b) {
     const std::uint64_t cells = connecting(parts_of_[b]);
     if (cells == 0) continue;
     for (std::size_t i = 0; i < kOffsets.size() / 2; ++i) {
@@ -146,11 +180,14 @@ std::uint32_t ComponentLabels::label(std::uint32_t blocks, const CellsOf& cells_
       if (other != kNone) join_blocks(b, other, i);
     }
   }
-  const std::uint32_t components = flatten();
-  for (std::uint32_t b = 0; b < blocks; ++b) {
+}
+
+template <typename Neighbour>
+void ComponentLabels::add_low(std::uint32_t first, std::uint32_t end, std::uint32_t blocks,
+                              const Neighbour& neighbour) noexcept {
+  for (std::uint32_t b = first; b < end; ++b) {
     if (low_[b] != 0) add_low_cells(b, neighbour, blocks - b);
   }
-  return components;
 }
 
 template <typename Neighbour>

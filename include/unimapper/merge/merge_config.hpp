@@ -286,8 +286,8 @@ consteval auto parameters_of(const RefinementConfig*) {
           "[0.001, 1]", "", "measured",
           "and a patch with at least this share of such cells is no ground."),
       parameter<&C::cell_size_m>("[0.05, 1]", "m", "as onboard",
-                                 "Edge of the robots' fine cells (voxel.fine_size_m), which "
-                                 "keyframes do not carry."));
+                                 "Edge of the voxels of refinement: that of the robots' fine "
+                                 "cells (voxel.fine_size_m). Another one is warned of."));
 }
 
 /// The unified map and what changed between sessions.

@@ -382,6 +382,7 @@ struct PipelineConfig {
   /// `Pipeline::places()` take sessions from 1.
   SearchScope search_scope{SearchScope::Sessions::kAll, 50};
   bool deferred = false;
+  std::uint32_t waiting_scans = 10;
   std::uint32_t budget_us = 0;
   /// Monotonic clock in nanoseconds for the stage times and the budget; null = no times are taken.
   std::int64_t (*clock_ns)() = nullptr;
@@ -409,14 +410,22 @@ consteval auto parameters_of(const PipelineConfig*) {
       parameters_in<&C::descriptor>(), parameters_in<&C::loop_search>(),
       parameters_in<&C::search_scope>(),
       parameter<&C::deferred>("choice",
-                              "The call that closes a keyframe does only what decides its labels; "
-                              "final labels, description and loop search are done in slices by the "
-                              "calls that follow, with the same results. Takes room for the cells "
-                              "of a second keyframe. false: everything at once."),
+                              "What closes a keyframe, and final labels, description and loop "
+                              "search after that, are done in slices by the calls that follow, "
+                              "about as much in each, with the same results. Takes room for the "
+                              "cells of a second keyframe and for `waiting_scans`. false: "
+                              "everything at once."),
+      parameter<&C::waiting_scans>("[1, 100]", "", "choice",
+                                   "With `deferred`: scans that can wait while a keyframe is being "
+                                   "closed, 12 bytes for each of "
+                                   "`keyframe.max_points_per_scan`. With fewer than half of "
+                                   "`keyframe.scans` calls become uneven: one that leaves no room "
+                                   "for another scan closes the keyframe at once."),
       parameter<&C::budget_us>("0 or [100, 10000000]", "µs", "choice",
-                               "Longest that a call which closes a keyframe may take; what does "
-                               "not fit is left out in the order of `Shed` and counted. Needs a "
-                               "clock; 0: nothing is left out."),
+                               "Longest that a call may take. With `deferred` what does not fit is "
+                               "done later, and nothing is left out; otherwise it holds for calls "
+                               "that close a keyframe, and what does not fit is left out in the "
+                               "order of `Shed` and counted. Needs a clock; 0: no limit."),
       no_parameter<&C::clock_ns>(), no_parameter<&C::events>());
 }
 
@@ -446,6 +455,23 @@ enum class Computer : std::uint8_t {
 /// cannot be right (see `SensorModel`). For a known model it is what `preset(model.kind)` gives.
 [[nodiscard]] Expected<PipelineConfig> preset(const SensorModel& sensor,
                                               Computer computer = Computer::kServer) noexcept;
+
+/// Whether a configuration has room for what a sensor may see. Cells that do not fit are those of
+/// the last scans, near ones too: their points are labelled static without having been looked at
+/// (`DropCause::kCellsFull`), so a shorter range is better than cells that are full.
+struct SensorFit {
+  std::uint32_t cells_needed = 0;  ///< fine cells that a keyframe may occupy in a dense street
+  std::uint32_t cells = 0;         ///< those there is room for: `VoxelConfig::max_cells`
+  float range_m = 0.0F;            ///< `KeyframeConfig::range_max_m` with which they fit, metres
+
+  /// Whether there is room for all of them.
+  [[nodiscard]] bool fits() const noexcept { return cells_needed <= cells; }
+};
+
+/// An estimate from the data sheet, before the first scan, for outdoors; how it compares with
+/// recordings is in docs/porting.md. After it, `KeyframeStatistics::dropped_by` counts. O(1).
+[[nodiscard]] SensorFit sensor_fit(const SensorModel& sensor,
+                                   const PipelineConfig& config) noexcept;
 
 /// Where the robot maps; decides how long keyframes are and how finely a place is described, never
 /// a threshold of removal.

@@ -33,23 +33,25 @@ struct KeyframeView : KeyframeContent {
   const KeyframeStatistics* statistics = nullptr;  ///< counts and times of this keyframe
 };
 
-/// What became of a scan. Look at both members: a jump of the pose refuses the scan *and* closes
+/// What became of a scan. Look at all members: a jump of the pose refuses the scan *and* closes
 /// the keyframe that was open.
 struct [[nodiscard]] ScanResult {
   /// `kOk`, or why the scan was refused. A refused scan gets no labels, but it takes a scan
   /// index: `KeyframeScan::scan_index` counts every call. Apart from that, and from a jump of the
   /// pose, it leaves the state unchanged.
   Error error;
-  bool keyframe_ready = false;  ///< `keyframe()` holds a new keyframe, `labels` its labels
+  /// `keyframe()` holds a new keyframe, `labels` its labels: the one that this call closed, unless
+  /// `PipelineConfig::deferred`; then one that was closed in an earlier call, or in this one.
+  bool keyframe_ready = false;
   /// `finished_keyframe()` holds a new keyframe: always the one that is ready, unless
-  /// `PipelineConfig::deferred`; then one that became ready in an earlier call, or in this one if
-  /// it is `flush`.
+  /// `PipelineConfig::deferred`; then one that became ready in an earlier call, or in this one.
   bool keyframe_finished = false;
 };
 
 /// What a call of `Pipeline::work` left.
 struct [[nodiscard]] WorkResult {
-  bool work_left = false;          ///< a keyframe is not finished yet
+  bool work_left = false;          ///< a scan waits, or a keyframe is not finished yet
+  bool keyframe_ready = false;     ///< as in `ScanResult`
   bool keyframe_finished = false;  ///< `finished_keyframe()` holds a new keyframe
 };
 
@@ -75,23 +77,31 @@ class Pipeline {
   /// is refused once: it closes the open keyframe and the pose is remembered. If the next scan
   /// agrees with it, the odometry was restarted: the evidence of earlier keyframes is forgotten
   /// and mapping goes on from there. If the next scan agrees with the pose before the jump, the
-  /// jump was a glitch and nothing is forgotten.
+  /// jump was a glitch and nothing is forgotten. Stamps more than a minute ahead, or back for the
+  /// second time in a row and increasing, close the open keyframe, too (`kTimeJump`): a clock that
+  /// was set ahead costs one scan, one that was set back two, and nothing is forgotten.
+  ///
+  /// Cost: O(points), and in the call that closes a keyframe O(cells x images of the window). With
+  /// `PipelineConfig::deferred` each call does its share of that in slices, so that all cost about
+  /// the same; scans are copied meanwhile and wait. Scans are checked at once either way.
   ScanResult add_scan(const PointView& points, const Pose& T_odometry_sensor,
                       std::int64_t stamp_ns) noexcept;
 
   /// Closes a keyframe that has fewer scans than configured (end of a run) and finishes it. With
-  /// `PipelineConfig::deferred` the keyframe before may have to be finished first, and one call
-  /// finishes no more than one: call until no keyframe is finished any more.
+  /// `PipelineConfig::deferred` keyframes before may have to be closed and finished first, and one
+  /// call does so with no more than one: call until no keyframe is finished any more.
   ScanResult flush() noexcept;
 
   /// With `PipelineConfig::deferred`: does more of the deferred work, for callers who have time
   /// before the next scan. `add_scan` does its share all the same, so this need not be called. One
-  /// slice, and as many more as begin within `budget_us` by `PipelineConfig::clock_ns`. A slice is
-  /// bounded by counted elements (2,048 cells relabelled, 16,384 described, 8,192 triangles
-  /// compared), not by the clock. When and whether it is called changes no result.
+  /// slice, and as many more as begin within `budget_us` by `PipelineConfig::clock_ns`, but no scan
+  /// that waits is added in a call that makes a keyframe ready. A slice is bounded by counted
+  /// elements (16,384 blocks of cells, a quarter of a million projections, one scan that waits,
+  /// 2,048 cells relabelled, 16,384 described, 8,192 triangles compared), not by the clock. When
+  /// and whether it is called changes no result.
   WorkResult work(std::uint32_t budget_us = 0) noexcept;
 
-  /// The last keyframe that was closed; valid until the next call of `add_scan`, `flush`, `work` or
+  /// The last keyframe that is ready; valid until the next call of `add_scan`, `flush`, `work` or
   /// `relabel_next`.
   [[nodiscard]] const KeyframeView& keyframe() const noexcept;
 
@@ -100,7 +110,8 @@ class Pipeline {
   [[nodiscard]] const KeyframeView& finished_keyframe() const noexcept;
 
   /// Online label of every point of scan `scan_in_keyframe` of `keyframe()`, in input order. To be
-  /// called before the next scan is added. Writes at most `out.size()` labels and returns how many.
+  /// called before the next call of `add_scan`, `flush` or `work`: afterwards there are none.
+  /// Writes at most `out.size()` labels and returns how many.
   /// `kUnknown` is given only to points that are not finite or out of range.
   std::size_t labels(std::size_t scan_in_keyframe, std::span<PointLabel> out) const noexcept;
 
@@ -116,7 +127,8 @@ class Pipeline {
   bool relabel_next() noexcept;
 
   /// The places loop search knows; insert those of earlier runs (sessions from 1) here. The
-  /// pipeline's own keyframes are session 0. Finishes deferred work first: ask anew for each use.
+  /// pipeline's own keyframes are session 0. Finishes the last keyframe that is ready first: ask
+  /// anew for each use.
   [[nodiscard]] PlaceDatabase& places() noexcept;
 
   /// The configuration the pipeline was created with.

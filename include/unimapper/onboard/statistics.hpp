@@ -110,9 +110,11 @@ struct KeyframeStatistics {
   /// look as if they were not motion-compensated; else 0.
   float sweep_tilt_deg = 0.0F;
   std::uint32_t aligned_scans = 0;  ///< scans that were aligned to that ground before use
-  bool deadline_missed = false;     ///< the keyframe took longer than its budget all the same
-  /// With `PipelineConfig::deferred`: slices that were left when the next keyframe closed and
-  /// lengthened that call.
+  /// The call that closed it took longer than the budget all the same; with
+  /// `PipelineConfig::deferred`, some call since the keyframe before was ready did.
+  bool deadline_missed = false;
+  /// With `PipelineConfig::deferred`: slices of closing it that lengthened a call, because no other
+  /// scan could wait.
   std::uint32_t late_slices = 0;
 
   /// What was dropped for this cause.

@@ -91,6 +91,17 @@ void write_refined_labels_of_sessions(const MergeOptions& options,
   }
 }
 
+/// Labels are refined in voxels of one size; those of robots with other cells come out worse.
+void warn_of_cell_sizes(const std::vector<SessionData>& sessions, float cell_size_m) {
+  for (const SessionData& session : sessions) {
+    if (session.keyframes.empty() || session.keyframes.front().cell_size_m == cell_size_m) continue;
+    std::cerr << "unimapper: warning: the cells of session " << session.info.name
+              << " have an edge of " << session.keyframes.front().cell_size_m
+              << " m, labels are refined in voxels of " << cell_size_m
+              << " m; set refinement.cell_size_m (--config)\n";
+  }
+}
+
 merge::MergeConfig make_config(const MergeOptions& options) {
   merge::MergeConfig config;
   if (!options.config.empty()) {
@@ -139,6 +150,7 @@ void run_merge(const MergeOptions& options) {
     sessions.push_back(std::move(input.data));
     runs.push_back(std::move(input.run));
   }
+  warn_of_cell_sizes(sessions, config.refinement.cell_size_m);
   // Before the merge, so that wrong session names are reported at once.
   const auto start = Clock::now();
   ReportInput report;
