@@ -56,8 +56,9 @@ struct RobotKeyframe {
   KeyframeContent content;
 
   explicit RobotKeyframe(const KeyframeRecord& record) : static_cells(record.static_cells) {
-    std::stable_sort(static_cells.begin(), static_cells.end(),
-                     [](const FineCell& a, const FineCell& b) { return a.points < b.points; });
+    std::stable_sort(
+        static_cells.begin(), static_cells.end(),
+        [](const FineCell& a, const FineCell& b) { return a.position.norm() < b.position.norm(); });
     const std::size_t size = ImageProjection(record.image_shape).pixels();
     for (const CodedImage& image : record.images) {
       (void)decode_image(image.code, pixels.emplace_back(size));
@@ -67,6 +68,8 @@ struct RobotKeyframe {
     }
     content.reference_scan = record.reference_scan;
     content.scans = record.scans;
+    content.T_odometry_keyframe = record.T_odometry_keyframe;
+    content.cell_size_m = record.cell_size_m;
     content.static_cells = static_cells;
     content.dynamic_cells = record.dynamic_cells;
     content.image_shape = record.image_shape;

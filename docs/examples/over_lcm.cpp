@@ -18,7 +18,7 @@ int main(int argc, char** argv) try {
   if (!encoder) return std::puts(encoder.error().message), 1;
   const SessionId session{7, 20260122};  // this robot, and a number for every start
   const char* url = argc > 1 ? argv[1] : "udpm://239.255.76.67:7667?ttl=0";
-  lcm_port::Publisher publisher({session, "robot7", "vlp-16"}, lcm_port::open_sender(url));
+  lcm_port::Publisher publisher({session, "robot7", "vlp-16"}, lcm_port::open_link(url));
 
   float scan[1000][3] = {};
   for (int i = 0; i < 1000; ++i) scan[i][0] = 10, scan[i][1] = 0.1F * i - 50;

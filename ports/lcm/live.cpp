@@ -17,12 +17,13 @@ using Clock = std::chrono::steady_clock;
 constexpr std::uint64_t kReceiveBufferBytes = 4U << 20U;
 constexpr std::chrono::milliseconds kPollInterval{100};
 constexpr std::chrono::milliseconds kProgressInterval{1000};
+constexpr std::chrono::milliseconds kAnswerInterval{200};
 
 /// Messages LCM may hold while a keyframe is being decoded; its own default of 30 is less than
 /// one keyframe in small datagrams.
 constexpr int kQueueCapacity = 4096;
 
-std::unique_ptr<lcm::LCM> open_link(const std::string& url) {
+std::unique_ptr<lcm::LCM> open_lcm(const std::string& url) {
   auto link = std::make_unique<lcm::LCM>(url);
   if (!link->good()) {
     throw LinkError(url +
@@ -83,11 +84,18 @@ class Watch {
   std::optional<ListenEnd> over(const std::vector<wire::SessionProgress>& sessions,
                                 Clock::time_point now) {
     if (options_.stop && options_.stop()) return ListenEnd::kStopped;
-    const auto ended = std::count_if(sessions.begin(), sessions.end(),
-                                     [](const wire::SessionProgress& s) { return s.ended; });
-    if (static_cast<std::size_t>(ended) >= options_.sessions_expected) {
+    const auto ended =
+        std::count_if(sessions.begin(), sessions.end(),
+                      [](const wire::SessionProgress& s) { return s.ended && s.received > 0; });
+    if (static_cast<std::size_t>(ended) < options_.sessions_expected) {
+      ended_since_ = Clock::time_point::max();
+    } else {
+      ended_since_ = std::min(ended_since_, now);
+    }
+    // In this order: the time of what has not ended yet lies in the future.
+    if (now >= ended_since_ && now - ended_since_ >= options_.end_silence) {
       const bool whole = std::all_of(sessions.begin(), sessions.end(), [](const auto& session) {
-        return !session.ended || session.whole;
+        return !session.ended || session.received == 0 || session.whole;
       });
       if (whole) return ListenEnd::kComplete;
       grace_ends_ = std::min(grace_ends_, now + options_.grace);
@@ -102,6 +110,7 @@ class Watch {
   const ListenOptions& options_;
   Clock::time_point last_message_ = Clock::now();
   bool heard_ = false;
+  Clock::time_point ended_since_ = Clock::time_point::max();
   Clock::time_point grace_ends_ = Clock::time_point::max();
 };
 
@@ -111,10 +120,51 @@ struct Inlet {
   bool heard = false;
 
   void on_message(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+    if (channel == kStoredChannel) return;  // our own, or another base's
     heard = true;
     const auto* bytes = static_cast<const std::uint8_t*>(buffer->data);
     receive(receiver, channel, {bytes, buffer->data_size});
   }
+};
+
+void publish_all(lcm::LCM& link, const std::vector<StoredMessage>& messages) {
+  const std::string channel(kStoredChannel);
+  for (const StoredMessage& message : messages) {
+    const std::vector<std::uint8_t> bytes = encode(message);
+    // What is lost is said again.
+    (void)link.publish(channel, bytes.data(), static_cast<unsigned int>(bytes.size()));
+  }
+}
+
+/// A robot's end of the network.
+class Answers {
+ public:
+  explicit Answers(std::unique_ptr<lcm::LCM> link) : link_(std::move(link)) {
+    link_->subscribe(std::string(kStoredChannel), &Answers::on_message, this);
+  }
+
+  bool publish(const std::string& channel, Bytes message) {
+    return link_->publish(channel, message.data(), static_cast<unsigned int>(message.size())) == 0;
+  }
+
+  std::vector<StoredMessage> take() {
+    // As many as LCM queues: an endless stream of them must not keep the robot from sending.
+    for (int i = 0; i < kMaxAnswers && link_->handleTimeout(0) > 0; ++i) continue;
+    return std::exchange(messages_, {});
+  }
+
+ private:
+  static constexpr int kMaxAnswers = 30;
+
+  void on_message(const lcm::ReceiveBuffer* buffer, const std::string& /*channel*/) {
+    const auto* bytes = static_cast<const std::uint8_t*>(buffer->data);
+    if (auto message = decode_stored({bytes, buffer->data_size})) {
+      messages_.push_back(std::move(*message));
+    }
+  }
+
+  std::unique_ptr<lcm::LCM> link_;
+  std::vector<StoredMessage> messages_;
 };
 
 /// Delivers what arrives during about `duration`.
@@ -131,13 +181,14 @@ void handle_for(lcm::LCM& link, std::chrono::milliseconds duration) {
 
 }  // namespace
 
-Send open_sender(const std::string& url) {
-  std::shared_ptr<lcm::LCM> link = open_link(url);
-  return [link, channel_name = std::string()](std::string_view channel, Bytes message) mutable {
+Link open_link(const std::string& url) {
+  const auto answers = std::make_shared<Answers>(open_lcm(url));
+  Send send = [answers, channel_name = std::string()](std::string_view channel,
+                                                      Bytes message) mutable {
     channel_name.assign(channel);
-    return link->publish(channel_name, message.data(), static_cast<unsigned int>(message.size())) ==
-           0;
+    return answers->publish(channel_name, message);
   };
+  return {std::move(send), [answers] { return answers->take(); }};
 }
 
 std::string with_receive_buffer(const std::string& url) {
@@ -152,7 +203,7 @@ std::string with_receive_buffer(const std::string& url) {
 
 ListenResult listen(const ListenOptions& options) {
   const std::string url = with_receive_buffer(options.url);
-  const std::unique_ptr<lcm::LCM> link = open_link(url);
+  const std::unique_ptr<lcm::LCM> link = open_lcm(url);
   const auto tell = [&options](const std::string& text) {
     if (options.progress && !text.empty()) options.progress(text);
   };
@@ -164,9 +215,14 @@ ListenResult listen(const ListenOptions& options) {
   tell("listening on " + url);
   Watch watch(options);
   Clock::time_point next_progress = Clock::now() + kProgressInterval;
+  Clock::time_point next_answer = Clock::now();
   for (;;) {
     handle_for(*link, kPollInterval);
     const Clock::time_point now = Clock::now();
+    if (now >= next_answer) {
+      publish_all(*link, receiver.take_stored());
+      next_answer = now + kAnswerInterval;
+    }
     if (std::exchange(inlet.heard, false)) watch.on_messages(now);
     const std::vector<wire::SessionProgress> sessions = receiver.progress();
     if (now >= next_progress) {

@@ -19,8 +19,8 @@ class LinkError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A sender for `Publisher`, e.g. of "udpm://239.255.76.67:7667?ttl=0". Throws LinkError.
-Send open_sender(const std::string& url);
+/// A network for `Publisher`, e.g. "udpm://239.255.76.67:7667?ttl=0". Throws LinkError.
+Link open_link(const std::string& url);
 
 /// `url` (LCM's default if empty) with a receive buffer of 4 MiB asked for, unless it is no UDP
 /// URL or says something else. The kernel's default of 208 KiB holds three datagrams of 60 kB.
@@ -30,13 +30,18 @@ std::string with_receive_buffer(const std::string& url);
 struct ListenOptions {
   /// LCM's name of the network.
   std::string url = "udpm://239.255.76.67:7667?ttl=0";
-  std::size_t sessions_expected = 1;  ///< the listening ends when so many have ended
+  /// The listening ends when so many have ended. Sessions without a keyframe do not count: it
+  /// takes 66 bytes to forge one.
+  std::size_t sessions_expected = 1;
   /// Ends the listening if nothing arrives for this long, before or after the first message.
   std::chrono::milliseconds first_message_timeout{60000};
   /// Ends the listening if nothing arrives for this long.
   std::chrono::milliseconds idle_timeout{10000};
   /// How long late pieces are waited for when all sessions have ended but some are not whole.
   std::chrono::milliseconds grace{2000};
+  /// How long no expected session may say that it is running before its end counts; a robot says
+  /// so once a second.
+  std::chrono::milliseconds end_silence{2500};
   ReceiverLimits limits;  ///< what the stream may make the receiver hold
   /// Asked ten times a second; true ends the listening. May be empty.
   std::function<bool()> stop;
@@ -59,7 +64,8 @@ struct ListenResult {
   ReceiverCounters counters;             ///< what arrived and what was lost
 };
 
-/// Listens until the expected sessions have ended. Blocks. Whatever arrived is in the result,
+/// Listens until the expected sessions have ended, and tells their robots five times a second what
+/// has arrived. Blocks. Whatever arrived is in the result,
 /// however it ended. Throws LinkError if LCM will not open or breaks.
 ListenResult listen(const ListenOptions& options);
 

@@ -6,6 +6,7 @@
 #include <unimapper_wire/chunk_t.hpp>
 #include <unimapper_wire/health_t.hpp>
 #include <unimapper_wire/session_t.hpp>
+#include <unimapper_wire/stored_t.hpp>
 
 #include "unimapper/wire/checksum.hpp"
 
@@ -103,6 +104,41 @@ bool health_adds_up(Bytes bytes) {
   skip_texts(in, sheds);
   in.skip(std::uint64_t{8} * sheds + kChecksumBytes);
   return ends_here(in);
+}
+
+bool stored_adds_up(Bytes bytes) {
+  BigEndianReader in(bytes);
+  in.skip(kFingerprintBytes + 4 + 4 + 8 + 1 + 3 * 8);
+  in.skip(std::uint64_t{2} * 8 * in.get<std::uint32_t>());
+  in.skip(std::uint64_t{2} * 4 * in.get<std::uint32_t>());
+  in.skip(in.get<std::uint32_t>());
+  in.skip(kChecksumBytes);
+  return ends_here(in);
+}
+
+std::size_t bitmap_bytes(std::size_t bits) { return (bits + 7) / 8; }
+
+/// Takes a keyframe's bits off the front of `bits`; empty if there are not so many, or bits that
+/// stand for no piece.
+std::vector<bool> take_bitmap(Bytes& bits, std::size_t pieces) {
+  const std::size_t bytes = bitmap_bytes(pieces);
+  if (pieces > wire::kMaxMissingBits || bytes > bits.size()) return {};
+  std::vector<bool> bitmap(bytes * 8);
+  for (std::size_t i = 0; i < bitmap.size(); ++i) bitmap[i] = (bits[i / 8] >> (i % 8) & 1U) != 0;
+  bits = bits.subspan(bytes);
+  const bool clean = std::find(bitmap.begin() + static_cast<std::ptrdiff_t>(pieces), bitmap.end(),
+                               true) == bitmap.end();
+  bitmap.resize(pieces);
+  return clean ? bitmap : std::vector<bool>{};
+}
+
+bool ranges_are_possible(const unimapper_wire::stored_t& in) {
+  std::int64_t last = in.first;
+  for (std::size_t i = 0; i < in.begin.size(); ++i) {
+    if (in.begin[i] < last || in.end[i] <= in.begin[i]) return false;
+    last = in.end[i];
+  }
+  return last <= in.until;
 }
 
 /// Printable ASCII, so that it can be shown without care.
@@ -253,6 +289,64 @@ std::optional<HealthMessage> decode_health(Bytes bytes) {
     message.sheds.push_back({in.given_up[i], static_cast<std::uint64_t>(in.shed[i])});
   }
   return message;
+}
+
+std::vector<std::uint8_t> encode(const StoredMessage& message) {
+  unimapper_wire::stored_t out;
+  out.schema_version = unimapper_wire::stored_t::SCHEMA_VERSION;
+  out.robot = static_cast<std::int32_t>(message.session.robot);
+  out.session = static_cast<std::int64_t>(message.session.session);
+  out.ended = message.ended ? 1 : 0;
+  out.below = static_cast<std::int64_t>(message.below);
+  out.first = static_cast<std::int64_t>(message.first);
+  out.until = static_cast<std::int64_t>(message.until);
+  for (const wire::SequenceRange& range : message.ranges) {
+    out.begin.push_back(static_cast<std::int64_t>(range.begin));
+    out.end.push_back(static_cast<std::int64_t>(range.end));
+  }
+  for (const wire::IncompleteKeyframe& keyframe : message.incomplete) {
+    out.sequence.push_back(static_cast<std::int32_t>(keyframe.sequence));
+    out.pieces.push_back(static_cast<std::int32_t>(keyframe.missing.size()));
+    std::vector<std::uint8_t> bitmap(bitmap_bytes(keyframe.missing.size()));
+    for (std::size_t i = 0; i < keyframe.missing.size(); ++i) {
+      const unsigned bit = keyframe.missing[i] ? 1U : 0U;
+      bitmap[i / 8] = static_cast<std::uint8_t>(bitmap[i / 8] | bit << (i % 8));
+    }
+    out.missing.insert(out.missing.end(), bitmap.begin(), bitmap.end());
+  }
+  out.ranges = static_cast<std::int32_t>(out.begin.size());
+  out.incomplete = static_cast<std::int32_t>(out.sequence.size());
+  out.missing_bytes = static_cast<std::int32_t>(out.missing.size());
+  return encode_generated(out);
+}
+
+std::optional<StoredMessage> decode_stored(Bytes bytes) {
+  unimapper_wire::stored_t in;
+  if (!stored_adds_up(bytes) || !decode_generated(bytes, in)) return std::nullopt;
+  constexpr std::int64_t kAllSequences = std::int64_t{1} << 32U;
+  const bool possible = (in.ended == 0 || in.ended == 1) && in.below >= 0 && in.below <= in.first &&
+                        in.first <= in.until && in.until <= kAllSequences &&
+                        in.begin.size() <= wire::kMaxStoredRanges && ranges_are_possible(in) &&
+                        in.sequence.size() <= wire::kMaxIncomplete;
+  if (!possible) return std::nullopt;
+  StoredMessage message;
+  message.session = session_id(in.robot, in.session);
+  message.ended = in.ended == 1;
+  message.below = static_cast<std::uint64_t>(in.below);
+  message.first = static_cast<std::uint64_t>(in.first);
+  message.until = static_cast<std::uint64_t>(in.until);
+  for (std::size_t i = 0; i < in.begin.size(); ++i) {
+    message.ranges.push_back(
+        {static_cast<std::uint64_t>(in.begin[i]), static_cast<std::uint64_t>(in.end[i])});
+  }
+  Bytes bits = in.missing;
+  for (std::size_t i = 0; i < in.sequence.size(); ++i) {
+    const auto pieces = static_cast<std::uint32_t>(in.pieces[i]);
+    message.incomplete.push_back(
+        {static_cast<std::uint32_t>(in.sequence[i]), take_bitmap(bits, pieces)});
+    if (message.incomplete.back().missing.empty()) return std::nullopt;
+  }
+  return bits.empty() ? std::optional(std::move(message)) : std::nullopt;
 }
 
 }  // namespace unimapper::lcm_port

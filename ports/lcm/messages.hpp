@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "unimapper/wire/byte_io.hpp"
+#include "unimapper/wire/delivery.hpp"
 #include "unimapper/wire/messages.hpp"
 
 namespace unimapper::lcm_port {
@@ -16,16 +17,20 @@ using wire::ChunkMessage;
 using wire::HealthMessage;
 using wire::SessionMessage;
 using wire::SessionState;
+using wire::StoredMessage;
 
 inline constexpr std::string_view kSessionChannel = "UNIMAPPER_SESSION";
 inline constexpr std::string_view kKeyframeChannel = "UNIMAPPER_KEYFRAME";
 inline constexpr std::string_view kHealthChannel = "UNIMAPPER_HEALTH";
+/// From the base to the robots.
+inline constexpr std::string_view kStoredChannel = "UNIMAPPER_STORED";
 
 /// LCM's encoding of a message. Session: throws std::invalid_argument for a name that
 /// `is_session_name` rejects.
 std::vector<std::uint8_t> encode(const SessionMessage& message);
 std::vector<std::uint8_t> encode(const ChunkMessage& message);
 std::vector<std::uint8_t> encode(const HealthMessage& message);
+std::vector<std::uint8_t> encode(const StoredMessage& message);
 
 /// The message, or nothing if the bytes are none: wrong type or schema version, lengths that do
 /// not add up, impossible values, a piece whose checksum fails. Never allocates more than the
@@ -33,5 +38,6 @@ std::vector<std::uint8_t> encode(const HealthMessage& message);
 std::optional<SessionMessage> decode_session(Bytes bytes);
 std::optional<ChunkMessage> decode_chunk(Bytes bytes);
 std::optional<HealthMessage> decode_health(Bytes bytes);
+std::optional<StoredMessage> decode_stored(Bytes bytes);
 
 }  // namespace unimapper::lcm_port

@@ -8,9 +8,22 @@ namespace unimapper::lcm_port {
 
 namespace {
 
-/// Announcements of a session's end: datagrams may be lost and are not acknowledged.
+/// Announcements of a session's end where nobody confirms it: datagrams may be lost.
 constexpr int kEndRepeats = 3;
 constexpr std::chrono::milliseconds kEndInterval{50};
+
+/// How often a waiting thread looks for answers.
+constexpr std::chrono::milliseconds kListenInterval{20};
+
+/// A base answers a few times a second; one that has not answered for so long is not there.
+constexpr std::chrono::milliseconds kFirstAnswer{1000};
+
+/// A piece may be this long on its way to the base, and the answer on its way back.
+constexpr std::chrono::nanoseconds kResendAfter = std::chrono::milliseconds(400);
+
+std::int64_t nanoseconds_of(TokenBucket::Clock::time_point time) {
+  return std::chrono::nanoseconds(time.time_since_epoch()).count();
+}
 
 }  // namespace
 
@@ -30,10 +43,14 @@ TokenBucket::Clock::duration TokenBucket::wait_time(double bytes, Clock::time_po
 }
 
 Publisher::Publisher(SessionInfo info, Send send, const PublisherOptions& options)
-    : send_(std::move(send)),
+    : Publisher(std::move(info), Link{std::move(send), {}}, options) {}
+
+Publisher::Publisher(SessionInfo info, Link link, const PublisherOptions& options)
+    : link_(std::move(link)),
       options_(options),
       bucket_(options.bytes_per_second, options.burst_bytes, Clock::now()),
-      next_session_(Clock::now()) {
+      next_session_(Clock::now()),
+      outbox_(kResendAfter.count()) {
   if (!(options.bytes_per_second >= 1000.0) || options.burst_bytes == 0 ||
       options.queue_capacity == 0) {
     throw std::invalid_argument(
@@ -111,57 +128,140 @@ bool Publisher::wait_for(Clock::duration duration) {
   return !must_stop(Clock::now());
 }
 
-std::optional<EncodedKeyframe> Publisher::next_keyframe() {
-  std::unique_lock lock(mutex_);
-  wake_.wait_until(lock, next_session_,
-                   [this] { return !queue_.empty() || phase_ != Phase::kRunning; });
-  if (queue_.empty() || must_stop(Clock::now())) return std::nullopt;
-  EncodedKeyframe keyframe = std::move(queue_.front());
-  queue_.pop_front();
-  has_room_.notify_one();
-  return keyframe;
-}
-
 void Publisher::run() {
   send_session(SessionState::kStarted);
-  for (;;) {
+  while (!is_done()) {
     send_session_if_due();
-    if (const std::optional<EncodedKeyframe> keyframe = next_keyframe()) {
-      send_keyframe(*keyframe);
-      continue;
+    take_stored();
+    fill_outbox();
+    if (const auto piece = outbox_.next()) {
+      send_piece(*piece);
+    } else {
+      wait_for_work();
     }
-    const std::lock_guard lock(mutex_);
-    if (phase_ == Phase::kRunning) continue;
-    counters_.keyframes_dropped += queue_.size();
-    queue_.clear();
-    if (phase_ == Phase::kStopping) return;
-    break;
   }
-  for (int i = 0; i < kEndRepeats; ++i) {
+  evict_rest();
+  {
+    const std::lock_guard lock(mutex_);
+    if (phase_ == Phase::kStopping) return;
+  }
+  announce_end();
+}
+
+/// Stopped, or finishing with nothing left to send or to wait for.
+bool Publisher::is_done() {
+  const std::lock_guard lock(mutex_);
+  if (phase_ == Phase::kRunning) return false;
+  const Clock::time_point now = Clock::now();
+  if (must_stop(now)) return true;
+  if (!queue_.empty() || outbox_.next()) return false;
+  const bool awaits_answer =
+      base_answers_ || now < deadline_ - options_.finish_timeout + kFirstAnswer;
+  return outbox_.size() == 0 || !awaits_answer;
+}
+
+void Publisher::take_stored() {
+  if (!link_.receive) return;
+  for (const StoredMessage& message : link_.receive()) {
+    if (message.session != session_.info.id) continue;
+    base_answers_ = true;
+    end_confirmed_ = message.ended;
+    for (const std::uint32_t sequence : outbox_.take(message, nanoseconds_of(Clock::now()))) {
+      release(sequence);
+      const std::lock_guard lock(mutex_);
+      ++counters_.keyframes_acknowledged;
+    }
+  }
+}
+
+/// New keyframes come one at a time, so that the queue fills where the link is too slow for them.
+void Publisher::fill_outbox() {
+  if (fresh_ && held_.contains(*fresh_) && !outbox_.was_sent(*fresh_)) return;
+  EncodedKeyframe keyframe;
+  {
+    const std::lock_guard lock(mutex_);
+    if (queue_.empty()) return;
+    keyframe = std::move(queue_.front());
+    queue_.pop_front();
+  }
+  has_room_.notify_one();
+  Held held{cut_into_messages(keyframe, options_.datagram_bytes), keyframe.bytes.size()};
+  if (held.messages.empty()) return;
+  release(keyframe.sequence);
+  fresh_ = keyframe.sequence;
+  outbox_.add(keyframe.sequence, static_cast<std::uint32_t>(held.messages.size()));
+  held_bytes_ += held.bytes;
+  held_[keyframe.sequence] = std::move(held);
+  while (held_bytes_ > options_.unacknowledged_bytes && outbox_.size() > 1) {
+    evict(*outbox_.oldest());
+  }
+}
+
+void Publisher::send_piece(const wire::Outbox::Piece& piece) {
+  Held& held = held_.at(piece.sequence);
+  const std::vector<std::uint8_t>& message = held.messages[piece.index];
+  const auto bytes = static_cast<double>(message.size());
+  const Clock::duration wait = bucket_.wait_time(bytes, Clock::now());
+  // Whatever waits meanwhile, a session's message or an answer, goes first.
+  if (wait > Clock::duration::zero()) {
+    wait_for(std::min<Clock::duration>(wait, kListenInterval));
+    return;
+  }
+  bucket_.take(bytes);
+  if (!send_message(kKeyframeChannel, message)) held.refused = true;
+  const bool again = outbox_.was_sent(piece.sequence);
+  const bool whole = outbox_.sent(piece, nanoseconds_of(Clock::now()));
+  {
+    const std::lock_guard lock(mutex_);
+    if (again) ++counters_.pieces_resent;
+    if (whole && !again && !held.refused) ++counters_.keyframes_sent;
+  }
+  if (whole && !link_.receive) release(piece.sequence);
+}
+
+void Publisher::release(std::uint32_t sequence) {
+  outbox_.forget(sequence);
+  const auto held = held_.find(sequence);
+  if (held == held_.end()) return;
+  held_bytes_ -= held->second.bytes;
+  held_.erase(held);
+}
+
+void Publisher::evict(std::uint32_t sequence) {
+  const bool was_sent = outbox_.was_sent(sequence);
+  release(sequence);
+  const std::lock_guard lock(mutex_);
+  ++(was_sent ? counters_.keyframes_unacknowledged : counters_.keyframes_dropped);
+}
+
+void Publisher::evict_rest() {
+  while (const auto sequence = outbox_.oldest()) evict(*sequence);
+  const std::lock_guard lock(mutex_);
+  counters_.keyframes_dropped += queue_.size();
+  queue_.clear();
+}
+
+void Publisher::announce_end() {
+  end_confirmed_ = false;
+  for (int i = 0; i < kEndRepeats || base_answers_; ++i) {
     if (i > 0) std::this_thread::sleep_for(kEndInterval);
+    take_stored();
+    if (end_confirmed_ || (i >= kEndRepeats && Clock::now() >= deadline_)) return;
     send_session(SessionState::kEnded);
   }
 }
 
-void Publisher::send_keyframe(const EncodedKeyframe& keyframe) {
-  bool sent = true;
-  for (const auto& message : cut_into_messages(keyframe, options_.datagram_bytes)) {
-    const auto bytes = static_cast<double>(message.size());
-    for (;;) {
-      const Clock::duration wait = bucket_.wait_time(bytes, Clock::now());
-      if (wait == Clock::duration::zero()) break;
-      if (!wait_for(wait)) {
-        const std::lock_guard lock(mutex_);
-        ++counters_.keyframes_dropped;
-        return;
-      }
-    }
-    bucket_.take(bytes);
-    sent = send_message(kKeyframeChannel, message) && sent;
-    send_session_if_due();
-  }
-  const std::lock_guard lock(mutex_);
-  if (sent) ++counters_.keyframes_sent;
+void Publisher::wait_for_work() {
+  std::unique_lock lock(mutex_);
+  const Clock::time_point now = Clock::now();
+  const bool looks_for_answers = link_.receive && outbox_.size() > 0;
+  const Clock::time_point until =
+      looks_for_answers ? std::min(next_session_, now + kListenInterval) : next_session_;
+  const bool was_running = phase_ == Phase::kRunning;
+  wake_.wait_until(lock, std::min(until, deadline_), [this, was_running] {
+    return !queue_.empty() || phase_ == Phase::kStopping ||
+           (was_running && phase_ != Phase::kRunning);
+  });
 }
 
 void Publisher::send_session_if_due() {
@@ -185,7 +285,7 @@ void Publisher::send_session(SessionState state) {
 }
 
 bool Publisher::send_message(std::string_view channel, Bytes message) {
-  const bool sent = send_(channel, message);
+  const bool sent = link_.send(channel, message);
   const std::lock_guard lock(mutex_);
   counters_.messages_sent += sent ? 1 : 0;
   counters_.bytes_sent += sent ? message.size() : 0;

@@ -6,19 +6,32 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string_view>
 #include <thread>
+#include <vector>
 
 #include "ports/lcm/messages.hpp"
 #include "ports/lcm/sending.hpp"
+#include "unimapper/wire/delivery.hpp"
 
 namespace unimapper::lcm_port {
 
 /// Hands one datagram to the network; false if the network would not take it. Called from the
 /// publisher's thread only.
 using Send = std::function<bool(std::string_view channel, Bytes message)>;
+
+/// What bases have said since the last call, of any session; returns at once. Called from the
+/// publisher's thread only.
+using Receive = std::function<std::vector<StoredMessage>()>;
+
+/// Both directions of a network.
+struct Link {
+  Send send;        ///< to the base
+  Receive receive;  ///< from the base; may be empty
+};
 
 /// Lets bytes through at an average rate, with bursts up to a bound. Time is the caller's.
 class TokenBucket {
@@ -50,6 +63,9 @@ struct PublisherOptions {
   double bytes_per_second = 20e6;                        ///< average rate of keyframes
   std::uint32_t burst_bytes = 64000;                     ///< what a default receive buffer takes
   std::size_t queue_capacity = 32;                       ///< keyframes waiting to be sent
+  /// Keyframes that were sent and not acknowledged are kept in so much memory; beyond it the
+  /// oldest is evicted and counted. 64 MB are 200 keyframes of a VLP-16 or 60 of an OS2-128.
+  std::uint64_t unacknowledged_bytes = 64000000;
   /// What a full queue does: drop its oldest keyframe (a robot in motion), or make `publish`
   /// wait (a recording that is processed faster than real time).
   bool drop_when_full = true;
@@ -59,7 +75,11 @@ struct PublisherOptions {
 
 /// What a publisher did so far.
 struct PublisherCounters {
-  std::uint64_t keyframes_sent = 0;  ///< handed to the network whole
+  std::uint64_t keyframes_sent = 0;          ///< handed to the network whole
+  std::uint64_t keyframes_acknowledged = 0;  ///< stored by a base, which said so
+  /// Sent and evicted: memory was full of them, or the session is over. A base may have them.
+  std::uint64_t keyframes_unacknowledged = 0;
+  std::uint64_t pieces_resent = 0;  ///< since a base said that they are missing
   /// Pushed out of the full queue, left at the end, or published after `finish`.
   std::uint64_t keyframes_dropped = 0;
   std::uint64_t messages_sent = 0;  ///< of all channels
@@ -69,9 +89,13 @@ struct PublisherCounters {
 
 /// Sends a session: its messages once a second, keyframes as they come, cut into paced
 /// datagrams. One thread hands over; the publisher's own thread does everything that may block.
+/// Over a link that answers, keyframes are kept until a base has acknowledged them, and what is
+/// missing there is sent again (`wire::Outbox`).
 class Publisher {
  public:
   /// Throws std::invalid_argument for an impossible name, datagram size or rate.
+  Publisher(SessionInfo info, Link link, const PublisherOptions& options = {});
+  /// The same over a network without a way back: whatever was sent is forgotten.
   Publisher(SessionInfo info, Send send, const PublisherOptions& options = {});
   /// Stops at once; what waits is lost and no end is announced. See `finish`.
   ~Publisher();
@@ -83,7 +107,8 @@ class Publisher {
   void publish(EncodedKeyframe keyframe);
   /// From now on this is sent with every session message.
   void set_health(HealthMessage health);
-  /// Sends what waits, then three times the end of the session. Blocks until done or until
+  /// Sends what waits, until all of it is acknowledged if a base answers, then the end of the
+  /// session, until it is confirmed or, without an answer, three times. Blocks until done or until
   /// `finish_timeout` is over. Calls waiting in `publish` return at once. Further calls change
   /// nothing.
   PublisherCounters finish();
@@ -95,18 +120,32 @@ class Publisher {
   using Clock = TokenBucket::Clock;
   enum class Phase : std::uint8_t { kRunning, kFinishing, kStopping };
 
+  /// A keyframe as messages, until it is acknowledged.
+  struct Held {
+    std::vector<std::vector<std::uint8_t>> messages;
+    std::uint64_t bytes = 0;
+    bool refused = false;  ///< the network would not take all of them
+  };
+
   void run();
-  void send_keyframe(const EncodedKeyframe& keyframe);
+  [[nodiscard]] bool is_done();
+  void take_stored();
+  void fill_outbox();
+  void send_piece(const wire::Outbox::Piece& piece);
+  void release(std::uint32_t sequence);
+  void evict(std::uint32_t sequence);
+  void evict_rest();
+  void announce_end();
+  void wait_for_work();
   void send_session(SessionState state);
   void send_session_if_due();
   /// False if the network refused it.
   bool send_message(std::string_view channel, Bytes message);
   /// Sleeps, but not beyond a stop. False if stopping.
   bool wait_for(Clock::duration duration);
-  std::optional<EncodedKeyframe> next_keyframe();
   [[nodiscard]] bool must_stop(Clock::time_point now) const;
 
-  const Send send_;
+  const Link link_;
   const PublisherOptions options_;
 
   mutable std::mutex mutex_;
@@ -122,6 +161,12 @@ class Publisher {
   // The thread's own.
   TokenBucket bucket_;
   Clock::time_point next_session_;
+  wire::Outbox outbox_;
+  std::map<std::uint32_t, Held> held_;  ///< what `outbox_` speaks of
+  std::uint64_t held_bytes_ = 0;
+  std::optional<std::uint32_t> fresh_;  ///< being sent for the first time
+  bool base_answers_ = false;
+  bool end_confirmed_ = false;
   std::thread thread_;
 };
 

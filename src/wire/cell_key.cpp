@@ -4,19 +4,9 @@
 #include <array>
 #include <utility>
 
-#include "unimapper/core/quantise.hpp"
-
 namespace unimapper::wire {
 
 namespace {
-
-std::uint64_t block_bits(std::int32_t centimetres) noexcept {
-  return static_cast<std::uint64_t>((centimetres + 32768) >> 8);
-}
-
-std::uint64_t offset_bits(std::int32_t centimetres) noexcept {
-  return static_cast<std::uint64_t>((centimetres + 32768) & 0xFF);
-}
 
 /// A run of bits of the key by which one pass of the sort distributes.
 struct Digit {
@@ -30,11 +20,11 @@ struct Digit {
   [[nodiscard]] constexpr std::size_t values() const noexcept { return std::size_t{1} << bits; }
 };
 
-// All 57 bits of a key.
-constexpr std::array<Digit, 5> kDigits{
-    {{0, 11, 0}, {11, 11, 2048}, {22, 11, 4096}, {33, 12, 6144}, {45, 12, 10240}}};
+// All 44 bits of a key.
+constexpr std::array<Digit, 4> kDigits{
+    {{0, 11, 0}, {11, 11, 2048}, {22, 11, 4096}, {33, 11, 6144}}};
 static_assert(kDigits.back().first_count + kDigits.back().values() == CellKeyScratch::kCounts);
-static_assert(kDigits.back().shift + kDigits.back().bits == 57);
+static_assert(kDigits.back().shift + kDigits.back().bits == 44);
 
 /// Turns a histogram into the index at which each value's keys begin.
 void accumulate(std::span<std::uint32_t> counts) noexcept {
@@ -44,37 +34,44 @@ void accumulate(std::span<std::uint32_t> counts) noexcept {
 
 }  // namespace
 
-std::optional<CellKey> cell_key(const FineCell& cell) noexcept {
-  const auto steps = to_centimetres(cell.position);
-  if (!steps) return std::nullopt;
+std::optional<CellKey> cell_key(const FineCell& cell, const CellGrid& grid) noexcept {
+  const std::optional<GridPosition> at = grid.find(cell.position);
+  if (!at) return std::nullopt;
   CellKey key = 0;
-  for (int axis = 0; axis < 3; ++axis) key = (key << 8U) | block_bits((*steps)[axis]);
+  for (const std::int32_t index : at->cell) {
+    key = (key << 8U) | static_cast<std::uint32_t>(index / kBlockCells);
+  }
+  for (const std::int32_t index : at->cell) {
+    key = (key << 5U) | static_cast<std::uint32_t>(index % kBlockCells);
+  }
   key = (key << 1U) | (cell.ground != 0 ? 0U : 1U);
-  for (int axis = 0; axis < 3; ++axis) key = (key << 8U) | offset_bits((*steps)[axis]);
-  return (key << 8U) | std::min<std::uint16_t>(cell.points, 255);
+  key = (key << 1U) | static_cast<std::uint32_t>(at->part[0]);
+  key = (key << 1U) | static_cast<std::uint32_t>(at->part[1]);
+  return (key << 2U) | static_cast<std::uint32_t>(at->part[2]);
 }
 
-FineCell cell_of(CellKey key) noexcept {
-  Eigen::Vector3i steps;
+FineCell cell_of(CellKey key, const CellGrid& grid) noexcept {
+  GridPosition at;
   for (unsigned axis = 0; axis < 3; ++axis) {
-    const auto block = static_cast<std::int32_t>((key >> (49U - 8U * axis)) & 0xFFU);
-    const auto offset = static_cast<std::int32_t>((key >> (24U - 8U * axis)) & 0xFFU);
-    steps[axis] = (block << 8) + offset - 32768;
+    const auto block = static_cast<std::int32_t>((key >> (36U - 8U * axis)) & 0xFFU);
+    const auto cell = static_cast<std::int32_t>((key >> (15U - 5U * axis)) & 0x1FU);
+    at.cell[axis] = block * kBlockCells + cell;
   }
+  at.part = {static_cast<std::int32_t>((key >> 3U) & 1U),
+             static_cast<std::int32_t>((key >> 2U) & 1U), static_cast<std::int32_t>(key & 3U)};
   FineCell cell{};
-  cell.position = from_centimetres(steps);
-  cell.points = static_cast<std::uint16_t>(key & 0xFFU);
-  cell.ground = ((key >> 32U) & 1U) == 0 ? 1 : 0;
+  cell.position = grid.position(at);
+  cell.ground = is_ground(key) ? 1 : 0;
   return cell;
 }
 
-std::span<const CellKey> sorted_cell_keys(std::span<const FineCell> cells,
+std::span<const CellKey> sorted_cell_keys(std::span<const FineCell> cells, const CellGrid& grid,
                                           const CellKeyScratch& scratch,
                                           std::uint64_t& left_out) noexcept {
   std::fill_n(scratch.counts.data(), CellKeyScratch::kCounts, 0U);
   std::size_t count = 0;
   for (const FineCell& cell : cells) {
-    const std::optional<CellKey> key = cell_key(cell);
+    const std::optional<CellKey> key = cell_key(cell, grid);
     if (!key || count == scratch.keys.size()) {
       ++left_out;
       continue;

@@ -2,11 +2,16 @@
 
 #include <algorithm>
 #include <bit>
+#include <memory>
 #include <stdexcept>
 
+#include "cell_code.hpp"
 #include "cell_key.hpp"
+#include "image_bytes.hpp"
 #include "keyframe_layout.hpp"
 #include "keyframe_writer.hpp"
+#include "plain_cells.hpp"
+#include "range_coder.hpp"
 #include "unimapper/core/image_code.hpp"
 #include "unimapper/core/quantise.hpp"
 
@@ -22,6 +27,7 @@ KeyframeContent content_of(const KeyframeRecord& record) {
   content.T_odometry_keyframe = record.T_odometry_keyframe;
   content.up = record.up;
   content.scans = record.scans;
+  content.cell_size_m = record.cell_size_m;
   content.static_cells = record.static_cells;
   content.dynamic_cells = record.dynamic_cells;
   content.image_shape = record.image_shape;
@@ -52,13 +58,13 @@ const char* record_fault(const KeyframeRecord& record) {
   return fault != nullptr ? fault : coded_image_fault(record);
 }
 
-/// No encoded record is larger.
-std::size_t max_encoded_bytes(const KeyframeRecord& record) {
+/// As many bytes as an encoded record usually takes at most.
+std::size_t usual_bytes(const KeyframeRecord& record) {
   const std::size_t cells = record.static_cells.size() + record.dynamic_cells.size();
-  std::size_t bytes =
-      kHeadBytes + record.scans.size() * kScanBytes + record.keypoints.size() * kKeypointBytes +
-      record.planes.size() * kPlaneBytes + 16 + cells * (kGroupBytes + kCellBytes) + 28 + kUpBytes;
-  for (const CodedImage& image : record.images) bytes += 8 + image.code.size();
+  std::size_t bytes = kHeadBytes + record.scans.size() * kScanBytes +
+                      record.keypoints.size() * kKeypointBytes +
+                      record.planes.size() * kPlaneBytes + 100 + 8 * cells + kUpBytes;
+  for (const CodedImage& image : record.images) bytes += 8 + 2 * image.code.size();
   return bytes;
 }
 
@@ -114,51 +120,105 @@ const char* read_planes(LittleEndianReader& in, std::uint32_t count,
   return nullptr;
 }
 
-/// The group part of a key and how many cells follow.
-struct GroupHeader {
-  std::uint64_t group = 0;
-  std::uint32_t cells = 0;
+/// Cells as they come out of the coder.
+class CellReader {
+ public:
+  CellReader(const CellGrid& grid, std::uint32_t count, std::vector<FineCell>& cells)
+      : grid_(grid), count_(count), cells_(cells) {}
+
+  bool next_block(RangeDecoder& coder, CellCode& code) {
+    if (cells_.size() == count_) return false;
+    block_ += code.code_gap(coder, 0);
+    if (block_ >= kGridBlocks * kGridBlocks * kGridBlocks) return fail("a cell beyond the grid");
+    block_ += 1;
+    return true;
+  }
+  bool code_cell(RangeDecoder& coder, CellCode& code, int index) {
+    const CellKey cell = (CellKey{block_ - 1} << 20U) | (static_cast<CellKey>(index) << 5U);
+    CellKey last = cell;
+    bool more = true;
+    while (more) {
+      if (cells_.size() == count_) return fail("more cells than announced");
+      const CellKey key = cell | code.code_detail(coder, index, {}).bits();
+      if (coder.exhausted()) return fail("fewer bytes than cells");
+      if (key < last) return fail("cells are not sorted");
+      last = key;
+      cells_.push_back(cell_of(key, grid_));
+      more = code.code_more(coder, false);
+    }
+    return true;
+  }
+  [[nodiscard]] const char* fault() const { return fault_; }
+
+ private:
+  bool fail(const char* fault) {
+    fault_ = fault;
+    return false;
+  }
+
+  const CellGrid& grid_;
+  std::uint32_t count_;
+  std::vector<FineCell>& cells_;
+  std::uint32_t block_ = 0;  ///< one past the last
+  const char* fault_ = nullptr;
 };
 
-GroupHeader get_group(LittleEndianReader& in) {
-  GroupHeader header;
-  for (int axis = 0; axis < 3; ++axis) header.group = (header.group << 8U) | in.get<std::uint8_t>();
-  const auto count = in.get<std::uint16_t>();
-  header.group = (header.group << 1U) | ((count & kGroundFlag) != 0 ? 0U : 1U);
-  header.cells = count & kMaxGroupCells;
-  return header;
-}
-
-const char* read_cells(LittleEndianReader& in, std::vector<FineCell>& cells) {
-  const auto groups = in.get<std::uint32_t>();
+const char* read_cells(LittleEndianReader& in, const CellGrid& grid, CellCode& code,
+                       std::vector<FineCell>& cells) {
   const auto count = in.get<std::uint32_t>();
-  if (!in.ok() || groups > in.remaining() / kGroupBytes || count > in.remaining() / kCellBytes ||
-      groups * kGroupBytes + count * kCellBytes > in.remaining()) {
-    return "fewer bytes than cells";
-  }
+  const Bytes bytes = in.get_bytes(in.get<std::uint32_t>());
+  if (!in.ok() || count / kMostCellsPerByte > bytes.size()) return "fewer bytes than cells";
+  if (count > kMaxCells) return "a count is beyond the limit";
+  if (count == 0) return bytes.empty() ? nullptr : "bytes of cells are left over";
   cells.reserve(count);
-  CellKey last_key = 0;
-  GroupHeader last;
-  for (std::uint32_t g = 0; g < groups; ++g) {
-    const GroupHeader header = get_group(in);
-    if (header.cells == 0) return "an empty group of cells";
-    if (header.cells > count - cells.size()) return "more cells than announced";
-    if (g > 0 && header.group == last.group && last.cells != kMaxGroupCells) {
-      return "a group of cells is split for no reason";
-    }
-    last = header;
-    for (std::uint32_t i = 0; i < header.cells; ++i) {
-      CellKey key = header.group;
-      for (int byte = 0; byte < 4; ++byte) key = (key << 8U) | in.get<std::uint8_t>();
-      if (key < last_key) return "cells are not sorted";
-      last_key = key;
-      cells.push_back(cell_of(key));
-    }
-  }
-  return cells.size() == count ? nullptr : "fewer cells than announced";
+  RangeDecoder coder(bytes);
+  CellReader reader(grid, count, cells);
+  code_cells(coder, code, reader);
+  if (reader.fault() != nullptr) return reader.fault();
+  return coder.ends_here() ? nullptr : "the code of the cells is not the one of these cells";
 }
 
-const char* read_images(LittleEndianReader& in, KeyframeRecord& record) {
+const char* read_cell_lists(LittleEndianReader& in, KeyframeRecord& record) {
+  const auto cell_mm = in.get<std::uint16_t>();
+  record.cell_size_m = static_cast<float>(cell_mm) / 1000.0F;
+  // Whatever the grid depends on.
+  if (const char* fault = keyframe_fault(content_of(record))) return fault;
+  const auto code = std::make_unique<CellCode>();
+  const CellGrid grid(record.T_odometry_keyframe, cell_mm / 1000.0);
+  if (const char* fault = read_cells(in, grid, *code, record.static_cells)) return fault;
+  return read_cells(in, grid, *code, record.dynamic_cells);
+}
+
+const char* read_image_code(LittleEndianReader& in, const std::vector<std::uint32_t>& sizes,
+                            KeyframeRecord& record) {
+  const Bytes bytes = in.get_bytes(in.get<std::uint32_t>());
+  if (!in.ok()) return "fewer bytes than images";
+  RangeDecoder coder(bytes);
+  const auto models = std::make_unique<ImageBytes>();
+  models->reset();
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    models->start_image();
+    std::vector<std::uint8_t>& code = record.images[i].code;
+    for (std::uint32_t n = 0; n < sizes[i]; ++n) {
+      code.push_back(models->code(coder, 0));
+      if (coder.exhausted()) return "fewer bytes than images";
+    }
+  }
+  return coder.ends_here() ? nullptr : "the code of the images is not the one of these images";
+}
+
+const char* read_plain_images(LittleEndianReader& in, std::uint32_t count, KeyframeRecord& record) {
+  for (std::uint32_t i = 0; i < count; ++i) {
+    CodedImage& image = record.images.emplace_back();
+    image.scan = in.get<std::uint32_t>();
+    const Bytes code = in.get_bytes(in.get<std::uint32_t>());
+    if (!in.ok()) return "fewer bytes than images";
+    image.code.assign(code.begin(), code.end());
+  }
+  return nullptr;
+}
+
+const char* read_images(LittleEndianReader& in, std::uint16_t schema, KeyframeRecord& record) {
   const auto count = in.get<std::uint32_t>();
   if (!in.ok()) return "fewer bytes than images";
   if (count == 0) return nullptr;
@@ -170,14 +230,19 @@ const char* read_images(LittleEndianReader& in, KeyframeRecord& record) {
     *angle_deg = in.get_float();
   }
   record.image_full_weight_range_m = in.get_float();
-  for (std::uint32_t i = 0; i < count; ++i) {
-    CodedImage& image = record.images.emplace_back();
-    image.scan = in.get<std::uint32_t>();
-    const Bytes code = in.get_bytes(in.get<std::uint32_t>());
-    if (!in.ok()) return "fewer bytes than images";
-    image.code.assign(code.begin(), code.end());
+  if (schema < kFirstSchemaWithCodedCells) return read_plain_images(in, count, record);
+  if (const char* fault = image_head_fault(count, shape, record.image_full_weight_range_m)) {
+    return fault;
   }
-  return nullptr;
+  const std::size_t most = max_image_code(ImageProjection(shape).pixels());
+  std::vector<std::uint32_t> sizes(count);
+  record.images.resize(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    record.images[i].scan = in.get<std::uint32_t>();
+    sizes[i] = in.get<std::uint32_t>();
+    if (sizes[i] > most) return "a free-space image is damaged";
+  }
+  return read_image_code(in, sizes, record);
 }
 
 const char* read_up(LittleEndianReader& in, KeyframeUp& up) {
@@ -225,10 +290,14 @@ const char* read_record(LittleEndianReader& in, KeyframeRecord& record) {
   }
   if (const char* fault = read_keypoints(in, keypoints, record.keypoints)) return fault;
   if (const char* fault = read_planes(in, planes, record.planes)) return fault;
-  if (const char* fault = read_cells(in, record.static_cells)) return fault;
-  if (const char* fault = read_cells(in, record.dynamic_cells)) return fault;
+  if (schema >= kFirstSchemaWithCodedCells) {
+    if (const char* fault = read_cell_lists(in, record)) return fault;
+  } else {
+    if (const char* fault = read_plain_cells(in, record.static_cells)) return fault;
+    if (const char* fault = read_plain_cells(in, record.dynamic_cells)) return fault;
+  }
   if (schema >= kFirstSchemaWithImages) {
-    if (const char* fault = read_images(in, record)) return fault;
+    if (const char* fault = read_images(in, schema, record)) return fault;
   }
   if (schema >= kFirstSchemaWithUp) {
     if (const char* fault = read_up(in, record.up)) return fault;
@@ -242,15 +311,22 @@ const char* read_record(LittleEndianReader& in, KeyframeRecord& record) {
 std::vector<std::uint8_t> encode_keyframe(const KeyframeRecord& record) {
   if (const char* fault = record_fault(record)) throw std::invalid_argument(fault);
   const KeyframeContent content = content_of(record);
-  const std::size_t cells = std::max(record.static_cells.size(), record.dynamic_cells.size());
+  const std::size_t cells = std::min<std::size_t>(
+      std::max(record.static_cells.size(), record.dynamic_cells.size()), kMaxCells);
   std::vector<CellKey> keys(2 * cells);
   std::vector<std::uint32_t> counts(CellKeyScratch::kCounts);
-  const CellKeyScratch scratch{std::span(keys).first(cells), std::span(keys).subspan(cells),
-                               counts};
-  std::vector<std::uint8_t> bytes(max_encoded_bytes(record));
-  const EncodeResult result = write_keyframe(
-      {content, record.session, record.left_out, record.planes, record.images}, scratch, bytes);
+  const auto code = std::make_unique<CellCode>();
+  const auto images = std::make_unique<ImageBytes>();
+  const WriterScratch scratch{
+      {std::span(keys).first(cells), std::span(keys).subspan(cells), counts},
+      code.get(),
+      images.get()};
+  const WriterInput input{content, record.session, record.left_out, record.planes, record.images};
+  std::vector<std::uint8_t> bytes(usual_bytes(record));
+  EncodeResult result = write_keyframe(input, scratch, bytes);
+  const bool fits = result.bytes <= bytes.size();
   bytes.resize(result.bytes);
+  if (!fits) result = write_keyframe(input, scratch, bytes);
   return bytes;
 }
 

@@ -1,5 +1,8 @@
 #include "unimapper/wire/keyframe_encoder.hpp"
 
+#include <algorithm>
+#include <new>
+
 #include "keyframe_writer.hpp"
 #include "unimapper/core/arena.hpp"
 
@@ -11,11 +14,15 @@ struct Layout {
   CellKey* keys;
   CellKey* spare;
   std::uint32_t* counts;
+  CellCode* code;
+  ImageBytes* images;
 
   Layout(Arena& arena, std::uint32_t max_cells) noexcept
       : keys(arena.allocate<CellKey>(max_cells)),
         spare(arena.allocate<CellKey>(max_cells)),
-        counts(arena.allocate<std::uint32_t>(CellKeyScratch::kCounts)) {}
+        counts(arena.allocate<std::uint32_t>(CellKeyScratch::kCounts)),
+        code(arena.allocate<CellCode>(1)),
+        images(arena.allocate<ImageBytes>(1)) {}
 };
 
 }  // namespace
@@ -42,6 +49,8 @@ Expected<KeyframeEncoder> KeyframeEncoder::create(std::uint32_t max_cells,
   encoder.keys_ = layout.keys;
   encoder.spare_keys_ = layout.spare;
   encoder.counts_ = layout.counts;
+  encoder.code_ = new (layout.code) CellCode;
+  encoder.images_ = new (layout.images) ImageBytes;
   encoder.max_cells_ = max_cells;
   return encoder;
 }
@@ -57,8 +66,10 @@ EncodeResult KeyframeEncoder::encode(const KeyframeContent& keyframe, const Sess
     result.error = {ErrorCode::kInvalidKeyframe, fault};
     return result;
   }
-  const CellKeyScratch scratch{
-      {keys_, max_cells_}, {spare_keys_, max_cells_}, {counts_, CellKeyScratch::kCounts}};
+  const WriterScratch scratch{
+      {{keys_, max_cells_}, {spare_keys_, max_cells_}, {counts_, CellKeyScratch::kCounts}},
+      code_,
+      images_};
   return write_keyframe({keyframe, session, 0, {}, {}}, scratch, out);
 }
 

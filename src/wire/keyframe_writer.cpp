@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "keyframe_layout.hpp"
+#include "range_coder.hpp"
 #include "span_writer.hpp"
 #include "unimapper/core/image_code.hpp"
 #include "unimapper/core/quantise.hpp"
@@ -98,32 +99,48 @@ std::uint32_t put_planes(SpanWriter& out, std::span<const PlanePatch> planes) no
   return written;
 }
 
-/// One past the last key of the group that starts at `first`.
-std::size_t group_end(std::span<const CellKey> keys, std::size_t first) noexcept {
-  const std::size_t limit = std::min<std::size_t>(keys.size(), first + kMaxGroupCells);
-  std::size_t end = first + 1;
-  while (end < limit && group_of(keys[end]) == group_of(keys[first])) ++end;
-  return end;
-}
+/// Sorted cells, handed to the coder one block after the other.
+class KeyWalk {
+ public:
+  explicit KeyWalk(std::span<const CellKey> keys) noexcept : keys_(keys) {}
 
-void put_cells(SpanWriter& out, std::span<const CellKey> keys) noexcept {
-  const std::size_t groups_at = out.position();
-  out.put(std::uint32_t{0});
-  out.put(static_cast<std::uint32_t>(keys.size()));
-  std::uint32_t groups = 0;
-  for (std::size_t first = 0; first < keys.size(); ++groups) {
-    const std::size_t end = group_end(keys, first);
-    const CellKey key = keys[first];
-    for (const unsigned shift : {49U, 41U, 33U}) out.put(static_cast<std::uint8_t>(key >> shift));
-    const std::uint16_t ground = (group_of(key) & 1U) == 0 ? kGroundFlag : 0;
-    out.put(static_cast<std::uint16_t>((end - first) | ground));
-    for (; first < end; ++first) {
-      // The lowest four bytes, the highest of them first.
-      const auto low = static_cast<std::uint32_t>(keys[first]);
-      out.put((low >> 24U) | ((low >> 8U) & 0xFF00U) | ((low & 0xFF00U) << 8U) | (low << 24U));
+  bool next_block(RangeEncoder& coder, CellCode& code) noexcept {
+    if (at_ == keys_.size()) return false;
+    const std::uint32_t block = block_of(keys_[at_]);
+    code.code_gap(coder, block - next_block_);
+    next_block_ = block + 1;
+    for (std::size_t i = at_; i < keys_.size() && block_of(keys_[i]) == block; ++i) {
+      code.mark(keys_[i]);
     }
+    return true;
   }
-  out.put_at(groups_at, groups);
+  bool code_cell(RangeEncoder& coder, CellCode& code, int index) noexcept {
+    bool more = true;
+    while (more) {
+      const CellKey key = keys_[at_++];
+      code.code_detail(coder, index, CellDetail::of(key));
+      more = at_ < keys_.size() && is_same_cell(key, keys_[at_]);
+      code.code_more(coder, more);
+    }
+    return true;
+  }
+
+ private:
+  std::span<const CellKey> keys_;
+  std::size_t at_ = 0;
+  std::uint32_t next_block_ = 0;
+};
+
+void put_cells(SpanWriter& out, std::span<const CellKey> keys, CellCode& code) noexcept {
+  out.put(static_cast<std::uint32_t>(keys.size()));
+  const std::size_t bytes_at = out.position();
+  out.put(std::uint32_t{0});
+  if (keys.empty()) return;
+  RangeEncoder coder(out);
+  KeyWalk walk(keys);
+  code_cells(coder, code, walk);
+  coder.finish();
+  out.put_at(bytes_at, static_cast<std::uint32_t>(out.position() - bytes_at - 4));
 }
 
 void put_up(SpanWriter& out, const KeyframeUp& up) noexcept {
@@ -144,30 +161,68 @@ void put_image_head(SpanWriter& out, std::size_t count, const KeyframeContent& k
   out.put(keyframe.image_full_weight_range_m);
 }
 
-/// Writes the images and returns the bytes of their codes.
-std::size_t put_images(SpanWriter& out, const WriterInput& input) noexcept {
-  std::size_t code_bytes = 0;
-  if (!input.coded_images.empty()) {
-    put_image_head(out, input.coded_images.size(), input.keyframe);
-    for (const CodedImage& image : input.coded_images) {
-      out.put(image.scan);
-      out.put(static_cast<std::uint32_t>(image.code.size()));
-      out.put(std::span<const std::uint8_t>(image.code));
-      code_bytes += image.code.size();
-    }
-    return code_bytes;
+/// Range code of images, from their pixels or from bytes.
+class ImageCoder {
+ public:
+  ImageCoder(SpanWriter& out, ImageBytes& bytes) noexcept : coder_(out), bytes_(bytes) {
+    bytes_.reset();
   }
-  put_image_head(out, input.keyframe.images.size(), input.keyframe);
-  for (const FreeSpaceImage& image : input.keyframe.images) {
+
+  std::uint32_t put(const FreeSpaceImage& image) noexcept {
+    bytes_.start_image();
+    count_ = 0;
+    encode_image(image.pixels, {[](void* coder, std::uint8_t byte) noexcept {
+                                  static_cast<ImageCoder*>(coder)->put(byte);
+                                },
+                                this});
+    return count_;
+  }
+  std::uint32_t put(const CodedImage& image) noexcept {
+    bytes_.start_image();
+    for (const std::uint8_t byte : image.code) put(byte);
+    return static_cast<std::uint32_t>(image.code.size());
+  }
+  void finish() noexcept { coder_.finish(); }
+
+ private:
+  void put(std::uint8_t byte) noexcept {
+    bytes_.code(coder_, byte);
+    ++count_;
+  }
+
+  RangeEncoder coder_;
+  ImageBytes& bytes_;
+  std::uint32_t count_ = 0;
+};
+
+template <typename Image>
+std::size_t put_image_list(SpanWriter& out, std::span<const Image> images,
+                           const KeyframeContent& keyframe, ImageBytes& bytes) noexcept {
+  put_image_head(out, images.size(), keyframe);
+  if (images.empty()) return 0;
+  const std::size_t list_at = out.position();
+  for (const Image& image : images) {
     out.put(image.scan);
-    const std::size_t size_at = out.position();
     out.put(std::uint32_t{0});
-    const std::size_t bytes = encode_image(image.pixels, out.rest());
-    out.pass(bytes);
-    out.put_at(size_at, static_cast<std::uint32_t>(bytes));
-    code_bytes += bytes;
   }
+  const std::size_t size_at = out.position();
+  out.put(std::uint32_t{0});
+  ImageCoder coder(out, bytes);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    out.put_at(list_at + 8 * i + 4, coder.put(images[i]));
+  }
+  coder.finish();
+  const std::size_t code_bytes = out.position() - size_at - 4;
+  out.put_at(size_at, static_cast<std::uint32_t>(code_bytes));
   return code_bytes;
+}
+
+/// Writes the images and returns the bytes of their code.
+std::size_t put_images(SpanWriter& out, const WriterInput& input, ImageBytes& bytes) noexcept {
+  if (!input.coded_images.empty()) {
+    return put_image_list(out, input.coded_images, input.keyframe, bytes);
+  }
+  return put_image_list(out, input.keyframe.images, input.keyframe, bytes);
 }
 
 }  // namespace
@@ -182,6 +237,12 @@ const char* image_head_fault(std::size_t images, const RangeImageShape& shape,
   return is_range ? nullptr : "no image has such a full-weight range";
 }
 
+std::uint16_t cell_size_mm(float cell_size_m) noexcept {
+  // Also false for NaN.
+  if (!(cell_size_m >= kSmallestCellM && cell_size_m <= kLargestCellM)) return 0;
+  return static_cast<std::uint16_t>(cell_size_m * 1000.0F + 0.5F);
+}
+
 const char* keyframe_fault(const KeyframeContent& keyframe) noexcept {
   if (keyframe.scans.empty()) return "a keyframe has no scans";
   if (keyframe.scans.size() > kMaxScans) return "a keyframe has too many scans";
@@ -190,12 +251,13 @@ const char* keyframe_fault(const KeyframeContent& keyframe) noexcept {
   if (keyframe.reference_scan >= keyframe.scans.size()) return "the reference scan is not there";
   if (const char* fault = image_fault(keyframe)) return fault;
   if (keyframe.points_dynamic > keyframe.points_in) return "more points removed than came in";
+  if (cell_size_mm(keyframe.cell_size_m) == 0) return "no keyframe has cells of such a size";
   if (const char* fault = pose_fault(keyframe.T_odometry_keyframe)) return fault;
   if (const char* fault = up_fault(keyframe.up)) return fault;
   return scan_fault(keyframe.scans);
 }
 
-EncodeResult write_keyframe(const WriterInput& input, const CellKeyScratch& scratch,
+EncodeResult write_keyframe(const WriterInput& input, const WriterScratch& scratch,
                             std::span<std::uint8_t> bytes) noexcept {
   const KeyframeContent& keyframe = input.keyframe;
   EncodeResult result;
@@ -227,9 +289,13 @@ EncodeResult write_keyframe(const WriterInput& input, const CellKeyScratch& scra
   out.put_at(counts_at, keypoints);
   out.put_at(counts_at + sizeof keypoints, planes);
   result.left_out += keyframe.place.keypoints.size() - keypoints + input.planes.size() - planes;
-  put_cells(out, sorted_cell_keys(keyframe.static_cells, scratch, result.left_out));
-  put_cells(out, sorted_cell_keys(keyframe.dynamic_cells, scratch, result.left_out));
-  result.image_bytes = put_images(out, input);
+  const std::uint16_t cell_mm = cell_size_mm(keyframe.cell_size_m);
+  out.put(cell_mm);
+  const CellGrid grid(keyframe.T_odometry_keyframe, cell_mm / 1000.0);
+  for (const auto cells : {keyframe.static_cells, keyframe.dynamic_cells}) {
+    put_cells(out, sorted_cell_keys(cells, grid, scratch.keys, result.left_out), *scratch.code);
+  }
+  result.image_bytes = put_images(out, input, *scratch.images);
   put_up(out, keyframe.up);
   out.put_at(left_out_at, result.left_out);
   result.bytes = out.position();

@@ -1,6 +1,7 @@
 #include "unimapper/wire/reassembly.hpp"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "unimapper/wire/checksum.hpp"
@@ -13,34 +14,96 @@ namespace {
 /// flood of one-byte pieces would count as nothing.
 constexpr std::uint64_t kPieceOverheadBytes = 128;
 
+/// Pieces of one index that differ: the real one and some forged ones.
+constexpr std::size_t kMaxVariants = 4;
+
+/// Combinations of such pieces that are tried when one more has arrived.
+constexpr int kMaxCombinations = 16;
+
 }  // namespace
 
-Reassembly::Result Reassembly::add(ChunkMessage&& chunk) {
+Reassembly::Result Reassembly::add(ChunkMessage&& chunk, bool known) {
   if (chunk.total_bytes > limits_.max_keyframe_bytes) return {Outcome::kTooLarge, {}};
   const Head head{chunk.session, chunk.sequence, chunk.count, chunk.total_bytes,
                   chunk.payload_crc32};
   Pending& pending = pending_[head];
   pending.last_touched = ++clock_;
-  const std::uint64_t bytes = chunk.data.size() + kPieceOverheadBytes;
-  if (!pending.pieces.emplace(chunk.index, std::move(chunk.data)).second) {
-    return {Outcome::kDuplicate, {}};
+  pending.known = pending.known || known;
+  std::vector<Data>& variants = pending.pieces[chunk.index];
+  const auto same = std::find(variants.begin(), variants.end(), chunk.data);
+  const bool is_here = same != variants.end();
+  if (is_here) {
+    std::rotate(same, same + 1, variants.end());
+    if (pending.pieces.size() < head.count) return {Outcome::kDuplicate, {}};
+  } else if (variants.size() == kMaxVariants) {
+    // A flood must not shut the real piece out, which may be the last to come.
+    pending.bytes -= variants.front().size() + kPieceOverheadBytes;
+    pending_bytes_ -= variants.front().size() + kPieceOverheadBytes;
+    variants.erase(variants.begin());
   }
-  pending.bytes += bytes;
-  pending_bytes_ += bytes;
-  if (pending.pieces.size() < head.count) {
-    make_room(head);
-    return {Outcome::kWaiting, {}};
+  if (!is_here) {
+    const std::uint64_t bytes = chunk.data.size() + kPieceOverheadBytes;
+    variants.push_back(std::move(chunk.data));
+    pending.bytes += bytes;
+    pending_bytes_ += bytes;
   }
   Result result;
-  // Pieces whose sizes belong to different cuts can be complete in number only.
-  for (const auto& [index, data] : pending.pieces) {
-    result.payload.insert(result.payload.end(), data.begin(), data.end());
+  if (pending.pieces.size() == head.count) {
+    result.payload = join(head, pending, chunk.index);
+    result.outcome = result.payload.empty() ? Outcome::kDamaged : Outcome::kComplete;
   }
-  erase(pending_.find(head));
-  const bool whole =
-      result.payload.size() == head.total_bytes && crc32(result.payload) == head.payload_crc32;
-  result.outcome = whole ? Outcome::kComplete : Outcome::kDamaged;
+  if (result.outcome == Outcome::kComplete) {
+    erase(pending_.find(head));
+  } else {
+    make_room(head);
+  }
   return result;
+}
+
+/// The combination that the checksum confirms, or nothing. Those of the pieces that came last are
+/// tried first, so that a keyframe which is resent undisturbed is seen through any number of forged
+/// pieces. Combinations without the newest piece were tried when the ones before it came.
+Reassembly::Data Reassembly::join(const Head& head, const Pending& pending, std::uint32_t newest) {
+  std::vector<std::size_t> chosen(head.count, 0);  // counted from the last
+  for (int i = 0; i < kMaxCombinations; ++i) {
+    Data payload;
+    // Pieces whose sizes belong to different cuts can be complete in number only.
+    for (const auto& [index, variants] : pending.pieces) {
+      const Data& data = variants[variants.size() - 1 - chosen[index]];
+      payload.insert(payload.end(), data.begin(), data.end());
+    }
+    if (payload.size() == head.total_bytes && crc32(payload) == head.payload_crc32) return payload;
+    // The next combination, counted up from the first piece.
+    auto piece = pending.pieces.begin();
+    for (; piece != pending.pieces.end(); ++piece) {
+      if (piece->first == newest) continue;
+      std::size_t& choice = chosen[piece->first];
+      choice = choice + 1 < piece->second.size() ? choice + 1 : 0;
+      if (choice > 0) break;
+    }
+    if (piece == pending.pieces.end()) break;
+  }
+  return {};
+}
+
+std::vector<IncompleteKeyframe> Reassembly::incomplete(const SessionId& session) const {
+  std::vector<IncompleteKeyframe> all;
+  std::size_t bits = 0;
+  for (auto entry = pending_.lower_bound(Head{session, 0, 0, 0, 0});
+       entry != pending_.end() && entry->first.session == session; ++entry) {
+    const auto& [head, pending] = *entry;
+    // Where every index is here but the checksum fails, nobody knows which piece is wrong.
+    const bool says_something = pending.pieces.size() < head.count;
+    if (!says_something || all.size() == kMaxIncomplete || bits + head.count > kMaxMissingBits) {
+      continue;
+    }
+    bits += head.count;
+    IncompleteKeyframe& keyframe = all.emplace_back();
+    keyframe.sequence = head.sequence;
+    keyframe.missing.assign(head.count, true);
+    for (const auto& piece : pending.pieces) keyframe.missing[piece.first] = false;
+  }
+  return all;
 }
 
 void Reassembly::forget(const SessionId& session, std::uint32_t sequence) {
@@ -61,13 +124,22 @@ void Reassembly::erase(Table::iterator entry) {
 void Reassembly::make_room(const Head& keep) {
   while (pending_.size() > limits_.max_pending_keyframes ||
          pending_bytes_ > limits_.max_pending_bytes) {
-    auto oldest = pending_.end();
-    for (auto entry = pending_.begin(); entry != pending_.end(); ++entry) {
-      const bool older =
-          oldest == pending_.end() || entry->second.last_touched < oldest->second.last_touched;
-      if (older && !(entry->first == keep && pending_.size() > 1)) oldest = entry;
+    // Of robots that are known and of others: how much they hold.
+    std::map<std::pair<bool, std::uint32_t>, std::uint64_t> held;
+    for (const auto& [head, pending] : pending_) {
+      held[{pending.known, head.session.robot}] += pending.bytes;
     }
-    erase(oldest);
+    auto victim = pending_.end();
+    const auto rank = [&held](Table::const_iterator entry) {
+      const bool known = entry->second.known;
+      return std::tuple(known, UINT64_MAX - held.at({known, entry->first.session.robot}),
+                        entry->second.last_touched);
+    };
+    for (auto entry = pending_.begin(); entry != pending_.end(); ++entry) {
+      if (entry->first == keep && pending_.size() > 1) continue;
+      if (victim == pending_.end() || rank(entry) < rank(victim)) victim = entry;
+    }
+    erase(victim);
     ++given_up_;
   }
 }

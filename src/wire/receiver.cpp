@@ -13,6 +13,9 @@ namespace {
 /// Damaged sequence numbers remembered per session; forgers can make up any number of them.
 constexpr std::size_t kMaxDamagedKept = 100000;
 
+/// Messages of a running session that take its end back: one may have been overtaken.
+constexpr std::uint32_t kSignsOfLife = 2;
+
 std::string name_of_numbers(const SessionId& id) {
   return "robot" + std::to_string(id.robot) + "_session" + std::to_string(id.session);
 }
@@ -40,11 +43,31 @@ void Receiver::count_malformed() {
 }
 
 Receiver::Session* Receiver::session(const SessionId& id) {
-  const auto known = sessions_.find(id);
-  if (known != sessions_.end()) return &known->second;
-  if (sessions_.size() < limits_.max_sessions) return &sessions_[id];
+  if (!sessions_.contains(id) && sessions_.size() >= limits_.max_sessions &&
+      !forget_empty_session()) {
+    ++counters_.refused;
+    return nullptr;
+  }
+  Session& state = sessions_[id];
+  state.last_heard = ++clock_;
+  state.answered = false;
+  return &state;
+}
+
+/// Anybody can announce sessions; only keyframes show that there is a robot behind one. A real
+/// one comes back with its next message.
+bool Receiver::forget_empty_session() {
+  auto oldest = sessions_.end();
+  for (auto entry = sessions_.begin(); entry != sessions_.end(); ++entry) {
+    if (!entry->second.keyframes.empty()) continue;
+    const bool older =
+        oldest == sessions_.end() || entry->second.last_heard < oldest->second.last_heard;
+    if (older) oldest = entry;
+  }
+  if (oldest == sessions_.end()) return false;
+  sessions_.erase(oldest);
   ++counters_.refused;
-  return nullptr;
+  return true;
 }
 
 void Receiver::receive(const SessionMessage& message) {
@@ -61,6 +84,17 @@ void Receiver::receive(const SessionMessage& message) {
   state->ended = state->ended || message.state == SessionState::kEnded;
   state->announced = std::max(state->announced, message.keyframes);
   state->dropped_by_sender = std::max(state->dropped_by_sender, message.keyframes_dropped);
+  if (message.state == SessionState::kEnded) {
+    state->signs_of_life = 0;
+  } else if (message.state == SessionState::kRunning && state->ended &&
+             ++state->signs_of_life == kSignsOfLife) {
+    // Somebody else said that it had ended, and perhaps how many keyframes there were.
+    state->ended = false;
+    state->signs_of_life = 0;
+    state->announced = std::max(message.keyframes, state->highest_seen);
+    state->dropped_by_sender = message.keyframes_dropped;
+    ++counters_.contradictory;
+  }
 }
 
 void Receiver::receive(HealthMessage&& message) {
@@ -75,12 +109,13 @@ void Receiver::receive(ChunkMessage&& piece) {
   Session* state = session(id);
   if (state == nullptr) return;
   // A keyframe that never becomes whole is missed all the same.
-  state->announced = std::max<std::uint64_t>(state->announced, sequence + 1ULL);
+  state->highest_seen = std::max<std::uint64_t>(state->highest_seen, sequence + 1ULL);
+  state->announced = std::max(state->announced, state->highest_seen);
   if (state->keyframes.contains(sequence)) {
     ++counters_.pieces_duplicate;
     return;
   }
-  Reassembly::Result result = reassembly_.add(std::move(piece));
+  Reassembly::Result result = reassembly_.add(std::move(piece), !state->keyframes.empty());
   switch (result.outcome) {
     case Reassembly::Outcome::kWaiting:
       break;
@@ -117,6 +152,7 @@ void Receiver::keep(Session& state, KeyframeRecord&& record) {
   reassembly_.forget(record.session, record.sequence);
   const std::uint32_t sequence = record.sequence;
   state.damaged.erase(sequence);
+  state.stored.insert(sequence);
   state.keyframes.emplace(sequence, std::move(record));
   ++counters_.keyframes;
 }
@@ -145,6 +181,20 @@ std::vector<SessionProgress> Receiver::progress() const {
     all.push_back(std::move(one));
   }
   return all;
+}
+
+std::vector<StoredMessage> Receiver::take_stored() {
+  std::vector<StoredMessage> messages;
+  for (auto& [id, state] : sessions_) {
+    if (state.answered) continue;
+    state.answered = true;
+    StoredMessage& message = messages.emplace_back();
+    message.session = id;
+    message.ended = state.ended;
+    message.incomplete = reassembly_.incomplete(id);
+    state.stored.describe(message);
+  }
+  return messages;
 }
 
 std::vector<SessionData> Receiver::take_sessions() {

@@ -1,4 +1,5 @@
-// Fuzz target of the receiver: it keeps its limits and its counts are consistent.
+// Fuzz target of the receiver: it keeps its limits and its counts are consistent, and a sender
+// survives whatever it is told.
 //
 // Checksums and type fingerprints are corrected where the input says so, because random ones would
 // be rejected at once.
@@ -9,6 +10,7 @@
 #include <unimapper_wire/chunk_t.hpp>
 #include <unimapper_wire/health_t.hpp>
 #include <unimapper_wire/session_t.hpp>
+#include <unimapper_wire/stored_t.hpp>
 #include <vector>
 
 #include "ports/lcm/messages.hpp"
@@ -49,6 +51,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   limits.max_pending_bytes = 4096;
   limits.max_keyframe_bytes = 65536;
   Receiver receiver(limits);
+  Outbox outbox(0);
+  for (std::uint32_t sequence = 0; sequence < 8; ++sequence) outbox.add(sequence, 9);
   // Each message: what to do with it, its length, its bytes.
   for (std::size_t at = 0; at + 2 < size;) {
     const std::uint8_t kind = data[at];
@@ -71,6 +75,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       case 3:
         // Whatever is left of the input as a keyframe in proper pieces.
         send_whole(receiver, {data + at, data + size}, kind >> 4U);
+        break;
+      case 4:
+        if (fit) make_fit(message, unimapper_wire::stored_t::getHash());
+        if (const auto stored = decode_stored(message)) (void)outbox.take(*stored, 1);
+        for (int i = 0; i < 20 && outbox.next(); ++i) outbox.sent(*outbox.next(), 0);
         break;
       default:
         if (fit) make_fit(message, unimapper_wire::chunk_t::getHash());

@@ -3,53 +3,54 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 #include <vector>
 
+#include "src/wire/cell_grid.hpp"
 #include "unimapper/core/image_code.hpp"
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/core/quantise.hpp"
 
 namespace unimapper::wire::wire_test {
 
-inline std::vector<FineCell> quantised_cells(std::span<const FineCell> cells,
+inline std::vector<FineCell> quantised_cells(std::span<const FineCell> cells, const CellGrid& grid,
                                              std::uint64_t& left_out) {
   struct Entry {
-    Eigen::Vector3i block;
-    Eigen::Vector3i offset;
+    GridPosition at;
     bool ground;
-    int points;
   };
   std::vector<Entry> entries;
   for (const FineCell& cell : cells) {
-    const auto steps = to_centimetres(cell.position);
-    if (!steps) {
+    const auto at = grid.find(cell.position);
+    if (at) {
+      entries.push_back({*at, cell.ground != 0});
+    } else {
       ++left_out;
-      continue;
     }
-    const Eigen::Vector3i shifted = steps->array() + 32768;
-    entries.push_back({shifted / 256, shifted.unaryExpr([](int a) { return a % 256; }),
-                       cell.ground != 0, std::min<int>(cell.points, 255)});
   }
   const auto key = [](const Entry& e) {
-    return std::array<int, 8>{e.block.x(),  e.block.y(),  e.block.z(),  e.ground ? 0 : 1,
-                              e.offset.x(), e.offset.y(), e.offset.z(), e.points};
+    const auto& c = e.at.cell;
+    return std::array<int, 10>{c[0] / 32,    c[1] / 32,   c[2] / 32,        c[0] % 32,
+                               c[1] % 32,    c[2] % 32,   e.ground ? 0 : 1, e.at.part[0],
+                               e.at.part[1], e.at.part[2]};
   };
   std::sort(entries.begin(), entries.end(),
             [&](const Entry& a, const Entry& b) { return key(a) < key(b); });
   std::vector<FineCell> quantised;
   for (const Entry& e : entries) {
-    const Eigen::Vector3i steps = (e.block * 256 + e.offset).array() - 32768;
-    quantised.push_back({from_centimetres(steps), static_cast<std::uint16_t>(e.points),
-                         static_cast<std::uint8_t>(e.ground), 0});
+    quantised.push_back({grid.position(e.at), 0, static_cast<std::uint8_t>(e.ground), 0});
   }
   return quantised;
 }
 
 /// Puts everything on the grid of the wire and removes and counts what is beyond it.
 inline void quantise(KeyframeRecord& record) {
-  record.static_cells = quantised_cells(record.static_cells, record.left_out);
-  record.dynamic_cells = quantised_cells(record.dynamic_cells, record.left_out);
+  const double cell_mm = std::round(1000.0 * static_cast<double>(record.cell_size_m));
+  const CellGrid grid(record.T_odometry_keyframe, cell_mm / 1000.0);
+  record.cell_size_m = static_cast<float>(cell_mm) / 1000.0F;
+  record.static_cells = quantised_cells(record.static_cells, grid, record.left_out);
+  record.dynamic_cells = quantised_cells(record.dynamic_cells, grid, record.left_out);
   record.left_out += std::erase_if(record.keypoints, [](Keypoint& keypoint) {
     const auto millimetres = to_millimetres(keypoint.position);
     const auto normal = octahedral(keypoint.normal);
@@ -77,6 +78,7 @@ inline KeyframeRecord sent_record(const KeyframeContent& keyframe, const Session
   record.T_odometry_keyframe = keyframe.T_odometry_keyframe;
   record.up = keyframe.up;
   record.scans.assign(keyframe.scans.begin(), keyframe.scans.end());
+  record.cell_size_m = keyframe.cell_size_m;
   record.static_cells.assign(keyframe.static_cells.begin(), keyframe.static_cells.end());
   record.dynamic_cells.assign(keyframe.dynamic_cells.begin(), keyframe.dynamic_cells.end());
   record.keypoints.assign(keyframe.place.keypoints.begin(), keyframe.place.keypoints.end());

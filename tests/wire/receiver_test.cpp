@@ -157,6 +157,89 @@ TEST_CASE("forged pieces cannot spoil a keyframe under way") {
   CHECK(receiver.counters().keyframes == 1);
 }
 
+TEST_CASE("a forged piece under an overheard head cannot spoil a keyframe, first or last") {
+  const std::vector<Message> good = wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0));
+  const bool floods = GENERATE(false, true);
+  for (std::size_t at = 0; at < good.size(); ++at) {
+    ChunkMessage forged = std::get<ChunkMessage>(good[at]);
+    Receiver receiver;
+    for (int i = 0; i < (floods ? 20 : 1); ++i) {
+      ++forged.data[static_cast<std::size_t>(i) % forged.data.size()];
+      feed(receiver, Message(forged));
+    }
+    feed(receiver, good);
+    CHECK(receiver.counters().keyframes == 1);
+    CHECK(receiver.take_sessions().at(0).keyframes_damaged == 0);
+  }
+}
+
+TEST_CASE("two forged pieces of different indices are both seen through") {
+  const std::vector<Message> good = wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0));
+  REQUIRE(good.size() > 4);
+  Receiver receiver;
+  for (const std::size_t at : {std::size_t{1}, std::size_t{3}}) {
+    ChunkMessage forged = std::get<ChunkMessage>(good[at]);
+    ++forged.data[0];
+    feed(receiver, Message(forged));
+  }
+  feed(receiver, good);
+  CHECK(receiver.counters().keyframes == 1);
+}
+
+TEST_CASE("a flood of unfinished keyframes costs its sender, not another robot") {
+  ReceiverLimits limits;
+  limits.max_pending_keyframes = 8;
+  Receiver receiver(limits);
+  const bool many_robots = GENERATE(false, true);
+  feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0)));
+  const std::vector<Message> victim = wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 1));
+  const std::vector<Message> flood = wire_test::pieces(wire_test::keyframe_of(kBeta.id, 0));
+  for (std::size_t i = 0; i < victim.size(); ++i) {
+    feed(receiver, victim[i]);
+    for (std::uint32_t k = 0; k < 20; ++k) {
+      ChunkMessage forged = std::get<ChunkMessage>(flood[0]);
+      forged.sequence = k;
+      if (many_robots) forged.session.robot = 100 + k;
+      feed(receiver, Message(forged));
+    }
+  }
+  CHECK(receiver.counters().keyframes == 2);
+  CHECK(receiver.counters().keyframes_abandoned > 0);
+}
+
+TEST_CASE("sessions that only announce themselves lock no robot out") {
+  ReceiverLimits limits;
+  limits.max_sessions = 4;
+  Receiver receiver(limits);
+  feed(receiver, wire_test::session_stream(kAlpha, 2));
+  for (std::uint64_t i = 0; i < 200; ++i) {
+    feed(receiver, {wire_test::session_message({{9, i}, "nobody", ""}, SessionState::kStarted, 0)});
+  }
+  feed(receiver, wire_test::session_stream(kBeta, 3));
+  CHECK(receiver.progress().size() == 4);
+  const auto sessions = receiver.take_sessions();
+  check_whole(sessions.at(0), kAlpha, 2);
+  check_whole(sessions.at(1), kBeta, 3);
+  CHECK(receiver.counters().refused == 198);
+}
+
+TEST_CASE("an end that somebody else announced is taken back by the robot") {
+  const std::uint64_t claimed = GENERATE(1U, 1000000U);
+  Receiver receiver;
+  feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0)));
+  feed(receiver, {wire_test::session_message(kAlpha, SessionState::kRunning, 1)});
+  feed(receiver, {wire_test::session_message(kAlpha, SessionState::kEnded, claimed)});
+  CHECK(receiver.progress()[0].ended);
+  for (int i = 0; i < 2; ++i) {
+    feed(receiver, {wire_test::session_message(kAlpha, SessionState::kRunning, 2)});
+  }
+  CHECK_FALSE(receiver.progress()[0].ended);
+  feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 1)));
+  feed(receiver, {wire_test::session_message(kAlpha, SessionState::kEnded, 2)});
+  CHECK(receiver.progress()[0].whole);
+  check_whole(receiver.take_sessions().at(0), kAlpha, 2);
+}
+
 TEST_CASE("pieces that agree with each other but not with their checksum are no keyframe") {
   // A forger's pieces: consistent heads, a sound keyframe, the checksum of another one.
   const EncodedKeyframe keyframe =
@@ -194,7 +277,7 @@ TEST_CASE("a flood of unfinished keyframes stays within its bound and gives up t
   for (std::uint32_t sequence = 0; sequence < 1000; ++sequence) {
     chunk.sequence = sequence % 100;
     chunk.index = sequence;
-    reassembly.add(ChunkMessage(chunk));
+    reassembly.add(ChunkMessage(chunk), false);
     REQUIRE(reassembly.pending_keyframes() <= 8);
     REQUIRE(reassembly.pending_bytes() <= 100000);
   }
@@ -202,7 +285,7 @@ TEST_CASE("a flood of unfinished keyframes stays within its bound and gives up t
   // One keyframe alone may not exceed the bound either.
   chunk.sequence = 5000;
   for (chunk.index = 0; chunk.index < 999; ++chunk.index) {
-    reassembly.add(ChunkMessage(chunk));
+    reassembly.add(ChunkMessage(chunk), false);
     REQUIRE(reassembly.pending_bytes() <= 100000);
   }
 }
@@ -215,7 +298,8 @@ TEST_CASE("one-byte pieces count towards the memory limit") {
   chunk.count = 1U << 20U;
   chunk.total_bytes = 1U << 20U;
   chunk.data.assign(1, 0);
-  for (chunk.index = 0; chunk.index < 1000; ++chunk.index) reassembly.add(ChunkMessage(chunk));
+  for (chunk.index = 0; chunk.index < 1000; ++chunk.index)
+    reassembly.add(ChunkMessage(chunk), false);
   CHECK(reassembly.given_up() > 0);
 }
 
@@ -343,4 +427,18 @@ TEST_CASE("a keyframe that says another number than its pieces is damaged") {
   REQUIRE(sessions.size() == 1);
   CHECK(sessions[0].keyframes.empty());
   CHECK(sessions[0].keyframes_damaged == 1);
+}
+
+TEST_CASE("images count towards the memory limit") {
+  ReceiverLimits limits;
+  const KeyframeRecord record = wire_test::keyframe_of(kAlpha.id, 0, 0);
+  std::size_t image_bytes = 0;
+  for (const CodedImage& image : record.images) image_bytes += image.code.size();
+  REQUIRE(image_bytes > 0);
+  CAPTURE(image_bytes);
+  limits.max_stored_bytes = image_bytes;
+  Receiver receiver(limits);
+  feed(receiver, wire_test::pieces(record));
+  CHECK(receiver.counters().keyframes == 0);
+  CHECK(receiver.counters().refused == 1);
 }

@@ -19,7 +19,7 @@ struct CodedImage {
 };
 
 /// One keyframe, owned. Positions as in `KeyframeView`; cells and keypoints carry the wire's
-/// quantisation already (1 cm / 1 mm), on every path the same.
+/// quantisation already (half or a third of a cell / 1 mm), on every path the same.
 struct KeyframeRecord {
   SessionId session;                    ///< the session it belongs to
   std::uint32_t sequence = 0;           ///< running number in the session, from 0
@@ -27,6 +27,7 @@ struct KeyframeRecord {
   Pose T_odometry_keyframe;             ///< levelled keyframe frame to odometry frame, metres
   KeyframeUp up;                        ///< unknown with older senders
   std::vector<KeyframeScan> scans;      ///< in order of time
+  float cell_size_m = kFineCellSizeM;   ///< edge of the cells, whose grid is the odometry's
   std::vector<FineCell> static_cells;   ///< levelled keyframe frame, metres
   std::vector<FineCell> dynamic_cells;  ///< what the robot removed, for display and audit
   std::vector<Keypoint> keypoints;      ///< of the descriptor, levelled keyframe frame

@@ -17,7 +17,7 @@ namespace unimapper::wire {
 /// wire is rounded on the way, so decode(encode(record)) is the quantised record, and encoding that
 /// gives the same bytes. Throws std::invalid_argument if the record is no keyframe: no scans, scans
 /// out of order, a reference scan that is not there, a pose that is not rigid, too many elements, a
-/// free-space image whose code is none. About 4 bytes per cell. O(cells + bytes of the images): no
+/// free-space image whose code is none. About a byte per cell. O(cells + bytes of the images): no
 /// image is decoded.
 std::vector<std::uint8_t> encode_keyframe(const KeyframeRecord& record);
 
@@ -29,8 +29,8 @@ struct DecodedKeyframe {
 
 /// Reads what `encode_keyframe` wrote, now or when the schema was an older one; anything else is
 /// refused, so that encode(decode(bytes)) == bytes for the present schema. Checks every count
-/// against the bytes that are there before it allocates: the record takes at most five times the
-/// memory of the bytes.
+/// against the bytes that are there before it allocates: cells take at most 64 times, images at
+/// most 100 times the memory of their bytes. O(cells + bytes of the images).
 DecodedKeyframe decode_keyframe(Bytes bytes);
 
 }  // namespace unimapper::wire

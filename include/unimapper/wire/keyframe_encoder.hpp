@@ -11,6 +11,9 @@
 
 namespace unimapper::wire {
 
+class CellCode;
+class ImageBytes;
+
 /// What became of a keyframe to be encoded.
 struct [[nodiscard]] EncodeResult {
   /// `kOk`; `kBufferTooSmall`: the buffer holds no keyframe now; `kInvalidKeyframe`: no scans,
@@ -19,7 +22,7 @@ struct [[nodiscard]] EncodeResult {
   Error error;
   /// Bytes the keyframe takes, exactly, whether or not they fitted; 0 if it is invalid.
   std::size_t bytes = 0;
-  std::size_t image_bytes = 0;  ///< of which codes of free-space images
+  std::size_t image_bytes = 0;  ///< of which the code of the free-space images
   /// Cells and keypoints that are not in the message: too far away for its grid, not finite, or
   /// cells beyond the encoder's capacity.
   std::uint64_t left_out = 0;
@@ -30,7 +33,7 @@ struct [[nodiscard]] EncodeResult {
 class KeyframeEncoder {
  public:
   /// Bytes of scratch memory for keyframes of at most `max_cells` static and as many dynamic cells
-  /// (`VoxelConfig::max_cells` is always enough): 16 a cell and 52 kB.
+  /// (`VoxelConfig::max_cells` is always enough): 16 a cell and 190 kB.
   static std::size_t required_bytes(std::uint32_t max_cells) noexcept;
 
   /// An encoder that works in `memory` (64-byte aligned, at least `required_bytes`), which must
@@ -52,6 +55,8 @@ class KeyframeEncoder {
   std::uint64_t* keys_ = nullptr;
   std::uint64_t* spare_keys_ = nullptr;
   std::uint32_t* counts_ = nullptr;
+  CellCode* code_ = nullptr;
+  ImageBytes* images_ = nullptr;
   std::uint32_t max_cells_ = 0;
 };
 

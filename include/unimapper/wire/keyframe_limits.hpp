@@ -6,8 +6,9 @@
 namespace unimapper::wire {
 
 inline constexpr std::uint32_t kKeyframeMagic = 0x464B4D55;  ///< "UMKF" in the file
-inline constexpr std::uint16_t kKeyframeSchema = 3;
-/// Also read: 1, without free-space images, and 2, without the covariance of up.
+inline constexpr std::uint16_t kKeyframeSchema = 4;
+/// Also read: 1, without free-space images, 2, without the covariance of up, and 3, with cells and
+/// images that are not range coded.
 inline constexpr std::uint16_t kOldestKeyframeSchema = 1;
 
 /// Most elements of a kind that a keyframe may hold.
@@ -15,5 +16,6 @@ inline constexpr std::uint32_t kMaxScans = 65535;
 inline constexpr std::uint32_t kMaxKeypoints = 65535;
 inline constexpr std::uint32_t kMaxPlanes = 65535;
 inline constexpr std::uint32_t kMaxImages = 32;
+inline constexpr std::uint32_t kMaxCells = 1U << 22U;  ///< static ones, and as many dynamic ones
 
 }  // namespace unimapper::wire

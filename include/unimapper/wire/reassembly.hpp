@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "unimapper/wire/delivery.hpp"
 #include "unimapper/wire/messages.hpp"
 
 namespace unimapper::wire {
@@ -23,8 +24,10 @@ struct ReceiverLimits {
 /// Collects pieces until a keyframe is whole. Pieces may come in any order, more than once, and
 /// interleaved over any number of keyframes. Memory follows the bytes that arrived, never a
 /// length that was announced. Pieces belong together only if their whole heads agree, so a
-/// forged piece starts a keyframe of its own and cannot spoil a real one. When there are too
-/// many, the keyframe that has waited longest for a piece is evicted.
+/// piece with a forged head starts a keyframe of its own. Where pieces with one head and index
+/// differ, all are kept and tried, so one with an overheard head cannot spoil a real keyframe
+/// either. When there are too many, the robot that holds most loses the keyframe that has waited
+/// longest for a piece; robots of which nothing whole has arrived yet lose theirs first.
 class Reassembly {
  public:
   /// What became of a piece.
@@ -32,7 +35,7 @@ class Reassembly {
     kWaiting,    ///< pieces are still missing
     kDuplicate,  ///< this piece was there already
     kTooLarge,   ///< the keyframe exceeds `max_keyframe_bytes`
-    kDamaged,    ///< whole, but the checksum over all of it fails
+    kDamaged,    ///< every piece is here, but the checksum fails; another piece may mend it
     kComplete,
   };
   /// Outcome for one piece, and the keyframe it completed.
@@ -43,11 +46,13 @@ class Reassembly {
 
   explicit Reassembly(const ReceiverLimits& limits) : limits_(limits) {}
 
-  /// Takes one possible piece (`is_possible`).
-  Result add(ChunkMessage&& chunk);
+  /// Takes one possible piece (`is_possible`). `known`: its session has whole keyframes already.
+  Result add(ChunkMessage&& chunk, bool known);
   /// Forgets everything about a keyframe, because it has arrived.
   void forget(const SessionId& session, std::uint32_t sequence);
 
+  /// What is missing of a session's keyframes, as much as a message holds.
+  [[nodiscard]] std::vector<IncompleteKeyframe> incomplete(const SessionId& session) const;
   /// Keyframes of which pieces are missing.
   [[nodiscard]] std::size_t pending_keyframes() const { return pending_.size(); }
   /// Bytes held for them.
@@ -65,12 +70,16 @@ class Reassembly {
     std::uint32_t payload_crc32 = 0;
     friend auto operator<=>(const Head&, const Head&) = default;
   };
+  using Data = std::vector<std::uint8_t>;
   struct Pending {
-    std::map<std::uint32_t, std::vector<std::uint8_t>> pieces;
+    std::map<std::uint32_t, std::vector<Data>> pieces;  ///< by index, all that differ
     std::uint64_t bytes = 0;
     std::uint64_t last_touched = 0;
+    bool known = false;
   };
   using Table = std::map<Head, Pending>;
+
+  static Data join(const Head& head, const Pending& pending, std::uint32_t newest);
 
   void erase(Table::iterator entry);
   void make_room(const Head& keep);

@@ -38,7 +38,10 @@ struct SessionProgress {
 };
 
 /// Takes the messages of any number of sessions in any order. Whatever it is fed, it keeps
-/// within its limits, never throws, and counts what it could not use. Not thread safe.
+/// within its limits, never throws, and counts what it could not use. When a session more than
+/// `max_sessions` appears, the one without a keyframe that has been silent longest gives way. An
+/// end that was announced is taken back by two messages that say the session is running. Not
+/// thread safe.
 class Receiver {
  public:
   explicit Receiver(const ReceiverLimits& limits = {});
@@ -59,6 +62,9 @@ class Receiver {
   /// All sessions, by id.
   [[nodiscard]] std::vector<SessionProgress> progress() const;
 
+  /// What is stored of the sessions that were heard since the last call: to be sent to the robots.
+  std::vector<StoredMessage> take_stored();
+
   /// Hands over the sessions, sorted by name and id, names made unique; the receiver holds
   /// none afterwards, but goes on counting. A session whose messages never came is named after its
   /// numbers.
@@ -68,15 +74,22 @@ class Receiver {
   struct Session {
     std::optional<SessionInfo> info;
     bool ended = false;
+    std::uint32_t signs_of_life = 0;  ///< messages after the end that say otherwise
+    std::uint64_t last_heard = 0;
+    bool answered = false;  ///< since it was last heard
     std::uint64_t announced = 0;
+    std::uint64_t highest_seen = 0;  ///< what pieces say of `announced`
     std::uint64_t dropped_by_sender = 0;
     std::map<std::uint32_t, KeyframeRecord> keyframes;
+    StoredSequences stored;
     std::set<std::uint32_t> damaged;
     std::optional<HealthMessage> health;
   };
 
-  /// The session, made if there is room for one more; null otherwise.
+  /// The session, made if there is room for one more or a session without a keyframe to give way;
+  /// null otherwise.
   Session* session(const SessionId& id);
+  bool forget_empty_session();
   void keep(Session& state, KeyframeRecord&& record);
   void mark_damaged(Session& state, std::uint32_t sequence);
 
@@ -85,6 +98,7 @@ class Receiver {
   ReceiverCounters counters_;
   std::map<SessionId, Session> sessions_;
   std::uint64_t stored_bytes_ = 0;
+  std::uint64_t clock_ = 0;
 };
 
 /// Sorts by name and id and appends "-2", "-3", ... to names that occur again.

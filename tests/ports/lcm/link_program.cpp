@@ -50,12 +50,13 @@ void print(const std::vector<SessionData>& sessions) {
   }
 }
 
-// publish URL NAME KEYFRAMES DATAGRAM_BYTES PAUSE_MS
+// publish URL NAME KEYFRAMES DATAGRAM_BYTES PAUSE_MS [UNACKNOWLEDGED_BYTES]
 int publish(const std::vector<std::string>& arguments) {
   const SessionInfo info = info_of(arguments[1]);
   PublisherOptions options;
   options.datagram_bytes = static_cast<std::uint32_t>(std::stoul(arguments[3]));
-  Publisher publisher(info, open_sender(arguments[0]), options);
+  if (arguments.size() > 5) options.unacknowledged_bytes = std::stoul(arguments[5]);
+  Publisher publisher(info, open_link(arguments[0]), options);
   const std::chrono::milliseconds pause(std::stol(arguments[4]));
   for (std::uint32_t i = 0; i < std::stoul(arguments[2]); ++i) {
     publisher.publish(keyframe_of(info, i));

@@ -78,9 +78,31 @@ small_datagrams)
   expect 'end=complete malformed=0'
   expect '^alpha keyframes=5 missing=0 damaged=0 ended equal'
   ;;
+empty_session)
+  # Whoever announces and ends a session without a keyframe does not end the listening.
+  listen 1 10000
+  "$program" publish "$url" ghost 0 60000 0
+  sleep 3
+  "$program" publish "$url" alpha 5 60000 0
+  wait $listener
+  expect 'end=complete malformed=0'
+  expect '^alpha keyframes=5 missing=0 damaged=0 ended equal'
+  ;;
 late_listener)
-  # What was sent before is missed, and the listener knows how much.
+  # What was sent before anybody listened is sent again.
   "$program" publish "$url" alpha 60 60000 50 2>"$directory/sender" &
+  sender=$!
+  children="$children $sender"
+  await '^sent 5$' sender
+  listen 1 10000
+  wait $sender $listener
+  expect 'end=complete malformed=0'
+  expect '^alpha keyframes=60 missing=0 damaged=0 ended equal'
+  ;;
+evicted_keyframes)
+  # What was sent before anybody listened and found no room is missed, and the listener knows how
+  # much.
+  "$program" publish "$url" alpha 60 60000 50 1000 2>"$directory/sender" &
   sender=$!
   children="$children $sender"
   await '^sent 5$' sender
@@ -88,6 +110,20 @@ late_listener)
   wait $sender $listener
   expect 'end=gaps'
   expect '^alpha keyframes=[1-9][0-9]* missing=[1-9][0-9]* damaged=0 ended equal'
+  ;;
+stopped_listener)
+  # The kernel's buffer overflows while the base stands still.
+  listen 1 30000
+  "$program" publish "$url" alpha 300 60000 10 2>"$directory/sender" &
+  sender=$!
+  children="$children $sender"
+  await '^sent 20$' sender
+  kill -STOP $listener
+  sleep 2
+  kill -CONT $listener
+  wait $sender $listener
+  expect 'end=complete malformed=0'
+  expect '^alpha keyframes=300 missing=0 damaged=0 ended equal'
   ;;
 nobody)
   listen 1 10000 300

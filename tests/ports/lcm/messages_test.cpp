@@ -5,6 +5,7 @@
 #include <unimapper_wire/chunk_t.hpp>
 #include <unimapper_wire/health_t.hpp>
 #include <unimapper_wire/session_t.hpp>
+#include <unimapper_wire/stored_t.hpp>
 
 #include "unimapper/wire/checksum.hpp"
 
@@ -49,6 +50,19 @@ HealthMessage sample_health() {
   health.containers = {{"cells", 500, 1000}, {"voxels", 3, 4}};
   health.sheds = {{"far_cells", 88}};
   return health;
+}
+
+StoredMessage sample_stored() {
+  StoredMessage stored;
+  stored.session = {4000000000U, 0xFEDCBA9876543210ULL};
+  stored.ended = true;
+  stored.below = 5;
+  stored.first = 7;
+  stored.until = std::uint64_t{1} << 32U;
+  stored.ranges = {{7, 9}, {12, std::uint64_t{1} << 32U}};
+  stored.incomplete = {{9, std::vector<bool>(8, true)},
+                       {10, {true, false, false, true, false, false, false, false, true}}};
+  return stored;
 }
 
 /// Every truncation and every flipped bit of `bytes` is refused.
@@ -113,10 +127,46 @@ TEST_CASE("messages come back as they went") {
   CHECK(health->sheds[0].count == 88);
 }
 
+TEST_CASE("what a base says it has stored comes back as it went") {
+  const auto stored = decode_stored(encode(sample_stored()));
+  REQUIRE(stored.has_value());
+  CHECK(stored->session == sample_stored().session);
+  CHECK(stored->ended);
+  CHECK(stored->below == 5);
+  CHECK(stored->first == 7);
+  CHECK(stored->until == std::uint64_t{1} << 32U);
+  REQUIRE(stored->ranges.size() == 2);
+  CHECK(stored->ranges[1].begin == 12);
+  CHECK(stored->ranges[1].end == std::uint64_t{1} << 32U);
+  REQUIRE(stored->incomplete.size() == 2);
+  CHECK(stored->incomplete[1].sequence == 10);
+  CHECK(stored->incomplete[0].missing == sample_stored().incomplete[0].missing);
+  CHECK(stored->incomplete[1].missing == sample_stored().incomplete[1].missing);
+}
+
+TEST_CASE("what no base can have stored is refused") {
+  StoredMessage stored = sample_stored();
+  SECTION("runs that overlap") { stored.ranges[1].begin = 8; }
+  SECTION("a run before the first number") { stored.ranges[0].begin = 6; }
+  SECTION("an empty run") { stored.ranges[0].end = 7; }
+  SECTION("a run beyond the last number") { stored.until = 100; }
+  SECTION("more than all numbers") { stored.until = (std::uint64_t{1} << 32U) + 1; }
+  SECTION("a start before what is stored") { stored.below = 8; }
+  SECTION("a keyframe without pieces") { stored.incomplete[0].missing.clear(); }
+  SECTION("too many runs") {
+    stored.ranges.clear();
+    for (std::uint64_t i = 0; i <= kMaxStoredRanges; ++i) {
+      stored.ranges.push_back({10 + 2 * i, 11 + 2 * i});
+    }
+  }
+  CHECK_FALSE(decode_stored(encode(stored)));
+}
+
 TEST_CASE("damaged messages are refused, wherever the damage is") {
   check_only_the_original_passes(encode(sample_session()), decode_session);
   check_only_the_original_passes(encode(sample_chunk()), decode_chunk);
   check_only_the_original_passes(encode(sample_health()), decode_health);
+  check_only_the_original_passes(encode(sample_stored()), decode_stored);
 }
 
 TEST_CASE("lengths that a forger made up allocate nothing") {
@@ -127,7 +177,8 @@ TEST_CASE("lengths that a forger made up allocate nothing") {
         bytes[at + i] = static_cast<std::uint8_t>(length >> (24U - 8U * i));
       }
       const Data message = sealed(bytes);
-      if (decode_chunk(message) || decode_session(message) || decode_health(message)) {
+      if (decode_chunk(message) || decode_session(message) || decode_health(message) ||
+          decode_stored(message)) {
         FAIL("length " << length << " at " << at);
       }
     }
@@ -135,6 +186,12 @@ TEST_CASE("lengths that a forger made up allocate nothing") {
   forged(encode(sample_chunk()), 8 + 4 + 4 + 8 + 5 * 4);
   forged(encode(sample_session()), 8 + 4 + 4 + 8);
   forged(encode(sample_health()), 8 + 4 + 4 + 8 + 5 * 8);
+  const std::size_t ranges_at = 8 + 4 + 4 + 8 + 1 + 3 * 8;
+  const std::size_t incomplete_at = ranges_at + 4 + 2 * 2 * 8;
+  forged(encode(sample_stored()), ranges_at);
+  forged(encode(sample_stored()), incomplete_at);
+  forged(encode(sample_stored()), incomplete_at + 4 + 2 * 4);  // pieces of the first keyframe
+  forged(encode(sample_stored()), incomplete_at + 4 + 2 * 2 * 4);
 }
 
 TEST_CASE("pieces that cannot be parts of one whole are refused") {

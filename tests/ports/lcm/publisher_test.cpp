@@ -10,6 +10,7 @@
 #include "ports/lcm/live.hpp"
 #include "ports/lcm/received_log.hpp"
 #include "tests/ports/lcm/stream.hpp"
+#include "tests/wire/whole_session.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 
 using namespace unimapper;
@@ -51,6 +52,31 @@ struct Network {
     Receiver receiver;
     for (const Message& message : messages) receive(receiver, message.channel, message.data);
     return receiver.take_sessions().at(0);
+  }
+};
+
+/// A network that loses datagrams in both directions, and a base behind it.
+struct LossyNetwork {
+  wire_test::Random random{5};
+  std::uint32_t loss_percent = 30;
+  int ends_lost = 0;  ///< of the announcements of the end, the first so many
+  Receiver receiver;
+
+  Link link() {
+    return {[this](std::string_view channel, Bytes message) {
+              const auto session = decode_session(message);
+              const bool is_end =
+                  channel == kSessionChannel && session && session->state == SessionState::kEnded;
+              if (is_end && ends_lost-- > 0) return true;
+              if (random.below(100) >= loss_percent) receive(receiver, channel, message);
+              return true;
+            },
+            [this] {
+              auto messages = receiver.take_stored();
+              std::erase_if(messages,
+                            [this](const auto&) { return random.below(100) < loss_percent; });
+              return messages;
+            }};
   }
 };
 
@@ -283,6 +309,63 @@ TEST_CASE("a publisher refuses options that cannot work") {
   CHECK_THROWS_AS(Publisher({{1, 1}, "a/b", ""}, nowhere, {}), std::invalid_argument);
 }
 
+TEST_CASE("over a link that loses a third of its datagrams everything arrives") {
+  LossyNetwork network;
+  PublisherOptions options;
+  options.datagram_bytes = 600;
+  options.session_period = 100ms;
+  Publisher publisher(kAlpha, network.link(), options);
+  for (std::uint32_t i = 0; i < 10; ++i) publisher.publish(keyframe(i));
+  const PublisherCounters counters = publisher.finish();
+  CHECK(counters.keyframes_acknowledged == 10);
+  CHECK(counters.keyframes_unacknowledged == 0);
+  CHECK(counters.keyframes_dropped == 0);
+  CHECK(counters.pieces_resent > 0);
+  wire_test::check_whole(network.receiver.take_sessions().at(0), kAlpha, 10);
+}
+
+TEST_CASE("only what is missing is sent again") {
+  LossyNetwork network;
+  network.loss_percent = 5;
+  PublisherOptions options;
+  options.datagram_bytes = 600;
+  options.session_period = 100ms;
+  Publisher publisher(kAlpha, network.link(), options);
+  for (std::uint32_t i = 0; i < 10; ++i) publisher.publish(keyframe(i));
+  const PublisherCounters counters = publisher.finish();
+  CHECK(counters.keyframes_acknowledged == 10);
+  std::uint64_t pieces = 0;
+  for (std::uint32_t i = 0; i < 10; ++i) pieces += cut_into_messages(keyframe(i), 600).size();
+  CHECK(counters.pieces_resent < pieces / 2);
+}
+
+TEST_CASE("the end of a session is repeated until the base confirms it") {
+  LossyNetwork network;
+  network.loss_percent = 0;
+  network.ends_lost = 10;
+  Publisher publisher(kAlpha, network.link());
+  publisher.publish(keyframe(0));
+  (void)publisher.finish();
+  CHECK(network.receiver.progress().at(0).ended);
+  CHECK(network.ends_lost < 0);
+}
+
+TEST_CASE("what no base acknowledges is not called delivered") {
+  Network network;
+  PublisherOptions options;
+  SECTION("at the end") {}
+  SECTION("when memory is full of it") { options.unacknowledged_bytes = 10000; }
+  Publisher publisher(kAlpha, Link{network.sender(), [] { return std::vector<StoredMessage>(); }},
+                      options);
+  for (std::uint32_t i = 0; i < 5; ++i) publisher.publish(keyframe(i));
+  const PublisherCounters counters = publisher.finish();
+  CHECK(counters.keyframes_sent == 5);
+  CHECK(counters.keyframes_acknowledged == 0);
+  CHECK(counters.keyframes_unacknowledged == 5);
+  CHECK(counters.keyframes_dropped == 0);
+  CHECK(network.received().complete);
+}
+
 TEST_CASE("a listener asks for a larger receive buffer, unless told otherwise") {
   CHECK(with_receive_buffer("udpm://239.255.76.67:7667?ttl=0") ==
         "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304");
@@ -294,7 +377,7 @@ TEST_CASE("a listener asks for a larger receive buffer, unless told otherwise") 
 }
 
 TEST_CASE("a link that cannot be opened says which") {
-  CHECK_THROWS_WITH(open_sender("nonsense://x"), Catch::Contains("nonsense://x"));
+  CHECK_THROWS_WITH(open_link("nonsense://x"), Catch::Contains("nonsense://x"));
   ListenOptions options;
   options.url = "nonsense://x";
   CHECK_THROWS_AS(listen(options), LinkError);

@@ -1,0 +1,111 @@
+// Delivery of keyframes over a link that loses datagrams: what the base has stored, what is resent.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "unimapper/core/session_id.hpp"
+
+namespace unimapper::wire {
+
+/// A keyframe of which pieces have arrived, but not all.
+struct IncompleteKeyframe {
+  std::uint32_t sequence = 0;  ///< of the keyframe within its session
+  std::vector<bool> missing;   ///< for each of its pieces
+};
+
+/// A run of sequence numbers.
+struct SequenceRange {
+  std::uint64_t begin = 0;  ///< the first
+  std::uint64_t end = 0;    ///< one past the last
+};
+
+/// What the base has stored of one session. It speaks of the numbers below `below`, all of which
+/// are stored, and of those in [first, until), of which `ranges` are.
+struct StoredMessage {
+  SessionId session;                           ///< whose keyframes
+  bool ended = false;                          ///< the base takes the session to be over
+  std::uint64_t below = 0;                     ///< every keyframe below is stored
+  std::uint64_t first = 0;                     ///< see above
+  std::uint64_t until = 0;                     ///< see above
+  std::vector<SequenceRange> ranges;           ///< ascending, disjoint, at most `kMaxStoredRanges`
+  std::vector<IncompleteKeyframe> incomplete;  ///< some of them, with at most `kMaxMissingBits`
+};
+
+/// Bounds that keep a `StoredMessage` within one datagram.
+inline constexpr std::size_t kMaxStoredRanges = 128;
+/// Pieces of all incomplete keyframes of a message together.
+inline constexpr std::size_t kMaxMissingBits = 16384;
+/// Incomplete keyframes of a message.
+inline constexpr std::size_t kMaxIncomplete = 64;
+
+/// Set of the sequence numbers that are stored, as runs: small where gaps are few.
+class StoredSequences {
+ public:
+  /// False if the number was there. O(log runs).
+  bool insert(std::uint32_t sequence);
+  /// Whether the number is there. O(log runs).
+  [[nodiscard]] bool contains(std::uint32_t sequence) const;
+  /// Fills in `below`, `first`, `until` and `ranges`. With more runs than fit, successive calls
+  /// speak of successive runs, and start over after the last.
+  void describe(StoredMessage& message);
+
+ private:
+  std::map<std::uint64_t, std::uint64_t> runs_;  ///< begin to end
+  std::uint64_t next_ = 0;                       ///< where the next description starts
+};
+
+/// Decides which pieces a sender sends next: those of the newest keyframe first, and every fourth
+/// one of the oldest; those again of which the base says that they are missing. Holds numbers,
+/// not bytes; no clock of its own: times are the caller's, in nanoseconds of any steady clock.
+class Outbox {
+ public:
+  /// One piece of a keyframe.
+  struct Piece {
+    std::uint32_t sequence = 0;  ///< of the keyframe
+    std::uint32_t index = 0;     ///< of the piece
+  };
+
+  /// `resend_after_ns`: what was sent more recently may be on its way still, and is not resent.
+  explicit Outbox(std::int64_t resend_after_ns) : resend_after_ns_(resend_after_ns) {}
+
+  /// A keyframe to be sent, of so many pieces (at least 1).
+  void add(std::uint32_t sequence, std::uint32_t pieces);
+  /// Forgets a keyframe, delivered or not.
+  void forget(std::uint32_t sequence);
+  /// The piece to be sent next, if any.
+  [[nodiscard]] std::optional<Piece> next() const;
+  /// The piece `next` was sent. True if it was the last one of its keyframe that was due.
+  bool sent(const Piece& piece, std::int64_t now_ns);
+  /// Takes what the base says of this session. Returns the keyframes that it has stored; they are
+  /// forgotten.
+  std::vector<std::uint32_t> take(const StoredMessage& message, std::int64_t now_ns);
+
+  /// Keyframes that were sent or wait to be, and were not acknowledged.
+  [[nodiscard]] std::size_t size() const { return items_.size(); }
+  /// The oldest of them, if there is one.
+  [[nodiscard]] std::optional<std::uint32_t> oldest() const;
+  /// Whether every piece of this keyframe was sent at least once.
+  [[nodiscard]] bool was_sent(std::uint32_t sequence) const;
+
+ private:
+  struct Item {
+    std::vector<bool> due;  ///< for each piece
+    std::uint32_t due_count = 0;
+    std::uint32_t next = 0;  ///< no piece before it is due
+    bool was_sent = false;
+    std::int64_t last_sent_ns = 0;
+  };
+
+  void resend(std::uint32_t sequence, Item& item, const StoredMessage& message);
+
+  std::int64_t resend_after_ns_;
+  std::map<std::uint32_t, Item> items_;
+  std::set<std::uint32_t> due_;  ///< items with pieces to be sent
+  std::uint64_t pieces_sent_ = 0;
+};
+
+}  // namespace unimapper::wire
