@@ -41,7 +41,8 @@ static_assert(same(ErrorCode::kOk, UM_OK) && same(ErrorCode::kInvalidConfig, UM_
               same(ErrorCode::kPoseJump, UM_POSE_JUMP) &&
               same(ErrorCode::kCapacityExceeded, UM_CAPACITY_EXCEEDED) &&
               same(ErrorCode::kInvalidKeyframe, UM_INVALID_KEYFRAME) &&
-              same(ErrorCode::kBufferTooSmall, UM_BUFFER_TOO_SMALL));
+              same(ErrorCode::kBufferTooSmall, UM_BUFFER_TOO_SMALL) &&
+              same(ErrorCode::kTimeJump, UM_TIME_JUMP));
 static_assert(same(SensorKind::kGeneric, UM_SENSOR_GENERIC) &&
               same(SensorKind::kHdl64e, UM_SENSOR_HDL_64E) &&
               same(SensorKind::kVlp16, UM_SENSOR_VLP_16) &&

@@ -166,6 +166,8 @@ const char* um_status_text(um_status status) {
       return "what was handed over is no keyframe";
     case UM_BUFFER_TOO_SMALL:
       return "the result needs more bytes than the buffer has";
+    case UM_TIME_JUMP:
+      return "the stamp lies a minute ahead of the scan before, or the clock was set back";
     case UM_NULL_ARGUMENT:
       return "a pointer that is needed is null";
     case UM_INVALID_HANDLE:
@@ -339,9 +341,7 @@ um_status um_work(um_pipeline* pipeline, std::uint32_t budget_us, std::int32_t* 
   if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
   const WorkResult result = pipeline->core->work(budget_us);
   if (work_left != nullptr) *work_left = result.work_left ? 1 : 0;
-  pipeline->keyframe_ready = false;
-  finish(*pipeline, result.keyframe_finished);
-  return tell(*pipeline, {});
+  return finish(*pipeline, {{}, result.keyframe_ready, result.keyframe_finished}, nullptr);
 }
 
 um_status um_keyframe_get(um_pipeline* pipeline, um_keyframe* keyframe) {

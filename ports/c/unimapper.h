@@ -70,6 +70,7 @@ enum um_status_code {
   UM_CAPACITY_EXCEEDED = 8,  /**< a fixed-capacity container is full */
   UM_INVALID_KEYFRAME = 9,   /**< what was handed over is no keyframe */
   UM_BUFFER_TOO_SMALL = 10,  /**< the result needs more bytes than the buffer has */
+  UM_TIME_JUMP = 11,         /**< the stamp lies far ahead, or the clock was set back */
   UM_NULL_ARGUMENT = 100,    /**< a pointer that is needed is null */
   UM_INVALID_HANDLE = 101,   /**< not a pipeline made by um_init, or its block was overwritten */
   UM_UNKNOWN_VERSION = 102,  /**< struct_size is none of this library's versions */
@@ -132,8 +133,9 @@ typedef struct um_config {
   uint32_t voxel_max_cells;              /**< voxel.max_cells */
   uint32_t loop_search_max_places;       /**< loop_search.max_places */
   float loop_search_accept_confidence;   /**< loop_search.accept_confidence */
-  /** budget_us: longest that a call which closes a keyframe may take. What does not fit is left out
-   *  in the order of enum um_shed and counted. Needs clock_ns; 0 = off. */
+  /** budget_us: longest that a call may take. With the parameter `deferred` what does not fit is
+   * done later; otherwise it holds for calls that close a keyframe, and what does not fit is left
+   * out in the order of enum um_shed and counted. Needs clock_ns; 0 = off. */
   uint32_t budget_us;
 } um_config;
 
@@ -244,14 +246,16 @@ UM_API UM_CHECKED um_status um_pose_from_quaternion(const double xyzw[4],
 
 /** Adds one scan with its pose in the odometry world and its time.
  *
- *  *keyframe_ready (may be null) becomes 1 if this call closed a keyframe, else 0. Refused scans
- *  (UM_INVALID_POSE, UM_TIME_REVERSED, UM_EMPTY_SCAN, UM_POSE_JUMP) get no labels but take a scan
- *  index. A jump also closes the keyframe that was open: look at both answers. If the scan after
- *  it agrees with the jump, the odometry was restarted and mapping goes on there with the evidence
- *  of earlier keyframes forgotten. UM_INVALID_POINTS, UM_NULL_ARGUMENT: nothing has happened.
+ *  *keyframe_ready (may be null) becomes 1 if a keyframe became ready, else 0. Refused scans
+ *  (UM_INVALID_POSE, UM_TIME_REVERSED, UM_EMPTY_SCAN, UM_POSE_JUMP, UM_TIME_JUMP) get no labels but
+ *  take a scan index. A jump also closes the keyframe that was open: look at both answers. If the
+ *  scan after it agrees with a jump of the pose, the odometry was restarted and mapping goes on
+ *  there with the evidence of earlier keyframes forgotten; a jump of the clock forgets nothing. A
+ *  clock that is set ahead by more than a minute costs one scan, one that is set back two.
+ *  UM_INVALID_POINTS, UM_NULL_ARGUMENT: nothing has happened.
  *
  *  Cost: proportional to the points; the call that closes a keyframe also does its processing, see
- *  budget_us. */
+ *  budget_us and, for calls that cost about the same, um_work. */
 UM_API UM_CHECKED um_status um_add_scan(um_pipeline* pipeline, const um_points* points,
                                         const um_pose* T_odometry_sensor, int64_t stamp_ns,
                                         int32_t* keyframe_ready);
@@ -261,11 +265,12 @@ UM_API UM_CHECKED um_status um_add_scan(um_pipeline* pipeline, const um_points* 
  *  before may have to be finished first: call until um_finished_get has none any more. */
 UM_API UM_CHECKED um_status um_flush(um_pipeline* pipeline, int32_t* keyframe_ready);
 
-/** With the parameter `deferred` (um_config_set), the call that closes a keyframe does only what
- *  decides its labels. Final labels, description and loop search follow in slices: um_add_scan does
- *  its share, and um_work does more for a program that has time before the next scan. One slice,
- *  and as many more as begin within `budget_us` by clock_ns. *work_left (may be null) becomes 1 if
- *  a keyframe is not finished yet. Whether and when it is called changes no result. */
+/** With the parameter `deferred` (um_config_set), what closes a keyframe is done in slices by the
+ *  calls that follow, and final labels, description and loop search after that: um_add_scan does
+ * its share, scans wait meanwhile, and um_work does more for a program that has time before the
+ * next scan. One slice, and as many more as begin within `budget_us` by clock_ns, until a keyframe
+ * is ready, which um_keyframe_get then tells. *work_left (may be null) becomes 1 if a scan waits or
+ * a keyframe is not finished yet. Whether and when it is called changes no result. */
 UM_API UM_CHECKED um_status um_work(um_pipeline* pipeline, uint32_t budget_us, int32_t* work_left);
 
 /* ---- Keyframes out -------------------------------------------------------------------------- */
@@ -436,8 +441,8 @@ typedef struct um_keyframe {
   um_input input;           /**< what the scans tell of sensor and poses */
 } um_keyframe;
 
-/** The keyframe that the last call of um_add_scan or um_flush closed. The caller sets
- *  keyframe->struct_size; UM_NO_KEYFRAME if that call closed none. Cost: about a kilobyte copied.
+/** The keyframe that became ready in the last call of um_add_scan, um_flush or um_work. The caller
+ *  sets keyframe->struct_size; UM_NO_KEYFRAME if none did. Cost: about a kilobyte copied.
  */
 UM_API UM_CHECKED um_status um_keyframe_get(um_pipeline* pipeline, um_keyframe* keyframe);
 

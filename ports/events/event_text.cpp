@@ -20,6 +20,8 @@ std::string_view refusal(std::int64_t code) {
       return "stamp not later than the one before";
     case ErrorCode::kEmptyScan:
       return "no valid point";
+    case ErrorCode::kTimeJump:
+      return "the stamp lies far ahead, or the clock was set back";
     default:
       return "refused";
   }

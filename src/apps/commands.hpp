@@ -17,5 +17,6 @@ void register_export(CLI::App& app);
 void register_inspect(CLI::App& app);
 void register_parameters(CLI::App& app);
 void register_rt_check(CLI::App& app);
+void register_watch(CLI::App& app);
 
 }  // namespace unimapper::apps

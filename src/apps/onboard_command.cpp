@@ -25,6 +25,27 @@ void add_output_options(CLI::App& command, OnboardOptions& options) {
   command.add_flag("--replace", options.replaces, "Overwrite an earlier run in that folder");
   command.add_option("--publish", options.publish,
                      "Stream the keyframes too, e.g. to udpm://239.255.76.67:7667?ttl=0");
+  command.add_option("--share", options.share,
+                     "Share keyframes, labels and health in shared memory under this name, for "
+                     "programs on this computer (see unimapper watch)");
+}
+
+void add_link_options(CLI::App& command, OnboardOptions& options) {
+  command
+      .add_option("--datagram-bytes", options.datagram_bytes,
+                  "Largest datagram of --publish; 1300 fits an Ethernet frame, for Wi-Fi")
+      ->capture_default_str()
+      ->check(CLI::Range(256, 60000));
+  command
+      .add_option("--bytes-per-second", options.bytes_per_second,
+                  "Average rate of --publish, what the link can carry")
+      ->capture_default_str()
+      ->check(CLI::Range(1e3, 1e10));
+  command
+      .add_option("--unacknowledged-bytes", options.unacknowledged_bytes,
+                  "Memory for keyframes that no base has acknowledged yet; the oldest are evicted")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
 }
 
 void add_processing_options(CLI::App& command, OnboardOptions& options) {
@@ -45,8 +66,8 @@ void add_processing_options(CLI::App& command, OnboardOptions& options) {
   command.add_flag("--realtime", options.realtime, "Feed the scans at the pace of their stamps");
   command.add_flag(
       "--deferred", options.deferred,
-      "Describe, search and relabel in slices, in the calls that follow a keyframe, as "
-      "on a robot: the same results, shorter calls");
+      "Close keyframes, describe, search and relabel in slices, in the calls that follow, as on a "
+      "robot: the same results, later, and no long call");
   command.add_option("--against", options.against,
                      "Search the places of an earlier run too; may be given more than once");
   command.add_flag("--all-candidates", options.all_candidates,
@@ -65,6 +86,7 @@ void register_onboard(CLI::App& app) {
       "Replay a recording through the robot's pipeline: labels, keyframes, loops, statistics");
   add_input_options(*command, *options);
   add_output_options(*command, *options);
+  add_link_options(*command, *options);
   add_processing_options(*command, *options);
   command->add_flag("--dump-config", *dump, "Print the parameters that would be used, and stop");
   command->footer(

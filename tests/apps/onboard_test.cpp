@@ -271,6 +271,29 @@ TEST_CASE("a mode with twice the columns runs without overflow") {
   CHECK_THAT(twice.err, !Contains("scan_too_large") && !Contains("cells_full"));
 }
 
+TEST_CASE("a sensor that does not fit its cells is named before the first scan, and once after") {
+  const Fixture fixture;
+  SmallRecording recording;
+  recording.write(fixture.dataset);
+  const fs::path config = fixture.directory.path() / "config.json";
+  std::ofstream(config) << R"({"voxel": {"max_cells": 64}})";
+  const CommandResult full =
+      fixture.onboard({"--surroundings", "outdoors", "--config", config.string()});
+  REQUIRE(full.exit_code == 0);
+  const std::size_t before =
+      full.err.find("sensor and preset do not fit: in a dense street vlp-16");
+  const std::size_t after = full.err.find("all 64 fine cells are full");
+  REQUIRE(before != std::string::npos);
+  REQUIRE(after != std::string::npos);
+  CHECK(before < after);
+  CHECK(full.err.find("all 64 fine cells are full", after + 1) == std::string::npos);
+  CHECK_THAT(full.err, Contains("voxel.max_cells to 131072"));
+
+  const CommandResult own = fixture.onboard({"--surroundings", "outdoors"});
+  REQUIRE(own.exit_code == 0);
+  CHECK_THAT(own.err, !Contains("do not fit") && !Contains("are full"));
+}
+
 TEST_CASE("damaged recordings end the run with a sentence and exit code 1") {
   const Fixture fixture;
   SmallRecording recording;

@@ -83,7 +83,7 @@ foreach(library IN LISTS unimapper_libraries)
       DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/unimapper)
   elseif(EXISTS "${PROJECT_SOURCE_DIR}/ports/${library}")
     install(DIRECTORY ports/${library} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/unimapper/ports
-      FILES_MATCHING PATTERN "*.hpp")
+      FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
   elseif(NOT library IN_LIST unimapper_freestanding)
     # Without public headers: a part of the tool (the simulator).
     continue()

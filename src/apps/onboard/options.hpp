@@ -19,7 +19,11 @@ struct OnboardOptions {
   std::filesystem::path config;       ///< empty: the preset alone
   std::string preset = "default";
   std::string surroundings = "auto";
-  std::string publish;  ///< LCM URL, empty: not published
+  std::string publish;                            ///< LCM URL, empty: not published
+  std::uint32_t datagram_bytes = 60000;           ///< as in `lcm_port::PublisherOptions`
+  double bytes_per_second = 20e6;                 ///< likewise
+  std::uint64_t unacknowledged_bytes = 64000000;  ///< likewise
+  std::string share;                              ///< name in shared memory, empty: not shared
   bool realtime = false;
   bool deferred = false;  ///< as `PipelineConfig::deferred`
   bool force = false;     ///< map what looks surely wrong

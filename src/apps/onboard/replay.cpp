@@ -1,6 +1,7 @@
 #include "src/apps/onboard/replay.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <span>
 #include <stdexcept>
 #include <thread>
@@ -27,6 +28,7 @@ void Replay::run() {
       const linux_port::AllocationGuard guard;
       last = pipeline_.flush();
     }
+    share(last, false);
     handle(last);
   } while (last.keyframe_finished);
   finish_labels();
@@ -49,6 +51,7 @@ void Replay::feed(std::size_t index) {
     outputs_.statistics.add_closing_call(elapsed.count(),
                                          options_.realtime && returned > due(index + 1));
   }
+  share(result, true);
   outputs_.statistics.add_scan(scan_.points.size(), result.error);
   // A jump of the pose closes the keyframe before it, and the scan itself is refused.
   if (result.error.code != ErrorCode::kOk) report_refusal(index, result.error);
@@ -56,6 +59,19 @@ void Replay::feed(std::size_t index) {
   outputs_.progress.update(index + 1, std::to_string(outputs_.statistics.keyframes()) +
                                           " keyframes, " + std::to_string(loops_.size()) +
                                           " loops");
+}
+
+void Replay::share(const ScanResult& result, bool is_scan) {
+  if (outputs_.share == nullptr) return;
+  {
+    const linux_port::AllocationGuard guard;
+    if (is_scan) {
+      outputs_.share->after_scan(pipeline_, result);
+    } else {
+      outputs_.share->after_flush(pipeline_, result);
+    }
+  }
+  if (result.keyframe_finished) outputs_.share->reclaim();
 }
 
 std::chrono::steady_clock::time_point Replay::due(std::size_t index) const {
@@ -89,7 +105,23 @@ void Replay::collect_keyframe() {
   collect_loops(keyframe);
   send(keyframe);
   outputs_.statistics.add_keyframe(keyframe, duration_ns(keyframe), left_out_);
+  warn_of_full_cells(*keyframe.statistics);
   if (outputs_.publisher != nullptr) publish_health();
+}
+
+void Replay::warn_of_full_cells(const KeyframeStatistics& statistics) {
+  const std::uint64_t points = statistics.dropped_by(DropCause::kCellsFull);
+  if (points == 0 || warned_of_full_cells_) return;
+  warned_of_full_cells_ = true;
+  const PipelineConfig& config = pipeline_.config();
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "warning: all %u fine cells are full, %llu points of this keyframe stay static "
+                "unseen: lower keyframe.range_max_m (%.0f) or raise voxel.max_cells (--config), "
+                "or choose a larger --preset",
+                config.voxel.max_cells, static_cast<unsigned long long>(points),
+                static_cast<double>(config.keyframe.range_max_m));
+  outputs_.progress.note(text);
 }
 
 void Replay::collect_labels(const KeyframeView& keyframe) {

@@ -11,6 +11,7 @@
 #include "ports/datasets/dataset.hpp"
 #include "ports/lcm/publisher.hpp"
 #include "ports/lcm/session_log.hpp"
+#include "ports/shared_memory/pipeline_share.hpp"
 #include "src/apps/onboard/known_keyframes.hpp"
 #include "src/apps/onboard/progress.hpp"
 #include "src/apps/onboard/run_folder.hpp"
@@ -21,13 +22,14 @@
 
 namespace unimapper::apps {
 
-/// Outputs of a replay. All outlive the replay; `publisher` may be null.
+/// Outputs of a replay. All outlive the replay; `publisher` and `share` may be null.
 struct ReplayOutputs {
   RunFolder& folder;
   RunStatistics& statistics;
   KnownKeyframes& known;
   lcm_port::SessionLogWriter& log;
   lcm_port::Publisher* publisher = nullptr;
+  shared_memory::PipelineShare* share = nullptr;
   Progress& progress;
 };
 
@@ -56,6 +58,7 @@ class Replay {
   void feed(std::size_t index);
   /// Arrival time of a scan in a real-time run; never, beyond the last.
   [[nodiscard]] std::chrono::steady_clock::time_point due(std::size_t index) const;
+  void share(const ScanResult& result, bool is_scan);
   void handle(const ScanResult& result);
   void report_refusal(std::size_t index, const Error& error);
   void collect_keyframe();
@@ -66,6 +69,8 @@ class Replay {
   void finish_labels();
   void collect_loops(const KeyframeView& keyframe);
   void send(const KeyframeView& keyframe);
+  /// Says so, once, when a keyframe had no room for all its cells.
+  void warn_of_full_cells(const KeyframeStatistics& statistics);
   void publish_health();
   [[nodiscard]] std::int64_t duration_ns(const KeyframeView& keyframe) const;
 
@@ -89,6 +94,7 @@ class Replay {
   std::vector<std::uint8_t> encoded_;  // the keyframe's bytes; grows to the largest keyframe
   std::vector<LoopRecord> loops_;
   std::uint64_t allocations_ = 0;
+  bool warned_of_full_cells_ = false;
   std::uint64_t left_out_ = 0;  // of the message sent last
   std::chrono::steady_clock::time_point start_;
 };

@@ -1,6 +1,10 @@
 // `unimapper onboard`: replay of a recording into a run folder.
+#include <sys/random.h>
+
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -33,11 +37,23 @@ std::uint64_t stable_hash(std::string_view text, std::uint64_t seed = 0) {
   return hash;
 }
 
-/// Numbers that differ between sessions but not between two runs on the same recording.
-SessionId session_id(const std::string& name, std::int64_t first_stamp_ns) {
+/// A number that no other start of any robot has. Throws std::system_error.
+std::uint64_t random_session() {
+  std::uint64_t number = 0;
+  if (getrandom(&number, sizeof number, 0) != sizeof number) {
+    throw std::system_error(errno, std::generic_category(), "getrandom");
+  }
+  return number;
+}
+
+/// In files, numbers that differ between sessions but not between two runs on the same recording.
+/// On a network every start is a session of its own, whatever the robot is called and the clock
+/// says.
+SessionId session_id(const std::string& name, std::int64_t first_stamp_ns, bool published) {
   const std::uint64_t robot = stable_hash(name);
-  return {static_cast<std::uint32_t>(robot),
-          stable_hash(name, static_cast<std::uint64_t>(first_stamp_ns))};
+  return {
+      static_cast<std::uint32_t>(robot),
+      published ? random_session() : stable_hash(name, static_cast<std::uint64_t>(first_stamp_ns))};
 }
 
 /// Throws where the pipeline was refused, with the reason.
@@ -94,8 +110,36 @@ std::unique_ptr<lcm_port::Publisher> open_publisher(const OnboardOptions& option
   lcm_port::PublisherOptions publisher;
   // Faster than real time, sending may block; in real time it must not.
   publisher.drop_when_full = options.realtime;
-  return std::make_unique<lcm_port::Publisher>(info, lcm_port::open_sender(options.publish),
+  publisher.datagram_bytes = options.datagram_bytes;
+  publisher.bytes_per_second = options.bytes_per_second;
+  publisher.unacknowledged_bytes = options.unacknowledged_bytes;
+  return std::make_unique<lcm_port::Publisher>(info, lcm_port::open_link(options.publish),
                                                publisher);
+}
+
+/// Topics in shared memory for as long as it lives.
+class Share {
+ public:
+  Share(const std::string& name, const PipelineConfig& config, const SessionId& session) {
+    const shared_memory::Outcome opened = share_.open(name, config, session);
+    if (opened.ok) return;
+    share_.remove();
+    throw std::runtime_error("--share " + name + ": " + opened.message);
+  }
+  ~Share() { share_.remove(); }
+  Share(const Share&) = delete;
+  Share& operator=(const Share&) = delete;
+
+  shared_memory::PipelineShare* get() { return &share_; }
+
+ private:
+  shared_memory::PipelineShare share_;
+};
+
+std::unique_ptr<Share> open_share(const OnboardOptions& options, const PipelineConfig& config,
+                                  const SessionId& session) {
+  if (options.share.empty()) return nullptr;
+  return std::make_unique<Share>(options.share, config, session);
 }
 
 void print_summary(const RunStatistics& statistics, std::uint64_t allocations) {
@@ -114,6 +158,18 @@ void print_summary(const RunStatistics& statistics, std::uint64_t allocations) {
                static_cast<double>(total.max_ms),
                static_cast<unsigned long long>(statistics.deadline_misses()),
                static_cast<unsigned long long>(allocations));
+}
+
+void print_delivery(const lcm_port::PublisherCounters& delivery, std::uint64_t keyframes) {
+  std::fprintf(
+      stderr,
+      "onboard: %llu of %llu keyframes acknowledged by a base; %llu sent without an answer, "
+      "%llu not sent; %llu pieces sent again\n",
+      static_cast<unsigned long long>(delivery.keyframes_acknowledged),
+      static_cast<unsigned long long>(keyframes),
+      static_cast<unsigned long long>(delivery.keyframes_unacknowledged),
+      static_cast<unsigned long long>(delivery.keyframes_dropped),
+      static_cast<unsigned long long>(delivery.pieces_resent));
 }
 
 void print_up(const RunStatistics& statistics, const PipelineConfig& config) {
@@ -206,7 +262,7 @@ constexpr std::array<FullContainer, 5> kFullContainers = {{
     {DropCause::kScanTooLarge, "warning", "points labelled static unseen",
      "raise keyframe.max_points_per_scan (--config), or name the --sensor"},
     {DropCause::kCellsFull, "warning", "points labelled static unseen",
-     "raise voxel.max_cells (--config)"},
+     "lower keyframe.range_max_m or raise voxel.max_cells (--config), or a larger --preset"},
     {DropCause::kVoxelsFull, "warning", "fine cells without a ground or plane around them",
      "raise voxel.max_voxels (--config)"},
     {DropCause::kEvidenceFull, "warning", "columns and blocks of evidence not kept",
@@ -247,6 +303,9 @@ std::string remedy_for_refusals(const RunStatistics& statistics) {
   if (cause == refusal_name(ErrorCode::kTimeReversed)) {
     return "the stamps do not increase: are they in one unit, one a scan?";
   }
+  if (cause == refusal_name(ErrorCode::kTimeJump)) {
+    return "the stamps lie minutes apart: are they in one unit, one a scan?";
+  }
   return "stats.json counts the causes";
 }
 
@@ -260,6 +319,22 @@ void require_result(const RunStatistics& statistics) {
   if (statistics.points_static() == 0) {
     throw std::runtime_error("no static point came of this recording: its map would be empty");
   }
+}
+
+/// Says before the first scan that the sensor may see more than there is room for.
+void note_sensor_fit(const SensorModel& sensor, const PipelineConfig& config, Progress& progress) {
+  const SensorFit fit = sensor_fit(sensor, config);
+  if (fit.fits()) return;
+  char text[320];
+  std::snprintf(text, sizeof text,
+                "warning: sensor and preset do not fit: in a dense street %s may occupy %u fine "
+                "cells within %.0f m, there is room for %u; points that find none stay static "
+                "unseen. Set keyframe.range_max_m to %.0f or voxel.max_cells to %u (--config), "
+                "or choose a larger --preset",
+                std::string(sensor.name).c_str(), fit.cells_needed,
+                static_cast<double>(config.keyframe.range_max_m), fit.cells,
+                std::floor(static_cast<double>(fit.range_m)), fit.cells_needed);
+  progress.note(text);
 }
 
 }  // namespace
@@ -288,8 +363,9 @@ void run_onboard(const OnboardOptions& options) {
   OwnedPipeline pipeline(config);
   require(pipeline);
 
-  const SessionInfo info{session_id(folder.session_name(), dataset->stamp_ns(0)),
-                         folder.session_name(), std::string(sensor.model.name)};
+  const SessionInfo info{
+      session_id(folder.session_name(), dataset->stamp_ns(0), !options.publish.empty()),
+      folder.session_name(), std::string(sensor.model.name)};
   folder.write_text("run.json", describe_run(options, folder, info.id, sensor.model, config));
   Progress progress("onboard", scans);
   progress.note("sensor " + info.sensor + " (" + sensor.source + ")");
@@ -297,6 +373,11 @@ void run_onboard(const OnboardOptions& options) {
                 first.source + ")");
   if (first.columns > 0) {
     progress.note("room for a mode of " + std::to_string(first.columns) + " columns");
+  }
+  if (first.surroundings == Surroundings::kOutdoors) {
+    SensorModel mode = sensor.model;
+    if (first.columns > 0) mode.points_per_scan = first.columns * mode.rings;
+    note_sensor_fit(mode, config, progress);
   }
   for (const datasets::Note& note : dataset->notes()) {
     progress.note((note.is_warning ? "warning: " : "") + note.text);
@@ -308,6 +389,7 @@ void run_onboard(const OnboardOptions& options) {
   known.insert_into(pipeline->places());
   lcm_port::SessionLogWriter log(folder.keyframe_log(), info);
   const auto publisher = open_publisher(options, info);
+  const auto share = open_share(options, config, info.id);
   Replay replay(*dataset, *pipeline,
                 {.session = info.id,
                  .scans = scans,
@@ -319,15 +401,16 @@ void run_onboard(const OnboardOptions& options) {
                  .known = known,
                  .log = log,
                  .publisher = publisher.get(),
+                 .share = share != nullptr ? share->get() : nullptr,
                  .progress = progress});
   replay.run();
 
   log.finish();
   events.finish();
   folder.write_text("loops.csv", merge::format_loops_csv(replay.loops()));
-  if (const auto share = check_dynamic_share(statistics.dynamic_share(), statistics.scans())) {
-    print_warning(*share);
-    findings.push_back(*share);
+  if (const auto found = check_dynamic_share(statistics.dynamic_share(), statistics.scans())) {
+    print_warning(*found);
+    findings.push_back(*found);
   }
   for (const datasets::Note& note : dataset->notes()) {
     const auto severity = note.is_warning ? input::Severity::kSuspicious : input::Severity::kFine;
@@ -337,13 +420,20 @@ void run_onboard(const OnboardOptions& options) {
                          .arena_bytes = pipeline.bytes(),
                          .realtime = options.realtime,
                          .published = publisher != nullptr,
-                         .keyframes_not_published = 0,
+                         .delivery = {},
                          .surroundings = surroundings_name(first.surroundings),
                          .extent_m = first.extent_m,
                          .input = std::move(findings)};
-  if (publisher != nullptr) run.keyframes_not_published = publisher->finish().keyframes_dropped;
+  if (publisher != nullptr) {
+    run.delivery = publisher->finish();
+    print_delivery(run.delivery, statistics.keyframes());
+  }
   folder.write_text("stats.json", statistics.to_json(run));
   print_summary(statistics, replay.allocations());
+  if (share != nullptr && share->get()->health().not_shared > 0) {
+    std::fprintf(stderr, "onboard: warning: %llu messages did not fit into shared memory\n",
+                 static_cast<unsigned long long>(share->get()->health().not_shared));
+  }
   print_up(statistics, pipeline->config());
   warn_of_full_containers(statistics);
   warn_of_input(statistics, pipeline->config().free_space);

@@ -23,6 +23,8 @@ std::string refusal_name(ErrorCode code) {
       return "pose_jump";
     case ErrorCode::kCapacityExceeded:
       return "capacity_exceeded";
+    case ErrorCode::kTimeJump:
+      return "time_jump";
     default:
       return "other";
   }
@@ -235,7 +237,10 @@ std::string RunStatistics::to_json(const Run& run) const {
   json["realtime"] = run.realtime;
   json["keyframes_late"] = keyframes_late_;
   json["published"] = run.published;
-  json["keyframes_not_published"] = run.keyframes_not_published;
+  json["keyframes_acknowledged"] = run.delivery.keyframes_acknowledged;
+  json["keyframes_not_published"] =
+      run.delivery.keyframes_unacknowledged + run.delivery.keyframes_dropped;
+  json["pieces_resent"] = run.delivery.pieces_resent;
   return json.dump(2) + "\n";
 }
 

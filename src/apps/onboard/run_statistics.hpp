@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "ports/lcm/publisher.hpp"
 #include "src/input/finding.hpp"
 #include "unimapper/core/expected.hpp"
 #include "unimapper/onboard/pipeline.hpp"
@@ -95,7 +96,7 @@ class RunStatistics {
     std::uint64_t arena_bytes = 0;
     bool realtime = false;
     bool published = false;
-    std::uint64_t keyframes_not_published = 0;
+    lcm_port::PublisherCounters delivery;
     std::string_view surroundings;      ///< that the parameters were chosen for
     float extent_m = 0.0F;              ///< what that was decided from; 0: it was stated
     std::vector<input::Finding> input;  ///< of the recording's plausibility

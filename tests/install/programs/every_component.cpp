@@ -5,6 +5,7 @@
 #include "ports/datasets/dataset.hpp"
 #include "ports/events/event_text.hpp"
 #include "ports/lcm/received_log.hpp"
+#include "ports/shared_memory/reader.hpp"
 #include "unimapper/evaluate/trajectory.hpp"
 
 using namespace unimapper;
@@ -21,6 +22,8 @@ int main() {
   } catch (const std::exception& error) {
     std::printf("datasets: %s\n", error.what());
   }
+  shared_memory::Reader reader;
+  std::printf("shared memory: %s\n", reader.open("nonexistent", "keyframe").message);
   std::printf("events: %s\n", events::to_text({}).c_str());
   std::printf("evaluate: %zu errors\n", evaluate::statistics({1.0, 2.0}).count);
   return 0;

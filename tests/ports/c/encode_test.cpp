@@ -141,8 +141,12 @@ TEST_CASE("with deferred work C encodes keyframes when they are finished, to the
       work_left += left;
       look();
     }
-    REQUIRE(um_flush(pipeline.get(), nullptr) == UM_OK);
-    look();
+    std::size_t before = 0;
+    do {
+      before = result.size();
+      REQUIRE(um_flush(pipeline.get(), nullptr) == UM_OK);
+      look();
+    } while (result.size() > before);
     um_health health;
     health.struct_size = sizeof health;
     REQUIRE(um_health_get(pipeline.get(), &health) == UM_OK);
@@ -334,7 +338,7 @@ TEST_CASE("health adds up what every keyframe said") {
   });
   const um_pose pose = pose_of(driving(0));
   const um_points none{};
-  CHECK(um_add_scan(pipeline.get(), &none, &pose, std::int64_t{1} << 40U, nullptr) ==
+  CHECK(um_add_scan(pipeline.get(), &none, &pose, std::int64_t{1} << 34U, nullptr) ==
         UM_EMPTY_SCAN);
   REQUIRE(um_health_get(pipeline.get(), &health) == UM_OK);
   CHECK(health.scans == kScans + 1);
