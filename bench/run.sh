@@ -6,7 +6,7 @@
 # hostile scans; cost over points and distance; a drive at real-time rate. Times are of the steady
 # state: at least 40 keyframes after the warm-up (bench/latency). What is too short for that is driven
 # there and back, which its row says: the recordings, and all simulated drives but the OS2-128's,
-# which are half as long to save time (a quarter of an hour in all on two processors).
+# which are half as long to save time (seven minutes in all on two processors).
 #
 #   bench/run.sh [SCANS] [SEED] [DENSE_SEED]   scans of the OS2-128's drives; seeds of the town: of
 #                                              all LiDARs, and of the dense street
@@ -71,12 +71,33 @@ run_cells() {
   printf ' | %s' "$(number "$run/stats.json" allocations_after_start)"
 }
 
+# budgets DATASET: runs with deferred work and a budget of half and a third of the longest call at once
+budgets() {
+  only_layout && return
+  local longest part
+  longest=$(steady "$out/latency-os2-128-dense.json" "closing call" max)
+  for part in 1 2 3; do
+    awk -v part="$part" -v ms="$longest" \
+      'BEGIN { printf "{\"budget_us\": %d}\n", part == 1 ? 0 : 1000 * ms / part }' >"$out/budget.json"
+    "$bin/unimapper" onboard "$1" --deferred --config "$out/budget.json" --out "$out/runs/budget-$part" \
+      --replace 2>/dev/null
+    "$bin/unimapper" evaluate dynamic --truth "$1" --run "$out/runs/budget-$part" \
+      >"$out/budget-$part.json" 2>/dev/null
+  done
+}
+
 # latency NAME DATASET SENSOR [ARGS]: percentiles per stage as latency-NAME.json and, as a table,
 # latency.md
 latency() {
   local name=$1
   shift
   only_layout || "$bin/latency" "$@" --there-and-back >"$out/latency-$name.json" 2>>"$out/latency.md"
+}
+
+# both_modes NAME DATASET SENSOR: latency at once, and as NAME-deferred with deferred work
+both_modes() {
+  latency "$@"
+  latency "$1-deferred" "$2" "$3" --deferred
 }
 
 simulate() {  # simulate SENSOR SCANS SEED FOLDER
@@ -95,7 +116,7 @@ smaller_computers() {
 street_rows() {
   local data="$out/data/os2-128" dense="$out/data/os2-128-dense"
   simulate os2-128 "$scans" "$seed" "$data"
-  latency os2-128 "$data" os2-128
+  both_modes os2-128 "$data" os2-128
   row "$(title os2-128)" 7 run_cells os2-128 "$data"
   latency os2-128-paper-preset "$data" os2-128 --preset paper
   row "$(title os2-128), paper's preset" 7 run_cells os2-128-paper-preset "$data" --preset paper
@@ -103,8 +124,9 @@ street_rows() {
   latency os2-128-hostile "$data" os2-128 --hostile 12
   smaller_computers os2-128 "$data"
   simulate os2-128 "$scans" "$dense_seed" "$dense"
-  latency os2-128-dense "$dense" os2-128
+  both_modes os2-128-dense "$dense" os2-128
   row "$(title os2-128-dense)" 7 run_cells os2-128-dense "$dense"
+  budgets "$dense"
   rm -rf "$dense/scans"
 }
 
@@ -115,7 +137,7 @@ simulated_rows() {
   for sensor in $sensors; do
     data="$out/data/$sensor"
     simulate "$sensor" $((scans / 2)) "$seed" "$data"
-    latency "$sensor" "$data" "$sensor"
+    both_modes "$sensor" "$data" "$sensor"
     row "$(title "$sensor")" 7 run_cells "$sensor" "$data"
     [ "$sensor" != vlp-16 ] || smaller_computers vlp-16 "$data"
     rm -rf "$data/scans"
@@ -125,10 +147,10 @@ simulated_rows() {
 recorded_rows() {
   local folder=
   only_layout || folder=$(sh "$recordings/unpack.sh" "$out/recordings")
-  latency kitti_0005a "$folder/kitti_0005a" hdl-64e
+  both_modes kitti_0005a "$folder/kitti_0005a" hdl-64e
   latency kitti_0005a-paper-preset "$folder/kitti_0005a" hdl-64e --preset paper
-  latency kitti_0001 "$folder/kitti_0001" hdl-64e
-  latency hilti_hall "$folder/hilti_hall" generic
+  both_modes kitti_0001 "$folder/kitti_0001" hdl-64e
+  both_modes hilti_hall "$folder/hilti_hall" generic
   header "real recordings"
   row "$(title kitti_0005a)" 7 run_cells kitti_0005a "$folder/kitti_0005a"
   row "$(title kitti_0005a), paper's preset" 7 run_cells kitti_0005a-paper-preset "$folder/kitti_0005a" --preset paper
@@ -238,6 +260,43 @@ call_times() {
     }' "$file"
 }
 
+# deferred_table: the same with deferred work beside it
+deferred_table() {
+  local drive
+  echo "| calls of \`add_scan\`, ms: p50 / p90 / p99 / max | at once | \`deferred\` | MB in all, \`deferred\` |"
+  rule 4
+  for drive in $(drives); do row "$(title "$drive")" 3 deferred_times "$drive"; done
+}
+
+deferred_times() {
+  local file key separator
+  for file in "$out/latency-$1.json" "$out/latency-$1-deferred.json"; do
+    separator=
+    for key in p50 p90 p99 max; do
+      printf '%s%s' "$separator" "$(steady "$file" "every call" $key)"
+      separator=" / "
+    done
+    printf ' | '
+  done
+  awk -F'[:,] *' '/"total": [0-9]+$/ || /"total": [0-9]+,/ { total = $2 }
+    END { printf "%.0f", total / 1e6 }' "$file"
+}
+
+# budget_table: accuracy under a budget with deferred work
+budget_table() {
+  echo "| OS2-128, dense street, \`deferred\`: limit of every call | SA % | DA % | AA % | keyframes with a longer call |"
+  rule 5
+  row "none" 4 budget_cells 1
+  row "half of the longest call at once" 4 budget_cells 2
+  row "a third of it" 4 budget_cells 3
+}
+
+budget_cells() {
+  local score="$out/budget-$1.json"
+  printf '%.2f | %.2f | %.2f | %s' "$(number "$score" SA)" "$(number "$score" DA)" \
+    "$(number "$score" AA)" "$(number "$out/runs/budget-$1/stats.json" deadline_misses)"
+}
+
 # hostile_table: a row per kind of hostile scan
 hostile_table() {
   local kind
@@ -266,6 +325,8 @@ else
   echo "The real recordings are not beside the project; their rows are left out." >&2
 fi
 table latency-calls calls_table
+table latency-deferred deferred_table
+table latency-budget budget_table
 table latency-recordings latency_table
 table latency-stages stage_table os2-128
 table latency-hostile hostile_table

@@ -32,6 +32,7 @@ struct Options {
   std::filesystem::path scaling;
   int keyframes = 10000;
   float leaf_m = 0.0F;
+  bool deferred = false;
   int hostile = 0;
   std::size_t scans = static_cast<std::size_t>(-1);
 };
@@ -47,6 +48,7 @@ void declare(CLI::App& app, Options& options) {
                "steady state: for short recordings");
   app.add_option("--leaf", options.leaf_m, "Down-sampling of scans, metres");
   app.add_option("--scans", options.scans, "Only the first scans")->check(CLI::PositiveNumber);
+  app.add_flag("--deferred", options.deferred, "Spread the work over the calls (deferred)");
   app.add_flag("--load", options.load, "Stream through memory on another processor meanwhile");
   app.add_flag("--wall", options.wall,
                "Wall-clock times instead of the processor's (for a machine that is idle)");
@@ -76,6 +78,7 @@ PipelineConfig make_config(const Options& options, const std::string& sensor_nam
   if (sensor == nullptr) throw std::runtime_error("unknown sensor '" + sensor_name + "'");
   PipelineConfig config = preset_of(options.preset, sensor->kind);
   config.keyframe.downsample_leaf_m = options.leaf_m;
+  config.deferred = options.deferred;
   config.clock_ns = options.wall ? wall_time_ns : processor_time_ns;
   return config;
 }
@@ -115,6 +118,7 @@ std::string title_of(const Options& options, const std::string& sensor) {
   std::string title = (options.dataset / "").parent_path().filename().string() + ", " + sensor;
   if (options.preset != "default") title += ", preset " + options.preset;
   if (options.there_and_back) title += ", there and back";
+  if (options.deferred) title += ", deferred";
   return title + (options.load ? ", other core loaded" : "");
 }
 
@@ -136,6 +140,7 @@ void time_recording(const Options& options) {
   json["recording"] = options.dataset.string();
   json["sensor"] = sensor;
   json["preset"] = options.preset;
+  json["deferred"] = options.deferred;
   json["other_core"] = options.load ? "loaded" : "not loaded";
   json["clock"] = options.wall ? "wall" : "processor";
   std::fputs(to_table(report).c_str(), stderr);

@@ -80,8 +80,8 @@ bool Feeder::feed(const TimedScan& scan) {
   Measurement& measurement = current();
   measurement.calls.push_back(
       {static_cast<double>(end_ns - start_ns) * 1e-6, result.keyframe_ready, step_++, keyframes_});
+  if (result.keyframe_finished) measurement.add(*pipeline_.finished_keyframe().statistics);
   if (!result.keyframe_ready) return false;
-  measurement.add(*pipeline_.keyframe().statistics);
   ++keyframes_;
   return true;
 }

@@ -5,12 +5,14 @@
 # keyframes were late, that is, not finished when the next scan arrived. The keyframes of the warm-up
 # (the length of the window and one) are among them.
 #
-#   bench/realtime/run.sh [MINUTES | DATASET] [SENSOR]    a simulated drive (1 minute) or a recording
+#   bench/realtime/run.sh [MINUTES | DATASET] [SENSOR] [ONBOARD ARGS]
+#                                           a simulated drive (1 minute) or a recording; --deferred
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 dataset=${1:-1}
 sensor=${2:-os2-128}
+onboard_args=("${@:3}")
 # LCM is UDP multicast: it gets a network of its own, loopback only.
 if [ -z "${UNIMAPPER_BENCH_NAMESPACE:-}" ]; then
   export UNIMAPPER_BENCH_NAMESPACE=1
@@ -43,7 +45,7 @@ esac
 merger=$!
 sleep 0.5
 if ! "${two_processors[@]}" "$unimapper" onboard "$dataset" --sensor "$sensor" --realtime \
-    --publish "$url" --out "$out/run" 2>"$out/onboard.log"; then
+    --publish "$url" --out "$out/run" "${onboard_args[@]}" 2>"$out/onboard.log"; then
   cat "$out/onboard.log" >&2
   kill "$merger"
   exit 1
@@ -60,11 +62,11 @@ times() { sed -n "/\"$1\": {/,/}/p" "$out/run/stats.json" | grep -oE ': [0-9.]+'
   awk '{printf "%s%.1f", (NR > 1 ? " / " : ""), $2}'; }
 cat <<TXT
 
-| $sensor, $(number scans) scans at the pace of their stamps, with merger | |
+| $sensor${onboard_args[*]:+, ${onboard_args[*]}}: $(number scans) scans at the pace of their stamps, with merger | |
 |---|---|
 | keyframes | $(number keyframes), $(warm_up) of them warm-up |
 | late (not finished when the next scan arrived) | $(number keyframes_late) |
-| the call that closes a keyframe, p50 / p99 / max ms | $(times closing_call_ms) |
+| the call that makes a keyframe ready, p50 / p99 / max ms | $(times closing_call_ms) |
 | all calls of a keyframe, p50 / p99 / max ms | $(times total) |
 | keyframes not published | $(number keyframes_not_published) |
 | allocations after start | $(number allocations_after_start) |

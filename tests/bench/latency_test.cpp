@@ -139,13 +139,18 @@ TEST_CASE("pages that were touched are counted, others not") {
   OwnMapping memory(300 * kPage);
   for (std::byte& byte : memory.span()) byte = std::byte{1};
   CHECK_FALSE(memory.touched_bytes());
-  memory.start_counting();
-  for (std::size_t page = 0; page < 20; ++page) memory.span()[page * 3 * kPage] = std::byte{2};
-  const auto touched = memory.touched_bytes();
-  if (!touched) {
-    WARN("the kernel does not count touched pages here");
-    return;
+  // Who else asks the kernel for touched pages takes some away, now and then.
+  std::size_t touched = 0;
+  for (int attempt = 0; attempt < 50 && touched < 10 * kPage; ++attempt) {
+    memory.start_counting();
+    for (std::size_t page = 0; page < 20; ++page) memory.span()[page * 3 * kPage] = std::byte{2};
+    const auto counted = memory.touched_bytes();
+    if (!counted) {
+      WARN("the kernel does not count touched pages here");
+      return;
+    }
+    touched = *counted;
+    CHECK(touched < 100 * kPage);
   }
-  CHECK(*touched >= 10 * kPage);  // what else asks the kernel for touched pages takes some away
-  CHECK(*touched < 100 * kPage);
+  CHECK(touched >= 10 * kPage);
 }
