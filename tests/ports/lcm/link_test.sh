@@ -114,7 +114,7 @@ evicted_keyframes)
 stopped_listener)
   # The kernel's buffer overflows while the base stands still.
   listen 1 30000
-  "$program" publish "$url" alpha 300 60000 10 2>"$directory/sender" &
+  "$program" publish "$url" alpha 100 60000 20 2>"$directory/sender" &
   sender=$!
   children="$children $sender"
   await '^sent 20$' sender
@@ -123,7 +123,7 @@ stopped_listener)
   kill -CONT $listener
   wait $sender $listener
   expect 'end=complete malformed=0'
-  expect '^alpha keyframes=300 missing=0 damaged=0 ended equal'
+  expect '^alpha keyframes=100 missing=0 damaged=0 ended equal'
   ;;
 nobody)
   listen 1 10000 300
