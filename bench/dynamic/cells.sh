@@ -122,7 +122,7 @@ map_cells() {  # map_cells WORLD SIZE
 
 maps_table() {
   local world size
-  echo "| OS2-128, Avia and VLP-16, 200 scans each | loops between sessions accepted | ATE m: OS2-128 / Avia / VLP-16 |"
+  echo "| OS2-128, Avia and VLP-16, 200 scans each | accepted inter-session loops | ATE m: OS2-128 / Avia / VLP-16 |"
   rule 3
   for world in $worlds; do
     for size in 20 25; do row "${world/-/, seed }, 0.$size m" 2 map_cells "$world" "$size"; done
