@@ -6,6 +6,7 @@
 
 #include "ports/lcm/live.hpp"
 #include "ports/lcm/publisher.hpp"
+#include "ports/linux/boot_id.hpp"
 
 using namespace unimapper;
 
@@ -16,7 +17,7 @@ int main(int argc, char** argv) try {
   alignas(64) static std::byte scratch[1 << 23];  // 16 bytes a cell; encoding allocates nothing
   auto encoder = wire::KeyframeEncoder::create(config.voxel.max_cells, scratch);
   if (!encoder) return std::puts(encoder.error().message), 1;
-  const SessionId session{7, 20260122};  // this robot, and a number for every start
+  const SessionId session{7, linux_port::random_boot()};  // this robot, this start of it
   const char* url = argc > 1 ? argv[1] : "udpm://239.255.76.67:7667?ttl=0";
   lcm_port::Publisher publisher({session, "robot7", "vlp-16"}, lcm_port::open_link(url));
 

@@ -53,7 +53,8 @@ um_status um_keyframe_encode(um_pipeline* pipeline, const um_session* session, v
                                                {static_cast<std::byte*>(scratch), scratch_bytes});
   if (!encoder.ok()) return tell(*pipeline, encoder.error());
   const wire::EncodeResult result =
-      encoder->encode(pipeline->core->finished_keyframe(), {session->robot, session->session},
+      encoder->encode(pipeline->core->finished_keyframe(),
+                      {session->robot, {session->boot_high, session->boot_low}},
                       {static_cast<std::uint8_t*>(buffer), capacity});
   *encoded = {result.bytes, result.image_bytes, result.left_out};
   return tell(*pipeline, result.error);

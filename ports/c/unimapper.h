@@ -495,9 +495,10 @@ UM_API UM_CHECKED um_status um_labels(um_pipeline* pipeline, uint32_t scan, uint
 
 /** Who sends: one robot, one boot. */
 typedef struct um_session {
-  uint32_t robot;    /**< number of the robot */
-  uint32_t reserved; /**< 0 */
-  uint64_t session;  /**< differs for every boot of a robot */
+  uint32_t robot;     /**< number of the robot */
+  uint32_t reserved;  /**< 0 */
+  uint64_t boot_high; /**< upper half of a random number of 128 bits, another one for every start */
+  uint64_t boot_low;  /**< lower half */
 } um_session;
 
 /** What became of a keyframe that was encoded. */

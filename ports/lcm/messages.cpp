@@ -4,8 +4,10 @@
 #include <cctype>
 #include <stdexcept>
 #include <unimapper_wire/chunk_t.hpp>
+#include <unimapper_wire/chunk_v1_t.hpp>
 #include <unimapper_wire/health_t.hpp>
 #include <unimapper_wire/session_t.hpp>
+#include <unimapper_wire/session_v1_t.hpp>
 #include <unimapper_wire/stored_t.hpp>
 
 #include "unimapper/wire/checksum.hpp"
@@ -23,6 +25,10 @@ namespace {
 constexpr std::size_t kMaxTextBytes = 64;
 constexpr std::uint32_t kMaxListEntries = 64;
 constexpr std::size_t kFingerprintBytes = 8;
+
+/// Schema version, robot and boot id, with which every message goes on.
+constexpr std::size_t kIdentityBytes = 4 + 4 + 16;
+constexpr std::size_t kIdentityBytesV1 = 4 + 4 + 8;
 
 constexpr std::size_t kChecksumBytes = 4;
 
@@ -53,6 +59,12 @@ bool decode_generated(Bytes bytes, Generated& message) {
          message.schema_version == Generated::SCHEMA_VERSION;
 }
 
+/// Whether the bytes start with this type's fingerprint.
+template <typename Generated>
+bool is_of(Bytes bytes) {
+  return BigEndianReader(bytes).get<std::int64_t>() == Generated::getHash();
+}
+
 /// Passes over a string as LCM writes it: its length with the closing zero, then the bytes.
 void skip_text(BigEndianReader& in) {
   const auto length = in.get<std::int32_t>();
@@ -72,17 +84,17 @@ void skip_texts(BigEndianReader& in, std::uint32_t count) {
 
 bool ends_here(const BigEndianReader& in) { return in.ok() && in.remaining() == 0; }
 
-bool session_adds_up(Bytes bytes) {
+bool session_adds_up(Bytes bytes, std::size_t identity_bytes) {
   BigEndianReader in(bytes);
-  in.skip(kFingerprintBytes + 4 + 4 + 8);
+  in.skip(kFingerprintBytes + identity_bytes);
   skip_texts(in, 2);
   in.skip(1 + 8 + 8 + kChecksumBytes);
   return ends_here(in);
 }
 
-bool chunk_adds_up(Bytes bytes) {
+bool chunk_adds_up(Bytes bytes, std::size_t identity_bytes) {
   BigEndianReader in(bytes);
-  in.skip(kFingerprintBytes + 4 + 4 + 8 + 5 * 4);
+  in.skip(kFingerprintBytes + identity_bytes + 5 * 4);
   in.skip(in.get<std::uint32_t>());
   in.skip(kChecksumBytes);
   return ends_here(in);
@@ -90,7 +102,7 @@ bool chunk_adds_up(Bytes bytes) {
 
 bool health_adds_up(Bytes bytes) {
   BigEndianReader in(bytes);
-  in.skip(kFingerprintBytes + 4 + 4 + 8 + 5 * 8);
+  in.skip(kFingerprintBytes + kIdentityBytes + 5 * 8);
   const std::uint32_t stages = get_list_length(in);
   skip_texts(in, stages);
   in.skip(std::uint64_t{3} * 4 * stages);
@@ -108,7 +120,7 @@ bool health_adds_up(Bytes bytes) {
 
 bool stored_adds_up(Bytes bytes) {
   BigEndianReader in(bytes);
-  in.skip(kFingerprintBytes + 4 + 4 + 8 + 1 + 3 * 8);
+  in.skip(kFingerprintBytes + kIdentityBytes + 1 + 3 * 8);
   in.skip(std::uint64_t{2} * 8 * in.get<std::uint32_t>());
   in.skip(std::uint64_t{2} * 4 * in.get<std::uint32_t>());
   in.skip(in.get<std::uint32_t>());
@@ -154,8 +166,58 @@ std::string to_text(std::string text) {
   return text;
 }
 
-SessionId session_id(std::int32_t robot, std::int64_t session) {
-  return {static_cast<std::uint32_t>(robot), static_cast<std::uint64_t>(session)};
+/// The identity that every generated message carries.
+template <typename Generated>
+SessionId id_of(const Generated& in) {
+  const auto robot = static_cast<std::uint32_t>(in.robot);
+  if constexpr (requires { in.boot_high; }) {
+    return {robot,
+            {static_cast<std::uint64_t>(in.boot_high), static_cast<std::uint64_t>(in.boot_low)}};
+  } else {
+    return {robot, static_cast<std::uint64_t>(in.session)};
+  }
+}
+
+template <typename Generated>
+void put_id(const SessionId& id, Generated& out) {
+  out.schema_version = Generated::SCHEMA_VERSION;
+  out.robot = static_cast<std::int32_t>(id.robot);
+  out.boot_high = static_cast<std::int64_t>(id.boot.high);
+  out.boot_low = static_cast<std::int64_t>(id.boot.low);
+}
+
+/// A session's message of either schema, of lengths that add up.
+template <typename Generated>
+std::optional<SessionMessage> decode_session_as(Bytes bytes) {
+  Generated in;
+  if (!decode_generated(bytes, in)) return std::nullopt;
+  const bool possible = is_session_name(in.name) && is_text(in.sensor) &&
+                        in.state >= Generated::STARTED && in.state <= Generated::ENDED &&
+                        in.keyframes >= 0 && in.keyframes_dropped >= 0 &&
+                        in.keyframes_dropped <= in.keyframes;
+  if (!possible) return std::nullopt;
+  SessionMessage message;
+  message.info = {id_of(in), in.name, in.sensor};
+  message.state = static_cast<SessionState>(in.state);
+  message.keyframes = static_cast<std::uint64_t>(in.keyframes);
+  message.keyframes_dropped = static_cast<std::uint64_t>(in.keyframes_dropped);
+  return message;
+}
+
+/// The same for pieces.
+template <typename Generated>
+std::optional<ChunkMessage> decode_chunk_as(Bytes bytes) {
+  Generated in;
+  if (!decode_generated(bytes, in)) return std::nullopt;
+  ChunkMessage message;
+  message.session = id_of(in);
+  message.sequence = static_cast<std::uint32_t>(in.sequence);
+  message.index = static_cast<std::uint32_t>(in.index);
+  message.count = static_cast<std::uint32_t>(in.count);
+  message.total_bytes = static_cast<std::uint32_t>(in.total_bytes);
+  message.payload_crc32 = static_cast<std::uint32_t>(in.payload_crc32);
+  message.data = std::move(in.data);
+  return is_possible(message) ? std::optional(std::move(message)) : std::nullopt;
 }
 
 }  // namespace
@@ -165,9 +227,7 @@ std::vector<std::uint8_t> encode(const SessionMessage& message) {
     throw std::invalid_argument("\"" + message.info.name + "\" cannot name a session");
   }
   unimapper_wire::session_t out;
-  out.schema_version = unimapper_wire::session_t::SCHEMA_VERSION;
-  out.robot = static_cast<std::int32_t>(message.info.id.robot);
-  out.session = static_cast<std::int64_t>(message.info.id.session);
+  put_id(message.info.id, out);
   out.name = message.info.name;
   out.sensor = to_text(message.info.sensor);
   out.state = static_cast<std::int8_t>(message.state);
@@ -177,26 +237,19 @@ std::vector<std::uint8_t> encode(const SessionMessage& message) {
 }
 
 std::optional<SessionMessage> decode_session(Bytes bytes) {
-  unimapper_wire::session_t in;
-  if (!session_adds_up(bytes) || !decode_generated(bytes, in)) return std::nullopt;
-  const bool possible = is_session_name(in.name) && is_text(in.sensor) &&
-                        in.state >= unimapper_wire::session_t::STARTED &&
-                        in.state <= unimapper_wire::session_t::ENDED && in.keyframes >= 0 &&
-                        in.keyframes_dropped >= 0 && in.keyframes_dropped <= in.keyframes;
-  if (!possible) return std::nullopt;
-  SessionMessage message;
-  message.info = {session_id(in.robot, in.session), in.name, in.sensor};
-  message.state = static_cast<SessionState>(in.state);
-  message.keyframes = static_cast<std::uint64_t>(in.keyframes);
-  message.keyframes_dropped = static_cast<std::uint64_t>(in.keyframes_dropped);
-  return message;
+  if (is_of<unimapper_wire::session_v1_t>(bytes)) {
+    return session_adds_up(bytes, kIdentityBytesV1)
+               ? decode_session_as<unimapper_wire::session_v1_t>(bytes)
+               : std::nullopt;
+  }
+  return session_adds_up(bytes, kIdentityBytes)
+             ? decode_session_as<unimapper_wire::session_t>(bytes)
+             : std::nullopt;
 }
 
 std::vector<std::uint8_t> encode(const ChunkMessage& message) {
   unimapper_wire::chunk_t out;
-  out.schema_version = unimapper_wire::chunk_t::SCHEMA_VERSION;
-  out.robot = static_cast<std::int32_t>(message.session.robot);
-  out.session = static_cast<std::int64_t>(message.session.session);
+  put_id(message.session, out);
   out.sequence = static_cast<std::int32_t>(message.sequence);
   out.index = static_cast<std::int32_t>(message.index);
   out.count = static_cast<std::int32_t>(message.count);
@@ -208,24 +261,18 @@ std::vector<std::uint8_t> encode(const ChunkMessage& message) {
 }
 
 std::optional<ChunkMessage> decode_chunk(Bytes bytes) {
-  unimapper_wire::chunk_t in;
-  if (!chunk_adds_up(bytes) || !decode_generated(bytes, in)) return std::nullopt;
-  ChunkMessage message;
-  message.session = session_id(in.robot, in.session);
-  message.sequence = static_cast<std::uint32_t>(in.sequence);
-  message.index = static_cast<std::uint32_t>(in.index);
-  message.count = static_cast<std::uint32_t>(in.count);
-  message.total_bytes = static_cast<std::uint32_t>(in.total_bytes);
-  message.payload_crc32 = static_cast<std::uint32_t>(in.payload_crc32);
-  message.data = std::move(in.data);
-  return is_possible(message) ? std::optional(std::move(message)) : std::nullopt;
+  if (is_of<unimapper_wire::chunk_v1_t>(bytes)) {
+    return chunk_adds_up(bytes, kIdentityBytesV1)
+               ? decode_chunk_as<unimapper_wire::chunk_v1_t>(bytes)
+               : std::nullopt;
+  }
+  return chunk_adds_up(bytes, kIdentityBytes) ? decode_chunk_as<unimapper_wire::chunk_t>(bytes)
+                                              : std::nullopt;
 }
 
 std::vector<std::uint8_t> encode(const HealthMessage& message) {
   unimapper_wire::health_t out;
-  out.schema_version = unimapper_wire::health_t::SCHEMA_VERSION;
-  out.robot = static_cast<std::int32_t>(message.session.robot);
-  out.session = static_cast<std::int64_t>(message.session.session);
+  put_id(message.session, out);
   out.scans = static_cast<std::int64_t>(message.scans);
   out.keyframes = static_cast<std::int64_t>(message.keyframes);
   out.points_in = static_cast<std::int64_t>(message.points_in);
@@ -265,7 +312,7 @@ std::optional<HealthMessage> decode_health(Bytes bytes) {
   unimapper_wire::health_t in;
   if (!health_adds_up(bytes) || !decode_generated(bytes, in)) return std::nullopt;
   HealthMessage message;
-  message.session = session_id(in.robot, in.session);
+  message.session = id_of(in);
   message.scans = static_cast<std::uint64_t>(in.scans);
   message.keyframes = static_cast<std::uint64_t>(in.keyframes);
   message.points_in = static_cast<std::uint64_t>(in.points_in);
@@ -293,9 +340,7 @@ std::optional<HealthMessage> decode_health(Bytes bytes) {
 
 std::vector<std::uint8_t> encode(const StoredMessage& message) {
   unimapper_wire::stored_t out;
-  out.schema_version = unimapper_wire::stored_t::SCHEMA_VERSION;
-  out.robot = static_cast<std::int32_t>(message.session.robot);
-  out.session = static_cast<std::int64_t>(message.session.session);
+  put_id(message.session, out);
   out.ended = message.ended ? 1 : 0;
   out.below = static_cast<std::int64_t>(message.below);
   out.first = static_cast<std::int64_t>(message.first);
@@ -330,7 +375,7 @@ std::optional<StoredMessage> decode_stored(Bytes bytes) {
                         in.sequence.size() <= wire::kMaxIncomplete;
   if (!possible) return std::nullopt;
   StoredMessage message;
-  message.session = session_id(in.robot, in.session);
+  message.session = id_of(in);
   message.ended = in.ended == 1;
   message.below = static_cast<std::uint64_t>(in.below);
   message.first = static_cast<std::uint64_t>(in.first);

@@ -16,7 +16,7 @@ inline constexpr std::uint32_t kLargestDatagramBytes = 60000;
 inline constexpr std::uint32_t kUnfragmentedDatagramBytes = 1300;
 
 /// Bytes of a datagram that are not a piece's data: LCM's header, the channel, the piece's head.
-inline constexpr std::uint32_t kDatagramOverheadBytes = 79;
+inline constexpr std::uint32_t kDatagramOverheadBytes = 87;
 
 /// The pieces of `keyframe` as messages for `kKeyframeChannel`, in order. No datagram exceeds
 /// `datagram_bytes`. Throws std::invalid_argument if that lies outside the two limits above.

@@ -128,7 +128,8 @@ int um_share_read_keyframe(const um_share_message* message, um_share_keyframe* k
   const auto read = read_keyframe({static_cast<const std::byte*>(message->bytes), message->size});
   if (!read) return 0;
   const SharedKeyframe& fixed = read->fixed;
-  keyframe->session = fixed.head.session;
+  keyframe->boot_high = fixed.head.boot_high;
+  keyframe->boot_low = fixed.head.boot_low;
   keyframe->robot = fixed.head.robot;
   keyframe->sequence = fixed.head.number;
   std::memcpy(keyframe->rotation, fixed.T_odometry_keyframe, sizeof keyframe->rotation);

@@ -23,10 +23,10 @@ constexpr std::uint64_t aligned(std::uint64_t bytes) noexcept { return (bytes + 
 
 ContentHead head_of(ContentKind kind, std::uint64_t bytes, const SessionId& session,
                     std::uint32_t number) noexcept {
-  return {kContentMagic,   static_cast<std::uint16_t>(kind),
-          kContentVersion, bytes,
-          session.session, session.robot,
-          number};
+  return {kContentMagic,     static_cast<std::uint16_t>(kind),
+          kContentVersion,   bytes,
+          session.boot.high, session.boot.low,
+          session.robot,     number};
 }
 
 void put_pose(const Pose& pose, double* out) noexcept {

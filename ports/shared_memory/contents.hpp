@@ -15,7 +15,7 @@ enum class ContentKind : std::uint16_t { kKeyframe = 1, kLabels = 2, kHealth = 3
 inline constexpr std::uint32_t kContentMagic = 0x43534D55;  ///< "UMSC" in a little-endian file
 /// Grows with every change that an older reader would not understand. Elements may grow at their
 /// end without: readers go by the section's stride.
-inline constexpr std::uint16_t kContentVersion = 1;
+inline constexpr std::uint16_t kContentVersion = 2;
 
 /// `WriterOptions::content` of a topic.
 [[nodiscard]] constexpr std::uint32_t content_of(ContentKind kind) noexcept {
@@ -36,15 +36,16 @@ struct Section {
 
 /// First bytes of every message.
 struct ContentHead {
-  std::uint32_t magic;    ///< `kContentMagic`
-  std::uint16_t kind;     ///< a `ContentKind`
-  std::uint16_t version;  ///< `kContentVersion`
-  std::uint64_t bytes;    ///< of the message
-  std::uint64_t session;  ///< as in `SessionId`
-  std::uint32_t robot;    ///< as in `SessionId`
-  std::uint32_t number;   ///< `sequence` of the keyframe; `scan_index` of the labels' scan
+  std::uint32_t magic;      ///< `kContentMagic`
+  std::uint16_t kind;       ///< a `ContentKind`
+  std::uint16_t version;    ///< `kContentVersion`
+  std::uint64_t bytes;      ///< of the message
+  std::uint64_t boot_high;  ///< as in `BootId`
+  std::uint64_t boot_low;   ///< as in `BootId`
+  std::uint32_t robot;      ///< as in `SessionId`
+  std::uint32_t number;     ///< `sequence` of the keyframe; `scan_index` of the labels' scan
 };
-static_assert(sizeof(ContentHead) == 32);
+static_assert(sizeof(ContentHead) == 40);
 
 /// A `KeyframeScan`.
 struct SharedScan {
@@ -131,7 +132,7 @@ struct SharedKeyframe {
   double T_odometry_keyframe[12];  ///< rotation row by row, then translation, metres
   SharedStatistics statistics;     ///< counts and times
 };
-static_assert(sizeof(SharedKeyframe) == 464);
+static_assert(sizeof(SharedKeyframe) == 472);
 
 /// Labels of a scan: this, then one byte per point.
 struct SharedLabels {
@@ -141,7 +142,7 @@ struct SharedLabels {
   std::uint32_t keyframe;  ///< sequence of the keyframe it belongs to
   std::uint32_t unused;    ///< 0
 };
-static_assert(sizeof(SharedLabels) == 64);
+static_assert(sizeof(SharedLabels) == 72);
 
 /// How the pipeline is doing since its start.
 struct SharedHealth {
@@ -159,6 +160,6 @@ struct SharedHealth {
   float longest_stage_us[5];      ///< by `Stage`, microseconds
   std::uint32_t loops_accepted;   ///< loop candidates that were accepted
 };
-static_assert(sizeof(SharedHealth) == 288);
+static_assert(sizeof(SharedHealth) == 296);
 
 }  // namespace unimapper::shared_memory

@@ -19,9 +19,9 @@ extern "C" {
 /* ---- Reading -------------------------------------------------------------------------------- */
 
 /** Content of the topics "keyframe", "labels" and "health". */
-#define UM_SHARE_KEYFRAME 0x00010001u
-#define UM_SHARE_LABELS 0x00010002u
-#define UM_SHARE_HEALTH 0x00010003u
+#define UM_SHARE_KEYFRAME 0x00020001u
+#define UM_SHARE_LABELS 0x00020002u
+#define UM_SHARE_HEALTH 0x00020003u
 
 /** One consumer of a topic, which holds one message at a time. Set it to zeros first. */
 typedef struct um_share_reader {
@@ -78,7 +78,8 @@ typedef struct um_share_cells {
 
 /** A keyframe in shared memory; to be used while its message is held. */
 typedef struct um_share_keyframe {
-  uint64_t session;             /**< of the robot, another one for every start */
+  uint64_t boot_high;           /**< upper half of a number that every start of a robot has anew */
+  uint64_t boot_low;            /**< lower half */
   uint32_t robot;               /**< its number */
   uint32_t sequence;            /**< of the keyframe in its session */
   double rotation[9];           /**< of T_odometry_keyframe, row by row */

@@ -265,7 +265,8 @@ const char* read_record(LittleEndianReader& in, KeyframeRecord& record) {
   if (schema < kOldestKeyframeSchema || schema > kKeyframeSchema) return "unknown schema version";
   if (in.get<std::uint16_t>() != 0) return "reserved bytes are not zero";
   record.session.robot = in.get<std::uint32_t>();
-  record.session.session = in.get<std::uint64_t>();
+  record.session.boot.low = in.get<std::uint64_t>();
+  if (schema >= kFirstSchemaWithLongBoot) record.session.boot.high = in.get<std::uint64_t>();
   record.sequence = in.get<std::uint32_t>();
   record.reference_scan = in.get<std::uint32_t>();
   record.points_in = in.get<std::uint64_t>();

@@ -6,7 +6,7 @@
 
 namespace unimapper::wire {
 
-inline constexpr std::size_t kHeadBytes = 160;  ///< up to the scans
+inline constexpr std::size_t kHeadBytes = 168;  ///< up to the scans
 inline constexpr std::size_t kScanBytes = 108;
 inline constexpr std::size_t kKeypointBytes = 26;
 inline constexpr std::size_t kPlaneBytes = 10;
@@ -16,6 +16,8 @@ inline constexpr std::uint16_t kFirstSchemaWithImages = 2;
 inline constexpr std::uint16_t kFirstSchemaWithUp = 3;
 
 inline constexpr std::uint16_t kFirstSchemaWithCodedCells = 4;
+
+inline constexpr std::uint16_t kFirstSchemaWithLongBoot = 5;
 
 /// Edges of cells that a keyframe may have, metres.
 inline constexpr float kSmallestCellM = 0.01F;

@@ -267,7 +267,8 @@ EncodeResult write_keyframe(const WriterInput& input, const WriterScratch& scrat
   out.put(kKeyframeSchema);
   out.put(std::uint16_t{0});
   out.put(input.session.robot);
-  out.put(input.session.session);
+  out.put(input.session.boot.low);
+  out.put(input.session.boot.high);
   out.put(keyframe.sequence);
   out.put(keyframe.reference_scan);
   out.put(keyframe.points_in);

@@ -20,6 +20,15 @@ bool is_session_name(std::string_view name) {
          std::all_of(name.begin(), name.end(), is_name_character);
 }
 
+std::string to_text(const BootId& boot) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const std::uint64_t half : {boot.high, boot.low}) {
+    for (unsigned shift = 64; shift > 0;) text += kDigits[half >> (shift -= 4U) & 0xFU];
+  }
+  return text;
+}
+
 std::string to_session_name(std::string_view text) {
   std::string name(text.substr(0, kMaxNameBytes));
   if (name.empty()) name = "session";

@@ -17,7 +17,7 @@ constexpr std::size_t kMaxDamagedKept = 100000;
 constexpr std::uint32_t kSignsOfLife = 2;
 
 std::string name_of_numbers(const SessionId& id) {
-  return "robot" + std::to_string(id.robot) + "_session" + std::to_string(id.session);
+  return "robot" + std::to_string(id.robot) + "_boot" + to_text(id.boot);
 }
 
 std::uint64_t memory_of(const KeyframeRecord& record) {

@@ -96,6 +96,7 @@ TEST_CASE("a run folder holds labels for every point, keyframes, loops and stati
   }
   const auto run = nlohmann::json::parse(read_text(fixture.run / "run.json"));
   CHECK(run["session"] == "run");
+  CHECK(run["boot"].get<std::string>().size() == 32);
   CHECK(run["sensor"] == "vlp-16");
   CHECK(run["dataset"] == "recording");
 }

@@ -178,7 +178,7 @@ TEST_CASE("a C program's keyframes, events and health, as before on every platfo
                    number(images.full_weight_range_m), "sum", count(sum)) +
               "\n";
     }
-    const um_session session{5, 0, 77};
+    const um_session session{5, 0, 0, 77};
     um_encoded encoded;
     REQUIRE(um_keyframe_encode(pipeline, &session, scratch.data(), scratch.size(), message.data(),
                                message.size(), &encoded) == UM_OK);

@@ -83,7 +83,7 @@ struct SensorPath {
 };
 
 inline SensorPath drive(const Robot& robot) {
-  Random random(robot.info.id.session);
+  Random random(robot.info.id.boot.low);
   SensorPath path;
   for (std::size_t leg = 0; leg + 1 < robot.corners.size(); ++leg) {
     const Eigen::Vector2d way = robot.corners[leg + 1] - robot.corners[leg];

@@ -179,7 +179,7 @@ std::string receiver_text(const wire::Receiver& receiver) {
 std::string session_text(const SessionData& session) {
   std::string text =
       join("session", session.info.name, count(session.info.id.robot),
-           count(session.info.id.session), session.info.sensor,
+           wire::to_text(session.info.id.boot), session.info.sensor,
            session.complete ? "complete" : "incomplete", "missing",
            count(session.keyframes_missing), "damaged", count(session.keyframes_damaged)) +
       "\n";

@@ -79,11 +79,11 @@ KeyframeRecord extreme_record(std::uint64_t seed) {
 }
 
 std::string record_text(const KeyframeRecord& record) {
-  std::string text = join("keyframe", count(record.session.robot), count(record.session.session),
-                          count(record.sequence), "reference", count(record.reference_scan),
-                          pose_text(record.T_odometry_keyframe), up_text(record.up), "points",
-                          count(record.points_in), count(record.points_dynamic), "left out",
-                          count(record.left_out)) +
+  std::string text = join("keyframe", count(record.session.robot),
+                          wire::to_text(record.session.boot), count(record.sequence), "reference",
+                          count(record.reference_scan), pose_text(record.T_odometry_keyframe),
+                          up_text(record.up), "points", count(record.points_in),
+                          count(record.points_dynamic), "left out", count(record.left_out)) +
                      "\n  static " + cells_text(record.static_cells) + "\n  dynamic " +
                      cells_text(record.dynamic_cells) + "\n";
   CloudMoments keypoints;

@@ -35,7 +35,7 @@ constexpr std::int64_t kResendAfterNs = 400 * kMs;
 
 EncodedKeyframe keyframe_of(const SessionId& session, std::uint32_t sequence) {
   EncodedKeyframe keyframe{session, sequence, 0, {}};
-  Random random(session.session * 7919 + session.robot * 104729 + sequence);
+  Random random(session.boot.low * 7919 + session.robot * 104729 + sequence);
   keyframe.bytes.resize(1 + random.below(200));
   for (std::uint8_t& byte : keyframe.bytes) byte = static_cast<std::uint8_t>(random.below(256));
   return keyframe;

@@ -43,10 +43,10 @@ std::vector<std::uint8_t> bytes_of(const std::string& digits) {
 
 /// Offsets of fields in the encoded small record.
 constexpr std::size_t kSchemaAt = 4;
-constexpr std::size_t kReferenceScanAt = 24;
-constexpr std::size_t kPoseAt = 52;
-constexpr std::size_t kScanCountAt = 148;
-constexpr std::size_t kCellsAt = 160 + 2 * 108 + 26 + 10;
+constexpr std::size_t kReferenceScanAt = 32;
+constexpr std::size_t kPoseAt = 60;
+constexpr std::size_t kScanCountAt = 156;
+constexpr std::size_t kCellsAt = 168 + 2 * 108 + 26 + 10;
 /// Of schemas 1 to 3.
 constexpr std::ptrdiff_t kPlainCellBytes = 8 + 2 * 9 + 8 + 9;
 
@@ -89,7 +89,8 @@ TEST_CASE("a crowd of cells in one spot comes back whole") {
 namespace {
 
 /// The bytes of the small record, up to where free-space images begin.
-std::vector<std::uint8_t> golden_bytes(const std::string& schema) {
+std::vector<std::uint8_t> golden_bytes(const std::string& schema,
+                                       const std::string& boot_high = "") {
   const std::string one = "000000000000F03F";
   const std::string zero = "0000000000000000";
   const std::string rotation = one + zero + zero + zero + one + zero + zero + zero + one;
@@ -98,7 +99,7 @@ std::vector<std::uint8_t> golden_bytes(const std::string& schema) {
   return bytes_of(
       std::string()
       + "554D4B46 " + schema + "00 0000" // magic, schema, reserved
-      + "07000000 EFCDAB8967452301" // robot, session
+      + "07000000 EFCDAB8967452301" + boot_high // robot, boot
       + "2A000000 01000000" // sequence, reference scan
       + "E803000000000000 0A00000000000000 0000000000000000" // points in, dynamic, left out
       + moved // T_odometry_keyframe
@@ -146,6 +147,7 @@ void append(std::vector<std::uint8_t>& bytes, const std::vector<std::uint8_t>& m
 /// The small record as older schemas carry it: in whole centimetres, with points.
 KeyframeRecord plain_record() {
   KeyframeRecord record = small_record();
+  record.session.boot.high = 0;
   wire_test::quantise(record);
   const KeyframeRecord small = small_record();
   record.static_cells = small.static_cells;
@@ -154,9 +156,11 @@ KeyframeRecord plain_record() {
   return record;
 }
 
-TEST_CASE("the bytes of schema 4 never change") {
+namespace {
+
+std::vector<std::uint8_t> golden_coded(const std::string& schema, const std::string& boot_high) {
   // Up to the cells as before.
-  std::vector<std::uint8_t> golden = golden_bytes("04");
+  std::vector<std::uint8_t> golden = golden_bytes(schema, boot_high);
   golden.erase(golden.end() - kPlainCellBytes, golden.end());
   append(golden, bytes_of("C800"                                  // edge of the cells: 200 mm
                           "02000000 12000000"                     // static cells: cells, bytes
@@ -169,6 +173,13 @@ TEST_CASE("the bytes of schema 4 never change") {
                           "01000000 04000000"                             // scan, bytes
                           "08000000 00E055FD18000000"));   // bytes of all images, their code
   append(golden, bytes_of("00008039 000080B8 00000039"));  // up: 2^-12, -2^-14, 2^-13 rad^2
+  return golden;
+}
+
+}  // namespace
+
+TEST_CASE("the bytes of schema 5 never change") {
+  const std::vector<std::uint8_t> golden = golden_coded("05", "1032547698BADCFE");
   KeyframeRecord record = small_record();
   record.up = {true, 0x1p-12F, -0x1p-14F, 0x1p-13F};
   CHECK(encode_keyframe(record) == golden);
@@ -206,10 +217,25 @@ TEST_CASE(
   const KeyframeRecord record = turned_scene();
   const std::vector<std::uint8_t> bytes = encode_keyframe(record);
   CHECK(bytes.size() < 20000 * 4 / 2);
-  CHECK(crc32(bytes) == 0xA4C45889U);
+  CHECK(crc32(bytes) == 0x6D9D84B4U);
+  // But for the upper half of the boot, as in schema 4.
+  std::vector<std::uint8_t> as_schema_4 = bytes;
+  as_schema_4[kSchemaAt] = 4;
+  as_schema_4.erase(as_schema_4.begin() + 20, as_schema_4.begin() + 28);
+  CHECK(crc32(as_schema_4) == 0xA4C45889U);
   const DecodedKeyframe decoded = decode_keyframe(bytes);
   REQUIRE(decoded.record.has_value());
   CHECK(encode_keyframe(*decoded.record) == bytes);
+}
+
+TEST_CASE("keyframes of schema 4, with boots of 64 bits, are still read") {
+  const DecodedKeyframe decoded = decode_keyframe(golden_coded("04", ""));
+  REQUIRE(decoded.record.has_value());
+  KeyframeRecord expected = small_record();
+  wire_test::quantise(expected);
+  expected.session.boot.high = 0;
+  expected.up = {true, 0x1p-12F, -0x1p-14F, 0x1p-13F};
+  check_same(*decoded.record, expected);
 }
 
 TEST_CASE("keyframes of schema 3, in whole centimetres, are still read") {
@@ -320,7 +346,7 @@ TEST_CASE("forged fields are refused with the reason") {
   const std::vector<std::uint8_t> two{0, 0, 0, 0, 0, 0, 0, 0x40};
   CHECK(error_of(good).empty());
   CHECK_THAT(forged(0, {'X'}), Catch::Contains("not a keyframe"));
-  CHECK_THAT(forged(kSchemaAt, {5}), Catch::Contains("unknown schema version"));
+  CHECK_THAT(forged(kSchemaAt, {6}), Catch::Contains("unknown schema version"));
   CHECK_THAT(forged(kReferenceScanAt, {2}), Catch::Contains("reference scan"));
   CHECK_THAT(forged(kPoseAt, nan), Catch::Contains("not finite"));
   CHECK_THAT(forged(kPoseAt, two), Catch::Contains("not a rotation"));

@@ -78,7 +78,7 @@ TEST_CASE("keyframes of which nothing arrives are missed all the same") {
     const auto sessions = receiver.take_sessions();
     CHECK(sessions[0].keyframes_missing == 3);
     CHECK_FALSE(sessions[0].complete);
-    CHECK(sessions[0].info.name == "robot1_session11");
+    CHECK(sessions[0].info.name == "robot1_boot0000000000000000000000000000000b");
   }
   SECTION("at the end, by the session's last message") {
     Receiver receiver;

@@ -67,7 +67,7 @@ inline std::vector<std::uint8_t> random_image(Random& random, std::size_t pixels
 inline KeyframeRecord random_record(std::uint64_t seed, std::uint32_t cells = 200) {
   Random random(mix_bits(seed));
   KeyframeRecord record;
-  record.session = {random.below(1000), random.bits()};
+  record.session = {random.below(1000), {~seed, random.bits()}};
   record.sequence = random.below(100000);
   record.T_odometry_keyframe = random_pose(random);
   if (random.below(3) != 0) record.up = {true, 4e-5F, -1e-5F, 9e-5F};
@@ -109,7 +109,7 @@ inline KeyframeRecord random_record(std::uint64_t seed, std::uint32_t cells = 20
 /// A record small enough to read its bytes.
 inline KeyframeRecord small_record() {
   KeyframeRecord record;
-  record.session = {7, 0x0123456789ABCDEFULL};
+  record.session = {7, {0xFEDCBA9876543210ULL, 0x0123456789ABCDEFULL}};
   record.sequence = 42;
   record.reference_scan = 1;
   record.T_odometry_keyframe.translation = {1.5, -2.0, 0.25};

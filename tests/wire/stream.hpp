@@ -16,7 +16,7 @@ using Message = std::variant<SessionMessage, ChunkMessage, HealthMessage>;
 
 inline KeyframeRecord keyframe_of(const SessionId& id, std::uint32_t sequence,
                                   std::uint32_t cells = 300) {
-  KeyframeRecord record = random_record(id.session * 1000 + sequence, cells);
+  KeyframeRecord record = random_record(id.boot.low * 1000 + sequence, cells);
   record.session = id;
   record.sequence = sequence;
   return record;

@@ -6,9 +6,9 @@
 namespace unimapper::wire {
 
 inline constexpr std::uint32_t kKeyframeMagic = 0x464B4D55;  ///< "UMKF" in the file
-inline constexpr std::uint16_t kKeyframeSchema = 4;
-/// Also read: 1, without free-space images, 2, without the covariance of up, and 3, with cells and
-/// images that are not range coded.
+inline constexpr std::uint16_t kKeyframeSchema = 5;
+/// Also read: 1, without free-space images, 2, without the covariance of up, 3, with cells and
+/// images that are not range coded, and 4, with a boot id of 64 bits.
 inline constexpr std::uint16_t kOldestKeyframeSchema = 1;
 
 /// Most elements of a kind that a keyframe may hold.

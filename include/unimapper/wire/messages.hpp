@@ -71,6 +71,8 @@ struct HealthMessage {
 /// True for names that are safe as file names: 1 to 64 letters, digits, '.', '_' or '-', the
 /// first of them no dot.
 bool is_session_name(std::string_view name);
+/// 32 hexadecimal digits, the highest first.
+std::string to_text(const BootId& boot);
 /// The nearest session name: every other character becomes '_'.
 std::string to_session_name(std::string_view text);
 

@@ -1,9 +1,6 @@
 // `unimapper onboard`: replay of a recording into a run folder.
-#include <sys/random.h>
-
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -13,6 +10,7 @@
 #include <system_error>
 
 #include "ports/lcm/live.hpp"
+#include "ports/linux/boot_id.hpp"
 #include "src/apps/onboard/event_log.hpp"
 #include "src/apps/onboard/input_check.hpp"
 #include "src/apps/onboard/replay.hpp"
@@ -37,23 +35,14 @@ std::uint64_t stable_hash(std::string_view text, std::uint64_t seed = 0) {
   return hash;
 }
 
-/// A number that no other start of any robot has. Throws std::system_error.
-std::uint64_t random_session() {
-  std::uint64_t number = 0;
-  if (getrandom(&number, sizeof number, 0) != sizeof number) {
-    throw std::system_error(errno, std::generic_category(), "getrandom");
-  }
-  return number;
-}
-
 /// In files, numbers that differ between sessions but not between two runs on the same recording.
 /// On a network every start is a session of its own, whatever the robot is called and the clock
 /// says.
 SessionId session_id(const std::string& name, std::int64_t first_stamp_ns, bool published) {
   const std::uint64_t robot = stable_hash(name);
-  return {
-      static_cast<std::uint32_t>(robot),
-      published ? random_session() : stable_hash(name, static_cast<std::uint64_t>(first_stamp_ns))};
+  const std::uint64_t low = stable_hash(name, static_cast<std::uint64_t>(first_stamp_ns));
+  const BootId boot = published ? linux_port::random_boot() : BootId(stable_hash(name, low), low);
+  return {static_cast<std::uint32_t>(robot), boot};
 }
 
 /// Throws where the pipeline was refused, with the reason.
@@ -94,7 +83,7 @@ std::string describe_run(const OnboardOptions& options, const RunFolder& folder,
   nlohmann::ordered_json json;
   json["session"] = folder.session_name();
   json["robot_id"] = id.robot;
-  json["session_id"] = id.session;
+  json["boot"] = wire::to_text(id.boot);
   json["sensor"] = sensor.name;
   json["dataset"] = dataset.filename().string();
   json["preset"] = options.preset;

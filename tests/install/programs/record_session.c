@@ -16,7 +16,7 @@ static void* aligned_block(size_t bytes) {
 /* Asks for the size, then encodes; the message could be sent by any transport. */
 static int write_keyframe(um_pipeline* pipeline, void* scratch, const char* directory,
                           unsigned sequence) {
-  const um_session session = {1, 0, 11};
+  const um_session session = {1, 0, 0, 11};
   const size_t scratch_bytes = um_encode_scratch_bytes(pipeline);
   um_encoded encoded;
   char path[512];

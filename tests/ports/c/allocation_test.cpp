@@ -40,7 +40,7 @@ unsigned run(void* memory, std::size_t bytes, const um_config& config,
         if (um_labels(pipeline, s, labels.data(), labels.size(), &written) != UM_OK) return 0;
       }
       um_encoded encoded;
-      const um_session session{1, 0, 2};
+      const um_session session{1, 0, 0, 2};
       if (um_keyframe_encode(pipeline, &session, scratch.data(), scratch.size(), buffer.data(),
                              buffer.size(), &encoded) != UM_OK) {
         return 0;

@@ -21,7 +21,7 @@ using namespace unimapper::test;
 namespace {
 
 constexpr int kScans = 30;
-constexpr um_session kSession{7, 0, 0x0123456789ABCDEFULL};
+constexpr um_session kSession{7, 0, 0xFEDCBA9876543210ULL, 0x0123456789ABCDEFULL};
 
 /// Drives past the walker and calls `look` whenever there is a keyframe.
 void drive(um_pipeline* pipeline, const std::function<void()>& look) {
@@ -68,7 +68,7 @@ TEST_CASE("C encodes a keyframe to the bytes that C++ encodes it to") {
     auto encoder = wire::KeyframeEncoder::create(cells, scratch_cpp.span());
     std::vector<std::uint8_t> bytes(1U << 20U);
     const wire::EncodeResult result =
-        encoder->encode(view, {kSession.robot, kSession.session}, bytes);
+        encoder->encode(view, {kSession.robot, {kSession.boot_high, kSession.boot_low}}, bytes);
     REQUIRE(result.error.code == ErrorCode::kOk);
     bytes.resize(result.bytes);
     expected.push_back(bytes);

@@ -3,8 +3,10 @@
 
 #include <catch2/catch.hpp>
 #include <unimapper_wire/chunk_t.hpp>
+#include <unimapper_wire/chunk_v1_t.hpp>
 #include <unimapper_wire/health_t.hpp>
 #include <unimapper_wire/session_t.hpp>
+#include <unimapper_wire/session_v1_t.hpp>
 #include <unimapper_wire/stored_t.hpp>
 
 #include "unimapper/wire/checksum.hpp"
@@ -18,7 +20,8 @@ namespace {
 
 SessionMessage sample_session() {
   SessionMessage message;
-  message.info = {{4000000000U, 0xFEDCBA9876543210ULL}, "robot_a.day-2", "os2-128"};
+  message.info = {
+      {4000000000U, {0x0F1E2D3C4B5A6978ULL, 0xFEDCBA9876543210ULL}}, "robot_a.day-2", "os2-128"};
   message.state = SessionState::kRunning;
   message.keyframes = 12;
   message.keyframes_dropped = 3;
@@ -27,7 +30,7 @@ SessionMessage sample_session() {
 
 ChunkMessage sample_chunk() {
   ChunkMessage chunk;
-  chunk.session = {4000000000U, 0xFEDCBA9876543210ULL};
+  chunk.session = {4000000000U, {0x0F1E2D3C4B5A6978ULL, 0xFEDCBA9876543210ULL}};
   chunk.sequence = 7;
   chunk.index = 1;
   chunk.count = 3;
@@ -54,7 +57,7 @@ HealthMessage sample_health() {
 
 StoredMessage sample_stored() {
   StoredMessage stored;
-  stored.session = {4000000000U, 0xFEDCBA9876543210ULL};
+  stored.session = {4000000000U, {0x0F1E2D3C4B5A6978ULL, 0xFEDCBA9876543210ULL}};
   stored.ended = true;
   stored.below = 5;
   stored.first = 7;
@@ -183,10 +186,10 @@ TEST_CASE("lengths that a forger made up allocate nothing") {
       }
     }
   };
-  forged(encode(sample_chunk()), 8 + 4 + 4 + 8 + 5 * 4);
-  forged(encode(sample_session()), 8 + 4 + 4 + 8);
-  forged(encode(sample_health()), 8 + 4 + 4 + 8 + 5 * 8);
-  const std::size_t ranges_at = 8 + 4 + 4 + 8 + 1 + 3 * 8;
+  forged(encode(sample_chunk()), 8 + 4 + 4 + 16 + 5 * 4);
+  forged(encode(sample_session()), 8 + 4 + 4 + 16);
+  forged(encode(sample_health()), 8 + 4 + 4 + 16 + 5 * 8);
+  const std::size_t ranges_at = 8 + 4 + 4 + 16 + 1 + 3 * 8;
   const std::size_t incomplete_at = ranges_at + 4 + 2 * 2 * 8;
   forged(encode(sample_stored()), ranges_at);
   forged(encode(sample_stored()), incomplete_at);
@@ -230,7 +233,7 @@ TEST_CASE("a session's name is safe as a file name") {
 
 TEST_CASE("a name that is no file name is refused even when its checksum fits") {
   Data bytes = encode(sample_session());
-  bytes[8 + 4 + 4 + 8 + 4] = '/';
+  bytes[8 + 4 + 4 + 16 + 4] = '/';
   CHECK_FALSE(decode_session(sealed(bytes)).has_value());
 }
 
@@ -239,17 +242,86 @@ TEST_CASE("LCM's own decoders read our messages") {
   unimapper_wire::chunk_t chunk;
   REQUIRE(chunk.decode(bytes.data(), 0, static_cast<int>(bytes.size())) ==
           static_cast<int>(bytes.size()));
-  CHECK(chunk.schema_version == 1);
+  CHECK(chunk.schema_version == 2);
   CHECK(chunk.data == Data{1, 2, 3, 4});
   unimapper_wire::session_t session;
   CHECK(session.decode(bytes.data(), 0, static_cast<int>(bytes.size())) < 0);
 }
 
-TEST_CASE("the types of schema 1 never change") {
+namespace {
+
+/// A message of schema 1 as robots with 64-bit boots sent it.
+template <typename Generated>
+Data old_message(Generated& message) {
+  message.schema_version = 1;
+  message.robot = static_cast<std::int32_t>(4000000000U);
+  message.session = static_cast<std::int64_t>(0xFEDCBA9876543210ULL);
+  message.crc32 = 0;
+  Data bytes(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return sealed(bytes);
+}
+
+Data old_session() {
+  unimapper_wire::session_v1_t message;
+  message.name = "robot_a.day-2";
+  message.sensor = "os2-128";
+  message.state = 1;
+  message.keyframes = 12;
+  message.keyframes_dropped = 3;
+  return old_message(message);
+}
+
+Data old_chunk() {
+  unimapper_wire::chunk_v1_t message;
+  message.sequence = 7;
+  message.index = 1;
+  message.count = 3;
+  message.total_bytes = 11;
+  message.payload_crc32 = 5;
+  message.size = 4;
+  message.data = {1, 2, 3, 4};
+  return old_message(message);
+}
+
+}  // namespace
+
+TEST_CASE("recordings with boots of 64 bits are still read") {
+  const SessionId old{4000000000U, {0, 0xFEDCBA9876543210ULL}};
+  const auto session = decode_session(old_session());
+  REQUIRE(session.has_value());
+  CHECK(session->info.id == old);
+  CHECK(session->info.name == "robot_a.day-2");
+  CHECK(session->keyframes_dropped == 3);
+  const auto chunk = decode_chunk(old_chunk());
+  REQUIRE(chunk.has_value());
+  CHECK(chunk->session == old);
+  CHECK(chunk->sequence == 7);
+  CHECK(chunk->data == Data{1, 2, 3, 4});
+  check_only_the_original_passes(old_session(), decode_session);
+  check_only_the_original_passes(old_chunk(), decode_chunk);
+}
+
+TEST_CASE("boots that differ in either half are two") {
+  const SessionId id = sample_session().info.id;
+  for (const BootId& boot :
+       {BootId{id.boot.high ^ 1U, id.boot.low}, BootId{id.boot.high, id.boot.low ^ 1U}}) {
+    SessionMessage other = sample_session();
+    other.info.id.boot = boot;
+    CHECK(decode_session(encode(other))->info.id == SessionId{id.robot, boot});
+    CHECK(other.info.id != id);
+  }
+  CHECK(to_text(id.boot) == "0f1e2d3c4b5a6978fedcba9876543210");
+}
+
+TEST_CASE("the types of stored messages never change") {
   // LCM's fingerprint covers names, types and order of every field: old logs stay readable only
   // as long as these hold. A new schema gets new message types beside the old ones.
-  CHECK(unimapper_wire::chunk_t::getHash() == 0x2d40368f32292060);
-  CHECK(unimapper_wire::session_t::getHash() == 0x12cc6eae2fee390b);
-  // Schema 2; health is never stored.
-  CHECK(unimapper_wire::health_t::getHash() == static_cast<std::int64_t>(0xe46881ebc9c20798));
+  CHECK(unimapper_wire::chunk_v1_t::getHash() == 0x2d40368f32292060);
+  CHECK(unimapper_wire::session_v1_t::getHash() == 0x12cc6eae2fee390b);
+  CHECK(unimapper_wire::chunk_t::getHash() == static_cast<std::int64_t>(0xb11f22c2708aa5a8));
+  CHECK(unimapper_wire::session_t::getHash() == static_cast<std::int64_t>(0xe68c718377be05d8));
+  // Schemas 3 and 2; neither is ever stored.
+  CHECK(unimapper_wire::health_t::getHash() == static_cast<std::int64_t>(0xd1e93756567958d4));
+  CHECK(unimapper_wire::stored_t::getHash() == 0x01d2b8ef4d9faed2);
 }

@@ -21,7 +21,7 @@ using test::walk;
 
 namespace {
 
-constexpr SessionId kSession{7, 0x0123456789ABCDEFULL};
+constexpr SessionId kSession{7, {0xFEDCBA9876543210ULL, 0x0123456789ABCDEFULL}};
 
 PipelineConfig small_config() {
   PipelineConfig config = preset(SensorKind::kVlp16);
@@ -66,7 +66,8 @@ bool same(const Elements<SharedCell>& shared, std::span<const FineCell> cells) {
 }
 
 void check_same(const KeyframeMessage& message, const KeyframeView& keyframe) {
-  CHECK(message.fixed.head.session == kSession.session);
+  CHECK(message.fixed.head.boot_high == kSession.boot.high);
+  CHECK(message.fixed.head.boot_low == kSession.boot.low);
   CHECK(message.fixed.head.robot == kSession.robot);
   CHECK(message.fixed.head.number == keyframe.sequence);
   CHECK(message.fixed.reference_scan == keyframe.reference_scan);
@@ -309,7 +310,8 @@ TEST_CASE("C programs read the same keyframe") {
   um_share_keyframe keyframe = {};
   REQUIRE(um_share_read_keyframe(&message, &keyframe) == 1);
   CHECK(keyframe.robot == kSession.robot);
-  CHECK(keyframe.session == kSession.session);
+  CHECK(keyframe.boot_high == kSession.boot.high);
+  CHECK(keyframe.boot_low == kSession.boot.low);
   CHECK(keyframe.sequence == expected->fixed.head.number);
   CHECK(keyframe.translation[0] == expected->T_odometry_keyframe.translation.x());
   CHECK(keyframe.rotation[1] == expected->T_odometry_keyframe.rotation(0, 1));
