@@ -9,7 +9,7 @@ static unsigned char buffer[kCapacity];
 
 int main(void) {
   const um_points points = {scan, kPoints, sizeof scan[0], 0, sizeof(float), 2 * sizeof(float)};
-  const um_session session = {7, 0, 0x5be0cd19u, 0x1f83d9abu}; /* robot; boot: random, every start */
+  const um_session session = {7, 0, 0x5be0cd19u, 0x1f83d9abu}; /* boot: random, every start */
   const double rotation[4] = {0.0, 0.0, 0.0, 1.0}, translation[3] = {0.0, 0.0, 0.0};
   um_config config;
   um_pipeline* pipeline;
