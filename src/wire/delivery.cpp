@@ -29,6 +29,7 @@ Said said_of(const StoredMessage& message, std::uint32_t sequence) {
 
 bool StoredSequences::insert(std::uint32_t sequence) {
   if (contains(sequence)) return false;
+  ++count_;
   std::uint64_t begin = sequence;
   std::uint64_t end = begin + 1;
   auto after = runs_.upper_bound(begin);

@@ -12,7 +12,7 @@ namespace {
 
 /// What a piece costs beyond its data: a map node and an allocation of its own. Without it, a
 /// flood of one-byte pieces would count as nothing.
-constexpr std::uint64_t kPieceOverheadBytes = 128;
+constexpr std::int64_t kPieceOverheadBytes = 128;
 
 /// Pieces of one index that differ: the real one and some forged ones.
 constexpr std::size_t kMaxVariants = 4;
@@ -20,13 +20,19 @@ constexpr std::size_t kMaxVariants = 4;
 /// Combinations of such pieces that are tried when one more has arrived.
 constexpr int kMaxCombinations = 16;
 
+std::int64_t bytes_of(const std::vector<std::uint8_t>& piece) {
+  return static_cast<std::int64_t>(piece.size()) + kPieceOverheadBytes;
+}
+
 }  // namespace
 
 Reassembly::Result Reassembly::add(ChunkMessage&& chunk, bool known) {
   if (chunk.total_bytes > limits_.max_keyframe_bytes) return {Outcome::kTooLarge, {}};
   const Head head{chunk.session, chunk.sequence, chunk.count, chunk.total_bytes,
                   chunk.payload_crc32};
-  Pending& pending = pending_[head];
+  const auto [entry, is_new] = pending_.try_emplace(head);
+  Pending& pending = entry->second;
+  if (is_new) ++robots_[head.session.robot].keyframes;
   pending.last_touched = ++clock_;
   pending.known = pending.known || known;
   std::vector<Data>& variants = pending.pieces[chunk.index];
@@ -37,15 +43,12 @@ Reassembly::Result Reassembly::add(ChunkMessage&& chunk, bool known) {
     if (pending.pieces.size() < head.count) return {Outcome::kDuplicate, {}};
   } else if (variants.size() == kMaxVariants) {
     // A flood must not shut the real piece out, which may be the last to come.
-    pending.bytes -= variants.front().size() + kPieceOverheadBytes;
-    pending_bytes_ -= variants.front().size() + kPieceOverheadBytes;
+    count_bytes(head, pending, -bytes_of(variants.front()));
     variants.erase(variants.begin());
   }
   if (!is_here) {
-    const std::uint64_t bytes = chunk.data.size() + kPieceOverheadBytes;
+    count_bytes(head, pending, bytes_of(chunk.data));
     variants.push_back(std::move(chunk.data));
-    pending.bytes += bytes;
-    pending_bytes_ += bytes;
   }
   Result result;
   if (pending.pieces.size() == head.count) {
@@ -53,8 +56,9 @@ Reassembly::Result Reassembly::add(ChunkMessage&& chunk, bool known) {
     result.outcome = result.payload.empty() ? Outcome::kDamaged : Outcome::kComplete;
   }
   if (result.outcome == Outcome::kComplete) {
-    erase(pending_.find(head));
+    erase(entry);
   } else {
+    make_room_of_robot(head);
     make_room(head);
   }
   return result;
@@ -116,9 +120,39 @@ void Reassembly::forget(const SessionId& session, std::uint32_t sequence) {
   }
 }
 
+void Reassembly::count_bytes(const Head& head, Pending& pending, std::int64_t bytes) {
+  const auto change = static_cast<std::uint64_t>(bytes);
+  pending.bytes += change;
+  pending_bytes_ += change;
+  robots_[head.session.robot].bytes += change;
+}
+
 void Reassembly::erase(Table::iterator entry) {
   pending_bytes_ -= entry->second.bytes;
+  const auto robot = robots_.find(entry->first.session.robot);
+  robot->second.bytes -= entry->second.bytes;
+  if (--robot->second.keyframes == 0) robots_.erase(robot);
   pending_.erase(entry);
+}
+
+/// A robot beyond its own limits loses what has waited longest.
+void Reassembly::make_room_of_robot(const Head& keep) {
+  const std::uint32_t robot = keep.session.robot;
+  for (auto held = robots_.find(robot);
+       held != robots_.end() && (held->second.keyframes > limits_.robot.pending_keyframes ||
+                                 held->second.bytes > limits_.robot.pending_bytes);
+       held = robots_.find(robot)) {
+    auto victim = pending_.end();
+    for (auto entry = pending_.begin(); entry != pending_.end(); ++entry) {
+      const bool is_kept = entry->first == keep && held->second.keyframes > 1;
+      if (entry->first.session.robot != robot || is_kept) continue;
+      const bool is_older =
+          victim == pending_.end() || entry->second.last_touched < victim->second.last_touched;
+      if (is_older) victim = entry;
+    }
+    erase(victim);
+    ++given_up_;
+  }
 }
 
 void Reassembly::make_room(const Head& keep) {

@@ -10,32 +10,69 @@ namespace unimapper::wire {
 
 namespace {
 
-/// Damaged sequence numbers remembered per session; forgers can make up any number of them.
-constexpr std::size_t kMaxDamagedKept = 100000;
-
 /// Messages of a running session that take its end back: one may have been overtaken.
 constexpr std::uint32_t kSignsOfLife = 2;
-
-std::string name_of_numbers(const SessionId& id) {
-  return "robot" + std::to_string(id.robot) + "_boot" + to_text(id.boot);
-}
-
-std::uint64_t memory_of(const KeyframeRecord& record) {
-  std::uint64_t image_bytes = 0;
-  for (const CodedImage& image : record.images) image_bytes += sizeof image + image.code.size();
-  return sizeof record + record.scans.size() * sizeof(KeyframeScan) +
-         (record.static_cells.size() + record.dynamic_cells.size()) * sizeof(FineCell) +
-         record.keypoints.size() * sizeof(Keypoint) + record.planes.size() * sizeof(PlanePatch) +
-         image_bytes;
-}
 
 bool is_same(const SessionInfo& a, const SessionInfo& b) {
   return a.name == b.name && a.sensor == b.sensor;
 }
 
+/// Speaks of what is stored only: a robot told that the rest is missing would send it in vain.
+void leave_out_missing(StoredMessage& message) {
+  message.first = message.below;
+  message.until = message.below;
+  message.ranges.clear();
+}
+
 }  // namespace
 
-Receiver::Receiver(const ReceiverLimits& limits) : limits_(limits), reassembly_(limits) {}
+std::string name_of(const SessionId& id) {
+  return "robot" + std::to_string(id.robot) + "_boot" + to_text(id.boot);
+}
+
+Receiver::Receiver(const ReceiverLimits& limits)
+    : limits_(limits),
+      memory_(std::make_unique<MemoryStorage>(limits.max_stored_bytes)),
+      storage_(memory_.get()),
+      quotas_(limits.robot),
+      reassembly_(limits) {}
+
+Receiver::Receiver(const ReceiverLimits& limits, KeyframeStorage& storage)
+    : limits_(limits), storage_(&storage), quotas_(limits.robot), reassembly_(limits) {
+  quotas_.load(storage.usage());
+}
+
+void Receiver::advance(std::int64_t now_ns) {
+  now_ns_ = now_ns;
+  for (auto& [id, state] : sessions_) {
+    if (!state.is_changed || !state.has_keyframes()) continue;
+    storage_->keep({id, state.info, state.ended, state.announced, state.dropped_by_sender});
+    state.is_changed = false;
+  }
+  take(storage_->commit_due(now_ns));
+}
+
+void Receiver::store_all() {
+  advance(now_ns_);
+  take(storage_->commit_all(now_ns_));
+}
+
+void Receiver::take(const Committed& committed) {
+  for (const KeyframeName& name : committed.keyframes) {
+    const auto entry = sessions_.find(name.session);
+    if (entry == sessions_.end()) continue;
+    entry->second.waiting.erase(name.sequence);
+    entry->second.stored.insert(name.sequence);
+    entry->second.answered = false;
+    ++counters_.keyframes;
+  }
+  for (const SessionSummary& summary : committed.sessions) {
+    const auto entry = sessions_.find(summary.id);
+    if (entry == sessions_.end()) continue;
+    entry->second.end_is_stored = summary.ended;
+    entry->second.answered = false;
+  }
+}
 
 void Receiver::count_malformed() {
   ++counters_.messages;
@@ -43,30 +80,45 @@ void Receiver::count_malformed() {
 }
 
 Receiver::Session* Receiver::session(const SessionId& id) {
-  if (!sessions_.contains(id) && sessions_.size() >= limits_.max_sessions &&
-      !forget_empty_session()) {
-    ++counters_.refused;
-    return nullptr;
+  auto entry = sessions_.find(id);
+  if (entry == sessions_.end()) {
+    const std::optional<StoredSession> stored = storage_->find(id);
+    if (!stored || (sessions_.size() >= limits_.max_sessions && !forget_session())) {
+      ++counters_.refused;
+      return nullptr;
+    }
+    entry = sessions_.emplace(id, Session()).first;
+    Session& state = entry->second;
+    state.info = stored->summary.info;
+    state.ended = stored->summary.ended;
+    state.end_is_stored = stored->summary.ended;
+    state.announced = stored->summary.announced;
+    state.dropped_by_sender = stored->summary.dropped_by_sender;
+    state.stored = stored->keyframes;
+    state.highest_seen = state.stored.end();
   }
-  Session& state = sessions_[id];
-  state.last_heard = ++clock_;
-  state.answered = false;
-  return &state;
+  entry->second.last_heard = ++clock_;
+  entry->second.answered = false;
+  return &entry->second;
 }
 
 /// Anybody can announce sessions; only keyframes show that there is a robot behind one. A real
 /// one comes back with its next message.
-bool Receiver::forget_empty_session() {
-  auto oldest = sessions_.end();
+bool Receiver::forget_session() {
+  auto victim = sessions_.end();
+  const auto rank = [](const auto& entry) {
+    return std::tuple(entry->second.has_keyframes(), entry->second.last_heard);
+  };
   for (auto entry = sessions_.begin(); entry != sessions_.end(); ++entry) {
-    if (!entry->second.keyframes.empty()) continue;
-    const bool older =
-        oldest == sessions_.end() || entry->second.last_heard < oldest->second.last_heard;
-    if (older) oldest = entry;
+    const Session& state = entry->second;
+    const bool is_whole_in_storage =
+        storage_->is_durable() && state.waiting.empty() && !state.is_changed;
+    if (state.has_keyframes() && !is_whole_in_storage) continue;
+    if (victim == sessions_.end() || rank(entry) < rank(victim)) victim = entry;
   }
-  if (oldest == sessions_.end()) return false;
-  sessions_.erase(oldest);
-  ++counters_.refused;
+  if (victim == sessions_.end()) return false;
+  if (!victim->second.has_keyframes()) ++counters_.refused;
+  sessions_.erase(victim);
   return true;
 }
 
@@ -74,6 +126,11 @@ void Receiver::receive(const SessionMessage& message) {
   ++counters_.messages;
   Session* state = session(message.info.id);
   if (state == nullptr) return;
+  const auto known = [state] {
+    return std::tuple(state->info.has_value(), state->ended, state->announced,
+                      state->dropped_by_sender);
+  };
+  const auto before = known();
   if (!state->info) {
     state->info = message.info;
   } else if (!is_same(*state->info, message.info)) {
@@ -95,27 +152,35 @@ void Receiver::receive(const SessionMessage& message) {
     state->dropped_by_sender = message.keyframes_dropped;
     ++counters_.contradictory;
   }
+  state->is_changed = state->is_changed || known() != before;
 }
 
 void Receiver::receive(HealthMessage&& message) {
   ++counters_.messages;
-  if (Session* state = session(message.session)) state->health = std::move(message);
+  Session* state = session(message.session);
+  if (state == nullptr) return;
+  if (state->has_keyframes()) storage_->keep(message);
+  state->health = std::move(message);
 }
 
 void Receiver::receive(ChunkMessage&& piece) {
   ++counters_.messages;
-  const SessionId id = piece.session;
   const std::uint32_t sequence = piece.sequence;
-  Session* state = session(id);
+  const KeyframeName name{piece.session, sequence};
+  Session* state = session(name.session);
   if (state == nullptr) return;
   // A keyframe that never becomes whole is missed all the same.
   state->highest_seen = std::max<std::uint64_t>(state->highest_seen, sequence + 1ULL);
-  state->announced = std::max(state->announced, state->highest_seen);
-  if (state->keyframes.contains(sequence)) {
+  if (state->announced < state->highest_seen) {
+    state->announced = state->highest_seen;
+    state->is_changed = true;
+  }
+  if (state->stored.contains(sequence) || state->waiting.contains(sequence)) {
     ++counters_.pieces_duplicate;
     return;
   }
-  Reassembly::Result result = reassembly_.add(std::move(piece), !state->keyframes.empty());
+  if (state->is_beyond_quota) return count_refused(*state);
+  Reassembly::Result result = reassembly_.add(std::move(piece), state->has_keyframes());
   switch (result.outcome) {
     case Reassembly::Outcome::kWaiting:
       break;
@@ -128,38 +193,55 @@ void Receiver::receive(ChunkMessage&& piece) {
     case Reassembly::Outcome::kDamaged:
       mark_damaged(*state, sequence);
       break;
-    case Reassembly::Outcome::kComplete: {
-      DecodedKeyframe decoded = decode_keyframe(result.payload);
-      const bool honest =
-          decoded.record && decoded.record->session == id && decoded.record->sequence == sequence;
-      if (honest) {
-        keep(*state, std::move(*decoded.record));
-      } else {
-        mark_damaged(*state, sequence);
-      }
+    case Reassembly::Outcome::kComplete:
+      take_payload(*state, name, std::move(result.payload));
       break;
-    }
   }
 }
 
-void Receiver::keep(Session& state, KeyframeRecord&& record) {
-  const std::uint64_t bytes = memory_of(record);
-  if (bytes > limits_.max_stored_bytes - stored_bytes_) {
-    ++counters_.refused;
+void Receiver::take_payload(Session& state, const KeyframeName& name,
+                            std::vector<std::uint8_t> payload) {
+  if (!is_within_quota(state, name.session.robot, payload.size())) return count_refused(state);
+  DecodedKeyframe decoded = decode_keyframe(payload);
+  const bool honest = decoded.record && decoded.record->session == name.session &&
+                      decoded.record->sequence == name.sequence;
+  if (!honest) return mark_damaged(state, name.sequence);
+  keep(state, {std::move(payload), std::move(*decoded.record)});
+}
+
+bool Receiver::is_within_quota(Session& state, std::uint32_t robot, std::uint64_t bytes) {
+  const QuotaRefusal refusal = quotas_.check(robot, !state.has_keyframes(), bytes, now_ns_);
+  state.is_beyond_quota = refusal == QuotaRefusal::kSessions || refusal == QuotaRefusal::kBytes;
+  return refusal == QuotaRefusal::kNone;
+}
+
+void Receiver::keep(Session& state, ReceivedKeyframe&& keyframe) {
+  const KeyframeName name{keyframe.record.session, keyframe.record.sequence};
+  const std::uint64_t bytes = keyframe.bytes.size();
+  const bool is_new_session = !state.has_keyframes();
+  const KeyframeStorage::Taken taken = storage_->keep(std::move(keyframe));
+  if (taken == KeyframeStorage::Taken::kNoRoom) return count_refused(state);
+  quotas_.take(name.session.robot, is_new_session, bytes, now_ns_);
+  reassembly_.forget(name.session, name.sequence);
+  state.damaged.erase(name.sequence);
+  if (taken == KeyframeStorage::Taken::kStored) {
+    state.stored.insert(name.sequence);
+    ++counters_.keyframes;
     return;
   }
-  stored_bytes_ += bytes;
-  reassembly_.forget(record.session, record.sequence);
-  const std::uint32_t sequence = record.sequence;
-  state.damaged.erase(sequence);
-  state.stored.insert(sequence);
-  state.keyframes.emplace(sequence, std::move(record));
-  ++counters_.keyframes;
+  state.waiting.insert(name.sequence);
+  state.is_changed = state.is_changed || is_new_session;
+  take(storage_->commit_due(now_ns_));
+}
+
+void Receiver::count_refused(Session& state) {
+  ++counters_.refused;
+  ++state.refused;
 }
 
 void Receiver::mark_damaged(Session& state, std::uint32_t sequence) {
   ++counters_.keyframes_damaged;
-  if (state.damaged.size() < kMaxDamagedKept) state.damaged.insert(sequence);
+  if (state.damaged.size() < limits_.max_damaged) state.damaged.insert(sequence);
 }
 
 ReceiverCounters Receiver::counters() const {
@@ -172,10 +254,13 @@ std::vector<SessionProgress> Receiver::progress() const {
   std::vector<SessionProgress> all;
   for (const auto& [id, state] : sessions_) {
     SessionProgress one;
-    one.info = state.info.value_or(SessionInfo{id, name_of_numbers(id), {}});
+    one.info = state.info.value_or(SessionInfo{id, name_of(id), {}});
     one.ended = state.ended;
     one.announced = state.announced;
-    one.received = state.keyframes.size();
+    one.received = state.stored.count();
+    one.waiting = state.waiting.size();
+    one.damaged = state.damaged.size();
+    one.refused = state.refused;
     one.whole = state.ended && one.received + state.dropped_by_sender >= state.announced;
     one.health = state.health;
     all.push_back(std::move(one));
@@ -185,14 +270,19 @@ std::vector<SessionProgress> Receiver::progress() const {
 
 std::vector<StoredMessage> Receiver::take_stored() {
   std::vector<StoredMessage> messages;
+  const bool keeps_ends = storage_->is_durable();
   for (auto& [id, state] : sessions_) {
     if (state.answered) continue;
     state.answered = true;
     StoredMessage& message = messages.emplace_back();
     message.session = id;
-    message.ended = state.ended;
-    message.incomplete = reassembly_.incomplete(id);
+    message.ended = state.ended && (state.end_is_stored || !keeps_ends || !state.has_keyframes());
     state.stored.describe(message);
+    if (state.is_beyond_quota || !storage_->accepts()) {
+      leave_out_missing(message);
+    } else {
+      message.incomplete = reassembly_.incomplete(id);
+    }
   }
   return messages;
 }
@@ -201,18 +291,16 @@ std::vector<SessionData> Receiver::take_sessions() {
   std::vector<SessionData> sessions;
   for (auto& [id, state] : sessions_) {
     SessionData data;
-    data.info = state.info.value_or(SessionInfo{id, name_of_numbers(id), {}});
+    data.info = state.info.value_or(SessionInfo{id, name_of(id), {}});
     data.complete = state.ended;
     data.keyframes_damaged = state.damaged.size();
-    const std::uint64_t accounted = state.keyframes.size() + state.damaged.size();
+    const std::uint64_t accounted = state.stored.count() + state.damaged.size();
     data.keyframes_missing = state.announced - std::min(state.announced, accounted);
-    data.keyframes.reserve(state.keyframes.size());
-    for (auto& [sequence, record] : state.keyframes) data.keyframes.push_back(std::move(record));
+    if (memory_ != nullptr) data.keyframes = memory_->take(id);
     sessions.push_back(std::move(data));
   }
   sort_and_name(sessions);
   sessions_.clear();
-  stored_bytes_ = 0;
   return sessions;
 }
 

@@ -49,13 +49,18 @@ class StoredSequences {
   bool insert(std::uint32_t sequence);
   /// Whether the number is there. O(log runs).
   [[nodiscard]] bool contains(std::uint32_t sequence) const;
+  /// How many numbers are in the set. O(1).
+  [[nodiscard]] std::uint64_t count() const { return count_; }
+  /// One past the highest number, 0 without any. O(1).
+  [[nodiscard]] std::uint64_t end() const { return runs_.empty() ? 0 : runs_.rbegin()->second; }
   /// Fills in `below`, `first`, `until` and `ranges`. With more runs than fit, successive calls
   /// speak of successive runs, and start over after the last.
   void describe(StoredMessage& message);
 
  private:
   std::map<std::uint64_t, std::uint64_t> runs_;  ///< begin to end
-  std::uint64_t next_ = 0;                       ///< where the next description starts
+  std::uint64_t count_ = 0;
+  std::uint64_t next_ = 0;  ///< where the next description starts
 };
 
 /// Decides which pieces a sender sends next: those of the newest keyframe first, and every fourth

@@ -9,6 +9,7 @@
 
 #include "unimapper/wire/delivery.hpp"
 #include "unimapper/wire/messages.hpp"
+#include "unimapper/wire/robot_quotas.hpp"
 
 namespace unimapper::wire {
 
@@ -19,6 +20,8 @@ struct ReceiverLimits {
   std::uint32_t max_pending_keyframes = 64;       ///< incomplete, over all sessions
   std::uint64_t max_pending_bytes = 256U << 20U;  ///< held for incomplete keyframes
   std::uint64_t max_stored_bytes = 16ULL << 30U;  ///< held for decoded keyframes
+  std::uint32_t max_damaged = 100000;             ///< damaged numbers remembered of a session
+  RobotLimits robot;                              ///< of each robot by itself
 };
 
 /// Collects pieces until a keyframe is whole. Pieces may come in any order, more than once, and
@@ -27,7 +30,8 @@ struct ReceiverLimits {
 /// piece with a forged head starts a keyframe of its own. Where pieces with one head and index
 /// differ, all are kept and tried, so one with an overheard head cannot spoil a real keyframe
 /// either. When there are too many, the robot that holds most loses the keyframe that has waited
-/// longest for a piece; robots of which nothing whole has arrived yet lose theirs first.
+/// longest for a piece; robots of which nothing whole has arrived yet lose theirs first. A robot
+/// beyond its own limits loses its own.
 class Reassembly {
  public:
   /// What became of a piece.
@@ -81,11 +85,20 @@ class Reassembly {
 
   static Data join(const Head& head, const Pending& pending, std::uint32_t newest);
 
+  /// What is held of one robot's.
+  struct Held {
+    std::uint32_t keyframes = 0;
+    std::uint64_t bytes = 0;
+  };
+
   void erase(Table::iterator entry);
+  void count_bytes(const Head& head, Pending& pending, std::int64_t bytes);
   void make_room(const Head& keep);
+  void make_room_of_robot(const Head& keep);
 
   ReceiverLimits limits_;
   Table pending_;
+  std::map<std::uint32_t, Held> robots_;
   std::uint64_t pending_bytes_ = 0;
   std::uint64_t clock_ = 0;
   std::uint64_t given_up_ = 0;

@@ -3,14 +3,18 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "unimapper/core/keyframe_record.hpp"
+#include "unimapper/wire/keyframe_storage.hpp"
+#include "unimapper/wire/memory_storage.hpp"
 #include "unimapper/wire/messages.hpp"
 #include "unimapper/wire/reassembly.hpp"
+#include "unimapper/wire/robot_quotas.hpp"
 
 namespace unimapper::wire {
 
@@ -22,7 +26,7 @@ struct ReceiverCounters {
   std::uint64_t refused = 0;              ///< beyond a limit: sessions, keyframe size, memory
   std::uint64_t contradictory = 0;        ///< a session that changes its name or sensor
   std::uint64_t pieces_duplicate = 0;     ///< the same piece again, or of a keyframe that is here
-  std::uint64_t keyframes = 0;            ///< whole and sound
+  std::uint64_t keyframes = 0;            ///< whole, sound and stored
   std::uint64_t keyframes_damaged = 0;    ///< whole, but checksum or content is wrong
   std::uint64_t keyframes_abandoned = 0;  ///< incomplete, evicted at the memory limit
 };
@@ -33,18 +37,31 @@ struct SessionProgress {
   bool ended = false;                   ///< its end was announced
   bool whole = false;                   ///< ended, and every keyframe it sent is here
   std::uint64_t announced = 0;          ///< keyframes made, as far as known
-  std::uint64_t received = 0;           ///< keyframes here
+  std::uint64_t received = 0;           ///< keyframes stored
+  std::uint64_t waiting = 0;            ///< keyframes here, but not yet stored
+  std::uint64_t damaged = 0;            ///< keyframes that arrived damaged only
+  std::uint64_t refused = 0;            ///< keyframes or pieces beyond a quota or without room
   std::optional<HealthMessage> health;  ///< the latest, if any
 };
 
 /// Takes the messages of any number of sessions in any order. Whatever it is fed, it keeps
 /// within its limits, never throws, and counts what it could not use. When a session more than
-/// `max_sessions` appears, the one without a keyframe that has been silent longest gives way. An
-/// end that was announced is taken back by two messages that say the session is running. Not
-/// thread safe.
+/// `max_sessions` appears, the one without a keyframe that has been silent longest gives way; where
+/// what is stored is durable, one with keyframes may, and is found again when it is heard. An end
+/// that was announced is taken back by two messages that say the session is running. Not thread
+/// safe.
 class Receiver {
  public:
+  /// A receiver that keeps keyframes in memory, for `take_sessions`.
   explicit Receiver(const ReceiverLimits& limits = {});
+  /// A receiver whose keyframes go to `storage`, which outlives it and which nobody else feeds.
+  Receiver(const ReceiverLimits& limits, KeyframeStorage& storage);
+
+  /// Tells the time by any steady clock, several times a second: rates are measured by it, and what
+  /// waits is stored. A receiver that keeps keyframes in memory needs it for rates only.
+  void advance(std::int64_t now_ns);
+  /// Stores everything that waits.
+  void store_all();
 
   /// Takes one message. A piece must be a possible one (`is_possible`).
   void receive(const SessionMessage& message);
@@ -67,7 +84,7 @@ class Receiver {
 
   /// Hands over the sessions, sorted by name and id, names made unique; the receiver holds
   /// none afterwards, but goes on counting. A session whose messages never came is named after its
-  /// numbers.
+  /// numbers. Keyframes that went to a storage of the caller's are not among them.
   std::vector<SessionData> take_sessions();
 
  private:
@@ -80,26 +97,42 @@ class Receiver {
     std::uint64_t announced = 0;
     std::uint64_t highest_seen = 0;  ///< what pieces say of `announced`
     std::uint64_t dropped_by_sender = 0;
-    std::map<std::uint32_t, KeyframeRecord> keyframes;
     StoredSequences stored;
+    std::set<std::uint32_t> waiting;  ///< taken by the storage, but not yet stored
     std::set<std::uint32_t> damaged;
     std::optional<HealthMessage> health;
+    bool is_changed = false;       ///< since the storage was told
+    bool end_is_stored = false;    ///< or that there is none
+    bool is_beyond_quota = false;  ///< for good
+    std::uint64_t refused = 0;
+
+    [[nodiscard]] bool has_keyframes() const { return stored.count() > 0 || !waiting.empty(); }
   };
 
-  /// The session, made if there is room for one more or a session without a keyframe to give way;
+  /// The session, made or found in the storage if there is room for one more or another gives way;
   /// null otherwise.
   Session* session(const SessionId& id);
-  bool forget_empty_session();
-  void keep(Session& state, KeyframeRecord&& record);
+  bool forget_session();
+  void take_payload(Session& state, const KeyframeName& name, std::vector<std::uint8_t> payload);
+  [[nodiscard]] bool is_within_quota(Session& state, std::uint32_t robot, std::uint64_t bytes);
+  void keep(Session& state, ReceivedKeyframe&& keyframe);
+  void take(const Committed& committed);
   void mark_damaged(Session& state, std::uint32_t sequence);
+  void count_refused(Session& state);
 
   ReceiverLimits limits_;
+  std::unique_ptr<MemoryStorage> memory_;  ///< unless the storage is the caller's
+  KeyframeStorage* storage_;
+  RobotQuotas quotas_;
   Reassembly reassembly_;
   ReceiverCounters counters_;
   std::map<SessionId, Session> sessions_;
-  std::uint64_t stored_bytes_ = 0;
   std::uint64_t clock_ = 0;
+  std::int64_t now_ns_ = 0;
 };
+
+/// Name of a session whose messages never came: its numbers.
+std::string name_of(const SessionId& id);
 
 /// Sorts by name and id and appends "-2", "-3", ... to names that occur again.
 void sort_and_name(std::vector<SessionData>& sessions);

@@ -1,0 +1,204 @@
+#include "ports/store/keyframe_store.hpp"
+
+#include <chrono>
+#include <utility>
+
+#include "ports/store/session_key.hpp"
+#include "unimapper/wire/checksum.hpp"
+
+namespace unimapper::store {
+
+namespace {
+
+std::int64_t wall_clock_s() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::seconds>(now).count();
+}
+
+}  // namespace
+
+KeyframeStore::KeyframeStore(const std::filesystem::path& folder, const StoreOptions& options)
+    : options_(options),
+      lock_(folder),
+      database_(open_for_writing(folder)),
+      insert_session_(database_,
+                      "INSERT INTO sessions (identity, robot, first_stored_s) VALUES (?, ?, ?) "
+                      "ON CONFLICT DO NOTHING"),
+      update_session_(database_,
+                      "UPDATE sessions SET ended = ?, announced = ?, dropped = ?, "
+                      "name = coalesce(?, name), sensor = coalesce(?, sensor) WHERE identity = ?"),
+      insert_keyframe_(database_,
+                       "INSERT INTO keyframes (session, sequence, stamp_ns, crc32, bytes) "
+                       "SELECT id, ?, ?, ?, ? FROM sessions WHERE identity = ? "
+                       "ON CONFLICT DO NOTHING"),
+      count_keyframe_(database_,
+                      "UPDATE sessions SET keyframes = keyframes + 1, bytes = bytes + ? "
+                      "WHERE identity = ?"),
+      find_session_(database_,
+                    "SELECT id, name, sensor, ended, announced, dropped FROM sessions "
+                    "WHERE identity = ?"),
+      find_sequences_(database_,
+                      "SELECT sequence FROM keyframes WHERE session = ? ORDER BY sequence"),
+      health_history_(database_) {
+  if (options_.max_bytes > 0) {
+    const std::uint64_t page = database_.number("PRAGMA page_size");
+    database_.run("PRAGMA max_page_count = " + std::to_string(1 + options_.max_bytes / page));
+  }
+  load_usage();
+}
+
+void KeyframeStore::load_usage() {
+  Statement rows(database_, "SELECT robot, COUNT(*), SUM(bytes) FROM sessions GROUP BY robot");
+  while (rows.step()) {
+    usage_.push_back({static_cast<std::uint32_t>(rows.number(0)),
+                      static_cast<std::uint64_t>(rows.number(1)),
+                      static_cast<std::uint64_t>(rows.number(2))});
+  }
+}
+
+bool KeyframeStore::is_idle() const {
+  return waiting_.empty() && summaries_.empty() && health_.empty();
+}
+
+wire::KeyframeStorage::Taken KeyframeStore::keep(wire::ReceivedKeyframe&& keyframe) {
+  const std::uint64_t bytes = keyframe.bytes.size();
+  if (waiting_bytes_ + bytes > options_.max_waiting_bytes) return Taken::kNoRoom;
+  if (is_idle()) waits_since_ns_ = now_ns_;
+  const KeyframeRecord& record = keyframe.record;
+  waiting_.push_back(
+      {{record.session, record.sequence}, record.scans.back().stamp_ns, std::move(keyframe.bytes)});
+  waiting_bytes_ += bytes;
+  return Taken::kWaiting;
+}
+
+void KeyframeStore::keep(const wire::SessionSummary& summary) {
+  if (is_idle()) waits_since_ns_ = now_ns_;
+  summaries_[summary.id] = summary;
+}
+
+void KeyframeStore::keep(const wire::HealthMessage& health) {
+  if (is_idle()) waits_since_ns_ = now_ns_;
+  health_[health.session] = health;
+}
+
+wire::Committed KeyframeStore::commit_due(std::int64_t now_ns) {
+  now_ns_ = now_ns;
+  const bool is_due = waiting_.size() >= options_.batch_keyframes ||
+                      waiting_bytes_ >= options_.batch_bytes ||
+                      now_ns - waits_since_ns_ >= options_.batch_interval_ns;
+  const bool may_try = !is_failing_ || now_ns >= retry_at_ns_;
+  return is_due && may_try ? commit(now_ns) : wire::Committed();
+}
+
+wire::Committed KeyframeStore::commit_all(std::int64_t now_ns) { return commit(now_ns); }
+
+wire::Committed KeyframeStore::commit(std::int64_t now_ns) {
+  wire::Committed committed;
+  if (is_idle()) return committed;
+  try {
+    write_batch();
+  } catch (const StoreError& error) {
+    is_failing_ = true;
+    retry_at_ns_ = now_ns + options_.retry_interval_ns;
+    trouble_ = error.what();
+    ++counters_.failed_commits;
+    return committed;
+  }
+  is_failing_ = false;
+  trouble_.clear();
+  ++counters_.commits;
+  for (Waiting& keyframe : waiting_) committed.keyframes.push_back(keyframe.name);
+  for (auto& [id, summary] : summaries_) committed.sessions.push_back(std::move(summary));
+  waiting_.clear();
+  waiting_bytes_ = 0;
+  summaries_.clear();
+  health_.clear();
+  return committed;
+}
+
+/// One transaction; on failure nothing of it is stored.
+void KeyframeStore::write_batch() {
+  const std::int64_t now_s = wall_clock_s();
+  StoreCounters counted = counters_;
+  try {
+    database_.run("BEGIN IMMEDIATE");
+    for (const Waiting& keyframe : waiting_) {
+      if (write_keyframe(keyframe, now_s)) {
+        ++counted.keyframes;
+        counted.bytes += keyframe.bytes.size();
+      } else {
+        ++counted.repeated;
+      }
+    }
+    for (const auto& [id, summary] : summaries_) write_summary(summary, now_s);
+    for (const auto& [id, health] : health_) health_history_.keep(health, now_s);
+    database_.run("COMMIT");
+  } catch (const StoreError&) {
+    if (database_.is_in_transaction()) {
+      try {
+        database_.run("ROLLBACK");
+      } catch (const StoreError&) {
+        // SQLite rolls back by itself before the next transaction.
+      }
+    }
+    throw;
+  }
+  counters_ = counted;
+}
+
+bool KeyframeStore::write_keyframe(const Waiting& keyframe, std::int64_t now_s) {
+  const std::vector<std::uint8_t> key = to_key(keyframe.name.session);
+  insert_session_.bind(key, std::int64_t{keyframe.name.session.robot}, now_s).run();
+  insert_keyframe_
+      .bind(std::int64_t{keyframe.name.sequence}, keyframe.stamp_ns,
+            std::int64_t{wire::crc32(keyframe.bytes)}, keyframe.bytes, key)
+      .run();
+  if (database_.changes() == 0) return false;
+  count_keyframe_.bind(to_integer(keyframe.bytes.size()), key).run();
+  return true;
+}
+
+void KeyframeStore::write_summary(const wire::SessionSummary& summary, std::int64_t now_s) {
+  const std::vector<std::uint8_t> key = to_key(summary.id);
+  insert_session_.bind(key, std::int64_t{summary.id.robot}, now_s).run();
+  const std::int64_t ended = summary.ended ? 1 : 0;
+  if (summary.info) {
+    update_session_.bind(ended, to_integer(summary.announced),
+                         to_integer(summary.dropped_by_sender), summary.info->name,
+                         summary.info->sensor, key);
+  } else {
+    update_session_.bind(ended, to_integer(summary.announced),
+                         to_integer(summary.dropped_by_sender), nullptr, nullptr, key);
+  }
+  update_session_.run();
+}
+
+std::optional<wire::StoredSession> KeyframeStore::find(const SessionId& id) {
+  wire::StoredSession session;
+  session.summary.id = id;
+  const auto newer = summaries_.find(id);
+  try {
+    const std::vector<std::uint8_t> key = to_key(id);
+    find_session_.bind(key);
+    if (!find_session_.step()) return session;
+    const std::int64_t row = find_session_.number(0);
+    if (!find_session_.is_null(1)) {
+      session.summary.info = SessionInfo{id, find_session_.text(1), find_session_.text(2)};
+    }
+    session.summary.ended = find_session_.number(3) != 0;
+    session.summary.announced = static_cast<std::uint64_t>(find_session_.number(4));
+    session.summary.dropped_by_sender = static_cast<std::uint64_t>(find_session_.number(5));
+    find_session_.reset();
+    find_sequences_.bind(row);
+    while (find_sequences_.step()) {
+      session.keyframes.insert(static_cast<std::uint32_t>(find_sequences_.number(0)));
+    }
+  } catch (const StoreError& error) {
+    trouble_ = error.what();
+    return std::nullopt;
+  }
+  if (newer != summaries_.end()) session.summary = newer->second;
+  return session;
+}
+
+}  // namespace unimapper::store

@@ -1,0 +1,152 @@
+#include "ports/store/store_file.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <system_error>
+
+namespace unimapper::store {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// "UMST": in the header of every store's database.
+constexpr std::int64_t kApplicationId = 0x554D5354;
+
+/// What brings a database from one schema to the next.
+constexpr std::array<const char*, kSchemaVersion> kSteps = {R"(
+CREATE TABLE sessions (
+  id INTEGER PRIMARY KEY,
+  identity BLOB NOT NULL UNIQUE,
+  robot INTEGER NOT NULL,
+  name TEXT,
+  sensor TEXT,
+  ended INTEGER NOT NULL DEFAULT 0,
+  announced INTEGER NOT NULL DEFAULT 0,
+  dropped INTEGER NOT NULL DEFAULT 0,
+  keyframes INTEGER NOT NULL DEFAULT 0,
+  bytes INTEGER NOT NULL DEFAULT 0,
+  first_stored_s INTEGER NOT NULL
+) STRICT;
+CREATE TABLE keyframes (
+  session INTEGER NOT NULL REFERENCES sessions (id),
+  sequence INTEGER NOT NULL,
+  stamp_ns INTEGER NOT NULL,
+  crc32 INTEGER NOT NULL,
+  bytes BLOB NOT NULL,
+  PRIMARY KEY (session, sequence)
+) STRICT;
+CREATE TABLE health (
+  session INTEGER NOT NULL REFERENCES sessions (id),
+  slot INTEGER NOT NULL,
+  received_s INTEGER NOT NULL,
+  scans INTEGER NOT NULL,
+  keyframes INTEGER NOT NULL,
+  points_in INTEGER NOT NULL,
+  bytes_sent INTEGER NOT NULL,
+  deadline_misses INTEGER NOT NULL,
+  details TEXT NOT NULL,
+  PRIMARY KEY (session, slot)
+) STRICT, WITHOUT ROWID;
+)"};
+
+std::string reason() { return std::strerror(errno); }
+
+/// The schema's number, 0 of a new database. Throws StoreError for what is no store of ours.
+std::int64_t schema_of(Database& database) {
+  const std::string file = database.file().string();
+  // The first read: whatever is no database shows here.
+  const std::int64_t objects = database.number("SELECT COUNT(*) FROM sqlite_master");
+  const std::int64_t schema = database.number("PRAGMA user_version");
+  if (objects == 0 && schema == 0) return 0;
+  if (database.number("PRAGMA application_id") != kApplicationId) {
+    throw StoreError(file + ": is a database, but no store of Uni-Mapper");
+  }
+  if (schema > kSchemaVersion) {
+    throw StoreError(file + ": was written by a newer version of Uni-Mapper (schema " +
+                     std::to_string(schema) + ", this version knows " +
+                     std::to_string(kSchemaVersion) + ")");
+  }
+  return schema;
+}
+
+/// Each step whole or not at all.
+void migrate(Database& database, std::int64_t schema) {
+  for (auto step = static_cast<std::size_t>(schema); step < kSteps.size(); ++step) {
+    database.run(std::string("BEGIN IMMEDIATE;") + kSteps[step] +
+                 "PRAGMA application_id = " + std::to_string(kApplicationId) +
+                 ";PRAGMA user_version = " + std::to_string(step + 1) + ";COMMIT");
+  }
+}
+
+}  // namespace
+
+fs::path database_of(const fs::path& folder) { return folder / "store.sqlite"; }
+
+bool is_store(const fs::path& path) {
+  std::error_code error;
+  return fs::exists(database_of(path), error);
+}
+
+StoreLock::StoreLock(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw StoreError(folder.string() + ": cannot be made: " + error.message());
+  const fs::path file = folder / "lock";
+  descriptor_ = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (descriptor_ < 0) throw StoreError(file.string() + ": cannot be opened: " + reason());
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0) {
+    // For whoever finds it locked; a full disk is no obstacle.
+    const std::string text = std::to_string(getpid()) + "\n";
+    if (ftruncate(descriptor_, 0) != 0 || write(descriptor_, text.data(), text.size()) < 0) return;
+    return;
+  }
+  const bool is_held = errno == EWOULDBLOCK;
+  const std::string why = reason();
+  close(descriptor_);
+  if (!is_held) throw StoreError(file.string() + ": cannot be locked: " + why);
+  std::string holder;
+  std::ifstream(file) >> holder;
+  throw StoreError(folder.string() + ": another base writes to this store" +
+                   (holder.empty() ? "" : " (process " + holder + ")"));
+}
+
+StoreLock::~StoreLock() { close(descriptor_); }
+
+Database open_for_writing(const fs::path& folder) {
+  Database database(database_of(folder), Access::kWrite);
+  const std::int64_t schema = schema_of(database);
+  // The size of a page takes effect in a new database only.
+  database.run(
+      "PRAGMA page_size = 8192;"
+      "PRAGMA journal_mode = WAL;"
+      "PRAGMA synchronous = FULL;"
+      "PRAGMA foreign_keys = ON;"
+      "PRAGMA cache_size = -4096;"
+      "PRAGMA wal_autocheckpoint = 1000;"
+      "PRAGMA journal_size_limit = 16777216");
+  migrate(database, schema);
+  return database;
+}
+
+Database open_for_reading(const fs::path& folder) {
+  const fs::path file = database_of(folder);
+  std::error_code error;
+  if (!fs::exists(file, error)) throw StoreError(folder.string() + ": is no store");
+  Database database(file, Access::kRead);
+  const std::int64_t schema = schema_of(database);
+  if (schema < kSchemaVersion) {
+    throw StoreError(file.string() + ": has no tables of this version yet (schema " +
+                     std::to_string(schema) + "); `unimapper base` brings it to schema " +
+                     std::to_string(kSchemaVersion));
+  }
+  return database;
+}
+
+}  // namespace unimapper::store

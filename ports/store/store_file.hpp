@@ -1,0 +1,41 @@
+// Files of a store: their names, their lock, their schema.
+#pragma once
+
+#include <filesystem>
+
+#include "ports/store/database.hpp"
+
+namespace unimapper::store {
+
+/// The schema this version writes; docs/base.md describes it.
+inline constexpr int kSchemaVersion = 1;
+
+/// The database of the store in `folder`.
+std::filesystem::path database_of(const std::filesystem::path& folder);
+
+/// Whether `path` is a folder with a store's database in it, sound or not.
+bool is_store(const std::filesystem::path& path);
+
+/// The right to write to a store, held until destruction or the end of the process, however it
+/// ends. Readers need none.
+class StoreLock {
+ public:
+  /// Makes the folder if it is absent. Throws StoreError if another process holds the lock.
+  explicit StoreLock(const std::filesystem::path& folder);
+  ~StoreLock();
+  StoreLock(const StoreLock&) = delete;
+  StoreLock& operator=(const StoreLock&) = delete;
+
+ private:
+  int descriptor_ = -1;
+};
+
+/// Opens a store's database for writing; a new one gets its tables, one of an older schema is
+/// brought to the present one. Throws StoreError for a file that is no store, that a newer version
+/// wrote, or that is damaged.
+Database open_for_writing(const std::filesystem::path& folder);
+
+/// The same for reading: nothing is changed, an older schema is refused.
+Database open_for_reading(const std::filesystem::path& folder);
+
+}  // namespace unimapper::store

@@ -1,0 +1,115 @@
+#include "ports/store/store_reader.hpp"
+
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "ports/store/session_key.hpp"
+#include "ports/store/store_file.hpp"
+#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/keyframe_codec.hpp"
+#include "unimapper/wire/receiver.hpp"
+
+namespace unimapper::store {
+
+StoreReader::StoreReader(const std::filesystem::path& folder)
+    : database_(open_for_reading(folder)) {}
+
+std::vector<SessionListing> StoreReader::sessions() {
+  Statement rows(
+      database_,
+      "SELECT id, identity, name, sensor, ended, announced, dropped, keyframes, bytes, "
+      "first_stored_s, "
+      "(SELECT stamp_ns FROM keyframes WHERE session = id ORDER BY sequence LIMIT 1), "
+      "(SELECT stamp_ns FROM keyframes WHERE session = id ORDER BY sequence DESC LIMIT 1), "
+      "(SELECT COUNT(*) FROM health WHERE session = id) FROM sessions ORDER BY id");
+  std::vector<SessionListing> sessions;
+  std::set<std::string> taken;
+  while (rows.step()) {
+    SessionListing& session = sessions.emplace_back();
+    session.row = rows.number(0);
+    const std::optional<SessionId> id = from_key(rows.bytes(1));
+    if (!id) {
+      throw StoreError(database_.file().string() + ": session " + std::to_string(session.row) +
+                       " has an identity that is none");
+    }
+    session.info = {*id, wire::name_of(*id), {}};
+    if (!rows.is_null(2)) session.info = {*id, rows.text(2), rows.text(3)};
+    session.ended = rows.number(4) != 0;
+    session.announced = static_cast<std::uint64_t>(rows.number(5));
+    session.dropped_by_sender = static_cast<std::uint64_t>(rows.number(6));
+    session.keyframes = static_cast<std::uint64_t>(rows.number(7));
+    session.bytes = static_cast<std::uint64_t>(rows.number(8));
+    session.first_stored_s = rows.number(9);
+    session.first_stamp_ns = rows.number(10);
+    session.last_stamp_ns = rows.number(11);
+    session.health_rows = static_cast<std::uint64_t>(rows.number(12));
+    const std::string name = session.info.name;
+    for (int number = 2; !taken.insert(session.info.name).second; ++number) {
+      session.info.name = name + "-" + std::to_string(number);
+    }
+  }
+  return sessions;
+}
+
+void StoreReader::for_each_keyframe(const SessionListing& session,
+                                    const std::function<void(StoredKeyframe&&)>& take) {
+  Statement rows(database_,
+                 "SELECT sequence, crc32, bytes FROM keyframes WHERE session = ? "
+                 "ORDER BY sequence");
+  rows.bind(session.row);
+  while (rows.step()) {
+    StoredKeyframe keyframe;
+    keyframe.sequence = static_cast<std::uint32_t>(rows.number(0));
+    const auto bytes = rows.bytes(2);
+    keyframe.bytes.assign(bytes.begin(), bytes.end());
+    keyframe.is_sound = std::int64_t{wire::crc32(keyframe.bytes)} == rows.number(1);
+    take(std::move(keyframe));
+  }
+}
+
+SessionData StoreReader::read(const SessionListing& session) {
+  SessionData data;
+  data.info = session.info;
+  data.complete = session.ended;
+  data.keyframes_missing = session.missing();
+  data.keyframes.reserve(session.keyframes);
+  for_each_keyframe(session, [&](StoredKeyframe&& keyframe) {
+    wire::DecodedKeyframe decoded;
+    if (keyframe.is_sound) decoded = wire::decode_keyframe(keyframe.bytes);
+    if (decoded.record) {
+      data.keyframes.push_back(std::move(*decoded.record));
+    } else {
+      ++data.keyframes_damaged;
+    }
+  });
+  return data;
+}
+
+std::vector<std::string> StoreReader::check() {
+  std::vector<std::string> faults;
+  Statement pages(database_, "PRAGMA integrity_check");
+  while (pages.step()) {
+    if (pages.text(0) != "ok") faults.push_back(pages.text(0));
+  }
+  for (const SessionListing& session : sessions()) {
+    std::uint64_t keyframes = 0;
+    std::uint64_t bytes = 0;
+    for_each_keyframe(session, [&](StoredKeyframe&& keyframe) {
+      ++keyframes;
+      bytes += keyframe.bytes.size();
+      if (!keyframe.is_sound) {
+        faults.push_back("keyframe " + std::to_string(keyframe.sequence) + " of " +
+                         session.info.name + " fails its checksum");
+      }
+    });
+    if (keyframes != session.keyframes || bytes != session.bytes) {
+      faults.push_back(session.info.name + " has " + std::to_string(keyframes) + " keyframes of " +
+                       std::to_string(bytes) + " bytes, its row says " +
+                       std::to_string(session.keyframes) + " of " + std::to_string(session.bytes));
+    }
+  }
+  return faults;
+}
+
+}  // namespace unimapper::store

@@ -1,0 +1,62 @@
+// Reader of stored sessions.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "ports/store/database.hpp"
+#include "unimapper/core/keyframe_record.hpp"
+#include "unimapper/wire/keyframe_storage.hpp"
+
+namespace unimapper::store {
+
+/// A session of a store, without its keyframes.
+struct SessionListing {
+  std::int64_t row = 0;                 ///< its number in the store, in order of arrival
+  SessionInfo info;                     ///< names; "-2", "-3", ... where a name occurs again
+  bool ended = false;                   ///< its end was announced
+  std::uint64_t announced = 0;          ///< keyframes made, as far as known
+  std::uint64_t dropped_by_sender = 0;  ///< of which the robot sent none
+  std::uint64_t keyframes = 0;          ///< stored
+  std::uint64_t bytes = 0;              ///< of these, as encoded
+  std::int64_t first_stored_s = 0;      ///< when its first keyframe was stored, Unix time
+  std::int64_t first_stamp_ns = 0;      ///< of the first keyframe stored
+  std::int64_t last_stamp_ns = 0;       ///< of the last one
+  std::uint64_t health_rows = 0;        ///< of the history of its health
+
+  /// Keyframes that were made and are not stored.
+  [[nodiscard]] std::uint64_t missing() const {
+    return announced - (announced < keyframes ? announced : keyframes);
+  }
+};
+
+/// A keyframe as it is stored.
+struct StoredKeyframe {
+  std::uint32_t sequence = 0;       ///< of the keyframe within its session
+  std::vector<std::uint8_t> bytes;  ///< as the robot encoded it
+  bool is_sound = false;            ///< its checksum is the one it was stored with
+};
+
+/// Reads a store, also while a base writes to it. Not thread safe; all functions throw StoreError.
+class StoreReader {
+ public:
+  explicit StoreReader(const std::filesystem::path& folder);
+
+  /// All sessions in order of arrival.
+  std::vector<SessionListing> sessions();
+  /// Hands over a session's keyframes in ascending sequence, one at a time.
+  void for_each_keyframe(const SessionListing& session,
+                         const std::function<void(StoredKeyframe&&)>& take);
+  /// A session with its keyframes decoded; those that are damaged are counted and left out.
+  SessionData read(const SessionListing& session);
+  /// Checks the whole database and every checksum, in words what is wrong. O(size of the store).
+  std::vector<std::string> check();
+
+ private:
+  Database database_;
+};
+
+}  // namespace unimapper::store

@@ -1,0 +1,269 @@
+// Tests of the durable store: idempotence, restart, schema, locks.
+#include <sqlite3.h>
+
+#include <catch2/catch.hpp>
+#include <fstream>
+
+#include "ports/store/session_key.hpp"
+#include "tests/ports/store/base.hpp"
+#include "tests/temporary_directory.hpp"
+#include "tests/wire/whole_session.hpp"
+
+using namespace unimapper;
+using namespace unimapper::store;
+using namespace unimapper::store::store_test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+const SessionInfo kAlpha{{1, 0xFEDCBA9876543210ULL}, "alpha", "os2-128"};
+const SessionInfo kBeta{{0xFFFFFFFF, 22}, "beta", "vlp-16"};
+
+/// Runs statements on a database, whatever it is.
+void run(const std::filesystem::path& file, const std::string& statements) {
+  Database(file, Access::kWrite).run(statements);
+}
+
+}  // namespace
+
+TEST_CASE("an identity is the same after its way through bytes") {
+  for (const SessionId& id : {SessionId{}, kAlpha.id, kBeta.id}) CHECK(from_key(to_key(id)) == id);
+  CHECK_FALSE(from_key(std::vector<std::uint8_t>(3)));
+}
+
+TEST_CASE("sessions come out of a store as they arrived") {
+  const TemporaryDirectory folder;
+  {
+    Base base(folder.path());
+    base.feed(wire_test::session_stream(kAlpha, 5));
+    base.feed(wire_test::session_stream(kBeta, 3));
+    base.advance();
+    CHECK(base.acknowledged() == std::map<SessionId, std::uint64_t>{{kAlpha.id, 5}, {kBeta.id, 3}});
+    CHECK(base.store.counters().keyframes == 8);
+    CHECK(base.store.trouble().empty());
+  }
+  StoreReader reader(folder.path());
+  const std::vector<SessionListing> sessions = reader.sessions();
+  REQUIRE(sessions.size() == 2);
+  wire_test::check_whole(reader.read(sessions[0]), kAlpha, 5);
+  wire_test::check_whole(reader.read(sessions[1]), kBeta, 3);
+  CHECK(sessions[0].first_stamp_ns == wire_test::keyframe_of(kAlpha.id, 0).scans.back().stamp_ns);
+  CHECK(sessions[0].last_stamp_ns == wire_test::keyframe_of(kAlpha.id, 4).scans.back().stamp_ns);
+  CHECK(reader.check().empty());
+}
+
+TEST_CASE("the same keyframes once more change nothing, across restarts") {
+  const TemporaryDirectory folder;
+  for (int round = 0; round < 3; ++round) {
+    Base base(folder.path());
+    base.feed(wire_test::session_stream(kAlpha, 4));
+    base.advance();
+    CHECK(base.acknowledged().at(kAlpha.id) == 4);
+    CHECK(base.store.counters().keyframes == (round == 0 ? 4 : 0));
+  }
+  CHECK(stored_bytes(folder.path()).size() == 4);
+}
+
+TEST_CASE("a store that is handed what it has leaves it as it is") {
+  const TemporaryDirectory folder;
+  KeyframeStore store(folder.path(), impatient());
+  const auto received = [](std::uint32_t cells) {
+    wire::ReceivedKeyframe keyframe;
+    keyframe.record = wire_test::keyframe_of(kAlpha.id, 7, cells);
+    keyframe.bytes = wire::encode_keyframe(keyframe.record);
+    return keyframe;
+  };
+  const std::vector<std::uint8_t> first = received(50).bytes;
+  for (const std::uint32_t cells : {50U, 80U, 90U}) {
+    (void)store.keep(received(cells));
+    CHECK(store.commit_all(1).keyframes.size() == 1);  // it is stored
+  }
+  CHECK(store.counters().keyframes == 1);
+  CHECK(store.counters().repeated == 2);
+  const auto stored = stored_bytes(folder.path());
+  REQUIRE(stored.size() == 1);
+  CHECK(stored.begin()->second == first);
+  CHECK(StoreReader(folder.path()).check().empty());
+}
+
+TEST_CASE("keyframes that wait are committed together, after a while or when they are many") {
+  const TemporaryDirectory folder;
+  StoreOptions options;
+  options.batch_keyframes = 4;
+  options.batch_interval_ns = 3 * kSecondNs;
+  Base base(folder.path(), options);
+  base.advance();
+  for (std::uint32_t sequence = 0; sequence < 3; ++sequence) base.feed(kAlpha.id, sequence);
+  base.advance();
+  CHECK(base.store.waiting() == 3);
+  CHECK(base.store.counters().commits == 0);
+  base.feed(kAlpha.id, 3);
+  CHECK(base.store.waiting() == 0);
+  CHECK(base.store.counters().commits == 1);
+  base.feed(kAlpha.id, 4);
+  base.advance();
+  CHECK(base.store.waiting() == 1);
+  base.advance();
+  base.advance();
+  CHECK(base.store.waiting() == 0);
+  base.feed(kAlpha.id, 5);
+  base.receiver.store_all();
+  CHECK(base.store.waiting() == 0);
+  CHECK(stored_bytes(folder.path()).size() == 6);
+}
+
+TEST_CASE("what waits for the disk is bounded") {
+  const TemporaryDirectory folder;
+  StoreOptions options;
+  options.batch_interval_ns = 100 * kSecondNs;
+  const std::uint64_t bytes = wire::encode_keyframe(wire_test::keyframe_of(kAlpha.id, 0)).size();
+  options.max_waiting_bytes = bytes + 10;
+  Base base(folder.path(), options);
+  base.feed(kAlpha.id, 0);
+  base.feed(kAlpha.id, 1);
+  CHECK(base.store.waiting() == 1);
+  CHECK(base.receiver.counters().refused == 1);
+}
+
+TEST_CASE("two sessions of one name are told apart, and a nameless one has its numbers") {
+  const TemporaryDirectory folder;
+  Base base(folder.path());
+  SessionInfo twin = kAlpha;
+  twin.id.session = 5;
+  base.feed(wire_test::session_stream(kAlpha, 1));
+  base.feed(wire_test::session_stream(twin, 2));
+  base.feed({3, 4}, 0);
+  base.advance();
+  base.receiver.store_all();
+  std::map<std::string, std::uint64_t> keyframes;
+  for (const SessionListing& session : StoreReader(folder.path()).sessions()) {
+    keyframes[session.info.name] = session.keyframes;
+  }
+  CHECK(keyframes ==
+        std::map<std::string, std::uint64_t>{{"alpha", 1}, {"alpha-2", 2}, {"robot3_session4", 1}});
+}
+
+TEST_CASE("a reader sees what is committed while the base writes on") {
+  const TemporaryDirectory folder;
+  Base base(folder.path());
+  base.feed(kAlpha.id, 0);
+  base.advance();
+  StoreReader reader(folder.path());
+  CHECK(reader.sessions().at(0).keyframes == 1);
+  base.feed(kAlpha.id, 1);
+  CHECK(reader.sessions().at(0).keyframes == 1);
+  base.advance();
+  CHECK(reader.sessions().at(0).keyframes == 2);
+}
+
+TEST_CASE("a second base on the same store is refused, a reader is not") {
+  const TemporaryDirectory folder;
+  {
+    const Base base(folder.path());
+    CHECK_THROWS_WITH(KeyframeStore(folder.path()),
+                      Contains("another base writes to this store (process ") &&
+                          Contains(folder.path().string()));
+    CHECK(StoreReader(folder.path()).sessions().empty());
+  }
+  CHECK_NOTHROW(KeyframeStore(folder.path()));
+}
+
+TEST_CASE("what is no store of this version is refused in words and left as it is") {
+  const TemporaryDirectory folder;
+  const std::filesystem::path file = database_of(folder.path());
+  SECTION("a newer schema") {
+    KeyframeStore(folder.path());  // NOLINT(bugprone-unused-raii): makes it
+    run(file, "PRAGMA user_version = 99");
+    CHECK_THROWS_WITH(KeyframeStore(folder.path()),
+                      Contains("newer version of Uni-Mapper (schema 99, this version knows 1)"));
+    CHECK_THROWS_WITH(StoreReader(folder.path()), Contains("schema 99"));
+  }
+  SECTION("another program's database") {
+    run(file, "CREATE TABLE mail (text TEXT); INSERT INTO mail VALUES ('hello')");
+    CHECK_THROWS_WITH(KeyframeStore(folder.path()), Contains("no store of Uni-Mapper"));
+    CHECK_THROWS_WITH(StoreReader(folder.path()), Contains("no store of Uni-Mapper"));
+    CHECK(Database(file, Access::kRead).number("SELECT COUNT(*) FROM mail") == 1);
+  }
+  SECTION("no database") {
+    std::ofstream(file) << std::string(10000, 'x');
+    CHECK_THROWS_WITH(KeyframeStore(folder.path()), Contains("store.sqlite") && Contains("not a"));
+    CHECK_THROWS_WITH(StoreReader(folder.path()), Contains("not a database"));
+  }
+  SECTION("no store at all") {
+    CHECK_FALSE(is_store(folder.path()));
+    CHECK_THROWS_WITH(StoreReader(folder.path()), Contains("is no store"));
+  }
+  SECTION("a file where the folder should be") {
+    const std::filesystem::path taken = folder.write("taken", "text");
+    CHECK_THROWS_WITH(KeyframeStore(taken), Contains("taken"));
+  }
+}
+
+TEST_CASE("a damaged store is refused or says what is damaged") {
+  const TemporaryDirectory folder;
+  const std::filesystem::path file = database_of(folder.path());
+  {
+    Base base(folder.path());
+    base.feed(wire_test::session_stream(kAlpha, 6));
+    base.advance();
+  }
+  SECTION("pages overwritten: the tables are gone") {
+    std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+    stream.seekp(8192);
+    stream << std::string(5 * 8192, '\xA5');
+    stream.close();
+    CHECK_THROWS_WITH(KeyframeStore(folder.path()), Contains("malformed"));
+    CHECK_THROWS_WITH(StoreReader(folder.path()).sessions(), Contains("malformed"));
+  }
+  SECTION("cut off") {
+    std::filesystem::resize_file(file, 3 * 8192);
+    CHECK_THROWS_WITH(
+        [&] {
+          StoreReader reader(folder.path());
+          for (const SessionListing& session : reader.sessions()) (void)reader.read(session);
+        }(),
+        Contains("malformed"));
+  }
+  SECTION("bytes of a keyframe changed: it is left out and counted") {
+    run(file, "UPDATE keyframes SET bytes = zeroblob(length(bytes)) WHERE sequence = 2");
+    StoreReader reader(folder.path());
+    const SessionData session = reader.read(reader.sessions().at(0));
+    CHECK(session.keyframes.size() == 5);
+    CHECK(session.keyframes_damaged == 1);
+    const std::vector<std::string> faults = reader.check();
+    REQUIRE(faults.size() == 1);
+    CHECK(faults[0] == "keyframe 2 of alpha fails its checksum");
+  }
+}
+
+TEST_CASE("the history of health is bounded, the latest of each minute") {
+  const TemporaryDirectory folder;
+  Base base(folder.path());
+  base.feed(wire_test::session_stream(kAlpha, 1));
+  base.advance();
+  {
+    Database database(database_of(folder.path()), Access::kWrite);
+    HealthHistory history(database);
+    wire::HealthMessage health;
+    health.session = kAlpha.id;
+    health.stages.push_back({"ground\tplane", 1.5F, 2.0F, 3.0F});
+    database.run("BEGIN");
+    for (std::int64_t minute = 0; minute < 1000; ++minute) {
+      for (const std::int64_t second : {0, 59}) {
+        health.scans = static_cast<std::uint64_t>(60 * minute + second);
+        history.keep(health, 60 * minute + second);
+      }
+    }
+    health.session = kBeta.id;  // not stored
+    history.keep(health, 0);
+    database.run("COMMIT");
+    CHECK(database.number("SELECT COUNT(*) FROM health") == kHealthRows);
+    CHECK(database.number("SELECT MIN(scans) FROM health") == 60 * 400 + 59);
+    CHECK(database.number("SELECT MAX(received_s) FROM health") == 60 * 999 + 59);
+    CHECK(database.number("SELECT COUNT(*) FROM health WHERE details = "
+                          "'stage' || char(9) || 'ground plane' || char(9) || '1.500' || char(9) "
+                          "|| '2.000' || char(9) || '3.000' || char(10)") == kHealthRows);
+  }
+  CHECK(StoreReader(folder.path()).sessions().at(0).health_rows ==
+        static_cast<std::uint64_t>(kHealthRows));
+}
