@@ -84,6 +84,7 @@ class Watch {
   std::optional<ListenEnd> over(const std::vector<wire::SessionProgress>& sessions,
                                 Clock::time_point now) {
     if (options_.stop && options_.stop()) return ListenEnd::kStopped;
+    if (options_.sessions_expected == 0) return std::nullopt;
     const auto ended =
         std::count_if(sessions.begin(), sessions.end(),
                       [](const wire::SessionProgress& s) { return s.ended && s.received > 0; });
@@ -209,7 +210,16 @@ ListenResult listen(const ListenOptions& options) {
   };
   tell(buffer_warning(url));
 
-  Receiver receiver(options.limits);
+  Receiver receiver = options.storage == nullptr ? Receiver(options.limits)
+                                                 : Receiver(options.limits, *options.storage);
+  const auto tell_status = [&] {
+    const std::vector<wire::SessionProgress> sessions = receiver.progress();
+    if (options.status) {
+      options.status(sessions, receiver.counters());
+    } else {
+      tell(describe(sessions));
+    }
+  };
   Inlet inlet{receiver};
   link->subscribe("UNIMAPPER_.*", &Inlet::on_message, &inlet)->setQueueCapacity(kQueueCapacity);
   tell("listening on " + url);
@@ -219,6 +229,7 @@ ListenResult listen(const ListenOptions& options) {
   for (;;) {
     handle_for(*link, kPollInterval);
     const Clock::time_point now = Clock::now();
+    receiver.advance(std::chrono::nanoseconds(now.time_since_epoch()).count());
     if (now >= next_answer) {
       publish_all(*link, receiver.take_stored());
       next_answer = now + kAnswerInterval;
@@ -226,11 +237,13 @@ ListenResult listen(const ListenOptions& options) {
     if (std::exchange(inlet.heard, false)) watch.on_messages(now);
     const std::vector<wire::SessionProgress> sessions = receiver.progress();
     if (now >= next_progress) {
-      tell(describe(sessions));
+      tell_status();
       next_progress = now + kProgressInterval;
     }
     if (const std::optional<ListenEnd> end = watch.over(sessions, now)) {
-      tell(describe(sessions));
+      receiver.store_all();
+      publish_all(*link, receiver.take_stored());
+      tell_status();
       return {*end, receiver.take_sessions(), receiver.counters()};
     }
   }

@@ -31,7 +31,7 @@ struct ListenOptions {
   /// LCM's name of the network.
   std::string url = "udpm://239.255.76.67:7667?ttl=0";
   /// The listening ends when so many have ended. Sessions without a keyframe do not count: it
-  /// takes 66 bytes to forge one.
+  /// takes 66 bytes to forge one. 0: it does not end by itself, and nothing times out.
   std::size_t sessions_expected = 1;
   /// Ends the listening if nothing arrives for this long, before or after the first message.
   std::chrono::milliseconds first_message_timeout{60000};
@@ -43,11 +43,17 @@ struct ListenOptions {
   /// so once a second.
   std::chrono::milliseconds end_silence{2500};
   ReceiverLimits limits;  ///< what the stream may make the receiver hold
+  /// Where keyframes go, which outlives the listening; memory if null, and then they are in the
+  /// result.
+  wire::KeyframeStorage* storage = nullptr;
   /// Asked ten times a second; true ends the listening. May be empty.
   std::function<bool()> stop;
   /// Told in words once messages can arrive, then once a second, and when something is amiss.
   /// May be empty.
   std::function<void(const std::string&)> progress;
+  /// Told once a second, instead of `progress`, and at the end where every session stands. May be
+  /// empty.
+  std::function<void(const std::vector<wire::SessionProgress>&, const ReceiverCounters&)> status;
 };
 
 enum class ListenEnd : std::uint8_t {
@@ -65,7 +71,7 @@ struct ListenResult {
 };
 
 /// Listens until the expected sessions have ended, and tells their robots five times a second what
-/// has arrived. Blocks. Whatever arrived is in the result,
+/// has been stored. Blocks. Whatever arrived is in the result,
 /// however it ended. Throws LinkError if LCM will not open or breaks.
 ListenResult listen(const ListenOptions& options);
 

@@ -9,6 +9,7 @@ namespace unimapper::apps {
 
 /// Each adds one subcommand with its options to `app`; the work starts in the subcommand's
 /// callback. Callbacks throw std::exception with a sentence for the user on bad input.
+void register_base(CLI::App& app);
 void register_simulate(CLI::App& app);
 void register_onboard(CLI::App& app);
 void register_merge(CLI::App& app);

@@ -10,6 +10,8 @@
 
 #include "ports/datasets/dataset.hpp"
 #include "ports/datasets/readers.hpp"
+#include "ports/store/store_file.hpp"
+#include "src/apps/base/options.hpp"
 #include "src/apps/commands.hpp"
 #include "src/apps/input_options.hpp"
 #include "src/apps/onboard/options.hpp"
@@ -25,6 +27,7 @@ using Json = nlohmann::ordered_json;
 struct InspectOptions {
   OnboardOptions onboard;
   bool json = false;
+  bool check = false;
 };
 
 double rounded(double value) { return std::round(value * 1e3) / 1e3; }
@@ -163,6 +166,9 @@ void print(const Json& json) {
 }
 
 void run_inspect(const InspectOptions& options) {
+  if (store::is_store(options.onboard.dataset)) {
+    return inspect_store(options.onboard.dataset, options.json, options.check);
+  }
   const auto dataset =
       datasets::open_dataset(options.onboard.dataset, open_options(options.onboard));
   const input::Plausibility found =
@@ -181,11 +187,18 @@ void run_inspect(const InspectOptions& options) {
 void register_inspect(CLI::App& app) {
   auto options = std::make_shared<InspectOptions>();
   CLI::App* command = app.add_subcommand(
-      "inspect", "Say what a recording is, what was guessed about it and what is unusual");
-  command->add_option("PATH", options->onboard.dataset, "The recording")->required();
+      "inspect",
+      "Say what a recording is, what was guessed about it and what is unusual; or what a store "
+      "holds");
+  command
+      ->add_option("PATH", options->onboard.dataset,
+                   "The recording, or a store of `unimapper base`")
+      ->required();
   add_open_options(*command, options->onboard.input);
   add_sensor_file_option(*command, options->onboard.sensor_file);
   command->add_flag("--json", options->json, "The same as JSON");
+  command->add_flag("--check", options->check,
+                    "Of a store: read all of it, and say what is damaged");
   command->callback([options] { run_inspect(*options); });
 }
 

@@ -35,6 +35,7 @@ std::string command_line(const MergeOptions& options) {
   if (options.allow_unconnected) line += " --allow-unconnected";
   if (options.replaces) line += " --replace";
   if (!options.mcap.empty()) line += " --mcap " + options.mcap.string();
+  for (const auto& name : options.chosen) line += " --session " + name;
   for (const auto& run : options.stats) line += " --stats " + run.string();
   return line;
 }
@@ -48,7 +49,14 @@ void register_merge(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "merge", "Merge any number of sessions into one static map with one frame");
   command->add_option("RUN", options->runs,
-                      "Run folders written by `unimapper onboard`, or LCM event logs");
+                      "Run folders written by `unimapper onboard`, LCM event logs, or stores of "
+                      "`unimapper base`");
+  command
+      ->add_option("--session", options->chosen,
+                   "Of stores, only sessions of this name, as `unimapper inspect STORE` shows it; "
+                   "may be repeated")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command->add_option("--out", options->out, "Folder for the map");
   command->add_flag("--replace", options->replaces,
                     "Overwrite an earlier map in that folder, and the file of --mcap");

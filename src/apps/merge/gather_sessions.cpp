@@ -1,4 +1,4 @@
-// Sessions from run folders, event logs and live streams.
+// Sessions from run folders, event logs, stores and live streams.
 #include <algorithm>
 #include <iostream>
 #include <set>
@@ -7,6 +7,8 @@
 
 #include "ports/datasets/files.hpp"
 #include "ports/lcm/received_log.hpp"
+#include "ports/store/store_file.hpp"
+#include "ports/store/store_reader.hpp"
 #include "src/apps/merge/listen_options.hpp"
 #include "src/apps/merge/options.hpp"
 #include "unimapper/merge/keyframe_level.hpp"
@@ -79,6 +81,42 @@ std::string runs_below(const fs::path& folder) {
   return text.empty() ? text : "; runs in it:" + text;
 }
 
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// The chosen sessions of a store, all if none is; `known`: the names of all that it has.
+void read_store(const fs::path& path, const std::vector<std::string>& chosen,
+                std::vector<InputSession>& inputs, std::vector<std::string>& known) {
+  store::StoreReader reader(path);
+  std::vector<SessionData> sessions;
+  for (const store::SessionListing& session : reader.sessions()) {
+    known.push_back(session.info.name);
+    if (!chosen.empty() && !contains(chosen, session.info.name)) continue;
+    sessions.push_back(reader.read(session));
+  }
+  if (sessions.empty() && chosen.empty()) {
+    throw std::runtime_error(path.string() + ": has no session");
+  }
+  wire::ReceiverCounters counters;
+  for (const SessionData& session : sessions) {
+    counters.keyframes_damaged += session.keyframes_damaged;
+  }
+  report_losses(path.string(), counters, sessions);
+  for (SessionData& session : sessions) inputs.push_back({std::move(session), {}});
+}
+
+/// Throws if a session was asked for that no store has.
+void require_known(const std::vector<std::string>& chosen, const std::vector<std::string>& known) {
+  std::string names;
+  for (const std::string& name : known) names += (names.empty() ? "" : ", ") + name;
+  for (const std::string& name : chosen) {
+    if (contains(known, name)) continue;
+    throw std::runtime_error("--session names \"" + name + "\", but " +
+                             (names.empty() ? "no store is given" : "the stores have: " + names));
+  }
+}
+
 void read_run(const fs::path& path, std::vector<InputSession>& inputs) {
   std::error_code error;
   if (fs::is_directory(path, error)) {
@@ -111,7 +149,15 @@ void receive_live(const MergeOptions& options, std::vector<InputSession>& inputs
 
 std::vector<InputSession> gather_sessions(const MergeOptions& options) {
   std::vector<InputSession> inputs;
-  for (const auto& run : options.runs) read_run(run, inputs);
+  std::vector<std::string> known;
+  for (const auto& run : options.runs) {
+    if (store::is_store(run)) {
+      read_store(run, options.chosen, inputs, known);
+    } else {
+      read_run(run, inputs);
+    }
+  }
+  require_known(options.chosen, known);
   if (!options.listen.empty()) receive_live(options, inputs);
   if (inputs.empty()) throw std::runtime_error("no session arrived");
   for (auto& input : inputs) input.data.info.name = file_safe(input.data.info.name);

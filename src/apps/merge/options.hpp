@@ -14,7 +14,8 @@
 namespace unimapper::apps {
 
 struct MergeOptions {
-  std::vector<std::filesystem::path> runs;  ///< run folders or LCM event logs
+  std::vector<std::filesystem::path> runs;  ///< run folders, LCM event logs or stores
+  std::vector<std::string> chosen;          ///< sessions of stores, by name; empty: all
   std::filesystem::path out;
   std::string listen;        ///< LCM URL; empty: do not listen
   std::size_t sessions = 1;  ///< sessions to wait for when listening

@@ -6,6 +6,7 @@
 #include "ports/events/event_text.hpp"
 #include "ports/lcm/received_log.hpp"
 #include "ports/shared_memory/reader.hpp"
+#include "ports/store/store_reader.hpp"
 #include "unimapper/evaluate/trajectory.hpp"
 
 using namespace unimapper;
@@ -21,6 +22,11 @@ int main() {
     (void)datasets::open_dataset("/nonexistent");
   } catch (const std::exception& error) {
     std::printf("datasets: %s\n", error.what());
+  }
+  try {
+    (void)store::StoreReader("/nonexistent");
+  } catch (const std::exception& error) {
+    std::printf("store: %s\n", error.what());
   }
   shared_memory::Reader reader;
   std::printf("shared memory: %s\n", reader.open("nonexistent", "keyframe").message);

@@ -8,13 +8,12 @@
 #include <csignal>
 #include <cstdlib>
 #include <set>
-#include <system_error>
 
 #include "ports/lcm/messages.hpp"
 #include "ports/lcm/sending.hpp"
 #include "tests/ports/store/base.hpp"
 #include "tests/ports/store/frames.hpp"
-#include "tests/temporary_directory.hpp"
+#include "tests/ports/store/memory_folder.hpp"
 
 extern char** environ;
 
@@ -27,30 +26,6 @@ namespace {
 
 const SessionInfo kAlpha{{1, 11}, "alpha", "os2-128"};
 constexpr std::uint32_t kCells = 40;
-
-/// A folder where waiting for the disk costs nothing: a killed process loses no file's content.
-class MemoryFolder {
- public:
-  MemoryFolder() {
-    if (access("/dev/shm", W_OK) != 0) return;
-    path_ = "/dev/shm/unimapper-store-test-" + std::to_string(getpid());
-    std::filesystem::create_directory(path_);
-  }
-  ~MemoryFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
-  }
-  MemoryFolder(const MemoryFolder&) = delete;
-  MemoryFolder& operator=(const MemoryFolder&) = delete;
-
-  [[nodiscard]] std::filesystem::path path() const {
-    return path_.empty() ? fallback_.path() : path_;
-  }
-
- private:
-  TemporaryDirectory fallback_;
-  std::filesystem::path path_;
-};
 
 /// A robot that keeps every keyframe until it is acknowledged, and sends all of those again to each
 /// base that starts.

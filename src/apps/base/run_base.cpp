@@ -1,0 +1,181 @@
+// `unimapper base`: from the network into a store.
+#include <signal.h>  // NOLINT: sigtimedwait is POSIX
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "ports/lcm/live.hpp"
+#include "ports/store/keyframe_store.hpp"
+#include "ports/store/process_io.hpp"
+#include "src/apps/base/options.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+constexpr double kBytesPerGigabyte = 1e9;
+constexpr double kBytesPerMegabyte = 1e6;
+
+/// What a base may hold besides what waits for the store: together about 150 MB, whatever arrives.
+constexpr std::uint64_t kMaxPendingBytes = 64U << 20U;
+constexpr std::uint64_t kMaxRobotPendingBytes = 16U << 20U;
+/// Four of an OS2-128 at its largest; what decodes to a hundredfold stays bearable.
+constexpr std::uint32_t kMaxKeyframeBytes = 4U << 20U;
+constexpr std::uint64_t kMaxWaitingBytes = 32U << 20U;
+constexpr std::uint32_t kMaxSessionsHeard = 256;
+constexpr std::uint32_t kMaxDamaged = 1000;
+
+/// Nobody waits for longer; the longest time of a clock would overflow where it is converted.
+constexpr std::chrono::hours kNever{24 * 365};
+
+/// SIGINT and SIGTERM, asked for instead of handled: a handler would interrupt what LCM waits in.
+class StopSignals {
+ public:
+  /// Before other threads exist, which block them too.
+  StopSignals() {
+    sigemptyset(&signals_);
+    for (const int signal : {SIGINT, SIGTERM}) sigaddset(&signals_, signal);
+    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+  }
+  /// Whether one has arrived.
+  [[nodiscard]] bool arrived() {
+    const timespec at_once{};
+    arrived_ = arrived_ || sigtimedwait(&signals_, nullptr, &at_once) > 0;
+    return arrived_;
+  }
+
+ private:
+  sigset_t signals_{};
+  bool arrived_ = false;
+};
+
+std::uint64_t to_bytes(double amount, double unit) {
+  return static_cast<std::uint64_t>(amount * unit);
+}
+
+wire::ReceiverLimits limits_of(const BaseOptions& options) {
+  wire::ReceiverLimits limits;
+  limits.max_sessions = kMaxSessionsHeard;
+  limits.max_keyframe_bytes = kMaxKeyframeBytes;
+  limits.max_pending_bytes = kMaxPendingBytes;
+  limits.max_damaged = kMaxDamaged;
+  limits.robot.sessions = options.robot_sessions;
+  limits.robot.bytes = to_bytes(options.robot_gigabytes, kBytesPerGigabyte);
+  limits.robot.bytes_per_second = options.robot_megabytes_per_second * kBytesPerMegabyte;
+  limits.robot.pending_keyframes = options.robot_incomplete;
+  limits.robot.pending_bytes = kMaxRobotPendingBytes;
+  return limits;
+}
+
+void say(const std::string& text) { std::cerr << "unimapper: " << text << std::endl; }
+
+std::string megabytes(std::uint64_t bytes) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f MB", static_cast<double>(bytes) / kBytesPerMegabyte);
+  return text;
+}
+
+/// What was stored since the start, and what the sessions that were heard lack.
+class Status {
+ public:
+  explicit Status(const store::KeyframeStore& kept) : store_(kept) {}
+
+  /// One line if it says anything new.
+  void tell(const std::vector<wire::SessionProgress>& sessions,
+            const wire::ReceiverCounters& counters) {
+    const std::string text = line(sessions, counters);
+    if (text != last_line_ && !sessions.empty()) std::cout << text << std::endl;
+    last_line_ = text;
+    for (const wire::SessionProgress& session : sessions) tell_refusal(session);
+    const std::string& trouble = store_.trouble();
+    if (trouble != last_trouble_) {
+      say(trouble.empty()
+              ? "the store takes keyframes again"
+              : "warning: nothing is stored or acknowledged, and it is tried again: " + trouble);
+    }
+    last_trouble_ = trouble;
+  }
+
+ private:
+  /// Once for each session.
+  void tell_refusal(const wire::SessionProgress& session) {
+    if (session.refused == 0 || told_.size() >= kMaxSessionsHeard) return;
+    if (!told_.insert(session.info.id).second) return;
+    say("warning: session " + session.info.name + " of robot " +
+        std::to_string(session.info.id.robot) +
+        " is beyond a quota, or the store has no room: keyframes are refused");
+  }
+
+  [[nodiscard]] std::string line(const std::vector<wire::SessionProgress>& sessions,
+                                 const wire::ReceiverCounters& counters) const {
+    std::set<std::uint32_t> robots;
+    std::uint64_t missing = 0;
+    std::uint64_t damaged = 0;
+    std::uint64_t open = 0;
+    for (const wire::SessionProgress& session : sessions) {
+      robots.insert(session.info.id.robot);
+      missing += session.announced - std::min(session.announced, session.received);
+      damaged += session.damaged;
+      open += session.ended ? 0 : 1;
+    }
+    const store::StoreCounters& stored = store_.counters();
+    return "robots " + std::to_string(robots.size()) + ", sessions " +
+           std::to_string(sessions.size()) + " (" + std::to_string(open) + " open), stored " +
+           std::to_string(stored.keyframes) + " keyframes (" + megabytes(stored.bytes) +
+           "), missing " + std::to_string(missing) + ", damaged " + std::to_string(damaged) +
+           ", refused " + std::to_string(counters.refused);
+  }
+
+  const store::KeyframeStore& store_;
+  std::set<SessionId> told_;
+  std::string last_line_;
+  std::string last_trouble_;
+};
+
+void report_end(const store::KeyframeStore& kept, std::optional<std::uint64_t> written_before) {
+  const store::StoreCounters& counters = kept.counters();
+  say("stored " + std::to_string(counters.keyframes) + " keyframes, " +
+      std::to_string(counters.bytes) + " bytes, in " + std::to_string(counters.commits) +
+      " commits (" + std::to_string(counters.failed_commits) + " failed)");
+  const std::optional<std::uint64_t> written = store::bytes_written_to_disk();
+  if (!written || !written_before || counters.bytes == 0) return;
+  const std::uint64_t bytes = *written - *written_before;
+  char ratio[32];
+  std::snprintf(ratio, sizeof ratio, "%.2f",
+                static_cast<double>(bytes) / static_cast<double>(counters.bytes));
+  say("wrote " + std::to_string(bytes) + " bytes to the disk, " + ratio +
+      " for each byte of a keyframe");
+}
+
+}  // namespace
+
+void run_base(const BaseOptions& options) {
+  const std::optional<std::uint64_t> written_before = store::bytes_written_to_disk();
+  store::StoreOptions store_options;
+  store_options.max_waiting_bytes = kMaxWaitingBytes;
+  store_options.max_bytes = to_bytes(options.max_gigabytes, kBytesPerGigabyte);
+  store::KeyframeStore kept(options.store, store_options);
+  StopSignals signals;
+  Status status(kept);
+  lcm_port::ListenOptions listening;
+  listening.url = options.listen;
+  listening.sessions_expected = options.sessions;
+  listening.first_message_timeout = kNever;
+  listening.idle_timeout = kNever;
+  listening.limits = limits_of(options);
+  listening.storage = &kept;
+  listening.stop = [&signals] { return signals.arrived(); };
+  listening.progress = &say;
+  listening.status = [&status](const auto& sessions, const auto& counters) {
+    status.tell(sessions, counters);
+  };
+  (void)lcm_port::listen(listening);
+  report_end(kept, written_before);
+}
+
+}  // namespace unimapper::apps

@@ -1,0 +1,62 @@
+// `unimapper base`: the command line of src/apps/base.
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "src/apps/base/options.hpp"
+#include "src/apps/commands.hpp"
+
+namespace unimapper::apps {
+
+void register_base(CLI::App& app) {
+  auto options = std::make_shared<BaseOptions>();
+  CLI::App* command =
+      app.add_subcommand("base", "Receive sessions of any number of robots into a durable store");
+  command
+      ->add_option("--store", options->store,
+                   "Folder of the store, made if absent; `unimapper merge` and `unimapper inspect` "
+                   "read it, also meanwhile")
+      ->required();
+  command
+      ->add_option("--listen", options->listen,
+                   "LCM's name of the network, e.g. udpm://239.255.76.67:7667?ttl=0")
+      ->required();
+  command
+      ->add_option("--sessions", options->sessions,
+                   "End once so many sessions have ended; 0: run until SIGINT or SIGTERM")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 256));
+  command
+      ->add_option("--max-gb", options->max_gigabytes,
+                   "Size of the store's database in GB; 0: as much as the disk holds")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e6));
+  command
+      ->add_option("--robot-gb", options->robot_gigabytes,
+                   "Keyframes stored of one robot, in GB; what is beyond is refused")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e6))
+      ->group("Quotas of a robot");
+  command
+      ->add_option("--robot-mb-per-second", options->robot_megabytes_per_second,
+                   "New keyframes of one robot, in MB/s on average")
+      ->capture_default_str()
+      ->check(CLI::Range(0.001, 1e6))
+      ->group("Quotas of a robot");
+  command->add_option("--robot-sessions", options->robot_sessions, "Sessions stored of one robot")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000000))
+      ->group("Quotas of a robot");
+  command
+      ->add_option("--robot-incomplete", options->robot_incomplete,
+                   "Incomplete keyframes held of one robot")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 64))
+      ->group("Quotas of a robot");
+  command->footer(
+      "Example:\n"
+      "  unimapper base --store site --listen 'udpm://239.255.76.67:7667?ttl=0'\n"
+      "  unimapper merge site --out map");
+  command->callback([options] { run_base(*options); });
+}
+
+}  // namespace unimapper::apps
