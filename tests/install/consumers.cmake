@@ -77,7 +77,7 @@ if(PKG_CONFIG AND NOT TOOLCHAIN)
     compile("${COMPILER};-std=c++20" tests/install/programs/merge_sessions.cpp merge wire)
     run("${WORK}/with_pkg_config" "${WORK}/session_c" "${WORK}/session_cpp")
     compile("${COMPILER};-std=c++20" tests/install/programs/every_component.cpp
-      lcm datasets evaluate events shared_memory store)
+      lcm datasets evaluate events shared_memory spool store)
     run("${WORK}/with_pkg_config")
   endif()
 endif()

@@ -6,13 +6,14 @@
 #include "ports/events/event_text.hpp"
 #include "ports/lcm/received_log.hpp"
 #include "ports/shared_memory/reader.hpp"
+#include "ports/spool/spool.hpp"
 #include "ports/store/store_reader.hpp"
 #include "unimapper/evaluate/trajectory.hpp"
 
 using namespace unimapper;
 
 int main() {
-  // Neither is there: what is wanted is the sentence that says so.
+  // None is there: what is wanted is the sentence that says so.
   try {
     (void)lcm_port::read_event_log("/nonexistent");
   } catch (const std::exception& error) {
@@ -27,6 +28,11 @@ int main() {
     (void)store::StoreReader("/nonexistent");
   } catch (const std::exception& error) {
     std::printf("store: %s\n", error.what());
+  }
+  try {
+    const spool::Spool spool("/dev/null/spool");
+  } catch (const std::exception& error) {
+    std::printf("spool: %s\n", error.what());
   }
   shared_memory::Reader reader;
   std::printf("shared memory: %s\n", reader.open("nonexistent", "keyframe").message);

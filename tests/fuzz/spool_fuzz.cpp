@@ -1,0 +1,64 @@
+// Fuzz target of a spool's segments.
+//
+// The input is written as a whole segment, then as what comes between a segment's head and a
+// keyframe that was written whole. Records lie in sequence within the file, and the keyframe is
+// found and whole unless a record of the input claims its bytes.
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "ports/spool/segment.hpp"
+
+namespace {
+
+using namespace unimapper;
+using namespace unimapper::spool;
+
+const std::string& write_file(const std::vector<std::uint8_t>& bytes) {
+  static const int file = memfd_create("segment", 0);
+  static const std::string path = "/proc/self/fd/" + std::to_string(file);
+  const auto size = static_cast<ssize_t>(bytes.size());
+  if (ftruncate(file, 0) != 0 || pwrite(file, bytes.data(), bytes.size(), 0) != size) {
+    std::abort();
+  }
+  return path;
+}
+
+/// Reads all records; true if bytes at `victim` belong to one.
+bool read_all(const std::string& path, std::uint64_t size, std::uint64_t victim) {
+  SegmentReader reader(path);
+  const InputFile file(path);
+  Record record;
+  std::uint64_t end = kSegmentHeadBytes;
+  bool claimed = false;
+  while (reader.next(record)) {
+    if (record.data_offset < end + kRecordHeadBytes) std::abort();
+    claimed = claimed || record.data_offset + record.data_bytes > victim;
+    end = record.data_offset + record.data_bytes;
+    if (end > size) std::abort();
+    (void)read_data(file, record.data_offset, record.data_bytes, record.data_crc32);
+  }
+  return claimed;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  (void)read_all(write_file({data, data + size}), size, size);
+
+  const SessionInfo info{{1, 2}, "robot", "vlp-16"};
+  const EncodedKeyframe keyframe{info.id, 5, 7, std::vector<std::uint8_t>(40, 9)};
+  std::vector<std::uint8_t> bytes = segment_head();
+  bytes.insert(bytes.end(), data, data + size);
+  const std::vector<std::uint8_t> head = keyframe_head(info, keyframe, 1);
+  bytes.insert(bytes.end(), head.begin(), head.end());
+  const std::uint64_t victim = bytes.size();
+  bytes.insert(bytes.end(), keyframe.bytes.begin(), keyframe.bytes.end());
+  if (!read_all(write_file(bytes), bytes.size(), victim)) std::abort();
+  return 0;
+}

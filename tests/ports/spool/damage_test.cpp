@@ -1,0 +1,129 @@
+// Tests of torn, damaged and foreign segments.
+#include <catch2/catch.hpp>
+
+#include "ports/spool/spool.hpp"
+#include "tests/ports/spool/keyframes.hpp"
+#include "tests/temporary_directory.hpp"
+
+using namespace unimapper;
+using namespace unimapper::spool;
+using namespace unimapper::spool::spool_test;
+
+namespace {
+
+constexpr std::size_t kBytes = 60;
+constexpr std::uint32_t kKeyframes = 4;
+
+/// A segment with a few small keyframes, as a string.
+struct OneSegment {
+  TemporaryDirectory folder;
+  std::filesystem::path file;
+  std::string content;
+
+  OneSegment() {
+    {
+      Spool spool(folder / "spool");
+      add(spool, kMonday, 0, kKeyframes, kBytes);
+    }
+    file = segments_of(folder / "spool").at(0);
+    content = content_of(file);
+  }
+  /// Keyframes that are read back as they were written; anything else fails the test.
+  std::vector<bool> survivors() {
+    Spool spool(folder / "spool");
+    std::vector<bool> equal;
+    for (std::uint32_t i = 0; i < kKeyframes; ++i) {
+      const bool found = spool.read(kMonday.id, i).has_value();
+      equal.push_back(has_equal(spool, kMonday, i, kBytes));
+      CHECK(equal.back() == found);
+    }
+    return equal;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a tail torn at any byte costs the torn record and no other") {
+  OneSegment segment;
+  const std::size_t record = (segment.content.size() - kSegmentHeadBytes) / kKeyframes;
+  REQUIRE(kSegmentHeadBytes + record * kKeyframes == segment.content.size());
+  for (std::size_t cut = 1; cut <= record; ++cut) {
+    CAPTURE(cut);
+    write_content(segment.file, segment.content.substr(0, segment.content.size() - cut));
+    CHECK(segment.survivors() == std::vector<bool>{true, true, true, false});
+  }
+}
+
+TEST_CASE("what follows a torn tail is written to a segment of its own") {
+  OneSegment segment;
+  write_content(segment.file, segment.content.substr(0, segment.content.size() - 1));
+  {
+    Spool spool(segment.folder / "spool");
+    add(spool, kMonday, 3, 4, kBytes);
+  }
+  CHECK(segments_of(segment.folder / "spool").size() == 2);
+  CHECK(segment.survivors() == std::vector<bool>{true, true, true, true});
+}
+
+TEST_CASE("a flipped bit costs one record at most, and is counted") {
+  OneSegment segment;
+  const std::size_t record = (segment.content.size() - kSegmentHeadBytes) / kKeyframes;
+  for (std::size_t i = kSegmentHeadBytes; i < segment.content.size(); i += 5) {
+    CAPTURE(i);
+    std::string damaged = segment.content;
+    damaged[i] = static_cast<char>(static_cast<unsigned char>(damaged[i]) ^ (1U << (i % 8)));
+    write_content(segment.file, damaged);
+    std::vector<bool> expected(kKeyframes, true);
+    expected[(i - kSegmentHeadBytes) / record] = false;
+    CHECK(segment.survivors() == expected);
+  }
+}
+
+TEST_CASE("damage is told apart: heads when the spool opens, data when they are read") {
+  OneSegment segment;
+  std::string damaged = segment.content;
+  damaged[kSegmentHeadBytes] ^= 1;
+  damaged.back() = static_cast<char>(damaged.back() ^ 1);
+  write_content(segment.file, damaged);
+  Spool spool(segment.folder / "spool");
+  CHECK(spool.counters().faults == 1);
+  CHECK(spool.counters().keyframes_on_disk == kKeyframes - 1);
+  CHECK(spool.holds(kMonday.id, kKeyframes - 1));
+  CHECK_FALSE(spool.read(kMonday.id, kKeyframes - 1));
+  CHECK_FALSE(spool.holds(kMonday.id, kKeyframes - 1));
+  CHECK(spool.counters().keyframes_damaged == 1);
+}
+
+TEST_CASE("segments of other versions and other files are counted and left alone") {
+  OneSegment segment;
+  const auto folder = segment.folder / "spool";
+  std::string newer = segment.content;
+  newer[11] = 2;  // the version
+  write_content(folder / segment_name(2), newer);
+  write_content(folder / segment_name(3), "");
+  write_content(folder / segment_name(4), "no segment at all, whatever it is");
+  std::filesystem::create_directory(folder / segment_name(5));
+  write_content(folder / "notes.txt", "mine");
+  {
+    std::string said;
+    SpoolOptions options;
+    options.report = [&](const std::string& text) { said += text; };
+    Spool spool(folder, options);
+    CHECK(spool.counters().segments_skipped == 4);
+    CHECK(said.find("4 files are no segments") != std::string::npos);
+    CHECK(spool.counters().keyframes_on_disk == kKeyframes);
+    add(spool, kTuesday, 0, 1);
+  }
+  CHECK(content_of(folder / segment_name(2)) == newer);
+  CHECK(content_of(folder / "notes.txt") == "mine");
+  CHECK(std::filesystem::exists(folder / segment_name(6)));
+}
+
+TEST_CASE("names of segments are those that the spool gives") {
+  CHECK(segment_name(0x1a) == "000000000000001a.spool");
+  CHECK(segment_number("000000000000001a.spool") == 0x1aU);
+  for (const char* name : {"000000000000001A.spool", "1a.spool", "00000000000001a.spool",
+                           "000000000000001a.spool2", "+00000000000001a.spool", "lock"}) {
+    CHECK_FALSE(segment_number(name));
+  }
+}
