@@ -45,9 +45,11 @@ TokenBucket::Clock::duration TokenBucket::wait_time(double bytes, Clock::time_po
 Publisher::Publisher(SessionInfo info, Send send, const PublisherOptions& options)
     : Publisher(std::move(info), Link{std::move(send), {}}, options) {}
 
-Publisher::Publisher(SessionInfo info, Link link, const PublisherOptions& options)
+Publisher::Publisher(SessionInfo info, Link link, const PublisherOptions& options,
+                     wire::SenderStorage* storage)
     : link_(std::move(link)),
       options_(options),
+      storage_(storage),
       bucket_(options.bytes_per_second, options.burst_bytes, Clock::now()),
       next_session_(Clock::now()),
       outbox_(kResendAfter.count()) {
@@ -72,25 +74,47 @@ Publisher::~Publisher() {
 }
 
 void Publisher::publish(EncodedKeyframe keyframe) {
+  if (storage_ != nullptr) storage_->add(session_.info, keyframe);
   {
     std::unique_lock lock(mutex_);
     if (!options_.drop_when_full) {
       has_room_.wait(lock, [this] {
-        return queue_.size() < options_.queue_capacity || phase_ != Phase::kRunning;
+        return queued_in_memory_ < options_.queue_capacity || phase_ != Phase::kRunning;
       });
     }
+    ++counters_.keyframes_published;
     if (phase_ != Phase::kRunning) {
       ++counters_.keyframes_dropped;
       return;
     }
     session_.keyframes = std::max<std::uint64_t>(session_.keyframes, keyframe.sequence + 1ULL);
-    if (queue_.size() >= options_.queue_capacity) {
-      queue_.pop_front();
-      ++counters_.keyframes_dropped;
-    }
-    queue_.push_back(std::move(keyframe));
+    if (queued_in_memory_ >= options_.queue_capacity) make_queue_room();
+    const auto bytes = static_cast<std::uint32_t>(keyframe.bytes.size());
+    queue_.push_back({std::move(keyframe), bytes});
+    ++queued_in_memory_;
   }
   wake_.notify_one();
+}
+
+void Publisher::resume(const wire::EarlierSession& earlier) {
+  {
+    const std::lock_guard lock(mutex_);
+    session_.keyframes = std::max(session_.keyframes, earlier.keyframes);
+    const std::uint64_t known = earlier.acknowledged + earlier.waiting.size();
+    const std::uint64_t lost = earlier.keyframes - std::min(earlier.keyframes, known);
+    counters_.keyframes_published += earlier.waiting.size() + lost;
+    counters_.keyframes_dropped += lost;
+    for (const wire::WaitingKeyframe& waiting : earlier.waiting) {
+      EncodedKeyframe keyframe{earlier.info.id, waiting.sequence, 0, {}};
+      queue_.push_back({std::move(keyframe), waiting.bytes, true});
+    }
+  }
+  wake_.notify_one();
+}
+
+void Publisher::set_bytes_per_second(double bytes_per_second) {
+  const std::lock_guard lock(mutex_);
+  new_rate_ = bytes_per_second;
 }
 
 void Publisher::set_health(HealthMessage health) {
@@ -114,7 +138,10 @@ PublisherCounters Publisher::finish() {
 
 PublisherCounters Publisher::counters() const {
   const std::lock_guard lock(mutex_);
-  return counters_;
+  PublisherCounters counters = counters_;
+  const std::uint64_t done = counters.keyframes_acknowledged + counters.keyframes_lost();
+  counters.keyframes_waiting = link_.receive ? counters.keyframes_published - done : 0;
+  return counters;
 }
 
 bool Publisher::must_stop(Clock::time_point now) const {
@@ -166,38 +193,37 @@ void Publisher::take_stored() {
     if (message.session != session_.info.id) continue;
     base_answers_ = true;
     end_confirmed_ = message.ended;
-    for (const std::uint32_t sequence : outbox_.take(message, nanoseconds_of(Clock::now()))) {
-      release(sequence);
-      const std::lock_guard lock(mutex_);
-      ++counters_.keyframes_acknowledged;
-    }
+    const auto stored = outbox_.take(message, nanoseconds_of(Clock::now()));
+    for (const std::uint32_t sequence : stored) release(sequence);
+    if (storage_ != nullptr) storage_->acknowledge(session_.info.id, stored);
+    const std::lock_guard lock(mutex_);
+    counters_.keyframes_acknowledged += stored.size();
+    counters_.base_answers = true;
   }
 }
 
-/// New keyframes come one at a time, so that the queue fills where the link is too slow for them.
+/// Keyframes in memory come one at a time, so that the queue fills where the link is too slow for
+/// them; of those in the storage only their numbers come.
 void Publisher::fill_outbox() {
-  if (fresh_ && held_.contains(*fresh_) && !outbox_.was_sent(*fresh_)) return;
-  EncodedKeyframe keyframe;
-  {
-    const std::lock_guard lock(mutex_);
-    if (queue_.empty()) return;
-    keyframe = std::move(queue_.front());
-    queue_.pop_front();
-  }
-  has_room_.notify_one();
-  Held held{cut_into_messages(keyframe, options_.datagram_bytes), keyframe.bytes.size()};
-  if (held.messages.empty()) return;
-  release(keyframe.sequence);
-  fresh_ = keyframe.sequence;
-  outbox_.add(keyframe.sequence, static_cast<std::uint32_t>(held.messages.size()));
-  held_bytes_ += held.bytes;
-  held_[keyframe.sequence] = std::move(held);
-  while (held_bytes_ > options_.unacknowledged_bytes && outbox_.size() > 1) {
-    evict(*outbox_.oldest());
+  while (true) {
+    Queued queued;
+    {
+      const std::lock_guard lock(mutex_);
+      if (new_rate_) bucket_.set_rate(*std::exchange(new_rate_, std::nullopt), Clock::now());
+      if (queue_.empty()) return;
+      const bool sends = fresh_ && held_.contains(*fresh_) && !outbox_.was_sent(*fresh_);
+      if (sends && !queue_.front().keyframe.bytes.empty()) return;
+      queued = std::move(queue_.front());
+      queue_.pop_front();
+      if (!queued.keyframe.bytes.empty()) --queued_in_memory_;
+    }
+    has_room_.notify_one();
+    hold(std::move(queued));
   }
 }
 
 void Publisher::send_piece(const wire::Outbox::Piece& piece) {
+  if (!load(piece.sequence)) return;
   Held& held = held_.at(piece.sequence);
   const std::vector<std::uint8_t>& message = held.messages[piece.index];
   const auto bytes = static_cast<double>(message.size());
@@ -219,34 +245,23 @@ void Publisher::send_piece(const wire::Outbox::Piece& piece) {
   if (whole && !link_.receive) release(piece.sequence);
 }
 
-void Publisher::release(std::uint32_t sequence) {
-  outbox_.forget(sequence);
-  const auto held = held_.find(sequence);
-  if (held == held_.end()) return;
-  held_bytes_ -= held->second.bytes;
-  held_.erase(held);
-}
-
-void Publisher::evict(std::uint32_t sequence) {
-  const bool was_sent = outbox_.was_sent(sequence);
-  release(sequence);
-  const std::lock_guard lock(mutex_);
-  ++(was_sent ? counters_.keyframes_unacknowledged : counters_.keyframes_dropped);
-}
-
-void Publisher::evict_rest() {
-  while (const auto sequence = outbox_.oldest()) evict(*sequence);
-  const std::lock_guard lock(mutex_);
-  counters_.keyframes_dropped += queue_.size();
-  queue_.clear();
-}
-
 void Publisher::announce_end() {
   end_confirmed_ = false;
   for (int i = 0; i < kEndRepeats || base_answers_; ++i) {
     if (i > 0) std::this_thread::sleep_for(kEndInterval);
     take_stored();
-    if (end_confirmed_ || (i >= kEndRepeats && Clock::now() >= deadline_)) return;
+    if (end_confirmed_) {
+      {
+        const std::lock_guard lock(mutex_);
+        counters_.end_confirmed = true;
+      }
+      // Otherwise the next start goes on with the session.
+      if (storage_ != nullptr && counters().keyframes_waiting == 0) {
+        storage_->end(session_.info.id);
+      }
+      return;
+    }
+    if (i >= kEndRepeats && Clock::now() >= deadline_) return;
     send_session(SessionState::kEnded);
   }
 }

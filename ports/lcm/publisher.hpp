@@ -9,6 +9,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <thread>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "ports/lcm/messages.hpp"
 #include "ports/lcm/sending.hpp"
 #include "unimapper/wire/delivery.hpp"
+#include "unimapper/wire/sender_storage.hpp"
 
 namespace unimapper::lcm_port {
 
@@ -42,6 +44,11 @@ class TokenBucket {
   TokenBucket(double bytes_per_second, double burst_bytes, Clock::time_point now)
       : rate_(bytes_per_second), burst_(burst_bytes), tokens_(burst_bytes), last_(now) {}
 
+  /// From now on so many bytes per second.
+  void set_rate(double bytes_per_second, Clock::time_point now) {
+    refill(now);
+    rate_ = bytes_per_second;
+  }
   /// How long to wait before `bytes` may go; zero if now. More than a burst may go once the
   /// bucket is full.
   [[nodiscard]] Clock::duration wait_time(double bytes, Clock::time_point now);
@@ -64,7 +71,8 @@ struct PublisherOptions {
   std::uint32_t burst_bytes = 64000;                     ///< what a default receive buffer takes
   std::size_t queue_capacity = 32;                       ///< keyframes waiting to be sent
   /// Keyframes that were sent and not acknowledged are kept in so much memory; beyond it the
-  /// oldest is evicted and counted. 64 MB are 200 keyframes of a VLP-16 or 60 of an OS2-128.
+  /// oldest is evicted: read back from the storage when it is needed, counted without one. 64 MB
+  /// are 200 keyframes of a VLP-16 or 60 of an OS2-128.
   std::uint64_t unacknowledged_bytes = 64000000;
   /// What a full queue does: drop its oldest keyframe (a robot in motion), or make `publish`
   /// wait (a recording that is processed faster than real time).
@@ -75,6 +83,10 @@ struct PublisherOptions {
 
 /// What a publisher did so far.
 struct PublisherCounters {
+  std::uint64_t keyframes_published = 0;  ///< handed over, or resumed
+  /// Neither acknowledged nor lost: in memory, or in the storage for the next start. Always 0 over
+  /// a network without a way back.
+  std::uint64_t keyframes_waiting = 0;
   std::uint64_t keyframes_sent = 0;          ///< handed to the network whole
   std::uint64_t keyframes_acknowledged = 0;  ///< stored by a base, which said so
   /// Sent and evicted: memory was full of them, or the session is over. A base may have them.
@@ -85,16 +97,26 @@ struct PublisherCounters {
   std::uint64_t messages_sent = 0;  ///< of all channels
   std::uint64_t bytes_sent = 0;     ///< of these messages
   std::uint64_t send_failures = 0;  ///< datagrams the network refused
+  bool base_answers = false;        ///< one has said what it has of this session
+  bool end_confirmed = false;       ///< one has said that it knows of the session's end
+
+  /// Of which neither a base nor this robot has anything any more.
+  [[nodiscard]] std::uint64_t keyframes_lost() const {
+    return keyframes_unacknowledged + keyframes_dropped;
+  }
 };
 
 /// Sends a session: its messages once a second, keyframes as they come, cut into paced
 /// datagrams. One thread hands over; the publisher's own thread does everything that may block.
 /// Over a link that answers, keyframes are kept until a base has acknowledged them, and what is
-/// missing there is sent again (`wire::Outbox`).
+/// missing there is sent again (`wire::Outbox`). With a storage, keyframes are put there first and
+/// neither a full queue nor full memory loses them.
 class Publisher {
  public:
-  /// Throws std::invalid_argument for an impossible name, datagram size or rate.
-  Publisher(SessionInfo info, Link link, const PublisherOptions& options = {});
+  /// Throws std::invalid_argument for an impossible name, datagram size or rate. `storage` outlives
+  /// it; null: memory alone.
+  Publisher(SessionInfo info, Link link, const PublisherOptions& options = {},
+            wire::SenderStorage* storage = nullptr);
   /// The same over a network without a way back: whatever was sent is forgotten.
   Publisher(SessionInfo info, Send send, const PublisherOptions& options = {});
   /// Stops at once; what waits is lost and no end is announced. See `finish`.
@@ -102,9 +124,14 @@ class Publisher {
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
 
-  /// Queues a keyframe. Takes a lock and moves a pointer; blocks only if asked to
-  /// (`drop_when_full`).
+  /// Queues a keyframe. Takes a lock and moves a pointer, and with a storage copies the keyframe;
+  /// blocks only if asked to (`drop_when_full`).
   void publish(EncodedKeyframe keyframe);
+  /// Sends on what an earlier start of this session left in the storage: whatever the base says it
+  /// misses, once it says so.
+  void resume(const wire::EarlierSession& earlier);
+  /// From now on keyframes go at this average rate. Thread safe.
+  void set_bytes_per_second(double bytes_per_second);
   /// From now on this is sent with every session message.
   void set_health(HealthMessage health);
   /// Sends what waits, until all of it is acknowledged if a base answers, then the end of the
@@ -120,9 +147,15 @@ class Publisher {
   using Clock = TokenBucket::Clock;
   enum class Phase : std::uint8_t { kRunning, kFinishing, kStopping };
 
-  /// A keyframe as messages, until it is acknowledged.
+  /// A keyframe that waits to be sent; without bytes it is in the storage.
+  struct Queued {
+    EncodedKeyframe keyframe;
+    std::uint32_t bytes = 0;  ///< of the keyframe
+    bool was_sent = false;    ///< at an earlier start
+  };
+  /// A keyframe until it is acknowledged.
   struct Held {
-    std::vector<std::vector<std::uint8_t>> messages;
+    std::vector<std::vector<std::uint8_t>> messages;  ///< none: in the storage
     std::uint64_t bytes = 0;
     bool refused = false;  ///< the network would not take all of them
   };
@@ -131,6 +164,11 @@ class Publisher {
   [[nodiscard]] bool is_done();
   void take_stored();
   void fill_outbox();
+  void hold(Queued queued);
+  void make_queue_room();
+  bool load(std::uint32_t sequence);
+  void unload(std::uint32_t sequence);
+  void limit_memory();
   void send_piece(const wire::Outbox::Piece& piece);
   void release(std::uint32_t sequence);
   void evict(std::uint32_t sequence);
@@ -147,11 +185,14 @@ class Publisher {
 
   const Link link_;
   const PublisherOptions options_;
+  wire::SenderStorage* const storage_;
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;      ///< the thread: something to do
   std::condition_variable has_room_;  ///< `publish`: the queue shrank
-  std::deque<EncodedKeyframe> queue_;
+  std::deque<Queued> queue_;
+  std::size_t queued_in_memory_ = 0;  ///< of `queue_`, those with bytes
+  std::optional<double> new_rate_;
   SessionMessage session_;
   std::optional<HealthMessage> health_;
   PublisherCounters counters_;
@@ -163,6 +204,7 @@ class Publisher {
   Clock::time_point next_session_;
   wire::Outbox outbox_;
   std::map<std::uint32_t, Held> held_;  ///< what `outbox_` speaks of
+  std::set<std::uint32_t> loaded_;      ///< of which with messages
   std::uint64_t held_bytes_ = 0;
   std::optional<std::uint32_t> fresh_;  ///< being sent for the first time
   bool base_answers_ = false;

@@ -1,6 +1,7 @@
 // Encoded keyframes as LCM messages of bounded size.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -22,5 +23,8 @@ inline constexpr std::uint32_t kDatagramOverheadBytes = 87;
 /// `datagram_bytes`. Throws std::invalid_argument if that lies outside the two limits above.
 std::vector<std::vector<std::uint8_t>> cut_into_messages(const EncodedKeyframe& keyframe,
                                                          std::uint32_t datagram_bytes);
+
+/// How many messages a keyframe of so many bytes makes. Throws like `cut_into_messages`.
+std::uint32_t count_messages(std::size_t keyframe_bytes, std::uint32_t datagram_bytes);
 
 }  // namespace unimapper::lcm_port

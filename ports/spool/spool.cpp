@@ -129,13 +129,17 @@ bool Spool::is_durable(const SessionId& session, std::uint32_t sequence) const {
   return index_.find(session, sequence).has_value();
 }
 
-std::vector<EarlierSession> Spool::earlier_sessions() const {
+std::vector<wire::EarlierSession> Spool::earlier_sessions() const {
   const std::lock_guard lock(mutex_);
-  std::vector<EarlierSession> earlier;
+  std::vector<wire::EarlierSession> earlier;
   for (const auto& [id, session] : index_.sessions()) {
     if (own_.contains(id) || session.on_disk.empty()) continue;
-    EarlierSession entry{session.info, {}, 0, session.acknowledged.count(), session.ended};
+    wire::EarlierSession entry;
+    entry.info = session.info;
     entry.keyframes = session.on_disk.rbegin()->first + 1ULL;
+    entry.acknowledged = session.acknowledged.count();
+    entry.newest_stamp_ns = session.on_disk.rbegin()->second.stamp_ns;
+    entry.ended = session.ended;
     const auto runs = session.acknowledged.ranges();
     if (!runs.empty()) entry.keyframes = std::max(entry.keyframes, runs.back().end);
     for (const auto& [sequence, place] : session.on_disk) {

@@ -72,20 +72,6 @@ struct SpoolCounters {
   bool failing = false;                 ///< nothing can be written at present
 };
 
-/// A session of an earlier start, as the disk has it.
-struct EarlierSession {
-  /// A keyframe that nobody has acknowledged.
-  struct Waiting {
-    std::uint32_t sequence = 0;  ///< running number
-    std::uint32_t bytes = 0;     ///< of the encoded keyframe
-  };
-  SessionInfo info;                ///< identity and names
-  std::vector<Waiting> waiting;    ///< ascending
-  std::uint64_t keyframes = 0;     ///< made, as far as known
-  std::uint64_t acknowledged = 0;  ///< of which stored at a base
-  bool ended = false;              ///< a base has confirmed its end
-};
-
 /// Keeps encoded keyframes in segment files. A thread of its own writes and syncs them, several at
 /// a time; `add` takes a lock and copies. Survives the end of the process at any moment: what was
 /// durable is found at the next start. While the disk fails, keyframes stay in memory as far as
@@ -104,11 +90,10 @@ class Spool : public wire::SenderStorage {
   std::optional<EncodedKeyframe> read(const SessionId& session, std::uint32_t sequence) override;
   void acknowledge(const SessionId& session, std::span<const std::uint32_t> sequences) override;
   void end(const SessionId& session) override;
+  [[nodiscard]] std::vector<wire::EarlierSession> earlier_sessions() const override;
 
   /// Whether a keyframe is on disk and survives a loss of power.
   [[nodiscard]] bool is_durable(const SessionId& session, std::uint32_t sequence) const;
-  /// Sessions on disk of which nothing was added since the start.
-  [[nodiscard]] std::vector<EarlierSession> earlier_sessions() const;
   /// Waits until all that was handed over is durable. False if the disk fails, or the time is over.
   bool flush(std::chrono::milliseconds timeout);
   /// What it did and found so far.

@@ -46,6 +46,15 @@ void add_link_options(CLI::App& command, OnboardOptions& options) {
                   "Memory for keyframes that no base has acknowledged yet; the oldest are evicted")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
+  command.add_option("--spool", options.spool,
+                     "Folder that keeps the keyframes until a base has them, over restarts; those "
+                     "of earlier starts in it are sent too. Without it, in memory only");
+  command
+      .add_option("--spool-bytes", options.spool_bytes,
+                  "Disk space of --spool; beyond it the oldest keyframes go, acknowledged ones "
+                  "first")
+      ->capture_default_str()
+      ->check(CLI::Range(1e6, 1e15));
 }
 
 void add_processing_options(CLI::App& command, OnboardOptions& options) {

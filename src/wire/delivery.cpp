@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 
 namespace unimapper::wire {
 
@@ -19,9 +20,11 @@ enum class Said : std::uint8_t { kNothing, kStored, kMissing };
 Said said_of(const StoredMessage& message, std::uint32_t sequence) {
   if (sequence < message.below) return Said::kStored;
   if (sequence < message.first || sequence >= message.until) return Said::kNothing;
-  const bool stored = std::any_of(
-      message.ranges.begin(), message.ranges.end(),
-      [sequence](const auto& range) { return sequence >= range.begin && sequence < range.end; });
+  // A sender with a day's backlog asks for every keyframe of it.
+  const auto range =
+      std::partition_point(message.ranges.begin(), message.ranges.end(),
+                           [sequence](const auto& one) { return one.end <= sequence; });
+  const bool stored = range != message.ranges.end() && range->begin <= sequence;
   return stored ? Said::kStored : Said::kMissing;
 }
 
@@ -72,6 +75,15 @@ void Outbox::add(std::uint32_t sequence, std::uint32_t pieces) {
   item.due_count = pieces;
   item.next = 0;
   due_.insert(sequence);
+}
+
+void Outbox::add_sent(std::uint32_t sequence, std::uint32_t pieces) {
+  Item& item = items_[sequence];
+  item = {};
+  item.due.assign(pieces, false);
+  item.was_sent = true;
+  item.last_sent_ns = std::numeric_limits<std::int64_t>::min() / 2;
+  due_.erase(sequence);
 }
 
 void Outbox::forget(std::uint32_t sequence) {

@@ -439,3 +439,30 @@ TEST_CASE("a link that cannot be opened is reported") {
   SmallRecording(2).write(fixture.dataset);
   check_refused(fixture.onboard({"--publish", "nonsense://nowhere"}), "nonsense://nowhere");
 }
+
+TEST_CASE("a spool keeps the keyframes of every run, and a publishing one tries to deliver them") {
+  const Fixture fixture;
+  SmallRecording().write(fixture.dataset);
+  const std::string spool = (fixture.directory.path() / "spool").string();
+  const CommandResult kept = fixture.onboard({"--spool", spool});
+  INFO(kept.err);
+  REQUIRE(kept.exit_code == 0);
+  CHECK(fixture.stats()["delivery"]["spool"]["keyframes_written"] == 2);
+  CHECK(fixture.stats()["delivery"]["spool"]["keyframes_on_disk"] == 2);
+  CHECK(fixture.stats()["published"] == false);
+  // Over a network without a base.
+  const CommandResult published = fixture.onboard({"--spool", spool, "--publish", "memq://"});
+  INFO(published.err);
+  REQUIRE(published.exit_code == 0);
+  CHECK_THAT(published.err, Contains("2 keyframes of 1 earlier sessions") &&
+                                Contains("0 of 2 keyframes acknowledged") &&
+                                Contains("2 waiting in the spool"));
+  const auto delivery = fixture.stats()["delivery"];
+  CHECK(delivery["keyframes_published"] == 2);
+  CHECK(delivery["keyframes_waiting"] == 2);
+  CHECK(delivery["keyframes_lost"] == 0);
+  CHECK(delivery["earlier_sessions"]["keyframes"] == 2);
+  CHECK(delivery["spool"]["keyframes_on_disk"] == 4);
+  const fs::path file = fixture.directory.write("file", "");
+  check_refused(fixture.onboard({"--spool", (file / "spool").string()}), "Not a directory");
+}

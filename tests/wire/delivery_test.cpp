@@ -345,3 +345,26 @@ TEST_CASE("only what is missing is resent, and not what may be on its way still"
     CHECK(outbox.size() == 0);
   }
 }
+
+TEST_CASE("what was sent at an earlier start is sent again only if the base misses it") {
+  Outbox outbox(kResendAfterNs);
+  outbox.add_sent(0, 2);
+  outbox.add_sent(1, 3);
+  CHECK_FALSE(outbox.next());
+  CHECK(outbox.size() == 2);
+  CHECK(outbox.was_sent(1));
+  StoredMessage message;
+  message.below = 1;
+  message.first = 1;
+  message.until = 10;
+  message.incomplete = {{1, {false, true, false}}};
+  CHECK(outbox.take(message, 0) == std::vector<std::uint32_t>{0});
+  const auto piece = outbox.next();
+  REQUIRE(piece);
+  CHECK(piece->sequence == 1);
+  CHECK(piece->index == 1);
+  CHECK(outbox.is_due(1));
+  CHECK(outbox.may_be_next(1));
+  CHECK(outbox.sent(*piece, 0));
+  CHECK_FALSE(outbox.is_due(1));
+}

@@ -79,6 +79,9 @@ class Outbox {
 
   /// A keyframe to be sent, of so many pieces (at least 1).
   void add(std::uint32_t sequence, std::uint32_t pieces);
+  /// A keyframe that was sent whole before, at an earlier start: none of its pieces goes unless the
+  /// base says that it misses them.
+  void add_sent(std::uint32_t sequence, std::uint32_t pieces);
   /// Forgets a keyframe, delivered or not.
   void forget(std::uint32_t sequence);
   /// The piece to be sent next, if any.
@@ -93,6 +96,12 @@ class Outbox {
   [[nodiscard]] std::size_t size() const { return items_.size(); }
   /// The oldest of them, if there is one.
   [[nodiscard]] std::optional<std::uint32_t> oldest() const;
+  /// Whether any of its pieces is to be sent.
+  [[nodiscard]] bool is_due(std::uint32_t sequence) const { return due_.contains(sequence); }
+  /// Whether the next piece or the one of the oldest keyframe after it may be of this keyframe.
+  [[nodiscard]] bool may_be_next(std::uint32_t sequence) const {
+    return !due_.empty() && (sequence == *due_.begin() || sequence == *due_.rbegin());
+  }
   /// Whether every piece of this keyframe was sent at least once.
   [[nodiscard]] bool was_sent(std::uint32_t sequence) const;
 

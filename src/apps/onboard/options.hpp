@@ -23,6 +23,8 @@ struct OnboardOptions {
   std::uint32_t datagram_bytes = 60000;           ///< as in `lcm_port::PublisherOptions`
   double bytes_per_second = 20e6;                 ///< likewise
   std::uint64_t unacknowledged_bytes = 64000000;  ///< likewise
+  std::filesystem::path spool;                    ///< folder, empty: none
+  std::uint64_t spool_bytes = 2000000000;         ///< as in `spool::SpoolOptions`
   std::string share;                              ///< name in shared memory, empty: not shared
   bool realtime = false;
   bool deferred = false;  ///< as `PipelineConfig::deferred`

@@ -106,7 +106,7 @@ void Replay::collect_keyframe() {
   send(keyframe);
   outputs_.statistics.add_keyframe(keyframe, duration_ns(keyframe), left_out_);
   warn_of_full_cells(*keyframe.statistics);
-  if (outputs_.publisher != nullptr) publish_health();
+  if (outputs_.delivery.publisher() != nullptr) publish_health();
 }
 
 void Replay::warn_of_full_cells(const KeyframeStatistics& statistics) {
@@ -194,7 +194,7 @@ void Replay::send(const KeyframeView& keyframe) {
                                 keyframe.scans.back().stamp_ns,
                                 {bytes.begin(), bytes.end()}};
   outputs_.log.write(encoded);
-  if (outputs_.publisher != nullptr) outputs_.publisher->publish(std::move(encoded));
+  outputs_.delivery.take(std::move(encoded));
 }
 
 void Replay::publish_health() {
@@ -204,7 +204,7 @@ void Replay::publish_health() {
   health.scans = statistics.scans();
   health.keyframes = statistics.keyframes();
   health.points_in = statistics.points_in();
-  health.bytes_sent = outputs_.publisher->counters().bytes_sent;
+  health.bytes_sent = outputs_.delivery.publisher()->counters().bytes_sent;
   for (std::size_t i = 0; i < kStages; ++i) {
     const auto stage = static_cast<Stage>(i);
     const StageTimes times = statistics.stage_times(stage);
@@ -225,7 +225,7 @@ void Replay::publish_health() {
     const auto shed = static_cast<Shed>(i);
     health.sheds.push_back({std::string(shed_name(shed)), statistics.given_up(shed)});
   }
-  outputs_.publisher->set_health(std::move(health));
+  outputs_.delivery.publisher()->set_health(std::move(health));
 }
 
 std::int64_t Replay::duration_ns(const KeyframeView& keyframe) const {

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
-#include "ports/lcm/publisher.hpp"
 #include "ports/lcm/session_log.hpp"
 #include "ports/shared_memory/pipeline_share.hpp"
+#include "src/apps/onboard/delivery.hpp"
 #include "src/apps/onboard/known_keyframes.hpp"
 #include "src/apps/onboard/progress.hpp"
 #include "src/apps/onboard/run_folder.hpp"
@@ -22,13 +22,13 @@
 
 namespace unimapper::apps {
 
-/// Outputs of a replay. All outlive the replay; `publisher` and `share` may be null.
+/// Outputs of a replay. All outlive the replay; `share` may be null.
 struct ReplayOutputs {
   RunFolder& folder;
   RunStatistics& statistics;
   KnownKeyframes& known;
   lcm_port::SessionLogWriter& log;
-  lcm_port::Publisher* publisher = nullptr;
+  Delivery& delivery;
   shared_memory::PipelineShare* share = nullptr;
   Progress& progress;
 };

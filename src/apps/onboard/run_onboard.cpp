@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "ports/lcm/live.hpp"
 #include "ports/linux/boot_id.hpp"
+#include "src/apps/onboard/delivery.hpp"
 #include "src/apps/onboard/event_log.hpp"
 #include "src/apps/onboard/input_check.hpp"
 #include "src/apps/onboard/replay.hpp"
@@ -93,19 +93,6 @@ std::string describe_run(const OnboardOptions& options, const RunFolder& folder,
   return json.dump(2) + "\n";
 }
 
-std::unique_ptr<lcm_port::Publisher> open_publisher(const OnboardOptions& options,
-                                                    const SessionInfo& info) {
-  if (options.publish.empty()) return nullptr;
-  lcm_port::PublisherOptions publisher;
-  // Faster than real time, sending may block; in real time it must not.
-  publisher.drop_when_full = options.realtime;
-  publisher.datagram_bytes = options.datagram_bytes;
-  publisher.bytes_per_second = options.bytes_per_second;
-  publisher.unacknowledged_bytes = options.unacknowledged_bytes;
-  return std::make_unique<lcm_port::Publisher>(info, lcm_port::open_link(options.publish),
-                                               publisher);
-}
-
 /// Topics in shared memory for as long as it lives.
 class Share {
  public:
@@ -147,18 +134,6 @@ void print_summary(const RunStatistics& statistics, std::uint64_t allocations) {
                static_cast<double>(total.max_ms),
                static_cast<unsigned long long>(statistics.deadline_misses()),
                static_cast<unsigned long long>(allocations));
-}
-
-void print_delivery(const lcm_port::PublisherCounters& delivery, std::uint64_t keyframes) {
-  std::fprintf(
-      stderr,
-      "onboard: %llu of %llu keyframes acknowledged by a base; %llu sent without an answer, "
-      "%llu not sent; %llu pieces sent again\n",
-      static_cast<unsigned long long>(delivery.keyframes_acknowledged),
-      static_cast<unsigned long long>(keyframes),
-      static_cast<unsigned long long>(delivery.keyframes_unacknowledged),
-      static_cast<unsigned long long>(delivery.keyframes_dropped),
-      static_cast<unsigned long long>(delivery.pieces_resent));
 }
 
 void print_up(const RunStatistics& statistics, const PipelineConfig& config) {
@@ -352,9 +327,9 @@ void run_onboard(const OnboardOptions& options) {
   OwnedPipeline pipeline(config);
   require(pipeline);
 
-  const SessionInfo info{
-      session_id(folder.session_name(), dataset->stamp_ns(0), !options.publish.empty()),
-      folder.session_name(), std::string(sensor.model.name)};
+  const SessionInfo info{session_id(folder.session_name(), dataset->stamp_ns(0),
+                                    !options.publish.empty() || !options.spool.empty()),
+                         folder.session_name(), std::string(sensor.model.name)};
   folder.write_text("run.json", describe_run(options, folder, info.id, sensor.model, config));
   Progress progress("onboard", scans);
   progress.note("sensor " + info.sensor + " (" + sensor.source + ")");
@@ -377,7 +352,7 @@ void run_onboard(const OnboardOptions& options) {
   KnownKeyframes known(info.name, earlier);
   known.insert_into(pipeline->places());
   lcm_port::SessionLogWriter log(folder.keyframe_log(), info);
-  const auto publisher = open_publisher(options, info);
+  Delivery delivery(options, info);
   const auto share = open_share(options, config, info.id);
   Replay replay(*dataset, *pipeline,
                 {.session = info.id,
@@ -389,7 +364,7 @@ void run_onboard(const OnboardOptions& options) {
                  .statistics = statistics,
                  .known = known,
                  .log = log,
-                 .publisher = publisher.get(),
+                 .delivery = delivery,
                  .share = share != nullptr ? share->get() : nullptr,
                  .progress = progress});
   replay.run();
@@ -408,15 +383,11 @@ void run_onboard(const OnboardOptions& options) {
   RunStatistics::Run run{.allocations_after_start = replay.allocations(),
                          .arena_bytes = pipeline.bytes(),
                          .realtime = options.realtime,
-                         .published = publisher != nullptr,
-                         .delivery = {},
+                         .delivery = delivery.finish(),
                          .surroundings = surroundings_name(first.surroundings),
                          .extent_m = first.extent_m,
                          .input = std::move(findings)};
-  if (publisher != nullptr) {
-    run.delivery = publisher->finish();
-    print_delivery(run.delivery, statistics.keyframes());
-  }
+  print_delivery(run.delivery, statistics.keyframes(), options);
   folder.write_text("stats.json", statistics.to_json(run));
   print_summary(statistics, replay.allocations());
   if (share != nullptr && share->get()->health().not_shared > 0) {

@@ -162,6 +162,32 @@ Json to_json(const std::vector<input::Finding>& findings) {
   return {{"severity", input::severity_name(input::worst(findings))}, {"findings", list}};
 }
 
+Json to_json(const DeliveryCounters& delivery) {
+  const lcm_port::PublisherCounters& own = delivery.own;
+  const lcm_port::EarlierCounters& earlier = delivery.earlier;
+  const spool::SpoolCounters& disk = delivery.disk;
+  return {{"keyframes_published", own.keyframes_published},
+          {"keyframes_acknowledged", own.keyframes_acknowledged},
+          {"keyframes_waiting", own.keyframes_waiting},
+          {"keyframes_lost", own.keyframes_lost()},
+          {"datagrams_refused", own.send_failures},
+          {"earlier_sessions",
+           {{"sessions", earlier.sessions},
+            {"sessions_delivered", earlier.sessions_delivered},
+            {"keyframes", earlier.keyframes},
+            {"keyframes_acknowledged", earlier.keyframes_acknowledged},
+            {"keyframes_lost", earlier.keyframes_lost}}},
+          {"spool",
+           {{"used", delivery.spooled},
+            {"keyframes_written", disk.keyframes_durable},
+            {"keyframes_not_written", disk.keyframes_added - disk.keyframes_durable},
+            {"keyframes_on_disk", disk.keyframes_on_disk},
+            {"bytes_on_disk", disk.bytes_on_disk},
+            {"keyframes_lost", disk.keyframes_lost},
+            {"keyframes_damaged", disk.keyframes_damaged},
+            {"write_failures", disk.write_failures}}}};
+}
+
 }  // namespace
 
 StageTimes RunStatistics::stage_times(Stage stage) const {
@@ -236,11 +262,12 @@ std::string RunStatistics::to_json(const Run& run) const {
   json["closing_call_ms"] = apps::to_json(times_of(closing_call_ms_));
   json["realtime"] = run.realtime;
   json["keyframes_late"] = keyframes_late_;
-  json["published"] = run.published;
-  json["keyframes_acknowledged"] = run.delivery.keyframes_acknowledged;
-  json["keyframes_not_published"] =
-      run.delivery.keyframes_unacknowledged + run.delivery.keyframes_dropped;
-  json["pieces_resent"] = run.delivery.pieces_resent;
+  const lcm_port::PublisherCounters& own = run.delivery.own;
+  json["published"] = run.delivery.published;
+  json["keyframes_acknowledged"] = own.keyframes_acknowledged;
+  json["keyframes_not_published"] = own.keyframes_lost();
+  json["pieces_resent"] = own.pieces_resent;
+  json["delivery"] = apps::to_json(run.delivery);
   return json.dump(2) + "\n";
 }
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "ports/lcm/publisher.hpp"
+#include "src/apps/onboard/delivery.hpp"
 #include "src/input/finding.hpp"
 #include "unimapper/core/expected.hpp"
 #include "unimapper/onboard/pipeline.hpp"
@@ -95,8 +95,7 @@ class RunStatistics {
     std::uint64_t allocations_after_start = 0;
     std::uint64_t arena_bytes = 0;
     bool realtime = false;
-    bool published = false;
-    lcm_port::PublisherCounters delivery;
+    DeliveryCounters delivery;
     std::string_view surroundings;      ///< that the parameters were chosen for
     float extent_m = 0.0F;              ///< what that was decided from; 0: it was stated
     std::vector<input::Finding> input;  ///< of the recording's plausibility

@@ -6,12 +6,15 @@
 #include <exception>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "ports/lcm/earlier_sessions.hpp"
 #include "ports/lcm/live.hpp"
 #include "ports/lcm/session_log.hpp"
+#include "ports/spool/spool.hpp"
 #include "tests/wire/stream.hpp"
 #include "unimapper/wire/checksum.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
@@ -50,13 +53,15 @@ void print(const std::vector<SessionData>& sessions) {
   }
 }
 
-// publish URL NAME KEYFRAMES DATAGRAM_BYTES PAUSE_MS [UNACKNOWLEDGED_BYTES]
+// publish URL NAME KEYFRAMES DATAGRAM_BYTES PAUSE_MS [UNACKNOWLEDGED_BYTES [SPOOL]]
 int publish(const std::vector<std::string>& arguments) {
   const SessionInfo info = info_of(arguments[1]);
   PublisherOptions options;
   options.datagram_bytes = static_cast<std::uint32_t>(std::stoul(arguments[3]));
   if (arguments.size() > 5) options.unacknowledged_bytes = std::stoul(arguments[5]);
-  Publisher publisher(info, open_link(arguments[0]), options);
+  std::unique_ptr<spool::Spool> spool;
+  if (arguments.size() > 6) spool = std::make_unique<spool::Spool>(arguments[6]);
+  Publisher publisher(info, open_link(arguments[0]), options, spool.get());
   const std::chrono::milliseconds pause(std::stol(arguments[4]));
   for (std::uint32_t i = 0; i < std::stoul(arguments[2]); ++i) {
     publisher.publish(keyframe_of(info, i));
@@ -68,6 +73,20 @@ int publish(const std::vector<std::string>& arguments) {
               static_cast<unsigned long long>(counters.keyframes_sent),
               static_cast<unsigned long long>(counters.keyframes_dropped),
               static_cast<unsigned long long>(counters.send_failures));
+  return 0;
+}
+
+// resume URL SPOOL
+int resume(const std::vector<std::string>& arguments) {
+  spool::Spool spool(arguments[1]);
+  EarlierSessionsSender sender(spool, open_link(arguments[0]), {});
+  const EarlierCounters counters = sender.finish(std::chrono::milliseconds(30000));
+  std::printf("sessions=%llu delivered=%llu keyframes=%llu acknowledged=%llu lost=%llu\n",
+              static_cast<unsigned long long>(counters.sessions),
+              static_cast<unsigned long long>(counters.sessions_delivered),
+              static_cast<unsigned long long>(counters.keyframes),
+              static_cast<unsigned long long>(counters.keyframes_acknowledged),
+              static_cast<unsigned long long>(counters.keyframes_lost));
   return 0;
 }
 
@@ -108,7 +127,11 @@ int read_log(const std::vector<std::string>& arguments) {
 
 int main(int argc, char** argv) {
   const std::map<std::string, std::function<int(const std::vector<std::string>&)>> commands{
-      {"publish", publish}, {"listen", listen_to}, {"write", write_log}, {"read", read_log}};
+      {"publish", publish},
+      {"resume", resume},
+      {"listen", listen_to},
+      {"write", write_log},
+      {"read", read_log}};
   try {
     const std::vector<std::string> arguments(argv + 1, argv + argc);
     return commands.at(arguments.at(0))({arguments.begin() + 1, arguments.end()});

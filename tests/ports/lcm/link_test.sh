@@ -142,6 +142,24 @@ killed_robot)
   expect 'end=idle'
   expect '^alpha keyframes=[1-9][0-9]* missing=[0-9]* damaged=0 open equal'
   ;;
+restarted_robot)
+  # Nobody listened, then the robot was killed: its next start delivers what was on its disk.
+  "$program" publish "$url" alpha 1000 60000 20 64000000 "$directory/spool" 2>"$directory/sender" &
+  sender=$!
+  children="$children $sender"
+  await '^sent 30$' sender
+  kill -KILL $sender
+  wait $sender || true
+  listen 1 10000
+  "$program" resume "$url" "$directory/spool" >"$directory/resumed"
+  wait $listener
+  expect 'end=complete malformed=0'
+  expect '^alpha keyframes=[23][0-9] missing=0 damaged=0 ended equal'
+  grep -q '^sessions=1 delivered=1 keyframes=\([0-9]*\) acknowledged=\1 lost=0$' \
+    "$directory/resumed" || fail "not all was delivered: $(cat "$directory/resumed")"
+  "$program" resume "$url" "$directory/spool" >"$directory/resumed"
+  grep -q '^sessions=0 ' "$directory/resumed" || fail "a delivered session is delivered again"
+  ;;
 logger)
   # What lcm-logger writes we read.
   LCM_DEFAULT_URL="$url&recv_buf_size=4194304" lcm-logger -q "$directory/log" \
