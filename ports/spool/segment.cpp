@@ -23,18 +23,18 @@ constexpr std::size_t kNameDigits = 16;
 constexpr std::size_t kMaxTextBytes = 64;
 constexpr std::uint64_t kEndOfSequences = std::uint64_t{1} << 32U;
 
-/// A session takes 20 bytes: room for 128 bits beside the robot's number.
+/// A session takes 20 bytes.
 void put(BigEndianWriter& writer, const SessionId& id) {
   writer.put(id.robot);
-  writer.put(std::uint64_t{0});
-  writer.put(id.session);
+  writer.put(id.boot.high);
+  writer.put(id.boot.low);
 }
 
 SessionId get_session(BigEndianReader& reader) {
   SessionId id;
   id.robot = reader.get<std::uint32_t>();
-  (void)reader.get<std::uint64_t>();
-  id.session = reader.get<std::uint64_t>();
+  id.boot.high = reader.get<std::uint64_t>();
+  id.boot.low = reader.get<std::uint64_t>();
   return id;
 }
 

@@ -1,29 +1,31 @@
 #include "ports/store/session_key.hpp"
 
+#include "unimapper/wire/byte_io.hpp"
+
 namespace unimapper::store {
 
 namespace {
 
-constexpr std::size_t kRobotBytes = 4;
-constexpr std::size_t kKeyBytes = 12;
+constexpr std::size_t kKeyBytes = 20;
 
 }  // namespace
 
 std::vector<std::uint8_t> to_key(const SessionId& id) {
-  std::vector<std::uint8_t> key(kKeyBytes);
-  for (std::size_t i = 0; i < kKeyBytes; ++i) {
-    const bool is_robot = i < kRobotBytes;
-    const std::uint64_t number = is_robot ? id.robot : id.session;
-    key[i] = static_cast<std::uint8_t>(number >> (8 * (is_robot ? i : i - kRobotBytes)));
-  }
+  std::vector<std::uint8_t> key;
+  wire::BigEndianWriter writer(key);
+  writer.put(id.robot);
+  writer.put(id.boot.high);
+  writer.put(id.boot.low);
   return key;
 }
 
 std::optional<SessionId> from_key(std::span<const std::uint8_t> key) {
   if (key.size() != kKeyBytes) return std::nullopt;
+  wire::BigEndianReader reader(key);
   SessionId id;
-  for (std::size_t i = kKeyBytes; i-- > kRobotBytes;) id.session = id.session << 8U | key[i];
-  for (std::size_t i = kRobotBytes; i-- > 0;) id.robot = id.robot << 8U | key[i];
+  id.robot = reader.get<std::uint32_t>();
+  id.boot.high = reader.get<std::uint64_t>();
+  id.boot.low = reader.get<std::uint64_t>();
   return id;
 }
 

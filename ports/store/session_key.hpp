@@ -10,7 +10,7 @@
 
 namespace unimapper::store {
 
-/// The identity as bytes: robot (u32), then session (u64), little-endian.
+/// The identity as bytes: robot (u32), then boot (u128), big-endian.
 std::vector<std::uint8_t> to_key(const SessionId& id);
 
 /// The identity of such bytes; nothing if they are none.
