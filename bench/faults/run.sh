@@ -1,0 +1,100 @@
+#!/usr/bin/env bash
+# Delivery from robots to the base under faults and forgeries: the table of docs/results.md.
+#
+#   bench/faults/run.sh [ROW...]   rows by the names in rows.sh, all by default (eight minutes)
+#
+# Real processes on multicast in a network namespace of their own, where a relay between the robots'
+# group and the base's loses, holds, repeats and damages datagrams as a seed says. Ends with 77 where
+# making a namespace is not allowed. BIN names the folder of programs, OUT that of the output; SEED
+# seeds relay and keyframes; FULL=1 takes outages, kills and counts at their full length (an hour);
+# KEYFRAMES is the number per robot where a row does not say otherwise. CHECK=1 ends with 1 if a keyframe was lost,
+# duplicated or falsely reported.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+# shellcheck source=bench/tables/common.sh
+source bench/tables/common.sh
+# shellcheck source=bench/faults/rows.sh
+source bench/faults/rows.sh
+# shellcheck source=bench/faults/processes.sh
+source bench/faults/processes.sh
+
+bin=${BIN:-build/release/bin}
+out=${OUT:-build/bench/faults}
+seed=${SEED:-1}
+row_names=${*:-$all_rows}
+longest=100
+[ -z "${FULL:-}" ] || longest=1500
+
+# In a namespace, as who may make one: with all traffic on its own loopback, and disks of its own.
+enter_namespace() {
+  local flags
+  if only_layout || [ -n "${IN_NAMESPACE:-}" ]; then return; fi
+  for flags in -nm -rnm; do
+    if unshare $flags true 2>/dev/null; then
+      IN_NAMESPACE=1 exec unshare $flags "$0" "$@"
+    fi
+  done
+  echo "SKIPPED: making a network namespace is not allowed here (unshare -nm)"
+  exit 77
+}
+
+# row_cells ROW: the cells of a row. In a shell of its own: what it started ends with it.
+row_cells() {
+  row=$out/$1
+  rm -rf "$row"
+  mkdir -p "$row"
+  robots_url="udpm://$robots_group?ttl=0"
+  base_url=$robots_url
+  receive_buffer=
+  disk=
+  bases=0
+  store=$row/store
+  if ! "row_$1"; then
+    echo "– | – | – | – | – | – | –"
+    return
+  fi
+  end_row
+  figures
+}
+
+# figures: of the row that has ended
+figures() {
+  local peaks peak
+  for peak in base robot; do
+    peaks+=$(awk '$1 == "peak_kb" && $2 > most { most = $2 } END { printf "%.0f", most / 1024 }' \
+      "$row/$peak"-*.process)
+    [ $peak = robot ] || peaks+=" / "
+  done
+  [ -z "$base_fell" ] || peaks+=" (base ended early)"
+  awk -v peaks="$peaks" -f bench/faults/figures.awk "$row/$current_base.out" "$row"/robot-*.out
+}
+
+faults_table() {
+  local name
+  echo "| fault | keyframes sent | stored | lost | duplicated | falsely reported | peak of base / robot, MB | time to catch up, s |"
+  rule 8
+  for name in $row_names; do
+    row "$(title "$name")" 7 row_cells "$name"
+    only_layout || echo "$name done" >&2
+  done
+}
+
+check() {
+  awk -F' *[|] *' -v rows="$(wc -w <<<"$row_names")" '
+    $3 ~ /^[0-9]+$/ { if ($5 $6 $7 != "000") print "not clean: " $2; else ++clean }
+    END { exit clean != rows }' "$out/table.md"
+}
+
+enter_namespace "$@"
+if ! only_layout; then
+  ip link set lo up
+  ip route add 224.0.0.0/4 dev lo
+  mkdir -p "$out"
+  out=$(cd "$out" && pwd)
+fi
+if only_layout; then
+  table delivery-faults faults_table
+else
+  table delivery-faults faults_table | tee "$out/table.md"
+  [ -z "${CHECK:-}" ] || check
+fi
