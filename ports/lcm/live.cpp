@@ -1,6 +1,7 @@
 #include "ports/lcm/live.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <fstream>
 #include <lcm/lcm-cpp.hpp>
@@ -168,13 +169,15 @@ class Answers {
   std::vector<StoredMessage> messages_;
 };
 
-/// Delivers what arrives during about `duration`.
+/// Delivers what arrives during about `duration`, or until a signal is handled.
 void handle_for(lcm::LCM& link, std::chrono::milliseconds duration) {
   const Clock::time_point end = Clock::now() + duration;
   for (;;) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
     if (left <= std::chrono::milliseconds::zero()) return;
+    errno = 0;
     if (link.handleTimeout(static_cast<int>(left.count())) < 0) {
+      if (errno == EINTR) return;
       throw LinkError("LCM stopped delivering messages");
     }
   }

@@ -1,5 +1,6 @@
 // Publisher or listener process for the link test (link_test.sh).
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -26,6 +27,10 @@ using namespace unimapper::lcm_port;
 namespace {
 
 constexpr std::uint32_t kCells = 20000;
+
+volatile std::sig_atomic_t stop_requested = 0;
+
+void request_stop(int /*signal*/) { stop_requested = 1; }
 
 SessionInfo info_of(const std::string& name) {
   return {{static_cast<std::uint32_t>(name.size()),
@@ -98,6 +103,8 @@ int listen_to(const std::vector<std::string>& arguments) {
   options.idle_timeout = std::chrono::milliseconds(std::stol(arguments[2]));
   options.first_message_timeout = std::chrono::milliseconds(std::stol(arguments[3]));
   options.progress = [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); };
+  std::signal(SIGTERM, request_stop);
+  options.stop = [] { return stop_requested != 0; };
   const ListenResult result = listen(options);
   const char* const ends[] = {"complete", "gaps", "idle", "stopped"};
   std::printf("end=%s malformed=%llu\n", ends[static_cast<std::size_t>(result.end)],

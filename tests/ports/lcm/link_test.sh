@@ -125,6 +125,15 @@ stopped_listener)
   expect 'end=complete malformed=0'
   expect '^alpha keyframes=100 missing=0 damaged=0 ended equal'
   ;;
+told_to_stop)
+  # A signal interrupts the waiting for messages; what has arrived is kept.
+  listen 2 30000
+  "$program" publish "$url" alpha 5 60000 0
+  kill -TERM $listener
+  wait $listener || fail "the listener ended with an error"
+  expect 'end=stopped'
+  expect '^alpha keyframes=5 missing=0 damaged=0 ended equal'
+  ;;
 nobody)
   listen 1 10000 300
   wait $listener
