@@ -35,17 +35,19 @@ send_signal() {
   kill "-$1" "$(awk '$1 == "pid" { print $2 }' "$row/$2.process")" 2>/dev/null || true
 }
 
-# wait_for NAME...: until they end; after $longest seconds they are killed
+# wait_for NAME...: until they end; false if one was still there after $longest seconds and was killed
 wait_for() {
-  local name end=$((SECONDS + longest))
+  local name ended=0 end=$((SECONDS + longest))
   for name; do
     while runs "$name" && [ $SECONDS -lt $end ]; do sleep 0.05; done
     if runs "$name"; then
-      echo "warning: $name of $row had to be killed" >&2
+      echo "error: $name of $row did not end within $longest s" >&2
       send_signal KILL "$name"
+      ended=1
     fi
     wait "${wrappers[$name]}" || true
   done
+  return $ended
 }
 
 kill_process() {
@@ -141,7 +143,7 @@ end_row() {
   for name in "${!wrappers[@]}"; do
     [ "$name" = "$current_base" ] || send_signal TERM "$name"
   done
-  longest=20
+  longest=60
   wait_for "${!wrappers[@]}"
   ! has_store || "$bin/fault_base" store "$store" >"$row/$current_base.out"
   [ -z "$disk" ] || umount "$disk"

@@ -49,10 +49,11 @@ row_cells() {
   disk=
   bases=0
   store=$row/store
-  if ! "row_$1"; then
+  if [ "$1" = base_disk_full ] && ! has_store; then
     echo "– | – | – | – | – | – | –"
     return
   fi
+  "row_$1"
   end_row
   figures
 }
