@@ -19,6 +19,8 @@ using namespace unimapper;
 using namespace unimapper::bench;
 using Clock = std::chrono::steady_clock;
 
+constexpr double kLongestTurn_s = 0.05;
+
 struct Options {
   std::string url;
   std::string kind;
@@ -45,7 +47,9 @@ class Forger {
       if (link_.handleTimeout(5) < 0) throw std::runtime_error("LCM stopped delivering messages");
       const double last_s = now_s;
       now_s = std::chrono::duration<double>(Clock::now() - start).count();
-      forgery_->act(now_s, static_cast<std::size_t>((now_s - last_s) * options_.bytes_per_second));
+      // What a turn took too long for is not made up for: it would take longer still.
+      const double elapsed_s = std::min(now_s - last_s, kLongestTurn_s);
+      forgery_->act(now_s, static_cast<std::size_t>(elapsed_s * options_.bytes_per_second));
     }
     std::printf("forged %llu messages, %llu bytes\n", static_cast<unsigned long long>(messages_),
                 static_cast<unsigned long long>(bytes_));

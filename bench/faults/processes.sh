@@ -67,7 +67,7 @@ relay() {
 # What stands for a base: the store where `unimapper base` exists, else what `merge --listen` does.
 has_store() {
   [ "${BASE:-store}" = store ] && [ -x "$bin/unimapper" ] &&
-    "$bin/unimapper" --help | grep -q '^  base '
+    grep -q '^  base ' <<<"$("$bin/unimapper" --help)"
 }
 
 # base SESSIONS: started, or started again with what it has stored
@@ -104,10 +104,12 @@ drive() {
     --route A --scans 150 --seed 3 --out "$out/drive" >"$out/drive.log" 2>&1
 }
 
-# onboard NAME FOLDER: the real robot, with that drive
+has_spool() { grep -q -- '--spool ' <<<"$("$bin/unimapper" onboard --help)"; }
+
+# onboard NAME FOLDER SPOOL: the real robot, with that drive; keyframes kept in SPOOL if it can do that
 onboard() {
   local spool=()
-  ! "$bin/unimapper" onboard --help | grep -q -- --spool || spool=(--spool "$2/spool")
+  ! has_spool || spool=(--spool "$3")
   start "robot-$1" "$bin/unimapper" onboard "$out/drive" --out "$2/run" --publish "$robots_url" \
     "${spool[@]}"
 }

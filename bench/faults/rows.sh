@@ -76,6 +76,10 @@ row_robot_killed() {
   [ -z "${FULL:-}" ] || kills=100
   relay --to-base drop=0.05
   base $((kills + 1))
+  if has_spool; then
+    kill_onboard "$kills"
+    return
+  fi
   for ((i = 0; i < kills; ++i)); do
     robot "a$i" --name a
     sleep 1.2
@@ -84,15 +88,31 @@ row_robot_killed() {
   robot "a$kills" --name a --keyframes 20
   wait_for "robot-a$kills"
 }
+kill_onboard() { # kill_onboard TIMES: one spool, a run for each start
+  drive
+  for ((i = 0; i < $1; ++i)); do
+    onboard "a$i" "$row/$i" "$row/spool"
+    await '[1-9] keyframes' "robot-a$i.err"
+    sleep "0.$((3 * i % 10))"
+    kill_process "robot-a$i"
+    published_by_log "a$i" "$row/$i"
+  done
+  onboard "a$1" "$row/$1" "$row/spool"
+  wait_for "robot-a$1"
+  published_by_log "a$1" "$row/$1"
+}
 
 row_robot_disk_full() {
   drive
   small_disk 2
   relay
   base 1
-  onboard a "$disk"
+  # With a spool its disk is full; without one that of the run, as robots had it before.
+  local run=$disk
+  ! has_spool || run=$row
+  onboard a "$run" "$disk/spool"
   wait_for robot-a
-  published_by_log a "$disk"
+  published_by_log a "$run"
 }
 row_base_disk_full() {
   small_disk 64
@@ -139,7 +159,7 @@ row_onboard() {
   drive
   relay --to-base drop=0.05 --to-robots drop=0.05
   base 1
-  onboard a "$row"
+  onboard a "$row" "$row/spool"
   wait_for robot-a
   published_by_log a "$row"
 }
@@ -165,8 +185,8 @@ row_forged_answers() { forged acknowledgements; }
 title() {
   local minutes="10 min, 40 times as fast"
   [ -z "${FULL:-}" ] || minutes="10 min"
-  local times=5
-  [ -z "${FULL:-}" ] || times=100
+  local times=5 small=3,600
+  [ -z "${FULL:-}" ] || times=100 small=36,000
   case "$1" in
     none) echo "none" ;;
     loss_5) echo "5 % of datagrams lost" ;;
@@ -188,7 +208,7 @@ title() {
     same_name) echo "two robots with one name" ;;
     five_robots) echo "five robots, 5 % lost" ;;
     default_buffers) echo "receive buffer of 208 KiB, keyframes of 500 kB" ;;
-    many_small) echo "five robots, 3,600 small keyframes each" ;;
+    many_small) echo "five robots, $small small keyframes each" ;;
     onboard) echo "\`unimapper onboard\`, 5 % lost" ;;
     forged_pieces) echo "forged: bad last piece of every keyframe" ;;
     forged_sessions) echo "forged: 200 sessions" ;;

@@ -58,6 +58,24 @@ row_cells() {
   figures
 }
 
+# row_or_error ROW: the cells of a row; one that failed is no reason to do without the others
+row_or_error() {
+  local cells status
+  set +e
+  cells=$(
+    set -e
+    row_cells "$1"
+  )
+  status=$?
+  set -e
+  if [ $status != 0 ]; then
+    touch "$out/failed"
+    cells="failed | – | – | – | – | – | –"
+  fi
+  echo "$(title "$1"): $cells" >&2
+  echo "$cells"
+}
+
 # figures: of the row that has ended
 figures() {
   local peaks peak
@@ -75,9 +93,12 @@ faults_table() {
   echo "| fault | keyframes sent | stored | lost | duplicated | falsely reported | peak of base / robot, MB | time to catch up, s |"
   rule 8
   for name in $row_names; do
-    row "$(title "$name")" 7 row_cells "$name"
-    only_layout || echo "$name done" >&2
+    row "$(title "$name")" 7 row_or_error "$name"
   done
+  if [ -e "$out/failed" ]; then
+    echo "error: rows failed; the table is not written" >&2
+    return 1
+  fi
 }
 
 check() {
@@ -92,6 +113,7 @@ if ! only_layout; then
   ip route add 224.0.0.0/4 dev lo
   mkdir -p "$out"
   out=$(cd "$out" && pwd)
+  rm -f "$out/failed"
 fi
 if only_layout; then
   table delivery-faults faults_table
