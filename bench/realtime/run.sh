@@ -68,6 +68,7 @@ cat <<TXT
 | late (not finished when the next scan arrived) | $(number keyframes_late) |
 | the call that makes a keyframe ready, p50 / p99 / max ms | $(times closing_call_ms) |
 | all calls of a keyframe, p50 / p99 / max ms | $(times total) |
+| copy of a keyframe for the encoding thread, p50 / p99 / max ms | $(times hand_over_ms) |
 | keyframes not published | $(number keyframes_not_published) |
 | allocations after start | $(number allocations_after_start) |
 TXT

@@ -85,6 +85,8 @@ TEST_CASE("a run folder holds labels for every point, keyframes, loops and stati
   CHECK(stats["closing_call_ms"]["max"] > 0.0);
   CHECK(stats["keyframes_late"] == 0);  // none is late without --realtime
   CHECK(stats["allocations_after_start"] == 0);
+  CHECK(stats["hand_over_ms"]["max"] > 0.0);
+  CHECK(stats["keyframes_not_encoded"] == 0);
   CHECK(stats["arena_bytes"].get<std::uint64_t>() > 0);
   std::size_t points = 0;
   for (const auto& scan : recording.scans) points += scan.points.size();

@@ -10,14 +10,29 @@
 
 namespace unimapper::apps {
 
+namespace {
+
+/// Room for whatever keyframe a pipeline makes.
+wire::KeyframeRoom room_for(const PipelineConfig& config) {
+  const FreeSpaceConfig& free_space = config.free_space;
+  const std::size_t pixels = ImageProjection(free_space.image_shape()).pixels();
+  return {config.keyframe.scans, config.voxel.max_cells, config.descriptor.max_keypoints,
+          free_space.images_per_keyframe,
+          std::max<std::size_t>(pixels, free_space.max_image_pixels)};
+}
+
+}  // namespace
+
 Replay::Replay(const datasets::Dataset& dataset, Pipeline& pipeline, const ReplayOptions& options,
                ReplayOutputs outputs)
-    : dataset_(dataset), pipeline_(pipeline), options_(options), outputs_(outputs) {
-  const std::uint32_t cells = pipeline.config().voxel.max_cells;
-  encoder_memory_ = MemoryBlock(wire::KeyframeEncoder::required_bytes(cells));
-  encoder_ = wire::KeyframeEncoder::create(cells, encoder_memory_.span()).value();
-  encoded_.resize(std::size_t{1} << 20U);
-}
+    : dataset_(dataset),
+      pipeline_(pipeline),
+      options_(options),
+      outputs_(outputs),
+      // Faster than real time, encoding may be waited for; in real time it must not.
+      encoding_(options.session,
+                {.room = room_for(pipeline.config()), .drop_when_full = options.realtime},
+                [this](wire::EncodedKeyframe keyframe) { take(std::move(keyframe)); }) {}
 
 void Replay::run() {
   start_ = std::chrono::steady_clock::now();
@@ -32,6 +47,7 @@ void Replay::run() {
     handle(last);
   } while (last.keyframe_finished);
   finish_labels();
+  finish_encoding();
   allocations_ = linux_port::AllocationGuard::count();
 }
 
@@ -104,7 +120,7 @@ void Replay::collect_keyframe() {
   outputs_.known.add(keyframe);
   collect_loops(keyframe);
   send(keyframe);
-  outputs_.statistics.add_keyframe(keyframe, duration_ns(keyframe), left_out_);
+  outputs_.statistics.add_keyframe(keyframe, duration_ns(keyframe));
   warn_of_full_cells(*keyframe.statistics);
   if (outputs_.delivery.publisher() != nullptr) publish_health();
 }
@@ -176,25 +192,28 @@ void Replay::collect_loops(const KeyframeView& keyframe) {
 }
 
 void Replay::send(const KeyframeView& keyframe) {
-  wire::EncodeResult result;
+  const auto called = std::chrono::steady_clock::now();
   {
     const linux_port::AllocationGuard guard;
-    result = encoder_.encode(keyframe, options_.session, encoded_);
+    (void)encoding_.hand_over(keyframe);
   }
-  if (result.error.code == ErrorCode::kBufferTooSmall) {
-    encoded_.resize(2 * result.bytes);
-    result = encoder_.encode(keyframe, options_.session, encoded_);
-  }
-  if (result.error.code != ErrorCode::kOk) throw std::runtime_error(result.error.message);
-  left_out_ = result.left_out;
-  outputs_.statistics.add_message(result.bytes, result.image_bytes);
-  const auto bytes = std::span(encoded_).first(result.bytes);
-  wire::EncodedKeyframe encoded{options_.session,
-                                keyframe.sequence,
-                                keyframe.scans.back().stamp_ns,
-                                {bytes.begin(), bytes.end()}};
-  outputs_.log.write(encoded);
-  outputs_.delivery.take(std::move(encoded));
+  const std::chrono::nanoseconds elapsed = std::chrono::steady_clock::now() - called;
+  outputs_.statistics.add_hand_over(elapsed.count());
+  encoding_.rethrow();
+}
+
+void Replay::take(wire::EncodedKeyframe keyframe) {
+  outputs_.log.write(keyframe);
+  outputs_.delivery.take(std::move(keyframe));
+}
+
+void Replay::finish_encoding() {
+  const lcm_port::EncodingCounters counters = encoding_.finish();
+  outputs_.statistics.set_encoding(counters);
+  if (counters.encoded == counters.handed_over) return;
+  outputs_.progress.note("warning: " + std::to_string(counters.dropped) +
+                         " keyframes came faster than they were encoded and were dropped, " +
+                         std::to_string(counters.refused) + " could not be encoded");
 }
 
 void Replay::publish_health() {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
+#include "ports/lcm/encoding_thread.hpp"
 #include "ports/lcm/session_log.hpp"
 #include "ports/shared_memory/pipeline_share.hpp"
 #include "src/apps/onboard/delivery.hpp"
@@ -16,9 +17,7 @@
 #include "src/apps/onboard/progress.hpp"
 #include "src/apps/onboard/run_folder.hpp"
 #include "src/apps/onboard/run_statistics.hpp"
-#include "unimapper/core/owned.hpp"
 #include "unimapper/onboard/pipeline.hpp"
-#include "unimapper/wire/keyframe_encoder.hpp"
 
 namespace unimapper::apps {
 
@@ -69,6 +68,9 @@ class Replay {
   void finish_labels();
   void collect_loops(const KeyframeView& keyframe);
   void send(const KeyframeView& keyframe);
+  /// On the thread that encodes.
+  void take(wire::EncodedKeyframe keyframe);
+  void finish_encoding();
   /// Says so, once, when a keyframe had no room for all its cells.
   void warn_of_full_cells(const KeyframeStatistics& statistics);
   void publish_health();
@@ -89,14 +91,11 @@ class Replay {
   };
   std::deque<OpenScan> open_scans_;
   datasets::Scan earlier_scan_;
-  MemoryBlock encoder_memory_;
-  wire::KeyframeEncoder encoder_;
-  std::vector<std::uint8_t> encoded_;  // the keyframe's bytes; grows to the largest keyframe
   std::vector<LoopRecord> loops_;
   std::uint64_t allocations_ = 0;
   bool warned_of_full_cells_ = false;
-  std::uint64_t left_out_ = 0;  // of the message sent last
   std::chrono::steady_clock::time_point start_;
+  lcm_port::EncodingThread encoding_;  // last: it ends before what it uses
 };
 
 }  // namespace unimapper::apps

@@ -36,10 +36,8 @@ void RunStatistics::add_scan(std::size_t points, const Error& error) {
   if (error.code != ErrorCode::kOk) ++refused_[refusal_name(error.code)];
 }
 
-void RunStatistics::add_keyframe(const KeyframeView& keyframe, std::int64_t duration_ns,
-                                 std::uint64_t left_out_of_message) {
+void RunStatistics::add_keyframe(const KeyframeView& keyframe, std::int64_t duration_ns) {
   ++keyframes_;
-  left_out_of_messages_ += left_out_of_message;
   if (keyframe.statistics == nullptr) return;
   const KeyframeStatistics& statistics = *keyframe.statistics;
   points_valid_ += statistics.points_valid;
@@ -74,9 +72,8 @@ void RunStatistics::add_closing_call(std::int64_t elapsed_ns, bool late) {
   if (late) ++keyframes_late_;
 }
 
-void RunStatistics::add_message(std::size_t bytes, std::size_t image_bytes) {
-  message_bytes_ += bytes;
-  image_bytes_ += image_bytes;
+void RunStatistics::add_hand_over(std::int64_t elapsed_ns) {
+  hand_over_ms_.push_back(static_cast<float>(static_cast<double>(elapsed_ns) * 1e-6));
 }
 
 void RunStatistics::add_relabelled(const RelabelledKeyframe& relabelled) {
@@ -213,7 +210,7 @@ std::string RunStatistics::to_json(const Run& run) const {
   for (std::size_t i = 0; i < kDropCauses; ++i) {
     dropped[std::string(drop_cause_name(static_cast<DropCause>(i)))] = dropped_[i];
   }
-  dropped["too_far_for_message"] = left_out_of_messages_;
+  dropped["too_far_for_message"] = encoding_.left_out;
   Json& dropping = json["keyframes_dropping"] = Json::object();
   for (std::size_t i = 0; i < kDropCauses; ++i) {
     dropping[std::string(drop_cause_name(static_cast<DropCause>(i)))] = keyframes_dropping_[i];
@@ -242,9 +239,9 @@ std::string RunStatistics::to_json(const Run& run) const {
   json["attitude_noise_deg"] = rounded(attitude_noise_deg());
   json["sweep_tilt_deg"] = rounded(sweep_tilt_deg_);
   json["aligned_scans"] = aligned_scans_;
-  const std::uint64_t count = std::max<std::uint64_t>(keyframes_, 1);
-  json["message_bytes_per_keyframe"] = {{"all", message_bytes_ / count},
-                                        {"free_space_images", image_bytes_ / count}};
+  const std::uint64_t count = std::max<std::uint64_t>(encoding_.encoded, 1);
+  json["message_bytes_per_keyframe"] = {{"all", encoding_.bytes / count},
+                                        {"free_space_images", encoding_.image_bytes / count}};
   json["loops"] = {{"candidates", loop_candidates_}, {"accepted", loops_accepted_}};
 
   json["up"] = {{"known", keyframes_up_known()},
@@ -260,6 +257,8 @@ std::string RunStatistics::to_json(const Run& run) const {
   json["total_histogram"] = histogram(stage_ms_[static_cast<std::size_t>(Stage::kTotal)]);
   json["deadline_misses"] = deadline_misses_;
   json["closing_call_ms"] = apps::to_json(times_of(closing_call_ms_));
+  json["hand_over_ms"] = apps::to_json(times_of(hand_over_ms_));
+  json["keyframes_not_encoded"] = encoding_.handed_over - encoding_.encoded;
   json["realtime"] = run.realtime;
   json["keyframes_late"] = keyframes_late_;
   const lcm_port::PublisherCounters& own = run.delivery.own;

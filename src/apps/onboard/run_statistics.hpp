@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "ports/lcm/encoding_thread.hpp"
 #include "src/apps/onboard/delivery.hpp"
 #include "src/input/finding.hpp"
 #include "unimapper/core/expected.hpp"
@@ -31,16 +32,18 @@ class RunStatistics {
   void add_scan(std::size_t points, const Error& error);
   /// `duration_ns`: the time its scans cover; processing that takes longer,
   /// or longer than the budget, misses the deadline.
-  void add_keyframe(const KeyframeView& keyframe, std::int64_t duration_ns,
-                    std::uint64_t left_out_of_message);
+  void add_keyframe(const KeyframeView& keyframe, std::int64_t duration_ns);
   /// The call that closed a keyframe: how long it took, and in a run at the pace of its stamps
   /// whether the next scan was due before it returned.
   void add_closing_call(std::int64_t elapsed_ns, bool late);
   /// Final labels of a keyframe.
   void add_relabelled(const RelabelledKeyframe& relabelled);
   void add_loops(std::size_t candidates, std::size_t accepted);
-  /// A keyframe's message: its bytes, and those of its free-space images among them.
-  void add_message(std::size_t bytes, std::size_t image_bytes);
+  /// How long a keyframe's copy for the encoding thread took, and the wait for room if there was
+  /// one.
+  void add_hand_over(std::int64_t elapsed_ns);
+  /// What became of the keyframes' messages, at the end.
+  void set_encoding(const lcm_port::EncodingCounters& counters) { encoding_ = counters; }
 
   [[nodiscard]] StageTimes stage_times(Stage stage) const;
   [[nodiscard]] std::uint64_t scans() const { return scans_; }
@@ -113,9 +116,7 @@ class RunStatistics {
   std::uint64_t dynamic_cells_ = 0;
   std::uint64_t cells_now_dynamic_ = 0;
   std::uint64_t cells_now_static_ = 0;
-  std::uint64_t left_out_of_messages_ = 0;
-  std::uint64_t message_bytes_ = 0;
-  std::uint64_t image_bytes_ = 0;
+  lcm_port::EncodingCounters encoding_;
   std::uint64_t loop_candidates_ = 0;
   std::uint64_t loops_accepted_ = 0;
   std::uint64_t deadline_misses_ = 0;
@@ -127,6 +128,7 @@ class RunStatistics {
   std::uint64_t up_contradicted_ = 0;
   std::vector<float> odometry_tilt_deg_;  // of keyframes in which up is known
   std::vector<float> closing_call_ms_;
+  std::vector<float> hand_over_ms_;
   std::map<std::string, std::uint64_t> refused_;
   std::array<std::uint64_t, kDropCauses> dropped_{};
   std::array<std::uint64_t, kDropCauses> keyframes_dropping_{};
