@@ -5,10 +5,14 @@
 #
 # Real processes on multicast in a network namespace of their own, where a relay between the robots'
 # group and the base's loses, holds, repeats and damages datagrams as a seed says. Ends with 77 where
-# making a namespace is not allowed. BIN names the folder of programs, OUT that of the output; SEED
-# seeds relay and keyframes; FULL=1 takes outages, kills and counts at their full length (an hour);
-# KEYFRAMES is the number per robot where a row does not say otherwise. CHECK=1 ends with 1 if a keyframe was lost,
-# duplicated or falsely reported.
+# making a namespace is not allowed.
+#
+#   BIN, OUT    folders of programs and of output
+#   SEED        of relay and keyframes
+#   KEYFRAMES   of each robot, where a row does not say otherwise
+#   BASE=listen the listening part of `merge --listen` instead of `unimapper base`
+#   FULL=1      outages, kills and counts at their full length (an hour)
+#   CHECK=1     ends with 1 if a keyframe was lost, duplicated or falsely reported
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=bench/tables/common.sh
