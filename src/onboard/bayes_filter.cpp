@@ -63,8 +63,8 @@ void BayesFilter::begin(const EvidenceWindow& window, const CellTable& cells) no
 }
 
 bool BayesFilter::step(const EvidenceWindow& window, CellTable& cells) noexcept {
-  constexpr std::uint32_t kMostBlocks = 8192;
-  constexpr std::uint32_t kMostProjections = 1U << 18U;
+  constexpr std::uint32_t kMostBlocks = 4096;
+  constexpr std::uint32_t kMostProjections = 1U << 16U;
   const auto block_count = static_cast<std::uint32_t>(cells.blocks().size());
   const std::uint32_t end = std::min(block_count - next_block_, kMostBlocks) + next_block_;
   std::uint32_t projections = 0;

@@ -27,9 +27,11 @@ class BayesFilter {
   /// Begins to mark the candidates of `cells` whose probability exceeds one half as dynamic.
   /// O(cells).
   void begin(const EvidenceWindow& window, const CellTable& cells) noexcept;
-  /// Decides about the next ones: of 8,192 blocks, or what about a quarter of a million projections
-  /// into images decide. False once none is left.
+  /// Decides about the next ones: of 4,096 blocks, or what about 65,536 projections into images
+  /// decide. False once none is left.
   bool step(const EvidenceWindow& window, CellTable& cells) noexcept;
+  /// Images that a new candidate is projected into.
+  [[nodiscard]] std::uint32_t images() const noexcept { return images_; }
 
   /// Log-odds, once none is left: thousandths, by row; only those of candidates mean anything.
   [[nodiscard]] std::span<const std::int16_t> log_odds() const noexcept {

@@ -27,7 +27,7 @@ void ComponentClassifier::begin() noexcept {
 
 bool ComponentClassifier::step(const BlockWindow& window, std::span<const std::int16_t> log_odds,
                                const Viewpoint& viewpoint, CellTable& cells) noexcept {
-  constexpr std::uint32_t kMostBlocks = 16384;
+  constexpr std::uint32_t kMostBlocks = 4096;
   const auto blocks = static_cast<std::uint32_t>(cells.blocks().size());
   const auto neighbour = [&](std::uint32_t b, const BlockOffset& offset) noexcept {
     return window.neighbour(b, offset);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "ground.hpp"
+#include "slice_cost.hpp"
 
 namespace unimapper::onboard {
 
@@ -31,9 +32,39 @@ bool DynamicRemoval::step(const CellStore& store, EvidenceWindow& window) noexce
   return stage_ != Stage::kDone;
 }
 
+std::uint32_t DynamicRemoval::step_cost(std::uint32_t blocks) const noexcept {
+  switch (stage_) {
+    case Stage::kArrangement:
+      return slice_cost::arrangement(blocks);
+    case Stage::kTable:
+      return slice_cost::kTable;
+    case Stage::kMoments:
+      return slice_cost::kMoments;
+    case Stage::kPlanes:
+      return slice_cost::kPlanes;
+    case Stage::kGround:
+      return slice_cost::ground(blocks);
+    case Stage::kTransparentGround:
+      return slice_cost::transparent_ground(blocks);
+    case Stage::kGroundLevels:
+      return slice_cost::ground_levels(blocks);
+    case Stage::kSplit:
+      return slice_cost::kSplit;
+    case Stage::kOccupancy:
+      return slice_cost::occupancy(blocks);
+    case Stage::kEvidence:
+      return slice_cost::evidence(filter_.images());
+    case Stage::kComponents:
+      return slice_cost::kComponents;
+    case Stage::kDone:
+      break;
+  }
+  return 0;
+}
+
 bool DynamicRemoval::do_slice(const CellStore& store, EvidenceWindow& window) noexcept {
-  constexpr std::uint32_t kMostBlocks = 16384;
-  constexpr std::uint32_t kMostPlanes = 8192;
+  constexpr std::uint32_t kMostBlocks = 4096;
+  constexpr std::uint32_t kMostPlanes = 2048;
   const auto next_blocks = [&]() noexcept { return loop_.next(store.block_count(), kMostBlocks); };
   FixedHashMap<CoarseVoxel>& voxels = voxels_.map();
   switch (stage_) {

@@ -35,9 +35,11 @@ class DynamicRemoval {
   /// Begins with the keyframe whose cells these are, and which is the window's current one. No
   /// cell or block is added until all slices are done. O(1).
   void begin(const Grid& grid, const Viewpoint& viewpoint) noexcept;
-  /// The next slice: 16,384 blocks of cells, 8,192 plane fits, one pass over the coarse voxels, or
+  /// The next slice: 4,096 blocks of cells, 2,048 plane fits, one pass over the coarse voxels, or
   /// one over the cells that decides nothing. False once all cells are labelled.
   bool step(const CellStore& store, EvidenceWindow& window) noexcept;
+  /// What it costs, about (`slice_cost`), in a keyframe of so many blocks.
+  [[nodiscard]] std::uint32_t step_cost(std::uint32_t blocks) const noexcept;
 
   /// All slices up to the weighing of evidence, with this for the nearest candidates only as far as
   /// the budget goes. O(cells x images of the window).

@@ -38,18 +38,42 @@ bool KeyframeBuilder::measure(const PointView& first_points) noexcept {
   return measuring_;
 }
 
-void KeyframeBuilder::add(const PointView& points, const ScanOrigin& origin, EvidenceWindow& window,
-                          Keyframe& keyframe) noexcept {
+bool KeyframeBuilder::add_step(const PointView& points, const ScanOrigin& origin,
+                               EvidenceWindow& window, Keyframe& keyframe) noexcept {
+  switch (adding_) {
+    case Adding::kNone:
+      begin_scan(points, origin, window, keyframe);
+      adding_ = Adding::kPoints;
+      return true;
+    case Adding::kPoints: {
+      const StageTimer timer(clock_ns_, keyframe.statistics, Stage::kIngest);
+      if (accumulator_.add_points(points, kSlicePoints, window.blocks())) return true;
+      count_points(accumulator_.counts(), keyframe);
+      note_cost();
+      adding_ = Adding::kImage;
+      return true;
+    }
+    case Adding::kImage:
+      paint(points, window, keyframe);
+      adding_ = Adding::kNone;
+      return false;
+  }
+  return false;
+}
+
+void KeyframeBuilder::begin_scan(const PointView& points, const ScanOrigin& origin,
+                                 EvidenceWindow& window, Keyframe& keyframe) noexcept {
   // What does not fit the scan's capacity is never looked at.
   PointView fitting = points;
   fitting.count = std::min<std::size_t>(points.count, keyframe_config_.max_points_per_scan);
   if (!open_) begin(fitting, origin.T_odometry_sensor, window, keyframe);
+  open_ = true;
   const Pose used = aligner_.align(fitting, origin.T_odometry_sensor);
-  ingest(points, used, window, keyframe);
-  keyframe.scans[accumulator_.scans() - 1] = {origin.index, origin.stamp_ns, used};
+  accumulator_.begin_scan(used);
+  blocks_before_ = accumulator_.cells().block_count();
+  keyframe.scans[accumulator_.scans()] = {origin.index, origin.stamp_ns, used};
   keyframe.statistics.aligned_scans += aligner_.aligned() ? 1 : 0;
   sampling_.add_pose(origin.T_odometry_sensor);
-  open_ = true;
 }
 
 void KeyframeBuilder::begin(const PointView& first_points, const Pose& first_pose,
@@ -68,15 +92,35 @@ void KeyframeBuilder::begin(const PointView& first_points, const Pose& first_pos
   window.begin(grid);
 }
 
-void KeyframeBuilder::ingest(const PointView& points, const Pose& pose, EvidenceWindow& window,
-                             Keyframe& keyframe) noexcept {
+void KeyframeBuilder::note_cost() noexcept {
+  const std::uint32_t new_blocks = accumulator_.cells().block_count() - blocks_before_;
+  (accumulator_.scans() == 1 ? first_scan_cost_ : later_scan_cost_) =
+      slice_cost::of_1024_points(accumulator_.counts(), new_blocks);
+}
+
+/// Of so many points of the scan that is added, or of the next one.
+std::uint32_t KeyframeBuilder::points_cost(std::size_t points) const noexcept {
+  const bool first = accumulator_.scans() == 0 || !open_;
+  return slice_cost::of_points(points, first ? first_scan_cost_ : later_scan_cost_);
+}
+
+std::uint32_t KeyframeBuilder::step_cost(std::size_t points) const noexcept {
+  if (!is_adding()) return slice_cost::kBeginningScan;
+  return points_cost(std::min(points - accumulator_.added(), kSlicePoints));
+}
+
+std::uint32_t KeyframeBuilder::cost_left(std::size_t points) const noexcept {
+  if (is_adding()) return points_cost(points - accumulator_.added());
+  return slice_cost::kBeginningScan + points_cost(points);
+}
+
+void KeyframeBuilder::paint(const PointView& points, EvidenceWindow& window,
+                            Keyframe& keyframe) noexcept {
+  if (!paints_) return;
   const StageTimer timer(clock_ns_, keyframe.statistics, Stage::kIngest);
-  const ScanCounts counts = accumulator_.add(points, pose, window.blocks());
-  count_points(counts, keyframe);
-  if (paints_) {
-    RangeImage* const image = window.image_for(accumulator_.scans() - 1, pose);
-    if (image != nullptr) painter_.paint(points, image->pixels);
-  }
+  const std::uint32_t scan = accumulator_.scans() - 1;
+  RangeImage* const image = window.image_for(scan, keyframe.scans[scan].T_odometry_sensor);
+  if (image != nullptr) painter_.paint(points, image->pixels);
 }
 
 bool KeyframeBuilder::is_complete(const Keyframe& keyframe) const noexcept {

@@ -8,6 +8,7 @@
 #include "keyframe.hpp"
 #include "sampling_monitor.hpp"
 #include "scan_accumulator.hpp"
+#include "slice_cost.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/point_view.hpp"
 #include "unimapper/core/pose.hpp"
@@ -20,6 +21,9 @@ namespace unimapper::onboard {
 /// of some of them in the window, and what they say of sensor and poses.
 class KeyframeBuilder {
  public:
+  /// Points that a slice of adding a scan enters into cells.
+  static constexpr std::size_t kSlicePoints = 16384;
+
   explicit KeyframeBuilder(const PipelineConfig& config) noexcept
       : keyframe_config_(config.keyframe),
         voxel_config_(config.voxel),
@@ -39,13 +43,26 @@ class KeyframeBuilder {
     return accumulator_.has_valid_point(points);
   }
   /// Every few keyframes the first scan is measured before it is added: whether that is due,
-  bool must_measure() const noexcept { return !open_ && !measured_ && sampling_.is_due(); }
+  bool must_measure() const noexcept {
+    return !open_ && !measured_ && (measuring_ || sampling_.is_due());
+  }
   /// and a slice of it (`SamplingMonitor::step`). False once nothing of it is left.
   bool measure(const PointView& first_points) noexcept;
-  /// Adds a scan that is usable to `keyframe`, which begins with it if none is open; measures what
-  /// is left to be measured. O(points).
-  void add(const PointView& points, const ScanOrigin& origin, EvidenceWindow& window,
-           Keyframe& keyframe) noexcept;
+  /// A slice of adding a scan that is usable to `keyframe`, which begins with it if none is open;
+  /// the first one measures what is left to be measured. False once the scan is added; until then
+  /// the next slice is of the same scan. O(`kSlicePoints`), or, where the scan is painted into a
+  /// range image, O(points).
+  bool add_step(const PointView& points, const ScanOrigin& origin, EvidenceWindow& window,
+                Keyframe& keyframe) noexcept;
+  /// A scan was begun and is not added yet.
+  [[nodiscard]] bool is_adding() const noexcept { return adding_ != Adding::kNone; }
+  /// Expected cost (`slice_cost`), by that of the scans before: of the next slice of adding a scan
+  /// of so many points, of all slices that are left, and of a whole scan after that.
+  [[nodiscard]] std::uint32_t step_cost(std::size_t points) const noexcept;
+  [[nodiscard]] std::uint32_t cost_left(std::size_t points) const noexcept;
+  [[nodiscard]] std::uint32_t cost_later(std::size_t points) const noexcept {
+    return slice_cost::kBeginningScan + slice_cost::of_points(points, later_scan_cost_);
+  }
   /// A keyframe has at least one scan and is not closed yet.
   [[nodiscard]] bool is_open() const noexcept { return open_; }
   [[nodiscard]] bool is_complete(const Keyframe& keyframe) const noexcept;
@@ -69,8 +86,11 @@ class KeyframeBuilder {
  private:
   void begin(const PointView& first_points, const Pose& first_pose, EvidenceWindow& window,
              Keyframe& keyframe) noexcept;
-  void ingest(const PointView& points, const Pose& pose, EvidenceWindow& window,
-              Keyframe& keyframe) noexcept;
+  void begin_scan(const PointView& points, const ScanOrigin& origin, EvidenceWindow& window,
+                  Keyframe& keyframe) noexcept;
+  [[nodiscard]] std::uint32_t points_cost(std::size_t points) const noexcept;
+  void note_cost() noexcept;
+  void paint(const PointView& points, EvidenceWindow& window, Keyframe& keyframe) noexcept;
 
   KeyframeConfig keyframe_config_;
   VoxelConfig voxel_config_;
@@ -80,11 +100,19 @@ class KeyframeBuilder {
   RangePainter painter_;
   SamplingMonitor sampling_;
   GroundAligner aligner_;
+  /// What is done with a scan, in this order.
+  enum class Adding : std::uint8_t { kNone, kPoints, kImage };
+  Adding adding_ = Adding::kNone;
   bool open_ = false;
   bool measuring_ = false;  ///< the first scan of the next keyframe,
   bool measured_ = false;   ///< and that is done
   std::uint32_t expected_scans_ = 0;
-  bool sampling_changed_ = false;  ///< since the last keyframe closed
+  // Cost of 1024 points of the last scan that began a keyframe, and of the last one that did not:
+  // the former enters most of the blocks.
+  std::uint32_t first_scan_cost_ = 32;
+  std::uint32_t later_scan_cost_ = 32;
+  std::uint32_t blocks_before_ = 0;  ///< the scan that is being added
+  bool sampling_changed_ = false;    ///< since the last keyframe closed
 };
 
 }  // namespace unimapper::onboard

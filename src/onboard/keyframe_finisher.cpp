@@ -3,17 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "slice_cost.hpp"
 #include "stage_clock.hpp"
 
 namespace unimapper::onboard {
-namespace {
-
-// Of a slice of each task, as in the pipeline.
-constexpr std::uint32_t kLabelsCost = 2;
-constexpr std::uint32_t kDescriptionCost = 2;
-constexpr std::uint32_t kSearchCost = 3;
-
-}  // namespace
 
 void KeyframeFinisher::allocate(Arena& arena) noexcept {
   labels_.allocate(arena, config_);
@@ -71,25 +64,31 @@ bool KeyframeFinisher::step(const EvidenceWindow& window) noexcept {
 std::uint32_t KeyframeFinisher::step_cost() const noexcept {
   switch (task_) {
     case Task::kLabels:
-      return kLabelsCost;
+      return slice_cost::kLabels;
     case Task::kDescription:
-      return kDescriptionCost;
-    default:
-      return is_busy() ? kSearchCost : 0;
+      return slice_cost::kDescription;
+    case Task::kSearch:
+      return slice_cost::kSearch;
+    case Task::kInsertion:
+      return slice_cost::kInsertion;
+    case Task::kDone:
+      break;
   }
+  return 0;
 }
 
 std::uint32_t KeyframeFinisher::cost_left() const noexcept {
   if (!is_busy()) return 0;
-  std::uint32_t searches = 1;  // with the insertion
+  std::uint32_t searches = 0;
   // How long a search takes is known only when it is over: about as long as the last one.
   constexpr std::uint32_t kMore = 2;
   if (task_ < Task::kSearch) searches += search_steps_ + kMore;
   if (task_ == Task::kSearch) {
     searches += search_steps_before_ + kMore - std::min(search_steps_, search_steps_before_);
   }
-  return kLabelsCost * labels_.steps_left() + kDescriptionCost * describer_.steps_left() +
-         kSearchCost * searches;
+  return slice_cost::kLabels * labels_.steps_left() +
+         slice_cost::kDescription * describer_.steps_left() + slice_cost::kSearch * searches +
+         slice_cost::kInsertion;
 }
 
 Stage KeyframeFinisher::stage_of(Task task) noexcept {

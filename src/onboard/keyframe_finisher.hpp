@@ -47,8 +47,7 @@ class KeyframeFinisher {
   /// `FinalLabels::step`, `PlaceDescriber::step` and `PlaceDatabase::search_step` are, or one
   /// insertion.
   bool step(const EvidenceWindow& window) noexcept;
-  /// What the next slice costs, about, and all that are left, in a sixteenth of a millisecond of a
-  /// desktop's core; 0 just if none is left.
+  /// What the next slice costs, about (`slice_cost`), and all that are left; 0 just if none is.
   [[nodiscard]] std::uint32_t step_cost() const noexcept;
   [[nodiscard]] std::uint32_t cost_left() const noexcept;
   /// The same of all slices of the last keyframe, done or not.

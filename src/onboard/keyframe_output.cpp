@@ -41,7 +41,7 @@ void KeyframeOutput::begin(const BlockWindow& window, const CellTable& cells,
 
 bool KeyframeOutput::step(const BlockWindow& window, const CellTable& cells,
                           const CoarseVoxels& voxels) noexcept {
-  constexpr std::uint32_t kMostBlocks = 16384;
+  constexpr std::uint32_t kMostBlocks = 4096;
   const Slice some = loop_.next(static_cast<std::uint32_t>(cells.blocks().size()), kMostBlocks);
   for (std::uint32_t b = some.first; b < some.end; ++b) add_block(b, window, cells, voxels);
   return !loop_.is_over();

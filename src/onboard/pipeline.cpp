@@ -17,34 +17,13 @@
 #include "keyframe_output.hpp"
 #include "motion_gate.hpp"
 #include "scan_queue.hpp"
+#include "slice_cost.hpp"
 #include "stage_clock.hpp"
 #include "unimapper/core/angles.hpp"
 
 namespace unimapper {
 
 using namespace onboard;
-
-namespace {
-
-// Costs are counted in about a sixteenth of a millisecond of a desktop's core; those of slices are
-// means over a keyframe of a dense street.
-constexpr std::uint32_t kSliceCost = 11;     ///< of closing a keyframe
-constexpr std::uint32_t kMeasuringCost = 8;  ///< of measuring a scan
-/// Fewest slices that close a keyframe, however few blocks there are.
-constexpr std::uint32_t kFewestSlices = 24;
-
-/// Slices beyond these for each block, times 2^16.
-std::uint32_t per_block(std::uint32_t slices, std::uint32_t blocks) noexcept {
-  const std::uint32_t more = slices > kFewestSlices ? slices - kFewestSlices : 0;
-  return (std::min(more, 0xFFFFU) << 16U) / std::max(blocks, 1U);
-}
-
-/// Of adding a scan.
-std::uint32_t cost_of(const PointView& points) noexcept {
-  return 1 + static_cast<std::uint32_t>(std::min<std::size_t>(points.count, 1U << 24U) / 2048);
-}
-
-}  // namespace
 
 /// Everything the pipeline owns: one member per stage, in the order the data takes.
 struct Pipeline::State {
@@ -67,6 +46,8 @@ struct Pipeline::State {
   /// Checks a scan and adds it, or lets it wait. Returns why it was refused, or `kOk`.
   Error take_scan(const PointView& points, const Pose& pose, std::int64_t stamp_ns) noexcept;
   void ingest(const PointView& points, const ScanOrigin& origin, bool restarted) noexcept;
+  /// A slice of that; false once it was the last one.
+  bool ingest_step(const PointView& points, const ScanOrigin& origin, bool restarted) noexcept;
   void forget() noexcept;
 
   // Closing a keyframe.
@@ -95,9 +76,10 @@ struct Pipeline::State {
   void do_waiting_slice() noexcept;
   void do_finishing_slice() noexcept;
   /// What the next slice costs, about, and all that is left.
-  [[nodiscard]] std::uint32_t slice_cost() const noexcept;
+  [[nodiscard]] std::uint32_t next_cost() const noexcept;
   [[nodiscard]] std::uint32_t cost_left() const noexcept;
-  [[nodiscard]] std::uint32_t closing_slices_left() const noexcept;
+  [[nodiscard]] std::uint32_t closing_step_cost() const noexcept;
+  [[nodiscard]] std::uint32_t closing_cost_left() const noexcept;
   /// What this call should cost, so that all calls until the next keyframe closes cost as much:
   /// what was done in it, what is left, and the scans to come, spread over them.
   [[nodiscard]] std::uint32_t share() const noexcept;
@@ -163,13 +145,13 @@ struct Pipeline::State {
   bool ready_untold = false;           ///< the caller does not know yet that `closed` is ready,
   bool finished_untold = false;        ///< or of `finished`
 
-  std::uint32_t closing_slices = 0;  ///< done for the keyframe that is closing, or the last one
-  std::uint32_t late_slices = 0;     ///< of those, because the queue was full
-  /// How many it took the keyframe before for each of its blocks, times 2^16.
-  std::uint32_t slices_per_block = 1U << 6U;
-  std::uint32_t call_cost = 0;   ///< of what was done in this call
-  std::uint32_t scan_cost = 1;   ///< of adding the last scan
-  float longest_call_us = 0.0F;  ///< since the last keyframe was ready
+  // Costs are those of `slice_cost`.
+  std::uint32_t closing_cost = 0;  ///< of slices done for the keyframe that closes, or the last one
+  std::uint32_t cost_of_1024_blocks = 1024;  ///< of closing the keyframe before
+  std::uint32_t late_slices = 0;             ///< of closing a keyframe, because the queue was full
+  std::uint32_t call_cost = 0;               ///< of what was done in this call
+  std::size_t scan_points = 0;               ///< of the last scan
+  float longest_call_us = 0.0F;              ///< since the last keyframe was ready
 };
 
 void Pipeline::State::allocate(Arena& arena) noexcept {
@@ -227,22 +209,30 @@ Error Pipeline::State::take_scan(const PointView& points, const Pose& pose,
   }
   gate.accept(pose, stamp_ns);
   const ScanOrigin origin{index, stamp_ns, pose};
-  scan_cost = cost_of(points);
+  scan_points = points.count;
   if (config.deferred && (is_behind() || builder.must_measure())) {
     waiting.push(points, origin, motion.restarted);
+    call_cost = slice_cost::copying(points.count);
   } else {
+    call_cost = builder.cost_left(points.count);
     ingest(points, origin, motion.restarted);
-    call_cost = scan_cost;
   }
   return {};
 }
 
 void Pipeline::State::ingest(const PointView& points, const ScanOrigin& origin,
                              bool restarted) noexcept {
+  while (ingest_step(points, origin, restarted)) {
+  }
+}
+
+bool Pipeline::State::ingest_step(const PointView& points, const ScanOrigin& origin,
+                                  bool restarted) noexcept {
   // Two poses in a row say that the robot is elsewhere: whatever was seen before is of no use.
-  if (restarted) forget();
-  builder.add(points, origin, window, *current);
+  if (restarted && !builder.is_adding()) forget();
+  if (builder.add_step(points, origin, window, *current)) return true;
   if (builder.is_complete(*current)) close();
+  return false;
 }
 
 void Pipeline::State::forget() noexcept {
@@ -270,7 +260,7 @@ ScanResult Pipeline::State::flush() noexcept {
 void Pipeline::State::close() noexcept {
   if (!builder.is_open() || closing != Closing::kNone) return;
   closing = Closing::kBegin;
-  closing_slices = 0;
+  closing_cost = 0;
   if (!config.deferred) close_now();
 }
 
@@ -351,7 +341,8 @@ void Pipeline::State::announce() noexcept {
   current->statistics.deadline_missed = budget.is_missed_by(current->spent_us);
   current->statistics.late_slices = std::exchange(late_slices, 0);
   longest_call_us = 0.0F;
-  slices_per_block = per_block(closing_slices, builder.scans().cells().block_count());
+  const std::uint64_t blocks = std::max(builder.scans().cells().block_count(), 1U);
+  cost_of_1024_blocks = static_cast<std::uint32_t>(closing_cost * std::uint64_t{1024} / blocks);
   events.closed(*current);
   closed = std::exchange(current, closed);
   ready_untold = true;
@@ -393,12 +384,33 @@ void Pipeline::State::do_slice() noexcept {
   do_finishing_slice();
 }
 
-std::uint32_t Pipeline::State::slice_cost() const noexcept {
-  if (closing > Closing::kBegin && closing != Closing::kNone) return kSliceCost;
-  if (closing == Closing::kNone && !waiting.is_empty() && !ready_untold) {
-    return builder.must_measure() ? kMeasuringCost : cost_of(waiting.front().points);
+std::uint32_t Pipeline::State::next_cost() const noexcept {
+  if (!ready_untold) {
+    if (closing > Closing::kBegin && closing != Closing::kNone) return closing_step_cost();
+    if (closing == Closing::kNone && !waiting.is_empty()) {
+      return builder.must_measure() ? slice_cost::kMeasuring
+                                    : builder.step_cost(waiting.front().points.count);
+    }
   }
-  return finisher.is_busy() ? finisher.step_cost() : kSliceCost;
+  return finisher.is_busy() ? finisher.step_cost() : slice_cost::kBookkeeping;
+}
+
+std::uint32_t Pipeline::State::closing_step_cost() const noexcept {
+  const std::uint32_t blocks = builder.scans().cells().block_count();
+  switch (closing) {
+    case Closing::kRemoval:
+      return removal.step_cost(blocks);
+    case Closing::kDecision:
+      return slice_cost::kDecision;
+    case Closing::kOutput:
+      return slice_cost::kOutput;
+    case Closing::kRecord:
+      return slice_cost::record(blocks);
+    case Closing::kCounting:
+      return slice_cost::counting(current->statistics.points_in);
+    default:
+      return slice_cost::kBookkeeping;
+  }
 }
 
 void Pipeline::State::do_closing_slice() noexcept {
@@ -406,7 +418,7 @@ void Pipeline::State::do_closing_slice() noexcept {
   if (closing == Closing::kBegin && finisher.is_busy()) return do_finishing_slice();
   const StageTimer total(config.clock_ns, current->statistics, Stage::kTotal);
   const StageTimer timer(config.clock_ns, current->statistics, Stage::kRemoval);
-  ++closing_slices;
+  closing_cost += closing_step_cost();
   close_step();
 }
 
@@ -414,7 +426,7 @@ void Pipeline::State::do_waiting_slice() noexcept {
   const StageTimer total(config.clock_ns, current->statistics, Stage::kTotal);
   const ScanQueue::Scan& scan = waiting.front();
   if (builder.must_measure() && builder.measure(scan.points)) return;
-  ingest(scan.points, scan.origin, scan.restarted);
+  if (ingest_step(scan.points, scan.origin, scan.restarted)) return;
   if (scan.closes) close();
   waiting.pop();
 }
@@ -423,19 +435,22 @@ void Pipeline::State::do_finishing_slice() noexcept {
   if (finisher.is_busy() && !finisher.step(window)) tell_finished();
 }
 
-std::uint32_t Pipeline::State::closing_slices_left() const noexcept {
+std::uint32_t Pipeline::State::closing_cost_left() const noexcept {
   if (closing == Closing::kNone) return 0;
   const std::uint64_t blocks = builder.scans().cells().block_count();
-  const auto expected =
-      static_cast<std::uint32_t>(kFewestSlices + (blocks * slices_per_block >> 16U));
-  return expected > closing_slices ? expected - closing_slices : 1;
+  const auto expected = static_cast<std::uint32_t>(blocks * cost_of_1024_blocks / 1024);
+  const std::uint32_t next = closing_step_cost();
+  return expected > closing_cost + next ? expected - closing_cost : next;
 }
 
 std::uint32_t Pipeline::State::cost_left() const noexcept {
-  std::uint32_t cost = kSliceCost * closing_slices_left() + finisher.cost_left();
+  std::uint32_t cost = closing_cost_left() + finisher.cost_left();
   // The keyframe that closes will have to be finished, too.
   if (closing != Closing::kNone) cost += finisher.whole_cost();
-  for (std::uint32_t i = 0; i < waiting.size(); ++i) cost += cost_of(waiting[i].points);
+  if (!waiting.is_empty()) cost += builder.cost_left(waiting.front().points.count);
+  for (std::uint32_t i = 1; i < waiting.size(); ++i) {
+    cost += builder.cost_later(waiting[i].points.count);
+  }
   return cost;
 }
 
@@ -446,15 +461,16 @@ std::uint32_t Pipeline::State::share() const noexcept {
   const std::uint32_t arrived = waiting.size() + open;
   const std::uint32_t expected = std::min(config.keyframe.scans, builder.expected_scans());
   const std::uint32_t calls = expected > arrived ? expected - arrived : 1;
-  const std::uint32_t all = call_cost + cost_left() + (calls - 1) * scan_cost;
+  const std::uint32_t all = call_cost + cost_left() + (calls - 1) * builder.cost_later(scan_points);
   return (all + calls - 1) / calls;
 }
 
 void Pipeline::State::do_share() noexcept {
-  while (may_continue() && call_cost + slice_cost() / 2 <= share() &&
-         budget.affords(slice_cost())) {
-    const std::uint32_t cost = slice_cost();
-    budget.measure_slice(cost, [this] { do_slice(); });
+  while (may_continue()) {
+    const std::uint32_t cost = next_cost();
+    const std::uint32_t timed = std::max(cost, slice_cost::kLeastTimed);
+    if (call_cost + cost / 2 > share() || !budget.affords(timed)) break;
+    budget.measure_slice(timed, [this] { do_slice(); });
     call_cost += cost;
   }
   // No scan may find the queue full, and the labels of a keyframe last until the next call.

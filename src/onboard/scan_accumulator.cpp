@@ -126,51 +126,53 @@ bool ScanAccumulator::has_valid_point(const PointView& points) const noexcept {
   return false;
 }
 
-ScanCounts ScanAccumulator::add(const PointView& points, const Pose& T_odometry_sensor,
-                                BlockWindow& window) noexcept {
+void ScanAccumulator::begin_scan(const Pose& T_odometry_sensor) noexcept {
   const double per_metre = 1.0 / static_cast<double>(grid_.cell_size_m);
   cells_from_sensor_ = (T_odometry_sensor.rotation * per_metre).cast<float>();
   sensor_in_cells_ = ((T_odometry_sensor.translation - grid_.origin_m()) * per_metre).cast<float>();
-
-  ScanCounts counts;
-  counts.points = points.count;
-  PointView fitting = points;
-  fitting.count = std::min<std::size_t>(points.count, max_points_);
-  counts.beyond_capacity = points.count - fitting.count;
-
-  PointCode* codes = codes_ + static_cast<std::size_t>(scans_) * max_points_;
+  counts_ = {};
+  added_ = 0;
   leaves_.clear();
-  Batch batch;
-  for (std::size_t first = 0; first < fitting.count; first += kBatch) {
-    batch.size = std::min(kBatch, fitting.count - first);
-    prefetch_points(fitting, first + kBatch, first + 2 * kBatch);
-    read(fitting, first, batch, counts);
-    locate(batch);
-    if (cells_per_leaf_inverse_ > 0.0F) {
-      insert_thinned(batch, codes + first, counts, window);
-    } else {
-      insert(batch, codes + first, counts, window);
-    }
-  }
-  if (counts.valid == 0) return counts;
-  points_of_[scans_++] = static_cast<std::uint32_t>(points.count);
-  return counts;
 }
 
-void ScanAccumulator::sort_out_invalid(Batch& batch, ScanCounts& counts) noexcept {
+bool ScanAccumulator::add_points(const PointView& points, std::size_t most,
+                                 BlockWindow& window) noexcept {
+  PointView fitting = points;
+  fitting.count = std::min<std::size_t>(points.count, max_points_);
+  PointCode* codes = codes_ + static_cast<std::size_t>(scans_) * max_points_;
+  const std::size_t end = fitting.count - added_ > most ? added_ + most : fitting.count;
+  Batch batch;
+  for (; added_ < end; added_ += batch.size) {
+    batch.size = std::min(kBatch, end - added_);
+    prefetch_points(fitting, added_ + kBatch, added_ + 2 * kBatch);
+    read(fitting, added_, batch);
+    locate(batch);
+    if (cells_per_leaf_inverse_ > 0.0F) {
+      insert_thinned(batch, codes + added_, window);
+    } else {
+      insert(batch, codes + added_, window);
+    }
+  }
+  if (added_ < fitting.count) return true;
+  counts_.points = points.count;
+  counts_.beyond_capacity = points.count - fitting.count;
+  if (counts_.valid != 0) points_of_[scans_++] = static_cast<std::uint32_t>(points.count);
+  return false;
+}
+
+void ScanAccumulator::sort_out_invalid(Batch& batch) noexcept {
   for (std::size_t i = 0; i < batch.size; ++i) {
     if (batch.valid[i] != 0) continue;
     float& x = batch.x[i];
     float& y = batch.y[i];
     float& z = batch.z[i];
     const bool finite = std::isfinite(x) && std::isfinite(y) && std::isfinite(z);
-    ++(finite ? counts.out_of_range : counts.not_finite);
+    ++(finite ? counts_.out_of_range : counts_.not_finite);
     x = y = z = 0.0F;  // converts to an integer without harm
   }
 }
 
-void ScanAccumulator::read(const PointView& points, std::size_t first, Batch& batch,
-                           ScanCounts& counts) const noexcept {
+void ScanAccumulator::read(const PointView& points, std::size_t first, Batch& batch) noexcept {
   for (std::size_t i = 0; i < batch.size; ++i) {
     const Eigen::Vector3f p = points[first + i];
     batch.x[i] = p.x();
@@ -193,8 +195,8 @@ void ScanAccumulator::read(const PointView& points, std::size_t first, Batch& ba
     }
     valid = count;
   });
-  counts.valid += static_cast<std::uint64_t>(valid);
-  if (static_cast<std::size_t>(valid) != batch.size) sort_out_invalid(batch, counts);
+  counts_.valid += static_cast<std::uint64_t>(valid);
+  if (static_cast<std::size_t>(valid) != batch.size) sort_out_invalid(batch);
 }
 
 void ScanAccumulator::locate(Batch& batch) const noexcept {
@@ -303,10 +305,10 @@ void ScanAccumulator::find_entries(const Batch& batch, Runs& runs) noexcept {
   }
 }
 
-void ScanAccumulator::insert(const Batch& batch, PointCode* codes, ScanCounts& counts,
-                             BlockWindow& window) noexcept {
+void ScanAccumulator::insert(const Batch& batch, PointCode* codes, BlockWindow& window) noexcept {
   Runs runs;
   runs.find(batch);
+  counts_.runs += runs.cells;
   find_blocks(batch, runs, window);
   find_entries(batch, runs);
   // The sums of a cell stay in registers during its run.
@@ -318,7 +320,7 @@ void ScanAccumulator::insert(const Batch& batch, PointCode* codes, ScanCounts& c
     const std::uint32_t found = runs.entry[runs.cell_of_point[i]];
     if (found == CellStore::kNone) {
       codes[i] = batch.valid[i] != 0 ? kPointDropped : kPointInvalid;
-      counts.no_cell += static_cast<std::uint32_t>(batch.valid[i]);
+      counts_.no_cell += static_cast<std::uint32_t>(batch.valid[i]);
       continue;
     }
     if (found != entry) {
@@ -333,8 +335,9 @@ void ScanAccumulator::insert(const Batch& batch, PointCode* codes, ScanCounts& c
   *cell = sums;
 }
 
-void ScanAccumulator::insert_thinned(const Batch& batch, PointCode* codes, ScanCounts& counts,
+void ScanAccumulator::insert_thinned(const Batch& batch, PointCode* codes,
                                      BlockWindow& window) noexcept {
+  counts_.runs += batch.size;
   for (std::size_t i = 0; i < batch.size; ++i) {
     if (batch.valid[i] == 0) {
       codes[i] = kPointInvalid;
@@ -350,7 +353,7 @@ void ScanAccumulator::insert_thinned(const Batch& batch, PointCode* codes, ScanC
     const std::uint32_t found = entry_for(batch, i, window);
     if (found == CellStore::kNone) {
       codes[i] = kPointDropped;
-      ++counts.no_cell;
+      ++counts_.no_cell;
     } else {
       batch.add_to(cells_[found], i);
       codes[i] = found | batch.height[i];

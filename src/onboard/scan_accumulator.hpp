@@ -34,6 +34,7 @@ struct ScanCounts {
   std::uint64_t out_of_range = 0;
   std::uint64_t beyond_capacity = 0;  ///< more points than fit one scan
   std::uint64_t no_cell = 0;          ///< no room for its cell or its block
+  std::uint64_t runs = 0;             ///< of points that follow each other in one cell
 };
 
 /// Accumulates the scans of a keyframe (paper section IV-A). Blocks are entered into the window
@@ -50,13 +51,19 @@ class ScanAccumulator {
   /// Forgets all scans and counts cells in `grid` from now on.
   void begin(const Grid& grid) noexcept;
 
-  /// Whether `add` would find a valid point in a scan. O(points up to the first valid one).
+  /// Whether a scan has a valid point. O(points up to the first valid one).
   [[nodiscard]] bool has_valid_point(const PointView& points) const noexcept;
 
-  /// Adds a scan. One without a valid point adds nothing. At most `KeyframeConfig::scans` times
-  /// between two `begin`; `window` has begun the same keyframe and nothing else enters blocks.
-  ScanCounts add(const PointView& points, const Pose& T_odometry_sensor,
-                 BlockWindow& window) noexcept;
+  /// Begins a scan, at most `KeyframeConfig::scans` times between two `begin`. One without a valid
+  /// point adds nothing.
+  void begin_scan(const Pose& T_odometry_sensor) noexcept;
+  /// Adds its next points, `most` of them (a multiple of 256) or what is left. False once none is
+  /// left: the scan is complete. `window` has begun the same keyframe and nothing else enters
+  /// blocks. O(most).
+  bool add_points(const PointView& points, std::size_t most, BlockWindow& window) noexcept;
+  /// The points of the last scan that was begun, as far as they were added, and how many those are.
+  [[nodiscard]] const ScanCounts& counts() const noexcept { return counts_; }
+  [[nodiscard]] std::size_t added() const noexcept { return added_; }
 
   [[nodiscard]] const Grid& grid() const noexcept { return grid_; }
   [[nodiscard]] std::uint32_t scans() const noexcept { return scans_; }
@@ -77,15 +84,12 @@ class ScanAccumulator {
   struct Runs;
 
   /// Reads up to `kBatch` points from `first` on and sorts out the invalid ones.
-  void read(const PointView& points, std::size_t first, Batch& batch,
-            ScanCounts& counts) const noexcept;
+  void read(const PointView& points, std::size_t first, Batch& batch) noexcept;
   /// Transforms the points into cells.
   void locate(Batch& batch) const noexcept;
-  static void sort_out_invalid(Batch& batch, ScanCounts& counts) noexcept;
-  void insert(const Batch& batch, PointCode* codes, ScanCounts& counts,
-              BlockWindow& window) noexcept;
-  void insert_thinned(const Batch& batch, PointCode* codes, ScanCounts& counts,
-                      BlockWindow& window) noexcept;
+  void sort_out_invalid(Batch& batch) noexcept;
+  void insert(const Batch& batch, PointCode* codes, BlockWindow& window) noexcept;
+  void insert_thinned(const Batch& batch, PointCode* codes, BlockWindow& window) noexcept;
   /// Entry of the cell of point `i`, or `CellStore::kNone` if it finds no room.
   std::uint32_t entry_for(const Batch& batch, std::size_t i, BlockWindow& window) noexcept;
   /// Finds the blocks of all runs of a batch.
@@ -103,6 +107,9 @@ class ScanAccumulator {
   std::uint32_t max_points_ = 0;
   std::uint32_t scans_ = 0;
   std::uint32_t points_of_[KeyframeConfig::kMaxScans] = {};
+  std::size_t added_ = 0;
+
+  ScanCounts counts_;
   Eigen::Matrix3f cells_from_sensor_ = Eigen::Matrix3f::Identity();  ///< scale included
   Eigen::Vector3f sensor_in_cells_ = Eigen::Vector3f::Zero();
   PointCode* codes_ = nullptr;

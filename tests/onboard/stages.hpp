@@ -22,6 +22,16 @@ namespace unimapper::test {
 
 using namespace unimapper::onboard;
 
+/// Adds a scan in slices of 256 points.
+inline ScanCounts add_scan(ScanAccumulator& scans, const std::vector<Eigen::Vector3f>& points,
+                           const Pose& pose, BlockWindow& window) {
+  const PointView view = PointView::xyz(points.data(), points.size(), sizeof(points[0]));
+  scans.begin_scan(pose);
+  while (scans.add_points(view, 256, window)) {
+  }
+  return scans.counts();
+}
+
 /// Stages with memory of their own, up to the split of ground and obstacles.
 struct Stages {
   explicit Stages(const PipelineConfig& configuration = small_config())
@@ -48,8 +58,7 @@ struct Stages {
     window.begin(scans.grid());
   }
   ScanCounts add(const std::vector<Eigen::Vector3f>& points, const Pose& pose = {}) {
-    return scans.add(PointView::xyz(points.data(), points.size(), sizeof(points[0])), pose,
-                     window.blocks());
+    return add_scan(scans, points, pose, window.blocks());
   }
   void build_cells() {
     window.blocks().arrange(scans.cells().occupied());
