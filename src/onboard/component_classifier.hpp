@@ -36,7 +36,7 @@ class ComponentClassifier {
   /// Begins with the candidates of a keyframe.
   void begin() noexcept;
   /// Does the next part of classifying the candidates of `cells`, whose evidence is `log_odds`
-  /// (thousandths, by row): 16,384 blocks of one of its loops. False once all is done, in
+  /// (thousandths, by row): 4,096 blocks of one of its loops. False once all is done, in
   /// O(candidates), nearly; neighbours are looked up block-wise.
   bool step(const BlockWindow& window, std::span<const std::int16_t> log_odds,
             const Viewpoint& viewpoint, CellTable& cells) noexcept;

@@ -26,7 +26,7 @@ class KeyframeOutput {
   /// the keyframe before stay as they are, wherever a view of it points to. O(blocks).
   void begin(const BlockWindow& window, const CellTable& cells,
              const Pose& T_odometry_keyframe) noexcept;
-  /// Converts those of the next 16,384 blocks. False once none is left. O(cells).
+  /// Converts those of the next 4,096 blocks. False once none is left. O(cells).
   bool step(const BlockWindow& window, const CellTable& cells, const CoarseVoxels& voxels) noexcept;
 
   [[nodiscard]] std::span<const FineCell> static_cells() const noexcept {
