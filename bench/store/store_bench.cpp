@@ -89,17 +89,20 @@ void run(std::span<char*> arguments) {
   receiver.store_all();
   tell(keyframes);
   const store::StoreCounters& counters = kept.counters();
+  const std::uint64_t wanted = std::uint64_t{robots} * keyframes;
   const auto written = store::bytes_written_to_disk();
   std::printf("stored %llu of %llu keyframes, %llu bytes, in %llu commits\n",
               static_cast<unsigned long long>(counters.keyframes),
-              static_cast<unsigned long long>(std::uint64_t{robots} * keyframes),
+              static_cast<unsigned long long>(wanted),
               static_cast<unsigned long long>(counters.bytes),
               static_cast<unsigned long long>(counters.commits));
-  if (written && written_before && counters.bytes > 0) {
-    std::printf(
-        "bytes written to the disk for each byte of a keyframe: %.2f\n",
-        static_cast<double>(*written - *written_before) / static_cast<double>(counters.bytes));
-  }
+  const double bytes = static_cast<double>(counters.bytes);
+  const double ratio =
+      written && written_before ? static_cast<double>(*written - *written_before) / bytes : 0.0;
+  std::printf("cells: %.0f | %llu | %.1f | %.1f | %.1f\n",
+              bytes / static_cast<double>(counters.keyframes),
+              static_cast<unsigned long long>(counters.commits), memory_mb("VmRSS"),
+              memory_mb("VmHWM"), ratio);
 }
 
 }  // namespace
