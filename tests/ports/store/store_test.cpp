@@ -143,6 +143,32 @@ TEST_CASE("two sessions of one name are told apart, and a nameless one has its n
         std::map<std::string, std::uint64_t>{{"alpha", 1}, {"alpha-2", 2}, {"robot3_session4", 1}});
 }
 
+TEST_CASE("a session that is forgotten and heard again is as it was, also before a commit") {
+  const TemporaryDirectory folder;
+  StoreOptions options;
+  options.batch_interval_ns = 100 * kSecondNs;
+  KeyframeStore store(folder.path(), options);
+  wire::ReceivedKeyframe keyframe;
+  keyframe.record = wire_test::keyframe_of(kAlpha.id, 3);
+  keyframe.bytes = wire::encode_keyframe(keyframe.record);
+  (void)store.keep(std::move(keyframe));
+  (void)store.commit_all(1);
+  CHECK(store.find(kAlpha.id)->keyframes.contains(3));
+  CHECK_FALSE(store.find(kAlpha.id)->summary.info);
+  store.keep(wire::SessionSummary{kAlpha.id, kAlpha, true, UINT64_MAX, 2});
+  for (int i = 0; i < 2; ++i) {
+    const auto session = store.find(kAlpha.id);
+    REQUIRE(session);
+    CHECK(session->summary.info->sensor == "os2-128");
+    CHECK(session->summary.ended);
+    CHECK(session->summary.announced == UINT64_MAX);
+    CHECK(session->summary.dropped_by_sender == 2);
+    CHECK(session->keyframes.count() == 1);
+    (void)store.commit_all(2);
+  }
+  CHECK(store.find(kBeta.id)->keyframes.count() == 0);
+}
+
 TEST_CASE("a reader sees what is committed while the base writes on") {
   const TemporaryDirectory folder;
   Base base(folder.path());
@@ -240,7 +266,11 @@ TEST_CASE("the history of health is bounded, the latest of each minute") {
   const TemporaryDirectory folder;
   Base base(folder.path());
   base.feed(wire_test::session_stream(kAlpha, 1));
+  wire::HealthMessage first;
+  first.session = kAlpha.id;
+  base.feed({wire_test::Message(first)});
   base.advance();
+  CHECK(StoreReader(folder.path()).sessions().at(0).health_rows == 1);
   {
     Database database(database_of(folder.path()), Access::kWrite);
     HealthHistory history(database);
