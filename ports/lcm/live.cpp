@@ -119,20 +119,31 @@ class Watch {
 /// Where LCM delivers.
 struct Inlet {
   Receiver& receiver;
+  DatagramGuard* guard = nullptr;
   bool heard = false;
 
   void on_message(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
     if (channel == kStoredChannel) return;  // our own, or another base's
+    Bytes message{static_cast<const std::uint8_t*>(buffer->data), buffer->data_size};
+    if (guard != nullptr) {
+      const auto opened = guard->open(channel, message);
+      if (!opened) return;
+      message = *opened;
+    }
     heard = true;
-    const auto* bytes = static_cast<const std::uint8_t*>(buffer->data);
-    receive(receiver, channel, {bytes, buffer->data_size});
+    receive(receiver, channel, message);
   }
 };
 
-void publish_all(lcm::LCM& link, const std::vector<StoredMessage>& messages) {
+void publish_all(lcm::LCM& link, DatagramGuard* guard, const std::vector<StoredMessage>& messages) {
   const std::string channel(kStoredChannel);
   for (const StoredMessage& message : messages) {
-    const std::vector<std::uint8_t> bytes = encode(message);
+    std::vector<std::uint8_t> bytes = encode(message);
+    if (guard != nullptr) {
+      auto sealed = guard->seal(channel, bytes);
+      if (!sealed) continue;
+      bytes = std::move(*sealed);
+    }
     // What is lost is said again.
     (void)link.publish(channel, bytes.data(), static_cast<unsigned int>(bytes.size()));
   }
@@ -141,11 +152,17 @@ void publish_all(lcm::LCM& link, const std::vector<StoredMessage>& messages) {
 /// A robot's end of the network.
 class Answers {
  public:
-  explicit Answers(std::unique_ptr<lcm::LCM> link) : link_(std::move(link)) {
+  Answers(std::unique_ptr<lcm::LCM> link, std::shared_ptr<DatagramGuard> guard)
+      : link_(std::move(link)), guard_(std::move(guard)) {
     link_->subscribe(std::string(kStoredChannel), &Answers::on_message, this);
   }
 
   bool publish(const std::string& channel, Bytes message) {
+    if (guard_ == nullptr) return put(channel, message);
+    const auto sealed = guard_->seal(channel, message);
+    return sealed && put(channel, *sealed);
+  }
+  bool put(const std::string& channel, Bytes message) {
     return link_->publish(channel, message.data(), static_cast<unsigned int>(message.size())) == 0;
   }
 
@@ -158,14 +175,18 @@ class Answers {
  private:
   static constexpr int kMaxAnswers = 30;
 
-  void on_message(const lcm::ReceiveBuffer* buffer, const std::string& /*channel*/) {
-    const auto* bytes = static_cast<const std::uint8_t*>(buffer->data);
-    if (auto message = decode_stored({bytes, buffer->data_size})) {
-      messages_.push_back(std::move(*message));
+  void on_message(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+    Bytes bytes{static_cast<const std::uint8_t*>(buffer->data), buffer->data_size};
+    if (guard_ != nullptr) {
+      const auto opened = guard_->open(channel, bytes);
+      if (!opened) return;
+      bytes = *opened;
     }
+    if (auto message = decode_stored(bytes)) messages_.push_back(std::move(*message));
   }
 
   std::unique_ptr<lcm::LCM> link_;
+  std::shared_ptr<DatagramGuard> guard_;
   std::vector<StoredMessage> messages_;
 };
 
@@ -185,8 +206,8 @@ void handle_for(lcm::LCM& link, std::chrono::milliseconds duration) {
 
 }  // namespace
 
-Link open_link(const std::string& url) {
-  const auto answers = std::make_shared<Answers>(open_lcm(url));
+Link open_link(const std::string& url, std::shared_ptr<DatagramGuard> guard) {
+  const auto answers = std::make_shared<Answers>(open_lcm(url), std::move(guard));
   Send send = [answers, channel_name = std::string()](std::string_view channel,
                                                       Bytes message) mutable {
     channel_name.assign(channel);
@@ -223,7 +244,13 @@ ListenResult listen(const ListenOptions& options) {
       tell(describe(sessions));
     }
   };
-  Inlet inlet{receiver};
+  DatagramGuard* const guard = options.guard.get();
+  if (guard != nullptr) {
+    receiver.set_check([guard](const SessionId& session, Bytes keyframe) {
+      return guard->accepts(session, keyframe);
+    });
+  }
+  Inlet inlet{receiver, guard};
   link->subscribe("UNIMAPPER_.*", &Inlet::on_message, &inlet)->setQueueCapacity(kQueueCapacity);
   tell("listening on " + url);
   Watch watch(options);
@@ -234,7 +261,7 @@ ListenResult listen(const ListenOptions& options) {
     const Clock::time_point now = Clock::now();
     receiver.advance(std::chrono::nanoseconds(now.time_since_epoch()).count());
     if (now >= next_answer) {
-      publish_all(*link, receiver.take_stored());
+      publish_all(*link, guard, receiver.take_stored());
       next_answer = now + kAnswerInterval;
     }
     if (std::exchange(inlet.heard, false)) watch.on_messages(now);

@@ -4,10 +4,12 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "ports/lcm/datagram_guard.hpp"
 #include "ports/lcm/publisher.hpp"
 #include "ports/lcm/received_log.hpp"
 
@@ -19,8 +21,10 @@ class LinkError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A network for `Publisher`, e.g. "udpm://239.255.76.67:7667?ttl=0". Throws LinkError.
-Link open_link(const std::string& url);
+/// A network for `Publisher`, e.g. "udpm://239.255.76.67:7667?ttl=0". With a guard, everything that
+/// is sent goes through `seal`, which adds `kEnvelopeBytes` to `PublisherOptions::datagram_bytes`,
+/// and only answers that it opens arrive. Throws LinkError.
+Link open_link(const std::string& url, std::shared_ptr<DatagramGuard> guard = nullptr);
 
 /// `url` (LCM's default if empty) with a receive buffer of 4 MiB asked for, unless it is no UDP
 /// URL or says something else. The kernel's default of 208 KiB holds three datagrams of 60 kB.
@@ -46,6 +50,8 @@ struct ListenOptions {
   /// Where keyframes go, which outlives the listening; memory if null, and then they are in the
   /// result.
   wire::KeyframeStorage* storage = nullptr;
+  /// Lets in what is authentic, and seals the answers; null: everything is let in.
+  std::shared_ptr<DatagramGuard> guard;
   /// Asked ten times a second; true ends the listening. May be empty.
   std::function<bool()> stop;
   /// Told in words once messages can arrive, then once a second, and when something is amiss.

@@ -3,6 +3,7 @@
 #include <optional>
 #include <utility>
 
+#include "ports/lcm/envelope.hpp"
 #include "ports/lcm/event_log.hpp"
 #include "ports/lcm/messages.hpp"
 
@@ -22,6 +23,10 @@ void take(Receiver& receiver, std::optional<Message>&& message) {
 }  // namespace
 
 void receive(Receiver& receiver, std::string_view channel, wire::Bytes data) {
+  if (is_envelope(data)) {
+    const auto envelope = read_envelope(data);
+    data = envelope ? envelope->message : wire::Bytes();
+  }
   if (channel == kSessionChannel) {
     take(receiver, decode_session(data));
   } else if (channel == kKeyframeChannel) {

@@ -15,7 +15,8 @@ using wire::Receiver;
 using wire::ReceiverCounters;
 using wire::ReceiverLimits;
 
-/// Decodes one LCM message and hands it to `receiver`, which counts what is no message of ours.
+/// Decodes one LCM message and hands it to `receiver`, which counts what is no message of ours. An
+/// envelope (`authenticated_t`) is opened without a look at its code: that is a `DatagramGuard`'s.
 void receive(Receiver& receiver, std::string_view channel, wire::Bytes data);
 
 /// Feeds a whole event log to `receiver`; other channels are skipped. Returns what was wrong

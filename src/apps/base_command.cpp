@@ -20,6 +20,9 @@ void register_base(CLI::App& app) {
       ->add_option("--listen", options->listen,
                    "LCM's name of the network, e.g. udpm://239.255.76.67:7667?ttl=0")
       ->required();
+  command->add_option(
+      "--keys", options->keys,
+      "Folder of robots' keys (unimapper keys): only what they sent and signed counts");
   command
       ->add_option("--sessions", options->sessions,
                    "End once so many sessions have ended; 0: run until SIGINT or SIGTERM")

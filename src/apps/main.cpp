@@ -72,6 +72,7 @@ int run(int argc, char** argv) {
       "Every command has a --help of its own.");
   unimapper::apps::register_simulate(app);
   unimapper::apps::register_inspect(app);
+  unimapper::apps::register_keys(app);
   unimapper::apps::register_onboard(app);
   unimapper::apps::register_watch(app);
   unimapper::apps::register_base(app);

@@ -26,6 +26,7 @@ std::string command_line(const MergeOptions& options) {
   line += " --out " + options.out.string();
   if (!options.listen.empty()) {
     line += " --listen " + options.listen + " --sessions " + std::to_string(options.sessions);
+    if (!options.keys.empty()) line += " --keys " + options.keys.string();
   }
   for (const auto& [session, dataset] : options.truths) {
     line += " --truth " + session + "=" + dataset.string();
@@ -66,6 +67,10 @@ void register_merge(CLI::App& app) {
   CLI::Option* listen =
       command->add_option("--listen", options->listen,
                           "Receive sessions live too, e.g. from udpm://239.255.76.67:7667?ttl=0");
+  command
+      ->add_option("--keys", options->keys,
+                   "Folder of robots' keys (unimapper keys): only what they sent and signed counts")
+      ->needs(listen);
   command->add_option("--sessions", options->sessions, "Live sessions to wait for")
       ->capture_default_str()
       ->check(CLI::Range(1, 256))

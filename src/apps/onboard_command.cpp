@@ -25,6 +25,9 @@ void add_output_options(CLI::App& command, OnboardOptions& options) {
   command.add_flag("--replace", options.replaces, "Overwrite an earlier run in that folder");
   command.add_option("--publish", options.publish,
                      "Stream the keyframes too, e.g. to udpm://239.255.76.67:7667?ttl=0");
+  command.add_option("--key", options.key,
+                     "The robot's key (unimapper keys): sign the keyframes, authenticate what is "
+                     "published, and hear only bases that have the key");
   command.add_option("--share", options.share,
                      "Share keyframes, labels and health in shared memory under this name, for "
                      "programs on this computer (see unimapper watch)");

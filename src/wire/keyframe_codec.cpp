@@ -14,6 +14,7 @@
 #include "range_coder.hpp"
 #include "unimapper/core/image_code.hpp"
 #include "unimapper/core/quantise.hpp"
+#include "unimapper/wire/signed_keyframe.hpp"
 
 namespace unimapper::wire {
 
@@ -333,7 +334,7 @@ std::vector<std::uint8_t> encode_keyframe(const KeyframeRecord& record) {
 
 DecodedKeyframe decode_keyframe(Bytes bytes) {
   DecodedKeyframe decoded;
-  LittleEndianReader in(bytes);
+  LittleEndianReader in(split_signature(bytes).keyframe);
   KeyframeRecord& record = decoded.record.emplace();
   if (const char* fault = read_record(in, record)) {
     decoded.error = std::string(fault) + " (at byte " + std::to_string(in.position()) + " of " +

@@ -204,7 +204,8 @@ void Receiver::take_payload(Session& state, const KeyframeName& name,
   if (!is_within_quota(state, name.session.robot, payload.size())) return count_refused(state);
   DecodedKeyframe decoded = decode_keyframe(payload);
   const bool honest = decoded.record && decoded.record->session == name.session &&
-                      decoded.record->sequence == name.sequence;
+                      decoded.record->sequence == name.sequence &&
+                      (!check_ || check_(name.session, payload));
   if (!honest) return mark_damaged(state, name.sequence);
   keep(state, {std::move(payload), std::move(*decoded.record)});
 }

@@ -18,6 +18,7 @@ set(unimapper_module_nanoflann nanoflann)
 set(unimapper_module_nlohmann_json nlohmann_json)
 set(unimapper_flags_Threads -pthread)
 set(unimapper_flags_LCM -llcm)
+set(unimapper_flags_Sodium -lsodium)
 set(unimapper_flags_Ceres "-lceres -lglog")
 set(unimapper_flags_m -lm)
 # Where a package is not called what its targets begin with.
@@ -104,5 +105,6 @@ write_basic_package_version_file("${CMAKE_BINARY_DIR}/unimapperConfigVersion.cma
 install(FILES "${CMAKE_BINARY_DIR}/unimapperConfig.cmake"
   "${CMAKE_BINARY_DIR}/unimapperConfigVersion.cmake"
   "${CMAKE_CURRENT_LIST_DIR}/FindLCM.cmake"
+  "${CMAKE_CURRENT_LIST_DIR}/FindSodium.cmake"
   DESTINATION ${unimapper_cmake_dir})
 install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})

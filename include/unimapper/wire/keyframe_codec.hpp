@@ -28,7 +28,8 @@ struct DecodedKeyframe {
 };
 
 /// Reads what `encode_keyframe` wrote, now or when the schema was an older one; anything else is
-/// refused, so that encode(decode(bytes)) == bytes for the present schema. Checks every count
+/// refused, so that encode(decode(bytes)) == bytes for the present schema. A signature after the
+/// keyframe (`split_signature`) is passed over, not checked. Checks every count
 /// against the bytes that are there before it allocates: cells take at most 64 times, images at
 /// most 100 times the memory of their bytes. O(cells + bytes of the images).
 DecodedKeyframe decode_keyframe(Bytes bytes);

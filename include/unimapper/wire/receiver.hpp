@@ -2,14 +2,17 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "unimapper/core/keyframe_record.hpp"
+#include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/keyframe_storage.hpp"
 #include "unimapper/wire/memory_storage.hpp"
 #include "unimapper/wire/messages.hpp"
@@ -30,6 +33,10 @@ struct ReceiverCounters {
   std::uint64_t keyframes_damaged = 0;    ///< whole, but checksum or content is wrong
   std::uint64_t keyframes_abandoned = 0;  ///< incomplete, evicted at the memory limit
 };
+
+/// Whether an encoded keyframe that claims to be of this session may be taken, e.g. because it is
+/// signed.
+using KeyframeCheck = std::function<bool(const SessionId& session, Bytes keyframe)>;
 
 /// How far one session is.
 struct SessionProgress {
@@ -62,6 +69,9 @@ class Receiver {
   void advance(std::int64_t now_ns);
   /// Stores everything that waits.
   void store_all();
+
+  /// From now on, keyframes are taken only if `check` says so; others count as damaged.
+  void set_check(KeyframeCheck check) { check_ = std::move(check); }
 
   /// Takes one message. A piece must be a possible one (`is_possible`).
   void receive(const SessionMessage& message);
@@ -124,6 +134,7 @@ class Receiver {
   std::unique_ptr<MemoryStorage> memory_;  ///< unless the storage is the caller's
   KeyframeStorage* storage_;
   RobotQuotas quotas_;
+  KeyframeCheck check_;
   Reassembly reassembly_;
   ReceiverCounters counters_;
   std::map<SessionId, Session> sessions_;

@@ -11,6 +11,7 @@ namespace unimapper::apps {
 struct BaseOptions {
   std::filesystem::path store;  ///< folder of the store
   std::string listen;           ///< LCM URL
+  std::filesystem::path keys;   ///< folder of robots' keys; empty: everybody is heard
   std::size_t sessions = 0;     ///< ends once so many have ended; 0: runs until it is told to stop
   double max_gigabytes = 0.0;   ///< of the database; 0: as much as the disk holds
   double robot_gigabytes = 200.0;

@@ -5,12 +5,15 @@
 #include <chrono>
 #include <cstdio>
 #include <iostream>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "ports/keys/guards.hpp"
 #include "ports/lcm/live.hpp"
+#include "ports/linux/boot_id.hpp"
 #include "ports/store/keyframe_store.hpp"
 #include "ports/store/process_io.hpp"
 #include "src/apps/base/options.hpp"
@@ -174,8 +177,16 @@ void run_base(const BaseOptions& options) {
   listening.status = [&status](const auto& sessions, const auto& counters) {
     status.tell(sessions, counters);
   };
+  std::shared_ptr<keys::BaseGuard> guard;
+  if (!options.keys.empty()) {
+    guard = std::make_shared<keys::BaseGuard>(options.keys, linux_port::random_boot());
+  }
+  listening.guard = guard;
   (void)lcm_port::listen(listening);
   report_end(kept, written_before);
+  if (guard != nullptr && guard->counters().refused() > 0) {
+    say("warning: refused for their keys: " + keys::describe(guard->counters()));
+  }
 }
 
 }  // namespace unimapper::apps

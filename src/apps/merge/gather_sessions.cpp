@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "ports/datasets/files.hpp"
+#include "ports/keys/guards.hpp"
 #include "ports/lcm/received_log.hpp"
 #include "ports/store/store_file.hpp"
 #include "ports/store/store_reader.hpp"
@@ -53,6 +54,12 @@ void report_losses(const std::string& source, const wire::ReceiverCounters& coun
                 << " is missing; what is whole is used\n";
     }
   }
+}
+
+void report_refusals(const std::string& source, const keys::GuardCounters& counters) {
+  if (counters.refused() == 0) return;
+  std::cerr << "unimapper: warning: " << source
+            << ": refused for their keys: " << keys::describe(counters) << '\n';
 }
 
 void read_log(const fs::path& log, const fs::path& run, std::vector<InputSession>& inputs) {
@@ -137,11 +144,15 @@ void read_run(const fs::path& path, std::vector<InputSession>& inputs) {
 }
 
 void receive_live(const MergeOptions& options, std::vector<InputSession>& inputs) {
-  lcm_port::ListenResult received = lcm_port::listen(listen_options(options));
+  const lcm_port::ListenOptions listening = listen_options(options);
+  lcm_port::ListenResult received = lcm_port::listen(listening);
   if (received.end == lcm_port::ListenEnd::kIdle) {
     std::cerr << "unimapper: warning: nothing more arrived before all sessions had ended\n";
   }
   report_losses(options.listen, received.counters, received.sessions);
+  if (const auto* guard = dynamic_cast<const keys::BaseGuard*>(listening.guard.get())) {
+    report_refusals(options.listen, guard->counters());
+  }
   for (auto& session : received.sessions) inputs.push_back({std::move(session), {}});
 }
 

@@ -4,7 +4,11 @@
 #include <chrono>
 #include <cstdint>
 #include <iostream>
+#include <memory>
 #include <string>
+
+#include "ports/keys/guards.hpp"
+#include "ports/linux/boot_id.hpp"
 
 namespace unimapper::apps {
 
@@ -14,6 +18,9 @@ lcm_port::ListenOptions listen_options(const MergeOptions& options) {
   };
   lcm_port::ListenOptions listening;
   listening.url = options.listen;
+  if (!options.keys.empty()) {
+    listening.guard = std::make_shared<keys::BaseGuard>(options.keys, linux_port::random_boot());
+  }
   listening.sessions_expected = options.sessions;
   listening.first_message_timeout = milliseconds(options.first_timeout_s);
   listening.idle_timeout = milliseconds(options.idle_timeout_s);

@@ -17,8 +17,9 @@ struct MergeOptions {
   std::vector<std::filesystem::path> runs;  ///< run folders, LCM event logs or stores
   std::vector<std::string> chosen;          ///< sessions of stores, by name; empty: all
   std::filesystem::path out;
-  std::string listen;        ///< LCM URL; empty: do not listen
-  std::size_t sessions = 1;  ///< sessions to wait for when listening
+  std::string listen;          ///< LCM URL; empty: do not listen
+  std::filesystem::path keys;  ///< folder of robots' keys; empty: everybody is heard
+  std::size_t sessions = 1;    ///< sessions to wait for when listening
   double first_timeout_s = 60.0;
   double idle_timeout_s = 10.0;
   std::vector<std::pair<std::string, std::filesystem::path>> truths;  ///< session, dataset

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "ports/lcm/envelope.hpp"
 #include "ports/lcm/live.hpp"
 
 namespace unimapper::apps {
@@ -27,11 +28,16 @@ std::unique_ptr<spool::Spool> open_spool(const OnboardOptions& options) {
   return std::make_unique<spool::Spool>(options.spool, limits);
 }
 
-lcm_port::PublisherOptions publisher_options(const OnboardOptions& options) {
+lcm_port::PublisherOptions publisher_options(const OnboardOptions& options, bool has_key) {
   lcm_port::PublisherOptions publisher;
   // Faster than real time, sending may block; in real time it must not.
   publisher.drop_when_full = options.realtime;
   publisher.datagram_bytes = options.datagram_bytes;
+  if (has_key) {
+    // With the envelope, a datagram is as large as asked for.
+    publisher.datagram_bytes = std::max(options.datagram_bytes - lcm_port::kEnvelopeBytes,
+                                        lcm_port::kSmallestDatagramBytes);
+  }
   publisher.bytes_per_second = options.bytes_per_second;
   publisher.unacknowledged_bytes = options.unacknowledged_bytes;
   return publisher;
@@ -46,17 +52,19 @@ bool has_earlier_sessions(const spool::Spool* spool) {
 
 }  // namespace
 
-Delivery::Delivery(const OnboardOptions& options, const SessionInfo& info)
+Delivery::Delivery(const OnboardOptions& options, const SessionInfo& info,
+                   const keys::RobotKey* key)
     : options_(options), info_(info), spool_(open_spool(options)) {
   if (options.publish.empty()) return;
+  if (key != nullptr) guard_ = std::make_shared<keys::RobotGuard>(*key, info.id.boot);
   if (spool_ == nullptr) {
     std::fprintf(stderr,
                  "onboard: no --spool: what no base acknowledges is sent again from memory (%.0f "
                  "MB) until this process ends\n",
                  static_cast<double>(options.unacknowledged_bytes) * 1e-6);
   }
-  lcm_port::PublisherOptions publisher = publisher_options(options);
-  lcm_port::SharedLink link(lcm_port::open_link(options.publish));
+  lcm_port::PublisherOptions publisher = publisher_options(options, key != nullptr);
+  lcm_port::SharedLink link(lcm_port::open_link(options.publish, guard_));
   if (!has_earlier_sessions(spool_.get())) {
     publisher_ = std::make_unique<lcm_port::Publisher>(info, link.share(), publisher, spool_.get());
     return;
@@ -90,6 +98,8 @@ DeliveryCounters Delivery::finish() {
   counters.spooled = spool_ != nullptr;
   if (publisher_ != nullptr) counters.own = publisher_->finish();
   if (earlier_ != nullptr) counters.earlier = earlier_->finish(kEarlierTimeout);
+  // All who used it have finished.
+  if (guard_ != nullptr) counters.answers = guard_->counters();
   if (spool_ != nullptr) {
     (void)spool_->flush(kDiskTimeout);
     counters.disk = spool_->counters();
@@ -116,6 +126,10 @@ void print_delivery(const DeliveryCounters& counters, std::uint64_t keyframes,
       std::fprintf(stderr, "onboard: warning: the network refused %llu datagrams\n",
                    static_cast<Count>(own.send_failures));
     }
+  }
+  if (counters.answers.refused() > 0) {
+    std::fprintf(stderr, "onboard: warning: answers refused for their keys: %s\n",
+                 keys::describe(counters.answers).c_str());
   }
   if (counters.earlier.sessions > 0) {
     std::fprintf(stderr,

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "ports/keys/guards.hpp"
 #include "ports/lcm/earlier_sessions.hpp"
 #include "ports/lcm/publisher.hpp"
 #include "ports/lcm/shared_link.hpp"
@@ -20,13 +21,16 @@ struct DeliveryCounters {
   lcm_port::PublisherCounters own;
   lcm_port::EarlierCounters earlier;
   spool::SpoolCounters disk;
+  keys::GuardCounters answers;  ///< with a key: what became of the bases' answers
 };
 
 /// Spool and publisher as the command line asks for them; either, both or none.
 class Delivery {
  public:
   /// Throws std::exception with a sentence for the user.
-  Delivery(const OnboardOptions& options, const SessionInfo& info);
+  /// `key`: of the robot, null for none; what is published is then authenticated with it.
+  Delivery(const OnboardOptions& options, const SessionInfo& info,
+           const keys::RobotKey* key = nullptr);
 
   /// Spools and publishes a keyframe.
   void take(wire::EncodedKeyframe keyframe);
@@ -39,6 +43,7 @@ class Delivery {
  private:
   const OnboardOptions& options_;
   const SessionInfo info_;
+  std::shared_ptr<keys::RobotGuard> guard_;  ///< null without a key
   // In this order: what sends uses the spool.
   std::unique_ptr<spool::Spool> spool_;
   std::unique_ptr<lcm_port::Publisher> publisher_;

@@ -25,6 +25,7 @@ struct OnboardOptions {
   std::uint64_t unacknowledged_bytes = 64000000;  ///< likewise
   std::filesystem::path spool;                    ///< folder, empty: none
   std::uint64_t spool_bytes = 2000000000;         ///< as in `spool::SpoolOptions`
+  std::filesystem::path key;                      ///< the robot's key file; empty: none
   std::string share;                              ///< name in shared memory, empty: not shared
   bool realtime = false;
   bool deferred = false;  ///< as `PipelineConfig::deferred`

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
+#include "ports/keys/signature.hpp"
 #include "ports/lcm/encoding_thread.hpp"
 #include "ports/lcm/session_log.hpp"
 #include "ports/shared_memory/pipeline_share.hpp"
@@ -28,6 +29,7 @@ struct ReplayOutputs {
   KnownKeyframes& known;
   lcm_port::SessionLogWriter& log;
   Delivery& delivery;
+  const keys::KeyframeSigner* signer = nullptr;  ///< null: keyframes are not signed
   shared_memory::PipelineShare* share = nullptr;
   Progress& progress;
 };

@@ -6,9 +6,12 @@
 #include <cstdlib>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 #include <system_error>
 
+#include "ports/keys/key_files.hpp"
+#include "ports/keys/signature.hpp"
 #include "ports/linux/boot_id.hpp"
 #include "src/apps/onboard/delivery.hpp"
 #include "src/apps/onboard/event_log.hpp"
@@ -38,8 +41,10 @@ std::uint64_t stable_hash(std::string_view text, std::uint64_t seed = 0) {
 /// In files, numbers that differ between sessions but not between two runs on the same recording.
 /// On a network every start is a session of its own, whatever the robot is called and the clock
 /// says.
-SessionId session_id(const std::string& name, std::int64_t first_stamp_ns, bool published) {
-  const std::uint64_t robot = stable_hash(name);
+/// With a key the robot's number is the key's.
+SessionId session_id(const std::string& name, std::int64_t first_stamp_ns, bool published,
+                     const keys::RobotKey* key) {
+  const std::uint64_t robot = key != nullptr ? key->robot : stable_hash(name);
   const std::uint64_t low = stable_hash(name, static_cast<std::uint64_t>(first_stamp_ns));
   const BootId boot = published ? linux_port::random_boot() : BootId(stable_hash(name, low), low);
   return {static_cast<std::uint32_t>(robot), boot};
@@ -91,6 +96,11 @@ std::string describe_run(const OnboardOptions& options, const RunFolder& folder,
   json["unimapper_version"] = UNIMAPPER_VERSION;
   json["keyframe_schema"] = wire::kKeyframeSchema;
   return json.dump(2) + "\n";
+}
+
+std::optional<keys::RobotKey> read_key(const OnboardOptions& options) {
+  if (options.key.empty()) return std::nullopt;
+  return keys::read_robot_key(options.key);
 }
 
 /// Topics in shared memory for as long as it lives.
@@ -304,6 +314,7 @@ void note_sensor_fit(const SensorModel& sensor, const PipelineConfig& config, Pr
 }  // namespace
 
 void run_onboard(const OnboardOptions& options) {
+  const std::optional<keys::RobotKey> key = read_key(options);
   check_output_folder(options.out, Output::kRun, options.replaces);
   require_another_folder(options);
   const auto dataset = datasets::open_dataset(options.dataset, open_options(options));
@@ -327,9 +338,10 @@ void run_onboard(const OnboardOptions& options) {
   OwnedPipeline pipeline(config);
   require(pipeline);
 
-  const SessionInfo info{session_id(folder.session_name(), dataset->stamp_ns(0),
-                                    !options.publish.empty() || !options.spool.empty()),
-                         folder.session_name(), std::string(sensor.model.name)};
+  const SessionInfo info{
+      session_id(folder.session_name(), dataset->stamp_ns(0),
+                 !options.publish.empty() || !options.spool.empty(), key ? &*key : nullptr),
+      folder.session_name(), std::string(sensor.model.name)};
   folder.write_text("run.json", describe_run(options, folder, info.id, sensor.model, config));
   Progress progress("onboard", scans);
   progress.note("sensor " + info.sensor + " (" + sensor.source + ")");
@@ -352,7 +364,8 @@ void run_onboard(const OnboardOptions& options) {
   KnownKeyframes known(info.name, earlier);
   known.insert_into(pipeline->places());
   lcm_port::SessionLogWriter log(folder.keyframe_log(), info);
-  Delivery delivery(options, info);
+  Delivery delivery(options, info, key ? &*key : nullptr);
+  const auto signer = key ? std::make_optional<keys::KeyframeSigner>(*key) : std::nullopt;
   const auto share = open_share(options, config, info.id);
   Replay replay(*dataset, *pipeline,
                 {.session = info.id,
@@ -365,6 +378,7 @@ void run_onboard(const OnboardOptions& options) {
                  .known = known,
                  .log = log,
                  .delivery = delivery,
+                 .signer = signer ? &*signer : nullptr,
                  .share = share != nullptr ? share->get() : nullptr,
                  .progress = progress});
   replay.run();
