@@ -51,17 +51,23 @@ Data forge(const std::vector<Data>& overheard, const std::uint8_t* data, std::si
   return forged;
 }
 
+/// The robot's first datagrams.
+std::vector<Data> seal_messages() {
+  keys::RobotGuard robot(robot_key(), {1, 2});
+  std::vector<Data> sealed;
+  for (std::uint64_t i = 0; i < kDatagrams; ++i) {
+    sealed.push_back(robot.seal(lcm_port::kSessionChannel, message(i)).value());
+  }
+  return sealed;
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const keys::BaseKey base_key = keys::base_key_of(robot_key());
-  keys::RobotGuard robot(robot_key(), {1, 2});
+  static const std::vector<Data> overheard = seal_messages();
   keys::BaseGuard base(std::vector{base_key}, {3, 4});
   keys::RobotGuard listener(robot_key(), {5, 6});
-  std::vector<Data> overheard;
-  for (std::uint64_t i = 0; i < kDatagrams; ++i) {
-    overheard.push_back(robot.seal(lcm_port::kSessionChannel, message(i)).value());
-  }
   std::array<int, kDatagrams> taken = {};
   for (std::size_t at = 0; at + 5 <= size;) {
     const std::string_view channel = kChannels[data[at + 4] % kChannels.size()];

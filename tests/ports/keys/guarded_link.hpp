@@ -55,6 +55,7 @@ struct Base {
 
   BaseGuard guard;
   wire::Receiver receiver;
+  std::uint64_t sent = 0;  ///< answers
 };
 
 /// A robot that sends keyframes until it hears that they are stored.
@@ -103,6 +104,7 @@ struct Robot {
   wire::Outbox outbox{0};
   std::int64_t clock = 0;
   std::vector<std::uint32_t> acknowledged;
+  std::uint64_t sent = 0;  ///< datagrams
 };
 
 /// A robot's whole session over the attacked network, until the base has acknowledged everything or
@@ -111,6 +113,7 @@ inline void drive(Robot& robot, Base& base, const Attack& attack, int rounds = 2
   const auto to_base = [&](const Datagram& datagram) {
     for (const Datagram& forged : attack(datagram)) base.hear(forged), robot.hear(forged);
     base.hear(datagram);
+    ++robot.sent;
   };
   to_base(robot.session(wire::SessionState::kStarted));
   for (int round = 0; round < rounds && robot.outbox.size() > 0; ++round) {
@@ -122,12 +125,17 @@ inline void drive(Robot& robot, Base& base, const Attack& attack, int rounds = 2
     for (const Datagram& answer : base.answers()) {
       for (const Datagram& forged : attack(answer)) base.hear(forged), robot.hear(forged);
       robot.hear(answer);
+      ++base.sent;
     }
   }
 }
 
-/// Everything that the robot made is at the base as it was made, and nothing else.
+/// Everything that the robot made is at the base as it was made, and nothing else; of the
+/// datagrams, each end has taken those of the other, all and only.
 inline void check_whole(const Robot& robot, Base& base) {
+  CHECK(base.guard.counters().accepted == robot.sent);
+  CHECK(robot.guard.counters().accepted == base.sent);
+  CHECK(base.receiver.counters().malformed == 0);
   CHECK(robot.outbox.size() == 0);
   CHECK(robot.acknowledged.size() == robot.messages.size());
   const std::vector<SessionData> sessions = base.receiver.take_sessions();

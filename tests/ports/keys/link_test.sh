@@ -75,7 +75,7 @@ expect 'robot7 6/6 ended' base
 expect 'refused for their keys: .* without a code' base
 grep -q 'robot7-2' "$directory/map/summary.json" && fail "the forger's session was taken"
 
-# A base without keys receives the robot, which does not believe its answers.
+# A base without keys receives the robot, which takes none of its answers.
 listen
 drive robot7 --key "$directory/robot7.robot"
 expect '0 of 6 keyframes acknowledged' robot7
