@@ -218,7 +218,7 @@ void Publisher::fill_outbox() {
       if (!queued.keyframe.bytes.empty()) --queued_in_memory_;
     }
     has_room_.notify_one();
-    hold(std::move(queued));
+    hold(queued);
   }
 }
 

@@ -164,7 +164,7 @@ class Publisher {
   [[nodiscard]] bool is_done();
   void take_stored();
   void fill_outbox();
-  void hold(Queued queued);
+  void hold(const Queued& queued);
   void make_queue_room();
   bool load(std::uint32_t sequence);
   void unload(std::uint32_t sequence);

@@ -1,6 +1,5 @@
 // Memory of a publisher: which keyframes it holds, and which only its storage.
 #include <algorithm>
-#include <utility>
 
 #include "ports/lcm/publisher.hpp"
 
@@ -21,7 +20,7 @@ void Publisher::make_queue_room() {
   ++counters_.keyframes_dropped;
 }
 
-void Publisher::hold(Queued queued) {
+void Publisher::hold(const Queued& queued) {
   const std::uint32_t sequence = queued.keyframe.sequence;
   const std::uint32_t pieces = count_messages(queued.bytes, options_.datagram_bytes);
   if (pieces == 0) return;

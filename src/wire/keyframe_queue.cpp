@@ -1,6 +1,6 @@
 #include "unimapper/wire/keyframe_queue.hpp"
 
-#include <cstring>
+#include <algorithm>
 #include <new>
 #include <span>
 
@@ -14,7 +14,7 @@ constexpr std::uint32_t kUseMask = (1U << kUseBits) - 1;
 /// Copies a list behind another; the copy.
 template <typename T>
 std::span<const T> copy_list(std::span<const T> from, T* to) noexcept {
-  if (!from.empty()) std::memcpy(static_cast<void*>(to), from.data(), from.size_bytes());
+  std::copy_n(from.data(), from.size(), to);
   return {to, from.size()};
 }
 
