@@ -272,7 +272,7 @@ ListenResult listen(const ListenOptions& options) {
     }
     if (const std::optional<ListenEnd> end = watch.over(sessions, now)) {
       receiver.store_all();
-      publish_all(*link, receiver.take_stored());
+      publish_all(*link, guard, receiver.take_stored());
       tell_status();
       return {*end, receiver.take_sessions(), receiver.counters()};
     }

@@ -34,7 +34,7 @@ constexpr std::uint32_t kMaxSessionsHeard = 256;
 constexpr std::uint32_t kMaxDamaged = 1000;
 
 /// Nobody waits for longer; the longest time of a clock would overflow where it is converted.
-constexpr std::chrono::hours kNever{24 * 365};
+constexpr std::chrono::hours kOneYear{24 * 365};
 
 /// SIGINT and SIGTERM, asked for instead of handled: a handler would interrupt what LCM waits in.
 class StopSignals {
@@ -168,8 +168,8 @@ void run_base(const BaseOptions& options) {
   lcm_port::ListenOptions listening;
   listening.url = options.listen;
   listening.sessions_expected = options.sessions;
-  listening.first_message_timeout = kNever;
-  listening.idle_timeout = kNever;
+  listening.first_message_timeout = kOneYear;
+  listening.idle_timeout = kOneYear;
   listening.limits = limits_of(options);
   listening.storage = &kept;
   listening.stop = [&signals] { return signals.arrived(); };
