@@ -129,7 +129,7 @@ TEST_CASE("two sessions of one name are told apart, and a nameless one has its n
   const TemporaryDirectory folder;
   Base base(folder.path());
   SessionInfo twin = kAlpha;
-  twin.id.session = 5;
+  twin.id.boot = 5;
   base.feed(wire_test::session_stream(kAlpha, 1));
   base.feed(wire_test::session_stream(twin, 2));
   base.feed({3, 4}, 0);
@@ -139,8 +139,8 @@ TEST_CASE("two sessions of one name are told apart, and a nameless one has its n
   for (const SessionListing& session : StoreReader(folder.path()).sessions()) {
     keyframes[session.info.name] = session.keyframes;
   }
-  CHECK(keyframes ==
-        std::map<std::string, std::uint64_t>{{"alpha", 1}, {"alpha-2", 2}, {"robot3_session4", 1}});
+  CHECK(keyframes == std::map<std::string, std::uint64_t>{
+                         {"alpha", 1}, {"alpha-2", 2}, {wire::name_of({3, 4}), 1}});
 }
 
 TEST_CASE("a session that is forgotten and heard again is as it was, also before a commit") {
