@@ -118,7 +118,9 @@ onboard() {
 published_by_log() {
   {
     "$bin/fault_base" log "$2/run/keyframes.lcmlog" || true
-    sed -n 's/^ *"keyframes_acknowledged": *\([0-9]*\),*$/acknowledged \1/p' "$2/run/stats.json" || true
+    # The first is this session's, those below are of its parts and of earlier sessions.
+    sed -n '/^ *"keyframes_acknowledged": *\([0-9]*\),*$/ { s//acknowledged \1/p; q }' \
+      "$2/run/stats.json" || true
   } >"$row/robot-$1.out" 2>>"$row/robot-$1.err"
 }
 
