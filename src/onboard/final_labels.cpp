@@ -15,6 +15,38 @@ constexpr std::int32_t kStaticObservations = 3;
 /// As many images of each keyframe are used: the others repeat them.
 constexpr std::uint32_t kImagesPerKeyframe = 2;
 
+/// Zones of equal area, rings around the origin of a keyframe's grid, which is next to its first
+/// scan: the first has a radius of 16 blocks, blocks beyond the last one belong to it.
+constexpr std::uint32_t kZones = 512;
+
+std::uint32_t zone_of(const VoxelIndex& block) noexcept {
+  const auto squared = [](std::int32_t a) {
+    return static_cast<std::uint64_t>(std::int64_t{a} * a);
+  };
+  const std::uint64_t zone = (squared(block.x) + squared(block.y)) >> 8U;
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(zone, kZones - 1));
+}
+
+/// Cells that are static without enough evidence.
+std::uint64_t open_cells(const CellMarks& marks) noexcept {
+  return marks.candidate & ~marks.dynamic & ~marks.confirmed_static;
+}
+
+/// Innermost zones whose undecided blocks are at most `most`: all zones where all of them are.
+std::uint32_t zones_with(std::uint32_t most, const CellTable& cells) noexcept {
+  std::uint32_t blocks[kZones] = {};
+  for (std::uint32_t b = 0; b < cells.blocks().size(); ++b) {
+    const CellMarks& marks = cells.marks(b);
+    if ((marks.dynamic | open_cells(marks)) != 0) ++blocks[zone_of(cells.blocks()[b].index)];
+  }
+  std::uint32_t zones = 0;
+  for (std::uint32_t sum = 0; zones < kZones; ++zones) {
+    sum += blocks[zones];
+    if (sum > most) break;
+  }
+  return zones;
+}
+
 }  // namespace
 
 struct FinalLabels::Group {
@@ -42,9 +74,10 @@ void FinalLabels::allocate(Arena& arena, const PipelineConfig& config) noexcept 
   occupied_ = in_thousandths(config.removal.log_odds_occupied);
   confirmed_static_ = in_thousandths(std::min(config.removal.confirmed_static_log_odds, 30.0F));
   stride_ = std::max(1U, config.free_space.images_per_keyframe / kImagesPerKeyframe);
-  // Most blocks hold nothing but ground and confirmed static cells: of ten keyframes a seventh
-  // each.
-  capacity_ = 3 * config.voxel.max_blocks();
+  // Most blocks hold nothing but ground and confirmed static cells. With a window of ten there is
+  // room for a quarter of a keyframe's blocks.
+  keyframe_capacity_ = config.removal.window + 1;
+  capacity_ = std::max(3 * config.voxel.max_blocks(), keyframe_capacity_);
   open_ = arena.allocate<OpenBlock>(capacity_);
   group_ = arena.allocate<Group>(1);
   changed_.allocate(arena, config.voxel.max_blocks() / 4 + 1);
@@ -52,7 +85,6 @@ void FinalLabels::allocate(Arena& arena, const PipelineConfig& config) noexcept 
 
 void FinalLabels::drop_oldest() noexcept {
   if (is_in_progress()) progress_ = Progress::kNone;
-  open_count_ -= keyframes_[0].count;
   std::copy(keyframes_ + 1, keyframes_ + stored_, keyframes_);
   --stored_;
 }
@@ -61,26 +93,21 @@ void FinalLabels::store(const EvidenceWindow& window, const CellTable& cells,
                         std::uint32_t sequence) noexcept {
   if (!on_) return;
   not_stored_ = 0;
-  if (stored_ == std::size(keyframes_)) drop_oldest();
+  if (stored_ == keyframe_capacity_) drop_oldest();
   const BlockWindow& blocks = window.blocks();
   Stored now{sequence, blocks.keyframe(), next_, 0, 0, cells.grid()};
+  const std::uint32_t zones = zones_with(capacity_ / keyframe_capacity_, cells);
   for (std::uint32_t b = 0; b < cells.blocks().size(); ++b) {
     const CellMarks& marks = cells.marks(b);
-    const std::uint64_t open = marks.candidate & ~marks.dynamic & ~marks.confirmed_static;
+    const std::uint64_t open = open_cells(marks);
     if ((marks.dynamic | open) == 0) continue;
-    // What is to be relabelled makes room first, unless the result before would be lost.
-    if (open_count_ == capacity_ && !keeps_result_) finish(window);
-    while (open_count_ == capacity_ && stored_ > 0) {
-      not_stored_ += keyframes_[0].count;
-      drop_oldest();
-    }
-    if (open_count_ == capacity_) {
+    const VoxelIndex& index = cells.blocks()[b].index;
+    if (zone_of(index) >= zones) {
       ++not_stored_;
       continue;
     }
-    ring(next_) = {marks.dynamic, open, cells.blocks()[b].index, blocks.entry(b)};
+    ring(next_) = {marks.dynamic, open, index, blocks.entry(b)};
     next_ = (next_ + 1) % capacity_;
-    ++open_count_;
     ++now.count;
     now.cells += popcount(marks.dynamic | open);
   }
@@ -90,7 +117,6 @@ void FinalLabels::store(const EvidenceWindow& window, const CellTable& cells,
 bool FinalLabels::begin_evicted(const EvidenceWindow& window, bool keeps_result) noexcept {
   const BlockWindow& blocks = window.blocks();
   progress_ = Progress::kNone;
-  keeps_result_ = keeps_result;
   result_.available = result_.available && keeps_result;
   if (!on_) return false;
   // Keyframes that were evicted early are gone.

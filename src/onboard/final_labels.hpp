@@ -24,10 +24,11 @@ class FinalLabels {
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Forgets all keyframes, but not the result. Nothing must be in progress.
-  void forget() noexcept { stored_ = open_count_ = 0; }
+  void forget() noexcept { stored_ = 0; }
 
   /// Stores the undecided cells of the current keyframe, number `sequence`, before the window
-  /// records it. If there is no room the oldest keyframes are dropped. O(blocks).
+  /// records it. Every keyframe has the same room; what it is too small for are its farthest
+  /// blocks, so that every keyframe is relabelled. O(blocks).
   void store(const EvidenceWindow& window, const CellTable& cells, std::uint32_t sequence) noexcept;
 
   /// Begins to relabel the keyframe that the next record evicts from the window, by the evidence up
@@ -110,9 +111,9 @@ class FinalLabels {
   std::uint32_t stride_ = 1;  ///< of the images of each keyframe
 
   std::uint64_t not_stored_ = 0;
-  std::uint32_t capacity_ = 0;
-  std::uint32_t open_count_ = 0;
-  std::uint32_t next_ = 0;  ///< index in the ring
+  std::uint32_t keyframe_capacity_ = 0;  ///< keyframes of the window, and the current one
+  std::uint32_t capacity_ = 0;           ///< open blocks of all of them
+  std::uint32_t next_ = 0;               ///< index in the ring
   OpenBlock* open_ = nullptr;
   std::uint32_t stored_ = 0;
   Stored keyframes_[RemovalConfig::kMaxWindow + 1] = {};  ///< oldest first
@@ -120,7 +121,6 @@ class FinalLabels {
   /// Of relabelling the first of `keyframes_`.
   enum class Progress : std::uint8_t { kNone, kBegun, kUnderWay, kDone };
   Progress progress_ = Progress::kNone;
-  bool keeps_result_ = false;       ///< until the first step
   std::uint32_t latest_ = 0;        ///< keyframe whose evidence is the latest used
   std::uint32_t next_block_ = 0;    ///< of its open blocks
   std::uint32_t cells_passed_ = 0;  ///< in the blocks before

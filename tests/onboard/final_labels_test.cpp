@@ -257,6 +257,54 @@ TEST_CASE("three later observations of a kept cell outweigh every image", "[fina
 
 namespace {
 
+/// Poles of a cell each, 20 m to 60 m away, none of them in another one's block.
+std::vector<Eigen::Vector3f> poles() {
+  std::vector<Eigen::Vector3f> points;
+  for (int x = 0; x < 20; ++x) {
+    for (int y = 0; y < 10; ++y) {
+      points.emplace_back(-20.1F - 2.0F * static_cast<float>(x),
+                          -10.1F + 2.0F * static_cast<float>(y), -0.5F);
+    }
+  }
+  return points;
+}
+
+}  // namespace
+
+TEST_CASE("without room for all of their blocks, keyframes are relabelled near by",
+          "[final labels]") {
+  PipelineConfig config = one_cell_config();
+  config.removal.window = 4;
+  // Room for 3 x 1024 / 4 blocks, of a window and a keyframe with 200 poles and a wall each.
+  config.voxel.max_cells = 1024;
+  config.voxel.max_window_blocks = 2048;
+  std::vector<Eigen::Vector3f> first = poles();
+  first.push_back(kPost);
+  std::vector<Eigen::Vector3f> later = poles();
+  const std::vector<Eigen::Vector3f> wall = wall_behind_the_post();
+  later.insert(later.end(), wall.begin(), wall.end());
+  OwnedPipeline pipeline(config);
+  REQUIRE(pipeline);
+  for (int i = 0; i < 4; ++i) {
+    const std::vector<Eigen::Vector3f>& points = i == 0 ? first : later;
+    const PointView view = PointView::xyz(points.data(), points.size(), sizeof(points[0]));
+    REQUIRE(pipeline->add_scan(view, Pose{}, (i + 1) * kPeriodNs).keyframe_ready);
+    // So many poles are too far away, and counted.
+    const std::uint64_t left_out =
+        pipeline->keyframe().statistics->dropped_by(DropCause::kEvidenceFull);
+    CHECK(left_out > 40);
+    CHECK(left_out < 200);
+  }
+  for (std::uint32_t keyframe = 0; keyframe < 4; ++keyframe) {
+    REQUIRE(pipeline->relabel_next());
+    const RelabelledKeyframe& relabelled = pipeline->keyframe().relabelled;
+    CHECK(relabelled.sequence == keyframe);
+    CHECK(relabelled.cells_now_dynamic == (keyframe == 0 ? 1 : 0));
+  }
+}
+
+namespace {
+
 using Points = std::vector<Eigen::Vector3f>;
 
 /// The first keyframe sees a post and, in the same block of cells, a board beside it. So many
