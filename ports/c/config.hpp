@@ -16,6 +16,12 @@ struct ConfigStatus {
   const char* message = "";
 };
 
+/// Hands a sentence to a caller who wants one (`message` may be null). Returns the status.
+inline um_status say(um_status status, const char* sentence, const char** message) noexcept {
+  if (message != nullptr) *message = sentence;
+  return status;
+}
+
 /// Fills in a caller's struct of a size the caller knows; no byte beyond it is written.
 [[nodiscard]] um_status init_config(const PipelineConfig& from, std::size_t struct_size,
                                     um_config* out) noexcept;

@@ -114,26 +114,6 @@ um_status write_keyframe(um_pipeline& pipeline, bool available, const KeyframeVi
   return tell(pipeline, {});
 }
 
-/// A status for `message` if the caller wants it.
-um_status say(um_status status, const char* sentence, const char** message) noexcept {
-  if (message != nullptr) *message = sentence;
-  return status;
-}
-
-SensorModel sensor_model_of(const um_sensor_model& model) noexcept {
-  SensorModel sensor;
-  sensor.pattern = static_cast<ScanPattern>(model.pattern);
-  sensor.horizontal_fov_deg = model.horizontal_fov_deg;
-  sensor.elevation_min_deg = model.elevation_min_deg;
-  sensor.elevation_max_deg = model.elevation_max_deg;
-  sensor.range_min_m = model.range_min_m;
-  sensor.range_max_m = model.range_max_m;
-  sensor.rings = model.rings;
-  sensor.points_per_scan = model.points_per_scan;
-  sensor.scan_rate_hz = model.scan_rate_hz;
-  return sensor;
-}
-
 }  // namespace
 
 extern "C" {
@@ -193,14 +173,6 @@ const char* um_status_text(um_status status) {
   }
 }
 
-um_status um_sensor_find(const char* name, std::uint32_t* sensor) {
-  if (name == nullptr || sensor == nullptr) return UM_NULL_ARGUMENT;
-  const SensorModel* const model = find_sensor(name);
-  if (model == nullptr) return UM_UNKNOWN_SENSOR;
-  *sensor = static_cast<std::uint32_t>(model->kind);
-  return UM_OK;
-}
-
 um_status um_config_init(um_config* config, std::size_t struct_size, std::uint32_t sensor) {
   return um_config_init_for(config, struct_size, sensor, UM_COMPUTER_SERVER);
 }
@@ -210,27 +182,6 @@ um_status um_config_init_for(um_config* config, std::size_t struct_size, std::ui
   PipelineConfig preset;
   const um_status status = preset_config(sensor, computer, preset);
   return status == UM_OK ? init_config(preset, struct_size, config) : status;
-}
-
-um_status um_config_from_model(um_config* config, std::size_t struct_size,
-                               const um_sensor_model* model, std::uint32_t computer,
-                               const char** message) {
-  const auto refuse = [message](um_status status) {
-    return say(status, um_status_text(status), message);
-  };
-  if (model == nullptr) return refuse(UM_NULL_ARGUMENT);
-  if (model->struct_size != sizeof *model) return refuse(UM_UNKNOWN_VERSION);
-  if (computer > UM_COMPUTER_ARMV7_WITH_64_MB) return refuse(UM_UNKNOWN_COMPUTER);
-  if (model->pattern > UM_SCAN_NON_REPETITIVE) {
-    return say(UM_INVALID_CONFIG, "model.pattern must be one of enum um_scan_pattern", message);
-  }
-  const Expected<PipelineConfig> preset_of_model =
-      preset(sensor_model_of(*model), static_cast<Computer>(computer));
-  if (!preset_of_model.ok()) {
-    return say(UM_INVALID_CONFIG, preset_of_model.error().message, message);
-  }
-  const um_status status = init_config(*preset_of_model, struct_size, config);
-  return say(status, status == UM_OK ? "" : um_status_text(status), message);
 }
 
 um_status um_config_set(um_config* config, const char* name, const char* value,

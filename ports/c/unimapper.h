@@ -173,6 +173,30 @@ UM_API UM_CHECKED um_status um_config_from_model(um_config* config, size_t struc
                                                  const um_sensor_model* model, uint32_t computer,
                                                  const char** message);
 
+/** Whether a configuration has room for what a sensor may see. Cells that do not fit are those of
+ *  the last scans, near ones too: their points are labelled static without having been looked at
+ *  (UM_DROP_CELLS_FULL), so a shorter range is better than cells that are full. */
+typedef struct um_sensor_fit {
+  uint32_t struct_size;  /**< sizeof(um_sensor_fit), set by the caller */
+  uint32_t fits;         /**< 1 if there is room for all of them */
+  uint32_t cells_needed; /**< fine cells that a keyframe may occupy in a dense street */
+  uint32_t cells;        /**< those there is room for: voxel_max_cells */
+  float range_m;         /**< keyframe_range_max_m with which they fit, metres */
+} um_sensor_fit;
+
+/** An estimate from the data sheet of a sensor (enum um_sensor), before the first scan, for
+ *  outdoors; docs/porting.md compares it with recordings. The caller sets fit->struct_size.
+ * Statuses are those of um_config_check, UM_UNKNOWN_SENSOR, and UM_UNKNOWN_VERSION for a struct of
+ * a size that this library does not know; nothing is written then. */
+UM_API UM_CHECKED um_status um_sensor_fit_get(const um_config* config, uint32_t sensor,
+                                              um_sensor_fit* fit);
+
+/** The same for a LiDAR from its data sheet; on UM_INVALID_CONFIG *message (may be null) says which
+ *  figure of the sheet or member of the configuration is wrong. */
+UM_API UM_CHECKED um_status um_sensor_fit_from_model(const um_config* config,
+                                                     const um_sensor_model* model,
+                                                     um_sensor_fit* fit, const char** message);
+
 /** Sets a parameter by its name in docs/parameters.md, e.g. "removal.window" to "10". Switches take
  *  true, false, 1 and 0, choices one of their names. Members of um_config may be set this way too.
  *

@@ -1,5 +1,6 @@
 // Presets from a sensor's data sheet.
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstring>
 #include <string>
 
@@ -103,6 +104,42 @@ TEST_CASE("every valid data sheet gives a valid configuration") {
       CAPTURE(i, config.error().message);
       REQUIRE(config.ok());
     }
+  }
+}
+
+TEST_CASE(
+    "the cells a sensor needs are those of the densest simulated town, a third more at most") {
+  struct Measured {
+    SensorKind sensor;
+    float range_m;
+    std::uint32_t cells;
+  };
+  constexpr Measured kDenserTown[] = {
+      {SensorKind::kHdl64e, 40.0F, 99269},        {SensorKind::kHdl64e, 60.0F, 135583},
+      {SensorKind::kHdl64e, 120.0F, 182218},      {SensorKind::kVlp16, 40.0F, 57311},
+      {SensorKind::kVlp16, 60.0F, 70871},         {SensorKind::kVlp16, 100.0F, 80816},
+      {SensorKind::kOs1_64, 40.0F, 94865},        {SensorKind::kOs1_64, 60.0F, 116447},
+      {SensorKind::kOs1_64, 120.0F, 131146},      {SensorKind::kOs2_128, 40.0F, 156604},
+      {SensorKind::kOs2_128, 60.0F, 224488},      {SensorKind::kOs2_128, 240.0F, 352147},
+      {SensorKind::kAevaAeries2, 40.0F, 61303},   {SensorKind::kAevaAeries2, 60.0F, 96764},
+      {SensorKind::kAevaAeries2, 400.0F, 171880}, {SensorKind::kLivoxAvia, 40.0F, 31807},
+      {SensorKind::kLivoxAvia, 60.0F, 44028},     {SensorKind::kLivoxAvia, 450.0F, 56473},
+      {SensorKind::kLivoxMid360, 40.0F, 47895},   {SensorKind::kLivoxMid360, 60.0F, 51990},
+      {SensorKind::kLivoxMid360, 70.0F, 52859}};
+  for (const Measured& measured : kDenserTown) {
+    const SensorModel& model = sensor_model(measured.sensor);
+    CAPTURE(std::string(model.name), measured.range_m);
+    PipelineConfig config = preset(measured.sensor);
+    config.keyframe.range_max_m = measured.range_m;
+    const double needed = sensor_fit(model, config).cells_needed;
+    CHECK(needed > 0.98 * measured.cells);
+    CHECK(needed < 1.33 * measured.cells);
+    // Half of the cells do not fit, and the range that is proposed needs just so many.
+    config.voxel.max_cells = measured.cells / 2;
+    const SensorFit fit = sensor_fit(model, config);
+    REQUIRE_FALSE(fit.fits());
+    config.keyframe.range_max_m = fit.range_m;
+    CHECK(std::abs(sensor_fit(model, config).cells_needed - 0.5 * measured.cells) < 2.0);
   }
 }
 
