@@ -32,19 +32,30 @@ std::uint64_t open_cells(const CellMarks& marks) noexcept {
   return marks.candidate & ~marks.dynamic & ~marks.confirmed_static;
 }
 
-/// Innermost zones whose undecided blocks are at most `most`: all zones where all of them are.
-std::uint32_t zones_with(std::uint32_t most, const CellTable& cells) noexcept {
+/// The outermost zone that there is still room for, and how much: blocks.
+struct Reach {
+  std::uint32_t zone = 0;
+  std::uint32_t room = 0;
+
+  /// Whether a block may be stored, which takes room if it lies in that zone.
+  bool admits(std::uint32_t block_zone) noexcept {
+    if (block_zone != zone) return block_zone < zone;
+    return room > 0 && room-- > 0;
+  }
+};
+
+/// How far `room` undecided blocks of a keyframe reach.
+Reach reach_of(std::uint32_t room, const CellTable& cells) noexcept {
   std::uint32_t blocks[kZones] = {};
   for (std::uint32_t b = 0; b < cells.blocks().size(); ++b) {
     const CellMarks& marks = cells.marks(b);
     if ((marks.dynamic | open_cells(marks)) != 0) ++blocks[zone_of(cells.blocks()[b].index)];
   }
-  std::uint32_t zones = 0;
-  for (std::uint32_t sum = 0; zones < kZones; ++zones) {
-    sum += blocks[zones];
-    if (sum > most) break;
+  Reach reach{0, room};
+  while (reach.zone < kZones && blocks[reach.zone] <= reach.room) {
+    reach.room -= blocks[reach.zone++];
   }
-  return zones;
+  return reach;
 }
 
 }  // namespace
@@ -96,13 +107,13 @@ void FinalLabels::store(const EvidenceWindow& window, const CellTable& cells,
   if (stored_ == keyframe_capacity_) drop_oldest();
   const BlockWindow& blocks = window.blocks();
   Stored now{sequence, blocks.keyframe(), next_, 0, 0, cells.grid()};
-  const std::uint32_t zones = zones_with(capacity_ / keyframe_capacity_, cells);
+  Reach reach = reach_of(capacity_ / keyframe_capacity_, cells);
   for (std::uint32_t b = 0; b < cells.blocks().size(); ++b) {
     const CellMarks& marks = cells.marks(b);
     const std::uint64_t open = open_cells(marks);
     if ((marks.dynamic | open) == 0) continue;
     const VoxelIndex& index = cells.blocks()[b].index;
-    if (zone_of(index) >= zones) {
+    if (!reach.admits(zone_of(index))) {
       ++not_stored_;
       continue;
     }
