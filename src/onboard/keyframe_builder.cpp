@@ -40,24 +40,17 @@ bool KeyframeBuilder::measure(const PointView& first_points) noexcept {
 
 bool KeyframeBuilder::add_step(const PointView& points, const ScanOrigin& origin,
                                EvidenceWindow& window, Keyframe& keyframe) noexcept {
-  switch (adding_) {
-    case Adding::kNone:
-      begin_scan(points, origin, window, keyframe);
-      adding_ = Adding::kPoints;
-      return true;
-    case Adding::kPoints: {
-      const StageTimer timer(clock_ns_, keyframe.statistics, Stage::kIngest);
-      if (accumulator_.add_points(points, kSlicePoints, window.blocks())) return true;
-      count_points(accumulator_.counts(), keyframe);
-      note_cost();
-      adding_ = Adding::kImage;
-      return true;
-    }
-    case Adding::kImage:
-      paint(points, window, keyframe);
-      adding_ = Adding::kNone;
-      return false;
+  if (!adding_) {
+    begin_scan(points, origin, window, keyframe);
+    adding_ = true;
+    return true;
   }
+  const StageTimer timer(clock_ns_, keyframe.statistics, Stage::kIngest);
+  adding_ = accumulator_.add_points(points, slice_points_, window.blocks());
+  if (adding_) return true;
+  count_points(accumulator_.counts(), keyframe);
+  note_cost();
+  paint(points, window, keyframe);
   return false;
 }
 
@@ -106,7 +99,7 @@ std::uint32_t KeyframeBuilder::points_cost(std::size_t points) const noexcept {
 
 std::uint32_t KeyframeBuilder::step_cost(std::size_t points) const noexcept {
   if (!is_adding()) return slice_cost::kBeginningScan;
-  return points_cost(std::min(points - accumulator_.added(), kSlicePoints));
+  return points_cost(std::min(points - accumulator_.added(), slice_points_));
 }
 
 std::uint32_t KeyframeBuilder::cost_left(std::size_t points) const noexcept {
@@ -115,9 +108,8 @@ std::uint32_t KeyframeBuilder::cost_left(std::size_t points) const noexcept {
 }
 
 void KeyframeBuilder::paint(const PointView& points, EvidenceWindow& window,
-                            Keyframe& keyframe) noexcept {
+                            const Keyframe& keyframe) noexcept {
   if (!paints_) return;
-  const StageTimer timer(clock_ns_, keyframe.statistics, Stage::kIngest);
   const std::uint32_t scan = accumulator_.scans() - 1;
   RangeImage* const image = window.image_for(scan, keyframe.scans[scan].T_odometry_sensor);
   if (image != nullptr) painter_.paint(points, image->pixels);

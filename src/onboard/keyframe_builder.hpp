@@ -21,12 +21,10 @@ namespace unimapper::onboard {
 /// of some of them in the window, and what they say of sensor and poses.
 class KeyframeBuilder {
  public:
-  /// Points that a slice of adding a scan enters into cells.
-  static constexpr std::size_t kSlicePoints = 16384;
-
   explicit KeyframeBuilder(const PipelineConfig& config) noexcept
       : keyframe_config_(config.keyframe),
         voxel_config_(config.voxel),
+        slice_points_(config.deferred ? 16384 : SIZE_MAX),
         paints_(config.free_space.visibility),
         clock_ns_(config.clock_ns) {}
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
@@ -50,12 +48,12 @@ class KeyframeBuilder {
   bool measure(const PointView& first_points) noexcept;
   /// A slice of adding a scan that is usable to `keyframe`, which begins with it if none is open;
   /// the first one measures what is left to be measured. False once the scan is added; until then
-  /// the next slice is of the same scan. O(`kSlicePoints`), or, where the scan is painted into a
-  /// range image, O(points).
+  /// the next slice is of the same scan. O(points); with `deferred` of 16,384 of them but for the
+  /// last slice, where the scan is painted into a range image.
   bool add_step(const PointView& points, const ScanOrigin& origin, EvidenceWindow& window,
                 Keyframe& keyframe) noexcept;
   /// A scan was begun and is not added yet.
-  [[nodiscard]] bool is_adding() const noexcept { return adding_ != Adding::kNone; }
+  [[nodiscard]] bool is_adding() const noexcept { return adding_; }
   /// Expected cost (`slice_cost`), by that of the scans before: of the next slice of adding a scan
   /// of so many points, of all slices that are left, and of a whole scan after that.
   [[nodiscard]] std::uint32_t step_cost(std::size_t points) const noexcept;
@@ -90,19 +88,18 @@ class KeyframeBuilder {
                   Keyframe& keyframe) noexcept;
   [[nodiscard]] std::uint32_t points_cost(std::size_t points) const noexcept;
   void note_cost() noexcept;
-  void paint(const PointView& points, EvidenceWindow& window, Keyframe& keyframe) noexcept;
+  void paint(const PointView& points, EvidenceWindow& window, const Keyframe& keyframe) noexcept;
 
   KeyframeConfig keyframe_config_;
   VoxelConfig voxel_config_;
+  std::size_t slice_points_;  ///< that a slice enters into cells
   bool paints_;
   std::int64_t (*clock_ns_)();
   ScanAccumulator accumulator_;
   RangePainter painter_;
   SamplingMonitor sampling_;
   GroundAligner aligner_;
-  /// What is done with a scan, in this order.
-  enum class Adding : std::uint8_t { kNone, kPoints, kImage };
-  Adding adding_ = Adding::kNone;
+  bool adding_ = false;  ///< a scan was begun and is not added yet
   bool open_ = false;
   bool measuring_ = false;  ///< the first scan of the next keyframe,
   bool measured_ = false;   ///< and that is done

@@ -291,7 +291,7 @@ TEST_CASE("a sensor that does not fit its cells is named before the first scan, 
   REQUIRE(after != std::string::npos);
   CHECK(before < after);
   CHECK(full.err.find("all 64 fine cells are full", after + 1) == std::string::npos);
-  CHECK_THAT(full.err, Contains("voxel.max_cells to 131072"));
+  CHECK_THAT(full.err, Contains("voxel.max_cells to 87146"));
 
   const CommandResult own = fixture.onboard({"--surroundings", "outdoors"});
   REQUIRE(own.exit_code == 0);
