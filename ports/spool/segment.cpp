@@ -165,8 +165,11 @@ std::vector<std::uint8_t> ended_record(const SessionId& session) {
 }
 
 SegmentReader::SegmentReader(const std::filesystem::path& file) : file_(file) {
-  ok_ = file_.ok() && file_.size() <= kMaxSegmentBytes &&
-        file_.read(0, kSegmentHeadBytes, buffer_) && buffer_ == segment_head();
+  // A writer that was killed leaves less than the head.
+  const auto bytes = static_cast<std::size_t>(std::min(file_.size(), kSegmentHeadBytes));
+  const std::vector<std::uint8_t> head = segment_head();
+  ok_ = file_.ok() && file_.size() <= kMaxSegmentBytes && file_.read(0, bytes, buffer_) &&
+        std::equal(buffer_.begin(), buffer_.end(), head.begin());
 }
 
 bool SegmentReader::read_record(std::uint64_t offset, Record& record) {

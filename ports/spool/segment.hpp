@@ -74,7 +74,8 @@ class SegmentReader {
   /// Opens the file; see `ok`.
   explicit SegmentReader(const std::filesystem::path& file);
 
-  /// Whether it is a segment of this version, and could be read.
+  /// Whether it is a segment of this version, or one that was torn before its first record, and
+  /// could be read.
   [[nodiscard]] bool ok() const { return ok_; }
   /// The next record. False at the end.
   bool next(Record& record);

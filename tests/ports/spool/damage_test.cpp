@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kBytes = 60;
 constexpr std::uint32_t kKeyframes = 4;
+constexpr auto kHeadBytes = static_cast<std::size_t>(kSegmentHeadBytes);
 
 /// A segment with a few small keyframes, as a string.
 struct OneSegment {
@@ -27,6 +28,9 @@ struct OneSegment {
     }
     file = segments_of(folder / "spool").at(0);
     content = content_of(file);
+  }
+  [[nodiscard]] std::size_t record_bytes() const {
+    return (content.size() - kHeadBytes) / kKeyframes;
   }
   /// Keyframes that are read back as they were written; anything else fails the test.
   std::vector<bool> survivors() {
@@ -45,8 +49,8 @@ struct OneSegment {
 
 TEST_CASE("a tail torn at any byte costs the torn record and no other") {
   OneSegment segment;
-  const std::size_t record = (segment.content.size() - kSegmentHeadBytes) / kKeyframes;
-  REQUIRE(kSegmentHeadBytes + record * kKeyframes == segment.content.size());
+  const std::size_t record = segment.record_bytes();
+  REQUIRE(kHeadBytes + record * kKeyframes == segment.content.size());
   for (std::size_t cut = 1; cut <= record; ++cut) {
     CAPTURE(cut);
     write_content(segment.file, segment.content.substr(0, segment.content.size() - cut));
@@ -67,14 +71,14 @@ TEST_CASE("what follows a torn tail is written to a segment of its own") {
 
 TEST_CASE("a flipped bit costs one record at most, and is counted") {
   OneSegment segment;
-  const std::size_t record = (segment.content.size() - kSegmentHeadBytes) / kKeyframes;
-  for (std::size_t i = kSegmentHeadBytes; i < segment.content.size(); i += 5) {
+  const std::size_t record = segment.record_bytes();
+  for (std::size_t i = kHeadBytes; i < segment.content.size(); i += 5) {
     CAPTURE(i);
     std::string damaged = segment.content;
     damaged[i] = static_cast<char>(static_cast<unsigned char>(damaged[i]) ^ (1U << (i % 8)));
     write_content(segment.file, damaged);
     std::vector<bool> expected(kKeyframes, true);
-    expected[(i - kSegmentHeadBytes) / record] = false;
+    expected[(i - kHeadBytes) / record] = false;
     CHECK(segment.survivors() == expected);
   }
 }
@@ -100,7 +104,6 @@ TEST_CASE("segments of other versions and other files are counted and left alone
   std::string newer = segment.content;
   newer[11] = 2;  // the version
   write_content(folder / segment_name(2), newer);
-  write_content(folder / segment_name(3), "");
   write_content(folder / segment_name(4), "no segment at all, whatever it is");
   std::filesystem::create_directory(folder / segment_name(5));
   write_content(folder / "notes.txt", "mine");
@@ -109,14 +112,27 @@ TEST_CASE("segments of other versions and other files are counted and left alone
     SpoolOptions options;
     options.report = [&](const std::string& text) { said += text; };
     Spool spool(folder, options);
-    CHECK(spool.counters().segments_skipped == 4);
-    CHECK(said.find("4 files are no segments") != std::string::npos);
+    CHECK(spool.counters().segments_skipped == 3);
+    CHECK(said.find("3 files are no segments") != std::string::npos);
     CHECK(spool.counters().keyframes_on_disk == kKeyframes);
     add(spool, kTuesday, 0, 1);
   }
   CHECK(content_of(folder / segment_name(2)) == newer);
   CHECK(content_of(folder / "notes.txt") == "mine");
   CHECK(std::filesystem::exists(folder / segment_name(6)));
+}
+
+TEST_CASE("a segment torn within its head is empty, and neither counted nor in the way") {
+  OneSegment segment;
+  const auto torn = segment.folder / "spool" / segment_name(2);
+  for (std::size_t bytes = 0; bytes <= kHeadBytes; ++bytes) {
+    CAPTURE(bytes);
+    write_content(torn, segment.content.substr(0, bytes));
+    CHECK(segment.survivors() == std::vector<bool>(kKeyframes, true));
+    const Spool spool(segment.folder / "spool");
+    CHECK(spool.counters().segments_skipped == 0);
+    CHECK(spool.counters().faults == 0);
+  }
 }
 
 TEST_CASE("names of segments are those that the spool gives") {
