@@ -26,7 +26,8 @@ using namespace unimapper::lcm_port;
 
 namespace {
 
-constexpr std::uint32_t kCells = 20000;
+/// Two datagrams of 60,000 bytes; no more, as emulated processors are slow.
+constexpr std::uint32_t kCells = 13000;
 
 volatile std::sig_atomic_t stop_requested = 0;
 
