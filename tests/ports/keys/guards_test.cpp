@@ -117,7 +117,8 @@ TEST_CASE("no forgery costs a keyframe or adds one") {
       std::vector<Datagram> forged;
       for (const std::size_t left_out : {1U, 8U, 15U, 16U, 17U}) {
         Datagram cut = overheard;
-        cut.bytes.resize(cut.bytes.size() - left_out);
+        // resize would do, but GCC 12 then warns of a growth by more than memory, under sanitizers.
+        cut.bytes.erase(cut.bytes.end() - static_cast<std::ptrdiff_t>(left_out), cut.bytes.end());
         forged.push_back(cut);
       }
       return forged;
