@@ -123,6 +123,8 @@ quota)
   alpha=$sender
   publish beta_two 2 0
   wait $sender
+  await 'beyond a quota' err
+  await 'refused [1-9]' out
   kill $alpha
   stop TERM
   grep -q 'refused [1-9]' "$directory/out" || fail "nothing was refused"
