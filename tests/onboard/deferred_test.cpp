@@ -1,4 +1,6 @@
-// Deferred work: the same results as without delay, told of the right keyframe, in bounded slices
+// Deferred work: the same results as without delay
+#include "deferred.hpp"
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
@@ -6,7 +8,6 @@
 #include <tuple>
 #include <vector>
 
-#include "integer_town.hpp"
 #include "stream_checksum.hpp"
 #include "unimapper/onboard/events.hpp"
 #include "unimapper/onboard/owned_pipeline.hpp"
@@ -15,8 +16,6 @@ using namespace unimapper;
 using namespace unimapper::test;
 
 namespace {
-
-constexpr std::int64_t kPeriodNs = 100'000'000;
 
 /// Checksums of all that is said of a keyframe.
 struct Said {
@@ -63,9 +62,6 @@ struct Drive {
 bool holds(const std::vector<std::int64_t>& list, std::int64_t i) {
   return std::find(list.begin(), list.end(), i) != list.end();
 }
-
-std::int64_t fake_ns = 0;
-std::int64_t fake_clock() { return fake_ns += 4000; }
 
 /// How the slices are spread.
 struct Way {
@@ -286,20 +282,6 @@ class Robot {
   Run run_;
 };
 
-PipelineConfig short_keyframes(std::uint32_t scans, std::uint32_t window) {
-  PipelineConfig config = preset(SensorKind::kHdl64e);
-  config.keyframe.scans = scans;
-  config.keyframe.max_points_per_scan = 40000;
-  config.free_space.images_per_keyframe = std::min(2U, scans);
-  config.removal.window = window;
-  config.voxel.max_cells = 1U << 16U;
-  config.voxel.max_window_blocks = 65536;
-  config.voxel.max_voxels = 1U << 13U;
-  config.loop_search.max_places = 12;
-  config.search_scope.min_keyframe_gap = 3;
-  return config;
-}
-
 /// Plainly; with calls of `work`; with room for one scan; all at once, with little time.
 const std::vector<Way> kAllWays{{}, {1}, {0, 0, 1}, {2, 120, 3}};
 /// Those that differ most, where the drive takes long.
@@ -413,128 +395,4 @@ TEST_CASE("deferred work gives the same results with other evidence", "[deferred
     config.free_space.images_per_keyframe = 5;
   }
   compare(config, {}, kTwoWays);
-}
-
-TEST_CASE("a deferred keyframe is ready after it closed and finished after that, and says so",
-          "[deferred]") {
-  PipelineConfig config = short_keyframes(5, 4);
-  config.deferred = true;
-  const IntegerTown town({});
-  OwnedPipeline pipeline(config);
-  REQUIRE(pipeline);
-  std::uint32_t ready = 0;
-  std::uint32_t finished = 0;
-  std::vector<PointLabel> labels(40000);
-  for (std::int64_t i = 0; i < 30; ++i) {
-    const TownScan scan = town.scan(i);
-    const ScanResult result =
-        pipeline->add_scan(scan.view(), scan.T_odometry_sensor, 1 + i * kPeriodNs);
-    REQUIRE(result.error.ok());
-    if (result.keyframe_ready) {
-      // Not by the call that completes it, but before the next one is complete.
-      CHECK(i % 5 <= 3);
-      CHECK_FALSE(result.keyframe_finished);
-      CHECK(pipeline->keyframe().sequence == ready++);
-      CHECK(pipeline->keyframe().scans.back().scan_index == 5 * ready - 1);
-      CHECK_FALSE(pipeline->keyframe().static_cells.empty());
-      CHECK(pipeline->keyframe().statistics->shed_of(Shed::kDescription) == 0);
-      CHECK(pipeline->labels(4, labels) > 0);
-    } else {
-      CHECK(pipeline->labels(0, labels) == 0);
-    }
-    if (!result.keyframe_finished) continue;
-    // At the latest with the last scan but one.
-    CHECK(i % 5 <= 3);
-    CHECK(pipeline->finished_keyframe().sequence == finished++);
-    CHECK_FALSE(pipeline->finished_keyframe().place.keypoints.empty());
-    CHECK(pipeline->finished_keyframe().sequence == pipeline->keyframe().sequence);
-  }
-  CHECK(ready == 5);
-  CHECK(finished == 5);
-  CHECK(pipeline->work().work_left);
-  const ScanResult last = pipeline->flush();
-  CHECK(last.keyframe_ready);
-  CHECK(last.keyframe_finished);
-  CHECK_FALSE(pipeline->flush().keyframe_ready);
-  CHECK_FALSE(pipeline->work(1000).work_left);
-}
-
-TEST_CASE("one call of work does one slice, or as many as begin in time", "[deferred]") {
-  PipelineConfig config = short_keyframes(5, 4);
-  config.deferred = true;
-  config.clock_ns = fake_clock;
-  const IntegerTown town({});
-  const auto calls_until_finished = [&](std::uint32_t budget_us) {
-    OwnedPipeline pipeline(config);
-    REQUIRE(pipeline);
-    for (std::int64_t i = 0; i < 5; ++i) {
-      const TownScan scan = town.scan(i);
-      (void)pipeline->add_scan(scan.view(), scan.T_odometry_sensor, 1 + i * kPeriodNs);
-    }
-    int calls = 0;
-    bool ready = false;
-    while (true) {
-      ++calls;
-      const WorkResult result = pipeline->work(budget_us);
-      CHECK_FALSE((ready && result.keyframe_ready));
-      ready = ready || result.keyframe_ready;
-      CHECK(result.keyframe_finished == !result.work_left);
-      if (!result.work_left) break;
-    }
-    CHECK(ready);
-    return calls;
-  };
-  const int slices = calls_until_finished(0);
-  CHECK(slices > 30);
-  // A slice reads the clock about five times.
-  const int calls = calls_until_finished(80);
-  CHECK(calls < slices / 2);
-  CHECK(calls > 2);
-  CHECK(calls_until_finished(1'000'000) == 1);
-}
-
-TEST_CASE("with deferred work a budget holds for every call unless the queue is full",
-          "[deferred]") {
-  struct Outcome {
-    std::int64_t longest_us = 0;
-    std::uint32_t missed = 0;
-    std::uint32_t ready = 0;
-  };
-  const IntegerTown town({});
-  const auto drive = [&town](std::uint32_t budget_us, std::uint32_t waiting_scans) {
-    PipelineConfig config = short_keyframes(5, 4);
-    config.deferred = true;
-    config.clock_ns = fake_clock;
-    config.budget_us = budget_us;
-    config.waiting_scans = waiting_scans;
-    OwnedPipeline pipeline(config);
-    REQUIRE(pipeline);
-    Outcome outcome;
-    for (std::int64_t i = 0; i < 40; ++i) {
-      const TownScan scan = town.scan(i);
-      const std::int64_t begin_ns = fake_ns;
-      const ScanResult result =
-          pipeline->add_scan(scan.view(), scan.T_odometry_sensor, 1 + i * kPeriodNs);
-      outcome.longest_us = std::max(outcome.longest_us, (fake_ns - begin_ns) / 1000);
-      if (!result.keyframe_ready) continue;
-      ++outcome.ready;
-      const KeyframeStatistics& statistics = *pipeline->keyframe().statistics;
-      outcome.missed += statistics.deadline_missed ? 1U : 0U;
-      // Late, but never left out.
-      CHECK(statistics.shed == decltype(statistics.shed){});
-    }
-    return outcome;
-  };
-  // The clock advances when it is read, so that every slice takes about the same, whatever it is
-  // expected to cost.
-  constexpr std::uint32_t kBudget_us = 800;
-  const Outcome patient = drive(kBudget_us, 50);
-  CHECK(patient.longest_us < kBudget_us * 3 / 2);
-  CHECK(patient.ready > 1);
-  const Outcome full = drive(kBudget_us, 1);
-  CHECK(full.longest_us > kBudget_us);
-  CHECK(full.missed > 0);
-  const Outcome ample = drive(10'000'000, 10);
-  CHECK(ample.missed == 0);
-  CHECK(ample.ready == 7);
 }
