@@ -27,6 +27,28 @@ std::uint32_t zone_of(const VoxelIndex& block) noexcept {
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(zone, kZones - 1));
 }
 
+// A block's place: its index above its entry in the window. 13 bits an axis are 0.8 km to each side
+// with the smallest cells, more than any range.
+constexpr std::uint32_t kAxisBits = 13;
+constexpr std::uint32_t kEntryBits = 64 - 3 * kAxisBits;
+constexpr std::int32_t kAxisLimit = 1 << (kAxisBits - 1);
+
+bool has_place(const VoxelIndex& index, std::uint32_t entry) noexcept {
+  const auto fits = [](std::int32_t a) { return a >= -kAxisLimit && a < kAxisLimit; };
+  return fits(index.x) && fits(index.y) && fits(index.z) && entry >> kEntryBits == 0;
+}
+
+std::uint64_t place_of(const VoxelIndex& index, std::uint32_t entry) noexcept {
+  const auto bits = [](std::int32_t a) { return static_cast<std::uint64_t>(a + kAxisLimit); };
+  return ((bits(index.x) << kAxisBits | bits(index.y)) << kAxisBits | bits(index.z)) << kEntryBits |
+         entry;
+}
+
+std::int32_t axis_of(std::uint64_t place, std::uint32_t axis) noexcept {
+  const std::uint64_t bits = place >> (kEntryBits + (2 - axis) * kAxisBits);
+  return static_cast<std::int32_t>(bits & ((1U << kAxisBits) - 1)) - kAxisLimit;
+}
+
 /// Cells that are static without enough evidence.
 std::uint64_t open_cells(const CellMarks& marks) noexcept {
   return marks.candidate & ~marks.dynamic & ~marks.confirmed_static;
@@ -60,6 +82,14 @@ Reach reach_of(std::uint32_t room, const CellTable& cells) noexcept {
 
 }  // namespace
 
+VoxelIndex FinalLabels::OpenBlock::index() const noexcept {
+  return {axis_of(place, 0), axis_of(place, 1), axis_of(place, 2)};
+}
+
+std::uint32_t FinalLabels::OpenBlock::entry() const noexcept {
+  return static_cast<std::uint32_t>(place & ((1U << kEntryBits) - 1));
+}
+
 struct FinalLabels::Group {
   std::uint32_t size;
   std::uint32_t blocks;
@@ -86,9 +116,9 @@ void FinalLabels::allocate(Arena& arena, const PipelineConfig& config) noexcept 
   confirmed_static_ = in_thousandths(std::min(config.removal.confirmed_static_log_odds, 30.0F));
   stride_ = std::max(1U, config.free_space.images_per_keyframe / kImagesPerKeyframe);
   // Most blocks hold nothing but ground and confirmed static cells. With a window of ten there is
-  // room for a quarter of a keyframe's blocks.
+  // room for a third of a keyframe's blocks.
   keyframe_capacity_ = config.removal.window + 1;
-  capacity_ = std::max(3 * config.voxel.max_blocks(), keyframe_capacity_);
+  capacity_ = std::max(4 * config.voxel.max_blocks(), keyframe_capacity_);
   open_ = arena.allocate<OpenBlock>(capacity_);
   group_ = arena.allocate<Group>(1);
   changed_.allocate(arena, config.voxel.max_blocks() / 4 + 1);
@@ -113,11 +143,12 @@ void FinalLabels::store(const EvidenceWindow& window, const CellTable& cells,
     const std::uint64_t open = open_cells(marks);
     if ((marks.dynamic | open) == 0) continue;
     const VoxelIndex& index = cells.blocks()[b].index;
-    if (!reach.admits(zone_of(index))) {
+    const std::uint32_t entry = blocks.entry(b);
+    if (!reach.admits(zone_of(index)) || !has_place(index, entry)) {
       ++not_stored_;
       continue;
     }
-    ring(next_) = {marks.dynamic, open, index, blocks.entry(b)};
+    ring(next_) = {marks.dynamic, open, place_of(index, entry)};
     next_ = (next_ + 1) % capacity_;
     ++now.count;
     now.cells += popcount(marks.dynamic | open);
@@ -194,15 +225,17 @@ void FinalLabels::add(const BlockWindow& blocks, const OpenBlock& block, std::ui
   const std::uint32_t number = group.blocks++;
   group.decided[number] = 0;
   const float size_m = grid_.cell_size_m;
+  const VoxelIndex index = block.index();
+  const std::uint32_t entry = block.entry();
   std::uint64_t occupied_later[RemovalConfig::kMaxWindow + 1];
   for (std::uint32_t later = latest_age; later < age; ++later) {
-    occupied_later[later - latest_age] = blocks.occupied_entry(block.entry, later);
+    occupied_later[later - latest_age] = blocks.occupied_entry(entry, later);
   }
   const CellCounts occupied({occupied_later, age - latest_age});
   cells_passed_ += popcount(block.dynamic | block.open);
   for (std::uint64_t left = block.dynamic | block.open; left != 0; left &= left - 1) {
     const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
-    const VoxelIndex cell = cell_in(block.index, bit);
+    const VoxelIndex cell = cell_in(index, bit);
     const std::int32_t prior = (block.dynamic >> bit & 1U) != 0 ? prior_ : 0;
     const std::int32_t sum = prior - occupied_ * occupied.of(bit);
     if ((block.open >> bit & 1U) != 0 && sum <= -kStaticObservations * occupied_) {
@@ -255,7 +288,7 @@ void FinalLabels::finish_block(const OpenBlock& block, const std::int32_t* log_o
   }
   const Changed change{dynamic & block.open, ~dynamic & block.dynamic};
   if ((change.now_dynamic | change.now_static) == 0) return;
-  const std::uint32_t entry = changed_.find_or_insert(pack(block.index));
+  const std::uint32_t entry = changed_.find_or_insert(pack(block.index()));
   if (entry == FixedHashMap<Changed>::kNotFound) return;
   changed_[entry] = change;
   result_.cells_now_dynamic += popcount(change.now_dynamic);

@@ -70,8 +70,12 @@ class FinalLabels {
   struct OpenBlock {
     std::uint64_t dynamic;
     std::uint64_t open;   ///< static without enough evidence
-    VoxelIndex index;     ///< in the keyframe's grid
-    std::uint32_t entry;  ///< in the window
+    std::uint64_t place;  ///< see `place_of`
+
+    /// The block in the keyframe's grid.
+    [[nodiscard]] VoxelIndex index() const noexcept;
+    /// Its entry in the window.
+    [[nodiscard]] std::uint32_t entry() const noexcept;
   };
   struct Stored {
     std::uint32_t sequence;

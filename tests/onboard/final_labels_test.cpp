@@ -274,8 +274,8 @@ std::vector<Eigen::Vector3f> poles() {
 TEST_CASE("without room for all of their blocks, keyframes are relabelled near by",
           "[final labels]") {
   PipelineConfig config = one_cell_config();
-  config.removal.window = 4;
-  // Room for 3 x 1024 / 4 blocks, of a window and a keyframe with 200 poles and a wall each.
+  config.removal.window = 6;
+  // Room for 4 x 1024 / 4 blocks, of a window and a keyframe with 200 poles and a wall each.
   config.voxel.max_cells = 1024;
   config.voxel.max_window_blocks = 2048;
   std::vector<Eigen::Vector3f> first = poles();
