@@ -164,6 +164,7 @@ class Shifted : public Forgery {
 class Replay : public Forgery {
  public:
   using Forgery::Forgery;
+  [[nodiscard]] bool is_of_datagrams() const override { return true; }
   void overhear(std::string_view channel, Bytes message) override {
     if (replaying_ || heard_bytes_ > kMaxBytes) return;
     heard_bytes_ += message.size();

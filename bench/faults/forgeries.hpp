@@ -22,8 +22,11 @@ class Forgery {
   Forgery(const Forgery&) = delete;
   Forgery& operator=(const Forgery&) = delete;
 
-  /// A message was overheard. Own ones are overheard, too.
+  /// A message was overheard, taken out of its envelope if it was in one. Own ones are overheard,
+  /// too.
   virtual void overhear(std::string_view channel, wire::Bytes message) = 0;
+  /// Whether whole datagrams are overheard instead, and what is sent are datagrams.
+  [[nodiscard]] virtual bool is_of_datagrams() const { return false; }
   /// Sends on its own, about `bytes` at most. Called all the time.
   virtual void act(double now_s, std::size_t bytes) = 0;
 

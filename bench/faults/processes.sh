@@ -70,13 +70,23 @@ has_store() {
     grep -q '^  base ' <<<"$("$bin/unimapper" --help)"
 }
 
+# authenticated NAME...: these robots have keys, and the base takes nothing else
+authenticated() {
+  local name
+  keys=$row/keys
+  for name; do
+    "$bin/unimapper" keys new "$name" --out "$row/$name.robot" --keys "$keys" >>"$row/keys.log"
+  done
+}
+
 # base SESSIONS: started, or started again with what it has stored
 base() {
   local url=$base_url
   [ -z "$receive_buffer" ] || url="$url&recv_buf_size=$receive_buffer"
   current_base=base-$((++bases))
   if has_store; then
-    start "$current_base" "$bin/unimapper" base --store "$store" --listen "$url"
+    start "$current_base" "$bin/unimapper" base --store "$store" --listen "$url" \
+      ${keys:+--keys "$keys"}
   else
     start "$current_base" "$bin/fault_base" listen "$url" "$1"
   fi
@@ -95,6 +105,7 @@ robot() {
     *" --keyframes "*) ;;
     *) set -- --keyframes "$keyframes" "$@" ;;
   esac
+  [ -z "$keys" ] || set -- --key "$row/$name.robot" "$@"
   start "$process" "$bin/fault_robot" "$robots_url" "$name" --finish-s 20 --seed "$seed" "$@"
 }
 

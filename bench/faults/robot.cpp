@@ -2,16 +2,23 @@
 //
 // Prints the name of every keyframe once it is published, and at the end what became of them.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <exception>
+#include <memory>
+#include <optional>
 #include <random>
 #include <string>
 #include <thread>
 
 #include "bench/faults/backlog.hpp"
 #include "bench/faults/keyframes.hpp"
+#include "ports/keys/guards.hpp"
+#include "ports/keys/key_files.hpp"
+#include "ports/keys/signature.hpp"
+#include "ports/lcm/envelope.hpp"
 #include "ports/lcm/live.hpp"
 #include "unimapper/wire/checksum.hpp"
 
@@ -24,6 +31,7 @@ using Clock = std::chrono::steady_clock;
 struct Options {
   std::string url;
   std::string name;
+  std::string key;
   std::uint32_t keyframes = 60;
   std::uint64_t seed = 1;
   KeyframeSize size;
@@ -33,21 +41,33 @@ struct Options {
   lcm_port::PublisherOptions publisher;
 };
 
-/// As of a live start: the robot's number follows from its name, the session's is drawn.
-SessionId id_of(const std::string& name) {
+std::optional<keys::RobotKey> read_key(const std::string& file) {
+  return file.empty() ? std::nullopt : std::optional(keys::read_robot_key(file));
+}
+
+/// As of a live start: the robot's number is its key's or follows from its name, the session's is
+/// drawn.
+SessionId id_of(const std::string& name, const std::optional<keys::RobotKey>& key) {
   std::random_device device;
   const std::uint64_t high = device();
   const auto* bytes = reinterpret_cast<const std::uint8_t*>(name.data());
-  return {wire::crc32({bytes, name.size()}), high << 32U | device()};
+  const std::uint32_t robot = key ? key->robot : wire::crc32({bytes, name.size()});
+  return {robot, high << 32U | device()};
+}
+
+std::shared_ptr<lcm_port::DatagramGuard> guard_of(const std::optional<keys::RobotKey>& key,
+                                                  const SessionId& id) {
+  return key ? std::make_shared<keys::RobotGuard>(*key, id.boot) : nullptr;
 }
 
 class Robot {
  public:
   explicit Robot(const Options& options)
       : options_(options),
-        id_(id_of(options.name)),
-        publisher_({id_, options.name, "vlp-16"}, lcm_port::open_link(options.url),
-                   options.publisher),
+        key_(read_key(options.key)),
+        id_(id_of(options.name, key_)),
+        publisher_({id_, options.name, "vlp-16"},
+                   lcm_port::open_link(options.url, guard_of(key_, id_)), options.publisher),
         sampler_([this] { sample(); }) {}
 
   ~Robot() {
@@ -58,9 +78,12 @@ class Robot {
   Robot& operator=(const Robot&) = delete;
 
   void drive() {
+    std::optional<keys::KeyframeSigner> signer;
+    if (key_) signer.emplace(*key_);
     const Clock::time_point start = Clock::now();
     for (std::uint32_t i = 0; i < options_.keyframes; ++i) {
       wire::EncodedKeyframe keyframe = generate_keyframe(id_, i, options_.seed, options_.size);
+      if (signer) signer->sign(keyframe.bytes);
       const std::string name = bench::name_of(i, keyframe.bytes);
       ++published_;
       publisher_.publish(std::move(keyframe));
@@ -103,6 +126,7 @@ class Robot {
   }
 
   const Options& options_;
+  std::optional<keys::RobotKey> key_;
   SessionId id_;
   lcm_port::Publisher publisher_;
   std::atomic<std::uint64_t> published_ = 0;
@@ -118,6 +142,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Publishes seeded keyframes as a robot does, and says what was acknowledged."};
   app.add_option("URL", options.url, "LCM's name of the network")->required();
   app.add_option("NAME", options.name, "Of robot and session")->required();
+  app.add_option("--key", options.key, "The robot's key: sign and authenticate");
   app.add_option("--keyframes", options.keyframes, "How many")->capture_default_str();
   app.add_option("--bytes", options.size.bytes, "Of a keyframe, about")->capture_default_str();
   app.add_option("--seed", options.seed, "Of their cells")->capture_default_str();
@@ -133,6 +158,11 @@ int main(int argc, char** argv) {
   app.add_flag("--waits", options.waits, "Wait where the queue is full, instead of dropping");
   CLI11_PARSE(app, argc, argv);
   options.publisher.drop_when_full = !options.waits;
+  if (!options.key.empty()) {
+    options.publisher.datagram_bytes =
+        std::min(options.publisher.datagram_bytes,
+                 lcm_port::kLargestDatagramBytes - lcm_port::kEnvelopeBytes);
+  }
   options.publisher.finish_timeout =
       std::chrono::milliseconds(static_cast<std::int64_t>(1000.0 * options.finish_s));
   try {

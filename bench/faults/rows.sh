@@ -170,6 +170,8 @@ forged() { # forged KIND [FORGER_ARGUMENTS...]: one robot and a forger beside it
   robot a
   wait_for robot-a
 }
+forgeries="forged_pieces forged_sessions forged_end forged_ends forged_name forged_keyframes
+  replayed flood_pieces flood_keyframes forged_answers"
 row_forged_pieces() { forged bad-pieces; }
 row_forged_sessions() { forged sessions; }
 row_forged_end() { forged ended; }
@@ -180,6 +182,22 @@ row_replayed() { forged replay --seconds 12; }
 row_flood_pieces() { forged pieces --seconds 8; }
 row_flood_keyframes() { forged keyframes --seconds 8; }
 row_forged_answers() { forged acknowledgements; }
+
+# The same with keys, which the forger has not.
+for kind in $forgeries; do
+  eval "row_keyed_$kind() { authenticated a; row_$kind; }"
+done
+row_keyed_all() {
+  authenticated a
+  row_all
+}
+# The forger is a robot with a key of its own.
+insider() { # insider KIND
+  authenticated a outsider
+  forged "$1" --key "$row/outsider.robot"
+}
+row_insider_keyframes() { insider shifted; }
+row_insider_answers() { insider acknowledgements; }
 
 # title ROW
 title() {
@@ -220,11 +238,15 @@ title() {
     flood_pieces) echo "forged: pieces, 20 MB/s" ;;
     flood_keyframes) echo "forged: keyframes of 32 images, 20 MB/s" ;;
     forged_answers) echo "forged: everything is stored" ;;
+    keyed_*) echo "with keys, $(title "${1#keyed_}")" ;;
+    insider_keyframes) echo "with keys, forged by another robot: its keyframes, 500 m away, first" ;;
+    insider_answers) echo "with keys, forged by another robot: everything is stored" ;;
     *) echo "unknown row $1" >&2; return 1 ;;
   esac
 }
 
 all_rows="none loss_5 loss_30 fragments reordered duplicated flipped all answers_lost down_1 down_45
   down_600 base_stopped base_killed robot_killed robot_disk_full base_disk_full same_name five_robots
-  default_buffers many_small onboard forged_pieces forged_sessions forged_end forged_ends forged_name
-  forged_keyframes replayed flood_pieces flood_keyframes forged_answers"
+  default_buffers many_small onboard $forgeries keyed_all"
+for kind in $forgeries; do all_rows+=" keyed_$kind"; done
+all_rows+=" insider_keyframes insider_answers"

@@ -51,9 +51,10 @@ row_cells() {
   base_url=$robots_url
   receive_buffer=
   disk=
+  keys=
   bases=0
   store=$row/store
-  if [ "$1" = base_disk_full ] && ! has_store; then
+  if [[ "$1" = base_disk_full || "$1" = keyed_* || "$1" = insider_* ]] && ! has_store; then
     echo "– | – | – | – | – | – | –"
     return
   fi
