@@ -20,6 +20,9 @@
 #   TABLES="accuracy rules" bench/dynamic/run.sh 21 60 town lio
 #   SENSORS=vlp-16 VARIANTS="default paper" bench/dynamic/run.sh
 #
+# OUT        output folder
+# MEASURE=0  only print tables of what was measured before
+#
 # Installs and builds what is missing, unless UNIMAPPER names a program to score instead.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -32,7 +35,7 @@ scenes=${3:-${SCENES:-town campus}}
 drifts=${4:-${DRIFTS:-lio icp}}
 octomap_scans=${OCTOMAP_SCANS:-40}
 octomap=build/release/bin/octomap_labels
-out=build/bench/dynamic
+out=${OUT:-build/bench/dynamic}
 sensors=${SENSORS:-os2-128 os1-64 hdl-64e vlp-16 aeva-aeries2 livox-avia livox-mid-360}
 tables=${TABLES:-accuracy rules octomap}
 wants() { [[ " $tables " == *" $1 "* ]]; }
@@ -40,12 +43,13 @@ wants() { [[ " $tables " == *" $1 "* ]]; }
   echo "error: name the table to write, as its line in docs/results.md does: TABLES=..." >&2
   exit 2
 }
-if ! only_layout; then
+measures() { ! only_layout && [ "${MEASURE:-1}" != 0 ]; }
+if measures; then
   mkdir -p "$out"
   rm -f "$out"/*.json "$out"/*.cost "$out"/*.stats
 fi
 
-if ! only_layout && [ -z "${UNIMAPPER:-}" ]; then
+if measures && [ -z "${UNIMAPPER:-}" ]; then
   ./dev setup toolchains/packages-bench.txt
   ./dev build >/dev/null
 fi
@@ -96,8 +100,16 @@ known() {
     fi
   done
 }
-only_layout || scenes=$(known "$scenes")
+! measures || scenes=$(known "$scenes")
 first_drive="$(first "$scenes")-$(first "$drifts")"
+
+# evaluate ARGS...: what it says is only of interest if it fails
+evaluate() {
+  "$unimapper" evaluate dynamic "$@" 2>"$out/evaluate.log" || {
+    cat "$out/evaluate.log" >&2
+    return 1
+  }
+}
 
 # score NAME DATASET VARIANT [EVALUATE ARGS]: writes OUT/NAME.VARIANT.json, and for the default also
 # NAME.final.json (labels of evicted keyframes) and NAME.refined.json (the merger's)
@@ -111,13 +123,12 @@ score() {
   "$unimapper" onboard "$data" --out "$run" --replace --preset "$preset" \
     --config "$out/$name.$variant.config" "${labels[@]}" 2>"$out/$name.$variant.log"
   cp "$run/stats.json" "$out/$name.$variant.stats"
-  "$unimapper" evaluate dynamic --truth "$data" --run "$run" "$@" \
-    >"$out/$name.$variant.json" 2>/dev/null
+  evaluate --truth "$data" --run "$run" "$@" >"$out/$name.$variant.json"
   [ -z "$relabelled" ] || score_relabelled "$name" "$data" "$run"
   # OctoMap is scored on fewer scans: the same labels, scored on those scans.
   if [ "$variant" = default ] && wants_octomap "$name"; then
-    "$unimapper" evaluate dynamic --truth "$data" --run "$run" --scans "$(octomap_scans_of "$name")" \
-      >"$out/$name.beside.json" 2>/dev/null
+    evaluate --truth "$data" --run "$run" --scans "$(octomap_scans_of "$name")" \
+      >"$out/$name.beside.json"
   fi
   rm -rf "$run"
 }
@@ -126,10 +137,9 @@ score() {
 score_relabelled() {
   local map="$out/runs/$1.map" session
   session=$(basename "$3")
-  "$unimapper" evaluate dynamic --truth "$2" --run "$3/final" >"$out/$1.final.json" 2>/dev/null
+  evaluate --truth "$2" --run "$3/final" >"$out/$1.final.json"
   "$unimapper" merge "$3" --truth "$session=$2" --refined-labels --out "$map" --replace >/dev/null 2>&1
-  "$unimapper" evaluate dynamic --truth "$2" --run "$map/refined/$session" \
-    >"$out/$1.refined.json" 2>/dev/null
+  evaluate --truth "$2" --run "$map/refined/$session" >"$out/$1.refined.json"
   rm -rf "$map"
 }
 
@@ -146,7 +156,7 @@ score_octomap() {
   local run="$out/runs/$1.octomap" count
   count=$(octomap_scans_of "$1")
   "$octomap" "$2" "$run" --scans "$count" >"$out/$1.octomap.cost"
-  "$unimapper" evaluate dynamic --truth "$2" --run "$run" --scans "$count" >"$out/$1.octomap.json"
+  evaluate --truth "$2" --run "$run" --scans "$count" >"$out/$1.octomap.json"
   rm -rf "$run"
 }
 
@@ -183,12 +193,12 @@ measure() {
     done
   done
   [ -n "$real" ] || return 0
-  score kitti "$real" default --pictures "$out/pictures/kitti"
+  score kitti "$real" default --pictures "$out/pictures/kitti" --replace
   for variant in "${recorded_variants[@]:1}"; do score kitti "$real" "$variant"; done
   score_octomap kitti "$real"
 }
 
-only_layout || measure
+! measures || measure
 if wants accuracy; then
   only_layout || overview
   for scene in $scenes; do

@@ -1,8 +1,8 @@
 # Markdown tables of the dynamic removal benchmark; sourced by run.sh, reads the results in $out.
 # shellcheck shell=bash disable=SC2154
 
-# DA of the objects that moved while they were seen.
-moving() { sed -n '/"moving": {/,/}/p' "$1" | grep -oE '"DA": [0-9.]+' | grep -oE '[0-9.]+'; }
+# DA of the objects that moved while they were seen, of the file's outermost object.
+moving() { sed -n '/^  "moving": {/,/}/p' "$1" | grep -oE '"DA": [0-9.]+' | grep -oE '[0-9.]+'; }
 # SA, DA and AA by the benchmark's protocol.
 benchmark() {
   sed -n '/"benchmark": {/,/"HA"/p' "$1" | grep -oE '"(SA|DA|AA)": [0-9.]+' |
@@ -20,8 +20,9 @@ means() {
   for file in "$@"; do
     echo "$(number "$file" SA) $(number "$file" DA) $(moving "$file")"
   done | awk '
+    NF != 3 { print "error: not three figures: " $0 >"/dev/stderr"; failed = 1; exit 1 }
     { sa += $1; da += $2; aa += sqrt($1 * $2); moving += $3; both += sqrt($1 * $3) }
-    END { printf "%.2f / %.2f / %.2f|%.2f / %.2f\n",
+    END { if (failed) exit 1; printf "%.2f / %.2f / %.2f|%.2f / %.2f\n",
           sa / NR, moving / NR, both / NR, da / NR, aa / NR }'
 }
 
@@ -54,7 +55,10 @@ recording_cells() {
   for labels in "$@"; do cells+=("$(accuracy "$out/kitti.$labels.json")"); done
   printf '%s | %s | %s' "${cells[0]}" "${cells[1]:-–}" "${cells[2]:-–}"
 }
-accuracy() { printf '%.2f / %.2f / %.2f' "$(number "$1" SA)" "$(number "$1" DA)" "$(number "$1" AA)"; }
+accuracy() {
+  [ -s "$1" ] || { echo "error: no figures in $1" >&2; return 1; }
+  printf '%.2f / %.2f / %.2f' "$(number "$1" SA)" "$(number "$1" DA)" "$(number "$1" AA)"
+}
 
 variant_title() {
   case "$1" in
