@@ -70,6 +70,11 @@ std::string describe(const std::vector<wire::SessionProgress>& sessions) {
   return text.empty() ? "no session yet" : text;
 }
 
+/// A moment that the receiver was told.
+Clock::time_point time_of(std::int64_t steady_ns) {
+  return Clock::time_point(std::chrono::nanoseconds(steady_ns));
+}
+
 /// What the messages so far mean for going on.
 class Watch {
  public:
@@ -86,22 +91,22 @@ class Watch {
                                 Clock::time_point now) {
     if (options_.stop && options_.stop()) return ListenEnd::kStopped;
     if (options_.sessions_expected == 0) return std::nullopt;
-    const auto ended =
-        std::count_if(sessions.begin(), sessions.end(),
-                      [](const wire::SessionProgress& s) { return s.ended && s.received > 0; });
-    if (static_cast<std::size_t>(ended) < options_.sessions_expected) {
-      ended_since_ = Clock::time_point::max();
-    } else {
-      ended_since_ = std::min(ended_since_, now);
-    }
-    // In this order: the time of what has not ended yet lies in the future.
-    if (now >= ended_since_ && now - ended_since_ >= options_.end_silence) {
+    // Anybody can say that a session has ended, as often as he likes; a robot says once a second
+    // that it has not.
+    const auto counts = [this, now](const wire::SessionProgress& session) {
+      const std::chrono::nanoseconds quiet = now - time_of(session.quiet_since_ns);
+      return session.ended && session.received > 0 && quiet >= options_.end_silence;
+    };
+    const auto ended = std::count_if(sessions.begin(), sessions.end(), counts);
+    if (static_cast<std::size_t>(ended) >= options_.sessions_expected) {
       const bool whole = std::all_of(sessions.begin(), sessions.end(), [](const auto& session) {
         return !session.ended || session.received == 0 || session.whole;
       });
       if (whole) return ListenEnd::kComplete;
       grace_ends_ = std::min(grace_ends_, now + options_.grace);
       if (now >= grace_ends_) return ListenEnd::kGaps;
+    } else {
+      grace_ends_ = Clock::time_point::max();
     }
     const auto timeout = heard_ ? options_.idle_timeout : options_.first_message_timeout;
     if (now - last_message_ >= timeout) return ListenEnd::kIdle;
@@ -112,7 +117,6 @@ class Watch {
   const ListenOptions& options_;
   Clock::time_point last_message_ = Clock::now();
   bool heard_ = false;
-  Clock::time_point ended_since_ = Clock::time_point::max();
   Clock::time_point grace_ends_ = Clock::time_point::max();
 };
 
@@ -254,12 +258,16 @@ ListenResult listen(const ListenOptions& options) {
   link->subscribe("UNIMAPPER_.*", &Inlet::on_message, &inlet)->setQueueCapacity(kQueueCapacity);
   tell("listening on " + url);
   Watch watch(options);
+  const auto tell_time = [&receiver](Clock::time_point now) {
+    receiver.advance(std::chrono::nanoseconds(now.time_since_epoch()).count());
+  };
+  tell_time(Clock::now());
   Clock::time_point next_progress = Clock::now() + kProgressInterval;
   Clock::time_point next_answer = Clock::now();
   for (;;) {
     handle_for(*link, kPollInterval);
     const Clock::time_point now = Clock::now();
-    receiver.advance(std::chrono::nanoseconds(now.time_since_epoch()).count());
+    tell_time(now);
     if (now >= next_answer) {
       publish_all(*link, guard, receiver.take_stored());
       next_answer = now + kAnswerInterval;

@@ -43,8 +43,8 @@ struct ListenOptions {
   std::chrono::milliseconds idle_timeout{10000};
   /// How long late pieces are waited for when all sessions have ended but some are not whole.
   std::chrono::milliseconds grace{2000};
-  /// How long no expected session may say that it is running before its end counts; a robot says
-  /// so once a second.
+  /// How long a session may neither say that it is running nor bring a new keyframe before its end
+  /// counts, however often that is said; a robot says so once a second.
   std::chrono::milliseconds end_silence{2500};
   ReceiverLimits limits;  ///< what the stream may make the receiver hold
   /// Where keyframes go, which outlives the listening; memory if null, and then they are in the

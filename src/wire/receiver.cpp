@@ -89,6 +89,7 @@ Receiver::Session* Receiver::session(const SessionId& id) {
     }
     entry = sessions_.emplace(id, Session()).first;
     Session& state = entry->second;
+    state.quiet_since_ns = now_ns_;
     state.info = stored->summary.info;
     state.ended = stored->summary.ended;
     state.end_is_stored = stored->summary.ended;
@@ -137,6 +138,7 @@ void Receiver::receive(const SessionMessage& message) {
     ++counters_.contradictory;
     return;
   }
+  if (message.state != SessionState::kEnded || !state->ended) state->quiet_since_ns = now_ns_;
   // Messages may overtake each other: what was once known stays known.
   state->ended = state->ended || message.state == SessionState::kEnded;
   state->announced = std::max(state->announced, message.keyframes);
@@ -223,6 +225,7 @@ void Receiver::keep(Session& state, ReceivedKeyframe&& keyframe) {
   const bool is_new_session = !state.has_keyframes();
   const KeyframeStorage::Taken taken = storage_->keep(std::move(keyframe));
   if (taken == KeyframeStorage::Taken::kNoRoom) return count_refused(state);
+  state.quiet_since_ns = now_ns_;
   quotas_.take(name.session.robot, is_new_session, bytes, now_ns_);
   reassembly_.forget(name.session, name.sequence);
   state.damaged.erase(name.sequence);
@@ -258,6 +261,7 @@ std::vector<SessionProgress> Receiver::progress() const {
     SessionProgress one;
     one.info = state.info.value_or(SessionInfo{id, name_of(id), {}});
     one.ended = state.ended;
+    one.quiet_since_ns = state.quiet_since_ns;
     one.announced = state.announced;
     one.received = state.stored.count();
     one.waiting = state.waiting.size();

@@ -240,6 +240,31 @@ TEST_CASE("an end that somebody else announced is taken back by the robot") {
   check_whole(receiver.take_sessions().at(0), kAlpha, 2);
 }
 
+TEST_CASE("an end counts from the last sign that the session runs, however often it is said") {
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  Receiver receiver;
+  const auto hear = [&receiver](std::int64_t second, const std::vector<Message>& messages) {
+    receiver.advance(second * kSecond_ns);
+    feed(receiver, messages);
+    return receiver.progress().at(0).quiet_since_ns / kSecond_ns;
+  };
+  const auto says = [](SessionState state) {
+    return std::vector<Message>{wire_test::session_message(kAlpha, state, 2)};
+  };
+  const auto keyframe = [](std::uint32_t sequence) {
+    return wire_test::pieces(wire_test::keyframe_of(kAlpha.id, sequence));
+  };
+  CHECK(hear(1, keyframe(0)) == 1);
+  CHECK(hear(2, says(SessionState::kEnded)) == 2);
+  CHECK(hear(3, says(SessionState::kEnded)) == 2);
+  CHECK(hear(4, says(SessionState::kRunning)) == 4);
+  CHECK(hear(5, says(SessionState::kEnded)) == 4);
+  CHECK(hear(6, keyframe(1)) == 6);
+  CHECK(hear(7, says(SessionState::kEnded)) == 6);
+  // What has been here before says nothing.
+  CHECK(hear(8, keyframe(1)) == 6);
+}
+
 TEST_CASE("pieces that agree with each other but not with their checksum are no keyframe") {
   // A forger's pieces: consistent heads, a sound keyframe, the checksum of another one.
   const EncodedKeyframe keyframe =

@@ -40,9 +40,13 @@ using KeyframeCheck = std::function<bool(const SessionId& session, Bytes keyfram
 
 /// How far one session is.
 struct SessionProgress {
-  SessionInfo info;                     ///< identity and names of the session
-  bool ended = false;                   ///< its end was announced
-  bool whole = false;                   ///< ended, and every keyframe it sent is here
+  SessionInfo info;    ///< identity and names of the session
+  bool ended = false;  ///< its end was announced
+  bool whole = false;  ///< ended, and every keyframe it sent is here
+  /// Since when the session has at most said that it has ended: the time, as `Receiver::advance`
+  /// was told it, of its last new keyframe, of its last message that it runs, or of its first that
+  /// it has ended, whichever was last.
+  std::int64_t quiet_since_ns = 0;
   std::uint64_t announced = 0;          ///< keyframes made, as far as known
   std::uint64_t received = 0;           ///< keyframes stored
   std::uint64_t waiting = 0;            ///< keyframes here, but not yet stored
@@ -102,6 +106,7 @@ class Receiver {
     std::optional<SessionInfo> info;
     bool ended = false;
     std::uint32_t signs_of_life = 0;  ///< messages after the end that say otherwise
+    std::int64_t quiet_since_ns = 0;
     std::uint64_t last_heard = 0;
     bool answered = false;  ///< since it was last heard
     std::uint64_t announced = 0;
