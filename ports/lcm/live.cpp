@@ -1,13 +1,16 @@
 #include "ports/lcm/live.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdlib>
 #include <fstream>
 #include <lcm/lcm-cpp.hpp>
 #include <memory>
 #include <optional>
+#include <random>
 #include <utility>
+
+#include "ports/lcm/arrival.hpp"
+#include "ports/lcm/receiving_thread.hpp"
 
 namespace unimapper::lcm_port {
 
@@ -20,9 +23,8 @@ constexpr std::chrono::milliseconds kPollInterval{100};
 constexpr std::chrono::milliseconds kProgressInterval{1000};
 constexpr std::chrono::milliseconds kAnswerInterval{200};
 
-/// Messages LCM may hold while a keyframe is being decoded; its own default of 30 is less than
-/// one keyframe in small datagrams.
-constexpr int kQueueCapacity = 4096;
+/// What may wait while keyframes are decoded, and is announced to the robots as their window.
+constexpr std::size_t kQueueBytes = 16U << 20U;
 
 std::unique_ptr<lcm::LCM> open_lcm(const std::string& url) {
   auto link = std::make_unique<lcm::LCM>(url);
@@ -126,22 +128,26 @@ struct Inlet {
   DatagramGuard* guard = nullptr;
   bool heard = false;
 
-  void on_message(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
-    if (channel == kStoredChannel) return;  // our own, or another base's
-    Bytes message{static_cast<const std::uint8_t*>(buffer->data), buffer->data_size};
+  void take(const InboundMessage& inbound) {
+    Bytes message = inbound.data;
     if (guard != nullptr) {
-      const auto opened = guard->open(channel, message);
+      const auto opened = guard->open(inbound.channel, message);
       if (!opened) return;
       message = *opened;
     }
     heard = true;
-    receive(receiver, channel, message);
+    const auto probe =
+        inbound.channel == kProbeChannel ? decode_probe(message) : std::optional<ProbeMessage>();
+    if (probe) return receiver.receive(*probe, inbound.arrival);
+    receive(receiver, inbound.channel, message);
   }
 };
 
-void publish_all(lcm::LCM& link, DatagramGuard* guard, const std::vector<StoredMessage>& messages) {
-  const std::string channel(kStoredChannel);
-  for (const StoredMessage& message : messages) {
+template <typename Message>
+void publish_all(lcm::LCM& link, DatagramGuard* guard, std::string_view channel_name,
+                 const std::vector<Message>& messages) {
+  const std::string channel(channel_name);
+  for (const Message& message : messages) {
     std::vector<std::uint8_t> bytes = encode(message);
     if (guard != nullptr) {
       auto sealed = guard->seal(channel, bytes);
@@ -159,6 +165,7 @@ class Answers {
   Answers(std::unique_ptr<lcm::LCM> link, std::shared_ptr<DatagramGuard> guard)
       : link_(std::move(link)), guard_(std::move(guard)) {
     link_->subscribe(std::string(kStoredChannel), &Answers::on_message, this);
+    link_->subscribe(std::string(kReceiptChannel), &Answers::on_message, this);
   }
 
   bool publish(const std::string& channel, Bytes message) {
@@ -171,13 +178,24 @@ class Answers {
   }
 
   std::vector<StoredMessage> take() {
-    // As many as LCM queues: an endless stream of them must not keep the robot from sending.
-    for (int i = 0; i < kMaxAnswers && link_->handleTimeout(0) > 0; ++i) continue;
+    handle();
     return std::exchange(messages_, {});
+  }
+
+  std::vector<ReceivedReceipt> take_receipts() {
+    handle();
+    return std::exchange(receipts_, {});
   }
 
  private:
   static constexpr int kMaxAnswers = 30;
+  /// Whoever takes only one kind leaves the other behind.
+  static constexpr std::size_t kMaxKept = 1024;
+
+  /// As many as LCM queues: an endless stream of them must not keep the robot from sending.
+  void handle() {
+    for (int i = 0; i < kMaxAnswers && link_->handleTimeout(0) > 0; ++i) continue;
+  }
 
   void on_message(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
     Bytes bytes{static_cast<const std::uint8_t*>(buffer->data), buffer->data_size};
@@ -186,26 +204,43 @@ class Answers {
       if (!opened) return;
       bytes = *opened;
     }
-    if (auto message = decode_stored(bytes)) messages_.push_back(std::move(*message));
+    if (channel == kReceiptChannel) return take_receipt(bytes, buffer->recv_utime);
+    auto message = decode_stored(bytes);
+    if (message && messages_.size() < kMaxKept) messages_.push_back(std::move(*message));
+  }
+  void take_receipt(Bytes bytes, std::int64_t unix_us) {
+    const auto message = decode_receipt(bytes);
+    if (!message || receipts_.size() >= kMaxKept) return;
+    const std::chrono::nanoseconds arrival(arrival_of(unix_us).steady_ns);
+    receipts_.push_back({*message, Clock::time_point(arrival)});
   }
 
   std::unique_ptr<lcm::LCM> link_;
   std::shared_ptr<DatagramGuard> guard_;
   std::vector<StoredMessage> messages_;
+  std::vector<ReceivedReceipt> receipts_;
 };
 
-/// Delivers what arrives during about `duration`, or until a signal is handled.
-void handle_for(lcm::LCM& link, std::chrono::milliseconds duration) {
+/// Hands over what arrives during `duration`.
+void handle_for(InboundQueue& queue, Inlet& inlet, std::chrono::milliseconds duration) {
   const Clock::time_point end = Clock::now() + duration;
-  for (;;) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
-    if (left <= std::chrono::milliseconds::zero()) return;
-    errno = 0;
-    if (link.handleTimeout(static_cast<int>(left.count())) < 0) {
-      if (errno == EINTR) return;
-      throw LinkError("LCM stopped delivering messages");
-    }
-  }
+  do {
+    const auto message = queue.pop(end);
+    if (message) inlet.take(*message);
+    if (!message && queue.is_over()) throw LinkError("LCM stopped delivering messages");
+  } while (Clock::now() < end);
+}
+
+/// Says when messages were lost for want of room, once a second at most.
+std::string overflow_warning(std::uint64_t dropped, std::uint64_t& told) {
+  if (dropped == told) return {};
+  const std::uint64_t more = dropped - std::exchange(told, dropped);
+  return std::to_string(more) + " datagrams came faster than they could be taken and were dropped";
+}
+
+std::uint64_t random_number() {
+  std::random_device device;
+  return std::uint64_t{device()} << 32U | device();
 }
 
 }  // namespace
@@ -217,7 +252,8 @@ Link open_link(const std::string& url, std::shared_ptr<DatagramGuard> guard) {
     channel_name.assign(channel);
     return answers->publish(channel_name, message);
   };
-  return {std::move(send), [answers] { return answers->take(); }};
+  return {std::move(send), [answers] { return answers->take(); },
+          [answers] { return answers->take_receipts(); }};
 }
 
 std::string with_receive_buffer(const std::string& url) {
@@ -255,7 +291,16 @@ ListenResult listen(const ListenOptions& options) {
     });
   }
   Inlet inlet{receiver, guard};
-  link->subscribe("UNIMAPPER_.*", &Inlet::on_message, &inlet)->setQueueCapacity(kQueueCapacity);
+  const std::uint64_t base = random_number();
+  std::uint64_t told_dropped = 0;
+  ReceivingThread receiving(*link, kQueueBytes);
+  InboundQueue& queue = receiving.queue();
+  const auto answer = [&] {
+    const std::int64_t now_ns = std::chrono::nanoseconds(Clock::now().time_since_epoch()).count();
+    publish_all(*link, guard, kStoredChannel, receiver.take_stored());
+    publish_all(*link, guard, kReceiptChannel,
+                receiver.take_receipts(base, queue.free_bytes(), now_ns));
+  };
   tell("listening on " + url);
   Watch watch(options);
   const auto tell_time = [&receiver](Clock::time_point now) {
@@ -265,24 +310,25 @@ ListenResult listen(const ListenOptions& options) {
   Clock::time_point next_progress = Clock::now() + kProgressInterval;
   Clock::time_point next_answer = Clock::now();
   for (;;) {
-    handle_for(*link, kPollInterval);
+    handle_for(queue, inlet, kPollInterval);
     const Clock::time_point now = Clock::now();
     tell_time(now);
     if (now >= next_answer) {
-      publish_all(*link, guard, receiver.take_stored());
+      answer();
       next_answer = now + kAnswerInterval;
     }
     if (std::exchange(inlet.heard, false)) watch.on_messages(now);
     const std::vector<wire::SessionProgress> sessions = receiver.progress();
     if (now >= next_progress) {
       tell_status();
+      tell(overflow_warning(queue.dropped(), told_dropped));
       next_progress = now + kProgressInterval;
     }
     if (const std::optional<ListenEnd> end = watch.over(sessions, now)) {
       receiver.store_all();
-      publish_all(*link, guard, receiver.take_stored());
+      answer();
       tell_status();
-      return {*end, receiver.take_sessions(), receiver.counters()};
+      return {*end, receiver.take_sessions(), receiver.counters(), queue.dropped()};
     }
   }
 }

@@ -10,13 +10,11 @@
 #include <unimapper_wire/session_v1_t.hpp>
 #include <unimapper_wire/stored_t.hpp>
 
-#include "unimapper/wire/checksum.hpp"
+#include "ports/lcm/generated_codec.hpp"
 
 namespace unimapper::lcm_port {
 
 using wire::BigEndianReader;
-using wire::BigEndianWriter;
-using wire::crc32;
 using wire::is_possible;
 using wire::is_session_name;
 
@@ -29,35 +27,6 @@ constexpr std::size_t kFingerprintBytes = 8;
 /// Schema version, robot and boot id, with which every message goes on.
 constexpr std::size_t kIdentityBytes = 4 + 4 + 16;
 constexpr std::size_t kIdentityBytesV1 = 4 + 4 + 8;
-
-constexpr std::size_t kChecksumBytes = 4;
-
-/// Encodes and fills in the checksum, which every message ends with.
-template <typename Generated>
-std::vector<std::uint8_t> encode_generated(Generated& message) {
-  message.crc32 = 0;
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  bytes.resize(bytes.size() - kChecksumBytes);
-  BigEndianWriter(bytes).put(crc32(bytes));
-  return bytes;
-}
-
-bool is_intact(Bytes bytes) {
-  if (bytes.size() < kChecksumBytes) return false;
-  const Bytes content = bytes.first(bytes.size() - kChecksumBytes);
-  return BigEndianReader(bytes.last(kChecksumBytes)).get<std::uint32_t>() == crc32(content);
-}
-
-/// Decodes bytes whose lengths are known to add up: lcm-gen's decoders trust the lengths they
-/// read and would allocate whatever a forged message asks for.
-template <typename Generated>
-bool decode_generated(Bytes bytes, Generated& message) {
-  return is_intact(bytes) &&
-         message.decode(bytes.data(), 0, static_cast<int>(bytes.size())) ==
-             static_cast<int>(bytes.size()) &&
-         message.schema_version == Generated::SCHEMA_VERSION;
-}
 
 /// Whether the bytes start with this type's fingerprint.
 template <typename Generated>
@@ -164,26 +133,6 @@ std::string to_text(std::string text) {
   text.resize(std::min(text.size(), kMaxTextBytes));
   for (char& c : text) c = std::isprint(static_cast<unsigned char>(c)) != 0 ? c : '_';
   return text;
-}
-
-/// The identity that every generated message carries.
-template <typename Generated>
-SessionId id_of(const Generated& in) {
-  const auto robot = static_cast<std::uint32_t>(in.robot);
-  if constexpr (requires { in.boot_high; }) {
-    return {robot,
-            {static_cast<std::uint64_t>(in.boot_high), static_cast<std::uint64_t>(in.boot_low)}};
-  } else {
-    return {robot, static_cast<std::uint64_t>(in.session)};
-  }
-}
-
-template <typename Generated>
-void put_id(const SessionId& id, Generated& out) {
-  out.schema_version = Generated::SCHEMA_VERSION;
-  out.robot = static_cast<std::int32_t>(id.robot);
-  out.boot_high = static_cast<std::int64_t>(id.boot.high);
-  out.boot_low = static_cast<std::int64_t>(id.boot.low);
 }
 
 /// A session's message of either schema, of lengths that add up.

@@ -8,6 +8,7 @@
 
 #include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/delivery.hpp"
+#include "unimapper/wire/link_report.hpp"
 #include "unimapper/wire/messages.hpp"
 
 namespace unimapper::lcm_port {
@@ -15,6 +16,8 @@ namespace unimapper::lcm_port {
 using wire::Bytes;
 using wire::ChunkMessage;
 using wire::HealthMessage;
+using wire::ProbeMessage;
+using wire::ReceiptMessage;
 using wire::SessionMessage;
 using wire::SessionState;
 using wire::StoredMessage;
@@ -22,8 +25,10 @@ using wire::StoredMessage;
 inline constexpr std::string_view kSessionChannel = "UNIMAPPER_SESSION";
 inline constexpr std::string_view kKeyframeChannel = "UNIMAPPER_KEYFRAME";
 inline constexpr std::string_view kHealthChannel = "UNIMAPPER_HEALTH";
+inline constexpr std::string_view kProbeChannel = "UNIMAPPER_PROBE";
 /// From the base to the robots.
 inline constexpr std::string_view kStoredChannel = "UNIMAPPER_STORED";
+inline constexpr std::string_view kReceiptChannel = "UNIMAPPER_RECEIPT";
 
 /// LCM's encoding of a message. Session: throws std::invalid_argument for a name that
 /// `is_session_name` rejects.
@@ -31,6 +36,8 @@ std::vector<std::uint8_t> encode(const SessionMessage& message);
 std::vector<std::uint8_t> encode(const ChunkMessage& message);
 std::vector<std::uint8_t> encode(const HealthMessage& message);
 std::vector<std::uint8_t> encode(const StoredMessage& message);
+std::vector<std::uint8_t> encode(const ProbeMessage& message);
+std::vector<std::uint8_t> encode(const ReceiptMessage& message);
 
 /// The message, or nothing if the bytes are none: wrong type or schema version, lengths that do
 /// not add up, impossible values, a piece whose checksum fails. Never allocates more than the
@@ -39,5 +46,7 @@ std::optional<SessionMessage> decode_session(Bytes bytes);
 std::optional<ChunkMessage> decode_chunk(Bytes bytes);
 std::optional<HealthMessage> decode_health(Bytes bytes);
 std::optional<StoredMessage> decode_stored(Bytes bytes);
+std::optional<ProbeMessage> decode_probe(Bytes bytes);
+std::optional<ReceiptMessage> decode_receipt(Bytes bytes);
 
 }  // namespace unimapper::lcm_port

@@ -18,8 +18,26 @@ constexpr std::chrono::milliseconds kListenInterval{20};
 /// A base answers a few times a second; one that has not answered for so long is not there.
 constexpr std::chrono::milliseconds kFirstAnswer{1000};
 
+/// After a probe answers are looked for, whatever else there is to do.
+constexpr std::chrono::milliseconds kProbeWait{400};
+
 /// A piece may be this long on its way to the base, and the answer on its way back.
 constexpr std::chrono::nanoseconds kResendAfter = std::chrono::milliseconds(400);
+
+/// A link whose datagrams are large carries some of them a second.
+constexpr double kDatagramsAtStart = 16.0;
+
+/// Checked before anything is made of them.
+PacingOptions pacing_options(const PublisherOptions& options) {
+  if (!(options.bytes_per_second >= 1000.0) || !(options.min_bytes_per_second > 0.0)) {
+    throw std::invalid_argument("a publisher needs at least 1000 bytes per second");
+  }
+  PacingOptions pacing;
+  pacing.maximum = options.bytes_per_second;
+  pacing.minimum = std::min(options.min_bytes_per_second, pacing.maximum);
+  pacing.start = std::max(pacing.start, kDatagramsAtStart * options.datagram_bytes);
+  return pacing;
+}
 
 std::int64_t nanoseconds_of(TokenBucket::Clock::time_point time) {
   return std::chrono::nanoseconds(time.time_since_epoch()).count();
@@ -51,12 +69,11 @@ Publisher::Publisher(SessionInfo info, Link link, const PublisherOptions& option
       options_(options),
       storage_(storage),
       bucket_(options.bytes_per_second, options.burst_bytes, Clock::now()),
+      pacing_(pacing_options(options)),
       next_session_(Clock::now()),
       outbox_(kResendAfter.count()) {
-  if (!(options.bytes_per_second >= 1000.0) || options.burst_bytes == 0 ||
-      options.queue_capacity == 0) {
-    throw std::invalid_argument(
-        "a publisher needs at least 1000 bytes per second, a burst and a queue");
+  if (options.burst_bytes == 0 || options.queue_capacity == 0) {
+    throw std::invalid_argument("a publisher needs a burst and a queue");
   }
   session_.info = std::move(info);
   (void)encode(session_);
@@ -160,7 +177,10 @@ void Publisher::run() {
   while (!is_done()) {
     send_session_if_due();
     take_stored();
+    take_receipts();
+    apply_rate();
     fill_outbox();
+    send_probe_if_due();
     if (const auto piece = outbox_.next()) {
       send_piece(*piece);
     } else {
@@ -209,10 +229,9 @@ void Publisher::fill_outbox() {
     Queued queued;
     {
       const std::lock_guard lock(mutex_);
-      if (new_rate_) bucket_.set_rate(*std::exchange(new_rate_, std::nullopt), Clock::now());
       if (queue_.empty()) return;
       const bool sends = fresh_ && held_.contains(*fresh_) && !outbox_.was_sent(*fresh_);
-      if (sends && !queue_.front().keyframe.bytes.empty()) return;
+      if (sends && !queue_.front().keyframe.bytes.empty() && !may_hold_early()) return;
       queued = std::move(queue_.front());
       queue_.pop_front();
       if (!queued.keyframe.bytes.empty()) --queued_in_memory_;
@@ -227,6 +246,10 @@ void Publisher::send_piece(const wire::Outbox::Piece& piece) {
   Held& held = held_.at(piece.sequence);
   const std::vector<std::uint8_t>& message = held.messages[piece.index];
   const auto bytes = static_cast<double>(message.size());
+  if (!pacing_.has_room(bytes)) {
+    wait_for(kListenInterval);
+    return;
+  }
   const Clock::duration wait = bucket_.wait_time(bytes, Clock::now());
   // Whatever waits meanwhile, a session's message or an answer, goes first.
   if (wait > Clock::duration::zero()) {
@@ -234,6 +257,7 @@ void Publisher::send_piece(const wire::Outbox::Piece& piece) {
     return;
   }
   bucket_.take(bytes);
+  pacing_.sent(bytes);
   if (!send_message(kKeyframeChannel, message)) held.refused = true;
   const bool again = outbox_.was_sent(piece.sequence);
   const bool whole = outbox_.sent(piece, nanoseconds_of(Clock::now()));
@@ -269,7 +293,8 @@ void Publisher::announce_end() {
 void Publisher::wait_for_work() {
   std::unique_lock lock(mutex_);
   const Clock::time_point now = Clock::now();
-  const bool looks_for_answers = link_.receive && outbox_.size() > 0;
+  const bool looks_for_answers =
+      link_.receive && (outbox_.size() > 0 || now - last_probe_ < kProbeWait);
   const Clock::time_point until =
       looks_for_answers ? std::min(next_session_, now + kListenInterval) : next_session_;
   const bool was_running = phase_ == Phase::kRunning;

@@ -14,7 +14,9 @@
 #include <thread>
 #include <vector>
 
+#include "ports/lcm/clock_offset.hpp"
 #include "ports/lcm/messages.hpp"
+#include "ports/lcm/pacing.hpp"
 #include "ports/lcm/sending.hpp"
 #include "unimapper/wire/delivery.hpp"
 #include "unimapper/wire/sender_storage.hpp"
@@ -29,10 +31,21 @@ using Send = std::function<bool(std::string_view channel, Bytes message)>;
 /// publisher's thread only.
 using Receive = std::function<std::vector<StoredMessage>()>;
 
+/// A base's answer to a probe.
+struct ReceivedReceipt {
+  ReceiptMessage message;
+  std::chrono::steady_clock::time_point arrival;  ///< when it arrived
+};
+
+/// Answers to probes since the last call, of any session; returns at once. Called from the
+/// publisher's thread only.
+using ReceiveReceipts = std::function<std::vector<ReceivedReceipt>()>;
+
 /// Both directions of a network.
 struct Link {
-  Send send;        ///< to the base
-  Receive receive;  ///< from the base; may be empty
+  Send send;                           ///< to the base
+  Receive receive;                     ///< from the base; may be empty
+  ReceiveReceipts receipts = nullptr;  ///< likewise; without, the rate does not adapt
 };
 
 /// Lets bytes through at an average rate, with bursts up to a bound. Time is the caller's.
@@ -49,6 +62,8 @@ class TokenBucket {
     refill(now);
     rate_ = bytes_per_second;
   }
+  /// From now on bursts are bounded by so many bytes.
+  void set_burst(double burst_bytes) { burst_ = burst_bytes; }
   /// How long to wait before `bytes` may go; zero if now. More than a burst may go once the
   /// bucket is full.
   [[nodiscard]] Clock::duration wait_time(double bytes, Clock::time_point now);
@@ -67,7 +82,8 @@ class TokenBucket {
 /// Sizes of datagrams and queue, and the rate of sending.
 struct PublisherOptions {
   std::uint32_t datagram_bytes = kLargestDatagramBytes;  ///< see `cut_into_messages`
-  double bytes_per_second = 20e6;                        ///< average rate of keyframes
+  double bytes_per_second = 20e6;                        ///< highest rate of keyframes
+  double min_bytes_per_second = 4000.0;                  ///< lowest, where the link loses much
   std::uint32_t burst_bytes = 64000;                     ///< what a default receive buffer takes
   std::size_t queue_capacity = 32;                       ///< keyframes waiting to be sent
   /// Keyframes that were sent and not acknowledged are kept in so much memory; beyond it the
@@ -94,11 +110,17 @@ struct PublisherCounters {
   std::uint64_t pieces_resent = 0;  ///< since a base said that they are missing
   /// Pushed out of the full queue, left at the end, or published after `finish`.
   std::uint64_t keyframes_dropped = 0;
-  std::uint64_t messages_sent = 0;  ///< of all channels
-  std::uint64_t bytes_sent = 0;     ///< of these messages
-  std::uint64_t send_failures = 0;  ///< datagrams the network refused
-  bool base_answers = false;        ///< one has said what it has of this session
-  bool end_confirmed = false;       ///< one has said that it knows of the session's end
+  std::uint64_t messages_sent = 0;         ///< of all channels
+  std::uint64_t bytes_sent = 0;            ///< of these messages
+  std::uint64_t send_failures = 0;         ///< datagrams the network refused
+  bool base_answers = false;               ///< one has said what it has of this session
+  double bytes_per_second = 0.0;           ///< rate of keyframes now
+  bool rate_adapts = false;                ///< to the link, since a base sends receipts
+  double loss = 0.0;                       ///< share of the pieces lost lately
+  std::uint64_t window_bytes = 0;          ///< what the base lets be on the way; 0: it has not said
+  std::int64_t round_trip_ns = 0;          ///< to the base and back; 0: not measured
+  std::optional<wire::ClockOffset> clock;  ///< of the base's clock, if measured
+  bool end_confirmed = false;              ///< one has said that it knows of the session's end
 
   /// Of which neither a base nor this robot has anything any more.
   [[nodiscard]] std::uint64_t keyframes_lost() const {
@@ -130,7 +152,7 @@ class Publisher {
   /// Sends on what an earlier start of this session left in the storage: whatever the base says it
   /// misses, once it says so.
   void resume(const wire::EarlierSession& earlier);
-  /// From now on keyframes go at this average rate. Thread safe.
+  /// From now on keyframes go at most at this average rate. Thread safe.
   void set_bytes_per_second(double bytes_per_second);
   /// From now on this is sent with every session message.
   void set_health(HealthMessage health);
@@ -163,6 +185,10 @@ class Publisher {
   void run();
   [[nodiscard]] bool is_done();
   void take_stored();
+  void take_receipts();
+  void apply_rate();
+  void send_probe_if_due();
+  [[nodiscard]] bool may_hold_early() const;
   void fill_outbox();
   void hold(const Queued& queued);
   void make_queue_room();
@@ -201,7 +227,10 @@ class Publisher {
 
   // The thread's own.
   TokenBucket bucket_;
+  Pacing pacing_;
+  ClockOffsetFilter clock_;
   Clock::time_point next_session_;
+  Clock::time_point last_probe_;
   wire::Outbox outbox_;
   std::map<std::uint32_t, Held> held_;  ///< what `outbox_` speaks of
   std::set<std::uint32_t> loaded_;      ///< of which with messages

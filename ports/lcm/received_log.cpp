@@ -33,6 +33,8 @@ void receive(Receiver& receiver, std::string_view channel, wire::Bytes data) {
     take(receiver, decode_chunk(data));
   } else if (channel == kHealthChannel) {
     take(receiver, decode_health(data));
+  } else if (channel == kProbeChannel) {
+    take(receiver, decode_probe(data));
   } else {
     receiver.count_foreign();
   }

@@ -17,11 +17,16 @@ constexpr std::size_t kMostMessages = 1024;
 /// The network and what each of its users has not taken yet.
 class SharedLink::Network {
  public:
-  using Messages = std::deque<StoredMessage>;
+  /// Of one user.
+  struct Messages {
+    std::deque<StoredMessage> stored;
+    std::deque<ReceivedReceipt> receipts;
+  };
 
   explicit Network(Link link) : link_(std::move(link)) {}
 
   [[nodiscard]] bool has_way_back() const { return static_cast<bool>(link_.receive); }
+  [[nodiscard]] bool has_receipts() const { return static_cast<bool>(link_.receipts); }
 
   Messages& add_user() {
     const std::lock_guard lock(mutex_);
@@ -35,19 +40,30 @@ class SharedLink::Network {
 
   std::vector<StoredMessage> receive(Messages& user) {
     const std::lock_guard lock(mutex_);
-    for (const StoredMessage& message : link_.receive()) {
-      for (Messages& each : users_) {
-        if (each.size() >= kMostMessages) each.pop_front();
-        each.push_back(message);
-      }
-    }
-    std::vector<StoredMessage> taken(std::make_move_iterator(user.begin()),
-                                     std::make_move_iterator(user.end()));
-    user.clear();
-    return taken;
+    return share_out(link_.receive(), user, &Messages::stored);
+  }
+  std::vector<ReceivedReceipt> receipts(Messages& user) {
+    const std::lock_guard lock(mutex_);
+    return share_out(link_.receipts(), user, &Messages::receipts);
   }
 
  private:
+  /// Everybody gets what arrived; returns what this user has not taken yet.
+  template <typename Message>
+  std::vector<Message> share_out(const std::vector<Message>& arrived, Messages& user,
+                                 std::deque<Message> Messages::*list) {
+    for (const Message& message : arrived) {
+      for (Messages& each : users_) {
+        if ((each.*list).size() >= kMostMessages) (each.*list).pop_front();
+        (each.*list).push_back(message);
+      }
+    }
+    std::vector<Message> taken(std::make_move_iterator((user.*list).begin()),
+                               std::make_move_iterator((user.*list).end()));
+    (user.*list).clear();
+    return taken;
+  }
+
   const Link link_;
   std::mutex mutex_;
   std::list<Messages> users_;  // which stay where they are
@@ -64,6 +80,9 @@ Link SharedLink::share() {
   if (!network->has_way_back()) return link;
   Network::Messages& user = network->add_user();
   link.receive = [network, &user] { return network->receive(user); };
+  if (network->has_receipts()) {
+    link.receipts = [network, &user] { return network->receipts(user); };
+  }
   return link;
 }
 

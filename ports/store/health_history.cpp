@@ -28,6 +28,10 @@ std::string details_of(const wire::HealthMessage& health) {
     line("container", container.name,
          std::to_string(container.used) + "\t" + std::to_string(container.capacity));
   }
+  if (health.clock) {
+    line("clock", std::to_string(health.clock->base_minus_robot_ns),
+         std::to_string(health.clock->uncertainty_ns) + "\t" + std::to_string(health.clock->steps));
+  }
   for (const auto& shed : health.sheds) line("shed", shed.what, std::to_string(shed.count));
   return text;
 }

@@ -77,6 +77,9 @@ class Outbox {
   /// `resend_after_ns`: what was sent more recently may be on its way still, and is not resent.
   explicit Outbox(std::int64_t resend_after_ns) : resend_after_ns_(resend_after_ns) {}
 
+  /// Another time for a slower or faster link.
+  void set_resend_after(std::int64_t ns) { resend_after_ns_ = ns; }
+
   /// A keyframe to be sent, of so many pieces (at least 1).
   void add(std::uint32_t sequence, std::uint32_t pieces);
   /// A keyframe that was sent whole before, at an earlier start: none of its pieces goes unless the

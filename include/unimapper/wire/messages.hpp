@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "unimapper/core/session_id.hpp"
+#include "unimapper/wire/link_report.hpp"
 
 namespace unimapper::wire {
 
@@ -66,6 +68,8 @@ struct HealthMessage {
   std::vector<Drop> drops;            ///< at most 64
   std::vector<Container> containers;  ///< at most 64
   std::vector<Shed> sheds;            ///< at most 64
+  /// Of the robot's clock, as the base heard last in a probe; not part of the message.
+  std::optional<ClockOffset> clock;
 };
 
 /// True for names that are safe as file names: 1 to 64 letters, digits, '.', '_' or '-', the

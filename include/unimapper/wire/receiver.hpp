@@ -53,6 +53,8 @@ struct SessionProgress {
   std::uint64_t damaged = 0;            ///< keyframes that arrived damaged only
   std::uint64_t refused = 0;            ///< keyframes or pieces beyond a quota or without room
   std::optional<HealthMessage> health;  ///< the latest, if any
+  std::optional<ClockOffset> clock;     ///< of the robot's clock, as it said last
+  std::uint64_t bytes_per_second = 0;   ///< at which it sends, as it said last
 };
 
 /// Takes the messages of any number of sessions in any order. Whatever it is fed, it keeps
@@ -83,6 +85,8 @@ class Receiver {
   void receive(ChunkMessage&& piece);
   /// Health of a session; the latest is kept.
   void receive(HealthMessage&& message);
+  /// A probe; with its arrival it is answered by `take_receipts`.
+  void receive(const ProbeMessage& message, const std::optional<ProbeArrival>& arrival = {});
   /// Tells of a message that could not be decoded, or of one that is not the project's.
   void count_malformed();
   /// Counts a message that is not the project's.
@@ -95,6 +99,12 @@ class Receiver {
 
   /// What is stored of the sessions that were heard since the last call: to be sent to the robots.
   std::vector<StoredMessage> take_stored();
+
+  /// Answers to the probes that have arrived since the last call. `base` is a random number of this
+  /// start; `window_bytes`, what there is room for now, is divided among the robots that were heard
+  /// in the last three seconds. `now_ns` is of the clock of `ProbeArrival::steady_ns`.
+  std::vector<ReceiptMessage> take_receipts(std::uint64_t base, std::uint64_t window_bytes,
+                                            std::int64_t now_ns);
 
   /// Hands over the sessions, sorted by name and id, names made unique; the receiver holds
   /// none afterwards, but goes on counting. A session whose messages never came is named after its
@@ -120,6 +130,18 @@ class Receiver {
     bool end_is_stored = false;    ///< or that there is none
     bool is_beyond_quota = false;  ///< for good
     std::uint64_t refused = 0;
+
+    /// A probe without an answer.
+    struct Probe {
+      std::uint32_t number = 0;
+      ProbeArrival arrival;
+      std::uint64_t pieces = 0;
+    };
+    std::uint64_t pieces = 0;  ///< that arrived, repeated ones too
+    std::vector<Probe> probes;
+    std::optional<std::int64_t> last_probe_ns;
+    std::uint64_t bytes_per_second = 0;
+    std::optional<ClockOffset> clock;
 
     [[nodiscard]] bool has_keyframes() const { return stored.count() > 0 || !waiting.empty(); }
   };

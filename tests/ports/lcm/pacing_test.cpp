@@ -1,0 +1,207 @@
+// Tests of the control of a sender's rate, over a simulated link.
+#include "ports/lcm/pacing.hpp"
+
+#include <catch2/catch.hpp>
+#include <numeric>
+#include <stdexcept>
+
+#include "tests/ports/lcm/simulated_link.hpp"
+
+using namespace unimapper;
+using namespace unimapper::lcm_port;
+using lcm_test::LinkModel;
+using lcm_test::SimulatedLink;
+
+namespace {
+
+constexpr std::int64_t kSecond = 1000000000;
+
+/// Mean of the rates from one time to another, in seconds.
+double mean_rate(const SimulatedLink& world, std::size_t from_s, std::size_t to_s) {
+  const auto begin = world.rates.begin() + static_cast<std::ptrdiff_t>(10 * from_s);
+  const auto end = world.rates.begin() + static_cast<std::ptrdiff_t>(10 * to_s);
+  return std::accumulate(begin, end, 0.0) / static_cast<double>(end - begin);
+}
+
+/// A robot that always has something to send, from a second after its start.
+void saturate(SimulatedLink& world, std::int64_t seconds) {
+  world.run(kSecond);
+  world.publish(1000000);
+  world.run(seconds * kSecond);
+}
+
+/// Receipts by hand.
+wire::ReceiptMessage receipt(std::uint32_t number, std::uint64_t pieces,
+                             std::uint64_t window = 1000000) {
+  wire::ReceiptMessage message;
+  message.base = 1;
+  message.number = number;
+  message.pieces = pieces;
+  message.window_bytes = window;
+  return message;
+}
+
+}  // namespace
+
+TEST_CASE("the rate settles near the bottleneck, and little is lost") {
+  const double bottleneck = GENERATE(32000.0, 250000.0);  // 256 kbit/s and 2 Mbit/s
+  const double queue = bottleneck * 0.25;
+  SimulatedLink world({bottleneck, queue, 0, 10000000}, {}, true);
+  saturate(world, 10);
+  const std::uint64_t sent = world.sent;
+  const std::uint64_t arrived = world.arrived;
+  world.run(40 * kSecond);
+  CHECK(mean_rate(world, 10, 40) > 0.8 * bottleneck);
+  CHECK(mean_rate(world, 10, 40) < 1.1 * bottleneck);
+  const auto got = static_cast<double>(world.arrived - arrived);
+  CHECK(got * SimulatedLink::kPieceBytes / 30.0 > 0.85 * bottleneck);
+  CHECK(got > 0.93 * static_cast<double>(world.sent - sent));
+}
+
+TEST_CASE("what one sends and resends falls to a fraction of what a fixed rate takes") {
+  const double bottleneck = GENERATE(32000.0, 250000.0);
+  const LinkModel link{bottleneck, bottleneck * 0.25, 0, 10000000};
+  const auto keyframes = static_cast<std::uint32_t>(bottleneck / 1300.0);  // pieces, a second's
+  const auto deliver = [&](bool adapts) {
+    SimulatedLink world(link, {}, adapts);
+    world.run(kSecond);
+    for (int i = 0; i < 20; ++i) world.publish(keyframes);
+    while (!world.is_idle() && world.now_ns() < 200 * kSecond) {
+      world.run(world.now_ns() + kSecond);
+    }
+    CHECK(world.is_idle());
+    return world.resent;
+  };
+  const std::uint64_t fixed = deliver(false);
+  const std::uint64_t adaptive = deliver(true);
+  CAPTURE(bottleneck, fixed, adaptive);
+  CHECK(adaptive * 5 < fixed);
+}
+
+TEST_CASE("random loss does not slow a robot down for good") {
+  const std::uint32_t loss = GENERATE(50U, 300U);
+  SimulatedLink world({4e6, 400000.0, loss, 5000000}, {4000.0, 2e6, 250e3}, true);
+  saturate(world, 40);
+  CHECK(mean_rate(world, 30, 40) > 1e6);
+}
+
+TEST_CASE("the rate follows a bottleneck that narrows and widens again") {
+  SimulatedLink world({250000.0, 60000.0, 0, 10000000}, {}, true);
+  saturate(world, 20);
+  world.link_.bytes_per_second = 32000.0;
+  world.link_.queue_bytes = 16000.0;
+  world.run(40 * kSecond);
+  CHECK(mean_rate(world, 30, 40) < 40000.0);
+  world.link_.bytes_per_second = 250000.0;
+  world.link_.queue_bytes = 60000.0;
+  world.run(70 * kSecond);
+  CHECK(mean_rate(world, 60, 70) > 180000.0);
+}
+
+TEST_CASE("never is more on the way than the base's window, once it has announced one") {
+  SimulatedLink world({2e6, 1e6, 0, 100000000}, {}, true);
+  world.window_bytes = 80000;
+  world.run(kSecond);
+  REQUIRE(world.pacing.window_bytes() == 80000U);
+  world.publish(5000);
+  world.run(20 * kSecond);
+  CHECK(world.most_on_the_way <= 80000.0);
+  CHECK(world.arrived > 1000);  // and it does not stand still
+}
+
+TEST_CASE("a base that falls silent is sent ever less, and the rate recovers when it is back") {
+  SimulatedLink world({250000.0, 60000.0, 0, 10000000}, {}, true);
+  saturate(world, 15);
+  const double before = mean_rate(world, 10, 15);
+  world.base_is_there = false;
+  world.run(35 * kSecond);
+  CHECK(world.pacing.is_silent());
+  CHECK(world.pacing.rate() < 0.1 * before);
+  CHECK(world.pacing.rate() >= 4000.0);
+  world.base_is_there = true;
+  world.run(75 * kSecond);
+  CHECK_FALSE(world.pacing.is_silent());
+  CHECK(mean_rate(world, 70, 75) > 0.7 * before);
+}
+
+TEST_CASE("without receipts the rate is the configured one") {
+  SimulatedLink world({1e9, 1e9, 0, 1000000}, {4000.0, 300000.0, 250e3}, true);
+  world.base_is_there = false;
+  saturate(world, 3);
+  CHECK(world.pacing.rate() == 300000.0);
+  CHECK_FALSE(world.pacing.adapts());
+  CHECK_FALSE(world.pacing.is_silent());
+}
+
+TEST_CASE("the rate stays within its bounds, whatever receipts say") {
+  wire::wire_test::Random random(11);
+  Pacing pacing({5000.0, 50000.0, 20000.0});
+  std::int64_t now = 0;
+  for (int i = 0; i < 20000; ++i) {
+    now += random.below(300) * 1000000;
+    for (std::uint32_t k = random.below(60); k > 0; --k) pacing.sent(random.below(60000));
+    const std::uint32_t number = pacing.probe(now);
+    wire::ReceiptMessage message = receipt(number - random.below(3), random.below(100000));
+    message.base = random.below(3);
+    message.held_ns = random.below(1000) * 10000000LL;
+    message.window_bytes = random.below(200000);
+    pacing.take(message, now);
+    pacing.advance(now);
+    REQUIRE(pacing.rate() >= 5000.0);
+    REQUIRE(pacing.rate() <= 50000.0);
+    REQUIRE(pacing.loss() >= 0.0);
+    REQUIRE(pacing.loss() <= 1.0);
+    REQUIRE(pacing.round_trip_ns() >= 0);
+    REQUIRE(pacing.bytes_on_the_way() >= 0.0);
+    REQUIRE((!pacing.window_bytes() || *pacing.window_bytes() >= wire::kSmallestWindow));
+  }
+}
+
+TEST_CASE("equal events give equal rates") {
+  const auto rates = [] {
+    SimulatedLink world({100000.0, 20000.0, 30, 20000000}, {}, true, 7);
+    saturate(world, 15);
+    return world.rates;
+  };
+  CHECK(rates() == rates());
+}
+
+TEST_CASE("receipts that are late, repeated, invented or another base's say nothing") {
+  Pacing pacing({1000.0, 1e6, 1000.0});
+  const std::uint32_t first = pacing.probe(0);
+  const std::uint32_t second = pacing.probe(1);
+  CHECK_FALSE(pacing.take(receipt(second + 1, 0), 10));
+  CHECK(pacing.take(receipt(second, 0), 10));
+  CHECK_FALSE(pacing.take(receipt(second, 0), 11));
+  CHECK_FALSE(pacing.take(receipt(first, 0), 12));
+  wire::ReceiptMessage other = receipt(pacing.probe(20), 0);
+  other.base = 2;
+  CHECK_FALSE(pacing.take(other, 30));
+  // Unless the first one is silent.
+  other.number = pacing.probe(3 * kSecond);
+  CHECK(pacing.take(other, 3 * kSecond + 1));
+}
+
+TEST_CASE("the round trip leaves out what the base took") {
+  Pacing pacing({1000.0, 1e6, 1000.0});
+  wire::ReceiptMessage message = receipt(pacing.probe(1000), 0);
+  message.held_ns = 150000000;
+  REQUIRE(pacing.take(message, 1000 + 180000000));
+  CHECK(pacing.round_trip_ns() == 30000000);
+  CHECK(pacing.resend_after_ns() == 460000000);
+}
+
+TEST_CASE("a base that starts again and counts from 0 is no loss") {
+  Pacing pacing({1000.0, 1e6, 1e6});
+  REQUIRE(pacing.take(receipt(pacing.probe(0), 50), 1));
+  REQUIRE(pacing.take(receipt(pacing.probe(kSecond), 50), kSecond + 1));
+  for (int i = 0; i < 100; ++i) pacing.sent(1300.0);
+  REQUIRE(pacing.take(receipt(pacing.probe(2 * kSecond), 3), 2 * kSecond + 1));
+  CHECK(pacing.loss() == 0.0);
+  CHECK(pacing.rate() == 1e6);
+}
+
+TEST_CASE("bounds that cannot be are refused") {
+  CHECK_THROWS_AS(Pacing({0.0, 10.0, 5.0}), std::invalid_argument);
+  CHECK_THROWS_AS(Pacing({20.0, 10.0, 5.0}), std::invalid_argument);
+}

@@ -1,0 +1,175 @@
+// Simulated link between a robot that sends pieces and a base that answers, with its own clock.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "ports/lcm/pacing.hpp"
+#include "ports/lcm/publisher.hpp"
+#include "tests/wire/records.hpp"
+#include "unimapper/wire/delivery.hpp"
+
+namespace unimapper::lcm_test {
+
+/// What a link does to datagrams.
+struct LinkModel {
+  double bytes_per_second = 32000.0;  ///< of the bottleneck
+  double queue_bytes = 16000.0;       ///< before it; what does not fit is lost
+  std::uint32_t loss_per_mille = 0;   ///< of the rest
+  std::int64_t delay_ns = 10000000;   ///< each way
+};
+
+/// A robot with an outbox of keyframes, a bucket and, if it adapts, a pacing; a base that has what
+/// arrives stored at once and answers five times a second. Steps of 1 ms.
+class SimulatedLink {
+ public:
+  static constexpr std::int64_t kStepNs = 1000000;
+  static constexpr double kPieceBytes = 1300.0;
+
+  SimulatedLink(const LinkModel& link, const lcm_port::PacingOptions& options, bool adapts,
+                std::uint64_t seed = 1)
+      : link_(link), adapts_(adapts), pacing(options), random_(seed) {}
+
+  /// A keyframe of so many pieces is published.
+  void publish(std::uint32_t pieces) {
+    outbox_.add(static_cast<std::uint32_t>(pieces_of_.size()), pieces);
+    pieces_of_.push_back(pieces);
+    missing_.emplace_back(pieces, true);
+  }
+
+  /// Runs until this time.
+  void run(std::int64_t until_ns) {
+    for (; now_ns_ < until_ns; now_ns_ += kStepNs) step();
+  }
+
+  [[nodiscard]] bool is_idle() const { return outbox_.size() == 0; }
+  [[nodiscard]] std::int64_t now_ns() const { return now_ns_; }
+
+  LinkModel link_;
+  const bool adapts_;
+  lcm_port::Pacing pacing;
+  bool base_is_there = true;
+  std::uint64_t window_bytes = 4000000;
+  std::uint64_t base = 1;
+
+  std::uint64_t sent = 0;        ///< pieces
+  std::uint64_t resent = 0;      ///< of which not for the first time
+  std::uint64_t arrived = 0;     ///< pieces
+  double most_on_the_way = 0.0;  ///< bytes since the last receipt that was used
+  std::vector<double> rates;     ///< one each 100 ms
+
+ private:
+  struct Packet {
+    std::int64_t at_ns = 0;
+    bool is_probe = false;
+    std::uint32_t number = 0;  ///< of the probe, or of the keyframe
+    std::uint32_t index = 0;
+  };
+  struct Answer {
+    std::int64_t at_ns = 0;
+    std::vector<wire::ReceiptMessage> receipts;
+    wire::StoredMessage stored;
+  };
+
+  void step() {
+    send_pieces();
+    if (now_ns_ % 200000000 == 0) put(100.0, {0, true, pacing.probe(now_ns_), 0});
+    while (!packets_.empty() && packets_.front().at_ns <= now_ns_) {
+      if (base_is_there) arrive(packets_.front());
+      packets_.pop_front();
+    }
+    if (base_is_there && now_ns_ % 200000000 == 90000000) answer();
+    while (!answers_.empty() && answers_.front().at_ns <= now_ns_) {
+      hear(answers_.front());
+      answers_.pop_front();
+    }
+    if (adapts_) pacing.advance(now_ns_);
+    if (now_ns_ % 100000000 == 0) rates.push_back(pacing.rate());
+  }
+
+  void send_pieces() {
+    const double burst = pacing.adapts() ? pacing.burst_bytes() : 64000.0;
+    tokens_ = std::min(burst, tokens_ + pacing.rate() * 1e-9 * static_cast<double>(kStepNs));
+    while (tokens_ >= kPieceBytes && (!adapts_ || pacing.has_room(kPieceBytes))) {
+      const auto piece = outbox_.next();
+      if (!piece) return;
+      tokens_ -= kPieceBytes;
+      pacing.sent(kPieceBytes);
+      ++sent;
+      resent += outbox_.was_sent(piece->sequence) ? 1 : 0;
+      outbox_.sent(*piece, now_ns_);
+      most_on_the_way = std::max(most_on_the_way, pacing.bytes_on_the_way());
+      put(kPieceBytes, {0, false, piece->sequence, piece->index});
+    }
+  }
+
+  /// Into the bottleneck's queue, if it has room.
+  void put(double bytes, Packet packet) {
+    const auto now = static_cast<double>(now_ns_) * 1e-9;
+    const double queued = std::max(0.0, free_at_s_ - now) * link_.bytes_per_second;
+    const bool is_lost = random_.below(1000) < link_.loss_per_mille;
+    if (is_lost || (queued > 0.0 && queued + bytes > link_.queue_bytes)) return;
+    free_at_s_ = std::max(free_at_s_, now) + bytes / link_.bytes_per_second;
+    packet.at_ns = static_cast<std::int64_t>(free_at_s_ * 1e9) + link_.delay_ns;
+    packets_.push_back(packet);
+  }
+
+  void arrive(const Packet& packet) {
+    if (packet.is_probe) {
+      wire::ReceiptMessage receipt;
+      receipt.base = base;
+      receipt.number = packet.number;
+      receipt.pieces = arrived;
+      receipt.window_bytes = window_bytes;
+      receipt.base_time_ns = now_ns_;
+      receipts_.push_back(receipt);
+      return;
+    }
+    ++arrived;
+    missing_[packet.number][packet.index] = false;
+  }
+
+  void answer() {
+    Answer answer;
+    answer.at_ns = now_ns_ + link_.delay_ns;
+    answer.receipts.swap(receipts_);
+    for (wire::ReceiptMessage& receipt : answer.receipts) {
+      receipt.held_ns = now_ns_ - receipt.base_time_ns;
+    }
+    answer.stored.until = std::uint64_t{1} << 32U;
+    for (std::uint32_t i = 0; i < missing_.size(); ++i) {
+      const auto& missing = missing_[i];
+      if (std::find(missing.begin(), missing.end(), true) == missing.end()) {
+        answer.stored.ranges.push_back({i, i + 1ULL});
+      } else if (std::find(missing.begin(), missing.end(), false) != missing.end()) {
+        answer.stored.incomplete.push_back({i, missing});
+      }
+    }
+    answers_.push_back(std::move(answer));
+  }
+
+  void hear(const Answer& answer) {
+    if (adapts_) {
+      for (const wire::ReceiptMessage& receipt : answer.receipts) pacing.take(receipt, now_ns_);
+      outbox_.set_resend_after(pacing.resend_after_ns());
+    }
+    (void)outbox_.take(answer.stored, now_ns_);
+  }
+
+  wire::wire_test::Random random_;
+  wire::Outbox outbox_{400000000};
+  std::vector<std::uint32_t> pieces_of_;
+  std::vector<std::vector<bool>> missing_;  ///< at the base
+  std::deque<Packet> packets_;
+  std::deque<Answer> answers_;
+  std::vector<wire::ReceiptMessage> receipts_;
+  std::int64_t now_ns_ = 0;
+  double tokens_ = 0.0;
+  double free_at_s_ = 0.0;
+};
+
+}  // namespace unimapper::lcm_test
