@@ -30,6 +30,7 @@ void EventLogWriter::write(std::int64_t stamp_us, std::string_view channel, Byte
     throw EventLogError(path_.string() + ": a channel name needs 1 to 63 bytes");
   }
   if (data.size() > INT32_MAX) throw EventLogError(path_.string() + ": a message exceeds 2 GiB");
+  if (!file_.is_open()) open_again();
   buffer_.clear();
   wire::BigEndianWriter out(buffer_);
   out.put(kMagic);
@@ -42,12 +43,39 @@ void EventLogWriter::write(std::int64_t stamp_us, std::string_view channel, Byte
   errno = 0;
   file_.write(reinterpret_cast<const char*>(buffer_.data()),
               static_cast<std::streamsize>(buffer_.size()));
-  if (!file_) throw EventLogError(path_.string() + ": cannot be written: " + because());
+  if (!file_) fail();
+  written_bytes_ += buffer_.size();
 }
 
 void EventLogWriter::flush() {
+  if (!file_.is_open()) open_again();
   errno = 0;
-  if (!file_.flush()) throw EventLogError(path_.string() + ": cannot be written: " + because());
+  if (!file_.flush()) fail();
+  flushed_bytes_ = written_bytes_;
+  flushed_number_ = next_number_;
+}
+
+/// How much of the buffer has reached the file is unknown: the file is cut at what is known.
+void EventLogWriter::fail() {
+  const EventLogError error(path_.string() + ": cannot be written: " + because());
+  file_.close();
+  std::error_code again;  // when it is opened
+  std::filesystem::resize_file(path_, flushed_bytes_, again);
+  written_bytes_ = flushed_bytes_;
+  next_number_ = flushed_number_;
+  throw error;
+}
+
+void EventLogWriter::open_again() {
+  std::error_code failure;
+  std::filesystem::resize_file(path_, flushed_bytes_, failure);
+  errno = failure.value();
+  if (!failure) file_.open(path_, std::ios::binary | std::ios::app);
+  if (failure || !file_) {
+    const EventLogError error(path_.string() + ": cannot be written: " + because());
+    file_.close();
+    throw error;
+  }
 }
 
 std::uint64_t EventLogReader::Header::event_bytes() const {

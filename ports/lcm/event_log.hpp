@@ -34,7 +34,8 @@ struct LogEvent {
 inline constexpr std::size_t kMaxChannelBytes = 63;
 
 /// Writes a log. The same events give the same bytes: nothing of the clock or the machine is
-/// in them.
+/// in them. A call that fails leaves the log as it was after the last `flush`, and the next one
+/// goes on from there.
 class EventLogWriter {
  public:
   /// Creates or truncates `path`. Throws EventLogError.
@@ -48,9 +49,15 @@ class EventLogWriter {
   void flush();
 
  private:
+  [[noreturn]] void fail();
+  void open_again();
+
   std::filesystem::path path_;
   std::ofstream file_;
   std::int64_t next_number_ = 0;
+  std::int64_t flushed_number_ = 0;   ///< of the next event after the last flush
+  std::uintmax_t written_bytes_ = 0;  ///< of all events, some of them perhaps in the buffer
+  std::uintmax_t flushed_bytes_ = 0;
   std::vector<std::uint8_t> buffer_;
 };
 

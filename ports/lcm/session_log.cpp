@@ -26,6 +26,25 @@ void SessionLogWriter::write_session(SessionState state, std::int64_t stamp_us) 
 }
 
 void SessionLogWriter::write(const EncodedKeyframe& keyframe) {
+  const bool was_started = started_;
+  const std::int64_t session_stamp_us = session_stamp_us_;
+  const std::uint64_t keyframes =
+      std::max<std::uint64_t>(session_.keyframes, keyframe.sequence + 1ULL);
+  try {
+    write_pieces(keyframe);
+    // A robot that loses power loses no keyframe it had finished.
+    log_.flush();
+  } catch (const EventLogError&) {
+    // Nothing of this call is in the log, but its reader is to miss the keyframe.
+    started_ = was_started;
+    session_stamp_us_ = session_stamp_us;
+    session_.keyframes = keyframes;
+    throw;
+  }
+  session_.keyframes = keyframes;
+}
+
+void SessionLogWriter::write_pieces(const EncodedKeyframe& keyframe) {
   // Truncation towards zero is good enough for a clock that only orders messages.
   const std::int64_t stamp_us = keyframe.stamp_ns / 1000;
   stamp_us_ = started_ ? std::max(stamp_us_, stamp_us) : stamp_us;
@@ -38,9 +57,6 @@ void SessionLogWriter::write(const EncodedKeyframe& keyframe) {
   for (const auto& message : cut_into_messages(keyframe, datagram_bytes_)) {
     log_.write(stamp_us_, kKeyframeChannel, message);
   }
-  session_.keyframes = std::max<std::uint64_t>(session_.keyframes, keyframe.sequence + 1ULL);
-  // A robot that loses power loses no keyframe it had finished.
-  log_.flush();
 }
 
 void SessionLogWriter::finish() {

@@ -18,13 +18,15 @@ class SessionLogWriter {
   SessionLogWriter(const std::filesystem::path& path, SessionInfo info,
                    std::uint32_t datagram_bytes = kLargestDatagramBytes);
 
-  /// Appends a keyframe; sequence numbers ascend from 0. Throws EventLogError.
+  /// Appends a keyframe; sequence numbers ascend from 0. Throws EventLogError; the keyframe is then
+  /// missing from the log, and the next one may be written.
   void write(const EncodedKeyframe& keyframe);
   /// Appends the end-of-session message and flushes. Throws EventLogError.
   void finish();
 
  private:
   void write_session(SessionState state, std::int64_t stamp_us);
+  void write_pieces(const EncodedKeyframe& keyframe);
 
   EventLogWriter log_;
   SessionMessage session_;

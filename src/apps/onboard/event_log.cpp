@@ -38,11 +38,15 @@ void EventLog::finish() {
   writer_.join();
   write_events();
   out_.close();
-  if (!out_) throw std::runtime_error("cannot write " + file_.string());
+  if (!out_ || failed_) throw std::runtime_error("cannot write " + file_.string());
 }
 
 void EventLog::write_events() {
   lost_ = events::drain(*ring_, lost_, [this](const std::string& line) { out_ << line << '\n'; });
+  if (out_.flush()) return;
+  // Tried again with the next lines: a disk may have room later.
+  failed_ = true;
+  out_.clear();
 }
 
 }  // namespace unimapper::apps

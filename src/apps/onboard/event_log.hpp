@@ -33,6 +33,7 @@ class EventLog {
   MemoryBlock memory_;
   EventRing* ring_ = nullptr;
   std::uint32_t lost_ = 0;
+  bool failed_ = false;  ///< lines may be missing
   std::jthread writer_;  // last: it ends before what it uses
 };
 

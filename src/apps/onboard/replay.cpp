@@ -204,7 +204,7 @@ void Replay::send(const KeyframeView& keyframe) {
 
 void Replay::take(wire::EncodedKeyframe keyframe) {
   if (outputs_.signer != nullptr) outputs_.signer->sign(keyframe.bytes);
-  outputs_.log.write(keyframe);
+  outputs_.folder.failures().attempt([this, &keyframe] { outputs_.log.write(keyframe); });
   outputs_.delivery.take(std::move(keyframe));
 }
 

@@ -35,7 +35,6 @@ void RunFolder::write_labels(const std::string& name, std::span<const PointLabel
 
 void RunFolder::write_final_labels(const std::string& name, std::span<const PointLabel> labels,
                                    std::size_t points) {
-  datasets::make_directory(directory_ / "final" / "labels");
   write(directory_ / "final" / "labels", name, labels, points);
 }
 
@@ -46,11 +45,22 @@ void RunFolder::write(const fs::path& folder, const std::string& name,
   for (std::size_t i = 0; i < known; ++i) {
     if (labels[i] == PointLabel::kDynamic) buffer_[i] = datasets::kLabelDynamic;
   }
-  datasets::write_labels(folder / (name + ".label"), buffer_);
+  const fs::path file = folder / (name + ".label");
+  write_whole(file, [this, &folder, &file] {
+    datasets::make_directory(folder);
+    datasets::write_labels(file, buffer_);
+  });
 }
 
-void RunFolder::write_text(const std::string& name, const std::string& text) const {
-  datasets::write_text(directory_ / name, text);
+void RunFolder::write_text(const std::string& name, const std::string& text) {
+  const fs::path file = directory_ / name;
+  write_whole(file, [&file, &text] { datasets::write_text(file, text); });
+}
+
+void RunFolder::write_whole(const fs::path& file, const std::function<void()>& write) {
+  if (failures_.attempt(write)) return;
+  std::error_code ignored;
+  fs::remove(file, ignored);
 }
 
 }  // namespace unimapper::apps

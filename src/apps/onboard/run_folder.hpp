@@ -3,16 +3,19 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "src/apps/onboard/write_failures.hpp"
 #include "unimapper/core/point_view.hpp"
 
 namespace unimapper::apps {
 
 /// RUN/labels, RUN/final/labels, RUN/keyframes.lcmlog, RUN/loops.csv, RUN/stats.json, RUN/run.json,
-/// RUN/events.log.
+/// RUN/events.log. Once the folder is there, a file that cannot be written is counted and removed;
+/// the rest is not affected.
 class RunFolder {
  public:
   /// Creates the folder, and removes an earlier run from it; `check_output_folder` says before
@@ -35,15 +38,20 @@ class RunFolder {
   void write_final_labels(const std::string& name, std::span<const PointLabel> labels,
                           std::size_t points);
   /// Writes RUN/NAME.
-  void write_text(const std::string& name, const std::string& text) const;
+  void write_text(const std::string& name, const std::string& text);
+  /// What could not be written, here and by others who write into the folder.
+  [[nodiscard]] WriteFailures& failures() { return failures_; }
 
  private:
+  /// Half a file would pass for a whole one.
+  void write_whole(const std::filesystem::path& file, const std::function<void()>& write);
   void write(const std::filesystem::path& folder, const std::string& name,
              std::span<const PointLabel> labels, std::size_t points);
 
   std::filesystem::path directory_;
   std::string session_name_;
   std::vector<std::uint32_t> buffer_;
+  WriteFailures failures_;
 };
 
 }  // namespace unimapper::apps

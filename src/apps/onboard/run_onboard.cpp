@@ -295,6 +295,13 @@ void require_result(const RunStatistics& statistics) {
   }
 }
 
+/// Throws where the run folder lacks something: exit code 0 would pass for all of it.
+void require_whole(const fs::path& out, const WriteFailures& failures) {
+  if (failures.count() == 0) return;
+  throw std::runtime_error(std::to_string(failures.count()) +
+                           " files could not be written: " + out.string() + " is incomplete");
+}
+
 /// Says before the first scan that the sensor may see more than there is room for.
 void note_sensor_fit(const SensorModel& sensor, const PipelineConfig& config, Progress& progress) {
   const SensorFit fit = sensor_fit(sensor, config);
@@ -383,8 +390,8 @@ void run_onboard(const OnboardOptions& options) {
                  .progress = progress});
   replay.run();
 
-  log.finish();
-  events.finish();
+  folder.failures().attempt([&log] { log.finish(); });
+  folder.failures().attempt([&events] { events.finish(); });
   folder.write_text("loops.csv", merge::format_loops_csv(replay.loops()));
   if (const auto found = check_dynamic_share(statistics.dynamic_share(), statistics.scans())) {
     print_warning(*found);
@@ -396,6 +403,7 @@ void run_onboard(const OnboardOptions& options) {
   }
   RunStatistics::Run run{.allocations_after_start = replay.allocations(),
                          .arena_bytes = pipeline.bytes(),
+                         .files_not_written = folder.failures().count(),
                          .realtime = options.realtime,
                          .delivery = delivery.finish(),
                          .surroundings = surroundings_name(first.surroundings),
@@ -413,6 +421,7 @@ void run_onboard(const OnboardOptions& options) {
   warn_of_input(statistics, pipeline->config().free_space);
   warn_of_labels(statistics);
   require_result(statistics);
+  require_whole(options.out, folder.failures());
   std::fprintf(stderr, "onboard: the run is in %s; next: unimapper merge %s --out map\n",
                options.out.c_str(), options.out.c_str());
 }

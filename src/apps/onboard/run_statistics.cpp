@@ -258,6 +258,7 @@ std::string RunStatistics::to_json(const Run& run) const {
   json["deadline_misses"] = deadline_misses_;
   json["closing_call_ms"] = apps::to_json(times_of(closing_call_ms_));
   json["hand_over_ms"] = apps::to_json(times_of(hand_over_ms_));
+  json["files_not_written"] = run.files_not_written;
   json["keyframes_not_encoded"] = encoding_.handed_over - encoding_.encoded;
   json["realtime"] = run.realtime;
   json["keyframes_late"] = keyframes_late_;

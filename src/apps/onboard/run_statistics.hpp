@@ -97,6 +97,7 @@ class RunStatistics {
   struct Run {
     std::uint64_t allocations_after_start = 0;
     std::uint64_t arena_bytes = 0;
+    std::uint64_t files_not_written = 0;  ///< of the run folder, keyframes of its log among them
     bool realtime = false;
     DeliveryCounters delivery;
     std::string_view surroundings;      ///< that the parameters were chosen for

@@ -1,7 +1,10 @@
 // Tests of sessions received as LCM messages and from event logs.
 #include "ports/lcm/received_log.hpp"
 
+#include <sys/resource.h>
+
 #include <catch2/catch.hpp>
+#include <csignal>
 #include <fstream>
 #include <iterator>
 
@@ -37,7 +40,56 @@ std::vector<char> content(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
+/// A disk on which files grow to `bytes` at most, for as long as it lives.
+class SmallDisk {
+ public:
+  explicit SmallDisk(std::uintmax_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    rlimit limit = before_;
+    limit.rlim_cur = bytes;
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~SmallDisk() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+
+ private:
+  void (*handler_)(int);
+  rlimit before_{};
+};
+
 }  // namespace
+
+TEST_CASE("a full disk costs a session's log the keyframes of that time, and no other") {
+  const TemporaryDirectory directory;
+  const std::filesystem::path path = directory / "log";
+  SessionLogWriter writer(path, kAlpha, 2000);
+  const auto write = [&writer](std::uint32_t sequence) {
+    writer.write(wire_test::encode_for_sending(wire_test::keyframe_of(kAlpha.id, sequence)));
+  };
+  write(0);
+  {
+    const SmallDisk disk(std::filesystem::file_size(path) + 100);
+    CHECK_THROWS_AS(write(1), EventLogError);
+    CHECK_THROWS_AS(write(2), EventLogError);
+  }
+  write(3);
+  writer.finish();
+  EventLogReader reader(path);
+  LogEvent event;
+  for (std::int64_t number = 0; reader.next(event); ++number) CHECK(event.number == number);
+  CHECK(reader.fault_count() == 0);
+  const auto sessions = read_event_log(path).sessions;
+  REQUIRE(sessions.size() == 1);
+  CHECK(sessions[0].complete);
+  CHECK(sessions[0].keyframes_missing == 2);
+  REQUIRE(sessions[0].keyframes.size() == 2);
+  CHECK(sessions[0].keyframes[0].sequence == 0);
+  CHECK(sessions[0].keyframes[1].sequence == 3);
+}
 
 TEST_CASE("rubbish on every channel is counted and harmless") {
   Random random(9);
