@@ -10,45 +10,13 @@ program=$2
 scenario=$3
 url='udpm://239.255.76.67:7667?ttl=0'
 
-if [ "${4:-}" != inside ]; then
-  if unshare -n true 2>/dev/null; then
-    flags=-n
-  elif unshare -rn true 2>/dev/null; then
-    flags=-rn
-  else
-    echo "SKIPPED: making a network namespace is not allowed here (unshare -n)"
-    exit 77
-  fi
-  exec unshare $flags "$0" "$unimapper" "$program" "$scenario" inside
-fi
-
-ip link set lo up
-ip route add 224.0.0.0/4 dev lo
-directory=$(mktemp -d)
+# shellcheck source=tests/network_namespace.sh
+. "$(dirname "$0")/../network_namespace.sh"
+enter_namespace -n "$@"
+make_directory
+logs="out err sender contents"
 store=$directory/store
 touch "$directory/out" "$directory/err" "$directory/sender"
-# Only processes of this script are ended, each by its number.
-children=
-trap 'for child in $children; do kill -KILL "$child" 2>/dev/null || true; done; rm -rf "$directory"' EXIT
-
-fail() {
-  echo "FAILED: $1"
-  for file in out err sender contents; do
-    echo "--- $file"
-    cat "$directory/$file" 2>/dev/null || true
-  done
-  exit 1
-}
-
-# await PATTERN FILE: returns once a line matches, however slow the machine is today.
-await() {
-  tries=0
-  until grep -q -- "$1" "$directory/$2"; do
-    tries=$((tries + 1))
-    [ $tries -lt 1000 ] || fail "never seen: $1"
-    sleep 0.05
-  done
-}
 
 # start [OPTION...]: returns once the base hears.
 start() {

@@ -9,32 +9,14 @@ set -eu
 unimapper=$1
 url='udpm://239.255.76.67:7667?ttl=0'
 
-if [ "${2:-}" != inside ]; then
-  if unshare -n true 2>/dev/null; then
-    flags=-n
-  elif unshare -rn true 2>/dev/null; then
-    flags=-rn
-  else
-    echo "SKIPPED: making a network namespace is not allowed here (unshare -n)"
-    exit 77
-  fi
-  exec unshare $flags "$0" "$unimapper" inside
-fi
-
-ip link set lo up
-ip route add 224.0.0.0/4 dev lo
-directory=$(mktemp -d)
-listener=
-trap 'if [ -n "$listener" ]; then kill "$listener" 2>/dev/null || true; fi; rm -rf "$directory"' EXIT
-
-fail() {
-  echo "FAILED: $1"
-  for log in "$directory"/*.log; do echo "--- $log"; cat "$log"; done
-  exit 1
-}
+# shellcheck source=tests/network_namespace.sh
+. "$(dirname "$0")/../../network_namespace.sh"
+enter_namespace -n "$@"
+make_directory
+logs="simulate.log new.log base.log robot7.log merge.log"
 
 # expect PATTERN LOG
-expect() { grep -q -- "$1" "$directory/$2.log" || fail "expected in $2: $1"; }
+expect() { expect_in "$2.log" "$1"; }
 
 # listen OPTION...: returns once the base hears.
 listen() {
@@ -42,12 +24,8 @@ listen() {
   "$unimapper" merge --listen "$url" --idle-timeout 60 --out "$directory/map" --replace "$@" \
     2>"$directory/base.log" >"$directory/base.out.log" &
   listener=$!
-  tries=0
-  until grep -q 'listening on' "$directory/base.log"; do
-    tries=$((tries + 1))
-    [ $tries -lt 600 ] || fail "the base never listened"
-    sleep 0.1
-  done
+  children="$children $listener"
+  await 'listening on' base.log
 }
 
 # drive NAME OPTION...: a run of that name, published.
@@ -70,7 +48,6 @@ expect '0 of 6 keyframes acknowledged' robot7
 drive robot7 --key "$directory/robot7.robot"
 expect '6 of 6 keyframes acknowledged' robot7
 wait "$listener" || fail "merge ended with $?"
-listener=
 expect 'robot7 6/6 ended' base
 expect 'refused for their keys: .* without a code' base
 grep -q 'robot7-2' "$directory/map/summary.json" && fail "the forger's session was taken"
@@ -81,7 +58,6 @@ drive robot7 --key "$directory/robot7.robot"
 expect '0 of 6 keyframes acknowledged' robot7
 expect 'answers refused for their keys' robot7
 wait "$listener" || fail "merge ended with $?"
-listener=
 expect 'robot7 6/6 ended' base
 
 # What was signed stays readable in the run folder.

@@ -9,42 +9,12 @@ program=$1
 scenario=$2
 url='udpm://239.255.76.67:7667?ttl=0'
 
-if [ "${3:-}" != inside ]; then
-  if unshare -n true 2>/dev/null; then
-    flags=-n
-  elif unshare -rn true 2>/dev/null; then
-    flags=-rn
-  else
-    echo "SKIPPED: making a network namespace is not allowed here (unshare -n)"
-    exit 77
-  fi
-  exec unshare $flags "$0" "$program" "$scenario" inside
-fi
-
-ip link set lo up
-ip route add 224.0.0.0/4 dev lo
-directory=$(mktemp -d)
+# shellcheck source=tests/network_namespace.sh
+. "$(dirname "$0")/../../network_namespace.sh"
+enter_namespace -n "$@"
+make_directory
+logs="result progress"
 touch "$directory/result" "$directory/progress" "$directory/sender"
-# Only processes of this script are ended, each by its number.
-children=
-trap 'for child in $children; do kill "$child" 2>/dev/null || true; done; rm -rf "$directory"' EXIT
-
-fail() {
-  echo "FAILED: $1"
-  echo "--- result"; cat "$directory/result"
-  echo "--- progress"; cat "$directory/progress"
-  exit 1
-}
-
-# await PATTERN FILE: returns once a line matches, however slow the machine is today.
-await() {
-  tries=0
-  until grep -q -- "$1" "$directory/$2"; do
-    tries=$((tries + 1))
-    [ $tries -lt 1000 ] || fail "never seen: $1"
-    sleep 0.05
-  done
-}
 
 # listen SESSIONS IDLE_MS [FIRST_MESSAGE_MS]: returns once the listener hears.
 listen() {
@@ -54,9 +24,7 @@ listen() {
   await '^listening' progress
 }
 
-expect() {
-  grep -q -- "$1" "$directory/result" || fail "expected: $1"
-}
+expect() { expect_in result "$1"; }
 
 case $scenario in
 two_robots)
