@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int64_t kSecondNs = 1000000000;
 
-/// An interval is judged after so many pieces, or after a second with at least the fewest.
+/// An interval is evaluated after so many pieces, or after a second with at least the fewest.
 constexpr std::uint64_t kEnoughPieces = 64;
 constexpr std::uint64_t kFewestPieces = 8;
 /// While nothing was ever lost, a few that arrived are enough to go on.
@@ -97,7 +97,7 @@ bool Pacing::take(const wire::ReceiptMessage& receipt, std::int64_t now_ns) {
   heard_ns_ = now_ns;
   timeouts_ = 0;
   window_ = std::max(receipt.window_bytes, wire::kSmallestWindow);
-  settled_bytes_ = std::max(settled_bytes_, mark.bytes);
+  accounted_bytes_ = std::max(accounted_bytes_, mark.bytes);
   measure_delay(now_ns - mark.time_ns - std::max<std::int64_t>(0, receipt.held_ns));
   measure_interval(mark, receipt.pieces);
   return true;
@@ -211,7 +211,7 @@ void Pacing::advance(std::int64_t now_ns) {
   const bool waits = bytes_on_the_way() > 0.0;
   if (!waits || now_ns - heard_ns_ < silence_ns * (1 + std::int64_t{timeouts_})) return;
   if (timeouts_++ == 0) search(kDrain * rate_);
-  settled_bytes_ = sent_bytes_;
+  accounted_bytes_ = sent_bytes_;
   unharmed_ = 0;
   fall_.reset();
   change_rate(rate_ / 2.0);

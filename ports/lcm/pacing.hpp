@@ -38,8 +38,8 @@ class Pacing {
   /// answers, and those overtaken by later ones say nothing. True if it was used: `round_trip_ns`
   /// is that of the receipt.
   bool take(const wire::ReceiptMessage& receipt, std::int64_t now_ns);
-  /// To be told the time now and then: what nothing was heard of for too long is given up, and the
-  /// rate halves.
+  /// To be told the time now and then: what nothing was heard of for too long counts as lost, and
+  /// the rate halves.
   void advance(std::int64_t now_ns);
 
   /// Bytes per second.
@@ -49,7 +49,7 @@ class Pacing {
   /// Whether the window has room for a piece. Always true until a base has announced one.
   [[nodiscard]] bool has_room(double bytes) const;
   /// Bytes sent of which no receipt has said anything yet.
-  [[nodiscard]] double bytes_on_the_way() const { return sent_bytes_ - settled_bytes_; }
+  [[nodiscard]] double bytes_on_the_way() const { return sent_bytes_ - accounted_bytes_; }
   /// What the base announced; nothing until one has.
   [[nodiscard]] std::optional<std::uint64_t> window_bytes() const { return window_; }
   /// Of the latest receipt, without the base's part; 0 before.
@@ -109,7 +109,7 @@ class Pacing {
   std::optional<std::uint64_t> window_;
   std::uint64_t sent_pieces_ = 0;
   double sent_bytes_ = 0.0;
-  double settled_bytes_ = 0.0;  ///< of which receipts tell, or that were given up
+  double accounted_bytes_ = 0.0;  ///< of which receipts tell, or that count as lost
   std::uint32_t next_number_ = 1;
   std::uint32_t first_of_rate_ = 1;  ///< the first probe since the rate changed
   std::uint32_t last_answered_ = 0;

@@ -41,9 +41,14 @@ void add_link_options(CLI::App& command, OnboardOptions& options) {
       ->check(CLI::Range(256, 60000));
   command
       .add_option("--bytes-per-second", options.bytes_per_second,
-                  "Average rate of --publish, what the link can carry")
+                  "Highest average rate of --publish; below it, the rate follows the link")
       ->capture_default_str()
       ->check(CLI::Range(1e3, 1e10));
+  command
+      .add_option("--min-bytes-per-second", options.min_bytes_per_second,
+                  "Lowest rate of --publish, however much the link loses")
+      ->capture_default_str()
+      ->check(CLI::Range(500.0, 1e10));
   command
       .add_option("--unacknowledged-bytes", options.unacknowledged_bytes,
                   "Memory for keyframes that no base has acknowledged yet; the oldest are evicted")

@@ -21,9 +21,9 @@ using namespace unimapper;
 using Data = std::vector<std::uint8_t>;
 
 constexpr std::size_t kDatagrams = 4;
-constexpr std::array<std::string_view, 4> kChannels = {
+constexpr std::array<std::string_view, 6> kChannels = {
     lcm_port::kSessionChannel, lcm_port::kKeyframeChannel, lcm_port::kHealthChannel,
-    lcm_port::kStoredChannel};
+    lcm_port::kStoredChannel,  lcm_port::kProbeChannel,    lcm_port::kReceiptChannel};
 
 const keys::RobotKey& robot_key() {
   static const keys::RobotKey key = keys::new_robot_key("robot");

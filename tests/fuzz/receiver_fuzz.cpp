@@ -9,11 +9,14 @@
 #include <cstdlib>
 #include <unimapper_wire/chunk_t.hpp>
 #include <unimapper_wire/health_t.hpp>
+#include <unimapper_wire/probe_t.hpp>
+#include <unimapper_wire/receipt_t.hpp>
 #include <unimapper_wire/session_t.hpp>
 #include <unimapper_wire/stored_t.hpp>
 #include <vector>
 
 #include "ports/lcm/messages.hpp"
+#include "ports/lcm/pacing.hpp"
 #include "ports/lcm/received_log.hpp"
 #include "ports/lcm/sending.hpp"
 #include "unimapper/wire/checksum.hpp"
@@ -53,6 +56,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Receiver receiver(limits);
   Outbox outbox(0);
   for (std::uint32_t sequence = 0; sequence < 8; ++sequence) outbox.add(sequence, 9);
+  Pacing pacing({1000.0, 50000.0, 20000.0});
+  for (std::int64_t i = 1; i <= 8; ++i) {
+    pacing.sent(100.0);
+    (void)pacing.probe(i);
+  }
   // Each message: what to do with it, its length, its bytes.
   for (std::size_t at = 0; at + 2 < size;) {
     const std::uint8_t kind = data[at];
@@ -80,6 +88,17 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (fit) make_fit(message, unimapper_wire::stored_t::getHash());
         if (const auto stored = decode_stored(message)) (void)outbox.take(*stored, 1);
         for (int i = 0; i < 20 && outbox.next(); ++i) outbox.sent(*outbox.next(), 0);
+        break;
+      case 5:
+        if (fit) make_fit(message, unimapper_wire::probe_t::getHash());
+        if (const auto probe = decode_probe(message)) receiver.receive(*probe, ProbeArrival{1, 1});
+        if (receiver.take_receipts(1, 1000000, 2).size() > 8 * limits.max_sessions) std::abort();
+        break;
+      case 6:
+        if (fit) make_fit(message, unimapper_wire::receipt_t::getHash());
+        if (const auto receipt = decode_receipt(message)) (void)pacing.take(*receipt, 100);
+        pacing.advance(static_cast<std::int64_t>(at) * 1000000000);
+        if (!(pacing.rate() >= 1000.0 && pacing.rate() <= 50000.0)) std::abort();
         break;
       default:
         if (fit) make_fit(message, unimapper_wire::chunk_t::getHash());

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdio>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -94,7 +95,10 @@ class Status {
     const std::string text = line(sessions, counters);
     if (text != last_line_ && !sessions.empty()) std::cout << text << std::endl;
     last_line_ = text;
-    for (const wire::SessionProgress& session : sessions) tell_refusal(session);
+    for (const wire::SessionProgress& session : sessions) {
+      tell_refusal(session);
+      tell_clock(session);
+    }
     const std::string& trouble = store_.trouble();
     if (trouble != last_trouble_) {
       say(trouble.empty()
@@ -112,6 +116,23 @@ class Status {
     say("warning: session " + session.info.name + " of robot " +
         std::to_string(session.info.id.robot) +
         " is beyond a quota, or the store has no room: keyframes are refused");
+  }
+
+  /// Once for each session, and again when either clock was set.
+  void tell_clock(const wire::SessionProgress& session) {
+    if (!session.clock) return;
+    const SessionId& id = session.info.id;
+    const auto told = clock_steps_.find(id);
+    if (told != clock_steps_.end() && told->second == session.clock->steps) return;
+    if (told == clock_steps_.end() && clock_steps_.size() >= kMaxSessionsHeard) return;
+    clock_steps_[id] = session.clock->steps;
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "the clock here is ahead of that of %s (robot %u) by %.1f ms, within %.1f ms",
+                  session.info.name.c_str(), id.robot,
+                  static_cast<double>(session.clock->base_minus_robot_ns) * 1e-6,
+                  static_cast<double>(session.clock->uncertainty_ns) * 1e-6);
+    say(text);
   }
 
   [[nodiscard]] std::string line(const std::vector<wire::SessionProgress>& sessions,
@@ -136,6 +157,7 @@ class Status {
 
   const store::KeyframeStore& store_;
   std::set<SessionId> told_;
+  std::map<SessionId, std::uint32_t> clock_steps_;  ///< told so far
   std::string last_line_;
   std::string last_trouble_;
 };

@@ -39,6 +39,7 @@ lcm_port::PublisherOptions publisher_options(const OnboardOptions& options, bool
                                         lcm_port::kSmallestDatagramBytes);
   }
   publisher.bytes_per_second = options.bytes_per_second;
+  publisher.min_bytes_per_second = options.min_bytes_per_second;
   publisher.unacknowledged_bytes = options.unacknowledged_bytes;
   return publisher;
 }
@@ -48,6 +49,25 @@ bool has_earlier_sessions(const spool::Spool* spool) {
   const auto sessions = spool->earlier_sessions();
   return std::any_of(sessions.begin(), sessions.end(),
                      [](const wire::EarlierSession& session) { return !session.ended; });
+}
+
+/// What the link was like at the end.
+void print_link(const lcm_port::PublisherCounters& own) {
+  if (!own.rate_adapts) {
+    std::fprintf(stderr, "onboard: sent at up to %.0f kB/s; no base said what arrives\n",
+                 own.bytes_per_second * 1e-3);
+    return;
+  }
+  std::fprintf(stderr,
+               "onboard: link: %.0f kB/s at the end, %.1f %% of the pieces lost lately, round trip "
+               "%.1f ms, window of the base %.0f kB\n",
+               own.bytes_per_second * 1e-3, 100.0 * own.loss,
+               static_cast<double>(own.round_trip_ns) * 1e-6,
+               static_cast<double>(own.window_bytes) * 1e-3);
+  if (!own.clock) return;
+  std::fprintf(stderr, "onboard: the base's clock is ahead by %.1f ms (within %.1f ms)\n",
+               static_cast<double>(own.clock->base_minus_robot_ns) * 1e-6,
+               static_cast<double>(own.clock->uncertainty_ns) * 1e-6);
 }
 
 }  // namespace
@@ -118,6 +138,7 @@ void print_delivery(const DeliveryCounters& counters, std::uint64_t keyframes,
                  static_cast<Count>(own.keyframes_waiting),
                  static_cast<Count>(own.keyframes_unacknowledged),
                  static_cast<Count>(own.keyframes_dropped), static_cast<Count>(own.pieces_resent));
+    print_link(own);
     if (!counters.spooled && own.keyframes_lost() > 0) {
       std::fprintf(stderr, "onboard: without --spool they are not sent again; %s has them all\n",
                    (options.out / "keyframes.lcmlog").c_str());

@@ -159,6 +159,26 @@ Json to_json(const std::vector<input::Finding>& findings) {
   return {{"severity", input::severity_name(input::worst(findings))}, {"findings", list}};
 }
 
+/// Null where a base did not say.
+Json link_json(const lcm_port::PublisherCounters& own) {
+  Json json = {{"bytes_per_second", std::round(own.bytes_per_second)},
+               {"adapts", own.rate_adapts},
+               {"loss", nullptr},
+               {"round_trip_ms", nullptr},
+               {"window_bytes", nullptr},
+               {"clock", nullptr}};
+  if (!own.rate_adapts) return json;
+  json["loss"] = own.loss;
+  json["round_trip_ms"] = static_cast<double>(own.round_trip_ns) * 1e-6;
+  json["window_bytes"] = own.window_bytes;
+  if (own.clock) {
+    json["clock"] = {{"base_minus_robot_ns", own.clock->base_minus_robot_ns},
+                     {"uncertainty_ns", own.clock->uncertainty_ns},
+                     {"steps", own.clock->steps}};
+  }
+  return json;
+}
+
 Json to_json(const DeliveryCounters& delivery) {
   const lcm_port::PublisherCounters& own = delivery.own;
   const lcm_port::EarlierCounters& earlier = delivery.earlier;
@@ -168,6 +188,7 @@ Json to_json(const DeliveryCounters& delivery) {
           {"keyframes_waiting", own.keyframes_waiting},
           {"keyframes_lost", own.keyframes_lost()},
           {"datagrams_refused", own.send_failures},
+          {"link", link_json(own)},
           {"earlier_sessions",
            {{"sessions", earlier.sessions},
             {"sessions_delivered", earlier.sessions_delivered},

@@ -91,7 +91,7 @@ TEST_CASE("a robot whose clock is set knows the new offset at once") {
   CHECK(clocks.offset().base_minus_robot_ns == 3 * kSecond - step);
 }
 
-TEST_CASE("a base whose clock is set is believed after two answers") {
+TEST_CASE("a base whose clock is set is followed after two answers") {
   Clocks clocks;
   for (int i = 0; i < 10; ++i) clocks.exchange();
   const std::int64_t step = GENERATE(-3600 * kSecond, 3600 * kSecond, 50 * kMs);

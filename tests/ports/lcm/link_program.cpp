@@ -12,9 +12,12 @@
 #include <thread>
 #include <vector>
 
+#include "ports/lcm/doorbell.hpp"
 #include "ports/lcm/earlier_sessions.hpp"
 #include "ports/lcm/live.hpp"
 #include "ports/lcm/session_log.hpp"
+#include "ports/shared_memory/reader.hpp"
+#include "ports/shared_memory/writer.hpp"
 #include "ports/spool/spool.hpp"
 #include "tests/wire/stream.hpp"
 #include "unimapper/wire/checksum.hpp"
@@ -75,10 +78,11 @@ int publish(const std::vector<std::string>& arguments) {
     std::this_thread::sleep_for(pause);
   }
   const PublisherCounters counters = publisher.finish();
-  std::printf("sent=%llu dropped=%llu failures=%llu\n",
+  std::printf("sent=%llu dropped=%llu failures=%llu resent=%llu rate=%.0f\n",
               static_cast<unsigned long long>(counters.keyframes_sent),
               static_cast<unsigned long long>(counters.keyframes_dropped),
-              static_cast<unsigned long long>(counters.send_failures));
+              static_cast<unsigned long long>(counters.send_failures),
+              static_cast<unsigned long long>(counters.pieces_resent), counters.bytes_per_second);
   return 0;
 }
 
@@ -114,6 +118,36 @@ int listen_to(const std::vector<std::string>& arguments) {
   return 0;
 }
 
+// share URL SHARE MESSAGES PAUSE_MS
+int share(const std::vector<std::string>& arguments) {
+  shared_memory::Writer writer;
+  if (!writer.open(arguments[1], "numbers", {.message_bytes = 64, .history = 8}).ok) return 1;
+  Doorbell doorbell(arguments[0], arguments[1], "numbers");
+  for (unsigned long i = 0; i < std::stoul(arguments[2]); ++i) {
+    writer.loan()[0] = static_cast<std::byte>(i);
+    doorbell.ring(writer.publish(1, 0));
+    std::this_thread::sleep_for(std::chrono::milliseconds(std::stol(arguments[3])));
+  }
+  return 0;
+}
+
+// consume URL SHARE MESSAGES: waits for handles alone.
+int consume(const std::vector<std::string>& arguments) {
+  DoorbellListener listener(arguments[0], arguments[1], "numbers");
+  shared_memory::Reader reader;
+  std::fprintf(stderr, "waiting\n");
+  unsigned long taken = 0;
+  int rung = 0;
+  while (taken < std::stoul(arguments[2]) && listener.wait(std::chrono::seconds(30))) {
+    ++rung;
+    if (!reader.is_open() && !reader.open(arguments[1], "numbers").ok) return 1;
+    shared_memory::Sample sample;
+    while (reader.take(sample) == shared_memory::Taken::kMessage) ++taken;
+  }
+  std::printf("taken=%lu missed=%u woken=%s\n", taken, reader.missed(), rung > 0 ? "yes" : "no");
+  return 0;
+}
+
 // write PATH NAME KEYFRAMES
 int write_log(const std::vector<std::string>& arguments) {
   const SessionInfo info = info_of(arguments[1]);
@@ -135,11 +169,8 @@ int read_log(const std::vector<std::string>& arguments) {
 
 int main(int argc, char** argv) {
   const std::map<std::string, std::function<int(const std::vector<std::string>&)>> commands{
-      {"publish", publish},
-      {"resume", resume},
-      {"listen", listen_to},
-      {"write", write_log},
-      {"read", read_log}};
+      {"publish", publish}, {"resume", resume},   {"listen", listen_to}, {"share", share},
+      {"consume", consume}, {"write", write_log}, {"read", read_log}};
   try {
     const std::vector<std::string> arguments(argv + 1, argv + argc);
     return commands.at(arguments.at(0))({arguments.begin() + 1, arguments.end()});

@@ -102,6 +102,18 @@ told_to_stop)
   expect 'end=stopped'
   expect '^alpha keyframes=5 missing=0 damaged=0 ended equal'
   ;;
+doorbell)
+  # A consumer in another process is woken by handles alone; what it takes is in shared memory.
+  share="link$$"
+  "$program" consume "$url" "$share" 20 >"$directory/result" 2>"$directory/progress" &
+  consumer=$!
+  children="$children $consumer"
+  await '^waiting' progress
+  "$program" share "$url" "$share" 20 20
+  wait $consumer
+  rm -f "/dev/shm/unimapper.$share.numbers"*
+  expect '^taken=20 missed=0 woken=yes'
+  ;;
 nobody)
   listen 1 10000 300
   wait $listener

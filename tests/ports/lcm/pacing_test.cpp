@@ -43,7 +43,7 @@ wire::ReceiptMessage receipt(std::uint32_t number, std::uint64_t pieces,
 
 }  // namespace
 
-TEST_CASE("the rate settles near the bottleneck, and little is lost") {
+TEST_CASE("the rate converges to the bottleneck, and little is lost") {
   const double bottleneck = GENERATE(32000.0, 250000.0);  // 256 kbit/s and 2 Mbit/s
   const double queue = bottleneck * 0.25;
   SimulatedLink world({bottleneck, queue, 0, 10000000}, {}, true);
