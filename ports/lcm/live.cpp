@@ -231,7 +231,7 @@ void handle_for(InboundQueue& queue, Inlet& inlet, std::chrono::milliseconds dur
   } while (Clock::now() < end);
 }
 
-/// Says how many messages were dropped for want of room since it said so before.
+/// How many messages did not fit into the queue since the warning before, in words.
 std::string overflow_warning(std::uint64_t dropped, std::uint64_t& told) {
   if (dropped == told) return {};
   const std::uint64_t more = dropped - std::exchange(told, dropped);
