@@ -71,6 +71,24 @@ std::size_t usual_bytes(const KeyframeRecord& record) {
 
 // ---- reading
 
+constexpr const char* kNoRoom = "the keyframe takes more memory than allowed";
+
+/// Memory that cells and images may still take.
+class Room {
+ public:
+  explicit Room(std::uint64_t bytes) : bytes_(bytes) {}
+
+  /// False if there is less left.
+  bool take(std::uint64_t bytes) {
+    if (bytes > bytes_) return false;
+    bytes_ -= bytes;
+    return true;
+  }
+
+ private:
+  std::uint64_t bytes_;
+};
+
 Pose get_pose(LittleEndianReader& in) {
   Pose pose;
   for (int row = 0; row < 3; ++row) {
@@ -164,13 +182,14 @@ class CellReader {
   const char* fault_ = nullptr;
 };
 
-const char* read_cells(LittleEndianReader& in, const CellGrid& grid, CellCode& code,
+const char* read_cells(LittleEndianReader& in, const CellGrid& grid, CellCode& code, Room& room,
                        std::vector<FineCell>& cells) {
   const auto count = in.get<std::uint32_t>();
   const Bytes bytes = in.get_bytes(in.get<std::uint32_t>());
   if (!in.ok() || count / kMostCellsPerByte > bytes.size()) return "fewer bytes than cells";
   if (count > kMaxCells) return "a count is beyond the limit";
   if (count == 0) return bytes.empty() ? nullptr : "bytes of cells are left over";
+  if (!room.take(count * std::uint64_t{sizeof(FineCell)})) return kNoRoom;
   cells.reserve(count);
   RangeDecoder coder(bytes);
   CellReader reader(grid, count, cells);
@@ -179,15 +198,15 @@ const char* read_cells(LittleEndianReader& in, const CellGrid& grid, CellCode& c
   return coder.ends_here() ? nullptr : "the code of the cells is not the one of these cells";
 }
 
-const char* read_cell_lists(LittleEndianReader& in, KeyframeRecord& record) {
+const char* read_cell_lists(LittleEndianReader& in, Room& room, KeyframeRecord& record) {
   const auto cell_mm = in.get<std::uint16_t>();
   record.cell_size_m = static_cast<float>(cell_mm) / 1000.0F;
   // Whatever the grid depends on.
   if (const char* fault = keyframe_fault(content_of(record))) return fault;
   const auto code = std::make_unique<CellCode>();
   const CellGrid grid(record.T_odometry_keyframe, cell_mm / 1000.0);
-  if (const char* fault = read_cells(in, grid, *code, record.static_cells)) return fault;
-  return read_cells(in, grid, *code, record.dynamic_cells);
+  if (const char* fault = read_cells(in, grid, *code, room, record.static_cells)) return fault;
+  return read_cells(in, grid, *code, room, record.dynamic_cells);
 }
 
 const char* read_image_code(LittleEndianReader& in, const std::vector<std::uint32_t>& sizes,
@@ -219,7 +238,8 @@ const char* read_plain_images(LittleEndianReader& in, std::uint32_t count, Keyfr
   return nullptr;
 }
 
-const char* read_images(LittleEndianReader& in, std::uint16_t schema, KeyframeRecord& record) {
+const char* read_images(LittleEndianReader& in, std::uint16_t schema, Room& room,
+                        KeyframeRecord& record) {
   const auto count = in.get<std::uint32_t>();
   if (!in.ok()) return "fewer bytes than images";
   if (count == 0) return nullptr;
@@ -242,6 +262,7 @@ const char* read_images(LittleEndianReader& in, std::uint16_t schema, KeyframeRe
     record.images[i].scan = in.get<std::uint32_t>();
     sizes[i] = in.get<std::uint32_t>();
     if (sizes[i] > most) return "a free-space image is damaged";
+    if (!room.take(sizes[i])) return kNoRoom;
   }
   return read_image_code(in, sizes, record);
 }
@@ -260,7 +281,7 @@ const char* read_up(LittleEndianReader& in, KeyframeUp& up) {
   return nullptr;
 }
 
-const char* read_record(LittleEndianReader& in, KeyframeRecord& record) {
+const char* read_record(LittleEndianReader& in, Room room, KeyframeRecord& record) {
   if (in.get<std::uint32_t>() != kKeyframeMagic) return "not a keyframe";
   const auto schema = in.get<std::uint16_t>();
   if (schema < kOldestKeyframeSchema || schema > kKeyframeSchema) return "unknown schema version";
@@ -293,13 +314,13 @@ const char* read_record(LittleEndianReader& in, KeyframeRecord& record) {
   if (const char* fault = read_keypoints(in, keypoints, record.keypoints)) return fault;
   if (const char* fault = read_planes(in, planes, record.planes)) return fault;
   if (schema >= kFirstSchemaWithCodedCells) {
-    if (const char* fault = read_cell_lists(in, record)) return fault;
+    if (const char* fault = read_cell_lists(in, room, record)) return fault;
   } else {
     if (const char* fault = read_plain_cells(in, record.static_cells)) return fault;
     if (const char* fault = read_plain_cells(in, record.dynamic_cells)) return fault;
   }
   if (schema >= kFirstSchemaWithImages) {
-    if (const char* fault = read_images(in, schema, record)) return fault;
+    if (const char* fault = read_images(in, schema, room, record)) return fault;
   }
   if (schema >= kFirstSchemaWithUp) {
     if (const char* fault = read_up(in, record.up)) return fault;
@@ -332,11 +353,11 @@ std::vector<std::uint8_t> encode_keyframe(const KeyframeRecord& record) {
   return bytes;
 }
 
-DecodedKeyframe decode_keyframe(Bytes bytes) {
+DecodedKeyframe decode_keyframe(Bytes bytes, std::uint64_t max_record_bytes) {
   DecodedKeyframe decoded;
   LittleEndianReader in(split_signature(bytes).keyframe);
   KeyframeRecord& record = decoded.record.emplace();
-  if (const char* fault = read_record(in, record)) {
+  if (const char* fault = read_record(in, Room(max_record_bytes), record)) {
     decoded.error = std::string(fault) + " (at byte " + std::to_string(in.position()) + " of " +
                     std::to_string(bytes.size()) + ")";
     decoded.record.reset();

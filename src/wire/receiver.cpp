@@ -208,7 +208,7 @@ void Receiver::take_payload(Session& state, const KeyframeName& name,
   if (!is_within_quota(state, name.session.robot, payload.size())) return count_refused(state);
   // First, since decoding what somebody forged takes longer.
   if (check_ && !check_(name.session, payload)) return mark_damaged(state, name.sequence);
-  DecodedKeyframe decoded = decode_keyframe(payload);
+  DecodedKeyframe decoded = decode_keyframe(payload, limits_.max_record_bytes);
   const bool honest = decoded.record && decoded.record->session == name.session &&
                       decoded.record->sequence == name.sequence;
   if (!honest) return mark_damaged(state, name.sequence);

@@ -361,6 +361,17 @@ TEST_CASE("forged fields are refused with the reason") {
   CHECK_THAT(error_of({}), Catch::Contains("not a keyframe"));
 }
 
+TEST_CASE("a keyframe that would take more memory than allowed is refused for what it announces") {
+  const KeyframeRecord record = small_record();
+  const std::vector<std::uint8_t> bytes = encode_keyframe(record);
+  std::uint64_t taken =
+      (record.static_cells.size() + record.dynamic_cells.size()) * sizeof(FineCell);
+  for (const CodedImage& image : record.images) taken += image.code.size();
+  CHECK(decode_keyframe(bytes, taken).record);
+  CHECK_THAT(decode_keyframe(bytes, taken - 1).error, Catch::Contains("more memory than allowed"));
+  CHECK_THAT(decode_keyframe(bytes, 1).error, Catch::Contains("more memory than allowed"));
+}
+
 TEST_CASE("a record that is no keyframe is not encoded") {
   const auto refuses = [](const char* reason, const std::function<void(KeyframeRecord&)>& spoil) {
     KeyframeRecord record = small_record();

@@ -265,6 +265,17 @@ TEST_CASE("an end counts from the last sign that the session runs, however often
   CHECK(hear(8, keyframe(1)) == 6);
 }
 
+TEST_CASE("a keyframe that takes too much memory decoded is not taken, others are") {
+  ReceiverLimits limits;
+  limits.max_record_bytes = 100 * sizeof(FineCell);
+  Receiver receiver(limits);
+  feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0, 1000)));
+  feed(receiver, wire_test::pieces(wire_test::keyframe_of(kBeta.id, 0, 40)));
+  CHECK(receiver.counters().keyframes_damaged == 1);
+  CHECK(receiver.counters().keyframes == 1);
+  CHECK(receiver.progress().at(1).received == 1);
+}
+
 TEST_CASE("pieces that agree with each other but not with their checksum are no keyframe") {
   // A forger's pieces: consistent heads, a sound keyframe, the checksum of another one.
   const EncodedKeyframe keyframe =

@@ -31,7 +31,8 @@ struct DecodedKeyframe {
 /// refused, so that encode(decode(bytes)) == bytes for the present schema. A signature after the
 /// keyframe (`split_signature`) is passed over, not checked. Checks every count
 /// against the bytes that are there before it allocates: cells take at most 64 times, images at
-/// most 100 times the memory of their bytes. O(cells + bytes of the images).
-DecodedKeyframe decode_keyframe(Bytes bytes);
+/// most 100 times the memory of their bytes. Refuses a keyframe that announces cells and images of
+/// more than `max_record_bytes` of memory. O(cells + bytes of the images).
+DecodedKeyframe decode_keyframe(Bytes bytes, std::uint64_t max_record_bytes = UINT64_MAX);
 
 }  // namespace unimapper::wire

@@ -17,6 +17,9 @@ namespace unimapper::wire {
 struct ReceiverLimits {
   std::uint32_t max_sessions = 64;                ///< sessions followed at once
   std::uint32_t max_keyframe_bytes = 64U << 20U;  ///< larger keyframes are refused
+  /// Memory of cells and images of a keyframe while it is decoded; one of more counts as damaged.
+  /// Room for four million cells. Forged bytes can announce 64 times their size.
+  std::uint64_t max_record_bytes = 64U << 20U;
   std::uint32_t max_pending_keyframes = 64;       ///< incomplete, over all sessions
   std::uint64_t max_pending_bytes = 256U << 20U;  ///< held for incomplete keyframes
   std::uint64_t max_stored_bytes = 16ULL << 30U;  ///< held for decoded keyframes
