@@ -99,6 +99,12 @@ void run(std::span<char*> arguments) {
   const double bytes = static_cast<double>(counters.bytes);
   const double ratio =
       written && written_before ? static_cast<double>(*written - *written_before) / bytes : 0.0;
+  const auto milliseconds = [](std::chrono::nanoseconds time) {
+    return std::chrono::duration<double, std::milli>(time).count();
+  };
+  std::printf("a commit took %.1f ms, the longest %.1f ms\n",
+              milliseconds(counters.commit_time) / static_cast<double>(counters.commits),
+              milliseconds(counters.longest_commit));
   std::printf("cells: %.0f | %llu | %.1f | %.1f | %.1f\n",
               bytes / static_cast<double>(counters.keyframes),
               static_cast<unsigned long long>(counters.commits), memory_mb("VmRSS"),

@@ -1,5 +1,6 @@
 #include "ports/store/keyframe_store.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -9,6 +10,23 @@
 namespace unimapper::store {
 
 namespace {
+
+/// Adds the time of its own life to the counters.
+class CommitTimer {
+ public:
+  explicit CommitTimer(StoreCounters& counters) : counters_(counters) {}
+  ~CommitTimer() {
+    const std::chrono::nanoseconds took = std::chrono::steady_clock::now() - start_;
+    counters_.commit_time += took;
+    counters_.longest_commit = std::max(counters_.longest_commit, took);
+  }
+  CommitTimer(const CommitTimer&) = delete;
+  CommitTimer& operator=(const CommitTimer&) = delete;
+
+ private:
+  StoreCounters& counters_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
 
 std::int64_t wall_clock_s() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -95,6 +113,7 @@ wire::Committed KeyframeStore::commit_all(std::int64_t now_ns) { return commit(n
 wire::Committed KeyframeStore::commit(std::int64_t now_ns) {
   wire::Committed committed;
   if (is_idle()) return committed;
+  const CommitTimer timer(counters_);
   try {
     write_batch();
   } catch (const StoreError& error) {

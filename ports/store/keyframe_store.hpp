@@ -1,6 +1,7 @@
 // Durable store of sessions and keyframes.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -32,6 +33,9 @@ struct StoreCounters {
   std::uint64_t repeated = 0;        ///< stored already, left as they were
   std::uint64_t commits = 0;         ///< that succeeded
   std::uint64_t failed_commits = 0;  ///< rolled back, to be tried again
+  /// How long commits took, failed ones included; nothing is received meanwhile.
+  std::chrono::nanoseconds commit_time{0};
+  std::chrono::nanoseconds longest_commit{0};  ///< of these
 };
 
 /// Keeps a receiver's keyframes in a SQLite database (write-ahead log, every commit on the disk

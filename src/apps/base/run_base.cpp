@@ -166,7 +166,10 @@ void report_end(const store::KeyframeStore& kept, std::optional<std::uint64_t> w
   const store::StoreCounters& counters = kept.counters();
   say("stored " + std::to_string(counters.keyframes) + " keyframes, " +
       std::to_string(counters.bytes) + " bytes, in " + std::to_string(counters.commits) +
-      " commits (" + std::to_string(counters.failed_commits) + " failed)");
+      " commits (" + std::to_string(counters.failed_commits) + " failed), the longest " +
+      std::to_string(
+          std::chrono::duration_cast<std::chrono::milliseconds>(counters.longest_commit).count()) +
+      " ms");
   const std::optional<std::uint64_t> written = store::bytes_written_to_disk();
   if (!written || !written_before || counters.bytes == 0) return;
   const std::uint64_t bytes = *written - *written_before;

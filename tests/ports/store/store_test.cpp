@@ -40,6 +40,8 @@ TEST_CASE("sessions come out of a store as they arrived") {
     base.advance();
     CHECK(base.acknowledged() == std::map<SessionId, std::uint64_t>{{kAlpha.id, 5}, {kBeta.id, 3}});
     CHECK(base.store.counters().keyframes == 8);
+    CHECK(base.store.counters().longest_commit.count() > 0);
+    CHECK(base.store.counters().commit_time >= base.store.counters().longest_commit);
     CHECK(base.store.trouble().empty());
   }
   StoreReader reader(folder.path());
