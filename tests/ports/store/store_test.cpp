@@ -279,6 +279,7 @@ TEST_CASE("the history of health is bounded, the latest of each minute") {
     wire::HealthMessage health;
     health.session = kAlpha.id;
     health.stages.push_back({"ground\tplane", 1.5F, 2.0F, 3.0F});
+    health.clock = wire::ClockOffset{-5000000, 1500, 2};
     database.run("BEGIN");
     for (std::int64_t minute = 0; minute < 1000; ++minute) {
       for (const std::int64_t second : {0, 59}) {
@@ -294,7 +295,9 @@ TEST_CASE("the history of health is bounded, the latest of each minute") {
     CHECK(database.number("SELECT MAX(received_s) FROM health") == 60 * 999 + 59);
     CHECK(database.number("SELECT COUNT(*) FROM health WHERE details = "
                           "'stage' || char(9) || 'ground plane' || char(9) || '1.500' || char(9) "
-                          "|| '2.000' || char(9) || '3.000' || char(10)") == kHealthRows);
+                          "|| '2.000' || char(9) || '3.000' || char(10) || 'clock' || char(9) || "
+                          "'-5000000' || char(9) || '1500' || char(9) || '2' || char(10)") ==
+          kHealthRows);
   }
   CHECK(StoreReader(folder.path()).sessions().at(0).health_rows ==
         static_cast<std::uint64_t>(kHealthRows));
