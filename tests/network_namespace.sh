@@ -28,7 +28,20 @@ make_directory() {
   directory=$(mktemp -d)
   children=
   logs=
-  trap 'end_processes; rm -rf "$directory"' EXIT
+  trap 'end_test $?' EXIT
+}
+
+# end_test STATUS: a test that ends without a word, where a command failed, shows its logs as well.
+end_test() {
+  end_processes
+  if [ "$1" -ne 0 ] && [ "$1" -ne 77 ]; then
+    echo "FAILED: ended with $1"
+    for log in $logs; do
+      echo "--- $log"
+      cat "$directory/$log" 2>/dev/null || true
+    done
+  fi
+  rm -rf "$directory"
 }
 
 end_processes() {
@@ -37,10 +50,6 @@ end_processes() {
 
 fail() {
   echo "FAILED: $1"
-  for log in $logs; do
-    echo "--- $log"
-    cat "$directory/$log" 2>/dev/null || true
-  done
   exit 1
 }
 

@@ -15,7 +15,8 @@ logs="simulate.log roomy.log full.log"
 mkdir "$directory/disk"
 # Room for a few of the sixty files of labels.
 mount -t tmpfs -o size=128k tmpfs "$directory/disk" || exit 77
-trap 'end_processes; umount "$directory/disk"; rm -rf "$directory"' EXIT
+# shellcheck disable=SC2154
+trap 'status=$?; end_processes; umount "$directory/disk"; end_test $status' EXIT
 
 # onboard NAME FOLDER: a run there, with a spool on another disk; its exit code is $code
 onboard() {
