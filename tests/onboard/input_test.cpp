@@ -345,7 +345,7 @@ TEST_CASE("points whose block finds no room are counted with down-sampling, too"
 }
 
 TEST_CASE("blocks that cannot wait for their final labels are counted") {
-  // One cell in each of 150 blocks of a wall, as many as a keyframe can hold. Of three times as
+  // One cell in each of 150 blocks of a wall, as many as a keyframe can hold. Of four times as
   // many every keyframe of the window, and the current one, can let its part wait.
   PipelineConfig config = small_config();
   config.keyframe.scans = 1;
@@ -370,7 +370,7 @@ TEST_CASE("blocks that cannot wait for their final labels are counted") {
       REQUIRE(result.keyframe_ready);
       const std::uint64_t full =
           pipeline->keyframe().statistics->dropped_by(DropCause::kEvidenceFull);
-      CHECK(full == (final_labels ? 150 - 3 * 150 / 11 : 0));
+      CHECK(full == (final_labels ? 150 - 4 * 150 / 11 : 0));
     }
   }
 }
