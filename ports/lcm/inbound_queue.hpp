@@ -17,9 +17,9 @@ namespace unimapper::lcm_port {
 
 /// A message as it came from the network.
 struct InboundMessage {
-  std::string channel;
-  std::vector<std::uint8_t> data;
-  wire::ProbeArrival arrival;  ///< when it came
+  std::string channel;             ///< of LCM
+  std::vector<std::uint8_t> data;  ///< as it came, an envelope included
+  wire::ProbeArrival arrival;      ///< when it came
 };
 
 /// Hands messages from the thread that receives to the one that uses them. What does not fit is

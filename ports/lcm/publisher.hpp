@@ -33,7 +33,7 @@ using Receive = std::function<std::vector<StoredMessage>()>;
 
 /// A base's answer to a probe.
 struct ReceivedReceipt {
-  ReceiptMessage message;
+  ReceiptMessage message;                         ///< what it says
   std::chrono::steady_clock::time_point arrival;  ///< when it arrived
 };
 

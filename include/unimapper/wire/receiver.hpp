@@ -133,9 +133,9 @@ class Receiver {
 
     /// A probe without an answer.
     struct Probe {
-      std::uint32_t number = 0;
-      ProbeArrival arrival;
-      std::uint64_t pieces = 0;
+      std::uint32_t number = 0;  ///< of the probe
+      ProbeArrival arrival;      ///< of the probe
+      std::uint64_t pieces = 0;  ///< that had arrived before it
     };
     std::uint64_t pieces = 0;  ///< that arrived, repeated ones too
     std::vector<Probe> probes;
