@@ -210,11 +210,15 @@ void Pacing::advance(std::int64_t now_ns) {
       std::clamp(4 * round_trip_ns_, kShortestSilenceNs, kLongestSilenceNs);
   const bool waits = bytes_on_the_way() > 0.0;
   if (!waits || now_ns - heard_ns_ < silence_ns * (1 + std::int64_t{timeouts_})) return;
-  if (timeouts_++ == 0) search(kDrain * rate_);
+  if (timeouts_++ == 0) {
+    // Where no bound of the link was met there is none to come near to slowly.
+    search(ceiling_ > 0.0 ? kDrain * rate_ : options_.maximum);
+    silent_rate_ = std::min(rate_ / 2.0, options_.start);
+  }
   accounted_bytes_ = sent_bytes_;
   unharmed_ = 0;
   fall_.reset();
-  change_rate(rate_ / 2.0);
+  change_rate(std::max(rate_ / 2.0, silent_rate_));
 }
 
 double Pacing::burst_bytes() const {

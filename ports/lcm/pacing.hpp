@@ -39,7 +39,8 @@ class Pacing {
   /// is that of the receipt.
   bool take(const wire::ReceiptMessage& receipt, std::int64_t now_ns);
   /// To be told the time now and then: what nothing was heard of for too long counts as lost, and
-  /// the rate halves.
+  /// the rate halves, but not below half of what it was nor below that of the start, whichever is
+  /// less.
   void advance(std::int64_t now_ns);
 
   /// Bytes per second.
@@ -117,6 +118,7 @@ class Pacing {
   std::optional<Begin> begin_;
   std::int64_t heard_ns_ = 0;
   std::uint32_t timeouts_ = 0;  ///< since a receipt was heard
+  double silent_rate_ = 0.0;    ///< lowest rate until one is
   std::int64_t round_trip_ns_ = 0;
   std::int64_t shortest_ns_ = -1;  ///< round trip with empty queues
   double loss_ = 0.0;

@@ -24,8 +24,9 @@ constexpr std::chrono::milliseconds kProbeWait{400};
 /// A piece may be this long on its way to the base, and the answer on its way back.
 constexpr std::chrono::nanoseconds kResendAfter = std::chrono::milliseconds(400);
 
-/// A link whose datagrams are large carries some of them a second.
+/// A link whose datagrams are large carries some of them a second: at the start, and at least.
 constexpr double kDatagramsAtStart = 16.0;
+constexpr double kDatagramsAtLeast = 4.0;
 
 /// Checked before anything is made of them.
 PacingOptions pacing_options(const PublisherOptions& options) {
@@ -34,7 +35,9 @@ PacingOptions pacing_options(const PublisherOptions& options) {
   }
   PacingOptions pacing;
   pacing.maximum = options.bytes_per_second;
-  pacing.minimum = std::min(options.min_bytes_per_second, pacing.maximum);
+  const double least =
+      std::max(options.min_bytes_per_second, kDatagramsAtLeast * options.datagram_bytes);
+  pacing.minimum = std::min(least, pacing.maximum);
   pacing.start = std::max(pacing.start, kDatagramsAtStart * options.datagram_bytes);
   return pacing;
 }

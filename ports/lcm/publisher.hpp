@@ -83,9 +83,10 @@ class TokenBucket {
 struct PublisherOptions {
   std::uint32_t datagram_bytes = kLargestDatagramBytes;  ///< see `cut_into_messages`
   double bytes_per_second = 20e6;                        ///< highest rate of keyframes
-  double min_bytes_per_second = 4000.0;                  ///< lowest, where the link loses much
-  std::uint32_t burst_bytes = 64000;                     ///< what a default receive buffer takes
-  std::size_t queue_capacity = 32;                       ///< keyframes waiting to be sent
+  /// Lowest rate, where the link loses much; four datagrams a second if that is more.
+  double min_bytes_per_second = 4000.0;
+  std::uint32_t burst_bytes = 64000;  ///< what a default receive buffer takes
+  std::size_t queue_capacity = 32;    ///< keyframes waiting to be sent
   /// Keyframes that were sent and not acknowledged are kept in so much memory; beyond it the
   /// oldest is evicted: read back from the storage when it is needed, counted without one. 64 MB
   /// are 200 keyframes of a VLP-16 or 60 of an OS2-128.
