@@ -33,11 +33,20 @@ constexpr std::int64_t kLongQueueNs = kSecondNs / 4;
 constexpr double kDrain = 0.85;  ///< of the rate that arrives: lets queues run empty
 /// Fewer lost pieces in an interval are chance.
 constexpr double kFewestLost = 2.5;
-constexpr double kTolerance = 0.02;  ///< loss not worth a reaction
+constexpr double kTolerance = 0.03;  ///< loss not worth a reaction
 /// More is never taken for the link's own.
 constexpr double kHighestFloor = 0.5;
 /// One fall need not help: what a queue took makes the first loss look small.
 constexpr std::uint32_t kFallsToTry = 2;
+/// Of a loss that does not depend on the rate so much is left when it has fallen; the interval that
+/// the fall began with had more than the mean.
+constexpr double kShareThatStays = 0.4;
+constexpr double kWellBelow = 0.85;
+constexpr std::uint32_t kIntervalsToCompare = 4;
+
+/// After so many intervals the loss that a link is assumed to have at any rate is tested anew: what
+/// is lost at twice a link's rate looks the same while nobody sends less.
+constexpr std::uint32_t kIntervalsOfFloor = 16;
 
 constexpr double kGrowth = 1.0 / 16.0;
 constexpr double kGrowthNearCeiling = 1.0 / 64.0;
@@ -133,21 +142,19 @@ void Pacing::measure_interval(const Mark& mark, std::uint64_t arrived) {
     const double bytes = mark.bytes - begin_->mark.bytes;
     const double seconds = static_cast<double>(took_ns) * 1e-9;
     begin_ = Begin{mark, arrived};
-    decide(loss_, sent, bytes >= 0.5 * rate_ * seconds);
+    used_rate_ = std::min(rate_, bytes / std::max(seconds, 1e-3));
+    decide(loss_, sent, used_rate_ >= 0.5 * rate_);
   } else if (took_ns >= kLongestIntervalNs) {
     begin_ = Begin{mark, arrived};
   }
 }
 
 void Pacing::decide(double lost, double pieces, bool rate_was_used) {
+  if (floor_ > 0.0 && ++floor_age_ > kIntervalsOfFloor) floor_ = 0.0;
   if (fall_ && fall_->times >= kFallsToTry && lost >= 0.7 * fall_->lost) {
-    floor_ = std::min(kHighestFloor, std::max(floor_, lost));
-    const double before = fall_->rate;
-    fall_.reset();
-    // It was not the link's bound that was met.
-    search(options_.maximum);
-    return change_rate(before);
+    return accept_loss(lost, fall_->rate);
   }
+  if (has_fallen_in_vain(lost, pieces)) return;
   const double excess = lost - floor_;
   const bool is_chance =
       lost * pieces < kFewestLost || excess <= kTolerance + scatter(floor_ + kTolerance, pieces);
@@ -160,6 +167,32 @@ void Pacing::decide(double lost, double pieces, bool rate_was_used) {
   const std::int64_t queueing_ns = round_trip_ns_ - shortest_ns_;
   if (queueing_ns > kLongQueueNs) return slow_down(0.0, 0.0);
   if (queueing_ns <= kQueueingNs) speed_up();
+}
+
+/// The link loses that much at any rate: it was not its bound that was met, and `rate` is right.
+void Pacing::accept_loss(double share, double rate) {
+  floor_ = std::min(kHighestFloor, std::max(floor_, share));
+  floor_age_ = 0;
+  fall_.reset();
+  peak_.reset();
+  search(options_.maximum);
+  change_rate(rate);
+}
+
+/// Loss near what is worth a reaction is seen in some intervals and not in others: the rate falls
+/// further than it grows between. Well below the rate of the first fall a bound of the link would
+/// be left behind, so only what is lost there counts.
+bool Pacing::has_fallen_in_vain(double lost, double pieces) {
+  if (!peak_ || rate_ > std::max(kWellBelow * peak_->rate, options_.minimum)) return false;
+  peak_->lost_since += lost * pieces;
+  peak_->pieces_since += pieces;
+  if (++peak_->intervals < kIntervalsToCompare) return false;
+  const Peak peak = *peak_;
+  peak_.reset();
+  const double share = peak.lost_since / peak.pieces_since;
+  if (share <= kTolerance || share < kShareThatStays * peak.lost) return false;
+  accept_loss(share, peak.rate);
+  return true;
 }
 
 /// A link that loses nothing by itself is not taken for one that does: only falls in vain say so.
@@ -175,8 +208,10 @@ void Pacing::slow_down(double excess, double lost) {
   if (excess > 0.0) {
     if (!fall_) fall_ = Fall{rate_, lost, 0};
     ++fall_->times;
+    if (!peak_) peak_ = Peak{rate_, lost, 0.0, 0.0, 0};
   }
-  change_rate(kDrain * (1.0 - excess / (1.0 - floor_)) * rate_);
+  // Of what was sent: who has little to send would not send less at first.
+  change_rate(kDrain * (1.0 - excess / (1.0 - floor_)) * used_rate_);
 }
 
 /// Doubles the rate from now on, up to `limit`.
@@ -186,6 +221,7 @@ void Pacing::search(double limit) {
 }
 
 void Pacing::speed_up() {
+  if (peak_ && rate_ > peak_->rate) peak_.reset();
   if (unharmed_ >= kUnharmedToDouble) search(options_.maximum);
   if (doubles_ && 2.0 * rate_ >= search_limit_ && search_limit_ < options_.maximum) {
     doubles_ = false;
@@ -218,6 +254,7 @@ void Pacing::advance(std::int64_t now_ns) {
   accounted_bytes_ = sent_bytes_;
   unharmed_ = 0;
   fall_.reset();
+  peak_.reset();
   change_rate(std::max(rate_ / 2.0, silent_rate_));
 }
 

@@ -59,8 +59,6 @@ class Pacing {
   [[nodiscard]] double loss() const { return loss_; }
   /// Whether a base sends receipts; without, the rate is the maximum.
   [[nodiscard]] bool adapts() const { return adapts_; }
-  /// Whether the link may carry much more: no bound of it has been met.
-  [[nodiscard]] bool is_searching() const { return adapts_ && doubles_; }
   /// A base sent receipts, and now does no more.
   [[nodiscard]] bool is_silent() const { return timeouts_ > 0; }
   /// After so long, what was sent and did not arrive is lost, and not late.
@@ -85,18 +83,21 @@ class Pacing {
   void decide(double lost, double pieces, bool rate_was_used);
   void follow_floor(double lost);
   void slow_down(double excess, double lost);
+  bool has_fallen_in_vain(double lost, double pieces);
+  void accept_loss(double share, double rate);
   void speed_up();
   void search(double limit);
   void change_rate(double rate);
 
   PacingOptions options_;
   double rate_;
-  bool adapts_ = false;         ///< a base sends receipts
-  bool doubles_ = true;         ///< no bound of the link has been met
-  double search_limit_;         ///< up to which it doubles
-  double ceiling_ = 0.0;        ///< rate that was too high last
-  std::uint32_t unharmed_ = 0;  ///< intervals without excess loss since
-  double floor_ = 0.0;          ///< share that is lost at any rate
+  bool adapts_ = false;          ///< a base sends receipts
+  bool doubles_ = true;          ///< no bound of the link has been met
+  double search_limit_;          ///< up to which it doubles
+  double ceiling_ = 0.0;         ///< rate that was too high last
+  std::uint32_t unharmed_ = 0;   ///< intervals without excess loss since
+  double floor_ = 0.0;           ///< share that is lost at any rate
+  std::uint32_t floor_age_ = 0;  ///< intervals since that was found
 
   /// Falls in a row: what was before the first, until it is known whether they helped.
   struct Fall {
@@ -105,6 +106,15 @@ class Pacing {
     std::uint32_t times = 0;
   };
   std::optional<Fall> fall_;
+  /// Before the rate began to fall, and what was lost since well below it.
+  struct Peak {
+    double rate = 0.0;
+    double lost = 0.0;        ///< share, in the interval that it fell after
+    double lost_since = 0.0;  ///< pieces
+    double pieces_since = 0.0;
+    std::uint32_t intervals = 0;
+  };
+  std::optional<Peak> peak_;
 
   std::uint64_t base_ = 0;
   std::optional<std::uint64_t> window_;
@@ -122,6 +132,7 @@ class Pacing {
   std::int64_t round_trip_ns_ = 0;
   std::int64_t shortest_ns_ = -1;  ///< round trip with empty queues
   double loss_ = 0.0;
+  double used_rate_ = 0.0;  ///< of the rate, in the last interval
 };
 
 }  // namespace unimapper::lcm_port

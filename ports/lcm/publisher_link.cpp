@@ -55,11 +55,10 @@ void Publisher::apply_rate() {
   counters_.clock = clock;
 }
 
-/// Not yet of a base that is not there any more: what would be dropped waits in memory instead.
-/// Nor while the rate is being looked for. `mutex_` is held.
+/// Where the rate follows the link it may be below what the robot makes for a while: what would be
+/// dropped waits in the memory of unacknowledged keyframes instead. `mutex_` is held.
 bool Publisher::may_hold_early() const {
-  const bool link_is_unknown = pacing_.is_silent() || pacing_.is_searching();
-  return link_is_unknown && options_.drop_when_full &&
+  return pacing_.adapts() && options_.drop_when_full &&
          queued_in_memory_ >= (options_.queue_capacity + 1) / 2 &&
          held_bytes_ + queue_.front().bytes <= options_.unacknowledged_bytes;
 }

@@ -14,9 +14,9 @@ namespace {
 
 constexpr int kPollMs = 100;
 
-/// In LCM's own queue, 3.8 MB of the largest datagrams: what comes while this thread waits for a
+/// In LCM's own queue, 31 MB of the largest datagrams: what comes while this thread waits for a
 /// processor.
-constexpr int kLcmQueueMessages = 64;
+constexpr int kLcmQueueMessages = 512;
 
 }  // namespace
 

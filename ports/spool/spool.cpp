@@ -159,7 +159,8 @@ bool Spool::flush(std::chrono::milliseconds timeout) {
   const auto is_idle = [this] {
     return !busy_ && queue_.empty() && acknowledged_.empty() && ended_.empty();
   };
-  idle_.wait_for(lock, timeout, [&] { return is_idle() || counters_.failing; });
+  // What is being tried may be what ends the failure.
+  idle_.wait_for(lock, timeout, [&] { return is_idle() || (counters_.failing && !busy_); });
   return is_idle();
 }
 

@@ -85,6 +85,39 @@ TEST_CASE("random loss does not slow a robot down for good") {
   CHECK(mean_rate(world, 30, 40) > 1e6);
 }
 
+TEST_CASE("a robot that makes a little more than its link carries loses little of it") {
+  const double bottleneck = GENERATE(32000.0, 250000.0);
+  SimulatedLink world({bottleneck, 0.25 * bottleneck, 0, 10000000}, {}, true);
+  const auto pieces =
+      static_cast<std::uint32_t>(1.2 * bottleneck / SimulatedLink::kPieceBytes / 10);
+  const auto drive = [&](std::int64_t until) {
+    while (world.now_ns() < until) {
+      world.run(world.now_ns() + kSecond / 10);
+      world.publish(pieces);
+    }
+  };
+  drive(10 * kSecond);
+  const std::uint64_t sent = world.sent;
+  const std::uint64_t arrived = world.arrived;
+  drive(40 * kSecond);
+  CHECK(static_cast<double>(world.arrived - arrived) >
+        0.9 * static_cast<double>(world.sent - sent));
+}
+
+TEST_CASE("random loss on a fast link does not keep a robot from sending what it makes") {
+  const auto seed = GENERATE(as<std::uint64_t>(), 1, 2, 3, 4, 5, 6);
+  const auto loss_per_mille = GENERATE(as<std::uint32_t>(), 20, 50, 80, 150);
+  SimulatedLink world({20e6, 1e6, loss_per_mille, 1000000}, {}, true, seed);
+  // Ten keyframes of 80 kB a second.
+  for (std::int64_t at = 0; at < 20 * kSecond; at += kSecond / 10) {
+    world.run(at);
+    world.publish(62);
+  }
+  world.run(26 * kSecond);
+  INFO("seed " << seed << ", loss " << loss_per_mille << ", rate " << world.pacing.rate());
+  CHECK(world.is_idle());
+}
+
 TEST_CASE("the rate follows a bottleneck that narrows and widens again") {
   SimulatedLink world({250000.0, 60000.0, 0, 10000000}, {}, true);
   saturate(world, 20);
