@@ -197,8 +197,8 @@ bool Pacing::has_fallen_in_vain(double lost, double pieces) {
 
 /// A link that loses nothing by itself is not taken for one that does: only falls in vain say so.
 void Pacing::follow_floor(double lost) {
-  if (floor_ > 0.0)
-    floor_ = std::min(kHighestFloor, floor_ + (lost - floor_) / (lost < floor_ ? 8.0 : 32.0));
+  if (floor_ <= 0.0) return;
+  floor_ = std::min(kHighestFloor, floor_ + (lost - floor_) / (lost < floor_ ? 8.0 : 32.0));
 }
 
 void Pacing::slow_down(double excess, double lost) {
