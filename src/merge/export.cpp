@@ -46,6 +46,8 @@ nlohmann::ordered_json session_summary(const SessionData& session, const MergedS
   json["sensor"] = session.info.sensor;
   json["complete"] = session.complete;
   json["keyframes_missing"] = session.keyframes_missing;
+  json["keyframes_by_summary"] = std::count_if(session.keyframes.begin(), session.keyframes.end(),
+                                               [](const auto& k) { return k.is_summary; });
   json["keyframes_damaged"] = session.keyframes_damaged;
   json["points_in"] = points_in;
   json["points_dynamic"] = points_dynamic;

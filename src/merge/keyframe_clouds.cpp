@@ -43,10 +43,22 @@ RegistrationCloud KeyframeClouds::make_cloud(KeyframeId k) const {
     }
   };
   add(k.keyframe);
-  for (std::size_t away = 1; away <= config_.submap_keyframes; ++away) {
-    if (points.size() >= config_.submap_cells) break;
-    if (k.keyframe >= away) add(k.keyframe - away);
-    if (k.keyframe + away < keyframes.size()) add(k.keyframe + away);
+  // Those that have cells count.
+  std::size_t before = 0;
+  std::size_t after = 0;
+  for (std::size_t away = 1; away < keyframes.size() && points.size() < config_.submap_cells;
+       ++away) {
+    const bool has_before = before < config_.submap_keyframes && k.keyframe >= away;
+    const bool has_after = after < config_.submap_keyframes && k.keyframe + away < keyframes.size();
+    if (!has_before && !has_after) break;
+    if (has_before && !keyframes[k.keyframe - away].is_summary) {
+      add(k.keyframe - away);
+      ++before;
+    }
+    if (has_after && !keyframes[k.keyframe + away].is_summary) {
+      add(k.keyframe + away);
+      ++after;
+    }
   }
   return RegistrationCloud(points, ground, config_);
 }

@@ -55,6 +55,10 @@ void turn(KeyframeRecord& keyframe, const Eigen::Vector3d& up) {
   for (auto* cells : {&keyframe.static_cells, &keyframe.dynamic_cells}) {
     for (FineCell& cell : *cells) cell.position = (rotation * cell.position).eval();
   }
+  for (Keypoint& keypoint : keyframe.keypoints) {
+    keypoint.position = (rotation * keypoint.position).eval();
+    keypoint.normal = (rotation * keypoint.normal).eval();
+  }
   keyframe.T_odometry_keyframe = level;
 }
 
@@ -90,6 +94,7 @@ std::size_t level_keyframes(std::vector<KeyframeRecord>& keyframes) {
     const KeyframeRecord& known = keyframes[*source[i]];
     turn(keyframe, known.T_odometry_keyframe.rotation.col(2));
     keyframe.up = up_in(keyframe, known, *source[i] > i ? *source[i] - i : i - *source[i]);
+    if (keyframe.is_summary) continue;
     const PlaceView place = describer->describe(keyframe.static_cells);
     keyframe.keypoints.assign(place.keypoints.begin(), place.keypoints.end());
     keyframe.planes.assign(place.planes.begin(), place.planes.end());

@@ -62,7 +62,7 @@ std::vector<LoopCandidate> intra_session_loops(const std::vector<SessionData>& s
   std::vector<LoopCandidate> found;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
     const KeyframeId query{session, k};
-    const PlaceView place = planes.place(keyframes[k]);
+    const PlaceView place = planes.place(keyframes, k);
     std::uint32_t kept = 0;
     for (const auto& candidate : database->search(
              place, query, {SearchScope::Sessions::kOnlySame, config.min_keyframe_gap})) {
@@ -124,7 +124,7 @@ std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<Sessi
   };
   PlaneRestorer planes;
   const auto place = [&](KeyframeId k) {
-    return planes.place(sessions[k.session].keyframes[k.keyframe]);
+    return planes.place(sessions[k.session].keyframes, k.keyframe);
   };
   const auto pose = [&](KeyframeId k) {
     return sessions[k.session].keyframes[k.keyframe].T_odometry_keyframe;

@@ -2,6 +2,7 @@
 #include "unimapper/merge/plane_restorer.hpp"
 
 #include "unimapper/merge/in_arena.hpp"
+#include "unimapper/merge/keyframe_summaries.hpp"
 #include "unimapper/place/describer.hpp"
 
 namespace unimapper::merge {
@@ -19,6 +20,12 @@ PlaneRestorer& PlaneRestorer::operator=(PlaneRestorer&&) noexcept = default;
 PlaceView PlaneRestorer::place(const KeyframeRecord& record) {
   if (!record.planes.empty()) return record.place();
   return {record.keypoints, state_->describer->find_planes(record.static_cells), record.up};
+}
+
+PlaceView PlaneRestorer::place(std::span<const KeyframeRecord> keyframes, std::size_t k) {
+  if (!keyframes[k].is_summary) return place(keyframes[k]);
+  const std::vector<FineCell> cells = neighbouring_cells(keyframes, k);
+  return {keyframes[k].keypoints, state_->describer->find_planes(cells), keyframes[k].up};
 }
 
 }  // namespace unimapper::merge

@@ -165,6 +165,7 @@ TEST_CASE("The summary counts loops, shared points, changes and the sessions' po
                                                {"complete", true},
                                                {"keyframes_up_known", 0},
                                                {"keyframes_missing", 4},
+                                               {"keyframes_by_summary", 0},
                                                {"keyframes_damaged", 2},
                                                {"points_in", 3000},
                                                {"points_dynamic", 30}}));

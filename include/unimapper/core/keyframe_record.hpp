@@ -21,11 +21,13 @@ struct CodedImage {
 /// One keyframe, owned. Positions as in `KeyframeView`; cells and keypoints carry the wire's
 /// quantisation already (half or a third of a cell / 1 mm), on every path the same.
 struct KeyframeRecord {
-  SessionId session;                    ///< the session it belongs to
-  std::uint32_t sequence = 0;           ///< running number in the session, from 0
-  std::uint32_t reference_scan = 0;     ///< index into `scans`
-  Pose T_odometry_keyframe;             ///< levelled keyframe frame to odometry frame, metres
-  KeyframeUp up;                        ///< unknown with older senders
+  SessionId session;                 ///< the session it belongs to
+  std::uint32_t sequence = 0;        ///< running number in the session, from 0
+  std::uint32_t reference_scan = 0;  ///< index into `scans`
+  Pose T_odometry_keyframe;          ///< levelled keyframe frame to odometry frame, metres
+  KeyframeUp up;                     ///< unknown with older senders
+  /// The rest has not arrived yet: cells, images and all scans but the reference scan.
+  bool is_summary = false;
   std::vector<KeyframeScan> scans;      ///< in order of time
   float cell_size_m = kFineCellSizeM;   ///< edge of the cells, whose grid is the odometry's
   std::vector<FineCell> static_cells;   ///< levelled keyframe frame, metres
@@ -48,9 +50,11 @@ struct KeyframeRecord {
 struct SessionData {
   SessionInfo info;                       ///< identity and names
   std::vector<KeyframeRecord> keyframes;  ///< in ascending `sequence`
-  bool complete = false;                  ///< the end-of-session message arrived
-  std::uint64_t keyframes_missing = 0;    ///< gaps in `sequence` plus what never reassembled
-  std::uint64_t keyframes_damaged = 0;    ///< failed their checksum or validation
+  /// Of keyframes that are not among these: each with `is_summary`, in ascending `sequence`.
+  std::vector<KeyframeRecord> summaries;
+  bool complete = false;                ///< the end-of-session message arrived
+  std::uint64_t keyframes_missing = 0;  ///< gaps in `sequence` plus what never reassembled
+  std::uint64_t keyframes_damaged = 0;  ///< failed their checksum or validation
 };
 
 }  // namespace unimapper

@@ -1,7 +1,9 @@
 // Planes of received keyframes, extracted from their static cells.
 #pragma once
 
+#include <cstddef>
 #include <memory>
+#include <span>
 
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/keyframe_record.hpp"
@@ -21,6 +23,9 @@ class PlaneRestorer {
   /// if it has none. Valid until the next call, while `record` lives. Cost: one to two milliseconds
   /// where planes are extracted.
   PlaceView place(const KeyframeRecord& record);
+  /// The same of keyframe `k` of a session; if only its summary has arrived, the planes are those
+  /// of its `neighbouring_cells`.
+  PlaceView place(std::span<const KeyframeRecord> keyframes, std::size_t k);
 
  private:
   struct State;

@@ -13,6 +13,7 @@
 #include "src/apps/merge/listen_options.hpp"
 #include "src/apps/merge/options.hpp"
 #include "unimapper/merge/keyframe_level.hpp"
+#include "unimapper/merge/keyframe_summaries.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -47,7 +48,12 @@ void report_losses(const std::string& source, const wire::ReceiverCounters& coun
     const std::string name = "session " + session.info.name;
     if (session.keyframes_missing > 0) {
       std::cerr << "unimapper: warning: " << source << ": " << name << " lacks "
-                << session.keyframes_missing << " keyframes\n";
+                << session.keyframes_missing << " keyframes";
+      if (!session.summaries.empty()) {
+        std::cerr << "; of " << session.summaries.size()
+                  << " the summary gives pose and loops, but nothing of the map";
+      }
+      std::cerr << '\n';
     }
     if (!session.complete) {
       std::cerr << "unimapper: warning: " << source << ": the end of " << name
@@ -178,6 +184,7 @@ std::vector<InputSession> gather_sessions(const MergeOptions& options) {
            std::tie(b.data.info.name, b.data.info.id, b.run);
   });
   for (auto& input : inputs) {
+    (void)merge::include_summaries(input.data);
     const std::size_t levelled = merge::level_keyframes(input.data.keyframes);
     if (levelled == 0) continue;
     std::cerr << "unimapper: " << input.data.info.name << ": " << levelled
