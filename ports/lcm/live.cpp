@@ -68,6 +68,7 @@ std::string describe(const std::vector<wire::SessionProgress>& sessions) {
     if (!text.empty()) text += ", ";
     text += session.info.name + " " + std::to_string(session.received) + "/" +
             std::to_string(session.announced) + (session.ended ? " ended" : "");
+    if (session.summaries > 0) text += " and " + std::to_string(session.summaries) + " summaries";
   }
   return text.empty() ? "no session yet" : text;
 }

@@ -42,6 +42,9 @@ PacingOptions pacing_options(const PublisherOptions& options) {
   return pacing;
 }
 
+/// Health of the pipeline takes at most this share of a link that the rate follows.
+constexpr double kHealthShare = 0.05;
+
 std::int64_t nanoseconds_of(TokenBucket::Clock::time_point time) {
   return std::chrono::nanoseconds(time.time_since_epoch()).count();
 }
@@ -323,8 +326,15 @@ void Publisher::send_session(SessionState state) {
   }
   session.state = state;
   send_message(kSessionChannel, encode(session));
-  if (health) send_message(kHealthChannel, encode(*health));
-  next_session_ = Clock::now() + options_.session_period;
+  const Clock::time_point now = Clock::now();
+  next_session_ = now + options_.session_period;
+  const bool may_wait = pacing_.adapts() && state == SessionState::kRunning;
+  if (!health || (may_wait && now < next_health_)) return;
+  const std::vector<std::uint8_t> message = encode(*health);
+  const std::chrono::duration<double> seconds(static_cast<double>(message.size()) /
+                                              (kHealthShare * pacing_.rate()));
+  next_health_ = now + std::chrono::duration_cast<Clock::duration>(seconds);
+  send_message(kHealthChannel, message);
 }
 
 bool Publisher::send_message(std::string_view channel, Bytes message) {

@@ -231,6 +231,7 @@ class Publisher {
   Pacing pacing_;
   ClockOffsetFilter clock_;
   Clock::time_point next_session_;
+  Clock::time_point next_health_;
   Clock::time_point last_probe_;
   wire::Outbox outbox_;
   std::map<std::uint32_t, Held> held_;  ///< what `outbox_` speaks of

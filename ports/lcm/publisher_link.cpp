@@ -55,11 +55,11 @@ void Publisher::apply_rate() {
   counters_.clock = clock;
 }
 
-/// Where the rate follows the link it may be below what the robot makes for a while: what would be
-/// dropped waits in the memory of unacknowledged keyframes instead. `mutex_` is held.
+/// Where the rate follows the link the summaries of all keyframes go first, and what would be
+/// dropped from a full queue waits in the memory of unacknowledged keyframes instead. `mutex_` is
+/// held.
 bool Publisher::may_hold_early() const {
   return pacing_.adapts() && options_.drop_when_full &&
-         queued_in_memory_ >= (options_.queue_capacity + 1) / 2 &&
          held_bytes_ + queue_.front().bytes <= options_.unacknowledged_bytes;
 }
 

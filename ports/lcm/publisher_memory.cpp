@@ -27,11 +27,13 @@ void Publisher::hold(const Queued& queued) {
   release(sequence);
   Held& held = held_[sequence];
   held.bytes = queued.bytes;
+  const std::uint32_t leading =
+      count_leading_messages(queued.keyframe.bytes, options_.datagram_bytes);
   if (queued.was_sent) {
-    outbox_.add_sent(sequence, pieces);
+    outbox_.add_sent(sequence, pieces, leading);
     return;
   }
-  outbox_.add(sequence, pieces);
+  outbox_.add(sequence, pieces, leading);
   if (queued.keyframe.bytes.empty()) return;
   fresh_ = sequence;
   held.messages = cut_into_messages(queued.keyframe, options_.datagram_bytes);

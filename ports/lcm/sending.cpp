@@ -25,6 +25,10 @@ std::uint32_t count_messages(std::size_t keyframe_bytes, std::uint32_t datagram_
   return static_cast<std::uint32_t>((keyframe_bytes + piece - 1) / piece);
 }
 
+std::uint32_t count_leading_messages(wire::Bytes keyframe, std::uint32_t datagram_bytes) {
+  return wire::count_leading_pieces(keyframe, piece_bytes(datagram_bytes));
+}
+
 std::vector<std::vector<std::uint8_t>> cut_into_messages(const EncodedKeyframe& keyframe,
                                                          std::uint32_t datagram_bytes) {
   const auto pieces = wire::cut_into_pieces(keyframe, piece_bytes(datagram_bytes));

@@ -57,6 +57,16 @@ KeyframeStore::KeyframeStore(const std::filesystem::path& folder, const StoreOpt
                     "WHERE identity = ?"),
       find_sequences_(database_,
                       "SELECT sequence FROM keyframes WHERE session = ? ORDER BY sequence"),
+      insert_summary_(database_,
+                      "INSERT INTO summaries (session, sequence, stamp_ns, crc32, bytes) "
+                      "SELECT id, ?1, ?2, ?3, ?4 FROM sessions WHERE identity = ?5 AND NOT EXISTS "
+                      "(SELECT 1 FROM keyframes WHERE session = id AND sequence = ?1) "
+                      "ON CONFLICT DO NOTHING"),
+      remove_summary_(database_,
+                      "DELETE FROM summaries WHERE sequence = ? AND "
+                      "session = (SELECT id FROM sessions WHERE identity = ?)"),
+      find_summaries_(database_,
+                      "SELECT sequence, LENGTH(bytes), crc32 FROM summaries WHERE session = ?"),
       health_history_(database_) {
   if (options_.max_bytes > 0) {
     const std::uint64_t page = database_.number("PRAGMA page_size");
@@ -66,7 +76,10 @@ KeyframeStore::KeyframeStore(const std::filesystem::path& folder, const StoreOpt
 }
 
 void KeyframeStore::load_usage() {
-  Statement rows(database_, "SELECT robot, COUNT(*), SUM(bytes) FROM sessions GROUP BY robot");
+  Statement rows(database_,
+                 "SELECT robot, COUNT(*), SUM(bytes) + "
+                 "SUM((SELECT COALESCE(SUM(LENGTH(m.bytes)), 0) FROM summaries m "
+                 "WHERE m.session = s.id)) FROM sessions s GROUP BY robot");
   while (rows.step()) {
     usage_.push_back({static_cast<std::uint32_t>(rows.number(0)),
                       static_cast<std::uint64_t>(rows.number(1)),
@@ -75,7 +88,8 @@ void KeyframeStore::load_usage() {
 }
 
 bool KeyframeStore::is_idle() const {
-  return waiting_.empty() && summaries_.empty() && health_.empty();
+  return waiting_.empty() && keyframe_summaries_.empty() && removed_keyframe_summaries_.empty() &&
+         session_summaries_.empty() && health_.empty();
 }
 
 wire::KeyframeStorage::Taken KeyframeStore::keep(wire::ReceivedKeyframe&& keyframe) {
@@ -83,15 +97,40 @@ wire::KeyframeStorage::Taken KeyframeStore::keep(wire::ReceivedKeyframe&& keyfra
   if (waiting_bytes_ + bytes > options_.max_waiting_bytes) return Taken::kNoRoom;
   if (is_idle()) waits_since_ns_ = now_ns_;
   const KeyframeRecord& record = keyframe.record;
+  drop_summary({record.session, record.sequence});
   waiting_.push_back(
       {{record.session, record.sequence}, record.scans.back().stamp_ns, std::move(keyframe.bytes)});
   waiting_bytes_ += bytes;
   return Taken::kWaiting;
 }
 
+void KeyframeStore::keep(wire::ReceivedSummary&& summary) {
+  const std::uint64_t bytes = summary.bytes.size();
+  if (keyframe_summary_bytes_ + bytes > options_.max_summary_bytes) return;
+  if (is_idle()) waits_since_ns_ = now_ns_;
+  const KeyframeRecord& record = summary.record;
+  const wire::KeyframeName name{record.session, record.sequence};
+  const Waiting waiting{name, record.scans.back().stamp_ns, std::move(summary.bytes)};
+  if (keyframe_summaries_.try_emplace(name, waiting).second) keyframe_summary_bytes_ += bytes;
+}
+
+/// One that waits.
+void KeyframeStore::drop_summary(const wire::KeyframeName& name) {
+  const auto waiting = keyframe_summaries_.find(name);
+  if (waiting == keyframe_summaries_.end()) return;
+  keyframe_summary_bytes_ -= waiting->second.bytes.size();
+  keyframe_summaries_.erase(waiting);
+}
+
+void KeyframeStore::remove_summary(const wire::KeyframeName& name) {
+  if (is_idle()) waits_since_ns_ = now_ns_;
+  drop_summary(name);
+  removed_keyframe_summaries_.insert(name);
+}
+
 void KeyframeStore::keep(const wire::SessionSummary& summary) {
   if (is_idle()) waits_since_ns_ = now_ns_;
-  summaries_[summary.id] = summary;
+  session_summaries_[summary.id] = summary;
 }
 
 void KeyframeStore::keep(const wire::HealthMessage& health) {
@@ -127,10 +166,13 @@ wire::Committed KeyframeStore::commit(std::int64_t now_ns) {
   trouble_.clear();
   ++counters_.commits;
   for (Waiting& keyframe : waiting_) committed.keyframes.push_back(keyframe.name);
-  for (auto& [id, summary] : summaries_) committed.sessions.push_back(std::move(summary));
+  for (auto& [id, summary] : session_summaries_) committed.sessions.push_back(std::move(summary));
   waiting_.clear();
+  keyframe_summaries_.clear();
+  removed_keyframe_summaries_.clear();
+  keyframe_summary_bytes_ = 0;
   waiting_bytes_ = 0;
-  summaries_.clear();
+  session_summaries_.clear();
   health_.clear();
   return committed;
 }
@@ -149,7 +191,14 @@ void KeyframeStore::write_batch() {
         ++counted.repeated;
       }
     }
-    for (const auto& [id, summary] : summaries_) write_summary(summary, now_s);
+    for (const wire::KeyframeName& name : removed_keyframe_summaries_) {
+      remove_summary_.bind(std::int64_t{name.sequence}, to_key(name.session)).run();
+    }
+    for (const auto& [name, summary] : keyframe_summaries_) {
+      write_summary_of(summary, now_s);
+      ++counted.summaries;
+    }
+    for (const auto& [id, summary] : session_summaries_) write_summary(summary, now_s);
     for (const auto& [id, health] : health_) health_history_.keep(health, now_s);
     database_.run("COMMIT");
   } catch (const StoreError&) {
@@ -174,7 +223,17 @@ bool KeyframeStore::write_keyframe(const Waiting& keyframe, std::int64_t now_s) 
       .run();
   if (database_.changes() == 0) return false;
   count_keyframe_.bind(to_integer(keyframe.bytes.size()), key).run();
+  remove_summary_.bind(std::int64_t{keyframe.name.sequence}, key).run();
   return true;
+}
+
+void KeyframeStore::write_summary_of(const Waiting& keyframe, std::int64_t now_s) {
+  const std::vector<std::uint8_t> key = to_key(keyframe.name.session);
+  insert_session_.bind(key, std::int64_t{keyframe.name.session.robot}, now_s).run();
+  insert_summary_
+      .bind(std::int64_t{keyframe.name.sequence}, keyframe.stamp_ns,
+            std::int64_t{wire::crc32(keyframe.bytes)}, keyframe.bytes, key)
+      .run();
 }
 
 void KeyframeStore::write_summary(const wire::SessionSummary& summary, std::int64_t now_s) {
@@ -195,7 +254,7 @@ void KeyframeStore::write_summary(const wire::SessionSummary& summary, std::int6
 std::optional<wire::StoredSession> KeyframeStore::find(const SessionId& id) {
   wire::StoredSession session;
   session.summary.id = id;
-  const auto newer = summaries_.find(id);
+  const auto newer = session_summaries_.find(id);
   try {
     const std::vector<std::uint8_t> key = to_key(id);
     find_session_.bind(key);
@@ -212,11 +271,17 @@ std::optional<wire::StoredSession> KeyframeStore::find(const SessionId& id) {
     while (find_sequences_.step()) {
       session.keyframes.insert(static_cast<std::uint32_t>(find_sequences_.number(0)));
     }
+    find_summaries_.bind(row);
+    while (find_summaries_.step()) {
+      session.summaries[static_cast<std::uint32_t>(find_summaries_.number(0))] = {
+          static_cast<std::uint32_t>(find_summaries_.number(1)),
+          static_cast<std::uint32_t>(find_summaries_.number(2))};
+    }
   } catch (const StoreError& error) {
     trouble_ = error.what();
     return std::nullopt;
   }
-  if (newer != summaries_.end()) session.summary = newer->second;
+  if (newer != session_summaries_.end()) session.summary = newer->second;
   return session;
 }
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct StoreOptions {
   std::int64_t batch_interval_ns = 100'000'000;    ///< nothing waits longer
   std::int64_t retry_interval_ns = 1'000'000'000;  ///< after a commit that failed
   std::uint64_t max_waiting_bytes = 64U << 20U;    ///< beyond it no keyframe is taken
+  std::uint64_t max_summary_bytes = 4U << 20U;     ///< that wait; beyond it none is taken
   std::uint64_t max_bytes = 0;                     ///< size of the database; 0: unlimited
 };
 
@@ -31,6 +33,7 @@ struct StoreCounters {
   std::uint64_t keyframes = 0;       ///< stored
   std::uint64_t bytes = 0;           ///< of these, as encoded
   std::uint64_t repeated = 0;        ///< stored already, left as they were
+  std::uint64_t summaries = 0;       ///< stored, of keyframes that were not whole then
   std::uint64_t commits = 0;         ///< that succeeded
   std::uint64_t failed_commits = 0;  ///< rolled back, to be tried again
   /// How long commits took, failed ones included; nothing is received meanwhile.
@@ -49,6 +52,8 @@ class KeyframeStore final : public wire::KeyframeStorage {
   explicit KeyframeStore(const std::filesystem::path& folder, const StoreOptions& options = {});
 
   Taken keep(wire::ReceivedKeyframe&& keyframe) override;
+  void keep(wire::ReceivedSummary&& summary) override;
+  void remove_summary(const wire::KeyframeName& name) override;
   void keep(const wire::SessionSummary& summary) override;
   void keep(const wire::HealthMessage& health) override;
   wire::Committed commit_due(std::int64_t now_ns) override;
@@ -77,6 +82,8 @@ class KeyframeStore final : public wire::KeyframeStorage {
   wire::Committed commit(std::int64_t now_ns);
   void write_batch();
   void write_summary(const wire::SessionSummary& summary, std::int64_t now_s);
+  void drop_summary(const wire::KeyframeName& name);
+  void write_summary_of(const Waiting& keyframe, std::int64_t now_s);
   /// False if the keyframe is stored already.
   bool write_keyframe(const Waiting& keyframe, std::int64_t now_s);
   [[nodiscard]] bool is_idle() const;
@@ -90,12 +97,18 @@ class KeyframeStore final : public wire::KeyframeStorage {
   Statement count_keyframe_;
   Statement find_session_;
   Statement find_sequences_;
+  Statement insert_summary_;
+  Statement remove_summary_;
+  Statement find_summaries_;
   HealthHistory health_history_;
   std::vector<wire::RobotUsage> usage_;  ///< when the store was opened
 
   std::vector<Waiting> waiting_;
-  std::uint64_t waiting_bytes_ = 0;
-  std::map<SessionId, wire::SessionSummary> summaries_;
+  std::map<wire::KeyframeName, Waiting> keyframe_summaries_;
+  std::set<wire::KeyframeName> removed_keyframe_summaries_;
+  std::uint64_t waiting_bytes_ = 0;  ///< of keyframes
+  std::uint64_t keyframe_summary_bytes_ = 0;
+  std::map<SessionId, wire::SessionSummary> session_summaries_;
   std::map<SessionId, wire::HealthMessage> health_;
   std::int64_t now_ns_ = 0;
   std::int64_t waits_since_ns_ = 0;

@@ -54,6 +54,16 @@ CREATE TABLE health (
   details TEXT NOT NULL,
   PRIMARY KEY (session, slot)
 ) STRICT, WITHOUT ROWID;
+)",
+                                                            R"(
+CREATE TABLE summaries (
+  session INTEGER NOT NULL REFERENCES sessions (id),
+  sequence INTEGER NOT NULL,
+  stamp_ns INTEGER NOT NULL,
+  crc32 INTEGER NOT NULL,
+  bytes BLOB NOT NULL,
+  PRIMARY KEY (session, sequence)
+) STRICT;
 )"};
 
 std::string reason() { return std::strerror(errno); }
@@ -141,11 +151,7 @@ Database open_for_reading(const fs::path& folder) {
   if (!fs::exists(file, error)) throw StoreError(folder.string() + ": is no store");
   Database database(file, Access::kRead);
   const std::int64_t schema = schema_of(database);
-  if (schema < kSchemaVersion) {
-    throw StoreError(file.string() + ": has no tables of this version yet (schema " +
-                     std::to_string(schema) + "); `unimapper base` brings it to schema " +
-                     std::to_string(kSchemaVersion));
-  }
+  if (schema == 0) throw StoreError(file.string() + ": has no tables yet");
   return database;
 }
 

@@ -8,7 +8,7 @@
 namespace unimapper::store {
 
 /// The schema this version writes; docs/base.md describes it.
-inline constexpr int kSchemaVersion = 1;
+inline constexpr int kSchemaVersion = 2;
 
 /// The database of the store in `folder`.
 std::filesystem::path database_of(const std::filesystem::path& folder);
@@ -35,7 +35,8 @@ class StoreLock {
 /// wrote, or that is damaged.
 Database open_for_writing(const std::filesystem::path& folder);
 
-/// The same for reading: nothing is changed, an older schema is refused.
+/// The same for reading: nothing is changed, tables of later schemas may be missing. Throws
+/// StoreError also for a new database, which has none.
 Database open_for_reading(const std::filesystem::path& folder);
 
 }  // namespace unimapper::store

@@ -12,8 +12,31 @@
 
 namespace unimapper::store {
 
+namespace {
+
+/// One state of the database for several statements, whatever a base commits meanwhile.
+class Snapshot {
+ public:
+  explicit Snapshot(Database& database) : database_(database) { database_.run("BEGIN"); }
+  ~Snapshot() {
+    try {
+      database_.run("COMMIT");
+    } catch (const StoreError&) {
+      // Nothing was written; closing the connection ends it too.
+    }
+  }
+  Snapshot(const Snapshot&) = delete;
+  Snapshot& operator=(const Snapshot&) = delete;
+
+ private:
+  Database& database_;
+};
+
+}  // namespace
+
 StoreReader::StoreReader(const std::filesystem::path& folder)
-    : database_(open_for_reading(folder)) {}
+    : database_(open_for_reading(folder)),
+      has_summaries_(database_.number("PRAGMA user_version") >= 2) {}
 
 std::vector<SessionListing> StoreReader::sessions() {
   Statement rows(
@@ -22,7 +45,10 @@ std::vector<SessionListing> StoreReader::sessions() {
       "first_stored_s, "
       "(SELECT stamp_ns FROM keyframes WHERE session = id ORDER BY sequence LIMIT 1), "
       "(SELECT stamp_ns FROM keyframes WHERE session = id ORDER BY sequence DESC LIMIT 1), "
-      "(SELECT COUNT(*) FROM health WHERE session = id) FROM sessions ORDER BY id");
+      "(SELECT COUNT(*) FROM health WHERE session = id), " +
+          std::string(has_summaries_ ? "(SELECT COUNT(*) FROM summaries WHERE session = id)"
+                                     : "0") +
+          " FROM sessions ORDER BY id");
   std::vector<SessionListing> sessions;
   std::set<std::string> taken;
   while (rows.step()) {
@@ -44,6 +70,7 @@ std::vector<SessionListing> StoreReader::sessions() {
     session.first_stamp_ns = rows.number(10);
     session.last_stamp_ns = rows.number(11);
     session.health_rows = static_cast<std::uint64_t>(rows.number(12));
+    session.summaries = static_cast<std::uint64_t>(rows.number(13));
     const std::string name = session.info.name;
     for (int number = 2; !taken.insert(session.info.name).second; ++number) {
       session.info.name = name + "-" + std::to_string(number);
@@ -69,6 +96,7 @@ void StoreReader::for_each_keyframe(const SessionListing& session,
 }
 
 SessionData StoreReader::read(const SessionListing& session) {
+  const Snapshot snapshot(database_);
   SessionData data;
   data.info = session.info;
   data.complete = session.ended;
@@ -83,7 +111,21 @@ SessionData StoreReader::read(const SessionListing& session) {
       ++data.keyframes_damaged;
     }
   });
+  read_summaries(session, data);
   return data;
+}
+
+void StoreReader::read_summaries(const SessionListing& session, SessionData& data) {
+  if (session.summaries == 0) return;
+  Statement rows(database_,
+                 "SELECT crc32, bytes FROM summaries WHERE session = ? ORDER BY sequence");
+  rows.bind(session.row);
+  while (rows.step()) {
+    const wire::Bytes bytes = rows.bytes(1);
+    wire::DecodedKeyframe decoded;
+    if (std::int64_t{wire::crc32(bytes)} == rows.number(0)) decoded = wire::decode_summary(bytes);
+    if (decoded.record) data.summaries.push_back(std::move(*decoded.record));
+  }
 }
 
 std::vector<std::string> StoreReader::check() {

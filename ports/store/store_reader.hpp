@@ -20,7 +20,8 @@ struct SessionListing {
   bool ended = false;                   ///< its end was announced
   std::uint64_t announced = 0;          ///< keyframes made, as far as known
   std::uint64_t dropped_by_sender = 0;  ///< of which the robot sent none
-  std::uint64_t keyframes = 0;          ///< stored
+  std::uint64_t keyframes = 0;          ///< stored whole
+  std::uint64_t summaries = 0;          ///< of others, of which only the summary is stored
   std::uint64_t bytes = 0;              ///< of these, as encoded
   std::int64_t first_stored_s = 0;      ///< when its first keyframe was stored, Unix time
   std::int64_t first_stamp_ns = 0;      ///< of the first keyframe stored
@@ -50,13 +51,17 @@ class StoreReader {
   /// Hands over a session's keyframes in ascending sequence, one at a time.
   void for_each_keyframe(const SessionListing& session,
                          const std::function<void(StoredKeyframe&&)>& take);
-  /// A session with its keyframes decoded; those that are damaged are counted and left out.
+  /// A session with its keyframes and summaries decoded; those that are damaged are left out,
+  /// keyframes counted.
   SessionData read(const SessionListing& session);
   /// Checks the whole database and every checksum, in words what is wrong. O(size of the store).
   std::vector<std::string> check();
 
  private:
+  void read_summaries(const SessionListing& session, SessionData& data);
+
   Database database_;
+  bool has_summaries_ = false;  ///< the table, since schema 2
 };
 
 }  // namespace unimapper::store

@@ -55,6 +55,7 @@ const char* coded_image_fault(const KeyframeRecord& record) {
 
 /// Why a record cannot be a keyframe, or null.
 const char* record_fault(const KeyframeRecord& record) {
+  if (record.is_summary) return "the rest of the keyframe has not arrived";
   const char* fault = keyframe_fault(content_of(record));
   return fault != nullptr ? fault : coded_image_fault(record);
 }
@@ -198,13 +199,15 @@ const char* read_cells(LittleEndianReader& in, const CellGrid& grid, CellCode& c
   return coder.ends_here() ? nullptr : "the code of the cells is not the one of these cells";
 }
 
+void read_cell_size(LittleEndianReader& in, KeyframeRecord& record) {
+  record.cell_size_m = static_cast<float>(in.get<std::uint16_t>()) / 1000.0F;
+}
+
 const char* read_cell_lists(LittleEndianReader& in, Room& room, KeyframeRecord& record) {
-  const auto cell_mm = in.get<std::uint16_t>();
-  record.cell_size_m = static_cast<float>(cell_mm) / 1000.0F;
   // Whatever the grid depends on.
   if (const char* fault = keyframe_fault(content_of(record))) return fault;
   const auto code = std::make_unique<CellCode>();
-  const CellGrid grid(record.T_odometry_keyframe, cell_mm / 1000.0);
+  const CellGrid grid(record.T_odometry_keyframe, cell_size_mm(record.cell_size_m) / 1000.0);
   if (const char* fault = read_cells(in, grid, *code, room, record.static_cells)) return fault;
   return read_cells(in, grid, *code, room, record.dynamic_cells);
 }
@@ -281,52 +284,138 @@ const char* read_up(LittleEndianReader& in, KeyframeUp& up) {
   return nullptr;
 }
 
-const char* read_record(LittleEndianReader& in, Room room, KeyframeRecord& record) {
+/// What comes first in every schema, and how much of the rest there is.
+struct RecordHead {
+  std::uint16_t schema = 0;
+  std::uint32_t scans = 0;
+  std::uint32_t keypoints = 0;
+  std::uint32_t planes = 0;
+};
+
+const char* read_head(LittleEndianReader& in, RecordHead& head, KeyframeRecord& record) {
   if (in.get<std::uint32_t>() != kKeyframeMagic) return "not a keyframe";
-  const auto schema = in.get<std::uint16_t>();
-  if (schema < kOldestKeyframeSchema || schema > kKeyframeSchema) return "unknown schema version";
+  head.schema = in.get<std::uint16_t>();
+  if (head.schema < kOldestKeyframeSchema || head.schema > kKeyframeSchema) {
+    return "unknown schema version";
+  }
   if (in.get<std::uint16_t>() != 0) return "reserved bytes are not zero";
   record.session.robot = in.get<std::uint32_t>();
   record.session.boot.low = in.get<std::uint64_t>();
-  if (schema >= kFirstSchemaWithLongBoot) record.session.boot.high = in.get<std::uint64_t>();
+  if (head.schema >= kFirstSchemaWithLongBoot) record.session.boot.high = in.get<std::uint64_t>();
   record.sequence = in.get<std::uint32_t>();
   record.reference_scan = in.get<std::uint32_t>();
   record.points_in = in.get<std::uint64_t>();
   record.points_dynamic = in.get<std::uint64_t>();
   record.left_out = in.get<std::uint64_t>();
   record.T_odometry_keyframe = get_pose(in);
-  const auto scans = in.get<std::uint32_t>();
-  const auto keypoints = in.get<std::uint32_t>();
-  const auto planes = in.get<std::uint32_t>();
+  head.scans = in.get<std::uint32_t>();
+  head.keypoints = in.get<std::uint32_t>();
+  head.planes = in.get<std::uint32_t>();
   if (!in.ok()) return "shorter than a keyframe's head";
-  if (scans > kMaxScans || keypoints > kMaxKeypoints || planes > kMaxPlanes) {
+  if (head.scans > kMaxScans || head.keypoints > kMaxKeypoints || head.planes > kMaxPlanes) {
     return "a count is beyond the limit";
   }
-  if (scans * kScanBytes + keypoints * kKeypointBytes + planes * kPlaneBytes > in.remaining()) {
+  if (record.reference_scan >= head.scans) {
+    return head.scans == 0 ? "a keyframe has no scans" : "the reference scan is not there";
+  }
+  return nullptr;
+}
+
+KeyframeScan get_scan(LittleEndianReader& in) {
+  KeyframeScan scan;
+  scan.scan_index = in.get<std::uint32_t>();
+  scan.stamp_ns = in.get<std::int64_t>();
+  scan.T_odometry_sensor = get_pose(in);
+  return scan;
+}
+
+/// Up to schema 5: the descriptor after all scans, and up at the end.
+const char* read_without_summary(LittleEndianReader& in, const RecordHead& head, Room& room,
+                                 KeyframeRecord& record) {
+  if (head.scans * kScanBytes + head.keypoints * kKeypointBytes + head.planes * kPlaneBytes >
+      in.remaining()) {
     return "fewer bytes than scans, keypoints and planes";
   }
-  record.scans.resize(scans);
-  for (KeyframeScan& scan : record.scans) {
-    scan.scan_index = in.get<std::uint32_t>();
-    scan.stamp_ns = in.get<std::int64_t>();
-    scan.T_odometry_sensor = get_pose(in);
-  }
-  if (const char* fault = read_keypoints(in, keypoints, record.keypoints)) return fault;
-  if (const char* fault = read_planes(in, planes, record.planes)) return fault;
-  if (schema >= kFirstSchemaWithCodedCells) {
+  record.scans.resize(head.scans);
+  for (KeyframeScan& scan : record.scans) scan = get_scan(in);
+  if (const char* fault = read_keypoints(in, head.keypoints, record.keypoints)) return fault;
+  if (const char* fault = read_planes(in, head.planes, record.planes)) return fault;
+  if (head.schema >= kFirstSchemaWithCodedCells) {
+    read_cell_size(in, record);
     if (const char* fault = read_cell_lists(in, room, record)) return fault;
   } else {
     if (const char* fault = read_plain_cells(in, record.static_cells)) return fault;
     if (const char* fault = read_plain_cells(in, record.dynamic_cells)) return fault;
   }
-  if (schema >= kFirstSchemaWithImages) {
-    if (const char* fault = read_images(in, schema, room, record)) return fault;
+  if (head.schema >= kFirstSchemaWithImages) {
+    if (const char* fault = read_images(in, head.schema, room, record)) return fault;
   }
-  if (schema >= kFirstSchemaWithUp) {
-    if (const char* fault = read_up(in, record.up)) return fault;
+  return head.schema >= kFirstSchemaWithUp ? read_up(in, record.up) : nullptr;
+}
+
+std::size_t summary_size(const RecordHead& head) {
+  return kHeadBytes + kUpBytes + kCellEdgeBytes + kScanBytes + head.keypoints * kKeypointBytes +
+         head.planes * kPlaneBytes;
+}
+
+/// After the head; the reference scan is the only one.
+const char* read_summary(LittleEndianReader& in, const RecordHead& head, KeyframeRecord& record) {
+  if (summary_size(head) - kHeadBytes > in.remaining()) {
+    return "fewer bytes than keypoints and planes";
   }
+  if (const char* fault = read_up(in, record.up)) return fault;
+  read_cell_size(in, record);
+  record.scans.assign(1, get_scan(in));
+  if (const char* fault = read_keypoints(in, head.keypoints, record.keypoints)) return fault;
+  return read_planes(in, head.planes, record.planes);
+}
+
+const char* read_with_summary(LittleEndianReader& in, const RecordHead& head, Room& room,
+                              KeyframeRecord& record) {
+  if (const char* fault = read_summary(in, head, record)) return fault;
+  if ((head.scans - 1) * kScanBytes > in.remaining()) return "fewer bytes than scans";
+  const KeyframeScan reference = record.scans.front();
+  record.scans.resize(head.scans);
+  for (std::uint32_t i = 0; i < head.scans; ++i) {
+    record.scans[i] = i == record.reference_scan ? reference : get_scan(in);
+  }
+  if (const char* fault = read_cell_lists(in, room, record)) return fault;
+  return read_images(in, head.schema, room, record);
+}
+
+const char* read_record(LittleEndianReader& in, Room room, KeyframeRecord& record) {
+  RecordHead head;
+  if (const char* fault = read_head(in, head, record)) return fault;
+  const bool has_summary = head.schema >= kFirstSchemaWithSummary;
+  const char* fault = has_summary ? read_with_summary(in, head, room, record)
+                                  : read_without_summary(in, head, room, record);
+  if (fault != nullptr) return fault;
   if (in.remaining() != 0) return "bytes are left over";
   return record_fault(record);
+}
+
+/// The record of a summary: a keyframe whose reference scan is its only one.
+const char* read_summary_record(LittleEndianReader& in, KeyframeRecord& record) {
+  RecordHead head;
+  if (const char* fault = read_head(in, head, record)) return fault;
+  if (head.schema < kFirstSchemaWithSummary) return "keyframes of this schema have no summary";
+  if (const char* fault = read_summary(in, head, record)) return fault;
+  record.reference_scan = 0;
+  const char* fault = record_fault(record);
+  record.is_summary = true;
+  return fault;
+}
+
+DecodedKeyframe as_decoded(const char* fault, const LittleEndianReader& in, std::size_t bytes,
+                           KeyframeRecord&& record) {
+  DecodedKeyframe decoded;
+  if (fault == nullptr) {
+    decoded.record = std::move(record);
+  } else {
+    decoded.error = std::string(fault) + " (at byte " + std::to_string(in.position()) + " of " +
+                    std::to_string(bytes) + ")";
+  }
+  return decoded;
 }
 
 }  // namespace
@@ -354,15 +443,29 @@ std::vector<std::uint8_t> encode_keyframe(const KeyframeRecord& record) {
 }
 
 DecodedKeyframe decode_keyframe(Bytes bytes, std::uint64_t max_record_bytes) {
-  DecodedKeyframe decoded;
   LittleEndianReader in(split_signature(bytes).keyframe);
-  KeyframeRecord& record = decoded.record.emplace();
-  if (const char* fault = read_record(in, Room(max_record_bytes), record)) {
-    decoded.error = std::string(fault) + " (at byte " + std::to_string(in.position()) + " of " +
-                    std::to_string(bytes.size()) + ")";
-    decoded.record.reset();
+  KeyframeRecord record;
+  const char* fault = read_record(in, Room(max_record_bytes), record);
+  return as_decoded(fault, in, bytes.size(), std::move(record));
+}
+
+static_assert(kSummaryHeadBytes == kHeadBytes);
+
+std::optional<std::size_t> summary_bytes(Bytes bytes) {
+  LittleEndianReader in(bytes);
+  RecordHead head;
+  KeyframeRecord record;
+  if (read_head(in, head, record) != nullptr || head.schema < kFirstSchemaWithSummary) {
+    return std::nullopt;
   }
-  return decoded;
+  return summary_size(head);
+}
+
+DecodedKeyframe decode_summary(Bytes bytes) {
+  LittleEndianReader in(bytes);
+  KeyframeRecord record;
+  const char* fault = read_summary_record(in, record);
+  return as_decoded(fault, in, bytes.size(), std::move(record));
 }
 
 }  // namespace unimapper::wire

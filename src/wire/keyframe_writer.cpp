@@ -64,6 +64,12 @@ void put_pose(SpanWriter& out, const Pose& pose) noexcept {
   for (int axis = 0; axis < 3; ++axis) out.put(pose.translation[axis]);
 }
 
+void put_scan(SpanWriter& out, const KeyframeScan& scan) noexcept {
+  out.put(scan.scan_index);
+  out.put(scan.stamp_ns);
+  put_pose(out, scan.T_odometry_sensor);
+}
+
 void put_normal(SpanWriter& out, OctahedralNormal normal) noexcept {
   out.put(normal.u);
   out.put(normal.v);
@@ -225,6 +231,39 @@ std::size_t put_images(SpanWriter& out, const WriterInput& input, ImageBytes& by
   return put_image_list(out, input.keyframe.images, input.keyframe, bytes);
 }
 
+/// What a base needs first: poses and descriptor. Returns where `left_out` stands, which is known
+/// at the end.
+std::size_t put_summary(SpanWriter& out, const WriterInput& input,
+                        std::uint64_t& left_out) noexcept {
+  const KeyframeContent& keyframe = input.keyframe;
+  out.put(kKeyframeMagic);
+  out.put(kKeyframeSchema);
+  out.put(std::uint16_t{0});
+  out.put(input.session.robot);
+  out.put(input.session.boot.low);
+  out.put(input.session.boot.high);
+  out.put(keyframe.sequence);
+  out.put(keyframe.reference_scan);
+  out.put(keyframe.points_in);
+  out.put(keyframe.points_dynamic);
+  const std::size_t left_out_at = out.position();
+  out.put(left_out);
+  put_pose(out, keyframe.T_odometry_keyframe);
+  out.put(static_cast<std::uint32_t>(keyframe.scans.size()));
+  const std::size_t counts_at = out.position();
+  out.put(std::uint32_t{0});
+  out.put(std::uint32_t{0});
+  put_up(out, keyframe.up);
+  out.put(cell_size_mm(keyframe.cell_size_m));
+  put_scan(out, keyframe.scans[keyframe.reference_scan]);
+  const std::uint32_t keypoints = put_keypoints(out, keyframe.place.keypoints);
+  const std::uint32_t planes = put_planes(out, input.planes);
+  out.put_at(counts_at, keypoints);
+  out.put_at(counts_at + sizeof keypoints, planes);
+  left_out += keyframe.place.keypoints.size() - keypoints + input.planes.size() - planes;
+  return left_out_at;
+}
+
 }  // namespace
 
 const char* image_head_fault(std::size_t images, const RangeImageShape& shape,
@@ -263,41 +302,15 @@ EncodeResult write_keyframe(const WriterInput& input, const WriterScratch& scrat
   EncodeResult result;
   result.left_out = input.left_out;
   SpanWriter out(bytes);
-  out.put(kKeyframeMagic);
-  out.put(kKeyframeSchema);
-  out.put(std::uint16_t{0});
-  out.put(input.session.robot);
-  out.put(input.session.boot.low);
-  out.put(input.session.boot.high);
-  out.put(keyframe.sequence);
-  out.put(keyframe.reference_scan);
-  out.put(keyframe.points_in);
-  out.put(keyframe.points_dynamic);
-  const std::size_t left_out_at = out.position();
-  out.put(result.left_out);
-  put_pose(out, keyframe.T_odometry_keyframe);
-  out.put(static_cast<std::uint32_t>(keyframe.scans.size()));
-  const std::size_t counts_at = out.position();
-  out.put(std::uint32_t{0});
-  out.put(std::uint32_t{0});
-  for (const KeyframeScan& scan : keyframe.scans) {
-    out.put(scan.scan_index);
-    out.put(scan.stamp_ns);
-    put_pose(out, scan.T_odometry_sensor);
+  const std::size_t left_out_at = put_summary(out, input, result.left_out);
+  for (std::size_t i = 0; i < keyframe.scans.size(); ++i) {
+    if (i != keyframe.reference_scan) put_scan(out, keyframe.scans[i]);
   }
-  const std::uint32_t keypoints = put_keypoints(out, keyframe.place.keypoints);
-  const std::uint32_t planes = put_planes(out, input.planes);
-  out.put_at(counts_at, keypoints);
-  out.put_at(counts_at + sizeof keypoints, planes);
-  result.left_out += keyframe.place.keypoints.size() - keypoints + input.planes.size() - planes;
-  const std::uint16_t cell_mm = cell_size_mm(keyframe.cell_size_m);
-  out.put(cell_mm);
-  const CellGrid grid(keyframe.T_odometry_keyframe, cell_mm / 1000.0);
+  const CellGrid grid(keyframe.T_odometry_keyframe, cell_size_mm(keyframe.cell_size_m) / 1000.0);
   for (const auto cells : {keyframe.static_cells, keyframe.dynamic_cells}) {
     put_cells(out, sorted_cell_keys(cells, grid, scratch.keys, result.left_out), *scratch.code);
   }
   result.image_bytes = put_images(out, input, *scratch.images);
-  put_up(out, keyframe.up);
   out.put_at(left_out_at, result.left_out);
   result.bytes = out.position();
   if (!out.fits()) {

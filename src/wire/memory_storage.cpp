@@ -20,10 +20,27 @@ std::uint64_t memory_of(const KeyframeRecord& record) {
 KeyframeStorage::Taken MemoryStorage::keep(ReceivedKeyframe&& keyframe) {
   const std::uint64_t bytes = memory_of(keyframe.record);
   if (bytes > max_bytes_ - bytes_) return Taken::kNoRoom;
+  remove_summary({keyframe.record.session, keyframe.record.sequence});
   bytes_ += bytes;
   const std::uint32_t sequence = keyframe.record.sequence;
-  sessions_[keyframe.record.session].emplace(sequence, std::move(keyframe.record));
+  keyframes_[keyframe.record.session].emplace(sequence, std::move(keyframe.record));
   return Taken::kStored;
+}
+
+void MemoryStorage::keep(ReceivedSummary&& summary) {
+  const std::uint64_t bytes = memory_of(summary.record);
+  if (bytes > max_bytes_ - bytes_) return;
+  const std::uint32_t sequence = summary.record.sequence;
+  Records& summaries = summaries_[summary.record.session];
+  if (summaries.emplace(sequence, std::move(summary.record)).second) bytes_ += bytes;
+}
+
+void MemoryStorage::remove_summary(const KeyframeName& name) {
+  Records& summaries = summaries_[name.session];
+  const auto entry = summaries.find(name.sequence);
+  if (entry == summaries.end()) return;
+  bytes_ -= memory_of(entry->second);
+  summaries.erase(entry);
 }
 
 std::optional<StoredSession> MemoryStorage::find(const SessionId& id) {
@@ -32,17 +49,22 @@ std::optional<StoredSession> MemoryStorage::find(const SessionId& id) {
   return none;
 }
 
-std::vector<KeyframeRecord> MemoryStorage::take(const SessionId& id) {
-  std::vector<KeyframeRecord> keyframes;
-  const auto session = sessions_.find(id);
-  if (session == sessions_.end()) return keyframes;
-  keyframes.reserve(session->second.size());
-  for (auto& [sequence, record] : session->second) {
+std::vector<KeyframeRecord> MemoryStorage::take(Records& records) {
+  std::vector<KeyframeRecord> taken;
+  taken.reserve(records.size());
+  for (auto& [sequence, record] : records) {
     bytes_ -= memory_of(record);
-    keyframes.push_back(std::move(record));
+    taken.push_back(std::move(record));
   }
-  sessions_.erase(session);
-  return keyframes;
+  records.clear();
+  return taken;
+}
+
+void MemoryStorage::take(SessionData& session) {
+  session.keyframes = take(keyframes_[session.info.id]);
+  session.summaries = take(summaries_[session.info.id]);
+  keyframes_.erase(session.info.id);
+  summaries_.erase(session.info.id);
 }
 
 }  // namespace unimapper::wire

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/keyframe_codec.hpp"
 
 namespace unimapper::wire {
 
@@ -20,6 +21,9 @@ constexpr std::size_t kMaxVariants = 4;
 /// Combinations of such pieces that are tried when one more has arrived.
 constexpr int kMaxCombinations = 16;
 
+/// A longer summary is not looked for: joining it again with every piece would cost time.
+constexpr std::size_t kLongestSummaryBytes = 65536;
+
 std::int64_t bytes_of(const std::vector<std::uint8_t>& piece) {
   return static_cast<std::int64_t>(piece.size()) + kPieceOverheadBytes;
 }
@@ -27,7 +31,7 @@ std::int64_t bytes_of(const std::vector<std::uint8_t>& piece) {
 }  // namespace
 
 Reassembly::Result Reassembly::add(ChunkMessage&& chunk, bool known) {
-  if (chunk.total_bytes > limits_.max_keyframe_bytes) return {Outcome::kTooLarge, {}};
+  if (chunk.total_bytes > limits_.max_keyframe_bytes) return {Outcome::kTooLarge, {}, {}};
   const Head head{chunk.session, chunk.sequence, chunk.count, chunk.total_bytes,
                   chunk.payload_crc32};
   const auto [entry, is_new] = pending_.try_emplace(head);
@@ -40,7 +44,7 @@ Reassembly::Result Reassembly::add(ChunkMessage&& chunk, bool known) {
   const bool is_here = same != variants.end();
   if (is_here) {
     std::rotate(same, same + 1, variants.end());
-    if (pending.pieces.size() < head.count) return {Outcome::kDuplicate, {}};
+    if (pending.pieces.size() < head.count) return {Outcome::kDuplicate, {}, {}};
   } else if (variants.size() == kMaxVariants) {
     // A flood must not shut the real piece out, which may be the last to come.
     count_bytes(head, pending, -bytes_of(variants.front()));
@@ -54,6 +58,8 @@ Reassembly::Result Reassembly::add(ChunkMessage&& chunk, bool known) {
   if (pending.pieces.size() == head.count) {
     result.payload = join(head, pending, chunk.index);
     result.outcome = result.payload.empty() ? Outcome::kDamaged : Outcome::kComplete;
+  } else if (!is_here) {
+    result.summary = take_summary(pending);
   }
   if (result.outcome == Outcome::kComplete) {
     erase(entry);
@@ -86,6 +92,27 @@ Reassembly::Data Reassembly::join(const Head& head, const Pending& pending, std:
       if (choice > 0) break;
     }
     if (piece == pending.pieces.end()) break;
+  }
+  return {};
+}
+
+/// The summary, if the pieces at the front hold it and it was not taken before. Of pieces that
+/// differ the last one counts.
+Reassembly::Data Reassembly::take_summary(Pending& pending) {
+  Data front;
+  std::uint32_t next = 0;
+  for (auto piece = pending.pieces.begin();
+       !pending.summary_taken && piece != pending.pieces.end() && piece->first == next; ++piece) {
+    ++next;
+    const Data& data = piece->second.back();
+    front.insert(front.end(), data.begin(), data.end());
+    if (front.size() < kSummaryHeadBytes) continue;
+    const auto bytes = summary_bytes(front);
+    pending.summary_taken = !bytes || *bytes > kLongestSummaryBytes;
+    if (pending.summary_taken || front.size() < *bytes) continue;
+    pending.summary_taken = true;
+    front.resize(*bytes);
+    return front;
   }
   return {};
 }

@@ -4,6 +4,7 @@
 #include <tuple>
 #include <utility>
 
+#include "unimapper/wire/checksum.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 
 namespace unimapper::wire {
@@ -15,6 +16,12 @@ constexpr std::uint32_t kSignsOfLife = 2;
 
 bool is_same(const SessionInfo& a, const SessionInfo& b) {
   return a.name == b.name && a.sensor == b.sensor;
+}
+
+/// Whether the bytes say what their envelope says.
+bool is_of(const DecodedKeyframe& decoded, const KeyframeName& name) {
+  return decoded.record && decoded.record->session == name.session &&
+         decoded.record->sequence == name.sequence;
 }
 
 /// Speaks of what is stored only: a robot told that the rest is missing would send it in vain.
@@ -45,7 +52,7 @@ Receiver::Receiver(const ReceiverLimits& limits, KeyframeStorage& storage)
 void Receiver::advance(std::int64_t now_ns) {
   now_ns_ = now_ns;
   for (auto& [id, state] : sessions_) {
-    if (!state.is_changed || !state.has_keyframes()) continue;
+    if (!state.is_changed || !state.is_kept()) continue;
     storage_->keep({id, state.info, state.ended, state.announced, state.dropped_by_sender});
     state.is_changed = false;
   }
@@ -96,6 +103,9 @@ Receiver::Session* Receiver::session(const SessionId& id) {
     state.announced = stored->summary.announced;
     state.dropped_by_sender = stored->summary.dropped_by_sender;
     state.stored = stored->keyframes;
+    for (const auto& [sequence, summary] : stored->summaries) {
+      state.summaries[sequence] = {summary};
+    }
     state.highest_seen = state.stored.end();
   }
   entry->second.last_heard = ++clock_;
@@ -162,7 +172,7 @@ void Receiver::receive(HealthMessage&& message) {
   Session* state = session(message.session);
   if (state == nullptr) return;
   message.clock = state->clock;
-  if (state->has_keyframes()) storage_->keep(message);
+  if (state->is_kept()) storage_->keep(message);
   state->health = std::move(message);
 }
 
@@ -187,6 +197,7 @@ void Receiver::receive(ChunkMessage&& piece) {
   Reassembly::Result result = reassembly_.add(std::move(piece), state->has_keyframes());
   switch (result.outcome) {
     case Reassembly::Outcome::kWaiting:
+      if (!result.summary.empty()) take_summary(*state, name, std::move(result.summary));
       break;
     case Reassembly::Outcome::kDuplicate:
       ++counters_.pieces_duplicate;
@@ -205,18 +216,54 @@ void Receiver::receive(ChunkMessage&& piece) {
 
 void Receiver::take_payload(Session& state, const KeyframeName& name,
                             std::vector<std::uint8_t> payload) {
-  if (!is_within_quota(state, name.session.robot, payload.size())) return count_refused(state);
+  // Its summary, which is counted, goes.
+  const auto summary = state.summaries.find(name.sequence);
+  const std::uint64_t counted = summary == state.summaries.end() ? 0 : summary->second.stored.bytes;
+  const std::uint64_t more = payload.size() - std::min<std::uint64_t>(payload.size(), counted);
+  if (!is_within_quota(state, name.session.robot, more)) return count_refused(state);
   // First, since decoding what somebody forged takes longer.
   if (check_ && !check_(name.session, payload)) return mark_damaged(state, name.sequence);
   DecodedKeyframe decoded = decode_keyframe(payload, limits_.max_record_bytes);
-  const bool honest = decoded.record && decoded.record->session == name.session &&
-                      decoded.record->sequence == name.sequence;
-  if (!honest) return mark_damaged(state, name.sequence);
+  if (!is_of(decoded, name)) return mark_damaged(state, name.sequence);
   keep(state, {std::move(payload), std::move(*decoded.record)});
 }
 
+/// What the base has of a keyframe until it is whole. Pieces may be forged where there are no keys,
+/// and only the whole keyframe is signed: of two summaries that differ neither counts.
+void Receiver::take_summary(Session& state, const KeyframeName& name,
+                            std::vector<std::uint8_t> bytes) {
+  const StoredSummary stored{static_cast<std::uint32_t>(bytes.size()), crc32(bytes)};
+  const auto known = state.summaries.find(name.sequence);
+  if (known != state.summaries.end()) {
+    if (known->second.stored.crc32 == stored.crc32 || known->second.is_contradicted) return;
+    known->second.is_contradicted = true;
+    storage_->remove_summary(name);
+    ++counters_.contradictory;
+    return;
+  }
+  DecodedKeyframe decoded = decode_summary(bytes);
+  // Whether the keyframe is any better shows when it is whole.
+  if (!is_of(decoded, name) || state.summaries.size() >= limits_.max_damaged) return;
+  const bool is_new_session = !state.is_kept();
+  if (!is_within_quota(state, name.session.robot, bytes.size())) return count_refused(state);
+  quotas_.take(name.session.robot, is_new_session, bytes.size(), now_ns_);
+  state.summaries[name.sequence] = {stored};
+  state.is_changed = state.is_changed || is_new_session;
+  ++counters_.summaries;
+  storage_->keep(ReceivedSummary{std::move(bytes), std::move(*decoded.record)});
+  take(storage_->commit_due(now_ns_));
+}
+
+/// Its keyframe has come; the storage forgets it by itself.
+void Receiver::forget_summary(Session& state, const KeyframeName& name) {
+  const auto summary = state.summaries.find(name.sequence);
+  if (summary == state.summaries.end()) return;
+  quotas_.give_back(name.session.robot, summary->second.stored.bytes);
+  state.summaries.erase(summary);
+}
+
 bool Receiver::is_within_quota(Session& state, std::uint32_t robot, std::uint64_t bytes) {
-  const QuotaRefusal refusal = quotas_.check(robot, !state.has_keyframes(), bytes, now_ns_);
+  const QuotaRefusal refusal = quotas_.check(robot, !state.is_kept(), bytes, now_ns_);
   state.is_beyond_quota = refusal == QuotaRefusal::kSessions || refusal == QuotaRefusal::kBytes;
   return refusal == QuotaRefusal::kNone;
 }
@@ -224,9 +271,10 @@ bool Receiver::is_within_quota(Session& state, std::uint32_t robot, std::uint64_
 void Receiver::keep(Session& state, ReceivedKeyframe&& keyframe) {
   const KeyframeName name{keyframe.record.session, keyframe.record.sequence};
   const std::uint64_t bytes = keyframe.bytes.size();
-  const bool is_new_session = !state.has_keyframes();
+  const bool is_new_session = !state.is_kept();
   const KeyframeStorage::Taken taken = storage_->keep(std::move(keyframe));
   if (taken == KeyframeStorage::Taken::kNoRoom) return count_refused(state);
+  forget_summary(state, name);
   state.quiet_since_ns = now_ns_;
   quotas_.take(name.session.robot, is_new_session, bytes, now_ns_);
   reassembly_.forget(name.session, name.sequence);
@@ -267,6 +315,9 @@ std::vector<SessionProgress> Receiver::progress() const {
     one.announced = state.announced;
     one.received = state.stored.count();
     one.waiting = state.waiting.size();
+    one.summaries = static_cast<std::uint64_t>(
+        std::count_if(state.summaries.begin(), state.summaries.end(),
+                      [](const auto& entry) { return !entry.second.is_contradicted; }));
     one.damaged = state.damaged.size();
     one.refused = state.refused;
     one.whole = state.ended && one.received + state.dropped_by_sender >= state.announced;
@@ -306,7 +357,7 @@ std::vector<SessionData> Receiver::take_sessions() {
     data.keyframes_damaged = state.damaged.size();
     const std::uint64_t accounted = state.stored.count() + state.damaged.size();
     data.keyframes_missing = state.announced - std::min(state.announced, accounted);
-    if (memory_ != nullptr) data.keyframes = memory_->take(id);
+    if (memory_ != nullptr) memory_->take(data);
     sessions.push_back(std::move(data));
   }
   sort_and_name(sessions);

@@ -47,4 +47,9 @@ void RobotQuotas::take(std::uint32_t robot, bool is_new_session, std::uint64_t b
   usage.since_ns = now_ns;
 }
 
+void RobotQuotas::give_back(std::uint32_t robot, std::uint64_t bytes) {
+  const auto found = robots_.find(robot);
+  if (found != robots_.end()) found->second.bytes -= std::min(found->second.bytes, bytes);
+}
+
 }  // namespace unimapper::wire

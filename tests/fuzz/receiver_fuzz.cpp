@@ -55,7 +55,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   limits.max_keyframe_bytes = 65536;
   Receiver receiver(limits);
   Outbox outbox(0);
-  for (std::uint32_t sequence = 0; sequence < 8; ++sequence) outbox.add(sequence, 9);
+  for (std::uint32_t sequence = 0; sequence < 8; ++sequence) {
+    outbox.add(sequence, 9, sequence % 4);
+  }
   Pacing pacing({1000.0, 50000.0, 20000.0});
   for (std::int64_t i = 1; i <= 8; ++i) {
     pacing.sent(100.0);

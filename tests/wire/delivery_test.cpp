@@ -104,7 +104,9 @@ struct Boot {
 
  private:
   void add(std::uint32_t sequence) {
-    outbox.add(sequence, static_cast<std::uint32_t>(pieces_of(session, sequence).size()));
+    const auto pieces = static_cast<std::uint32_t>(pieces_of(session, sequence).size());
+    // Any number: it decides the order, and what is sent again early.
+    outbox.add(sequence, pieces, static_cast<std::uint32_t>(session.boot.low + sequence) % 5);
   }
 };
 
@@ -306,6 +308,83 @@ TEST_CASE("the newest keyframe goes first, and every fourth piece is of the olde
     outbox.sent(*piece, 0);
   }
   CHECK(sent == std::map<std::uint32_t, int>{{0, 25}, {2, 75}});
+}
+
+namespace {
+
+/// Sends so many pieces; which keyframes they were of.
+std::vector<std::uint32_t> send(Outbox& outbox, int pieces, std::int64_t now_ns = 0) {
+  std::vector<std::uint32_t> sequences;
+  for (int i = 0; i < pieces; ++i) {
+    const auto piece = outbox.next();
+    REQUIRE(piece);
+    sequences.push_back(piece->sequence);
+    outbox.sent(*piece, now_ns);
+  }
+  return sequences;
+}
+
+}  // namespace
+
+TEST_CASE("a keyframe that was begun is finished before a newer one, but for the oldest's share") {
+  Outbox outbox(kResendAfterNs);
+  outbox.add(0, 100);
+  outbox.add(1, 6);
+  CHECK(send(outbox, 2) == std::vector<std::uint32_t>{1, 1});
+  outbox.add(2, 4);
+  CHECK(send(outbox, 10) == std::vector<std::uint32_t>{1, 0, 1, 1, 1, 0, 2, 2, 2, 0});
+}
+
+TEST_CASE("summaries go first, the newest before all, and leave the others a quarter") {
+  Outbox outbox(kResendAfterNs);
+  for (std::uint32_t sequence = 0; sequence < 3; ++sequence) outbox.add(sequence, 10, 2);
+  // Of the others the newest has its turn; its leading pieces are gone already.
+  CHECK(send(outbox, 7) == std::vector<std::uint32_t>{2, 2, 1, 2, 1, 0, 0});
+  CHECK(outbox.may_be_next(2));
+  // One that comes while another is being sent interrupts it for its summary only.
+  outbox.add(3, 10, 2);
+  CHECK(send(outbox, 5) == std::vector<std::uint32_t>{2, 3, 3, 2, 0});
+}
+
+TEST_CASE("a summary that is lost is resent although its keyframe is still being sent") {
+  Outbox outbox(kResendAfterNs);
+  outbox.add(0, 100, 3);
+  (void)send(outbox, 10);
+  StoredMessage message;
+  message.until = 10;
+  message.incomplete = {{0, std::vector<bool>(100, true)}};
+  message.incomplete[0].missing[1] = false;
+
+  SECTION("only the pieces of it that are missing, and not before they may have arrived") {
+    (void)outbox.take(message, kResendAfterNs - 1);
+    CHECK(outbox.next()->index == 10);
+    (void)outbox.take(message, kResendAfterNs);
+    CHECK(outbox.next()->index == 0);
+    (void)send(outbox, 1, kResendAfterNs);
+    CHECK(outbox.next()->index == 2);
+    (void)send(outbox, 1, kResendAfterNs);
+    CHECK(outbox.next()->index == 10);
+  }
+  SECTION("not once it has arrived, whatever the base has dropped since") {
+    for (int i = 0; i < 3; ++i) message.incomplete[0].missing[static_cast<std::size_t>(i)] = false;
+    (void)outbox.take(message, 1);
+    message.incomplete.clear();
+    (void)outbox.take(message, 100 * kResendAfterNs);
+    CHECK(outbox.next()->index == 10);
+  }
+  SECTION("a few times if the base says nothing of it") {
+    message.incomplete.clear();
+    std::int64_t now_ns = 0;
+    int resent = 0;
+    for (int i = 0; i < 1000; ++i) {
+      (void)outbox.take(message, now_ns += kResendAfterNs / 4);
+      while (outbox.next()->index < 3) {
+        ++resent;
+        outbox.sent(*outbox.next(), now_ns);
+      }
+    }
+    CHECK(resent == 2 * 3);
+  }
 }
 
 TEST_CASE("only what is missing is resent, and not what may be on its way still") {

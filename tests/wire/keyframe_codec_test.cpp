@@ -1,6 +1,7 @@
 // Tests of the serialisation of keyframe records.
 #include "unimapper/wire/keyframe_codec.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
@@ -10,6 +11,7 @@
 #include "tests/wire/model.hpp"
 #include "tests/wire/records.hpp"
 #include "tests/wire/same_record.hpp"
+#include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/checksum.hpp"
 
 using namespace unimapper;
@@ -46,7 +48,10 @@ constexpr std::size_t kSchemaAt = 4;
 constexpr std::size_t kReferenceScanAt = 32;
 constexpr std::size_t kPoseAt = 60;
 constexpr std::size_t kScanCountAt = 156;
-constexpr std::size_t kCellsAt = 168 + 2 * 108 + 26 + 10;
+constexpr std::size_t kUpAt = 168;
+constexpr std::size_t kCellEdgeAt = kUpAt + 12;
+constexpr std::size_t kSummaryEnd = kCellEdgeAt + 2 + 108 + 26 + 10;
+constexpr std::size_t kCellsAt = kSummaryEnd + 108;
 /// Of schemas 1 to 3.
 constexpr std::ptrdiff_t kPlainCellBytes = 8 + 2 * 9 + 8 + 9;
 
@@ -88,29 +93,48 @@ TEST_CASE("a crowd of cells in one spot comes back whole") {
 
 namespace {
 
-/// The bytes of the small record, up to where free-space images begin.
+const std::string kOne = "000000000000F03F";
+const std::string kZero = "0000000000000000";
+const std::string kRotation = kOne + kZero + kZero + kZero + kOne + kZero + kZero + kZero + kOne;
+const std::string kMoved = "000000000000F83F 00000000000000C0 000000000000D03F";
+
+/// Parts of the small record: index, stamp and pose of its scans.
+const std::string kFirstScan = "A4010000 00CA9A3B00000000" + kRotation + kZero + kZero + kZero;
+const std::string kSecondScan = "A5010000 00AB904100000000" + kRotation + kMoved;
+/// Its keypoint (millimetres, normal, occupancy, strength) and plane (centimetres, normal).
+const std::string kDescriptor =
+    "D2040000 D2E9FFFF 28230000 2449 FF7F F0F0000000000000 0102 2C01 9001 56FF 0000 0000";
+/// Covariance of up: 2^-12, -2^-14, 2^-13 rad^2.
+const std::string kUp = "00008039 000080B8 00000039";
+const std::string kCellEdge = "C800";  // 200 mm
+const std::string kCodedCells =
+    "02000000 12000000"                     // static cells: cells, bytes
+    "FFFFFDFFC320E0181A03A0901CAB9C5ECF90"  // their code
+    "01000000 0F000000"                     // dynamic cells: cells, bytes
+    "FFFFFDFAC39881E510802B02700000";       // their code
+const std::string kCodedImages =
+    "01000000"                                      // images
+    "0000B442 0000F041 00000000 0000F041 0000F041"  // shape
+    "00008042"                                      // full weight up to 64 m
+    "01000000 04000000"                             // scan, bytes
+    "08000000 00E055FD18000000";                    // bytes of all images, their code
+
+/// The small record up to its counts.
+std::string golden_head(const std::string& schema, const std::string& boot_high) {
+  return "554D4B46 " + schema + "00 0000"                        // magic, schema, reserved
+         + "07000000 EFCDAB8967452301" + boot_high               // robot, boot
+         + "2A000000 01000000"                                   // sequence, reference scan
+         + "E803000000000000 0A00000000000000 0000000000000000"  // points in, dynamic, left out
+         + kRotation + kMoved                                    // T_odometry_keyframe
+         + "02000000 01000000 01000000";                         // scans, keypoints, planes
+}
+
+/// The bytes of the small record in schemas 1 to 3, up to where free-space images begin.
 std::vector<std::uint8_t> golden_bytes(const std::string& schema,
                                        const std::string& boot_high = "") {
-  const std::string one = "000000000000F03F";
-  const std::string zero = "0000000000000000";
-  const std::string rotation = one + zero + zero + zero + one + zero + zero + zero + one;
-  const std::string moved = rotation + "000000000000F83F 00000000000000C0 000000000000D03F";
   // clang-format off
   return bytes_of(
-      std::string()
-      + "554D4B46 " + schema + "00 0000" // magic, schema, reserved
-      + "07000000 EFCDAB8967452301" + boot_high // robot, boot
-      + "2A000000 01000000" // sequence, reference scan
-      + "E803000000000000 0A00000000000000 0000000000000000" // points in, dynamic, left out
-      + moved // T_odometry_keyframe
-      + "02000000 01000000 01000000" // scans, keypoints, planes
-      + "A4010000 00CA9A3B00000000" // scan 0: index, stamp
-      + rotation + zero + zero + zero
-      + "A5010000 00AB904100000000" // scan 1: index, stamp
-      + moved
-      + "D2040000 D2E9FFFF 28230000" // keypoint: millimetres
-      + "2449 FF7F F0F0000000000000 0102" // normal, occupancy, strength
-      + "2C01 9001 56FF 0000 0000" // plane: centimetres, normal
+      golden_head(schema, boot_high) + kFirstScan + kSecondScan + kDescriptor
       + "02000000 02000000" // static cells: groups, cells
       + "80 80 7F 0180 64 C8 6A 03" // ground group, its cell
       + "80 80 7F 0100 78 C8 CE FF" // other group, its cell
@@ -158,33 +182,108 @@ KeyframeRecord plain_record() {
 
 namespace {
 
+/// The small record in schemas 4 and 5.
 std::vector<std::uint8_t> golden_coded(const std::string& schema, const std::string& boot_high) {
-  // Up to the cells as before.
-  std::vector<std::uint8_t> golden = golden_bytes(schema, boot_high);
-  golden.erase(golden.end() - kPlainCellBytes, golden.end());
-  append(golden, bytes_of("C800"                                  // edge of the cells: 200 mm
-                          "02000000 12000000"                     // static cells: cells, bytes
-                          "FFFFFDFFC320E0181A03A0901CAB9C5ECF90"  // their code
-                          "01000000 0F000000"                     // dynamic cells: cells, bytes
-                          "FFFFFDFAC39881E510802B02700000"        // their code
-                          "01000000"                              // images
-                          "0000B442 0000F041 00000000 0000F041 0000F041"  // shape
-                          "00008042"                                      // full weight up to 64 m
-                          "01000000 04000000"                             // scan, bytes
-                          "08000000 00E055FD18000000"));   // bytes of all images, their code
-  append(golden, bytes_of("00008039 000080B8 00000039"));  // up: 2^-12, -2^-14, 2^-13 rad^2
-  return golden;
+  return bytes_of(golden_head(schema, boot_high) + kFirstScan + kSecondScan + kDescriptor +
+                  kCellEdge + kCodedCells + kCodedImages + kUp);
+}
+
+/// A keyframe as schema 5 carried it.
+std::vector<std::uint8_t> as_schema_5(const std::vector<std::uint8_t>& bytes) {
+  const auto number = [&bytes](std::size_t at) {
+    return LittleEndianReader(Bytes(bytes).subspan(at, 4)).get<std::uint32_t>();
+  };
+  const std::size_t scans = number(kScanCountAt);
+  const std::size_t reference = number(kReferenceScanAt);
+  const std::size_t descriptor = 26 * number(kScanCountAt + 4) + 10 * number(kScanCountAt + 8);
+  const std::size_t summary = kCellEdgeAt + 2 + 108 + descriptor;
+  std::vector<std::uint8_t> old(bytes.size());
+  auto end = old.begin();
+  const auto take = [&](std::size_t from, std::size_t count) {
+    end = std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(from), count, end);
+  };
+  take(0, kUpAt);
+  take(summary, 108 * reference);
+  take(kCellEdgeAt + 2, 108);
+  take(summary + 108 * reference, 108 * (scans - 1 - reference));
+  take(kCellEdgeAt + 2 + 108, descriptor);
+  take(kCellEdgeAt, 2);
+  take(summary + 108 * (scans - 1), bytes.size() - summary - 108 * (scans - 1));
+  take(kUpAt, 12);
+  old[kSchemaAt] = 5;
+  return old;
 }
 
 }  // namespace
 
-TEST_CASE("the bytes of schema 5 never change") {
-  const std::vector<std::uint8_t> golden = golden_coded("05", "1032547698BADCFE");
+TEST_CASE("the bytes of schema 6 never change") {
+  const std::vector<std::uint8_t> golden =
+      bytes_of(golden_head("06", "1032547698BADCFE") + kUp + kCellEdge + kSecondScan + kDescriptor +
+               kFirstScan + kCodedCells + kCodedImages);
   KeyframeRecord record = small_record();
   record.up = {true, 0x1p-12F, -0x1p-14F, 0x1p-13F};
   CHECK(encode_keyframe(record) == golden);
   REQUIRE(decode_keyframe(golden).record.has_value());
   CHECK(decode_keyframe(golden).record->up == record.up);
+  CHECK(as_schema_5(golden) == golden_coded("05", "1032547698BADCFE"));
+}
+
+TEST_CASE("a summary is the front of a keyframe, and says where the robot was and what it saw") {
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    KeyframeRecord record = random_record(seed, 50);
+    wire_test::quantise(record);
+    const std::vector<std::uint8_t> bytes = encode_keyframe(record);
+    const std::size_t length = summary_bytes(bytes).value();
+    CHECK(summary_bytes(Bytes(bytes).first(kSummaryHeadBytes)) == length);
+    CHECK_FALSE(summary_bytes(Bytes(bytes).first(kSummaryHeadBytes - 1)));
+    const DecodedKeyframe decoded = decode_summary(Bytes(bytes).first(length));
+    INFO("seed " << seed << ": " << decoded.error);
+    REQUIRE(decoded.record.has_value());
+    KeyframeRecord expected = record;
+    expected.scans = {record.scans[record.reference_scan]};
+    expected.reference_scan = 0;
+    expected.static_cells.clear();
+    expected.dynamic_cells.clear();
+    expected.images.clear();
+    expected.image_shape = {};
+    expected.image_full_weight_range_m = 0.0F;
+    check_same(*decoded.record, expected);
+    CHECK(decoded.record->is_summary);
+    CHECK_THROWS_WITH(encode_keyframe(*decoded.record), Catch::Contains("has not arrived"));
+    // What follows does not matter, what is missing does.
+    CHECK(decode_summary(bytes).record.has_value());
+    for (std::size_t shorter = 0; shorter < length; ++shorter) {
+      if (decode_summary(Bytes(bytes).first(shorter)).record) FAIL("accepted " << shorter);
+    }
+  }
+}
+
+TEST_CASE("the summary of a keyframe with 128 keypoints takes less than 4 kB") {
+  KeyframeRecord record = small_record();
+  record.planes.clear();
+  record.keypoints.resize(128, record.keypoints.front());
+  CHECK(summary_bytes(encode_keyframe(record)) == 3618U);
+}
+
+TEST_CASE("a forged summary is refused with the reason") {
+  const std::vector<std::uint8_t> good = encode_keyframe(small_record());
+  const auto forged = [&good](std::size_t at, const std::string& digits) {
+    std::vector<std::uint8_t> bytes = good;
+    const std::vector<std::uint8_t> replacement = bytes_of(digits);
+    std::copy(replacement.begin(), replacement.end(),
+              bytes.begin() + static_cast<std::ptrdiff_t>(at));
+    return decode_summary(bytes).error;
+  };
+  CHECK(decode_summary(good).error.empty());
+  CHECK_THAT(forged(kSchemaAt, "05"), Catch::Contains("no summary"));
+  CHECK_THAT(forged(kReferenceScanAt, "02"), Catch::Contains("reference scan"));
+  CHECK_THAT(forged(kPoseAt, "000000000000F87F"), Catch::Contains("not finite"));
+  CHECK_THAT(forged(kScanCountAt + 4, "FFFF"), Catch::Contains("fewer bytes"));
+  CHECK_THAT(forged(kUpAt, "000080B9"), Catch::Contains("covariance of up"));
+  CHECK_THAT(forged(kCellEdgeAt, "0000"), Catch::Contains("cells of such a size"));
+  CHECK_THAT(decode_summary(golden_coded("05", "1032547698BADCFE")).error,
+             Catch::Contains("no summary"));
+  CHECK_FALSE(summary_bytes(golden_coded("05", "1032547698BADCFE")));
 }
 
 namespace {
@@ -217,15 +316,26 @@ TEST_CASE(
   const KeyframeRecord record = turned_scene();
   const std::vector<std::uint8_t> bytes = encode_keyframe(record);
   CHECK(bytes.size() < 20000 * 4 / 2);
-  CHECK(crc32(bytes) == 0x6D9D84B4U);
+  CHECK(crc32(as_schema_5(bytes)) == 0x6D9D84B4U);
   // But for the upper half of the boot, as in schema 4.
-  std::vector<std::uint8_t> as_schema_4 = bytes;
+  std::vector<std::uint8_t> as_schema_4 = as_schema_5(bytes);
   as_schema_4[kSchemaAt] = 4;
   as_schema_4.erase(as_schema_4.begin() + 20, as_schema_4.begin() + 28);
   CHECK(crc32(as_schema_4) == 0xA4C45889U);
   const DecodedKeyframe decoded = decode_keyframe(bytes);
   REQUIRE(decoded.record.has_value());
   CHECK(encode_keyframe(*decoded.record) == bytes);
+}
+
+TEST_CASE("keyframes of schema 5, which begin with no summary, are still read") {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    KeyframeRecord record = random_record(seed, 100);
+    wire_test::quantise(record);
+    const DecodedKeyframe decoded = decode_keyframe(as_schema_5(encode_keyframe(record)));
+    INFO("seed " << seed << ": " << decoded.error);
+    REQUIRE(decoded.record.has_value());
+    check_same(record, *decoded.record);
+  }
 }
 
 TEST_CASE("keyframes of schema 4, with boots of 64 bits, are still read") {
@@ -272,8 +382,9 @@ TEST_CASE("keyframes of schema 1, which have no images, are still read") {
 TEST_CASE("a covariance of up that is none is refused") {
   const std::vector<std::uint8_t> good = encode_keyframe(small_record());
   const auto with = [&good](const std::string& up) {
-    std::vector<std::uint8_t> bytes(good.begin(), good.end() - 12);
-    append(bytes, bytes_of(up));
+    std::vector<std::uint8_t> bytes = good;
+    const std::vector<std::uint8_t> replacement = bytes_of(up);
+    std::copy(replacement.begin(), replacement.end(), bytes.begin() + kUpAt);
     return error_of(bytes);
   };
   CHECK(with("00000000 00000000 00000000").empty());
@@ -322,7 +433,7 @@ TEST_CASE("whatever the bytes of the cells, a keyframe that is accepted has one 
   std::size_t accepted = 0;
   for (int i = 0; i < 20000; ++i) {
     std::vector<std::uint8_t> bytes = good;
-    for (std::size_t at = kCellsAt + 10; at < bytes.size() - 12; ++at) {
+    for (std::size_t at = kCellsAt + 8; at < bytes.size(); ++at) {
       if (random.below(3) == 0) bytes[at] = static_cast<std::uint8_t>(random.below(256));
     }
     const DecodedKeyframe decoded = decode_keyframe(bytes);
@@ -346,18 +457,17 @@ TEST_CASE("forged fields are refused with the reason") {
   const std::vector<std::uint8_t> two{0, 0, 0, 0, 0, 0, 0, 0x40};
   CHECK(error_of(good).empty());
   CHECK_THAT(forged(0, {'X'}), Catch::Contains("not a keyframe"));
-  CHECK_THAT(forged(kSchemaAt, {6}), Catch::Contains("unknown schema version"));
+  CHECK_THAT(forged(kSchemaAt, {7}), Catch::Contains("unknown schema version"));
   CHECK_THAT(forged(kReferenceScanAt, {2}), Catch::Contains("reference scan"));
   CHECK_THAT(forged(kPoseAt, nan), Catch::Contains("not finite"));
   CHECK_THAT(forged(kPoseAt, two), Catch::Contains("not a rotation"));
   CHECK_THAT(forged(kScanCountAt, {0xFF, 0xFF, 0xFF, 0xFF}), Catch::Contains("beyond the limit"));
   CHECK_THAT(forged(kScanCountAt, {0xFF, 0xFF}), Catch::Contains("fewer bytes"));
   CHECK_THAT(forged(kScanCountAt, {0}), Catch::Contains(""));
-  CHECK_THAT(forged(kCellsAt, {0, 0}), Catch::Contains("cells of such a size"));
-  CHECK_THAT(forged(kCellsAt + 2, {0xFF, 0xFF, 0xFF, 0xFF}),
-             Catch::Contains("fewer bytes than cells"));
-  CHECK_THAT(forged(kCellsAt + 2, {1}), Catch::Contains("more cells than announced"));
-  CHECK_THAT(forged(kCellsAt + 6, {0}), Catch::Contains("fewer bytes than cells"));
+  CHECK_THAT(forged(kCellEdgeAt, {0, 0}), Catch::Contains("cells of such a size"));
+  CHECK_THAT(forged(kCellsAt, {0xFF, 0xFF, 0xFF, 0xFF}), Catch::Contains("fewer bytes than cells"));
+  CHECK_THAT(forged(kCellsAt, {1}), Catch::Contains("more cells than announced"));
+  CHECK_THAT(forged(kCellsAt + 4, {0}), Catch::Contains("fewer bytes than cells"));
   CHECK_THAT(error_of({}), Catch::Contains("not a keyframe"));
 }
 

@@ -35,6 +35,93 @@ TEST_CASE("a session arrives as it was sent") {
   CHECK(receiver.take_sessions().empty());
 }
 
+namespace {
+
+/// The pieces of a keyframe without its last one.
+std::vector<Message> all_but_last_piece(const KeyframeRecord& record) {
+  std::vector<Message> pieces = wire_test::pieces(record);
+  pieces.pop_back();
+  return pieces;
+}
+
+}  // namespace
+
+TEST_CASE("of a keyframe that never becomes whole the summary is kept") {
+  Receiver receiver;
+  feed(receiver, {wire_test::session_message(kAlpha, SessionState::kRunning, 3)});
+  feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0)));
+  const KeyframeRecord record = wire_test::keyframe_of(kAlpha.id, 1);
+  feed(receiver, all_but_last_piece(record));
+  CHECK(receiver.counters().summaries >= 1);
+  CHECK(receiver.counters().keyframes == 1);
+  REQUIRE(receiver.progress().size() == 1);
+  CHECK(receiver.progress()[0].received == 1);
+  CHECK(receiver.progress()[0].summaries == 1);
+  // It is no keyframe: the robot goes on sending.
+  const StoredMessage said = receiver.take_stored().at(0);
+  CHECK(said.below == 1);
+  CHECK(said.incomplete.size() == 1);
+
+  SECTION("it comes with the session, apart from the keyframes") {
+    const SessionData session = receiver.take_sessions().at(0);
+    CHECK(session.keyframes.size() == 1);
+    REQUIRE(session.summaries.size() == 1);
+    CHECK(session.summaries[0].is_summary);
+    CHECK(session.summaries[0].sequence == 1);
+    CHECK(session.summaries[0].keypoints.size() == record.keypoints.size());
+    CHECK(session.keyframes_missing == 2);
+  }
+  SECTION("the keyframe replaces it") {
+    feed(receiver, wire_test::pieces(record).back());
+    CHECK(receiver.progress()[0].received == 2);
+    CHECK(receiver.progress()[0].summaries == 0);
+    const SessionData session = receiver.take_sessions().at(0);
+    CHECK(session.keyframes.size() == 2);
+    CHECK(session.summaries.empty());
+  }
+}
+
+TEST_CASE("a summary takes its first pieces and no others, in any order") {
+  const std::vector<Message> pieces = wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0));
+  const std::size_t leading =
+      count_leading_pieces(encode_keyframe(wire_test::keyframe_of(kAlpha.id, 0)), 433);
+  REQUIRE(leading > 1);
+  REQUIRE(leading < pieces.size());
+  Receiver receiver;
+  for (std::size_t i = leading; i < pieces.size(); ++i) feed(receiver, pieces[i]);
+  for (std::size_t i = leading; i-- > 1;) feed(receiver, pieces[i]);
+  CHECK(receiver.counters().summaries == 0);
+  Receiver first;
+  for (std::size_t i = leading; i-- > 0;) feed(first, pieces[i]);
+  CHECK(first.counters().summaries == 1);
+}
+
+TEST_CASE("of two summaries that differ neither counts, until the keyframe is whole") {
+  KeyframeRecord forged = wire_test::keyframe_of(kAlpha.id, 0);
+  forged.T_odometry_keyframe.translation.x() += 100.0;
+  Receiver receiver;
+  feed(receiver, all_but_last_piece(forged));
+  CHECK(receiver.progress()[0].summaries == 1);
+  const KeyframeRecord record = wire_test::keyframe_of(kAlpha.id, 0);
+  feed(receiver, all_but_last_piece(record));
+  feed(receiver, all_but_last_piece(record));
+  CHECK(receiver.progress()[0].summaries == 0);
+  CHECK(receiver.counters().contradictory == 1);
+  feed(receiver, wire_test::pieces(record).back());
+  const SessionData session = receiver.take_sessions().at(0);
+  REQUIRE(session.keyframes.size() == 1);
+  CHECK(session.summaries.empty());
+}
+
+TEST_CASE("a summary that belongs to another keyframe is none") {
+  std::vector<Message> pieces = all_but_last_piece(wire_test::keyframe_of(kAlpha.id, 0));
+  for (Message& piece : pieces) std::get<ChunkMessage>(piece).sequence = 5;
+  Receiver receiver;
+  feed(receiver, pieces);
+  CHECK(receiver.counters().summaries == 0);
+  CHECK(receiver.take_sessions().at(0).summaries.empty());
+}
+
 TEST_CASE("order, repetition and interleaving do not matter") {
   std::vector<Message> stream = wire_test::session_stream(kAlpha, 6);
   for (const Message& message : wire_test::session_stream(kBeta, 4)) stream.push_back(message);

@@ -34,6 +34,7 @@ inline void check_same(const KeyframeRecord& a, const KeyframeRecord& b) {
                      return x.scan_index == y.scan_index && x.stamp_ns == y.stamp_ns &&
                             same(x.T_odometry_sensor, y.T_odometry_sensor);
                    }));
+  CHECK(a.scans.size() == b.scans.size());
   CHECK(a.cell_size_m == b.cell_size_m);
   CHECK(same(a.static_cells, b.static_cells));
   CHECK(same(a.dynamic_cells, b.dynamic_cells));

@@ -4,6 +4,8 @@
 #include <set>
 
 #include "tests/wire/stream.hpp"
+#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/keyframe_codec.hpp"
 #include "unimapper/wire/receiver.hpp"
 
 using namespace unimapper;
@@ -26,6 +28,12 @@ class ManualStorage final : public KeyframeStorage {
     REQUIRE(waiting.emplace(name, keyframe.bytes.size()).second);
     return Taken::kWaiting;
   }
+  void keep(ReceivedSummary&& summary) override {
+    const KeyframeName name{summary.record.session, summary.record.sequence};
+    REQUIRE(summary.record.is_summary);
+    REQUIRE(keyframe_summaries.emplace(name, summary.bytes).second);
+  }
+  void remove_summary(const KeyframeName& name) override { keyframe_summaries.erase(name); }
   void keep(const SessionSummary& summary) override { summaries_waiting[summary.id] = summary; }
   void keep(const HealthMessage& health) override { healths.push_back(health); }
   Committed commit_due(std::int64_t /*now_ns*/) override {
@@ -49,6 +57,10 @@ class ManualStorage final : public KeyframeStorage {
     session.summary.id = id;
     for (const auto& [name, bytes] : stored) {
       if (name.session == id) session.keyframes.insert(name.sequence);
+    }
+    for (const auto& [name, bytes] : keyframe_summaries) {
+      if (name.session != id || stored.contains(name)) continue;
+      session.summaries[name.sequence] = {static_cast<std::uint32_t>(bytes.size()), crc32(bytes)};
     }
     return session;
   }
@@ -75,6 +87,7 @@ class ManualStorage final : public KeyframeStorage {
   std::map<KeyframeName, std::uint64_t> stored;
   std::map<SessionId, SessionSummary> summaries_waiting;
   std::map<SessionId, SessionSummary> summaries;
+  std::map<KeyframeName, std::vector<std::uint8_t>> keyframe_summaries;
   std::vector<HealthMessage> healths;
 };
 
@@ -168,6 +181,46 @@ TEST_CASE("a base that starts again goes on where it was") {
   CHECK(progress.info.name == "alpha");
   CHECK(progress.announced == 9);
   CHECK(progress.received == 3);
+}
+
+TEST_CASE("a summary is kept once, survives a restart, and counts until its keyframe comes") {
+  ManualStorage storage;
+  std::vector<Message> most = wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 3));
+  const Message last = most.back();
+  most.pop_back();
+  std::uint64_t summary = 0;
+  {
+    Receiver receiver({}, storage);
+    feed(receiver, most);
+    receiver.advance(1);
+    REQUIRE(storage.keyframe_summaries.size() == 1);
+    summary = storage.keyframe_summaries.begin()->second.size();
+    // The session is one that the storage knows.
+    CHECK(storage.summaries.count(kAlpha.id) == 1);
+  }
+  ReceiverLimits limits;
+  limits.robot.bytes = encoded_bytes(kAlpha.id, 3) + summary - 1;
+  Receiver receiver(limits, storage);
+  feed(receiver, most);  // the storage would say if it came again
+  CHECK(receiver.progress()[0].summaries == 1);
+  feed(receiver, last);
+  receiver.advance(2);
+  CHECK(storage.stored.count({kAlpha.id, 3}) == 1);
+  CHECK(receiver.progress()[0].summaries == 0);
+}
+
+TEST_CASE("sessions of which only summaries came count for a robot's quota") {
+  ManualStorage storage;
+  ReceiverLimits limits;
+  limits.robot.sessions = 2;
+  Receiver receiver(limits, storage);
+  for (std::uint64_t session = 0; session < 4; ++session) {
+    std::vector<Message> most = wire_test::pieces(wire_test::keyframe_of({1, session}, 0));
+    most.pop_back();
+    feed(receiver, most);
+  }
+  CHECK(storage.keyframe_summaries.size() == 2);
+  CHECK(receiver.counters().refused > 0);
 }
 
 TEST_CASE("a session that cannot be read now is not taken for a new one") {

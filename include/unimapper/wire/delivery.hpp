@@ -63,9 +63,11 @@ class StoredSequences {
   std::uint64_t next_ = 0;  ///< where the next description starts
 };
 
-/// Decides which pieces a sender sends next: those of the newest keyframe first, and every fourth
-/// one of the oldest; those again of which the base says that they are missing. Holds numbers,
-/// not bytes; no clock of its own: times are the caller's, in nanoseconds of any steady clock.
+/// Decides which pieces a sender sends next: the leading pieces of keyframes, which hold their
+/// summaries, the newest first; then keyframes one after the other, first those that were sent and
+/// lack some pieces, then again the newest, while every fourth of these pieces is of the oldest.
+/// Pieces that the base misses are sent again. Holds numbers, not bytes; no clock of its own: times
+/// are the caller's, in nanoseconds of any steady clock.
 class Outbox {
  public:
   /// One piece of a keyframe.
@@ -80,11 +82,12 @@ class Outbox {
   /// Another time for a slower or faster link.
   void set_resend_after(std::int64_t ns) { resend_after_ns_ = ns; }
 
-  /// A keyframe to be sent, of so many pieces (at least 1).
-  void add(std::uint32_t sequence, std::uint32_t pieces);
+  /// A keyframe to be sent, of so many pieces (at least 1), the first `leading` of which hold its
+  /// summary.
+  void add(std::uint32_t sequence, std::uint32_t pieces, std::uint32_t leading = 0);
   /// A keyframe that was sent whole before, at an earlier start: none of its pieces goes unless the
   /// base says that it misses them.
-  void add_sent(std::uint32_t sequence, std::uint32_t pieces);
+  void add_sent(std::uint32_t sequence, std::uint32_t pieces, std::uint32_t leading = 0);
   /// Forgets a keyframe, delivered or not.
   void forget(std::uint32_t sequence);
   /// The piece to be sent next, if any.
@@ -101,10 +104,8 @@ class Outbox {
   [[nodiscard]] std::optional<std::uint32_t> oldest() const;
   /// Whether any of its pieces is to be sent.
   [[nodiscard]] bool is_due(std::uint32_t sequence) const { return due_.contains(sequence); }
-  /// Whether the next piece or the one of the oldest keyframe after it may be of this keyframe.
-  [[nodiscard]] bool may_be_next(std::uint32_t sequence) const {
-    return !due_.empty() && (sequence == *due_.begin() || sequence == *due_.rbegin());
-  }
+  /// Whether one of the next pieces may be of this keyframe, unless another is added.
+  [[nodiscard]] bool may_be_next(std::uint32_t sequence) const;
   /// Whether every piece of this keyframe was sent at least once.
   [[nodiscard]] bool was_sent(std::uint32_t sequence) const;
 
@@ -112,17 +113,30 @@ class Outbox {
   struct Item {
     std::vector<bool> due;  ///< for each piece
     std::uint32_t due_count = 0;
-    std::uint32_t next = 0;  ///< no piece before it is due
+    std::uint32_t next = 0;         ///< no piece before it is due
+    std::uint32_t leading = 0;      ///< pieces of the summary; 0 once the base has it
+    std::uint32_t leading_due = 0;  ///< of which to be sent
+    std::uint32_t summary_tries = 0;
+    std::int64_t summary_sent_ns = 0;
     bool was_sent = false;
     std::int64_t last_sent_ns = 0;
   };
 
+  [[nodiscard]] bool is_backfill() const;
+  [[nodiscard]] std::uint32_t next_keyframe() const;
+  void set_due(std::uint32_t sequence, Item& item, std::vector<bool> due);
   void resend(std::uint32_t sequence, Item& item, const StoredMessage& message);
+  void resend_summary(std::uint32_t sequence, Item& item, const StoredMessage& message,
+                      std::int64_t now_ns);
 
   std::int64_t resend_after_ns_;
   std::map<std::uint32_t, Item> items_;
-  std::set<std::uint32_t> due_;  ///< items with pieces to be sent
-  std::uint64_t pieces_sent_ = 0;
+  std::set<std::uint32_t> due_;           ///< items with pieces to be sent
+  std::set<std::uint32_t> leading_due_;   ///< items with leading pieces to be sent
+  std::set<std::uint32_t> nearly_there_;  ///< items that lack only some pieces, which are due
+  std::optional<std::uint32_t> current_;  ///< being sent
+  std::uint32_t leading_sent_ = 0;        ///< in a row
+  std::uint64_t others_sent_ = 0;
 };
 
 }  // namespace unimapper::wire

@@ -6,9 +6,10 @@
 namespace unimapper::wire {
 
 inline constexpr std::uint32_t kKeyframeMagic = 0x464B4D55;  ///< "UMKF" in the file
-inline constexpr std::uint16_t kKeyframeSchema = 5;
+inline constexpr std::uint16_t kKeyframeSchema = 6;
 /// Also read: 1, without free-space images, 2, without the covariance of up, 3, with cells and
-/// images that are not range coded, and 4, with a boot id of 64 bits.
+/// images that are not range coded, 4, with a boot id of 64 bits, and 5, without a summary: all
+/// scans and cells before the covariance of up.
 inline constexpr std::uint16_t kOldestKeyframeSchema = 1;
 
 /// Most elements of a kind that a keyframe may hold.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -24,6 +25,12 @@ struct KeyframeName {
   friend auto operator<=>(const KeyframeName&, const KeyframeName&) = default;
 };
 
+/// The summary of a keyframe that has not arrived whole.
+struct ReceivedSummary {
+  std::vector<std::uint8_t> bytes;  ///< as the robot encoded it
+  KeyframeRecord record;            ///< what they say
+};
+
 /// What is known of a session beside its keyframes.
 struct SessionSummary {
   SessionId id;                         ///< identity of the session
@@ -33,17 +40,24 @@ struct SessionSummary {
   std::uint64_t dropped_by_sender = 0;  ///< of which the robot sent none
 };
 
+/// The summary of a keyframe that is not stored itself.
+struct StoredSummary {
+  std::uint32_t bytes = 0;  ///< how many it has
+  std::uint32_t crc32 = 0;  ///< their checksum
+};
+
 /// A session as it is stored.
 struct StoredSession {
-  SessionSummary summary;     ///< as of the last change that was stored
-  StoredSequences keyframes;  ///< those that are stored
+  SessionSummary summary;                            ///< as of the last change that was stored
+  StoredSequences keyframes;                         ///< those that are stored
+  std::map<std::uint32_t, StoredSummary> summaries;  ///< of others, by sequence
 };
 
 /// What is stored of one robot.
 struct RobotUsage {
   std::uint32_t robot = 0;     ///< number of the robot
   std::uint64_t sessions = 0;  ///< with a keyframe
-  std::uint64_t bytes = 0;     ///< of encoded keyframes
+  std::uint64_t bytes = 0;     ///< of encoded keyframes and summaries
 };
 
 /// What has become durable.
@@ -70,6 +84,11 @@ class KeyframeStorage {
 
   /// Takes a keyframe that is neither stored nor waiting.
   virtual Taken keep(ReceivedKeyframe&& keyframe) = 0;
+  /// Takes the summary of a keyframe of which there is nothing yet; the keyframe will replace it.
+  /// Where there is no room it is dropped.
+  virtual void keep(ReceivedSummary&& summary) = 0;
+  /// Forgets the summary of a keyframe, stored or not.
+  virtual void remove_summary(const KeyframeName& name) = 0;
   /// Takes what is known of a session that has keyframes here; the latest counts.
   virtual void keep(const SessionSummary& summary) = 0;
   /// Takes the health of a session that has keyframes here.

@@ -18,6 +18,8 @@ class MemoryStorage final : public KeyframeStorage {
   explicit MemoryStorage(std::uint64_t max_bytes) : max_bytes_(max_bytes) {}
 
   Taken keep(ReceivedKeyframe&& keyframe) override;
+  void keep(ReceivedSummary&& summary) override;
+  void remove_summary(const KeyframeName& name) override;
   void keep(const SessionSummary& /*summary*/) override {}
   void keep(const HealthMessage& /*health*/) override {}
   Committed commit_due(std::int64_t /*now_ns*/) override { return {}; }
@@ -28,13 +30,19 @@ class MemoryStorage final : public KeyframeStorage {
   [[nodiscard]] bool accepts() const override { return true; }
   [[nodiscard]] bool is_durable() const override { return false; }
 
-  /// Hands over a session's keyframes, in ascending sequence; their memory is free again.
-  std::vector<KeyframeRecord> take(const SessionId& id);
+  /// Hands over a session's keyframes, and the summaries of those that never came, in ascending
+  /// sequence; their memory is free again.
+  void take(SessionData& session);
 
  private:
   std::uint64_t max_bytes_;
   std::uint64_t bytes_ = 0;
-  std::map<SessionId, std::map<std::uint32_t, KeyframeRecord>> sessions_;
+  using Records = std::map<std::uint32_t, KeyframeRecord>;
+
+  std::vector<KeyframeRecord> take(Records& records);
+
+  std::map<SessionId, Records> keyframes_;
+  std::map<SessionId, Records> summaries_;
 };
 
 }  // namespace unimapper::wire

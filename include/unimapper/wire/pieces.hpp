@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "unimapper/core/session_id.hpp"
+#include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/messages.hpp"
 
 namespace unimapper::wire {
@@ -22,5 +23,9 @@ struct EncodedKeyframe {
 /// Throws std::invalid_argument for pieces without a byte.
 std::vector<ChunkMessage> cut_into_pieces(const EncodedKeyframe& keyframe,
                                           std::uint32_t piece_bytes);
+
+/// How many of its first pieces of `piece_bytes` bytes hold a keyframe's summary; 0 if it has none.
+/// Of a keyframe without bytes nothing is known: as many as with 128 keypoints. O(1).
+std::uint32_t count_leading_pieces(Bytes keyframe, std::uint32_t piece_bytes);
 
 }  // namespace unimapper::wire

@@ -49,6 +49,9 @@ class Reassembly {
   struct Result {
     Outcome outcome = Outcome::kWaiting;  ///< what became of the piece
     std::vector<std::uint8_t> payload;    ///< if complete
+    /// The keyframe's summary, once, if other pieces are still missing. Only the checksums of its
+    /// pieces have been checked.
+    std::vector<std::uint8_t> summary;
   };
 
   explicit Reassembly(const ReceiverLimits& limits) : limits_(limits) {}
@@ -83,10 +86,12 @@ class Reassembly {
     std::uint64_t bytes = 0;
     std::uint64_t last_touched = 0;
     bool known = false;
+    bool summary_taken = false;  ///< or there is none
   };
   using Table = std::map<Head, Pending>;
 
   static Data join(const Head& head, const Pending& pending, std::uint32_t newest);
+  static Data take_summary(Pending& pending);
 
   /// What is held of one robot's.
   struct Held {

@@ -23,13 +23,15 @@ namespace unimapper::wire {
 
 /// What became of the messages.
 struct ReceiverCounters {
-  std::uint64_t messages = 0;             ///< on the project's channels
-  std::uint64_t foreign = 0;              ///< on other channels, ignored
-  std::uint64_t malformed = 0;            ///< not decodable, or a piece with a wrong checksum
-  std::uint64_t refused = 0;              ///< beyond a limit: sessions, keyframe size, memory
-  std::uint64_t contradictory = 0;        ///< a session that changes its name or sensor
+  std::uint64_t messages = 0;   ///< on the project's channels
+  std::uint64_t foreign = 0;    ///< on other channels, ignored
+  std::uint64_t malformed = 0;  ///< not decodable, or a piece with a wrong checksum
+  std::uint64_t refused = 0;    ///< beyond a limit: sessions, keyframe size, memory
+  /// A session that changes its name or sensor, or a keyframe with two different summaries.
+  std::uint64_t contradictory = 0;
   std::uint64_t pieces_duplicate = 0;     ///< the same piece again, or of a keyframe that is here
   std::uint64_t keyframes = 0;            ///< whole, sound and stored
+  std::uint64_t summaries = 0;            ///< of keyframes that were not whole then
   std::uint64_t keyframes_damaged = 0;    ///< whole, but checksum or content is wrong
   std::uint64_t keyframes_abandoned = 0;  ///< incomplete, evicted at the memory limit
 };
@@ -50,6 +52,7 @@ struct SessionProgress {
   std::uint64_t announced = 0;          ///< keyframes made, as far as known
   std::uint64_t received = 0;           ///< keyframes stored
   std::uint64_t waiting = 0;            ///< keyframes here, but not yet stored
+  std::uint64_t summaries = 0;          ///< other keyframes of which the summary is here
   std::uint64_t damaged = 0;            ///< keyframes that arrived damaged only
   std::uint64_t refused = 0;            ///< keyframes or pieces beyond a quota or without room
   std::optional<HealthMessage> health;  ///< the latest, if any
@@ -125,6 +128,12 @@ class Receiver {
     StoredSequences stored;
     std::set<std::uint32_t> waiting;  ///< taken by the storage, but not yet stored
     std::set<std::uint32_t> damaged;
+    /// Of keyframes that have not arrived whole.
+    struct Summary {
+      StoredSummary stored;          ///< what the storage was handed
+      bool is_contradicted = false;  ///< by another one: neither counts
+    };
+    std::map<std::uint32_t, Summary> summaries;
     std::optional<HealthMessage> health;
     bool is_changed = false;       ///< since the storage was told
     bool end_is_stored = false;    ///< or that there is none
@@ -144,6 +153,8 @@ class Receiver {
     std::optional<ClockOffset> clock;
 
     [[nodiscard]] bool has_keyframes() const { return stored.count() > 0 || !waiting.empty(); }
+    /// Whether the storage knows it.
+    [[nodiscard]] bool is_kept() const { return has_keyframes() || !summaries.empty(); }
   };
 
   /// The session, made or found in the storage if there is room for one more or another gives way;
@@ -151,6 +162,8 @@ class Receiver {
   Session* session(const SessionId& id);
   bool forget_session();
   void take_payload(Session& state, const KeyframeName& name, std::vector<std::uint8_t> payload);
+  void take_summary(Session& state, const KeyframeName& name, std::vector<std::uint8_t> bytes);
+  void forget_summary(Session& state, const KeyframeName& name);
   [[nodiscard]] bool is_within_quota(Session& state, std::uint32_t robot, std::uint64_t bytes);
   void keep(Session& state, ReceivedKeyframe&& keyframe);
   void take(const Committed& committed);

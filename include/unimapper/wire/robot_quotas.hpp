@@ -41,6 +41,8 @@ class RobotQuotas {
                                    std::int64_t now_ns) const;
   /// Counts it, as stored at that time.
   void take(std::uint32_t robot, bool is_new_session, std::uint64_t bytes, std::int64_t now_ns);
+  /// So many bytes that were counted are not stored any more.
+  void give_back(std::uint32_t robot, std::uint64_t bytes);
 
  private:
   struct Robot {

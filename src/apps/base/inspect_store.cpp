@@ -38,6 +38,7 @@ Json describe(const store::SessionListing& session) {
           {"ended", session.ended},
           {"keyframes", session.keyframes},
           {"missing", session.missing()},
+          {"summaries", session.summaries},
           {"dropped_by_robot", session.dropped_by_sender},
           {"bytes", session.bytes},
           {"duration_s", duration_s(session)},
@@ -54,15 +55,17 @@ void print(const std::vector<store::SessionListing>& sessions) {
   std::printf("store        %zu sessions, %llu keyframes, %.1f MB\n", sessions.size(),
               static_cast<unsigned long long>(keyframes), static_cast<double>(bytes) * 1e-6);
   for (const store::SessionListing& session : sessions) {
+    const std::string of_summaries =
+        session.summaries == 0 ? "" : " (summaries of " + std::to_string(session.summaries) + ")";
     std::printf(
-        "session      %s: robot %u, %s, %llu keyframes (%.1f MB) in %.1f s, %llu missing, "
+        "session      %s: robot %u, %s, %llu keyframes (%.1f MB) in %.1f s, %llu missing%s, "
         "%s, first stored %s\n",
         session.info.name.c_str(), session.info.id.robot,
         session.info.sensor.empty() ? "unknown sensor" : session.info.sensor.c_str(),
         static_cast<unsigned long long>(session.keyframes),
         static_cast<double>(session.bytes) * 1e-6, duration_s(session),
-        static_cast<unsigned long long>(session.missing()), session.ended ? "ended" : "open",
-        time_text(session.first_stored_s).c_str());
+        static_cast<unsigned long long>(session.missing()), of_summaries.c_str(),
+        session.ended ? "ended" : "open", time_text(session.first_stored_s).c_str());
   }
 }
 

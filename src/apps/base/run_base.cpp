@@ -139,11 +139,13 @@ class Status {
                                  const wire::ReceiverCounters& counters) const {
     std::set<std::uint32_t> robots;
     std::uint64_t missing = 0;
+    std::uint64_t summaries = 0;
     std::uint64_t damaged = 0;
     std::uint64_t open = 0;
     for (const wire::SessionProgress& session : sessions) {
       robots.insert(session.info.id.robot);
       missing += session.announced - std::min(session.announced, session.received);
+      summaries += session.summaries;
       damaged += session.damaged;
       open += session.ended ? 0 : 1;
     }
@@ -151,8 +153,9 @@ class Status {
     return "robots " + std::to_string(robots.size()) + ", sessions " +
            std::to_string(sessions.size()) + " (" + std::to_string(open) + " open), stored " +
            std::to_string(stored.keyframes) + " keyframes (" + megabytes(stored.bytes) +
-           "), missing " + std::to_string(missing) + ", damaged " + std::to_string(damaged) +
-           ", refused " + std::to_string(counters.refused);
+           "), missing " + std::to_string(missing) +
+           (summaries == 0 ? "" : " (summaries of " + std::to_string(summaries) + ")") +
+           ", damaged " + std::to_string(damaged) + ", refused " + std::to_string(counters.refused);
   }
 
   const store::KeyframeStore& store_;

@@ -34,10 +34,10 @@ class SimulatedLink {
                 std::uint64_t seed = 1)
       : link_(link), adapts_(adapts), pacing(options), random_(seed) {}
 
-  /// A keyframe of so many pieces is published.
-  void publish(std::uint32_t pieces) {
-    outbox_.add(static_cast<std::uint32_t>(pieces_of_.size()), pieces);
-    pieces_of_.push_back(pieces);
+  /// A keyframe of so many pieces is published, of which so many hold its summary.
+  void publish(std::uint32_t pieces, std::uint32_t leading = 0) {
+    outbox_.add(static_cast<std::uint32_t>(keyframes.size()), pieces, leading);
+    keyframes.push_back({now_ns_, leading, std::nullopt, std::nullopt});
     missing_.emplace_back(pieces, true);
   }
 
@@ -55,6 +55,15 @@ class SimulatedLink {
   bool base_is_there = true;
   std::uint64_t window_bytes = 4000000;
   std::uint64_t base = 1;
+
+  /// One that was published.
+  struct Keyframe {
+    std::int64_t published_ns = 0;
+    std::uint32_t leading = 0;  ///< pieces
+    std::optional<std::int64_t> summary_ns;
+    std::optional<std::int64_t> whole_ns;  ///< when the base had it
+  };
+  std::vector<Keyframe> keyframes;
 
   std::uint64_t sent = 0;        ///< pieces
   std::uint64_t resent = 0;      ///< of which not for the first time
@@ -130,7 +139,14 @@ class SimulatedLink {
       return;
     }
     ++arrived;
-    missing_[packet.number][packet.index] = false;
+    auto& missing = missing_[packet.number];
+    missing[packet.index] = false;
+    Keyframe& keyframe = keyframes[packet.number];
+    const auto is_here = [&](auto end) { return std::find(missing.begin(), end, true) == end; };
+    if (!keyframe.summary_ns && is_here(missing.begin() + keyframe.leading)) {
+      keyframe.summary_ns = now_ns_;
+    }
+    if (!keyframe.whole_ns && is_here(missing.end())) keyframe.whole_ns = now_ns_;
   }
 
   void answer() {
@@ -162,7 +178,6 @@ class SimulatedLink {
 
   wire::wire_test::Random random_;
   wire::Outbox outbox_{400000000};
-  std::vector<std::uint32_t> pieces_of_;
   std::vector<std::vector<bool>> missing_;  ///< at the base
   std::deque<Packet> packets_;
   std::deque<Answer> answers_;

@@ -54,6 +54,105 @@ TEST_CASE("sessions come out of a store as they arrived") {
   CHECK(reader.check().empty());
 }
 
+namespace {
+
+/// What has arrived of a keyframe whose last piece is missing.
+std::vector<wire_test::Message> most_of(const SessionId& id, std::uint32_t sequence) {
+  std::vector<wire_test::Message> pieces = wire_test::pieces(wire_test::keyframe_of(id, sequence));
+  pieces.pop_back();
+  return pieces;
+}
+
+}  // namespace
+
+TEST_CASE("summaries are stored until their keyframes are, across restarts") {
+  const TemporaryDirectory folder;
+  {
+    Base base(folder.path());
+    base.feed(kAlpha.id, 0);
+    base.feed(most_of(kAlpha.id, 1));
+    base.feed(most_of(kAlpha.id, 2));
+    base.feed(most_of(kBeta.id, 0));
+    base.advance();
+    CHECK(base.store.counters().summaries == 3);
+    CHECK(base.acknowledged() == std::map<SessionId, std::uint64_t>{{kAlpha.id, 1}, {kBeta.id, 0}});
+  }
+  {
+    StoreReader reader(folder.path());
+    const std::vector<SessionListing> sessions = reader.sessions();
+    REQUIRE(sessions.size() == 2);
+    CHECK(sessions[0].keyframes == 1);
+    CHECK(sessions[0].summaries == 2);
+    const SessionData session = reader.read(sessions[0]);
+    CHECK(session.keyframes.size() == 1);
+    REQUIRE(session.summaries.size() == 2);
+    CHECK(session.summaries[1].sequence == 2);
+    CHECK(session.summaries[1].keypoints.size() ==
+          wire_test::keyframe_of(kAlpha.id, 2).keypoints.size());
+    CHECK(reader.check().empty());
+  }
+  Base base(folder.path());
+  base.feed(most_of(kAlpha.id, 1));
+  base.feed(kAlpha.id, 2);
+  base.advance();
+  CHECK(base.store.counters().summaries == 0);
+  StoreReader reader(folder.path());
+  const SessionData session = reader.read(reader.sessions()[0]);
+  CHECK(session.keyframes.size() == 2);
+  REQUIRE(session.summaries.size() == 1);
+  CHECK(session.summaries[0].sequence == 1);
+}
+
+TEST_CASE("a keyframe that is whole before the commit stores no summary") {
+  const TemporaryDirectory folder;
+  Base base(folder.path());
+  base.feed(wire_test::session_stream(kAlpha, 4));
+  base.advance();
+  CHECK(base.store.counters().keyframes == 4);
+  CHECK(base.store.counters().summaries == 0);
+}
+
+TEST_CASE("of two summaries that differ none is stored") {
+  const TemporaryDirectory folder;
+  const auto forged_pieces = [] {
+    KeyframeRecord forged = wire_test::keyframe_of(kAlpha.id, 0);
+    forged.T_odometry_keyframe.translation.x() += 100.0;
+    std::vector<wire_test::Message> pieces = wire_test::pieces(forged);
+    pieces.pop_back();
+    return pieces;
+  }();
+  Base base(folder.path());
+  base.feed(forged_pieces);
+  const bool is_stored_before = GENERATE(true, false);
+  if (is_stored_before) base.advance();
+  base.feed(most_of(kAlpha.id, 0));
+  base.advance();
+  StoreReader reader(folder.path());
+  CHECK(reader.sessions().at(0).summaries == 0);
+}
+
+TEST_CASE("a store of schema 1 is read as it is, and brought to the present one by a base") {
+  const TemporaryDirectory folder;
+  {
+    Base base(folder.path());
+    base.feed(wire_test::session_stream(kAlpha, 3));
+    base.advance();
+  }
+  run(database_of(folder.path()), "DROP TABLE summaries; PRAGMA user_version = 1");
+  {
+    StoreReader reader(folder.path());
+    CHECK(reader.sessions().at(0).summaries == 0);
+    wire_test::check_whole(reader.read(reader.sessions()[0]), kAlpha, 3);
+    CHECK(reader.check().empty());
+  }
+  Base base(folder.path());
+  base.feed(most_of(kAlpha.id, 3));
+  base.advance();
+  StoreReader reader(folder.path());
+  CHECK(reader.sessions().at(0).keyframes == 3);
+  CHECK(reader.sessions().at(0).summaries == 1);
+}
+
 TEST_CASE("the same keyframes once more change nothing, across restarts") {
   const TemporaryDirectory folder;
   for (int round = 0; round < 3; ++round) {
@@ -203,7 +302,7 @@ TEST_CASE("what is no store of this version is refused in words and left as it i
     KeyframeStore(folder.path());  // NOLINT(bugprone-unused-raii): makes it
     run(file, "PRAGMA user_version = 99");
     CHECK_THROWS_WITH(KeyframeStore(folder.path()),
-                      Contains("newer version of Uni-Mapper (schema 99, this version knows 1)"));
+                      Contains("newer version of Uni-Mapper (schema 99, this version knows 2)"));
     CHECK_THROWS_WITH(StoreReader(folder.path()), Contains("schema 99"));
   }
   SECTION("another program's database") {
