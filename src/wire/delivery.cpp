@@ -9,7 +9,7 @@ namespace unimapper::wire {
 
 namespace {
 
-/// Of so many pieces one belongs to the oldest keyframe: it arrives some day, however many new
+/// Of so many keyframes that are begun one is the oldest: it arrives some day, however many new
 /// ones there are.
 constexpr std::uint64_t kBackfillShare = 4;
 
@@ -132,14 +132,12 @@ void Outbox::forget(std::uint32_t sequence) {
   nearly_there_.erase(sequence);
 }
 
-bool Outbox::is_backfill() const { return others_sent_ % kBackfillShare == kBackfillShare - 1; }
-
 /// Apart from summaries. One keyframe after the other: what is begun and left costs the base memory
 /// and, if it forgets it, the link twice. There is one that is due.
 std::uint32_t Outbox::next_keyframe() const {
-  if (is_backfill()) return *due_.begin();
   if (!nearly_there_.empty()) return *nearly_there_.rbegin();
-  return current_ && due_.contains(*current_) ? *current_ : *due_.rbegin();
+  if (current_ && due_.contains(*current_)) return *current_;
+  return begun_ % kBackfillShare == kBackfillShare - 1 ? *due_.begin() : *due_.rbegin();
 }
 
 std::optional<Outbox::Piece> Outbox::next() const {
@@ -169,8 +167,10 @@ bool Outbox::sent(const Piece& piece, std::int64_t now_ns) {
   } else {
     leading_sent_ = 0;
     const bool goes_on = current_ && due_.contains(*current_);
-    if (!is_backfill() && !goes_on && nearly_there_.empty()) current_ = piece.sequence;
-    ++others_sent_;
+    if (!goes_on && nearly_there_.empty()) {
+      current_ = piece.sequence;
+      ++begun_;
+    }
   }
   item.due[piece.index] = false;
   --item.due_count;

@@ -21,10 +21,10 @@ bool is_session_name(std::string_view name) {
 }
 
 std::string to_text(const BootId& boot) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
+  constexpr std::string_view kHexadecimal = "0123456789abcdef";
   std::string text;
   for (const std::uint64_t half : {boot.high, boot.low}) {
-    for (unsigned shift = 64; shift > 0;) text += kDigits[half >> (shift -= 4U) & 0xFU];
+    for (unsigned shift = 64; shift > 0;) text += kHexadecimal[half >> (shift -= 4U) & 0xFU];
   }
   return text;
 }

@@ -65,7 +65,7 @@ class StoredSequences {
 
 /// Decides which pieces a sender sends next: the leading pieces of keyframes, which hold their
 /// summaries, the newest first; then keyframes one after the other, first those that were sent and
-/// lack some pieces, then again the newest, while every fourth of these pieces is of the oldest.
+/// lack some pieces, then the newest, and every fourth time the oldest.
 /// Pieces that the base misses are sent again. Holds numbers, not bytes; no clock of its own: times
 /// are the caller's, in nanoseconds of any steady clock.
 class Outbox {
@@ -122,7 +122,6 @@ class Outbox {
     std::int64_t last_sent_ns = 0;
   };
 
-  [[nodiscard]] bool is_backfill() const;
   [[nodiscard]] std::uint32_t next_keyframe() const;
   void set_due(std::uint32_t sequence, Item& item, std::vector<bool> due);
   void resend(std::uint32_t sequence, Item& item, const StoredMessage& message);
@@ -136,7 +135,7 @@ class Outbox {
   std::set<std::uint32_t> nearly_there_;  ///< items that lack only some pieces, which are due
   std::optional<std::uint32_t> current_;  ///< being sent
   std::uint32_t leading_sent_ = 0;        ///< in a row
-  std::uint64_t others_sent_ = 0;
+  std::uint64_t begun_ = 0;               ///< keyframes that were `current_`
 };
 
 }  // namespace unimapper::wire

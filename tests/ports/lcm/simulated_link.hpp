@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
 #include <set>
 #include <vector>
@@ -17,10 +18,12 @@ namespace unimapper::lcm_test {
 
 /// What a link does to datagrams.
 struct LinkModel {
-  double bytes_per_second = 32000.0;  ///< of the bottleneck
-  double queue_bytes = 16000.0;       ///< before it; what does not fit is lost
-  std::uint32_t loss_per_mille = 0;   ///< of the rest
-  std::int64_t delay_ns = 10000000;   ///< each way
+  double bytes_per_second = 32000.0;          ///< of the bottleneck
+  double queue_bytes = 16000.0;               ///< before it; what does not fit is lost
+  std::uint32_t loss_per_mille = 0;           ///< of the rest
+  std::int64_t delay_ns = 10000000;           ///< each way
+  std::uint32_t answer_loss_per_mille = 0;    ///< of the base's answers
+  std::uint32_t answer_repeat_per_mille = 0;  ///< of those, come again up to 2 s later
 };
 
 /// A robot with an outbox of keyframes, a bucket and, if it adapts, a pacing; a base that has what
@@ -69,6 +72,7 @@ class SimulatedLink {
   std::uint64_t resent = 0;      ///< of which not for the first time
   std::uint64_t arrived = 0;     ///< pieces
   double most_on_the_way = 0.0;  ///< bytes since the last receipt that was used
+  bool exceeded_window = false;  ///< a piece was sent beyond what the base had announced
   std::vector<double> rates;     ///< one each 100 ms
 
  private:
@@ -79,7 +83,6 @@ class SimulatedLink {
     std::uint32_t index = 0;
   };
   struct Answer {
-    std::int64_t at_ns = 0;
     std::vector<wire::ReceiptMessage> receipts;
     wire::StoredMessage stored;
   };
@@ -92,9 +95,9 @@ class SimulatedLink {
       packets_.pop_front();
     }
     if (base_is_there && now_ns_ % 200000000 == 90000000) answer();
-    while (!answers_.empty() && answers_.front().at_ns <= now_ns_) {
-      hear(answers_.front());
-      answers_.pop_front();
+    while (!answers_.empty() && answers_.begin()->first <= now_ns_) {
+      hear(answers_.begin()->second);
+      answers_.erase(answers_.begin());
     }
     if (adapts_) pacing.advance(now_ns_);
     if (now_ns_ % 100000000 == 0) rates.push_back(pacing.rate());
@@ -112,6 +115,9 @@ class SimulatedLink {
       resent += outbox_.was_sent(piece->sequence) ? 1 : 0;
       outbox_.sent(*piece, now_ns_);
       most_on_the_way = std::max(most_on_the_way, pacing.bytes_on_the_way());
+      exceeded_window = exceeded_window ||
+                        (adapts_ && pacing.window_bytes() &&
+                         pacing.bytes_on_the_way() > static_cast<double>(*pacing.window_bytes()));
       put(kPieceBytes, {0, false, piece->sequence, piece->index});
     }
   }
@@ -151,7 +157,6 @@ class SimulatedLink {
 
   void answer() {
     Answer answer;
-    answer.at_ns = now_ns_ + link_.delay_ns;
     answer.receipts.swap(receipts_);
     for (wire::ReceiptMessage& receipt : answer.receipts) {
       receipt.held_ns = now_ns_ - receipt.base_time_ns;
@@ -165,8 +170,16 @@ class SimulatedLink {
         answer.stored.incomplete.push_back({i, missing});
       }
     }
-    answers_.push_back(std::move(answer));
+    if (happens(link_.answer_loss_per_mille)) return;
+    const std::int64_t at_ns = now_ns_ + link_.delay_ns;
+    if (happens(link_.answer_repeat_per_mille)) {
+      answers_.emplace(at_ns + random_.below(2000) * kStepNs, answer);
+    }
+    answers_.emplace(at_ns, std::move(answer));
   }
+
+  /// What never happens draws no number, so that other schedules stay as they are.
+  bool happens(std::uint32_t per_mille) { return per_mille > 0 && random_.below(1000) < per_mille; }
 
   void hear(const Answer& answer) {
     if (adapts_) {
@@ -180,7 +193,7 @@ class SimulatedLink {
   wire::Outbox outbox_{400000000};
   std::vector<std::vector<bool>> missing_;  ///< at the base
   std::deque<Packet> packets_;
-  std::deque<Answer> answers_;
+  std::multimap<std::int64_t, Answer> answers_;  ///< by the time of arrival
   std::vector<wire::ReceiptMessage> receipts_;
   std::int64_t now_ns_ = 0;
   double tokens_ = 0.0;
