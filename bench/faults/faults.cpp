@@ -1,5 +1,6 @@
 #include "bench/faults/faults.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <map>
@@ -14,6 +15,7 @@ namespace {
 
 constexpr std::size_t kFragmentBytes = 1480;
 constexpr std::size_t kUdpHeaderBytes = 8;
+constexpr std::size_t kHeaderBytes = 28;  ///< of IP and UDP
 constexpr double kCopyDelay_ms = 20.0;
 
 double number_of(std::string_view text, std::string_view all) {
@@ -32,15 +34,17 @@ void set(LinkFaults& faults, std::string_view name, std::string_view value, std:
       {"duplicate", &LinkFaults::duplicate},
       {"reorder", &LinkFaults::reorder},
       {"flip", &LinkFaults::flip}};
-  const std::map<std::string_view, double LinkFaults::*> times{{"delay", &LinkFaults::delay_ms},
-                                                               {"hold", &LinkFaults::hold_ms}};
+  const std::map<std::string_view, double LinkFaults::*> amounts{{"delay", &LinkFaults::delay_ms},
+                                                                 {"hold", &LinkFaults::hold_ms},
+                                                                 {"rate", &LinkFaults::rate},
+                                                                 {"queue", &LinkFaults::queue}};
   if (const auto share = shares.find(name); share != shares.end()) {
     faults.*share->second = number_of(value, all);
     if (faults.*share->second > 1.0) {
       throw std::invalid_argument(std::string(all) + ": a share lies between 0 and 1");
     }
-  } else if (const auto time = times.find(name); time != times.end()) {
-    faults.*time->second = number_of(value, all);
+  } else if (const auto amount = amounts.find(name); amount != amounts.end()) {
+    faults.*amount->second = number_of(value, all);
   } else if (const auto plus = value.find('+'); name == "down" && plus != std::string_view::npos) {
     faults.down_from_s = number_of(value.substr(0, plus), all);
     faults.down_for_s = number_of(value.substr(plus + 1), all);
@@ -91,9 +95,20 @@ Fate FaultyDirection::next(std::size_t bytes, double since_start_s) {
   fate.copies = duplicate < faults_.duplicate ? 2 : 1;
   fate.reordered = reorder < faults_.reorder;
   fate.delay_ms[0] = faults_.delay_ms + (fate.reordered ? faults_.hold_ms : 0.0);
-  fate.delay_ms[1] = faults_.delay_ms + kCopyDelay_ms * copy_delay;
+  if (!pass_bottleneck(bytes, since_start_s, fate.delay_ms[0])) fate.copies = 0;
+  fate.delay_ms[1] = fate.delay_ms[0] + kCopyDelay_ms * copy_delay;
   if (flip < faults_.flip) fate.flip_bit = bit;
   return fate;
+}
+
+bool FaultyDirection::pass_bottleneck(std::size_t bytes, double since_start_s, double& delay_ms) {
+  if (faults_.rate <= 0.0) return true;
+  const double waiting_s = std::max(0.0, free_at_s_ - since_start_s);
+  const auto size = static_cast<double>(bytes + kHeaderBytes);
+  if (waiting_s > 0.0 && waiting_s * faults_.rate + size > faults_.queue) return false;
+  free_at_s_ = since_start_s + waiting_s + size / faults_.rate;
+  delay_ms += 1000.0 * (free_at_s_ - since_start_s);
+  return true;
 }
 
 }  // namespace unimapper::bench

@@ -20,11 +20,13 @@ struct LinkFaults {
   double hold_ms = 30.0;       ///< of those that are reordered
   double down_from_s = 0.0;    ///< when the direction goes down, after the relay's first datagram
   double down_for_s = 0.0;     ///< for how long
+  double rate = 0.0;           ///< bytes per second that pass; 0: any
+  double queue = 16000.0;      ///< bytes that wait for it; what does not fit is lost
 };
 
 /// Reads "drop=0.05,delay=10,down=4+1": the names drop, fragments, duplicate, reorder, flip
-/// (shares), delay, hold (ms) and down (seconds FROM+FOR). Throws std::invalid_argument for
-/// anything else.
+/// (shares), delay, hold (ms), down (seconds FROM+FOR), rate (bytes per second) and queue (bytes).
+/// Throws std::invalid_argument for anything else.
 LinkFaults parse_faults(std::string_view text);
 
 /// Ethernet fragments of a UDP datagram with so many bytes of content.
@@ -40,7 +42,7 @@ struct Fate {
 };
 
 /// Decides the fates of a direction's datagrams. The same seed and number of the datagram give the
-/// same decision, whatever the datagrams before it were.
+/// same decision, whatever the datagrams before it were; but for the bottleneck, where time counts.
 class FaultyDirection {
  public:
   FaultyDirection(const LinkFaults& faults, std::uint64_t seed) : faults_(faults), seed_(seed) {}
@@ -51,7 +53,12 @@ class FaultyDirection {
  private:
   LinkFaults faults_;
   std::uint64_t seed_;
+  /// False if the queue has no room; else `delay_ms` grows by the time until the datagram is
+  /// through.
+  bool pass_bottleneck(std::size_t bytes, double since_start_s, double& delay_ms);
+
   std::uint64_t number_ = 0;
+  double free_at_s_ = 0.0;  ///< when the bottleneck has sent all that waits
 };
 
 }  // namespace unimapper::bench

@@ -71,6 +71,25 @@ TEST_CASE("a direction is down from the first moment of its interval to the last
   CHECK_FALSE(direction.next(100, 4.5).down);
 }
 
+TEST_CASE(
+    "a bottleneck lets its rate pass, delays what waits and loses what its queue cannot hold") {
+  FaultyDirection direction(parse_faults("rate=10000,queue=5500,delay=10"), 1);
+  // 972 bytes and the headers of IP and UDP take a tenth of a second.
+  std::vector<double> delays_ms;
+  for (int i = 0; i < 8; ++i) {
+    const Fate fate = direction.next(972, 1.0);
+    if (fate.copies == 1) delays_ms.push_back(fate.delay_ms[0]);
+  }
+  REQUIRE(delays_ms.size() == 5);
+  for (std::size_t i = 0; i < 5; ++i) {
+    CHECK(delays_ms[i] == Approx(10.0 + 100.0 * static_cast<double>(i + 1)));
+  }
+  // What waited is through; a datagram larger than the queue passes an idle link all the same.
+  CHECK(direction.next(9972, 2.0).delay_ms[0] == Approx(1010.0));
+  CHECK(direction.next(972, 2.5).copies == 0);
+  CHECK(direction.next(972, 3.0).delay_ms[0] == Approx(110.0));
+}
+
 TEST_CASE("what is no fault is refused") {
   for (const char* text : {"drop", "drop=", "drop=1.1", "drop=-0.1", "drop=nan", "dorp=0.1",
                            "down=3", "down=3+x", "delay=1ms", ",", "drop=0.1;delay=1"}) {
