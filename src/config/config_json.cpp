@@ -63,7 +63,7 @@ class Reader {
 nlohmann::json parse_json(std::string_view text, const std::string& source) {
   try {
     return nlohmann::json::parse(text);
-  } catch (const nlohmann::json::parse_error& error) {
+  } catch (const nlohmann::json::exception& error) {  // also of a number beyond all bounds
     const std::string what = error.what();
     const std::size_t prefix = what.find("] ");
     throw std::runtime_error(source + ": " +

@@ -183,8 +183,8 @@ class CellReader {
   const char* fault_ = nullptr;
 };
 
-const char* read_cells(LittleEndianReader& in, const CellGrid& grid, CellCode& code, Room& room,
-                       std::vector<FineCell>& cells) {
+const char* read_cells(LittleEndianReader& in, const CellGrid& grid,
+                       std::unique_ptr<CellCode>& code, Room& room, std::vector<FineCell>& cells) {
   const auto count = in.get<std::uint32_t>();
   const Bytes bytes = in.get_bytes(in.get<std::uint32_t>());
   if (!in.ok() || count / kMostCellsPerByte > bytes.size()) return "fewer bytes than cells";
@@ -194,7 +194,8 @@ const char* read_cells(LittleEndianReader& in, const CellGrid& grid, CellCode& c
   cells.reserve(count);
   RangeDecoder coder(bytes);
   CellReader reader(grid, count, cells);
-  code_cells(coder, code, reader);
+  if (code == nullptr) code = std::make_unique<CellCode>();
+  code_cells(coder, *code, reader);
   if (reader.fault() != nullptr) return reader.fault();
   return coder.ends_here() ? nullptr : "the code of the cells is not the one of these cells";
 }
@@ -206,10 +207,10 @@ void read_cell_size(LittleEndianReader& in, KeyframeRecord& record) {
 const char* read_cell_lists(LittleEndianReader& in, Room& room, KeyframeRecord& record) {
   // Whatever the grid depends on.
   if (const char* fault = keyframe_fault(content_of(record))) return fault;
-  const auto code = std::make_unique<CellCode>();
+  std::unique_ptr<CellCode> code;  // which is large
   const CellGrid grid(record.T_odometry_keyframe, cell_size_mm(record.cell_size_m) / 1000.0);
-  if (const char* fault = read_cells(in, grid, *code, room, record.static_cells)) return fault;
-  return read_cells(in, grid, *code, room, record.dynamic_cells);
+  if (const char* fault = read_cells(in, grid, code, room, record.static_cells)) return fault;
+  return read_cells(in, grid, code, room, record.dynamic_cells);
 }
 
 const char* read_image_code(LittleEndianReader& in, const std::vector<std::uint32_t>& sizes,

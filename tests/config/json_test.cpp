@@ -66,6 +66,14 @@ TEST_CASE("wrong files are refused by key, with the range or the name that was m
   CHECK_THAT(refused<PipelineConfig>("{"), Contains("file.json: parse error"));
 }
 
+TEST_CASE("what is no JSON, or a number beyond all bounds, is refused by the file's name") {
+  PipelineConfig config;
+  for (const char* text : {"", "{", "{\"budget_us\": 1e999}", "8e8888", "[1, 2", "\xFF"}) {
+    INFO(text);
+    CHECK_THROWS_WITH(parse_config(text, "robot.json", config), Contains("robot.json: "));
+  }
+}
+
 TEST_CASE("values that do not fit each other are refused") {
   CHECK_THAT(refused<PipelineConfig>(R"({"voxel": {"coarse_size_m": 4.1}})"),
              Contains("voxel.coarse_size_m must be 2 to 64 times voxel.fine_size_m"));

@@ -1,5 +1,5 @@
-// Fuzz target of the receiver: it keeps its limits and its counts are consistent, and a sender
-// survives whatever it is told.
+// Fuzz target of the receiver: it keeps its limits and its counts are consistent, a victim's
+// keyframe arrives as it was sent, and a sender survives whatever it is told.
 //
 // Checksums and type fingerprints are corrected where the input says so, because random ones would
 // be rejected at once.
@@ -20,10 +20,12 @@
 #include "ports/lcm/received_log.hpp"
 #include "ports/lcm/sending.hpp"
 #include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/keyframe_codec.hpp"
 
 namespace {
 
 using namespace unimapper::wire;
+using unimapper::SessionId;
 using namespace unimapper::lcm_port;
 
 /// Overwrites fingerprint and checksum with those a message of this type has.
@@ -45,6 +47,40 @@ void send_whole(Receiver& receiver, std::vector<std::uint8_t> bytes, std::uint32
   }
 }
 
+/// More in one input find nothing that fewer do not, only slower.
+constexpr int kMostMessages = 32;
+constexpr int kMostWhole = 2;
+
+const SessionId kVictim{7, {0x1122334455667788, 0x99AABBCCDDEEFF00}};
+
+/// A robot's keyframe, as pieces.
+const std::vector<std::vector<std::uint8_t>>& victims_pieces(std::uint32_t sequence) {
+  static const auto make = [](std::uint32_t number) {
+    unimapper::KeyframeRecord record;
+    record.session = kVictim;
+    record.sequence = number;
+    record.scans.resize(1);
+    EncodedKeyframe keyframe{kVictim, number, 0, encode_keyframe(record)};
+    return cut_into_messages(keyframe, kSmallestDatagramBytes);
+  };
+  static const auto first = make(0);
+  static const auto second = make(1);
+  return sequence == 0 ? first : second;
+}
+
+void send_victims(Receiver& receiver, std::uint32_t sequence) {
+  for (const auto& piece : victims_pieces(sequence)) receive(receiver, kKeyframeChannel, piece);
+}
+
+/// Whatever came before, what the robot sends again is taken; the first keyframe is there still.
+void check_victim(Receiver& receiver) {
+  send_victims(receiver, 1);
+  for (const auto& session : receiver.progress()) {
+    if (session.info.id == kVictim && session.received >= 2) return;
+  }
+  std::abort();
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -54,6 +90,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   limits.max_pending_bytes = 4096;
   limits.max_keyframe_bytes = 65536;
   Receiver receiver(limits);
+  send_victims(receiver, 0);
   Outbox outbox(0);
   for (std::uint32_t sequence = 0; sequence < 8; ++sequence) {
     outbox.add(sequence, 9, sequence % 4);
@@ -64,7 +101,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     (void)pacing.probe(i);
   }
   // Each message: what to do with it, its length, its bytes.
-  for (std::size_t at = 0; at + 2 < size;) {
+  int whole = 0;
+  int messages = 0;
+  for (std::size_t at = 0; at + 2 < size && messages < kMostMessages; ++messages) {
     const std::uint8_t kind = data[at];
     const std::size_t length = std::min<std::size_t>(data[at + 1], size - at - 2);
     std::vector<std::uint8_t> message(data + at + 2, data + at + 2 + length);
@@ -84,7 +123,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         break;
       case 3:
         // Whatever is left of the input as a keyframe in proper pieces.
-        send_whole(receiver, {data + at, data + size}, kind >> 4U);
+        if (whole++ < kMostWhole) send_whole(receiver, {data + at, data + size}, kind >> 4U);
         break;
       case 4:
         if (fit) make_fit(message, unimapper_wire::stored_t::getHash());
@@ -107,6 +146,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         receive(receiver, kKeyframeChannel, message);
     }
   }
+  check_victim(receiver);
   const ReceiverCounters counters = receiver.counters();
   const auto progress = receiver.progress();
   if (progress.size() > limits.max_sessions) std::abort();
