@@ -6,7 +6,7 @@ set(programs
   first_keyframe.cpp labels_into_buffer.cpp own_lidar.cpp budget_and_health.cpp
   deferred_work.cpp final_labels.cpp earlier_places.cpp descriptor_and_search.cpp read_recording.cpp
   over_lcm.cpp share_with_planner.cpp record_shared.cpp merge_sessions.cpp
-  first_keyframe.c own_transport.c)
+  first_keyframe.c own_transport.c deliver.c)
 
 set(page "# Examples
 

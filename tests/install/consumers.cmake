@@ -28,7 +28,8 @@ function(build project)
   run(${CMAKE_COMMAND} -S "${SOURCE}/tests/install/${project}" -B "${WORK}/${project}" -G Ninja
     -DCMAKE_BUILD_TYPE=Release ${where}
     "-DEXAMPLE=${SOURCE}/docs/examples/first_keyframe.cpp"
-    "-DEXAMPLE_C=${SOURCE}/docs/examples/first_keyframe.c")
+    "-DEXAMPLE_C=${SOURCE}/docs/examples/first_keyframe.c"
+    "-DEXAMPLE_DELIVER=${SOURCE}/docs/examples/deliver.c")
   run(${CMAKE_COMMAND} --build "${WORK}/${project}")
 endfunction()
 
@@ -53,6 +54,13 @@ if(BASE)
   run(${EMULATOR} "${WORK}/base/merge_sessions" "${WORK}/session_c" "${WORK}/session_cpp")
   message(STATUS "${output}")
   run(${EMULATOR} "${WORK}/base/every_component")
+  # Twice: the second start finds what the first left in its spool.
+  foreach(start RANGE 1 2)
+    run(${EMULATOR} "${WORK}/base/deliver_c" "memq://" "${WORK}/spool")
+    if(NOT output MATCHES "2 keyframes, 0 acknowledged")
+      message(FATAL_ERROR "deliver_c ran but printed: ${output}")
+    endif()
+  endforeach()
 endif()
 
 # What a Makefile would use instead of CMake, if pkg-config is there. compile(COMPILER SOURCE
@@ -77,7 +85,7 @@ if(PKG_CONFIG AND NOT TOOLCHAIN)
     compile("${COMPILER};-std=c++20" tests/install/programs/merge_sessions.cpp merge wire)
     run("${WORK}/with_pkg_config" "${WORK}/session_c" "${WORK}/session_cpp")
     compile("${COMPILER};-std=c++20" tests/install/programs/every_component.cpp
-      lcm datasets evaluate events shared_memory spool store)
+      delivery lcm datasets evaluate events shared_memory spool store)
     run("${WORK}/with_pkg_config")
   endif()
 endif()

@@ -1,54 +1,38 @@
 #include "src/apps/onboard/delivery.hpp"
 
-#include <algorithm>
-#include <chrono>
 #include <cstdio>
+#include <string>
 #include <utility>
-
-#include "ports/lcm/envelope.hpp"
-#include "ports/lcm/live.hpp"
 
 namespace unimapper::apps {
 
 namespace {
 
-constexpr std::chrono::milliseconds kDiskTimeout{10000};
-constexpr std::chrono::milliseconds kEarlierTimeout{30000};
-
 using Count = unsigned long long;
 
-std::unique_ptr<spool::Spool> open_spool(const OnboardOptions& options) {
-  if (options.spool.empty()) return nullptr;
-  spool::SpoolOptions limits;
-  limits.bytes = options.spool_bytes;
-  limits.segment_bytes = std::min(limits.segment_bytes, limits.bytes / 4);
-  limits.report = [](const std::string& text) {
+delivery::DeliveryOptions delivery_options(const OnboardOptions& options,
+                                           std::shared_ptr<lcm_port::DatagramGuard> guard) {
+  delivery::DeliveryOptions out;
+  out.url = options.publish;
+  out.guard = std::move(guard);
+  // Faster than real time, sending may block; in real time it must not.
+  out.publisher.drop_when_full = options.realtime;
+  out.publisher.datagram_bytes = options.datagram_bytes;
+  out.publisher.bytes_per_second = options.bytes_per_second;
+  out.publisher.min_bytes_per_second = options.min_bytes_per_second;
+  out.publisher.unacknowledged_bytes = options.unacknowledged_bytes;
+  out.spool = options.spool;
+  out.spool_limits.bytes = options.spool_bytes;
+  out.spool_limits.report = [](const std::string& text) {
     std::fprintf(stderr, "onboard: warning: spool %s\n", text.c_str());
   };
-  return std::make_unique<spool::Spool>(options.spool, limits);
+  return out;
 }
 
-lcm_port::PublisherOptions publisher_options(const OnboardOptions& options, bool has_key) {
-  lcm_port::PublisherOptions publisher;
-  // Faster than real time, sending may block; in real time it must not.
-  publisher.drop_when_full = options.realtime;
-  publisher.datagram_bytes = options.datagram_bytes;
-  if (has_key) {
-    // With the envelope, a datagram is as large as asked for.
-    publisher.datagram_bytes = std::max(options.datagram_bytes - lcm_port::kEnvelopeBytes,
-                                        lcm_port::kSmallestDatagramBytes);
-  }
-  publisher.bytes_per_second = options.bytes_per_second;
-  publisher.min_bytes_per_second = options.min_bytes_per_second;
-  publisher.unacknowledged_bytes = options.unacknowledged_bytes;
-  return publisher;
-}
-
-bool has_earlier_sessions(const spool::Spool* spool) {
-  if (spool == nullptr) return false;
-  const auto sessions = spool->earlier_sessions();
-  return std::any_of(sessions.begin(), sessions.end(),
-                     [](const wire::EarlierSession& session) { return !session.ended; });
+std::shared_ptr<keys::RobotGuard> make_guard(const OnboardOptions& options, const SessionInfo& info,
+                                             const keys::RobotKey* key) {
+  if (key == nullptr || options.publish.empty()) return nullptr;
+  return std::make_shared<keys::RobotGuard>(*key, info.id.boot);
 }
 
 /// What the link was like at the end.
@@ -74,56 +58,26 @@ void print_link(const lcm_port::PublisherCounters& own) {
 
 Delivery::Delivery(const OnboardOptions& options, const SessionInfo& info,
                    const keys::RobotKey* key)
-    : options_(options), info_(info), spool_(open_spool(options)) {
+    : guard_(make_guard(options, info, key)), delivery_(info, delivery_options(options, guard_)) {
   if (options.publish.empty()) return;
-  if (key != nullptr) guard_ = std::make_shared<keys::RobotGuard>(*key, info.id.boot);
-  if (spool_ == nullptr) {
+  if (options.spool.empty()) {
     std::fprintf(stderr,
                  "onboard: no --spool: what no base acknowledges is sent again from memory (%.0f "
                  "MB) until this process ends\n",
                  static_cast<double>(options.unacknowledged_bytes) * 1e-6);
   }
-  lcm_port::PublisherOptions publisher = publisher_options(options, key != nullptr);
-  lcm_port::SharedLink link(lcm_port::open_link(options.publish, guard_));
-  if (!has_earlier_sessions(spool_.get())) {
-    publisher_ = std::make_unique<lcm_port::Publisher>(info, link.share(), publisher, spool_.get());
-    return;
-  }
-  const double rate = publisher.bytes_per_second;
-  lcm_port::PublisherOptions earlier = publisher;
-  earlier.bytes_per_second = std::max(1000.0, lcm_port::kBackfillShare * rate);
-  publisher.bytes_per_second = std::max(1000.0, (1.0 - lcm_port::kBackfillShare) * rate);
-  publisher_ = std::make_unique<lcm_port::Publisher>(info, link.share(), publisher, spool_.get());
-  earlier_ = std::make_unique<lcm_port::EarlierSessionsSender>(
-      *spool_, link.share(), earlier,
-      [to = publisher_.get(), rate] { to->set_bytes_per_second(rate); });
-  const lcm_port::EarlierCounters found = earlier_->counters();
+  const lcm_port::EarlierCounters found = delivery_.counters().earlier;
+  if (found.sessions == 0) return;
   std::fprintf(stderr,
                "onboard: the spool holds %llu keyframes of %llu earlier sessions that no base has "
                "confirmed; they are sent too\n",
                static_cast<Count>(found.keyframes), static_cast<Count>(found.sessions));
 }
 
-void Delivery::take(wire::EncodedKeyframe keyframe) {
-  if (publisher_ != nullptr) {
-    publisher_->publish(std::move(keyframe));
-  } else if (spool_ != nullptr) {
-    spool_->add(info_, keyframe);
-  }
-}
-
 DeliveryCounters Delivery::finish() {
-  DeliveryCounters counters;
-  counters.published = publisher_ != nullptr;
-  counters.spooled = spool_ != nullptr;
-  if (publisher_ != nullptr) counters.own = publisher_->finish();
-  if (earlier_ != nullptr) counters.earlier = earlier_->finish(kEarlierTimeout);
+  DeliveryCounters counters{delivery_.finish(), {}};
   // All who used it have finished.
   if (guard_ != nullptr) counters.answers = guard_->counters();
-  if (spool_ != nullptr) {
-    (void)spool_->flush(kDiskTimeout);
-    counters.disk = spool_->counters();
-  }
   return counters;
 }
 

@@ -122,7 +122,7 @@ void Replay::collect_keyframe() {
   send(keyframe);
   outputs_.statistics.add_keyframe(keyframe, duration_ns(keyframe));
   warn_of_full_cells(*keyframe.statistics);
-  if (outputs_.delivery.publisher() != nullptr) publish_health();
+  if (outputs_.delivery.is_published()) publish_health();
 }
 
 void Replay::warn_of_full_cells(const KeyframeStatistics& statistics) {
@@ -220,11 +220,9 @@ void Replay::finish_encoding() {
 void Replay::publish_health() {
   const RunStatistics& statistics = outputs_.statistics;
   wire::HealthMessage health;
-  health.session = options_.session;
   health.scans = statistics.scans();
   health.keyframes = statistics.keyframes();
   health.points_in = statistics.points_in();
-  health.bytes_sent = outputs_.delivery.publisher()->counters().bytes_sent;
   for (std::size_t i = 0; i < kStages; ++i) {
     const auto stage = static_cast<Stage>(i);
     const StageTimes times = statistics.stage_times(stage);
@@ -245,7 +243,7 @@ void Replay::publish_health() {
     const auto shed = static_cast<Shed>(i);
     health.sheds.push_back({std::string(shed_name(shed)), statistics.given_up(shed)});
   }
-  outputs_.delivery.publisher()->set_health(std::move(health));
+  outputs_.delivery.set_health(std::move(health));
 }
 
 std::int64_t Replay::duration_ns(const KeyframeView& keyframe) const {

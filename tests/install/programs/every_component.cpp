@@ -3,6 +3,7 @@
 #include <exception>
 
 #include "ports/datasets/dataset.hpp"
+#include "ports/delivery/delivery.hpp"
 #include "ports/events/event_text.hpp"
 #include "ports/lcm/received_log.hpp"
 #include "ports/shared_memory/reader.hpp"
@@ -33,6 +34,13 @@ int main() {
     const spool::Spool spool("/dev/null/spool");
   } catch (const std::exception& error) {
     std::printf("spool: %s\n", error.what());
+  }
+  try {
+    delivery::DeliveryOptions options;
+    options.spool = "/dev/null/spool";
+    const delivery::Delivery delivery({{}, "robot", "generic"}, options);
+  } catch (const std::exception& error) {
+    std::printf("delivery: %s\n", error.what());
   }
   shared_memory::Reader reader;
   std::printf("shared memory: %s\n", reader.open("nonexistent", "keyframe").message);

@@ -1,0 +1,294 @@
+// Tests of the delivery's C interface: refusals, status, restarts.
+#include <catch2/catch.hpp>
+#include <cerrno>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ports/c/unimapper.h"
+#include "ports/delivery/unimapper_delivery.h"
+#include "tests/temporary_directory.hpp"
+#include "tests/wire/stream.hpp"
+
+using namespace unimapper;
+
+namespace {
+
+/// A network within the process: nobody answers.
+constexpr char kNobody[] = "memq://";
+
+um_delivery_options options_of(const char* url, const char* spool) {
+  um_delivery_options options;
+  REQUIRE(um_delivery_options_init(&options, sizeof options) == 0);
+  options.name = "robot7";
+  options.url = url;
+  options.spool = spool;
+  options.robot = 7;
+  return options;
+}
+
+using Delivery = std::unique_ptr<um_delivery, decltype(&um_delivery_destroy)>;
+
+Delivery make(const um_delivery_options& options) {
+  um_delivery* delivery = nullptr;
+  char message[256] = "nothing";
+  REQUIRE(um_delivery_create(&options, &delivery, message, sizeof message) == 0);
+  CHECK(std::string(message).empty());
+  return {delivery, &um_delivery_destroy};
+}
+
+/// What the refusal says, after its number.
+std::string refusal(const um_delivery_options& options, int number) {
+  um_delivery* delivery = reinterpret_cast<um_delivery*>(1);
+  char message[256] = {};
+  CHECK(um_delivery_create(&options, &delivery, message, sizeof message) == number);
+  CHECK(delivery == nullptr);
+  return message;
+}
+
+std::vector<std::uint8_t> keyframe(const um_delivery* delivery, std::uint32_t sequence) {
+  SessionId id;
+  REQUIRE(um_delivery_session(delivery, &id.robot, &id.boot.high, &id.boot.low) == 0);
+  return wire::encode_keyframe(wire::wire_test::keyframe_of(id, sequence));
+}
+
+int publish(um_delivery* delivery, const std::vector<std::uint8_t>& bytes) {
+  return um_delivery_publish(delivery, bytes.data(), bytes.size(), 1);
+}
+
+um_delivery_status status_of(const um_delivery* delivery) {
+  um_delivery_status status = {};
+  status.struct_size = sizeof status;
+  REQUIRE(um_delivery_status_get(delivery, &status) == 0);
+  return status;
+}
+
+}  // namespace
+
+TEST_CASE("default options of a delivery lack a name alone") {
+  um_delivery_options options;
+  REQUIRE(um_delivery_options_init(&options, sizeof options) == 0);
+  CHECK(options.datagram_bytes == 60000);
+  CHECK(options.bytes_per_second == 20e6);
+  CHECK(options.min_bytes_per_second == 4000.0);
+  CHECK(options.unacknowledged_bytes == 64000000);
+  CHECK(options.spool_bytes == 2000000000);
+  CHECK(options.finish_timeout_ms == 30000);
+  CHECK(options.spool == nullptr);
+  CHECK(options.key == nullptr);
+  CHECK(refusal(options, EINVAL).find("name must") == 0);
+  options.name = "robot7";
+  options.url = kNobody;
+  make(options);
+}
+
+TEST_CASE("options of another version, or none, are refused") {
+  um_delivery_options options = options_of(kNobody, nullptr);
+  CHECK(um_delivery_options_init(nullptr, sizeof options) == EINVAL);
+  CHECK(um_delivery_options_init(&options, sizeof options + 8) == EPROTO);
+  options.struct_size += 8;
+  CHECK(refusal(options, EPROTO).find("struct_size") == 0);
+  um_delivery* delivery = nullptr;
+  char message[8] = "1234567";
+  CHECK(um_delivery_create(nullptr, &delivery, message, sizeof message) == EINVAL);
+  CHECK(std::string(message) == "options");  // as much as fits
+  CHECK(um_delivery_create(&options, nullptr, message, sizeof message) == EINVAL);
+  CHECK(um_delivery_create(nullptr, &delivery, nullptr, 0) == EINVAL);
+}
+
+TEST_CASE("impossible options of a delivery are refused with a sentence") {
+  struct Case {
+    const char* sentence;
+    std::function<void(um_delivery_options&)> change;
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<Case> cases = {
+      {"name must", [](auto& options) { options.name = nullptr; }},
+      {"name must", [](auto& options) { options.name = "../etc"; }},
+      {"sensor must", [](auto& options) { options.sensor = ""; }},
+      {"neither a url nor a spool", [](auto& options) { options.url = nullptr; }},
+      {"neither a url nor a spool", [](auto& options) { options.url = ""; }},
+      {"datagram_bytes", [](auto& options) { options.datagram_bytes = 255; }},
+      {"datagram_bytes", [](auto& options) { options.datagram_bytes = 60001; }},
+      {"bytes_per_second", [](auto& options) { options.bytes_per_second = 999.0; }},
+      {"bytes_per_second", [](auto& options) { options.bytes_per_second = INFINITY; }},
+      {"bytes_per_second", [nan](auto& options) { options.bytes_per_second = nan; }},
+      {"min_bytes_per_second", [](auto& options) { options.min_bytes_per_second = 499.0; }},
+      {"min_bytes_per_second", [](auto& options) { options.min_bytes_per_second = 20.1e6; }},
+      {"min_bytes_per_second", [nan](auto& options) { options.min_bytes_per_second = nan; }},
+      {"unacknowledged_bytes", [](auto& options) { options.unacknowledged_bytes = 0; }},
+      {"reserved", [](auto& options) { options.reserved = 1; }},
+      {"spool_bytes",
+       [](auto& options) {
+         options.spool = "never-made";
+         options.spool_bytes = 999999;
+       }},
+      {"spool_bytes",
+       [](auto& options) {
+         options.spool = "never-made";
+         options.spool_bytes = UINT64_MAX;
+       }},
+  };
+  for (const Case& one : cases) {
+    um_delivery_options options = options_of(kNobody, nullptr);
+    one.change(options);
+    INFO(one.sentence);
+    CHECK(refusal(options, EINVAL).find(one.sentence) == 0);
+  }
+  CHECK_FALSE(std::filesystem::exists("never-made"));
+}
+
+TEST_CASE("a network, a spool or a key that cannot be opened is refused with a sentence") {
+  const TemporaryDirectory folder;
+  um_delivery_options options = options_of("no-such-network://", nullptr);
+  CHECK(refusal(options, ENETUNREACH).find("no-such-network://") != std::string::npos);
+  const std::string file = (folder / "file").string();
+  std::ofstream(file) << "no folder";
+  options = options_of(kNobody, file.c_str());
+  CHECK(refusal(options, EIO).find(file) != std::string::npos);
+  options = options_of(kNobody, nullptr);
+  options.key = file.c_str();
+  um_delivery* delivery = nullptr;
+  const int number = um_delivery_create(&options, &delivery, nullptr, 0);
+  CHECK((number == EACCES || number == ENOTSUP));
+  CHECK(delivery == nullptr);
+}
+
+TEST_CASE("one process at a time uses a spool") {
+  const TemporaryDirectory folder;
+  const std::string spool = (folder / "spool").string();
+  const um_delivery_options options = options_of(kNobody, spool.c_str());
+  const Delivery first = make(options);
+  CHECK(refusal(options, EIO).find("another process uses this spool") != std::string::npos);
+}
+
+TEST_CASE("a start without a number of its own gets a random one") {
+  const um_delivery_options options = options_of(kNobody, nullptr);
+  SessionId sessions[2];
+  for (SessionId& id : sessions) {
+    const Delivery delivery = make(options);
+    REQUIRE(um_delivery_session(delivery.get(), &id.robot, &id.boot.high, &id.boot.low) == 0);
+    CHECK(id.robot == 7);
+  }
+  CHECK(sessions[0].boot != sessions[1].boot);
+  um_delivery_options chosen = options;
+  chosen.boot_high = 5;
+  chosen.boot_low = 6;
+  const Delivery delivery = make(chosen);
+  std::uint64_t high = 0;
+  REQUIRE(um_delivery_session(delivery.get(), nullptr, &high, nullptr) == 0);
+  CHECK(high == 5);
+}
+
+TEST_CASE("only keyframes of the session are taken, and none after its end") {
+  um_delivery_options options = options_of(kNobody, nullptr);
+  options.finish_timeout_ms = 0;
+  const Delivery delivery = make(options);
+  const Delivery other = make(options);
+  auto bytes = keyframe(delivery.get(), 0);
+  CHECK(publish(nullptr, bytes) == EINVAL);
+  CHECK(um_delivery_publish(delivery.get(), nullptr, 10, 1) == EINVAL);
+  CHECK(um_delivery_publish(delivery.get(), bytes.data(), 0, 1) == EPROTO);
+  CHECK(um_delivery_publish(delivery.get(), bytes.data(), 31, 1) == EPROTO);
+  CHECK(publish(delivery.get(), keyframe(other.get(), 0)) == EPROTO);
+  CHECK(publish(delivery.get(), bytes) == 0);
+  CHECK(status_of(delivery.get()).published == 1);
+  CHECK(um_delivery_finish(delivery.get()) == 0);
+  CHECK(um_delivery_finish(delivery.get()) == ESHUTDOWN);
+  CHECK(publish(delivery.get(), bytes) == ESHUTDOWN);
+  CHECK(status_of(delivery.get()).published == 1);
+}
+
+TEST_CASE("calls without a delivery are refused") {
+  um_delivery_status status = {};
+  um_health health = {};
+  CHECK(um_delivery_session(nullptr, nullptr, nullptr, nullptr) == EINVAL);
+  CHECK(um_delivery_status_get(nullptr, &status) == EINVAL);
+  CHECK(um_delivery_set_health(nullptr, &health) == EINVAL);
+  CHECK(um_delivery_finish(nullptr) == EINVAL);
+  um_delivery_destroy(nullptr);
+  const Delivery delivery = make(options_of(kNobody, nullptr));
+  CHECK(um_delivery_status_get(delivery.get(), nullptr) == EINVAL);
+  CHECK(um_delivery_status_get(delivery.get(), &status) == EPROTO);
+  CHECK(um_delivery_set_health(delivery.get(), nullptr) == EINVAL);
+  CHECK(um_delivery_set_health(delivery.get(), &health) == EPROTO);
+  health.struct_size = sizeof health;
+  CHECK(um_delivery_set_health(delivery.get(), &health) == 0);
+}
+
+TEST_CASE("without a spool the status says that what nobody has is lost at the end") {
+  um_delivery_options options = options_of(kNobody, nullptr);
+  const Delivery delivery = make(options);
+  CHECK(publish(delivery.get(), keyframe(delivery.get(), 0)) == 0);
+  CHECK(status_of(delivery.get()).waiting == 1);
+  CHECK(um_delivery_finish(delivery.get()) == 0);
+  const um_delivery_status status = status_of(delivery.get());
+  CHECK(status.published == 1);
+  CHECK(status.acknowledged == 0);
+  CHECK(status.waiting == 0);
+  CHECK(status.lost == 1);
+  CHECK(status.base_answers == 0);
+  CHECK(status.clock_is_known == 0);
+  CHECK(status.has_spool == 0);
+  CHECK(status.bytes_per_second == 20e6);
+}
+
+TEST_CASE("with a spool it waits for the next start, which knows of it") {
+  const TemporaryDirectory folder;
+  const std::string spool = (folder / "spool").string();
+  // The first start has no network at all.
+  um_delivery_options options = options_of(nullptr, spool.c_str());
+  {
+    const Delivery delivery = make(options);
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      CHECK(publish(delivery.get(), keyframe(delivery.get(), i)) == 0);
+    }
+    CHECK(um_delivery_finish(delivery.get()) == 0);
+    const um_delivery_status status = status_of(delivery.get());
+    CHECK(status.has_spool == 1);
+    CHECK(status.spool_failing == 0);
+    CHECK(status.spool_keyframes == 4);
+    CHECK(status.spool_durable == 4);
+    CHECK(status.spool_bytes > 0);
+    CHECK(status.waiting == 4);
+    CHECK(status.lost == 0);
+    CHECK(status.earlier_sessions == 0);
+  }
+  options.url = kNobody;
+  const Delivery delivery = make(options);
+  const um_delivery_status status = status_of(delivery.get());
+  CHECK(status.earlier_sessions == 1);
+  CHECK(status.earlier_keyframes == 4);
+  CHECK(status.earlier_acknowledged == 0);
+  CHECK(status.published == 0);
+}
+
+TEST_CASE("what is found damaged in the spool is reported in a sentence") {
+  const TemporaryDirectory folder;
+  const std::string spool = (folder / "spool").string();
+  um_delivery_options options = options_of(nullptr, spool.c_str());
+  {
+    const Delivery delivery = make(options);
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      CHECK(publish(delivery.get(), keyframe(delivery.get(), i)) == 0);
+    }
+  }
+  for (const auto& entry : std::filesystem::directory_iterator(spool)) {
+    if (entry.path().extension() != ".spool") continue;
+    std::fstream file(entry.path(), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(20);  // in the head of the first record
+    file.put('?').put('!');
+  }
+  std::string told;
+  options.report_context = &told;
+  options.report = [](void* context, const char* sentence) {
+    static_cast<std::string*>(context)->append(sentence);
+  };
+  const Delivery delivery = make(options);
+  CHECK(told.find("spool ") == 0);
+}
