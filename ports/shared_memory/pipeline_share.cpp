@@ -84,6 +84,14 @@ void PipelineShare::share_finished(const Pipeline& pipeline) noexcept {
   count(health_bytes == 0 ? 0 : healths_.publish(health_bytes, stamp_ns));
 }
 
+const Writer* PipelineShare::writer(ContentKind topic) const noexcept {
+  const Writer* found = nullptr;
+  if (topic == ContentKind::kKeyframe) found = &keyframes_;
+  if (topic == ContentKind::kLabels) found = &labels_;
+  if (topic == ContentKind::kHealth) found = &healths_;
+  return found != nullptr && found->is_open() ? found : nullptr;
+}
+
 void PipelineShare::reclaim() noexcept {
   for (Writer* writer : {&keyframes_, &labels_, &healths_}) (void)writer->reclaim();
 }

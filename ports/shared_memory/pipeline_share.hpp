@@ -34,6 +34,9 @@ class PipelineShare {
   /// The same after every `work`.
   void after_work(const Pipeline& pipeline, const WorkResult& result) noexcept;
 
+  /// The writer of a topic, for `Writer::wait_beyond` on another thread; null if there is no such
+  /// topic or it is not shared.
+  [[nodiscard]] const Writer* writer(ContentKind topic) const noexcept;
   /// What was counted so far; `not_shared` among it.
   [[nodiscard]] const SharedHealth& health() const noexcept { return health_.sum(); }
   /// Gives back what dead consumers hold. Not for the real-time thread; once a second is enough.

@@ -13,6 +13,9 @@ namespace unimapper::shared_memory {
 
 namespace {
 
+/// Threads in `Writer::wait_beyond`.
+constexpr std::uint32_t kAnnouncers = 1;
+
 struct Permissions {
   unsigned segment = 0600;
   unsigned slot = 0600;
@@ -273,8 +276,15 @@ std::uint32_t Writer::publish(std::size_t bytes, std::int64_t stamp_ns) noexcept
   step(Step::kMessageAnnounced);
   loaned_ = kNone;
   // No more than there can be: who reads may also sleep here in many threads.
-  wake(header.latest, shape_.consumers);
+  wake(header.latest, shape_.consumers + kAnnouncers);
   return sequence;
+}
+
+std::uint32_t Writer::wait_beyond(std::uint32_t seen, std::int64_t timeout_ns) const noexcept {
+  if (!is_open()) return 0;
+  const Word& word = segment().header().latest;
+  if (word.load(std::memory_order_acquire) == seen) wait_on(word, seen, timeout_ns);
+  return latest();
 }
 
 std::uint32_t Writer::latest() const noexcept {

@@ -60,6 +60,11 @@ class Writer {
 
   /// Sequence of the message published last, by whichever writer; 0: none.
   [[nodiscard]] std::uint32_t latest() const noexcept;
+  /// Sleeps until `latest` is no longer `seen`, at most `timeout_ns`, and returns it. For one other
+  /// thread of this program, which announces messages elsewhere (`lcm_port::Doorbell`): it costs
+  /// the thread that publishes nothing. Not beside `open` and `remove`.
+  [[nodiscard]] std::uint32_t wait_beyond(std::uint32_t seen,
+                                          std::int64_t timeout_ns) const noexcept;
 
   /// Leases of consumers that no longer live are given back, and their number is returned. Such
   /// leases never hinder the writer; they shorten the history that late consumers find. Not for the

@@ -28,9 +28,15 @@ void add_output_options(CLI::App& command, OnboardOptions& options) {
   command.add_option("--key", options.key,
                      "The robot's key (unimapper keys): sign the keyframes, authenticate what is "
                      "published, and hear only bases that have the key");
-  command.add_option("--share", options.share,
-                     "Share keyframes, labels and health in shared memory under this name, for "
-                     "programs on this computer (see unimapper watch)");
+  CLI::Option* share =
+      command.add_option("--share", options.share,
+                         "Share keyframes, labels and health in shared memory under this name, for "
+                         "programs on this computer (see unimapper watch)");
+  command
+      .add_option("--share-doorbell", options.share_doorbell,
+                  "Announce what --share has on this LCM URL too, for programs on this computer "
+                  "that live in an LCM loop, e.g. udpm://239.255.76.67:7667?ttl=0")
+      ->needs(share);
 }
 
 void add_link_options(CLI::App& command, OnboardOptions& options) {

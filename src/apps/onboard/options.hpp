@@ -28,6 +28,7 @@ struct OnboardOptions {
   std::uint64_t spool_bytes = 2000000000;         ///< as in `spool::SpoolOptions`
   std::filesystem::path key;                      ///< the robot's key file; empty: none
   std::string share;                              ///< name in shared memory, empty: not shared
+  std::string share_doorbell;  ///< LCM URL that `share` is announced on; empty: not
   bool realtime = false;
   bool deferred = false;  ///< as `PipelineConfig::deferred`
   bool force = false;     ///< map what looks surely wrong

@@ -18,6 +18,7 @@
 #include "src/apps/onboard/input_check.hpp"
 #include "src/apps/onboard/replay.hpp"
 #include "src/apps/onboard/setup.hpp"
+#include "src/apps/onboard/share.hpp"
 #include "src/apps/output_guard.hpp"
 #include "unimapper/config/config_json.hpp"
 #include "unimapper/core/voxel_key.hpp"
@@ -101,31 +102,6 @@ std::string describe_run(const OnboardOptions& options, const RunFolder& folder,
 std::optional<keys::RobotKey> read_key(const OnboardOptions& options) {
   if (options.key.empty()) return std::nullopt;
   return keys::read_robot_key(options.key);
-}
-
-/// Topics in shared memory for as long as it lives.
-class Share {
- public:
-  Share(const std::string& name, const PipelineConfig& config, const SessionId& session) {
-    const shared_memory::Outcome opened = share_.open(name, config, session);
-    if (opened.ok) return;
-    share_.remove();
-    throw std::runtime_error("--share " + name + ": " + opened.message);
-  }
-  ~Share() { share_.remove(); }
-  Share(const Share&) = delete;
-  Share& operator=(const Share&) = delete;
-
-  shared_memory::PipelineShare* get() { return &share_; }
-
- private:
-  shared_memory::PipelineShare share_;
-};
-
-std::unique_ptr<Share> open_share(const OnboardOptions& options, const PipelineConfig& config,
-                                  const SessionId& session) {
-  if (options.share.empty()) return nullptr;
-  return std::make_unique<Share>(options.share, config, session);
 }
 
 void print_summary(const RunStatistics& statistics, std::uint64_t allocations) {

@@ -131,16 +131,21 @@ int share(const std::vector<std::string>& arguments) {
   return 0;
 }
 
-// consume URL SHARE MESSAGES: waits for handles alone.
+// consume URL SHARE MESSAGES [TOPIC CONTENT]: waits for handles alone.
 int consume(const std::vector<std::string>& arguments) {
-  DoorbellListener listener(arguments[0], arguments[1], "numbers");
+  const std::string topic = arguments.size() > 3 ? arguments[3] : "numbers";
+  shared_memory::ReaderOptions options;
+  if (arguments.size() > 4) {
+    options.content = static_cast<std::uint32_t>(std::stoul(arguments[4], nullptr, 0));
+  }
+  DoorbellListener listener(arguments[0], arguments[1], topic);
   shared_memory::Reader reader;
   std::fprintf(stderr, "waiting\n");
   unsigned long taken = 0;
   int rung = 0;
   while (taken < std::stoul(arguments[2]) && listener.wait(std::chrono::seconds(30))) {
     ++rung;
-    if (!reader.is_open() && !reader.open(arguments[1], "numbers").ok) return 1;
+    if (!reader.is_open() && !reader.open(arguments[1], topic, options).ok) return 1;
     shared_memory::Sample sample;
     while (reader.take(sample) == shared_memory::Taken::kMessage) ++taken;
   }

@@ -366,6 +366,28 @@ TEST_CASE("A consumer that waits is woken by the next message") {
   CHECK(reader.wait(0));
 }
 
+TEST_CASE("A thread beside the writer is woken by the next message, as the consumer is") {
+  const TestShare share;
+  Writer writer;
+  CHECK(writer.wait_beyond(0, 1) == 0);  // not open
+  REQUIRE(writer.open(share.name(), "topic", {.message_bytes = 64, .consumers = 1}).ok);
+  CHECK(writer.wait_beyond(0, 1'000'000) == 0);
+  Reader reader;
+  REQUIRE(reader.open(share.name(), "topic").ok);
+  std::atomic<std::uint32_t> heard{0};
+  std::atomic<bool> waited{false};
+  std::thread announcer([&] {
+    while (heard == 0) heard = writer.wait_beyond(0, 60'000'000'000);
+  });
+  std::thread consumer([&] { waited = reader.wait(60'000'000'000); });
+  CHECK(publish(writer, "first") == 1);
+  announcer.join();
+  consumer.join();
+  CHECK(heard == 1);
+  CHECK(waited);
+  CHECK(writer.wait_beyond(0, 60'000'000'000) == 1);  // at once
+}
+
 TEST_CASE("Two consumers in threads get every message whole while the writer hurries") {
   const TestShare share;
   Writer writer;
