@@ -2,11 +2,14 @@
 #include <cerrno>
 #include <memory>
 
+#include "ports/shared_memory/c_keyframe.hpp"
 #include "ports/shared_memory/content_reader.hpp"
+#include "ports/shared_memory/content_writer.hpp"
 #include "ports/shared_memory/reader.hpp"
 #include "ports/shared_memory/unimapper_share.h"
 #include "ports/shared_memory/writer.hpp"
 
+using namespace unimapper;
 using namespace unimapper::shared_memory;
 
 namespace {
@@ -21,6 +24,9 @@ struct WriterObject {
   std::uint64_t made;
   Writer writer;
 };
+// Highest values of descriptor.max_keypoints and loop_search.max_results.
+constexpr std::uint32_t kMaxKeypoints = 255;
+constexpr std::uint32_t kMaxLoops = 256;
 constexpr std::uint64_t kMade = 0x756E697368617265ULL;
 static_assert(sizeof(ReaderObject) <= sizeof(um_share_reader));
 static_assert(sizeof(WriterObject) <= sizeof(um_share_writer));
@@ -176,6 +182,25 @@ uint32_t um_share_publish(um_share_writer* writer, size_t bytes, int64_t stamp_n
 uint32_t um_share_reclaim(um_share_writer* writer) {
   auto* object = object_in<WriterObject>(writer);
   return object != nullptr ? object->writer.reclaim() : 0;
+}
+
+size_t um_share_keyframe_room(uint32_t cells, uint32_t planes) {
+  PipelineConfig config;
+  config.keyframe.scans = KeyframeConfig::kMaxScans;
+  config.voxel.max_cells = cells;
+  config.descriptor.max_keypoints = kMaxKeypoints;
+  config.descriptor.max_planes = planes;
+  config.loop_search.max_results = kMaxLoops;
+  return static_cast<size_t>(max_keyframe_bytes(config));
+}
+
+uint32_t um_share_publish_keyframe(um_share_writer* writer, const um_keyframe* keyframe,
+                                   uint32_t robot, uint64_t boot_high, uint64_t boot_low) {
+  auto* object = object_in<WriterObject>(writer);
+  if (object == nullptr || keyframe == nullptr) return 0;
+  const SessionId session{robot, {boot_high, boot_low}};
+  const std::size_t bytes = write_c_keyframe(*keyframe, session, object->writer.loan());
+  return bytes == 0 ? 0 : object->writer.publish(bytes, stamp_of(*keyframe));
 }
 
 void um_share_writer_close(um_share_writer* writer) { destroy<WriterObject>(writer); }

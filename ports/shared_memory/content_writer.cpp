@@ -4,6 +4,8 @@
 #include <cstring>
 #include <type_traits>
 
+#include "ports/shared_memory/section_writer.hpp"
+
 namespace unimapper::shared_memory {
 
 namespace {
@@ -18,16 +20,6 @@ static_assert(offsetof(FineCell, points) == offsetof(SharedCell, points));
 static_assert(offsetof(FineCell, ground) == offsetof(SharedCell, ground));
 static_assert(sizeof(PlanePatch) == sizeof(SharedPlane));
 static_assert(offsetof(PlanePatch, normal) == offsetof(SharedPlane, normal));
-
-constexpr std::uint64_t aligned(std::uint64_t bytes) noexcept { return (bytes + 7) / 8 * 8; }
-
-ContentHead head_of(ContentKind kind, std::uint64_t bytes, const SessionId& session,
-                    std::uint32_t number) noexcept {
-  return {kContentMagic,     static_cast<std::uint16_t>(kind),
-          kContentVersion,   bytes,
-          session.boot.high, session.boot.low,
-          session.robot,     number};
-}
 
 void put_pose(const Pose& pose, double* out) noexcept {
   for (int row = 0; row < 3; ++row) {
@@ -86,50 +78,7 @@ SharedStatistics shared(const KeyframeStatistics& statistics) noexcept {
   return out;
 }
 
-/// Lays sections one behind the other and fills them; without memory it only counts.
-class SectionWriter {
- public:
-  SectionWriter(std::size_t begin, std::span<std::byte> out) noexcept : out_(out), at_(begin) {}
-
-  /// Elements as they are.
-  template <typename Element, typename Source>
-  Section copy(std::span<const Source> elements) noexcept {
-    static_assert(sizeof(Element) == sizeof(Source));
-    const Section section = add(elements.size(), sizeof(Element));
-    if (fits() && !elements.empty()) {
-      std::memcpy(out_.data() + section.offset, static_cast<const void*>(elements.data()),
-                  elements.size_bytes());
-    }
-    return section;
-  }
-  /// Elements one by one.
-  template <typename Element, typename Source>
-  Section convert(std::span<const Source> elements) noexcept {
-    const Section section = add(elements.size(), sizeof(Element));
-    if (!fits()) return section;
-    std::byte* to = out_.data() + section.offset;
-    for (const Source& element : elements) {
-      const Element converted = shared(element);
-      std::memcpy(to, &converted, sizeof converted);
-      to += sizeof converted;
-    }
-    return section;
-  }
-
-  [[nodiscard]] std::uint64_t bytes() const noexcept { return at_; }
-  [[nodiscard]] bool fits() const noexcept { return at_ <= out_.size(); }
-
- private:
-  Section add(std::size_t count, std::size_t stride) noexcept {
-    const Section section{static_cast<std::uint32_t>(at_), static_cast<std::uint32_t>(count),
-                          static_cast<std::uint32_t>(stride), 0};
-    at_ = aligned(at_ + std::uint64_t{count} * stride);
-    return section;
-  }
-
-  std::span<std::byte> out_;
-  std::uint64_t at_;
-};
+constexpr auto kShared = [](const auto& element) noexcept { return shared(element); };
 
 }  // namespace
 
@@ -150,12 +99,12 @@ std::size_t write_keyframe(const KeyframeView& keyframe, const SessionId& sessio
                            std::span<std::byte> out) noexcept {
   SharedKeyframe fixed = {};
   SectionWriter sections(sizeof fixed, out);
-  fixed.scans = sections.convert<SharedScan>(keyframe.scans);
+  fixed.scans = sections.convert(keyframe.scans, kShared);
   fixed.static_cells = sections.copy<SharedCell>(keyframe.static_cells);
   fixed.dynamic_cells = sections.copy<SharedCell>(keyframe.dynamic_cells);
-  fixed.keypoints = sections.convert<SharedKeypoint>(keyframe.place.keypoints);
+  fixed.keypoints = sections.convert(keyframe.place.keypoints, kShared);
   fixed.planes = sections.copy<SharedPlane>(keyframe.place.planes);
-  fixed.loops = sections.convert<SharedLoop>(keyframe.loops);
+  fixed.loops = sections.convert(keyframe.loops, kShared);
   if (!sections.fits() || sections.bytes() > ~std::uint32_t{0}) return 0;
   fixed.head = head_of(ContentKind::kKeyframe, sections.bytes(), session, keyframe.sequence);
   fixed.reference_scan = keyframe.reference_scan;

@@ -126,6 +126,16 @@ void* um_share_loan(um_share_writer* writer, size_t* bytes);
 uint32_t um_share_publish(um_share_writer* writer, size_t bytes, int64_t stamp_ns);
 /** Gives back what dead consumers hold; how many leases. Not for the real-time thread. */
 uint32_t um_share_reclaim(um_share_writer* writer);
+/** Bytes for any keyframe of a pipeline: um_share_options.message_bytes of its topic. `cells` and
+ * `planes` are its parameters voxel.max_cells and descriptor.max_planes (um_config_get). */
+size_t um_share_keyframe_room(uint32_t cells, uint32_t planes);
+struct um_keyframe;
+/** Publishes a keyframe that um_finished_get (unimapper.h) gave, with the stamp of its last scan,
+ * as the topic "keyframe" with the content UM_SHARE_KEYFRAME has it; `robot` and `boot` as in
+ * um_session. Its sequence on the topic; 0 if the writer is not open, the topic is too small for
+ * it, or it is of another version of unimapper.h. One copy of the cells; no heap, no wait. */
+uint32_t um_share_publish_keyframe(um_share_writer* writer, const struct um_keyframe* keyframe,
+                                   uint32_t robot, uint64_t boot_high, uint64_t boot_low);
 /** Ends the writer; the topic stays for late joiners and for the next writer. */
 void um_share_writer_close(um_share_writer* writer);
 /** Ends the writer and takes the topic out of /dev/shm. */

@@ -39,6 +39,8 @@ int main(int argc, char** argv) {
   um_share_release(&reader);
   REQUIRE(um_share_intact(&reader) == 0);
   REQUIRE(um_share_reclaim(&writer) == 0);
+  REQUIRE(um_share_publish_keyframe(&writer, NULL, 7, 0, 0) == 0);
+  REQUIRE(um_share_keyframe_room(1000, 100) > 16 * 1000 + 24 * 100);
   um_share_writer_close(&writer);
   REQUIRE(um_share_has_writer(&reader) == 0);
   REQUIRE(um_share_writer_open(&writer, share, "c", &options, NULL) == 0);

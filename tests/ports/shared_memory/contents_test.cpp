@@ -3,6 +3,7 @@
 #include <limits>
 #include <vector>
 
+#include "ports/c/unimapper.h"
 #include "ports/shared_memory/content_reader.hpp"
 #include "ports/shared_memory/content_writer.hpp"
 #include "ports/shared_memory/pipeline_share.hpp"
@@ -44,10 +45,14 @@ struct Drive {
                    test::standing_box({-8, -6, 1}, {1, 3, 2}),
                    test::moving_box({12, -4, 1}, {-3, 0, 0}, {0.5, 0.5, 1})};
   }
+  /// The next scan, and where it is made.
+  test::LabelledScan scan(Pose& pose) const {
+    pose.translation = {0.1 * static_cast<double>(scans), 0, 1.5};
+    return scene.scan(pose, 0.1 * static_cast<double>(scans));
+  }
   ScanResult step() {
     Pose pose;
-    pose.translation = {0.1 * static_cast<double>(scans), 0, 1.5};
-    const auto scan = scene.scan(pose, 0.1 * static_cast<double>(scans));
+    const auto scan = this->scan(pose);
     return pipeline->add_scan(scan.view(), pose, ++scans * 100'000'000);
   }
 };
@@ -195,6 +200,73 @@ TEST_CASE("A planner reads the keyframes, labels and health that a pipeline shar
   CHECK(dynamic > 0);
   CHECK(labels.missed() == 0);
   shares.remove();
+}
+
+TEST_CASE("A pipeline in C shares the keyframes that one in C++ shares, byte by byte") {
+  const TestShare share;
+  const TestShare share_of_c;
+  Drive drive;
+  PipelineShare shares;
+  REQUIRE(shares.open(share.name(), drive.config, kSession).ok);
+  um_config config;
+  REQUIRE(um_config_init(&config, sizeof config, UM_SENSOR_VLP_16) == UM_OK);
+  config.voxel_max_cells = drive.config.voxel.max_cells;
+  config.keyframe_max_points_per_scan = drive.config.keyframe.max_points_per_scan;
+  MemoryBlock block(um_required_bytes(&config));
+  um_pipeline* pipeline = nullptr;
+  REQUIRE(um_init(&config, block.data(), block.size(), &pipeline, nullptr) == UM_OK);
+  const auto room =
+      um_share_keyframe_room(config.voxel_max_cells, drive.config.descriptor.max_planes);
+  CHECK(room >= max_keyframe_bytes(drive.config));
+  um_share_writer writer = {};
+  um_share_options options = {static_cast<std::uint32_t>(room), 2, 1, 1, UM_SHARE_KEYFRAME, 0};
+  REQUIRE(um_share_writer_open(&writer, share_of_c.name().c_str(), kKeyframeTopic, &options,
+                               nullptr) == 0);
+  const ReaderOptions from{ReaderOptions::Start::kLatest, content_of(ContentKind::kKeyframe)};
+  Reader reader;
+  Reader reader_of_c;
+  REQUIRE(reader.open(share.name(), kKeyframeTopic, from).ok);
+  REQUIRE(reader_of_c.open(share_of_c.name(), kKeyframeTopic, from).ok);
+
+  std::uint32_t seen = 0;
+  um_keyframe keyframe = {};
+  for (int i = 0; i < 40; ++i) {
+    Pose pose;
+    const auto scan = drive.scan(pose);
+    const um_points points = {scan.points.data(), scan.points.size(), 12, 0, 4, 8};
+    const um_pose c_pose = {{1, 0, 0, pose.translation.x(), 0, 1, 0, pose.translation.y(), 0, 0, 1,
+                             pose.translation.z()}};
+    const std::int64_t stamp_ns = ++drive.scans * 100'000'000;
+    REQUIRE(um_add_scan(pipeline, &points, &c_pose, stamp_ns, nullptr) == UM_OK);
+    shares.after_scan(*drive.pipeline, drive.pipeline->add_scan(scan.view(), pose, stamp_ns));
+    keyframe.struct_size = sizeof keyframe;
+    if (um_finished_get(pipeline, &keyframe) != UM_OK) continue;
+    ++seen;
+    CHECK(um_share_publish_keyframe(&writer, &keyframe, kSession.robot, kSession.boot.high,
+                                    kSession.boot.low) == seen);
+    Sample sample;
+    Sample sample_of_c;
+    REQUIRE(reader.take(sample) == Taken::kMessage);
+    REQUIRE(reader_of_c.take(sample_of_c) == Taken::kMessage);
+    CHECK(sample.stamp_ns() == sample_of_c.stamp_ns());
+    CHECK(std::equal(sample.bytes().begin(), sample.bytes().end(), sample_of_c.bytes().begin(),
+                     sample_of_c.bytes().end()));
+  }
+  CHECK(seen == 4);
+
+  // What it cannot be is refused, and the topic goes on.
+  CHECK(um_share_publish_keyframe(nullptr, &keyframe, 7, 0, 0) == 0);
+  CHECK(um_share_publish_keyframe(&writer, nullptr, 7, 0, 0) == 0);
+  um_keyframe older = keyframe;
+  older.struct_size -= 8;
+  CHECK(um_share_publish_keyframe(&writer, &older, 7, 0, 0) == 0);
+  um_share_writer_close(&writer);
+  CHECK(um_share_publish_keyframe(&writer, &keyframe, 7, 0, 0) == 0);
+  options.message_bytes = 1000;  // no room for its cells
+  REQUIRE(um_share_writer_open(&writer, share_of_c.name().c_str(), kKeyframeTopic, &options,
+                               nullptr) == 0);
+  CHECK(um_share_publish_keyframe(&writer, &keyframe, 7, 0, 0) == 0);
+  um_share_writer_remove(&writer);
 }
 
 TEST_CASE("A keyframe that does not fit its topic is counted and not shared") {
