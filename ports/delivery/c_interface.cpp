@@ -15,6 +15,7 @@
 #include "ports/delivery/c_health.hpp"
 #include "ports/delivery/c_options.hpp"
 #include "ports/delivery/delivery.hpp"
+#include "ports/delivery/hand_over.hpp"
 #include "ports/delivery/keyframe_head.hpp"
 #include "ports/delivery/refusal.hpp"
 #include "ports/delivery/unimapper_delivery.h"
@@ -29,7 +30,11 @@ struct um_delivery {
   std::unique_ptr<Authentication> authentication;  ///< null without a key
   std::unique_ptr<Delivery> delivery;
   std::atomic<std::uint64_t> published{0};
+  std::atomic<std::uint64_t> handed_on{0};  ///< of which through the queue
+  std::atomic<std::uint64_t> refused{0};    ///< by the full queue
   std::atomic<bool> is_finished{false};
+  std::size_t queue_bytes = 0;
+  std::unique_ptr<HandOver> queue;  ///< null without one; goes before what it hands to
 };
 
 namespace {
@@ -83,6 +88,35 @@ SessionId session_of(const um_delivery_options& options, const Authentication* k
   return session;
 }
 
+/// Signs, spools and sends.
+void deliver(um_delivery& delivery, wire::Bytes bytes, std::int64_t stamp_ns) {
+  const auto head = read_head(bytes);
+  wire::EncodedKeyframe keyframe{
+      head->session, head->sequence, stamp_ns, {bytes.begin(), bytes.end()}};
+  if (delivery.authentication) delivery.authentication->sign(keyframe.bytes);
+  delivery.delivery->publish(std::move(keyframe));
+  ++delivery.handed_on;
+}
+
+/// 0, or why the keyframe is not published, as a value of errno.
+int publish(um_delivery& delivery, wire::Bytes bytes, std::int64_t stamp_ns) {
+  if (delivery.is_finished) return ESHUTDOWN;
+  const auto head = read_head(bytes);
+  if (!head || head->session != delivery.delivery->info().id) return EPROTO;
+  if (delivery.queue == nullptr) {
+    std::string sentence;
+    const int number = guarded([&] { deliver(delivery, bytes, stamp_ns); }, sentence);
+    delivery.published += number == 0 ? 1 : 0;
+    return number;
+  }
+  if (!delivery.queue->put(bytes, stamp_ns)) {
+    ++delivery.refused;
+    return bytes.size() > delivery.queue_bytes ? EMSGSIZE : ENOBUFS;
+  }
+  ++delivery.published;
+  return 0;
+}
+
 std::unique_ptr<um_delivery> create(const um_delivery_options& options) {
   check(options);
   auto made = std::make_unique<um_delivery>();
@@ -93,20 +127,14 @@ std::unique_ptr<um_delivery> create(const um_delivery_options& options) {
   DeliveryOptions chosen = to_cpp(options);
   if (made->authentication) chosen.guard = made->authentication->guard(info.id.boot);
   made->delivery = std::make_unique<Delivery>(info, std::move(chosen));
+  if (options.queue_keyframes == 0) return made;
+  made->queue_bytes = static_cast<std::size_t>(options.queue_bytes);
+  made->queue =
+      std::make_unique<HandOver>(options.queue_keyframes, made->queue_bytes,
+                                 [to = made.get()](wire::Bytes bytes, std::int64_t stamp_ns) {
+                                   deliver(*to, bytes, stamp_ns);
+                                 });
   return made;
-}
-
-void publish(um_delivery& delivery, wire::Bytes bytes, std::int64_t stamp_ns) {
-  if (delivery.is_finished) throw Refusal(ESHUTDOWN, "the delivery is finished");
-  const auto head = read_head(bytes);
-  if (!head || head->session != delivery.delivery->info().id) {
-    throw Refusal(EPROTO, "no keyframe of this session");
-  }
-  wire::EncodedKeyframe keyframe{
-      head->session, head->sequence, stamp_ns, {bytes.begin(), bytes.end()}};
-  if (delivery.authentication) delivery.authentication->sign(keyframe.bytes);
-  delivery.delivery->publish(std::move(keyframe));
-  ++delivery.published;
 }
 
 void fill_in_link(const lcm_port::PublisherCounters& own, um_delivery_status& status) {
@@ -152,6 +180,15 @@ void fill_in_spool(const DeliveryCounters& counters, um_delivery_status& status)
   status.lost = disk.keyframes_refused;
 }
 
+/// What waits for the library's thread, and what that could not take.
+void fill_in_queue(const um_delivery& delivery, std::uint64_t handed_on,
+                   um_delivery_status& status) {
+  status.published = delivery.published;
+  const std::uint64_t failed = delivery.queue != nullptr ? delivery.queue->failed() : 0;
+  status.lost += failed;
+  status.waiting += status.published - std::min(status.published, handed_on + failed);
+}
+
 }  // namespace
 
 int um_delivery_create(const um_delivery_options* options, um_delivery** delivery, char* message,
@@ -181,12 +218,7 @@ int um_delivery_session(const um_delivery* delivery, uint32_t* robot, uint64_t* 
 
 int um_delivery_publish(um_delivery* delivery, const void* bytes, size_t size, int64_t stamp_ns) {
   if (delivery == nullptr || bytes == nullptr) return EINVAL;
-  std::string sentence;
-  return guarded(
-      [&] {
-        publish(*delivery, wire::Bytes(static_cast<const std::uint8_t*>(bytes), size), stamp_ns);
-      },
-      sentence);
+  return publish(*delivery, wire::Bytes(static_cast<const std::uint8_t*>(bytes), size), stamp_ns);
 }
 
 int um_delivery_set_health(um_delivery* delivery, const um_health* health) {
@@ -202,13 +234,16 @@ int um_delivery_status_get(const um_delivery* delivery, um_delivery_status* stat
   std::string sentence;
   return guarded(
       [&] {
+        // In this order: what is handed on meanwhile waits twice rather than nowhere.
+        const std::uint64_t handed_on = delivery->handed_on;
         const DeliveryCounters counters = delivery->delivery->counters();
         *status = {};
         status->struct_size = sizeof(um_delivery_status);
-        status->published = delivery->published;
+        status->refused = delivery->refused;
         if (delivery->authentication) status->answers_refused = delivery->authentication->refused();
         if (counters.published) fill_in_link(counters.own, *status);
         if (counters.spooled) fill_in_spool(counters, *status);
+        fill_in_queue(*delivery, handed_on, *status);
       },
       sentence);
 }
@@ -217,7 +252,12 @@ int um_delivery_finish(um_delivery* delivery) {
   if (delivery == nullptr) return EINVAL;
   if (delivery->is_finished.exchange(true)) return ESHUTDOWN;
   std::string sentence;
-  return guarded([&] { (void)delivery->delivery->finish(); }, sentence);
+  return guarded(
+      [&] {
+        if (delivery->queue) delivery->queue->finish();
+        (void)delivery->delivery->finish();
+      },
+      sentence);
 }
 
 void um_delivery_destroy(um_delivery* delivery) { delete delivery; }

@@ -13,6 +13,9 @@ namespace {
 constexpr double kLowestHighRate = 1e3;  ///< bytes per second, as of `unimapper onboard`
 constexpr double kLowestRate = 500.0;
 constexpr double kHighestRate = 1e10;
+constexpr std::uint32_t kMostQueued = 64;
+constexpr std::uint64_t kFewestQueueBytes = 1'000;
+constexpr std::uint64_t kMostQueueBytes = 1'000'000'000;
 constexpr std::uint64_t kMostSpoolBytes = 1'000'000'000'000'000;
 
 void require(bool holds, const std::string& text) {
@@ -45,7 +48,11 @@ void check(const um_delivery_options& options) {
   require(!has_spool || (options.spool_bytes >= spool::kSmallestSpoolBytes &&
                          options.spool_bytes <= kMostSpoolBytes),
           "spool_bytes must be 1e6 to 1e15");
-  require(options.reserved == 0, "reserved must be 0");
+  require(options.queue_keyframes == 0 ||
+              (options.queue_keyframes >= 2 && options.queue_keyframes <= kMostQueued),
+          "queue_keyframes must be 0, or 2 to 64");
+  require(options.queue_bytes >= kFewestQueueBytes && options.queue_bytes <= kMostQueueBytes,
+          "queue_bytes must be 1e3 to 1e9");
 }
 
 DeliveryOptions to_cpp(const um_delivery_options& options) {
@@ -88,5 +95,6 @@ int um_delivery_options_init(um_delivery_options* options, size_t struct_size) {
   options->min_bytes_per_second = publisher.min_bytes_per_second;
   options->unacknowledged_bytes = publisher.unacknowledged_bytes;
   options->spool_bytes = spool.bytes;
+  options->queue_bytes = 4'000'000;
   return 0;
 }

@@ -10,9 +10,10 @@
  * Threads   Sending and writing have threads of their own. um_delivery_publish and
  *           um_delivery_set_health are for one thread at a time; um_delivery_status_get for any
  *           thread at any time, also during um_delivery_finish; nothing may run beside
- *           um_delivery_create and um_delivery_destroy. No call is for a thread that must not use
- *           the heap or take a lock: encode there, into one of two buffers, and publish from
- *           another thread.
+ *           um_delivery_create and um_delivery_destroy. With queue_keyframes um_delivery_publish is
+ *           for a thread with deadlines: no heap, no lock, a copy and at most one system call that
+ *           wakes a thread. All other calls, and without a queue this one too, use the heap and
+ *           take locks.
  * Errors    0, or a value of errno: EINVAL for what an argument cannot be, EPROTO for a struct_size
  *           that is none of this library's versions, ENOMEM. No exception leaves the library.
  * Versions  Structs begin with struct_size, as in unimapper.h.
@@ -51,8 +52,11 @@ typedef struct um_delivery_options {
   const char* spool;
   uint64_t spool_bytes;     /**< disk space of it, 1e6 to 1e15 (2000000000); then the oldest go */
   uint32_t spool_max_age_s; /**< what is older by the robot's clock goes; 0: never (0) */
-  uint32_t reserved;        /**< 0 */
-  const char* key;          /**< file of the robot's key (unimapper keys); null or "": none */
+  /** Keyframes that may wait for the library's thread after um_delivery_publish, 2 to 64, or 0:
+   * there is no such thread, and the call itself signs and stores (0). */
+  uint32_t queue_keyframes;
+  uint64_t queue_bytes; /**< room for each of them, 1e3 to 1e9 (4000000) */
+  const char* key;      /**< file of the robot's key (unimapper keys); null or "": none */
   /** Told in one sentence when the disk fails, when it works again, and what was damaged; from
    *  threads of the library, and during um_delivery_create. May be null; must not call back. */
   void (*report)(void* context, const char* sentence);
@@ -83,8 +87,9 @@ int um_delivery_session(const um_delivery* delivery, uint32_t* robot, uint64_t* 
 
 /** Hands over a keyframe that um_keyframe_encode wrote, with the stamp of its last scan. Its bytes
  *  are copied, its sequence is read from them. Never waits for disk or network; O(bytes), with a
- *  key the time of a signature more. EPROTO: the bytes do not begin as a keyframe of this schema
- * and session; ESHUTDOWN after um_delivery_finish. */
+ *  key and without a queue the time of a signature more. EPROTO: the bytes do not begin as a
+ *  keyframe of this schema and session; EMSGSIZE, ENOBUFS: it is larger than queue_bytes, or the
+ *  queue is full (`refused` counts both); ESHUTDOWN after um_delivery_finish. */
 int um_delivery_publish(um_delivery* delivery, const void* bytes, size_t size, int64_t stamp_ns);
 
 struct um_health;
@@ -101,8 +106,9 @@ typedef struct um_delivery_status {
   uint32_t rate_adapts;  /**< 1 once the rate follows the link */
   uint32_t end_is_known; /**< 1 once a base has confirmed the session's end */
   uint64_t published;    /**< keyframes handed over */
-  uint64_t acknowledged; /**< of which a base has stored */
-  uint64_t waiting;      /**< of which in memory or spool for a base */
+  uint64_t refused;      /**< others, that found no room in the queue */
+  uint64_t acknowledged; /**< of the published ones, stored by a base */
+  uint64_t waiting;      /**< of which in queue, memory or spool for a base */
   uint64_t sent;         /**< of which handed to the network whole */
   uint64_t dropped;      /**< of which pushed out of the full queue without being sent */
   uint64_t lost; /**< of which neither a base nor the robot has; the dropped are among them */

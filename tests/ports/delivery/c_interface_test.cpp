@@ -122,7 +122,10 @@ TEST_CASE("impossible options of a delivery are refused with a sentence") {
       {"min_bytes_per_second", [](auto& options) { options.min_bytes_per_second = 20.1e6; }},
       {"min_bytes_per_second", [nan](auto& options) { options.min_bytes_per_second = nan; }},
       {"unacknowledged_bytes", [](auto& options) { options.unacknowledged_bytes = 0; }},
-      {"reserved", [](auto& options) { options.reserved = 1; }},
+      {"queue_keyframes", [](auto& options) { options.queue_keyframes = 1; }},
+      {"queue_keyframes", [](auto& options) { options.queue_keyframes = 65; }},
+      {"queue_bytes", [](auto& options) { options.queue_bytes = 999; }},
+      {"queue_bytes", [](auto& options) { options.queue_bytes = UINT64_MAX; }},
       {"spool_bytes",
        [](auto& options) {
          options.spool = "never-made";
@@ -266,6 +269,27 @@ TEST_CASE("with a spool it waits for the next start, which knows of it") {
   CHECK(status.earlier_keyframes == 4);
   CHECK(status.earlier_acknowledged == 0);
   CHECK(status.published == 0);
+}
+
+TEST_CASE("with a queue keyframes take the same way, and those too large for it are refused") {
+  const TemporaryDirectory folder;
+  const std::string spool = (folder / "spool").string();
+  um_delivery_options options = options_of(nullptr, spool.c_str());
+  options.queue_keyframes = 8;
+  options.queue_bytes = 100000;
+  const Delivery delivery = make(options);
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    CHECK(publish(delivery.get(), keyframe(delivery.get(), i)) == 0);
+  }
+  auto too_large = keyframe(delivery.get(), 4);
+  too_large.resize(100001);
+  CHECK(publish(delivery.get(), too_large) == EMSGSIZE);
+  CHECK(um_delivery_finish(delivery.get()) == 0);
+  CHECK(publish(delivery.get(), keyframe(delivery.get(), 5)) == ESHUTDOWN);
+  const um_delivery_status status = status_of(delivery.get());
+  CHECK(status.published == 4);
+  CHECK(status.refused == 1);
+  CHECK(status.spool_durable == 4);
 }
 
 TEST_CASE("what is found damaged in the spool is reported in a sentence") {

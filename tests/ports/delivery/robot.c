@@ -57,6 +57,7 @@ int main(int argc, char** argv) {
   options.spool = or_null(argv[2]);
   options.key = or_null(argv[3]);
   options.report = print_report;
+  options.queue_keyframes = 64; /* it does not wait for scans */
   options.report_context = stderr;
   if (um_delivery_create(&options, &delivery, message, sizeof message) != 0) {
     return fprintf(stderr, "%s\n", message), 1;
