@@ -20,11 +20,11 @@ bool SegmentWriter::append(wire::Bytes bytes) {
   return true;
 }
 
-bool SegmentWriter::sync() {
+bool SegmentWriter::sync(std::uint64_t bytes) {
   if (!files_.sync(file_)) return false;
   if (!named_ && !files_.sync_folder(folder_)) return false;
   named_ = true;
-  synced_ = bytes_;
+  synced_ = bytes;
   return true;
 }
 

@@ -23,8 +23,9 @@ class SegmentWriter {
   bool begin(std::uint64_t number);
   /// Writes at the end.
   bool append(wire::Bytes bytes);
-  /// What was appended so far survives from now on.
-  bool sync();
+  /// Waits for the disk: the first `bytes`, all appended before the call, survive from now on. May
+  /// run beside `append` on another thread, but beside nothing else.
+  bool sync(std::uint64_t bytes);
   /// Closes the file as it is.
   void close();
   /// Takes back what was not synced, as far as possible, and closes the file.
@@ -34,7 +35,7 @@ class SegmentWriter {
   [[nodiscard]] bool is_open() const { return file_ >= 0; }
   /// Its number.
   [[nodiscard]] std::uint64_t number() const { return number_; }
-  /// Bytes written to it.
+  /// Bytes written to it; of the thread that appends.
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
   /// Bytes of it that survive.
   [[nodiscard]] std::uint64_t synced_bytes() const { return synced_; }

@@ -39,6 +39,7 @@ Spool::Spool(std::filesystem::path folder, SpoolOptions options, std::unique_ptr
     if (is_mistake(number)) throw SpoolError(folder_.string() + ": " + reason(number));
     fail(number);
   }
+  syncing_thread_ = std::jthread([this](const std::stop_token& stop) { run_syncs(stop); });
   thread_ = std::thread([this] { run(); });
 }
 

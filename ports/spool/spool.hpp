@@ -14,6 +14,7 @@
 #include <set>
 #include <span>
 #include <stdexcept>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <vector>
@@ -72,10 +73,11 @@ struct SpoolCounters {
   bool failing = false;                 ///< nothing can be written at present
 };
 
-/// Keeps encoded keyframes in segment files. A thread of its own writes and syncs them, several at
-/// a time; `add` takes a lock and copies. Survives the end of the process at any moment: what was
-/// durable is found at the next start. While the disk fails, keyframes stay in memory as far as
-/// `queue_bytes` go, and writing is tried again every `retry_period`. Thread safe.
+/// Keeps encoded keyframes in segment files. A thread of its own writes them and a second one syncs
+/// them, several at a time, while the first writes on; `add` takes a lock and copies. Survives the
+/// end of the process at any moment: what was durable is found at the next start, and what was
+/// written but not synced too, unless the power was lost. While the disk fails, keyframes stay in
+/// memory as far as `queue_bytes` go, and writing is tried again every `retry_period`. Thread safe.
 class Spool : public wire::SenderStorage {
  public:
   /// Opens or makes the folder and reads the heads of all records. `files`: only for tests. Throws
@@ -131,6 +133,12 @@ class Spool : public wire::SenderStorage {
   void abandon_segment();
   void take_off_queue(const ItemPointer& item);
   bool sync_placed();
+  bool sync_beside_writing();
+  bool write_until_synced(std::unique_lock<std::mutex>& lock);
+  [[nodiscard]] bool next_fits_segment() const;
+  [[nodiscard]] bool is_placed(const ItemPointer& item) const;
+  void index_synced(std::size_t count);
+  void run_syncs(const std::stop_token& stop);
   void make_room(std::uint64_t bytes);
   bool make_room_on_full_disk();
   void remove_segment(std::uint64_t number);
@@ -146,6 +154,7 @@ class Spool : public wire::SenderStorage {
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::condition_variable idle_;
+  std::condition_variable_any sync_asked_;
   Index index_;
   std::deque<ItemPointer> queue_;
   std::uint64_t queue_bytes_ = 0;
@@ -156,6 +165,8 @@ class Spool : public wire::SenderStorage {
   SpoolCounters counters_;
   Clock::time_point acknowledge_at_ = Clock::time_point::max();
   Clock::time_point retry_at_;
+  std::optional<std::uint64_t> sync_bytes_;  ///< of the segment, while they are being synced
+  int sync_error_ = 0;                       ///< of the last sync; 0: none
   bool busy_ = false;
   bool stopping_ = false;
 
@@ -165,6 +176,7 @@ class Spool : public wire::SenderStorage {
   std::vector<Placed> placed_;  ///< written to the segment, not synced
   bool prepared_ = false;
   std::thread thread_;
+  std::jthread syncing_thread_;  ///< runs `writer_.sync` for the other one
 };
 
 }  // namespace unimapper::spool

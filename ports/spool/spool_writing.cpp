@@ -24,13 +24,13 @@ bool Spool::write(const Batch& batch) {
     return false;
   }
   while (true) {
-    placed_.clear();
     bool ok = true;
     for (const ItemPointer& item : batch.keyframes) ok = ok && write_keyframe(item);
     ok = ok && (writer_.is_open() || begin_segment(0)) &&
-         write_acknowledgements(batch.acknowledged, batch.ended) && sync_placed();
+         write_acknowledgements(batch.acknowledged, batch.ended) && sync_beside_writing();
     if (ok) break;
     const int error = errno;
+    placed_.clear();
     abandon_segment();
     if (error == ENOSPC && make_room_on_full_disk()) continue;
     fail(error);
@@ -41,6 +41,7 @@ bool Spool::write(const Batch& batch) {
 }
 
 bool Spool::write_keyframe(const ItemPointer& item) {
+  if (is_placed(item)) return true;                          // beside the sync before
   if (is_durable(item->info.id, item->keyframe.sequence)) {  // by an earlier attempt
     const std::lock_guard lock(mutex_);
     take_off_queue(item);
@@ -91,24 +92,6 @@ bool Spool::begin_segment(std::uint64_t keyframe_bytes) {
     }
   }
   return writer_.begin(number) && write_acknowledgements(acknowledged, ended);
-}
-
-/// Makes what was written durable, and only then says so.
-bool Spool::sync_placed() {
-  const bool ok = writer_.sync();
-  const int error = errno;
-  const std::lock_guard lock(mutex_);
-  ++counters_.commits;
-  errno = error;
-  if (!ok) return false;
-  index_.set_bytes(writer_.number(), writer_.synced_bytes());
-  for (const Placed& placed : placed_) {
-    index_.add(placed.item->info, placed.item->keyframe.sequence, placed.place, placed.written_s);
-    ++counters_.keyframes_durable;
-    take_off_queue(placed.item);
-  }
-  placed_.clear();
-  return true;
 }
 
 void Spool::take_off_queue(const ItemPointer& item) {
