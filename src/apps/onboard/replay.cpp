@@ -204,8 +204,9 @@ void Replay::send(const KeyframeView& keyframe) {
 
 void Replay::take(wire::EncodedKeyframe keyframe) {
   if (outputs_.signer != nullptr) outputs_.signer->sign(keyframe.bytes);
+  // First to the spool, whose keyframes outlive a process that is killed now.
+  outputs_.delivery.take(keyframe);
   outputs_.folder.failures().attempt([this, &keyframe] { outputs_.log.write(keyframe); });
-  outputs_.delivery.take(std::move(keyframe));
 }
 
 void Replay::finish_encoding() {
