@@ -90,6 +90,20 @@ TEST_CASE("the merger labels a recording again, for every point of every scan") 
   fixture.check_labels(fixture.map / "refined" / "run");
 }
 
+TEST_CASE("scans without a whole keyframe are counted, and all their points are static") {
+  const Fixture fixture;
+  const fs::path log = fixture.run / "keyframes.lcmlog";
+  // Of the last keyframe only the front arrived.
+  fs::resize_file(log, fs::file_size(log) - 1000);
+  const CommandResult merged =
+      run_unimapper({"merge", fixture.run.string(), "--out", fixture.map.string(), "--truth",
+                     "run=" + fixture.dataset.string(), "--refined-labels"});
+  INFO(merged.err);
+  REQUIRE(merged.exit_code == 0);
+  CHECK_THAT(merged.err, Contains("scans of run are in no whole keyframe"));
+  fixture.check_labels(fixture.map / "refined" / "run");
+}
+
 TEST_CASE("refined labels do not depend on the voxels of the map") {
   const TemporaryDirectory directory;
   SmallRecording recording(25);

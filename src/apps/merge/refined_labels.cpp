@@ -39,14 +39,17 @@ class LabelWriter {
     }
   }
 
-  /// Labels of the scans that went into no keyframe: all static.
-  void write_remaining() {
+  /// Labels of the scans that are in no whole keyframe: all static. Returns how many there are.
+  std::size_t write_remaining() {
+    std::size_t count = 0;
     for (std::size_t i = 0; i < written_.size(); ++i) {
       if (written_[i]) continue;
+      ++count;
       dataset_.read_scan(i, scan_);
       labels_of_scan_.assign(scan_.points.size(), datasets::kLabelStatic);
       write_file(i);
     }
+    return count;
   }
 
  private:
@@ -80,15 +83,15 @@ class LabelWriter {
 
 }  // namespace
 
-void write_refined_labels(const fs::path& folder, const fs::path& dataset,
-                          const SessionData& session, const merge::MergedSession& merged,
-                          float cell_size_m) {
+std::size_t write_refined_labels(const fs::path& folder, const fs::path& dataset,
+                                 const SessionData& session, const merge::MergedSession& merged,
+                                 float cell_size_m) {
   const auto recording = datasets::open_dataset(dataset, {.sensor = session.info.sensor});
   LabelWriter writer(folder, *recording, cell_size_m);
   for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
-    writer.write(session.keyframes[k], merged.refined[k]);
+    if (!session.keyframes[k].is_summary) writer.write(session.keyframes[k], merged.refined[k]);
   }
-  writer.write_remaining();
+  return writer.write_remaining();
 }
 
 }  // namespace unimapper::apps

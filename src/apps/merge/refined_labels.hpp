@@ -1,6 +1,7 @@
 // Refined labels of a recording's scans.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 
 #include "unimapper/merge/merger.hpp"
@@ -8,12 +9,12 @@
 namespace unimapper::apps {
 
 /// Writes FOLDER/labels/NAME.label for every scan of `dataset` that went into a keyframe, as
-/// `unimapper onboard` does: 251 for dynamic points, 9 for all others; scans in no keyframe are
-/// all static. `unimapper evaluate dynamic --run FOLDER` scores it. Throws DatasetError, and
-/// std::runtime_error if the dataset is not the one the session was made of. `cell_size_m`: edge
-/// of the session's fine cells. O(points).
-void write_refined_labels(const std::filesystem::path& folder, const std::filesystem::path& dataset,
-                          const SessionData& session, const merge::MergedSession& merged,
-                          float cell_size_m);
+/// `unimapper onboard` does: 251 for dynamic points, 9 for all others; scans in no whole keyframe
+/// are all static, and how many these are is returned. `unimapper evaluate dynamic --run FOLDER`
+/// scores it. Throws DatasetError, and std::runtime_error if the dataset is not the one the session
+/// was made of. `cell_size_m`: edge of the session's fine cells. O(points).
+std::size_t write_refined_labels(const std::filesystem::path& folder,
+                                 const std::filesystem::path& dataset, const SessionData& session,
+                                 const merge::MergedSession& merged, float cell_size_m);
 
 }  // namespace unimapper::apps

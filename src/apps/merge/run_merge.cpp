@@ -83,8 +83,12 @@ void write_refined_labels_of_sessions(const MergeOptions& options,
     const std::string& name = sessions[s].info.name;
     for (const auto& [session, dataset] : options.truths) {
       if (session != name) continue;
-      write_refined_labels(options.out / "refined" / name, dataset, sessions[s], result.sessions[s],
-                           cell_size_m);
+      const std::size_t without = write_refined_labels(
+          options.out / "refined" / name, dataset, sessions[s], result.sessions[s], cell_size_m);
+      if (without > 0) {
+        std::cerr << "unimapper: warning: " << without << " scans of " << name
+                  << " are in no whole keyframe: all their points are labelled static\n";
+      }
       std::cerr << "unimapper: refined labels of " << name << " are in "
                 << (options.out / "refined" / name).string() << '\n';
     }
