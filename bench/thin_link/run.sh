@@ -22,18 +22,6 @@ seed=${SEED:-7}
 scans=300
 unimapper=$bin/unimapper
 
-enter_namespace() {
-  local flags
-  if only_layout || [ -n "${IN_NAMESPACE:-}" ]; then return; fi
-  for flags in -n -rn; do
-    if unshare $flags true 2>/dev/null; then
-      IN_NAMESPACE=1 exec unshare $flags "$0" "$@"
-    fi
-  done
-  echo "SKIPPED: making a network namespace is not allowed here (unshare -n)"
-  exit 77
-}
-
 # route SENSOR: the two meet, in directions of their own
 route() { [ "$1" = os2-128 ] && echo A || echo C; }
 other() { [ "$1" = os2-128 ] && echo vlp-16 || echo os2-128; }
@@ -120,10 +108,8 @@ title() {
   esac
 }
 
-enter_namespace "$@"
+enter_namespace n "$@"
 if ! only_layout; then
-  ip link set lo up
-  ip route add 224.0.0.0/4 dev lo
   mkdir -p "$out"
   out=$(cd "$out" && pwd)
   for scene in town campus; do
