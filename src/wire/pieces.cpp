@@ -13,6 +13,10 @@ namespace {
 /// With 128 keypoints.
 constexpr std::size_t kUsualSummaryBytes = 3618;
 
+/// A summary in a larger piece would take much of its keyframe along: after an outage a base would
+/// be sent more incomplete keyframes at once than it keeps.
+constexpr std::uint32_t kLargestLeadingPiece = 4096;
+
 std::uint32_t pieces_of(std::size_t bytes, std::uint32_t piece_bytes) {
   return static_cast<std::uint32_t>((bytes + piece_bytes - 1) / piece_bytes);
 }
@@ -43,6 +47,7 @@ std::vector<ChunkMessage> cut_into_pieces(const EncodedKeyframe& keyframe,
 }
 
 std::uint32_t count_leading_pieces(Bytes keyframe, std::uint32_t piece_bytes) {
+  if (piece_bytes > kLargestLeadingPiece) return 0;
   if (keyframe.empty()) return pieces_of(kUsualSummaryBytes, piece_bytes);
   const auto bytes = summary_bytes(keyframe);
   return bytes ? pieces_of(*bytes, piece_bytes) : 0;

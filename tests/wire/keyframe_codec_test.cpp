@@ -13,6 +13,7 @@
 #include "tests/wire/same_record.hpp"
 #include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/pieces.hpp"
 
 using namespace unimapper;
 using namespace unimapper::wire;
@@ -263,6 +264,21 @@ TEST_CASE("the summary of a keyframe with 128 keypoints takes less than 4 kB") {
   record.planes.clear();
   record.keypoints.resize(128, record.keypoints.front());
   CHECK(summary_bytes(encode_keyframe(record)) == 3618U);
+}
+
+TEST_CASE("the pieces that hold a summary are few, small, and known before the keyframe is") {
+  KeyframeRecord record = small_record();
+  record.planes.clear();
+  record.keypoints.resize(128, record.keypoints.front());
+  const std::vector<std::uint8_t> bytes = encode_keyframe(record);
+  CHECK(count_leading_pieces(bytes, 1213) == 3);
+  CHECK(count_leading_pieces(bytes, 1205) == 4);
+  CHECK(count_leading_pieces(bytes, 4096) == 1);
+  CHECK(count_leading_pieces({}, 1213) == 3);
+  // A piece of 60 kB would hold most of the keyframe besides.
+  CHECK(count_leading_pieces(bytes, 59913) == 0);
+  CHECK(count_leading_pieces({}, 59913) == 0);
+  CHECK(count_leading_pieces(golden_coded("05", "1032547698BADCFE"), 1213) == 0);
 }
 
 TEST_CASE("a forged summary is refused with the reason") {

@@ -24,8 +24,9 @@ struct EncodedKeyframe {
 std::vector<ChunkMessage> cut_into_pieces(const EncodedKeyframe& keyframe,
                                           std::uint32_t piece_bytes);
 
-/// How many of its first pieces of `piece_bytes` bytes hold a keyframe's summary; 0 if it has none.
-/// Of a keyframe without bytes nothing is known: as many as with 128 keypoints. O(1).
+/// How many of its first pieces of `piece_bytes` bytes hold a keyframe's summary; 0 if it has none,
+/// or if pieces have more than 4,096 bytes. Of a keyframe without bytes nothing is known: as many
+/// as with 128 keypoints. O(1).
 std::uint32_t count_leading_pieces(Bytes keyframe, std::uint32_t piece_bytes);
 
 }  // namespace unimapper::wire
