@@ -219,8 +219,8 @@ void Outbox::resend_summary(std::uint32_t sequence, Item& item, const StoredMess
     if (now_ns - item.summary_sent_ns < resend_after_ns_) return;
     std::copy(missing->begin(), end, due.begin());
   } else {
-    const std::int64_t wait_ns = resend_after_ns_ << item.summary_tries;
-    if (item.summary_tries >= kSummaryTries || now_ns - item.summary_sent_ns < wait_ns) return;
+    if (item.summary_tries >= kSummaryTries) return;
+    if (now_ns - item.summary_sent_ns < resend_after_ns_ << item.summary_tries) return;
     std::fill_n(due.begin(), item.leading, true);
   }
   set_due(sequence, item, std::move(due));

@@ -388,6 +388,17 @@ TEST_CASE("a summary that is lost is resent although its keyframe is still being
     (void)outbox.take(message, 100 * kResendAfterNs);
     CHECK(outbox.next()->index == 10);
   }
+  SECTION("as often as the base says that it lacks some, and then no more without a word") {
+    std::int64_t now_ns = 0;
+    for (int i = 0; i < 80; ++i) {
+      (void)outbox.take(message, now_ns += kResendAfterNs);
+      CHECK(outbox.next()->index == 0);
+      (void)send(outbox, 2, now_ns);
+    }
+    message.incomplete.clear();
+    (void)outbox.take(message, 1000 * kResendAfterNs);
+    CHECK(outbox.next()->index == 10);
+  }
   SECTION("a few times if the base says nothing of it") {
     message.incomplete.clear();
     std::int64_t now_ns = 0;
