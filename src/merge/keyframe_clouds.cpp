@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "parallel.hpp"
+#include "unimapper/merge/keyframe_summaries.hpp"
 
 namespace unimapper::merge {
 
@@ -43,22 +44,13 @@ RegistrationCloud KeyframeClouds::make_cloud(KeyframeId k) const {
     }
   };
   add(k.keyframe);
-  // Those that have cells count.
-  std::size_t before = 0;
-  std::size_t after = 0;
-  for (std::size_t away = 1; away < keyframes.size() && points.size() < config_.submap_cells;
-       ++away) {
-    const bool has_before = before < config_.submap_keyframes && k.keyframe >= away;
-    const bool has_after = after < config_.submap_keyframes && k.keyframe + away < keyframes.size();
-    if (!has_before && !has_after) break;
-    if (has_before && !keyframes[k.keyframe - away].is_summary) {
-      add(k.keyframe - away);
-      ++before;
-    }
-    if (has_after && !keyframes[k.keyframe + away].is_summary) {
-      add(k.keyframe + away);
-      ++after;
-    }
+  std::size_t last_away = 0;
+  for (const std::size_t i : whole_neighbours(keyframes, k.keyframe, config_.submap_keyframes)) {
+    const std::size_t away = i < k.keyframe ? k.keyframe - i : i - k.keyframe;
+    // Both of two as near, or neither.
+    if (away != last_away && points.size() >= config_.submap_cells) break;
+    last_away = away;
+    add(i);
   }
   return RegistrationCloud(points, ground, config_);
 }

@@ -8,38 +8,53 @@ namespace {
 
 constexpr double kReachM = 50.0;
 
-/// False, and nothing added, beyond the reach; true once the cells of a whole keyframe were added.
-bool add_cells(const KeyframeRecord& from, const KeyframeRecord& to, std::vector<FineCell>& cells) {
+/// A robot may stand on a thin link for hours.
+constexpr std::size_t kMostAway = 64;
+
+void append_cells(const KeyframeRecord& from, const KeyframeRecord& to,
+                  std::vector<FineCell>& cells) {
   const Pose T_to_from = to.T_odometry_keyframe.inverse() * from.T_odometry_keyframe;
-  if (from.is_summary || T_to_from.translation.norm() > kReachM) return false;
+  if (T_to_from.translation.norm() > kReachM) return;
   const Eigen::Matrix3f rotation = T_to_from.rotation.cast<float>();
   const Eigen::Vector3f translation = T_to_from.translation.cast<float>();
   for (FineCell cell : from.static_cells) {
     cell.position = (rotation * cell.position + translation).eval();
     cells.push_back(cell);
   }
-  return true;
 }
 
 }  // namespace
 
-std::size_t include_summaries(SessionData& session) {
-  const std::size_t count = session.summaries.size();
+void include_summaries(SessionData& session) {
   std::move(session.summaries.begin(), session.summaries.end(),
             std::back_inserter(session.keyframes));
   session.summaries.clear();
   std::sort(session.keyframes.begin(), session.keyframes.end(),
             [](const auto& a, const auto& b) { return a.sequence < b.sequence; });
-  return count;
+}
+
+std::vector<std::size_t> whole_neighbours(std::span<const KeyframeRecord> keyframes, std::size_t k,
+                                          std::size_t count) {
+  std::vector<std::size_t> found;
+  std::size_t before = 0;
+  std::size_t after = 0;
+  for (std::size_t away = 1; away <= kMostAway; ++away) {
+    if (before < count && k >= away && !keyframes[k - away].is_summary) {
+      found.push_back(k - away);
+      ++before;
+    }
+    if (after < count && k + away < keyframes.size() && !keyframes[k + away].is_summary) {
+      found.push_back(k + away);
+      ++after;
+    }
+  }
+  return found;
 }
 
 std::vector<FineCell> neighbouring_cells(std::span<const KeyframeRecord> keyframes, std::size_t k) {
   std::vector<FineCell> cells;
-  for (std::size_t i = k; i > 0; --i) {
-    if (add_cells(keyframes[i - 1], keyframes[k], cells)) break;
-  }
-  for (std::size_t i = k + 1; i < keyframes.size(); ++i) {
-    if (add_cells(keyframes[i], keyframes[k], cells)) break;
+  for (const std::size_t i : whole_neighbours(keyframes, k, 1)) {
+    append_cells(keyframes[i], keyframes[k], cells);
   }
   return cells;
 }

@@ -184,7 +184,7 @@ std::vector<InputSession> gather_sessions(const MergeOptions& options) {
            std::tie(b.data.info.name, b.data.info.id, b.run);
   });
   for (auto& input : inputs) {
-    (void)merge::include_summaries(input.data);
+    merge::include_summaries(input.data);
     const std::size_t levelled = merge::level_keyframes(input.data.keyframes);
     if (levelled == 0) continue;
     std::cerr << "unimapper: " << input.data.info.name << ": " << levelled
