@@ -195,8 +195,7 @@ void KeyframeStore::write_batch() {
       remove_summary_.bind(std::int64_t{name.sequence}, to_key(name.session)).run();
     }
     for (const auto& [name, summary] : keyframe_summaries_) {
-      write_summary_of(summary, now_s);
-      ++counted.summaries;
+      counted.summaries += insert(insert_summary_, summary, now_s) ? 1 : 0;
     }
     for (const auto& [id, summary] : session_summaries_) write_summary(summary, now_s);
     for (const auto& [id, health] : health_) health_history_.keep(health, now_s);
@@ -214,26 +213,22 @@ void KeyframeStore::write_batch() {
   counters_ = counted;
 }
 
-bool KeyframeStore::write_keyframe(const Waiting& keyframe, std::int64_t now_s) {
-  const std::vector<std::uint8_t> key = to_key(keyframe.name.session);
-  insert_session_.bind(key, std::int64_t{keyframe.name.session.robot}, now_s).run();
-  insert_keyframe_
-      .bind(std::int64_t{keyframe.name.sequence}, keyframe.stamp_ns,
-            std::int64_t{wire::crc32(keyframe.bytes)}, keyframe.bytes, key)
+bool KeyframeStore::insert(Statement& statement, const Waiting& waiting, std::int64_t now_s) {
+  const std::vector<std::uint8_t> key = to_key(waiting.name.session);
+  insert_session_.bind(key, std::int64_t{waiting.name.session.robot}, now_s).run();
+  statement
+      .bind(std::int64_t{waiting.name.sequence}, waiting.stamp_ns,
+            std::int64_t{wire::crc32(waiting.bytes)}, waiting.bytes, key)
       .run();
-  if (database_.changes() == 0) return false;
+  return database_.changes() > 0;
+}
+
+bool KeyframeStore::write_keyframe(const Waiting& keyframe, std::int64_t now_s) {
+  if (!insert(insert_keyframe_, keyframe, now_s)) return false;
+  const std::vector<std::uint8_t> key = to_key(keyframe.name.session);
   count_keyframe_.bind(to_integer(keyframe.bytes.size()), key).run();
   remove_summary_.bind(std::int64_t{keyframe.name.sequence}, key).run();
   return true;
-}
-
-void KeyframeStore::write_summary_of(const Waiting& keyframe, std::int64_t now_s) {
-  const std::vector<std::uint8_t> key = to_key(keyframe.name.session);
-  insert_session_.bind(key, std::int64_t{keyframe.name.session.robot}, now_s).run();
-  insert_summary_
-      .bind(std::int64_t{keyframe.name.sequence}, keyframe.stamp_ns,
-            std::int64_t{wire::crc32(keyframe.bytes)}, keyframe.bytes, key)
-      .run();
 }
 
 void KeyframeStore::write_summary(const wire::SessionSummary& summary, std::int64_t now_s) {

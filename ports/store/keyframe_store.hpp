@@ -83,7 +83,8 @@ class KeyframeStore final : public wire::KeyframeStorage {
   void write_batch();
   void write_summary(const wire::SessionSummary& summary, std::int64_t now_s);
   void drop_summary(const wire::KeyframeName& name);
-  void write_summary_of(const Waiting& keyframe, std::int64_t now_s);
+  /// Puts a keyframe or a summary into its table; false if that, or better, is stored already.
+  bool insert(Statement& statement, const Waiting& waiting, std::int64_t now_s);
   /// False if the keyframe is stored already.
   bool write_keyframe(const Waiting& keyframe, std::int64_t now_s);
   [[nodiscard]] bool is_idle() const;

@@ -31,16 +31,17 @@ void MemoryStorage::keep(ReceivedSummary&& summary) {
   const std::uint64_t bytes = memory_of(summary.record);
   if (bytes > max_bytes_ - bytes_) return;
   const std::uint32_t sequence = summary.record.sequence;
-  Records& summaries = summaries_[summary.record.session];
+  auto& summaries = summaries_[summary.record.session];
   if (summaries.emplace(sequence, std::move(summary.record)).second) bytes_ += bytes;
 }
 
 void MemoryStorage::remove_summary(const KeyframeName& name) {
-  Records& summaries = summaries_[name.session];
-  const auto entry = summaries.find(name.sequence);
-  if (entry == summaries.end()) return;
+  const auto session = summaries_.find(name.session);
+  if (session == summaries_.end()) return;
+  const auto entry = session->second.find(name.sequence);
+  if (entry == session->second.end()) return;
   bytes_ -= memory_of(entry->second);
-  summaries.erase(entry);
+  session->second.erase(entry);
 }
 
 std::optional<StoredSession> MemoryStorage::find(const SessionId& id) {
@@ -49,22 +50,22 @@ std::optional<StoredSession> MemoryStorage::find(const SessionId& id) {
   return none;
 }
 
-std::vector<KeyframeRecord> MemoryStorage::take(Records& records) {
+std::vector<KeyframeRecord> MemoryStorage::take(Records& records, const SessionId& id) {
   std::vector<KeyframeRecord> taken;
-  taken.reserve(records.size());
-  for (auto& [sequence, record] : records) {
+  const auto session = records.find(id);
+  if (session == records.end()) return taken;
+  taken.reserve(session->second.size());
+  for (auto& [sequence, record] : session->second) {
     bytes_ -= memory_of(record);
     taken.push_back(std::move(record));
   }
-  records.clear();
+  records.erase(session);
   return taken;
 }
 
 void MemoryStorage::take(SessionData& session) {
-  session.keyframes = take(keyframes_[session.info.id]);
-  session.summaries = take(summaries_[session.info.id]);
-  keyframes_.erase(session.info.id);
-  summaries_.erase(session.info.id);
+  session.keyframes = take(keyframes_, session.info.id);
+  session.summaries = take(summaries_, session.info.id);
 }
 
 }  // namespace unimapper::wire

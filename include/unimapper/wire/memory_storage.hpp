@@ -35,14 +35,14 @@ class MemoryStorage final : public KeyframeStorage {
   void take(SessionData& session);
 
  private:
+  using Records = std::map<SessionId, std::map<std::uint32_t, KeyframeRecord>>;
+
+  std::vector<KeyframeRecord> take(Records& records, const SessionId& id);
+
   std::uint64_t max_bytes_;
   std::uint64_t bytes_ = 0;
-  using Records = std::map<std::uint32_t, KeyframeRecord>;
-
-  std::vector<KeyframeRecord> take(Records& records);
-
-  std::map<SessionId, Records> keyframes_;
-  std::map<SessionId, Records> summaries_;
+  Records keyframes_;
+  Records summaries_;
 };
 
 }  // namespace unimapper::wire
