@@ -8,19 +8,16 @@
 #include <limits>
 #include <stdexcept>
 
+#include "tests/wire/golden.hpp"
 #include "tests/wire/model.hpp"
 #include "tests/wire/records.hpp"
 #include "tests/wire/same_record.hpp"
 #include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/checksum.hpp"
-#include "unimapper/wire/pieces.hpp"
 
 using namespace unimapper;
 using namespace unimapper::wire;
-using wire_test::check_same;
-using wire_test::Random;
-using wire_test::random_record;
-using wire_test::small_record;
+using namespace unimapper::wire::wire_test;
 
 namespace {
 
@@ -30,39 +27,13 @@ std::string error_of(const std::vector<std::uint8_t>& bytes) {
   return decoded.error;
 }
 
-/// Bytes written as hexadecimal digits, with blanks where they help the eye.
-std::vector<std::uint8_t> bytes_of(const std::string& digits) {
-  std::vector<std::uint8_t> bytes;
-  std::string pair;
-  for (char c : digits) {
-    if (c == ' ') continue;
-    pair += c;
-    if (pair.size() < 2) continue;
-    bytes.push_back(static_cast<std::uint8_t>(std::stoi(pair, nullptr, 16)));
-    pair.clear();
-  }
-  return bytes;
-}
-
-/// Offsets of fields in the encoded small record.
-constexpr std::size_t kSchemaAt = 4;
-constexpr std::size_t kReferenceScanAt = 32;
-constexpr std::size_t kPoseAt = 60;
-constexpr std::size_t kScanCountAt = 156;
-constexpr std::size_t kUpAt = 168;
-constexpr std::size_t kCellEdgeAt = kUpAt + 12;
-constexpr std::size_t kSummaryEnd = kCellEdgeAt + 2 + 108 + 26 + 10;
-constexpr std::size_t kCellsAt = kSummaryEnd + 108;
-/// Of schemas 1 to 3.
-constexpr std::ptrdiff_t kPlainCellBytes = 8 + 2 * 9 + 8 + 9;
-
 }  // namespace
 
 TEST_CASE("the decoded keyframe equals the quantised one, to the last bit") {
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
     KeyframeRecord record = random_record(seed, static_cast<std::uint32_t>(seed * 97));
     const std::vector<std::uint8_t> from_raw = encode_keyframe(record);
-    wire_test::quantise(record);
+    quantise(record);
     const std::vector<std::uint8_t> bytes = encode_keyframe(record);
     CHECK(from_raw == bytes);
     const DecodedKeyframe decoded = decode_keyframe(bytes);
@@ -84,7 +55,7 @@ TEST_CASE("a keyframe that saw nothing travels too") {
 TEST_CASE("a crowd of cells in one spot comes back whole") {
   KeyframeRecord record = small_record();
   record.static_cells.assign(70000, FineCell{{1.0F, 1.0F, 1.0F}, 5, 0, 0});
-  wire_test::quantise(record);
+  quantise(record);
   const std::vector<std::uint8_t> bytes = encode_keyframe(record);
   const DecodedKeyframe decoded = decode_keyframe(bytes);
   REQUIRE(decoded.record.has_value());
@@ -94,62 +65,7 @@ TEST_CASE("a crowd of cells in one spot comes back whole") {
 
 namespace {
 
-const std::string kOne = "000000000000F03F";
-const std::string kZero = "0000000000000000";
-const std::string kRotation = kOne + kZero + kZero + kZero + kOne + kZero + kZero + kZero + kOne;
-const std::string kMoved = "000000000000F83F 00000000000000C0 000000000000D03F";
-
-/// Parts of the small record: index, stamp and pose of its scans.
-const std::string kFirstScan = "A4010000 00CA9A3B00000000" + kRotation + kZero + kZero + kZero;
-const std::string kSecondScan = "A5010000 00AB904100000000" + kRotation + kMoved;
-/// Its keypoint (millimetres, normal, occupancy, strength) and plane (centimetres, normal).
-const std::string kDescriptor =
-    "D2040000 D2E9FFFF 28230000 2449 FF7F F0F0000000000000 0102 2C01 9001 56FF 0000 0000";
-/// Covariance of up: 2^-12, -2^-14, 2^-13 rad^2.
-const std::string kUp = "00008039 000080B8 00000039";
-const std::string kCellEdge = "C800";  // 200 mm
-const std::string kCodedCells =
-    "02000000 12000000"                     // static cells: cells, bytes
-    "FFFFFDFFC320E0181A03A0901CAB9C5ECF90"  // their code
-    "01000000 0F000000"                     // dynamic cells: cells, bytes
-    "FFFFFDFAC39881E510802B02700000";       // their code
-const std::string kCodedImages =
-    "01000000"                                      // images
-    "0000B442 0000F041 00000000 0000F041 0000F041"  // shape
-    "00008042"                                      // full weight up to 64 m
-    "01000000 04000000"                             // scan, bytes
-    "08000000 00E055FD18000000";                    // bytes of all images, their code
-
-/// The small record up to its counts.
-std::string golden_head(const std::string& schema, const std::string& boot_high) {
-  return "554D4B46 " + schema + "00 0000"                        // magic, schema, reserved
-         + "07000000 EFCDAB8967452301" + boot_high               // robot, boot
-         + "2A000000 01000000"                                   // sequence, reference scan
-         + "E803000000000000 0A00000000000000 0000000000000000"  // points in, dynamic, left out
-         + kRotation + kMoved                                    // T_odometry_keyframe
-         + "02000000 01000000 01000000";                         // scans, keypoints, planes
-}
-
-/// The bytes of the small record in schemas 1 to 3, up to where free-space images begin.
-std::vector<std::uint8_t> golden_bytes(const std::string& schema,
-                                       const std::string& boot_high = "") {
-  // clang-format off
-  return bytes_of(
-      golden_head(schema, boot_high) + kFirstScan + kSecondScan + kDescriptor
-      + "02000000 02000000" // static cells: groups, cells
-      + "80 80 7F 0180 64 C8 6A 03" // ground group, its cell
-      + "80 80 7F 0100 78 C8 CE FF" // other group, its cell
-      + "01000000 01000000" // dynamic cells: groups, cells
-      + "7E 80 80 0100 70 32 00 09" // group, its cell
-  );
-  // clang-format on
-}
-
-}  // namespace
-
-namespace {
-
-/// Its free-space images.
+/// Free-space images of the small record in schemas 2 and 3.
 std::vector<std::uint8_t> golden_images() {
   // clang-format off
   return bytes_of(
@@ -167,26 +83,16 @@ void append(std::vector<std::uint8_t>& bytes, const std::vector<std::uint8_t>& m
   bytes.insert(bytes.end(), more.begin(), more.end());
 }
 
-}  // namespace
-
 /// The small record as older schemas carry it: in whole centimetres, with points.
 KeyframeRecord plain_record() {
   KeyframeRecord record = small_record();
   record.session.boot.high = 0;
-  wire_test::quantise(record);
+  quantise(record);
   const KeyframeRecord small = small_record();
   record.static_cells = small.static_cells;
   record.static_cells[1].points = 255;
   record.dynamic_cells = small.dynamic_cells;
   return record;
-}
-
-namespace {
-
-/// The small record in schemas 4 and 5.
-std::vector<std::uint8_t> golden_coded(const std::string& schema, const std::string& boot_high) {
-  return bytes_of(golden_head(schema, boot_high) + kFirstScan + kSecondScan + kDescriptor +
-                  kCellEdge + kCodedCells + kCodedImages + kUp);
 }
 
 /// A keyframe as schema 5 carried it.
@@ -227,79 +133,6 @@ TEST_CASE("the bytes of schema 6 never change") {
   REQUIRE(decode_keyframe(golden).record.has_value());
   CHECK(decode_keyframe(golden).record->up == record.up);
   CHECK(as_schema_5(golden) == golden_coded("05", "1032547698BADCFE"));
-}
-
-TEST_CASE("a summary is the front of a keyframe, and says where the robot was and what it saw") {
-  for (std::uint64_t seed = 0; seed < 40; ++seed) {
-    KeyframeRecord record = random_record(seed, 50);
-    wire_test::quantise(record);
-    const std::vector<std::uint8_t> bytes = encode_keyframe(record);
-    const std::size_t length = summary_bytes(bytes).value();
-    CHECK(summary_bytes(Bytes(bytes).first(kSummaryHeadBytes)) == length);
-    CHECK_FALSE(summary_bytes(Bytes(bytes).first(kSummaryHeadBytes - 1)));
-    const DecodedKeyframe decoded = decode_summary(Bytes(bytes).first(length));
-    INFO("seed " << seed << ": " << decoded.error);
-    REQUIRE(decoded.record.has_value());
-    KeyframeRecord expected = record;
-    expected.scans = {record.scans[record.reference_scan]};
-    expected.reference_scan = 0;
-    expected.static_cells.clear();
-    expected.dynamic_cells.clear();
-    expected.images.clear();
-    expected.image_shape = {};
-    expected.image_full_weight_range_m = 0.0F;
-    check_same(*decoded.record, expected);
-    CHECK(decoded.record->is_summary);
-    CHECK_THROWS_WITH(encode_keyframe(*decoded.record), Catch::Contains("has not arrived"));
-    // What follows does not matter, what is missing does.
-    CHECK(decode_summary(bytes).record.has_value());
-    for (std::size_t shorter = 0; shorter < length; ++shorter) {
-      if (decode_summary(Bytes(bytes).first(shorter)).record) FAIL("accepted " << shorter);
-    }
-  }
-}
-
-TEST_CASE("the summary of a keyframe with 128 keypoints takes less than 4 kB") {
-  KeyframeRecord record = small_record();
-  record.planes.clear();
-  record.keypoints.resize(128, record.keypoints.front());
-  CHECK(summary_bytes(encode_keyframe(record)) == 3618U);
-}
-
-TEST_CASE("the pieces that hold a summary are few, small, and known before the keyframe is") {
-  KeyframeRecord record = small_record();
-  record.planes.clear();
-  record.keypoints.resize(128, record.keypoints.front());
-  const std::vector<std::uint8_t> bytes = encode_keyframe(record);
-  CHECK(count_leading_pieces(bytes, 1213) == 3);
-  CHECK(count_leading_pieces(bytes, 1205) == 4);
-  CHECK(count_leading_pieces(bytes, 4096) == 1);
-  CHECK(count_leading_pieces({}, 1213) == 3);
-  // A piece of 60 kB would hold most of the keyframe besides.
-  CHECK(count_leading_pieces(bytes, 59913) == 0);
-  CHECK(count_leading_pieces({}, 59913) == 0);
-  CHECK(count_leading_pieces(golden_coded("05", "1032547698BADCFE"), 1213) == 0);
-}
-
-TEST_CASE("a forged summary is refused with the reason") {
-  const std::vector<std::uint8_t> good = encode_keyframe(small_record());
-  const auto forged = [&good](std::size_t at, const std::string& digits) {
-    std::vector<std::uint8_t> bytes = good;
-    const std::vector<std::uint8_t> replacement = bytes_of(digits);
-    std::copy(replacement.begin(), replacement.end(),
-              bytes.begin() + static_cast<std::ptrdiff_t>(at));
-    return decode_summary(bytes).error;
-  };
-  CHECK(decode_summary(good).error.empty());
-  CHECK_THAT(forged(kSchemaAt, "05"), Catch::Contains("no summary"));
-  CHECK_THAT(forged(kReferenceScanAt, "02"), Catch::Contains("reference scan"));
-  CHECK_THAT(forged(kPoseAt, "000000000000F87F"), Catch::Contains("not finite"));
-  CHECK_THAT(forged(kScanCountAt + 4, "FFFF"), Catch::Contains("fewer bytes"));
-  CHECK_THAT(forged(kUpAt, "000080B9"), Catch::Contains("covariance of up"));
-  CHECK_THAT(forged(kCellEdgeAt, "0000"), Catch::Contains("cells of such a size"));
-  CHECK_THAT(decode_summary(golden_coded("05", "1032547698BADCFE")).error,
-             Catch::Contains("no summary"));
-  CHECK_FALSE(summary_bytes(golden_coded("05", "1032547698BADCFE")));
 }
 
 namespace {
@@ -346,7 +179,7 @@ TEST_CASE(
 TEST_CASE("keyframes of schema 5, which begin with no summary, are still read") {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     KeyframeRecord record = random_record(seed, 100);
-    wire_test::quantise(record);
+    quantise(record);
     const DecodedKeyframe decoded = decode_keyframe(as_schema_5(encode_keyframe(record)));
     INFO("seed " << seed << ": " << decoded.error);
     REQUIRE(decoded.record.has_value());
@@ -358,7 +191,7 @@ TEST_CASE("keyframes of schema 4, with boots of 64 bits, are still read") {
   const DecodedKeyframe decoded = decode_keyframe(golden_coded("04", ""));
   REQUIRE(decoded.record.has_value());
   KeyframeRecord expected = small_record();
-  wire_test::quantise(expected);
+  quantise(expected);
   expected.session.boot.high = 0;
   expected.up = {true, 0x1p-12F, -0x1p-14F, 0x1p-13F};
   check_same(*decoded.record, expected);

@@ -40,6 +40,16 @@ class TestShare {
   std::string name_;
 };
 
+/// A topic of few and small messages.
+inline shared_memory::WriterOptions small() {
+  shared_memory::WriterOptions options;
+  options.message_bytes = 64;
+  options.consumers = 2;
+  options.leases = 2;
+  options.history = 3;
+  return options;
+}
+
 /// Publishes a text; its sequence.
 inline std::uint32_t publish(shared_memory::Writer& writer, const std::string& text) {
   const std::span<std::byte> memory = writer.loan();
