@@ -93,7 +93,8 @@ int um_delivery_session(const um_delivery* delivery, uint32_t* robot, uint64_t* 
 int um_delivery_publish(um_delivery* delivery, const void* bytes, size_t size, int64_t stamp_ns);
 
 struct um_health;
-/** From now on this (see um_health_get) is sent every second, for the base's display. Of the stages
+/** From now on this (see um_health_get) is sent every second, over a thin
+ *  link less often, for the base's display. Of the stages
  *  the base is told the longest time alone. */
 int um_delivery_set_health(um_delivery* delivery, const struct um_health* health);
 

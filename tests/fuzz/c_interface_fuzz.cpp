@@ -55,8 +55,10 @@ void configure(Input& input) {
     model.struct_size = sizeof model;
     const um_status made = um_config_from_model(&config, sizeof config, &model,
                                                 input.get<std::uint32_t>() % 5, &message);
-    require((made == UM_OK) == (message == nullptr || *message == '\0') || made != UM_OK);
-    if (made != UM_OK) return;
+    if (made != UM_OK) {
+      require(message != nullptr && *message != '\0');
+      return;
+    }
   } else {
     const auto sensor = static_cast<std::uint32_t>(input.get<std::uint8_t>() % 10);
     const auto computer = static_cast<std::uint32_t>(input.get<std::uint8_t>() % 5);
