@@ -21,7 +21,7 @@ sed '/./,$!d' >"$fragment"  # without empty lines before it
 cat "$fragment"
 [ -n "${WRITE_DOCS:-}" ] || exit 0
 
-document=$(grep -lE "^<!-- table $name: .*-->\$" "$root/README.md" "$root"/docs/*.md || true)
+document=$(grep -lE "^<!-- table $name: .*-->\$" "$root/README.md" "$root"/docs/*.md "$root"/docs/design/*.md || true)
 [ -n "$document" ] && [ "$(wc -l <<<"$document")" = 1 ] || {
   echo "error: the documents have no place, or several, for the table $name" >&2
   exit 1

@@ -34,16 +34,21 @@ inline std::vector<Pose> drive(Random& random, std::size_t count, Pose pose) {
   return path;
 }
 
-/// What odometry makes of true poses: drift 0.05 m and 0.11 degrees per 5 m, its own origin.
-inline std::vector<Pose> odometry(Random& random, const std::vector<Pose>& truth) {
+/// What odometry makes of true poses: drift 0.05 m and 0.11 degrees per 5 m, times `scale`, its own
+/// origin.
+inline std::vector<Pose> odometry(Random& random, const std::vector<Pose>& truth,
+                                  double scale = 1.0) {
   std::vector<Pose> path{yaw_pose(random.uniform(-3.0, 3.0), random.normal3(100.0))};
   for (std::size_t i = 1; i < truth.size(); ++i) {
-    path.push_back(path.back() * truth[i - 1].inverse() * truth[i] * random.pose(0.05, 0.0019));
+    path.push_back(path.back() * truth[i - 1].inverse() * truth[i] *
+                   random.pose(0.05 * scale, 0.0019 * scale));
   }
   return path;
 }
 
 struct Scene {
+  double loop_sigma_m = kLoopSigmaM;  ///< noise of the loops that are added, which they know
+  double loop_sigma_rad = kLoopSigmaRad;
   std::vector<std::vector<Pose>> truth;
   std::vector<AlignmentSession> sessions;
   std::vector<LoopConstraint> loops;
@@ -70,11 +75,12 @@ inline LoopConstraint loop(Scene& scene, KeyframeId query, KeyframeId match,
   LoopConstraint l;
   l.query = query;
   l.match = match;
-  l.T_match_query = T_match_query * random.pose(kLoopSigmaM, kLoopSigmaRad);
+  const double sigma_m = scene.loop_sigma_m;
+  const double sigma_rad = scene.loop_sigma_rad;
+  l.T_match_query = T_match_query * random.pose(sigma_m, sigma_rad);
   l.information.setZero();
-  l.information.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / (kLoopSigmaM * kLoopSigmaM));
-  l.information.bottomRightCorner<3, 3>().diagonal().setConstant(1.0 /
-                                                                 (kLoopSigmaRad * kLoopSigmaRad));
+  l.information.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / (sigma_m * sigma_m));
+  l.information.bottomRightCorner<3, 3>().diagonal().setConstant(1.0 / (sigma_rad * sigma_rad));
   l.overlap = 0.5;
   scene.loops.push_back(l);
   return l;

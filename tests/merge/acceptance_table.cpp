@@ -1,0 +1,165 @@
+// Acceptance and alignment of loops that are partly false: merges right, refused and wrong
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "tests/merge/ambiguous_scene.hpp"
+#include "unimapper/merge/alignment.hpp"
+
+using namespace unimapper;
+using namespace unimapper::merge;
+using namespace unimapper::merge::testing;
+
+namespace {
+
+/// What a trial of two sessions is made of.
+struct Case {
+  const char* name;
+  std::size_t true_loops, random_loops, aliased_loops, shifted_loops;
+};
+
+constexpr Case kCases[] = {
+    {"10 true", 10, 0, 0, 0},
+    {"5 true", 5, 0, 0, 0},
+    {"10 true + 10 random", 10, 10, 0, 0},
+    {"5 true + 20 random", 5, 20, 0, 0},
+    {"5 true + 100 random", 5, 100, 0, 0},
+    {"no overlap, 60 random", 0, 60, 0, 0},
+    {"no overlap, 200 random", 0, 200, 0, 0},
+    {"no overlap, 10 aliased", 0, 0, 10, 0},
+    {"10 true + 10 aliased", 10, 0, 10, 0},
+    {"10 true + 15 aliased", 10, 0, 15, 0},
+    {"10 true + 25 aliased", 10, 0, 25, 0},
+    {"5 true + 12 aliased", 5, 0, 12, 0},
+    {"3 true + 8 aliased", 3, 0, 8, 0},
+    {"10 true + 10 shifted 3 m up", 10, 0, 0, 10},
+    {"5 true + 12 shifted 3 m up", 5, 0, 0, 12},
+};
+
+/// The noise of the loops, standard deviation, metres and radians.
+constexpr std::array<std::array<double, 2>, 2> kNoises{
+    {{kLoopSigmaM, kLoopSigmaRad}, {0.1, kLoopSigmaRad / 3.0}}};
+constexpr double kRightWithinM = 1.0;
+
+/// A number of trials by what became of their maps.
+struct Tally {
+  std::size_t right = 0, refused = 0, wrong = 0;
+
+  void add(const Scene& scene, const Alignment& alignment, bool overlaps) {
+    if (!alignment.connected[0] || !alignment.connected[1]) {
+      ++refused;
+    } else if (overlaps && overlap_error_m(scene, alignment) <= kRightWithinM) {
+      ++right;
+    } else {
+      ++wrong;
+    }
+  }
+};
+
+std::uint64_t seed_of(std::uint64_t seed, std::size_t trial) { return 100'000 * seed + trial; }
+
+Tally run(const Case& what, const std::array<double, 2>& noise, std::size_t trials,
+          std::uint64_t seed) {
+  Tally tally;
+  for (std::size_t trial = 0; trial < trials; ++trial) {
+    Random random(seed_of(seed, trial));
+    Scene scene = two_maps(random);
+    scene.loop_sigma_m = noise[0];
+    scene.loop_sigma_rad = noise[1];
+    if (what.true_loops > 0) add_true_loops(scene, what.true_loops, random);
+    add_random_loops(scene, what.random_loops, random);
+    if (what.aliased_loops > 0) add_aliased_loops(scene, what.aliased_loops, random);
+    if (what.shifted_loops > 0) {
+      add_shifted_loops(scene, what.shifted_loops, {0.0, 0.0, 3.0}, random);
+    }
+    tally.add(scene, align_sessions(scene.sessions, scene.loops, MergeConfig{}),
+              what.true_loops > 0);
+  }
+  return tally;
+}
+
+void print_pairs(std::size_t trials, std::uint64_t seed) {
+  std::printf("| two sessions, %zu trials: right / refused / wrong | noise 0.3 m | 0.1 m |\n",
+              trials);
+  std::printf("|---|---|---|\n");
+  for (const Case& what : kCases) {
+    std::printf("| %s |", what.name);
+    for (const auto& noise : kNoises) {
+      const Tally tally = run(what, noise, trials, seed);
+      std::printf(" %zu / %zu / %zu |", tally.right, tally.refused, tally.wrong);
+    }
+    std::printf("\n");
+    std::fflush(stdout);
+  }
+}
+
+/// Laps with a false intra-session loop: how often it is accepted, and the mean trajectory errors.
+struct Laps {
+  std::size_t accepted = 0;
+  double before_m = 0.0, after_m = 0.0;
+};
+
+Laps run_laps(double odometry_scale, std::size_t true_loops, std::size_t trials,
+              std::uint64_t seed) {
+  Laps laps;
+  for (std::size_t trial = 0; trial < trials; ++trial) {
+    Random random(seed_of(seed, trial));
+    Scene scene = lap(random, odometry_scale);
+    add_false_intra_loop(scene, random);
+    add_true_intra_loops(scene, true_loops, random);
+    const Alignment alignment = align_sessions(scene.sessions, scene.loops, MergeConfig{});
+    if (alignment.decisions.front().accepted) ++laps.accepted;
+    const double share = 1.0 / static_cast<double>(trials);
+    laps.before_m +=
+        share * trajectory_error_m(scene.truth[0], scene.sessions[0].T_odometry_keyframe);
+    laps.after_m += share * trajectory_error_m(scene.truth[0], alignment.T_session_keyframe[0]);
+  }
+  return laps;
+}
+
+void print_laps(std::size_t trials, std::uint64_t seed) {
+  struct Row {
+    const char* name;
+    double odometry_scale;
+    std::size_t true_loops;
+  };
+  constexpr Row kRows[] = {{"odometry as modelled", 1.0, 0},
+                           {"odometry five times better", 0.2, 0},
+                           {"odometry as modelled, four true loops beside it", 1.0, 4}};
+  std::printf(
+      "| one false intra-session loop, 10 m off, on a lap of 800 m; %zu trials | accepted "
+      "| ATE before, m | ATE after, m |\n|---|---|---|---|\n",
+      trials);
+  for (const Row& row : kRows) {
+    const Laps laps = run_laps(row.odometry_scale, row.true_loops, trials, seed);
+    std::printf("| %s | %zu | %.2f | %.2f |\n", row.name, laps.accepted, laps.before_m,
+                laps.after_m);
+    std::fflush(stdout);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Merges of sessions whose loops are partly false: tables in Markdown");
+  std::string table = "pairs";
+  std::size_t trials = 30;
+  std::uint64_t seed = 1;
+  app.add_option("TABLE", table, "pairs or laps")
+      ->check(CLI::IsMember({"pairs", "laps"}))
+      ->capture_default_str();
+  app.add_option("TRIALS", trials, "Trials of every row")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("SEED", seed, "Of all trials")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  if (table == "pairs") {
+    print_pairs(trials, seed);
+  } else {
+    print_laps(trials, seed);
+  }
+  return 0;
+}
