@@ -190,7 +190,9 @@ void register_simulate(CLI::App& app) {
                    "town: streets, seen from a car; campus: pedestrians all around a small robot; "
                    "deck: parked cars and walkers under a low ceiling; square: dense crowd; "
                    "convoy: the town, stop-and-go; street: walkers beside surfaces first seen with "
-                   "them, parked trucks, thin poles; tunnel; hall")
+                   "them, parked trucks, thin poles; tunnel; hall; and places of which there are "
+                   "two that look alike, A and B in one, C in the other: bore, fixtures, decks, "
+                   "streets, corridor, courtyard")
       ->capture_default_str();
   command->add_option("--sensor", options->sensor, joined(known_sensors()))->capture_default_str();
   command->add_option("--route", options->route, "A, B or C: tours that share their first round")

@@ -58,5 +58,12 @@ std::unique_ptr<Scene> make_convoy_scene(const Visit& visit);
 std::unique_ptr<Scene> make_street_scene(const Visit& visit);
 std::unique_ptr<Scene> make_tunnel_scene(const Visit& visit);
 std::unique_ptr<Scene> make_hall_scene(const Visit& visit);
+// Places of which there are two that look alike: A and B visit one of them, C the other.
+std::unique_ptr<Scene> make_bore_scene(const Visit& visit);
+std::unique_ptr<Scene> make_fixtures_scene(const Visit& visit);
+std::unique_ptr<Scene> make_decks_scene(const Visit& visit);
+std::unique_ptr<Scene> make_streets_scene(const Visit& visit);
+std::unique_ptr<Scene> make_corridor_scene(const Visit& visit);
+std::unique_ptr<Scene> make_courtyard_scene(const Visit& visit);
 
 }  // namespace unimapper::simulator

@@ -72,11 +72,13 @@ struct SimulationConfig {
   /// pedestrians, some of whom walk with the robot; its sensor is 1 m above the ground.
   /// "deck": a parking deck with a ceiling of 2.5 to 3.5 m. "square": a dense crowd. "convoy": the
   /// town in stop-and-go traffic. "street": walkers beside walls that are first seen with them.
-  /// "tunnel", "hall": closed all around.
+  /// "tunnel", "hall": closed all around. Two places that look alike, A and B in one of them, C in
+  /// the other: "bore", "fixtures" (tunnels), "decks", "streets", "corridor", "courtyard".
   std::string scene = "town";
   SensorKind sensor = SensorKind::kOs2_128;
   /// 'A', 'B' or 'C': tours through the same scene. A and B run the same way round, C against
-  /// them; all three share their first round and return to it.
+  /// them; all three share their first round and return to it. Where two places look alike, C runs
+  /// through the other one.
   char route = 'A';
   std::uint32_t scans = 300;  ///< at 10 Hz; 1..100000
   /// Seed of the scene and of everything derived from it: another seed is another town or campus.

@@ -34,11 +34,13 @@ SimulationConfig small_config(SensorKind sensor, std::uint32_t threads) {
 
 TEST_CASE("the same seed writes the same bytes, whatever the number of threads") {
   const SensorKind sensor = GENERATE(SensorKind::kOs2_128, SensorKind::kLivoxAvia);
-  const std::string scene = GENERATE("town", "campus", "deck", "street", "convoy");
+  const std::string scene =
+      GENERATE("town", "campus", "deck", "street", "convoy", "corridor", "courtyard");
   TemporaryDirectory once;
   TemporaryDirectory again;
   SimulationConfig config = small_config(sensor, 1);
   config.scene = scene;
+  if (scene == "courtyard") config.route = 'C';  // in its copy
   simulate(config, once.path());
   config.threads = 3;
   simulate(config, again.path());
@@ -50,7 +52,7 @@ TEST_CASE("the same seed writes the same bytes, whatever the number of threads")
     INFO(files[i].first);
     CHECK(files[i].first == repeated[i].first);
     CHECK((files[i].second == repeated[i].second));
-    CHECK(files[i].second.size() > 50);
+    CHECK(files[i].second.size() > 40);
   }
 }
 

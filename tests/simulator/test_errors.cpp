@@ -34,7 +34,7 @@ TEST_CASE("an unknown scene, route, sensor or a senseless number is refused") {
   CHECK_THAT(
       message_of(config, folder.path()),
       Contains("unknown scene 'moon'; there are: town, campus, deck, square, convoy, street, "
-               "tunnel, hall"));
+               "tunnel, hall, bore, fixtures, decks, streets, corridor, courtyard"));
   config = tiny_config();
   config.route = 'Z';
   CHECK_THAT(message_of(config, folder.path()), Contains("unknown route 'Z'"));

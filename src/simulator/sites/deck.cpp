@@ -1,4 +1,6 @@
-// Parking deck: a low ceiling with beams, columns, parked cars, walkers, on some seeds a ramp.
+// Parking deck: a low ceiling with beams, columns, parked cars, walkers, on some seeds a ramp; and
+// two storeys of a garage that are alike.
+#include "src/simulator/displaced_scene.hpp"
 #include "src/simulator/sites/site_scene.hpp"
 #include "src/simulator/strolling.hpp"
 
@@ -14,9 +16,22 @@ constexpr double kBayWidth = 2.5;
 constexpr double kFrame = 7.5;  // between beams
 constexpr double kColumnRows[] = {-11.8, -6.2, 0.0, 6.2, 11.8};
 
-void make_plan(std::uint64_t seed, Plan& plan) {
+constexpr double kSlab = 0.3;  // thickness of the ceiling
+
+/// A storey of a garage has closed walls and no ramp, so that nothing tells it from the next.
+enum class Kind : std::uint8_t { kDeck, kStorey };
+
+/// Height of the ceiling above the ground.
+double clear_height(Random& random) { return random.uniform(2.5, 3.5); }
+
+/// Key of what is parked: the copy of a storey has cars of its own.
+std::uint64_t parking_key(std::uint64_t seed, std::uint32_t day) {
+  return day < kDaysOfCopy ? seed : derive_key(seed, kDaysOfCopy);
+}
+
+void make_plan(std::uint64_t seed, Kind kind, Plan& plan) {
   Random random(seed, Stream::kPlan, 2);
-  if (random.chance(0.5)) {
+  if (random.chance(0.5) && kind == Kind::kDeck) {
     plan.rise_m = random.uniform(1.2, 2.2);
     plan.ramp_from = -14.0;
     plan.ramp_to = 14.0;
@@ -62,7 +77,7 @@ void add_ceiling(double clear, Random& random, Site& site) {
   const Vec2 low{-kHalfLength, -kHalfWidth};
   const Vec2 high{kHalfLength, kHalfWidth};
   site.sheet(low, high, clear, Surface::kConcrete);
-  site.sheet(low, high, clear + 0.3, Surface::kConcrete);
+  site.sheet(low, high, clear + kSlab, Surface::kConcrete);
   const double depth = random.uniform(0.3, 0.45);
   const double half = random.uniform(0.15, 0.22);
   for (double x = -kBays; x <= kBays + 0.1; x += kFrame) {
@@ -88,7 +103,7 @@ void add_ceiling(double clear, Random& random, Site& site) {
   }
 }
 
-void add_columns_and_walls(double clear, Random& random, Site& site) {
+void add_columns_and_walls(double clear, Kind kind, Random& random, Site& site) {
   const double half = random.uniform(0.2, 0.3);
   for (double x = -kBays; x <= kBays + 0.1; x += kFrame) {
     for (const double y : kColumnRows) {
@@ -99,7 +114,7 @@ void add_columns_and_walls(double clear, Random& random, Site& site) {
     // A parapet with openings above it, or a closed wall.
     for (double x = -kHalfLength; x < kHalfLength - 0.1; x += 6.0) {
       const double y = side * (kHalfWidth - 0.1);
-      const double top = random.chance(0.35) ? clear : 1.1;
+      const double top = random.chance(kind == Kind::kDeck ? 0.35 : 1.0) ? clear : 1.1;
       site.block({x, y - 0.1}, {x + 6.0, y + 0.1}, 0.0, top, Surface::kConcrete);
     }
     site.block({-kHalfLength, side * kHalfWidth - 0.15}, {kHalfLength, side * kHalfWidth + 0.15},
@@ -134,19 +149,23 @@ void add_parked_cars(std::uint64_t seed, std::uint32_t day, Site& site) {
   }
 }
 
-Site build_deck(std::uint64_t seed, std::uint32_t day) {
+Site build(std::uint64_t seed, std::uint32_t day, Kind kind) {
   Site site;
   build_prototypes(seed, site.prototypes);
-  make_plan(seed, site.plan);
+  make_plan(seed, kind, site.plan);
   Random random(seed, Stream::kBlock, 2);
-  const double clear = random.uniform(2.5, 3.5);
+  const double clear = clear_height(random);
   site.sheet({-kHalfLength, -kHalfWidth}, {kHalfLength, kHalfWidth}, 0.0, Surface::kParkingLot);
   add_ceiling(clear, random, site);
-  add_columns_and_walls(clear, random, site);
-  add_surroundings(random, site);
-  add_parked_cars(seed, day, site);
+  add_columns_and_walls(clear, kind, random, site);
+  if (kind == Kind::kDeck) add_surroundings(random, site);
+  add_parked_cars(parking_key(seed, day), day, site);
   return site;
 }
+
+Site build_deck(std::uint64_t seed, std::uint32_t day) { return build(seed, day, Kind::kDeck); }
+
+Site build_storey(std::uint64_t seed, std::uint32_t day) { return build(seed, day, Kind::kStorey); }
 
 ActorSet simulate_deck(const Plan& plan, const Robot& robot, const Visit& visit) {
   ActorSet set;
@@ -191,6 +210,16 @@ namespace unimapper::simulator {
 
 std::unique_ptr<Scene> make_deck_scene(const Visit& visit) {
   return sites::make_site_scene(visit, sites::deck::build_deck, sites::deck::simulate_deck);
+}
+
+std::unique_ptr<Scene> make_decks_scene(const Visit& visit) {
+  using namespace sites::deck;
+  Random random(visit.seed, Stream::kBlock, 2);
+  Frame above;
+  above.origin.z = clear_height(random) + kSlab;
+  return make_original_or_copy(visit, above, [](const Visit& place) {
+    return sites::make_site_scene(place, build_storey, simulate_deck);
+  });
 }
 
 }  // namespace unimapper::simulator

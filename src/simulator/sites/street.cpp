@@ -1,7 +1,8 @@
 // Street of hard cases: walkers at surfaces that were never seen before, a parked truck beside
-// passing vans, thin poles, plants before walls.
+// passing vans, thin poles, plants before walls; and two that are alike.
 #include <algorithm>
 
+#include "src/simulator/displaced_scene.hpp"
 #include "src/simulator/sites/site_scene.hpp"
 
 namespace unimapper::simulator::sites::street {
@@ -281,6 +282,12 @@ namespace unimapper::simulator {
 
 std::unique_ptr<Scene> make_street_scene(const Visit& visit) {
   return sites::make_site_scene(visit, sites::street::build_street, sites::street::simulate_street);
+}
+
+std::unique_ptr<Scene> make_streets_scene(const Visit& visit) {
+  Frame next_block;
+  next_block.origin.y = 150.0;
+  return make_original_or_copy(visit, next_block, make_street_scene);
 }
 
 }  // namespace unimapper::simulator

@@ -1,4 +1,6 @@
-// Road tunnel: a vault that looks alike everywhere, traffic in both lanes.
+// Road tunnel: a vault that looks alike everywhere, traffic in both lanes; and twin tubes that look
+// exactly alike, bare or with fixtures at one distance.
+#include "src/simulator/displaced_scene.hpp"
 #include "src/simulator/sites/site_scene.hpp"
 
 namespace unimapper::simulator::sites::tunnel {
@@ -25,15 +27,33 @@ Path ring(double radius, double bend, double offset) {
 
 struct Shape {
   double radius, bend, height;
+  int bays = 0;       ///< sections of a tube that are exactly alike; 0: it differs along itself
+  bool bare = false;  ///< without fittings
 };
 
-Shape shape_of(std::uint64_t seed) {
-  Random random(seed, Stream::kPlan, 6);
-  return {random.uniform(100.0, 150.0), random.uniform(0.02, 0.08), random.uniform(4.8, 6.2)};
+/// What `make_plan` and the rest are made for.
+enum class Kind : std::uint8_t { kTunnel, kBore, kFixtures };
+
+/// Metres between fixtures: 25 if the seed is odd, else 15 to 35.
+double period_of(std::uint64_t seed) {
+  Random random(seed, Stream::kPlan, 10);
+  return seed % 2 == 1 ? 25.0 : 15.0 + 2.5 * random.index(9);
 }
 
-void make_plan(std::uint64_t seed, Plan& plan) {
-  const Shape shape = shape_of(seed);
+Shape shape_of(std::uint64_t seed, Kind kind) {
+  Random random(seed, Stream::kPlan, 6);
+  Shape shape{random.uniform(100.0, 150.0), random.uniform(0.02, 0.08), random.uniform(4.8, 6.2)};
+  if (kind == Kind::kTunnel) return shape;
+  // A circle of whole periods: turned by one, it is the same.
+  const double period = period_of(seed);
+  shape.bays = static_cast<int>(std::lround(2.0 * kPi * shape.radius / period));
+  shape.radius = shape.bays * period / (2.0 * kPi);
+  shape.bend = 0.0;
+  shape.bare = kind == Kind::kBore;
+  return shape;
+}
+
+void make_plan(const Shape& shape, Plan& plan) {
   // Counter-clockwise, right-hand traffic: the robot's lane is the outer one.
   Path lane = ring(shape.radius, shape.bend, kLane);
   const double length = lane.length();
@@ -59,9 +79,10 @@ std::vector<Vec2> profile(double height) {
   return points;
 }
 
-void add_tube(const Path& centre, double height, Site& site) {
-  const std::vector<Vec2> section = profile(height);
-  const int parts = static_cast<int>(centre.length() / kStep);
+void add_tube(const Path& centre, const Shape& shape, Site& site) {
+  const std::vector<Vec2> section = profile(shape.height);
+  const int bays = std::max(shape.bays, 1);
+  const int parts = bays * static_cast<int>(centre.length() / kStep / bays);
   const auto at = [&](int part, Vec2 p) {
     const double s = centre.length() * part / parts;
     const Vec2 xy = centre.at(s) - p.x * left_of(centre.heading(s));
@@ -78,42 +99,48 @@ void add_tube(const Path& centre, double height, Site& site) {
   }
 }
 
-/// Lamps, fans, cable ducts and emergency cabinets.
-void add_fittings(const Path& centre, double height, Random& random, Site& site) {
+/// Lamps, fans, cable ducts and emergency cabinets; where the tube has bays, one of each a bay.
+void add_fittings(const Path& centre, const Shape& shape, Random& random, Site& site) {
+  const double height = shape.height;
+  const double period = shape.bays == 0 ? 0.0 : centre.length() / shape.bays;
+  const auto distance = [&](double low, double high) {
+    return shape.bays == 0 ? random.uniform(low, high) : period;
+  };
+  const auto first = [&](double s) { return shape.bays == 0 ? s : std::fmod(s, period); };
   const auto frame_at = [&](double s) {
     const Vec2 at = centre.at(s);
     return upright_frame({at.x, at.y, 0.0}, centre.heading(s));
   };
-  for (double s = 0.0; s < centre.length(); s += 10.0) {
+  for (double s = first(0.0); s < centre.length(); s += shape.bays == 0 ? 10.0 : period) {
     const Frame frame = frame_at(s);
     for (const double y : {-2.0, 2.0}) {
       site.mesh.box(frame, {-0.6, y - 0.12, height - 0.75}, {0.6, y + 0.12, height - 0.6},
                     Surface::kCabinet);
     }
   }
-  for (double s = 20.0; s < centre.length(); s += random.uniform(70.0, 120.0)) {
+  for (double s = first(20.0); s < centre.length(); s += distance(70.0, 120.0)) {
     const Frame frame = frame_at(s);
     site.mesh.tube(frame({-1.2, 0, height - 0.55}), frame({1.2, 0, height - 0.55}), 0.35, 0.35, 12,
                    Surface::kCabinet);
   }
-  for (double s = 5.0; s < centre.length(); s += random.uniform(35.0, 60.0)) {
+  for (double s = first(5.0); s < centre.length(); s += distance(35.0, 60.0)) {
     const Frame frame = frame_at(s);
-    const double side = random.chance(0.5) ? 1.0 : -1.0;
+    const double side = random.chance(0.5) || shape.bays > 0 ? 1.0 : -1.0;
     const double wall = side * (kHalfTunnel - 0.2);
     site.mesh.box(frame, {-0.4, wall - 0.2, kKerb}, {0.4, wall + 0.2, 1.6}, Surface::kCabinet);
     site.mesh.box(frame, {-0.25, wall - 0.15, 2.3}, {-0.21, wall + 0.15, 2.7}, Surface::kSign);
   }
 }
 
-Site build_tunnel(std::uint64_t seed, std::uint32_t /*day*/) {
+Site build(std::uint64_t seed, Kind kind) {
   Site site;
   build_prototypes(seed, site.prototypes);
-  make_plan(seed, site.plan);
-  const Shape shape = shape_of(seed);
+  const Shape shape = shape_of(seed, kind);
+  make_plan(shape, site.plan);
   const Path centre = ring(shape.radius, shape.bend, 0.0);
-  add_tube(centre, shape.height, site);
+  add_tube(centre, shape, site);
   Random random(seed, Stream::kFurniture, 6);
-  add_fittings(centre, shape.height, random, site);
+  if (!shape.bare) add_fittings(centre, shape, random, site);
   return site;
 }
 
@@ -157,8 +184,34 @@ ActorSet simulate_tunnel(const Plan& plan, const Robot& robot, const Visit& visi
 
 namespace unimapper::simulator {
 
+namespace {
+
+std::unique_ptr<Scene> make_tube(const Visit& visit, sites::tunnel::Kind kind) {
+  const auto build = [kind](std::uint64_t seed, std::uint32_t /*day*/) {
+    return sites::tunnel::build(seed, kind);
+  };
+  return sites::make_site_scene(visit, build, sites::tunnel::simulate_tunnel);
+}
+
+std::unique_ptr<Scene> make_twin_tubes(const Visit& visit, sites::tunnel::Kind kind) {
+  Frame beside;
+  beside.origin.x = 400.0;
+  return make_original_or_copy(visit, beside,
+                               [kind](const Visit& place) { return make_tube(place, kind); });
+}
+
+}  // namespace
+
 std::unique_ptr<Scene> make_tunnel_scene(const Visit& visit) {
-  return sites::make_site_scene(visit, sites::tunnel::build_tunnel, sites::tunnel::simulate_tunnel);
+  return make_tube(visit, sites::tunnel::Kind::kTunnel);
+}
+
+std::unique_ptr<Scene> make_bore_scene(const Visit& visit) {
+  return make_twin_tubes(visit, sites::tunnel::Kind::kBore);
+}
+
+std::unique_ptr<Scene> make_fixtures_scene(const Visit& visit) {
+  return make_twin_tubes(visit, sites::tunnel::Kind::kFixtures);
 }
 
 }  // namespace unimapper::simulator
