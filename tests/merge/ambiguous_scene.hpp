@@ -1,4 +1,4 @@
-// False loops that are plausible: a floor above, a lap that closes 10 m off
+// False loops that are plausible: a floor above, a bore, a lap that closes 10 m off
 #pragma once
 
 #include <cmath>
@@ -21,6 +21,48 @@ inline void add_shifted_loops(Scene& scene, std::size_t count, const Eigen::Vect
     T_match_query.translation += shift;
     loop(scene, {1, q}, {0, m}, T_match_query, random);
   }
+}
+
+/// Two drives through a straight tunnel of 36 keyframes (175 m), the second 1.5 m beside the first.
+inline Scene tunnel(Random& random) {
+  Scene scene;
+  std::vector<Pose> query = straight(36);
+  for (Pose& pose : query) pose = pose * yaw_pose(0.0, {0.0, 1.5, 0.0});
+  scene.truth = {straight(36), query};
+  scene.sessions = {{odometry(random, scene.truth[0]), 1.0},
+                    {odometry(random, scene.truth[1]), 0.5}};
+  return scene;
+}
+
+/// True loops at the portals, the first three and the last three keyframes; between them one loop a
+/// keyframe that is wrong along the bore: by `common_m`, and evenly by up to `scatter_m` either
+/// way. Those claim the deviation `along_m` along the bore.
+inline void add_tunnel_loops(Scene& scene, double common_m, double scatter_m, double along_m,
+                             Random& random) {
+  const std::size_t count = scene.truth[1].size();
+  for (std::size_t k = 0; k < count; ++k) {
+    Pose T_match_query = scene.truth[0][k].inverse() * scene.truth[1][k];
+    const bool is_portal = k < 3 || k + 3 >= count;
+    if (!is_portal) {
+      T_match_query.translation.x() += common_m + random.uniform(-scatter_m, scatter_m);
+    }
+    loop(scene, {1, k}, {0, k}, T_match_query, random);
+    if (!is_portal) scene.loops.back().information(0, 0) = 1.0 / (along_m * along_m);
+  }
+}
+
+/// Root mean square over all keyframes of how far the second session is from where it belongs,
+/// seen from the first one's keyframe beside it, metres.
+inline double side_by_side_error_m(const Scene& scene, const Alignment& alignment) {
+  double sum = 0.0;
+  const std::size_t count = scene.truth[1].size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const Pose truth = scene.truth[0][k].inverse() * scene.truth[1][k];
+    const Pose estimate =
+        alignment.T_map_keyframe({0, k}).inverse() * alignment.T_map_keyframe({1, k});
+    sum += (truth.translation - estimate.translation).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(count));
 }
 
 inline constexpr std::size_t kLapKeyframes = 160;
