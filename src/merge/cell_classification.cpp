@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <numeric>
 
 #include "heap_memory.hpp"
 #include "unimapper/free_space/component_outline.hpp"
@@ -11,51 +10,15 @@
 #include "unimapper/free_space/evidence_weights.hpp"
 #include "unimapper/free_space/ground_patch.hpp"
 #include "unimapper/free_space/relabelling.hpp"
+#include "voxel_blocks.hpp"
 #include "voxel_table.hpp"
 
 namespace unimapper::merge {
 namespace {
 
-constexpr std::int32_t kMeanReach = 2;    ///< voxels around a cell whose evidence counts, too
 constexpr std::int32_t kPatchVoxels = 5;  ///< ground is rejected by patches of a metre
 /// Of a patch: the evidence of a single cell is already a mean over its surroundings.
 constexpr std::uint32_t kFewestGroundCells = 1;
-
-/// Occupied voxels as blocks, numbered by rows (`row_of`) like the cells of the robot.
-class VoxelBlocks {
- public:
-  explicit VoxelBlocks(const std::vector<VoxelKey>& voxels) {
-    for (const VoxelKey key : voxels) {
-      const VoxelIndex voxel = unpack(key);
-      const VoxelIndex index = block_of(voxel);
-      const std::uint32_t b = table_.find_or_insert(pack(index));
-      if (b == blocks_.size()) blocks_.push_back({0, index, 0});
-      blocks_[b].occupied |= std::uint64_t{1} << bit_of(voxel);
-    }
-    for (Block& block : blocks_) {
-      block.first = rows_;
-      rows_ += popcount(block.occupied);
-    }
-  }
-
-  [[nodiscard]] const std::vector<Block>& blocks() const { return blocks_; }
-  [[nodiscard]] std::uint32_t rows() const { return rows_; }
-  [[nodiscard]] std::uint32_t row_of_voxel(VoxelKey key) const {
-    const VoxelIndex voxel = unpack(key);
-    return row_of(blocks_[table_.find(pack(block_of(voxel)))], bit_of(voxel));
-  }
-  /// Number of the block next to block `b`, or `ComponentLabels::kNone`.
-  [[nodiscard]] std::uint32_t neighbour(std::uint32_t b, const BlockOffset& offset) const {
-    const VoxelIndex& at = blocks_[b].index;
-    return table_.find(pack({at.x + offset.x, at.y + offset.y, at.z + offset.z}));
-  }
-
- private:
-  VoxelTable table_;
-  std::vector<Block> blocks_;
-  std::uint32_t rows_ = 0;
-};
-static_assert(VoxelTable::kNone == ComponentLabels::kNone);
 
 /// Voxels that touch, by row.
 class VoxelComponents {
@@ -139,17 +102,17 @@ class CellClassifier {
         voxels_(blocks_.rows()),
         row_of_(cells.size()) {
     for (std::size_t i = 0; i < cells.size(); ++i) {
-      row_of_[i] = blocks_.row_of_voxel(cells.voxel[i]);
+      row_of_[i] = blocks_.row_of_voxel(i);
       Voxel& voxel = voxels_[row_of_[i]];
-      voxel.key = cells.voxel[i];
       voxel.evidence.add(clamped(cells.log_odds[i]), cells.occupied[i]);
     }
   }
 
   std::vector<std::uint8_t> run() {
-    average();
+    average(nullptr);
     reject_ground_seen_through();
-    average();
+    const std::vector<std::uint64_t> known_ground = ground();
+    average(&known_ground);
     classify_components();
     find_moved_parts();
     return labels();
@@ -157,7 +120,6 @@ class CellClassifier {
 
  private:
   struct Voxel {
-    VoxelKey key = 0;
     EvidenceSum evidence;  ///< of its cells
     float mean = 0.0F;     ///< of the evidence here and around, thousandths
     bool ground = false;
@@ -177,36 +139,34 @@ class CellClassifier {
   }
 
   /// Ground says nothing about what stands or walks on it: once it is known, it is left out of the
-  /// mean of all other voxels. Voxels in the order of their keys are rows along x; the rows around
-  /// a voxel move on with it, so that nothing is searched for.
-  void average() {
-    std::vector<std::uint32_t> order(voxels_.size());
-    std::iota(order.begin(), order.end(), 0U);
-    std::sort(order.begin(), order.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return voxels_[a].key < voxels_[b].key; });
-    std::vector<std::int64_t> sum(voxels_.size(), 0);
-    std::vector<std::uint32_t> cells(voxels_.size(), 0);
-    constexpr auto kOrigin = static_cast<std::int64_t>(pack({0, 0, 0}));
-    for (std::int32_t z = -kMeanReach; z <= kMeanReach; ++z) {
-      for (std::int32_t y = -kMeanReach; y <= kMeanReach; ++y) {
-        const std::int64_t row = static_cast<std::int64_t>(pack({0, y, z})) - kOrigin;
-        std::size_t first = 0;
-        for (const std::uint32_t v : order) {
-          const VoxelKey middle = voxels_[v].key + static_cast<VoxelKey>(row);
-          while (first < order.size() && voxels_[order[first]].key < middle - kMeanReach) ++first;
-          for (std::size_t i = first; i < order.size(); ++i) {
-            const Voxel& other = voxels_[order[i]];
-            if (other.key > middle + kMeanReach) break;
-            if (other.ground && !voxels_[v].ground) continue;
-            sum[v] += other.evidence.log_odds;
-            cells[v] += other.evidence.cells;
-          }
-        }
-      }
+  /// mean of all other voxels. Its own mean has all of them and stays as it was.
+  void average(const std::vector<std::uint64_t>* ground) {
+    std::vector<SurroundingSum> value;
+    value.reserve(voxels_.size());
+    for (const Voxel& voxel : voxels_) {
+      value.push_back({voxel.evidence.log_odds, voxel.evidence.cells});
     }
-    for (std::uint32_t v = 0; v < voxels_.size(); ++v) {
-      voxels_[v].mean = static_cast<float>(sum[v]) / static_cast<float>(cells[v]);
+    SurroundingSums sums(blocks_, value, ground);
+    for (std::uint32_t b = 0; b < blocks_.blocks().size(); ++b) {
+      if (ground != nullptr && !sums.leaves_out_near(b)) continue;
+      sums.visit(b, [&](std::uint32_t row, const SurroundingSum& sum) {
+        voxels_[row].mean = static_cast<float>(sum.log_odds) / static_cast<float>(sum.cells);
+      });
     }
+  }
+
+  /// The voxels of ground, by block.
+  [[nodiscard]] std::vector<std::uint64_t> ground() const {
+    std::vector<std::uint64_t> ground;
+    ground.reserve(blocks_.blocks().size());
+    for (const Block& block : blocks_.blocks()) {
+      std::uint64_t cells = 0;
+      visit_rows(block, block.occupied, [&](std::uint64_t cell, std::uint32_t row) {
+        if (voxels_[row].ground) cells |= cell;
+      });
+      ground.push_back(cells);
+    }
+    return ground;
   }
 
   void reject_ground_seen_through() {
