@@ -1,7 +1,6 @@
 #include "unimapper/merge/refinement.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <memory>
 #include <utility>
@@ -11,6 +10,7 @@
 #include "occupied_voxels.hpp"
 #include "parallel.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
+#include "voxel_table.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -18,17 +18,18 @@ namespace {
 /// Decoded images take memory: so many keyframes are refined before they are freed.
 constexpr std::size_t kKeyframesPerBatch = 64;
 
-using FreeSpaces = std::map<KeyframeId, std::unique_ptr<KeyframeFreeSpace>>;
+/// What one keyframe is evidence of.
+struct Observer {
+  KeyframeFreeSpace free;
+  OccupiedBlocks occupied;
+};
+using LoadedObservers = std::map<KeyframeId, std::unique_ptr<Observer>>;
 
 /// The keyframes whose images and cells are evidence about one: those before and after it, and
 /// those of other visits.
 struct Observers {
   std::vector<KeyframeId> window;
   std::vector<KeyframeId> revisits;
-
-  [[nodiscard]] bool revisit(KeyframeId keyframe) const {
-    return std::binary_search(revisits.begin(), revisits.end(), keyframe);
-  }
 };
 
 /// Ground levels of a keyframe by square metre.
@@ -37,20 +38,22 @@ class GroundHeights {
   explicit GroundHeights(const KeyframeRecord& keyframe) {
     for (const FineCell& cell : keyframe.static_cells) {
       if (cell.ground == 0) continue;
-      const auto [at, is_new] = height_.try_emplace(square(cell.position), cell.position.z());
-      if (!is_new) at->second = std::max(at->second, cell.position.z());
+      const std::uint32_t number = table_.find_or_insert(square(cell.position));
+      if (number == height_m_.size()) height_m_.push_back(cell.position.z());
+      height_m_[number] = std::max(height_m_[number], cell.position.z());
     }
   }
   [[nodiscard]] bool is_within(const Eigen::Vector3f& point, float height_m) const {
-    const auto at = height_.find(square(point));
-    return at != height_.end() && point.z() < at->second + height_m;
+    const std::uint32_t number = table_.find(square(point));
+    return number != VoxelTable::kNone && point.z() < height_m_[number] + height_m;
   }
 
  private:
-  static std::pair<int, int> square(const Eigen::Vector3f& p) {
-    return {static_cast<int>(std::floor(p.x())), static_cast<int>(std::floor(p.y()))};
+  static VoxelKey square(const Eigen::Vector3f& p) {
+    return pack({floor_to_int(p.x()), floor_to_int(p.y()), 0});
   }
-  std::map<std::pair<int, int>, float> height_;
+  VoxelTable table_;
+  std::vector<float> height_m_;
 };
 
 /// The online labels.
@@ -70,12 +73,7 @@ class Refinement {
         threads_(threads),
         visibility_(config.range_margin_m, config.range_margin_relative),
         weights_(EvidenceWeights::of(config)),
-        most_by_revisits_(in_thousandths(config.most_by_revisits)),
-        occupied_(sessions.size()) {
-    parallel_for(sessions.size(), threads, [&](std::size_t s) {
-      occupied_[s] = std::make_unique<OccupiedVoxels>(sessions[s], config.cell_size_m);
-    });
-  }
+        most_by_revisits_(in_thousandths(config.most_by_revisits)) {}
 
   std::vector<std::vector<RefinedKeyframe>> run() {
     std::vector<std::vector<RefinedKeyframe>> refined(sessions_.size());
@@ -87,9 +85,9 @@ class Refinement {
         std::vector<Observers> observers;
         for (std::size_t i = 0; i < size; ++i)
           observers.push_back(select_observers({s, first + i}));
-        const FreeSpaces spaces = load(observers);
+        const LoadedObservers loaded = load(observers);
         parallel_for(size, threads_, [&](std::size_t i) {
-          refined[s][first + i] = refine({s, first + i}, observers[i], spaces);
+          refined[s][first + i] = refine({s, first + i}, observers[i], loaded);
         });
       }
     }
@@ -121,34 +119,37 @@ class Refinement {
     return observers;
   }
 
-  /// Decodes the images of all observers.
-  [[nodiscard]] FreeSpaces load(const std::vector<Observers>& all) const {
-    FreeSpaces spaces;
+  /// Decodes the images of all observers, each once, and finds the voxels they occupy.
+  [[nodiscard]] LoadedObservers load(const std::vector<Observers>& all) const {
+    LoadedObservers loaded;
     for (const Observers& observers : all) {
-      for (const KeyframeId& keyframe : observers.window) spaces.emplace(keyframe, nullptr);
-      for (const KeyframeId& keyframe : observers.revisits) spaces.emplace(keyframe, nullptr);
+      for (const KeyframeId& keyframe : observers.window) loaded.emplace(keyframe, nullptr);
+      for (const KeyframeId& keyframe : observers.revisits) loaded.emplace(keyframe, nullptr);
     }
-    std::vector<FreeSpaces::value_type*> entries;
-    for (auto& entry : spaces) entries.push_back(&entry);
+    std::vector<LoadedObservers::value_type*> entries;
+    for (auto& entry : loaded) entries.push_back(&entry);
     parallel_for(entries.size(), threads_, [&](std::size_t i) {
       const KeyframeId of = entries[i]->first;
-      entries[i]->second = std::make_unique<KeyframeFreeSpace>(
-          sessions_[of.session].session->keyframes[of.keyframe], WithoutImages::kUnknown);
+      const PosedSession& posed = sessions_[of.session];
+      const KeyframeRecord& keyframe = posed.session->keyframes[of.keyframe];
+      entries[i]->second = std::make_unique<Observer>(Observer{
+          KeyframeFreeSpace(keyframe, WithoutImages::kUnknown),
+          OccupiedBlocks(keyframe, posed.T_map_keyframe[of.keyframe], config_.cell_size_m)});
     });
-    return spaces;
+    return loaded;
   }
 
   [[nodiscard]] RefinedKeyframe refine(KeyframeId of, const Observers& observers,
-                                       const FreeSpaces& spaces) const {
+                                       const LoadedObservers& loaded) const {
     const KeyframeRecord& keyframe = sessions_[of.session].session->keyframes[of.keyframe];
     RefinedKeyframe refined = unrefined(keyframe);
     // Without images of its own a keyframe keeps its online labels.
-    if (spaces.at(of)->empty()) return refined;
+    if (loaded.at(of)->free.empty()) return refined;
 
     const Eigen::Vector3d origin = sessions_[of.session].T_map_keyframe[of.keyframe].translation;
     PointEvidence points;
     CellEvidence cells = gather(of, origin, points);
-    add_evidence(observers, of, points, origin, spaces, cells);
+    add_evidence(observers, of, points, origin, loaded, cells);
     const std::vector<std::uint8_t> dynamic = classify_cells(cells, config_);
     for (std::size_t i = 0; i < cells.size(); ++i) refined.dynamic[cells.number[i]] = dynamic[i];
     return refined;
@@ -187,55 +188,39 @@ class Refinement {
   }
 
   void add_evidence(const Observers& observers, KeyframeId of, PointEvidence& points,
-                    const Eigen::Vector3d& origin, const FreeSpaces& spaces,
+                    const Eigen::Vector3d& origin, const LoadedObservers& loaded,
                     CellEvidence& cells) const {
-    for (const KeyframeId& keyframe : observers.window) observe(keyframe, origin, spaces, points);
-    std::vector<std::int32_t> window = points.log_odds();
+    const OccupiedBlocks& own = loaded.at(of)->occupied;
+    OccupationCounts by_window(own);
+    OccupationCounts by_revisits(own);
+    for (const KeyframeId& keyframe : observers.window) {
+      observe(keyframe, origin, loaded, points);
+      if (!(keyframe == of)) by_window.add(loaded.at(keyframe)->occupied);
+    }
+    const std::vector<std::int32_t> window = points.log_odds();
     points.clear_log_odds();
     for (const KeyframeId& keyframe : observers.revisits) {
-      observe(keyframe, origin, spaces, points);
+      observe(keyframe, origin, loaded, points);
+      by_revisits.add(loaded.at(keyframe)->occupied);
     }
     for (std::size_t i = 0; i < cells.size(); ++i) {
-      std::int32_t revisits = points.log_odds(i);
-      cells.occupied[i] = subtract_occupied(observers, of, cells.voxel[i], window[i], revisits);
+      const std::int32_t times = by_window.at(cells.voxel[i]);
+      const std::int32_t revisits =
+          points.log_odds(i) - weights_.occupied * by_revisits.at(cells.voxel[i]);
+      cells.occupied[i] = static_cast<std::uint8_t>(std::min<std::int32_t>(times, UINT8_MAX));
       // What another day saw must not make something dynamic that stood here all the time.
-      cells.log_odds[i] += window[i] + std::clamp(revisits, -most_by_revisits_, most_by_revisits_);
+      cells.log_odds[i] += window[i] - weights_.occupied * times +
+                           std::clamp(revisits, -most_by_revisits_, most_by_revisits_);
     }
   }
 
-  void observe(KeyframeId observer, const Eigen::Vector3d& origin, const FreeSpaces& spaces,
+  void observe(KeyframeId observer, const Eigen::Vector3d& origin, const LoadedObservers& loaded,
                PointEvidence& points) const {
     Pose T_map_points;
     T_map_points.translation = origin;
     const Pose& T_map_keyframe = sessions_[observer.session].T_map_keyframe[observer.keyframe];
-    spaces.at(observer)->observe(visibility_, weights_, T_map_keyframe.inverse() * T_map_points,
-                                 points.points());
-  }
-
-  /// Subtracts from the evidence for every other keyframe that observed a voxel as occupied.
-  /// Returns how many of the window did, up to 255.
-  [[nodiscard]] std::uint8_t subtract_occupied(const Observers& observers, KeyframeId of,
-                                               VoxelKey voxel, std::int32_t& window,
-                                               std::int32_t& revisits) const {
-    std::uint8_t times = 0;
-    const std::size_t first = observers.window.front().keyframe;
-    const std::size_t last = observers.window.back().keyframe;
-    for (const std::uint32_t k : occupied_[of.session]->keyframes_at(voxel)) {
-      if (k == of.keyframe) continue;
-      if (k >= first && k <= last) {
-        window -= weights_.occupied;
-        if (times < UINT8_MAX) ++times;
-      } else if (observers.revisit({of.session, k})) {
-        revisits -= weights_.occupied;
-      }
-    }
-    for (std::size_t s = 0; s < sessions_.size(); ++s) {
-      if (s == of.session || sessions_[s].map != sessions_[of.session].map) continue;
-      for (const std::uint32_t k : occupied_[s]->keyframes_at(voxel)) {
-        if (observers.revisit({s, k})) revisits -= weights_.occupied;
-      }
-    }
-    return times;
+    loaded.at(observer)->free.observe(visibility_, weights_,
+                                      T_map_keyframe.inverse() * T_map_points, points.points());
   }
 
   const std::vector<PosedSession>& sessions_;
@@ -244,7 +229,6 @@ class Refinement {
   VisibilityTest visibility_;
   EvidenceWeights weights_;
   std::int32_t most_by_revisits_;  ///< thousandths
-  std::vector<std::unique_ptr<OccupiedVoxels>> occupied_;
 };
 
 }  // namespace
