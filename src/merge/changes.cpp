@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "keyframe_free_space.hpp"
+#include "near_points.hpp"
 #include "parallel.hpp"
 #include "voxel_trees.hpp"
 
@@ -69,11 +70,12 @@ class SessionObserver {
   [[nodiscard]] std::vector<Votes> vote(const std::vector<Eigen::Vector3f>& points,
                                         const std::vector<std::uint32_t>& open) const {
     std::vector<Votes> votes(open.size());
+    const NearPoints near(points, open);
     const std::size_t count = session_.keyframes.size();
     for (std::size_t first = 0; first < count; first += kKeyframesPerVote) {
       std::vector<Observation> batch(std::min(kKeyframesPerVote, count - first));
       parallel_for(batch.size(), config_.threads,
-                   [&](std::size_t i) { batch[i] = observation(first + i, points, open); });
+                   [&](std::size_t i) { batch[i] = observation(first + i, points, open, near); });
       for (const Observation& seen : batch) {
         for (std::size_t i = 0; i < seen.numbers.size(); ++i) {
           const std::int32_t log_odds = seen.evidence.log_odds(i);
@@ -87,12 +89,13 @@ class SessionObserver {
 
   [[nodiscard]] Observation observation(std::size_t keyframe,
                                         const std::vector<Eigen::Vector3f>& points,
-                                        const std::vector<std::uint32_t>& open) const {
+                                        const std::vector<std::uint32_t>& open,
+                                        const NearPoints& near) const {
     Observation seen;
     const Pose& T_map_keyframe = merged_.T_map_keyframe[keyframe];
     const Eigen::Vector3f origin = T_map_keyframe.translation.cast<float>();
     const float reach_m = config_.map.change_range_m;
-    for (std::uint32_t number = 0; number < open.size(); ++number) {
+    for (const std::uint32_t number : near.around(origin, reach_m)) {
       const Eigen::Vector3f p = points[open[number]] - origin;
       if (p.squaredNorm() > reach_m * reach_m) continue;
       seen.numbers.push_back(number);
