@@ -6,6 +6,7 @@
 
 #include "src/apps/commands.hpp"
 #include "src/apps/output_guard.hpp"
+#include "src/apps/replacement.hpp"
 #include "src/apps/scene/result_scene.hpp"
 
 namespace unimapper::apps {
@@ -32,7 +33,9 @@ void register_export(CLI::App& app) {
   command->footer("Example:\n  unimapper export runs/monday --mcap monday.mcap");
   command->callback([options] {
     check_output_file(options->mcap, options->replaces);
-    write_scene(options->mcap, scene_of_run(options->run));
+    FileReplacement file(options->mcap);
+    write_scene(file.path(), scene_of_run(options->run));
+    file.publish();
     std::cerr << "unimapper: " << options->mcap.string() << " written\n";
   });
 }

@@ -63,6 +63,20 @@ const std::array<Kind, 4>& kinds() {
   return all;
 }
 
+const Kind& kind_of(Output output) {
+  for (const Kind& kind : kinds()) {
+    if (kind.output == output) return kind;
+  }
+  throw std::logic_error("an output of no kind");
+}
+
+/// refined/SESSION/labels/NAME.label
+bool is_refined_label(const fs::path& relative) {
+  const std::vector<fs::path> parts(relative.begin(), relative.end());
+  return parts.size() == 4 && parts[0] == "refined" && parts[2] == "labels" &&
+         relative.extension() == ".label";
+}
+
 bool holds(const fs::path& folder, const Kind& kind) {
   const fs::path marker = folder / kind.marker;
   if (kind.says.empty() || !fs::exists(marker)) return fs::exists(marker);
@@ -120,17 +134,32 @@ void check_output_file(const fs::path& file, bool replaces) {
 
 void remove_earlier_output(const fs::path& folder, Output output) {
   std::error_code ignored;
-  for (const Kind& kind : kinds()) {
-    if (kind.output != output || !holds(folder, kind)) continue;
-    for (const Series& series : kind.series)
-      remove_series(folder / series.folder, series.extension);
-    for (const char* name : kind.files) fs::remove(folder / name, ignored);
+  const Kind& kind = kind_of(output);
+  if (!holds(folder, kind)) return;
+  for (const Series& series : kind.series) remove_series(folder / series.folder, series.extension);
+  for (const char* name : kind.files) fs::remove(folder / name, ignored);
+}
+
+bool holds_output(const fs::path& folder, Output output) { return holds(folder, kind_of(output)); }
+
+bool is_output_file(const fs::path& relative, Output output) {
+  const Kind& kind = kind_of(output);
+  for (const char* name : kind.files) {
+    if (relative == name) return true;
   }
-  if (output == Output::kMap && fs::is_directory(folder / "refined")) {
-    for (const fs::path& session : datasets::list_directories(folder / "refined")) {
-      remove_series(session / "labels", ".label");
+  for (const Series& series : kind.series) {
+    if (relative.parent_path() == series.folder && relative.extension() == series.extension) {
+      return true;
     }
   }
+  return output == Output::kMap && is_refined_label(relative);
+}
+
+bool is_output_folder(const fs::path& name, Output output) {
+  for (const Series& series : kind_of(output).series) {
+    if (*fs::path(series.folder).begin() == name) return true;
+  }
+  return output == Output::kMap && name == "refined";
 }
 
 }  // namespace unimapper::apps

@@ -28,4 +28,13 @@ void check_output_file(const std::filesystem::path& file, bool replaces);
 /// folder is unreadable.
 void remove_earlier_output(const std::filesystem::path& folder, Output output);
 
+/// Whether a folder holds an earlier output of that kind.
+bool holds_output(const std::filesystem::path& folder, Output output);
+
+/// Whether a path relative to a folder with that output names one of its files.
+bool is_output_file(const std::filesystem::path& relative, Output output);
+
+/// Whether the output has files in a folder of that name.
+bool is_output_folder(const std::filesystem::path& name, Output output);
+
 }  // namespace unimapper::apps

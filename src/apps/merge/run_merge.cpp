@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdio>
 #include <iostream>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -11,6 +12,7 @@
 #include "src/apps/merge/options.hpp"
 #include "src/apps/merge/refined_labels.hpp"
 #include "src/apps/output_guard.hpp"
+#include "src/apps/replacement.hpp"
 #include "src/apps/report.hpp"
 #include "src/apps/scene/result_scene.hpp"
 #include "src/apps/session_clouds.hpp"
@@ -77,6 +79,7 @@ std::vector<SessionReference> gather_references(const MergeOptions& options,
 }
 
 void write_refined_labels_of_sessions(const MergeOptions& options,
+                                      const std::filesystem::path& folder,
                                       const std::vector<SessionData>& sessions,
                                       const merge::MergeResult& result, float cell_size_m) {
   for (std::size_t s = 0; s < sessions.size(); ++s) {
@@ -84,7 +87,7 @@ void write_refined_labels_of_sessions(const MergeOptions& options,
     for (const auto& [session, dataset] : options.truths) {
       if (session != name) continue;
       const std::size_t without = write_refined_labels(
-          options.out / "refined" / name, dataset, sessions[s], result.sessions[s], cell_size_m);
+          folder / "refined" / name, dataset, sessions[s], result.sessions[s], cell_size_m);
       if (without > 0) {
         std::cerr << "unimapper: warning: " << without << " scans of " << name
                   << " are in no whole keyframe: all their points are labelled static\n";
@@ -144,6 +147,10 @@ std::string effective_config(const MergeOptions& options) {
 void run_merge(const MergeOptions& options) {
   check_output_folder(options.out, Output::kMap, options.replaces);
   if (!options.mcap.empty()) check_output_file(options.mcap, options.replaces);
+  // Whether they can be written is known before the work.
+  FolderReplacement map(options.out, Output::kMap);
+  std::optional<FileReplacement> scene;
+  if (!options.mcap.empty()) scene.emplace(options.mcap);
   const merge::MergeConfig config = make_config(options);
   std::vector<SessionData> sessions;
   std::vector<std::filesystem::path> runs;
@@ -168,18 +175,21 @@ void run_merge(const MergeOptions& options) {
         std::cerr << "unimapper: " << elapsed << "  " << text << std::endl;
       });
   report.elapsed_s = seconds_since(merging);
-  remove_earlier_output(options.out, Output::kMap);
-  merge::export_map(options.out, sessions, result);
-  write_session_clouds(options.out, sessions, result);
-  if (!options.mcap.empty()) write_scene(options.mcap, scene_of_merge(sessions, result));
+  merge::export_map(map.path(), sessions, result);
+  write_session_clouds(map.path(), sessions, result);
+  if (scene) write_scene(scene->path(), scene_of_merge(sessions, result));
 
-  if (options.refined_labels)
-    write_refined_labels_of_sessions(options, sessions, result, config.refinement.cell_size_m);
+  if (options.refined_labels) {
+    const float cell_size_m = config.refinement.cell_size_m;
+    write_refined_labels_of_sessions(options, map.path(), sessions, result, cell_size_m);
+  }
 
   report.sessions = &sessions;
   report.result = &result;
   if (!options.command_line.empty()) report.commands.push_back(options.command_line);
-  write_report(options.out / "report.html", report);
+  write_report(map.path() / "report.html", report);
+  map.publish();
+  if (scene) scene->publish();
   std::cout << summary_table(report);
   std::cerr << "unimapper: map, trajectories and report are in " << options.out.string() << '\n';
   require_result(options, sessions, result);
