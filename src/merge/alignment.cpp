@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "alignment_problem.hpp"
 #include "loop_acceptance.hpp"
+#include "person_links.hpp"
 #include "unimapper/core/union_find.hpp"
 
 namespace unimapper::merge {
@@ -19,6 +21,7 @@ struct SessionPair {
   std::vector<std::size_t> loops;  ///< indices into the problem's loops
   ConsistencySet set;              ///< inliers are positions in `loops`
   bool open = false;               ///< accepted, not yet joined or rolled back
+  bool linked = false;             ///< by a person
 
   /// The inliers as indices into the problem's loops.
   [[nodiscard]] std::vector<std::size_t> inliers() const {
@@ -51,8 +54,9 @@ class SessionAligner {
       problem_.decisions[i] = {false, "disagrees with odometry or with the session's other loops"};
     }
     if (own.empty()) return;
-    const ConsistencySet set = intra_session_consistency(
+    ConsistencySet set = intra_session_consistency(
         problem_.select(own), problem_.state.odometry[session], problem_.config.acceptance);
+    choose_person_links(problem_.select(own), set.inliers);
     std::vector<std::size_t> chosen;
     for (const std::size_t i : set.inliers) chosen.push_back(own[i]);
     if (chosen.empty()) return;
@@ -86,9 +90,12 @@ class SessionAligner {
     const auto path = [this](std::size_t s) {
       return problem_.state.odometry[s].with_poses(problem_.state.T_session_keyframe[s]);
     };
-    pair.set = inter_session_consistency(
-        problem_.select(pair.loops), path(query), path(match),
-        scaled_to_extent(problem_.config.acceptance, extent_m(query, match)));
+    const std::vector<LoopConstraint> loops = problem_.select(pair.loops);
+    const AcceptanceConfig rules =
+        scaled_to_extent(problem_.config.acceptance, extent_m(query, match));
+    pair.linked = has_person_link(loops);
+    pair.set = pair.linked ? linked_consistency(loops, path(query), path(match), rules)
+                           : inter_session_consistency(loops, path(query), path(match), rules);
     pair.open = pair.set.decision.accepted;
     return pair;
   }
@@ -120,7 +127,8 @@ class SessionAligner {
     std::size_t best = 0;
     for (std::size_t s = 1; s < sessions.size(); ++s) {
       const auto rank = [&](std::size_t i) {
-        return std::make_pair(keyframes[find_root(i, parent_of)], sessions[i].central_score);
+        return std::make_tuple(sessions[i].central_priority, keyframes[find_root(i, parent_of)],
+                               sessions[i].central_score);
       };
       if (rank(s) > rank(best)) best = s;
     }
@@ -184,7 +192,8 @@ class SessionAligner {
     const auto survivors =
         static_cast<std::size_t>(std::count_if(added.begin(), added.end(), survives));
     const std::size_t earlier_survivors = chosen.size() - survivors;
-    if (2 * survivors < added.size() || survivors < problem_.config.acceptance.min_strong_loops) {
+    const std::size_t fewest = pair.linked ? 1 : problem_.config.acceptance.min_strong_loops;
+    if (2 * survivors < added.size() || survivors < fewest) {
       return reject(pair, "contradicts the maps merged before");
     }
     if (10 * earlier_survivors < 9 * earlier || !problem_.all_plausible(trial, sessions)) {

@@ -54,7 +54,7 @@ bool AlignmentProblem::optimize_rejecting_outliers(MapState& trial,
   for (int round = 0; round < kMaxRejectionRounds; ++round) {
     if (!optimize_maps(trial, which_sessions, select(chosen), config.graph)) return false;
     const auto is_outlier = [&](std::size_t i) {
-      return loop_chi2(trial, loops[i]) > config.acceptance.loop_chi2;
+      return !loops[i].by_person && loop_chi2(trial, loops[i]) > config.acceptance.loop_chi2;
     };
     if (std::erase_if(chosen, is_outlier) == 0) break;
   }

@@ -10,15 +10,16 @@
 #include "changes.hpp"
 #include "keyframe_clouds.hpp"
 #include "loop_search.hpp"
-#include "loop_verifier.hpp"
 #include "map_level.hpp"
 #include "parallel.hpp"
+#include "person_links.hpp"
 #include "radius_search.hpp"
 #include "seen_extent.hpp"
 #include "session_check.hpp"
 #include "session_path.hpp"
 #include "unified_map.hpp"
 #include "unimapper/merge/alignment.hpp"
+#include "verified_loops.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -26,11 +27,14 @@ namespace {
 class Merger {
  public:
   Merger(const std::vector<SessionData>& sessions, const MergeConfig& config,
-         const std::function<void(const std::string&)>& progress)
+         const std::function<void(const std::string&)>& progress, const UserStatements& statements,
+         LoopOutcomes* outcomes = nullptr)
       : sessions_(sessions),
         config_(config),
         progress_(progress),
-        clouds_(sessions, config.registration, config.threads) {}
+        statements_(statements),
+        clouds_(sessions, config.registration, config.threads),
+        known_(sessions, config, statements_, outcomes) {}
 
   MergeResult run() {
     find_intra_session_loops();
@@ -41,13 +45,25 @@ class Merger {
     transform_sessions();
     refine_labels();
     record_loops();
-    build_map();
-    find_changed_points();
-    return std::move(result_);
+    return finish();
+  }
+
+  /// The rest of a merge whose poses and loops are known.
+  MergeResult complete(MergeResult posed) {
+    result_ = std::move(posed);
+    refine_labels();
+    return finish();
   }
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  MergeResult finish() {
+    record_edges();
+    build_map();
+    find_changed_points();
+    return std::move(result_);
+  }
 
   void begin(const std::string& stage) {
     if (progress_) progress_(stage);
@@ -63,7 +79,10 @@ class Merger {
   /// Verifies candidates; all of them are recorded, and those verified go to the pose graph.
   /// Returns the outcome in words.
   std::string verify(const std::vector<LoopCandidate>& candidates, const CorrectionLimit& limit) {
-    std::vector<LoopConstraint> loops = verify_loops(candidates, limit, clouds_, config_);
+    return take(known_.verify(candidates, limit, clouds_));
+  }
+
+  std::string take(std::vector<LoopConstraint> loops) {
     std::size_t verified = 0;
     for (LoopConstraint& loop : loops) {
       if (loop.decision.accepted) {
@@ -73,7 +92,7 @@ class Merger {
       }
       result_.loops.push_back(std::move(loop));
     }
-    return std::to_string(verified) + " of " + std::to_string(candidates.size()) +
+    return std::to_string(verified) + " of " + std::to_string(loops.size()) +
            " candidates verified";
   }
 
@@ -94,6 +113,7 @@ class Merger {
     begin("inter-session loops");
     const auto candidates = find_inter_session_candidates(sessions_, config_.loops);
     const std::string outcome = verify(candidates, descriptor_limit());
+    take(link_loops(statements_.links, known_, clouds_, config_));
     by_descriptor_ = result_.loops.size();
     end(outcome);
   }
@@ -104,16 +124,26 @@ class Merger {
       AlignmentSession session;
       session.central_score = scores_[s];
       session.extent_m = seen_extent_m(sessions_[s]);
+      session.central_priority = central_priority(static_cast<std::uint32_t>(s));
       for (const auto& keyframe : sessions_[s].keyframes) {
         session.T_odometry_keyframe.push_back(keyframe.T_odometry_keyframe);
       }
       alignment_sessions_.push_back(std::move(session));
     }
     alignment_ = align_sessions(alignment_sessions_, constraints_, config_);
+    for (const std::uint32_t s : statements_.apart) {
+      if (!alignment_.connected[s]) alignment_.reason[s] = kApartByPerson;
+    }
     const auto connected =
         std::count(alignment_.connected.begin(), alignment_.connected.end(), true);
     end(std::to_string(connected) + " of " + std::to_string(sessions_.size()) +
         " sessions connected");
+  }
+
+  /// Sessions kept apart come last: nothing could be merged with them.
+  [[nodiscard]] int central_priority(std::uint32_t session) const {
+    if (statements_.keep_apart(session)) return -1;
+    return statements_.reference == session ? 1 : 0;
   }
 
   void refine_poses() {
@@ -188,14 +218,27 @@ class Merger {
       LoopDecision& decision = result_.loops[recorded].decision;
       decision = alignment_.decisions[i];
       if (!decision.accepted) continue;
-      result_.graph_edges.push_back(result_.loops[recorded]);
-      decision.reason = recorded < by_descriptor_ ? "descriptor" : "radius";
+      const bool by_person = result_.loops[recorded].by_person;
+      const char* by_search = recorded < by_descriptor_ ? "descriptor" : "radius";
+      decision.reason = by_person ? kLinkedByPerson : by_search;
+    }
+  }
+
+  /// The accepted loops, then odometry.
+  void record_edges() {
+    for (const LoopConstraint& loop : result_.loops) {
+      if (!loop.decision.accepted) continue;
+      result_.graph_edges.push_back(loop);
+      result_.graph_edges.back().decision.reason.clear();
     }
     for (std::size_t s = 0; s < sessions_.size(); ++s) record_odometry(s);
   }
 
   void record_odometry(std::size_t session) {
-    const auto& odometry = alignment_sessions_[session].T_odometry_keyframe;
+    std::vector<Pose> odometry;
+    for (const KeyframeRecord& keyframe : sessions_[session].keyframes) {
+      odometry.push_back(keyframe.T_odometry_keyframe);
+    }
     const SessionPath path(odometry, config_.odometry);
     for (std::size_t k = 1; k < odometry.size(); ++k) {
       LoopConstraint edge;
@@ -213,7 +256,7 @@ class Merger {
     voxels_.resize(sessions_.size());
     std::vector<SessionVoxels> removed(sessions_.size());
     parallel_for(sessions_.size(), config_.threads, [&](std::size_t s) {
-      if (!alignment_.connected[s]) return;
+      if (!is_connected(s)) return;
       const MergedSession& merged = result_.sessions[s];
       voxels_[s] = voxelise(sessions_[s], merged, config_.map.voxel_size_m, CellKind::kStatic);
       removed[s] = voxelise(sessions_[s], merged, config_.map.voxel_size_m, CellKind::kDynamic);
@@ -233,11 +276,15 @@ class Merger {
     end(std::to_string(result_.changes.size()) + " points");
   }
 
+  [[nodiscard]] bool is_connected(std::size_t session) const {
+    return result_.sessions[session].status != SessionStatus::kUnconnected;
+  }
+
   /// Voxels by session; null for sessions that are not connected.
   [[nodiscard]] std::vector<const SessionVoxels*> connected_voxels() const {
     std::vector<const SessionVoxels*> connected(sessions_.size(), nullptr);
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
-      if (alignment_.connected[s]) connected[s] = &voxels_[s];
+      if (is_connected(s)) connected[s] = &voxels_[s];
     }
     return connected;
   }
@@ -245,7 +292,9 @@ class Merger {
   const std::vector<SessionData>& sessions_;
   const MergeConfig& config_;
   const std::function<void(const std::string&)>& progress_;
+  const UserStatements& statements_;
   KeyframeClouds clouds_;
+  KnownLoops known_;
   MergeResult result_;
   Clock::time_point started_;
   std::string stage_;
@@ -261,15 +310,34 @@ class Merger {
   std::vector<SessionVoxels> voxels_;
 };
 
-}  // namespace
-
-MergeResult merge_sessions(const std::vector<SessionData>& sessions, const MergeConfig& config,
-                           const std::function<void(const std::string&)>& progress) {
+void check_input(const std::vector<SessionData>& sessions, const MergeConfig& config) {
   if (const Error wrong = config.validate(); wrong.code != ErrorCode::kOk) {
     throw std::invalid_argument(wrong.message);
   }
   check_sessions(sessions);
-  return Merger(sessions, config, progress).run();
+}
+
+}  // namespace
+
+MergeResult merge_sessions(const std::vector<SessionData>& sessions, const MergeConfig& config,
+                           const std::function<void(const std::string&)>& progress,
+                           const UserStatements& statements, LoopOutcomes* outcomes) {
+  check_input(sessions, config);
+  check_statements(statements, sessions);
+  return Merger(sessions, config, progress, statements, outcomes).run();
+}
+
+MergeResult complete_merge(const std::vector<SessionData>& sessions, MergeResult posed,
+                           const MergeConfig& config,
+                           const std::function<void(const std::string&)>& progress) {
+  check_input(sessions, config);
+  bool fits = posed.sessions.size() == sessions.size();
+  for (std::size_t s = 0; fits && s < sessions.size(); ++s) {
+    fits = posed.sessions[s].T_map_keyframe.size() == sessions[s].keyframes.size();
+  }
+  if (!fits) throw std::invalid_argument("the poses are of other sessions");
+  const UserStatements none;
+  return Merger(sessions, config, progress, none).complete(std::move(posed));
 }
 
 }  // namespace unimapper::merge

@@ -63,4 +63,40 @@ void check_sessions(const std::vector<SessionData>& sessions) {
   }
 }
 
+void check_statements(const UserStatements& statements, const std::vector<SessionData>& sessions) {
+  const auto require_session = [&](std::uint32_t session) {
+    if (session < sessions.size()) return;
+    throw std::invalid_argument("a statement is about a session that is not there");
+  };
+  const auto require = [&](KeyframeId k) {
+    require_session(k.session);
+    if (k.keyframe < sessions[k.session].keyframes.size()) return;
+    throw std::invalid_argument("a statement is about a keyframe that is not there");
+  };
+  for (const KeyframeLink& link : statements.links) {
+    require(link.query);
+    require(link.match);
+    if (link.query == link.match) throw std::invalid_argument("a keyframe is linked to itself");
+    if (link.T_match_query && !link.T_match_query->is_rigid()) {
+      throw std::invalid_argument("the pose of a link is no rigid transform");
+    }
+    const bool apart =
+        link.query.session != link.match.session &&
+        (statements.keep_apart(link.query.session) || statements.keep_apart(link.match.session));
+    if (apart || statements.forbid(link.query, link.match)) {
+      throw std::invalid_argument("a link contradicts another statement");
+    }
+  }
+  for (const KeyframePair& pair : statements.forbidden) {
+    require(pair.a);
+    require(pair.b);
+  }
+  for (const std::uint32_t session : statements.apart) require_session(session);
+  if (!statements.reference) return;
+  require_session(*statements.reference);
+  if (statements.keep_apart(*statements.reference)) {
+    throw std::invalid_argument("the reference session is kept apart");
+  }
+}
+
 }  // namespace unimapper::merge

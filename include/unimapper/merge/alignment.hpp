@@ -18,6 +18,8 @@ struct AlignmentSession {
   double central_score = 0.0;             ///< suitability as the central map; larger is better
   /// How far its keyframes see, metres (`AcceptanceConfig::full_extent_m`); 0: unknown, far.
   double extent_m = 0.0;
+  /// Before keyframes and score: the session with the largest becomes the central map.
+  int central_priority = 0;
 };
 
 /// The state of all maps after alignment.

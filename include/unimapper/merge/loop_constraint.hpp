@@ -12,7 +12,7 @@ namespace unimapper::merge {
 struct LoopDecision {
   bool accepted = false;  ///< the outcome
   /// Why it was refused. Of an accepted loop empty, or, in `MergeResult`, how it was found:
-  /// "descriptor" or "radius".
+  /// "descriptor", "radius" or "linked by a person".
   std::string reason;
 };
 
@@ -25,6 +25,7 @@ struct LoopConstraint {
   double overlap = 0.0;                         ///< share of structure that coincides, [0, 1]
   float confidence = 0.0F;  ///< of the descriptor search; of a radius search the overlap
   LoopDecision decision;    ///< of the latest stage that checked the loop
+  bool by_person = false;   ///< a person's word: acceptance rules do not apply
 
   /// True if both keyframes belong to one session.
   [[nodiscard]] bool is_intra_session() const { return query.session == match.session; }

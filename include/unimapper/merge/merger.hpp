@@ -7,8 +7,10 @@
 
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
+#include "unimapper/merge/loop_outcomes.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/merge/refinement.hpp"
+#include "unimapper/merge/user_statements.hpp"
 
 namespace unimapper::merge {
 
@@ -65,9 +67,21 @@ struct MergeResult {
 /// same result, whatever the number of threads. Throws std::invalid_argument for a session
 /// whose data could not be a session (no keyframes is allowed: it stays unconnected). Keyframes
 /// from before a robot knew up are taken as they are: `level_keyframes` first. `progress` receives
-/// stages and outcomes in words.
+/// stages and outcomes in words. `statements` are obeyed: a forbidden loop is never accepted, a
+/// link is, unless the maps would deform more than odometry allows, a session kept apart stays
+/// unconnected, and the reference is the central session; also throws std::invalid_argument for
+/// sessions and keyframes in them that do not exist. What `outcomes` know is not verified again;
+/// the result is the same.
 [[nodiscard]] MergeResult merge_sessions(
     const std::vector<SessionData>& sessions, const MergeConfig& config = {},
+    const std::function<void(const std::string&)>& progress = {},
+    const UserStatements& statements = {}, LoopOutcomes* outcomes = nullptr);
+
+/// The rest of a merge of which central session, status and poses of the sessions, and loops with
+/// the final decisions are known: the same result as the merge they are from. Throws
+/// std::invalid_argument where the poses do not fit the sessions.
+[[nodiscard]] MergeResult complete_merge(
+    const std::vector<SessionData>& sessions, MergeResult posed, const MergeConfig& config = {},
     const std::function<void(const std::string&)>& progress = {});
 
 }  // namespace unimapper::merge

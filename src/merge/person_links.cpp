@@ -1,0 +1,107 @@
+#include "person_links.hpp"
+
+#include <algorithm>
+#include <numbers>
+#include <optional>
+
+namespace unimapper::merge {
+namespace {
+
+constexpr int kHeadings = 8;
+constexpr double kSigmaM = 0.5;
+constexpr double kSigmaRad = 0.05;
+
+/// Poses that registration may start from.
+std::vector<LoopCandidate> starts_of(const KeyframeLink& link) {
+  LoopCandidate candidate;
+  candidate.query = link.query;
+  candidate.match = link.match;
+  candidate.confidence = 1.0F;
+  candidate.accepted = true;
+  if (link.T_match_query) {
+    candidate.T_match_query = *link.T_match_query;
+    return {candidate};
+  }
+  std::vector<LoopCandidate> candidates;
+  for (int i = 0; i < kHeadings; ++i) {
+    const double yaw = 2.0 * std::numbers::pi * i / kHeadings;
+    candidate.T_match_query.rotation =
+        Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    candidates.push_back(candidate);
+  }
+  return candidates;
+}
+
+LoopConstraint as_said(const KeyframeLink& link) {
+  LoopConstraint loop;
+  loop.query = link.query;
+  loop.match = link.match;
+  loop.T_match_query = *link.T_match_query;
+  loop.information.setIdentity();
+  loop.information.topLeftCorner<3, 3>() *= 1.0 / (kSigmaM * kSigmaM);
+  loop.information.bottomRightCorner<3, 3>() *= 1.0 / (kSigmaRad * kSigmaRad);
+  loop.confidence = 1.0F;
+  loop.decision.accepted = true;
+  return loop;
+}
+
+}  // namespace
+
+std::vector<LoopConstraint> link_loops(const std::vector<KeyframeLink>& links, KnownLoops& known,
+                                       KeyframeClouds& clouds, const MergeConfig& config) {
+  // Half of what lies between two headings, and what a person calls the same position.
+  const CorrectionLimit limit{2.0 * config.loops.max_correction_m,
+                              std::numbers::pi / kHeadings + config.loops.max_correction_rad};
+  std::vector<LoopConstraint> loops;
+  for (const KeyframeLink& link : links) {
+    std::optional<LoopConstraint> best;
+    for (LoopConstraint& loop : known.verify(starts_of(link), limit, clouds)) {
+      if (loop.decision.accepted && (!best || loop.overlap > best->overlap)) best = loop;
+    }
+    if (!best && link.T_match_query) best = as_said(link);
+    if (!best) {
+      best = LoopConstraint{};
+      best->query = link.query;
+      best->match = link.match;
+      best->decision.reason =
+          std::string(kLinkedByPerson) + ", but no registration confirms it: say its pose";
+    }
+    best->by_person = best->decision.accepted;
+    loops.push_back(*best);
+  }
+  return loops;
+}
+
+bool has_person_link(const std::vector<LoopConstraint>& loops) {
+  return std::any_of(loops.begin(), loops.end(),
+                     [](const LoopConstraint& loop) { return loop.by_person; });
+}
+
+ConsistencySet linked_consistency(const std::vector<LoopConstraint>& loops,
+                                  const SessionPath& query, const SessionPath& match,
+                                  const AcceptanceConfig& config) {
+  ConsistencySet set;
+  set.decision.accepted = true;
+  const auto first = std::find_if(loops.begin(), loops.end(),
+                                  [](const LoopConstraint& loop) { return loop.by_person; });
+  std::vector<std::size_t> links;
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    const bool agrees = cycle_chi2(*first, loops[i], query, match) <= config.consistency_chi2;
+    if (loops[i].by_person) links.push_back(i);
+    if (loops[i].by_person || agrees) set.inliers.push_back(i);
+  }
+  set.distinct = set.inliers.size();
+  set.T_match_session_query_session = fit_session_transform(loops, links, query, match);
+  return set;
+}
+
+void choose_person_links(const std::vector<LoopConstraint>& loops,
+                         std::vector<std::size_t>& chosen) {
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    if (!loops[i].by_person) continue;
+    const auto position = std::lower_bound(chosen.begin(), chosen.end(), i);
+    if (position == chosen.end() || *position != i) chosen.insert(position, i);
+  }
+}
+
+}  // namespace unimapper::merge
