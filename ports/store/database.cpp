@@ -90,6 +90,8 @@ std::int64_t Statement::number(int column) const {
   return sqlite3_column_int64(statement_.get(), column);
 }
 
+double Statement::real(int column) const { return sqlite3_column_double(statement_.get(), column); }
+
 bool Statement::is_null(int column) const {
   return sqlite3_column_type(statement_.get(), column) == SQLITE_NULL;
 }
@@ -103,6 +105,10 @@ std::span<const std::uint8_t> Statement::bytes(int column) const {
   const auto* data =
       static_cast<const std::uint8_t*>(sqlite3_column_blob(statement_.get(), column));
   return {data, static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column))};
+}
+
+void Statement::bind_one(int index, double value) {
+  check(sqlite3_bind_double(statement_.get(), index, value));
 }
 
 void Statement::bind_one(int index, std::int64_t value) {

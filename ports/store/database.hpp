@@ -79,6 +79,7 @@ class Statement {
   void run();
 
   [[nodiscard]] std::int64_t number(int column) const;
+  [[nodiscard]] double real(int column) const;
   [[nodiscard]] bool is_null(int column) const;
   [[nodiscard]] std::string text(int column) const;
   /// Valid until the next step.
@@ -92,6 +93,7 @@ class Statement {
     void operator()(sqlite3_stmt* statement) const;
   };
   void bind_one(int index, std::int64_t value);
+  void bind_one(int index, double value);
   void bind_one(int index, const std::string& value);
   void bind_one(int index, std::span<const std::uint8_t> value);
   void bind_one(int index, const std::vector<std::uint8_t>& value) {

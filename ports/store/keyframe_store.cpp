@@ -37,7 +37,7 @@ std::int64_t wall_clock_s() {
 
 KeyframeStore::KeyframeStore(const std::filesystem::path& folder, const StoreOptions& options)
     : options_(options),
-      lock_(folder),
+      lock_(folder, "a base"),
       database_(open_for_writing(folder)),
       insert_session_(database_,
                       "INSERT INTO sessions (identity, robot, first_stored_s) VALUES (?, ?, ?) "

@@ -64,6 +64,83 @@ CREATE TABLE summaries (
   bytes BLOB NOT NULL,
   PRIMARY KEY (session, sequence)
 ) STRICT;
+)",
+                                                            R"(
+CREATE TABLE results (
+  id INTEGER PRIMARY KEY,
+  parameters TEXT NOT NULL
+) STRICT;
+CREATE TABLE epochs (
+  number INTEGER PRIMARY KEY,
+  parent INTEGER NOT NULL,
+  made_s INTEGER NOT NULL,
+  command TEXT NOT NULL,
+  outcome TEXT NOT NULL,
+  known_sessions INTEGER NOT NULL,
+  result INTEGER REFERENCES results (id)
+) STRICT;
+CREATE TABLE epoch_sessions (
+  epoch INTEGER NOT NULL REFERENCES epochs (number),
+  session INTEGER NOT NULL REFERENCES sessions (id),
+  PRIMARY KEY (epoch, session)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE statements (
+  id INTEGER PRIMARY KEY,
+  kind TEXT NOT NULL,
+  match_session INTEGER NOT NULL REFERENCES sessions (id),
+  match_sequence INTEGER,
+  query_session INTEGER REFERENCES sessions (id),
+  query_sequence INTEGER,
+  pose BLOB
+) STRICT;
+CREATE TABLE epoch_statements (
+  epoch INTEGER NOT NULL REFERENCES epochs (number),
+  statement INTEGER NOT NULL REFERENCES statements (id),
+  PRIMARY KEY (epoch, statement)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE result_sessions (
+  result INTEGER NOT NULL REFERENCES results (id),
+  number INTEGER NOT NULL,
+  session INTEGER NOT NULL REFERENCES sessions (id),
+  state TEXT NOT NULL,
+  reason TEXT NOT NULL,
+  anchor BLOB NOT NULL,
+  sequences BLOB NOT NULL,
+  poses BLOB NOT NULL,
+  crc32 INTEGER NOT NULL,
+  PRIMARY KEY (result, number)
+) STRICT;
+CREATE TABLE result_loops (
+  result INTEGER NOT NULL REFERENCES results (id),
+  number INTEGER NOT NULL,
+  query_session INTEGER NOT NULL REFERENCES sessions (id),
+  query_sequence INTEGER NOT NULL,
+  match_session INTEGER NOT NULL REFERENCES sessions (id),
+  match_sequence INTEGER NOT NULL,
+  pose BLOB NOT NULL,
+  information BLOB,
+  overlap REAL NOT NULL,
+  confidence REAL NOT NULL,
+  accepted INTEGER NOT NULL,
+  by_person INTEGER NOT NULL,
+  reason TEXT NOT NULL,
+  PRIMARY KEY (result, number)
+) STRICT;
+CREATE TABLE loop_outcomes (
+  query_session INTEGER NOT NULL REFERENCES sessions (id),
+  query_sequence INTEGER NOT NULL,
+  match_session INTEGER NOT NULL REFERENCES sessions (id),
+  match_sequence INTEGER NOT NULL,
+  fingerprint INTEGER NOT NULL,
+  proposed BLOB NOT NULL,
+  pose BLOB NOT NULL,
+  information BLOB,
+  overlap REAL NOT NULL,
+  accepted INTEGER NOT NULL,
+  reason TEXT NOT NULL,
+  crc32 INTEGER NOT NULL,
+  PRIMARY KEY (query_session, query_sequence, match_session, match_sequence, fingerprint, proposed)
+) STRICT;
 )"};
 
 std::string reason() { return std::strerror(errno); }
@@ -104,7 +181,7 @@ bool is_store(const fs::path& path) {
   return fs::exists(database_of(path), error);
 }
 
-StoreLock::StoreLock(const fs::path& folder) {
+StoreLock::StoreLock(const fs::path& folder, const std::string& holder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw StoreError(folder.string() + ": cannot be made: " + error.message());
@@ -113,7 +190,7 @@ StoreLock::StoreLock(const fs::path& folder) {
   if (descriptor_ < 0) throw StoreError(file.string() + ": cannot be opened: " + reason());
   if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0) {
     // For whoever finds it locked; a full disk is no obstacle.
-    const std::string text = std::to_string(getpid()) + "\n";
+    const std::string text = std::to_string(getpid()) + " " + holder + "\n";
     if (ftruncate(descriptor_, 0) != 0 || write(descriptor_, text.data(), text.size()) < 0) return;
     return;
   }
@@ -121,10 +198,12 @@ StoreLock::StoreLock(const fs::path& folder) {
   const std::string why = reason();
   close(descriptor_);
   if (!is_held) throw StoreError(file.string() + ": cannot be locked: " + why);
-  std::string holder;
-  std::ifstream(file) >> holder;
-  throw StoreError(folder.string() + ": another base writes to this store" +
-                   (holder.empty() ? "" : " (process " + holder + ")"));
+  std::string process;
+  std::string other;
+  std::ifstream held(file);
+  std::getline(held >> process >> std::ws, other);
+  throw StoreError(folder.string() + ": " + (other.empty() ? "another process" : other) +
+                   " writes to this store" + (process.empty() ? "" : " (process " + process + ")"));
 }
 
 StoreLock::~StoreLock() { close(descriptor_); }

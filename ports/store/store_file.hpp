@@ -2,13 +2,14 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "ports/store/database.hpp"
 
 namespace unimapper::store {
 
 /// The schema this version writes; docs/base.md describes it.
-inline constexpr int kSchemaVersion = 2;
+inline constexpr int kSchemaVersion = 3;
 
 /// The database of the store in `folder`.
 std::filesystem::path database_of(const std::filesystem::path& folder);
@@ -20,8 +21,9 @@ bool is_store(const std::filesystem::path& path);
 /// ends. Readers need none.
 class StoreLock {
  public:
-  /// Makes the folder if it is absent. Throws StoreError if another process holds the lock.
-  explicit StoreLock(const std::filesystem::path& folder);
+  /// Makes the folder if it is absent. `holder`: who will be said to hold it, e.g. "a base". Throws
+  /// StoreError that names the holder and its process if another process holds the lock.
+  StoreLock(const std::filesystem::path& folder, const std::string& holder);
   ~StoreLock();
   StoreLock(const StoreLock&) = delete;
   StoreLock& operator=(const StoreLock&) = delete;

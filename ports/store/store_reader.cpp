@@ -4,35 +4,15 @@
 #include <set>
 #include <utility>
 
+#include "ports/store/project_reader.hpp"
 #include "ports/store/session_key.hpp"
 #include "ports/store/store_file.hpp"
+#include "ports/store/transaction.hpp"
 #include "unimapper/wire/checksum.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 #include "unimapper/wire/receiver.hpp"
 
 namespace unimapper::store {
-
-namespace {
-
-/// One state of the database for several statements, whatever a base commits meanwhile.
-class Snapshot {
- public:
-  explicit Snapshot(Database& database) : database_(database) { database_.run("BEGIN"); }
-  ~Snapshot() {
-    try {
-      database_.run("COMMIT");
-    } catch (const StoreError&) {
-      // Nothing was written; closing the connection ends it too.
-    }
-  }
-  Snapshot(const Snapshot&) = delete;
-  Snapshot& operator=(const Snapshot&) = delete;
-
- private:
-  Database& database_;
-};
-
-}  // namespace
 
 StoreReader::StoreReader(const std::filesystem::path& folder)
     : database_(open_for_reading(folder)),
@@ -129,6 +109,7 @@ void StoreReader::read_summaries(const SessionListing& session, SessionData& dat
 }
 
 std::vector<std::string> StoreReader::check() {
+  const Snapshot snapshot(database_);
   std::vector<std::string> faults;
   Statement pages(database_, "PRAGMA integrity_check");
   while (pages.step()) {
@@ -151,6 +132,7 @@ std::vector<std::string> StoreReader::check() {
                        std::to_string(session.keyframes) + " of " + std::to_string(session.bytes));
     }
   }
+  for (std::string& fault : ProjectReader(database_).check()) faults.push_back(std::move(fault));
   return faults;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "ports/store/database.hpp"
+#include "ports/store/project_reader.hpp"
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/wire/keyframe_storage.hpp"
 
@@ -54,7 +55,10 @@ class StoreReader {
   /// A session with its keyframes and summaries decoded; those that are damaged are left out,
   /// keyframes counted.
   SessionData read(const SessionListing& session);
-  /// Checks the whole database and every checksum, in words what is wrong. O(size of the store).
+  /// The project in the store; this reader must outlive it.
+  ProjectReader project() { return ProjectReader(database_); }
+  /// Checks the whole database, every checksum and the project, in words what is wrong. O(size of
+  /// the store).
   std::vector<std::string> check();
 
  private:

@@ -104,7 +104,7 @@ TEST_CASE("a base refuses what is no store, and a store that another base writes
     const store::KeyframeStore held(fixture.store);
     const CommandResult second = base();
     CHECK(second.exit_code == 1);
-    CHECK_THAT(second.err, Contains("another base writes to this store (process "));
+    CHECK_THAT(second.err, Contains("a base writes to this store (process "));
   }
   store::Database(store::database_of(fixture.store), store::Access::kWrite)
       .run("PRAGMA user_version = 99");

@@ -103,7 +103,7 @@ quota)
 second_base)
   start
   "$unimapper" base --store "$store" --listen "$url" 2>"$directory/contents" && fail "it ran"
-  grep -q "another base writes to this store (process $base)" "$directory/contents" ||
+  grep -q "a base writes to this store (process $base)" "$directory/contents" ||
     fail "the second base says something else"
   stop INT
   ;;

@@ -201,7 +201,7 @@ TEST_CASE("a base whose disk is full goes on running and acknowledges what it ha
   const MemoryFolder folder;
   Robot robot(300);
   {
-    BaseProcess base(folder.path(), "250000");
+    BaseProcess base(folder.path(), "450000");
     deliver(base, robot, 20);
     CHECK(base.is_running());
     CHECK_FALSE(robot.is_done());

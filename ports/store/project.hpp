@@ -1,0 +1,90 @@
+// Parts of a stored project: epochs, statements of people, results of merges.
+#pragma once
+
+#include <Eigen/Core>
+#include <compare>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "unimapper/core/pose.hpp"
+
+namespace unimapper::store {
+
+/// A keyframe of a stored session.
+struct KeyframeRow {
+  std::int64_t session = 0;    ///< row of its session
+  std::uint32_t sequence = 0;  ///< of the keyframe within its session
+  friend auto operator<=>(const KeyframeRow&, const KeyframeRow&) = default;
+};
+
+/// What a person may say.
+enum class StatementKind : std::uint8_t {
+  kLink,       ///< two keyframes show the same surroundings
+  kForbidden,  ///< a loop between two keyframes is wrong
+  kApart,      ///< a session stays apart from the map
+  kReference,  ///< a session's frame is the map's
+};
+
+/// "link", "forbidden", "apart" or "reference": the word in the table.
+const char* kind_name(StatementKind kind);
+
+/// One statement; those of sessions use `match.session` only.
+struct StoredStatement {
+  std::int64_t id = 0;                         ///< row; 0: not stored yet
+  StatementKind kind = StatementKind::kApart;  ///< what is said
+  KeyframeRow match;                           ///< the session or keyframe it is said of
+  KeyframeRow query;                           ///< of a link or loop: the other keyframe
+  std::optional<Pose> T_match_query;  ///< of a link: between sensors at the reference scans
+};
+
+/// One change of the project.
+struct Epoch {
+  std::int64_t number = 0;          ///< from 1; 0: before the first
+  std::int64_t parent = 0;          ///< the epoch it changed; of an undo the one gone back to
+  std::int64_t made_s = 0;          ///< Unix time
+  std::string command;              ///< what was asked for, in words
+  std::string outcome;              ///< what came of it, in words
+  std::int64_t known_sessions = 0;  ///< largest row of a session that it knew of
+  std::int64_t result = 0;          ///< of the latest merge that it shows; 0: none
+};
+
+/// The project as of one epoch.
+struct ProjectState {
+  Epoch epoch;                              ///< number 0 where there is none yet
+  std::vector<std::int64_t> sessions;       ///< rows of its sessions, ascending
+  std::vector<StoredStatement> statements;  ///< in effect, ascending
+};
+
+/// A session in the result of a merge.
+struct SessionResult {
+  std::int64_t session = 0;              ///< row
+  std::string state;                     ///< "central", "merged" or "unconnected"
+  std::string reason;                    ///< why it is not connected, empty otherwise
+  Pose T_map_session;                    ///< anchor: session odometry frame to the map frame
+  std::vector<std::uint32_t> sequences;  ///< keyframes that were merged, ascending
+  std::vector<Pose> T_map_keyframe;      ///< of these: levelled keyframe frame to map frame
+};
+
+/// A loop in the result of a merge, or an outcome of its verification.
+struct LoopResult {
+  KeyframeRow query;   ///< the keyframe that was searched for
+  KeyframeRow match;   ///< the keyframe that was found
+  Pose T_match_query;  ///< between levelled keyframe frames
+  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Identity();
+  double overlap = 0.0;     ///< share of structure that coincides
+  float confidence = 0.0F;  ///< of the search
+  bool accepted = false;    ///< the decision
+  bool by_person = false;   ///< a person's word
+  std::string reason;       ///< of the decision
+};
+
+/// What a merge found; the map itself follows from it.
+struct MapResult {
+  std::string parameters;               ///< of the merger, as JSON
+  std::vector<SessionResult> sessions;  ///< in the order of the merge
+  std::vector<LoopResult> loops;        ///< in the order of the merge
+};
+
+}  // namespace unimapper::store

@@ -1,0 +1,172 @@
+#include "ports/store/project_reader.hpp"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+
+#include "ports/store/number_bytes.hpp"
+#include "ports/store/store_file.hpp"
+#include "ports/store/transaction.hpp"
+#include "unimapper/wire/checksum.hpp"
+
+namespace unimapper::store {
+
+namespace {
+
+constexpr std::array<std::pair<StatementKind, const char*>, 4> kKinds = {
+    {{StatementKind::kLink, "link"},
+     {StatementKind::kForbidden, "forbidden"},
+     {StatementKind::kApart, "apart"},
+     {StatementKind::kReference, "reference"}}};
+
+constexpr const char* kEpochColumns =
+    "SELECT number, parent, made_s, command, outcome, known_sessions, result FROM epochs ";
+
+Epoch epoch_of(const Statement& row) {
+  Epoch epoch;
+  epoch.number = row.number(0);
+  epoch.parent = row.number(1);
+  epoch.made_s = row.number(2);
+  epoch.command = row.text(3);
+  epoch.outcome = row.text(4);
+  epoch.known_sessions = row.number(5);
+  epoch.result = row.is_null(6) ? 0 : row.number(6);
+  return epoch;
+}
+
+[[noreturn]] void damaged(const Database& database, const std::string& what) {
+  throw StoreError(database.file().string() + ": " + what + " is damaged");
+}
+
+Pose pose_of(const Database& database, std::span<const std::uint8_t> bytes,
+             const std::string& what) {
+  const auto poses = to_poses(bytes);
+  if (!poses || poses->size() != 1) damaged(database, what);
+  return poses->front();
+}
+
+StatementKind kind_of(const Database& database, const std::string& name) {
+  for (const auto& [kind, word] : kKinds) {
+    if (name == word) return kind;
+  }
+  damaged(database, "a statement");
+}
+
+std::uint32_t sequence_of(const Statement& row, int column) {
+  return static_cast<std::uint32_t>(row.number(column));
+}
+
+}  // namespace
+
+const char* kind_name(StatementKind kind) {
+  for (const auto& [known, word] : kKinds) {
+    if (known == kind) return word;
+  }
+  return "";
+}
+
+ProjectReader::ProjectReader(Database& database)
+    : database_(database), has_project_(database.number("PRAGMA user_version") >= 3) {}
+
+std::vector<Epoch> ProjectReader::epochs() {
+  std::vector<Epoch> epochs;
+  if (!has_project_) return epochs;
+  Statement rows(database_, std::string(kEpochColumns) + "ORDER BY number");
+  while (rows.step()) epochs.push_back(epoch_of(rows));
+  return epochs;
+}
+
+ProjectState ProjectReader::current() {
+  if (!has_project_) return {};
+  const Snapshot snapshot(database_);
+  const std::int64_t last = database_.number("SELECT max(number) FROM epochs");
+  return last == 0 ? ProjectState{} : at(last);
+}
+
+ProjectState ProjectReader::at(std::int64_t number) {
+  const Snapshot snapshot(database_);
+  ProjectState state;
+  if (has_project_) {
+    Statement row(database_, std::string(kEpochColumns) + "WHERE number = ?");
+    row.bind(number);
+    if (row.step()) state.epoch = epoch_of(row);
+  }
+  if (state.epoch.number == 0) {
+    throw StoreError(database_.file().parent_path().string() + ": has no epoch " +
+                     std::to_string(number));
+  }
+  Statement sessions(database_,
+                     "SELECT session FROM epoch_sessions WHERE epoch = ? ORDER BY session");
+  sessions.bind(number);
+  while (sessions.step()) state.sessions.push_back(sessions.number(0));
+  Statement rows(database_,
+                 "SELECT id, kind, match_session, match_sequence, query_session, query_sequence, "
+                 "pose FROM statements JOIN epoch_statements ON statement = id WHERE epoch = ? "
+                 "ORDER BY id");
+  rows.bind(number);
+  while (rows.step()) {
+    StoredStatement& statement = state.statements.emplace_back();
+    statement.id = rows.number(0);
+    statement.kind = kind_of(database_, rows.text(1));
+    statement.match = {rows.number(2), sequence_of(rows, 3)};
+    statement.query = {rows.number(4), sequence_of(rows, 5)};
+    if (!rows.is_null(6)) statement.T_match_query = pose_of(database_, rows.bytes(6), "a link");
+  }
+  return state;
+}
+
+MapResult ProjectReader::result(std::int64_t id) {
+  const Snapshot snapshot(database_);
+  MapResult result;
+  Statement parameters(database_, "SELECT parameters FROM results WHERE id = ?");
+  parameters.bind(id);
+  if (!has_project_ || !parameters.step()) {
+    throw StoreError(database_.file().string() + ": has no result " + std::to_string(id));
+  }
+  result.parameters = parameters.text(0);
+  Statement sessions(database_,
+                     "SELECT session, state, reason, anchor, sequences, poses, crc32 FROM "
+                     "result_sessions WHERE result = ? ORDER BY number");
+  sessions.bind(id);
+  while (sessions.step()) {
+    SessionResult& session = result.sessions.emplace_back();
+    session.session = sessions.number(0);
+    const std::string what = "the result of session " + std::to_string(session.session);
+    session.state = sessions.text(1);
+    session.reason = sessions.text(2);
+    session.T_map_session = pose_of(database_, sessions.bytes(3), what);
+    auto sequences = to_numbers(sessions.bytes(4));
+    auto poses = to_poses(sessions.bytes(5));
+    if (!sequences || !poses || poses->size() != sequences->size() ||
+        std::int64_t{wire::crc32(sessions.bytes(5))} != sessions.number(6)) {
+      damaged(database_, what);
+    }
+    session.sequences = std::move(*sequences);
+    session.T_map_keyframe = std::move(*poses);
+  }
+  Statement loops(database_,
+                  "SELECT query_session, query_sequence, match_session, match_sequence, pose, "
+                  "information, overlap, confidence, accepted, by_person, reason FROM result_loops "
+                  "WHERE result = ? ORDER BY number");
+  loops.bind(id);
+  while (loops.step()) {
+    LoopResult& loop = result.loops.emplace_back();
+    loop.query = {loops.number(0), sequence_of(loops, 1)};
+    loop.match = {loops.number(2), sequence_of(loops, 3)};
+    loop.T_match_query = pose_of(database_, loops.bytes(4), "a loop");
+    if (!loops.is_null(5)) {
+      const auto numbers = to_doubles(loops.bytes(5));
+      if (!numbers || numbers->size() != 36) damaged(database_, "a loop");
+      std::copy(numbers->begin(), numbers->end(), loop.information.data());
+    }
+    loop.overlap = loops.real(6);
+    loop.confidence = static_cast<float>(loops.real(7));
+    loop.accepted = loops.number(8) != 0;
+    loop.by_person = loops.number(9) != 0;
+    loop.reason = loops.text(10);
+  }
+  return result;
+}
+
+}  // namespace unimapper::store

@@ -1,0 +1,114 @@
+#include "ports/store/session_import.hpp"
+
+#include <chrono>
+
+#include "ports/store/session_key.hpp"
+#include "unimapper/wire/checksum.hpp"
+
+namespace unimapper::store {
+
+SessionImport::SessionImport(Database& database)
+    : database_(database),
+      now_s_(std::chrono::duration_cast<std::chrono::seconds>(
+                 std::chrono::system_clock::now().time_since_epoch())
+                 .count()) {}
+
+wire::KeyframeStorage::Taken SessionImport::keep(wire::ReceivedKeyframe&& keyframe) {
+  try {
+    if (trouble_.empty()) write(keyframe);
+  } catch (const StoreError& error) {
+    trouble_ = error.what();
+  }
+  return trouble_.empty() ? Taken::kStored : Taken::kNoRoom;
+}
+
+// A recording is whole: what it has of a keyframe without its rest is of no use in a store.
+void SessionImport::keep(wire::ReceivedSummary&&) {}
+void SessionImport::remove_summary(const wire::KeyframeName&) {}
+
+void SessionImport::keep(const wire::SessionSummary& summary) {
+  try {
+    if (trouble_.empty()) write(summary);
+  } catch (const StoreError& error) {
+    trouble_ = error.what();
+  }
+}
+
+/// Nothing is known: what is stored already is compared with what arrives.
+std::optional<wire::StoredSession> SessionImport::find(const SessionId& id) {
+  wire::StoredSession session;
+  session.summary.id = id;
+  return session;
+}
+
+std::int64_t SessionImport::row_of(const SessionId& id) {
+  const std::vector<std::uint8_t> key = to_key(id);
+  Statement(database_,
+            "INSERT INTO sessions (identity, robot, first_stored_s) VALUES (?, ?, ?) "
+            "ON CONFLICT DO NOTHING")
+      .bind(key, std::int64_t{id.robot}, now_s_)
+      .run();
+  Statement row(database_, "SELECT id FROM sessions WHERE identity = ?");
+  row.bind(key);
+  return row.step() ? row.number(0) : 0;
+}
+
+void SessionImport::write(const wire::ReceivedKeyframe& keyframe) {
+  const SessionId& id = keyframe.record.session;
+  ImportedSession& session = sessions_[id];
+  if (session.row == 0) session.row = row_of(id);
+  const std::int64_t sequence{keyframe.record.sequence};
+  const std::int64_t checksum{wire::crc32(keyframe.bytes)};
+  Statement insert(database_,
+                   "INSERT INTO keyframes (session, sequence, stamp_ns, crc32, bytes) "
+                   "VALUES (?, ?, ?, ?, ?) ON CONFLICT DO NOTHING");
+  insert.bind(session.row, sequence, keyframe.record.scans.back().stamp_ns, checksum,
+              keyframe.bytes);
+  insert.run();
+  if (database_.changes() == 0) {
+    Statement same(database_, "SELECT crc32 = ? FROM keyframes WHERE session = ? AND sequence = ?");
+    same.bind(checksum, session.row, sequence);
+    const bool is_same = same.step() && same.number(0) != 0;
+    ++(is_same ? session.repeated : session.differing);
+    return;
+  }
+  ++session.keyframes;
+  Statement(database_,
+            "UPDATE sessions SET keyframes = keyframes + 1, bytes = bytes + ? WHERE id = ?")
+      .bind(to_integer(keyframe.bytes.size()), session.row)
+      .run();
+  Statement(database_, "DELETE FROM summaries WHERE session = ? AND sequence = ?")
+      .bind(session.row, sequence)
+      .run();
+}
+
+void SessionImport::write(const wire::SessionSummary& summary) {
+  const auto found = sessions_.find(summary.id);
+  if (found == sessions_.end()) return;
+  const std::int64_t row = found->second.row;
+  Statement(database_,
+            "UPDATE sessions SET ended = max(ended, ?), announced = max(announced, ?), "
+            "dropped = max(dropped, ?) WHERE id = ?")
+      .bind(std::int64_t{summary.ended ? 1 : 0}, to_integer(summary.announced),
+            to_integer(summary.dropped_by_sender), row)
+      .run();
+  if (!summary.info) return;
+  found->second.name = summary.info->name;
+  Statement(database_,
+            "UPDATE sessions SET name = coalesce(name, ?), sensor = coalesce(sensor, ?) "
+            "WHERE id = ?")
+      .bind(summary.info->name, summary.info->sensor, row)
+      .run();
+}
+
+void SessionImport::name(const SessionId& id, const std::string& name) {
+  const auto found = sessions_.find(id);
+  if (found == sessions_.end()) return;
+  found->second.name = name;
+  if (found->second.repeated > 0 || found->second.differing > 0) return;
+  Statement(database_, "UPDATE sessions SET name = ? WHERE id = ?")
+      .bind(name, found->second.row)
+      .run();
+}
+
+}  // namespace unimapper::store
