@@ -44,22 +44,7 @@ void report_losses(const std::string& source, const wire::ReceiverCounters& coun
   warn(counters.contradictory, " sessions changed their name or sensor on the way");
   warn(counters.keyframes_damaged, " keyframes are damaged and were left out");
   warn(counters.keyframes_abandoned, " keyframes never became complete");
-  for (const auto& session : sessions) {
-    const std::string name = "session " + session.info.name;
-    if (session.keyframes_missing > 0) {
-      std::cerr << "unimapper: warning: " << source << ": " << name << " lacks "
-                << session.keyframes_missing << " keyframes";
-      if (!session.summaries.empty()) {
-        std::cerr << "; of " << session.summaries.size()
-                  << " the summary gives pose and loops, but nothing of the map";
-      }
-      std::cerr << '\n';
-    }
-    if (!session.complete) {
-      std::cerr << "unimapper: warning: " << source << ": the end of " << name
-                << " is missing; what is whole is used\n";
-    }
-  }
+  for (const auto& session : sessions) report_missing(source, session);
 }
 
 void report_refusals(const std::string& source, const keys::GuardCounters& counters) {
@@ -80,7 +65,7 @@ void read_log(const fs::path& log, const fs::path& run, std::vector<InputSession
   const bool named_by_folder = !run.empty() && received.sessions.size() == 1;
   for (auto& session : received.sessions) {
     if (named_by_folder) session.info.name = run.filename().string();
-    inputs.push_back({std::move(session), run});
+    inputs.push_back({std::move(session), run, 0});
   }
 }
 
@@ -116,7 +101,7 @@ void read_store(const fs::path& path, const std::vector<std::string>& chosen,
     counters.keyframes_damaged += session.keyframes_damaged;
   }
   report_losses(path.string(), counters, sessions);
-  for (SessionData& session : sessions) inputs.push_back({std::move(session), {}});
+  for (SessionData& session : sessions) inputs.push_back({std::move(session), {}, 0});
 }
 
 /// Throws if a session was asked for that no store has.
@@ -159,10 +144,27 @@ void receive_live(const MergeOptions& options, std::vector<InputSession>& inputs
   if (const auto* guard = dynamic_cast<const keys::BaseGuard*>(listening.guard.get())) {
     report_refusals(options.listen, guard->counters());
   }
-  for (auto& session : received.sessions) inputs.push_back({std::move(session), {}});
+  for (auto& session : received.sessions) inputs.push_back({std::move(session), {}, 0});
 }
 
 }  // namespace
+
+void report_missing(const std::string& source, const SessionData& session) {
+  const std::string name = "session " + session.info.name;
+  if (session.keyframes_missing > 0) {
+    std::cerr << "unimapper: warning: " << source << ": " << name << " lacks "
+              << session.keyframes_missing << " keyframes";
+    if (!session.summaries.empty()) {
+      std::cerr << "; of " << session.summaries.size()
+                << " the summary gives pose and loops, but nothing of the map";
+    }
+    std::cerr << '\n';
+  }
+  if (!session.complete) {
+    std::cerr << "unimapper: warning: " << source << ": the end of " << name
+              << " is missing; what is whole is used\n";
+  }
+}
 
 std::vector<InputSession> gather_sessions(const MergeOptions& options) {
   std::vector<InputSession> inputs;
@@ -177,6 +179,11 @@ std::vector<InputSession> gather_sessions(const MergeOptions& options) {
   require_known(options.chosen, known);
   if (!options.listen.empty()) receive_live(options, inputs);
   if (inputs.empty()) throw std::runtime_error("no session arrived");
+  prepare_sessions(inputs);
+  return inputs;
+}
+
+void prepare_sessions(std::vector<InputSession>& inputs) {
   for (auto& input : inputs) input.data.info.name = file_safe(input.data.info.name);
   // Independent of the order on the command line and on the network.
   std::sort(inputs.begin(), inputs.end(), [](const InputSession& a, const InputSession& b) {
@@ -197,7 +204,6 @@ std::vector<InputSession> gather_sessions(const MergeOptions& options) {
       input.data.info.name = name + "-" + std::to_string(number);
     }
   }
-  return inputs;
 }
 
 }  // namespace unimapper::apps

@@ -40,11 +40,19 @@ struct MergeOptions {
 struct InputSession {
   SessionData data;
   std::filesystem::path run;  ///< its run folder; empty for logs and live sessions
+  std::int64_t row = 0;       ///< its row in the store it was read from; 0: it was not
 };
 
 /// Reads and receives all sessions, sorted by name, names unique and fit for files. Damage is
 /// reported on stderr and what is whole is kept. Throws std::runtime_error if there is nothing.
 std::vector<InputSession> gather_sessions(const MergeOptions& options);
+
+/// Makes sessions ready for a merge: sorted by name, names unique and fit for files, summaries
+/// among the keyframes, and what knew no up levelled.
+void prepare_sessions(std::vector<InputSession>& inputs);
+
+/// Says on stderr what a source lacks.
+void report_missing(const std::string& source, const SessionData& session);
 
 /// The parameters that would be used, as JSON. Throws std::runtime_error for a wrong file.
 std::string effective_config(const MergeOptions& options);

@@ -1,0 +1,322 @@
+// Merges of a stored project, and exports of their results.
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+#include <stdexcept>
+#include <utility>
+
+#include "ports/datasets/files.hpp"
+#include "ports/store/project_writer.hpp"
+#include "ports/store/transaction.hpp"
+#include "src/apps/map/options.hpp"
+#include "src/apps/map/stored_sessions.hpp"
+#include "src/apps/output_guard.hpp"
+#include "src/apps/replacement.hpp"
+#include "src/apps/report.hpp"
+#include "src/apps/scene/result_scene.hpp"
+#include "src/apps/session_clouds.hpp"
+#include "unimapper/config/config_json.hpp"
+#include "unimapper/merge/export.hpp"
+#include "unimapper/merge/merger.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+using store::KeyframeRow;
+using store::StatementKind;
+
+/// Rows and numbers in the store of the sessions and keyframes of a merge, and back.
+class KeyframeRows {
+ public:
+  KeyframeRows(const std::vector<InputSession>& inputs, const std::vector<SessionData>& sessions)
+      : sessions_(sessions) {
+    for (const InputSession& input : inputs) rows_.push_back(input.row);
+  }
+  [[nodiscard]] std::int64_t session(std::size_t index) const { return rows_[index]; }
+  [[nodiscard]] KeyframeRow row(KeyframeId k) const {
+    return {rows_[k.session], sessions_[k.session].keyframes[k.keyframe].sequence};
+  }
+  [[nodiscard]] std::optional<std::uint32_t> index(std::int64_t session) const {
+    for (std::size_t s = 0; s < rows_.size(); ++s) {
+      if (rows_[s] == session) return static_cast<std::uint32_t>(s);
+    }
+    return std::nullopt;
+  }
+  [[nodiscard]] std::optional<KeyframeId> find(const KeyframeRow& keyframe) const {
+    const std::optional<std::uint32_t> s = index(keyframe.session);
+    if (!s) return std::nullopt;
+    const auto& keyframes = sessions_[*s].keyframes;
+    const auto found = std::lower_bound(
+        keyframes.begin(), keyframes.end(), keyframe.sequence,
+        [](const KeyframeRecord& k, std::uint32_t sequence) { return k.sequence < sequence; });
+    if (found == keyframes.end() || found->sequence != keyframe.sequence) return std::nullopt;
+    return KeyframeId{*s, found - keyframes.begin()};
+  }
+
+ private:
+  const std::vector<SessionData>& sessions_;
+  std::vector<std::int64_t> rows_;
+};
+
+store::LoopResult to_stored(const merge::LoopConstraint& loop, const KeyframeRows& rows) {
+  store::LoopResult stored;
+  stored.query = rows.row(loop.query);
+  stored.match = rows.row(loop.match);
+  stored.T_match_query = loop.T_match_query;
+  stored.information = loop.information;
+  stored.overlap = loop.overlap;
+  stored.confidence = loop.confidence;
+  stored.accepted = loop.decision.accepted;
+  stored.by_person = loop.by_person;
+  stored.reason = loop.decision.reason;
+  return stored;
+}
+
+merge::LoopConstraint from_stored(const store::LoopResult& stored, KeyframeId query,
+                                  KeyframeId match) {
+  merge::LoopConstraint loop;
+  loop.query = query;
+  loop.match = match;
+  loop.T_match_query = stored.T_match_query;
+  loop.information = stored.information;
+  loop.overlap = stored.overlap;
+  loop.confidence = stored.confidence;
+  loop.decision = {stored.accepted, stored.reason};
+  loop.by_person = stored.by_person;
+  return loop;
+}
+
+/// The store's table of outcomes, for a merge. What is kept is on the disk at once: a merge that is
+/// killed has not verified in vain.
+class StoredOutcomes final : public merge::LoopOutcomes {
+ public:
+  StoredOutcomes(store::ProjectWriter& writer, const KeyframeRows& rows)
+      : writer_(writer), rows_(rows) {}
+
+  std::optional<merge::LoopConstraint> find(const merge::LoopQuestion& question) override {
+    const auto stored = writer_.outcomes().find(key_of(question));
+    if (!stored) return std::nullopt;
+    ++found_;
+    return from_stored(*stored, question.query, question.match);
+  }
+  void keep(std::span<const Entry> entries) override {
+    store::Transaction transaction(writer_.database());
+    for (const Entry& entry : entries) {
+      writer_.outcomes().keep(key_of(entry.question), to_stored(entry.outcome, rows_));
+    }
+    transaction.commit();
+    kept_ += entries.size();
+  }
+  [[nodiscard]] std::string text() const {
+    return std::to_string(kept_) + " loops verified, " + std::to_string(found_) +
+           " known from before";
+  }
+
+ private:
+  [[nodiscard]] store::LoopKey key_of(const merge::LoopQuestion& question) const {
+    return {rows_.row(question.query), rows_.row(question.match), question.T_match_query,
+            question.fingerprint};
+  }
+
+  store::ProjectWriter& writer_;
+  const KeyframeRows& rows_;
+  std::size_t found_ = 0;
+  std::size_t kept_ = 0;
+};
+
+/// Pose between levelled keyframe frames of one between the sensors.
+Pose between_keyframes(const Pose& T_match_query_sensor, const KeyframeRecord& match,
+                       const KeyframeRecord& query) {
+  return merge::reference_sensor_pose(match) * T_match_query_sensor *
+         merge::reference_sensor_pose(query).inverse();
+}
+
+/// What people said of the sessions that are merged; what is about others waits until they are.
+merge::UserStatements statements_of(const store::ProjectState& state, const KeyframeRows& rows,
+                                    const std::vector<SessionData>& sessions) {
+  merge::UserStatements said;
+  for (const store::StoredStatement& statement : state.statements) {
+    const std::optional<std::uint32_t> session = rows.index(statement.match.session);
+    const std::optional<KeyframeId> match = rows.find(statement.match);
+    const std::optional<KeyframeId> query = rows.find(statement.query);
+    switch (statement.kind) {
+      case StatementKind::kApart:
+        if (session) said.apart.push_back(*session);
+        break;
+      case StatementKind::kReference:
+        if (session) said.reference = *session;
+        break;
+      case StatementKind::kForbidden:
+        if (match && query) said.forbidden.push_back({*query, *match});
+        break;
+      case StatementKind::kLink:
+        if (!match || !query) break;
+        said.links.push_back({*query, *match, std::nullopt});
+        if (statement.T_match_query) {
+          said.links.back().T_match_query = between_keyframes(
+              *statement.T_match_query, sessions[match->session].keyframes[match->keyframe],
+              sessions[query->session].keyframes[query->keyframe]);
+        }
+        break;
+    }
+  }
+  return said;
+}
+
+store::MapResult to_stored(const merge::MergeResult& result, const KeyframeRows& rows,
+                           const std::vector<SessionData>& sessions,
+                           const merge::MergeConfig& config) {
+  store::MapResult stored;
+  stored.parameters = dump_config(config);
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    const merge::MergedSession& merged = result.sessions[s];
+    store::SessionResult& session = stored.sessions.emplace_back();
+    session.session = rows.session(s);
+    session.state = merge::status_name(merged.status);
+    session.reason = merged.reason;
+    session.T_map_session = merged.T_map_session;
+    session.T_map_keyframe = merged.T_map_keyframe;
+    for (const KeyframeRecord& keyframe : sessions[s].keyframes) {
+      session.sequences.push_back(keyframe.sequence);
+    }
+  }
+  for (const merge::LoopConstraint& loop : result.loops) {
+    stored.loops.push_back(to_stored(loop, rows));
+  }
+  return stored;
+}
+
+std::vector<SessionData> data_of(std::vector<InputSession>& inputs) {
+  std::vector<SessionData> sessions;
+  for (InputSession& input : inputs) sessions.push_back(std::move(input.data));
+  return sessions;
+}
+
+/// Stages and outcomes with the time since the start.
+std::function<void(const std::string&)> progress() {
+  const auto start = std::chrono::steady_clock::now();
+  return [start](const std::string& text) {
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    char seconds[24];
+    std::snprintf(seconds, sizeof seconds, "%6.1f s", elapsed.count());
+    std::cerr << "unimapper: " << seconds << "  " << text << std::endl;
+  };
+}
+
+std::string outcome_of(const merge::MergeResult& result, const std::vector<SessionData>& sessions) {
+  std::size_t connected = 0;
+  std::string apart;
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    const merge::MergedSession& merged = result.sessions[s];
+    if (merged.status != merge::SessionStatus::kUnconnected) {
+      ++connected;
+    } else {
+      apart += "; " + sessions[s].info.name + " is apart: " + merged.reason;
+    }
+  }
+  std::size_t accepted = 0;
+  for (const auto& loop : result.loops) accepted += loop.decision.accepted ? 1 : 0;
+  return "merged " + std::to_string(connected) + " of " + std::to_string(sessions.size()) +
+         " sessions by " + std::to_string(accepted) + " loops" + apart;
+}
+
+/// The sessions and poses of a stored result.
+merge::MergeResult posed_result(const store::MapResult& stored, const KeyframeRows& rows,
+                                std::size_t sessions) {
+  merge::MergeResult posed;
+  posed.sessions.resize(sessions);
+  for (const store::SessionResult& session : stored.sessions) {
+    const std::optional<std::uint32_t> s = rows.index(session.session);
+    if (!s) throw std::runtime_error("a session of the map is not in the store any more");
+    merge::MergedSession& merged = posed.sessions[*s];
+    for (const auto status : {merge::SessionStatus::kCentral, merge::SessionStatus::kMerged,
+                              merge::SessionStatus::kUnconnected}) {
+      if (session.state == merge::status_name(status)) merged.status = status;
+    }
+    if (merged.status == merge::SessionStatus::kCentral) posed.central_session = *s;
+    merged.reason = session.reason;
+    merged.T_map_session = session.T_map_session;
+    merged.T_map_keyframe = session.T_map_keyframe;
+  }
+  for (const store::LoopResult& loop : stored.loops) {
+    const auto query = rows.find(loop.query);
+    const auto match = rows.find(loop.match);
+    if (!query || !match) throw std::runtime_error("a keyframe of the map is damaged in the store");
+    posed.loops.push_back(from_stored(loop, *query, *match));
+  }
+  return posed;
+}
+
+}  // namespace
+
+void merge_project(const ProjectOptions& options, const MapMergeOptions& merge_options) {
+  merge::MergeConfig config;
+  if (!merge_options.config.empty()) {
+    parse_config(datasets::read_file(merge_options.config), merge_options.config.string(), config);
+  }
+  if (merge_options.threads) config.threads = *merge_options.threads;
+  store::ProjectWriter writer(options.store, "`unimapper map merge`");
+  const store::ProjectState state = writer.current();
+  if (state.sessions.empty()) {
+    throw std::runtime_error("the project has no session; `unimapper map add` takes runs in");
+  }
+  std::vector<InputSession> inputs = read_sessions(options.store, state.sessions);
+  const std::vector<SessionData> sessions = data_of(inputs);
+  const KeyframeRows rows(inputs, sessions);
+  StoredOutcomes outcomes(writer, rows);
+  const merge::MergeResult result = merge::merge_sessions(
+      sessions, config, progress(), statements_of(state, rows, sessions), &outcomes);
+  std::cerr << "unimapper: " << outcomes.text() << '\n';
+  const auto epoch = writer.commit("merge", [&](store::ProjectState& next) {
+    next.epoch.result = writer.keep(to_stored(result, rows, sessions, config));
+    return std::optional(outcome_of(result, sessions));
+  });
+  std::cout << "epoch " << epoch->number << ": " << epoch->outcome << '\n';
+}
+
+void export_project(const ProjectOptions& options, const MapExportOptions& output) {
+  check_output_folder(output.out, Output::kMap, output.replaces);
+  if (!output.mcap.empty()) check_output_file(output.mcap, output.replaces);
+  store::StoreReader reader(options.store);
+  store::ProjectReader project = reader.project();
+  const store::ProjectState state =
+      options.epoch > 0 ? project.at(options.epoch) : project.current();
+  if (state.epoch.result == 0) {
+    throw std::runtime_error(options.store.string() + ": there is no map in epoch " +
+                             std::to_string(state.epoch.number) +
+                             "; `unimapper map merge` makes one");
+  }
+  const store::MapResult stored = project.result(state.epoch.result);
+  FolderReplacement map(output.out, Output::kMap);
+  std::optional<FileReplacement> scene;
+  if (!output.mcap.empty()) scene.emplace(output.mcap);
+
+  std::vector<std::int64_t> merged;
+  std::map<std::int64_t, std::set<std::uint32_t>> keyframes;
+  for (const store::SessionResult& session : stored.sessions) {
+    merged.push_back(session.session);
+    keyframes[session.session].insert(session.sequences.begin(), session.sequences.end());
+  }
+  std::vector<InputSession> inputs = read_sessions(options.store, merged, keyframes);
+  const std::vector<SessionData> sessions = data_of(inputs);
+  const KeyframeRows rows(inputs, sessions);
+  merge::MergeConfig config;
+  parse_config(stored.parameters, options.store.string(), config);
+  const merge::MergeResult result = merge::complete_merge(
+      sessions, posed_result(stored, rows, sessions.size()), config, progress());
+
+  merge::export_map(map.path(), sessions, result);
+  write_session_clouds(map.path(), sessions, result);
+  if (scene) write_scene(scene->path(), scene_of_merge(sessions, result));
+  ReportInput report;
+  report.references.resize(sessions.size());
+  report.sessions = &sessions;
+  report.result = &result;
+  write_report(map.path() / "report.html", report);
+  map.publish();
+  if (scene) scene->publish();
+  std::cerr << "unimapper: the map of epoch " << state.epoch.number << " is in "
+            << output.out.string() << '\n';
+}
+
+}  // namespace unimapper::apps

@@ -1,0 +1,73 @@
+// Steps of `unimapper map`. All throw std::runtime_error with a sentence for the user.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace unimapper::apps {
+
+/// Where the project is.
+struct ProjectOptions {
+  std::filesystem::path store;  ///< folder of the store
+  bool json = false;            ///< what is printed is JSON
+  std::int64_t epoch = 0;       ///< 0: the latest; of an undo: the one before
+};
+
+/// Makes a store, which must not be there.
+void create_project(const ProjectOptions& options);
+/// Takes run folders and event logs into the store. What is there already stays as it is.
+void add_runs(const ProjectOptions& options, const std::vector<std::filesystem::path>& runs);
+/// Takes sessions out of the project; the store keeps them.
+void remove_sessions(const ProjectOptions& options, const std::vector<std::string>& names);
+
+/// Two keyframes, each as "SESSION:NUMBER", and the pose of the query's sensor in the match's
+/// sensor frame as in loops.csv: x y z qx qy qz qw; empty: not known.
+struct KeyframesOption {
+  std::string query;
+  std::string match;
+  std::vector<double> pose;
+};
+
+/// A person links two keyframes.
+void link_keyframes(const ProjectOptions& options, const KeyframesOption& keyframes);
+/// A person forbids the loop between two keyframes.
+void forbid_loop(const ProjectOptions& options, const KeyframesOption& keyframes);
+/// A person names the reference session.
+void pin_reference(const ProjectOptions& options, const std::string& session);
+/// A person keeps sessions apart from the map.
+void keep_apart(const ProjectOptions& options, const std::vector<std::string>& sessions);
+/// A person takes statements back, by their numbers.
+void withdraw_statements(const ProjectOptions& options, const std::vector<std::int64_t>& numbers);
+/// Goes back to an earlier epoch.
+void undo_epoch(const ProjectOptions& options);
+
+/// Prints all epochs.
+void list_epochs(const ProjectOptions& options);
+/// Prints sessions, statements and loops of an epoch.
+void show_epoch(const ProjectOptions& options);
+/// Prints what is wrong with the store; throws if anything is.
+void check_project(const ProjectOptions& options);
+
+/// Of `map merge`.
+struct MapMergeOptions {
+  std::filesystem::path config;          ///< JSON file with parameters that differ from the default
+  std::optional<std::uint32_t> threads;  ///< instead of the configuration's
+};
+
+/// Merges the sessions of the latest epoch; the result is a new one.
+void merge_project(const ProjectOptions& options, const MapMergeOptions& merge);
+
+/// Of `map export`.
+struct MapExportOptions {
+  std::filesystem::path out;   ///< folder for the map
+  std::filesystem::path mcap;  ///< the map as a scene; empty: not written
+  bool replaces = false;       ///< overwrite an earlier map
+};
+
+/// Writes the map of an epoch's merge as `unimapper merge` does.
+void export_project(const ProjectOptions& options, const MapExportOptions& output);
+
+}  // namespace unimapper::apps

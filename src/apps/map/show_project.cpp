@@ -1,0 +1,185 @@
+// Contents of a stored project, for `unimapper map list`, `show` and `check`.
+#include <cstdio>
+#include <ctime>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+
+#include "src/apps/map/options.hpp"
+#include "src/apps/map/stored_sessions.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+using MapJson = nlohmann::ordered_json;
+using store::StatementKind;
+
+/// Unix time as ISO 8601, UTC.
+std::string utc_text(std::int64_t seconds) {
+  const std::time_t time = static_cast<std::time_t>(seconds);
+  std::tm parts{};
+  char text[32] = "";
+  if (gmtime_r(&time, &parts) != nullptr) std::strftime(text, sizeof text, "%FT%TZ", &parts);
+  return text;
+}
+
+MapJson describe(const store::Epoch& epoch) {
+  return {{"epoch", epoch.number},    {"parent", epoch.parent},   {"made", utc_text(epoch.made_s)},
+          {"command", epoch.command}, {"outcome", epoch.outcome}, {"has_map", epoch.result != 0}};
+}
+
+MapJson describe(const store::StoredStatement& statement, const SessionNames& names) {
+  MapJson json = {{"statement", statement.id}, {"kind", store::kind_name(statement.kind)}};
+  const bool is_of_two =
+      statement.kind == StatementKind::kLink || statement.kind == StatementKind::kForbidden;
+  if (is_of_two) {
+    json["query"] = names.text(statement.query);
+    json["match"] = names.text(statement.match);
+    json["has_pose"] = statement.T_match_query.has_value();
+  } else {
+    json["session"] = names.name(statement.match.session);
+  }
+  return json;
+}
+
+MapJson describe(const Pose& pose) {
+  const Eigen::Quaterniond q = pose.quaternion();
+  const Eigen::Vector3d& t = pose.translation;
+  return {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
+}
+
+/// Sessions of the project with their state in its map.
+MapJson describe_sessions(const store::ProjectState& state, const store::MapResult& result,
+                          const std::vector<store::SessionListing>& listings) {
+  std::map<std::int64_t, const store::SessionResult*> merged;
+  for (const auto& session : result.sessions) merged[session.session] = &session;
+  const std::set<std::int64_t> in_project(state.sessions.begin(), state.sessions.end());
+  MapJson all = MapJson::array();
+  for (const store::SessionListing& listing : listings) {
+    if (in_project.count(listing.row) == 0) continue;
+    MapJson session = {{"name", listing.info.name},
+                       {"sensor", listing.info.sensor},
+                       {"keyframes", listing.keyframes}};
+    const auto found = merged.find(listing.row);
+    session["state"] = found == merged.end() ? "not merged yet" : found->second->state;
+    if (found != merged.end()) {
+      session["merged_keyframes"] = found->second->sequences.size();
+      if (!found->second->reason.empty()) session["reason"] = found->second->reason;
+      session["T_map_session"] = describe(found->second->T_map_session);
+    }
+    all.push_back(session);
+  }
+  return all;
+}
+
+MapJson describe_loops(const store::MapResult& result) {
+  std::map<std::string, std::size_t> reasons;
+  std::size_t accepted = 0;
+  for (const store::LoopResult& loop : result.loops) {
+    accepted += loop.accepted ? 1 : 0;
+    // Figures differ from loop to loop: "overlap 0.31 (limit 0.45)".
+    ++reasons[loop.reason.substr(0, loop.reason.find_first_of("0123456789"))];
+  }
+  return {{"considered", result.loops.size()}, {"accepted", accepted}, {"by_reason", reasons}};
+}
+
+std::string word(const MapJson& json) { return json.get<std::string>(); }
+
+void print_epoch(const MapJson& epoch) {
+  std::printf(
+      "epoch %lld  %s  %s: %s\n", static_cast<long long>(epoch["epoch"].get<std::int64_t>()),
+      word(epoch["made"]).c_str(), word(epoch["command"]).c_str(), word(epoch["outcome"]).c_str());
+}
+
+void print_project(const MapJson& json) {
+  if (json["epoch"].is_null()) {
+    std::printf("no epoch yet\n");
+  } else {
+    print_epoch(json["epoch"]);
+  }
+  for (const MapJson& session : json["sessions"]) {
+    std::printf("session    %s: %s, %llu keyframes, %s%s\n", word(session["name"]).c_str(),
+                word(session["sensor"]).c_str(),
+                static_cast<unsigned long long>(session["keyframes"].get<std::uint64_t>()),
+                word(session["state"]).c_str(),
+                session.contains("reason") ? (": " + word(session["reason"])).c_str() : "");
+  }
+  for (const MapJson& statement : json["statements"]) {
+    const std::string about = statement.contains("session")
+                                  ? word(statement["session"])
+                                  : word(statement["query"]) + " " + word(statement["match"]);
+    std::printf("statement  %lld: %s %s\n",
+                static_cast<long long>(statement["statement"].get<std::int64_t>()),
+                word(statement["kind"]).c_str(), about.c_str());
+  }
+  const MapJson& loops = json["loops"];
+  std::printf("loops      %llu considered, %llu accepted\n",
+              static_cast<unsigned long long>(loops["considered"].get<std::uint64_t>()),
+              static_cast<unsigned long long>(loops["accepted"].get<std::uint64_t>()));
+  for (const auto& [reason, count] : loops["by_reason"].items()) {
+    std::printf("           %llu: %s\n",
+                static_cast<unsigned long long>(count.get<std::uint64_t>()), reason.c_str());
+  }
+}
+
+}  // namespace
+
+void list_epochs(const ProjectOptions& options) {
+  store::StoreReader reader(options.store);
+  MapJson all = MapJson::array();
+  for (const store::Epoch& epoch : reader.project().epochs()) all.push_back(describe(epoch));
+  if (options.json) {
+    std::cout << MapJson{{"epochs", all}}.dump(2) << '\n';
+    return;
+  }
+  for (const MapJson& epoch : all) print_epoch(epoch);
+  if (all.empty()) std::printf("no epoch yet\n");
+}
+
+void show_epoch(const ProjectOptions& options) {
+  store::StoreReader reader(options.store);
+  const std::vector<store::SessionListing> listings = reader.sessions();
+  store::ProjectReader project = reader.project();
+  store::ProjectState state = options.epoch > 0 ? project.at(options.epoch) : project.current();
+  if (options.epoch == 0) {
+    // What has arrived since belongs to the next epoch.
+    for (const store::SessionListing& listing : listings) {
+      if (listing.row > state.epoch.known_sessions) state.sessions.push_back(listing.row);
+    }
+  }
+  const store::MapResult result =
+      state.epoch.result == 0 ? store::MapResult{} : project.result(state.epoch.result);
+  const SessionNames names(listings);
+  MapJson json;
+  json["epoch"] = state.epoch.number == 0 ? MapJson() : describe(state.epoch);
+  json["sessions"] = describe_sessions(state, result, listings);
+  json["statements"] = MapJson::array();
+  for (const auto& statement : state.statements) {
+    json["statements"].push_back(describe(statement, names));
+  }
+  json["loops"] = describe_loops(result);
+  if (options.json) {
+    std::cout << json.dump(2) << '\n';
+  } else {
+    print_project(json);
+  }
+}
+
+void check_project(const ProjectOptions& options) {
+  store::StoreReader reader(options.store);
+  const std::vector<std::string> faults = reader.check();
+  if (options.json) {
+    std::cout << MapJson{{"faults", faults}}.dump(2) << '\n';
+  } else {
+    for (const std::string& fault : faults) std::cout << "fault      " << fault << '\n';
+    if (faults.empty()) std::cout << "every page, keyframe and epoch is sound\n";
+  }
+  if (!faults.empty()) {
+    throw std::runtime_error(options.store.string() + ": " + std::to_string(faults.size()) +
+                             " faults");
+  }
+}
+
+}  // namespace unimapper::apps

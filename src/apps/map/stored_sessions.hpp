@@ -1,0 +1,37 @@
+// Names and data of the sessions in a stored project.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "ports/store/store_reader.hpp"
+#include "src/apps/merge/options.hpp"
+
+namespace unimapper::apps {
+
+/// Sessions of a store by row and by name, as `unimapper inspect` shows them.
+class SessionNames {
+ public:
+  explicit SessionNames(const std::vector<store::SessionListing>& sessions);
+
+  /// Throws std::runtime_error with the known names.
+  [[nodiscard]] std::int64_t row(const std::string& name) const;
+  [[nodiscard]] const std::string& name(std::int64_t row) const;
+  /// "SESSION:NUMBER". Throws std::runtime_error for what is none.
+  [[nodiscard]] store::KeyframeRow keyframe(const std::string& text) const;
+  [[nodiscard]] std::string text(const store::KeyframeRow& keyframe) const;
+
+ private:
+  std::map<std::int64_t, std::string> names_;
+  std::map<std::string, std::int64_t> rows_;
+};
+
+/// The given sessions, ready for a merge. `only`: of a session that is in it, these keyframes
+/// alone.
+std::vector<InputSession> read_sessions(
+    const std::filesystem::path& store, const std::vector<std::int64_t>& rows,
+    const std::map<std::int64_t, std::set<std::uint32_t>>& only = {});
+
+}  // namespace unimapper::apps

@@ -1,0 +1,172 @@
+// `unimapper map`: the command line of src/apps/map.
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "src/apps/commands.hpp"
+#include "src/apps/map/options.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+/// Everything that a command of `unimapper map` may be given.
+struct MapOptions {
+  ProjectOptions project;
+  std::vector<std::filesystem::path> runs;
+  std::vector<std::string> sessions;
+  std::string session;
+  KeyframesOption keyframes;
+  std::vector<std::int64_t> statements;
+  MapMergeOptions merge;
+  MapExportOptions output;
+};
+
+/// Commands below `unimapper map`, each with its own options.
+class MapCommands {
+ public:
+  explicit MapCommands(CLI::App& map) : map_(map) {}
+
+  CLI::App* add(const char* name, const char* description,
+                const std::function<void(CLI::App&, MapOptions&)>& options,
+                const std::function<void(const MapOptions&)>& run) {
+    auto given = std::make_shared<MapOptions>();
+    CLI::App* command = map_.add_subcommand(name, description);
+    command->add_option("--store", given->project.store, "Folder of the store")->required();
+    options(*command, *given);
+    command->callback([given, run] { run(*given); });
+    return command;
+  }
+
+ private:
+  CLI::App& map_;
+};
+
+void add_json(CLI::App& command, MapOptions& options) {
+  command.add_flag("--json", options.project.json, "The same as JSON");
+}
+
+void add_epoch(CLI::App& command, MapOptions& options, const char* description) {
+  command.add_option("--epoch", options.project.epoch, description)
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 62));
+}
+
+void add_sessions(CLI::App& command, MapOptions& options) {
+  command.add_option("SESSION", options.sessions, "Sessions, by name")->required();
+}
+
+void add_keyframes(CLI::App& command, MapOptions& options) {
+  command.add_option("QUERY", options.keyframes.query, "A keyframe: SESSION:NUMBER")->required();
+  command.add_option("MATCH", options.keyframes.match, "The other one")->required();
+}
+
+void register_sessions(MapCommands& commands) {
+  commands.add(
+      "create", "Make a store", [](CLI::App&, MapOptions&) {},
+      [](const MapOptions& o) { create_project(o.project); });
+  commands.add(
+      "add", "Take runs into the store; what is there already stays",
+      [](CLI::App& command, MapOptions& o) {
+        command.add_option("RUN", o.runs, "Run folders of `unimapper onboard`, or LCM event logs")
+            ->required();
+      },
+      [](const MapOptions& o) { add_runs(o.project, o.runs); });
+  commands.add("remove", "Take sessions out of the project; the store keeps them", add_sessions,
+               [](const MapOptions& o) { remove_sessions(o.project, o.sessions); });
+}
+
+void register_statements(MapCommands& commands) {
+  commands.add(
+      "link", "Say that two keyframes show the same surroundings",
+      [](CLI::App& command, MapOptions& o) {
+        add_keyframes(command, o);
+        command
+            .add_option("--pose", o.keyframes.pose,
+                        "x y z qx qy qz qw of the query's sensor in the match's, as in loops.csv")
+            ->expected(7);
+      },
+      [](const MapOptions& o) { link_keyframes(o.project, o.keyframes); });
+  commands.add("forbid", "Say that the loop between two keyframes is wrong", add_keyframes,
+               [](const MapOptions& o) { forbid_loop(o.project, o.keyframes); });
+  commands.add(
+      "pin", "Say which session's frame is the map's",
+      [](CLI::App& command, MapOptions& o) {
+        command.add_option("SESSION", o.session, "The session, by name")->required();
+      },
+      [](const MapOptions& o) { pin_reference(o.project, o.session); });
+  commands.add("apart", "Say that sessions stay apart from the map", add_sessions,
+               [](const MapOptions& o) { keep_apart(o.project, o.sessions); });
+  commands.add(
+      "withdraw", "Take back what was said",
+      [](CLI::App& command, MapOptions& o) {
+        command.add_option("NUMBER", o.statements, "Statements, as `map show` numbers them")
+            ->required();
+      },
+      [](const MapOptions& o) { withdraw_statements(o.project, o.statements); });
+}
+
+void register_epochs(MapCommands& commands) {
+  commands.add("list", "Print all epochs", add_json,
+               [](const MapOptions& o) { list_epochs(o.project); });
+  commands.add(
+      "show", "Print sessions, statements and loops",
+      [](CLI::App& command, MapOptions& o) {
+        add_json(command, o);
+        add_epoch(command, o, "As of that epoch instead of the latest");
+      },
+      [](const MapOptions& o) { show_epoch(o.project); });
+  commands.add(
+      "undo", "Go back; this is an epoch too, nothing is lost",
+      [](CLI::App& command, MapOptions& o) {
+        add_epoch(command, o, "To that epoch instead of the one before");
+      },
+      [](const MapOptions& o) { undo_epoch(o.project); });
+  commands.add("check", "Read all of the store and say what is wrong", add_json,
+               [](const MapOptions& o) { check_project(o.project); });
+}
+
+void register_maps(MapCommands& commands) {
+  commands.add(
+      "merge", "Merge the sessions; loops that were verified before are not again",
+      [](CLI::App& command, MapOptions& o) {
+        command.add_option("--config", o.merge.config,
+                           "JSON file with parameters that differ from the default");
+        command
+            .add_option("--threads", o.merge.threads,
+                        "Threads to use; 0: all. The map does not depend on it")
+            ->check(CLI::Range(0, 256));
+      },
+      [](const MapOptions& o) { merge_project(o.project, o.merge); });
+  commands.add(
+      "export", "Write the map as `unimapper merge` does",
+      [](CLI::App& command, MapOptions& o) {
+        command.add_option("--out", o.output.out, "Folder for the map")->required();
+        command.add_flag("--replace", o.output.replaces,
+                         "Overwrite an earlier map in that folder, and the file of --mcap");
+        command.add_option("--mcap", o.output.mcap, "Write the map as MCAP, too");
+        add_epoch(command, o, "Of that epoch instead of the latest");
+      },
+      [](const MapOptions& o) { export_project(o.project, o.output); });
+}
+
+}  // namespace
+
+void register_project(CLI::App& app) {
+  CLI::App* map = app.add_subcommand(
+      "map", "Keep sessions, what people say and maps in a store, change by change");
+  map->require_subcommand(1);
+  MapCommands commands(*map);
+  register_sessions(commands);
+  register_maps(commands);
+  register_statements(commands);
+  register_epochs(commands);
+  map->footer(
+      "Example:\n"
+      "  unimapper map create --store site\n"
+      "  unimapper map add    --store site runs/monday runs/friday\n"
+      "  unimapper map merge  --store site\n"
+      "  unimapper map export --store site --out map");
+}
+
+}  // namespace unimapper::apps

@@ -1,0 +1,308 @@
+// End-to-end tests of `unimapper map`: a project that is stored, change by change.
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "ports/store/keyframe_store.hpp"
+#include "ports/store/store_reader.hpp"
+#include "tests/apps/command.hpp"
+
+extern char** environ;
+
+using namespace unimapper;
+using namespace unimapper::apps;
+using Catch::Matchers::Contains;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A project, and runs of small recordings beside it.
+struct Project {
+  TemporaryDirectory directory;
+  std::string store = (directory / "store").string();
+
+  Project() { done({"create"}); }
+
+  [[nodiscard]] std::string run(const std::string& name, std::size_t scans) const {
+    const fs::path dataset = directory / (name + "-data");
+    const std::string run = (directory / name).string();
+    SmallRecording(scans).write(dataset);
+    const CommandResult result =
+        run_unimapper({"onboard", dataset.string(), "--out", run, "--sensor", "vlp-16"});
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    return run;
+  }
+  [[nodiscard]] std::vector<std::string> words(std::vector<std::string> arguments) const {
+    std::vector<std::string> all = {"map", arguments.front(), "--store", store};
+    all.insert(all.end(), arguments.begin() + 1, arguments.end());
+    return all;
+  }
+  [[nodiscard]] CommandResult map(const std::vector<std::string>& arguments) const {
+    return run_unimapper(words(arguments));
+  }
+  CommandResult done(const std::vector<std::string>& arguments) const {
+    CommandResult result = map(arguments);
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    CHECK(store::StoreReader(store).check().empty());
+    return result;
+  }
+  void refused(const std::vector<std::string>& arguments, const std::string& why) const {
+    const CommandResult result = map(arguments);
+    CHECK(result.exit_code == 1);
+    CHECK_THAT(result.err, Contains(why));
+    CHECK(store::StoreReader(store).check().empty());
+  }
+  [[nodiscard]] nlohmann::json show(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> arguments = {"show", "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return nlohmann::json::parse(done(arguments).out);
+  }
+  [[nodiscard]] std::vector<std::string> names() const {
+    std::vector<std::string> names;
+    const nlohmann::json shown = show();
+    for (const auto& session : shown["sessions"]) names.push_back(session["name"]);
+    return names;
+  }
+  [[nodiscard]] std::int64_t epochs() const {
+    store::StoreReader reader(store);
+    return static_cast<std::int64_t>(reader.project().epochs().size());
+  }
+};
+
+using Names = std::vector<std::string>;
+
+/// Files of an exported map that are the same for the same map.
+std::vector<std::string> map_files(const fs::path& folder) {
+  std::vector<std::string> all;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string name = entry.path().lexically_relative(folder).string();
+    if (!entry.is_regular_file() || name == "timing.json" || name == "report.html") continue;
+    all.push_back(name + read_text(entry.path()));
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+/// Starts a command and kills it after so many milliseconds; true if it had ended before.
+bool kill_after(const std::vector<std::string>& arguments, int milliseconds) {
+  std::vector<std::string> words = {UNIMAPPER_BINARY};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
+  pid_t process = 0;
+  REQUIRE(posix_spawn(&process, UNIMAPPER_BINARY, &actions, nullptr, argv.data(), environ) == 0);
+  posix_spawn_file_actions_destroy(&actions);
+  usleep(static_cast<useconds_t>(1000 * milliseconds));
+  kill(process, SIGKILL);
+  int status = 0;
+  REQUIRE(waitpid(process, &status, 0) == process);
+  return WIFEXITED(status);
+}
+
+}  // namespace
+
+TEST_CASE("a stored project exports what unimapper merge writes") {
+  const Project project;
+  const std::string a = project.run("a", 12);
+  const std::string b = project.run("b", 34);
+  CHECK_THAT(project.done({"add", a, b}).out, Contains("epoch 1: added a (") && Contains("b ("));
+  CHECK(project.names() == Names{"a", "b"});
+  project.refused({"export", "--out", (project.directory / "map").string()},
+                  "there is no map in epoch 1; `unimapper map merge` makes one");
+  CHECK_THAT(project.done({"merge"}).out, Contains("epoch 2: merged "));
+  project.done({"export", "--out", (project.directory / "map").string()});
+  const CommandResult merged = run_unimapper(
+      {"merge", a, b, "--allow-unconnected", "--out", (project.directory / "wanted").string()});
+  REQUIRE(merged.exit_code == 0);
+  CHECK((map_files(project.directory / "map") == map_files(project.directory / "wanted")));
+  // What was verified once is not again, and the map is the same.
+  const CommandResult again = project.done({"merge"});
+  CHECK_THAT(again.err, Contains(" 0 loops verified, ") || Contains("unimapper: 0 loops verified"));
+  project.done({"export", "--out", (project.directory / "map").string(), "--replace"});
+  CHECK((map_files(project.directory / "map") == map_files(project.directory / "wanted")));
+
+  // A removed session leaves no file behind.
+  project.done({"remove", "a"});
+  CHECK(project.names() == Names{"b"});
+  project.refused({"export", "--out", (project.directory / "map").string(), "--replace"},
+                  "there is no map in epoch 4");
+  project.done({"merge"});
+  project.done({"export", "--out", (project.directory / "map").string(), "--replace"});
+  CHECK_FALSE(fs::exists(project.directory / "map/unconnected/a.tum"));
+  CHECK_FALSE(fs::exists(project.directory / "map/trajectories/a.tum"));
+  // The earlier map is still there to be had.
+  project.done({"export", "--epoch", "3", "--out", (project.directory / "earlier").string()});
+  CHECK((map_files(project.directory / "earlier") == map_files(project.directory / "wanted")));
+}
+
+TEST_CASE("the same run twice is one run, another content of it none") {
+  const Project project;
+  const std::string a = project.run("a", 12);
+  project.done({"add", a});
+  const CommandResult again = project.done({"add", a});
+  CHECK_THAT(again.out, Contains("session a is there already") && Contains("nothing changed"));
+  CHECK(project.epochs() == 1);
+  fs::rename(a, project.directory / "other-name");
+  CHECK_THAT(project.done({"add", (project.directory / "other-name").string()}).out,
+             Contains("nothing changed"));
+  CHECK(project.names() == Names{"a"});
+  // Removed, it is taken in again.
+  project.done({"remove", "a"});
+  CHECK(project.names().empty());
+  project.done({"add", (project.directory / "other-name").string()});
+  CHECK(project.names() == Names{"a"});
+  project.refused({"add", (project.directory / "nowhere").string()}, "does not exist");
+  project.refused({"add", project.directory.path().string()}, "holds no keyframes.lcmlog");
+}
+
+TEST_CASE("what people say is kept, numbered and withdrawn") {
+  const Project project;
+  project.done({"add", project.run("a", 12), project.run("b", 34)});
+  CHECK_THAT(project.done({"pin", "a"}).out, Contains("reference session a"));
+  project.done({"pin", "b"});
+  project.done({"apart", "a"});
+  project.done({"forbid", "b:0", "b:2"});
+  project.done({"link", "b:2", "b:0", "--pose", "1", "2", "3", "0", "0", "0", "1"});
+  const nlohmann::json said = project.show()["statements"];
+  REQUIRE(said.size() == 4);
+  CHECK(said[0]["kind"] == "reference");
+  CHECK(said[0]["session"] == "b");
+  CHECK(said[1]["kind"] == "apart");
+  CHECK(said[2]["kind"] == "forbidden");
+  CHECK(said[3]["kind"] == "link");
+  CHECK(said[3]["query"] == "b:2");
+  CHECK(said[3]["has_pose"] == true);
+  // They contradict each other, which the merge says.
+  project.refused({"merge"}, "a link contradicts another statement");
+  project.done({"withdraw", std::to_string(said[3]["statement"].get<int>())});
+  project.done({"merge"});
+  const nlohmann::json shown = project.show();
+  CHECK(shown["sessions"][0]["reason"] == "kept apart by a person");
+  CHECK(shown["sessions"][1]["state"] == "central");
+  CHECK(shown["statements"].size() == 3);
+
+  project.refused({"withdraw", "99"}, "there is no statement 99");
+  project.refused({"pin", "nobody"}, "there is no session \"nobody\", but there are: a, b");
+  project.refused({"forbid", "a:0", "b:99"}, "there is no keyframe b:99");
+  project.refused({"forbid", "a", "b:1"}, "\"a\" is no keyframe: write SESSION:NUMBER");
+  project.refused({"link", "a:0", "a:0"}, "these are one keyframe");
+  project.refused({"link", "a:0", "b:0", "--pose", "1", "2", "3", "0", "0", "0", "9"},
+                  "no unit quaternion");
+}
+
+TEST_CASE("an undo goes back step by step, and to any epoch, and loses nothing") {
+  const Project project;
+  project.refused({"undo"}, "there is nothing to undo");
+  project.done({"add", project.run("a", 12)});
+  project.done({"add", project.run("b", 34)});
+  project.done({"pin", "a"});
+  CHECK_THAT(project.done({"undo"}).out, Contains("epoch 4: went back to epoch 2"));
+  CHECK(project.show()["statements"].empty());
+  CHECK(project.names() == Names{"a", "b"});
+  project.done({"undo"});
+  CHECK(project.names() == Names{"a"});
+  project.done({"undo"});
+  CHECK(project.names().empty());
+  project.refused({"undo"}, "there is nothing to undo");
+  project.done({"undo", "--epoch", "3"});
+  CHECK(project.names() == Names{"a", "b"});
+  CHECK(project.show()["statements"].size() == 1);
+  CHECK(project.show({"--epoch", "1"})["sessions"].size() == 1);
+  project.refused({"undo", "--epoch", "99"}, "has no epoch 99");
+  CHECK(project.epochs() == 7);
+  const auto listed = nlohmann::json::parse(project.done({"list", "--json"}).out)["epochs"];
+  CHECK(listed.size() == 7);
+  CHECK(listed[6]["outcome"] == "went back to epoch 3");
+}
+
+TEST_CASE("while a base runs, a project is read and not changed, and the other way round") {
+  const Project project;
+  const std::string a = project.run("a", 12);
+  project.done({"add", a});
+  {
+    const store::KeyframeStore base(project.store);
+    project.refused({"add", a}, "a base writes to this store (process ");
+    project.refused({"merge"}, "a base writes to this store (process ");
+    project.done({"show"});
+    project.done({"list"});
+    project.done({"check"});
+  }
+  project.done({"merge"});
+  const store::KeyframeStore base(project.store);
+  project.done({"export", "--out", (project.directory / "map").string()});
+}
+
+TEST_CASE("mistakes with a project are told in words") {
+  const TemporaryDirectory directory;
+  const std::string nowhere = (directory / "nowhere").string();
+  for (const char* command : {"merge", "show", "list", "check", "undo"}) {
+    const CommandResult result = run_unimapper({"map", command, "--store", nowhere});
+    CHECK(result.exit_code == 1);
+    CHECK_THAT(result.err, Contains("is no store"));
+  }
+  CHECK_FALSE(fs::exists(nowhere));
+  CHECK(run_unimapper({"map", "merge"}).exit_code == 2);
+  CHECK(run_unimapper({"map"}).exit_code == 2);
+  const Project project;
+  project.refused({"create"}, "is a store already");
+  project.refused({"merge"}, "the project has no session");
+  CHECK_THAT(project.done({"check"}).out, Contains("every page, keyframe and epoch is sound"));
+  store::Database(store::database_of(project.store), store::Access::kWrite)
+      .run("INSERT INTO results (parameters) VALUES ('{}')");
+  const CommandResult damaged = project.map({"check"});
+  CHECK(damaged.exit_code == 1);
+  CHECK_THAT(damaged.out, Contains("a result belongs to no epoch"));
+}
+
+TEST_CASE("commands that are killed at any moment leave the last epoch whole") {
+  const Project project;
+  const std::string a = project.run("a", 12);
+  const std::string b = project.run("b", 34);
+  const fs::path out = project.directory / "map";
+  std::mt19937 random(7);
+  project.done({"add", a});
+  project.done({"merge"});
+  project.done({"export", "--out", out.string()});
+  const std::vector<std::vector<std::string>> commands = {
+      {"add", b}, {"merge"}, {"export", "--replace", "--out", out.string()}, {"remove", "b"}};
+  int killed = 0;
+  for (int round = 0; round < 40; ++round) {
+    const std::int64_t before = project.epochs();
+    const std::vector<std::string>& command = commands[static_cast<std::size_t>(round) % 4];
+    const bool ended = kill_after(project.words(command), static_cast<int>(random() % 250));
+    killed += ended ? 0 : 1;
+    INFO(command.front() << ", round " << round);
+    REQUIRE(store::StoreReader(project.store).check().empty());
+    REQUIRE(project.epochs() - before <= 1);
+    REQUIRE(project.map({"show"}).exit_code == 0);
+    // A whole map of one or two sessions, and no other.
+    const bool has_b =
+        fs::exists(out / "trajectories/b.tum") || fs::exists(out / "unconnected/b.tum");
+    const auto summary = nlohmann::json::parse(read_text(out / "summary.json"));
+    REQUIRE(summary["sessions"].size() == (has_b ? 2U : 1U));
+    REQUIRE(fs::file_size(out / "map.ply") >= summary["map"]["points"].get<std::size_t>() * 19);
+    REQUIRE(fs::exists(out / "report.html"));
+  }
+  CHECK(killed > 10);
+  project.done({"add", b});
+  project.done({"merge"});
+  project.done({"export", "--replace", "--out", out.string()});
+  CHECK(project.names() == Names{"a", "b"});
+  const CommandResult merged = run_unimapper(
+      {"merge", a, b, "--allow-unconnected", "--out", (project.directory / "wanted").string()});
+  REQUIRE(merged.exit_code == 0);
+  CHECK((map_files(out) == map_files(project.directory / "wanted")));
+}
