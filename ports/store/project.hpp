@@ -60,7 +60,7 @@ struct ProjectState {
 /// A session in the result of a merge.
 struct SessionResult {
   std::int64_t session = 0;              ///< row
-  std::string state;                     ///< "central", "merged" or "unconnected"
+  std::string state;                     ///< the word of `merge::status_name`
   std::string reason;                    ///< why it is not connected, empty otherwise
   Pose T_map_session;                    ///< anchor: session odometry frame to the map frame
   std::vector<std::uint32_t> sequences;  ///< keyframes that were merged, ascending
@@ -80,11 +80,24 @@ struct LoopResult {
   std::string reason;       ///< of the decision
 };
 
+/// Two sessions with inter-session loops, as `merge::PairOutcome` has them.
+struct PairResult {
+  std::int64_t match = 0;       ///< row of a session
+  std::int64_t query = 0;       ///< row of the other
+  std::string state;            ///< the word of `merge::state_name`
+  std::string reason;           ///< why it is not confirmed, empty otherwise
+  std::uint64_t loops = 0;      ///< verified by registration
+  std::uint64_t distinct = 0;   ///< of the largest consistent set
+  std::uint64_t competing = 0;  ///< of the largest set that contradicts it
+  Pose T_match_query;           ///< between odometry frames, by the consistent set
+};
+
 /// What a merge found; the map itself follows from it.
 struct MapResult {
   std::string parameters;               ///< of the merger, as JSON
   std::vector<SessionResult> sessions;  ///< in the order of the merge
   std::vector<LoopResult> loops;        ///< in the order of the merge
+  std::vector<PairResult> pairs;        ///< in the order of the merge
 };
 
 }  // namespace unimapper::store

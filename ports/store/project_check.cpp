@@ -121,7 +121,8 @@ class ProjectCheck {
       const std::string one = what + ", session " + number_text(session.session);
       const bool is_central = session.state == "central";
       const bool is_merged = session.state == "merged";
-      require(is_central || is_merged || session.state == "unconnected", one + " has no state");
+      const bool is_apart = session.state == "provisional" || session.state == "unconnected";
+      require(is_central || is_merged || is_apart, one + " has no state");
       require((is_central || is_merged) == session.reason.empty(), one + " has a wrong reason");
       central += is_central ? 1 : 0;
       connected += is_central || is_merged ? 1 : 0;
@@ -150,6 +151,13 @@ class ProjectCheck {
       require(!loop.accepted || loop.information.allFinite(),
               what + " has a loop without information");
       require(!loop.reason.empty(), what + " has a loop without a reason");
+    }
+    for (const PairResult& pair : result.pairs) {
+      require(merged.count(pair.match) > 0 && merged.count(pair.query) > 0,
+              what + " has a pair with a session that is not in it");
+      require((pair.state == "confirmed") == pair.reason.empty(),
+              what + " has a pair with a wrong reason");
+      require(pair.T_match_query.is_rigid(), what + " has a pair whose pose is none");
     }
   }
 

@@ -166,6 +166,21 @@ MapResult ProjectReader::result(std::int64_t id) {
     loop.by_person = loops.number(9) != 0;
     loop.reason = loops.text(10);
   }
+  Statement pairs(database_,
+                  "SELECT match_session, query_session, state, reason, loops, consistent, "
+                  "competing, pose FROM result_pairs WHERE result = ? ORDER BY number");
+  pairs.bind(id);
+  while (pairs.step()) {
+    PairResult& pair = result.pairs.emplace_back();
+    pair.match = pairs.number(0);
+    pair.query = pairs.number(1);
+    pair.state = pairs.text(2);
+    pair.reason = pairs.text(3);
+    pair.loops = static_cast<std::uint64_t>(pairs.number(4));
+    pair.distinct = static_cast<std::uint64_t>(pairs.number(5));
+    pair.competing = static_cast<std::uint64_t>(pairs.number(6));
+    pair.T_match_query = pose_of(database_, pairs.bytes(7), "a pair of sessions");
+  }
   return result;
 }
 

@@ -130,6 +130,18 @@ std::int64_t ProjectWriter::keep(const MapResult& result) {
                  loop.reason);
     of_loop.run();
   }
+  Statement of_pair(database_,
+                    "INSERT INTO result_pairs (result, number, match_session, query_session, "
+                    "state, reason, loops, consistent, competing, pose) "
+                    "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  number = 0;
+  for (const PairResult& pair : result.pairs) {
+    const Bytes pose = to_bytes(std::span(&pair.T_match_query, 1));
+    of_pair.bind(id, number++, pair.match, pair.query, pair.state, pair.reason,
+                 to_integer(pair.loops), to_integer(pair.distinct), to_integer(pair.competing),
+                 pose);
+    of_pair.run();
+  }
   return id;
 }
 

@@ -126,6 +126,19 @@ CREATE TABLE result_loops (
   reason TEXT NOT NULL,
   PRIMARY KEY (result, number)
 ) STRICT;
+CREATE TABLE result_pairs (
+  result INTEGER NOT NULL REFERENCES results (id),
+  number INTEGER NOT NULL,
+  match_session INTEGER NOT NULL REFERENCES sessions (id),
+  query_session INTEGER NOT NULL REFERENCES sessions (id),
+  state TEXT NOT NULL,
+  reason TEXT NOT NULL,
+  loops INTEGER NOT NULL,
+  consistent INTEGER NOT NULL,
+  competing INTEGER NOT NULL,
+  pose BLOB NOT NULL,
+  PRIMARY KEY (result, number)
+) STRICT;
 CREATE TABLE loop_outcomes (
   query_session INTEGER NOT NULL REFERENCES sessions (id),
   query_sequence INTEGER NOT NULL,

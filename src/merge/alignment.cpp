@@ -14,14 +14,18 @@
 namespace unimapper::merge {
 namespace {
 
+constexpr const char* kWaits = "waits for another loop of the session that confirms it";
+constexpr const char* kOnePlace = "all loops lie in one place, and nothing confirms them elsewhere";
+
 /// The loops of two sessions, the lower index as match, and their consistency set.
 struct SessionPair {
   std::size_t query = 0;
   std::size_t match = 0;
   std::vector<std::size_t> loops;  ///< indices into the problem's loops
   ConsistencySet set;              ///< inliers are positions in `loops`
-  bool open = false;               ///< accepted, not yet joined or rolled back
+  bool open = false;               ///< confirmed by its loops, not yet joined or rolled back
   bool linked = false;             ///< by a person
+  bool is_checked = false;         ///< the sensor data have been asked
 
   /// The inliers as indices into the problem's loops.
   [[nodiscard]] std::vector<std::size_t> inliers() const {
@@ -33,15 +37,18 @@ struct SessionPair {
 
 class SessionAligner {
  public:
-  explicit SessionAligner(AlignmentProblem& problem) : problem_(problem) {}
+  SessionAligner(AlignmentProblem& problem, const PlacementCheck& check)
+      : problem_(problem), check_(check) {}
 
   void run() {
     for (std::size_t s = 0; s < problem_.sessions.size(); ++s) close_intra_session_loops(s);
     form_pairs();
+    check_spanning_pairs();
     choose_central();
     while (join_strongest_pair()) {
     }
     explain_unconnected();
+    record_pairs();
   }
 
  private:
@@ -54,11 +61,13 @@ class SessionAligner {
       problem_.decisions[i] = {false, "disagrees with odometry or with the session's other loops"};
     }
     if (own.empty()) return;
-    ConsistencySet set = intra_session_consistency(
-        problem_.select(own), problem_.state.odometry[session], problem_.config.acceptance);
-    choose_person_links(problem_.select(own), set.inliers);
+    IntraSessionLoops found = intra_session_consistency(
+        problem_.select(own), problem_.state.odometry[session],
+        scaled_to_extent(problem_.config.acceptance, problem_.sessions[session].extent_m));
+    for (const std::size_t i : found.waiting) problem_.decisions[own[i]] = {false, kWaits};
+    choose_person_links(problem_.select(own), found.accepted);
     std::vector<std::size_t> chosen;
-    for (const std::size_t i : set.inliers) chosen.push_back(own[i]);
+    for (const std::size_t i : found.accepted) chosen.push_back(own[i]);
     if (chosen.empty()) return;
     MapState trial = problem_.state;
     trial.central = session;
@@ -73,7 +82,7 @@ class SessionAligner {
     for (std::size_t match = 0; match < problem_.sessions.size(); ++match) {
       for (std::size_t query = match + 1; query < problem_.sessions.size(); ++query) {
         SessionPair pair = form_pair(query, match);
-        reject(pair, pair.open ? kOutsideConsistencySet : pair.set.decision.reason);
+        reject(pair, pair.open ? kOutsideConsistencySet : pair.set.reason);
         pairs_.push_back(std::move(pair));
       }
     }
@@ -96,7 +105,7 @@ class SessionAligner {
     pair.linked = has_person_link(loops);
     pair.set = pair.linked ? linked_consistency(loops, path(query), path(match), rules)
                            : inter_session_consistency(loops, path(query), path(match), rules);
-    pair.open = pair.set.decision.accepted;
+    pair.open = pair.set.state == PairState::kConfirmed;
     return pair;
   }
 
@@ -109,6 +118,63 @@ class SessionAligner {
 
   void reject(const SessionPair& pair, const std::string& reason) {
     for (const std::size_t i : pair.loops) problem_.decisions[i] = {false, reason};
+  }
+
+  /// Its loops are consistent, the maps do not fit.
+  void refuse(SessionPair& pair, const std::string& reason) {
+    pair.set.state = PairState::kRefused;
+    pair.set.reason = reason;
+    reject(pair, reason);
+  }
+
+  /// Asks the sensor data about the pairs of a maximum spanning tree: all that it takes to connect
+  /// sessions. Pairs that close a cycle of sessions must agree with these anyway.
+  void check_spanning_pairs() {
+    std::vector<std::size_t> order(pairs_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return pairs_[a].set.distinct > pairs_[b].set.distinct;
+    });
+    std::vector<std::size_t> parent(problem_.sessions.size());
+    std::iota(parent.begin(), parent.end(), std::size_t{0});
+    const auto parent_of = [&](std::size_t s) -> std::size_t& { return parent[s]; };
+    for (const std::size_t i : order) {
+      SessionPair& pair = pairs_[i];
+      if (!pair.open || find_root(pair.query, parent_of) == find_root(pair.match, parent_of)) {
+        continue;
+      }
+      if (is_confirmed_by_data(pair)) join_sets(pair.query, pair.match, parent_of);
+    }
+  }
+
+  /// False: the pair is provisional from now on.
+  bool is_confirmed_by_data(SessionPair& pair) {
+    if (pair.linked || pair.is_checked) return pair.open;
+    pair.is_checked = true;
+    pair.set.reason = reason_to_wait(pair);
+    if (pair.set.reason.empty()) return true;
+    pair.open = false;
+    pair.set.state = PairState::kProvisional;
+    reject(pair, pair.set.reason);
+    return false;
+  }
+
+  [[nodiscard]] std::string reason_to_wait(const SessionPair& pair) const {
+    if (!check_) return pair.set.is_one_place ? kOnePlace : std::string();
+    const std::vector<LoopConstraint> loops = problem_.select(pair.inliers());
+    const auto& poses = problem_.state.T_session_keyframe;
+    const PlacementEvidence evidence = check_(
+        {loops, poses[pair.query], poses[pair.match], pair.set.T_match_session_query_session});
+    if (!evidence.aliasing.empty()) return evidence.aliasing;
+    if (evidence.contradicting > evidence.supporting) {
+      return std::to_string(evidence.contradicting) + " of " +
+             std::to_string(evidence.contradicting + evidence.supporting) +
+             " keyframes beside each other see different structure";
+    }
+    if (pair.set.is_one_place && evidence.supporting < problem_.config.acceptance.min_loops) {
+      return kOnePlace;
+    }
+    return {};
   }
 
   /// The session with the best score in the largest group of connected sessions.
@@ -151,6 +217,8 @@ class SessionAligner {
       if (best == nullptr || rank(pair) > rank(*best)) best = &pair;
     }
     if (best == nullptr) return false;
+    const bool extends = connected[best->query] != connected[best->match];
+    if (extends && !is_confirmed_by_data(*best)) return true;
     best->open = false;
     join(*best);
     return true;
@@ -171,7 +239,7 @@ class SessionAligner {
 
   /// Optimises with the pair's inliers and all loops accepted before; keeps the result if most
   /// loops survive and no map deforms implausibly, otherwise rolls back.
-  void join(const SessionPair& pair) {
+  void join(SessionPair& pair) {
     MapState trial = connect(pair);
     const std::vector<std::size_t> sessions = trial.connected_sessions();
     std::vector<std::size_t> chosen;
@@ -184,7 +252,7 @@ class SessionAligner {
     std::sort(chosen.begin(), chosen.end());
     const std::vector<std::size_t> before = chosen;
     if (!problem_.optimize_rejecting_outliers(trial, sessions, chosen)) {
-      return reject(pair, kNoSolution);
+      return refuse(pair, kNoSolution);
     }
     const auto survives = [&](std::size_t i) {
       return std::binary_search(chosen.begin(), chosen.end(), i);
@@ -194,10 +262,10 @@ class SessionAligner {
     const std::size_t earlier_survivors = chosen.size() - survivors;
     const std::size_t fewest = pair.linked ? 1 : problem_.config.acceptance.min_strong_loops;
     if (2 * survivors < added.size() || survivors < fewest) {
-      return reject(pair, "contradicts the maps merged before");
+      return refuse(pair, "contradicts the maps merged before");
     }
     if (10 * earlier_survivors < 9 * earlier || !problem_.all_plausible(trial, sessions)) {
-      return reject(pair, kImplausibleDeformation);
+      return refuse(pair, kImplausibleDeformation);
     }
     problem_.state = std::move(trial);
     for (const std::size_t i : before) {
@@ -215,33 +283,45 @@ class SessionAligner {
     }
   }
 
+  /// A provisional pair says more than one that is refused.
   [[nodiscard]] const SessionPair* strongest_pair_of(std::size_t session) const {
     const SessionPair* strongest = nullptr;
+    const auto rank = [](const SessionPair& pair) {
+      return std::make_pair(pair.set.state, pair.set.distinct);
+    };
     for (const auto& pair : pairs_) {
       if (pair.query != session && pair.match != session) continue;
-      if (strongest == nullptr || pair.set.distinct > strongest->set.distinct) {
-        strongest = &pair;
-      }
+      if (strongest == nullptr || rank(pair) > rank(*strongest)) strongest = &pair;
     }
     return strongest;
   }
 
-  [[nodiscard]] std::string reason_of_pair(const SessionPair* pair) const {
-    if (pair == nullptr) return "no other session";
-    if (!pair->set.decision.accepted) return pair->set.decision.reason;
-    return problem_.decisions[pair->inliers().front()].reason;
+  [[nodiscard]] static std::string reason_of_pair(const SessionPair* pair) {
+    return pair == nullptr ? "no other session" : pair->set.reason;
+  }
+
+  /// Pairs without any verified loop are left out: there is nothing to say about them.
+  void record_pairs() {
+    for (const SessionPair& pair : pairs_) {
+      if (pair.loops.empty()) continue;
+      problem_.pairs.push_back({pair.match, pair.query, pair.set.state, pair.set.reason,
+                                pair.loops.size(), pair.set.distinct, pair.set.competing,
+                                pair.set.T_match_session_query_session});
+    }
   }
 
   AlignmentProblem& problem_;
+  const PlacementCheck& check_;
   std::vector<SessionPair> pairs_;
 };
 
 }  // namespace
 
 Alignment align_sessions(const std::vector<AlignmentSession>& sessions,
-                         std::span<const LoopConstraint> loops, const MergeConfig& config) {
+                         std::span<const LoopConstraint> loops, const MergeConfig& config,
+                         const PlacementCheck& check) {
   AlignmentProblem problem(sessions, loops, config);
-  SessionAligner(problem).run();
+  SessionAligner(problem, check).run();
   return problem.result();
 }
 

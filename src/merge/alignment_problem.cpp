@@ -76,6 +76,7 @@ Alignment AlignmentProblem::result() const {
   alignment.T_map_session = state.T_map_session;
   alignment.T_session_keyframe = state.T_session_keyframe;
   alignment.decisions = decisions;
+  alignment.pairs = pairs;
   return alignment;
 }
 

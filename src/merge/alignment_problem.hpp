@@ -44,6 +44,7 @@ class AlignmentProblem {
   std::vector<LoopConstraint> loops;  ///< inter-session loops with the lower session as match
   std::vector<LoopDecision> decisions;
   std::vector<std::string> reasons;  ///< by session: why it is not connected
+  std::vector<PairOutcome> pairs;
   MapState state;
 };
 

@@ -32,6 +32,7 @@ void start_from(const Alignment& start, AlignmentProblem& problem) {
   problem.state.T_map_session = start.T_map_session;
   problem.state.T_session_keyframe = start.T_session_keyframe;
   problem.reasons = start.reason;
+  problem.pairs = start.pairs;
   std::copy(start.decisions.begin(), start.decisions.end(), problem.decisions.begin());
 }
 

@@ -16,10 +16,24 @@ const char* status_name(SessionStatus status) {
       return "central";
     case SessionStatus::kMerged:
       return "merged";
+    case SessionStatus::kProvisional:
+      return "provisional";
     case SessionStatus::kUnconnected:
       break;
   }
   return "unconnected";
+}
+
+const char* state_name(PairState state) {
+  switch (state) {
+    case PairState::kConfirmed:
+      return "confirmed";
+    case PairState::kProvisional:
+      return "provisional";
+    case PairState::kRefused:
+      break;
+  }
+  return "refused";
 }
 
 namespace {
@@ -55,6 +69,31 @@ nlohmann::ordered_json session_summary(const SessionData& session, const MergedS
   return json;
 }
 
+/// Pairs of sessions with inter-session loops; a provisional one with its proposed placement.
+nlohmann::ordered_json pair_summaries(const std::vector<SessionData>& sessions,
+                                      const MergeResult& result) {
+  nlohmann::ordered_json pairs = nlohmann::ordered_json::array();
+  for (const PairOutcome& pair : result.pairs) {
+    nlohmann::ordered_json json;
+    json["match"] = sessions[pair.match].info.name;
+    json["query"] = sessions[pair.query].info.name;
+    json["state"] = state_name(pair.state);
+    if (!pair.reason.empty()) json["reason"] = pair.reason;
+    json["loops_verified"] = pair.loops;
+    json["loops_consistent"] = pair.distinct;
+    json["loops_competing"] = pair.competing;
+    if (pair.state == PairState::kProvisional) {
+      const Pose& T = pair.T_match_session_query_session;
+      const Eigen::Quaterniond q = T.quaternion();
+      json["T_match_query"] = {
+          {"translation", {T.translation.x(), T.translation.y(), T.translation.z()}},
+          {"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}}};
+    }
+    pairs.push_back(std::move(json));
+  }
+  return pairs;
+}
+
 }  // namespace
 
 void write_summary(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
@@ -64,6 +103,7 @@ void write_summary(const std::filesystem::path& path, const std::vector<SessionD
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     json["sessions"].push_back(session_summary(sessions[s], result.sessions[s]));
   }
+  json["pairs"] = pair_summaries(sessions, result);
   std::size_t intra = 0;
   std::size_t inter = 0;
   std::size_t rejected = 0;
@@ -107,7 +147,7 @@ void export_map(const std::filesystem::path& folder, const std::vector<SessionDa
   };
   make(folder / "trajectories");
   for (std::size_t s = 0; s < sessions.size(); ++s) {
-    const bool connected = result.sessions[s].status != SessionStatus::kUnconnected;
+    const bool connected = is_in_map(result.sessions[s].status);
     const auto trajectories = folder / (connected ? "trajectories" : "unconnected");
     make(trajectories);
     write_trajectory(trajectories / (sessions[s].info.name + ".tum"), sessions[s],

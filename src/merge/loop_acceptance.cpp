@@ -1,28 +1,19 @@
 // Consistency graph of loops and its maximum clique (after PCM: Mangelson et al., 2018).
 #include "loop_acceptance.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
+#include "loop_cycle.hpp"
 #include "max_clique.hpp"
-#include "unimapper/core/cholesky.hpp"
 #include "unimapper/core/rigid_fit.hpp"
+#include "unimapper/core/symmetric_eigen.hpp"
 
 namespace unimapper::merge {
 namespace {
-
-RelativeVariance loop_variance(const LoopConstraint& loop) {
-  const Matrix6d covariance = Cholesky<6>(loop.information).inverse();
-  // The largest axis: a loop along a corridor must not look better than it is.
-  return {covariance.topLeftCorner<3, 3>().diagonal().maxCoeff(),
-          covariance.bottomRightCorner<3, 3>().diagonal().maxCoeff()};
-}
-
-double chi2(const Pose& error, double translation_variance, double rotation_variance) {
-  const double angle = rotation_angle(error.rotation);
-  return error.translation.squaredNorm() / translation_variance + angle * angle / rotation_variance;
-}
 
 /// How many of the chosen loops lie apart along both paths from all counted before.
 std::size_t count_distinct(std::span<const LoopConstraint> loops,
@@ -56,38 +47,100 @@ double span_m(std::span<const LoopConstraint> loops, std::span<const std::size_t
   return std::min(q_high - q_low, m_high - m_low);
 }
 
-AdjacencyMatrix consistency_graph(std::span<const LoopConstraint> loops, const SessionPath& query,
+std::vector<Matrix6d> loop_covariances(std::span<const LoopConstraint> loops) {
+  std::vector<Matrix6d> covariances;
+  covariances.reserve(loops.size());
+  for (const LoopConstraint& loop : loops) covariances.push_back(loop_covariance(loop));
+  return covariances;
+}
+
+AdjacencyMatrix consistency_graph(std::span<const LoopConstraint> loops,
+                                  std::span<const Matrix6d> covariances, const SessionPath& query,
                                   const SessionPath& match, double threshold) {
   AdjacencyMatrix graph(loops.size());
   for (std::size_t i = 0; i < loops.size(); ++i) {
     for (std::size_t j = i + 1; j < loops.size(); ++j) {
-      if (cycle_chi2(loops[i], loops[j], query, match) <= threshold) graph.connect(i, j);
+      if (cycle_chi2(loops[i], covariances[i], loops[j], covariances[j], query, match) <=
+          threshold) {
+        graph.connect(i, j);
+      }
     }
   }
   return graph;
 }
 
-/// Loops that are inconsistent with more than half of the inliers. The others belong to the same
-/// hypothesis although they are not consistent with every one of them.
-std::vector<std::size_t> competing_loops(const AdjacencyMatrix& graph,
-                                         std::span<const std::size_t> inliers) {
-  std::vector<std::size_t> competing;
-  for (std::size_t i = 0; i < graph.size(); ++i) {
-    if (std::binary_search(inliers.begin(), inliers.end(), i)) continue;
-    const auto consistent = std::count_if(inliers.begin(), inliers.end(),
-                                          [&](std::size_t w) { return graph.connected(i, w); });
-    if (2 * static_cast<std::size_t>(consistent) < inliers.size()) competing.push_back(i);
+/// Of two hypotheses that differ by less than drift over the whole way each loop of one agrees with
+/// the far loops of the other. Near loops tell them apart: so a loop sides with the inliers if it
+/// agrees with the one of their side to which odometry and both loops tie it most surely.
+class Allegiance {
+ public:
+  Allegiance(std::span<const LoopConstraint> loops, std::span<const Matrix6d> covariances,
+             const AdjacencyMatrix& graph, const SessionPath& query, const SessionPath& match)
+      : loops_(loops), covariances_(covariances), graph_(graph), query_(query), match_(match) {}
+
+  /// Loops that do not side with the inliers, ascending.
+  [[nodiscard]] std::vector<std::size_t> competing(std::vector<std::size_t> side) const {
+    std::vector<std::pair<double, std::size_t>> others;
+    for (std::size_t i = 0; i < loops_.size(); ++i) {
+      if (std::binary_search(side.begin(), side.end(), i)) continue;
+      others.emplace_back(variance(i, nearest(i, side)), i);
+    }
+    // From near to far, so that the side grows along the path however odometry drifts.
+    std::sort(others.begin(), others.end());
+    std::vector<std::size_t> competing;
+    for (const auto& [ignored, i] : others) {
+      (graph_.connected(i, nearest(i, side)) ? side : competing).push_back(i);
+    }
+    std::sort(competing.begin(), competing.end());
+    return competing;
   }
-  return competing;
+
+ private:
+  [[nodiscard]] double variance(std::size_t a, std::size_t b) const {
+    return drift_between(loops_[a], loops_[b], query_, match_) +
+           covariances_[a].topLeftCorner<3, 3>().trace() +
+           covariances_[b].topLeftCorner<3, 3>().trace();
+  }
+
+  [[nodiscard]] std::size_t nearest(std::size_t i, const std::vector<std::size_t>& side) const {
+    return *std::min_element(side.begin(), side.end(), [&](std::size_t a, std::size_t b) {
+      return variance(i, a) < variance(i, b);
+    });
+  }
+
+  std::span<const LoopConstraint> loops_;
+  std::span<const Matrix6d> covariances_;
+  const AdjacencyMatrix& graph_;
+  const SessionPath& query_;
+  const SessionPath& match_;
+};
+
+/// Distinct loops of the set that know the position along the direction of which the set as a whole
+/// knows least. In a tunnel that is the bore, along which most loops know nothing.
+std::size_t votes_on_weakest_axis(std::span<const LoopConstraint> loops,
+                                  std::span<const Matrix6d> covariances, const ConsistencySet& set,
+                                  const SessionPath& query, const SessionPath& match,
+                                  const AcceptanceConfig& config) {
+  std::vector<Eigen::Matrix3d> in_session;
+  Eigen::Matrix3d known = Eigen::Matrix3d::Zero();
+  for (const std::size_t i : set.inliers) {
+    const Eigen::Matrix3d& r = match[loops[i].match.keyframe].rotation;
+    in_session.push_back(r * covariances[i].topLeftCorner<3, 3>() * r.transpose());
+    known += in_session.back().inverse();
+  }
+  const Eigen::Vector3d axis = symmetric_eigen<double>(known).vectors.col(0);
+  std::vector<std::size_t> votes;
+  for (std::size_t k = 0; k < set.inliers.size(); ++k) {
+    const double variance = axis.dot(in_session[k] * axis);
+    if (variance <= config.vote_sigma_m * config.vote_sigma_m) votes.push_back(set.inliers[k]);
+  }
+  return count_distinct(loops, votes, query, match, config.distinct_m);
 }
 
+/// Why a set connects no maps whatever else is known; empty if it may.
 std::string reason_to_refuse_set(std::span<const LoopConstraint> loops, const ConsistencySet& set,
                                  const SessionPath& query, const SessionPath& match,
                                  const AcceptanceConfig& config) {
-  if (static_cast<double>(set.distinct) < config.margin * static_cast<double>(set.competing)) {
-    return "ambiguous: " + std::to_string(set.competing) + " loops contradict " +
-           std::to_string(set.distinct);
-  }
   const bool strong = set.distinct >= config.min_strong_loops &&
                       std::all_of(set.inliers.begin(), set.inliers.end(), [&](std::size_t i) {
                         return loops[i].overlap >= config.strong_overlap;
@@ -101,6 +154,48 @@ std::string reason_to_refuse_set(std::span<const LoopConstraint> loops, const Co
   return {};
 }
 
+/// The largest set that contradicts the inliers counts more if it could connect the maps itself.
+std::string reason_for_ambiguity(std::span<const LoopConstraint> loops,
+                                 std::span<const Matrix6d> covariances, ConsistencySet& set,
+                                 const AdjacencyMatrix& graph, const SessionPath& query,
+                                 const SessionPath& match, const AcceptanceConfig& config) {
+  ConsistencySet other;
+  other.inliers =
+      max_clique(graph, Allegiance(loops, covariances, graph, query, match).competing(set.inliers));
+  other.distinct = count_distinct(loops, other.inliers, query, match, config.distinct_m);
+  // One outlier is no hypothesis: it takes two or more that agree to compete.
+  if (other.distinct < 2) return {};
+  set.competing = other.distinct;
+  const bool sufficient = reason_to_refuse_set(loops, other, query, match, config).empty();
+  const double margin = sufficient ? config.sufficient_margin : config.margin;
+  if (static_cast<double>(set.distinct) >= margin * static_cast<double>(set.competing)) return {};
+  return "ambiguous: " + std::to_string(set.competing) + " loops contradict " +
+         std::to_string(set.distinct);
+}
+
+/// All loops of the set lie where keyframes see the same structure.
+bool lies_in_one_place(std::span<const LoopConstraint> loops, const ConsistencySet& set,
+                       const SessionPath& query, const SessionPath& match,
+                       const AcceptanceConfig& config) {
+  return span_m(loops, set.inliers, query, match) < config.place_span_m;
+}
+
+/// Whether another loop of the set, at another place, would contradict this one if it were wrong:
+/// odometry between the two must be sure.
+bool is_confirmed(std::span<const LoopConstraint> loops, std::span<const std::size_t> set,
+                  std::size_t i, const SessionPath& path, const AcceptanceConfig& config) {
+  const double spacing = 0.5 * config.min_span_m;
+  const double limit = config.confirming_sigma_m * config.confirming_sigma_m;
+  return std::any_of(set.begin(), set.end(), [&](std::size_t j) {
+    const auto apart = [&](std::size_t a, std::size_t b) {
+      return std::abs(path.path_m(a) - path.path_m(b)) >= spacing;
+    };
+    return apart(loops[i].query.keyframe, loops[j].query.keyframe) &&
+           apart(loops[i].match.keyframe, loops[j].match.keyframe) &&
+           drift_between(loops[i], loops[j], path, path) <= limit;
+  });
+}
+
 }  // namespace
 
 AcceptanceConfig scaled_to_extent(AcceptanceConfig config, double extent_m) {
@@ -108,24 +203,8 @@ AcceptanceConfig scaled_to_extent(AcceptanceConfig config, double extent_m) {
   const double scale = std::clamp(extent_m / config.full_extent_m, config.smallest_scale, 1.0);
   config.min_span_m *= scale;
   config.distinct_m *= scale;
+  config.place_span_m *= scale;
   return config;
-}
-
-double cycle_chi2(const LoopConstraint& a, const LoopConstraint& b, const SessionPath& query,
-                  const SessionPath& match) {
-  const Pose query_step = query[a.query.keyframe].inverse() * query[b.query.keyframe];
-  const Pose match_step = match[a.match.keyframe].inverse() * match[b.match.keyframe];
-  // Both sides are the pose of b's match keyframe's query in a's match keyframe.
-  const Pose error = (match_step * b.T_match_query).inverse() * (a.T_match_query * query_step);
-  const RelativeVariance va = loop_variance(a);
-  const RelativeVariance vb = loop_variance(b);
-  const RelativeVariance vq = query.variance(a.query.keyframe, b.query.keyframe);
-  const RelativeVariance vm = match.variance(a.match.keyframe, b.match.keyframe);
-  const double lever = query_step.translation.squaredNorm();
-  return chi2(
-      error,
-      va.translation + vb.translation + vq.translation + vm.translation + va.rotation * lever,
-      va.rotation + vb.rotation + vq.rotation + vm.rotation);
 }
 
 Pose fit_session_transform(std::span<const LoopConstraint> loops,
@@ -153,44 +232,57 @@ ConsistencySet inter_session_consistency(std::span<const LoopConstraint> loops,
                                          const AcceptanceConfig& config) {
   ConsistencySet set;
   if (loops.empty()) {
-    set.decision.reason = "no loops found";
+    set.reason = "no loops found";
     return set;
   }
-  const AdjacencyMatrix graph = consistency_graph(loops, query, match, config.consistency_chi2);
+  const std::vector<Matrix6d> covariances = loop_covariances(loops);
+  const AdjacencyMatrix graph =
+      consistency_graph(loops, covariances, query, match, config.consistency_chi2);
   std::vector<std::size_t> all(loops.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   set.inliers = max_clique(graph, all);
   set.distinct = count_distinct(loops, set.inliers, query, match, config.distinct_m);
-  const auto competing = max_clique(graph, competing_loops(graph, set.inliers));
-  set.competing = count_distinct(loops, competing, query, match, config.distinct_m);
-  // One outlier is no hypothesis: it takes two or more that agree to compete.
-  if (set.competing < 2) set.competing = 0;
+  set.is_one_place = lies_in_one_place(loops, set, query, match, config);
   set.T_match_session_query_session = fit_session_transform(loops, set.inliers, query, match);
-  set.decision.reason = reason_to_refuse_set(loops, set, query, match, config);
-  set.decision.accepted = set.decision.reason.empty();
+  set.reason = reason_to_refuse_set(loops, set, query, match, config);
+  if (!set.reason.empty()) return set;
+  set.state = PairState::kProvisional;
+  set.reason = reason_for_ambiguity(loops, covariances, set, graph, query, match, config);
+  if (!set.reason.empty()) return set;
+  const std::size_t votes = votes_on_weakest_axis(loops, covariances, set, query, match, config);
+  if (votes < config.min_strong_loops) {
+    set.reason = "the position along one direction is known to " + std::to_string(votes) + " of " +
+                 std::to_string(set.distinct) + " loops";
+    return set;
+  }
+  set.state = PairState::kConfirmed;
   return set;
 }
 
-ConsistencySet intra_session_consistency(std::span<const LoopConstraint> loops,
-                                         const SessionPath& path, const AcceptanceConfig& config) {
-  ConsistencySet set;
+IntraSessionLoops intra_session_consistency(std::span<const LoopConstraint> loops,
+                                            const SessionPath& path,
+                                            const AcceptanceConfig& config) {
+  const std::vector<Matrix6d> covariances = loop_covariances(loops);
   std::vector<std::size_t> plausible;
   for (std::size_t i = 0; i < loops.size(); ++i) {
     const auto& loop = loops[i];
-    const Pose odometry = path[loop.match.keyframe].inverse() * path[loop.query.keyframe];
-    const RelativeVariance drift = path.variance(loop.match.keyframe, loop.query.keyframe);
-    const RelativeVariance own = loop_variance(loop);
-    if (chi2(odometry.inverse() * loop.T_match_query, drift.translation + own.translation,
-             drift.rotation + own.rotation) <= config.consistency_chi2) {
+    // The cycle of a loop and the way from its match to its query, by odometry.
+    LoopConstraint by_odometry = loop;
+    by_odometry.T_match_query = path[loop.match.keyframe].inverse() * path[loop.query.keyframe];
+    if (cycle_chi2(loop, covariances[i], by_odometry,
+                   odometry_covariance(path, loop.match.keyframe, loop.query.keyframe), path,
+                   path) <= config.consistency_chi2) {
       plausible.push_back(i);
     }
   }
-  const AdjacencyMatrix graph = consistency_graph(loops, path, path, config.consistency_chi2);
-  set.inliers = max_clique(graph, plausible);
-  set.distinct = count_distinct(loops, set.inliers, path, path, config.distinct_m);
-  set.decision.accepted = !set.inliers.empty();
-  if (!set.decision.accepted) set.decision.reason = "no loop agrees with odometry";
-  return set;
+  const AdjacencyMatrix graph =
+      consistency_graph(loops, covariances, path, path, config.consistency_chi2);
+  const std::vector<std::size_t> clique = max_clique(graph, plausible);
+  IntraSessionLoops found;
+  for (const std::size_t i : clique) {
+    (is_confirmed(loops, clique, i, path, config) ? found.accepted : found.waiting).push_back(i);
+  }
+  return found;
 }
 
 }  // namespace unimapper::merge

@@ -12,7 +12,7 @@ namespace unimapper::merge {
 
 /// Changed whenever `verify_loops` comes to other outcomes for the same input: what was kept
 /// before is verified again.
-inline constexpr std::uint64_t kLoopVerificationVersion = 1;
+inline constexpr std::uint64_t kLoopVerificationVersion = 2;
 
 /// Fingerprints of loop questions between keyframes of `sessions`. Each keyframe is read once.
 class LoopFingerprints {

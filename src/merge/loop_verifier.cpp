@@ -4,18 +4,14 @@
 #include <cmath>
 #include <cstdio>
 
-#include "keyframe_free_space.hpp"
+#include "free_space_conflict.hpp"
+#include "overlap_distances.hpp"
 #include "parallel.hpp"
 #include "unimapper/core/tilt_prior.hpp"
+#include "weak_axis.hpp"
 
 namespace unimapper::merge {
 namespace {
-
-constexpr double kOverlapRadiusM = 30.0;
-constexpr double kCoarseDistanceM = 1.5;
-constexpr double kFineDistanceM = 0.5;
-constexpr float kContradictionRangeM = 25.0F;
-constexpr std::size_t kFewestObserved = 50;  ///< points without which nothing is contradicted
 
 // What registration may tilt a pose although the fit is good, radians: 0.5 degrees.
 constexpr double kRegistrationTilt = 0.0087;
@@ -26,32 +22,6 @@ std::string sentence(const char* what, double value, double limit) {
   char text[96];
   std::snprintf(text, sizeof text, "%s %.2f (limit %.2f)", what, value, limit);
   return text;
-}
-
-/// Share of `source`'s structure that the keyframe `observer` saw through, of all it observed.
-double contradiction(const KeyframeRecord& observer, const RegistrationCloud& source,
-                     const Pose& T_observer_source, const MergeConfig& config) {
-  const Eigen::Matrix3f r = T_observer_source.rotation.cast<float>();
-  const Eigen::Vector3f t = T_observer_source.translation.cast<float>();
-  PointEvidence structure;
-  for (std::size_t i = 0; i < source.size(); ++i) {
-    if (source.is_ground(i)) continue;
-    const Eigen::Vector3f p = r * source.points()[i] + t;
-    if (p.squaredNorm() > kContradictionRangeM * kContradictionRangeM) continue;
-    structure.push_back(p);
-  }
-  const RefinementConfig& evidence = config.refinement;
-  const VisibilityTest visibility(config.map.free_margin_m, evidence.range_margin_relative);
-  const KeyframeFreeSpace space(observer, WithoutImages::kPaintFromCells);
-  space.observe(visibility, EvidenceWeights::of(evidence), Pose{}, structure.points());
-  std::size_t free = 0;
-  std::size_t observed = 0;
-  for (const std::int32_t log_odds : structure.log_odds()) {
-    free += log_odds > 0 ? 1 : 0;
-    observed += log_odds != 0 ? 1 : 0;
-  }
-  return observed < kFewestObserved ? 0.0
-                                    : static_cast<double>(free) / static_cast<double>(observed);
 }
 
 std::string reason_to_refuse_loop(const LoopCandidate& candidate, const CorrectionLimit& limit,
@@ -97,10 +67,14 @@ std::string reason_to_refuse_loop(const LoopCandidate& candidate, const Correcti
     return sentence("rmse in metres", aligned.rmse_m, loops.max_rmse_m);
   }
   const double conflict =
-      std::max(contradiction(clouds.record(candidate.match), source, T, config),
-               contradiction(clouds.record(candidate.query), target, T.inverse(), config));
+      structure_in_free_space(clouds, candidate.match, candidate.query, T, config);
   if (conflict > loops.max_contradiction) {
     return sentence("structure in free space", conflict, loops.max_contradiction);
+  }
+  const WeakAxis weak =
+      probe_weak_axis(target, source, aligned, config.registration, prior.information());
+  if (weak.slip_m > config.registration.probe_slip_m) {
+    constraint.information = weakened(aligned.information, weak.axis, config.registration);
   }
   return {};
 }

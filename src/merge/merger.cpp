@@ -13,6 +13,7 @@
 #include "map_level.hpp"
 #include "parallel.hpp"
 #include "person_links.hpp"
+#include "placement_check.hpp"
 #include "radius_search.hpp"
 #include "seen_extent.hpp"
 #include "session_check.hpp"
@@ -130,7 +131,10 @@ class Merger {
       }
       alignment_sessions_.push_back(std::move(session));
     }
-    alignment_ = align_sessions(alignment_sessions_, constraints_, config_);
+    PlacementEvaluator evaluator(clouds_, config_);
+    alignment_ =
+        align_sessions(alignment_sessions_, constraints_, config_,
+                       [&](const Placement& placement) { return evaluator.evaluate(placement); });
     for (const std::uint32_t s : statements_.apart) {
       if (!alignment_.connected[s]) alignment_.reason[s] = kApartByPerson;
     }
@@ -178,6 +182,7 @@ class Merger {
   }
 
   void transform_sessions() {
+    result_.pairs = alignment_.pairs;
     result_.central_session = alignment_.central;
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       MergedSession merged;
@@ -185,6 +190,8 @@ class Merger {
       if (alignment_.connected[s]) {
         merged.status = s == alignment_.central ? SessionStatus::kCentral : SessionStatus::kMerged;
         merged.T_map_session = alignment_.T_map_session[s];
+      } else if (is_provisional(s)) {
+        merged.status = SessionStatus::kProvisional;
       }
       for (const Pose& pose : alignment_.T_session_keyframe[s]) {
         merged.T_map_keyframe.push_back(merged.T_map_session * pose);
@@ -193,13 +200,21 @@ class Merger {
     }
   }
 
+  /// A session that waits for what would confirm its place.
+  [[nodiscard]] bool is_provisional(std::size_t session) const {
+    return std::any_of(alignment_.pairs.begin(), alignment_.pairs.end(), [&](const auto& pair) {
+      return pair.state == PairState::kProvisional &&
+             (pair.query == session || pair.match == session);
+    });
+  }
+
   /// After alignment, because keyframes of other sessions contribute.
   void refine_labels() {
     begin("refinement of labels");
     std::vector<PosedSession> posed;
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       const MergedSession& merged = result_.sessions[s];
-      const bool alone = merged.status == SessionStatus::kUnconnected;
+      const bool alone = !is_in_map(merged.status);
       posed.push_back({&sessions_[s], merged.T_map_keyframe, alone ? s + 1 : 0});
     }
     auto refined = merge::refine(posed, config_.refinement, config_.threads);
@@ -277,7 +292,7 @@ class Merger {
   }
 
   [[nodiscard]] bool is_connected(std::size_t session) const {
-    return result_.sessions[session].status != SessionStatus::kUnconnected;
+    return is_in_map(result_.sessions[session].status);
   }
 
   /// Voxels by session; null for sessions that are not connected.

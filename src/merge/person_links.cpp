@@ -1,8 +1,11 @@
+// Registration of a person's links, and their place among other loops.
 #include "person_links.hpp"
 
 #include <algorithm>
 #include <numbers>
 #include <optional>
+
+#include "loop_cycle.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -81,7 +84,7 @@ ConsistencySet linked_consistency(const std::vector<LoopConstraint>& loops,
                                   const SessionPath& query, const SessionPath& match,
                                   const AcceptanceConfig& config) {
   ConsistencySet set;
-  set.decision.accepted = true;
+  set.state = PairState::kConfirmed;
   const auto first = std::find_if(loops.begin(), loops.end(),
                                   [](const LoopConstraint& loop) { return loop.by_person; });
   std::vector<std::size_t> links;

@@ -282,7 +282,7 @@ TEST_CASE("commands that are killed at any moment leave the last epoch whole") {
   for (int round = 0; round < 40; ++round) {
     const std::int64_t before = project.epochs();
     const std::vector<std::string>& command = commands[static_cast<std::size_t>(round) % 4];
-    const bool ended = kill_after(project.words(command), static_cast<int>(random() % 250));
+    const bool ended = kill_after(project.words(command), static_cast<int>(random() % 80));
     killed += ended ? 0 : 1;
     INFO(command.front() << ", round " << round);
     REQUIRE(store::StoreReader(project.store).check().empty());

@@ -177,10 +177,13 @@ TEST_CASE("Two maps are joined only if enough of their loops survive", "[alignme
 }
 
 TEST_CASE("Loops within a session are refused if they deform it implausibly", "[alignment]") {
-  // Forty keyframes straight ahead that a loop bends by sixty metres.
+  // Forty keyframes straight ahead that two loops bend by sixty metres.
   Scene scene;
   scene.sessions = {{straight(40), 1.0}};
-  scene.loops.push_back(exact_loop({0, 39}, {0, 0}, yaw_pose(0.0, {195.0, 60.0, 0.0}), 0.001));
+  for (const std::size_t k : {0U, 2U}) {
+    scene.loops.push_back(
+        exact_loop({0, 37 + k}, {0, k}, yaw_pose(0.0, {185.0, 60.0, 0.0}), 0.001));
+  }
   MergeConfig config;
   config.acceptance.consistency_chi2 = 1e9;
   config.acceptance.loop_chi2 = 1e9;

@@ -105,7 +105,9 @@ TEST_CASE("Refinement leaves the loops of a session alone that is not connected"
   connect_side_by_side(scene.loops, 1, 0, 40);
   Pose ahead;
   ahead.translation.x() = 20.0 * kStepM;
-  scene.loops.push_back(exact_loop({2, 25}, {2, 5}, ahead));
+  for (const std::size_t k : {0U, 4U}) {
+    scene.loops.push_back(exact_loop({2, 25 + k}, {2, 5 + k}, ahead));
+  }
   const Alignment start = align_sessions(scene.sessions, scene.loops, MergeConfig{});
   REQUIRE(start.decisions.back().accepted);
   REQUIRE_FALSE(start.connected[2]);

@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "src/merge/loop_cycle.hpp"
+
 using namespace unimapper;
 using namespace unimapper::merge;
 
@@ -26,6 +28,10 @@ Pose aside(double y_m) {
   Pose pose;
   pose.translation.y() = y_m;
   return pose;
+}
+
+Pose yaw_free(const Eigen::Vector3d& translation) {
+  return {Eigen::Matrix3d::Identity(), translation};
 }
 
 Pose turned(double rad) {
@@ -56,39 +62,38 @@ std::vector<LoopConstraint> true_loops(const SessionPath& path,
   return loops;
 }
 
-/// What the cycle through two loops may err in translation: both loops, the odometry of both
-/// sessions, and the first loop's rotation over the way to the second.
-double cycle_variance_m2(const SessionPath& path, std::size_t a, std::size_t b) {
-  const double lever = (path[b].translation - path[a].translation).squaredNorm();
-  return 2.0 * kSigmaM * kSigmaM + 2.0 * path.variance(a, b).translation +
-         kSigmaRad * kSigmaRad * lever;
-}
-
-double cycle_variance_rad2(const SessionPath& path, std::size_t a, std::size_t b) {
-  return 2.0 * kSigmaRad * kSigmaRad + 2.0 * path.variance(a, b).rotation;
-}
-
 }  // namespace
 
-TEST_CASE("Chi square of a cycle is the squared error over the variances of all four sides",
-          "[acceptance]") {
+TEST_CASE("Chi square of a cycle weighs each axis by its own variance", "[acceptance]") {
   const SessionPath path = straight(20);
   const LoopConstraint a = loop(path, 2, path, 2);
-  CHECK(cycle_chi2(a, loop(path, 10, path, 10), path, path) == Approx(0.0).margin(1e-9));
-  CHECK(cycle_chi2(a, loop(path, 10, path, 10, aside(0.7)), path, path) ==
-        Approx(0.49 / cycle_variance_m2(path, 2, 10)));
-  CHECK(cycle_chi2(a, loop(path, 10, path, 10, turned(0.05)), path, path) ==
-        Approx(0.0025 / cycle_variance_rad2(path, 2, 10)));
+  const auto chi2 = [&](const Pose& error) {
+    return cycle_chi2(a, loop(path, 10, path, 10, error), path, path);
+  };
+  CHECK(chi2({}) == Approx(0.0).margin(1e-9));
+  // Along the way no rotation has a lever.
+  const double ahead = 2.0 * kSigmaM * kSigmaM + 2.0 * path.variance(2, 10).translation;
+  CHECK(chi2(yaw_free({0.7, 0.0, 0.0})) == Approx(0.49 / ahead));
+  // Across it the first loop's heading has one, and shows in the heading at the end.
+  const double lever = (path[10].translation - path[2].translation).norm();
+  const double turn = 2.0 * kSigmaRad * kSigmaRad + 2.0 * path.variance(2, 10).rotation;
+  const double across = ahead + kSigmaRad * kSigmaRad * lever * lever;
+  const double both = kSigmaRad * kSigmaRad * lever;
+  const double determinant = across * turn - both * both;
+  CHECK(chi2(aside(0.7)) == Approx(0.49 * turn / determinant));
+  CHECK(chi2(turned(0.05)) == Approx(0.0025 * across / determinant));
 }
 
 TEST_CASE("Two loops agree up to the threshold of chi square and not beyond", "[acceptance]") {
   const SessionPath path = straight(20);
   const AcceptanceConfig config;
   const bool by_turn = GENERATE(false, true);
+  const Pose unit = by_turn ? turned(0.01) : aside(0.01);
+  const double chi2_of_unit =
+      cycle_chi2(loop(path, 2, path, 2), loop(path, 10, path, 10, unit), path, path);
   for (const double share : {0.99, 1.01}) {
-    const double chi2 = share * config.consistency_chi2;
-    const Pose error = by_turn ? turned(std::sqrt(chi2 * cycle_variance_rad2(path, 2, 10)))
-                               : aside(std::sqrt(chi2 * cycle_variance_m2(path, 2, 10)));
+    const double size = 0.01 * std::sqrt(share * config.consistency_chi2 / chi2_of_unit);
+    const Pose error = by_turn ? turned(size) : aside(size);
     const std::vector<LoopConstraint> loops{loop(path, 2, path, 2),
                                             loop(path, 10, path, 10, error)};
     INFO("share " << share << (by_turn ? " in rotation" : " in translation"));
@@ -97,36 +102,87 @@ TEST_CASE("Two loops agree up to the threshold of chi square and not beyond", "[
   }
 }
 
-TEST_CASE("A loop's variance is that of its weakest axis", "[acceptance]") {
+TEST_CASE("A loop that is weak along a corridor agrees along it and not across", "[acceptance]") {
   const SessionPath path = straight(20);
-  LoopConstraint corridor = loop(path, 2, path, 2, aside(0.7));
-  const LoopConstraint other = loop(path, 10, path, 10);
-  const double known = cycle_chi2(corridor, other, path, path);
-  corridor.information(0, 0) = 1.0 / 100.0;
-  CHECK(cycle_chi2(corridor, other, path, path) < 0.01 * known);
+  const LoopConstraint sure = loop(path, 10, path, 10);
+  const auto weak_along_x = [&](const Eigen::Vector3d& error) {
+    LoopConstraint corridor = loop(path, 2, path, 2, yaw_free(error));
+    corridor.information(0, 0) = 1.0 / 100.0;
+    return cycle_chi2(corridor, sure, path, path);
+  };
+  CHECK(weak_along_x({3.0, 0.0, 0.0}) < 0.1);
+  CHECK(weak_along_x({0.0, 3.0, 0.0}) > AcceptanceConfig{}.consistency_chi2);
+  CHECK(weak_along_x({0.0, 0.0, 3.0}) > AcceptanceConfig{}.consistency_chi2);
+}
+
+TEST_CASE("Maps whose position along one direction few loops know wait", "[acceptance]") {
+  const SessionPath path = straight(20);
+  const AcceptanceConfig config;
+  std::vector<LoopConstraint> loops = true_loops(path, {2, 4, 6, 8, 10, 12});
+  const auto weaken = [&](std::size_t i) {
+    loops[i].information(0, 0) = 0.99 / (config.vote_sigma_m * config.vote_sigma_m);
+  };
+  for (const std::size_t i : {0U, 1U, 2U, 3U}) weaken(i);
+  CHECK(inter_session_consistency(loops, path, path, config).state == PairState::kConfirmed);
+  weaken(4);
+  const ConsistencySet one = inter_session_consistency(loops, path, path, config);
+  CHECK(one.state == PairState::kProvisional);
+  CHECK(one.reason == "the position along one direction is known to 1 of 6 loops");
+}
+
+TEST_CASE("Loops that differ by less than drift over the whole way compete all the same",
+          "[acceptance]") {
+  // Every other loop 3 m up, as between two decks: far ones agree, neighbours do not.
+  const SessionPath path = straight(100);
+  const AcceptanceConfig config;
+  std::vector<LoopConstraint> loops;
+  for (std::size_t k = 0; k < 100; k += 10) {
+    loops.push_back(loop(path, k, path, k));
+    loops.push_back(loop(path, k + 5, path, k + 5, yaw_free({0.0, 0.0, 3.0})));
+  }
+  REQUIRE(cycle_chi2(loops.front(), loops.back(), path, path) < config.consistency_chi2);
+  REQUIRE(cycle_chi2(loops[0], loops[1], path, path) > config.consistency_chi2);
+  const ConsistencySet set = inter_session_consistency(loops, path, path, config);
+  CHECK(set.state == PairState::kProvisional);
+  CHECK(set.competing >= 5);
+}
+
+TEST_CASE("Loops that drift apart along the way belong to one hypothesis", "[acceptance]") {
+  // The query's odometry is too long by 4 %, far more than its model allows.
+  const SessionPath path = straight(100);
+  std::vector<LoopConstraint> loops;
+  for (std::size_t k = 0; k < 100; k += 4) {
+    loops.push_back(
+        loop(path, k, path, k, yaw_free({0.04 * kStepM * static_cast<double>(k), 0.0, 0.0})));
+  }
+  const AcceptanceConfig config;
+  const ConsistencySet set = inter_session_consistency(loops, path, path, config);
+  REQUIRE(set.inliers.size() < loops.size() - 4);
+  CHECK(set.competing == 0);
+  CHECK(set.state == PairState::kConfirmed);
 }
 
 TEST_CASE("Three loops connect two maps, two do not unless both overlap strongly", "[acceptance]") {
   const SessionPath path = straight(20);
   const AcceptanceConfig config;
-  CHECK(inter_session_consistency(true_loops(path, {2, 6, 10}), path, path, config)
-            .decision.accepted);
+  CHECK(inter_session_consistency(true_loops(path, {2, 6, 10}), path, path, config).state ==
+        PairState::kConfirmed);
 
   const ConsistencySet two =
       inter_session_consistency(true_loops(path, {2, 10}), path, path, config);
-  CHECK_FALSE(two.decision.accepted);
-  CHECK(two.decision.reason == "too few consistent loops: 2 of 2");
+  CHECK(two.state == PairState::kRefused);
+  CHECK(two.reason == "too few consistent loops: 2 of 2");
 
   CHECK(inter_session_consistency(true_loops(path, {2, 10}, config.strong_overlap), path, path,
                                   config)
-            .decision.accepted);
+            .state == PairState::kConfirmed);
   std::vector<LoopConstraint> one_weak = true_loops(path, {2, 10}, config.strong_overlap);
   one_weak[1].overlap -= 0.01;
-  CHECK(inter_session_consistency(one_weak, path, path, config).decision.reason ==
+  CHECK(inter_session_consistency(one_weak, path, path, config).reason ==
         "too few consistent loops: 2 of 2");
-  CHECK(inter_session_consistency(true_loops(path, {2}, 1.0), path, path, config).decision.reason ==
+  CHECK(inter_session_consistency(true_loops(path, {2}, 1.0), path, path, config).reason ==
         "too few consistent loops: 1 of 1");
-  CHECK(inter_session_consistency({}, path, path, config).decision.reason == "no loops found");
+  CHECK(inter_session_consistency({}, path, path, config).reason == "no loops found");
 }
 
 TEST_CASE("Loops must span the configured path in both maps, strong ones half of it",
@@ -135,16 +191,16 @@ TEST_CASE("Loops must span the configured path in both maps, strong ones half of
   AcceptanceConfig config;
   const auto span_of_20 = true_loops(path, {4, 6, 8});
   config.min_span_m = 19.9;
-  CHECK(inter_session_consistency(span_of_20, path, path, config).decision.accepted);
+  CHECK(inter_session_consistency(span_of_20, path, path, config).state == PairState::kConfirmed);
   config.min_span_m = 20.1;
-  CHECK(inter_session_consistency(span_of_20, path, path, config).decision.reason ==
+  CHECK(inter_session_consistency(span_of_20, path, path, config).reason ==
         "loops span too short a path");
 
   const auto strong = true_loops(path, {4, 6, 8}, 0.9);
   config.min_span_m = 39.9;
-  CHECK(inter_session_consistency(strong, path, path, config).decision.accepted);
+  CHECK(inter_session_consistency(strong, path, path, config).state == PairState::kConfirmed);
   config.min_span_m = 40.1;
-  CHECK(inter_session_consistency(strong, path, path, config).decision.reason ==
+  CHECK(inter_session_consistency(strong, path, path, config).reason ==
         "loops span too short a path");
 
   // The query moved twice as far as the match: the shorter of the two counts.
@@ -152,9 +208,9 @@ TEST_CASE("Loops must span the configured path in both maps, strong ones half of
   const std::vector<LoopConstraint> skewed{loop(path, 4, dense, 8), loop(path, 6, dense, 11),
                                            loop(path, 8, dense, 14)};
   config.min_span_m = 14.9;
-  CHECK(inter_session_consistency(skewed, path, dense, config).decision.accepted);
+  CHECK(inter_session_consistency(skewed, path, dense, config).state == PairState::kConfirmed);
   config.min_span_m = 15.1;
-  CHECK(inter_session_consistency(skewed, path, dense, config).decision.reason ==
+  CHECK(inter_session_consistency(skewed, path, dense, config).reason ==
         "loops span too short a path");
 }
 
@@ -167,20 +223,20 @@ TEST_CASE("The consistency set must exceed a competing one by the margin", "[acc
   std::vector<LoopConstraint> four = true_loops(path, {2, 6, 10, 14});
   four.insert(four.end(), aliased.begin(), aliased.end());
   const ConsistencySet ahead = inter_session_consistency(four, path, path, config);
-  CHECK(ahead.decision.accepted);
+  CHECK(ahead.state == PairState::kConfirmed);
   CHECK(ahead.distinct == 4);
   CHECK(ahead.competing == 2);
   CHECK(ahead.inliers == std::vector<std::size_t>{0, 1, 2, 3});
 
   std::vector<LoopConstraint> three = true_loops(path, {2, 6, 10});
   three.insert(three.end(), aliased.begin(), aliased.end());
-  CHECK(inter_session_consistency(three, path, path, config).decision.reason ==
+  CHECK(inter_session_consistency(three, path, path, config).reason ==
         "ambiguous: 2 loops contradict 3");
 
   // A single outlier is no competing set.
   three.pop_back();
   const ConsistencySet alone = inter_session_consistency(three, path, path, config);
-  CHECK(alone.decision.accepted);
+  CHECK(alone.state == PairState::kConfirmed);
   CHECK(alone.competing == 0);
 }
 
@@ -194,7 +250,7 @@ TEST_CASE("Loops count as distinct only if they are apart along both paths", "[a
     const ConsistencySet set = inter_session_consistency(loops, standing, moving, config);
     CHECK(set.inliers.size() == 3);
     CHECK(set.distinct == 1);
-    CHECK(set.decision.reason == "too few consistent loops: 1 of 3");
+    CHECK(set.reason == "too few consistent loops: 1 of 3");
   }
   SECTION("a moving query, a standing match") {
     for (const std::size_t k : {2U, 6U, 10U}) loops.push_back(loop(moving, k, standing, k));
@@ -238,7 +294,7 @@ TEST_CASE("Loops over half the span connect two maps of half the extent, and no 
   const auto accepted = [&](std::size_t span, double extent_m) {
     return inter_session_consistency(true_loops(path, {2, 2 + span / 2, 2 + span}), path, path,
                                      scaled_to_extent(config, extent_m))
-        .decision.accepted;
+               .state == PairState::kConfirmed;
   };
   const double half = 0.5 * config.full_extent_m;
   CHECK(accepted(10, 0.99 * half));
@@ -261,11 +317,31 @@ TEST_CASE("A loop within a session is taken up to the drift that odometry may ha
                                : aside(std::sqrt(chi2 * (drift.translation + kSigmaM * kSigmaM)));
     // Nothing but odometry can contradict a loop that is alone.
     const std::vector<LoopConstraint> alone{loop(path, 30, path, 3, error)};
-    const ConsistencySet set = intra_session_consistency(alone, path, config);
+    const IntraSessionLoops found = intra_session_consistency(alone, path, config);
     INFO("share " << share << (by_turn ? " in rotation" : " in translation"));
-    CHECK(set.decision.accepted == (share < 1.0));
-    CHECK(set.decision.reason == (share < 1.0 ? "" : "no loop agrees with odometry"));
+    CHECK(found.accepted.empty());
+    CHECK(found.waiting.size() == (share < 1.0 ? 1 : 0));
   }
+}
+
+TEST_CASE("Loops within a session wait until another one at another place confirms them",
+          "[acceptance]") {
+  const SessionPath path = straight(200, 1.0);
+  const AcceptanceConfig config;
+  const auto found = [&](const std::vector<std::size_t>& queries) {
+    std::vector<LoopConstraint> loops;
+    // There and back again: loops join what lies as far before the turn as after it.
+    for (const std::size_t q : queries) loops.push_back(loop(path, q, path, q - 100));
+    return intra_session_consistency(loops, path, config);
+  };
+  const auto spacing = static_cast<std::size_t>(0.5 * config.min_span_m);
+  CHECK(found({120}).waiting.size() == 1);
+  CHECK(found({120, 120 + spacing - 1}).waiting.size() == 2);
+  CHECK(found({120, 120 + spacing}).accepted.size() == 2);
+  // Far away odometry is no longer sure enough to contradict a wrong one.
+  const SessionPath far = straight(2000, 1.0);
+  const std::vector<LoopConstraint> ends{loop(far, 1000, far, 10), loop(far, 1900, far, 910)};
+  CHECK(intra_session_consistency(ends, far, config).waiting.size() == 2);
 }
 
 TEST_CASE("A map is fitted to another by a single loop as well as by many", "[acceptance]") {

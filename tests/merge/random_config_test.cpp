@@ -39,7 +39,7 @@ void check(const std::vector<SessionData>& sessions, const MergeResult& result) 
   REQUIRE(result.sessions.at(result.central_session).status == SessionStatus::kCentral);
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     const MergedSession& merged = result.sessions[s];
-    REQUIRE(merged.reason.empty() == (merged.status != SessionStatus::kUnconnected));
+    REQUIRE(merged.reason.empty() == is_in_map(merged.status));
     REQUIRE(merged.T_map_session.is_rigid());
     REQUIRE(merged.T_map_keyframe.size() == sessions[s].keyframes.size());
     REQUIRE(std::all_of(merged.T_map_keyframe.begin(), merged.T_map_keyframe.end(),
@@ -86,8 +86,7 @@ TEST_CASE("a random merger configuration is refused in words or merges two short
     }
     const MergeResult result = merge_sessions(sessions, config);
     check(sessions, result);
-    const bool together =
-        result.sessions[1 - result.central_session].status != SessionStatus::kUnconnected;
+    const bool together = is_in_map(result.sessions[1 - result.central_session].status);
     ++(together ? connected : apart);
   }
   INFO(refused << " refused, " << connected << " connected, " << apart << " apart");

@@ -282,6 +282,7 @@ TEST_CASE("a merge is completed from its poses and loops to the same bytes", "[s
   MergeResult posed;
   posed.central_session = whole.central_session;
   posed.loops = whole.loops;
+  posed.pairs = whole.pairs;
   for (const MergedSession& session : whole.sessions) {
     posed.sessions.push_back(
         {session.status, session.reason, session.T_map_session, session.T_map_keyframe, {}});

@@ -7,6 +7,7 @@
 #include "merge_words.hpp"
 #include "src/merge/alignment_problem.hpp"
 #include "src/merge/loop_acceptance.hpp"
+#include "src/merge/loop_cycle.hpp"
 #include "src/merge/map_graph.hpp"
 #include "src/merge/map_level.hpp"
 #include "src/merge/max_clique.hpp"
@@ -55,6 +56,11 @@ MergeConfig align_config() {
   return config;
 }
 
+/// The maps are smaller than one place.
+PlacementCheck confirmed_by_data() {
+  return [](const Placement&) { return PlacementEvidence{10, 0, {}}; };
+}
+
 }  // namespace
 
 TEST_CASE("drift of a tilted way, as before", "[regression]") {
@@ -101,12 +107,20 @@ TEST_CASE("consistency of inter-session loops in tilted frames, as before", "[re
     }
     for (const double extent_m : {0.0, 9.0, 25.0, 50.0}) {
       const AcceptanceConfig scaled = scaled_to_extent(config.acceptance, extent_m);
-      const ConsistencySet set =
-          query == match ? intra_session_consistency(loops, paths[query], scaled)
-                         : inter_session_consistency(loops, paths[query], paths[match], scaled);
       text += join("  extent", fixed(extent_m, 0), "span", fixed(scaled.min_span_m, 3), "distinct",
-                   fixed(scaled.distinct_m, 3), set.decision.accepted ? "accepted" : "refused",
-                   set.decision.reason, "inliers");
+                   fixed(scaled.distinct_m, 3));
+      if (query == match) {
+        const IntraSessionLoops found = intra_session_consistency(loops, paths[query], scaled);
+        text += " accepted";
+        for (const std::size_t i : found.accepted) text += " " + count(i);
+        text += " waiting";
+        for (const std::size_t i : found.waiting) text += " " + count(i);
+        text += "\n";
+        continue;
+      }
+      const ConsistencySet set =
+          inter_session_consistency(loops, paths[query], paths[match], scaled);
+      text += join(" ", state_name(set.state), set.reason, "inliers");
       for (const std::size_t i : set.inliers) text += " " + count(i);
       text += join(" distinct", count(set.distinct), "competing", count(set.competing)) + "\n    " +
               pose_text(set.T_match_session_query_session) + "\n";
@@ -193,7 +207,8 @@ TEST_CASE("alignment of three tilted sessions, as before", "[regression]") {
   const MergeConfig config = align_config();
   // The last loops come from a radius search, after alignment.
   const std::span<const LoopConstraint> all(s.loops);
-  const Alignment first = align_sessions(s.sessions, all.first(s.loops.size() - 6), config);
+  const Alignment first =
+      align_sessions(s.sessions, all.first(s.loops.size() - 6), config, confirmed_by_data());
   std::string text = alignment_text(first, s);
   const Alignment refined = refine_alignment(first, s.sessions, all, config);
   text += "refined\n" + alignment_text(refined, s);
@@ -245,7 +260,7 @@ TEST_CASE("radius search among tilted maps, as before", "[regression]") {
   config.radius.per_keyframe = 2;
   config.loops.min_keyframe_gap = 5;
   config.loops.min_path_gap_m = 12.0;
-  const Alignment alignment = align_sessions(s.sessions, s.loops, config);
+  const Alignment alignment = align_sessions(s.sessions, s.loops, config, confirmed_by_data());
   std::string text;
   for (const char* narrow : {"os1-64", "livox-avia"}) {
     std::vector<SessionData> sessions(3);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "unimapper/core/pose.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
+#include "unimapper/merge/pair_outcome.hpp"
 
 namespace unimapper::merge {
 
@@ -30,6 +32,7 @@ struct Alignment {
   std::vector<Pose> T_map_session;  ///< anchor nodes
   std::vector<std::vector<Pose>> T_session_keyframe;  ///< optimised, in the session's own frame
   std::vector<LoopDecision> decisions;                ///< on the loops given, in their order
+  std::vector<PairOutcome> pairs;  ///< of sessions with inter-session loops, by match, then query
 
   /// Pose of a keyframe in the map frame.
   [[nodiscard]] Pose T_map_keyframe(KeyframeId k) const {
@@ -37,14 +40,36 @@ struct Alignment {
   }
 };
 
+/// What sensor data say about two sessions that a set of loops places in one frame.
+struct PlacementEvidence {
+  std::size_t supporting = 0;     ///< keyframes beside each other, without a loop, that fit
+  std::size_t contradicting = 0;  ///< those that see different structure there
+  std::string aliasing;           ///< where else the query fits as well, in words; empty: nowhere
+};
+
+/// Two sessions, each with its poses corrected by its intra-session loops, and where inter-session
+/// loops, which are not empty, place the query.
+struct Placement {
+  std::span<const LoopConstraint> loops;           ///< the consistency set
+  std::span<const Pose> T_query_session_keyframe;  ///< of the query, in its odometry frame
+  std::span<const Pose> T_match_session_keyframe;  ///< of the match, in its odometry frame
+  Pose T_match_session_query_session;              ///< odometry frame to odometry frame, metres
+};
+
+/// Evaluates a placement by sensor data.
+using PlacementCheck = std::function<PlacementEvidence(const Placement& placement)>;
+
 /// Optimises every session with its intra-session loops (paper section V-C), finds the consistency
-/// set of every pair of sessions, then joins sessions one pair at a time, strongest first, starting
-/// from the central map (section VI). Every join is a transaction: it is optimised, outliers are
-/// rejected, and it is rolled back if its loops do not survive or if it deforms a map more than its
-/// odometry could explain. Sessions that no accepted set of loops connects stay apart.
-/// Deterministic. Throws std::invalid_argument for a loop to a keyframe that does not exist.
+/// set of every pair of sessions, asks `check` about those that connect sessions, then joins
+/// sessions one pair at a time, strongest first, starting from the central map (section VI).
+/// Without a check, loops that lie in one place leave a pair provisional. Every join is a
+/// transaction: it is optimised, outliers are rejected, and it is rolled back if its loops do not
+/// survive or if it deforms a map more than its odometry could explain. Sessions that no accepted
+/// set of loops connects stay apart. Deterministic. Throws std::invalid_argument for a loop to a
+/// keyframe that does not exist.
 Alignment align_sessions(const std::vector<AlignmentSession>& sessions,
-                         std::span<const LoopConstraint> loops, const MergeConfig& config);
+                         std::span<const LoopConstraint> loops, const MergeConfig& config,
+                         const PlacementCheck& check = {});
 
 /// Adds loops found between sessions that `align_sessions` has connected (radius search), rejects
 /// outliers, readmits loops rejected earlier that agree with the result, and optimises once more.

@@ -54,6 +54,9 @@ struct RegistrationConfig {
   double correlated_points = 30.0;
   double sigma_floor_m = 0.08;
   double sigma_floor_rad = 0.006;
+  double probe_m = 1.5;
+  double probe_slip_m = 0.5;
+  double weak_axis_sigma_m = 10.0;
 };
 
 consteval auto parameters_of(const RegistrationConfig*) {
@@ -86,7 +89,15 @@ consteval auto parameters_of(const RegistrationConfig*) {
           "Neighbouring points repeat each other's errors: so many count as one observation."),
       parameter<&C::sigma_floor_m>("[0.001, 10]", "m", "choice",
                                    "No loop is known better than this."),
-      parameter<&C::sigma_floor_rad>("[0.0001, 1]", "rad", "choice", "The same for its rotation."));
+      parameter<&C::sigma_floor_rad>("[0.0001, 1]", "rad", "choice", "The same for its rotation."),
+      parameter<&C::probe_m>(
+          "[0.1, 10]", "m", "measured",
+          "So far along its weakest axis the registration of a loop is started again, either way."),
+      parameter<&C::probe_slip_m>("[0.01, 10]", "m", "measured",
+                                  "It is weak there if a restart that fits ends farther off;"),
+      parameter<&C::weak_axis_sigma_m>(
+          "[0.1, 1000]", "m", "choice",
+          "along a weak axis the loop is known to this standard deviation."));
 }
 
 /// Where loop candidates come from and when their geometry is verified.
@@ -136,7 +147,11 @@ struct AcceptanceConfig {
   std::uint32_t min_strong_loops = 2;
   double strong_overlap = 0.7;
   double margin = 2.0;
+  double sufficient_margin = 4.0;
   double distinct_m = 2.0;
+  double place_span_m = 100.0;
+  double vote_sigma_m = 1.0;
+  double confirming_sigma_m = 1.0;
   double full_extent_m = 40.0;
   double smallest_scale = 0.4;
   double loop_chi2 = 22.5;
@@ -155,17 +170,59 @@ consteval auto parameters_of(const AcceptanceConfig*) {
                                       "So many are enough when all overlap strongly."),
       parameter<&C::strong_overlap>("[0, 1]", "", "choice", "What overlapping strongly means."),
       parameter<&C::margin>("[1, 100]", "", "choice",
-                            "Consistency set over the largest competing set."),
+                            "Consistency set over the largest competing set,"),
+      parameter<&C::sufficient_margin>(
+          "[1, 100]", "", "choice",
+          "and over one that would connect the maps were it alone: below it the pair is "
+          "provisional."),
       parameter<&C::distinct_m>("[0, 100]", "m", "choice",
                                 "Loops closer than this along either path count once."),
+      parameter<&C::place_span_m>(
+          "[0, 1000]", "m", "choice",
+          "Loops within so short a path lie in one place, and one place may look like another: "
+          "sensor data elsewhere must confirm them."),
+      parameter<&C::vote_sigma_m>(
+          "[0.01, 100]", "m", "choice",
+          "A loop knows the position along a direction if its standard deviation is smaller."),
+      parameter<&C::confirming_sigma_m>(
+          "[0.01, 100]", "m", "choice",
+          "Two loops within a session confirm each other if odometry between them is as sure."),
       parameter<&C::full_extent_m>(
           "[0, 1000]", "m", "measured",
           "Where keyframes of both maps see less far (radius within which 95 % of their static "
-          "cells lie), min_span_m and distinct_m are shorter in proportion; 0: never."),
+          "cells lie), min_span_m, distinct_m and place_span_m are shorter in proportion; 0: "
+          "never."),
       parameter<&C::smallest_scale>("[0.01, 1]", "", "measured",
                                     "They shrink to no less than this share."),
       parameter<&C::loop_chi2>("[1, 1000]", "", "choice",
                                "A loop beyond this after optimisation is rejected."));
+}
+
+/// Search for perceptual aliasing before two maps are merged.
+struct AliasingConfig {
+  double min_shift_m = 4.0;
+  double max_shift_m = 60.0;
+  double alike_share = 0.8;
+  double roofed_share = 0.5;
+  double changed_share = 0.08;
+};
+
+consteval auto parameters_of(const AliasingConfig*) {
+  using C = AliasingConfig;
+  return parameter_table(
+      parameter<&C::min_shift_m>("[1, 100]", "m", "measured",
+                                 "Loops are moved to keyframes of the same map at least so far,"),
+      parameter<&C::max_shift_m>("[1, 1000]", "m", "measured", "and at most so far away."),
+      parameter<&C::alike_share>("[0.1, 2]", "", "measured",
+                                 "They fit there as well if of the structure facing the shift this "
+                                 "share coincides, of what coincides here."),
+      parameter<&C::roofed_share>(
+          "[0, 1]", "", "measured",
+          "A place is below a ceiling if this share of its ground has structure above it;"),
+      parameter<&C::changed_share>(
+          "[0, 1]", "", "measured",
+          "if this share of the structure there lies in the other's free space, it may be another "
+          "storey."));
 }
 
 /// Pose graph optimisation.
@@ -326,6 +383,7 @@ struct MergeConfig {
   RegistrationConfig registration;  ///< registration clouds and G-ICP
   LoopConfig loops;                 ///< loop candidates and their verification
   AcceptanceConfig acceptance;      ///< sets of inter-session loops
+  AliasingConfig aliasing;          ///< search for perceptual aliasing
   GraphConfig graph;                ///< the pose graph
   RadiusConfig radius;              ///< radius search after alignment
   RefinementConfig refinement;      ///< refined labels
@@ -340,8 +398,8 @@ consteval auto parameters_of(const MergeConfig*) {
   using C = MergeConfig;
   return parameter_table(
       parameters_in<&C::odometry>(), parameters_in<&C::registration>(), parameters_in<&C::loops>(),
-      parameters_in<&C::acceptance>(), parameters_in<&C::graph>(), parameters_in<&C::radius>(),
-      parameters_in<&C::refinement>(), parameters_in<&C::map>(),
+      parameters_in<&C::acceptance>(), parameters_in<&C::aliasing>(), parameters_in<&C::graph>(),
+      parameters_in<&C::radius>(), parameters_in<&C::refinement>(), parameters_in<&C::map>(),
       parameter<&C::threads>("[0, 256]", "threads", "choice",
                              "0: as many as the machine has; the result is the same."));
 }

@@ -9,18 +9,27 @@
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/loop_outcomes.hpp"
 #include "unimapper/merge/merge_config.hpp"
+#include "unimapper/merge/pair_outcome.hpp"
 #include "unimapper/merge/refinement.hpp"
 #include "unimapper/merge/user_statements.hpp"
 
 namespace unimapper::merge {
 
-enum class SessionStatus { kCentral, kMerged, kUnconnected };
+/// Provisional: a set of loops connects the session to another one, and something else would
+/// explain it as well (`MergeResult::pairs`); it stays apart until more is known. Unconnected:
+/// nothing connects it.
+enum class SessionStatus { kCentral, kMerged, kProvisional, kUnconnected };
 
-/// "central", "merged" or "unconnected": the word in summary.json.
+/// "central", "merged", "provisional" or "unconnected": the word in summary.json.
 [[nodiscard]] const char* status_name(SessionStatus status);
 
-/// One session in the unified frame. An unconnected session keeps all its keyframes, in its own
-/// frame: `T_map_session` is the identity then.
+/// Whether a session of that status is part of the unified map.
+[[nodiscard]] constexpr bool is_in_map(SessionStatus status) {
+  return status == SessionStatus::kCentral || status == SessionStatus::kMerged;
+}
+
+/// One session in the unified frame. A session that is not in the map keeps all its keyframes, in
+/// its own frame: `T_map_session` is the identity then.
 struct MergedSession {
   SessionStatus status = SessionStatus::kUnconnected;  ///< whether it is connected to the map
   std::string reason;                                  ///< why it is not connected, empty otherwise
@@ -55,7 +64,8 @@ struct MergeResult {
   std::vector<MergedSession> sessions;  ///< by index of the session
   /// All loops considered, verified or not, with the final decision on each.
   std::vector<LoopConstraint> loops;
-  std::vector<MapPoint> map;                    ///< static points, the unified map
+  std::vector<PairOutcome> pairs;  ///< of sessions with inter-session loops, by match, then query
+  std::vector<MapPoint> map;       ///< static points, the unified map
   std::vector<ChangedPoint> changes;            ///< points that differ between sessions
   std::vector<Eigen::Vector3f> dynamic_points;  ///< what is not static, map frame, for display
   /// The edges of the final pose graph: accepted loops, then odometry (match = from).

@@ -32,7 +32,7 @@ void write_session_clouds(const std::filesystem::path& map,
                           const merge::MergeResult& result) {
   datasets::make_directory(map / "clouds");
   for (std::size_t s = 0; s < sessions.size(); ++s) {
-    if (result.sessions[s].status == merge::SessionStatus::kUnconnected) continue;
+    if (!merge::is_in_map(result.sessions[s].status)) continue;
     const auto cloud = session_cloud(sessions[s], result.sessions[s]);
     datasets::PlyCloud ply;
     ply.positions = cloud;

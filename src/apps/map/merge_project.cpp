@@ -86,6 +86,23 @@ merge::LoopConstraint from_stored(const store::LoopResult& stored, KeyframeId qu
   return loop;
 }
 
+merge::PairOutcome from_stored(const store::PairResult& stored, const KeyframeRows& rows) {
+  merge::PairOutcome pair;
+  // Sessions of a result are in the store: they were looked up before.
+  pair.match = rows.index(stored.match).value();
+  pair.query = rows.index(stored.query).value();
+  for (const auto state :
+       {merge::PairState::kRefused, merge::PairState::kProvisional, merge::PairState::kConfirmed}) {
+    if (stored.state == merge::state_name(state)) pair.state = state;
+  }
+  pair.reason = stored.reason;
+  pair.loops = static_cast<std::size_t>(stored.loops);
+  pair.distinct = static_cast<std::size_t>(stored.distinct);
+  pair.competing = static_cast<std::size_t>(stored.competing);
+  pair.T_match_session_query_session = stored.T_match_query;
+  return pair;
+}
+
 /// The store's table of outcomes, for a merge. What is kept is on the disk at once: a merge that is
 /// killed has not verified in vain.
 class StoredOutcomes final : public merge::LoopOutcomes {
@@ -183,6 +200,11 @@ store::MapResult to_stored(const merge::MergeResult& result, const KeyframeRows&
   for (const merge::LoopConstraint& loop : result.loops) {
     stored.loops.push_back(to_stored(loop, rows));
   }
+  for (const merge::PairOutcome& pair : result.pairs) {
+    stored.pairs.push_back({rows.session(pair.match), rows.session(pair.query),
+                            merge::state_name(pair.state), pair.reason, pair.loops, pair.distinct,
+                            pair.competing, pair.T_match_session_query_session});
+  }
   return stored;
 }
 
@@ -208,10 +230,11 @@ std::string outcome_of(const merge::MergeResult& result, const std::vector<Sessi
   std::string apart;
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     const merge::MergedSession& merged = result.sessions[s];
-    if (merged.status != merge::SessionStatus::kUnconnected) {
+    if (merge::is_in_map(merged.status)) {
       ++connected;
     } else {
-      apart += "; " + sessions[s].info.name + " is apart: " + merged.reason;
+      apart += "; " + sessions[s].info.name + " is " + merge::status_name(merged.status) + ": " +
+               merged.reason;
     }
   }
   std::size_t accepted = 0;
@@ -229,8 +252,9 @@ merge::MergeResult posed_result(const store::MapResult& stored, const KeyframeRo
     const std::optional<std::uint32_t> s = rows.index(session.session);
     if (!s) throw std::runtime_error("a session of the map is not in the store any more");
     merge::MergedSession& merged = posed.sessions[*s];
-    for (const auto status : {merge::SessionStatus::kCentral, merge::SessionStatus::kMerged,
-                              merge::SessionStatus::kUnconnected}) {
+    for (const auto status :
+         {merge::SessionStatus::kCentral, merge::SessionStatus::kMerged,
+          merge::SessionStatus::kProvisional, merge::SessionStatus::kUnconnected}) {
       if (session.state == merge::status_name(status)) merged.status = status;
     }
     if (merged.status == merge::SessionStatus::kCentral) posed.central_session = *s;
@@ -243,6 +267,9 @@ merge::MergeResult posed_result(const store::MapResult& stored, const KeyframeRo
     const auto match = rows.find(loop.match);
     if (!query || !match) throw std::runtime_error("a keyframe of the map is damaged in the store");
     posed.loops.push_back(from_stored(loop, *query, *match));
+  }
+  for (const store::PairResult& pair : stored.pairs) {
+    posed.pairs.push_back(from_stored(pair, rows));
   }
   return posed;
 }

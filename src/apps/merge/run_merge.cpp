@@ -129,7 +129,7 @@ void require_result(const MergeOptions& options, const std::vector<SessionData>&
   if (options.allow_unconnected) return;
   std::string apart;
   for (std::size_t s = 0; s < sessions.size(); ++s) {
-    if (result.sessions[s].status != merge::SessionStatus::kUnconnected) continue;
+    if (merge::is_in_map(result.sessions[s].status)) continue;
     apart += (apart.empty() ? "" : ", ") + sessions[s].info.name;
   }
   if (apart.empty()) return;

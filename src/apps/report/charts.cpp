@@ -138,7 +138,7 @@ std::string draw_trajectories(const Summary& summary, const ReportInput& input) 
   Eigen::Vector2d from(1e12, 1e12);
   Eigen::Vector2d to(-1e12, -1e12);
   for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
-    if (summary.sessions[s].status == merge::SessionStatus::kUnconnected) continue;
+    if (!merge::is_in_map(summary.sessions[s].status)) continue;
     paths[s] = path_of(input.result->sessions[s]);
     truths[s] = truth_of_session(summary.sessions[s]);
     for (const Points* points : {&paths[s], &truths[s]}) {

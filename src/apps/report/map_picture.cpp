@@ -24,9 +24,7 @@ using merge::LoopConstraint;
 using merge::MergedSession;
 using merge::SessionStatus;
 
-bool is_connected(const MergedSession& session) {
-  return session.status != SessionStatus::kUnconnected;
-}
+bool is_connected(const MergedSession& session) { return merge::is_in_map(session.status); }
 
 /// Brightness by the number of points above each other: walls stand out from the ground in every
 /// colour.

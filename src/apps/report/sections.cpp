@@ -34,6 +34,7 @@ std::string session_label(const Summary& summary, std::size_t s) {
 std::string status_label(SessionStatus status) {
   if (status == SessionStatus::kCentral) return "<b>central</b>";
   if (status == SessionStatus::kMerged) return "<span class=\"good\">merged</span>";
+  if (status == SessionStatus::kProvisional) return "<span class=\"bad\">provisional</span>";
   return "<span class=\"bad\">unconnected</span>";
 }
 
@@ -140,7 +141,7 @@ std::string headline_section(const ReportInput& input, const Summary& summary) {
 std::string map_section(const ReportInput& input, const Summary& summary) {
   std::vector<std::pair<std::string, std::string>> entries;
   for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
-    if (summary.sessions[s].status == SessionStatus::kUnconnected) continue;
+    if (!merge::is_in_map(summary.sessions[s].status)) continue;
     const std::string sensor =
         summary.sessions[s].sensor.empty() ? "" : " (" + summary.sessions[s].sensor + ")";
     entries.emplace_back(hex(session_color(s)), summary.sessions[s].name + sensor);
@@ -223,16 +224,16 @@ std::string unconnected_section(const ReportInput& input, const Summary& summary
   std::string html;
   for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
     const SessionSummary& session = summary.sessions[s];
-    if (session.status != SessionStatus::kUnconnected) continue;
+    if (merge::is_in_map(session.status)) continue;
     html += "<h3>" + session_label(summary, s) + "</h3>\n<p>" +
             (session.reason.empty() ? "No loop connects it to the map." : escaped(session.reason)) +
             "</p>\n";
     if (session.keyframes > 0) html += "<figure>" + draw_session(input, s) + "</figure>\n";
   }
   if (html.empty()) return html;
-  return "<h2>Unconnected sessions</h2>\n<p>A session that no consistent set of loops connects "
-         "stays "
-         "in its own frame.</p>\n" +
+  return "<h2>Sessions apart</h2>\n<p>A session that no consistent set of loops connects stays in "
+         "its own frame; so does a provisional one, whose loops something else would explain as "
+         "well.</p>\n" +
          html;
 }
 

@@ -87,7 +87,7 @@ void measure_errors(const ReportInput& input, Summary& summary) {
   const Pose T_map_truth = T_truth_map.inverse();
   for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
     SessionSummary& session = summary.sessions[s];
-    if (session.status == SessionStatus::kUnconnected) continue;
+    if (!merge::is_in_map(session.status)) continue;
     for (const StampedPose& pose : input.references[s].truth) {
       session.truth_in_map.push_back(T_map_truth * pose.T_world_sensor.translation);
     }
@@ -113,7 +113,7 @@ Summary summarize(const ReportInput& input) {
   for (std::size_t s = 0; s < input.sessions->size(); ++s) {
     const merge::MergedSession& merged = input.result->sessions.at(s);
     summary.sessions.push_back(summarize_session((*input.sessions)[s], merged));
-    summary.merged_sessions += merged.status == SessionStatus::kUnconnected ? 0 : 1;
+    summary.merged_sessions += merge::is_in_map(merged.status) ? 1 : 0;
     if (s < input.references.size()) {
       summary.sessions.back().stats = read_run_stats(input.references[s].run);
     }

@@ -126,7 +126,7 @@ ResultScene scene_of_merge(const std::vector<SessionData>& sessions,
         .translation;
   };
   const auto is_in_map = [&](std::size_t session) {
-    return result.sessions[session].status != merge::SessionStatus::kUnconnected;
+    return merge::is_in_map(result.sessions[session].status);
   };
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     if (!is_in_map(s)) continue;

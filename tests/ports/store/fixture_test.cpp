@@ -39,6 +39,7 @@ MapResult two_sessions() {
   loop.accepted = true;
   loop.reason = "descriptor";
   result.loops.push_back(loop);
+  result.pairs.push_back({1, 2, "provisional", "ambiguous: 2 loops contradict 3", 9, 3, 2, at(8)});
   return result;
 }
 
@@ -123,6 +124,10 @@ TEST_CASE("a store of schema 3 is read", "[fixture]") {
   REQUIRE(result.loops.size() == 1);
   CHECK(result.loops[0].T_match_query.translation == at(6).translation);
   CHECK(result.loops[0].reason == "descriptor");
+  REQUIRE(result.pairs.size() == 1);
+  CHECK(result.pairs[0].state == "provisional");
+  CHECK(result.pairs[0].competing == 2);
+  CHECK(result.pairs[0].T_match_query.translation == at(8).translation);
 }
 
 TEST_CASE("a store of schema 3 is written to", "[fixture]") {

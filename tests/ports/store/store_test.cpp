@@ -21,7 +21,8 @@ const SessionInfo kBeta{{0xFFFFFFFF, 22}, "beta", "vlp-16"};
 
 /// Takes away what schema 3 has added.
 constexpr const char* kToSchema2 =
-    "DROP TABLE loop_outcomes; DROP TABLE result_loops; DROP TABLE result_sessions; "
+    "DROP TABLE loop_outcomes; DROP TABLE result_pairs; DROP TABLE result_loops; DROP TABLE "
+    "result_sessions; "
     "DROP TABLE epoch_statements; DROP TABLE statements; DROP TABLE epoch_sessions; "
     "DROP TABLE epochs; DROP TABLE results; PRAGMA user_version = 2";
 

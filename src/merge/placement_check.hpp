@@ -1,0 +1,40 @@
+// Check of the placement of one session in another by sensor data.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "keyframe_clouds.hpp"
+#include "loop_search.hpp"
+#include "unimapper/merge/alignment.hpp"
+#include "unimapper/merge/merge_config.hpp"
+
+namespace unimapper::merge {
+
+/// Looks for what loops cannot say: whether the query fits the same map elsewhere as well
+/// (perceptual aliasing: a period, a deck), and whether keyframes that lie beside each other in the
+/// placement see the same. Bounded: a dozen loops are moved to a dozen places each, and two dozen
+/// pairs of keyframes are verified.
+class PlacementEvaluator {
+ public:
+  PlacementEvaluator(KeyframeClouds& clouds, const MergeConfig& config)
+      : clouds_(clouds), config_(config) {}
+
+  /// As `PlacementCheck`.
+  [[nodiscard]] PlacementEvidence evaluate(const Placement& placement);
+
+ private:
+  struct Elsewhere;
+
+  [[nodiscard]] std::string find_repetition(const Placement& placement);
+  [[nodiscard]] std::string find_storeys(const Placement& placement) const;
+  [[nodiscard]] double share_elsewhere(const LoopConstraint& loop, const Elsewhere& place) const;
+  [[nodiscard]] std::vector<Elsewhere> places_elsewhere(const Placement& placement,
+                                                        const LoopConstraint& loop) const;
+  [[nodiscard]] std::vector<LoopCandidate> beside_each_other(const Placement& placement) const;
+
+  KeyframeClouds& clouds_;
+  const MergeConfig& config_;
+};
+
+}  // namespace unimapper::merge

@@ -1,0 +1,155 @@
+// Checks of a placement: repetition, storeys, and keyframes that see different structure
+#include "src/merge/placement_check.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "src/merge/roofed_share.hpp"
+#include "tests/merge/random.hpp"
+
+using namespace unimapper;
+using namespace unimapper::merge;
+using unimapper::merge::testing::Random;
+
+namespace {
+
+constexpr double kStepM = 3.0;
+constexpr std::size_t kKeyframes = 16;
+
+/// Points 15 cm apart on walls, floors and ceilings; z is up from the sensor.
+class Place {
+ public:
+  void add_wall(double x0, double y0, double x1, double y1, double z0 = -1.5, double z1 = 1.5) {
+    const int steps = static_cast<int>(std::hypot(x1 - x0, y1 - y0) / 0.15) + 1;
+    for (int i = 0; i <= steps; ++i) {
+      const double s = static_cast<double>(i) / steps;
+      for (double z = z0; z < z1; z += 0.15) {
+        cells_.push_back({{x0 + s * (x1 - x0), y0 + s * (y1 - y0), z}, 0});
+      }
+    }
+  }
+  void add_box(double x, double y, double length, double width, double z1 = 0.0) {
+    add_wall(x, y, x + length, y, -1.5, z1);
+    add_wall(x + length, y, x + length, y + width, -1.5, z1);
+    add_wall(x + length, y + width, x, y + width, -1.5, z1);
+    add_wall(x, y + width, x, y, -1.5, z1);
+  }
+  void add_level(double z, bool is_ground) {
+    for (double x = -30.0; x < 80.0; x += 0.4) {
+      for (double y = -8.0; y < 8.0; y += 0.4) cells_.push_back({{x, y, z}, is_ground ? 1 : 0});
+    }
+  }
+
+  /// A drive along x, one keyframe every `kStepM`.
+  [[nodiscard]] SessionData drive(std::uint64_t seed) const {
+    Random random(seed);
+    SessionData session;
+    for (std::size_t k = 0; k < kKeyframes; ++k) {
+      KeyframeRecord keyframe;
+      const Eigen::Vector3d at(kStepM * static_cast<double>(k), 0.0, 0.0);
+      keyframe.T_odometry_keyframe.translation = at;
+      for (const Cell& cell : cells_) {
+        const Eigen::Vector3d p = cell.position - at;
+        if (p.head<2>().norm() > 25.0) continue;
+        keyframe.static_cells.push_back({(p + random.normal3(0.01)).cast<float>(), 3,
+                                         static_cast<std::uint8_t>(cell.ground), 0});
+      }
+      session.keyframes.push_back(std::move(keyframe));
+    }
+    return session;
+  }
+
+ private:
+  struct Cell {
+    Eigen::Vector3d position;
+    int ground;
+  };
+  std::vector<Cell> cells_;
+};
+
+/// A corridor whose piers stand at the given distance, or at random.
+Place corridor(double period_m) {
+  Random random(5);
+  Place place;
+  place.add_level(-1.5, true);
+  place.add_wall(-30.0, 5.0, 80.0, 5.0);
+  place.add_wall(-30.0, -5.0, 80.0, -5.0);
+  for (double x = -30.0; x<80.0; x += period_m> 0.0 ? period_m : random.uniform(2.0, 9.0)) {
+    const double depth = period_m > 0.0 ? 1.5 : random.uniform(0.5, 3.0);
+    place.add_box(x, 5.0 - depth, 1.0, depth, 1.5);
+    if (period_m > 0.0 || random.uniform() < 0.5) place.add_box(x + 1.5, -5.0, 0.6, depth, 1.5);
+  }
+  return place;
+}
+
+/// What two drives through two places are found to be, placed on each other.
+PlacementEvidence evaluated(const Place& match, const Place& query) {
+  const std::vector<SessionData> sessions{match.drive(1), query.drive(2)};
+  const MergeConfig config;
+  std::vector<LoopConstraint> loops;
+  for (std::size_t k = 0; k < kKeyframes; k += 3) {
+    LoopConstraint loop;
+    loop.match = {0, k};
+    loop.query = {1, k};
+    loop.overlap = 1.0;
+    loops.push_back(loop);
+  }
+  std::vector<Pose> poses;
+  for (const auto& keyframe : sessions[0].keyframes) poses.push_back(keyframe.T_odometry_keyframe);
+  KeyframeClouds clouds(sessions, config.registration, 2);
+  return PlacementEvaluator(clouds, config).evaluate({loops, poses, poses, Pose{}});
+}
+
+}  // namespace
+
+TEST_CASE("A corridor that repeats itself is found to, one that does not is not", "[placement]") {
+  const PlacementEvidence repeated = evaluated(corridor(12.0), corridor(12.0));
+  CHECK(repeated.aliasing.find("loops fit as well 12 m away") != std::string::npos);
+  const PlacementEvidence distinct = evaluated(corridor(0.0), corridor(0.0));
+  CHECK(distinct.aliasing.empty());
+  CHECK(distinct.supporting == kKeyframes);
+  CHECK(distinct.contradicting == 0);
+}
+
+TEST_CASE("Keyframes beside each other that see different structure contradict", "[placement]") {
+  Place other;
+  other.add_level(-1.5, true);
+  for (double x = -28.0; x < 75.0; x += 9.0) other.add_wall(x, -8.0, x + 5.0, 8.0);
+  const PlacementEvidence evidence = evaluated(corridor(0.0), other);
+  CHECK(evidence.contradicting > evidence.supporting);
+}
+
+TEST_CASE("Below a ceiling a place whose contents differ may be another storey", "[placement]") {
+  const auto storey = [](bool has_ceiling, std::uint64_t cars) {
+    Place place;
+    place.add_level(-1.5, true);
+    if (has_ceiling) place.add_level(1.5, false);
+    Random pillars(9);
+    for (double x = -28.0; x < 75.0; x += pillars.uniform(4.0, 9.0)) {
+      place.add_box(x, pillars.uniform(-7.0, 5.0), 0.6, pillars.uniform(0.6, 2.5), 1.5);
+    }
+    Random random(cars);
+    for (double x = -28.0; x < 75.0; x += random.uniform(5.0, 9.0)) {
+      for (const double y : {-3.5, 1.7}) {
+        if (random.uniform() < 0.5) place.add_box(x, y, 4.2, 1.8, 0.3);
+      }
+    }
+    return place;
+  };
+  const PlacementEvidence changed = evaluated(storey(true, 3), storey(true, 4));
+  INFO(changed.aliasing);
+  CHECK(changed.aliasing.find("it may be another storey") != std::string::npos);
+  CHECK(evaluated(storey(true, 3), storey(true, 3)).aliasing.empty());
+  CHECK(evaluated(storey(false, 3), storey(false, 4)).aliasing.empty());
+}
+
+TEST_CASE("The roofed share is that of ground below structure", "[placement]") {
+  Place place;
+  CHECK(roofed_share(KeyframeRecord{}) == 0.0);
+  place.add_level(-1.5, true);
+  CHECK(roofed_share(place.drive(1).keyframes[4]) == 0.0);
+  place.add_level(1.5, false);
+  CHECK(roofed_share(place.drive(1).keyframes[4]) > 0.95);
+}
