@@ -167,9 +167,9 @@ class SessionAligner {
         {loops, poses[pair.query], poses[pair.match], pair.set.T_match_session_query_session});
     if (!evidence.aliasing.empty()) return evidence.aliasing;
     if (evidence.contradicting > evidence.supporting) {
-      return std::to_string(evidence.contradicting) + " of " +
-             std::to_string(evidence.contradicting + evidence.supporting) +
-             " keyframes beside each other see different structure";
+      return "keyframes beside each other see different structure: " +
+             std::to_string(evidence.contradicting) + " of " +
+             std::to_string(evidence.contradicting + evidence.supporting);
     }
     if (pair.set.is_one_place && evidence.supporting < problem_.config.acceptance.min_loops) {
       return kOnePlace;

@@ -160,8 +160,9 @@ std::string PlacementEvaluator::find_repetition(const Placement& placement) {
   if (2 * alike.size() <= chosen.size()) return {};
   std::vector<double> shifts;
   for (const auto& [loop, shift] : alike) shifts.push_back(shift);
-  char text[96];
-  std::snprintf(text, sizeof text, "%zu of %zu loops fit as well %.0f m away", alike.size(),
+  char text[128];
+  std::snprintf(text, sizeof text,
+                "the surroundings repeat: %zu of %zu loops fit as well %.0f m away", alike.size(),
                 chosen.size(), median(std::span(shifts)));
   return text;
 }
@@ -185,7 +186,7 @@ std::string PlacementEvaluator::find_storeys(const Placement& placement) const {
   }
   char text[128];
   std::snprintf(text, sizeof text,
-                "below a ceiling, and %.0f %% of the structure differs: it may be another storey",
+                "below a ceiling it may be another storey: %.0f %% of the structure differs",
                 100.0 * change);
   return text;
 }

@@ -1,0 +1,95 @@
+// Decisions of alignment on what the sensor data say about a placement
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "tests/merge/alignment_scene.hpp"
+#include "unimapper/merge/alignment.hpp"
+
+using namespace unimapper;
+using namespace unimapper::merge;
+using namespace unimapper::merge::testing;
+
+namespace {
+
+/// Two sessions side by side; their loops span the given path.
+Scene side_by_side(double span_m) {
+  Scene scene;
+  scene.sessions = {{straight(60), 1.0}, {straight(60), 0.5}};
+  const auto last = static_cast<std::size_t>(span_m / kStepM);
+  for (std::size_t k = 0; k <= last; k += 2) {
+    scene.loops.push_back(exact_loop({1, k}, {0, k}, Pose{}));
+  }
+  return scene;
+}
+
+constexpr double kOnePlaceM = 50.0;
+constexpr double kManyPlacesM = 200.0;
+
+Alignment aligned(double span_m, const PlacementEvidence& evidence) {
+  const Scene scene = side_by_side(span_m);
+  return align_sessions(scene.sessions, scene.loops, MergeConfig{},
+                        [&](const Placement& placement) {
+                          CHECK_FALSE(placement.loops.empty());
+                          CHECK(placement.T_query_session_keyframe.size() == 60);
+                          CHECK(placement.T_match_session_query_session.translation.norm() < 1e-6);
+                          return evidence;
+                        });
+}
+
+}  // namespace
+
+TEST_CASE("Loops in one place connect two maps only if data confirm them elsewhere",
+          "[alignment]") {
+  const Scene scene = side_by_side(kOnePlaceM);
+  const Alignment unasked = align_sessions(scene.sessions, scene.loops, MergeConfig{});
+  CHECK_FALSE(unasked.connected[1]);
+  REQUIRE(unasked.pairs.size() == 1);
+  CHECK(unasked.pairs[0].state == PairState::kProvisional);
+  CHECK(unasked.reason[1] == "all loops lie in one place, and nothing confirms them elsewhere");
+  for (const LoopDecision& decision : unasked.decisions) {
+    CHECK_FALSE(decision.accepted);
+    CHECK(decision.reason == unasked.reason[1]);
+  }
+  const std::size_t enough = AcceptanceConfig{}.min_loops;
+  CHECK_FALSE(aligned(kOnePlaceM, {enough - 1, 0, {}}).connected[1]);
+  const Alignment confirmed = aligned(kOnePlaceM, {enough, 0, {}});
+  CHECK(confirmed.connected[1]);
+  CHECK(confirmed.pairs[0].state == PairState::kConfirmed);
+  CHECK(confirmed.pairs[0].reason.empty());
+}
+
+TEST_CASE("Loops at many places need no confirmation, but no contradiction either", "[alignment]") {
+  CHECK(aligned(kManyPlacesM, {0, 0, {}}).connected[1]);
+  CHECK(aligned(kManyPlacesM, {4, 4, {}}).connected[1]);
+  const Alignment contradicted = aligned(kManyPlacesM, {4, 5, {}});
+  CHECK_FALSE(contradicted.connected[1]);
+  CHECK(contradicted.pairs[0].state == PairState::kProvisional);
+  CHECK(contradicted.reason[1] == "keyframes beside each other see different structure: 5 of 9");
+}
+
+TEST_CASE("A place that repeats itself leaves the pair provisional", "[alignment]") {
+  const Alignment repeated = aligned(kManyPlacesM, {9, 0, "the surroundings repeat"});
+  CHECK_FALSE(repeated.connected[1]);
+  CHECK(repeated.pairs[0].state == PairState::kProvisional);
+  CHECK(repeated.reason[1] == "the surroundings repeat");
+  CHECK(repeated.pairs[0].loops == 21);
+}
+
+TEST_CASE("Data are asked once about each pair that connects sessions, and about no other",
+          "[alignment]") {
+  Scene scene;
+  scene.sessions = {{straight(60), 1.0}, {straight(60), 0.5}, {straight(60), 0.4}};
+  for (std::size_t k = 0; k < 60; k += 2) {
+    scene.loops.push_back(exact_loop({1, k}, {0, k}, Pose{}));
+    scene.loops.push_back(exact_loop({2, k}, {1, k}, Pose{}));
+    if (k % 4 == 0) scene.loops.push_back(exact_loop({2, k}, {0, k}, Pose{}));
+  }
+  int asked = 0;
+  const Alignment alignment =
+      align_sessions(scene.sessions, scene.loops, MergeConfig{}, [&](const Placement&) {
+        ++asked;
+        return PlacementEvidence{5, 0, {}};
+      });
+  CHECK(asked == 2);
+  for (std::size_t s = 0; s < 3; ++s) CHECK(alignment.connected[s]);
+}
