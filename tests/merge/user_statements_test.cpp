@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Two robots in the same streets, and one in a street of its own.
+/// Two robots in the same streets.
 struct Robots {
   std::vector<Drive> drives;
   std::vector<SessionData> sessions;
