@@ -19,9 +19,11 @@
 namespace unimapper::merge {
 namespace {
 
-constexpr std::size_t kLoopsMoved = 12;
-constexpr std::size_t kPlacesPerLoop = 16;
-constexpr std::size_t kPairsVerified = 24;
+constexpr std::size_t kLoopsMoved = 8;
+constexpr std::size_t kPlacesPerLoop = 12;
+constexpr std::size_t kPairsVerified = 16;
+// Of a loop's overlap, what is needed elsewhere before registration is tried there.
+constexpr double kWorthRegistering = 0.6;
 
 /// Share of the source's structure that coincides with the target, of surfaces that face `axis` (of
 /// the source's frame, of length one). 0 where there are too few.
@@ -112,7 +114,7 @@ double PlacementEvaluator::share_elsewhere(const LoopConstraint& loop,
   const RegistrationCloud& target = clouds_.cloud(place.match);
   const RegistrationCloud& source = clouds_.cloud(loop.query);
   if (structure_overlap(target, source, place.T_match_query, kOverlapRadiusM, kCoarseDistanceM) <
-      config_.loops.min_initial_overlap) {
+      std::max(config_.loops.min_initial_overlap, kWorthRegistering * loop.overlap)) {
     return 0.0;
   }
   const TiltPrior prior(clouds_.record(place.match).up, clouds_.record(loop.query).up,

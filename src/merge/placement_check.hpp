@@ -13,7 +13,7 @@ namespace unimapper::merge {
 
 /// Looks for what loops cannot say: whether the query fits the same map elsewhere as well
 /// (perceptual aliasing: a period, a deck), and whether keyframes that lie beside each other in the
-/// placement see the same. Bounded: a dozen loops are moved to a dozen places each, and two dozen
+/// placement see the same. Bounded: eight loops are moved to a dozen places each, and sixteen
 /// pairs of keyframes are verified.
 class PlacementEvaluator {
  public:

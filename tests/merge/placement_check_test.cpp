@@ -109,7 +109,7 @@ TEST_CASE("A corridor that repeats itself is found to, one that does not is not"
   CHECK(repeated.aliasing.find("loops fit as well 12 m away") != std::string::npos);
   const PlacementEvidence distinct = evaluated(corridor(0.0), corridor(0.0));
   CHECK(distinct.aliasing.empty());
-  CHECK(distinct.supporting == kKeyframes);
+  CHECK(distinct.supporting == 16);
   CHECK(distinct.contradicting == 0);
 }
 
