@@ -14,7 +14,6 @@
 namespace unimapper::merge {
 namespace {
 
-constexpr const char* kWaits = "waits for another loop of the session that confirms it";
 constexpr const char* kOnePlace = "all loops lie in one place, and nothing confirms them elsewhere";
 
 /// The loops of two sessions, the lower index as match, and their consistency set.

@@ -14,6 +14,7 @@ namespace unimapper::merge {
 // Reasons of refusal that more than one step gives.
 inline constexpr const char* kOutsideConsistencySet =
     "outside the consistency set of its two sessions";
+inline constexpr const char* kWaits = "waits for another loop of the session that confirms it";
 inline constexpr const char* kNoSolution = "the pose graph found no solution";
 inline constexpr const char* kDisagreesWithMap = "disagrees with the merged maps";
 inline constexpr const char* kImplausibleDeformation =

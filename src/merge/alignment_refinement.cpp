@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "alignment_problem.hpp"
+#include "loop_acceptance.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -36,8 +37,30 @@ void start_from(const Alignment& start, AlignmentProblem& problem) {
   std::copy(start.decisions.begin(), start.decisions.end(), problem.decisions.begin());
 }
 
+/// Takes the new loops within sessions out that nothing confirms: one alone bends its session
+/// wherever it is wrong. They may be readmitted where the result agrees with them.
+void let_unconfirmed_wait(AlignmentProblem& problem, std::size_t earlier,
+                          std::vector<std::size_t>& chosen) {
+  std::vector<std::vector<std::size_t>> within(problem.sessions.size());
+  for (const std::size_t i : chosen) {
+    const LoopConstraint& loop = problem.loops[i];
+    if (loop.is_intra_session()) within[loop.query.session].push_back(i);
+  }
+  std::erase_if(chosen, [&](std::size_t i) {
+    const LoopConstraint& loop = problem.loops[i];
+    const std::size_t s = loop.query.session;
+    if (i < earlier || !loop.is_intra_session()) return false;
+    const AcceptanceConfig rules =
+        scaled_to_extent(problem.config.acceptance, problem.sessions[s].extent_m);
+    if (is_confirmed(problem.loops, within[s], i, problem.state.odometry[s], rules)) return false;
+    problem.decisions[i] = {false, kWaits};
+    return true;
+  });
+}
+
 /// Takes the refined state over. The chosen loops are accepted; all other new ones, and those
-/// accepted before, disagree with it. Loops rejected before keep their reason.
+/// accepted before, disagree with it. Loops rejected before, and those that wait, keep their
+/// reason.
 void adopt(MapState refined, const std::vector<std::size_t>& chosen, std::size_t earlier,
            AlignmentProblem& problem) {
   problem.state = std::move(refined);
@@ -45,7 +68,8 @@ void adopt(MapState refined, const std::vector<std::size_t>& chosen, std::size_t
     LoopDecision& decision = problem.decisions[i];
     if (std::binary_search(chosen.begin(), chosen.end(), i)) {
       decision = {true, {}};
-    } else if (i >= earlier || (decision.accepted && problem.state.connects(problem.loops[i]))) {
+    } else if ((i >= earlier && decision.reason.empty()) ||
+               (decision.accepted && problem.state.connects(problem.loops[i]))) {
       decision = {false, kDisagreesWithMap};
     }
   }
@@ -65,6 +89,7 @@ Alignment refine_alignment(const Alignment& start, const std::vector<AlignmentSe
     if (!problem.state.connects(problem.loops[i])) continue;
     if (i >= earlier || problem.decisions[i].accepted) chosen.push_back(i);
   }
+  let_unconfirmed_wait(problem, earlier, chosen);
   MapState refined = problem.state;
   bool solved = problem.optimize_rejecting_outliers(refined, connected, chosen);
   if (solved && readmit(problem, refined, chosen)) {

@@ -180,22 +180,6 @@ bool lies_in_one_place(std::span<const LoopConstraint> loops, const ConsistencyS
   return span_m(loops, set.inliers, query, match) < config.place_span_m;
 }
 
-/// Whether another loop of the set, at another place, would contradict this one if it were wrong:
-/// odometry between the two must be sure.
-bool is_confirmed(std::span<const LoopConstraint> loops, std::span<const std::size_t> set,
-                  std::size_t i, const SessionPath& path, const AcceptanceConfig& config) {
-  const double spacing = 0.5 * config.min_span_m;
-  const double limit = config.confirming_sigma_m * config.confirming_sigma_m;
-  return std::any_of(set.begin(), set.end(), [&](std::size_t j) {
-    const auto apart = [&](std::size_t a, std::size_t b) {
-      return std::abs(path.path_m(a) - path.path_m(b)) >= spacing;
-    };
-    return apart(loops[i].query.keyframe, loops[j].query.keyframe) &&
-           apart(loops[i].match.keyframe, loops[j].match.keyframe) &&
-           drift_between(loops[i], loops[j], path, path) <= limit;
-  });
-}
-
 }  // namespace
 
 AcceptanceConfig scaled_to_extent(AcceptanceConfig config, double extent_m) {
@@ -257,6 +241,20 @@ ConsistencySet inter_session_consistency(std::span<const LoopConstraint> loops,
   }
   set.state = PairState::kConfirmed;
   return set;
+}
+
+bool is_confirmed(std::span<const LoopConstraint> loops, std::span<const std::size_t> set,
+                  std::size_t i, const SessionPath& path, const AcceptanceConfig& config) {
+  const double spacing = 0.5 * config.min_span_m;
+  const double limit = config.confirming_sigma_m * config.confirming_sigma_m;
+  return std::any_of(set.begin(), set.end(), [&](std::size_t j) {
+    const auto apart = [&](std::size_t a, std::size_t b) {
+      return std::abs(path.path_m(a) - path.path_m(b)) >= spacing;
+    };
+    return apart(loops[i].query.keyframe, loops[j].query.keyframe) &&
+           apart(loops[i].match.keyframe, loops[j].match.keyframe) &&
+           drift_between(loops[i], loops[j], path, path) <= limit;
+  });
 }
 
 IntraSessionLoops intra_session_consistency(std::span<const LoopConstraint> loops,

@@ -37,6 +37,11 @@ ConsistencySet inter_session_consistency(std::span<const LoopConstraint> loops,
                                          const SessionPath& query, const SessionPath& match,
                                          const AcceptanceConfig& config);
 
+/// Whether another loop of the set confirms loop `i`, all within one session: at another place it
+/// would contradict this one if it were wrong, because odometry between the two is sure.
+bool is_confirmed(std::span<const LoopConstraint> loops, std::span<const std::size_t> set,
+                  std::size_t i, const SessionPath& path, const AcceptanceConfig& config);
+
 /// Loops within a session that agree with each other and with odometry under the drift model:
 /// ascending indices into the loops given.
 struct IntraSessionLoops {

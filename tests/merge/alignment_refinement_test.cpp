@@ -116,3 +116,30 @@ TEST_CASE("Refinement leaves the loops of a session alone that is not connected"
   CHECK_FALSE(refined.connected[2]);
   CHECK(refined.reason[2] == start.reason[2]);
 }
+
+TEST_CASE("Refinement lets a loop within a session wait that nothing confirms", "[alignment]") {
+  // The first session comes back to where it was; radius search finds loops 1.4 m aside.
+  const auto refined = [](const std::vector<std::size_t>& queries) {
+    Scene scene;
+    std::vector<Pose> back = straight(20);
+    for (std::size_t i = 20; i-- > 0;)
+      back.push_back(yaw_pose(3.14159, straight(20)[i].translation));
+    scene.sessions = {{back, 2.0}, {straight(20), 1.0}};
+    connect_side_by_side(scene.loops, 1, 0, 20);
+    const Alignment start =
+        align_sessions(scene.sessions, scene.loops, MergeConfig{}, [](const Placement&) {
+          return PlacementEvidence{9, 0, {}};
+        });
+    REQUIRE(start.connected[1]);
+    for (const std::size_t q : queries) {
+      scene.loops.push_back(exact_loop({0, q}, {0, 39 - q}, yaw_pose(3.14159, {0.0, 1.4, 0.0})));
+    }
+    return refine_alignment(start, scene.sessions, scene.loops, MergeConfig{});
+  };
+  const Alignment one = refined({39});
+  CHECK_FALSE(one.decisions.back().accepted);
+  CHECK(one.decisions.back().reason == "waits for another loop of the session that confirms it");
+  const Alignment two = refined({35, 38});
+  INFO(two.decisions.back().reason);
+  CHECK(two.decisions.back().accepted);
+}

@@ -42,7 +42,7 @@ struct Alignment {
 
 /// What sensor data say about two sessions that a set of loops places in one frame.
 struct PlacementEvidence {
-  std::size_t supporting = 0;     ///< keyframes beside each other, without a loop, that fit
+  std::size_t supporting = 0;     ///< keyframes beside each other that fit
   std::size_t contradicting = 0;  ///< those that see different structure there
   std::string aliasing;           ///< where else the query fits as well, in words; empty: nowhere
 };
