@@ -3,7 +3,9 @@
 #include <spawn.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <csignal>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -274,15 +276,20 @@ TEST_CASE("commands that are killed at any moment leave the last epoch whole") {
   const fs::path out = project.directory / "map";
   std::mt19937 random(7);
   project.done({"add", a});
+  const auto start = std::chrono::steady_clock::now();
   project.done({"merge"});
+  const std::chrono::duration<double, std::milli> of_merge =
+      std::chrono::steady_clock::now() - start;
   project.done({"export", "--out", out.string()});
+  // Within what the longest of them takes here.
+  const auto latest_ms = static_cast<std::uint32_t>(std::max(of_merge.count(), 20.0));
   const std::vector<std::vector<std::string>> commands = {
       {"add", b}, {"merge"}, {"export", "--replace", "--out", out.string()}, {"remove", "b"}};
   int killed = 0;
   for (int round = 0; round < 40; ++round) {
     const std::int64_t before = project.epochs();
     const std::vector<std::string>& command = commands[static_cast<std::size_t>(round) % 4];
-    const bool ended = kill_after(project.words(command), static_cast<int>(random() % 80));
+    const bool ended = kill_after(project.words(command), static_cast<int>(random() % latest_ms));
     killed += ended ? 0 : 1;
     INFO(command.front() << ", round " << round);
     REQUIRE(store::StoreReader(project.store).check().empty());

@@ -9,6 +9,7 @@
 #include "ports/store/project_writer.hpp"
 #include "ports/store/transaction.hpp"
 #include "src/apps/map/options.hpp"
+#include "src/apps/map/stored_result.hpp"
 #include "src/apps/map/stored_sessions.hpp"
 #include "src/apps/output_guard.hpp"
 #include "src/apps/replacement.hpp"
@@ -22,86 +23,7 @@
 namespace unimapper::apps {
 namespace {
 
-using store::KeyframeRow;
 using store::StatementKind;
-
-/// Rows and numbers in the store of the sessions and keyframes of a merge, and back.
-class KeyframeRows {
- public:
-  KeyframeRows(const std::vector<InputSession>& inputs, const std::vector<SessionData>& sessions)
-      : sessions_(sessions) {
-    for (const InputSession& input : inputs) rows_.push_back(input.row);
-  }
-  [[nodiscard]] std::int64_t session(std::size_t index) const { return rows_[index]; }
-  [[nodiscard]] KeyframeRow row(KeyframeId k) const {
-    return {rows_[k.session], sessions_[k.session].keyframes[k.keyframe].sequence};
-  }
-  [[nodiscard]] std::optional<std::uint32_t> index(std::int64_t session) const {
-    for (std::size_t s = 0; s < rows_.size(); ++s) {
-      if (rows_[s] == session) return static_cast<std::uint32_t>(s);
-    }
-    return std::nullopt;
-  }
-  [[nodiscard]] std::optional<KeyframeId> find(const KeyframeRow& keyframe) const {
-    const std::optional<std::uint32_t> s = index(keyframe.session);
-    if (!s) return std::nullopt;
-    const auto& keyframes = sessions_[*s].keyframes;
-    const auto found = std::lower_bound(
-        keyframes.begin(), keyframes.end(), keyframe.sequence,
-        [](const KeyframeRecord& k, std::uint32_t sequence) { return k.sequence < sequence; });
-    if (found == keyframes.end() || found->sequence != keyframe.sequence) return std::nullopt;
-    return KeyframeId{*s, found - keyframes.begin()};
-  }
-
- private:
-  const std::vector<SessionData>& sessions_;
-  std::vector<std::int64_t> rows_;
-};
-
-store::LoopResult to_stored(const merge::LoopConstraint& loop, const KeyframeRows& rows) {
-  store::LoopResult stored;
-  stored.query = rows.row(loop.query);
-  stored.match = rows.row(loop.match);
-  stored.T_match_query = loop.T_match_query;
-  stored.information = loop.information;
-  stored.overlap = loop.overlap;
-  stored.confidence = loop.confidence;
-  stored.accepted = loop.decision.accepted;
-  stored.by_person = loop.by_person;
-  stored.reason = loop.decision.reason;
-  return stored;
-}
-
-merge::LoopConstraint from_stored(const store::LoopResult& stored, KeyframeId query,
-                                  KeyframeId match) {
-  merge::LoopConstraint loop;
-  loop.query = query;
-  loop.match = match;
-  loop.T_match_query = stored.T_match_query;
-  loop.information = stored.information;
-  loop.overlap = stored.overlap;
-  loop.confidence = stored.confidence;
-  loop.decision = {stored.accepted, stored.reason};
-  loop.by_person = stored.by_person;
-  return loop;
-}
-
-merge::PairOutcome from_stored(const store::PairResult& stored, const KeyframeRows& rows) {
-  merge::PairOutcome pair;
-  // Sessions of a result are in the store: they were looked up before.
-  pair.match = rows.index(stored.match).value();
-  pair.query = rows.index(stored.query).value();
-  for (const auto state :
-       {merge::PairState::kRefused, merge::PairState::kProvisional, merge::PairState::kConfirmed}) {
-    if (stored.state == merge::state_name(state)) pair.state = state;
-  }
-  pair.reason = stored.reason;
-  pair.loops = static_cast<std::size_t>(stored.loops);
-  pair.distinct = static_cast<std::size_t>(stored.distinct);
-  pair.competing = static_cast<std::size_t>(stored.competing);
-  pair.T_match_session_query_session = stored.T_match_query;
-  return pair;
-}
 
 /// The store's table of outcomes, for a merge. What is kept is on the disk at once: a merge that is
 /// killed has not verified in vain.
@@ -180,34 +102,6 @@ merge::UserStatements statements_of(const store::ProjectState& state, const Keyf
   return said;
 }
 
-store::MapResult to_stored(const merge::MergeResult& result, const KeyframeRows& rows,
-                           const std::vector<SessionData>& sessions,
-                           const merge::MergeConfig& config) {
-  store::MapResult stored;
-  stored.parameters = dump_config(config);
-  for (std::size_t s = 0; s < sessions.size(); ++s) {
-    const merge::MergedSession& merged = result.sessions[s];
-    store::SessionResult& session = stored.sessions.emplace_back();
-    session.session = rows.session(s);
-    session.state = merge::status_name(merged.status);
-    session.reason = merged.reason;
-    session.T_map_session = merged.T_map_session;
-    session.T_map_keyframe = merged.T_map_keyframe;
-    for (const KeyframeRecord& keyframe : sessions[s].keyframes) {
-      session.sequences.push_back(keyframe.sequence);
-    }
-  }
-  for (const merge::LoopConstraint& loop : result.loops) {
-    stored.loops.push_back(to_stored(loop, rows));
-  }
-  for (const merge::PairOutcome& pair : result.pairs) {
-    stored.pairs.push_back({rows.session(pair.match), rows.session(pair.query),
-                            merge::state_name(pair.state), pair.reason, pair.loops, pair.distinct,
-                            pair.competing, pair.T_match_session_query_session});
-  }
-  return stored;
-}
-
 std::vector<SessionData> data_of(std::vector<InputSession>& inputs) {
   std::vector<SessionData> sessions;
   for (InputSession& input : inputs) sessions.push_back(std::move(input.data));
@@ -243,37 +137,6 @@ std::string outcome_of(const merge::MergeResult& result, const std::vector<Sessi
          " sessions by " + std::to_string(accepted) + " loops" + apart;
 }
 
-/// The sessions and poses of a stored result.
-merge::MergeResult posed_result(const store::MapResult& stored, const KeyframeRows& rows,
-                                std::size_t sessions) {
-  merge::MergeResult posed;
-  posed.sessions.resize(sessions);
-  for (const store::SessionResult& session : stored.sessions) {
-    const std::optional<std::uint32_t> s = rows.index(session.session);
-    if (!s) throw std::runtime_error("a session of the map is not in the store any more");
-    merge::MergedSession& merged = posed.sessions[*s];
-    for (const auto status :
-         {merge::SessionStatus::kCentral, merge::SessionStatus::kMerged,
-          merge::SessionStatus::kProvisional, merge::SessionStatus::kUnconnected}) {
-      if (session.state == merge::status_name(status)) merged.status = status;
-    }
-    if (merged.status == merge::SessionStatus::kCentral) posed.central_session = *s;
-    merged.reason = session.reason;
-    merged.T_map_session = session.T_map_session;
-    merged.T_map_keyframe = session.T_map_keyframe;
-  }
-  for (const store::LoopResult& loop : stored.loops) {
-    const auto query = rows.find(loop.query);
-    const auto match = rows.find(loop.match);
-    if (!query || !match) throw std::runtime_error("a keyframe of the map is damaged in the store");
-    posed.loops.push_back(from_stored(loop, *query, *match));
-  }
-  for (const store::PairResult& pair : stored.pairs) {
-    posed.pairs.push_back(from_stored(pair, rows));
-  }
-  return posed;
-}
-
 }  // namespace
 
 void merge_project(const ProjectOptions& options, const MapMergeOptions& merge_options) {
@@ -295,7 +158,7 @@ void merge_project(const ProjectOptions& options, const MapMergeOptions& merge_o
       sessions, config, progress(), statements_of(state, rows, sessions), &outcomes);
   std::cerr << "unimapper: " << outcomes.text() << '\n';
   const auto epoch = writer.commit("merge", [&](store::ProjectState& next) {
-    next.epoch.result = writer.keep(to_stored(result, rows, sessions, config));
+    next.epoch.result = writer.keep(to_stored(result, rows, config));
     return std::optional(outcome_of(result, sessions));
   });
   std::cout << "epoch " << epoch->number << ": " << epoch->outcome << '\n';
@@ -329,8 +192,8 @@ void export_project(const ProjectOptions& options, const MapExportOptions& outpu
   const KeyframeRows rows(inputs, sessions);
   merge::MergeConfig config;
   parse_config(stored.parameters, options.store.string(), config);
-  const merge::MergeResult result = merge::complete_merge(
-      sessions, posed_result(stored, rows, sessions.size()), config, progress());
+  const merge::MergeResult result =
+      merge::complete_merge(sessions, posed_result(stored, rows), config, progress());
 
   merge::export_map(map.path(), sessions, result);
   write_session_clouds(map.path(), sessions, result);
