@@ -131,7 +131,7 @@ class Merger {
       }
       alignment_sessions_.push_back(std::move(session));
     }
-    PlacementEvaluator evaluator(clouds_, config_);
+    PlacementEvaluator evaluator(sessions_, clouds_, config_);
     alignment_ =
         align_sessions(alignment_sessions_, constraints_, config_,
                        [&](const Placement& placement) { return evaluator.evaluate(placement); });

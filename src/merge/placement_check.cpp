@@ -4,15 +4,18 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "free_space_conflict.hpp"
+#include "loop_cycle.hpp"
 #include "loop_verifier.hpp"
 #include "overlap_distances.hpp"
 #include "parallel.hpp"
+#include "radius_search.hpp"
 #include "roofed_share.hpp"
+#include "session_path.hpp"
 #include "unimapper/core/quantile.hpp"
 #include "unimapper/core/tilt_prior.hpp"
 
@@ -132,40 +135,51 @@ double PlacementEvaluator::share_elsewhere(const LoopConstraint& loop,
   return here > 0.0 ? there / here : 0.0;
 }
 
-std::string PlacementEvaluator::find_repetition(const Placement& placement) {
+std::vector<PlacementEvaluator::Repetition> PlacementEvaluator::look_elsewhere(
+    const Placement& placement) {
   struct Moved {
-    std::size_t loop;
+    std::size_t loop;  ///< position in `chosen`
     Elsewhere place;
     double share = 0.0;
   };
+  const std::vector<std::size_t> chosen = spread(placement.loops.size(), kLoopsMoved);
   std::vector<Moved> moved;
   std::vector<KeyframeId> needed;
-  const std::vector<std::size_t> chosen = spread(placement.loops.size(), kLoopsMoved);
-  for (const std::size_t i : chosen) {
-    needed.push_back(placement.loops[i].query);
-    needed.push_back(placement.loops[i].match);
-    for (const Elsewhere& place : places_elsewhere(placement, placement.loops[i])) {
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    const LoopConstraint& loop = placement.loops[chosen[i]];
+    needed.push_back(loop.query);
+    needed.push_back(loop.match);
+    for (const Elsewhere& place : places_elsewhere(placement, loop)) {
       needed.push_back(place.match);
       moved.push_back({i, place});
     }
   }
   clouds_.prepare(std::move(needed));
   parallel_for(moved.size(), config_.threads, [&](std::size_t m) {
-    moved[m].share = share_elsewhere(placement.loops[moved[m].loop], moved[m].place);
+    moved[m].share = share_elsewhere(placement.loops[chosen[moved[m].loop]], moved[m].place);
   });
-  std::map<std::size_t, double> alike;  // shift of the nearest place where a loop fits as well
+  std::vector<Repetition> repetitions(chosen.size());
   for (const Moved& m : moved) {
+    Repetition& of_loop = repetitions[m.loop];
+    of_loop.best_share = std::max(of_loop.best_share, m.share);
     if (m.share < config_.aliasing.alike_share) continue;
-    const auto [entry, inserted] = alike.try_emplace(m.loop, m.place.shift_m);
-    entry->second = std::min(entry->second, m.place.shift_m);
+    of_loop.shift_m = std::min(of_loop.shift_m, m.place.shift_m);
   }
-  if (2 * alike.size() <= chosen.size()) return {};
+  return repetitions;
+}
+
+/// Most loops must repeat.
+std::string PlacementEvaluator::find_repetition(const Placement& placement) {
+  const std::vector<Repetition> repetitions = look_elsewhere(placement);
   std::vector<double> shifts;
-  for (const auto& [loop, shift] : alike) shifts.push_back(shift);
+  for (const Repetition& of_loop : repetitions) {
+    if (std::isfinite(of_loop.shift_m)) shifts.push_back(of_loop.shift_m);
+  }
+  if (2 * shifts.size() <= repetitions.size()) return {};
   char text[128];
   std::snprintf(text, sizeof text,
-                "the surroundings repeat: %zu of %zu loops fit as well %.0f m away", alike.size(),
-                chosen.size(), median(std::span(shifts)));
+                "the surroundings repeat: %zu of %zu loops fit as well %.0f m away", shifts.size(),
+                repetitions.size(), median(std::span(shifts)));
   return text;
 }
 
@@ -193,29 +207,30 @@ std::string PlacementEvaluator::find_storeys(const Placement& placement) const {
   return text;
 }
 
-/// Pairs of keyframes within the radius of the placement, where odometry since the next loop is
-/// sure, evenly spread.
+/// Pairs as radius search finds them, evenly spread, as far as odometry from a loop is sure:
+/// farther on, the placement says little.
 std::vector<LoopCandidate> PlacementEvaluator::beside_each_other(const Placement& placement) const {
   const std::size_t query = placement.loops.front().query.session;
   const std::size_t match = placement.loops.front().match.session;
-  const auto& queries = placement.T_query_session_keyframe;
   const auto& matches = placement.T_match_session_keyframe;
-  std::vector<LoopCandidate> pairs;
-  for (std::size_t q = 0; q < queries.size(); ++q) {
-    const Pose placed = placement.T_match_session_query_session * queries[q];
-    double nearest = config_.radius.radius_m;
-    LoopCandidate pair;
-    for (std::size_t m = 0; m < matches.size(); ++m) {
-      const Pose T = matches[m].inverse() * placed;
-      if (!(T.translation.norm() < nearest)) continue;
-      nearest = T.translation.norm();
-      pair.query = {query, q};
-      pair.match = {match, m};
-      pair.T_match_query = T;
-      pair.accepted = true;
-    }
-    if (pair.accepted) pairs.push_back(pair);
+  std::vector<Pose> placed;
+  for (const Pose& T_session_keyframe : placement.T_query_session_keyframe) {
+    placed.push_back(placement.T_match_session_query_session * T_session_keyframe);
   }
+  const SessionPath query_path(placed, config_.odometry);
+  const SessionPath match_path({matches.begin(), matches.end()}, config_.odometry);
+  const double limit =
+      config_.acceptance.confirming_sigma_m * config_.acceptance.confirming_sigma_m;
+  std::vector<LoopCandidate> pairs = find_radius_candidates(
+      sessions_, query, match, std::move(placed), {matches.begin(), matches.end()}, config_);
+  std::erase_if(pairs, [&](const LoopCandidate& pair) {
+    LoopConstraint at;
+    at.query = pair.query;
+    at.match = pair.match;
+    return std::none_of(placement.loops.begin(), placement.loops.end(), [&](const auto& loop) {
+      return drift_between(loop, at, query_path, match_path) <= limit;
+    });
+  });
   std::vector<LoopCandidate> chosen;
   for (const std::size_t i : spread(pairs.size(), kPairsVerified)) chosen.push_back(pairs[i]);
   return chosen;

@@ -1,6 +1,7 @@
 // Check of the placement of one session in another by sensor data.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -17,11 +18,21 @@ namespace unimapper::merge {
 /// pairs of keyframes are verified.
 class PlacementEvaluator {
  public:
-  PlacementEvaluator(KeyframeClouds& clouds, const MergeConfig& config)
-      : clouds_(clouds), config_(config) {}
+  PlacementEvaluator(const std::vector<SessionData>& sessions, KeyframeClouds& clouds,
+                     const MergeConfig& config)
+      : sessions_(sessions), clouds_(clouds), config_(config) {}
 
   /// As `PlacementCheck`.
   [[nodiscard]] PlacementEvidence evaluate(const Placement& placement);
+
+  /// How well one loop's query fits elsewhere in the match session.
+  struct Repetition {
+    double best_share = 0.0;  ///< 1: as well as where the loop puts it; 0: nowhere
+    /// Metres to the nearest place where it fits as well; infinite without one.
+    double shift_m = std::numeric_limits<double>::infinity();
+  };
+  /// Of up to eight loops, evenly spread.
+  [[nodiscard]] std::vector<Repetition> look_elsewhere(const Placement& placement);
 
  private:
   struct Elsewhere;
@@ -33,6 +44,7 @@ class PlacementEvaluator {
                                                         const LoopConstraint& loop) const;
   [[nodiscard]] std::vector<LoopCandidate> beside_each_other(const Placement& placement) const;
 
+  const std::vector<SessionData>& sessions_;
   KeyframeClouds& clouds_;
   const MergeConfig& config_;
 };

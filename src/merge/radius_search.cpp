@@ -34,17 +34,10 @@ struct Neighbor {
 
 class RadiusSearch {
  public:
-  RadiusSearch(const std::vector<SessionData>& sessions, const Alignment& alignment,
+  RadiusSearch(const std::vector<SessionData>& sessions, std::vector<std::vector<Pose>> poses,
                std::span<const LoopConstraint> known, const MergeConfig& config)
-      : sessions_(sessions), config_(config) {
-    for (std::size_t s = 0; s < sessions.size(); ++s) {
-      std::vector<Pose> poses;
-      for (std::size_t k = 0; k < sessions[s].keyframes.size(); ++k) {
-        poses.push_back(alignment.T_map_keyframe({s, k}));
-      }
-      poses_.push_back(std::move(poses));
-      path_.push_back(path_lengths_m(sessions[s]));
-    }
+      : sessions_(sessions), config_(config), poses_(std::move(poses)) {
+    for (const SessionData& session : sessions) path_.push_back(path_lengths_m(session));
     for (const auto& loop : known) known_.insert(std::minmax(loop.query, loop.match));
   }
 
@@ -105,7 +98,13 @@ std::vector<LoopCandidate> find_radius_candidates(const std::vector<SessionData>
                                                   const Alignment& alignment,
                                                   std::span<const LoopConstraint> known,
                                                   const MergeConfig& config) {
-  const RadiusSearch search(sessions, alignment, known, config);
+  std::vector<std::vector<Pose>> poses(sessions.size());
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    for (std::size_t k = 0; k < sessions[s].keyframes.size(); ++k) {
+      poses[s].push_back(alignment.T_map_keyframe({s, k}));
+    }
+  }
+  const RadiusSearch search(sessions, std::move(poses), known, config);
   std::vector<LoopCandidate> found;
   for (std::size_t match = 0; match < sessions.size(); ++match) {
     for (std::size_t query = match; query < sessions.size(); ++query) {
@@ -114,6 +113,19 @@ std::vector<LoopCandidate> find_radius_candidates(const std::vector<SessionData>
       }
     }
   }
+  return found;
+}
+
+std::vector<LoopCandidate> find_radius_candidates(const std::vector<SessionData>& sessions,
+                                                  std::size_t query, std::size_t match,
+                                                  std::vector<Pose> T_common_query_keyframe,
+                                                  std::vector<Pose> T_common_match_keyframe,
+                                                  const MergeConfig& config) {
+  std::vector<std::vector<Pose>> poses(sessions.size());
+  poses[query] = std::move(T_common_query_keyframe);
+  poses[match] = std::move(T_common_match_keyframe);
+  std::vector<LoopCandidate> found;
+  RadiusSearch(sessions, std::move(poses), {}, config).search(query, match, found);
   return found;
 }
 

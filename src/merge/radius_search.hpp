@@ -1,6 +1,7 @@
 // Loop candidates between nearby keyframes of aligned sessions (paper section VI, R).
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,14 @@ namespace unimapper::merge {
 std::vector<LoopCandidate> find_radius_candidates(const std::vector<SessionData>& sessions,
                                                   const Alignment& alignment,
                                                   std::span<const LoopConstraint> known,
+                                                  const MergeConfig& config);
+
+/// The same between two sessions alone, whether they are connected or not: the poses of both, by
+/// keyframe, are in one frame.
+std::vector<LoopCandidate> find_radius_candidates(const std::vector<SessionData>& sessions,
+                                                  std::size_t query, std::size_t match,
+                                                  std::vector<Pose> T_common_query_keyframe,
+                                                  std::vector<Pose> T_common_match_keyframe,
                                                   const MergeConfig& config);
 
 }  // namespace unimapper::merge

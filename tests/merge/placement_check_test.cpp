@@ -85,11 +85,11 @@ Place corridor(double period_m) {
 }
 
 /// What two drives through two places are found to be, placed on each other.
-PlacementEvidence evaluated(const Place& match, const Place& query) {
+PlacementEvidence evaluated(const Place& match, const Place& query, const MergeConfig& config = {},
+                            std::size_t last_loop = kKeyframes) {
   const std::vector<SessionData> sessions{match.drive(1), query.drive(2)};
-  const MergeConfig config;
   std::vector<LoopConstraint> loops;
-  for (std::size_t k = 0; k < kKeyframes; k += 3) {
+  for (std::size_t k = 0; k < last_loop; k += 3) {
     LoopConstraint loop;
     loop.match = {0, k};
     loop.query = {1, k};
@@ -99,7 +99,7 @@ PlacementEvidence evaluated(const Place& match, const Place& query) {
   std::vector<Pose> poses;
   for (const auto& keyframe : sessions[0].keyframes) poses.push_back(keyframe.T_odometry_keyframe);
   KeyframeClouds clouds(sessions, config.registration, 2);
-  return PlacementEvaluator(clouds, config).evaluate({loops, poses, poses, Pose{}});
+  return PlacementEvaluator(sessions, clouds, config).evaluate({loops, poses, poses, Pose{}});
 }
 
 }  // namespace
@@ -109,7 +109,8 @@ TEST_CASE("A corridor that repeats itself is found to, one that does not is not"
   CHECK(repeated.aliasing.find("loops fit as well 12 m away") != std::string::npos);
   const PlacementEvidence distinct = evaluated(corridor(0.0), corridor(0.0));
   CHECK(distinct.aliasing.empty());
-  CHECK(distinct.supporting == 16);
+  // Radius search takes every second one, 6 m apart.
+  CHECK(distinct.supporting == kKeyframes / 2);
   CHECK(distinct.contradicting == 0);
 }
 
@@ -119,6 +120,17 @@ TEST_CASE("Keyframes beside each other that see different structure contradict",
   for (double x = -28.0; x < 75.0; x += 9.0) other.add_wall(x, -8.0, x + 5.0, 8.0);
   const PlacementEvidence evidence = evaluated(corridor(0.0), other);
   CHECK(evidence.contradicting > evidence.supporting);
+}
+
+TEST_CASE("Keyframes are compared only as far from a loop as odometry is sure", "[placement]") {
+  const Place place = corridor(0.0);
+  MergeConfig config;
+  CHECK(evaluated(place, place, config, 1).supporting == kKeyframes / 2);
+  // Both sessions together: 1 m after 3.5 m of path.
+  config.odometry.translation_m_per_sqrt_m = std::sqrt(0.5 / 3.5);
+  CHECK(evaluated(place, place, config, 1).supporting == 1);
+  config.odometry.translation_m_per_sqrt_m = std::sqrt(0.5 / 6.5);
+  CHECK(evaluated(place, place, config, 1).supporting == 2);
 }
 
 TEST_CASE("Below a ceiling a place whose contents differ may be another storey", "[placement]") {

@@ -71,7 +71,7 @@ TEST_CASE("a random merger configuration is refused in words or merges two short
   std::size_t refused = 0;
   std::size_t connected = 0;
   std::size_t apart = 0;
-  constexpr std::size_t kRuns = 40;
+  constexpr std::size_t kRuns = 100;
   for (std::size_t i = 0; i < kRuns; ++i) {
     CAPTURE(i);
     MergeConfig config;

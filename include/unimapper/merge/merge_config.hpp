@@ -186,7 +186,8 @@ consteval auto parameters_of(const AcceptanceConfig*) {
           "A loop knows the position along a direction if its standard deviation is smaller."),
       parameter<&C::confirming_sigma_m>(
           "[0.01, 100]", "m", "choice",
-          "Two loops within a session confirm each other if odometry between them is as sure."),
+          "Two loops within a session confirm each other if odometry between them is as sure; "
+          "keyframes of two sessions are compared as far from a loop."),
       parameter<&C::full_extent_m>(
           "[0, 1000]", "m", "measured",
           "Where keyframes of both maps see less far (radius within which 95 % of their static "
