@@ -1,0 +1,64 @@
+#!/usr/bin/env bash
+# Evidence of sensor data on inter-session loops: a table of docs/design/loop-acceptance.md.
+#
+#   bench/merge/evidence.sh [SEEDS]   "2 4", on which the limits were chosen; WRITE_DOCS=1 writes the
+#                                     table there. A quarter of an hour
+#
+# Simulated drives A and B of a seed, whose parked cars and actors differ: every verified inter-session
+# loop between them, right in all scenes but the tunnel. OUT: folder of runs, kept; BIN: programs.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+# shellcheck source=bench/tables/common.sh
+source bench/tables/common.sh
+
+seeds=${1:-2 4}
+out=${OUT:-build/bench/evidence}
+bin=${BIN:-build/release/bin}
+
+# run SCENE SENSOR ROUTE SEED: makes its run, if there is none
+run() {
+  local name=$1-$2-$3-$4
+  [ ! -e "$out/run/$name" ] || return 0
+  rm -rf "$out/data" "$out/unfinished"
+  "$bin/unimapper" simulate --scene "$1" --sensor "$2" --route "$3" --seed "$4" --scans 400 \
+    --out "$out/data" >/dev/null 2>&1
+  "$bin/unimapper" onboard "$out/data" --sensor "$2" --out "$out/unfinished" >/dev/null 2>&1
+  rm -rf "$out/data"
+  mkdir -p "$out/run"
+  mv "$out/unfinished" "$out/run/$name"
+}
+
+# cells SCENE SENSOR: over the seeds
+cells() {
+  local seed
+  for seed in $seeds; do
+    run "$1" "$2" A "$seed"
+    run "$1" "$2" B "$seed"
+    "$bin/merge_evidence_bench" "$out/run/$1-$2-A-$seed/keyframes.lcmlog" \
+      "$out/run/$1-$2-B-$seed/keyframes.lcmlog"
+  done | awk '
+    function low(a, b) { return NR == 1 || b < a ? b : a }
+    function high(a, b) { return NR == 1 || b > a ? b : a }
+    {
+      loops += $1; c0 = low(c0, $2); c1 = low(c1, $3); c2 = high(c2, $3); c3 = high(c3, $4)
+      r1 = low(r1, $6); r2 = high(r2, $6); k0 = low(k0, $8); k1 = high(k1, $10)
+      slipped += $11; rest = high(rest, $12); s1 = high(s1, $14); s2 = high(s2, $15)
+    }
+    END {
+      printf "%d | %.2f to %.2f (%.2f to %.2f) | %.2f to %.2f | %.3f to %.2f | %d (%.2f) | %.2f (%.2f)",
+        loops, c0, c3, c1, c2, r1, r2, k0, k1, slipped, rest, s2, s1
+    }'
+}
+
+rows() {
+  local pair
+  echo "| seeds $seeds | loops | structure in free space (medians) | roofed share, medians | condition number | slipped (others up to, m) | share elsewhere (median) |"
+  rule 7
+  for pair in "town vlp-16" "town os2-128" "town livox-avia" "campus vlp-16" "hall vlp-16" \
+    "deck vlp-16" "tunnel vlp-16"; do
+    # shellcheck disable=SC2086
+    row "${pair% *}, $(lidar "${pair#* }")" 6 cells $pair
+  done
+}
+
+table acceptance-evidence rows
