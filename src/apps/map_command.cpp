@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "src/apps/commands.hpp"
+#include "src/apps/export_options.hpp"
 #include "src/apps/map/options.hpp"
 
 namespace unimapper::apps {
@@ -145,6 +146,7 @@ void register_maps(MapCommands& commands) {
         command.add_flag("--replace", o.output.replaces,
                          "Overwrite an earlier map in that folder, and the file of --mcap");
         command.add_option("--mcap", o.output.mcap, "Write the map as MCAP, too");
+        add_export_options(command, o.output.output);
         add_epoch(command, o, "Of that epoch instead of the latest");
       },
       [](const MapOptions& o) { export_project(o.project, o.output); });

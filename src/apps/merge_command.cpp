@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "src/apps/commands.hpp"
+#include "src/apps/export_options.hpp"
 #include "src/apps/merge/options.hpp"
 
 namespace unimapper::apps {
@@ -36,6 +37,7 @@ std::string command_line(const MergeOptions& options) {
   if (options.allow_unconnected) line += " --allow-unconnected";
   if (options.replaces) line += " --replace";
   if (!options.mcap.empty()) line += " --mcap " + options.mcap.string();
+  line += export_command_line(options.output);
   for (const auto& name : options.chosen) line += " --session " + name;
   for (const auto& run : options.stats) line += " --stats " + run.string();
   return line;
@@ -103,6 +105,7 @@ void register_merge(CLI::App& app) {
   command->add_option("--mcap", options->mcap,
                       "Write the map, what was removed, trajectories and loops as MCAP with "
                       "Foxglove's schemas, too");
+  add_export_options(*command, options->output);
   command
       ->add_option("--threads", options->threads,
                    "Threads to use; 0: all. The map does not depend on it")

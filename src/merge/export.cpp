@@ -5,8 +5,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <type_traits>
 
 #include "export_files.hpp"
+#include "voxel_table.hpp"
 
 namespace unimapper::merge {
 
@@ -94,6 +96,35 @@ nlohmann::ordered_json pair_summaries(const std::vector<SessionData>& sessions,
   return pairs;
 }
 
+const Eigen::Vector3f& position_of(const Eigen::Vector3f& point) { return point; }
+template <typename Point>
+const Eigen::Vector3f& position_of(const Point& point) {
+  return point.position;
+}
+
+/// Those in the box; of the map, the first of each voxel.
+template <typename Point>
+std::vector<Point> chosen_points(const std::vector<Point>& points, const ExportOptions& options) {
+  const bool thins = std::is_same_v<Point, MapPoint> && options.voxel_m > 0.0;
+  const auto inverse = static_cast<float>(thins ? 1.0 / options.voxel_m : 0.0);
+  VoxelTable voxels;
+  std::vector<Point> chosen;
+  for (const Point& point : points) {
+    const Eigen::Array3d p = position_of(point).template cast<double>();
+    if (options.box &&
+        ((p < options.box->low.array()).any() || (p > options.box->high.array()).any())) {
+      continue;
+    }
+    if (thins) {
+      const std::size_t before = voxels.size();
+      voxels.find_or_insert(pack(voxel_index(position_of(point), inverse)));
+      if (voxels.size() == before) continue;
+    }
+    chosen.push_back(point);
+  }
+  return chosen;
+}
+
 }  // namespace
 
 void write_summary(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
@@ -138,27 +169,38 @@ void write_timing(const std::filesystem::path& path, const MergeResult& result) 
   file.close();
 }
 
-void export_map(const std::filesystem::path& folder, const std::vector<SessionData>& sessions,
-                const MergeResult& result) {
-  const auto make = [](const std::filesystem::path& path) {
-    std::error_code error;
-    std::filesystem::create_directories(path, error);
-    if (error) throw std::runtime_error(path.string() + ": " + error.message());
-  };
-  make(folder / "trajectories");
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw std::runtime_error(folder.string() + ": " + error.message());
+}
+
+std::optional<NavigationGrid> export_map(const std::filesystem::path& folder,
+                                         const std::vector<SessionData>& sessions,
+                                         const MergeResult& result, const ExportOptions& options) {
+  make_folder(folder / "trajectories");
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     const bool connected = is_in_map(result.sessions[s].status);
     const auto trajectories = folder / (connected ? "trajectories" : "unconnected");
-    make(trajectories);
+    make_folder(trajectories);
     write_trajectory(trajectories / (sessions[s].info.name + ".tum"), sessions[s],
                      result.sessions[s]);
   }
   write_pose_graph(folder / "graph.g2o", sessions, result);
   write_loops(folder / "loops.csv", sessions, result);
-  write_map_points(folder / "map.ply", result);
-  write_changed_points(folder / "changes.ply", result);
+  const std::vector<MapPoint> points = chosen_points(result.map, options);
+  write_map_points(folder / "map.ply", points);
+  if (options.tile_m > 0.0) write_tiles(folder / "tiles", points, options.tile_m);
+  write_changed_points(folder / "changes.ply", chosen_points(result.changes, options));
+  write_positions(folder / "removed.ply", chosen_points(result.dynamic_points, options));
+  std::optional<NavigationGrid> grid;
+  if (options.grid) {
+    grid = navigation_grid(sessions, result, *options.grid);
+    write_grid(folder, "grid", *grid);
+  }
   write_summary(folder / "summary.json", sessions, result);
   write_timing(folder / "timing.json", result);
+  return grid;
 }
 
 }  // namespace unimapper::merge

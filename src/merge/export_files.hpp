@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "unimapper/merge/export.hpp"
@@ -41,8 +42,18 @@ void write_pose_graph(const std::filesystem::path& path, const std::vector<Sessi
                       const MergeResult& result);
 void write_loops(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
                  const MergeResult& result);
-void write_map_points(const std::filesystem::path& path, const MergeResult& result);
-void write_changed_points(const std::filesystem::path& path, const MergeResult& result);
+/// One file per tile that has points.
+void write_tiles(const std::filesystem::path& folder, const std::vector<MapPoint>& points,
+                 double tile_m);
+void write_map_points(const std::filesystem::path& path, const std::vector<MapPoint>& points);
+void write_changed_points(const std::filesystem::path& path,
+                          const std::vector<ChangedPoint>& points);
+void write_positions(const std::filesystem::path& path, const std::vector<Eigen::Vector3f>& points);
+/// NAME.pgm and NAME.yaml.
+void write_grid(const std::filesystem::path& folder, const std::string& name,
+                const NavigationGrid& grid);
+/// Makes a folder and those above it.
+void make_folder(const std::filesystem::path& folder);
 void write_summary(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
                    const MergeResult& result);
 void write_timing(const std::filesystem::path& path, const MergeResult& result);

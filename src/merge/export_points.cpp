@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -31,6 +32,8 @@ std::uint16_t in_16_bits(std::uint32_t number) {
   return static_cast<std::uint16_t>(number);
 }
 
+const std::string kColour = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+
 /// Collects vertices as bytes and writes them in blocks.
 class PlyWriter {
  public:
@@ -38,7 +41,6 @@ class PlyWriter {
       : file_(path) {
     file_.stream() << "ply\nformat binary_little_endian 1.0\nelement vertex " << vertices
                    << "\nproperty float x\nproperty float y\nproperty float z\n"
-                      "property uchar red\nproperty uchar green\nproperty uchar blue\n"
                    << properties << "end_header\n";
   }
 
@@ -50,8 +52,12 @@ class PlyWriter {
     if (buffer_.size() > (1U << 20U)) flush();
   }
 
-  void put(const Eigen::Vector3f& position, const Colour& colour) {
+  void put(const Eigen::Vector3f& position) {
     for (const float value : {position.x(), position.y(), position.z()}) put(value);
+  }
+
+  void put(const Eigen::Vector3f& position, const Colour& colour) {
+    put(position);
     for (const std::uint8_t value : colour) put(value);
   }
 
@@ -72,10 +78,10 @@ class PlyWriter {
 
 }  // namespace
 
-void write_map_points(const std::filesystem::path& path, const MergeResult& result) {
-  PlyWriter ply(path, result.map.size(),
-                "property ushort session\nproperty ushort sessions_seen\n");
-  for (const auto& point : result.map) {
+void write_map_points(const std::filesystem::path& path, const std::vector<MapPoint>& points) {
+  PlyWriter ply(path, points.size(),
+                kColour + "property ushort session\nproperty ushort sessions_seen\n");
+  for (const MapPoint& point : points) {
     ply.put(point.position, session_colour(point.session));
     ply.put(in_16_bits(point.session));
     ply.put(in_16_bits(point.sessions_seen));
@@ -83,15 +89,39 @@ void write_map_points(const std::filesystem::path& path, const MergeResult& resu
   ply.close();
 }
 
-void write_changed_points(const std::filesystem::path& path, const MergeResult& result) {
+void write_tiles(const std::filesystem::path& folder, const std::vector<MapPoint>& points,
+                 double tile_m) {
+  make_folder(folder);
+  std::map<std::pair<std::int64_t, std::int64_t>, std::vector<MapPoint>> tiles;
+  for (const MapPoint& point : points) {
+    const Eigen::Array3d tile = (point.position.cast<double>().array() / tile_m).floor();
+    tiles[{static_cast<std::int64_t>(tile.x()), static_cast<std::int64_t>(tile.y())}].push_back(
+        point);
+  }
+  for (const auto& [tile, content] : tiles) {
+    const std::string name = std::to_string(tile.first) + "_" + std::to_string(tile.second);
+    write_map_points(folder / (name + ".ply"), content);
+  }
+}
+
+void write_changed_points(const std::filesystem::path& path,
+                          const std::vector<ChangedPoint>& points) {
   constexpr Colour kAppeared{0, 200, 0};
   constexpr Colour kGone{220, 0, 0};
-  PlyWriter ply(path, result.changes.size(), "property ushort session\nproperty uchar appeared\n");
-  for (const auto& point : result.changes) {
+  PlyWriter ply(path, points.size(),
+                kColour + "property ushort session\nproperty uchar appeared\n");
+  for (const ChangedPoint& point : points) {
     ply.put(point.position, point.appeared ? kAppeared : kGone);
     ply.put(in_16_bits(point.session));
     ply.put(static_cast<std::uint8_t>(point.appeared ? 1 : 0));
   }
+  ply.close();
+}
+
+void write_positions(const std::filesystem::path& path,
+                     const std::vector<Eigen::Vector3f>& points) {
+  PlyWriter ply(path, points.size(), "");
+  for (const Eigen::Vector3f& point : points) ply.put(point);
   ply.close();
 }
 

@@ -247,6 +247,25 @@ TEST_CASE("while a base runs, a project is read and not changed, and the other w
   project.done({"export", "--out", (project.directory / "map").string()});
 }
 
+TEST_CASE("a map is exported with tiles and a grid, and later without them") {
+  const Project project;
+  project.done({"add", project.run("a", 12)});
+  project.done({"merge"});
+  const fs::path out = project.directory / "map";
+  project.done({"export", "--out", out.string(), "--tile", "20", "--grid", "0.25"});
+  CHECK_THAT(read_text(out / "grid.yaml"), Contains("resolution: 0.25"));
+  CHECK(read_text(out / "grid.pgm").find('\xFE') != std::string::npos);
+  CHECK_FALSE(fs::is_empty(out / "tiles"));
+  project.done({"export", "--out", out.string(), "--replace", "--box", "0", "0", "-9", "9", "9",
+                "9", "--voxel", "0.5"});
+  CHECK_FALSE(fs::exists(out / "grid.yaml"));
+  CHECK_FALSE(fs::exists(out / "tiles"));
+  const std::vector<std::string> upside_down = {
+      "export", "--out", out.string(), "--replace", "--box", "0", "0", "0", "9", "-9", "9"};
+  CHECK(project.map(upside_down).exit_code == 2);
+  CHECK(project.map({"export", "--out", out.string(), "--grid-height", "1"}).exit_code == 2);
+}
+
 TEST_CASE("mistakes with a project are told in words") {
   const TemporaryDirectory directory;
   const std::string nowhere = (directory / "nowhere").string();

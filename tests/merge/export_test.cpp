@@ -178,8 +178,8 @@ TEST_CASE("Points are written with their session, and changes with their directi
   result.changes.push_back({{1.0F, 2.0F, 3.0F}, 4, true});
   result.changes.push_back({{7.0F, 8.0F, 9.5F}, 513, false});
   const TemporaryDirectory scratch;
-  write_map_points(scratch / "map.ply", result);
-  write_changed_points(scratch / "changes.ply", result);
+  write_map_points(scratch / "map.ply", result.map);
+  write_changed_points(scratch / "changes.ply", result.changes);
   const auto body = [&](const char* file) {
     const std::string ply = read(scratch / file);
     return ply.substr(ply.find("end_header\n") + 11);
@@ -203,4 +203,57 @@ TEST_CASE("Points are written with their session, and changes with their directi
   CHECK(changes.substr(30, 3) == std::string("\xDC\x00\x00", 3));  // red: gone
   CHECK(number_at<std::uint16_t>(changes, 33) == 513);
   CHECK(changes[35] == 0);
+}
+
+TEST_CASE("Of a map a box, one point per voxel and tiles are written", "[export]") {
+  MergeResult result;
+  for (int i = 0; i < 40; ++i) {
+    result.map.push_back({{0.25F * static_cast<float>(i) - 5.0F + 0.125F, 1.0F, 0.0F}, 0, 1});
+  }
+  result.changes.push_back({{4.0F, 1.0F, 0.0F}, 0, true});
+  result.changes.push_back({{-4.0F, 1.0F, 0.0F}, 0, true});
+  result.dynamic_points = {{4.0F, 1.0F, 0.0F}, {4.0F, 3.0F, 0.0F}};
+  const TemporaryDirectory scratch;
+  const auto vertices = [&](const char* file) {
+    const std::string ply = read(scratch / file);
+    const std::string key = "element vertex ";
+    return std::stoi(ply.substr(ply.find(key) + key.size()));
+  };
+  export_map(scratch.path(), {}, result);
+  CHECK(vertices("map.ply") == 40);
+  CHECK(vertices("removed.ply") == 2);
+  CHECK_FALSE(std::filesystem::exists(scratch / "tiles"));
+  CHECK_FALSE(std::filesystem::exists(scratch / "grid.pgm"));
+  ExportOptions options;
+  options.box = MapBox{{0.0, 0.0, -1.0}, {9.0, 2.0, 1.0}};
+  export_map(scratch.path(), {}, result, options);
+  CHECK(vertices("map.ply") == 20);
+  CHECK(vertices("changes.ply") == 1);
+  CHECK(vertices("removed.ply") == 1);
+  options = {};
+  options.voxel_m = 0.5;
+  options.tile_m = 2.0;
+  export_map(scratch.path(), {}, result, options);
+  CHECK(vertices("map.ply") == 20);
+  CHECK(vertices("changes.ply") == 2);
+  CHECK(vertices("tiles/-3_0.ply") == 2);
+  CHECK(vertices("tiles/-1_0.ply") == 4);
+  CHECK(vertices("tiles/2_0.ply") == 2);
+}
+
+TEST_CASE("A navigation grid is written from its upper row, with grey for the unknown",
+          "[export]") {
+  NavigationGrid grid;
+  grid.resolution_m = 0.25;
+  grid.origin = {-1.5, 20.25};
+  grid.width = 3;
+  grid.height = 2;
+  grid.cells = {GridCell::kFree,    GridCell::kOccupied, GridCell::kUnknown,
+                GridCell::kUnknown, GridCell::kUnknown,  GridCell::kFree};
+  const TemporaryDirectory scratch;
+  write_grid(scratch.path(), "grid", grid);
+  CHECK(read(scratch / "grid.pgm") == std::string("P5\n3 2\n255\n\x80\x80\xFE\xFE\x00\x80", 17));
+  CHECK(read(scratch / "grid.yaml") ==
+        "image: grid.pgm\nmode: trinary\nresolution: 0.25\norigin: [-1.5, 20.25, 0]\nnegate: 0\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.25\n");
 }

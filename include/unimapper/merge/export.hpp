@@ -3,9 +3,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "unimapper/merge/merger.hpp"
+#include "unimapper/merge/navigation_grid.hpp"
 
 namespace unimapper::merge {
 
@@ -24,15 +26,35 @@ std::vector<TrajectoryPose> session_trajectory(const SessionData& session,
 /// T_keyframe_sensor at the keyframe's reference scan.
 Pose reference_sensor_pose(const KeyframeRecord& keyframe);
 
+/// A part of the map frame, faces included.
+struct MapBox {
+  Eigen::Vector3d low = Eigen::Vector3d::Zero();   ///< metres
+  Eigen::Vector3d high = Eigen::Vector3d::Zero();  ///< metres
+};
+
+/// How much of a map is written, and in which form.
+struct ExportOptions {
+  std::optional<MapBox> box;        ///< only points in it: map, changes, removed, tiles
+  double voxel_m = 0.0;             ///< one point of the map per so large a voxel; 0: all
+  double tile_m = 0.0;              ///< edge of tiles that the map is written in, too; 0: none
+  std::optional<GridOptions> grid;  ///< none: no grid is written
+};
+
 /// Writes into `folder`, which is made if it does not exist:
 ///  - trajectories/<session>.tum: "stamp x y z qx qy qz qw" per scan, map frame; sessions that
 ///    are not connected go to unconnected/<session>.tum in their own frame
 ///  - graph.g2o: VERTEX_SE3:QUAT, FIX and EDGE_SE3:QUAT of the final pose graph
 ///  - loops.csv: every loop considered, accepted or why not, between sensor frames
-///  - map.ply, changes.ply: binary, coloured by session, and green for appeared, red for gone
+///  - map.ply, changes.ply, removed.ply: binary; coloured by session, green for appeared and red
+///  for
+///    gone, without a colour; tiles/X_Y.ply likewise, from X and Y times the tile's edge
+///  - grid.pgm, grid.yaml: the navigation grid as ROS's map server reads it
 ///  - summary.json: the same bytes for the same input; timing.json: the stages' durations
-/// Throws std::runtime_error naming the file that cannot be written.
-void export_map(const std::filesystem::path& folder, const std::vector<SessionData>& sessions,
-                const MergeResult& result);
+/// Throws std::runtime_error naming the file that cannot be written, and for a grid that would be
+/// too large. Returns the grid, for what it has to say.
+std::optional<NavigationGrid> export_map(const std::filesystem::path& folder,
+                                         const std::vector<SessionData>& sessions,
+                                         const MergeResult& result,
+                                         const ExportOptions& options = {});
 
 }  // namespace unimapper::merge

@@ -8,6 +8,7 @@
 #include "ports/datasets/files.hpp"
 #include "ports/store/project_writer.hpp"
 #include "ports/store/transaction.hpp"
+#include "src/apps/export_options.hpp"
 #include "src/apps/map/options.hpp"
 #include "src/apps/map/stored_result.hpp"
 #include "src/apps/map/stored_sessions.hpp"
@@ -195,7 +196,7 @@ void export_project(const ProjectOptions& options, const MapExportOptions& outpu
   const merge::MergeResult result =
       merge::complete_merge(sessions, posed_result(stored, rows), config, progress());
 
-  merge::export_map(map.path(), sessions, result);
+  report_grid(merge::export_map(map.path(), sessions, result, output.output));
   write_session_clouds(map.path(), sessions, result);
   if (scene) write_scene(scene->path(), scene_of_merge(sessions, result));
   ReportInput report;

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "unimapper/merge/export.hpp"
+
 namespace unimapper::apps {
 
 /// Where the project is.
@@ -62,9 +64,10 @@ void merge_project(const ProjectOptions& options, const MapMergeOptions& merge);
 
 /// Of `map export`.
 struct MapExportOptions {
-  std::filesystem::path out;   ///< folder for the map
-  std::filesystem::path mcap;  ///< the map as a scene; empty: not written
-  bool replaces = false;       ///< overwrite an earlier map
+  std::filesystem::path out;    ///< folder for the map
+  std::filesystem::path mcap;   ///< the map as a scene; empty: not written
+  bool replaces = false;        ///< overwrite an earlier map
+  merge::ExportOptions output;  ///< how much of the map is written
 };
 
 /// Writes the map of an epoch's merge as `unimapper merge` does.

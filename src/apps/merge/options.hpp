@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "unimapper/core/keyframe_record.hpp"
+#include "unimapper/merge/export.hpp"
 
 namespace unimapper::apps {
 
@@ -31,6 +32,7 @@ struct MergeOptions {
   bool allow_unconnected = false;
   bool replaces = false;                 ///< overwrite an earlier map
   std::filesystem::path mcap;            ///< the map as a scene; empty: not written
+  merge::ExportOptions output;           ///< how much of the map is written
   std::filesystem::path config;          ///< JSON file with parameters that differ from the default
   std::optional<std::uint32_t> threads;  ///< instead of the configuration's
   std::string command_line;              ///< shown in the report

@@ -9,6 +9,7 @@
 
 #include "ports/datasets/files.hpp"
 #include "src/apps/evaluate/evaluate.hpp"
+#include "src/apps/export_options.hpp"
 #include "src/apps/merge/options.hpp"
 #include "src/apps/merge/refined_labels.hpp"
 #include "src/apps/output_guard.hpp"
@@ -175,7 +176,7 @@ void run_merge(const MergeOptions& options) {
         std::cerr << "unimapper: " << elapsed << "  " << text << std::endl;
       });
   report.elapsed_s = seconds_since(merging);
-  merge::export_map(map.path(), sessions, result);
+  report_grid(merge::export_map(map.path(), sessions, result, options.output));
   write_session_clouds(map.path(), sessions, result);
   if (scene) write_scene(scene->path(), scene_of_merge(sessions, result));
 

@@ -269,7 +269,8 @@ std::string time_section(const ReportInput& input, const Summary& summary) {
 std::string reproduce_section(const ReportInput& input) {
   std::string html =
       "<h2>Beside this page</h2>\n<p><code>map.ply</code> the static map, <code>changes.ply</code> "
-      "what changed, <code>clouds/</code> every session's own cloud, <code>trajectories/</code> "
+      "what changed, <code>removed.ply</code> what was removed, <code>clouds/</code> every "
+      "session's own cloud, <code>trajectories/</code> "
       "one TUM file per session, <code>graph.g2o</code> the pose graph, <code>loops.csv</code> "
       "every loop and why it was refused, <code>summary.json</code> the figures.</p>\n";
   if (input.commands.empty()) return html;
