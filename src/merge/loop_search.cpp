@@ -52,13 +52,43 @@ bool is_better(const LoopCandidate& a, const LoopCandidate& b) {
          std::tuple(b.accepted, b.confidence, a.query, a.match);
 }
 
+/// The place of a loop: so many metres of both keyframes' paths.
+constexpr double kPlace_m = 20.0;
+
+/// Paths of sessions, by keyframe.
+using Paths = std::vector<std::vector<double>>;
+
+/// Sorts candidates, the best first, and keeps `most` of them, spread over places: the best of
+/// each, then the second best of each, and so on. A robot that waits at a crossing must not
+/// displace what it saw elsewhere.
+void choose(std::vector<LoopCandidate>& candidates, std::size_t most, const Paths& paths) {
+  std::sort(candidates.begin(), candidates.end(), is_better);
+  if (candidates.size() <= most) return;
+  const auto place_of = [&](KeyframeId k) {
+    return floor_to<std::int64_t>(paths[k.session][k.keyframe] / kPlace_m);
+  };
+  std::map<std::pair<std::int64_t, std::int64_t>, std::size_t> chosen_at;
+  std::vector<std::pair<std::size_t, std::size_t>> order;  // rank at its place, position
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const auto [a, b] = std::minmax(candidates[i].query, candidates[i].match);
+    order.emplace_back(chosen_at[{place_of(a), place_of(b)}]++, i);
+  }
+  std::sort(order.begin(), order.end());
+  order.resize(most);
+  std::vector<LoopCandidate> chosen;
+  for (const auto& [rank, i] : order) chosen.push_back(candidates[i]);
+  std::sort(chosen.begin(), chosen.end(), is_better);
+  candidates = std::move(chosen);
+}
+
 std::vector<LoopCandidate> intra_session_loops(const std::vector<SessionData>& sessions,
                                                std::size_t session, const LoopConfig& config) {
   const auto& keyframes = sessions[session].keyframes;
   InArena<PlaceDatabase> database(database_config(keyframes.size(), 1, 1, config.tilt),
                                   place_shape(sessions));
   PlaneRestorer planes;
-  const std::vector<double> path = path_lengths_m(sessions[session]);
+  Paths paths(sessions.size());
+  const std::vector<double>& path = paths[session] = path_lengths_m(sessions[session]);
   std::vector<LoopCandidate> found;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
     const KeyframeId query{session, k};
@@ -76,8 +106,7 @@ std::vector<LoopCandidate> intra_session_loops(const std::vector<SessionData>& s
     }
     database->insert(place, query, keyframes[k].T_odometry_keyframe);
   }
-  std::sort(found.begin(), found.end(), is_better);
-  if (found.size() > config.max_candidates_per_pair) found.resize(config.max_candidates_per_pair);
+  choose(found, config.max_candidates_per_pair, paths);
   return found;
 }
 
@@ -148,12 +177,13 @@ std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<Sessi
     }
   });
 
+  Paths paths;
+  for (const SessionData& session : sessions) paths.push_back(path_lengths_m(session));
   std::vector<LoopCandidate> all;
   for (const auto& [sessions_pair, pair] : by_pair) {
     std::vector<LoopCandidate> found;
     for (const auto& [keyframes, candidate] : pair) found.push_back(candidate);
-    std::sort(found.begin(), found.end(), is_better);
-    if (found.size() > config.max_candidates_per_pair) found.resize(config.max_candidates_per_pair);
+    choose(found, config.max_candidates_per_pair, paths);
     all.insert(all.end(), found.begin(), found.end());
   }
   return all;

@@ -185,6 +185,28 @@ TEST_CASE("The best candidates within a session are proposed first and the other
   }
 }
 
+TEST_CASE("A robot that waits does not displace the candidates of other places", "[loop_search]") {
+  // Both wait for 30 keyframes at the start, where they agree best, and then drive 60 m.
+  const auto town = make_town(5, 1);
+  std::vector<Pose> poses(30, crawl(1, 0.0).front());
+  for (const Pose& pose : crawl(16, 4.0)) poses.push_back(pose);
+  const std::vector<SessionData> sessions{record(town, poses, "one", 1).session,
+                                          record(town, poses, "two", 2).session};
+  LoopConfig config;
+  const auto elsewhere = [&](const std::vector<LoopCandidate>& candidates) {
+    return std::count_if(candidates.begin(), candidates.end(), [](const LoopCandidate& c) {
+      return c.accepted && c.query.keyframe > 35 && c.match.keyframe > 35;
+    });
+  };
+  const auto all = find_inter_session_candidates(sessions, config);
+  config.max_candidates_per_pair = 24;
+  REQUIRE(all.size() > 3 * config.max_candidates_per_pair);
+  const auto chosen = find_inter_session_candidates(sessions, config);
+  REQUIRE(chosen.size() == 24);
+  CHECK(elsewhere(all) > 12);
+  CHECK(elsewhere(chosen) >= 6);
+}
+
 TEST_CASE("Every session has candidates of its own, however many threads look for them",
           "[loop_search]") {
   const auto town = make_town(5, 1);

@@ -123,8 +123,9 @@ consteval auto parameters_of(const LoopConfig*) {
       parameter<&C::min_path_gap_m>("[0, 1000]", "m", "choice", "The same along the path."),
       parameter<&C::candidates_per_keyframe>("[1, 32]", "", "choice",
                                              "Candidates verified per keyframe and other session."),
-      parameter<&C::max_candidates_per_pair>("[1, 5000]", "", "choice",
-                                             "Candidates verified per pair of sessions."),
+      parameter<&C::max_candidates_per_pair>(
+          "[1, 5000]", "", "choice",
+          "Candidates verified per pair of sessions, spread over places."),
       parameters_in<&C::tilt>(),
       parameter<&C::min_initial_overlap>("[0, 1]", "", "choice",
                                          "Overlap of structure before G-ICP is tried."),
