@@ -38,15 +38,15 @@ class Merger {
         known_(sessions, config, statements_, outcomes) {}
 
   MergeResult run() {
-    find_intra_session_loops();
-    find_inter_session_loops();
-    align();
-    refine_poses();
-    level_map();
-    transform_sessions();
+    find_poses();
     refine_labels();
-    record_loops();
     return finish();
+  }
+
+  /// Without labels, map and changes.
+  MergeResult run_to_poses() {
+    find_poses();
+    return std::move(result_);
   }
 
   /// The rest of a merge whose poses and loops are known.
@@ -58,6 +58,16 @@ class Merger {
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  void find_poses() {
+    find_intra_session_loops();
+    find_inter_session_loops();
+    align();
+    refine_poses();
+    level_map();
+    transform_sessions();
+    record_loops();
+  }
 
   MergeResult finish() {
     record_edges();
@@ -340,6 +350,14 @@ MergeResult merge_sessions(const std::vector<SessionData>& sessions, const Merge
   check_input(sessions, config);
   check_statements(statements, sessions);
   return Merger(sessions, config, progress, statements, outcomes).run();
+}
+
+MergeResult merge_poses(const std::vector<SessionData>& sessions, const MergeConfig& config,
+                        const std::function<void(const std::string&)>& progress,
+                        const UserStatements& statements, LoopOutcomes* outcomes) {
+  check_input(sessions, config);
+  check_statements(statements, sessions);
+  return Merger(sessions, config, progress, statements, outcomes).run_to_poses();
 }
 
 MergeResult complete_merge(const std::vector<SessionData>& sessions, MergeResult posed,

@@ -87,6 +87,14 @@ struct MergeResult {
     const std::function<void(const std::string&)>& progress = {},
     const UserStatements& statements = {}, LoopOutcomes* outcomes = nullptr);
 
+/// The same without labels, map, changes and edges of the graph, which take most of the time: what
+/// `complete_merge` makes a whole merge of.
+[[nodiscard]] MergeResult merge_poses(const std::vector<SessionData>& sessions,
+                                      const MergeConfig& config = {},
+                                      const std::function<void(const std::string&)>& progress = {},
+                                      const UserStatements& statements = {},
+                                      LoopOutcomes* outcomes = nullptr);
+
 /// The rest of a merge of which central session, status and poses of the sessions, and loops with
 /// the final decisions are known: the same result as the merge they are from. Throws
 /// std::invalid_argument where the poses do not fit the sessions.

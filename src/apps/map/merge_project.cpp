@@ -155,7 +155,7 @@ void merge_project(const ProjectOptions& options, const MapMergeOptions& merge_o
   const std::vector<SessionData> sessions = data_of(inputs);
   const KeyframeRows rows(inputs, sessions);
   StoredOutcomes outcomes(writer, rows);
-  const merge::MergeResult result = merge::merge_sessions(
+  const merge::MergeResult result = merge::merge_poses(
       sessions, config, progress(), statements_of(state, rows, sessions), &outcomes);
   std::cerr << "unimapper: " << outcomes.text() << '\n';
   const auto epoch = writer.commit("merge", [&](store::ProjectState& next) {
