@@ -34,6 +34,7 @@ struct NavigationGrid {
   std::size_t several_levels = 0;  ///< cells that are reached on another storey, too; only the
                                    ///< level that was reached first is in the grid
 
+  /// The cell in a column, from the lowest x, and a row, from the lowest y.
   [[nodiscard]] GridCell at(std::uint32_t x, std::uint32_t y) const {
     return cells[static_cast<std::size_t>(y) * width + x];
   }
