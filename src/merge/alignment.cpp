@@ -1,7 +1,8 @@
-// Incremental joining of maps: intra-session optimisation, then pair by pair along a spanning tree.
+// Incremental joining of maps: intra-session optimisation, then pairs of sessions in batches.
 #include "unimapper/merge/alignment.hpp"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -14,6 +15,7 @@
 namespace unimapper::merge {
 namespace {
 
+constexpr const char* kContradictsMap = "contradicts the maps merged before";
 constexpr const char* kOnePlace = "all loops lie in one place, and nothing confirms them elsewhere";
 
 /// The loops of two sessions, the lower index as match, and their consistency set.
@@ -44,8 +46,7 @@ class SessionAligner {
     form_pairs();
     check_spanning_pairs();
     choose_central();
-    while (join_strongest_pair()) {
-    }
+    join_pairs();
     explain_unconnected();
     record_pairs();
   }
@@ -78,32 +79,37 @@ class SessionAligner {
   }
 
   void form_pairs() {
+    std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> loops;
+    for (std::size_t i = 0; i < problem_.loops.size(); ++i) {
+      const LoopConstraint& loop = problem_.loops[i];
+      if (!loop.is_intra_session()) loops[{loop.match.session, loop.query.session}].push_back(i);
+    }
+    std::vector<SessionPath> paths;
+    for (std::size_t s = 0; s < problem_.sessions.size(); ++s) {
+      paths.push_back(problem_.state.odometry[s].with_poses(problem_.state.T_session_keyframe[s]));
+    }
     for (std::size_t match = 0; match < problem_.sessions.size(); ++match) {
       for (std::size_t query = match + 1; query < problem_.sessions.size(); ++query) {
-        SessionPair pair = form_pair(query, match);
+        SessionPair pair = form_pair(query, match, std::move(loops[{match, query}]), paths);
         reject(pair, pair.open ? kOutsideConsistencySet : pair.set.reason);
         pairs_.push_back(std::move(pair));
       }
     }
   }
 
-  [[nodiscard]] SessionPair form_pair(std::size_t query, std::size_t match) const {
+  [[nodiscard]] SessionPair form_pair(std::size_t query, std::size_t match,
+                                      std::vector<std::size_t> of_pair,
+                                      const std::vector<SessionPath>& paths) const {
     SessionPair pair;
     pair.query = query;
     pair.match = match;
-    for (std::size_t i = 0; i < problem_.loops.size(); ++i) {
-      const LoopConstraint& loop = problem_.loops[i];
-      if (loop.query.session == query && loop.match.session == match) pair.loops.push_back(i);
-    }
-    const auto path = [this](std::size_t s) {
-      return problem_.state.odometry[s].with_poses(problem_.state.T_session_keyframe[s]);
-    };
+    pair.loops = std::move(of_pair);
     const std::vector<LoopConstraint> loops = problem_.select(pair.loops);
     const AcceptanceConfig rules =
         scaled_to_extent(problem_.config.acceptance, extent_m(query, match));
     pair.linked = has_person_link(loops);
-    pair.set = pair.linked ? linked_consistency(loops, path(query), path(match), rules)
-                           : inter_session_consistency(loops, path(query), path(match), rules);
+    pair.set = pair.linked ? linked_consistency(loops, paths[query], paths[match], rules)
+                           : inter_session_consistency(loops, paths[query], paths[match], rules);
     pair.open = pair.set.state == PairState::kConfirmed;
     return pair;
   }
@@ -202,30 +208,51 @@ class SessionAligner {
     problem_.state.connected[best] = !sessions[best].T_odometry_keyframe.empty();
   }
 
-  /// Joins the strongest open pair that touches what is connected; pairs that close a cycle of
-  /// sessions come last, when both are connected already. False: none left.
-  bool join_strongest_pair() {
-    const auto& connected = problem_.state.connected;
-    SessionPair* best = nullptr;
-    const auto rank = [&](const SessionPair& pair) {
-      const bool extends = connected[pair.query] != connected[pair.match];
-      return std::make_pair(extends, pair.set.distinct);
-    };
-    for (auto& pair : pairs_) {
-      if (!pair.open || (!connected[pair.query] && !connected[pair.match])) continue;
-      if (best == nullptr || rank(pair) > rank(*best)) best = &pair;
+  /// Joins pairs in batches, each twice as large as the one before: a solve takes as long as
+  /// everything that is connected is large, so the number of solves decides. A batch that does not
+  /// hold as a whole is halved; a pair is refused only alone.
+  void join_pairs() {
+    std::size_t most = 1;
+    for (;;) {
+      const std::vector<SessionPair*> batch = next_pairs(most);
+      if (batch.empty()) return;
+      const char* failure = join(batch);
+      for (SessionPair* pair : batch) {
+        if (failure == nullptr || batch.size() == 1) pair->open = false;
+      }
+      if (failure != nullptr && batch.size() == 1) refuse(*batch.front(), failure);
+      most = failure == nullptr ? 2 * most : std::max<std::size_t>(1, batch.size() / 2);
     }
-    if (best == nullptr) return false;
-    const bool extends = connected[best->query] != connected[best->match];
-    if (extends && !is_confirmed_by_data(*best)) return true;
-    best->open = false;
-    join(*best);
-    return true;
   }
 
-  /// The state with both sessions of a pair connected: an initial guess for the new one's anchor.
-  [[nodiscard]] MapState connect(const SessionPair& pair) const {
-    MapState trial = problem_.state;
+  /// The pairs to join next, one after the other: each is the strongest open one that touches what
+  /// is connected by then; pairs that close a cycle of sessions come last, when both are connected
+  /// already.
+  std::vector<SessionPair*> next_pairs(std::size_t most) {
+    std::vector<bool> connected = problem_.state.connected;
+    std::vector<SessionPair*> next;
+    while (next.size() < most) {
+      SessionPair* best = nullptr;
+      const auto rank = [&](const SessionPair& pair) {
+        const bool extends = connected[pair.query] != connected[pair.match];
+        return std::make_pair(extends, pair.set.distinct);
+      };
+      for (auto& pair : pairs_) {
+        if (!pair.open || (!connected[pair.query] && !connected[pair.match])) continue;
+        if (std::find(next.begin(), next.end(), &pair) != next.end()) continue;
+        if (best == nullptr || rank(pair) > rank(*best)) best = &pair;
+      }
+      if (best == nullptr) break;
+      const bool extends = connected[best->query] != connected[best->match];
+      if (extends && !is_confirmed_by_data(*best)) continue;
+      connected[best->query] = connected[best->match] = true;
+      next.push_back(best);
+    }
+    return next;
+  }
+
+  /// Connects both sessions of a pair: an initial guess for the new one's anchor.
+  static void connect(const SessionPair& pair, MapState& trial) {
     const Pose& T_match_query = pair.set.T_match_session_query_session;
     if (!trial.connected[pair.query]) {
       trial.T_map_session[pair.query] = trial.T_map_session[pair.match] * T_match_query;
@@ -233,44 +260,53 @@ class SessionAligner {
       trial.T_map_session[pair.match] = trial.T_map_session[pair.query] * T_match_query.inverse();
     }
     trial.connected[pair.query] = trial.connected[pair.match] = true;
-    return trial;
   }
 
-  /// Optimises with the pair's inliers and all loops accepted before; keeps the result if most
-  /// loops survive and no map deforms implausibly, otherwise rolls back.
-  void join(SessionPair& pair) {
-    MapState trial = connect(pair);
+  /// Optimises with the inliers of some pairs and all loops accepted before. Keeps the result, and
+  /// returns null, if most loops of each pair survive and no map deforms implausibly; otherwise
+  /// nothing is changed, and why is returned.
+  const char* join(const std::vector<SessionPair*>& batch) {
+    MapState trial = problem_.state;
+    for (const SessionPair* pair : batch) connect(*pair, trial);
     const std::vector<std::size_t> sessions = trial.connected_sessions();
     std::vector<std::size_t> chosen;
     for (std::size_t i = 0; i < problem_.loops.size(); ++i) {
       if (problem_.decisions[i].accepted && trial.connects(problem_.loops[i])) chosen.push_back(i);
     }
-    const std::size_t earlier = chosen.size();
-    const std::vector<std::size_t> added = pair.inliers();
-    chosen.insert(chosen.end(), added.begin(), added.end());
+    const std::vector<std::size_t> earlier = chosen;
+    for (const SessionPair* pair : batch) {
+      const std::vector<std::size_t> added = pair->inliers();
+      chosen.insert(chosen.end(), added.begin(), added.end());
+    }
     std::sort(chosen.begin(), chosen.end());
     const std::vector<std::size_t> before = chosen;
-    if (!problem_.optimize_rejecting_outliers(trial, sessions, chosen)) {
-      return refuse(pair, kNoSolution);
-    }
+    if (!problem_.optimize_rejecting_outliers(trial, sessions, chosen)) return kNoSolution;
     const auto survives = [&](std::size_t i) {
       return std::binary_search(chosen.begin(), chosen.end(), i);
     };
-    const auto survivors =
-        static_cast<std::size_t>(std::count_if(added.begin(), added.end(), survives));
-    const std::size_t earlier_survivors = chosen.size() - survivors;
-    const std::size_t fewest = pair.linked ? 1 : problem_.config.acceptance.min_strong_loops;
-    if (2 * survivors < added.size() || survivors < fewest) {
-      return refuse(pair, "contradicts the maps merged before");
+    const auto survivors = [&](const std::vector<std::size_t>& loops) {
+      return static_cast<std::size_t>(std::count_if(loops.begin(), loops.end(), survives));
+    };
+    // As if one pair came after the other: each counts among the earlier ones of the next, with all
+    // of its loops, for one that is lost may be lost to the next.
+    std::size_t count = earlier.size();
+    std::size_t count_left = survivors(earlier);
+    for (const SessionPair* pair : batch) {
+      const std::vector<std::size_t> added = pair->inliers();
+      const std::size_t left = survivors(added);
+      const std::size_t fewest = pair->linked ? 1 : problem_.config.acceptance.min_strong_loops;
+      if (2 * left < added.size() || left < fewest) return kContradictsMap;
+      if (10 * count_left < 9 * count) return kImplausibleDeformation;
+      count += added.size();
+      count_left += left;
     }
-    if (10 * earlier_survivors < 9 * earlier || !problem_.all_plausible(trial, sessions)) {
-      return refuse(pair, kImplausibleDeformation);
-    }
+    if (!problem_.all_plausible(trial, sessions)) return kImplausibleDeformation;
     problem_.state = std::move(trial);
     for (const std::size_t i : before) {
       const bool accepted = survives(i);
       problem_.decisions[i] = {accepted, accepted ? "" : kDisagreesWithMap};
     }
+    return nullptr;
   }
 
   void explain_unconnected() {

@@ -217,3 +217,42 @@ TEST_CASE("Pairs that close a cycle of sessions are joined after those that conn
     CHECK(alignment.decisions[i].accepted == (i < intra || i >= contradicting));
   }
 }
+
+TEST_CASE("Among many pairs that are joined together only the wrong one is refused",
+          "[alignment]") {
+  // Nine sessions along one street, each tied to the next two; the last one to the first as well,
+  // 30 m off.
+  constexpr std::size_t kSessions = 9;
+  Random random(12);
+  Scene scene;
+  const std::vector<Pose> street = straight(40);
+  for (std::size_t s = 0; s < kSessions; ++s) {
+    scene.truth.push_back(street);
+    scene.sessions.push_back({odometry(random, street), 1.0});
+  }
+  for (std::size_t s = 0; s < kSessions; ++s) {
+    for (std::size_t next = s + 1; next < std::min(s + 3, kSessions); ++next) {
+      for (std::size_t k = 0; k < 40; k += 3) loop(scene, {next, k}, {s, k}, Pose{}, random);
+    }
+  }
+  const std::size_t first_wrong = scene.loops.size();
+  const Pose aside = yaw_pose(0.0, {0.0, 30.0, 0.0});
+  for (std::size_t k = 0; k < 40; k += 6) loop(scene, {kSessions - 1, k}, {0, k}, aside, random);
+  const Alignment alignment = align_sessions(scene.sessions, scene.loops, MergeConfig{});
+  CHECK(alignment.connected == std::vector<bool>(kSessions, true));
+  for (std::size_t s = 1; s < kSessions; ++s) {
+    for (const std::size_t k : {0, 20, 39}) {
+      const Pose apart =
+          alignment.T_map_keyframe({0, k}).inverse() * alignment.T_map_keyframe({s, k});
+      CHECK(apart.translation.norm() < 1.0);
+    }
+  }
+  for (std::size_t i = 0; i < first_wrong; ++i) {
+    const LoopDecision& decision = alignment.decisions[i];
+    CHECK((decision.accepted ||
+           decision.reason == "outside the consistency set of its two sessions"));
+  }
+  for (std::size_t i = first_wrong; i < scene.loops.size(); ++i) {
+    CHECK(alignment.decisions[i].reason == "contradicts the maps merged before");
+  }
+}

@@ -1,0 +1,183 @@
+// Time and error of the alignment of many sessions that drive through one city
+#include <CLI/CLI.hpp>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/merge/alignment_scene.hpp"
+
+using namespace unimapper;
+using namespace unimapper::merge;
+using namespace unimapper::merge::testing;
+
+namespace {
+
+struct Options {
+  std::size_t sessions = 10;
+  std::size_t keyframes = 500;
+  std::uint64_t seed = 1;
+  double drift = 1.0;  ///< times that of `odometry`
+  std::string shape = "grid";
+  double wrong_share = 0.1;  ///< loops anywhere, of all
+};
+
+constexpr int kStepsPerBlock = 20;
+constexpr int kDistrictBlocks = 4;
+
+/// Keyframes along streets 100 m apart, turning at crossings, within the district of a session.
+std::vector<Pose> drive_streets(Random& random, std::size_t count, int x0, int y0) {
+  int x = 0;
+  int y = 0;
+  int heading = static_cast<int>(random.below(4));
+  constexpr int kDx[] = {1, 0, -1, 0};
+  constexpr int kDy[] = {0, 1, 0, -1};
+  const auto leads_out = [&](int h) {
+    const int nx = x + kDx[h] * kStepsPerBlock;
+    const int ny = y + kDy[h] * kStepsPerBlock;
+    const int end = kDistrictBlocks * kStepsPerBlock;
+    return nx < 0 || ny < 0 || nx > end || ny > end;
+  };
+  std::vector<Pose> path;
+  while (path.size() < count) {
+    const int back = (heading + 2) % 4;
+    do heading = static_cast<int>(random.below(4));
+    while (heading == back || leads_out(heading));
+    for (int i = 0; i < kStepsPerBlock && path.size() < count; ++i) {
+      path.push_back(yaw_pose(1.5707963 * heading, {kStepM * (x0 + x), kStepM * (y0 + y), 0.0}));
+      x += kDx[heading];
+      y += kDy[heading];
+    }
+  }
+  return path;
+}
+
+/// Where a session's district begins, in steps. Districts overlap by half with their neighbours.
+std::pair<int, int> district(const Options& options, std::size_t session) {
+  const int size = kDistrictBlocks * kStepsPerBlock / 2;
+  const auto s = static_cast<int>(session);
+  if (options.shape == "chain") return {s * size, 0};
+  if (options.shape == "star") return {0, 0};
+  if (options.shape == "groups") return {s / 2 * size, s % 2 * 100 * size};
+  const auto columns =
+      static_cast<int>(std::ceil(std::sqrt(static_cast<double>(options.sessions))));
+  return {s % columns * size, s / columns * size};
+}
+
+/// Up to a dozen loops for each pair of sessions that share streets, then wrong ones.
+void add_loops(Scene& scene, const Options& options, Random& random) {
+  std::map<std::pair<long, long>, std::vector<KeyframeId>> places;
+  for (std::size_t s = 0; s < scene.truth.size(); ++s) {
+    for (std::size_t k = 0; k < scene.truth[s].size(); ++k) {
+      const Eigen::Vector3d& p = scene.truth[s][k].translation;
+      places[{std::lround(p.x() / kStepM), std::lround(p.y() / kStepM)}].push_back({s, k});
+    }
+  }
+  std::map<std::pair<std::size_t, std::size_t>, std::vector<std::pair<KeyframeId, KeyframeId>>>
+      shared;
+  for (const auto& [place, keyframes] : places) {
+    for (const KeyframeId& match : keyframes) {
+      for (const KeyframeId& query : keyframes) {
+        if (match.session < query.session) {
+          shared[{match.session, query.session}].push_back({query, match});
+        }
+      }
+    }
+  }
+  constexpr std::size_t kLoopsPerPair = 12;
+  for (const auto& [sessions, pairs] : shared) {
+    const std::size_t count = std::min(kLoopsPerPair, pairs.size());
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto& [query, match] = pairs[i * pairs.size() / count];
+      const Pose T_match_query = scene.truth[match.session][match.keyframe].inverse() *
+                                 scene.truth[query.session][query.keyframe];
+      loop(scene, query, match, T_match_query, random);
+    }
+  }
+  const auto wrong =
+      static_cast<std::size_t>(options.wrong_share * static_cast<double>(scene.loops.size()));
+  for (std::size_t i = 0; i < wrong; ++i) {
+    const std::size_t match = random.below(static_cast<std::uint32_t>(options.sessions));
+    const std::size_t query = random.below(static_cast<std::uint32_t>(options.sessions));
+    if (match >= query) continue;
+    const auto any = [&] {
+      return static_cast<std::size_t>(random.below(static_cast<std::uint32_t>(options.keyframes)));
+    };
+    loop(scene, {query, any()}, {match, any()},
+         yaw_pose(random.uniform(-3.1, 3.1), random.normal3(2.0)), random);
+  }
+}
+
+/// Root mean square of the positions of all connected keyframes, after one rigid alignment, m.
+double ate_m(const Scene& scene, const Alignment& alignment) {
+  std::vector<Eigen::Vector3d> truth;
+  std::vector<Eigen::Vector3d> estimate;
+  for (std::size_t s = 0; s < scene.truth.size(); ++s) {
+    for (std::size_t k = 0; alignment.connected[s] && k < scene.truth[s].size(); ++k) {
+      truth.push_back(scene.truth[s][k].translation);
+      estimate.push_back(alignment.T_map_keyframe({s, k}).translation);
+    }
+  }
+  const auto count = static_cast<Eigen::Index>(truth.size());
+  const Eigen::Map<const Eigen::Matrix3Xd> to(truth.front().data(), 3, count);
+  const Eigen::Map<const Eigen::Matrix3Xd> from(estimate.front().data(), 3, count);
+  const Eigen::Matrix4d T = Eigen::umeyama(from, to, false);
+  const Eigen::Matrix3Xd moved =
+      (T.topLeftCorner<3, 3>() * from).colwise() + T.topRightCorner<3, 1>().eval();
+  return std::sqrt((moved - to).squaredNorm() / static_cast<double>(count));
+}
+
+bool is_true(const Scene& scene, const LoopConstraint& l) {
+  const Pose T = scene.truth[l.match.session][l.match.keyframe].inverse() *
+                 scene.truth[l.query.session][l.query.keyframe];
+  return (T.translation - l.T_match_query.translation).norm() < 3.0;
+}
+
+void measure(const Options& options) {
+  Random random{options.seed};
+  Scene scene;
+  for (std::size_t s = 0; s < options.sessions; ++s) {
+    const auto [x, y] = district(options, s);
+    scene.truth.push_back(drive_streets(random, options.keyframes, x, y));
+    scene.sessions.push_back({odometry(random, scene.truth.back(), options.drift), 1.0});
+  }
+  add_loops(scene, options, random);
+  const auto start = std::chrono::steady_clock::now();
+  const Alignment alignment = align_sessions(scene.sessions, scene.loops, MergeConfig{});
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  std::size_t right = 0;
+  std::size_t accepted_right = 0;
+  std::size_t accepted_wrong = 0;
+  for (std::size_t i = 0; i < scene.loops.size(); ++i) {
+    const bool is_right = is_true(scene, scene.loops[i]);
+    right += is_right ? 1 : 0;
+    if (!alignment.decisions[i].accepted) continue;
+    ++(is_right ? accepted_right : accepted_wrong);
+  }
+  std::printf(
+      "%zu | %zu | %.1f | %td | %.2f | %.1f | %zu\n", options.sessions, scene.loops.size(),
+      elapsed.count(), std::count(alignment.connected.begin(), alignment.connected.end(), true),
+      ate_m(scene, alignment),
+      100.0 * static_cast<double>(accepted_right) / static_cast<double>(right), accepted_wrong);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Time and error of the alignment of many sessions"};
+  Options options;
+  app.add_option("--sessions", options.sessions);
+  app.add_option("--keyframes", options.keyframes, "Of each session");
+  app.add_option("--seed", options.seed);
+  app.add_option("--drift", options.drift, "Of odometry, times the usual");
+  app.add_option("--wrong", options.wrong_share, "Share of loops that are anywhere");
+  app.add_option("--shape", options.shape, "grid, chain, star or groups: which sessions meet");
+  CLI11_PARSE(app, argc, argv);
+  measure(options);
+  return 0;
+}
