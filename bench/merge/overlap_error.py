@@ -80,4 +80,5 @@ def main():
     print(status, "none" if error is None else f"{error:.3f}")
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -18,6 +18,7 @@ void register_evaluate(CLI::App& app);
 void register_export(CLI::App& app);
 void register_inspect(CLI::App& app);
 void register_keys(CLI::App& app);
+void register_localise(CLI::App& app);
 void register_parameters(CLI::App& app);
 void register_rt_check(CLI::App& app);
 void register_watch(CLI::App& app);

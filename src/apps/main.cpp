@@ -77,6 +77,7 @@ int run(int argc, char** argv) {
   unimapper::apps::register_watch(app);
   unimapper::apps::register_base(app);
   unimapper::apps::register_merge(app);
+  unimapper::apps::register_localise(app);
   unimapper::apps::register_project(app);
   unimapper::apps::register_evaluate(app);
   unimapper::apps::register_export(app);

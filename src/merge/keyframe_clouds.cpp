@@ -16,7 +16,18 @@ KeyframeClouds::KeyframeClouds(const std::vector<SessionData>& sessions,
   }
 }
 
+void KeyframeClouds::forget_first(std::size_t session, std::size_t count) {
+  auto& clouds = clouds_[session];
+  clouds.erase(clouds.begin(),
+               clouds.begin() + static_cast<std::ptrdiff_t>(std::min(count, clouds.size())));
+}
+
 void KeyframeClouds::prepare(std::vector<KeyframeId> keyframes) {
+  for (std::size_t s = 0; s < sessions_.size(); ++s) {
+    if (clouds_[s].size() < sessions_[s].keyframes.size()) {
+      clouds_[s].resize(sessions_[s].keyframes.size());
+    }
+  }
   std::sort(keyframes.begin(), keyframes.end());
   keyframes.erase(std::unique(keyframes.begin(), keyframes.end()), keyframes.end());
   std::erase_if(keyframes, [&](KeyframeId k) { return clouds_[k.session][k.keyframe] != nullptr; });

@@ -18,8 +18,12 @@ class KeyframeClouds {
   KeyframeClouds(const std::vector<SessionData>& sessions, const RegistrationConfig& config,
                  unsigned threads);
 
-  /// Makes what is missing for the given keyframes. Not to be called while other threads read.
+  /// Makes what is missing for the given keyframes; sessions may have grown since the last call.
+  /// Not to be called while other threads read.
   void prepare(std::vector<KeyframeId> keyframes);
+
+  /// The first `count` keyframes of a session are gone from its data.
+  void forget_first(std::size_t session, std::size_t count);
 
   /// Only for keyframes that were prepared.
   [[nodiscard]] const RegistrationCloud& cloud(KeyframeId k) const {

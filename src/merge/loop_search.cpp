@@ -47,6 +47,12 @@ LoopSearchConfig database_config(std::size_t places, std::size_t others, std::ui
   return config;
 }
 
+std::size_t places_of(const std::vector<SessionData>& sessions) {
+  std::size_t places = 0;
+  for (const auto& session : sessions) places += session.keyframes.size();
+  return places;
+}
+
 bool is_better(const LoopCandidate& a, const LoopCandidate& b) {
   return std::tuple(a.accepted, a.confidence, b.query, b.match) >
          std::tuple(b.accepted, b.confidence, a.query, a.match);
@@ -140,8 +146,7 @@ std::vector<LoopCandidate> find_intra_session_candidates(const std::vector<Sessi
 
 std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<SessionData>& sessions,
                                                          const LoopConfig& config) {
-  std::size_t places = 0;
-  for (const auto& session : sessions) places += session.keyframes.size();
+  const std::size_t places = places_of(sessions);
   if (sessions.size() < 2 || places == 0) return {};
   InArena<PlaceDatabase> database(
       database_config(places, sessions.size() - 1, config.candidates_per_keyframe, config.tilt),
@@ -187,6 +192,30 @@ std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<Sessi
     all.insert(all.end(), found.begin(), found.end());
   }
   return all;
+}
+
+PlaceSearch::PlaceSearch(const std::vector<SessionData>& sessions, const LoopConfig& config)
+    : database_(database_config(places_of(sessions), sessions.size(),
+                                config.candidates_per_keyframe, config.tilt),
+                place_shape(sessions)),
+      per_session_(config.candidates_per_keyframe) {
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    const auto& keyframes = sessions[s].keyframes;
+    for (std::size_t k = 0; k < keyframes.size(); ++k) {
+      database_->insert(planes_.place(keyframes, k), {s, k}, keyframes[k].T_odometry_keyframe);
+    }
+  }
+}
+
+std::vector<LoopCandidate> PlaceSearch::search(std::span<const KeyframeRecord> keyframes,
+                                               KeyframeId query) {
+  std::map<std::size_t, std::uint32_t> kept;
+  std::vector<LoopCandidate> found;
+  for (const auto& candidate : database_->search(planes_.place(keyframes, query.keyframe), query,
+                                                 {SearchScope::Sessions::kOnlyOther, 0})) {
+    if (++kept[candidate.match.session] <= per_session_) found.push_back(candidate);
+  }
+  return found;
 }
 
 }  // namespace unimapper::merge

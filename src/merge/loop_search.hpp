@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "unimapper/core/keyframe_record.hpp"
+#include "unimapper/merge/in_arena.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
+#include "unimapper/merge/plane_restorer.hpp"
 #include "unimapper/place/config.hpp"
 #include "unimapper/place/database.hpp"
 
@@ -28,5 +31,21 @@ std::vector<LoopCandidate> find_intra_session_candidates(const std::vector<Sessi
 /// keyframes once.
 std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<SessionData>& sessions,
                                                          const LoopConfig& config);
+
+/// Search among the keyframes of sessions that do not change, for keyframes of another one.
+class PlaceSearch {
+ public:
+  /// Stores all places of `sessions`. Throws std::bad_alloc.
+  PlaceSearch(const std::vector<SessionData>& sessions, const LoopConfig& config);
+
+  /// Candidates of keyframe `query`, which is in `keyframes`: per session the best
+  /// `candidates_per_keyframe`. Its session must not be among those stored. Bounded work.
+  std::vector<LoopCandidate> search(std::span<const KeyframeRecord> keyframes, KeyframeId query);
+
+ private:
+  InArena<PlaceDatabase> database_;
+  PlaneRestorer planes_;
+  std::uint32_t per_session_;
+};
 
 }  // namespace unimapper::merge

@@ -1,0 +1,191 @@
+// Localisation of a run in the map of a store, answer by answer.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ports/datasets/writers.hpp"
+#include "ports/store/store_reader.hpp"
+#include "src/apps/localise/options.hpp"
+#include "src/apps/map/stored_result.hpp"
+#include "src/apps/map/stored_sessions.hpp"
+#include "src/apps/merge/options.hpp"
+#include "src/apps/output_guard.hpp"
+#include "src/apps/replacement.hpp"
+#include "unimapper/config/config_json.hpp"
+#include "unimapper/merge/export.hpp"
+#include "unimapper/merge/localisation.hpp"
+
+namespace unimapper::apps {
+namespace {
+
+using LocaliseJson = nlohmann::ordered_json;
+
+/// Everything said about a run.
+struct Answers {
+  std::int64_t epoch = 0;
+  std::vector<std::uint32_t> sequences;
+  std::vector<std::int64_t> stamps_ns;  ///< of the reference scans
+  std::vector<Pose> T_map_sensor;       ///< at these
+  std::vector<merge::MapPose> poses;
+};
+
+merge::Localiser localiser_of(const LocaliseOptions& options, Answers& answers) {
+  store::StoreReader reader(options.store);
+  store::ProjectReader project = reader.project();
+  const store::ProjectState state =
+      options.epoch > 0 ? project.at(options.epoch) : project.current();
+  if (state.epoch.result == 0) {
+    throw std::runtime_error(options.store.string() + ": there is no map in epoch " +
+                             std::to_string(state.epoch.number) +
+                             "; `unimapper map merge` makes one");
+  }
+  answers.epoch = state.epoch.number;
+  const store::MapResult stored = project.result(state.epoch.result);
+  std::vector<std::int64_t> merged;
+  std::map<std::int64_t, std::set<std::uint32_t>> keyframes;
+  for (const store::SessionResult& session : stored.sessions) {
+    merged.push_back(session.session);
+    keyframes[session.session].insert(session.sequences.begin(), session.sequences.end());
+  }
+  std::vector<InputSession> inputs = read_sessions(options.store, merged, keyframes);
+  std::vector<SessionData> sessions;
+  for (InputSession& input : inputs) sessions.push_back(std::move(input.data));
+  const merge::MergeResult posed = posed_result(stored, KeyframeRows(inputs, sessions));
+  merge::MergeConfig config;
+  parse_config(stored.parameters, options.store.string(), config);
+  if (options.threads) config.threads = *options.threads;
+  return {std::move(sessions), posed, config};
+}
+
+SessionData read_one_session(const LocaliseOptions& options) {
+  MergeOptions merge_options;
+  merge_options.runs = {options.run};
+  std::vector<InputSession> inputs = gather_sessions(merge_options);
+  if (inputs.size() == 1) return std::move(inputs.front().data);
+  throw std::runtime_error(options.run.string() + ": holds " + std::to_string(inputs.size()) +
+                           " sessions; one is localised at a time");
+}
+
+/// Standard deviation of the position along its three axes together, metres.
+double position_sigma_m(const merge::MapPose& at) {
+  return std::sqrt(at.covariance.topLeftCorner<3, 3>().trace());
+}
+
+double rotation_sigma_deg(const merge::MapPose& at) {
+  return kDegreesPerRadian * std::sqrt(at.covariance.bottomRightCorner<3, 3>().trace());
+}
+
+bool is_localised(const merge::MapPose& at) {
+  return at.state == merge::LocalisationState::kLocalised;
+}
+
+LocaliseJson describe(const Answers& answers, std::size_t i) {
+  const merge::MapPose& at = answers.poses[i];
+  LocaliseJson json = {{"keyframe", answers.sequences[i]},
+                       {"stamp_ns", answers.stamps_ns[i]},
+                       {"path_m", at.path_m},
+                       {"state", merge::state_name(at.state)}};
+  if (!at.reason.empty()) json["reason"] = at.reason;
+  if (!is_localised(at)) return json;
+  const Eigen::Vector3d& t = at.T_map_keyframe.translation;
+  const Eigen::Quaterniond q = at.T_map_keyframe.quaternion();
+  json["T_map_keyframe"] = {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
+  std::vector<double> covariance;
+  for (int row = 0; row < 6; ++row) {
+    for (int col = row; col < 6; ++col) covariance.push_back(at.covariance(row, col));
+  }
+  json["covariance"] = covariance;
+  json["sigma_m"] = position_sigma_m(at);
+  json["sigma_deg"] = rotation_sigma_deg(at);
+  json["loops"] = at.loops;
+  json["since_loop_m"] = at.since_loop_m;
+  return json;
+}
+
+/// Metres driven until the first position; negative if there was none.
+double first_localised_m(const Answers& answers) {
+  const auto first = std::find_if(answers.poses.begin(), answers.poses.end(), is_localised);
+  return first == answers.poses.end() ? -1.0 : first->path_m;
+}
+
+void print_json(const Answers& answers) {
+  LocaliseJson json = {{"epoch", answers.epoch}};
+  const double first = first_localised_m(answers);
+  json["first_localised_m"] = first < 0.0 ? LocaliseJson(nullptr) : LocaliseJson(first);
+  json["times_lost"] = answers.poses.empty() ? 0 : answers.poses.back().times_lost;
+  json["keyframes"] = LocaliseJson::array();
+  for (std::size_t i = 0; i < answers.poses.size(); ++i) {
+    json["keyframes"].push_back(describe(answers, i));
+  }
+  std::cout << json.dump(2) << '\n';
+}
+
+void print_text(const Answers& answers) {
+  std::size_t localised = 0;
+  for (std::size_t i = 0; i < answers.poses.size(); ++i) {
+    const merge::MapPose& at = answers.poses[i];
+    char text[256];
+    if (is_localised(at)) {
+      ++localised;
+      const Eigen::Vector3d& t = at.T_map_keyframe.translation;
+      std::snprintf(
+          text, sizeof text,
+          "keyframe %u  %8.1f m  localised  %.2f %.2f %.2f  +- %.2f m %.2f deg  %zu loops",
+          answers.sequences[i], at.path_m, t.x(), t.y(), t.z(), position_sigma_m(at),
+          rotation_sigma_deg(at), at.loops);
+      std::cout << text << '\n';
+      continue;
+    }
+    std::snprintf(text, sizeof text, "keyframe %u  %8.1f m  %s: ", answers.sequences[i], at.path_m,
+                  merge::state_name(at.state));
+    std::cout << text << at.reason << '\n';
+  }
+  std::cout << localised << " of " << answers.poses.size() << " keyframes localised in epoch "
+            << answers.epoch;
+  const double first = first_localised_m(answers);
+  char text[64] = "";
+  if (first >= 0.0) std::snprintf(text, sizeof text, ", first after %.1f m", first);
+  std::cout << text << '\n';
+}
+
+void write_poses(const LocaliseOptions& options, const Answers& answers) {
+  if (options.out.empty()) return;
+  FileReplacement file(options.out);
+  std::vector<std::int64_t> stamps_ns;
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < answers.poses.size(); ++i) {
+    if (!is_localised(answers.poses[i])) continue;
+    stamps_ns.push_back(answers.stamps_ns[i]);
+    poses.push_back(answers.T_map_sensor[i]);
+  }
+  datasets::write_tum(file.path(), stamps_ns, poses);
+  file.publish();
+}
+
+}  // namespace
+
+void run_localise(const LocaliseOptions& options) {
+  if (!options.out.empty()) check_output_file(options.out, options.replaces);
+  Answers answers;
+  merge::Localiser localiser = localiser_of(options, answers);
+  SessionData session = read_one_session(options);
+  for (KeyframeRecord& keyframe : session.keyframes) {
+    answers.sequences.push_back(keyframe.sequence);
+    answers.stamps_ns.push_back(keyframe.scans[keyframe.reference_scan].stamp_ns);
+    const Pose T_keyframe_sensor = merge::reference_sensor_pose(keyframe);
+    answers.poses.push_back(localiser.add(std::move(keyframe)));
+    answers.T_map_sensor.push_back(answers.poses.back().T_map_keyframe * T_keyframe_sensor);
+  }
+  write_poses(options, answers);
+  options.json ? print_json(answers) : print_text(answers);
+}
+
+}  // namespace unimapper::apps
