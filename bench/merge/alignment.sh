@@ -4,7 +4,8 @@
 #   bench/merge/alignment.sh [SEED]   2; WRITE_DOCS=1 writes the table there. Two minutes
 #
 # Synthetic drives of 500 keyframes, 5 m apart, in districts of one city that overlap by half, with a
-# dozen loops for each pair that meets and a tenth more of wrong ones. BIN: programs.
+# dozen loops for each pair that meets and a tenth more of wrong ones. BIN: programs; LAYOUT=1 prints
+# the table without figures.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=bench/tables/common.sh
