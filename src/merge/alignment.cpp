@@ -208,10 +208,12 @@ class SessionAligner {
     problem_.state.connected[best] = !sessions[best].T_odometry_keyframe.empty();
   }
 
-  /// Joins pairs in batches, each twice as large as the one before: a solve takes as long as
-  /// everything that is connected is large, so the number of solves decides. A batch that does not
-  /// hold as a whole is halved; a pair is refused only alone.
+  /// Joins pairs in batches, each half as large as all that were joined before: a solve takes as
+  /// long as everything that is connected is large, so the number of solves decides, and the first
+  /// pairs, on which all others rest, are joined one by one. A batch that does not hold as a whole
+  /// is halved; a pair is refused only alone.
   void join_pairs() {
+    std::size_t joined = 0;
     std::size_t most = 1;
     for (;;) {
       const std::vector<SessionPair*> batch = next_pairs(most);
@@ -220,8 +222,13 @@ class SessionAligner {
       for (SessionPair* pair : batch) {
         if (failure == nullptr || batch.size() == 1) pair->open = false;
       }
-      if (failure != nullptr && batch.size() == 1) refuse(*batch.front(), failure);
-      most = failure == nullptr ? 2 * most : std::max<std::size_t>(1, batch.size() / 2);
+      if (failure != nullptr) {
+        if (batch.size() == 1) refuse(*batch.front(), failure);
+        most = std::max<std::size_t>(1, batch.size() / 2);
+        continue;
+      }
+      joined += batch.size();
+      most = std::max<std::size_t>(1, std::min(2 * most, joined / 2));
     }
   }
 
