@@ -22,8 +22,8 @@ namespace unimapper::merge {
 namespace {
 
 // The robot's keyframes that are kept, and as many as go at once.
-constexpr std::size_t kMostKeyframes = 400;
-constexpr std::size_t kForgotten = 200;
+constexpr std::size_t kRememberedKeyframes = 400;
+constexpr std::size_t kForgottenAtOnce = 200;
 // Loops that a first position may rest on lie within so much path.
 constexpr double kWindow_m = 300.0;
 constexpr std::size_t kMostLoops = 150;
@@ -168,7 +168,7 @@ class Localiser::State {
   }
 
   void forget_old() {
-    if (robot().size() > kMostKeyframes) forget_first(kForgotten);
+    if (robot().size() > kRememberedKeyframes) forget_first(kForgottenAtOnce);
   }
 
   void forget_first(std::size_t count) {
