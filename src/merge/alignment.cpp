@@ -16,7 +16,6 @@ namespace unimapper::merge {
 namespace {
 
 constexpr const char* kContradictsMap = "contradicts the maps merged before";
-constexpr const char* kOnePlace = "all loops lie in one place, and nothing confirms them elsewhere";
 
 /// The loops of two sessions, the lower index as match, and their consistency set.
 struct SessionPair {
@@ -156,7 +155,7 @@ class SessionAligner {
   bool is_confirmed_by_data(SessionPair& pair) {
     if (pair.linked || pair.is_checked) return pair.open;
     pair.is_checked = true;
-    pair.set.reason = reason_to_wait(pair);
+    pair.set.reason = reason_to_wait(pair.set, evidence_of(pair), problem_.config.acceptance);
     if (pair.set.reason.empty()) return true;
     pair.open = false;
     pair.set.state = PairState::kProvisional;
@@ -164,22 +163,12 @@ class SessionAligner {
     return false;
   }
 
-  [[nodiscard]] std::string reason_to_wait(const SessionPair& pair) const {
-    if (!check_) return pair.set.is_one_place ? kOnePlace : std::string();
+  [[nodiscard]] PlacementEvidence evidence_of(const SessionPair& pair) const {
+    if (!check_) return {};
     const std::vector<LoopConstraint> loops = problem_.select(pair.inliers());
     const auto& poses = problem_.state.T_session_keyframe;
-    const PlacementEvidence evidence = check_(
+    return check_(
         {loops, poses[pair.query], poses[pair.match], pair.set.T_match_session_query_session});
-    if (!evidence.aliasing.empty()) return evidence.aliasing;
-    if (evidence.contradicting > evidence.supporting) {
-      return "keyframes beside each other see different structure: " +
-             std::to_string(evidence.contradicting) + " of " +
-             std::to_string(evidence.contradicting + evidence.supporting);
-    }
-    if (pair.set.is_one_place && evidence.supporting < problem_.config.acceptance.min_loops) {
-      return kOnePlace;
-    }
-    return {};
   }
 
   /// The session with the best score in the largest group of connected sessions.

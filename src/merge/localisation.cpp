@@ -1,21 +1,18 @@
-// Localisation keyframe by keyframe: gathering loops, accepting a first position, following it.
+// Localisation keyframe by keyframe: a first position, then odometry and loops from there.
 #include "unimapper/merge/localisation.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "first_position.hpp"
 #include "keyframe_clouds.hpp"
 #include "localisation_filter.hpp"
-#include "loop_acceptance.hpp"
 #include "loop_search.hpp"
 #include "loop_verifier.hpp"
-#include "placement_check.hpp"
-#include "seen_extent.hpp"
 #include "session_path.hpp"
 
 namespace unimapper::merge {
@@ -24,9 +21,6 @@ namespace {
 // The robot's keyframes that are kept, and as many as go at once.
 constexpr std::size_t kRememberedKeyframes = 400;
 constexpr std::size_t kForgottenAtOnce = 200;
-// Loops that a first position may rest on lie within so much path.
-constexpr double kWindow_m = 300.0;
-constexpr std::size_t kMostLoops = 150;
 // A position less sure than this is none.
 constexpr double kMostSigma_m = 5.0;
 // No robot drives faster: odometry jumped, or somebody else drives.
@@ -35,11 +29,7 @@ constexpr double kJump_m = 5.0;
 // The map's own errors, which no number of loops averages out.
 constexpr double kMapSigma_m = 0.1;
 constexpr double kMapSigma_rad = 0.003;
-// Two sets of loops that place the robot farther apart contradict each other.
-constexpr double kApart_m = 3.0;
 constexpr std::size_t kContradictingLoops = 2;
-
-const std::string kTooFewLoops = "no loop to the map yet";
 
 UncertainPose with_map_errors(UncertainPose at) {
   at.covariance.diagonal().head<3>().array() += kMapSigma_m * kMapSigma_m;
@@ -70,13 +60,11 @@ class Localiser::State {
   State(std::vector<SessionData> sessions, const MergeResult& result, const MergeConfig& config)
       : config_(config),
         sessions_(take_map(std::move(sessions), result)),
-        search_(sessions_, config_.loops),
+        search_(sessions_, sessions_.size(), config_.loops),
         robot_(sessions_.size()) {
-    for (const SessionData& session : sessions_) extents_.push_back(seen_extent_m(session));
     sessions_.emplace_back();
-    clouds_ = std::make_unique<KeyframeClouds>(sessions_, config_.registration, config_.threads);
-    loops_.resize(robot_);
-    asked_.assign(robot_, 0);
+    clouds_.emplace(sessions_, config_.registration, config_.threads);
+    first_.emplace(sessions_, map_paths_, *clouds_, config_);
   }
 
   MapPose add(KeyframeRecord keyframe) {
@@ -87,7 +75,7 @@ class Localiser::State {
     forget_old();
     path_ = SessionPath(robot_poses(), config_.odometry);
     take(verified_loops());
-    give_up_if_unsure();
+    lose_if_unsure();
     return answer();
   }
 
@@ -157,13 +145,8 @@ class Localiser::State {
     supporting_ = 0;
     state_ = LocalisationState::kNotYet;
     reason_ = reason;
-    for (auto& of_session : loops_) of_session.clear();
-    asked_.assign(robot_, 0);
-    if (!forgets) {
-      for (const LoopConstraint& loop : contradicting_) loops_[loop.match.session].push_back(loop);
-    } else {
-      forget_first(robot().size());
-    }
+    first_->clear();
+    if (forgets) forget_first(robot().size());
     contradicting_.clear();
   }
 
@@ -177,14 +160,8 @@ class Localiser::State {
     }
     robot().erase(robot().begin(), robot().begin() + static_cast<std::ptrdiff_t>(count));
     clouds_->forget_first(robot_, count);
-    const auto shift = [count](std::vector<LoopConstraint>& loops) {
-      std::erase_if(loops, [&](const auto& loop) { return loop.query.keyframe < count; });
-      for (LoopConstraint& loop : loops) {
-        loop.query = {loop.query.session, loop.query.keyframe - count};
-      }
-    };
-    for (auto& of_session : loops_) shift(of_session);
-    shift(contradicting_);
+    first_->forget_first(count);
+    forget_first_queries(contradicting_, count);
   }
 
   [[nodiscard]] std::vector<LoopConstraint> verified_loops() {
@@ -198,25 +175,28 @@ class Localiser::State {
 
   void take(std::vector<LoopConstraint> loops) {
     if (loops.empty()) return;
-    if (filter_) return follow(loops);
-    for (LoopConstraint& loop : loops) loops_[loop.match.session].push_back(std::move(loop));
-    for (auto& of_session : loops_) keep_window(of_session);
-    begin();
+    if (filter_) {
+      follow(std::move(loops));
+    } else {
+      look(std::move(loops));
+    }
   }
 
-  void keep_window(std::vector<LoopConstraint>& loops) const {
-    const double from = path_.length_m() - kWindow_m;
-    std::erase_if(loops, [&](const auto& l) { return path_.path_m(l.query.keyframe) < from; });
-    if (loops.size() <= kMostLoops) return;
-    loops.erase(loops.begin(), loops.end() - static_cast<std::ptrdiff_t>(kMostLoops));
+  /// Looks for a first position.
+  void look(std::vector<LoopConstraint> loops) {
+    const FirstPosition::Outcome found = first_->find(std::move(loops), path_);
+    state_ = found.state;
+    reason_ = found.reason;
+    if (state_ == LocalisationState::kLocalised) start(found);
   }
 
   [[nodiscard]] UncertainPose measured(const LoopConstraint& loop) const {
     return pose_by_loop(map_paths_[loop.match.session][loop.match.keyframe], loop);
   }
 
-  /// Loops that agree with the position correct it; two others in a row take it away.
-  void follow(const std::vector<LoopConstraint>& loops) {
+  /// Loops that agree with the position correct it; two others in a row take it away, and are the
+  /// first to look for another one with.
+  void follow(std::vector<LoopConstraint> loops) {
     const UncertainPose expected = with_map_errors(filter_->predict(newest(), path_));
     const LoopConstraint* best = nullptr;
     for (const LoopConstraint& loop : loops) {
@@ -230,105 +210,37 @@ class Localiser::State {
     contradicting_.insert(contradicting_.end(), loops.begin(), loops.end());
     const auto apart_m =
         path_.path_m(newest()) - path_.path_m(contradicting_.front().query.keyframe);
-    if (contradicting_.size() < kContradictingLoops || apart_m < distinct_m()) return;
-    lose("loops contradict the position", false);
+    if (contradicting_.size() < kContradictingLoops || apart_m < rules_.distinct_m) return;
+    std::vector<LoopConstraint> others = std::move(contradicting_);
+    const char* reason = "loops contradict the position";
+    lose(reason, false);
+    look(std::move(others));
+    if (!filter_) reason_ = reason;
   }
-
-  [[nodiscard]] double distinct_m() const { return rules(0).distinct_m; }
 
   /// Keyframes at one place err alike, so only one of them counts.
   void correct(const LoopConstraint& loop) {
     const std::size_t k = loop.query.keyframe;
-    if (path_.path_m(k) - path_.path_m(filter_->keyframe()) < distinct_m()) return;
+    if (path_.path_m(k) - path_.path_m(filter_->keyframe()) < rules_.distinct_m) return;
     filter_->correct(k, measured(loop), path_);
     last_loop_m_ = travelled_m_;
     ++supporting_;
   }
 
-  [[nodiscard]] AcceptanceConfig rules(std::size_t session) const {
-    const double own = seen_extent_m(sessions_[robot_]);
-    const double of_map = extents_[session];
-    return scaled_to_extent(config_.acceptance,
-                            own > 0.0 && of_map > 0.0 ? std::max(own, of_map) : 0.0);
-  }
-
-  /// Looks for a first position among the loops gathered so far.
-  void begin() {
-    std::vector<ConsistencySet> sets;
-    for (std::size_t s = 0; s < robot_; ++s) {
-      sets.push_back(inter_session_consistency(loops_[s], path_, map_paths_[s], rules(s)));
-    }
-    const auto best = std::max_element(sets.begin(), sets.end(), [](const auto& a, const auto& b) {
-      return std::pair(a.state, a.distinct) < std::pair(b.state, b.distinct);
-    });
-    const auto session = static_cast<std::size_t>(best - sets.begin());
-    reason_ = best->reason;
-    state_ = best->state == PairState::kRefused ? LocalisationState::kNotYet
-                                                : LocalisationState::kAmbiguous;
-    if (best->state != PairState::kConfirmed) return;
-    reason_ = contradiction_by_others(sets, session);
-    if (reason_.empty()) reason_ = reason_to_wait(session, *best);
-    if (reason_.empty()) start(session, *best);
-  }
-
-  /// Another session of the map would place the robot elsewhere.
-  [[nodiscard]] std::string contradiction_by_others(const std::vector<ConsistencySet>& sets,
-                                                    std::size_t session) const {
-    const auto place = [&](const ConsistencySet& set) -> Eigen::Vector3d {
-      return (set.T_match_session_query_session * path_[newest()]).translation;
-    };
-    for (std::size_t s = 0; s < sets.size(); ++s) {
-      const bool competes = s != session && sets[s].distinct >= 2 &&
-                            static_cast<double>(sets[session].distinct) <
-                                config_.acceptance.margin * static_cast<double>(sets[s].distinct);
-      if (competes && (place(sets[s]) - place(sets[session])).norm() > kApart_m) {
-        return "ambiguous: sessions of the map place the robot apart";
-      }
-    }
-    return {};
-  }
-
-  /// What the sensor data say; not asked again before the set has grown.
-  [[nodiscard]] std::string reason_to_wait(std::size_t session, const ConsistencySet& set) {
-    if (set.distinct <= asked_[session]) return waits_for_;
-    asked_[session] = set.distinct;
-    std::vector<LoopConstraint> loops;
-    for (const std::size_t i : set.inliers) loops.push_back(loops_[session][i]);
-    PlacementEvaluator evaluator(sessions_, *clouds_, config_);
-    const PlacementEvidence evidence = evaluator.evaluate(
-        {loops, path_.poses(), map_paths_[session].poses(), set.T_match_session_query_session});
-    waits_for_ = evidence.aliasing;
-    if (waits_for_.empty() && evidence.contradicting > evidence.supporting) {
-      waits_for_ = "keyframes beside each other see different structure";
-    }
-    if (waits_for_.empty() && set.is_one_place &&
-        evidence.supporting < config_.acceptance.min_loops) {
-      waits_for_ = "all loops lie in one place, and nothing confirms them elsewhere";
-    }
-    return waits_for_;
-  }
-
-  void start(std::size_t session, const ConsistencySet& set) {
-    std::vector<LoopConstraint> loops;
-    for (const std::size_t i : set.inliers) loops.push_back(loops_[session][i]);
-    std::stable_sort(loops.begin(), loops.end(), [](const auto& a, const auto& b) {
-      return a.query.keyframe < b.query.keyframe;
-    });
-    state_ = LocalisationState::kLocalised;
+  void start(const FirstPosition::Outcome& found) {
+    rules_ = found.rules;
     filter_.emplace();
-    filter_->start(loops.front().query.keyframe, measured(loops.front()));
+    filter_->start(found.loops.front().query.keyframe, measured(found.loops.front()));
     supporting_ = 1;
-    for (const LoopConstraint& loop : loops) correct(loop);
-    const std::size_t last = filter_->keyframe();
-    last_loop_m_ = travelled_m_ - (path_.length_m() - path_.path_m(last));
-    for (auto& of_session : loops_) of_session.clear();
+    for (const LoopConstraint& loop : found.loops) correct(loop);
+    last_loop_m_ = travelled_m_ - (path_.length_m() - path_.path_m(filter_->keyframe()));
   }
 
   [[nodiscard]] UncertainPose position() const {
     return with_map_errors(filter_->predict(newest(), path_));
   }
 
-  void give_up_if_unsure() {
+  void lose_if_unsure() {
     if (!filter_) return;
     const Eigen::Matrix3d covariance = position().covariance.topLeftCorner<3, 3>();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance, Eigen::EigenvaluesOnly);
@@ -357,17 +269,15 @@ class Localiser::State {
   std::vector<SessionData> sessions_;   // those of the map, then the robot's
   PlaceSearch search_;
   std::size_t robot_;  // index of the robot's session
-  std::vector<double> extents_;
-  std::unique_ptr<KeyframeClouds> clouds_;
+  std::optional<KeyframeClouds> clouds_;
+  std::optional<FirstPosition> first_;
 
-  SessionPath path_;                                // the robot's, odometry frame
-  std::vector<std::vector<LoopConstraint>> loops_;  // by session, until there is a position
-  std::vector<std::size_t> asked_;                  // size of the set that sensor data refused
-  std::string waits_for_;
+  SessionPath path_;                     // the robot's, odometry frame
+  AcceptanceConfig rules_;               // between the robot and the session that placed it
   std::optional<MapPoseFilter> filter_;  // none: not localised
   std::vector<LoopConstraint> contradicting_;
   LocalisationState state_ = LocalisationState::kNotYet;
-  std::string reason_ = kTooFewLoops;
+  std::string reason_ = "no loop to the map yet";
   std::size_t supporting_ = 0;
   double travelled_m_ = 0.0;
   double last_loop_m_ = 0.0;

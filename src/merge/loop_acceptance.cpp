@@ -11,6 +11,7 @@
 #include "max_clique.hpp"
 #include "unimapper/core/rigid_fit.hpp"
 #include "unimapper/core/symmetric_eigen.hpp"
+#include "unimapper/merge/alignment.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -241,6 +242,20 @@ ConsistencySet inter_session_consistency(std::span<const LoopConstraint> loops,
   }
   set.state = PairState::kConfirmed;
   return set;
+}
+
+std::string reason_to_wait(const ConsistencySet& set, const PlacementEvidence& evidence,
+                           const AcceptanceConfig& config) {
+  if (!evidence.aliasing.empty()) return evidence.aliasing;
+  if (evidence.contradicting > evidence.supporting) {
+    return "keyframes beside each other see different structure: " +
+           std::to_string(evidence.contradicting) + " of " +
+           std::to_string(evidence.contradicting + evidence.supporting);
+  }
+  if (set.is_one_place && evidence.supporting < config.min_loops) {
+    return "all loops lie in one place, and nothing confirms them elsewhere";
+  }
+  return {};
 }
 
 bool is_confirmed(std::span<const LoopConstraint> loops, std::span<const std::size_t> set,

@@ -13,6 +13,8 @@
 
 namespace unimapper::merge {
 
+struct PlacementEvidence;
+
 /// Largest set of pairwise consistent loops of two sessions, or of one.
 struct ConsistencySet {
   PairState state = PairState::kRefused;  ///< confirmed: the inliers may enter the pose graph
@@ -36,6 +38,11 @@ struct ConsistencySet {
 ConsistencySet inter_session_consistency(std::span<const LoopConstraint> loops,
                                          const SessionPath& query, const SessionPath& match,
                                          const AcceptanceConfig& config);
+
+/// Why a placement by a confirmed set of loops must wait, by what the sensor data say of it
+/// (nothing, if nobody asked them); empty: it need not.
+std::string reason_to_wait(const ConsistencySet& set, const PlacementEvidence& evidence,
+                           const AcceptanceConfig& config);
 
 /// Whether another loop of the set confirms loop `i`, all within one session: at another place it
 /// would contradict this one if it were wrong, because odometry between the two is sure.

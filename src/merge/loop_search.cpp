@@ -146,41 +146,25 @@ std::vector<LoopCandidate> find_intra_session_candidates(const std::vector<Sessi
 
 std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<SessionData>& sessions,
                                                          const LoopConfig& config) {
-  const std::size_t places = places_of(sessions);
-  if (sessions.size() < 2 || places == 0) return {};
-  InArena<PlaceDatabase> database(
-      database_config(places, sessions.size() - 1, config.candidates_per_keyframe, config.tilt),
-      place_shape(sessions));
-  const auto for_each_keyframe = [&](const auto& visit) {
-    for (std::size_t s = 0; s < sessions.size(); ++s) {
-      for (std::size_t k = 0; k < sessions[s].keyframes.size(); ++k) visit(KeyframeId{s, k});
-    }
-  };
-  PlaneRestorer planes;
-  const auto place = [&](KeyframeId k) {
-    return planes.place(sessions[k.session].keyframes, k.keyframe);
-  };
-  const auto pose = [&](KeyframeId k) {
-    return sessions[k.session].keyframes[k.keyframe].T_odometry_keyframe;
-  };
-  for_each_keyframe([&](KeyframeId k) { database->insert(place(k), k, pose(k)); });
-
+  if (sessions.size() < 2 || places_of(sessions) == 0) return {};
+  PlaceSearch search(sessions, sessions.size() - 1, config);
   // By (lower, higher) session, then by (lower, higher) keyframe: of the two directions of a pair
   // the better one is kept.
   std::map<std::pair<std::size_t, std::size_t>,
            std::map<std::pair<KeyframeId, KeyframeId>, LoopCandidate>>
       by_pair;
-  for_each_keyframe([&](KeyframeId query) {
-    std::map<std::size_t, std::uint32_t> kept;
-    for (const auto& candidate :
-         database->search(place(query), query, {SearchScope::Sessions::kOnlyOther, 0})) {
-      if (++kept[candidate.match.session] > config.candidates_per_keyframe) continue;
-      const auto keyframes = std::minmax(candidate.query, candidate.match);
-      auto& pair = by_pair[{keyframes.first.session, keyframes.second.session}];
-      const auto [entry, inserted] = pair.try_emplace(keyframes, candidate);
-      if (!inserted && is_better(candidate, entry->second)) entry->second = candidate;
+  const auto keep = [&](const LoopCandidate& candidate) {
+    const auto keyframes = std::minmax(candidate.query, candidate.match);
+    auto& pair = by_pair[{keyframes.first.session, keyframes.second.session}];
+    const auto [entry, inserted] = pair.try_emplace(keyframes, candidate);
+    if (!inserted && is_better(candidate, entry->second)) entry->second = candidate;
+  };
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    const auto& keyframes = sessions[s].keyframes;
+    for (std::size_t k = 0; k < keyframes.size(); ++k) {
+      for (const LoopCandidate& candidate : search.search(keyframes, {s, k})) keep(candidate);
     }
-  });
+  }
 
   Paths paths;
   for (const SessionData& session : sessions) paths.push_back(path_lengths_m(session));
@@ -194,10 +178,11 @@ std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<Sessi
   return all;
 }
 
-PlaceSearch::PlaceSearch(const std::vector<SessionData>& sessions, const LoopConfig& config)
-    : database_(database_config(places_of(sessions), sessions.size(),
-                                config.candidates_per_keyframe, config.tilt),
-                place_shape(sessions)),
+PlaceSearch::PlaceSearch(const std::vector<SessionData>& sessions, std::size_t others,
+                         const LoopConfig& config)
+    : database_(
+          database_config(places_of(sessions), others, config.candidates_per_keyframe, config.tilt),
+          place_shape(sessions)),
       per_session_(config.candidates_per_keyframe) {
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     const auto& keyframes = sessions[s].keyframes;
@@ -213,7 +198,8 @@ std::vector<LoopCandidate> PlaceSearch::search(std::span<const KeyframeRecord> k
   std::vector<LoopCandidate> found;
   for (const auto& candidate : database_->search(planes_.place(keyframes, query.keyframe), query,
                                                  {SearchScope::Sessions::kOnlyOther, 0})) {
-    if (++kept[candidate.match.session] <= per_session_) found.push_back(candidate);
+    if (++kept[candidate.match.session] > per_session_) continue;
+    found.push_back(candidate);
   }
   return found;
 }

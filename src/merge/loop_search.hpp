@@ -1,6 +1,7 @@
 // Search for loop candidates by descriptor, intra-session and inter-session.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -32,14 +33,15 @@ std::vector<LoopCandidate> find_intra_session_candidates(const std::vector<Sessi
 std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<SessionData>& sessions,
                                                          const LoopConfig& config);
 
-/// Search among the keyframes of sessions that do not change, for keyframes of another one.
+/// Search among the keyframes of sessions that do not change.
 class PlaceSearch {
  public:
-  /// Stores all places of `sessions`. Throws std::bad_alloc.
-  PlaceSearch(const std::vector<SessionData>& sessions, const LoopConfig& config);
+  /// Stores all places of `sessions`; a query meets up to `others` of them. Throws std::bad_alloc.
+  PlaceSearch(const std::vector<SessionData>& sessions, std::size_t others,
+              const LoopConfig& config);
 
-  /// Candidates of keyframe `query`, which is in `keyframes`: per session the best
-  /// `candidates_per_keyframe`. Its session must not be among those stored. Bounded work.
+  /// Candidates of keyframe `query`, which is in `keyframes`: of each session but its own the best
+  /// `candidates_per_keyframe`. Bounded work.
   std::vector<LoopCandidate> search(std::span<const KeyframeRecord> keyframes, KeyframeId query);
 
  private:

@@ -5,150 +5,20 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <stdexcept>
-#include <string>
-#include <utility>
 
+#include "structure_columns.hpp"
 #include "unimapper/merge/export.hpp"
-#include "voxel_table.hpp"
 
 namespace unimapper::merge {
 namespace {
 
-constexpr double kVoxelHeight_m = 0.1;
 constexpr double kSteepest = 0.5;       // rise per way
 constexpr double kGroundNoise_m = 0.1;  // of the heights of two neighbouring cells
 constexpr double kGap_m = 0.6;          // rings of a LiDAR leave gaps
 constexpr double kSensorReach_m = 3.0;  // around a sensor in which ground below it is looked for
 constexpr double kSensorHeight_m = 4.0;
-constexpr double kMostCells = 268435456.0;  // 2^28
 
 constexpr float kNoLevel = std::numeric_limits<float>::quiet_NaN();
-
-/// Static structure of all sessions by columns of the grid: heights from low to high.
-class Columns {
- public:
-  struct Entry {
-    float z_m;
-    bool ground;
-  };
-
-  Columns(const std::vector<SessionData>& sessions, const MergeResult& result,
-          const GridOptions& options)
-      : resolution_m_(options.resolution_m) {
-    for (std::size_t s = 0; s < sessions.size(); ++s) {
-      if (is_in_map(result.sessions[s].status)) add(sessions[s], result.sessions[s]);
-    }
-    sort();
-  }
-
-  [[nodiscard]] std::uint32_t width() const { return width_; }
-  [[nodiscard]] std::uint32_t height() const { return height_; }
-  [[nodiscard]] Eigen::Vector2d origin() const {
-    return resolution_m_ * Eigen::Vector2d(low_.x(), low_.y());
-  }
-  /// Number of entries of all columns.
-  [[nodiscard]] std::size_t size() const { return entries_.size(); }
-  [[nodiscard]] const Entry& entry(std::size_t number) const { return entries_[number]; }
-  /// Where the entries of a cell begin.
-  [[nodiscard]] std::size_t begin(std::size_t cell) const { return first_[cell]; }
-  [[nodiscard]] std::size_t end(std::size_t cell) const { return first_[cell + 1]; }
-  /// The cell of a point; none outside of the grid.
-  [[nodiscard]] std::optional<std::size_t> cell(const Eigen::Vector3d& p) const {
-    const double x = std::floor(p.x() / resolution_m_) - low_.x();
-    const double y = std::floor(p.y() / resolution_m_) - low_.y();
-    if (!(x >= 0.0 && y >= 0.0 && x < width_ && y < height_)) return std::nullopt;
-    return static_cast<std::size_t>(y) * width_ + static_cast<std::size_t>(x);
-  }
-
- private:
-  struct Voxel {
-    float sum_z_m = 0.0F;  ///< above the voxel's lower face
-    std::uint32_t cells = 0;
-    std::uint32_t ground = 0;
-  };
-
-  void add(const SessionData& session, const MergedSession& merged) {
-    const Eigen::Array3d size(resolution_m_, resolution_m_, kVoxelHeight_m);
-    const double limit = static_cast<double>(kVoxelAxisLimit - 1);
-    for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
-      visit_cells(session.keyframes[k], merged.refined[k], false, [&](const FineCell& cell) {
-        const Eigen::Vector3d p =
-            merged.T_map_keyframe[k] * Eigen::Vector3d(cell.position.cast<double>());
-        const Eigen::Array3d scaled = p.array() / size;
-        if (!(scaled.abs().maxCoeff() < limit)) return;
-        const Eigen::Array3i v = scaled.floor().cast<std::int32_t>();
-        const std::uint32_t number = table_.find_or_insert(pack({v.x(), v.y(), v.z()}));
-        if (number == voxels_.size()) voxels_.emplace_back();
-        Voxel& voxel = voxels_[number];
-        voxel.sum_z_m += static_cast<float>(p.z() - v.z() * kVoxelHeight_m);
-        ++voxel.cells;
-        voxel.ground += cell.ground != 0 ? 1 : 0;
-      });
-    }
-  }
-
-  /// The grid reaches as far as ground was seen.
-  void measure() {
-    std::int32_t high[2] = {std::numeric_limits<std::int32_t>::min(),
-                            std::numeric_limits<std::int32_t>::min()};
-    std::int32_t low[2] = {std::numeric_limits<std::int32_t>::max(),
-                           std::numeric_limits<std::int32_t>::max()};
-    for (std::uint32_t i = 0; i < voxels_.size(); ++i) {
-      if (!is_ground(voxels_[i])) continue;
-      const VoxelIndex v = unpack(table_.key(i));
-      low[0] = std::min(low[0], v.x);
-      low[1] = std::min(low[1], v.y);
-      high[0] = std::max(high[0], v.x);
-      high[1] = std::max(high[1], v.y);
-    }
-    if (high[0] < low[0]) return;
-    low_ = {low[0], low[1]};
-    const double columns = static_cast<double>(high[0]) - low[0] + 1.0;
-    const double rows = static_cast<double>(high[1]) - low[1] + 1.0;
-    if (columns * rows > kMostCells) {
-      throw std::runtime_error("a navigation grid of " + std::to_string(resolution_m_) +
-                               " m would have more than 2^28 cells; choose a larger one");
-    }
-    width_ = static_cast<std::uint32_t>(columns);
-    height_ = static_cast<std::uint32_t>(rows);
-  }
-
-  void sort() {
-    measure();
-    first_.assign(static_cast<std::size_t>(width_) * height_ + 1, 0);
-    std::vector<std::pair<std::size_t, Entry>> placed;
-    for (std::uint32_t i = 0; i < voxels_.size(); ++i) {
-      const VoxelIndex v = unpack(table_.key(i));
-      const std::int64_t x = std::int64_t{v.x} - low_.x();
-      const std::int64_t y = std::int64_t{v.y} - low_.y();
-      if (x < 0 || y < 0 || x >= width_ || y >= height_) continue;
-      const double z =
-          v.z * kVoxelHeight_m + static_cast<double>(voxels_[i].sum_z_m) / voxels_[i].cells;
-      placed.push_back({static_cast<std::size_t>(y) * width_ + static_cast<std::size_t>(x),
-                        {static_cast<float>(z), is_ground(voxels_[i])}});
-    }
-    std::sort(placed.begin(), placed.end(), [](const auto& a, const auto& b) {
-      return std::pair(a.first, a.second.z_m) < std::pair(b.first, b.second.z_m);
-    });
-    for (const auto& [cell, entry] : placed) {
-      ++first_[cell + 1];
-      entries_.push_back(entry);
-    }
-    for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
-  }
-
-  static bool is_ground(const Voxel& voxel) { return 2 * voxel.ground > voxel.cells; }
-
-  double resolution_m_;
-  Eigen::Vector2i low_ = Eigen::Vector2i::Zero();
-  std::uint32_t width_ = 0;
-  std::uint32_t height_ = 0;
-  VoxelTable table_;
-  std::vector<Voxel> voxels_;
-  std::vector<std::size_t> first_;  ///< by cell: where its entries begin
-  std::vector<Entry> entries_;
-};
 
 /// Another cell of the grid, relative to one.
 struct Step {
@@ -160,7 +30,7 @@ struct Step {
 /// Level of the ground by cell, followed outward from below the sensors.
 class GroundLevels {
  public:
-  GroundLevels(const Columns& columns, const GridOptions& options)
+  GroundLevels(const StructureColumns& columns, const GridOptions& options)
       : columns_(columns), options_(options) {
     const std::size_t count = static_cast<std::size_t>(columns.width()) * columns.height();
     level_m_.assign(count, kNoLevel);
@@ -172,7 +42,7 @@ class GroundLevels {
   /// Follows the ground below a sensor, map frame, as far as it goes. What was followed before
   /// keeps its level.
   void follow_from(const Eigen::Vector3d& sensor) {
-    const std::optional<std::size_t> here = columns_.cell(sensor);
+    const std::optional<std::size_t> here = columns_.column(sensor);
     if (!here) return;
     const std::optional<Surface> start = surface_below(sensor, *here);
     if (!start) return;
@@ -185,7 +55,7 @@ class GroundLevels {
         if (!cell) continue;
         const auto most = static_cast<float>(kSteepest * step.way_m + kGroundNoise_m);
         for (std::size_t e = columns_.begin(*cell); e < columns_.end(*cell); ++e) {
-          const Columns::Entry& entry = columns_.entry(e);
+          const StructureColumns::Entry& entry = columns_.entry(e);
           if (entry.ground && std::abs(entry.z_m - level_m) <= most) visit({*cell, e}, queue);
         }
       }
@@ -278,7 +148,7 @@ class GroundLevels {
     }
   }
 
-  const Columns& columns_;
+  const StructureColumns& columns_;
   const GridOptions& options_;
   std::vector<float> level_m_;
   std::vector<std::uint8_t> is_on_several_;
@@ -286,7 +156,7 @@ class GroundLevels {
   std::vector<Step> steps_;
 };
 
-GridCell classify(std::size_t cell, const Columns& columns, const GroundLevels& levels,
+GridCell classify(std::size_t cell, const StructureColumns& columns, const GroundLevels& levels,
                   const GridOptions& options) {
   const float level_m = levels.level_around(cell);
   if (std::isnan(level_m)) return GridCell::kUnknown;
@@ -302,7 +172,7 @@ GridCell classify(std::size_t cell, const Columns& columns, const GroundLevels& 
 
 NavigationGrid navigation_grid(const std::vector<SessionData>& sessions, const MergeResult& result,
                                const GridOptions& options) {
-  const Columns columns(sessions, result, options);
+  const StructureColumns columns(sessions, result, options.resolution_m);
   GroundLevels levels(columns, options);
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     if (!is_in_map(result.sessions[s].status)) continue;

@@ -61,21 +61,22 @@ using PlacementCheck = std::function<PlacementEvidence(const Placement& placemen
 
 /// Optimises every session with its intra-session loops (paper section V-C), finds the consistency
 /// set of every pair of sessions, asks `check` about those that connect sessions, then joins
-/// sessions one pair at a time, strongest first, starting from the central map (section VI).
-/// Without a check, loops that lie in one place leave a pair provisional. Every join is a
-/// transaction: it is optimised, outliers are rejected, and it is rolled back if its loops do not
-/// survive or if it deforms a map more than its odometry could explain. Sessions that no accepted
-/// set of loops connects stay apart. Deterministic. Throws std::invalid_argument for a loop to a
-/// keyframe that does not exist.
+/// pairs of sessions, strongest first, starting from the central map (section VI), the first ones
+/// one by one, later ones in batches. Without a check, loops that lie in one place leave a pair
+/// provisional. Every join is a transaction: it is optimised, outliers are rejected, and it is
+/// rolled back if its loops do not survive or if it deforms a map more than its odometry could
+/// explain. Sessions that no accepted set of loops connects stay apart. Deterministic. Throws
+/// std::invalid_argument for a loop to a keyframe that does not exist.
 Alignment align_sessions(const std::vector<AlignmentSession>& sessions,
                          std::span<const LoopConstraint> loops, const MergeConfig& config,
                          const PlacementCheck& check = {});
 
-/// Adds loops found between sessions that `align_sessions` has connected (radius search), rejects
-/// outliers, readmits loops rejected earlier that agree with the result, and optimises once more.
-/// `loops` are all loops, the earlier ones first. Of those among connected sessions the loops that
-/// agree with the result are accepted, and no others. If the result is implausible, or there is
-/// none, `start` is kept and the new loops are rejected.
+/// Adds loops found between and within sessions that `align_sessions` has connected (radius
+/// search), rejects outliers, lets those within a session wait that no other confirms, readmits
+/// loops that were rejected or wait and agree with the result, and optimises once more. `loops` are
+/// all loops, the earlier ones first. Of those among connected sessions the loops that agree with
+/// the result are accepted, and no others. If the result is implausible, or there is none, `start`
+/// is kept and the new loops are rejected.
 Alignment refine_alignment(const Alignment& start, const std::vector<AlignmentSession>& sessions,
                            std::span<const LoopConstraint> loops, const MergeConfig& config);
 

@@ -46,8 +46,8 @@ struct ExportOptions {
 ///  - graph.g2o: VERTEX_SE3:QUAT, FIX and EDGE_SE3:QUAT of the final pose graph
 ///  - loops.csv: every loop considered, accepted or why not, between sensor frames
 ///  - map.ply, changes.ply, removed.ply: binary; coloured by session, green for appeared and red
-///  for
-///    gone, without a colour; tiles/X_Y.ply likewise, from X and Y times the tile's edge
+///    for gone, without a colour
+///  - tiles/X_Y.ply: as map.ply; a tile begins at X and Y times its edge
 ///  - grid.pgm, grid.yaml: the navigation grid as ROS's map server reads it
 ///  - summary.json: the same bytes for the same input; timing.json: the stages' durations
 /// Throws std::runtime_error naming the file that cannot be written, and for a grid that would be

@@ -87,8 +87,8 @@ struct MergeResult {
     const std::function<void(const std::string&)>& progress = {},
     const UserStatements& statements = {}, LoopOutcomes* outcomes = nullptr);
 
-/// The same without labels, map, changes and edges of the graph, which take most of the time: what
-/// `complete_merge` makes a whole merge of.
+/// The same without labels, map, changes and edges of the graph: what `complete_merge` makes a
+/// whole merge of.
 [[nodiscard]] MergeResult merge_poses(const std::vector<SessionData>& sessions,
                                       const MergeConfig& config = {},
                                       const std::function<void(const std::string&)>& progress = {},
