@@ -87,4 +87,16 @@ void SmallRecording::write(const fs::path& directory) const {
   datasets::write_times(directory / "times.txt", stamps_ns);
 }
 
+std::string make_run(const TemporaryDirectory& directory, const std::string& name,
+                     std::size_t scans) {
+  const fs::path dataset = directory / (name + "-data");
+  const std::string run = (directory / name).string();
+  SmallRecording(scans).write(dataset);
+  const CommandResult result =
+      run_unimapper({"onboard", dataset.string(), "--out", run, "--sensor", "vlp-16"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  return run;
+}
+
 }  // namespace unimapper::apps

@@ -36,4 +36,9 @@ struct SmallRecording {
   void write(const std::filesystem::path& directory) const;
 };
 
+/// A run of a small recording with a VLP-16, NAME in the directory, its data beside it. The tool
+/// must succeed.
+std::string make_run(const TemporaryDirectory& directory, const std::string& name,
+                     std::size_t scans);
+
 }  // namespace unimapper::apps

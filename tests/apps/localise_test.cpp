@@ -13,18 +13,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string run_of(const TemporaryDirectory& directory, const std::string& name,
-                   std::size_t scans) {
-  const fs::path dataset = directory / (name + "-data");
-  const std::string run = (directory / name).string();
-  SmallRecording(scans).write(dataset);
-  const CommandResult result =
-      run_unimapper({"onboard", dataset.string(), "--out", run, "--sensor", "vlp-16"});
-  INFO(result.err);
-  REQUIRE(result.exit_code == 0);
-  return run;
-}
-
 void done(const std::vector<std::string>& arguments) {
   const CommandResult result = run_unimapper(arguments);
   INFO(result.err);
@@ -37,8 +25,8 @@ TEST_CASE("a short run is answered keyframe by keyframe, and the store is left a
   const TemporaryDirectory directory;
   const std::string store = (directory / "store").string();
   done({"map", "create", "--store", store});
-  done({"map", "add", "--store", store, run_of(directory, "monday", 34)});
-  const std::string tuesday = run_of(directory, "tuesday", 12);
+  done({"map", "add", "--store", store, make_run(directory, "monday", 34)});
+  const std::string tuesday = make_run(directory, "tuesday", 12);
   const CommandResult none = run_unimapper({"localise", tuesday, "--store", store});
   CHECK(none.exit_code == 1);
   CHECK_THAT(none.err, Contains("`unimapper map merge` makes one"));
@@ -78,7 +66,7 @@ TEST_CASE("localisation without a store, a run or an epoch is refused in words")
   CHECK_THAT(nowhere.err, Contains("is no store"));
   CHECK(run_unimapper({"localise", "--store", store}).exit_code == 2);
   done({"map", "create", "--store", store});
-  done({"map", "add", "--store", store, run_of(directory, "monday", 12)});
+  done({"map", "add", "--store", store, make_run(directory, "monday", 12)});
   done({"map", "merge", "--store", store});
   CHECK(run_unimapper({"localise", (directory / "run").string(), "--store", store}).exit_code == 1);
   CHECK(

@@ -32,14 +32,7 @@ struct Project {
   Project() { done({"create"}); }
 
   [[nodiscard]] std::string run(const std::string& name, std::size_t scans) const {
-    const fs::path dataset = directory / (name + "-data");
-    const std::string run = (directory / name).string();
-    SmallRecording(scans).write(dataset);
-    const CommandResult result =
-        run_unimapper({"onboard", dataset.string(), "--out", run, "--sensor", "vlp-16"});
-    INFO(result.err);
-    REQUIRE(result.exit_code == 0);
-    return run;
+    return make_run(directory, name, scans);
   }
   [[nodiscard]] std::vector<std::string> words(std::vector<std::string> arguments) const {
     std::vector<std::string> all = {"map", arguments.front(), "--store", store};

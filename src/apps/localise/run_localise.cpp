@@ -1,25 +1,22 @@
 // Localisation of a run in the map of a store, answer by answer.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <set>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "ports/datasets/writers.hpp"
-#include "ports/store/store_reader.hpp"
 #include "src/apps/localise/options.hpp"
-#include "src/apps/map/stored_result.hpp"
-#include "src/apps/map/stored_sessions.hpp"
+#include "src/apps/map/stored_map.hpp"
 #include "src/apps/merge/options.hpp"
 #include "src/apps/output_guard.hpp"
 #include "src/apps/replacement.hpp"
-#include "unimapper/config/config_json.hpp"
 #include "unimapper/merge/export.hpp"
 #include "unimapper/merge/localisation.hpp"
 
@@ -38,31 +35,10 @@ struct Answers {
 };
 
 merge::Localiser localiser_of(const LocaliseOptions& options, Answers& answers) {
-  store::StoreReader reader(options.store);
-  store::ProjectReader project = reader.project();
-  const store::ProjectState state =
-      options.epoch > 0 ? project.at(options.epoch) : project.current();
-  if (state.epoch.result == 0) {
-    throw std::runtime_error(options.store.string() + ": there is no map in epoch " +
-                             std::to_string(state.epoch.number) +
-                             "; `unimapper map merge` makes one");
-  }
-  answers.epoch = state.epoch.number;
-  const store::MapResult stored = project.result(state.epoch.result);
-  std::vector<std::int64_t> merged;
-  std::map<std::int64_t, std::set<std::uint32_t>> keyframes;
-  for (const store::SessionResult& session : stored.sessions) {
-    merged.push_back(session.session);
-    keyframes[session.session].insert(session.sequences.begin(), session.sequences.end());
-  }
-  std::vector<InputSession> inputs = read_sessions(options.store, merged, keyframes);
-  std::vector<SessionData> sessions;
-  for (InputSession& input : inputs) sessions.push_back(std::move(input.data));
-  const merge::MergeResult posed = posed_result(stored, KeyframeRows(inputs, sessions));
-  merge::MergeConfig config;
-  parse_config(stored.parameters, options.store.string(), config);
-  if (options.threads) config.threads = *options.threads;
-  return {std::move(sessions), posed, config};
+  StoredMap map = read_stored_map(options.store, options.epoch);
+  if (options.threads) map.config.threads = *options.threads;
+  answers.epoch = map.epoch;
+  return {std::move(map.sessions), map.posed, map.config};
 }
 
 SessionData read_one_session(const LocaliseOptions& options) {
@@ -170,6 +146,14 @@ void write_poses(const LocaliseOptions& options, const Answers& answers) {
   file.publish();
 }
 
+void report_durations(const std::vector<double>& durations_ms) {
+  if (durations_ms.empty()) return;
+  const double sum = std::accumulate(durations_ms.begin(), durations_ms.end(), 0.0);
+  std::fprintf(stderr, "unimapper: %zu keyframes, %.1f ms each, %.1f ms the longest\n",
+               durations_ms.size(), sum / static_cast<double>(durations_ms.size()),
+               *std::max_element(durations_ms.begin(), durations_ms.end()));
+}
+
 }  // namespace
 
 void run_localise(const LocaliseOptions& options) {
@@ -177,15 +161,21 @@ void run_localise(const LocaliseOptions& options) {
   Answers answers;
   merge::Localiser localiser = localiser_of(options, answers);
   SessionData session = read_one_session(options);
+  std::vector<double> durations_ms;
   for (KeyframeRecord& keyframe : session.keyframes) {
     answers.sequences.push_back(keyframe.sequence);
     answers.stamps_ns.push_back(keyframe.scans[keyframe.reference_scan].stamp_ns);
     const Pose T_keyframe_sensor = merge::reference_sensor_pose(keyframe);
+    const auto start = std::chrono::steady_clock::now();
     answers.poses.push_back(localiser.add(std::move(keyframe)));
+    const std::chrono::duration<double, std::milli> of_keyframe =
+        std::chrono::steady_clock::now() - start;
+    durations_ms.push_back(of_keyframe.count());
     answers.T_map_sensor.push_back(answers.poses.back().T_map_keyframe * T_keyframe_sensor);
   }
   write_poses(options, answers);
   options.json ? print_json(answers) : print_text(answers);
+  report_durations(durations_ms);
 }
 
 }  // namespace unimapper::apps

@@ -10,6 +10,7 @@
 #include "ports/store/transaction.hpp"
 #include "src/apps/export_options.hpp"
 #include "src/apps/map/options.hpp"
+#include "src/apps/map/stored_map.hpp"
 #include "src/apps/map/stored_result.hpp"
 #include "src/apps/map/stored_sessions.hpp"
 #include "src/apps/output_guard.hpp"
@@ -103,12 +104,6 @@ merge::UserStatements statements_of(const store::ProjectState& state, const Keyf
   return said;
 }
 
-std::vector<SessionData> data_of(std::vector<InputSession>& inputs) {
-  std::vector<SessionData> sessions;
-  for (InputSession& input : inputs) sessions.push_back(std::move(input.data));
-  return sessions;
-}
-
 /// Stages and outcomes with the time since the start.
 std::function<void(const std::string&)> progress() {
   const auto start = std::chrono::steady_clock::now();
@@ -168,46 +163,26 @@ void merge_project(const ProjectOptions& options, const MapMergeOptions& merge_o
 void export_project(const ProjectOptions& options, const MapExportOptions& output) {
   check_output_folder(output.out, Output::kMap, output.replaces);
   if (!output.mcap.empty()) check_output_file(output.mcap, output.replaces);
-  store::StoreReader reader(options.store);
-  store::ProjectReader project = reader.project();
-  const store::ProjectState state =
-      options.epoch > 0 ? project.at(options.epoch) : project.current();
-  if (state.epoch.result == 0) {
-    throw std::runtime_error(options.store.string() + ": there is no map in epoch " +
-                             std::to_string(state.epoch.number) +
-                             "; `unimapper map merge` makes one");
-  }
-  const store::MapResult stored = project.result(state.epoch.result);
-  FolderReplacement map(output.out, Output::kMap);
+  FolderReplacement folder(output.out, Output::kMap);
   std::optional<FileReplacement> scene;
   if (!output.mcap.empty()) scene.emplace(output.mcap);
-
-  std::vector<std::int64_t> merged;
-  std::map<std::int64_t, std::set<std::uint32_t>> keyframes;
-  for (const store::SessionResult& session : stored.sessions) {
-    merged.push_back(session.session);
-    keyframes[session.session].insert(session.sequences.begin(), session.sequences.end());
-  }
-  std::vector<InputSession> inputs = read_sessions(options.store, merged, keyframes);
-  const std::vector<SessionData> sessions = data_of(inputs);
-  const KeyframeRows rows(inputs, sessions);
-  merge::MergeConfig config;
-  parse_config(stored.parameters, options.store.string(), config);
+  StoredMap map = read_stored_map(options.store, options.epoch);
+  const std::vector<SessionData>& sessions = map.sessions;
   const merge::MergeResult result =
-      merge::complete_merge(sessions, posed_result(stored, rows), config, progress());
+      merge::complete_merge(sessions, std::move(map.posed), map.config, progress());
 
-  report_grid(merge::export_map(map.path(), sessions, result, output.output));
-  write_session_clouds(map.path(), sessions, result);
+  report_grid(merge::export_map(folder.path(), sessions, result, output.output));
+  write_session_clouds(folder.path(), sessions, result);
   if (scene) write_scene(scene->path(), scene_of_merge(sessions, result));
   ReportInput report;
   report.references.resize(sessions.size());
   report.sessions = &sessions;
   report.result = &result;
-  write_report(map.path() / "report.html", report);
-  map.publish();
+  write_report(folder.path() / "report.html", report);
+  folder.publish();
   if (scene) scene->publish();
-  std::cerr << "unimapper: the map of epoch " << state.epoch.number << " is in "
-            << output.out.string() << '\n';
+  std::cerr << "unimapper: the map of epoch " << map.epoch << " is in " << output.out.string()
+            << '\n';
 }
 
 }  // namespace unimapper::apps

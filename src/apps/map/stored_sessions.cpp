@@ -69,4 +69,10 @@ std::vector<InputSession> read_sessions(
   return inputs;
 }
 
+std::vector<SessionData> data_of(std::vector<InputSession>& inputs) {
+  std::vector<SessionData> sessions;
+  for (InputSession& input : inputs) sessions.push_back(std::move(input.data));
+  return sessions;
+}
+
 }  // namespace unimapper::apps

@@ -34,4 +34,7 @@ std::vector<InputSession> read_sessions(
     const std::filesystem::path& store, const std::vector<std::int64_t>& rows,
     const std::map<std::int64_t, std::set<std::uint32_t>>& only = {});
 
+/// Moves the data out of sessions, whose rows stay.
+std::vector<SessionData> data_of(std::vector<InputSession>& inputs);
+
 }  // namespace unimapper::apps

@@ -1,0 +1,25 @@
+// Maps of a stored project with their keyframes.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "unimapper/merge/merge_config.hpp"
+#include "unimapper/merge/merger.hpp"
+
+namespace unimapper::apps {
+
+/// The result of a merge, as an epoch has it.
+struct StoredMap {
+  std::int64_t epoch = 0;             ///< its number
+  std::vector<SessionData> sessions;  ///< with the keyframes that were merged
+  merge::MergeResult posed;           ///< poses and loops, for `merge::complete_merge`
+  merge::MergeConfig config;          ///< the parameters of the merge
+};
+
+/// Reads the map of an epoch, of the latest one for 0. Throws std::runtime_error with a sentence
+/// for the user: no store, no such epoch, no map in it, or damage.
+StoredMap read_stored_map(const std::filesystem::path& store, std::int64_t epoch);
+
+}  // namespace unimapper::apps
