@@ -173,10 +173,10 @@ TEST_CASE("A robot that is carried to another street is lost there, and found ag
 TEST_CASE("By odometry alone a position gets less sure, and beyond five metres it is lost",
           "[localisation]") {
   Localiser localiser = map_of_town().localiser();
-  const MapPose known = follow(localiser, friday().session.keyframes).back();
-  REQUIRE(known.state == LocalisationState::kLocalised);
+  const MapPose before = follow(localiser, friday().session.keyframes).back();
+  REQUIRE(before.state == LocalisationState::kLocalised);
   KeyframeRecord keyframe = friday().session.keyframes.back();
-  double sigma = sigma_m(known);
+  double sigma = sigma_m(before);
   for (int step = 0; step < 200; ++step) {
     keyframe = unseeing_after(keyframe, 20.0);
     const MapPose at = localiser.add(keyframe);
@@ -188,7 +188,7 @@ TEST_CASE("By odometry alone a position gets less sure, and beyond five metres i
     }
     CHECK(sigma_m(at) > sigma);
     CHECK(at.since_loop_m > 20.0 * step + 19.0);
-    CHECK(known.loops == at.loops);
+    CHECK(before.loops == at.loops);
     sigma = sigma_m(at);
   }
   FAIL("it was never lost");
@@ -199,21 +199,21 @@ TEST_CASE("A robot that waits for long keeps its position with bounded memory", 
   const std::size_t later = keyframes.size() - 5;
   Localiser localiser = map_of_town().localiser();
   const std::vector<KeyframeRecord> first(keyframes.begin(), keyframes.begin() + later);
-  const MapPose known = follow(localiser, first).back();
-  REQUIRE(known.state == LocalisationState::kLocalised);
+  const MapPose before = follow(localiser, first).back();
+  REQUIRE(before.state == LocalisationState::kLocalised);
   KeyframeRecord waiting = first.back();
   for (int i = 0; i < 900; ++i) {
     waiting = unseeing_after(waiting, 0.0);
     const MapPose at = localiser.add(waiting);
     REQUIRE(at.state == LocalisationState::kLocalised);
-    REQUIRE((at.T_map_keyframe.translation - known.T_map_keyframe.translation).norm() < 1e-9);
+    REQUIRE((at.T_map_keyframe.translation - before.T_map_keyframe.translation).norm() < 1e-9);
   }
   for (std::size_t k = later; k < keyframes.size(); ++k) {
     keyframes[k].sequence += 900;
     const MapPose at = localiser.add(keyframes[k]);
     CHECK(at.state == LocalisationState::kLocalised);
     CHECK(error_m(at, friday().truth[k]) < 0.6);
-    if (k + 1 == keyframes.size()) CHECK(known.loops < at.loops);
+    if (k + 1 == keyframes.size()) CHECK(before.loops < at.loops);
   }
 }
 
