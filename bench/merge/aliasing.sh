@@ -13,6 +13,8 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=bench/tables/common.sh
 source bench/tables/common.sh
+# shellcheck source=bench/merge/runs.sh
+source bench/merge/runs.sh
 
 seeds=${1:-10}
 scenes=${SCENES:-bore fixtures decks streets corridor courtyard}
@@ -21,19 +23,6 @@ sensors="vlp-16"
 scans=${SCANS:-300}
 out=${OUT:-build/bench/aliasing}
 unimapper=${BIN:-build/release/bin}/unimapper
-
-# drive SCENE SENSOR SEED ROUTE: a recording without its scans, and its run
-drive() {
-  local name=$1-$2-$3/$4
-  [ ! -e "$out/runs/$name" ] || return 0
-  rm -rf "$out/data/$name" "$out/unfinished"
-  "$unimapper" simulate --scene "$1" --sensor "$2" --seed "$3" --route "$4" --scans "$scans" \
-    --out "$out/data/$name" 2>/dev/null
-  "$unimapper" onboard "$out/data/$name" --out "$out/unfinished" 2>/dev/null >/dev/null
-  rm -rf "$out/data/$name/scans" "$out/data/$name/labels" "$out/unfinished/labels"
-  mkdir -p "$out/runs/$1-$2-$3"
-  mv "$out/unfinished" "$out/runs/$name"
-}
 
 # merge_pair SCENE-SENSOR-SEED ROUTE: A with another; a line "SCENE-SENSOR ROUTE SEED STATUS ERROR"
 merge_pair() {
@@ -46,7 +35,10 @@ merge_pair() {
 
 trial() {  # trial SCENE SENSOR SEED
   local route
-  for route in A B C; do drive "$1" "$2" "$3" "$route"; done
+  for route in A B C; do
+    make_run "$1-$2-$3/$route" --scene "$1" --sensor "$2" --seed "$3" --route "$route" \
+      --scans "$scans"
+  done
   merge_pair "$1-$2-$3" B
   merge_pair "$1-$2-$3" C
 }

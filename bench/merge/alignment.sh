@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Time of the alignment of many sessions: a table of docs/results.md.
 #
-#   bench/merge/alignment.sh [SEED]   2; WRITE_DOCS=1 writes the table there. Two minutes
+#   bench/merge/alignment.sh [SEED]   2; WRITE_DOCS=1 writes the table there. Four minutes
 #
 # Synthetic drives of 500 keyframes, 5 m apart, in districts of one city that overlap by half, with a
 # dozen loops for each pair that meets and a tenth more of wrong ones. BIN: programs; LAYOUT=1 prints
@@ -25,6 +25,7 @@ rows() {
   row "districts in a grid" 7 cells 10 grid
   row "in a grid" 7 cells 25 grid
   row "in a grid" 7 cells 50 grid
+  row "in a grid" 7 cells 200 grid
   row "in a grid, thrice the drift" 7 cells 10 grid --drift 3
   row "in a chain" 7 cells 25 chain
   row "two groups that do not meet" 7 cells 20 groups

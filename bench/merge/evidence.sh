@@ -5,37 +5,30 @@
 #                                     table there. A quarter of an hour
 #
 # Simulated drives A and B of a seed, whose parked cars and actors differ: every verified inter-session
-# loop between them, right in all scenes but the tunnel. OUT: folder of runs, kept; BIN: programs.
+# loop between them, right in all scenes but the tunnel. OUT: folder of runs, kept; BIN: programs;
+# LAYOUT=1 prints the table without figures.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=bench/tables/common.sh
 source bench/tables/common.sh
+# shellcheck source=bench/merge/runs.sh
+source bench/merge/runs.sh
 
 seeds=${1:-2 4}
 out=${OUT:-build/bench/evidence}
 bin=${BIN:-build/release/bin}
-
-# run SCENE SENSOR ROUTE SEED: makes its run, if there is none
-run() {
-  local name=$1-$2-$3-$4
-  [ ! -e "$out/run/$name" ] || return 0
-  rm -rf "$out/data" "$out/unfinished"
-  "$bin/unimapper" simulate --scene "$1" --sensor "$2" --route "$3" --seed "$4" --scans 400 \
-    --out "$out/data" >/dev/null 2>&1
-  "$bin/unimapper" onboard "$out/data" --sensor "$2" --out "$out/unfinished" >/dev/null 2>&1
-  rm -rf "$out/data"
-  mkdir -p "$out/run"
-  mv "$out/unfinished" "$out/run/$name"
-}
+unimapper=$bin/unimapper
 
 # cells SCENE SENSOR: over the seeds
 cells() {
-  local seed
+  local seed route
   for seed in $seeds; do
-    run "$1" "$2" A "$seed"
-    run "$1" "$2" B "$seed"
-    "$bin/merge_evidence_bench" "$out/run/$1-$2-A-$seed/keyframes.lcmlog" \
-      "$out/run/$1-$2-B-$seed/keyframes.lcmlog"
+    for route in A B; do
+      make_run "$1-$2-$seed/$route" --scene "$1" --sensor "$2" --route "$route" --seed "$seed" \
+        --scans 400
+    done
+    "$bin/merge_evidence_bench" "$out/runs/$1-$2-$seed/A/keyframes.lcmlog" \
+      "$out/runs/$1-$2-$seed/B/keyframes.lcmlog"
   done | awk '
     function low(a, b) { return NR == 1 || b < a ? b : a }
     function high(a, b) { return NR == 1 || b > a ? b : a }

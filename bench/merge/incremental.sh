@@ -9,23 +9,12 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=bench/tables/common.sh
 source bench/tables/common.sh
+# shellcheck source=bench/merge/runs.sh
+source bench/merge/runs.sh
 
 seeds=${1:-3}
 out=${OUT:-build/bench/incremental}
-bin=${BIN:-build/release/bin}
-
-# run SEED ROUTE DAY: makes its run, if there is none
-run() {
-  local name=$1-$2-$3
-  [ ! -e "$out/run/$name" ] || return 0
-  rm -rf "$out/data" "$out/unfinished"
-  "$bin/unimapper" simulate --sensor vlp-16 --columns 512 --route "$2" --day "$3" --seed "$1" \
-    --scans 200 --out "$out/data" >/dev/null 2>&1
-  "$bin/unimapper" onboard "$out/data" --sensor vlp-16 --out "$out/unfinished/$name" >/dev/null 2>&1
-  rm -rf "$out/data"
-  mkdir -p "$out/run"
-  mv "$out/unfinished/$name" "$out/run/$name"
-}
+unimapper=${BIN:-build/release/bin}/unimapper
 
 # timed NAME COMMAND...: its messages to NAME.txt; prints its processor time, s
 timed() {
@@ -50,19 +39,20 @@ measure() {
   local runs=()
   for day in 0 1 2; do
     for route in A B C; do
-      run "$1" "$route" "$day"
-      runs+=("$out/run/$1-$route-$day")
+      make_run "$1-$route-$day" --sensor vlp-16 --columns 512 --route "$route" --day "$day" \
+        --seed "$1" --scans 200
+      runs+=("$out/runs/$1-$route-$day")
     done
   done
   rm -rf "$out/store" "$out/whole"
-  for store in store whole; do "$bin/unimapper" map create --store "$out/$store" >/dev/null; done
-  "$bin/unimapper" map add --store "$out/store" "${runs[@]:0:8}" >/dev/null 2>&1
-  "$bin/unimapper" map merge --store "$out/store" >/dev/null 2>&1
-  "$bin/unimapper" map add --store "$out/store" "${runs[8]}" >/dev/null 2>&1
-  "$bin/unimapper" map add --store "$out/whole" "${runs[@]}" >/dev/null 2>&1
-  seconds[ninth]=$(timed ninth "$bin/unimapper" map merge --store "$out/store")
-  seconds[nine]=$(timed nine "$bin/unimapper" map merge --store "$out/whole")
-  seconds[merge]=$(timed merge "$bin/unimapper" merge "${runs[@]}" --out "$out/map" --replace)
+  for store in store whole; do "$unimapper" map create --store "$out/$store" >/dev/null; done
+  "$unimapper" map add --store "$out/store" "${runs[@]:0:8}" >/dev/null 2>&1
+  "$unimapper" map merge --store "$out/store" >/dev/null 2>&1
+  "$unimapper" map add --store "$out/store" "${runs[8]}" >/dev/null 2>&1
+  "$unimapper" map add --store "$out/whole" "${runs[@]}" >/dev/null 2>&1
+  seconds[ninth]=$(timed ninth "$unimapper" map merge --store "$out/store")
+  seconds[nine]=$(timed nine "$unimapper" map merge --store "$out/whole")
+  seconds[merge]=$(timed merge "$unimapper" merge "${runs[@]}" --out "$out/map" --replace)
 }
 
 rows() {

@@ -1,43 +1,85 @@
 #!/usr/bin/env bash
-# Localisation in a stored map: how soon, how exactly, and whether places that look alike fool it.
+# Localisation in a stored map: a table of docs/localisation.md.
 #
-#   bench/merge/localisation.sh [SEEDS]   a line for each scene, seed and route, of the runs that
-#                                         bench/merge/aliasing.sh leaves in RUNS
+#   bench/merge/localisation.sh [SEEDS]   2; WRITE_DOCS=1 writes the table there. Half an hour
 #
-# A is the map. B drives through the same place on another day, C through its copy elsewhere, where
-# nothing can be right. A line: scene, route, keyframes, then as bench/merge/localisation_error.py.
-# SCENES: others than those below. BIN names the folder of programs, OUT that of results.
+# A is the map, alone. B drives on another day through the same place, as C does in a town, on a
+# campus and in a hall; in the other scenes C drives through the copy elsewhere, where nothing can be
+# right. 300 scans each, seeds 1 to SEEDS. SCENES: others than those below. OUT: folder of runs, kept; it
+# may be that of bench/merge/aliasing.sh, whose runs have the same names. BIN: programs; LAYOUT=1
+# prints the table without figures.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+# shellcheck source=bench/tables/common.sh
+source bench/tables/common.sh
+# shellcheck source=bench/merge/runs.sh
+source bench/merge/runs.sh
 
 seeds=${1:-2}
-scenes=${SCENES:-streets courtyard corridor decks fixtures bore}
-runs=${RUNS:-build/bench/aliasing}
+shared="town-vlp-16 town-os2-128 town-livox-avia campus-vlp-16 hall-vlp-16"
+copied="streets-vlp-16 courtyard-vlp-16 corridor-vlp-16 decks-vlp-16 fixtures-vlp-16 bore-vlp-16"
+scenes=${SCENES:-$shared $copied}
 out=${OUT:-build/bench/localisation}
 unimapper=${BIN:-build/release/bin}/unimapper
 
 # map TRIAL: a store with the map of route A, and its trajectory
 map() {
-  local store=$out/$1
+  local store=$out/maps/$1
   [ ! -e "$store.tum" ] || return 0
   rm -rf "$store" "$store-map"
-  mkdir -p "$out"
+  mkdir -p "$out/maps"
   "$unimapper" map create --store "$store" >/dev/null
-  "$unimapper" map add --store "$store" "$runs/runs/$1/A" >/dev/null 2>&1
+  "$unimapper" map add --store "$store" "$out/runs/$1/A" >/dev/null 2>&1
   "$unimapper" map merge --store "$store" >/dev/null 2>&1
   "$unimapper" map export --store "$store" --out "$store-map" >/dev/null 2>&1
   cp "$store-map/trajectories/A.tum" "$store.tum"
 }
 
-for seed in $(seq "$seeds"); do
+# answers TRIAL ROUTE: a line as of bench/merge/localisation_error.py, mean and longest time in ms
+answers() {
+  "$unimapper" localise "$out/runs/$1/$2" --store "$out/maps/$1" --json --replace \
+    --out "$out/run.tum" >"$out/run.json" 2>"$out/run.txt"
+  echo "$(bench/merge/localisation_error.py "$out/run.json" "$out/maps/$1.tum" "$out/data/$1/A" \
+    "$out/run.tum" "$out/data/$1/$2") $(awk '/ ms each, / { print $(NF - 6), $(NF - 3) }' "$out/run.txt")"
+}
+
+# cells SCENE-SENSOR ROUTE: over the seeds
+cells() {
+  local seed route name=$1
+  for seed in $(seq "$seeds"); do
+    for route in A "$2"; do
+      make_run "$name-$seed/$route" --scene "${name%%-*}" --sensor "${name#*-}" --seed "$seed" \
+        --route "$route" --scans 300
+    done
+    map "$name-$seed"
+    answers "$name-$seed" "$2"
+  done | awk '
+    { keyframes += $1; localised += $2; ms += $8 * $1; if ($9 > longest) longest = $9 }
+    $2 > 0 {
+      first = first (first == "" ? "" : " / ") sprintf("%.0f", $3)
+      squares += $2 * $4 * $4
+      if ($6 > worst) worst = $6
+      beyond += $2 * $7
+    }
+    END {
+      printf "%d of %d | ", localised, keyframes
+      if (localised == 0) printf "- | - | - | - | "
+      else printf "%s | %.2f | %.2f | %d | ", first, sqrt(squares / localised), worst, beyond + 0.5
+      printf "%.0f (%.0f)", ms / keyframes, longest
+    }'
+}
+
+rows() {
+  local scene route title
+  echo "| seeds 1 to $seeds | localised | first after, m | rmse, m | worst, m | beyond 3 sigma | ms a keyframe (longest) |"
+  rule 7
   for scene in $scenes; do
-    trial=$scene-vlp-16-$seed
-    map "$trial"
     for route in B C; do
-      "$unimapper" localise "$runs/runs/$trial/$route" --store "$out/$trial" --json --replace \
-        --out "$out/run.tum" >"$out/run.json" 2>/dev/null
-      echo "$trial $route $(bench/merge/localisation_error.py "$out/run.json" "$out/$trial.tum" \
-        "$runs/data/$trial/A" "$out/run.tum" "$runs/data/$trial/$route")"
+      title="\`${scene%%-*}\`, $(lidar "${scene#*-}"), $route"
+      case " $copied " in *" $scene "*) [ "$route" = B ] || title+=", the copy" ;; esac
+      row "$title" 6 cells "$scene" "$route"
     done
   done
-done
+}
+
+table localisation rows
