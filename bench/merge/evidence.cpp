@@ -51,8 +51,10 @@ void print_weak_axes(const std::vector<LoopConstraint>& loops, const KeyframeClo
   std::size_t slipped = 0;
   double others_m = 0.0;
   for (const LoopConstraint& loop : loops) {
-    const RegistrationCloud& target = clouds.cloud(loop.match);
-    const RegistrationCloud& source = clouds.cloud(loop.query);
+    const auto target_cloud = clouds.cloud(loop.match);
+    const auto source_cloud = clouds.cloud(loop.query);
+    const RegistrationCloud& target = *target_cloud;
+    const RegistrationCloud& source = *source_cloud;
     const TiltPrior prior(clouds.record(loop.match).up, clouds.record(loop.query).up,
                           loop.T_match_query, config.loops.tilt);
     const RegistrationResult aligned = register_clouds(target, source, loop.T_match_query,
@@ -80,8 +82,8 @@ void print_evidence(const std::vector<SessionData>& sessions) {
   for (const LoopConstraint& loop : loops) {
     conflicts.push_back(
         structure_in_free_space(clouds, loop.match, loop.query, loop.T_match_query, config));
-    roofed.push_back(roofed_share(clouds.record(loop.match)));
-    roofed.push_back(roofed_share(clouds.record(loop.query)));
+    roofed.push_back(roofed_share(*clouds.whole(loop.match)));
+    roofed.push_back(roofed_share(*clouds.whole(loop.query)));
   }
   print_range(conflicts);
   print_range(roofed);

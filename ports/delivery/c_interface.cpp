@@ -13,6 +13,7 @@
 #include "ports/c/unimapper.h"
 #include "ports/delivery/authentication.hpp"
 #include "ports/delivery/c_health.hpp"
+#include "ports/delivery/c_map_pose.hpp"
 #include "ports/delivery/c_options.hpp"
 #include "ports/delivery/delivery.hpp"
 #include "ports/delivery/hand_over.hpp"
@@ -246,6 +247,21 @@ int um_delivery_status_get(const um_delivery* delivery, um_delivery_status* stat
         fill_in_queue(*delivery, handed_on, *status);
       },
       sentence);
+}
+
+int um_delivery_map_pose(const um_delivery* delivery, um_map_pose* pose) {
+  if (delivery == nullptr || pose == nullptr) return EINVAL;
+  if (pose->struct_size != sizeof(um_map_pose)) return EPROTO;
+  std::string sentence;
+  bool is_known = false;
+  const int error = guarded(
+      [&] {
+        const auto heard = delivery->delivery->map_pose();
+        is_known = heard.has_value();
+        if (is_known) *pose = to_c(*heard, delivery->delivery->counters().own.map_poses);
+      },
+      sentence);
+  return error != 0 || is_known ? error : EAGAIN;
 }
 
 int um_delivery_finish(um_delivery* delivery) {

@@ -77,6 +77,10 @@ void Delivery::set_health(wire::HealthMessage health) {
   if (publisher_ == nullptr) return;
   health.session = info_.id;
   health.bytes_sent = publisher_->counters().bytes_sent;
+  if (spool_ != nullptr) {
+    health.containers.push_back({std::string(wire::kSpoolContainer),
+                                 spool_->counters().bytes_waiting, options_.spool_limits.bytes});
+  }
   publisher_->set_health(std::move(health));
 }
 
@@ -88,6 +92,10 @@ DeliveryCounters Delivery::counters() const {
   if (earlier_ != nullptr) counters.earlier = earlier_->counters();
   if (spool_ != nullptr) counters.disk = spool_->counters();
   return counters;
+}
+
+std::optional<lcm_port::HeardMapPose> Delivery::map_pose() const {
+  return publisher_ != nullptr ? publisher_->map_pose() : std::nullopt;
 }
 
 DeliveryCounters Delivery::finish() {

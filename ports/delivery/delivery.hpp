@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "ports/lcm/datagram_guard.hpp"
@@ -55,7 +56,8 @@ class Delivery {
   /// over a system call of disk or network; waits only where `publisher.drop_when_full` is off. One
   /// thread at a time.
   void publish(wire::EncodedKeyframe keyframe);
-  /// From now on this is sent every second; its session and `bytes_sent` are filled in here.
+  /// From now on this is sent every second; its session, `bytes_sent` and, with a spool, the
+  /// container `wire::kSpoolContainer` are filled in here.
   void set_health(wire::HealthMessage health);
   /// Whether there is a network.
   [[nodiscard]] bool is_published() const { return publisher_ != nullptr; }
@@ -64,6 +66,8 @@ class Delivery {
 
   /// What became of the keyframes so far. Thread safe.
   [[nodiscard]] DeliveryCounters counters() const;
+  /// As `Publisher::map_pose`; nothing without a network. Thread safe.
+  [[nodiscard]] std::optional<lcm_port::HeardMapPose> map_pose() const;
   /// Waits for the base's acknowledgements, and for the disk; see the options. Blocks.
   DeliveryCounters finish();
 

@@ -8,8 +8,9 @@
  *
  * Memory    From the heap. Nothing of the caller's is kept but `report` and its context.
  * Threads   Sending and writing have threads of their own. um_delivery_publish and
- *           um_delivery_set_health are for one thread at a time; um_delivery_status_get for any
- *           thread at any time, also during um_delivery_finish; nothing may run beside
+ *           um_delivery_set_health are for one thread at a time; um_delivery_status_get and
+ *           um_delivery_map_pose for any thread at any time, also during um_delivery_finish;
+ *           nothing may run beside
  *           um_delivery_create and um_delivery_destroy. With queue_keyframes um_delivery_publish is
  *           for a thread with deadlines: no heap, no lock, a copy and at most one system call that
  *           wakes a thread. All other calls, and without a queue this one too, use the heap and
@@ -142,6 +143,42 @@ typedef struct um_delivery_status {
 
 /** How the delivery is doing. The caller sets status->struct_size. */
 int um_delivery_status_get(const um_delivery* delivery, um_delivery_status* status);
+
+/* ---- Place in the base's map ---------------------------------------------------------------- */
+
+/** How far the base is with this robot's place in its map. */
+enum {
+  UM_MAP_POSE_NOT_YET = 0,   /**< too little connects the robot to the map, or it was lost */
+  UM_MAP_POSE_AMBIGUOUS = 1, /**< something else would explain what connects it as well */
+  UM_MAP_POSE_LOCALISED = 2  /**< the pose holds */
+};
+
+/** Where this robot is in the map of a base that localises robots (`unimapper base --localise`).
+ *  From any pose of the robot's odometry it makes one in the map, also of scans since:
+ *  T_map_sensor = T_map_odometry * T_odometry_sensor. All robots that a base has localised in one
+ *  epoch are in one frame. When the base corrects its answer the pose jumps. */
+typedef struct um_map_pose {
+  uint32_t struct_size; /**< sizeof(um_map_pose), set by the caller */
+  uint32_t state;       /**< UM_MAP_POSE_...; position to since_loop_m hold if localised alone */
+  int64_t epoch;        /**< of the map in the base's store, from 1; another one, another frame */
+  uint32_t sequence;    /**< of the newest keyframe that the answer rests on */
+  uint32_t loops;       /**< loops to the map that support the pose */
+  int64_t stamp_ns;     /**< of that keyframe's reference scan */
+  double position[3];   /**< of T_map_odometry: x, y, z in metres */
+  double quaternion[4]; /**< of T_map_odometry: x, y, z, w; of unit length */
+  /** Of that keyframe's pose in the map: upper triangle, row by row, of translation along the axes
+   *  of the map (m^2), then the rotation vector in the keyframe's frame (rad^2). */
+  double covariance[21];
+  double since_loop_m; /**< by odometry alone since the latest of the loops */
+  int64_t age_ns;      /**< since the answer, repeated every second, was last heard; steady clock */
+  uint64_t refused;    /**< answers that were outdated or impossible; none of them was taken */
+  char reason[208];    /**< why the robot is not localised; ended by zero, empty if it is */
+} um_map_pose;
+
+/** The newest answer of a base about this session. The caller sets pose->struct_size. EAGAIN while
+ *  none has come, also without a URL; pose is as it was then. Takes a lock for a moment. For any
+ *  thread at any time, as um_delivery_status_get. */
+int um_delivery_map_pose(const um_delivery* delivery, um_map_pose* pose);
 
 /* ---- End ------------------------------------------------------------------------------------ */
 

@@ -167,6 +167,7 @@ class Answers {
       : link_(std::move(link)), guard_(std::move(guard)) {
     link_->subscribe(std::string(kStoredChannel), &Answers::on_message, this);
     link_->subscribe(std::string(kReceiptChannel), &Answers::on_message, this);
+    link_->subscribe(std::string(kMapPoseChannel), &Answers::on_message, this);
   }
 
   bool publish(const std::string& channel, Bytes message) {
@@ -188,6 +189,11 @@ class Answers {
     return std::exchange(receipts_, {});
   }
 
+  std::vector<ReceivedMapPose> take_map_poses() {
+    handle();
+    return std::exchange(map_poses_, {});
+  }
+
  private:
   static constexpr int kMaxAnswers = 30;
   /// Whoever takes only one kind leaves the other behind.
@@ -206,6 +212,10 @@ class Answers {
       bytes = *opened;
     }
     if (channel == kReceiptChannel) return take_receipt(bytes, buffer->recv_utime);
+    if (channel == kMapPoseChannel) {
+      if (map_poses_.size() < kMaxKept) map_poses_.push_back(decode_map_pose(bytes));
+      return;
+    }
     auto message = decode_stored(bytes);
     if (message && messages_.size() < kMaxKept) messages_.push_back(std::move(*message));
   }
@@ -220,6 +230,7 @@ class Answers {
   std::shared_ptr<DatagramGuard> guard_;
   std::vector<StoredMessage> messages_;
   std::vector<ReceivedReceipt> receipts_;
+  std::vector<ReceivedMapPose> map_poses_;
 };
 
 /// Hands over what arrives during `duration`.
@@ -254,7 +265,8 @@ Link open_link(const std::string& url, std::shared_ptr<DatagramGuard> guard) {
     return answers->publish(channel_name, message);
   };
   return {std::move(send), [answers] { return answers->take(); },
-          [answers] { return answers->take_receipts(); }};
+          [answers] { return answers->take_receipts(); },
+          [answers] { return answers->take_map_poses(); }};
 }
 
 std::string with_receive_buffer(const std::string& url) {
@@ -318,6 +330,7 @@ ListenResult listen(const ListenOptions& options) {
       answer();
       next_answer = now + kAnswerInterval;
     }
+    if (options.map_poses) publish_all(*link, guard, kMapPoseChannel, options.map_poses());
     if (std::exchange(inlet.heard, false)) watch.on_messages(now);
     const std::vector<wire::SessionProgress> sessions = receiver.progress();
     if (now >= next_progress) {

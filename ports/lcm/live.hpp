@@ -54,6 +54,9 @@ struct ListenOptions {
   std::shared_ptr<DatagramGuard> guard;
   /// Asked ten times a second; true ends the listening. May be empty.
   std::function<bool()> stop;
+  /// Asked ten times a second for what robots are to be told now of their place in a map; must not
+  /// wait. May be empty.
+  std::function<std::vector<MapPoseMessage>()> map_poses;
   /// Told in words once messages can arrive, then once a second, and when something is amiss.
   /// May be empty.
   std::function<void(const std::string&)> progress;

@@ -1,7 +1,6 @@
 #include "ports/lcm/messages.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <stdexcept>
 #include <unimapper_wire/chunk_t.hpp>
 #include <unimapper_wire/chunk_v1_t.hpp>
@@ -11,6 +10,7 @@
 #include <unimapper_wire/stored_t.hpp>
 
 #include "ports/lcm/generated_codec.hpp"
+#include "ports/lcm/message_text.hpp"
 
 namespace unimapper::lcm_port {
 
@@ -34,13 +34,6 @@ bool is_of(Bytes bytes) {
   return BigEndianReader(bytes).get<std::int64_t>() == Generated::getHash();
 }
 
-/// Passes over a string as LCM writes it: its length with the closing zero, then the bytes.
-void skip_text(BigEndianReader& in) {
-  const auto length = in.get<std::int32_t>();
-  const bool plausible = length >= 1 && static_cast<std::size_t>(length) <= kMaxTextBytes + 1;
-  in.skip(plausible ? static_cast<std::uint64_t>(length) : UINT64_MAX);
-}
-
 std::uint32_t get_list_length(BigEndianReader& in) {
   const auto length = in.get<std::uint32_t>();
   if (length > kMaxListEntries) in.skip(UINT64_MAX);
@@ -48,7 +41,7 @@ std::uint32_t get_list_length(BigEndianReader& in) {
 }
 
 void skip_texts(BigEndianReader& in, std::uint32_t count) {
-  for (std::uint32_t i = 0; i < count; ++i) skip_text(in);
+  for (std::uint32_t i = 0; i < count; ++i) skip_text(in, kMaxTextBytes);
 }
 
 bool ends_here(const BigEndianReader& in) { return in.ok() && in.remaining() == 0; }
@@ -122,25 +115,12 @@ bool ranges_are_possible(const unimapper_wire::stored_t& in) {
   return last <= in.until;
 }
 
-/// Printable ASCII, so that it can be shown without care.
-bool is_text(const std::string& text) {
-  return text.size() <= kMaxTextBytes && std::all_of(text.begin(), text.end(), [](char c) {
-           return std::isprint(static_cast<unsigned char>(c)) != 0;
-         });
-}
-
-std::string to_text(std::string text) {
-  text.resize(std::min(text.size(), kMaxTextBytes));
-  for (char& c : text) c = std::isprint(static_cast<unsigned char>(c)) != 0 ? c : '_';
-  return text;
-}
-
 /// A session's message of either schema, of lengths that add up.
 template <typename Generated>
 std::optional<SessionMessage> decode_session_as(Bytes bytes) {
   Generated in;
   if (!decode_generated(bytes, in)) return std::nullopt;
-  const bool possible = is_session_name(in.name) && is_text(in.sensor) &&
+  const bool possible = is_session_name(in.name) && is_text(in.sensor, kMaxTextBytes) &&
                         in.state >= Generated::STARTED && in.state <= Generated::ENDED &&
                         in.keyframes >= 0 && in.keyframes_dropped >= 0 &&
                         in.keyframes_dropped <= in.keyframes;
@@ -178,7 +158,7 @@ std::vector<std::uint8_t> encode(const SessionMessage& message) {
   unimapper_wire::session_t out;
   put_id(message.info.id, out);
   out.name = message.info.name;
-  out.sensor = to_text(message.info.sensor);
+  out.sensor = to_text(message.info.sensor, kMaxTextBytes);
   out.state = static_cast<std::int8_t>(message.state);
   out.keyframes = static_cast<std::int64_t>(message.keyframes);
   out.keyframes_dropped = static_cast<std::int64_t>(message.keyframes_dropped);
@@ -229,25 +209,25 @@ std::vector<std::uint8_t> encode(const HealthMessage& message) {
   out.deadline_misses = static_cast<std::int64_t>(message.deadline_misses);
   for (const HealthMessage::Stage& stage : message.stages) {
     if (out.stage.size() == kMaxListEntries) break;
-    out.stage.push_back(to_text(stage.name));
+    out.stage.push_back(to_text(stage.name, kMaxTextBytes));
     out.p50_ms.push_back(stage.p50_ms);
     out.p99_ms.push_back(stage.p99_ms);
     out.max_ms.push_back(stage.max_ms);
   }
   for (const HealthMessage::Drop& drop : message.drops) {
     if (out.cause.size() == kMaxListEntries) break;
-    out.cause.push_back(to_text(drop.cause));
+    out.cause.push_back(to_text(drop.cause, kMaxTextBytes));
     out.dropped.push_back(static_cast<std::int64_t>(drop.count));
   }
   for (const HealthMessage::Container& container : message.containers) {
     if (out.container.size() == kMaxListEntries) break;
-    out.container.push_back(to_text(container.name));
+    out.container.push_back(to_text(container.name, kMaxTextBytes));
     out.used.push_back(static_cast<std::int64_t>(container.used));
     out.capacity.push_back(static_cast<std::int64_t>(container.capacity));
   }
   for (const HealthMessage::Shed& shed : message.sheds) {
     if (out.given_up.size() == kMaxListEntries) break;
-    out.given_up.push_back(to_text(shed.what));
+    out.given_up.push_back(to_text(shed.what, kMaxTextBytes));
     out.shed.push_back(static_cast<std::int64_t>(shed.count));
   }
   out.stages = static_cast<std::int32_t>(out.stage.size());
@@ -268,20 +248,20 @@ std::optional<HealthMessage> decode_health(Bytes bytes) {
   message.bytes_sent = static_cast<std::uint64_t>(in.bytes_sent);
   message.deadline_misses = static_cast<std::uint64_t>(in.deadline_misses);
   for (std::size_t i = 0; i < in.stage.size(); ++i) {
-    if (!is_text(in.stage[i])) return std::nullopt;
+    if (!is_text(in.stage[i], kMaxTextBytes)) return std::nullopt;
     message.stages.push_back({in.stage[i], in.p50_ms[i], in.p99_ms[i], in.max_ms[i]});
   }
   for (std::size_t i = 0; i < in.cause.size(); ++i) {
-    if (!is_text(in.cause[i])) return std::nullopt;
+    if (!is_text(in.cause[i], kMaxTextBytes)) return std::nullopt;
     message.drops.push_back({in.cause[i], static_cast<std::uint64_t>(in.dropped[i])});
   }
   for (std::size_t i = 0; i < in.container.size(); ++i) {
-    if (!is_text(in.container[i])) return std::nullopt;
+    if (!is_text(in.container[i], kMaxTextBytes)) return std::nullopt;
     message.containers.push_back({in.container[i], static_cast<std::uint64_t>(in.used[i]),
                                   static_cast<std::uint64_t>(in.capacity[i])});
   }
   for (std::size_t i = 0; i < in.given_up.size(); ++i) {
-    if (!is_text(in.given_up[i])) return std::nullopt;
+    if (!is_text(in.given_up[i], kMaxTextBytes)) return std::nullopt;
     message.sheds.push_back({in.given_up[i], static_cast<std::uint64_t>(in.shed[i])});
   }
   return message;

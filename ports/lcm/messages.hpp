@@ -9,6 +9,7 @@
 #include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/delivery.hpp"
 #include "unimapper/wire/link_report.hpp"
+#include "unimapper/wire/map_pose.hpp"
 #include "unimapper/wire/messages.hpp"
 
 namespace unimapper::lcm_port {
@@ -16,6 +17,7 @@ namespace unimapper::lcm_port {
 using wire::Bytes;
 using wire::ChunkMessage;
 using wire::HealthMessage;
+using wire::MapPoseMessage;
 using wire::ProbeMessage;
 using wire::ReceiptMessage;
 using wire::SessionMessage;
@@ -29,6 +31,7 @@ inline constexpr std::string_view kProbeChannel = "UNIMAPPER_PROBE";
 /// From the base to the robots.
 inline constexpr std::string_view kStoredChannel = "UNIMAPPER_STORED";
 inline constexpr std::string_view kReceiptChannel = "UNIMAPPER_RECEIPT";
+inline constexpr std::string_view kMapPoseChannel = "UNIMAPPER_MAP_POSE";
 
 /// LCM's encoding of a message. Session: throws std::invalid_argument for a name that
 /// `is_session_name` rejects.
@@ -38,6 +41,8 @@ std::vector<std::uint8_t> encode(const HealthMessage& message);
 std::vector<std::uint8_t> encode(const StoredMessage& message);
 std::vector<std::uint8_t> encode(const ProbeMessage& message);
 std::vector<std::uint8_t> encode(const ReceiptMessage& message);
+/// Of its reason, the first `kMaxMapPoseReasonBytes` characters.
+std::vector<std::uint8_t> encode(const MapPoseMessage& message);
 
 /// The message, or nothing if the bytes are none: wrong type or schema version, lengths that do
 /// not add up, impossible values, a piece whose checksum fails. Never allocates more than the
@@ -48,5 +53,7 @@ std::optional<HealthMessage> decode_health(Bytes bytes);
 std::optional<StoredMessage> decode_stored(Bytes bytes);
 std::optional<ProbeMessage> decode_probe(Bytes bytes);
 std::optional<ReceiptMessage> decode_receipt(Bytes bytes);
+/// The rotation is of exactly unit length then.
+std::optional<MapPoseMessage> decode_map_pose(Bytes bytes);
 
 }  // namespace unimapper::lcm_port

@@ -14,6 +14,8 @@ constexpr std::chrono::milliseconds kEndInterval{50};
 
 /// How often a waiting thread looks for answers.
 constexpr std::chrono::milliseconds kListenInterval{20};
+/// The same where nothing but a place in the base's map can come.
+constexpr std::chrono::milliseconds kMapPoseInterval{100};
 
 /// A base answers a few times a second; one that has not answered for so long is not there.
 constexpr std::chrono::milliseconds kFirstAnswer{1000};
@@ -74,6 +76,7 @@ Publisher::Publisher(SessionInfo info, Link link, const PublisherOptions& option
     : link_(std::move(link)),
       options_(options),
       storage_(storage),
+      map_pose_(info.id),
       bucket_(options.bytes_per_second, options.burst_bytes, Clock::now()),
       pacing_(pacing_options(options)),
       next_session_(Clock::now()),
@@ -164,7 +167,13 @@ PublisherCounters Publisher::counters() const {
   PublisherCounters counters = counters_;
   const std::uint64_t done = counters.keyframes_acknowledged + counters.keyframes_lost();
   counters.keyframes_waiting = link_.receive ? counters.keyframes_published - done : 0;
+  counters.map_poses = map_pose_.counters();
   return counters;
+}
+
+std::optional<HeardMapPose> Publisher::map_pose() const {
+  const std::lock_guard lock(mutex_);
+  return map_pose_.latest();
 }
 
 bool Publisher::must_stop(Clock::time_point now) const {
@@ -184,6 +193,7 @@ void Publisher::run() {
     send_session_if_due();
     take_stored();
     take_receipts();
+    take_map_poses();
     apply_rate();
     fill_outbox();
     send_probe_if_due();
@@ -225,6 +235,14 @@ void Publisher::take_stored() {
     const std::lock_guard lock(mutex_);
     counters_.keyframes_acknowledged += stored.size();
     counters_.base_answers = true;
+  }
+}
+
+void Publisher::take_map_poses() {
+  if (!link_.map_poses) return;
+  for (const ReceivedMapPose& received : link_.map_poses()) {
+    const std::lock_guard lock(mutex_);
+    map_pose_.take(received, Clock::now());
   }
 }
 
@@ -280,6 +298,7 @@ void Publisher::announce_end() {
   for (int i = 0; i < kEndRepeats || base_answers_; ++i) {
     if (i > 0) std::this_thread::sleep_for(kEndInterval);
     take_stored();
+    take_map_poses();
     if (end_confirmed_) {
       {
         const std::lock_guard lock(mutex_);
@@ -301,10 +320,11 @@ void Publisher::wait_for_work() {
   const Clock::time_point now = Clock::now();
   const bool looks_for_answers =
       link_.receive && (outbox_.size() > 0 || now - last_probe_ < kProbeWait);
-  const Clock::time_point until =
-      looks_for_answers ? std::min(next_session_, now + kListenInterval) : next_session_;
+  Clock::time_point until = std::min(next_session_, deadline_);
+  if (link_.map_poses) until = std::min<Clock::time_point>(until, now + kMapPoseInterval);
+  if (looks_for_answers) until = std::min<Clock::time_point>(until, now + kListenInterval);
   const bool was_running = phase_ == Phase::kRunning;
-  wake_.wait_until(lock, std::min(until, deadline_), [this, was_running] {
+  wake_.wait_until(lock, until, [this, was_running] {
     return !queue_.empty() || phase_ == Phase::kStopping ||
            (was_running && phase_ != Phase::kRunning);
   });

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "ports/lcm/clock_offset.hpp"
+#include "ports/lcm/latest_map_pose.hpp"
 #include "ports/lcm/messages.hpp"
 #include "ports/lcm/pacing.hpp"
 #include "ports/lcm/sending.hpp"
@@ -41,11 +42,16 @@ struct ReceivedReceipt {
 /// publisher's thread only.
 using ReceiveReceipts = std::function<std::vector<ReceivedReceipt>()>;
 
+/// What has arrived on the channel of map poses since the last call, of any session; returns at
+/// once. Called from the publisher's thread only.
+using ReceiveMapPoses = std::function<std::vector<ReceivedMapPose>()>;
+
 /// Both directions of a network.
 struct Link {
-  Send send;                           ///< to the base
-  Receive receive;                     ///< from the base; may be empty
-  ReceiveReceipts receipts = nullptr;  ///< likewise; without, the rate does not adapt
+  Send send;                            ///< to the base
+  Receive receive;                      ///< from the base; may be empty
+  ReceiveReceipts receipts = nullptr;   ///< likewise; without, the rate does not adapt
+  ReceiveMapPoses map_poses = nullptr;  ///< likewise; without, no place in the base's map is known
 };
 
 /// Lets bytes through at an average rate, with bursts up to a bound. Time is the caller's.
@@ -122,6 +128,7 @@ struct PublisherCounters {
   std::int64_t round_trip_ns = 0;          ///< to the base and back; 0: not measured
   std::optional<wire::ClockOffset> clock;  ///< of the base's clock, if measured
   bool end_confirmed = false;              ///< one has said that it knows of the session's end
+  MapPoseCounters map_poses;               ///< of bases that localise robots in their map
 
   /// Of which neither a base nor this robot has anything any more.
   [[nodiscard]] std::uint64_t keyframes_lost() const {
@@ -165,6 +172,9 @@ class Publisher {
 
   /// What was sent and dropped so far. Thread safe.
   [[nodiscard]] PublisherCounters counters() const;
+  /// Where the base has said last that this robot is in its map; nothing before it has. Found
+  /// within 100 ms of its arrival. Thread safe.
+  [[nodiscard]] std::optional<HeardMapPose> map_pose() const;
 
  private:
   using Clock = TokenBucket::Clock;
@@ -187,6 +197,7 @@ class Publisher {
   [[nodiscard]] bool is_done();
   void take_stored();
   void take_receipts();
+  void take_map_poses();
   void apply_rate();
   void send_probe_if_due();
   [[nodiscard]] bool may_hold_early() const;
@@ -222,6 +233,7 @@ class Publisher {
   std::optional<double> new_rate_;
   SessionMessage session_;
   std::optional<HealthMessage> health_;
+  LatestMapPose map_pose_;
   PublisherCounters counters_;
   Phase phase_ = Phase::kRunning;
   Clock::time_point deadline_ = Clock::time_point::max();

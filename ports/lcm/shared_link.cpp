@@ -21,12 +21,14 @@ class SharedLink::Network {
   struct Messages {
     std::deque<StoredMessage> stored;
     std::deque<ReceivedReceipt> receipts;
+    std::deque<ReceivedMapPose> map_poses;
   };
 
   explicit Network(Link link) : link_(std::move(link)) {}
 
   [[nodiscard]] bool has_way_back() const { return static_cast<bool>(link_.receive); }
   [[nodiscard]] bool has_receipts() const { return static_cast<bool>(link_.receipts); }
+  [[nodiscard]] bool has_map_poses() const { return static_cast<bool>(link_.map_poses); }
 
   Messages& add_user() {
     const std::lock_guard lock(mutex_);
@@ -45,6 +47,10 @@ class SharedLink::Network {
   std::vector<ReceivedReceipt> receipts(Messages& user) {
     const std::lock_guard lock(mutex_);
     return share_out(link_.receipts(), user, &Messages::receipts);
+  }
+  std::vector<ReceivedMapPose> map_poses(Messages& user) {
+    const std::lock_guard lock(mutex_);
+    return share_out(link_.map_poses(), user, &Messages::map_poses);
   }
 
  private:
@@ -82,6 +88,9 @@ Link SharedLink::share() {
   link.receive = [network, &user] { return network->receive(user); };
   if (network->has_receipts()) {
     link.receipts = [network, &user] { return network->receipts(user); };
+  }
+  if (network->has_map_poses()) {
+    link.map_poses = [network, &user] { return network->map_poses(user); };
   }
   return link;
 }

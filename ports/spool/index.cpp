@@ -1,6 +1,7 @@
 #include "ports/spool/index.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <system_error>
 
 namespace unimapper::spool {
@@ -63,7 +64,7 @@ void Index::take_acknowledgements(const Index& other) {
   for (const auto& [id, session] : other.sessions_) {
     const auto own = sessions_.find(id);
     if (own == sessions_.end()) continue;
-    for (const auto& range : session.acknowledged.ranges()) own->second.acknowledged.insert(range);
+    for (const auto& range : session.acknowledged.ranges()) acknowledge(id, range);
     own->second.ended = own->second.ended || session.ended;
   }
 }
@@ -81,7 +82,10 @@ void Index::add(const SessionInfo& info, std::uint32_t sequence, const Place& pl
                 std::int64_t written_s) {
   IndexedSession& session = sessions_[info.id];
   session.info = info;
+  const auto before = session.on_disk.find(sequence);
+  if (before != session.on_disk.end()) take_from_disk(session, before);
   session.on_disk[sequence] = place;
+  if (!session.acknowledged.contains(sequence)) waiting_bytes_ += place.bytes;
   Segment& segment = segments_[place.segment];
   segment.keyframes.push_back({info.id, sequence});
   segment.newest_s = std::max(segment.newest_s, written_s);
@@ -90,6 +94,12 @@ void Index::add(const SessionInfo& info, std::uint32_t sequence, const Place& pl
 void Index::acknowledge(const SessionId& session, wire::SequenceRange range) {
   IndexedSession& entry = sessions_[session];
   entry.info.id = session;
+  // Sequences have 32 bits, ranges of what a base says 64.
+  if (range.begin > std::numeric_limits<std::uint32_t>::max()) return;
+  auto place = entry.on_disk.lower_bound(static_cast<std::uint32_t>(range.begin));
+  for (; place != entry.on_disk.end() && place->first < range.end; ++place) {
+    if (!entry.acknowledged.contains(place->first)) waiting_bytes_ -= place->second.bytes;
+  }
   entry.acknowledged.insert(range);
 }
 
@@ -109,7 +119,7 @@ Removed Index::remove_segment(std::uint64_t segment) {
     const auto place = session->second.on_disk.find(key.sequence);
     // It may have been written again, to a later segment.
     if (place == session->second.on_disk.end() || place->second.segment != segment) continue;
-    session->second.on_disk.erase(place);
+    take_from_disk(session->second, place);
     ++(session->second.acknowledged.contains(key.sequence) ? removed.acknowledged
                                                            : removed.waiting);
   }
@@ -118,7 +128,15 @@ Removed Index::remove_segment(std::uint64_t segment) {
 
 void Index::remove_keyframe(const SessionId& session, std::uint32_t sequence) {
   const auto entry = sessions_.find(session);
-  if (entry != sessions_.end()) entry->second.on_disk.erase(sequence);
+  if (entry == sessions_.end()) return;
+  const auto place = entry->second.on_disk.find(sequence);
+  if (place != entry->second.on_disk.end()) take_from_disk(entry->second, place);
+}
+
+void Index::take_from_disk(IndexedSession& session,
+                           std::map<std::uint32_t, Place>::iterator place) {
+  if (!session.acknowledged.contains(place->first)) waiting_bytes_ -= place->second.bytes;
+  session.on_disk.erase(place);
 }
 
 void Index::forget_if_empty(const SessionId& session) {

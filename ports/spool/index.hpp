@@ -83,6 +83,8 @@ class Index {
   [[nodiscard]] std::uint64_t bytes() const;
   /// Keyframes on disk.
   [[nodiscard]] std::uint64_t keyframes() const;
+  /// Bytes of those on disk that no base has acknowledged. O(1).
+  [[nodiscard]] std::uint64_t waiting_bytes() const { return waiting_bytes_; }
 
  private:
   struct Key {
@@ -95,12 +97,14 @@ class Index {
     std::vector<Key> keyframes;
   };
 
+  void take_from_disk(IndexedSession& session, std::map<std::uint32_t, Place>::iterator place);
   void read_segment(const std::filesystem::path& file, std::uint64_t number, Found& found);
   [[nodiscard]] bool is_acknowledged(std::uint64_t number, const Segment& segment) const;
 
   std::map<std::uint64_t, Segment> segments_;
   std::map<SessionId, IndexedSession> sessions_;
   std::uint64_t last_segment_ = 0;
+  std::uint64_t waiting_bytes_ = 0;
 };
 
 }  // namespace unimapper::spool

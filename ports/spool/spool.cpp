@@ -170,6 +170,7 @@ SpoolCounters Spool::counters() const {
   SpoolCounters counters = counters_;
   counters.keyframes_on_disk = index_.keyframes();
   counters.bytes_on_disk = index_.bytes();
+  counters.bytes_waiting = index_.waiting_bytes();
   return counters;
 }
 

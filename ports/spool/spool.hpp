@@ -66,11 +66,12 @@ struct SpoolCounters {
   std::uint64_t keyframes_damaged = 0;  ///< not read back, or with a wrong checksum
   std::uint64_t keyframes_on_disk = 0;  ///< at present, of all sessions
   std::uint64_t bytes_on_disk = 0;      ///< at present
-  std::uint64_t segments_skipped = 0;   ///< of another version, or damaged at the front
-  std::uint64_t faults = 0;             ///< stretches of other segments that are no record
-  std::uint64_t commits = 0;            ///< times the disk was waited for
-  std::uint64_t write_failures = 0;     ///< of which in vain
-  bool failing = false;                 ///< nothing can be written at present
+  std::uint64_t bytes_waiting = 0;     ///< at present, of keyframes on disk that no base has stored
+  std::uint64_t segments_skipped = 0;  ///< of another version, or damaged at the front
+  std::uint64_t faults = 0;            ///< stretches of other segments that are no record
+  std::uint64_t commits = 0;           ///< times the disk was waited for
+  std::uint64_t write_failures = 0;    ///< of which in vain
+  bool failing = false;                ///< nothing can be written at present
 };
 
 /// Keeps encoded keyframes in segment files. A thread of its own writes them and a second one syncs

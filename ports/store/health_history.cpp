@@ -42,7 +42,10 @@ HealthHistory::HealthHistory(const Database& database)
     : insert_(database,
               "INSERT OR REPLACE INTO health (session, slot, received_s, scans, keyframes, "
               "points_in, bytes_sent, deadline_misses, details) "
-              "SELECT id, ?, ?, ?, ?, ?, ?, ?, ? FROM sessions WHERE identity = ?") {}
+              "SELECT id, ?, ?, ?, ?, ?, ?, ?, ? || "
+              // How far the store was then, in the same transaction.
+              "'stored' || char(9) || 'keyframes' || char(9) || keyframes || char(10) "
+              "FROM sessions WHERE identity = ?") {}
 
 void HealthHistory::keep(const wire::HealthMessage& health, std::int64_t now_s) {
   insert_

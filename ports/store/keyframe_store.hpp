@@ -63,6 +63,8 @@ class KeyframeStore final : public wire::KeyframeStorage {
   [[nodiscard]] bool accepts() const override { return !is_failing_; }
   [[nodiscard]] bool is_durable() const override { return true; }
 
+  /// The right to write that it holds as long as it lives, for other writers of this process.
+  [[nodiscard]] const StoreLock& lock() const { return lock_; }
   /// What keeps the store from storing or reading, in words; empty since the last commit that
   /// succeeded.
   [[nodiscard]] const std::string& trouble() const { return trouble_; }

@@ -25,10 +25,20 @@ enum class StatementKind : std::uint8_t {
   kForbidden,  ///< a loop between two keyframes is wrong
   kApart,      ///< a session stays apart from the map
   kReference,  ///< a session's frame is the map's
+  kPosition,   ///< positions of keyframes of a session are known
 };
 
-/// "link", "forbidden", "apart" or "reference": the word in the table.
+/// "link", "forbidden", "apart", "reference" or "position": the word in the table.
 const char* kind_name(StatementKind kind);
+
+/// A known position of a keyframe, site frame, metres.
+struct StoredPosition {
+  std::uint32_t sequence = 0;                          ///< of the keyframe within its session
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< x and y are 0 if only z is known
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();     ///< sensor frame at the reference scan
+  std::optional<double> sigma_xy_m;                    ///< of x and of y; none: not known
+  double sigma_z_m = 0.0;                              ///< of z
+};
 
 /// One statement; those of sessions use `match.session` only.
 struct StoredStatement {
@@ -36,7 +46,8 @@ struct StoredStatement {
   StatementKind kind = StatementKind::kApart;  ///< what is said
   KeyframeRow match;                           ///< the session or keyframe it is said of
   KeyframeRow query;                           ///< of a link or loop: the other keyframe
-  std::optional<Pose> T_match_query;  ///< of a link: between sensors at the reference scans
+  std::optional<Pose> T_match_query;        ///< of a link: between sensors at the reference scans
+  std::vector<StoredPosition> positions{};  ///< of known positions: ascending, one at least
 };
 
 /// One change of the project.
@@ -48,6 +59,7 @@ struct Epoch {
   std::string outcome;              ///< what came of it, in words
   std::int64_t known_sessions = 0;  ///< largest row of a session that it knew of
   std::int64_t result = 0;          ///< of the latest merge that it shows; 0: none
+  std::int64_t purged_by = 0;       ///< the epoch that removed a session of it for good; 0: none
 };
 
 /// The project as of one epoch.
@@ -92,12 +104,33 @@ struct PairResult {
   Pose T_match_query;           ///< between odometry frames, by the consistent set
 };
 
+/// What a merge made of a known position, as `merge::PositionOutcome` has it.
+struct PositionResult {
+  KeyframeRow keyframe;                                ///< the keyframe it belongs to
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< site frame, metres
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();     ///< levelled keyframe frame, metres
+  std::optional<double> sigma_xy_m;                    ///< none: x and y are not known
+  double sigma_z_m = 0.0;                              ///< of z
+  bool used = false;                                   ///< part of the pose graph
+  std::string reason;                                  ///< why not, empty otherwise
+  Eigen::Vector3d residual = Eigen::Vector3d::Zero();  ///< the map's less the given one
+};
+
+/// Where a map lies in the site frame, as `merge::Georeference` has it.
+struct GeoreferenceResult {
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< of the map frame, metres
+  bool is_horizontal = false;                        ///< not the height alone
+  std::optional<double> heading_sigma_rad;           ///< none: not known
+};
+
 /// What a merge found; the map itself follows from it.
 struct MapResult {
-  std::string parameters;               ///< of the merger, as JSON
-  std::vector<SessionResult> sessions;  ///< in the order of the merge
-  std::vector<LoopResult> loops;        ///< in the order of the merge
-  std::vector<PairResult> pairs;        ///< in the order of the merge
+  std::string parameters;                            ///< of the merger, as JSON
+  std::vector<SessionResult> sessions;               ///< in the order of the merge
+  std::vector<LoopResult> loops;                     ///< in the order of the merge
+  std::vector<PairResult> pairs;                     ///< in the order of the merge
+  std::vector<PositionResult> positions{};           ///< in the order of the merge
+  std::optional<GeoreferenceResult> georeference{};  ///< of the map frame, if positions place it
 };
 
 }  // namespace unimapper::store

@@ -1,11 +1,13 @@
 // Check of a stored project's invariants (docs/design/store.md).
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <string>
 
 #include "ports/store/loop_outcome_table.hpp"
 #include "ports/store/number_bytes.hpp"
+#include "ports/store/placement_outcome_table.hpp"
 #include "ports/store/project_reader.hpp"
 #include "ports/store/transaction.hpp"
 
@@ -65,12 +67,26 @@ class ProjectCheck {
       if (epoch.result != 0) results_.insert(epoch.result);
       before = epoch.number;
       known_before = epoch.known_sessions;
+      if (epoch.purged_by != 0) {
+        check_purged(epoch, what);
+        continue;
+      }
       try {
         check_state(reader_.at(epoch.number), what);
       } catch (const StoreError& error) {
         fault(error.what());
       }
     }
+  }
+
+  void check_purged(const Epoch& epoch, const std::string& what) {
+    require(epoch.purged_by > epoch.number, what + " was purged by an earlier one");
+    Statement rows(database_,
+                   "SELECT (SELECT count(*) FROM epoch_sessions WHERE epoch = ?1) + "
+                   "(SELECT count(*) FROM epoch_statements WHERE epoch = ?1)");
+    rows.bind(epoch.number);
+    require(rows.step() && rows.number(0) == 0 && epoch.result == 0,
+            what + " was purged and still shows something");
   }
 
   void check_state(const ProjectState& state, const std::string& what) {
@@ -82,6 +98,7 @@ class ProjectCheck {
     for (const StoredStatement& statement : state.statements) {
       const std::string one = what + ": statement " + number_text(statement.id);
       references += statement.kind == StatementKind::kReference ? 1 : 0;
+      check_positions(statement, one);
       const bool is_of_two =
           statement.kind == StatementKind::kLink || statement.kind == StatementKind::kForbidden;
       if (!is_of_two) continue;
@@ -98,6 +115,25 @@ class ProjectCheck {
     while (rows.step()) {
       require(sessions.count(rows.number(0)) > 0, what + " shows a session that is not in it");
     }
+  }
+
+  void check_positions(const StoredStatement& statement, const std::string& one) {
+    const bool has_positions = !statement.positions.empty();
+    require(has_positions == (statement.kind == StatementKind::kPosition),
+            one + (has_positions ? " is none of positions and has some" : " has no position"));
+    for (const StoredPosition& position : statement.positions) {
+      require(keyframes_.count({statement.match.session, position.sequence}) > 0,
+              one + " is about a keyframe that is not there");
+      require(is_sound(position), one + " has a position that is none");
+    }
+  }
+
+  template <typename Position>
+  static bool is_sound(const Position& position) {
+    const auto is_deviation = [](double sigma) { return std::isfinite(sigma) && sigma > 0.0; };
+    return position.position.allFinite() && position.point.allFinite() &&
+           is_deviation(position.sigma_z_m) &&
+           (!position.sigma_xy_m || is_deviation(*position.sigma_xy_m));
   }
 
   void check_results() {
@@ -152,6 +188,18 @@ class ProjectCheck {
               what + " has a loop without information");
       require(!loop.reason.empty(), what + " has a loop without a reason");
     }
+    bool is_any_used = false;
+    for (const PositionResult& position : result.positions) {
+      const auto session = merged.find(position.keyframe.session);
+      require(session != merged.end() && session->second.count(position.keyframe.sequence) > 0,
+              what + " has a position of a keyframe that is not in it");
+      require(is_sound(position) && position.residual.allFinite(),
+              what + " has a position that is none");
+      require(position.used == position.reason.empty(), what + " has a position without a reason");
+      is_any_used = is_any_used || position.used;
+    }
+    require(is_any_used == result.georeference.has_value(),
+            what + " has a wrong place in the site");
     for (const PairResult& pair : result.pairs) {
       require(merged.count(pair.match) > 0 && merged.count(pair.query) > 0,
               what + " has a pair with a session that is not in it");
@@ -175,6 +223,8 @@ class ProjectCheck {
       damaged += is_sound ? 0 : 1;
     }
     require(damaged == 0, number_text(damaged) + " outcomes of loops are damaged");
+    const std::int64_t placements = damaged_placement_outcomes(database_);
+    require(placements == 0, number_text(placements) + " outcomes of placements are damaged");
   }
 
   Database& database_;

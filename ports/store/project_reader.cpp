@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "ports/store/number_bytes.hpp"
+#include "ports/store/position_tables.hpp"
 #include "ports/store/store_file.hpp"
 #include "ports/store/transaction.hpp"
 #include "unimapper/wire/checksum.hpp"
@@ -14,14 +15,18 @@ namespace unimapper::store {
 
 namespace {
 
-constexpr std::array<std::pair<StatementKind, const char*>, 4> kKinds = {
+constexpr std::array<std::pair<StatementKind, const char*>, 5> kKinds = {
     {{StatementKind::kLink, "link"},
      {StatementKind::kForbidden, "forbidden"},
      {StatementKind::kApart, "apart"},
-     {StatementKind::kReference, "reference"}}};
+     {StatementKind::kReference, "reference"},
+     {StatementKind::kPosition, "position"}}};
 
-constexpr const char* kEpochColumns =
-    "SELECT number, parent, made_s, command, outcome, known_sessions, result FROM epochs ";
+/// Begins a query whose rows `epoch_of` reads.
+std::string select_epochs(std::int64_t schema) {
+  return std::string("SELECT number, parent, made_s, command, outcome, known_sessions, result, ") +
+         (schema >= 5 ? "purged_by" : "NULL") + " FROM epochs ";
+}
 
 Epoch epoch_of(const Statement& row) {
   Epoch epoch;
@@ -32,6 +37,7 @@ Epoch epoch_of(const Statement& row) {
   epoch.outcome = row.text(4);
   epoch.known_sessions = row.number(5);
   epoch.result = row.is_null(6) ? 0 : row.number(6);
+  epoch.purged_by = row.is_null(7) ? 0 : row.number(7);
   return epoch;
 }
 
@@ -67,12 +73,15 @@ const char* kind_name(StatementKind kind) {
 }
 
 ProjectReader::ProjectReader(Database& database)
-    : database_(database), has_project_(database.number("PRAGMA user_version") >= 3) {}
+    : database_(database),
+      has_project_(database.number("PRAGMA user_version") >= 3),
+      has_positions_(database.number("PRAGMA user_version") >= 4),
+      select_epochs_(select_epochs(database.number("PRAGMA user_version"))) {}
 
 std::vector<Epoch> ProjectReader::epochs() {
   std::vector<Epoch> epochs;
   if (!has_project_) return epochs;
-  Statement rows(database_, std::string(kEpochColumns) + "ORDER BY number");
+  Statement rows(database_, select_epochs_ + "ORDER BY number");
   while (rows.step()) epochs.push_back(epoch_of(rows));
   return epochs;
 }
@@ -88,13 +97,18 @@ ProjectState ProjectReader::at(std::int64_t number) {
   const Snapshot snapshot(database_);
   ProjectState state;
   if (has_project_) {
-    Statement row(database_, std::string(kEpochColumns) + "WHERE number = ?");
+    Statement row(database_, select_epochs_ + "WHERE number = ?");
     row.bind(number);
     if (row.step()) state.epoch = epoch_of(row);
   }
   if (state.epoch.number == 0) {
     throw StoreError(database_.file().parent_path().string() + ": has no epoch " +
                      std::to_string(number));
+  }
+  if (state.epoch.purged_by != 0) {
+    throw StoreError(database_.file().parent_path().string() + ": epoch " + std::to_string(number) +
+                     " cannot be shown or gone back to: epoch " +
+                     std::to_string(state.epoch.purged_by) + " removed a session of it for good");
   }
   Statement sessions(database_,
                      "SELECT session FROM epoch_sessions WHERE epoch = ? ORDER BY session");
@@ -113,7 +127,17 @@ ProjectState ProjectReader::at(std::int64_t number) {
     statement.query = {rows.number(4), sequence_of(rows, 5)};
     if (!rows.is_null(6)) statement.T_match_query = pose_of(database_, rows.bytes(6), "a link");
   }
+  if (has_positions_) read_positions(database_, state);
   return state;
+}
+
+std::map<std::int64_t, std::int64_t> ProjectReader::pose_checksums(std::int64_t result) {
+  std::map<std::int64_t, std::int64_t> checksums;
+  if (!has_project_) return checksums;
+  Statement rows(database_, "SELECT session, crc32 FROM result_sessions WHERE result = ?");
+  rows.bind(result);
+  while (rows.step()) checksums[rows.number(0)] = rows.number(1);
+  return checksums;
 }
 
 MapResult ProjectReader::result(std::int64_t id) {
@@ -181,6 +205,7 @@ MapResult ProjectReader::result(std::int64_t id) {
     pair.competing = static_cast<std::uint64_t>(pairs.number(6));
     pair.T_match_query = pose_of(database_, pairs.bytes(7), "a pair of sessions");
   }
+  if (has_positions_) read_positions(database_, id, result);
   return result;
 }
 

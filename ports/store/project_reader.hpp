@@ -1,7 +1,9 @@
 // Reader of a stored project: its epochs, what people said, results of merges.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -21,16 +23,22 @@ class ProjectReader {
   [[nodiscard]] std::vector<Epoch> epochs();
   /// The project as of the latest epoch.
   [[nodiscard]] ProjectState current();
-  /// The project as of an epoch. Throws StoreError if there is none of that number.
+  /// The project as of an epoch. Throws StoreError if there is none of that number, or if a session
+  /// of it was removed for good.
   [[nodiscard]] ProjectState at(std::int64_t number);
   /// The result of a merge.
   [[nodiscard]] MapResult result(std::int64_t id);
+  /// Checksums of the poses of a result, by session: poses that differ have, as good as surely,
+  /// others. Reads no pose. Empty if there is no such result.
+  [[nodiscard]] std::map<std::int64_t, std::int64_t> pose_checksums(std::int64_t result);
   /// Checks every invariant (docs/design/store.md), in words what is wrong.
   [[nodiscard]] std::vector<std::string> check();
 
  private:
   Database& database_;
   bool has_project_;
+  bool has_positions_;
+  std::string select_epochs_;
 };
 
 }  // namespace unimapper::store

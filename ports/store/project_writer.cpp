@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "ports/store/number_bytes.hpp"
+#include "ports/store/position_tables.hpp"
+#include "ports/store/session_purge.hpp"
 #include "ports/store/transaction.hpp"
 #include "unimapper/wire/checksum.hpp"
 
@@ -25,10 +28,17 @@ std::int64_t unix_time_s() {
 
 ProjectWriter::ProjectWriter(const std::filesystem::path& folder, const std::string& holder,
                              bool may_make)
-    : lock_(require_store(folder, may_make), holder),
+    : lock_(std::in_place, require_store(folder, may_make), holder),
       database_(open_for_writing(folder)),
       reader_(database_),
-      outcomes_(database_) {}
+      outcomes_(database_),
+      placements_(database_) {}
+
+ProjectWriter::ProjectWriter(const std::filesystem::path& folder, const StoreLock&)
+    : database_(open_for_writing(require_store(folder, false))),
+      reader_(database_),
+      outcomes_(database_),
+      placements_(database_) {}
 
 ProjectState ProjectWriter::current() {
   const Snapshot snapshot(database_);
@@ -42,21 +52,77 @@ ProjectState ProjectWriter::current() {
 std::optional<Epoch> ProjectWriter::commit(const std::string& command, const Change& change) {
   Transaction transaction(database_);
   ProjectState state = current();
-  const std::int64_t parent = state.epoch.number;
-  state.epoch.parent = parent;
+  state.epoch.parent = state.epoch.number;
+  state.epoch.command = command;
+  const std::optional<Epoch> epoch = finish(state, state.epoch.number + 1, change);
+  if (epoch) transaction.commit();
+  return epoch;
+}
+
+std::optional<Epoch> ProjectWriter::replace(std::int64_t number, const Change& change) {
+  Transaction transaction(database_);
+  ProjectState state = current();
+  if (state.epoch.number != number) {
+    throw StoreError(database_.file().parent_path().string() + ": epoch " + std::to_string(number) +
+                     " is not the latest");
+  }
+  remove_epoch(number);
+  const std::optional<Epoch> epoch = finish(state, number, change);
+  if (!epoch) return epoch;
+  remove_unused_results();
+  transaction.commit();
+  return epoch;
+}
+
+Epoch ProjectWriter::purge(const std::string& command, const std::string& outcome,
+                           const std::vector<std::int64_t>& sessions) {
+  Transaction transaction(database_);
+  ProjectState state = current();
+  state.epoch.parent = state.epoch.number;
+  state.epoch.command = command;
+  const std::int64_t number = state.epoch.number + 1;
+  const std::optional<Epoch> epoch = finish(state, number, [&](ProjectState& changed) {
+    for (const std::int64_t session : sessions) take_out(session, changed);
+    return std::optional(outcome);
+  });
+  purge_sessions(database_, sessions, number);
+  remove_unused_results();
+  transaction.commit();
+  return *epoch;
+}
+
+void ProjectWriter::give_back_space() { database_.run("VACUUM; PRAGMA wal_checkpoint(TRUNCATE)"); }
+
+/// The rest of a change whose parent and command are known.
+std::optional<Epoch> ProjectWriter::finish(ProjectState& state, std::int64_t number,
+                                           const Change& change) {
   const std::optional<std::string> outcome = change(state);
   if (!outcome) return std::nullopt;
-  state.epoch.number = parent + 1;
+  state.epoch.number = number;
   state.epoch.made_s = unix_time_s();
-  state.epoch.command = command;
   state.epoch.outcome = *outcome;
   state.epoch.known_sessions = database_.number("SELECT max(id) FROM sessions");
   for (StoredStatement& statement : state.statements) {
     if (statement.id == 0) keep(statement);
   }
   keep(state);
-  transaction.commit();
   return state.epoch;
+}
+
+void ProjectWriter::remove_epoch(std::int64_t number) {
+  for (const char* table :
+       {"epoch_sessions WHERE epoch", "epoch_statements WHERE epoch", "epochs WHERE number"}) {
+    Statement(database_, std::string("DELETE FROM ") + table + " = ?").bind(number).run();
+  }
+}
+
+void ProjectWriter::remove_unused_results() {
+  for (const char* table :
+       {"result_sessions WHERE result", "result_loops WHERE result", "result_pairs WHERE result",
+        "result_positions WHERE result", "result_georeferences WHERE result", "results WHERE id"}) {
+    database_.run(std::string("DELETE FROM ") + table +
+                  " NOT IN (SELECT result FROM epochs WHERE result IS NOT NULL)");
+  }
 }
 
 void ProjectWriter::keep(StoredStatement& statement) {
@@ -78,6 +144,7 @@ void ProjectWriter::keep(StoredStatement& statement) {
     insert.bind(kind, statement.match.session, match, statement.query.session, query, pose).run();
   }
   statement.id = database_.number("SELECT last_insert_rowid()");
+  keep_positions(database_, statement);
 }
 
 void ProjectWriter::keep(const ProjectState& state) {
@@ -142,6 +209,7 @@ std::int64_t ProjectWriter::keep(const MapResult& result) {
                  pose);
     of_pair.run();
   }
+  keep_positions(database_, id, result);
   return id;
 }
 

@@ -5,9 +5,11 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "ports/store/database.hpp"
 #include "ports/store/loop_outcome_table.hpp"
+#include "ports/store/placement_outcome_table.hpp"
 #include "ports/store/project_reader.hpp"
 #include "ports/store/store_file.hpp"
 
@@ -21,6 +23,8 @@ class ProjectWriter {
   /// writes to the store.
   ProjectWriter(const std::filesystem::path& folder, const std::string& holder,
                 bool may_make = false);
+  /// The same for a process that holds the lock already, for as long as it does.
+  ProjectWriter(const std::filesystem::path& folder, const StoreLock& held);
 
   /// What a change does to the project, and its outcome in words; nothing: there is no change, and
   /// no epoch. Called within the transaction; statements with `id` 0 are stored as new ones.
@@ -30,6 +34,20 @@ class ProjectWriter {
   /// `change` gets is the latest one with the sessions that have arrived since. If it throws,
   /// nothing is changed.
   std::optional<Epoch> commit(const std::string& command, const Change& change);
+  /// Makes a change that takes the place of the latest epoch, as long as that is the one of this
+  /// number: for a base, whose merges while it receives are one epoch and not thousands. A result
+  /// that no epoch shows any more is removed. Otherwise as `commit`.
+  std::optional<Epoch> replace(std::int64_t number, const Change& change);
+
+  /// Removes sessions, by row, for good in one transaction: their keyframes, summaries, health,
+  /// what was said of them, outcomes of their loops, and whatever earlier epochs that show them
+  /// have; of these only number and words stay. The map of the latest epoch stays if it has none of
+  /// them. `give_back_space` makes the file smaller.
+  Epoch purge(const std::string& command, const std::string& outcome,
+              const std::vector<std::int64_t>& sessions);
+  /// Gives pages of the file that nothing uses back to the file system. Whoever is killed in it
+  /// leaves the store as it was. O(size of the store); takes as much room on the disk meanwhile.
+  void give_back_space();
 
   /// The latest state with the sessions that have arrived since its epoch.
   [[nodiscard]] ProjectState current();
@@ -38,6 +56,8 @@ class ProjectWriter {
 
   /// Outcomes of loop verification, to be kept within a `Transaction` of their own.
   LoopOutcomeTable& outcomes() { return outcomes_; }
+  /// Evidence about placements, likewise.
+  PlacementOutcomeTable& placements() { return placements_; }
   /// The database, for what is stored within `commit`.
   Database& database() { return database_; }
   /// Reader of what is stored.
@@ -46,11 +66,15 @@ class ProjectWriter {
  private:
   void keep(StoredStatement& statement);
   void keep(const ProjectState& state);
+  std::optional<Epoch> finish(ProjectState& state, std::int64_t number, const Change& change);
+  void remove_epoch(std::int64_t number);
+  void remove_unused_results();
 
-  StoreLock lock_;
+  std::optional<StoreLock> lock_;  ///< nothing: the process holds it
   Database database_;
   ProjectReader reader_;
   LoopOutcomeTable outcomes_;
+  PlacementOutcomeTable placements_;
 };
 
 }  // namespace unimapper::store

@@ -19,6 +19,54 @@ namespace {
 /// "UMST": in the header of every store's database.
 constexpr std::int64_t kApplicationId = 0x554D5354;
 
+/// Known positions of keyframes, what merges made of them, and what sensor data said of placements.
+constexpr const char* kSchema4 = R"(
+CREATE TABLE statement_positions (
+  statement INTEGER NOT NULL REFERENCES statements (id),
+  sequence INTEGER NOT NULL,
+  position BLOB NOT NULL,
+  point BLOB NOT NULL,
+  sigma_xy REAL,
+  sigma_z REAL NOT NULL,
+  PRIMARY KEY (statement, sequence)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE result_positions (
+  result INTEGER NOT NULL REFERENCES results (id),
+  number INTEGER NOT NULL,
+  session INTEGER NOT NULL REFERENCES sessions (id),
+  sequence INTEGER NOT NULL,
+  position BLOB NOT NULL,
+  point BLOB NOT NULL,
+  sigma_xy REAL,
+  sigma_z REAL NOT NULL,
+  used INTEGER NOT NULL,
+  reason TEXT NOT NULL,
+  residual BLOB NOT NULL,
+  PRIMARY KEY (result, number)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE result_georeferences (
+  result INTEGER PRIMARY KEY REFERENCES results (id),
+  origin BLOB NOT NULL,
+  horizontal INTEGER NOT NULL,
+  heading_sigma REAL
+) STRICT;
+CREATE TABLE placement_outcomes (
+  query_session INTEGER NOT NULL REFERENCES sessions (id),
+  match_session INTEGER NOT NULL REFERENCES sessions (id),
+  fingerprint INTEGER NOT NULL,
+  supporting INTEGER NOT NULL,
+  contradicting INTEGER NOT NULL,
+  aliasing TEXT NOT NULL,
+  crc32 INTEGER NOT NULL,
+  PRIMARY KEY (query_session, match_session, fingerprint)
+) STRICT;
+)";
+
+/// Epochs that cannot be shown any more, because a later one removed a session of theirs for good.
+constexpr const char* kSchema5 = R"(
+ALTER TABLE epochs ADD COLUMN purged_by INTEGER REFERENCES epochs (number);
+)";
+
 /// What brings a database from one schema to the next.
 constexpr std::array<const char*, kSchemaVersion> kSteps = {R"(
 CREATE TABLE sessions (
@@ -154,7 +202,8 @@ CREATE TABLE loop_outcomes (
   crc32 INTEGER NOT NULL,
   PRIMARY KEY (query_session, query_sequence, match_session, match_sequence, fingerprint, proposed)
 ) STRICT;
-)"};
+)",
+                                                            kSchema4, kSchema5};
 
 std::string reason() { return std::strerror(errno); }
 
@@ -192,6 +241,12 @@ fs::path database_of(const fs::path& folder) { return folder / "store.sqlite"; }
 bool is_store(const fs::path& path) {
   std::error_code error;
   return fs::exists(database_of(path), error);
+}
+
+bool has_tables(const fs::path& folder) {
+  if (!is_store(folder)) return false;
+  Database database(database_of(folder), Access::kRead);
+  return schema_of(database) != 0;
 }
 
 StoreLock::StoreLock(const fs::path& folder, const std::string& holder) {

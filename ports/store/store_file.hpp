@@ -9,13 +9,17 @@
 namespace unimapper::store {
 
 /// The schema this version writes; docs/base.md describes it.
-inline constexpr int kSchemaVersion = 3;
+inline constexpr int kSchemaVersion = 5;
 
 /// The database of the store in `folder`.
 std::filesystem::path database_of(const std::filesystem::path& folder);
 
 /// Whether `path` is a folder with a store's database in it, sound or not.
 bool is_store(const std::filesystem::path& path);
+
+/// Whether there is a store with tables, which is not so until who makes it has done so. Throws
+/// StoreError for a file that is no store, that a newer version wrote, or that is damaged.
+bool has_tables(const std::filesystem::path& folder);
 
 /// The right to write to a store, held until destruction or the end of the process, however it
 /// ends. Readers need none.

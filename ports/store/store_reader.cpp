@@ -1,5 +1,6 @@
 #include "ports/store/store_reader.hpp"
 
+#include <algorithm>
 #include <optional>
 #include <set>
 #include <utility>
@@ -13,6 +14,15 @@
 #include "unimapper/wire/receiver.hpp"
 
 namespace unimapper::store {
+
+StoredKeyframe keyframe_in(const Statement& rows) {
+  StoredKeyframe keyframe;
+  keyframe.sequence = static_cast<std::uint32_t>(rows.number(0));
+  const auto bytes = rows.bytes(2);
+  keyframe.bytes.assign(bytes.begin(), bytes.end());
+  keyframe.is_sound = std::int64_t{wire::crc32(keyframe.bytes)} == rows.number(1);
+  return keyframe;
+}
 
 StoreReader::StoreReader(const std::filesystem::path& folder)
     : database_(open_for_reading(folder)),
@@ -55,44 +65,63 @@ std::vector<SessionListing> StoreReader::sessions() {
     for (int number = 2; !taken.insert(session.info.name).second; ++number) {
       session.info.name = name + "-" + std::to_string(number);
     }
+    // Removed for good; the others keep their names.
+    if (session.keyframes == 0 && session.summaries == 0) sessions.pop_back();
   }
   return sessions;
 }
 
 void StoreReader::for_each_keyframe(const SessionListing& session,
                                     const std::function<void(StoredKeyframe&&)>& take) {
-  Statement rows(database_,
-                 "SELECT sequence, crc32, bytes FROM keyframes WHERE session = ? "
-                 "ORDER BY sequence");
+  Statement rows(database_, std::string(kSelectKeyframes) + " WHERE session = ? ORDER BY sequence");
   rows.bind(session.row);
-  while (rows.step()) {
-    StoredKeyframe keyframe;
-    keyframe.sequence = static_cast<std::uint32_t>(rows.number(0));
-    const auto bytes = rows.bytes(2);
-    keyframe.bytes.assign(bytes.begin(), bytes.end());
-    keyframe.is_sound = std::int64_t{wire::crc32(keyframe.bytes)} == rows.number(1);
-    take(std::move(keyframe));
-  }
+  while (rows.step()) take(keyframe_in(rows));
 }
 
-SessionData StoreReader::read(const SessionListing& session) {
-  const Snapshot snapshot(database_);
+SessionData StoreReader::read(const SessionListing& session,
+                              const std::function<void(KeyframeRecord&)>& each) {
   SessionData data;
+  data.keyframes.reserve(session.keyframes);
+  read_on(session, data, each);
+  return data;
+}
+
+void StoreReader::read_on(const SessionListing& session, SessionData& data,
+                          const std::function<void(KeyframeRecord&)>& each) {
+  const Snapshot snapshot(database_);
   data.info = session.info;
   data.complete = session.ended;
   data.keyframes_missing = session.missing();
-  data.keyframes.reserve(session.keyframes);
-  for_each_keyframe(session, [&](StoredKeyframe&& keyframe) {
-    wire::DecodedKeyframe decoded;
-    if (keyframe.is_sound) decoded = wire::decode_keyframe(keyframe.bytes);
-    if (decoded.record) {
-      data.keyframes.push_back(std::move(*decoded.record));
-    } else {
-      ++data.keyframes_damaged;
-    }
-  });
+  data.keyframes_damaged = 0;
+  std::set<std::uint32_t> known;
+  for (const KeyframeRecord& keyframe : data.keyframes) known.insert(keyframe.sequence);
+  Statement rows(database_, "SELECT sequence FROM keyframes WHERE session = ? ORDER BY sequence");
+  rows.bind(session.row);
+  while (rows.step()) {
+    const auto sequence = static_cast<std::uint32_t>(rows.number(0));
+    if (known.count(sequence) != 0) continue;
+    if (!read_keyframe(session.row, sequence, data, each)) ++data.keyframes_damaged;
+  }
+  std::sort(data.keyframes.begin(), data.keyframes.end(),
+            [](const auto& a, const auto& b) { return a.sequence < b.sequence; });
+  data.summaries.clear();
   read_summaries(session, data);
-  return data;
+}
+
+/// False if it is damaged.
+bool StoreReader::read_keyframe(std::int64_t session, std::uint32_t sequence, SessionData& data,
+                                const std::function<void(KeyframeRecord&)>& each) {
+  Statement row(database_, std::string(kSelectKeyframes) + " WHERE session = ? AND sequence = ?");
+  row.bind(session, std::int64_t{sequence});
+  wire::DecodedKeyframe decoded;
+  if (row.step()) {
+    const StoredKeyframe stored = keyframe_in(row);
+    if (stored.is_sound) decoded = wire::decode_keyframe(stored.bytes);
+  }
+  if (!decoded.record) return false;
+  if (each) each(*decoded.record);
+  data.keyframes.push_back(std::move(*decoded.record));
+  return true;
 }
 
 void StoreReader::read_summaries(const SessionListing& session, SessionData& data) {

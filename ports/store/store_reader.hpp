@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "ports/store/database.hpp"
@@ -42,19 +43,29 @@ struct StoredKeyframe {
   bool is_sound = false;            ///< its checksum is the one it was stored with
 };
 
+/// What a query of keyframes begins with whose rows `keyframe_in` reads.
+inline constexpr std::string_view kSelectKeyframes = "SELECT sequence, crc32, bytes FROM keyframes";
+/// The keyframe in a query's present row. O(bytes). Throws StoreError.
+StoredKeyframe keyframe_in(const Statement& rows);
+
 /// Reads a store, also while a base writes to it. Not thread safe; all functions throw StoreError.
 class StoreReader {
  public:
   explicit StoreReader(const std::filesystem::path& folder);
 
-  /// All sessions in order of arrival.
+  /// All sessions of which something is stored, in order of arrival.
   std::vector<SessionListing> sessions();
   /// Hands over a session's keyframes in ascending sequence, one at a time.
   void for_each_keyframe(const SessionListing& session,
                          const std::function<void(StoredKeyframe&&)>& take);
   /// A session with its keyframes and summaries decoded; those that are damaged are left out,
-  /// keyframes counted.
-  SessionData read(const SessionListing& session);
+  /// keyframes counted. `each` may take parts out of a keyframe before the next one is read.
+  SessionData read(const SessionListing& session,
+                   const std::function<void(KeyframeRecord&)>& each = {});
+  /// The same of a session that was read before: what is among its keyframes already is not read
+  /// again, all summaries are. O(keyframes + bytes that are new).
+  void read_on(const SessionListing& session, SessionData& data,
+               const std::function<void(KeyframeRecord&)>& each = {});
   /// The project in the store; this reader must outlive it.
   ProjectReader project() { return ProjectReader(database_); }
   /// Checks the whole database, every checksum and the project, in words what is wrong. O(size of
@@ -62,6 +73,8 @@ class StoreReader {
   std::vector<std::string> check();
 
  private:
+  bool read_keyframe(std::int64_t session, std::uint32_t sequence, SessionData& data,
+                     const std::function<void(KeyframeRecord&)>& each);
   void read_summaries(const SessionListing& session, SessionData& data);
 
   Database database_;

@@ -21,6 +21,9 @@ void register_base(CLI::App& app) {
                    "LCM's name of the network, e.g. udpm://239.255.76.67:7667?ttl=0")
       ->required();
   command->add_option(
+      "--http", options->http,
+      "Serve the page of the store at HOST:PORT, e.g. 127.0.0.1:8080 (docs/page.md)");
+  command->add_option(
       "--keys", options->keys,
       "Folder of robots' keys (unimapper keys): only what they sent and signed counts");
   command
@@ -28,6 +31,20 @@ void register_base(CLI::App& app) {
                    "End once so many sessions have ended; 0: run until SIGINT or SIGTERM")
       ->capture_default_str()
       ->check(CLI::Range(0, 256));
+  CLI::Option* merges =
+      command->add_flag("--merge", options->merges,
+                        "Merge the sessions of the store while robots drive, and tell these where "
+                        "they are in the map (docs/base.md)");
+  command
+      ->add_flag("--localise", options->localises,
+                 "Localise robots in the store's map while they drive, and tell them where they "
+                 "are (docs/localisation.md)")
+      ->excludes(merges);
+  command
+      ->add_option("--localise-sessions", options->localised_sessions,
+                   "Sessions localised at once; each takes the memory of the map once more")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 64));
   command
       ->add_option("--max-gb", options->max_gigabytes,
                    "Size of the store's database in GB; 0: as much as the disk holds")

@@ -21,6 +21,7 @@ void register_keys(CLI::App& app);
 void register_localise(CLI::App& app);
 void register_parameters(CLI::App& app);
 void register_rt_check(CLI::App& app);
+void register_view(CLI::App& app);
 void register_watch(CLI::App& app);
 
 }  // namespace unimapper::apps

@@ -98,6 +98,19 @@ void register_loops(CLI::App& evaluate) {
   command->callback([options] { std::cout << evaluate_loops(*options); });
 }
 
+/// SESSION=FOLDER, each.
+SessionTruths named_folders(const char* option, const std::vector<std::string>& texts) {
+  SessionTruths folders;
+  for (const std::string& text : texts) {
+    const std::size_t split = text.find('=');
+    if (split == 0 || split == std::string::npos || split + 1 == text.size()) {
+      throw CLI::ValidationError(option, "\"" + text + "\" is not SESSION=FOLDER");
+    }
+    folders.emplace_back(text.substr(0, split), text.substr(split + 1));
+  }
+  return folders;
+}
+
 void register_trajectory(CLI::App& evaluate) {
   auto options = std::make_shared<EvaluateTrajectoryOptions>();
   auto truths = std::make_shared<std::vector<std::string>>();
@@ -113,14 +126,72 @@ void register_trajectory(CLI::App& evaluate) {
       "Example:\n  unimapper evaluate trajectory --map map --truth a=recordings/a "
       "b=recordings/b");
   command->callback([options, truths] {
-    for (const std::string& truth : *truths) {
-      const std::size_t split = truth.find('=');
-      if (split == 0 || split == std::string::npos || split + 1 == truth.size()) {
-        throw CLI::ValidationError("--truth", "\"" + truth + "\" is not SESSION=DATASET");
-      }
-      options->truths.emplace_back(truth.substr(0, split), truth.substr(split + 1));
-    }
+    options->truths = named_folders("--truth", *truths);
     std::cout << evaluate_trajectory(*options);
+  });
+}
+
+void register_changes(CLI::App& evaluate) {
+  auto options = std::make_shared<EvaluateChangesOptions>();
+  auto truths = std::make_shared<std::vector<std::string>>();
+  CLI::App* command = evaluate.add_subcommand(
+      "changes",
+      "Precision and recall of the changed objects between two visits to a simulated scene");
+  command->add_option("--map", options->map, "Map folder with changes.json")->required();
+  command
+      ->add_option("--truth", *truths,
+                   "SESSION=DATASET of the earlier and of the later visit, with objects.txt")
+      ->required()
+      ->expected(2);
+  command
+      ->add_option("--reach-m", options->reach_m,
+                   "What was seen from farther away only does not count, metres")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 1000.0));
+  command->footer(
+      "Example:\n  unimapper evaluate changes --map map --truth monday=recordings/monday "
+      "tuesday=recordings/tuesday");
+  command->callback([options, truths] {
+    const SessionTruths visits = named_folders("--truth", *truths);
+    options->earlier = visits.front();
+    options->later = visits.back();
+    std::cout << evaluate_changes(*options);
+  });
+}
+
+void register_map_view(CLI::App& evaluate) {
+  auto options = std::make_shared<EvaluateViewOptions>();
+  auto truths = std::make_shared<std::vector<std::string>>();
+  auto runs = std::make_shared<std::vector<std::string>>();
+  CLI::App* command = evaluate.add_subcommand(
+      "view",
+      "Put the errors of a map into its page: along the paths, of loops, and points with the wrong "
+      "label where they are");
+  command->add_option("--map", options->map, "Map folder")->required();
+  command
+      ->add_option("--truth", *truths,
+                   "SESSION=DATASET, one for every session to evaluate; all in one world, the "
+                   "central session among them")
+      ->required()
+      ->expected(1, -1);
+  command
+      ->add_option(
+          "--run", *runs,
+          "SESSION=FOLDER with the labels to compare: a run folder, or MAP/refined/SESSION")
+      ->expected(1, -1);
+  command
+      ->add_option("--voxel-m", options->voxel_m,
+                   "One wrong point of each so large a voxel is shown, metres")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01F, 10.0F));
+  command->add_flag("--replace", options->replaces, "Overwrite an earlier evaluation of the map");
+  command->footer(
+      "Example:\n  unimapper evaluate view --map map --truth a=recordings/a b=recordings/b "
+      "--run a=runs/a b=runs/b");
+  command->callback([options, truths, runs] {
+    options->truths = named_folders("--truth", *truths);
+    options->runs = named_folders("--run", *runs);
+    std::cout << evaluate_view(*options);
   });
 }
 
@@ -155,6 +226,8 @@ void register_evaluate(CLI::App& app) {
   register_loops(*evaluate);
   register_trajectory(*evaluate);
   register_map(*evaluate);
+  register_map_view(*evaluate);
+  register_changes(*evaluate);
 }
 
 }  // namespace unimapper::apps

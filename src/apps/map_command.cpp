@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,12 @@ struct MapOptions {
   ProjectOptions project;
   std::vector<std::filesystem::path> runs;
   std::vector<std::string> sessions;
+  bool purges = false;
+  SurveyOptions survey;
   std::string session;
   KeyframesOption keyframes;
+  PositionOption position;
+  std::filesystem::path graph;
   std::vector<std::int64_t> statements;
   MapMergeOptions merge;
   MapExportOptions output;
@@ -48,6 +53,13 @@ void add_json(CLI::App& command, MapOptions& options) {
   command.add_flag("--json", options.project.json, "The same as JSON");
 }
 
+void add_memory(CLI::App& command, std::optional<std::uint32_t>& memory_mb) {
+  command
+      .add_option("--memory", memory_mb,
+                  "Megabytes for keyframes and clouds; the map does not depend on it")
+      ->check(CLI::Range(1, 1'000'000));
+}
+
 void add_epoch(CLI::App& command, MapOptions& options, const char* description) {
   command.add_option("--epoch", options.project.epoch, description)
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 62));
@@ -73,8 +85,35 @@ void register_sessions(MapCommands& commands) {
             ->required();
       },
       [](const MapOptions& o) { add_runs(o.project, o.runs); });
-  commands.add("remove", "Take sessions out of the project; the store keeps them", add_sessions,
-               [](const MapOptions& o) { remove_sessions(o.project, o.sessions); });
+  commands.add(
+      "survey", "Take the point cloud of a static map in as a session that is fixed",
+      [](CLI::App& command, MapOptions& o) {
+        command.add_option("FILE", o.survey.file, "PLY or PCD, metres, z up")->required();
+        command.add_option("--name", o.survey.name, "Of the session, instead of the file's");
+        command.add_option("--spacing", o.survey.spacing_m, "Of virtual viewpoints, metres")
+            ->capture_default_str()
+            ->check(CLI::Range(1.0, 100.0));
+        command.add_option("--height", o.survey.height_m, "Of viewpoints above the ground, metres")
+            ->capture_default_str()
+            ->check(CLI::Range(0.3, 10.0));
+        command.add_option("--range", o.survey.range_m, "Of what is seen from them, metres")
+            ->capture_default_str()
+            ->check(CLI::Range(10.0, 200.0));
+        command.add_flag("--unplaced", o.survey.is_unplaced,
+                         "Its frame is not the site's: it is the reference, without positions");
+      },
+      [](const MapOptions& o) { add_survey(o.project, o.survey); });
+  commands.add(
+      "remove", "Take sessions out of the project; the store keeps them",
+      [](CLI::App& command, MapOptions& o) {
+        add_sessions(command, o);
+        command.add_flag("--purge", o.purges,
+                         "Out of the store, too, for good: no undo, and epochs that show them are "
+                         "gone with them");
+      },
+      [](const MapOptions& o) {
+        o.purges ? purge_sessions(o.project, o.sessions) : remove_sessions(o.project, o.sessions);
+      });
 }
 
 void register_statements(MapCommands& commands) {
@@ -107,6 +146,50 @@ void register_statements(MapCommands& commands) {
       [](const MapOptions& o) { withdraw_statements(o.project, o.statements); });
 }
 
+void add_lever(CLI::App& command, MapOptions& o) {
+  command
+      .add_option("--lever", o.position.lever,
+                  "x y z of the point in the sensor's frame, metres; else it is the sensor")
+      ->expected(3);
+}
+
+void register_positions(MapCommands& commands) {
+  commands.add(
+      "position", "Say where a keyframe is",
+      [](CLI::App& command, MapOptions& o) {
+        command.add_option("KEYFRAME", o.position.keyframe, "SESSION:NUMBER")->required();
+        auto* where = command.add_option_group("Where", "One of these");
+        where->add_option("--at", o.position.at, "x y z in the site frame, metres")->expected(3);
+        where->add_option("--height", o.position.height_m, "Only the height is known: z, metres");
+        where->require_option(1);
+        command
+            .add_option("--sigma", o.position.sigma,
+                        "Standard deviation, or that of x and of y, then that of z; metres")
+            ->expected(1, 2)
+            ->required();
+        add_lever(command, o);
+      },
+      [](const MapOptions& o) { give_position(o.project, o.position); });
+  commands.add(
+      "positions", "Say where keyframes of a session are",
+      [](CLI::App& command, MapOptions& o) {
+        command.add_option("SESSION", o.position.session, "The session, by name")->required();
+        command
+            .add_option("--file", o.position.file,
+                        "CSV below a line of names: keyframe or stamp, then "
+                        "x,y,z,sigma_xy,sigma_z or z,sigma_z or "
+                        "latitude,longitude,height,sigma_xy,sigma_z")
+            ->required();
+        command
+            .add_option("--datum", o.position.datum,
+                        "Latitude, longitude, height on WGS84 of the site frame's origin, east is "
+                        "x, north is y")
+            ->expected(3);
+        add_lever(command, o);
+      },
+      [](const MapOptions& o) { give_positions(o.project, o.position); });
+}
+
 void register_epochs(MapCommands& commands) {
   commands.add("list", "Print all epochs", add_json,
                [](const MapOptions& o) { list_epochs(o.project); });
@@ -137,8 +220,17 @@ void register_maps(MapCommands& commands) {
             .add_option("--threads", o.merge.threads,
                         "Threads to use; 0: all. The map does not depend on it")
             ->check(CLI::Range(0, 256));
+        add_memory(command, o.merge.memory_mb);
       },
       [](const MapOptions& o) { merge_project(o.project, o.merge); });
+  commands.add(
+      "import", "Take poses that another program has optimised",
+      [](CLI::App& command, MapOptions& o) {
+        command
+            .add_option("GRAPH", o.graph, "g2o file with the vertices of the exported graph.g2o")
+            ->required();
+      },
+      [](const MapOptions& o) { import_poses(o.project, o.graph); });
   commands.add(
       "export", "Write the map as `unimapper merge` does",
       [](CLI::App& command, MapOptions& o) {
@@ -146,7 +238,9 @@ void register_maps(MapCommands& commands) {
         command.add_flag("--replace", o.output.replaces,
                          "Overwrite an earlier map in that folder, and the file of --mcap");
         command.add_option("--mcap", o.output.mcap, "Write the map as MCAP, too");
+        add_reference_options(command, o.output.reference);
         add_export_options(command, o.output.output);
+        add_memory(command, o.output.memory_mb);
         add_epoch(command, o, "Of that epoch instead of the latest");
       },
       [](const MapOptions& o) { export_project(o.project, o.output); });
@@ -162,6 +256,7 @@ void register_project(CLI::App& app) {
   register_sessions(commands);
   register_maps(commands);
   register_statements(commands);
+  register_positions(commands);
   register_epochs(commands);
   map->footer(
       "Example:\n"

@@ -12,14 +12,6 @@
 namespace unimapper::apps {
 namespace {
 
-std::pair<std::string, std::filesystem::path> parse_truth(const std::string& text) {
-  const std::size_t equals = text.find('=');
-  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
-    throw CLI::ValidationError("--truth", "\"" + text + "\" is not of the form SESSION=DATASET");
-  }
-  return {text.substr(0, equals), text.substr(equals + 1)};
-}
-
 /// What the user would type again.
 std::string command_line(const MergeOptions& options) {
   std::string line = "unimapper merge";
@@ -29,7 +21,7 @@ std::string command_line(const MergeOptions& options) {
     line += " --listen " + options.listen + " --sessions " + std::to_string(options.sessions);
     if (!options.keys.empty()) line += " --keys " + options.keys.string();
   }
-  for (const auto& [session, dataset] : options.truths) {
+  for (const auto& [session, dataset] : options.reference.truths) {
     line += " --truth " + session + "=" + dataset.string();
   }
   if (!options.config.empty()) line += " --config " + options.config.string();
@@ -39,7 +31,7 @@ std::string command_line(const MergeOptions& options) {
   if (!options.mcap.empty()) line += " --mcap " + options.mcap.string();
   line += export_command_line(options.output);
   for (const auto& name : options.chosen) line += " --session " + name;
-  for (const auto& run : options.stats) line += " --stats " + run.string();
+  for (const auto& run : options.reference.stats) line += " --stats " + run.string();
   return line;
 }
 
@@ -47,7 +39,6 @@ std::string command_line(const MergeOptions& options) {
 
 void register_merge(CLI::App& app) {
   auto options = std::make_shared<MergeOptions>();
-  auto truths = std::make_shared<std::vector<std::string>>();
   auto dump = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand(
       "merge", "Merge any number of sessions into one static map with one frame");
@@ -89,14 +80,7 @@ void register_merge(CLI::App& app) {
       ->capture_default_str()
       ->check(CLI::Range(0.1, 86400.0))
       ->needs(listen);
-  command
-      ->add_option("--truth", *truths, "SESSION=DATASET with ground truth, for the report's errors")
-      ->expected(1, -1);
-  command
-      ->add_option("--stats", options->stats,
-                   "Run folders of live sessions, for the report's latency and removal scores")
-      ->expected(1, -1)
-      ->needs(listen);
+  add_reference_options(*command, options->reference);
   command->add_flag("--refined-labels", options->refined_labels,
                     "Write OUT/refined/SESSION/labels for sessions with --truth: what is static "
                     "after all, point by point");
@@ -110,11 +94,15 @@ void register_merge(CLI::App& app) {
       ->add_option("--threads", options->threads,
                    "Threads to use; 0: all. The map does not depend on it")
       ->check(CLI::Range(0, 256));
+  command
+      ->add_option("--memory", options->memory_mb,
+                   "Megabytes for keyframes of stores and clouds; the map does not depend on it")
+      ->check(CLI::Range(1, 1'000'000));
   command->footer(
       "Examples:\n"
       "  unimapper merge runs/monday runs/friday --out map\n"
       "  unimapper merge --listen 'udpm://239.255.76.67:7667?ttl=0' --sessions 3 --out map");
-  command->callback([options, truths, dump] {
+  command->callback([options, dump] {
     if (*dump) {
       std::cout << effective_config(*options);
       return;
@@ -123,7 +111,8 @@ void register_merge(CLI::App& app) {
     if (options->runs.empty() && options->listen.empty()) {
       throw CLI::ValidationError("merge", "give at least one RUN, or --listen");
     }
-    for (const auto& truth : *truths) options->truths.push_back(parse_truth(truth));
+    // A robot that never connected must not prevent the others' map.
+    options->reference.may_lack_sessions = !options->listen.empty();
     options->command_line = command_line(*options);
     run_merge(*options);
   });

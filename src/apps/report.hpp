@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "src/apps/report/measured_load.hpp"
 #include "src/apps/truth.hpp"
+#include "src/apps/view/map_files.hpp"
 #include "unimapper/evaluate/dynamic.hpp"
 #include "unimapper/evaluate/trajectory.hpp"
 #include "unimapper/merge/merger.hpp"
@@ -32,12 +34,14 @@ struct ReportInput {
   std::string title = "Merged map";
   std::vector<std::string> commands;  ///< shown under "how to reproduce", one a line
   double elapsed_s = 0.0;             ///< wall-clock time of the merge; 0 hides it
+  std::optional<MeasuredLoad> load;   ///< of the machine during the merge
 };
 
-/// Writes the page to `path`: pictures, tables and charts inside, no script, no network.
-/// Throws std::runtime_error naming `path` when it cannot be written. Costs a few seconds for
-/// maps of some million points.
-void write_report(const std::filesystem::path& path, const ReportInput& input);
+/// Writes the page of the map (docs/page.md) to `path`, with tables and charts, and as many of the
+/// map's points as keep it small: no network. Throws std::runtime_error naming `path` when it
+/// cannot be written.
+void write_report(const std::filesystem::path& path, const ReportInput& input,
+                  const MapFiles& files);
 
 /// The summary for a terminal: one line per session, the loops, the trajectory errors where
 /// the truth is known. Ends with a newline.

@@ -10,15 +10,31 @@
 #include "unimapper/core/quantile.hpp"
 
 namespace unimapper::evaluate {
+
+std::vector<std::optional<std::size_t>> nearest_in_time(std::span<const std::int64_t> stamps_ns,
+                                                        std::span<const StampedPose> poses,
+                                                        std::int64_t tolerance_ns) {
+  std::vector<std::optional<std::size_t>> nearest(stamps_ns.size());
+  if (poses.empty()) return nearest;
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < stamps_ns.size(); ++i) {
+    const auto gap = [&](std::size_t of) { return std::abs(poses[of].stamp_ns - stamps_ns[i]); };
+    while (n + 1 < poses.size() && gap(n + 1) <= gap(n)) ++n;
+    if (gap(n) <= tolerance_ns) nearest[i] = n;
+  }
+  return nearest;
+}
+
 std::vector<PosePair> associate(std::span<const StampedPose> estimate,
                                 std::span<const StampedPose> truth, std::int64_t tolerance_ns) {
+  std::vector<std::int64_t> stamps_ns;
+  stamps_ns.reserve(estimate.size());
+  for (const StampedPose& pose : estimate) stamps_ns.push_back(pose.stamp_ns);
+  const auto nearest = nearest_in_time(stamps_ns, truth, tolerance_ns);
   std::vector<PosePair> pairs;
-  if (truth.empty()) return pairs;
-  std::size_t t = 0;
-  for (const StampedPose& pose : estimate) {
-    const auto gap = [&](std::size_t i) { return std::abs(truth[i].stamp_ns - pose.stamp_ns); };
-    while (t + 1 < truth.size() && gap(t + 1) <= gap(t)) ++t;
-    if (gap(t) <= tolerance_ns) pairs.push_back({pose.T_world_sensor, truth[t].T_world_sensor});
+  for (std::size_t i = 0; i < estimate.size(); ++i) {
+    if (!nearest[i]) continue;
+    pairs.push_back({estimate[i].T_world_sensor, truth[*nearest[i]].T_world_sensor});
   }
   return pairs;
 }

@@ -8,13 +8,19 @@
 #include <utility>
 
 #include "alignment_problem.hpp"
+#include "drift_scale.hpp"
 #include "loop_acceptance.hpp"
 #include "person_links.hpp"
+#include "site_frame.hpp"
 #include "unimapper/core/union_find.hpp"
 
 namespace unimapper::merge {
 namespace {
 
+constexpr int kMaxDriftRounds = 8;
+// With so many distinct loops a pair is as good as one with more: no rule of acceptance asks for
+// half of them.
+constexpr std::size_t kPlenty = 10;
 constexpr const char* kContradictsMap = "contradicts the maps merged before";
 
 /// The loops of two sessions, the lower index as match, and their consistency set.
@@ -26,6 +32,16 @@ struct SessionPair {
   bool open = false;               ///< confirmed by its loops, not yet joined or rolled back
   bool linked = false;             ///< by a person
   bool is_checked = false;         ///< the sensor data have been asked
+  std::vector<double> off_site_m;  ///< of loops that positions contradict: how far they are off
+  ExcludedBeyond beyond;           ///< what positions exclude
+
+  /// Order in which pairs connect sessions: by distinct loops up to as many as are plenty, then the
+  /// session that was added earlier, then by all distinct loops. So a session that is added later
+  /// takes no place of pairs that have plenty, and these need no check anew.
+  [[nodiscard]] auto strength() const {
+    return std::make_tuple(std::min(set.distinct, kPlenty), -static_cast<std::ptrdiff_t>(query),
+                           set.distinct);
+  }
 
   /// The inliers as indices into the problem's loops.
   [[nodiscard]] std::vector<std::size_t> inliers() const {
@@ -42,10 +58,14 @@ class SessionAligner {
 
   void run() {
     for (std::size_t s = 0; s < problem_.sessions.size(); ++s) close_intra_session_loops(s);
+    place_by_positions();
     form_pairs();
+    for (int round = 0; round < kMaxDriftRounds && adapt_drift(); ++round) form_pairs();
     check_spanning_pairs();
     choose_central();
+    fit_central_to_positions();
     join_pairs();
+    solve_all_keyframes();
     explain_unconnected();
     record_pairs();
   }
@@ -77,7 +97,109 @@ class SessionAligner {
     for (const std::size_t i : chosen) problem_.decisions[i] = {true, {}};
   }
 
+  /// Sessions that drift farther than assumed get the noise that the confirmed pairs say, for good:
+  /// more loops agree then, and these say more. True if there is any, and pairs are formed anew.
+  bool adapt_drift() {
+    std::vector<LoopConstraint> confirmed;
+    for (const SessionPair& pair : pairs_) {
+      if (!pair.open) continue;
+      const std::vector<LoopConstraint> loops = problem_.select(pair.inliers());
+      confirmed.insert(confirmed.end(), loops.begin(), loops.end());
+    }
+    const std::vector<double> scales = drift_scales(confirmed, modelled_);
+    bool any = false;
+    for (std::size_t s = 0; s < scales.size(); ++s) {
+      if (scales[s] <= problem_.drift_scale[s]) continue;
+      problem_.set_drift(s, scales[s]);
+      problem_.state.T_session_keyframe[s] = modelled_[s].poses();
+      close_intra_session_loops(s);
+      any = true;
+    }
+    if (any) place_by_positions();
+    return any;
+  }
+
+  /// The accepted loops within a session.
+  [[nodiscard]] std::vector<std::size_t> accepted_within(std::size_t session) const {
+    std::vector<std::size_t> own;
+    for (std::size_t i = 0; i < problem_.loops.size(); ++i) {
+      const LoopConstraint& loop = problem_.loops[i];
+      const bool is_own = loop.is_intra_session() && loop.query.session == session;
+      if (is_own && problem_.decisions[i].accepted) own.push_back(i);
+    }
+    return own;
+  }
+
+  /// Each session alone in the site frame; positions that its others contradict are not used.
+  void place_by_positions() {
+    problem_.rejected.clear();
+    problem_.state.positions.clear();
+    for (std::size_t s = 0; s < problem_.sessions.size(); ++s) {
+      const auto& positions = problem_.sessions[s].positions;
+      if (positions.empty()) continue;
+      MapState placed;
+      SessionPositions chosen =
+          choose_positions(problem_.state, s, positions, problem_.select(accepted_within(s)),
+                           problem_.config, placed);
+      auto& rejected = problem_.rejected;
+      rejected.insert(rejected.end(), chosen.rejected.begin(), chosen.rejected.end());
+      if (!chosen.used.empty()) {
+        problem_.sites[s].emplace(placed, s, chosen.used, problem_.config.positions);
+      }
+      auto& in_use = problem_.state.positions;
+      in_use.insert(in_use.end(), chosen.used.begin(), chosen.used.end());
+    }
+  }
+
+  /// Removes loops that contradict the positions of both sessions from those of the pair: whole
+  /// sets that stand or fall with the loop of which positions know most, then single ones.
+  void remove_contradicting(SessionPair& pair, const std::vector<SessionPath>& paths) {
+    constexpr int kMaxSets = 4;
+    const auto& query = problem_.sites[pair.query];
+    const auto& match = problem_.sites[pair.match];
+    if (!query || !match || pair.linked) return;
+    const PositionConfig& config = problem_.config.positions;
+    for (int i = 0; i < kMaxSets; ++i) {
+      pair.set = set_of(pair, paths);
+      const std::vector<std::size_t> inliers = pair.inliers();
+      const auto off_m = set_contradiction_m(problem_.select(inliers), *query, *match, config);
+      if (!off_m) break;
+      for (const std::size_t loop : inliers) remove_loop(pair, loop, *off_m);
+    }
+    for (const std::size_t loop : std::vector(pair.loops)) {
+      const SiteComparison found = compare_with_sites(problem_.loops[loop], *query, *match, config);
+      if (found.chi2 > config.chi2) remove_loop(pair, loop, found.discrepancy_m.norm());
+    }
+  }
+
+  void remove_loop(SessionPair& pair, std::size_t loop, double off_m) {
+    std::erase(pair.loops, loop);
+    problem_.decisions[loop] = {false, kContradictsPositions};
+    pair.off_site_m.push_back(off_m);
+  }
+
+  /// What positions tell of a pair beyond its loops: where it is refused, that most of them
+  /// contradict positions; where nothing but its place is uncertain, whether that is known.
+  void complete_by_positions(SessionPair& pair) {
+    const auto& query = problem_.sites[pair.query];
+    const auto& match = problem_.sites[pair.match];
+    ConsistencySet& set = pair.set;
+    if (set.state == PairState::kRefused && pair.off_site_m.size() > pair.loops.size()) {
+      set.reason = contradiction_text(pair.off_site_m, pair.off_site_m.size() + pair.loops.size());
+    }
+    if (!query || !match || set.state == PairState::kRefused) return;
+    pair.beyond =
+        excluded_beyond(problem_.select(pair.inliers()), *query, *match, problem_.config.positions);
+    const double near = problem_.config.aliasing.min_shift_m;
+    if (!(pair.beyond.horizontal_m < near && pair.beyond.vertical_m < near)) return;
+    set.is_one_place = false;
+    if (!set.is_weak_along_axis) return;
+    set.state = PairState::kConfirmed;
+    set.reason.clear();
+  }
+
   void form_pairs() {
+    pairs_.clear();
     std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> loops;
     for (std::size_t i = 0; i < problem_.loops.size(); ++i) {
       const LoopConstraint& loop = problem_.loops[i];
@@ -98,19 +220,28 @@ class SessionAligner {
 
   [[nodiscard]] SessionPair form_pair(std::size_t query, std::size_t match,
                                       std::vector<std::size_t> of_pair,
-                                      const std::vector<SessionPath>& paths) const {
+                                      const std::vector<SessionPath>& paths) {
     SessionPair pair;
     pair.query = query;
     pair.match = match;
     pair.loops = std::move(of_pair);
-    const std::vector<LoopConstraint> loops = problem_.select(pair.loops);
-    const AcceptanceConfig rules =
-        scaled_to_extent(problem_.config.acceptance, extent_m(query, match));
-    pair.linked = has_person_link(loops);
-    pair.set = pair.linked ? linked_consistency(loops, paths[query], paths[match], rules)
-                           : inter_session_consistency(loops, paths[query], paths[match], rules);
+    pair.linked = has_person_link(problem_.select(pair.loops));
+    remove_contradicting(pair, paths);
+    pair.set = set_of(pair, paths);
+    complete_by_positions(pair);
     pair.open = pair.set.state == PairState::kConfirmed;
     return pair;
+  }
+
+  [[nodiscard]] ConsistencySet set_of(const SessionPair& pair,
+                                      const std::vector<SessionPath>& paths) const {
+    const std::vector<LoopConstraint> loops = problem_.select(pair.loops);
+    const AcceptanceConfig rules =
+        scaled_to_extent(problem_.config.acceptance, extent_m(pair.query, pair.match));
+    const SessionPath& query = paths[pair.query];
+    const SessionPath& match = paths[pair.match];
+    return pair.linked ? linked_consistency(loops, query, match, rules)
+                       : inter_session_consistency(loops, query, match, rules);
   }
 
   /// That of the session which sees farther; 0 if either is unknown.
@@ -137,7 +268,7 @@ class SessionAligner {
     std::vector<std::size_t> order(pairs_.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return pairs_[a].set.distinct > pairs_[b].set.distinct;
+      return pairs_[a].strength() > pairs_[b].strength();
     });
     std::vector<std::size_t> parent(problem_.sessions.size());
     std::iota(parent.begin(), parent.end(), std::size_t{0});
@@ -167,8 +298,8 @@ class SessionAligner {
     if (!check_) return {};
     const std::vector<LoopConstraint> loops = problem_.select(pair.inliers());
     const auto& poses = problem_.state.T_session_keyframe;
-    return check_(
-        {loops, poses[pair.query], poses[pair.match], pair.set.T_match_session_query_session});
+    return check_({loops, poses[pair.query], poses[pair.match],
+                   pair.set.T_match_session_query_session, pair.beyond});
   }
 
   /// The session with the best score in the largest group of connected sessions.
@@ -195,6 +326,17 @@ class SessionAligner {
     problem_.state.central = best;
     if (sessions.empty()) return;
     problem_.state.connected[best] = !sessions[best].T_odometry_keyframe.empty();
+  }
+
+  /// As the others will be when they are joined to it.
+  void fit_central_to_positions() {
+    const std::size_t central = problem_.state.central;
+    if (problem_.sessions.empty() || !problem_.sites[central]) return;
+    std::vector<std::size_t> chosen = accepted_within(central);
+    MapState trial = problem_.state;
+    const std::size_t only[] = {central};
+    if (!problem_.optimize_rejecting_outliers(trial, only, chosen)) return;
+    if (problem_.all_plausible(trial, only)) problem_.state = std::move(trial);
   }
 
   /// Joins pairs in batches, each half as large as all that were joined before: a solve takes as
@@ -231,7 +373,7 @@ class SessionAligner {
       SessionPair* best = nullptr;
       const auto rank = [&](const SessionPair& pair) {
         const bool extends = connected[pair.query] != connected[pair.match];
-        return std::make_pair(extends, pair.set.distinct);
+        return std::make_pair(extends, pair.strength());
       };
       for (auto& pair : pairs_) {
         if (!pair.open || (!connected[pair.query] && !connected[pair.match])) continue;
@@ -258,6 +400,16 @@ class SessionAligner {
     trial.connected[pair.query] = trial.connected[pair.match] = true;
   }
 
+  /// Those among connected sessions.
+  [[nodiscard]] std::vector<std::size_t> accepted_loops(const MapState& state) const {
+    std::vector<std::size_t> accepted;
+    for (std::size_t i = 0; i < problem_.loops.size(); ++i) {
+      if (problem_.decisions[i].accepted && state.connects(problem_.loops[i]))
+        accepted.push_back(i);
+    }
+    return accepted;
+  }
+
   /// Optimises with the inliers of some pairs and all loops accepted before. Keeps the result, and
   /// returns null, if most loops of each pair survive and no map deforms implausibly; otherwise
   /// nothing is changed, and why is returned.
@@ -265,10 +417,7 @@ class SessionAligner {
     MapState trial = problem_.state;
     for (const SessionPair* pair : batch) connect(*pair, trial);
     const std::vector<std::size_t> sessions = trial.connected_sessions();
-    std::vector<std::size_t> chosen;
-    for (std::size_t i = 0; i < problem_.loops.size(); ++i) {
-      if (problem_.decisions[i].accepted && trial.connects(problem_.loops[i])) chosen.push_back(i);
-    }
+    std::vector<std::size_t> chosen = accepted_loops(trial);
     const std::vector<std::size_t> earlier = chosen;
     for (const SessionPair* pair : batch) {
       const std::vector<std::size_t> added = pair->inliers();
@@ -276,7 +425,9 @@ class SessionAligner {
     }
     std::sort(chosen.begin(), chosen.end());
     const std::vector<std::size_t> before = chosen;
-    if (!problem_.optimize_rejecting_outliers(trial, sessions, chosen)) return kNoSolution;
+    if (!problem_.optimize_rejecting_outliers(trial, sessions, chosen, Variables::kLoopEnds)) {
+      return kNoSolution;
+    }
     const auto survives = [&](std::size_t i) {
       return std::binary_search(chosen.begin(), chosen.end(), i);
     };
@@ -296,13 +447,42 @@ class SessionAligner {
       count += added.size();
       count_left += left;
     }
+    if (loses_positions(trial, sessions)) return kContradictsPositions;
     if (!problem_.all_plausible(trial, sessions)) return kImplausibleDeformation;
     problem_.state = std::move(trial);
+    decide(before, chosen);
+    return nullptr;
+  }
+
+  /// Joins of many sessions move keyframes with loops alone; in the end all are solved together.
+  void solve_all_keyframes() {
+    const std::vector<std::size_t> sessions = problem_.state.connected_sessions();
+    if (sessions.size() <= kFewSessions) return;
+    MapState solved = problem_.state;
+    const std::vector<std::size_t> before = accepted_loops(solved);
+    std::vector<std::size_t> chosen = before;
+    if (!problem_.optimize_rejecting_outliers(solved, sessions, chosen)) return;
+    if (loses_positions(solved, sessions) || !problem_.all_plausible(solved, sessions)) return;
+    problem_.state = std::move(solved);
+    decide(before, chosen);
+  }
+
+  /// Of the loops that an optimisation began with those it ended with are accepted.
+  void decide(const std::vector<std::size_t>& before, const std::vector<std::size_t>& chosen) {
     for (const std::size_t i : before) {
-      const bool accepted = survives(i);
+      const bool accepted = std::binary_search(chosen.begin(), chosen.end(), i);
       problem_.decisions[i] = {accepted, accepted ? "" : kDisagreesWithMap};
     }
-    return nullptr;
+  }
+
+  /// Whether any session has lost half of its positions.
+  [[nodiscard]] bool loses_positions(const MapState& trial,
+                                     const std::vector<std::size_t>& sessions) const {
+    return std::any_of(sessions.begin(), sessions.end(), [&](std::size_t s) {
+      const std::size_t only[] = {s};
+      const std::size_t before = positions_of(problem_.state, only).size();
+      return before > 0 && 2 * positions_of(trial, only).size() <= before;
+    });
   }
 
   void explain_unconnected() {
@@ -334,9 +514,10 @@ class SessionAligner {
   /// Pairs without any verified loop are left out: there is nothing to say about them.
   void record_pairs() {
     for (const SessionPair& pair : pairs_) {
-      if (pair.loops.empty()) continue;
-      problem_.pairs.push_back({pair.match, pair.query, pair.set.state, pair.set.reason,
-                                pair.loops.size(), pair.set.distinct, pair.set.competing,
+      const std::size_t loops = pair.loops.size() + pair.off_site_m.size();
+      if (loops == 0) continue;
+      problem_.pairs.push_back({pair.match, pair.query, pair.set.state, pair.set.reason, loops,
+                                pair.set.distinct, pair.set.competing,
                                 pair.set.T_match_session_query_session});
     }
   }
@@ -344,6 +525,7 @@ class SessionAligner {
   AlignmentProblem& problem_;
   const PlacementCheck& check_;
   std::vector<SessionPair> pairs_;
+  const std::vector<SessionPath> modelled_ = problem_.state.odometry;  ///< with the noise assumed
 };
 
 }  // namespace

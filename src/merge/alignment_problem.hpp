@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "map_graph.hpp"
+#include "session_site.hpp"
 #include "unimapper/merge/alignment.hpp"
 
 namespace unimapper::merge {
@@ -17,6 +19,7 @@ inline constexpr const char* kOutsideConsistencySet =
 inline constexpr const char* kWaits = "waits for another loop of the session that confirms it";
 inline constexpr const char* kNoSolution = "the pose graph found no solution";
 inline constexpr const char* kDisagreesWithMap = "disagrees with the merged maps";
+inline constexpr const char* kContradictsPositions = "contradicts the known positions";
 inline constexpr const char* kImplausibleDeformation =
     "the maps would deform more than odometry allows";
 
@@ -29,14 +32,19 @@ class AlignmentProblem {
 
   [[nodiscard]] std::vector<LoopConstraint> select(std::span<const std::size_t> indices) const;
 
-  /// Optimises with the chosen loops, removes those whose residual exceeds the gate, and repeats
-  /// until none does. False if the solver failed.
+  /// Optimises with the chosen loops and the positions in use, removes those whose residual exceeds
+  /// the gate, and repeats until none does. Trials of many sessions move keyframes with loops alone
+  /// and stop early. False if the solver failed.
   bool optimize_rejecting_outliers(MapState& trial, std::span<const std::size_t> which_sessions,
-                                   std::vector<std::size_t>& chosen) const;
+                                   std::vector<std::size_t>& chosen,
+                                   Variables variables = Variables::kAllKeyframes) const;
 
   /// No session deforms more from the current state to `after` than its odometry's drift explains.
   [[nodiscard]] bool all_plausible(const MapState& after,
                                    std::span<const std::size_t> which_sessions) const;
+
+  /// The odometry of a session drifts so many times as far as the configuration says.
+  void set_drift(std::size_t session, double scale);
 
   [[nodiscard]] Alignment result() const;
 
@@ -47,6 +55,12 @@ class AlignmentProblem {
   std::vector<std::string> reasons;  ///< by session: why it is not connected
   std::vector<PairOutcome> pairs;
   MapState state;
+  std::vector<double> drift_scale;                ///< by session, in `state.odometry` already
+  std::vector<std::optional<SessionSite>> sites;  ///< by session, of those with positions
+  std::vector<PositionOutcome> rejected;          ///< positions that no step may use
+
+ private:
+  [[nodiscard]] std::vector<PositionOutcome> position_outcomes() const;
 };
 
 }  // namespace unimapper::merge

@@ -34,7 +34,18 @@ void start_from(const Alignment& start, AlignmentProblem& problem) {
   problem.state.T_session_keyframe = start.T_session_keyframe;
   problem.reasons = start.reason;
   problem.pairs = start.pairs;
+  problem.state.T_map_site = start.T_map_site;
+  for (const PositionOutcome& position : start.positions) {
+    if (position.used) {
+      problem.state.positions.push_back(position.given);
+    } else {
+      problem.rejected.push_back(position);
+    }
+  }
   std::copy(start.decisions.begin(), start.decisions.end(), problem.decisions.begin());
+  for (std::size_t s = 0; s < start.drift_scale.size(); ++s) {
+    problem.set_drift(s, start.drift_scale[s]);
+  }
 }
 
 /// Takes the new loops within sessions out that nothing confirms: one alone bends its session

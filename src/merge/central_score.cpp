@@ -23,15 +23,16 @@ struct Qualities {
 /// Distinct cells of 10 m by 10 m that hold static structure.
 double covered_cells(const SessionData& session) {
   VoxelTable cells;
-  for (const auto& keyframe : session.keyframes) {
+  for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
     VoxelTable own;
-    for (const auto& cell : keyframe.static_cells) {
+    const auto keyframe = whole_keyframe(session, k);
+    for (const auto& cell : keyframe->static_cells) {
       own.find_or_insert(pack(voxel_index(cell.position, kInverseFiveMetres)));
     }
     for (std::uint32_t i = 0; i < own.size(); ++i) {
       const VoxelIndex v = unpack(own.key(i));
       const Eigen::Vector3d center(5.0 * v.x + 2.5, 5.0 * v.y + 2.5, 5.0 * v.z + 2.5);
-      const Eigen::Vector3d p = keyframe.T_odometry_keyframe * center;
+      const Eigen::Vector3d p = keyframe->T_odometry_keyframe * center;
       const Eigen::Vector3f flat(static_cast<float>(p.x()), static_cast<float>(p.y()), 0.0F);
       const VoxelIndex cell = voxel_index(flat, 0.1F);
       if (is_representable(cell)) cells.find_or_insert(pack(cell));
@@ -66,7 +67,7 @@ Qualities qualities(const SessionData& session, std::size_t index,
   for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
     keypoints.push_back(session.keyframes[k].keypoints.size());
     if (k % step != 0) continue;
-    const KeyframeFreeSpace space(session.keyframes[k], WithoutImages::kPaintFromCells);
+    const KeyframeFreeSpace space(*whole_keyframe(session, k), WithoutImages::kPaintFromCells);
     views.push_back(space.field_of_view());
   }
   q.field_of_view = median(std::span(views));

@@ -2,128 +2,18 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
-#include "keyframe_free_space.hpp"
-#include "near_points.hpp"
-#include "parallel.hpp"
-#include "voxel_trees.hpp"
+#include "changed_objects.hpp"
+#include "limited_cache.hpp"
+#include "map_regions.hpp"
+#include "session_observer.hpp"
 
 namespace unimapper::merge {
 namespace {
 
-/// Their observations are held at a time, one list per keyframe.
-constexpr std::size_t kKeyframesPerVote = 16;
-
-enum class Presence : std::uint8_t { kUnknown, kOccupied, kFree };
-
-/// Keyframes that observed a point as free, and as occupied.
-struct Votes {
-  std::uint32_t free = 0;
-  std::uint32_t occupied = 0;
-};
-
-/// One session as an observer of points of others: its own points, and its keyframes' free space.
-class SessionObserver {
- public:
-  SessionObserver(const SessionData& session, const MergedSession& merged,
-                  const SessionVoxels& voxels, const MergeConfig& config)
-      : session_(session),
-        merged_(merged),
-        config_(config),
-        visibility_(config.map.free_margin_m, config.refinement.range_margin_relative),
-        weights_(EvidenceWeights::of(config.refinement)),
-        trees_(points_of(voxels), config.map.tree_voxel_size_m) {}
-
-  /// Whether the session had something at each point, map frame. O(points x images within reach).
-  [[nodiscard]] std::vector<Presence> observe(const std::vector<Eigen::Vector3f>& points) const {
-    std::vector<Presence> presence(points.size(), Presence::kUnknown);
-    constexpr std::size_t kChunk = 4096;
-    parallel_for((points.size() + kChunk - 1) / kChunk, config_.threads, [&](std::size_t chunk) {
-      const std::size_t end = std::min((chunk + 1) * kChunk, points.size());
-      for (std::size_t i = chunk * kChunk; i < end; ++i) {
-        if (trees_.has_neighbor(points[i], config_.map.change_distance_m)) {
-          presence[i] = Presence::kOccupied;
-        }
-      }
-    });
-    std::vector<std::uint32_t> open;
-    for (std::uint32_t i = 0; i < points.size(); ++i) {
-      if (presence[i] == Presence::kUnknown) open.push_back(i);
-    }
-    const std::vector<Votes> votes = vote(points, open);
-    for (std::size_t i = 0; i < open.size(); ++i) {
-      const auto [free, occupied] = votes[i];
-      if (free >= config_.map.min_observers && free > 2 * occupied) {
-        presence[open[i]] = Presence::kFree;
-      }
-    }
-    return presence;
-  }
-
- private:
-  /// What one keyframe observed of some points.
-  struct Observation {
-    std::vector<std::uint32_t> numbers;
-    PointEvidence evidence;
-  };
-
-  [[nodiscard]] std::vector<Votes> vote(const std::vector<Eigen::Vector3f>& points,
-                                        const std::vector<std::uint32_t>& open) const {
-    std::vector<Votes> votes(open.size());
-    const NearPoints near(points, open);
-    const std::size_t count = session_.keyframes.size();
-    for (std::size_t first = 0; first < count; first += kKeyframesPerVote) {
-      std::vector<Observation> batch(std::min(kKeyframesPerVote, count - first));
-      parallel_for(batch.size(), config_.threads,
-                   [&](std::size_t i) { batch[i] = observation(first + i, points, open, near); });
-      for (const Observation& seen : batch) {
-        for (std::size_t i = 0; i < seen.numbers.size(); ++i) {
-          const std::int32_t log_odds = seen.evidence.log_odds(i);
-          votes[seen.numbers[i]].free += log_odds > 0 ? 1 : 0;
-          votes[seen.numbers[i]].occupied += log_odds < 0 ? 1 : 0;
-        }
-      }
-    }
-    return votes;
-  }
-
-  [[nodiscard]] Observation observation(std::size_t keyframe,
-                                        const std::vector<Eigen::Vector3f>& points,
-                                        const std::vector<std::uint32_t>& open,
-                                        const NearPoints& near) const {
-    Observation seen;
-    const Pose& T_map_keyframe = merged_.T_map_keyframe[keyframe];
-    const Eigen::Vector3f origin = T_map_keyframe.translation.cast<float>();
-    const float reach_m = config_.map.change_range_m;
-    for (const std::uint32_t number : near.around(origin, reach_m)) {
-      const Eigen::Vector3f p = points[open[number]] - origin;
-      if (p.squaredNorm() > reach_m * reach_m) continue;
-      seen.numbers.push_back(number);
-      seen.evidence.push_back(p);
-    }
-    if (seen.numbers.empty()) return seen;
-    const KeyframeFreeSpace space(session_.keyframes[keyframe], WithoutImages::kPaintFromCells);
-    Pose T_map_points;
-    T_map_points.translation = origin.cast<double>();
-    space.observe(visibility_, weights_, T_map_keyframe.inverse() * T_map_points,
-                  seen.evidence.points());
-    return seen;
-  }
-
-  static std::vector<Eigen::Vector3f> points_of(const SessionVoxels& voxels) {
-    std::vector<Eigen::Vector3f> points;
-    points.reserve(voxels.voxels.size());
-    for (std::uint32_t i = 0; i < voxels.voxels.size(); ++i) points.push_back(voxels.position(i));
-    return points;
-  }
-
-  const SessionData& session_;
-  const MergedSession& merged_;
-  const MergeConfig& config_;
-  VisibilityTest visibility_;
-  EvidenceWeights weights_;
-  VoxelTrees trees_;
-};
+/// What its own session sees from this many times farther away tells how long something stood.
+constexpr float kOwnReach = 2.0F;
 
 /// Sessions that take part, in the order of their first scans.
 std::vector<std::size_t> by_time(const std::vector<SessionData>& sessions,
@@ -141,87 +31,137 @@ std::vector<std::size_t> by_time(const std::vector<SessionData>& sessions,
   return order;
 }
 
-/// Keeps points with enough of their kind within about a metre.
-void drop_specks(std::vector<ChangedPoint>& points, std::uint32_t min_cluster) {
-  constexpr float kInverseCell = 2.0F;
-  VoxelTable table;
-  std::vector<std::uint32_t> count;
-  for (const auto& point : points) {
-    const std::uint32_t number =
-        table.find_or_insert(pack(voxel_index(point.position, kInverseCell)));
-    if (number == count.size()) count.push_back(0);
-    ++count[number];
-  }
-  std::erase_if(points, [&](const ChangedPoint& point) {
-    const VoxelIndex v = voxel_index(point.position, kInverseCell);
-    std::uint32_t near = 0;
-    for (int i = 0; i < 27; ++i) {
-      const std::uint32_t number =
-          table.find(pack({v.x + i % 3 - 1, v.y + i / 3 % 3 - 1, v.z + i / 9 - 1}));
-      if (number != VoxelTable::kNone) near += count[number];
-    }
-    return near < min_cluster;
-  });
-}
+/// The comparison of all sessions in one region of the map, and the tiles around it.
+class Comparison {
+ public:
+  Comparison(const TileBox& region, const std::vector<std::size_t>& order,
+             const std::vector<const SessionVoxels*>& voxels,
+             const std::vector<SessionObserver>& observers, const MergeConfig& config)
+      : region_(region),
+        around_(region.grown()),
+        order_(order),
+        voxels_(voxels),
+        observers_(observers),
+        config_(config),
+        structures_(config.kept_bytes()) {}
 
-/// Voxels of one session that differ from the first session in the given direction (-1: earlier,
-/// +1: later) that observed them, as a mask.
-std::vector<std::uint8_t> compare(const std::vector<std::unique_ptr<SessionObserver>>& observers,
-                                  std::size_t position, int direction, const SessionVoxels& own) {
-  std::vector<std::uint8_t> differs(own.voxels.size(), 0);
-  std::vector<std::uint32_t> open;
-  std::vector<Eigen::Vector3f> points;
-  for (std::uint32_t i = 0; i < own.voxels.size(); ++i) {
-    if (2 * own.voxels[i].ground > own.voxels[i].cells) continue;
-    open.push_back(i);
-    points.push_back(own.position(i));
-  }
-  for (auto other = static_cast<std::ptrdiff_t>(position) + direction;
-       other >= 0 && other < static_cast<std::ptrdiff_t>(observers.size()); other += direction) {
-    const std::vector<Presence> presence =
-        observers[static_cast<std::size_t>(other)]->observe(points);
-    std::size_t left = 0;
-    for (std::size_t i = 0; i < open.size(); ++i) {
-      if (presence[i] == Presence::kFree) differs[open[i]] = 1;
-      if (presence[i] != Presence::kUnknown) continue;
-      open[left] = open[i];
-      points[left++] = points[i];
+  void run(Changes& changes) {
+    for (std::size_t position = 0; position < observers_.size(); ++position) {
+      for (const ChangeKind kind : {ChangeKind::kAppeared, ChangeKind::kGone}) {
+        add(position, kind, changes);
+      }
     }
-    open.resize(left);
-    points.resize(left);
   }
-  return differs;
-}
+
+ private:
+  void add(std::size_t position, ChangeKind kind, Changes& changes) {
+    std::vector<ComparedVoxel> compared =
+        compare(position, kind == ChangeKind::kAppeared ? -1 : +1);
+    // Before their own session is asked about them, which costs more.
+    forget_small_groups(compared, config_.map);
+    forget_transparent(position, compared);
+    for (ObjectVoxels& found : group_changes(compared, config_.map)) {
+      // Whatever is in two regions and around both is of that in which its centre is.
+      if (!region_.contains(tile_at(found.object.box.centre))) continue;
+      found.object.kind = kind;
+      found.object.session = static_cast<std::uint32_t>(order_[position]);
+      const auto number = static_cast<std::uint32_t>(changes.objects.size());
+      for (const std::uint32_t i : found.members) {
+        changes.points.push_back(
+            {compared[i].position, found.object.session, kind == ChangeKind::kAppeared, number});
+      }
+      changes.objects.push_back(found.object);
+    }
+  }
+
+  [[nodiscard]] MapTile tile_at(const Eigen::Vector3d& point) const {
+    const Eigen::Array3d voxel =
+        (point / static_cast<double>(config_.map.voxel_size_m)).array().floor();
+    return tile_of({static_cast<std::int32_t>(voxel.x()), static_cast<std::int32_t>(voxel.y()), 0});
+  }
+
+  /// What is not ground of one session, compared with the first session in the given direction
+  /// (-1: earlier, +1: later) that observed it.
+  [[nodiscard]] std::vector<ComparedVoxel> compare(std::size_t position, int direction) const {
+    const SessionVoxels& own = *voxels_[order_[position]];
+    std::vector<ComparedVoxel> compared;
+    std::vector<std::uint32_t> open;
+    std::vector<Eigen::Vector3f> points;
+    own.visit(around_, [&](VoxelKey key, const SessionVoxels::Voxel& voxel) {
+      if (voxel.is_ground()) return;
+      open.push_back(static_cast<std::uint32_t>(compared.size()));
+      points.push_back(voxel.position(key, own.voxel_size_m()));
+      compared.push_back({points.back()});
+    });
+    for (auto other = static_cast<std::ptrdiff_t>(position) + direction;
+         other >= 0 && other < static_cast<std::ptrdiff_t>(observers_.size()) && !open.empty();
+         other += direction) {
+      const auto at = static_cast<std::size_t>(other);
+      const std::vector<Presence> presence = observers_[at].observe(points, *structure(at));
+      std::size_t left = 0;
+      for (std::size_t i = 0; i < open.size(); ++i) {
+        compared[open[i]].presence = presence[i];
+        compared[open[i]].other = static_cast<std::uint32_t>(order_[at]);
+        if (presence[i] != Presence::kUnknown) continue;
+        open[left] = open[i];
+        points[left++] = points[i];
+      }
+      open.resize(left);
+      points.resize(left);
+    }
+    return compared;
+  }
+
+  /// Nothing is known of voxels that the session they are of saw through more often than not:
+  /// leaves, wire mesh, and what remained of something that moved.
+  void forget_transparent(std::size_t position, std::vector<ComparedVoxel>& compared) const {
+    std::vector<std::uint32_t> free;
+    std::vector<Eigen::Vector3f> points;
+    for (std::uint32_t i = 0; i < compared.size(); ++i) {
+      if (compared[i].presence != Presence::kFree) continue;
+      free.push_back(i);
+      points.push_back(compared[i].position);
+    }
+    const std::vector<Votes> votes =
+        observers_[position].vote(points, kOwnReach * config_.map.change_range_m);
+    for (std::size_t i = 0; i < free.size(); ++i) {
+      compared[free[i]].own = votes[i];
+      if (votes[i].free > votes[i].occupied) compared[free[i]].presence = Presence::kUnknown;
+    }
+  }
+
+  /// Of the session at a position of the order. Those that were used last are kept.
+  [[nodiscard]] std::shared_ptr<const VoxelTrees> structure(std::size_t position) const {
+    return structures_.get(
+        position,
+        [&](std::size_t at) { return structure_trees(*voxels_[order_[at]], around_, config_.map); },
+        [](const VoxelTrees& trees) { return trees.bytes(); });
+  }
+
+  const TileBox region_;
+  const TileBox around_;
+  const std::vector<std::size_t>& order_;
+  const std::vector<const SessionVoxels*>& voxels_;
+  const std::vector<SessionObserver>& observers_;  // in the order of time
+  const MergeConfig& config_;
+  mutable LimitedCache<std::size_t, VoxelTrees> structures_;
+};
 
 }  // namespace
 
-std::vector<ChangedPoint> find_changes(const std::vector<SessionData>& sessions,
-                                       const std::vector<MergedSession>& merged,
-                                       const std::vector<const SessionVoxels*>& voxels,
-                                       const MergeConfig& config) {
+Changes find_changes(const std::vector<SessionData>& sessions,
+                     const std::vector<MergedSession>& merged,
+                     const std::vector<const SessionVoxels*>& voxels, const MergeConfig& config,
+                     std::size_t most_voxels) {
+  Changes changes;
   const std::vector<std::size_t> order = by_time(sessions, voxels);
-  if (order.size() < 2) return {};
-  std::vector<std::unique_ptr<SessionObserver>> observers;
-  observers.reserve(order.size());
-  for (const std::size_t s : order) {
-    observers.push_back(
-        std::make_unique<SessionObserver>(sessions[s], merged[s], *voxels[s], config));
+  if (order.size() < 2) return changes;
+  std::vector<SessionObserver> observers;
+  for (const std::size_t s : order) observers.emplace_back(sessions[s], merged[s], config);
+  for (const TileBox& region : map_regions(voxels, most_voxels)) {
+    Comparison(region, order, voxels, observers, config).run(changes);
   }
-  std::vector<ChangedPoint> changes;
-  for (std::size_t position = 0; position < order.size(); ++position) {
-    const SessionVoxels& own = *voxels[order[position]];
-    for (const bool appeared : {true, false}) {
-      const std::vector<std::uint8_t> differs =
-          compare(observers, position, appeared ? -1 : +1, own);
-      std::vector<ChangedPoint> kind;
-      for (std::uint32_t i = 0; i < own.voxels.size(); ++i) {
-        if (differs[i] == 0) continue;
-        kind.push_back({own.position(i), static_cast<std::uint32_t>(order[position]), appeared});
-      }
-      drop_specks(kind, config.map.min_cluster);
-      changes.insert(changes.end(), kind.begin(), kind.end());
-    }
-  }
+  pair_moved(changes.objects, changes.points);
   return changes;
 }
 

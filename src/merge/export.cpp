@@ -2,6 +2,7 @@
 #include "unimapper/merge/export.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -96,25 +97,63 @@ nlohmann::ordered_json pair_summaries(const std::vector<SessionData>& sessions,
   return pairs;
 }
 
+nlohmann::ordered_json describe(const UprightBox& box) {
+  return {{"centre", {box.centre.x(), box.centre.y(), box.centre.z()}},
+          {"yaw", box.yaw_rad},
+          {"size", {box.size.x(), box.size.y(), box.size.z()}}};
+}
+
+/// Where the map lies in the site frame.
+nlohmann::ordered_json georeference_summary(const MergeResult& result) {
+  const Georeference& georeference = *result.georeference;
+  const Eigen::Vector3d& origin = georeference.origin;
+  nlohmann::ordered_json json;
+  json["origin"] = {origin.x(), origin.y(), origin.z()};
+  json["horizontal"] = georeference.is_horizontal;
+  json["heading_sigma_rad"] = nullptr;
+  if (std::isfinite(georeference.heading_sigma_rad)) {
+    json["heading_sigma_rad"] = georeference.heading_sigma_rad;
+  }
+  json["positions_used"] =
+      std::count_if(result.positions.begin(), result.positions.end(),
+                    [](const PositionOutcome& position) { return position.used; });
+  json["positions_known"] = result.positions.size();
+  return json;
+}
+
+bool is_in_box(const Eigen::Vector3d& point, const ExportOptions& options) {
+  const auto p = point.array();
+  return !options.box ||
+         ((p >= options.box->low.array()).all() && (p <= options.box->high.array()).all());
+}
+
 const Eigen::Vector3f& position_of(const Eigen::Vector3f& point) { return point; }
 template <typename Point>
 const Eigen::Vector3f& position_of(const Point& point) {
   return point.position;
 }
 
-/// Those in the box; of the map, the first of each voxel.
 template <typename Point>
-std::vector<Point> chosen_points(const std::vector<Point>& points, const ExportOptions& options) {
+std::vector<Point> empty_like(const std::vector<Point>& /*points*/) {
+  return {};
+}
+/// In the same file.
+template <typename Point>
+ExternalVector<Point> empty_like(const ExternalVector<Point>& points) {
+  return ExternalVector<Point>(points.file());
+}
+
+/// Those in the box; of the map, the first of each voxel.
+template <typename Points>
+Points chosen_points(const Points& points, const ExportOptions& options) {
+  using Point = typename Points::value_type;
   const bool thins = std::is_same_v<Point, MapPoint> && options.voxel_m > 0.0;
   const auto inverse = static_cast<float>(thins ? 1.0 / options.voxel_m : 0.0);
+  if (!options.box && !thins) return points;
   VoxelTable voxels;
-  std::vector<Point> chosen;
+  Points chosen = empty_like(points);
   for (const Point& point : points) {
-    const Eigen::Array3d p = position_of(point).template cast<double>();
-    if (options.box &&
-        ((p < options.box->low.array()).any() || (p > options.box->high.array()).any())) {
-      continue;
-    }
+    if (!is_in_box(position_of(point).template cast<double>(), options)) continue;
     if (thins) {
       const std::size_t before = voxels.size();
       voxels.find_or_insert(pack(voxel_index(position_of(point), inverse)));
@@ -135,6 +174,7 @@ void write_summary(const std::filesystem::path& path, const std::vector<SessionD
     json["sessions"].push_back(session_summary(sessions[s], result.sessions[s]));
   }
   json["pairs"] = pair_summaries(sessions, result);
+  if (result.georeference) json["georeference"] = georeference_summary(result);
   std::size_t intra = 0;
   std::size_t inter = 0;
   std::size_t rejected = 0;
@@ -156,6 +196,57 @@ void write_summary(const std::filesystem::path& path, const std::vector<SessionD
       std::count_if(result.changes.begin(), result.changes.end(),
                     [](const ChangedPoint& point) { return point.appeared; }));
   json["changes"] = {{"appeared", appeared}, {"gone", result.changes.size() - appeared}};
+  for (const ChangeKind kind : kChangeKinds) {
+    json["changed_objects"][kind_name(kind)] =
+        std::count_if(result.changed_objects.begin(), result.changed_objects.end(),
+                      [kind](const ChangedObject& object) { return object.kind == kind; });
+  }
+  OutputFile file(path);
+  file.stream() << dump(json);
+  file.close();
+}
+
+void write_changed_objects(const std::filesystem::path& path,
+                           const std::vector<SessionData>& sessions, const MergeResult& result,
+                           const ExportOptions& options) {
+  nlohmann::ordered_json objects = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < result.changed_objects.size(); ++i) {
+    const ChangedObject& object = result.changed_objects[i];
+    if (!is_in_box(object.box.centre, options)) continue;
+    nlohmann::ordered_json json = {{"object", i},
+                                   {"kind", kind_name(object.kind)},
+                                   {"session", sessions[object.session].info.name},
+                                   {"free_in", sessions[object.free_in].info.name},
+                                   {"box", describe(object.box)}};
+    if (object.before) json["before"] = describe(*object.before);
+    json["voxels"] = object.voxels;
+    json["confidence"] = object.confidence;
+    json["seen_through"] = object.seen_through;
+    objects.push_back(std::move(json));
+  }
+  OutputFile file(path);
+  file.stream() << dump({{"objects", std::move(objects)}});
+  file.close();
+}
+
+void write_georeference(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
+                        const MergeResult& result) {
+  nlohmann::ordered_json json;
+  if (result.georeference) json = georeference_summary(result);
+  json["positions"] = nlohmann::ordered_json::array();
+  for (const PositionOutcome& position : result.positions) {
+    const KnownPosition& given = position.given;
+    const SessionData& session = sessions[given.keyframe.session];
+    nlohmann::ordered_json one;
+    one["keyframe"] = session.info.name + ":" +
+                      std::to_string(session.keyframes[given.keyframe.keyframe].sequence);
+    one["used"] = position.used;
+    if (!position.used) one["reason"] = position.reason;
+    const Eigen::Vector3d& off = position.residual_m;
+    if (position.used && given.is_horizontal()) one["residual_m"] = {off.x(), off.y(), off.z()};
+    if (position.used && !given.is_horizontal()) one["residual_z_m"] = off.z();
+    json["positions"].push_back(std::move(one));
+  }
   OutputFile file(path);
   file.stream() << dump(json);
   file.close();
@@ -188,10 +279,11 @@ std::optional<NavigationGrid> export_map(const std::filesystem::path& folder,
   }
   write_pose_graph(folder / "graph.g2o", sessions, result);
   write_loops(folder / "loops.csv", sessions, result);
-  const std::vector<MapPoint> points = chosen_points(result.map, options);
+  const ExternalVector<MapPoint> points = chosen_points(result.map, options);
   write_map_points(folder / "map.ply", points);
   if (options.tile_m > 0.0) write_tiles(folder / "tiles", points, options.tile_m);
   write_changed_points(folder / "changes.ply", chosen_points(result.changes, options));
+  write_changed_objects(folder / "changes.json", sessions, result, options);
   write_positions(folder / "removed.ply", chosen_points(result.dynamic_points, options));
   std::optional<NavigationGrid> grid;
   if (options.grid) {
@@ -199,6 +291,9 @@ std::optional<NavigationGrid> export_map(const std::filesystem::path& folder,
     write_grid(folder, "grid", *grid);
   }
   write_summary(folder / "summary.json", sessions, result);
+  if (!result.positions.empty()) {
+    write_georeference(folder / "georeference.json", sessions, result);
+  }
   write_timing(folder / "timing.json", result);
   return grid;
 }

@@ -43,12 +43,15 @@ void write_pose_graph(const std::filesystem::path& path, const std::vector<Sessi
 void write_loops(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
                  const MergeResult& result);
 /// One file per tile that has points.
-void write_tiles(const std::filesystem::path& folder, const std::vector<MapPoint>& points,
+void write_tiles(const std::filesystem::path& folder, const ExternalVector<MapPoint>& points,
                  double tile_m);
-void write_map_points(const std::filesystem::path& path, const std::vector<MapPoint>& points);
+void write_map_points(const std::filesystem::path& path, const ExternalVector<MapPoint>& points);
 void write_changed_points(const std::filesystem::path& path,
                           const std::vector<ChangedPoint>& points);
-void write_positions(const std::filesystem::path& path, const std::vector<Eigen::Vector3f>& points);
+/// changes.json: the objects in the box of `options`, numbered as the points of changes.ply are.
+void write_changed_objects(const std::filesystem::path& path,
+                           const std::vector<SessionData>& sessions, const MergeResult& result,
+                           const ExportOptions& options);
 /// NAME.pgm and NAME.yaml.
 void write_grid(const std::filesystem::path& folder, const std::string& name,
                 const NavigationGrid& grid);
@@ -56,6 +59,9 @@ void write_grid(const std::filesystem::path& folder, const std::string& name,
 void make_folder(const std::filesystem::path& folder);
 void write_summary(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
                    const MergeResult& result);
+/// georeference.json: where the map lies in the site frame, and what became of each position.
+void write_georeference(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
+                        const MergeResult& result);
 void write_timing(const std::filesystem::path& path, const MergeResult& result);
 
 }  // namespace unimapper::merge

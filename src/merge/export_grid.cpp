@@ -25,7 +25,7 @@ char grey(GridCell cell) {
 
 std::string number(double value) {
   char text[40];
-  std::snprintf(text, sizeof text, "%.6g", value == 0.0 ? 0.0 : value);
+  std::snprintf(text, sizeof text, "%.9g", value == 0.0 ? 0.0 : value);
   return text;
 }
 

@@ -78,7 +78,7 @@ class PlyWriter {
 
 }  // namespace
 
-void write_map_points(const std::filesystem::path& path, const std::vector<MapPoint>& points) {
+void write_map_points(const std::filesystem::path& path, const ExternalVector<MapPoint>& points) {
   PlyWriter ply(path, points.size(),
                 kColour + "property ushort session\nproperty ushort sessions_seen\n");
   for (const MapPoint& point : points) {
@@ -89,14 +89,14 @@ void write_map_points(const std::filesystem::path& path, const std::vector<MapPo
   ply.close();
 }
 
-void write_tiles(const std::filesystem::path& folder, const std::vector<MapPoint>& points,
+void write_tiles(const std::filesystem::path& folder, const ExternalVector<MapPoint>& points,
                  double tile_m) {
   make_folder(folder);
-  std::map<std::pair<std::int64_t, std::int64_t>, std::vector<MapPoint>> tiles;
+  std::map<std::pair<std::int64_t, std::int64_t>, ExternalVector<MapPoint>> tiles;
   for (const MapPoint& point : points) {
     const Eigen::Array3d tile = (point.position.cast<double>().array() / tile_m).floor();
-    tiles[{static_cast<std::int64_t>(tile.x()), static_cast<std::int64_t>(tile.y())}].push_back(
-        point);
+    const std::pair key{static_cast<std::int64_t>(tile.x()), static_cast<std::int64_t>(tile.y())};
+    tiles.try_emplace(key, points.file()).first->second.push_back(point);
   }
   for (const auto& [tile, content] : tiles) {
     const std::string name = std::to_string(tile.first) + "_" + std::to_string(tile.second);
@@ -108,18 +108,20 @@ void write_changed_points(const std::filesystem::path& path,
                           const std::vector<ChangedPoint>& points) {
   constexpr Colour kAppeared{0, 200, 0};
   constexpr Colour kGone{220, 0, 0};
-  PlyWriter ply(path, points.size(),
-                kColour + "property ushort session\nproperty uchar appeared\n");
+  PlyWriter ply(
+      path, points.size(),
+      kColour + "property ushort session\nproperty uchar appeared\nproperty uint object\n");
   for (const ChangedPoint& point : points) {
     ply.put(point.position, point.appeared ? kAppeared : kGone);
     ply.put(in_16_bits(point.session));
     ply.put(static_cast<std::uint8_t>(point.appeared ? 1 : 0));
+    ply.put(point.object);
   }
   ply.close();
 }
 
 void write_positions(const std::filesystem::path& path,
-                     const std::vector<Eigen::Vector3f>& points) {
+                     const ExternalVector<Eigen::Vector3f>& points) {
   PlyWriter ply(path, points.size(), "");
   for (const Eigen::Vector3f& point : points) ply.put(point);
   ply.close();

@@ -42,8 +42,8 @@ double contradiction(const KeyframeRecord& observer, const RegistrationCloud& so
 double structure_in_free_space(const KeyframeClouds& clouds, KeyframeId match, KeyframeId query,
                                const Pose& T_match_query, const MergeConfig& config) {
   return std::max(
-      contradiction(clouds.record(match), clouds.cloud(query), T_match_query, config),
-      contradiction(clouds.record(query), clouds.cloud(match), T_match_query.inverse(), config));
+      contradiction(*clouds.whole(match), *clouds.cloud(query), T_match_query, config),
+      contradiction(*clouds.whole(query), *clouds.cloud(match), T_match_query.inverse(), config));
 }
 
 }  // namespace unimapper::merge

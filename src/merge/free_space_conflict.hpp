@@ -8,7 +8,7 @@ namespace unimapper::merge {
 
 /// Share of the structure (no ground) of one keyframe that the other one saw through, of all it
 /// observed within 25 m; the larger of both directions. 0 where fewer than 50 points were
-/// observed. Both keyframes must be prepared.
+/// observed.
 [[nodiscard]] double structure_in_free_space(const KeyframeClouds& clouds, KeyframeId match,
                                              KeyframeId query, const Pose& T_match_query,
                                              const MergeConfig& config);

@@ -2,6 +2,7 @@
 #include "keyframe_clouds.hpp"
 
 #include <algorithm>
+#include <atomic>
 
 #include "parallel.hpp"
 #include "unimapper/merge/keyframe_summaries.hpp"
@@ -9,32 +10,45 @@
 namespace unimapper::merge {
 
 KeyframeClouds::KeyframeClouds(const std::vector<SessionData>& sessions,
-                               const RegistrationConfig& config, unsigned threads)
-    : sessions_(sessions), config_(config), threads_(threads) {
-  for (const auto& session : sessions) {
-    clouds_.emplace_back(session.keyframes.size());
-  }
+                               const RegistrationConfig& config, unsigned threads,
+                               std::uint64_t max_bytes)
+    : sessions_(sessions),
+      config_(config),
+      threads_(threads),
+      forgotten_(sessions.size(), 0),
+      clouds_(max_bytes) {}
+
+KeyframeId KeyframeClouds::key(KeyframeId k) const {
+  return {k.session, forgotten_[k.session] + k.keyframe};
 }
 
 void KeyframeClouds::forget_first(std::size_t session, std::size_t count) {
-  auto& clouds = clouds_[session];
-  clouds.erase(clouds.begin(),
-               clouds.begin() + static_cast<std::ptrdiff_t>(std::min(count, clouds.size())));
+  forgotten_[session] += count;
+  clouds_.forget_if([&](const KeyframeId& of) {
+    return of.session == session && of.keyframe < forgotten_[session];
+  });
+}
+
+void KeyframeClouds::forget_from(std::size_t session, std::size_t keyframe) {
+  if (session >= forgotten_.size()) forgotten_.resize(session + 1, 0);
+  const KeyframeId first = key({session, keyframe});
+  clouds_.forget_if(
+      [&](const KeyframeId& of) { return of.session == session && of.keyframe >= first.keyframe; });
 }
 
 void KeyframeClouds::prepare(std::vector<KeyframeId> keyframes) {
-  for (std::size_t s = 0; s < sessions_.size(); ++s) {
-    if (clouds_[s].size() < sessions_[s].keyframes.size()) {
-      clouds_[s].resize(sessions_[s].keyframes.size());
-    }
-  }
   std::sort(keyframes.begin(), keyframes.end());
   keyframes.erase(std::unique(keyframes.begin(), keyframes.end()), keyframes.end());
-  std::erase_if(keyframes, [&](KeyframeId k) { return clouds_[k.session][k.keyframe] != nullptr; });
+  std::atomic<std::uint64_t> bytes{0};
   parallel_for(keyframes.size(), threads_, [&](std::size_t i) {
-    const KeyframeId k = keyframes[i];
-    clouds_[k.session][k.keyframe] = std::make_unique<RegistrationCloud>(make_cloud(k));
+    if (bytes < clouds_.max_bytes() / 2) bytes += cloud(keyframes[i])->bytes();
   });
+}
+
+std::shared_ptr<const RegistrationCloud> KeyframeClouds::cloud(KeyframeId k) const {
+  return clouds_.get(
+      key(k), [&](const KeyframeId&) { return make_cloud(k); },
+      [](const RegistrationCloud& cloud) { return cloud.bytes(); });
 }
 
 RegistrationCloud KeyframeClouds::make_cloud(KeyframeId k) const {
@@ -47,7 +61,8 @@ RegistrationCloud KeyframeClouds::make_cloud(KeyframeId k) const {
     const Pose T = T_keyframe_odometry * keyframes[i].T_odometry_keyframe;
     const Eigen::Matrix3f rotation = T.rotation.cast<float>();
     const Eigen::Vector3f translation = T.translation.cast<float>();
-    for (const auto& cell : keyframes[i].static_cells) {
+    const auto keyframe = whole_keyframe(sessions_[k.session], i);
+    for (const auto& cell : keyframe->static_cells) {
       const Eigen::Vector3f p = rotation * cell.position + translation;
       if (!(p.squaredNorm() < reach)) continue;
       points.push_back(p);

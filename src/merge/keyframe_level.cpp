@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "unimapper/core/pose.hpp"
 #include "unimapper/merge/in_arena.hpp"
@@ -46,22 +47,6 @@ std::optional<std::size_t> best_known(const std::vector<KeyframeRecord>& keyfram
   return best;
 }
 
-/// The same keyframe in a frame at the same position with `up`, a unit vector of the odometry
-/// frame, as its z axis.
-void turn(KeyframeRecord& keyframe, const Eigen::Vector3d& up) {
-  const Pose level = level_frame(keyframe.T_odometry_keyframe, up);
-  const Eigen::Matrix3f rotation =
-      (level.rotation.transpose() * keyframe.T_odometry_keyframe.rotation).cast<float>();
-  for (auto* cells : {&keyframe.static_cells, &keyframe.dynamic_cells}) {
-    for (FineCell& cell : *cells) cell.position = (rotation * cell.position).eval();
-  }
-  for (Keypoint& keypoint : keyframe.keypoints) {
-    keypoint.position = (rotation * keypoint.position).eval();
-    keypoint.normal = (rotation * keypoint.normal).eval();
-  }
-  keyframe.T_odometry_keyframe = level;
-}
-
 KeyframeUp up_in(const KeyframeRecord& keyframe, const KeyframeRecord& known, std::size_t steps) {
   const Eigen::Matrix2d turn =
       (keyframe.T_odometry_keyframe.rotation.transpose() * known.T_odometry_keyframe.rotation)
@@ -78,7 +63,29 @@ KeyframeUp up_in(const KeyframeRecord& keyframe, const KeyframeRecord& known, st
 
 }  // namespace
 
+void turn_keyframe(KeyframeRecord& keyframe, const Pose& T_odometry_level) {
+  const Eigen::Matrix3f rotation =
+      (T_odometry_level.rotation.transpose() * keyframe.T_odometry_keyframe.rotation).cast<float>();
+  for (auto* cells : {&keyframe.static_cells, &keyframe.dynamic_cells}) {
+    for (FineCell& cell : *cells) cell.position = (rotation * cell.position).eval();
+  }
+  for (Keypoint& keypoint : keyframe.keypoints) {
+    keypoint.position = (rotation * keypoint.position).eval();
+    keypoint.normal = (rotation * keypoint.normal).eval();
+  }
+  keyframe.T_odometry_keyframe = T_odometry_level;
+}
+
 std::size_t level_keyframes(std::vector<KeyframeRecord>& keyframes) {
+  SessionData session;
+  session.keyframes = std::move(keyframes);
+  const std::size_t count = level_keyframes(session);
+  keyframes = std::move(session.keyframes);
+  return count;
+}
+
+std::size_t level_keyframes(SessionData& session) {
+  std::vector<KeyframeRecord>& keyframes = session.keyframes;
   std::vector<std::optional<std::size_t>> source(keyframes.size());
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
     if (!keyframes[i].up.known) source[i] = best_known(keyframes, i);
@@ -92,10 +99,11 @@ std::size_t level_keyframes(std::vector<KeyframeRecord>& keyframes) {
     if (!source[i]) continue;
     KeyframeRecord& keyframe = keyframes[i];
     const KeyframeRecord& known = keyframes[*source[i]];
-    turn(keyframe, known.T_odometry_keyframe.rotation.col(2));
+    turn_keyframe(keyframe, level_frame(keyframe.T_odometry_keyframe,
+                                        known.T_odometry_keyframe.rotation.col(2)));
     keyframe.up = up_in(keyframe, known, *source[i] > i ? *source[i] - i : i - *source[i]);
     if (keyframe.is_summary) continue;
-    const PlaceView place = describer->describe(keyframe.static_cells);
+    const PlaceView place = describer->describe(whole_keyframe(session, i)->static_cells);
     keyframe.keypoints.assign(place.keypoints.begin(), place.keypoints.end());
     keyframe.planes.assign(place.planes.begin(), place.planes.end());
   }

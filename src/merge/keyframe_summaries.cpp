@@ -51,10 +51,10 @@ std::vector<std::size_t> whole_neighbours(std::span<const KeyframeRecord> keyfra
   return found;
 }
 
-std::vector<FineCell> neighbouring_cells(std::span<const KeyframeRecord> keyframes, std::size_t k) {
+std::vector<FineCell> neighbouring_cells(const SessionData& session, std::size_t k) {
   std::vector<FineCell> cells;
-  for (const std::size_t i : whole_neighbours(keyframes, k, 1)) {
-    append_cells(keyframes[i], keyframes[k], cells);
+  for (const std::size_t i : whole_neighbours(session.keyframes, k, 1)) {
+    append_cells(*whole_keyframe(session, i), session.keyframes[k], cells);
   }
   return cells;
 }

@@ -18,9 +18,7 @@
 namespace unimapper::merge {
 namespace {
 
-// The robot's keyframes that are kept, and as many as go at once.
-constexpr std::size_t kRememberedKeyframes = 400;
-constexpr std::size_t kForgottenAtOnce = 200;
+constexpr std::size_t kForgottenAtOnce = Localiser::kRememberedKeyframes / 2;
 // A position less sure than this is none.
 constexpr double kMostSigma_m = 5.0;
 // No robot drives faster: odometry jumped, or somebody else drives.
@@ -165,7 +163,7 @@ class Localiser::State {
   }
 
   [[nodiscard]] std::vector<LoopConstraint> verified_loops() {
-    const auto candidates = search_.search(robot(), {robot_, newest()});
+    const auto candidates = search_.search(sessions_[robot_], {robot_, newest()});
     auto loops =
         verify_loops(candidates, {config_.loops.max_correction_m, config_.loops.max_correction_rad},
                      *clouds_, config_);

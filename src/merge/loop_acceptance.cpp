@@ -235,7 +235,8 @@ ConsistencySet inter_session_consistency(std::span<const LoopConstraint> loops,
   set.reason = reason_for_ambiguity(loops, covariances, set, graph, query, match, config);
   if (!set.reason.empty()) return set;
   const std::size_t votes = votes_on_weakest_axis(loops, covariances, set, query, match, config);
-  if (votes < config.min_strong_loops) {
+  set.is_weak_along_axis = votes < config.min_strong_loops;
+  if (set.is_weak_along_axis) {
     set.reason = "the position along one direction is known to " + std::to_string(votes) + " of " +
                  std::to_string(set.distinct) + " loops";
     return set;

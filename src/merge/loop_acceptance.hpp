@@ -21,8 +21,9 @@ struct ConsistencySet {
   std::string reason;                     ///< why it is not confirmed, empty otherwise
   std::vector<std::size_t> inliers;       ///< ascending indices into the loops given
   std::size_t distinct = 0;               ///< inliers at distinct positions along both paths
-  std::size_t competing = 0;  ///< the same for the largest set that contradicts the inliers
-  bool is_one_place = false;  ///< all inliers lie where keyframes see the same structure
+  std::size_t competing = 0;        ///< the same for the largest set that contradicts the inliers
+  bool is_one_place = false;        ///< all inliers lie where keyframes see the same structure
+  bool is_weak_along_axis = false;  ///< too few of them know the position along one direction
   Pose T_match_session_query_session;  ///< best fit to the inliers (inter-session only)
 };
 

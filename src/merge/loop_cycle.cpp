@@ -42,9 +42,14 @@ Matrix6d loop_covariance(const LoopConstraint& loop) {
   return Cholesky<6>(loop.information).inverse();
 }
 
-double cycle_chi2(const LoopConstraint& a, const Matrix6d& covariance_a, const LoopConstraint& b,
-                  const Matrix6d& covariance_b, const SessionPath& query,
-                  const SessionPath& match) {
+Matrix6d LoopCycle::covariance(double query_scale, double match_scale) const {
+  return propagated(into_error, first_loop + query_scale * query_scale * query_odometry +
+                                    match_scale * match_scale * match_odometry + second_loop);
+}
+
+LoopCycle loop_cycle(const LoopConstraint& a, const Matrix6d& covariance_a, const LoopConstraint& b,
+                     const Matrix6d& covariance_b, const SessionPath& query,
+                     const SessionPath& match) {
   const Pose query_step = query[a.query.keyframe].inverse() * query[b.query.keyframe];
   const Pose match_step = match[a.match.keyframe].inverse() * match[b.match.keyframe];
   // Both sides are the pose of b's query keyframe in a's match keyframe.
@@ -52,20 +57,25 @@ double cycle_chi2(const LoopConstraint& a, const Matrix6d& covariance_a, const L
   const Pose back = match_step * b.T_match_query;
   const Pose error = back.inverse() * forth;
   const Eigen::AngleAxisd turn(error.rotation);
-  Eigen::Matrix<double, 6, 1> e;
-  e << error.translation, turn.angle() * turn.axis();
-
-  Matrix6d covariance = propagated(by_first(a.T_match_query, query_step), covariance_a) +
-                        propagated(by_second(a.T_match_query),
-                                   odometry_covariance(query, a.query.keyframe, b.query.keyframe)) +
-                        propagated(by_first(match_step, b.T_match_query),
-                                   odometry_covariance(match, a.match.keyframe, b.match.keyframe)) +
-                        propagated(by_second(match_step), covariance_b);
+  LoopCycle cycle;
+  cycle.error << error.translation, turn.angle() * turn.axis();
+  cycle.first_loop = propagated(by_first(a.T_match_query, query_step), covariance_a);
+  cycle.query_odometry = propagated(by_second(a.T_match_query),
+                                    odometry_covariance(query, a.query.keyframe, b.query.keyframe));
+  cycle.match_odometry = propagated(by_first(match_step, b.T_match_query),
+                                    odometry_covariance(match, a.match.keyframe, b.match.keyframe));
+  cycle.second_loop = propagated(by_second(match_step), covariance_b);
   // Translations so far are in the frame of a's match keyframe, the error's in that of b's query.
-  Matrix6d into_error = Matrix6d::Identity();
-  into_error.topLeftCorner<3, 3>() = back.rotation.transpose();
-  covariance = propagated(into_error, covariance);
-  return e.dot(Cholesky<6>(covariance).solve(e));
+  cycle.into_error = Matrix6d::Identity();
+  cycle.into_error.topLeftCorner<3, 3>() = back.rotation.transpose();
+  return cycle;
+}
+
+double cycle_chi2(const LoopConstraint& a, const Matrix6d& covariance_a, const LoopConstraint& b,
+                  const Matrix6d& covariance_b, const SessionPath& query,
+                  const SessionPath& match) {
+  const LoopCycle cycle = loop_cycle(a, covariance_a, b, covariance_b, query, match);
+  return cycle.error.dot(Cholesky<6>(cycle.covariance(1.0, 1.0)).solve(cycle.error));
 }
 
 double cycle_chi2(const LoopConstraint& a, const LoopConstraint& b, const SessionPath& query,

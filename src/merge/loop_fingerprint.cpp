@@ -1,7 +1,10 @@
 #include "loop_fingerprint.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <concepts>
+#include <string_view>
+#include <utility>
 
 #include "unimapper/core/voxel_key.hpp"
 #include "unimapper/merge/keyframe_summaries.hpp"
@@ -21,6 +24,17 @@ class Fingerprint {
   }
   void add(const Eigen::Vector3f& v) {
     for (int i = 0; i < 3; ++i) add(v[i]);
+  }
+  void add(std::string_view text) {
+    add(text.size());
+    for (const char letter : text) add(std::uint64_t{static_cast<unsigned char>(letter)});
+  }
+  void add(const LoopConstraint& loop) {
+    add(loop.query.keyframe);
+    add(loop.match.keyframe);
+    add(loop.T_match_query);
+    add(loop.overlap);
+    for (const double weight : loop.information.reshaped()) add(weight);
   }
   void add(const Pose& pose) {
     for (int row = 0; row < 3; ++row) {
@@ -78,14 +92,44 @@ std::uint64_t parameters_of_verification(const MergeConfig& config) {
   return print.value();
 }
 
+/// Beyond those of the verification.
+std::uint64_t parameters_of_placement_check(const MergeConfig& config) {
+  Fingerprint print;
+  print.add(kPlacementCheckVersion);
+  print.add(parameters_of_verification(config));
+  print.add_parameters(config.odometry);
+  print.add_parameters(config.aliasing);
+  print.add_parameters(config.radius);
+  for (const double limit : {config.loops.max_correction_m, config.acceptance.confirming_sigma_m,
+                             config.positions.storey_m}) {
+    print.add(limit);
+  }
+  return print.value();
+}
+
 }  // namespace
 
 LoopFingerprints::LoopFingerprints(const std::vector<SessionData>& sessions,
                                    const MergeConfig& config)
-    : sessions_(sessions), config_(config), parameters_(parameters_of_verification(config)) {
+    : sessions_(sessions),
+      config_(config),
+      parameters_(parameters_of_verification(config)),
+      placement_parameters_(parameters_of_placement_check(config)) {
   for (const SessionData& session : sessions) {
     records_.emplace_back(session.keyframes.size());
     clouds_.emplace_back(session.keyframes.size());
+  }
+}
+
+void LoopFingerprints::forget_from(std::size_t session, std::size_t record, std::size_t cloud) {
+  if (session >= records_.size()) {
+    records_.resize(session + 1);
+    clouds_.resize(session + 1);
+  }
+  for (const auto& [known, first] :
+       {std::pair(&records_[session], record), std::pair(&clouds_[session], cloud)}) {
+    known->resize(std::min(first, known->size()));
+    known->resize(sessions_[session].keyframes.size());
   }
 }
 
@@ -97,6 +141,35 @@ std::uint64_t LoopFingerprints::of(KeyframeId query, KeyframeId match,
   print.add(limit.rotation_rad);
   print.add(of_cloud(query));
   print.add(of_cloud(match));
+  return print.value();
+}
+
+std::uint64_t LoopFingerprints::of(const Placement& placement) {
+  const LoopConstraint& first = placement.loops.front();
+  Fingerprint print;
+  print.add(placement_parameters_);
+  print.add(of_session(first.query.session));
+  print.add(of_session(first.match.session));
+  print.add(placement.loops.size());
+  for (const LoopConstraint& loop : placement.loops) print.add(loop);
+  for (const auto& poses :
+       {placement.T_query_session_keyframe, placement.T_match_session_keyframe}) {
+    for (const Pose& pose : poses) print.add(pose);
+  }
+  print.add(placement.T_match_session_query_session);
+  print.add(placement.beyond.horizontal_m);
+  print.add(placement.beyond.vertical_m);
+  return print.value();
+}
+
+/// The sensor tells how widely its keyframes look.
+std::uint64_t LoopFingerprints::of_session(std::size_t session) {
+  Fingerprint print;
+  print.add(std::string_view(sessions_[session].info.sensor));
+  print.add(sessions_[session].keyframes.size());
+  for (std::size_t k = 0; k < sessions_[session].keyframes.size(); ++k) {
+    print.add(of_record({session, k}));
+  }
   return print.value();
 }
 
@@ -116,7 +189,8 @@ std::uint64_t LoopFingerprints::of_cloud(KeyframeId k) {
 std::uint64_t LoopFingerprints::of_record(KeyframeId k) {
   std::optional<std::uint64_t>& known = records_[k.session][k.keyframe];
   if (known) return *known;
-  const KeyframeRecord& record = sessions_[k.session].keyframes[k.keyframe];
+  const auto whole = whole_keyframe(sessions_[k.session], k.keyframe);
+  const KeyframeRecord& record = *whole;
   Fingerprint print;
   print.add(record.sequence);
   print.add(record.T_odometry_keyframe);

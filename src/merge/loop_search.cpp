@@ -9,6 +9,7 @@
 
 #include "parallel.hpp"
 #include "session_path.hpp"
+#include "unimapper/core/voxel_key.hpp"
 #include "unimapper/merge/in_arena.hpp"
 #include "unimapper/merge/plane_restorer.hpp"
 #include "unimapper/place/database.hpp"
@@ -31,20 +32,6 @@ PlaceShape place_shape(const std::vector<SessionData>& sessions) {
     }
   }
   return shape;
-}
-
-LoopSearchConfig database_config(std::size_t places, std::size_t others, std::uint32_t per_session,
-                                 const TiltConfig& tilt) {
-  LoopSearchConfig config =
-      base_search_config(static_cast<std::uint32_t>(std::clamp<std::size_t>(places, 1, 1U << 20U)));
-  config.tilt = tilt;
-  // No session may displace the candidates of another.
-  config.max_per_session = std::max(per_session, config.max_verified);
-  const auto wanted = static_cast<std::uint32_t>(std::min<std::size_t>(others * per_session, 256));
-  config.max_results = std::max(config.max_results, wanted);
-  config.max_verified = std::max(config.max_verified, wanted);
-  config.max_candidates = std::max(config.max_candidates, wanted);
-  return config;
 }
 
 std::size_t places_of(const std::vector<SessionData>& sessions) {
@@ -90,7 +77,7 @@ void choose(std::vector<LoopCandidate>& candidates, std::size_t most, const Path
 std::vector<LoopCandidate> intra_session_loops(const std::vector<SessionData>& sessions,
                                                std::size_t session, const LoopConfig& config) {
   const auto& keyframes = sessions[session].keyframes;
-  InArena<PlaceDatabase> database(database_config(keyframes.size(), 1, 1, config.tilt),
+  InArena<PlaceDatabase> database(search_config_of(keyframes.size(), 1, 1, config.tilt),
                                   place_shape(sessions));
   PlaneRestorer planes;
   Paths paths(sessions.size());
@@ -98,7 +85,7 @@ std::vector<LoopCandidate> intra_session_loops(const std::vector<SessionData>& s
   std::vector<LoopCandidate> found;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
     const KeyframeId query{session, k};
-    const PlaceView place = planes.place(keyframes, k);
+    const PlaceView place = planes.place(sessions[session], k);
     std::uint32_t kept = 0;
     for (const auto& candidate : database->search(
              place, query, {SearchScope::Sessions::kOnlySame, config.min_keyframe_gap})) {
@@ -133,6 +120,21 @@ LoopSearchConfig base_search_config(std::uint32_t places) {
   return config;
 }
 
+LoopSearchConfig search_config_of(std::size_t places, std::size_t others, std::uint32_t per_session,
+                                  const TiltConfig& tilt) {
+  LoopSearchConfig config =
+      base_search_config(static_cast<std::uint32_t>(std::clamp<std::size_t>(places, 1, 1U << 20U)));
+  config.tilt = tilt;
+  // No session may displace the candidates of another.
+  config.max_per_session = std::max(per_session, config.max_verified);
+  const auto wanted =
+      static_cast<std::uint32_t>(std::min<std::size_t>(others * config.max_per_session, 256));
+  config.max_results = std::max(config.max_results, wanted);
+  config.max_verified = std::max(config.max_verified, wanted);
+  config.max_candidates = std::max(config.max_candidates, wanted);
+  return config;
+}
+
 std::vector<LoopCandidate> find_intra_session_candidates(const std::vector<SessionData>& sessions,
                                                          const LoopConfig& config,
                                                          unsigned threads) {
@@ -162,7 +164,7 @@ std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<Sessi
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     const auto& keyframes = sessions[s].keyframes;
     for (std::size_t k = 0; k < keyframes.size(); ++k) {
-      for (const LoopCandidate& candidate : search.search(keyframes, {s, k})) keep(candidate);
+      for (const LoopCandidate& candidate : search.search(sessions[s], {s, k})) keep(candidate);
     }
   }
 
@@ -180,23 +182,22 @@ std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<Sessi
 
 PlaceSearch::PlaceSearch(const std::vector<SessionData>& sessions, std::size_t others,
                          const LoopConfig& config)
-    : database_(
-          database_config(places_of(sessions), others, config.candidates_per_keyframe, config.tilt),
-          place_shape(sessions)),
+    : database_(search_config_of(places_of(sessions), others, config.candidates_per_keyframe,
+                                 config.tilt),
+                place_shape(sessions)),
       per_session_(config.candidates_per_keyframe) {
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     const auto& keyframes = sessions[s].keyframes;
     for (std::size_t k = 0; k < keyframes.size(); ++k) {
-      database_->insert(planes_.place(keyframes, k), {s, k}, keyframes[k].T_odometry_keyframe);
+      database_->insert(planes_.place(sessions[s], k), {s, k}, keyframes[k].T_odometry_keyframe);
     }
   }
 }
 
-std::vector<LoopCandidate> PlaceSearch::search(std::span<const KeyframeRecord> keyframes,
-                                               KeyframeId query) {
+std::vector<LoopCandidate> PlaceSearch::search(const SessionData& session, KeyframeId query) {
   std::map<std::size_t, std::uint32_t> kept;
   std::vector<LoopCandidate> found;
-  for (const auto& candidate : database_->search(planes_.place(keyframes, query.keyframe), query,
+  for (const auto& candidate : database_->search(planes_.place(session, query.keyframe), query,
                                                  {SearchScope::Sessions::kOnlyOther, 0})) {
     if (++kept[candidate.match.session] > per_session_) continue;
     found.push_back(candidate);

@@ -22,6 +22,10 @@ namespace unimapper::merge {
 /// right one.
 LoopSearchConfig base_search_config(std::uint32_t places);
 
+/// The same where of each of `others` sessions the best `per_session` candidates are wanted.
+LoopSearchConfig search_config_of(std::size_t places, std::size_t others, std::uint32_t per_session,
+                                  const TiltConfig& tilt);
+
 /// Candidates within each session: keyframes in their order, only earlier ones searched.
 std::vector<LoopCandidate> find_intra_session_candidates(const std::vector<SessionData>& sessions,
                                                          const LoopConfig& config,
@@ -40,9 +44,9 @@ class PlaceSearch {
   PlaceSearch(const std::vector<SessionData>& sessions, std::size_t others,
               const LoopConfig& config);
 
-  /// Candidates of keyframe `query`, which is in `keyframes`: of each session but its own the best
+  /// Candidates of keyframe `query`, which is in `session`: of each session but its own the best
   /// `candidates_per_keyframe`. Bounded work.
-  std::vector<LoopCandidate> search(std::span<const KeyframeRecord> keyframes, KeyframeId query);
+  std::vector<LoopCandidate> search(const SessionData& session, KeyframeId query);
 
  private:
   InArena<PlaceDatabase> database_;

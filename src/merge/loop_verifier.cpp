@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
+#include <tuple>
 
 #include "free_space_conflict.hpp"
 #include "overlap_distances.hpp"
@@ -28,8 +30,10 @@ std::string reason_to_refuse_loop(const LoopCandidate& candidate, const Correcti
                                   const KeyframeClouds& clouds, const MergeConfig& config,
                                   LoopConstraint& constraint) {
   const LoopConfig& loops = config.loops;
-  const RegistrationCloud& target = clouds.cloud(candidate.match);
-  const RegistrationCloud& source = clouds.cloud(candidate.query);
+  const auto target_cloud = clouds.cloud(candidate.match);
+  const auto source_cloud = clouds.cloud(candidate.query);
+  const RegistrationCloud& target = *target_cloud;
+  const RegistrationCloud& source = *source_cloud;
   if (!candidate.T_match_query.is_rigid()) return "the proposed pose is no rigid transform";
   const TiltPrior prior(clouds.record(candidate.match).up, clouds.record(candidate.query).up,
                         candidate.T_match_query, loops.tilt);
@@ -91,7 +95,15 @@ std::vector<LoopConstraint> verify_loops(std::span<const LoopCandidate> candidat
   }
   clouds.prepare(std::move(needed));
   std::vector<LoopConstraint> loops(candidates.size());
-  parallel_for(candidates.size(), config.threads, [&](std::size_t i) {
+  // Candidates that share a cloud follow each other: it may not be kept for long.
+  std::vector<std::size_t> order(candidates.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return std::tie(candidates[a].match, candidates[a].query, a) <
+           std::tie(candidates[b].match, candidates[b].query, b);
+  });
+  parallel_for(candidates.size(), config.threads, [&](std::size_t next) {
+    const std::size_t i = order[next];
     LoopConstraint& loop = loops[i];
     loop.query = candidates[i].query;
     loop.match = candidates[i].match;

@@ -17,6 +17,16 @@ struct CorrectionLimit {
   double rotation_rad = 0.0;
 };
 
+/// Of candidates that descriptors propose.
+inline CorrectionLimit descriptor_limit(const MergeConfig& config) {
+  return {config.loops.max_correction_m, config.loops.max_correction_rad};
+}
+
+/// Of candidates that poses of keyframes near each other propose.
+inline CorrectionLimit radius_limit(const MergeConfig& config) {
+  return {config.radius.max_correction_m, config.radius.max_correction_rad};
+}
+
 /// Registers every candidate with G-ICP and accepts it if the two keyframes are level with each
 /// other (within the covariance of up where both know it), overlap in structure, fit closely, and
 /// neither observed free space where the other has a surface. The constraints are in the

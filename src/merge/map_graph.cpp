@@ -7,6 +7,9 @@
 #include <limits>
 #include <utility>
 
+#include "many_maps_graph.hpp"
+#include "site_frame.hpp"
+
 namespace unimapper::merge {
 namespace {
 
@@ -56,6 +59,7 @@ MapState make_map_state(std::vector<SessionPath> odometry) {
   for (const auto& path : odometry) state.T_session_keyframe.push_back(path.poses());
   state.T_map_session.resize(odometry.size());
   state.connected.assign(odometry.size(), false);
+  state.up.assign(odometry.size(), Eigen::Vector3d::UnitZ());
   state.odometry = std::move(odometry);
   return state;
 }
@@ -85,10 +89,16 @@ double loop_chi2(const MapState& state, const LoopConstraint& loop) {
 }
 
 bool optimize_maps(MapState& state, std::span<const std::size_t> sessions,
-                   std::span<const LoopConstraint> loops, const GraphConfig& config) {
+                   std::span<const LoopConstraint> loops, const GraphConfig& config,
+                   const PositionConfig& positions, Variables variables) {
+  if (sessions.size() > kFewSessions && positions_of(state, sessions).empty()) {
+    return optimize_many_maps(state, sessions, loops, config, variables);
+  }
   std::vector<std::size_t> first_node;
   PoseGraph graph = build_graph(state, sessions, loops, config.cauchy_scale, first_node);
+  const SiteNode site(state, sessions, first_node, config.cauchy_scale, positions, graph);
   if (!optimize(graph, config.max_iterations).usable) return false;
+  state.T_map_site = site.T_map_site(graph);
   std::size_t anchor = 0;
   for (const std::size_t s : sessions) {
     state.T_map_session[s] = graph.anchors[anchor++].T_map_session;

@@ -3,24 +3,27 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "central_score.hpp"
 #include "changes.hpp"
-#include "keyframe_clouds.hpp"
-#include "loop_search.hpp"
+#include "loop_source.hpp"
 #include "map_level.hpp"
 #include "parallel.hpp"
-#include "person_links.hpp"
-#include "placement_check.hpp"
 #include "radius_search.hpp"
+#include "searched_loops.hpp"
 #include "seen_extent.hpp"
 #include "session_check.hpp"
 #include "session_path.hpp"
+#include "site_origin.hpp"
 #include "unified_map.hpp"
 #include "unimapper/merge/alignment.hpp"
-#include "verified_loops.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -29,16 +32,28 @@ class Merger {
  public:
   Merger(const std::vector<SessionData>& sessions, const MergeConfig& config,
          const std::function<void(const std::string&)>& progress, const UserStatements& statements,
-         LoopOutcomes* outcomes = nullptr)
+         LoopSource* loops = nullptr, const std::filesystem::path& scratch = {})
       : sessions_(sessions),
         config_(config),
         progress_(progress),
         statements_(statements),
-        clouds_(sessions, config.registration, config.threads),
-        known_(sessions, config, statements_, outcomes) {}
+        loops_(loops) {
+    if (!scratch.empty()) scratch_ = std::make_shared<ScratchFile>(scratch);
+  }
 
-  MergeResult run() {
-    find_poses();
+  /// Loops, poses and what was decided on each.
+  void find_poses() {
+    find_intra_session_loops();
+    find_inter_session_loops();
+    align();
+    refine_poses();
+    level_map();
+    transform_sessions();
+    record_loops();
+  }
+
+  /// Labels, map and changes of poses that were found.
+  MergeResult finish_map() {
     refine_labels();
     return finish();
   }
@@ -52,22 +67,11 @@ class Merger {
   /// The rest of a merge whose poses and loops are known.
   MergeResult complete(MergeResult posed) {
     result_ = std::move(posed);
-    refine_labels();
-    return finish();
+    return finish_map();
   }
 
  private:
   using Clock = std::chrono::steady_clock;
-
-  void find_poses() {
-    find_intra_session_loops();
-    find_inter_session_loops();
-    align();
-    refine_poses();
-    level_map();
-    transform_sessions();
-    record_loops();
-  }
 
   MergeResult finish() {
     record_edges();
@@ -87,12 +91,7 @@ class Merger {
     if (progress_ && !outcome.empty()) progress_(outcome);
   }
 
-  /// Verifies candidates; all of them are recorded, and those verified go to the pose graph.
-  /// Returns the outcome in words.
-  std::string verify(const std::vector<LoopCandidate>& candidates, const CorrectionLimit& limit) {
-    return take(known_.verify(candidates, limit, clouds_));
-  }
-
+  /// All loops are recorded, and those verified go to the pose graph. Returns the outcome in words.
   std::string take(std::vector<LoopConstraint> loops) {
     std::size_t verified = 0;
     for (LoopConstraint& loop : loops) {
@@ -107,24 +106,17 @@ class Merger {
            " candidates verified";
   }
 
-  [[nodiscard]] CorrectionLimit descriptor_limit() const {
-    return {config_.loops.max_correction_m, config_.loops.max_correction_rad};
-  }
-
   void find_intra_session_loops() {
     begin("intra-session loops");
-    const auto candidates =
-        find_intra_session_candidates(sessions_, config_.loops, config_.threads);
-    const std::string outcome = verify(candidates, descriptor_limit());
+    const std::string outcome = take(loops_->within_sessions());
     scores_ = central_scores(sessions_, result_.loops);
     end(outcome);
   }
 
   void find_inter_session_loops() {
     begin("inter-session loops");
-    const auto candidates = find_inter_session_candidates(sessions_, config_.loops);
-    const std::string outcome = verify(candidates, descriptor_limit());
-    take(link_loops(statements_.links, known_, clouds_, config_));
+    const std::string outcome = take(loops_->between_sessions());
+    take(loops_->links());
     by_descriptor_ = result_.loops.size();
     end(outcome);
   }
@@ -141,10 +133,10 @@ class Merger {
       }
       alignment_sessions_.push_back(std::move(session));
     }
-    PlacementEvaluator evaluator(sessions_, clouds_, config_);
+    add_positions();
     alignment_ =
         align_sessions(alignment_sessions_, constraints_, config_,
-                       [&](const Placement& placement) { return evaluator.evaluate(placement); });
+                       [&](const Placement& placement) { return loops_->evaluate(placement); });
     for (const std::uint32_t s : statements_.apart) {
       if (!alignment_.connected[s]) alignment_.reason[s] = kApartByPerson;
     }
@@ -152,6 +144,24 @@ class Merger {
         std::count(alignment_.connected.begin(), alignment_.connected.end(), true);
     end(std::to_string(connected) + " of " + std::to_string(sessions_.size()) +
         " sessions connected");
+  }
+
+  /// Positions relative to an origin near them, and up in the frames of all sessions: known
+  /// positions are compared with heights. Without positions nobody asks for up.
+  void add_positions() {
+    if (statements_.positions.empty()) return;
+    origin_ = site_origin(statements_.positions);
+    for (KnownPosition position : statements_.positions) {
+      position.position -= origin_;
+      alignment_sessions_[position.keyframe.session].positions.push_back(position);
+    }
+    for (std::size_t s = 0; s < sessions_.size(); ++s) {
+      std::vector<UpObservation> observations;
+      for (const KeyframeRecord& keyframe : sessions_[s].keyframes) {
+        observations.push_back({keyframe.T_odometry_keyframe.rotation.col(2), keyframe.up});
+      }
+      alignment_sessions_[s].up = levelling_rotation(observations).transpose().col(2);
+    }
   }
 
   /// Sessions kept apart come last: nothing could be merged with them.
@@ -167,14 +177,34 @@ class Merger {
       if (alignment_.decisions[i].accepted) known.push_back(constraints_[i]);
     }
     const auto candidates = find_radius_candidates(sessions_, alignment_, known, config_);
-    const std::string outcome =
-        verify(candidates, {config_.radius.max_correction_m, config_.radius.max_correction_rad});
+    const std::string outcome = take(loops_->near_each_other(candidates));
     alignment_ = refine_alignment(alignment_, alignment_sessions_, constraints_, config_);
     end(outcome);
   }
 
+  /// Moves the map so that its frame is the site frame about the origin.
+  void move_to_site() {
+    const Pose T_site_map = alignment_.T_map_site->inverse();
+    for (std::size_t s = 0; s < sessions_.size(); ++s) {
+      if (!alignment_.connected[s]) continue;
+      alignment_.T_map_session[s] = T_site_map * alignment_.T_map_session[s];
+    }
+    Georeference georeference;
+    georeference.origin = origin_;
+    georeference.is_horizontal =
+        std::any_of(alignment_.positions.begin(), alignment_.positions.end(),
+                    [](const PositionOutcome& p) { return p.used && p.given.is_horizontal(); });
+    if (!georeference.is_horizontal) georeference.origin.head<2>().setZero();
+    const double heading_sigma_rad = 1.0 / std::sqrt(alignment_.heading_information);
+    if (heading_sigma_rad <= config_.positions.heading_sigma_rad) {
+      georeference.heading_sigma_rad = heading_sigma_rad;
+    }
+    result_.georeference = georeference;
+  }
+
   /// Turns the map so that it is level: so far its frame is the central session's odometry frame.
   void level_map() {
+    if (alignment_.T_map_site) return move_to_site();
     std::vector<UpObservation> observations;
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       if (!alignment_.connected[s]) continue;
@@ -193,10 +223,13 @@ class Merger {
 
   void transform_sessions() {
     result_.pairs = alignment_.pairs;
+    result_.positions = alignment_.positions;
+    for (PositionOutcome& position : result_.positions) position.given.position += origin_;
     result_.central_session = alignment_.central;
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       MergedSession merged;
       merged.reason = alignment_.reason[s];
+      merged.drift_scale = alignment_.drift_scale[s];
       if (alignment_.connected[s]) {
         merged.status = s == alignment_.central ? SessionStatus::kCentral : SessionStatus::kMerged;
         merged.T_map_session = alignment_.T_map_session[s];
@@ -279,26 +312,27 @@ class Merger {
   void build_map() {
     begin("unified map");
     voxels_.resize(sessions_.size());
-    std::vector<SessionVoxels> removed(sessions_.size());
-    parallel_for(sessions_.size(), config_.threads, [&](std::size_t s) {
-      if (!is_connected(s)) return;
-      const MergedSession& merged = result_.sessions[s];
-      voxels_[s] = voxelise(sessions_[s], merged, config_.map.voxel_size_m, CellKind::kStatic);
-      removed[s] = voxelise(sessions_[s], merged, config_.map.voxel_size_m, CellKind::kDynamic);
-    });
-    for (const SessionVoxels& of_session : removed) {
-      for (std::uint32_t i = 0; i < of_session.voxels.size(); ++i) {
-        result_.dynamic_points.push_back(of_session.position(i));
-      }
+    result_.dynamic_points = ExternalVector<Eigen::Vector3f>(scratch_);
+    for (std::size_t s = 0; s < sessions_.size(); ++s) {
+      if (!is_connected(s)) continue;
+      LabelledVoxels voxels = voxelise(sessions_[s], result_.sessions[s], config_.map.voxel_size_m,
+                                       config_.threads, scratch_);
+      voxels.dynamic.visit([&](VoxelKey key, const SessionVoxels::Voxel& voxel) {
+        result_.dynamic_points.push_back(voxel.position(key, config_.map.voxel_size_m));
+      });
+      voxels_[s] = std::move(voxels.fixed);
     }
-    result_.map = unite(connected_voxels());
+    result_.map = unite(connected_voxels(), scratch_);
     end(std::to_string(result_.map.size()) + " points");
   }
 
   void find_changed_points() {
     begin("changes between sessions");
-    result_.changes = find_changes(sessions_, result_.sessions, connected_voxels(), config_);
-    end(std::to_string(result_.changes.size()) + " points");
+    Changes changes = find_changes(sessions_, result_.sessions, connected_voxels(), config_);
+    result_.changes = std::move(changes.points);
+    result_.changed_objects = std::move(changes.objects);
+    end(std::to_string(result_.changed_objects.size()) + " objects, " +
+        std::to_string(result_.changes.size()) + " points");
   }
 
   [[nodiscard]] bool is_connected(std::size_t session) const {
@@ -318,8 +352,7 @@ class Merger {
   const MergeConfig& config_;
   const std::function<void(const std::string&)>& progress_;
   const UserStatements& statements_;
-  KeyframeClouds clouds_;
-  KnownLoops known_;
+  LoopSource* loops_;  // null where poses are known
   MergeResult result_;
   Clock::time_point started_;
   std::string stage_;
@@ -332,7 +365,21 @@ class Merger {
   std::vector<double> scores_;
   std::vector<AlignmentSession> alignment_sessions_;
   Alignment alignment_;
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();  // of the map frame, in the site frame
+  std::shared_ptr<ScratchFile> scratch_;              ///< null: voxels and map stay in memory
   std::vector<SessionVoxels> voxels_;
+};
+
+/// Loops of a merge that is made once, with what they need.
+struct Searched {
+  Searched(const std::vector<SessionData>& sessions, const MergeConfig& config,
+           const UserStatements& statements, LoopOutcomes* outcomes)
+      : clouds(sessions, config.registration, config.threads, config.kept_bytes()),
+        fingerprints(sessions, config),
+        loops(sessions, config, statements, clouds, fingerprints, outcomes) {}
+  KeyframeClouds clouds;
+  LoopFingerprints fingerprints;
+  SearchedLoops loops;
 };
 
 void check_input(const std::vector<SessionData>& sessions, const MergeConfig& config) {
@@ -346,23 +393,48 @@ void check_input(const std::vector<SessionData>& sessions, const MergeConfig& co
 
 MergeResult merge_sessions(const std::vector<SessionData>& sessions, const MergeConfig& config,
                            const std::function<void(const std::string&)>& progress,
-                           const UserStatements& statements, LoopOutcomes* outcomes) {
+                           const UserStatements& statements, LoopOutcomes* outcomes,
+                           const std::filesystem::path& scratch) {
   check_input(sessions, config);
   check_statements(statements, sessions);
-  return Merger(sessions, config, progress, statements, outcomes).run();
+  auto searched = std::make_unique<Searched>(sessions, config, statements, outcomes);
+  Merger merger(sessions, config, progress, statements, &searched->loops, scratch);
+  merger.find_poses();
+  searched.reset();  // nobody asks for loops any more, and their clouds are large
+  return merger.finish_map();
 }
 
 MergeResult merge_poses(const std::vector<SessionData>& sessions, const MergeConfig& config,
                         const std::function<void(const std::string&)>& progress,
                         const UserStatements& statements, LoopOutcomes* outcomes) {
+  Searched searched(sessions, config, statements, outcomes);
+  return merge_poses_of(sessions, config, progress, statements, searched.loops);
+}
+
+MergeResult merge_poses_of(const std::vector<SessionData>& sessions, const MergeConfig& config,
+                           const std::function<void(const std::string&)>& progress,
+                           const UserStatements& statements, LoopSource& loops) {
   check_input(sessions, config);
   check_statements(statements, sessions);
-  return Merger(sessions, config, progress, statements, outcomes).run_to_poses();
+  return Merger(sessions, config, progress, statements, &loops).run_to_poses();
+}
+
+std::string drift_text(const std::vector<SessionData>& sessions, const MergeResult& result) {
+  std::string text;
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    const double scale = result.sessions[s].drift_scale;
+    if (scale <= 1.0) continue;
+    char times[64];
+    std::snprintf(times, sizeof times, " drifts %.1f times as far as assumed", scale);
+    text += "; odometry of " + sessions[s].info.name + times;
+  }
+  return text;
 }
 
 MergeResult complete_merge(const std::vector<SessionData>& sessions, MergeResult posed,
                            const MergeConfig& config,
-                           const std::function<void(const std::string&)>& progress) {
+                           const std::function<void(const std::string&)>& progress,
+                           const std::filesystem::path& scratch) {
   check_input(sessions, config);
   bool fits = posed.sessions.size() == sessions.size();
   for (std::size_t s = 0; fits && s < sessions.size(); ++s) {
@@ -370,7 +442,7 @@ MergeResult complete_merge(const std::vector<SessionData>& sessions, MergeResult
   }
   if (!fits) throw std::invalid_argument("the poses are of other sessions");
   const UserStatements none;
-  return Merger(sessions, config, progress, none).complete(std::move(posed));
+  return Merger(sessions, config, progress, none, nullptr, scratch).complete(std::move(posed));
 }
 
 }  // namespace unimapper::merge

@@ -14,16 +14,15 @@ namespace unimapper::merge {
 /// Points by squares of the map, so that a keyframe looks at those near it only.
 class NearPoints {
  public:
-  /// Of the points whose numbers are `some`.
-  NearPoints(const std::vector<Eigen::Vector3f>& points, const std::vector<std::uint32_t>& some) {
-    for (std::uint32_t i = 0; i < some.size(); ++i) {
-      const std::uint32_t number = table_.find_or_insert(pack(square(points[some[i]])));
+  explicit NearPoints(const std::vector<Eigen::Vector3f>& points) {
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      const std::uint32_t number = table_.find_or_insert(pack(square(points[i])));
       if (number == members_.size()) members_.emplace_back();
       members_[number].push_back(i);
     }
   }
 
-  /// Positions in `some` of all points within `reach_m`, and of some beyond, ascending.
+  /// Indices of all points within `reach_m`, and of some beyond, ascending.
   /// O(points near by).
   [[nodiscard]] std::vector<std::uint32_t> around(const Eigen::Vector3f& centre,
                                                   float reach_m) const {

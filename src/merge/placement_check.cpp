@@ -78,7 +78,7 @@ PlacementEvidence PlacementEvaluator::evaluate(const Placement& placement) {
   if (evidence.aliasing.empty()) evidence.aliasing = find_storeys(placement);
   if (!evidence.aliasing.empty()) return evidence;
   const std::vector<LoopCandidate> pairs = beside_each_other(placement);
-  const CorrectionLimit limit{config_.radius.max_correction_m, config_.radius.max_correction_rad};
+  const CorrectionLimit limit = radius_limit(config_);
   for (const LoopConstraint& pair : verify_loops(pairs, limit, clouds_, config_)) {
     ++(pair.decision.accepted ? evidence.supporting : evidence.contradicting);
   }
@@ -97,6 +97,7 @@ std::vector<PlacementEvaluator::Elsewhere> PlacementEvaluator::places_elsewhere(
     const Pose& T_session_other = poses[k];
     const Eigen::Vector3d shift = T_session_other.translation - T_session_match.translation;
     if (shift.norm() < aliasing.min_shift_m || shift.norm() > aliasing.max_shift_m) continue;
+    if (placement.beyond.excludes(shift)) continue;
     Pose T_session_query = T_session_match * loop.T_match_query;
     T_session_query.translation += shift;
     const Eigen::Vector3d direction = T_session_query.rotation.transpose() * shift.normalized();
@@ -114,8 +115,10 @@ std::vector<PlacementEvaluator::Elsewhere> PlacementEvaluator::places_elsewhere(
 /// structure that tells the two apart. Walls along the shift, floors and ceilings fit anywhere.
 double PlacementEvaluator::share_elsewhere(const LoopConstraint& loop,
                                            const Elsewhere& place) const {
-  const RegistrationCloud& target = clouds_.cloud(place.match);
-  const RegistrationCloud& source = clouds_.cloud(loop.query);
+  const auto target_cloud = clouds_.cloud(place.match);
+  const auto source_cloud = clouds_.cloud(loop.query);
+  const RegistrationCloud& target = *target_cloud;
+  const RegistrationCloud& source = *source_cloud;
   if (structure_overlap(target, source, place.T_match_query, kOverlapRadiusM, kCoarseDistanceM) <
       std::max(config_.loops.min_initial_overlap, kWorthRegistering * loop.overlap)) {
     return 0.0;
@@ -129,7 +132,7 @@ double PlacementEvaluator::share_elsewhere(const LoopConstraint& loop,
     return 0.0;
   }
   const double here =
-      telling_overlap(clouds_.cloud(loop.match), source, loop.T_match_query, place.shift_in_query);
+      telling_overlap(*clouds_.cloud(loop.match), source, loop.T_match_query, place.shift_in_query);
   const double there =
       telling_overlap(target, source, aligned.T_target_source, place.shift_in_query);
   return here > 0.0 ? there / here : 0.0;
@@ -186,12 +189,13 @@ std::string PlacementEvaluator::find_repetition(const Placement& placement) {
 /// Storeys repeat each other but for what stands in them; a person, a height or more of the way
 /// must tell which one it is.
 std::string PlacementEvaluator::find_storeys(const Placement& placement) const {
+  if (placement.beyond.vertical_m < config_.positions.storey_m) return {};
   std::vector<double> roofed;
   std::vector<double> changed;
   for (const std::size_t i : spread(placement.loops.size(), kLoopsMoved)) {
     const LoopConstraint& loop = placement.loops[i];
-    roofed.push_back(roofed_share(clouds_.record(loop.match)));
-    roofed.push_back(roofed_share(clouds_.record(loop.query)));
+    roofed.push_back(roofed_share(*clouds_.whole(loop.match)));
+    roofed.push_back(roofed_share(*clouds_.whole(loop.query)));
     changed.push_back(
         structure_in_free_space(clouds_, loop.match, loop.query, loop.T_match_query, config_));
   }

@@ -22,10 +22,14 @@ PlaceView PlaneRestorer::place(const KeyframeRecord& record) {
   return {record.keypoints, state_->describer->find_planes(record.static_cells), record.up};
 }
 
-PlaceView PlaneRestorer::place(std::span<const KeyframeRecord> keyframes, std::size_t k) {
-  if (!keyframes[k].is_summary) return place(keyframes[k]);
-  const std::vector<FineCell> cells = neighbouring_cells(keyframes, k);
-  return {keyframes[k].keypoints, state_->describer->find_planes(cells), keyframes[k].up};
+PlaceView PlaneRestorer::place(const SessionData& session, std::size_t k) {
+  const KeyframeRecord& keyframe = session.keyframes[k];
+  if (!keyframe.planes.empty() && !keyframe.is_summary) return keyframe.place();
+  const auto planes =
+      keyframe.is_summary
+          ? state_->describer->find_planes(neighbouring_cells(session, k))
+          : state_->describer->find_planes(whole_keyframe(session, k)->static_cells);
+  return {keyframe.keypoints, planes, keyframe.up};
 }
 
 }  // namespace unimapper::merge

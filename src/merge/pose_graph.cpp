@@ -5,6 +5,7 @@
 #include <ceres/loss_function.h>
 #include <ceres/manifold.h>
 #include <ceres/problem.h>
+#include <ceres/sized_cost_function.h>
 #include <ceres/solver.h>
 
 #include <Eigen/Cholesky>
@@ -13,10 +14,11 @@
 #include <memory>
 #include <stdexcept>
 
+#include "edge_residual.hpp"
+
 namespace unimapper::merge {
 namespace {
 
-using Vector6d = Eigen::Matrix<double, 6, 1>;
 using RowMatrix67 = Eigen::Matrix<double, 6, 7, Eigen::RowMajor>;
 
 /// A pose as the solver holds it: translation, then quaternion x y z w.
@@ -42,12 +44,8 @@ class PoseManifold final : public ceres::Manifold {
   bool Plus(const double* x, const double* delta, double* result) const override {
     for (int i = 0; i < 3; ++i) result[i] = x[i] + delta[i];
     const Eigen::Vector3d theta(delta[3], delta[4], delta[5]);
-    const double half = 0.5 * theta.norm();
-    const double scale = half < 1e-8 ? 0.5 : 0.5 * std::sin(half) / half;
-    Eigen::Quaterniond step;
-    step.w() = std::cos(half);
-    step.vec() = scale * theta;
-    const Eigen::Quaterniond q = (Eigen::Quaterniond(x[6], x[3], x[4], x[5]) * step).normalized();
+    const Eigen::Quaterniond q =
+        (Eigen::Quaterniond(x[6], x[3], x[4], x[5]) * rotation_by(theta)).normalized();
     result[3] = q.x();
     result[4] = q.y();
     result[5] = q.z();
@@ -77,36 +75,6 @@ class PoseManifold final : public ceres::Manifold {
     return true;
   }
 };
-
-/// Residual of an edge between two poses of the unified frame, and its derivatives by
-/// translations added in that frame and rotations applied on the right.
-struct EdgeResidual {
-  Vector6d value;
-  Matrix6d by_from;
-  Matrix6d by_to;
-};
-
-Vector6d edge_residual(const Pose& from, const Pose& to, const Pose& measured,
-                       EdgeResidual* derivatives) {
-  const Eigen::Vector3d between = from.rotation.transpose() * (to.translation - from.translation);
-  const Eigen::Matrix3d relative = from.rotation.transpose() * to.rotation;
-  Eigen::Quaterniond error(Eigen::Matrix3d(measured.rotation.transpose() * relative));
-  if (error.w() < 0.0) error.coeffs() = -error.coeffs();
-  Vector6d residual;
-  residual << between - measured.translation, 2.0 * error.vec();
-  if (derivatives == nullptr) return residual;
-
-  const Eigen::Matrix3d by_right = error.w() * Eigen::Matrix3d::Identity() + skew(error.vec());
-  derivatives->value = residual;
-  derivatives->by_from.setZero();
-  derivatives->by_from.topLeftCorner<3, 3>() = -from.rotation.transpose();
-  derivatives->by_from.topRightCorner<3, 3>() = skew(between);
-  derivatives->by_from.bottomRightCorner<3, 3>() = -by_right * relative.transpose();
-  derivatives->by_to.setZero();
-  derivatives->by_to.topLeftCorner<3, 3>() = from.rotation.transpose();
-  derivatives->by_to.bottomRightCorner<3, 3>() = by_right;
-  return residual;
-}
 
 /// Derivative of the unified pose anchor * node by the anchor and by the node.
 Matrix6d by_anchor(const Pose& anchor, const Pose& node) {
@@ -168,6 +136,85 @@ class EdgeCost final : public ceres::CostFunction {
   bool anchored_;
 };
 
+/// Estimated position of a point in the frame of the site.
+Eigen::Vector3d in_site(const Pose& T_map_site, const Pose& T_map_node,
+                        const PoseGraph::Position& position) {
+  return T_map_site.inverse() * (T_map_node * position.point);
+}
+
+/// Position factor (blocks: node, anchor of node, site, anchor of site).
+class PositionCost final : public ceres::SizedCostFunction<3, 7, 7, 7, 7> {
+ public:
+  explicit PositionCost(const PoseGraph::Position& position) : given_(position) {}
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const Pose node = from_block(blocks[0]);
+    const Pose anchor = from_block(blocks[1]);
+    const Pose site = from_block(blocks[2]);
+    const Pose site_anchor = from_block(blocks[3]);
+    const Pose T_map_node = anchor * node;
+    const Pose T_map_site = site_anchor * site;
+    const Eigen::Vector3d estimate = in_site(T_map_site, T_map_node, given_);
+    const auto whitener = given_.inverse_sigma.asDiagonal();
+    Eigen::Map<Eigen::Vector3d>(residuals, 3) = whitener * (estimate - given_.position);
+    if (jacobians == nullptr) return true;
+    Eigen::Matrix<double, 3, 6> of_node;
+    of_node << Eigen::Matrix3d::Identity(), -T_map_node.rotation * skew(given_.point);
+    of_node = whitener * T_map_site.rotation.transpose() * of_node;
+    Eigen::Matrix<double, 3, 6> of_site;
+    of_site << -T_map_site.rotation.transpose(), skew(estimate);
+    of_site = whitener * of_site;
+    write(jacobians[0], of_node * by_node(anchor));
+    write(jacobians[1], of_node * by_anchor(anchor, node));
+    write(jacobians[2], of_site * by_node(site_anchor));
+    write(jacobians[3], of_site * by_anchor(site_anchor, site));
+    return true;
+  }
+
+ private:
+  static void write(double* jacobian, const Eigen::Matrix<double, 3, 6>& by_tangent) {
+    if (jacobian == nullptr) return;
+    Eigen::Map<Eigen::Matrix<double, 3, 7, Eigen::RowMajor>> j(jacobian);
+    j.leftCols<6>() = by_tangent;
+    j.col(6).setZero();
+  }
+
+  PoseGraph::Position given_;
+};
+
+}  // namespace
+
+Vector6d edge_residual(const Pose& from, const Pose& to, const Pose& measured,
+                       EdgeResidual* derivatives) {
+  const Eigen::Vector3d between = from.rotation.transpose() * (to.translation - from.translation);
+  const Eigen::Matrix3d relative = from.rotation.transpose() * to.rotation;
+  Eigen::Quaterniond error(Eigen::Matrix3d(measured.rotation.transpose() * relative));
+  if (error.w() < 0.0) error.coeffs() = -error.coeffs();
+  Vector6d residual;
+  residual << between - measured.translation, 2.0 * error.vec();
+  if (derivatives == nullptr) return residual;
+
+  const Eigen::Matrix3d by_right = error.w() * Eigen::Matrix3d::Identity() + skew(error.vec());
+  derivatives->value = residual;
+  derivatives->by_from.setZero();
+  derivatives->by_from.topLeftCorner<3, 3>() = -from.rotation.transpose();
+  derivatives->by_from.topRightCorner<3, 3>() = skew(between);
+  derivatives->by_from.bottomRightCorner<3, 3>() = -by_right * relative.transpose();
+  derivatives->by_to.setZero();
+  derivatives->by_to.topLeftCorner<3, 3>() = from.rotation.transpose();
+  derivatives->by_to.bottomRightCorner<3, 3>() = by_right;
+  return residual;
+}
+
+Eigen::Quaterniond rotation_by(const Eigen::Vector3d& vector) {
+  const double half = 0.5 * vector.norm();
+  const double scale = half < 1e-8 ? 0.5 : 0.5 * std::sin(half) / half;
+  Eigen::Quaterniond rotation;
+  rotation.w() = std::cos(half);
+  rotation.vec() = scale * vector;
+  return rotation;
+}
+
 // The solver aborts the process on misuse, so nothing reaches it unchecked.
 void check_graph(const PoseGraph& graph) {
   for (const auto& anchor : graph.anchors) {
@@ -189,6 +236,18 @@ void check_graph(const PoseGraph& graph) {
     }
     if (!(edge.cauchy_scale >= 0.0)) throw std::invalid_argument("pose graph: bad kernel");
   }
+  for (const auto& position : graph.positions) {
+    if (position.node >= graph.nodes.size() || position.site >= graph.nodes.size() ||
+        graph.nodes[position.node].anchor == graph.nodes[position.site].anchor) {
+      throw std::invalid_argument("pose graph: position of an unknown node");
+    }
+    const bool is_finite = position.point.allFinite() && position.position.allFinite() &&
+                           position.inverse_sigma.allFinite();
+    if (!is_finite || !(position.inverse_sigma.minCoeff() >= 0.0)) {
+      throw std::invalid_argument("pose graph: bad position");
+    }
+    if (!(position.cauchy_scale >= 0.0)) throw std::invalid_argument("pose graph: bad kernel");
+  }
 }
 
 double robust(double chi2, double cauchy_scale) {
@@ -197,17 +256,33 @@ double robust(double chi2, double cauchy_scale) {
   return s * std::log1p(chi2 / s);
 }
 
-}  // namespace
-
 double edge_chi2(const PoseGraph& graph, const PoseGraph::Edge& edge) {
   const Vector6d r = edge_residual(graph.T_map_node(edge.from), graph.T_map_node(edge.to),
                                    edge.T_from_to, nullptr);
   return r.dot(edge.information * r);
 }
 
+namespace {
+
+/// The problem takes it; none: quadratic.
+ceres::LossFunction* kernel(double cauchy_scale) {
+  return cauchy_scale > 0.0 ? std::make_unique<ceres::CauchyLoss>(cauchy_scale).release() : nullptr;
+}
+
+}  // namespace
+
+double position_chi2(const PoseGraph& graph, const PoseGraph::Position& position) {
+  const Eigen::Vector3d estimate =
+      in_site(graph.T_map_node(position.site), graph.T_map_node(position.node), position);
+  return (estimate - position.position).cwiseProduct(position.inverse_sigma).squaredNorm();
+}
+
 double graph_cost(const PoseGraph& graph) {
   double cost = 0.0;
   for (const auto& edge : graph.edges) cost += robust(edge_chi2(graph, edge), edge.cauchy_scale);
+  for (const auto& position : graph.positions) {
+    cost += robust(position_chi2(graph, position), position.cauchy_scale);
+  }
   return cost;
 }
 
@@ -217,7 +292,7 @@ SolveSummary optimize(PoseGraph& graph, std::uint32_t max_iterations) {
   summary.initial_cost = graph_cost(graph);
   summary.final_cost = summary.initial_cost;
   summary.usable = true;
-  if (graph.edges.empty()) return summary;
+  if (graph.edges.empty() && graph.positions.empty()) return summary;
 
   std::vector<PoseBlock> nodes;
   std::vector<PoseBlock> anchors;
@@ -233,12 +308,18 @@ SolveSummary optimize(PoseGraph& graph, std::uint32_t max_iterations) {
   for (const auto& edge : graph.edges) {
     const std::size_t a = graph.nodes[edge.from].anchor;
     const std::size_t b = graph.nodes[edge.to].anchor;
-    auto loss = edge.cauchy_scale > 0.0 ? std::make_unique<ceres::CauchyLoss>(edge.cauchy_scale)
-                                        : std::unique_ptr<ceres::CauchyLoss>();
     auto cost = std::make_unique<EdgeCost>(edge, a != b);
     std::vector<double*> blocks{nodes[edge.from].data(), nodes[edge.to].data()};
     if (a != b) blocks.insert(blocks.end(), {anchors[a].data(), anchors[b].data()});
-    problem.AddResidualBlock(cost.release(), loss.release(), blocks);
+    problem.AddResidualBlock(cost.release(), kernel(edge.cauchy_scale), blocks);
+  }
+  for (const auto& position : graph.positions) {
+    const std::size_t a = graph.nodes[position.node].anchor;
+    const std::size_t b = graph.nodes[position.site].anchor;
+    auto cost = std::make_unique<PositionCost>(position);
+    problem.AddResidualBlock(cost.release(), kernel(position.cauchy_scale),
+                             nodes[position.node].data(), anchors[a].data(),
+                             nodes[position.site].data(), anchors[b].data());
   }
   const auto prepare = [&](PoseBlock& block, bool fixed) {
     if (!problem.HasParameterBlock(block.data())) return;

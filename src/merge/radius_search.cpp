@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <utility>
 
 #include "session_path.hpp"
 #include "unimapper/core/sensor.hpp"
+#include "verification_rounds.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -38,13 +40,17 @@ class RadiusSearch {
                std::span<const LoopConstraint> known, const MergeConfig& config)
       : sessions_(sessions), config_(config), poses_(std::move(poses)) {
     for (const SessionData& session : sessions) path_.push_back(path_lengths_m(session));
-    for (const auto& loop : known) known_.insert(std::minmax(loop.query, loop.match));
+    for (const auto& loop : known) {
+      const auto [earlier, later] = std::minmax(loop.query, loop.match);
+      known_.insert({earlier, later});
+      if (!loop.is_intra_session()) held_by_[later].insert(earlier.session);
+    }
   }
 
   void search(std::size_t query, std::size_t match, std::vector<LoopCandidate>& found) const {
     double next_m = 0.0;
     for (std::size_t q = 0; q < poses_[query].size(); ++q) {
-      if (path_[query][q] < next_m) continue;
+      if (path_[query][q] < next_m || is_held({query, q}, match)) continue;
       const auto neighbors = nearest({query, q}, match);
       for (const Neighbor& n : neighbors) {
         LoopCandidate candidate;
@@ -59,6 +65,13 @@ class RadiusSearch {
   }
 
  private:
+  /// Enough other sessions before the keyframe's hold it by loops.
+  [[nodiscard]] bool is_held(KeyframeId query, std::size_t match) const {
+    const auto held = held_by_.find(query);
+    if (query.session == match || held == held_by_.end()) return false;
+    return held->second.size() - held->second.count(match) >= kSessionsPerKeyframe;
+  }
+
   [[nodiscard]] std::vector<Neighbor> nearest(KeyframeId query, std::size_t match) const {
     const Pose& T_map_query = poses_[query.session][query.keyframe];
     const double turn = max_relative_heading(sessions_[query.session], sessions_[match]);
@@ -90,6 +103,7 @@ class RadiusSearch {
   std::vector<std::vector<Pose>> poses_;
   std::vector<std::vector<double>> path_;
   std::set<std::pair<KeyframeId, KeyframeId>> known_;
+  std::map<KeyframeId, std::set<std::size_t>> held_by_;  ///< earlier sessions, by keyframe
 };
 
 }  // namespace

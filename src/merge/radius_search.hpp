@@ -13,7 +13,8 @@ namespace unimapper::merge {
 /// Pairs of keyframes of connected sessions within the radius: per query keyframe and other
 /// session the nearest few that look the same way if both look narrowly, keyframes spaced along
 /// the query's path. Within a session too, where the path between is long enough. Pairs that
-/// are loops already are left out.
+/// are loops already are left out, and sessions before the query's beyond the
+/// `kSessionsPerKeyframe` that hold it by loops.
 std::vector<LoopCandidate> find_radius_candidates(const std::vector<SessionData>& sessions,
                                                   const Alignment& alignment,
                                                   std::span<const LoopConstraint> known,

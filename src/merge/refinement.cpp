@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <set>
 #include <utility>
 
 #include "cell_classification.hpp"
@@ -15,8 +16,10 @@
 namespace unimapper::merge {
 namespace {
 
-/// Decoded images take memory: so many keyframes are refined before they are freed.
-constexpr std::size_t kKeyframesPerBatch = 64;
+/// Decoded images take memory: so many keyframes are refined before those are freed that the next
+/// ones do without, fewer where many others observed them.
+constexpr std::size_t kKeyframesPerBatch = 24;
+constexpr std::size_t kObserversPerBatch = 80;
 
 /// What one keyframe is evidence of.
 struct Observer {
@@ -56,14 +59,6 @@ class GroundHeights {
   std::vector<float> height_m_;
 };
 
-/// The online labels.
-RefinedKeyframe unrefined(const KeyframeRecord& keyframe) {
-  RefinedKeyframe same;
-  same.dynamic.assign(keyframe.static_cells.size(), 0);
-  same.dynamic.resize(same.dynamic.size() + keyframe.dynamic_cells.size(), 1);
-  return same;
-}
-
 class Refinement {
  public:
   Refinement(const std::vector<PosedSession>& sessions, const RefinementConfig& config,
@@ -77,24 +72,38 @@ class Refinement {
 
   std::vector<std::vector<RefinedKeyframe>> run() {
     std::vector<std::vector<RefinedKeyframe>> refined(sessions_.size());
+    LoadedObservers loaded;
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       const std::size_t count = sessions_[s].session->keyframes.size();
       refined[s].resize(count);
-      for (std::size_t first = 0; first < count; first += kKeyframesPerBatch) {
-        const std::size_t size = std::min(kKeyframesPerBatch, count - first);
-        std::vector<Observers> observers;
-        for (std::size_t i = 0; i < size; ++i)
-          observers.push_back(select_observers({s, first + i}));
-        const LoadedObservers loaded = load(observers);
-        parallel_for(size, threads_, [&](std::size_t i) {
+      for (std::size_t first = 0; first < count;) {
+        const std::vector<Observers> observers = next_batch({s, first}, count);
+        load(observers, loaded);
+        parallel_for(observers.size(), threads_, [&](std::size_t i) {
           refined[s][first + i] = refine({s, first + i}, observers[i], loaded);
         });
+        first += observers.size();
       }
     }
     return refined;
   }
 
  private:
+  /// The observers of one keyframe and of those that follow it, at least of one.
+  [[nodiscard]] std::vector<Observers> next_batch(KeyframeId first, std::size_t count) const {
+    std::vector<Observers> batch;
+    std::set<KeyframeId> needed;
+    const std::size_t most = std::min(kKeyframesPerBatch, count - first.keyframe);
+    while (batch.size() < most) {
+      Observers next = select_observers({first.session, first.keyframe + batch.size()});
+      needed.insert(next.window.begin(), next.window.end());
+      needed.insert(next.revisits.begin(), next.revisits.end());
+      if (!batch.empty() && needed.size() > kObserversPerBatch) break;
+      batch.push_back(std::move(next));
+    }
+    return batch;
+  }
+
   [[nodiscard]] Observers select_observers(KeyframeId of) const {
     Observers observers;
     const std::size_t count = sessions_[of.session].session->keyframes.size();
@@ -119,48 +128,59 @@ class Refinement {
     return observers;
   }
 
-  /// Decodes the images of all observers, each once, and finds the voxels they occupy.
-  [[nodiscard]] LoadedObservers load(const std::vector<Observers>& all) const {
-    LoadedObservers loaded;
+  /// Decodes the images of those observers that are not loaded, and finds the voxels they occupy;
+  /// frees all others.
+  void load(const std::vector<Observers>& all, LoadedObservers& loaded) const {
+    LoadedObservers needed;
+    const auto need = [&](const KeyframeId& keyframe) {
+      const auto [place, is_new] = needed.emplace(keyframe, nullptr);
+      if (!is_new) return;
+      const auto found = loaded.find(keyframe);
+      if (found != loaded.end()) place->second = std::move(found->second);
+    };
     for (const Observers& observers : all) {
-      for (const KeyframeId& keyframe : observers.window) loaded.emplace(keyframe, nullptr);
-      for (const KeyframeId& keyframe : observers.revisits) loaded.emplace(keyframe, nullptr);
+      for (const KeyframeId& keyframe : observers.window) need(keyframe);
+      for (const KeyframeId& keyframe : observers.revisits) need(keyframe);
     }
-    std::vector<LoadedObservers::value_type*> entries;
-    for (auto& entry : loaded) entries.push_back(&entry);
-    parallel_for(entries.size(), threads_, [&](std::size_t i) {
-      const KeyframeId of = entries[i]->first;
+    loaded = std::move(needed);
+    std::vector<LoadedObservers::value_type*> missing;
+    for (auto& entry : loaded) {
+      if (entry.second == nullptr) missing.push_back(&entry);
+    }
+    parallel_for(missing.size(), threads_, [&](std::size_t i) {
+      const KeyframeId of = missing[i]->first;
       const PosedSession& posed = sessions_[of.session];
-      const KeyframeRecord& keyframe = posed.session->keyframes[of.keyframe];
-      entries[i]->second = std::make_unique<Observer>(Observer{
-          KeyframeFreeSpace(keyframe, WithoutImages::kUnknown),
-          OccupiedBlocks(keyframe, posed.T_map_keyframe[of.keyframe], config_.cell_size_m)});
+      const auto keyframe = whole_keyframe(*posed.session, of.keyframe);
+      missing[i]->second = std::make_unique<Observer>(Observer{
+          KeyframeFreeSpace(*keyframe, WithoutImages::kUnknown),
+          OccupiedBlocks(*keyframe, posed.T_map_keyframe[of.keyframe], config_.cell_size_m)});
     });
-    return loaded;
   }
 
   [[nodiscard]] RefinedKeyframe refine(KeyframeId of, const Observers& observers,
                                        const LoadedObservers& loaded) const {
-    const KeyframeRecord& keyframe = sessions_[of.session].session->keyframes[of.keyframe];
-    RefinedKeyframe refined = unrefined(keyframe);
     // Without images of its own a keyframe keeps its online labels.
-    if (loaded.at(of)->free.empty()) return refined;
+    if (loaded.at(of)->free.empty()) return {};
+    const auto keyframe = whole_keyframe(*sessions_[of.session].session, of.keyframe);
 
     const Eigen::Vector3d origin = sessions_[of.session].T_map_keyframe[of.keyframe].translation;
     PointEvidence points;
-    CellEvidence cells = gather(of, origin, points);
+    CellEvidence cells = gather(*keyframe, of, origin, points);
     add_evidence(observers, of, points, origin, loaded, cells);
     const std::vector<std::uint8_t> dynamic = classify_cells(cells, config_);
-    for (std::size_t i = 0; i < cells.size(); ++i) refined.dynamic[cells.number[i]] = dynamic[i];
+    RefinedKeyframe refined;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (dynamic[i] != cells.was_dynamic[i]) refined.changed.push_back(cells.number[i]);
+    }
+    refined.changed.shrink_to_fit();
     return refined;
   }
 
   /// The cells of a keyframe with the evidence of their online labels, and their positions relative
   /// to `origin`, map frame.
-  [[nodiscard]] CellEvidence gather(KeyframeId of, const Eigen::Vector3d& origin,
-                                    PointEvidence& points) const {
+  [[nodiscard]] CellEvidence gather(const KeyframeRecord& keyframe, KeyframeId of,
+                                    const Eigen::Vector3d& origin, PointEvidence& points) const {
     const PosedSession& posed = sessions_[of.session];
-    const KeyframeRecord& keyframe = posed.session->keyframes[of.keyframe];
     const GroundHeights ground(keyframe);
     const std::int32_t prior = in_thousandths(config_.prior_log_odds);
     CellEvidence cells;
@@ -238,10 +258,7 @@ std::vector<std::vector<RefinedKeyframe>> refine(const std::vector<PosedSession>
   if (config.window > 0) return Refinement(sessions, config, threads).run();
   std::vector<std::vector<RefinedKeyframe>> same;
   for (const PosedSession& posed : sessions) {
-    same.emplace_back();
-    for (const KeyframeRecord& keyframe : posed.session->keyframes) {
-      same.back().push_back(unrefined(keyframe));
-    }
+    same.emplace_back(posed.session->keyframes.size());
   }
   return same;
 }

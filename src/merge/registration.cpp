@@ -149,17 +149,15 @@ class Aligner {
 
   void finish(RegistrationResult& result) {
     match(result.T_target_source, config_.fine_correspondence_m);
-    const Linearisation at = linearise(result.T_target_source);
+    const Linearisation at = linearise(result.T_target_source, kSlide);
     result.matched = matches_.size();
     if (!enough()) return;
     const double thin = 2.0 * config_.plane_sigma_m * config_.plane_sigma_m;
     double weights = 0.0;
     for (const double w : weight_) weights += w;
     result.rmse_m = std::sqrt(at.cost / weights * thin);
-    const Linearisation known = linearise(result.T_target_source, kSlide);
-    result.information = information(known.hessian, result.T_target_source.rotation);
-    const Eigen::Vector3d axes =
-        symmetric_eigen<double>(known.hessian.topLeftCorner<3, 3>()).values;
+    result.information = information(at.hessian, result.T_target_source.rotation);
+    const Eigen::Vector3d axes = symmetric_eigen<double>(at.hessian.topLeftCorner<3, 3>()).values;
     result.condition = axes[0] / axes[2];
   }
 
@@ -199,6 +197,24 @@ class Aligner {
   double damping_ = 1e-6;
 };
 
+/// Steps with the coarse gate, then with the fine one, up to the last pose or the first one that
+/// `ends_at` is true for.
+template <typename EndsAt>
+void approach(Aligner& aligner, const RegistrationConfig& config, const EndsAt& ends_at,
+              RegistrationResult& result) {
+  double gate_m = config.coarse_correspondence_m;
+  while (result.iterations < config.max_iterations && !ends_at(result.T_target_source)) {
+    ++result.iterations;
+    if (aligner.step(result.T_target_source, gate_m)) continue;
+    if (!aligner.enough()) break;
+    if (gate_m <= config.fine_correspondence_m) {
+      result.converged = true;
+      break;
+    }
+    gate_m = config.fine_correspondence_m;
+  }
+}
+
 struct Share {
   std::size_t common = 0;
   std::size_t coinciding = 0;
@@ -231,20 +247,22 @@ RegistrationResult register_clouds(const RegistrationCloud& target, const Regist
   RegistrationResult result;
   result.T_target_source = T_target_source;
   Aligner aligner(target, source, config, tilt_information);
-  double gate_m = config.coarse_correspondence_m;
-  while (result.iterations < config.max_iterations) {
-    ++result.iterations;
-    if (aligner.step(result.T_target_source, gate_m)) continue;
-    if (!aligner.enough()) break;
-    if (gate_m <= config.fine_correspondence_m) {
-      result.converged = true;
-      break;
-    }
-    gate_m = config.fine_correspondence_m;
-  }
+  approach(
+      aligner, config, [](const Pose&) { return false; }, result);
   aligner.finish(result);
   result.converged = result.converged && aligner.enough();
   return result;
+}
+
+Pose registered_pose(const RegistrationCloud& target, const RegistrationCloud& source,
+                     const Pose& T_target_source, const RegistrationConfig& config,
+                     const Eigen::Matrix2d& tilt_information,
+                     const std::function<bool(const Pose&)>& ends_at) {
+  RegistrationResult result;
+  result.T_target_source = T_target_source;
+  Aligner aligner(target, source, config, tilt_information);
+  approach(aligner, config, ends_at, result);
+  return result.T_target_source;
 }
 
 double structure_overlap(const RegistrationCloud& target, const RegistrationCloud& source,

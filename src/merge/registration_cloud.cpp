@@ -2,50 +2,16 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <nanoflann.hpp>
 #include <utility>
 
+#include "point_tree.hpp"
 #include "unimapper/core/symmetric_eigen.hpp"
 #include "unimapper/core/voxel_key.hpp"
 #include "unimapper/merge/registration.hpp"
+#include "voxel_table.hpp"
 
 namespace unimapper::merge {
 namespace {
-
-/// Adaptor of a vector of points for nanoflann.
-struct PointSource {
-  const std::vector<Eigen::Vector3f>* points;
-  [[nodiscard]] std::size_t kdtree_get_point_count() const { return points->size(); }
-  [[nodiscard]] float kdtree_get_pt(std::size_t i, std::size_t axis) const {
-    return (*points)[i][static_cast<Eigen::Index>(axis)];
-  }
-  template <typename Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
-};
-
-using KdTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, PointSource>,
-                                                   PointSource, 3, std::uint32_t>;
-
-/// Result of a search for one neighbour within a gate.
-struct NearestOne {
-  using DistanceType = float;
-  std::uint32_t index = RegistrationCloud::kNone;
-  float distance;
-
-  [[nodiscard]] std::size_t size() const { return index == RegistrationCloud::kNone ? 0 : 1; }
-  [[nodiscard]] bool full() const { return true; }
-  [[nodiscard]] float worstDist() const { return distance; }
-  bool addPoint(float candidate_distance, std::uint32_t candidate) {
-    // A leaf offers points against the bound it started with.
-    if (candidate_distance < distance) {
-      distance = candidate_distance;
-      index = candidate;
-    }
-    return true;
-  }
-};
 
 /// Covariance with the eigenvectors of the local scatter and standard eigenvalues: small across a
 /// surface, small in both directions across a pole, large along both, and isotropic for foliage.
@@ -66,13 +32,6 @@ Eigen::Matrix3f regularised(const Eigen::Matrix3f& scatter, float sigma_m) {
 
 }  // namespace
 
-struct RegistrationCloud::Tree {
-  explicit Tree(const std::vector<Eigen::Vector3f>& points)
-      : source{&points}, index(3, source, nanoflann::KDTreeSingleIndexAdaptorParams(12)) {}
-  PointSource source;
-  KdTree index;
-};
-
 RegistrationCloud::RegistrationCloud(std::span<const Eigen::Vector3f> points,
                                      std::span<const std::uint8_t> ground,
                                      const RegistrationConfig& config) {
@@ -88,53 +47,42 @@ RegistrationCloud::RegistrationCloud(std::span<const Eigen::Vector3f> points,
     ground_.clear();
     thin(kept, kept_ground, leaf_m);
   }
-  tree_ = std::make_unique<Tree>(points_);
+  tree_ = std::make_unique<PointTree>(points_);
   estimate_covariances(config);
 }
 
 RegistrationCloud::~RegistrationCloud() = default;
 
-// The tree points at the vector of points, whose address changes when the cloud moves.
-RegistrationCloud::RegistrationCloud(RegistrationCloud&& other) noexcept
-    : points_(std::move(other.points_)),
-      covariances_(std::move(other.covariances_)),
-      ground_(std::move(other.ground_)),
-      tree_(std::move(other.tree_)) {
-  if (tree_) tree_->source.points = &points_;
-}
-
-RegistrationCloud& RegistrationCloud::operator=(RegistrationCloud&& other) noexcept {
-  points_ = std::move(other.points_);
-  covariances_ = std::move(other.covariances_);
-  ground_ = std::move(other.ground_);
-  tree_ = std::move(other.tree_);
-  if (tree_) tree_->source.points = &points_;
-  return *this;
-}
+RegistrationCloud::RegistrationCloud(RegistrationCloud&&) noexcept = default;
+RegistrationCloud& RegistrationCloud::operator=(RegistrationCloud&&) noexcept = default;
 
 void RegistrationCloud::thin(const std::vector<Eigen::Vector3f>& points,
                              const std::vector<std::uint8_t>& ground, float leaf_m) {
   const float inverse = 1.0F / leaf_m;
   const float limit = leaf_m * static_cast<float>(kVoxelAxisLimit - 1);
-  std::vector<std::pair<VoxelKey, std::uint32_t>> keyed;
-  keyed.reserve(points.size());
+  struct Voxel {
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    std::uint32_t points = 0;
+    std::uint32_t grounded = 0;
+  };
+  VoxelTable table;
+  std::vector<Voxel> voxels;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3f& p = points[i];
     if (!p.allFinite() || p.cwiseAbs().maxCoeff() > limit) continue;
-    keyed.emplace_back(pack(voxel_index(p, inverse)), static_cast<std::uint32_t>(i));
+    const std::uint32_t number = table.find_or_insert(pack(voxel_index(p, inverse)));
+    if (number == voxels.size()) voxels.emplace_back();
+    Voxel& voxel = voxels[number];
+    voxel.sum += p;
+    ++voxel.points;
+    if (!ground.empty()) voxel.grounded += ground[i] != 0 ? 1 : 0;
   }
-  std::sort(keyed.begin(), keyed.end());
-  for (std::size_t begin = 0; begin < keyed.size();) {
-    std::size_t end = begin;
-    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    std::size_t grounded = 0;
-    for (; end < keyed.size() && keyed[end].first == keyed[begin].first; ++end) {
-      sum += points[keyed[end].second];
-      if (!ground.empty()) grounded += ground[keyed[end].second] != 0 ? 1 : 0;
-    }
-    points_.push_back(sum / static_cast<float>(end - begin));
-    ground_.push_back(2 * grounded > end - begin ? 1 : 0);
-    begin = end;
+  std::vector<std::pair<VoxelKey, std::uint32_t>> order;
+  for (std::uint32_t i = 0; i < voxels.size(); ++i) order.emplace_back(table.key(i), i);
+  std::sort(order.begin(), order.end());
+  for (const auto& [key, i] : order) {
+    points_.push_back(voxels[i].sum / static_cast<float>(voxels[i].points));
+    ground_.push_back(2 * voxels[i].grounded > voxels[i].points ? 1 : 0);
   }
 }
 
@@ -145,29 +93,29 @@ void RegistrationCloud::estimate_covariances(const RegistrationConfig& config) {
   const auto sigma = static_cast<float>(config.plane_sigma_m);
   covariances_.assign(points_.size(), Eigen::Matrix3f::Identity());
   if (wanted < 5) return;
-  std::uint32_t indices[kMaxNeighbors];
-  float distances[kMaxNeighbors];
+  PointTree::Neighbor neighbors[kMaxNeighbors];
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    const std::size_t found = tree_->index.knnSearch(points_[i].data(), wanted, indices, distances);
+    const std::size_t found = tree_->nearest(points_[i], std::span(neighbors, wanted));
     Eigen::Vector3f mean = Eigen::Vector3f::Zero();
-    for (std::size_t n = 0; n < found; ++n) mean += points_[indices[n]];
+    for (std::size_t n = 0; n < found; ++n) mean += points_[neighbors[n].second];
     mean /= static_cast<float>(found);
     Eigen::Matrix3f scatter = Eigen::Matrix3f::Zero();
     for (std::size_t n = 0; n < found; ++n) {
-      const Eigen::Vector3f d = points_[indices[n]] - mean;
+      const Eigen::Vector3f d = points_[neighbors[n].second] - mean;
       scatter += d * d.transpose();
     }
     covariances_[i] = regularised(scatter, sigma);
   }
 }
 
+std::uint64_t RegistrationCloud::bytes() const {
+  return sizeof *this + points_.capacity() * sizeof(Eigen::Vector3f) +
+         covariances_.capacity() * sizeof(Eigen::Matrix3f) + ground_.capacity() +
+         PointTree::bytes(points_.size());
+}
+
 std::uint32_t RegistrationCloud::nearest(const Eigen::Vector3f& query, float& squared_gate) const {
-  if (points_.empty()) return kNone;
-  NearestOne result;
-  result.distance = squared_gate;
-  tree_->index.findNeighbors(result, query.data(), nanoflann::SearchParams());
-  if (result.index != kNone) squared_gate = result.distance;
-  return result.index;
+  return tree_->nearest(query, squared_gate);
 }
 
 }  // namespace unimapper::merge

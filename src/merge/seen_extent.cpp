@@ -21,7 +21,8 @@ double seen_extent_m(const SessionData& session) {
   std::vector<float> distances;
   for (std::size_t k = 0; k < keyframes; k += step) {
     distances.clear();
-    for (const FineCell& cell : session.keyframes[k].static_cells) {
+    const auto keyframe = whole_keyframe(session, k);
+    for (const FineCell& cell : keyframe->static_cells) {
       distances.push_back(cell.position.norm());
     }
     if (!distances.empty()) of_keyframes.push_back(quantile(std::span(distances), kShare));

@@ -2,6 +2,7 @@
 #include "session_check.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -92,6 +93,23 @@ void check_statements(const UserStatements& statements, const std::vector<Sessio
     require(pair.b);
   }
   for (const std::uint32_t session : statements.apart) require_session(session);
+  std::set<KeyframeId> positioned;
+  for (const KnownPosition& position : statements.positions) {
+    require(position.keyframe);
+    if (!positioned.insert(position.keyframe).second) {
+      throw std::invalid_argument("a keyframe has two known positions");
+    }
+    // A map is no larger than a planet.
+    constexpr double kFarthestM = 1e8;
+    const auto is_deviation = [](double sigma) { return sigma >= 1e-4 && sigma <= kFarthestM; };
+    const bool is_valid = std::abs(position.position.z()) <= kFarthestM &&
+                          position.point.norm() <= kFarthestM && is_deviation(position.sigma_z_m) &&
+                          !std::isnan(position.sigma_xy_m) &&
+                          (!position.is_horizontal() ||
+                           (is_deviation(position.sigma_xy_m) &&
+                            position.position.head<2>().cwiseAbs().maxCoeff() <= kFarthestM));
+    if (!is_valid) throw std::invalid_argument("a known position is no position");
+  }
   if (!statements.reference) return;
   require_session(*statements.reference);
   if (statements.keep_apart(*statements.reference)) {

@@ -25,6 +25,13 @@ SessionPath::SessionPath(std::vector<Pose> T_session_keyframe, const OdometryNoi
   accumulate();
 }
 
+SessionPath SessionPath::with_drift(double scale) const {
+  SessionPath path = *this;
+  path.noise_.translation_m_per_sqrt_m *= scale;
+  path.noise_.rotation_rad_per_sqrt_m *= scale;
+  return path;
+}
+
 SessionPath SessionPath::with_poses(std::vector<Pose> poses) const {
   SessionPath path = *this;
   path.poses_ = std::move(poses);

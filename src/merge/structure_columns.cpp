@@ -37,7 +37,7 @@ void StructureColumns::add(const SessionData& session, const MergedSession& merg
   const Eigen::Array3d size(resolution_m_, resolution_m_, kVoxelHeight_m);
   const double limit = static_cast<double>(kVoxelAxisLimit - 1);
   for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
-    visit_cells(session.keyframes[k], merged.refined[k], false, [&](const FineCell& cell) {
+    visit_cells(*whole_keyframe(session, k), merged.refined[k], false, [&](const FineCell& cell) {
       const Eigen::Vector3d p =
           merged.T_map_keyframe[k] * Eigen::Vector3d(cell.position.cast<double>());
       const Eigen::Array3d scaled = p.array() / size;

@@ -1,77 +1,94 @@
 // Unified voxel map of several sessions.
 #include "unified_map.hpp"
 
+#include <algorithm>
+#include <memory>
+#include <set>
+
+#include "parallel.hpp"
+
 namespace unimapper::merge {
 namespace {
 
-Eigen::Vector3f corner(VoxelKey key, float size_m) {
-  const VoxelIndex v = unpack(key);
-  return {size_m * static_cast<float>(v.x), size_m * static_cast<float>(v.y),
-          size_m * static_cast<float>(v.z)};
+/// Read in parallel, then added one after the other.
+constexpr std::size_t kKeyframesAtOnce = 8;
+
+void add(const FineCell& cell, const Pose& T_map_keyframe, SessionVoxels& to) {
+  const auto size_m = static_cast<double>(to.voxel_size_m());
+  const double limit = static_cast<double>(kVoxelAxisLimit - 1);
+  const Eigen::Vector3d p = T_map_keyframe * Eigen::Vector3d(cell.position.cast<double>());
+  const Eigen::Array3d scaled = p.array() * (1.0 / size_m);
+  if (!(scaled.abs().maxCoeff() < limit)) return;
+  const Eigen::Array3d floor = scaled.floor();
+  // Relative to the corner, so that float does not lose millimetres kilometres away.
+  to.add({static_cast<std::int32_t>(floor.x()), static_cast<std::int32_t>(floor.y()),
+          static_cast<std::int32_t>(floor.z())},
+         ((scaled - floor) * size_m).matrix().cast<float>(), cell.ground != 0);
+}
+
+/// Appends the points of one tile, united over the sessions.
+void unite_tile(const std::vector<const SessionVoxels*>& sessions, const MapTile& tile,
+                ExternalVector<MapPoint>& map) {
+  VoxelTable table;
+  std::vector<MapPoint> points;
+  std::vector<std::uint32_t> cells;
+  float size_m = 0.0F;  // all sessions have the same
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    if (sessions[s] == nullptr) continue;
+    size_m = sessions[s]->voxel_size_m();
+    sessions[s]->visit(tile, [&](VoxelKey key, const SessionVoxels::Voxel& voxel) {
+      const std::uint32_t number = table.find_or_insert(key);
+      if (number == points.size()) {
+        points.push_back({Eigen::Vector3f::Zero(), static_cast<std::uint32_t>(s), 0});
+        cells.push_back(0);
+      }
+      // The sum of positions, until all are added.
+      points[number].position += voxel.sum;
+      cells[number] += voxel.cells;
+      ++points[number].sessions_seen;
+    });
+  }
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3f mean = points[i].position / static_cast<float>(cells[i]);
+    points[i].position = voxel_corner(table.key(i), size_m) + mean;
+    map.push_back(points[i]);
+  }
 }
 
 }  // namespace
 
-Eigen::Vector3f SessionVoxels::position(std::uint32_t number) const {
-  const Voxel& voxel = voxels[number];
-  return corner(table.key(number), size_m) + voxel.sum / static_cast<float>(voxel.cells);
-}
-
-SessionVoxels voxelise(const SessionData& session, const MergedSession& merged, float size_m,
-                       CellKind kind) {
-  SessionVoxels result;
-  result.size_m = size_m;
-  const double inverse = 1.0 / static_cast<double>(size_m);
-  const double limit = static_cast<double>(kVoxelAxisLimit - 1);
-  for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
-    visit_cells(
-        session.keyframes[k], merged.refined[k], kind == CellKind::kDynamic,
-        [&](const FineCell& cell) {
-          const Eigen::Vector3d p =
-              merged.T_map_keyframe[k] * Eigen::Vector3d(cell.position.cast<double>());
-          const Eigen::Array3d scaled = p.array() * inverse;
-          if (!(scaled.abs().maxCoeff() < limit)) return;
-          const Eigen::Array3d floor = scaled.floor();
-          const VoxelKey key =
-              pack({static_cast<std::int32_t>(floor.x()), static_cast<std::int32_t>(floor.y()),
-                    static_cast<std::int32_t>(floor.z())});
-          const std::uint32_t number = result.table.find_or_insert(key);
-          if (number == result.voxels.size()) result.voxels.emplace_back();
-          SessionVoxels::Voxel& voxel = result.voxels[number];
-          // Relative to the corner, so that float does not lose millimetres kilometres away.
-          voxel.sum += ((scaled - floor) * static_cast<double>(size_m)).matrix().cast<float>();
-          ++voxel.cells;
-          voxel.ground += cell.ground != 0 ? 1 : 0;
-        });
+LabelledVoxels voxelise(const SessionData& session, const MergedSession& merged, float size_m,
+                        unsigned threads, const std::shared_ptr<ScratchFile>& file) {
+  LabelledVoxels result{SessionVoxels(size_m, file), SessionVoxels(size_m, file)};
+  const std::size_t count = session.keyframes.size();
+  for (std::size_t first = 0; first < count; first += kKeyframesAtOnce) {
+    std::vector<std::shared_ptr<const KeyframeRecord>> keyframes(
+        std::min(kKeyframesAtOnce, count - first));
+    parallel_for(keyframes.size(), threads,
+                 [&](std::size_t i) { keyframes[i] = whole_keyframe(session, first + i); });
+    for (std::size_t i = 0; i < keyframes.size(); ++i) {
+      const std::size_t k = first + i;
+      for (SessionVoxels* voxels : {&result.fixed, &result.dynamic}) {
+        visit_cells(*keyframes[i], merged.refined[k], voxels == &result.dynamic,
+                    [&](const FineCell& cell) { add(cell, merged.T_map_keyframe[k], *voxels); });
+      }
+    }
   }
+  result.fixed.finish();
+  result.dynamic.finish();
   return result;
 }
 
-std::vector<MapPoint> unite(const std::vector<const SessionVoxels*>& sessions) {
-  VoxelTable table;
-  std::vector<MapPoint> points;
-  std::vector<SessionVoxels::Voxel> sums;
-  float size_m = 0.0F;  // all sessions have the same
-  for (std::size_t s = 0; s < sessions.size(); ++s) {
-    if (sessions[s] == nullptr) continue;
-    const SessionVoxels& session = *sessions[s];
-    size_m = session.size_m;
-    for (std::uint32_t i = 0; i < session.voxels.size(); ++i) {
-      const std::uint32_t number = table.find_or_insert(session.table.key(i));
-      if (number == points.size()) {
-        points.push_back({Eigen::Vector3f::Zero(), static_cast<std::uint32_t>(s), 0});
-        sums.emplace_back();
-      }
-      sums[number].sum += session.voxels[i].sum;
-      sums[number].cells += session.voxels[i].cells;
-      ++points[number].sessions_seen;
-    }
+ExternalVector<MapPoint> unite(const std::vector<const SessionVoxels*>& sessions,
+                               const std::shared_ptr<ScratchFile>& file) {
+  std::set<MapTile> tiles;
+  for (const SessionVoxels* session : sessions) {
+    if (session == nullptr) continue;
+    for (const auto& [tile, size] : session->sizes()) tiles.insert(tile);
   }
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    points[i].position =
-        corner(table.key(i), size_m) + sums[i].sum / static_cast<float>(sums[i].cells);
-  }
-  return points;
+  ExternalVector<MapPoint> map(file);
+  for (const MapTile& tile : tiles) unite_tile(sessions, tile, map);
+  return map;
 }
 
 }  // namespace unimapper::merge

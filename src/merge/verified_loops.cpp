@@ -15,16 +15,11 @@ bool UserStatements::keep_apart(std::uint32_t session) const {
   return std::find(apart.begin(), apart.end(), session) != apart.end();
 }
 
-KnownLoops::KnownLoops(const std::vector<SessionData>& sessions, const MergeConfig& config,
-                       const UserStatements& statements, LoopOutcomes* outcomes)
-    : config_(config),
-      statements_(statements),
-      outcomes_(outcomes),
-      fingerprints_(sessions, config) {}
+KnownLoops::KnownLoops(const MergeConfig& config, const UserStatements& statements,
+                       LoopFingerprints& fingerprints, LoopOutcomes* outcomes)
+    : config_(config), statements_(statements), outcomes_(outcomes), fingerprints_(fingerprints) {}
 
-const char* KnownLoops::refusal(const LoopCandidate& candidate) const {
-  const KeyframeId& query = candidate.query;
-  const KeyframeId& match = candidate.match;
+const char* KnownLoops::refusal(KeyframeId query, KeyframeId match) const {
   if (statements_.forbid(query, match)) return kForbiddenByPerson;
   const bool apart = query.session != match.session && (statements_.keep_apart(query.session) ||
                                                         statements_.keep_apart(match.session));
@@ -40,7 +35,7 @@ std::vector<LoopConstraint> KnownLoops::verify(std::span<const LoopCandidate> ca
   std::vector<LoopOutcomes::Entry> entries;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const LoopCandidate& candidate = candidates[i];
-    if (const char* reason = refusal(candidate)) {
+    if (const char* reason = refusal(candidate.query, candidate.match)) {
       loops[i].query = candidate.query;
       loops[i].match = candidate.match;
       loops[i].T_match_query = candidate.T_match_query;

@@ -15,8 +15,8 @@ namespace unimapper::merge {
 class KnownLoops {
  public:
   /// `outcomes` may be null: nothing is known and nothing kept.
-  KnownLoops(const std::vector<SessionData>& sessions, const MergeConfig& config,
-             const UserStatements& statements, LoopOutcomes* outcomes);
+  KnownLoops(const MergeConfig& config, const UserStatements& statements,
+             LoopFingerprints& fingerprints, LoopOutcomes* outcomes);
 
   /// One constraint for each candidate, in their order. Candidates that people forbid, and those
   /// between sessions that they keep apart, are refused unseen.
@@ -26,14 +26,14 @@ class KnownLoops {
   /// Candidates that were verified, not known.
   [[nodiscard]] std::size_t verified() const { return verified_; }
 
- private:
-  /// Empty: it may be verified.
-  [[nodiscard]] const char* refusal(const LoopCandidate& candidate) const;
+  /// Why people refuse loops of two keyframes; null: they do not.
+  [[nodiscard]] const char* refusal(KeyframeId query, KeyframeId match) const;
 
+ private:
   const MergeConfig& config_;
   const UserStatements& statements_;
   LoopOutcomes* outcomes_;
-  LoopFingerprints fingerprints_;
+  LoopFingerprints& fingerprints_;
   std::size_t verified_ = 0;
 };
 

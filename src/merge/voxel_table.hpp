@@ -40,12 +40,27 @@ class VoxelTable {
     return kNone;
   }
 
+  /// Gives memory back; from then on nothing is found or inserted, only `key` answers.
+  void keep_keys_only() {
+    slots_ = std::vector<std::uint32_t>();
+    keys_.shrink_to_fit();
+  }
+
+  /// Gives all memory back; from then on nothing is found or inserted.
+  void clear() {
+    slots_ = std::vector<std::uint32_t>();
+    keys_ = std::vector<VoxelKey>();
+  }
+
   [[nodiscard]] std::size_t size() const { return keys_.size(); }
+  [[nodiscard]] const std::vector<VoxelKey>& keys() const { return keys_; }
   [[nodiscard]] VoxelKey key(std::uint32_t number) const { return keys_[number]; }
 
  private:
   void grow() {
-    std::vector<std::uint32_t> larger(slots_.size() * 4, kNone);
+    // What is small grows faster, what is large takes less.
+    constexpr std::size_t kSmall = std::size_t{1} << 20U;
+    std::vector<std::uint32_t> larger(slots_.size() * (slots_.size() < kSmall ? 4 : 2), kNone);
     for (std::uint32_t number = 0; number < keys_.size(); ++number) {
       std::size_t slot = mix_bits(keys_[number]) & (larger.size() - 1);
       while (larger[slot] != kNone) slot = (slot + 1) & (larger.size() - 1);

@@ -73,8 +73,18 @@ VoxelTrees::VoxelTrees(const std::vector<Eigen::Vector3f>& points, float voxel_s
     trees_->points[number]->points.push_back(p);
   }
   for (const auto& voxel : trees_->points) {
+    voxel->points.shrink_to_fit();
     trees_->trees.push_back(std::make_unique<KdTree>(3, *voxel));
   }
+}
+
+std::uint64_t VoxelTrees::bytes() const {
+  std::uint64_t bytes = 0;
+  for (std::size_t i = 0; i < trees_->trees.size(); ++i) {
+    bytes += sizeof(VoxelPoints) + trees_->points[i]->points.size() * sizeof(Eigen::Vector3f) +
+             sizeof(KdTree) + trees_->trees[i]->usedMemory(*trees_->trees[i]);
+  }
+  return bytes;
 }
 
 VoxelTrees::~VoxelTrees() = default;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -19,6 +20,8 @@ class VoxelTrees {
   /// that a ball of this radius touches are searched, so neighbours beyond a voxel's face are
   /// found.
   [[nodiscard]] bool has_neighbor(const Eigen::Vector3f& point, float distance_m) const;
+  /// Of memory, about.
+  [[nodiscard]] std::uint64_t bytes() const;
 
  private:
   struct Trees;

@@ -14,6 +14,10 @@ namespace {
 // Of the overlap of the result, what a restart must reach to fit as well.
 constexpr double kFitsAsWell = 0.9;
 
+// A restart that has come so near the result, as a share of `probe_slip_m`, is back: registration
+// converges from much farther off, and the last iterations take the longest.
+constexpr double kBack = 0.2;
+
 double overlap_at(const RegistrationCloud& target, const RegistrationCloud& source,
                   const Pose& pose) {
   return structure_overlap(target, source, pose, kOverlapRadiusM, kFineDistanceM);
@@ -27,16 +31,24 @@ WeakAxis probe_weak_axis(const RegistrationCloud& target, const RegistrationClou
   const Matrix6d covariance = Cholesky<6>(result.information).inverse();
   WeakAxis weak;
   weak.axis = symmetric_eigen<double>(covariance.topLeftCorner<3, 3>()).vectors.col(2);
-  const double fit = overlap_at(target, source, result.T_target_source);
+  const auto slip_of = [&](const Pose& pose) {
+    return std::abs(weak.axis.dot(pose.translation - result.T_target_source.translation));
+  };
+  const auto is_back = [&](const Pose& pose) {
+    return slip_of(pose) <= kBack * config.probe_slip_m;
+  };
   for (const double side : {-1.0, 1.0}) {
     Pose start = result.T_target_source;
     start.translation += side * config.probe_m * weak.axis;
-    const RegistrationResult again =
-        register_clouds(target, source, start, config, tilt_information);
-    const double slip = std::abs(
-        weak.axis.dot(again.T_target_source.translation - result.T_target_source.translation));
+    const Pose again = registered_pose(target, source, start, config, tilt_information, is_back);
+    const double slip = slip_of(again);
     if (slip <= weak.slip_m) continue;
-    if (overlap_at(target, source, again.T_target_source) < kFitsAsWell * fit) continue;
+    // How well a restart fits matters only where it is far enough off.
+    if (slip > config.probe_slip_m &&
+        overlap_at(target, source, again) <
+            kFitsAsWell * overlap_at(target, source, result.T_target_source)) {
+      continue;
+    }
     weak.slip_m = slip;
   }
   return weak;

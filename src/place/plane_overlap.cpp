@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "plane_voxels.hpp"
 #include "unimapper/core/cholesky.hpp"
@@ -33,7 +34,7 @@ constexpr std::uint32_t kMaxPlanes = 65535;
 // Direction as a number in [0, kSectors) that grows with the azimuth; no trigonometry.
 std::uint32_t sector_of(float x, float y) noexcept {
   const float sum = std::abs(x) + std::abs(y);
-  if (!(sum > 0.0F)) return 0;
+  if (!(sum > 0.0F && sum <= std::numeric_limits<float>::max())) return 0;
   const float part = y / sum;                                    // -1 .. 1
   const float turn = x >= 0.0F ? (part + 1.0F) : (3.0F - part);  // 0 .. 4
   const auto sector = static_cast<std::uint32_t>(turn * (VisibleExtent::kSectors / 4.0F));

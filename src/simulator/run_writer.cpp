@@ -1,7 +1,9 @@
 #include "run_writer.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <memory>
@@ -66,6 +68,23 @@ std::string number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.9g", value);
   return text;
+}
+
+/// The smallest box around a mesh, in its own frame.
+struct MeshBox {
+  Vec3 low, high;
+};
+
+MeshBox box_of(const Mesh& mesh) {
+  MeshBox box{{1e9, 1e9, 1e9}, {-1e9, -1e9, -1e9}};
+  for (std::size_t i = 0; i + 2 < mesh.positions.size(); i += 3) {
+    const float* p = &mesh.positions[i];
+    box.low = {std::min<double>(box.low.x, p[0]), std::min<double>(box.low.y, p[1]),
+               std::min<double>(box.low.z, p[2])};
+    box.high = {std::max<double>(box.high.x, p[0]), std::max<double>(box.high.y, p[1]),
+                std::max<double>(box.high.z, p[2])};
+  }
+  return box;
 }
 
 /// Entries of what differs from a level sensor, level and undistorted odometry.
@@ -134,6 +153,24 @@ void RunWriter::write_motions(const std::vector<ObjectMotion>& motions) const {
             std::to_string(motion.last_scan) + '\n';
   }
   write_text(folder_ / "motion.txt", text);
+}
+
+void RunWriter::write_objects(const World& world) const {
+  std::vector<MeshBox> boxes;
+  for (const Mesh& mesh : world.prototypes.meshes) boxes.push_back(box_of(mesh));
+  std::string text = "# label x y z yaw length width height (metres, radians)\n";
+  for (const Instance& instance : world.instances) {
+    const MeshBox& box = boxes[instance.prototype];
+    const Vec3 centre = instance.frame(0.5 * instance.scale * (box.low + box.high));
+    const Vec3 size = instance.scale * (box.high - box.low);
+    const double yaw = std::atan2(instance.frame.x.y, instance.frame.x.x);
+    char line[160];
+    std::snprintf(line, sizeof line, "%u %.3f %.3f %.3f %.4f %.3f %.3f %.3f\n",
+                  static_cast<unsigned>(instance.label), centre.x, centre.y, centre.z, yaw, size.x,
+                  size.y, size.z);
+    text += line;
+  }
+  write_text(folder_ / "objects.txt", text);
 }
 
 void RunWriter::write_times(const std::vector<double>& stamps_s) const {

@@ -132,6 +132,7 @@ class Run {
     if (config_.odometry_start == OdometryStart::kIdentity) start_at_identity(odometry);
     writer_.write_times(stamps);
     writer_.write_motions(scene_->motions(stamps));
+    writer_.write_objects(scene_->world());
     writer_.write_poses("gt_poses.txt", truth);
     writer_.write_poses("poses.txt", odometry);
     writer_.write_description(config_, day, 100);

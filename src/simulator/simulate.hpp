@@ -111,6 +111,9 @@ using Progress = std::function<void(std::uint32_t done, std::uint32_t total)>;
 /// - gt_poses.txt: T_world_points, in the same world for all routes and days of a seed;
 /// - motion.txt: object, first and last scan of every stretch of scans during which an object is
 ///   faster than 0.2 m/s;
+/// - objects.txt: what stands in the scene, a line for each: label, centre of its box x y z
+/// (metres,
+///   in the world of gt_poses.txt), yaw (radians), length, width and height (metres);
 /// - times.txt: stamps in seconds; dataset.json: the configuration.
 /// Deterministic: the same configuration writes the same bytes, whatever `threads`.
 /// `observer` gets, scan by scan, what the robot's drivers would publish: the points before the

@@ -53,7 +53,7 @@ TEST_CASE("refined labels replace the robot's") {
   KeyframeRecord keyframe;
   keyframe.static_cells.push_back({kStatic, 1, 0, 0});
   keyframe.dynamic_cells.push_back({kDynamic, 1, 0, 0});
-  const CellLabels labels(keyframe, {{1, 0}}, kFineCellSizeM);
+  const CellLabels labels(keyframe, {{0, 1}}, kFineCellSizeM);
   CHECK_FALSE(labels.is_dynamic(kDynamic));
   CHECK(labels.is_dynamic(kStatic));
 }

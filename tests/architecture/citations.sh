@@ -13,7 +13,7 @@ checked=0
 
 complain() { echo "$1 names $2, which does not exist" >&2; missing=$((missing + 1)); }
 
-files=$(find . \( -name .git -o -name build -o -name 'build-*' -o -name demo \) -prune -o -type f -print |
+files=$(find . \( -name .git -o -name build -o -name 'build-*' -o -name demo -o -name node_modules \) -prune -o -type f -print |
   sed 's#^\./##' | grep -v '^tests/architecture/upward/' | LC_ALL=C sort)
 documents=$(grep -E '^(README\.md|docs/.*\.md)$' <<<"$files")
 sources=$(grep -E '\.(c|h|cpp|hpp|sh|cmake|lcm|json)$|CMakeLists\.txt$|^dev$|^\.ci/' <<<"$files")

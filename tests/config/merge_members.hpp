@@ -60,6 +60,10 @@ inline std::vector<Member<merge::MergeConfig>> merge_members() {
       UNIMAPPER_MEMBER(aliasing.alike_share),
       UNIMAPPER_MEMBER(aliasing.roofed_share),
       UNIMAPPER_MEMBER(aliasing.changed_share),
+      UNIMAPPER_MEMBER(positions.chi2),
+      UNIMAPPER_MEMBER(positions.up_sigma_rad),
+      UNIMAPPER_MEMBER(positions.heading_sigma_rad),
+      UNIMAPPER_MEMBER(positions.storey_m),
       UNIMAPPER_MEMBER(graph.cauchy_scale),
       UNIMAPPER_MEMBER(graph.max_iterations),
       UNIMAPPER_MEMBER(graph.deformation_floor_m),
@@ -96,7 +100,11 @@ inline std::vector<Member<merge::MergeConfig>> merge_members() {
       UNIMAPPER_MEMBER(map.free_margin_m),
       UNIMAPPER_MEMBER(map.min_observers),
       UNIMAPPER_MEMBER(map.min_cluster),
+      UNIMAPPER_MEMBER(map.changed_share),
+      UNIMAPPER_MEMBER(map.min_object_height_m),
+      UNIMAPPER_MEMBER(map.object_seen_through),
       UNIMAPPER_MEMBER(threads),
+      UNIMAPPER_MEMBER(memory_mb),
   };
 }
 

@@ -8,6 +8,7 @@
 #include "src/apps/evaluate/evaluate.hpp"
 #include "src/apps/evaluate/ply_cloud.hpp"
 #include "src/apps/session_clouds.hpp"
+#include "tests/evaluate/small_folders.hpp"
 #include "tests/temporary_directory.hpp"
 #include "tests/wire/stream.hpp"
 #include "unimapper/merge/loops_csv.hpp"
@@ -17,47 +18,11 @@ using namespace unimapper::apps;
 using Catch::Matchers::Contains;
 using Json = nlohmann::json;
 
+using namespace unimapper::test;
+
 namespace fs = std::filesystem;
 
 namespace {
-
-std::string scan_name(std::size_t i) {
-  std::string name(6, '0');
-  for (std::size_t at = 6; i > 0; i /= 10) name[--at] = static_cast<char>('0' + i % 10);
-  return name;
-}
-
-Pose at(double x, double y = 0.0) { return {Eigen::Matrix3d::Identity(), {x, y, 0.0}}; }
-
-const std::string kLoopsHeader =
-    "query_session,query_keyframe,query_scan,match_session,match_keyframe,match_scan,"
-    "confidence,accepted,reason,x,y,z,qx,qy,qz,qw\n";
-
-void write_lines(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
-
-/// A KITTI-form dataset with one scan per pose.
-void write_dataset(const fs::path& directory, const std::vector<Pose>& truth,
-                   const std::vector<datasets::Scan::Point>& points,
-                   const std::vector<std::uint32_t>& labels = {}) {
-  fs::create_directories(directory / "scans");
-  fs::create_directories(directory / "labels");
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    datasets::write_kitti_scan(directory / "scans" / (scan_name(i) + ".bin"), points);
-    if (labels.empty()) continue;
-    datasets::write_labels(directory / "labels" / (scan_name(i) + ".label"), labels);
-  }
-  // Odometry far from the truth.
-  datasets::write_kitti_poses(directory / "poses.txt", std::vector<Pose>(truth.size(), at(0)));
-  datasets::write_kitti_poses(directory / "gt_poses.txt", truth);
-}
-
-void write_run_labels(const fs::path& run, std::size_t scans,
-                      const std::vector<std::uint32_t>& labels) {
-  fs::create_directories(run / "labels");
-  for (std::size_t i = 0; i < scans; ++i) {
-    datasets::write_labels(run / "labels" / (scan_name(i) + ".label"), labels);
-  }
-}
 
 /// A run folder with one keyframe every ten scans and the given rows of loops.csv.
 void write_run(const fs::path& run, const std::string& session, std::uint32_t keyframes,
@@ -233,36 +198,6 @@ TEST_CASE("evaluate loops refuses a run of another dataset, and damaged tables")
   CHECK(merge::read_loops_csv(csv)[0].reason == "wrong, and \"far\"");
 }
 
-namespace {
-
-void write_map(const fs::path& map,
-               const std::vector<std::pair<std::string, std::string>>& sessions,
-               const Pose& T_map_truth, double query_offset_m) {
-  fs::create_directories(map / "trajectories");
-  Json summary;
-  for (const auto& [name, status] : sessions) {
-    summary["sessions"].push_back({{"name", name}, {"status", status}, {"keyframes", 30}});
-    std::vector<std::int64_t> stamps;
-    std::vector<Pose> poses;
-    for (int i = 0; i < 30; ++i) {
-      const double a = 0.2 * i;
-      stamps.push_back(i * 100'000'000LL);
-      poses.push_back(T_map_truth * at(10 * std::cos(a), 10 * std::sin(a)));
-      if (status != "central") poses.back().translation.z() += query_offset_m;
-    }
-    datasets::write_tum(map / "trajectories" / (name + ".tum"), stamps, poses);
-  }
-  write_lines(map / "summary.json", summary.dump());
-}
-
-std::vector<Pose> circle() {
-  std::vector<Pose> truth;
-  for (int i = 0; i < 30; ++i) truth.push_back(at(10 * std::cos(0.2 * i), 10 * std::sin(0.2 * i)));
-  return truth;
-}
-
-}  // namespace
-
 TEST_CASE("evaluate trajectory aligns the central session only") {
   TemporaryDirectory folder;
   write_dataset(folder.path() / "d", circle(), {{10, 0, 0, 0}});
@@ -290,6 +225,123 @@ TEST_CASE("evaluate trajectory aligns the central session only") {
   CHECK_THROWS_WITH(evaluate_trajectory(options), Contains("no session \"nobody\"; it has: a, b"));
   options.map = folder.path() / "nowhere";
   CHECK_THROWS_WITH(evaluate_trajectory(options), Contains("summary.json: no such file"));
+}
+
+namespace {
+
+const std::string kCarAt10 = "10 10 0 0.7 0 4.5 1.8 1.4\n";
+
+/// Two visits of twelve scans from one place: a car stands there on the first day, a wall behind it
+/// is seen on the second. Returns the options, and writes the truth's trajectories as the map's.
+EvaluateChangesOptions two_visits(const fs::path& folder) {
+  std::vector<datasets::Scan::Point> car;
+  std::vector<datasets::Scan::Point> wall;
+  for (int i = 0; i < 10; ++i) {
+    const float y = 0.1F * static_cast<float>(i) - 0.45F;
+    car.push_back({7.8F, y, 0.7F, 0});
+    wall.push_back({20.0F, 2.5F * y, 1.4F, 0});
+  }
+  const std::vector<Pose> truth = [] {
+    std::vector<Pose> poses;
+    for (int i = 0; i < 12; ++i) poses.push_back(at(0.1 * i, 0.3 * (i % 3)));
+    return poses;
+  }();
+  write_dataset(folder / "a", truth, car, std::vector<std::uint32_t>(10, 10));
+  write_dataset(folder / "b", truth, wall, std::vector<std::uint32_t>(10, 50));
+  write_lines(folder / "a" / "objects.txt", "# header\n" + kCarAt10);
+  write_lines(folder / "b" / "objects.txt", "# header\n");
+  fs::create_directories(folder / "map" / "trajectories");
+  std::vector<std::int64_t> stamps_ns;
+  for (std::int64_t i = 0; i < 12; ++i) stamps_ns.push_back(i * 100'000'000);
+  for (const char* name : {"a", "b"}) {
+    datasets::write_tum(folder / "map" / "trajectories" / (std::string(name) + ".tum"), stamps_ns,
+                        truth);
+  }
+  write_lines(folder / "map" / "summary.json",
+              R"({"sessions": [{"name": "a", "status": "central"},
+                               {"name": "b", "status": "merged"}]})");
+  EvaluateChangesOptions options;
+  options.map = folder / "map";
+  options.earlier = {"a", folder / "a"};
+  options.later = {"b", folder / "b"};
+  return options;
+}
+
+/// changes.json with a car that is gone at each of these x.
+void write_gone_cars(const fs::path& map, const std::vector<double>& x_m) {
+  Json objects = Json::array();
+  for (const double x : x_m) {
+    objects.push_back(
+        {{"kind", "gone"},
+         {"session", "a"},
+         {"free_in", "b"},
+         {"box", {{"centre", {x, 0.0, 0.7}}, {"yaw", 0.0}, {"size", {4.4, 1.7, 1.3}}}}});
+  }
+  write_lines(map / "changes.json", Json{{"objects", objects}}.dump());
+}
+
+}  // namespace
+
+TEST_CASE("evaluate changes finds the car that is gone, and what is wrong") {
+  TemporaryDirectory folder;
+  const EvaluateChangesOptions options = two_visits(folder.path());
+  write_gone_cars(options.map, {10.1, 40.0});
+  const Json json = Json::parse(evaluate_changes(options));
+  CHECK(json["vehicles_changed"] == 1);
+  CHECK(json["vehicles_found"] == 1);
+  CHECK(json["recall"] == 100.0);
+  CHECK(json["precision"] == 50.0);
+  CHECK(json["found"] == 2);
+  CHECK(json["right"] == 1);
+  REQUIRE(json["wrong"].size() == 1);
+  CHECK(json["wrong"][0]["box"]["centre"][0].get<double>() == Approx(40.0));
+  CHECK(json["missed"].empty());
+
+  write_gone_cars(options.map, {});
+  const Json nothing = Json::parse(evaluate_changes(options));
+  CHECK(nothing["recall"] == 0.0);
+  CHECK(nothing["precision"].is_null());
+  REQUIRE(nothing["missed"].size() == 1);
+  CHECK(nothing["missed"][0]["label"] == 10);
+}
+
+TEST_CASE("evaluate changes counts what stood during one visit apart") {
+  TemporaryDirectory folder;
+  const EvaluateChangesOptions options = two_visits(folder.path());
+  // The car that the scans show is traffic that waited: the scene does not list it.
+  write_lines(folder.path() / "a" / "objects.txt", "# header\n");
+  write_gone_cars(options.map, {10.0});
+  const Json json = Json::parse(evaluate_changes(options));
+  CHECK(json["stood"] == 1);
+  CHECK(json["wrong"].empty());
+  CHECK(json["vehicles_changed"] == 0);
+  CHECK(json["recall"].is_null());
+}
+
+TEST_CASE("evaluate changes leaves out what one of the visits could not see") {
+  TemporaryDirectory folder;
+  EvaluateChangesOptions options = two_visits(folder.path());
+  write_gone_cars(options.map, {});
+  options.reach_m = 5.0;
+  CHECK(Json::parse(evaluate_changes(options))["vehicles_changed"] == 0);
+  options.reach_m = 25.0;
+  // On the second day something stands before its place.
+  fs::copy(folder.path() / "a" / "scans", folder.path() / "b" / "scans",
+           fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+  CHECK(Json::parse(evaluate_changes(options))["vehicles_changed"] == 0);
+}
+
+TEST_CASE("evaluate changes says which file is missing or damaged") {
+  TemporaryDirectory folder;
+  const EvaluateChangesOptions options = two_visits(folder.path());
+  CHECK_THROWS_WITH(evaluate_changes(options), Contains("changes.json: cannot be read"));
+  write_lines(options.map / "changes.json", R"({"objects": [{"kind": "gone"}]})");
+  CHECK_THROWS_WITH(evaluate_changes(options), Contains("changes.json"));
+  write_gone_cars(options.map, {10.0});
+  write_lines(folder.path() / "a" / "objects.txt", kCarAt10 + "10 1 2\n");
+  CHECK_THROWS_WITH(evaluate_changes(options), Contains("objects.txt: line 2 is not an object"));
+  write_lines(folder.path() / "a" / "objects.txt", "10 x 0 0.7 0 4.5 1.8 1.4\n");
+  CHECK_THROWS_WITH(evaluate_changes(options), Contains("objects.txt"));
 }
 
 TEST_CASE("a summary that is no summary is refused") {

@@ -23,9 +23,10 @@ using Data = std::vector<std::uint8_t>;
 constexpr std::size_t kDatagrams = 4;
 /// More in one input find nothing that fewer do not, only slower.
 constexpr int kMostForged = 32;
-constexpr std::array<std::string_view, 6> kChannels = {
+constexpr std::array<std::string_view, 7> kChannels = {
     lcm_port::kSessionChannel, lcm_port::kKeyframeChannel, lcm_port::kHealthChannel,
-    lcm_port::kStoredChannel,  lcm_port::kProbeChannel,    lcm_port::kReceiptChannel};
+    lcm_port::kStoredChannel,  lcm_port::kProbeChannel,    lcm_port::kReceiptChannel,
+    lcm_port::kMapPoseChannel};
 
 const keys::RobotKey& robot_key() {
   static const keys::RobotKey key = keys::new_robot_key("robot");

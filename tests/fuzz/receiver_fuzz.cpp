@@ -1,5 +1,6 @@
 // Fuzz target of the receiver: it keeps its limits and its counts are consistent, a victim's
-// keyframe arrives as it was sent, and a sender survives whatever it is told.
+// keyframe arrives as it was sent, and a sender survives whatever it is told, also of its place in
+// the base's map.
 //
 // Checksums and type fingerprints are corrected where the input says so, because random ones would
 // be rejected at once.
@@ -9,12 +10,14 @@
 #include <cstdlib>
 #include <unimapper_wire/chunk_t.hpp>
 #include <unimapper_wire/health_t.hpp>
+#include <unimapper_wire/map_pose_t.hpp>
 #include <unimapper_wire/probe_t.hpp>
 #include <unimapper_wire/receipt_t.hpp>
 #include <unimapper_wire/session_t.hpp>
 #include <unimapper_wire/stored_t.hpp>
 #include <vector>
 
+#include "ports/lcm/latest_map_pose.hpp"
 #include "ports/lcm/messages.hpp"
 #include "ports/lcm/pacing.hpp"
 #include "ports/lcm/received_log.hpp"
@@ -47,11 +50,25 @@ void send_whole(Receiver& receiver, std::vector<std::uint8_t> bytes, std::uint32
   }
 }
 
+const SessionId kVictim{7, {0x1122334455667788, 0x99AABBCCDDEEFF00}};
+
+/// A robot keeps only possible places, the newest of its own.
+void take_map_pose(LatestMapPose& kept, const std::vector<std::uint8_t>& message) {
+  const auto before = kept.latest();
+  kept.take(decode_map_pose(message), {});
+  if (!kept.latest()) return;
+  const MapPoseMessage& at = kept.latest()->message;
+  if (at.session != kVictim || !at.T_map_odometry.is_rigid() || !(position_sigma_m(at) >= 0.0)) {
+    std::abort();
+  }
+  if (decode_map_pose(encode(at)) == std::nullopt) std::abort();
+  if (before && at.epoch < before->message.epoch) std::abort();
+}
+
 /// More in one input find nothing that fewer do not, only slower.
 constexpr int kMostMessages = 32;
 constexpr int kMostWhole = 2;
-
-const SessionId kVictim{7, {0x1122334455667788, 0x99AABBCCDDEEFF00}};
+constexpr std::size_t kRestOfMapPose = 256;
 
 /// A robot's keyframe, as pieces.
 const std::vector<std::vector<std::uint8_t>>& victims_pieces(std::uint32_t sequence) {
@@ -100,6 +117,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     pacing.sent(100.0);
     (void)pacing.probe(i);
   }
+  LatestMapPose map_pose(kVictim);
   // Each message: what to do with it, its length, its bytes.
   int whole = 0;
   int messages = 0;
@@ -119,7 +137,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         receive(receiver, kHealthChannel, message);
         break;
       case 2:
-        receive(receiver, "OTHER", message);
+        if (!fit) {
+          receive(receiver, "OTHER", message);
+          break;
+        }
+        // Longer than a byte says: what follows is its end.
+        message.insert(message.end(), data + at, data + std::min(size, at + kRestOfMapPose));
+        make_fit(message, unimapper_wire::map_pose_t::getHash());
+        take_map_pose(map_pose, message);
         break;
       case 3:
         // Whatever is left of the input as a keyframe in proper pieces.

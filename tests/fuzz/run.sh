@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# One fuzz target for some seconds: run.sh FOLDER TARGET SECONDS|replay
+# One fuzz target for some seconds: run.sh BIN FOLDER TARGET SECONDS|replay
 #
-# Starts from FOLDER/seeds/TARGET, keeps what it learns in FOLDER/corpus/TARGET and what ends it in
+# Program BIN/fuzz_TARGET. Starts from FOLDER/seeds/TARGET, keeps what it learns in FOLDER/corpus/TARGET and what ends it in
 # FOLDER/found. `replay` makes the same inputs from the same seeds every time, as many as runs.txt
 # says. Prints a line; ends with 1, after the target's last words, if an input ended it.
 set -euo pipefail
-folder=$1 target=$2 seconds=$3
+bin=$1 folder=$2 target=$3 seconds=$4
 log=$folder/$target.log
 corpora=("$folder/seeds/$target")
 if [ "$seconds" = replay ]; then
@@ -16,7 +16,7 @@ else
   limits=(-max_total_time="$seconds")
 fi
 mkdir -p "${corpora[@]}"
-if "$folder/bin/fuzz_$target" "${limits[@]}" -timeout=60 -rss_limit_mb=4096 \
+if "$bin/fuzz_$target" "${limits[@]}" -timeout=60 -rss_limit_mb=4096 \
   -artifact_prefix="$folder/found/$target-" "${corpora[@]}" >"$log" 2>&1; then
   echo "$target: $(tail -1 "$log")"
 else

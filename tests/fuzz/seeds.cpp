@@ -9,6 +9,7 @@
 
 #include "ports/lcm/messages.hpp"
 #include "ports/lcm/sending.hpp"
+#include "tests/ports/lcm/map_pose.hpp"
 #include "tests/wire/stream.hpp"
 #include "unimapper/config/config_json.hpp"
 #include "unimapper/onboard/config.hpp"
@@ -59,6 +60,17 @@ Data receiver_input(std::uint32_t sequence) {
   return input;
 }
 
+/// A place in the map of the session that fuzz_receiver knows, likewise, but for its end after it.
+Data map_pose_input(const std::string& reason) {
+  const SessionId victim{7, {0x1122334455667788, 0x99AABBCCDDEEFF00}};
+  wire::MapPoseMessage place = lcm_port::lcm_test::map_pose_of(victim, 3, 5);
+  place.reason = reason;
+  Data input{2 | 8, 255};
+  const Data message = lcm_port::encode(place);
+  input.insert(input.end(), message.begin(), message.end());
+  return input;
+}
+
 Data config_input() {
   const std::string text = dump_config(PipelineConfig());
   Data input{0};
@@ -72,6 +84,8 @@ void write_all(Seeds& seeds) {
     seeds.write("keyframe_codec", wire::encode_keyframe(record));
     seeds.write("receiver", receiver_input(i));
   }
+  seeds.write("receiver", map_pose_input(""));
+  seeds.write("receiver", map_pose_input("no loop to the map yet"));
   seeds.write("config", config_input());
 }
 

@@ -86,7 +86,7 @@ TEST_CASE("a right recording is fine") {
   CHECK(found.agreement.given > found.agreement.identity + 0.2);
 }
 
-TEST_CASE("poses of another convention are wrong, and the message names the remedy") {
+TEST_CASE("poses of another convention are wrong, and the message names the remedy", "[slow]") {
   const Eigen::Matrix3d camera = (Eigen::Matrix3d() << 0, -1, 0, 0, 0, -1, 1, 0, 0).finished();
   const Eigen::Matrix3d mirrored = Eigen::Vector3d(1, -1, 1).asDiagonal();
   const Eigen::Matrix3d down = Eigen::Vector3d(1, -1, -1).asDiagonal();

@@ -1,6 +1,7 @@
 // Decisions of alignment on what the sensor data say about a placement
 #include <catch2/catch.hpp>
 #include <string>
+#include <vector>
 
 #include "tests/merge/alignment_scene.hpp"
 #include "unimapper/merge/alignment.hpp"
@@ -92,4 +93,21 @@ TEST_CASE("Data are asked once about each pair that connects sessions, and about
       });
   CHECK(asked == 2);
   for (std::size_t s = 0; s < 3; ++s) CHECK(alignment.connected[s]);
+}
+
+TEST_CASE("A session that is added later takes no place of pairs that have plenty of loops",
+          "[alignment]") {
+  Scene scene;
+  scene.sessions = {{straight(60), 1.0}, {straight(60), 0.5}, {straight(60), 0.4}};
+  for (std::size_t k = 0; k < 60; k += 2) {
+    if (k % 4 == 0) scene.loops.push_back(exact_loop({1, k}, {0, k}, Pose{}));
+    scene.loops.push_back(exact_loop({2, k}, {0, k}, Pose{}));
+    scene.loops.push_back(exact_loop({2, k}, {1, k}, Pose{}));
+  }
+  std::vector<std::size_t> asked_of_query;
+  align_sessions(scene.sessions, scene.loops, MergeConfig{}, [&](const Placement& placement) {
+    asked_of_query.push_back(placement.loops.front().query.session);
+    return PlacementEvidence{5, 0, {}};
+  });
+  CHECK((asked_of_query == std::vector<std::size_t>{1, 2}));
 }

@@ -47,9 +47,10 @@ std::size_t count_gone(const SessionData& first, const SessionData& second,
   for (std::size_t s = 0; s < 2; ++s) {
     merged[s].T_map_keyframe.assign(sessions[s].keyframes.size(), s == 0 ? Pose{} : T_map_second);
     merged[s].refined.resize(sessions[s].keyframes.size());
-    voxels.push_back(voxelise(sessions[s], merged[s], config.voxel_size_m, CellKind::kStatic));
+    voxels.push_back(voxelise(sessions[s], merged[s], config.voxel_size_m).fixed);
   }
-  const auto changes = find_changes(sessions, merged, {&voxels[0], &voxels[1]}, merge_config);
+  const auto changes =
+      find_changes(sessions, merged, {&voxels[0], &voxels[1]}, merge_config).points;
   return static_cast<std::size_t>(
       std::count_if(changes.begin(), changes.end(), [](const ChangedPoint& change) {
         return change.session == 0 && !change.appeared && change.position.x() < 6.45F;
@@ -149,6 +150,7 @@ TEST_CASE("Changes smaller than the least cluster are left out", "[changes]") {
     day.keyframes[0].static_cells.push_back({point, 3, 0, 0});
   }
   MapConfig config;
+  config.min_object_height_m = 0.1F;
   config.min_cluster = 5;
   CHECK(count_gone(day, without_box(2, 0), config) == 5);
   config.min_cluster = 6;
@@ -161,6 +163,34 @@ TEST_CASE("Ground is not compared", "[changes]") {
     if (cell.position.x() < 7.0F) cell.ground = 1;
   }
   CHECK(count_gone(day, without_box(2, 0)) == 0);
+}
+
+TEST_CASE("Ground of the other session beside it does not hide what is gone", "[changes]") {
+  // On the second day the ground is seen below and beside where the box stood.
+  SessionData second = without_box(2, 0);
+  for (KeyframeRecord& keyframe : second.keyframes) {
+    for (float y = -0.6F; y < 0.61F; y += 0.1F) {
+      for (float x = 5.8F; x < 6.3F; x += 0.1F) {
+        keyframe.static_cells.push_back({Eigen::Vector3f(x, y, -0.5F), 3, 1, 0});
+      }
+    }
+  }
+  CHECK(count_gone(with_box(), second) >= 20);
+}
+
+TEST_CASE("What moved past beside it does not hide what is gone", "[changes]") {
+  // In one of five looks something wide stood beside the box; the other four saw through it.
+  SessionData first;
+  for (int k = 0; k < 5; ++k) {
+    first.keyframes.push_back(look_at_wall(1 + k));
+    add_sheet(first.keyframes.back(), 6.0F, 0.4F, 0.2F);
+  }
+  for (float y = 0.5F; y < 3.0F; y += 0.2F) {
+    for (float z = -0.8F; z < 0.9F; z += 0.2F) {
+      first.keyframes[2].static_cells.push_back({Eigen::Vector3f(6.0F, y, z), 3, 0, 0});
+    }
+  }
+  CHECK(count_gone(first, without_box(2, 0)) >= 20);
 }
 
 TEST_CASE("A voxel is compared unless most of its cells are ground", "[changes]") {
@@ -187,7 +217,8 @@ namespace {
 
 /// Changes in front of the wall of sessions in any order of time.
 std::vector<ChangedPoint> changes_of(const std::vector<SessionData>& sessions,
-                                     const std::vector<bool>& takes_part) {
+                                     const std::vector<bool>& takes_part,
+                                     std::size_t most_voxels = kMostComparedVoxels) {
   MergeConfig config;
   config.threads = 1;
   std::vector<MergedSession> merged(sessions.size());
@@ -196,12 +227,12 @@ std::vector<ChangedPoint> changes_of(const std::vector<SessionData>& sessions,
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     merged[s].T_map_keyframe.resize(sessions[s].keyframes.size());
     merged[s].refined.resize(sessions[s].keyframes.size());
-    voxels.push_back(voxelise(sessions[s], merged[s], config.map.voxel_size_m, CellKind::kStatic));
+    voxels.push_back(voxelise(sessions[s], merged[s], config.map.voxel_size_m).fixed);
   }
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     given.push_back(takes_part[s] ? &voxels[s] : nullptr);
   }
-  auto changes = find_changes(sessions, merged, given, config);
+  auto changes = find_changes(sessions, merged, given, config, most_voxels).points;
   std::erase_if(changes, [](const ChangedPoint& change) { return change.position.x() > 6.45F; });
   return changes;
 }
@@ -315,4 +346,20 @@ TEST_CASE("The clique search finds the largest group hidden in noise", "[accepta
     CHECK(max_clique(graph, all, 30).size() >= 2);
   }
   CHECK(max_clique(AdjacencyMatrix(0), {}).empty());
+}
+
+TEST_CASE("An object across the border of two regions is found once, and whole", "[changes]") {
+  // Tiles meet at the origin, in the middle of the box.
+  const std::vector<SessionData> days{day(1, true), day(1'000'000'000, false)};
+  const auto whole = changes_of(days, {true, true});
+  REQUIRE(whole.size() >= 20);
+  const auto is_left = [](const ChangedPoint& point) { return point.position.y() < 0.0F; };
+  REQUIRE(std::any_of(whole.begin(), whole.end(), is_left));
+  REQUIRE_FALSE(std::all_of(whole.begin(), whole.end(), is_left));
+  const auto divided = changes_of(days, {true, true}, 1);
+  REQUIRE(divided.size() == whole.size());
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    CHECK(divided[i].position == whole[i].position);
+    CHECK(divided[i].object == whole[i].object);
+  }
 }

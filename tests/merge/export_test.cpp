@@ -176,7 +176,7 @@ TEST_CASE("Points are written with their session, and changes with their directi
   result.map.push_back({{1.5F, -2.0F, 3.0F}, 7, 2});
   result.map.push_back({{4.0F, 5.0F, 6.0F}, 300, 1});
   result.changes.push_back({{1.0F, 2.0F, 3.0F}, 4, true});
-  result.changes.push_back({{7.0F, 8.0F, 9.5F}, 513, false});
+  result.changes.push_back({{7.0F, 8.0F, 9.5F}, 513, false, 70000});
   const TemporaryDirectory scratch;
   write_map_points(scratch / "map.ply", result.map);
   write_changed_points(scratch / "changes.ply", result.changes);
@@ -195,14 +195,62 @@ TEST_CASE("Points are written with their session, and changes with their directi
   CHECK(number_at<std::uint16_t>(map, 34) == 300);
   CHECK(number_at<std::uint16_t>(map, 36) == 1);
   const std::string changes = body("changes.ply");
-  REQUIRE(changes.size() == 2 * 18);
+  REQUIRE(changes.size() == 2 * 22);
   CHECK(changes.substr(12, 3) == std::string("\x00\xC8\x00", 3));  // green: appeared
   CHECK(number_at<std::uint16_t>(changes, 15) == 4);
   CHECK(changes[17] == 1);
-  CHECK(number_at<float>(changes, 26) == 9.5F);
-  CHECK(changes.substr(30, 3) == std::string("\xDC\x00\x00", 3));  // red: gone
-  CHECK(number_at<std::uint16_t>(changes, 33) == 513);
-  CHECK(changes[35] == 0);
+  CHECK(number_at<std::uint32_t>(changes, 18) == 0);
+  CHECK(number_at<float>(changes, 30) == 9.5F);
+  CHECK(changes.substr(34, 3) == std::string("\xDC\x00\x00", 3));  // red: gone
+  CHECK(number_at<std::uint16_t>(changes, 37) == 513);
+  CHECK(changes[39] == 0);
+  CHECK(number_at<std::uint32_t>(changes, 40) == 70000);
+}
+
+TEST_CASE("Changed objects are written with kind, sessions and box", "[export]") {
+  std::vector<SessionData> sessions(2);
+  sessions[0].info.name = "monday";
+  sessions[1].info.name = "tuesday";
+  MergeResult result;
+  result.changed_objects.resize(2);
+  ChangedObject& gone = result.changed_objects[0];
+  gone.kind = ChangeKind::kGone;
+  gone.session = 0;
+  gone.free_in = 1;
+  gone.box = {{1.0, 2.0, 3.0}, 0.5, {4.0, 2.0, 1.5}};
+  gone.voxels = 77;
+  gone.confidence = 0.875;
+  gone.seen_through = 0.125;
+  ChangedObject& moved = result.changed_objects[1];
+  moved.kind = ChangeKind::kMoved;
+  moved.session = 1;
+  moved.free_in = 0;
+  moved.box = {{50.0, 2.0, 3.0}, 0.0, {1.0, 1.0, 1.0}};
+  moved.before = UprightBox{{49.0, 2.0, 3.0}, 0.0, {1.0, 1.0, 1.0}};
+  const TemporaryDirectory scratch;
+  const auto written = [&](const ExportOptions& options) {
+    write_changed_objects(scratch / "changes.json", sessions, result, options);
+    return nlohmann::json::parse(read(scratch / "changes.json")).at("objects");
+  };
+  const nlohmann::json all = written({});
+  REQUIRE(all.size() == 2);
+  CHECK(all[0] ==
+        nlohmann::json(
+            {{"object", 0},
+             {"kind", "gone"},
+             {"session", "monday"},
+             {"free_in", "tuesday"},
+             {"box", {{"centre", {1.0, 2.0, 3.0}}, {"yaw", 0.5}, {"size", {4.0, 2.0, 1.5}}}},
+             {"voxels", 77},
+             {"confidence", 0.875},
+             {"seen_through", 0.125}}));
+  CHECK(all[1]["kind"] == "moved");
+  CHECK(all[1]["before"]["centre"][0] == 49.0);
+  ExportOptions part;
+  part.box = MapBox{{40.0, 0.0, 0.0}, {60.0, 10.0, 10.0}};
+  const nlohmann::json in_box = written(part);
+  REQUIRE(in_box.size() == 1);
+  CHECK(in_box[0]["object"] == 1);
 }
 
 TEST_CASE("Of a map a box, one point per voxel and tiles are written", "[export]") {

@@ -27,7 +27,8 @@ std::vector<float> cloud_of(std::size_t keyframe, const RegistrationConfig& conf
   KeyframeClouds clouds(sessions, config, 1);
   clouds.prepare({{0, keyframe}});
   std::vector<float> x_m;
-  for (const Eigen::Vector3f& p : clouds.cloud({0, keyframe}).points()) x_m.push_back(p.x());
+  const auto cloud = clouds.cloud({0, keyframe});
+  for (const Eigen::Vector3f& p : cloud->points()) x_m.push_back(p.x());
   std::sort(x_m.begin(), x_m.end());
   return x_m;
 }

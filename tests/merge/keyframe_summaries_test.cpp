@@ -112,7 +112,9 @@ TEST_CASE("Whole neighbours are found over summaries, nearest first, and not fro
 
 TEST_CASE("The cells about a summary are those of the nearest whole keyframes within reach",
           "[summaries]") {
-  std::vector<KeyframeRecord> keyframes(7);
+  SessionData session;
+  session.keyframes.resize(7);
+  std::vector<KeyframeRecord>& keyframes = session.keyframes;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
     keyframes[k].T_odometry_keyframe.translation.x() = 10.0 * static_cast<double>(k);
     keyframes[k].static_cells.push_back({Eigen::Vector3f(0.0F, 1.0F, 2.0F), 3, 1, 0});
@@ -121,18 +123,18 @@ TEST_CASE("The cells about a summary are those of the nearest whole keyframes wi
     keyframes[k].is_summary = true;
     keyframes[k].static_cells.clear();
   }
-  const std::vector<FineCell> cells = neighbouring_cells(keyframes, 3);
+  const std::vector<FineCell> cells = neighbouring_cells(session, 3);
   REQUIRE(cells.size() == 2);
   CHECK(cells[0].position == Eigen::Vector3f(-20.0F, 1.0F, 2.0F));
   CHECK(cells[1].position == Eigen::Vector3f(20.0F, 1.0F, 2.0F));
   CHECK(cells[0].ground == 1);
 
   keyframes[1].T_odometry_keyframe.translation.x() = -50.0;  // 80 m before
-  CHECK(neighbouring_cells(keyframes, 3).size() == 1);
+  CHECK(neighbouring_cells(session, 3).size() == 1);
 }
 
 TEST_CASE("A robot of which mostly summaries have arrived is merged, with loops of its summaries",
-          "[summaries]") {
+          "[summaries][slow]") {
   const Town town = make_town(1, 2);
   const std::vector<Drive> drives{
       record(town, drive_roads({{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}, {0.5, 0}}), "alpha", 11),

@@ -5,37 +5,19 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "tests/merge/synthetic_town.hpp"
+#include "tests/merge/known_map.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
 using unimapper::merge::testing::Drive;
 using unimapper::merge::testing::drive_roads;
+using unimapper::merge::testing::friday;
+using unimapper::merge::testing::KnownMap;
 using unimapper::merge::testing::make_town;
+using unimapper::merge::testing::map_of_town;
 using unimapper::merge::testing::record;
-using unimapper::merge::testing::Town;
 
 namespace {
-
-/// A map of one session whose poses are the truth: the world is its frame.
-struct KnownMap {
-  Drive drive;
-  MergeResult result;
-
-  explicit KnownMap(const Town& town)
-      : drive(record(town, drive_roads({{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}, {0.5, 0}}),
-                     "monday", 11)) {
-    MergedSession& merged = result.sessions.emplace_back();
-    merged.status = SessionStatus::kCentral;
-    merged.T_map_keyframe = drive.truth;
-  }
-  [[nodiscard]] Localiser localiser() const { return {{drive.session}, result}; }
-};
-
-const KnownMap& map_of_town() {
-  static const KnownMap shared(make_town(1, 2));
-  return shared;
-}
 
 double error_m(const MapPose& at, const Pose& truth) {
   return (at.T_map_keyframe.translation - truth.translation).norm();
@@ -51,13 +33,6 @@ std::vector<MapPose> follow(Localiser& localiser, const std::vector<KeyframeReco
   std::vector<MapPose> answers;
   for (const KeyframeRecord& k : keyframes) answers.push_back(localiser.add(k));
   return answers;
-}
-
-/// Another day's drive that begins outside of the map.
-const Drive& friday() {
-  static const Drive shared =
-      record(make_town(1, 2), drive_roads({{2, 1}, {0, 1}, {0, 0}}), "friday", 12);
-  return shared;
 }
 
 const std::vector<MapPose>& answers_of_friday() {
@@ -141,7 +116,7 @@ TEST_CASE("A robot whose odometry jumps starts anew, and the loss is counted", "
 }
 
 TEST_CASE("A robot that is carried to another street is lost there, and found again",
-          "[localisation]") {
+          "[localisation][slow]") {
   const Drive there = record(make_town(1, 2), drive_roads({{0, 0}, {1, 0}, {1, 1}}), "carried", 14);
   std::vector<KeyframeRecord> keyframes = friday().session.keyframes;
   const std::size_t carried = keyframes.size();

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "src/merge/radius_search.hpp"
+#include "src/merge/verification_rounds.hpp"
 #include "tests/merge/synthetic_town.hpp"
 #include "unimapper/place/database.hpp"
 
@@ -207,6 +208,26 @@ TEST_CASE("A robot that waits does not displace the candidates of other places",
   CHECK(elsewhere(chosen) >= 6);
 }
 
+TEST_CASE("Candidates of two sessions do not depend on sessions that are added", "[loop_search]") {
+  const auto town = make_town(5, 1);
+  std::vector<SessionData> sessions{record(town, crawl(10, 2.0), "one", 1).session,
+                                    record(town, crawl(10, 2.0), "two", 2).session};
+  const auto pairs_of_both = [&] {
+    std::set<std::pair<KeyframeId, KeyframeId>> pairs;
+    for (const LoopCandidate& loop : find_inter_session_candidates(sessions, LoopConfig{})) {
+      const auto keyframes = std::minmax(loop.query, loop.match);
+      if (keyframes.second.session < 2) pairs.insert(keyframes);
+    }
+    return pairs;
+  };
+  const auto alone = pairs_of_both();
+  CHECK(alone.size() > 30);
+  for (const std::uint64_t seed : {3U, 4U}) {
+    sessions.push_back(record(town, crawl(20, 1.0), "added", seed).session);
+    CHECK((pairs_of_both() == alone));
+  }
+}
+
 TEST_CASE("Every session has candidates of its own, however many threads look for them",
           "[loop_search]") {
   const auto town = make_town(5, 1);
@@ -369,6 +390,32 @@ TEST_CASE("Within a session both gaps count, by keyframes and along the path", "
   config.loops.min_keyframe_gap = 1;
   config.loops.min_path_gap_m = 25.9;
   CHECK(gaps().second == 26.0);
+}
+
+TEST_CASE("A keyframe that enough sessions hold by loops is searched for in no further one",
+          "[radius_search]") {
+  constexpr std::size_t kLast = kSessionsPerKeyframe + 1;
+  Aligned maps;
+  maps.sessions.resize(kLast + 1);
+  std::vector<LoopConstraint> known;
+  for (std::size_t s = 0; s <= kLast; ++s) {
+    maps.add(s, at(0.5 * static_cast<double>(s), 0.0));
+    if (s == 0 || s == kLast) continue;
+    known.emplace_back();
+    known.back().query = {s, 0};
+    known.back().match = {kLast, 0};
+  }
+  maps.alignment.connected.assign(kLast + 1, true);
+  maps.alignment.T_map_session.assign(kLast + 1, Pose{});
+  const auto pairs_of_last = [&] {
+    const auto found = maps.search_as_is({}, known);
+    return std::count_if(found.begin(), found.end(), [](const LoopCandidate& candidate) {
+      return candidate.query.session == kLast;
+    });
+  };
+  CHECK(pairs_of_last() == 0);
+  known.pop_back();
+  CHECK(pairs_of_last() == 2);  // in sessions 0 and kLast - 1
 }
 
 TEST_CASE("Sessions that are not connected are not searched", "[radius_search]") {

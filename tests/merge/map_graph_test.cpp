@@ -1,14 +1,15 @@
 // Anchor-node pose graph: outliers, loops with query and match exchanged, plausible deformation
 #include "src/merge/map_graph.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "tests/merge/random.hpp"
+#include "tests/merge/alignment_scene.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
-using unimapper::merge::testing::Random;
+using namespace unimapper::merge::testing;
 
 namespace {
 
@@ -79,6 +80,48 @@ TEST_CASE("A loop costs as much seen from the other side", "[pose_graph]") {
     const LoopConstraint back = flipped(flipped(loop));
     CHECK((back.information - loop.information).norm() < 1e-6 * loop.information.norm());
   }
+}
+
+TEST_CASE("Many sessions solved at their loop ends lie where all of their keyframes put them",
+          "[pose_graph]") {
+  Random random(31);
+  Scene scene;
+  const std::vector<Pose> street = drive(random, 60, yaw_pose(0.8, {100.0, -400.0, 3.0}));
+  std::vector<SessionPath> odometry_of;
+  std::vector<std::size_t> sessions;
+  for (std::size_t s = 0; s < kFewSessions + 2; ++s) {
+    sessions.push_back(s);
+    odometry_of.emplace_back(odometry(random, street), OdometryNoiseConfig{});
+    for (std::size_t k = 5; s > 0 && k < 50; k += 9) {
+      loop(scene, {s, k + s % 3}, {s - 1, k}, street[k].inverse() * street[k + s % 3], random);
+    }
+  }
+  MapState start = make_map_state(odometry_of);
+  start.central = 2;
+  for (const std::size_t s : sessions) {
+    start.T_map_session[s] = odometry_of[2][0] * odometry_of[s][0].inverse();
+  }
+  const auto solve = [&](Variables variables) {
+    MapState state = start;
+    REQUIRE(
+        optimize_maps(state, sessions, scene.loops, GraphConfig{}, PositionConfig{}, variables));
+    CHECK(state.T_map_session[2].translation == start.T_map_session[2].translation);
+    return state;
+  };
+  const MapState whole = solve(Variables::kAllKeyframes);
+  const MapState ends = solve(Variables::kLoopEnds);
+  double moved_m = 0.0;
+  for (const std::size_t s : sessions) {
+    CHECK(whole.T_session_keyframe[s][0].translation == odometry_of[s][0].translation);
+    for (std::size_t k = 0; k < street.size(); ++k) {
+      const auto apart_m = [&](const MapState& a, const MapState& b) {
+        return (a.T_map_keyframe({s, k}).translation - b.T_map_keyframe({s, k}).translation).norm();
+      };
+      CHECK(apart_m(whole, ends) < 0.05);
+      moved_m = std::max(moved_m, apart_m(whole, start));
+    }
+  }
+  CHECK(moved_m > 1.0);
 }
 
 TEST_CASE("A map may bend as far as the configured floor and its odometry's drift allow",

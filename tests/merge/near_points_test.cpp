@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <numeric>
 
 using namespace unimapper;
 using namespace unimapper::merge;
@@ -19,17 +18,11 @@ std::vector<Eigen::Vector3f> street(int length_m) {
   return points;
 }
 
-std::vector<std::uint32_t> numbers_of(const std::vector<Eigen::Vector3f>& points) {
-  std::vector<std::uint32_t> numbers(points.size());
-  std::iota(numbers.begin(), numbers.end(), 0U);
-  return numbers;
-}
-
 }  // namespace
 
 TEST_CASE("Every point within reach is near, in ascending order", "[changes]") {
   const std::vector<Eigen::Vector3f> points = street(500);
-  const NearPoints index(points, numbers_of(points));
+  const NearPoints index(points);
   for (const float x : {-3.0F, 0.0F, 7.99F, 8.0F, 250.3F, 499.0F}) {
     const Eigen::Vector3f centre(x, -0.5F, 0.0F);
     for (const float reach_m : {0.5F, 10.0F, 40.0F, 5000.0F}) {
@@ -47,14 +40,8 @@ TEST_CASE("What is looked at does not grow with the map", "[changes]") {
   const Eigen::Vector3f centre(250.0F, 0.0F, 0.0F);
   const auto looked_at = [&](int length_m) {
     const std::vector<Eigen::Vector3f> points = street(length_m);
-    return NearPoints(points, numbers_of(points)).around(centre, 40.0F).size();
+    return NearPoints(points).around(centre, 40.0F).size();
   };
   CHECK(looked_at(500) == looked_at(5000));
   CHECK(looked_at(500) < 3 * (80 + 2 * 8 + 1));
-}
-
-TEST_CASE("Only the points that were asked for are in the index", "[changes]") {
-  const std::vector<Eigen::Vector3f> points = street(100);
-  const NearPoints index(points, {5, 40});
-  CHECK(index.around({0.0F, 0.0F, 0.0F}, 5000.0F) == std::vector<std::uint32_t>{0, 1});
 }

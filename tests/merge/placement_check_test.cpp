@@ -86,7 +86,7 @@ Place corridor(double period_m) {
 
 /// What two drives through two places are found to be, placed on each other.
 PlacementEvidence evaluated(const Place& match, const Place& query, const MergeConfig& config = {},
-                            std::size_t last_loop = kKeyframes) {
+                            std::size_t last_loop = kKeyframes, const ExcludedBeyond& beyond = {}) {
   const std::vector<SessionData> sessions{match.drive(1), query.drive(2)};
   std::vector<LoopConstraint> loops;
   for (std::size_t k = 0; k < last_loop; k += 3) {
@@ -99,7 +99,8 @@ PlacementEvidence evaluated(const Place& match, const Place& query, const MergeC
   std::vector<Pose> poses;
   for (const auto& keyframe : sessions[0].keyframes) poses.push_back(keyframe.T_odometry_keyframe);
   KeyframeClouds clouds(sessions, config.registration, 2);
-  return PlacementEvaluator(sessions, clouds, config).evaluate({loops, poses, poses, Pose{}});
+  return PlacementEvaluator(sessions, clouds, config)
+      .evaluate({loops, poses, poses, Pose{}, beyond});
 }
 
 }  // namespace
@@ -112,6 +113,13 @@ TEST_CASE("A corridor that repeats itself is found to, one that does not is not"
   // Radius search takes every second one, 6 m apart.
   CHECK(distinct.supporting == kKeyframes / 2);
   CHECK(distinct.contradicting == 0);
+  // Known positions leave nothing but this place, or one period more.
+  const PlacementEvidence placed =
+      evaluated(corridor(12.0), corridor(12.0), {}, kKeyframes, {11.0, 11.0});
+  CHECK(placed.aliasing.empty());
+  CHECK(placed.supporting == kKeyframes / 2);
+  CHECK_FALSE(
+      evaluated(corridor(12.0), corridor(12.0), {}, kKeyframes, {13.0, 11.0}).aliasing.empty());
 }
 
 TEST_CASE("Keyframes beside each other that see different structure contradict", "[placement]") {

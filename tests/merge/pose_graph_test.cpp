@@ -73,6 +73,43 @@ TEST_CASE("A free anchor positions a second map without touching its inner poses
   CHECK((graph.nodes[9].T_session_node.translation - inner.translation).norm() < 1e-3);
 }
 
+TEST_CASE("Positions of points place the site, the anchor and the nodes", "[pose_graph]") {
+  PoseGraph graph;
+  graph.anchors = {{Pose{}, true}, {yaw_pose(0.3, 1.0, 2.0), false}, {Pose{}, true}};
+  graph.nodes.push_back({yaw_pose(0.2, 3.0, 1.0), 0, true});
+  for (int i = 0; i < 4; ++i) {
+    graph.nodes.push_back({yaw_pose(0.4 * i, 6.0 * i, i * i, 0.5 * i), 1, i == 0});
+    if (i == 0) continue;
+    const std::size_t n = graph.nodes.size() - 1;
+    const Pose between =
+        graph.nodes[n - 1].T_session_node.inverse() * graph.nodes[n].T_session_node;
+    graph.edges.push_back({n - 1, n, between, Matrix6d::Identity(), 0.0});
+  }
+  const Pose T_map_anchor = yaw_pose(0.5, 4.0, -2.0, 1.0);
+  const Pose T_map_site(
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.8, Eigen::Vector3d(0.1, -0.2, 1.0).normalized())),
+      {20.0, -7.0, 3.0});
+  const Pose T_first_second =
+      graph.nodes[0].T_session_node.inverse() * T_map_anchor * graph.nodes[1].T_session_node;
+  graph.edges.push_back({0, 1, T_first_second, Matrix6d::Identity(), 0.0});
+  graph.nodes.push_back({yaw_pose(0.6, 18.0, -5.0), 2, false});
+  const std::size_t site = graph.nodes.size() - 1;
+  const Eigen::Vector3d point(0.5, -0.3, 1.2);
+  for (std::size_t n = 1; n < site; ++n) {
+    const Eigen::Vector3d seen =
+        T_map_site.inverse() * (T_map_anchor * (graph.nodes[n].T_session_node * point));
+    graph.positions.push_back({n, site, point, seen, {2.0, 2.0, 1.0}, n == 3 ? 3.5 : 0.0});
+  }
+  REQUIRE(optimize(graph, 100).usable);
+  CHECK(graph_cost(graph) < 1e-12);
+  CHECK((graph.nodes[site].T_session_node.translation - T_map_site.translation).norm() < 1e-4);
+  CHECK((graph.anchors[1].T_map_session.translation - T_map_anchor.translation).norm() < 1e-4);
+  graph.positions[0].position.z() += 3.0;
+  CHECK(position_chi2(graph, graph.positions[0]) == Approx(9.0));
+  graph.positions[0].site = 1;
+  CHECK_THROWS_WITH(optimize(graph, 10), Catch::Contains("position of an unknown node"));
+}
+
 TEST_CASE("An invalid graph is refused with a message, not by an abort", "[pose_graph]") {
   PoseGraph graph;
   graph.anchors.push_back({Pose{}, true});
@@ -169,7 +206,7 @@ TEST_CASE("A chordal start needs a connected graph", "[pose_graph]") {
   CHECK_FALSE(initialize_chordal(graph));
 }
 
-TEST_CASE("Published graphs reach their certified optima", "[pose_graph][real]") {
+TEST_CASE("Published graphs reach their certified optima", "[pose_graph][real][slow]") {
   const auto folder = find_recording("pose_graphs");
   if (folder.empty()) return;
   CHECK(certified_objective(folder / "smallGrid3D.g2o") == Approx(1025.398).epsilon(1e-5));

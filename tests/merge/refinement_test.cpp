@@ -149,13 +149,13 @@ TEST_CASE("refinement does not depend on the number of threads, and can be turne
   const auto one = refine({posed(session)}, {}, 1);
   const auto three = refine({posed(session)}, {}, 3);
   REQUIRE(one[0].size() == 70);
-  for (std::size_t k = 0; k < 70; ++k) CHECK(one[0][k].dynamic == three[0][k].dynamic);
+  for (std::size_t k = 0; k < 70; ++k) CHECK(one[0][k].changed == three[0][k].changed);
 
   RefinementConfig off;
   off.window = 0;
   const auto unchanged = refine({posed(session)}, off, 1);
   for (const RefinedKeyframe& keyframe : unchanged[0]) {
-    CHECK(std::count(keyframe.dynamic.begin(), keyframe.dynamic.end(), 1) == 0);
+    CHECK(keyframe.changed.empty());
   }
 }
 
@@ -166,9 +166,9 @@ TEST_CASE("cells without a position keep their online label", "[refinement]") {
   session.keyframes[0].dynamic_cells.push_back({{std::nanf(""), 0.0F, 0.0F}, 1, 0, 0});
   session.keyframes.push_back(keyframe_of(1, {kWall}));
   const auto refined = refine({posed(session)}, {}, 1);
-  const std::size_t kept = session.keyframes[0].static_cells.size();
-  CHECK(refined[0][0].dynamic.at(kept) == 1);
-  CHECK(refined[0][0].dynamic.at(kept + 1) == 1);
+  std::size_t dynamic = 0;
+  visit_cells(session.keyframes[0], refined[0][0], true, [&](const FineCell&) { ++dynamic; });
+  CHECK(dynamic == 2);
 }
 
 TEST_CASE("the images of one keyframe together weigh no more than two", "[refinement]") {
@@ -367,14 +367,15 @@ TEST_CASE("a revisit that observed a cell speaks against its having been seen th
 }
 
 TEST_CASE("every keyframe of a long session is refined", "[refinement]") {
-  KeyframeRecord keyframe;
-  keyframe.static_cells.push_back({{1.0F, 0.0F, 0.0F}, 1, 0, 0});
-  keyframe.dynamic_cells.push_back({{2.0F, 0.0F, 0.0F}, 1, 0, 0});
   SessionData session;
-  session.keyframes.resize(130, keyframe);
+  for (std::uint32_t k = 0; k < 130; ++k) {
+    const bool has_person = k % 60 == 9;
+    session.keyframes.push_back(has_person ? keyframe_of(k, {kWall, kPerson})
+                                           : keyframe_of(k, {kWall}));
+  }
   const auto refined = refine({posed(session)}, {}, 1);
   REQUIRE(refined[0].size() == 130);
-  for (const RefinedKeyframe& labels : refined[0]) {
-    CHECK(labels.dynamic == std::vector<std::uint8_t>{0, 1});
+  for (const std::size_t k : {9U, 69U, 129U}) {
+    CHECK(dynamic_share(session.keyframes[k], refined[0][k], kPerson.x) == 1.0);
   }
 }

@@ -70,16 +70,16 @@ inline Town make_town(std::uint64_t seed, int blocks) {
 
 /// Keyframe poses every 4 m along way points given in units of roads.
 inline std::vector<Pose> drive_roads(const std::vector<Eigen::Vector2d>& crossings) {
-  constexpr double kStepM = 4.0;
+  constexpr double kKeyframeStepM = 4.0;
   std::vector<Pose> poses;
   for (std::size_t leg = 0; leg + 1 < crossings.size(); ++leg) {
     const Eigen::Vector2d from = crossings[leg] * Town::kPitchM;
     const Eigen::Vector2d to = crossings[leg + 1] * Town::kPitchM;
     const Eigen::Vector2d direction = (to - from).normalized();
     const double yaw = std::atan2(direction.y(), direction.x());
-    const int steps = static_cast<int>((to - from).norm() / kStepM);
+    const int steps = static_cast<int>((to - from).norm() / kKeyframeStepM);
     for (int i = 0; i < steps; ++i) {
-      const Eigen::Vector2d at = from + direction * kStepM * i;
+      const Eigen::Vector2d at = from + direction * kKeyframeStepM * i;
       poses.emplace_back(Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ())),
                          Eigen::Vector3d(at.x(), at.y(), 1.7));
     }

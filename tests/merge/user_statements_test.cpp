@@ -110,6 +110,9 @@ struct Memory final : LoopOutcomes {
   std::map<Key, LoopConstraint> known;
   std::size_t found = 0;
   std::size_t kept = 0;
+  using PlacementKey = std::tuple<std::uint32_t, std::uint32_t, std::uint64_t>;
+  std::map<PlacementKey, PlacementEvidence> placements;
+  std::size_t placements_found = 0;
 
   static Key key_of(const LoopQuestion& question) {
     std::vector<std::uint64_t> bits;
@@ -133,15 +136,28 @@ struct Memory final : LoopOutcomes {
       known.emplace(key_of(entry.question), entry.outcome);
     }
   }
+
+  static PlacementKey key_of(const PlacementQuestion& question) {
+    return {question.query, question.match, question.fingerprint};
+  }
+  std::optional<PlacementEvidence> find(const PlacementQuestion& question) override {
+    const auto entry = placements.find(key_of(question));
+    if (entry == placements.end()) return std::nullopt;
+    ++placements_found;
+    return entry->second;
+  }
+  void keep(const PlacementQuestion& question, const PlacementEvidence& evidence) override {
+    placements.emplace(key_of(question), evidence);
+  }
 };
 
 }  // namespace
 
-TEST_CASE("two robots in the same streets are merged without statements", "[statements]") {
+TEST_CASE("two robots in the same streets are merged without statements", "[statements][slow]") {
   CHECK(without_statements().sessions[1].status != SessionStatus::kUnconnected);
 }
 
-TEST_CASE("a loop that a person forbids is never accepted", "[statements]") {
+TEST_CASE("a loop that a person forbids is never accepted", "[statements][slow]") {
   const LoopConstraint& loop = best_loop(without_statements());
   UserStatements statements;
   statements.forbidden.push_back({loop.match, loop.query});
@@ -154,7 +170,8 @@ TEST_CASE("a loop that a person forbids is never accepted", "[statements]") {
   CHECK(find_loop(result, loop.query, loop.match) != nullptr);
 }
 
-TEST_CASE("a session that a person keeps apart stays apart, whichever it is", "[statements]") {
+TEST_CASE("a session that a person keeps apart stays apart, whichever it is",
+          "[statements][slow]") {
   for (const std::uint32_t session : {0U, 1U}) {
     UserStatements statements;
     statements.apart.push_back(session);
@@ -169,7 +186,7 @@ TEST_CASE("a session that a person keeps apart stays apart, whichever it is", "[
   }
 }
 
-TEST_CASE("the session that a person names is the central one", "[statements]") {
+TEST_CASE("the session that a person names is the central one", "[statements][slow]") {
   for (const std::uint32_t session : {0U, 1U}) {
     UserStatements statements;
     statements.reference = session;
@@ -180,7 +197,7 @@ TEST_CASE("the session that a person names is the central one", "[statements]") 
   }
 }
 
-TEST_CASE("a link connects two maps although rules ask for more loops", "[statements]") {
+TEST_CASE("a link connects two maps although rules ask for more loops", "[statements][slow]") {
   const LoopConstraint loop = best_loop(without_statements());
   UserStatements statements = all_forbidden();
   CHECK(merge_with(statements).sessions[1].status == SessionStatus::kUnconnected);
@@ -203,7 +220,7 @@ TEST_CASE("a link connects two maps although rules ask for more loops", "[statem
   CHECK(difference.translation.norm() < 2.0);
 }
 
-TEST_CASE("a link at a pose that nothing confirms is taken as it is said", "[statements]") {
+TEST_CASE("a link at a pose that nothing confirms is taken as it is said", "[statements][slow]") {
   UserStatements statements = all_forbidden();
   const KeyframeId query{0, 0};
   const KeyframeId match{1, 0};  // far apart, without anything in common
@@ -244,7 +261,7 @@ TEST_CASE("statements about what is not there, and contradictions, are refused",
 }
 
 TEST_CASE("a merge that knows loops verifies new ones only and has the same result",
-          "[statements]") {
+          "[statements][slow]") {
   const std::vector<SessionData>& sessions = robots().sessions;
   Memory memory;
   const MergeResult first = merge_with({}, &memory);
@@ -277,7 +294,42 @@ TEST_CASE("a merge that knows loops verifies new ones only and has the same resu
   CHECK(exported(changed, of_changed) == exported(changed, merge_sessions(changed)));
 }
 
-TEST_CASE("a merge is completed from its poses and loops to the same bytes", "[statements]") {
+TEST_CASE("a merge that knows the evidence about a placement checks it once",
+          "[statements][slow]") {
+  const auto poses_with = [](Memory& memory, const MergeConfig& config = {}) {
+    return merge_poses(robots().sessions, config, {}, {}, &memory);
+  };
+  Memory memory;
+  const MergeResult first = poses_with(memory);
+  CHECK(memory.placements.size() == 1);
+  CHECK(memory.placements_found == 0);
+  const MergeResult second = poses_with(memory);
+  CHECK(memory.placements.size() == 1);
+  CHECK(memory.placements_found == 1);
+  CHECK(second.pairs[0].state == PairState::kConfirmed);
+  CHECK(second.sessions[1].T_map_session.translation ==
+        first.sessions[1].T_map_session.translation);
+
+  // Parameters that the check sees and verification does not.
+  const std::size_t kept = memory.kept;
+  MergeConfig config;
+  config.aliasing.max_shift_m += 1.0;
+  (void)poses_with(memory, config);
+  CHECK(memory.placements.size() == 2);
+  CHECK(memory.kept == kept);
+
+  // What is kept decides: aliasing leaves the pair waiting.
+  for (auto& [question, evidence] : memory.placements) evidence.aliasing = "it repeats";
+  CHECK(poses_with(memory).pairs[0].state == PairState::kProvisional);
+
+  // A keyframe far from where the sessions meet, if they meet anywhere.
+  std::vector<SessionData> changed = robots().sessions;
+  changed[1].keyframes.front().static_cells.pop_back();
+  CHECK(merge_poses(changed, {}, {}, {}, &memory).pairs[0].state == PairState::kConfirmed);
+  CHECK(memory.placements.size() == 3);
+}
+
+TEST_CASE("a merge is completed from its poses and loops to the same bytes", "[statements][slow]") {
   const MergeResult& whole = without_statements();
   const std::vector<SessionData>& sessions = robots().sessions;
   MergeResult posed = merge_poses(sessions);

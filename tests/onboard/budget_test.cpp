@@ -88,7 +88,7 @@ TEST_CASE("a generous budget changes nothing") {
   }
 }
 
-TEST_CASE("work is shed in the stated order, more of it the shorter the budget") {
+TEST_CASE("work is shed in the stated order, more of it the shorter the budget", "[slow]") {
   // The second keyframe knows what the first one cost.
   int deepest = 4;
   std::vector<bool> seen(5, false);

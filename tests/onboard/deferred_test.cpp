@@ -332,7 +332,7 @@ TEST_CASE("deferred work gives the same results on a drive without incidents, an
   CHECK(runs[3].late_slices > 30);
 }
 
-TEST_CASE("deferred work gives the same results whatever happens in between", "[deferred]") {
+TEST_CASE("deferred work gives the same results whatever happens in between", "[deferred][slow]") {
   Drive drive;
   drive.flushes = {7, 8, 31};
   drive.glitches = {13, 37, 38};

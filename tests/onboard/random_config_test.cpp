@@ -72,7 +72,7 @@ void run(const PipelineConfig& config, const std::vector<LabelledScan>& scans) {
 
 }  // namespace
 
-TEST_CASE("a random configuration is refused in words or runs a small scene") {
+TEST_CASE("a random configuration is refused in words or runs a small scene", "[slow]") {
   Scene scene;
   scene.columns = 90;
   scene.boxes = {standing_box({8.0, 6.0, 1.5}, {6.0, 0.3, 1.5}),

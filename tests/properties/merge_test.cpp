@@ -275,12 +275,13 @@ Pose grid_motion(int quarter_turns, const Eigen::Vector3d& whole_metres) {
   return pose;
 }
 
-std::size_t count_dynamic(const std::vector<std::vector<RefinedKeyframe>>& refined) {
+std::size_t count_dynamic(const std::vector<PosedSession>& posed,
+                          const std::vector<std::vector<RefinedKeyframe>>& refined) {
   std::size_t count = 0;
-  for (const auto& session : refined) {
-    for (const auto& keyframe : session) {
-      count +=
-          static_cast<std::size_t>(std::count(keyframe.dynamic.begin(), keyframe.dynamic.end(), 1));
+  for (std::size_t s = 0; s < posed.size(); ++s) {
+    for (std::size_t k = 0; k < refined[s].size(); ++k) {
+      visit_cells(posed[s].session->keyframes[k], refined[s][k], true,
+                  [&](const FineCell&) { ++count; });
     }
   }
   return count;
@@ -293,8 +294,10 @@ TEST_CASE("refined labels and changes do not depend on where and how the map lie
   std::vector<Pose> poses[2];
   const Pose T_map_sensor = turned(7.0, -11.0, 40.0, {3.0, 2.0, 1.0});
   std::vector<SessionData> sessions;
-  sessions.push_back(looking(random, 2, {kWall, kPerson}, {}, poses[0], T_map_sensor));
-  append(sessions[0], looking(random, 4, {kWall}, {}, poses[0], T_map_sensor));
+  // Of the first session a person left, and a cabinet is gone in the second.
+  const Sheet cabinet{8.1F, -3.6F, -2.0F, -1.4F, -0.2F};
+  sessions.push_back(looking(random, 2, {kWall, kPerson, cabinet}, {}, poses[0], T_map_sensor));
+  append(sessions[0], looking(random, 4, {kWall, cabinet}, {}, poses[0], T_map_sensor));
   sessions.push_back(looking(random, 5, {kWall}, {kCrate}, poses[1], T_map_sensor));
   for (KeyframeRecord& keyframe : sessions[1].keyframes) keyframe.scans[0].stamp_ns += 1000000;
   MergeConfig config;
@@ -307,17 +310,16 @@ TEST_CASE("refined labels and changes do not depend on where and how the map lie
       posed.push_back({&sessions[s], moved(turn, poses[s]), 0});
       merged[s].T_map_keyframe = posed[s].T_map_keyframe;
       merged[s].refined.resize(sessions[s].keyframes.size());
-      voxels.push_back(
-          voxelise(sessions[s], merged[s], config.map.voxel_size_m, CellKind::kStatic));
+      voxels.push_back(voxelise(sessions[s], merged[s], config.map.voxel_size_m).fixed);
     }
-    const auto changes = find_changes(sessions, merged, {&voxels[0], &voxels[1]}, config);
+    const auto changes = find_changes(sessions, merged, {&voxels[0], &voxels[1]}, config).points;
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (const ChangedPoint& change : changes) mean += change.position.cast<double>();
     mean /= static_cast<double>(std::max<std::size_t>(changes.size(), 1));
     struct {
       std::size_t dynamic, changes, map;
       Eigen::Vector3d mean;
-    } const result{count_dynamic(refine(posed, config.refinement, 1)), changes.size(),
+    } const result{count_dynamic(posed, refine(posed, config.refinement, 1)), changes.size(),
                    unite({&voxels[0], &voxels[1]}).size(), turn.inverse() * mean};
     return result;
   };

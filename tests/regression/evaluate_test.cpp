@@ -65,7 +65,7 @@ TEST_CASE("errors of random trajectories, as before", "[regression]") {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const RandomTracks tracks = random_tracks(seed);
     const auto pairs = associate(tracks.estimate, tracks.truth, 30'000'000);
-    const Alignment alignment = align(pairs);
+    const evaluate::Alignment alignment = align(pairs);
     const TrajectoryError error = trajectory_error(pairs, alignment.T_truth_estimate);
     text += join("pairs", count(pairs.size()), "aligned", pose_text(alignment.T_truth_estimate),
                  alignment.used_orientations ? "by orientations" : "by positions") +

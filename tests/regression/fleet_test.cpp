@@ -301,7 +301,7 @@ std::string tool_text(const Fleet& fleet, const std::vector<Sent>& sent) {
 
 }  // namespace
 
-TEST_CASE("a fleet's whole run gives what it gave before", "[regression]") {
+TEST_CASE("a fleet's whole run gives what it gave before", "[regression][slow]") {
   const Fleet fleet = make_fleet();
   std::vector<Sent> sent;
   for (std::size_t r = 0; r < fleet.robots.size(); ++r) {

@@ -150,19 +150,21 @@ TEST_CASE("map and changes in a tilted map, as before", "[regression]") {
     }
     merged[s].status = SessionStatus::kMerged;
     merged[s].refined.resize(sessions[s].keyframes.size());
-    voxels.push_back(voxelise(sessions[s], merged[s], config.map.voxel_size_m, CellKind::kStatic));
-    const SessionVoxels removed =
-        voxelise(sessions[s], merged[s], config.map.voxel_size_m, CellKind::kDynamic);
+    voxels.push_back(voxelise(sessions[s], merged[s], config.map.voxel_size_m).fixed);
+    const SessionVoxels removed = voxelise(sessions[s], merged[s], config.map.voxel_size_m).dynamic;
     CloudMoments moments[2];
-    for (std::uint32_t i = 0; i < voxels[s].voxels.size(); ++i) {
-      moments[0].add(voxels[s].position(i));
+    const SessionVoxels* const kinds[] = {&voxels[s], &removed};
+    for (int kind = 0; kind < 2; ++kind) {
+      kinds[kind]->visit([&](VoxelKey key, const SessionVoxels::Voxel& voxel) {
+        moments[kind].add(voxel.position(key, config.map.voxel_size_m));
+      });
     }
-    for (std::uint32_t i = 0; i < removed.voxels.size(); ++i) moments[1].add(removed.position(i));
     text += "voxels " + moments[0].text() + "\n  removed " + moments[1].text() + "\n";
   }
   MergeResult result;
   result.map = unite({&voxels[0], &voxels[1], &voxels[2]});
-  result.changes = find_changes(sessions, merged, {&voxels[0], &voxels[1], &voxels[2]}, config);
+  result.changes =
+      find_changes(sessions, merged, {&voxels[0], &voxels[1], &voxels[2]}, config).points;
   text += merge_text({}, result);
   // Who saw how far, and who would be the central one.
   for (const SessionData& session : sessions)
@@ -280,8 +282,7 @@ TEST_CASE("verification of loops with every reason to refuse one, as before", "[
     for (const LoopConstraint& loop : verify_loops(candidates, limit, clouds, config)) {
       text += loop_text(loop);
     }
-    const RegistrationCloud& cloud = clouds.cloud({0, 1});
-    return text + "  points of a cloud " + count(cloud.size()) + "\n";
+    return text + "  points of a cloud " + count(clouds.cloud({0, 1})->size()) + "\n";
   };
   MergeConfig config;
   config.threads = 2;
@@ -335,9 +336,7 @@ TEST_CASE("labels of points by random cells, as before", "[regression]") {
       }
     }
     for (std::size_t i = 0; i < keyframe.static_cells.size() + keyframe.dynamic_cells.size(); ++i) {
-      const bool was_dynamic = i >= keyframe.static_cells.size();
-      refined.dynamic.push_back(
-          static_cast<std::uint8_t>(was_dynamic != (random.uniform() < 0.2) ? 1 : 0));
+      if (random.uniform() < 0.2) refined.changed.push_back(static_cast<std::uint32_t>(i));
     }
     const apps::CellLabels online(keyframe, {}, cell_size_m);
     const apps::CellLabels labels(keyframe, refined, cell_size_m);

@@ -46,13 +46,13 @@ inline std::string refined_text(const SessionData& session, const merge::MergedS
   std::string text;
   for (std::size_t k = 0; k < merged.refined.size(); ++k) {
     const KeyframeRecord& keyframe = session.keyframes[k];
-    const std::vector<std::uint8_t>& dynamic = merged.refined[k].dynamic;
-    const auto first_dynamic = dynamic.begin() + static_cast<std::ptrdiff_t>(std::min(
-                                                     dynamic.size(), keyframe.static_cells.size()));
+    const std::vector<std::uint32_t>& changed = merged.refined[k].changed;
+    const auto first_dynamic =
+        std::lower_bound(changed.begin(), changed.end(), keyframe.static_cells.size());
     text += join("  refined", count(k), "static", count(keyframe.static_cells.size()),
-                 "of these now dynamic", count(std::count(dynamic.begin(), first_dynamic, 1)),
-                 "dynamic", count(keyframe.dynamic_cells.size()), "of these now static",
-                 count(std::count(first_dynamic, dynamic.end(), 0))) +
+                 "of these now dynamic", count(first_dynamic - changed.begin()), "dynamic",
+                 count(keyframe.dynamic_cells.size()), "of these now static",
+                 count(changed.end() - first_dynamic)) +
             "\n";
   }
   return text;

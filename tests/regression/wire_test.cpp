@@ -14,14 +14,15 @@
 using namespace unimapper;
 using namespace unimapper::regression;
 using namespace unimapper::wire;
-using wire_test::random_record;
+namespace stream = unimapper::wire::wire_test;
+using stream::random_record;
 
 namespace {
 
 /// A random keyframe with values at and beyond what the wire can hold.
 KeyframeRecord extreme_record(std::uint64_t seed) {
   KeyframeRecord record = random_record(seed, 120);
-  wire_test::Random random(mix_bits(seed + 1000));
+  stream::Random random(mix_bits(seed + 1000));
   const float extremes[] = {0.0F,
                             -0.0F,
                             0.005F,
@@ -146,24 +147,24 @@ TEST_CASE("bytes of keyframes with extreme values, as before on every platform",
 TEST_CASE("a storm of messages, as before on every platform", "[regression]") {
   std::string text;
   for (std::uint64_t storm = 0; storm < 5; ++storm) {
-    wire_test::Random random(mix_bits(storm));
+    stream::Random random(mix_bits(storm));
     ReceiverLimits limits;
     limits.max_sessions = 4;
     limits.max_keyframe_bytes = 6000;
     limits.max_pending_keyframes = storm % 2 == 0 ? 30 : 9;
     limits.max_pending_bytes = 60000;
     limits.max_stored_bytes = 220000;
-    std::vector<wire_test::Message> messages;
+    std::vector<stream::Message> messages;
     for (std::uint32_t s = 0; s < 6; ++s) {
       const SessionInfo info{{s, 100 + s},
                              s < 2 ? std::string("twin") : "robot-" + std::to_string(s),
                              s % 2 == 0 ? "os1-64" : "avia"};
-      messages.push_back(wire_test::session_message(info, SessionState::kStarted, 0));
+      messages.push_back(stream::session_message(info, SessionState::kStarted, 0));
       for (std::uint32_t sequence = 0; sequence < 7; ++sequence) {
         const std::uint32_t cells = random.below(4) == 0 ? 900 : 150;
         const EncodedKeyframe keyframe =
-            wire_test::encode_for_sending(wire_test::keyframe_of(info.id, sequence, cells));
-        for (wire_test::Message& message : wire_test::pieces_of(keyframe)) {
+            stream::encode_for_sending(stream::keyframe_of(info.id, sequence, cells));
+        for (stream::Message& message : stream::pieces_of(keyframe)) {
           auto& piece = std::get<ChunkMessage>(message);
           const std::uint32_t dice = random.below(60);
           if (dice == 0) continue;                   // lost
@@ -183,8 +184,7 @@ TEST_CASE("a storm of messages, as before on every platform", "[regression]") {
       }
       SessionInfo other = info;
       if (s == 3) other.sensor = "another";
-      messages.push_back(
-          wire_test::session_message(other, SessionState::kEnded, 9, s == 2 ? 2 : 0));
+      messages.push_back(stream::session_message(other, SessionState::kEnded, 9, s == 2 ? 2 : 0));
     }
     // Each is overtaken by at most 25 others.
     for (std::size_t i = messages.size(); i > 1; --i) {
@@ -192,7 +192,7 @@ TEST_CASE("a storm of messages, as before on every platform", "[regression]") {
       std::swap(messages[i - 1], messages[i - 1 - random.below(reach)]);
     }
     Receiver receiver(limits);
-    wire_test::feed(receiver, messages);
+    stream::feed(receiver, messages);
     receiver.count_malformed();
     receiver.count_foreign();
     text +=

@@ -6,7 +6,10 @@
 #include "src/simulator/displaced_scene.hpp"
 #include "src/simulator/raycast.hpp"
 
-namespace unimapper::simulator::test {
+using namespace unimapper;
+using namespace unimapper::simulator;
+using namespace unimapper::simulator::test;
+
 namespace {
 
 constexpr double kDuration = 20.0;
@@ -150,5 +153,3 @@ TEST_CASE("the copy of a courtyard is its mirror image, and its robot turns the 
   CHECK(turned(*original) > 0.5);
   CHECK(turned(*copy) < -0.5);
 }
-
-}  // namespace unimapper::simulator::test

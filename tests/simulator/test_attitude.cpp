@@ -5,7 +5,10 @@
 #include "src/simulator/attitude.hpp"
 #include "src/simulator/surface.hpp"
 
-namespace unimapper::simulator::test {
+using namespace unimapper;
+using namespace unimapper::simulator;
+using namespace unimapper::simulator::test;
+
 namespace {
 
 SimulationConfig short_config() {
@@ -174,5 +177,3 @@ TEST_CASE("distorted points lie where the sensor was at the time of the shot") {
   CHECK(first == Approx(step).epsilon(0.3));
   CHECK(last < 0.15 * step);
 }
-
-}  // namespace unimapper::simulator::test

@@ -10,7 +10,10 @@
 #include "src/simulator/raycast.hpp"
 #include "tests/simulator/kept.hpp"
 
-namespace unimapper::simulator::test {
+using namespace unimapper;
+using namespace unimapper::simulator;
+using namespace unimapper::simulator::test;
+
 namespace {
 
 using campus::Campus;
@@ -268,5 +271,3 @@ TEST_CASE("trees and lamps stay from day to day; bicycles and parked cars do not
   CHECK(kept(monday.prototypes.cars) > 0.2);
   CHECK(kept(monday.prototypes.cars) < 0.85);
 }
-
-}  // namespace unimapper::simulator::test

@@ -5,7 +5,10 @@
 
 #include "run_folder.hpp"
 
-namespace unimapper::simulator::test {
+using namespace unimapper;
+using namespace unimapper::simulator;
+using namespace unimapper::simulator::test;
+
 namespace {
 
 SimulationConfig small_config() {
@@ -123,5 +126,3 @@ TEST_CASE("rings are numbered as the sensors' drivers do") {
     CHECK(elevation == Approx(22.5 - 45.0 * rays[i].ring / 63.0).margin(1e-9));
   }
 }
-
-}  // namespace unimapper::simulator::test

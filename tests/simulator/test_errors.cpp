@@ -3,7 +3,10 @@
 
 #include "run_folder.hpp"
 
-namespace unimapper::simulator::test {
+using namespace unimapper;
+using namespace unimapper::simulator;
+using namespace unimapper::simulator::test;
+
 namespace {
 
 using Catch::Matchers::Contains;
@@ -112,5 +115,3 @@ TEST_CASE("drift presets have names") {
   CHECK(parse_drift("bad") == DriftPreset::kBad);
   CHECK_FALSE(parse_drift("LIO ").has_value());
 }
-
-}  // namespace unimapper::simulator::test

@@ -5,7 +5,10 @@
 
 #include "src/simulator/lidar.hpp"
 
-namespace unimapper::simulator::test {
+using namespace unimapper;
+using namespace unimapper::simulator;
+using namespace unimapper::simulator::test;
+
 namespace {
 
 std::vector<PatternRay> pattern(SensorKind kind, double start_s = 0.0, std::uint32_t thin = 1) {
@@ -130,5 +133,3 @@ TEST_CASE("a spinning head turns clockwise and fires its lasers in time") {
   CHECK(rays[1].time > rays[0].time);
   CHECK(azimuth_deg(rays[160]) < azimuth_deg(rays[16]));
 }
-
-}  // namespace unimapper::simulator::test

@@ -3,7 +3,10 @@
 
 #include "src/simulator/odometry.hpp"
 
-namespace unimapper::simulator::test {
+using namespace unimapper;
+using namespace unimapper::simulator;
+using namespace unimapper::simulator::test;
+
 namespace {
 
 /// A kilometre of gentle curves and hills, a pose every 0.7 m.
@@ -102,5 +105,3 @@ TEST_CASE("lio drift keeps gravity, and keys are independent") {
     CHECK_FALSE(norm(cross(up, true_up)) > 0.3 * kDegree);
   }
 }
-
-}  // namespace unimapper::simulator::test

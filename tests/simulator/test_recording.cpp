@@ -9,7 +9,10 @@
 #include "src/simulator/town.hpp"
 #include "unimapper/core/quantile.hpp"
 
-namespace unimapper::simulator::test {
+using namespace unimapper;
+using namespace unimapper::simulator;
+using namespace unimapper::simulator::test;
+
 namespace {
 
 constexpr std::uint64_t kSeed = 5;
@@ -157,6 +160,43 @@ TEST_CASE("scans agree with the true poses and slowly diverge with the odometry"
   CHECK(error(kScans - 1) < 5.0);
 }
 
+TEST_CASE("what stands in the scene is listed with its box") {
+  const Recording run(recording_config());
+  struct Box {
+    int label;
+    double x, y, z, yaw, length, width, height;
+  };
+  std::vector<Box> cars;
+  std::ifstream file(run.folder.path() / "objects.txt");
+  std::string header;
+  std::getline(file, header);
+  for (Box b{}; file >> b.label >> b.x >> b.y >> b.z >> b.yaw >> b.length >> b.width >> b.height;) {
+    if (b.label == label::kCar) cars.push_back(b);
+  }
+  CHECK(file.eof());
+  REQUIRE(cars.size() > 20);
+  std::size_t returns = 0;
+  std::size_t listed = 0;
+  for (std::size_t scan = 0; scan < run.scans.size(); ++scan) {
+    for (const LabelledPoint& p : run.scans[scan]) {
+      if (p.label != label::kCar || p.object >= 20000) continue;
+      const Vec3 at = run.truth[scan]({p.x, p.y, p.z});
+      ++returns;
+      listed += std::any_of(cars.begin(), cars.end(), [&](const Box& b) {
+        const double c = std::cos(b.yaw);
+        const double s = std::sin(b.yaw);
+        const double u = c * (at.x - b.x) + s * (at.y - b.y);
+        const double v = c * (at.y - b.y) - s * (at.x - b.x);
+        // Noise, and the tilt of streets.
+        return std::abs(u) < 0.5 * b.length + 0.15 && std::abs(v) < 0.5 * b.width + 0.15 &&
+               std::abs(at.z - b.z) < 0.5 * b.height + 0.3;
+      });
+    }
+  }
+  REQUIRE(returns > 100);
+  CHECK(static_cast<double>(listed) > 0.99 * static_cast<double>(returns));
+}
+
 TEST_CASE("what is labelled as moving moves within three seconds, and what moves is labelled so") {
   SimulationConfig config = recording_config();
   config.scene = "campus";
@@ -212,5 +252,3 @@ TEST_CASE("stamps are ten a second and every sensor records") {
   }
   CHECK(read_bytes(run.folder.path() / "times.txt") == "0.100000000\n0.200000000\n0.300000000\n");
 }
-
-}  // namespace unimapper::simulator::test

@@ -8,7 +8,10 @@
 #include "src/simulator/raycast.hpp"
 #include "src/simulator/scene.hpp"
 
-namespace unimapper::simulator::test {
+using namespace unimapper;
+using namespace unimapper::simulator;
+using namespace unimapper::simulator::test;
+
 namespace {
 
 std::unique_ptr<Scene> scene(const std::string& name, std::uint64_t seed, double duration_s = 30.0,
@@ -242,5 +245,3 @@ TEST_CASE("tunnel and hall have walls and a ceiling all around the robot") {
   const auto objects = objects_by_label(*built, 20.0, 60.0);
   CHECK(objects.contains(name == "hall" ? kMovingPerson : kMovingCar));
 }
-
-}  // namespace unimapper::simulator::test

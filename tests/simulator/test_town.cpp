@@ -9,7 +9,10 @@
 #include "src/simulator/traffic.hpp"
 #include "tests/simulator/kept.hpp"
 
-namespace unimapper::simulator::test {
+using namespace unimapper;
+using namespace unimapper::simulator;
+using namespace unimapper::simulator::test;
+
 namespace {
 
 constexpr std::uint64_t kSeed = 11;
@@ -161,5 +164,3 @@ TEST_CASE("a moving id lasts three seconds beyond the motion, then the standing 
   }
   CHECK(checked_standing > 10);
 }
-
-}  // namespace unimapper::simulator::test

@@ -22,7 +22,7 @@ files=$(rules "$rooms" | while read -r path; do
     -o -name '*.cmake' -o -name '*.txt' -o -name '*.awk' -o -name '*.gnuplot' -o -name '*.lcm' \
     -o -name '*.in' -o -name '*.json' -o -name '*.py' -o -name dev -o -path .ci/run \) \
     ! -path docs/glossary.md ! -path 'tests/words/*' ! -path 'tests/mutations/*' \
-    ! -path 'tests/architecture/upward/*'
+    ! -path 'tests/architecture/upward/*' ! -path '*/node_modules/*'
 done | sort -u)
 [ -n "$files" ] || { echo "error: no files to check" >&2; exit 1; }
 
@@ -49,29 +49,23 @@ words=$(hits | awk -v superseded="$here/superseded.txt" -v allowed="$here/allowe
       if (text ~ pattern) { print $0 "  -> " term[pattern]; break }
   }')
 
-headings=$(echo "$files" | while read -r file; do
-  case $file in
-    *.hpp | *.h | *.c | *.cpp) mark='^(//|/\*) ?' ;;
-    *.sh | *.awk | *.gnuplot | *.cmake | dev | .ci/run) mark='^# ' ;;
-    *.md) mark='^# ' ;;
-    *.py) mark='^"""' ;;
-    *) continue ;;
-  esac
-  line=$(head -n 1 "$file")
-  case $line in '#!'*) line=$(sed -n 2p "$file") ;; esac
-  # A source file that begins with its own header is described there.
-  case $file in
-    *.cpp) own=$(basename "$file" .cpp).hpp
-      case $line in "#include "*[\"\<\/]"$own"[\"\>]*) continue ;; esac ;;
-  esac
-  if ! printf '%s\n' "$line" | grep -Eq "$mark[^ ]"; then
-    echo "$file:1: does not begin with a comment that names its contents"
-  elif [ "${#line}" -gt 100 ]; then
-    echo "$file:1: first line longer than 100 columns"
-  elif printf '%s\n' "$line" |
-      grep -Eiq '\?|^(//|/\*|#) ?(what|who|where|how|which|when|whether|why|whatever|everything|nothing|nobody)\b'; then
-    echo "$file:1: first line is no noun phrase: $line"
-  fi
-done)
+headings=$(echo "$files" | xargs awk '
+  # A file that begins with "#!" is described by its second line.
+  FNR == 1 && /^#!/ { next }
+  { if (FNR > 2 || done == FILENAME) nextfile; done = FILENAME }
+  {
+    if (FILENAME ~ /\.([hc]|[hc]pp)$/) mark = "^(//|/[*]) ?"
+    else if (FILENAME ~ /\.(sh|awk|gnuplot|cmake|md)$/ || FILENAME ~ /^(dev|\.ci\/run)$/) mark = "^# "
+    else if (FILENAME ~ /\.py$/) mark = "^\"\"\""
+    else nextfile
+    # A source file that begins with its own header is described there.
+    own = FILENAME
+    sub(/.*\//, "", own)
+    if (sub(/\.cpp$/, ".hpp", own) && $0 ~ "^#include .*[\"</]" own "[\">]") nextfile
+    if ($0 !~ mark "[^ ]") print FILENAME ":1: does not begin with a comment that names its contents"
+    else if (length($0) > 100) print FILENAME ":1: first line longer than 100 columns"
+    else if ($0 ~ /\?/ || tolower($0) ~ questions)
+      print FILENAME ":1: first line is no noun phrase: " $0
+  }' questions='^(//|/[*]|#) ?(what|who|where|how|which|when|whether|why|whatever|everything|nothing|nobody)([^a-z_]|$)')
 
 [ -z "$words$headings" ] || { printf '%s\n' "$words" "$headings" | grep .; exit 1; }

@@ -36,5 +36,7 @@ function(unimapper_lcm_generate)
   add_dependencies(${arg_TARGET} ${arg_TARGET}_headers)
   # System: generated code is not held to the project's warnings.
   target_include_directories(${arg_TARGET} SYSTEM INTERFACE "${out}")
+  # LCM's headers read and write floating-point numbers through pointers to integers.
+  target_compile_options(${arg_TARGET} INTERFACE -fno-strict-aliasing)
   target_link_libraries(${arg_TARGET} INTERFACE LCM::lcm)
 endfunction()

@@ -27,6 +27,9 @@ function(unimapper_library name)
   endif()
   target_link_libraries(unimapper_${name} PUBLIC ${arg_DEPENDS} PRIVATE ${arg_PRIVATE_DEPENDS})
   unimapper_compile_options(unimapper_${name})
+  if(UNIMAPPER_BUILD_FUZZERS)
+    target_compile_options(unimapper_${name} PRIVATE -fsanitize=fuzzer-no-link)
+  endif()
   if(arg_FREESTANDING AND UNIMAPPER_FREESTANDING_CORE)
     target_compile_options(unimapper_${name} PRIVATE
       -fno-exceptions -fno-rtti -fno-threadsafe-statics)
@@ -34,8 +37,10 @@ function(unimapper_library name)
   if(arg_FREESTANDING OR arg_REPRODUCIBLE)
     # Eigen's own vector code sums in an order that depends on the instruction set, fuses multiply
     # and add on aarch64, and estimates roots and quotients on ARMv7. Private: how a user of the
-    # library compiles Eigen is independent of it, and no type in our headers changes its layout.
-    target_compile_definitions(unimapper_${name} PRIVATE EIGEN_DONT_VECTORIZE)
+    # library compiles Eigen is independent of it. The alignment is what Eigen has without that:
+    # inline functions that several libraries contain are linked once and must agree about layouts.
+    target_compile_definitions(unimapper_${name} PRIVATE EIGEN_DONT_VECTORIZE
+      EIGEN_MAX_ALIGN_BYTES=16 EIGEN_MAX_STATIC_ALIGN_BYTES=16)
   endif()
   if(arg_FREESTANDING)
     # The C library's shared form is made of the same objects and shows none of their symbols.
@@ -67,5 +72,8 @@ function(unimapper_compile_options target)
     # Eigen allocates by another scheme under a sanitizer, but Ceres was built without one: what
     # one of them allocates the other could not free.
     target_compile_definitions(${target} PRIVATE EIGEN_MALLOC_ALREADY_ALIGNED=1)
+    if(CMAKE_CXX_COMPILER_ID MATCHES Clang AND UNIMAPPER_SANITIZE MATCHES address)
+      target_compile_definitions(${target} PRIVATE __SANITIZE_ADDRESS__=1)  # GCC says so itself
+    endif()
   endif()
 endfunction()

@@ -1,7 +1,9 @@
 // Keyframe record: a keyframe as the base station stores it.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "unimapper/core/image_projection.hpp"
@@ -46,6 +48,16 @@ struct KeyframeRecord {
   [[nodiscard]] PlaceView place() const { return {keypoints, planes, up}; }
 };
 
+/// Cells and images of the keyframes of a session that is held without them.
+class KeyframeContents {
+ public:
+  virtual ~KeyframeContents() = default;
+  /// The keyframe that is held as `light`, with cells, in the frame of `light`, and images. Thread
+  /// safe; throws where it cannot be read.
+  [[nodiscard]] virtual std::shared_ptr<const KeyframeRecord> whole(
+      const KeyframeRecord& light) const = 0;
+};
+
 /// Everything known of one session, keyframes in ascending `sequence`; gaps are possible.
 struct SessionData {
   SessionInfo info;                       ///< identity and names
@@ -55,6 +67,16 @@ struct SessionData {
   bool complete = false;                ///< the end-of-session message arrived
   std::uint64_t keyframes_missing = 0;  ///< gaps in `sequence` plus what never reassembled
   std::uint64_t keyframes_damaged = 0;  ///< failed their checksum or validation
+  /// Where cells and images of `keyframes` are; null: in `keyframes`.
+  std::shared_ptr<const KeyframeContents> contents{};
 };
+
+/// Keyframe number `k` of a session with cells and images; while `session` lives.
+[[nodiscard]] inline std::shared_ptr<const KeyframeRecord> whole_keyframe(
+    const SessionData& session, std::size_t k) {
+  const KeyframeRecord& keyframe = session.keyframes[k];
+  if (session.contents != nullptr && !keyframe.is_summary) return session.contents->whole(keyframe);
+  return {std::shared_ptr<const KeyframeRecord>(), &keyframe};
+}
 
 }  // namespace unimapper

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,11 +23,20 @@ struct PosePair {
   Pose truth;     ///< the true pose
 };
 
+/// Poses farther apart in time are not of the same instant.
+inline constexpr std::int64_t kSameInstantNs = 10'000'000;
+
+/// For every stamp the index of the pose nearest in time; nothing where none is within
+/// `tolerance_ns`. Both must be sorted by stamp. O(n + m).
+[[nodiscard]] std::vector<std::optional<std::size_t>> nearest_in_time(
+    std::span<const std::int64_t> stamps_ns, std::span<const StampedPose> poses,
+    std::int64_t tolerance_ns = kSameInstantNs);
+
 /// Pairs every estimate with the truth nearest in time, if it is at most `tolerance_ns` away.
 /// Both must be sorted by stamp. O(n + m).
 [[nodiscard]] std::vector<PosePair> associate(std::span<const StampedPose> estimate,
                                               std::span<const StampedPose> truth,
-                                              std::int64_t tolerance_ns = 10'000'000);
+                                              std::int64_t tolerance_ns = kSameInstantNs);
 
 /// A rigid alignment and what it was derived from.
 struct Alignment {

@@ -1,13 +1,17 @@
 // Alignment of several sessions through loops: joint pose graph optimisation with anchor nodes.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <functional>
+#include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "unimapper/core/pose.hpp"
+#include "unimapper/merge/known_position.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/merge/pair_outcome.hpp"
@@ -22,6 +26,8 @@ struct AlignmentSession {
   double extent_m = 0.0;
   /// Before keyframes and score: the session with the largest becomes the central map.
   int central_priority = 0;
+  std::vector<KnownPosition> positions{};         ///< of its keyframes; at most one of each
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< in its odometry frame, of length one
 };
 
 /// The state of all maps after alignment.
@@ -33,6 +39,12 @@ struct Alignment {
   std::vector<std::vector<Pose>> T_session_keyframe;  ///< optimised, in the session's own frame
   std::vector<LoopDecision> decisions;                ///< on the loops given, in their order
   std::vector<PairOutcome> pairs;  ///< of sessions with inter-session loops, by match, then query
+  /// How many times as far as `MergeConfig::odometry` says the odometry of each session drifts, by
+  /// its loops with others; at least 1, and exactly 1 where fewer than six sessions tell.
+  std::vector<double> drift_scale;
+  std::vector<PositionOutcome> positions;  ///< of all sessions, in their order
+  std::optional<Pose> T_map_site{};        ///< the site frame, if connected sessions have positions
+  double heading_information = 0.0;        ///< of the positions used, 1 / radians squared
 
   /// Pose of a keyframe in the map frame.
   [[nodiscard]] Pose T_map_keyframe(KeyframeId k) const {
@@ -47,6 +59,18 @@ struct PlacementEvidence {
   std::string aliasing;           ///< where else the query fits as well, in words; empty: nowhere
 };
 
+/// How far from a placement the known positions of both sessions exclude any other; infinite where
+/// they say nothing. Metres.
+struct ExcludedBeyond {
+  double horizontal_m = std::numeric_limits<double>::infinity();  ///< any way along the ground
+  double vertical_m = std::numeric_limits<double>::infinity();    ///< up or down
+
+  /// Whether a placement that differs by so much is excluded.
+  [[nodiscard]] bool excludes(const Eigen::Vector3d& shift) const {
+    return shift.head<2>().norm() > horizontal_m || std::abs(shift.z()) > vertical_m;
+  }
+};
+
 /// Two sessions, each with its poses corrected by its intra-session loops, and where inter-session
 /// loops, which are not empty, place the query.
 struct Placement {
@@ -54,19 +78,23 @@ struct Placement {
   std::span<const Pose> T_query_session_keyframe;  ///< of the query, in its odometry frame
   std::span<const Pose> T_match_session_keyframe;  ///< of the match, in its odometry frame
   Pose T_match_session_query_session;              ///< odometry frame to odometry frame, metres
+  ExcludedBeyond beyond{};                         ///< what positions exclude
 };
 
 /// Evaluates a placement by sensor data.
 using PlacementCheck = std::function<PlacementEvidence(const Placement& placement)>;
 
 /// Optimises every session with its intra-session loops (paper section V-C), finds the consistency
-/// set of every pair of sessions, asks `check` about those that connect sessions, then joins
+/// set of every pair of sessions, from six sessions on with the drift that these say, asks `check`
+/// about those that connect sessions, then joins
 /// pairs of sessions, strongest first, starting from the central map (section VI), the first ones
 /// one by one, later ones in batches. Without a check, loops that lie in one place leave a pair
 /// provisional. Every join is a transaction: it is optimised, outliers are rejected, and it is
 /// rolled back if its loops do not survive or if it deforms a map more than its odometry could
-/// explain. Sessions that no accepted set of loops connects stay apart. Deterministic. Throws
-/// std::invalid_argument for a loop to a keyframe that does not exist.
+/// explain. Sessions that no accepted set of loops connects stay apart. Positions that agree with
+/// their session are part of every optimisation; loops that contradict those of both sessions are
+/// refused. Deterministic. Throws std::invalid_argument for a loop or a position of a keyframe that
+/// does not exist.
 Alignment align_sessions(const std::vector<AlignmentSession>& sessions,
                          std::span<const LoopConstraint> loops, const MergeConfig& config,
                          const PlacementCheck& check = {});

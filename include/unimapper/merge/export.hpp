@@ -49,6 +49,7 @@ struct ExportOptions {
 ///    for gone, without a colour
 ///  - tiles/X_Y.ply: as map.ply; a tile begins at X and Y times its edge
 ///  - grid.pgm, grid.yaml: the navigation grid as ROS's map server reads it
+///  - georeference.json, if positions are known: where the map lies in the site frame
 ///  - summary.json: the same bytes for the same input; timing.json: the stages' durations
 /// Throws std::runtime_error naming the file that cannot be written, and for a grid that would be
 /// too large. Returns the grid, for what it has to say.
@@ -56,5 +57,9 @@ std::optional<NavigationGrid> export_map(const std::filesystem::path& folder,
                                          const std::vector<SessionData>& sessions,
                                          const MergeResult& result,
                                          const ExportOptions& options = {});
+
+/// A binary PLY file of positions alone, metres. Throws std::runtime_error.
+void write_positions(const std::filesystem::path& path,
+                     const ExternalVector<Eigen::Vector3f>& points);
 
 }  // namespace unimapper::merge

@@ -16,5 +16,11 @@ namespace unimapper::merge {
 /// keyframe knows up. To be called on sessions before they are merged or searched in. Cost: one
 /// description per keyframe that is levelled.
 std::size_t level_keyframes(std::vector<KeyframeRecord>& keyframes);
+/// The same for a session whose cells may be read on demand: they come levelled from then on.
+std::size_t level_keyframes(SessionData& session);
+
+/// The same keyframe in the frame of `T_odometry_level`, at the same position: turns cells and
+/// keypoints. O(cells).
+void turn_keyframe(KeyframeRecord& keyframe, const Pose& T_odometry_level);
 
 }  // namespace unimapper::merge

@@ -21,6 +21,6 @@ std::vector<std::size_t> whole_neighbours(std::span<const KeyframeRecord> keyfra
 
 /// The static cells of the nearest whole keyframe on each side of keyframe `k`, if it was made
 /// within 50 m of it, in its frame by odometry. O(cells).
-std::vector<FineCell> neighbouring_cells(std::span<const KeyframeRecord> keyframes, std::size_t k);
+std::vector<FineCell> neighbouring_cells(const SessionData& session, std::size_t k);
 
 }  // namespace unimapper::merge

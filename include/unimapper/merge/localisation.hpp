@@ -38,9 +38,12 @@ struct MapPose {
 /// Localises one robot in a map, keyframe by keyframe: search by descriptor, verification and the
 /// acceptance rules between sessions (docs/localisation.md). Causal: an answer rests on the
 /// keyframes added before, never on later ones. Deterministic. Memory is bounded: that of the map
-/// and of the robot's latest 400 keyframes. Not thread safe.
+/// and of the robot's latest keyframes. Not thread safe.
 class Localiser {
  public:
+  /// Of the robot, the latest ones; older ones go, half of them at once.
+  static constexpr std::size_t kRememberedKeyframes = 400;
+
   /// `map`: sessions with the result of their merge, of which those in the map are used. Throws
   /// std::invalid_argument for a wrong configuration, and if the result is of other sessions or
   /// none of them is in the map.

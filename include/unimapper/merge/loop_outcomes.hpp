@@ -1,10 +1,11 @@
-// Outcomes of loop verification that are kept from merge to merge.
+// Outcomes of checks of sensor data that are kept from merge to merge: of loops, of placements.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <span>
 
+#include "unimapper/merge/alignment.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 
 namespace unimapper::merge {
@@ -17,6 +18,15 @@ struct LoopQuestion {
   Pose T_match_query;  ///< as proposed, levelled keyframe frames
   /// Of both keyframes' content with that of the neighbours in their clouds, of the parameters that
   /// matter, and of how loops are verified.
+  std::uint64_t fingerprint = 0;
+};
+
+/// What the evidence about a placement depends on: two sessions, and everything else.
+struct PlacementQuestion {
+  std::uint32_t query = 0;  ///< the session that is placed
+  std::uint32_t match = 0;  ///< the session it is placed in
+  /// Of the placement, of the content of all keyframes of both sessions, of the parameters that
+  /// matter, and of how placements are checked.
   std::uint64_t fingerprint = 0;
 };
 
@@ -38,6 +48,11 @@ class LoopOutcomes {
   virtual std::optional<LoopConstraint> find(const LoopQuestion& question) = 0;
   /// Takes what `find` did not know. It may throw, which ends the merge.
   virtual void keep(std::span<const Entry> entries) = 0;
+
+  /// The evidence for exactly this question; nothing if it was never asked.
+  virtual std::optional<PlacementEvidence> find(const PlacementQuestion& question) = 0;
+  /// As for loops.
+  virtual void keep(const PlacementQuestion& question, const PlacementEvidence& evidence) = 0;
 };
 
 }  // namespace unimapper::merge

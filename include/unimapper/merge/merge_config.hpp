@@ -227,6 +227,30 @@ consteval auto parameters_of(const AliasingConfig*) {
           "storey."));
 }
 
+/// Known positions of keyframes (docs/design/known-positions.md).
+struct PositionConfig {
+  double chi2 = 16.27;
+  double up_sigma_rad = 0.01;
+  double heading_sigma_rad = 0.1;
+  double storey_m = 2.2;
+};
+
+consteval auto parameters_of(const PositionConfig*) {
+  using C = PositionConfig;
+  return parameter_table(
+      parameter<&C::chi2>("[1, 1000]", "", "99.9 % of chi square with 3 degrees of freedom",
+                          "A position, and a loop between sessions with positions, agrees with the "
+                          "others up to this chi square."),
+      parameter<&C::up_sigma_rad>("[0.0001, 1]", "rad", "choice",
+                                  "How well the map's up is known without positions."),
+      parameter<&C::heading_sigma_rad>("[0.001, 3]", "rad", "choice",
+                                       "The heading counts as known from positions up to this "
+                                       "standard deviation."),
+      parameter<&C::storey_m>("[0.5, 100]", "m", "choice",
+                              "Storeys are at least so far above each other: heights that are "
+                              "known better say which one it is."));
+}
+
 /// Pose graph optimisation.
 struct GraphConfig {
   double cauchy_scale = 3.5;
@@ -352,12 +376,15 @@ consteval auto parameters_of(const RefinementConfig*) {
 /// The unified map and what changed between sessions.
 struct MapConfig {
   float voxel_size_m = kFineCellSizeM;
-  float tree_voxel_size_m = 2.0F;
+  float tree_voxel_size_m = 10.0F;
   float change_distance_m = 0.5F;
   float change_range_m = 30.0F;
   float free_margin_m = 0.6F;
   std::uint32_t min_observers = 2;
-  std::uint32_t min_cluster = 6;
+  std::uint32_t min_cluster = 20;
+  float changed_share = 0.5F;
+  float min_object_height_m = 0.4F;
+  float object_seen_through = 0.22F;
 };
 
 consteval auto parameters_of(const MapConfig*) {
@@ -376,7 +403,17 @@ consteval auto parameters_of(const MapConfig*) {
       parameter<&C::min_observers>("[1, 100]", "keyframes", "choice",
                                    "Keyframes that observed free space where a point changed."),
       parameter<&C::min_cluster>("[1, 1000]", "points", "choice",
-                                 "Changed points within a metre of one that is kept."));
+                                 "Changed points that an object has at least."),
+      parameter<&C::changed_share>(
+          "[0, 1]", "", "choice",
+          "Of a changed object's points about which the other session knows "
+          "anything, this share has changed."),
+      parameter<&C::min_object_height_m>("[0, 10]", "m", "choice",
+                                         "Lower objects are none: kerbs, lines on the ground."),
+      parameter<&C::object_seen_through>(
+          "[0, 1]", "", "measured",
+          "If more than this share of its own session's observations saw through an object, it "
+          "moved or lets rays through."));
 }
 
 /// Parameters of the merger.
@@ -386,12 +423,18 @@ struct MergeConfig {
   LoopConfig loops;                 ///< loop candidates and their verification
   AcceptanceConfig acceptance;      ///< sets of inter-session loops
   AliasingConfig aliasing;          ///< search for perceptual aliasing
+  PositionConfig positions;         ///< known positions of keyframes
   GraphConfig graph;                ///< the pose graph
   RadiusConfig radius;              ///< radius search after alignment
   RefinementConfig refinement;      ///< refined labels
   MapConfig map;                    ///< the unified map and its changes
   std::uint32_t threads = 0;
+  std::uint32_t memory_mb = 2000;
 
+  /// What keyframes that are read on demand may take, and registration clouds as much.
+  [[nodiscard]] constexpr std::uint64_t kept_bytes() const noexcept {
+    return std::uint64_t{memory_mb} * 500'000;
+  }
   /// `kOk`, or what is wrong in words.
   [[nodiscard]] Error validate() const noexcept;
 };
@@ -400,10 +443,15 @@ consteval auto parameters_of(const MergeConfig*) {
   using C = MergeConfig;
   return parameter_table(
       parameters_in<&C::odometry>(), parameters_in<&C::registration>(), parameters_in<&C::loops>(),
-      parameters_in<&C::acceptance>(), parameters_in<&C::aliasing>(), parameters_in<&C::graph>(),
-      parameters_in<&C::radius>(), parameters_in<&C::refinement>(), parameters_in<&C::map>(),
+      parameters_in<&C::acceptance>(), parameters_in<&C::aliasing>(),
+      parameters_in<&C::positions>(), parameters_in<&C::graph>(), parameters_in<&C::radius>(),
+      parameters_in<&C::refinement>(), parameters_in<&C::map>(),
       parameter<&C::threads>("[0, 256]", "threads", "choice",
-                             "0: as many as the machine has; the result is the same."));
+                             "0: as many as the machine has; the result is the same."),
+      parameter<&C::memory_mb>(
+          "[1, 1000000]", "MB", "choice",
+          "Keyframes that are read on demand and registration clouds take so much together; the "
+          "result is the same."));
 }
 
 }  // namespace unimapper::merge

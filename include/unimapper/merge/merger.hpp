@@ -1,11 +1,17 @@
 // Merging of any number of sessions into one map.
 #pragma once
 
+#include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "unimapper/core/change_kind.hpp"
 #include "unimapper/core/keyframe_record.hpp"
+#include "unimapper/core/upright_box.hpp"
+#include "unimapper/merge/external_vector.hpp"
+#include "unimapper/merge/known_position.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/loop_outcomes.hpp"
 #include "unimapper/merge/merge_config.hpp"
@@ -36,6 +42,8 @@ struct MergedSession {
   Pose T_map_session;                ///< the anchor node: session odometry frame to the map frame
   std::vector<Pose> T_map_keyframe;  ///< by keyframe: levelled keyframe frame to map frame, metres
   std::vector<RefinedKeyframe> refined;  ///< refined labels, by keyframe
+  /// How many times as far as assumed its odometry drifts (`Alignment::drift_scale`); not stored.
+  double drift_scale = 1.0;
 };
 
 /// A point of the unified map.
@@ -50,6 +58,23 @@ struct ChangedPoint {
   Eigen::Vector3f position;   ///< map frame, metres
   std::uint32_t session = 0;  ///< index of the session in which the point exists
   bool appeared = false;      ///< true: new in `session`; false: gone after `session`
+  std::uint32_t object = 0;   ///< index of the changed object it is a part of
+};
+
+/// Points of one session that changed together. Moved: something of the same size is gone beside
+/// it.
+struct ChangedObject {
+  ChangeKind kind = ChangeKind::kAppeared;  ///< what became of it
+  std::uint32_t session = 0;  ///< index of the session in which it exists; moved: of the later one
+  std::uint32_t free_in = 0;  ///< index of the session that observed free space there
+  UprightBox box;             ///< around its points, map frame
+  std::optional<UprightBox> before{};  ///< moved: its box in the earlier session
+  std::uint32_t voxels = 0;            ///< of the map that it takes
+  /// Share of its voxels that changed among those of which the other session knows anything, (0,
+  /// 1].
+  double confidence = 0.0;
+  /// Share of the observations by its own session that saw through it: small where it stood still.
+  double seen_through = 0.0;
 };
 
 /// Wall-clock time of one stage.
@@ -65,9 +90,12 @@ struct MergeResult {
   /// All loops considered, verified or not, with the final decision on each.
   std::vector<LoopConstraint> loops;
   std::vector<PairOutcome> pairs;  ///< of sessions with inter-session loops, by match, then query
-  std::vector<MapPoint> map;       ///< static points, the unified map
-  std::vector<ChangedPoint> changes;            ///< points that differ between sessions
-  std::vector<Eigen::Vector3f> dynamic_points;  ///< what is not static, map frame, for display
+  std::vector<PositionOutcome> positions;          ///< of all known positions, by session
+  std::optional<Georeference> georeference{};      ///< of the map frame; none: no position was used
+  ExternalVector<MapPoint> map;                    ///< static points, the unified map
+  std::vector<ChangedPoint> changes;               ///< points that differ between sessions
+  std::vector<ChangedObject> changed_objects;      ///< what these are parts of
+  ExternalVector<Eigen::Vector3f> dynamic_points;  ///< what is not static, map frame, for display
   /// The edges of the final pose graph: accepted loops, then odometry (match = from).
   std::vector<LoopConstraint> graph_edges;
   std::vector<StageTime> timing;  ///< the only part that differs from run to run
@@ -79,13 +107,18 @@ struct MergeResult {
 /// from before a robot knew up are taken as they are: `level_keyframes` first. `progress` receives
 /// stages and outcomes in words. `statements` are obeyed: a forbidden loop is never accepted, a
 /// link is, unless the maps would deform more than odometry allows, a session kept apart stays
-/// unconnected, and the reference is the central session; also throws std::invalid_argument for
-/// sessions and keyframes in them that do not exist. What `outcomes` know is not verified again;
-/// the result is the same.
+/// unconnected, the reference is the central session, and positions take part in the pose graph and
+/// place the map in their frame, but for an origin near them (`Georeference`); also throws
+/// std::invalid_argument for sessions and keyframes in them that do not exist. What `outcomes` know
+/// is not verified again; the result is the same. `scratch`: a folder that exists, for a temporary
+/// file with the voxels of the sessions (28 bytes each) and the points of the map, which are in
+/// memory otherwise; it lives as long as the result. Throws std::runtime_error where it cannot be
+/// written.
 [[nodiscard]] MergeResult merge_sessions(
     const std::vector<SessionData>& sessions, const MergeConfig& config = {},
     const std::function<void(const std::string&)>& progress = {},
-    const UserStatements& statements = {}, LoopOutcomes* outcomes = nullptr);
+    const UserStatements& statements = {}, LoopOutcomes* outcomes = nullptr,
+    const std::filesystem::path& scratch = {});
 
 /// The same without labels, map, changes and edges of the graph: what `complete_merge` makes a
 /// whole merge of.
@@ -95,11 +128,16 @@ struct MergeResult {
                                       const UserStatements& statements = {},
                                       LoopOutcomes* outcomes = nullptr);
 
+/// Which sessions' odometry drifts farther than assumed, each after "; "; empty: none.
+[[nodiscard]] std::string drift_text(const std::vector<SessionData>& sessions,
+                                     const MergeResult& result);
+
 /// The rest of a merge of which central session, status and poses of the sessions, and loops with
 /// the final decisions are known: the same result as the merge they are from. Throws
 /// std::invalid_argument where the poses do not fit the sessions.
 [[nodiscard]] MergeResult complete_merge(
     const std::vector<SessionData>& sessions, MergeResult posed, const MergeConfig& config = {},
-    const std::function<void(const std::string&)>& progress = {});
+    const std::function<void(const std::string&)>& progress = {},
+    const std::filesystem::path& scratch = {});
 
 }  // namespace unimapper::merge

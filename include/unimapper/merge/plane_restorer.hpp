@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <memory>
-#include <span>
 
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/keyframe_record.hpp"
@@ -24,8 +23,8 @@ class PlaneRestorer {
   /// where planes are extracted.
   PlaceView place(const KeyframeRecord& record);
   /// The same of keyframe `k` of a session; if only its summary has arrived, the planes are those
-  /// of its `neighbouring_cells`.
-  PlaceView place(std::span<const KeyframeRecord> keyframes, std::size_t k);
+  /// of its `neighbouring_cells`. Valid while `session` lives.
+  PlaceView place(const SessionData& session, std::size_t k);
 
  private:
   struct State;

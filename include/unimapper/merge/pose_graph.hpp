@@ -38,9 +38,21 @@ struct PoseGraph {
     double cauchy_scale = 0.0;
   };
 
-  std::vector<Anchor> anchors;  ///< one per map
-  std::vector<Node> nodes;      ///< keyframes of all maps
-  std::vector<Edge> edges;      ///< odometry and loops
+  /// A measured position of a point of one node in the frame of another, the site. The residual is
+  /// estimate less position, each axis divided by its standard deviation.
+  struct Position {
+    std::size_t node = 0;                                     ///< index into `nodes`
+    std::size_t site = 0;                                     ///< index into `nodes`
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();          ///< frame of `node`, metres
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();       ///< frame of `site`, metres
+    Eigen::Vector3d inverse_sigma = Eigen::Vector3d::Ones();  ///< 1 / metres; 0: axis not measured
+    double cauchy_scale = 0.0;                                ///< as of an edge
+  };
+
+  std::vector<Anchor> anchors;      ///< one per map
+  std::vector<Node> nodes;          ///< keyframes of all maps
+  std::vector<Edge> edges;          ///< odometry and loops
+  std::vector<Position> positions;  ///< of points of nodes
 
   /// The node's pose in the unified frame.
   [[nodiscard]] Pose T_map_node(std::size_t node) const {
@@ -59,7 +71,10 @@ struct SolveSummary {
 /// Squared whitened residual of one edge at the current estimate; no kernel.
 double edge_chi2(const PoseGraph& graph, const PoseGraph::Edge& edge);
 
-/// Sum over all edges, kernels applied.
+/// The same of one position.
+double position_chi2(const PoseGraph& graph, const PoseGraph::Position& position);
+
+/// Sum over all edges and positions, kernels applied.
 double graph_cost(const PoseGraph& graph);
 
 /// Moves free anchors and nodes to a minimum of `graph_cost` (Levenberg-Marquardt, sparse
@@ -68,9 +83,9 @@ double graph_cost(const PoseGraph& graph);
 SolveSummary optimize(PoseGraph& graph, std::uint32_t max_iterations);
 
 /// Poses from relative measurements alone, whatever the current estimate: rotations by linear
-/// least squares over matrices and projection, then translations. Kernels are ignored, so use
-/// it on edges without outliers. Only for graphs with one anchor; the first fixed node (or
-/// node 0) keeps its pose. False, and nothing changed, if the graph is not connected.
+/// least squares over matrices and projection, then translations. Positions and kernels are
+/// ignored, so use it on edges without outliers. Only for graphs with one anchor; the first fixed
+/// node (or node 0) keeps its pose. False, and nothing changed, if the graph is not connected.
 bool initialize_chordal(PoseGraph& graph);
 
 }  // namespace unimapper::merge

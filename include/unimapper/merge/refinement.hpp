@@ -9,23 +9,25 @@
 
 namespace unimapper::merge {
 
-/// One keyframe's cells after refinement: the static cells first, then the dynamic ones, in the
-/// order of the record. Empty: the online labels.
+/// What refinement changed of one keyframe. Cells are numbered in the order of the record: the
+/// static ones first, then the dynamic ones.
 struct RefinedKeyframe {
-  std::vector<std::uint8_t> dynamic;  ///< 1: dynamic
+  std::vector<std::uint32_t> changed;  ///< cells whose label is not the online one, ascending
 };
 
 /// Calls `visit` for every cell of a keyframe that is (not) dynamic after refinement.
 template <typename Visit>
 void visit_cells(const KeyframeRecord& keyframe, const RefinedKeyframe& refined, bool dynamic,
                  const Visit& visit) {
-  std::size_t number = 0;
+  std::uint32_t number = 0;
+  auto changed = refined.changed.begin();
   for (const auto* cells : {&keyframe.static_cells, &keyframe.dynamic_cells}) {
     const bool was_dynamic = cells == &keyframe.dynamic_cells;
     for (const FineCell& cell : *cells) {
-      const std::size_t own = number++;
-      const bool is = refined.dynamic.empty() ? was_dynamic : refined.dynamic[own] != 0;
-      if (is == dynamic) visit(cell);
+      const bool is_changed = changed != refined.changed.end() && *changed == number;
+      if (is_changed) ++changed;
+      ++number;
+      if ((was_dynamic != is_changed) == dynamic) visit(cell);
     }
   }
 }

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -13,6 +14,8 @@
 #include "unimapper/merge/pose_graph.hpp"
 
 namespace unimapper::merge {
+
+class PointTree;
 
 /// Points thinned to one per leaf, each with the covariance of the surface it lies on and a
 /// kd-tree over all. Building one costs more than aligning two, so there is one per keyframe.
@@ -30,6 +33,8 @@ class RegistrationCloud {
 
   /// Number of points.
   [[nodiscard]] std::size_t size() const { return points_.size(); }
+  /// Memory that it takes, roughly.
+  [[nodiscard]] std::uint64_t bytes() const;
   /// Points of the cloud, metres in its frame.
   [[nodiscard]] const std::vector<Eigen::Vector3f>& points() const { return points_; }
   /// Covariance of the surface about point `i`, square metres.
@@ -45,7 +50,6 @@ class RegistrationCloud {
   [[nodiscard]] std::uint32_t nearest(const Eigen::Vector3f& query, float& squared_gate) const;
 
  private:
-  struct Tree;
   void thin(const std::vector<Eigen::Vector3f>& points, const std::vector<std::uint8_t>& ground,
             float leaf_m);
   void estimate_covariances(const RegistrationConfig& config);
@@ -53,7 +57,7 @@ class RegistrationCloud {
   std::vector<Eigen::Vector3f> points_;
   std::vector<Eigen::Matrix3f> covariances_;
   std::vector<std::uint8_t> ground_;
-  std::unique_ptr<Tree> tree_;
+  std::unique_ptr<PointTree> tree_;
 };
 
 /// Refined pose and how well the clouds agree in it.
@@ -81,6 +85,13 @@ RegistrationResult register_clouds(
     const RegistrationCloud& target, const RegistrationCloud& source, const Pose& T_target_source,
     const RegistrationConfig& config,
     const Eigen::Matrix2d& tilt_information = Eigen::Matrix2d::Zero());
+
+/// The pose alone to which `register_clouds` comes, or the first on the way there, the start
+/// included, for which `ends_at` is true. Costs the steps up to it.
+Pose registered_pose(const RegistrationCloud& target, const RegistrationCloud& source,
+                     const Pose& T_target_source, const RegistrationConfig& config,
+                     const Eigen::Matrix2d& tilt_information,
+                     const std::function<bool(const Pose&)>& ends_at);
 
 /// Share of structure (no ground) that coincides at a given pose, of the cloud for which it is
 /// larger; only points within `radius_m` of both origins count. 0 if there are

@@ -7,6 +7,7 @@
 
 #include "unimapper/core/keyframe_id.hpp"
 #include "unimapper/core/pose.hpp"
+#include "unimapper/merge/known_position.hpp"
 
 namespace unimapper::merge {
 
@@ -29,6 +30,7 @@ struct UserStatements {
   std::vector<KeyframePair> forbidden;       ///< loops that are wrong
   std::vector<std::uint32_t> apart;          ///< sessions that stay apart from the map
   std::optional<std::uint32_t> reference{};  ///< the session whose frame is the map's
+  std::vector<KnownPosition> positions{};    ///< of keyframes; at most one of each
 
   /// Whether a loop between these two is wrong, by a person's word.
   [[nodiscard]] bool forbid(KeyframeId query, KeyframeId match) const;

@@ -33,6 +33,10 @@ struct ChunkMessage {
   std::vector<std::uint8_t> data;   ///< bytes of the piece
 };
 
+/// The container of a health message that is the robot's spool: bytes that no base has stored, of
+/// those that the spool may hold.
+inline constexpr std::string_view kSpoolContainer = "spool";
+
 /// How the pipeline is doing since its start.
 struct HealthMessage {
   /// Time of one pipeline stage per keyframe.

@@ -11,9 +11,13 @@ namespace unimapper::apps {
 struct BaseOptions {
   std::filesystem::path store;  ///< folder of the store
   std::string listen;           ///< LCM URL
+  std::string http;             ///< HOST:PORT of the page; empty: none
   std::filesystem::path keys;   ///< folder of robots' keys; empty: everybody is heard
   std::size_t sessions = 0;     ///< ends once so many have ended; 0: runs until it is told to stop
-  double max_gigabytes = 0.0;   ///< of the database; 0: as much as the disk holds
+  bool localises = false;       ///< robots in the store's map, and tells them
+  bool merges = false;          ///< what it stores, and tells robots where they are
+  std::size_t localised_sessions = 4;  ///< at once
+  double max_gigabytes = 0.0;          ///< of the database; 0: as much as the disk holds
   double robot_gigabytes = 200.0;
   double robot_megabytes_per_second = 40.0;
   std::uint64_t robot_sessions = 1000;

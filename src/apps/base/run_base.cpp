@@ -1,15 +1,16 @@
 // `unimapper base`: from the network into a store.
-#include <signal.h>  // NOLINT: sigtimedwait is POSIX
-
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <exception>
 #include <iostream>
 #include <map>
 #include <memory>
 #include <optional>
 #include <set>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "ports/keys/guards.hpp"
@@ -17,7 +18,14 @@
 #include "ports/linux/boot_id.hpp"
 #include "ports/store/keyframe_store.hpp"
 #include "ports/store/process_io.hpp"
+#include "src/apps/base/localisation_thread.hpp"
+#include "src/apps/base/merge_thread.hpp"
 #include "src/apps/base/options.hpp"
+#include "src/apps/say.hpp"
+#include "src/apps/stop_signals.hpp"
+#include "src/apps/view/map_files.hpp"
+#include "src/apps/view/store_view.hpp"
+#include "src/apps/view/view_server.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -37,27 +45,6 @@ constexpr std::uint32_t kMaxDamaged = 1000;
 /// Nobody waits for longer; the longest time of a clock would overflow where it is converted.
 constexpr std::chrono::hours kOneYear{24 * 365};
 
-/// SIGINT and SIGTERM, asked for instead of handled: a handler would interrupt what LCM waits in.
-class StopSignals {
- public:
-  /// Before other threads exist, which block them too.
-  StopSignals() {
-    sigemptyset(&signals_);
-    for (const int signal : {SIGINT, SIGTERM}) sigaddset(&signals_, signal);
-    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
-  }
-  /// Whether one has arrived.
-  [[nodiscard]] bool arrived() {
-    const timespec at_once{};
-    arrived_ = arrived_ || sigtimedwait(&signals_, nullptr, &at_once) > 0;
-    return arrived_;
-  }
-
- private:
-  sigset_t signals_{};
-  bool arrived_ = false;
-};
-
 std::uint64_t to_bytes(double amount, double unit) {
   return static_cast<std::uint64_t>(amount * unit);
 }
@@ -75,8 +62,6 @@ wire::ReceiverLimits limits_of(const BaseOptions& options) {
   limits.robot.pending_bytes = kMaxRobotPendingBytes;
   return limits;
 }
-
-void say(const std::string& text) { std::cerr << "unimapper: " << text << std::endl; }
 
 std::string megabytes(std::uint64_t bytes) {
   char text[32];
@@ -165,6 +150,81 @@ class Status {
   std::string last_trouble_;
 };
 
+/// What localises and merges leaves a processor to what receives and stores.
+std::uint32_t background_threads() { return std::max(2U, std::thread::hardware_concurrency()) - 1; }
+
+std::unique_ptr<LocalisationThread> start_localisation(const BaseOptions& options) {
+  if (!options.localises) return nullptr;
+  LiveLocalisationOptions live;
+  live.store = options.store;
+  live.max_sessions = options.localised_sessions;
+  live.read_map = [store = options.store] {
+    StoredMap map = read_stored_map(store, 0);
+    map.config.threads = background_threads();
+    return map;
+  };
+  live.report = &say;
+  return std::make_unique<LocalisationThread>(std::move(live));
+}
+
+std::unique_ptr<MergeThread> start_merges(const BaseOptions& options,
+                                          const store::KeyframeStore& kept) {
+  if (!options.merges) return nullptr;
+  LiveMergeOptions live;
+  live.store = options.store;
+  live.config.threads = background_threads();
+  live.report = &say;
+  return std::make_unique<MergeThread>(std::move(live), kept.lock());
+}
+
+void end_merges(MergeThread& merges) {
+  LiveMergeCounters counters;
+  try {
+    counters = merges.finish();
+  } catch (const std::exception& error) {
+    return say(std::string("warning: what arrived last is stored, but not merged: ") +
+               error.what());
+  }
+  const auto seconds = [](std::chrono::steady_clock::duration time) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.1f s", std::chrono::duration<double>(time).count());
+    return std::string(text);
+  };
+  say("merged " + std::to_string(counters.merges) + " times, " + seconds(counters.longest_merge) +
+      " the longest; every keyframe was in the map " + seconds(counters.longest_effect) +
+      " after it was stored at the latest; all loops at the end took " +
+      seconds(counters.complete));
+}
+
+/// The page of the store while it is written, and its server.
+struct Page {
+  StoreView view;
+  ViewServer server;
+
+  Page(StoreViewOptions shown, const ViewServerOptions& serving)
+      : view(std::move(shown)), server(serving, view) {}
+};
+
+std::unique_ptr<Page> start_page(const BaseOptions& options, const store::KeyframeStore& kept) {
+  if (options.http.empty()) return nullptr;
+  StoreViewOptions shown;
+  shown.store = options.store;
+  shown.may_change = true;
+  shown.held = &kept.lock();
+  shown.report = &say;
+  auto page = std::make_unique<Page>(std::move(shown),
+                                     ViewServerOptions{options.http, make_token(), empty_page()});
+  say("the map is at " + page->server.url());
+  return page;
+}
+
+void report_localisation(const LiveLocalisationCounters& counters) {
+  say("localised by " + std::to_string(counters.keyframes) + " keyframes; " +
+      std::to_string(counters.late) + " came after later ones and " +
+      std::to_string(counters.unusable) + " could not be used; " +
+      std::to_string(counters.sessions_refused) + " times there was no room for a session");
+}
+
 void report_end(const store::KeyframeStore& kept, std::optional<std::uint64_t> written_before) {
   const store::StoreCounters& counters = kept.counters();
   say("stored " + std::to_string(counters.keyframes) + " keyframes, " +
@@ -210,7 +270,16 @@ void run_base(const BaseOptions& options) {
     guard = std::make_shared<keys::BaseGuard>(options.keys, linux_port::random_boot());
   }
   listening.guard = guard;
+  const std::unique_ptr<LocalisationThread> localisation = start_localisation(options);
+  if (localisation != nullptr) {
+    listening.map_poses = [&localisation] { return localisation->due(); };
+  }
+  const std::unique_ptr<MergeThread> merges = start_merges(options, kept);
+  if (merges != nullptr) listening.map_poses = [&merges] { return merges->due(); };
+  const std::unique_ptr<Page> page = start_page(options, kept);
   (void)lcm_port::listen(listening);
+  if (localisation != nullptr) report_localisation(localisation->finish());
+  if (merges != nullptr) end_merges(*merges);
   report_end(kept, written_before);
   if (guard != nullptr && guard->counters().refused() > 0) {
     say("warning: refused for their keys: " + keys::describe(guard->counters()));

@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
+#include "src/apps/evaluate/map_alignment.hpp"
 #include "unimapper/evaluate/dynamic.hpp"
+#include "unimapper/merge/merge_config.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::apps {
@@ -50,7 +52,25 @@ struct EvaluateLoopsOptions {
 /// Options of `evaluate trajectory`.
 struct EvaluateTrajectoryOptions {
   std::filesystem::path map;
-  std::vector<std::pair<std::string, std::filesystem::path>> truths;  ///< session, dataset
+  SessionTruths truths;
+};
+
+/// Options of `evaluate changes`.
+struct EvaluateChangesOptions {
+  std::filesystem::path map;
+  std::pair<std::string, std::filesystem::path> earlier;  ///< session, dataset
+  std::pair<std::string, std::filesystem::path> later;
+  double reach_m = 25.0;  ///< what was seen from farther away only does not count
+};
+
+/// Options of `evaluate view`.
+struct EvaluateViewOptions {
+  std::filesystem::path map;
+  SessionTruths truths;
+  SessionTruths runs{};  ///< sessions and folders with labels/
+  /// One wrong point of each so large a voxel is shown; as large as those of maps.
+  float voxel_m = merge::MapConfig{}.voxel_size_m;
+  bool replaces = false;  ///< overwrite an earlier evaluation
 };
 
 /// Options of `evaluate map`.
@@ -66,7 +86,10 @@ struct EvaluateMapOptions {
 [[nodiscard]] std::string evaluate_dynamic(const EvaluateDynamicOptions& options);
 [[nodiscard]] std::string evaluate_loops(const EvaluateLoopsOptions& options);
 [[nodiscard]] std::string evaluate_trajectory(const EvaluateTrajectoryOptions& options);
+[[nodiscard]] std::string evaluate_changes(const EvaluateChangesOptions& options);
 [[nodiscard]] std::string evaluate_map(const EvaluateMapOptions& options);
+/// Also writes view/evaluation.json with its layers beside it, and the map's report.html anew.
+[[nodiscard]] std::string evaluate_view(const EvaluateViewOptions& options);
 
 /// One row of a Markdown table: the points of all results together, by class (DA, and DA of what
 /// moved while it was seen) or by range (SA and DA). Throws std::runtime_error.

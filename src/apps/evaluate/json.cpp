@@ -1,7 +1,9 @@
 #include "src/apps/evaluate/json.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -77,6 +79,27 @@ void add_loop_figures(Json& json, const evaluate::LoopFigures& figures, const st
 Json error_figures(const evaluate::ErrorStatistics& s) {
   return {{"max", s.max}, {"mean", s.mean}, {"median", s.median},
           {"min", s.min}, {"rmse", s.rmse}, {"std", s.std}};
+}
+
+ChangeKind change_of(const std::string& name) {
+  const auto kind = std::find_if(std::begin(kChangeKinds), std::end(kChangeKinds),
+                                 [&](ChangeKind k) { return name == kind_name(k); });
+  if (kind != std::end(kChangeKinds)) return *kind;
+  throw std::runtime_error("\"" + name + "\" is no kind of change");
+}
+
+UprightBox box_of(const Json& json) {
+  const auto centre = json.at("centre").get<std::vector<double>>();
+  const auto size = json.at("size").get<std::vector<double>>();
+  return {{centre.at(0), centre.at(1), centre.at(2)},
+          json.at("yaw").get<double>(),
+          {size.at(0), size.at(1), size.at(2)}};
+}
+
+Json describe(const UprightBox& box) {
+  return {{"centre", {box.centre.x(), box.centre.y(), box.centre.z()}},
+          {"yaw", box.yaw_rad},
+          {"size", {box.size.x(), box.size.y(), box.size.z()}}};
 }
 
 }  // namespace
@@ -193,6 +216,52 @@ std::vector<SummarySession> read_summary(const std::filesystem::path& map) {
   } catch (const Json::exception& error) {
     throw std::runtime_error(file.string() + ": " + error.what());
   }
+}
+
+std::vector<ReportedChange> read_changes(const std::filesystem::path& map) {
+  const std::filesystem::path file = map / "changes.json";
+  std::ifstream in(file);
+  if (!in) throw std::runtime_error(file.string() + ": cannot be read");
+  std::vector<ReportedChange> changes;
+  try {
+    const Json json = Json::parse(in);
+    for (const Json& object : json.at("objects")) {
+      changes.push_back(
+          {object.at("session").get<std::string>(), object.at("free_in").get<std::string>(),
+           change_of(object.at("kind").get<std::string>()), box_of(object.at("box"))});
+    }
+  } catch (const std::exception& error) {
+    throw std::runtime_error(file.string() + ": " + error.what());
+  }
+  return changes;
+}
+
+std::string changes_json(const std::vector<evaluate::FoundChange>& found,
+                         const std::vector<evaluate::TrueChange>& truth,
+                         const evaluate::ChangeScore& score) {
+  using evaluate::FoundClass;
+  Json json = {{"precision", percent(score.precision())},
+               {"recall", percent(score.recall())},
+               {"found", found.size()},
+               {"right", score.count(FoundClass::kRight)},
+               {"replaced", score.count(FoundClass::kReplaced)},
+               {"parts", score.count(FoundClass::kPart)},
+               {"stood", score.count(FoundClass::kStood)},
+               {"vehicles_changed", score.changed},
+               {"vehicles_found", score.changed - score.missed.size()},
+               {"wrong", Json::array()},
+               {"missed", Json::array()}};
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (score.found[i] != FoundClass::kWrong) continue;
+    json["wrong"].push_back(
+        {{"kind", kind_name(found[i].change)}, {"box", describe(found[i].box)}});
+  }
+  for (const std::size_t i : score.missed) {
+    json["missed"].push_back({{"kind", kind_name(truth[i].change)},
+                              {"label", truth[i].label},
+                              {"box", describe(truth[i].box)}});
+  }
+  return document(json);
 }
 
 }  // namespace unimapper::apps

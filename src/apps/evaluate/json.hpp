@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "src/apps/evaluate/evaluate.hpp"
+#include "unimapper/evaluate/changed_objects.hpp"
 #include "unimapper/evaluate/dynamic.hpp"
 #include "unimapper/evaluate/loops.hpp"
 #include "unimapper/evaluate/map_quality.hpp"
@@ -38,6 +39,21 @@ std::string trajectory_json(const std::vector<SessionTrajectory>& sessions,
                             const evaluate::Alignment& alignment);
 std::string map_json(const EvaluateMapOptions& options, const std::vector<SessionPair>& pairs,
                      const evaluate::MapEntropy& entropy, std::size_t points);
+
+std::string changes_json(const std::vector<evaluate::FoundChange>& found,
+                         const std::vector<evaluate::TrueChange>& truth,
+                         const evaluate::ChangeScore& score);
+
+/// A changed object as changes.json has it.
+struct ReportedChange {
+  std::string session;  ///< in which the object exists
+  std::string free_in;  ///< that saw through its place
+  ChangeKind change = ChangeKind::kAppeared;
+  UprightBox box;  ///< map frame
+};
+/// Changed objects of a map folder. Throws std::runtime_error naming the file and what is wrong
+/// with it.
+std::vector<ReportedChange> read_changes(const std::filesystem::path& map);
 
 /// Sessions of a map folder as its summary.json lists them.
 struct SummarySession {

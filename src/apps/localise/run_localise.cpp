@@ -14,9 +14,11 @@
 #include "ports/datasets/writers.hpp"
 #include "src/apps/localise/options.hpp"
 #include "src/apps/map/stored_map.hpp"
+#include "src/apps/map_pose_text.hpp"
 #include "src/apps/merge/options.hpp"
 #include "src/apps/output_guard.hpp"
 #include "src/apps/replacement.hpp"
+#include "src/apps/upper_triangle.hpp"
 #include "unimapper/merge/export.hpp"
 #include "unimapper/merge/localisation.hpp"
 
@@ -71,14 +73,9 @@ LocaliseJson describe(const Answers& answers, std::size_t i) {
                        {"state", merge::state_name(at.state)}};
   if (!at.reason.empty()) json["reason"] = at.reason;
   if (!is_localised(at)) return json;
-  const Eigen::Vector3d& t = at.T_map_keyframe.translation;
-  const Eigen::Quaterniond q = at.T_map_keyframe.quaternion();
-  json["T_map_keyframe"] = {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
-  std::vector<double> covariance;
-  for (int row = 0; row < 6; ++row) {
-    for (int col = row; col < 6; ++col) covariance.push_back(at.covariance(row, col));
-  }
-  json["covariance"] = covariance;
+  json["T_map_keyframe"] = pose_numbers(at.T_map_keyframe);
+  json["T_map_odometry"] = pose_numbers(at.T_map_odometry);
+  json["covariance"] = upper_triangle(at.covariance);
   json["sigma_m"] = position_sigma_m(at);
   json["sigma_deg"] = rotation_sigma_deg(at);
   json["loops"] = at.loops;

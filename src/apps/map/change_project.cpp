@@ -9,8 +9,11 @@
 #include "ports/store/project_writer.hpp"
 #include "ports/store/session_import.hpp"
 #include "ports/store/transaction.hpp"
+#include "src/apps/map/loop_statement.hpp"
 #include "src/apps/map/options.hpp"
+#include "src/apps/map/statements.hpp"
 #include "src/apps/map/stored_sessions.hpp"
+#include "src/apps/suggestion.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -20,20 +23,6 @@ using store::ProjectState;
 using store::ProjectWriter;
 using store::StatementKind;
 using store::StoredStatement;
-
-void say_epoch(const std::optional<store::Epoch>& epoch) {
-  if (epoch) {
-    std::cout << "epoch " << epoch->number << ": " << epoch->outcome << '\n';
-  } else {
-    std::cout << "nothing changed\n";
-  }
-}
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
 
 std::vector<store::SessionListing> listings(const fs::path& store) {
   return store::StoreReader(store).sessions();
@@ -82,47 +71,18 @@ std::vector<store::ImportedSession> import_run(ProjectWriter& writer, const fs::
   return sessions;
 }
 
-/// What became of a session, in words; nothing if it was there already.
-std::string take_in(ProjectState& state, const store::ImportedSession& session) {
-  if (session.differing > 0) {
-    throw std::runtime_error(
-        "session " + session.name + " is in the store with other content (" +
-        std::to_string(session.differing) +
-        " keyframes differ): the same recording processed in another way is no new session");
-  }
-  auto& sessions = state.sessions;
-  const bool is_in = std::binary_search(sessions.begin(), sessions.end(), session.row);
-  if (!is_in)
-    sessions.insert(std::upper_bound(sessions.begin(), sessions.end(), session.row), session.row);
-  if (is_in && session.keyframes == 0) {
-    std::cout << "session " << session.name << " is there already\n";
-    return {};
-  }
-  return session.name + " (" + std::to_string(session.keyframes) + " new keyframes)";
-}
-
 /// A statement that says the same.
 bool says(const StoredStatement& a, const StoredStatement& b) {
   if (a.kind != b.kind) return false;
   if (a.kind == StatementKind::kReference) return true;
   if (a.kind == StatementKind::kApart) return a.match.session == b.match.session;
+  if (a.kind == StatementKind::kPosition) {
+    const bool are_files = a.positions.size() > 1 && b.positions.size() > 1;
+    return a.match.session == b.match.session &&
+           (are_files || (a.positions.size() == b.positions.size() &&
+                          a.positions.front().sequence == b.positions.front().sequence));
+  }
   return std::minmax(a.match, a.query) == std::minmax(b.match, b.query);
-}
-
-/// Stores a statement in the position of those that say something of the same.
-void state_it(const ProjectOptions& options, const std::string& holder, const std::string& command,
-              const std::string& outcome, const std::vector<StoredStatement>& statements) {
-  ProjectWriter writer(options.store, holder);
-  const SessionNames names(listings(options.store));
-  say_epoch(writer.commit(command, [&](ProjectState& state) {
-    for (const StoredStatement& statement : statements) {
-      require_in_project(state, statement.match.session, names.name(statement.match.session));
-      std::erase_if(state.statements,
-                    [&](const StoredStatement& other) { return says(other, statement); });
-      state.statements.push_back(statement);
-    }
-    return std::optional(outcome);
-  }));
 }
 
 /// A statement about two keyframes that are stored.
@@ -165,6 +125,47 @@ Pose pose_of(const std::vector<double>& numbers) {
 
 }  // namespace
 
+void say_epoch(const std::optional<store::Epoch>& epoch) {
+  if (epoch) {
+    std::cout << "epoch " << epoch->number << ": " << epoch->outcome << '\n';
+  } else {
+    std::cout << "nothing changed\n";
+  }
+}
+
+std::string take_in(ProjectState& state, const store::ImportedSession& session) {
+  if (session.differing > 0) {
+    throw std::runtime_error(
+        "session " + session.name + " is in the store with other content (" +
+        std::to_string(session.differing) +
+        " keyframes differ): the same recording processed in another way is no new session");
+  }
+  auto& sessions = state.sessions;
+  const bool is_in = std::binary_search(sessions.begin(), sessions.end(), session.row);
+  if (!is_in)
+    sessions.insert(std::upper_bound(sessions.begin(), sessions.end(), session.row), session.row);
+  if (is_in && session.keyframes == 0) {
+    std::cout << "session " << session.name << " is there already\n";
+    return {};
+  }
+  return session.name + " (" + std::to_string(session.keyframes) + " new keyframes)";
+}
+
+void state_it(const ProjectOptions& options, const std::string& holder, const std::string& command,
+              const std::string& outcome, const std::vector<StoredStatement>& statements) {
+  ProjectWriter writer(options.store, holder);
+  const SessionNames names(listings(options.store));
+  say_epoch(writer.commit(command, [&](ProjectState& state) {
+    for (const StoredStatement& statement : statements) {
+      require_in_project(state, statement.match.session, names.name(statement.match.session));
+      std::erase_if(state.statements,
+                    [&](const StoredStatement& other) { return says(other, statement); });
+      state.statements.push_back(statement);
+    }
+    return std::optional(outcome);
+  }));
+}
+
 void create_project(const ProjectOptions& options) {
   if (store::is_store(options.store)) {
     throw std::runtime_error(options.store.string() + ": is a store already");
@@ -202,6 +203,22 @@ void remove_sessions(const ProjectOptions& options, const std::vector<std::strin
     state.epoch.result = 0;
     return std::optional("removed " + joined(removed));
   }));
+}
+
+void purge_sessions(const ProjectOptions& options, const std::vector<std::string>& removed) {
+  ProjectWriter writer(options.store, "`unimapper map remove --purge`");
+  const SessionNames names(listings(options.store));
+  std::vector<std::int64_t> rows;
+  for (const std::string& name : removed) rows.push_back(names.row(name));
+  say_epoch(writer.purge("remove --purge " + joined(removed), "removed for good " + joined(removed),
+                         rows));
+  try {
+    writer.give_back_space();
+  } catch (const store::StoreError& error) {
+    std::cerr << "unimapper: warning: the room is left to later keyframes, not given back to the "
+                 "disk: "
+              << error.what() << '\n';
+  }
 }
 
 void link_keyframes(const ProjectOptions& options, const KeyframesOption& keyframes) {
@@ -256,25 +273,7 @@ void withdraw_statements(const ProjectOptions& options, const std::vector<std::i
 
 void undo_epoch(const ProjectOptions& options) {
   ProjectWriter writer(options.store, "`unimapper map undo`");
-  const ProjectState before = writer.reader().current();
-  if (before.epoch.number == 0) throw std::runtime_error("there is nothing to undo");
-  const std::int64_t number = options.epoch > 0 ? options.epoch : before.epoch.parent;
-  const ProjectState target = number == 0 ? ProjectState{} : writer.reader().at(number);
-  if (options.epoch == 0 && number == 0 && before.sessions.empty() && before.statements.empty()) {
-    throw std::runtime_error("there is nothing to undo");
-  }
-  say_epoch(writer.commit("undo", [&](ProjectState& state) {
-    std::vector<std::int64_t> sessions = target.sessions;
-    for (const std::int64_t session : state.sessions) {
-      if (session > before.epoch.known_sessions) sessions.push_back(session);
-    }
-    state.sessions = std::move(sessions);
-    state.statements = target.statements;
-    state.epoch.result = target.epoch.result;
-    // A copy stands where its original stood, so that another undo goes further back.
-    state.epoch.parent = target.epoch.parent;
-    return std::optional("went back to epoch " + std::to_string(number));
-  }));
+  say_epoch(go_back(writer, options.epoch));
 }
 
 }  // namespace unimapper::apps

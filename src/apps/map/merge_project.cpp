@@ -1,21 +1,25 @@
 // Merges of a stored project, and exports of their results.
+#include <malloc.h>
+
 #include <chrono>
 #include <cstdio>
 #include <iostream>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "ports/datasets/files.hpp"
 #include "ports/store/project_writer.hpp"
-#include "ports/store/transaction.hpp"
 #include "src/apps/export_options.hpp"
 #include "src/apps/map/options.hpp"
+#include "src/apps/map/project_merge.hpp"
 #include "src/apps/map/stored_map.hpp"
-#include "src/apps/map/stored_result.hpp"
-#include "src/apps/map/stored_sessions.hpp"
+#include "src/apps/merge/options.hpp"
+#include "src/apps/merge/stored_contents.hpp"
 #include "src/apps/output_guard.hpp"
 #include "src/apps/replacement.hpp"
 #include "src/apps/report.hpp"
+#include "src/apps/report/times.hpp"
 #include "src/apps/scene/result_scene.hpp"
 #include "src/apps/session_clouds.hpp"
 #include "unimapper/config/config_json.hpp"
@@ -24,85 +28,6 @@
 
 namespace unimapper::apps {
 namespace {
-
-using store::StatementKind;
-
-/// The store's table of outcomes, for a merge. What is kept is on the disk at once: a merge that is
-/// killed has not verified in vain.
-class StoredOutcomes final : public merge::LoopOutcomes {
- public:
-  StoredOutcomes(store::ProjectWriter& writer, const KeyframeRows& rows)
-      : writer_(writer), rows_(rows) {}
-
-  std::optional<merge::LoopConstraint> find(const merge::LoopQuestion& question) override {
-    const auto stored = writer_.outcomes().find(key_of(question));
-    if (!stored) return std::nullopt;
-    ++found_;
-    return from_stored(*stored, question.query, question.match);
-  }
-  void keep(std::span<const Entry> entries) override {
-    store::Transaction transaction(writer_.database());
-    for (const Entry& entry : entries) {
-      writer_.outcomes().keep(key_of(entry.question), to_stored(entry.outcome, rows_));
-    }
-    transaction.commit();
-    kept_ += entries.size();
-  }
-  [[nodiscard]] std::string text() const {
-    return std::to_string(kept_) + " loops verified, " + std::to_string(found_) +
-           " known from before";
-  }
-
- private:
-  [[nodiscard]] store::LoopKey key_of(const merge::LoopQuestion& question) const {
-    return {rows_.row(question.query), rows_.row(question.match), question.T_match_query,
-            question.fingerprint};
-  }
-
-  store::ProjectWriter& writer_;
-  const KeyframeRows& rows_;
-  std::size_t found_ = 0;
-  std::size_t kept_ = 0;
-};
-
-/// Pose between levelled keyframe frames of one between the sensors.
-Pose between_keyframes(const Pose& T_match_query_sensor, const KeyframeRecord& match,
-                       const KeyframeRecord& query) {
-  return merge::reference_sensor_pose(match) * T_match_query_sensor *
-         merge::reference_sensor_pose(query).inverse();
-}
-
-/// What people said of the sessions that are merged; what is about others waits until they are.
-merge::UserStatements statements_of(const store::ProjectState& state, const KeyframeRows& rows,
-                                    const std::vector<SessionData>& sessions) {
-  merge::UserStatements said;
-  for (const store::StoredStatement& statement : state.statements) {
-    const std::optional<std::uint32_t> session = rows.index(statement.match.session);
-    const std::optional<KeyframeId> match = rows.find(statement.match);
-    const std::optional<KeyframeId> query = rows.find(statement.query);
-    switch (statement.kind) {
-      case StatementKind::kApart:
-        if (session) said.apart.push_back(*session);
-        break;
-      case StatementKind::kReference:
-        if (session) said.reference = *session;
-        break;
-      case StatementKind::kForbidden:
-        if (match && query) said.forbidden.push_back({*query, *match});
-        break;
-      case StatementKind::kLink:
-        if (!match || !query) break;
-        said.links.push_back({*query, *match, std::nullopt});
-        if (statement.T_match_query) {
-          said.links.back().T_match_query = between_keyframes(
-              *statement.T_match_query, sessions[match->session].keyframes[match->keyframe],
-              sessions[query->session].keyframes[query->keyframe]);
-        }
-        break;
-    }
-  }
-  return said;
-}
 
 /// Stages and outcomes with the time since the start.
 std::function<void(const std::string&)> progress() {
@@ -115,72 +40,87 @@ std::function<void(const std::string&)> progress() {
   };
 }
 
-std::string outcome_of(const merge::MergeResult& result, const std::vector<SessionData>& sessions) {
-  std::size_t connected = 0;
-  std::string apart;
-  for (std::size_t s = 0; s < sessions.size(); ++s) {
-    const merge::MergedSession& merged = result.sessions[s];
-    if (merge::is_in_map(merged.status)) {
-      ++connected;
-    } else {
-      apart += "; " + sessions[s].info.name + " is " + merge::status_name(merged.status) + ": " +
-               merged.reason;
-    }
+/// Large arrays go back to the system as they are freed. The allocator would keep them for smaller
+/// ones, which then hold them in pieces.
+void return_large_arrays() {
+  constexpr int kLargeBytes = 4 << 20;
+  mallopt(M_MMAP_THRESHOLD, kLargeBytes);
+  mallopt(M_TRIM_THRESHOLD, kLargeBytes);
+}
+
+/// Positions that were not used, with the reason.
+void report_positions(const merge::MergeResult& result, const std::vector<SessionData>& sessions) {
+  for (const merge::PositionOutcome& position : result.positions) {
+    if (position.used) continue;
+    const KeyframeId keyframe = position.given.keyframe;
+    const SessionData& session = sessions[keyframe.session];
+    std::cerr << "unimapper: warning: position of " << session.info.name << ':'
+              << session.keyframes[keyframe.keyframe].sequence << " not used: " << position.reason
+              << '\n';
   }
-  std::size_t accepted = 0;
-  for (const auto& loop : result.loops) accepted += loop.decision.accepted ? 1 : 0;
-  return "merged " + std::to_string(connected) + " of " + std::to_string(sessions.size()) +
-         " sessions by " + std::to_string(accepted) + " loops" + apart;
 }
 
 }  // namespace
 
 void merge_project(const ProjectOptions& options, const MapMergeOptions& merge_options) {
+  return_large_arrays();
   merge::MergeConfig config;
   if (!merge_options.config.empty()) {
     parse_config(datasets::read_file(merge_options.config), merge_options.config.string(), config);
   }
   if (merge_options.threads) config.threads = *merge_options.threads;
+  if (merge_options.memory_mb) config.memory_mb = *merge_options.memory_mb;
   store::ProjectWriter writer(options.store, "`unimapper map merge`");
   const store::ProjectState state = writer.current();
   if (state.sessions.empty()) {
     throw std::runtime_error("the project has no session; `unimapper map add` takes runs in");
   }
-  std::vector<InputSession> inputs = read_sessions(options.store, state.sessions);
-  const std::vector<SessionData> sessions = data_of(inputs);
-  const KeyframeRows rows(inputs, sessions);
-  StoredOutcomes outcomes(writer, rows);
-  const merge::MergeResult result = merge::merge_poses(
-      sessions, config, progress(), statements_of(state, rows, sessions), &outcomes);
-  std::cerr << "unimapper: " << outcomes.text() << '\n';
+  const ProjectMerge merge = merge_stored(writer, options.store, state, config, progress());
+  for (const SessionData& session : merge.sessions) {
+    report_missing(options.store.string(), session);
+  }
+  std::cerr << "unimapper: " << merge.verified << '\n';
+  report_positions(merge.result, merge.sessions);
   const auto epoch = writer.commit("merge", [&](store::ProjectState& next) {
-    next.epoch.result = writer.keep(to_stored(result, rows, config));
-    return std::optional(outcome_of(result, sessions));
+    next.epoch.result = writer.keep(merge.stored);
+    return std::optional(merge.outcome);
   });
   std::cout << "epoch " << epoch->number << ": " << epoch->outcome << '\n';
 }
 
 void export_project(const ProjectOptions& options, const MapExportOptions& output) {
+  return_large_arrays();
   check_output_folder(output.out, Output::kMap, output.replaces);
   if (!output.mcap.empty()) check_output_file(output.mcap, output.replaces);
   FolderReplacement folder(output.out, Output::kMap);
   std::optional<FileReplacement> scene;
   if (!output.mcap.empty()) scene.emplace(output.mcap);
-  StoredMap map = read_stored_map(options.store, options.epoch);
+  merge::MergeConfig limits;
+  if (output.memory_mb) limits.memory_mb = *output.memory_mb;
+  StoredContents contents(limits.kept_bytes());
+  StoredMap map = read_stored_map(options.store, options.epoch, &contents);
+  map.config.memory_mb = limits.memory_mb;
   const std::vector<SessionData>& sessions = map.sessions;
+  ReportInput report;
+  report.references = gather_references(output.reference, sessions,
+                                        std::vector<std::filesystem::path>(sessions.size()));
+  const linux_port::HostLoad load_before = linux_port::host_load();
   const merge::MergeResult result =
-      merge::complete_merge(sessions, std::move(map.posed), map.config, progress());
+      merge::complete_merge(sessions, std::move(map.posed), map.config, progress(), folder.path());
 
   report_grid(merge::export_map(folder.path(), sessions, result, output.output));
   write_session_clouds(folder.path(), sessions, result);
   if (scene) write_scene(scene->path(), scene_of_merge(sessions, result));
-  ReportInput report;
-  report.references.resize(sessions.size());
+  report.load = load_between(load_before, linux_port::host_load());
   report.sessions = &sessions;
   report.result = &result;
-  write_report(folder.path() / "report.html", report);
+  MapFiles files = map_files(report.title, sessions, result, map.config.map.voxel_size_m);
+  add_times(files, report);
+  write_map_files(folder.path() / kViewFolder, files);
+  write_report(folder.path() / "report.html", report, files);
   folder.publish();
   if (scene) scene->publish();
+  if (!output.reference.truths.empty()) std::cout << summary_table(report);
   std::cerr << "unimapper: the map of epoch " << map.epoch << " is in " << output.out.string()
             << '\n';
 }

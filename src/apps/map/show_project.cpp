@@ -26,8 +26,26 @@ std::string utc_text(std::int64_t seconds) {
 }
 
 MapJson describe(const store::Epoch& epoch) {
-  return {{"epoch", epoch.number},    {"parent", epoch.parent},   {"made", utc_text(epoch.made_s)},
-          {"command", epoch.command}, {"outcome", epoch.outcome}, {"has_map", epoch.result != 0}};
+  MapJson json = {{"epoch", epoch.number},          {"parent", epoch.parent},
+                  {"made", utc_text(epoch.made_s)}, {"command", epoch.command},
+                  {"outcome", epoch.outcome},       {"has_map", epoch.result != 0}};
+  if (epoch.purged_by != 0) json["purged_by"] = epoch.purged_by;
+  return json;
+}
+
+MapJson describe(const Eigen::Vector3d& vector) { return {vector.x(), vector.y(), vector.z()}; }
+
+MapJson describe(const store::StoredPosition& position) {
+  MapJson json = {{"keyframe", position.sequence}};
+  if (position.sigma_xy_m) {
+    json["position"] = describe(position.position);
+    json["sigma_xy"] = *position.sigma_xy_m;
+  } else {
+    json["height"] = position.position.z();
+  }
+  json["sigma_z"] = position.sigma_z_m;
+  json["point"] = describe(position.point);
+  return json;
 }
 
 MapJson describe(const store::StoredStatement& statement, const SessionNames& names) {
@@ -40,6 +58,9 @@ MapJson describe(const store::StoredStatement& statement, const SessionNames& na
     json["has_pose"] = statement.T_match_query.has_value();
   } else {
     json["session"] = names.name(statement.match.session);
+  }
+  for (const store::StoredPosition& position : statement.positions) {
+    json["positions"].push_back(describe(position));
   }
   return json;
 }
@@ -74,6 +95,21 @@ MapJson describe_sessions(const store::ProjectState& state, const store::MapResu
   return all;
 }
 
+/// What the merge made of known positions.
+MapJson describe_positions(const store::MapResult& result, const SessionNames& names) {
+  MapJson json = {{"known", result.positions.size()}, {"used", 0}, {"rejected", MapJson::array()}};
+  std::size_t used = 0;
+  for (const store::PositionResult& position : result.positions) {
+    used += position.used ? 1 : 0;
+    if (position.used) continue;
+    json["rejected"].push_back(
+        {{"keyframe", names.text(position.keyframe)}, {"reason", position.reason}});
+  }
+  json["used"] = used;
+  if (result.georeference) json["origin"] = describe(result.georeference->origin);
+  return json;
+}
+
 MapJson describe_loops(const store::MapResult& result) {
   std::map<std::string, std::size_t> reasons;
   std::size_t accepted = 0;
@@ -88,9 +124,25 @@ MapJson describe_loops(const store::MapResult& result) {
 std::string word(const MapJson& json) { return json.get<std::string>(); }
 
 void print_epoch(const MapJson& epoch) {
-  std::printf(
-      "epoch %lld  %s  %s: %s\n", static_cast<long long>(epoch["epoch"].get<std::int64_t>()),
-      word(epoch["made"]).c_str(), word(epoch["command"]).c_str(), word(epoch["outcome"]).c_str());
+  const std::string gone = epoch.contains("purged_by")
+                               ? " (gone: epoch " +
+                                     std::to_string(epoch["purged_by"].get<std::int64_t>()) +
+                                     " removed a session of it for good)"
+                               : "";
+  std::printf("epoch %lld  %s  %s: %s%s\n",
+              static_cast<long long>(epoch["epoch"].get<std::int64_t>()),
+              word(epoch["made"]).c_str(), word(epoch["command"]).c_str(),
+              word(epoch["outcome"]).c_str(), gone.c_str());
+}
+
+void print_positions(const MapJson& positions) {
+  std::printf("positions  %llu known, %llu used\n",
+              static_cast<unsigned long long>(positions["known"].get<std::uint64_t>()),
+              static_cast<unsigned long long>(positions["used"].get<std::uint64_t>()));
+  for (const MapJson& rejected : positions["rejected"]) {
+    std::printf("           %s: %s\n", word(rejected["keyframe"]).c_str(),
+                word(rejected["reason"]).c_str());
+  }
 }
 
 void print_project(const MapJson& json) {
@@ -110,10 +162,15 @@ void print_project(const MapJson& json) {
     const std::string about = statement.contains("session")
                                   ? word(statement["session"])
                                   : word(statement["query"]) + " " + word(statement["match"]);
-    std::printf("statement  %lld: %s %s\n",
+    const std::string count =
+        statement.contains("positions")
+            ? " of " + std::to_string(statement["positions"].size()) + " keyframes"
+            : "";
+    std::printf("statement  %lld: %s %s%s\n",
                 static_cast<long long>(statement["statement"].get<std::int64_t>()),
-                word(statement["kind"]).c_str(), about.c_str());
+                word(statement["kind"]).c_str(), about.c_str(), count.c_str());
   }
+  if (json.contains("positions")) print_positions(json["positions"]);
   const MapJson& loops = json["loops"];
   std::printf("loops      %llu considered, %llu accepted\n",
               static_cast<unsigned long long>(loops["considered"].get<std::uint64_t>()),
@@ -159,6 +216,7 @@ void show_epoch(const ProjectOptions& options) {
   for (const auto& statement : state.statements) {
     json["statements"].push_back(describe(statement, names));
   }
+  if (!result.positions.empty()) json["positions"] = describe_positions(result, names);
   json["loops"] = describe_loops(result);
   if (options.json) {
     std::cout << json.dump(2) << '\n';

@@ -13,7 +13,8 @@
 
 namespace unimapper::apps {
 
-StoredMap read_stored_map(const std::filesystem::path& store, std::int64_t epoch) {
+StoredMap read_stored_map(const std::filesystem::path& store, std::int64_t epoch,
+                          StoredContents* contents) {
   store::StoreReader reader(store);
   store::ProjectReader project = reader.project();
   const store::ProjectState state = epoch > 0 ? project.at(epoch) : project.current();
@@ -31,7 +32,7 @@ StoredMap read_stored_map(const std::filesystem::path& store, std::int64_t epoch
   }
   StoredMap map;
   map.epoch = state.epoch.number;
-  std::vector<InputSession> inputs = read_sessions(store, merged, keyframes);
+  std::vector<InputSession> inputs = read_sessions(store, merged, keyframes, contents);
   map.sessions = data_of(inputs);
   map.posed = posed_result(stored, KeyframeRows(inputs, map.sessions));
   parse_config(stored.parameters, store.string(), map.config);

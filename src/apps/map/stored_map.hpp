@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "src/apps/merge/options.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/merge/merger.hpp"
 
@@ -19,7 +20,9 @@ struct StoredMap {
 };
 
 /// Reads the map of an epoch, of the latest one for 0. Throws std::runtime_error with a sentence
-/// for the user: no store, no such epoch, no map in it, or damage.
-StoredMap read_stored_map(const std::filesystem::path& store, std::int64_t epoch);
+/// for the user: no store, no such epoch, no map in it, or damage. `contents`: as of
+/// `read_sessions`.
+StoredMap read_stored_map(const std::filesystem::path& store, std::int64_t epoch,
+                          StoredContents* contents = nullptr);
 
 }  // namespace unimapper::apps

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "src/apps/map/known_positions.hpp"
 #include "unimapper/config/config_json.hpp"
 
 namespace unimapper::apps {
@@ -110,6 +111,7 @@ store::MapResult to_stored(const merge::MergeResult& result, const KeyframeRows&
                             merge::state_name(pair.state), pair.reason, pair.loops, pair.distinct,
                             pair.competing, pair.T_match_session_query_session});
   }
+  keep_positions(result, rows, stored);
   return stored;
 }
 
@@ -138,6 +140,7 @@ merge::MergeResult posed_result(const store::MapResult& stored, const KeyframeRo
   for (const store::PairResult& pair : stored.pairs) {
     posed.pairs.push_back(from_stored(pair, rows));
   }
+  restore_positions(stored, rows, posed);
   return posed;
 }
 

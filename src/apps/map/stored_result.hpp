@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "ports/store/project.hpp"
@@ -15,6 +16,9 @@ namespace unimapper::apps {
 /// Rows and numbers in the store of the sessions and keyframes of a merge, and back.
 class KeyframeRows {
  public:
+  /// `rows`: of the sessions in the store; these must outlive it.
+  KeyframeRows(std::vector<std::int64_t> rows, const std::vector<SessionData>& sessions)
+      : sessions_(sessions), rows_(std::move(rows)) {}
   /// The rows of `inputs`, whose data are `sessions` now; these must outlive it.
   KeyframeRows(const std::vector<InputSession>& inputs, const std::vector<SessionData>& sessions);
 

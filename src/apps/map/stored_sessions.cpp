@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "src/apps/merge/stored_contents.hpp"
+
 namespace unimapper::apps {
 
 SessionNames::SessionNames(const std::vector<store::SessionListing>& sessions) {
@@ -45,14 +47,18 @@ std::string SessionNames::text(const store::KeyframeRow& keyframe) const {
   return name(keyframe.session) + ":" + std::to_string(keyframe.sequence);
 }
 
-std::vector<InputSession> read_sessions(
-    const std::filesystem::path& store, const std::vector<std::int64_t>& rows,
-    const std::map<std::int64_t, std::set<std::uint32_t>>& only) {
+std::vector<InputSession> read_sessions(const std::filesystem::path& store,
+                                        const std::vector<std::int64_t>& rows,
+                                        const std::map<std::int64_t, std::set<std::uint32_t>>& only,
+                                        StoredContents* contents) {
   store::StoreReader reader(store);
   std::vector<InputSession> inputs;
   for (const store::SessionListing& session : reader.sessions()) {
     if (std::find(rows.begin(), rows.end(), session.row) == rows.end()) continue;
-    InputSession input{reader.read(session), {}, session.row};
+    InputSession input{
+        contents == nullptr ? reader.read(session) : contents->read(store, reader, session),
+        {},
+        session.row};
     const auto wanted = only.find(session.row);
     if (wanted != only.end()) {
       const auto is_other = [&](const KeyframeRecord& keyframe) {
@@ -60,8 +66,6 @@ std::vector<InputSession> read_sessions(
       };
       std::erase_if(input.data.keyframes, is_other);
       std::erase_if(input.data.summaries, is_other);
-    } else {
-      report_missing(store.string(), input.data);
     }
     inputs.push_back(std::move(input));
   }

@@ -29,10 +29,11 @@ class SessionNames {
 };
 
 /// The given sessions, ready for a merge. `only`: of a session that is in it, these keyframes
-/// alone.
-std::vector<InputSession> read_sessions(
-    const std::filesystem::path& store, const std::vector<std::int64_t>& rows,
-    const std::map<std::int64_t, std::set<std::uint32_t>>& only = {});
+/// alone. `contents`: cells are read on demand; null: at once.
+std::vector<InputSession> read_sessions(const std::filesystem::path& store,
+                                        const std::vector<std::int64_t>& rows,
+                                        const std::map<std::int64_t, std::set<std::uint32_t>>& only,
+                                        StoredContents* contents);
 
 /// Moves the data out of sessions, whose rows stay.
 std::vector<SessionData> data_of(std::vector<InputSession>& inputs);

@@ -12,6 +12,7 @@
 #include "ports/store/store_reader.hpp"
 #include "src/apps/merge/listen_options.hpp"
 #include "src/apps/merge/options.hpp"
+#include "src/apps/merge/stored_contents.hpp"
 #include "unimapper/merge/keyframe_level.hpp"
 #include "unimapper/merge/keyframe_summaries.hpp"
 
@@ -85,13 +86,15 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
 
 /// The chosen sessions of a store, all if none is; `known`: the names of all that it has.
 void read_store(const fs::path& path, const std::vector<std::string>& chosen,
-                std::vector<InputSession>& inputs, std::vector<std::string>& known) {
+                StoredContents* contents, std::vector<InputSession>& inputs,
+                std::vector<std::string>& known) {
   store::StoreReader reader(path);
   std::vector<SessionData> sessions;
   for (const store::SessionListing& session : reader.sessions()) {
     known.push_back(session.info.name);
     if (!chosen.empty() && !contains(chosen, session.info.name)) continue;
-    sessions.push_back(reader.read(session));
+    sessions.push_back(contents == nullptr ? reader.read(session)
+                                           : contents->read(path, reader, session));
   }
   if (sessions.empty() && chosen.empty()) {
     throw std::runtime_error(path.string() + ": has no session");
@@ -166,12 +169,12 @@ void report_missing(const std::string& source, const SessionData& session) {
   }
 }
 
-std::vector<InputSession> gather_sessions(const MergeOptions& options) {
+std::vector<InputSession> gather_sessions(const MergeOptions& options, StoredContents* contents) {
   std::vector<InputSession> inputs;
   std::vector<std::string> known;
   for (const auto& run : options.runs) {
     if (store::is_store(run)) {
-      read_store(run, options.chosen, inputs, known);
+      read_store(run, options.chosen, contents, inputs, known);
     } else {
       read_run(run, inputs);
     }
@@ -190,18 +193,31 @@ void prepare_sessions(std::vector<InputSession>& inputs) {
     return std::tie(a.data.info.name, a.data.info.id, a.run) <
            std::tie(b.data.info.name, b.data.info.id, b.run);
   });
+  std::vector<SessionData*> sessions;
   for (auto& input : inputs) {
-    merge::include_summaries(input.data);
-    const std::size_t levelled = merge::level_keyframes(input.data.keyframes);
-    if (levelled == 0) continue;
-    std::cerr << "unimapper: " << input.data.info.name << ": " << levelled
+    (void)prepare_session(input.data);
+    sessions.push_back(&input.data);
+  }
+  tell_names_apart(sessions);
+}
+
+std::size_t prepare_session(SessionData& session) {
+  session.info.name = file_safe(session.info.name);
+  merge::include_summaries(session);
+  const std::size_t levelled = merge::level_keyframes(session);
+  if (levelled > 0) {
+    std::cerr << "unimapper: " << session.info.name << ": " << levelled
               << " keyframes levelled by others that know up\n";
   }
+  return levelled;
+}
+
+void tell_names_apart(const std::vector<SessionData*>& sessions) {
   std::set<std::string> taken;
-  for (auto& input : inputs) {
-    const std::string name = input.data.info.name;
-    for (int number = 2; !taken.insert(input.data.info.name).second; ++number) {
-      input.data.info.name = name + "-" + std::to_string(number);
+  for (SessionData* session : sessions) {
+    const std::string name = session->info.name;
+    for (int number = 2; !taken.insert(session->info.name).second; ++number) {
+      session->info.name = name + "-" + std::to_string(number);
     }
   }
 }

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "src/apps/merge/session_references.hpp"
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/merge/export.hpp"
 
@@ -23,9 +24,7 @@ struct MergeOptions {
   std::size_t sessions = 1;    ///< sessions to wait for when listening
   double first_timeout_s = 60.0;
   double idle_timeout_s = 10.0;
-  std::vector<std::pair<std::string, std::filesystem::path>> truths;  ///< session, dataset
-  /// Run folders of live sessions, for the report: stage times and labels are read from them.
-  std::vector<std::filesystem::path> stats;
+  ReferenceOptions reference;  ///< of sessions, for the report
   /// Label the scans of sessions with a dataset anew, by what is static after all.
   bool refined_labels = false;
   /// A session that is not connected to the others is no failure.
@@ -35,8 +34,11 @@ struct MergeOptions {
   merge::ExportOptions output;           ///< how much of the map is written
   std::filesystem::path config;          ///< JSON file with parameters that differ from the default
   std::optional<std::uint32_t> threads;  ///< instead of the configuration's
-  std::string command_line;              ///< shown in the report
+  std::optional<std::uint32_t> memory_mb;  ///< instead of the configuration's
+  std::string command_line;                ///< shown in the report
 };
+
+class StoredContents;
 
 /// A session and where it came from.
 struct InputSession {
@@ -46,12 +48,20 @@ struct InputSession {
 };
 
 /// Reads and receives all sessions, sorted by name, names unique and fit for files. Damage is
-/// reported on stderr and what is whole is kept. Throws std::runtime_error if there is nothing.
-std::vector<InputSession> gather_sessions(const MergeOptions& options);
+/// reported on stderr and what is whole is kept. `contents`: reads sessions of stores; null: they
+/// are read whole. Throws std::runtime_error if there is nothing.
+std::vector<InputSession> gather_sessions(const MergeOptions& options,
+                                          StoredContents* contents = nullptr);
 
 /// Makes sessions ready for a merge: sorted by name, names unique and fit for files, summaries
 /// among the keyframes, and what knew no up levelled.
 void prepare_sessions(std::vector<InputSession>& inputs);
+
+/// The same of one session but for what tells its name from others; how many keyframes were
+/// levelled.
+std::size_t prepare_session(SessionData& session);
+/// Adds "-2", "-3", ... where a name occurs again.
+void tell_names_apart(const std::vector<SessionData*>& sessions);
 
 /// Says on stderr what a source lacks.
 void report_missing(const std::string& source, const SessionData& session);

@@ -89,7 +89,8 @@ std::size_t write_refined_labels(const fs::path& folder, const fs::path& dataset
   const auto recording = datasets::open_dataset(dataset, {.sensor = session.info.sensor});
   LabelWriter writer(folder, *recording, cell_size_m);
   for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
-    if (!session.keyframes[k].is_summary) writer.write(session.keyframes[k], merged.refined[k]);
+    if (session.keyframes[k].is_summary) continue;
+    writer.write(*whole_keyframe(session, k), merged.refined[k]);
   }
   return writer.write_remaining();
 }

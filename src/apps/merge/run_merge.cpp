@@ -8,16 +8,17 @@
 #include <utility>
 
 #include "ports/datasets/files.hpp"
-#include "src/apps/evaluate/evaluate.hpp"
 #include "src/apps/export_options.hpp"
 #include "src/apps/merge/options.hpp"
 #include "src/apps/merge/refined_labels.hpp"
+#include "src/apps/merge/session_references.hpp"
+#include "src/apps/merge/stored_contents.hpp"
 #include "src/apps/output_guard.hpp"
 #include "src/apps/replacement.hpp"
 #include "src/apps/report.hpp"
+#include "src/apps/report/times.hpp"
 #include "src/apps/scene/result_scene.hpp"
 #include "src/apps/session_clouds.hpp"
-#include "src/apps/truth.hpp"
 #include "unimapper/config/config_json.hpp"
 #include "unimapper/merge/export.hpp"
 #include "unimapper/merge/merger.hpp"
@@ -31,61 +32,13 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// "runs/a" and "runs/a/" are both called "a".
-std::string folder_name(const std::filesystem::path& folder) {
-  return folder.has_filename() ? folder.filename().string()
-                               : folder.parent_path().filename().string();
-}
-
-/// Ground truth and scores where the user named a dataset for a session.
-std::vector<SessionReference> gather_references(const MergeOptions& options,
-                                                const std::vector<SessionData>& sessions,
-                                                const std::vector<std::filesystem::path>& runs) {
-  std::vector<SessionReference> references(sessions.size());
-  for (std::size_t s = 0; s < sessions.size(); ++s) {
-    references[s].run = runs[s];
-    for (const auto& folder : options.stats) {
-      if (references[s].run.empty() && folder_name(folder) == sessions[s].info.name) {
-        references[s].run = folder;
-      }
-    }
-  }
-  for (const auto& [name, dataset] : options.truths) {
-    const std::string& wanted = name;
-    const auto found = std::find_if(sessions.begin(), sessions.end(),
-                                    [&](const SessionData& s) { return s.info.name == wanted; });
-    if (found == sessions.end()) {
-      std::string known;
-      for (const auto& session : sessions) {
-        if (!known.empty()) known += ", ";
-        known += session.info.name;
-      }
-      const std::string message = "--truth names session \"" + name + "\", but there are: " + known;
-      if (options.listen.empty()) throw std::runtime_error(message);
-      // A robot that never connected must not prevent the others' map.
-      std::cerr << "unimapper: warning: " << message << '\n';
-      continue;
-    }
-    SessionReference& of = references[static_cast<std::size_t>(found - sessions.begin())];
-    of.truth = read_truth(dataset);
-    if (of.run.empty() || !std::filesystem::is_directory(of.run / "labels")) continue;
-    try {
-      of.removal = score_run(dataset, of.run);
-    } catch (const std::exception& error) {
-      // The map does not depend on scores.
-      std::cerr << "unimapper: note: no removal score for " << name << ": " << error.what() << '\n';
-    }
-  }
-  return references;
-}
-
 void write_refined_labels_of_sessions(const MergeOptions& options,
                                       const std::filesystem::path& folder,
                                       const std::vector<SessionData>& sessions,
                                       const merge::MergeResult& result, float cell_size_m) {
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     const std::string& name = sessions[s].info.name;
-    for (const auto& [session, dataset] : options.truths) {
+    for (const auto& [session, dataset] : options.reference.truths) {
       if (session != name) continue;
       const std::size_t without = write_refined_labels(
           folder / "refined" / name, dataset, sessions[s], result.sessions[s], cell_size_m);
@@ -116,6 +69,7 @@ merge::MergeConfig make_config(const MergeOptions& options) {
     parse_config(datasets::read_file(options.config), options.config.string(), config);
   }
   if (options.threads) config.threads = *options.threads;
+  if (options.memory_mb) config.memory_mb = *options.memory_mb;
   return config;
 }
 
@@ -155,7 +109,8 @@ void run_merge(const MergeOptions& options) {
   const merge::MergeConfig config = make_config(options);
   std::vector<SessionData> sessions;
   std::vector<std::filesystem::path> runs;
-  for (auto& input : gather_sessions(options)) {
+  StoredContents contents(config.kept_bytes());
+  for (auto& input : gather_sessions(options, &contents)) {
     std::cerr << "unimapper: session " << input.data.info.name << " ("
               << (input.data.info.sensor.empty() ? "unknown sensor" : input.data.info.sensor)
               << "): " << input.data.keyframes.size() << " keyframes\n";
@@ -166,16 +121,20 @@ void run_merge(const MergeOptions& options) {
   // Before the merge, so that wrong session names are reported at once.
   const auto start = Clock::now();
   ReportInput report;
-  report.references = gather_references(options, sessions, runs);
+  report.references = gather_references(options.reference, sessions, runs);
 
   const auto merging = Clock::now();
-  const merge::MergeResult result =
-      merge::merge_sessions(sessions, config, [&](const std::string& text) {
+  const linux_port::HostLoad load_before = linux_port::host_load();
+  const merge::MergeResult result = merge::merge_sessions(
+      sessions, config,
+      [&](const std::string& text) {
         char elapsed[24];
         std::snprintf(elapsed, sizeof elapsed, "%6.1f s", seconds_since(start));
         std::cerr << "unimapper: " << elapsed << "  " << text << std::endl;
-      });
+      },
+      {}, nullptr, map.path());
   report.elapsed_s = seconds_since(merging);
+  report.load = load_between(load_before, linux_port::host_load());
   report_grid(merge::export_map(map.path(), sessions, result, options.output));
   write_session_clouds(map.path(), sessions, result);
   if (scene) write_scene(scene->path(), scene_of_merge(sessions, result));
@@ -188,7 +147,10 @@ void run_merge(const MergeOptions& options) {
   report.sessions = &sessions;
   report.result = &result;
   if (!options.command_line.empty()) report.commands.push_back(options.command_line);
-  write_report(map.path() / "report.html", report);
+  MapFiles files = map_files(report.title, sessions, result, config.map.voxel_size_m);
+  add_times(files, report);
+  write_map_files(map.path() / kViewFolder, files);
+  write_report(map.path() / "report.html", report, files);
   map.publish();
   if (scene) scene->publish();
   std::cout << summary_table(report);

@@ -1,8 +1,11 @@
 #include "src/apps/onboard/delivery.hpp"
 
+#include <array>
 #include <cstdio>
 #include <string>
 #include <utility>
+
+#include "src/apps/map_pose_text.hpp"
 
 namespace unimapper::apps {
 
@@ -54,6 +57,20 @@ void print_link(const lcm_port::PublisherCounters& own) {
                static_cast<double>(own.clock->uncertainty_ns) * 1e-6);
 }
 
+/// Where the robot was in the base's map at the end.
+void print_map_pose(const std::optional<lcm_port::HeardMapPose>& heard) {
+  if (!heard) return;
+  const wire::MapPoseMessage& at = heard->message;
+  std::fprintf(stderr, "onboard: in the base's map: %s, by keyframe %u\n",
+               map_pose_text(at).c_str(), at.sequence);
+  if (at.state != wire::MapPoseState::kLocalised) return;
+  const std::array<double, 7> p = pose_numbers(at.T_map_odometry);
+  std::fprintf(stderr,
+               "onboard: the odometry's frame lies there at %.3f %.3f %.3f m, rotation "
+               "%.5f %.5f %.5f %.5f (qx qy qz qw)\n",
+               p[0], p[1], p[2], p[3], p[4], p[5], p[6]);
+}
+
 }  // namespace
 
 Delivery::Delivery(const OnboardOptions& options, const SessionInfo& info,
@@ -74,8 +91,17 @@ Delivery::Delivery(const OnboardOptions& options, const SessionInfo& info,
                static_cast<Count>(found.keyframes), static_cast<Count>(found.sessions));
 }
 
+std::string Delivery::map_pose_news() {
+  const auto heard = delivery_.map_pose();
+  if (!heard) return {};
+  const std::pair now{heard->message.epoch, heard->message.state};
+  if (std::exchange(told_, now) == now) return {};
+  return "in the base's map: " + map_pose_text(heard->message);
+}
+
 DeliveryCounters Delivery::finish() {
-  DeliveryCounters counters{delivery_.finish(), {}};
+  DeliveryCounters counters{delivery_.finish(), {}, {}};
+  counters.map_pose = delivery_.map_pose();
   // All who used it have finished.
   if (guard_ != nullptr) counters.answers = guard_->counters();
   return counters;
@@ -93,6 +119,7 @@ void print_delivery(const DeliveryCounters& counters, std::uint64_t keyframes,
                  static_cast<Count>(own.keyframes_unacknowledged),
                  static_cast<Count>(own.keyframes_dropped), static_cast<Count>(own.pieces_resent));
     print_link(own);
+    print_map_pose(counters.map_pose);
     if (!counters.spooled && own.keyframes_lost() > 0) {
       std::fprintf(stderr, "onboard: without --spool they are not sent again; %s has them all\n",
                    (options.out / "keyframes.lcmlog").c_str());

@@ -122,7 +122,11 @@ void Replay::collect_keyframe() {
   send(keyframe);
   outputs_.statistics.add_keyframe(keyframe, duration_ns(keyframe));
   warn_of_full_cells(*keyframe.statistics);
-  if (outputs_.delivery.is_published()) publish_health();
+  if (!outputs_.delivery.is_published()) return;
+  publish_health();
+  if (const std::string news = outputs_.delivery.map_pose_news(); !news.empty()) {
+    outputs_.progress.note(news);
+  }
 }
 
 void Replay::warn_of_full_cells(const KeyframeStatistics& statistics) {

@@ -364,7 +364,9 @@ void run_onboard(const OnboardOptions& options) {
                  .signer = signer ? &*signer : nullptr,
                  .share = share != nullptr ? share->get() : nullptr,
                  .progress = progress});
+  const linux_port::HostLoad load_before = linux_port::host_load();
   replay.run();
+  const linux_port::HostLoad load_after = linux_port::host_load();
 
   folder.failures().attempt([&log] { log.finish(); });
   folder.failures().attempt([&events] { events.finish(); });
@@ -382,6 +384,7 @@ void run_onboard(const OnboardOptions& options) {
                          .files_not_written = folder.failures().count(),
                          .realtime = options.realtime,
                          .delivery = delivery.finish(),
+                         .load = load_between(load_before, load_after),
                          .surroundings = surroundings_name(first.surroundings),
                          .extent_m = first.extent_m,
                          .input = std::move(findings)};

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "src/apps/map_pose_text.hpp"
 #include "unimapper/core/quantile.hpp"
 
 namespace unimapper::apps {
@@ -179,6 +180,23 @@ Json link_json(const lcm_port::PublisherCounters& own) {
   return json;
 }
 
+/// Where the robot was in the base's map at the end; null if no base has said so.
+Json map_pose_json(const std::optional<lcm_port::HeardMapPose>& heard) {
+  if (!heard) return nullptr;
+  const wire::MapPoseMessage& at = heard->message;
+  Json json = {{"epoch", at.epoch},
+               {"keyframe", at.sequence},
+               {"stamp_ns", at.stamp_ns},
+               {"state", map_pose_state_name(at.state)}};
+  if (!at.reason.empty()) json["reason"] = at.reason;
+  if (at.state != wire::MapPoseState::kLocalised) return json;
+  json["T_map_odometry"] = pose_numbers(at.T_map_odometry);
+  json["covariance"] = at.covariance;
+  json["loops"] = at.loops;
+  json["since_loop_m"] = at.since_loop_m;
+  return json;
+}
+
 Json to_json(const DeliveryCounters& delivery) {
   const lcm_port::PublisherCounters& own = delivery.own;
   const lcm_port::EarlierCounters& earlier = delivery.earlier;
@@ -189,6 +207,12 @@ Json to_json(const DeliveryCounters& delivery) {
           {"keyframes_lost", own.keyframes_lost()},
           {"datagrams_refused", own.send_failures},
           {"link", link_json(own)},
+          {"map_pose", map_pose_json(delivery.map_pose)},
+          {"map_poses",
+           {{"taken", own.map_poses.taken},
+            {"of_others", own.map_poses.of_others},
+            {"outdated", own.map_poses.outdated},
+            {"malformed", own.map_poses.malformed}}},
           {"earlier_sessions",
            {{"sessions", earlier.sessions},
             {"sessions_delivered", earlier.sessions_delivered},
@@ -275,6 +299,7 @@ std::string RunStatistics::to_json(const Run& run) const {
     const auto stage = static_cast<Stage>(i);
     stages[std::string(stage_name(stage))] = apps::to_json(stage_times(stage));
   }
+  json["load"] = load_json(run.load);
   json["total_histogram"] = histogram(stage_ms_[static_cast<std::size_t>(Stage::kTotal)]);
   json["deadline_misses"] = deadline_misses_;
   json["closing_call_ms"] = apps::to_json(times_of(closing_call_ms_));

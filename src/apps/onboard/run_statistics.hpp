@@ -10,6 +10,7 @@
 
 #include "ports/lcm/encoding_thread.hpp"
 #include "src/apps/onboard/delivery.hpp"
+#include "src/apps/report/measured_load.hpp"
 #include "src/input/finding.hpp"
 #include "unimapper/core/expected.hpp"
 #include "unimapper/onboard/pipeline.hpp"
@@ -100,6 +101,7 @@ class RunStatistics {
     std::uint64_t files_not_written = 0;  ///< of the run folder, keyframes of its log among them
     bool realtime = false;
     DeliveryCounters delivery;
+    MeasuredLoad load;                  ///< of the machine, for the times
     std::string_view surroundings;      ///< that the parameters were chosen for
     float extent_m = 0.0F;              ///< what that was decided from; 0: it was stated
     std::vector<input::Finding> input;  ///< of the recording's plausibility

@@ -19,8 +19,6 @@ inline constexpr std::array<Rgb, 8> kSessionColors = {{{0.35F, 0.65F, 1.00F},
                                                        {0.55F, 0.62F, 0.80F}}};
 inline constexpr Rgb kSharedColor = {0.86F, 0.88F, 0.92F};  ///< seen by several sessions
 inline constexpr Rgb kDynamicColor = {1.00F, 0.24F, 0.27F};
-inline constexpr Rgb kAppearedColor = {0.24F, 0.90F, 0.45F};
-inline constexpr Rgb kGoneColor = {1.00F, 0.30F, 0.33F};
 inline constexpr Rgb kAcceptedColor = {0.24F, 0.90F, 0.45F};
 inline constexpr Rgb kRefusedColor = {0.66F, 0.68F, 0.72F};
 // Classification outcome of a point.

@@ -75,7 +75,8 @@ class Chart {
   /// A line; steps shorter than a pixel are left out.
   void line(const Points& points, const std::string& style) {
     if (points.empty()) return;
-    out_ << "<polyline fill=\"none\" stroke-linejoin=\"round\" style=\"" << style << "\" points=\"";
+    out_ << "<polyline fill=\"none\" stroke-linejoin=\"round\" data-style=\"" << style
+         << "\" points=\"";
     Eigen::Vector2d last(-1e9, -1e9);
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Eigen::Vector2d p = at(points[i]);
@@ -208,7 +209,7 @@ std::string draw_latency(const SessionSummary& session, std::size_t index) {
     out << "<text x=\"" << x << "\" y=\"" << chart.bottom() + 16 << "\" text-anchor=\"middle\">"
         << fixed(edges[b], edges[b] < 3.0 ? 1 : 0) << "</text>";
   }
-  out << "</g><g style=\"fill:var(--s" << index % kSessionColors.size() << ")\">";
+  out << "</g><g data-style=\"fill:var(--s" << index % kSessionColors.size() << ")\">";
   for (std::size_t b = begin; b < end; ++b) {
     if (counts[b] == 0) continue;
     const Eigen::Vector2d top =

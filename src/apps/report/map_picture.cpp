@@ -8,13 +8,11 @@
 #include "src/apps/picture/image.hpp"
 #include "src/apps/picture/palette.hpp"
 #include "src/apps/picture/raster.hpp"
-#include "src/apps/session_clouds.hpp"
 
 namespace unimapper::apps {
 namespace {
 
-constexpr std::size_t kPicturePixels = 2000;
-constexpr std::size_t kSmallPicturePixels = 1600;
+constexpr std::size_t kPicturePixels = 600;
 constexpr double kFinestMetresPerPixel = 0.08;
 /// Spacing of the unified map's points.
 constexpr double kMapPointM = static_cast<double>(merge::MapConfig{}.voxel_size_m);
@@ -85,9 +83,9 @@ class Drawing {
   Drawing(const Image& image, const Frame& frame, const std::string& label) : frame_(frame) {
     out_.precision(1);
     out_ << std::fixed;
-    out_ << "<svg class=\"map\" role=\"img\" aria-label=\"" << label << "\" viewBox=\"0 0 "
-         << frame.width << ' ' << frame.height << "\"><image width=\"" << frame.width
-         << "\" height=\"" << frame.height << "\" href=\"data:image/png;base64,"
+    out_ << "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=\"" << label
+         << "\" viewBox=\"0 0 " << frame.width << ' ' << frame.height << "\"><image width=\""
+         << frame.width << "\" height=\"" << frame.height << "\" href=\"data:image/png;base64,"
          << base64(encode_png(image)) << "\"/>";
   }
 
@@ -225,46 +223,6 @@ std::string draw_map(const ReportInput& input) {
                  loop->decision.accepted);
   }
   draw_paths(drawing, result);
-  drawing.scale_bar();
-  return drawing.finish();
-}
-
-std::string draw_changes(const ReportInput& input) {
-  const merge::MergeResult& result = *input.result;
-  const Frame frame = map_frame(result);
-  Image image(frame.width, frame.height, kPictureBackground);
-  Layer map(frame);
-  for (const merge::MapPoint& point : result.map) {
-    add_point(map, point.position, {0.62F, 0.66F, 0.72F});
-  }
-  paint(image, map, 0.62F);
-  Layer changes(frame);
-  for (const merge::ChangedPoint& change : result.changes) {
-    add_point(changes, change.position, change.appeared ? kAppearedColor : kGoneColor);
-  }
-  overlay(image, changes, map, 1.0F);
-  Drawing drawing(image, frame, "Changes between the sessions, from above");
-  drawing.scale_bar();
-  return drawing.finish();
-}
-
-std::string draw_session(const ReportInput& input, std::size_t session) {
-  const merge::MergedSession& merged = input.result->sessions[session];
-  const auto cloud = session_cloud((*input.sessions)[session], merged);
-  Extent extent;
-  for (const Eigen::Vector3f& p : cloud) {
-    extent.add_scenery(static_cast<double>(p.x()), static_cast<double>(p.y()));
-  }
-  for (const Pose& pose : merged.T_map_keyframe) {
-    extent.add_path(pose.translation.x(), pose.translation.y());
-  }
-  const Frame frame = extent.fit(kSmallPicturePixels, kFinestMetresPerPixel);
-  Image image(frame.width, frame.height, kPictureBackground);
-  Layer layer(frame);
-  for (const Eigen::Vector3f& p : cloud) add_point(layer, p, session_color(session));
-  paint(image, layer, 1.0F);
-  Drawing drawing(image, frame, "A session that was not merged, from above");
-  drawing.path(merged.T_map_keyframe, session_color(session));
   drawing.scale_bar();
   return drawing.finish();
 }

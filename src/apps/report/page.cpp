@@ -1,4 +1,4 @@
-// HTML elements of a page.
+// HTML elements of a report.
 #include "src/apps/report/page.hpp"
 
 #include "src/apps/report/format.hpp"
@@ -8,14 +8,14 @@ namespace {
 
 // Session colours come twice: the pictures' own on dark, deeper ones on paper.
 constexpr const char* kStyle = R"(
-:root{--paper:#fbfbfa;--card:#fff;--ink:#1b1f24;--soft:#5d6673;--line:#dfe2e6;--good:#0b7a3b;
+:host{--paper:#fbfbfa;--card:#fff;--ink:#1b1f24;--soft:#5d6673;--line:#dfe2e6;--good:#0b7a3b;
 --bad:#c02b31;--warn:#96630a;--s0:#1f6fd0;--s1:#c97a05;--s2:#7d4fd6;--s3:#0b8f8d;--s4:#c8418c;
 --s5:#85850f;--s6:#94683a;--s7:#566389;color-scheme:light dark}
-@media(prefers-color-scheme:dark){:root{--paper:#0f1319;--card:#161b22;--ink:#e7eaee;
+@media(prefers-color-scheme:dark){:host{--paper:#0f1319;--card:#161b22;--ink:#e7eaee;
 --soft:#98a2b0;--line:#2a313b;--good:#4fd681;--bad:#ff7076;--warn:#f0b64e;--s0:#59a6ff;
 --s1:#ffb040;--s2:#b88cff;--s3:#40d6d1;--s4:#ff8ccc;--s5:#dbdb5c;--s6:#cc9e75;--s7:#8c9ecc}}
 *{box-sizing:border-box}
-body{margin:0;background:var(--paper);color:var(--ink);
+:host{display:block;background:var(--paper);color:var(--ink);
 font:16px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,"Noto Sans","DejaVu Sans",sans-serif}
 main{max-width:1180px;margin:0 auto;padding:36px 24px 64px}
 h1{font-size:2rem;line-height:1.2;margin:0 0 4px;letter-spacing:-.01em}
@@ -31,8 +31,6 @@ font-variant-numeric:tabular-nums}
 .tile span{color:var(--soft);font-size:.88rem}
 figure{margin:0 0 10px}
 svg{display:block;width:100%;height:auto}
-svg.map{border-radius:10px;border:1px solid var(--line);background:#0c1016}
-svg.map text{font-family:inherit;font-weight:600}
 .chart{background:var(--card);border:1px solid var(--line);border-radius:10px;padding:6px}
 .chart text{font-size:12px;fill:var(--soft);font-variant-numeric:tabular-nums}
 .chart .title text{fill:var(--ink);font-size:12.5px}
@@ -60,7 +58,6 @@ overflow-wrap:anywhere}
 code{font-family:ui-monospace,"DejaVu Sans Mono",monospace;font-size:.92em}
 details{margin:10px 0}summary{cursor:pointer;color:var(--soft)}
 details>*:not(summary){margin-top:8px}
-@media print{body{background:#fff}main{padding:0}}
 )";
 
 }  // namespace
@@ -94,20 +91,12 @@ std::string Table::html() const {
 std::string legend(const std::vector<std::pair<std::string, std::string>>& entries) {
   std::string text = "<ul class=\"legend\">";
   for (const auto& [color, meaning] : entries) {
-    text += "<li><i style=\"background:";
+    text += "<li><i data-style=\"background:";
     text.append(color).append("\"></i>").append(escaped(meaning)).append("</li>");
   }
   return text.append("</ul>\n");
 }
 
-std::string page_head(const std::string& title) {
-  std::string text =
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
-      "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>";
-  return text.append(escaped(title))
-      .append("</title><style>")
-      .append(kStyle)
-      .append("</style></head><body><main>\n");
-}
+std::string report_style() { return std::string("<style>").append(kStyle).append("</style>"); }
 
 }  // namespace unimapper::apps

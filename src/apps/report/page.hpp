@@ -1,4 +1,4 @@
-// HTML elements of a page.
+// HTML elements of a report.
 #pragma once
 
 #include <string>
@@ -25,7 +25,7 @@ class Table {
 /// Coloured marks with their meanings; colours are CSS values.
 [[nodiscard]] std::string legend(const std::vector<std::pair<std::string, std::string>>& entries);
 
-/// The head of the page with its style, up to <main>.
-[[nodiscard]] std::string page_head(const std::string& title);
+/// The style element of a report.
+[[nodiscard]] std::string report_style();
 
 }  // namespace unimapper::apps

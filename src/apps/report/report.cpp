@@ -4,19 +4,30 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "src/apps/report/map_picture.hpp"
 #include "src/apps/report/page.hpp"
 #include "src/apps/report/sections.hpp"
 
 namespace unimapper::apps {
 
-void write_report(const std::filesystem::path& path, const ReportInput& input) {
+namespace {
+
+/// Of points and keyframes as text; the page itself takes 0.7 MB, the map's JSON and the picture as
+/// much again.
+constexpr std::uint64_t kPointBytes = 3'500'000;
+
+}  // namespace
+
+void write_report(const std::filesystem::path& path, const ReportInput& input,
+                  const MapFiles& files) {
   const Summary summary = summarize(input);
+  const std::string sections = report_style() + "<main>\n" + headline_section(input, summary) +
+                               sessions_section(summary) + accuracy_section(input, summary) +
+                               loops_section(input, summary) + changes_section(input, summary) +
+                               unconnected_section(summary) + time_section(input, summary) +
+                               reproduce_section(input) + "</main>";
   std::ofstream out(path, std::ios::binary | std::ios::trunc);
-  out << page_head(input.title) << headline_section(input, summary) << map_section(input, summary)
-      << sessions_section(summary) << accuracy_section(input, summary)
-      << loops_section(input, summary) << changes_section(input, summary)
-      << unconnected_section(input, summary) << time_section(input, summary)
-      << reproduce_section(input) << "</main></body></html>\n";
+  out << page_with(files, kPointBytes, {sections, draw_map(input)});
   out.close();
   if (!out) throw std::runtime_error(path.string() + ": cannot be written");
 }

@@ -22,6 +22,7 @@ RunStats parse(const Json& json) {
     if (finding.value("severity", "fine") == "fine") continue;
     stats.input_warnings.push_back(finding.value("message", ""));
   }
+  if (json.contains("load")) stats.load = load_of_json(json["load"]);
   read_optional(json, "arena_bytes", stats.arena_bytes);
   read_optional(json, "allocations_after_start", stats.allocations_after_start);
   if (json.contains("total_histogram")) {

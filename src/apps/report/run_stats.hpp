@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "src/apps/report/measured_load.hpp"
+
 namespace unimapper::apps {
 
 /// Percentiles of one stage over the keyframes of a run, milliseconds.
@@ -17,6 +19,9 @@ struct StageLatency {
   double max_ms = 0.0;
 };
 
+/// The stage of stats.json that is the sum of all.
+inline constexpr const char* kTotalStage = "total";
+
 /// What a report shows of a run's stats.json. Members stay empty where the file lacks them.
 struct RunStats {
   std::vector<StageLatency> stages;
@@ -25,6 +30,7 @@ struct RunStats {
   std::vector<std::uint64_t> histogram_counts;
   /// What was unusual about the recording, one sentence each.
   std::vector<std::string> input_warnings;
+  std::optional<MeasuredLoad> load;  ///< of the machine during the run
   std::optional<std::uint64_t> arena_bytes;
   std::optional<std::uint64_t> allocations_after_start;
 };

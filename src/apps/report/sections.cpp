@@ -7,7 +7,6 @@
 #include "src/apps/picture/palette.hpp"
 #include "src/apps/report/charts.hpp"
 #include "src/apps/report/format.hpp"
-#include "src/apps/report/map_picture.hpp"
 #include "src/apps/report/page.hpp"
 
 namespace unimapper::apps {
@@ -22,13 +21,6 @@ std::string tile(const std::string& figure, const std::string& meaning) {
 
 std::string plural(std::size_t count, const std::string& one) {
   return grouped(count) + ' ' + one + (count == 1 ? "" : "s");
-}
-
-std::string session_label(const Summary& summary, std::size_t s) {
-  std::string text = "<i class=\"dot\" style=\"background:var(--s";
-  return text.append(std::to_string(s % kSessionColors.size()))
-      .append(")\"></i>")
-      .append(escaped(summary.sessions[s].name));
 }
 
 std::string status_label(SessionStatus status) {
@@ -47,10 +39,6 @@ std::string losses(std::uint64_t missing, std::uint64_t damaged) {
 bool has_removal(const ReportInput& input) {
   return std::any_of(input.references.begin(), input.references.end(),
                      [](const SessionReference& e) { return e.removal.has_value(); });
-}
-
-std::string duration_text(double seconds) {
-  return fixed(seconds, seconds < 10.0 ? 2 : 1) + "\u00a0s";
 }
 
 std::string accuracy_table(const ReportInput& input, const Summary& summary, bool removal) {
@@ -138,28 +126,6 @@ std::string headline_section(const ReportInput& input, const Summary& summary) {
   return html + "</div>\n";
 }
 
-std::string map_section(const ReportInput& input, const Summary& summary) {
-  std::vector<std::pair<std::string, std::string>> entries;
-  for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
-    if (!merge::is_in_map(summary.sessions[s].status)) continue;
-    const std::string sensor =
-        summary.sessions[s].sensor.empty() ? "" : " (" + summary.sessions[s].sensor + ")";
-    entries.emplace_back(hex(session_color(s)), summary.sessions[s].name + sensor);
-  }
-  if (summary.merged_sessions > 1) {
-    entries.emplace_back(hex(kSharedColor), "seen by several sessions");
-  }
-  if (!input.result->dynamic_points.empty()) {
-    entries.emplace_back(hex(kDynamicColor), "removed as dynamic");
-  }
-  entries.emplace_back(hex(kAcceptedColor), "loop accepted");
-  entries.emplace_back(hex(kRefusedColor), "loop refused (dashed)");
-  return "<h2>The map from above</h2>\n<figure>" + draw_map(input) + "</figure>\n" +
-         legend(entries) +
-         "<p class=\"soft\">The taller the stack of points, the brighter: walls stand out from "
-         "the ground. Lines are the robots' paths, a ring marks where each starts.</p>\n";
-}
-
 std::string sessions_section(const Summary& summary) {
   Table table({"Session", "Sensor", "Status", "#Keyframes", "#Missing / damaged", "#Path, m",
                "#Points in, M", "#Removed as dynamic, %"});
@@ -214,13 +180,20 @@ std::string changes_section(const ReportInput& input, const Summary& summary) {
   const auto& changes = input.result->changes;
   const auto appeared = static_cast<std::size_t>(std::count_if(
       changes.begin(), changes.end(), [](const merge::ChangedPoint& c) { return c.appeared; }));
-  return "<h2>Changes between sessions</h2>\n<figure>" + draw_changes(input) + "</figure>\n" +
-         legend({{hex(kAppearedColor), "appeared: " + plural(appeared, "point")},
-                 {hex(kGoneColor), "gone: " + plural(changes.size() - appeared, "point")},
-                 {"#5d6673", "unchanged or seen once"}});
+  const auto objects = [&](ChangeKind kind) {
+    const auto& all = input.result->changed_objects;
+    return static_cast<std::size_t>(std::count_if(
+        all.begin(), all.end(), [kind](const auto& object) { return object.kind == kind; }));
+  };
+  const std::string counts = plural(objects(ChangeKind::kAppeared), "object") + " appeared, " +
+                             std::to_string(objects(ChangeKind::kGone)) + " gone, " +
+                             std::to_string(objects(ChangeKind::kMoved)) + " moved";
+  return "<h2>Changes between sessions</h2>\n<p>" + counts + ": " + plural(appeared, "point") +
+         " appeared, " + plural(changes.size() - appeared, "point") +
+         " gone. Their boxes are in <code>changes.json</code>.</p>\n";
 }
 
-std::string unconnected_section(const ReportInput& input, const Summary& summary) {
+std::string unconnected_section(const Summary& summary) {
   std::string html;
   for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
     const SessionSummary& session = summary.sessions[s];
@@ -228,42 +201,12 @@ std::string unconnected_section(const ReportInput& input, const Summary& summary
     html += "<h3>" + session_label(summary, s) + "</h3>\n<p>" +
             (session.reason.empty() ? "No loop connects it to the map." : escaped(session.reason)) +
             "</p>\n";
-    if (session.keyframes > 0) html += "<figure>" + draw_session(input, s) + "</figure>\n";
   }
   if (html.empty()) return html;
   return "<h2>Sessions apart</h2>\n<p>A session that no consistent set of loops connects stays in "
          "its own frame; so does a provisional one, whose loops something else would explain as "
          "well.</p>\n" +
          html;
-}
-
-std::string time_section(const ReportInput& input, const Summary& summary) {
-  std::string html;
-  std::string charts;
-  Table table({"Session", "Stage", "#p50, ms", "#p99, ms", "#max, ms"});
-  bool measured = false;
-  for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
-    if (!summary.sessions[s].stats) continue;
-    charts += draw_latency(summary.sessions[s], s);
-    for (const StageLatency& stage : summary.sessions[s].stats->stages) {
-      measured = true;
-      table.row({session_label(summary, s), escaped(stage.name), fixed(stage.p50_ms, 2),
-                 fixed(stage.p99_ms, 2), fixed(stage.max_ms, 2)});
-    }
-  }
-  if (!charts.empty()) html += "<div class=\"three\">" + charts + "</div>\n";
-  if (measured) {
-    html += "<details><summary>Every stage on the robots, per keyframe</summary>" + table.html() +
-            "</details>\n";
-  }
-  if (!input.result->timing.empty()) {
-    Table stages({"Stage of the merge", "#Time"});
-    for (const merge::StageTime& stage : input.result->timing) {
-      stages.row({escaped(stage.stage), duration_text(stage.seconds)});
-    }
-    html += "<details><summary>Every stage of the merge</summary>" + stages.html() + "</details>\n";
-  }
-  return html.empty() ? html : "<h2>Time</h2>\n" + html;
 }
 
 std::string reproduce_section(const ReportInput& input) {

@@ -90,6 +90,11 @@ std::int64_t first_stamp_ns(const ResultScene& scene) {
   return first == INT64_MAX ? 0 : std::max<std::int64_t>(0, first);
 }
 
+/// A scene is one document, which is put together in memory.
+std::vector<Eigen::Vector3f> in_memory(const merge::ExternalVector<Eigen::Vector3f>& points) {
+  return {points.begin(), points.end()};
+}
+
 }  // namespace
 
 ResultScene scene_of_run(const std::filesystem::path& run) {
@@ -97,7 +102,7 @@ ResultScene scene_of_run(const std::filesystem::path& run) {
   const merge::MergedSession merged = alone(session);
   ResultScene scene;
   scene.frame = "odometry";
-  scene.clouds.push_back({"/static", session_cloud(session, merged), kStaticColor});
+  scene.clouds.push_back({"/static", in_memory(session_cloud(session, merged)), kStaticColor});
   scene.clouds.push_back({"/removed", removed_points(session), kRemovedColor});
   scene.tracks.push_back({session.info.name, merge::session_trajectory(session, merged)});
   add_loops_of_run(run / "loops.csv", session, scene);
@@ -116,7 +121,7 @@ ResultScene scene_of_merge(const std::vector<SessionData>& sessions,
     (point.appeared ? appeared : gone).points.push_back(point.position);
   }
   scene.clouds = {std::move(map),
-                  {"/removed", result.dynamic_points, kRemovedColor},
+                  {"/removed", in_memory(result.dynamic_points), kRemovedColor},
                   std::move(appeared),
                   std::move(gone)};
   const auto position = [&](const auto& end) {

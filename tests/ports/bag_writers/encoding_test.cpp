@@ -7,7 +7,9 @@
 #include "ports/bag_writers/byte_buffer.hpp"
 #include "ports/bag_writers/message_definitions.hpp"
 
-namespace unimapper::bags {
+using namespace unimapper;
+using namespace unimapper::bags;
+
 namespace {
 
 using namespace std::string_literals;
@@ -130,5 +132,3 @@ TEST_CASE("a definition carries those of its types") {
   CHECK(ros2.find("MSG: builtin_interfaces/Time\nint32 sec\n") != std::string::npos);
   CHECK(ros2_name(MessageType::kPointCloud2) == "sensor_msgs/msg/PointCloud2");
 }
-
-}  // namespace unimapper::bags

@@ -8,7 +8,9 @@
 #include "tests/ports/bag_writers/bytes.hpp"
 #include "tests/temporary_directory.hpp"
 
-namespace unimapper::bags {
+using namespace unimapper;
+using namespace unimapper::bags;
+
 namespace {
 
 /// The JSON object that begins where `file` first has `text`.
@@ -100,5 +102,3 @@ TEST_CASE("a scene names Foxglove's schemas, each once") {
   CHECK(transform["child_frame_id"] == "a");
   CHECK(transform["rotation"]["w"] == 1.0);
 }
-
-}  // namespace unimapper::bags

@@ -8,7 +8,9 @@
 #include "tests/ports/bag_writers/bytes.hpp"
 #include "tests/temporary_directory.hpp"
 
-namespace unimapper::bags {
+using namespace unimapper;
+using namespace unimapper::bags;
+
 namespace {
 
 struct Record {
@@ -169,5 +171,3 @@ TEST_CASE("an MCAP file counts its messages") {
 TEST_CASE("an MCAP file that cannot be written names itself") {
   CHECK_THROWS_WITH(McapWriter("/nowhere/a.mcap", ""), Catch::Contains("/nowhere/a.mcap"));
 }
-
-}  // namespace unimapper::bags

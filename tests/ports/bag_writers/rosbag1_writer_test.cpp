@@ -8,7 +8,9 @@
 #include "tests/ports/bag_writers/bytes.hpp"
 #include "tests/temporary_directory.hpp"
 
-namespace unimapper::bags {
+using namespace unimapper;
+using namespace unimapper::bags;
+
 namespace {
 
 struct Record {
@@ -119,5 +121,3 @@ TEST_CASE("the index of a ROS 1 bag leads to every message") {
   CHECK(nanoseconds[0] == std::vector<std::uint32_t>{250'000'000});
   CHECK(nanoseconds[1] == std::vector<std::uint32_t>{250'000'001, 250'000'002});
 }
-
-}  // namespace unimapper::bags

@@ -9,7 +9,9 @@
 
 #include "ports/datasets/sensor_motion.hpp"
 
-namespace unimapper::datasets {
+using namespace unimapper;
+using namespace unimapper::datasets;
+
 namespace {
 
 constexpr double kSweep_s = 0.1;
@@ -212,5 +214,3 @@ TEST_CASE("compensation can be demanded and switched off") {
   CHECK(blur(*on) > 0.1);
   CHECK(last_note(*on).find("compensated all the same") == 0);
 }
-
-}  // namespace unimapper::datasets

@@ -6,7 +6,9 @@
 #include <optional>
 #include <vector>
 
-namespace unimapper::datasets {
+using namespace unimapper;
+using namespace unimapper::datasets;
+
 namespace {
 
 const Eigen::Vector3d kLandmark(10.0, 2.0, 1.0);
@@ -107,5 +109,3 @@ TEST_CASE("LiDARs far from each other are warned of") {
   CHECK_FALSE(several_lidars(pair_of(mounting(0.0, 3.0), 0.1))->notes()[0].is_warning);
   CHECK(several_lidars(pair_of(mounting(-3.0, 3.0), 0.1))->notes()[0].is_warning);
 }
-
-}  // namespace unimapper::datasets

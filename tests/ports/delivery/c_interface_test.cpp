@@ -11,7 +11,9 @@
 #include <vector>
 
 #include "ports/c/unimapper.h"
+#include "ports/delivery/c_map_pose.hpp"
 #include "ports/delivery/unimapper_delivery.h"
+#include "tests/ports/lcm/map_pose.hpp"
 #include "tests/temporary_directory.hpp"
 #include "tests/wire/stream.hpp"
 
@@ -315,4 +317,45 @@ TEST_CASE("what is found damaged in the spool is reported in a sentence") {
   };
   const Delivery delivery = make(options);
   CHECK(told.find("spool ") == 0);
+}
+
+TEST_CASE("as long as no base has said where the robot is, C is told to ask again") {
+  const um_delivery_options options = options_of(kNobody, nullptr);
+  const Delivery delivery = make(options);
+  um_map_pose pose = {};
+  pose.struct_size = sizeof pose;
+  pose.epoch = 77;
+  CHECK(um_delivery_map_pose(delivery.get(), &pose) == EAGAIN);
+  CHECK(pose.epoch == 77);
+  CHECK(um_delivery_map_pose(nullptr, &pose) == EINVAL);
+  CHECK(um_delivery_map_pose(delivery.get(), nullptr) == EINVAL);
+  pose.struct_size -= 8;
+  CHECK(um_delivery_map_pose(delivery.get(), &pose) == EPROTO);
+}
+
+TEST_CASE("a place in the map is the same in C, with its age") {
+  using namespace std::chrono_literals;
+  lcm_port::HeardMapPose heard{lcm_port::lcm_test::map_pose_of({7, {1, 2}}, 3, 42),
+                               std::chrono::steady_clock::now() - 5s};
+  heard.message.reason = std::string(wire::kMaxMapPoseReasonBytes, 'x');
+  const um_map_pose pose =
+      delivery::to_c(heard, {.taken = 1, .of_others = 2, .outdated = 3, .malformed = 4});
+  CHECK(pose.struct_size == sizeof(um_map_pose));
+  CHECK(pose.state == UM_MAP_POSE_LOCALISED);
+  CHECK(pose.epoch == 3);
+  CHECK(pose.sequence == 42);
+  CHECK(pose.loops == 4);
+  CHECK(pose.stamp_ns == heard.message.stamp_ns);
+  CHECK(pose.position[0] == 100.25);
+  CHECK(pose.position[2] == 0.125);
+  const Eigen::Quaterniond q(pose.quaternion[3], pose.quaternion[0], pose.quaternion[1],
+                             pose.quaternion[2]);
+  CHECK(q.toRotationMatrix().isApprox(heard.message.T_map_odometry.rotation, 1e-12));
+  CHECK(pose.covariance[0] == heard.message.covariance[0]);
+  CHECK(pose.covariance[20] == heard.message.covariance[20]);
+  CHECK(pose.since_loop_m == 12.5);
+  CHECK(pose.age_ns >= 5000000000);
+  CHECK(pose.age_ns < 65000000000);
+  CHECK(pose.refused == 7);
+  CHECK(std::string(pose.reason) == heard.message.reason);
 }

@@ -2,9 +2,11 @@
 #include "ports/delivery/delivery.hpp"
 
 #include <catch2/catch.hpp>
+#include <thread>
 
 #include "ports/delivery/keyframe_head.hpp"
 #include "tests/ports/delivery/base.hpp"
+#include "tests/ports/lcm/map_pose.hpp"
 #include "tests/temporary_directory.hpp"
 #include "tests/wire/whole_session.hpp"
 
@@ -13,6 +15,7 @@ using namespace unimapper::delivery;
 using namespace unimapper::delivery::delivery_test;
 using namespace unimapper::wire;
 using namespace std::chrono_literals;
+using lcm_port::lcm_test::map_pose_of;
 
 namespace {
 
@@ -75,6 +78,31 @@ TEST_CASE("without a network a delivery keeps keyframes for a later start") {
   base.reach();
   Delivery delivery(kTuesday, options_with(folder / "spool"), base.link());
   CHECK(delivery.finish().earlier.keyframes_acknowledged == 3);
+}
+
+TEST_CASE("a delivery knows where the base says that its robot is, and earlier sessions do not") {
+  const TemporaryDirectory folder;
+  Base base;
+  {
+    Delivery delivery(kMonday, options_with(folder / "spool"), base.link());
+    publish(delivery, 2);
+    CHECK_FALSE(delivery.map_pose());
+  }
+  base.reach();
+  Delivery delivery(kTuesday, options_with(folder / "spool"), base.link());
+  base.say(map_pose_of(kMonday.id, 3, 1));
+  base.say(map_pose_of(kTuesday.id, 3, 7));
+  while (!delivery.map_pose()) std::this_thread::sleep_for(1ms);
+  CHECK(delivery.map_pose()->message.session == kTuesday.id);
+  CHECK(delivery.map_pose()->message.sequence == 7);
+  CHECK(delivery.finish().own.map_poses.of_others == 1);
+  CHECK(delivery.map_pose()->message.sequence == 7);
+}
+
+TEST_CASE("without a network no base says where a robot is") {
+  const TemporaryDirectory folder;
+  const Delivery delivery(kMonday, options_with(folder / "spool"));
+  CHECK_FALSE(delivery.map_pose());
 }
 
 TEST_CASE("the end of a delivery waits for earlier sessions no longer than it may") {

@@ -9,6 +9,7 @@
 
 #include "ports/keys/guards.hpp"
 #include "ports/keys/signature.hpp"
+#include "ports/lcm/latest_map_pose.hpp"
 #include "ports/lcm/messages.hpp"
 #include "ports/lcm/received_log.hpp"
 #include "ports/lcm/sending.hpp"
@@ -66,7 +67,8 @@ struct Robot {
   Robot(const RobotKey& robot_key, const BootId& boot)
       : info{{robot_key.robot, boot}, robot_key.name, "os1-64"},
         guard(robot_key, boot),
-        signer(robot_key) {}
+        signer(robot_key),
+        map_pose(info.id) {}
 
   /// A keyframe as it is on this robot, without its signature.
   [[nodiscard]] Data plain(std::uint32_t sequence) const {
@@ -90,6 +92,9 @@ struct Robot {
   void hear(const Datagram& datagram) {
     const auto bytes = guard.open(datagram.channel, datagram.bytes);
     if (!bytes) return;
+    if (datagram.channel == lcm_port::kMapPoseChannel) {
+      return map_pose.take(lcm_port::decode_map_pose(*bytes), {});
+    }
     const auto message = lcm_port::decode_stored(*bytes);
     if (!message || message->session != info.id) return;
     for (const std::uint32_t sequence : outbox.take(*message, clock)) {
@@ -101,6 +106,7 @@ struct Robot {
   RobotGuard guard;
   KeyframeSigner signer;
   std::vector<std::vector<Data>> messages;
+  lcm_port::LatestMapPose map_pose;
   wire::Outbox outbox{0};
   std::int64_t clock = 0;
   std::vector<std::uint32_t> acknowledged;

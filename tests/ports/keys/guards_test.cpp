@@ -6,12 +6,14 @@
 
 #include "ports/keys/key_files.hpp"
 #include "tests/ports/keys/guarded_link.hpp"
+#include "tests/ports/lcm/map_pose.hpp"
 #include "tests/temporary_directory.hpp"
 
 using namespace unimapper;
 using namespace unimapper::keys;
 using namespace unimapper::keys::keys_test;
 using lcm_port::kKeyframeChannel;
+using lcm_port::kMapPoseChannel;
 using lcm_port::kSessionChannel;
 using lcm_port::kStoredChannel;
 
@@ -222,6 +224,29 @@ TEST_CASE("a forged acknowledgement makes no robot forget a keyframe") {
   // What the base itself says counts.
   scene.robot.hear(overheard);
   CHECK(scene.robot.outbox.size() == 0);
+}
+
+TEST_CASE("no forger gives a robot a wrong place in the map") {
+  Scene scene;
+  const auto seal = [&](std::uint32_t sequence) -> Datagram {
+    const auto message =
+        lcm_port::encode(lcm_port::lcm_test::map_pose_of(scene.robot.info.id, 3, sequence));
+    return {std::string(kMapPoseChannel), scene.base.guard.seal(kMapPoseChannel, message).value()};
+  };
+  const Datagram overheard = seal(5);
+  const Data wrong = lcm_port::encode(lcm_port::lcm_test::map_pose_of(scene.robot.info.id, 4, 999));
+  for (const Datagram& forged : every_way(scene, overheard, kMapPoseChannel, wrong)) {
+    scene.robot.hear(forged);
+  }
+  CHECK_FALSE(scene.robot.map_pose.latest());
+  CHECK(scene.robot.guard.counters().accepted == 0);
+  // What the base itself says counts, once: sent again, it is no younger than it was.
+  scene.robot.hear(overheard);
+  REQUIRE(scene.robot.map_pose.latest());
+  CHECK(scene.robot.map_pose.latest()->message.sequence == 5);
+  scene.robot.hear(overheard);
+  CHECK(scene.robot.guard.counters().replayed == 1);
+  CHECK(scene.robot.map_pose.counters().taken == 1);
 }
 
 TEST_CASE("a robot with a key speaks for itself alone") {

@@ -10,6 +10,7 @@
 #include "ports/lcm/publisher.hpp"
 #include "ports/lcm/received_log.hpp"
 #include "ports/lcm/shared_link.hpp"
+#include "tests/ports/lcm/damage.hpp"
 #include "tests/wire/records.hpp"
 #include "tests/wire/whole_session.hpp"
 #include "unimapper/wire/receiver.hpp"
@@ -18,6 +19,7 @@ using namespace unimapper;
 using namespace unimapper::wire;
 using namespace unimapper::lcm_port;
 using namespace std::chrono_literals;
+using lcm_test::check_only_the_original_passes;
 
 namespace {
 
@@ -41,22 +43,6 @@ ReceiptMessage sample_receipt() {
           150000000,
           123456789012,
           16000000};
-}
-
-template <typename Decode>
-void check_only_the_original_passes(const std::vector<std::uint8_t>& bytes, const Decode& decode) {
-  CHECK(decode(bytes).has_value());
-  for (std::size_t length = 0; length < bytes.size(); ++length) {
-    CHECK_FALSE(decode(Bytes(bytes).first(length)).has_value());
-  }
-  auto damaged = bytes;
-  for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
-    damaged[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
-    if (decode(damaged)) FAIL("bit " << bit);
-    damaged[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
-  }
-  damaged.push_back(0);
-  CHECK_FALSE(decode(damaged).has_value());
 }
 
 ProbeMessage probe_of(const SessionId& session, std::uint32_t number) {

@@ -9,11 +9,13 @@
 #include <unimapper_wire/session_v1_t.hpp>
 #include <unimapper_wire/stored_t.hpp>
 
-#include "unimapper/wire/checksum.hpp"
+#include "tests/ports/lcm/damage.hpp"
 
 using namespace unimapper;
 using namespace unimapper::wire;
 using namespace unimapper::lcm_port;
+using lcm_test::check_only_the_original_passes;
+using lcm_test::sealed;
 using Data = std::vector<std::uint8_t>;
 
 namespace {
@@ -66,27 +68,6 @@ StoredMessage sample_stored() {
   stored.incomplete = {{9, std::vector<bool>(8, true)},
                        {10, {true, false, false, true, false, false, false, false, true}}};
   return stored;
-}
-
-/// Every truncation and every flipped bit of `bytes` is refused.
-template <typename Decode>
-void check_only_the_original_passes(const Data& bytes, const Decode& decode) {
-  CHECK(decode(bytes).has_value());
-  for (std::size_t length = 0; length < bytes.size(); ++length) {
-    if (decode(Bytes(bytes).first(length))) FAIL("cut to " << length);
-  }
-  for (std::size_t bit = 0; bit < bytes.size() * 8; ++bit) {
-    Data damaged = bytes;
-    damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ (1U << (bit % 8)));
-    if (decode(damaged)) FAIL("bit " << bit);
-  }
-}
-
-/// The bytes with a checksum that fits them again: what a forger would send.
-Data sealed(Data bytes) {
-  bytes.resize(bytes.size() - 4);
-  BigEndianWriter(bytes).put(crc32(bytes));
-  return bytes;
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 #include "tests/wire/records.hpp"
 #include "unimapper/wire/delivery.hpp"
 
-namespace unimapper::lcm_test {
+namespace unimapper::lcm_port::lcm_test {
 
 /// What a link does to datagrams.
 struct LinkModel {
@@ -200,4 +200,4 @@ class SimulatedLink {
   double free_at_s_ = 0.0;
 };
 
-}  // namespace unimapper::lcm_test
+}  // namespace unimapper::lcm_port::lcm_test

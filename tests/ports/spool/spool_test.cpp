@@ -74,6 +74,7 @@ TEST_CASE("after a restart earlier sessions are listed with what nobody acknowle
   CHECK(earlier[0].ended);
   CHECK_FALSE(earlier[1].ended);
   CHECK(earlier[1].waiting.size() == 3);
+  CHECK(spool.counters().bytes_waiting == 58 * 2000);
 }
 
 TEST_CASE("at its limit the oldest keyframes go, and those nobody has are counted") {
@@ -88,6 +89,7 @@ TEST_CASE("at its limit the oldest keyframes go, and those nobody has are counte
   CHECK(counters.keyframes_durable == 1000);
   CHECK(counters.keyframes_on_disk + counters.keyframes_lost == 1000);
   CHECK(counters.keyframes_on_disk > 300);
+  CHECK(counters.bytes_waiting == 2000 * counters.keyframes_on_disk);
   CHECK_FALSE(spool.holds(kMonday.id, 0));
   CHECK(has_equal(spool, kMonday, 999));
   std::uint64_t bytes = 0;
@@ -108,6 +110,7 @@ TEST_CASE("acknowledged keyframes go before those that nobody has") {
     }
     REQUIRE(spool.flush(kPatience));
     CHECK(spool.counters().bytes_on_disk <= kSmallestSpoolBytes);
+    CHECK(spool.counters().bytes_waiting == 100 * 2000);
   }
   Spool spool(folder / "spool", small());
   const auto earlier = spool.earlier_sessions();

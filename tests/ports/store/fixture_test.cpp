@@ -1,8 +1,9 @@
-// Test of the store of schema 3 that is kept as a file: later versions still read it.
+// Tests of stores that are kept as files, one for each schema: later versions still read them.
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
 #include "ports/store/project_writer.hpp"
+#include "ports/store/session_import.hpp"
 #include "ports/store/transaction.hpp"
 #include "tests/folders.hpp"
 #include "tests/ports/store/base.hpp"
@@ -19,9 +20,11 @@ namespace fs = std::filesystem;
 
 const SessionInfo kAlpha{{1, 11}, "alpha", "os2-128"};
 const SessionInfo kBeta{{2, 22}, "beta", "vlp-16"};
+const SessionInfo kGamma{{3, 33}, "gamma", "vlp-16"};
 
-fs::path fixture() {
-  return fs::path(testing::source_folder()) / "tests/ports/store/data/schema_3.sqlite";
+fs::path fixture(int schema) {
+  return fs::path(testing::source_folder()) / "tests/ports/store/data" /
+         ("schema_" + std::to_string(schema) + ".sqlite");
 }
 
 Pose at(double x) { return {Eigen::Matrix3d::Identity(), {x, 0.5, 0.25}}; }
@@ -43,7 +46,14 @@ MapResult two_sessions() {
   return result;
 }
 
-/// Sessions, statements of every kind, two results, an undo, a summary and an outcome.
+/// What schema 4 has beyond that.
+MapResult placed(MapResult result) {
+  result.positions.push_back({{1, 1}, {7e5, 5e6, 3}, {0, 0, 1}, 0.5, 2.0, true, "", {1, 2, 3}});
+  result.georeference = GeoreferenceResult{{7e5, 5e6, 0.0}, true, 0.25};
+  return result;
+}
+
+/// Sessions, statements of every kind, a result, an undo, a summary and an outcome.
 void write_store(const fs::path& folder) {
   {
     Base base(folder);
@@ -61,12 +71,17 @@ void write_store(const fs::path& folder) {
       return std::optional<std::string>(command + " done");
     });
   };
-  change("merge", [&](ProjectState& state) { state.epoch.result = writer.keep(two_sessions()); });
+  change("merge",
+         [&](ProjectState& state) { state.epoch.result = writer.keep(placed(two_sessions())); });
   change("say", [](ProjectState& state) {
     state.statements.push_back({0, StatementKind::kLink, {1, 0}, {2, 1}, at(7)});
     state.statements.push_back({0, StatementKind::kForbidden, {1, 0}, {1, 2}, std::nullopt});
     state.statements.push_back({0, StatementKind::kReference, {1, 0}, {}, std::nullopt});
     state.statements.push_back({0, StatementKind::kApart, {2, 0}, {}, std::nullopt});
+    StoredStatement position{0, StatementKind::kPosition, {1, 0}, {}, std::nullopt};
+    position.positions = {{0, {7e5, 5e6, 3}, {0, 0, 1}, 0.5, 2.0},
+                          {2, {0, 0, 3}, {0, 0, 0}, std::nullopt, 0.1}};
+    state.statements.push_back(position);
   });
   change("remove", [](ProjectState& state) {
     std::erase(state.sessions, 2);
@@ -77,8 +92,20 @@ void write_store(const fs::path& folder) {
     state.epoch.result = 1;
     state.epoch.parent = 1;
   });
+  // A third session comes and goes for good.
+  {
+    Transaction transaction(writer.database());
+    SessionImport import(writer.database());
+    wire::Receiver receiver({}, import);
+    wire_test::feed(receiver, wire_test::session_stream(kGamma, 1));
+    receiver.store_all();
+    transaction.commit();
+  }
+  change("add", [](ProjectState&) {});
+  (void)writer.purge("remove --purge gamma", "removed for good gamma", {3});
   Transaction transaction(writer.database());
   writer.outcomes().keep({{1, 2}, {1, 0}, at(6.5), 17}, two_sessions().loops[0]);
+  writer.placements().keep({2, 1, 17}, {3, 1, "fits 12.5 m away as well"});
   transaction.commit();
   writer.database().run("PRAGMA wal_checkpoint(TRUNCATE)");
 }
@@ -86,13 +113,14 @@ void write_store(const fs::path& folder) {
 /// A store with the kept database in it.
 struct KeptStore {
   TemporaryDirectory folder;
-  KeptStore() { fs::copy_file(fixture(), database_of(folder.path())); }
+  explicit KeptStore(int schema) { fs::copy_file(fixture(schema), database_of(folder.path())); }
 };
 
 }  // namespace
 
-TEST_CASE("a store of schema 3 is read", "[fixture]") {
-  const KeptStore kept;
+TEST_CASE("stores of schemas 3, 4 and 5 are read", "[fixture]") {
+  const int schema = GENERATE(3, 4, 5);
+  const KeptStore kept(schema);
   StoreReader reader(kept.folder.path());
   const auto sessions = reader.sessions();
   REQUIRE(sessions.size() == 2);
@@ -102,13 +130,13 @@ TEST_CASE("a store of schema 3 is read", "[fixture]") {
   CHECK(reader.check().empty());
 
   ProjectReader project = reader.project();
-  CHECK(project.epochs().size() == 4);
-  const ProjectState state = project.current();
+  REQUIRE(project.epochs().size() == (schema < 5 ? 4U : 6U));
+  const ProjectState state = project.at(4);
   CHECK(state.epoch.command == "undo");
   CHECK(state.epoch.outcome == "undo done");
   CHECK(state.epoch.parent == 1);
   CHECK(state.sessions == std::vector<std::int64_t>{1, 2});
-  REQUIRE(state.statements.size() == 4);
+  REQUIRE(state.statements.size() == (schema < 4 ? 4U : 5U));
   CHECK(state.statements[0].kind == StatementKind::kLink);
   CHECK(state.statements[0].query == KeyframeRow{2, 1});
   CHECK(state.statements[0].T_match_query->translation == at(7).translation);
@@ -128,15 +156,46 @@ TEST_CASE("a store of schema 3 is read", "[fixture]") {
   CHECK(result.pairs[0].state == "provisional");
   CHECK(result.pairs[0].competing == 2);
   CHECK(result.pairs[0].T_match_query.translation == at(8).translation);
+  CHECK(result.positions.size() == (schema < 4 ? 0U : 1U));
+  CHECK(result.georeference.has_value() == (schema >= 4));
 }
 
-TEST_CASE("a store of schema 3 is written to", "[fixture]") {
-  const KeptStore kept;
+TEST_CASE("positions in stores of schemas 4 and 5 are read", "[fixture]") {
+  const KeptStore kept(GENERATE(4, 5));
+  StoreReader reader(kept.folder.path());
+  ProjectReader project = reader.project();
+  const ProjectState state = project.at(4);
+  const StoredStatement& said = state.statements[4];
+  CHECK(said.kind == StatementKind::kPosition);
+  REQUIRE(said.positions.size() == 2);
+  CHECK(said.positions[0].position == Eigen::Vector3d(7e5, 5e6, 3));
+  CHECK(said.positions[0].point == Eigen::Vector3d(0, 0, 1));
+  CHECK(said.positions[0].sigma_xy_m == 0.5);
+  CHECK_FALSE(said.positions[1].sigma_xy_m);
+  const MapResult result = project.result(state.epoch.result);
+  CHECK(result.positions[0].residual == Eigen::Vector3d(1, 2, 3));
+  CHECK(result.georeference->origin == Eigen::Vector3d(7e5, 5e6, 0));
+  CHECK(result.georeference->heading_sigma_rad == 0.25);
+}
+
+TEST_CASE("a purged epoch in a store of schema 5 is read", "[fixture]") {
+  const KeptStore kept(5);
+  StoreReader reader(kept.folder.path());
+  ProjectReader project = reader.project();
+  CHECK(project.epochs()[4].purged_by == 6);
+  CHECK_THROWS_AS(project.at(5), StoreError);
+  CHECK(project.current().sessions == std::vector<std::int64_t>{1, 2});
+}
+
+TEST_CASE("stores of schemas 3, 4 and 5 are written to", "[fixture]") {
+  const int schema = GENERATE(3, 4, 5);
+  const KeptStore kept(schema);
   {
     ProjectWriter writer(kept.folder.path(), "a test");
     const auto known = writer.outcomes().find({{1, 2}, {1, 0}, at(6.5), 17});
     REQUIRE(known);
     CHECK(known->overlap == 0.75);
+    CHECK(writer.placements().find({2, 1, 17}).has_value() == (schema >= 4));
     (void)writer.commit("nothing",
                         [](ProjectState&) { return std::optional<std::string>("done"); });
   }
@@ -145,7 +204,7 @@ TEST_CASE("a store of schema 3 is written to", "[fixture]") {
   base.advance();
   StoreReader reader(kept.folder.path());
   CHECK(reader.sessions()[1].keyframes == 3);
-  CHECK(reader.project().current().epoch.number == 5);
+  CHECK(reader.project().current().epoch.number == (schema < 5 ? 5 : 7));
   CHECK(reader.check().empty());
 }
 

@@ -162,6 +162,80 @@ TEST_CASE("statements come back as they were made, to the bit") {
   CHECK(store.check().empty());
 }
 
+TEST_CASE("positions of keyframes come back as they were made, to the bit") {
+  const Received store;
+  ProjectWriter writer(store.folder.path(), "a test");
+  StoredStatement said;
+  said.kind = StatementKind::kPosition;
+  said.match.session = 1;
+  said.positions.push_back({1, {691234.1, 5335678.0 / 3.0, -0.0}, {0.1, 0.2, 0.3}, 0.7, 1.0 / 3.0});
+  said.positions.push_back({4, {0.0, 0.0, 512.5}, Eigen::Vector3d::Zero(), std::nullopt, 0.25});
+  MapResult result = small_result();
+  result.positions.push_back({{1, 4}, {1.5, 2.5, 0.1}, {0, 0, 1}, 0.5, 2.0, true, "", {1, 2, 3}});
+  result.positions.push_back(
+      {{1, 0}, {0, 0, 7}, {0, 0, 0}, std::nullopt, 2.0, false, "off", {0, 0, 9}});
+  result.georeference = GeoreferenceResult{{691000.0, 0.0, 0.0}, true, std::nullopt};
+  (void)writer.commit("say", [&](ProjectState& state) {
+    state.statements.push_back(said);
+    state.epoch.result = writer.keep(result);
+    return std::optional<std::string>("said");
+  });
+  (void)change_nothing(writer, "second");
+  const ProjectState state = store.current();
+  REQUIRE(state.statements.size() == 1);
+  CHECK(state.statements[0].kind == StatementKind::kPosition);
+  REQUIRE(state.statements[0].positions.size() == 2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const StoredPosition& found = state.statements[0].positions[i];
+    CHECK(found.sequence == said.positions[i].sequence);
+    CHECK(found.position == said.positions[i].position);
+    CHECK(found.point == said.positions[i].point);
+    CHECK(found.sigma_xy_m == said.positions[i].sigma_xy_m);
+    CHECK(found.sigma_z_m == said.positions[i].sigma_z_m);
+  }
+  StoreReader reader(store.folder.path());
+  const MapResult found = reader.project().result(1);
+  REQUIRE(found.positions.size() == 2);
+  CHECK(found.positions[0].keyframe == KeyframeRow{1, 4});
+  CHECK(found.positions[0].position == result.positions[0].position);
+  CHECK(found.positions[0].residual == Eigen::Vector3d(1, 2, 3));
+  CHECK(found.positions[0].used);
+  CHECK(found.positions[1].reason == "off");
+  CHECK_FALSE(found.positions[1].sigma_xy_m);
+  REQUIRE(found.georeference);
+  CHECK(found.georeference->origin == result.georeference->origin);
+  CHECK(found.georeference->is_horizontal);
+  CHECK_FALSE(found.georeference->heading_sigma_rad);
+  CHECK(store.check().empty());
+}
+
+TEST_CASE("the check names positions that are none") {
+  const Received store;
+  ProjectWriter writer(store.folder.path(), "a test");
+  const auto say = [&writer](StatementKind kind, std::vector<StoredPosition> positions) {
+    (void)writer.commit("say", [&](ProjectState& state) {
+      state.statements.clear();
+      StoredStatement& said = state.statements.emplace_back();
+      said.kind = kind;
+      said.match.session = 1;
+      said.positions = std::move(positions);
+      return std::optional<std::string>("said");
+    });
+  };
+  const auto last_fault = [&store] {
+    const auto faults = store.check();
+    return faults.empty() ? std::string() : faults.back();
+  };
+  say(StatementKind::kPosition, {{9, {1, 2, 3}, {0, 0, 0}, 1.0, 1.0}});
+  CHECK_THAT(last_fault(), Contains("is about a keyframe that is not there"));
+  say(StatementKind::kPosition, {{1, {1, 2, 3}, {0, 0, 0}, 1.0, 0.0}});
+  CHECK_THAT(last_fault(), Contains("has a position that is none"));
+  say(StatementKind::kPosition, {});
+  CHECK_THAT(last_fault(), Contains("has no position"));
+  say(StatementKind::kApart, {{1, {1, 2, 3}, {0, 0, 0}, 1.0, 1.0}});
+  CHECK_THAT(last_fault(), Contains("is none of positions and has some"));
+}
+
 TEST_CASE("the result of a merge comes back to the bit, and later epochs show it") {
   const Received store;
   ProjectWriter writer(store.folder.path(), "a test");
@@ -291,6 +365,31 @@ TEST_CASE("outcomes of loops are found for exactly the same question") {
   CHECK(store.check() == std::vector<std::string>{"1 outcomes of loops are damaged"});
 }
 
+TEST_CASE("evidence about placements is found for exactly the same question") {
+  const Received store;
+  ProjectWriter writer(store.folder.path(), "a test");
+  const PlacementKey key{1, 2, 0xFEDCBA9876543210ULL};
+  CHECK_FALSE(writer.placements().find(key));
+  {
+    Transaction transaction(writer.database());
+    writer.placements().keep(key, {12, 3, "the surroundings repeat"});
+    writer.placements().keep(key, {0, 0, "another"});  // the first one stays
+    transaction.commit();
+  }
+  const auto found = writer.placements().find(key);
+  REQUIRE(found);
+  CHECK(found->supporting == 12);
+  CHECK(found->contradicting == 3);
+  CHECK(found->aliasing == "the surroundings repeat");
+  CHECK_FALSE(writer.placements().find({1, 2, key.fingerprint + 1}));
+  CHECK_FALSE(writer.placements().find({2, 1, key.fingerprint}));
+  CHECK(store.check().empty());
+  // What is damaged is checked again.
+  writer.database().run("UPDATE placement_outcomes SET contradicting = 0");
+  CHECK_FALSE(writer.placements().find(key));
+  CHECK(store.check() == std::vector<std::string>{"1 outcomes of placements are damaged"});
+}
+
 TEST_CASE("the check finds what breaks an invariant of the project") {
   const Received store;
   {
@@ -353,4 +452,183 @@ TEST_CASE("a recorded session is imported once, whole or not at all") {
   REQUIRE(reader.sessions().size() == 1);
   wire_test::check_whole(reader.read(reader.sessions()[0]), kAlpha, 5);
   CHECK(reader.check().empty());
+}
+
+TEST_CASE("a base's epoch is replaced by its next one, and no result is left behind") {
+  const Received store;
+  ProjectWriter writer(store.folder.path(), "a test");
+  (void)change_nothing(writer, "first");
+  REQUIRE(keep_result(writer)->number == 2);
+  REQUIRE(change_nothing(writer, "base --merge")->number == 3);
+  const auto replace = [&](const std::string& outcome) {
+    return writer.replace(3, [&](ProjectState& state) {
+      state.epoch.result = writer.keep(small_result());
+      return std::optional(outcome);
+    });
+  };
+  for (const char* outcome : {"merged 1", "merged 2", "merged 3"}) {
+    const auto epoch = replace(outcome);
+    REQUIRE(epoch);
+    CHECK(epoch->number == 3);
+    CHECK(epoch->parent == 2);
+    CHECK(epoch->command == "base --merge");
+  }
+  // That of the second epoch, and the latest.
+  CHECK(writer.database().number("SELECT count(*) FROM results") == 2);
+  CHECK(writer.database().number("SELECT count(DISTINCT result) FROM result_loops") == 2);
+  CHECK(store.current().epoch.outcome == "merged 3");
+  CHECK(store.current().sessions == std::vector<std::int64_t>{1, 2});
+  CHECK(store.check().empty());
+
+  // Only the latest epoch may be, and a change that throws leaves it as it was.
+  CHECK_THROWS_WITH(
+      writer.replace(2, [](ProjectState&) { return std::optional(std::string("x")); }),
+      Contains("epoch 2 is not the latest"));
+  CHECK_THROWS_AS(writer.replace(3,
+                                 [](ProjectState&) -> std::optional<std::string> {
+                                   throw std::runtime_error("no memory");
+                                 }),
+                  std::runtime_error);
+  CHECK_FALSE(writer.replace(3, [](ProjectState&) { return std::optional<std::string>(); }));
+  CHECK(store.current().epoch.outcome == "merged 3");
+  CHECK(store.check().empty());
+}
+
+TEST_CASE("a process that holds the lock may write in several places") {
+  const TemporaryDirectory folder;
+  const KeyframeStore base(folder.path());
+  ProjectWriter beside(folder.path(), base.lock());
+  CHECK(change_nothing(beside, "base --merge")->number == 1);
+  CHECK_THROWS_WITH(ProjectWriter(folder.path(), "a test"),
+                    Contains("a base writes to this store"));
+}
+
+TEST_CASE("a session that is removed for good leaves nothing behind but its number") {
+  const Received store;
+  ProjectWriter writer(store.folder.path(), "a test");
+  (void)change_nothing(writer, "first");
+  (void)writer.commit("say", [](ProjectState& state) {
+    state.sessions = {1};
+    state.statements.push_back({0, StatementKind::kLink, {1, 0}, {2, 2}, pose_of(3)});
+    state.statements.push_back({0, StatementKind::kForbidden, {1, 0}, {1, 4}, std::nullopt});
+    return std::optional<std::string>("said");
+  });
+  (void)writer.commit("take in", [&](ProjectState& state) {
+    state.sessions = {1, 2};
+    state.epoch.result = writer.keep(small_result());
+    return std::optional<std::string>("merged");
+  });
+  {
+    Transaction transaction(writer.database());
+    writer.outcomes().keep({{1, 4}, {2, 0}, pose_of(3), 1}, small_result().loops[0]);
+    writer.outcomes().keep({{1, 4}, {1, 0}, pose_of(3), 1}, small_result().loops[0]);
+    writer.placements().keep({1, 2, 1}, {12, 3, "fits"});
+    transaction.commit();
+  }
+  const Epoch epoch = writer.purge("remove --purge beta", "removed for good beta", {2});
+  CHECK(epoch.number == 4);
+  CHECK(epoch.parent == 3);
+  CHECK(epoch.result == 0);
+  CHECK(store.check().empty());
+  writer.give_back_space();
+  CHECK(store.check().empty());
+  StoreReader reader(store.folder.path());
+  REQUIRE(reader.sessions().size() == 1);
+  CHECK(reader.sessions()[0].info.name == "alpha");
+  ProjectReader project = reader.project();
+  CHECK(project.current().sessions == std::vector<std::int64_t>{1});
+  // The epoch that does not show it is as it was, but for what was said of it.
+  REQUIRE(project.at(2).statements.size() == 1);
+  CHECK(project.at(2).statements[0].kind == StatementKind::kForbidden);
+  for (const std::int64_t gone : {1, 3}) {
+    CHECK(project.epochs()[static_cast<std::size_t>(gone) - 1].purged_by == 4);
+    CHECK_THROWS_WITH(project.at(gone), Contains("epoch 4 removed a session of it for good"));
+  }
+  const std::vector<std::pair<const char*, int>> left = {
+      {"keyframes", 5}, {"loop_outcomes", 1},   {"placement_outcomes", 0},
+      {"results", 0},   {"result_sessions", 0}, {"statements", 1},
+      {"health", 0}};
+  for (const auto& [table, rows] : left) {
+    INFO(table);
+    CHECK(writer.database().number(std::string("SELECT count(*) FROM ") + table) == rows);
+  }
+  CHECK(writer.database().number("PRAGMA freelist_count") == 0);
+}
+
+TEST_CASE("a map without the session that is removed for good stays") {
+  const Received store;
+  ProjectWriter writer(store.folder.path(), "a test");
+  (void)writer.commit("merge", [&](ProjectState& state) {
+    MapResult result = small_result();
+    result.sessions.pop_back();
+    result.loops.pop_back();
+    state.sessions = {1};
+    state.epoch.result = writer.keep(result);
+    return std::optional<std::string>("merged");
+  });
+  CHECK(writer.purge("remove --purge beta", "removed for good beta", {2}).result == 1);
+  StoreReader reader(store.folder.path());
+  CHECK(reader.project().at(1).epoch.result == 1);
+  CHECK(store.check().empty());
+}
+
+TEST_CASE("what arrives after a session was removed for good is no session that epochs know") {
+  const Received store;
+  {
+    ProjectWriter writer(store.folder.path(), "a test");
+    (void)writer.purge("remove --purge beta", "removed for good beta", {2});
+  }
+  {
+    Base base(store.folder.path());
+    base.feed(SessionId{3, 33}, 0);
+    base.feed(kBeta.id, 1);
+    base.advance();
+  }
+  ProjectWriter writer(store.folder.path(), "a test");
+  CHECK(writer.current().sessions == std::vector<std::int64_t>{1, 3});
+  CHECK(StoreReader(store.folder.path()).sessions().size() == 3);
+  CHECK(store.check().empty());
+}
+
+TEST_CASE("whichever write of a removal for good fails, the session is whole or gone") {
+  const FaultyDisk disk;
+  for (int writes = 0;; ++writes) {
+    FaultyDisk::heal();
+    const Received store;
+    ProjectWriter writer(store.folder.path(), "a test");
+    (void)keep_result(writer);
+    FaultyDisk::writes_left = writes;
+    FaultyDisk::write_error = SQLITE_FULL;
+    bool failed = false;
+    try {
+      (void)writer.purge("remove --purge beta", "removed for good beta", {2});
+      writer.give_back_space();
+    } catch (const StoreError&) {
+      failed = true;
+    }
+    const bool was_reached = FaultyDisk::failures > 0;
+    FaultyDisk::heal();
+    REQUIRE(store.check().empty());
+    const bool is_gone = store.current().epoch.number == 2;
+    REQUIRE(StoreReader(store.folder.path()).sessions().size() == (is_gone ? 1 : 2));
+    REQUIRE((is_gone || failed));
+    if (!failed && !was_reached) break;
+    REQUIRE(writes < 200);
+  }
+}
+
+TEST_CASE("the check finds a purged epoch that shows something") {
+  const Received store;
+  {
+    ProjectWriter writer(store.folder.path(), "a test");
+    (void)change_nothing(writer, "first");
+    (void)writer.purge("remove --purge beta", "removed for good beta", {2});
+  }
+  const auto [change, fault] = GENERATE(table<std::string, std::string>(
+      {{"INSERT INTO epoch_sessions (epoch, session) VALUES (1, 1)", "still shows something"},
+       {"UPDATE epochs SET purged_by = 1", "was purged by an earlier one"}}));
+  Database(database_of(store.folder.path()), Access::kWrite).run(change);
+  std::string all;
+  for (const std::string& text : store.check()) all += text + "\n";
+  CHECK_THAT(all, Contains(fault));
 }

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
+#include "ports/store/session_follower.hpp"
 #include "ports/store/session_key.hpp"
 #include "tests/ports/store/base.hpp"
 #include "tests/temporary_directory.hpp"
@@ -19,12 +20,13 @@ namespace {
 const SessionInfo kAlpha{{1, 0xFEDCBA9876543210ULL}, "alpha", "os2-128"};
 const SessionInfo kBeta{{0xFFFFFFFF, 22}, "beta", "vlp-16"};
 
-/// Takes away what schema 3 has added.
+/// Takes away what schemas 3 and 4 have added.
 constexpr const char* kToSchema2 =
-    "DROP TABLE loop_outcomes; DROP TABLE result_pairs; DROP TABLE result_loops; DROP TABLE "
-    "result_sessions; "
-    "DROP TABLE epoch_statements; DROP TABLE statements; DROP TABLE epoch_sessions; "
-    "DROP TABLE epochs; DROP TABLE results; PRAGMA user_version = 2";
+    "DROP TABLE placement_outcomes; DROP TABLE result_georeferences; DROP TABLE result_positions; "
+    "DROP TABLE statement_positions; DROP TABLE loop_outcomes; DROP TABLE result_pairs; "
+    "DROP TABLE result_loops; DROP TABLE result_sessions; DROP TABLE epoch_statements; "
+    "DROP TABLE statements; DROP TABLE epoch_sessions; DROP TABLE epochs; DROP TABLE results; "
+    "PRAGMA user_version = 2";
 
 /// Runs statements on a database, whatever it is.
 void run(const std::filesystem::path& file, const std::string& statements) {
@@ -134,8 +136,7 @@ TEST_CASE("of two summaries that differ none is stored") {
   if (is_stored_before) base.advance();
   base.feed(most_of(kAlpha.id, 0));
   base.advance();
-  StoreReader reader(folder.path());
-  CHECK(reader.sessions().at(0).summaries == 0);
+  CHECK(StoreReader(folder.path()).sessions().empty());
 }
 
 TEST_CASE("a store of an earlier schema is read as it is, and brought to the present by a base") {
@@ -313,7 +314,7 @@ TEST_CASE("what is no store of this version is refused in words and left as it i
     KeyframeStore(folder.path());  // NOLINT(bugprone-unused-raii): makes it
     run(file, "PRAGMA user_version = 99");
     CHECK_THROWS_WITH(KeyframeStore(folder.path()),
-                      Contains("newer version of Uni-Mapper (schema 99, this version knows 3)"));
+                      Contains("newer version of Uni-Mapper (schema 99, this version knows 5)"));
     CHECK_THROWS_WITH(StoreReader(folder.path()), Contains("schema 99"));
   }
   SECTION("another program's database") {
@@ -406,9 +407,43 @@ TEST_CASE("the history of health is bounded, the latest of each minute") {
     CHECK(database.number("SELECT COUNT(*) FROM health WHERE details = "
                           "'stage' || char(9) || 'ground plane' || char(9) || '1.500' || char(9) "
                           "|| '2.000' || char(9) || '3.000' || char(10) || 'clock' || char(9) || "
-                          "'-5000000' || char(9) || '1500' || char(9) || '2' || char(10)") ==
+                          "'-5000000' || char(9) || '1500' || char(9) || '2' || char(10) || "
+                          "'stored' || char(9) || 'keyframes' || char(9) || '1' || char(10)") ==
           kHealthRows);
   }
   CHECK(StoreReader(folder.path()).sessions().at(0).health_rows ==
         static_cast<std::uint64_t>(kHealthRows));
+}
+
+TEST_CASE("a follower sees what is committed beside it, and hands out the newest in order") {
+  const TemporaryDirectory directory;
+  Base base(directory / "store");
+  SessionFollower follower(directory / "store");
+  CHECK(follower.has_changed());
+  CHECK_FALSE(follower.has_changed());
+  CHECK(follower.sessions().empty());
+  const SessionId id{1, {2, 3}};
+  for (const std::uint32_t sequence : {4U, 2U, 9U, 3U}) base.feed(id, sequence);
+  base.feed(
+      {wire_test::session_message({id, "alpha", "os2-128"}, wire::SessionState::kRunning, 10)});
+  base.advance();
+  base.advance();
+  CHECK(follower.has_changed());
+  CHECK_FALSE(follower.has_changed());
+  const auto sessions = follower.sessions();
+  REQUIRE(sessions.size() == 1);
+  CHECK(sessions[0].id == id);
+  CHECK(sessions[0].name == "alpha");
+  CHECK_FALSE(sessions[0].ended);
+  CHECK(sessions[0].keyframes == 4);
+  CHECK(sessions[0].newest == 9);
+  CHECK(follower.start_of_newest(sessions[0], 2) == 4);
+  CHECK(follower.start_of_newest(sessions[0], 400) == 2);
+  const auto some = follower.keyframes(sessions[0].row, 3, 2);
+  REQUIRE(some.size() == 2);
+  CHECK(some[0].sequence == 3);
+  CHECK(some[1].sequence == 4);
+  CHECK(some[1].is_sound);
+  CHECK(some[1].bytes == wire::encode_keyframe(wire_test::keyframe_of(id, 4)));
+  CHECK(follower.keyframes(sessions[0].row, 10, 5).empty());
 }

@@ -1,0 +1,1 @@
+// Translation unit of the precompiled headers of the tests

@@ -1,0 +1,146 @@
+// Tests of the octree of points and of its blocks.
+#include "src/apps/view/point_octree.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "tests/random.hpp"
+#include "tests/temporary_directory.hpp"
+#include "tests/view/gunzip.hpp"
+
+using namespace unimapper;
+using namespace unimapper::apps;
+using test::gunzip;
+using test::number_at;
+
+namespace {
+
+ViewPoints random_points(std::size_t count, std::shared_ptr<merge::ScratchFile> file = nullptr) {
+  test::Random random(3);
+  ViewPoints points(std::move(file));
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto at = [&](double range) { return static_cast<float>(random.uniform() * range); };
+    ViewPoint point;
+    point.position = {at(200.0) - 50.0F, at(120.0), at(12.0)};
+    point.session = static_cast<std::uint8_t>(i % 3);
+    point.category = static_cast<std::uint8_t>(i % 5);
+    points.push_back(point);
+  }
+  return points;
+}
+
+/// The points of a block.
+std::vector<ViewPoint> decoded(const std::string& block) {
+  const std::string bytes = gunzip(block);
+  REQUIRE(bytes.substr(0, 4) == "UMPT");
+  REQUIRE(number_at<std::uint32_t>(bytes, 4) == 1);
+  const auto count = number_at<std::uint32_t>(bytes, 8);
+  REQUIRE(bytes.size() == 28 + 8 * std::size_t{count});
+  std::vector<ViewPoint> points(count);
+  const auto step = number_at<float>(bytes, 24);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto steps = number_at<std::uint16_t>(bytes, 28 + 2 * (axis * count + i));
+      points[i].position[static_cast<Eigen::Index>(axis)] =
+          number_at<float>(bytes, 12 + 4 * axis) + step * static_cast<float>(steps);
+    }
+    points[i].session = number_at<std::uint8_t>(bytes, 28 + 6 * count + i);
+    points[i].category = number_at<std::uint8_t>(bytes, 28 + 7 * count + i);
+  }
+  return points;
+}
+
+}  // namespace
+
+TEST_CASE("every point is in one node of the octree, within a step of where it was") {
+  const ViewPoints points = random_points(60000);
+  const PointOctree octree = make_octree(points);
+  REQUIRE(octree.nodes.size() > 8);
+  std::vector<ViewPoint> found;
+  for (const OctreeNode& node : octree.nodes) {
+    const std::vector<ViewPoint> own = decoded(*octree.blocks.read(node.key));
+    CHECK(own.size() == node.points);
+    float size = octree.size_m;
+    for (std::size_t level = 1; level < node.key.size(); ++level) size *= 0.5F;
+    for (const ViewPoint& point : own) {
+      const Eigen::AlignedBox3f around(node.bounds.min().array() - size / 65535.0F,
+                                       node.bounds.max().array() + size / 65535.0F);
+      REQUIRE(around.contains(point.position));
+      found.push_back(point);
+    }
+  }
+  REQUIRE(found.size() == points.size());
+  const auto sum = [](const auto& all) {
+    Eigen::Vector3d total = Eigen::Vector3d::Zero();
+    for (const ViewPoint& point : all) total += point.position.cast<double>();
+    return Eigen::Vector3d(total / static_cast<double>(all.size()));
+  };
+  CHECK((sum(found) - sum(points)).norm() < 0.002);
+  for (std::uint8_t session = 0; session < 3; ++session) {
+    const auto is_its = [session](const ViewPoint& p) { return p.session == session; };
+    CHECK(std::count_if(found.begin(), found.end(), is_its) ==
+          std::count_if(points.begin(), points.end(), is_its));
+  }
+}
+
+TEST_CASE("inner nodes are sparse, children lie within their parent") {
+  const PointOctree octree = make_octree(random_points(60000));
+  std::map<std::string, const OctreeNode*> by_key;
+  for (const OctreeNode& node : octree.nodes) by_key[node.key] = &node;
+  REQUIRE(octree.nodes.front().key == "r");
+  std::size_t largest = 0;
+  for (const OctreeNode& node : octree.nodes) {
+    largest = std::max<std::size_t>(largest, node.points);
+    if (node.key == "r") continue;
+    CHECK(by_key.count(node.key.substr(0, node.key.size() - 1)) == 1);
+  }
+  CHECK(largest < 20000);
+}
+
+TEST_CASE("equal points give equal bytes, and none give no node") {
+  const PointOctree a = make_octree(random_points(20000));
+  const PointOctree b = make_octree(random_points(20000));
+  REQUIRE(a.nodes.size() == b.nodes.size());
+  for (std::size_t i = 0; i < a.nodes.size(); ++i) {
+    CHECK(a.nodes[i].key == b.nodes[i].key);
+    CHECK(a.blocks.read(a.nodes[i].key) == b.blocks.read(b.nodes[i].key));
+  }
+  CHECK(make_octree({}).nodes.empty());
+}
+
+TEST_CASE("points in a file give the same octree, and its blocks are in the file, too") {
+  const TemporaryDirectory folder;
+  const auto file = std::make_shared<merge::ScratchFile>(folder.path());
+  const PointOctree there = make_octree(random_points(60000, file));
+  const PointOctree here = make_octree(random_points(60000));
+  REQUIRE(there.nodes.size() == here.nodes.size());
+  for (const OctreeNode& node : here.nodes) {
+    CHECK(there.blocks.read(node.key) == here.blocks.read(node.key));
+  }
+}
+
+TEST_CASE("nodes come by level, then by key") {
+  const PointOctree octree = make_octree(random_points(60000));
+  CHECK(std::is_sorted(octree.nodes.begin(), octree.nodes.end(),
+                       [](const OctreeNode& a, const OctreeNode& b) {
+                         return std::pair(a.key.size(), a.key) < std::pair(b.key.size(), b.key);
+                       }));
+}
+
+TEST_CASE("a hundred thousand points at one place end the division") {
+  ViewPoints same;
+  for (int i = 0; i < 100000; ++i) same.push_back({Eigen::Vector3f::Zero(), 0, 0});
+  const PointOctree octree = make_octree(same);
+  std::size_t points = 0;
+  for (const OctreeNode& node : octree.nodes) points += node.points;
+  CHECK(points == 100000);
+}
+
+TEST_CASE("a block is found by its key alone") {
+  const PointOctree octree = make_octree(random_points(20000));
+  CHECK(octree.blocks.read("r"));
+  CHECK_FALSE(octree.blocks.read("r77777777"));
+}

@@ -1,0 +1,256 @@
+// Tests of the server of the page: what it answers, and what it withstands.
+#include "src/apps/view/view_server.hpp"
+
+#include <arpa/inet.h>
+#include <httplib.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+using namespace unimapper::apps;
+using Catch::Matchers::Contains;
+using Json = nlohmann::json;
+
+namespace {
+
+/// A map of one block, which remembers what it was asked to change.
+class OneBlock : public ViewSource {
+ public:
+  std::shared_ptr<const std::string> map_json(std::int64_t epoch) override {
+    asked = std::to_string(epoch);
+    if (fails) throw std::runtime_error("the store is gone");
+    return std::make_shared<const std::string>(R"({"format":1})");
+  }
+  std::optional<std::string> block(const std::string& version, const std::string& layer,
+                                   const std::string& key) override {
+    asked = version + " " + layer + " " + key;
+    return key == "r" ? std::optional<std::string>("points") : std::nullopt;
+  }
+  std::optional<std::string> keyframe(const std::string&, std::size_t session,
+                                      std::size_t keyframe) override {
+    return session == 1 && keyframe == 2 ? std::optional<std::string>("points") : std::nullopt;
+  }
+  ViewAnswer decide(std::size_t loop, LoopStatement statement, std::int64_t epoch) override {
+    asked = std::to_string(loop) + " " + std::to_string(static_cast<int>(statement)) + " " +
+            std::to_string(epoch);
+    return {200, R"({"epoch":8})"};
+  }
+
+  std::string asked;
+  bool fails = false;
+};
+
+struct Serving {
+  OneBlock map;
+  ViewServer server;
+  int port;
+
+  Serving()
+      : server({"127.0.0.1:0", "secret", "<p>page</p>"}, map),
+        port(std::stoi(server.url().substr(std::string("http://127.0.0.1:").size()))) {}
+
+  [[nodiscard]] httplib::Client client() const {
+    httplib::Client client("127.0.0.1", port);
+    client.set_read_timeout(20);
+    return client;
+  }
+};
+
+/// What the server answers to bytes that are no client's; empty: it closes the connection.
+std::string answer_to(int port, const std::string& bytes) {
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  REQUIRE(::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  (void)!::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+  ::shutdown(socket, SHUT_WR);
+  std::string answer;
+  char part[4096];
+  for (ssize_t got = 0; (got = ::recv(socket, part, sizeof part, 0)) > 0;) {
+    answer.append(part, static_cast<std::size_t>(got));
+  }
+  ::close(socket);
+  return answer;
+}
+
+}  // namespace
+
+TEST_CASE("a server answers with the page, the map and its points") {
+  const Serving serving;
+  auto client = serving.client();
+  CHECK(client.Get("/")->body == "<p>page</p>");
+  CHECK_THAT(client.Get("/")->get_header_value("Content-Security-Policy"),
+             Contains("default-src 'none'"));
+  CHECK(client.Get("/api/map")->body == R"({"format":1})");
+  CHECK(client.Get("/api/map?epoch=12")->status == 200);
+  CHECK(serving.map.asked == "12");
+  CHECK(client.Get("/api/map?epoch=x")->status == 400);
+  client.set_decompress(false);
+  const auto points = client.Get("/api/tiles/7.2/static/r");
+  CHECK(points->body == "points");
+  CHECK(points->get_header_value("Content-Encoding") == "gzip");
+  CHECK_THAT(points->get_header_value("Cache-Control"), Contains("immutable"));
+  CHECK(serving.map.asked == "7.2 static r");
+  CHECK(client.Get("/api/keyframes/7.2/1/2")->status == 200);
+}
+
+TEST_CASE("what is not there is an error in words, and no path leads out of the map") {
+  Serving serving;
+  auto client = serving.client();
+  for (const char* path :
+       {"/nothing", "/api/tiles/7/static/r9", "/api/tiles/7/../r", "/api/tiles/../../etc/passwd/r",
+        "/api/tiles/7/static/r0%2f..%2f..", "/api/tiles/7/st%2e%2e/r", "/api/keyframes/7/1/x",
+        "/api/keyframes/7/1/99999999999", "/api/keyframes/7/0/0", "/../../etc/passwd"}) {
+    INFO(path);
+    const auto response = client.Get(path);
+    REQUIRE(response);
+    CHECK(response->status == 404);
+    CHECK(Json::parse(response->body)["error"].is_string());
+  }
+  serving.map.fails = true;
+  const auto response = client.Get("/api/map");
+  CHECK(response->status == 500);
+  CHECK(Json::parse(response->body)["error"] == "the store is gone");
+}
+
+TEST_CASE("only who knows the token changes the map, by a request that is one") {
+  Serving serving;
+  auto client = serving.client();
+  const std::string good = R"({"statement":"wrong","epoch":7})";
+  const char* path = "/api/loops/3/statement";
+  CHECK(client.Post(path, good, "application/json")->status == 401);
+  const httplib::Headers wrong{{"Authorization", "Bearer secreT"}};
+  CHECK(client.Post(path, wrong, good, "application/json")->status == 401);
+  CHECK(serving.map.asked.empty());
+  const httplib::Headers right{{"Authorization", "Bearer secret"}};
+  for (const char* bad :
+       {"", "{", "[]", R"({"statement":"wrong"})", R"({"statement":5,"epoch":7})",
+        R"({"statement":"maybe","epoch":7})", R"({"statement":"wrong","epoch":"7"})"}) {
+    INFO(bad);
+    CHECK(client.Post(path, right, bad, "application/json")->status == 400);
+  }
+  CHECK(serving.map.asked.empty());
+  const auto response = client.Post(path, right, good, "application/json");
+  CHECK(response->status == 200);
+  CHECK(response->body == R"({"epoch":8})");
+  CHECK(serving.map.asked == "3 1 7");
+  CHECK(client.Post("/api/undo", right, R"({"epoch":7})", "application/json")->status == 403);
+  const std::string huge(1U << 20U, ' ');
+  const auto refused = client.Post(path, right, huge, "application/json");
+  CHECK((!refused || refused->status == 413));
+}
+
+TEST_CASE("a server without a token lets nobody change the map") {
+  OneBlock map;
+  const ViewServer server({"127.0.0.1:0", "", "page"}, map);
+  const int port = std::stoi(server.url().substr(std::string("http://127.0.0.1:").size()));
+  httplib::Client client("127.0.0.1", port);
+  const httplib::Headers empty{{"Authorization", "Bearer "}};
+  CHECK(client
+            .Post("/api/loops/3/statement", empty, R"({"statement":"wrong","epoch":7})",
+                  "application/json")
+            ->status == 401);
+}
+
+TEST_CASE("malformed requests end their connection alone") {
+  const Serving serving;
+  for (const std::string& bytes :
+       {std::string("\r\n\r\n"), std::string("GET\r\n\r\n"), std::string(1, '\0'),
+        std::string("GET / HTTP/9.9\r\n\r\n"),
+        "GET /" + std::string(20000, 'a') + " HTTP/1.1\r\n\r\n",
+        "GET / HTTP/1.1\r\nX: " + std::string(20000, 'a') + "\r\n\r\n",
+        std::string("POST /api/undo HTTP/1.1\r\nContent-Length: 99999999999\r\n\r\n"),
+        std::string("POST /api/undo HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n")}) {
+    (void)answer_to(serving.port, bytes);
+    CHECK(serving.client().Get("/api/map")->status == 200);
+  }
+}
+
+TEST_CASE("clients that send nothing leave room for others, and are let go", "[slow]") {
+  const Serving serving;
+  std::vector<int> idle;
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(serving.port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  for (int i = 0; i < 30; ++i) {
+    idle.push_back(::socket(AF_INET, SOCK_STREAM, 0));
+    REQUIRE(::connect(idle.back(), reinterpret_cast<const sockaddr*>(&address), sizeof address) ==
+            0);
+    (void)!::send(idle.back(), "GET /api", 8, MSG_NOSIGNAL);
+  }
+  CHECK(serving.client().Get("/api/map")->status == 200);
+  char byte = 0;
+  CHECK(::recv(idle.front(), &byte, 1, 0) <= 0);  // closed by the server after its timeout
+  for (const int socket : idle) ::close(socket);
+}
+
+TEST_CASE("who follows the map hears of events at once, and too many are refused") {
+  Serving serving;
+  std::string heard;
+  std::atomic<bool> follows{false};
+  std::thread follower([&] {
+    auto client = serving.client();
+    client.Get(
+        "/api/events",
+        [&](const httplib::Response&) {
+          follows = true;
+          return true;
+        },
+        [&](const char* data, std::size_t size) {
+          heard.append(data, size);
+          return heard.find("event: keyframe") == std::string::npos;
+        });
+  });
+  while (!follows) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  serving.map.events().publish("keyframe", R"({"session":0})");
+  follower.join();
+  CHECK_THAT(heard, Contains(R"(data: {"session":0})"));
+
+  std::vector<std::thread> followers;
+  std::atomic<int> refused{0};
+  std::atomic<int> accepted{0};
+  std::atomic<bool> ending{false};
+  for (int i = 0; i < 40; ++i) {
+    followers.emplace_back([&] {
+      auto client = serving.client();
+      const auto response = client.Get(
+          "/api/events",
+          [&](const httplib::Response& head) {
+            ++(head.status == 200 ? accepted : refused);
+            return true;
+          },
+          [&](const char*, std::size_t) { return !ending; });
+      (void)response;
+    });
+  }
+  while (accepted + refused < 40) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  // The first follower may not have been let go yet.
+  CHECK((refused == 40 - 32 || refused == 40 - 31));
+  CHECK(serving.client().Get("/api/map")->status == 200);
+  ending = true;
+  serving.map.events().publish("map", "{}");
+  for (std::thread& thread : followers) thread.join();
+}
+
+TEST_CASE("an address that is none, or is taken, is an error in words") {
+  OneBlock map;
+  for (const char* wrong : {"", "8080", "127.0.0.1:", "127.0.0.1:70000", "127.0.0.1:80x", ":80"}) {
+    INFO(wrong);
+    CHECK_THROWS_WITH(ViewServer({wrong, "", ""}, map), Contains("is no address"));
+  }
+  const Serving serving;
+  const std::string taken = "127.0.0.1:" + std::to_string(serving.port);
+  CHECK_THROWS_WITH(ViewServer({taken, "", ""}, map), Contains("cannot listen at " + taken));
+}
+
+TEST_CASE("tokens are long and differ") {
+  CHECK(make_token().size() == 32);
+  CHECK(make_token() != make_token());
+}
