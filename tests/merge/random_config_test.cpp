@@ -17,10 +17,10 @@ namespace {
 /// them labelled dynamic.
 std::vector<SessionData> two_sessions() {
   constexpr std::size_t kThinning = 20;
-  const testing::Town town = testing::make_town(5, 1);
-  const std::vector<Pose> street = testing::drive_roads({{0, 0}, {0.6, 0}});
-  std::vector<SessionData> sessions{testing::record(town, street, "alpha", 1).session,
-                                    testing::record(town, street, "beta", 2).session};
+  const merge::testing::Town town = merge::testing::make_town(5, 1);
+  const std::vector<Pose> street = merge::testing::drive_roads({{0, 0}, {0.6, 0}});
+  std::vector<SessionData> sessions{merge::testing::record(town, street, "alpha", 1).session,
+                                    merge::testing::record(town, street, "beta", 2).session};
   for (SessionData& session : sessions) {
     for (KeyframeRecord& keyframe : session.keyframes) {
       std::vector<FineCell> kept;
