@@ -347,7 +347,8 @@ TEST_CASE("deferred work gives the same results whatever happens in between", "[
   CHECK(runs[1].late_slices == 0);
 }
 
-TEST_CASE("deferred work is finished first where every scan closes a keyframe", "[deferred]") {
+TEST_CASE("deferred work is finished first where every scan closes a keyframe",
+          "[deferred][slow]") {
   Drive drive;
   drive.scans = 20;
   const std::uint32_t window = GENERATE(1U, 3U);
@@ -355,13 +356,14 @@ TEST_CASE("deferred work is finished first where every scan closes a keyframe", 
   CHECK(runs[0].keyframes.size() == 20);
 }
 
-TEST_CASE("deferred work gives the same results where keyframes close by distance", "[deferred]") {
+TEST_CASE("deferred work gives the same results where keyframes close by distance",
+          "[deferred][slow]") {
   PipelineConfig config = short_keyframes(10, 3);
   config.keyframe.distance_m = 0.8F;
   CHECK(compare(config, {}, kTwoWays).front().keyframes.size() > 10);
 }
 
-TEST_CASE("deferred work gives the same results where containers are full", "[deferred]") {
+TEST_CASE("deferred work gives the same results where containers are full", "[deferred][slow]") {
   PipelineConfig config = short_keyframes(5, 4);
   SECTION("the window, which evicts keyframes early") {
     config.voxel.max_cells = 1U << 15U;
@@ -383,7 +385,7 @@ TEST_CASE("deferred work gives the same results where containers are full", "[de
   }
 }
 
-TEST_CASE("deferred work gives the same results with other evidence", "[deferred]") {
+TEST_CASE("deferred work gives the same results with other evidence", "[deferred][slow]") {
   PipelineConfig config = short_keyframes(5, 4);
   SECTION("columns") {
     config.free_space.columns = true;
