@@ -193,7 +193,7 @@ TEST_CASE("A map of leaning odometry frames is level, and its sessions still coi
   }
 }
 
-TEST_CASE("Exported files are complete and consistent", "[merger]") {
+TEST_CASE("Exported files are complete and consistent", "[merger][slow]") {
   const TemporaryDirectory scratch;
   const fs::path folder = scratch.path() / "new" / "map";
   export_map(folder, fleet().sessions, merged());
