@@ -273,7 +273,7 @@ TEST_CASE("records of another size are wrong") {
       const datasets::Scan::Point& p = scan.points[i];
       const float extra[] = {p.intensity, static_cast<float>(i % 16), 0.0F, 0.0F, 0.0F};
       values.insert(values.end(), {p.x, p.y, p.z});
-      values.insert(values.end(), extra, extra + floats - 3);
+      values.insert(values.end(), extra, extra + (floats - 3));
     }
     scan.points.clear();
     for (std::size_t i = 0; i + 4 <= values.size(); i += 4) {
