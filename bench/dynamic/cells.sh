@@ -3,7 +3,7 @@
 #
 # Writes three tables of docs/results.md: labels of the default beside those with cells of 0.25 m,
 # merged maps of both, and labels with the presets of smaller computers. About ten minutes on two
-# processors; needs `./dev build`.
+# processors; needs `./dev build unimapper bench/all`.
 #
 #   bench/dynamic/cells.sh       WRITE_DOCS=1 writes the tables there; TABLES="computers size maps"
 #                                says which

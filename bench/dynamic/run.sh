@@ -51,7 +51,7 @@ fi
 
 if measures && [ -z "${UNIMAPPER:-}" ]; then
   ./dev setup toolchains/packages-bench.txt
-  ./dev build >/dev/null
+  ./dev build unimapper bench/all >/dev/null
 fi
 unimapper=${UNIMAPPER:-${BIN:-build/release/bin}/unimapper}
 

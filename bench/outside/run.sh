@@ -76,7 +76,7 @@ else
   [ "${MEASURE:-1}" = 0 ] || rm -rf "$out/pictures"
   if [ -z "${BIN:-}" ]; then
     ./dev setup
-    ./dev build >/dev/null
+    ./dev build unimapper bench/all >/dev/null
   fi
   real=
   if [ -z "${NO_RECORDINGS:-}" ] && [ -e ../shared/data/unpack.sh ]; then

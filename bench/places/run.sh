@@ -73,7 +73,7 @@ mkdir -p "$out/runs" "$out/results" "$out/plots"
 : >"$out/tables.md"
 if [ -z "${BIN:-}" ]; then
   ./dev setup toolchains/packages-bench.txt
-  ./dev build >/dev/null
+  ./dev build unimapper bench/all >/dev/null
 fi
 bin=${BIN:-build/release/bin}
 

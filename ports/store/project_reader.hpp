@@ -28,8 +28,8 @@ class ProjectReader {
   [[nodiscard]] ProjectState at(std::int64_t number);
   /// The result of a merge.
   [[nodiscard]] MapResult result(std::int64_t id);
-  /// Checksums of the poses of a result, by session: poses that differ have, as good as surely,
-  /// others. Reads no pose. Empty if there is no such result.
+  /// Checksums of the poses of a result, by session: equal for equal poses, else almost surely not.
+  /// Reads no pose. Empty if there is no such result.
   [[nodiscard]] std::map<std::int64_t, std::int64_t> pose_checksums(std::int64_t result);
   /// Checks every invariant (docs/design/store.md), in words what is wrong.
   [[nodiscard]] std::vector<std::string> check();

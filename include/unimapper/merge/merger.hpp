@@ -70,8 +70,7 @@ struct ChangedObject {
   UprightBox box;             ///< around its points, map frame
   std::optional<UprightBox> before{};  ///< moved: its box in the earlier session
   std::uint32_t voxels = 0;            ///< of the map that it takes
-  /// Share of its voxels that changed among those of which the other session knows anything, (0,
-  /// 1].
+  /// Of its voxels of which the other session knows anything the share that changed, in (0, 1].
   double confidence = 0.0;
   /// Share of the observations by its own session that saw through it: small where it stood still.
   double seen_through = 0.0;
