@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # One fuzz target for some seconds: run.sh BIN FOLDER TARGET SECONDS|replay
 #
-# Program BIN/fuzz_TARGET. Starts from FOLDER/seeds/TARGET, keeps what it learns in FOLDER/corpus/TARGET and what ends it in
-# FOLDER/found. `replay` makes the same inputs from the same seeds every time, as many as runs.txt
-# says. Prints a line; ends with 1, after the target's last words, if an input ended it.
+# BIN/fuzz_TARGET starts from FOLDER/seeds/TARGET, keeps what it learns in FOLDER/corpus/TARGET and
+# what ends it in FOLDER/found. `replay` makes the same inputs from the same seeds every time, as many
+# as runs.txt says. Prints a line; ends with 1, after the target's last words, if an input ended it.
 set -euo pipefail
 bin=$1 folder=$2 target=$3 seconds=$4
 log=$folder/$target.log
