@@ -6,8 +6,8 @@
 
 END {
   for (i = 1; i <= NR; ++i) {
-    if (match(line[i], /parameters_of\(const [A-Za-z]+\*\)/))
-      text = text "struct " substr(line[i], RSTART + 20, RLENGTH - 22) " "
+    if (match(line[i], /^template <std::same_as<[A-Za-z]+> C>/))
+      text = text "struct " substr(line[i], RSTART + 24, RLENGTH - 27) " "
     text = text line[i] " "
   }
   gsub(/"[ \t]+"/, "", text)  # literals in pieces

@@ -1,9 +1,10 @@
 // Parameter tables: range, unit, source and meaning of every member of a configuration struct.
 //
 // A configuration struct declares its members; the function `parameters_of` right behind it gives
-// each of them a row. Range checks, JSON, the C setter and docs/parameters.md come from these rows.
-// The compiler takes the names from the members themselves and counts them: a member without a row
-// does not compile.
+// each of them a row; it is a template so that only who uses the table makes the compiler evaluate
+// it. Range checks, JSON, the C setter and docs/parameters.md come from these rows. The compiler
+// takes the names from the members themselves and counts them: a member without a row does not
+// compile.
 #pragma once
 
 #include <array>

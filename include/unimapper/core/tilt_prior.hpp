@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <concepts>
 
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/parameter_table.hpp"
@@ -16,8 +17,8 @@ struct TiltConfig {
   float max_sigmas = 4.0F;
 };
 
-consteval auto parameters_of(const TiltConfig*) {
-  using C = TiltConfig;
+template <std::same_as<TiltConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::unknown_up_sigma_deg>(
           "[0.01, 30]", "°", "measured",

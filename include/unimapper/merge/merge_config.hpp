@@ -4,6 +4,7 @@
 // mean.
 #pragma once
 
+#include <concepts>
 #include <cstdint>
 
 #include "unimapper/core/expected.hpp"
@@ -24,8 +25,8 @@ struct OdometryNoiseConfig {
   double rotation_rad_per_sqrt_m = 0.0008;
 };
 
-consteval auto parameters_of(const OdometryNoiseConfig*) {
-  using C = OdometryNoiseConfig;
+template <std::same_as<OdometryNoiseConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(parameter<&C::translation_floor_m>(
                              "[0.001, 10]", "m", "choice",
                              "Standard deviation of the translation between any two keyframes,"),
@@ -59,8 +60,8 @@ struct RegistrationConfig {
   double weak_axis_sigma_m = 10.0;
 };
 
-consteval auto parameters_of(const RegistrationConfig*) {
-  using C = RegistrationConfig;
+template <std::same_as<RegistrationConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::leaf_m>("[0.05, 5]", "m", "choice", "Spacing of registration points."),
       parameter<&C::neighbors>("[5, 64]", "points", "choice",
@@ -115,8 +116,8 @@ struct LoopConfig {
   double max_correction_rad = 0.25;
 };
 
-consteval auto parameters_of(const LoopConfig*) {
-  using C = LoopConfig;
+template <std::same_as<LoopConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::min_keyframe_gap>("[1, 1000]", "keyframes", "choice",
                                       "Between the two keyframes of an intra-session loop."),
@@ -158,8 +159,8 @@ struct AcceptanceConfig {
   double loop_chi2 = 22.5;
 };
 
-consteval auto parameters_of(const AcceptanceConfig*) {
-  using C = AcceptanceConfig;
+template <std::same_as<AcceptanceConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::consistency_chi2>("[1, 200]", "",
                                       "99 % of chi square with 6 degrees of freedom",
@@ -209,8 +210,8 @@ struct AliasingConfig {
   double changed_share = 0.08;
 };
 
-consteval auto parameters_of(const AliasingConfig*) {
-  using C = AliasingConfig;
+template <std::same_as<AliasingConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::min_shift_m>("[1, 100]", "m", "measured",
                                  "Loops are moved to keyframes of the same map at least so far,"),
@@ -235,8 +236,8 @@ struct PositionConfig {
   double storey_m = 2.2;
 };
 
-consteval auto parameters_of(const PositionConfig*) {
-  using C = PositionConfig;
+template <std::same_as<PositionConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::chi2>("[1, 1000]", "", "99.9 % of chi square with 3 degrees of freedom",
                           "A position, and a loop between sessions with positions, agrees with the "
@@ -259,8 +260,8 @@ struct GraphConfig {
   double deformation_per_m = 0.005;
 };
 
-consteval auto parameters_of(const GraphConfig*) {
-  using C = GraphConfig;
+template <std::same_as<GraphConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::cauchy_scale>("[0.1, 1000]", "", "paper",
                                   "xi of the paper's kernel, on whitened residuals."),
@@ -280,8 +281,8 @@ struct RadiusConfig {
   double max_correction_rad = 0.15;
 };
 
-consteval auto parameters_of(const RadiusConfig*) {
-  using C = RadiusConfig;
+template <std::same_as<RadiusConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(parameter<&C::radius_m>("[0.5, 100]", "m", "paper", "r_th."),
                          parameter<&C::spacing_m>("[0, 100]", "m", "choice",
                                                   "Path between keyframes that are searched for."),
@@ -318,8 +319,8 @@ struct RefinementConfig {
   float cell_size_m = kFineCellSizeM;
 };
 
-consteval auto parameters_of(const RefinementConfig*) {
-  using C = RefinementConfig;
+template <std::same_as<RefinementConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::window>(
           "[0, 100]", "keyframes", "measured",
@@ -387,8 +388,8 @@ struct MapConfig {
   float object_seen_through = 0.22F;
 };
 
-consteval auto parameters_of(const MapConfig*) {
-  using C = MapConfig;
+template <std::same_as<MapConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::voxel_size_m>("[0.05, 5]", "m", "choice", "Edge of a voxel of the map."),
       parameter<&C::tree_voxel_size_m>("[0.5, 50]", "m", "choice",
@@ -439,8 +440,8 @@ struct MergeConfig {
   [[nodiscard]] Error validate() const noexcept;
 };
 
-consteval auto parameters_of(const MergeConfig*) {
-  using C = MergeConfig;
+template <std::same_as<MergeConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameters_in<&C::odometry>(), parameters_in<&C::registration>(), parameters_in<&C::loops>(),
       parameters_in<&C::acceptance>(), parameters_in<&C::aliasing>(),

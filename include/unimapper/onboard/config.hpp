@@ -5,6 +5,7 @@
 // the data sheet by way of the preset, "choice" our own. docs/parameters.md prints them.
 #pragma once
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 
@@ -28,8 +29,8 @@ struct OdometryConfig {
   [[nodiscard]] Error validate() const noexcept;
 };
 
-consteval auto parameters_of(const OdometryConfig*) {
-  using C = OdometryConfig;
+template <std::same_as<OdometryConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::up_sigma_deg>("0 or [0.01, 10]", "°", "choice",
                                   "How far the odometry's z axis may be from up, standard "
@@ -55,8 +56,8 @@ struct KeyframeConfig {
   [[nodiscard]] Error validate() const noexcept;
 };
 
-consteval auto parameters_of(const KeyframeConfig*) {
-  using C = KeyframeConfig;
+template <std::same_as<KeyframeConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::scans>("[1, 32]", "scans", "paper", "N_a: a keyframe closes after this many."),
       parameter<&C::distance_m>("[0, 1000]", "m", "paper: off",
@@ -100,8 +101,8 @@ struct VoxelConfig {
   [[nodiscard]] Error validate() const noexcept;
 };
 
-consteval auto parameters_of(const VoxelConfig*) {
-  using C = VoxelConfig;
+template <std::same_as<VoxelConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::fine_size_m>("[0.05, 1]", "m", "paper", "L_f: edge of a fine cell."),
       parameter<&C::coarse_size_m>("[0.5, 8]", "m", "paper",
@@ -139,8 +140,8 @@ struct GroundConfig {
   [[nodiscard]] Error validate() const noexcept;
 };
 
-consteval auto parameters_of(const GroundConfig*) {
-  using C = GroundConfig;
+template <std::same_as<GroundConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::max_tilt_deg>("[0.001, 80]", "°", "paper",
                                   "theta_A: ground normals lean at most this far from up."),
@@ -208,8 +209,8 @@ struct FreeSpaceConfig {
   [[nodiscard]] Error validate() const noexcept;
 };
 
-consteval auto parameters_of(const FreeSpaceConfig*) {
-  using C = FreeSpaceConfig;
+template <std::same_as<FreeSpaceConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::columns>("measured; paper: true",
                              "The paper's columns: cells between the ground and the lowest "
@@ -293,8 +294,8 @@ struct RemovalConfig {
   [[nodiscard]] Error validate() const noexcept;
 };
 
-consteval auto parameters_of(const RemovalConfig*) {
-  using C = RemovalConfig;
+template <std::same_as<RemovalConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::window>("[1, 32]", "keyframes", "paper",
                             "N: earlier keyframes whose evidence is used."),
@@ -402,8 +403,8 @@ struct PipelineConfig {
   [[nodiscard]] Error validate() const noexcept;
 };
 
-consteval auto parameters_of(const PipelineConfig*) {
-  using C = PipelineConfig;
+template <std::same_as<PipelineConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameters_in<&C::odometry>(), parameters_in<&C::keyframe>(), parameters_in<&C::voxel>(),
       parameters_in<&C::ground>(), parameters_in<&C::free_space>(), parameters_in<&C::removal>(),

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -31,8 +32,8 @@ struct DescriptorConfig {
   [[nodiscard]] Error validate() const noexcept;
 };
 
-consteval auto parameters_of(const DescriptorConfig*) {
-  using C = DescriptorConfig;
+template <std::same_as<DescriptorConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::max_keypoints>("[8, 255]", "", "choice", "Keypoints kept of a place."),
       parameter<&C::max_planes>("[1, 65535]", "", "choice", "Plane patches kept of a place."),
@@ -84,8 +85,8 @@ struct TriangleConfig {
   std::uint32_t max_triangles = 500;
 };
 
-consteval auto parameters_of(const TriangleConfig*) {
-  using C = TriangleConfig;
+template <std::same_as<TriangleConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::neighbours>("[2, 32]", "", "STD: 10 to 20",
                                 "Every keypoint pairs up its so many nearest ones."),
@@ -120,8 +121,8 @@ struct LoopSearchConfig {
   [[nodiscard]] Error validate() const noexcept;
 };
 
-consteval auto parameters_of(const LoopSearchConfig*) {
-  using C = LoopSearchConfig;
+template <std::same_as<LoopSearchConfig> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::max_places>("[1, 1048576]", "", "choice",
                                 "Capacity: stored places; the most redundant one makes room."),
@@ -175,8 +176,8 @@ consteval std::span<const std::string_view> choices_of(const SearchScope::Sessio
   return kSearchSessions;
 }
 
-consteval auto parameters_of(const SearchScope*) {
-  using C = SearchScope;
+template <std::same_as<SearchScope> C>
+consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::sessions>("choice", "Sessions whose places a search may answer with."),
       parameter<&C::min_keyframe_gap>("[0, 4294967295]", "keyframes", "choice",
