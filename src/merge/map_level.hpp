@@ -1,4 +1,4 @@
-// Rotation that levels the map by what its keyframes know of up.
+// Rotations that turn a direction that is known to be up to z.
 #pragma once
 
 #include <span>
@@ -12,6 +12,10 @@ struct UpObservation {
   Eigen::Vector3d z_axis = Eigen::Vector3d::UnitZ();  ///< of the keyframe's frame, in the map
   KeyframeUp up;
 };
+
+/// The shortest rotation that turns `up`, of any length but zero, to z: a half turn about x where
+/// it points down.
+[[nodiscard]] Eigen::Matrix3d rotation_to_z(const Eigen::Vector3d& up);
 
 /// The shortest rotation of the map that turns the mean of the known ups to z: the identity where
 /// none is known. The central session's odometry frame, which the map's is, may be tilted.

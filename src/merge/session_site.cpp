@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "loop_cycle.hpp"
+#include "map_level.hpp"
 #include "max_clique.hpp"
 #include "site_frame.hpp"
 #include "unimapper/core/quantile.hpp"
@@ -55,9 +56,7 @@ Majority find_majority(const MapState& state, std::size_t session,
   const std::size_t count = std::min(kMostCompared, positions.size());
   for (std::size_t i = 0; i < count; ++i) compared.push_back(i * positions.size() / count);
   const SessionPath path = state.odometry[session].with_poses(state.T_session_keyframe[session]);
-  const Eigen::Matrix3d level =
-      Eigen::Quaterniond::FromTwoVectors(state.up[session], Eigen::Vector3d::UnitZ())
-          .toRotationMatrix();
+  const Eigen::Matrix3d level = rotation_to_z(state.up[session]);
   AdjacencyMatrix graph(count);
   std::vector<std::size_t> all;
   for (std::size_t i = 0; i < count; ++i) {

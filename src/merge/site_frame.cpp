@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "map_level.hpp"
+
 namespace unimapper::merge {
 namespace {
 
@@ -62,8 +64,7 @@ Eigen::Vector3d centre_of(std::span<const KnownPosition> positions) {
 
 SiteFit fit_site(const MapState& state, std::span<const KnownPosition> positions) {
   const Eigen::Vector3d up = state.T_map_session[state.central].rotation * state.up[state.central];
-  const Eigen::Matrix3d level =
-      Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const Eigen::Matrix3d level = rotation_to_z(up);
   std::vector<Eigen::Vector3d> points;
   points.reserve(positions.size());
   for (const KnownPosition& position : positions) {

@@ -38,3 +38,16 @@ TEST_CASE("certain keyframes count more than uncertain ones") {
       levelling_rotation(std::vector<UpObservation>{{sure, kSure}, {unsure, kUnsure}});
   CHECK((turn * sure).head<2>().norm() < 1e-3);
 }
+
+TEST_CASE("a direction is turned to z the shortest way, one that points down by half a turn") {
+  const Eigen::Matrix3d quarter = rotation_to_z(Eigen::Vector3d(2.0, 0.0, 0.0));
+  CHECK((quarter * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitZ()).norm() < 1e-12);
+  CHECK((quarter * Eigen::Vector3d::UnitY() - Eigen::Vector3d::UnitY()).norm() < 1e-12);
+  for (const double lean : {0.0, 1e-9, 1e-7, 1e-3}) {
+    const Eigen::Vector3d down(lean, 0.0, -1.0);
+    const Eigen::Matrix3d half = rotation_to_z(down);
+    CHECK((half * down.normalized() - Eigen::Vector3d::UnitZ()).norm() < 1e-6);
+    CHECK((half * half.transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-6);
+    CHECK(half.determinant() > 0.0);
+  }
+}

@@ -32,18 +32,11 @@ struct Pose {
     return a.rotation * p + a.translation;
   }
   /// The rotation as a unit quaternion.
-  [[nodiscard]] Eigen::Quaterniond quaternion() const {
-    return Eigen::Quaterniond(rotation).normalized();
-  }
+  [[nodiscard]] Eigen::Quaterniond quaternion() const noexcept;
   /// True if no number is infinite or NaN.
-  [[nodiscard]] bool is_finite() const { return rotation.allFinite() && translation.allFinite(); }
+  [[nodiscard]] bool is_finite() const noexcept;
   /// True if finite and the rotation part is a rotation within `tolerance`.
-  [[nodiscard]] bool is_rigid(double tolerance = 1e-3) const {
-    return is_finite() &&
-           (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <
-               tolerance &&
-           rotation.determinant() > 0.0;
-  }
+  [[nodiscard]] bool is_rigid(double tolerance = 1e-3) const noexcept;
 };
 
 inline constexpr double kDegreesPerRadian = 57.295779513082320877;
@@ -65,23 +58,7 @@ inline constexpr double kDegreesPerRadian = 57.295779513082320877;
 /// The gravity-levelled frame at a sensor pose: same origin, z along `up`, x along the sensor's
 /// horizontal heading (paper section VI, "ego-centric keyframe coordinate system"). Returns
 /// T_world_level. `up`: unit vector in the world frame.
-[[nodiscard]] inline Pose level_frame(const Pose& T_world_sensor,
-                                      const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
-  const auto horizontal = [&up](const Eigen::Vector3d& v) -> Eigen::Vector3d {
-    return v - up.dot(v) * up;
-  };
-  Eigen::Vector3d heading = horizontal(T_world_sensor.rotation.col(0));
-  // A sensor that looks straight up or down has no heading in x; its y axis then lies level.
-  if (heading.squaredNorm() < 1e-6) {
-    heading = horizontal(T_world_sensor.rotation.col(1).cross(up));
-  }
-  heading.normalize();
-  Pose level;
-  level.rotation.col(0) = heading;
-  level.rotation.col(1) = up.cross(heading);
-  level.rotation.col(2) = up;
-  level.translation = T_world_sensor.translation;
-  return level;
-}
+[[nodiscard]] Pose level_frame(const Pose& T_world_sensor,
+                               const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) noexcept;
 
 }  // namespace unimapper
