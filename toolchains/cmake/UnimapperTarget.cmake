@@ -1,13 +1,13 @@
 # Library targets of the rooms:
 # unimapper_library(NAME SOURCES ... [DEPENDS ...] [PRIVATE_DEPENDS ...]
-#                   [FREESTANDING] [REPRODUCIBLE] [PORT])
+#                   [FREESTANDING] [REPRODUCIBLE] [PORT] [COLD])
 #
 # One room as one static library with the alias unimapper::NAME. FREESTANDING rooms
 # (core, free_space, place, onboard) also hold without exceptions, RTTI and thread-safe statics. They and
 # REPRODUCIBLE ones compute the same bits on every processor. The headers of PORT libraries lie in
-# ports/NAME.
+# ports/NAME. COLD ones have no loops over points (unimapper_cold).
 function(unimapper_library name)
-  cmake_parse_arguments(arg "FREESTANDING;REPRODUCIBLE;PORT" ""
+  cmake_parse_arguments(arg "FREESTANDING;REPRODUCIBLE;PORT;COLD" ""
     "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   add_library(unimapper_${name} STATIC ${arg_SOURCES})
   add_library(unimapper::${name} ALIAS unimapper_${name})
@@ -27,6 +27,9 @@ function(unimapper_library name)
   endif()
   target_link_libraries(unimapper_${name} PUBLIC ${arg_DEPENDS} PRIVATE ${arg_PRIVATE_DEPENDS})
   unimapper_compile_options(unimapper_${name})
+  if(arg_COLD)
+    unimapper_cold(unimapper_${name})
+  endif()
   if(UNIMAPPER_BUILD_FUZZERS)
     target_compile_options(unimapper_${name} PRIVATE -fsanitize=fuzzer-no-link)
   endif()
@@ -58,7 +61,13 @@ function(unimapper_compile_options target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   # Fused multiply-add would make x86 and ARM differ in the last bit.
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion
-    -Wno-sign-conversion -ffp-contract=off $<$<CONFIG:Release>:-O3>)
+    -Wno-sign-conversion -ffp-contract=off)
+  set_property(TARGET ${target} PROPERTY UNIMAPPER_COLD OFF)
+  target_compile_options(${target} PRIVATE
+    $<$<CONFIG:Release>:$<IF:$<BOOL:$<TARGET_PROPERTY:UNIMAPPER_COLD>>,-O1,-O3>>)
+  # GCC collects garbage from 128 MB on otherwise: 5 % of its time for no smaller peak.
+  target_compile_options(${target} PRIVATE
+    $<$<COMPILE_LANG_AND_ID:CXX,GNU>:--param=ggc-min-heapsize=600000>)
   # GCC 12 warns that strings which are put together might overlap (its bug 105651).
   target_compile_options(${target} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-restrict>)
   if(UNIMAPPER_WARNINGS_AS_ERRORS)
@@ -76,4 +85,9 @@ function(unimapper_compile_options target)
       target_compile_definitions(${target} PRIVATE __SANITIZE_ADDRESS__=1)  # GCC says so itself
     endif()
   endif()
+endfunction()
+
+# A target that reads arguments, files and JSON, or waits: optimising it takes time and gains none.
+function(unimapper_cold target)
+  set_property(TARGET ${target} PROPERTY UNIMAPPER_COLD ON)
 endfunction()
