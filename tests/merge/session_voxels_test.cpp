@@ -73,7 +73,8 @@ TEST_CASE("A tile has its own voxels, and every voxel is in one", "[voxels]") {
   SessionVoxels voxels(0.2F);
   drive(voxels, 3);
   std::size_t sum = 0;
-  for (const auto& [tile, size] : voxels.sizes()) {
+  for (const auto& [of_tile, size] : voxels.sizes()) {
+    const auto tile = of_tile;  // Clang captures no structured binding
     std::size_t count = 0;
     voxels.visit(tile, [&](VoxelKey key, const auto&) {
       CHECK(tile_of(unpack(key)) == tile);
