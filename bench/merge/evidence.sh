@@ -2,10 +2,11 @@
 # Evidence of sensor data on inter-session loops: a table of docs/design/loop-acceptance.md.
 #
 #   bench/merge/evidence.sh [SEEDS]   "2 4", on which the limits were chosen; WRITE_DOCS=1 writes the
-#                                     table there. A quarter of an hour
+#                                     tables there. Half an hour
 #
 # Simulated drives A and B of a seed, whose parked cars and actors differ: every verified inter-session
-# loop between them, right in all scenes but the tunnel. OUT: folder of runs, kept; BIN: programs;
+# loop between them, right in all scenes but the tunnel. Then the votes of neighbours, of seeds 3 and 5
+# and of the pair that was refused (../shared/data/refused_pair, where it lies beside the project). OUT: folder of runs, kept; BIN: programs;
 # LAYOUT=1 prints the table without figures.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -54,4 +55,43 @@ rows() {
   done
 }
 
+# votes LOG LOG...: pairs of logs; counts where loops put the query | at wrong placements | let through
+votes() {
+  while [ $# -gt 0 ]; do
+    "$bin/merge_evidence_bench" --votes "$1" "$2"
+    shift 2
+  done | awk '{ for (i = 1; i <= 8; ++i) n[i] += $i }
+    END { printf "%d / %d / %d | %d / %d / %d | %d of %d", n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8] }'
+}
+
+# votes_of SCENE SENSOR-OF-A SENSOR-OF-B
+votes_of() {
+  local seed logs=()
+  for seed in 3 5; do
+    make_run "short/$1-$2-$seed/A" --scene "$1" --sensor "$2" --route A --seed "$seed" --scans 300
+    make_run "short/$1-$3-$seed/B" --scene "$1" --sensor "$3" --route B --seed "$seed" --scans 300
+    logs+=("$out/runs/short/$1-$2-$seed/A/keyframes.lcmlog" "$out/runs/short/$1-$3-$seed/B/keyframes.lcmlog")
+  done
+  votes "${logs[@]}"
+}
+
+vote_rows() {
+  local scene a b refused=../shared/data/refused_pair
+  echo "| seeds 3 5 | agree / differ / no vote | the same at ten wrong placements a pair | of these let through |"
+  rule 4
+  while read -r scene a b; do
+    row "$scene, $(lidar "$a") and $(lidar "$b")" 3 votes_of "$scene" "$a" "$b"
+  done <<'TXT'
+town os2-128 livox-avia
+campus livox-avia os2-128
+courtyard vlp-16 vlp-16
+hall vlp-16 livox-mid-360
+decks vlp-16 vlp-16
+TXT
+  if only_layout || [ -d "$refused" ]; then
+    row "the pair that was refused, OS2-128 and Livox Avia" 3 votes "$refused/os2-128.lcmlog" "$refused/avia.lcmlog"
+  fi
+}
+
 table acceptance-evidence rows
+table acceptance-votes vote_rows

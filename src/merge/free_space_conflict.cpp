@@ -9,11 +9,9 @@ namespace unimapper::merge {
 namespace {
 
 constexpr float kContradictionRangeM = 25.0F;
-constexpr std::size_t kFewestObserved = 50;  ///< points without which nothing is contradicted
 
-/// Share of `source`'s structure that the keyframe `observer` saw through, of all it observed.
-double contradiction(const KeyframeRecord& observer, const RegistrationCloud& source,
-                     const Pose& T_observer_source, const MergeConfig& config) {
+CommonView seen_by(const KeyframeRecord& observer, const RegistrationCloud& source,
+                   const Pose& T_observer_source, const MergeConfig& config) {
   const Eigen::Matrix3f r = T_observer_source.rotation.cast<float>();
   const Eigen::Vector3f t = T_observer_source.translation.cast<float>();
   PointEvidence structure;
@@ -27,23 +25,33 @@ double contradiction(const KeyframeRecord& observer, const RegistrationCloud& so
   const VisibilityTest visibility(config.map.free_margin_m, evidence.range_margin_relative);
   const KeyframeFreeSpace space(observer, WithoutImages::kPaintFromCells);
   space.observe(visibility, EvidenceWeights::of(evidence), Pose{}, structure.points());
-  std::size_t free = 0;
-  std::size_t observed = 0;
+  CommonView view;
+  std::size_t seen_through = 0;
   for (const std::int32_t log_odds : structure.log_odds()) {
-    free += log_odds > 0 ? 1 : 0;
-    observed += log_odds != 0 ? 1 : 0;
+    seen_through += log_odds > 0 ? 1 : 0;
+    view.observed += log_odds != 0 ? 1 : 0;
   }
-  return observed < kFewestObserved ? 0.0
-                                    : static_cast<double>(free) / static_cast<double>(observed);
+  if (view.is_enough()) {
+    view.contradiction = static_cast<double>(seen_through) / static_cast<double>(view.observed);
+  }
+  return view;
 }
 
 }  // namespace
 
+CommonView common_view(const KeyframeClouds& clouds, KeyframeId match, KeyframeId query,
+                       const Pose& T_match_query, const MergeConfig& config) {
+  const CommonView by_match =
+      seen_by(*clouds.whole(match), *clouds.cloud(query), T_match_query, config);
+  const CommonView by_query =
+      seen_by(*clouds.whole(query), *clouds.cloud(match), T_match_query.inverse(), config);
+  return {std::max(by_match.observed, by_query.observed),
+          std::max(by_match.contradiction, by_query.contradiction)};
+}
+
 double structure_in_free_space(const KeyframeClouds& clouds, KeyframeId match, KeyframeId query,
                                const Pose& T_match_query, const MergeConfig& config) {
-  return std::max(
-      contradiction(*clouds.whole(match), *clouds.cloud(query), T_match_query, config),
-      contradiction(*clouds.whole(query), *clouds.cloud(match), T_match_query.inverse(), config));
+  return common_view(clouds, match, query, T_match_query, config).contradiction;
 }
 
 }  // namespace unimapper::merge

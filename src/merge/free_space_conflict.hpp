@@ -1,14 +1,32 @@
 // Structure of one keyframe in the free space of another.
 #pragma once
 
+#include <cstddef>
+
 #include "keyframe_clouds.hpp"
 #include "unimapper/merge/merge_config.hpp"
 
 namespace unimapper::merge {
 
-/// Share of the structure (no ground) of one keyframe that the other one saw through, of all it
-/// observed within 25 m; the larger of both directions. 0 where fewer than 50 points were
-/// observed.
+/// What the range images of two keyframes say of each other's structure (no ground) within 25 m.
+/// What lies behind a measured surface, or outside of the view, is not observed.
+struct CommonView {
+  std::size_t observed = 0;  ///< points, in the direction in which there are more
+  double contradiction =
+      0.0;  ///< share of them that was seen through; the larger of both directions
+
+  /// Whether enough points were observed for `contradiction` to mean something.
+  [[nodiscard]] bool is_enough() const { return observed >= kFewestObserved; }
+  /// A direction with fewer observed points contradicts nothing.
+  static constexpr std::size_t kFewestObserved = 50;
+};
+
+/// O(points x images).
+[[nodiscard]] CommonView common_view(const KeyframeClouds& clouds, KeyframeId match,
+                                     KeyframeId query, const Pose& T_match_query,
+                                     const MergeConfig& config);
+
+/// The contradiction in what two keyframes see in common: 0 if that is too little.
 [[nodiscard]] double structure_in_free_space(const KeyframeClouds& clouds, KeyframeId match,
                                              KeyframeId query, const Pose& T_match_query,
                                              const MergeConfig& config);

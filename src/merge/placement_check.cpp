@@ -25,6 +25,11 @@ namespace {
 constexpr std::size_t kLoopsMoved = 8;
 constexpr std::size_t kPlacesPerLoop = 12;
 constexpr std::size_t kPairsVerified = 16;
+// Of what two keyframes see in common, the share that may be seen through where registration ends
+// at the placement, and the share that speaks against a placement where it does not
+// (docs/design/loop-acceptance.md).
+constexpr double kAgreeing = 0.45;
+constexpr double kDiffering = 0.2;
 // Of a loop's overlap, what is needed elsewhere before registration is tried there.
 constexpr double kWorthRegistering = 0.6;
 
@@ -77,12 +82,41 @@ PlacementEvidence PlacementEvaluator::evaluate(const Placement& placement) {
   evidence.aliasing = find_repetition(placement);
   if (evidence.aliasing.empty()) evidence.aliasing = find_storeys(placement);
   if (!evidence.aliasing.empty()) return evidence;
-  const std::vector<LoopCandidate> pairs = beside_each_other(placement);
-  const CorrectionLimit limit = radius_limit(config_);
-  for (const LoopConstraint& pair : verify_loops(pairs, limit, clouds_, config_)) {
-    ++(pair.decision.accepted ? evidence.supporting : evidence.contradicting);
+  for (const Vote vote : ask_neighbours(placement)) {
+    evidence.supporting += vote == Vote::kAgrees ? 1 : 0;
+    evidence.contradicting += vote == Vote::kDiffers ? 1 : 0;
   }
   return evidence;
+}
+
+std::vector<PlacementEvaluator::Vote> PlacementEvaluator::ask_neighbours(
+    const Placement& placement) {
+  const std::vector<LoopCandidate> pairs = beside_each_other(placement);
+  const std::vector<LoopConstraint> verified =
+      verify_loops(pairs, radius_limit(config_), clouds_, config_);
+  std::vector<Vote> votes(pairs.size());
+  parallel_for(pairs.size(), config_.threads,
+               [&](std::size_t i) { votes[i] = vote_of(pairs[i], verified[i]); });
+  return votes;
+}
+
+/// Overlap is a share of all that a keyframe sees, which one of a narrow field of view cannot
+/// cover: a pair that is refused as a loop votes by what both could see.
+PlacementEvaluator::Vote PlacementEvaluator::vote_of(const LoopCandidate& pair,
+                                                     const LoopConstraint& verified) const {
+  if (verified.decision.accepted) return Vote::kAgrees;
+  const CorrectionLimit limit = radius_limit(config_);
+  const Pose moved = pair.T_match_query.inverse() * verified.T_match_query;
+  // Without registration there is no overlap after it.
+  const bool is_confirmed = verified.overlap > 0.0 &&
+                            moved.translation.norm() <= limit.translation_m &&
+                            rotation_angle(moved.rotation) <= limit.rotation_rad;
+  const CommonView view =
+      common_view(clouds_, pair.match, pair.query,
+                  is_confirmed ? verified.T_match_query : pair.T_match_query, config_);
+  if (!view.is_enough()) return Vote::kNone;
+  if (is_confirmed) return view.contradiction <= kAgreeing ? Vote::kAgrees : Vote::kDiffers;
+  return view.contradiction >= kDiffering ? Vote::kDiffers : Vote::kNone;
 }
 
 /// Translations of the surroundings: the same heading at other keyframes of the match session, near

@@ -1,6 +1,7 @@
 // Check of the placement of one session in another by sensor data.
 #pragma once
 
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <vector>
@@ -34,9 +35,19 @@ class PlacementEvaluator {
   /// Of up to eight loops, evenly spread.
   [[nodiscard]] std::vector<Repetition> look_elsewhere(const Placement& placement);
 
+  /// What two keyframes that lie beside each other in a placement say of it.
+  enum class Vote : std::uint8_t {
+    kNone,     ///< they see too little in common
+    kAgrees,   ///< they see the same
+    kDiffers,  ///< one saw through what the other sees
+  };
+  /// Of up to sixteen pairs, evenly spread.
+  [[nodiscard]] std::vector<Vote> ask_neighbours(const Placement& placement);
+
  private:
   struct Elsewhere;
 
+  [[nodiscard]] Vote vote_of(const LoopCandidate& pair, const LoopConstraint& verified) const;
   [[nodiscard]] std::string find_repetition(const Placement& placement);
   [[nodiscard]] std::string find_storeys(const Placement& placement) const;
   [[nodiscard]] double share_elsewhere(const LoopConstraint& loop, const Elsewhere& place) const;

@@ -1,7 +1,14 @@
 // End-to-end tests of `unimapper merge`: exit codes.
+#include <Eigen/Core>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <vector>
 
 #include "tests/apps/command.hpp"
+#include "tests/recordings.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;
@@ -34,7 +41,48 @@ struct Fixture {
   }
 };
 
+/// Positions of a file with one pose a line, whose numbers `x`, `y` and `z` are.
+std::vector<Eigen::Vector3d> positions(const fs::path& file, std::size_t x, std::size_t y,
+                                       std::size_t z) {
+  std::vector<Eigen::Vector3d> all;
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream text(line);
+    const std::vector<double> numbers(std::istream_iterator<double>(text), {});
+    all.emplace_back(numbers.at(x), numbers.at(y), numbers.at(z));
+  }
+  return all;
+}
+
 }  // namespace
+
+TEST_CASE("A LiDAR that looks ahead and one that looks all round are merged in a town", "[slow]") {
+  const fs::path pair = unimapper::testing::find_recording("refused_pair");
+  if (pair.empty()) return;
+  const Fixture fixture;
+  const CommandResult merged =
+      fixture.merge({(pair / "os2-128.lcmlog").string(), (pair / "avia.lcmlog").string()});
+  INFO(merged.err);
+  REQUIRE(merged.exit_code == 0);
+  const fs::path trajectories = fixture.directory / "map" / "trajectories";
+  const auto os2 = positions(trajectories / "run_town_os2.tum", 1, 2, 3);
+  const auto avia = positions(trajectories / "run_town_avia.tum", 1, 2, 3);
+  const auto true_os2 = positions(pair / "os2-128_gt_poses.txt", 3, 7, 11);
+  const auto true_avia = positions(pair / "avia_gt_poses.txt", 3, 7, 11);
+  REQUIRE(os2.size() == true_os2.size());
+  REQUIRE(avia.size() == true_avia.size());
+  // Where both robots pass the same place.
+  std::size_t compared = 0;
+  for (std::size_t i = 0; i < os2.size(); i += 10) {
+    for (std::size_t k = 0; k < avia.size(); k += 10) {
+      const double distance = (true_os2[i] - true_avia[k]).norm();
+      if (distance > 5.0) continue;
+      CHECK(std::abs((os2[i] - avia[k]).norm() - distance) < 0.5);
+      ++compared;
+    }
+  }
+  CHECK(compared > 20);
+}
 
 TEST_CASE("a session left apart is a failure unless it is allowed") {
   const Fixture fixture;

@@ -42,8 +42,10 @@ class Place {
     }
   }
 
-  /// A drive along x, one keyframe every `kStepM`.
-  [[nodiscard]] SessionData drive(std::uint64_t seed) const {
+  /// A drive along x, one keyframe every `kStepM`, by a LiDAR that sees what lies that far from
+  /// straight ahead, to either side.
+  [[nodiscard]] SessionData drive(std::uint64_t seed, double from_deg = 0.0,
+                                  double to_deg = 180.0) const {
     Random random(seed);
     SessionData session;
     for (std::size_t k = 0; k < kKeyframes; ++k) {
@@ -53,6 +55,8 @@ class Place {
       for (const Cell& cell : cells_) {
         const Eigen::Vector3d p = cell.position - at;
         if (p.head<2>().norm() > 25.0) continue;
+        const double azimuth_deg = std::abs(std::atan2(p.y(), p.x())) * kDegreesPerRadian;
+        if (azimuth_deg < from_deg || azimuth_deg > to_deg) continue;
         keyframe.static_cells.push_back({(p + random.normal3(0.01)).cast<float>(), 3,
                                          static_cast<std::uint8_t>(cell.ground), 0});
       }
@@ -85,9 +89,9 @@ Place corridor(double period_m) {
 }
 
 /// What two drives through two places are found to be, placed on each other.
-PlacementEvidence evaluated(const Place& match, const Place& query, const MergeConfig& config = {},
-                            std::size_t last_loop = kKeyframes, const ExcludedBeyond& beyond = {}) {
-  const std::vector<SessionData> sessions{match.drive(1), query.drive(2)};
+PlacementEvidence evaluated(const std::vector<SessionData>& sessions,
+                            const MergeConfig& config = {}, std::size_t last_loop = kKeyframes,
+                            const ExcludedBeyond& beyond = {}) {
   std::vector<LoopConstraint> loops;
   for (std::size_t k = 0; k < last_loop; k += 3) {
     LoopConstraint loop;
@@ -101,6 +105,11 @@ PlacementEvidence evaluated(const Place& match, const Place& query, const MergeC
   KeyframeClouds clouds(sessions, config.registration, 2);
   return PlacementEvaluator(sessions, clouds, config)
       .evaluate({loops, poses, poses, Pose{}, beyond});
+}
+
+PlacementEvidence evaluated(const Place& match, const Place& query, const MergeConfig& config = {},
+                            std::size_t last_loop = kKeyframes, const ExcludedBeyond& beyond = {}) {
+  return evaluated({match.drive(1), query.drive(2)}, config, last_loop, beyond);
 }
 
 }  // namespace
@@ -128,6 +137,32 @@ TEST_CASE("Keyframes beside each other that see different structure contradict",
   for (double x = -28.0; x < 75.0; x += 9.0) other.add_wall(x, -8.0, x + 5.0, 8.0);
   const PlacementEvidence evidence = evaluated(corridor(0.0), other);
   CHECK(evidence.contradicting > evidence.supporting);
+}
+
+TEST_CASE("What a narrow LiDAR cannot see is no contradiction", "[placement]") {
+  constexpr double kNarrowDeg = 35.0;
+  const Place place = corridor(0.0);
+  MergeConfig config;  // no pair passes as a loop
+  config.loops.min_overlap = 0.95;
+  const PlacementEvidence same =
+      evaluated({place.drive(1), place.drive(2, 0.0, kNarrowDeg)}, config);
+  CHECK(same.supporting == kKeyframes / 2);
+  CHECK(same.contradicting == 0);
+  Place other;
+  other.add_level(-1.5, true);
+  for (double x = -28.0; x < 75.0; x += 9.0) other.add_wall(x, -8.0, x + 5.0, 8.0);
+  const PlacementEvidence differs =
+      evaluated({place.drive(1), other.drive(2, 0.0, kNarrowDeg)}, config);
+  CHECK(differs.supporting == 0);
+  CHECK(differs.contradicting > kKeyframes / 4);
+}
+
+TEST_CASE("Keyframes that see nothing in common do not vote", "[placement]") {
+  const Place place = corridor(0.0);
+  const PlacementEvidence evidence =
+      evaluated({place.drive(1, 0.0, 35.0), place.drive(2, 145.0, 180.0)});
+  CHECK(evidence.supporting == 0);
+  CHECK(evidence.contradicting == 0);
 }
 
 TEST_CASE("Keyframes are compared only as far from a loop as odometry is sure", "[placement]") {
