@@ -74,9 +74,10 @@ function(unimapper_compile_options target)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
   if(UNIMAPPER_SANITIZE)
-    # LCM's own C++ header calls through a pointer before the object behind it is of that class.
+    # LCM's own C++ header calls through a pointer before the object behind it is of that class. What
+    # Clang checks of pointers to functions needs a C++ runtime that programs in C do not link.
     target_compile_options(${target} PRIVATE -fsanitize=${UNIMAPPER_SANITIZE}
-      -fno-sanitize=vptr -fno-sanitize-recover=all -fno-omit-frame-pointer)
+      -fno-sanitize=vptr$<$<CXX_COMPILER_ID:Clang>:,function> -fno-sanitize-recover=all -fno-omit-frame-pointer)
     target_link_options(${target} PUBLIC -fsanitize=${UNIMAPPER_SANITIZE})
     # Eigen allocates by another scheme under a sanitizer, but Ceres was built without one: what
     # one of them allocates the other could not free.
