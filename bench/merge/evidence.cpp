@@ -155,7 +155,7 @@ void print_evidence(const std::vector<SessionData>& sessions) {
   std::vector<double> roofed;
   for (const LoopConstraint& loop : loops) {
     conflicts.push_back(
-        structure_in_free_space(clouds, loop.match, loop.query, loop.T_match_query, config));
+        common_view(clouds, loop.match, loop.query, loop.T_match_query, config).contradiction);
     roofed.push_back(roofed_share(*clouds.whole(loop.match)));
     roofed.push_back(roofed_share(*clouds.whole(loop.query)));
   }

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Evidence of sensor data on inter-session loops: a table of docs/design/loop-acceptance.md.
+# Evidence of sensor data on loops and placements: tables of docs/design/loop-acceptance.md.
 #
 #   bench/merge/evidence.sh [SEEDS]   "2 4", on which the limits were chosen; WRITE_DOCS=1 writes the
 #                                     tables there. Half an hour
 #
 # Simulated drives A and B of a seed, whose parked cars and actors differ: every verified inter-session
 # loop between them, right in all scenes but the tunnel. Then the votes of neighbours, of seeds 3 and 5
-# and of the pair that was refused (../shared/data/refused_pair, where it lies beside the project). OUT: folder of runs, kept; BIN: programs;
-# LAYOUT=1 prints the table without figures.
+# and of the pair that was refused (../shared/data/refused_pair, where it lies beside the project). OUT:
+# folder of runs, kept; BIN: programs; LAYOUT=1 prints the tables without figures.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=bench/tables/common.sh

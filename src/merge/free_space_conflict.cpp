@@ -10,6 +10,7 @@ namespace {
 
 constexpr float kContradictionRangeM = 25.0F;
 
+/// One direction: how `observer` sees the structure of `source`.
 CommonView seen_by(const KeyframeRecord& observer, const RegistrationCloud& source,
                    const Pose& T_observer_source, const MergeConfig& config) {
   const Eigen::Matrix3f r = T_observer_source.rotation.cast<float>();
@@ -47,11 +48,6 @@ CommonView common_view(const KeyframeClouds& clouds, KeyframeId match, KeyframeI
       seen_by(*clouds.whole(query), *clouds.cloud(match), T_match_query.inverse(), config);
   return {std::max(by_match.observed, by_query.observed),
           std::max(by_match.contradiction, by_query.contradiction)};
-}
-
-double structure_in_free_space(const KeyframeClouds& clouds, KeyframeId match, KeyframeId query,
-                               const Pose& T_match_query, const MergeConfig& config) {
-  return common_view(clouds, match, query, T_match_query, config).contradiction;
 }
 
 }  // namespace unimapper::merge

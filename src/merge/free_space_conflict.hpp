@@ -11,9 +11,10 @@ namespace unimapper::merge {
 /// What the range images of two keyframes say of each other's structure (no ground) within 25 m.
 /// What lies behind a measured surface, or outside of the view, is not observed.
 struct CommonView {
-  std::size_t observed = 0;  ///< points, in the direction in which there are more
-  double contradiction =
-      0.0;  ///< share of them that was seen through; the larger of both directions
+  /// Points, in the direction in which there are more.
+  std::size_t observed = 0;
+  /// Share of them that was seen through; the larger of both directions.
+  double contradiction = 0.0;
 
   /// Whether enough points were observed for `contradiction` to mean something.
   [[nodiscard]] bool is_enough() const { return observed >= kFewestObserved; }
@@ -25,10 +26,5 @@ struct CommonView {
 [[nodiscard]] CommonView common_view(const KeyframeClouds& clouds, KeyframeId match,
                                      KeyframeId query, const Pose& T_match_query,
                                      const MergeConfig& config);
-
-/// The contradiction in what two keyframes see in common: 0 if that is too little.
-[[nodiscard]] double structure_in_free_space(const KeyframeClouds& clouds, KeyframeId match,
-                                             KeyframeId query, const Pose& T_match_query,
-                                             const MergeConfig& config);
 
 }  // namespace unimapper::merge

@@ -71,7 +71,7 @@ std::string reason_to_refuse_loop(const LoopCandidate& candidate, const Correcti
     return sentence("rmse in metres", aligned.rmse_m, loops.max_rmse_m);
   }
   const double conflict =
-      structure_in_free_space(clouds, candidate.match, candidate.query, T, config);
+      common_view(clouds, candidate.match, candidate.query, T, config).contradiction;
   if (conflict > loops.max_contradiction) {
     return sentence("structure in free space", conflict, loops.max_contradiction);
   }

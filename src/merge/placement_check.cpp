@@ -231,7 +231,7 @@ std::string PlacementEvaluator::find_storeys(const Placement& placement) const {
     roofed.push_back(roofed_share(*clouds_.whole(loop.match)));
     roofed.push_back(roofed_share(*clouds_.whole(loop.query)));
     changed.push_back(
-        structure_in_free_space(clouds_, loop.match, loop.query, loop.T_match_query, config_));
+        common_view(clouds_, loop.match, loop.query, loop.T_match_query, config_).contradiction);
   }
   const double change = median(std::span(changed));
   if (median(std::span(roofed)) < config_.aliasing.roofed_share ||
