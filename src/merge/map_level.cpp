@@ -13,7 +13,9 @@ Eigen::Matrix3d rotation_to_z(const Eigen::Vector3d& up) {
   // takes the compiler seconds.
   const Eigen::Vector3d axis = from.cross(Eigen::Vector3d::UnitZ());
   const double s = std::sqrt(2.0 * (1.0 + c));
-  return Eigen::Quaterniond(0.5 * s, axis.x() / s, axis.y() / s, axis.z() / s).toRotationMatrix();
+  return Eigen::Quaterniond(0.5 * s, axis.x() / s, axis.y() / s, axis.z() / s)
+      .normalized()
+      .toRotationMatrix();
 }
 
 Eigen::Matrix3d levelling_rotation(std::span<const UpObservation> observations) {

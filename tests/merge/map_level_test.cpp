@@ -43,7 +43,7 @@ TEST_CASE("a direction is turned to z the shortest way, one that points down by 
   const Eigen::Matrix3d quarter = rotation_to_z(Eigen::Vector3d(2.0, 0.0, 0.0));
   CHECK((quarter * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitZ()).norm() < 1e-12);
   CHECK((quarter * Eigen::Vector3d::UnitY() - Eigen::Vector3d::UnitY()).norm() < 1e-12);
-  for (const double lean : {0.0, 1e-9, 1e-7, 1e-3}) {
+  for (const double lean : {0.0, 1e-9, 1e-7, 2e-6, 1e-3}) {
     const Eigen::Vector3d down(lean, 0.0, -1.0);
     const Eigen::Matrix3d half = rotation_to_z(down);
     CHECK((half * down.normalized() - Eigen::Vector3d::UnitZ()).norm() < 1e-6);

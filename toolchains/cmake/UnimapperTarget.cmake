@@ -5,7 +5,7 @@
 # One room as one static library with the alias unimapper::NAME. FREESTANDING rooms
 # (core, free_space, place, onboard) also hold without exceptions, RTTI and thread-safe statics. They and
 # REPRODUCIBLE ones compute the same bits on every processor. The headers of PORT libraries lie in
-# ports/NAME. COLD ones have no loops over points (unimapper_cold).
+# ports/NAME. COLD ones are hardly optimised (unimapper_cold).
 function(unimapper_library name)
   cmake_parse_arguments(arg "FREESTANDING;REPRODUCIBLE;PORT;COLD" ""
     "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
@@ -88,7 +88,8 @@ function(unimapper_compile_options target)
   endif()
 endfunction()
 
-# A target that reads arguments, files and JSON, or waits: optimising it takes time and gains none.
+# A target that reads arguments, reads and writes files and JSON, or waits: -O1, since optimising it
+# takes the compiler long and gains little.
 function(unimapper_cold target)
   set_property(TARGET ${target} PROPERTY UNIMAPPER_COLD ON)
 endfunction()
