@@ -44,7 +44,7 @@ void register_merge(CLI::App& app) {
       "merge", "Merge any number of sessions into one static map with one frame");
   command->add_option("RUN", options->runs,
                       "Run folders written by `unimapper onboard`, LCM event logs, or stores of "
-                      "`unimapper base`");
+                      "`unimapper base`; the same run twice counts once");
   command
       ->add_option("--session", options->chosen,
                    "Of stores, only sessions of this name, as `unimapper inspect STORE` shows it; "

@@ -98,6 +98,18 @@ TEST_CASE("a session left apart is a failure unless it is allowed") {
   CHECK(fixture.merge({a}).exit_code == 0);
 }
 
+TEST_CASE("a run that is given twice counts once") {
+  const Fixture fixture;
+  const std::string run = fixture.run("drive", SmallRecording(12));
+  const fs::path copy = fixture.directory / "copy";
+  fs::copy(run, copy, fs::copy_options::recursive);
+  const CommandResult merged = fixture.merge({run, copy.string(), run});
+  INFO(merged.err);
+  CHECK(merged.exit_code == 0);
+  CHECK_THAT(merged.err, Contains("given twice and counts once"));
+  CHECK_THAT(merged.out, Contains("1 of 1 sessions"));
+}
+
 TEST_CASE("cells of another edge than labels are refined with are warned of") {
   const Fixture fixture;
   const fs::path onboard = fixture.directory / "onboard.json";

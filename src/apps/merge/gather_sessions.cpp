@@ -137,6 +137,32 @@ void read_run(const fs::path& path, std::vector<InputSession>& inputs) {
   read_log(path, {}, inputs);
 }
 
+/// Whether two sessions of one identity have the same keyframes, as far as both have them.
+bool is_same_run(const SessionData& a, const SessionData& b) {
+  if (a.info.id != b.info.id) return false;
+  const std::size_t common = std::min(a.keyframes.size(), b.keyframes.size());
+  return std::equal(a.keyframes.begin(), a.keyframes.begin() + static_cast<std::ptrdiff_t>(common),
+                    b.keyframes.begin(), [](const KeyframeRecord& x, const KeyframeRecord& y) {
+                      return x.sequence == y.sequence && x.points_in == y.points_in &&
+                             x.T_odometry_keyframe.translation == y.T_odometry_keyframe.translation;
+                    });
+}
+
+/// A run that is given twice would be merged with itself: the one with more keyframes stays.
+void drop_repeated(std::vector<InputSession>& inputs) {
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    for (std::size_t j = inputs.size(); --j > i;) {
+      if (!is_same_run(inputs[i].data, inputs[j].data)) continue;
+      std::cerr << "unimapper: warning: session " << inputs[i].data.info.name
+                << " is given twice and counts once\n";
+      if (inputs[j].data.keyframes.size() > inputs[i].data.keyframes.size()) {
+        std::swap(inputs[i], inputs[j]);
+      }
+      inputs.erase(inputs.begin() + static_cast<std::ptrdiff_t>(j));
+    }
+  }
+}
+
 void receive_live(const MergeOptions& options, std::vector<InputSession>& inputs) {
   const lcm_port::ListenOptions listening = listen_options(options);
   lcm_port::ListenResult received = lcm_port::listen(listening);
@@ -193,6 +219,7 @@ void prepare_sessions(std::vector<InputSession>& inputs) {
     return std::tie(a.data.info.name, a.data.info.id, a.run) <
            std::tie(b.data.info.name, b.data.info.id, b.run);
   });
+  drop_repeated(inputs);
   std::vector<SessionData*> sessions;
   for (auto& input : inputs) {
     (void)prepare_session(input.data);
