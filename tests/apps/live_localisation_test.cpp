@@ -2,11 +2,13 @@
 #include "src/apps/base/live_localisation.hpp"
 
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <numeric>
 #include <stdexcept>
 
 #include "ports/store/database.hpp"
 #include "ports/store/keyframe_store.hpp"
+#include "ports/store/store_reader.hpp"
 #include "src/apps/upper_triangle.hpp"
 #include "tests/merge/known_map.hpp"
 #include "tests/temporary_directory.hpp"
@@ -49,6 +51,13 @@ struct Site {
   std::function<StoredMap()> read_map = &map_in_store;
   std::size_t max_sessions = 4;
   std::optional<LiveLocalisation> live;
+  bool is_damaged = false;
+
+  ~Site() {
+    if (std::filesystem::exists(directory / "store")) {
+      CHECK(store::StoreReader(directory / "store").check().empty() != is_damaged);
+    }
+  }
 
   /// A base starts, or starts again.
   void start() {
@@ -215,6 +224,7 @@ TEST_CASE("a damaged keyframe is told and left out, and others are answered", "[
   site.keep({0, 1, 2});
   store::Database(store::database_of(site.directory / "store"), store::Access::kWrite)
       .run("UPDATE keyframes SET bytes = zeroblob(length(bytes)) WHERE sequence = 1");
+  site.is_damaged = true;
   site.look();
   const auto expected = direct({0, 2});
   REQUIRE(site.answers.size() == 2);

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "ports/store/keyframe_store.hpp"
+#include "ports/store/store_reader.hpp"
 #include "tests/temporary_directory.hpp"
 #include "tests/wire/stream.hpp"
 
@@ -92,6 +93,7 @@ TEST_CASE("a keyframe is answered soon after its commit, beside the thread that 
     CHECK_FALSE(due[0].reason.empty());
   }
   CHECK(thread.finish().keyframes == 3);
+  CHECK(store::StoreReader(directory / "store").check().empty());
 }
 
 TEST_CASE("a localisation that fails ends nothing, and is told in words") {

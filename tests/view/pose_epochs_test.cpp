@@ -27,6 +27,7 @@ struct Project {
     base.feed(wire_test::session_stream({{2, 22}, "beta", "vlp-16"}, 2));
     base.advance();
   }
+  ~Project() { CHECK(StoreReader(folder.path()).check().empty()); }
 
   static MapResult result(const std::vector<double>& x_m) {
     MapResult made;

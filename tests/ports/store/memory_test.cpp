@@ -55,4 +55,5 @@ TEST_CASE("memory does not grow with what is stored") {
   CHECK(resident_kb() - before < 5000);
   CHECK(base.store.counters().keyframes == 25000);
   for (const auto& [session, below] : base.acknowledged()) CHECK(below == 5000);
+  CHECK(StoreReader(folder.path()).check().empty());
 }
