@@ -12,6 +12,7 @@
 #include "unimapper/core/rigid_fit.hpp"
 #include "unimapper/core/symmetric_eigen.hpp"
 #include "unimapper/merge/alignment.hpp"
+#include "weak_axis.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -283,7 +284,7 @@ IntraSessionLoops intra_session_consistency(std::span<const LoopConstraint> loop
     // The cycle of a loop and the way from its match to its query, by odometry.
     LoopConstraint by_odometry = loop;
     by_odometry.T_match_query = path[loop.match.keyframe].inverse() * path[loop.query.keyframe];
-    if (cycle_chi2(loop, covariances[i], by_odometry,
+    if (cycle_chi2(loop, bounded_by_start(covariances[i]), by_odometry,
                    odometry_covariance(path, loop.match.keyframe, loop.query.keyframe), path,
                    path) <= config.consistency_chi2) {
       plausible.push_back(i);

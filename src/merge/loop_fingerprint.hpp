@@ -13,10 +13,10 @@ namespace unimapper::merge {
 
 /// Changed whenever `verify_loops` comes to other outcomes for the same input: what was kept
 /// before is verified again.
-inline constexpr std::uint64_t kLoopVerificationVersion = 3;
+inline constexpr std::uint64_t kLoopVerificationVersion = 4;
 
 /// The same of `PlacementEvaluator::evaluate`, whose pairs of keyframes are verified like loops.
-inline constexpr std::uint64_t kPlacementCheckVersion = 2;
+inline constexpr std::uint64_t kPlacementCheckVersion = 3;
 
 /// Fingerprints of questions about keyframes and pairs of `sessions`. Each keyframe is read once.
 class LoopFingerprints {

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <numeric>
+#include <string>
 #include <tuple>
+#include <utility>
 
 #include "free_space_conflict.hpp"
 #include "overlap_distances.hpp"
@@ -19,71 +22,116 @@ namespace {
 constexpr double kRegistrationTilt = 0.0087;
 // How far the tilt of a candidate may be from that of the registered pose, radians: 1 degree.
 constexpr double kCandidateTilt = 0.0175;
+// What both keyframes see in common agrees if no more of so many points or more was seen through;
+// then this share of the overlap that is needed otherwise is enough
+// (docs/design/loop-acceptance.md).
+constexpr std::size_t kCommonPoints = 100;
+constexpr double kAgreeingLoop = 0.4;
+constexpr double kAgreeingOverlap = 2.0 / 3.0;
 
-std::string sentence(const char* what, double value, double limit) {
+/// Gates in the order in which they are asked.
+class Gates {
+ public:
+  explicit Gates(GatesAsked asked) : asked_(asked) {}
+
+  /// Whether the candidate is refused here, and not to be measured any further.
+  bool ends_over(const char* name, double value, double limit) {
+    return ends({name, value, limit, value <= limit});
+  }
+  bool ends_under(const char* name, double value, double limit) {
+    return ends({name, value, limit, value >= limit});
+  }
+  bool ends_unless(const char* name, bool passed) {
+    return ends({name, 0.0, std::numeric_limits<double>::quiet_NaN(), passed});
+  }
+  [[nodiscard]] std::vector<LoopGate> take() { return std::move(gates_); }
+
+ private:
+  bool ends(const LoopGate& gate) {
+    gates_.push_back(gate);
+    return !gate.passed && asked_ == GatesAsked::kUntilRefused;
+  }
+
+  GatesAsked asked_;
+  std::vector<LoopGate> gates_;
+};
+
+std::string reason_to_refuse(const std::vector<LoopGate>& gates) {
+  const auto refused =
+      std::find_if(gates.begin(), gates.end(), [](const LoopGate& gate) { return !gate.passed; });
+  if (refused == gates.end()) return {};
+  if (std::isnan(refused->limit)) return refused->name;
   char text[96];
-  std::snprintf(text, sizeof text, "%s %.2f (limit %.2f)", what, value, limit);
+  std::snprintf(text, sizeof text, "%s %.2f (limit %.2f)", refused->name, refused->value,
+                refused->limit);
   return text;
 }
 
-std::string reason_to_refuse_loop(const LoopCandidate& candidate, const CorrectionLimit& limit,
-                                  const KeyframeClouds& clouds, const MergeConfig& config,
-                                  LoopConstraint& constraint) {
+/// Least overlap after registration. It is a share of all that one keyframe sees, which a LiDAR
+/// with another field of view cannot cover: less will do where both see the same in common.
+double least_overlap(const CommonView& view, const LoopConfig& loops) {
+  const bool agrees = view.observed >= kCommonPoints && view.contradiction <= kAgreeingLoop;
+  return agrees ? kAgreeingOverlap * loops.min_overlap : loops.min_overlap;
+}
+
+}  // namespace
+
+std::vector<LoopGate> ask_gates(const LoopCandidate& candidate, const CorrectionLimit& limit,
+                                const KeyframeClouds& clouds, const MergeConfig& config,
+                                GatesAsked asked, LoopConstraint& constraint) {
   const LoopConfig& loops = config.loops;
   const auto target_cloud = clouds.cloud(candidate.match);
   const auto source_cloud = clouds.cloud(candidate.query);
   const RegistrationCloud& target = *target_cloud;
   const RegistrationCloud& source = *source_cloud;
-  if (!candidate.T_match_query.is_rigid()) return "the proposed pose is no rigid transform";
-  const TiltPrior prior(clouds.record(candidate.match).up, clouds.record(candidate.query).up,
-                        candidate.T_match_query, loops.tilt);
-  const auto max_sigmas = static_cast<double>(loops.tilt.max_sigmas);
-  const double proposed = prior.sigmas(tilt_of(candidate.T_match_query), kCandidateTilt);
-  if (proposed > max_sigmas)
-    return sentence("tilt before alignment in sigmas", proposed, max_sigmas);
-  const double before =
-      structure_overlap(target, source, candidate.T_match_query, kOverlapRadiusM, kCoarseDistanceM);
-  if (before < loops.min_initial_overlap) {
-    return sentence("overlap before alignment", before, loops.min_initial_overlap);
+  Gates gates(asked);
+  const Pose& proposed = candidate.T_match_query;
+  if (!proposed.is_rigid()) {
+    gates.ends_unless("the proposed pose is no rigid transform", false);
+    return gates.take();
   }
-  const RegistrationResult aligned = register_clouds(target, source, candidate.T_match_query,
-                                                     config.registration, prior.information());
-  if (!aligned.converged) return "alignment did not converge";
+  const TiltPrior prior(clouds.record(candidate.match).up, clouds.record(candidate.query).up,
+                        proposed, loops.tilt);
+  const auto max_sigmas = static_cast<double>(loops.tilt.max_sigmas);
+  if (gates.ends_over("tilt before alignment in sigmas",
+                      prior.sigmas(tilt_of(proposed), kCandidateTilt), max_sigmas) ||
+      gates.ends_under(
+          "overlap before alignment",
+          structure_overlap(target, source, proposed, kOverlapRadiusM, kCoarseDistanceM),
+          loops.min_initial_overlap)) {
+    return gates.take();
+  }
+  const RegistrationResult aligned =
+      register_clouds(target, source, proposed, config.registration, prior.information());
+  if (gates.ends_unless("alignment did not converge", aligned.converged)) return gates.take();
   const Pose& T = aligned.T_target_source;
   constraint.T_match_query = T;
   constraint.information = aligned.information;
   constraint.overlap = structure_overlap(target, source, T, kOverlapRadiusM, kFineDistanceM);
-  const Pose correction = candidate.T_match_query.inverse() * T;
-  if (correction.translation.norm() > limit.translation_m) {
-    return sentence("alignment moved it by metres", correction.translation.norm(),
-                    limit.translation_m);
+  const Pose correction = proposed.inverse() * T;
+  if (gates.ends_over("alignment moved it by metres", correction.translation.norm(),
+                      limit.translation_m) ||
+      gates.ends_over("alignment turned it by radians", rotation_angle(correction.rotation),
+                      limit.rotation_rad) ||
+      gates.ends_over("tilt in sigmas", prior.sigmas(tilt_of(T), kRegistrationTilt), max_sigmas) ||
+      gates.ends_over("rmse in metres", aligned.rmse_m, loops.max_rmse_m)) {
+    return gates.take();
   }
-  if (rotation_angle(correction.rotation) > limit.rotation_rad) {
-    return sentence("alignment turned it by radians", rotation_angle(correction.rotation),
-                    limit.rotation_rad);
+  CommonView view;
+  if (constraint.overlap >= kAgreeingOverlap * loops.min_overlap || asked == GatesAsked::kAll) {
+    view = common_view(clouds, candidate.match, candidate.query, T, config);
   }
-  const double tilt = prior.sigmas(tilt_of(T), kRegistrationTilt);
-  if (tilt > max_sigmas) return sentence("tilt in sigmas", tilt, max_sigmas);
-  if (constraint.overlap < loops.min_overlap) {
-    return sentence("overlap", constraint.overlap, loops.min_overlap);
-  }
-  if (aligned.rmse_m > loops.max_rmse_m) {
-    return sentence("rmse in metres", aligned.rmse_m, loops.max_rmse_m);
-  }
-  const double conflict =
-      common_view(clouds, candidate.match, candidate.query, T, config).contradiction;
-  if (conflict > loops.max_contradiction) {
-    return sentence("structure in free space", conflict, loops.max_contradiction);
+  if (gates.ends_under("overlap", constraint.overlap, least_overlap(view, loops)) ||
+      gates.ends_over("structure in free space", view.contradiction, loops.max_contradiction)) {
+    return gates.take();
   }
   const WeakAxis weak =
       probe_weak_axis(target, source, aligned, config.registration, prior.information());
   if (weak.slip_m > config.registration.probe_slip_m) {
-    constraint.information = weakened(aligned.information, weak.axis, config.registration);
+    constraint.information = weakened(aligned.information, weak.axis);
   }
-  return {};
+  return gates.take();
 }
-
-}  // namespace
 
 std::vector<LoopConstraint> verify_loops(std::span<const LoopCandidate> candidates,
                                          const CorrectionLimit& limit, KeyframeClouds& clouds,
@@ -109,7 +157,8 @@ std::vector<LoopConstraint> verify_loops(std::span<const LoopCandidate> candidat
     loop.match = candidates[i].match;
     loop.T_match_query = candidates[i].T_match_query;
     loop.confidence = candidates[i].confidence;
-    loop.decision.reason = reason_to_refuse_loop(candidates[i], limit, clouds, config, loop);
+    loop.decision.reason = reason_to_refuse(
+        ask_gates(candidates[i], limit, clouds, config, GatesAsked::kUntilRefused, loop));
     loop.decision.accepted = loop.decision.reason.empty();
   });
   return loops;

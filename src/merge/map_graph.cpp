@@ -9,6 +9,8 @@
 
 #include "many_maps_graph.hpp"
 #include "site_frame.hpp"
+#include "unimapper/core/cholesky.hpp"
+#include "weak_axis.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -85,7 +87,11 @@ double loop_chi2(const MapState& state, const LoopConstraint& loop) {
   graph.anchors.push_back({Pose{}, true});
   graph.nodes.push_back({state.T_map_keyframe(loop.match), 0, true});
   graph.nodes.push_back({state.T_map_keyframe(loop.query), 0, false});
-  return edge_chi2(graph, {0, 1, loop.T_match_query, loop.information, 0.0});
+  Matrix6d information = loop.information;
+  if (free_axis(information)) {
+    information = Cholesky<6>(bounded_by_start(Cholesky<6>(information).inverse())).inverse();
+  }
+  return edge_chi2(graph, {0, 1, loop.T_match_query, information, 0.0});
 }
 
 bool optimize_maps(MapState& state, std::span<const std::size_t> sessions,

@@ -40,7 +40,8 @@ MapState make_map_state(std::vector<SessionPath> odometry);
 /// The same loop with query and match exchanged; its covariance is propagated to first order.
 LoopConstraint flipped(const LoopConstraint& loop);
 
-/// Squared whitened residual of a loop at the current estimate.
+/// Squared whitened residual of a loop at the current estimate, along a free axis bounded by where
+/// a right candidate starts (`bounded_by_start`).
 double loop_chi2(const MapState& state, const LoopConstraint& loop);
 
 /// More are solved by a method that is faster for thousands of keyframes.

@@ -24,9 +24,19 @@
 #include "site_origin.hpp"
 #include "unified_map.hpp"
 #include "unimapper/merge/alignment.hpp"
+#include "weak_axis.hpp"
 
 namespace unimapper::merge {
 namespace {
+
+/// Of a loop with a free axis, which one of the match keyframe's it is most along.
+std::string unconstrained_along(const LoopConstraint& loop) {
+  const auto axis = free_axis(loop.information);
+  if (!axis) return {};
+  Eigen::Index most = 0;
+  axis->cwiseAbs().maxCoeff(&most);
+  return std::string(", unconstrained along ") + "xyz"[most];
+}
 
 class Merger {
  public:
@@ -279,6 +289,7 @@ class Merger {
       const bool by_person = result_.loops[recorded].by_person;
       const char* by_search = recorded < by_descriptor_ ? "descriptor" : "radius";
       decision.reason = by_person ? kLinkedByPerson : by_search;
+      decision.reason += unconstrained_along(result_.loops[recorded]);
     }
   }
 

@@ -54,12 +54,28 @@ WeakAxis probe_weak_axis(const RegistrationCloud& target, const RegistrationClou
   return weak;
 }
 
-Matrix6d weakened(const Matrix6d& information, const Eigen::Vector3d& axis,
-                  const RegistrationConfig& config) {
+Matrix6d weakened(const Matrix6d& information, const Eigen::Vector3d& axis) {
   Matrix6d covariance = Cholesky<6>(information).inverse();
-  covariance.topLeftCorner<3, 3>() +=
-      config.weak_axis_sigma_m * config.weak_axis_sigma_m * axis * axis.transpose();
+  covariance.topLeftCorner<3, 3>() += kFreeAxisSigmaM * kFreeAxisSigmaM * axis * axis.transpose();
   return Cholesky<6>(covariance).inverse();
+}
+
+std::optional<Eigen::Vector3d> free_axis(const Matrix6d& information) {
+  const Matrix6d covariance = Cholesky<6>(information).inverse();
+  const auto eigen = symmetric_eigen<double>(covariance.topLeftCorner<3, 3>());
+  if (!is_free(eigen.values[2])) return std::nullopt;
+  return eigen.vectors.col(2);
+}
+
+Matrix6d bounded_by_start(const Matrix6d& covariance) {
+  constexpr double kRightStartSigmaM = 1.0;
+  const auto eigen = symmetric_eigen<double>(covariance.topLeftCorner<3, 3>());
+  if (!is_free(eigen.values[2])) return covariance;
+  const Eigen::Vector3d axis = eigen.vectors.col(2);
+  Matrix6d bounded = covariance;
+  bounded.topLeftCorner<3, 3>() -=
+      (eigen.values[2] - kRightStartSigmaM * kRightStartSigmaM) * axis * axis.transpose();
+  return bounded;
 }
 
 }  // namespace unimapper::merge

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "unimapper/merge/registration.hpp"
 
@@ -25,9 +26,24 @@ struct WeakAxis {
                                        const RegistrationConfig& config,
                                        const Eigen::Matrix2d& tilt_information);
 
-/// The information of a result whose weak axis slipped: along it the pose is known to
-/// `weak_axis_sigma_m`.
-[[nodiscard]] Matrix6d weakened(const Matrix6d& information, const Eigen::Vector3d& axis,
-                                const RegistrationConfig& config);
+/// Along a free axis a loop says nothing: this standard deviation is more than any drift.
+inline constexpr double kFreeAxisSigmaM = 1000.0;
+
+/// Whether a variance along an axis, square metres, means that the axis is free.
+[[nodiscard]] constexpr bool is_free(double variance) {
+  return variance >= 0.25 * kFreeAxisSigmaM * kFreeAxisSigmaM;
+}
+
+/// The information of a result whose weak axis slipped: that axis is free.
+[[nodiscard]] Matrix6d weakened(const Matrix6d& information, const Eigen::Vector3d& axis);
+
+/// The direction (frame of the loop's match, of length one) along which an information matrix says
+/// nothing, if there is one.
+[[nodiscard]] std::optional<Eigen::Vector3d> free_axis(const Matrix6d& information);
+
+/// Along a free axis registration stays where it starts, for a right candidate some metres from the
+/// truth. This covariance says so: a loop that is farther off is of another place, which looks the
+/// same. Without a free axis the covariance stays.
+[[nodiscard]] Matrix6d bounded_by_start(const Matrix6d& covariance);
 
 }  // namespace unimapper::merge

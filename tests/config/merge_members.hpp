@@ -28,7 +28,6 @@ inline std::vector<Member<merge::MergeConfig>> merge_members() {
       UNIMAPPER_MEMBER(registration.sigma_floor_rad),
       UNIMAPPER_MEMBER(registration.probe_m),
       UNIMAPPER_MEMBER(registration.probe_slip_m),
-      UNIMAPPER_MEMBER(registration.weak_axis_sigma_m),
       UNIMAPPER_MEMBER(loops.min_keyframe_gap),
       UNIMAPPER_MEMBER(loops.min_path_gap_m),
       UNIMAPPER_MEMBER(loops.candidates_per_keyframe),

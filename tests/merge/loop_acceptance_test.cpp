@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "src/merge/loop_cycle.hpp"
+#include "src/merge/weak_axis.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
@@ -113,6 +114,20 @@ TEST_CASE("A loop that is weak along a corridor agrees along it and not across",
   CHECK(weak_along_x({3.0, 0.0, 0.0}) < 0.1);
   CHECK(weak_along_x({0.0, 3.0, 0.0}) > AcceptanceConfig{}.consistency_chi2);
   CHECK(weak_along_x({0.0, 0.0, 3.0}) > AcceptanceConfig{}.consistency_chi2);
+}
+
+TEST_CASE("A loop with a free axis is none where odometry puts it elsewhere along it",
+          "[acceptance]") {
+  const SessionPath path = straight(200, 1.0);
+  const auto is_plausible = [&](const Eigen::Vector3d& error) {
+    LoopConstraint corridor = loop(path, 60, path, 20, yaw_free(error));
+    corridor.information = weakened(corridor.information, Eigen::Vector3d::UnitX());
+    const std::vector<LoopConstraint> alone{corridor};
+    return intra_session_consistency(alone, path, {}).waiting.size() == 1;
+  };
+  CHECK(is_plausible({3.0, 0.0, 0.0}));
+  CHECK_FALSE(is_plausible({0.0, 3.0, 0.0}));
+  CHECK_FALSE(is_plausible({20.0, 0.0, 0.0}));
 }
 
 TEST_CASE("Maps whose position along one direction few loops know wait", "[acceptance]") {

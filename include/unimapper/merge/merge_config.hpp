@@ -57,7 +57,6 @@ struct RegistrationConfig {
   double sigma_floor_rad = 0.006;
   double probe_m = 1.5;
   double probe_slip_m = 0.5;
-  double weak_axis_sigma_m = 10.0;
 };
 
 template <std::same_as<RegistrationConfig> C>
@@ -95,10 +94,8 @@ consteval auto parameters_of(const C*) {
           "[0.1, 10]", "m", "measured",
           "So far along its weakest axis the registration of a loop is started again, either way."),
       parameter<&C::probe_slip_m>("[0.01, 10]", "m", "measured",
-                                  "It is weak there if a restart that fits ends farther off;"),
-      parameter<&C::weak_axis_sigma_m>(
-          "[0.1, 1000]", "m", "choice",
-          "along a weak axis the loop is known to this standard deviation."));
+                                  "It is weak there if a restart that fits ends farther off: "
+                                  "then the loop says nothing along that axis."));
 }
 
 /// Where loop candidates come from and when their geometry is verified.
