@@ -46,6 +46,11 @@ void register_base(CLI::App& app) {
       ->capture_default_str()
       ->check(CLI::Range(1, 64));
   command
+      ->add_option(
+          "--memory", options->memory_mb,
+          "Megabytes for keyframes and clouds of --merge, and of each session of --localise")
+      ->check(CLI::Range(1, 1'000'000));
+  command
       ->add_option("--max-gb", options->max_gigabytes,
                    "Size of the store's database in GB; 0: as much as the disk holds")
       ->capture_default_str()

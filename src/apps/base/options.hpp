@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace unimapper::apps {
@@ -17,7 +18,9 @@ struct BaseOptions {
   bool localises = false;       ///< robots in the store's map, and tells them
   bool merges = false;          ///< what it stores, and tells robots where they are
   std::size_t localised_sessions = 4;  ///< at once
-  double max_gigabytes = 0.0;          ///< of the database; 0: as much as the disk holds
+  /// Of merges and of localisation, for keyframes and clouds; empty: the configuration's
+  std::optional<std::uint32_t> memory_mb;
+  double max_gigabytes = 0.0;  ///< of the database; 0: as much as the disk holds
   double robot_gigabytes = 200.0;
   double robot_megabytes_per_second = 40.0;
   std::uint64_t robot_sessions = 1000;

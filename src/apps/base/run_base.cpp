@@ -158,9 +158,10 @@ std::unique_ptr<LocalisationThread> start_localisation(const BaseOptions& option
   LiveLocalisationOptions live;
   live.store = options.store;
   live.max_sessions = options.localised_sessions;
-  live.read_map = [store = options.store] {
+  live.read_map = [store = options.store, memory_mb = options.memory_mb] {
     StoredMap map = read_stored_map(store, 0);
     map.config.threads = background_threads();
+    if (memory_mb) map.config.memory_mb = *memory_mb;
     return map;
   };
   live.report = &say;
@@ -173,6 +174,7 @@ std::unique_ptr<MergeThread> start_merges(const BaseOptions& options,
   LiveMergeOptions live;
   live.store = options.store;
   live.config.threads = background_threads();
+  if (options.memory_mb) live.config.memory_mb = *options.memory_mb;
   live.report = &say;
   return std::make_unique<MergeThread>(std::move(live), kept.lock());
 }
