@@ -72,7 +72,7 @@ fresh() {
 }
 
 # is_map FOLDER: whether the round's folder has the same map, but for times
-is_map() { diff -rq -x timing.json -x report.html "$1" "$out/round/map" >/dev/null; }
+is_map() { diff -rq -x timing.json -x times.json -x report.html "$1" "$out/round/map" >/dev/null; }
 
 # fault COMMAND EPOCHS: what is wrong after a kill, in words; nothing
 fault() {
