@@ -64,6 +64,16 @@ TEST_CASE("equal maps give equal files") {
   }
 }
 
+TEST_CASE("maps of other content have other versions, as browsers keep their blocks for ever") {
+  const auto version = [](float spacing_m) {
+    synthetic::Merge merge;
+    synthetic::fill(merge, spacing_m);
+    return Json::parse(map_files("town", merge.sessions, merge.result, 0.2F).json)["version"];
+  };
+  CHECK(version(2.0F) == version(2.0F));
+  CHECK(version(2.0F) != version(2.5F));
+}
+
 TEST_CASE("the page with a map holds it within its limit, and no text of it becomes script") {
   const MapFiles files = files_of_synthetic_merge();
   const std::string whole = page_with(files, 100'000'000, {"<p>report</p>", ""});

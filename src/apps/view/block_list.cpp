@@ -1,5 +1,7 @@
 #include "src/apps/view/block_list.hpp"
 
+#include <zlib.h>
+
 #include <utility>
 
 namespace unimapper::apps {
@@ -27,6 +29,16 @@ std::map<std::string, std::uint64_t> BlockList::sizes() const {
   std::map<std::string, std::uint64_t> sizes;
   for (const auto& [name, entry] : entries_) sizes.emplace(name, entry.bytes);
   return sizes;
+}
+
+std::string BlockList::checksum() const {
+  uLong sum = crc32(0, nullptr, 0);
+  for (const auto& [name, entry] : entries_) {
+    for (const std::string& text : {name, *read(name)}) {
+      sum = crc32(sum, reinterpret_cast<const Bytef*>(text.data()), static_cast<uInt>(text.size()));
+    }
+  }
+  return std::to_string(sum);
 }
 
 }  // namespace unimapper::apps

@@ -27,6 +27,8 @@ class BlockList {
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
   /// Bytes by name.
   [[nodiscard]] std::map<std::string, std::uint64_t> sizes() const;
+  /// CRC-32 of all names and blocks, in digits. Throws as `read`.
+  [[nodiscard]] std::string checksum() const;
 
  private:
   struct Entry {

@@ -1,7 +1,5 @@
 #include "src/apps/view/evaluation_files.hpp"
 
-#include <zlib.h>
-
 #include <fstream>
 #include <initializer_list>
 #include <iterator>
@@ -18,16 +16,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::initializer_list<const char*> kErrorLayers = {kFalseStatic, kFalseDynamic};
-
-std::string checksum_of(const BlockList& blocks) {
-  uLong sum = crc32(0, nullptr, 0);
-  for (const auto& [name, bytes] : blocks.sizes()) {
-    for (const std::string& text : {name, *blocks.read(name)}) {
-      sum = crc32(sum, reinterpret_cast<const Bytef*>(text.data()), static_cast<uInt>(text.size()));
-    }
-  }
-  return std::to_string(sum);
-}
 
 /// Puts what evaluation.json holds into the map.
 void insert_evaluation(Json& map, Json&& file) {
@@ -68,7 +56,7 @@ EvaluationFiles evaluation_files(const Json& evaluation, const Layers& layers) {
   }
   const Json json = {{"evaluation", evaluation},
                      {"layers", describe_layers(layers)},
-                     {"checksum", checksum_of(files.blocks)}};
+                     {"checksum", files.blocks.checksum()}};
   files.json = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   return files;
 }

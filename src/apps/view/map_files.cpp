@@ -95,7 +95,8 @@ MapFiles map_files(const std::string& title, const std::vector<SessionData>& ses
   json["title"] = title;
   json["source"] = "map";
   json["epoch"] = 0;
-  json["version"] = "0";
+  // Browsers keep blocks for ever: those of another map at the same address have another version.
+  json["version"] = files.blocks.checksum();
   json["can_change"] = false;
   json["epochs"] = Json::array();
   json.update(describe_merge(sessions, result));

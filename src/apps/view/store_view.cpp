@@ -41,8 +41,12 @@ bool have_same_names(const std::vector<SessionData>& a, const std::vector<Sessio
       [](const SessionData& x, const SessionData& y) { return x.info.name == y.info.name; });
 }
 
+/// Browsers keep answers for ever, and another process counts from one again.
 std::string version_of(std::int64_t epoch, std::uint64_t version) {
-  return std::to_string(epoch) + "." + std::to_string(version);
+  static const auto kStart_ms = std::chrono::duration_cast<std::chrono::milliseconds>(
+                                    std::chrono::system_clock::now().time_since_epoch())
+                                    .count();
+  return std::to_string(epoch) + "." + std::to_string(kStart_ms) + "." + std::to_string(version);
 }
 
 /// What is said where there is nothing to see; null where there is.
