@@ -54,7 +54,8 @@ void print(const LoopCandidate& candidate, const Verified& verified, const Pose&
   std::printf("\n");
 }
 
-void print_all(const std::vector<SessionData>& sessions, const std::vector<std::vector<Pose>>& truths) {
+void print_all(const std::vector<SessionData>& sessions,
+               const std::vector<std::vector<Pose>>& truths) {
   const MergeConfig config;
   KeyframeClouds clouds(sessions, config.registration, config.threads);
   const std::vector<LoopCandidate> candidates =
@@ -69,7 +70,7 @@ void print_all(const std::vector<SessionData>& sessions, const std::vector<std::
   parallel_for(candidates.size(), config.threads, [&](std::size_t i) {
     verified[i].loop.T_match_query = candidates[i].T_match_query;
     verified[i].gates = ask_gates(candidates[i], descriptor_limit(config), clouds, config,
-                                GatesAsked::kAll, verified[i].loop);
+                                  GatesAsked::kAll, verified[i].loop);
   });
   const auto truth_of = [&](const KeyframeId& id) {
     return true_pose(sessions[id.session].keyframes[id.keyframe], truths[id.session]);
