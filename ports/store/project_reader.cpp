@@ -7,6 +7,7 @@
 
 #include "ports/store/number_bytes.hpp"
 #include "ports/store/position_tables.hpp"
+#include "ports/store/result_checksum.hpp"
 #include "ports/store/store_file.hpp"
 #include "ports/store/transaction.hpp"
 #include "unimapper/wire/checksum.hpp"
@@ -76,6 +77,7 @@ ProjectReader::ProjectReader(Database& database)
     : database_(database),
       has_project_(database.number("PRAGMA user_version") >= 3),
       has_positions_(database.number("PRAGMA user_version") >= 4),
+      has_checksums_(database.number("PRAGMA user_version") >= 6),
       select_epochs_(select_epochs(database.number("PRAGMA user_version"))) {}
 
 std::vector<Epoch> ProjectReader::epochs() {
@@ -84,6 +86,15 @@ std::vector<Epoch> ProjectReader::epochs() {
   Statement rows(database_, select_epochs_ + "ORDER BY number");
   while (rows.step()) epochs.push_back(epoch_of(rows));
   return epochs;
+}
+
+ProjectState ProjectReader::next() {
+  const Snapshot snapshot(database_);
+  ProjectState state = current();
+  Statement arrived(database_, "SELECT id FROM sessions WHERE id > ? ORDER BY id");
+  arrived.bind(state.epoch.known_sessions);
+  while (arrived.step()) state.sessions.push_back(arrived.number(0));
+  return state;
 }
 
 ProjectState ProjectReader::current() {
@@ -143,12 +154,14 @@ std::map<std::int64_t, std::int64_t> ProjectReader::pose_checksums(std::int64_t 
 MapResult ProjectReader::result(std::int64_t id) {
   const Snapshot snapshot(database_);
   MapResult result;
-  Statement parameters(database_, "SELECT parameters FROM results WHERE id = ?");
-  parameters.bind(id);
-  if (!has_project_ || !parameters.step()) {
-    throw StoreError(database_.file().string() + ": has no result " + std::to_string(id));
-  }
-  result.parameters = parameters.text(0);
+  const std::string none = database_.file().string() + ": has no result " + std::to_string(id);
+  if (!has_project_) throw StoreError(none);
+  Statement whole(database_, std::string("SELECT parameters, ") +
+                                 (has_checksums_ ? "crc32" : "NULL") +
+                                 " FROM results WHERE id = ?");
+  whole.bind(id);
+  if (!whole.step()) throw StoreError(none);
+  result.parameters = whole.text(0);
   Statement sessions(database_,
                      "SELECT session, state, reason, anchor, sequences, poses, crc32 FROM "
                      "result_sessions WHERE result = ? ORDER BY number");
@@ -206,6 +219,9 @@ MapResult ProjectReader::result(std::int64_t id) {
     pair.T_match_query = pose_of(database_, pairs.bytes(7), "a pair of sessions");
   }
   if (has_positions_) read_positions(database_, id, result);
+  if (!whole.is_null(1) && whole.number(1) != checksum_of(result)) {
+    damaged(database_, "result " + std::to_string(id));
+  }
   return result;
 }
 

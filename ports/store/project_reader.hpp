@@ -23,10 +23,12 @@ class ProjectReader {
   [[nodiscard]] std::vector<Epoch> epochs();
   /// The project as of the latest epoch.
   [[nodiscard]] ProjectState current();
+  /// The same with the sessions that have arrived since: as the next epoch begins.
+  [[nodiscard]] ProjectState next();
   /// The project as of an epoch. Throws StoreError if there is none of that number, or if a session
   /// of it was removed for good.
   [[nodiscard]] ProjectState at(std::int64_t number);
-  /// The result of a merge.
+  /// The result of a merge. Throws StoreError where anything of it is damaged.
   [[nodiscard]] MapResult result(std::int64_t id);
   /// Checksums of the poses of a result, by session: equal for equal poses, else almost surely not.
   /// Reads no pose. Empty if there is no such result.
@@ -38,6 +40,7 @@ class ProjectReader {
   Database& database_;
   bool has_project_;
   bool has_positions_;
+  bool has_checksums_;
   std::string select_epochs_;
 };
 

@@ -6,6 +6,7 @@
 
 #include "ports/store/number_bytes.hpp"
 #include "ports/store/position_tables.hpp"
+#include "ports/store/result_checksum.hpp"
 #include "ports/store/session_purge.hpp"
 #include "ports/store/transaction.hpp"
 #include "unimapper/wire/checksum.hpp"
@@ -40,14 +41,7 @@ ProjectWriter::ProjectWriter(const std::filesystem::path& folder, const StoreLoc
       outcomes_(database_),
       placements_(database_) {}
 
-ProjectState ProjectWriter::current() {
-  const Snapshot snapshot(database_);
-  ProjectState state = reader_.current();
-  Statement arrived(database_, "SELECT id FROM sessions WHERE id > ? ORDER BY id");
-  arrived.bind(state.epoch.known_sessions);
-  while (arrived.step()) state.sessions.push_back(arrived.number(0));
-  return state;
-}
+ProjectState ProjectWriter::current() { return reader_.next(); }
 
 std::optional<Epoch> ProjectWriter::commit(const std::string& command, const Change& change) {
   Transaction transaction(database_);
@@ -210,6 +204,9 @@ std::int64_t ProjectWriter::keep(const MapResult& result) {
     of_pair.run();
   }
   keep_positions(database_, id, result);
+  Statement(database_, "UPDATE results SET crc32 = ? WHERE id = ?")
+      .bind(checksum_of(result), id)
+      .run();
   return id;
 }
 

@@ -65,13 +65,7 @@ void SessionImport::write(const wire::ReceivedKeyframe& keyframe) {
   insert.bind(session.row, sequence, keyframe.record.scans.back().stamp_ns, checksum,
               keyframe.bytes);
   insert.run();
-  if (database_.changes() == 0) {
-    Statement same(database_, "SELECT crc32 = ? FROM keyframes WHERE session = ? AND sequence = ?");
-    same.bind(checksum, session.row, sequence);
-    const bool is_same = same.step() && same.number(0) != 0;
-    ++(is_same ? session.repeated : session.differing);
-    return;
-  }
+  if (database_.changes() == 0) return compare(keyframe, checksum, session);
   ++session.keyframes;
   Statement(database_,
             "UPDATE sessions SET keyframes = keyframes + 1, bytes = bytes + ? WHERE id = ?")
@@ -80,6 +74,32 @@ void SessionImport::write(const wire::ReceivedKeyframe& keyframe) {
   Statement(database_, "DELETE FROM summaries WHERE session = ? AND sequence = ?")
       .bind(session.row, sequence)
       .run();
+}
+
+/// With what is stored of the same number, which the new one replaces if it is damaged.
+void SessionImport::compare(const wire::ReceivedKeyframe& keyframe, std::int64_t checksum,
+                            ImportedSession& session) {
+  const std::int64_t sequence{keyframe.record.sequence};
+  Statement stored(database_,
+                   "SELECT crc32, bytes FROM keyframes WHERE session = ? AND sequence = ?");
+  stored.bind(session.row, sequence);
+  if (!stored.step()) return;
+  const std::span<const std::uint8_t> bytes = stored.bytes(1);
+  if (std::int64_t{wire::crc32(bytes)} == stored.number(0)) {
+    ++(checksum == stored.number(0) ? session.repeated : session.differing);
+    return;
+  }
+  Statement(database_,
+            "UPDATE keyframes SET crc32 = ?, bytes = ?, stamp_ns = ? WHERE session = ? AND "
+            "sequence = ?")
+      .bind(checksum, keyframe.bytes, keyframe.record.scans.back().stamp_ns, session.row, sequence)
+      .run();
+  Statement(database_,
+            "UPDATE sessions SET bytes = (SELECT sum(length(bytes)) FROM keyframes WHERE session = "
+            "id) WHERE id = ?")
+      .bind(session.row)
+      .run();
+  ++session.replaced;
 }
 
 void SessionImport::write(const wire::SessionSummary& summary) {
@@ -105,7 +125,8 @@ void SessionImport::name(const SessionId& id, const std::string& name) {
   const auto found = sessions_.find(id);
   if (found == sessions_.end()) return;
   found->second.name = name;
-  if (found->second.repeated > 0 || found->second.differing > 0) return;
+  const ImportedSession& session = found->second;
+  if (session.repeated + session.replaced + session.differing > 0) return;
   Statement(database_, "UPDATE sessions SET name = ? WHERE id = ?")
       .bind(name, found->second.row)
       .run();

@@ -17,6 +17,7 @@ struct ImportedSession {
   std::string name;             ///< as announced
   std::uint64_t keyframes = 0;  ///< new in the store
   std::uint64_t repeated = 0;   ///< in the store already, the same bytes
+  std::uint64_t replaced = 0;   ///< in the store already, damaged there
   std::uint64_t differing = 0;  ///< in the store already, other bytes: another run of that identity
 };
 
@@ -48,6 +49,8 @@ class SessionImport final : public wire::KeyframeStorage {
  private:
   void write(const wire::ReceivedKeyframe& keyframe);
   void write(const wire::SessionSummary& summary);
+  void compare(const wire::ReceivedKeyframe& keyframe, std::int64_t checksum,
+               ImportedSession& session);
   std::int64_t row_of(const SessionId& id);
 
   Database& database_;

@@ -67,6 +67,11 @@ constexpr const char* kSchema5 = R"(
 ALTER TABLE epochs ADD COLUMN purged_by INTEGER REFERENCES epochs (number);
 )";
 
+/// Checksums of whole results; those of before have none.
+constexpr const char* kSchema6 = R"(
+ALTER TABLE results ADD COLUMN crc32 INTEGER;
+)";
+
 /// What brings a database from one schema to the next.
 constexpr std::array<const char*, kSchemaVersion> kSteps = {R"(
 CREATE TABLE sessions (
@@ -202,8 +207,7 @@ CREATE TABLE loop_outcomes (
   crc32 INTEGER NOT NULL,
   PRIMARY KEY (query_session, query_sequence, match_session, match_sequence, fingerprint, proposed)
 ) STRICT;
-)",
-                                                            kSchema4, kSchema5};
+)", kSchema4, kSchema5, kSchema6};
 
 std::string reason() { return std::strerror(errno); }
 
@@ -236,7 +240,7 @@ void migrate(Database& database, std::int64_t schema) {
 
 }  // namespace
 
-fs::path database_of(const fs::path& folder) { return folder / "store.sqlite"; }
+fs::path database_of(const fs::path& folder) { return folder / kDatabaseName; }
 
 bool is_store(const fs::path& path) {
   std::error_code error;

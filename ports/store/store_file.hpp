@@ -9,7 +9,10 @@
 namespace unimapper::store {
 
 /// The schema this version writes; docs/base.md describes it.
-inline constexpr int kSchemaVersion = 5;
+inline constexpr int kSchemaVersion = 6;
+
+/// Name of the database in a store's folder.
+inline constexpr const char* kDatabaseName = "store.sqlite";
 
 /// The database of the store in `folder`.
 std::filesystem::path database_of(const std::filesystem::path& folder);

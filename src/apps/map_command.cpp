@@ -34,12 +34,15 @@ class MapCommands {
  public:
   explicit MapCommands(CLI::App& map) : map_(map) {}
 
-  CLI::App* add(const char* name, const char* description,
+  /// `example`: the arguments besides the store.
+  CLI::App* add(const std::string& name, const char* description, const char* example,
                 const std::function<void(CLI::App&, MapOptions&)>& options,
                 const std::function<void(const MapOptions&)>& run) {
     auto given = std::make_shared<MapOptions>();
     CLI::App* command = map_.add_subcommand(name, description);
     command->add_option("--store", given->project.store, "Folder of the store")->required();
+    command->footer("Example:\n  unimapper map " + name + " --store site" +
+                    (*example == '\0' ? "" : " ") + example);
     options(*command, *given);
     command->callback([given, run] { run(*given); });
     return command;
@@ -76,10 +79,10 @@ void add_keyframes(CLI::App& command, MapOptions& options) {
 
 void register_sessions(MapCommands& commands) {
   commands.add(
-      "create", "Make a store", [](CLI::App&, MapOptions&) {},
+      "create", "Make a store", "", [](CLI::App&, MapOptions&) {},
       [](const MapOptions& o) { create_project(o.project); });
   commands.add(
-      "add", "Take runs into the store; what is there already stays",
+      "add", "Take runs into the store; what is there already stays", "runs/monday runs/friday",
       [](CLI::App& command, MapOptions& o) {
         command.add_option("RUN", o.runs, "Run folders of `unimapper onboard`, or LCM event logs")
             ->required();
@@ -87,6 +90,7 @@ void register_sessions(MapCommands& commands) {
       [](const MapOptions& o) { add_runs(o.project, o.runs); });
   commands.add(
       "survey", "Take the point cloud of a static map in as a session that is fixed",
+      "hall.ply --name hall",
       [](CLI::App& command, MapOptions& o) {
         command.add_option("FILE", o.survey.file, "PLY or PCD, metres, z up")->required();
         command.add_option("--name", o.survey.name, "Of the session, instead of the file's");
@@ -104,7 +108,7 @@ void register_sessions(MapCommands& commands) {
       },
       [](const MapOptions& o) { add_survey(o.project, o.survey); });
   commands.add(
-      "remove", "Take sessions out of the project; the store keeps them",
+      "remove", "Take sessions out of the project; the store keeps them", "friday",
       [](CLI::App& command, MapOptions& o) {
         add_sessions(command, o);
         command.add_flag("--purge", o.purges,
@@ -118,7 +122,7 @@ void register_sessions(MapCommands& commands) {
 
 void register_statements(MapCommands& commands) {
   commands.add(
-      "link", "Say that two keyframes show the same surroundings",
+      "link", "Say that two keyframes show the same surroundings", "friday:12 monday:40",
       [](CLI::App& command, MapOptions& o) {
         add_keyframes(command, o);
         command
@@ -127,18 +131,18 @@ void register_statements(MapCommands& commands) {
             ->expected(7);
       },
       [](const MapOptions& o) { link_keyframes(o.project, o.keyframes); });
-  commands.add("forbid", "Say that the loop between two keyframes is wrong", add_keyframes,
-               [](const MapOptions& o) { forbid_loop(o.project, o.keyframes); });
+  commands.add("forbid", "Say that the loop between two keyframes is wrong", "friday:12 monday:40",
+               add_keyframes, [](const MapOptions& o) { forbid_loop(o.project, o.keyframes); });
   commands.add(
-      "pin", "Say which session's frame is the map's",
+      "pin", "Say which session's frame is the map's", "monday",
       [](CLI::App& command, MapOptions& o) {
         command.add_option("SESSION", o.session, "The session, by name")->required();
       },
       [](const MapOptions& o) { pin_reference(o.project, o.session); });
-  commands.add("apart", "Say that sessions stay apart from the map", add_sessions,
+  commands.add("apart", "Say that sessions stay apart from the map", "friday", add_sessions,
                [](const MapOptions& o) { keep_apart(o.project, o.sessions); });
   commands.add(
-      "withdraw", "Take back what was said",
+      "withdraw", "Take back what was said", "3",
       [](CLI::App& command, MapOptions& o) {
         command.add_option("NUMBER", o.statements, "Statements, as `map show` numbers them")
             ->required();
@@ -156,6 +160,7 @@ void add_lever(CLI::App& command, MapOptions& o) {
 void register_positions(MapCommands& commands) {
   commands.add(
       "position", "Say where a keyframe is",
+      "monday:12 --at 691234.5 5335678.9 512.3 --sigma 0.02 0.05",
       [](CLI::App& command, MapOptions& o) {
         command.add_option("KEYFRAME", o.position.keyframe, "SESSION:NUMBER")->required();
         auto* where = command.add_option_group("Where", "One of these");
@@ -172,6 +177,7 @@ void register_positions(MapCommands& commands) {
       [](const MapOptions& o) { give_position(o.project, o.position); });
   commands.add(
       "positions", "Say where keyframes of a session are",
+      "friday --file gnss.csv --lever 0.3 0 0.8",
       [](CLI::App& command, MapOptions& o) {
         command.add_option("SESSION", o.position.session, "The session, by name")->required();
         command
@@ -191,28 +197,28 @@ void register_positions(MapCommands& commands) {
 }
 
 void register_epochs(MapCommands& commands) {
-  commands.add("list", "Print all epochs", add_json,
+  commands.add("list", "Print all epochs", "", add_json,
                [](const MapOptions& o) { list_epochs(o.project); });
   commands.add(
-      "show", "Print sessions, statements and loops",
+      "show", "Print sessions, statements and loops", "--json",
       [](CLI::App& command, MapOptions& o) {
         add_json(command, o);
         add_epoch(command, o, "As of that epoch instead of the latest");
       },
       [](const MapOptions& o) { show_epoch(o.project); });
   commands.add(
-      "undo", "Go back; this is an epoch too, nothing is lost",
+      "undo", "Go back; this is an epoch too, nothing is lost", "",
       [](CLI::App& command, MapOptions& o) {
         add_epoch(command, o, "To that epoch instead of the one before");
       },
       [](const MapOptions& o) { undo_epoch(o.project); });
-  commands.add("check", "Read all of the store and say what is wrong", add_json,
+  commands.add("check", "Read all of the store and say what is wrong", "", add_json,
                [](const MapOptions& o) { check_project(o.project); });
 }
 
 void register_maps(MapCommands& commands) {
   commands.add(
-      "merge", "Merge the sessions; loops that were verified before are not again",
+      "merge", "Merge the sessions; loops that were verified before are not again", "",
       [](CLI::App& command, MapOptions& o) {
         command.add_option("--config", o.merge.config,
                            "JSON file with parameters that differ from the default");
@@ -224,7 +230,7 @@ void register_maps(MapCommands& commands) {
       },
       [](const MapOptions& o) { merge_project(o.project, o.merge); });
   commands.add(
-      "import", "Take poses that another program has optimised",
+      "import", "Take poses that another program has optimised", "graph.g2o",
       [](CLI::App& command, MapOptions& o) {
         command
             .add_option("GRAPH", o.graph, "g2o file with the vertices of the exported graph.g2o")
@@ -232,7 +238,7 @@ void register_maps(MapCommands& commands) {
       },
       [](const MapOptions& o) { import_poses(o.project, o.graph); });
   commands.add(
-      "export", "Write the map as `unimapper merge` does",
+      "export", "Write the map as `unimapper merge` does", "--out map",
       [](CLI::App& command, MapOptions& o) {
         command.add_option("--out", o.output.out, "Folder for the map")->required();
         command.add_flag("--replace", o.output.replaces,

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "ports/datasets/files.hpp"
+#include "ports/store/store_file.hpp"
 
 namespace unimapper::apps {
 
@@ -117,6 +118,9 @@ const char* foreign_content(const fs::path& folder, Output output) {
 void check_output_folder(const fs::path& folder, Output output, bool replaces) {
   const std::string choose =
       std::string("choose another ") + (output == Output::kPictures ? "--pictures" : "--out");
+  if (fs::exists(folder / store::kDatabaseName)) {
+    throw std::runtime_error(folder.string() + ": holds a store; " + choose);
+  }
   bool is_earlier = false;
   for (const Kind& kind : kinds()) {
     if (!holds(folder, kind)) continue;

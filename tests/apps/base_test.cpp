@@ -92,7 +92,7 @@ TEST_CASE("a store is inspected: its sessions, and what is damaged") {
   CHECK_THAT(damaged.out, Contains("keyframe 0 of") && Contains("fails its checksum"));
   CHECK_THAT(damaged.err, Contains("1 faults"));
   const CommandResult merged = fixture.merge({fixture.store}, "map");
-  CHECK_THAT(merged.err, Contains("1 keyframes are damaged and were left out"));
+  CHECK_THAT(merged.err, Contains("has 1 damaged keyframes, which are left out"));
 }
 
 TEST_CASE("a base refuses what is no store, and a store that another base writes to") {

@@ -118,6 +118,7 @@ TEST_CASE("a stored project exports what unimapper merge writes") {
   const std::string b = project.run("b", 34);
   CHECK_THAT(project.done({"add", a, b}).out, Contains("epoch 1: added a (") && Contains("b ("));
   CHECK(project.names() == Names{"a", "b"});
+  project.refused({"export", "--out", project.store, "--replace"}, "holds a store");
   project.refused({"export", "--out", (project.directory / "map").string()},
                   "there is no map in epoch 1; `unimapper map merge` makes one");
   CHECK_THAT(project.done({"merge"}).out, Contains("epoch 2: merged "));

@@ -144,11 +144,14 @@ std::string take_in(ProjectState& state, const store::ImportedSession& session) 
   const bool is_in = std::binary_search(sessions.begin(), sessions.end(), session.row);
   if (!is_in)
     sessions.insert(std::upper_bound(sessions.begin(), sessions.end(), session.row), session.row);
-  if (is_in && session.keyframes == 0) {
+  if (is_in && session.keyframes + session.replaced == 0) {
     std::cout << "session " << session.name << " is there already\n";
     return {};
   }
-  return session.name + " (" + std::to_string(session.keyframes) + " new keyframes)";
+  std::string text = session.name + " (" + std::to_string(session.keyframes) + " new keyframes";
+  if (session.replaced > 0)
+    text += ", " + std::to_string(session.replaced) + " damaged ones replaced";
+  return text + ")";
 }
 
 void state_it(const ProjectOptions& options, const std::string& holder, const std::string& command,
@@ -164,6 +167,7 @@ void state_it(const ProjectOptions& options, const std::string& holder, const st
     }
     return std::optional(outcome);
   }));
+  std::cout << "it takes effect with the next merge\n";
 }
 
 void create_project(const ProjectOptions& options) {

@@ -199,13 +199,7 @@ void show_epoch(const ProjectOptions& options) {
   store::StoreReader reader(options.store);
   const std::vector<store::SessionListing> listings = reader.sessions();
   store::ProjectReader project = reader.project();
-  store::ProjectState state = options.epoch > 0 ? project.at(options.epoch) : project.current();
-  if (options.epoch == 0) {
-    // What has arrived since belongs to the next epoch.
-    for (const store::SessionListing& listing : listings) {
-      if (listing.row > state.epoch.known_sessions) state.sessions.push_back(listing.row);
-    }
-  }
+  const store::ProjectState state = options.epoch > 0 ? project.at(options.epoch) : project.next();
   const store::MapResult result =
       state.epoch.result == 0 ? store::MapResult{} : project.result(state.epoch.result);
   const SessionNames names(listings);

@@ -43,7 +43,6 @@ void report_losses(const std::string& source, const wire::ReceiverCounters& coun
   warn(counters.malformed, " messages could not be decoded");
   warn(counters.refused, " messages were refused (too many sessions or too much data)");
   warn(counters.contradictory, " sessions changed their name or sensor on the way");
-  warn(counters.keyframes_damaged, " keyframes are damaged and were left out");
   warn(counters.keyframes_abandoned, " keyframes never became complete");
   for (const auto& session : sessions) report_missing(source, session);
 }
@@ -99,11 +98,7 @@ void read_store(const fs::path& path, const std::vector<std::string>& chosen,
   if (sessions.empty() && chosen.empty()) {
     throw std::runtime_error(path.string() + ": has no session");
   }
-  wire::ReceiverCounters counters;
-  for (const SessionData& session : sessions) {
-    counters.keyframes_damaged += session.keyframes_damaged;
-  }
-  report_losses(path.string(), counters, sessions);
+  report_losses(path.string(), {}, sessions);
   for (SessionData& session : sessions) inputs.push_back({std::move(session), {}, 0});
 }
 
@@ -180,6 +175,10 @@ void receive_live(const MergeOptions& options, std::vector<InputSession>& inputs
 
 void report_missing(const std::string& source, const SessionData& session) {
   const std::string name = "session " + session.info.name;
+  if (session.keyframes_damaged > 0) {
+    std::cerr << "unimapper: warning: " << source << ": " << name << " has "
+              << session.keyframes_damaged << " damaged keyframes, which are left out\n";
+  }
   if (session.keyframes_missing > 0) {
     std::cerr << "unimapper: warning: " << source << ": " << name << " lacks "
               << session.keyframes_missing << " keyframes";

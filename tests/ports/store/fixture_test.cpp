@@ -118,8 +118,8 @@ struct KeptStore {
 
 }  // namespace
 
-TEST_CASE("stores of schemas 3, 4 and 5 are read", "[fixture]") {
-  const int schema = GENERATE(3, 4, 5);
+TEST_CASE("stores of schemas 3 to 6 are read", "[fixture]") {
+  const int schema = GENERATE(3, 4, 5, 6);
   const KeptStore kept(schema);
   StoreReader reader(kept.folder.path());
   const auto sessions = reader.sessions();
@@ -160,8 +160,8 @@ TEST_CASE("stores of schemas 3, 4 and 5 are read", "[fixture]") {
   CHECK(result.georeference.has_value() == (schema >= 4));
 }
 
-TEST_CASE("positions in stores of schemas 4 and 5 are read", "[fixture]") {
-  const KeptStore kept(GENERATE(4, 5));
+TEST_CASE("positions in stores of schemas 4 to 6 are read", "[fixture]") {
+  const KeptStore kept(GENERATE(4, 5, 6));
   StoreReader reader(kept.folder.path());
   ProjectReader project = reader.project();
   const ProjectState state = project.at(4);
@@ -178,8 +178,8 @@ TEST_CASE("positions in stores of schemas 4 and 5 are read", "[fixture]") {
   CHECK(result.georeference->heading_sigma_rad == 0.25);
 }
 
-TEST_CASE("a purged epoch in a store of schema 5 is read", "[fixture]") {
-  const KeptStore kept(5);
+TEST_CASE("a purged epoch in a store of schemas 5 and 6 is read", "[fixture]") {
+  const KeptStore kept(GENERATE(5, 6));
   StoreReader reader(kept.folder.path());
   ProjectReader project = reader.project();
   CHECK(project.epochs()[4].purged_by == 6);
@@ -187,8 +187,8 @@ TEST_CASE("a purged epoch in a store of schema 5 is read", "[fixture]") {
   CHECK(project.current().sessions == std::vector<std::int64_t>{1, 2});
 }
 
-TEST_CASE("stores of schemas 3, 4 and 5 are written to", "[fixture]") {
-  const int schema = GENERATE(3, 4, 5);
+TEST_CASE("stores of schemas 3 to 6 are written to", "[fixture]") {
+  const int schema = GENERATE(3, 4, 5, 6);
   const KeptStore kept(schema);
   {
     ProjectWriter writer(kept.folder.path(), "a test");

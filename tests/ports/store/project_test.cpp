@@ -421,11 +421,37 @@ TEST_CASE("the check finds what breaks an invariant of the project") {
        {"DELETE FROM keyframes WHERE sequence = 4; "
         "UPDATE sessions SET keyframes = keyframes - 1 WHERE id = 1",
         "a keyframe that is not stored"}}));
-  Database(database_of(store.folder.path()), Access::kWrite).run(change);
+  // As a result of before checksums, which nothing else would find.
+  Database(database_of(store.folder.path()), Access::kWrite)
+      .run("UPDATE results SET crc32 = NULL; " + change);
   std::string all;
   for (const std::string& text : store.check()) all += text + "\n";
   INFO(change);
   CHECK_THAT(all, Contains(fault));
+}
+
+TEST_CASE("whatever of a result has changed on the disk, it is not used") {
+  const Received store;
+  {
+    ProjectWriter writer(store.folder.path(), "a test");
+    (void)keep_result(writer);
+  }
+  REQUIRE(store.check().empty());
+  const std::string change =
+      GENERATE(as<std::string>(), "results SET parameters = '{ }'",
+               "result_sessions SET anchor = (SELECT pose FROM result_loops)",
+               "result_sessions SET sequences = x'0000000000000001000000020000000300000005'",
+               "result_loops SET pose = (SELECT anchor FROM result_sessions)",
+               "result_loops SET confidence = confidence + 0.001",
+               "result_loops SET accepted = 1 - accepted WHERE number = 1",
+               "result_loops SET match_sequence = match_sequence + 1 WHERE number = 0");
+  INFO(change);
+  Database(database_of(store.folder.path()), Access::kWrite).run("UPDATE " + change);
+  const std::vector<std::string> faults = store.check();
+  REQUIRE(faults.size() == 1);
+  CHECK_THAT(faults[0], Contains("is damaged"));
+  StoreReader reader(store.folder.path());
+  CHECK_THROWS_WITH(reader.project().result(1), Contains("is damaged"));
 }
 
 TEST_CASE("a recorded session is imported once, whole or not at all") {
@@ -452,6 +478,16 @@ TEST_CASE("a recorded session is imported once, whole or not at all") {
   REQUIRE(reader.sessions().size() == 1);
   wire_test::check_whole(reader.read(reader.sessions()[0]), kAlpha, 5);
   CHECK(reader.check().empty());
+
+  // What is damaged is replaced, what is sound stays.
+  writer.database().run("UPDATE keyframes SET bytes = x'0102' WHERE sequence = 3");
+  CHECK_FALSE(StoreReader(folder.path()).check().empty());
+  const auto repaired = import(stream, true);
+  CHECK(repaired.at(kAlpha.id).replaced == 1);
+  CHECK(repaired.at(kAlpha.id).repeated == 4);
+  CHECK(repaired.at(kAlpha.id).differing == 0);
+  CHECK(reader.check().empty());
+  wire_test::check_whole(reader.read(reader.sessions()[0]), kAlpha, 5);
 }
 
 TEST_CASE("a base's epoch is replaced by its next one, and no result is left behind") {

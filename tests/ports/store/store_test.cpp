@@ -314,7 +314,7 @@ TEST_CASE("what is no store of this version is refused in words and left as it i
     KeyframeStore(folder.path());  // NOLINT(bugprone-unused-raii): makes it
     run(file, "PRAGMA user_version = 99");
     CHECK_THROWS_WITH(KeyframeStore(folder.path()),
-                      Contains("newer version of Uni-Mapper (schema 99, this version knows 5)"));
+                      Contains("newer version of Uni-Mapper (schema 99, this version knows 6)"));
     CHECK_THROWS_WITH(StoreReader(folder.path()), Contains("schema 99"));
   }
   SECTION("another program's database") {
