@@ -154,4 +154,42 @@ void BlockCholesky::solve(std::vector<Vector>& right) const {
   for (std::size_t i = 0; i < size; ++i) right[i] = x[position_[i]];
 }
 
+std::vector<BlockCholesky::Block> BlockCholesky::inverse_diagonal() const {
+  const std::size_t size = position_.size();
+  // Of the inverse: blocks on the diagonal, and below it where the factor has any.
+  std::vector<Block> on(size);
+  std::vector<Block> below(blocks_.size());
+  const auto inverse_at = [&](std::size_t row, std::size_t column) -> Block {
+    if (row == column) return on[row];
+    const auto [low, high] = std::minmax(row, column);
+    const auto first = rows_.begin() + static_cast<std::ptrdiff_t>(begin_[low]);
+    const auto last = rows_.begin() + static_cast<std::ptrdiff_t>(begin_[low + 1]);
+    const Block& block =
+        below[static_cast<std::size_t>(std::lower_bound(first, last, high) - rows_.begin())];
+    return row > column ? block : Block(block.transpose());
+  };
+  std::vector<Block> scaled;
+  for (std::size_t column = size; column-- > 0;) {
+    const std::size_t begin = begin_[column];
+    const std::size_t end = begin_[column + 1];
+    scaled.clear();
+    for (std::size_t b = begin; b < end; ++b) {
+      scaled.push_back(blocks_[b].lazyProduct(diagonal_[column]));
+    }
+    for (std::size_t a = begin; a < end; ++a) {
+      below[a].setZero();
+      for (std::size_t b = begin; b < end; ++b) {
+        below[a] -= inverse_at(rows_[a], rows_[b]).lazyProduct(scaled[b - begin]);
+      }
+    }
+    on[column] = diagonal_[column].transpose().lazyProduct(diagonal_[column]);
+    for (std::size_t b = begin; b < end; ++b) {
+      on[column] -= scaled[b - begin].transpose().lazyProduct(below[b]);
+    }
+  }
+  std::vector<Block> inverse(size);
+  for (std::size_t i = 0; i < size; ++i) inverse[i] = on[position_[i]];
+  return inverse;
+}
+
 }  // namespace unimapper::merge

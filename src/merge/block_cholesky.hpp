@@ -36,6 +36,9 @@ class BlockCholesky {
   [[nodiscard]] bool factorize();
   /// x of matrix * x = right, in place, after `factorize`.
   void solve(std::vector<Vector>& right) const;
+  /// Diagonal blocks of the matrix' inverse, by block row, after `factorize`. Costs about as much
+  /// (Takahashi, Fagan and Chin 1973).
+  [[nodiscard]] std::vector<Block> inverse_diagonal() const;
 
  private:
   void order(std::span<const Pair> pairs);

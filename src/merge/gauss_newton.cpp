@@ -59,6 +59,17 @@ class GaussNewton {
     return summary;
   }
 
+  std::vector<Matrix6d> covariances() {
+    linearize();
+    if (!matrix_.factorize()) return {};
+    const std::vector<Matrix6d> of_variables = matrix_.inverse_diagonal();
+    std::vector<Matrix6d> of_nodes(graph_.nodes.size(), Matrix6d::Zero());
+    for (std::size_t i = 0; i < variables_.size(); ++i) {
+      if (variables_[i] != kNoBlock) of_nodes[i] = of_variables[variables_[i]];
+    }
+    return of_nodes;
+  }
+
  private:
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -145,12 +156,21 @@ class GaussNewton {
   std::vector<Vector6d> right_;
 };
 
+void check_one_map(const PoseGraph& graph) {
+  if (graph.anchors.size() != 1) throw std::invalid_argument("pose graph: not of one map");
+  check_graph(graph);
+}
+
 }  // namespace
 
 SolveSummary optimize_one_map(PoseGraph& graph, std::uint32_t max_iterations, double tolerance) {
-  if (graph.anchors.size() != 1) throw std::invalid_argument("pose graph: not of one map");
-  check_graph(graph);
+  check_one_map(graph);
   return GaussNewton(graph).run(max_iterations, tolerance);
+}
+
+std::vector<Matrix6d> node_covariances(PoseGraph graph) {
+  check_one_map(graph);
+  return GaussNewton(graph).covariances();
 }
 
 }  // namespace unimapper::merge

@@ -16,6 +16,7 @@
 #include "loop_source.hpp"
 #include "map_level.hpp"
 #include "parallel.hpp"
+#include "position_sigma.hpp"
 #include "radius_search.hpp"
 #include "searched_loops.hpp"
 #include "seen_extent.hpp"
@@ -85,6 +86,7 @@ class Merger {
 
   MergeResult finish() {
     record_edges();
+    find_uncertainty();
     build_map();
     find_changed_points();
     return std::move(result_);
@@ -335,6 +337,14 @@ class Merger {
     }
     result_.map = unite(connected_voxels(), scratch_);
     end(std::to_string(result_.map.size()) + " points");
+  }
+
+  void find_uncertainty() {
+    std::vector<std::vector<double>> sigmas_m =
+        position_sigmas_m(sessions_, result_, config_.odometry);
+    for (std::size_t s = 0; s < sessions_.size(); ++s) {
+      result_.sessions[s].position_sigma_m = std::move(sigmas_m[s]);
+    }
   }
 
   void find_changed_points() {

@@ -63,15 +63,6 @@ MapPose outside_of_the_map(const MergedSession& merged) {
   return at;
 }
 
-SessionPath path_of(const SessionData& session, const MergedSession& merged,
-                    const OdometryNoiseConfig& odometry) {
-  std::vector<Pose> poses;
-  for (const KeyframeRecord& keyframe : session.keyframes) {
-    poses.push_back(keyframe.T_odometry_keyframe);
-  }
-  return SessionPath(std::move(poses), odometry).with_drift(merged.drift_scale);
-}
-
 MapPose newest_in_the_map(const SessionData& session, const MergedSession& merged,
                           const SessionPath& path, const std::optional<Support>& support) {
   const std::size_t newest = session.keyframes.size() - 1;
@@ -116,8 +107,8 @@ std::vector<MapPose> newest_map_poses(const std::vector<SessionData>& sessions,
       newest.push_back(outside_of_the_map(merged));
       continue;
     }
-    newest.push_back(newest_in_the_map(sessions[s], merged, path_of(sessions[s], merged, odometry),
-                                       supports.latest(s)));
+    const SessionPath path = odometry_of(sessions[s], odometry).with_drift(merged.drift_scale);
+    newest.push_back(newest_in_the_map(sessions[s], merged, path, supports.latest(s)));
     newest.back().loops = supports.count(s);
   }
   return newest;

@@ -25,6 +25,14 @@ SessionPath::SessionPath(std::vector<Pose> T_session_keyframe, const OdometryNoi
   accumulate();
 }
 
+SessionPath odometry_of(const SessionData& session, const OdometryNoiseConfig& noise) {
+  std::vector<Pose> poses;
+  for (const KeyframeRecord& keyframe : session.keyframes) {
+    poses.push_back(keyframe.T_odometry_keyframe);
+  }
+  return {std::move(poses), noise};
+}
+
 SessionPath SessionPath::with_drift(double scale) const {
   SessionPath path = *this;
   path.noise_.translation_m_per_sqrt_m *= scale;

@@ -60,4 +60,7 @@ class SessionPath {
   OdometryNoiseConfig noise_;
 };
 
+/// Odometry of a session with this drift.
+[[nodiscard]] SessionPath odometry_of(const SessionData& session, const OdometryNoiseConfig& noise);
+
 }  // namespace unimapper::merge

@@ -2,6 +2,7 @@
 #include "src/merge/block_cholesky.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <catch2/catch.hpp>
 
 #include "tests/merge/random.hpp"
@@ -71,8 +72,12 @@ TEST_CASE("A sparse system of blocks has the solution of the dense one", "[block
     REQUIRE(matrix.factorize());
     matrix.solve(x);
     const Eigen::VectorXd expected = dense.llt().solve(right);
+    const Eigen::MatrixXd inverse = dense.inverse();
+    const std::vector<Block> diagonal = matrix.inverse_diagonal();
     for (std::size_t i = 0; i < kRows; ++i) {
-      CHECK((x[i] - expected.segment<6>(static_cast<Eigen::Index>(6 * i))).norm() < 1e-12);
+      const auto row = static_cast<Eigen::Index>(6 * i);
+      CHECK((x[i] - expected.segment<6>(row)).norm() < 1e-12);
+      CHECK((diagonal[i] - inverse.block<6, 6>(row, row)).norm() < 1e-12);
     }
   }
 }

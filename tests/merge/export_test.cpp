@@ -126,7 +126,7 @@ TEST_CASE("The summary counts loops, shared points, changes and the sessions' po
   sessions[1].keyframes_damaged = 2;
   MergeResult result;
   result.sessions.resize(2);
-  result.sessions[0] = {SessionStatus::kUnconnected, "no loops found", {}, {}, {}};
+  result.sessions[0] = {SessionStatus::kUnconnected, "no loops found", {}, {}, {}, {}, 1.0};
   result.sessions[1].status = SessionStatus::kCentral;
   const auto add = [&](std::size_t query, std::size_t match, bool accepted, const char* reason) {
     LoopConstraint& loop = result.loops.emplace_back();

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "src/merge/weak_axis.hpp"
 #include "tests/merge/alignment_scene.hpp"
 
 using namespace unimapper;
@@ -80,6 +81,23 @@ TEST_CASE("A loop costs as much seen from the other side", "[pose_graph]") {
     const LoopConstraint back = flipped(flipped(loop));
     CHECK((back.information - loop.information).norm() < 1e-6 * loop.information.norm());
   }
+}
+
+TEST_CASE("Along its free axis a loop is bounded by where a right candidate starts",
+          "[pose_graph]") {
+  const MapState state = straight_map(3);
+  LoopConstraint loop;
+  loop.match = {0, 0};
+  loop.query = {0, 2};
+  loop.information = weakened(1e4 * Matrix6d::Identity(), Eigen::Vector3d::UnitX());
+  const auto chi2 = [&](double along_m, double across_m) {
+    loop.T_match_query.translation = {10.0 + along_m, across_m, 0.0};
+    return loop_chi2(state, loop);
+  };
+  CHECK(chi2(0.0, 0.0) < 1e-9);
+  CHECK(chi2(0.9, 0.0) < 1.0);
+  CHECK(chi2(25.0, 0.0) > 100.0);  // the next niche of a tunnel
+  CHECK(chi2(0.0, 0.1) == Approx(100.0));
 }
 
 TEST_CASE("Many sessions solved at their loop ends lie where all of their keyframes put them",

@@ -128,7 +128,8 @@ consteval auto parameters_of(const C*) {
       parameter<&C::min_initial_overlap>("[0, 1]", "", "choice",
                                          "Overlap of structure before G-ICP is tried."),
       parameter<&C::min_overlap>("[0, 1]", "", "choice",
-                                 "Overlap of structure (no ground) after G-ICP."),
+                                 "Overlap of structure (no ground) after G-ICP; two thirds of it "
+                                 "where the common view agrees."),
       parameter<&C::max_rmse_m>("[0.01, 5]", "m", "choice", "Of matched points after G-ICP."),
       parameter<&C::max_contradiction>(
           "[0, 1]", "", "choice", "Share of the points that lie inside the other's free space."),

@@ -42,6 +42,10 @@ struct MergedSession {
   Pose T_map_session;                ///< the anchor node: session odometry frame to the map frame
   std::vector<Pose> T_map_keyframe;  ///< by keyframe: levelled keyframe frame to map frame, metres
   std::vector<RefinedKeyframe> refined;  ///< refined labels, by keyframe
+  /// By keyframe the standard deviation of its position along the horizontal axis that is known
+  /// least, metres, relative to the central session's first keyframe, by odometry and accepted
+  /// loops. Only of a whole map, and of sessions in it.
+  std::vector<double> position_sigma_m;
   /// How many times as far as assumed its odometry drifts (`Alignment::drift_scale`); not stored.
   double drift_scale = 1.0;
 };
