@@ -1,5 +1,6 @@
 // Build of the page: one file with its script and style, the same bytes for the same input.
 import { build } from "esbuild";
+import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { dirname, join } from "node:path";
@@ -24,6 +25,12 @@ async function bundle(entry) {
   return result.outputFiles[0].text.trim();
 }
 
+/** Of all that the page is built from; tests/page_source.sh computes the same without npm. */
+function sourceDigest() {
+  const script = join(here, "..", "..", "tests", "page_source.sh");
+  return execFileSync(script, { encoding: "utf8" }).trim();
+}
+
 /** Inline code must not contain the end of its own element, nor what opens a comment. */
 const escaped = (code) => code.replace(/<\/(script)/gi, "<\\/$1").replace(/<!--/g, "<\\!--");
 const hash = (text) => `'sha256-${createHash("sha256").update(text).digest("base64")}'`;
@@ -37,6 +44,7 @@ const version = JSON.parse(
 const policy = `default-src 'none'; script-src ${hash(script)}; style-src ${hash(style)}; img-src data:; connect-src 'self'; base-uri 'none'; form-action 'none'`;
 
 const parts = {
+  "<!-- source -->": `<!-- source ${sourceDigest()} -->`,
   "<!-- policy -->": `<meta http-equiv="Content-Security-Policy" content="${policy}">`,
   "<!-- style -->": `<style>${style}</style>`,
   "<!-- script -->": `<!--\nContains three.js ${version} (https://threejs.org):\n\n${licence}\n-->\n<script type="module">${script}</script>`,

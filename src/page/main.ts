@@ -9,6 +9,7 @@ import {
   type RobotEvent,
   type RobotHealth,
 } from "./data/format";
+import { joined } from "./data/health_history";
 import { chosenSource } from "./data/source";
 import { byId, element } from "./dom";
 import type { App } from "./panes/app";
@@ -106,7 +107,7 @@ async function load(app: App): Promise<void> {
   try {
     const map = await app.source.map();
     markEpochs(app.state.map, map);
-    app.state.map = map;
+    app.state.show(map);
     showNotice(app, map.notice);
     app.scene?.showMap();
     app.state.emit("map");
@@ -129,7 +130,7 @@ function listen(app: App): void {
     state.emit("robots");
   };
   const health = (robot: RobotHealth) => {
-    state.health.set(robot.session, robot);
+    state.health.set(robot.session, joined(state.health.get(robot.session), robot));
     state.emit("health");
   };
   const refreshHealth = () =>

@@ -2,10 +2,10 @@
 
 export type Theme = "dark" | "light";
 
-/** Okabe and Ito, without those that loops use first. */
-const sessions: Record<Theme, string[]> = {
-  dark: ["#e9a23b", "#56b4e9", "#d58bb5", "#f0e442", "#4f8fd9", "#e0723a", "#3cbf95", "#b9bec6"],
-  light: ["#dc9412", "#3f9fe0", "#c573aa", "#b5a70c", "#3473bb", "#d2662c", "#1f9d72", "#828a94"],
+/** Any two of eight are far apart for every kind of colour blindness (tests/palette.test.mjs). */
+export const sessions: Record<Theme, string[]> = {
+  dark: ["#e9a23b", "#4f9fe6", "#f1e297", "#a66a97", "#10f1f1", "#b55b1f", "#6a795b", "#a6c4a6"],
+  light: ["#d98200", "#2f7fd6", "#6a4c6a", "#a62e10", "#79975b", "#b58897", "#792e2e", "#2e3d88"],
 };
 export const sessionColour = (index: number, theme: Theme): string =>
   sessions[theme][index % sessions[theme].length]!;

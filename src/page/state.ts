@@ -1,5 +1,13 @@
 // State of the page: the map, settings, and who is told of changes.
-import type { MapData, RobotAlarm, RobotEvent, RobotHealth, LoopState, ChangeKind } from "./data/format";
+import {
+  loopName,
+  type ChangeKind,
+  type LoopState,
+  type MapData,
+  type RobotAlarm,
+  type RobotEvent,
+  type RobotHealth,
+} from "./data/format";
 import type { Theme } from "./palette";
 
 export type ColourMode = "session" | "height" | "visits" | "epoch";
@@ -114,6 +122,17 @@ export class State {
   set<K extends keyof Settings>(name: K, value: Settings[K]): void {
     this.settings[name] = value;
     this.emit("settings");
+  }
+
+  /** Another map: the loop that is looked at may have another index there, or be gone. */
+  show(map: MapData): void {
+    const looked = this.map?.loops[this.selectedLoop ?? -1];
+    if (looked) {
+      const name = loopName(this.map!, looked);
+      const index = map.loops.findIndex((loop) => loopName(map, loop) === name);
+      this.selectedLoop = index < 0 ? null : index;
+    }
+    this.map = map;
   }
 
   select(loop: number | null): void {

@@ -34,6 +34,7 @@ export function testInterface(app: App, ready: Promise<void>): void {
     keyframeDrawn: (session: number, keyframe: number) =>
       scene?.keyframes.isDrawn(session, keyframe) ?? false,
     pose: (session: number, keyframe: number) => scene?.trajectories.pose(session, keyframe),
+    health: (session: number) => state.health.get(session),
     settings: () => state.settings,
     set: (name: keyof typeof state.settings, value: never) => state.set(name, value),
     selectLoop: (index: number | null) => {

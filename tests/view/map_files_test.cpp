@@ -94,6 +94,6 @@ TEST_CASE("a folder with a map is shown as it was written") {
   CHECK(*view.map_json(0) == files.json);
   CHECK(view.block("0", "static", "r") == files.blocks.read("static/r"));
   CHECK_FALSE(view.block("0", "static", "r000000"));
-  CHECK(view.decide(0, LoopStatement::kWrong, 0).status == 403);
+  CHECK(view.decide({"a:0", "b:0"}, LoopStatement::kWrong, 0).status == 403);
   CHECK_THROWS_WITH(FolderView(folder.path()), Contains("holds no map.json"));
 }

@@ -18,11 +18,12 @@ enum class LoopStatement : std::uint8_t { kRight, kWrong, kNotYet };
 struct StatedLoop {
   store::KeyframeRow query;
   store::KeyframeRow match;
-  Pose T_match_query;  ///< between sensors at the reference scans, metres
+  std::optional<Pose> T_match_query;  ///< between sensors at the reference scans; none: not known
 };
 
-/// Links the keyframes of a loop at its pose, forbids it or withdraws either, merges with that, and
-/// makes one epoch of both. Costs a merge. Throws std::runtime_error with a sentence for the user.
+/// Links the keyframes of a loop, at its pose if it has one, forbids it or withdraws either, merges
+/// with that, and makes one epoch of both. Costs a merge. Throws std::runtime_error with a sentence
+/// for the user.
 store::Epoch decide_on_loop(store::ProjectWriter& writer, const std::filesystem::path& store,
                             const StatedLoop& loop, LoopStatement said,
                             const merge::MergeConfig& config);

@@ -8,13 +8,12 @@
 
 #include "ports/store/store_reader.hpp"
 #include "src/apps/map/stored_result.hpp"
-#include "src/apps/map/stored_sessions.hpp"
 #include "unimapper/config/config_json.hpp"
 
 namespace unimapper::apps {
 
 StoredMap read_stored_map(const std::filesystem::path& store, std::int64_t epoch,
-                          StoredContents* contents) {
+                          StoredContents* contents, SessionOrder order) {
   store::StoreReader reader(store);
   store::ProjectReader project = reader.project();
   const store::ProjectState state = epoch > 0 ? project.at(epoch) : project.current();
@@ -32,7 +31,8 @@ StoredMap read_stored_map(const std::filesystem::path& store, std::int64_t epoch
   }
   StoredMap map;
   map.epoch = state.epoch.number;
-  std::vector<InputSession> inputs = read_sessions(store, merged, keyframes, contents);
+  std::vector<InputSession> inputs = read_sessions(store, merged, keyframes, contents, order);
+  for (const InputSession& input : inputs) map.rows.push_back(input.row);
   map.sessions = data_of(inputs);
   map.posed = posed_result(stored, KeyframeRows(inputs, map.sessions));
   parse_config(stored.parameters, store.string(), map.config);

@@ -50,7 +50,7 @@ std::string SessionNames::text(const store::KeyframeRow& keyframe) const {
 std::vector<InputSession> read_sessions(const std::filesystem::path& store,
                                         const std::vector<std::int64_t>& rows,
                                         const std::map<std::int64_t, std::set<std::uint32_t>>& only,
-                                        StoredContents* contents) {
+                                        StoredContents* contents, SessionOrder order) {
   store::StoreReader reader(store);
   std::vector<InputSession> inputs;
   for (const store::SessionListing& session : reader.sessions()) {
@@ -70,6 +70,10 @@ std::vector<InputSession> read_sessions(const std::filesystem::path& store,
     inputs.push_back(std::move(input));
   }
   prepare_sessions(inputs);
+  if (order == SessionOrder::kArrival) {
+    std::sort(inputs.begin(), inputs.end(),
+              [](const InputSession& a, const InputSession& b) { return a.row < b.row; });
+  }
   return inputs;
 }
 

@@ -1,6 +1,7 @@
 // Names and data of the sessions in a stored project.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <set>
 #include <string>
@@ -28,12 +29,17 @@ class SessionNames {
   std::map<std::string, std::int64_t> rows_;
 };
 
+/// Order in which sessions are numbered: by name, as in every merge, or as they came into the
+/// store, in which a new one changes no other's number.
+enum class SessionOrder : std::uint8_t { kName, kArrival };
+
 /// The given sessions, ready for a merge. `only`: of a session that is in it, these keyframes
 /// alone. `contents`: cells are read on demand; null: at once.
 std::vector<InputSession> read_sessions(const std::filesystem::path& store,
                                         const std::vector<std::int64_t>& rows,
                                         const std::map<std::int64_t, std::set<std::uint32_t>>& only,
-                                        StoredContents* contents);
+                                        StoredContents* contents,
+                                        SessionOrder order = SessionOrder::kName);
 
 /// Moves the data out of sessions, whose rows stay.
 std::vector<SessionData> data_of(std::vector<InputSession>& inputs);

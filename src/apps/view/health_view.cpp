@@ -84,7 +84,7 @@ Json describe_health(const std::vector<store::HealthRow>& history, std::int64_t 
   }
   Columns columns(own.size());
   for (std::size_t i = 0; i < own.size(); ++i) {
-    json["time_s"].push_back(own[i]->received_s - own.front()->received_s);
+    json["time_s"].push_back(own[i]->received_s);
     json["deadline_misses"].push_back(own[i]->deadline_misses);
     json["keyframes"].push_back(own[i]->keyframes);
     json["bytes_sent"].push_back(own[i]->bytes_sent);

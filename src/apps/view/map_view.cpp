@@ -89,6 +89,12 @@ Json describe_session(const SessionData& session, std::size_t index,
     json["sequences"].push_back(keyframe.sequence);
     json["stamps_s"].push_back(rounded(stamp_s(keyframe) - stamp_s(session.keyframes.front())));
     json["poses"].push_back(describe_pose(merged.T_map_keyframe[k]));
+    if (keyframe.is_summary) json["summaries"].push_back(k);
+  }
+  if (!session.keyframes.empty() && merged.position_sigma_m.size() == session.keyframes.size()) {
+    for (const double sigma_m : merged.position_sigma_m) {
+      json["sigma_m"].push_back(rounded(sigma_m));
+    }
   }
   return json;
 }

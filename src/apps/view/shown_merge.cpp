@@ -1,9 +1,12 @@
 #include "src/apps/view/shown_merge.hpp"
 
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
-#include <set>
+#include <optional>
 #include <utility>
+
+#include "unimapper/merge/user_statements.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -68,18 +71,36 @@ SessionData without_descriptors(const SessionData& session) {
   return light;
 }
 
-void mark_forbidden(const store::ProjectState& state, const KeyframeRows& rows,
+void mark_forbidden(const std::vector<store::StoredStatement>& statements, const KeyframeRows& rows,
                     const std::vector<merge::LoopConstraint>& loops,
                     nlohmann::ordered_json& described) {
-  std::set<std::pair<store::KeyframeRow, store::KeyframeRow>> forbidden;
-  for (const store::StoredStatement& statement : state.statements) {
-    if (statement.kind != store::StatementKind::kForbidden) continue;
-    forbidden.insert(std::minmax(statement.match, statement.query));
-  }
+  using Ends = std::pair<store::KeyframeRow, store::KeyframeRow>;
+  std::map<Ends, std::size_t> by_ends;
   for (std::size_t i = 0; i < loops.size(); ++i) {
-    const store::KeyframeRow match = rows.row(loops[i].match);
-    const store::KeyframeRow query = rows.row(loops[i].query);
-    if (forbidden.count(std::minmax(match, query)) > 0) described[i]["statement"] = "wrong";
+    by_ends.emplace(std::minmax(rows.row(loops[i].match), rows.row(loops[i].query)), i);
+  }
+  for (const store::StoredStatement& statement : statements) {
+    if (statement.kind != store::StatementKind::kForbidden) continue;
+    const auto found = by_ends.find(std::minmax(statement.match, statement.query));
+    if (found != by_ends.end()) {
+      described[found->second]["statement"] = "wrong";
+      continue;
+    }
+    const std::optional<KeyframeId> query = rows.find(statement.query);
+    const std::optional<KeyframeId> match = rows.find(statement.match);
+    if (!query || !match) continue;
+    described.push_back({{"query", {query->session, query->keyframe}},
+                         {"match", {match->session, match->keyframe}},
+                         {"state", "refused"},
+                         {"reason", merge::kForbiddenByPerson},
+                         {"overlap", nullptr},
+                         {"confidence", nullptr},
+                         {"T_match_query", nullptr},
+                         {"residual_m", nullptr},
+                         {"residual_deg", nullptr},
+                         {"weak_axes", 0},
+                         {"by_person", false},
+                         {"statement", "wrong"}});
   }
 }
 

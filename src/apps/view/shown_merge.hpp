@@ -22,8 +22,9 @@ namespace unimapper::apps {
 /// Adds sessions that no merge has seen yet, each in its own frame.
 void place_by_odometry(const std::vector<SessionData>& sessions, merge::MergeResult& result);
 
-/// Adds the statements of people on loops that no merge shows as linked to `described`.
-void mark_forbidden(const store::ProjectState& state, const KeyframeRows& rows,
+/// Marks loops that people forbid in `described`, and adds those that are proposed no more, because
+/// another pair of keyframes took their place: what was said can be taken back.
+void mark_forbidden(const std::vector<store::StoredStatement>& statements, const KeyframeRows& rows,
                     const std::vector<merge::LoopConstraint>& loops,
                     nlohmann::ordered_json& described);
 

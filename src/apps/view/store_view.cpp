@@ -26,6 +26,8 @@ using Json = nlohmann::ordered_json;
 constexpr std::chrono::seconds kQuiet{5};
 constexpr std::size_t kKeyframesAtOnce = 32;
 constexpr std::size_t kEarlierEpochs = 3;
+/// A page may still ask for keyframes of the epochs before.
+constexpr std::size_t kEpochsBefore = 16;
 
 Json describe(const store::Epoch& epoch) {
   return {{"number", epoch.number},
@@ -33,12 +35,6 @@ Json describe(const store::Epoch& epoch) {
           {"made_s", epoch.made_s},
           {"command", epoch.command},
           {"outcome", epoch.outcome}};
-}
-
-bool have_same_names(const std::vector<SessionData>& a, const std::vector<SessionData>& b) {
-  return std::equal(
-      a.begin(), a.end(), b.begin(), b.end(),
-      [](const SessionData& x, const SessionData& y) { return x.info.name == y.info.name; });
 }
 
 /// Browsers keep answers for ever, and another process counts from one again.
@@ -92,7 +88,7 @@ StoreView::~StoreView() = default;
 store::ProjectState StoreView::state_to_show() {
   store::StoreReader reader(options_.store);
   store::ProjectReader project = reader.project();
-  return options_.epoch > 0 ? project.at(options_.epoch) : project.current();
+  return options_.epoch > 0 ? project.at(options_.epoch) : project.next();
 }
 
 /// Whether there is a store to follow.
@@ -147,11 +143,10 @@ void StoreView::read_sessions_of(const store::ProjectState& state, const store::
   if (!sessions_ || !sessions_->are_in(rows))
     sessions_.emplace(options_.store, options_.cache_bytes);
   sessions_->refresh(rows);
-  // As a merge has them.
   std::vector<std::size_t> order(sessions_->rows().size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return sessions_->sessions()[a].info.name < sessions_->sessions()[b].info.name;
+    return sessions_->rows()[a] < sessions_->rows()[b];
   });
   for (const std::size_t s : order) {
     shown.sessions.push_back(without_descriptors(sessions_->sessions()[s]));
@@ -165,6 +160,7 @@ StoreView::Shown StoreView::read(const store::ProjectState& state, bool is_lates
   next.epoch = state.epoch.number;
   next.result = state.epoch.result;
   next.is_read = true;
+  next.statements = state.statements;
   store::MapResult stored;
   if (state.epoch.result != 0) {
     store::StoreReader reader(options_.store);
@@ -175,7 +171,8 @@ StoreView::Shown StoreView::read(const store::ProjectState& state, bool is_lates
   } else {
     std::vector<std::int64_t> wanted = state.sessions;
     for (const store::SessionResult& session : stored.sessions) wanted.push_back(session.session);
-    std::vector<InputSession> inputs = read_sessions(options_.store, wanted, {}, &contents_);
+    std::vector<InputSession> inputs =
+        read_sessions(options_.store, wanted, {}, &contents_, SessionOrder::kArrival);
     for (const InputSession& input : inputs) next.rows.push_back(input.row);
     next.sessions = data_of(inputs);
   }
@@ -195,6 +192,11 @@ void StoreView::load(const store::ProjectState& state) {
   {
     const std::lock_guard lock(mutex_);
     next.version = shown_.version + 1;
+    if (next.epoch != shown_.epoch) before_.emplace_back(shown_.epoch, shown_.rows);
+    if (before_.size() > kEpochsBefore) before_.pop_front();
+    if (!shown_.layers.empty()) {
+      layers_before_ = {version_of(shown_.epoch, shown_.version), std::move(shown_.layers)};
+    }
     shown_ = std::move(next);
     changed_ = Clock::now();
     version = version_of(shown_.epoch, shown_.version);
@@ -282,7 +284,7 @@ bool StoreView::complete() {
     shown_.is_whole = true;
   }
   StoredContents contents(options_.cache_bytes);
-  StoredMap map = read_stored_map(options_.store, epoch, &contents);
+  StoredMap map = read_stored_map(options_.store, epoch, &contents, SessionOrder::kArrival);
   // The map's points are in a file: they may be more than fit beside a base.
   merge::MergeResult whole = merge::complete_merge(map.sessions, std::move(map.posed), map.config,
                                                    {}, std::filesystem::temp_directory_path());
@@ -291,10 +293,11 @@ bool StoreView::complete() {
     const std::lock_guard lock(mutex_);
     // Something else is shown by now, or sessions that the merge had not: points would have the
     // numbers of others.
-    if (shown_.version != version || !have_same_names(map.sessions, shown_.sessions)) return false;
+    if (shown_.version != version || map.rows != shown_.rows) return false;
     for (std::size_t s = 0; s < shown_.sessions.size(); ++s) {
       if (map.sessions[s].keyframes.size() != shown_.sessions[s].keyframes.size()) continue;
       shown_.merged.sessions[s].refined = std::move(whole.sessions[s].refined);
+      shown_.merged.sessions[s].position_sigma_m = std::move(whole.sessions[s].position_sigma_m);
     }
     shown_.merged.changed_objects = std::move(whole.changed_objects);
     shown_.layers = std::move(layers);
@@ -333,8 +336,7 @@ void StoreView::describe_project(const Shown& shown, Json& json) {
     json["sessions"][static_cast<std::size_t>(found - shown.rows.begin())]["epoch"] = changed;
   }
   const KeyframeRows rows(shown.rows, shown.sessions);
-  mark_forbidden(shown.epoch > 0 ? project.at(shown.epoch) : store::ProjectState{}, rows,
-                 shown.merged.loops, json["loops"]);
+  mark_forbidden(shown.statements, rows, shown.merged.loops, json["loops"]);
 }
 
 std::shared_ptr<const std::string> StoreView::map_json(std::int64_t epoch) {
@@ -368,22 +370,31 @@ std::shared_ptr<const std::string> StoreView::earlier_json(std::int64_t epoch) {
   return earlier_.back().json;
 }
 
-const StoreView::Shown* StoreView::find(const std::string& version) const {
+const StoreView::Shown* StoreView::find(const std::string& version, std::size_t session) const {
+  const std::string epoch = version.substr(0, version.find('.'));
   // Keyframes that have arrived since the version was named are still those of their numbers.
-  const auto is_it = [&](const Shown& shown) {
-    return version.substr(0, version.find('.')) == std::to_string(shown.epoch);
-  };
-  if (is_it(shown_)) return &shown_;
-  const auto found = std::find_if(earlier_.begin(), earlier_.end(), is_it);
-  return found == earlier_.end() ? nullptr : &*found;
+  if (epoch == std::to_string(shown_.epoch)) return &shown_;
+  const auto found = std::find_if(earlier_.begin(), earlier_.end(), [&](const Shown& shown) {
+    return epoch == std::to_string(shown.epoch);
+  });
+  if (found != earlier_.end()) return &*found;
+  // So are those of a session that has kept its number.
+  const bool is_kept = std::any_of(before_.begin(), before_.end(), [&](const auto& before) {
+    return epoch == std::to_string(before.first) && session < before.second.size() &&
+           session < shown_.rows.size() && before.second[session] == shown_.rows[session];
+  });
+  return is_kept ? &shown_ : nullptr;
 }
 
 std::optional<std::string> StoreView::block(const std::string& version, const std::string& layer,
                                             const std::string& key) {
   const std::lock_guard lock(mutex_);
-  if (version != version_of(shown_.epoch, shown_.version)) return std::nullopt;
-  const auto found = shown_.layers.find(layer);
-  if (found == shown_.layers.end()) return std::nullopt;
+  const bool is_shown = version == version_of(shown_.epoch, shown_.version);
+  // A page that still loads the map before is not left without the rest of it.
+  if (!is_shown && version != layers_before_.first) return std::nullopt;
+  const Layers& layers = is_shown ? shown_.layers : layers_before_.second;
+  const auto found = layers.find(layer);
+  if (found == layers.end()) return std::nullopt;
   return found->second.blocks.read(key);
 }
 
@@ -397,7 +408,7 @@ std::optional<std::string> StoreView::keyframe(const std::string& version, std::
     const std::lock_guard lock(mutex_);
     const auto kept = blocks_.find(name);
     if (kept != blocks_.end()) return kept->second;
-    const Shown* shown = find(version);
+    const Shown* shown = find(version, session);
     if (shown == nullptr || session >= shown->sessions.size()) return std::nullopt;
     const SessionData& data = shown->sessions[session];
     if (keyframe >= data.keyframes.size() || data.keyframes[keyframe].is_summary) {

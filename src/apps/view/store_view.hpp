@@ -12,6 +12,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ports/store/project_writer.hpp"
@@ -39,8 +40,9 @@ struct StoreViewOptions {
 };
 
 /// Shows the sessions of a store: first poses, loops and keyframes; once nothing has changed for
-/// some seconds and somebody looks, the whole map. Looks for changes by other threads and processes
-/// five times a second; a store that is not there yet is shown as soon as a base has made it.
+/// some seconds and somebody looks, the whole map. Sessions have the order in which they came.
+/// Looks for changes by other threads and processes five times a second; a store that is not there
+/// yet is shown as soon as a base has made it.
 class StoreView : public ViewSource {
  public:
   /// Reads the store, if it is there. Throws std::exception, in words, if it cannot be read, or has
@@ -55,7 +57,7 @@ class StoreView : public ViewSource {
   [[nodiscard]] std::optional<std::string> keyframe(const std::string& version, std::size_t session,
                                                     std::size_t keyframe) override;
   [[nodiscard]] std::string health_json() override;
-  [[nodiscard]] ViewAnswer decide(std::size_t loop, LoopStatement statement,
+  [[nodiscard]] ViewAnswer decide(const NamedLoop& loop, LoopStatement statement,
                                   std::int64_t epoch) override;
   [[nodiscard]] ViewAnswer undo(std::int64_t epoch) override;
 
@@ -66,13 +68,14 @@ class StoreView : public ViewSource {
   struct Shown {
     std::int64_t epoch = 0;
     std::int64_t result = 0;
-    std::vector<std::int64_t> rows;     ///< of the sessions
-    std::vector<SessionData> sessions;  ///< without cells; live ones grow
-    merge::MergeResult merged;          ///< of them
-    Layers layers;                      ///< none until the map is whole
-    std::uint64_t version = 0;          ///< of everything above
-    bool is_read = false;               ///< from a store; false: there is none yet
-    bool is_asked_for = false;          ///< somebody looks at it
+    std::vector<std::int64_t> rows;                  ///< of the sessions
+    std::vector<SessionData> sessions;               ///< without cells; live ones grow
+    merge::MergeResult merged;                       ///< of them
+    std::vector<store::StoredStatement> statements;  ///< of people
+    Layers layers;                                   ///< none until the map is whole
+    std::uint64_t version = 0;                       ///< of everything above
+    bool is_read = false;                            ///< from a store; false: there is none yet
+    bool is_asked_for = false;                       ///< somebody looks at it
     bool is_whole = false;
     std::shared_ptr<const std::string> json;  ///< of it, once it was asked for
   };
@@ -89,8 +92,10 @@ class StoreView : public ViewSource {
   void read_sessions_of(const store::ProjectState& state, const store::MapResult& stored,
                         Shown& shown);
   [[nodiscard]] Shown read(const store::ProjectState& state, bool is_latest);
-  /// The one of that version; null: it is shown no more. Under `mutex_`.
-  [[nodiscard]] const Shown* find(const std::string& version) const;
+  /// One with the keyframes of a session as that version numbers them; null: there is none. Under
+  /// `mutex_`.
+  [[nodiscard]] const Shown* find(const std::string& version, std::size_t session) const;
+  [[nodiscard]] std::optional<StatedLoop> find(const NamedLoop& named) const;
   [[nodiscard]] std::shared_ptr<const std::string> earlier_json(std::int64_t epoch);
   [[nodiscard]] std::string described(const Shown& shown);
   void describe_project(const Shown& shown, nlohmann::ordered_json& json);
@@ -109,8 +114,11 @@ class StoreView : public ViewSource {
 
   std::mutex mutex_;  ///< of all that follows
   Shown shown_;
-  std::deque<Shown> earlier_;                  ///< epochs that were asked for last
-  std::map<std::string, std::string> blocks_;  ///< of keyframes, by version and number
+  std::deque<std::pair<std::int64_t, std::vector<std::int64_t>>>
+      before_;                                    ///< epochs and their rows
+  std::pair<std::string, Layers> layers_before_;  ///< of the whole map before this one, its version
+  std::deque<Shown> earlier_;                     ///< epochs that were asked for last
+  std::map<std::string, std::string> blocks_;     ///< of keyframes, by version and number
   std::deque<std::string> oldest_blocks_;
   std::uint64_t block_bytes_ = 0;
   Clock::time_point changed_{};

@@ -34,26 +34,47 @@ ViewAnswer StoreView::change(std::int64_t epoch,
   }
 }
 
-ViewAnswer StoreView::decide(std::size_t loop, LoopStatement statement, std::int64_t epoch) {
-  StatedLoop stated;
+/// Under `mutex_`.
+std::optional<StatedLoop> StoreView::find(const NamedLoop& named) const {
+  const KeyframeRows rows(shown_.rows, shown_.sessions);
+  const auto keyframe = [&](KeyframeId k) -> const KeyframeRecord& {
+    return shown_.sessions[k.session].keyframes[k.keyframe];
+  };
+  const auto is_named = [&](std::optional<KeyframeId> query, std::optional<KeyframeId> match) {
+    const auto name = [&](KeyframeId k) {
+      return shown_.sessions[k.session].info.name + ":" + std::to_string(keyframe(k).sequence);
+    };
+    if (!query || !match) return false;
+    const std::string a = name(*query);
+    const std::string b = name(*match);
+    return (a == named.query && b == named.match) || (a == named.match && b == named.query);
+  };
+  for (const merge::LoopConstraint& loop : shown_.merged.loops) {
+    if (!is_named(loop.query, loop.match)) continue;
+    return StatedLoop{rows.row(loop.query), rows.row(loop.match),
+                      merge::reference_sensor_pose(keyframe(loop.match)).inverse() *
+                          loop.T_match_query * merge::reference_sensor_pose(keyframe(loop.query))};
+  }
+  // One that is forbidden may be proposed no more.
+  for (const store::StoredStatement& statement : shown_.statements) {
+    if (statement.kind != store::StatementKind::kForbidden) continue;
+    if (!is_named(rows.find(statement.query), rows.find(statement.match))) continue;
+    return StatedLoop{statement.query, statement.match, std::nullopt};
+  }
+  return std::nullopt;
+}
+
+ViewAnswer StoreView::decide(const NamedLoop& loop, LoopStatement statement, std::int64_t epoch) {
+  std::optional<StatedLoop> stated;
   {
     const std::lock_guard lock(mutex_);
-    if (shown_.epoch != epoch || loop >= shown_.merged.loops.size()) {
-      return {409, error_in_json("there is no such loop in epoch " + std::to_string(epoch))};
-    }
-    const merge::LoopConstraint& chosen = shown_.merged.loops[loop];
-    const auto keyframe = [&](KeyframeId k) -> const KeyframeRecord& {
-      return shown_.sessions[k.session].keyframes[k.keyframe];
-    };
-    const KeyframeRows rows(shown_.rows, shown_.sessions);
-    stated.query = rows.row(chosen.query);
-    stated.match = rows.row(chosen.match);
-    stated.T_match_query = merge::reference_sensor_pose(keyframe(chosen.match)).inverse() *
-                           chosen.T_match_query *
-                           merge::reference_sensor_pose(keyframe(chosen.query));
+    if (shown_.epoch == epoch) stated = find(loop);
+  }
+  if (!stated) {
+    return {409, error_in_json("there is no such loop in epoch " + std::to_string(epoch))};
   }
   return change(epoch, [&](store::ProjectWriter& writer) {
-    return decide_on_loop(writer, options_.store, stated, statement, {});
+    return decide_on_loop(writer, options_.store, *stated, statement, {});
   });
 }
 

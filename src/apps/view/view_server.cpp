@@ -64,6 +64,13 @@ std::optional<LoopStatement> statement_of(const Json& json) {
   return std::nullopt;
 }
 
+std::optional<NamedLoop> loop_of(const Json& body) {
+  const Json query = body.value("query", Json());
+  const Json match = body.value("match", Json());
+  if (!query.is_string() || !match.is_string()) return std::nullopt;
+  return NamedLoop{query.get<std::string>(), match.get<std::string>()};
+}
+
 /// The body of a request to change the map; null if it is none.
 Json body_of(const httplib::Request& request) {
   Json json = Json::parse(request.body, nullptr, false);
@@ -230,16 +237,17 @@ class ViewServer::Routes {
   }
 
   void answer_changes() {
-    server_.Post(R"(/api/loops/([0-9]{1,9})/statement)", [this](const httplib::Request& request,
-                                                                httplib::Response& response) {
+    server_.Post("/api/loops/statement", [this](const httplib::Request& request,
+                                                httplib::Response& response) {
       const Json body = changing_body(request, response);
       if (body.is_null()) return;
       const auto statement = statement_of(body.value("statement", Json()));
       if (!statement) {
         return refuse(response, 400, R"(a statement is "right", "wrong" or "not yet")");
       }
-      const std::size_t loop = number<std::size_t>(request.matches[1]).value_or(0);
-      send(source_.decide(loop, *statement, body["epoch"].get<std::int64_t>()), response);
+      const std::optional<NamedLoop> loop = loop_of(body);
+      if (!loop) return refuse(response, 400, "query and match name a keyframe each, in words");
+      send(source_.decide(*loop, *statement, body["epoch"].get<std::int64_t>()), response);
     });
     server_.Post("/api/undo", [this](const httplib::Request& request, httplib::Response& response) {
       const Json body = changing_body(request, response);

@@ -23,6 +23,13 @@ struct ViewAnswer {
   return {403, R"({"error":"this map cannot be changed"})"};
 }
 
+/// A loop by its keyframes, "SESSION:NUMBER" each, in either order: its index, and which of them is
+/// the query, may differ after a merge.
+struct NamedLoop {
+  std::string query;
+  std::string match;
+};
+
 /// A map that is shown: in files, in a store, or while it grows. Thread safe; functions throw
 /// std::exception, in words, where nothing can be shown.
 class ViewSource {
@@ -42,7 +49,7 @@ class ViewSource {
   /// `api/health`.
   [[nodiscard]] virtual std::string health_json() { return R"({"robots":[],"alarms":[]})"; }
   /// Changes the map, which may take as long as a merge.
-  [[nodiscard]] virtual ViewAnswer decide(std::size_t loop, LoopStatement statement,
+  [[nodiscard]] virtual ViewAnswer decide(const NamedLoop& loop, LoopStatement statement,
                                           std::int64_t epoch) {
     (void)loop, (void)statement, (void)epoch;
     return cannot_change();

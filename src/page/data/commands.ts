@@ -1,5 +1,5 @@
 // Changes of the map, with the token that permits them.
-import type { LoopStatement } from "./format";
+import { keyframeName, type Loop, type LoopStatement, type MapData } from "./format";
 
 export interface Outcome {
   epoch: number;
@@ -16,8 +16,9 @@ function tokenOfAddress(): string | null {
 export class Commands {
   token: string | null = tokenOfAddress();
 
-  statement(loop: number, statement: LoopStatement, epoch: number): Promise<Outcome> {
-    return this.post(`api/loops/${loop}/statement`, { statement, epoch });
+  statement(map: MapData, loop: Loop, statement: LoopStatement): Promise<Outcome> {
+    const [query, match] = [loop.query, loop.match].map((end) => keyframeName(map, end));
+    return this.post("api/loops/statement", { query, match, statement, epoch: map.epoch });
   }
 
   undo(epoch: number): Promise<Outcome> {

@@ -20,6 +20,8 @@ export interface Session {
   sequences: number[];
   stamps_s: number[];
   poses: Pose[];
+  /** Keyframes of which only the summary has arrived: without points. */
+  summaries: number[];
   sigma_m?: number[];
   /** Epoch that changed the session's poses last. */
   epoch?: number;
@@ -117,19 +119,22 @@ export interface MapData {
   evaluation: Evaluation | null;
 }
 
+/** As long as the time is, null where a message lacked the figure; or empty. */
+export type Figures = (number | null)[];
 export interface RobotHealth {
   session: number;
   name: string;
+  /** Unix time. */
   time_s: number[];
-  stage_ms?: Record<string, number[]>;
-  deadline_misses?: number[];
-  fill?: Record<string, number[]>;
-  dropped?: Record<string, number[]>;
-  spool_bytes?: number[];
-  acknowledged?: number[];
-  missing?: number[];
-  clock_offset_ms?: number[];
-  latency_ms?: number[];
+  stage_ms?: Record<string, Figures>;
+  deadline_misses?: Figures;
+  fill?: Record<string, Figures>;
+  dropped?: Record<string, Figures>;
+  spool_bytes?: Figures;
+  acknowledged?: Figures;
+  missing?: Figures;
+  clock_offset_ms?: Figures;
+  latency_ms?: Figures;
 }
 export interface KeyframeEvent {
   session: number;
@@ -156,6 +161,16 @@ export interface RobotEvent {
   latency_ms: number | null;
 }
 
+/** "SESSION:NUMBER" of a keyframe: what it is called however the map grows. */
+export function keyframeName(map: MapData, [session, keyframe]: [number, number]): string {
+  const of = map.sessions[session];
+  return `${of?.name ?? session}:${of?.sequences[keyframe] ?? keyframe}`;
+}
+
+/** Its two keyframes name a loop: its index, and which of them is the query, differ between merges. */
+export const loopName = (map: MapData, loop: Loop): string =>
+  [loop.query, loop.match].map((end) => keyframeName(map, end)).sort().join(" ");
+
 export const isPose = (value: unknown): value is Pose =>
   Array.isArray(value) && value.length === 7 && value.every(Number.isFinite);
 
@@ -176,6 +191,7 @@ function checkedSession(raw: Partial<Session>, index: number): Session {
     sequences: list(raw.sequences),
     stamps_s: list(raw.stamps_s),
     poses,
+    summaries: list(raw.summaries),
     ...(raw.sigma_m ? { sigma_m: list<number>(raw.sigma_m) } : {}),
     ...(typeof raw.epoch === "number" ? { epoch: raw.epoch } : {}),
   };

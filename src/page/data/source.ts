@@ -35,11 +35,14 @@ class Server implements Source {
 
   /** What points are of: an epoch that grows, or whose map is made later, has several. */
   private version: string | undefined;
+  private summaries: Set<number>[] = [];
 
   async map(): Promise<MapData> {
     const raw = await (await answer(this.shownEpoch === null ? "api/map" : `api/map?epoch=${this.shownEpoch}`, "no-store")).json();
     this.version = typeof raw?.version === "string" ? raw.version : undefined;
-    return checkedMap(raw);
+    const map = checkedMap(raw);
+    this.summaries = map.sessions.map((session) => new Set(session.summaries));
+    return map;
   }
 
   async tile(epoch: number, layer: string, key: string): Promise<Block> {
@@ -50,8 +53,8 @@ class Server implements Source {
     return this.block(`api/keyframes/${this.version ?? epoch}/${session}/${keyframe}`);
   }
 
-  hasKeyframe(): boolean {
-    return true;
+  hasKeyframe(session: number, keyframe: number): boolean {
+    return !this.summaries[session]?.has(keyframe);
   }
 
   async health(): Promise<Health> {

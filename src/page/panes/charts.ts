@@ -1,10 +1,11 @@
 // Small charts of values over time, and curves.
+import type { Figures } from "../data/format";
 import { element, svg } from "../dom";
 
 export interface Series {
   name: string;
   x: number[];
-  y: number[];
+  y: Figures;
 }
 const width = 280,
   height = 72,
@@ -19,8 +20,10 @@ interface Range {
   high: number;
 }
 
-function range(values: number[], fromZero: boolean): Range {
-  const finite = values.filter(Number.isFinite);
+const isFigure = (value: number | null | undefined): value is number => Number.isFinite(value);
+
+function range(values: Figures, fromZero: boolean): Range {
+  const finite = values.filter(isFigure);
   if (!finite.length) return { low: 0, high: 1 };
   const low = fromZero ? Math.min(0, ...finite) : Math.min(...finite);
   const high = Math.max(...finite);
@@ -36,6 +39,18 @@ const compact = (value: number): string => {
     ? String(Math.round(value))
     : value.toFixed(size < 1 ? 2 : 1);
 };
+
+/** Runs of figures without a gap; a figure between two gaps is a dot. */
+function runs(line: Series, place: (x: number, y: number) => string): string[] {
+  const found: string[][] = [[]];
+  line.y.forEach((value, i) => {
+    if (isFigure(value)) found[found.length - 1]!.push(place(line.x[i] ?? 0, value));
+    else found.push([]);
+  });
+  return found
+    .filter((run) => run.length)
+    .map((run) => (run.length > 1 ? run : [run[0]!, run[0]!]).join(" "));
+}
 
 /** Lines with a scale at the left; the latest values stand in the key. */
 export function chart(
@@ -81,20 +96,20 @@ export function chart(
     ),
   );
   series.forEach((line, index) => {
-    const points = line.y
-      .map((value, i) => `${atX(line.x[i] ?? 0).toFixed(1)},${atY(value).toFixed(1)}`)
-      .join(" ");
-    drawing.append(
-      svg("polyline", {
-        points,
-        class: "line",
-        stroke: colours[index % colours.length]!,
-        "stroke-dasharray": dashes[index % dashes.length]!,
-      }),
-    );
+    for (const points of runs(line, (x, y) => `${atX(x).toFixed(1)},${atY(y).toFixed(1)}`))
+      drawing.append(
+        svg("polyline", {
+          points,
+          class: "line",
+          stroke: colours[index % colours.length]!,
+          "stroke-dasharray": dashes[index % dashes.length]!,
+        }),
+      );
   });
-  const latest = (line: Series) =>
-    options.latest === false || !line.y.length ? "" : ` ${compact(line.y[line.y.length - 1]!)}`;
+  const latest = (line: Series) => {
+    const value = line.y[line.y.length - 1];
+    return options.latest === false || !isFigure(value) ? "" : ` ${compact(value)}`;
+  };
   const key = element(
     "p",
     { class: "keys" },

@@ -1,20 +1,27 @@
 // Details of a loop: both scans, measures, and what a person says of it.
 import { Matrix4 } from "three";
+import type { Outcome } from "../data/commands";
 import { byId, choice, element, fixed, terms } from "../dom";
-import type { Loop, LoopStatement } from "../data/format";
+import { keyframeName, loopName, type Loop, type LoopStatement } from "../data/format";
 import { loopColour, scanColour } from "../palette";
 import { LoopScene } from "../scene/loop_scene";
 import { matrixOf } from "../scene/poses";
 import type { App } from "./app";
-import { endName } from "./loops_pane";
+
+/** What was said last on this page, and what had been said of that loop before. */
+interface Said {
+  loop: string;
+  epoch: number;
+  before: LoopStatement;
+}
 
 export class LoopDetails {
   private readonly root = byId("loop");
   private view: LoopScene | null = null;
   private readonly status = element("p", { class: "status", role: "status" });
   private ofMap = false;
-  private shownLoop: number | null = null;
-  private undoEpoch: number | null = null;
+  private shownLoop: string | null = null;
+  private said: Said | null = null;
 
   constructor(private readonly app: App) {
     app.state.on("selection", () => this.render());
@@ -31,16 +38,17 @@ export class LoopDetails {
       this.shownLoop = null;
       return;
     }
-    if (index !== this.shownLoop) {
+    const name = loopName(state.map!, loop);
+    if (name !== this.shownLoop) {
       this.ofMap = loop.T_match_query === null;
       this.status.textContent = "";
     }
-    this.shownLoop = index;
+    this.shownLoop = name;
     this.root.replaceChildren(
       this.head(loop, index),
       this.scans(loop),
       this.measures(loop),
-      this.actions(loop, index),
+      this.actions(loop),
       this.status,
     );
     void this.showScans(loop);
@@ -101,8 +109,8 @@ export class LoopDetails {
     return element("div", { class: "scans" }, [
       this.view?.canvas ?? null,
       element("p", { class: "keys" }, [
-        key(endName(this.app, loop.match), scanColour.match),
-        key(endName(this.app, loop.query), scanColour.query),
+        key(keyframeName(this.app.state.map!, loop.match), scanColour.match),
+        key(keyframeName(this.app.state.map!, loop.query), scanColour.query),
       ]),
       which,
     ]);
@@ -113,7 +121,9 @@ export class LoopDetails {
     if (!this.view) return;
     this.view.clear();
     if (![loop.match, loop.query].every((end) => source.hasKeyframe(...end))) {
-      this.status.textContent = "The scans of this loop are not in this file.";
+      this.status.textContent = source.live
+        ? "The scans of this loop have not arrived whole."
+        : "The scans of this loop are not in this file.";
       return;
     }
     try {
@@ -122,7 +132,7 @@ export class LoopDetails {
         source.keyframe(epoch, ...loop.match),
         source.keyframe(epoch, ...loop.query),
       ]);
-      if (state.map?.loops[this.shownLoop ?? -1] === loop)
+      if (state.map?.loops[state.selectedLoop ?? -1] === loop)
         this.view.show(match, query, this.pose(loop));
     } catch (error) {
       this.status.textContent = (error as Error).message;
@@ -148,13 +158,14 @@ export class LoopDetails {
     ]);
   }
 
-  private actions(loop: Loop, index: number): HTMLElement | string {
+  private actions(loop: Loop): HTMLElement | string {
     const { state, commands } = this.app;
     if (!state.map!.can_change || !this.app.source.live)
       return element("p", { class: "note", text: "This map cannot be changed from here." });
     const allowed = Boolean(commands.token) && state.connected !== false;
+    const map = state.map!;
     const say = (statement: LoopStatement) => () =>
-      void this.send(() => commands.statement(index, statement, state.map!.epoch));
+      void this.send(loop, () => commands.statement(map, loop, statement));
     const buttons = (["right", "wrong", "not yet"] as LoopStatement[]).map((statement) => {
       const button = element("button", {
         type: "button",
@@ -166,14 +177,21 @@ export class LoopDetails {
       button.setAttribute("aria-pressed", String(loop.statement === statement));
       return button;
     });
+    // Going back is quick; but once others have changed the map, that would take back theirs.
+    const { said } = this;
     const undo =
-      this.undoEpoch === state.map!.epoch
+      said?.loop === loopName(map, loop)
         ? element("button", {
             type: "button",
             text: "undo",
             class: "undo",
             disabled: !allowed,
-            click: () => void this.send(() => commands.undo(state.map!.epoch), true),
+            click: () =>
+              void this.send(null, () =>
+                said.epoch === map.epoch
+                  ? commands.undo(map.epoch)
+                  : commands.statement(map, loop, said.before),
+              ),
           })
         : null;
     return element("div", { class: "actions" }, [
@@ -206,17 +224,19 @@ export class LoopDetails {
     return form;
   }
 
-  private async send(
-    change: () => Promise<{ epoch: number; outcome: string }>,
-    undone = false,
-  ): Promise<void> {
+  /** `loop`: of which something is said; null: that is taken back. */
+  private async send(loop: Loop | null, change: () => Promise<Outcome>): Promise<void> {
+    const before: Omit<Said, "epoch"> | null = loop && {
+      loop: loopName(this.app.state.map!, loop),
+      before: loop.statement ?? "not yet",
+    };
     this.root.querySelectorAll<HTMLButtonElement>(".actions button").forEach((button) => {
       button.disabled = true;
     });
     this.status.textContent = "The map is merged again …";
     try {
       const { epoch, outcome } = await change();
-      this.undoEpoch = undone ? null : epoch;
+      this.said = before && { ...before, epoch };
       await this.app.reload();
       this.status.textContent = `Epoch ${epoch}: ${outcome}`;
     } catch (error) {

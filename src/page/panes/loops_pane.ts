@@ -1,6 +1,6 @@
 // List of loops, filtered by state.
 import { checkbox, element, fixed } from "../dom";
-import type { Loop, LoopState } from "../data/format";
+import { keyframeName, type Loop, type LoopState } from "../data/format";
 import { loopColour } from "../palette";
 import type { App } from "./app";
 
@@ -85,9 +85,6 @@ export function loopsPane(app: App, root: HTMLElement): void {
   });
 }
 
-export const endName = (app: App, [session, keyframe]: [number, number]): string =>
-  `${app.state.map!.sessions[session]?.name ?? session} ${keyframe}`;
-
 function row(app: App, loop: Loop, index: number): HTMLElement {
   const button = element(
     "button",
@@ -105,7 +102,7 @@ function row(app: App, loop: Loop, index: number): HTMLElement {
       element("span", { class: "mark" }),
       element("span", {
         class: "words",
-        text: `${endName(app, loop.query)} – ${endName(app, loop.match)}`,
+        text: [loop.query, loop.match].map((end) => keyframeName(app.state.map!, end)).join(" – "),
       }),
       element("span", { class: "extra", text: loop.statement ?? fixed(loop.overlap, 2) }),
       element("span", { class: "sub", text: `${loop.state}, ${loop.reason || "no reason given"}` }),

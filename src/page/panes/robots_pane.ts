@@ -1,6 +1,6 @@
 // Robots: alarms, places, health over time.
 import { element, fixed } from "../dom";
-import type { RobotHealth } from "../data/format";
+import type { Figures, RobotHealth } from "../data/format";
 import { sessionColour } from "../palette";
 import type { App } from "./app";
 import { chart, type Series } from "./charts";
@@ -80,11 +80,12 @@ function robots(app: App): HTMLElement[] {
 }
 
 function charts(health: RobotHealth): HTMLElement[] {
-  const time = health.time_s ?? [];
-  const lines = (values: Record<string, number[]> | undefined): Series[] =>
-    Object.entries(values ?? {}).map(([name, y]) => ({ name, x: time, y }));
-  const single = (name: string, y: number[] | undefined): Series[] =>
-    y?.length ? [{ name, x: time, y }] : [];
+  const times = health.time_s ?? [];
+  const time = times.map((at) => at - times[0]!);
+  const single = (name: string, y: Figures | undefined): Series[] =>
+    y?.some((value) => value !== null) ? [{ name, x: time, y }] : [];
+  const lines = (values: Record<string, Figures> | undefined): Series[] =>
+    Object.entries(values ?? {}).flatMap(([name, y]) => single(name, y));
   const all: [string, string, Series[]][] = [
     ["Stages", "ms", lines(health.stage_ms)],
     ["Deadline misses", "", single("misses", health.deadline_misses)],

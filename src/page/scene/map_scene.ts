@@ -70,7 +70,7 @@ export class MapScene {
     );
     this.loops = new LoopLayer(state, this.trajectories);
     this.changes = new ChangeLayer(state);
-    this.robots = new RobotLayer(state, this.labels);
+    this.robots = new RobotLayer(state, this.labels, this.trajectories);
     this.measure = new Measure(this.labels, this.viewer);
     this.section = new Section(this.uniforms, () => this.bounds());
     this.control = new CameraControl(this.viewer);

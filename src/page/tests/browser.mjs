@@ -31,7 +31,9 @@ export async function open(
   const errors = [];
   page.on(
     "console",
-    (message) => ["error", "warn"].includes(message.type()) && errors.push(message.text()),
+    (message) =>
+      ["error", "warn"].includes(message.type()) &&
+      errors.push(`${message.text()} ${message.location()?.url ?? ""}`),
   );
   page.on("pageerror", (error) => errors.push(error.message));
   await page.setCacheEnabled(cache);

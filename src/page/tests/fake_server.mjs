@@ -105,7 +105,7 @@ export class FakeServer {
     response.on("close", () => this.streams.delete(response));
   }
 
-  post(request, response, [what, index]) {
+  post(request, response, [what]) {
     let text = "";
     request.on("data", (part) => {
       text += part;
@@ -116,10 +116,26 @@ export class FakeServer {
       const body = JSON.parse(text || "{}");
       if (body.epoch !== this.map.epoch)
         return this.json(response, 409, { error: `epoch ${body.epoch} is no longer the latest` });
-      const outcome = what === "undo" ? this.undo() : this.say(Number(index), body.statement);
+      const outcome = what === "undo" ? this.undo() : this.say(this.named(body), body.statement);
       this.json(response, 200, { epoch: this.map.epoch, outcome });
       return this.emit("map", { epoch: this.map.epoch });
     });
+  }
+
+  /** Index of a loop that is named by its keyframes. */
+  named({ query, match }) {
+    const { sessions, loops } = this.map;
+    const name = ([session, k]) => `${sessions[session].name}:${sessions[session].sequences[k]}`;
+    return loops.findIndex((loop) => name(loop.query) === query && name(loop.match) === match);
+  }
+
+  /** The base merges: loops have other indices, in an epoch of its own. */
+  merge() {
+    const next = structuredClone(this.history.at(-1));
+    next.epoch += 1;
+    next.loops.reverse();
+    this.history.push(next);
+    this.emit("map", { epoch: next.epoch });
   }
 
   undo() {
@@ -151,10 +167,12 @@ export class FakeServer {
   }
 }
 
-export function robotHealth(session, name, length = 60) {
-  const time_s = Array.from({ length }, (_, i) => i * 2);
+/** `known`: rows whose messages have a latency. */
+export function robotHealth(session, name, length = 60, known = length) {
+  const time_s = Array.from({ length }, (_, i) => 1764040000 + i * 2);
+  const seconds = time_s.map((at) => at - time_s[0]);
   const wave = (mean, swing, rate) =>
-    time_s.map((t) => +(mean + swing * Math.sin(t / rate)).toFixed(2));
+    seconds.map((t) => +(mean + swing * Math.sin(t / rate)).toFixed(2));
   return {
     session,
     name,
@@ -164,14 +182,14 @@ export function robotHealth(session, name, length = 60) {
       "registration p50": wave(9, 2, 14),
       "coding p50": wave(3, 0.5, 5),
     },
-    deadline_misses: time_s.map((t) => (t > 70 ? 2 : t > 30 ? 1 : 0)),
+    deadline_misses: seconds.map((t) => (t > 70 ? 2 : t > 30 ? 1 : 0)),
     fill: { voxels: wave(0.6, 0.2, 40), keyframes: wave(0.3, 0.1, 30) },
-    dropped: { "queue full": time_s.map((t) => (t > 60 ? 3 : 0)) },
+    dropped: { "queue full": seconds.map((t) => (t > 60 ? 3 : 0)) },
     spool_bytes: wave(4e6, 3e6, 20),
-    acknowledged: time_s.map((t) => t),
-    missing: time_s.map((t) => (t > 50 ? 2 : 0)),
+    acknowledged: seconds,
+    missing: seconds.map((t) => (t > 50 ? 2 : 0)),
     clock_offset_ms: wave(0.4, 0.3, 25),
-    latency_ms: wave(12, 5, 11),
+    latency_ms: wave(12, 5, 11).map((value, i) => (i < known ? value : null)),
   };
 }
 

@@ -41,6 +41,13 @@ test("a keyframe appears within a second of its event, a robot and its health to
   await page.evaluate(() => document.getElementById("tab-robots").click());
   await until(page, () => document.querySelectorAll(".chart").length >= 9);
   await picture(page, "robots");
+  // The server keeps one row a minute and replaces the latest: the page keeps what it has seen.
+  const before = await page.evaluate(() => window.unimapper.health(1).time_s.length);
+  town.server.health = [robotHealth(1, "avia", 70, 65)];
+  await until(page, (rows) => window.unimapper.health(1).time_s.length === rows + 10, before);
+  const gap = await page.evaluate(() => window.unimapper.health(1).latency_ms.slice(-5));
+  assert.deepEqual(gap, [null, null, null, null, null]);
+  assert.equal(await page.evaluate(() => document.querySelectorAll(".chart .line[points*=NaN]").length), 0);
   town.server.emit("alarm", { ...alarm, text: "late twice", state: "over" });
   await until(page, () => !document.querySelector(".alarms"));
   town.server.alarms = [{ ...alarm, kind: "silence", text: "sends nothing" }];

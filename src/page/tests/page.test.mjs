@@ -63,6 +63,34 @@ test("a click on a loop, wrong, a new epoch, undo", async () => {
   await closed(session);
 });
 
+test("while the base merges, a loop keeps its buttons whatever its index", async () => {
+  const session = await town.opened();
+  const { page } = session;
+  const epoch = await page.evaluate(() => window.unimapper.epoch());
+  const state = (wanted) =>
+    until(page, (text) => document.querySelector("#loop .state").textContent === text, wanted);
+  await page.evaluate(() => window.unimapper.selectLoop(2));
+  town.server.merge();
+  const last = await page.evaluate(() => window.unimapper.map().loops.length - 1);
+  await until(
+    page,
+    (index) => document.querySelector("#loop h2").textContent === `Loop ${index}`,
+    last - 2,
+  );
+  await click(page, "wrong");
+  await state("refused");
+  assert.equal(town.server.map.loops[last - 2].statement, "wrong");
+  // Going back an epoch would take back the merge of the base that has come since.
+  town.server.merge();
+  await until(page, () => document.querySelector("#loop h2").textContent === "Loop 2");
+  await click(page, "undo");
+  await state("accepted");
+  assert.equal(town.server.map.loops[2].statement, null);
+  assert.equal(town.server.map.epoch, epoch + 4);
+  while (town.server.map.epoch > epoch) town.server.undo();
+  await closed(session);
+});
+
 test("without a token nothing can be changed; a wrong token is refused in words", async () => {
   const session = await town.opened({}, "");
   const { page, errors } = session;
