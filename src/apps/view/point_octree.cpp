@@ -31,9 +31,10 @@ using Occupancy = std::bitset<static_cast<std::size_t>(kCells) * kCells * kCells
 std::size_t cell_of(const OpenNode& node, const Eigen::Vector3f& position) {
   std::size_t cell = 0;
   for (int axis = 2; axis >= 0; --axis) {
+    // Not a number: in the first cell, as what lies below it.
     const float at = (position[axis] - node.origin[axis]) / node.size_m * kCells;
-    cell =
-        cell * kCells + static_cast<std::size_t>(std::clamp(static_cast<int>(at), 0, kCells - 1));
+    const float inside = at > 0.0F ? std::min(at, static_cast<float>(kCells - 1)) : 0.0F;
+    cell = cell * kCells + static_cast<std::size_t>(inside);
   }
   return cell;
 }
