@@ -322,12 +322,13 @@ TEST_CASE("labels of points by random cells, as before", "[regression]") {
     RefinedKeyframe refined;
     // Ground, and blobs that stand on it; of the ground some cells hold feet.
     for (int i = 0; i < 900; ++i) {
-      const Eigen::Vector3d p(random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0),
-                              -1.6 + 0.03 * random.normal());
+      // In braces, as elsewhere: their order is not the compiler's choice.
+      const Eigen::Vector3d p{random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0),
+                              -1.6 + 0.03 * random.normal()};
       keyframe.static_cells.push_back({p.cast<float>(), 3, 1, 0});
     }
     for (int blob = 0; blob < 8; ++blob) {
-      const Eigen::Vector3d at(random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0), -1.3);
+      const Eigen::Vector3d at{random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0), -1.3};
       for (int i = 0; i < 60; ++i) {
         Eigen::Vector3d p = at + random.normal3(0.2);
         p.z() = at.z() + random.uniform(0.0, 1.5);
@@ -344,8 +345,8 @@ TEST_CASE("labels of points by random cells, as before", "[regression]") {
     CloudMoments dynamic_online;
     for (int i = 0; i < 20000; ++i) {
       const Eigen::Vector3f p =
-          Eigen::Vector3d(random.uniform(-3.5, 3.5), random.uniform(-3.5, 3.5),
-                          random.uniform(-2.0, 0.6))
+          Eigen::Vector3d{random.uniform(-3.5, 3.5), random.uniform(-3.5, 3.5),
+                          random.uniform(-2.0, 0.6)}
               .cast<float>();
       if (labels.is_dynamic(p)) dynamic.add(p);
       if (online.is_dynamic(p)) dynamic_online.add(p);
