@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <limits>
 #include <map>
 #include <memory>
 #include <utility>
@@ -54,6 +55,20 @@ std::vector<ViewPoint> decoded(const std::string& block) {
 }
 
 }  // namespace
+
+TEST_CASE("points that are not finite are in no node of the octree") {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  ViewPoints points;
+  for (const float x : {nan, -nan, std::numeric_limits<float>::infinity()}) {
+    points.push_back({{x, 0.0F, 0.0F}, 0, 0});
+  }
+  CHECK(make_octree(points).nodes.empty());
+  points.push_back({{3.0F, 4.0F, 5.0F}, 0, 0});
+  const PointOctree octree = make_octree(points);
+  REQUIRE(octree.nodes.size() == 1);
+  CHECK(octree.nodes[0].points == 1);
+  CHECK(octree.size_m < 2.0F);
+}
 
 TEST_CASE("every point is in one node of the octree, within a step of where it was") {
   const ViewPoints points = random_points(60000);

@@ -31,10 +31,9 @@ using Occupancy = std::bitset<static_cast<std::size_t>(kCells) * kCells * kCells
 std::size_t cell_of(const OpenNode& node, const Eigen::Vector3f& position) {
   std::size_t cell = 0;
   for (int axis = 2; axis >= 0; --axis) {
-    // Not a number: in the first cell, as what lies below it.
     const float at = (position[axis] - node.origin[axis]) / node.size_m * kCells;
-    const float inside = at > 0.0F ? std::min(at, static_cast<float>(kCells - 1)) : 0.0F;
-    cell = cell * kCells + static_cast<std::size_t>(inside);
+    cell =
+        cell * kCells + static_cast<std::size_t>(std::clamp(static_cast<int>(at), 0, kCells - 1));
   }
   return cell;
 }
@@ -76,6 +75,7 @@ Kept divide(const OpenNode& node, std::array<ViewPoints, 8>& rest) {
   const bool is_leaf = node.points.size() <= kLeafPoints || node.key.size() > kDeepest;
   const auto occupied = std::make_unique<Occupancy>();
   for (const ViewPoint& point : node.points) {
+    if (!point.position.allFinite()) continue;
     const std::size_t cell = cell_of(node, point.position);
     if (is_leaf || !occupied->test(cell)) {
       occupied->set(cell);
@@ -92,7 +92,10 @@ OpenNode root_of(const ViewPoints& points) {
   OpenNode root;
   root.key = "r";
   root.points = points;
-  for (const ViewPoint& point : points) bounds.extend(point.position);
+  for (const ViewPoint& point : points) {
+    if (point.position.allFinite()) bounds.extend(point.position);
+  }
+  if (bounds.isEmpty()) bounds.extend(Eigen::Vector3f::Zero());
   root.origin = bounds.min().array().floor();
   root.size_m = std::max(kSmallestM, std::ceil((bounds.max() - root.origin).maxCoeff()));
   return root;
@@ -104,6 +107,7 @@ void add_nodes(OpenNode node, PointOctree& octree) {
   if (node.points.size() > kMostViewPoints) rest.fill(ViewPoints(node.points.file()));
   {
     const Kept kept = divide(node, rest);
+    if (kept.points.empty()) return;
     octree.nodes.push_back({node.key, static_cast<std::uint32_t>(kept.points.size()), kept.bounds});
     octree.blocks.add(node.key,
                       gzipped(point_block(kept.points, node.origin, node.size_m / 65535.0F)));

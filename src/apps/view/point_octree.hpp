@@ -32,8 +32,9 @@ struct PointOctree {
 using ViewPoints = merge::ExternalVector<ViewPoint>;
 
 /// Points of an inner node are at least a 64th of its edge apart on a grid: the first of each cell,
-/// in the order given. Empty without points. Where the points are in a file, the blocks are, too,
-/// and in memory are at most `kMostViewPoints` points of 16 bytes beside it. O(points log points).
+/// in the order given. Points that are not finite are left out. Empty without points. Where the
+/// points are in a file, the blocks are, too, and in memory are at most `kMostViewPoints` points of
+/// 16 bytes beside it. O(points log points).
 [[nodiscard]] PointOctree make_octree(const ViewPoints& points);
 
 /// A cube with at most so many points is divided in memory.
