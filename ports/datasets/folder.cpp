@@ -88,7 +88,7 @@ fs::path find_poses(const fs::path& directory, const fs::path& scans, const Open
   if (!options.poses.empty()) return options.poses;
   for (const fs::path& folder :
        {directory, scans, fs::absolute(directory / "").parent_path().parent_path()}) {
-    const fs::path found = find_poses_file(folder);
+    fs::path found = find_poses_file(folder);
     if (!found.empty()) return found;
   }
   fail(directory, "no pose file; " + remedy_for_missing_poses());

@@ -210,6 +210,7 @@ std::unique_ptr<Dataset> open_helipr(const fs::path& directory, const OpenOption
 
   const fs::path truth_file = find_ground_truth(directory, chosen);
   std::vector<std::int64_t> stamps_ns;
+  stamps_ns.reserve(files.size());
   for (const fs::path& file : files) stamps_ns.push_back(stamp_of(file));
   const Trajectory truth =
       parse_trajectory(read_file(truth_file), truth_file, StampUnit::kNanoseconds);

@@ -35,7 +35,7 @@ fs::path find_kitti_poses(const fs::path& directory, const OpenOptions& options)
   if (!options.poses.empty()) return options.poses;
   if (fs::exists(directory / "poses.txt")) return directory / "poses.txt";
   const fs::path sequence = fs::absolute(directory / "").parent_path();
-  const fs::path shared =
+  fs::path shared =
       sequence.parent_path().parent_path() / "poses" / (sequence.filename().string() + ".txt");
   if (fs::exists(shared)) return shared;
   const fs::path other = find_poses_file(directory);

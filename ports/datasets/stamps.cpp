@@ -165,7 +165,7 @@ std::optional<std::int64_t> parse_date(std::string_view date, std::string_view t
 }
 
 std::string stem_of(const fs::path& file) {
-  const std::string stem = file.stem().string();
+  std::string stem = file.stem().string();
   for (const std::string_view inner : {".pcd", ".ply", ".velodyne"}) {
     if (lower_case(stem).ends_with(inner)) return stem.substr(0, stem.size() - inner.size());
   }

@@ -48,7 +48,7 @@ std::optional<Epoch> ProjectWriter::commit(const std::string& command, const Cha
   ProjectState state = current();
   state.epoch.parent = state.epoch.number;
   state.epoch.command = command;
-  const std::optional<Epoch> epoch = finish(state, state.epoch.number + 1, change);
+  std::optional<Epoch> epoch = finish(state, state.epoch.number + 1, change);
   if (epoch) transaction.commit();
   return epoch;
 }
@@ -61,7 +61,7 @@ std::optional<Epoch> ProjectWriter::replace(std::int64_t number, const Change& c
                      " is not the latest");
   }
   remove_epoch(number);
-  const std::optional<Epoch> epoch = finish(state, number, change);
+  std::optional<Epoch> epoch = finish(state, number, change);
   if (!epoch) return epoch;
   remove_unused_results();
   transaction.commit();
@@ -75,7 +75,7 @@ Epoch ProjectWriter::purge(const std::string& command, const std::string& outcom
   state.epoch.parent = state.epoch.number;
   state.epoch.command = command;
   const std::int64_t number = state.epoch.number + 1;
-  const std::optional<Epoch> epoch = finish(state, number, [&](ProjectState& changed) {
+  std::optional<Epoch> epoch = finish(state, number, [&](ProjectState& changed) {
     for (const std::int64_t session : sessions) take_out(session, changed);
     return std::optional(outcome);
   });

@@ -27,7 +27,7 @@ struct BagForm {
 
 constexpr std::array<BagForm, 3> kForms = {{
     {kMcapMagic, ".mcap", &open_mcap},
-    {{"SQLite format 3", 16}, ".db3", &open_sqlite_bag},
+    {{"SQLite format 3\0", 16}, ".db3", &open_sqlite_bag},
     // Older versions begin with "#ROSRECORD" and "#ROSLOG": their reader says what to do.
     {"#ROS", ".bag", &open_ros1_bag},
 }};
@@ -184,6 +184,7 @@ std::unique_ptr<MessageSource> open_messages(const fs::path& path) {
                    "; name one of them (files of one recording end in _0, _1, ...)");
   }
   std::vector<std::unique_ptr<MessageSource>> sources;
+  sources.reserve(files.size());
   for (const fs::path& file : files) sources.push_back(open_file(file));
   return std::make_unique<SplitSource>(std::move(sources));
 }

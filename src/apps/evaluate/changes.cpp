@@ -72,6 +72,7 @@ std::vector<bool> what_stood(const EvaluateChangesOptions& options, const FoundC
 
 void mark_observable(const EvaluateChangesOptions& options, std::vector<TrueChange>& truth) {
   std::vector<UprightBox> boxes;
+  boxes.reserve(truth.size());
   for (const TrueChange& change : truth) boxes.push_back(change.box);
   const ObjectSightings earlier = count_sightings(options.earlier.second, boxes, options.reach_m);
   const ObjectSightings later = count_sightings(options.later.second, boxes, options.reach_m);

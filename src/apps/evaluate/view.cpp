@@ -182,7 +182,7 @@ std::string evaluate_view(const EvaluateViewOptions& options) {
   Json json = {{"summary", summary_of(evaluation, loops)},
                {"sessions", evaluation.sessions},
                {"notes", evaluation.notes}};
-  const std::string printed = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  std::string printed = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
   json["ate_m"] = evaluation.ate_m;
   json["precision_recall"] = curve_of(loops);
   const EvaluationFiles files =
