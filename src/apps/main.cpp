@@ -55,7 +55,7 @@ std::string suggestion(const CLI::App& app, int argc, char** argv) {
     const std::string typed = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
     const bool is_known = std::find(options.begin(), options.end(), typed) != options.end();
     if (!typed.starts_with("--") || is_known) continue;
-    const std::string text = unimapper::apps::did_you_mean(typed, options);
+    std::string text = unimapper::apps::did_you_mean(typed, options);
     if (!text.empty()) return text;
   }
   return {};

@@ -19,8 +19,10 @@ void InverseSensorModel::add(const std::uint16_t* pixels, const ImageProjection&
     // Copies, so that the compiler knows them to be constant in the loops.
     const ImageProjection to_pixel = projection;
     const InverseSensorModel model = *this;
+    // NOLINTBEGIN(performance-unnecessary-copy-initialization)
     const Eigen::Matrix3f r = R_sensor_points;
     const Eigen::Vector3f t = t_sensor_points;
+    // NOLINTEND(performance-unnecessary-copy-initialization)
     std::int32_t pixel[kPointsPerBatch];
     float range_m[kPointsPerBatch];
     for (std::size_t first = 0; first < points.size; first += kPointsPerBatch) {

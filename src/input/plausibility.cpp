@@ -59,6 +59,7 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans) {
       worst(findings) != Severity::kWrong || findings.back().severity == Severity::kWrong;
   if (comparable) {
     std::vector<ScanPair> pairs;
+    pairs.reserve(chosen.size());
     for (std::size_t k = 0; k < chosen.size(); ++k) {
       pairs.emplace_back(chosen[k].first, *first[k], chosen[k].second, *second[k]);
     }
@@ -66,6 +67,7 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans) {
     result.agreement = measure_agreement(pairs, track, known_mistakes(track, name));
     if (result.agreement.identity > result.agreement.given) {
       std::vector<Pose> poses;
+      poses.reserve(chosen.size());
       for (const PairIndex& pair : chosen) poses.push_back(track.pose(pair.first));
       result.agreement.ring_gain = measure_ring_gain(first, poses);
     }

@@ -22,7 +22,7 @@ Relative corrected(const Track& track, std::function<Pose(const Pose&)> correct)
 }
 
 /// Relative motion where scan i has the pose of index `at[i]`.
-Relative reordered(const Track& track, std::shared_ptr<const std::vector<std::size_t>> at) {
+Relative reordered(const Track& track, const std::shared_ptr<const std::vector<std::size_t>>& at) {
   return [&track, at](std::size_t i, std::size_t j, bool&) {
     return track.pose((*at)[i]).inverse() * track.pose((*at)[j]);
   };

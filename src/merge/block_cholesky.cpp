@@ -29,6 +29,7 @@ BlockCholesky::BlockCholesky(std::size_t size, std::span<const Pair> pairs)
 void BlockCholesky::order(std::span<const Pair> pairs) {
   const auto size = static_cast<int>(position_.size());
   std::vector<Eigen::Triplet<char>> entries;
+  entries.reserve(position_.size() + 2 * pairs.size());
   for (int i = 0; i < size; ++i) entries.emplace_back(i, i, 1);
   for (const auto& [a, b] : pairs) {
     entries.emplace_back(static_cast<int>(a), static_cast<int>(b), 1);

@@ -49,7 +49,7 @@ double share_in_loops(const SessionData& session, std::size_t index,
     if (!loop.decision.accepted || loop.query.session != index) continue;
     const auto [first, last] = std::minmax(loop.query.keyframe, loop.match.keyframe);
     std::fill(inside.begin() + static_cast<std::ptrdiff_t>(first),
-              inside.begin() + static_cast<std::ptrdiff_t>(last + 1), true);
+              inside.begin() + static_cast<std::ptrdiff_t>(last) + 1, true);
   }
   const auto count = std::count(inside.begin(), inside.end(), true);
   return static_cast<double>(count) / static_cast<double>(inside.size());

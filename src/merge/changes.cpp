@@ -157,6 +157,7 @@ Changes find_changes(const std::vector<SessionData>& sessions,
   const std::vector<std::size_t> order = by_time(sessions, voxels);
   if (order.size() < 2) return changes;
   std::vector<SessionObserver> observers;
+  observers.reserve(order.size());
   for (const std::size_t s : order) observers.emplace_back(sessions[s], merged[s], config);
   for (const TileBox& region : map_regions(voxels, most_voxels)) {
     Comparison(region, order, voxels, observers, config).run(changes);

@@ -70,7 +70,8 @@ class GrowingLoops::UnderBudget final : public LoopSource {
       LoopConstraint outcome = verified[i];
       outcome.query = loops_.by_sequence(outcome.query);
       outcome.match = loops_.by_sequence(outcome.match);
-      loops_.near_[{outcome.query, outcome.match}] = {chosen[i].T_match_query, std::move(outcome)};
+      const std::pair key(outcome.query, outcome.match);
+      loops_.near_[key] = {chosen[i].T_match_query, std::move(outcome)};
       loops.push_back(std::move(verified[i]));
     }
     return loops;
@@ -83,6 +84,7 @@ class GrowingLoops::UnderBudget final : public LoopSource {
         loops_.placements_.is_renewing() ? budget_.beside_check : budget_.by_descriptor;
     if (chosen.size() > most) chosen.resize(most);
     std::vector<LoopCandidate> candidates;
+    candidates.reserve(chosen.size());
     for (const Pair& pair : chosen) {
       candidates.push_back(loops_.at_index(loops_.found_.at(pair).candidate));
     }
@@ -151,7 +153,7 @@ class GrowingLoops::Learning final : public LoopSource {
   }
   std::vector<LoopConstraint> links() override { return searched_.links(); }
   PlacementEvidence evaluate(const Placement& placement) override {
-    const PlacementEvidence evidence = searched_.evaluate(placement);
+    PlacementEvidence evidence = searched_.evaluate(placement);
     loops_.placements_.learn(placement, evidence);
     return evidence;
   }
@@ -297,6 +299,7 @@ std::vector<GrowingLoops::Pair> GrowingLoops::waiting() const {
   std::sort(found_waiting.begin(), found_waiting.end(),
             [&](const Found* a, const Found* b) { return order(a) < order(b); });
   std::vector<Pair> waiting;
+  waiting.reserve(found_waiting.size());
   for (const Found* found : found_waiting) {
     waiting.push_back(std::minmax(found->candidate.query, found->candidate.match));
   }

@@ -11,7 +11,7 @@ PlacementEvidence KnownPlacements::evaluate(const Placement& placement) {
                                    static_cast<std::uint32_t>(first.match.session),
                                    fingerprints_.of(placement)};
   if (const auto known = outcomes_->find(question)) return *known;
-  const PlacementEvidence evidence = evaluator_.evaluate(placement);
+  PlacementEvidence evidence = evaluator_.evaluate(placement);
   outcomes_->keep(question, evidence);
   return evidence;
 }

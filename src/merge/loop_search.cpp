@@ -69,6 +69,7 @@ void choose(std::vector<LoopCandidate>& candidates, std::size_t most, const Path
   std::sort(order.begin(), order.end());
   order.resize(most);
   std::vector<LoopCandidate> chosen;
+  chosen.reserve(order.size());
   for (const auto& [rank, i] : order) chosen.push_back(candidates[i]);
   std::sort(chosen.begin(), chosen.end(), is_better);
   candidates = std::move(chosen);

@@ -45,7 +45,7 @@ PlacementEvidence PlacementMemory::evaluate(const Placement& placement,
     return none;
   }
   --checks_left_;
-  const PlacementEvidence evidence = placements.evaluate(placement);
+  PlacementEvidence evidence = placements.evaluate(placement);
   learn(placement, evidence);
   return evidence;
 }

@@ -257,6 +257,7 @@ std::vector<std::vector<RefinedKeyframe>> refine(const std::vector<PosedSession>
                                                  const RefinementConfig& config, unsigned threads) {
   if (config.window > 0) return Refinement(sessions, config, threads).run();
   std::vector<std::vector<RefinedKeyframe>> same;
+  same.reserve(sessions.size());
   for (const PosedSession& posed : sessions) {
     same.emplace_back(posed.session->keyframes.size());
   }

@@ -77,6 +77,7 @@ std::vector<LoopConstraint> verify_in_rounds(std::span<const LoopCandidate> cand
     const std::vector<std::size_t> positions = rounds.next();
     if (positions.empty()) break;
     std::vector<LoopCandidate> chosen;
+    chosen.reserve(positions.size());
     for (const std::size_t i : positions) chosen.push_back(candidates[i]);
     std::vector<LoopConstraint> verified = verify(chosen);
     for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -85,6 +86,7 @@ std::vector<LoopConstraint> verify_in_rounds(std::span<const LoopCandidate> cand
     }
   }
   std::vector<LoopConstraint> loops;
+  loops.reserve(outcomes.size());
   for (auto& [position, loop] : outcomes) loops.push_back(std::move(loop));
   return loops;
 }

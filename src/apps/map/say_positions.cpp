@@ -27,7 +27,7 @@ SessionData read_session(const ProjectOptions& options, std::int64_t row) {
 
 Eigen::Vector3d lever_of(const PositionOption& given) {
   if (given.lever.empty()) return Eigen::Vector3d::Zero();
-  const Eigen::Vector3d lever(given.lever[0], given.lever[1], given.lever[2]);
+  Eigen::Vector3d lever(given.lever[0], given.lever[1], given.lever[2]);
   if (!(lever.norm() <= 100.0)) throw std::runtime_error("--lever: no more than 100 m");
   return lever;
 }

@@ -79,6 +79,7 @@ std::vector<InputSession> read_sessions(const std::filesystem::path& store,
 
 std::vector<SessionData> data_of(std::vector<InputSession>& inputs) {
   std::vector<SessionData> sessions;
+  sessions.reserve(inputs.size());
   for (InputSession& input : inputs) sessions.push_back(std::move(input.data));
   return sessions;
 }

@@ -20,7 +20,6 @@ constexpr std::size_t kMaxRefusedLoops = 300;
 
 using merge::LoopConstraint;
 using merge::MergedSession;
-using merge::SessionStatus;
 
 bool is_connected(const MergedSession& session) { return merge::is_in_map(session.status); }
 

@@ -191,6 +191,7 @@ std::vector<Eigen::Vector3f> viewpoints(const std::vector<Eigen::Vector3f>& poin
                              ": cut it into parts, or raise --spacing");
   }
   std::vector<Eigen::Vector3f> places;
+  places.reserve(squares.size());
   for (const auto& [square, best] : squares) places.push_back(best.place);
   return in_order(std::move(places));
 }

@@ -81,11 +81,11 @@ Json body_of(const httplib::Request& request) {
 }
 
 /// Points, as they are stored; a browser undoes the compression.
-void send_points(std::optional<std::string>&& block, httplib::Response& response) {
+void send_points(const std::optional<std::string>& block, httplib::Response& response) {
   if (!block) return refuse(response, 404, "there are no such points");
   response.set_header("Content-Encoding", "gzip");
   response.set_header("Cache-Control", kForever);
-  response.set_content(std::move(*block), "application/octet-stream");
+  response.set_content(*block, "application/octet-stream");
 }
 
 }  // namespace
@@ -158,7 +158,7 @@ class ViewServer::Routes {
          "frame-ancestors 'none'; base-uri 'none'; form-action 'none'"},
     });
     server_.set_exception_handler(
-        [](const httplib::Request&, httplib::Response& response, std::exception_ptr thrown) {
+        [](const httplib::Request&, httplib::Response& response, const std::exception_ptr& thrown) {
           try {
             std::rethrow_exception(thrown);
           } catch (const std::exception& error) {

@@ -43,7 +43,7 @@ std::string open_keyframes(const WatchOptions& options, Reader& reader) {
   if (options.from_oldest) from.start = ReaderOptions::Start::kOldest;
   const auto end = Clock::now() + std::chrono::duration<double>(options.wait_s);
   for (;;) {
-    const std::string name = chosen_share(options.name);
+    std::string name = chosen_share(options.name);
     const Outcome opened = reader.open(name, kKeyframeTopic, from);
     if (opened.ok) return name;
     const bool may_come = opened.error_number == ENOENT || opened.error_number == EAGAIN;

@@ -20,7 +20,7 @@ Vec3 Plan::up(Vec2 at) const {
   return normalized(Vec3{-slope, 0.0, 1.0});
 }
 
-void Plan::set_tours(Path loop, double start_a, double start_b, double start_c) {
+void Plan::set_tours(const Path& loop, double start_a, double start_b, double start_c) {
   tours = {loop, loop, loop.reversed()};
   starts = {start_a, start_b, start_c};
 }

@@ -43,7 +43,7 @@ struct Plan : Terrain {
     return {at.x, at.y, height(at) + lift};
   }
   /// A runs along `loop`, B starts elsewhere on it, C runs the other way.
-  void set_tours(Path loop, double start_a, double start_b, double start_c);
+  void set_tours(const Path& loop, double start_a, double start_b, double start_c);
 };
 
 struct Site : World {
