@@ -10,6 +10,7 @@
 #include "src/apps/report/format.hpp"
 #include "src/apps/report/summary.hpp"
 #include "src/apps/report/times.hpp"
+#include "src/apps/report/waiting_pairs.hpp"
 #include "tests/evaluate/synthetic_merge.hpp"
 #include "tests/temporary_directory.hpp"
 
@@ -74,6 +75,60 @@ TEST_CASE("a report is one page that needs no network") {
   CHECK_THAT(page, Contains(">98.12<"));  // SA
   CHECK_THAT(page, Contains(">4.25<"));   // p50 of the removal stage
   CHECK(count(text.substr(text.find("<template id=\"report\">")), "nan") == 0);
+}
+
+TEST_CASE("a provisional pair names its placement, two keyframes and what decides it") {
+  TemporaryDirectory folder;
+  synthetic::Merge merge;
+  synthetic::fill(merge, 1.0F);
+  const char* reason = "ambiguous: 13 loops contradict 37";
+  merge::MergeResult& result = merge.result;
+  result.sessions[3].status = merge::SessionStatus::kProvisional;
+  result.sessions[3].reason = reason;
+  merge::PairOutcome pair{0, 3, merge::PairState::kProvisional, reason, 50, 37, 13, {}};
+  pair.T_match_session_query_session = Pose(Eigen::Matrix3d::Identity(), {5.0, 2.0, 0.0});
+  result.pairs.push_back(pair);
+  // The second loop says what the pair says; that of a search the other way round is off by 9 m.
+  const auto pose = [&](std::size_t s, std::size_t k) {
+    return result.sessions[s].T_map_keyframe[k];
+  };
+  for (const double off_m : {9.0, 0.0}) {
+    merge::LoopConstraint& loop = result.loops.emplace_back();
+    loop.match = {0, 30};
+    loop.query = {3, 10};
+    loop.T_match_query = pose(0, 30).inverse() * pair.T_match_session_query_session * pose(3, 10);
+    loop.T_match_query.translation.x() += off_m;
+    loop.decision.reason = reason;
+    if (off_m == 0.0) continue;
+    std::swap(loop.match, loop.query);
+    loop.T_match_query = loop.T_match_query.inverse();
+    loop.query.keyframe = 31;
+  }
+  const std::vector<WaitingPair> waiting = waiting_pairs(merge.sessions, result);
+  REQUIRE(waiting.size() == 1);
+  CHECK(waiting[0].query_keyframe == "elsewhere:10");
+  CHECK(waiting[0].match_keyframe == "monday:30");
+  CHECK_THAT(waiting[0].sentence, Contains("monday and elsewhere wait: " + std::string(reason)));
+  CHECK_THAT(waiting[0].sentence, Contains("37 loops place elsewhere:10"));
+  CHECK_THAT(waiting_text(merge.sessions, result, "site"),
+             Contains("unimapper map link --store site elsewhere:10 monday:30") &&
+                 Contains("unimapper map apart --store site elsewhere"));
+  const auto file = folder.path() / "report.html";
+  write(file, merge.input);
+  CHECK_THAT(content(file), Contains("unimapper map forbid --store STORE elsewhere:10 monday:30"));
+
+  result.pairs.back().state = merge::PairState::kConfirmed;
+  CHECK(waiting_pairs(merge.sessions, result).empty());
+}
+
+TEST_CASE("figures are left out of the reasons of single loops alone") {
+  synthetic::Merge merge;
+  synthetic::fill(merge, 1.0F);
+  const char* ambiguous = "ambiguous: 13 loops contradict 37";
+  merge.result.loops.emplace_back().decision.reason = ambiguous;
+  const Summary summary = summarize(merge.input);
+  CHECK(summary.refusals.at(ambiguous) == 1);
+  CHECK(summary.refusals.contains("overlap (limit 0.45)"));
 }
 
 TEST_CASE("equal results give equal reports") {

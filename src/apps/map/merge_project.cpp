@@ -20,6 +20,7 @@
 #include "src/apps/replacement.hpp"
 #include "src/apps/report.hpp"
 #include "src/apps/report/times.hpp"
+#include "src/apps/report/waiting_pairs.hpp"
 #include "src/apps/scene/result_scene.hpp"
 #include "src/apps/session_clouds.hpp"
 #include "unimapper/config/config_json.hpp"
@@ -81,6 +82,7 @@ void merge_project(const ProjectOptions& options, const MapMergeOptions& merge_o
   }
   std::cerr << "unimapper: " << merge.verified << '\n';
   report_positions(merge.result, merge.sessions);
+  std::cerr << waiting_text(merge.sessions, merge.result, options.store.string());
   const auto epoch = writer.commit("merge", [&](store::ProjectState& next) {
     next.epoch.result = writer.keep(merge.stored);
     return std::optional(merge.outcome);

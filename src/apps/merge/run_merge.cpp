@@ -17,6 +17,7 @@
 #include "src/apps/replacement.hpp"
 #include "src/apps/report.hpp"
 #include "src/apps/report/times.hpp"
+#include "src/apps/report/waiting_pairs.hpp"
 #include "src/apps/scene/result_scene.hpp"
 #include "src/apps/session_clouds.hpp"
 #include "unimapper/config/config_json.hpp"
@@ -154,6 +155,11 @@ void run_merge(const MergeOptions& options) {
   map.publish();
   if (scene) scene->publish();
   std::cout << summary_table(report);
+  const std::string waiting = waiting_text(sessions, result, "STORE");
+  if (!waiting.empty()) {
+    std::cerr << waiting << "unimapper: in a project: `unimapper map create`, `add` and `merge` "
+              << "keep what people say\n";
+  }
   std::cerr << "unimapper: map, trajectories and report are in " << options.out.string() << '\n';
   require_result(options, sessions, result);
 }

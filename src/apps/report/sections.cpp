@@ -8,6 +8,7 @@
 #include "src/apps/report/charts.hpp"
 #include "src/apps/report/format.hpp"
 #include "src/apps/report/page.hpp"
+#include "src/apps/report/waiting_pairs.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -193,7 +194,24 @@ std::string changes_section(const ReportInput& input, const Summary& summary) {
          " gone. Their boxes are in <code>changes.json</code>.</p>\n";
 }
 
-std::string unconnected_section(const Summary& summary) {
+/// Pairs that wait: what to look at, and the commands that decide it.
+std::string waiting_section(const ReportInput& input) {
+  std::string html;
+  for (const WaitingPair& pair : waiting_pairs(*input.sessions, *input.result)) {
+    html +=
+        "<p>" + escaped(pair.sentence) +
+        " The page shows both scans over each other where that loop is chosen. In a project one "
+        "of these decides it with the next merge:</p>\n<pre>";
+    const std::string& query = (*input.sessions)[pair.query].info.name;
+    for (const std::string& command : deciding_commands(pair, query, "STORE")) {
+      html += escaped(command) + '\n';
+    }
+    html += "</pre>\n";
+  }
+  return html;
+}
+
+std::string unconnected_section(const ReportInput& input, const Summary& summary) {
   std::string html;
   for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
     const SessionSummary& session = summary.sessions[s];
@@ -206,7 +224,7 @@ std::string unconnected_section(const Summary& summary) {
   return "<h2>Sessions apart</h2>\n<p>A session that no consistent set of loops connects stays in "
          "its own frame; so does a provisional one, whose loops something else would explain as "
          "well.</p>\n" +
-         html;
+         html + waiting_section(input);
 }
 
 std::string reproduce_section(const ReportInput& input) {

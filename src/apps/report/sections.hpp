@@ -14,7 +14,7 @@ namespace unimapper::apps {
 [[nodiscard]] std::string accuracy_section(const ReportInput& input, const Summary& summary);
 [[nodiscard]] std::string loops_section(const ReportInput& input, const Summary& summary);
 [[nodiscard]] std::string changes_section(const ReportInput& input, const Summary& summary);
-[[nodiscard]] std::string unconnected_section(const Summary& summary);
+[[nodiscard]] std::string unconnected_section(const ReportInput& input, const Summary& summary);
 [[nodiscard]] std::string time_section(const ReportInput& input, const Summary& summary);
 [[nodiscard]] std::string reproduce_section(const ReportInput& input);
 

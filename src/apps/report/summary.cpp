@@ -9,7 +9,6 @@ namespace unimapper::apps {
 namespace {
 
 using evaluate::StampedPose;
-using merge::SessionStatus;
 
 /// The session's sensor poses in the map frame, one per scan.
 std::vector<StampedPose> sensor_poses(const SessionData& session,
@@ -47,11 +46,11 @@ SessionSummary summarize_session(const SessionData& session, const merge::Merged
   return s;
 }
 
-/// A reason without its first figure: "overlap 0.41 (limit 0.45)" is "overlap (limit 0.45)", so
-/// that equal reasons add up.
+/// The reason of a single loop without its figure: "overlap 0.41 (limit 0.45)" is "overlap (limit
+/// 0.45)", so that equal reasons add up.
 std::string kind_of(const std::string& reason) {
   const std::size_t begin = reason.find_first_of("0123456789");
-  if (begin == std::string::npos) return reason;
+  if (begin == std::string::npos || reason.find(" (limit ") == std::string::npos) return reason;
   std::size_t end = std::min(reason.find_first_not_of("0123456789.", begin), reason.size());
   if (end < reason.size() && reason[end] == ' ') ++end;
   return reason.substr(0, begin) + reason.substr(end);
