@@ -28,7 +28,8 @@ words() {
     export) echo "export --replace --out $out/round/map" ;;
     remove) echo "remove b" ;;
     purge) echo "remove --purge b" ;;
-    link | forbid) echo "$1 a:0 b:1" ;;
+    link) echo "link a:0 b:1 --force" ;;
+    forbid) echo "forbid a:0 b:1" ;;
     apart | pin) echo "$1 b" ;;
     withdraw) echo "withdraw 1" ;;
     position) echo "position a:1 --at 1 2 3 --sigma 0.5" ;;

@@ -129,6 +129,7 @@ void register_statements(MapCommands& commands) {
             .add_option("--pose", o.keyframes.pose,
                         "x y z qx qy qz qw of the query's sensor in the match's, as in loops.csv")
             ->expected(7);
+        command.add_flag("--force", o.keyframes.is_forced, "Though the scans contradict it");
       },
       [](const MapOptions& o) { link_keyframes(o.project, o.keyframes); });
   commands.add("forbid", "Say that the loop between two keyframes is wrong", "friday:12 monday:40",

@@ -5,7 +5,9 @@
 #include <numbers>
 #include <optional>
 
+#include "free_space_conflict.hpp"
 #include "loop_cycle.hpp"
+#include "unimapper/merge/link_check.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -35,6 +37,12 @@ std::vector<LoopCandidate> starts_of(const KeyframeLink& link) {
   return candidates;
 }
 
+/// Half of what lies between two headings, and what a person calls the same position.
+CorrectionLimit link_limit(const MergeConfig& config) {
+  return {2.0 * config.loops.max_correction_m,
+          std::numbers::pi / kHeadings + config.loops.max_correction_rad};
+}
+
 LoopConstraint as_said(const KeyframeLink& link) {
   LoopConstraint loop;
   loop.query = link.query;
@@ -52,9 +60,7 @@ LoopConstraint as_said(const KeyframeLink& link) {
 
 std::vector<LoopConstraint> link_loops(const std::vector<KeyframeLink>& links, KnownLoops& known,
                                        KeyframeClouds& clouds, const MergeConfig& config) {
-  // Half of what lies between two headings, and what a person calls the same position.
-  const CorrectionLimit limit{2.0 * config.loops.max_correction_m,
-                              std::numbers::pi / kHeadings + config.loops.max_correction_rad};
+  const CorrectionLimit limit = link_limit(config);
   std::vector<LoopConstraint> loops;
   for (const KeyframeLink& link : links) {
     std::optional<LoopConstraint> best;
@@ -73,6 +79,24 @@ std::vector<LoopConstraint> link_loops(const std::vector<KeyframeLink>& links, K
     loops.push_back(*best);
   }
   return loops;
+}
+
+LinkEvidence check_link(const std::vector<SessionData>& sessions, const KeyframeLink& link,
+                        const MergeConfig& config) {
+  KeyframeClouds clouds(sessions, config.registration, config.threads);
+  const std::vector<LoopConstraint> loops =
+      verify_loops(starts_of(link), link_limit(config), clouds, config);
+  LinkEvidence evidence;
+  evidence.is_confirmed = std::any_of(loops.begin(), loops.end(), [](const LoopConstraint& loop) {
+    return loop.decision.accepted;
+  });
+  if (evidence.is_confirmed || !link.T_match_query) return evidence;
+  const CommonView view = common_view(clouds, link.match, link.query, *link.T_match_query, config);
+  evidence.observed = view.observed;
+  evidence.seen_through = view.contradiction;
+  evidence.is_contradicted =
+      view.is_enough() && view.contradiction > config.loops.max_contradiction;
+  return evidence;
 }
 
 bool has_person_link(const std::vector<LoopConstraint>& loops) {

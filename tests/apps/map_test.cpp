@@ -179,8 +179,8 @@ TEST_CASE("what people say is kept, numbered and withdrawn") {
   CHECK_THAT(project.done({"pin", "a"}).out, Contains("reference session a"));
   project.done({"pin", "b"});
   project.done({"apart", "a"});
-  project.done({"forbid", "b:0", "b:2"});
-  project.done({"link", "b:2", "b:0", "--pose", "1", "2", "3", "0", "0", "0", "1"});
+  CHECK_THAT(project.done({"forbid", "b:0", "b:2"}).out, Contains("the map has no such loop"));
+  project.done({"link", "b:2", "b:0", "--pose", "1", "2", "3", "0", "0", "0", "1", "--force"});
   const nlohmann::json said = project.show()["statements"];
   REQUIRE(said.size() == 4);
   CHECK(said[0]["kind"] == "reference");
@@ -204,6 +204,8 @@ TEST_CASE("what people say is kept, numbered and withdrawn") {
   project.refused({"forbid", "a:0", "b:99"}, "there is no keyframe b:99");
   project.refused({"forbid", "a", "b:1"}, "\"a\" is no keyframe: write SESSION:NUMBER");
   project.refused({"link", "a:0", "a:0"}, "these are one keyframe");
+  project.refused({"link", "a:0", "b:3"}, "the scans of the two do not fit at one position");
+  project.done({"link", "a:0", "b:3", "--force"});
   project.refused({"link", "a:0", "b:0", "--pose", "1", "2", "3", "0", "0", "0", "9"},
                   "no unit quaternion");
 }
@@ -222,7 +224,7 @@ TEST_CASE("an undo goes back step by step, and to any epoch, and loses nothing")
   project.done({"undo"});
   CHECK(project.names().empty());
   project.refused({"undo"}, "there is nothing to undo");
-  project.done({"undo", "--epoch", "3"});
+  CHECK_THAT(project.done({"undo", "--epoch", "3"}).out, Contains("in effect there: 1 statement"));
   CHECK(project.names() == Names{"a", "b"});
   CHECK(project.show()["statements"].size() == 1);
   CHECK(project.show({"--epoch", "1"})["sessions"].size() == 1);

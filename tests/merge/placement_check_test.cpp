@@ -8,6 +8,7 @@
 
 #include "src/merge/roofed_share.hpp"
 #include "tests/merge/random.hpp"
+#include "unimapper/merge/link_check.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
@@ -163,6 +164,30 @@ TEST_CASE("Keyframes that see nothing in common do not vote", "[placement]") {
       evaluated({place.drive(1, 0.0, 35.0), place.drive(2, 145.0, 180.0)});
   CHECK(evidence.supporting == 0);
   CHECK(evidence.contradicting == 0);
+}
+
+TEST_CASE("A link that the scans contradict is told from one of which they know nothing",
+          "[placement]") {
+  const Place place = corridor(0.0);
+  const auto check = [](const std::vector<SessionData>& sessions, std::optional<Pose> pose) {
+    return check_link(sessions, {{1, 6}, {0, 6}, pose}, {});
+  };
+  CHECK(check({place.drive(1), place.drive(2)}, Pose{}).is_confirmed);
+  CHECK(check({place.drive(1), place.drive(2)}, std::nullopt).is_confirmed);
+
+  Place other;
+  other.add_level(-1.5, true);
+  for (double x = -28.0; x < 75.0; x += 9.0) other.add_wall(x, -8.0, x + 5.0, 8.0);
+  const LinkEvidence wrong = check({place.drive(1), other.drive(2)}, Pose{});
+  CHECK_FALSE(wrong.is_confirmed);
+  CHECK(wrong.is_contradicted);
+  CHECK(wrong.seen_through > 0.5);
+  CHECK_FALSE(check({place.drive(1), other.drive(2)}, std::nullopt).is_confirmed);
+
+  const LinkEvidence unknown =
+      check({place.drive(1, 0.0, 35.0), place.drive(2, 145.0, 180.0)}, Pose{});
+  CHECK_FALSE(unknown.is_confirmed);
+  CHECK_FALSE(unknown.is_contradicted);
 }
 
 TEST_CASE("Keyframes are compared only as far from a loop as odometry is sure", "[placement]") {

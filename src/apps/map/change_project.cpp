@@ -11,6 +11,7 @@
 #include "ports/store/transaction.hpp"
 #include "src/apps/map/loop_statement.hpp"
 #include "src/apps/map/options.hpp"
+#include "src/apps/map/project_merge.hpp"
 #include "src/apps/map/statements.hpp"
 #include "src/apps/map/stored_sessions.hpp"
 #include "src/apps/suggestion.hpp"
@@ -40,7 +41,7 @@ void require_in_project(const ProjectState& state, std::int64_t row, const std::
 fs::path log_of(const fs::path& run) {
   if (!fs::exists(run)) throw std::runtime_error(run.string() + ": does not exist");
   if (!fs::is_directory(run)) return run;
-  const fs::path log = run / "keyframes.lcmlog";
+  fs::path log = run / "keyframes.lcmlog";
   if (fs::exists(log)) return log;
   throw std::runtime_error(run.string() +
                            ": holds no keyframes.lcmlog; is it a folder that "
@@ -118,9 +119,21 @@ Pose pose_of(const std::vector<double>& numbers) {
   if (!(std::abs(q.norm() - 1.0) < 0.01)) {
     throw std::runtime_error("--pose: qx qy qz qw are no unit quaternion");
   }
-  const Pose pose(q, {numbers[0], numbers[1], numbers[2]});
+  Pose pose(q, {numbers[0], numbers[1], numbers[2]});
   if (!pose.is_finite()) throw std::runtime_error("--pose: a number is not finite");
   return pose;
+}
+
+/// Whether the map of the project considered a loop of these keyframes.
+bool has_considered(const fs::path& store, const StoredStatement& loop) {
+  store::StoreReader reader(store);
+  store::ProjectReader project = reader.project();
+  const std::int64_t id = project.current().epoch.result;
+  if (id == 0) return false;
+  const std::vector<store::LoopResult> loops = project.result(id).loops;
+  return std::any_of(loops.begin(), loops.end(), [&](const store::LoopResult& other) {
+    return std::minmax(other.match, other.query) == std::minmax(loop.match, loop.query);
+  });
 }
 
 }  // namespace
@@ -213,6 +226,7 @@ void purge_sessions(const ProjectOptions& options, const std::vector<std::string
   ProjectWriter writer(options.store, "`unimapper map remove --purge`");
   const SessionNames names(listings(options.store));
   std::vector<std::int64_t> rows;
+  rows.reserve(removed.size());
   for (const std::string& name : removed) rows.push_back(names.row(name));
   say_epoch(writer.purge("remove --purge " + joined(removed), "removed for good " + joined(removed),
                          rows));
@@ -229,14 +243,25 @@ void link_keyframes(const ProjectOptions& options, const KeyframesOption& keyfra
   StoredStatement statement = statement_of(options, keyframes, StatementKind::kLink);
   if (!keyframes.pose.empty()) statement.T_match_query = pose_of(keyframes.pose);
   const std::string text = keyframes.query + " " + keyframes.match;
+  if (!keyframes.is_forced) {
+    const std::string objection = objection_to(options.store, statement);
+    if (!objection.empty()) {
+      throw std::runtime_error("link " + text + ": " + objection +
+                               ". Nothing is stored; --force stores it all the same");
+    }
+  }
   state_it(options, "`unimapper map link`", "link " + text,
            "linked " + text + (statement.T_match_query ? " at a pose" : ""), {statement});
 }
 
 void forbid_loop(const ProjectOptions& options, const KeyframesOption& keyframes) {
   const std::string text = keyframes.query + " " + keyframes.match;
+  const StoredStatement statement = statement_of(options, keyframes, StatementKind::kForbidden);
   state_it(options, "`unimapper map forbid`", "forbid " + text, "forbade the loop " + text,
-           {statement_of(options, keyframes, StatementKind::kForbidden)});
+           {statement});
+  if (!has_considered(options.store, statement)) {
+    std::cout << "the map has no such loop so far; should a merge find it, it is refused\n";
+  }
 }
 
 void pin_reference(const ProjectOptions& options, const std::string& session) {
@@ -262,6 +287,7 @@ void keep_apart(const ProjectOptions& options, const std::vector<std::string>& s
 void withdraw_statements(const ProjectOptions& options, const std::vector<std::int64_t>& numbers) {
   ProjectWriter writer(options.store, "`unimapper map withdraw`");
   std::vector<std::string> words;
+  words.reserve(numbers.size());
   for (const std::int64_t number : numbers) words.push_back(std::to_string(number));
   say_epoch(writer.commit("withdraw " + joined(words), [&](ProjectState& state) {
     for (const std::int64_t number : numbers) {
@@ -278,6 +304,11 @@ void withdraw_statements(const ProjectOptions& options, const std::vector<std::i
 void undo_epoch(const ProjectOptions& options) {
   ProjectWriter writer(options.store, "`unimapper map undo`");
   say_epoch(go_back(writer, options.epoch));
+  const ProjectState state = writer.current();
+  if (state.statements.empty()) return;
+  std::cout << "in effect there: " << state.statements.size()
+            << (state.statements.size() == 1 ? " statement" : " statements")
+            << " (`unimapper map show` lists them, `withdraw` takes them back)\n";
 }
 
 }  // namespace unimapper::apps

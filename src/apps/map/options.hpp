@@ -46,6 +46,7 @@ struct KeyframesOption {
   std::string query;
   std::string match;
   std::vector<double> pose;
+  bool is_forced = false;  ///< though the scans contradict it
 };
 
 /// Where a keyframe's sensor, or a point at a lever arm from it, is in the site frame. Metres.
@@ -65,7 +66,7 @@ void give_position(const ProjectOptions& options, const PositionOption& position
 /// A person gives a file of positions of a session.
 void give_positions(const ProjectOptions& options, const PositionOption& positions);
 
-/// A person links two keyframes.
+/// A person links two keyframes. Throws where the scans contradict it, unless it is forced.
 void link_keyframes(const ProjectOptions& options, const KeyframesOption& keyframes);
 /// A person forbids the loop between two keyframes.
 void forbid_loop(const ProjectOptions& options, const KeyframesOption& keyframes);

@@ -10,6 +10,7 @@
 #include "src/apps/map/stored_result.hpp"
 #include "src/apps/map/stored_sessions.hpp"
 #include "src/apps/merge/stored_contents.hpp"
+#include "unimapper/merge/link_check.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -182,6 +183,27 @@ ProjectMerge merge_stored(store::ProjectWriter& writer, const std::filesystem::p
                    return merge::merge_poses(merge.sessions, config, progress, said, &outcomes);
                  });
   return merge;
+}
+
+std::string objection_to(const std::filesystem::path& store, const store::StoredStatement& link) {
+  const merge::MergeConfig config;
+  StoredContents contents(config.kept_bytes());
+  std::vector<std::int64_t> rows{link.match.session};
+  if (link.query.session != link.match.session) rows.push_back(link.query.session);
+  std::vector<InputSession> inputs = read_sessions(store, rows, {}, &contents);
+  rows.clear();
+  for (const InputSession& input : inputs) rows.push_back(input.row);
+  const std::vector<SessionData> sessions = data_of(inputs);
+  store::ProjectState state;
+  state.statements.push_back(link);
+  const merge::UserStatements said = statements_of(state, KeyframeRows(rows, sessions), sessions);
+  if (said.links.empty()) return "the store has not all of both keyframes";
+  const merge::LinkEvidence found = merge::check_link(sessions, said.links.front(), config);
+  if (found.is_confirmed) return {};
+  if (!link.T_match_query) return "the scans of the two do not fit at one position: say --pose";
+  if (!found.is_contradicted) return {};
+  return "the scans contradict it: of the structure that both could see there " +
+         std::to_string(std::lround(100.0 * found.seen_through)) + " % was seen through";
 }
 
 }  // namespace unimapper::apps

@@ -38,6 +38,10 @@ ProjectResult merge_held(store::ProjectWriter& writer, const store::ProjectState
                          const KeyframeRows& rows, const merge::MergeConfig& config,
                          std::optional<std::int64_t> reference, const MergePoses& merge_poses);
 
+/// Why the sensor data do not bear out a link, as a sentence; empty: they do, or say nothing
+/// against it. Reads the two sessions. Throws std::runtime_error where they cannot be read.
+std::string objection_to(const std::filesystem::path& store, const store::StoredStatement& link);
+
 /// Merges the sessions of a project as it is stored. Outcomes of verification are stored on the
 /// way, the result is not. `reference`: row of the session whose frame is the map's unless people
 /// say otherwise. Throws std::runtime_error with a sentence for the user.
