@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "src/apps/report/measured_load.hpp"
+#include "src/apps/report/pair_quality.hpp"
 #include "src/apps/truth.hpp"
 #include "src/apps/view/map_files.hpp"
 #include "unimapper/evaluate/dynamic.hpp"
@@ -32,9 +33,10 @@ struct ReportInput {
   const merge::MergeResult* result = nullptr;
   std::vector<SessionReference> references;  ///< one per session, or empty
   std::string title = "Merged map";
-  std::vector<std::string> commands;  ///< shown under "how to reproduce", one a line
-  double elapsed_s = 0.0;             ///< wall-clock time of the merge; 0 hides it
-  std::optional<MeasuredLoad> load;   ///< of the machine during the merge
+  std::vector<std::string> commands;   ///< shown under "how to reproduce", one a line
+  double elapsed_s = 0.0;              ///< wall-clock time of the merge; 0 hides it
+  std::optional<MeasuredLoad> load;    ///< of the machine during the merge
+  std::vector<PairQuality> qualities;  ///< `pair_qualities`; empty hides them
 };
 
 /// Writes the page of the map (docs/page.md) to `path`, with tables and charts, and as many of the

@@ -4,8 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <nanoflann.hpp>
+#include <optional>
 #include <utility>
 #include <vector>
+
+#include "unimapper/core/quantile.hpp"
+#include "unimapper/core/symmetric_eigen.hpp"
 
 namespace unimapper::evaluate {
 namespace {
@@ -30,6 +34,11 @@ class CloudAdaptor {
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, CloudAdaptor>,
                                                  CloudAdaptor, 3, std::uint32_t>;
 
+/// Of so many points every how many are `most` at most.
+std::size_t stride_of(std::size_t points, std::size_t most) {
+  return std::max<std::size_t>((points + most - 1) / most, 1);
+}
+
 /// Sums over the points whose nearest neighbour is within tau.
 struct DistanceSums {
   double distance = 0.0;
@@ -37,49 +46,32 @@ struct DistanceSums {
   std::size_t count = 0;
 };
 
-DistanceSums sum_distances(std::span<const Eigen::Vector3f> from,
-                           std::span<const Eigen::Vector3f> to, double tau_m) {
-  DistanceSums sums;
-  if (to.empty()) return sums;
+/// One for each threshold.
+std::vector<DistanceSums> sum_distances(std::span<const Eigen::Vector3f> from,
+                                        std::span<const Eigen::Vector3f> to,
+                                        std::span<const double> taus_m, std::size_t max_queries) {
+  std::vector<DistanceSums> sums(taus_m.size());
+  if (from.empty() || to.empty()) return sums;
   const CloudAdaptor adaptor(to);
   const Tree tree(3, adaptor, nanoflann::KDTreeSingleIndexAdaptorParams(16));
-  for (const Eigen::Vector3f& point : from) {
+  const std::size_t stride = stride_of(from.size(), max_queries);
+  for (std::size_t i = 0; i < from.size(); i += stride) {
+    const Eigen::Vector3f& point = from[i];
     std::uint32_t nearest = 0;
     float squared = 0.0F;
     if (!point.allFinite() || tree.knnSearch(point.data(), 1, &nearest, &squared) == 0) continue;
     const auto squared_m2 = static_cast<double>(squared);
-    if (squared_m2 >= tau_m * tau_m) continue;
-    sums.squared += squared_m2;
-    sums.distance += std::sqrt(squared_m2);
-    ++sums.count;
+    for (std::size_t t = 0; t < taus_m.size(); ++t) {
+      if (squared_m2 >= taus_m[t] * taus_m[t]) continue;
+      sums[t].squared += squared_m2;
+      sums[t].distance += std::sqrt(squared_m2);
+      ++sums[t].count;
+    }
   }
   return sums;
 }
 
-using Neighbours = std::vector<std::pair<std::uint32_t, float>>;
-
-/// 1/2 ln |2 pi e Sigma| of the neighbours, or minus infinity when they are flat.
-double entropy_of(std::span<const Eigen::Vector3f> cloud, const Neighbours& neighbours) {
-  const Eigen::Vector3d origin = cloud[neighbours.front().first].cast<double>();
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
-  for (const auto& [index, squared] : neighbours) {
-    const Eigen::Vector3d d = cloud[index].cast<double>() - origin;
-    sum += d;
-    products += d * d.transpose();
-  }
-  const auto count = static_cast<double>(neighbours.size());
-  const Eigen::Matrix3d covariance = (products - sum * sum.transpose() / count) / (count - 1.0);
-  constexpr double kTwoPiE = 17.079468445347134131;
-  return 0.5 * std::log(std::max(0.0, (kTwoPiE * covariance).determinant()));
-}
-
-}  // namespace
-
-CloudAgreement compare_clouds(std::span<const Eigen::Vector3f> first,
-                              std::span<const Eigen::Vector3f> second, double tau_m) {
-  const DistanceSums forth = sum_distances(first, second, tau_m);
-  const DistanceSums back = sum_distances(second, first, tau_m);
+CloudAgreement agreement(const DistanceSums& forth, const DistanceSums& back) {
   CloudAgreement result;
   result.inliers_first = forth.count;
   result.inliers_second = back.count;
@@ -93,6 +85,104 @@ CloudAgreement compare_clouds(std::span<const Eigen::Vector3f> first,
   return result;
 }
 
+using Neighbours = std::vector<std::pair<std::uint32_t, float>>;
+
+struct Distribution {
+  Eigen::Vector3d mean;
+  Eigen::Matrix3d covariance;  ///< of a sample
+};
+
+/// Of two points or more.
+Distribution distribution_of(std::span<const Eigen::Vector3f> cloud, const Neighbours& neighbours) {
+  const Eigen::Vector3d origin = cloud[neighbours.front().first].cast<double>();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
+  for (const auto& [index, squared] : neighbours) {
+    const Eigen::Vector3d d = cloud[index].cast<double>() - origin;
+    sum += d;
+    products += d * d.transpose();
+  }
+  const auto count = static_cast<double>(neighbours.size());
+  return {origin + sum / count, (products - sum * sum.transpose() / count) / (count - 1.0)};
+}
+
+struct Plane {
+  Eigen::Vector3d mean;
+  Eigen::Vector3d normal;  ///< of length one
+};
+
+/// The plane through the neighbours, if they are enough, flat, and steep.
+std::optional<Plane> wall_through(std::span<const Eigen::Vector3f> cloud,
+                                  const Neighbours& neighbours) {
+  constexpr std::size_t kFewest = 12;
+  constexpr double kMostThicknessM = 0.15;
+  constexpr double kFewestWidthM = 0.25;
+  constexpr double kSteep = 0.3;  // the normal's z: 17 degrees from horizontal
+  if (neighbours.size() < kFewest) return std::nullopt;
+  const Distribution of = distribution_of(cloud, neighbours);
+  const auto axes = symmetric_eigen<double>(of.covariance);
+  const Eigen::Vector3d normal = axes.vectors.col(0);
+  if (axes.values[0] > kMostThicknessM * kMostThicknessM ||
+      axes.values[1] < kFewestWidthM * kFewestWidthM || std::abs(normal.z()) > kSteep) {
+    return std::nullopt;
+  }
+  return Plane{of.mean, normal};
+}
+
+/// 1/2 ln |2 pi e Sigma| of the neighbours, or minus infinity when they are flat.
+double entropy_of(std::span<const Eigen::Vector3f> cloud, const Neighbours& neighbours) {
+  const Eigen::Matrix3d covariance = distribution_of(cloud, neighbours).covariance;
+  constexpr double kTwoPiE = 17.079468445347134131;
+  return 0.5 * std::log(std::max(0.0, (kTwoPiE * covariance).determinant()));
+}
+
+}  // namespace
+
+CloudAgreement compare_clouds(std::span<const Eigen::Vector3f> first,
+                              std::span<const Eigen::Vector3f> second, double tau_m) {
+  const std::size_t all = std::max<std::size_t>({first.size(), second.size(), 1});
+  return compare_clouds(first, second, std::span(&tau_m, 1), all).front();
+}
+
+std::vector<CloudAgreement> compare_clouds(std::span<const Eigen::Vector3f> first,
+                                           std::span<const Eigen::Vector3f> second,
+                                           std::span<const double> taus_m,
+                                           std::size_t max_queries) {
+  const std::vector<DistanceSums> forth = sum_distances(first, second, taus_m, max_queries);
+  const std::vector<DistanceSums> back = sum_distances(second, first, taus_m, max_queries);
+  std::vector<CloudAgreement> results;
+  results.reserve(taus_m.size());
+  for (std::size_t t = 0; t < taus_m.size(); ++t) results.push_back(agreement(forth[t], back[t]));
+  return results;
+}
+
+WallDistance wall_distance(std::span<const Eigen::Vector3f> first,
+                           std::span<const Eigen::Vector3f> second) {
+  constexpr std::size_t kMostQueries = 20'000;
+  constexpr float kRadiusM = 1.0F;
+  WallDistance result;
+  if (first.empty() || second.empty()) return result;
+  const CloudAdaptor adaptor(second);
+  const Tree tree(3, adaptor, nanoflann::KDTreeSingleIndexAdaptorParams(16));
+  const nanoflann::SearchParams unsorted(32, 0.0F, false);
+  const std::size_t stride = stride_of(first.size(), kMostQueries);
+  Neighbours neighbours;
+  std::vector<double> distances;
+  for (std::size_t i = 0; i < first.size(); i += stride) {
+    if (!first[i].allFinite()) continue;
+    tree.radiusSearch(first[i].data(), kRadiusM * kRadiusM, neighbours, unsorted);
+    if (const auto plane = wall_through(second, neighbours)) {
+      const Eigen::Vector3d from_plane = first[i].cast<double>() - plane->mean;
+      distances.push_back(std::abs(plane->normal.dot(from_plane)));
+    }
+  }
+  result.points = distances.size();
+  if (distances.empty()) return result;
+  result.median_m = median(std::span(distances));
+  result.p90_m = quantile(std::span(distances), 0.9);
+  return result;
+}
+
 MapEntropy map_entropy(std::span<const Eigen::Vector3f> cloud, const EntropyConfig& config) {
   MapEntropy result;
   if (cloud.empty() || config.max_queries == 0) return result;
@@ -100,7 +190,7 @@ MapEntropy map_entropy(std::span<const Eigen::Vector3f> cloud, const EntropyConf
   const Tree tree(3, adaptor, nanoflann::KDTreeSingleIndexAdaptorParams(16));
   const auto squared_radius = static_cast<float>(config.radius_m * config.radius_m);
   const nanoflann::SearchParams unsorted(32, 0.0F, false);
-  const std::size_t stride = (cloud.size() + config.max_queries - 1) / config.max_queries;
+  const std::size_t stride = stride_of(cloud.size(), config.max_queries);
   const std::size_t least = std::max<std::size_t>(config.min_neighbours, 4);
   Neighbours neighbours;
   double sum = 0.0;

@@ -127,3 +127,52 @@ TEST_CASE("a blurred wall has more entropy than a crisp one") {
   };
   CHECK(map_entropy(wall(0.01F), {}).mean < map_entropy(wall(0.1F), {}).mean - 1.0);
 }
+
+TEST_CASE("walls are as far apart as one cloud was moved across them") {
+  // Two walls at a right angle, ground below; the wall's points are 10 cm apart.
+  const auto room = [](float shift_x, float shift_y) {
+    Cloud cloud;
+    for (int i = 0; i < 60; ++i) {
+      for (int j = 0; j < 30; ++j) {
+        const auto along = 0.1F * static_cast<float>(i);
+        const auto up = 0.1F * static_cast<float>(j);
+        cloud.push_back({along + shift_x, shift_y, up});
+        cloud.push_back({shift_x, along + shift_y, up});
+        cloud.push_back({along + 3.0F + shift_x, up + 3.0F + shift_y, 0.0F});
+      }
+    }
+    return cloud;
+  };
+  const WallDistance same = wall_distance(room(0, 0), room(0, 0));
+  CHECK(same.median_m < 1e-6);
+  CHECK(same.points > 1000);
+  const WallDistance moved = wall_distance(room(0.1F, 0.1F), room(0, 0));
+  CHECK(moved.median_m == Approx(0.1).margin(0.01));
+  CHECK(moved.p90_m < 0.2);
+  // What lies along a wall says nothing across it.
+  CHECK(wall_distance(room(0.1F, 0), room(0, 0)).median_m < 0.11);
+  CHECK(wall_distance(room(50, 0), room(0, 0)).points == 0);
+  CHECK(std::isnan(wall_distance({}, room(0, 0)).median_m));
+}
+
+TEST_CASE("a part of the points tells what all tell") {
+  unimapper::test::Random random(4);
+  Cloud first;
+  Cloud second;
+  for (int i = 0; i < 20'000; ++i) {
+    const auto around = [&](float size) {
+      const auto one = [&] { return size * (static_cast<float>(random.uniform()) - 0.5F); };
+      return Eigen::Vector3f(one(), one(), one());
+    };
+    const Eigen::Vector3f at = around(10.0F);
+    first.push_back(at);
+    second.push_back(at + around(0.2F));
+  }
+  const double taus[] = {5.0, 0.1};
+  const auto all = compare_clouds(first, second, taus, 20'000);
+  const auto some = compare_clouds(first, second, taus, 5'000);
+  CHECK(all[0].ac_rmse_m == compare_clouds(first, second, 5.0).ac_rmse_m);
+  CHECK(all[1].ac_rmse_m == compare_clouds(first, second, 0.1).ac_rmse_m);
+  CHECK(some[0].inliers_first == 5'000);
+  CHECK(some[0].ac_rmse_m == Approx(all[0].ac_rmse_m).epsilon(0.05));
+}

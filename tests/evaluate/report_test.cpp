@@ -8,6 +8,7 @@
 #include "src/apps/picture/image.hpp"
 #include "src/apps/picture/raster.hpp"
 #include "src/apps/report/format.hpp"
+#include "src/apps/report/pair_quality.hpp"
 #include "src/apps/report/summary.hpp"
 #include "src/apps/report/times.hpp"
 #include "src/apps/report/waiting_pairs.hpp"
@@ -119,6 +120,32 @@ TEST_CASE("a provisional pair names its placement, two keyframes and what decide
 
   result.pairs.back().state = merge::PairState::kConfirmed;
   CHECK(waiting_pairs(merge.sessions, result).empty());
+}
+
+TEST_CASE("the agreement of two sessions stands in report, terminal and quality.json") {
+  TemporaryDirectory folder;
+  synthetic::Merge merge;
+  synthetic::fill(merge, 1.0F);
+  // Their sessions hold no cells: nothing can be compared, and that is what is said.
+  const std::vector<PairQuality> none = pair_qualities(merge.sessions, merge.result, {});
+  REQUIRE(none.size() == 2);  // both with the central session; refused loops connect none
+  const auto file = folder.path() / "quality.json";
+  write_pair_qualities(file, merge.sessions, none);
+  CHECK(nlohmann::json::parse(content(file))["pairs"][0]["walls_median_m"].is_null());
+
+  PairQuality pair = none.front();
+  pair.merged.walls = {0.042, 0.1, 900};
+  pair.at_truth.emplace().walls = {0.031, 0.08, 901};
+  merge.input.qualities = {pair};
+  write_pair_qualities(file, merge.sessions, merge.input.qualities);
+  const nlohmann::json json = nlohmann::json::parse(content(file))["pairs"][0];
+  CHECK(json["walls_median_m"] == 0.042);
+  CHECK(json["at_truth"]["wall_points"] == 901);
+  CHECK_THAT(summary_table(merge.input),
+             Contains("monday and wednesday: walls 0.042 m apart (median), 0.031 m at the truth"));
+  CHECK_THAT(quality_section(merge.sessions, merge.input.qualities),
+             Contains("monday and wednesday") && Contains("at the truth"));
+  CHECK(quality_section(merge.sessions, {}).empty());
 }
 
 TEST_CASE("figures are left out of the reasons of single loops alone") {

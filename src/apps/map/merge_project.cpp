@@ -116,6 +116,8 @@ void export_project(const ProjectOptions& options, const MapExportOptions& outpu
   report.load = load_between(load_before, linux_port::host_load());
   report.sessions = &sessions;
   report.result = &result;
+  report.qualities = pair_qualities(sessions, result, report.references);
+  write_pair_qualities(folder.path() / "quality.json", sessions, report.qualities);
   MapFiles files = map_files(report.title, sessions, result, map.config.map.voxel_size_m);
   add_times(files, report);
   write_map_files(folder.path() / kViewFolder, files);

@@ -147,6 +147,8 @@ void run_merge(const MergeOptions& options) {
 
   report.sessions = &sessions;
   report.result = &result;
+  report.qualities = pair_qualities(sessions, result, report.references);
+  write_pair_qualities(map.path() / "quality.json", sessions, report.qualities);
   if (!options.command_line.empty()) report.commands.push_back(options.command_line);
   MapFiles files = map_files(report.title, sessions, result, config.map.voxel_size_m);
   add_times(files, report);

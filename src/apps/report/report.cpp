@@ -21,11 +21,12 @@ constexpr std::uint64_t kPointBytes = 3'500'000;
 void write_report(const std::filesystem::path& path, const ReportInput& input,
                   const MapFiles& files) {
   const Summary summary = summarize(input);
-  const std::string sections = report_style() + "<main>\n" + headline_section(input, summary) +
-                               sessions_section(summary) + accuracy_section(input, summary) +
-                               loops_section(input, summary) + changes_section(input, summary) +
-                               unconnected_section(input, summary) + time_section(input, summary) +
-                               reproduce_section(input) + "</main>";
+  const std::string sections =
+      report_style() + "<main>\n" + headline_section(input, summary) + sessions_section(summary) +
+      accuracy_section(input, summary) + loops_section(input, summary) +
+      quality_section(*input.sessions, input.qualities) + changes_section(input, summary) +
+      unconnected_section(input, summary) + time_section(input, summary) +
+      reproduce_section(input) + "</main>";
   std::ofstream out(path, std::ios::binary | std::ios::trunc);
   out << page_with(files, kPointBytes, {sections, draw_map(input)});
   out.close();

@@ -92,6 +92,7 @@ std::string summary_table(const ReportInput& input) {
   text += "map: " + std::to_string(input.result->map.size()) + " points, " +
           std::to_string(summary.merged_sessions) + " of " +
           std::to_string(summary.sessions.size()) + " sessions in one frame\n";
+  text += quality_lines(*input.sessions, input.qualities);
   for (const SessionSummary& session : summary.sessions) {
     if (session.up_known == session.keyframes) continue;
     text += session.name + ": up is unknown in " +

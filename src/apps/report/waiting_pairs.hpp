@@ -24,7 +24,8 @@ struct WaitingPair {
 [[nodiscard]] std::vector<WaitingPair> waiting_pairs(const std::vector<SessionData>& sessions,
                                                      const merge::MergeResult& result);
 
-/// The commands that decide on a pair, a line each; `store`: the project's folder, or a word for it.
+/// The commands that decide on a pair, a line each; `store`: the project's folder, or a word for
+/// it.
 [[nodiscard]] std::vector<std::string> deciding_commands(const WaitingPair& pair,
                                                          const std::string& query_session,
                                                          const std::string& store);
