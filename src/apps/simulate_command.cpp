@@ -192,7 +192,7 @@ void register_simulate(CLI::App& app) {
                    "convoy: the town, stop-and-go; street: walkers beside surfaces first seen with "
                    "them, parked trucks, thin poles; tunnel; hall; and places of which there are "
                    "two that look alike, A and B in one, C in the other: bore, fixtures, decks, "
-                   "streets, corridor, courtyard")
+                   "streets, corridor, courtyard, quad, orchard")
       ->capture_default_str();
   command->add_option("--sensor", options->sensor, joined(known_sensors()))->capture_default_str();
   command->add_option("--route", options->route, "A, B or C: tours that share their first round")

@@ -11,14 +11,14 @@ struct Entry {
   std::unique_ptr<Scene> (*make)(const Visit& visit);
 };
 
-constexpr Entry kScenes[] = {
-    {"town", make_town_scene},         {"campus", make_campus_scene},
-    {"deck", make_deck_scene},         {"square", make_square_scene},
-    {"convoy", make_convoy_scene},     {"street", make_street_scene},
-    {"tunnel", make_tunnel_scene},     {"hall", make_hall_scene},
-    {"bore", make_bore_scene},         {"fixtures", make_fixtures_scene},
-    {"decks", make_decks_scene},       {"streets", make_streets_scene},
-    {"corridor", make_corridor_scene}, {"courtyard", make_courtyard_scene}};
+constexpr Entry kScenes[] = {{"town", make_town_scene},         {"campus", make_campus_scene},
+                             {"deck", make_deck_scene},         {"square", make_square_scene},
+                             {"convoy", make_convoy_scene},     {"street", make_street_scene},
+                             {"tunnel", make_tunnel_scene},     {"hall", make_hall_scene},
+                             {"bore", make_bore_scene},         {"fixtures", make_fixtures_scene},
+                             {"decks", make_decks_scene},       {"streets", make_streets_scene},
+                             {"corridor", make_corridor_scene}, {"courtyard", make_courtyard_scene},
+                             {"quad", make_quad_scene},         {"orchard", make_orchard_scene}};
 
 const Entry* find_scene(std::string_view name) {
   const auto* found = std::find_if(std::begin(kScenes), std::end(kScenes),

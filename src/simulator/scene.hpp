@@ -65,5 +65,8 @@ std::unique_ptr<Scene> make_decks_scene(const Visit& visit);
 std::unique_ptr<Scene> make_streets_scene(const Visit& visit);
 std::unique_ptr<Scene> make_corridor_scene(const Visit& visit);
 std::unique_ptr<Scene> make_courtyard_scene(const Visit& visit);
+// The same, but the other one lacks what tells places of the first apart.
+std::unique_ptr<Scene> make_quad_scene(const Visit& visit);
+std::unique_ptr<Scene> make_orchard_scene(const Visit& visit);
 
 }  // namespace unimapper::simulator

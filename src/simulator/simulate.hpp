@@ -73,7 +73,8 @@ struct SimulationConfig {
   /// "deck": a parking deck with a ceiling of 2.5 to 3.5 m. "square": a dense crowd. "convoy": the
   /// town in stop-and-go traffic. "street": walkers beside walls that are first seen with them.
   /// "tunnel", "hall": closed all around. Two places that look alike, A and B in one of them, C in
-  /// the other: "bore", "fixtures" (tunnels), "decks", "streets", "corridor", "courtyard".
+  /// the other: "bore", "fixtures" (tunnels), "decks", "streets", "corridor", "courtyard",
+  /// "quad", "orchard".
   std::string scene = "town";
   SensorKind sensor = SensorKind::kOs2_128;
   /// 'A', 'B' or 'C': tours through the same scene. A and B run the same way round, C against

@@ -88,7 +88,7 @@ TEST_CASE("what stands in the copy is what stands in the original, but for what 
 
 TEST_CASE("the first two routes overlap, the third is elsewhere, out of sight of both") {
   const std::string name =
-      GENERATE("bore", "fixtures", "decks", "streets", "corridor", "courtyard");
+      GENERATE("bore", "fixtures", "decks", "streets", "corridor", "courtyard", "quad", "orchard");
   const auto seed = GENERATE(1U, 2U, 3U);
   CAPTURE(name, seed);
   const auto a = scene(name, seed, 'A');
@@ -152,4 +152,35 @@ TEST_CASE("the copy of a courtyard is its mirror image, and its robot turns the 
   };
   CHECK(turned(*original) > 0.5);
   CHECK(turned(*copy) < -0.5);
+}
+
+TEST_CASE("the sides of a quad are equal but for its kiosk, which its copy lacks") {
+  const auto original = scene("quad", 1, 'A');
+  const auto copy = scene("quad", 1, 'C');
+  const StaticScene here(original->world());
+  const StaticScene there(copy->world());
+  const Frame displaced = place_of_copy(*copy);
+  const Vec3 middle{0.0, 0.0, 0.8};
+  const auto seen = look(here, middle, {});
+  double least = 1.0;
+  for (int side = 1; side < 4; ++side) {
+    least = std::min(least,
+                     agreement(seen, look(here, middle, rotation_frame({0, 0, 0.5 * kPi * side}))));
+  }
+  CHECK(least > 0.8);
+  CHECK(least < 0.99);
+  CHECK(agreement(seen, look(there, displaced(middle), displaced)) < 0.99);
+}
+
+TEST_CASE("an orchard lacks some of its trees, and the other one lacks others") {
+  const auto original = scene("orchard", 1, 'B');
+  const auto copy = scene("orchard", 1, 'C');
+  const StaticScene here(original->world());
+  const StaticScene there(copy->world());
+  const Frame displaced = place_of_copy(*copy);
+  const Vec3 from = original->sensor_frame(0.0).origin;
+  const auto seen = look(here, from, {});
+  const double in_copy = agreement(seen, look(there, displaced(from), displaced));
+  CHECK(in_copy > 0.3);
+  CHECK(in_copy < 0.9);
 }

@@ -37,7 +37,7 @@ TEST_CASE("an unknown scene, route, sensor or a senseless number is refused") {
   CHECK_THAT(
       message_of(config, folder.path()),
       Contains("unknown scene 'moon'; there are: town, campus, deck, square, convoy, street, "
-               "tunnel, hall, bore, fixtures, decks, streets, corridor, courtyard"));
+               "tunnel, hall, bore, fixtures, decks, streets, corridor, courtyard, quad, orchard"));
   config = tiny_config();
   config.route = 'Z';
   CHECK_THAT(message_of(config, folder.path()), Contains("unknown route 'Z'"));
