@@ -38,6 +38,9 @@ PoseGraph graph_of(const std::vector<SessionData>& sessions, const MergeResult& 
   }
   for (const LoopConstraint& loop : result.loops) {
     if (!loop.decision.accepted) continue;
+    // A session that is not in the map has no nodes, and may have loops of its own.
+    if (!is_in_map(result.sessions[loop.match.session].status)) continue;
+    if (!is_in_map(result.sessions[loop.query.session].status)) continue;
     graph.edges.push_back({first_node[loop.match.session] + loop.match.keyframe,
                            first_node[loop.query.session] + loop.query.keyframe, loop.T_match_query,
                            loop.information, 0.0});

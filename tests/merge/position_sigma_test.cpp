@@ -56,6 +56,20 @@ TEST_CASE("another session is as sure as the loop that ties it, and what that is
   CHECK(sigmas[1][5] > sigmas[1][0]);
 }
 
+TEST_CASE("the loops of a session that is not in the map are no part of it") {
+  TwoSessions last = one_session();
+  const auto alone = sigmas_of(last);
+  last.loop({1, 5}, {1, 0}, 0.01, 0.001);
+  CHECK(sigmas_of(last) == alone);
+
+  TwoSessions first;
+  first.result.sessions[0].status = SessionStatus::kUnconnected;
+  first.result.sessions[1].status = SessionStatus::kCentral;
+  const auto without = sigmas_of(first);
+  first.loop({0, 5}, {0, 0}, 0.01, 0.001);
+  CHECK(sigmas_of(first) == without);
+}
+
 TEST_CASE("a session in the map that nothing ties has no deviation, nor has any other") {
   const auto sigmas = sigmas_of(TwoSessions());
   CHECK(sigmas[0].empty());
