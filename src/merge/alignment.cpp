@@ -43,12 +43,15 @@ struct SessionPair {
                            set.distinct);
   }
 
-  /// The inliers as indices into the problem's loops.
-  [[nodiscard]] std::vector<std::size_t> inliers() const {
+  /// Positions in `loops` as indices into the problem's loops.
+  [[nodiscard]] std::vector<std::size_t> at(const std::vector<std::size_t>& positions) const {
     std::vector<std::size_t> indices;
-    for (const std::size_t i : set.inliers) indices.push_back(loops[i]);
+    indices.reserve(positions.size());
+    for (const std::size_t i : positions) indices.push_back(loops[i]);
     return indices;
   }
+  /// The inliers as indices into the problem's loops.
+  [[nodiscard]] std::vector<std::size_t> inliers() const { return at(set.inliers); }
 };
 
 class SessionAligner {
@@ -275,31 +278,39 @@ class SessionAligner {
     const auto parent_of = [&](std::size_t s) -> std::size_t& { return parent[s]; };
     for (const std::size_t i : order) {
       SessionPair& pair = pairs_[i];
-      if (!pair.open || find_root(pair.query, parent_of) == find_root(pair.match, parent_of)) {
+      const bool may_connect = pair.open || !pair.set.competing_sets.empty();
+      if (!may_connect || find_root(pair.query, parent_of) == find_root(pair.match, parent_of)) {
         continue;
       }
       if (is_confirmed_by_data(pair)) join_sets(pair.query, pair.match, parent_of);
     }
   }
 
-  /// False: the pair is provisional from now on.
+  /// False: the pair is provisional from now on. A pair whose loops bear out several placements is
+  /// confirmed if the sensor data exclude all but one.
   bool is_confirmed_by_data(SessionPair& pair) {
     if (pair.linked || pair.is_checked) return pair.open;
     pair.is_checked = true;
-    pair.set.reason = reason_to_wait(pair.set, evidence_of(pair), problem_.config.acceptance);
-    if (pair.set.reason.empty()) return true;
-    pair.open = false;
-    pair.set.state = PairState::kProvisional;
-    reject(pair, pair.set.reason);
-    return false;
+    const std::string why = reason_to_wait(pair.set, evidence_of(pair), problem_.config.acceptance);
+    pair.open = why.empty();
+    pair.set.state = pair.open ? PairState::kConfirmed : PairState::kProvisional;
+    if (!pair.open && !pair.set.reason.empty()) pair.set.reason += "; ";
+    pair.set.reason = pair.open ? "" : pair.set.reason + why;
+    reject(pair, pair.open ? kOutsideConsistencySet : pair.set.reason);
+    return pair.open;
   }
 
   [[nodiscard]] PlacementEvidence evidence_of(const SessionPair& pair) const {
     if (!check_) return {};
     const std::vector<LoopConstraint> loops = problem_.select(pair.inliers());
+    std::vector<CompetingPlacement> competing;
+    for (const ConsistencySet& set : pair.set.competing_sets) {
+      competing.push_back(
+          {problem_.select(pair.at(set.inliers)), set.T_match_session_query_session});
+    }
     const auto& poses = problem_.state.T_session_keyframe;
     return check_({loops, poses[pair.query], poses[pair.match],
-                   pair.set.T_match_session_query_session, pair.beyond});
+                   pair.set.T_match_session_query_session, pair.beyond, competing});
   }
 
   /// The session with the best score in the largest group of connected sessions.

@@ -17,6 +17,9 @@
 namespace unimapper::merge {
 namespace {
 
+// More placements than these that compete are not told apart.
+constexpr std::size_t kMostCompeting = 3;
+
 /// How many of the chosen loops lie apart along both paths from all counted before.
 std::size_t count_distinct(std::span<const LoopConstraint> loops,
                            std::span<const std::size_t> chosen, const SessionPath& query,
@@ -156,23 +159,36 @@ std::string reason_to_refuse_set(std::span<const LoopConstraint> loops, const Co
   return {};
 }
 
-/// The largest set that contradicts the inliers counts more if it could connect the maps itself.
-std::string reason_for_ambiguity(std::span<const LoopConstraint> loops,
-                                 std::span<const Matrix6d> covariances, ConsistencySet& set,
-                                 const AdjacencyMatrix& graph, const SessionPath& query,
-                                 const SessionPath& match, const AcceptanceConfig& config) {
-  ConsistencySet other;
-  other.inliers =
-      max_clique(graph, Allegiance(loops, covariances, graph, query, match).competing(set.inliers));
-  other.distinct = count_distinct(loops, other.inliers, query, match, config.distinct_m);
-  // One outlier is no hypothesis: it takes two or more that agree to compete.
-  if (other.distinct < 2) return {};
-  set.competing = other.distinct;
-  const bool sufficient = reason_to_refuse_set(loops, other, query, match, config).empty();
-  const double margin = sufficient ? config.sufficient_margin : config.margin;
-  if (static_cast<double>(set.distinct) >= margin * static_cast<double>(set.competing)) return {};
-  return "ambiguous: " + std::to_string(set.competing) + " loops contradict " +
-         std::to_string(set.distinct);
+/// The sets that contradict the inliers and each other, the largest first. Provisional: it is so
+/// large that the pair is ambiguous; a set counts more if it could connect the maps itself. Ends
+/// with the first that is not, or with one more than `kMostCompeting`.
+std::vector<ConsistencySet> find_competing_sets(std::span<const LoopConstraint> loops,
+                                                std::span<const Matrix6d> covariances,
+                                                const ConsistencySet& set,
+                                                const AdjacencyMatrix& graph,
+                                                const SessionPath& query, const SessionPath& match,
+                                                const AcceptanceConfig& config) {
+  const Allegiance allegiance(loops, covariances, graph, query, match);
+  std::vector<ConsistencySet> competing;
+  std::vector<std::size_t> explained = set.inliers;
+  while (competing.size() <= kMostCompeting) {
+    ConsistencySet other;
+    other.inliers = max_clique(graph, allegiance.competing(explained));
+    other.distinct = count_distinct(loops, other.inliers, query, match, config.distinct_m);
+    // One outlier is no hypothesis: it takes two or more that agree to compete.
+    if (other.distinct < 2) break;
+    const bool sufficient = reason_to_refuse_set(loops, other, query, match, config).empty();
+    const double margin = sufficient ? config.sufficient_margin : config.margin;
+    other.state = static_cast<double>(set.distinct) >= margin * static_cast<double>(other.distinct)
+                      ? PairState::kRefused
+                      : PairState::kProvisional;
+    other.T_match_session_query_session = fit_session_transform(loops, other.inliers, query, match);
+    explained.insert(explained.end(), other.inliers.begin(), other.inliers.end());
+    std::sort(explained.begin(), explained.end());
+    competing.push_back(std::move(other));
+    if (competing.back().state == PairState::kRefused) break;
+  }
+  return competing;
 }
 
 /// All loops of the set lie where keyframes see the same structure.
@@ -233,11 +249,21 @@ ConsistencySet inter_session_consistency(std::span<const LoopConstraint> loops,
   set.reason = reason_to_refuse_set(loops, set, query, match, config);
   if (!set.reason.empty()) return set;
   set.state = PairState::kProvisional;
-  set.reason = reason_for_ambiguity(loops, covariances, set, graph, query, match, config);
-  if (!set.reason.empty()) return set;
+  std::vector<ConsistencySet> competing =
+      find_competing_sets(loops, covariances, set, graph, query, match, config);
+  if (!competing.empty()) set.competing = competing.front().distinct;
+  std::erase_if(competing,
+                [](const ConsistencySet& other) { return other.state != PairState::kProvisional; });
   const std::size_t votes = votes_on_weakest_axis(loops, covariances, set, query, match, config);
-  set.is_weak_along_axis = votes < config.min_strong_loops;
-  if (set.is_weak_along_axis) {
+  const bool is_weak = votes < config.min_strong_loops;
+  if (!competing.empty()) {
+    set.reason = "ambiguous: " + std::to_string(set.competing) + " loops contradict " +
+                 std::to_string(set.distinct);
+    if (competing.size() <= kMostCompeting && !is_weak) set.competing_sets = std::move(competing);
+    return set;
+  }
+  set.is_weak_along_axis = is_weak;
+  if (is_weak) {
     set.reason = "the position along one direction is known to " + std::to_string(votes) + " of " +
                  std::to_string(set.distinct) + " loops";
     return set;
@@ -249,6 +275,8 @@ ConsistencySet inter_session_consistency(std::span<const LoopConstraint> loops,
 std::string reason_to_wait(const ConsistencySet& set, const PlacementEvidence& evidence,
                            const AcceptanceConfig& config) {
   if (!evidence.aliasing.empty()) return evidence.aliasing;
+  if (evidence.competing_excluded < set.competing_sets.size())
+    return "nothing excludes the other placement";
   if (evidence.contradicting > evidence.supporting) {
     return "keyframes beside each other see different structure: " +
            std::to_string(evidence.contradicting) + " of " +

@@ -24,6 +24,9 @@ struct ConsistencySet {
   std::size_t competing = 0;        ///< the same for the largest set that contradicts the inliers
   bool is_one_place = false;        ///< all inliers lie where keyframes see the same structure
   bool is_weak_along_axis = false;  ///< too few of them know the position along one direction
+  /// Ambiguous, and nothing else speaks against it: the sets that compete. Sensor data may exclude
+  /// them.
+  std::vector<ConsistencySet> competing_sets;
   Pose T_match_session_query_session;  ///< best fit to the inliers (inter-session only)
 };
 

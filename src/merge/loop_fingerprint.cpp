@@ -159,6 +159,10 @@ std::uint64_t LoopFingerprints::of(const Placement& placement) {
   print.add(placement.T_match_session_query_session);
   print.add(placement.beyond.horizontal_m);
   print.add(placement.beyond.vertical_m);
+  for (const CompetingPlacement& other : placement.competing) {
+    for (const LoopConstraint& loop : other.loops) print.add(loop);
+    print.add(other.T_match_session_query_session);
+  }
   return print.value();
 }
 

@@ -30,6 +30,14 @@ constexpr std::size_t kPairsVerified = 16;
 // (docs/design/loop-acceptance.md).
 constexpr double kAgreeing = 0.45;
 constexpr double kDiffering = 0.2;
+// A placement is excluded where more than this many times the share of the common view was seen
+// through, and this much more, as at the other one (docs/design/loop-acceptance.md).
+constexpr double kTimesSeenThrough = 1.5;
+constexpr double kMoreSeenThrough = 0.01;
+// Of the keyframes that both placements put beside the map: so many at least, and this share of
+// them must exclude a competing placement.
+constexpr std::size_t kFewestCompared = 5;
+constexpr double kExcludingShare = 2.0 / 3.0;
 // Of a loop's overlap, what is needed elsewhere before registration is tried there.
 constexpr double kWorthRegistering = 0.6;
 
@@ -59,6 +67,11 @@ double telling_overlap(const RegistrationCloud& target, const RegistrationCloud&
                                 : static_cast<double>(coincides) / static_cast<double>(facing);
 }
 
+/// Whether what is seen through at a place speaks against it, beside what is at another.
+bool is_excluded(double share, double at_other) {
+  return share > kTimesSeenThrough * at_other + kMoreSeenThrough;
+}
+
 /// Evenly spread indices, at most `count` of `size`.
 std::vector<std::size_t> spread(std::size_t size, std::size_t count) {
   std::vector<std::size_t> chosen;
@@ -79,6 +92,9 @@ struct PlacementEvaluator::Elsewhere {
 
 PlacementEvidence PlacementEvaluator::evaluate(const Placement& placement) {
   PlacementEvidence evidence;
+  evidence.aliasing = find_competing(placement);
+  if (!evidence.aliasing.empty()) return evidence;
+  evidence.competing_excluded = placement.competing.size();
   evidence.aliasing = find_repetition(placement);
   if (evidence.aliasing.empty()) evidence.aliasing = find_storeys(placement);
   if (!evidence.aliasing.empty()) return evidence;
@@ -91,7 +107,8 @@ PlacementEvidence PlacementEvaluator::evaluate(const Placement& placement) {
 
 std::vector<PlacementEvaluator::Vote> PlacementEvaluator::ask_neighbours(
     const Placement& placement) {
-  const std::vector<LoopCandidate> pairs = beside_each_other(placement);
+  const std::vector<LoopCandidate> pairs =
+      beside_each_other(placement, placement.loops, placement.T_match_session_query_session);
   const std::vector<LoopConstraint> verified =
       verify_loops(pairs, radius_limit(config_), clouds_, config_);
   std::vector<Vote> votes(pairs.size());
@@ -105,18 +122,75 @@ std::vector<PlacementEvaluator::Vote> PlacementEvaluator::ask_neighbours(
 PlacementEvaluator::Vote PlacementEvaluator::vote_of(const LoopCandidate& pair,
                                                      const LoopConstraint& verified) const {
   if (verified.decision.accepted) return Vote::kAgrees;
-  const CorrectionLimit limit = radius_limit(config_);
-  const Pose moved = pair.T_match_query.inverse() * verified.T_match_query;
-  // Without registration there is no overlap after it.
-  const bool is_confirmed = verified.overlap > 0.0 &&
-                            moved.translation.norm() <= limit.translation_m &&
-                            rotation_angle(moved.rotation) <= limit.rotation_rad;
+  const bool is_confirmed = is_registered(pair, verified);
   const CommonView view =
       common_view(clouds_, pair.match, pair.query,
                   is_confirmed ? verified.T_match_query : pair.T_match_query, config_);
   if (!view.is_enough()) return Vote::kNone;
   if (is_confirmed) return view.contradiction <= kAgreeing ? Vote::kAgrees : Vote::kDiffers;
   return view.contradiction >= kDiffering ? Vote::kDiffers : Vote::kNone;
+}
+
+/// Whether registration ended, near where it began.
+bool PlacementEvaluator::is_registered(const LoopCandidate& pair,
+                                       const LoopConstraint& verified) const {
+  const CorrectionLimit limit = radius_limit(config_);
+  const Pose moved = pair.T_match_query.inverse() * verified.T_match_query;
+  // Without registration there is no overlap after it.
+  return verified.overlap > 0.0 && moved.translation.norm() <= limit.translation_m &&
+         rotation_angle(moved.rotation) <= limit.rotation_rad;
+}
+
+std::map<std::size_t, double> PlacementEvaluator::seen_through(
+    const Placement& placement, std::span<const LoopConstraint> loops, const Pose& T_match_query) {
+  const std::vector<LoopCandidate> pairs = beside_each_other(placement, loops, T_match_query);
+  const std::vector<LoopConstraint> verified =
+      verify_loops(pairs, radius_limit(config_), clouds_, config_);
+  std::vector<CommonView> views(pairs.size());
+  parallel_for(pairs.size(), config_.threads, [&](std::size_t i) {
+    const bool registered = is_registered(pairs[i], verified[i]);
+    views[i] =
+        common_view(clouds_, pairs[i].match, pairs[i].query,
+                    registered ? verified[i].T_match_query : pairs[i].T_match_query, config_);
+  });
+  std::map<std::size_t, double> shares;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (views[i].is_enough()) shares[pairs[i].query.keyframe] = views[i].contradiction;
+  }
+  return shares;
+}
+
+/// A placement that other loops propose and that the scans do not exclude. What moved between the
+/// visits is seen through at every placement alike; what stands there is at a wrong one alone.
+std::string PlacementEvaluator::find_competing(const Placement& placement) {
+  if (placement.competing.empty()) return {};
+  const std::map<std::size_t, double> here =
+      seen_through(placement, placement.loops, placement.T_match_session_query_session);
+  std::vector<double> all;
+  for (const auto& [keyframe, share] : here) all.push_back(share);
+  const double usual = all.empty() ? 1.0 : median(std::span(all));
+  for (const CompetingPlacement& other : placement.competing) {
+    const Pose& T_match_query = other.T_match_session_query_session;
+    const auto shares = seen_through(placement, other.loops, T_match_query);
+    const auto excluding = std::count_if(shares.begin(), shares.end(), [&](const auto& there) {
+      const auto found = here.find(there.first);
+      return is_excluded(there.second, found == here.end() ? usual : found->second);
+    });
+    const bool is_known = std::min(shares.size(), here.size()) >= kFewestCompared;
+    if (is_known &&
+        static_cast<double>(excluding) >= kExcludingShare * static_cast<double>(shares.size())) {
+      continue;
+    }
+    const Eigen::Vector3d at =
+        placement.T_query_session_keyframe[placement.loops.front().query.keyframe].translation;
+    char text[128];
+    std::snprintf(text, sizeof text,
+                  "the scans do not exclude the other placement, %.0f m off (%td of %zu keyframes)",
+                  (T_match_query * at - placement.T_match_session_query_session * at).norm(),
+                  excluding, shares.size());
+    return text;
+  }
+  return {};
 }
 
 /// Translations of the surroundings: the same heading at other keyframes of the match session, near
@@ -169,7 +243,15 @@ double PlacementEvaluator::share_elsewhere(const LoopConstraint& loop,
       telling_overlap(*clouds_.cloud(loop.match), source, loop.T_match_query, place.shift_in_query);
   const double there =
       telling_overlap(target, source, aligned.T_target_source, place.shift_in_query);
-  return here > 0.0 ? there / here : 0.0;
+  const double share = here > 0.0 ? there / here : 0.0;
+  if (share < config_.aliasing.alike_share) return share;
+  // Alike, but for what stands at one of the two places alone.
+  const CommonView at_other =
+      common_view(clouds_, place.match, loop.query, aligned.T_target_source, config_);
+  const CommonView at_loop =
+      common_view(clouds_, loop.match, loop.query, loop.T_match_query, config_);
+  const bool is_known = at_other.is_enough() && at_loop.is_enough();
+  return is_known && is_excluded(at_other.contradiction, at_loop.contradiction) ? 0.0 : share;
 }
 
 std::vector<PlacementEvaluator::Repetition> PlacementEvaluator::look_elsewhere(
@@ -247,13 +329,15 @@ std::string PlacementEvaluator::find_storeys(const Placement& placement) const {
 
 /// Pairs as radius search finds them, evenly spread, as far as odometry from a loop is sure:
 /// farther on, the placement says little.
-std::vector<LoopCandidate> PlacementEvaluator::beside_each_other(const Placement& placement) const {
-  const std::size_t query = placement.loops.front().query.session;
-  const std::size_t match = placement.loops.front().match.session;
+std::vector<LoopCandidate> PlacementEvaluator::beside_each_other(
+    const Placement& placement, std::span<const LoopConstraint> loops,
+    const Pose& T_match_query) const {
+  const std::size_t query = loops.front().query.session;
+  const std::size_t match = loops.front().match.session;
   const auto& matches = placement.T_match_session_keyframe;
   std::vector<Pose> placed;
   for (const Pose& T_session_keyframe : placement.T_query_session_keyframe) {
-    placed.push_back(placement.T_match_session_query_session * T_session_keyframe);
+    placed.push_back(T_match_query * T_session_keyframe);
   }
   const SessionPath query_path(placed, config_.odometry);
   const SessionPath match_path({matches.begin(), matches.end()}, config_.odometry);
@@ -265,7 +349,7 @@ std::vector<LoopCandidate> PlacementEvaluator::beside_each_other(const Placement
     LoopConstraint at;
     at.query = pair.query;
     at.match = pair.match;
-    return std::none_of(placement.loops.begin(), placement.loops.end(), [&](const auto& loop) {
+    return std::none_of(loops.begin(), loops.end(), [&](const auto& loop) {
       return drift_between(loop, at, query_path, match_path) <= limit;
     });
   });

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <limits>
+#include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,9 +16,9 @@
 namespace unimapper::merge {
 
 /// Looks for what loops cannot say: whether the query fits the same map elsewhere as well
-/// (perceptual aliasing: a period, a deck), and whether keyframes that lie beside each other in the
-/// placement see the same. Bounded: eight loops are moved to a dozen places each, and sixteen
-/// pairs of keyframes are verified.
+/// (perceptual aliasing: a period, a deck), whether the scans exclude what other loops propose, and
+/// whether keyframes that lie beside each other in the placement see the same. Bounded: eight loops
+/// are moved to a dozen places each, and of each placement sixteen pairs of keyframes are verified.
 class PlacementEvaluator {
  public:
   PlacementEvaluator(const std::vector<SessionData>& sessions, KeyframeClouds& clouds,
@@ -48,12 +50,21 @@ class PlacementEvaluator {
   struct Elsewhere;
 
   [[nodiscard]] Vote vote_of(const LoopCandidate& pair, const LoopConstraint& verified) const;
+  [[nodiscard]] bool is_registered(const LoopCandidate& pair, const LoopConstraint& verified) const;
+  [[nodiscard]] std::string find_competing(const Placement& placement);
   [[nodiscard]] std::string find_repetition(const Placement& placement);
   [[nodiscard]] std::string find_storeys(const Placement& placement) const;
   [[nodiscard]] double share_elsewhere(const LoopConstraint& loop, const Elsewhere& place) const;
   [[nodiscard]] std::vector<Elsewhere> places_elsewhere(const Placement& placement,
                                                         const LoopConstraint& loop) const;
-  [[nodiscard]] std::vector<LoopCandidate> beside_each_other(const Placement& placement) const;
+  /// `loops` and where they put the query: those of the placement, or of a competing one.
+  [[nodiscard]] std::vector<LoopCandidate> beside_each_other(const Placement& placement,
+                                                             std::span<const LoopConstraint> loops,
+                                                             const Pose& T_match_query) const;
+  /// By keyframe of the query beside the map, the share of the common view that was seen through.
+  [[nodiscard]] std::map<std::size_t, double> seen_through(const Placement& placement,
+                                                           std::span<const LoopConstraint> loops,
+                                                           const Pose& T_match_query);
 
   const std::vector<SessionData>& sessions_;
   KeyframeClouds& clouds_;

@@ -1,6 +1,7 @@
 #include "placement_memory.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace unimapper::merge {
 namespace {
@@ -53,7 +54,12 @@ PlacementEvidence PlacementMemory::evaluate(const Placement& placement,
 void PlacementMemory::learn(const Placement& placement, const PlacementEvidence& evidence) {
   const Pair pair{placement.loops.front().query.session, placement.loops.front().match.session};
   if (renewed_ == pair) renewed_.reset();
-  known_[pair] = {placement.T_match_session_query_session, evidence, keyframes_of(pair), merge_};
+  std::vector<Pose> competing;
+  for (const CompetingPlacement& other : placement.competing) {
+    competing.push_back(other.T_match_session_query_session);
+  }
+  known_[pair] = {placement.T_match_session_query_session, std::move(competing), evidence,
+                  keyframes_of(pair), merge_};
 }
 
 bool PlacementMemory::has_more() const {
@@ -69,14 +75,23 @@ bool PlacementMemory::is_due(const Pair& pair, const Known& known, bool is_idle)
   return 4 * grown >= known.keyframes || !is_in_favour(known.evidence, config_.acceptance);
 }
 
-/// Where the loops are, which is far from the origins of both frames.
+/// Where the loops are, which is far from the origins of both frames; and what competes is where
+/// it was.
 bool PlacementMemory::is_where(const Known& known, const Placement& placement) const {
-  return std::all_of(placement.loops.begin(), placement.loops.end(), [&](const auto& loop) {
-    const Eigen::Vector3d& query =
-        placement.T_query_session_keyframe[loop.query.keyframe].translation;
-    return (known.T_match_query * query - placement.T_match_session_query_session * query).norm() <=
-           config_.acceptance.confirming_sigma_m;
-  });
+  const auto is_near = [&](const Pose& a, const Pose& b) {
+    return std::all_of(placement.loops.begin(), placement.loops.end(), [&](const auto& loop) {
+      const Eigen::Vector3d& query =
+          placement.T_query_session_keyframe[loop.query.keyframe].translation;
+      return (a * query - b * query).norm() <= config_.acceptance.confirming_sigma_m;
+    });
+  };
+  const auto was_known = [&](const CompetingPlacement& other) {
+    return std::any_of(known.competing.begin(), known.competing.end(), [&](const Pose& before) {
+      return is_near(other.T_match_session_query_session, before);
+    });
+  };
+  return is_near(known.T_match_query, placement.T_match_session_query_session) &&
+         std::all_of(placement.competing.begin(), placement.competing.end(), was_known);
 }
 
 std::size_t PlacementMemory::keyframes_of(const Pair& pair) const {

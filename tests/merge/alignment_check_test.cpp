@@ -76,6 +76,40 @@ TEST_CASE("A place that repeats itself leaves the pair provisional", "[alignment
   CHECK(repeated.pairs[0].loops == 21);
 }
 
+TEST_CASE("Of two placements that loops bear out the data may exclude one", "[alignment]") {
+  Scene scene = side_by_side(kManyPlacesM);
+  // As many loops say that the query drives 100 m farther on.
+  const Pose ahead(Eigen::Matrix3d(Eigen::Matrix3d::Identity()), {100.0, 0.0, 0.0});
+  for (std::size_t k = 1; k < 31; k += 2) {
+    scene.loops.push_back(exact_loop({1, k}, {0, k + 20}, Pose{}));
+  }
+  const auto with = [&](std::size_t excluded, const std::string& aliasing) {
+    return align_sessions(
+        scene.sessions, scene.loops, MergeConfig{}, [&](const Placement& placement) {
+          REQUIRE(placement.competing.size() == 1);
+          CHECK(
+              (placement.competing[0].T_match_session_query_session.translation - ahead.translation)
+                  .norm() < 1.0);
+          return PlacementEvidence{9, 0, aliasing, excluded};
+        });
+  };
+  const Alignment unasked = align_sessions(scene.sessions, scene.loops, MergeConfig{});
+  CHECK_FALSE(unasked.connected[1]);
+  CHECK_THAT(unasked.reason[1], Catch::Matchers::Contains("ambiguous: "));
+  const Alignment excluded = with(1, {});
+  CHECK(excluded.connected[1]);
+  CHECK(excluded.pairs[0].state == PairState::kConfirmed);
+  CHECK(excluded.T_map_session[1].translation.norm() < 0.1);
+  CHECK(excluded.decisions[0].accepted);
+  CHECK_FALSE(excluded.decisions.back().accepted);
+  const Alignment undecided = with(0, {});
+  CHECK_FALSE(undecided.connected[1]);
+  CHECK(undecided.pairs[0].state == PairState::kProvisional);
+  CHECK_THAT(undecided.reason[1], Catch::Matchers::Contains("ambiguous: ") &&
+                                      Catch::Matchers::Contains("; nothing excludes"));
+  CHECK_FALSE(with(1, "the surroundings repeat").connected[1]);
+}
+
 TEST_CASE("Data are asked once about each pair that connects sessions, and about no other",
           "[alignment]") {
   Scene scene;

@@ -245,8 +245,23 @@ TEST_CASE("The consistency set must exceed a competing one by the margin", "[acc
 
   std::vector<LoopConstraint> three = true_loops(path, {2, 6, 10});
   three.insert(three.end(), aliased.begin(), aliased.end());
-  CHECK(inter_session_consistency(three, path, path, config).reason ==
-        "ambiguous: 2 loops contradict 3");
+  const ConsistencySet ambiguous = inter_session_consistency(three, path, path, config);
+  CHECK(ambiguous.reason == "ambiguous: 2 loops contradict 3");
+  REQUIRE(ambiguous.competing_sets.size() == 1);
+  CHECK((ambiguous.competing_sets[0].T_match_session_query_session.translation -
+         Eigen::Vector3d(100.0, 0.0, 0.0))
+            .norm() < 1.0);
+  CHECK(ahead.competing_sets.empty());
+
+  // Four that compete are too many to be told apart; three are named.
+  for (const std::size_t farther : {26U, 32U, 38U}) {
+    for (const std::size_t k : {4U, 8U}) three.push_back(loop(path, k, path, k + farther));
+    for (std::size_t i = three.size() - 2; i < three.size(); ++i) three[i].T_match_query = Pose{};
+    const ConsistencySet set = inter_session_consistency(three, path, path, config);
+    CHECK(set.state == PairState::kProvisional);
+    CHECK(set.competing_sets.size() == (farther == 26 ? 2 : farther == 32 ? 3 : 0));
+  }
+  three.resize(5);
 
   // A single outlier is no competing set.
   three.pop_back();

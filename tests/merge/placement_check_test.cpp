@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -92,7 +93,8 @@ Place corridor(double period_m) {
 /// What two drives through two places are found to be, placed on each other.
 PlacementEvidence evaluated(const std::vector<SessionData>& sessions,
                             const MergeConfig& config = {}, std::size_t last_loop = kKeyframes,
-                            const ExcludedBeyond& beyond = {}) {
+                            const ExcludedBeyond& beyond = {},
+                            std::span<const CompetingPlacement> competing = {}) {
   std::vector<LoopConstraint> loops;
   for (std::size_t k = 0; k < last_loop; k += 3) {
     LoopConstraint loop;
@@ -105,7 +107,7 @@ PlacementEvidence evaluated(const std::vector<SessionData>& sessions,
   for (const auto& keyframe : sessions[0].keyframes) poses.push_back(keyframe.T_odometry_keyframe);
   KeyframeClouds clouds(sessions, config.registration, 2);
   return PlacementEvaluator(sessions, clouds, config)
-      .evaluate({loops, poses, poses, Pose{}, beyond});
+      .evaluate({loops, poses, poses, Pose{}, beyond, competing});
 }
 
 PlacementEvidence evaluated(const Place& match, const Place& query, const MergeConfig& config = {},
@@ -130,6 +132,37 @@ TEST_CASE("A corridor that repeats itself is found to, one that does not is not"
   CHECK(placed.supporting == kKeyframes / 2);
   CHECK_FALSE(
       evaluated(corridor(12.0), corridor(12.0), {}, kKeyframes, {13.0, 11.0}).aliasing.empty());
+}
+
+TEST_CASE("One thing that stands once tells a place from those that repeat it", "[placement]") {
+  const auto with_kiosk = [](double x) {
+    Place place = corridor(12.0);
+    place.add_box(x, 1.0, 2.5, 2.0, 1.5);
+    return place;
+  };
+  const PlacementEvidence told = evaluated(with_kiosk(22.0), with_kiosk(22.0));
+  CHECK(told.aliasing.empty());
+  CHECK(told.supporting == kKeyframes / 2);
+
+  // Loops that say so put the query a period farther on.
+  std::vector<LoopConstraint> ahead;
+  for (std::size_t k = 0; k + 4 < kKeyframes; k += 3) {
+    ahead.emplace_back().match = {0, k + 4};
+    ahead.back().query = {1, k};
+  }
+  const CompetingPlacement competing[] = {
+      {ahead, Pose(Eigen::Matrix3d(Eigen::Matrix3d::Identity()), {12.0, 0.0, 0.0})}};
+  const auto against_competing = [&](const Place& match, const Place& query) {
+    return evaluated({match.drive(1), query.drive(2)}, {}, kKeyframes, {}, competing);
+  };
+  const PlacementEvidence excluded = against_competing(with_kiosk(22.0), with_kiosk(22.0));
+  CHECK(excluded.competing_excluded == 1);
+  CHECK(excluded.aliasing.empty());
+  const PlacementEvidence equal = against_competing(corridor(12.0), corridor(12.0));
+  CHECK(equal.competing_excluded == 0);
+  CHECK(equal.aliasing.find("do not exclude the other placement, 12 m off") != std::string::npos);
+  // It stands a period farther on: then that one is right.
+  CHECK(against_competing(with_kiosk(34.0), with_kiosk(22.0)).competing_excluded == 0);
 }
 
 TEST_CASE("Keyframes beside each other that see different structure contradict", "[placement]") {

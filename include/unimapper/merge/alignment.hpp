@@ -57,6 +57,7 @@ struct PlacementEvidence {
   std::size_t supporting = 0;     ///< keyframes beside each other that fit
   std::size_t contradicting = 0;  ///< those that see different structure there
   std::string aliasing;           ///< where else the query fits as well, in words; empty: nowhere
+  std::size_t competing_excluded = 0;  ///< competing placements that the data speak against
 };
 
 /// How far from a placement the known positions of both sessions exclude any other; infinite where
@@ -71,6 +72,12 @@ struct ExcludedBeyond {
   }
 };
 
+/// A set of loops that contradicts a placement.
+struct CompetingPlacement {
+  std::vector<LoopConstraint> loops;   ///< consistent with each other
+  Pose T_match_session_query_session;  ///< where they would put the query instead
+};
+
 /// Two sessions, each with its poses corrected by its intra-session loops, and where inter-session
 /// loops, which are not empty, place the query.
 struct Placement {
@@ -79,6 +86,8 @@ struct Placement {
   std::span<const Pose> T_match_session_keyframe;  ///< of the match, in its odometry frame
   Pose T_match_session_query_session;              ///< odometry frame to odometry frame, metres
   ExcludedBeyond beyond{};                         ///< what positions exclude
+  /// The pair is ambiguous unless the data speak against each.
+  std::span<const CompetingPlacement> competing{};
 };
 
 /// Evaluates a placement by sensor data.
