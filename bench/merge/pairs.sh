@@ -1,0 +1,214 @@
+#!/usr/bin/env bash
+# Both errors of every rule of acceptance, on pairs of sessions: tables of loop-acceptance.md
+#
+#   bench/merge/pairs.sh [SEED] [SEEDS]   "11" and "1 2 3 4": of ordinary scenes, of look-alike ones;
+#                                         WRITE_DOCS=1 writes the tables there. Three hours
+#
+# Right pairs: every LiDAR with every other in five ordinary scenes (drive A, and B on another day or
+# C in reverse), and drives A and B of look-alike scenes. The query's odometry drifts in one of three
+# ways, starts level or as the LiDAR is mounted (10 degrees off), and overlaps by 30 m, 60 m, 120 m or
+# all of the way. Wrong pairs: drives of different scenes, of different seeds, and drives through the
+# two copies of a look-alike scene. A pair is merged right if it is off by at most 1 m in the overlap.
+#
+# What is there is not done again: OUT, a folder of runs and outcomes. BIN: programs; SCENES and
+# SENSORS: others than all; LAYOUT=1 prints the tables without figures.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+# shellcheck source=bench/tables/common.sh
+source bench/tables/common.sh
+# shellcheck source=bench/merge/runs.sh
+source bench/merge/runs.sh
+
+seed=${1:-11}
+seeds=${2:-1 2 3 4}
+read -ra scenes <<<"${SCENES:-town campus square street hall}"
+read -ra sensors <<<"${SENSORS:-os2-128 os1-64 hdl-64e vlp-16 livox-mid-360 aeva-aeries2 livox-avia}"
+alike="bore fixtures decks streets corridor courtyard quad orchard"
+out=${OUT:-build/bench/pairs}
+bin=${BIN:-build/release/bin}
+unimapper=$bin/unimapper
+
+# outcomes_of KIND SCENE LIDAR LIDAR RUN RUN [OVERLAP]: outcomes of a pair, a line each, behind these words
+outcomes_of() {
+  local name="$1-${5//\//-}-${6//\//-}-${7:-all}"
+  local file=$out/outcomes/$name.tsv
+  if [ ! -e "$file" ]; then
+    mkdir -p "$out/outcomes"
+    "$bin/merge_pairs_bench" "$out/runs/$5/keyframes.lcmlog" "$out/data/$5" \
+      "$out/runs/$6/keyframes.lcmlog" "$out/data/$6" ${7:+"$7"} >"$out/unfinished.tsv"
+    mv "$out/unfinished.tsv" "$file"
+  fi
+  sed "s/^/$1\t$2\t$3\t$4\t${7:-all}\t/" "$file" >>"$out/all.tsv"
+}
+
+drifts=(lio icp bad)
+overlaps=(30 60 120 "")
+
+# drive SCENE SENSOR ROUTE NUMBER: its run; odometry varies with the number of a query
+drive() {
+  local options=(--drift lio)
+  if [ "$3" != A ]; then
+    options=(--drift "${drifts[$4 % 3]}")
+    [ $(($4 % 2)) -eq 0 ] || options+=(--odometry-start identity --mount-pitch 10)
+  fi
+  make_run "$1-$2-$seed/$3" --scene "$1" --sensor "$2" --route "$3" --seed "$seed" --scans 300 \
+    "${options[@]}"
+}
+
+# query_of NUMBER-OF-SCENE NUMBER-OF-SENSOR: the query's run
+query_of() {
+  local routes=(B C)
+  echo "${scenes[$1]}-${sensors[$2]}-$seed/${routes[($1 + $2) % 2]}"
+}
+
+ordinary_pairs() {
+  local s a b other query
+  for s in "${!scenes[@]}"; do
+    for a in "${!sensors[@]}"; do
+      query=$(query_of "$s" "$a")
+      drive "${scenes[s]}" "${sensors[a]}" A 0
+      drive "${scenes[s]}" "${sensors[a]}" "${query##*/}" $((s + a))
+    done
+  done
+  for s in "${!scenes[@]}"; do
+    for a in "${!sensors[@]}"; do
+      for b in "${!sensors[@]}"; do
+        outcomes_of right "${scenes[s]}" "${sensors[a]}" "${sensors[b]}" "${scenes[s]}-${sensors[a]}-$seed/A" \
+          "$(query_of "$s" "$b")" "${overlaps[(s + a + 2 * b) % 4]}"
+      done
+    done
+  done
+  for other in 1 2 3; do
+    for a in "${!sensors[@]}"; do
+      for b in "${!sensors[@]}"; do
+        s=$(((a + b) % ${#scenes[@]}))
+        outcomes_of wrong "different scenes" "${sensors[a]}" "${sensors[b]}" \
+          "${scenes[s]}-${sensors[a]}-$seed/A" "$(query_of $(((s + other) % ${#scenes[@]})) "$b")"
+      done
+    done
+  done
+}
+
+alike_pairs() {
+  local scene one other route
+  for one in $seeds; do
+    for scene in $alike; do
+      for route in A B C; do
+        make_run "$scene-vlp-16-$one/$route" --scene "$scene" --sensor vlp-16 --seed "$one" \
+          --route "$route" --scans 300
+      done
+      outcomes_of right "$scene" vlp-16 vlp-16 "$scene-vlp-16-$one/A" "$scene-vlp-16-$one/B"
+      for route in A B; do
+        outcomes_of wrong "$scene" vlp-16 vlp-16 "$scene-vlp-16-$one/$route" "$scene-vlp-16-$one/C"
+      done
+      for other in $seeds; do
+        [ "$other" -gt "$one" ] || continue
+        make_run "$scene-vlp-16-$other/A" --scene "$scene" --sensor vlp-16 --seed "$other" --route A \
+          --scans 300
+        outcomes_of wrong "different seeds" vlp-16 vlp-16 "$scene-vlp-16-$one/A" "$scene-vlp-16-$other/A"
+      done
+    done
+  done
+}
+
+# What became of pairs, with all rules: columns of a line of outcomes.
+outcomes='
+  BEGIN { FS = "\t" }
+  function is_right() { return $9 == "-" || $9 <= 1 }
+  function sorted_at(values, n, share,  i, j, t) {
+    for (i = 2; i <= n; ++i) for (j = i; j > 1 && values[j] < values[j - 1]; --j) {
+      t = values[j]; values[j] = values[j - 1]; values[j - 1] = t }
+    return n ? sprintf("%.2f", values[int(share * (n - 1) + 0.5) + 1]) : "-"
+  }'
+
+# right_cells SCENE OVERLAPS: pairs | merged right / provisional / refused / merged wrong | errors
+right_cells() {
+  awk -v scene="$1" -v overlaps="$2" "$outcomes"'
+    $1 != "right" || $2 != scene || $6 != "rule" || $7 != "none" || !index(overlaps, $5) { next }
+    { ++pairs
+      if ($8 == "merged") { if (is_right()) { e[++n] = $9 + 0 } else ++wrong }
+      else if ($8 == "provisional") { ++provisional; placed += is_right() }
+      else ++refused }
+    END { printf "%d | %d | %d (%d) | %d | %d | %s | %s", pairs, n, provisional, placed, refused, wrong,
+      sorted_at(e, n, 0.5), sorted_at(e, n, 1) }' "$out/all.tsv"
+}
+
+right_rows() {
+  local scene
+  echo "| right pairs | pairs | merged | provisional (placed right) | refused | merged wrong | error of the merged, median, m | largest, m |"
+  rule 8
+  for scene in "${scenes[@]}"; do
+    row "\`$scene\`, 60 m and more" 7 right_cells "$scene" "60 120 all"
+    row "\`$scene\`, 30 m" 7 right_cells "$scene" "30"
+  done
+  for scene in $alike; do row "\`$scene\`" 7 right_cells "$scene" all; done
+}
+
+# lidar_cells SENSOR: merged of right pairs in ordinary scenes, by the other's LiDAR
+lidar_cells() {
+  awk -v lidar="$1" -v sensors="${sensors[*]}" -v scenes="${scenes[*]}" "$outcomes"'
+    $1 != "right" || !index(scenes, $2) || $6 != "rule" || $7 != "none" || $5 == "30" || $3 != lidar { next }
+    { ++pairs[$4]; merged[$4] += $8 == "merged" && is_right() }
+    END { n = split(sensors, of, " ")
+      for (i = 1; i <= n; ++i) printf "%s%d of %d", i > 1 ? " | " : "", merged[of[i]], pairs[of[i]] }' \
+    "$out/all.tsv"
+}
+
+lidar_rows() {
+  local sensor
+  printf '| 60 m and more, ordinary scenes; merged right: map \\ query |'
+  for sensor in "${sensors[@]}"; do printf ' %s |' "$(lidar "$sensor")"; done
+  echo
+  rule $((${#sensors[@]} + 1))
+  for sensor in "${sensors[@]}"; do row "$(lidar "$sensor")" ${#sensors[@]} lidar_cells "$sensor"; done
+}
+
+# wrong_cells SCENE: pairs | merged | provisional | refused
+wrong_cells() {
+  awk -v scene="$1" "$outcomes"'
+    $1 != "wrong" || $2 != scene || $6 != "rule" || $7 != "none" { next }
+    { ++pairs; ++became[$8] }
+    END { printf "%d | %d | %d | %d", pairs, became["merged"], became["provisional"], became["refused"] }' \
+    "$out/all.tsv"
+}
+
+wrong_rows() {
+  local scene
+  echo "| wrong pairs | pairs | merged | provisional | refused |"
+  rule 5
+  row "different scenes" 4 wrong_cells "different scenes"
+  row "different seeds of one look-alike scene" 4 wrong_cells "different seeds"
+  for scene in $alike; do row "the two copies of \`$scene\`" 4 wrong_cells "$scene"; done
+}
+
+# rule_cells RULE: right pairs merged right and wrong, wrong pairs merged, without that rule; the
+# copies of two scenes, that could be the original with a kiosk or cars gone, do not count
+rule_cells() {
+  awk -v without="$1" "$outcomes"'
+    $6 != "rule" || $7 != without || ($1 == "wrong" && $2 ~ /^(streets|quad)$/) { next }
+    $1 == "right" { ++pairs; right += $8 == "merged" && is_right(); off += $8 == "merged" && !is_right() }
+    $1 == "wrong" { ++others; merged += $8 == "merged" }
+    END { printf "%d of %d | %d | %d of %d", right, pairs, off, merged, others }' "$out/all.tsv"
+}
+
+rule_rows() {
+  local name
+  echo "| without this rule | right pairs merged | merged wrong | wrong pairs merged |"
+  rule 4
+  for name in none tilt "overlap before" convergence correction residual overlap "free space" \
+    "number and span" "competing set" "weakest direction" "one place" repetition storeys \
+    "votes of neighbours" deformation; do
+    row "$name" 3 rule_cells "$name"
+  done
+}
+
+if ! only_layout; then
+  mkdir -p "$out"
+  : >"$out/all.tsv"
+  ordinary_pairs
+  alike_pairs
+fi
+table pairs-right right_rows
+table pairs-lidars lidar_rows
+table pairs-wrong wrong_rows
+table pairs-rules rule_rows
