@@ -167,6 +167,7 @@ std::string PlacementEvaluator::find_competing(const Placement& placement) {
   const std::map<std::size_t, double> here =
       seen_through(placement, placement.loops, placement.T_match_session_query_session);
   std::vector<double> all;
+  all.reserve(here.size());
   for (const auto& [keyframe, share] : here) all.push_back(share);
   const double usual = all.empty() ? 1.0 : median(std::span(all));
   for (const CompetingPlacement& other : placement.competing) {

@@ -40,6 +40,7 @@ std::vector<std::pair<std::size_t, std::size_t>> connected_pairs(const merge::Me
     if (in_map) ++loops[{first, second}];
   }
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  pairs.reserve(loops.size());
   for (const auto& [pair, count] : loops) pairs.push_back(pair);
   std::stable_sort(pairs.begin(), pairs.end(),
                    [&](const auto& a, const auto& b) { return loops.at(a) > loops.at(b); });
