@@ -90,7 +90,10 @@ bool PlacementMemory::is_where(const Known& known, const Placement& placement) c
       return is_near(other.T_match_session_query_session, before);
     });
   };
-  return is_near(known.T_match_query, placement.T_match_session_query_session) &&
+  // The words may be about a placement that competes no more.
+  const bool is_stale =
+      !known.evidence.aliasing.empty() && known.competing.size() != placement.competing.size();
+  return !is_stale && is_near(known.T_match_query, placement.T_match_session_query_session) &&
          std::all_of(placement.competing.begin(), placement.competing.end(), was_known);
 }
 

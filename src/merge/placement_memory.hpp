@@ -36,8 +36,8 @@ class PlacementMemory {
  private:
   using Pair = std::pair<std::uint32_t, std::uint32_t>;  // session of the query, of the match
   struct Known {
-    Pose T_match_query;  ///< odometry frame to odometry frame
-    std::vector<Pose> competing;
+    Pose T_match_query;           ///< odometry frame to odometry frame
+    std::vector<Pose> competing;  ///< placements, in the same frames
     PlacementEvidence evidence;
     std::size_t keyframes = 0;  ///< of both sessions
     std::uint64_t merge = 0;    ///< number of the merge that asked

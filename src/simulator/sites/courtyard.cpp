@@ -1,7 +1,6 @@
 // Courtyard between houses, and the mirrored one of the building beside it.
 #include "src/simulator/displaced_scene.hpp"
 #include "src/simulator/sites/site_scene.hpp"
-#include "src/simulator/strolling.hpp"
 
 namespace unimapper::simulator::sites::courtyard {
 namespace {
@@ -95,22 +94,8 @@ Site build_courtyard(std::uint64_t seed, std::uint32_t day) {
 }
 
 ActorSet simulate_courtyard(const Plan& plan, const Robot& robot, const Visit& visit) {
-  ActorSet set;
-  Random random(visit.seed, Stream::kPedestrian, visit.day, 9);
-  const auto robot_at = [&](double time_s) { return robot.at(time_s); };
-  const std::size_t ticks = tick_count(visit.duration_s);
-  Strolling strolling(robot_at, ticks, random, set);
-  for (int i = 0; i < 8; ++i) {
-    Stroller s;
-    s.path = &plan.walks[random.index(2)];
-    s.cruise = random.uniform(0.8, 1.4);
-    s.pauses_per_s = random.chance(0.5) ? 1.0 / 15.0 : 0.0;
-    s.at = random.uniform(0.0, s.path->length());
-    strolling.add(s);
-  }
-  strolling.run();
-  remove_colliding_actors(robot_at, ticks, set);
-  return set;
+  return simulate_walkers(robot, visit, 9, 8,
+                          [&](Random& random) { return walker_on_either(plan, random); });
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // Orchard in rows between hedges, where some trees are missing, and another one with other gaps.
 #include "src/simulator/displaced_scene.hpp"
 #include "src/simulator/sites/site_scene.hpp"
-#include "src/simulator/strolling.hpp"
 
 namespace unimapper::simulator::sites::orchard {
 namespace {
@@ -64,21 +63,13 @@ Site build_orchard(std::uint64_t seed, std::uint32_t day) {
 }
 
 ActorSet simulate_orchard(const Plan& plan, const Robot& robot, const Visit& visit) {
-  ActorSet set;
-  Random random(visit.seed, Stream::kPedestrian, visit.day, 13);
-  const auto robot_at = [&](double time_s) { return robot.at(time_s); };
-  const std::size_t ticks = tick_count(visit.duration_s);
-  Strolling strolling(robot_at, ticks, random, set);
-  for (int i = 0; i < 4; ++i) {
+  return simulate_walkers(robot, visit, 13, 4, [&](Random& random) {
     Stroller s;
     s.path = &plan.walks.front();
     s.cruise = random.uniform(0.8, 1.4);
     s.at = random.uniform(0.0, s.path->length());
-    strolling.add(s);
-  }
-  strolling.run();
-  remove_colliding_actors(robot_at, ticks, set);
-  return set;
+    return s;
+  });
 }
 
 }  // namespace
