@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
-# Cost of a ninth session in a stored project: a table of docs/results.md.
+# Cost of a ninth session in a stored project, and of a map as sessions are added.
 #
-#   bench/merge/incremental.sh [SEEDS]   "3"; WRITE_DOCS=1 writes the table there. Some minutes a seed
+#   bench/merge/incremental.sh [SEEDS]   "3"; two tables of docs/results.md, written there with WRITE_DOCS=1. Some
+#                                        minutes a seed
 #
-# Nine drives of 200 scans through one town (VLP-16 with 512 columns, routes A to C on three days).
-# OUT: folder of runs, kept; BIN: programs.
+# Nine drives of 200 scans through one town (VLP-16 with 512 columns, routes A to C on three days); the
+# second table is of the last seed, and of three drives of an OS2-128 of 300 scans. OUT: folder of runs,
+# kept; BIN: programs.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=bench/tables/common.sh
@@ -32,11 +34,12 @@ cells() { printf '%s | %s' "$(loops "$1")" "${seconds[$1]}"; }
 whole_cells() { printf -- '- | - | %s' "${seconds[merge]}"; }
 
 declare -A seconds
+runs=()
 
-# measure SEED: seconds of the ninth session's merge, of that of all nine, and of `unimapper merge`
-measure() {
-  local route day store
-  local runs=()
+# make_runs SEED: `runs`
+make_runs() {
+  local route day
+  runs=()
   for day in 0 1 2; do
     for route in A B C; do
       make_run "$1-$route-$day" --sensor vlp-16 --columns 512 --route "$route" --day "$day" \
@@ -44,6 +47,12 @@ measure() {
       runs+=("$out/runs/$1-$route-$day")
     done
   done
+}
+
+# measure SEED: seconds of the ninth session's merge, of that of all nine, and of `unimapper merge`
+measure() {
+  local store
+  make_runs "$1"
   rm -rf "$out/store" "$out/whole"
   for store in store whole; do "$unimapper" map create --store "$out/$store" >/dev/null; done
   "$unimapper" map add --store "$out/store" "${runs[@]:0:8}" >/dev/null 2>&1
@@ -67,4 +76,38 @@ rows() {
   done
 }
 
+# stage_cells SCANS RUN...: what follows from poses, milliseconds a keyframe of ten scans
+stage_cells() {
+  local keyframes=$((($# - 1) * $1 / 10))
+  "$unimapper" merge "${@:2}" --threads 1 --out "$out/map" --replace >/dev/null 2>&1
+  python3 - "$out/map/timing.json" "$keyframes" <<'PY'
+import json, sys
+seconds = json.load(open(sys.argv[1]))
+stages = ["refinement of labels", "unified map", "changes between sessions"]
+print(" | ".join("%.1f" % (1000 * seconds[stage] / int(sys.argv[2])) for stage in stages), end="")
+PY
+}
+
+# dense_cells SEED: of an OS2-128
+dense_cells() {
+  local route dense=()
+  for route in A B C; do
+    make_run "os2-128-$1-$route" --sensor os2-128 --route "$route" --seed "$1" --scans 300
+    dense+=("$out/runs/os2-128-$1-$route")
+  done
+  stage_cells 300 "${dense[@]}"
+}
+
+stage_rows() {
+  local sessions last=${seeds##* }
+  only_layout || make_runs "$last"
+  echo "| one thread, ms per keyframe | refinement of labels | unified map | changes between sessions |"
+  rule 4
+  for sessions in 3 6 9; do
+    row "VLP-16: $sessions sessions, $((sessions * 20)) keyframes" 3 stage_cells 200 "${runs[@]:0:sessions}"
+  done
+  row "OS2-128: 3 sessions, 90 keyframes" 3 dense_cells "$last"
+}
+
 table merge-incremental rows
+table merge-stages stage_rows

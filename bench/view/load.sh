@@ -56,13 +56,14 @@ drive() (
       >"$folder/$route.log" 2>&1 &
     drives+=($!)
   done
-  for drive in "${drives[@]}"; do wait "$drive"; done
   wait "$base"
   local failed=0 made lost all first
   if [ -n "$viewers" ]; then
     kill "$viewers" && wait "$viewers"
     failed=$(cut -d' ' -f2 "$folder/viewers.txt")
   fi
+  # They may wait for a last word of a base that has ended.
+  for drive in "${drives[@]}"; do wait "$drive"; done
   sleep 1
   "$unimapper" map check --store "$folder/store" >/dev/null
   made=$(grep -hm1 '"keyframes":' "$folder"/runs/*/stats.json | awk -F'[:,]' '{ sum += $2 } END { print sum }')

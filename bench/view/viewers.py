@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """Viewers of a page: many clients that ask for what the page asks for.
 
-  viewers.py HOST:PORT COUNT   until SIGTERM; then prints "ANSWERS FAILED EVENTS MEGABYTES"
+  viewers.py HOST:PORT COUNT   until SIGTERM; then prints "ANSWERS FAILED EVENTS MEGABYTES", and why
+                               requests failed
 
 Each opens the page and the map, follows the events, asks for health every five seconds, for points of
 every keyframe and of the coarsest nodes of each map, once for each address as a browser's cache does.
 """
+import collections
 import http.client
 import json
 import signal
@@ -18,6 +20,7 @@ HEALTH_PERIOD_S = 5
 NODES = 40
 NEWEST_KEYFRAMES = 30
 
+reasons = collections.Counter()
 stopping = threading.Event()
 
 
@@ -33,6 +36,13 @@ class Viewer(threading.Thread):
     def connection(self):
         return http.client.HTTPConnection(self.host, self.port, timeout=TIMEOUT_S)
 
+    def fail(self, reason):
+        # A base that has ended listens no more; how it ended, whoever started it knows.
+        if stopping.is_set() or reason == "ConnectionRefusedError":
+            return
+        self.failed += 1
+        reasons[reason] += 1
+
     def get(self, path):
         """The body; None where there is none (404), which the page passes over, or where it failed."""
         try:
@@ -41,12 +51,13 @@ class Viewer(threading.Thread):
             answer = connection.getresponse()
             body = answer.read()
             connection.close()
-        except (OSError, http.client.HTTPException):
-            self.failed += not stopping.is_set()
+        except (OSError, http.client.HTTPException) as error:
+            self.fail(type(error).__name__)
             return None
         self.answers += 1
         self.bytes += len(body)
-        self.failed += answer.status not in (200, 404)
+        if answer.status not in (200, 404):
+            self.fail(answer.status)
         return body if answer.status == 200 else None
 
     def get_once(self, path):
@@ -104,8 +115,8 @@ class Viewer(threading.Thread):
         while not stopping.is_set():
             try:
                 self.follow()
-            except (OSError, http.client.HTTPException):
-                self.failed += not stopping.is_set()
+            except (OSError, http.client.HTTPException) as error:
+                self.fail(type(error).__name__)
             stopping.wait(0.5)
 
 
@@ -117,7 +128,7 @@ def main():
         viewer.start()
     stopping.wait()
     totals = [sum(getattr(v, what) for v in viewers) for what in ("answers", "failed", "events", "bytes")]
-    print(totals[0], totals[1], totals[2], f"{totals[3] / 1e6:.0f}")
+    print(totals[0], totals[1], totals[2], f"{totals[3] / 1e6:.0f}", dict(reasons))
 
 
 main()

@@ -13,25 +13,40 @@ SessionImport::SessionImport(Database& database)
                  std::chrono::system_clock::now().time_since_epoch())
                  .count()) {}
 
-wire::KeyframeStorage::Taken SessionImport::keep(wire::ReceivedKeyframe&& keyframe) {
+/// Does it unless something went wrong before.
+template <typename Step>
+void SessionImport::attempt(const Step& step) {
+  if (!trouble_.empty()) return;
   try {
-    if (trouble_.empty()) write(keyframe);
+    step();
   } catch (const StoreError& error) {
     trouble_ = error.what();
   }
+}
+
+wire::KeyframeStorage::Taken SessionImport::keep(wire::ReceivedKeyframe&& keyframe) {
+  attempt([&] { write(keyframe); });
   return trouble_.empty() ? Taken::kStored : Taken::kNoRoom;
 }
 
-// A recording is whole: what it has of a keyframe without its rest is of no use in a store.
-void SessionImport::keep(wire::ReceivedSummary&&) {}
-void SessionImport::remove_summary(const wire::KeyframeName&) {}
+// It goes to the store if its keyframe is not whole at the end.
+void SessionImport::keep(wire::ReceivedSummary&& summary) {
+  attempt([&] { (void)session_of(summary.record.session); });
+  summaries_[{summary.record.session, summary.record.sequence}] = std::move(summary);
+}
+
+void SessionImport::remove_summary(const wire::KeyframeName& name) { summaries_.erase(name); }
 
 void SessionImport::keep(const wire::SessionSummary& summary) {
-  try {
-    if (trouble_.empty()) write(summary);
-  } catch (const StoreError& error) {
-    trouble_ = error.what();
+  attempt([&] { write(summary); });
+}
+
+wire::Committed SessionImport::commit_all(std::int64_t) {
+  for (const auto& [name, summary] : summaries_) {
+    attempt([&] { write(summary); });
   }
+  summaries_.clear();
+  return {};
 }
 
 /// Nothing is known: what is stored already is compared with what arrives.
@@ -53,10 +68,26 @@ std::int64_t SessionImport::row_of(const SessionId& id) {
   return row.step() ? row.number(0) : 0;
 }
 
-void SessionImport::write(const wire::ReceivedKeyframe& keyframe) {
-  const SessionId& id = keyframe.record.session;
+ImportedSession& SessionImport::session_of(const SessionId& id) {
   ImportedSession& session = sessions_[id];
   if (session.row == 0) session.row = row_of(id);
+  return session;
+}
+
+void SessionImport::write(const wire::ReceivedSummary& summary) {
+  const KeyframeRecord& record = summary.record;
+  Statement(database_,
+            "INSERT INTO summaries (session, sequence, stamp_ns, crc32, bytes) "
+            "SELECT ?1, ?2, ?3, ?4, ?5 WHERE NOT EXISTS "
+            "(SELECT 1 FROM keyframes WHERE session = ?1 AND sequence = ?2) ON CONFLICT DO NOTHING")
+      .bind(session_of(record.session).row, std::int64_t{record.sequence},
+            record.scans.back().stamp_ns, std::int64_t{wire::crc32(summary.bytes)}, summary.bytes)
+      .run();
+}
+
+void SessionImport::write(const wire::ReceivedKeyframe& keyframe) {
+  ImportedSession& session = session_of(keyframe.record.session);
+  summaries_.erase({keyframe.record.session, keyframe.record.sequence});
   const std::int64_t sequence{keyframe.record.sequence};
   const std::int64_t checksum{wire::crc32(keyframe.bytes)};
   Statement insert(database_,

@@ -33,7 +33,7 @@ class SessionImport final : public wire::KeyframeStorage {
   void keep(const wire::SessionSummary& summary) override;
   void keep(const wire::HealthMessage&) override {}
   wire::Committed commit_due(std::int64_t) override { return {}; }
-  wire::Committed commit_all(std::int64_t) override { return {}; }
+  wire::Committed commit_all(std::int64_t) override;
   std::optional<wire::StoredSession> find(const SessionId& id) override;
   [[nodiscard]] std::vector<wire::RobotUsage> usage() const override { return {}; }
   [[nodiscard]] bool accepts() const override { return true; }
@@ -41,21 +41,26 @@ class SessionImport final : public wire::KeyframeStorage {
 
   /// The first error, empty if there was none.
   [[nodiscard]] const std::string& trouble() const { return trouble_; }
-  /// What became of every session that has a keyframe.
+  /// What became of every session that has a keyframe or a summary.
   [[nodiscard]] std::map<SessionId, ImportedSession> sessions() const { return sessions_; }
   /// Names a session, if it had no keyframe in the store before.
   void name(const SessionId& id, const std::string& name);
 
  private:
+  template <typename Step>
+  void attempt(const Step& step);
   void write(const wire::ReceivedKeyframe& keyframe);
+  void write(const wire::ReceivedSummary& summary);
   void write(const wire::SessionSummary& summary);
   void compare(const wire::ReceivedKeyframe& keyframe, std::int64_t checksum,
                ImportedSession& session);
+  ImportedSession& session_of(const SessionId& id);
   std::int64_t row_of(const SessionId& id);
 
   Database& database_;
   std::int64_t now_s_;
   std::map<SessionId, ImportedSession> sessions_;
+  std::map<wire::KeyframeName, wire::ReceivedSummary> summaries_;  ///< of keyframes not whole yet
   std::string trouble_;
 };
 

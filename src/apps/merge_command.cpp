@@ -96,7 +96,7 @@ void register_merge(CLI::App& app) {
       ->check(CLI::Range(0, 256));
   command
       ->add_option("--memory", options->memory_mb,
-                   "Megabytes for keyframes of stores and clouds; the map does not depend on it")
+                   "Megabytes for keyframes and clouds; the map does not depend on it")
       ->check(CLI::Range(1, 1'000'000));
   command->footer(
       "Examples:\n"

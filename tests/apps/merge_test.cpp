@@ -13,6 +13,8 @@
 using namespace unimapper;
 using namespace unimapper::apps;
 using Catch::Matchers::Contains;
+using Catch::Matchers::EndsWith;
+using Catch::Matchers::StartsWith;
 
 namespace fs = std::filesystem;
 
@@ -108,6 +110,21 @@ TEST_CASE("a run that is given twice counts once") {
   CHECK(merged.exit_code == 0);
   CHECK_THAT(merged.err, Contains("given twice and counts once"));
   CHECK_THAT(merged.out, Contains("1 of 1 sessions"));
+}
+
+TEST_CASE("a merge of runs leaves no copy of them, and its map does not depend on its memory") {
+  const Fixture fixture;
+  const std::string a = fixture.run("a", SmallRecording(12));
+  const std::string b = fixture.run("b", SmallRecording(14));
+  REQUIRE(fixture.merge({a, b, "--allow-unconnected"}).exit_code == 0);
+  const fs::path map = fixture.directory / "map";
+  const std::string ample = read_text(map / "map.ply");
+  REQUIRE_FALSE(ample.empty());
+  for (const auto& entry : fs::recursive_directory_iterator(map)) {
+    CHECK_THAT(entry.path().filename().string(), !StartsWith(".") && !EndsWith(".sqlite"));
+  }
+  REQUIRE(fixture.merge({a, b, "--allow-unconnected", "--memory", "1"}).exit_code == 0);
+  CHECK(read_text(map / "map.ply") == ample);
 }
 
 TEST_CASE("cells of another edge than labels are refined with are warned of") {

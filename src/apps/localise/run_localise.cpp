@@ -16,6 +16,7 @@
 #include "src/apps/map/stored_map.hpp"
 #include "src/apps/map_pose_text.hpp"
 #include "src/apps/merge/options.hpp"
+#include "src/apps/merge/stored_contents.hpp"
 #include "src/apps/output_guard.hpp"
 #include "src/apps/replacement.hpp"
 #include "src/apps/upper_triangle.hpp"
@@ -46,7 +47,9 @@ merge::Localiser localiser_of(const LocaliseOptions& options, Answers& answers) 
 SessionData read_one_session(const LocaliseOptions& options) {
   MergeOptions merge_options;
   merge_options.runs = {options.run};
-  std::vector<InputSession> inputs = gather_sessions(merge_options);
+  StoredContents contents(merge::MergeConfig().kept_bytes());
+  std::vector<InputSession> inputs =
+      gather_sessions(merge_options, contents, std::filesystem::temp_directory_path());
   if (inputs.size() == 1) return std::move(inputs.front().data);
   throw std::runtime_error(options.run.string() + ": holds " + std::to_string(inputs.size()) +
                            " sessions; one is localised at a time");

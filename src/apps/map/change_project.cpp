@@ -5,15 +5,14 @@
 #include <stdexcept>
 #include <utility>
 
-#include "ports/lcm/received_log.hpp"
 #include "ports/store/project_writer.hpp"
-#include "ports/store/session_import.hpp"
 #include "ports/store/transaction.hpp"
 #include "src/apps/map/loop_statement.hpp"
 #include "src/apps/map/options.hpp"
 #include "src/apps/map/project_merge.hpp"
 #include "src/apps/map/statements.hpp"
 #include "src/apps/map/stored_sessions.hpp"
+#include "src/apps/merge/run_store.hpp"
 #include "src/apps/suggestion.hpp"
 
 namespace unimapper::apps {
@@ -35,41 +34,6 @@ void require_in_project(const ProjectState& state, std::int64_t row, const std::
   throw std::runtime_error("session " + name +
                            " is in the store, but not in the project; "
                            "`unimapper map add` takes its run in again");
-}
-
-/// The event log of a run folder, or the log itself.
-fs::path log_of(const fs::path& run) {
-  if (!fs::exists(run)) throw std::runtime_error(run.string() + ": does not exist");
-  if (!fs::is_directory(run)) return run;
-  fs::path log = run / "keyframes.lcmlog";
-  if (fs::exists(log)) return log;
-  throw std::runtime_error(run.string() +
-                           ": holds no keyframes.lcmlog; is it a folder that "
-                           "`unimapper onboard --out` wrote?");
-}
-
-/// The sessions of one run, written in the transaction that is open.
-std::vector<store::ImportedSession> import_run(ProjectWriter& writer, const fs::path& run) {
-  store::SessionImport import(writer.database());
-  {
-    wire::Receiver receiver({}, import);
-    for (const std::string& fault : lcm_port::feed_event_log(receiver, log_of(run))) {
-      std::cerr << "unimapper: warning: " << fault << '\n';
-    }
-    receiver.store_all();
-  }
-  if (!import.trouble().empty()) throw std::runtime_error(import.trouble());
-  const auto imported = import.sessions();
-  if (imported.empty()) {
-    throw std::runtime_error(run.string() + ": holds no keyframes of any session");
-  }
-  // As `unimapper merge` names it.
-  if (fs::is_directory(run) && imported.size() == 1) {
-    import.name(imported.begin()->first, fs::canonical(run).filename().string());
-  }
-  std::vector<store::ImportedSession> sessions;
-  for (const auto& [id, session] : import.sessions()) sessions.push_back(session);
-  return sessions;
 }
 
 /// A statement that says the same.
@@ -197,7 +161,8 @@ void add_runs(const ProjectOptions& options, const std::vector<fs::path>& runs) 
                           [&](ProjectState& state) -> std::optional<std::string> {
                             std::vector<std::string> added;
                             for (const fs::path& run : runs) {
-                              for (const auto& session : import_run(writer, run)) {
+                              for (const auto& session :
+                                   import_run(writer.database(), run).sessions) {
                                 const std::string text = take_in(state, session);
                                 if (!text.empty()) added.push_back(text);
                               }

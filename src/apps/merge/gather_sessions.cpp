@@ -5,13 +5,13 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "ports/datasets/files.hpp"
 #include "ports/keys/guards.hpp"
 #include "ports/lcm/received_log.hpp"
 #include "ports/store/store_file.hpp"
 #include "ports/store/store_reader.hpp"
 #include "src/apps/merge/listen_options.hpp"
 #include "src/apps/merge/options.hpp"
+#include "src/apps/merge/run_store.hpp"
 #include "src/apps/merge/stored_contents.hpp"
 #include "unimapper/merge/keyframe_level.hpp"
 #include "unimapper/merge/keyframe_summaries.hpp"
@@ -53,53 +53,40 @@ void report_refusals(const std::string& source, const keys::GuardCounters& count
             << ": refused for their keys: " << keys::describe(counters) << '\n';
 }
 
-void read_log(const fs::path& log, const fs::path& run, std::vector<InputSession>& inputs) {
-  lcm_port::ReceivedLog received = lcm_port::read_event_log(log);
-  for (const auto& fault : received.faults) std::cerr << "unimapper: warning: " << fault << '\n';
-  report_losses(log.string(), received.counters, received.sessions);
-  if (received.sessions.empty()) {
-    throw std::runtime_error(log.string() +
-                             ": holds no keyframes of any session; if it is a recording, "
-                             "`unimapper onboard` makes a run of it first");
-  }
-  const bool named_by_folder = !run.empty() && received.sessions.size() == 1;
-  for (auto& session : received.sessions) {
-    if (named_by_folder) session.info.name = run.filename().string();
-    inputs.push_back({std::move(session), run, 0});
-  }
-}
-
-/// Run folders in a folder that is none, for who named the folder above.
-std::string runs_below(const fs::path& folder) {
-  std::string text;
-  std::error_code error;
-  for (const fs::path& below : datasets::list_directories(folder)) {
-    if (fs::exists(below / "keyframes.lcmlog", error)) text += " " + below.string();
-  }
-  return text.empty() ? text : "; runs in it:" + text;
-}
-
 bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
 /// The chosen sessions of a store, all if none is; `known`: the names of all that it has.
 void read_store(const fs::path& path, const std::vector<std::string>& chosen,
-                StoredContents* contents, std::vector<InputSession>& inputs,
+                StoredContents& contents, std::vector<InputSession>& inputs,
                 std::vector<std::string>& known) {
   store::StoreReader reader(path);
   std::vector<SessionData> sessions;
   for (const store::SessionListing& session : reader.sessions()) {
     known.push_back(session.info.name);
     if (!chosen.empty() && !contains(chosen, session.info.name)) continue;
-    sessions.push_back(contents == nullptr ? reader.read(session)
-                                           : contents->read(path, reader, session));
+    sessions.push_back(contents.read(path, reader, session));
   }
   if (sessions.empty() && chosen.empty()) {
     throw std::runtime_error(path.string() + ": has no session");
   }
   report_losses(path.string(), {}, sessions);
   for (SessionData& session : sessions) inputs.push_back({std::move(session), {}, 0});
+}
+
+/// The sessions of a run folder or an event log, from a store that is made of it in `folder`.
+void read_run(const fs::path& run, const fs::path& folder, StoredContents& contents,
+              std::vector<InputSession>& inputs) {
+  const wire::ReceiverCounters counters = make_run_store(run, folder).counters;
+  store::StoreReader reader(folder);
+  std::vector<SessionData> sessions;
+  for (const store::SessionListing& session : reader.sessions()) {
+    sessions.push_back(contents.read(folder, reader, session));
+  }
+  report_losses(run.string(), counters, sessions);
+  const fs::path folder_of_run = fs::is_directory(run) ? run : fs::path();
+  for (SessionData& session : sessions) inputs.push_back({std::move(session), folder_of_run, 0});
 }
 
 /// Throws if a session was asked for that no store has.
@@ -111,25 +98,6 @@ void require_known(const std::vector<std::string>& chosen, const std::vector<std
     throw std::runtime_error("--session names \"" + name + "\", but " +
                              (names.empty() ? "no store is given" : "the stores have: " + names));
   }
-}
-
-void read_run(const fs::path& path, std::vector<InputSession>& inputs) {
-  std::error_code error;
-  if (fs::is_directory(path, error)) {
-    const fs::path log = path / "keyframes.lcmlog";
-    if (!fs::exists(log, error)) {
-      throw std::runtime_error(path.string() +
-                               ": holds no keyframes.lcmlog; is it a folder that "
-                               "`unimapper onboard --out` wrote?" +
-                               runs_below(path));
-    }
-    // "runs/a/", "." and "runs/../runs/a" get the name of the folder they resolve to.
-    fs::path folder = fs::canonical(path, error);
-    read_log(log, error ? path : folder, inputs);
-    return;
-  }
-  if (!fs::exists(path, error)) throw std::runtime_error(path.string() + ": does not exist");
-  read_log(path, {}, inputs);
 }
 
 /// Whether two sessions of one identity have the same keyframes, as far as both have them.
@@ -194,14 +162,16 @@ void report_missing(const std::string& source, const SessionData& session) {
   }
 }
 
-std::vector<InputSession> gather_sessions(const MergeOptions& options, StoredContents* contents) {
+std::vector<InputSession> gather_sessions(const MergeOptions& options, StoredContents& contents,
+                                          const fs::path& scratch_parent) {
   std::vector<InputSession> inputs;
   std::vector<std::string> known;
-  for (const auto& run : options.runs) {
-    if (store::is_store(run)) {
-      read_store(run, options.chosen, contents, inputs, known);
+  const ScratchFolder scratch(scratch_parent);
+  for (std::size_t i = 0; i < options.runs.size(); ++i) {
+    if (store::is_store(options.runs[i])) {
+      read_store(options.runs[i], options.chosen, contents, inputs, known);
     } else {
-      read_run(run, inputs);
+      read_run(options.runs[i], scratch.path() / std::to_string(i), contents, inputs);
     }
   }
   require_known(options.chosen, known);

@@ -48,10 +48,12 @@ struct InputSession {
 };
 
 /// Reads and receives all sessions, sorted by name, names unique and fit for files. Damage is
-/// reported on stderr and what is whole is kept. `contents`: reads sessions of stores; null: they
-/// are read whole. Throws std::runtime_error if there is nothing.
-std::vector<InputSession> gather_sessions(const MergeOptions& options,
-                                          StoredContents* contents = nullptr);
+/// reported on stderr and what is whole is kept. Cells are read when they are needed, by
+/// `contents`, but for those of live sessions. Runs are copied into files in `scratch_parent` that
+/// have no name on return and are gone with the process. Throws std::runtime_error if there is
+/// nothing.
+std::vector<InputSession> gather_sessions(const MergeOptions& options, StoredContents& contents,
+                                          const std::filesystem::path& scratch_parent);
 
 /// Makes sessions ready for a merge: sorted by name, names unique and fit for files, summaries
 /// among the keyframes, and what knew no up levelled.

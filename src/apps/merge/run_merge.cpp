@@ -111,7 +111,7 @@ void run_merge(const MergeOptions& options) {
   std::vector<SessionData> sessions;
   std::vector<std::filesystem::path> runs;
   StoredContents contents(config.kept_bytes());
-  for (auto& input : gather_sessions(options, &contents)) {
+  for (auto& input : gather_sessions(options, contents, map.path())) {
     std::cerr << "unimapper: session " << input.data.info.name << " ("
               << (input.data.info.sensor.empty() ? "unknown sensor" : input.data.info.sensor)
               << "): " << input.data.keyframes.size() << " keyframes\n";

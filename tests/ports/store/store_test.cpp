@@ -5,7 +5,9 @@
 #include <fstream>
 
 #include "ports/store/session_follower.hpp"
+#include "ports/store/session_import.hpp"
 #include "ports/store/session_key.hpp"
+#include "ports/store/store_file.hpp"
 #include "tests/ports/store/base.hpp"
 #include "tests/temporary_directory.hpp"
 #include "tests/wire/whole_session.hpp"
@@ -110,6 +112,42 @@ TEST_CASE("summaries are stored until their keyframes are, across restarts") {
   CHECK(session.keyframes.size() == 2);
   REQUIRE(session.summaries.size() == 1);
   CHECK(session.summaries[0].sequence == 1);
+}
+
+TEST_CASE("a recording that lacks pieces is imported with the summaries of these keyframes") {
+  const TemporaryDirectory folder;
+  Database database = open_for_writing(folder.path());
+  const auto import_it = [&](const std::vector<wire_test::Message>& messages) {
+    SessionImport taken(database);
+    wire::Receiver receiver({}, taken);
+    wire_test::feed(receiver, messages);
+    receiver.store_all();
+    CHECK(taken.trouble().empty());
+    return taken.sessions();
+  };
+  auto recorded = wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0));
+  for (const auto& other : {most_of(kAlpha.id, 1), most_of(kBeta.id, 0)}) {
+    recorded.insert(recorded.end(), other.begin(), other.end());
+  }
+  const auto sessions = import_it(recorded);
+  CHECK(sessions.at(kAlpha.id).keyframes == 1);
+  CHECK(sessions.at(kBeta.id).keyframes == 0);
+  StoreReader reader(folder.path());
+  REQUIRE(reader.sessions().size() == 2);
+  CHECK(reader.read(reader.sessions()[0]).summaries.at(0).sequence == 1);
+  CHECK(reader.sessions()[1].summaries == 1);
+  CHECK(reader.check().empty());
+
+  SECTION("and with the keyframe alone where another recording has it whole") {
+    CHECK(import_it(wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 1)))
+              .at(kAlpha.id)
+              .keyframes == 1);
+    CHECK(reader.sessions()[0].summaries == 0);
+    CHECK(reader.sessions()[0].keyframes == 2);
+    CHECK(import_it(recorded).at(kAlpha.id).repeated == 1);
+    CHECK(reader.sessions()[0].summaries == 0);
+    CHECK(reader.check().empty());
+  }
 }
 
 TEST_CASE("a keyframe that is whole before the commit stores no summary") {
