@@ -114,9 +114,20 @@ TEST_CASE("a provisional pair names its placement, two keyframes and what decide
   CHECK_THAT(waiting_text(merge.sessions, result, "site"),
              Contains("unimapper map link --store site elsewhere:10 monday:30") &&
                  Contains("unimapper map apart --store site elsewhere"));
+  CHECK(waiting[0].other_query_keyframe.empty());  // a single loop is no placement
   const auto file = folder.path() / "report.html";
   write(file, merge.input);
   CHECK_THAT(content(file), Contains("unimapper map forbid --store STORE elsewhere:10 monday:30"));
+
+  // Two loops agree on another one.
+  merge::LoopConstraint another = result.loops.back();
+  another.query.keyframe = 12;
+  another.T_match_query = pose(0, 30).inverse() * pair.T_match_session_query_session * pose(3, 12);
+  another.T_match_query.translation.x() += 9.5;
+  result.loops.push_back(another);
+  CHECK_THAT(waiting_pairs(merge.sessions, result)[0].sentence,
+             Contains("Others place elsewhere:") && Contains("m from there."));
+  CHECK_THAT(waiting_text(merge.sessions, result, "site"), Contains("# or these are"));
 
   result.pairs.back().state = merge::PairState::kConfirmed;
   CHECK(waiting_pairs(merge.sessions, result).empty());

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <limits>
 
 namespace unimapper::apps {
 namespace {
@@ -25,28 +24,70 @@ Pose placement_by(const LoopConstraint& loop, const MergeResult& result) {
   return loop.match.session < loop.query.session ? T_match_query : T_match_query.inverse();
 }
 
-/// The loop of a pair whose own placement of the query keyframe is nearest to the pair's; null
-/// where there is none.
-const LoopConstraint* best_loop(const PairOutcome& pair, const MergeResult& result) {
-  const LoopConstraint* best = nullptr;
-  double least_m = std::numeric_limits<double>::infinity();
-  for (const LoopConstraint& loop : result.loops) {
-    const auto [low, high] = std::minmax(loop.query.session, loop.match.session);
-    if (low != pair.match || high != pair.query || loop.decision.reason != pair.reason) continue;
-    const KeyframeId of_query = loop.query.session == high ? loop.query : loop.match;
-    const Eigen::Vector3d at = in_session(result, of_query).translation;
-    const double off_m =
-        (placement_by(loop, result) * at - pair.T_match_session_query_session * at).norm();
-    if (off_m >= least_m) continue;
-    least_m = off_m;
-    best = &loop;
+/// How far apart two placements put a keyframe that are one placement, metres: as far as a
+/// candidate of a loop may be moved by registration.
+constexpr double kSamePlacementM = 4.0;
+
+/// A loop of a pair, and where it puts the query session in the match session.
+struct PlacingLoop {
+  KeyframeId match;  ///< of the pair's match session
+  KeyframeId query;
+  Pose T_match_query;  ///< of the sessions
+  Eigen::Vector3d at;  ///< the query keyframe in its session
+
+  [[nodiscard]] double distance_m(const Pose& other) const {
+    return (T_match_query * at - other * at).norm();
   }
-  return best;
+};
+
+/// The loops of a pair that waits.
+std::vector<PlacingLoop> placing_loops(const PairOutcome& pair, const MergeResult& result) {
+  std::vector<PlacingLoop> loops;
+  for (const LoopConstraint& loop : result.loops) {
+    const auto [low, high] = std::minmax(loop.query, loop.match);
+    if (low.session != pair.match || high.session != pair.query) continue;
+    if (loop.decision.reason != pair.reason) continue;
+    loops.push_back({low, high, placement_by(loop, result), in_session(result, high).translation});
+  }
+  return loops;
+}
+
+/// The one that agrees best with the pair's placement; null where there is none.
+const PlacingLoop* best_loop(const std::vector<PlacingLoop>& loops, const PairOutcome& pair) {
+  const auto best = std::min_element(loops.begin(), loops.end(), [&](const auto& a, const auto& b) {
+    return a.distance_m(pair.T_match_session_query_session) <
+           b.distance_m(pair.T_match_session_query_session);
+  });
+  return best == loops.end() ? nullptr : &*best;
+}
+
+/// Another placement: of the loops that contradict the pair's, the one that most of them agree
+/// with. Null where no two agree.
+const PlacingLoop* other_placement(std::vector<PlacingLoop>& loops, const PairOutcome& pair) {
+  std::erase_if(loops, [&](const PlacingLoop& loop) {
+    return loop.distance_m(pair.T_match_session_query_session) <= kSamePlacementM;
+  });
+  const PlacingLoop* other = nullptr;
+  std::ptrdiff_t most = 1;
+  for (const PlacingLoop& loop : loops) {
+    const auto agreeing = std::count_if(loops.begin(), loops.end(), [&](const PlacingLoop& one) {
+      return loop.distance_m(one.T_match_query) <= kSamePlacementM;
+    });
+    if (agreeing > most) other = &loop;
+    most = std::max(most, agreeing);
+  }
+  return other;
 }
 
 std::string keyframe_name(const std::vector<SessionData>& sessions, KeyframeId id) {
   const SessionData& session = sessions[id.session];
   return session.info.name + ':' + std::to_string(session.keyframes[id.keyframe].sequence);
+}
+
+std::string metres(double distance, int decimals) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*f m", decimals, distance);
+  return text;
 }
 
 }  // namespace
@@ -56,24 +97,28 @@ std::vector<WaitingPair> waiting_pairs(const std::vector<SessionData>& sessions,
   std::vector<WaitingPair> waiting;
   for (const PairOutcome& pair : result.pairs) {
     if (pair.state != merge::PairState::kProvisional) continue;
-    const LoopConstraint* loop = best_loop(pair, result);
-    if (loop == nullptr) continue;
-    const bool is_swapped = loop->query.session < loop->match.session;
-    const KeyframeId query = is_swapped ? loop->match : loop->query;
-    const KeyframeId match = is_swapped ? loop->query : loop->match;
-    const Pose between = in_session(result, match).inverse() * pair.T_match_session_query_session *
-                         in_session(result, query);
+    std::vector<PlacingLoop> loops = placing_loops(pair, result);
+    const PlacingLoop* best = best_loop(loops, pair);
+    if (best == nullptr) continue;
+    const Pose between = in_session(result, best->match).inverse() *
+                         pair.T_match_session_query_session * in_session(result, best->query);
     WaitingPair& one = waiting.emplace_back();
     one.match = pair.match;
     one.query = pair.query;
-    one.query_keyframe = keyframe_name(sessions, query);
-    one.match_keyframe = keyframe_name(sessions, match);
-    char distance[32];
-    std::snprintf(distance, sizeof distance, "%.1f m", between.translation.norm());
+    one.query_keyframe = keyframe_name(sessions, best->query);
+    one.match_keyframe = keyframe_name(sessions, best->match);
     one.sentence = sessions[pair.match].info.name + " and " + sessions[pair.query].info.name +
                    " wait: " + pair.reason + ". " + std::to_string(pair.distinct) +
                    (pair.distinct == 1 ? " loop places " : " loops place ") + one.query_keyframe +
-                   ' ' + distance + " from " + one.match_keyframe + '.';
+                   ' ' + metres(between.translation.norm(), 1) + " from " + one.match_keyframe +
+                   '.';
+    const PlacingLoop* other = other_placement(loops, pair);
+    if (other == nullptr) continue;
+    one.other_query_keyframe = keyframe_name(sessions, other->query);
+    one.other_match_keyframe = keyframe_name(sessions, other->match);
+    one.sentence +=
+        " Others place " + one.other_query_keyframe + " at " + one.other_match_keyframe + ", " +
+        metres(other->distance_m(pair.T_match_session_query_session), 0) + " from there.";
   }
   return waiting;
 }
@@ -82,10 +127,17 @@ std::vector<std::string> deciding_commands(const WaitingPair& pair,
                                            const std::string& query_session,
                                            const std::string& store) {
   const std::string keyframes = pair.query_keyframe + ' ' + pair.match_keyframe;
-  return {"unimapper map link --store " + store + ' ' + keyframes + "    # the same place",
-          "unimapper map forbid --store " + store + ' ' + keyframes + "  # this loop is wrong",
-          "unimapper map apart --store " + store + ' ' + query_session +
-              "  # it belongs to no other session"};
+  std::vector<std::string> commands = {"unimapper map link --store " + store + ' ' + keyframes +
+                                       "    # the same place"};
+  if (!pair.other_query_keyframe.empty()) {
+    commands.push_back("unimapper map link --store " + store + ' ' + pair.other_query_keyframe +
+                       ' ' + pair.other_match_keyframe + "    # or these are");
+  }
+  commands.push_back("unimapper map forbid --store " + store + ' ' + keyframes +
+                     "  # this loop is wrong");
+  commands.push_back("unimapper map apart --store " + store + ' ' + query_session +
+                     "  # it belongs to no other session");
+  return commands;
 }
 
 std::string waiting_text(const std::vector<SessionData>& sessions, const MergeResult& result,
