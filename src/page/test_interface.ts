@@ -43,6 +43,13 @@ export function testInterface(app: App, ready: Promise<void>): void {
     },
     toggleSession: (index: number) =>
       toggleSession(state, index, state.settings.hiddenSessions.has(index)),
+    camera: () => {
+      const { camera } = scene!.viewer;
+      return {
+        position: camera.position.toArray(),
+        direction: camera.getWorldDirection(new Vector3()).toArray(),
+      };
+    },
     setMode: (mode: "orbit" | "walk" | "top") => scene?.control.setMode(mode),
     frameTime_ms: (turns: number) => frameTime(app, turns),
   };

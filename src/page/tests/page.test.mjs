@@ -170,6 +170,57 @@ test("keys: section box, measure, removed points, views", async () => {
   await closed(session);
 });
 
+test("fingers turn, move and go nearer", async () => {
+  const session = await town.opened({ width: 390, height: 844, touch: true });
+  const { page } = session;
+  const client = await page.createCDPSession();
+  const touch = (type, points) =>
+    client.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y]) => ({ x, y })) });
+  const drag = async (from, by) => {
+    await touch("touchStart", from);
+    for (let step = 1; step <= 8; ++step)
+      await touch("touchMove", from.map(([x, y], i) => [x + (by[i][0] * step) / 8, y + (by[i][1] * step) / 8]));
+    await touch("touchEnd", []);
+    await new Promise((resolve) => setTimeout(resolve, 300));
+  };
+  // Two places of the first session's path, on the screen.
+  const ends = () =>
+    page.evaluate(() => {
+      const { poses } = window.unimapper.map().sessions[0];
+      return [poses[0], poses.at(-1)].map((pose) => window.unimapper.onScreen(...pose.slice(0, 3)));
+    });
+  const length = ([a, b]) => Math.hypot(a.x - b.x, a.y - b.y);
+  const moved = (a, b) => Math.hypot(a.x - b.x, a.y - b.y);
+
+  const before = await ends();
+  await drag([[200, 300]], [[80, 0]]);
+  const turned = await ends();
+  assert.ok(moved(before[0], turned[0]) > 5, "one finger turns");
+  await drag([[180, 300], [220, 300]], [[-60, 0], [60, 0]]);
+  const nearer = await ends();
+  assert.ok(length(nearer) > 1.3 * length(turned), `two fingers go nearer: ${length(turned)} to ${length(nearer)}`);
+
+  await page.evaluate(() => window.unimapper.setMode("top"));
+  await new Promise((resolve) => setTimeout(resolve, 300));
+  const top = await ends();
+  await drag([[200, 300]], [[60, 40]]);
+  const panned = await ends();
+  assert.ok(Math.abs(length(panned) - length(top)) < 0.05 * length(top), "one finger moves the top view");
+  assert.ok(moved(top[0], panned[0]) > 30, `by ${moved(top[0], panned[0])} pixels`);
+
+  await page.evaluate(() => window.unimapper.setMode("walk"));
+  const standing = await page.evaluate(() => window.unimapper.camera());
+  await drag([[200, 300]], [[80, 0]]);
+  const looking = await page.evaluate(() => window.unimapper.camera());
+  assert.deepEqual(looking.position, standing.position);
+  assert.ok(Math.abs(looking.direction[0] - standing.direction[0]) > 0.05, "one finger looks around");
+  await drag([[180, 300], [220, 300]], [[0, -80], [0, -80]]);
+  const walked = await page.evaluate(() => window.unimapper.camera());
+  const way = [0, 1].map((i) => walked.position[i] - looking.position[i]);
+  assert.ok(way[0] * looking.direction[0] + way[1] * looking.direction[1] > 1, `two fingers walk: ${way}`);
+  await closed(session);
+});
+
 for (const [name, options] of Object.entries({
   "narrow-dark": { width: 390, height: 844, touch: true },
   "narrow-light": { width: 390, height: 844, theme: "light", touch: true },

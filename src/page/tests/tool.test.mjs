@@ -78,6 +78,19 @@ test("a store is shown; a loop is refused, which is an epoch, and that is undone
   await until(page, () => document.querySelector("#loop .undo"));
   await click(page, "undo");
   await until(page, () => window.unimapper.map().loops.every((one) => one.statement !== "wrong"));
+  // The slider shows the epoch in which it was wrong, and the latest again.
+  const latest = await page.evaluate(() => window.unimapper.epoch());
+  const choose = (number) =>
+    page.evaluate((wanted) => {
+      const slider = document.querySelector("#times input[aria-label=Epoch]");
+      slider.value = window.unimapper.map().epochs.findIndex((one) => one.number === wanted);
+      slider.dispatchEvent(new Event("change"));
+    }, number);
+  await choose(epoch + 1);
+  await until(page, (number) => window.unimapper.epoch() === number, epoch + 1);
+  assert.ok(await page.evaluate(() => window.unimapper.map().loops.some((one) => one.statement === "wrong")));
+  await choose(latest);
+  await until(page, (number) => window.unimapper.epoch() === number, latest);
   // Once nothing has changed for some seconds the whole map is there.
   await until(page, () => (window.unimapper.map().layers.static?.nodes.length ?? 0) > 0);
   await loaded(page);
