@@ -42,8 +42,8 @@ void SessionImport::keep(const wire::SessionSummary& summary) {
 }
 
 wire::Committed SessionImport::commit_all(std::int64_t) {
-  for (const auto& [name, summary] : summaries_) {
-    attempt([&] { write(summary); });
+  for (const auto& waiting : summaries_) {
+    attempt([&] { write(waiting.second); });
   }
   summaries_.clear();
   return {};
