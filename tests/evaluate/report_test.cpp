@@ -157,6 +157,17 @@ TEST_CASE("the agreement of two sessions stands in report, terminal and quality.
   CHECK_THAT(quality_section(merge.sessions, merge.input.qualities),
              Contains("monday and wednesday") && Contains("at the truth"));
   CHECK(quality_section(merge.sessions, {}).empty());
+
+  CHECK(walls_apart_text(merge.sessions, merge.input.qualities).empty());
+  merge.input.qualities[0].merged.walls.p90_m = 0.29;
+  CHECK_THAT(walls_apart_text(merge.sessions, merge.input.qualities),
+             Contains("the walls of monday and wednesday lie up to 0.29 m apart"));
+  CHECK_THAT(quality_section(merge.sessions, merge.input.qualities), Contains("look alike"));
+  write_pair_qualities(file, merge.sessions, merge.input.qualities);
+  CHECK(nlohmann::json::parse(content(file))["pairs"][0]["walls_apart"] == true);
+  // Too few points to say so.
+  merge.input.qualities[0].merged.walls.points = 100;
+  CHECK(walls_apart_text(merge.sessions, merge.input.qualities).empty());
 }
 
 TEST_CASE("figures are left out of the reasons of single loops alone") {

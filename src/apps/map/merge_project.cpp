@@ -125,6 +125,7 @@ void export_project(const ProjectOptions& options, const MapExportOptions& outpu
   folder.publish();
   if (scene) scene->publish();
   if (!output.reference.truths.empty()) std::cout << summary_table(report);
+  warn_of_walls_apart(sessions, report.qualities);
   std::cerr << "unimapper: the map of epoch " << map.epoch << " is in " << output.out.string()
             << '\n';
 }

@@ -49,6 +49,15 @@ void write_pair_qualities(const std::filesystem::path& path,
 [[nodiscard]] std::string quality_section(const std::vector<SessionData>& sessions,
                                           const std::vector<PairQuality>& pairs);
 
+/// Pairs whose walls lie too far apart for a right merge, in words, a line each; empty where there
+/// is none. Two places that look alike are merged so, or a place that was rebuilt.
+[[nodiscard]] std::string walls_apart_text(const std::vector<SessionData>& sessions,
+                                           const std::vector<PairQuality>& pairs);
+
+/// Says the same on stderr.
+void warn_of_walls_apart(const std::vector<SessionData>& sessions,
+                         const std::vector<PairQuality>& pairs);
+
 /// A line a pair for a terminal.
 [[nodiscard]] std::string quality_lines(const std::vector<SessionData>& sessions,
                                         const std::vector<PairQuality>& pairs);
