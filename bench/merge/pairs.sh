@@ -7,8 +7,10 @@
 # Right pairs: every LiDAR with every other in five ordinary scenes (drive A, and B on another day or
 # C in reverse), and drives A and B of look-alike scenes. The query's odometry drifts in one of three
 # ways, starts level or as the LiDAR is mounted (10 degrees off), and overlaps by 30 m, 60 m, 120 m or
-# all of the way. Wrong pairs: drives of different scenes, of different seeds, and drives through the
-# two copies of a look-alike scene. A pair is merged right if it is off by at most 1 m in the overlap.
+# all of the way; drives of campus, square and hall are no longer than 23 to 36 m. Wrong pairs: drives
+# of different scenes, of different seeds, and drives through the two copies of a look-alike scene. A
+# pair is merged right if it is off by at most 1 m in the overlap. A wrong pair never is, unless what
+# two seeds of a scene have in common is placed where it is.
 #
 # What is there is not done again: OUT, a folder of runs and outcomes. BIN: programs; SCENES and
 # SENSORS: others than all; LAYOUT=1 prints the tables without figures.
@@ -58,6 +60,8 @@ drive() {
 # query_of NUMBER-OF-SCENE NUMBER-OF-SENSOR: the query's run
 query_of() {
   local routes=(B C)
+  # C of the street has nothing in common with A.
+  [ "${scenes[$1]}" != street ] || routes=(B B)
   echo "${scenes[$1]}-${sensors[$2]}-$seed/${routes[($1 + $2) % 2]}"
 }
 
@@ -101,6 +105,8 @@ alike_pairs() {
       for route in A B; do
         outcomes_of wrong "$scene" vlp-16 vlp-16 "$scene-vlp-16-$one/$route" "$scene-vlp-16-$one/C"
       done
+      # The court is the same for every seed.
+      [ "$scene" != quad ] || continue
       for other in $seeds; do
         [ "$other" -gt "$one" ] || continue
         make_run "$scene-vlp-16-$other/A" --scene "$scene" --sensor vlp-16 --seed "$other" --route A \
@@ -115,6 +121,7 @@ alike_pairs() {
 outcomes='
   BEGIN { FS = "\t" }
   function is_right() { return $9 == "-" || $9 <= 1 }
+  function is_wrong() { return $8 == "merged" && !($2 == "different seeds" && $9 != "-" && $9 <= 1) }
   function sorted_at(values, n, share,  i, j, t) {
     for (i = 2; i <= n; ++i) for (j = i; j > 1 && values[j] < values[j - 1]; --j) {
       t = values[j]; values[j] = values[j - 1]; values[j - 1] = t }
@@ -138,8 +145,13 @@ right_rows() {
   echo "| right pairs | pairs | merged | provisional (placed right) | refused | merged wrong | error of the merged, median, m | largest, m |"
   rule 8
   for scene in "${scenes[@]}"; do
-    row "\`$scene\`, 60 m and more" 7 right_cells "$scene" "60 120 all"
-    row "\`$scene\`, 30 m" 7 right_cells "$scene" "30"
+    case "$scene" in
+      town | street)
+        row "\`$scene\`, 60 m and more" 7 right_cells "$scene" "60 120 all"
+        row "\`$scene\`, 30 m" 7 right_cells "$scene" "30"
+        ;;
+      *) row "\`$scene\`, drives of 23 to 36 m" 7 right_cells "$scene" "30 60 120 all" ;;
+    esac
   done
   for scene in $alike; do row "\`$scene\`" 7 right_cells "$scene" all; done
 }
@@ -147,38 +159,39 @@ right_rows() {
 # lidar_cells SENSOR: merged of right pairs in ordinary scenes, by the other's LiDAR
 lidar_cells() {
   awk -v lidar="$1" -v sensors="${sensors[*]}" -v scenes="${scenes[*]}" "$outcomes"'
-    $1 != "right" || !index(scenes, $2) || $6 != "rule" || $7 != "none" || $5 == "30" || $3 != lidar { next }
+    $1 != "right" || !index(scenes, $2) || $6 != "rule" || $7 != "none" || $3 != lidar { next }
     { ++pairs[$4]; merged[$4] += $8 == "merged" && is_right() }
     END { n = split(sensors, of, " ")
-      for (i = 1; i <= n; ++i) printf "%s%d of %d", i > 1 ? " | " : "", merged[of[i]], pairs[of[i]] }' \
+      for (i = 1; i <= n; ++i) printf "%s%d of %d", (i > 1 ? " | " : ""), merged[of[i]], pairs[of[i]] }' \
     "$out/all.tsv"
 }
 
 lidar_rows() {
   local sensor
-  printf '| 60 m and more, ordinary scenes; merged right: map \\ query |'
+  printf '| ordinary scenes, merged right: map \\ query |'
   for sensor in "${sensors[@]}"; do printf ' %s |' "$(lidar "$sensor")"; done
   echo
   rule $((${#sensors[@]} + 1))
   for sensor in "${sensors[@]}"; do row "$(lidar "$sensor")" ${#sensors[@]} lidar_cells "$sensor"; done
 }
 
-# wrong_cells SCENE: pairs | merged | provisional | refused
+# wrong_cells SCENE: pairs | merged | provisional | refused | merged where both are alike
 wrong_cells() {
   awk -v scene="$1" "$outcomes"'
     $1 != "wrong" || $2 != scene || $6 != "rule" || $7 != "none" { next }
-    { ++pairs; ++became[$8] }
-    END { printf "%d | %d | %d | %d", pairs, became["merged"], became["provisional"], became["refused"] }' \
+    { ++pairs
+      if ($8 == "merged" && !is_wrong()) ++alike; else ++became[$8] }
+    END { printf "%d | %d | %d | %d | %d", pairs, became["merged"], became["provisional"], became["refused"], alike }' \
     "$out/all.tsv"
 }
 
 wrong_rows() {
   local scene
-  echo "| wrong pairs | pairs | merged | provisional | refused |"
-  rule 5
-  row "different scenes" 4 wrong_cells "different scenes"
-  row "different seeds of one look-alike scene" 4 wrong_cells "different seeds"
-  for scene in $alike; do row "the two copies of \`$scene\`" 4 wrong_cells "$scene"; done
+  echo "| wrong pairs | pairs | merged | provisional | refused | placed where seeds are alike |"
+  rule 6
+  row "different scenes" 5 wrong_cells "different scenes"
+  row "different seeds of one look-alike scene" 5 wrong_cells "different seeds"
+  for scene in $alike; do row "the two copies of \`$scene\`" 5 wrong_cells "$scene"; done
 }
 
 # rule_cells RULE: right pairs merged right and wrong, wrong pairs merged, without that rule; the
@@ -187,7 +200,7 @@ rule_cells() {
   awk -v without="$1" "$outcomes"'
     $6 != "rule" || $7 != without || ($1 == "wrong" && $2 ~ /^(streets|quad)$/) { next }
     $1 == "right" { ++pairs; right += $8 == "merged" && is_right(); off += $8 == "merged" && !is_right() }
-    $1 == "wrong" { ++others; merged += $8 == "merged" }
+    $1 == "wrong" { ++others; merged += is_wrong() }
     END { printf "%d of %d | %d | %d of %d", right, pairs, off, merged, others }' "$out/all.tsv"
 }
 
@@ -202,6 +215,82 @@ rule_rows() {
   done
 }
 
+# Candidates of descriptors: what counts as right, and the gate that refuses each.
+candidates='
+  BEGIN { FS = "\t"
+    split("tilt before alignment in sigmas|overlap before alignment|alignment did not converge|" \
+          "alignment moved it by metres|alignment turned it by radians|tilt in sigmas|rmse in metres|" \
+          "overlap|structure in free space", gate, "|")
+    for (g in gate) number[gate[g]] = g }
+  function is_narrow(lidar) { return lidar ~ /avia|aeva/ }
+  $6 != "candidate" { next }
+  { split($7, error, " "); right = $1 == "right" && error[1] <= 4 && error[2] <= 0.25
+    first = 0; refusing = 0; only = 0
+    for (i = 8; i <= NF; ++i) {
+      split($i, part, "=")
+      if (part[2] !~ /^refused/) continue
+      ++refusing; only = number[part[1]]
+      if (!first) first = only }
+    if ($1 == "wrong") group = "wrong"
+    else if (index(scenes, $2) == 0) group = "alike"
+    else if ($3 == $4) group = "same"
+    else group = is_narrow($3) + is_narrow($4) }'
+
+# gate_cells GROUP: of pairs of LiDARs, by how many of the two have a narrow field of view, and others
+gate_cells() {
+  awk -v scenes="${scenes[*]}" -v which="$1" "$candidates"'
+    group != which { next }
+    !right { ++wrong; off += !refusing && error[3] > 1 }
+    right { ++all; if (!refusing) { ++accepted; off += error[3] > 1 } else ++by[first] }
+    END { printf "%d | %d", all, accepted
+      for (g = 1; g <= 9; ++g) if (g != 5) printf " | %d", by[g] + (g == 4 ? by[5] : 0)
+      printf " | %d | %d", wrong, off }' "$out/all.tsv"
+}
+
+gate_rows() {
+  echo "| candidates of pairs | right | accepted | refused by tilt before | overlap before | convergence | correction | tilt | residual | overlap | free space | wrong | accepted, off by more than 1 m |"
+  rule 13
+  row "ordinary scenes, one LiDAR" 12 gate_cells same
+  row "two LiDARs that see all round" 12 gate_cells 0
+  row "one with a narrow view" 12 gate_cells 1
+  row "both with a narrow view" 12 gate_cells 2
+  row "look-alike scenes" 12 gate_cells alike
+  row "wrong pairs" 12 gate_cells wrong
+}
+
+# alone_cells NUMBER: right and wrong candidates that a gate alone refuses, of all pairs
+alone_cells() {
+  awk -v scenes="${scenes[*]}" -v which="$1" "$candidates"'
+    refusing == 1 && only == which { if (right) ++r; else ++w } END { printf "%d | %d", r, w }' "$out/all.tsv"
+}
+
+alone_rows() {
+  local name number=0
+  echo "| refused by this gate and by no other | right | wrong |"
+  rule 3
+  for name in "tilt before" "overlap before" convergence "moved too far" "turned too far" tilt residual \
+    overlap "free space"; do
+    number=$((number + 1))
+    row "$name" 2 alone_cells "$number"
+  done
+}
+
+# limit_cells LIMIT: of the candidates that pass all other gates, right and wrong ones seen through by more
+limit_cells() {
+  awk -v scenes="${scenes[*]}" -v limit="$1" "$candidates"'
+    { split($NF, part, " "); share = part[length(part)]
+      if (refusing > (first == 9)) next
+      if (right) { ++all; kept += share <= limit } else { ++others; passed += share <= limit } }
+    END { printf "%d of %d | %d of %d", all - kept, all, passed, others }' "$out/all.tsv"
+}
+
+limit_rows() {
+  local limit
+  echo "| limit of structure in free space | right candidates that it refuses | wrong ones that it lets pass |"
+  rule 3
+  for limit in 0.1 0.2 0.3 0.4 0.5 0.6; do row "$limit" 2 limit_cells "$limit"; done
+}
+
 if ! only_layout; then
   mkdir -p "$out"
   : >"$out/all.tsv"
@@ -212,3 +301,6 @@ table pairs-right right_rows
 table pairs-lidars lidar_rows
 table pairs-wrong wrong_rows
 table pairs-rules rule_rows
+table pairs-gates gate_rows
+table pairs-gates-alone alone_rows
+table pairs-free-space limit_rows
