@@ -160,9 +160,10 @@ void run_localise(const LocaliseOptions& options) {
   if (!options.out.empty()) check_output_file(options.out, options.replaces);
   Answers answers;
   merge::Localiser localiser = localiser_of(options, answers);
-  SessionData session = read_one_session(options);
+  const SessionData session = read_one_session(options);
   std::vector<double> durations_ms;
-  for (KeyframeRecord& keyframe : session.keyframes) {
+  for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
+    KeyframeRecord keyframe = *whole_keyframe(session, k);
     answers.sequences.push_back(keyframe.sequence);
     answers.stamps_ns.push_back(keyframe.scans[keyframe.reference_scan].stamp_ns);
     const Pose T_keyframe_sensor = merge::reference_sensor_pose(keyframe);

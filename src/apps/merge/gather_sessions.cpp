@@ -78,13 +78,17 @@ void read_store(const fs::path& path, const std::vector<std::string>& chosen,
 /// The sessions of a run folder or an event log, from a store that is made of it in `folder`.
 void read_run(const fs::path& run, const fs::path& folder, StoredContents& contents,
               std::vector<InputSession>& inputs) {
-  const wire::ReceiverCounters counters = make_run_store(run, folder).counters;
+  const ImportedRun imported = make_run_store(run, folder);
   store::StoreReader reader(folder);
   std::vector<SessionData> sessions;
   for (const store::SessionListing& session : reader.sessions()) {
-    sessions.push_back(contents.read(folder, reader, session));
+    SessionData& data = sessions.emplace_back(contents.read(folder, reader, session));
+    const auto damaged = imported.damaged.find(data.info.id);
+    if (damaged == imported.damaged.end()) continue;
+    data.keyframes_damaged += damaged->second;
+    data.keyframes_missing -= std::min(data.keyframes_missing, damaged->second);
   }
-  report_losses(run.string(), counters, sessions);
+  report_losses(run.string(), imported.counters, sessions);
   const fs::path folder_of_run = fs::is_directory(run) ? run : fs::path();
   for (SessionData& session : sessions) inputs.push_back({std::move(session), folder_of_run, 0});
 }

@@ -59,6 +59,9 @@ ImportedRun import_run(store::Database& database, const fs::path& run) {
     }
     receiver.store_all();
     imported.counters = receiver.counters();
+    for (const wire::SessionProgress& session : receiver.progress()) {
+      imported.damaged[session.info.id] = session.damaged;
+    }
   }
   if (!import.trouble().empty()) throw store::StoreError(import.trouble());
   const auto sessions = import.sessions();

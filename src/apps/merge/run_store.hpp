@@ -1,7 +1,9 @@
 // Runs in stores, from which cells are read when they are needed.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <vector>
 
 #include "ports/store/session_import.hpp"
@@ -12,7 +14,8 @@ namespace unimapper::apps {
 /// What a run folder or an event log held.
 struct ImportedRun {
   std::vector<store::ImportedSession> sessions;
-  wire::ReceiverCounters counters;  ///< of its messages
+  wire::ReceiverCounters counters;             ///< of its messages
+  std::map<SessionId, std::uint64_t> damaged;  ///< keyframes that it holds damaged only
 };
 
 /// Writes the sessions of a run folder or an event log into a store, in the transaction that is
