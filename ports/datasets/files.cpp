@@ -1,5 +1,7 @@
 #include "ports/datasets/files.hpp"
 
+#include <stdlib.h>  // NOLINT: mkdtemp is POSIX
+
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
@@ -145,6 +147,17 @@ fs::path find_child(const fs::path& directory, std::initializer_list<std::string
     }
   }
   return {};
+}
+
+TemporaryFolder::TemporaryFolder(const fs::path& parent) {
+  std::string name = (parent / ".unimapper-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) throw DatasetError(name + ": cannot be made");
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
 }
 
 }  // namespace unimapper::datasets

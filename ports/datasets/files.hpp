@@ -46,6 +46,23 @@ bool holds(const std::filesystem::path& directory, std::string_view extension);
 std::filesystem::path find_child(const std::filesystem::path& directory,
                                  std::initializer_list<std::string_view> names);
 
+/// A folder of its own for temporary files. Open files outlive their names, so it may go early.
+class TemporaryFolder {
+ public:
+  /// Makes it in `parent`. Throws DatasetError.
+  explicit TemporaryFolder(
+      const std::filesystem::path& parent = std::filesystem::temp_directory_path());
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  /// Where it is.
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
 /// `text` in lower case (ASCII).
 std::string lower_case(std::string_view text);
 

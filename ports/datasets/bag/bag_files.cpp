@@ -1,6 +1,4 @@
 // Files of a bag: recognition by first bytes, recordings in several files.
-#include <stdlib.h>  // NOLINT: mkdtemp is POSIX
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -122,26 +120,6 @@ class SplitSource final : public MessageSource {
   }
 
   std::vector<std::unique_ptr<MessageSource>> files_;
-};
-
-/// A folder for one decompressed file. Open files outlive their names, so it may go early.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "unimapper-bag-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw DatasetError(name + ": cannot be made");
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
 };
 
 std::unique_ptr<MessageSource> open_file(const fs::path& file) {

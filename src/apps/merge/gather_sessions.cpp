@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "ports/datasets/files.hpp"
 #include "ports/keys/guards.hpp"
 #include "ports/lcm/received_log.hpp"
 #include "ports/store/store_file.hpp"
@@ -170,7 +171,7 @@ std::vector<InputSession> gather_sessions(const MergeOptions& options, StoredCon
                                           const fs::path& scratch_parent) {
   std::vector<InputSession> inputs;
   std::vector<std::string> known;
-  const ScratchFolder scratch(scratch_parent);
+  const datasets::TemporaryFolder scratch(scratch_parent);
   for (std::size_t i = 0; i < options.runs.size(); ++i) {
     if (store::is_store(options.runs[i])) {
       read_store(options.runs[i], options.chosen, contents, inputs, known);

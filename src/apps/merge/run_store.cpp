@@ -1,7 +1,5 @@
 #include "src/apps/merge/run_store.hpp"
 
-#include <stdlib.h>  // NOLINT: mkdtemp is POSIX
-
 #include <iostream>
 #include <stdexcept>
 #include <string>
@@ -73,17 +71,6 @@ ImportedRun import_run(store::Database& database, const fs::path& run) {
   if (log != run && sessions.size() == 1) import.name(sessions.begin()->first, folder_name(run));
   for (const auto& [id, session] : import.sessions()) imported.sessions.push_back(session);
   return imported;
-}
-
-ScratchFolder::ScratchFolder(const fs::path& parent) {
-  std::string name = (parent / ".unimapper-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": cannot be made");
-  path_ = name;
-}
-
-ScratchFolder::~ScratchFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
 }
 
 ImportedRun make_run_store(const fs::path& run, const fs::path& folder) try {

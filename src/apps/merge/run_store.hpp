@@ -23,21 +23,6 @@ struct ImportedRun {
 /// stderr. Throws std::runtime_error for what is no run, and what a store or a log throws.
 ImportedRun import_run(store::Database& database, const std::filesystem::path& run);
 
-/// A folder of its own for temporary files, which goes with this object.
-class ScratchFolder {
- public:
-  /// Makes it in `parent`. Throws std::runtime_error.
-  explicit ScratchFolder(const std::filesystem::path& parent);
-  ~ScratchFolder();
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
 /// Writes a run into a new store in `folder` that does not outlive a power failure: one file, to be
 /// read by whoever opens it before it is removed. Throws as `import_run`.
 ImportedRun make_run_store(const std::filesystem::path& run, const std::filesystem::path& folder);
