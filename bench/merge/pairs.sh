@@ -9,8 +9,7 @@
 # ways, starts level or as the LiDAR is mounted (10 degrees off), and overlaps by 30 m, 60 m, 120 m or
 # all of the way; drives of campus, square and hall are no longer than 23 to 36 m. Wrong pairs: drives
 # of different scenes, of different seeds, and drives through the two copies of a look-alike scene. A
-# pair is merged right if it is off by at most 1 m in the overlap. A wrong pair never is, unless what
-# two seeds of a scene have in common is placed where it is.
+# pair is merged right if it is off by at most 1 m in the overlap.
 #
 # What is there is not done again: OUT, a folder of runs and outcomes. BIN: programs; SCENES and
 # SENSORS: others than all; LAYOUT=1 prints the tables without figures.
@@ -121,7 +120,6 @@ alike_pairs() {
 outcomes='
   BEGIN { FS = "\t" }
   function is_right() { return $9 == "-" || $9 <= 1 }
-  function is_wrong() { return $8 == "merged" && !($2 == "different seeds" && $9 != "-" && $9 <= 1) }
   function sorted_at(values, n, share,  i, j, t) {
     for (i = 2; i <= n; ++i) for (j = i; j > 1 && values[j] < values[j - 1]; --j) {
       t = values[j]; values[j] = values[j - 1]; values[j - 1] = t }
@@ -175,23 +173,22 @@ lidar_rows() {
   for sensor in "${sensors[@]}"; do row "$(lidar "$sensor")" ${#sensors[@]} lidar_cells "$sensor"; done
 }
 
-# wrong_cells SCENE: pairs | merged | provisional | refused | merged where both are alike
+# wrong_cells SCENE: pairs | merged | provisional | refused
 wrong_cells() {
   awk -v scene="$1" "$outcomes"'
     $1 != "wrong" || $2 != scene || $6 != "rule" || $7 != "none" { next }
-    { ++pairs
-      if ($8 == "merged" && !is_wrong()) ++alike; else ++became[$8] }
-    END { printf "%d | %d | %d | %d | %d", pairs, became["merged"], became["provisional"], became["refused"], alike }' \
+    { ++pairs; ++became[$8] }
+    END { printf "%d | %d | %d | %d", pairs, became["merged"], became["provisional"], became["refused"] }' \
     "$out/all.tsv"
 }
 
 wrong_rows() {
   local scene
-  echo "| wrong pairs | pairs | merged | provisional | refused | placed where seeds are alike |"
-  rule 6
-  row "different scenes" 5 wrong_cells "different scenes"
-  row "different seeds of one look-alike scene" 5 wrong_cells "different seeds"
-  for scene in $alike; do row "the two copies of \`$scene\`" 5 wrong_cells "$scene"; done
+  echo "| wrong pairs | pairs | merged | provisional | refused |"
+  rule 5
+  row "different scenes" 4 wrong_cells "different scenes"
+  row "different seeds of one look-alike scene" 4 wrong_cells "different seeds"
+  for scene in $alike; do row "the two copies of \`$scene\`" 4 wrong_cells "$scene"; done
 }
 
 # rule_cells RULE: right pairs merged right and wrong, wrong pairs merged, without that rule; the
@@ -200,7 +197,7 @@ rule_cells() {
   awk -v without="$1" "$outcomes"'
     $6 != "rule" || $7 != without || ($1 == "wrong" && $2 ~ /^(streets|quad)$/) { next }
     $1 == "right" { ++pairs; right += $8 == "merged" && is_right(); off += $8 == "merged" && !is_right() }
-    $1 == "wrong" { ++others; merged += is_wrong() }
+    $1 == "wrong" { ++others; merged += $8 == "merged" }
     END { printf "%d of %d | %d | %d of %d", right, pairs, off, merged, others }' "$out/all.tsv"
 }
 
