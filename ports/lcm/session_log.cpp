@@ -19,6 +19,14 @@ SessionLogWriter::SessionLogWriter(const std::filesystem::path& path, SessionInf
   (void)cut_into_messages({}, datagram_bytes);
 }
 
+void SessionLogWriter::begin(SessionInfo info) {
+  SessionMessage session;
+  session.info = std::move(info);
+  (void)encode(session);
+  session_ = std::move(session);
+  started_ = false;
+}
+
 void SessionLogWriter::write_session(SessionState state, std::int64_t stamp_us) {
   session_.state = state;
   log_.write(stamp_us, kSessionChannel, encode(session_));

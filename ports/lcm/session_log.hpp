@@ -23,6 +23,9 @@ class SessionLogWriter {
   void write(const EncodedKeyframe& keyframe);
   /// Appends the end-of-session message and flushes. Throws EventLogError.
   void finish();
+  /// After `finish`: what follows is of another session. Throws std::invalid_argument for an
+  /// impossible name.
+  void begin(SessionInfo info);
 
  private:
   void write_session(SessionState state, std::int64_t stamp_us);

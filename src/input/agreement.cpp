@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "unimapper/core/quantile.hpp"
 #include "unimapper/core/symmetric_eigen.hpp"
@@ -16,16 +17,13 @@ constexpr std::size_t kMostSurfacePoints = 900;
 constexpr float kNearest_m = 1.0F;  // nearer is the robot itself
 
 /// Small clouds: neighbouring scans overlap widely.
-const merge::RegistrationConfig& config() {
-  static const merge::RegistrationConfig kConfig = [] {
-    merge::RegistrationConfig c;
-    c.leaf_m = 0.3F;
-    c.max_points = 4000;
-    c.max_source_points = 700;
-    c.max_iterations = 16;
-    return c;
-  }();
-  return kConfig;
+merge::RegistrationConfig config(std::size_t max_points) {
+  merge::RegistrationConfig config;
+  config.leaf_m = 0.3F;
+  config.max_points = static_cast<std::uint32_t>(max_points);
+  config.max_source_points = 700;
+  config.max_iterations = 16;
+  return config;
 }
 
 std::vector<Eigen::Vector3f> points_of(const datasets::Scan& scan) {
@@ -47,29 +45,19 @@ Eigen::Vector3f normal_of(const merge::RegistrationCloud& cloud, std::size_t i) 
 
 }  // namespace
 
-ScanPair::ScanPair(std::size_t i, const datasets::Scan& first, std::size_t j,
-                   const datasets::Scan& second)
-    : i_(i),
-      j_(j),
-      target_(points_of(first), {}, config()),
-      source_(points_of(second), {}, config()) {
-  for (Eigen::Index a = 0; a < 3 && target_.size() > 0; ++a) {
-    std::vector<float> coordinates;
-    for (const Eigen::Vector3f& p : target_.points()) coordinates.push_back(p[a]);
-    middle_[a] = static_cast<double>(median(std::span(coordinates)));
-  }
-  target_normals_.reserve(target_.size());
-  for (std::size_t k = 0; k < target_.size(); ++k) {
-    target_normals_.push_back(normal_of(target_, k));
-    if (std::fabs(target_normals_.back().z()) < 0.9F) continue;
-    ++(target_.points()[k].z() > 0.0F ? level_above_ : level_below_);
-  }
-  for (std::size_t k = 0; k < source_.size(); ++k) {
-    const Eigen::Vector3f normal = normal_of(source_, k);
+ScanShape::ScanShape(const datasets::Scan& scan, std::size_t max_points)
+    : cloud_(points_of(scan), {}, config(max_points)) {
+  normals_.reserve(cloud_.size());
+  for (std::size_t k = 0; k < cloud_.size(); ++k) {
+    const Eigen::Vector3f normal = normal_of(cloud_, k);
+    normals_.push_back(normal);
     if (normal.isZero()) continue;
+    if (std::fabs(normal.z()) >= 0.9F) {
+      ++(cloud_.points()[k].z() > 0.0F ? level_above_ : level_below_);
+    }
     Eigen::Index axis = 0;
     normal.cwiseAbs().maxCoeff(&axis);
-    surface_.push_back({source_.points()[k], static_cast<int>(axis)});
+    surface_.push_back({cloud_.points()[k], static_cast<int>(axis)});
     ++facing_[static_cast<std::size_t>(axis)];
   }
   // Directions that are seen much of are thinned, none is left out.
@@ -81,7 +69,24 @@ ScanPair::ScanPair(std::size_t i, const datasets::Scan& first, std::size_t j,
     return seen[a]++ % stride[a] != 0;
   });
   for (std::size_t a = 0; a < 3; ++a) facing_[a] = (facing_[a] + stride[a] - 1) / stride[a];
-  informative_ = facing_[0] >= kFewestFacing || facing_[1] >= kFewestFacing;
+}
+
+Eigen::Vector3d ScanShape::middle() const {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (Eigen::Index a = 0; a < 3 && cloud_.size() > 0; ++a) {
+    std::vector<float> coordinates;
+    for (const Eigen::Vector3f& p : cloud_.points()) coordinates.push_back(p[a]);
+    middle[a] = static_cast<double>(median(std::span(coordinates)));
+  }
+  return middle;
+}
+
+ScanPair::ScanPair(std::size_t i, std::shared_ptr<const ScanShape> first, std::size_t j,
+                   std::shared_ptr<const ScanShape> second)
+    : i_(i), j_(j), first_(std::move(first)), second_(std::move(second)) {}
+
+bool ScanPair::is_informative() const {
+  return second_->facing_[0] >= kFewestFacing || second_->facing_[1] >= kFewestFacing;
 }
 
 double ScanPair::agreement(const Pose& T_first_second) const {
@@ -92,22 +97,23 @@ double ScanPair::agreement(const Pose& T_first_second) const {
   constexpr float kOnSurface_m = 0.12F;
   constexpr float kPerMetre = 0.003F;  // of range
   std::array<std::size_t, 3> on_surface{};
-  for (const SurfacePoint& point : surface_) {
+  for (const ScanShape::SurfacePoint& point : second_->surface_) {
     const Eigen::Vector3f p = r * point.position + t;
     float squared = kReach_m * kReach_m;
-    const std::uint32_t nearest = target_.nearest(p, squared);
+    const std::uint32_t nearest = first_->cloud_.nearest(p, squared);
     if (nearest == merge::RegistrationCloud::kNone) continue;
-    const Eigen::Vector3f& normal = target_normals_[nearest];
-    const float across_m =
-        normal.isZero() ? std::sqrt(squared) : std::fabs(normal.dot(p - target_.points()[nearest]));
+    const Eigen::Vector3f& normal = first_->normals_[nearest];
+    const float across_m = normal.isZero()
+                               ? std::sqrt(squared)
+                               : std::fabs(normal.dot(p - first_->cloud_.points()[nearest]));
     const float allowed_m = kOnSurface_m + kPerMetre * point.position.norm();
     if (across_m < allowed_m) ++on_surface[static_cast<std::size_t>(point.facing)];
   }
   double sum = 0.0;
   int directions = 0;
   for (std::size_t a = 0; a < 3; ++a) {
-    if (facing_[a] < kFewestFacing) continue;
-    sum += static_cast<double>(on_surface[a]) / static_cast<double>(facing_[a]);
+    if (second_->facing_[a] < kFewestFacing) continue;
+    sum += static_cast<double>(on_surface[a]) / static_cast<double>(second_->facing_[a]);
     ++directions;
   }
   return directions == 0 ? 0.0 : sum / directions;
@@ -115,7 +121,9 @@ double ScanPair::agreement(const Pose& T_first_second) const {
 
 Pose ScanPair::registered(const Pose& start) const {
   if (!start.is_finite()) return Pose();
-  return merge::register_clouds(target_, source_, start, config()).T_target_source;
+  return merge::register_clouds(first_->cloud_, second_->cloud_, start,
+                                config(first_->cloud_.size()))
+      .T_target_source;
 }
 
 }  // namespace unimapper::input

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <span>
+#include <memory>
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
@@ -12,14 +12,47 @@
 
 namespace unimapper::input {
 
+/// Surfaces of one scan, thinned, ready to be compared with those of another.
+class ScanShape {
+ public:
+  /// The points are in the sensor's frame, metres; up to `max_points` of them are kept. O(points),
+  /// and about 2 us for each that is kept.
+  explicit ScanShape(const datasets::Scan& scan, std::size_t max_points = 4'000);
+
+  /// Median of the thinned points by axis, metres.
+  [[nodiscard]] Eigen::Vector3d middle() const;
+
+  /// Level surfaces above and below the sensor, points.
+  [[nodiscard]] std::size_t level_above() const { return level_above_; }
+  [[nodiscard]] std::size_t level_below() const { return level_below_; }
+
+ private:
+  friend class ScanPair;
+  struct SurfacePoint {
+    Eigen::Vector3f position;
+    int facing;  ///< the axis that its normal is nearest to
+  };
+
+  merge::RegistrationCloud cloud_;
+  std::vector<Eigen::Vector3f> normals_;  ///< zero where there is no plane
+  std::vector<SurfacePoint> surface_;     ///< a part of the points on planes
+  std::array<std::size_t, 3> facing_{};   ///< points of `surface_` by direction
+  std::size_t level_above_ = 0;
+  std::size_t level_below_ = 0;
+};
+
 /// Two scans that see the same surroundings, ready to be compared under any motion.
 class ScanPair {
  public:
-  /// `i` and `j` are their indices in the recording; the points are in the sensor's frame, metres.
-  ScanPair(std::size_t i, const datasets::Scan& first, std::size_t j, const datasets::Scan& second);
+  /// `i` and `j` are their indices in the recording.
+  ScanPair(std::size_t i, std::shared_ptr<const ScanShape> first, std::size_t j,
+           std::shared_ptr<const ScanShape> second);
+  ScanPair(std::size_t i, const datasets::Scan& first, std::size_t j, const datasets::Scan& second)
+      : ScanPair(i, std::make_shared<ScanShape>(first), j, std::make_shared<ScanShape>(second)) {}
 
   [[nodiscard]] std::size_t first() const { return i_; }
   [[nodiscard]] std::size_t second() const { return j_; }
+  [[nodiscard]] const ScanShape& first_shape() const { return *first_; }
 
   /// Share of the second scan's surface points that lie on surfaces of the first when transformed
   /// by `T_first_second`: the mean over walls facing along x, walls facing along y, and level
@@ -31,32 +64,13 @@ class ScanPair {
   [[nodiscard]] Pose registered(const Pose& start) const;
 
   /// Enough surfaces to tell one motion from another: walls in at least one direction.
-  [[nodiscard]] bool is_informative() const { return informative_; }
-
-  /// Median of the first scan's thinned points by axis, metres.
-  [[nodiscard]] const Eigen::Vector3d& middle() const { return middle_; }
-
-  /// Level surfaces of the first scan above and below the sensor, points.
-  [[nodiscard]] std::size_t level_above() const { return level_above_; }
-  [[nodiscard]] std::size_t level_below() const { return level_below_; }
+  [[nodiscard]] bool is_informative() const;
 
  private:
-  struct SurfacePoint {
-    Eigen::Vector3f position;
-    int facing;  ///< the axis that its normal is nearest to
-  };
-
   std::size_t i_;
   std::size_t j_;
-  merge::RegistrationCloud target_;
-  merge::RegistrationCloud source_;
-  std::vector<Eigen::Vector3f> target_normals_;  ///< zero where there is no plane
-  std::vector<SurfacePoint> surface_;            ///< of the source
-  std::array<std::size_t, 3> facing_{};          ///< points of `surface_` by direction
-  bool informative_ = false;
-  Eigen::Vector3d middle_ = Eigen::Vector3d::Zero();
-  std::size_t level_above_ = 0;
-  std::size_t level_below_ = 0;
+  std::shared_ptr<const ScanShape> first_;
+  std::shared_ptr<const ScanShape> second_;
 };
 
 }  // namespace unimapper::input

@@ -213,9 +213,11 @@ AgreementFigures measure_agreement(std::span<const ScanPair> pairs, const Track&
   double given_sum_m = 0.0;
   double found_sum_m = 0.0;
   for (const ScanPair& pair : pairs) {
-    figures.level_above += pair.level_above();
-    figures.level_below += pair.level_below();
-    figures.drift_m = std::max(figures.drift_m, (pair.middle() - pairs.front().middle()).norm());
+    figures.level_above += pair.first_shape().level_above();
+    figures.level_below += pair.first_shape().level_below();
+    figures.drift_m =
+        std::max(figures.drift_m,
+                 (pair.first_shape().middle() - pairs.front().first_shape().middle()).norm());
     const Pose moved = relative(track, pairs.front().first(), pair.first());
     figures.displacement_m = std::max(figures.displacement_m, moved.translation.norm());
     if (!pair.is_informative()) continue;

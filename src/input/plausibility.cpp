@@ -22,6 +22,22 @@ class ScanStore {
   std::map<std::size_t, datasets::Scan> scans_;
 };
 
+bool is_broken(const std::vector<OdometryBreak>& breaks, const PairIndex& pair) {
+  return std::any_of(breaks.begin(), breaks.end(), [&](const OdometryBreak& b) {
+    return pair.first < b.next && pair.second > b.last;
+  });
+}
+
+/// Counts no jump that is known to be a break.
+void leave_out_jumps(const Track& track, const std::vector<OdometryBreak>& breaks,
+                     MotionFigures& motion) {
+  for (const OdometryBreak& b : breaks) {
+    for (std::size_t i = b.last; i < b.next; ++i) {
+      motion.jumps -= std::min<std::size_t>(motion.jumps, is_jump(track, i) ? 1 : 0);
+    }
+  }
+}
+
 }  // namespace
 
 Plausibility examine(const datasets::Dataset& dataset, std::size_t scans) {
@@ -53,14 +69,20 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans) {
   findings.push_back(check_repeated(first, second));
   findings.push_back(check_stamp_order(result.motion));
   findings.push_back(check_interval(result.motion));
-  findings.push_back(check_speed(result.motion));
   // Comparing points that are none, or are in other units than the limits, says nothing.
-  const bool comparable =
-      worst(findings) != Severity::kWrong || findings.back().severity == Severity::kWrong;
+  const bool comparable = worst(findings) != Severity::kWrong;
   if (comparable) {
+    result.steps = find_odometry_breaks(
+        track, [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); });
+    const Finding odometry = check_odometry_breaks(result.steps);
+    // Poses that are wrong as a whole are no odometry that breaks.
+    const bool breaks = odometry.severity == Severity::kSuspicious;
+    if (breaks) leave_out_jumps(track, result.steps.breaks, result.motion);
+    findings.push_back(check_speed(result.motion));
     std::vector<ScanPair> pairs;
     pairs.reserve(chosen.size());
     for (std::size_t k = 0; k < chosen.size(); ++k) {
+      if (breaks && is_broken(result.steps.breaks, chosen[k])) continue;
       pairs.emplace_back(chosen[k].first, *first[k], chosen[k].second, *second[k]);
     }
     const auto name = [&](std::size_t i) { return dataset.scan_name(i); };
@@ -80,7 +102,11 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans) {
     findings.push_back(check_motion(result.agreement));
     if (findings.back().severity != Severity::kWrong) {
       findings.push_back(check_succession(result.agreement));
+      findings.push_back(odometry);
     }
+    if (!breaks) result.steps.breaks.clear();
+  } else {
+    findings.push_back(check_speed(result.motion));
   }
   findings.push_back(
       check_axes(result.directions, result.agreement.level_above, result.agreement.level_below));

@@ -7,6 +7,7 @@
 #include "src/input/axes.hpp"
 #include "src/input/finding.hpp"
 #include "src/input/motion_check.hpp"
+#include "src/input/odometry_breaks.hpp"
 #include "src/input/ranges.hpp"
 #include "src/input/recognition.hpp"
 #include "src/input/stamps.hpp"
@@ -19,12 +20,14 @@ struct Plausibility {
   DirectionFigures directions;
   SensorFigures sensor;
   MotionFigures motion;
-  AgreementFigures agreement;
+  OdometryBreaks steps;
+  AgreementFigures agreement;     ///< of pairs of scans between which the odometry does not break
   std::vector<Finding> findings;  ///< of every check, also where nothing was found
 };
 
-/// Looks at the first `scans` scans of `dataset`: all poses and stamps, and the points of at most
-/// 32 scans. Takes a second at most. Throws DatasetError for a damaged scan among them.
+/// Looks at the first `scans` scans of `dataset`: all poses and stamps, the points of at most 32
+/// scans, and a few thousand points of every fifth or so. Throws DatasetError for a damaged scan
+/// among them.
 [[nodiscard]] Plausibility examine(const datasets::Dataset& dataset, std::size_t scans);
 
 }  // namespace unimapper::input

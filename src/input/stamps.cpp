@@ -21,6 +21,13 @@ double middle(std::vector<double>& values) {
 
 }  // namespace
 
+bool is_jump(const Track& track, std::size_t i) {
+  const double interval_s =
+      1e-9 * (static_cast<double>(track.stamp_ns(i + 1)) - static_cast<double>(track.stamp_ns(i)));
+  const double step_m = (track.pose(i + 1).translation - track.pose(i).translation).norm();
+  return interval_s > 0.0 && step_m > kMostStep_m && step_m > kMostSpeed_mps * interval_s;
+}
+
 MotionFigures measure_motion(const Track& track) {
   MotionFigures figures;
   figures.scans = track.size;
@@ -49,8 +56,7 @@ MotionFigures measure_motion(const Track& track) {
       speeds.push_back(now.norm());
       if (speeds.size() > 1) accelerations.push_back((now - velocity).norm() / interval_s);
       velocity = now;
-      figures.jumps +=
-          step.norm() > kMostStep_m && step.norm() > kMostSpeed_mps * interval_s ? 1 : 0;
+      figures.jumps += is_jump(track, i - 1) ? 1 : 0;
     }
     before = pose;
     stamp_before_ns = stamp_ns;
@@ -125,8 +131,8 @@ Finding check_speed(const MotionFigures& motion) {
   } else if (motion.jumps > 0) {
     finding.severity = Severity::kSuspicious;
     finding.message = text(
-        "the poses jump %zu times by more than 10 m from one scan to the next; scans after a jump "
-        "are left out: %s",
+        "the poses jump %zu times by more than 10 m from one scan to the next; the scan after "
+        "each is left out: %s",
         motion.jumps, kRemedy);
   } else if (motion.acceleration_mps2 > kMostAcceleration_mps2) {
     finding.severity = Severity::kSuspicious;

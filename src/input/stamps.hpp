@@ -32,6 +32,9 @@ struct MotionFigures {
   double climb = 0.0;              ///< share of the path along the odometry's z axis
 };
 
+/// Whether the step from scan `i` to the next is one of `MotionFigures::jumps`.
+[[nodiscard]] bool is_jump(const Track& track, std::size_t i);
+
 /// Measures a track. O(scans).
 [[nodiscard]] MotionFigures measure_motion(const Track& track);
 

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "ports/datasets/files.hpp"
+#include "ports/lcm/received_log.hpp"
 #include "tests/apps/command.hpp"
 
 using namespace unimapper;
@@ -365,24 +366,50 @@ TEST_CASE("scans that cannot be used are refused one by one, counted, and labell
   fixture.check_labels(recording);
 }
 
-TEST_CASE("a jump of 10 m between two scans closes the keyframe and mapping goes on") {
+TEST_CASE("a jump of 10 m between two scans begins a session of its own") {
   const Fixture fixture;
   SmallRecording recording(20);
   for (std::size_t i = 6; i < recording.poses.size(); ++i) {
     recording.poses[i].translation.x() += 10.0;
   }
   recording.write(fixture.dataset);
-  REQUIRE(fixture.onboard({"--surroundings", "outdoors"}).exit_code == 0);
-  // The scan that jumped is refused; those before and after it make keyframes.
-  CHECK(fixture.stats()["scans_refused"]["pose_jump"] == 1);
+  const CommandResult result = fixture.onboard({"--surroundings", "outdoors"});
+  REQUIRE(result.exit_code == 0);
+  CHECK_THAT(result.err, Contains("between scan 5 and 6") && Contains("session of its own"));
+  CHECK(fixture.stats()["scans"] == 20);
+  CHECK(fixture.stats()["scans_refused"].empty());
   CHECK(fixture.stats()["keyframes"] == 3);
+  CHECK(fixture.stats()["sessions"] == std::vector<std::string>{"run", "run.2"});
   fixture.check_labels(recording);
   const std::string events = read_text(fixture.run / "events.log");
   CHECK_THAT(events, Contains("keyframe 0 closed: 6 scans"));
-  CHECK_THAT(events, Contains("scan 6 refused: the pose jumped"));
-  // Three keyframes and the jump; and the recording's few points are not the LiDAR's pattern.
-  CHECK_THAT(events, Contains("configured"));
-  CHECK(std::count(events.begin(), events.end(), '\n') == 5);
+  const auto sessions = lcm_port::read_event_log(fixture.run / "keyframes.lcmlog").sessions;
+  REQUIRE(sessions.size() == 2);
+  const bool is_first = sessions[0].info.name == "run";
+  const SessionData& before = sessions[is_first ? 0 : 1];
+  const SessionData& after = sessions[is_first ? 1 : 0];
+  CHECK(before.keyframes.size() == 1);
+  REQUIRE(after.keyframes.size() == 2);
+  CHECK(after.keyframes[0].sequence == 0);
+  // Scans keep their numbers in the recording, which truth and labels are found by.
+  CHECK(after.keyframes[0].scans.front().scan_index == 6);
+  CHECK(before.complete);
+  CHECK(after.complete);
+}
+
+TEST_CASE("scans between two breaks of the odometry that make no session are said") {
+  const Fixture fixture;
+  SmallRecording recording(24);
+  for (std::size_t i = 12; i < recording.poses.size(); ++i) {
+    recording.poses[i].translation.x() += i < 14 ? 10.0 : 20.0;
+  }
+  recording.write(fixture.dataset);
+  const CommandResult result = fixture.onboard({"--surroundings", "outdoors"});
+  REQUIRE(result.exit_code == 0);
+  CHECK_THAT(result.err, Contains("2 scans between breaks are left out"));
+  CHECK(fixture.stats()["scans"] == 22);
+  CHECK(fixture.stats()["scans_left_out"] == 2);
+  fixture.check_labels(recording);
 }
 
 TEST_CASE("single points that are NaN, infinite or out of range are counted and keep their index") {

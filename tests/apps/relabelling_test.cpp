@@ -20,7 +20,9 @@ struct Fixture {
     std::vector<std::string> arguments = {"onboard",    dataset.string(), "--out",
                                           run.string(), "--sensor",       "vlp-16"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    REQUIRE(run_unimapper(arguments).exit_code == 0);
+    const CommandResult result = run_unimapper(arguments);
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
   }
   /// Every scan has a label for every point.
   void check_labels(const fs::path& folder) const {

@@ -13,7 +13,7 @@ RunKeyframes read_run_keyframes(const std::filesystem::path& run,
   const lcm_port::ReceivedLog received = lcm_port::read_event_log(log);
   if (received.sessions.size() != 1 || received.sessions.front().keyframes.empty()) {
     throw std::runtime_error(log.string() + ": holds " + std::to_string(received.sessions.size()) +
-                             " sessions; a run has exactly one, with keyframes");
+                             " sessions with keyframes; only a run of one is taken");
   }
   const SessionData& session = received.sessions.front();
   const auto truth = read_truth(dataset);

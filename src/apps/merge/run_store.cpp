@@ -1,6 +1,7 @@
 #include "src/apps/merge/run_store.hpp"
 
 #include <iostream>
+#include <map>
 #include <stdexcept>
 #include <string>
 
@@ -44,6 +45,18 @@ std::string folder_name(const fs::path& folder) {
   return (error ? folder : resolved).filename().string();
 }
 
+/// Sessions of a run that `unimapper onboard` cut are named RUN, RUN.2, ... after their folder.
+void name_by_folder(const std::map<SessionId, store::ImportedSession>& sessions,
+                    const std::string& folder, store::SessionImport& import) {
+  std::string run = sessions.begin()->second.name;
+  for (const auto& [id, session] : sessions) {
+    if (session.name.size() < run.size()) run = session.name;
+  }
+  for (const auto& [id, session] : sessions) {
+    if (session.name.starts_with(run)) import.name(id, folder + session.name.substr(run.size()));
+  }
+}
+
 }  // namespace
 
 ImportedRun import_run(store::Database& database, const fs::path& run) {
@@ -68,7 +81,7 @@ ImportedRun import_run(store::Database& database, const fs::path& run) {
                              ": holds no keyframes of any session; if it is a recording, "
                              "`unimapper onboard` makes a run of it first");
   }
-  if (log != run && sessions.size() == 1) import.name(sessions.begin()->first, folder_name(run));
+  if (log != run) name_by_folder(sessions, folder_name(run), import);
   for (const auto& [id, session] : import.sessions()) imported.sessions.push_back(session);
   return imported;
 }

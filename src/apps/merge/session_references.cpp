@@ -26,6 +26,13 @@ std::pair<std::string, std::filesystem::path> parse_truth(const std::string& tex
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
+/// Whether a session is the named one, or a later one of its run: NAME.2, NAME.3, ...
+bool is_of_run(const std::string& session, const std::string& name) {
+  if (session == name) return true;
+  if (!session.starts_with(name + ".") || session.size() == name.size() + 1) return false;
+  return session.find_first_not_of("0123456789", name.size() + 1) == std::string::npos;
+}
+
 }  // namespace
 
 void add_reference_options(CLI::App& command, ReferenceOptions& options) {
@@ -71,8 +78,10 @@ std::vector<SessionReference> gather_references(const ReferenceOptions& options,
       std::cerr << "unimapper: warning: " << message << '\n';
       continue;
     }
+    for (std::size_t s = 0; s < sessions.size(); ++s) {
+      if (is_of_run(sessions[s].info.name, wanted)) references[s].truth = read_truth(dataset);
+    }
     SessionReference& of = references[static_cast<std::size_t>(found - sessions.begin())];
-    of.truth = read_truth(dataset);
     if (of.run.empty() || !std::filesystem::is_directory(of.run / "labels")) continue;
     try {
       of.removal = score_run(dataset, of.run);

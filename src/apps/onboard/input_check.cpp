@@ -31,7 +31,7 @@ CheckedInput check_input(const OnboardOptions& options, const datasets::Dataset&
     throw std::runtime_error(options.dataset.string() + ": " + refusal->check + ": " +
                              refusal->message + " (--force maps it as it is)");
   }
-  return {std::move(findings), found.sensor};
+  return {std::move(findings), found.sensor, std::move(found.steps.breaks)};
 }
 
 std::optional<input::Finding> check_dynamic_share(double share, std::uint64_t scans) {

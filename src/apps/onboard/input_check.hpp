@@ -8,6 +8,7 @@
 #include "ports/datasets/dataset.hpp"
 #include "src/apps/onboard/options.hpp"
 #include "src/input/finding.hpp"
+#include "src/input/odometry_breaks.hpp"
 #include "src/input/recognition.hpp"
 
 namespace unimapper::apps {
@@ -16,6 +17,7 @@ namespace unimapper::apps {
 struct CheckedInput {
   std::vector<input::Finding> findings;
   input::SensorFigures sensor;
+  std::vector<input::OdometryBreak> breaks;  ///< where the scans contradict the odometry
 };
 
 /// Examines the recording and prints what is unusual. Throws std::runtime_error with the remedy

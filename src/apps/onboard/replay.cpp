@@ -36,7 +36,7 @@ Replay::Replay(const datasets::Dataset& dataset, Pipeline& pipeline, const Repla
 
 void Replay::run() {
   start_ = std::chrono::steady_clock::now();
-  for (std::size_t i = 0; i < options_.scans; ++i) feed(i);
+  for (std::size_t i = options_.first; i < options_.end; ++i) feed(i);
   ScanResult last;
   do {
     {
@@ -91,16 +91,16 @@ void Replay::share(const ScanResult& result, bool is_scan) {
 }
 
 std::chrono::steady_clock::time_point Replay::due(std::size_t index) const {
-  if (index >= options_.scans) return std::chrono::steady_clock::time_point::max();
-  const std::int64_t since_start_ns = dataset_.stamp_ns(index) - dataset_.stamp_ns(0);
+  if (index >= options_.end) return std::chrono::steady_clock::time_point::max();
+  const std::int64_t since_start_ns = dataset_.stamp_ns(index) - dataset_.stamp_ns(options_.first);
   return start_ + std::chrono::nanoseconds(since_start_ns);
 }
 
 void Replay::report_refusal(std::size_t index, const Error& error) {
   // Every input scan gets its labels: without a decision all points count as static.
-  outputs_.folder.write_labels(dataset_.scan_name(index), {}, points_.at(index));
+  outputs_.folder.write_labels(dataset_.scan_name(index), {}, points_of(index));
   if (options_.final_labels) {
-    outputs_.folder.write_final_labels(dataset_.scan_name(index), {}, points_.at(index));
+    outputs_.folder.write_final_labels(dataset_.scan_name(index), {}, points_of(index));
   }
   constexpr std::uint64_t kMaxNotes = 10;
   const std::uint64_t refused = outputs_.statistics.scans_refused();
@@ -115,7 +115,12 @@ void Replay::handle(const ScanResult& result) {
 }
 
 void Replay::collect_keyframe() {
-  const KeyframeView& keyframe = pipeline_.finished_keyframe();
+  KeyframeView keyframe = pipeline_.finished_keyframe();
+  scans_.assign(keyframe.scans.begin(), keyframe.scans.end());
+  for (KeyframeScan& scan : scans_) {
+    scan.scan_index = static_cast<std::uint32_t>(in_recording(scan.scan_index));
+  }
+  keyframe.scans = scans_;
   collect_final_labels(keyframe.relabelled);
   outputs_.known.add(keyframe);
   collect_loops(keyframe);
@@ -146,8 +151,8 @@ void Replay::warn_of_full_cells(const KeyframeStatistics& statistics) {
 
 void Replay::collect_labels(const KeyframeView& keyframe) {
   for (std::size_t i = 0; i < keyframe.scans.size(); ++i) {
-    const std::size_t index = keyframe.scans[i].scan_index;
-    labels_.resize(points_.at(index));
+    const std::size_t index = in_recording(keyframe.scans[i].scan_index);
+    labels_.resize(points_of(index));
     const std::size_t count = pipeline_.labels(i, labels_);
     outputs_.folder.write_labels(dataset_.scan_name(index), std::span(labels_).first(count),
                                  labels_.size());
@@ -169,7 +174,7 @@ void Replay::collect_final_labels(const RelabelledKeyframe& relabelled) {
       pipeline_.relabel(earlier_scan_.view(), dataset_.pose(open.index), open.labels);
     }
     outputs_.folder.write_final_labels(dataset_.scan_name(open.index), open.labels,
-                                       points_.at(open.index));
+                                       points_of(open.index));
     open_scans_.pop_front();
   }
 }
@@ -179,7 +184,7 @@ void Replay::finish_labels() {
   // Keyframes that were evicted early keep their online labels.
   for (const OpenScan& open : open_scans_) {
     outputs_.folder.write_final_labels(dataset_.scan_name(open.index), open.labels,
-                                       points_.at(open.index));
+                                       points_of(open.index));
   }
   open_scans_.clear();
 }
@@ -215,7 +220,7 @@ void Replay::take(wire::EncodedKeyframe keyframe) {
 
 void Replay::finish_encoding() {
   const lcm_port::EncodingCounters counters = encoding_.finish();
-  outputs_.statistics.set_encoding(counters);
+  outputs_.statistics.add_encoding(counters);
   if (counters.encoded == counters.handed_over) return;
   outputs_.progress.note("warning: " + std::to_string(counters.dropped) +
                          " keyframes came faster than they were encoded and were dropped, " +
@@ -257,7 +262,7 @@ std::int64_t Replay::duration_ns(const KeyframeView& keyframe) const {
   // n scans cover n periods, but n stamps only n - 1.
   if (count > 1) return span_ns / (count - 1) * count;
   const std::size_t index = keyframe.scans.front().scan_index;
-  const std::size_t other = index > 0 ? index - 1 : std::min<std::size_t>(1, options_.scans - 1);
+  const std::size_t other = index > 0 ? index - 1 : std::min<std::size_t>(1, options_.end - 1);
   return std::abs(dataset_.stamp_ns(index) - dataset_.stamp_ns(other));
 }
 

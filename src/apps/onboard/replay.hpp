@@ -36,7 +36,8 @@ struct ReplayOutputs {
 
 struct ReplayOptions {
   SessionId session;
-  std::size_t scans = 0;        ///< replay the first so many scans
+  std::size_t first = 0;        ///< scan to begin with
+  std::size_t end = 0;          ///< one past the last
   bool realtime = false;        ///< wait for each scan's stamp
   bool all_candidates = false;  ///< keep loop candidates below the threshold too
   bool final_labels = false;    ///< collect the labels of evicted keyframes, too
@@ -57,6 +58,11 @@ class Replay {
 
  private:
   void feed(std::size_t index);
+  /// Number in the recording of a scan that the pipeline counts from the replay's first.
+  [[nodiscard]] std::size_t in_recording(std::uint32_t scan) const { return options_.first + scan; }
+  [[nodiscard]] std::size_t points_of(std::size_t index) const {
+    return points_.at(index - options_.first);
+  }
   /// Arrival time of a scan in a real-time run; never, beyond the last.
   [[nodiscard]] std::chrono::steady_clock::time_point due(std::size_t index) const;
   void share(const ScanResult& result, bool is_scan);
@@ -83,7 +89,8 @@ class Replay {
   ReplayOptions options_;
   ReplayOutputs outputs_;
   datasets::Scan scan_;
-  std::vector<std::size_t> points_;  // of every scan fed so far
+  std::vector<std::size_t> points_;  // of every scan fed so far, from the first on
+  std::vector<KeyframeScan> scans_;  // of a keyframe, by their numbers in the recording
   std::vector<PointLabel> labels_;
   /// A scan whose keyframe is in the window, with the labels of the online decision.
   struct OpenScan {

@@ -17,6 +17,7 @@
 #include "src/apps/onboard/event_log.hpp"
 #include "src/apps/onboard/input_check.hpp"
 #include "src/apps/onboard/replay.hpp"
+#include "src/apps/onboard/session_range.hpp"
 #include "src/apps/onboard/setup.hpp"
 #include "src/apps/onboard/share.hpp"
 #include "src/apps/output_guard.hpp"
@@ -294,6 +295,30 @@ void note_sensor_fit(const SensorModel& sensor, const PipelineConfig& config, Pr
   progress.note(text);
 }
 
+/// How many scans no session has: their odometry is wrong. All points count as static.
+std::size_t write_labels_of_rest(const datasets::Dataset& dataset,
+                                 const std::vector<SessionRange>& ranges, std::size_t scans,
+                                 bool final_labels, RunFolder& folder) {
+  datasets::Scan scan;
+  std::size_t next = 0;
+  std::size_t count = 0;
+  const auto leave_out = [&](std::size_t end) {
+    for (; next < end; ++next, ++count) {
+      dataset.read_scan(next, scan);
+      folder.write_labels(dataset.scan_name(next), {}, scan.points.size());
+      if (final_labels) {
+        folder.write_final_labels(dataset.scan_name(next), {}, scan.points.size());
+      }
+    }
+  };
+  for (const SessionRange& range : ranges) {
+    leave_out(range.first);
+    next = range.end;
+  }
+  leave_out(scans);
+  return count;
+}
+
 }  // namespace
 
 void run_onboard(const OnboardOptions& options) {
@@ -318,13 +343,15 @@ void run_onboard(const OnboardOptions& options) {
   RunFolder folder(options.out);
   EventLog events(folder.event_log());
   config.events = events.ring();
-  OwnedPipeline pipeline(config);
-  require(pipeline);
-
-  const SessionInfo info{
-      session_id(folder.session_name(), dataset->stamp_ns(0),
-                 !options.publish.empty() || !options.spool.empty(), key ? &*key : nullptr),
-      folder.session_name(), std::string(sensor.model.name)};
+  const std::vector<SessionRange> ranges =
+      session_ranges(checked.breaks, scans, (config.keyframe.scans + 1) / 2);
+  const auto info_of = [&](std::size_t index) -> SessionInfo {
+    const std::string name = range_name(folder.session_name(), index);
+    return {session_id(name, dataset->stamp_ns(ranges[index].first),
+                       !options.publish.empty() || !options.spool.empty(), key ? &*key : nullptr),
+            name, std::string(sensor.model.name)};
+  };
+  SessionInfo info = info_of(0);
   folder.write_text("run.json", describe_run(options, folder, info.id, sensor.model, config));
   Progress progress("onboard", scans);
   progress.note("sensor " + info.sensor + " (" + sensor.source + ")");
@@ -344,33 +371,66 @@ void run_onboard(const OnboardOptions& options) {
   for (const std::string& fault : faults) progress.note("warning: " + fault);
 
   RunStatistics statistics;
-  KnownKeyframes known(info.name, earlier);
-  known.insert_into(pipeline->places());
   lcm_port::SessionLogWriter log(folder.keyframe_log(), info);
-  Delivery delivery(options, info, key ? &*key : nullptr);
   const auto signer = key ? std::make_optional<keys::KeyframeSigner>(*key) : std::nullopt;
-  const auto share = open_share(options, config, info.id);
-  Replay replay(*dataset, *pipeline,
-                {.session = info.id,
-                 .scans = scans,
-                 .realtime = options.realtime,
-                 .all_candidates = options.all_candidates,
-                 .final_labels = options.final_labels},
-                {.folder = folder,
-                 .statistics = statistics,
-                 .known = known,
-                 .log = log,
-                 .delivery = delivery,
-                 .signer = signer ? &*signer : nullptr,
-                 .share = share != nullptr ? share->get() : nullptr,
-                 .progress = progress});
+  RunStatistics::Run run;
+  run.realtime = options.realtime;
+  run.surroundings = surroundings_name(first.surroundings);
+  run.extent_m = first.extent_m;
+  std::vector<LoopRecord> loops;
   const linux_port::HostLoad load_before = linux_port::host_load();
-  replay.run();
-  const linux_port::HostLoad load_after = linux_port::host_load();
+  for (std::size_t index = 0; index < ranges.size(); ++index) {
+    // No evidence and no loop of the robot's reaches beyond a break of the odometry.
+    OwnedPipeline pipeline(config);
+    require(pipeline);
+    if (index > 0) {
+      info = info_of(index);
+      folder.failures().attempt([&log, &info] { log.begin(info); });
+    }
+    KnownKeyframes known(info.name, earlier);
+    known.insert_into(pipeline->places());
+    Delivery delivery(options, info, key ? &*key : nullptr);
+    config = pipeline->config();
+    const auto share = open_share(options, config, info.id);
+    Replay replay(*dataset, *pipeline,
+                  {.session = info.id,
+                   .first = ranges[index].first,
+                   .end = ranges[index].end,
+                   .realtime = options.realtime,
+                   .all_candidates = options.all_candidates,
+                   .final_labels = options.final_labels},
+                  {.folder = folder,
+                   .statistics = statistics,
+                   .known = known,
+                   .log = log,
+                   .delivery = delivery,
+                   .signer = signer ? &*signer : nullptr,
+                   .share = share != nullptr ? share->get() : nullptr,
+                   .progress = progress});
+    replay.run();
+    folder.failures().attempt([&log] { log.finish(); });
+    loops.insert(loops.end(), replay.loops().begin(), replay.loops().end());
+    run.allocations_after_start += replay.allocations();
+    run.arena_bytes = pipeline.bytes();
+    run.sessions.push_back(info.name);
+    run.delivery = delivery.finish();
+    print_delivery(run.delivery, statistics.keyframes(), options);
+    if (share != nullptr && share->get()->health().not_shared > 0) {
+      std::fprintf(stderr, "onboard: warning: %llu messages did not fit into shared memory\n",
+                   static_cast<unsigned long long>(share->get()->health().not_shared));
+    }
+  }
+  run.load = load_between(load_before, linux_port::host_load());
+  run.scans_left_out = write_labels_of_rest(*dataset, ranges, scans, options.final_labels, folder);
+  if (run.scans_left_out > 0) {
+    std::fprintf(stderr,
+                 "onboard: warning: %zu scans between breaks are left out: too few for a session, "
+                 "or no pose is right\n",
+                 run.scans_left_out);
+  }
 
-  folder.failures().attempt([&log] { log.finish(); });
   folder.failures().attempt([&events] { events.finish(); });
-  folder.write_text("loops.csv", merge::format_loops_csv(replay.loops()));
+  folder.write_text("loops.csv", merge::format_loops_csv(loops));
   if (const auto found = check_dynamic_share(statistics.dynamic_share(), statistics.scans())) {
     print_warning(*found);
     findings.push_back(*found);
@@ -379,25 +439,13 @@ void run_onboard(const OnboardOptions& options) {
     const auto severity = note.is_warning ? input::Severity::kSuspicious : input::Severity::kFine;
     findings.push_back({"reader", severity, 0.0, {}, note.text});
   }
-  RunStatistics::Run run{.allocations_after_start = replay.allocations(),
-                         .arena_bytes = pipeline.bytes(),
-                         .files_not_written = folder.failures().count(),
-                         .realtime = options.realtime,
-                         .delivery = delivery.finish(),
-                         .load = load_between(load_before, load_after),
-                         .surroundings = surroundings_name(first.surroundings),
-                         .extent_m = first.extent_m,
-                         .input = std::move(findings)};
-  print_delivery(run.delivery, statistics.keyframes(), options);
+  run.files_not_written = folder.failures().count();
+  run.input = std::move(findings);
   folder.write_text("stats.json", statistics.to_json(run));
-  print_summary(statistics, replay.allocations());
-  if (share != nullptr && share->get()->health().not_shared > 0) {
-    std::fprintf(stderr, "onboard: warning: %llu messages did not fit into shared memory\n",
-                 static_cast<unsigned long long>(share->get()->health().not_shared));
-  }
-  print_up(statistics, pipeline->config());
+  print_summary(statistics, run.allocations_after_start);
+  print_up(statistics, config);
   warn_of_full_containers(statistics);
-  warn_of_input(statistics, pipeline->config().free_space);
+  warn_of_input(statistics, config.free_space);
   warn_of_labels(statistics);
   require_result(statistics);
   require_whole(options.out, folder.failures());

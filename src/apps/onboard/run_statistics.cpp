@@ -31,6 +31,16 @@ std::string refusal_name(ErrorCode code) {
   }
 }
 
+void RunStatistics::add_encoding(const lcm_port::EncodingCounters& counters) {
+  encoding_.handed_over += counters.handed_over;
+  encoding_.encoded += counters.encoded;
+  encoding_.dropped += counters.dropped;
+  encoding_.refused += counters.refused;
+  encoding_.bytes += counters.bytes;
+  encoding_.image_bytes += counters.image_bytes;
+  encoding_.left_out += counters.left_out;
+}
+
 void RunStatistics::add_scan(std::size_t points, const Error& error) {
   ++scans_;
   points_in_ += points;
@@ -307,6 +317,8 @@ std::string RunStatistics::to_json(const Run& run) const {
   json["files_not_written"] = run.files_not_written;
   json["keyframes_not_encoded"] = encoding_.handed_over - encoding_.encoded;
   json["realtime"] = run.realtime;
+  json["sessions"] = run.sessions;
+  json["scans_left_out"] = run.scans_left_out;
   json["keyframes_late"] = keyframes_late_;
   const lcm_port::PublisherCounters& own = run.delivery.own;
   json["published"] = run.delivery.published;

@@ -44,7 +44,8 @@ class RunStatistics {
   /// one.
   void add_hand_over(std::int64_t elapsed_ns);
   /// What became of the keyframes' messages, at the end.
-  void set_encoding(const lcm_port::EncodingCounters& counters) { encoding_ = counters; }
+  /// Of one session of the run.
+  void add_encoding(const lcm_port::EncodingCounters& counters);
 
   [[nodiscard]] StageTimes stage_times(Stage stage) const;
   [[nodiscard]] std::uint64_t scans() const { return scans_; }
@@ -100,7 +101,9 @@ class RunStatistics {
     std::uint64_t arena_bytes = 0;
     std::uint64_t files_not_written = 0;  ///< of the run folder, keyframes of its log among them
     bool realtime = false;
-    DeliveryCounters delivery;
+    std::size_t scans_left_out = 0;     ///< between breaks of the odometry
+    std::vector<std::string> sessions;  ///< more than one where the odometry breaks
+    DeliveryCounters delivery;          ///< of the last session
     MeasuredLoad load;                  ///< of the machine, for the times
     std::string_view surroundings;      ///< that the parameters were chosen for
     float extent_m = 0.0F;              ///< what that was decided from; 0: it was stated

@@ -31,7 +31,7 @@ SessionData read_run(const std::filesystem::path& run) {
   lcm_port::ReceivedLog received = lcm_port::read_event_log(log);
   if (received.sessions.size() != 1) {
     throw std::runtime_error(log.string() + ": holds " + std::to_string(received.sessions.size()) +
-                             " sessions; a run has exactly one");
+                             " sessions; only a run of one is taken");
   }
   return std::move(received.sessions.front());
 }

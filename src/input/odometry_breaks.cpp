@@ -1,0 +1,271 @@
+// Steps of an odometry that the scans contradict
+#include "src/input/odometry_breaks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "src/input/agreement.hpp"
+#include "src/input/text.hpp"
+#include "unimapper/core/quantile.hpp"
+
+namespace unimapper::input {
+namespace {
+
+constexpr double kOff_m = 0.3;
+constexpr double kOff_deg = 3.0;
+// Agreement, against what pairs of scans usually have.
+constexpr double kWell = 0.8;
+constexpr double kElsewhere = 0.5;
+constexpr std::size_t kPoints = 1'500;  // of a scan
+constexpr std::size_t kUsualPairs = 15;
+constexpr std::size_t kFewestUsual = 4;
+// Agreement, against that of the given motion.
+constexpr double kBetter = 0.1;
+constexpr double kAsWell = 0.03;
+
+double angle_deg(const Pose& pose) { return rotation_angle(pose.rotation) * kDegreesPerRadian; }
+
+bool is_off(const Pose& correction) {
+  return correction.translation.norm() > kOff_m || angle_deg(correction) > kOff_deg;
+}
+
+/// What two scans say of the motion between them.
+struct Step {
+  bool is_contradicted = false;
+  bool is_elsewhere = false;
+  Pose correction;  ///< from the given motion to the one that the scans show
+};
+
+class BreakSearch {
+ public:
+  BreakSearch(const Track& track, const std::function<void(std::size_t, datasets::Scan&)>& read)
+      : track_(track), read_(read) {}
+
+  OdometryBreaks run() {
+    std::size_t checked = 0;
+    for (std::size_t i = 1; i < track_.size && !is_hopeless(); ++i) {
+      const bool is_odd = differs_from_those_beside(i);
+      if (is_odd && checked + 1 < i) check(checked, i - 1);
+      if (is_odd) checked = i - 1;
+      if (!is_odd && !is_apart(checked, i) && i + 1 < track_.size) continue;
+      check(checked, i);
+      checked = i;
+      shapes_.erase(shapes_.begin(), shapes_.lower_bound(checked));
+    }
+    return std::move(found_);
+  }
+
+ private:
+  /// Poses of another convention or of other scans: the rest would tell nothing new.
+  [[nodiscard]] bool is_hopeless() const {
+    constexpr std::size_t kFewest = 10;
+    return found_.compared >= kFewest && 2 * found_.contradicted > found_.compared;
+  }
+
+  [[nodiscard]] Pose motion(std::size_t i, std::size_t j) const {
+    return track_.pose(i).inverse() * track_.pose(j);
+  }
+
+  [[nodiscard]] double seconds(std::size_t i, std::size_t j) const {
+    return static_cast<double>(track_.stamp_ns(j) - track_.stamp_ns(i)) * 1e-9;
+  }
+
+  [[nodiscard]] bool is_apart(std::size_t i, std::size_t j) const {
+    constexpr std::size_t kMostScans = 5;
+    constexpr double kApart_m = 3.0;
+    constexpr double kApart_deg = 8.0;
+    const Pose moved = motion(i, j);
+    return j - i >= kMostScans || moved.translation.norm() >= kApart_m ||
+           angle_deg(moved) >= kApart_deg;
+  }
+
+  /// As the step of the robot from scan `at` to the next would go on for that long.
+  [[nodiscard]] std::optional<Pose> extrapolated(std::size_t at, double seconds_long) const {
+    if (at + 1 >= track_.size) return std::nullopt;
+    const double seconds_known = seconds(at, at + 1);
+    if (!(seconds_known > 0.0) || !(seconds_long > 0.0)) return std::nullopt;
+    const Pose step = motion(at, at + 1);
+    const double times = seconds_long / seconds_known;
+    Pose result;
+    result.translation = times * step.translation;
+    const Eigen::AngleAxisd turn(step.rotation);
+    result.rotation = Eigen::AngleAxisd(times * turn.angle(), turn.axis()).toRotationMatrix();
+    return result;
+  }
+
+  /// Whether the step to scan `i` is far from what both steps beside it let expect.
+  [[nodiscard]] bool differs_from_those_beside(std::size_t i) const {
+    const Pose step = motion(i - 1, i);
+    const double lasts_s = seconds(i - 1, i);
+    bool differs = false;
+    for (const std::size_t beside : {i - 2, i}) {
+      if (beside + 1 == 0 || i < 2) continue;
+      const std::optional<Pose> expected = extrapolated(beside, lasts_s);
+      if (!expected) continue;
+      if (!is_off(expected->inverse() * step)) return false;
+      differs = true;
+    }
+    return differs;
+  }
+
+  std::shared_ptr<const ScanShape> shape(std::size_t i) {
+    auto& known = shapes_[i];
+    if (known == nullptr) {
+      read_(i, scan_);
+      known = std::make_shared<ScanShape>(scan_, kPoints);
+    }
+    return known;
+  }
+
+  Step compare(std::size_t i, std::size_t j) {
+    const ScanPair pair(i, shape(i), j, shape(j));
+    Step step;
+    if (!pair.is_informative()) return step;
+    const Pose given = motion(i, j);
+    const double agrees = pair.agreement(given);
+    const double usually = usual_.empty() ? 1.0 : median_of_usual();
+    if (usual_.size() >= kFewestUsual && agrees >= kWell * usually) {
+      remember(agrees);
+      return step;
+    }
+    double best = agrees;
+    Pose shown = given;
+    for (const Pose& start : starts(i, j)) {
+      const Pose found = pair.registered(start);
+      const double agreement = pair.agreement(found);
+      if (agreement <= best) continue;
+      best = agreement;
+      shown = found;
+    }
+    if (usual_.size() >= kFewestUsual && best < kElsewhere * usually) {
+      return {true, true, Pose()};
+    }
+    remember(best);
+    step.correction = given.inverse() * shown;
+    // Rings of a sparse sensor agree with no motion at all: they say nothing of this one.
+    const bool is_unmoved = pair.agreement(Pose()) >= best - kAsWell && !is_off(shown);
+    step.is_contradicted = best >= agrees + kBetter && is_off(step.correction) &&
+                           (!is_unmoved || is_beyond_reach(i, j));
+    return step;
+  }
+
+  /// Whether the given motion is one that both sides of it do not let expect.
+  [[nodiscard]] bool is_beyond_reach(std::size_t i, std::size_t j) const {
+    return j == i + 1 && differs_from_those_beside(j);
+  }
+
+  /// Where a registration may begin.
+  [[nodiscard]] std::vector<Pose> starts(std::size_t i, std::size_t j) const {
+    std::vector<Pose> poses = {motion(i, j), Pose()};
+    const double lasts_s = seconds(i, j);
+    if (i > 0) {
+      if (const auto before = extrapolated(i - 1, lasts_s)) poses.push_back(*before);
+    }
+    if (const auto after = extrapolated(j, lasts_s)) poses.push_back(*after);
+    return poses;
+  }
+
+  void check(std::size_t i, std::size_t j) {
+    ++found_.compared;
+    const Step whole = compare(i, j);
+    if (!whole.is_contradicted) return;
+    bool is_found = false;
+    for (std::size_t k = i + 1; k <= j && j - i > 1; ++k) {
+      const Step step = compare(k - 1, k);
+      if (!step.is_contradicted) continue;
+      is_found = true;
+      add(k - 1, k, step);
+    }
+    // Motions of less than a step's limit each: known where the poses stand still. Where they move,
+    // rings of a sparse sensor may agree with less of it, as in a tunnel.
+    if (!is_found && (j == i + 1 || !is_off(motion(i, j)))) {
+      is_found = true;
+      add(i, j, whole);
+    }
+    found_.contradicted += is_found ? 1 : 0;
+  }
+
+  /// Steps that follow each other are one break.
+  void add(std::size_t last, std::size_t next, const Step& step) {
+    const double off_m = step.correction.translation.norm();
+    const double off_deg = angle_deg(step.correction);
+    if (!found_.breaks.empty() && found_.breaks.back().next == last) {
+      OdometryBreak& before = found_.breaks.back();
+      before.next = next;
+      before.off_m = std::max(before.off_m, off_m);
+      before.off_deg = std::max(before.off_deg, off_deg);
+      before.is_elsewhere = before.is_elsewhere || step.is_elsewhere;
+      return;
+    }
+    found_.breaks.push_back({last, next, off_m, off_deg, step.is_elsewhere});
+  }
+
+  void remember(double agreement) {
+    usual_.push_back(agreement);
+    if (usual_.size() > kUsualPairs) usual_.erase(usual_.begin());
+  }
+
+  [[nodiscard]] double median_of_usual() const {
+    std::vector<double> values = usual_;
+    return median(std::span(values));
+  }
+
+  const Track& track_;
+  const std::function<void(std::size_t, datasets::Scan&)>& read_;
+  datasets::Scan scan_;
+  std::map<std::size_t, std::shared_ptr<const ScanShape>> shapes_;
+  std::vector<double> usual_;  ///< agreement of the last pairs
+  OdometryBreaks found_;
+};
+
+}  // namespace
+
+OdometryBreaks find_odometry_breaks(const Track& track,
+                                    const std::function<void(std::size_t, datasets::Scan&)>& read) {
+  return BreakSearch(track, read).run();
+}
+
+std::string describe(const OdometryBreak& odometry_break) {
+  const OdometryBreak& b = odometry_break;
+  if (b.is_elsewhere) {
+    return text(
+        "the scans %zu and %zu (counted from 0) show different places, though the poses are "
+        "near to each other in time",
+        b.last, b.next);
+  }
+  return text(
+      "between scan %zu and %zu (counted from 0) poses and scans differ by %.2f m and %.1f "
+      "degrees",
+      b.last, b.next, b.off_m, b.off_deg);
+}
+
+Finding check_odometry_breaks(const OdometryBreaks& found) {
+  constexpr double kMost = 0.25;
+  Finding finding{
+      "odometry", Severity::kFine, static_cast<double>(found.contradicted), "steps", {}};
+  if (found.breaks.empty()) return finding;
+  const bool is_wrong =
+      static_cast<double>(found.contradicted) > kMost * static_cast<double>(found.compared);
+  finding.severity = is_wrong ? Severity::kWrong : Severity::kSuspicious;
+  std::string where;
+  constexpr std::size_t kNamed = 10;
+  for (std::size_t i = 0; i < std::min(found.breaks.size(), kNamed); ++i) {
+    where += (i == 0 ? "" : "; ") + describe(found.breaks[i]);
+  }
+  if (found.breaks.size() > kNamed) where += "; ...";
+  finding.message =
+      is_wrong
+          ? text(
+                "the scans contradict the poses in %zu of %zu steps, first %s: the odometry stands "
+                "still, slips or belongs to other scans; map the recording with another one",
+                found.contradicted, found.compared, describe(found.breaks.front()).c_str())
+          : "the odometry was started anew, jumped, or did not feel the robot move: " + where +
+                "; what follows is a session of its own";
+  return finding;
+}
+
+}  // namespace unimapper::input

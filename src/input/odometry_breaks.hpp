@@ -1,0 +1,47 @@
+// Steps of an odometry that the scans contradict
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "ports/datasets/dataset.hpp"
+#include "src/input/finding.hpp"
+#include "src/input/stamps.hpp"
+
+namespace unimapper::input {
+
+/// A step of the odometry that the robot did not make: it was started anew, it jumped, or it stood
+/// still while the robot was moved.
+struct OdometryBreak {
+  std::size_t last = 0;  ///< scan up to which poses and scans agree
+  std::size_t next = 0;  ///< scan from which on they agree again; between the two no pose is right
+  /// How far the given motion is from the one that the scans show.
+  double off_m = 0.0;
+  double off_deg = 0.0;
+  bool is_elsewhere = false;  ///< no motion makes the scans agree: they show another place
+};
+
+/// What the scans say of all steps.
+struct OdometryBreaks {
+  std::vector<OdometryBreak> breaks;  ///< in order
+  std::size_t compared = 0;           ///< pairs of scans, which cover every step
+  std::size_t contradicted = 0;       ///< of these
+};
+
+/// Compares scans half a second, three metres or eight degrees apart, at most five, one after the
+/// other, and both sides of every step that differs from those beside it. A step is contradicted if
+/// another motion, 0.3 m or 3 degrees away, makes the scans agree better, or none does. It ends
+/// where more than half of ten steps and more are contradicted. `read`
+/// fills a scan; every fifth or so is read. About 12 ms for each.
+[[nodiscard]] OdometryBreaks find_odometry_breaks(
+    const Track& track, const std::function<void(std::size_t, datasets::Scan&)>& read);
+
+/// Wrong where a quarter of the steps is contradicted, suspicious where any is.
+[[nodiscard]] Finding check_odometry_breaks(const OdometryBreaks& found);
+
+/// "between scan 44 and 45 (counted from 0) poses and scans differ by 2.00 m and 4.0 degrees".
+[[nodiscard]] std::string describe(const OdometryBreak& odometry_break);
+
+}  // namespace unimapper::input

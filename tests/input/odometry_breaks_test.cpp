@@ -1,0 +1,135 @@
+// Steps of an odometry that the scans contradict
+#include "src/input/odometry_breaks.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+#include "src/input/plausibility.hpp"
+#include "tests/input/courtyard.hpp"
+
+using namespace unimapper;
+using namespace unimapper::input;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// Half a round of the courtyard, 0.4 m a scan.
+const MemoryDataset& drive() {
+  static const MemoryDataset kDrive = record(courtyard(), 60, [](std::size_t i) {
+    const double angle = 0.05 * static_cast<double>(i);
+    Pose pose;
+    pose.translation = {8.0 * std::cos(angle) - 4.0, 8.0 * std::sin(angle) - 4.0, 1.5};
+    pose.rotation =
+        Eigen::AngleAxisd(angle + M_PI / 2.0, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    return pose;
+  });
+  return kDrive;
+}
+
+OdometryBreaks found_in(const MemoryDataset& recording) {
+  const Track track{recording.scan_count(), [&](std::size_t i) { return recording.pose(i); },
+                    [&](std::size_t i) { return recording.stamp_ns(i); }};
+  return find_odometry_breaks(
+      track, [&](std::size_t i, datasets::Scan& scan) { recording.read_scan(i, scan); });
+}
+
+/// From scan `at` on the poses are moved.
+MemoryDataset jumping(std::size_t at, const Pose& jump) {
+  MemoryDataset recording = drive();
+  for (std::size_t i = at; i < recording.poses.size(); ++i) {
+    recording.poses[i] = jump * recording.poses[i];
+  }
+  return recording;
+}
+
+Pose moved(double x, double y, double yaw_deg = 0.0) {
+  Pose pose;
+  pose.translation = {x, y, 0.0};
+  pose.rotation =
+      Eigen::AngleAxisd(yaw_deg / kDegreesPerRadian, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  return pose;
+}
+
+/// The scans `first` to `next` are missing, and the poses do not know.
+MemoryDataset carried(std::size_t first, std::size_t next) {
+  MemoryDataset recording = drive();
+  const Pose unfelt = recording.poses[first] * recording.poses[next].inverse();
+  for (std::size_t i = next; i < recording.poses.size(); ++i) {
+    recording.poses[i] = unfelt * recording.poses[i];
+  }
+  const auto erase = [&](auto& of_scans) {
+    of_scans.erase(of_scans.begin() + static_cast<std::ptrdiff_t>(first),
+                   of_scans.begin() + static_cast<std::ptrdiff_t>(next));
+  };
+  erase(recording.scans);
+  erase(recording.poses);
+  recording.stamps_ns.resize(recording.scans.size());
+  return recording;
+}
+
+}  // namespace
+
+TEST_CASE("A right odometry breaks nowhere", "[breaks]") {
+  const OdometryBreaks found = found_in(drive());
+  CHECK(found.breaks.empty());
+  CHECK(found.compared >= 11);
+  CHECK(check_odometry_breaks(found).severity == Severity::kFine);
+}
+
+TEST_CASE("A jump is found at its scan, with its size", "[breaks]") {
+  const Pose jump = GENERATE(moved(2.0, -1.0, 30.0), moved(0.5, 0.4), moved(0.0, 0.0, 8.0));
+  const std::size_t at = GENERATE(3, 33);
+  const OdometryBreaks found = found_in(jumping(at, jump));
+  REQUIRE(found.breaks.size() == 1);
+  CHECK(found.breaks[0].last == at - 1);
+  CHECK(found.breaks[0].next == at);
+  const Pose& before = drive().poses[at];
+  const double off_m = (jump * before.translation - before.translation).norm();
+  CHECK(found.breaks[0].off_m == Approx(off_m).margin(0.1));
+  CHECK(found.breaks[0].off_deg ==
+        Approx(rotation_angle(jump.rotation) * kDegreesPerRadian).margin(1.0));
+}
+
+TEST_CASE("An odometry that starts anew breaks there, and nothing else is said", "[breaks]") {
+  const Pose restart = drive().poses[40].inverse();
+  const MemoryDataset recording = jumping(40, restart);
+  const Plausibility found = examine(recording, recording.scan_count());
+  REQUIRE(found.steps.breaks.size() == 1);
+  for (const Finding& finding : found.findings) {
+    INFO(finding.check << ": " << finding.message);
+    CHECK((finding.severity == Severity::kFine) == (finding.check != "odometry"));
+  }
+  CHECK_THAT(describe(found.steps.breaks[0]), Contains("between scan 39 and 40"));
+}
+
+TEST_CASE("A robot that was carried is seen in its scans", "[breaks]") {
+  const OdometryBreaks found = found_in(carried(20, 35));
+  REQUIRE(found.breaks.size() == 1);
+  CHECK(found.breaks[0].last == 19);
+  CHECK(found.breaks[0].next == 20);
+}
+
+TEST_CASE("Scans while the odometry stands still belong to no session", "[breaks]") {
+  MemoryDataset recording = drive();
+  const Pose stands = recording.poses[20];
+  for (std::size_t i = 21; i < recording.poses.size(); ++i) {
+    recording.poses[i] = i < 30 ? stands : stands * drive().poses[30].inverse() * drive().poses[i];
+  }
+  const OdometryBreaks found = found_in(recording);
+  REQUIRE_FALSE(found.breaks.empty());
+  CHECK(found.breaks.front().last == 20);
+  CHECK(found.breaks.back().next >= 29);
+  CHECK(found.breaks.back().next <= 31);
+  CHECK(check_odometry_breaks(found).severity == Severity::kSuspicious);
+}
+
+TEST_CASE("An odometry that is contradicted in most steps is refused", "[breaks]") {
+  OdometryBreaks found;
+  found.compared = 20;
+  found.breaks = {{3, 4, 1.0, 0.0, false}};
+  found.contradicted = 5;
+  CHECK(check_odometry_breaks(found).severity == Severity::kSuspicious);
+  found.contradicted = 6;
+  CHECK(check_odometry_breaks(found).severity == Severity::kWrong);
+}
