@@ -156,7 +156,8 @@ struct Rule {
   const char* name = "";
   std::vector<std::string_view> gates;  ///< of single loops
   void (*switch_off)(MergeConfig&) = [](MergeConfig&) {};
-  bool is_vote = false;  ///< votes of neighbours against a placement
+  bool is_vote = false;   ///< votes of neighbours against a placement
+  bool is_walls = false;  ///< walls that do not fit
 };
 
 const std::vector<Rule>& rules() {
@@ -185,6 +186,7 @@ const std::vector<Rule>& rules() {
       {"repetition", {}, [](MergeConfig& config) { config.aliasing.alike_share = kNever; }},
       {"storeys", {}, [](MergeConfig& config) { config.aliasing.changed_share = kNever; }},
       {"votes of neighbours", {}, [](MergeConfig&) {}, true},
+      {"walls", {}, [](MergeConfig&) {}, false, true},
       {"deformation", {}, [](MergeConfig& config) { config.graph.deformation_floor_m = 1e6; }},
   };
   return all;
@@ -228,6 +230,7 @@ class Acceptance {
     Alignment alignment = align_sessions(sessions_, loops, config, [&](const Placement& placement) {
       PlacementEvidence evidence = evidence_of(placement, config);
       if (rule.is_vote) evidence.contradicting = 0;
+      if (rule.is_walls && evidence.aliasing.starts_with("the walls")) evidence.aliasing.clear();
       return evidence;
     });
     const bool is_merged = alignment.connected[0] && alignment.connected[1];

@@ -207,7 +207,7 @@ rule_rows() {
   rule 4
   for name in none tilt "overlap before" convergence correction residual overlap "free space" \
     "number and span" "competing set" "weakest direction" "one place" repetition storeys \
-    "votes of neighbours" deformation; do
+    "votes of neighbours" walls deformation; do
     row "$name" 3 rule_cells "$name"
   done
 }

@@ -4,12 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <nanoflann.hpp>
-#include <optional>
 #include <utility>
 #include <vector>
-
-#include "unimapper/core/quantile.hpp"
-#include "unimapper/core/symmetric_eigen.hpp"
 
 namespace unimapper::evaluate {
 namespace {
@@ -87,13 +83,9 @@ CloudAgreement agreement(const DistanceSums& forth, const DistanceSums& back) {
 
 using Neighbours = std::vector<std::pair<std::uint32_t, float>>;
 
-struct Distribution {
-  Eigen::Vector3d mean;
-  Eigen::Matrix3d covariance;  ///< of a sample
-};
-
-/// Of two points or more.
-Distribution distribution_of(std::span<const Eigen::Vector3f> cloud, const Neighbours& neighbours) {
+/// Of a sample: two points or more.
+Eigen::Matrix3d covariance_of(std::span<const Eigen::Vector3f> cloud,
+                              const Neighbours& neighbours) {
   const Eigen::Vector3d origin = cloud[neighbours.front().first].cast<double>();
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
@@ -103,37 +95,13 @@ Distribution distribution_of(std::span<const Eigen::Vector3f> cloud, const Neigh
     products += d * d.transpose();
   }
   const auto count = static_cast<double>(neighbours.size());
-  return {origin + sum / count, (products - sum * sum.transpose() / count) / (count - 1.0)};
-}
-
-struct Plane {
-  Eigen::Vector3d mean;
-  Eigen::Vector3d normal;  ///< of length one
-};
-
-/// The plane through the neighbours, if they are enough, flat, and steep.
-std::optional<Plane> wall_through(std::span<const Eigen::Vector3f> cloud,
-                                  const Neighbours& neighbours) {
-  constexpr std::size_t kFewest = 12;
-  constexpr double kMostThicknessM = 0.15;
-  constexpr double kFewestWidthM = 0.25;
-  constexpr double kSteep = 0.3;  // the normal's z: 17 degrees from horizontal
-  if (neighbours.size() < kFewest) return std::nullopt;
-  const Distribution of = distribution_of(cloud, neighbours);
-  const auto axes = symmetric_eigen<double>(of.covariance);
-  const Eigen::Vector3d normal = axes.vectors.col(0);
-  if (axes.values[0] > kMostThicknessM * kMostThicknessM ||
-      axes.values[1] < kFewestWidthM * kFewestWidthM || std::abs(normal.z()) > kSteep) {
-    return std::nullopt;
-  }
-  return Plane{of.mean, normal};
+  return (products - sum * sum.transpose() / count) / (count - 1.0);
 }
 
 /// 1/2 ln |2 pi e Sigma| of the neighbours, or minus infinity when they are flat.
 double entropy_of(std::span<const Eigen::Vector3f> cloud, const Neighbours& neighbours) {
-  const Eigen::Matrix3d covariance = distribution_of(cloud, neighbours).covariance;
   constexpr double kTwoPiE = 17.079468445347134131;
-  return 0.5 * std::log(std::max(0.0, (kTwoPiE * covariance).determinant()));
+  return 0.5 * std::log(std::max(0.0, (kTwoPiE * covariance_of(cloud, neighbours)).determinant()));
 }
 
 }  // namespace
@@ -154,33 +122,6 @@ std::vector<CloudAgreement> compare_clouds(std::span<const Eigen::Vector3f> firs
   results.reserve(taus_m.size());
   for (std::size_t t = 0; t < taus_m.size(); ++t) results.push_back(agreement(forth[t], back[t]));
   return results;
-}
-
-WallDistance wall_distance(std::span<const Eigen::Vector3f> first,
-                           std::span<const Eigen::Vector3f> second) {
-  constexpr std::size_t kMostQueries = 20'000;
-  constexpr float kRadiusM = 1.0F;
-  WallDistance result;
-  if (first.empty() || second.empty()) return result;
-  const CloudAdaptor adaptor(second);
-  const Tree tree(3, adaptor, nanoflann::KDTreeSingleIndexAdaptorParams(16));
-  const nanoflann::SearchParams unsorted(32, 0.0F, false);
-  const std::size_t stride = stride_of(first.size(), kMostQueries);
-  Neighbours neighbours;
-  std::vector<double> distances;
-  for (std::size_t i = 0; i < first.size(); i += stride) {
-    if (!first[i].allFinite()) continue;
-    tree.radiusSearch(first[i].data(), kRadiusM * kRadiusM, neighbours, unsorted);
-    if (const auto plane = wall_through(second, neighbours)) {
-      const Eigen::Vector3d from_plane = first[i].cast<double>() - plane->mean;
-      distances.push_back(std::abs(plane->normal.dot(from_plane)));
-    }
-  }
-  result.points = distances.size();
-  if (distances.empty()) return result;
-  result.median_m = median(std::span(distances));
-  result.p90_m = quantile(std::span(distances), 0.9);
-  return result;
 }
 
 MapEntropy map_entropy(std::span<const Eigen::Vector3f> cloud, const EntropyConfig& config) {

@@ -278,7 +278,7 @@ class SessionAligner {
     const auto parent_of = [&](std::size_t s) -> std::size_t& { return parent[s]; };
     for (const std::size_t i : order) {
       SessionPair& pair = pairs_[i];
-      const bool may_connect = pair.open || !pair.set.competing_sets.empty();
+      const bool may_connect = pair.open || pair.set.is_short || !pair.set.competing_sets.empty();
       if (!may_connect || find_root(pair.query, parent_of) == find_root(pair.match, parent_of)) {
         continue;
       }
@@ -287,7 +287,8 @@ class SessionAligner {
   }
 
   /// False: the pair is provisional from now on. A pair whose loops bear out several placements is
-  /// confirmed if the sensor data exclude all but one.
+  /// confirmed if the sensor data exclude all but one; one whose loops span too short a path, if
+  /// they bear it out.
   bool is_confirmed_by_data(SessionPair& pair) {
     if (pair.linked || pair.is_checked) return pair.open;
     pair.is_checked = true;
@@ -310,7 +311,8 @@ class SessionAligner {
     }
     const auto& poses = problem_.state.T_session_keyframe;
     return check_({loops, poses[pair.query], poses[pair.match],
-                   pair.set.T_match_session_query_session, pair.beyond, competing});
+                   pair.set.T_match_session_query_session, pair.beyond, competing,
+                   pair.set.is_short});
   }
 
   /// The session with the best score in the largest group of connected sessions.

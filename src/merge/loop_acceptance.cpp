@@ -142,7 +142,9 @@ std::size_t votes_on_weakest_axis(std::span<const LoopConstraint> loops,
   return count_distinct(loops, votes, query, match, config.distinct_m);
 }
 
-/// Why a set connects no maps whatever else is known; empty if it may.
+constexpr const char* kShortPath = "loops span too short a path";
+
+/// Why a set connects no maps by itself; empty if it may.
 std::string reason_to_refuse_set(std::span<const LoopConstraint> loops, const ConsistencySet& set,
                                  const SessionPath& query, const SessionPath& match,
                                  const AcceptanceConfig& config) {
@@ -155,7 +157,7 @@ std::string reason_to_refuse_set(std::span<const LoopConstraint> loops, const Co
            std::to_string(loops.size());
   }
   const double needed = strong ? 0.5 * config.min_span_m : config.min_span_m;
-  if (span_m(loops, set.inliers, query, match) < needed) return "loops span too short a path";
+  if (span_m(loops, set.inliers, query, match) < needed) return kShortPath;
   return {};
 }
 
@@ -247,8 +249,8 @@ ConsistencySet inter_session_consistency(std::span<const LoopConstraint> loops,
   set.is_one_place = lies_in_one_place(loops, set, query, match, config);
   set.T_match_session_query_session = fit_session_transform(loops, set.inliers, query, match);
   set.reason = reason_to_refuse_set(loops, set, query, match, config);
-  if (!set.reason.empty()) return set;
-  set.state = PairState::kProvisional;
+  const bool is_short = set.reason == kShortPath;
+  if (!set.reason.empty() && !is_short) return set;
   std::vector<ConsistencySet> competing =
       find_competing_sets(loops, covariances, set, graph, query, match, config);
   if (!competing.empty()) set.competing = competing.front().distinct;
@@ -256,6 +258,11 @@ ConsistencySet inter_session_consistency(std::span<const LoopConstraint> loops,
                 [](const ConsistencySet& other) { return other.state != PairState::kProvisional; });
   const std::size_t votes = votes_on_weakest_axis(loops, covariances, set, query, match, config);
   const bool is_weak = votes < config.min_strong_loops;
+  if (is_short) {
+    set.is_short = competing.empty() && !is_weak;
+    return set;
+  }
+  set.state = PairState::kProvisional;
   if (!competing.empty()) {
     set.reason = "ambiguous: " + std::to_string(set.competing) + " loops contradict " +
                  std::to_string(set.distinct);
@@ -280,6 +287,12 @@ std::string reason_to_wait(const ConsistencySet& set, const PlacementEvidence& e
   if (evidence.contradicting > evidence.supporting) {
     return "keyframes beside each other see different structure: " +
            std::to_string(evidence.contradicting) + " of " +
+           std::to_string(evidence.contradicting + evidence.supporting);
+  }
+  // Other loops cannot tell: surroundings that agree must.
+  if (set.is_short && (evidence.supporting < config.min_loops ||
+                       evidence.supporting < 2 * evidence.contradicting)) {
+    return "too few keyframes confirm them: " + std::to_string(evidence.supporting) + " of " +
            std::to_string(evidence.contradicting + evidence.supporting);
   }
   if (set.is_one_place && evidence.supporting < config.min_loops) {

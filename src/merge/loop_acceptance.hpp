@@ -21,7 +21,9 @@ struct ConsistencySet {
   std::string reason;                     ///< why it is not confirmed, empty otherwise
   std::vector<std::size_t> inliers;       ///< ascending indices into the loops given
   std::size_t distinct = 0;               ///< inliers at distinct positions along both paths
-  std::size_t competing = 0;        ///< the same for the largest set that contradicts the inliers
+  std::size_t competing = 0;  ///< the same for the largest set that contradicts the inliers
+  /// Refused for nothing but the short path that its loops span: sensor data may confirm it.
+  bool is_short = false;
   bool is_one_place = false;        ///< all inliers lie where keyframes see the same structure
   bool is_weak_along_axis = false;  ///< too few of them know the position along one direction
   /// Ambiguous, and nothing else speaks against it: the sets that compete. Sensor data may exclude
@@ -36,9 +38,9 @@ struct ConsistencySet {
 [[nodiscard]] AcceptanceConfig scaled_to_extent(AcceptanceConfig config, double extent_m);
 
 /// The consistency set of the inter-session loops of two sessions. It is refused if it is too small
-/// or spans too short a path; it is provisional if a competing set is nearly as large, or if too
-/// few of its loops know the position along some direction (docs/design/loop-acceptance.md). O(n^2)
-/// and a bounded clique search.
+/// or spans too short a path (`is_short`); it is provisional if a competing set is nearly as large,
+/// or if too few of its loops know the position along some direction
+/// (docs/design/loop-acceptance.md). O(n^2) and a bounded clique search.
 ConsistencySet inter_session_consistency(std::span<const LoopConstraint> loops,
                                          const SessionPath& query, const SessionPath& match,
                                          const AcceptanceConfig& config);

@@ -13,6 +13,7 @@
 #include "loop_verifier.hpp"
 #include "overlap_distances.hpp"
 #include "parallel.hpp"
+#include "placement_walls.hpp"
 #include "radius_search.hpp"
 #include "roofed_share.hpp"
 #include "session_path.hpp"
@@ -38,6 +39,10 @@ constexpr double kMoreSeenThrough = 0.01;
 // them must exclude a competing placement.
 constexpr std::size_t kFewestCompared = 5;
 constexpr double kExcludingShare = 2.0 / 3.0;
+// Walls do not fit where they lie so far apart, and so many times as far as within one session
+// (docs/design/loop-acceptance.md).
+constexpr double kWallsApartM = 0.14;
+constexpr double kTimesApart = 1.3;
 // Of a loop's overlap, what is needed elsewhere before registration is tried there.
 constexpr double kWorthRegistering = 0.6;
 
@@ -102,6 +107,7 @@ PlacementEvidence PlacementEvaluator::evaluate(const Placement& placement) {
     evidence.supporting += vote == Vote::kAgrees ? 1 : 0;
     evidence.contradicting += vote == Vote::kDiffers ? 1 : 0;
   }
+  evidence.aliasing = find_walls_apart(placement);
   return evidence;
 }
 
@@ -325,6 +331,21 @@ std::string PlacementEvaluator::find_storeys(const Placement& placement) const {
   std::snprintf(text, sizeof text,
                 "below a ceiling it may be another storey: %.0f %% of the structure differs",
                 100.0 * change);
+  return text;
+}
+
+/// Two places of one plan, mirrored or alike, are registered to each other where most of their
+/// walls fit; what does not fit lies beside the other's.
+std::string PlacementEvaluator::find_walls_apart(const Placement& placement) const {
+  const PlacementWalls walls = compare_walls(placement, clouds_, config_.threads);
+  const bool is_known = std::isfinite(walls.between_m) && std::isfinite(walls.within_m);
+  if (!is_known) return placement.is_short ? "too few walls are seen to confirm them" : "";
+  if (walls.between_m <= std::max(kWallsApartM, kTimesApart * walls.within_m)) return {};
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "the walls do not fit: nine in ten points lie within %.2f m of the other session's "
+                "walls, within %.2f m of their own session's",
+                walls.between_m, walls.within_m);
   return text;
 }
 

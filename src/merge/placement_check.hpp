@@ -17,8 +17,9 @@ namespace unimapper::merge {
 
 /// Looks for what loops cannot say: whether the query fits the same map elsewhere as well
 /// (perceptual aliasing: a period, a deck), whether the scans exclude what other loops propose, and
-/// whether keyframes that lie beside each other in the placement see the same. Bounded: eight loops
-/// are moved to a dozen places each, and of each placement sixteen pairs of keyframes are verified.
+/// whether keyframes that lie beside each other in the placement see the same, with walls at the
+/// same distance. Bounded: eight loops are moved to a dozen places each, and of each placement
+/// sixteen pairs of keyframes are verified.
 class PlacementEvaluator {
  public:
   PlacementEvaluator(const std::vector<SessionData>& sessions, KeyframeClouds& clouds,
@@ -48,9 +49,9 @@ class PlacementEvaluator {
 
  private:
   struct Elsewhere;
-
   [[nodiscard]] Vote vote_of(const LoopCandidate& pair, const LoopConstraint& verified) const;
   [[nodiscard]] bool is_registered(const LoopCandidate& pair, const LoopConstraint& verified) const;
+  [[nodiscard]] std::string find_walls_apart(const Placement& placement) const;
   [[nodiscard]] std::string find_competing(const Placement& placement);
   [[nodiscard]] std::string find_repetition(const Placement& placement);
   [[nodiscard]] std::string find_storeys(const Placement& placement) const;

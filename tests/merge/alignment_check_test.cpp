@@ -12,13 +12,15 @@ using namespace unimapper::merge::testing;
 
 namespace {
 
-/// Two sessions side by side; their loops span the given path.
+/// Two sessions side by side; their loops span the given path and overlap little if it is short.
 Scene side_by_side(double span_m) {
   Scene scene;
   scene.sessions = {{straight(60), 1.0}, {straight(60), 0.5}};
   const auto last = static_cast<std::size_t>(span_m / kStepM);
-  for (std::size_t k = 0; k <= last; k += 2) {
+  const bool is_short = span_m < AcceptanceConfig{}.min_span_m;
+  for (std::size_t k = 0; k <= last; k += is_short ? 1 : 2) {
     scene.loops.push_back(exact_loop({1, k}, {0, k}, Pose{}));
+    if (is_short) scene.loops.back().overlap = 0.5;
   }
   return scene;
 }
@@ -57,6 +59,20 @@ TEST_CASE("Loops in one place connect two maps only if data confirm them elsewhe
   CHECK(confirmed.connected[1]);
   CHECK(confirmed.pairs[0].state == PairState::kConfirmed);
   CHECK(confirmed.pairs[0].reason.empty());
+}
+
+TEST_CASE("Loops over a short path connect two maps only if data confirm them", "[alignment]") {
+  constexpr double kShortM = 15.0;
+  const Scene scene = side_by_side(kShortM);
+  const Alignment unasked = align_sessions(scene.sessions, scene.loops, MergeConfig{});
+  CHECK_FALSE(unasked.connected[1]);
+  CHECK(unasked.pairs.at(0).state == PairState::kProvisional);
+  CHECK(unasked.reason[1] == "loops span too short a path; too few keyframes confirm them: 0 of 0");
+  CHECK_FALSE(aligned(kShortM, {5, 3, {}}).connected[1]);
+  CHECK_FALSE(aligned(kShortM, {5, 0, "the walls do not fit"}).connected[1]);
+  const Alignment confirmed = aligned(kShortM, {5, 2, {}});
+  CHECK(confirmed.connected[1]);
+  CHECK(confirmed.pairs.at(0).reason.empty());
 }
 
 TEST_CASE("Loops at many places need no confirmation, but no contradiction either", "[alignment]") {

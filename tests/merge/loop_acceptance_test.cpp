@@ -229,6 +229,30 @@ TEST_CASE("Loops must span the configured path in both maps, strong ones half of
         "loops span too short a path");
 }
 
+TEST_CASE("Loops over a short path connect maps where most keyframes confirm them",
+          "[acceptance]") {
+  const SessionPath path = straight(60);
+  const AcceptanceConfig config;
+  const ConsistencySet set =
+      inter_session_consistency(true_loops(path, {4, 5, 6}), path, path, config);
+  CHECK(set.state == PairState::kRefused);
+  REQUIRE(set.is_short);
+  const auto why = [&](std::size_t supporting, std::size_t contradicting) {
+    return reason_to_wait(set, {supporting, contradicting, {}}, config);
+  };
+  CHECK(why(3, 0).empty());
+  CHECK(why(4, 2).empty());
+  CHECK(why(2, 0) == "too few keyframes confirm them: 2 of 2");
+  CHECK(why(5, 3) == "too few keyframes confirm them: 5 of 8");
+  CHECK_FALSE(inter_session_consistency(true_loops(path, {4, 5}), path, path, config).is_short);
+  std::vector<LoopConstraint> competing = true_loops(path, {4, 5, 6});
+  for (const std::size_t k : {4U, 8U}) {
+    competing.push_back(loop(path, k, path, k + 20));
+    competing.back().T_match_query = Pose{};
+  }
+  CHECK_FALSE(inter_session_consistency(competing, path, path, config).is_short);
+}
+
 TEST_CASE("The consistency set must exceed a competing one by the margin", "[acceptance]") {
   const SessionPath path = straight(60);
   const AcceptanceConfig config;

@@ -258,6 +258,25 @@ TEST_CASE("Below a ceiling a place whose contents differ may be another storey",
   CHECK(evaluated(storey(false, 3), storey(false, 4)).aliasing.empty());
 }
 
+TEST_CASE("Walls that lie beside those of the other session are of another place", "[placement]") {
+  // Rooms along a corridor; in the other place every third one is half a metre deeper.
+  const auto rooms = [](double deeper_m) {
+    Place place = corridor(0.0);
+    int room = 0;
+    for (double x = -28.0; x < 75.0; x += 7.0) {
+      const double depth = 9.0 + (room++ % 3 == 0 ? deeper_m : 0.0);
+      place.add_wall(x, depth, x + 6.0, depth);
+      place.add_wall(x, -depth, x + 6.0, -depth);
+    }
+    return place;
+  };
+  const PlacementEvidence same = evaluated(rooms(0.0), rooms(0.0));
+  CHECK(same.aliasing.empty());
+  CHECK(same.supporting > 0);
+  const PlacementEvidence other = evaluated(rooms(0.0), rooms(0.5));
+  CHECK(other.aliasing.find("the walls do not fit") != std::string::npos);
+}
+
 TEST_CASE("The roofed share is that of ground below structure", "[placement]") {
   Place place;
   CHECK(roofed_share(KeyframeRecord{}) == 0.0);

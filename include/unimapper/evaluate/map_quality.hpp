@@ -36,19 +36,6 @@ struct CloudAgreement {
                                                          std::span<const double> taus_m,
                                                          std::size_t max_queries);
 
-/// How far apart two clouds have the walls that both hold. NaN where they share none.
-struct WallDistance {
-  double median_m = std::numeric_limits<double>::quiet_NaN();  ///< over the points of walls
-  double p90_m = std::numeric_limits<double>::quiet_NaN();     ///< nine tenths are nearer
-  std::size_t points = 0;  ///< of the first cloud that lie at a wall of the second
-};
-
-/// Distances of up to 20,000 points of the first cloud, evenly strided, from planes of the second:
-/// the plane through its points within 1 m, where these are flat and steep. It shows what AC hides:
-/// how far off the merge is, whatever the two LiDARs see in common. O(n log n).
-[[nodiscard]] WallDistance wall_distance(std::span<const Eigen::Vector3f> first,
-                                         std::span<const Eigen::Vector3f> second);
-
 /// Parameters of the mean map entropy.
 struct EntropyConfig {
   double radius_m = 1.0;              ///< neighbourhood; the paper takes 5 m

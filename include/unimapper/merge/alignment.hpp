@@ -88,6 +88,8 @@ struct Placement {
   ExcludedBeyond beyond{};                         ///< what positions exclude
   /// The pair is ambiguous unless the data speak against each.
   std::span<const CompetingPlacement> competing{};
+  /// The loops span too short a path to be trusted unless walls fit.
+  bool is_short = false;
 };
 
 /// Evaluates a placement by sensor data.

@@ -80,7 +80,7 @@ Cloud cloud_of(const SessionData& session, const merge::MergedSession& merged,
 
 CloudQuality quality_of(const Cloud& first, const Cloud& second) {
   const auto agreements = evaluate::compare_clouds(first, second, kThresholdsM, kMostQueries);
-  return {agreements[0], agreements[1], evaluate::wall_distance(first, second)};
+  return {agreements[0], agreements[1], merge::wall_distance(first, second)};
 }
 
 double entropy_of(Cloud first, const Cloud& second) {

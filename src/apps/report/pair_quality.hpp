@@ -11,6 +11,7 @@
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/evaluate/map_quality.hpp"
 #include "unimapper/merge/merger.hpp"
+#include "unimapper/merge/wall_distance.hpp"
 
 namespace unimapper::apps {
 
@@ -20,7 +21,7 @@ struct SessionReference;
 struct CloudQuality {
   evaluate::CloudAgreement within_5m;   ///< the paper's threshold
   evaluate::CloudAgreement within_05m;  ///< the same within 0.5 m
-  evaluate::WallDistance walls;
+  merge::WallDistance walls;
 };
 
 /// Two sessions of the map that loops connect.
