@@ -9,6 +9,7 @@
 #include <random>
 #include <utility>
 
+#include "ports/lcm/address.hpp"
 #include "ports/lcm/arrival.hpp"
 #include "ports/lcm/receiving_thread.hpp"
 
@@ -27,6 +28,8 @@ constexpr std::chrono::milliseconds kAnswerInterval{200};
 constexpr std::size_t kQueueBytes = 16U << 20U;
 
 std::unique_ptr<lcm::LCM> open_lcm(const std::string& url) {
+  const std::string fault = address_fault(url);
+  if (!fault.empty()) throw LinkError("\"" + url + "\": " + fault);
   auto link = std::make_unique<lcm::LCM>(url);
   if (!link->good()) {
     throw LinkError(url +
