@@ -37,6 +37,10 @@ struct Scan {
   /// not say.
   std::vector<std::uint16_t> ring;
 
+  /// What readers of points in doubles subtract before these become floats, metres: points of a
+  /// map far from its origin.
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+
   /// Makes room for `count` points of unknown time and ring.
   void reset(std::size_t count) {
     points.resize(count);

@@ -1,5 +1,6 @@
 // Reader of DynamicMap_Benchmark recordings.
 #include <algorithm>
+#include <cstdio>
 
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/formats.hpp"
@@ -19,10 +20,13 @@ class DynamicMapDataset : public SequenceDataset {
   explicit DynamicMapDataset(Sequence sequence) : SequenceDataset(std::move(sequence)) {}
 
   void read_scan(std::size_t i, Scan& scan) const override {
+    // Points become floats when they are near.
+    scan.origin = pose(i).translation;
     parse_pcd(read_file(file(i)), file(i), scan);
-    const Pose T_sensor_world = pose(i).inverse();
+    scan.origin.setZero();
+    const Eigen::Matrix3d R_sensor_world = pose(i).rotation.transpose();
     for (Scan::Point& point : scan.points) {
-      const Eigen::Vector3d p = T_sensor_world * Eigen::Vector3d(point.x, point.y, point.z);
+      const Eigen::Vector3d p = R_sensor_world * Eigen::Vector3d(point.x, point.y, point.z);
       // The intensity is the ground truth and must not reach the pipeline.
       point = {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()),
                0.0F};
@@ -43,10 +47,12 @@ class DynamicMapDataset : public SequenceDataset {
   }
 };
 
-std::optional<Pose> find_viewpoint(const fs::path& file) {
+PcdHeader read_header(const fs::path& file) {
   constexpr std::size_t kHeaderLimitBytes = 16384;
-  return parse_pcd_header(read_file(file, kHeaderLimitBytes), file).viewpoint;
+  return parse_pcd_header(read_file(file, kHeaderLimitBytes), file);
 }
+
+std::optional<Pose> find_viewpoint(const fs::path& file) { return read_header(file).viewpoint; }
 
 Pose read_viewpoint(const fs::path& file) {
   const auto viewpoint = find_viewpoint(file);
@@ -63,6 +69,23 @@ bool have_viewpoints(const std::vector<fs::path>& files) {
     return !viewpoint || viewpoint->translation != Eigen::Vector3d::Zero() ||
            viewpoint->rotation != Eigen::Matrix3d::Identity();
   });
+}
+
+/// Coordinates of a map far from its origin do not fit 32-bit floats.
+void refuse_rounded_points(const fs::path& file) {
+  constexpr double kMostM = 0.01;
+  const PcdHeader header = read_header(file);
+  if (!header.viewpoint || header.coordinate_bytes > sizeof(float)) return;
+  const double far_m = header.viewpoint->translation.cwiseAbs().maxCoeff();
+  const double rounded_m = far_m * 0x1p-23;
+  if (rounded_m <= kMostM) return;
+  char text[256];
+  std::snprintf(
+      text, sizeof text,
+      "its points are 32-bit floats %.0f km from the map's origin, where they are rounded "
+      "to %.2f m: write x, y and z as 64-bit floats, or count from an origin nearby",
+      far_m * 1e-3, rounded_m);
+  fail(file, text);
 }
 
 }  // namespace
@@ -85,6 +108,7 @@ std::unique_ptr<Dataset> open_dynamic_map(const fs::path& directory,
     fail(clouds, "every VIEWPOINT is the identity, so the files do not say where the sensor was; " +
                      remedy_for_missing_poses());
   }
+  refuse_rounded_points(sequence.files.front());
   for (const fs::path& file : sequence.files) {
     sequence.stamps_ns.push_back(static_cast<std::int64_t>(sequence.poses.size()) *
                                  kDefaultPeriod_ns);

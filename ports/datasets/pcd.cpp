@@ -193,6 +193,11 @@ class HeaderParser {
     if (*points_ > std::numeric_limits<std::uint32_t>::max()) refuse("POINTS is absurdly large");
     layout_.header.points = static_cast<std::size_t>(*points_);
     if (!has_viewpoint_) layout_.header.viewpoint = Pose{};
+    for (const Field& field : layout_.fields) {
+      if (field.name != "x") continue;
+      const bool is_text = layout_.encoding == Encoding::kAscii;
+      layout_.header.coordinate_bytes = is_text ? sizeof(double) : field.bytes;
+    }
   }
 
   std::uint64_t product_of_width_and_height() const {

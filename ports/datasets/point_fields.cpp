@@ -98,9 +98,12 @@ ScanBuilder::ScanBuilder(Scan& scan, std::size_t points, bool has_ring, bool has
 
 void ScanBuilder::add(const double (&values)[kPointRoles]) {
   const auto value = [&](PointRole role) { return values[static_cast<std::size_t>(role)]; };
-  const auto number = [&](PointRole role) { return static_cast<float>(value(role)); };
-  scan_.points.push_back({number(PointRole::kX), number(PointRole::kY), number(PointRole::kZ),
-                          number(PointRole::kIntensity)});
+  const auto coordinate = [&](PointRole role, int axis) {
+    return static_cast<float>(value(role) - scan_.origin[axis]);
+  };
+  scan_.points.push_back({coordinate(PointRole::kX, 0), coordinate(PointRole::kY, 1),
+                          coordinate(PointRole::kZ, 2),
+                          static_cast<float>(value(PointRole::kIntensity))});
   if (has_ring_) {
     constexpr double kMost = std::numeric_limits<std::uint16_t>::max();
     const double ring = value(PointRole::kRing);
@@ -152,7 +155,7 @@ bool is_points(const RecordLayout& layout, const std::vector<const PointField*>&
 
 void decode_records(std::string_view bytes, const RecordLayout& layout, Scan& scan) {
   const auto fields = fields_by_role(layout);
-  if (is_points(layout, fields)) {
+  if (is_points(layout, fields) && scan.origin.isZero()) {
     scan.reset(bytes.size() / sizeof(Scan::Point));
     if (!scan.points.empty()) {
       std::memcpy(scan.points.data(), bytes.data(), scan.points.size() * sizeof(Scan::Point));

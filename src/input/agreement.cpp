@@ -119,11 +119,13 @@ double ScanPair::agreement(const Pose& T_first_second) const {
   return directions == 0 ? 0.0 : sum / directions;
 }
 
-Pose ScanPair::registered(const Pose& start) const {
-  if (!start.is_finite()) return Pose();
+merge::RegistrationResult ScanPair::registration(const Pose& start) const {
   return merge::register_clouds(first_->cloud_, second_->cloud_, start,
-                                config(first_->cloud_.size()))
-      .T_target_source;
+                                config(first_->cloud_.size()));
+}
+
+Pose ScanPair::registered(const Pose& start) const {
+  return start.is_finite() ? registration(start).T_target_source : Pose();
 }
 
 }  // namespace unimapper::input

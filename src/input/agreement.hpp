@@ -60,7 +60,9 @@ class ScanPair {
   /// where there are too few surfaces. About 0.3 ms.
   [[nodiscard]] double agreement(const Pose& T_first_second) const;
 
-  /// The motion that G-ICP finds from `start`.
+  /// G-ICP from `start`, which is finite.
+  [[nodiscard]] merge::RegistrationResult registration(const Pose& start) const;
+  /// The motion that G-ICP finds from `start`; none where that is not finite.
   [[nodiscard]] Pose registered(const Pose& start) const;
 
   /// Enough surfaces to tell one motion from another: walls in at least one direction.

@@ -26,11 +26,13 @@ constexpr std::size_t kFewestUsual = 4;
 // Agreement, against that of the given motion.
 constexpr double kBetter = 0.1;
 constexpr double kAsWell = 0.03;
+// Smallest over largest eigenvalue of the translation's information: tunnels have no more.
+constexpr double kSlides = 0.03;
 
 double angle_deg(const Pose& pose) { return rotation_angle(pose.rotation) * kDegreesPerRadian; }
 
-bool is_off(const Pose& correction) {
-  return correction.translation.norm() > kOff_m || angle_deg(correction) > kOff_deg;
+bool is_off(const Pose& correction, double off_deg = kOff_deg) {
+  return correction.translation.norm() > kOff_m || angle_deg(correction) > off_deg;
 }
 
 /// What two scans say of the motion between them.
@@ -98,15 +100,15 @@ class BreakSearch {
   }
 
   /// Whether the step to scan `i` is far from what both steps beside it let expect.
-  [[nodiscard]] bool differs_from_those_beside(std::size_t i) const {
+  [[nodiscard]] bool differs_from_those_beside(std::size_t i, double off_deg = kOff_deg) const {
     const Pose step = motion(i - 1, i);
     const double lasts_s = seconds(i - 1, i);
     bool differs = false;
     for (const std::size_t beside : {i - 2, i}) {
-      if (beside + 1 == 0 || i < 2) continue;
+      if (beside != i && i < 2) continue;
       const std::optional<Pose> expected = extrapolated(beside, lasts_s);
       if (!expected) continue;
-      if (!is_off(expected->inverse() * step)) return false;
+      if (!is_off(expected->inverse() * step, off_deg)) return false;
       differs = true;
     }
     return differs;
@@ -134,12 +136,15 @@ class BreakSearch {
     }
     double best = agrees;
     Pose shown = given;
+    double condition = 1.0;
     for (const Pose& start : starts(i, j)) {
-      const Pose found = pair.registered(start);
-      const double agreement = pair.agreement(found);
+      if (!start.is_finite()) continue;
+      const merge::RegistrationResult found = pair.registration(start);
+      const double agreement = pair.agreement(found.T_target_source);
       if (agreement <= best) continue;
       best = agreement;
-      shown = found;
+      shown = found.T_target_source;
+      condition = found.condition;
     }
     if (usual_.size() >= kFewestUsual && best < kElsewhere * usually) {
       return {true, true, Pose()};
@@ -148,14 +153,17 @@ class BreakSearch {
     step.correction = given.inverse() * shown;
     // Rings of a sparse sensor agree with no motion at all: they say nothing of this one.
     const bool is_unmoved = pair.agreement(Pose()) >= best - kAsWell && !is_off(shown);
+    // In a bore registration slides along it.
+    const bool slides = condition < kSlides;
     step.is_contradicted = best >= agrees + kBetter && is_off(step.correction) &&
-                           (!is_unmoved || is_beyond_reach(i, j));
+                           ((!is_unmoved && !slides) || is_beyond_reach(i, j));
     return step;
   }
 
   /// Whether the given motion is one that both sides of it do not let expect.
   [[nodiscard]] bool is_beyond_reach(std::size_t i, std::size_t j) const {
-    return j == i + 1 && differs_from_those_beside(j);
+    // Noise of the attitude adds up over the poses that are compared.
+    return j == i + 1 && differs_from_those_beside(j, 2.0 * kOff_deg);
   }
 
   /// Where a registration may begin.

@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "export_files.hpp"
+#include "site_origin.hpp"
 #include "voxel_table.hpp"
 
 namespace unimapper::merge {
@@ -172,6 +173,9 @@ void write_summary(const std::filesystem::path& path, const std::vector<SessionD
   json["sessions"] = nlohmann::ordered_json::array();
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     json["sessions"].push_back(session_summary(sessions[s], result.sessions[s]));
+    const Eigen::Vector3d origin = trajectory_origin(sessions, result, s);
+    if (origin.isZero()) continue;
+    json["sessions"].back()["origin"] = {origin.x(), origin.y(), origin.z()};
   }
   json["pairs"] = pair_summaries(sessions, result);
   if (result.georeference) json["georeference"] = georeference_summary(result);
@@ -274,8 +278,8 @@ std::optional<NavigationGrid> export_map(const std::filesystem::path& folder,
     const bool connected = is_in_map(result.sessions[s].status);
     const auto trajectories = folder / (connected ? "trajectories" : "unconnected");
     make_folder(trajectories);
-    write_trajectory(trajectories / (sessions[s].info.name + ".tum"), sessions[s],
-                     result.sessions[s]);
+    write_trajectory(trajectories / (sessions[s].info.name + ".tum"),
+                     trajectory_origin(sessions, result, s), sessions[s], result.sessions[s]);
   }
   write_pose_graph(folder / "graph.g2o", sessions, result);
   write_loops(folder / "loops.csv", sessions, result);

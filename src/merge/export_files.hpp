@@ -36,8 +36,9 @@ inline Eigen::Quaterniond canonical_quaternion(const Pose& pose) {
   return q;
 }
 
-void write_trajectory(const std::filesystem::path& path, const SessionData& session,
-                      const MergedSession& merged);
+/// TUM, in the frame of the odometry: `origin` is added to the poses' coordinates.
+void write_trajectory(const std::filesystem::path& path, const Eigen::Vector3d& origin,
+                      const SessionData& session, const MergedSession& merged);
 void write_pose_graph(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
                       const MergeResult& result);
 void write_loops(const std::filesystem::path& path, const std::vector<SessionData>& sessions,

@@ -89,10 +89,11 @@ std::vector<TrajectoryPose> session_trajectory(const SessionData& session,
   return trajectory;
 }
 
-void write_trajectory(const std::filesystem::path& path, const SessionData& session,
-                      const MergedSession& merged) {
+void write_trajectory(const std::filesystem::path& path, const Eigen::Vector3d& origin,
+                      const SessionData& session, const MergedSession& merged) {
   OutputFile file(path);
-  for (const auto& pose : session_trajectory(session, merged)) {
+  for (TrajectoryPose& pose : session_trajectory(session, merged)) {
+    pose.T_map_sensor.translation += origin;
     file.stream() << seconds(pose.stamp_ns) << ' ' << numbers(pose.T_map_sensor, " ", "%.9f")
                   << '\n';
   }

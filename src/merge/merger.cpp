@@ -140,8 +140,10 @@ class Merger {
       session.central_score = scores_[s];
       session.extent_m = seen_extent_m(sessions_[s]);
       session.central_priority = central_priority(static_cast<std::uint32_t>(s));
+      origins_.push_back(odometry_origin(sessions_[s]));
       for (const auto& keyframe : sessions_[s].keyframes) {
         session.T_odometry_keyframe.push_back(keyframe.T_odometry_keyframe);
+        session.T_odometry_keyframe.back().translation -= origins_.back();
       }
       alignment_sessions_.push_back(std::move(session));
     }
@@ -214,9 +216,11 @@ class Merger {
     result_.georeference = georeference;
   }
 
-  /// Turns the map so that it is level: so far its frame is the central session's odometry frame.
+  /// Turns the map about the central session's first pose so that it is level: so far its frame is
+  /// that session's odometry frame, about an origin near it.
   void level_map() {
     if (alignment_.T_map_site) return move_to_site();
+    if (sessions_.empty()) return;
     std::vector<UpObservation> observations;
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       if (!alignment_.connected[s]) continue;
@@ -226,15 +230,28 @@ class Merger {
         observations.push_back({T_map_keyframe.rotation.col(2), sessions_[s].keyframes[k].up});
       }
     }
-    const Pose T_level_map(levelling_rotation(observations), Eigen::Vector3d::Zero());
+    const Eigen::Vector3d at =
+        first_position(sessions_[alignment_.central]) - origins_[alignment_.central];
+    const Eigen::Matrix3d turn = levelling_rotation(observations);
+    const Pose T_level_map(turn, at - turn * at);
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       if (!alignment_.connected[s]) continue;
       alignment_.T_map_session[s] = T_level_map * alignment_.T_map_session[s];
     }
   }
 
+  [[nodiscard]] static Pose moved_by(const Eigen::Vector3d& way) {
+    return {Eigen::Matrix3d(Eigen::Matrix3d::Identity()), way};
+  }
+
+  /// Back from the origins near the sessions' first poses.
   void transform_sessions() {
     result_.pairs = alignment_.pairs;
+    for (PairOutcome& pair : result_.pairs) {
+      Pose& T_match_query = pair.T_match_session_query_session;
+      T_match_query =
+          moved_by(origins_[pair.match]) * T_match_query * moved_by(-origins_[pair.query]);
+    }
     result_.positions = alignment_.positions;
     for (PositionOutcome& position : result_.positions) position.given.position += origin_;
     result_.central_session = alignment_.central;
@@ -248,8 +265,10 @@ class Merger {
       } else if (is_provisional(s)) {
         merged.status = SessionStatus::kProvisional;
       }
+      const Pose T_map_near = merged.T_map_session;
+      merged.T_map_session = T_map_near * moved_by(-origins_[s]);
       for (const Pose& pose : alignment_.T_session_keyframe[s]) {
-        merged.T_map_keyframe.push_back(merged.T_map_session * pose);
+        merged.T_map_keyframe.push_back(T_map_near * pose);
       }
       result_.sessions.push_back(std::move(merged));
     }
@@ -387,7 +406,8 @@ class Merger {
   std::vector<AlignmentSession> alignment_sessions_;
   Alignment alignment_;
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();  // of the map frame, in the site frame
-  std::shared_ptr<ScratchFile> scratch_;              ///< null: voxels and map stay in memory
+  std::vector<Eigen::Vector3d> origins_;  // by session, of the poses here, in its odometry frame
+  std::shared_ptr<ScratchFile> scratch_;  ///< null: voxels and map stay in memory
   std::vector<SessionVoxels> voxels_;
 };
 

@@ -1,12 +1,16 @@
 // End-to-end tests of `unimapper merge`: exit codes.
 #include <Eigen/Core>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <vector>
 
+#include "ports/datasets/files.hpp"
+#include "ports/datasets/ply.hpp"
 #include "tests/apps/command.hpp"
 #include "tests/recordings.hpp"
 
@@ -98,6 +102,40 @@ TEST_CASE("a session left apart is a failure unless it is allowed") {
   CHECK(fs::exists(fixture.directory / "map/report.html"));
   CHECK(fixture.merge({a, b, "--allow-unconnected"}).exit_code == 0);
   CHECK(fixture.merge({a}).exit_code == 0);
+}
+
+TEST_CASE("poses in a country's coordinates give the same map, about an origin near it") {
+  const Eigen::Vector3d far = GENERATE(Eigen::Vector3d(1000.0, 2000.0, 30.0),
+                                       Eigen::Vector3d(448262.318, 5411904.557, 312.2));
+  const Fixture fixture;
+  SmallRecording recording(12);
+  for (Pose& pose : recording.poses) pose.translation += far;
+  const std::string run = fixture.run("a", recording);
+  const CommandResult merged = fixture.merge({run});
+  INFO(merged.err);
+  REQUIRE(merged.exit_code == 0);
+  const fs::path map = fixture.directory / "map";
+  const auto summary = nlohmann::json::parse(read_text(map / "summary.json"));
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  const auto& session = summary["sessions"][0];
+  CHECK(session.contains("origin") == (far.x() > 1e4));
+  for (int axis = 0; axis < 3 && session.contains("origin"); ++axis) {
+    origin[axis] = session["origin"][static_cast<std::size_t>(axis)];
+  }
+  CHECK((far - origin).norm() < 2300.0);
+  // Trajectories are in the user's coordinates, points count from the origin.
+  const auto driven = positions(map / "trajectories/a.tum", 1, 2, 3);
+  REQUIRE(driven.size() == recording.poses.size());
+  for (std::size_t i = 0; i < driven.size(); ++i) {
+    CHECK((driven[i] - recording.poses[i].translation).norm() < 0.01);
+  }
+  CHECK((driven[0] - recording.poses[0].translation).norm() < 0.001);
+  datasets::Scan points;
+  datasets::parse_ply(datasets::read_file(map / "map.ply"), map / "map.ply", points);
+  CHECK(points.points.size() > 1000);
+  CHECK(std::all_of(points.points.begin(), points.points.end(), [&](const auto& p) {
+    return (Eigen::Vector3d(p.x, p.y, p.z) + origin - far).norm() < 120.0;
+  }));
 }
 
 TEST_CASE("a run that is given twice counts once") {

@@ -1,6 +1,7 @@
 #include "src/apps/evaluate/json.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -209,8 +210,12 @@ std::vector<SummarySession> read_summary(const std::filesystem::path& map) {
     const Json json = Json::parse(in);
     std::vector<SummarySession> sessions;
     for (const Json& entry : json.at("sessions")) {
-      sessions.push_back(
-          {entry.at("name").get<std::string>(), entry.at("status").get<std::string>()});
+      SummarySession& session = sessions.emplace_back();
+      session.name = entry.at("name").get<std::string>();
+      session.status = entry.at("status").get<std::string>();
+      if (!entry.contains("origin")) continue;
+      const auto origin = entry.at("origin").get<std::array<double, 3>>();
+      session.origin = Eigen::Vector3d(origin[0], origin[1], origin[2]);
     }
     return sessions;
   } catch (const Json::exception& error) {

@@ -59,6 +59,8 @@ std::vector<ReportedChange> read_changes(const std::filesystem::path& map);
 struct SummarySession {
   std::string name;
   std::string status;  ///< "central", "merged" or "unconnected"
+  /// Of the map's points, in the frame of the session's trajectory, metres.
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
 };
 /// Throws std::runtime_error naming the file and what is wrong with it.
 std::vector<SummarySession> read_summary(const std::filesystem::path& map);

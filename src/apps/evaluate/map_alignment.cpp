@@ -14,9 +14,10 @@ namespace {
 using evaluate::PosePair;
 using evaluate::StampedPose;
 
+/// In the frame of the map's points.
 std::vector<StampedPose> read_estimate(const std::filesystem::path& map,
-                                       const std::string& session) {
-  const std::filesystem::path file = map / "trajectories" / (session + ".tum");
+                                       const SummarySession& session) {
+  const std::filesystem::path file = map / "trajectories" / (session.name + ".tum");
   const datasets::Trajectory trajectory =
       datasets::parse_trajectory(datasets::read_file(file), file);
   if (trajectory.stamps_ns.empty() && !trajectory.poses.empty()) {
@@ -25,6 +26,7 @@ std::vector<StampedPose> read_estimate(const std::filesystem::path& map,
   std::vector<StampedPose> poses;
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
     poses.push_back({trajectory.stamps_ns[i], trajectory.poses[i]});
+    poses.back().T_world_sensor.translation -= session.origin;
   }
   return poses;
 }
@@ -63,7 +65,7 @@ std::vector<PairedSession> pair_sessions(const std::filesystem::path& map,
     session.status = found.status;
     session.truth = read_truth(truth);
     if (found.status != "central" && found.status != "merged") continue;
-    session.estimate = read_estimate(map, name);
+    session.estimate = read_estimate(map, found);
     session.pairs = pair_up(session, truth);
   }
   return paired;

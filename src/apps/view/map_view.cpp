@@ -64,7 +64,9 @@ Json provisional_pose(std::size_t session, const merge::MergeResult& result) {
     if (!merge::is_in_map(result.sessions[other].status)) continue;
     const Pose& T_match_query = pair.T_match_session_query_session;
     const Pose T_other_session = pair.query == session ? T_match_query : T_match_query.inverse();
-    return describe_pose(result.sessions[other].T_map_session * T_other_session);
+    // Its points are in its own frame, about an origin near them.
+    return describe_pose(result.sessions[other].T_map_session * T_other_session *
+                         result.sessions[session].T_map_session.inverse());
   }
   return nullptr;
 }

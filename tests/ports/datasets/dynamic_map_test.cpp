@@ -26,6 +26,26 @@ TEST_CASE("DynamicMap scans come back in the sensor frame, without their ground 
   CHECK(dataset->labels(0) == std::vector<std::uint32_t>{9, 251});
 }
 
+TEST_CASE("DynamicMap clouds far from their origin keep their points in doubles, or are refused") {
+  const TemporaryDirectory directory;
+  const std::string header =
+      "VERSION 0.7\nFIELDS x y z intensity\nSIZE 8 8 8 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH 1\n"
+      "HEIGHT 1\nVIEWPOINT 448262.25 5411904.5 312.125 1 0 0 0\nPOINTS 1\nDATA binary\n";
+  const double point[] = {448263.281, 5411902.52, 312.155};
+  const float intensity = 0.0F;
+  std::string cloud = header;
+  cloud.append(reinterpret_cast<const char*>(point), sizeof point);
+  cloud.append(reinterpret_cast<const char*>(&intensity), sizeof intensity);
+  directory.write("pcd/000000.pcd", cloud);
+  Scan scan;
+  open_dataset(directory.path(), {.format = "dynamicmap"})->read_scan(0, scan);
+  CHECK(scan.view()[0].isApprox(Eigen::Vector3f(1.031F, -1.98F, 0.03F), 1e-6F));
+
+  directory.write("pcd/000000.pcd", binary_cloud("448262.25 5411904.5 312.125 1 0 0 0"));
+  CHECK_THAT(error_of([&] { (void)open_dataset(directory.path(), {.format = "dynamicmap"}); }),
+             Contains("32-bit floats 5412 km") && Contains("64-bit floats"));
+}
+
 TEST_CASE("gt_cloud.pcd tells DynamicMap from other clouds with poses") {
   const TemporaryDirectory directory;
   directory.write("pcd/000000.pcd", binary_cloud("5 0 0 1 0 0 0"));
