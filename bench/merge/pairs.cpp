@@ -24,6 +24,7 @@
 #include "src/merge/loop_verifier.hpp"
 #include "src/merge/parallel.hpp"
 #include "src/merge/placement_check.hpp"
+#include "src/merge/placement_walls.hpp"
 #include "src/merge/radius_search.hpp"
 #include "src/merge/seen_extent.hpp"
 #include "unimapper/merge/alignment.hpp"
@@ -268,6 +269,8 @@ class Acceptance {
     if (known != evidence_.end()) return known->second;
     const PlacementEvidence evidence =
         PlacementEvaluator(runs_.sessions, clouds_, config).evaluate(placement);
+    const PlacementWalls walls = compare_walls(placement, clouds_, config.threads);
+    std::printf("walls\t%.3f\t%.3f\n", walls.between_m, walls.within_m);
     return evidence_.emplace(key, evidence).first->second;
   }
 

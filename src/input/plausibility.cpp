@@ -22,6 +22,15 @@ class ScanStore {
   std::map<std::size_t, datasets::Scan> scans_;
 };
 
+/// A damaged scan is said where it is mapped, with all before it kept; here it tells nothing.
+void read_or_empty(const datasets::Dataset& dataset, std::size_t i, datasets::Scan& scan) {
+  try {
+    dataset.read_scan(i, scan);
+  } catch (const datasets::DatasetError&) {
+    scan.reset(0);
+  }
+}
+
 bool is_broken(const std::vector<OdometryBreak>& breaks, const PairIndex& pair) {
   return std::any_of(breaks.begin(), breaks.end(), [&](const OdometryBreak& b) {
     return pair.first < b.next && pair.second > b.last;
@@ -73,7 +82,7 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans) {
   const bool comparable = worst(findings) != Severity::kWrong;
   if (comparable) {
     result.steps = find_odometry_breaks(
-        track, [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); });
+        track, [&](std::size_t i, datasets::Scan& scan) { read_or_empty(dataset, i, scan); });
     const Finding odometry = check_odometry_breaks(result.steps);
     // Poses that are wrong as a whole are no odometry that breaks.
     const bool breaks = odometry.severity == Severity::kSuspicious;

@@ -1,5 +1,6 @@
 #include "src/apps/merge/run_store.hpp"
 
+#include <algorithm>
 #include <iostream>
 #include <map>
 #include <stdexcept>
@@ -52,12 +53,20 @@ void name_by_folder(const std::map<SessionId, store::ImportedSession>& sessions,
   for (const auto& [id, session] : sessions) {
     if (session.name.size() < run.size()) run = session.name;
   }
+  const auto is_other = [&](const auto& entry) { return !is_of_run(entry.second.name, run); };
+  if (std::any_of(sessions.begin(), sessions.end(), is_other)) return;
   for (const auto& [id, session] : sessions) {
-    if (session.name.starts_with(run)) import.name(id, folder + session.name.substr(run.size()));
+    import.name(id, folder + session.name.substr(run.size()));
   }
 }
 
 }  // namespace
+
+bool is_of_run(const std::string& session, const std::string& run) {
+  if (session == run) return true;
+  if (!session.starts_with(run + ".") || session.size() == run.size() + 1) return false;
+  return session.find_first_not_of("0123456789", run.size() + 1) == std::string::npos;
+}
 
 ImportedRun import_run(store::Database& database, const fs::path& run) {
   const fs::path log = log_of(run);

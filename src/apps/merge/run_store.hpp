@@ -27,4 +27,7 @@ ImportedRun import_run(store::Database& database, const std::filesystem::path& r
 /// read by whoever opens it before it is removed. Throws as `import_run`.
 ImportedRun make_run_store(const std::filesystem::path& run, const std::filesystem::path& folder);
 
+/// Whether a session is that of a run, or a later one of it: RUN, RUN.2, RUN.3, ...
+[[nodiscard]] bool is_of_run(const std::string& session, const std::string& run);
+
 }  // namespace unimapper::apps

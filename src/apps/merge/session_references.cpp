@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "src/apps/evaluate/evaluate.hpp"
+#include "src/apps/merge/run_store.hpp"
 #include "src/apps/truth.hpp"
 
 namespace unimapper::apps {
@@ -26,11 +27,12 @@ std::pair<std::string, std::filesystem::path> parse_truth(const std::string& tex
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
-/// Whether a session is the named one, or a later one of its run: NAME.2, NAME.3, ...
-bool is_of_run(const std::string& session, const std::string& name) {
-  if (session == name) return true;
-  if (!session.starts_with(name + ".") || session.size() == name.size() + 1) return false;
-  return session.find_first_not_of("0123456789", name.size() + 1) == std::string::npos;
+/// Whether a dataset that is named for a run is the truth of a session.
+bool is_truth_of(const ReferenceOptions& options, const std::string& run,
+                 const std::string& session) {
+  const bool is_named = std::any_of(options.truths.begin(), options.truths.end(),
+                                    [&](const auto& truth) { return truth.first == session; });
+  return is_named ? session == run : is_of_run(session, run);
 }
 
 }  // namespace
@@ -79,7 +81,8 @@ std::vector<SessionReference> gather_references(const ReferenceOptions& options,
       continue;
     }
     for (std::size_t s = 0; s < sessions.size(); ++s) {
-      if (is_of_run(sessions[s].info.name, wanted)) references[s].truth = read_truth(dataset);
+      if (is_truth_of(options, wanted, sessions[s].info.name))
+        references[s].truth = read_truth(dataset);
     }
     SessionReference& of = references[static_cast<std::size_t>(found - sessions.begin())];
     if (of.run.empty() || !std::filesystem::is_directory(of.run / "labels")) continue;
