@@ -71,7 +71,7 @@ cells() {
 
 rows() {
   local scene route title
-  echo "| seeds 1 to $seeds | localised | first after, m | rmse, m | worst, m | beyond 3 sigma | ms a keyframe (longest) |"
+  echo "| seeds 1 to $seeds | localised | first after, m beside the mapped way | rmse, m | worst, m | beyond 3 sigma | ms a keyframe (longest) |"
   rule 7
   for scene in $scenes; do
     for route in B C; do

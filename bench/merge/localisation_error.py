@@ -2,8 +2,8 @@
 """Errors of a localised run: localisation_error.py ANSWERS MAP_TUM MAP_DATASET RUN_TUM RUN_DATASET
 
 ANSWERS: of `unimapper localise --json`; RUN_TUM: of its --out; MAP_TUM: the mapped session's
-trajectory in the map. Prints keyframes, localised ones, metres to the first (- without one), and of
-the errors (metres; how far each is from where it belongs, seen from the nearest pose of the map)
+trajectory in the map. Prints keyframes, localised ones, metres to the first (- without one) since
+the robot came within 10 m of the way that was mapped, and of the errors (metres; how far each is from where it belongs, seen from the nearest pose of the map)
 the root mean square, the 95th percentile, the worst, and the share beyond three claimed sigmas.
 """
 import json
@@ -15,12 +15,33 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from overlap_error import estimated, seen_from, true
 
 
+NEAR_M = 10.0
+
+
+def places(dataset):
+    rows = [list(map(float, line.split())) for line in open(dataset + "/gt_poses.txt")]
+    return [(v[3], v[7], v[11]) for v in rows]
+
+
+def before_map_m(map_data, run_data):
+    """Path before the robot is beside the mapped way; all of it where it never is."""
+    mapped, path = places(map_data), 0.0
+    way = places(run_data)
+    for last, at in zip(way, way[1:]):
+        if min(math.dist(last, place) for place in mapped) < NEAR_M:
+            break
+        path += math.dist(last, at)
+    return path
+
+
 def main():
     answers, map_tum, map_data, run_tum, run_data = sys.argv[1:]
     said = json.load(open(answers))
     localised = [k for k in said["keyframes"] if k["state"] == "localised"]
     first = said["first_localised_m"]
-    head = f"{len(said['keyframes'])} {len(localised)} {'-' if first is None else round(first, 1)}"
+    if first is not None:
+        first = round(max(0.0, first - before_map_m(map_data, run_data)), 1)
+    head = f"{len(said['keyframes'])} {len(localised)} {'-' if first is None else first}"
     if not localised:
         print(head, "- - - -")
         return

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <tuple>
 #include <utility>
 
 #include "placement_check.hpp"
@@ -17,6 +18,14 @@ constexpr std::size_t kMostLoops = 150;
 // Two sets of loops that place the robot farther apart contradict each other.
 constexpr double kApart_m = 3.0;
 
+std::vector<LoopConstraint> chosen(const std::vector<LoopConstraint>& loops,
+                                   std::span<const std::size_t> indices) {
+  std::vector<LoopConstraint> some;
+  some.reserve(indices.size());
+  for (const std::size_t i : indices) some.push_back(loops[i]);
+  return some;
+}
+
 }  // namespace
 
 FirstPosition::FirstPosition(const std::vector<SessionData>& sessions,
@@ -27,7 +36,7 @@ FirstPosition::FirstPosition(const std::vector<SessionData>& sessions,
       clouds_(clouds),
       config_(config),
       loops_(map_paths.size()),
-      asked_(map_paths.size(), 0),
+      asked_(map_paths.size()),
       refused_(map_paths.size()) {
   for (std::size_t s = 0; s < map_paths.size(); ++s) {
     extents_m_.push_back(seen_extent_m(sessions[s]));
@@ -36,7 +45,7 @@ FirstPosition::FirstPosition(const std::vector<SessionData>& sessions,
 
 void FirstPosition::clear() {
   for (auto& of_session : loops_) of_session.clear();
-  asked_.assign(asked_.size(), 0);
+  asked_.assign(asked_.size(), {});
 }
 
 void FirstPosition::forget_first(std::size_t count) {
@@ -67,15 +76,17 @@ FirstPosition::Outcome FirstPosition::find(std::vector<LoopConstraint> loops,
     sets.push_back(inter_session_consistency(loops_[s], path, map_paths_[s], rules(s, extent_m)));
   }
   const auto best = std::max_element(sets.begin(), sets.end(), [](const auto& a, const auto& b) {
-    return std::pair(a.state, a.distinct) < std::pair(b.state, b.distinct);
+    return std::tuple(a.state, a.is_short, a.distinct) <
+           std::tuple(b.state, b.is_short, b.distinct);
   });
   const auto session = static_cast<std::size_t>(best - sets.begin());
   Outcome outcome;
   outcome.reason = best->reason;
-  if (best->state == PairState::kRefused) return outcome;
+  if (best->state == PairState::kRefused && !best->is_short) return outcome;
   outcome.state = LocalisationState::kAmbiguous;
-  if (best->state != PairState::kConfirmed) return outcome;
-  for (const std::size_t i : best->inliers) outcome.loops.push_back(loops_[session][i]);
+  const bool data_may_tell = best->is_short || !best->competing_sets.empty();
+  if (best->state != PairState::kConfirmed && !data_may_tell) return outcome;
+  outcome.loops = chosen(loops_[session], best->inliers);
   outcome.reason = contradiction_by_others(sets, session, path[path.size() - 1]);
   if (outcome.reason.empty()) {
     outcome.reason = reason_by_data(session, *best, outcome.loops, path);
@@ -110,15 +121,27 @@ std::string FirstPosition::contradiction_by_others(const std::vector<Consistency
   return {};
 }
 
-/// What the sensor data say; not asked again before the set has grown.
+/// What the sensor data say; not asked again before the set, or the path it spans, has grown.
 std::string FirstPosition::reason_by_data(std::size_t session, const ConsistencySet& set,
                                           const std::vector<LoopConstraint>& inliers,
                                           const SessionPath& path) {
-  if (set.distinct <= asked_[session]) return refused_[session];
-  asked_[session] = set.distinct;
+  Asked& asked = asked_[session];
+  const bool has_grown = set.distinct > asked.distinct || (asked.is_short && !set.is_short);
+  if (!has_grown) return refused_[session];
+  asked = {set.distinct, set.is_short};
+  std::vector<CompetingPlacement> competing;
+  for (const ConsistencySet& other : set.competing_sets) {
+    competing.push_back(
+        {chosen(loops_[session], other.inliers), other.T_match_session_query_session});
+  }
   PlacementEvaluator evaluator(sessions_, clouds_, config_);
-  const PlacementEvidence evidence = evaluator.evaluate(
-      {inliers, path.poses(), map_paths_[session].poses(), set.T_match_session_query_session});
+  const PlacementEvidence evidence = evaluator.evaluate({inliers,
+                                                         path.poses(),
+                                                         map_paths_[session].poses(),
+                                                         set.T_match_session_query_session,
+                                                         {},
+                                                         competing,
+                                                         set.is_short});
   refused_[session] = reason_to_wait(set, evidence, config_.acceptance);
   return refused_[session];
 }

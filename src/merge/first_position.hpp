@@ -39,6 +39,11 @@ class FirstPosition {
   void forget_first(std::size_t count);
 
  private:
+  struct Asked {
+    std::size_t distinct = 0;
+    bool is_short = false;
+  };
+
   [[nodiscard]] AcceptanceConfig rules(std::size_t session, double robot_extent_m) const;
   void keep_window(std::vector<LoopConstraint>& loops, const SessionPath& path) const;
   [[nodiscard]] std::string contradiction_by_others(const std::vector<ConsistencySet>& sets,
@@ -53,7 +58,7 @@ class FirstPosition {
   const MergeConfig& config_;
   std::vector<double> extents_m_;                   // by session of the map
   std::vector<std::vector<LoopConstraint>> loops_;  // likewise
-  std::vector<std::size_t> asked_;                  // likewise: size of the set that data refused
+  std::vector<Asked> asked_;                        // likewise: the set that data refused
   std::vector<std::string> refused_;                // likewise: why they did
 };
 

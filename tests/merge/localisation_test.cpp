@@ -1,6 +1,7 @@
 // Localisation of a robot in a finished map: never wrong rather than early.
 #include "unimapper/merge/localisation.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <stdexcept>
@@ -78,6 +79,25 @@ TEST_CASE("A robot in mapped streets is localised after some way, within what is
         answers[k].T_map_odometry * friday().session.keyframes[k].T_odometry_keyframe;
     CHECK((composed.translation - answers[k].T_map_keyframe.translation).norm() < 1e-6);
   }
+}
+
+TEST_CASE("Walls and neighbours that fit localise a robot before its loops span enough path",
+          "[localisation]") {
+  MergeConfig config;
+  config.acceptance.min_span_m = 150.0;
+  config.acceptance.full_extent_m = 0.0;
+  Localiser localiser({map_of_town().drive.session}, map_of_town().result, config);
+  const std::vector<MapPose> answers = follow(localiser, friday().session.keyframes);
+  const auto first = std::find_if(answers.begin(), answers.end(), [](const MapPose& at) {
+    return at.state == LocalisationState::kLocalised;
+  });
+  REQUIRE(first != answers.end());
+  CHECK(first->loops >= 3);
+  const std::size_t k = first - answers.begin();
+  CHECK(error_m(*first, friday().truth[k]) < 0.6);
+  // The loops that place it lie within what it has driven beside the map.
+  CHECK(first->path_m < answers_of_friday().back().path_m);
+  CHECK(count_localised(answers) == count_localised(answers_of_friday()));
 }
 
 TEST_CASE("An answer rests on earlier keyframes only", "[localisation]") {
