@@ -111,6 +111,8 @@ TEST_CASE("a provisional pair names its placement, two keyframes and what decide
   CHECK(waiting[0].match_keyframe == "monday:30");
   CHECK_THAT(waiting[0].sentence, Contains("monday and elsewhere wait: " + std::string(reason)));
   CHECK_THAT(waiting[0].sentence, Contains("37 loops place elsewhere:10"));
+  CHECK_THAT(waiting[0].sentence,
+             Contains("farther along the way of monday may decide: from monday:30 towards "));
   CHECK_THAT(waiting_text(merge.sessions, result, "site"),
              Contains("unimapper map link --store site elsewhere:10 monday:30") &&
                  Contains("unimapper map apart --store site elsewhere"));

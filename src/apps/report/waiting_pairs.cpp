@@ -79,6 +79,17 @@ const PlacingLoop* other_placement(std::vector<PlacingLoop>& loops, const PairOu
   return other;
 }
 
+/// A shorter way of the map beyond the loops shows nothing new, metres.
+constexpr double kWorthDrivingM = 10.0;
+
+/// Length of a session's way between two of its keyframes, metres.
+double way_m(const MergeResult& result, std::size_t session, std::size_t first, std::size_t last) {
+  const auto at = [&](std::size_t k) { return in_session(result, {session, k}).translation; };
+  double length = 0.0;
+  for (std::size_t k = first; k < last; ++k) length += (at(k + 1) - at(k)).norm();
+  return length;
+}
+
 std::string keyframe_name(const std::vector<SessionData>& sessions, KeyframeId id) {
   const SessionData& session = sessions[id.session];
   return session.info.name + ':' + std::to_string(session.keyframes[id.keyframe].sequence);
@@ -88,6 +99,32 @@ std::string metres(double distance, int decimals) {
   char text[32];
   std::snprintf(text, sizeof text, "%.*f m", decimals, distance);
   return text;
+}
+
+/// Which scans may decide: what the map saw beyond the loops of the placement is no part of any
+/// of them yet.
+std::string deciding_scans(const std::vector<PlacingLoop>& loops, const PairOutcome& pair,
+                           const std::vector<SessionData>& sessions, const MergeResult& result) {
+  std::size_t first = sessions[pair.match].keyframes.size();
+  std::size_t last = 0;
+  for (const PlacingLoop& loop : loops) {
+    if (loop.distance_m(pair.T_match_session_query_session) > kSamePlacementM) continue;
+    first = std::min<std::size_t>(first, loop.match.keyframe);
+    last = std::max<std::size_t>(last, loop.match.keyframe);
+  }
+  if (first > last) return {};
+  const std::size_t end = sessions[pair.match].keyframes.size() - 1;
+  const double before_m = way_m(result, pair.match, 0, first);
+  const double after_m = way_m(result, pair.match, last, end);
+  const std::string& query = sessions[pair.query].info.name;
+  if (std::max(before_m, after_m) < kWorthDrivingM) {
+    return " Scans of both beyond what they share may decide.";
+  }
+  const bool goes_on = after_m >= before_m;
+  return " Scans of " + query + " farther along the way of " + sessions[pair.match].info.name +
+         " may decide: from " + keyframe_name(sessions, {pair.match, goes_on ? last : first}) +
+         " towards " + keyframe_name(sessions, {pair.match, goes_on ? end : 0}) + ", " +
+         metres(std::max(before_m, after_m), 0) + " of way.";
 }
 
 }  // namespace
@@ -111,7 +148,7 @@ std::vector<WaitingPair> waiting_pairs(const std::vector<SessionData>& sessions,
                    " wait: " + pair.reason + ". " + std::to_string(pair.distinct) +
                    (pair.distinct == 1 ? " loop places " : " loops place ") + one.query_keyframe +
                    ' ' + metres(between.translation.norm(), 1) + " from " + one.match_keyframe +
-                   '.';
+                   '.' + deciding_scans(loops, pair, sessions, result);
     const PlacingLoop* other = other_placement(loops, pair);
     if (other == nullptr) continue;
     one.other_query_keyframe = keyframe_name(sessions, other->query);
