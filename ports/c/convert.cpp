@@ -64,7 +64,8 @@ static_assert(same(EventId::kKeyframeClosed, UM_EVENT_KEYFRAME_CLOSED) &&
               same(EventId::kSamplingDiffers, UM_EVENT_SAMPLING_DIFFERS) &&
               same(EventId::kElevationsDiffer, UM_EVENT_ELEVATIONS_DIFFER) &&
               same(EventId::kAttitudeNoise, UM_EVENT_ATTITUDE_NOISE) &&
-              same(EventId::kSweepsUncompensated, UM_EVENT_SWEEPS_UNCOMPENSATED));
+              same(EventId::kSweepsUncompensated, UM_EVENT_SWEEPS_UNCOMPENSATED) &&
+              same(EventId::kOdometryContradicted, UM_EVENT_ODOMETRY_CONTRADICTED));
 static_assert(same(DropCause::kNotFinite, UM_DROP_NOT_FINITE) &&
               same(DropCause::kOutOfRange, UM_DROP_OUT_OF_RANGE) &&
               same(DropCause::kScanTooLarge, UM_DROP_SCAN_TOO_LARGE) &&

@@ -638,7 +638,10 @@ enum um_event_id {
       10, /**< thousandths of a degree, scans aligned, sequence of the keyframe */
   /** Sweeps begin to look as if they were not motion-compensated: thousandths of a degree by which
    *  scans tilt with the sensor's rotation, scans aligned, sequence of the keyframe. */
-  UM_EVENT_SWEEPS_UNCOMPENSATED = 11
+  UM_EVENT_SWEEPS_UNCOMPENSATED = 11,
+  /** The scans begin to contradict the odometry: thousandths of the keyframe's cells that are
+   *  dynamic, the same as usual, sequence of the keyframe. */
+  UM_EVENT_ODOMETRY_CONTRADICTED = 12
 };
 
 /** One event. */

@@ -41,6 +41,11 @@ std::string what_happened(const EventRecord& record) {
     std::snprintf(text, sizeof text, "%.2f deg", 1e-3 * static_cast<double>(record.values[i]));
     return std::string(text);
   };
+  const auto percent = [&](std::size_t i) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.1f %%", 0.1 * static_cast<double>(record.values[i]));
+    return std::string(text);
+  };
   switch (static_cast<EventId>(record.id)) {
     case EventId::kKeyframeClosed:
       return "keyframe " + number(0) + " closed: " + number(1) + " scans, " + number(2) +
@@ -72,6 +77,9 @@ std::string what_happened(const EventRecord& record) {
     case EventId::kSweepsUncompensated:
       return "keyframe " + number(2) + ": sweeps look uncompensated, scans tilt by " + degrees(0) +
              ", " + number(1) + " scans aligned";
+    case EventId::kOdometryContradicted:
+      return "keyframe " + number(2) + ": the scans contradict the odometry, " + percent(0) +
+             " of the cells are dynamic, usually " + percent(1);
   }
   return "event " + std::to_string(record.id) + ": " + number(0) + " " + number(1) + " " +
          number(2) + " " + number(3);

@@ -25,6 +25,14 @@ void EventReporter::closed(const Keyframe& keyframe) noexcept {
        view.static_cells.size(), view.dynamic_cells.size());
 }
 
+void EventReporter::odometry(const OdometryMonitor& monitor, const KeyframeView& view) noexcept {
+  if (monitor.is_contradicted() && !broken_) {
+    push(EventId::kOdometryContradicted, view.scans.back().stamp_ns, monitor.share(),
+         monitor.usual_share(), view.sequence);
+  }
+  broken_ = monitor.is_contradicted();
+}
+
 void EventReporter::finished(const Keyframe& keyframe) noexcept {
   if (ring_ == nullptr) return;
   const KeyframeView& view = keyframe.view;

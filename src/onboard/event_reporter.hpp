@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "keyframe.hpp"
+#include "odometry_monitor.hpp"
 #include "unimapper/core/expected.hpp"
 #include "unimapper/onboard/config.hpp"
 #include "unimapper/onboard/events.hpp"
@@ -24,6 +25,8 @@ class EventReporter {
   void refusal(const Error& error, std::int64_t stamp_ns, std::uint32_t scan) noexcept;
   /// A keyframe was closed, or finished.
   void closed(const Keyframe& keyframe) noexcept;
+  /// The scans of the keyframe that was closed contradict the odometry.
+  void odometry(const OdometryMonitor& monitor, const KeyframeView& view) noexcept;
   void finished(const Keyframe& keyframe) noexcept;
 
  private:
@@ -40,6 +43,7 @@ class EventReporter {
   FreeSpaceConfig free_space_;  ///< as configured
   bool contradicted_ = false;   ///< in the keyframe before, up was not where promised
   bool uncompensated_ = false;  ///< so looked the sweeps of the keyframe before
+  bool broken_ = false;         ///< so looked its odometry
 };
 
 }  // namespace unimapper::onboard

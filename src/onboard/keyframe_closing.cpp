@@ -99,6 +99,7 @@ void Pipeline::State::announce() noexcept {
   const std::uint64_t blocks = std::max(builder.scans().cells().block_count(), 1U);
   cost_of_1024_blocks = static_cast<std::uint32_t>(closing_cost * std::uint64_t{1024} / blocks);
   events.closed(*current);
+  events.odometry(odometry, current->view);
   closed = std::exchange(current, closed);
   ready_untold = true;
   if (config.deferred) finisher.begin(*closed);
@@ -135,6 +136,8 @@ void Pipeline::State::write_view() noexcept {
   view.static_cells = output.static_cells();
   view.dynamic_cells = output.dynamic_cells();
   current->statistics.dynamic_cells = static_cast<std::uint32_t>(view.dynamic_cells.size());
+  odometry.add(current->statistics.dynamic_cells, current->statistics.cells);
+  current->statistics.odometry_contradicted = odometry.is_contradicted();
   const KeyframeEvidence& recorded = window.earlier(1);
   const std::span<const RangeImage> painted = recorded.painted();
   for (std::size_t i = 0; i < painted.size(); ++i) {

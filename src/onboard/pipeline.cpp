@@ -97,6 +97,7 @@ void Pipeline::State::forget() noexcept {
   window.forget();
   finisher.forget();
   gravity.forget();
+  odometry.forget();
   builder.forget();
 }
 

@@ -16,6 +16,7 @@
 #include "keyframe_finisher.hpp"
 #include "keyframe_output.hpp"
 #include "motion_gate.hpp"
+#include "odometry_monitor.hpp"
 #include "scan_queue.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
@@ -118,6 +119,7 @@ struct Pipeline::State {
   onboard::DynamicRemoval removal;
   onboard::GravityPlanes gravity_planes;
   onboard::GravityEstimator gravity;
+  onboard::OdometryMonitor odometry;
   onboard::KeyframeOutput output;
   onboard::KeyframeFinisher finisher;
   onboard::EventReporter events;

@@ -26,6 +26,9 @@ enum class EventId : std::uint32_t {
   /// Scans tilt with the sensor's rotation, reported when that begins: by how many thousandths of a
   /// degree, scans aligned, sequence of the keyframe.
   kSweepsUncompensated = 11,
+  /// The scans contradict the odometry, reported when that begins: thousandths of the keyframe's
+  /// cells that are dynamic, the same as usual, sequence of the keyframe.
+  kOdometryContradicted = 12,
 };
 
 }  // namespace unimapper

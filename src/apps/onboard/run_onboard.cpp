@@ -173,6 +173,12 @@ void warn_of_input(const RunStatistics& statistics, const FreeSpaceConfig& assum
   if (found.changes > 0) {
     std::fprintf(stderr, "onboard: warning: the sensor changed its mode %u times\n", found.changes);
   }
+  if (statistics.keyframes_odometry_contradicted() > 0) {
+    std::fprintf(stderr,
+                 "onboard: warning: scans contradict the odometry in %llu keyframes (events.log): "
+                 "far more of what they show is dynamic than before\n",
+                 static_cast<unsigned long long>(statistics.keyframes_odometry_contradicted()));
+  }
   if (statistics.sweep_tilt_deg() > 0.0F) {
     std::fprintf(stderr,
                  "onboard: warning: sweeps look uncompensated: scans tilt with the sensor's own "

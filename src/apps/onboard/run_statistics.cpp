@@ -57,6 +57,7 @@ void RunStatistics::add_keyframe(const KeyframeView& keyframe, std::int64_t dura
   dynamic_cells_ += statistics.dynamic_cells;
   if (statistics.up_known) odometry_tilt_deg_.push_back(statistics.odometry_tilt_deg);
   up_contradicted_ += statistics.up_contradicted ? 1 : 0;
+  odometry_contradicted_ += statistics.odometry_contradicted ? 1 : 0;
   for (std::size_t i = 0; i < kDropCauses; ++i) {
     dropped_[i] += statistics.dropped[i];
     keyframes_dropping_[i] += statistics.dropped[i] > 0 ? 1 : 0;
@@ -294,6 +295,7 @@ std::string RunStatistics::to_json(const Run& run) const {
   json["attitude_noise_deg"] = rounded(attitude_noise_deg());
   json["sweep_tilt_deg"] = rounded(sweep_tilt_deg_);
   json["aligned_scans"] = aligned_scans_;
+  json["keyframes_odometry_contradicted"] = odometry_contradicted_;
   const std::uint64_t count = std::max<std::uint64_t>(encoding_.encoded, 1);
   json["message_bytes_per_keyframe"] = {{"all", encoding_.bytes / count},
                                         {"free_space_images", encoding_.image_bytes / count}};

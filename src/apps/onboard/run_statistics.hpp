@@ -72,6 +72,10 @@ class RunStatistics {
   /// Keyframes in which up was known, or was not where the odometry promises.
   [[nodiscard]] std::uint64_t keyframes_up_known() const { return odometry_tilt_deg_.size(); }
   [[nodiscard]] std::uint64_t keyframes_up_contradicted() const { return up_contradicted_; }
+  /// Keyframes whose scans contradict the odometry.
+  [[nodiscard]] std::uint64_t keyframes_odometry_contradicted() const {
+    return odometry_contradicted_;
+  }
   /// Median angle between up and the odometry's z axis where up is known, degrees; 0 if it never
   /// is.
   [[nodiscard]] float odometry_tilt_deg() const;
@@ -132,6 +136,7 @@ class RunStatistics {
   std::uint64_t aligned_scans_ = 0;
   std::uint64_t keyframes_late_ = 0;
   std::uint64_t up_contradicted_ = 0;
+  std::uint64_t odometry_contradicted_ = 0;
   std::vector<float> odometry_tilt_deg_;  // of keyframes in which up is known
   std::vector<float> closing_call_ms_;
   std::vector<float> hand_over_ms_;
