@@ -9,6 +9,7 @@
 #include <span>
 
 #include "src/input/agreement.hpp"
+#include "src/input/shut_in.hpp"
 #include "src/input/text.hpp"
 #include "unimapper/core/quantile.hpp"
 
@@ -28,6 +29,9 @@ constexpr double kBetter = 0.1;
 constexpr double kAsWell = 0.03;
 // Smallest over largest eigenvalue of the translation's information: tunnels have no more.
 constexpr double kSlides = 0.03;
+// A lift takes longer for a storey, and a storey is higher.
+constexpr double kShutIn_s = 3.0;
+constexpr double kFelt_m = 1.0;
 
 double angle_deg(const Pose& pose) { return rotation_angle(pose.rotation) * kDegreesPerRadian; }
 
@@ -56,7 +60,8 @@ class BreakSearch {
       if (!is_odd && !is_apart(checked, i) && i + 1 < track_.size) continue;
       check(checked, i);
       checked = i;
-      shapes_.erase(shapes_.begin(), shapes_.lower_bound(checked));
+      views_.erase(views_.begin(), views_.lower_bound(checked));
+      note_cabin(checked);
     }
     return std::move(found_);
   }
@@ -114,19 +119,48 @@ class BreakSearch {
     return differs;
   }
 
-  std::shared_ptr<const ScanShape> shape(std::size_t i) {
-    auto& known = shapes_[i];
-    if (known == nullptr) {
+  /// What one scan shows.
+  struct View {
+    std::shared_ptr<const ScanShape> shape;
+    bool is_shut_in = false;
+  };
+
+  const View& view(std::size_t i) {
+    View& known = views_[i];
+    if (known.shape == nullptr) {
       read_(i, scan_);
-      known = std::make_shared<ScanShape>(scan_, kPoints);
+      known = {std::make_shared<ScanShape>(scan_, kPoints), is_shut_in(scan_)};
     }
     return known;
   }
 
+  /// Follows the robot into a closed cabin and out of it, where `i` is the last scan compared.
+  void note_cabin(std::size_t i) {
+    if (!view(i).is_shut_in) {
+      if (last_open_ && first_shut_ && is_unfelt_ride(*first_shut_, last_shut_)) {
+        add({*last_open_, i, 0.0, 0.0, false, true});
+      }
+      last_open_ = i;
+      first_shut_.reset();
+      return;
+    }
+    if (!first_shut_) first_shut_ = i;
+    last_shut_ = i;
+  }
+
+  /// A lift may have moved the robot by storeys, and the odometry does not say so.
+  [[nodiscard]] bool is_unfelt_ride(std::size_t first, std::size_t last) const {
+    const double rise_m = track_.pose(last).translation.z() - track_.pose(first).translation.z();
+    return seconds(first, last) >= kShutIn_s && std::abs(rise_m) < kFelt_m;
+  }
+
   Step compare(std::size_t i, std::size_t j) {
-    const ScanPair pair(i, shape(i), j, shape(j));
+    const View& from = view(i);
+    const View& to = view(j);
+    const ScanPair pair(i, from.shape, j, to.shape);
     Step step;
-    if (!pair.is_informative()) return step;
+    if (!pair.is_informative() || (from.is_shut_in && to.is_shut_in)) return step;
+    const bool is_door = from.is_shut_in || to.is_shut_in;
     const Pose given = motion(i, j);
     const double agrees = pair.agreement(given);
     const double usually = usual_.empty() ? 1.0 : median_of_usual();
@@ -147,7 +181,8 @@ class BreakSearch {
       condition = found.condition;
     }
     if (usual_.size() >= kFewestUsual && best < kElsewhere * usually) {
-      return {true, true, Pose()};
+      // A door that opens shows another place, too.
+      return is_door ? Step() : Step{true, true, Pose()};
     }
     remember(best);
     step.correction = given.inverse() * shown;
@@ -197,19 +232,24 @@ class BreakSearch {
     found_.contradicted += is_found ? 1 : 0;
   }
 
-  /// Steps that follow each other are one break.
   void add(std::size_t last, std::size_t next, const Step& step) {
-    const double off_m = step.correction.translation.norm();
-    const double off_deg = angle_deg(step.correction);
-    if (!found_.breaks.empty() && found_.breaks.back().next == last) {
-      OdometryBreak& before = found_.breaks.back();
-      before.next = next;
-      before.off_m = std::max(before.off_m, off_m);
-      before.off_deg = std::max(before.off_deg, off_deg);
-      before.is_elsewhere = before.is_elsewhere || step.is_elsewhere;
-      return;
+    add({last, next, step.correction.translation.norm(), angle_deg(step.correction),
+         step.is_elsewhere});
+  }
+
+  /// Steps that follow each other are one break, and so are those on the way into a cabin.
+  void add(OdometryBreak found) {
+    std::vector<OdometryBreak>& breaks = found_.breaks;
+    while (!breaks.empty() && breaks.back().next >= found.last) {
+      const OdometryBreak& before = breaks.back();
+      found.last = std::min(found.last, before.last);
+      found.off_m = std::max(found.off_m, before.off_m);
+      found.off_deg = std::max(found.off_deg, before.off_deg);
+      found.is_elsewhere = found.is_elsewhere || before.is_elsewhere;
+      found.is_shut_in = found.is_shut_in || before.is_shut_in;
+      breaks.pop_back();
     }
-    found_.breaks.push_back({last, next, off_m, off_deg, step.is_elsewhere});
+    breaks.push_back(found);
   }
 
   void remember(double agreement) {
@@ -225,8 +265,12 @@ class BreakSearch {
   const Track& track_;
   const std::function<void(std::size_t, datasets::Scan&)>& read_;
   datasets::Scan scan_;
-  std::map<std::size_t, std::shared_ptr<const ScanShape>> shapes_;
+  std::map<std::size_t, View> views_;
   std::vector<double> usual_;  ///< agreement of the last pairs
+  // Of the scans compared: the last one that saw more than a cabin, and those in the cabin since.
+  std::optional<std::size_t> last_open_;
+  std::optional<std::size_t> first_shut_;
+  std::size_t last_shut_ = 0;
   OdometryBreaks found_;
 };
 
@@ -239,6 +283,12 @@ OdometryBreaks find_odometry_breaks(const Track& track,
 
 std::string describe(const OdometryBreak& odometry_break) {
   const OdometryBreak& b = odometry_break;
+  if (b.is_shut_in) {
+    return text(
+        "between scan %zu and %zu (counted from 0) the robot was shut in, as in a lift, and the "
+        "odometry did not rise: it may have come out on another storey",
+        b.last, b.next);
+  }
   if (b.is_elsewhere) {
     return text(
         "the scans %zu and %zu (counted from 0) show different places, though the poses are "

@@ -13,7 +13,7 @@
 namespace unimapper::input {
 
 /// A step of the odometry that the robot did not make: it was started anew, it jumped, or it stood
-/// still while the robot was moved.
+/// still while the robot was moved, or may have been, as in a lift.
 struct OdometryBreak {
   std::size_t last = 0;  ///< scan up to which poses and scans agree
   std::size_t next = 0;  ///< scan from which on they agree again; between the two no pose is right
@@ -21,6 +21,7 @@ struct OdometryBreak {
   double off_m = 0.0;
   double off_deg = 0.0;
   bool is_elsewhere = false;  ///< no motion makes the scans agree: they show another place
+  bool is_shut_in = false;    ///< between the two nothing but a closed cabin was seen
 };
 
 /// What the scans say of all steps.
@@ -32,9 +33,11 @@ struct OdometryBreaks {
 
 /// Compares scans half a second, three metres or eight degrees apart, at most five, one after the
 /// other, and both sides of every step that differs from those beside it. A step is contradicted if
-/// another motion, 0.3 m or 3 degrees away, makes the scans agree better, or none does. It ends
-/// where more than half of ten steps and more are contradicted. `read`
-/// fills a scan; every fifth or so is read. About 12 ms for each.
+/// another motion, 0.3 m or 3 degrees away, makes the scans agree better, or none does. Scans from
+/// within a closed cabin say nothing of the odometry: a lift moves along with the robot. Three
+/// seconds in one are a break, unless the odometry rose or sank by a metre. The search ends where
+/// more than half of ten steps and more are contradicted. `read` fills a scan; every fifth or so is
+/// read. About 12 ms for each.
 [[nodiscard]] OdometryBreaks find_odometry_breaks(
     const Track& track, const std::function<void(std::size_t, datasets::Scan&)>& read);
 

@@ -1,12 +1,14 @@
 // Steps of an odometry that the scans contradict
 #include "src/input/odometry_breaks.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
 #include <vector>
 
 #include "src/input/plausibility.hpp"
+#include "src/input/shut_in.hpp"
 #include "tests/input/courtyard.hpp"
 
 using namespace unimapper;
@@ -66,6 +68,31 @@ MemoryDataset carried(std::size_t first, std::size_t next) {
   erase(recording.scans);
   erase(recording.poses);
   recording.stamps_ns.resize(recording.scans.size());
+  return recording;
+}
+
+/// Stands at the middle of a courtyard, then in a closed cabin there, then at the middle again.
+/// The odometry rises by `felt_m` while the cabin is closed.
+MemoryDataset lift(std::size_t shut, double felt_m) {
+  const auto stand = [](std::size_t) { return level_pose(0.0, 0.0, 0.3); };
+  std::vector<Sheet> cabin;
+  for (const double side : {-1.0, 1.0}) {
+    cabin.push_back({{side, -1, 0}, {0, 2, 0}, {0, 0, 2.3}});
+    cabin.push_back({{-1, side, 0}, {2, 0, 0}, {0, 0, 2.3}});
+  }
+  MemoryDataset recording = record(courtyard(), 25, stand);
+  const MemoryDataset within = record(cabin, shut, stand, 60.0);
+  recording.scans.insert(recording.scans.end(), within.scans.begin(), within.scans.end());
+  const MemoryDataset after = record(courtyard(), 25, stand);
+  recording.scans.insert(recording.scans.end(), after.scans.begin(), after.scans.end());
+  recording.poses.assign(recording.scans.size(), stand(0));
+  recording.stamps_ns.clear();
+  for (std::size_t i = 0; i < recording.poses.size(); ++i) {
+    const double share =
+        std::clamp((static_cast<double>(i) - 25.0) / static_cast<double>(shut), 0.0, 1.0);
+    recording.poses[i].translation.z() += share * felt_m;
+    recording.stamps_ns.push_back(static_cast<std::int64_t>(i) * 100'000'000);
+  }
   return recording;
 }
 
@@ -153,6 +180,36 @@ TEST_CASE("A damaged scan is left to the run that maps those before it", "[break
   const Plausibility found = examine(recording, recording.scan_count());
   CHECK(found.steps.compared >= 11);
   CHECK(found.steps.breaks.empty());
+}
+
+TEST_CASE("A ride in a lift that the odometry does not feel is a break", "[breaks]") {
+  const double felt_m = GENERATE(0.0, -0.5);
+  const OdometryBreaks found = found_in(lift(40, felt_m));
+  REQUIRE(found.breaks.size() == 1);
+  CHECK(found.breaks[0].is_shut_in);
+  CHECK(found.breaks[0].last < 25);
+  CHECK(found.breaks[0].last >= 20);
+  CHECK(found.breaks[0].next >= 65);
+  CHECK(found.breaks[0].next < 70);
+  CHECK(found.contradicted == 0);
+  CHECK_THAT(describe(found.breaks[0]), Contains("shut in, as in a lift"));
+}
+
+TEST_CASE("A ride that the odometry feels is none, however fast", "[breaks]") {
+  const double felt_m = GENERATE(3.5, -3.5, 12.0);
+  CHECK(found_in(lift(40, felt_m)).breaks.empty());
+}
+
+TEST_CASE("A door that closes for a moment is no ride", "[breaks]") {
+  CHECK(found_in(lift(20, 0.0)).breaks.empty());
+}
+
+TEST_CASE("A view of one side cannot tell a cabin from a wall", "[breaks]") {
+  datasets::Scan scan = lift(1, 0.0).scans[25];
+  CHECK(is_shut_in(scan));
+  std::erase_if(scan.points, [](const auto& point) { return point.x < 0.5F; });
+  CHECK_FALSE(is_shut_in(scan));
+  CHECK_FALSE(is_shut_in(drive().scans[0]));
 }
 
 TEST_CASE("An odometry that is contradicted in most steps is refused", "[breaks]") {
