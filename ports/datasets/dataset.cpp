@@ -30,9 +30,16 @@ std::unique_ptr<Dataset> open_with_reader(const std::filesystem::path& path,
 /// One LiDAR's scans.
 std::unique_ptr<Dataset> open_lidar(const std::filesystem::path& path, const OpenOptions& options) {
   std::unique_ptr<Dataset> dataset = open_with_reader(path, options);
+  if (options.time_offset_s != 0.0) {
+    dataset = retimed(std::move(dataset), options.time_offset_s);
+  }
   if (!options.T_base_lidar.empty()) {
     dataset = mounted(std::move(dataset), options.T_base_lidar.front());
   }
+  if (!options.T_given_lidar.rotation.isIdentity() || !options.T_given_lidar.translation.isZero()) {
+    dataset = mounted(std::move(dataset), options.T_given_lidar);
+  }
+  if (options.turns_over) dataset = turned_over(std::move(dataset));
   return deskewed(std::move(dataset), options.deskew);
 }
 

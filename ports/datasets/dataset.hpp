@@ -108,6 +108,12 @@ struct OpenOptions {
   /// Where each LiDAR is on what the poses are of, in the order of `topic`; empty: as the recording
   /// says, or at its origin.
   std::vector<Pose> T_base_lidar{};
+  /// Mount that calibration found besides, T_given_lidar; of one LiDAR.
+  Pose T_given_lidar{};
+  bool finds_mount = false;        ///< the caller is to find it (--extrinsic auto)
+  double time_offset_s = 0.0;      ///< added to the poses' stamps
+  bool finds_time_offset = false;  ///< the caller is to find it (--time-offset auto)
+  bool turns_over = false;         ///< points and poses stand on their head, see `turned_over`
   bool refuses_unknown_mounting = false;  ///< of a bag without the transform to the LiDAR
   Deskew deskew = Deskew::kAuto;          ///< see deskew.hpp
 };

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "ports/datasets/decorator.hpp"
+#include "ports/datasets/sensor_motion.hpp"
 
 namespace unimapper::datasets {
 namespace {
@@ -33,6 +34,62 @@ class MountedDataset : public DatasetDecorator {
 
  private:
   Pose T_base_lidar_;
+  std::vector<Pose> poses_;
+};
+
+class RetimedDataset : public DatasetDecorator {
+ public:
+  RetimedDataset(std::unique_ptr<Dataset> dataset, double offset_s)
+      : DatasetDecorator(std::move(dataset)),
+        offset_ns_(static_cast<std::int64_t>(offset_s * 1e9)) {
+    const SensorMotion motion(inner());
+    for (std::size_t i = 0; i < scan_count(); ++i) {
+      poses_.push_back(motion.at(stamp_ns(i) - offset_ns_));
+    }
+  }
+
+  [[nodiscard]] const Pose& pose(std::size_t i) const override { return poses_.at(i); }
+  [[nodiscard]] std::optional<Pose> pose_at(std::int64_t stamp_ns) const override {
+    return inner().pose_at(stamp_ns - offset_ns_);
+  }
+
+ private:
+  std::int64_t offset_ns_;
+  std::vector<Pose> poses_;
+};
+
+class TurnedOverDataset : public DatasetDecorator {
+ public:
+  explicit TurnedOverDataset(std::unique_ptr<Dataset> dataset)
+      : DatasetDecorator(std::move(dataset)) {
+    for (std::size_t i = 0; i < scan_count(); ++i) poses_.push_back(turned(inner().pose(i)));
+  }
+
+  void read_scan(std::size_t i, Scan& scan) const override {
+    inner().read_scan(i, scan);
+    for (Scan::Point& point : scan.points) {
+      point.y = -point.y;
+      point.z = -point.z;
+    }
+  }
+  [[nodiscard]] const Pose& pose(std::size_t i) const override { return poses_.at(i); }
+  [[nodiscard]] std::optional<Pose> pose_at(std::int64_t stamp_ns) const override {
+    const auto pose = inner().pose_at(stamp_ns);
+    return pose ? std::optional<Pose>(turned(*pose)) : std::nullopt;
+  }
+  [[nodiscard]] std::vector<Pose> ground_truth_poses() const override {
+    std::vector<Pose> poses = inner().ground_truth_poses();
+    for (Pose& pose : poses) pose = turned(pose);
+    return poses;
+  }
+
+ private:
+  static Pose turned(const Pose& pose) {
+    const Pose over(Eigen::Matrix3d(Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal()),
+                    Eigen::Vector3d::Zero());
+    return over * pose * over;
+  }
+
   std::vector<Pose> poses_;
 };
 
@@ -127,6 +184,14 @@ class SeveralLidars : public DatasetDecorator {
 
 std::unique_ptr<Dataset> mounted(std::unique_ptr<Dataset> dataset, const Pose& T_base_lidar) {
   return std::make_unique<MountedDataset>(std::move(dataset), T_base_lidar);
+}
+
+std::unique_ptr<Dataset> retimed(std::unique_ptr<Dataset> dataset, double offset_s) {
+  return std::make_unique<RetimedDataset>(std::move(dataset), offset_s);
+}
+
+std::unique_ptr<Dataset> turned_over(std::unique_ptr<Dataset> dataset) {
+  return std::make_unique<TurnedOverDataset>(std::move(dataset));
 }
 
 std::unique_ptr<Dataset> several_lidars(std::vector<std::unique_ptr<Dataset>> datasets) {

@@ -13,6 +13,14 @@ namespace unimapper::datasets {
 [[nodiscard]] std::unique_ptr<Dataset> mounted(std::unique_ptr<Dataset> dataset,
                                                const Pose& T_base_lidar);
 
+/// The dataset with `offset_s` added to the stamps of its poses, true ones excepted: a scan has the
+/// pose of `offset_s` before. Beyond the ends the motion goes on, see `SensorMotion`.
+[[nodiscard]] std::unique_ptr<Dataset> retimed(std::unique_ptr<Dataset> dataset, double offset_s);
+
+/// The dataset of a LiDAR that hangs upside down and whose poses do so too: points, and the frame
+/// of the poses, are turned by 180 degrees about x.
+[[nodiscard]] std::unique_ptr<Dataset> turned_over(std::unique_ptr<Dataset> dataset);
+
 /// LiDARs of one robot as one: every scan of the first with the nearest in time of each other, no
 /// farther than half the time between two scans, their points in the first LiDAR's frame at its
 /// stamp. Poses must be of the LiDARs themselves and in one frame. Points have no ring; the names

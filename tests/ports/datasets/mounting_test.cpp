@@ -25,13 +25,15 @@ Pose mounting(double x, double yaw) {
 /// Scans of one point each, the landmark, every 0.1 s after `first_s`.
 class Landmark : public Dataset {
  public:
-  Landmark(const Pose& T_base_lidar, bool has_poses_of_base, double first_s = 0.1)
+  Landmark(const Pose& T_base_lidar, bool has_poses_of_base, double first_s = 0.1,
+           double late_s = 0.0)
       : first_s_(first_s) {
     for (std::size_t i = 0; i < 10; ++i) {
       const Pose T_world_base = base_at(1e-9 * static_cast<double>(stamp_ns(i)));
       const Pose T_world_lidar = T_world_base * T_base_lidar;
       seen_.push_back((T_world_lidar.inverse() * kLandmark).cast<float>());
-      poses_.push_back(has_poses_of_base ? T_world_base : T_world_lidar);
+      const Pose given = base_at(1e-9 * static_cast<double>(stamp_ns(i)) - late_s);
+      poses_.push_back(has_poses_of_base ? given : given * T_base_lidar);
     }
   }
   [[nodiscard]] std::size_t scan_count() const override { return poses_.size(); }
@@ -80,6 +82,25 @@ TEST_CASE("poses of the base become those of the LiDAR") {
     CHECK((dataset->ground_truth_poses()[i].translation - dataset->pose(i).translation).norm() <
           1e-12);
   }
+}
+
+TEST_CASE("poses that are late take a negative offset, early ones a positive one") {
+  const double late_s = GENERATE(-0.15, -0.05, 0.05, 0.15);
+  const Landmark as_recorded({}, true, 0.1, late_s);
+  CHECK(error_m(as_recorded, 5, 0) > 0.05);
+  const auto dataset = retimed(std::make_unique<Landmark>(Pose(), true, 0.1, late_s), -late_s);
+  for (std::size_t i = 2; i + 2 < dataset->scan_count(); ++i) {
+    CHECK(error_m(*dataset, i, 0) < 1e-3);
+  }
+}
+
+TEST_CASE("a LiDAR that hangs upside down is turned over with its poses") {
+  const auto dataset = turned_over(std::make_unique<Landmark>(Pose(), true));
+  Scan scan;
+  dataset->read_scan(5, scan);
+  const Eigen::Vector3d p(scan.points[0].x, scan.points[0].y, scan.points[0].z);
+  const Eigen::Vector3d turned(kLandmark.x(), -kLandmark.y(), -kLandmark.z());
+  CHECK((dataset->pose(5) * p - turned).norm() < 1e-5);
 }
 
 TEST_CASE("points of a second LiDAR lie in the first one's frame, whenever they were measured") {
