@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 #include <vector>
@@ -78,15 +79,33 @@ void add_open_options(CLI::App& command, datasets::OpenOptions& options) {
           "--extrinsic",
           [&options](const std::vector<std::string>& texts) {
             options.T_base_lidar.clear();
+            options.finds_mount = texts == std::vector<std::string>{"auto"};
+            if (options.finds_mount) return;
             for (const std::string& text : texts) {
               options.T_base_lidar.push_back(input::parse_extrinsic(text, "--extrinsic"));
             }
           },
           "x,y,z,roll,pitch,yaw of the LiDAR on what the poses are of, metres and degrees, turned "
           "about the fixed axes x, y, z in this order; default: that of --sensor-file, a bag's "
-          "transforms, or none. Of several LiDARs once for each, in the order of --topic")
+          "transforms, or none. Of several LiDARs once for each, in the order of --topic. auto: "
+          "that, "
+          "corrected by what the scans show of it, where they are sure")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->group("Input");
+  command
+      .add_option_function<std::string>(
+          "--time-offset",
+          [&options](const std::string& text) {
+            options.finds_time_offset = text == "auto";
+            if (options.finds_time_offset) return;
+            if (!CLI::detail::lexical_cast(text, options.time_offset_s) ||
+                !std::isfinite(options.time_offset_s)) {
+              throw CLI::ValidationError("--time-offset", "'" + text + "' is no number of seconds");
+            }
+          },
+          "Seconds that are added to the stamps of the poses: negative where they are late. auto: "
+          "as the scans show, where they are sure")
       ->group("Input");
   const std::map<std::string, datasets::Deskew> modes = {{"auto", datasets::Deskew::kAuto},
                                                          {"on", datasets::Deskew::kOn},

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <filesystem>
 #include <iostream>
-#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -14,6 +13,7 @@
 #include "src/apps/base/options.hpp"
 #include "src/apps/commands.hpp"
 #include "src/apps/input_options.hpp"
+#include "src/apps/onboard/input_check.hpp"
 #include "src/apps/onboard/options.hpp"
 #include "src/apps/onboard/setup.hpp"
 #include "src/input/plausibility.hpp"
@@ -69,8 +69,7 @@ Json describe(const InspectOptions& options, const datasets::Dataset& dataset,
                      {"within_99_percent", rounded(found.ranges.largest_m)},
                      {"farthest", rounded(s.farthest_m)}};
   json["invalid_points"] = rounded(found.ranges.not_finite + found.ranges.at_origin);
-  json["up"] = {{"level_points_below", found.agreement.level_below},
-                {"level_points_above", found.agreement.level_above}};
+  json["up"] = {{"path_below_m", found.driven.below}, {"path_above_m", found.driven.above}};
   const auto& m = found.motion;
   json["motion"] = {{"rate_hz", m.interval_s > 0.0 ? rounded(1.0 / m.interval_s) : 0.0},
                     {"duration_s", rounded(m.duration_s)},
@@ -90,6 +89,18 @@ Json describe(const InspectOptions& options, const datasets::Dataset& dataset,
                        {"mistake", a.mistake},
                        {"mistake_undone", rounded(a.mistaken)},
                        {"ring_gain", rounded(a.ring_gain)}};
+  const auto& c = found.calibration;
+  const auto estimate = [](const input::Estimate& e) {
+    return Json::array({rounded(e.value), rounded(e.sigma)});
+  };
+  json["calibration"] = {{"motions", c.motions},
+                         {"roll_deg", estimate(c.roll_deg)},
+                         {"pitch_deg", estimate(c.pitch_deg)},
+                         {"yaw_deg", estimate(c.yaw_deg)},
+                         {"x_m", estimate(c.x_m)},
+                         {"y_m", estimate(c.y_m)},
+                         {"z_m", estimate(c.z_m)},
+                         {"delay_s", estimate(c.delay_s)}};
   Json& notes = json["notes"] = Json::array();
   for (const datasets::Note& note : dataset.notes()) notes.push_back(note.text);
   std::vector<input::Finding> findings = found.findings;
@@ -140,9 +151,8 @@ void print(const Json& json) {
        text("%.1f m (median), 99 %% within %.1f m, farthest %.1f m; %.1f %% invalid",
             number(json["range_m"]["median"]), number(json["range_m"]["within_99_percent"]),
             number(json["range_m"]["farthest"]), 100.0 * number(json["invalid_points"])));
-  line("up",
-       text("%.0f level surface points below the sensor, %.0f above",
-            number(json["up"]["level_points_below"]), number(json["up"]["level_points_above"])));
+  line("up", text("surfaces below the sensor's path along %.0f m, above it along %.0f m",
+                  number(json["up"]["path_below_m"]), number(json["up"]["path_above_m"])));
   const Json& m = json["motion"];
   line("motion", text("%.1f m in %.1f s, %.2f m/s (median); %.1f scans/s, %.0f gaps (longest %.2f "
                       "s), %.0f jumps",
@@ -169,10 +179,10 @@ void run_inspect(const InspectOptions& options) {
   if (store::is_store(options.onboard.dataset)) {
     return inspect_store(options.onboard.dataset, options.json, options.check);
   }
-  const auto dataset =
-      datasets::open_dataset(options.onboard.dataset, open_options(options.onboard));
+  const OpenedInput opened = open_input(options.onboard);
+  const auto& dataset = opened.dataset;
   const input::Plausibility found =
-      input::examine(*dataset, std::numeric_limits<std::size_t>::max());
+      input::examine(*dataset, options.onboard.scans, opened.correction());
   const ChosenSensor sensor = choose_sensor(options.onboard, dataset->sensor(), found.sensor);
   const Json json = describe(options, *dataset, found, sensor);
   if (options.json) {

@@ -52,9 +52,6 @@ ScanShape::ScanShape(const datasets::Scan& scan, std::size_t max_points)
     const Eigen::Vector3f normal = normal_of(cloud_, k);
     normals_.push_back(normal);
     if (normal.isZero()) continue;
-    if (std::fabs(normal.z()) >= 0.9F) {
-      ++(cloud_.points()[k].z() > 0.0F ? level_above_ : level_below_);
-    }
     Eigen::Index axis = 0;
     normal.cwiseAbs().maxCoeff(&axis);
     surface_.push_back({cloud_.points()[k], static_cast<int>(axis)});

@@ -22,10 +22,6 @@ class ScanShape {
   /// Median of the thinned points by axis, metres.
   [[nodiscard]] Eigen::Vector3d middle() const;
 
-  /// Level surfaces above and below the sensor, points.
-  [[nodiscard]] std::size_t level_above() const { return level_above_; }
-  [[nodiscard]] std::size_t level_below() const { return level_below_; }
-
  private:
   friend class ScanPair;
   struct SurfacePoint {
@@ -37,8 +33,6 @@ class ScanShape {
   std::vector<Eigen::Vector3f> normals_;  ///< zero where there is no plane
   std::vector<SurfacePoint> surface_;     ///< a part of the points on planes
   std::array<std::size_t, 3> facing_{};   ///< points of `surface_` by direction
-  std::size_t level_above_ = 0;
-  std::size_t level_below_ = 0;
 };
 
 /// Two scans that see the same surroundings, ready to be compared under any motion.

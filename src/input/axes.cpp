@@ -78,8 +78,59 @@ DirectionFigures measure_directions(std::span<const datasets::Scan> scans) {
   return figures;
 }
 
-Finding check_axes(const DirectionFigures& directions, std::size_t level_above,
-                   std::size_t level_below) {
+DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
+                                     std::span<const std::size_t> indices,
+                                     std::span<const datasets::Scan* const> scans) {
+  constexpr std::size_t kBefore = 20;  // scans
+  constexpr std::size_t kAfter = 100;
+  constexpr double kSight_m = 25.0;
+  constexpr std::size_t kPerScan = 20'000;
+  constexpr std::size_t kFewest = 3;  // points
+  constexpr double kHighest_m = 2.5;  // of a sensor over what it is driven on
+  constexpr double kInSight_m = 1.5;
+  const double fall = std::tan(std::clamp(-lowest_deg, 0.0, 80.0) / kDegreesPerRadian);
+  DrivenSurface driven;
+  struct Metre {
+    Eigen::Vector3d centre;
+    std::size_t below = 0;
+    std::size_t above = 0;
+  };
+  for (std::size_t k = 0; k < scans.size(); ++k) {
+    const std::size_t i = indices[k];
+    const Pose T_sensor_world = track.pose(i).inverse();
+    std::vector<Metre> path;
+    for (std::size_t j = i - std::min(i, kBefore); j < std::min(track.size, i + kAfter); ++j) {
+      const Eigen::Vector3d p = T_sensor_world * track.pose(j).translation;
+      if (!p.allFinite() || p.norm() > kSight_m || p.norm() * fall < kInSight_m) continue;
+      if (path.empty() || (p - path.back().centre).norm() >= 1.0) path.push_back({p});
+    }
+    const std::size_t stride = 1 + scans[k]->points.size() / kPerScan;
+    for (std::size_t n = 0; n < scans[k]->points.size(); n += stride) {
+      const auto& point = scans[k]->points[n];
+      for (Metre& metre : path) {
+        const Eigen::Vector3d off = Eigen::Vector3d(point.x, point.y, point.z) - metre.centre;
+        const double height_m = std::fabs(off.z());
+        if (!(off.head<2>().squaredNorm() < 0.25) || height_m < 0.3 || height_m > kHighest_m) {
+          continue;
+        }
+        ++(off.z() < 0.0 ? metre.below : metre.above);
+      }
+    }
+    for (const Metre& metre : path) {
+      driven.below += metre.below >= kFewest ? 1 : 0;
+      driven.above += metre.above >= kFewest ? 1 : 0;
+    }
+  }
+  return driven;
+}
+
+bool is_upside_down(const DrivenSurface& driven) {
+  // Under a ceiling surfaces lie on both sides.
+  constexpr std::size_t kFewest = 20;
+  return driven.above >= kFewest && driven.above > 20 * driven.below;
+}
+
+Finding check_axes(const DirectionFigures& directions, const DrivenSurface& driven) {
   Finding finding{"axes", Severity::kFine, 0.0, "axis", {}};
   constexpr std::size_t kFewest = 1000;
   constexpr int kAllRound = 11;
@@ -116,12 +167,13 @@ Finding check_axes(const DirectionFigures& directions, std::size_t level_above,
         "to axes with x forward, y left and z up";
     return finding;
   }
-  constexpr std::size_t kFewestLevel = 200;
-  if (level_above > kFewestLevel && level_above > 50 * level_below) {
-    finding.severity = Severity::kSuspicious;
-    finding.message =
-        "all level surfaces lie above the sensor: is z down? Transform points and poses to axes "
-        "with x forward, y left and z up";
+  if (is_upside_down(driven)) {
+    finding.severity = Severity::kWrong;
+    finding.message = text(
+        "what is driven on lies above the sensor in %zu of %zu metres of path: z points down, the "
+        "LiDAR is mounted upside down; give --extrinsic 0,0,0,180,0,0 if the poses are of an "
+        "upright body, or --extrinsic auto if they are of the LiDAR itself",
+        driven.above, driven.above + driven.below);
   }
   return finding;
 }

@@ -6,6 +6,7 @@
 
 #include "ports/datasets/dataset.hpp"
 #include "src/input/finding.hpp"
+#include "src/input/stamps.hpp"
 
 namespace unimapper::input {
 
@@ -27,9 +28,25 @@ struct DirectionFigures {
 /// Measures scans, at most a few thousand points of each.
 [[nodiscard]] DirectionFigures measure_directions(std::span<const datasets::Scan> scans);
 
-/// Points whose z axis is not up: a sensor that turns about x or y, or looks along z. `level_above`
-/// and `level_below`: surface points that face z, above and below the sensor.
-[[nodiscard]] Finding check_axes(const DirectionFigures& directions, std::size_t level_above,
-                                 std::size_t level_below);
+/// On which side of the sensor lies what it is driven on.
+struct DrivenSurface {
+  std::size_t below = 0;  ///< metres of path, over all scans, with points below the sensor's path
+  std::size_t above = 0;  ///< the same above: ceilings, trees, or a sensor that is upside down
+};
+
+/// Counts metres of path within 25 m of the scans `indices`, at most two seconds before them and
+/// ten after, that have points 0.3 to 2.5 m below or above the path, in the sensor's axes. Only
+/// where rays as low as `lowest_deg` are 1.5 m and more below the sensor: nearer, the ground is out
+/// of sight.
+[[nodiscard]] DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
+                                                   std::span<const std::size_t> indices,
+                                                   std::span<const datasets::Scan* const> scans);
+
+/// Whether it lies above along 20 m and more, and hardly below.
+[[nodiscard]] bool is_upside_down(const DrivenSurface& driven);
+
+/// Points whose z axis is not up: a sensor that turns about x or y, looks along z, or hangs upside
+/// down.
+[[nodiscard]] Finding check_axes(const DirectionFigures& directions, const DrivenSurface& driven);
 
 }  // namespace unimapper::input

@@ -1,8 +1,11 @@
 #include "src/input/extrinsic.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
+
+#include "src/input/text.hpp"
 
 namespace unimapper::input {
 
@@ -33,6 +36,16 @@ Pose parse_extrinsic(const std::string& text, const std::string& option) {
                              "' is not of the form x,y,z,roll,pitch,yaw (metres, degrees)");
   }
   return extrinsic_pose(values);
+}
+
+std::string extrinsic_text(const Pose& pose) {
+  const Eigen::Matrix3d& r = pose.rotation;
+  const auto plain = [](double value) { return std::fabs(value) < 5e-3 ? 0.0 : value; };
+  return text("%.2f,%.2f,%.2f,%.2f,%.2f,%.2f", plain(pose.translation.x()),
+              plain(pose.translation.y()), plain(pose.translation.z()),
+              plain(kDegreesPerRadian * std::atan2(r(2, 1), r(2, 2))),
+              plain(kDegreesPerRadian * std::asin(std::clamp(-r(2, 0), -1.0, 1.0))),
+              plain(kDegreesPerRadian * std::atan2(r(1, 0), r(0, 0))));
 }
 
 }  // namespace unimapper::input

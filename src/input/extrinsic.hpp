@@ -16,4 +16,7 @@ namespace unimapper::input {
 /// `option`.
 [[nodiscard]] Pose parse_extrinsic(const std::string& text, const std::string& option);
 
+/// "x,y,z,roll,pitch,yaw" as `parse_extrinsic` reads it.
+[[nodiscard]] std::string extrinsic_text(const Pose& pose);
+
 }  // namespace unimapper::input

@@ -213,8 +213,6 @@ AgreementFigures measure_agreement(std::span<const ScanPair> pairs, const Track&
   double given_sum_m = 0.0;
   double found_sum_m = 0.0;
   for (const ScanPair& pair : pairs) {
-    figures.level_above += pair.first_shape().level_above();
-    figures.level_below += pair.first_shape().level_below();
     figures.drift_m =
         std::max(figures.drift_m,
                  (pair.first_shape().middle() - pairs.front().first_shape().middle()).norm());
@@ -313,6 +311,21 @@ Finding check_succession(const AgreementFigures& agreement) {
   return finding;
 }
 
+namespace {
+
+constexpr double kSurelyExplains = 0.08;  // more than the given motion
+
+}  // namespace
+
+bool has_known_mistake(const AgreementFigures& agreement) {
+  constexpr double kExplains = 0.03;      // less than what a registration finds
+  constexpr double kExplainsAll = 0.012;  // the same, of a mistake that makes little difference
+  const double gain = agreement.mistaken - agreement.given;
+  const double short_of = agreement.registered - agreement.mistaken;
+  return !agreement.mistake.empty() && ((short_of <= kExplains && gain >= kSurelyExplains) ||
+                                        (short_of <= kExplainsAll && gain >= kTryMistakes));
+}
+
 Finding check_motion(const AgreementFigures& agreement) {
   Finding finding{"motion", Severity::kFine, 100.0 * agreement.given, "% agreement", {}};
   const double gap = agreement.registered - agreement.given;
@@ -323,9 +336,6 @@ Finding check_motion(const AgreementFigures& agreement) {
   }
   if (gap < kTryMistakes) return finding;
   // Half a degree of attitude noise opens a gap of a quarter, but moves nothing.
-  constexpr double kExplains = 0.03;        // less than what a registration finds
-  constexpr double kExplainsAll = 0.012;    // the same, of a mistake that makes little difference
-  constexpr double kSurelyExplains = 0.08;  // more than the given motion
   constexpr double kMoved_m = 0.3;  // corrections; sweeps that are not compensated need less
   constexpr double kTurned_deg = 6.5;
   constexpr double kUnexplained = 0.1;   // gap
@@ -334,9 +344,7 @@ Finding check_motion(const AgreementFigures& agreement) {
   constexpr double kPassesBy_m = 0.15;   // correction of poses that stand still
   constexpr double kStands_m = 0.02;     // given motion of the pairs
   const double gain = agreement.mistaken - agreement.given;
-  const double short_of = agreement.registered - agreement.mistaken;
-  const bool explained = (short_of <= kExplains && gain >= kSurelyExplains) ||
-                         (short_of <= kExplainsAll && gain >= kTryMistakes);
+  const bool explained = has_known_mistake(agreement);
   // Sweeps that are not compensated turn more than they slide.
   constexpr double kLonger = 1.25;  // motions
   constexpr double kSlid_m = 0.12;

@@ -49,8 +49,6 @@ struct AgreementFigures {
   std::string mistake;    ///< the known mistake that explains best; empty: none looked for
   double mistaken = 0.0;  ///< agreement with that mistake undone
   std::vector<std::string> remedies;  ///< of that mistake and those that explain as well
-  std::size_t level_above = 0;        ///< level surface points above the sensors
-  std::size_t level_below = 0;        ///< the same below
 };
 
 /// Compares pairs. Known mistakes are tried only where the given motion does not agree.
@@ -69,6 +67,9 @@ struct AgreementFigures {
 
 /// Scans that follow each other but show different places: an order that is not that of time.
 [[nodiscard]] Finding check_succession(const AgreementFigures& agreement);
+
+/// Whether a known mistake, undone, agrees about as well as a registration does.
+[[nodiscard]] bool has_known_mistake(const AgreementFigures& agreement);
 
 /// Poses that do not belong to the scans, or are of another convention.
 [[nodiscard]] Finding check_motion(const AgreementFigures& agreement);

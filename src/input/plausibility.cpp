@@ -47,9 +47,26 @@ void leave_out_jumps(const Track& track, const std::vector<OdometryBreak>& break
   }
 }
 
+/// A cause that is measured goes before what only says that poses and scans differ.
+void add_motion_findings(Plausibility& result, const Finding& odometry,
+                         const GivenCorrection& given) {
+  std::vector<Finding>& findings = result.findings;
+  const Finding motion = check_motion(result.agreement);
+  if (motion.severity == Severity::kFine || !has_known_mistake(result.agreement)) {
+    findings.push_back(check_mount(result.calibration, given.T_base_lidar));
+    findings.push_back(check_time(result.calibration, given.time_offset_s));
+    if (worst({findings.end() - 2, findings.end()}) == Severity::kWrong) return;
+  }
+  findings.push_back(motion);
+  if (motion.severity == Severity::kWrong) return;
+  findings.push_back(check_succession(result.agreement));
+  findings.push_back(odometry);
+}
+
 }  // namespace
 
-Plausibility examine(const datasets::Dataset& dataset, std::size_t scans) {
+Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
+                     const GivenCorrection& given) {
   constexpr std::size_t kMostPairs = 16;
   const Track track{std::min(scans, dataset.scan_count()),
                     [&](std::size_t i) { return dataset.pose(i); },
@@ -85,6 +102,9 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans) {
         track, [&](std::size_t i, datasets::Scan& scan) { read_or_empty(dataset, i, scan); });
     const Finding odometry = check_odometry_breaks(result.steps);
     // Poses that are wrong as a whole are no odometry that breaks.
+    std::vector<std::size_t> indices;
+    for (const PairIndex& pair : chosen) indices.push_back(pair.first);
+    result.driven = measure_driven_surface(track, result.directions.lowest_deg[2], indices, first);
     const bool breaks = odometry.severity == Severity::kSuspicious;
     if (breaks) leave_out_jumps(track, result.steps.breaks, result.motion);
     findings.push_back(check_speed(result.motion));
@@ -108,17 +128,19 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans) {
       from_start.insert(from_start.end(), first.begin(), first.end());
       result.agreement.ring_loss = measure_ring_loss(from_start);
     }
-    findings.push_back(check_motion(result.agreement));
-    if (findings.back().severity != Severity::kWrong) {
-      findings.push_back(check_succession(result.agreement));
-      findings.push_back(odometry);
-    }
+    result.calibration = calibrate(
+        track, register_motions(
+                   track,
+                   [&](std::size_t i, std::size_t j) {
+                     return breaks && is_broken(result.steps.breaks, {i, j});
+                   },
+                   [&](std::size_t i, datasets::Scan& scan) { read_or_empty(dataset, i, scan); }));
+    add_motion_findings(result, odometry, given);
     if (!breaks) result.steps.breaks.clear();
   } else {
     findings.push_back(check_speed(result.motion));
   }
-  findings.push_back(
-      check_axes(result.directions, result.agreement.level_above, result.agreement.level_below));
+  findings.push_back(check_axes(result.directions, result.driven));
   return result;
 }
 

@@ -5,6 +5,7 @@
 
 #include "ports/datasets/dataset.hpp"
 #include "src/input/axes.hpp"
+#include "src/input/calibration.hpp"
 #include "src/input/finding.hpp"
 #include "src/input/motion_check.hpp"
 #include "src/input/odometry_breaks.hpp"
@@ -18,16 +19,25 @@ namespace unimapper::input {
 struct Plausibility {
   RangeFigures ranges;
   DirectionFigures directions;
+  DrivenSurface driven;
   SensorFigures sensor;
   MotionFigures motion;
   OdometryBreaks steps;
+  Calibration calibration;        ///< of mount and clock
   AgreementFigures agreement;     ///< of pairs of scans between which the odometry does not break
   std::vector<Finding> findings;  ///< of every check, also where nothing was found
+};
+
+/// What was done to the poses already.
+struct GivenCorrection {
+  Pose T_base_lidar;           ///< mount that they have
+  double time_offset_s = 0.0;  ///< added to their stamps
 };
 
 /// Looks at the first `scans` scans of `dataset`: all poses and stamps, the points of at most 32
 /// scans, and a few thousand points of every fifth or so. Throws DatasetError for a damaged scan
 /// among them.
-[[nodiscard]] Plausibility examine(const datasets::Dataset& dataset, std::size_t scans);
+[[nodiscard]] Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
+                                   const GivenCorrection& given = {});
 
 }  // namespace unimapper::input

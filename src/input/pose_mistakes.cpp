@@ -28,19 +28,6 @@ Relative reordered(const Track& track, const std::shared_ptr<const std::vector<s
   };
 }
 
-Relative shifted(const Track& track, std::ptrdiff_t scans) {
-  return [&track, scans](std::size_t i, std::size_t j, bool& complete) {
-    const auto at = [&](std::size_t k) { return static_cast<std::ptrdiff_t>(k) + scans; };
-    const auto last = static_cast<std::ptrdiff_t>(track.size) - 1;
-    if (std::min(at(i), at(j)) < 0 || std::max(at(i), at(j)) > last) {
-      complete = false;
-      return Pose();
-    }
-    return track.pose(static_cast<std::size_t>(at(i))).inverse() *
-           track.pose(static_cast<std::size_t>(at(j)));
-  };
-}
-
 Relative scaled(const Track& track, double scale) {
   return [&track, scale](std::size_t i, std::size_t j, bool&) {
     Pose relative = track.pose(i).inverse() * track.pose(j);
@@ -98,7 +85,7 @@ const std::vector<NamedAxes>& named_axes() {
        "LiDAR, or in the KITTI layout add calib.txt with a line Tr:"},
       {"z down", matrix({1, 0, 0, 0, -1, 0, 0, 0, -1}),
        "the poses look like x forward, y right, z down (NED), the points like z up; convert one of "
-       "them"},
+       "them, or give --extrinsic 0,0,0,180,0,0"},
       {"left-handed", matrix({1, 0, 0, 0, -1, 0, 0, 0, 1}),
        "poses and points differ in handedness (y to the right in one, to the left in the other); "
        "negate y in one of them"},
@@ -228,14 +215,6 @@ std::vector<PoseMistake> known_mistakes(const Track& track,
         "order",
         reordered(track, std::make_shared<const std::vector<std::size_t>>(
                              written_in_order_of_names(track.size, first))));
-  }
-  for (std::ptrdiff_t scans = 1; scans <= 10; ++scans) {
-    for (const std::ptrdiff_t sign : {1, -1}) {
-      add(text("shifted by %td", sign * scans),
-          text("the poses look %td scans too %s; give each scan the pose of its own stamp", scans,
-               sign > 0 ? "late" : "early"),
-          shifted(track, sign * scans));
-    }
   }
   for (const Eigen::Matrix3d& axes : other_axes()) {
     add("axes " + axes_text(axes),

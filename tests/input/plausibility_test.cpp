@@ -116,6 +116,42 @@ TEST_CASE("poses of another convention are wrong, and the message names the reme
   CHECK_THAT(found, Contains("wrong motion: ") && Contains(mistake.remedy));
 }
 
+TEST_CASE("poses of a mount that is off, or late by part of a scan, are said with the remedy") {
+  SECTION("yaw") {
+    const Pose mount = level_pose(0.0, 0.0, 2.0 / kDegreesPerRadian);
+    const Pose turn(mount.rotation.transpose(), Eigen::Vector3d::Zero());
+    CHECK_THAT(examined(with_poses(drive(), [&](const Pose& p) { return p * turn; })),
+               Contains("wrong mount: ") && Contains("yaw by 2.0") && Contains("--extrinsic 0.00"));
+  }
+  SECTION("poses late by one and a half scans") {
+    MemoryDataset recording = drive();
+    for (std::size_t i = recording.poses.size() - 1; i >= 2; --i) {
+      Pose& later = recording.poses[i - 1];
+      const Pose& earlier = recording.poses[i - 2];
+      recording.poses[i] = {
+          Eigen::Quaterniond(later.rotation).slerp(0.5, Eigen::Quaterniond(earlier.rotation)),
+          Eigen::Vector3d(0.5 * (later.translation + earlier.translation))};
+    }
+    CHECK_THAT(examined(recording), Contains("wrong time: the poses are 0.15 s late") &&
+                                        Contains("--time-offset -0.15"));
+  }
+}
+
+TEST_CASE("a LiDAR that hangs upside down is wrong, with an odometry of its own too") {
+  MemoryDataset recording = drive();
+  const Pose over(Eigen::Matrix3d(Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal()),
+                  Eigen::Vector3d::Zero());
+  recording.change_points([&](const Eigen::Vector3d& p) { return over * p; });
+  SECTION("poses of the LiDAR") {
+    for (Pose& pose : recording.poses) pose = over * pose * over;
+    CHECK_THAT(examined(recording), Contains("wrong axes: ") && Contains("--extrinsic auto"));
+  }
+  SECTION("poses of an upright body") {
+    CHECK_THAT(examined(recording),
+               Contains("wrong motion: ") && Contains("--extrinsic 0,0,0,180,0,0"));
+  }
+}
+
 TEST_CASE("poses in another order than the scans are wrong") {
   MemoryDataset recording = drive();
   SECTION("backwards") {
@@ -124,7 +160,7 @@ TEST_CASE("poses in another order than the scans are wrong") {
   }
   SECTION("of five scans later") {
     std::rotate(recording.poses.begin(), recording.poses.begin() + 5, recording.poses.end());
-    CHECK_THAT(examined(recording), Contains("wrong motion: ") && Contains("5 scans too early"));
+    CHECK_THAT(examined(recording), Contains("wrong time: ") && Contains("0.50 s early"));
   }
   SECTION("increments") {
     for (std::size_t i = recording.poses.size() - 1; i > 0; --i) {

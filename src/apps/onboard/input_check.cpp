@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "src/apps/onboard/setup.hpp"
+#include "src/input/extrinsic.hpp"
 #include "src/input/plausibility.hpp"
 #include "src/input/text.hpp"
 
@@ -14,8 +16,67 @@ void print_warning(const input::Finding& finding) {
                finding.message.c_str());
 }
 
-CheckedInput check_input(const OnboardOptions& options, const datasets::Dataset& dataset) {
-  input::Plausibility found = input::examine(dataset, options.scans);
+input::GivenCorrection OpenedInput::correction() const {
+  const Pose base = how.T_base_lidar.empty() ? Pose() : how.T_base_lidar.front();
+  return {base * how.T_given_lidar, how.time_offset_s};
+}
+
+namespace {
+
+/// Corrects `opened.how` by what is sure and says so; false where nothing is.
+bool correct(const input::Plausibility& found, OpenedInput& opened) {
+  const datasets::OpenOptions before = opened.how;
+  datasets::OpenOptions& how = opened.how;
+  if (how.finds_mount) {
+    how.turns_over = how.turns_over || input::is_upside_down(found.driven);
+    how.T_given_lidar = how.T_given_lidar * found.calibration.sure_mount();
+  }
+  if (how.finds_time_offset) how.time_offset_s -= found.calibration.sure_delay_s();
+  return how.turns_over != before.turns_over || how.time_offset_s != before.time_offset_s ||
+         how.T_given_lidar.translation != before.T_given_lidar.translation ||
+         how.T_given_lidar.rotation != before.T_given_lidar.rotation;
+}
+
+void print_correction(const OpenedInput& opened, const input::Calibration& calibration) {
+  const auto say = [](const std::string& text) {
+    std::fprintf(stderr, "onboard: input: %s\n", text.c_str());
+  };
+  if (opened.how.turns_over) say("points and poses are upside down and were turned over");
+  if (opened.how.finds_mount) {
+    say("--extrinsic " + input::extrinsic_text(opened.correction().T_base_lidar) + " is used" +
+        (calibration.shows_rotation() ? "" : "; the motion does not show yaw and pitch") +
+        (calibration.shows_lever_arm() ? "" : "; the motion does not show the lever arm"));
+  }
+  if (opened.how.finds_time_offset) {
+    say(input::text("--time-offset %.3f is used", opened.how.time_offset_s) +
+        (calibration.shows_delay() ? "" : "; the motion does not show a delay"));
+  }
+}
+
+}  // namespace
+
+OpenedInput open_input(const OnboardOptions& options) {
+  OpenedInput opened;
+  opened.how = open_options(options);
+  opened.dataset = datasets::open_dataset(options.dataset, opened.how);
+  if (!opened.how.finds_mount && !opened.how.finds_time_offset) return opened;
+  if (options.input.topic.find(',') != std::string::npos) {
+    throw std::runtime_error("--extrinsic auto and --time-offset auto are for one LiDAR");
+  }
+  constexpr int kMostRounds = 3;  // registration starts from the poses as corrected so far
+  input::Calibration calibration;
+  for (int round = 0; round < kMostRounds; ++round) {
+    const input::Plausibility found = input::examine(*opened.dataset, options.scans);
+    if (round == 0) calibration = found.calibration;
+    if (!correct(found, opened)) break;
+    opened.dataset = datasets::open_dataset(options.dataset, opened.how);
+  }
+  print_correction(opened, calibration);
+  return opened;
+}
+
+CheckedInput check_input(const OnboardOptions& options, const OpenedInput& opened) {
+  input::Plausibility found = input::examine(*opened.dataset, options.scans, opened.correction());
   std::vector<input::Finding>& findings = found.findings;
   const input::Finding* refusal = nullptr;
   for (const input::Finding& finding : findings) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "src/apps/onboard/options.hpp"
 #include "src/input/finding.hpp"
 #include "src/input/odometry_breaks.hpp"
+#include "src/input/plausibility.hpp"
 #include "src/input/recognition.hpp"
 
 namespace unimapper::apps {
@@ -20,9 +22,21 @@ struct CheckedInput {
   std::vector<input::OdometryBreak> breaks;  ///< where the scans contradict the odometry
 };
 
+/// A recording and how it was opened.
+struct OpenedInput {
+  std::unique_ptr<datasets::Dataset> dataset;
+  datasets::OpenOptions how;  ///< with what --extrinsic auto and --time-offset auto found
+  /// What its poses have of a mount and an offset.
+  [[nodiscard]] input::GivenCorrection correction() const;
+};
+
+/// Opens the recording; for --extrinsic auto and --time-offset auto examines it, says what was
+/// found, and opens it anew. Throws DatasetError.
+OpenedInput open_input(const OnboardOptions& options);
+
 /// Examines the recording and prints what is unusual. Throws std::runtime_error with the remedy
 /// where it is surely wrong and --force was not given.
-CheckedInput check_input(const OnboardOptions& options, const datasets::Dataset& dataset);
+CheckedInput check_input(const OnboardOptions& options, const OpenedInput& opened);
 
 /// A share of dynamic points, [0, 1], that no scene shows. Empty where scenes do.
 std::optional<input::Finding> check_dynamic_share(double share, std::uint64_t scans);

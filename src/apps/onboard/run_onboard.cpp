@@ -331,8 +331,9 @@ void run_onboard(const OnboardOptions& options) {
   const std::optional<keys::RobotKey> key = read_key(options);
   check_output_folder(options.out, Output::kRun, options.replaces);
   require_another_folder(options);
-  const auto dataset = datasets::open_dataset(options.dataset, open_options(options));
-  CheckedInput checked = check_input(options, *dataset);
+  const OpenedInput opened = open_input(options);
+  const auto& dataset = opened.dataset;
+  CheckedInput checked = check_input(options, opened);
   const ChosenSensor sensor = choose_sensor(options, dataset->sensor(), checked.sensor);
   std::vector<input::Finding> findings = std::move(checked.findings);
   for (const input::Finding& finding : sensor.findings) {

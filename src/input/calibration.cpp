@@ -1,0 +1,474 @@
+// Hand-eye calibration of mount and clock from given against registered motion
+#include "src/input/calibration.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "src/input/agreement.hpp"
+#include "src/input/extrinsic.hpp"
+#include "src/input/text.hpp"
+#include "unimapper/core/quantile.hpp"
+
+namespace unimapper::input {
+namespace {
+
+constexpr double kSurely = 4.0;  // standard deviations
+// What is said, and corrected where asked for.
+constexpr double kSaid_deg = 0.7;
+constexpr double kSaidRoll_deg = 1.5;  // it shows in slight tilts of turns alone
+constexpr double kSaid_m = 0.35;
+
+Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& r) {
+  const Eigen::AngleAxisd turn(r);
+  return turn.angle() * turn.axis();
+}
+
+Eigen::Matrix3d rotated_by(const Eigen::Vector3d& vector) {
+  const double angle = vector.norm();
+  if (angle < 1e-12) return Eigen::Matrix3d::Identity();
+  return Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix();
+}
+
+/// Given poses at any time: the nearest one, moved on by the velocity about it. Interpolating
+/// would smooth noise of the odometry, and so prefer times between the stamps.
+class GivenMotion {
+ public:
+  explicit GivenMotion(const Track& track) {
+    for (std::size_t i = 0; i < track.size; ++i) {
+      if (i > 0 && track.stamp_ns(i) <= stamps_ns_.back()) continue;
+      stamps_ns_.push_back(track.stamp_ns(i));
+      poses_.push_back(track.pose(i));
+    }
+    std::vector<double> intervals_s;
+    for (std::size_t i = 1; i < poses_.size(); ++i) intervals_s.push_back(seconds(i - 1, i));
+    if (!intervals_s.empty()) interval_s_ = median(std::span(intervals_s));
+    for (std::size_t i = 0; i < poses_.size(); ++i) velocities_.push_back(velocity_about(i));
+  }
+
+  [[nodiscard]] double interval_s() const { return interval_s_; }
+
+  /// Empty beyond the ends and in gaps.
+  [[nodiscard]] std::optional<Pose> at(std::int64_t stamp_ns, double later_s) const {
+    if (poses_.size() < 3) return std::nullopt;
+    const auto wanted_ns = stamp_ns + static_cast<std::int64_t>(later_s * 1e9);
+    const auto after = std::lower_bound(stamps_ns_.begin(), stamps_ns_.end(), wanted_ns);
+    auto i = static_cast<std::size_t>(after - stamps_ns_.begin());
+    i = std::min(i, poses_.size() - 1);
+    if (i > 0 && wanted_ns - stamps_ns_[i - 1] < stamps_ns_[i] - wanted_ns) --i;
+    const double ahead_s = static_cast<double>(wanted_ns - stamps_ns_[i]) * 1e-9;
+    if (std::fabs(ahead_s) > interval_s_) return std::nullopt;
+    const Velocity& v = velocities_[i];
+    return poses_[i] * Pose(rotated_by(ahead_s * v.turning), ahead_s * v.moving);
+  }
+
+ private:
+  struct Velocity {
+    Eigen::Vector3d turning = Eigen::Vector3d::Zero();  ///< rad/s
+    Eigen::Vector3d moving = Eigen::Vector3d::Zero();   ///< m/s
+  };
+
+  [[nodiscard]] double seconds(std::size_t i, std::size_t j) const {
+    return static_cast<double>(stamps_ns_[j] - stamps_ns_[i]) * 1e-9;
+  }
+
+  [[nodiscard]] Velocity velocity_about(std::size_t i) const {
+    const std::size_t before = i > 0 ? i - 1 : i;
+    const std::size_t after = std::min(i + 1, poses_.size() - 1);
+    if (after == before || seconds(before, after) > 3.0 * interval_s_) return {};
+    const double per_s = 1.0 / seconds(before, after);
+    const Pose& a = poses_[before];
+    const Pose& b = poses_[after];
+    return {per_s * rotation_vector(a.rotation.transpose() * b.rotation),
+            per_s * (poses_[i].rotation.transpose() * (b.translation - a.translation))};
+  }
+
+  std::vector<std::int64_t> stamps_ns_;
+  std::vector<Pose> poses_;
+  std::vector<Velocity> velocities_;
+  double interval_s_ = 0.0;
+};
+
+// roll, pitch, yaw (rad), x, y, z (m), delay (s), scale - 1
+constexpr int kParameters = 8;
+using Parameters = Eigen::Matrix<double, kParameters, 1>;
+using Normal = Eigen::Matrix<double, kParameters, kParameters>;
+using Residual = Eigen::Matrix<double, 6, 1>;
+
+Pose mount_of(const Parameters& p) {
+  return extrinsic_pose({p[3], p[4], p[5], p[0] * kDegreesPerRadian, p[1] * kDegreesPerRadian,
+                         p[2] * kDegreesPerRadian});
+}
+
+/// Median of magnitudes as the standard deviation of normal errors.
+double scale_of(std::vector<double> magnitudes, double floor) {
+  constexpr double kNormal = 1.4826;
+  return std::hypot(kNormal * median(std::span(magnitudes)), floor);
+}
+
+class LeastSquares {
+ public:
+  LeastSquares(const GivenMotion& given, std::span<const RegisteredMotion> motions)
+      : given_(given), motions_(motions) {
+    constexpr double kAngle_rad = 20.0 / kDegreesPerRadian;
+    // Roll that no turn shows would turn yaw into pitch.
+    constexpr double kRoll_rad = 5.0 / kDegreesPerRadian;
+    priors_ << kRoll_rad, kAngle_rad, kAngle_rad, 2.0, 2.0, 2.0, 1.0, 0.03;
+  }
+
+  struct Solution {
+    Parameters parameters = Parameters::Zero();
+    Parameters sigmas = Parameters::Zero();
+    Residual scales = Residual::Zero();
+    double misfit = std::numeric_limits<double>::infinity();
+    std::size_t motions = 0;
+  };
+
+  [[nodiscard]] Solution solve(const Parameters& start, int iterations) const {
+    Solution s;
+    s.parameters = start;
+    for (int k = 0; k < iterations; ++k) {
+      if (!step(s)) return {};
+    }
+    return s;
+  }
+
+ private:
+  [[nodiscard]] std::optional<Residual> residual(const RegisteredMotion& motion,
+                                                 const Parameters& p) const {
+    const auto first = given_.at(motion.first_ns, p[6]);
+    const auto second = given_.at(motion.second_ns, p[6]);
+    if (!first || !second) return std::nullopt;
+    Pose moved = first->inverse() * *second;
+    moved.translation *= 1.0 + p[7];
+    const Pose mount = mount_of(p);
+    const Pose expected = mount.inverse() * moved * mount;
+    Residual r;
+    r.head<3>() = rotation_vector(motion.T_first_second.rotation.transpose() * expected.rotation);
+    r.tail<3>() = expected.translation - motion.T_first_second.translation;
+    return r;
+  }
+
+  /// One Gauss-Newton step; false where too few motions have poses.
+  [[nodiscard]] bool step(Solution& s) const {
+    std::vector<Residual> residuals;
+    std::vector<Eigen::Matrix<double, 6, kParameters>> jacobians;
+    for (const RegisteredMotion& motion : motions_) {
+      const auto r = residual(motion, s.parameters);
+      if (!r) continue;
+      Eigen::Matrix<double, 6, kParameters> j;
+      bool is_whole = true;
+      for (int k = 0; k < kParameters && is_whole; ++k) {
+        Parameters moved = s.parameters;
+        const double by = k == 6 ? 0.01 : 1e-4;
+        moved[k] += by;
+        const auto there = residual(motion, moved);
+        is_whole = there.has_value();
+        if (is_whole) j.col(k) = (*there - *r) / by;
+      }
+      if (!is_whole) continue;
+      residuals.push_back(*r);
+      jacobians.push_back(j);
+    }
+    s.motions = residuals.size();
+    if (2 * s.motions < motions_.size()) return false;
+    const Residual scales = scales_of(residuals);
+    Normal normal = priors_.array().inverse().square().matrix().asDiagonal();
+    Parameters gradient = -(normal * s.parameters);
+    s.misfit = 0.0;
+    for (std::size_t i = 0; i < residuals.size(); ++i) {
+      for (int c = 0; c < 6; ++c) {
+        constexpr double kTuning = 2.385;  // of Cauchy weights, in standard deviations
+        const double r = residuals[i][c] / scales[c];
+        const double weight = 1.0 / (1.0 + r * r / (kTuning * kTuning));
+        const Parameters j = jacobians[i].row(c).transpose() / scales[c];
+        normal += weight * j * j.transpose();
+        gradient -= weight * r * j;
+      }
+    }
+    for (int c = 0; c < 6; ++c) s.misfit += std::log(scales[c]);
+    s.scales = scales;
+    const Eigen::LDLT<Normal> factors(normal);
+    s.parameters += factors.solve(gradient);
+    const Normal covariance = factors.solve(Normal::Identity());
+    s.sigmas = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+    return s.parameters.allFinite();
+  }
+
+  [[nodiscard]] static Residual scales_of(const std::vector<Residual>& residuals) {
+    constexpr double kAngle_rad = 0.1 / kDegreesPerRadian;
+    constexpr double kShift_m = 0.02;
+    Residual scales;
+    for (int c = 0; c < 6; ++c) {
+      std::vector<double> magnitudes;
+      for (const Residual& r : residuals) magnitudes.push_back(std::fabs(r[c]));
+      scales[c] = scale_of(std::move(magnitudes), c < 3 ? kAngle_rad : kShift_m);
+    }
+    return scales;
+  }
+
+  const GivenMotion& given_;
+  std::span<const RegisteredMotion> motions_;
+  Parameters priors_;  ///< standard deviations, for what the motion does not show
+};
+
+}  // namespace
+
+bool Estimate::is_surely_beyond(double least) const {
+  return std::fabs(value) > least && std::fabs(value) > kSurely * sigma;
+}
+
+bool Calibration::shows_rotation() const {
+  constexpr double kShown_deg = 0.5;
+  return motions > 0 && pitch_deg.sigma < kShown_deg && yaw_deg.sigma < kShown_deg;
+}
+
+bool Calibration::shows_lever_arm() const {
+  constexpr double kShown_m = 0.3;
+  return motions > 0 && x_m.sigma < kShown_m && y_m.sigma < kShown_m;
+}
+
+bool Calibration::shows_delay() const {
+  constexpr double kShown_s = 0.03;
+  return motions > 0 && delay_s.sigma < kShown_s;
+}
+
+Pose Calibration::sure_mount() const {
+  if (motions == 0) return {};
+  const auto sure = [](const Estimate& e, double least) {
+    return e.is_surely_beyond(least) ? e.value : 0.0;
+  };
+  return extrinsic_pose({sure(x_m, kSaid_m), sure(y_m, kSaid_m), sure(z_m, kSaid_m),
+                         sure(roll_deg, kSaidRoll_deg), sure(pitch_deg, kSaid_deg),
+                         sure(yaw_deg, kSaid_deg)});
+}
+
+double Calibration::sure_delay_s() const {
+  constexpr double kBeyondHalf_s = 0.015;
+  const double least_s = 0.5 * interval_s + kBeyondHalf_s;
+  // Drift along a straight road looks like one, and more surely than it is.
+  constexpr double kMoreSurely = 2.0;
+  const bool is_sure = delay_s.is_surely_beyond(least_s) &&
+                       std::fabs(delay_s.value) > kMoreSurely * kSurely * delay_s.sigma;
+  return motions > 0 && is_sure ? delay_s.value : 0.0;
+}
+
+Calibration calibrate(const Track& track, std::span<const RegisteredMotion> motions) {
+  constexpr std::size_t kFewest = 8;
+  constexpr int kFarthest = 10;  // scans
+  constexpr double kLongest_s = 1.0;
+  if (motions.size() < kFewest) return {};
+  const GivenMotion given(track);
+  const LeastSquares problem(given, motions);
+  LeastSquares::Solution best;
+  for (int k = -kFarthest; k <= kFarthest; ++k) {
+    Parameters start = Parameters::Zero();
+    start[6] = k * given.interval_s();
+    if (std::fabs(start[6]) > kLongest_s) continue;
+    LeastSquares::Solution found = problem.solve(start, 4);
+    if (found.misfit < best.misfit) best = found;
+  }
+  if (best.motions == 0) return {};
+  best = problem.solve(best.parameters, 8);
+  // Where no mount and no delay makes the motions agree, poses and scans differ otherwise.
+  constexpr double kAgree_rad = 2.0 / kDegreesPerRadian;
+  constexpr double kAgree_m = 0.4;
+  if (best.motions < kFewest || best.scales.head<3>().maxCoeff() > kAgree_rad ||
+      best.scales.tail<3>().maxCoeff() > kAgree_m) {
+    return {};
+  }
+  // What G-ICP is off by itself, however many motions there are.
+  constexpr double kBias_deg = 0.1;
+  constexpr double kBias_m = 0.05;
+  constexpr double kBias_s = 0.005;
+  const auto estimate = [&](int k, double unit, double bias) {
+    return Estimate{best.parameters[k] * unit, std::hypot(best.sigmas[k] * unit, bias)};
+  };
+  Calibration result;
+  result.motions = best.motions;
+  result.interval_s = given.interval_s();
+  result.roll_deg = estimate(0, kDegreesPerRadian, kBias_deg);
+  result.pitch_deg = estimate(1, kDegreesPerRadian, kBias_deg);
+  result.yaw_deg = estimate(2, kDegreesPerRadian, kBias_deg);
+  result.x_m = estimate(3, 1.0, kBias_m);
+  result.y_m = estimate(4, 1.0, kBias_m);
+  result.z_m = estimate(5, 1.0, kBias_m);
+  result.delay_s = estimate(6, 1.0, kBias_s);
+  return result;
+}
+
+namespace {
+
+constexpr std::size_t kCalibrationPairs = 40;
+constexpr std::size_t kShapePoints = 3'000;
+
+double turn_deg(const Pose& pose) { return rotation_angle(pose.rotation) * kDegreesPerRadian; }
+
+class PairChoice {
+ public:
+  explicit PairChoice(const Track& track) : track_(track) {}
+
+  /// Two for each part of the track: one that moves far, one that turns or changes its speed most.
+  [[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> choose() const {
+    std::vector<std::pair<std::size_t, std::size_t>> pairs;
+    // Poses of other times are needed on both sides.
+    const std::size_t margin = std::clamp<std::size_t>(track_.size / 8, 1, 10);
+    if (track_.size < 2 * margin + 4) return pairs;
+    const std::size_t begin = margin;
+    const std::size_t size = track_.size - 2 * margin - 1;
+    const std::size_t parts = std::min(kCalibrationPairs / 2, size / 2);
+    for (std::size_t s = 0; s < parts; ++s) {
+      const std::size_t from = begin + s * size / parts;
+      const std::size_t to = begin + (s + 1) * size / parts;
+      pairs.emplace_back(from, partner(from, begin + size));
+      std::size_t liveliest = from;
+      double most = -1.0;
+      const std::size_t step = std::max<std::size_t>(1, (to - from) / 6);
+      for (std::size_t i = from; i < to; i += step) {
+        const double value = liveliness(i, std::min(i + 6, begin + size));
+        if (value <= most) continue;
+        most = value;
+        liveliest = i;
+      }
+      const std::pair<std::size_t, std::size_t> lively{liveliest,
+                                                       std::min(liveliest + 6, begin + size)};
+      if (lively != pairs.back()) pairs.push_back(lively);
+    }
+    return pairs;
+  }
+
+ private:
+  [[nodiscard]] Pose motion(std::size_t i, std::size_t j) const {
+    return track_.pose(i).inverse() * track_.pose(j);
+  }
+
+  [[nodiscard]] std::size_t partner(std::size_t i, std::size_t last) const {
+    constexpr std::size_t kMostScans = 20;
+    constexpr double kFar_m = 4.0;
+    constexpr double kTurned_deg = 20.0;
+    std::size_t j = i + 1;
+    for (; j < std::min(i + kMostScans, last); ++j) {
+      const Pose moved = motion(i, j);
+      if (moved.translation.norm() >= kFar_m || turn_deg(moved) >= kTurned_deg) break;
+    }
+    return j;
+  }
+
+  /// Degrees that it turns, and that its motion changes by, for a metre at five metres away.
+  [[nodiscard]] double liveliness(std::size_t i, std::size_t j) const {
+    const Pose change = motion(i - 1, i).inverse() * motion(j - 1, j);
+    constexpr double kPerMetre_deg = 12.0;
+    constexpr double kScans = 5.0;
+    return turn_deg(motion(i, j)) +
+           kScans * (turn_deg(change) + kPerMetre_deg * change.translation.norm());
+  }
+
+  const Track& track_;
+};
+
+}  // namespace
+
+std::vector<RegisteredMotion> register_motions(
+    const Track& track, const std::function<bool(std::size_t, std::size_t)>& skips,
+    const std::function<void(std::size_t, datasets::Scan&)>& read) {
+  constexpr double kInTunnel = 0.03;    // condition; tunnels have no more
+  constexpr double kUnmoved = 0.05;     // agreement; rings of a sparse sensor
+  constexpr double kAgreesWell = 0.85;  // agreement, against the median
+  constexpr double kStands_m = 0.3;
+  constexpr double kStands_deg = 2.0;
+  std::vector<RegisteredMotion> motions;
+  std::vector<double> agreements;
+  datasets::Scan scan;
+  const auto shape = [&](std::size_t i) {
+    read(i, scan);
+    return std::make_shared<const ScanShape>(scan, kShapePoints);
+  };
+  for (const auto& [i, j] : PairChoice(track).choose()) {
+    const Pose given = track.pose(i).inverse() * track.pose(j);
+    if (skips(i, j) || !given.is_finite()) continue;
+    if (given.translation.norm() < kStands_m && turn_deg(given) < kStands_deg) continue;
+    const ScanPair pair(i, shape(i), j, shape(j));
+    if (!pair.is_informative()) continue;
+    merge::RegistrationResult found = pair.registration(given);
+    double agreement = pair.agreement(found.T_target_source);
+    const Pose correction = given.inverse() * found.T_target_source;
+    if (correction.translation.norm() > kStands_m || turn_deg(correction) > kStands_deg) {
+      const merge::RegistrationResult other = pair.registration(Pose());
+      const double agrees = pair.agreement(other.T_target_source);
+      if (agrees > agreement) {
+        found = other;
+        agreement = agrees;
+      }
+    }
+    if (found.condition < kInTunnel || agreement < pair.agreement(Pose()) + kUnmoved) continue;
+    motions.push_back({track.stamp_ns(i), track.stamp_ns(j), found.T_target_source});
+    agreements.push_back(agreement);
+  }
+  if (motions.empty()) return motions;
+  std::vector<double> ordered = agreements;
+  const double usual = median(std::span(ordered));
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < motions.size(); ++k) {
+    if (agreements[k] >= kAgreesWell * usual) motions[kept++] = motions[k];
+  }
+  motions.resize(kept);
+  return motions;
+}
+
+Finding check_mount(const Calibration& found, const Pose& T_base_lidar) {
+  Finding finding{"mount", Severity::kFine, 0.0, "degrees", {}};
+  if (found.motions == 0) return finding;
+  struct Part {
+    const char* name;
+    const char* unit;
+    const Estimate* estimate;
+    double said;
+    double refused;
+  };
+  // Refused is what costs five points of static accuracy (VLP-16, town, seed 2).
+  const std::array<Part, 6> parts = {{{"yaw", "degrees", &found.yaw_deg, kSaid_deg, 1.2},
+                                      {"pitch", "degrees", &found.pitch_deg, kSaid_deg, 1.8},
+                                      {"roll", "degrees", &found.roll_deg, kSaidRoll_deg, 2.8},
+                                      {"x", "m", &found.x_m, kSaid_m, 0.75},
+                                      {"y", "m", &found.y_m, kSaid_m, 0.75},
+                                      {"z", "m", &found.z_m, kSaid_m, 0.75}}};
+  std::string off;
+  for (const Part& part : parts) {
+    const Estimate& e = *part.estimate;
+    if (!e.is_surely_beyond(part.said)) continue;
+    off += text("%s%s by %.2f %s (standard deviation %.2f)", off.empty() ? "" : ", ", part.name,
+                e.value, part.unit, e.sigma);
+    if (off.find(',') == std::string::npos) finding.figure = e.value;
+    const bool refuses = e.is_surely_beyond(part.refused);
+    finding.severity =
+        refuses || finding.severity == Severity::kWrong ? Severity::kWrong : Severity::kSuspicious;
+  }
+  if (finding.severity == Severity::kFine) return finding;
+  finding.message = "the scans move as if the LiDAR were mounted otherwise than the poses say, " +
+                    off + ": give --extrinsic " +
+                    extrinsic_text(T_base_lidar * found.sure_mount()) + ", or --extrinsic auto";
+  return finding;
+}
+
+Finding check_time(const Calibration& found, double time_offset_s) {
+  constexpr double kRefused_s = 0.08;
+  Finding finding{"time", Severity::kFine, found.delay_s.value, "s", {}};
+  const double delay_s = found.sure_delay_s();
+  if (delay_s == 0.0) return finding;
+  finding.severity =
+      found.delay_s.is_surely_beyond(kRefused_s) ? Severity::kWrong : Severity::kSuspicious;
+  finding.message = text(
+      "the poses are %.2f s %s against the scans (standard deviation %.3f s): give --time-offset "
+      "%.3f, which is added to their stamps, or --time-offset auto; or give each scan the pose of "
+      "its own stamp",
+      std::fabs(delay_s), delay_s > 0.0 ? "late" : "early", found.delay_s.sigma,
+      time_offset_s - delay_s);
+  return finding;
+}
+
+}  // namespace unimapper::input

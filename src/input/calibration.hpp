@@ -1,0 +1,75 @@
+// Hand-eye calibration of mount and clock from given against registered motion
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "ports/datasets/dataset.hpp"
+#include "src/input/finding.hpp"
+#include "src/input/stamps.hpp"
+#include "unimapper/core/pose.hpp"
+
+namespace unimapper::input {
+
+/// Motion between two scans, as their registration found it.
+struct RegisteredMotion {
+  std::int64_t first_ns = 0;   ///< stamps of the scans
+  std::int64_t second_ns = 0;  ///< later
+  Pose T_first_second;
+};
+
+/// A value with its standard deviation.
+struct Estimate {
+  double value = 0.0;
+  double sigma = 0.0;  ///< large where the motion does not show it
+
+  /// Whether it differs from 0 by more than `least`, and by four standard deviations.
+  [[nodiscard]] bool is_surely_beyond(double least) const;
+};
+
+/// What registered motions say of the frame whose poses are given, and of its clock.
+struct Calibration {
+  std::size_t motions = 0;  ///< that were compared; 0: too few, nothing is known
+  /// The LiDAR on the frame whose poses are given: the fixed axes x, y, z in this order.
+  Estimate roll_deg, pitch_deg, yaw_deg;
+  Estimate x_m, y_m, z_m;
+  /// Positive where poses are late: the pose of time t is stamped t + delay.
+  Estimate delay_s;
+
+  double interval_s = 0.0;  ///< median, from stamp to stamp
+
+  [[nodiscard]] bool shows_rotation() const;   ///< yaw and pitch to half a degree
+  [[nodiscard]] bool shows_lever_arm() const;  ///< x and y to 0.3 m
+  [[nodiscard]] bool shows_delay() const;      ///< to 0.03 s
+
+  /// T_given_lidar of what is sure, the identity in all else.
+  [[nodiscard]] Pose sure_mount() const;
+  /// The delay where it is sure, else 0.
+  [[nodiscard]] double sure_delay_s() const;
+};
+
+/// Robust least squares (Gauss-Newton, Cauchy weights) of mount, delay and a scale of the
+/// odometry: with M the given motion at stamps plus delay and X the mount, X^-1 M X is the
+/// registered one. Delays of up to a second are searched. Fewer than eight motions tell nothing.
+/// O(motions), 20 ms for forty.
+[[nodiscard]] Calibration calibrate(const Track& track, std::span<const RegisteredMotion> motions);
+
+/// Registers up to forty pairs of scans where the sensor moves far, turns or changes its speed, and
+/// keeps what can be trusted: scans that agree well, and no tunnels. `skips(i, j)`: no pose between
+/// these is right. `read` fills a scan. About 30 ms a pair.
+[[nodiscard]] std::vector<RegisteredMotion> register_motions(
+    const Track& track, const std::function<bool(std::size_t, std::size_t)>& skips,
+    const std::function<void(std::size_t, datasets::Scan&)>& read);
+
+/// A mount that is off: wrong where it costs static points, suspicious from a degree or 0.4 m on.
+/// `T_base_lidar` is the mount that the given poses have already.
+[[nodiscard]] Finding check_mount(const Calibration& found, const Pose& T_base_lidar);
+
+/// Poses that are late or early by more than half a scan: half a scan is what sweeps look like that
+/// are not compensated and stamped at an end. `time_offset_s` is already added to
+/// their stamps.
+[[nodiscard]] Finding check_time(const Calibration& found, double time_offset_s);
+
+}  // namespace unimapper::input
