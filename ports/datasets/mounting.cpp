@@ -44,7 +44,7 @@ class RetimedDataset : public DatasetDecorator {
         offset_ns_(static_cast<std::int64_t>(offset_s * 1e9)) {
     const SensorMotion motion(inner());
     for (std::size_t i = 0; i < scan_count(); ++i) {
-      poses_.push_back(motion.at(stamp_ns(i) - offset_ns_));
+      poses_.push_back(pose_at(motion, stamp_ns(i) - offset_ns_));
     }
   }
 
@@ -54,6 +54,17 @@ class RetimedDataset : public DatasetDecorator {
   }
 
  private:
+  /// Beyond the ends the motion up to there, of as long a time, goes on.
+  [[nodiscard]] Pose pose_at(const SensorMotion& motion, std::int64_t wanted_ns) const {
+    const auto known = inner().pose_at(wanted_ns);
+    if (known) return *known;
+    const std::int64_t end_ns =
+        std::clamp(wanted_ns, stamp_ns(0), std::max(stamp_ns(0), stamp_ns(scan_count() - 1)));
+    const Pose end = motion.at(end_ns);
+    if (end_ns == wanted_ns) return motion.at(wanted_ns);
+    return end * motion.at(2 * end_ns - wanted_ns).inverse() * end;
+  }
+
   std::int64_t offset_ns_;
   std::vector<Pose> poses_;
 };

@@ -14,7 +14,7 @@ namespace unimapper::datasets {
                                                const Pose& T_base_lidar);
 
 /// The dataset with `offset_s` added to the stamps of its poses, true ones excepted: a scan has the
-/// pose of `offset_s` before. Beyond the ends the motion goes on, see `SensorMotion`.
+/// pose of `offset_s` before. Beyond the ends the last motion goes on.
 [[nodiscard]] std::unique_ptr<Dataset> retimed(std::unique_ptr<Dataset> dataset, double offset_s);
 
 /// The dataset of a LiDAR that hangs upside down and whose poses do so too: points, and the frame

@@ -89,8 +89,9 @@ TEST_CASE("poses that are late take a negative offset, early ones a positive one
   const Landmark as_recorded({}, true, 0.1, late_s);
   CHECK(error_m(as_recorded, 5, 0) > 0.05);
   const auto dataset = retimed(std::make_unique<Landmark>(Pose(), true, 0.1, late_s), -late_s);
-  for (std::size_t i = 2; i + 2 < dataset->scan_count(); ++i) {
-    CHECK(error_m(*dataset, i, 0) < 1e-3);
+  for (std::size_t i = 0; i < dataset->scan_count(); ++i) {
+    const bool is_at_end = i < 2 || i + 2 >= dataset->scan_count();
+    CHECK(error_m(*dataset, i, 0) < (is_at_end ? 0.03 : 1e-3));  // the last motion goes on
   }
 }
 
