@@ -9,6 +9,7 @@
 #include "ports/datasets/ply.hpp"
 #include "ports/datasets/record_width.hpp"
 #include "ports/datasets/sequence.hpp"
+#include "ports/datasets/text_encoding.hpp"
 #include "ports/datasets/xyz.hpp"
 
 namespace unimapper::datasets {
@@ -66,7 +67,7 @@ class FolderDataset : public SequenceDataset {
       : SequenceDataset(std::move(sequence)), layout_(std::move(layout)) {}
 
   void read_scan(std::size_t i, Scan& scan) const override {
-    const std::string bytes = read_file(file(i));
+    std::string bytes = read_file(file(i));
     const std::string extension = lower_case(file(i).extension().string());
     if (extension == ".pcd") {
       parse_pcd(bytes, file(i), scan);
@@ -75,7 +76,7 @@ class FolderDataset : public SequenceDataset {
     } else if (extension == ".bin") {
       decode_records(bytes, layout_, scan);
     } else {
-      parse_xyz(bytes, file(i), scan);
+      parse_xyz(plain_text(std::move(bytes)), file(i), scan);
     }
   }
 
@@ -111,7 +112,7 @@ std::unique_ptr<Dataset> open_folder(const fs::path& directory, const OpenOption
     layout = find_record_layout(scans.files, options.point_fields, notes);
   }
   const fs::path poses_file = find_poses(directory, scans.folder, options);
-  const Trajectory trajectory = parse_trajectory(read_file(poses_file), poses_file);
+  const Trajectory trajectory = parse_trajectory(read_text(poses_file), poses_file);
   fs::path times = find_child(directory, {"times.txt", "timestamps.txt"});
   if (times.empty()) times = find_child(scans.folder, {"times.txt", "timestamps.txt"});
   Sequence sequence = make_sequence({.files = std::move(scans.files),

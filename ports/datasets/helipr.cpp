@@ -8,6 +8,7 @@
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/formats.hpp"
 #include "ports/datasets/sequence.hpp"
+#include "ports/datasets/text_encoding.hpp"
 #include "unimapper/core/sensor.hpp"
 
 namespace unimapper::datasets {
@@ -213,7 +214,7 @@ std::unique_ptr<Dataset> open_helipr(const fs::path& directory, const OpenOption
   stamps_ns.reserve(files.size());
   for (const fs::path& file : files) stamps_ns.push_back(stamp_of(file));
   const Trajectory truth =
-      parse_trajectory(read_file(truth_file), truth_file, StampUnit::kNanoseconds);
+      parse_trajectory(read_text(truth_file), truth_file, StampUnit::kNanoseconds);
   return std::make_unique<HeliprDataset>(chosen,
                                          take_by_stamp(files, stamps_ns, truth, truth_file));
 }

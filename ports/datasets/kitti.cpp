@@ -7,6 +7,7 @@
 #include "ports/datasets/pcd_sequence.hpp"
 #include "ports/datasets/record_width.hpp"
 #include "ports/datasets/sequence.hpp"
+#include "ports/datasets/text_encoding.hpp"
 #include "unimapper/core/sensor.hpp"
 
 namespace unimapper::datasets {
@@ -19,7 +20,7 @@ namespace {
 std::optional<Pose> read_calibration(const fs::path& directory) {
   const fs::path file = directory / "calib.txt";
   if (!fs::exists(file)) return std::nullopt;
-  return parse_calibration(read_file(file), file);
+  return parse_calibration(read_text(file), file);
 }
 
 /// Poses are stored in the left camera's frame: T_lidar0_lidar = Tr^-1 P Tr.
@@ -73,7 +74,7 @@ class KittiDataset : public SequenceDataset {
   [[nodiscard]] std::vector<Pose> ground_truth_poses() const override {
     const fs::path truth_file = directory_ / "gt_poses.txt";
     if (!fs::exists(truth_file)) return {};
-    const Trajectory truth = parse_trajectory(read_file(truth_file), truth_file);
+    const Trajectory truth = parse_trajectory(read_text(truth_file), truth_file);
     std::vector<Pose> poses;
     const auto lines = match_lines(sequence().files, truth.poses.size(), truth_file, "poses",
                                    read_calibration(directory_).has_value());
@@ -137,7 +138,7 @@ std::unique_ptr<Dataset> open_kitti(const fs::path& path, const OpenOptions& opt
 
   const fs::path poses_file = find_kitti_poses(directory, options);
   if (!fs::exists(poses_file)) fail(poses_file, "no such file; " + remedy_for_missing_poses());
-  const Trajectory trajectory = parse_trajectory(read_file(poses_file), poses_file);
+  const Trajectory trajectory = parse_trajectory(read_text(poses_file), poses_file);
   const bool is_of_kitti =
       read_calibration(directory).has_value() || poses_file.parent_path().filename() == "poses";
   Sequence sequence = make_sequence({.files = std::move(files),

@@ -11,6 +11,7 @@
 #include "ports/datasets/record_width.hpp"
 #include "ports/datasets/sequence.hpp"
 #include "ports/datasets/text.hpp"
+#include "ports/datasets/text_encoding.hpp"
 #include "unimapper/core/sensor.hpp"
 
 namespace unimapper::datasets {
@@ -106,7 +107,7 @@ Trajectory read_oxts(const fs::path& drive) {
     trajectory.poses.push_back(mercator_pose(packet, *scale));
   }
   const fs::path times = oxts / "timestamps.txt";
-  trajectory.stamps_ns = parse_times(read_file(times), times);
+  trajectory.stamps_ns = parse_times(read_text(times), times);
   if (trajectory.stamps_ns.size() != trajectory.poses.size()) {
     fail(times, std::to_string(trajectory.stamps_ns.size()) + " stamps for " +
                     std::to_string(trajectory.poses.size()) + " packets in data/");
@@ -121,7 +122,7 @@ void to_lidar(const fs::path& drive, Trajectory& trajectory, std::vector<Note>& 
   fs::path file = beside / "calib_imu_to_velo.txt";
   if (!fs::exists(file)) file = drive / "calib_imu_to_velo.txt";
   std::optional<Pose> T_velodyne_imu;
-  if (fs::exists(file)) T_velodyne_imu = parse_raw_calibration(read_file(file), file);
+  if (fs::exists(file)) T_velodyne_imu = parse_raw_calibration(read_text(file), file);
   if (T_velodyne_imu) {
     T_imu_velodyne = T_velodyne_imu->inverse();
   } else {
@@ -184,7 +185,7 @@ std::unique_ptr<Dataset> open_kitti_raw(const fs::path& directory, const OpenOpt
     if (trajectory.poses.empty()) fail(poses_file, "holds no packets");
     to_lidar(drive, trajectory, notes);
   } else {
-    trajectory = parse_trajectory(read_file(poses_file), poses_file);
+    trajectory = parse_trajectory(read_text(poses_file), poses_file);
   }
   Sequence sequence = make_sequence({.files = std::move(files),
                                      .trajectory = trajectory,

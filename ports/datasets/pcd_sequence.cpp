@@ -4,6 +4,7 @@
 #include "ports/datasets/formats.hpp"
 #include "ports/datasets/pcd.hpp"
 #include "ports/datasets/sequence.hpp"
+#include "ports/datasets/text_encoding.hpp"
 
 namespace unimapper::datasets {
 
@@ -61,7 +62,7 @@ std::unique_ptr<Dataset> open_pcd(const fs::path& directory, const OpenOptions& 
   if (files.empty()) fail(clouds, "holds no *.pcd scans");
   const fs::path poses_file = options.poses.empty() ? find_poses_file(directory) : options.poses;
   if (poses_file.empty()) fail(directory, "no pose file; " + remedy_for_missing_poses());
-  const Trajectory trajectory = parse_trajectory(read_file(poses_file), poses_file);
+  const Trajectory trajectory = parse_trajectory(read_text(poses_file), poses_file);
   return std::make_unique<PcdDataset>(make_sequence({.files = std::move(files),
                                                      .trajectory = trajectory,
                                                      .poses_file = poses_file,

@@ -128,16 +128,33 @@ std::string fields_of(const Sample& sample, std::size_t width) {
   return fields;
 }
 
-bool divides_all(const std::vector<std::uint64_t>& sizes, std::size_t bytes) {
-  return std::all_of(sizes.begin(), sizes.end(),
-                     [&](std::uint64_t size) { return size % bytes == 0; });
+/// Files whose size is no multiple: cut off, or of other records.
+std::size_t count_partial(const std::vector<std::uint64_t>& sizes, std::size_t bytes) {
+  return static_cast<std::size_t>(std::count_if(
+      sizes.begin(), sizes.end(), [&](std::uint64_t size) { return size % bytes != 0; }));
+}
+
+/// A few files may be cut off.
+bool divides_most(const std::vector<std::uint64_t>& sizes, std::size_t bytes) {
+  constexpr std::size_t kMostShare = 10;
+  const std::size_t partial = count_partial(sizes, bytes);
+  return partial == 0 || kMostShare * partial < sizes.size();
 }
 
 void check_sizes(const std::vector<fs::path>& files, const std::vector<std::uint64_t>& sizes,
-                 std::size_t bytes) {
+                 std::size_t bytes, std::vector<Note>& notes) {
   for (std::size_t i = 0; i < files.size(); ++i) {
     const std::uint64_t surplus = sizes[i] % bytes;
     if (surplus == 0) continue;
+    if (divides_most(sizes, bytes)) {
+      notes.push_back(
+          {std::to_string(count_partial(sizes, bytes)) + " of " + std::to_string(sizes.size()) +
+               " scans are truncated within a point: copy them again; points up to there are "
+               "read; the first: " +
+               files[i].string(),
+           true});
+      return;
+    }
     fail_at_offset(files[i], sizes[i] - surplus,
                    "truncated: the last point has " + std::to_string(surplus) + " of " +
                        std::to_string(bytes) +
@@ -150,7 +167,7 @@ std::size_t choose_width(const std::vector<std::uint64_t>& sizes, const Sample& 
                          const fs::path& file) {
   std::vector<std::size_t> fitting;
   for (const std::size_t width : kWidths) {
-    if (divides_all(sizes, width * sizeof(float))) fitting.push_back(width);
+    if (divides_most(sizes, width * sizeof(float))) fitting.push_back(width);
   }
   if (fitting.empty()) return kWidths.front();
   std::size_t floats = 0;
@@ -190,17 +207,17 @@ RecordLayout find_record_layout(const std::vector<fs::path>& files, const std::s
   for (const fs::path& file : files) sizes.push_back(file_bytes(file));
   if (!point_fields.empty()) {
     RecordLayout layout = parse_point_fields(point_fields);
-    check_sizes(files, sizes, layout.bytes);
+    check_sizes(files, sizes, layout.bytes, notes);
     return layout;
   }
   if (lower_case(files.front().stem().extension().string()) == ".pcd") {  // nuScenes
     RecordLayout layout = parse_point_fields("x y z intensity ring");
-    check_sizes(files, sizes, layout.bytes);
+    check_sizes(files, sizes, layout.bytes, notes);
     return layout;
   }
   const Sample sample = read_sample(files);
   const std::size_t width = choose_width(sizes, sample, files.front());
-  check_sizes(files, sizes, width * sizeof(float));
+  check_sizes(files, sizes, width * sizeof(float), notes);
   check_coordinates(sample, width, files.front());
   const std::string fields = fields_of(sample, width);
   if (width != kWidths.front()) {

@@ -10,7 +10,7 @@ namespace unimapper::datasets {
 namespace {
 
 bool is_separator(char c) {
-  return c == ' ' || c == '\t' || c == ',' || c == ';' || c == '\r' || c == '\0';
+  return c == ' ' || c == '\t' || c == ',' || c == ';' || c == '"' || c == '\r' || c == '\0';
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 
 namespace unimapper::datasets {
 
-/// The columns of a line, separated by blanks, tabs, commas or semicolons.
+/// The columns of a line, separated by blanks, tabs, commas, semicolons or quotes.
 struct Columns {
   /// Columns of a line that are looked at.
   static constexpr std::size_t kMost = 96;

@@ -257,6 +257,8 @@ def cases(base):
         case("PCD with a pose file", None, form("pcd")),
         case("PCD in the world frame with viewpoints", None, both(world, form("viewpoint"))),
         case("carriage returns", None, text(lambda r: kitti(r.poses).replace("\n", "\r\n"))),
+        case("TUM poses with decimal commas", None,
+             text(lambda r: tum(r.poses, r.stamps).replace(" ", ";").replace(".", ","))),
         case("stamps of today", None, stamps(lambda i, t: t + 1.7e9)),
         case("PLY beside a pose file", None, form("ply")),
         case("text beside a pose file", None, form("text")),

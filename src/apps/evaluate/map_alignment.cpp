@@ -5,6 +5,7 @@
 
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/poses.hpp"
+#include "ports/datasets/text_encoding.hpp"
 #include "src/apps/evaluate/json.hpp"
 #include "src/apps/truth.hpp"
 
@@ -19,7 +20,7 @@ std::vector<StampedPose> read_estimate(const std::filesystem::path& map,
                                        const SummarySession& session) {
   const std::filesystem::path file = map / "trajectories" / (session.name + ".tum");
   const datasets::Trajectory trajectory =
-      datasets::parse_trajectory(datasets::read_file(file), file);
+      datasets::parse_trajectory(datasets::read_text(file), file);
   if (trajectory.stamps_ns.empty() && !trajectory.poses.empty()) {
     throw std::runtime_error(file.string() + ": has no time stamps; TUM lines have 8 columns");
   }

@@ -98,11 +98,31 @@ TEST_CASE("PLY vertices are read in ascii and in both byte orders") {
   CHECK(scan.view()[0] == Eigen::Vector3f(1.0F, -2.0F, 0.5F));
 }
 
+TEST_CASE("elements before the vertices of a PLY are passed over, lists as well") {
+  const std::string elements =
+      "element camera 2\nproperty float view\nproperty list uchar ushort ids\nelement vertex";
+  Scan scan;
+  std::string ascii = kAsciiPly;
+  ascii.replace(ascii.find("element vertex"), 14, elements);
+  ascii.insert(ascii.find("end_header") + 12, "0.5 2 7 8\n0.5 0\n");
+  parse_ply("\xef\xbb\xbf" + ascii, "a.ply", scan);
+  REQUIRE(scan.points.size() == 2);
+  CHECK(scan.view()[0] == Eigen::Vector3f(1.0F, -2.0F, 0.5F));
+  std::string binary = binary_ply("little", hex("0000803f 02 0700 0800 0000803f 00") +
+                                                hex("0000803f 000000c0 0000003f ff 0000803e"));
+  binary.replace(binary.find("element vertex"), 14, elements);
+  parse_ply(binary, "a.ply", scan);
+  CHECK(scan.view()[0] == Eigen::Vector3f(1.0F, -2.0F, 0.5F));
+  const std::size_t count = binary.find("camera 2");
+  binary.replace(count, 8, "camera 18446744073709551615");
+  CHECK_THAT(ply_error(binary), Contains("truncated"));
+}
+
 TEST_CASE("a damaged PLY is refused with offset or line") {
   CHECK_THAT(ply_error("solid\n"), Contains("a.ply:1") && Contains("no PLY file"));
   CHECK_THAT(ply_error("ply\nformat ascii 1.0\n"), Contains("no end"));
   CHECK_THAT(ply_error("ply\nformat text 1.0\n"), Contains("'text'"));
-  CHECK_THAT(ply_error("ply\nelement face 1\nend_header\n"), Contains("first element"));
+  CHECK_THAT(ply_error("ply\nelement face 1\nend_header\n"), Contains("no element \"vertex\""));
   CHECK_THAT(ply_error("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n"),
              Contains("no x, y and z"));
   CHECK_THAT(ply_error("ply\nformat ascii 1.0\nelement vertex 1\nproperty list uchar int x\n"),

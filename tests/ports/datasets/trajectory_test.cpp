@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "ports/datasets/poses.hpp"
+#include "ports/datasets/text_encoding.hpp"
 #include "tests/ports/datasets/fixtures.hpp"
 
 using namespace unimapper;
@@ -39,6 +40,30 @@ TEST_CASE("commas separate columns as well as blanks do") {
   REQUIRE(trajectory.poses.size() == 2);
   CHECK(trajectory.poses[1].translation == Eigen::Vector3d(4, 5, 6));
   CHECK(trajectory.stamps_ns == std::vector<std::int64_t>{0, 1'000'000'000});
+}
+
+TEST_CASE("text of other programs becomes plain: encodings, line breaks, decimal commas") {
+  const std::string plain = "1.5 2 3 4 0 0 0 1\n";
+  const auto utf16 = [&](bool is_big_endian) {
+    std::string bytes;
+    for (const char c : plain) {
+      bytes += is_big_endian ? std::string{'\0', c} : std::string{c, '\0'};
+    }
+    return bytes;
+  };
+  CHECK(plain_text("\xef\xbb\xbf" + plain) == plain);
+  CHECK(plain_text("\xff\xfe" + utf16(false)) == plain);
+  CHECK(plain_text("\xfe\xff" + utf16(true)) == plain);
+  CHECK(plain_text(utf16(false)) == plain);
+  CHECK(plain_text("1 2\r3 4\r") == "1 2\n3 4\n");
+  CHECK(plain_text("t;x;y, m\n0,5;-1,25;3\n") == "t;x;y. m\n0.5;-1.25;3\n");
+  CHECK(plain_text("\"0,5\";\"1,5\"\n") == "\"0.5\";\"1.5\"\n");
+  CHECK(plain_text("0,5\t1,5e-3\n") == "0.5\t1.5e-3\n");
+  CHECK(plain_text("0,100\n0,200\n") == "0.100\n0.200\n");
+  // Commas between columns stay.
+  for (const char* text : {"0,1,2\n", "0, 1, 2\n", "0,1.5 2\n", "1,2,3 4,5,6\n", "0,1\n0,1,2\n"}) {
+    CHECK(plain_text(text) == text);
+  }
 }
 
 TEST_CASE("stamps in nanoseconds keep every digit") {
