@@ -33,6 +33,7 @@ MotionFigures measure_motion(const Track& track) {
   figures.scans = track.size;
   if (track.size < 2) return figures;
   std::vector<double> intervals;
+  std::vector<double> steps;
   std::vector<double> speeds;
   std::vector<double> accelerations;
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
@@ -47,6 +48,7 @@ MotionFigures measure_motion(const Track& track) {
         1e-9 * (static_cast<double>(stamp_ns) - static_cast<double>(stamp_before_ns));
     const Eigen::Vector3d step = pose.translation - before.translation;
     figures.path_m += step.norm();
+    steps.push_back(step.norm());
     climb_m += std::fabs(step.z());
     intervals.push_back(interval_s);
     figures.reversed += stamp_ns < stamp_before_ns ? 1 : 0;
@@ -64,6 +66,7 @@ MotionFigures measure_motion(const Track& track) {
   figures.duration_s = 1e-9 * (static_cast<double>(track.stamp_ns(track.size - 1)) -
                                static_cast<double>(track.stamp_ns(0)));
   figures.interval_s = middle(intervals);
+  figures.step_m = middle(steps);
   figures.longest_gap_s = *std::max_element(intervals.begin(), intervals.end());
   for (const double interval_s : intervals) {
     figures.gaps += interval_s > 3.0 * figures.interval_s && figures.interval_s > 0.0 ? 1 : 0;
@@ -114,6 +117,21 @@ Finding check_interval(const MotionFigures& motion) {
   finding.message =
       text("scans are %g s apart by their stamps%s%s; write stamps in seconds", motion.interval_s,
            unit == nullptr ? "" : ", which look like ", unit == nullptr ? "" : unit);
+  return finding;
+}
+
+Finding check_spacing(const MotionFigures& motion) {
+  Finding finding{"spacing", Severity::kFine, motion.step_m, "m", {}};
+  // 144 km/h at 10 Hz. Measured in a town (even seed): of 81 % of the moving points removed at
+  // 0.7 m 59 % are left at 4.2 m and 41 % at 5.1 m.
+  constexpr double kMost_m = 4.0;
+  if (motion.scans < 3 || motion.step_m <= kMost_m) return finding;
+  finding.severity = Severity::kSuspicious;
+  finding.message = text(
+      "scans are %.1f m and %.1f s apart (median): too sparse to tell well what moves, as each "
+      "place is seen from near only once or twice; map every scan of the LiDAR, not those of "
+      "keyframes only",
+      motion.step_m, motion.interval_s);
   return finding;
 }
 

@@ -26,6 +26,7 @@ struct MotionFigures {
   std::size_t repeated = 0;        ///< stamps equal to the one before
   double duration_s = 0.0;         ///< first to last stamp
   double path_m = 0.0;             ///< length
+  double step_m = 0.0;             ///< median, from scan to scan
   double speed_mps = 0.0;          ///< median
   double acceleration_mps2 = 0.0;  ///< median
   std::size_t jumps = 0;           ///< steps of more than 10 m that are faster than 60 m/s
@@ -43,6 +44,9 @@ struct MotionFigures {
 
 /// Intervals that no LiDAR has: stamps in another unit.
 [[nodiscard]] Finding check_interval(const MotionFigures& motion);
+
+/// Scans too far apart to see the same place often enough for removal: those of keyframes only.
+[[nodiscard]] Finding check_spacing(const MotionFigures& motion);
 
 /// Speeds, accelerations and jumps that no robot has.
 [[nodiscard]] Finding check_speed(const MotionFigures& motion);

@@ -78,6 +78,18 @@ const MemoryDataset& short_drive() {
 
 }  // namespace
 
+TEST_CASE("Scans of keyframes metres apart are too sparse to remove what moves") {
+  MotionFigures figures;
+  figures.scans = 20;
+  figures.interval_s = 0.1;
+  figures.step_m = 3.6;  // 130 km/h
+  CHECK(check_spacing(figures).severity == Severity::kFine);
+  figures.interval_s = 0.5;
+  figures.step_m = 5.1;
+  CHECK(check_spacing(figures).severity == Severity::kSuspicious);
+  CHECK_THAT(check_spacing(figures).message, Contains("5.1 m and 0.5 s apart"));
+}
+
 TEST_CASE("a right recording is fine") {
   const Plausibility found = examine(drive(), drive().scan_count());
   CHECK(unusual(found).empty());
