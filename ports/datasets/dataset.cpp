@@ -9,6 +9,7 @@
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/mounting.hpp"
 #include "ports/datasets/readers.hpp"
+#include "ports/datasets/scan_faults.hpp"
 
 namespace unimapper::datasets {
 
@@ -29,7 +30,7 @@ std::unique_ptr<Dataset> open_with_reader(const std::filesystem::path& path,
 
 /// One LiDAR's scans.
 std::unique_ptr<Dataset> open_lidar(const std::filesystem::path& path, const OpenOptions& options) {
-  std::unique_ptr<Dataset> dataset = open_with_reader(path, options);
+  std::unique_ptr<Dataset> dataset = with_counted_faults(open_with_reader(path, options));
   if (options.time_offset_s != 0.0) {
     dataset = retimed(std::move(dataset), options.time_offset_s);
   }
@@ -73,11 +74,8 @@ void require_mountings(std::size_t lidars, const OpenOptions& options) {
   }
 }
 
-}  // namespace
-
-std::unique_ptr<Dataset> open_dataset(const std::filesystem::path& path,
-                                      const OpenOptions& options) {
-  const std::vector<std::string> topics = names_of(options.topic);
+std::unique_ptr<Dataset> open_lidars(const std::filesystem::path& path, const OpenOptions& options,
+                                     const std::vector<std::string>& topics) {
   if (!options.T_base_lidar.empty() || topics.size() > 1) require_mountings(topics.size(), options);
   std::vector<std::unique_ptr<Dataset>> lidars;
   for (std::size_t i = 0; i < topics.size(); ++i) {
@@ -88,6 +86,23 @@ std::unique_ptr<Dataset> open_dataset(const std::filesystem::path& path,
     lidars.push_back(open_lidar(path, one));
   }
   return several_lidars(std::move(lidars));
+}
+
+}  // namespace
+
+std::unique_ptr<Dataset> open_dataset(const std::filesystem::path& path,
+                                      const OpenOptions& options) {
+  const std::vector<std::string> topics = names_of(options.topic);
+  try {
+    return open_lidars(path, options, topics);
+  } catch (const SeveralLidarsError& several) {
+    if (topics.size() > 1 || !options.T_base_lidar.empty() || !options.poses.empty()) throw;
+    try {
+      return open_lidars(path, options, several.topics());
+    } catch (const DatasetError& error) {
+      throw DatasetError(std::string(several.what()) + "; as one they fail: " + error.what());
+    }
+  }
 }
 
 }  // namespace unimapper::datasets

@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "unimapper/core/point_view.hpp"
@@ -18,6 +19,18 @@ namespace unimapper::datasets {
 class DatasetError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+};
+
+/// One topic holds the scans of several LiDARs, and none of them was chosen.
+class SeveralLidarsError : public DatasetError {
+ public:
+  SeveralLidarsError(const std::string& message, std::vector<std::string> topics)
+      : DatasetError(message), topics_(std::move(topics)) {}
+  /// What chooses each of them as `OpenOptions::topic`, e.g. "/points\@front".
+  [[nodiscard]] const std::vector<std::string>& topics() const { return topics_; }
+
+ private:
+  std::vector<std::string> topics_;
 };
 
 /// One scan in the sensor frame.
@@ -37,6 +50,11 @@ struct Scan {
   /// not say.
   std::vector<std::uint16_t> ring;
 
+  /// Of the numbers that `time_s` was read from; 0 where the file does not say.
+  double seconds_per_time_unit = 0.0;
+  /// Points whose time is of no sweep that the others are of: `time_s` is 0.
+  std::size_t points_without_time = 0;
+
   /// What readers of points in doubles subtract before these become floats, metres: points of a
   /// map far from its origin.
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
@@ -46,6 +64,14 @@ struct Scan {
     points.resize(count);
     time_s.clear();
     ring.clear();
+    seconds_per_time_unit = 0.0;
+    points_without_time = 0;
+  }
+  /// Adds the time of the next point, which counts from `zero`.
+  void add_time(double time, double zero, double seconds_per_unit, bool is_of_sweep) {
+    seconds_per_time_unit = seconds_per_unit;
+    time_s.push_back(is_of_sweep ? static_cast<float>((time - zero) * seconds_per_unit) : 0.0F);
+    points_without_time += is_of_sweep ? 0 : 1;
   }
   /// The points where they lie, valid as long as `points` does not change.
   [[nodiscard]] PointView view() const {
@@ -57,6 +83,8 @@ struct Scan {
 struct Note {
   std::string text;         ///< e.g. "poses matched by stamp, the farthest 12 ms away"
   bool is_warning = false;  ///< worth a warning: the input may be wrong
+  /// The likely reason where poses and scans contradict each other.
+  bool is_about_mounting = false;
 };
 
 /// A sequence of scans with one pose and one stamp each. Reads lazily, one scan at a time.
@@ -102,9 +130,10 @@ struct OpenOptions {
   std::string sequence{};         ///< of a folder of several sequences, e.g. "00"
   std::filesystem::path poses{};  ///< pose file; empty: where the layout has it
   std::string point_fields{};     ///< of records without a header, e.g. "x y z intensity ring"
-  std::string topic{};            ///< of the scans, in a bag
-  std::string odometry_topic{};   ///< of the poses, in a bag
-  std::string frame{};            ///< in which a bag's transforms give poses, e.g. "odom"
+  /// Of the scans, in a bag; behind an at sign the frame of one LiDAR, where several are on it.
+  std::string topic{};
+  std::string odometry_topic{};  ///< of the poses, in a bag
+  std::string frame{};           ///< in which a bag's transforms give poses, e.g. "odom"
   /// Where each LiDAR is on what the poses are of, in the order of `topic`; empty: as the recording
   /// says, or at its origin.
   std::vector<Pose> T_base_lidar{};
@@ -120,7 +149,8 @@ struct OpenOptions {
 
 /// Opens the folder or file at `path` with the reader that the options name, or the first that
 /// recognises it. Several topics with commas between them are several LiDARs of one robot
-/// (mounting.hpp); where one of them is mounted must be known. Throws DatasetError.
+/// (mounting.hpp); where one of them is mounted must be known. So are several LiDARs on one topic.
+/// Throws DatasetError.
 std::unique_ptr<Dataset> open_dataset(const std::filesystem::path& path,
                                       const OpenOptions& options = {});
 

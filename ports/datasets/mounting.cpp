@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "ports/datasets/decorator.hpp"
@@ -138,8 +139,10 @@ class SeveralLidars : public DatasetDecorator {
   [[nodiscard]] Partners nearest_scans(const Dataset& other) const {
     Partners partners(scan_count());
     if (scan_count() < 2) return partners;
-    const std::int64_t limit_ns = (stamp_ns(scan_count() - 1) - stamp_ns(0)) /
-                                  static_cast<std::int64_t>(2 * (scan_count() - 1));
+    // Half of it where LiDARs take turns, and a little for what the stamps scatter.
+    const double interval_ns = static_cast<double>(stamp_ns(scan_count() - 1) - stamp_ns(0)) /
+                               static_cast<double>(scan_count() - 1);
+    const auto limit_ns = static_cast<std::int64_t>(0.55 * interval_ns);
     std::size_t nearest = 0;
     const auto apart_ns = [&](std::size_t i, std::size_t j) {
       const std::int64_t difference = other.stamp_ns(j) - stamp_ns(i);
@@ -178,13 +181,20 @@ class SeveralLidars : public DatasetDecorator {
       const auto at_once = others_[k]->pose_at(stamp_ns(i));
       apart_m = (pose(i).inverse() * at_once.value_or(other)).translation.norm();
     }
-    char text[200];
+    std::set<std::size_t> added;
+    for (const auto& j : partners_[k]) {
+      if (j) added.insert(*j);
+    }
+    const std::size_t left_out = others_[k]->scan_count() - added.size();
+    char text[300];
     std::snprintf(text, sizeof text,
                   "LiDAR %zu added to %zu of %zu scans, %.2f m from the first; free space is "
-                  "claimed from the first one's viewpoint",
-                  k + 2, count, partners_[k].size(), apart_m);
+                  "claimed from the first one's viewpoint; %zu of its own %zu scans are left out: "
+                  "at their time there is none of the first",
+                  k + 2, count, partners_[k].size(), apart_m, left_out, others_[k]->scan_count());
     constexpr double kFar_m = 0.5;
-    return {text, apart_m > kFar_m || 2 * count < partners_[k].size()};
+    return {text, apart_m > kFar_m || 2 * count < partners_[k].size() ||
+                      10 * left_out > others_[k]->scan_count()};
   }
 
   std::vector<std::unique_ptr<Dataset>> others_;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <vector>
 
 namespace unimapper::datasets {
 
@@ -29,12 +30,27 @@ struct TimeRange {
   double greatest = -std::numeric_limits<double>::infinity();
   /// Numbers that are not finite say nothing.
   void add(double time);
+  /// False of a number that is not finite.
+  [[nodiscard]] bool contains(double time) const { return time >= least && time <= greatest; }
+  /// Negative while nothing was added.
+  [[nodiscard]] double span() const { return greatest - least; }
 };
+
+/// The range of a scan's times that are of its sweep: those at most as far from the middle nine
+/// tenths as these are wide. A driver's bug or an underflow gives single points any number.
+[[nodiscard]] TimeRange sweep_range(std::vector<double> times);
 
 /// The clock of a scan whose times cover `range` and whose stamp, where it has one of the points'
 /// clock, is `stamp_ns`: a sweep takes 2 ms to 2 s, which is true in one unit only. Empty where no
 /// unit fits.
 [[nodiscard]] std::optional<PointClock> find_clock(const TimeRange& range,
                                                    std::optional<std::int64_t> stamp_ns);
+
+/// The clock of a scan in a recording whose scans have times of `usual`, and cover `usual_span`
+/// numbers as a rule. A scan that was cut keeps the usual unit; one that covers a thousand times
+/// more or less has another. Empty where its times are all the same or fit no unit.
+[[nodiscard]] std::optional<PointClock> find_clock_like(const PointClock& usual, double usual_span,
+                                                        const TimeRange& range,
+                                                        std::optional<std::int64_t> stamp_ns);
 
 }  // namespace unimapper::datasets

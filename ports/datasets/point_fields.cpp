@@ -114,15 +114,13 @@ void ScanBuilder::add(const double (&values)[kPointRoles]) {
 }
 
 void ScanBuilder::finish() {
-  TimeRange range;
-  for (const double time : times_) range.add(time);
+  const TimeRange range = sweep_range(times_);
   const auto clock = find_clock(range, std::nullopt);
   if (!clock) return;
   const double origin = clock->zero == PointClock::Zero::kStamp ? 0.0 : range.least;
   scan_.time_s.reserve(times_.size());
   for (const double time : times_) {
-    const double time_s = (time - origin) * clock->seconds_per_unit;
-    scan_.time_s.push_back(std::isfinite(time_s) ? static_cast<float>(time_s) : 0.0F);
+    scan_.add_time(time, origin, clock->seconds_per_unit, range.contains(time));
   }
 }
 

@@ -1,9 +1,12 @@
 #include "ports/datasets/pose_track.hpp"
 
 #include <algorithm>
+#include <cstdio>
+#include <span>
 
 #include "ports/datasets/files.hpp"
 #include "unimapper/core/pose_interpolation.hpp"
+#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::datasets {
 
@@ -77,6 +80,26 @@ class PoseTrack {
 
 }  // namespace
 
+std::string poses_apart_text(std::span<const std::int64_t> stamps_ns) {
+  std::vector<double> intervals_s;
+  for (std::size_t i = 1; i < stamps_ns.size(); ++i) {
+    intervals_s.push_back(1e-9 * static_cast<double>(difference(stamps_ns[i], stamps_ns[i - 1])));
+  }
+  if (intervals_s.empty()) return "there is one pose only";
+  const double usual_s = median(std::span(intervals_s));
+  const double longest_s = *std::max_element(intervals_s.begin(), intervals_s.end());
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "poses are %.1f s apart (median; at most %.1f s), at most %.1f s are bridged",
+                usual_s, longest_s, 1e-9 * static_cast<double>(kMaxPoseGap_ns));
+  return text;
+}
+
+std::string remedy_for_sparse_poses() {
+  return "give the odometry at its own rate instead of poses of keyframes, or only the scans that "
+         "have a pose of their own";
+}
+
 TimedPoses poses_at(const std::vector<std::int64_t>& stamps_ns, const Trajectory& trajectory,
                     const fs::path& file) {
   check_stamps(trajectory, file);
@@ -90,12 +113,10 @@ TimedPoses poses_at(const std::vector<std::int64_t>& stamps_ns, const Trajectory
       ": the scans are from " + seconds_text(*first) + " to " + seconds_text(*last) +
       ", the poses from " + seconds_text(trajectory.stamps_ns.front()) + " to " +
       seconds_text(trajectory.stamps_ns.back()) + "; both must be of one clock and in one unit";
-  if (found.in_gaps > 0) {
-    const auto without = std::find(found.poses.begin(), found.poses.end(), std::nullopt);
-    fail(file,
-         "no pose within 0.5 s of scan " +
-             std::to_string(stamps_ns[static_cast<std::size_t>(without - found.poses.begin())]) +
-             " ns and " + std::to_string(missing - 1) + " more" + ranges);
+  if (found.in_gaps > found.outside) {
+    fail(file, poses_apart_text(trajectory.stamps_ns) + ": " + std::to_string(found.in_gaps) +
+                   " of " + std::to_string(stamps_ns.size()) +
+                   " scans lie between poses farther apart; " + remedy_for_sparse_poses());
   }
   if (missing == stamps_ns.size()) fail(file, "covers none of the scans" + ranges);
   fail(file, "covers only " + std::to_string(stamps_ns.size() - missing) + " of " +

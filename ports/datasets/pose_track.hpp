@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "ports/datasets/poses.hpp"
@@ -26,5 +28,12 @@ struct TimedPoses {
 /// where fewer than half of the scans get a pose.
 [[nodiscard]] TimedPoses poses_at(const std::vector<std::int64_t>& stamps_ns,
                                   const Trajectory& trajectory, const std::filesystem::path& file);
+
+/// How far apart poses with these stamps, in order, are: "poses are 1.0 s apart (...), at most 0.5
+/// s are bridged".
+[[nodiscard]] std::string poses_apart_text(std::span<const std::int64_t> stamps_ns);
+
+/// What to do about it.
+[[nodiscard]] std::string remedy_for_sparse_poses();
 
 }  // namespace unimapper::datasets

@@ -9,6 +9,8 @@
 
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/pose_track.hpp"
+#include "ports/datasets/recorded_stamps.hpp"
+#include "ports/datasets/text_encoding.hpp"
 
 namespace unimapper::datasets {
 
@@ -90,6 +92,23 @@ bool are_line_numbers(const std::vector<std::int64_t>& stamps_ns) {
   return stamps_ns[0] % kNanosecondsPerSecond == 0;
 }
 
+/// Leaves out scans whose stamp alone contradicts their order; poses by line do not follow a clock
+/// that is set back.
+void mend_stamps(Sequence& sequence, const fs::path& source, bool by_stamp) {
+  RecordedStamps found = check_recorded_stamps(sequence.stamps_ns, {});
+  if (by_stamp) found.steps.clear();
+  if (found.steps.empty() && found.glitches == 0) return;
+  note_stamps(found, "scan", source.string(), sequence.notes);
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < sequence.stamps_ns.size(); ++i) {
+    sequence.stamps_ns[i] = found.without_steps(i, sequence.stamps_ns[i]);
+    if (!found.is_glitch[i]) kept.push_back(i);
+  }
+  sequence.files = pick(sequence.files, kept);
+  sequence.poses = pick(sequence.poses, kept);
+  sequence.stamps_ns = pick(sequence.stamps_ns, kept);
+}
+
 /// Scans that are not later than the one before are refused one by one later; many of them mean
 /// that these are no stamps.
 void check_increasing(Sequence& sequence, const fs::path& source) {
@@ -169,6 +188,7 @@ class Association {
     } else {
       take_by_line();
     }
+    mend_stamps(sequence_, stamps_source_, by_stamp);
     check_increasing(sequence_, stamps_source_);
     return std::move(sequence_);
   }
@@ -181,7 +201,7 @@ class Association {
       stamps_source_ = parts_.files.front().parent_path();
     }
     if (parts_.times_file.empty() || !fs::exists(parts_.times_file)) return;
-    const auto times_ns = parse_times(read_file(parts_.times_file), parts_.times_file);
+    const auto times_ns = parse_times(read_text(parts_.times_file), parts_.times_file);
     // As many times as poses: both are of the whole sequence that the scans are an excerpt of.
     if (times_ns.size() == parts_.trajectory.poses.size()) parts_.are_numbered_by_line = true;
     stamps_ns_ = pick(times_ns, match_lines(parts_.files, times_ns.size(), parts_.times_file,

@@ -28,8 +28,33 @@ struct Window {
   [[nodiscard]] std::size_t last() const { return first + (kWindowScans - 1) * stride; }
 };
 
-/// The windows with most motion, each apart from the others.
-std::vector<Window> choose_windows(const Dataset& dataset) {
+/// Whether windows have times; a scan without is read once.
+class WindowTimes {
+ public:
+  explicit WindowTimes(const Dataset& dataset) : dataset_(dataset) {}
+  bool of_scan(std::size_t i) {
+    dataset_.read_scan(i, scan_);
+    if (scan_.time_s.empty()) without_.push_back(i);
+    return !scan_.time_s.empty();
+  }
+  bool operator()(const Window& window) {
+    const bool is_known = std::any_of(without_.begin(), without_.end(), [&](std::size_t i) {
+      return i >= window.first && i <= window.last();
+    });
+    return !is_known && of_scan(window.first) && of_scan(window.last());
+  }
+  /// Scans found without.
+  [[nodiscard]] std::size_t without() const { return without_.size(); }
+
+ private:
+  const Dataset& dataset_;
+  Scan scan_;
+  std::vector<std::size_t> without_;
+};
+
+/// The windows with most motion, each apart from the others; a driver may begin to give times, or
+/// cease, while it is recorded.
+std::vector<Window> choose_windows(const Dataset& dataset, WindowTimes& has_times) {
   constexpr double kWindow_s = 3.0;
   const std::size_t count = dataset.scan_count();
   std::vector<Window> chosen;
@@ -49,12 +74,13 @@ std::vector<Window> choose_windows(const Dataset& dataset) {
   }
   std::stable_sort(all.begin(), all.end(),
                    [](const Window& a, const Window& b) { return a.motion_m > b.motion_m; });
+  constexpr std::size_t kMostWithout = 16;
   for (const Window& window : all) {
-    if (chosen.size() == kWindows) break;
+    if (chosen.size() == kWindows || has_times.without() > kMostWithout) break;
     const bool is_apart = std::all_of(chosen.begin(), chosen.end(), [&](const Window& other) {
       return window.last() < other.first || window.first > other.last();
     });
-    if (is_apart) chosen.push_back(window);
+    if (is_apart && has_times(window)) chosen.push_back(window);
   }
   return chosen;
 }
@@ -165,15 +191,17 @@ SweepFinding finding_of(const std::array<double, kReadings>& log_thickness) {
 SweepCheck check_sweeps(const Dataset& dataset, const SensorMotion& poses) {
   SweepCheck check;
   if (dataset.scan_count() == 0) return check;
-  Scan scan;
-  dataset.read_scan(0, scan);
-  if (scan.time_s.empty()) return check;
+  WindowTimes has_times(dataset);
+  const std::size_t last = dataset.scan_count() - 1;
+  if (!has_times.of_scan(0) && !has_times.of_scan(last / 2) && !has_times.of_scan(last)) {
+    return check;
+  }
   check.finding = SweepFinding::kNoMotion;
   std::array<double, kReadings> sums{};
   double most_m = 0.0;
-  for (const Window& window : choose_windows(dataset)) {
+  for (const Window& window : choose_windows(dataset, has_times)) {
     WindowThickness thickness(dataset, poses);
-    if (!thickness.add(window)) return {};
+    if (!thickness.add(window)) continue;
     for (std::size_t r = 0; r < kReadings; ++r) {
       sums[r] += thickness.log_thickness(static_cast<Reading>(r));
     }

@@ -64,7 +64,7 @@ void add_open_options(CLI::App& command, datasets::OpenOptions& options) {
   command
       .add_option("--topic", options.topic,
                   "Scans in a bag, where there are several such topics; A,B: two LiDARs of one "
-                  "robot as one")
+                  "robot as one; A@FRAME: one of several LiDARs on a topic")
       ->group("Input");
   command
       .add_option("--odometry-topic", options.odometry_topic,

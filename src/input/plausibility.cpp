@@ -22,15 +22,6 @@ class ScanStore {
   std::map<std::size_t, datasets::Scan> scans_;
 };
 
-/// A damaged scan is said where it is mapped, with all before it kept; here it tells nothing.
-void read_or_empty(const datasets::Dataset& dataset, std::size_t i, datasets::Scan& scan) {
-  try {
-    dataset.read_scan(i, scan);
-  } catch (const datasets::DatasetError&) {
-    scan.reset(0);
-  }
-}
-
 bool is_broken(const std::vector<OdometryBreak>& breaks, const PairIndex& pair) {
   return std::any_of(breaks.begin(), breaks.end(), [&](const OdometryBreak& b) {
     return pair.first < b.next && pair.second > b.last;
@@ -100,7 +91,7 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
   const bool comparable = worst(findings) != Severity::kWrong;
   if (comparable) {
     result.steps = find_odometry_breaks(
-        track, [&](std::size_t i, datasets::Scan& scan) { read_or_empty(dataset, i, scan); });
+        track, [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); });
     const Finding odometry = check_odometry_breaks(result.steps);
     // Poses that are wrong as a whole are no odometry that breaks.
     std::vector<std::size_t> indices;
@@ -135,7 +126,7 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
                    [&](std::size_t i, std::size_t j) {
                      return breaks && is_broken(result.steps.breaks, {i, j});
                    },
-                   [&](std::size_t i, datasets::Scan& scan) { read_or_empty(dataset, i, scan); }));
+                   [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); }));
     add_motion_findings(result, odometry, given);
     if (!breaks) result.steps.breaks.clear();
   } else {

@@ -35,8 +35,7 @@ struct GivenCorrection {
 };
 
 /// Looks at the first `scans` scans of `dataset`: all poses and stamps, the points of at most 32
-/// scans, and a few thousand points of every fifth or so. Throws DatasetError for a damaged scan
-/// among them.
+/// scans, and a few thousand points of every fifth or so. Throws DatasetError as `read_scan` does.
 [[nodiscard]] Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
                                    const GivenCorrection& given = {});
 

@@ -76,7 +76,7 @@ void read_dataset(const std::string& file) {
 
 void decode(std::uint8_t choice, std::string_view bytes) {
   const auto serialization = (choice & 1) != 0 ? Serialization::kCdr : Serialization::kRos1;
-  const auto kind = static_cast<MessageKind>((choice >> 1) % 7);
+  const auto kind = static_cast<MessageKind>((choice >> 1) % 8);
   if (!is_scan(kind)) {
     for (const PoseMessage& pose : decode_poses(bytes, serialization, kind)) {
       if (pose.pose && !pose.pose->is_rigid()) std::abort();

@@ -84,7 +84,7 @@ int main(int argument_count, char** arguments) {
   }
   const std::filesystem::path folder = arguments[1];
   std::filesystem::create_directories(folder);
-  for (std::uint8_t kind = 0; kind < 7; ++kind) {
+  for (std::uint8_t kind = 0; kind < 8; ++kind) {
     for (const Encoding encoding : kEncodings) {
       const int serialization = encoding == Encoding::kRos1 ? 0 : 1;
       const auto choice = static_cast<char>(2 * kind + serialization);

@@ -152,36 +152,6 @@ TEST_CASE("Scans while the odometry stands still belong to no session", "[breaks
   CHECK(check_odometry_breaks(found).severity == Severity::kSuspicious);
 }
 
-TEST_CASE("A damaged scan is left to the run that maps those before it", "[breaks]") {
-  struct Damaged : MemoryDataset {
-    explicit Damaged(const MemoryDataset& whole) : MemoryDataset(whole) {}
-    void read_scan(std::size_t i, datasets::Scan& scan) const override {
-      if (i == damaged) throw datasets::DatasetError("damaged");
-      MemoryDataset::read_scan(i, scan);
-    }
-    std::size_t damaged = 0;
-  };
-  Damaged recording(drive());
-  const Track track{recording.scan_count(), [&](std::size_t i) { return recording.pose(i); },
-                    [&](std::size_t i) { return recording.stamp_ns(i); }};
-  // One that no other check looks at.
-  std::set<std::size_t> read;
-  (void)find_odometry_breaks(track, [&](std::size_t i, datasets::Scan& scan) {
-    read.insert(i);
-    drive().read_scan(i, scan);
-  });
-  read.erase(0);
-  for (const PairIndex& pair : choose_pairs(track, 16)) {
-    read.erase(pair.first);
-    read.erase(pair.second);
-  }
-  REQUIRE_FALSE(read.empty());
-  recording.damaged = *read.begin();
-  const Plausibility found = examine(recording, recording.scan_count());
-  CHECK(found.steps.compared >= 11);
-  CHECK(found.steps.breaks.empty());
-}
-
 TEST_CASE("A ride in a lift that the odometry does not feel is a break", "[breaks]") {
   const double felt_m = GENERATE(0.0, -0.5);
   const OdometryBreaks found = found_in(lift(40, felt_m));

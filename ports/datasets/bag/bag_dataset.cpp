@@ -1,7 +1,9 @@
 // Scans and poses of a bag.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -11,7 +13,10 @@
 #include "ports/datasets/bag/topic_choice.hpp"
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/formats.hpp"
+#include "ports/datasets/pose_track.hpp"
 #include "ports/datasets/poses.hpp"
+#include "ports/datasets/sharpness.hpp"
+#include "ports/datasets/text_encoding.hpp"
 
 namespace unimapper::datasets {
 
@@ -23,7 +28,8 @@ namespace {
 
 /// A scan with a pose.
 struct PosedScan {
-  std::size_t number;  ///< among the messages of the topic
+  std::size_t number;   ///< among the messages of the topic
+  std::int64_t log_ns;  ///< when it was recorded
   std::int64_t stamp_ns;
   Pose T_odometry_lidar;
 };
@@ -33,13 +39,24 @@ struct Contents {
   struct ScanStamp {
     std::size_t number;
     std::int64_t stamp_ns;
+    std::int64_t log_ns;
+    std::size_t lidar;  ///< index of `lidars`
   };
+  /// What tells the LiDARs of one topic apart.
+  struct Lidar {
+    std::string frame;
+    std::uint8_t number = 0;  ///< that Livox gives it
+    std::size_t scans = 0;
+  };
+  std::vector<Lidar> lidars;
   std::vector<ScanStamp> scans;
-  std::string lidar_frame;  ///< of the first scan
-  std::size_t other_frames = 0;
+  std::string lidar_frame;        ///< of the scans
+  std::size_t without_frame = 0;  ///< scans
   std::size_t without_stamp = 0;
+  RecordedStamps stamps;  ///< of the scans
   BagPoses poses;
   std::size_t unreadable = 0;
+  std::size_t unreadable_scans = 0;  ///< of these
   std::string first_unreadable;
 };
 
@@ -55,8 +72,8 @@ bool is_static_topic(const Topic& topic) { return topic.name.ends_with("tf_stati
 class BagWalk {
  public:
   BagWalk(MessageSource& source, std::size_t scan_topic,
-          const std::vector<std::size_t>& pose_topics, bool is_asked_for)
-      : source_(source), scan_topic_(scan_topic) {
+          const std::vector<std::size_t>& pose_topics, bool is_asked_for, std::string wanted_lidar)
+      : source_(source), scan_topic_(scan_topic), wanted_lidar_(std::move(wanted_lidar)) {
     for (const std::size_t topic : pose_topics) {
       if (is_transforms(kind_of(source.topics()[topic].type))) continue;
       PoseTopic& poses = contents_.poses.topics[topic];
@@ -69,17 +86,23 @@ class BagWalk {
   Contents walk() {
     std::vector<std::size_t> topics = find_topics(source_, &is_transforms);
     topics.push_back(scan_topic_);
-    for (const auto& [topic, poses] : contents_.poses.topics) topics.push_back(topic);
+    for (const auto& [topic, poses] : contents_.poses.topics) {
+      if (kind_of(source_.topics()[topic].type) == MessageKind::kPath) {
+        take_path(topic);
+      } else {
+        topics.push_back(topic);
+      }
+    }
     for_each_message(source_, topics, [this](std::size_t topic, std::size_t number) {
       try {
         take(topic, number);
       } catch (const DatasetError& error) {
-        if (contents_.unreadable++ == 0) {
-          contents_.first_unreadable = source_.topics()[topic].name + ": " + error.what();
-        }
+        count_unreadable(topic, number, error);
       }
     });
-    contents_.poses.finish();
+    choose_lidar();
+    check_stamps();
+    contents_.poses.finish(contents_.stamps);
     return std::move(contents_);
   }
 
@@ -88,33 +111,142 @@ class BagWalk {
     const Topic& topic = source_.topics()[number_of_topic];
     const MessagePlace& place = source_.messages(number_of_topic)[number];
     if (number_of_topic == scan_topic_) {
-      take_scan(decode_header(source_.read(place, kHeaderBytes), topic.serialization), number,
-                place.log_time_ns);
+      take_scan(source_.read(place, kHeaderBytes), number, place.log_time_ns);
       return;
     }
     const auto found = contents_.poses.topics.find(number_of_topic);
     PoseTopic* poses = found == contents_.poses.topics.end() ? nullptr : &found->second;
     for (const PoseMessage& message :
          decode_poses(source_.read(place), topic.serialization, kind_of(topic.type))) {
-      contents_.poses.add(message, poses, is_static_topic(topic));
+      contents_.poses.add(message, poses, is_static_topic(topic), place.log_time_ns);
     }
   }
 
-  void take_scan(const MessageHeader& header, std::size_t number, std::int64_t log_time_ns) {
-    if (contents_.scans.empty()) contents_.lidar_frame = header.frame;
-    if (header.frame != contents_.lidar_frame) ++contents_.other_frames;
+  /// A path holds all poses so far, or the last ones: its last message counts, and of those before
+  /// it what they reach further back.
+  void take_path(std::size_t topic) {
+    const auto& places = source_.messages(topic);
+    std::vector<PoseMessage> poses;
+    std::int64_t first_ns = INT64_MAX;
+    for (std::size_t i = places.size(); i-- > 0;) {
+      // The poses of later messages are known.
+      if (i > 0 && places[i - 1].log_time_ns >= first_ns) continue;
+      std::vector<PoseMessage> path;
+      try {
+        path = decode_poses(source_.read(places[i]), source_.topics()[topic].serialization,
+                            MessageKind::kPath);
+      } catch (const DatasetError& error) {
+        count_unreadable(topic, i, error);
+      }
+      std::erase_if(path, [&](const auto& pose) { return pose.header.stamp_ns >= first_ns; });
+      poses.insert(poses.end(), path.begin(), path.end());
+      for (const PoseMessage& pose : path) first_ns = std::min(first_ns, pose.header.stamp_ns);
+    }
+    std::stable_sort(poses.begin(), poses.end(), [](const PoseMessage& a, const PoseMessage& b) {
+      return a.header.stamp_ns < b.header.stamp_ns;
+    });
+    PoseTopic& taken = contents_.poses.topics.at(topic);
+    for (const PoseMessage& pose : poses) {
+      contents_.poses.add(pose, &taken, false, pose.header.stamp_ns);
+    }
+  }
+
+  void count_unreadable(std::size_t topic, std::size_t number, const DatasetError& error) {
+    if (topic == scan_topic_) ++contents_.unreadable_scans;
+    if (contents_.unreadable++ > 0) return;
+    contents_.first_unreadable =
+        source_.topics()[topic].name + " message " + std::to_string(number) + ": " + error.what();
+  }
+
+  void take_scan(std::string_view bytes, std::size_t number, std::int64_t log_time_ns) {
+    const Topic& topic = source_.topics()[scan_topic_];
+    const MessageHeader header = decode_header(bytes, topic.serialization);
+    const std::uint8_t lidar = decode_lidar_number(bytes, topic.serialization, kind_of(topic.type));
+    auto& lidars = contents_.lidars;
+    const auto found = std::find_if(lidars.begin(), lidars.end(), [&](const auto& known) {
+      return known.frame == header.frame && known.number == lidar;
+    });
+    const auto index = static_cast<std::size_t>(found - lidars.begin());
+    if (found == lidars.end()) lidars.push_back({header.frame, lidar, 0});
+    ++lidars[index].scans;
+    contents_.scans.push_back(
+        {number, header.stamp_ns != 0 ? header.stamp_ns : log_time_ns, log_time_ns, index});
     if (header.stamp_ns == 0) ++contents_.without_stamp;
-    contents_.scans.push_back({number, header.stamp_ns != 0 ? header.stamp_ns : log_time_ns});
+  }
+
+  /// Keeps the scans of one LiDAR: the one that is wanted, or the only one.
+  void choose_lidar() {
+    const auto& lidars = contents_.lidars;
+    std::vector<std::size_t> order(lidars.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    // The others are added to the one with most scans.
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return lidars[a].scans > lidars[b].scans;
+    });
+    std::vector<std::string> names;
+    std::string list;
+    std::vector<bool> is_chosen(lidars.size());
+    for (const std::size_t index : order) {
+      const Contents::Lidar& lidar = lidars[index];
+      const auto of_frame = std::count_if(lidars.begin(), lidars.end(), [&](const auto& other) {
+        return other.frame == lidar.frame;
+      });
+      const std::string name =
+          lidar.frame + (of_frame > 1 ? "#" + std::to_string(lidar.number) : std::string());
+      is_chosen[index] = wanted_lidar_.empty() || name == wanted_lidar_;
+      list +=
+          (list.empty() ? "'" : ", '") + name + "' (" + count_text(lidar.scans, "message") + ")";
+      // A message that does not say is of the others' LiDAR.
+      if (lidar.frame.empty() && lidars.size() > 1) continue;
+      names.push_back(source_.topics()[scan_topic_].name + "@" + name);
+    }
+    if (!wanted_lidar_.empty() &&
+        std::find(is_chosen.begin(), is_chosen.end(), true) == is_chosen.end()) {
+      throw DatasetError(source_.topics()[scan_topic_].name + " holds no scans of '" +
+                         wanted_lidar_ + "'; there are " + list);
+    }
+    if (wanted_lidar_.empty() && names.size() > 1) fail_several(names, list);
+    std::vector<Contents::ScanStamp> scans;
+    for (const Contents::ScanStamp& scan : contents_.scans) {
+      if (!is_chosen[scan.lidar]) continue;
+      const std::string& frame = lidars[scan.lidar].frame;
+      if (!frame.empty()) contents_.lidar_frame = frame;
+      contents_.without_frame += frame.empty() ? 1 : 0;
+      scans.push_back(scan);
+    }
+    contents_.scans = std::move(scans);
+  }
+
+  [[noreturn]] void fail_several(const std::vector<std::string>& names,
+                                 const std::string& list) const {
+    std::string all;
+    for (const std::string& name : names) all += (all.empty() ? "" : ",") + name;
+    throw SeveralLidarsError(
+        source_.topics()[scan_topic_].name + " holds the scans of several LiDARs: " + list +
+            "; choose one with --topic " + names.front() + ", or all as one with --topic " + all +
+            " and --extrinsic x,y,z,roll,pitch,yaw once for each",
+        names);
+  }
+
+  void check_stamps() {
+    std::vector<std::int64_t> stamps_ns;
+    std::vector<std::int64_t> log_ns;
+    for (const Contents::ScanStamp& scan : contents_.scans) {
+      stamps_ns.push_back(scan.stamp_ns);
+      log_ns.push_back(scan.log_ns);
+    }
+    contents_.stamps = check_recorded_stamps(stamps_ns, log_ns);
   }
 
   MessageSource& source_;
   std::size_t scan_topic_;
+  std::string wanted_lidar_;  // empty: there is one only
   Contents contents_;
 };
 
 /// Poses of a pose file that another program made from this bag: those of the LiDAR itself.
 LidarPoses poses_of_file(const fs::path& file, PoseSeries& series) {
-  const Trajectory trajectory = parse_trajectory(read_file(file), file);
+  const Trajectory trajectory = parse_trajectory(read_text(file), file);
   if (trajectory.stamps_ns.empty()) {
     fail(file, "has no stamps: scans of a bag take their poses by stamp (t x y z qx qy qz qw)");
   }
@@ -126,6 +258,9 @@ LidarPoses poses_of_file(const fs::path& file, PoseSeries& series) {
   poses.description = file.string();
   poses.covered_time =
       seconds_text(series.first_ns()) + " to " + seconds_text(series.last_ns()) + " s";
+  poses.first_ns = series.first_ns();
+  poses.last_ns = series.last_ns();
+  poses.apart = poses_apart_text(series.stamps_ns());
   poses.notes.push_back({"poses of the LiDAR: " + poses.description, false});
   poses.at = [&series](std::int64_t stamp_ns) { return series.at(stamp_ns); };
   return poses;
@@ -138,6 +273,8 @@ class BagDataset final : public Dataset {
     for (const std::string& warning : source_->warnings()) notes_.push_back({warning, true});
     try {
       open(options);
+    } catch (const SeveralLidarsError& error) {
+      throw SeveralLidarsError(path_.string() + ": " + error.what(), error.topics());
     } catch (const DatasetError& error) {
       fail(path_, error.what());
     }
@@ -149,7 +286,7 @@ class BagDataset final : public Dataset {
     const PosedScan& posed = scans_.at(i);
     try {
       decode_scan(message(posed.number), topic().serialization, kind_of(topic().type), layout_,
-                  scan);
+                  scan, posed.log_ns);
     } catch (const DatasetError& error) {
       fail(path_, topic().name + " message " + std::to_string(posed.number) + ": " + error.what());
     }
@@ -180,7 +317,10 @@ class BagDataset final : public Dataset {
   }
 
   void open(const OpenOptions& options) {
-    topic_ = choose_scan_topic(*source_, options.topic);
+    // ROS has no '@' in names of topics.
+    const std::size_t at = std::min(options.topic.find('@'), options.topic.size());
+    topic_ = choose_scan_topic(*source_, options.topic.substr(0, at));
+    lidar_ = options.topic.substr(std::min(at + 1, options.topic.size()));
     const bool has_pose_file = !options.poses.empty();
     const bool only_transforms = options.odometry_topic.empty() && !options.frame.empty();
     std::vector<std::size_t> pose_topics;
@@ -188,12 +328,15 @@ class BagDataset final : public Dataset {
       pose_topics = choose_pose_topics(*source_, options.odometry_topic);
     }
     Contents contents =
-        BagWalk(*source_, topic_, pose_topics, !options.odometry_topic.empty()).walk();
+        BagWalk(*source_, topic_, pose_topics, !options.odometry_topic.empty(), lidar_).walk();
     poses_ = std::move(contents.poses);
     note_contents(contents);
-    if (contents.scans.empty()) {
-      throw DatasetError("no message of " + describe(topic()) +
-                         " can be read: " + contents.first_unreadable);
+    constexpr std::size_t kMostShare = 10;
+    if (contents.scans.empty() || kMostShare * contents.unreadable_scans >=
+                                      contents.scans.size() + contents.unreadable_scans) {
+      throw DatasetError(std::to_string(contents.unreadable_scans) + " messages of " +
+                         describe(topic()) +
+                         " cannot be read; the first: " + contents.first_unreadable);
     }
     find_scan_layout(contents.scans);
 
@@ -205,7 +348,9 @@ class BagDataset final : public Dataset {
     lidar_poses_ =
         has_pose_file ? poses_of_file(options.poses, file_poses_) : find_lidar_poses(poses_, wish);
     notes_.insert(notes_.end(), lidar_poses_.notes.begin(), lidar_poses_.notes.end());
-    pose_scans(contents.scans);
+    apply_stamps(contents);
+    if (lidar_poses_.inverted) choose_reading(contents.scans);
+    pose_scans(std::move(contents.scans));
   }
 
   void note_contents(const Contents& contents) {
@@ -215,10 +360,10 @@ class BagDataset final : public Dataset {
                " cannot be read and are left out; the first: " + contents.first_unreadable,
            true});
     }
-    if (contents.other_frames > 0) {
-      notes_.push_back({count_text(contents.other_frames, "scan") + " of " + topic().name +
-                            " lie in another frame than the first, '" + contents.lidar_frame +
-                            "': taken as if they lay in that",
+    if (contents.without_frame > 0 && !contents.lidar_frame.empty()) {
+      notes_.push_back({count_text(contents.without_frame, "scan") + " of " + topic().name +
+                            " without a frame: taken as if they lay in '" + contents.lidar_frame +
+                            "'",
                         true});
     }
     if (contents.without_stamp > 0) {
@@ -233,25 +378,45 @@ class BagDataset final : public Dataset {
     }
   }
 
-  /// From the first of a few scans that shows the unit of time; those at the ends may be cut.
+  /// From a few scans; those at the ends may be cut. The first that shows the unit of time counts.
   void find_scan_layout(const std::vector<Contents::ScanStamp>& scans) {
     const std::size_t last = scans.size() - 1;
     const std::array<std::size_t, 5> tried = {last / 2, last / 4, last - last / 4, 0, last};
     std::string first_error;
-    bool is_found = false;
+    std::vector<ScanLayout> layouts;
     for (const std::size_t scan : tried) {
       try {
-        layout_ =
-            find_layout(message(scans[scan].number), topic().serialization, kind_of(topic().type));
-        is_found = true;
-        if (layout_.clock) break;
+        layouts.push_back(find_layout(message(scans[scan].number), topic().serialization,
+                                      kind_of(topic().type), scans[scan].log_ns));
       } catch (const DatasetError& error) {
         if (first_error.empty()) first_error = error.what();
       }
     }
-    if (!is_found) throw DatasetError(topic().name + ": " + first_error);
-    notes_.push_back({"scans: " + describe(topic()) + ", fields " + layout_.description +
-                          (layout_.clock ? "" : ", no time per point"),
+    if (layouts.empty()) throw DatasetError(topic().name + ": " + first_error);
+    const auto with_clock = std::find_if(layouts.begin(), layouts.end(),
+                                         [](const auto& layout) { return layout.clock; });
+    const auto with_fields = std::find_if(layouts.begin(), layouts.end(), [](const auto& layout) {
+      return !layout.description.empty();
+    });
+    layout_ = with_clock != layouts.end()    ? *with_clock
+              : with_fields != layouts.end() ? *with_fields
+                                             : layouts.front();
+    for (const ScanLayout& other : layouts) {
+      if (!layout_.clock || !other.clock || layout_.clock->zero != PointClock::Zero::kStamp ||
+          other.clock->seconds_per_unit != layout_.clock->seconds_per_unit) {
+        continue;
+      }
+      // Times that begin anew in no scan count from something else than its stamp.
+      const bool begins_elsewhere =
+          std::abs(other.times.least - layout_.times.least) > layout_.times.span();
+      if (begins_elsewhere) layout_.clock->zero = PointClock::Zero::kOwn;
+    }
+    const char* without = layout_.has_time_field
+                              ? ", times all the same or of no known unit: no time per point"
+                              : ", no time per point";
+    notes_.push_back({"scans: " + describe(topic()) +
+                          (lidar_.empty() ? std::string() : ", those of '" + lidar_ + "'") +
+                          ", fields " + layout_.description + (layout_.clock ? "" : without),
                       false});
     if (layout_.clock && layout_.clock->zero == PointClock::Zero::kOwn) {
       notes_.push_back(
@@ -259,6 +424,65 @@ class BagDataset final : public Dataset {
            "point is taken to be measured at the stamp",
            true});
     }
+  }
+
+  /// Leaves out scans whose stamp is a glitch; stamps are by the clock of the poses.
+  void apply_stamps(Contents& contents) {
+    // Transforms and poses of a file keep their own stamps, with every step.
+    if (!lidar_poses_.is_of_topic) contents.stamps.steps.clear();
+    note_stamps(contents.stamps, "message", describe(topic()), notes_);
+    std::vector<Contents::ScanStamp> scans;
+    for (std::size_t i = 0; i < contents.scans.size(); ++i) {
+      if (contents.stamps.is_glitch[i]) continue;
+      scans.push_back(contents.scans[i]);
+      scans.back().stamp_ns = contents.stamps.without_steps(i, scans.back().stamp_ns);
+    }
+    contents.scans = std::move(scans);
+  }
+
+  /// Of poses whose frames are named the wrong way round: are their values so, too?
+  void choose_reading(const std::vector<Contents::ScanStamp>& scans) {
+    const double as_given = thickness_of_surfaces(scans, lidar_poses_.at);
+    const double inverted = thickness_of_surfaces(scans, lidar_poses_.inverted);
+    if (inverted < as_given) lidar_poses_.at = lidar_poses_.inverted;
+    notes_.push_back({"the frames of " + lidar_poses_.description +
+                          " are named the wrong way round: the LiDAR is fixed to its parent; " +
+                          (inverted < as_given
+                               ? "poses are inverted, by which the surfaces are thinner"
+                               : "poses are taken as they are, by which the surfaces are thinner "
+                                 "than by inverted ones"),
+                      true, true});
+  }
+
+  /// Logarithm, for three windows of scans.
+  [[nodiscard]] double thickness_of_surfaces(
+      const std::vector<Contents::ScanStamp>& scans,
+      const std::function<std::optional<Pose>(std::int64_t)>& pose_at) const {
+    constexpr std::size_t kScans = 15;
+    double sum = 0.0;
+    for (const std::size_t quarter : {1U, 2U, 3U}) {
+      SurfaceThickness surfaces;
+      const std::size_t first = scans.size() * quarter / 4;
+      for (std::size_t i = first; i < std::min(first + kScans, scans.size()); ++i) {
+        const auto T_odometry_lidar = pose_at(scans[i].stamp_ns);
+        if (!T_odometry_lidar) continue;
+        Scan scan;
+        try {
+          decode_scan(message(scans[i].number), topic().serialization, kind_of(topic().type),
+                      layout_, scan, scans[i].log_ns);
+        } catch (const DatasetError&) {
+          continue;  // counted where it is mapped
+        }
+        surfaces.begin_scan();
+        for (const Scan::Point& p : scan.points) {
+          const Eigen::Vector3d point(p.x, p.y, p.z);
+          constexpr double kFar_m = 40.0;
+          if (point.norm() < kFar_m) surfaces.add(*T_odometry_lidar * point);
+        }
+      }
+      sum += surfaces.log_thickness();
+    }
+    return sum;
   }
 
   void pose_scans(std::vector<Contents::ScanStamp> scans) {
@@ -274,13 +498,14 @@ class BagDataset final : public Dataset {
       }
       const auto pose = lidar_poses_.at(scans[i].stamp_ns);
       if (pose) {
-        scans_.push_back({scans[i].number, scans[i].stamp_ns, *pose});
+        scans_.push_back({scans[i].number, scans[i].log_ns, scans[i].stamp_ns, *pose});
         after = 0;
       } else {
         ++(scans_.empty() ? before : after);
       }
     }
     const std::size_t within = scans.size() - repeated - before - after - scans_.size();
+    require_dense_poses(scans);
     if (scans_.empty()) {
       throw DatasetError(
           "none of its " + count_text(scans.size(), "scan") + " (" +
@@ -294,6 +519,20 @@ class BagDataset final : public Dataset {
       notes_.push_back(
           {count_text(repeated, "scan") + " with the stamp of another: left out", true});
     }
+  }
+
+  /// Throws where most scans lie between poses that are too far apart.
+  void require_dense_poses(const std::vector<Contents::ScanStamp>& scans) const {
+    if (lidar_poses_.apart.empty()) return;
+    const auto covered = static_cast<std::size_t>(
+        std::count_if(scans.begin(), scans.end(), [this](const auto& scan) {
+          return scan.stamp_ns > lidar_poses_.first_ns && scan.stamp_ns < lidar_poses_.last_ns;
+        }));
+    const std::size_t between = covered - std::min(covered, scans_.size());
+    if (2 * between <= scans.size()) return;
+    throw DatasetError(lidar_poses_.description + ": " + lidar_poses_.apart + ": " +
+                       std::to_string(between) + " of " + count_text(scans.size(), "scan") +
+                       " lie between poses farther apart; " + remedy_for_sparse_poses());
   }
 
   void note_missing(std::size_t before, std::size_t within, std::size_t after, std::size_t scans) {
@@ -311,6 +550,7 @@ class BagDataset final : public Dataset {
   fs::path path_;
   std::unique_ptr<MessageSource> source_;
   std::size_t topic_ = 0;
+  std::string lidar_;  // of several on the topic; empty: there is one only
   ScanLayout layout_;
   BagPoses poses_;
   PoseSeries file_poses_;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "ports/datasets/pose_track.hpp"
 #include "ports/datasets/poses.hpp"
 
 namespace unimapper::datasets::bag {
@@ -40,36 +41,66 @@ std::string base_frame_of(const PoseTopic& topic, const TransformTree& transform
   return lidar_frame;
 }
 
+std::string remedy_for_mounting() {
+  return "say where the LiDAR is on what the poses are of with --extrinsic x,y,z,roll,pitch,yaw";
+}
+
+/// The LiDAR is fixed to the base of a robot, not to the frame that the base moves in.
+bool are_frames_swapped(const PoseTopic& topic, const TransformTree& transforms,
+                        const std::string& lidar_frame) {
+  constexpr std::array<std::string_view, 4> kFixed = {"odom", "odometry", "map", "world"};
+  if (topic.frame.empty() || topic.child_frame.empty()) return false;
+  if (topic.frame == lidar_frame) {
+    return std::find(kFixed.begin(), kFixed.end(), topic.child_frame) != kFixed.end();
+  }
+  return transforms.is_rigid(topic.frame, lidar_frame) &&
+         !transforms.is_rigid(topic.child_frame, lidar_frame);
+}
+
 LidarPoses from_topic(const PoseTopic& topic, const TransformTree& transforms,
                       const PoseWish& wish) {
   const std::string& lidar_frame = wish.lidar_frame;
   LidarPoses poses;
+  poses.is_of_topic = true;
   poses.description = topic.description;
   poses.covered_time =
       seconds_text(topic.poses.first_ns()) + " to " + seconds_text(topic.poses.last_ns()) + " s";
-  if (topic.frame == lidar_frame && !topic.child_frame.empty() &&
+  poses.first_ns = topic.poses.first_ns();
+  poses.last_ns = topic.poses.last_ns();
+  poses.apart = poses_apart_text(topic.poses.stamps_ns());
+  const bool is_swapped = are_frames_swapped(topic, transforms, lidar_frame);
+  if (!is_swapped && topic.frame == lidar_frame && !topic.child_frame.empty() &&
       topic.child_frame != lidar_frame) {
     throw DatasetError("the scans lie in " + quoted(lidar_frame) + ", the fixed frame of " +
                        topic.description +
                        ", so they are no longer as the LiDAR saw them; choose its raw scans with "
                        "--topic");
   }
-  const std::string base = base_frame_of(topic, transforms, lidar_frame);
-  const std::string chosen =
-      "poses: " + topic.description + ", of " + quoted(base) + " in " + quoted(topic.frame);
+  const std::string base = is_swapped ? topic.frame : base_frame_of(topic, transforms, lidar_frame);
+  const std::string chosen = "poses: " + topic.description + ", of " + quoted(base) + " in " +
+                             quoted(is_swapped ? topic.child_frame : topic.frame);
+  note_stamps(topic.stamps, "message", topic.description, poses.notes);
   if (topic.invalid > 0) {
     poses.notes.push_back({std::to_string(topic.invalid) + " poses of " + topic.description +
                                " are not finite or no rotation: left out",
                            true});
   }
   if (topic.child_frame.empty()) {
+    const bool is_mounted = base != lidar_frame || wish.is_mounted_by_caller;
     poses.notes.push_back({topic.description + " does not say whose poses it holds: taken for " +
-                               "those of " + quoted(base),
-                           base != lidar_frame});
+                               "those of " + quoted(base) +
+                               (is_mounted ? std::string() : "; " + remedy_for_mounting()),
+                           base != lidar_frame, !is_mounted});
   }
   if (base == lidar_frame || wish.is_mounted_by_caller) {
     poses.notes.push_back({chosen, false});
     poses.at = [&topic](std::int64_t stamp_ns) { return topic.poses.at(stamp_ns); };
+    if (is_swapped) {
+      poses.inverted = [&topic](std::int64_t stamp_ns) {
+        const auto T_lidar_odometry = topic.poses.at(stamp_ns);
+        return T_lidar_odometry ? std::optional<Pose>(T_lidar_odometry->inverse()) : std::nullopt;
+      };
+    }
     return poses;
   }
   if (!transforms.is_connected(base, lidar_frame)) {
@@ -83,8 +114,8 @@ LidarPoses from_topic(const PoseTopic& topic, const TransformTree& transforms,
     poses.notes.push_back({"no transform between " + quoted(base) + " and the LiDAR's frame " +
                                quoted(lidar_frame) +
                                " is in the bag: the LiDAR is taken to lie at " + quoted(base) +
-                               ", its axes along the base's",
-                           true});
+                               ", its axes along the base's; " + remedy_for_mounting(),
+                           true, true});
     poses.at = [&topic](std::int64_t stamp_ns) { return topic.poses.at(stamp_ns); };
     return poses;
   }
@@ -94,6 +125,15 @@ LidarPoses from_topic(const PoseTopic& topic, const TransformTree& transforms,
     return T_odometry_base && T_base_lidar ? std::optional<Pose>(*T_odometry_base * *T_base_lidar)
                                            : std::nullopt;
   };
+  if (is_swapped) {
+    poses.inverted = [&topic, &transforms, base, lidar_frame](std::int64_t stamp_ns) {
+      const auto T_base_odometry = topic.poses.at(stamp_ns);
+      const auto T_base_lidar = transforms.lookup(base, lidar_frame, stamp_ns);
+      return T_base_odometry && T_base_lidar
+                 ? std::optional<Pose>(T_base_odometry->inverse() * *T_base_lidar)
+                 : std::nullopt;
+    };
+  }
   const bool is_rigid = transforms.is_rigid(base, lidar_frame);
   const auto T_base_lidar = transforms.lookup(base, lidar_frame, topic.poses.first_ns());
   poses.notes.push_back({chosen + "; LiDAR " + quoted(lidar_frame) + " in it: " +
@@ -149,7 +189,8 @@ std::string seconds_text(std::int64_t stamp_ns) {
   return text.data();
 }
 
-void BagPoses::add(const PoseMessage& message, PoseTopic* topic, bool is_static) {
+void BagPoses::add(const PoseMessage& message, PoseTopic* topic, bool is_static,
+                   std::int64_t log_ns) {
   if (topic == nullptr) {
     if (message.header.frame.empty() || message.child_frame.empty() || !message.pose) return;
     transforms.add(message.header.frame, message.child_frame, message.header.stamp_ns,
@@ -160,15 +201,40 @@ void BagPoses::add(const PoseMessage& message, PoseTopic* topic, bool is_static)
     ++topic->invalid;
     return;
   }
-  if (topic->poses.is_empty()) {
+  if (topic->recorded.empty()) {
     topic->frame = message.header.frame;
     topic->child_frame = message.child_frame;
   }
-  topic->poses.add(message.header.stamp_ns, *message.pose);
+  topic->recorded.push_back({message.header.stamp_ns, log_ns, *message.pose});
 }
 
-void BagPoses::finish() {
-  for (auto& [number, topic] : topics) topic.poses.finish();
+namespace {
+
+/// Poses by stamp, without those whose stamp is a glitch, by a clock without steps.
+void order_poses(PoseTopic& topic) {
+  for (std::size_t i = 0; i < topic.recorded.size(); ++i) {
+    const PoseTopic::Recorded& recorded = topic.recorded[i];
+    if (topic.stamps.is_glitch[i]) continue;
+    topic.poses.add(topic.stamps.without_steps(i, recorded.stamp_ns), recorded.pose);
+  }
+  topic.poses.finish();
+  std::vector<PoseTopic::Recorded>().swap(topic.recorded);
+}
+
+}  // namespace
+
+void BagPoses::finish(RecordedStamps& scans) {
+  for (auto& [number, topic] : topics) {
+    std::vector<std::int64_t> stamps_ns;
+    std::vector<std::int64_t> log_ns;
+    for (const PoseTopic::Recorded& recorded : topic.recorded) {
+      stamps_ns.push_back(recorded.stamp_ns);
+      log_ns.push_back(recorded.log_ns);
+    }
+    topic.stamps = check_recorded_stamps(stamps_ns, log_ns);
+    find_common_steps(topic.stamps, scans);
+    order_poses(topic);
+  }
   transforms.finish();
 }
 
@@ -207,7 +273,7 @@ LidarPoses find_lidar_poses(const BagPoses& poses, const PoseWish& wish) {
   }
   throw DatasetError(
       "holds scans but no poses: neither nav_msgs/Odometry nor geometry_msgs/PoseStamped nor "
-      "transforms in which the LiDAR's frame " +
+      "nav_msgs/Path nor transforms in which the LiDAR's frame " +
       quoted(wish.lidar_frame) +
       " moves. Run a LiDAR odometry on it first (e.g. kiss_icp_pipeline, whose poses in TUM form "
       "are handed in with --poses)");

@@ -12,17 +12,26 @@
 #include "ports/datasets/bag/pose_series.hpp"
 #include "ports/datasets/bag/transform_tree.hpp"
 #include "ports/datasets/dataset.hpp"
+#include "ports/datasets/recorded_stamps.hpp"
 
 namespace unimapper::datasets::bag {
 
 /// The poses that one topic holds.
 struct PoseTopic {
-  std::string description;   ///< of the topic
-  std::string frame;         ///< they are given in
-  std::string child_frame;   ///< whose poses they are; empty where the messages do not say
-  PoseSeries poses;          ///< T_frame_child
-  bool is_odometry = false;  ///< or asked for: comes before the transforms
-  std::size_t invalid = 0;   ///< left out: not finite, or no rotation
+  std::string description;  ///< of the topic
+  std::string frame;        ///< they are given in
+  std::string child_frame;  ///< whose poses they are; empty where the messages do not say
+  PoseSeries poses;         ///< T_frame_child
+  /// In the order of recording, until `BagPoses::finish`.
+  struct Recorded {
+    std::int64_t stamp_ns;  ///< of the pose
+    std::int64_t log_ns;    ///< when it was recorded
+    Pose pose;              ///< T_frame_child
+  };
+  std::vector<Recorded> recorded;  ///< see above
+  RecordedStamps stamps;           ///< what contradicts the order of recording
+  bool is_odometry = false;        ///< or asked for: comes before the transforms
+  std::size_t invalid = 0;         ///< left out: not finite, or no rotation
 };
 
 /// All poses of a bag that may be of use.
@@ -32,17 +41,24 @@ struct BagPoses {
   TransformTree transforms;
 
   /// Takes the poses of one message; `topic` is empty for those of transforms.
-  void add(const PoseMessage& message, PoseTopic* topic, bool is_static);
-  /// To be called when all messages are taken.
-  void finish();
+  void add(const PoseMessage& message, PoseTopic* topic, bool is_static, std::int64_t log_ns);
+  /// To be called when all messages are taken. `scans` are the stamps of the scans: a clock that
+  /// steps in both is one clock.
+  void finish(RecordedStamps& scans);
 };
 
 /// Where a scan's pose comes from.
 struct LidarPoses {
   std::function<std::optional<Pose>(std::int64_t stamp_ns)> at;  ///< T_odometry_lidar
-  std::string description;   ///< e.g. "/odom (nav_msgs/Odometry, 900 messages)"
-  std::string covered_time;  ///< from when to when, for messages; may be empty
+  std::string description;    ///< e.g. "/odom (nav_msgs/Odometry, 900 messages)"
+  std::string covered_time;   ///< from when to when, for messages; may be empty
+  std::int64_t first_ns = 0;  ///< of the poses, where `apart` says how far apart they are
+  std::int64_t last_ns = 0;   ///< as well
+  std::string apart;          ///< how far apart they are in time, for messages; may be empty
+  /// The other reading of poses whose frames are named the wrong way round; may be empty.
+  std::function<std::optional<Pose>(std::int64_t stamp_ns)> inverted;
   std::vector<Note> notes;   ///< what was chosen, and warnings
+  bool is_of_topic = false;  ///< by the clock that `RecordedStamps` gives them
 };
 
 /// How the poses of the LiDAR's frame are found.

@@ -10,13 +10,17 @@ namespace unimapper::datasets::bag {
 
 namespace {
 
-/// "sensor_msgs/msg/PointCloud2" and "sensor_msgs/PointCloud2" are the same.
+/// "sensor_msgs/msg/PointCloud2", DDS' "sensor_msgs::msg::dds_::PointCloud2_" and
+/// "sensor_msgs/PointCloud2" are the same.
 std::string ros1_type(std::string_view type) {
-  constexpr std::string_view kMiddle = "/msg/";
   std::string name(type);
-  if (const auto at = name.find(kMiddle); at != std::string::npos) {
-    name.replace(at, kMiddle.size(), "/");
+  for (std::size_t at = 0; (at = name.find("::", at)) != std::string::npos;)
+    name.replace(at, 2, "/");
+  if (const auto at = name.find("/dds_/"); at != std::string::npos) {
+    name.replace(at, 6, "/");
+    if (name.ends_with('_')) name.pop_back();
   }
+  if (const auto at = name.find("/msg/"); at != std::string::npos) name.replace(at, 5, "/");
   return name;
 }
 

@@ -9,10 +9,12 @@
 namespace unimapper::datasets::bag {
 
 MessageKind kind_of(std::string_view type) {
-  constexpr std::array<std::pair<std::string_view, MessageKind>, 9> kKinds = {{
+  constexpr std::array<std::pair<std::string_view, MessageKind>, 11> kKinds = {{
       {"sensor_msgs/PointCloud2", MessageKind::kPointCloud},
       {"livox_ros_driver/CustomMsg", MessageKind::kLivox},
       {"livox_ros_driver2/CustomMsg", MessageKind::kLivox},
+      {"livox_interfaces/CustomMsg", MessageKind::kLivox},
+      {"nav_msgs/Path", MessageKind::kPath},
       {"nav_msgs/Odometry", MessageKind::kOdometry},
       {"geometry_msgs/PoseStamped", MessageKind::kPose},
       {"geometry_msgs/PoseWithCovarianceStamped", MessageKind::kPoseWithCovariance},
@@ -72,18 +74,31 @@ MessageHeader decode_header(std::string_view bytes, Serialization serialization)
   return read_header(reader);
 }
 
+std::uint8_t decode_lidar_number(std::string_view bytes, Serialization serialization,
+                                 MessageKind kind) {
+  if (kind != MessageKind::kLivox) return 0;
+  MessageReader reader(bytes, serialization);
+  (void)read_header(reader);
+  (void)reader.number<std::uint64_t>();  // time base
+  (void)reader.number<std::uint32_t>();  // number of points
+  return reader.number<std::uint8_t>();
+}
+
 std::vector<PoseMessage> decode_poses(std::string_view bytes, Serialization serialization,
                                       MessageKind kind) {
   MessageReader reader(bytes, serialization);
-  // Stamp, two strings' lengths, seven doubles.
-  constexpr std::size_t kLeastTransformBytes = 4 * 4 + 7 * 8;
-  const std::uint32_t count =
-      kind == MessageKind::kTransforms ? reader.count(kLeastTransformBytes) : 1;
+  // Stamp, a string's length, seven doubles.
+  constexpr std::size_t kLeastPoseBytes = 3 * 4 + 7 * 8;
+  std::string frame_of_path;
+  if (kind == MessageKind::kPath) frame_of_path = read_header(reader).frame;
+  const bool is_sequence = kind == MessageKind::kTransforms || kind == MessageKind::kPath;
+  const std::uint32_t count = is_sequence ? reader.count(kLeastPoseBytes) : 1;
   const bool has_child = kind == MessageKind::kTransforms || kind == MessageKind::kTransform ||
                          kind == MessageKind::kOdometry;
   std::vector<PoseMessage> poses(count);
   for (PoseMessage& pose : poses) {
     pose.header = read_header(reader);
+    if (pose.header.frame.empty()) pose.header.frame = frame_of_path;
     if (has_child) pose.child_frame = frame_name(reader.text());
     pose.pose = read_pose(reader);
   }

@@ -25,6 +25,7 @@ enum class MessageKind : std::uint8_t {
   kPoseWithCovariance,  ///< geometry_msgs/PoseWithCovarianceStamped
   kTransform,           ///< geometry_msgs/TransformStamped
   kTransforms,          ///< tf2_msgs/TFMessage, tf/tfMessage
+  kPath,                ///< nav_msgs/Path
   kOther,
 };
 
@@ -49,6 +50,9 @@ MessageHeader read_header(MessageReader& reader);
 
 /// The header that a message begins with; `bytes` may end behind it.
 MessageHeader decode_header(std::string_view bytes, Serialization serialization);
+/// The number that a Livox message gives its LiDAR, 0 of other kinds; `bytes` may end behind it.
+std::uint8_t decode_lidar_number(std::string_view bytes, Serialization serialization,
+                                 MessageKind kind);
 /// That many bytes hold the header of any sensible message.
 inline constexpr std::size_t kHeaderBytes = 512;
 
@@ -60,23 +64,28 @@ struct PoseMessage {
   std::optional<Pose> pose;  ///< empty where it is not finite or its quaternion is none
 };
 
-/// The pose of an odometry, pose or transform message, the poses of several transforms.
+/// The pose of an odometry, pose or transform message, the poses of several transforms or a path.
 std::vector<PoseMessage> decode_poses(std::string_view bytes, Serialization serialization,
                                       MessageKind kind);
 
 /// How the points of a topic are read: the same for all its messages, found in one of them.
 struct ScanLayout {
   std::string description;          ///< of the fields used, e.g. "x y z intensity t ring"
+  bool has_time_field = false;      ///< though it may tell nothing
   std::optional<PointClock> clock;  ///< empty: no time per point
+  TimeRange times;                  ///< of the scan that it was found in, in units of `clock`
+  std::uint32_t laser_rows = 0;     ///< rows of an organised cloud, where each is a laser's
 };
 
 /// Layout of a scan message (see `is_scan`). The unit of time follows from the numbers: points of
-/// one scan are 2 ms to 2 s apart, which is true of one unit only.
-ScanLayout find_layout(std::string_view bytes, Serialization serialization, MessageKind kind);
+/// one scan are 2 ms to 2 s apart, which is true of one unit only. Rows are lasers where their
+/// elevations are apart from each other. `log_time_ns` stands for a stamp of 0.
+ScanLayout find_layout(std::string_view bytes, Serialization serialization, MessageKind kind,
+                       std::int64_t log_time_ns = 0);
 
 /// Points of a scan message. Points that are not finite or lie at the origin (no return) are left
-/// out; the number of those is returned.
+/// out; the number of those is returned. `log_time_ns` stands for a stamp of 0.
 std::size_t decode_scan(std::string_view bytes, Serialization serialization, MessageKind kind,
-                        const ScanLayout& layout, Scan& scan);
+                        const ScanLayout& layout, Scan& scan, std::int64_t log_time_ns = 0);
 
 }  // namespace unimapper::datasets::bag

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "unimapper/core/pose.hpp"
@@ -31,6 +32,9 @@ class PoseSeries {
   [[nodiscard]] std::int64_t first_ns() const { return stamps_ns_.front(); }
   /// Stamp of the last pose; of a series that is not empty.
   [[nodiscard]] std::int64_t last_ns() const { return stamps_ns_.back(); }
+
+  /// The stamps in order; of poses that repeat those of the first and the last.
+  [[nodiscard]] std::span<const std::int64_t> stamps_ns() const { return stamps_ns_; }
 
   /// The pose at a stamp; empty before the first pose, after the last one, and between two that
   /// differ and are more than `kMaxGap_ns` apart.

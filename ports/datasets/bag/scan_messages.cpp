@@ -5,11 +5,15 @@
 #include <initializer_list>
 #include <limits>
 #include <optional>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "ports/datasets/bag/message_reader.hpp"
 #include "ports/datasets/bag/messages.hpp"
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/point_fields.hpp"
+#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::datasets::bag {
 
@@ -165,6 +169,8 @@ UsedFields used_fields(const Cloud& cloud) {
   used.x = find_field(cloud, {"x"}, text);
   used.y = find_field(cloud, {"y"}, text);
   used.z = find_field(cloud, {"z"}, text);
+  // Some drivers publish a cloud without points as one without fields.
+  if (cloud.width == 0) return used;
   if (!used.x || !used.y || !used.z) {
     std::string present;
     for (const Field& field : cloud.fields) present.append(" ").append(field.name);
@@ -188,6 +194,12 @@ bool is_return(const Scan::Point& point) {
          (point.x != 0.0F || point.y != 0.0F || point.z != 0.0F);
 }
 
+Scan::Point point_at(const UsedFields& fields, const char* at) {
+  return {static_cast<float>(fields.x(at)), static_cast<float>(fields.y(at)),
+          static_cast<float>(fields.z(at)),
+          fields.intensity ? static_cast<float>(fields.intensity(at)) : 0.0F};
+}
+
 /// Calls `visit(point, bytes of the point, row)` for every point with a return.
 template <typename Visit>
 std::size_t for_each_return(const Cloud& cloud, const UsedFields& fields, const Visit& visit) {
@@ -195,9 +207,7 @@ std::size_t for_each_return(const Cloud& cloud, const UsedFields& fields, const 
   for (std::size_t row = 0; row < cloud.height; ++row) {
     for (std::size_t column = 0; column < cloud.width; ++column) {
       const char* at = cloud.point(row, column);
-      const Scan::Point point{static_cast<float>(fields.x(at)), static_cast<float>(fields.y(at)),
-                              static_cast<float>(fields.z(at)),
-                              fields.intensity ? static_cast<float>(fields.intensity(at)) : 0.0F};
+      const Scan::Point point = point_at(fields, at);
       if (is_return(point)) {
         visit(point, at, row);
       } else {
@@ -210,18 +220,25 @@ std::size_t for_each_return(const Cloud& cloud, const UsedFields& fields, const 
 
 // --- Time of a point
 
-TimeRange time_range(const Cloud& cloud, const UsedFields& fields) {
-  TimeRange range;
-  for_each_return(cloud, fields, [&](const Scan::Point&, const char* at, std::size_t /*row*/) {
-    range.add(fields.time(at));
-  });
-  return range;
+/// Of every few points: a clock needs no more.
+TimeRange sweep_of(const Cloud& cloud, const UsedFields& fields) {
+  constexpr std::size_t kMost = 4000;
+  const std::size_t points = std::size_t{cloud.width} * cloud.height;
+  const std::size_t step = points / kMost + 1;
+  std::vector<double> times;
+  for (std::size_t k = 0; k < points / step; ++k) {
+    // One of every `step` points, of any laser: another one each time.
+    const std::size_t i = k * step + k % step;
+    const char* at = cloud.point(i / cloud.width, i % cloud.width);
+    if (is_return(point_at(fields, at))) times.push_back(fields.time(at));
+  }
+  return sweep_range(std::move(times));
 }
 
 constexpr double kNanosecond_s = 1e-9;
 
 /// What is taken from a point's time, in its unit, to get the time since the scan's stamp.
-double time_of_stamp(const Cloud& cloud, const UsedFields& fields, const PointClock& clock) {
+double time_of_stamp(const Cloud& cloud, const TimeRange& sweep, const PointClock& clock) {
   switch (clock.zero) {
     case PointClock::Zero::kStamp:
       return 0.0;
@@ -230,7 +247,48 @@ double time_of_stamp(const Cloud& cloud, const UsedFields& fields, const PointCl
     case PointClock::Zero::kOwn:
       break;
   }
-  return time_range(cloud, fields).least;
+  return sweep.least;
+}
+
+/// Lower quartile, median and upper quartile of a row's elevations, degrees.
+struct Elevations {
+  float low, middle, high;
+};
+
+std::vector<Elevations> elevations_of_rows(const Cloud& cloud, const UsedFields& fields) {
+  std::vector<std::vector<float>> rows(cloud.height);
+  // The lasers of one LiDAR do not start from one point, which shows near it.
+  constexpr float kNear_m = 3.0F;
+  for_each_return(cloud, fields, [&](const Scan::Point& p, const char* /*at*/, std::size_t row) {
+    const float level = std::hypot(p.x, p.y);
+    if (level > kNear_m) rows[row].push_back(std::atan2(p.z, level) * 57.29578F);
+  });
+  std::vector<Elevations> found;
+  for (std::vector<float>& row : rows) {
+    if (row.size() < 8) continue;
+    std::sort(row.begin(), row.end());
+    found.push_back({row[row.size() / 4], row[row.size() / 2], row[row.size() * 3 / 4]});
+  }
+  return found;
+}
+
+/// True where the elevations of most rows spread less than half the way to the next row's. Rows of
+/// the two returns of a pulse, or of a camera's image, are no lasers.
+bool are_rows_lasers(const Cloud& cloud, const UsedFields& fields) {
+  constexpr std::uint32_t kMostLasers = 256;
+  if (cloud.height < 2 || cloud.height > kMostLasers) return false;
+  std::vector<Elevations> rows = elevations_of_rows(cloud, fields);
+  // Nothing is known of clouds with a few points.
+  if (rows.size() < 2) return true;
+  std::sort(rows.begin(), rows.end(),
+            [](const Elevations& a, const Elevations& b) { return a.middle < b.middle; });
+  std::vector<float> spacings;
+  std::vector<float> spreads;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    spreads.push_back(rows[i].high - rows[i].low);
+    if (i > 0) spacings.push_back(rows[i].middle - rows[i - 1].middle);
+  }
+  return median(std::span(spreads)) < 0.5F * median(std::span(spacings));
 }
 
 std::uint16_t ring_number(double value) {
@@ -240,39 +298,52 @@ std::uint16_t ring_number(double value) {
 
 }  // namespace
 
-ScanLayout find_layout(std::string_view bytes, Serialization serialization, MessageKind kind) {
-  const Cloud cloud = read_cloud(bytes, serialization, kind);
+ScanLayout find_layout(std::string_view bytes, Serialization serialization, MessageKind kind,
+                       std::int64_t log_time_ns) {
+  Cloud cloud = read_cloud(bytes, serialization, kind);
+  if (cloud.header.stamp_ns == 0) cloud.header.stamp_ns = log_time_ns;
   const UsedFields fields = used_fields(cloud);
   ScanLayout layout;
   layout.description = fields.description;
-  if (fields.time) layout.clock = find_clock(time_range(cloud, fields), cloud.header.stamp_ns);
+  layout.has_time_field = static_cast<bool>(fields.time);
+  if (fields.time) {
+    layout.times = sweep_of(cloud, fields);
+    layout.clock = find_clock(layout.times, cloud.header.stamp_ns);
+  }
+  if (!fields.ring && are_rows_lasers(cloud, fields)) layout.laser_rows = cloud.height;
   return layout;
 }
 
 std::size_t decode_scan(std::string_view bytes, Serialization serialization, MessageKind kind,
-                        const ScanLayout& layout, Scan& scan) {
-  const Cloud cloud = read_cloud(bytes, serialization, kind);
+                        const ScanLayout& layout, Scan& scan, std::int64_t log_time_ns) {
+  Cloud cloud = read_cloud(bytes, serialization, kind);
+  if (cloud.header.stamp_ns == 0) cloud.header.stamp_ns = log_time_ns;
   const UsedFields fields = used_fields(cloud);
-  const bool has_time = fields.time && layout.clock.has_value();
-  const PointClock clock = layout.clock.value_or(PointClock{});
-  const double zero = has_time ? time_of_stamp(cloud, fields, clock) : 0.0;
-  // Organised clouds without rings have a row for each laser.
-  constexpr std::uint32_t kMostLasers = 256;
-  const bool has_rows = cloud.height > 1 && cloud.height <= kMostLasers;
+  const bool may_have_time = fields.time && layout.clock.has_value();
+  const TimeRange sweep = may_have_time ? sweep_of(cloud, fields) : TimeRange{};
+  const auto found = may_have_time ? find_clock_like(*layout.clock, layout.times.span(), sweep,
+                                                     cloud.header.stamp_ns)
+                                   : std::nullopt;
+  const bool has_time = found.has_value();
+  const PointClock clock = found.value_or(PointClock{});
+  const double zero = has_time ? time_of_stamp(cloud, sweep, clock) : 0.0;
+  // Times are a sample's, which lacks the few returns beside a part of the sweep without any.
+  const TimeRange wide{sweep.least - sweep.span(), sweep.greatest + sweep.span()};
+  const bool has_rows = layout.laser_rows > 0 && layout.laser_rows == cloud.height;
   scan.reset(0);
-  return for_each_return(
-      cloud, fields, [&](const Scan::Point& point, const char* at, std::size_t row) {
-        scan.points.push_back(point);
-        if (has_time) {
-          const double time_s = (fields.time(at) - zero) * clock.seconds_per_unit;
-          scan.time_s.push_back(std::isfinite(time_s) ? static_cast<float>(time_s) : 0.0F);
-        }
-        if (fields.ring) {
-          scan.ring.push_back(ring_number(fields.ring(at)));
-        } else if (has_rows) {
-          scan.ring.push_back(static_cast<std::uint16_t>(row));
-        }
-      });
+  return for_each_return(cloud, fields,
+                         [&](const Scan::Point& point, const char* at, std::size_t row) {
+                           scan.points.push_back(point);
+                           if (has_time) {
+                             const double time = fields.time(at);
+                             scan.add_time(time, zero, clock.seconds_per_unit, wide.contains(time));
+                           }
+                           if (fields.ring) {
+                             scan.ring.push_back(ring_number(fields.ring(at)));
+                           } else if (has_rows) {
+                             scan.ring.push_back(static_cast<std::uint16_t>(row));
+                           }
+                         });
 }
 
 }  // namespace unimapper::datasets::bag

@@ -39,6 +39,7 @@ bool is_packet(const Topic& topic) {
          topic.type.find("VelodyneScan") != std::string::npos;
 }
 
+bool is_path(MessageKind kind) { return kind == MessageKind::kPath; }
 bool is_odometry(MessageKind kind) { return kind == MessageKind::kOdometry; }
 
 }  // namespace
@@ -97,19 +98,23 @@ std::vector<std::size_t> choose_pose_topics(const MessageSource& source,
     const auto topic = find_topic(source, wanted);
     if (topic && !source.messages(*topic).empty()) {
       const MessageKind kind = kind_of_topic(source, *topic);
-      if (is_pose(kind) || kind == MessageKind::kTransforms) return {*topic};
+      if (is_pose(kind) || is_path(kind) || kind == MessageKind::kTransforms) return {*topic};
     }
     std::vector<std::size_t> fitting = find_topics(source, &is_pose);
     const auto transforms =
         find_topics(source, [](MessageKind kind) { return kind == MessageKind::kTransforms; });
     fitting.insert(fitting.end(), transforms.begin(), transforms.end());
+    const std::vector<std::size_t> paths = find_topics(source, &is_path);
+    fitting.insert(fitting.end(), paths.begin(), paths.end());
     throw DatasetError((topic ? describe(source.topics()[*topic]) + " holds no poses"
                               : "holds no topic '" + wanted + "'") +
                        "; topics of poses: " + list_topics(source, fitting));
   }
   std::vector<std::size_t> odometry = find_topics(source, &is_odometry);
   if (odometry.size() > 1) fail_ambiguous(source, odometry, "odometry", "--odometry-topic");
-  return odometry.empty() ? find_topics(source, &is_pose) : odometry;
+  if (!odometry.empty()) return odometry;
+  const std::vector<std::size_t> poses = find_topics(source, &is_pose);
+  return poses.empty() ? find_topics(source, &is_path) : poses;
 }
 
 }  // namespace unimapper::datasets::bag

@@ -22,8 +22,8 @@ std::vector<std::size_t> find_topics(const MessageSource& source, bool (*is_want
 std::size_t choose_scan_topic(const MessageSource& source, const std::string& wanted);
 
 /// The topics that may hold the robot's poses: the one named `wanted`, which may be one of
-/// transforms; else the only topic of odometry; else those of other poses. Empty where there are
-/// none. Throws DatasetError where several topics of odometry fit.
+/// transforms; else the only topic of odometry; else those of other poses; else those of paths.
+/// Empty where there are none. Throws DatasetError where several topics of odometry fit.
 std::vector<std::size_t> choose_pose_topics(const MessageSource& source, const std::string& wanted);
 
 /// Throws DatasetError that names the topics to choose from.

@@ -53,6 +53,17 @@ void print_correction(const OpenedInput& opened, const input::Calibration& calib
   }
 }
 
+/// What the reader guessed of the LiDAR's place comes before what follows from a wrong guess.
+std::string reason_of_reader(const datasets::Dataset& dataset, const input::Finding& refusal) {
+  std::string reason;
+  if (refusal.check != "motion" && refusal.check != "axes") return reason;
+  for (const datasets::Note& note : dataset.notes()) {
+    if (note.is_about_mounting)
+      reason += note.text + "; by this guess scans and poses do not fit: ";
+  }
+  return reason;
+}
+
 }  // namespace
 
 OpenedInput open_input(const OnboardOptions& options) {
@@ -89,8 +100,9 @@ CheckedInput check_input(const OnboardOptions& options, const OpenedInput& opene
     }
   }
   if (refusal != nullptr) {
-    throw std::runtime_error(options.dataset.string() + ": " + refusal->check + ": " +
-                             refusal->message + " (--force maps it as it is)");
+    throw std::runtime_error(options.dataset.string() + ": " + reason_of_reader(*opened.dataset, *refusal) +
+                             refusal->check + ": " + refusal->message +
+                             " (--force maps it as it is)");
   }
   return {std::move(findings), found.sensor, std::move(found.steps.breaks)};
 }

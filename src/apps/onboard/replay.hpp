@@ -49,7 +49,7 @@ class Replay {
   Replay(const datasets::Dataset& dataset, Pipeline& pipeline, const ReplayOptions& options,
          ReplayOutputs outputs);
 
-  /// Throws DatasetError for a damaged scan, and whatever writing throws.
+  /// Throws DatasetError as `read_scan` does, and whatever writing throws.
   void run();
 
   [[nodiscard]] const std::vector<LoopRecord>& loops() const { return loops_; }

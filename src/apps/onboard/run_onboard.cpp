@@ -301,6 +301,10 @@ void note_sensor_fit(const SensorModel& sensor, const PipelineConfig& config, Pr
   progress.note(text);
 }
 
+void print_note(const datasets::Note& note, Progress& progress) {
+  progress.note((note.is_warning ? "warning: " : "") + note.text);
+}
+
 /// How many scans no session has: their odometry is wrong. All points count as static.
 std::size_t write_labels_of_rest(const datasets::Dataset& dataset,
                                  const std::vector<SessionRange>& ranges, std::size_t scans,
@@ -372,9 +376,8 @@ void run_onboard(const OnboardOptions& options) {
     if (first.columns > 0) mode.points_per_scan = first.columns * mode.rings;
     note_sensor_fit(mode, config, progress);
   }
-  for (const datasets::Note& note : dataset->notes()) {
-    progress.note((note.is_warning ? "warning: " : "") + note.text);
-  }
+  const std::vector<datasets::Note> notes_before = dataset->notes();
+  for (const datasets::Note& note : notes_before) print_note(note, progress);
   for (const std::string& fault : faults) progress.note("warning: " + fault);
 
   RunStatistics statistics;
@@ -443,6 +446,10 @@ void run_onboard(const OnboardOptions& options) {
     findings.push_back(*found);
   }
   for (const datasets::Note& note : dataset->notes()) {
+    // What showed only while all scans were read.
+    const bool is_said = std::any_of(notes_before.begin(), notes_before.end(),
+                                     [&](const auto& said) { return said.text == note.text; });
+    if (!is_said) print_note(note, progress);
     const auto severity = note.is_warning ? input::Severity::kSuspicious : input::Severity::kFine;
     findings.push_back({"reader", severity, 0.0, {}, note.text});
   }

@@ -146,7 +146,7 @@ TEST_CASE("a HeLiPR scan may lie between poses half a second apart, not farther"
   CHECK(open_dataset(directory.path())->pose(0).translation.x() == Approx(4.0));
   until("1691936557500000001");
   CHECK_THAT(error_of([&] { (void)open_dataset(directory.path()); }),
-             Contains("no pose within 0.5 s of scan 1691936557200000000"));
+             Contains("at most 0.5 s are bridged: 1 of 1 scans lie between"));
 }
 
 TEST_CASE("a HeLiPR sequence that does not fit together is refused") {
@@ -168,7 +168,7 @@ TEST_CASE("a HeLiPR sequence that does not fit together is refused") {
   directory.write("LiDAR_GT/Avia_gt.txt", "5 0 0 0 0 0 0 1\n");
   CHECK_THAT(error("avia"), Contains("covers none of the scans"));
   directory.write("LiDAR_GT/Avia_gt.txt", "5 0 0 0 0 0 0 1\n9000000000 0 0 0 0 0 0 1\n");
-  CHECK_THAT(error("avia"), Contains("no pose within 0.5 s"));
+  CHECK_THAT(error("avia"), Contains("poses are 9.0 s apart"));
   directory.write("LiDAR_GT/Avia_gt.txt", "1.5 0 0 0 0 0 0 1\n");
   CHECK_THAT(error("avia"), Contains("whole nanoseconds"));
   directory.write("LiDAR/Avia/first.bin", kAvia);

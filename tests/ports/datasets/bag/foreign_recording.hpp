@@ -41,8 +41,8 @@ inline void check_foreign_recording(const Dataset& dataset) {
 /// All notes in one text; warnings begin with "!".
 inline std::string notes_text(const Dataset& dataset) {
   std::string text;
-  for (const auto& [note, is_warning] : dataset.notes()) {
-    text += (is_warning ? "! " : "- ") + note + "\n";
+  for (const Note& note : dataset.notes()) {
+    text += (note.is_warning ? "! " : "- ") + note.text + "\n";
   }
   return text;
 }

@@ -2,6 +2,8 @@
 #include "ports/datasets/bag/messages.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
 #include <limits>
 
 #include "tests/ports/datasets/bag/message_writer.hpp"
@@ -217,6 +219,70 @@ TEST_CASE("a point's time by another clock counts from the scan's first point") 
 TEST_CASE("times that are all the same tell nothing") {
   CHECK(times_of<float>("time", 7, {0.0F, 0.0F}).empty());
   CHECK(times_of<double>("timestamp", 8, {1.7e9, 1.7e9}).empty());
+}
+
+TEST_CASE("single times that are of no sweep do not decide the unit, and are counted") {
+  std::vector<float> seconds;
+  std::vector<std::uint32_t> nanoseconds;
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    seconds.push_back(0.001F * static_cast<float>(i));
+    nanoseconds.push_back(i * 1'000'000);
+  }
+  seconds[7] = 3.6F;
+  nanoseconds[0] -= 5000;
+  const Scan late = decode(cloud_with("time", 7, seconds), Serialization::kCdr);
+  const Scan wrapped = decode(cloud_with("t", 6, nanoseconds), Serialization::kCdr);
+  REQUIRE(late.time_s.size() == 100);
+  REQUIRE(wrapped.time_s.size() == 100);
+  CHECK(late.points_without_time == 1);
+  CHECK(late.time_s[7] == 0.0F);
+  CHECK(late.time_s[99] == Approx(0.099));
+  CHECK(wrapped.points_without_time == 1);
+  CHECK(wrapped.time_s[99] == Approx(0.099));
+}
+
+TEST_CASE("a scan keeps the recording's unit unless it covers a thousand times more or less") {
+  const auto in = [](double seconds_per_unit, double span_s) {
+    return TimeRange{0.0, span_s / seconds_per_unit};
+  };
+  const PointClock usual{1e-9, PointClock::Zero::kStamp};
+  const double usual_span = 1e8;
+  const auto unit = [&](const TimeRange& range) {
+    const auto clock = find_clock_like(usual, usual_span, range, std::nullopt);
+    return clock ? clock->seconds_per_unit : 0.0;
+  };
+  CHECK(unit(in(1e-9, 0.1)) == 1e-9);
+  CHECK(unit(in(1e-9, 0.001)) == 1e-9);  // cut: not a second in microseconds
+  CHECK(unit(in(1.0, 0.1)) == 1.0);
+  CHECK(unit(in(1e-6, 0.1)) == 1e-6);
+  CHECK(unit(in(1e-9, 0.0)) == 0.0);
+  CHECK(unit(in(1e-9, 30.0)) == 0.0);
+}
+
+TEST_CASE("rows are lasers only where their elevations are apart") {
+  const auto rings_of = [](const std::function<float(std::uint32_t, std::uint32_t)>& elevation) {
+    CloudOfMessage cloud = plain_cloud({});
+    cloud.height = 4;
+    cloud.width = 16;
+    cloud.row_step = 12 * cloud.width;
+    for (std::uint32_t row = 0; row < cloud.height; ++row) {
+      for (std::uint32_t column = 0; column < cloud.width; ++column) {
+        const float z = 10.0F * std::tan(elevation(row, column));
+        cloud.data += packed(10.0F, 0.0F, z);
+      }
+    }
+    return decode(cloud_message(Encoding::kCdrLittle, kStamp_ns, cloud), Serialization::kCdr).ring;
+  };
+  const auto row_at = [](std::uint32_t row) { return 0.03F * static_cast<float>(row); };
+  CHECK(rings_of([&](auto row, auto column) {
+          return row_at(row) + 0.004F * static_cast<float>(column % 3);
+        }).size() == 64);
+  CHECK(rings_of([&](auto row, auto) { return row_at((row * 3) % 4); }).size() == 64);
+  // Returns of one pulse in rows of their own; a camera's image.
+  CHECK(rings_of([](auto, auto column) { return 0.03F * static_cast<float>(column); }).empty());
+  CHECK(rings_of([&](auto row, auto column) {
+          return row_at(row) + 0.01F * static_cast<float>(column);
+        }).empty());
 }
 
 TEST_CASE("Livox's own message is decoded in every encoding") {

@@ -1,0 +1,121 @@
+#include "ports/datasets/scan_faults.hpp"
+
+#include <cstdio>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "ports/datasets/decorator.hpp"
+
+namespace unimapper::datasets {
+namespace {
+
+/// Seconds, milliseconds, ...
+std::string unit_name(double seconds_per_unit) {
+  if (seconds_per_unit >= 1.0) return "s";
+  if (seconds_per_unit >= 1e-3) return "ms";
+  return seconds_per_unit >= 1e-6 ? "us" : "ns";
+}
+
+class CountedFaults : public DatasetDecorator {
+ public:
+  explicit CountedFaults(std::unique_ptr<Dataset> dataset) : DatasetDecorator(std::move(dataset)) {}
+
+  void read_scan(std::size_t i, Scan& scan) const override {
+    try {
+      inner().read_scan(i, scan);
+      if (!scan.points.empty()) {
+        times_[i] = {scan.seconds_per_time_unit, scan.points_without_time, scan.points.size()};
+      }
+    } catch (const DatasetError& error) {
+      scan.reset(0);
+      count_damaged(i, error.what());
+    }
+  }
+
+  [[nodiscard]] std::vector<Note> notes() const override {
+    std::vector<Note> notes = inner().notes();
+    if (!damaged_.empty()) {
+      notes.push_back(
+          {share_text(damaged_.size()) +
+               (damaged_.size() == 1 ? " cannot be read and is" : " cannot be read and are") +
+               " left out; the first: " + first_,
+           true});
+    }
+    note_units(notes);
+    note_points_without_time(notes);
+    return notes;
+  }
+
+ private:
+  struct Times {
+    double seconds_per_unit;
+    std::size_t without;
+    std::size_t points;
+  };
+
+  [[nodiscard]] std::string share_text(std::size_t scans) const {
+    return std::to_string(scans) + " of " + std::to_string(scan_count()) + " scans";
+  }
+
+  void count_damaged(std::size_t i, const std::string& reason) const {
+    if (damaged_.empty()) first_ = reason;
+    damaged_.insert(i);
+    constexpr std::size_t kMostShare = 10;
+    if (kMostShare * damaged_.size() < scan_count()) return;
+    if (damaged_.size() == 1) throw DatasetError(first_);
+    throw DatasetError(first_ + "; " + share_text(damaged_.size()) + " cannot be read");
+  }
+
+  /// A driver whose settings change, or that loses its clock, while it is recorded.
+  void note_units(std::vector<Note>& notes) const {
+    std::map<double, std::pair<std::size_t, std::size_t>> units;  // scans and the first of them
+    for (const auto& [i, times] : times_) {
+      auto& [scans, first] = units.try_emplace(times.seconds_per_unit, 0, i).first->second;
+      ++scans;
+    }
+    if (units.size() < 2) return;
+    std::string text;
+    for (const auto& [seconds_per_unit, found] : units) {
+      text += (text.empty() ? "" : ", ") + std::to_string(found.first) +
+              (seconds_per_unit > 0.0 ? " in " + unit_name(seconds_per_unit) : " without any") +
+              " (the first: " + scan_name(found.second) + ")";
+    }
+    notes.push_back({"times of points differ from scan to scan: of " +
+                         std::to_string(times_.size()) + " scans read " + text +
+                         "; those without any are not compensated for the motion",
+                     true});
+  }
+
+  void note_points_without_time(std::vector<Note>& notes) const {
+    std::size_t without = 0;
+    std::size_t scans = 0;
+    std::size_t points = 0;
+    for (const auto& [i, times] : times_) {
+      without += times.without;
+      scans += times.without > 0 ? 1 : 0;
+      points += times.points;
+    }
+    if (without == 0) return;
+    constexpr std::size_t kWarningShare = 100;
+    notes.push_back({std::to_string(without) + " points in " + std::to_string(scans) + " of " +
+                         std::to_string(times_.size()) +
+                         " scans read have a time outside of their scan's sweep: taken as "
+                         "measured at the scan's stamp",
+                     kWarningShare * without > points});
+  }
+
+  // Scans are read more than once.
+  mutable std::set<std::size_t> damaged_;
+  mutable std::string first_;
+  mutable std::map<std::size_t, Times> times_;
+};
+
+}  // namespace
+
+std::unique_ptr<Dataset> with_counted_faults(std::unique_ptr<Dataset> dataset) {
+  return std::make_unique<CountedFaults>(std::move(dataset));
+}
+
+}  // namespace unimapper::datasets
