@@ -16,7 +16,7 @@ namespace unimapper::merge {
 inline constexpr std::uint64_t kLoopVerificationVersion = 4;
 
 /// The same of `PlacementEvaluator::evaluate`, whose pairs of keyframes are verified like loops.
-inline constexpr std::uint64_t kPlacementCheckVersion = 5;
+inline constexpr std::uint64_t kPlacementCheckVersion = 6;
 
 /// Fingerprints of questions about keyframes and pairs of `sessions`. Each keyframe is read once.
 class LoopFingerprints {

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "changed_structure.hpp"
 #include "free_space_conflict.hpp"
 #include "loop_cycle.hpp"
 #include "loop_verifier.hpp"
@@ -43,6 +44,12 @@ constexpr double kExcludingShare = 2.0 / 3.0;
 // (docs/design/loop-acceptance.md).
 constexpr double kWallsApartM = 0.14;
 constexpr double kTimesApart = 1.3;
+// Of the structure, what stands during one visit alone where storeys differ, and how many times
+// what changes between keyframes so far apart of one session (docs/design/loop-acceptance.md).
+constexpr std::size_t kLoopsStanding = 16;
+constexpr std::size_t kKeyframesEarlier = 6;
+constexpr double kStandsOnce = 0.004;
+constexpr double kTimesStanding = 2.0;
 // Of a loop's overlap, what is needed elsewhere before registration is tried there.
 constexpr double kWorthRegistering = 0.6;
 
@@ -322,16 +329,66 @@ std::string PlacementEvaluator::find_storeys(const Placement& placement) const {
     changed.push_back(
         common_view(clouds_, loop.match, loop.query, loop.T_match_query, config_).contradiction);
   }
+  if (median(std::span(roofed)) < config_.aliasing.roofed_share) return {};
   const double change = median(std::span(changed));
-  if (median(std::span(roofed)) < config_.aliasing.roofed_share ||
-      change < config_.aliasing.changed_share) {
-    return {};
+  char text[160];
+  if (change >= config_.aliasing.changed_share) {
+    std::snprintf(text, sizeof text,
+                  "below a ceiling it may be another storey: %.0f %% of the structure differs",
+                  100.0 * change);
+    return text;
   }
-  char text[128];
+  if (placement.competing.empty() && !is_continued(placement)) return {};
+  const StandingShares standing = standing_shares(placement);
+  if (standing.between < std::max(kStandsOnce, kTimesStanding * standing.within)) return {};
   std::snprintf(text, sizeof text,
-                "below a ceiling it may be another storey: %.0f %% of the structure differs",
-                100.0 * change);
+                "below a ceiling it may be another storey: %.1f %% of the structure stands in one "
+                "session alone, %.1f %% changes within one",
+                100.0 * standing.between, 100.0 * standing.within);
   return text;
+}
+
+/// Whether one session goes on where the odometry of the other ended, seconds to minutes later: a
+/// robot that was shut in or carried. Nobody rearranged the place meanwhile.
+bool PlacementEvaluator::is_continued(const Placement& placement) const {
+  constexpr double kNearM = 3.5;
+  constexpr double kShortestS = 2.0;
+  constexpr double kLongestS = 120.0;
+  const auto follows = [&](const KeyframeRecord& last, const KeyframeRecord& first) {
+    if (first.scans.empty() || last.scans.empty()) return false;
+    const double gap_s =
+        static_cast<double>(first.scans.front().stamp_ns - last.scans.back().stamp_ns) * 1e-9;
+    const Eigen::Vector3d moved =
+        first.T_odometry_keyframe.translation - last.T_odometry_keyframe.translation;
+    return gap_s >= kShortestS && gap_s <= kLongestS && moved.norm() <= kNearM;
+  };
+  const auto& query = sessions_[placement.loops.front().query.session].keyframes;
+  const auto& match = sessions_[placement.loops.front().match.session].keyframes;
+  return follows(match.back(), query.front()) || follows(query.back(), match.front());
+}
+
+/// What stands at a place during one visit alone, beside what changes while a session passes it.
+PlacementEvaluator::StandingShares PlacementEvaluator::standing_shares(
+    const Placement& placement) const {
+  const VisitPoses match_poses = placement.T_match_session_keyframe;
+  const VisitPoses query_poses = placement.T_query_session_keyframe;
+  const std::vector<std::size_t> chosen = spread(placement.loops.size(), kLoopsStanding);
+  std::vector<double> between(chosen.size());
+  std::vector<double> within(2 * chosen.size());
+  const auto in_one = [&](KeyframeId at, VisitPoses poses) {
+    if (at.keyframe < kKeyframesEarlier) return 0.0;
+    const KeyframeId earlier{at.session, at.keyframe - kKeyframesEarlier};
+    const Pose T_earlier_at = poses[earlier.keyframe].inverse() * poses[at.keyframe];
+    return changed_share(clouds_, {earlier, poses}, {at, poses}, T_earlier_at, config_);
+  };
+  parallel_for(chosen.size(), config_.threads, [&](std::size_t i) {
+    const LoopConstraint& loop = placement.loops[chosen[i]];
+    between[i] = changed_share(clouds_, {loop.match, match_poses}, {loop.query, query_poses},
+                               loop.T_match_query, config_);
+    within[2 * i] = in_one(loop.match, match_poses);
+    within[2 * i + 1] = in_one(loop.query, query_poses);
+  });
+  return {median(std::span(between)), median(std::span(within))};
 }
 
 /// Two places of one plan, mirrored or alike, are registered to each other where most of their

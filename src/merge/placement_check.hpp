@@ -55,6 +55,13 @@ class PlacementEvaluator {
   [[nodiscard]] std::string find_competing(const Placement& placement);
   [[nodiscard]] std::string find_repetition(const Placement& placement);
   [[nodiscard]] std::string find_storeys(const Placement& placement) const;
+  /// Shares of the structure, medians.
+  struct StandingShares {
+    double between = 0.0;  ///< stands in one of both sessions alone
+    double within = 0.0;   ///< the same of two keyframes of one session
+  };
+  [[nodiscard]] bool is_continued(const Placement& placement) const;
+  [[nodiscard]] StandingShares standing_shares(const Placement& placement) const;
   [[nodiscard]] double share_elsewhere(const LoopConstraint& loop, const Elsewhere& place) const;
   [[nodiscard]] std::vector<Elsewhere> places_elsewhere(const Placement& placement,
                                                         const LoopConstraint& loop) const;

@@ -1,6 +1,7 @@
 // Checks of a placement: repetition, storeys, and keyframes that see different structure
 #include "src/merge/placement_check.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <span>
@@ -256,6 +257,56 @@ TEST_CASE("Below a ceiling a place whose contents differ may be another storey",
   CHECK(changed.aliasing.find("below a ceiling it may be another storey") != std::string::npos);
   CHECK(evaluated(storey(true, 3), storey(true, 3)).aliasing.empty());
   CHECK(evaluated(storey(false, 3), storey(false, 4)).aliasing.empty());
+}
+
+TEST_CASE("Below a ceiling furniture tells where a robot left a lift", "[placement]") {
+  const auto storey = [](std::uint64_t furniture, bool has_ceiling) {
+    Place place = corridor(0.0);
+    if (has_ceiling) place.add_level(1.5, false);
+    Random random(furniture);
+    for (double x = -28.0; x < 75.0; x += random.uniform(4.0, 8.0)) {
+      place.add_box(x, random.uniform() < 0.5 ? -4.9 : 4.2, 1.0, 0.7, -0.7);
+    }
+    return place;
+  };
+  // The second session begins `gap_s` after the first one ended, where its odometry was.
+  const auto after_lift = [](const Place& before, const Place& after, double gap_s) {
+    std::vector<SessionData> sessions = {before.drive(1), after.drive(2)};
+    std::reverse(sessions[0].keyframes.begin(), sessions[0].keyframes.end());
+    std::int64_t stamp_ns = 0;
+    for (SessionData& session : sessions) {
+      for (KeyframeRecord& keyframe : session.keyframes) {
+        keyframe.scans.push_back({0, stamp_ns += 1'000'000'000, keyframe.T_odometry_keyframe});
+      }
+      stamp_ns += static_cast<std::int64_t>((gap_s - 1.0) * 1e9);
+    }
+    return sessions;
+  };
+  const auto found = [&](const std::vector<SessionData>& sessions) {
+    std::vector<LoopConstraint> loops;
+    std::vector<Pose> match_poses;
+    std::vector<Pose> query_poses;
+    for (std::size_t k = 0; k < kKeyframes; ++k) {
+      match_poses.push_back(sessions[0].keyframes[k].T_odometry_keyframe);
+      query_poses.push_back(sessions[1].keyframes[k].T_odometry_keyframe);
+      if (k % 3 != 0) continue;
+      LoopConstraint& loop = loops.emplace_back();
+      loop.match = {0, kKeyframes - 1 - k};
+      loop.query = {1, k};
+      loop.overlap = 1.0;
+    }
+    const MergeConfig config;
+    KeyframeClouds clouds(sessions, config.registration, 2);
+    return PlacementEvaluator(sessions, clouds, config)
+        .evaluate({loops, query_poses, match_poses, Pose{}})
+        .aliasing;
+  };
+  CHECK(found(after_lift(storey(3, true), storey(4, true), 20.0)).find("in one session alone") !=
+        std::string::npos);
+  CHECK(found(after_lift(storey(3, true), storey(3, true), 20.0)).empty());
+  CHECK(found(after_lift(storey(3, false), storey(4, false), 20.0)).empty());
+  // On another day anybody may have moved them.
+  CHECK(found(after_lift(storey(3, true), storey(4, true), 86'400.0)).empty());
 }
 
 TEST_CASE("Walls that lie beside those of the other session are of another place", "[placement]") {
