@@ -1,0 +1,145 @@
+#!/usr/bin/env python3
+"""Cells of bench/input/calibration.sh: drives whose poses are off, as `unimapper inspect` sees them
+
+usage: calibration.py UNIMAPPER FOLDER KIND VALUE SEED...
+
+KIND is none, roll, pitch, yaw (degrees), x, y (m), late (s) or over (the LiDAR upside down, its own
+odometry). DRIVES=PATTERN: only these; VERBOSE=1: a line for each on stderr.
+"""
+import fnmatch
+import json
+import math
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+
+
+def product(a, b):
+    rotation = [[sum(a[r][k] * b[k][c] for k in range(3)) for c in range(3)] for r in range(3)]
+    return [rotation[r] + [sum(a[r][k] * b[k][3] for k in range(3)) + a[r][3]] for r in range(3)]
+
+
+def inverse(a):
+    return [[a[c][r] for c in range(3)] + [-sum(a[c][r] * a[c][3] for c in range(3))]
+            for r in range(3)]
+
+
+def mount(kind, value):
+    """T_base_lidar with one value."""
+    pose = [[float(r == c) for c in range(4)] for r in range(3)]
+    if kind in ("x", "y"):
+        pose["xy".index(kind)][3] = value
+    if kind in ("roll", "pitch", "yaw"):
+        axis = ("roll", "pitch", "yaw").index(kind)
+        j, k = (axis + 1) % 3, (axis + 2) % 3
+        pose[j][j] = pose[k][k] = math.cos(math.radians(value))
+        pose[k][j] = math.sin(math.radians(value))
+        pose[j][k] = -pose[k][j]
+    return pose
+
+
+def between(a, b, share):
+    """Pose at a share of the way; rotations are near to each other."""
+    mixed = [[(1 - share) * p + share * q for p, q in zip(x, y)] for x, y in zip(a, b)]
+    columns = []
+    for c in range(3):
+        v = [mixed[r][c] for r in range(3)]
+        for u in columns:
+            along = sum(p * q for p, q in zip(u, v))
+            v = [p - along * q for p, q in zip(v, u)]
+        length = math.sqrt(sum(p * p for p in v))
+        columns.append([p / length for p in v])
+    return [[columns[c][r] for c in range(3)] + [mixed[r][3]] for r in range(3)]
+
+
+def late(poses, times, by):
+    result = []
+    for t in times:
+        at = 0
+        while at + 2 < len(times) and times[at + 1] <= t - by:
+            at += 1
+        share = (t - by - times[at]) / (times[at + 1] - times[at])
+        result.append(between(poses[at], poses[at + 1], share))
+    return result
+
+
+def turn_over(source, target):
+    for name in os.listdir(source):
+        with open(os.path.join(source, name), "rb") as scan:
+            values = list(struct.iter_unpack("<4f", scan.read()))
+        with open(os.path.join(target, name), "wb") as scan:
+            scan.write(b"".join(struct.pack("<4f", x, -y, -z, i) for x, y, z, i in values))
+
+
+def make(source, target, kind, value):
+    with open(os.path.join(source, "poses.txt")) as lines:
+        numbers = [[float(v) for v in line.split()] for line in lines]
+    poses = [[row[4 * r:4 * r + 4] for r in range(3)] for row in numbers]
+    with open(os.path.join(source, "times.txt")) as lines:
+        times = [float(line) for line in lines]
+    if kind == "late":
+        poses = late(poses, times, value)
+    elif kind == "over":
+        over = mount("roll", 180.0)
+        poses = [product(product(over, pose), over) for pose in poses]
+    else:
+        poses = [product(pose, inverse(mount(kind, value))) for pose in poses]
+    for name in os.listdir(source):
+        if name == "poses.txt":
+            continue
+        if name == "scans" and kind == "over":
+            os.mkdir(os.path.join(target, name))
+            turn_over(os.path.join(source, name), os.path.join(target, name))
+        else:
+            os.symlink(os.path.abspath(os.path.join(source, name)), os.path.join(target, name))
+    with open(os.path.join(target, "poses.txt"), "w") as lines:
+        for pose in poses:
+            lines.write(" ".join("%.9g" % v for row in pose for v in row) + "\n")
+
+
+def inspected(unimapper, recording):
+    command = [unimapper, "inspect", "--json", recording]
+    return json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+
+
+def quantile(values, share):
+    return sorted(values)[min(len(values) - 1, int(share * len(values)))]
+
+
+def main():
+    unimapper, folder, kind, value = sys.argv[1:5]
+    value = float(value)
+    checks = ("mount", "time", "motion", "odometry", "axes")
+    keys = {"roll": "roll_deg", "pitch": "pitch_deg", "yaw": "yaw_deg", "x": "x_m", "y": "y_m",
+            "late": "delay_s"}
+    limits = {"roll": 0.5, "pitch": 0.5, "yaw": 0.5, "x": 0.3, "y": 0.3, "late": 0.03}
+    drives = [name for name in sorted(os.listdir(folder)) if name.split("-")[0] in sys.argv[5:] and
+              fnmatch.fnmatch(name, os.environ.get("DRIVES", "*"))]
+    said = refused = 0
+    errors = []
+    for name in drives:
+        with tempfile.TemporaryDirectory() as target:
+            make(os.path.join(folder, name), target, kind, value)
+            found = inspected(unimapper, target)
+        findings = [f for f in found["findings"] if f["check"] in checks]
+        said += bool(findings)
+        refused += any(f["severity"] == "wrong" for f in findings)
+        estimates = found["calibration"]
+        if kind in keys and estimates["motions"] > 0:
+            estimate, sigma = estimates[keys[kind]]
+            if sigma < limits[kind]:
+                errors.append(abs(estimate - value))
+        if os.environ.get("VERBOSE"):
+            print(name, kind, value, *(f"{k} {v[0]:+.2f}±{v[1]:.2f}" if k != "motions" else v
+                                       for k, v in estimates.items()), found["up"],
+                  *(f"{f['severity']} {f['check']}: {f['message'][:90]}" for f in findings),
+                  file=sys.stderr, flush=True)
+    digits = "%.3f s" if kind == "late" else "%.2f m" if kind in ("x", "y") else "%.2f°"
+    cells = [digits % quantile(errors, share) for share in (0.5, 0.9)] if errors else ["", ""]
+    shown = len(errors) if kind in keys else ""
+    print(" | ".join(str(c) for c in [len(drives), said, refused, shown, *cells]))
+
+
+main()

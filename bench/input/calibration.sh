@@ -1,0 +1,70 @@
+#!/usr/bin/env bash
+# Mounts, clocks and upside-down LiDARs found from scans: a table for docs/design/plausibility.md.
+#
+#   bench/input/calibration.sh [SEEDS]   "1 3". Half an hour a seed
+#
+# Drives of seven LiDARs through several scenes with the default odometry, and some with tilted
+# mounts, noise of the attitude, a swaying body or distorted sweeps, whose poses are then of a
+# frame that is off by what a row says. Thresholds were chosen on even seeds. OUT: folder of drives,
+# kept; BIN: programs; SCANS: of a drive.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+# shellcheck source=bench/tables/common.sh
+source bench/tables/common.sh
+
+seeds=${1:-1 3}
+out=${OUT:-build/bench/calibration}
+scans=${SCANS:-200}
+unimapper=${BIN:-build/release/bin}/unimapper
+
+# drive NAME OPTION...: simulated once
+drive() {
+  [ -e "$out/$1/times.txt" ] && return
+  mkdir -p "$out"
+  rm -rf "$out/$1" "$out/unfinished"
+  "$unimapper" simulate --scans "$scans" --out "$out/unfinished" "${@:2}" >/dev/null 2>&1
+  mv "$out/unfinished" "$out/$1"
+}
+
+drives() {
+  local seed
+  for seed in $seeds; do
+    drive "$seed-town-vlp-16" --scene town --sensor vlp-16 --seed "$seed"
+    drive "$seed-town-os2-128" --scene town --sensor os2-128 --columns 512 --seed "$seed"
+    drive "$seed-campus-os1-64" --scene campus --sensor os1-64 --columns 512 --seed "$seed"
+    drive "$seed-convoy-hdl-64e" --scene convoy --sensor hdl-64e --columns 512 --seed "$seed"
+    drive "$seed-town-avia" --scene town --sensor livox-avia --seed "$seed"
+    drive "$seed-town-aeva" --scene town --sensor aeva-aeries2 --seed "$seed"
+    drive "$seed-hall-mid-360" --scene hall --sensor livox-mid-360 --seed "$seed"
+    drive "$seed-deck-vlp-16" --scene deck --sensor vlp-16 --seed "$seed"
+    drive "$seed-tunnel-os1-64" --scene tunnel --sensor os1-64 --columns 512 --seed "$seed"
+    drive "$seed-town-noise" --scene town --sensor vlp-16 --attitude-noise 0.5 --seed "$seed"
+    drive "$seed-campus-sway" --scene campus --sensor vlp-16 --sway 3@1 --seed "$seed"
+    drive "$seed-town-distorted" --scene town --sensor os1-64 --columns 512 --distortion \
+      --seed "$seed"
+    drive "$seed-campus-tilted" --scene campus --sensor livox-mid-360 --mount-pitch 20 \
+      --mount-roll 5 --seed "$seed"
+    drive "$seed-street-bad" --scene street --sensor vlp-16 --drift bad --seed "$seed"
+  done
+}
+
+# faulty KIND VALUE: cells of the drives with that fault
+faulty() {
+  bench/input/calibration.py "$unimapper" "$out" "$1" "$2" $seeds
+}
+
+rows() {
+  local value
+  only_layout || drives
+  echo "| what is wrong | drives | said | refused | shown | error of the estimate: median | 90 % |"
+  rule 7
+  row "nothing" 6 faulty none 0
+  for value in 1 2 5; do row "yaw by $value degrees" 6 faulty yaw "$value"; done
+  for value in 1 2 5; do row "pitch by $value degrees" 6 faulty pitch "$value"; done
+  for value in 0.5 1.2; do row "lever arm, $value m forward" 6 faulty x "$value"; done
+  for value in 0.05 0.10 0.15; do row "poses late by $value s" 6 faulty late "$value"; done
+  row "poses early by 0.15 s" 6 faulty late -0.15
+  row "upside down" 6 faulty over 180
+}
+
+table calibration rows
