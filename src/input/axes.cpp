@@ -97,6 +97,7 @@ DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
   };
   for (std::size_t k = 0; k < scans.size(); ++k) {
     const std::size_t i = indices[k];
+    const Eigen::Matrix3d R_world_sensor = track.pose(i).rotation;
     const Pose T_sensor_world = track.pose(i).inverse();
     std::vector<Metre> path;
     for (std::size_t j = i - std::min(i, kBefore); j < std::min(track.size, i + kAfter); ++j) {
@@ -108,7 +109,8 @@ DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
     for (std::size_t n = 0; n < scans[k]->points.size(); n += stride) {
       const auto& point = scans[k]->points[n];
       for (Metre& metre : path) {
-        const Eigen::Vector3d off = Eigen::Vector3d(point.x, point.y, point.z) - metre.centre;
+        const Eigen::Vector3d off =
+            R_world_sensor * (Eigen::Vector3d(point.x, point.y, point.z) - metre.centre);
         const double height_m = std::fabs(off.z());
         if (!(off.head<2>().squaredNorm() < 0.25) || height_m < 0.3 || height_m > kHighest_m) {
           continue;

@@ -35,9 +35,9 @@ struct DrivenSurface {
 };
 
 /// Counts metres of path within 25 m of the scans `indices`, at most two seconds before them and
-/// ten after, that have points 0.3 to 2.5 m below or above the path, in the sensor's axes. Only
-/// where rays as low as `lowest_deg` are 1.5 m and more below the sensor: nearer, the ground is out
-/// of sight.
+/// ten after, that have points 0.3 to 2.5 m below or above the path, along the odometry's z axis.
+/// Only where rays as low as `lowest_deg` are 1.5 m and more below the sensor: nearer, the ground
+/// is out of sight.
 [[nodiscard]] DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
                                                    std::span<const std::size_t> indices,
                                                    std::span<const datasets::Scan* const> scans);
