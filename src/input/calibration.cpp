@@ -263,6 +263,17 @@ Calibration calibrate(const Track& track, std::span<const RegisteredMotion> moti
   constexpr int kFarthest = 10;  // scans
   constexpr double kLongest_s = 1.0;
   if (motions.size() < kFewest) return {};
+  // Poses without rotations are no mount.
+  constexpr double kTurns_rad = 3.0 / kDegreesPerRadian;
+  bool scans_turn = false;
+  for (const RegisteredMotion& motion : motions) {
+    scans_turn = scans_turn || rotation_angle(motion.T_first_second.rotation) > kTurns_rad;
+  }
+  bool poses_turn = false;
+  for (std::size_t i = 1; i < track.size && !poses_turn; ++i) {
+    poses_turn = rotation_angle(track.pose(0).rotation.transpose() * track.pose(i).rotation) > 1e-6;
+  }
+  if (scans_turn && !poses_turn) return {};
   const GivenMotion given(track);
   const LeastSquares problem(given, motions);
   LeastSquares::Solution best;
