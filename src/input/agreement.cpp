@@ -83,7 +83,10 @@ ScanPair::ScanPair(std::size_t i, std::shared_ptr<const ScanShape> first, std::s
     : i_(i), j_(j), first_(std::move(first)), second_(std::move(second)) {}
 
 bool ScanPair::is_informative() const {
-  return second_->facing_[0] >= kFewestFacing || second_->facing_[1] >= kFewestFacing;
+  const auto shows_walls = [](const ScanShape& shape) {
+    return shape.facing_[0] >= kFewestFacing || shape.facing_[1] >= kFewestFacing;
+  };
+  return shows_walls(*first_) && shows_walls(*second_);
 }
 
 double ScanPair::agreement(const Pose& T_first_second) const {

@@ -375,7 +375,7 @@ def run(index, recording):
 def said(stderr):
     """Errors and warnings about the input."""
     return [l for l in stderr.splitlines() if "unimapper: error: " in l or "warning: input" in l or
-            "warning: roll and pitch" in l or " refused: " in l]
+            "warning: roll and pitch" in l or " refused: " in l or "are truncated" in l]
 
 
 def names_it(lines, words):

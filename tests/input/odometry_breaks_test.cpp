@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <set>
 #include <vector>
 
 #include "src/input/plausibility.hpp"
@@ -150,6 +149,15 @@ TEST_CASE("Scans while the odometry stands still belong to no session", "[breaks
   CHECK(found.breaks.back().next >= 29);
   CHECK(found.breaks.back().next <= 31);
   CHECK(check_odometry_breaks(found).severity == Severity::kSuspicious);
+}
+
+TEST_CASE("A scan without points, or with few, says nothing of the odometry", "[breaks]") {
+  const std::size_t left = GENERATE(0, 40);
+  MemoryDataset recording = drive();
+  for (std::size_t i = 10; i < 40; ++i) recording.scans[i].points.resize(left);
+  const OdometryBreaks found = found_in(recording);
+  CHECK(found.breaks.empty());
+  CHECK(found.contradicted == 0);
 }
 
 TEST_CASE("A ride in a lift that the odometry does not feel is a break", "[breaks]") {

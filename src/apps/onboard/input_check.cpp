@@ -100,9 +100,9 @@ CheckedInput check_input(const OnboardOptions& options, const OpenedInput& opene
     }
   }
   if (refusal != nullptr) {
-    throw std::runtime_error(options.dataset.string() + ": " + reason_of_reader(*opened.dataset, *refusal) +
-                             refusal->check + ": " + refusal->message +
-                             " (--force maps it as it is)");
+    throw std::runtime_error(options.dataset.string() + ": " +
+                             reason_of_reader(*opened.dataset, *refusal) + refusal->check + ": " +
+                             refusal->message + " (--force maps it as it is)");
   }
   return {std::move(findings), found.sensor, std::move(found.steps.breaks)};
 }
