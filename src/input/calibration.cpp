@@ -264,7 +264,7 @@ Calibration calibrate(const Track& track, std::span<const RegisteredMotion> moti
   constexpr double kLongest_s = 1.0;
   if (motions.size() < kFewest) return {};
   // Poses without rotations are no mount.
-  constexpr double kTurns_rad = 3.0 / kDegreesPerRadian;
+  constexpr double kTurns_rad = 1.0 / kDegreesPerRadian;
   bool scans_turn = false;
   for (const RegisteredMotion& motion : motions) {
     scans_turn = scans_turn || rotation_angle(motion.T_first_second.rotation) > kTurns_rad;

@@ -83,7 +83,7 @@ FirstPosition::Outcome FirstPosition::find(std::vector<LoopConstraint> loops,
   Outcome outcome;
   outcome.reason = best->reason;
   if (best->state == PairState::kRefused && !best->is_short) return outcome;
-  outcome.state = LocalisationState::kAmbiguous;
+  outcome.state = best->is_short ? LocalisationState::kNotYet : LocalisationState::kAmbiguous;
   const bool data_may_tell = best->is_short || !best->competing_sets.empty();
   if (best->state != PairState::kConfirmed && !data_may_tell) return outcome;
   outcome.loops = chosen(loops_[session], best->inliers);

@@ -80,7 +80,7 @@ TEST_CASE("bags of a drive hold the scans and poses of its folder") {
   }
 }
 
-TEST_CASE("the map of a bag is that of its folder") {
+TEST_CASE("the map of a bag is that of its folder", "[slow]") {
   const TemporaryDirectory directory;
   const auto folder = directory.path() / "drive";
   simulate_drive(folder);

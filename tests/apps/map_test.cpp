@@ -112,7 +112,7 @@ bool kill_after(const std::vector<std::string>& arguments, int milliseconds) {
 
 }  // namespace
 
-TEST_CASE("a stored project exports what unimapper merge writes") {
+TEST_CASE("a stored project exports what unimapper merge writes", "[slow]") {
   const Project project;
   const std::string a = project.run("a", 12);
   const std::string b = project.run("b", 34);
@@ -325,7 +325,7 @@ TEST_CASE("mistakes with a project are told in words") {
   CHECK_THAT(damaged.out, Contains("a result belongs to no epoch"));
 }
 
-TEST_CASE("commands that are killed at any moment leave the last epoch whole") {
+TEST_CASE("commands that are killed at any moment leave the last epoch whole", "[slow]") {
   const Project project;
   const std::string a = project.run("a", 12);
   const std::string b = project.run("b", 34);

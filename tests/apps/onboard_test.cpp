@@ -482,7 +482,8 @@ TEST_CASE("a link that cannot be opened is reported") {
   check_refused(fixture.onboard({"--publish", "nonsense://nowhere"}), "nonsense://nowhere");
 }
 
-TEST_CASE("a spool keeps the keyframes of every run, and a publishing one tries to deliver them") {
+TEST_CASE("a spool keeps the keyframes of every run, and a publishing one tries to deliver them",
+          "[slow]") {
   const Fixture fixture;
   SmallRecording().write(fixture.dataset);
   const std::string spool = (fixture.directory.path() / "spool").string();

@@ -269,7 +269,8 @@ TEST_CASE("keyframes of a survey are the same each time, static and without imag
   CHECK(made == far_places.size());
 }
 
-TEST_CASE("a survey is a session that is fixed, and the same file is one session", "[survey]") {
+TEST_CASE("a survey is a session that is fixed, and the same file is one session",
+          "[survey][slow]") {
   const Project project;
   CHECK_THAT(project.done({"survey", project.file}).out,
              Contains("epoch 1: added the survey street ("));

@@ -164,7 +164,7 @@ TEST_CASE("a LiDAR that hangs upside down is wrong, with an odometry of its own 
   }
 }
 
-TEST_CASE("poses in another order than the scans are wrong") {
+TEST_CASE("poses in another order than the scans are wrong", "[slow]") {
   MemoryDataset recording = drive();
   SECTION("backwards") {
     std::reverse(recording.poses.begin(), recording.poses.end());
