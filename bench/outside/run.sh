@@ -56,10 +56,16 @@ wanted() {
   done < <(sample; [ -z "$real" ] || recorded_sample)
 }
 
-name_of() { echo "$1-$2$3" | tr -d ' ' | sed 's/--/-/g; s/@/-over-/g'; }
+name_of() {
+  local name="$1-$2$3"
+  name=${name// /}
+  name=${name//--/-}
+  echo "${name//@/-over-}"
+}
 title_of() {
   local options
-  options=$(sed -E 's/ --/, --/g; s/--columns ([0-9]+)/\1 columns/
+  options=
+  [ -z "$3" ] || options=$(sed -E 's/ --/, --/g; s/--columns ([0-9]+)/\1 columns/
     s/--rings ([0-9]+), --uneven-rings/\1 uneven rings/; s/--rings ([0-9]+)/\1 rings/
     s/--attitude-noise ([0-9.]+)@([0-9.]+)/attitude noise \1° over \2 s/
     s/--attitude-noise ([0-9.]+)/attitude noise \1°/; s/--sway ([0-9]+)@([0-9]+)/sway ±\1° at \2 Hz/

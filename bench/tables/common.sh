@@ -37,9 +37,9 @@ table() {
 
 # row TITLE COUNT COMMAND...: a line of a table; COMMAND prints its COUNT cells, "a | b | c"
 row() {
-  local cells
+  local cells='*' i
   if only_layout; then
-    cells=$(printf '* | %.0s' $(seq 2 "$2"))'*'
+    for ((i = 1; i < $2; ++i)); do cells+=' | *'; done
   else
     cells=$("${@:3}")
   fi
@@ -48,9 +48,9 @@ row() {
 
 # rule COLUMNS: the line below a table's header
 rule() {
-  printf '|'
-  for ((i = 0; i < $1; ++i)); do printf -- '---|'; done
-  echo
+  local line='|' i
+  for ((i = 0; i < $1; ++i)); do line+='---|'; done
+  echo "$line"
 }
 
 # Name of a LiDAR in the documents.
@@ -59,7 +59,7 @@ lidar() {
     aeva-aeries2) echo "Aeva Aeries II" ;;
     livox-avia) echo "Livox Avia" ;;
     livox-mid-360) echo "Livox Mid-360" ;;
-    *) tr '[:lower:]' '[:upper:]' <<<"$1" ;;
+    *) echo "${1^^}" ;;
   esac
 }
 

@@ -43,7 +43,7 @@ std::optional<Scalar> scalar_of(std::string_view type) {
 }
 
 /// A property of an element that is passed over.
-struct PlyProperty {
+struct PlyField {
   Scalar type;
   std::optional<Scalar> length;  ///< of the number of values, where it is a list
 };
@@ -51,7 +51,7 @@ struct PlyProperty {
 /// An element before the vertices.
 struct PlyElement {
   std::uint64_t count = 0;
-  std::vector<PlyProperty> properties;
+  std::vector<PlyField> properties;
 };
 
 struct PlyHeader {
@@ -198,7 +198,7 @@ std::size_t offset_of_vertices(std::string_view bytes, const fs::path& file,
   };
   for (const PlyElement& element : header.before) {
     for (std::uint64_t i = 0; i < element.count && !element.properties.empty(); ++i) {
-      for (const PlyProperty& property : element.properties) {
+      for (const PlyField& property : element.properties) {
         std::uint64_t values = 1;
         if (property.length) {
           const std::size_t length_at = at;
