@@ -77,6 +77,9 @@ void require_mountings(std::size_t lidars, const OpenOptions& options) {
 std::unique_ptr<Dataset> open_lidars(const std::filesystem::path& path, const OpenOptions& options,
                                      const std::vector<std::string>& topics) {
   if (!options.T_base_lidar.empty() || topics.size() > 1) require_mountings(topics.size(), options);
+  if (topics.size() > 1 && options.finds_mount) {
+    throw DatasetError("--extrinsic auto finds the mount of one LiDAR: choose it with --topic");
+  }
   std::vector<std::unique_ptr<Dataset>> lidars;
   for (std::size_t i = 0; i < topics.size(); ++i) {
     OpenOptions one = options;

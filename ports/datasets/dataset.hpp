@@ -109,6 +109,8 @@ class Dataset {
   [[nodiscard]] virtual std::string sensor() const { return {}; }
   /// What was chosen or may be wrong about the input.
   [[nodiscard]] virtual std::vector<Note> notes() const { return {}; }
+  /// Whether the recording says where its LiDARs are mounted, so that --extrinsic replaces it.
+  [[nodiscard]] virtual bool is_mounted_by_recording() const { return false; }
   /// T_odometry_sensor at any time, where the recording has an odometry of a rate of its own; empty
   /// without one, and beyond its ends.
   [[nodiscard]] virtual std::optional<Pose> pose_at(std::int64_t /*stamp_ns*/) const {
@@ -139,10 +141,10 @@ struct OpenOptions {
   std::vector<Pose> T_base_lidar{};
   /// Mount that calibration found besides, T_given_lidar; of one LiDAR.
   Pose T_given_lidar{};
-  bool finds_mount = false;        ///< the caller is to find it (--extrinsic auto)
-  double time_offset_s = 0.0;      ///< added to the poses' stamps
-  bool finds_time_offset = false;  ///< the caller is to find it (--time-offset auto)
-  bool turns_over = false;         ///< points and poses stand on their head, see `turned_over`
+  bool finds_mount = false;               ///< the caller is to find it (--extrinsic auto)
+  double time_offset_s = 0.0;             ///< added to the poses' stamps
+  bool finds_time_offset = false;         ///< the caller is to find it (--time-offset auto)
+  bool turns_over = false;                ///< the poses stand on their head, see `turned_over`
   bool refuses_unknown_mounting = false;  ///< of a bag without the transform to the LiDAR
   Deskew deskew = Deskew::kAuto;          ///< see deskew.hpp
 };

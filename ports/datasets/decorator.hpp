@@ -24,6 +24,9 @@ class DatasetDecorator : public Dataset {
   }
   [[nodiscard]] std::string sensor() const override { return inner_->sensor(); }
   [[nodiscard]] std::vector<Note> notes() const override { return inner_->notes(); }
+  [[nodiscard]] bool is_mounted_by_recording() const override {
+    return inner_->is_mounted_by_recording();
+  }
   [[nodiscard]] std::optional<Pose> pose_at(std::int64_t stamp_ns) const override {
     return inner_->pose_at(stamp_ns);
   }

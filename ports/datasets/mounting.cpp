@@ -70,6 +70,7 @@ class RetimedDataset : public DatasetDecorator {
   std::vector<Pose> poses_;
 };
 
+/// The odometry's frame, turned about its x axis: points stay as the LiDAR saw them.
 class TurnedOverDataset : public DatasetDecorator {
  public:
   explicit TurnedOverDataset(std::unique_ptr<Dataset> dataset)
@@ -77,29 +78,17 @@ class TurnedOverDataset : public DatasetDecorator {
     for (std::size_t i = 0; i < scan_count(); ++i) poses_.push_back(turned(inner().pose(i)));
   }
 
-  void read_scan(std::size_t i, Scan& scan) const override {
-    inner().read_scan(i, scan);
-    for (Scan::Point& point : scan.points) {
-      point.y = -point.y;
-      point.z = -point.z;
-    }
-  }
   [[nodiscard]] const Pose& pose(std::size_t i) const override { return poses_.at(i); }
   [[nodiscard]] std::optional<Pose> pose_at(std::int64_t stamp_ns) const override {
     const auto pose = inner().pose_at(stamp_ns);
     return pose ? std::optional<Pose>(turned(*pose)) : std::nullopt;
-  }
-  [[nodiscard]] std::vector<Pose> ground_truth_poses() const override {
-    std::vector<Pose> poses = inner().ground_truth_poses();
-    for (Pose& pose : poses) pose = turned(pose);
-    return poses;
   }
 
  private:
   static Pose turned(const Pose& pose) {
     const Pose over(Eigen::Matrix3d(Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal()),
                     Eigen::Vector3d::Zero());
-    return over * pose * over;
+    return over * pose;
   }
 
   std::vector<Pose> poses_;
@@ -190,7 +179,7 @@ class SeveralLidars : public DatasetDecorator {
     std::snprintf(text, sizeof text,
                   "LiDAR %zu added to %zu of %zu scans, %.2f m from the first; free space is "
                   "claimed from the first one's viewpoint; %zu of its own %zu scans are left out: "
-                  "at their time there is none of the first",
+                  "no scan of the first takes them",
                   k + 2, count, partners_[k].size(), apart_m, left_out, others_[k]->scan_count());
     constexpr double kFar_m = 0.5;
     return {text, apart_m > kFar_m || 2 * count < partners_[k].size() ||

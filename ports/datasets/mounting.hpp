@@ -17,12 +17,12 @@ namespace unimapper::datasets {
 /// pose of `offset_s` before. Beyond the ends the last motion goes on.
 [[nodiscard]] std::unique_ptr<Dataset> retimed(std::unique_ptr<Dataset> dataset, double offset_s);
 
-/// The dataset of a LiDAR that hangs upside down and whose poses do so too: points, and the frame
-/// of the poses, are turned by 180 degrees about x.
+/// The dataset of a LiDAR that hangs upside down and whose poses do so too: the frame of the poses
+/// is turned by 180 degrees about x. Points and true poses stay as they are.
 [[nodiscard]] std::unique_ptr<Dataset> turned_over(std::unique_ptr<Dataset> dataset);
 
 /// LiDARs of one robot as one: every scan of the first with the nearest in time of each other, no
-/// farther than half the time between two scans, their points in the first LiDAR's frame at its
+/// farther than 0.55 of the time between two scans, their points in the first LiDAR's frame at its
 /// stamp. Poses must be of the LiDARs themselves and in one frame. Points have no ring; the names
 /// and truth are those of the first.
 ///

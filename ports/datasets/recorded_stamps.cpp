@@ -54,7 +54,10 @@ std::int64_t period_of(const Times& stamps_ns) {
 class StepSearch {
  public:
   StepSearch(const Times& stamps_ns, const Times& log_ns, std::int64_t period_ns)
-      : log_ns_(log_ns), least_ns_(std::max<std::int64_t>(2 * period_ns, kLeast_ns)) {
+      : stamps_ns_(stamps_ns),
+        log_ns_(log_ns),
+        period_ns_(period_ns),
+        least_ns_(std::max<std::int64_t>(2 * period_ns, kLeast_ns)) {
     for (std::size_t i = 0; i < stamps_ns.size(); ++i) {
       delay_ns_.push_back(log_ns[i] - stamps_ns[i]);
     }
@@ -66,6 +69,8 @@ class StepSearch {
     std::size_t tried = 0;
     for (std::size_t k = kSide; k + kSide <= count; ++k) {
       if (std::abs(delay_ns_[k] - delay_ns_[k - 1]) < least_ns_) continue;
+      // Stamps that go on evenly are of one clock: recording was delayed, or its clock was set.
+      if (std::abs(stamps_ns_[k] - stamps_ns_[k - 1] - period_ns_) < least_ns_ / 2) continue;
       const std::int64_t before = middle(delay_ns_, k - kSide, k);
       const std::int64_t after = middle(delay_ns_, k, k + kSide);
       const std::int64_t by_ns = before - after;
@@ -112,7 +117,9 @@ class StepSearch {
     return 5 * near >= 4 * (i - first);
   }
 
+  const Times& stamps_ns_;
   const Times& log_ns_;
+  std::int64_t period_ns_;
   std::int64_t least_ns_;
   Times delay_ns_;
 };
@@ -142,6 +149,8 @@ std::vector<bool> longest_in_order(const Times& stamps_ns) {
 /// Of stamps out of order those that are wrong; the others were recorded late.
 std::vector<bool> find_glitches(const Times& stamps_ns, const Times& log_ns,
                                 std::int64_t period_ns) {
+  std::vector<bool> is_glitch(stamps_ns.size(), false);
+  if (std::is_sorted(stamps_ns.begin(), stamps_ns.end())) return is_glitch;
   const std::vector<bool> is_in_order = longest_in_order(stamps_ns);
   std::set<std::int64_t> right;
   Times delays;
@@ -152,7 +161,6 @@ std::vector<bool> find_glitches(const Times& stamps_ns, const Times& log_ns,
   }
   const std::int64_t delay_ns = middle(std::move(delays));
   const std::int64_t near_ns = period_ns * 2 / 5;
-  std::vector<bool> is_glitch(stamps_ns.size(), false);
   for (std::size_t i = 0; i < stamps_ns.size(); ++i) {
     if (is_in_order[i]) continue;
     const std::int64_t stamp = stamps_ns[i];

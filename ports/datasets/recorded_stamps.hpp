@@ -38,6 +38,18 @@ struct RecordedStamps {
 [[nodiscard]] RecordedStamps check_recorded_stamps(std::span<const std::int64_t> stamps_ns,
                                                    std::span<const std::int64_t> log_ns);
 
+/// The same of records, each with a `stamp_ns` and a `log_ns`.
+template <typename Records>
+[[nodiscard]] RecordedStamps check_stamps_of(const Records& records) {
+  std::vector<std::int64_t> stamps_ns;
+  std::vector<std::int64_t> log_ns;
+  for (const auto& record : records) {
+    stamps_ns.push_back(record.stamp_ns);
+    log_ns.push_back(record.log_ns);
+  }
+  return check_recorded_stamps(stamps_ns, log_ns);
+}
+
 /// Says what was found: `what` has a stamp, e.g. "scan"; `whose` are they, e.g. a topic.
 void note_stamps(const RecordedStamps& found, const std::string& what, const std::string& whose,
                  std::vector<Note>& notes);

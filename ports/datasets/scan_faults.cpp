@@ -82,10 +82,11 @@ class CountedFaults : public DatasetDecorator {
               (seconds_per_unit > 0.0 ? " in " + unit_name(seconds_per_unit) : " without any") +
               " (the first: " + scan_name(found.second) + ")";
     }
-    notes.push_back({"times of points differ from scan to scan: of " +
-                         std::to_string(times_.size()) + " scans read " + text +
-                         "; those without any are not compensated for the motion",
-                     true});
+    notes.push_back(
+        {"times of points differ from scan to scan: of " + std::to_string(times_.size()) +
+             " scans read " + text +
+             (units.contains(0.0) ? "; those without any are not compensated for the motion" : ""),
+         true});
   }
 
   void note_points_without_time(std::vector<Note>& notes) const {

@@ -16,7 +16,7 @@ std::string from_utf16(std::string_view bytes, bool is_big_endian) {
   for (std::size_t i = 0; i + 1 < bytes.size(); i += 2) {
     const char high = bytes[is_big_endian ? i : i + 1];
     const char low = bytes[is_big_endian ? i + 1 : i];
-    text += high == '\0' && low >= 0 ? low : '?';
+    text += high == '\0' && static_cast<unsigned char>(low) < 0x80 ? low : '?';
   }
   return text;
 }
@@ -58,6 +58,7 @@ struct Commas {
 };
 
 void look_at_column(std::string_view column, Commas& commas) {
+  constexpr std::size_t kMostDecimals = 17;  // of a double
   std::size_t count = 0;
   for (std::size_t i = 0; i < column.size(); ++i) {
     const bool is_within = i > 0 && is_digit_at(column, i - 1) && is_digit_at(column, i + 1);
@@ -66,6 +67,8 @@ void look_at_column(std::string_view column, Commas& commas) {
     }
     if (column[i] != ',') continue;
     ++count;
+    // As many digits as a stamp in nanoseconds has: a second column of whole numbers.
+    if (column.size() - i - 1 > kMostDecimals) commas.is_alone = false;
     if (!is_within) commas.may_be_decimal = false;
   }
   if (count > 1) commas.may_be_decimal = false;

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "ports/datasets/bag/bag_poses.hpp"
@@ -101,7 +102,7 @@ class BagWalk {
       }
     });
     choose_lidar();
-    check_stamps();
+    contents_.stamps = check_stamps_of(contents_.scans);
     contents_.poses.finish(contents_.stamps);
     return std::move(contents_);
   }
@@ -128,15 +129,23 @@ class BagWalk {
     const auto& places = source_.messages(topic);
     std::vector<PoseMessage> poses;
     std::int64_t first_ns = INT64_MAX;
+    std::optional<double> lag_ns;  // of recording; the recorder may have another clock
     for (std::size_t i = places.size(); i-- > 0;) {
       // The poses of later messages are known.
-      if (i > 0 && places[i - 1].log_time_ns >= first_ns) continue;
+      const auto before_ns = i > 0 ? static_cast<double>(places[i - 1].log_time_ns) : 0.0;
+      if (i > 0 && lag_ns && before_ns - *lag_ns >= static_cast<double>(first_ns)) continue;
       std::vector<PoseMessage> path;
       try {
         path = decode_poses(source_.read(places[i]), source_.topics()[topic].serialization,
                             MessageKind::kPath);
       } catch (const DatasetError& error) {
         count_unreadable(topic, i, error);
+      }
+      for (const PoseMessage& pose : path) {
+        const double lag =
+            static_cast<double>(places[i].log_time_ns) - static_cast<double>(pose.header.stamp_ns);
+        // That of the newest pose.
+        if (first_ns == INT64_MAX) lag_ns = std::min(lag_ns.value_or(lag), lag);
       }
       std::erase_if(path, [&](const auto& pose) { return pose.header.stamp_ns >= first_ns; });
       poses.insert(poses.end(), path.begin(), path.end());
@@ -146,6 +155,7 @@ class BagWalk {
       return a.header.stamp_ns < b.header.stamp_ns;
     });
     PoseTopic& taken = contents_.poses.topics.at(topic);
+    taken.is_path = true;
     for (const PoseMessage& pose : poses) {
       contents_.poses.add(pose, &taken, false, pose.header.stamp_ns);
     }
@@ -197,7 +207,7 @@ class BagWalk {
       list +=
           (list.empty() ? "'" : ", '") + name + "' (" + count_text(lidar.scans, "message") + ")";
       // A message that does not say is of the others' LiDAR.
-      if (lidar.frame.empty() && lidars.size() > 1) continue;
+      if (lidar.frame.empty() && static_cast<std::size_t>(of_frame) < lidars.size()) continue;
       names.push_back(source_.topics()[scan_topic_].name + "@" + name);
     }
     if (!wanted_lidar_.empty() &&
@@ -221,21 +231,17 @@ class BagWalk {
                                  const std::string& list) const {
     std::string all;
     for (const std::string& name : names) all += (all.empty() ? "" : ",") + name;
-    throw SeveralLidarsError(
+    const std::string message =
         source_.topics()[scan_topic_].name + " holds the scans of several LiDARs: " + list +
-            "; choose one with --topic " + names.front() + ", or all as one with --topic " + all +
-            " and --extrinsic x,y,z,roll,pitch,yaw once for each",
-        names);
-  }
-
-  void check_stamps() {
-    std::vector<std::int64_t> stamps_ns;
-    std::vector<std::int64_t> log_ns;
-    for (const Contents::ScanStamp& scan : contents_.scans) {
-      stamps_ns.push_back(scan.stamp_ns);
-      log_ns.push_back(scan.log_ns);
+        "; choose one with --topic " + names.front() + ", or all as one with --topic " + all +
+        " and --extrinsic x,y,z,roll,pitch,yaw once for each";
+    std::set<std::string> frames;
+    for (const Contents::Lidar& lidar : contents_.lidars) frames.insert(lidar.frame);
+    frames.erase(std::string());
+    if (frames.size() < names.size()) {
+      throw DatasetError(message + "; they share a frame, so transforms do not tell where each is");
     }
-    contents_.stamps = check_recorded_stamps(stamps_ns, log_ns);
+    throw SeveralLidarsError(message, names);
   }
 
   MessageSource& source_;
@@ -306,6 +312,7 @@ class BagDataset final : public Dataset {
   [[nodiscard]] std::vector<std::uint32_t> labels(std::size_t /*i*/) const override { return {}; }
   [[nodiscard]] std::vector<Pose> ground_truth_poses() const override { return {}; }
   [[nodiscard]] std::vector<Note> notes() const override { return notes_; }
+  [[nodiscard]] bool is_mounted_by_recording() const override { return lidar_poses_.is_mounted; }
   [[nodiscard]] std::optional<Pose> pose_at(std::int64_t stamp_ns) const override {
     return lidar_poses_.at(stamp_ns);
   }
@@ -430,7 +437,12 @@ class BagDataset final : public Dataset {
   void apply_stamps(Contents& contents) {
     // Transforms and poses of a file keep their own stamps, with every step.
     if (!lidar_poses_.is_of_topic) contents.stamps.steps.clear();
-    note_stamps(contents.stamps, "message", describe(topic()), notes_);
+    RecordedStamps by_message = contents.stamps;
+    for (ClockStep& step : by_message.steps) step.first = contents.scans[step.first].number;
+    if (by_message.glitches > 0) {
+      by_message.first_glitch = contents.scans[by_message.first_glitch].number;
+    }
+    note_stamps(by_message, "message", describe(topic()), notes_);
     std::vector<Contents::ScanStamp> scans;
     for (std::size_t i = 0; i < contents.scans.size(); ++i) {
       if (contents.stamps.is_glitch[i]) continue;
@@ -445,12 +457,15 @@ class BagDataset final : public Dataset {
     const double as_given = thickness_of_surfaces(scans, lidar_poses_.at);
     const double inverted = thickness_of_surfaces(scans, lidar_poses_.inverted);
     if (inverted < as_given) lidar_poses_.at = lidar_poses_.inverted;
+    const char* outcome =
+        inverted < as_given   ? "poses are inverted, by which the surfaces are thinner"
+        : as_given < inverted ? "poses are taken as they are, by which the surfaces are thinner "
+                                "than by inverted ones"
+                              : "the scans do not tell whether poses are inverted, too: taken as "
+                                "they are";
     notes_.push_back({"the frames of " + lidar_poses_.description +
                           " are named the wrong way round: the LiDAR is fixed to its parent; " +
-                          (inverted < as_given
-                               ? "poses are inverted, by which the surfaces are thinner"
-                               : "poses are taken as they are, by which the surfaces are thinner "
-                                 "than by inverted ones"),
+                          outcome,
                       true, true});
   }
 

@@ -61,7 +61,7 @@ LidarPoses from_topic(const PoseTopic& topic, const TransformTree& transforms,
                       const PoseWish& wish) {
   const std::string& lidar_frame = wish.lidar_frame;
   LidarPoses poses;
-  poses.is_of_topic = true;
+  poses.is_of_topic = !topic.is_path;
   poses.description = topic.description;
   poses.covered_time =
       seconds_text(topic.poses.first_ns()) + " to " + seconds_text(topic.poses.last_ns()) + " s";
@@ -79,7 +79,7 @@ LidarPoses from_topic(const PoseTopic& topic, const TransformTree& transforms,
   const std::string base = is_swapped ? topic.frame : base_frame_of(topic, transforms, lidar_frame);
   const std::string chosen = "poses: " + topic.description + ", of " + quoted(base) + " in " +
                              quoted(is_swapped ? topic.child_frame : topic.frame);
-  note_stamps(topic.stamps, "message", topic.description, poses.notes);
+  note_stamps(topic.stamps, "pose", topic.description, poses.notes);
   if (topic.invalid > 0) {
     poses.notes.push_back({std::to_string(topic.invalid) + " poses of " + topic.description +
                                " are not finite or no rotation: left out",
@@ -134,6 +134,7 @@ LidarPoses from_topic(const PoseTopic& topic, const TransformTree& transforms,
                  : std::nullopt;
     };
   }
+  poses.is_mounted = true;
   const bool is_rigid = transforms.is_rigid(base, lidar_frame);
   const auto T_base_lidar = transforms.lookup(base, lidar_frame, topic.poses.first_ns());
   poses.notes.push_back({chosen + "; LiDAR " + quoted(lidar_frame) + " in it: " +
@@ -225,13 +226,7 @@ void order_poses(PoseTopic& topic) {
 
 void BagPoses::finish(RecordedStamps& scans) {
   for (auto& [number, topic] : topics) {
-    std::vector<std::int64_t> stamps_ns;
-    std::vector<std::int64_t> log_ns;
-    for (const PoseTopic::Recorded& recorded : topic.recorded) {
-      stamps_ns.push_back(recorded.stamp_ns);
-      log_ns.push_back(recorded.log_ns);
-    }
-    topic.stamps = check_recorded_stamps(stamps_ns, log_ns);
+    topic.stamps = check_stamps_of(topic.recorded);
     find_common_steps(topic.stamps, scans);
     order_poses(topic);
   }

@@ -30,6 +30,7 @@ struct PoseTopic {
   };
   std::vector<Recorded> recorded;  ///< see above
   RecordedStamps stamps;           ///< what contradicts the order of recording
+  bool is_path = false;            ///< its poses were recorded together
   bool is_odometry = false;        ///< or asked for: comes before the transforms
   std::size_t invalid = 0;         ///< left out: not finite, or no rotation
 };
@@ -58,6 +59,7 @@ struct LidarPoses {
   /// The other reading of poses whose frames are named the wrong way round; may be empty.
   std::function<std::optional<Pose>(std::int64_t stamp_ns)> inverted;
   std::vector<Note> notes;   ///< what was chosen, and warnings
+  bool is_mounted = false;   ///< by the bag's transforms
   bool is_of_topic = false;  ///< by the clock that `RecordedStamps` gives them
 };
 

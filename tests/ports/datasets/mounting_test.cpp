@@ -95,7 +95,7 @@ TEST_CASE("poses that are late take a negative offset, early ones a positive one
   }
 }
 
-TEST_CASE("a LiDAR that hangs upside down is turned over with its poses") {
+TEST_CASE("the odometry of a LiDAR that hangs upside down is turned over, not its points") {
   const auto dataset = turned_over(std::make_unique<Landmark>(Pose(), true));
   Scan scan;
   dataset->read_scan(5, scan);

@@ -56,6 +56,12 @@ TEST_CASE("stamps in order are right, whatever they wait for") {
     for (std::size_t i = 0; i < 60; ++i)
       recording.log_ns[i] += static_cast<std::int64_t>(i) * 500'000;
   }
+  SECTION("recording is delayed from one message on") {
+    for (std::size_t i = 40; i < 60; ++i) recording.log_ns[i] += 3 * kSecond / 10;
+  }
+  SECTION("the recorder's clock is set back") {
+    for (std::size_t i = 40; i < 60; ++i) recording.log_ns[i] -= 3 * kSecond / 10;
+  }
   SECTION("nothing at all") {
     recording.stamps_ns.clear();
     recording.log_ns.clear();

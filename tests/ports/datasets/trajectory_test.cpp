@@ -61,7 +61,8 @@ TEST_CASE("text of other programs becomes plain: encodings, line breaks, decimal
   CHECK(plain_text("0,5\t1,5e-3\n") == "0.5\t1.5e-3\n");
   CHECK(plain_text("0,100\n0,200\n") == "0.100\n0.200\n");
   // Commas between columns stay.
-  for (const char* text : {"0,1,2\n", "0, 1, 2\n", "0,1.5 2\n", "1,2,3 4,5,6\n", "0,1\n0,1,2\n"}) {
+  for (const char* text : {"0,1,2\n", "0, 1, 2\n", "0,1.5 2\n", "1,2,3 4,5,6\n", "0,1\n0,1,2\n",
+                           "7,1691936557946849179\n"}) {
     CHECK(plain_text(text) == text);
   }
 }
