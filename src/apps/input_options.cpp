@@ -88,8 +88,7 @@ void add_open_options(CLI::App& command, datasets::OpenOptions& options) {
           "x,y,z,roll,pitch,yaw of the LiDAR on what the poses are of, metres and degrees, turned "
           "about the fixed axes x, y, z in this order; default: that of --sensor-file, a bag's "
           "transforms, or none. Of several LiDARs once for each, in the order of --topic. auto: "
-          "that, "
-          "corrected by what the scans show of it, where they are sure")
+          "that, corrected by what the scans show of it, where they are sure")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->group("Input");
@@ -100,8 +99,9 @@ void add_open_options(CLI::App& command, datasets::OpenOptions& options) {
             options.finds_time_offset = text == "auto";
             if (options.finds_time_offset) return;
             if (!CLI::detail::lexical_cast(text, options.time_offset_s) ||
-                !std::isfinite(options.time_offset_s)) {
-              throw CLI::ValidationError("--time-offset", "'" + text + "' is no number of seconds");
+                !(std::fabs(options.time_offset_s) <= 3600.0)) {
+              throw CLI::ValidationError(
+                  "--time-offset", "'" + text + "' is neither auto nor seconds, an hour at most");
             }
           },
           "Seconds that are added to the stamps of the poses: negative where they are late. auto: "

@@ -86,7 +86,10 @@ DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
   constexpr double kSight_m = 25.0;
   constexpr std::size_t kPerScan = 20'000;
   constexpr std::size_t kFewest = 3;  // points
-  constexpr double kHighest_m = 2.5;  // of a sensor over what it is driven on
+  constexpr double kLowest_m = 0.08;  // of a sensor over what it is driven on
+  constexpr double kHighest_m = 5.0;
+  constexpr double kNearAbove_m = 0.3;  // ceilings are higher
+  constexpr double kFarAbove_m = 2.5;
   constexpr double kInSight_m = 1.5;
   const double fall = std::tan(std::clamp(-lowest_deg, 0.0, 80.0) / kDegreesPerRadian);
   DrivenSurface driven;
@@ -111,11 +114,9 @@ DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
       for (Metre& metre : path) {
         const Eigen::Vector3d off =
             R_world_sensor * (Eigen::Vector3d(point.x, point.y, point.z) - metre.centre);
-        const double height_m = std::fabs(off.z());
-        if (!(off.head<2>().squaredNorm() < 0.25) || height_m < 0.3 || height_m > kHighest_m) {
-          continue;
-        }
-        ++(off.z() < 0.0 ? metre.below : metre.above);
+        if (!(off.head<2>().squaredNorm() < 0.25)) continue;
+        metre.below += off.z() <= -kLowest_m && off.z() >= -kHighest_m ? 1 : 0;
+        metre.above += off.z() >= kNearAbove_m && off.z() <= kFarAbove_m ? 1 : 0;
       }
     }
     for (const Metre& metre : path) {

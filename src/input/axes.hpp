@@ -34,8 +34,9 @@ struct DrivenSurface {
   std::size_t above = 0;  ///< the same above: ceilings, trees, or a sensor that is upside down
 };
 
-/// Counts metres of path within 25 m of the scans `indices`, at most two seconds before them and
-/// ten after, that have points 0.3 to 2.5 m below or above the path, along the odometry's z axis.
+/// Counts metres of path within 25 m of the scans `indices`, at most 20 scans before them and
+/// 100 after, that have points 0.3 to 2.5 m above the path, or 0.08 to 5 m below it, along the
+/// odometry's z axis: what is below speaks for a right one, also of low robots and of trucks.
 /// Only where rays as low as `lowest_deg` are 1.5 m and more below the sensor: nearer, the ground
 /// is out of sight.
 [[nodiscard]] DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,

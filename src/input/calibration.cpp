@@ -261,7 +261,6 @@ double Calibration::sure_delay_s() const {
 Calibration calibrate(const Track& track, std::span<const RegisteredMotion> motions) {
   constexpr std::size_t kFewest = 8;
   constexpr int kFarthest = 10;  // scans
-  constexpr double kLongest_s = 1.0;
   if (motions.size() < kFewest) return {};
   // Poses without rotations are no mount.
   constexpr double kTurns_rad = 1.0 / kDegreesPerRadian;
@@ -276,11 +275,12 @@ Calibration calibrate(const Track& track, std::span<const RegisteredMotion> moti
   if (scans_turn && !poses_turn) return {};
   const GivenMotion given(track);
   const LeastSquares problem(given, motions);
+  const double longest_s = std::max(1.0, 5.0 * given.interval_s());
   LeastSquares::Solution best;
   for (int k = -kFarthest; k <= kFarthest; ++k) {
     Parameters start = Parameters::Zero();
     start[6] = k * given.interval_s();
-    if (std::fabs(start[6]) > kLongest_s) continue;
+    if (std::fabs(start[6]) > longest_s) continue;
     LeastSquares::Solution found = problem.solve(start, 4);
     if (found.misfit < best.misfit) best = found;
   }
@@ -431,7 +431,7 @@ std::vector<RegisteredMotion> register_motions(
   return motions;
 }
 
-Finding check_mount(const Calibration& found, const Pose& T_base_lidar) {
+Finding check_mount(const Calibration& found, const std::optional<Pose>& T_base_lidar) {
   Finding finding{"mount", Severity::kFine, 0.0, "degrees", {}};
   if (found.motions == 0) return finding;
   struct Part {
@@ -454,15 +454,21 @@ Finding check_mount(const Calibration& found, const Pose& T_base_lidar) {
     if (!e.is_surely_beyond(part.said)) continue;
     off += text("%s%s by %.2f %s (standard deviation %.2f)", off.empty() ? "" : ", ", part.name,
                 e.value, part.unit, e.sigma);
-    if (off.find(',') == std::string::npos) finding.figure = e.value;
+    if (off.find(',') == std::string::npos) {
+      finding.figure = e.value;
+      finding.unit = part.unit;
+    }
     const bool refuses = e.is_surely_beyond(part.refused);
     finding.severity =
         refuses || finding.severity == Severity::kWrong ? Severity::kWrong : Severity::kSuspicious;
   }
   if (finding.severity == Severity::kFine) return finding;
-  finding.message = "the scans move as if the LiDAR were mounted otherwise than the poses say, " +
-                    off + ": give --extrinsic " +
-                    extrinsic_text(T_base_lidar * found.sure_mount()) + ", or --extrinsic auto";
+  finding.message =
+      "the scans move as if the LiDAR were mounted otherwise than the poses say, " + off + ": " +
+      (T_base_lidar ? "give --extrinsic " + extrinsic_text(*T_base_lidar * found.sure_mount())
+                    : "correct the recording's own mount, behind it, by " +
+                          extrinsic_text(found.sure_mount())) +
+      ", or give --extrinsic auto";
   return finding;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -52,8 +53,8 @@ struct Calibration {
 
 /// Robust least squares (Gauss-Newton, Cauchy weights) of mount, delay and a scale of the
 /// odometry: with M the given motion at stamps plus delay and X the mount, X^-1 M X is the
-/// registered one. Delays of up to a second are searched. Fewer than eight motions tell nothing.
-/// O(motions), 20 ms for forty.
+/// registered one. Delays of up to ten scans are searched, of a second or five scans at most. Fewer
+/// than eight motions tell nothing. O(motions), 20 ms for forty.
 [[nodiscard]] Calibration calibrate(const Track& track, std::span<const RegisteredMotion> motions);
 
 /// Registers up to forty pairs of scans where the sensor moves far, turns or changes its speed, and
@@ -63,9 +64,11 @@ struct Calibration {
     const Track& track, const std::function<bool(std::size_t, std::size_t)>& skips,
     const std::function<void(std::size_t, datasets::Scan&)>& read);
 
-/// A mount that is off: wrong where it costs static points, suspicious from a degree or 0.4 m on.
-/// `T_base_lidar` is the mount that the given poses have already.
-[[nodiscard]] Finding check_mount(const Calibration& found, const Pose& T_base_lidar);
+/// A mount that is off: wrong where it costs static points, suspicious from 0.7 degrees (roll 1.5)
+/// or 0.35 m on. `T_base_lidar` is the mount that the given poses have already; empty: one that
+/// cannot be named, as of a bag's transforms, which an option would replace.
+[[nodiscard]] Finding check_mount(const Calibration& found,
+                                  const std::optional<Pose>& T_base_lidar);
 
 /// Poses that are late or early by more than half a scan: half a scan is what sweeps look like that
 /// are not compensated and stamped at an end. `time_offset_s` is already added to

@@ -46,11 +46,14 @@ void add_motion_findings(Plausibility& result, const Finding& odometry,
   if (motion.severity == Severity::kFine || !has_known_mistake(result.agreement)) {
     findings.push_back(check_mount(result.calibration, given.T_base_lidar));
     findings.push_back(check_time(result.calibration, given.time_offset_s));
-    if (worst({findings.end() - 2, findings.end()}) == Severity::kWrong) return;
+    // Mapped all the same (--force), the recording is cut where the odometry breaks.
+    if (worst({findings.end() - 2, findings.end()}) == Severity::kWrong) {
+      findings.push_back(odometry);
+      return;
+    }
   }
   findings.push_back(motion);
-  if (motion.severity == Severity::kWrong) return;
-  findings.push_back(check_succession(result.agreement));
+  if (motion.severity != Severity::kWrong) findings.push_back(check_succession(result.agreement));
   findings.push_back(odometry);
 }
 
@@ -93,10 +96,10 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
     result.steps = find_odometry_breaks(
         track, [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); });
     const Finding odometry = check_odometry_breaks(result.steps);
-    // Poses that are wrong as a whole are no odometry that breaks.
     std::vector<std::size_t> indices;
     for (const PairIndex& pair : chosen) indices.push_back(pair.first);
     result.driven = measure_driven_surface(track, result.directions.lowest_deg[2], indices, first);
+    // Poses that are wrong as a whole are no odometry that breaks.
     const bool breaks = odometry.severity == Severity::kSuspicious;
     if (breaks) leave_out_jumps(track, result.steps.breaks, result.motion);
     findings.push_back(check_speed(result.motion));

@@ -1,6 +1,7 @@
 // Plausibility of a recording before it is mapped
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
@@ -30,7 +31,8 @@ struct Plausibility {
 
 /// What was done to the poses already.
 struct GivenCorrection {
-  Pose T_base_lidar;           ///< mount that they have
+  /// Mount that they have; empty: one that no option could name.
+  std::optional<Pose> T_base_lidar = Pose();
   double time_offset_s = 0.0;  ///< added to their stamps
 };
 

@@ -16,6 +16,9 @@ evaluate::DynamicScore score_run(const std::filesystem::path& truth,
 }
 
 std::string evaluate_dynamic(const EvaluateDynamicOptions& options) {
+  if (options.input.finds_mount || options.input.finds_time_offset) {
+    throw std::runtime_error("auto is for onboard and inspect: give the values that they printed");
+  }
   LabelledRun source(datasets::open_dataset(options.truth, options.input), options.run,
                      options.scans);
   const evaluate::DynamicScore points = evaluate::score_points(source);

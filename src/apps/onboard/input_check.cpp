@@ -17,18 +17,25 @@ void print_warning(const input::Finding& finding) {
 }
 
 input::GivenCorrection OpenedInput::correction() const {
-  const Pose base = how.T_base_lidar.empty() ? Pose() : how.T_base_lidar.front();
-  return {base * how.T_given_lidar, how.time_offset_s};
+  input::GivenCorrection given{std::nullopt, how.time_offset_s};
+  // One of several LiDARs, or one that the recording mounts, has no mount that could be named.
+  const bool is_named = how.T_base_lidar.size() == 1 ||
+                        (how.T_base_lidar.empty() && !dataset->is_mounted_by_recording());
+  if (!is_named) return given;
+  given.T_base_lidar =
+      (how.T_base_lidar.empty() ? Pose() : how.T_base_lidar[0]) * how.T_given_lidar;
+  return given;
 }
 
 namespace {
 
-/// Corrects `opened.how` by what is sure and says so; false where nothing is.
-bool correct(const input::Plausibility& found, OpenedInput& opened) {
-  const datasets::OpenOptions before = opened.how;
-  datasets::OpenOptions& how = opened.how;
+/// Corrects `how` by what is sure; false where nothing is.
+bool correct(const input::Plausibility& found, datasets::OpenOptions& how) {
+  const datasets::OpenOptions before = how;
   if (how.finds_mount) {
-    how.turns_over = how.turns_over || input::is_upside_down(found.driven);
+    // A body that is upright is a mistake in the mount, and known.
+    how.turns_over = how.turns_over || (input::is_upside_down(found.driven) &&
+                                        !input::has_known_mistake(found.agreement));
     how.T_given_lidar = how.T_given_lidar * found.calibration.sure_mount();
   }
   if (how.finds_time_offset) how.time_offset_s -= found.calibration.sure_delay_s();
@@ -37,20 +44,22 @@ bool correct(const input::Plausibility& found, OpenedInput& opened) {
          how.T_given_lidar.rotation != before.T_given_lidar.rotation;
 }
 
-void print_correction(const OpenedInput& opened, const input::Calibration& calibration) {
-  const auto say = [](const std::string& text) {
-    std::fprintf(stderr, "onboard: input: %s\n", text.c_str());
-  };
-  if (opened.how.turns_over) say("points and poses are upside down and were turned over");
+std::vector<std::string> in_words(const OpenedInput& opened, const input::Calibration& known) {
+  std::vector<std::string> words;
+  if (opened.how.turns_over) words.push_back("poses are upside down and were turned over");
   if (opened.how.finds_mount) {
-    say("--extrinsic " + input::extrinsic_text(opened.correction().T_base_lidar) + " is used" +
-        (calibration.shows_rotation() ? "" : "; the motion does not show yaw and pitch") +
-        (calibration.shows_lever_arm() ? "" : "; the motion does not show the lever arm"));
+    const auto mount = opened.correction().T_base_lidar;
+    words.push_back((mount ? "--extrinsic " + input::extrinsic_text(*mount) + " is used"
+                           : "the mount is corrected, behind the recording's own, by " +
+                                 input::extrinsic_text(opened.how.T_given_lidar)) +
+                    (known.shows_rotation() ? "" : "; the motion does not show yaw and pitch") +
+                    (known.shows_lever_arm() ? "" : "; the motion does not show the lever arm"));
   }
   if (opened.how.finds_time_offset) {
-    say(input::text("--time-offset %.3f is used", opened.how.time_offset_s) +
-        (calibration.shows_delay() ? "" : "; the motion does not show a delay"));
+    words.push_back(input::text("--time-offset %.3f is used", opened.how.time_offset_s) +
+                    (known.shows_delay() ? "" : "; the motion does not show a delay"));
   }
+  return words;
 }
 
 /// What the reader guessed of the LiDAR's place comes before what follows from a wrong guess.
@@ -71,18 +80,18 @@ OpenedInput open_input(const OnboardOptions& options) {
   opened.how = open_options(options);
   opened.dataset = datasets::open_dataset(options.dataset, opened.how);
   if (!opened.how.finds_mount && !opened.how.finds_time_offset) return opened;
-  if (options.input.topic.find(',') != std::string::npos) {
-    throw std::runtime_error("--extrinsic auto and --time-offset auto are for one LiDAR");
-  }
   constexpr int kMostRounds = 3;  // registration starts from the poses as corrected so far
   input::Calibration calibration;
   for (int round = 0; round < kMostRounds; ++round) {
     const input::Plausibility found = input::examine(*opened.dataset, options.scans);
     if (round == 0) calibration = found.calibration;
-    if (!correct(found, opened)) break;
+    if (!correct(found, opened.how)) break;
     opened.dataset = datasets::open_dataset(options.dataset, opened.how);
   }
-  print_correction(opened, calibration);
+  opened.corrections = in_words(opened, calibration);
+  for (const std::string& text : opened.corrections) {
+    std::fprintf(stderr, "onboard: input: %s\n", text.c_str());
+  }
   return opened;
 }
 
@@ -103,6 +112,9 @@ CheckedInput check_input(const OnboardOptions& options, const OpenedInput& opene
     throw std::runtime_error(options.dataset.string() + ": " +
                              reason_of_reader(*opened.dataset, *refusal) + refusal->check + ": " +
                              refusal->message + " (--force maps it as it is)");
+  }
+  for (const std::string& text : opened.corrections) {
+    findings.push_back({"correction", input::Severity::kFine, 0.0, {}, text});
   }
   return {std::move(findings), found.sensor, std::move(found.steps.breaks)};
 }
