@@ -68,8 +68,9 @@ std::vector<std::size_t> keyframes_beside(const Visit& visit, std::size_t most) 
 }
 
 /// The structure of `source`, as `other` saw it.
-double share_changed_for(const KeyframeClouds& clouds, const Visit& other, const Visit& source,
-                         const Pose& T_other_source, const MergeConfig& config) {
+std::optional<double> share_changed_for(const KeyframeClouds& clouds, const Visit& other,
+                                        const Visit& source, const Pose& T_other_source,
+                                        const MergeConfig& config) {
   const auto cloud = clouds.cloud(source.keyframe);
   const auto structure = clouds.cloud(other.keyframe);
   const Eigen::Matrix3f r = T_other_source.rotation.cast<float>();
@@ -101,14 +102,16 @@ double share_changed_for(const KeyframeClouds& clouds, const Visit& other, const
     const bool is_near = nearest != RegistrationCloud::kNone && !structure->is_ground(nearest);
     changed += is_near ? 0 : 1;
   }
-  return observed < kFewestObserved ? 0.0
-                                    : static_cast<double>(changed) / static_cast<double>(observed);
+  if (observed < kFewestObserved) return std::nullopt;
+  return static_cast<double>(changed) / static_cast<double>(observed);
 }
 
 }  // namespace
 
-double changed_share(const KeyframeClouds& clouds, const Visit& match, const Visit& query,
-                     const Pose& T_match_query, const MergeConfig& config) {
+std::optional<double> changed_share(const KeyframeClouds& clouds, const Visit& match,
+                                    const Visit& query, const Pose& T_match_query,
+                                    const MergeConfig& config) {
+  // An empty one is less than any share.
   return std::max(share_changed_for(clouds, match, query, T_match_query, config),
                   share_changed_for(clouds, query, match, T_match_query.inverse(), config));
 }

@@ -163,6 +163,15 @@ std::uint64_t LoopFingerprints::of(const Placement& placement) {
     for (const LoopConstraint& loop : other.loops) print.add(loop);
     print.add(other.T_match_session_query_session);
   }
+  print.add(std::uint64_t{placement.is_short ? 1U : 0U});
+  // Whether one session goes on where the other one ended.
+  for (const std::size_t session : {first.query.session, first.match.session}) {
+    const auto& keyframes = sessions_[session].keyframes;
+    for (const KeyframeRecord* end : {&keyframes.front(), &keyframes.back()}) {
+      for (const KeyframeScan& scan : end->scans)
+        print.add(static_cast<std::uint64_t>(scan.stamp_ns));
+    }
+  }
   return print.value();
 }
 

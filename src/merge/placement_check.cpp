@@ -47,7 +47,7 @@ constexpr double kTimesApart = 1.3;
 // Of the structure, what stands during one visit alone where storeys differ, and how many times
 // what changes between keyframes so far apart of one session (docs/design/loop-acceptance.md).
 constexpr std::size_t kLoopsStanding = 16;
-constexpr std::size_t kKeyframesEarlier = 6;
+constexpr std::size_t kKeyframesApart = 6;
 constexpr double kStandsOnce = 0.004;
 constexpr double kTimesStanding = 2.0;
 // Of a loop's overlap, what is needed elsewhere before registration is tried there.
@@ -82,6 +82,16 @@ double telling_overlap(const RegistrationCloud& target, const RegistrationCloud&
 /// Whether what is seen through at a place speaks against it, beside what is at another.
 bool is_excluded(double share, double at_other) {
   return share > kTimesSeenThrough * at_other + kMoreSeenThrough;
+}
+
+/// Empty where none is known.
+std::optional<double> median_of_known(const std::vector<std::optional<double>>& values) {
+  std::vector<double> known;
+  for (const std::optional<double>& value : values) {
+    if (value) known.push_back(*value);
+  }
+  if (known.empty()) return std::nullopt;
+  return median(std::span(known));
 }
 
 /// Evenly spread indices, at most `count` of `size`.
@@ -340,11 +350,15 @@ std::string PlacementEvaluator::find_storeys(const Placement& placement) const {
   }
   if (placement.competing.empty() && !is_continued(placement)) return {};
   const StandingShares standing = standing_shares(placement);
-  if (standing.between < std::max(kStandsOnce, kTimesStanding * standing.within)) return {};
+  // A session too short to tell what changes within it is compared with the limit alone.
+  const double within = standing.within.value_or(0.0);
+  if (!standing.between || *standing.between < std::max(kStandsOnce, kTimesStanding * within)) {
+    return {};
+  }
   std::snprintf(text, sizeof text,
                 "below a ceiling it may be another storey: %.1f %% of the structure stands in one "
                 "session alone, %.1f %% changes within one",
-                100.0 * standing.between, 100.0 * standing.within);
+                100.0 * *standing.between, 100.0 * within);
   return text;
 }
 
@@ -373,13 +387,14 @@ PlacementEvaluator::StandingShares PlacementEvaluator::standing_shares(
   const VisitPoses match_poses = placement.T_match_session_keyframe;
   const VisitPoses query_poses = placement.T_query_session_keyframe;
   const std::vector<std::size_t> chosen = spread(placement.loops.size(), kLoopsStanding);
-  std::vector<double> between(chosen.size());
-  std::vector<double> within(2 * chosen.size());
-  const auto in_one = [&](KeyframeId at, VisitPoses poses) {
-    if (at.keyframe < kKeyframesEarlier) return 0.0;
-    const KeyframeId earlier{at.session, at.keyframe - kKeyframesEarlier};
-    const Pose T_earlier_at = poses[earlier.keyframe].inverse() * poses[at.keyframe];
-    return changed_share(clouds_, {earlier, poses}, {at, poses}, T_earlier_at, config_);
+  std::vector<std::optional<double>> between(chosen.size());
+  std::vector<std::optional<double>> within(2 * chosen.size());
+  const auto in_one = [&](KeyframeId at, VisitPoses poses) -> std::optional<double> {
+    const std::size_t other = at.keyframe >= kKeyframesApart ? at.keyframe - kKeyframesApart
+                                                             : at.keyframe + kKeyframesApart;
+    if (other >= poses.size()) return std::nullopt;
+    const Pose T_other_at = poses[other].inverse() * poses[at.keyframe];
+    return changed_share(clouds_, {{at.session, other}, poses}, {at, poses}, T_other_at, config_);
   };
   parallel_for(chosen.size(), config_.threads, [&](std::size_t i) {
     const LoopConstraint& loop = placement.loops[chosen[i]];
@@ -388,7 +403,7 @@ PlacementEvaluator::StandingShares PlacementEvaluator::standing_shares(
     within[2 * i] = in_one(loop.match, match_poses);
     within[2 * i + 1] = in_one(loop.query, query_poses);
   });
-  return {median(std::span(between)), median(std::span(within))};
+  return {median_of_known(between), median_of_known(within)};
 }
 
 /// Two places of one plan, mirrored or alike, are registered to each other where most of their

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -57,8 +58,8 @@ class PlacementEvaluator {
   [[nodiscard]] std::string find_storeys(const Placement& placement) const;
   /// Shares of the structure, medians.
   struct StandingShares {
-    double between = 0.0;  ///< stands in one of both sessions alone
-    double within = 0.0;   ///< the same of two keyframes of one session
+    std::optional<double> between;  ///< stands in one of both sessions alone; empty: not known
+    std::optional<double> within;   ///< the same of two keyframes of one session
   };
   [[nodiscard]] bool is_continued(const Placement& placement) const;
   [[nodiscard]] StandingShares standing_shares(const Placement& placement) const;

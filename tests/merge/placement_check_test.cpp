@@ -259,7 +259,7 @@ TEST_CASE("Below a ceiling a place whose contents differ may be another storey",
   CHECK(evaluated(storey(false, 3), storey(false, 4)).aliasing.empty());
 }
 
-TEST_CASE("Below a ceiling furniture tells where a robot left a lift", "[placement]") {
+TEST_CASE("Below a ceiling furniture tells where a robot left a lift", "[placement][slow]") {
   const auto storey = [](std::uint64_t furniture, bool has_ceiling) {
     Place place = corridor(0.0);
     if (has_ceiling) place.add_level(1.5, false);
