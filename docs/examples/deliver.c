@@ -29,10 +29,10 @@ int main(int argc, char** argv) {
   for (int k = 0; k < 1000; ++k) scan[k][0] = 10.0F, scan[k][1] = 0.1F * (float)k - 50.0F;
   for (int k = 1; k <= 20; ++k) {
     if (um_add_scan(pipeline, &points, &T_odometry_sensor, k, &ready) || !ready) continue;
-    if (um_keyframe_encode(pipeline, &session, scratch, sizeof scratch, buffer, sizeof buffer,
-                           &encoded) ||
-        um_delivery_publish(delivery, buffer, encoded.bytes, k))
-      return 1;
+    const um_status encode = um_keyframe_encode(pipeline, &session, scratch, sizeof scratch, buffer,
+                                                sizeof buffer, &encoded);
+    if (encode == UM_NO_KEYFRAME) continue; /* the robot stands: it repeats what was sent */
+    if (encode || um_delivery_publish(delivery, buffer, encoded.bytes, k)) return 1;
   }
   if (um_delivery_finish(delivery) || um_delivery_status_get(delivery, &status)) return 1;
   printf("%d keyframes, %d acknowledged\n", (int)status.published, (int)status.acknowledged);

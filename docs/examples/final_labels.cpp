@@ -5,14 +5,12 @@
 #include <vector>
 
 using namespace unimapper;
-
 struct LabelledScan {
   std::vector<float> points;  // x y z x y z ...
   Pose T_odometry_sensor;
   std::vector<PointLabel> labels;  // online ones first, then final
   PointView view() const { return PointView::xyz(points.data(), points.size() / 3, 12); }
 };
-
 int main() {
   OwnedPipeline pipeline(preset(SensorKind::kVlp16));
   if (!pipeline) return std::puts(pipeline.error().message), 1;
@@ -31,7 +29,9 @@ int main() {
     LabelledScan& scan = open.emplace_back();
     for (int i = 0; i < 200; ++i) scan.points.insert(scan.points.end(), {10, 0.1F * i - 10, 0});
     scan.labels.resize(200);
-    if (!pipeline->add_scan(scan.view(), Pose{}, k * 100'000'000).keyframe_ready) continue;
+    scan.T_odometry_sensor.translation.x() = 0.05 * static_cast<double>(k);
+    if (!pipeline->add_scan(scan.view(), scan.T_odometry_sensor, k * 100'000'000).keyframe_ready)
+      continue;
     for (std::size_t s = 0; s < open.size(); ++s) (void)pipeline->labels(s, open[s].labels);
     by_keyframe[pipeline->keyframe().sequence] = std::exchange(open, {});
     relabel();

@@ -25,9 +25,9 @@ int main(int argc, char** argv) try {
   for (int i = 0; i < 1000; ++i) scan[i][0] = 10, scan[i][1] = 0.1F * i - 50;
   std::vector<std::uint8_t> bytes(1 << 20);
   for (std::int64_t k = 1; k <= 20; ++k) {
-    if (!pipeline->add_scan(PointView::xyz(scan, 1000, 12), Pose{}, k * 100'000'000).keyframe_ready)
-      continue;
-    const KeyframeView& keyframe = pipeline->keyframe();
+    const PointView points = PointView::xyz(scan, 1000, 12);
+    if (!pipeline->add_scan(points, Pose{}, k * 100'000'000).keyframe_finished) continue;
+    const KeyframeView& keyframe = pipeline->finished_keyframe();
     const wire::EncodeResult encoded = encoder->encode(keyframe, session, bytes);
     if (!encoded.error.ok()) return std::puts(encoded.error.message), 1;
     publisher.publish({session, keyframe.sequence, keyframe.scans.back().stamp_ns,

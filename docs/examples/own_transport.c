@@ -23,15 +23,15 @@ int main(void) {
   if (um_init(&config, memory, bytes, &pipeline, &message) != UM_OK) return puts(message), 1;
   const size_t scratch_bytes = um_encode_scratch_bytes(pipeline);
   void* const scratch = aligned_alloc(UM_ALIGNMENT, scratch_bytes);
-
   for (int k = 0; k < kPoints; ++k) scan[k][0] = 10.0F, scan[k][1] = 0.1F * (float)k - 50.0F;
   if (um_pose_from_quaternion(rotation, translation, &T_odometry_sensor) != UM_OK) return 1;
   for (int k = 0; k < 10; ++k) {
     if (um_add_scan(pipeline, &points, &T_odometry_sensor, k + 1, &ready) != UM_OK || !ready)
       continue;
-    if (um_keyframe_encode(pipeline, &session, scratch, scratch_bytes, buffer, kCapacity,
-                           &encoded) != UM_OK)
-      return puts(um_message(pipeline)), 1;
+    const um_status status =
+        um_keyframe_encode(pipeline, &session, scratch, scratch_bytes, buffer, kCapacity, &encoded);
+    if (status == UM_NO_KEYFRAME) continue; /* the robot stands: it repeats what was sent */
+    if (status != UM_OK) return puts(um_message(pipeline)), 1;
     /* Send them here: the base station decodes these bytes (docs/wire-format.md). */
     printf("%lu bytes sent\n", (unsigned long)encoded.bytes);
   }

@@ -208,6 +208,7 @@ um_keyframe to_c(const KeyframeView& view, um_scan* scans, um_loop* loops) noexc
   to.up_covariance[2] = view.up.variance_y;
   to.odometry_tilt_deg = view.statistics->odometry_tilt_deg;
   to.input = input_of(view);
+  to.repeats = view.repeats ? 1 : 0;
   return to;
 }
 

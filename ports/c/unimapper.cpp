@@ -51,7 +51,8 @@ PointView to_view(const um_points& points) noexcept {
 
 /// As this version or one before it knows the struct; members were only added at its end.
 bool is_keyframe_size(std::uint32_t struct_size) noexcept {
-  return struct_size == sizeof(um_keyframe) || struct_size == offsetof(um_keyframe, input) ||
+  return struct_size == sizeof(um_keyframe) || struct_size == offsetof(um_keyframe, repeats) ||
+         struct_size == offsetof(um_keyframe, input) ||
          struct_size == offsetof(um_keyframe, up_known);
 }
 

@@ -286,7 +286,8 @@ UM_API UM_CHECKED um_status um_add_scan(um_pipeline* pipeline, const um_points* 
 
 /** Closes a keyframe that has fewer scans than configured (end of a run) and finishes it.
  *  *keyframe_ready (may be null) is 0 if there was none. With the parameter `deferred` the keyframe
- *  before may have to be finished first: call until um_finished_get has none any more. */
+ *  before may have to be finished first: call until it is 0 and um_finished_get has none any more.
+ */
 UM_API UM_CHECKED um_status um_flush(um_pipeline* pipeline, int32_t* keyframe_ready);
 
 /** With the parameter `deferred` (um_config_set), what closes a keyframe is done in slices by the
@@ -463,6 +464,11 @@ typedef struct um_keyframe {
   float up_covariance[3];   /**< of up's x and y in the keyframe's frame, rad^2: xx, xy, yy */
   float odometry_tilt_deg;  /**< between up and the odometry's z axis; 0 where up is unknown */
   um_input input;           /**< what the scans tell of sensor and poses */
+  /** 1: the robot stands and sees nothing new; the keyframe repeats the one of `sequence`. It has
+   *  labels, cells and counts, but no place and no images, and is never finished: it is not to be
+   *  sent. */
+  uint32_t repeats;
+  uint32_t reserved; /**< 0 */
 } um_keyframe;
 
 /** The keyframe that became ready in the last call of um_add_scan, um_flush or um_work. The caller
@@ -473,7 +479,8 @@ UM_API UM_CHECKED um_status um_keyframe_get(um_pipeline* pipeline, um_keyframe* 
 /** The keyframe that the last call of um_add_scan, um_flush or um_work finished: with keypoints,
  *  planes, loops and all counts. It is the one that um_keyframe_get gives, unless the parameter
  *  `deferred` is set; then that one has none of these yet, and this is an earlier one, or after
- *  um_flush the same. UM_NO_KEYFRAME if that call finished none. */
+ *  um_flush the same. UM_NO_KEYFRAME if that call finished none, as after one that repeats others.
+ */
 UM_API UM_CHECKED um_status um_finished_get(um_pipeline* pipeline, um_keyframe* keyframe);
 
 /** Most scans, and free-space images, of a keyframe. */
@@ -541,7 +548,8 @@ UM_API size_t um_encode_scratch_bytes(const um_pipeline* pipeline);
  *  bytes the keyframe takes; UM_BUFFER_TOO_SMALL if that is more than `capacity`: nothing in the
  *  buffer is valid then. With a capacity of 0 (buffer may be null) only the size is told, at the
  *  same cost. Nothing is allocated. Cost: proportional to cells and pixels, a few milliseconds at
- *  most. */
+ *  most. UM_NO_KEYFRAME if the last call finished none, as after a keyframe that repeats earlier
+ *  ones: there is nothing to send. */
 UM_API UM_CHECKED um_status um_keyframe_encode(um_pipeline* pipeline, const um_session* session,
                                                void* scratch, size_t scratch_bytes, void* buffer,
                                                size_t capacity, um_encoded* encoded);

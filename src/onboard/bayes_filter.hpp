@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 
 #include "cell_table.hpp"
 #include "evidence_window.hpp"
@@ -32,6 +33,10 @@ class BayesFilter {
   bool step(const EvidenceWindow& window, CellTable& cells) noexcept;
   /// Images that a new candidate is projected into.
   [[nodiscard]] std::uint32_t images() const noexcept { return images_; }
+
+  /// Forgets the sums of the keyframe that was decided last: the next one goes on from those
+  /// before.
+  void discard() noexcept { std::swap(sums_, sums_before_); }
 
   /// Log-odds, once none is left: thousandths, by row; only those of candidates mean anything.
   [[nodiscard]] std::span<const std::int16_t> log_odds() const noexcept {

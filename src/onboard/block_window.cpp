@@ -123,8 +123,6 @@ void BlockWindow::number_block(std::uint32_t position, std::uint64_t occupied) n
   // What was decided longer ago than in the keyframe before no longer counts.
   number_before_[number] = held.last_keyframe + 1 == keyframe_ ? held.last_number : kNone;
   history_[entry * std::size_t{slots_} + current_] = occupied;
-  held.last_keyframe = keyframe_;
-  held.last_number = number;
   number_[entry] = number;
 }
 
@@ -183,7 +181,16 @@ bool BlockWindow::make_block(std::uint32_t tile, std::uint32_t position) noexcep
 }
 
 void BlockWindow::advance() noexcept {
-  entered_[current_].keyframe = keyframe_;
+  Entered& recorded = entered_[current_];
+  recorded.keyframe = keyframe_;
+  for (std::uint32_t i = 0; i < recorded.count; ++i) {
+    if (i + kEntriesAhead < recorded.count) {
+      prefetch_for_write(held_ + recorded.entries[i + kEntriesAhead]);
+    }
+    Held& held = held_[recorded.entries[i]];
+    held.last_keyframe = keyframe_;
+    held.last_number = i;
+  }
   ++keyframe_;
   entered_count_ = entered_tile_count_ = 0;
   std::swap(decided_, decided_before_);
@@ -205,16 +212,35 @@ void BlockWindow::evict(Entered& entered) noexcept {
     }
     history_[entry * std::size_t{slots_} + evicted] = 0;
     const Held& held = held_[entry];
-    Tile& tile = tiles_[held.position >> 6U];
+    const Tile& tile = tiles_[held.position >> 6U];
     const bool still_occupied =
         held.last_keyframe != entered.keyframe || has_entered(tile, held.position & 63U);
-    if (still_occupied) continue;
-    tile.entries[held.position & 63U] = kNone;
-    --tile.used;
-    --used_;
-    free_[free_count_++] = entry;
+    if (!still_occupied) free_block(entry);
   }
   entered.count = 0;
+}
+
+void BlockWindow::discard() noexcept {
+  Entered& discarded = entered_[current_];
+  for (std::uint32_t i = 0; i < discarded.count; ++i) {
+    const std::uint32_t entry = discarded.entries[i];
+    history_[entry * std::size_t{slots_} + current_] = 0;
+    const std::uint32_t age = age_of(held_[entry].last_keyframe);
+    // Made for this keyframe, or kept for it alone since an earlier one was evicted.
+    if (age == 0 || age > earlier_) free_block(entry);
+  }
+  discarded.count = 0;
+  for (std::uint32_t t = 0; t < entered_tile_count_; ++t) tiles_[entered_tiles_[t]].entered = 0;
+  entered_count_ = entered_tile_count_ = 0;
+}
+
+void BlockWindow::free_block(std::uint32_t entry) noexcept {
+  const std::uint32_t position = held_[entry].position;
+  Tile& tile = tiles_[position >> 6U];
+  tile.entries[position & 63U] = kNone;
+  --tile.used;
+  --used_;
+  free_[free_count_++] = entry;
 }
 
 bool BlockWindow::make_room() noexcept {

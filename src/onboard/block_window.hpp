@@ -139,6 +139,9 @@ class BlockWindow {
   /// Makes the current keyframe the latest earlier one. O(blocks of the evicted one), and now
   /// and then O(tiles).
   void advance() noexcept;
+  /// Instead of that: the current keyframe leaves nothing, as if none of its blocks had been
+  /// entered. O(its blocks).
+  void discard() noexcept;
 
   /// Blocks of the current keyframe that have a number.
   [[nodiscard]] std::uint32_t numbered() const noexcept { return entered_[current_].count; }
@@ -162,8 +165,8 @@ class BlockWindow {
   };
   struct Held {
     std::uint32_t position;       ///< tile in the upper 26 bits, position in it in the lower 6
-    std::uint32_t last_keyframe;  ///< last keyframe that entered the block,
-    std::uint32_t last_number;    ///< and its number there
+    std::uint32_t last_keyframe;  ///< last recorded one that entered it, or the one it was made for
+    std::uint32_t last_number;    ///< of the block in `last_keyframe`
   };
   /// The blocks of one keyframe, in the order of their numbers.
   struct Entered {
@@ -201,6 +204,8 @@ class BlockWindow {
   void number_block(std::uint32_t position, std::uint64_t occupied) noexcept;
   bool make_block(std::uint32_t tile, std::uint32_t position) noexcept;
   void evict(Entered& entered) noexcept;
+  /// No keyframe of the window occupies the block any more.
+  void free_block(std::uint32_t entry) noexcept;
   /// Evicts the oldest keyframe; false if there is none.
   bool make_room() noexcept;
   /// Takes the tiles without blocks away.

@@ -45,6 +45,9 @@ class DynamicRemoval {
   /// the budget goes. O(cells x images of the window).
   void weigh_now(const CellStore& store, EvidenceWindow& window, Budget& budget) noexcept;
 
+  /// The keyframe leaves no evidence: the next one goes on from the one before.
+  void discard() noexcept { filter_.discard(); }
+
   /// Writes down what was counted.
   void tell(Keyframe& keyframe) const noexcept;
 

@@ -91,6 +91,9 @@ class EvidenceWindow {
   /// O(blocks).
   void record(const CellTable& cells) noexcept;
 
+  /// Instead of that: the current keyframe leaves no evidence. O(blocks).
+  void discard() noexcept { blocks_.discard(); }
+
   /// Columns of the current keyframe that found no room.
   [[nodiscard]] std::uint64_t left_out() const noexcept { return current().columns.left_out(); }
 

@@ -58,11 +58,14 @@ void Pipeline::State::close_step() noexcept {
 void Pipeline::State::close_now() noexcept {
   close_step();
   remove_now();
-  finisher.begin(*current);
-  finisher.finish_now(budget);
+  const bool is_kept = !current->view.repeats;
+  if (is_kept) {
+    finisher.begin(*current);
+    finisher.finish_now(budget);
+  }
   budget.measure(Budget::Part::kCounting, 1, [this] { close_step(); });
   close_step();
-  tell_finished();
+  if (is_kept) tell_finished();
 }
 
 void Pipeline::State::remove_now() noexcept {
@@ -75,19 +78,29 @@ void Pipeline::State::remove_now() noexcept {
 
 void Pipeline::State::begin_closing() noexcept {
   current->view = {};
-  current->view.sequence = sequence++;
   builder.close(*current);
+  standing.close(current->view.scans);
   removal.begin(builder.scans().grid(), viewpoint());
 }
 
 void Pipeline::State::decide() noexcept {
-  finisher.begin_labels(window, removal.cells(), finished_untold, *current);
-  find_up();
+  current->view.repeats = standing.repeats(window.blocks(), removal.cells());
+  current->view.sequence = current->view.repeats ? sequence - 1 : sequence++;
+  if (!current->view.repeats) {
+    finisher.begin_labels(window, removal.cells(), finished_untold, *current);
+    find_up();
+  }
   output.begin(window.blocks(), removal.cells(), current->view.T_odometry_keyframe);
 }
 
 void Pipeline::State::record() noexcept {
-  window.record(removal.cells());
+  if (current->view.repeats) {
+    window.discard();
+    removal.discard();
+  } else {
+    window.record(removal.cells());
+    write_images();
+  }
   write_view();
 }
 
@@ -98,11 +111,11 @@ void Pipeline::State::announce() noexcept {
   longest_call_us = 0.0F;
   const std::uint64_t blocks = std::max(builder.scans().cells().block_count(), 1U);
   cost_of_1024_blocks = static_cast<std::uint32_t>(closing_cost * std::uint64_t{1024} / blocks);
-  events.closed(*current);
+  if (!current->view.repeats) events.closed(*current);
   events.odometry(odometry, current->view);
   closed = std::exchange(current, closed);
   ready_untold = true;
-  if (config.deferred) finisher.begin(*closed);
+  if (config.deferred && !closed->view.repeats) finisher.begin(*closed);
 }
 
 Viewpoint Pipeline::State::viewpoint() const noexcept {
@@ -138,6 +151,12 @@ void Pipeline::State::write_view() noexcept {
   current->statistics.dynamic_cells = static_cast<std::uint32_t>(view.dynamic_cells.size());
   odometry.add(current->statistics.dynamic_cells, current->statistics.cells);
   current->statistics.odometry_contradicted = odometry.is_contradicted();
+  view.statistics = &current->statistics;
+  current->use(Capacity::kBlocks, window.blocks().size(), window.blocks().capacity());
+}
+
+void Pipeline::State::write_images() noexcept {
+  KeyframeView& view = current->view;
   const KeyframeEvidence& recorded = window.earlier(1);
   const std::span<const RangeImage> painted = recorded.painted();
   for (std::size_t i = 0; i < painted.size(); ++i) {
@@ -147,8 +166,6 @@ void Pipeline::State::write_view() noexcept {
   view.cell_size_m = config.voxel.fine_size_m;
   view.image_full_weight_range_m = recorded.full_weight_range_m;
   view.images = {current->images, painted.size()};
-  view.statistics = &current->statistics;
-  current->use(Capacity::kBlocks, window.blocks().size(), window.blocks().capacity());
 }
 
 void Pipeline::State::count_points() noexcept {

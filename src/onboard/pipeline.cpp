@@ -98,6 +98,7 @@ void Pipeline::State::forget() noexcept {
   finisher.forget();
   gravity.forget();
   odometry.forget();
+  standing.forget();
   builder.forget();
 }
 

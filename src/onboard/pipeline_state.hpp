@@ -18,6 +18,7 @@
 #include "motion_gate.hpp"
 #include "odometry_monitor.hpp"
 #include "scan_queue.hpp"
+#include "standing.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
 namespace unimapper {
@@ -32,6 +33,7 @@ struct Pipeline::State {
         builder(configuration),
         removal(config),
         gravity(configuration.odometry),
+        standing(configuration.removal.window),
         finisher(config),
         events(configuration) {}
 
@@ -65,6 +67,7 @@ struct Pipeline::State {
   void find_up() noexcept;
   /// Writes down what is known of the keyframe but its place.
   void write_view() noexcept;
+  void write_images() noexcept;
   void count_points() noexcept;
 
   // Deferred work (deferred_work.cpp).
@@ -121,6 +124,7 @@ struct Pipeline::State {
   onboard::GravityEstimator gravity;
   onboard::OdometryMonitor odometry;
   onboard::KeyframeOutput output;
+  onboard::Standing standing;
   onboard::KeyframeFinisher finisher;
   onboard::EventReporter events;
 

@@ -283,6 +283,7 @@ std::uint16_t cell_size_mm(float cell_size_m) noexcept {
 }
 
 const char* keyframe_fault(const KeyframeContent& keyframe) noexcept {
+  if (keyframe.repeats) return "the keyframe repeats earlier ones and is not to be sent";
   if (keyframe.scans.empty()) return "a keyframe has no scans";
   if (keyframe.scans.size() > kMaxScans) return "a keyframe has too many scans";
   if (keyframe.place.keypoints.size() > kMaxKeypoints) return "a keyframe has too many keypoints";

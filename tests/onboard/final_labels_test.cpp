@@ -20,16 +20,17 @@ struct Labels {
   std::map<std::uint32_t, RelabelledKeyframe> relabelled;
 };
 
-/// A scene seen from a robot that stands at the origin, and all that became of it.
+/// A scene seen from a robot at the origin, and all that
+/// became of it.
 class Replay {
  public:
   Replay(const Scene& scene, const PipelineConfig& config) : scene_(scene), pipeline_(config) {}
 
   Labels run(int scan_count) {
     for (int i = 0; i < scan_count; ++i) {
-      scans_.push_back(scene_.scan(sensor_at(0.0, 0.0), 0.1 * i));
-      const auto result =
-          pipeline_->add_scan(scans_.back().view(), sensor_at(0.0, 0.0), 1 + i * kPeriodNs);
+      scans_.push_back(scene_.scan(pose_of(static_cast<std::size_t>(i)), 0.1 * i));
+      const auto result = pipeline_->add_scan(
+          scans_.back().view(), pose_of(static_cast<std::size_t>(i)), 1 + i * kPeriodNs);
       if (result.error.code != ErrorCode::kOk) std::abort();
       if (!result.keyframe_ready) continue;
       relabel();
@@ -44,6 +45,12 @@ class Replay {
   }
 
  private:
+  /// Turned by three of the sensor's columns in every other keyframe, so that none repeats others.
+  static Pose pose_of(std::size_t scan) {
+    constexpr double kTurnRad = 1.5 * 3.14159265358979 / 180.0;
+    return sensor_at(0.0, 0.0, scan / 10 % 2 == 0 ? 0.0 : kTurnRad);
+  }
+
   struct Labelled {
     std::size_t scan;
     std::vector<PointLabel> labels;
@@ -75,7 +82,7 @@ class Replay {
     REQUIRE(kept_.count(relabelled.sequence) == 1);
     labels_.relabelled[relabelled.sequence] = relabelled;
     for (Labelled& scan : kept_[relabelled.sequence]) {
-      (void)pipeline_->relabel(scans_[scan.scan].view(), sensor_at(0.0, 0.0), scan.labels);
+      (void)pipeline_->relabel(scans_[scan.scan].view(), pose_of(scan.scan), scan.labels);
       count(scan, labels_.final[relabelled.sequence]);
     }
   }

@@ -89,7 +89,11 @@ struct PlaceView {
 /// What a keyframe consists of, to be sent or stored. Every span points into memory
 /// that the view does not own.
 struct KeyframeContent {
-  std::uint32_t sequence = 0;           ///< running number, from 0
+  std::uint32_t sequence = 0;  ///< running number, from 0
+  /// The robot stands and sees nothing new: the keyframe repeats the one of `sequence`. It has
+  /// labels, cells and counts, but is never finished, has no place, no images and no up, and leaves
+  /// no evidence. Encoding it is refused (docs/using.md).
+  bool repeats = false;
   std::uint32_t reference_scan = 0;     ///< index into `scans`; the keyframe's pose is this scan's
   Pose T_odometry_keyframe;             ///< levelled frame at the reference scan's sensor pose
   KeyframeUp up;                        ///< how level that frame is

@@ -43,8 +43,9 @@ struct [[nodiscard]] ScanResult {
   /// `keyframe()` holds a new keyframe, `labels` its labels: the one that this call closed, unless
   /// `PipelineConfig::deferred`; then one that was closed in an earlier call, or in this one.
   bool keyframe_ready = false;
-  /// `finished_keyframe()` holds a new keyframe: always the one that is ready, unless
-  /// `PipelineConfig::deferred`; then one that became ready in an earlier call, or in this one.
+  /// `finished_keyframe()` holds a new keyframe: the one that is ready, unless that repeats earlier
+  /// ones. With `PipelineConfig::deferred` one that became ready in an earlier call, or in this
+  /// one.
   bool keyframe_finished = false;
 };
 
@@ -89,7 +90,7 @@ class Pipeline {
 
   /// Closes a keyframe that has fewer scans than configured (end of a run) and finishes it. With
   /// `PipelineConfig::deferred` keyframes before may have to be closed and finished first, and one
-  /// call does so with no more than one: call until no keyframe is finished any more.
+  /// call does so with no more than one: call until none is ready and none finished any more.
   ScanResult flush() noexcept;
 
   /// With `PipelineConfig::deferred`: does more of the deferred work, for callers who have time
@@ -106,7 +107,8 @@ class Pipeline {
   [[nodiscard]] const KeyframeView& keyframe() const noexcept;
 
   /// The last keyframe that was finished: with its place, its loops, and the keyframe it evicted.
-  /// The same as `keyframe()` unless `PipelineConfig::deferred`. Valid as long.
+  /// The same as `keyframe()` unless that repeats earlier ones, or with `PipelineConfig::deferred`.
+  /// Meaningful only right after a call that said `keyframe_finished`.
   [[nodiscard]] const KeyframeView& finished_keyframe() const noexcept;
 
   /// Online label of every point of scan `scan_in_keyframe` of `keyframe()`, in input order. To be

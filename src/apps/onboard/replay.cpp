@@ -45,7 +45,7 @@ void Replay::run() {
     }
     share(last, false);
     handle(last);
-  } while (last.keyframe_finished);
+  } while (last.keyframe_ready || last.keyframe_finished);
   finish_labels();
   finish_encoding();
   allocations_ = linux_port::AllocationGuard::count();
@@ -110,7 +110,11 @@ void Replay::report_refusal(std::size_t index, const Error& error) {
 }
 
 void Replay::handle(const ScanResult& result) {
-  if (result.keyframe_ready) collect_labels(pipeline_.keyframe());
+  if (result.keyframe_ready) {
+    const KeyframeView& keyframe = pipeline_.keyframe();
+    if (keyframe.repeats) outputs_.statistics.add_repeat(*keyframe.statistics);
+    collect_labels(keyframe);
+  }
   if (result.keyframe_finished) collect_keyframe();
 }
 
@@ -157,6 +161,11 @@ void Replay::collect_labels(const KeyframeView& keyframe) {
     outputs_.folder.write_labels(dataset_.scan_name(index), std::span(labels_).first(count),
                                  labels_.size());
     if (!options_.final_labels) continue;
+    if (keyframe.repeats) {
+      outputs_.folder.write_final_labels(dataset_.scan_name(index), std::span(labels_).first(count),
+                                         labels_.size());
+      continue;
+    }
     std::vector<PointLabel> kept(labels_.begin(),
                                  labels_.begin() + static_cast<std::ptrdiff_t>(count));
     open_scans_.push_back({keyframe.sequence, index, std::move(kept)});

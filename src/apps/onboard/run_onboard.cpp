@@ -121,6 +121,11 @@ void print_summary(const RunStatistics& statistics, std::uint64_t allocations) {
                static_cast<double>(total.max_ms),
                static_cast<unsigned long long>(statistics.deadline_misses()),
                static_cast<unsigned long long>(allocations));
+  if (statistics.keyframes_repeated() == 0) return;
+  std::fprintf(stderr,
+               "onboard: %llu more keyframes repeat others while the robot stands: labelled, not "
+               "kept\n",
+               static_cast<unsigned long long>(statistics.keyframes_repeated()));
 }
 
 void print_up(const RunStatistics& statistics, const PipelineConfig& config) {

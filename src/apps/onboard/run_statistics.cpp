@@ -47,21 +47,30 @@ void RunStatistics::add_scan(std::size_t points, const Error& error) {
   if (error.code != ErrorCode::kOk) ++refused_[refusal_name(error.code)];
 }
 
-void RunStatistics::add_keyframe(const KeyframeView& keyframe, std::int64_t duration_ns) {
-  ++keyframes_;
-  if (keyframe.statistics == nullptr) return;
-  const KeyframeStatistics& statistics = *keyframe.statistics;
+void RunStatistics::count(const KeyframeStatistics& statistics) {
   points_valid_ += statistics.points_valid;
   points_static_ += statistics.points_static;
   points_dynamic_ += statistics.points_dynamic;
-  dynamic_cells_ += statistics.dynamic_cells;
-  if (statistics.up_known) odometry_tilt_deg_.push_back(statistics.odometry_tilt_deg);
-  up_contradicted_ += statistics.up_contradicted ? 1 : 0;
-  odometry_contradicted_ += statistics.odometry_contradicted ? 1 : 0;
   for (std::size_t i = 0; i < kDropCauses; ++i) {
     dropped_[i] += statistics.dropped[i];
     keyframes_dropping_[i] += statistics.dropped[i] > 0 ? 1 : 0;
   }
+}
+
+void RunStatistics::add_repeat(const KeyframeStatistics& statistics) {
+  ++repeats_;
+  count(statistics);
+}
+
+void RunStatistics::add_keyframe(const KeyframeView& keyframe, std::int64_t duration_ns) {
+  ++keyframes_;
+  if (keyframe.statistics == nullptr) return;
+  const KeyframeStatistics& statistics = *keyframe.statistics;
+  count(statistics);
+  dynamic_cells_ += statistics.dynamic_cells;
+  if (statistics.up_known) odometry_tilt_deg_.push_back(statistics.odometry_tilt_deg);
+  up_contradicted_ += statistics.up_contradicted ? 1 : 0;
+  odometry_contradicted_ += statistics.odometry_contradicted ? 1 : 0;
   for (std::size_t i = 0; i < kSheds; ++i) shed_[i] += statistics.shed[i];
   for (std::size_t i = 0; i < kCapacities; ++i) {
     capacity_[i].used = std::max(capacity_[i].used, statistics.capacity[i].used);
@@ -296,6 +305,7 @@ std::string RunStatistics::to_json(const Run& run) const {
   json["sweep_tilt_deg"] = rounded(sweep_tilt_deg_);
   json["aligned_scans"] = aligned_scans_;
   json["keyframes_odometry_contradicted"] = odometry_contradicted_;
+  json["keyframes_repeated"] = repeats_;
   const std::uint64_t count = std::max<std::uint64_t>(encoding_.encoded, 1);
   json["message_bytes_per_keyframe"] = {{"all", encoding_.bytes / count},
                                         {"free_space_images", encoding_.image_bytes / count}};

@@ -34,6 +34,8 @@ class RunStatistics {
   /// `duration_ns`: the time its scans cover; processing that takes longer,
   /// or longer than the budget, misses the deadline.
   void add_keyframe(const KeyframeView& keyframe, std::int64_t duration_ns);
+  /// A keyframe that repeats earlier ones, and is not kept.
+  void add_repeat(const KeyframeStatistics& statistics);
   /// The call that closed a keyframe: how long it took, and in a run at the pace of its stamps
   /// whether the next scan was due before it returned.
   void add_closing_call(std::int64_t elapsed_ns, bool late);
@@ -72,6 +74,8 @@ class RunStatistics {
   /// Keyframes in which up was known, or was not where the odometry promises.
   [[nodiscard]] std::uint64_t keyframes_up_known() const { return odometry_tilt_deg_.size(); }
   [[nodiscard]] std::uint64_t keyframes_up_contradicted() const { return up_contradicted_; }
+  /// Keyframes that repeated earlier ones while the robot stood.
+  [[nodiscard]] std::uint64_t keyframes_repeated() const { return repeats_; }
   /// Keyframes whose scans contradict the odometry.
   [[nodiscard]] std::uint64_t keyframes_odometry_contradicted() const {
     return odometry_contradicted_;
@@ -117,6 +121,8 @@ class RunStatistics {
   [[nodiscard]] std::string to_json(const Run& run) const;
 
  private:
+  /// Points, and what was dropped, of a keyframe.
+  void count(const KeyframeStatistics& statistics);
   std::uint64_t scans_ = 0;
   std::uint64_t keyframes_ = 0;
   std::uint64_t points_in_ = 0;
@@ -137,6 +143,7 @@ class RunStatistics {
   std::uint64_t keyframes_late_ = 0;
   std::uint64_t up_contradicted_ = 0;
   std::uint64_t odometry_contradicted_ = 0;
+  std::uint64_t repeats_ = 0;
   std::vector<float> odometry_tilt_deg_;  // of keyframes in which up is known
   std::vector<float> closing_call_ms_;
   std::vector<float> hand_over_ms_;

@@ -187,7 +187,8 @@ TEST_CASE("a keyframe is told to programs that know fewer of its members") {
   const CPipeline pipeline;
   REQUIRE(add_one(pipeline.get(), points_of(scan), 1) == UM_OK);
   REQUIRE(um_flush(pipeline.get(), nullptr) == UM_OK);
-  for (const std::size_t size : {offsetof(um_keyframe, up_known), offsetof(um_keyframe, input)}) {
+  for (const std::size_t size : {offsetof(um_keyframe, up_known), offsetof(um_keyframe, input),
+                                 offsetof(um_keyframe, repeats)}) {
     um_keyframe keyframe;
     std::memset(static_cast<void*>(&keyframe), 0x5A, sizeof keyframe);
     keyframe.struct_size = static_cast<std::uint32_t>(size);

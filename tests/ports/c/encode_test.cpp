@@ -1,4 +1,5 @@
 // Tests of what C programs send and keep: encoded keyframes, images, earlier places, health.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
@@ -162,6 +163,29 @@ TEST_CASE("with deferred work C encodes keyframes when they are finished, to the
   CHECK(often > 5);
   CHECK(um_work(nullptr, 0, nullptr) == UM_INVALID_HANDLE);
   CHECK(um_finished_get(nullptr, nullptr) == UM_INVALID_HANDLE);
+}
+
+TEST_CASE("a keyframe that repeats others is told, and there is nothing to encode") {
+  const CPipeline pipeline;
+  const std::size_t scratch_bytes = um_encode_scratch_bytes(pipeline.get());
+  const MemoryBlock scratch(scratch_bytes);
+  const LabelledScan scan = scene_with_walker().scan(driving(0), 0.0);
+  const um_points points = points_of(scan);
+  const um_pose pose = pose_of(driving(0));
+  const auto window = small_config().removal.window;
+  std::uint32_t keyframes = 0;
+  std::int32_t ready = 0;
+  for (std::int64_t stamp_ns = 1; keyframes < window + 2; stamp_ns += 100'000'000) {
+    REQUIRE(um_add_scan(pipeline.get(), &points, &pose, stamp_ns, &ready) == UM_OK);
+    if (ready == 0) continue;
+    const bool repeats = keyframes++ >= window;
+    const um_keyframe keyframe = keyframe_of(pipeline.get());
+    CHECK(keyframe.repeats == (repeats ? 1U : 0U));
+    CHECK(keyframe.sequence == std::min(keyframes, window) - 1);
+    um_encoded encoded;
+    CHECK(um_keyframe_encode(pipeline.get(), &kSession, scratch.data(), scratch_bytes, nullptr, 0,
+                             &encoded) == (repeats ? UM_NO_KEYFRAME : UM_BUFFER_TOO_SMALL));
+  }
 }
 
 TEST_CASE("encoding refuses what it cannot work with") {
