@@ -11,7 +11,8 @@ if [ $# -gt 0 ]; then
   documents=("$@")
 else
   cd "$root"
-  documents=(README.md docs/base.md docs/changes.md docs/design/loop-acceptance.md docs/limits.md docs/localisation.md
+  documents=(README.md docs/base.md docs/changes.md docs/design/loop-acceptance.md
+    docs/design/plausibility.md docs/limits.md docs/localisation.md
     docs/porting.md docs/project.md docs/results.md docs/security.md docs/shared-memory.md docs/wire-format.md)
 fi
 layouts=$(mktemp)

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Mounts, clocks and upside-down LiDARs found from scans: a table for docs/design/plausibility.md.
+# Checks of a recording, by both of their errors: the table of docs/design/plausibility.md.
 #
-#   bench/input/calibration.sh [SEEDS]   "1 3". Half an hour a seed
+#   bench/input/checks.sh [SEEDS]   "1 3". A quarter of an hour a seed
 #
 # Drives of seven LiDARs through several scenes with the default odometry, and some with tilted
 # mounts, noise of the attitude, a swaying body or distorted sweeps, whose poses are then of a
@@ -13,7 +13,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 source bench/tables/common.sh
 
 seeds=${1:-1 3}
-out=${OUT:-build/bench/calibration}
+out=${OUT:-build/bench/input_checks}
 scans=${SCANS:-200}
 unimapper=${BIN:-build/release/bin}/unimapper
 
@@ -50,7 +50,7 @@ drives() {
 
 # faulty KIND VALUE: cells of the drives with that fault
 faulty() {
-  bench/input/calibration.py "$unimapper" "$out" "$1" "$2" $seeds
+  bench/input/checks.py "$unimapper" "$out" "$1" "$2" $seeds
 }
 
 rows() {
@@ -65,6 +65,10 @@ rows() {
   for value in 0.05 0.10 0.15; do row "poses late by $value s" 6 faulty late "$value"; done
   row "poses early by 0.15 s" 6 faulty late -0.15
   row "upside down" 6 faulty over 180
+  for value in 0.5 1 3; do row "a jump by $value m half way" 6 faulty jump "$value"; done
+  row "the odometry starts anew half way" 6 faulty restart 0
+  row "carried for 3 s half way" 6 faulty carried 3
+  row "scans in the order of text" 6 faulty names 0
 }
 
-table calibration rows
+table input-checks rows
