@@ -46,9 +46,9 @@ void add_motion_findings(Plausibility& result, const Finding& odometry,
   if (motion.severity == Severity::kFine || !has_known_mistake(result.agreement)) {
     findings.push_back(check_mount(result.calibration, given.T_base_lidar));
     findings.push_back(check_time(result.calibration, given.time_offset_s));
-    // Mapped all the same (--force), the recording is cut where the odometry breaks.
     if (worst({findings.end() - 2, findings.end()}) == Severity::kWrong) {
-      findings.push_back(odometry);
+      // Each scan is then off against the next: what looks like a break need not be one.
+      result.steps.breaks.clear();
       return;
     }
   }

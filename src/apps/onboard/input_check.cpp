@@ -65,7 +65,8 @@ std::vector<std::string> in_words(const OpenedInput& opened, const input::Calibr
 /// What the reader guessed of the LiDAR's place comes before what follows from a wrong guess.
 std::string reason_of_reader(const datasets::Dataset& dataset, const input::Finding& refusal) {
   std::string reason;
-  if (refusal.check != "motion" && refusal.check != "axes") return reason;
+  if (refusal.check != "motion" && refusal.check != "axes" && refusal.check != "mount")
+    return reason;
   for (const datasets::Note& note : dataset.notes()) {
     if (note.is_about_mounting)
       reason += note.text + "; by this guess scans and poses do not fit: ";
