@@ -71,9 +71,10 @@ struct ProjectState {
 
 /// A session in the result of a merge.
 struct SessionResult {
-  std::int64_t session = 0;              ///< row
-  std::string state;                     ///< the word of `merge::status_name`
-  std::string reason;                    ///< why it is not connected, empty otherwise
+  std::int64_t session = 0;  ///< row
+  std::string state;         ///< the word of `merge::status_name`
+  /// Why it is not connected, or what is wrong with its odometry; else empty.
+  std::string reason;
   Pose T_map_session;                    ///< anchor: session odometry frame to the map frame
   std::vector<std::uint32_t> sequences;  ///< keyframes that were merged, ascending
   std::vector<Pose> T_map_keyframe;      ///< of these: levelled keyframe frame to map frame

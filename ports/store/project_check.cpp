@@ -159,7 +159,7 @@ class ProjectCheck {
       const bool is_merged = session.state == "merged";
       const bool is_apart = session.state == "provisional" || session.state == "unconnected";
       require(is_central || is_merged || is_apart, one + " has no state");
-      require((is_central || is_merged) == session.reason.empty(), one + " has a wrong reason");
+      require(!is_apart || !session.reason.empty(), one + " is apart without a reason");
       central += is_central ? 1 : 0;
       connected += is_central || is_merged ? 1 : 0;
       require(session.T_map_session.is_rigid(), one + " has an anchor that is no pose");

@@ -15,6 +15,7 @@
 #include "changes.hpp"
 #include "loop_source.hpp"
 #include "map_level.hpp"
+#include "odometry_step.hpp"
 #include "parallel.hpp"
 #include "position_sigma.hpp"
 #include "radius_search.hpp"
@@ -49,6 +50,9 @@ class Merger {
         progress_(progress),
         statements_(statements),
         loops_(loops) {
+    for (const SessionData& session : sessions) {
+      against_odometry_.push_back(reason_against_odometry(session));
+    }
     if (!scratch.empty()) scratch_ = std::make_shared<ScratchFile>(scratch);
   }
 
@@ -107,6 +111,7 @@ class Merger {
   std::string take(std::vector<LoopConstraint> loops) {
     std::size_t verified = 0;
     for (LoopConstraint& loop : loops) {
+      if (loop.decision.accepted && !is_placed_by(loop)) loop.decision = {false, kImpossibleStep};
       if (loop.decision.accepted) {
         ++verified;
         recorded_as_.push_back(result_.loops.size());
@@ -116,6 +121,14 @@ class Merger {
     }
     return std::to_string(verified) + " of " + std::to_string(loops.size()) +
            " candidates verified";
+  }
+
+  /// A session whose odometry steps as no robot does has no place as a whole, unless a person gives
+  /// it one.
+  [[nodiscard]] bool is_placed_by(const LoopConstraint& loop) const {
+    return loop.is_intra_session() || loop.by_person ||
+           (against_odometry_[loop.query.session].empty() &&
+            against_odometry_[loop.match.session].empty());
   }
 
   void find_intra_session_loops() {
@@ -151,6 +164,9 @@ class Merger {
     alignment_ =
         align_sessions(alignment_sessions_, constraints_, config_,
                        [&](const Placement& placement) { return loops_->evaluate(placement); });
+    for (std::size_t s = 0; s < sessions_.size(); ++s) {
+      if (!against_odometry_[s].empty()) alignment_.reason[s] = against_odometry_[s];
+    }
     for (const std::uint32_t s : statements_.apart) {
       if (!alignment_.connected[s]) alignment_.reason[s] = kApartByPerson;
     }
@@ -180,7 +196,7 @@ class Merger {
 
   /// Sessions kept apart come last: nothing could be merged with them.
   [[nodiscard]] int central_priority(std::uint32_t session) const {
-    if (statements_.keep_apart(session)) return -1;
+    if (statements_.keep_apart(session) || !against_odometry_[session].empty()) return -1;
     return statements_.reference == session ? 1 : 0;
   }
 
@@ -403,6 +419,7 @@ class Merger {
   std::size_t by_descriptor_ = 0;  // the first so many of `result_.loops` came from descriptors
 
   std::vector<double> scores_;
+  std::vector<std::string> against_odometry_;  ///< by session; mostly empty
   std::vector<AlignmentSession> alignment_sessions_;
   Alignment alignment_;
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();  // of the map frame, in the site frame

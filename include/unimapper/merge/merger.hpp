@@ -38,7 +38,8 @@ enum class SessionStatus { kCentral, kMerged, kProvisional, kUnconnected };
 /// its own frame: `T_map_session` is the identity then.
 struct MergedSession {
   SessionStatus status = SessionStatus::kUnconnected;  ///< whether it is connected to the map
-  std::string reason;                                  ///< why it is not connected, empty otherwise
+  /// Why it is not connected, or what is wrong with its odometry; else empty.
+  std::string reason;
   Pose T_map_session;                ///< the anchor node: session odometry frame to the map frame
   std::vector<Pose> T_map_keyframe;  ///< by keyframe: levelled keyframe frame to map frame, metres
   std::vector<RefinedKeyframe> refined;  ///< refined labels, by keyframe

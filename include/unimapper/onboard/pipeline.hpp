@@ -77,7 +77,8 @@ class Pipeline {
   /// (`kEmptyScan`), and a pose farther from the last one than configured (`kPoseJump`). A jump
   /// is refused once: it closes the open keyframe and the pose is remembered. If the next scan
   /// agrees with it, the odometry was restarted: the evidence of earlier keyframes is forgotten
-  /// and mapping goes on from there. If the next scan agrees with the pose before the jump, the
+  /// and mapping goes on from there, in a new session if the base is to use it: one that has such a
+  /// step is left out of its map. If the next scan agrees with the pose before the jump, the
   /// jump was a glitch and nothing is forgotten. Stamps more than a minute ahead, or back for the
   /// second time in a row and increasing, close the open keyframe, too (`kTimeJump`): a clock that
   /// was set ahead costs one scan, one that was set back two, and nothing is forgotten.

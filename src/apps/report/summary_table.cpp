@@ -101,7 +101,8 @@ std::string summary_table(const ReportInput& input) {
   }
   for (const SessionSummary& session : summary.sessions) {
     if (session.reason.empty()) continue;
-    text += session.name + " is not connected: " + session.reason + "\n";
+    const char* outcome = merge::is_in_map(session.status) ? "" : " is not connected";
+    text += session.name + outcome + ": " + session.reason + "\n";
   }
   return text;
 }

@@ -77,9 +77,7 @@ function sessions(map: MapData): HTMLElement {
     String(session.poses.length),
   ]);
   const reasons = map.sessions
-    .filter(
-      (session) => session.reason && session.status !== "central" && session.status !== "merged",
-    )
+    .filter((session) => session.reason)
     .map((session) => element("p", { class: "note", text: `${session.name}: ${session.reason}` }));
   return element("section", {}, [
     element("h2", { text: "Sessions" }),

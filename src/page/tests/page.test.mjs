@@ -176,12 +176,23 @@ test("fingers turn, move and go nearer", async () => {
   const client = await page.createCDPSession();
   const touch = (type, points) =>
     client.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y]) => ({ x, y })) });
+  // A slow renderer draws fewer frames in any given time: wait until the camera stands still.
+  const settled = async () => {
+    let before;
+    for (let look = 0; look < 25; ++look) {
+      await new Promise((resolve) => setTimeout(resolve, 300));
+      const now = JSON.stringify(await page.evaluate(() => window.unimapper.camera()));
+      if (now === before) return;
+      before = now;
+    }
+    assert.fail("the camera never stands still");
+  };
   const drag = async (from, by) => {
     await touch("touchStart", from);
     for (let step = 1; step <= 8; ++step)
       await touch("touchMove", from.map(([x, y], i) => [x + (by[i][0] * step) / 8, y + (by[i][1] * step) / 8]));
     await touch("touchEnd", []);
-    await new Promise((resolve) => setTimeout(resolve, 300));
+    await settled();
   };
   // Two places of the first session's path, on the screen.
   const ends = () =>
@@ -201,7 +212,7 @@ test("fingers turn, move and go nearer", async () => {
   assert.ok(length(nearer) > 1.3 * length(turned), `two fingers go nearer: ${length(turned)} to ${length(nearer)}`);
 
   await page.evaluate(() => window.unimapper.setMode("top"));
-  await new Promise((resolve) => setTimeout(resolve, 300));
+  await settled();
   const top = await ends();
   await drag([[200, 300]], [[60, 40]]);
   const panned = await ends();

@@ -413,7 +413,7 @@ TEST_CASE("the check finds what breaks an invariant of the project") {
        {"UPDATE statements SET pose = zeroblob(96)", "has a pose that is none"},
        {"UPDATE statements SET pose = zeroblob(95)", "a link is damaged"},
        {"UPDATE result_sessions SET state = 'merged'", "not one central session"},
-       {"UPDATE result_sessions SET reason = ''", "a wrong reason"},
+       {"UPDATE result_sessions SET reason = ''", "is apart without a reason"},
        {"UPDATE result_sessions SET poses = zeroblob(length(poses))", "is damaged"},
        {"UPDATE result_sessions SET sequences = zeroblob(length(sequences))", "out of order"},
        {"UPDATE result_loops SET query_sequence = 3 WHERE number = 1", "a keyframe that is not in"},
@@ -428,6 +428,20 @@ TEST_CASE("the check finds what breaks an invariant of the project") {
   for (const std::string& text : store.check()) all += text + "\n";
   INFO(change);
   CHECK_THAT(all, Contains(fault));
+}
+
+TEST_CASE("a session of the map may say what is wrong with its odometry") {
+  const Received store;
+  {
+    ProjectWriter writer(store.folder.path(), "a test");
+    (void)writer.commit("merge", [&writer](ProjectState& state) {
+      MapResult result = small_result();
+      result.sessions[0].reason = "its odometry steps by 40.0 m";
+      state.epoch.result = writer.keep(result);
+      return std::optional<std::string>("merged");
+    });
+  }
+  CHECK(store.check().empty());
 }
 
 TEST_CASE("whatever of a result has changed on the disk, it is not used") {
