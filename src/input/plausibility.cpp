@@ -39,15 +39,6 @@ void leave_out_jumps(const Track& track, const std::vector<OdometryBreak>& break
   }
 }
 
-/// Poses that agree with the scans as well as registration does are not late: a right drive round a
-/// corridor looked 0.5 s early, as its registrations slide. Delays of 0.1 s in a hall lose 0.003.
-void leave_out_unseen_delay(const AgreementFigures& agreement, Estimate& delay_s) {
-  constexpr double kLossPerSecond = 0.02;
-  const double least = kLossPerSecond * std::fabs(delay_s.value);
-  if (agreement.registered - agreement.given >= least) return;
-  delay_s.sigma = std::max(delay_s.sigma, std::fabs(delay_s.value));
-}
-
 /// A cause that is measured goes before what only says that poses and scans differ.
 void add_motion_findings(Plausibility& result, const Finding& odometry,
                          const GivenCorrection& given) {
@@ -140,7 +131,10 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
                      return breaks && is_broken(result.steps.breaks, {i, j});
                    },
                    [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); }));
-    leave_out_unseen_delay(result.agreement, result.calibration.delay_s);
+    Estimate& delay_s = result.calibration.delay_s;
+    if (result.calibration.sure_delay_s() != 0.0) {
+      leave_out_unseen_delay(delay_s, gained_agreement(track, pairs, delay_s.value));
+    }
     add_motion_findings(result, odometry, given);
     if (!breaks) result.steps.breaks.clear();
   } else {

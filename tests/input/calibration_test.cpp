@@ -108,6 +108,16 @@ TEST_CASE("Yaw, pitch, lever arm and delay are estimated together, of either sig
                                Contains(sign > 0.0 ? "--time-offset -0.1" : "--time-offset 0.1"));
 }
 
+TEST_CASE("A delay with which the scans agree less is none", "[calibration]") {
+  Calibration found = Drive{Pose{}, -0.5}.calibrated();
+  REQUIRE(check_time(found, 0.0).severity == Severity::kWrong);
+  leave_out_unseen_delay(found.delay_s, -0.009);
+  CHECK(check_time(found, 0.0).severity == Severity::kWrong);
+  leave_out_unseen_delay(found.delay_s, -0.011);
+  CHECK(check_time(found, 0.0).severity == Severity::kFine);
+  CHECK(found.sure_delay_s() == 0.0);
+}
+
 TEST_CASE("A straight drive shows yaw and pitch, but neither lever arm nor delay",
           "[calibration]") {
   const Drive drive{extrinsic_pose({1.2, 0.0, 0.0, 0.0, 1.0, 2.0}), 0.15, true};
