@@ -91,8 +91,11 @@ bool GroundAligner::Follow::is_clear() const noexcept {
   // sensor turns in two sweeps.
   constexpr double kLeastShareOfTurn = 0.15;
   constexpr double kLeastExplained = 0.4;
+  // 0.05 degrees, 2 cm at 25 m: less is chance, and harms nothing.
+  constexpr double kLeastTilt_rad = 0.05 / kDegreesPerRadian;
   const double squared = covariance * covariance;
   return scans >= kFewest && turn_variance > 0.0 &&
+         0.5 * tilt_variance >= kLeastTilt_rad * kLeastTilt_rad &&
          squared >= kLeastExplained * tilt_variance * turn_variance &&
          squared >= kLeastShareOfTurn * kLeastShareOfTurn * turn_variance * turn_variance;
 }

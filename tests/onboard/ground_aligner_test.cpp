@@ -151,7 +151,10 @@ TEST_CASE("what the ground's roughness explains is no attitude noise") {
 }
 
 TEST_CASE("sweeps that are not compensated are told from attitude noise") {
-  const auto pitch_deg = [](double t) { return 3.0 * std::sin(2.0 * 3.14159265358979 * 1.3 * t); };
+  double swing_deg = 3.0;
+  const auto pitch_deg = [&](double t) {
+    return swing_deg * std::sin(2.0 * 3.14159265358979 * 1.3 * t);
+  };
   const Scene scene = street();
   // How long after its pose the middle of a scan was seen, and noise of the poses.
   const auto run = [&](double late_s, double sigma_deg, Aligner& with) {
@@ -179,6 +182,12 @@ TEST_CASE("sweeps that are not compensated are told from attitude noise") {
     Aligner with(small_config());
     run(-0.05, 0.0, with);
     CHECK(with.aligner.sweep_tilt_deg() > 0.3F);
+  }
+  SECTION("by less than 0.05 degrees, which is chance") {
+    Aligner with(small_config());
+    swing_deg = 0.1;
+    run(0.05, 0.0, with);
+    CHECK(with.aligner.sweep_tilt_deg() == 0.0F);
   }
   SECTION("compensated") {
     Aligner with(small_config());
