@@ -17,8 +17,8 @@ class OdometryMonitor {
   /// Nothing before the next keyframe counts.
   void forget() noexcept { *this = {}; }
 
-  /// The share of the last keyframe is far above those of the keyframes before.
-  [[nodiscard]] bool is_contradicted() const noexcept { return contradicted_ > 0; }
+  /// The share of the last two keyframes is above what is usual, or that of the last one far above.
+  [[nodiscard]] bool is_contradicted() const noexcept { return is_contradicted_; }
   /// Share of the last keyframe, thousandths, and the mean of those before; 0 without any.
   [[nodiscard]] std::uint32_t share() const noexcept { return share_; }
   [[nodiscard]] std::uint32_t usual_share() const noexcept { return usual_; }
@@ -35,7 +35,8 @@ class OdometryMonitor {
   std::uint32_t added_ = 0;                         ///< keyframes in it since the start
   std::uint32_t share_ = 0;
   std::uint32_t usual_ = 0;
-  std::uint32_t contradicted_ = 0;  ///< keyframes in a row
+  std::uint32_t raised_ = 0;  ///< keyframes in a row whose share is above what is usual
+  bool is_contradicted_ = false;
 };
 
 }  // namespace unimapper::onboard

@@ -56,15 +56,30 @@ std::vector<EventRecord> drive(double off_m, std::uint32_t& contradicted) {
 
 }  // namespace
 
-TEST_CASE("half as many dynamic cells again and a twentieth of all more contradict the odometry") {
-  OdometryMonitor monitor = usual(3);
-  monitor.add(1'100, 10'000);
-  CHECK_FALSE(monitor.is_contradicted());
-  monitor = usual(3);
-  monitor.add(1'110, 10'000);
-  CHECK(monitor.is_contradicted());
-  CHECK(monitor.share() == 111);
-  CHECK(monitor.usual_share() == 40);
+TEST_CASE(
+    "half as many dynamic cells again and a twentieth of all more contradict in two keyframes") {
+  for (const std::uint32_t enough : {0U, 1U}) {
+    OdometryMonitor monitor = usual(3);
+    for (const bool second : {false, true}) {
+      monitor.add(1'100 + 10 * enough, 10'000);
+      CHECK(monitor.is_contradicted() == (second && enough == 1));
+    }
+    CHECK(monitor.share() == 110 + enough);
+  }
+  OdometryMonitor crowd = usual(3);
+  for (int k = 0; k < 6; ++k) {
+    crowd.add(k % 2 == 0 ? 1'500 : 400, 10'000);
+    CHECK_FALSE(crowd.is_contradicted());
+  }
+}
+
+TEST_CASE("a tenth of all cells more contradicts in one keyframe") {
+  for (const std::uint32_t enough : {0U, 1U}) {
+    OdometryMonitor monitor = usual(3);
+    monitor.add(1'600 + 10 * enough, 10'000);
+    CHECK(monitor.is_contradicted() == (enough == 1));
+    CHECK(monitor.usual_share() == 40);
+  }
 }
 
 TEST_CASE("of two keyframes, and of few cells, nothing is concluded") {
