@@ -5,12 +5,14 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "c_pipeline.hpp"
-#include "tests/config/pipeline_members.hpp"
+#include "unimapper/core/decimal.hpp"
 #include "unimapper/core/owned.hpp"
+#include "unimapper/core/parameter_table.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
 using namespace unimapper;
@@ -35,23 +37,49 @@ std::string refused(const um_config* config, void* memory, std::size_t bytes, um
   return message == nullptr ? "" : message;
 }
 
+/// Sets a parameter to another value, and returns the text that does.
+std::string change(const Parameter& row, PipelineConfig& config) {
+  const std::string before(text_of(row, &config).view());
+  const double middle = 0.7 * row.range.low + 0.3 * row.range.high;
+  for (const std::string& text :
+       {std::string("true"), std::string("false"), std::string("only_same"),
+        std::string(decimal_of(static_cast<float>(middle)).view()),
+        std::to_string(static_cast<long>(middle)), std::to_string(static_cast<long>(middle) + 1)}) {
+    ParameterMessage message;
+    if (text != before && set_parameter(row, text, &config, message)) {
+      return std::string(text_of(row, &config).view());
+    }
+  }
+  FAIL("no other value of " << row.name.view());
+  return {};
+}
+
 }  // namespace
 
-TEST_CASE("a name sets the C++ member of that name and no other") {
-  const auto set = [](PipelineConfig& config, const char* name, const std::string& text) {
+TEST_CASE("a name sets the C++ parameter of that name and no other") {
+  const std::span<const Parameter> rows = kParameters<PipelineConfig>;
+  for (const Parameter& row : rows) {
     um_config c;
     REQUIRE(um_config_init(&c, sizeof c, UM_SENSOR_GENERIC) == UM_OK);
-    REQUIRE(unimapper::c::init_config(config, sizeof c, &c) == UM_OK);
+    PipelineConfig expected;
+    REQUIRE(unimapper::c::init_config(expected, sizeof c, &c) == UM_OK);
+    const PipelineConfig before = expected;
+    const std::string text = change(row, expected);
+    CAPTURE(row.name.view(), text);
     const char* message = nullptr;
-    CHECK(um_config_set(&c, name, text.c_str(), &message) == UM_OK);
+    REQUIRE(um_config_set(&c, row.name.view().data(), text.c_str(), &message) == UM_OK);
     CHECK(std::string(message).empty());
     char written[32];
-    CHECK(um_config_get(&c, name, written, sizeof written) == UM_OK);
+    CHECK(um_config_get(&c, row.name.view().data(), written, sizeof written) == UM_OK);
     CHECK(written == text);
+    PipelineConfig config;
     // Members that do not fit each other are none of this test's concern.
     (void)unimapper::c::read_config(&c, config);
-  };
-  CHECK(wrong_members(pipeline_members(), set).empty());
+    for (const Parameter& other : rows) {
+      CHECK(text_of(other, &config).view() == text_of(other, &expected).view());
+      CHECK((text_of(other, &config).view() == text_of(other, &before).view()) == (&other != &row));
+    }
+  }
 }
 
 TEST_CASE("the members of um_config are parameters of the C++ configuration") {
