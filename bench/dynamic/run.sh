@@ -3,21 +3,19 @@
 #
 # Every LiDAR in simulated scenes of several seeds with several kinds of odometry, and the labelled
 # recording where it lies in ../shared/data. Prints Markdown tables: the default, by class and by
-# range; variants that leave one rule out, and the paper taken literally; OctoMap for comparison.
+# range; variants that leave one rule out, and the paper taken literally.
 # Pictures of the first seed's drives go to build/bench/dynamic/pictures.
 #
 #   bench/dynamic/run.sh [SEEDS] [SCANS] [SCENES] [DRIFTS]
 #       defaults: "21 22 23" 100 "town campus" "lio icp"
 #
-# TABLES says which: accuracy, rules, octomap (default: all three). docs/results.md shows each for
-# other drives, so WRITE_DOCS=1 needs one of them.
+# TABLES says which: accuracy, rules (default: both). docs/results.md shows each for other drives,
+# so WRITE_DOCS=1 needs one of them.
 #
-# Runtime is bounded: variants are scored in the first scene with the first odometry only, OctoMap
-# on the first seed's first drive of each LiDAR and at most OCTOMAP_SCANS (40) of its scans, at one
-# to five seconds each, and on the recording. On two cores about fifty minutes with the defaults, a
-# third of them for OctoMap. Five minutes, and one LiDAR alone:
+# Runtime is bounded: variants are scored in the first scene with the first odometry only. On two
+# cores about half an hour with the defaults. Five minutes, and one LiDAR alone:
 #
-#   TABLES="accuracy rules" bench/dynamic/run.sh 21 60 town lio
+#   bench/dynamic/run.sh 21 60 town lio
 #   SENSORS=vlp-16 VARIANTS="default paper" bench/dynamic/run.sh
 #
 # OUT        output folder
@@ -33,11 +31,9 @@ seeds=${1:-21 22 23}
 scans=${2:-100}
 scenes=${3:-${SCENES:-town campus}}
 drifts=${4:-${DRIFTS:-lio icp}}
-octomap_scans=${OCTOMAP_SCANS:-40}
-octomap=build/release/bin/octomap_labels
 out=${OUT:-build/bench/dynamic}
 sensors=${SENSORS:-os2-128 os1-64 hdl-64e vlp-16 aeva-aeries2 livox-avia livox-mid-360}
-tables=${TABLES:-accuracy rules octomap}
+tables=${TABLES:-accuracy rules}
 wants() { [[ " $tables " == *" $1 "* ]]; }
 [ -z "${WRITE_DOCS:-}" ] || [[ "$tables" != *" "* ]] || {
   echo "error: name the table to write, as its line in docs/results.md does: TABLES=..." >&2
@@ -46,7 +42,7 @@ wants() { [[ " $tables " == *" $1 "* ]]; }
 measures() { ! only_layout && [ "${MEASURE:-1}" != 0 ]; }
 if measures; then
   mkdir -p "$out"
-  rm -f "$out"/*.json "$out"/*.cost "$out"/*.stats
+  rm -f "$out"/*.json "$out"/*.stats
 fi
 
 if measures && [ -z "${UNIMAPPER:-}" ]; then
@@ -125,11 +121,6 @@ score() {
   cp "$run/stats.json" "$out/$name.$variant.stats"
   evaluate --truth "$data" --run "$run" "$@" >"$out/$name.$variant.json"
   [ -z "$relabelled" ] || score_relabelled "$name" "$data" "$run"
-  # OctoMap is scored on fewer scans: the same labels, scored on those scans.
-  if [ "$variant" = default ] && wants_octomap "$name"; then
-    evaluate --truth "$data" --run "$run" --scans "$(octomap_scans_of "$name")" \
-      >"$out/$name.beside.json"
-  fi
   rm -rf "$run"
 }
 
@@ -141,23 +132,6 @@ score_relabelled() {
   "$unimapper" merge "$3" --truth "$session=$2" --refined-labels --out "$map" --replace >/dev/null 2>&1
   evaluate --truth "$2" --run "$map/refined/$session" >"$out/$1.refined.json"
   rm -rf "$map"
-}
-
-wants_octomap() {
-  wants octomap && [ -x "$octomap" ] || return 1
-  case "$1" in kitti | *-"$first_drive-$(first "$seeds")") ;; *) return 1 ;; esac
-}
-# The recording is short enough for all of its scans.
-octomap_scans_of() { if [ "$1" = kitti ]; then echo 1000; else echo "$octomap_scans"; fi; }
-
-# score_octomap NAME DATASET: writes OUT/NAME.octomap.json and OUT/NAME.octomap.cost
-score_octomap() {
-  wants_octomap "$1" || return 0
-  local run="$out/runs/$1.octomap" count
-  count=$(octomap_scans_of "$1")
-  "$octomap" "$2" "$run" --scans "$count" >"$out/$1.octomap.cost"
-  evaluate --truth "$2" --run "$run" --scans "$count" >"$out/$1.octomap.json"
-  rm -rf "$run"
 }
 
 recording=../shared/data
@@ -179,7 +153,6 @@ score_simulated() {
   if [ "$scene-$drift" = "$first_drive" ]; then
     for variant in "${variants[@]:1}"; do score "$name" "$data" "$variant"; done
   fi
-  score_octomap "$name" "$data"
   rm -rf "$data/scans"
 }
 
@@ -195,7 +168,6 @@ measure() {
   [ -n "$real" ] || return 0
   score kitti "$real" default --pictures "$out/pictures/kitti" --replace
   for variant in "${recorded_variants[@]:1}"; do score kitti "$real" "$variant"; done
-  score_octomap kitti "$real"
 }
 
 ! measures || measure
@@ -209,6 +181,3 @@ if wants accuracy; then
   table removal-by-range breakdown range
 fi
 if wants rules; then table removal-by-rule rules_table; fi
-if wants octomap && { only_layout || compgen -G "$out/*.octomap.cost" >/dev/null; }; then
-  table removal-octomap octomap_table
-fi

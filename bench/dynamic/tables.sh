@@ -131,21 +131,3 @@ breakdown() {
 breakdown_cells() {
   "$unimapper" evaluate breakdown --by "$1" --label x "${@:2}" | sed 's/^| x | //; s/ |$//'
 }
-
-# octomap_table: a row per drive, accuracy by both protocols, and what a scan took
-octomap_table() {
-  local sensor
-  echo "| SA / DA / AA %, first $octomap_scans scans of the $(first "$scenes") of seed $(first "$seeds") | default, per point | default, benchmark | OctoMap, per point | OctoMap, benchmark | OctoMap: ms per scan | peak MB |"
-  rule 7
-  [ -z "$real" ] || row "KITTI raw 0005, all scans" 6 octomap_cells kitti
-  for sensor in $sensors; do
-    row "$(lidar "$sensor")" 6 octomap_cells "$sensor-$first_drive-$(first "$seeds")"
-  done
-}
-octomap_cells() {
-  local labels cost="$out/$1.octomap.cost"
-  for labels in beside octomap; do
-    printf '%s | %s | ' "$(accuracy "$out/$1.$labels.json")" "$(benchmark "$out/$1.$labels.json")"
-  done
-  printf '%s | %s' "$(number "$cost" ms_per_scan)" "$(number "$cost" peak_mb)"
-}

@@ -3,8 +3,9 @@
 #
 # A table in which most cells are figures stands between `<!-- table NAME: COMMAND -->` and
 # `<!-- end of table -->`. LAYOUT=1 COMMAND prints the table without measuring, with `*` for every
-# figure: the document has the same header, the same names of rows and as many columns. Prints what
-# is not so and ends with 1 if there is anything. BIN names the folder of programs.
+# figure: the document has the same header, the same names of rows and as many columns. "measured at"
+# and a commit instead of a command: its program has gone. Prints what is not so and ends with 1 if
+# there is anything. BIN names the folder of programs.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 if [ $# -gt 0 ]; then
@@ -65,6 +66,7 @@ awk -v layouts="$layouts" '
     rows = cells = figures = 0
   }
   FNR == 1 { finish(); name = FILENAME; written = 0 }
+  /^<!-- table [a-z0-9-]+: measured at [0-9a-f]+ -->$/ { written = 1; source = ""; next }
   /^<!-- table [a-z0-9-]+: .+ -->$/ {
     source = substr($0, 12, length($0) - 15)
     written = ++tables
