@@ -284,7 +284,9 @@ std::string reason_to_wait(const ConsistencySet& set, const PlacementEvidence& e
   if (!evidence.aliasing.empty()) return evidence.aliasing;
   if (evidence.competing_excluded < set.competing_sets.size())
     return "nothing excludes the other placement";
-  if (evidence.contradicting > evidence.supporting) {
+  // A placement is rigid: where odometry drifts, keyframes far from its loops lie aside. In right
+  // pairs up to 1.7 times as many differ as agree (docs/design/loop-acceptance.md).
+  if (evidence.contradicting > 2 * evidence.supporting) {
     return "keyframes beside each other see different structure: " +
            std::to_string(evidence.contradicting) + " of " +
            std::to_string(evidence.contradicting + evidence.supporting);

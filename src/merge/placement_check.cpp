@@ -341,18 +341,23 @@ std::string PlacementEvaluator::find_storeys(const Placement& placement) const {
   }
   if (median(std::span(roofed)) < config_.aliasing.roofed_share) return {};
   const double change = median(std::span(changed));
+  const bool is_changed = change >= config_.aliasing.changed_share;
+  const bool may_repeat = !placement.competing.empty() || is_continued(placement);
+  if (!is_changed && !may_repeat) return {};
+  const StandingShares standing = standing_shares(placement);
   char text[160];
-  if (change >= config_.aliasing.changed_share) {
+  const double alone = standing.between.value_or(change);
+  if (is_changed && std::sqrt(change * alone) >= config_.aliasing.changed_share) {
     std::snprintf(text, sizeof text,
-                  "below a ceiling it may be another storey: %.0f %% of the structure differs",
-                  100.0 * change);
+                  "below a ceiling it may be another storey: %.0f %% of the structure differs, "
+                  "%.0f %% stands in one session alone",
+                  100.0 * change, 100.0 * alone);
     return text;
   }
-  if (placement.competing.empty() && !is_continued(placement)) return {};
-  const StandingShares standing = standing_shares(placement);
   // A session too short to tell what changes within it is compared with the limit alone.
   const double within = standing.within.value_or(0.0);
-  if (!standing.between || *standing.between < std::max(kStandsOnce, kTimesStanding * within)) {
+  if (!may_repeat || !standing.between ||
+      *standing.between < std::max(kStandsOnce, kTimesStanding * within)) {
     return {};
   }
   std::snprintf(text, sizeof text,

@@ -253,6 +253,18 @@ TEST_CASE("Loops over a short path connect maps where most keyframes confirm the
   CHECK_FALSE(inter_session_consistency(competing, path, path, config).is_short);
 }
 
+TEST_CASE("Maps wait where more than twice as many keyframes differ as agree", "[acceptance]") {
+  const SessionPath path = straight(60);
+  const AcceptanceConfig config;
+  const ConsistencySet set =
+      inter_session_consistency(true_loops(path, {2, 6, 10, 14}), path, path, config);
+  REQUIRE(set.state == PairState::kConfirmed);
+  CHECK(reason_to_wait(set, {4, 8, {}}, config).empty());
+  CHECK(reason_to_wait(set, {4, 9, {}}, config) ==
+        "keyframes beside each other see different structure: 9 of 13");
+  CHECK_FALSE(reason_to_wait(set, {0, 1, {}}, config).empty());
+}
+
 TEST_CASE("The consistency set must exceed a competing one by the margin", "[acceptance]") {
   const SessionPath path = straight(60);
   const AcceptanceConfig config;

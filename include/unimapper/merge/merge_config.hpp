@@ -222,8 +222,8 @@ consteval auto parameters_of(const C*) {
           "A place is below a ceiling if this share of its ground has structure above it;"),
       parameter<&C::changed_share>(
           "[0, 1]", "", "measured",
-          "if this share of the structure there lies in the other's free space, it may be another "
-          "storey."));
+          "it may be another storey if this share of the structure lies in the other's free space, "
+          "and the geometric mean of that and of what stands in one session alone is as large."));
 }
 
 /// Known positions of keyframes (docs/design/known-positions.md).
