@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "bench/merge/pair_picture.hpp"
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/poses.hpp"
 #include "ports/lcm/received_log.hpp"
@@ -204,8 +205,12 @@ bool passes(const Verified& verified, const Rule& without) {
 class Acceptance {
  public:
   Acceptance(const Runs& runs, KeyframeClouds& clouds, const MergeConfig& config,
-             const std::vector<Verified>& verified)
-      : runs_(runs), clouds_(clouds), config_(config), verified_(verified) {
+             const std::vector<Verified>& verified, fs::path picture)
+      : runs_(runs),
+        clouds_(clouds),
+        config_(config),
+        verified_(verified),
+        picture_(std::move(picture)) {
     within_ =
         verify_loops(find_intra_session_candidates(runs.sessions, config.loops, config.threads),
                      descriptor_limit(config), clouds, config);
@@ -220,7 +225,7 @@ class Acceptance {
   }
 
   /// "rule", its name, the outcome of the pair and the error of the placement, metres; "-": no
-  /// keyframes lie beside each other. With all rules the poses are refined.
+  /// keyframes lie beside each other. With all rules the poses are refined, and drawn.
   void print_without(const Rule& rule) {
     MergeConfig config = config_;
     rule.switch_off(config);
@@ -235,19 +240,31 @@ class Acceptance {
       return evidence;
     });
     const bool is_merged = alignment.connected[0] && alignment.connected[1];
-    if (is_merged && &rule == &rules().front()) alignment = refined(alignment, loops);
+    const bool has_all_rules = &rule == &rules().front();
+    if (is_merged && has_all_rules) alignment = refined(alignment, loops);
     std::string state = alignment.pairs.empty() ? "refused" : state_name(alignment.pairs[0].state);
     if (is_merged) state = "merged";
     const Pose T_match_query =
         is_merged ? alignment.T_map_session[0].inverse() * alignment.T_map_session[1]
         : alignment.pairs.empty() ? Pose{}
                                   : alignment.pairs[0].T_match_session_query_session;
+    if (has_all_rules && !picture_.empty()) draw(alignment, T_match_query, state == "refused");
     std::printf("rule\t%s\t%s\t%s\t%s\n", rule.name, state.c_str(),
                 state == "refused" ? "-" : error_text(alignment, T_match_query).c_str(),
                 alignment.pairs.empty() ? "no loops" : alignment.pairs[0].reason.c_str());
   }
 
  private:
+  /// The placement that was found; the true one where there is none.
+  void draw(const Alignment& alignment, const Pose& T_match_query, bool is_refused) const {
+    std::array<std::vector<Pose>, 2> poses = {runs_.T_world_keyframe[0], runs_.T_world_keyframe[1]};
+    if (!is_refused) {
+      poses = {alignment.T_session_keyframe[0], alignment.T_session_keyframe[1]};
+      for (Pose& pose : poses[1]) pose = T_match_query * pose;
+    }
+    bench::write_pair_picture(runs_.sessions, poses, picture_);
+  }
+
   Alignment refined(const Alignment& alignment, std::vector<LoopConstraint>& loops) {
     std::vector<LoopConstraint> known;
     for (std::size_t i = 0; i < loops.size(); ++i) {
@@ -298,6 +315,7 @@ class Acceptance {
   KeyframeClouds& clouds_;
   const MergeConfig& config_;
   const std::vector<Verified>& verified_;
+  const fs::path picture_;
   std::vector<LoopConstraint> within_;
   std::vector<AlignmentSession> sessions_;
   std::map<std::tuple<std::size_t, double, double, double, double, double>, PlacementEvidence>
@@ -316,20 +334,22 @@ double number_of(std::string_view text) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 5 && argc != 6) {
-    std::fprintf(stderr,
-                 "usage: merge_pairs_bench MATCH.lcmlog DATASET QUERY.lcmlog DATASET [OVERLAP]\n"
-                 "OVERLAP: way that the query has beside the match at most, metres\n");
+  if (argc < 5 || argc > 7) {
+    std::fprintf(
+        stderr,
+        "usage: merge_pairs_bench MATCH.lcmlog DATASET QUERY.lcmlog DATASET [OVERLAP [PICTURE]]\n"
+        "OVERLAP: way that the query has beside the match at most, metres, or all\n"
+        "PICTURE: a PNG of the placement that was found, or of the true one\n");
     return 2;
   }
   try {
     Runs runs = read_runs({argv[1], argv[3]}, {argv[2], argv[4]});
-    if (argc == 6) shorten_overlap(runs, number_of(argv[5]));
+    if (argc > 5 && argv[5] != std::string_view("all")) shorten_overlap(runs, number_of(argv[5]));
     const MergeConfig config;
     KeyframeClouds clouds(runs.sessions, config.registration, config.threads);
     const std::vector<Verified> verified = ask_all_gates(runs, clouds, config);
     for (const Verified& one : verified) print(runs, one);
-    Acceptance acceptance(runs, clouds, config, verified);
+    Acceptance acceptance(runs, clouds, config, verified, argc > 6 ? argv[6] : "");
     for (const Rule& rule : rules()) acceptance.print_without(rule);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "merge_pairs_bench: %s\n", error.what());

@@ -11,6 +11,9 @@
 # of different scenes, of different seeds, and drives through the two copies of a look-alike scene. A
 # pair is merged right if it is off by at most 1 m in the overlap.
 #
+# Every right pair that waits or is refused is drawn, with the reason, in OUT/pictures.html: as it is placed, or as
+# it truly lies.
+#
 # What is there is not done again: OUT, a folder of runs and outcomes. BIN: programs; SCENES and
 # SENSORS: others than all; LAYOUT=1 prints the tables without figures.
 set -euo pipefail
@@ -34,12 +37,22 @@ outcomes_of() {
   local name="$1-${5//\//-}-${6//\//-}-${7:-all}"
   local file=$out/outcomes/$name.tsv
   if [ ! -e "$file" ]; then
-    mkdir -p "$out/outcomes"
+    mkdir -p "$out/outcomes" "$out/pictures"
     "$bin/merge_pairs_bench" "$out/runs/$5/keyframes.lcmlog" "$out/data/$5" \
-      "$out/runs/$6/keyframes.lcmlog" "$out/data/$6" ${7:+"$7"} >"$out/unfinished.tsv"
+      "$out/runs/$6/keyframes.lcmlog" "$out/data/$6" "${7:-all}" "$out/pictures/$name.png" \
+      >"$out/unfinished.tsv"
     mv "$out/unfinished.tsv" "$file"
   fi
   sed "s/^/$1\t$2\t$3\t$4\t${7:-all}\t/" "$file" >>"$out/all.tsv"
+  [ "$1" != right ] || page_of "$name" "$file" "$2, $(lidar "$3") and $(lidar "$4"), ${7:-all}"
+}
+
+# page_of NAME OUTCOMES TITLE: a right pair that is not merged, with its reason, in pictures.html
+page_of() {
+  awk -F '\t' -v name="$1" -v title="$3" '
+    $1 == "rule" && $2 == "none" && $3 != "merged" {
+      printf "<figure><img src=\"pictures/%s.png\"><figcaption>%s: %s, off by %s m: %s</figcaption></figure>\n",
+        name, title, $3, $4, $5 }' "$2" >>"$out/pictures.html"
 }
 
 drifts=(lio icp bad)
@@ -291,6 +304,7 @@ limit_rows() {
 if ! only_layout; then
   mkdir -p "$out"
   : >"$out/all.tsv"
+  : >"$out/pictures.html"
   ordinary_pairs
   alike_pairs
 fi
