@@ -5,14 +5,16 @@
 
 namespace unimapper::regression {
 
-/// Fails, and shows the lines that differ, unless `text` is what expected/NAME.txt holds. What was
-/// found is left in the build folder as actual/NAME.txt. With UNIMAPPER_UPDATE_EXPECTED=1 in the
-/// environment the expected file is written instead (docs/testing.md).
+/// Fails unless a text has the digest in expected/NAME.txt. That file also holds a summary: for
+/// each of the forty most frequent kinds of lines (equal but for their numbers) how many there are
+/// and the mean of each number. A failure shows the lines of the summary that differ, and those of
+/// the whole text if an earlier run of this build folder was good. Texts are left in
+/// actual/NAME.txt and actual/good/NAME.txt of the build folder. With UNIMAPPER_UPDATE_EXPECTED=1
+/// in the environment the expected file is written instead (docs/testing.md).
 void check_expected(const std::string& name, const std::string& text);
 
-/// The same for results of an optimisation. A build with a sanitizer ends a millimetre apart from
-/// the others: there, numbers may differ by 0.02 and two in a thousand, and sums by a hundredth of
-/// the largest of their line.
+/// `check_expected` for results of an optimisation. In a build with a sanitizer they end a
+/// millimetre apart from the others and are not compared.
 void check_expected_of_optimisation(const std::string& name, const std::string& text);
 
 /// The lines in which two texts differ, "-" before those of `expected`, "+" before those of
