@@ -1,16 +1,14 @@
 #!/usr/bin/env python3
-"""Replay of seeded bugs: which of them does the suite catch?
+"""Replay of seeded bugs: those that the suite catches, and those that survive
 
-usage: ./dev mutate [--check] [--resume] [--write] [--list NAME] [FILTER]
+usage: ./dev mutate [--check] [--resume] [FILTER]
 
-Every bug of tests/mutations/*.txt is put into a copy of the sources under build/mutate, the tests
+Every bug of tests/mutations/bugs.txt is put into a copy of the sources under build/mutate, the tests
 it names are rebuilt and run, and the copy is restored. Nothing outside build/mutate is touched.
 
   FILTER       only bugs whose name contains it
-  --list NAME  only bugs of tests/mutations/NAME.txt
   --check      only look whether every pattern still applies
   --resume     take over results of an earlier run for bugs whose text is unchanged
-  --write      put the table of results into docs/testing.md
 
 Exit status: 0 if all could be tried, 1 if some no longer apply or do not build, 2 if the suite
 fails without any bug. Bugs that survive are printed; they are findings, not failures.
@@ -30,20 +28,18 @@ import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-LISTS = ROOT / "tests" / "mutations"
+LIST = ROOT / "tests" / "mutations" / "bugs.txt"
 WORK = ROOT / "build" / "mutate"
 SOURCE = WORK / "source"
 BUILD = SOURCE / "build" / "mutate"
 RESULTS = WORK / "results.tsv"
-DOCUMENT = ROOT / "docs" / "testing.md"
-BEGIN, END = "<!-- mutations: begin -->", "<!-- mutations: end -->"
 FOLDERS = ("include", "src", "ports")  # where a bug may sit
 TIMEOUT_S = 1800
 DOES_NOT_BUILD = 99
 
 CAUGHT, SURVIVED, STALE, BROKEN = "caught", "SURVIVED", "DOES NOT APPLY", "DOES NOT BUILD"
 
-Bug = collections.namedtuple("Bug", "list name file old new tests")
+Bug = collections.namedtuple("Bug", "name file old new tests")
 
 
 def read_list(path):
@@ -58,7 +54,7 @@ def read_list(path):
                 if missing:
                     sys.exit(f"{path}:{number}: a bug lacks {', '.join(sorted(missing))}")
                 tests = tuple(t.strip() for t in entry["tests"].split(","))
-                bugs.append(Bug(path.stem, entry["bug"], entry["file"], entry["old"],
+                bugs.append(Bug(entry["bug"], entry["file"], entry["old"],
                                 entry["new"], tests))
             entry = {}
             continue
@@ -177,51 +173,29 @@ def read_results(bugs):
 
 
 def key(bug):
-    return "\t".join((bug.list, bug.name, bug.file, bug.old, bug.new)).replace("\n", "\\n")
+    return "\t".join((bug.name, bug.file, bug.old, bug.new)).replace("\n", "\\n")
 
 
-def tables(results):
-    """Markdown: caught of all by list, with the rooms that miss some, then the survivors."""
-    lines = ["| set | caught | of | rooms that miss some |", "|---|---|---|---|"]
-    for name in dict.fromkeys(bug.list for bug in results):
-        counts = {}
-        for bug, result in results.items():
-            if bug.list == name:
-                count = counts.setdefault(bug.name.split("/")[0], [0, 0])
-                count[0] += result == CAUGHT
-                count[1] += 1
-        caught, tried = (sum(c) for c in zip(*counts.values()))
-        missing = ", ".join(f"{room} {c} of {n}" for room, (c, n) in counts.items() if c < n)
-        lines.append(f"| {name} | {caught} | {tried} | {missing} |")
+def summary(results):
+    """Caught of all, and the survivors."""
     survivors = [bug.name for bug, result in results.items() if result == SURVIVED]
-    lines.append("")
-    lines.append("Survivors: " + (", ".join(f"`{name}`" for name in survivors) or "none") + ".")
-    return lines
-
-
-def write_document(lines):
-    text = DOCUMENT.read_text()
-    before, rest = text.split(BEGIN)
-    after = rest.split(END)[1]
-    DOCUMENT.write_text(before + BEGIN + "\n" + "\n".join(lines) + "\n" + END + after)
+    caught = sum(result == CAUGHT for result in results.values())
+    return f"{caught} of {len(results)} caught; survivors: {', '.join(survivors) or 'none'}"
 
 
 def main():
     parser = argparse.ArgumentParser(prog="./dev mutate", usage=__doc__.split("usage: ")[1])
     parser.add_argument("filter", nargs="?", default="")
-    parser.add_argument("--list")
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--resume", action="store_true")
-    parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
 
-    every = [bug for path in sorted(LISTS.glob("*.txt")) for bug in read_list(path)]
+    every = read_list(LIST)
     names = collections.Counter(bug.name for bug in every)
     twice = [name for name, count in names.items() if count > 1]
     if twice:
         sys.exit(f"bugs of the same name: {', '.join(twice)}")
-    bugs = [bug for bug in every
-            if options.filter in bug.name and options.list in (None, bug.list)]
+    bugs = [bug for bug in every if options.filter in bug.name]
     if not bugs:
         sys.exit("no bug of that name")
 
@@ -260,15 +234,10 @@ def main():
         print(f"{results[bug]:14} {bug.name} ({time.monotonic() - began:.0f} s) {why}".rstrip(),
               flush=True)
 
-    # In the order of the lists, whatever was taken over.
-    results = {bug: results[bug] for bug in bugs}
-    lines = tables(results)
-    print("\n" + "\n".join(lines))
+    print(summary(results))
     failed = [bug for bug, result in results.items() if result in (STALE, BROKEN)]
     for bug in failed:
         print(f"{results[bug]}: {bug.name}: {bug.file}: {bug.old}")
-    if options.write and not failed and len(bugs) == len(every):
-        write_document(lines)
     return 1 if failed else 0
 
 
