@@ -1,0 +1,2 @@
+// How far does a sensor see?
+struct Range {};

@@ -1,2 +1,0 @@
-// How far a witness sees?
-struct Testimony {};
