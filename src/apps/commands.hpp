@@ -20,7 +20,6 @@ void register_inspect(CLI::App& app);
 void register_keys(CLI::App& app);
 void register_localise(CLI::App& app);
 void register_parameters(CLI::App& app);
-void register_rt_check(CLI::App& app);
 void register_view(CLI::App& app);
 void register_watch(CLI::App& app);
 

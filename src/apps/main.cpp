@@ -82,7 +82,6 @@ int run(int argc, char** argv) {
   unimapper::apps::register_project(app);
   unimapper::apps::register_evaluate(app);
   unimapper::apps::register_export(app);
-  unimapper::apps::register_rt_check(app);
   unimapper::apps::register_parameters(app);
   try {
     app.parse(argc, argv);
