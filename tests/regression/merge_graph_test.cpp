@@ -188,17 +188,6 @@ TEST_CASE("pose graphs of tilted maps, as before", "[regression]") {
   for (std::size_t i = 0; i < solved.nodes.size(); ++i) {
     text += "node " + pose_text(solved.T_map_node(i)) + "\n";
   }
-  PoseGraph single;
-  single.anchors = {{any_pose(random, 10.0), true}};
-  for (std::size_t i = 0; i < 12; ++i) single.nodes.push_back({any_pose(random, 40.0), 0, i == 3});
-  for (std::size_t i = 1; i < 12; ++i) {
-    single.edges.push_back({i - 1, i, truth[i - 1].inverse() * truth[i] * random.pose(0.05, 0.02),
-                            any_information(random, 0.1, 0.01), 3.0});
-  }
-  single.edges.push_back(
-      {9, 1, truth[9].inverse() * truth[1], any_information(random, 0.1, 0.01), 0.0});
-  text += initialize_chordal(single) ? "chordal\n" : "not connected\n";
-  for (std::size_t i = 0; i < 12; ++i) text += "node " + pose_text(single.T_map_node(i)) + "\n";
   check_expected("merge_graph", text);
 }
 

@@ -82,10 +82,4 @@ double graph_cost(const PoseGraph& graph);
 /// non-finite poses, or information that is not positive definite. Nodes no edge reaches stay.
 SolveSummary optimize(PoseGraph& graph, std::uint32_t max_iterations);
 
-/// Poses from relative measurements alone, whatever the current estimate: rotations by linear
-/// least squares over matrices and projection, then translations. Positions and kernels are
-/// ignored, so use it on edges without outliers. Only for graphs with one anchor; the first fixed
-/// node (or node 0) keeps its pose. False, and nothing changed, if the graph is not connected.
-bool initialize_chordal(PoseGraph& graph);
-
 }  // namespace unimapper::merge
