@@ -345,7 +345,7 @@ ListenResult listen(const ListenOptions& options) {
       receiver.store_all();
       answer();
       tell_status();
-      return {*end, receiver.take_sessions(), receiver.counters(), queue.dropped()};
+      return {*end, receiver.take_sessions(), receiver.counters()};
     }
   }
 }

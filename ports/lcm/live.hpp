@@ -77,7 +77,6 @@ struct ListenResult {
   ListenEnd end = ListenEnd::kComplete;  ///< why the listening ended
   std::vector<SessionData> sessions;     ///< what was received
   ReceiverCounters counters;             ///< what arrived and what was lost
-  std::uint64_t overflowed = 0;          ///< datagrams that came faster than they could be taken
 };
 
 /// Listens until the expected sessions have ended, and tells their robots five times a second what

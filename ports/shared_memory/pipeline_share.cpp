@@ -55,10 +55,6 @@ void PipelineShare::after_flush(const Pipeline& pipeline, const ScanResult& resu
   if (result.keyframe_finished) share_finished(pipeline);
 }
 
-void PipelineShare::after_work(const Pipeline& pipeline, const WorkResult& result) noexcept {
-  after_flush(pipeline, {{}, result.keyframe_ready, result.keyframe_finished});
-}
-
 void PipelineShare::count(std::uint32_t published) noexcept {
   if (published == 0) health_.add_failure();
 }

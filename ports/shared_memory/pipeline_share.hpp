@@ -31,8 +31,6 @@ class PipelineShare {
   void after_scan(const Pipeline& pipeline, const ScanResult& result) noexcept;
   /// The same after every `flush`.
   void after_flush(const Pipeline& pipeline, const ScanResult& result) noexcept;
-  /// The same after every `work`.
-  void after_work(const Pipeline& pipeline, const WorkResult& result) noexcept;
 
   /// The writer of a topic, for `Writer::wait_beyond` on another thread; null if there is no such
   /// topic or it is not shared.

@@ -203,8 +203,4 @@ const Parameter* first_out_of_range(std::span<const Parameter> table, const void
   return wrong == table.end() ? nullptr : &*wrong;
 }
 
-ParameterMessage refusal_with_value(const Parameter& parameter, const void* config) noexcept {
-  return refusal_of(parameter, text_of(parameter, config).view());
-}
-
 }  // namespace unimapper

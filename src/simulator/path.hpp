@@ -16,7 +16,6 @@ class Path {
   /// The same line the other way round.
   [[nodiscard]] Path reversed() const;
   [[nodiscard]] double length() const { return length_; }
-  [[nodiscard]] bool is_closed() const { return closed_; }
   /// Position at arc length `s`; wraps if closed, else continues straight past the ends.
   [[nodiscard]] Vec2 at(double s) const;
   /// Unit direction of travel, over `span` metres around `s`.

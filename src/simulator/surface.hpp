@@ -12,7 +12,7 @@ inline constexpr std::uint16_t kOutlier = 1;
 inline constexpr std::uint16_t kCar = 10, kBicycle = 11, kBus = 13, kTruck = 18;
 inline constexpr std::uint16_t kPerson = 30, kBicyclist = 31;
 inline constexpr std::uint16_t kRoad = 40, kParking = 44, kSidewalk = 48, kOtherGround = 49;
-inline constexpr std::uint16_t kBuilding = 50, kFence = 51, kOtherStructure = 52;
+inline constexpr std::uint16_t kBuilding = 50, kFence = 51;
 inline constexpr std::uint16_t kLaneMarking = 60, kVegetation = 70, kTrunk = 71, kTerrain = 72;
 inline constexpr std::uint16_t kPole = 80, kSign = 81, kOtherObject = 99;
 /// Moving id of a movable class: 252 car, 253 bicyclist, 254 person, 257 bus, 258 truck.

@@ -284,10 +284,6 @@ consteval auto parameters_in() {
 [[nodiscard]] const Parameter* first_out_of_range(std::span<const Parameter> table,
                                                   const void* config) noexcept;
 
-/// "removal.window is 99 but must lie in [1, 32] keyframes"
-[[nodiscard]] ParameterMessage refusal_with_value(const Parameter& parameter,
-                                                  const void* config) noexcept;
-
 /// `kOk`, or which member is out of its range, by name.
 template <typename Config>
 [[nodiscard]] Error check_ranges(const Config& config) noexcept {

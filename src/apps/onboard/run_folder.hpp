@@ -28,7 +28,6 @@ class RunFolder {
     return directory_ / "keyframes.lcmlog";
   }
   [[nodiscard]] std::filesystem::path event_log() const { return directory_ / "events.log"; }
-  [[nodiscard]] std::filesystem::path loops_file() const { return directory_ / "loops.csv"; }
 
   /// Writes RUN/labels/NAME.label: 251 for dynamic points, 9 for all others. Where `labels` is
   /// shorter than `points`, the rest is static.

@@ -96,8 +96,6 @@ class RunStatistics {
   [[nodiscard]] std::uint64_t aligned_scans() const { return aligned_scans_; }
   [[nodiscard]] std::uint64_t loops_accepted() const { return loops_accepted_; }
   [[nodiscard]] std::uint64_t deadline_misses() const { return deadline_misses_; }
-  /// Keyframes that were not finished when the next scan was due.
-  [[nodiscard]] std::uint64_t keyframes_late() const { return keyframes_late_; }
   /// Cells whose label later keyframes changed, of those that were dynamic before or after; 0 to 1.
   [[nodiscard]] double relabelled_share() const;
   /// Of the valid points, those labelled dynamic; 0 to 1.
