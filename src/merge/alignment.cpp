@@ -147,7 +147,7 @@ class SessionAligner {
       auto& rejected = problem_.rejected;
       rejected.insert(rejected.end(), chosen.rejected.begin(), chosen.rejected.end());
       if (!chosen.used.empty()) {
-        problem_.sites[s].emplace(placed, s, chosen.used, problem_.config.positions);
+        problem_.sites[s].emplace(placed, s, chosen.used);
       }
       auto& in_use = problem_.state.positions;
       in_use.insert(in_use.end(), chosen.used.begin(), chosen.used.end());
@@ -170,7 +170,7 @@ class SessionAligner {
       for (const std::size_t loop : inliers) remove_loop(pair, loop, *off_m);
     }
     for (const std::size_t loop : std::vector(pair.loops)) {
-      const SiteComparison found = compare_with_sites(problem_.loops[loop], *query, *match, config);
+      const SiteComparison found = compare_with_sites(problem_.loops[loop], *query, *match);
       if (found.chi2 > config.chi2) remove_loop(pair, loop, found.discrepancy_m.norm());
     }
   }
@@ -193,7 +193,7 @@ class SessionAligner {
     if (!query || !match || set.state == PairState::kRefused) return;
     pair.beyond =
         excluded_beyond(problem_.select(pair.inliers()), *query, *match, problem_.config.positions);
-    const double near = problem_.config.aliasing.min_shift_m;
+    const double near = AliasingConfig::kMinShiftM;
     if (!(pair.beyond.horizontal_m < near && pair.beyond.vertical_m < near)) return;
     set.is_one_place = false;
     if (!set.is_weak_along_axis) return;

@@ -74,8 +74,7 @@ bool AlignmentProblem::optimize_rejecting_outliers(MapState& trial,
                                                    std::vector<std::size_t>& chosen,
                                                    Variables variables) const {
   for (int round = 0; round < kMaxRejectionRounds; ++round) {
-    if (!optimize_maps(trial, which_sessions, select(chosen), config.graph, config.positions,
-                       variables)) {
+    if (!optimize_maps(trial, which_sessions, select(chosen), config.graph, variables)) {
       return false;
     }
     const auto is_outlier = [&](std::size_t i) {

@@ -133,7 +133,7 @@ bool is_object(const Tally& tally, const MapConfig& config) {
   if (tally.share() < static_cast<double>(config.changed_share)) return false;
   // Half of it at least was confirmed from within range.
   if (2 * tally.own.occupied < tally.free) return false;
-  return tally.seen_through() <= static_cast<double>(config.object_seen_through);
+  return tally.seen_through() <= static_cast<double>(MapConfig::kObjectSeenThrough);
 }
 
 ObjectVoxels object_of(Tally& tally, const std::vector<ComparedVoxel>& voxels) {

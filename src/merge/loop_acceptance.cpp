@@ -150,7 +150,7 @@ std::string reason_to_refuse_set(std::span<const LoopConstraint> loops, const Co
                                  const AcceptanceConfig& config) {
   const bool strong = set.distinct >= config.min_strong_loops &&
                       std::all_of(set.inliers.begin(), set.inliers.end(), [&](std::size_t i) {
-                        return loops[i].overlap >= config.strong_overlap;
+                        return loops[i].overlap >= AcceptanceConfig::kStrongOverlap;
                       });
   if (set.distinct < config.min_loops && !strong) {
     return "too few consistent loops: " + std::to_string(set.distinct) + " of " +
@@ -204,7 +204,8 @@ bool lies_in_one_place(std::span<const LoopConstraint> loops, const ConsistencyS
 
 AcceptanceConfig scaled_to_extent(AcceptanceConfig config, double extent_m) {
   if (extent_m <= 0.0 || config.full_extent_m <= 0.0) return config;
-  const double scale = std::clamp(extent_m / config.full_extent_m, config.smallest_scale, 1.0);
+  const double scale =
+      std::clamp(extent_m / config.full_extent_m, AcceptanceConfig::kSmallestScale, 1.0);
   config.min_span_m *= scale;
   config.distinct_m *= scale;
   config.place_span_m *= scale;
@@ -306,7 +307,7 @@ std::string reason_to_wait(const ConsistencySet& set, const PlacementEvidence& e
 bool is_confirmed(std::span<const LoopConstraint> loops, std::span<const std::size_t> set,
                   std::size_t i, const SessionPath& path, const AcceptanceConfig& config) {
   const double spacing = 0.5 * config.min_span_m;
-  const double limit = config.confirming_sigma_m * config.confirming_sigma_m;
+  const double limit = AcceptanceConfig::kConfirmingSigmaM * AcceptanceConfig::kConfirmingSigmaM;
   return std::any_of(set.begin(), set.end(), [&](std::size_t j) {
     const auto apart = [&](std::size_t a, std::size_t b) {
       return std::abs(path.path_m(a) - path.path_m(b)) >= spacing;

@@ -100,8 +100,8 @@ std::uint64_t parameters_of_placement_check(const MergeConfig& config) {
   print.add_parameters(config.odometry);
   print.add_parameters(config.aliasing);
   print.add_parameters(config.radius);
-  for (const double limit : {config.loops.max_correction_m, config.acceptance.confirming_sigma_m,
-                             config.positions.storey_m}) {
+  for (const double limit : {config.loops.max_correction_m, AcceptanceConfig::kConfirmingSigmaM,
+                             PositionConfig::kStoreyM}) {
     print.add(limit);
   }
   return print.value();

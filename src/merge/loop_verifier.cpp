@@ -127,7 +127,7 @@ std::vector<LoopGate> ask_gates(const LoopCandidate& candidate, const Correction
   }
   const WeakAxis weak =
       probe_weak_axis(target, source, aligned, config.registration, prior.information());
-  if (weak.slip_m > config.registration.probe_slip_m) {
+  if (weak.slip_m > RegistrationConfig::kProbeSlipM) {
     constraint.information = weakened(aligned.information, weak.axis);
   }
   return gates.take();

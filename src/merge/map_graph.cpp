@@ -96,13 +96,13 @@ double loop_chi2(const MapState& state, const LoopConstraint& loop) {
 
 bool optimize_maps(MapState& state, std::span<const std::size_t> sessions,
                    std::span<const LoopConstraint> loops, const GraphConfig& config,
-                   const PositionConfig& positions, Variables variables) {
+                   Variables variables) {
   if (sessions.size() > kFewSessions && positions_of(state, sessions).empty()) {
     return optimize_many_maps(state, sessions, loops, config, variables);
   }
   std::vector<std::size_t> first_node;
   PoseGraph graph = build_graph(state, sessions, loops, config.cauchy_scale, first_node);
-  const SiteNode site(state, sessions, first_node, config.cauchy_scale, positions, graph);
+  const SiteNode site(state, sessions, first_node, config.cauchy_scale, graph);
   if (!optimize(graph, config.max_iterations).usable) return false;
   state.T_map_site = site.T_map_site(graph);
   std::size_t anchor = 0;

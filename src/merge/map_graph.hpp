@@ -60,7 +60,6 @@ enum class Variables {
 /// then.
 bool optimize_maps(MapState& state, std::span<const std::size_t> sessions,
                    std::span<const LoopConstraint> loops, const GraphConfig& config,
-                   const PositionConfig& positions = {},
                    Variables variables = Variables::kAllKeyframes);
 
 /// True if no keyframe of `session` moved farther in its own frame than its odometry's drift

@@ -228,7 +228,7 @@ std::vector<PlacementEvaluator::Elsewhere> PlacementEvaluator::places_elsewhere(
   for (std::size_t k = 0; k < poses.size(); ++k) {
     const Pose& T_session_other = poses[k];
     const Eigen::Vector3d shift = T_session_other.translation - T_session_match.translation;
-    if (shift.norm() < aliasing.min_shift_m || shift.norm() > aliasing.max_shift_m) continue;
+    if (shift.norm() < AliasingConfig::kMinShiftM || shift.norm() > aliasing.max_shift_m) continue;
     if (placement.beyond.excludes(shift)) continue;
     Pose T_session_query = T_session_match * loop.T_match_query;
     T_session_query.translation += shift;
@@ -329,7 +329,7 @@ std::string PlacementEvaluator::find_repetition(const Placement& placement) {
 /// Storeys repeat each other but for what stands in them; a person, a height or more of the way
 /// must tell which one it is.
 std::string PlacementEvaluator::find_storeys(const Placement& placement) const {
-  if (placement.beyond.vertical_m < config_.positions.storey_m) return {};
+  if (placement.beyond.vertical_m < PositionConfig::kStoreyM) return {};
   std::vector<double> roofed;
   std::vector<double> changed;
   for (const std::size_t i : spread(placement.loops.size(), kLoopsMoved)) {
@@ -339,7 +339,7 @@ std::string PlacementEvaluator::find_storeys(const Placement& placement) const {
     changed.push_back(
         common_view(clouds_, loop.match, loop.query, loop.T_match_query, config_).contradiction);
   }
-  if (median(std::span(roofed)) < config_.aliasing.roofed_share) return {};
+  if (median(std::span(roofed)) < AliasingConfig::kRoofedShare) return {};
   const double change = median(std::span(changed));
   const bool is_changed = change >= config_.aliasing.changed_share;
   const bool may_repeat = !placement.competing.empty() || is_continued(placement);
@@ -440,8 +440,7 @@ std::vector<LoopCandidate> PlacementEvaluator::beside_each_other(
   }
   const SessionPath query_path(placed, config_.odometry);
   const SessionPath match_path({matches.begin(), matches.end()}, config_.odometry);
-  const double limit =
-      config_.acceptance.confirming_sigma_m * config_.acceptance.confirming_sigma_m;
+  const double limit = AcceptanceConfig::kConfirmingSigmaM * AcceptanceConfig::kConfirmingSigmaM;
   std::vector<LoopCandidate> pairs = find_radius_candidates(
       sessions_, query, match, std::move(placed), {matches.begin(), matches.end()}, config_);
   std::erase_if(pairs, [&](const LoopCandidate& pair) {

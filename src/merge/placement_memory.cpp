@@ -82,7 +82,7 @@ bool PlacementMemory::is_where(const Known& known, const Placement& placement) c
     return std::all_of(placement.loops.begin(), placement.loops.end(), [&](const auto& loop) {
       const Eigen::Vector3d& query =
           placement.T_query_session_keyframe[loop.query.keyframe].translation;
-      return (a * query - b * query).norm() <= config_.acceptance.confirming_sigma_m;
+      return (a * query - b * query).norm() <= AcceptanceConfig::kConfirmingSigmaM;
     });
   };
   const auto was_known = [&](const CompetingPlacement& other) {

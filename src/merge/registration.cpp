@@ -202,7 +202,7 @@ class Aligner {
 template <typename EndsAt>
 void approach(Aligner& aligner, const RegistrationConfig& config, const EndsAt& ends_at,
               RegistrationResult& result) {
-  double gate_m = config.coarse_correspondence_m;
+  double gate_m = RegistrationConfig::kCoarseCorrespondenceM;
   while (result.iterations < config.max_iterations && !ends_at(result.T_target_source)) {
     ++result.iterations;
     if (aligner.step(result.T_target_source, gate_m)) continue;

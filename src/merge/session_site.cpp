@@ -33,7 +33,7 @@ bool agree(const KnownPosition& a, const KnownPosition& b, const MapState& state
   const Eigen::Vector3d between = in_session(b) - in_session(a);
   const Eigen::Vector3d known = b.position - a.position;
   const double drift = path.variance(a.keyframe.keyframe, b.keyframe.keyframe).translation;
-  const double up = square(config.up_sigma_rad) * between.head<2>().squaredNorm();
+  const double up = square(PositionConfig::kUpSigmaRad) * between.head<2>().squaredNorm();
   double chi2 =
       square(known.z() - between.z()) / (square(a.sigma_z_m) + square(b.sigma_z_m) + drift + up);
   if (a.is_horizontal() && b.is_horizontal()) {
@@ -104,7 +104,7 @@ bool optimise_alone(MapState& placed, std::size_t session, std::span<const LoopC
                     const MergeConfig& config) {
   const std::size_t only[] = {session};
   for (int round = 0; round < kMaxRounds; ++round) {
-    if (!optimize_maps(placed, only, loops, config.graph, config.positions)) return false;
+    if (!optimize_maps(placed, only, loops, config.graph)) return false;
     const auto is_outlier = [&](const KnownPosition& position) {
       return position_chi2(position, position_residual(placed, position)) > config.positions.chi2;
     };
@@ -137,10 +137,10 @@ SessionPositions all_rejected(const std::vector<KnownPosition>& positions, const
 }  // namespace
 
 SessionSite::SessionSite(const MapState& placed, std::size_t session,
-                         std::vector<KnownPosition> used, const PositionConfig& config)
+                         std::vector<KnownPosition> used)
     : path_(placed.odometry[session].with_poses(placed.T_session_keyframe[session])),
       used_(std::move(used)),
-      up_variance_(square(config.up_sigma_rad)) {
+      up_variance_(square(PositionConfig::kUpSigmaRad)) {
   const Pose T_site_session = placed.T_map_site->inverse() * placed.T_map_session[session];
   for (const Pose& pose : placed.T_session_keyframe[session]) {
     T_site_keyframe_.push_back(T_site_session * pose);
@@ -210,7 +210,7 @@ SessionPositions choose_positions(const MapState& state, std::size_t session,
 }
 
 SiteComparison compare_with_sites(const LoopConstraint& loop, const SessionSite& query,
-                                  const SessionSite& match, const PositionConfig& config) {
+                                  const SessionSite& match) {
   SiteComparison comparison;
   const Pose& T_site_match = match.pose(loop.match.keyframe);
   const Eigen::Vector3d& between = loop.T_match_query.translation;
@@ -225,7 +225,7 @@ SiteComparison compare_with_sites(const LoopConstraint& loop, const SessionSite&
                                    covariance.topLeftCorner<2, 2>().trace() +
                                    match.heading_variance() * between.squaredNorm();
   comparison.variance.vertical = of_query.vertical + of_match.vertical + covariance(2, 2) +
-                                 square(config.up_sigma_rad) * between.squaredNorm();
+                                 square(PositionConfig::kUpSigmaRad) * between.squaredNorm();
   comparison.chi2 =
       comparison.discrepancy_m.head<2>().squaredNorm() / comparison.variance.horizontal +
       square(comparison.discrepancy_m.z()) / comparison.variance.vertical;
@@ -238,7 +238,7 @@ std::optional<double> set_contradiction_m(std::span<const LoopConstraint> loops,
   std::optional<SiteComparison> horizontal;
   std::optional<SiteComparison> vertical;
   for (const LoopConstraint& loop : loops) {
-    const SiteComparison found = compare_with_sites(loop, query, match, config);
+    const SiteComparison found = compare_with_sites(loop, query, match);
     if (!horizontal || found.variance.horizontal < horizontal->variance.horizontal) {
       horizontal = found;
     }
@@ -254,7 +254,7 @@ ExcludedBeyond excluded_beyond(std::span<const LoopConstraint> loops, const Sess
                                const SessionSite& match, const PositionConfig& config) {
   ExcludedBeyond beyond;
   for (const LoopConstraint& loop : loops) {
-    const SiteComparison found = compare_with_sites(loop, query, match, config);
+    const SiteComparison found = compare_with_sites(loop, query, match);
     beyond.horizontal_m =
         std::min(beyond.horizontal_m, found.discrepancy_m.head<2>().norm() +
                                           std::sqrt(config.chi2 * found.variance.horizontal));

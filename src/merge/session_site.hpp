@@ -26,8 +26,7 @@ struct SessionPositions {
 class SessionSite {
  public:
   /// `placed`: the session alone, optimised with these positions.
-  SessionSite(const MapState& placed, std::size_t session, std::vector<KnownPosition> used,
-              const PositionConfig& config);
+  SessionSite(const MapState& placed, std::size_t session, std::vector<KnownPosition> used);
 
   /// Pose of a keyframe, levelled keyframe frame to site frame.
   [[nodiscard]] const Pose& pose(std::size_t keyframe) const { return T_site_keyframe_[keyframe]; }
@@ -66,8 +65,7 @@ struct SiteComparison {
   double chi2 = 0.0;                                        ///< of what is known of it
 };
 [[nodiscard]] SiteComparison compare_with_sites(const LoopConstraint& loop,
-                                                const SessionSite& query, const SessionSite& match,
-                                                const PositionConfig& config);
+                                                const SessionSite& query, const SessionSite& match);
 
 /// How far off a set of consistent loops is, if it contradicts the positions: by those of its loops
 /// of whose place these know most, along the ground and in height. Odometry ties the others to

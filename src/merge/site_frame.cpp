@@ -128,8 +128,7 @@ double position_chi2(const KnownPosition& position, const Eigen::Vector3d& resid
 }
 
 SiteNode::SiteNode(const MapState& state, std::span<const std::size_t> sessions,
-                   std::span<const std::size_t> first_node, double cauchy_scale,
-                   const PositionConfig& config, PoseGraph& graph) {
+                   std::span<const std::size_t> first_node, double cauchy_scale, PoseGraph& graph) {
   const std::vector<KnownPosition> positions = positions_of(state, sessions);
   if (positions.empty()) return;
   // Coordinates may be large: about their centre, turns and shifts are apart.
@@ -142,8 +141,8 @@ SiteNode::SiteNode(const MapState& state, std::span<const std::size_t> sessions,
   graph.nodes.push_back({T_map_centre, anchor, false});
   node_ = prior + 1;
   Eigen::Matrix<double, 6, 1> sigma;
-  sigma << kSiteSigmaM, kSiteSigmaM, kSiteSigmaM, config.up_sigma_rad, config.up_sigma_rad,
-      kHeadingSigmaRad;
+  sigma << kSiteSigmaM, kSiteSigmaM, kSiteSigmaM, PositionConfig::kUpSigmaRad,
+      PositionConfig::kUpSigmaRad, kHeadingSigmaRad;
   const Matrix6d information = sigma.cwiseInverse().cwiseAbs2().asDiagonal();
   graph.edges.push_back({prior, *node_, Pose{}, information, 0.0});
   for (const KnownPosition& position : positions) {

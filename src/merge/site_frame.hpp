@@ -41,8 +41,7 @@ class SiteNode {
  public:
   /// Adds the site and its positions to the graph; nothing without positions.
   SiteNode(const MapState& state, std::span<const std::size_t> sessions,
-           std::span<const std::size_t> first_node, double cauchy_scale,
-           const PositionConfig& config, PoseGraph& graph);
+           std::span<const std::size_t> first_node, double cauchy_scale, PoseGraph& graph);
 
   /// After optimisation. Nothing without positions.
   [[nodiscard]] std::optional<Pose> T_map_site(const PoseGraph& graph) const;

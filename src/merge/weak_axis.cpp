@@ -14,7 +14,7 @@ namespace {
 // Of the overlap of the result, what a restart must reach to fit as well.
 constexpr double kFitsAsWell = 0.9;
 
-// A restart that has come so near the result, as a share of `probe_slip_m`, is back: registration
+// A restart that has come so near the result, as a share of `kProbeSlipM`, is back: registration
 // converges from much farther off, and the last iterations take the longest.
 constexpr double kBack = 0.2;
 
@@ -35,16 +35,16 @@ WeakAxis probe_weak_axis(const RegistrationCloud& target, const RegistrationClou
     return std::abs(weak.axis.dot(pose.translation - result.T_target_source.translation));
   };
   const auto is_back = [&](const Pose& pose) {
-    return slip_of(pose) <= kBack * config.probe_slip_m;
+    return slip_of(pose) <= kBack * RegistrationConfig::kProbeSlipM;
   };
   for (const double side : {-1.0, 1.0}) {
     Pose start = result.T_target_source;
-    start.translation += side * config.probe_m * weak.axis;
+    start.translation += side * RegistrationConfig::kProbeM * weak.axis;
     const Pose again = registered_pose(target, source, start, config, tilt_information, is_back);
     const double slip = slip_of(again);
     if (slip <= weak.slip_m) continue;
     // How well a restart fits matters only where it is far enough off.
-    if (slip > config.probe_slip_m &&
+    if (slip > RegistrationConfig::kProbeSlipM &&
         overlap_at(target, source, again) <
             kFitsAsWell * overlap_at(target, source, result.T_target_source)) {
       continue;

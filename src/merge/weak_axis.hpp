@@ -11,12 +11,12 @@ namespace unimapper::merge {
 /// What restarts of a registration on either side of its result found.
 struct WeakAxis {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< in the target's frame, of length one
-  /// How far along the axis a restart ended from the result, metres; beyond `probe_slip_m` only
+  /// How far along the axis a restart ended from the result, metres; beyond `kProbeSlipM` only
   /// where the clouds fit as well.
   double slip_m = 0.0;
 };
 
-/// Restarts a converged registration `probe_m` before and behind its result along the weakest axis
+/// Restarts a converged registration `kProbeM` before and behind its result along the weakest axis
 /// of its normal equations. Where surfaces hold the pose, both come back; in a smooth tunnel they
 /// stay, whatever the normal equations claim. Costs two registrations at most: one that comes back
 /// ends where it is near.

@@ -43,7 +43,7 @@ void BayesFilter::allocate(Arena& arena, const PipelineConfig& config) noexcept 
   free_space_ = config.free_space;
   log_odds_ = {EvidenceWeights::of(config.removal),
                in_thousandths(config.removal.confirmed_static_log_odds),
-               in_thousandths(config.removal.confirmed_dynamic_log_odds),
+               in_thousandths(RemovalConfig::kConfirmedDynamicLogOdds),
                in_thousandths(config.removal.log_odds_clamp), 0};
   log_odds_.store = std::min(std::max(log_odds_.clamp, log_odds_.confirmed_static), 30000);
   known_ = arena.allocate<Group>(1);

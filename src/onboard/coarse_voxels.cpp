@@ -90,12 +90,12 @@ void CoarseVoxels::find_plane(CoarseVoxel& voxel, const Eigen::Vector3f& corner)
   const float inverse = 1.0F / static_cast<float>(voxel.points);
   const Eigen::Vector3f mean = voxel.sum * inverse;
   voxel.mean = corner + mean;
-  if (voxel.points < config_.plane_min_points) return;
+  if (voxel.points < VoxelConfig::kPlaneMinPoints) return;
   const Eigen::Matrix3f covariance = voxel.squares * inverse - mean * mean.transpose();
   const SymmetricEigen<float> eigen = symmetric_eigen<float>(covariance);
   // Points on a line lie in every plane through it: the normal would be arbitrary.
-  const bool is_line = eigen.values(1) < config_.plane_max_eigenvalue_m2;
-  if (is_line || eigen.values(0) >= config_.plane_max_eigenvalue_m2) return;
+  const bool is_line = eigen.values(1) < VoxelConfig::kPlaneMaxEigenvalueM2;
+  if (is_line || eigen.values(0) >= VoxelConfig::kPlaneMaxEigenvalueM2) return;
   voxel.plane = true;
   voxel.normal = eigen.vectors.col(0);
   voxel.flatness = eigen.values(0) / eigen.values(1);

@@ -62,7 +62,7 @@ std::uint32_t find_ground(const GroundConfig& config, float voxel_size_m,
                           const Eigen::Vector3f& sensor_m,
                           FixedHashMap<CoarseVoxel>& voxels) noexcept {
   const auto min_up = static_cast<float>(cos_deg(config.max_tilt_deg));
-  const auto depth = static_cast<std::int32_t>(config.below_depth_m / voxel_size_m + 0.5F);
+  const auto depth = static_cast<std::int32_t>(GroundConfig::kBelowDepthM / voxel_size_m + 0.5F);
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < voxels.size(); ++i) {
     CoarseVoxel& voxel = voxels[i];

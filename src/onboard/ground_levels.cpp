@@ -23,7 +23,7 @@ bool lies_above(const CoarseVoxel& upper, const CoarseVoxel& lower, float step_m
 void GroundLevels::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   step_m_ = config.ground.elevated_step_m;
   const float size_m = config.voxel.coarse_size_m;
-  reach_ = static_cast<std::int32_t>(config.ground.elevated_reach_m / size_m + 0.5F);
+  reach_ = static_cast<std::int32_t>(GroundConfig::kElevatedReachM / size_m + 0.5F);
   // A keyframe's grid begins where its first scan was taken; what lies farther out is not tested.
   constexpr std::int32_t kMostColumns = 256;
   const auto half = static_cast<std::int32_t>(config.keyframe.range_max_m / size_m) + 8;

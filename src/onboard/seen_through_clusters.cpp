@@ -11,8 +11,8 @@ namespace unimapper::onboard {
 void SeenThroughClusters::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   fewest_ = config.removal.cluster_cells;
   lowest_ =
-      static_cast<std::int32_t>(config.removal.cluster_height_m / config.voxel.fine_size_m + 0.5F);
-  least_ = in_thousandths(config.removal.cluster_log_odds);
+      static_cast<std::int32_t>(RemovalConfig::kClusterHeightM / config.voxel.fine_size_m + 0.5F);
+  least_ = in_thousandths(RemovalConfig::kClusterLogOdds);
   against_ = in_thousandths(config.removal.log_odds_weakly_occupied);
   seen_through_ = arena.allocate<std::uint64_t>(fewest_ > 0 ? config.voxel.max_blocks() : 0);
 }

@@ -138,7 +138,7 @@ TEST_CASE("What is flat is no object", "[changes]") {
 
 TEST_CASE("What its own session saw through moved: no object", "[changes]") {
   const MapConfig config;
-  REQUIRE(config.object_seen_through == 0.22F);
+  REQUIRE(MapConfig::kObjectSeenThrough == 0.22F);
   CHECK(group_changes(car({0, 0, 0}, Presence::kFree, {2, 8}), config).size() == 1);
   CHECK(group_changes(car({0, 0, 0}, Presence::kFree, {3, 7}), config).empty());
 }

@@ -188,10 +188,11 @@ TEST_CASE("Three loops connect two maps, two do not unless both overlap strongly
   CHECK(two.state == PairState::kRefused);
   CHECK(two.reason == "too few consistent loops: 2 of 2");
 
-  CHECK(inter_session_consistency(true_loops(path, {2, 10}, config.strong_overlap), path, path,
-                                  config)
+  CHECK(inter_session_consistency(true_loops(path, {2, 10}, AcceptanceConfig::kStrongOverlap), path,
+                                  path, config)
             .state == PairState::kConfirmed);
-  std::vector<LoopConstraint> one_weak = true_loops(path, {2, 10}, config.strong_overlap);
+  std::vector<LoopConstraint> one_weak =
+      true_loops(path, {2, 10}, AcceptanceConfig::kStrongOverlap);
   one_weak[1].overlap -= 0.01;
   CHECK(inter_session_consistency(one_weak, path, path, config).reason ==
         "too few consistent loops: 2 of 2");
@@ -345,7 +346,7 @@ TEST_CASE("Span and spacing shrink with what the keyframes see, down to a floor"
   CHECK(scale(config.full_extent_m) == 1.0);
   CHECK(scale(10.0 * config.full_extent_m) == 1.0);
   CHECK(scale(0.5 * config.full_extent_m) == Approx(0.5));
-  CHECK(scale(0.01) == Approx(config.smallest_scale));
+  CHECK(scale(0.01) == Approx(AcceptanceConfig::kSmallestScale));
   // Unknown is far.
   CHECK(scale(0.0) == 1.0);
   AcceptanceConfig off = config;

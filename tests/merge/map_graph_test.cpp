@@ -121,8 +121,7 @@ TEST_CASE("Many sessions solved at their loop ends lie where all of their keyfra
   }
   const auto solve = [&](Variables variables) {
     MapState state = start;
-    REQUIRE(
-        optimize_maps(state, sessions, scene.loops, GraphConfig{}, PositionConfig{}, variables));
+    REQUIRE(optimize_maps(state, sessions, scene.loops, GraphConfig{}, variables));
     CHECK(state.T_map_session[2].translation == start.T_map_session[2].translation);
     return state;
   };

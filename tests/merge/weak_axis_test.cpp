@@ -62,8 +62,8 @@ TEST_CASE("Along a smooth tunnel a restarted registration stays where it starts"
   const RegistrationConfig config;
   const Probed smooth = probe(false);
   CHECK(std::abs(smooth.weak.axis.x()) > 0.99);
-  CHECK(smooth.weak.slip_m > config.probe_slip_m);
-  CHECK(smooth.weak.slip_m < config.probe_m + 0.5);
+  CHECK(smooth.weak.slip_m > RegistrationConfig::kProbeSlipM);
+  CHECK(smooth.weak.slip_m < RegistrationConfig::kProbeM + 0.5);
 
   const Matrix6d covariance = weakened(smooth.result.information, smooth.weak.axis).inverse();
   CHECK(std::sqrt(covariance(0, 0)) == Approx(kFreeAxisSigmaM).epsilon(0.05));

@@ -44,7 +44,7 @@ TEST_CASE("thresholds are the same for all spinning sensors, and for all others"
   const auto thresholds = [](PipelineConfig config) {
     return std::tuple(config.ground.margin_m, config.free_space.images_per_keyframe,
                       config.free_space.min_returns, config.free_space.range_margin_m,
-                      config.ground.elevated_step_m, config.ground.elevated_reach_m,
+                      config.ground.elevated_step_m, GroundConfig::kElevatedReachM,
                       config.ground.seen_through_share, config.ground.propagation_voxels,
                       config.removal.log_odds_free, config.removal.log_odds_occupied,
                       config.removal.component_dynamic_share, config.removal.persistence_share);

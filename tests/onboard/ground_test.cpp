@@ -101,7 +101,7 @@ TEST_CASE("lower ground is looked for as far as configured") {
   // Five voxels from floor to floor, and six.
   for (const float x : {10.0F, 12.0F}) {
     Stages stages;
-    REQUIRE(stages.config.ground.elevated_reach_m == 10.0F);
+    REQUIRE(GroundConfig::kElevatedReachM == 10.0F);
     REQUIRE(stages.config.voxel.coarse_size_m == 2.0F);
     std::vector<Eigen::Vector3f> points;
     add_floor(points, 0.0F, 2.0F, 0.0F, 2.0F, 0.1F);

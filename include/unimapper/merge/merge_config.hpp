@@ -48,15 +48,18 @@ struct RegistrationConfig {
   std::uint32_t max_points = 12000;
   std::uint32_t max_source_points = 4000;
   float submap_radius_m = 50.0F;
-  float coarse_correspondence_m = 2.5F;
+  /// Largest correspondence distance of the first stage, metres.
+  static constexpr float kCoarseCorrespondenceM = 2.5F;
   float fine_correspondence_m = 1.0F;
   std::uint32_t max_iterations = 24;
   double plane_sigma_m = 0.03;
   double correlated_points = 30.0;
   double sigma_floor_m = 0.08;
   double sigma_floor_rad = 0.006;
-  double probe_m = 1.5;
-  double probe_slip_m = 0.5;
+  /// So far along its weakest axis the registration of a loop is started again, either way, metres.
+  static constexpr double kProbeM = 1.5;
+  /// A loop says nothing along its weakest axis if a restart that fits ends farther off, metres.
+  static constexpr double kProbeSlipM = 0.5;
 };
 
 template <std::same_as<RegistrationConfig> C>
@@ -76,8 +79,6 @@ consteval auto parameters_of(const C*) {
                                        "Points of a source that are aligned."),
       parameter<&C::submap_radius_m>("[5, 300]", "m", "choice",
                                      "Points farther from the keyframe are left out."),
-      parameter<&C::coarse_correspondence_m>("[0.1, 20]", "m", "choice",
-                                             "Largest correspondence distance of the first stage."),
       parameter<&C::fine_correspondence_m>("[0.1, 20]", "m", "choice",
                                            "Largest correspondence distance of the last stage."),
       parameter<&C::max_iterations>("[1, 200]", "", "choice",
@@ -89,13 +90,7 @@ consteval auto parameters_of(const C*) {
           "Neighbouring points repeat each other's errors: so many count as one observation."),
       parameter<&C::sigma_floor_m>("[0.001, 10]", "m", "choice",
                                    "No loop is known better than this."),
-      parameter<&C::sigma_floor_rad>("[0.0001, 1]", "rad", "choice", "The same for its rotation."),
-      parameter<&C::probe_m>(
-          "[0.1, 10]", "m", "measured",
-          "So far along its weakest axis the registration of a loop is started again, either way."),
-      parameter<&C::probe_slip_m>("[0.01, 10]", "m", "measured",
-                                  "It is weak there if a restart that fits ends farther off: "
-                                  "then the loop says nothing along that axis."));
+      parameter<&C::sigma_floor_rad>("[0.0001, 1]", "rad", "choice", "The same for its rotation."));
 }
 
 /// Where loop candidates come from and when their geometry is verified.
@@ -145,15 +140,19 @@ struct AcceptanceConfig {
   std::uint32_t min_loops = 3;
   double min_span_m = 20.0;
   std::uint32_t min_strong_loops = 2;
-  double strong_overlap = 0.7;
+  /// Overlap of a loop, 0 to 1, from which on it is a strong one.
+  static constexpr double kStrongOverlap = 0.7;
   double margin = 2.0;
   double sufficient_margin = 4.0;
   double distinct_m = 2.0;
   double place_span_m = 100.0;
   double vote_sigma_m = 1.0;
-  double confirming_sigma_m = 1.0;
+  /// Two loops within a session confirm each other if odometry between them is as sure (standard
+  /// deviation, metres). Keyframes of two sessions are compared as far from a loop.
+  static constexpr double kConfirmingSigmaM = 1.0;
   double full_extent_m = 40.0;
-  double smallest_scale = 0.4;
+  /// Spans and distances of small maps shrink to no less than this share.
+  static constexpr double kSmallestScale = 0.4;
   double loop_chi2 = 22.5;
 };
 
@@ -168,7 +167,6 @@ consteval auto parameters_of(const C*) {
       parameter<&C::min_span_m>("[0, 1000]", "m", "choice", "Path they span in both maps."),
       parameter<&C::min_strong_loops>("[2, 100]", "loops", "choice",
                                       "So many are enough when all overlap strongly."),
-      parameter<&C::strong_overlap>("[0, 1]", "", "choice", "What overlapping strongly means."),
       parameter<&C::margin>("[1, 100]", "", "choice",
                             "Consistency set over the largest competing set,"),
       parameter<&C::sufficient_margin>(
@@ -184,54 +182,52 @@ consteval auto parameters_of(const C*) {
       parameter<&C::vote_sigma_m>(
           "[0.01, 100]", "m", "choice",
           "A loop knows the position along a direction if its standard deviation is smaller."),
-      parameter<&C::confirming_sigma_m>(
-          "[0.01, 100]", "m", "choice",
-          "Two loops within a session confirm each other if odometry between them is as sure; "
-          "keyframes of two sessions are compared as far from a loop."),
       parameter<&C::full_extent_m>(
           "[0, 1000]", "m", "measured",
           "Where keyframes of both maps see less far (radius within which 95 % of their static "
           "cells lie), min_span_m, distinct_m and place_span_m are shorter in proportion; 0: "
           "never."),
-      parameter<&C::smallest_scale>("[0.01, 1]", "", "measured",
-                                    "They shrink to no less than this share."),
       parameter<&C::loop_chi2>("[1, 1000]", "", "choice",
                                "A loop beyond this after optimisation is rejected."));
 }
 
 /// Search for perceptual aliasing before two maps are merged.
 struct AliasingConfig {
-  double min_shift_m = 4.0;
+  /// To see whether a place repeats, loops are moved to keyframes of the same map at least so far
+  /// away, metres.
+  static constexpr double kMinShiftM = 4.0;
   double max_shift_m = 60.0;
   double alike_share = 0.8;
-  double roofed_share = 0.5;
+  /// A place is below a ceiling if this share of its ground has structure above it.
+  static constexpr double kRoofedShare = 0.5;
   double changed_share = 0.08;
 };
 
 template <std::same_as<AliasingConfig> C>
 consteval auto parameters_of(const C*) {
   return parameter_table(
-      parameter<&C::min_shift_m>("[1, 100]", "m", "measured",
-                                 "Loops are moved to keyframes of the same map at least so far,"),
-      parameter<&C::max_shift_m>("[1, 1000]", "m", "measured", "and at most so far away."),
+      parameter<&C::max_shift_m>(
+          "[1, 1000]", "m", "measured",
+          "Loops are moved to keyframes of the same map at most so far away."),
       parameter<&C::alike_share>("[0.1, 2]", "", "measured",
                                  "They fit there as well if of the structure facing the shift this "
                                  "share coincides, of what coincides here."),
-      parameter<&C::roofed_share>(
-          "[0, 1]", "", "measured",
-          "A place is below a ceiling if this share of its ground has structure above it;"),
       parameter<&C::changed_share>(
           "[0, 1]", "", "measured",
-          "it may be another storey if this share of the structure lies in the other's free space, "
+          "A place below a ceiling may be another storey if this share of the structure lies in "
+          "the other's free space, "
           "and the geometric mean of that and of what stands in one session alone is as large."));
 }
 
 /// Known positions of keyframes (docs/design/known-positions.md).
 struct PositionConfig {
   double chi2 = 16.27;
-  double up_sigma_rad = 0.01;
+  /// How well the map's up is known without positions, radians.
+  static constexpr double kUpSigmaRad = 0.01;
   double heading_sigma_rad = 0.1;
-  double storey_m = 2.2;
+  /// Storeys are at least so far above each other, metres: heights that are known better say which
+  /// one it is.
+  static constexpr double kStoreyM = 2.2;
 };
 
 template <std::same_as<PositionConfig> C>
@@ -240,14 +236,9 @@ consteval auto parameters_of(const C*) {
       parameter<&C::chi2>("[1, 1000]", "", "99.9 % of chi square with 3 degrees of freedom",
                           "A position, and a loop between sessions with positions, agrees with the "
                           "others up to this chi square."),
-      parameter<&C::up_sigma_rad>("[0.0001, 1]", "rad", "choice",
-                                  "How well the map's up is known without positions."),
       parameter<&C::heading_sigma_rad>("[0.001, 3]", "rad", "choice",
                                        "The heading counts as known from positions up to this "
-                                       "standard deviation."),
-      parameter<&C::storey_m>("[0.5, 100]", "m", "choice",
-                              "Storeys are at least so far above each other: heights that are "
-                              "known better say which one it is."));
+                                       "standard deviation."));
 }
 
 /// Pose graph optimisation.
@@ -383,7 +374,9 @@ struct MapConfig {
   std::uint32_t min_cluster = 20;
   float changed_share = 0.5F;
   float min_object_height_m = 0.4F;
-  float object_seen_through = 0.22F;
+  /// If more than this share of its own session's observations saw through an object, it
+  /// moved or lets rays through.
+  static constexpr float kObjectSeenThrough = 0.22F;
 };
 
 template <std::same_as<MapConfig> C>
@@ -408,11 +401,7 @@ consteval auto parameters_of(const C*) {
           "Of a changed object's points about which the other session knows "
           "anything, this share has changed."),
       parameter<&C::min_object_height_m>("[0, 10]", "m", "choice",
-                                         "Lower objects are none: kerbs, lines on the ground."),
-      parameter<&C::object_seen_through>(
-          "[0, 1]", "", "measured",
-          "If more than this share of its own session's observations saw through an object, it "
-          "moved or lets rays through."));
+                                         "Lower objects are none: kerbs, lines on the ground."));
 }
 
 /// Parameters of the merger.

@@ -84,8 +84,10 @@ consteval auto parameters_of(const C*) {
 struct VoxelConfig {
   float fine_size_m = kFineCellSizeM;
   float coarse_size_m = kCoarseVoxelSizeM;
-  float plane_max_eigenvalue_m2 = 0.01F;
-  std::uint32_t plane_min_points = 10;
+  /// A coarse voxel is planar if its smallest eigenvalue is below this, square metres (STD).
+  static constexpr float kPlaneMaxEigenvalueM2 = 0.01F;
+  /// A coarse voxel with fewer points is not planar (STD).
+  static constexpr std::uint32_t kPlaneMinPoints = 10;
   std::uint32_t max_cells = 1U << 18U;
   std::uint32_t max_window_blocks = 98304;
   std::uint32_t max_voxels = 1U << 15U;
@@ -108,11 +110,6 @@ consteval auto parameters_of(const C*) {
       parameter<&C::coarse_size_m>("[0.5, 8]", "m", "paper",
                                    "L_c: edge of a coarse voxel, of removal, description and loop "
                                    "search alike; a whole multiple (2 to 64) of the fine size."),
-      parameter<&C::plane_max_eigenvalue_m2>("[1e-9, 1]", "m²", "STD",
-                                             "A coarse voxel is planar if its smallest eigenvalue "
-                                             "is below this,"),
-      parameter<&C::plane_min_points>("[3, 10000]", "points", "STD",
-                                      "and if it holds at least this many."),
       parameter<&C::max_cells>("[64, 8388608]", "cells", "sensor",
                                "Capacity: occupied fine cells of one keyframe."),
       parameter<&C::max_window_blocks>("[16, 4194304]", "blocks", "sensor",
@@ -127,11 +124,13 @@ consteval auto parameters_of(const C*) {
 struct GroundConfig {
   float max_tilt_deg = 30.0F;
   float margin_m = 0.05F;
-  float below_depth_m = 12.0F;
+  /// A plane with points at most this far below it is a roof or a canopy, metres.
+  static constexpr float kBelowDepthM = 12.0F;
   bool own_plane_first = true;
   std::uint32_t propagation_voxels = 1;
   float elevated_step_m = 0.2F;
-  float elevated_reach_m = 10.0F;
+  /// How far away ground is looked for that is lower than a ground voxel, metres.
+  static constexpr float kElevatedReachM = 10.0F;
   float seen_through_share = EvidenceDefaults::kSeenThroughShare;
   float foot_height_m = kFootHeightM;
   float align_noise_deg = 0.15F;
@@ -147,9 +146,6 @@ consteval auto parameters_of(const C*) {
                                   "theta_A: ground normals lean at most this far from up."),
       parameter<&C::margin_m>("[-0.5, 1]", "m", "measured; paper: 0.1",
                               "m_th: points lower than this above the ground plane are ground."),
-      parameter<&C::below_depth_m>("[0, 100]", "m", "choice; paper: any depth",
-                                   "A plane with points at most this far below it is a roof or a "
-                                   "canopy, not ground."),
       parameter<&C::own_plane_first>("measured; paper: false",
                                      "Ground voxels are split by their own plane instead of the "
                                      "average with their neighbours', which would turn the "
@@ -159,11 +155,9 @@ consteval auto parameters_of(const C*) {
                                         "from. 2, as preset for spinning sensors, finds the road "
                                         "below what drove past, where nothing is flat any more."),
       parameter<&C::elevated_step_m>("0 or [0.1, 2]", "m", "measured; paper: off",
-                                     "Ground at least so much above ground within "
-                                     "elevated_reach_m is none: what a moving vehicle leaves "
+                                     "Ground at least so much above ground within 10 m "
+                                     "is none: what a moving vehicle leaves "
                                      "behind can be as flat as a road; 0: off."),
-      parameter<&C::elevated_reach_m>("[2, 50]", "m", "measured",
-                                      "How far away lower ground is looked for."),
       parameter<&C::seen_through_share>("[0, 1]", "", "measured; paper: off",
                                         "Ground of which at least this share was seen through is "
                                         "none: where a sensor hardly sees the ground, the roof of "
@@ -282,10 +276,14 @@ struct RemovalConfig {
   float component_static_share = EvidenceDefaults::kComponentStaticShare;
   float confirmed_static_log_odds = EvidenceDefaults::kConfirmedStaticLogOdds;
   bool confirmed_static_connects = false;
-  float confirmed_dynamic_log_odds = 2.0F;
+  /// Cells at or above this log-odds stay dynamic whatever their component is: a walker in
+  /// front of what was never seen before does not belong to it.
+  static constexpr float kConfirmedDynamicLogOdds = 2.0F;
   std::uint32_t cluster_cells = 12;
-  float cluster_height_m = 1.0F;
-  float cluster_log_odds = 0.3F;
+  /// Least height of a cluster of dynamic cells: false evidence on walls is scattered, metres.
+  static constexpr float kClusterHeightM = 1.0F;
+  /// Least log-odds of each cell of such a cluster.
+  static constexpr float kClusterLogOdds = 0.3F;
   float pole_width_m = 0.06F;
   float persistence_share = 0.3F;
   bool final_labels = true;
@@ -340,21 +338,11 @@ consteval auto parameters_of(const C*) {
           "one, unless they were proven dynamic in the keyframe before. Preset for "
           "patterns that do not repeat, whose static cells are seen through in "
           "patches."),
-      parameter<&C::confirmed_dynamic_log_odds>("[0.001, 1000]", "", "measured",
-                                                "Cells at or above this log-odds stay dynamic "
-                                                "whatever their component is: a walker in front of "
-                                                "what was never seen before does not belong to "
-                                                "it."),
       parameter<&C::cluster_cells>("[0, 1000000]", "cells", "measured",
                                    "So many connected cells that are dynamic by their own "
                                    "evidence stay dynamic whatever their component is, with "
                                    "what touches them and has hardly any evidence against it; "
                                    "0: off."),
-      parameter<&C::cluster_height_m>("[0, 100]", "m", "measured",
-                                      "Least height of such a cluster: false evidence on walls is "
-                                      "scattered."),
-      parameter<&C::cluster_log_odds>("[0, 10]", "", "measured",
-                                      "Least log-odds of each of its cells."),
       parameter<&C::pole_width_m>("[0, 1]", "m", "measured",
                                   "What is no wider than two cells, or higher than a person and "
                                   "slender, may be a pole as thin as this. Where rays of a ring "
