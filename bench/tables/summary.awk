@@ -1,6 +1,6 @@
 # Summary of the tables of docs/results.md, as Markdown: -v table=removal|places|times
 #
-# README.md shows what this prints, so its figures are those of the runs that wrote the tables.
+# README.md and the summary of docs/results.md show what this prints: figures of the runs that wrote the tables.
 
 # number(cell, k): the k-th figure of "99.65 / 93.42 / 96.47".
 function number(text, k,   parts) { split(text, parts, "/"); return parts[k] + 0 }
