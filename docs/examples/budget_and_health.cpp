@@ -1,4 +1,4 @@
-// Budget and health: a time limit per keyframe, and what was left out or refused.
+// Budget and health: a time limit for calls, and what was dropped or refused.
 #include <cstdio>
 #include <ctime>
 #include <unimapper/onboard/events.hpp>
@@ -17,7 +17,7 @@ int main() {
   EventRing* const events = EventRing::create(64, memory).value();  // read by any one thread
   PipelineConfig config = preset(SensorKind::kVlp16);
   config.clock_ns = monotonic_ns;
-  config.budget_us = 50'000;  // beyond it, work is left out in the order of `Shed` and counted
+  config.budget_us = 50'000;  // calls that take longer are counted
   config.events = events;
   OwnedPipeline pipeline(config);
   if (!pipeline) return std::puts(pipeline.error().message), 1;
@@ -28,9 +28,8 @@ int main() {
   (void)pipeline->flush();
 
   const KeyframeStatistics& health = *pipeline->keyframe().statistics;
-  std::printf("%.0f us, %s; %u cells left static to meet it\n",
-              static_cast<double>(health.microseconds(Stage::kTotal)),
-              health.deadline_missed ? "late" : "in time", health.shed_of(Shed::kFarCells));
+  std::printf("%.0f us, %s\n", static_cast<double>(health.microseconds(Stage::kTotal)),
+              health.deadline_missed ? "late" : "in time");
   for (std::size_t i = 0; i < kCapacities; ++i)
     std::printf("%s: %lu of %lu\n", capacity_name(static_cast<Capacity>(i)).data(),
                 static_cast<unsigned long>(health.capacity[i].used),

@@ -58,7 +58,7 @@ static_assert(same(Computer::kServer, UM_COMPUTER_SERVER) &&
 static_assert(same(EventId::kKeyframeClosed, UM_EVENT_KEYFRAME_CLOSED) &&
               same(EventId::kScanRefused, UM_EVENT_SCAN_REFUSED) &&
               same(EventId::kPoseJump, UM_EVENT_POSE_JUMP) &&
-              same(EventId::kDropped, UM_EVENT_DROPPED) && same(EventId::kShed, UM_EVENT_SHED) &&
+              same(EventId::kDropped, UM_EVENT_DROPPED) &&
               same(EventId::kDeadlineMissed, UM_EVENT_DEADLINE_MISSED) &&
               same(EventId::kUpContradicted, UM_EVENT_UP_CONTRADICTED) &&
               same(EventId::kSamplingDiffers, UM_EVENT_SAMPLING_DIFFERS) &&
@@ -82,20 +82,17 @@ static_assert(same(Capacity::kPointsPerScan, UM_CAPACITY_POINTS_PER_SCAN) &&
               same(Capacity::kVoxels, UM_CAPACITY_VOXELS) &&
               same(Capacity::kBlocks, UM_CAPACITY_BLOCKS) &&
               same(Capacity::kPlaces, UM_CAPACITY_PLACES));
-static_assert(same(Shed::kSearch, UM_SHED_SEARCH) && same(Shed::kInsertion, UM_SHED_INSERTION) &&
-              same(Shed::kDescription, UM_SHED_DESCRIPTION) &&
-              same(Shed::kFarCells, UM_SHED_FAR_CELLS));
 
 // The layout programs were compiled against, the same on 32 and 64 bits where no pointer is in it.
 static_assert(sizeof(um_pose) == 96 && sizeof(um_scan) == 112 && sizeof(um_cell) == 16 &&
               sizeof(um_keypoint) == 40 && sizeof(um_plane) == 24 && sizeof(um_loop) == 128);
-static_assert(sizeof(um_statistics) == 544 && offsetof(um_statistics, dropped) == 56 &&
+static_assert(sizeof(um_statistics) == 512 && offsetof(um_statistics, dropped) == 56 &&
               offsetof(um_statistics, capacity) == 184 &&
-              offsetof(um_statistics, stage_us) == 440 && offsetof(um_statistics, shed) == 504 &&
-              offsetof(um_statistics, removal_range_m) == 536);
-static_assert(offsetof(um_keyframe, statistics) == 112 && offsetof(um_keyframe, scans) == 656);
+              offsetof(um_statistics, stage_us) == 440 &&
+              offsetof(um_statistics, attitude_noise_deg) == 504);
+static_assert(offsetof(um_keyframe, statistics) == 112 && offsetof(um_keyframe, scans) == 624);
 static_assert(sizeof(um_input) == 52);
-static_assert(kDropCauses <= 16 && kStages <= 16 && kCapacities <= 16 && kSheds <= 8);
+static_assert(kDropCauses <= 16 && kStages <= 16 && kCapacities <= 16);
 
 um_statistics to_c(const KeyframeStatistics& from) noexcept {
   um_statistics to{};
@@ -109,11 +106,9 @@ um_statistics to_c(const KeyframeStatistics& from) noexcept {
   to.ground_voxels = from.ground_voxels;
   to.components = from.components;
   to.deadline_missed = from.deadline_missed ? 1 : 0;
-  to.removal_range_m = from.removal_range_m;
   to.attitude_noise_deg = from.attitude_noise_deg;
   std::copy(from.dropped.begin(), from.dropped.end(), to.dropped);
   std::copy(from.stage_us.begin(), from.stage_us.end(), to.stage_us);
-  std::copy(from.shed.begin(), from.shed.end(), to.shed);
   for (std::size_t i = 0; i < kCapacities; ++i) {
     to.capacity[i] = {from.capacity[i].used, from.capacity[i].capacity};
   }

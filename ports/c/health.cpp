@@ -15,7 +15,6 @@ void add_keyframe(um_health& health, const KeyframeStatistics& keyframe) noexcep
   health.points_dynamic += keyframe.points_dynamic;
   health.deadline_misses += keyframe.deadline_missed ? 1 : 0;
   for (std::size_t i = 0; i < kDropCauses; ++i) health.dropped[i] += keyframe.dropped[i];
-  for (std::size_t i = 0; i < kSheds; ++i) health.shed[i] += keyframe.shed[i];
   for (std::size_t i = 0; i < kStages; ++i) {
     health.longest_stage_us[i] = std::max(health.longest_stage_us[i], keyframe.stage_us[i]);
   }

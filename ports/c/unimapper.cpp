@@ -387,8 +387,5 @@ const char* um_stage_name(std::uint32_t stage) {
 const char* um_capacity_name(std::uint32_t capacity) {
   return capacity < kCapacities ? text_of(capacity_name(static_cast<Capacity>(capacity))) : nullptr;
 }
-const char* um_shed_name(std::uint32_t shed) {
-  return shed < kSheds ? text_of(shed_name(static_cast<Shed>(shed))) : nullptr;
-}
 
 }  // extern "C"

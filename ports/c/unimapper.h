@@ -134,8 +134,7 @@ typedef struct um_config {
   uint32_t loop_search_max_places;       /**< loop_search.max_places */
   float loop_search_accept_confidence;   /**< loop_search.accept_confidence */
   /** budget_us: longest that a call may take. With the parameter `deferred` what does not fit is
-   * done later; otherwise it holds for calls that close a keyframe, and what does not fit is left
-   * out in the order of enum um_shed and counted. Needs clock_ns; 0 = off. */
+   * done later. A call that takes longer all the same is counted. Needs clock_ns; 0 = off. */
   uint32_t budget_us;
 } um_config;
 
@@ -374,19 +373,10 @@ enum um_capacity_kind {
   UM_CAPACITY_PLACES = 4
 };
 
-/** What is skipped to meet the deadline, in this order; indices of um_statistics.shed. */
-enum um_shed {
-  UM_SHED_SEARCH = 0,      /**< 1: no loops were looked for */
-  UM_SHED_INSERTION = 1,   /**< 1: the place was not stored */
-  UM_SHED_DESCRIPTION = 2, /**< 1: no keypoints and no planes */
-  UM_SHED_FAR_CELLS = 3    /**< cells left static without classification, the farthest first */
-};
-
 /** Names for log files, e.g. "out_of_range"; null for a number that stands for nothing. */
 UM_API const char* um_drop_cause_name(uint32_t cause);
 UM_API const char* um_stage_name(uint32_t stage);
 UM_API const char* um_capacity_name(uint32_t capacity);
-UM_API const char* um_shed_name(uint32_t shed);
 
 /** Fill of a fixed-capacity container. */
 typedef struct um_capacity {
@@ -405,13 +395,12 @@ typedef struct um_statistics {
   uint32_t voxels;          /**< occupied coarse voxels */
   uint32_t ground_voxels;   /**< of these, with a ground plane */
   uint32_t components;      /**< connected obstacles */
-  uint32_t deadline_missed; /**< 1 if it took longer than budget_us all the same */
+  uint32_t deadline_missed; /**< 1 if it took longer than budget_us */
   uint64_t dropped[16];     /**< by enum um_drop_cause */
   um_capacity capacity[16]; /**< by enum um_capacity_kind */
   float stage_us[16];       /**< by enum um_stage, microseconds; 0 without a clock */
-  uint32_t shed[8];         /**< by enum um_shed */
-  float removal_range_m; /**< cells beyond it were left static without classification; 0 = none */
   float attitude_noise_deg; /**< as in um_input */
+  uint32_t reserved;        /**< 0 */
 } um_statistics;
 
 /** What the scans tell of the sensor and of the poses that came with them; docs/limits.md says what
@@ -592,7 +581,6 @@ typedef struct um_health {
   uint64_t deadline_misses;   /**< keyframes that took longer than budget_us */
   uint64_t dropped[16];       /**< by enum um_drop_cause */
   um_capacity fullest[16];    /**< by enum um_capacity_kind: highest fill of any keyframe */
-  uint64_t shed[8];           /**< by enum um_shed */
   float longest_stage_us[16]; /**< by enum um_stage; 0 without a clock */
 } um_health;
 
@@ -633,7 +621,6 @@ enum um_event_id {
   UM_EVENT_SCAN_REFUSED = 2,    /**< um_status, scan index */
   UM_EVENT_POSE_JUMP = 3,       /**< scan index */
   UM_EVENT_DROPPED = 4,         /**< enum um_drop_cause, count, sequence of the keyframe */
-  UM_EVENT_SHED = 5,            /**< enum um_shed, count, sequence of the keyframe */
   UM_EVENT_DEADLINE_MISSED = 6, /**< microseconds taken, budget, sequence of the keyframe */
   /** The scene contradicts odometry.up_sigma_deg: tilt of the odometry's z axis and the promised
    *  sigma in 1/1000 degree, sequence of the keyframe. */

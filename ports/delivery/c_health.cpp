@@ -28,10 +28,6 @@ wire::HealthMessage to_message(const um_health& health) {
     message.containers.push_back(
         {std::string(capacity_name(capacity)), fullest.used, fullest.capacity});
   }
-  for (std::size_t i = 0; i < kSheds; ++i) {
-    const auto shed = static_cast<Shed>(i);
-    message.sheds.push_back({std::string(shed_name(shed)), health.shed[i]});
-  }
   return message;
 }
 

@@ -57,9 +57,6 @@ std::string what_happened(const EventRecord& record) {
     case EventId::kDropped:
       return "keyframe " + number(2) + ": " + number(1) + " dropped, " +
              name(&drop_cause_name, kDropCauses, record.values[0]);
-    case EventId::kShed:
-      return "keyframe " + number(2) + ": " + name(&shed_name, kSheds, record.values[0]) +
-             " skipped to meet the deadline (" + number(1) + ")";
     case EventId::kDeadlineMissed:
       return "keyframe " + number(2) + ": deadline missed, " + number(0) + " us of " + number(1);
     case EventId::kUpContradicted:

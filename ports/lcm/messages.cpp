@@ -74,9 +74,7 @@ bool health_adds_up(Bytes bytes) {
   const std::uint32_t containers = get_list_length(in);
   skip_texts(in, containers);
   in.skip(std::uint64_t{2} * 8 * containers);
-  const std::uint32_t sheds = get_list_length(in);
-  skip_texts(in, sheds);
-  in.skip(std::uint64_t{8} * sheds + kChecksumBytes);
+  in.skip(kChecksumBytes);
   return ends_here(in);
 }
 
@@ -225,15 +223,9 @@ std::vector<std::uint8_t> encode(const HealthMessage& message) {
     out.used.push_back(static_cast<std::int64_t>(container.used));
     out.capacity.push_back(static_cast<std::int64_t>(container.capacity));
   }
-  for (const HealthMessage::Shed& shed : message.sheds) {
-    if (out.given_up.size() == kMaxListEntries) break;
-    out.given_up.push_back(to_text(shed.what, kMaxTextBytes));
-    out.shed.push_back(static_cast<std::int64_t>(shed.count));
-  }
   out.stages = static_cast<std::int32_t>(out.stage.size());
   out.causes = static_cast<std::int32_t>(out.cause.size());
   out.containers = static_cast<std::int32_t>(out.container.size());
-  out.sheds = static_cast<std::int32_t>(out.given_up.size());
   return encode_generated(out);
 }
 
@@ -259,10 +251,6 @@ std::optional<HealthMessage> decode_health(Bytes bytes) {
     if (!is_text(in.container[i], kMaxTextBytes)) return std::nullopt;
     message.containers.push_back({in.container[i], static_cast<std::uint64_t>(in.used[i]),
                                   static_cast<std::uint64_t>(in.capacity[i])});
-  }
-  for (std::size_t i = 0; i < in.given_up.size(); ++i) {
-    if (!is_text(in.given_up[i], kMaxTextBytes)) return std::nullopt;
-    message.sheds.push_back({in.given_up[i], static_cast<std::uint64_t>(in.shed[i])});
   }
   return message;
 }

@@ -68,7 +68,6 @@ SharedStatistics shared_statistics(const um_statistics& statistics) noexcept {
     out.capacity[i] = {statistics.capacity[i].used, statistics.capacity[i].capacity};
   }
   std::copy_n(statistics.stage_us, std::size(out.stage_us), out.stage_us);
-  std::copy_n(statistics.shed, std::size(out.shed), out.shed);
   out.deadline_missed = statistics.deadline_missed;
   return out;
 }

@@ -13,7 +13,6 @@ namespace {
 static_assert(sizeof(SharedStatistics::dropped) / 8 == kDropCauses);
 static_assert(sizeof(SharedStatistics::capacity) / sizeof(SharedCapacity) == kCapacities);
 static_assert(sizeof(SharedStatistics::stage_us) / 4 == kStages);
-static_assert(sizeof(SharedStatistics::shed) / 4 == kSheds);
 // Cells are copied as they are.
 static_assert(sizeof(FineCell) == sizeof(SharedCell));
 static_assert(offsetof(FineCell, points) == offsetof(SharedCell, points));
@@ -73,7 +72,6 @@ SharedStatistics shared(const KeyframeStatistics& statistics) noexcept {
     out.capacity[i] = {statistics.capacity[i].used, statistics.capacity[i].capacity};
   }
   std::copy(statistics.stage_us.begin(), statistics.stage_us.end(), out.stage_us);
-  std::copy(statistics.shed.begin(), statistics.shed.end(), out.shed);
   out.deadline_missed = statistics.deadline_missed ? 1 : 0;
   return out;
 }
@@ -154,7 +152,6 @@ void HealthSum::add_keyframe(const KeyframeView& keyframe) noexcept {
   const KeyframeStatistics& statistics = *keyframe.statistics;
   sum_.deadline_misses += statistics.deadline_missed ? 1 : 0;
   for (std::size_t i = 0; i < kDropCauses; ++i) sum_.dropped[i] += statistics.dropped[i];
-  for (std::size_t i = 0; i < kSheds; ++i) sum_.shed[i] += statistics.shed[i];
   for (std::size_t i = 0; i < kCapacities; ++i) {
     sum_.fullest[i] = {std::max(sum_.fullest[i].used, statistics.capacity[i].used),
                        statistics.capacity[i].capacity};

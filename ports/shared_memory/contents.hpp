@@ -15,7 +15,7 @@ enum class ContentKind : std::uint16_t { kKeyframe = 1, kLabels = 2, kHealth = 3
 inline constexpr std::uint32_t kContentMagic = 0x43534D55;  ///< "UMSC" in a little-endian file
 /// Grows with every change that an older reader would not understand. Elements may grow at their
 /// end without: readers go by the section's stride.
-inline constexpr std::uint16_t kContentVersion = 2;
+inline constexpr std::uint16_t kContentVersion = 3;
 
 /// `WriterOptions::content` of a topic.
 [[nodiscard]] constexpr std::uint32_t content_of(ContentKind kind) noexcept {
@@ -111,10 +111,9 @@ struct SharedStatistics {
   std::uint64_t dropped[8];       ///< by `DropCause`
   SharedCapacity capacity[5];     ///< by `Capacity`
   float stage_us[5];              ///< by `Stage`, microseconds
-  std::uint32_t shed[4];          ///< by `Shed`
   std::uint32_t deadline_missed;  ///< 1 if it took longer than its budget
 };
-static_assert(sizeof(SharedStatistics) == 216);
+static_assert(sizeof(SharedStatistics) == 200);
 
 /// A keyframe: this, then its sections.
 struct SharedKeyframe {
@@ -132,7 +131,7 @@ struct SharedKeyframe {
   double T_odometry_keyframe[12];  ///< rotation row by row, then translation, metres
   SharedStatistics statistics;     ///< counts and times
 };
-static_assert(sizeof(SharedKeyframe) == 472);
+static_assert(sizeof(SharedKeyframe) == 456);
 
 /// Labels of a scan: this, then one byte per point.
 struct SharedLabels {
@@ -155,11 +154,10 @@ struct SharedHealth {
   std::uint64_t deadline_misses;  ///< keyframes that took longer than they may
   std::uint64_t not_shared;       ///< messages that did not fit their topic
   std::uint64_t dropped[8];       ///< by `DropCause`
-  std::uint64_t shed[4];          ///< by `Shed`
   SharedCapacity fullest[5];      ///< by `Capacity`: the largest fill
   float longest_stage_us[5];      ///< by `Stage`, microseconds
   std::uint32_t loops_accepted;   ///< loop candidates that were accepted
 };
-static_assert(sizeof(SharedHealth) == 296);
+static_assert(sizeof(SharedHealth) == 264);
 
 }  // namespace unimapper::shared_memory

@@ -19,9 +19,9 @@ extern "C" {
 /* ---- Reading -------------------------------------------------------------------------------- */
 
 /** Content of the topics "keyframe", "labels" and "health". */
-#define UM_SHARE_KEYFRAME 0x00020001u
-#define UM_SHARE_LABELS 0x00020002u
-#define UM_SHARE_HEALTH 0x00020003u
+#define UM_SHARE_KEYFRAME 0x00030001u
+#define UM_SHARE_LABELS 0x00030002u
+#define UM_SHARE_HEALTH 0x00030003u
 
 /** One consumer of a topic, which holds one message at a time. Set it to zeros first. */
 typedef struct um_share_reader {

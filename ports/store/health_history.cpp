@@ -32,7 +32,6 @@ std::string details_of(const wire::HealthMessage& health) {
     line("clock", std::to_string(health.clock->base_minus_robot_ns),
          std::to_string(health.clock->uncertainty_ns) + "\t" + std::to_string(health.clock->steps));
   }
-  for (const auto& shed : health.sheds) line("shed", shed.what, std::to_string(shed.count));
   return text;
 }
 

@@ -12,7 +12,7 @@ namespace unimapper::store {
 
 /// A line of a health message: what it is about, and its figures.
 struct HealthDetail {
-  std::string kind;             ///< "stage", "drop", "container", "clock", "shed" or "stored"
+  std::string kind;             ///< "stage", "drop", "container", "clock" or "stored"
   std::string name;             ///< the robot's own word; of a clock its offset in nanoseconds
   std::vector<double> figures;  ///< stage: p50, p99, max in ms; container: used, capacity; else one
 };

@@ -19,7 +19,6 @@ void DynamicRemoval::allocate_scratch(Arena& arena) noexcept {
 void DynamicRemoval::begin(const Grid& grid, const Viewpoint& viewpoint) noexcept {
   cells_.begin(grid);
   viewpoint_ = viewpoint;
-  limit_ = {};
   stage_ = Stage::kArrangement;
   loop_.begin();
 }
@@ -121,28 +120,9 @@ void DynamicRemoval::prepare_evidence(EvidenceWindow& window) noexcept {
   classifier_.begin();
 }
 
-void DynamicRemoval::weigh_now(const CellStore& store, EvidenceWindow& window,
-                               Budget& budget) noexcept {
-  while (stage_ < Stage::kEvidence) step(store, window);
-  shed_far_cells(budget);
-  // What does not depend on the number of cells must not look like the cost of a few.
-  constexpr std::uint32_t kFewest = 1024;
-  budget.measure(Budget::Part::kFiltering, std::max(limit_.kept, kFewest), [&] {
-    while (stage_ == Stage::kEvidence) step(store, window);
-  });
-}
-
-void DynamicRemoval::shed_far_cells(const Budget& budget) noexcept {
-  if (!budget.is_on()) return;
-  limit_ = keep_nearest(cells_, viewpoint_.sensor_m, config_.keyframe.range_max_m,
-                        budget.affordable_cells());
-}
-
 void DynamicRemoval::tell(Keyframe& keyframe) const noexcept {
   keyframe.statistics.ground_voxels = ground_voxels_;
   keyframe.statistics.components = config_.removal.components ? classifier_.components() : 0;
-  keyframe.statistics.removal_range_m = limit_.range_m;
-  keyframe.shed(Shed::kFarCells) = limit_.shed;
   keyframe.statistics.voxels = voxels_.map().size();
   keyframe.dropped(DropCause::kVoxelsFull) = voxels_.left_out();
   keyframe.use(Capacity::kVoxels, keyframe.statistics.voxels, config_.voxel.max_voxels);

@@ -4,14 +4,12 @@
 #include <cstdint>
 
 #include "bayes_filter.hpp"
-#include "budget.hpp"
 #include "cell_table.hpp"
 #include "coarse_voxels.hpp"
 #include "component_classifier.hpp"
 #include "evidence_window.hpp"
 #include "ground_levels.hpp"
 #include "keyframe.hpp"
-#include "range_limit.hpp"
 #include "scan_accumulator.hpp"
 #include "slice.hpp"
 #include "transparent_ground.hpp"
@@ -40,10 +38,6 @@ class DynamicRemoval {
   bool step(const CellStore& store, EvidenceWindow& window) noexcept;
   /// What it costs, about (`slice_cost`), in a keyframe of so many blocks.
   [[nodiscard]] std::uint32_t step_cost(std::uint32_t blocks) const noexcept;
-
-  /// All slices up to the weighing of evidence, with this for the nearest candidates only as far as
-  /// the budget goes. O(cells x images of the window).
-  void weigh_now(const CellStore& store, EvidenceWindow& window, Budget& budget) noexcept;
 
   /// The keyframe leaves no evidence: the next one goes on from the one before.
   void discard() noexcept { filter_.discard(); }
@@ -74,7 +68,6 @@ class DynamicRemoval {
   /// Does a slice of the stage. True if more of it is left.
   bool do_slice(const CellStore& store, EvidenceWindow& window) noexcept;
   void prepare_evidence(EvidenceWindow& window) noexcept;
-  void shed_far_cells(const Budget& budget) noexcept;
 
   const PipelineConfig& config_;
   CellTable cells_;
@@ -87,7 +80,6 @@ class DynamicRemoval {
   SlicedLoop loop_;
   Viewpoint viewpoint_;
   std::uint32_t ground_voxels_ = 0;
-  RangeLimit limit_;
 };
 
 }  // namespace unimapper::onboard

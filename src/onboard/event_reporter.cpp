@@ -60,10 +60,6 @@ void EventReporter::capacity(const KeyframeView& view, std::int64_t stamp_ns) no
     const std::uint64_t count = view.statistics->dropped[i];
     if (count != 0) push(EventId::kDropped, stamp_ns, i, count, view.sequence);
   }
-  for (std::size_t i = 0; i < kSheds; ++i) {
-    const std::uint32_t count = view.statistics->shed[i];
-    if (count != 0) push(EventId::kShed, stamp_ns, i, count, view.sequence);
-  }
 }
 
 void EventReporter::up(const KeyframeView& view, std::int64_t stamp_ns) noexcept {

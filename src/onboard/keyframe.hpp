@@ -31,9 +31,6 @@ struct Keyframe {
   [[nodiscard]] std::uint64_t& dropped(DropCause cause) noexcept {
     return statistics.dropped[static_cast<std::size_t>(cause)];
   }
-  [[nodiscard]] std::uint32_t& shed(Shed what) noexcept {
-    return statistics.shed[static_cast<std::size_t>(what)];
-  }
   void use(Capacity which, std::uint64_t used, std::uint64_t capacity) noexcept {
     statistics.capacity[static_cast<std::size_t>(which)] = {used, capacity};
   }

@@ -61,19 +61,16 @@ void Pipeline::State::close_now() noexcept {
   const bool is_kept = !current->view.repeats;
   if (is_kept) {
     finisher.begin(*current);
-    finisher.finish_now(budget);
+    finisher.finish_now();
   }
-  budget.measure(Budget::Part::kCounting, 1, [this] { close_step(); });
+  close_step();
   close_step();
   if (is_kept) tell_finished();
 }
 
 void Pipeline::State::remove_now() noexcept {
   const StageTimer timer(config.clock_ns, current->statistics, Stage::kRemoval);
-  removal.weigh_now(builder.scans().cells(), window, budget);
-  budget.measure(Budget::Part::kClassifying, 1, [&] {
-    while (closing < Closing::kCounting) close_step();
-  });
+  while (closing < Closing::kCounting) close_step();
 }
 
 void Pipeline::State::begin_closing() noexcept {

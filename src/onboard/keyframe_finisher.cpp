@@ -132,41 +132,23 @@ void KeyframeFinisher::count_places() noexcept {
   keyframe_->use(Capacity::kPlaces, places_.size(), config_.loop_search.max_places);
 }
 
-void KeyframeFinisher::finish_now(Budget& budget) noexcept {
-  describe_now(budget);
-  search_now(budget);
+void KeyframeFinisher::finish_now() noexcept {
+  describe_now();
+  search_now();
   task_ = Task::kDone;
 }
 
-void KeyframeFinisher::describe_now(Budget& budget) noexcept {
+void KeyframeFinisher::describe_now() noexcept {
   const StageTimer timer(config_.clock_ns, keyframe_->statistics, Stage::kDescription);
-  // In the order of `Shed`: far cells are skipped only after the description.
-  if (keyframe_->shed(Shed::kFarCells) != 0 || !budget.affords(Budget::Part::kDescribing)) {
-    keyframe_->shed(Shed::kDescription) = 1;
-    return;
+  while (describer_.step()) {
   }
-  budget.measure(Budget::Part::kDescribing, 1, [this] {
-    while (describer_.step()) {
-    }
-  });
   take_place();
 }
 
-void KeyframeFinisher::search_now(Budget& budget) noexcept {
+void KeyframeFinisher::search_now() noexcept {
   const StageTimer timer(config_.clock_ns, keyframe_->statistics, Stage::kSearch);
-  // Without a description there is nothing to look for and nothing to store.
-  const bool described = keyframe_->shed(Shed::kDescription) == 0;
-  const bool searches = described && budget.affords(Budget::Part::kSearching);
-  const bool inserts = searches || (described && budget.affords(Budget::Part::kInserting));
-  keyframe_->shed(Shed::kSearch) = searches ? 0 : 1;
-  keyframe_->shed(Shed::kInsertion) = inserts ? 0 : 1;
-  if (searches) {
-    budget.measure(Budget::Part::kSearching, 1, [this] {
-      keyframe_->view.loops = places_.search(keyframe_->view.place, id(), config_.search_scope);
-    });
-  }
-  if (inserts) budget.measure(Budget::Part::kInserting, 1, [this] { insert(); });
-  count_places();
+  keyframe_->view.loops = places_.search(keyframe_->view.place, id(), config_.search_scope);
+  insert();
 }
 
 }  // namespace unimapper::onboard

@@ -3,7 +3,6 @@
 
 #include <cstdint>
 
-#include "budget.hpp"
 #include "cell_table.hpp"
 #include "evidence_window.hpp"
 #include "final_labels.hpp"
@@ -39,9 +38,8 @@ class KeyframeFinisher {
   /// The keyframe is complete but for its place, and recorded: the rest may be done.
   void begin(Keyframe& keyframe) noexcept;
 
-  /// Describes, searches and inserts, leaving out in the order of `Shed` what the budget does not
-  /// allow.
-  void finish_now(Budget& budget) noexcept;
+  /// Describes, searches and inserts.
+  void finish_now() noexcept;
 
   /// A slice: one step of the work in progress. False once the keyframe is finished. Bounded as
   /// `FinalLabels::step`, `PlaceDescriber::step` and `PlaceDatabase::search_step` are, or one
@@ -69,8 +67,8 @@ class KeyframeFinisher {
   void begin_search() noexcept;
   void insert() noexcept;
   void count_places() noexcept;
-  void describe_now(Budget& budget) noexcept;
-  void search_now(Budget& budget) noexcept;
+  void describe_now() noexcept;
+  void search_now() noexcept;
 
   const PipelineConfig& config_;
   FinalLabels labels_;

@@ -40,20 +40,6 @@ std::string_view stage_name(Stage stage) noexcept {
   return "unknown";
 }
 
-std::string_view shed_name(Shed shed) noexcept {
-  switch (shed) {
-    case Shed::kSearch:
-      return "search";
-    case Shed::kInsertion:
-      return "insertion";
-    case Shed::kDescription:
-      return "description";
-    case Shed::kFarCells:
-      return "far_cells";
-  }
-  return "unknown";
-}
-
 std::string_view capacity_name(Capacity capacity) noexcept {
   switch (capacity) {
     case Capacity::kPointsPerScan:

@@ -28,9 +28,9 @@ consume() {
   2>"$directory/simulate.log" >"$directory/simulate.out" || fail "simulate"
 consumers=
 for log in keyframe labels health; do : >"$directory/$log.log"; done
-consume keyframe 0x00020001 2
-consume labels 0x00020002 20
-consume health 0x00020003 2
+consume keyframe 0x00030001 2
+consume labels 0x00030002 20
+consume health 0x00030003 2
 "$unimapper" onboard "$directory/recording" --out "$directory/run" --realtime --share "$share" \
   --share-doorbell "$url" 2>"$directory/onboard.log" || fail "onboard ended with $?"
 for consumer in $consumers; do wait "$consumer" || fail "a consumer ended with $?"; done

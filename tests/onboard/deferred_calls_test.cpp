@@ -30,7 +30,6 @@ TEST_CASE("a deferred keyframe is ready after it closed and finished after that,
       CHECK(pipeline->keyframe().sequence == ready++);
       CHECK(pipeline->keyframe().scans.back().scan_index == 5 * ready - 1);
       CHECK_FALSE(pipeline->keyframe().static_cells.empty());
-      CHECK(pipeline->keyframe().statistics->shed_of(Shed::kDescription) == 0);
       CHECK(pipeline->labels(4, labels) > 0);
     } else {
       CHECK(pipeline->labels(0, labels) == 0);
@@ -114,7 +113,6 @@ TEST_CASE("with deferred work a budget holds for every call unless the queue is 
       const KeyframeStatistics& statistics = *pipeline->keyframe().statistics;
       outcome.missed += statistics.deadline_missed ? 1U : 0U;
       // Late, but never left out.
-      CHECK(statistics.shed == decltype(statistics.shed){});
     }
     return outcome;
   };

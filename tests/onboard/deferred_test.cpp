@@ -258,7 +258,6 @@ class Robot {
     }
     for (const std::uint64_t dropped : statistics.dropped) sum.add(dropped);
     for (const CapacityUse& use : statistics.capacity) sum.add(use);
-    for (const std::uint32_t shed : statistics.shed) sum.add(shed);
     sum.add(statistics.odometry_tilt_deg);
     return sum.value();
   }

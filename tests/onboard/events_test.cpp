@@ -93,8 +93,6 @@ TEST_CASE("events read as sentences") {
   CHECK_THAT(text(EventId::kScanRefused, 6, 17, 0), Contains("scan 17 refused: no valid point"));
   CHECK_THAT(text(EventId::kPoseJump, 17, 0, 0), Contains("scan 17 refused: the pose jumped"));
   CHECK_THAT(text(EventId::kDropped, 3, 88, 4), Contains("keyframe 4: 88 dropped, cells_full"));
-  CHECK_THAT(text(EventId::kShed, 3, 70, 4),
-             Contains("far_cells skipped to meet the deadline (70)"));
   CHECK_THAT(text(EventId::kDeadlineMissed, 900, 500, 4), Contains("900 us of 500"));
   CHECK_THAT(text(EventId::kUpContradicted, 5230, 500, 4),
              Contains("5.23 deg from up") && Contains("promised 0.50 deg"));

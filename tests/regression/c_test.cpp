@@ -35,16 +35,13 @@ std::string statistics_text(const um_statistics& s) {
       join("  points", count(s.points_in), count(s.points_valid), count(s.points_static),
            count(s.points_dynamic), "cells", count(s.cells), count(s.dynamic_cells), "voxels",
            count(s.voxels), count(s.ground_voxels), "components", count(s.components), "missed",
-           count(s.deadline_missed), "range", number(s.removal_range_m), "noise",
-           number(s.attitude_noise_deg)) +
+           count(s.deadline_missed), "noise", number(s.attitude_noise_deg)) +
       "\n  dropped";
   for (const std::uint64_t dropped : s.dropped) text += " " + count(dropped);
   text += "\n  capacity";
   for (const um_capacity& c : s.capacity) text += " " + count(c.used) + "/" + count(c.capacity);
   text += "\n  stages";
   for (const float us : s.stage_us) text += " " + fixed(static_cast<double>(us), 1);
-  text += "\n  shed";
-  for (const std::uint32_t shed : s.shed) text += " " + count(shed);
   return text + "\n";
 }
 
@@ -119,8 +116,6 @@ std::string health_text(um_pipeline* pipeline) {
   for (const std::uint64_t dropped : h.dropped) text += " " + count(dropped);
   text += "\n  fullest";
   for (const um_capacity& c : h.fullest) text += " " + count(c.used) + "/" + count(c.capacity);
-  text += "\n  shed";
-  for (const std::uint64_t shed : h.shed) text += " " + count(shed);
   text += "\n  longest";
   for (const float us : h.longest_stage_us) text += " " + fixed(static_cast<double>(us), 1);
   return text + "\n";

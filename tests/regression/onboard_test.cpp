@@ -199,25 +199,6 @@ TEST_CASE("faulty scans, jumps and pauses, as before on every platform", "[regre
   check_expected("onboard_faults", run(config, IntegerTown(sparse(5)), frames, 44, edit));
 }
 
-namespace {
-
-std::int64_t ticks_ns = 0;
-/// A clock on which everything takes as many fifths of a millisecond as it looks at the time.
-std::int64_t ticking_clock() { return ticks_ns += 200000; }
-
-}  // namespace
-
-TEST_CASE("a budget that is too short, as before on every platform", "[regression]") {
-  for (const std::uint32_t budget_us : {1000U, 2500U, 2900U, 3300U}) {
-    ticks_ns = 0;
-    PipelineConfig config = short_run(preset(SensorKind::kHdl64e));
-    config.budget_us = budget_us;
-    config.clock_ns = ticking_clock;
-    check_expected("onboard_budget_" + count(budget_us),
-                   run(config, IntegerTown(sparse(6)), tilted(), 40));
-  }
-}
-
 TEST_CASE("poses that shake, as before on every platform", "[regression]") {
   PipelineConfig config = short_run(preset(SensorKind::kHdl64e));
   config.keyframe.scans = 6;

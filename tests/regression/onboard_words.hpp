@@ -28,14 +28,10 @@ inline std::string statistics_text(const KeyframeStatistics& s) {
                  "of", count(s.capacity[i].capacity)) +
             "\n";
   }
-  for (std::size_t i = 0; i < kSheds; ++i) {
-    if (s.shed[i] == 0) continue;
-    text += join("  shed", shed_name(static_cast<Shed>(i)), count(s.shed[i])) + "\n";
-  }
   const auto number = [](float value) { return fixed(static_cast<double>(value), 3); };
-  text += join("  removal range", number(s.removal_range_m), "tilt", number(s.odometry_tilt_deg),
-               s.up_known ? "known" : "unknown", s.up_contradicted ? "contradicted" : "agreeing",
-               "noise", number(s.attitude_noise_deg), "sweep", number(s.sweep_tilt_deg), "aligned",
+  text += join("  removal tilt", number(s.odometry_tilt_deg), s.up_known ? "known" : "unknown",
+               s.up_contradicted ? "contradicted" : "agreeing", "noise",
+               number(s.attitude_noise_deg), "sweep", number(s.sweep_tilt_deg), "aligned",
                count(s.aligned_scans), s.deadline_missed ? "missed" : "in time") +
           "\n";
   const SamplingStatistics& sampling = s.sampling;

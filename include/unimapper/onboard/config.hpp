@@ -412,9 +412,8 @@ consteval auto parameters_of(const C*) {
                                    "for another scan closes the keyframe at once."),
       parameter<&C::budget_us>("0 or [100, 10000000]", "µs", "choice",
                                "Longest that a call may take. With `deferred` what does not fit is "
-                               "done later, and nothing is left out; otherwise it holds for calls "
-                               "that close a keyframe, and what does not fit is left out in the "
-                               "order of `Shed` and counted. Needs a clock; 0: no limit."),
+                               "done later. A call that takes longer all the same is counted "
+                               "(`deadline_missed`). Needs a clock; 0: no limit."),
       no_parameter<&C::clock_ns>(), no_parameter<&C::events>());
 }
 

@@ -5,13 +5,13 @@
 
 namespace unimapper {
 
-/// Ids never change their meaning; new ones are added at the end. Values are in the order given.
+/// Ids never change their meaning; new ones are added at the end, 5 stays free. Values are in the
+/// order given.
 enum class EventId : std::uint32_t {
   kKeyframeClosed = 1,  ///< sequence, scans, static cells, dynamic cells
   kScanRefused = 2,     ///< `ErrorCode`, scan index
   kPoseJump = 3,        ///< scan index
   kDropped = 4,         ///< `DropCause`, count, sequence of the keyframe
-  kShed = 5,            ///< `Shed`, count, sequence of the keyframe
   kDeadlineMissed = 6,  ///< microseconds taken, budget, sequence of the keyframe
   /// The scene contradicts the odometry's promise (`odometry.up_sigma_deg`), reported when that
   /// begins: tilt of the odometry's z axis and the promised sigma in 1/1000 degree, sequence.

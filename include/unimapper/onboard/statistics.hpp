@@ -37,19 +37,6 @@ inline constexpr std::size_t kStages = 5;
 /// "ingest", "removal", "description", "search" or "total".
 [[nodiscard]] std::string_view stage_name(Stage stage) noexcept;
 
-/// What a keyframe went without because its budget (`PipelineConfig::budget_us`) was short, in the
-/// order in which it is skipped.
-enum class Shed : std::uint8_t {
-  kSearch,       ///< 1: no loops were looked for
-  kInsertion,    ///< 1: the place was not stored, later keyframes will not find it
-  kDescription,  ///< 1: no keypoints and no planes
-  kFarCells      ///< fine cells left static without looking at the evidence, the farthest first
-};
-inline constexpr std::size_t kSheds = 4;
-
-/// "search", "insertion", "description" or "far_cells".
-[[nodiscard]] std::string_view shed_name(Shed shed) noexcept;
-
 /// A fixed-capacity container's fill when the keyframe closed.
 struct CapacityUse {
   std::uint64_t used = 0;      ///< elements in use
@@ -92,11 +79,6 @@ struct KeyframeStatistics {
   std::array<CapacityUse, kCapacities> capacity{};   ///< by `Capacity`
   /// Microseconds; zero without a clock.
   std::array<float, kStages> stage_us{};
-  /// What was skipped to meet the deadline, see `Shed`.
-  std::array<std::uint32_t, kSheds> shed{};
-  /// Cells farther than this from the sensor were left static to meet the deadline, metres; 0 =
-  /// none.
-  float removal_range_m = 0.0F;
   /// Angle between up and the odometry's z axis, degrees; 0 where up is unknown.
   float odometry_tilt_deg = 0.0F;
   bool up_known = false;         ///< as in `KeyframeUp`
@@ -112,8 +94,8 @@ struct KeyframeStatistics {
   /// look as if they were not motion-compensated; else 0.
   float sweep_tilt_deg = 0.0F;
   std::uint32_t aligned_scans = 0;  ///< scans that were aligned to that ground before use
-  /// The call that closed it took longer than the budget all the same; with
-  /// `PipelineConfig::deferred`, some call since the keyframe before was ready did.
+  /// The call that closed it took longer than the budget; with `PipelineConfig::deferred`, some
+  /// call since the keyframe before was ready did.
   bool deadline_missed = false;
   /// With `PipelineConfig::deferred`: slices of closing it that lengthened a call, because no other
   /// scan could wait.
@@ -122,10 +104,6 @@ struct KeyframeStatistics {
   /// What was dropped for this cause.
   [[nodiscard]] std::uint64_t dropped_by(DropCause cause) const noexcept {
     return dropped[static_cast<std::size_t>(cause)];
-  }
-  /// How much of this work was skipped.
-  [[nodiscard]] std::uint32_t shed_of(Shed what) const noexcept {
-    return shed[static_cast<std::size_t>(what)];
   }
   /// Time of a stage, microseconds; 0 without a clock.
   [[nodiscard]] float microseconds(Stage stage) const noexcept {

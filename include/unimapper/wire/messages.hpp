@@ -57,11 +57,6 @@ struct HealthMessage {
     std::uint64_t used = 0;      ///< elements in use at most
     std::uint64_t capacity = 0;  ///< elements there is room for
   };
-  /// Work skipped to meet the deadline.
-  struct Shed {
-    std::string what;         ///< name of the work
-    std::uint64_t count = 0;  ///< how often
-  };
   SessionId session;                  ///< the session it belongs to
   std::uint64_t scans = 0;            ///< handed to the pipeline
   std::uint64_t keyframes = 0;        ///< closed
@@ -71,7 +66,6 @@ struct HealthMessage {
   std::vector<Stage> stages;          ///< at most 64, as all lists
   std::vector<Drop> drops;            ///< at most 64
   std::vector<Container> containers;  ///< at most 64
-  std::vector<Shed> sheds;            ///< at most 64
   /// Of the robot's clock, as the base heard last in a probe; not part of the message.
   std::optional<ClockOffset> clock;
 };

@@ -258,10 +258,6 @@ void Replay::publish_health() {
     const CapacityUse& use = statistics.largest_use(capacity);
     health.containers.push_back({std::string(capacity_name(capacity)), use.used, use.capacity});
   }
-  for (std::size_t i = 0; i < kSheds; ++i) {
-    const auto shed = static_cast<Shed>(i);
-    health.sheds.push_back({std::string(shed_name(shed)), statistics.given_up(shed)});
-  }
   outputs_.delivery.set_health(std::move(health));
 }
 

@@ -71,7 +71,6 @@ void RunStatistics::add_keyframe(const KeyframeView& keyframe, std::int64_t dura
   if (statistics.up_known) odometry_tilt_deg_.push_back(statistics.odometry_tilt_deg);
   up_contradicted_ += statistics.up_contradicted ? 1 : 0;
   odometry_contradicted_ += statistics.odometry_contradicted ? 1 : 0;
-  for (std::size_t i = 0; i < kSheds; ++i) shed_[i] += statistics.shed[i];
   for (std::size_t i = 0; i < kCapacities; ++i) {
     capacity_[i].used = std::max(capacity_[i].used, statistics.capacity[i].used);
     capacity_[i].capacity = std::max(capacity_[i].capacity, statistics.capacity[i].capacity);
@@ -279,10 +278,6 @@ std::string RunStatistics::to_json(const Run& run) const {
   Json& dropping = json["keyframes_dropping"] = Json::object();
   for (std::size_t i = 0; i < kDropCauses; ++i) {
     dropping[std::string(drop_cause_name(static_cast<DropCause>(i)))] = keyframes_dropping_[i];
-  }
-  Json& given_up = json["given_up"] = Json::object();
-  for (std::size_t i = 0; i < kSheds; ++i) {
-    given_up[std::string(shed_name(static_cast<Shed>(i)))] = shed_[i];
   }
   Json& refused = json["scans_refused"] = Json::object();
   for (const auto& [cause, count] : refused_) refused[cause] = count;

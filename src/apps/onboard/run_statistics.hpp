@@ -67,10 +67,6 @@ class RunStatistics {
   [[nodiscard]] const CapacityUse& largest_use(Capacity capacity) const {
     return capacity_.at(static_cast<std::size_t>(capacity));
   }
-  /// Work shed to keep the budget, in all keyframes.
-  [[nodiscard]] std::uint64_t given_up(Shed shed) const {
-    return shed_.at(static_cast<std::size_t>(shed));
-  }
   /// Keyframes in which up was known, or was not where the odometry promises.
   [[nodiscard]] std::uint64_t keyframes_up_known() const { return odometry_tilt_deg_.size(); }
   [[nodiscard]] std::uint64_t keyframes_up_contradicted() const { return up_contradicted_; }
@@ -148,7 +144,6 @@ class RunStatistics {
   std::map<std::string, std::uint64_t> refused_;
   std::array<std::uint64_t, kDropCauses> dropped_{};
   std::array<std::uint64_t, kDropCauses> keyframes_dropping_{};
-  std::array<std::uint64_t, kSheds> shed_{};
   std::array<CapacityUse, kCapacities> capacity_{};  // largest use
   std::array<std::vector<float>, kStages> stage_ms_;
 };

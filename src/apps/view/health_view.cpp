@@ -46,7 +46,7 @@ void put_detail(const store::HealthDetail& detail, std::size_t row, Columns& col
     columns.put("stage_ms", detail.name + " p99", row, figures[1]);
   } else if (detail.kind == "container" && figures.size() >= 2 && figures[1] > 0.0) {
     columns.put("fill", detail.name, row, figures[0] / figures[1]);
-  } else if ((detail.kind == "drop" || detail.kind == "shed") && !figures.empty()) {
+  } else if (detail.kind == "drop" && !figures.empty()) {
     columns.put("dropped", detail.name, row, figures[0]);
   } else if (detail.kind == "clock") {
     columns.put("clock", "offset", row, clock_offset_ms(detail));

@@ -94,12 +94,8 @@ std::vector<std::string> health_lines(const SharedHealth& health) {
   return {text("health    %llu scans, %llu refused; %llu keyframes, %llu late; %llu not shared",
                number(health.scans), number(health.scans_refused), number(health.keyframes),
                number(health.deadline_misses), number(health.not_shared)),
-          "dropped  " + named_counts(health.dropped,
-                                     [](std::size_t i) {
-                                       return drop_cause_name(static_cast<DropCause>(i));
-                                     }),
-          "skipped  " + named_counts(health.shed, [](std::size_t i) {
-            return shed_name(static_cast<Shed>(i));
+          "dropped  " + named_counts(health.dropped, [](std::size_t i) {
+            return drop_cause_name(static_cast<DropCause>(i));
           })};
 }
 

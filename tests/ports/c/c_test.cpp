@@ -468,11 +468,9 @@ TEST_CASE("every status has a sentence, every number of the statistics a name") 
   CHECK(std::string(um_drop_cause_name(UM_DROP_CELLS_FULL)) == "cells_full");
   CHECK(std::string(um_stage_name(UM_STAGE_TOTAL)) == "total");
   CHECK(std::string(um_capacity_name(UM_CAPACITY_PLACES)) == "places");
-  CHECK(std::string(um_shed_name(UM_SHED_FAR_CELLS)) == "far_cells");
   CHECK(um_drop_cause_name(8) == nullptr);
   CHECK(um_stage_name(5) == nullptr);
   CHECK(um_capacity_name(5) == nullptr);
-  CHECK(um_shed_name(4) == nullptr);
 }
 
 TEST_CASE("the library tells its version") {

@@ -53,7 +53,6 @@ HealthMessage sample_health() {
   health.drops = {{"cells_full", 77}};
   health.deadline_misses = 6;
   health.containers = {{"cells", 500, 1000}, {"voxels", 3, 4}};
-  health.sheds = {{"far_cells", 88}};
   return health;
 }
 
@@ -106,9 +105,6 @@ TEST_CASE("messages come back as they went") {
   CHECK(health->containers[0].name == "cells");
   CHECK(health->containers[0].used == 500);
   CHECK(health->containers[1].capacity == 4);
-  REQUIRE(health->sheds.size() == 1);
-  CHECK(health->sheds[0].what == "far_cells");
-  CHECK(health->sheds[0].count == 88);
 }
 
 TEST_CASE("what a base says it has stored comes back as it went") {
