@@ -16,12 +16,14 @@ namespace unimapper::onboard {
 struct CellMarks {
   std::uint64_t ground = 0;     ///< belong to the ground
   std::uint64_t candidate = 0;  ///< not ground, and free space may show them to be dynamic
-  std::uint64_t low = 0;        ///< candidates so low above the ground that they connect nothing
+  /// Candidates that follow a component they touch, but connect none: so low above the ground, or a
+  /// stray return.
+  std::uint64_t follower = 0;
   std::uint64_t dynamic = 0;
   /// Dynamic in their own right, by evidence or by having been so, not for their neighbours' sake.
   std::uint64_t proven = 0;
   /// So often observed as occupied that their component cannot make them dynamic, unless they are
-  /// low: what stood on that spot before may have been grass or a kerb.
+  /// followers: what stood on that spot before may have been grass or a kerb.
   std::uint64_t confirmed_static = 0;
   /// So often seen through that their component cannot make them static.
   std::uint64_t confirmed_dynamic = 0;
@@ -77,9 +79,6 @@ class CellTable {
   }
   void set(std::uint32_t row, CellMark mark) noexcept {
     marks_[block_of_row(row)].*mark |= std::uint64_t{1} << bit_of_row(row);
-  }
-  void clear(std::uint32_t row, CellMark mark) noexcept {
-    marks_[block_of_row(row)].*mark &= ~(std::uint64_t{1} << bit_of_row(row));
   }
 
  private:

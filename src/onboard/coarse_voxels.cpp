@@ -75,19 +75,21 @@ void CoarseVoxels::add_cells(const CellTable& cells, const Block& block, std::ui
   }
   CoarseVoxel& voxel = map_[entry];
   visit_rows(block, some, [&](std::uint64_t, std::uint32_t row) noexcept {
-    const auto weight = static_cast<float>(cells.points(row));
+    const auto points = static_cast<float>(cells.points(row));
+    const float weight = points * points;
     const Eigen::Vector3f local = cells.position(row) - corner;
     const Eigen::Vector3f weighted = local * weight;
     voxel.sum += weighted;
     for (int j = 0; j < 3; ++j) {
       for (int i = 0; i <= j; ++i) voxel.squares(i, j) += weighted(i) * local(j);
     }
+    voxel.weight += weight;
     voxel.points += cells.points(row);
   });
 }
 
 void CoarseVoxels::find_plane(CoarseVoxel& voxel, const Eigen::Vector3f& corner) const noexcept {
-  const float inverse = 1.0F / static_cast<float>(voxel.points);
+  const float inverse = 1.0F / voxel.weight;
   const Eigen::Vector3f mean = voxel.sum * inverse;
   voxel.mean = corner + mean;
   if (voxel.points < VoxelConfig::kPlaneMinPoints) return;

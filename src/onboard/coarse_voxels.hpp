@@ -17,6 +17,7 @@ struct CoarseVoxel {
   // Raw moments about the voxel's lower corner, metres.
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   Eigen::Matrix3f squares = Eigen::Matrix3f::Zero();  ///< upper triangle only
+  float weight = 0.0F;                                ///< of all cells
   std::uint32_t points = 0;
 
   Eigen::Vector3f mean = Eigen::Vector3f::Zero();    ///< metres from the grid's origin
@@ -38,8 +39,9 @@ struct CoarseVoxel {
 inline constexpr float kPlaneErrorPerMetre = 0.035F;
 
 /// All coarse voxels of a keyframe (paper section IV-A, equations 1 and 2). Moments come from
-/// the means of the fine cells, weighted by their points: the scatter within a 0.2 m cell is
-/// left out, which changes the smallest eigenvalue of a plane by less than 0.0034 m^2.
+/// the means of the fine cells: the scatter within a 0.2 m cell is left out, which changes the
+/// smallest eigenvalue of a plane by less than 0.0034 m^2. A cell weighs the square of its points,
+/// so that snow, a point here and there, does not hide the ground below it (docs/design/ground.md).
 class CoarseVoxels {
  public:
   void allocate(Arena& arena, const VoxelConfig& config) noexcept;

@@ -98,7 +98,7 @@ void ComponentClassifier::count(const BlockWindow& window, std::span<const std::
       ComponentTally& tally = tally_[component];
       count_cells(tally, some, blocks[b], log_odds, window.before(b));
       if (tally.box.width() > kWidestPole) return;
-      const std::uint64_t high = some & ~cells.marks(b).low;
+      const std::uint64_t high = some & ~cells.marks(b).follower;
       if (high != 0) tally.box.include(blocks[b].index, high);
     });
   }
@@ -195,7 +195,7 @@ void ComponentClassifier::mark_block(std::uint32_t b, std::uint64_t cells, Outco
       marks.proven |= cells;
       break;
     case Outcome::kDynamic:
-      marks.dynamic |= cells & ~(marks.confirmed_static & ~marks.low);
+      marks.dynamic |= cells & ~(marks.confirmed_static & ~marks.follower);
       break;
     case Outcome::kStatic:
       marks.dynamic &= ~(cells & ~marks.confirmed_dynamic);

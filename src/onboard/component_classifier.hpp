@@ -20,15 +20,17 @@ namespace unimapper::onboard {
 struct Viewpoint {
   Eigen::Vector3f sensor_m = Eigen::Vector3f::Zero();  ///< from the grid's origin
   float ray_spacing_deg = 0.0F;                        ///< on one ring; 0: not known
+  float stray_range_m = 0.0F;                          ///< `onboard::stray_range_m`
 };
 
 /// Labels candidate cells that touch (`ComponentLabels`) and classifies each component as a whole:
 /// if most of the evidence for its cells says dynamic all of it is, if hardly any does none of it.
-/// Low and confirmed static cells connect nothing, and cells whose own evidence is strong keep
-/// their label: a walker who brushes past a wall, or past what was never seen before, is not part
-/// of it (`SeenThroughClusters`). A component that was dynamic in the keyframe before stays so,
-/// which keeps a car that has just parked, or a pedestrian who has just stopped, out of the map.
-/// What is as thin as a pole is not seen through by rays that pass on either side of it.
+/// Low and confirmed static cells and stray returns connect nothing, and cells whose own evidence
+/// is strong keep their label: a walker who brushes past a wall, or past what was never seen
+/// before, is not part of it (`SeenThroughClusters`). A component that was dynamic in the keyframe
+/// before stays so, which keeps a car that has just parked, or a pedestrian who has just stopped,
+/// out of the map. What is as thin as a pole is not seen through by rays that pass on either side
+/// of it.
 class ComponentClassifier {
  public:
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
@@ -66,13 +68,13 @@ class ComponentClassifier {
     kNoSign,    ///< static: none of its cells is dynamic or was proven to be; nothing to decide
   };
 
-  /// Cells of a block that follow a component without connecting any: low ones, and those confirmed
-  /// static, unless they were proven dynamic in the keyframe before.
+  /// Cells of a block that follow a component without connecting any: also those confirmed static,
+  /// unless they were proven dynamic in the keyframe before.
   [[nodiscard]] std::uint64_t followers(const BlockWindow& window, const CellTable& cells,
                                         std::uint32_t b) const noexcept {
     const CellMarks& marks = cells.marks(b);
-    if (config_.confirmed_static_connects || marks.confirmed_static == 0) return marks.low;
-    return marks.low | (marks.confirmed_static & ~window.before(b).proven);
+    if (config_.confirmed_static_connects || marks.confirmed_static == 0) return marks.follower;
+    return marks.follower | (marks.confirmed_static & ~window.before(b).proven);
   }
 
   /// Finds the components of which some cell is dynamic, or was proven so in the keyframe before;

@@ -14,7 +14,7 @@ struct ComponentTally {
   std::uint32_t evidence_dynamic = 0;  ///< of those that say dynamic
   std::uint32_t was_dynamic = 0;
   std::uint32_t was_static = 0;
-  CellBox box;  ///< of all but low cells; wider than a pole, where it is not complete
+  CellBox box;  ///< of all but followers; wider than a pole, where it is not complete
 };
 
 }  // namespace unimapper::onboard

@@ -93,7 +93,8 @@ bool DynamicRemoval::do_slice(const CellStore& store, EvidenceWindow& window) no
       propagate_ground(config_.ground, voxels);
       return false;
     case Stage::kSplit:
-      split_ground(config_.ground, config_.removal, voxels_, next_blocks(), cells_);
+      split_ground(config_.ground, config_.removal, voxels_,
+                   {viewpoint_.sensor_m, viewpoint_.stray_range_m}, next_blocks(), cells_);
       return !loop_.is_over();
     case Stage::kOccupancy:
       prepare_evidence(window);

@@ -214,8 +214,10 @@ void GravityEstimator::add_covariance(const GravityScene& scene, Slope& slope) n
   const Cholesky<2> factor(curvature);
   if (!factor.valid()) return;
   const Eigen::Matrix2d inverse = factor.inverse();
-  slope.covariance =
-      inverse * scatter * inverse + square(kCommonSigma) * Eigen::Matrix2d::Identity();
+  // Two products of two: of a nested one the compiler for ARMv7 keeps a copy of Eigen's, which a
+  // program's own could replace.
+  const Eigen::Matrix2d half = inverse * scatter;
+  slope.covariance = half * inverse + square(kCommonSigma) * Eigen::Matrix2d::Identity();
   slope.valid = slope.mean.allFinite() && Cholesky<2>(slope.covariance).valid();
 }
 

@@ -96,13 +96,16 @@ void propagate_ground(const GroundConfig& config, FixedHashMap<CoarseVoxel>& vox
 }
 
 void split_ground(const GroundConfig& ground, const RemovalConfig& removal,
-                  const CoarseVoxels& voxels, Slice some, CellTable& cells) noexcept {
+                  const CoarseVoxels& voxels, const StrayReturns& stray, Slice some,
+                  CellTable& cells) noexcept {
   const std::span<const Block> blocks = cells.blocks();
   for (std::uint32_t b = some.first; b < some.end; ++b) {
     CellMarks marks;
+    const bool may_be_stray = stray.may_be_in(blocks[b], cells.grid().cell_size_m);
     std::uint64_t left = blocks[b].occupied;
     for (std::uint32_t row = blocks[b].first; left != 0; ++row, left &= left - 1) {
       const std::uint64_t cell = lowest_bit(left);
+      if (may_be_stray && cells.points(row) == 1) marks.follower |= cell;
       const std::uint32_t entry = voxels.of_row(row);
       if (entry == CoarseVoxels::kNone || !voxels.map()[entry].has_ground) {
         if (!removal.candidates_next_to_ground) marks.candidate |= cell;
@@ -114,8 +117,9 @@ void split_ground(const GroundConfig& ground, const RemovalConfig& removal,
         continue;
       }
       marks.candidate |= cell;
-      if (height < removal.connecting_height_m) marks.low |= cell;
+      if (height < removal.connecting_height_m) marks.follower |= cell;
     }
+    marks.follower &= marks.candidate;
     cells.marks(b) = marks;
   }
 }

@@ -4,6 +4,7 @@
 #include "cell_table.hpp"
 #include "coarse_voxels.hpp"
 #include "slice.hpp"
+#include "stray_returns.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {
@@ -25,9 +26,11 @@ void propagate_ground(const GroundConfig& config, FixedHashMap<CoarseVoxel>& vox
   return voxel.ground_normal.dot(p - voxel.ground_point);
 }
 
-/// Marks every cell of some blocks as ground or candidate, or neither. O(cells).
+/// Marks every cell of some blocks as ground or candidate, or neither, and candidates that connect
+/// nothing as followers. O(cells).
 void split_ground(const GroundConfig& ground, const RemovalConfig& removal,
-                  const CoarseVoxels& voxels, Slice some, CellTable& cells) noexcept;
+                  const CoarseVoxels& voxels, const StrayReturns& stray, Slice some,
+                  CellTable& cells) noexcept;
 
 /// A height in a cell, in 1/256 of its edge, that no point of it reaches.
 inline constexpr std::uint32_t kAboveCell = 256;

@@ -72,9 +72,9 @@ class KeyframeBuilder {
   [[nodiscard]] const ScanAccumulator& scans() const noexcept { return accumulator_; }
   /// Scans that the next keyframe will have if it closes as the last one did.
   [[nodiscard]] std::uint32_t expected_scans() const noexcept { return expected_scans_; }
-  /// Between two rays of a ring, as measured, degrees; 0: not known.
-  [[nodiscard]] float ray_spacing_deg() const noexcept {
-    return sampling_.free_space().ray_spacing_deg;
+  /// Images and spacing of rays, as measured.
+  [[nodiscard]] const FreeSpaceConfig& free_space() const noexcept {
+    return sampling_.free_space();
   }
   /// The pose that a scan of the window was used at, by the pose that came with it.
   [[nodiscard]] const Pose& used_pose(const Pose& T_odometry_sensor) const noexcept {

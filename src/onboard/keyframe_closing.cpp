@@ -6,6 +6,7 @@
 
 #include "pipeline_state.hpp"
 #include "stage_clock.hpp"
+#include "stray_returns.hpp"
 #include "unimapper/core/angles.hpp"
 
 namespace unimapper {
@@ -117,7 +118,9 @@ void Pipeline::State::announce() noexcept {
 
 Viewpoint Pipeline::State::viewpoint() const noexcept {
   const Eigen::Vector3d& sensor = current->view.T_odometry_keyframe.translation;
-  return {(sensor - builder.scans().grid().origin_m()).cast<float>(), builder.ray_spacing_deg()};
+  const FreeSpaceConfig& measured = builder.free_space();
+  return {(sensor - builder.scans().grid().origin_m()).cast<float>(), measured.ray_spacing_deg,
+          onboard::stray_range_m(measured, config.keyframe, config.voxel.fine_size_m)};
 }
 
 void Pipeline::State::find_up() noexcept {

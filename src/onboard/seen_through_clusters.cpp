@@ -23,7 +23,7 @@ void SeenThroughClusters::collect(std::span<const std::int16_t> log_odds, const 
   for (std::uint32_t b = blocks.first; b < blocks.end; ++b) {
     const CellMarks& marks = cells.marks(b);
     std::uint64_t strong = 0;
-    for (std::uint64_t left = marks.dynamic & marks.candidate & ~marks.low; left != 0;
+    for (std::uint64_t left = marks.dynamic & marks.candidate & ~marks.follower; left != 0;
          left &= left - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
       if (log_odds[row_of(cells.blocks()[b], bit)] >= least_) strong |= lowest_bit(left);

@@ -142,10 +142,44 @@ TEST_CASE("low cells follow a dynamic component even where ground was taken for 
     stages.cells.set(stages.row_at({1.1F, 1.1F, z}), &CellMarks::dynamic);
   }
   const std::uint32_t foot = stages.row_at({1.1F, 1.1F, 0.25F});
-  REQUIRE(stages.cells.has(foot, &CellMarks::low));
+  REQUIRE(stages.cells.has(foot, &CellMarks::follower));
   stages.cells.set(foot, &CellMarks::confirmed_static);
   stages.classify_components();
   CHECK(stages.cells.has(foot, &CellMarks::dynamic));
+}
+
+TEST_CASE("single returns connect nothing where a surface would leave several") {
+  const auto components = [](float stray_range_m) {
+    Stages stages;
+    stages.stray = {{2.0F, 0.0F, 3.0F}, stray_range_m};
+    std::vector<Eigen::Vector3f> points;
+    add_column(points, 1.1F, 1.1F, 2.5F, 3.5F);
+    add_column(points, 3.1F, 1.1F, 2.5F, 3.5F);
+    for (float x = 1.3F; x < 3.0F; x += 0.2F) points.emplace_back(x, 1.1F, 3.1F);
+    stages.add(points);
+    stages.find_and_split_ground();
+    return stages.classify_components();
+  };
+  CHECK(components(0.0F) == 1);
+  CHECK(components(5.0F) == 2);
+}
+
+TEST_CASE("how near a single return is a stray one follows from the spacing of rays") {
+  FreeSpaceConfig measured;
+  KeyframeConfig keyframe;
+  // 0.2 x 2 degrees: a cell of 0.2 m holds eight rays of a scan at 6.4 m.
+  measured.ray_spacing_deg = 0.2F;
+  measured.ring_spacing_deg = 2.0F;
+  CHECK(stray_range_m(measured, keyframe, 0.2F) == Approx(6.406F).margin(0.001F));
+  // A pattern that does not repeat, two cells apart at 120 m: a quarter of a ray; eight at 21 m.
+  measured.ray_spacing_deg = measured.ring_spacing_deg = 0.0F;
+  measured.full_weight_range_m = 120.0F;
+  CHECK(stray_range_m(measured, keyframe, 0.2F) == Approx(21.213F).margin(0.001F));
+  keyframe.downsample_leaf_m = 0.1F;
+  CHECK(stray_range_m(measured, keyframe, 0.2F) == 0.0F);
+  keyframe.downsample_leaf_m = 0.0F;
+  measured.full_weight_range_m = 0.0F;
+  CHECK(stray_range_m(measured, keyframe, 0.2F) == 0.0F);
 }
 
 TEST_CASE("strong evidence of a cell's own survives a static component") {

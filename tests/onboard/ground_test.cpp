@@ -28,6 +28,22 @@ TEST_CASE("flat and sloped floors are ground, walls and steep slopes are not") {
   CHECK(wall.find_and_split_ground() == 0);
 }
 
+TEST_CASE("a floor below snow is ground") {
+  Stages stages;
+  std::vector<Eigen::Vector3f> points;
+  add_floor(points, 0.0F, 2.0F, 0.0F, 2.0F, 0.1F);
+  // One return in every ninth cell up to 2 m.
+  for (int i = 0; i < 100; i += 3) {
+    for (int z = 1; z < 10; z += 3) {
+      points.emplace_back(0.1F + 0.2F * static_cast<float>(i / 10),
+                          0.1F + 0.2F * static_cast<float>(i % 10),
+                          0.1F + 0.2F * static_cast<float>(z));
+    }
+  }
+  stages.add(points);
+  CHECK(stages.find_and_split_ground() == 1);
+}
+
 TEST_CASE("a roof above a floor is no ground") {
   Stages stages;
   std::vector<Eigen::Vector3f> points;

@@ -23,19 +23,19 @@ using namespace unimapper::test;
 namespace {
 
 // Poses with up, labels, static cells, dynamic cells, keypoints, planes, triangles, loops, counts.
-constexpr StreamChecksums kSpinning = {0xBF71D1B2E416B492, 0x0399872E6A52D351, 0x3E72AC5928A0C15A,
-                                       0x0490DB50BE09331B, 0xC8EF8C3032B0444B, 0x7F0654BCEB90779F,
-                                       0xB57E86417122AEC3, 0x0CA3506A6D2AB8A3, 0x1CBA53D9F15CF934};
+constexpr StreamChecksums kSpinning = {0xC7A995790779738B, 0x08319F0772DB7909, 0xE5CF27C162FD1624,
+                                       0xFE66B7FC84794D54, 0x8577E96BA0226F7C, 0x0EF6F4F87029772A,
+                                       0xCE81F4C7AC042F20, 0x92D34DCAABC9BD7B, 0xA92AC1AD2602F44B};
 constexpr StreamChecksums kNonRepetitive = {
-    0x2507F6704CFB5F45, 0x2741D6C4B56FAF9C, 0x1C66B0D6379219EB,
-    0x075990544BF06228, 0xC0174630FACE39D3, 0x50A446C74E1C014C,
-    0x97B6E379C5A62E35, 0xF957B479C6A17CD7, 0xC60BE5AF7EC82C42};
-constexpr StreamChecksums kPaper = {0xF9690915BD8FA7AA, 0x7590A198BA9D8731, 0x3B490E55A23AA908,
-                                    0x4CC4ED3E935D2522, 0xDF85D8D54FB38241, 0xB87D9DF78BF802D8,
-                                    0x43A1A6F1C54547A6, 0xEEF8FDF26C4FB01B, 0xFFA55DDD653350E0};
-constexpr StreamChecksums kRecorded = {0xF73B7E48F4686295, 0x28FB3CB03735DAD2, 0xAA6B7AA86C321A20,
-                                       0xAD681026345C99AF, 0xC9F66272CB55725C, 0xE7B031CD8D695240,
-                                       0x595E92BD11A8FAE4, 0xAAB85B83BEBC1FF7, 0x862198198E345AAC};
+    0x970D8119331EE367, 0x4865917C38401010, 0x66B341A81607DA74,
+    0xB2DCC6F145ACCA77, 0xE098D8CFC6AA69B3, 0x00215025F32051D2,
+    0x5A248A631A6DF3DA, 0x96810C4A4CA4E409, 0xDC9A1197ABCB8EC3};
+constexpr StreamChecksums kPaper = {0x4D8DC58F868E49F6, 0x976F2A8DC61083C5, 0xFEE881EBAA031AD5,
+                                    0x578DF561D3BFB068, 0xF8700FC86E7868B6, 0xF5557CC38309E4A6,
+                                    0x4B9D7B153656EDC1, 0x22963C9E5C1DBC5B, 0x1B1443F1A4ACAA4F};
+constexpr StreamChecksums kRecorded = {0xF73B7E48F4686295, 0x6C94B529E5F77893, 0xA2FDAD97EE3C4047,
+                                       0x409C6FD631A18A38, 0xB0E4428AA3A1EE46, 0x495FBC485885970A,
+                                       0xC13985E25036BBC0, 0xF2F83A0C6664AADA, 0x1DCAAAB4BCD3301D};
 
 /// Short keyframes, a short window, and loops to what was seen a little while ago.
 PipelineConfig short_run(PipelineConfig config) {

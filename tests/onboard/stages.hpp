@@ -13,6 +13,7 @@
 #include "src/onboard/ground.hpp"
 #include "src/onboard/ground_levels.hpp"
 #include "src/onboard/scan_accumulator.hpp"
+#include "src/onboard/stray_returns.hpp"
 #include "src/onboard/transparent_ground.hpp"
 #include "unimapper/core/owned.hpp"
 #include "unimapper/free_space/free_columns.hpp"
@@ -78,7 +79,7 @@ struct Stages {
         find_ground(config.ground, config.voxel.coarse_size_m, sensor_m, voxels.map());
     rejected = levels.reject_elevated(voxels.map());
     propagate_ground(config.ground, voxels.map());
-    split_ground(config.ground, config.removal, voxels, all_blocks(), cells);
+    split_ground(config.ground, config.removal, voxels, stray, all_blocks(), cells);
     return ground;
   }
   /// Classifies components as if every dynamic cell had been seen through once, and every other one
@@ -118,6 +119,7 @@ struct Stages {
   ComponentClassifier components;
   Viewpoint viewpoint;
   Eigen::Vector3f sensor_m{0.0F, 0.0F, 20.0F};  ///< from the grid's origin: above everything
+  StrayReturns stray;                           ///< none
   RangePainter painter;
   MemoryBlock block;
 };
