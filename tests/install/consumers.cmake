@@ -1,6 +1,7 @@
-# Installs the build into a fresh prefix and builds against it, as other projects would: a robot's
-# programs in C and C++, which write encoded keyframes to files, and a base station's, which merges
-# them. Checks that the README shows its example as it is compiled here.
+# Installs the build into a fresh prefix, by its packages where they can be made, and builds against
+# it, as other projects would: a robot's programs in C and C++, which write encoded keyframes to
+# files, and a base station's, which merges them. Checks that the README shows its example as it is
+# compiled here.
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT status EQUAL 0)
@@ -9,9 +10,24 @@ function(run)
   set(output "${output}" PARENT_SCOPE)
 endfunction()
 
-set(prefix "${WORK}/prefix")
 file(REMOVE_RECURSE "${WORK}")
-run(${CMAKE_COMMAND} --install "${BUILD}" --prefix "${prefix}")
+find_program(DPKG_DEB dpkg-deb)
+find_program(DPKG_SHLIBDEPS dpkg-shlibdeps)
+if(DPKG_DEB AND DPKG_SHLIBDEPS AND NOT TOOLCHAIN AND NOT SANITIZE)
+  # What the packages of Debian hold, in a root of its own.
+  set(prefix "${WORK}/root/usr")
+  run(${CPACK} -G DEB --config "${BUILD}/CPackConfig.cmake" -B "${WORK}/packages")
+  file(GLOB packages "${WORK}/packages/*.deb")
+  foreach(package IN LISTS packages)
+    run(${DPKG_DEB} --extract "${package}" "${WORK}/root")
+  endforeach()
+  if(BASE)
+    run("${prefix}/bin/unimapper" --version)
+  endif()
+else()
+  set(prefix "${WORK}/prefix")
+  run(${CMAKE_COMMAND} --install "${BUILD}" --prefix "${prefix}")
+endif()
 set(where "-DCMAKE_PREFIX_PATH=${prefix}")
 if(TOOLCHAIN)
   # The toolchain confines searches to its package root.

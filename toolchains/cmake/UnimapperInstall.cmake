@@ -28,9 +28,11 @@ set(unimapper_package_SQLite SQLite3)
 # pkg-config.
 function(unimapper_component name)
   install(TARGETS ${ARGN} EXPORT unimapper_${name}
-    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-  install(EXPORT unimapper_${name} NAMESPACE unimapper:: DESTINATION ${unimapper_cmake_dir})
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library
+      NAMELINK_COMPONENT development
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+  install(EXPORT unimapper_${name} NAMESPACE unimapper:: DESTINATION ${unimapper_cmake_dir}
+    COMPONENT development)
   list(GET ARGN 0 target)
   get_target_property(links ${target} LINK_LIBRARIES)
   set(components)
@@ -70,21 +72,21 @@ function(unimapper_component name)
   configure_file("${CMAKE_CURRENT_FUNCTION_LIST_DIR}/unimapper.pc.in"
     "${CMAKE_BINARY_DIR}/pkgconfig/unimapper_${name}.pc" @ONLY)
   install(FILES "${CMAKE_BINARY_DIR}/pkgconfig/unimapper_${name}.pc"
-    DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+    DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 endfunction()
 
 unimapper_component(c unimapper_c unimapper_c_static)
-install(FILES ports/c/unimapper.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(FILES ports/c/unimapper.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
 
 get_property(unimapper_libraries GLOBAL PROPERTY UNIMAPPER_LIBRARIES)
 get_property(unimapper_freestanding GLOBAL PROPERTY UNIMAPPER_FREESTANDING_LIBRARIES)
 foreach(library IN LISTS unimapper_libraries)
   if(EXISTS "${PROJECT_SOURCE_DIR}/include/unimapper/${library}")
     install(DIRECTORY include/unimapper/${library}
-      DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/unimapper)
+      DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/unimapper COMPONENT development)
   elseif(EXISTS "${PROJECT_SOURCE_DIR}/ports/${library}")
     install(DIRECTORY ports/${library} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/unimapper/ports
-      FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
+      COMPONENT development FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
   elseif(NOT library IN_LIST unimapper_freestanding)
     # Without public headers: a part of the tool (the simulator).
     continue()
@@ -93,7 +95,8 @@ foreach(library IN LISTS unimapper_libraries)
 endforeach()
 # The encoder's headers are the wire's.
 if(NOT TARGET unimapper_wire)
-  install(DIRECTORY include/unimapper/wire DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/unimapper)
+  install(DIRECTORY include/unimapper/wire DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/unimapper
+    COMPONENT development)
 endif()
 
 configure_package_config_file(
@@ -106,5 +109,37 @@ install(FILES "${CMAKE_BINARY_DIR}/unimapperConfig.cmake"
   "${CMAKE_BINARY_DIR}/unimapperConfigVersion.cmake"
   "${CMAKE_CURRENT_LIST_DIR}/FindLCM.cmake"
   "${CMAKE_CURRENT_LIST_DIR}/FindSodium.cmake"
-  DESTINATION ${unimapper_cmake_dir})
-install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+  DESTINATION ${unimapper_cmake_dir} COMPONENT development)
+install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR}
+  COMPONENT development)
+install(FILES package.xml DESTINATION "${CMAKE_INSTALL_DATADIR}/unimapper" COMPONENT development)
+if(TARGET unimapper)
+  install(TARGETS unimapper RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT tool)
+endif()
+
+# Packages of Debian: `cpack -G DEB` in the build folder. A project around this one packs itself.
+if(NOT PROJECT_IS_TOP_LEVEL)
+  return()
+endif()
+set(CPACK_PACKAGE_CONTACT "The Uni-Mapper authors <maintainers@unimapper.invalid>")
+set(CPACK_RESOURCE_FILE_LICENSE "${PROJECT_SOURCE_DIR}/LICENSE")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_ALL library development)
+if(TARGET unimapper)
+  list(APPEND CPACK_COMPONENTS_ALL tool)
+endif()
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME "libunimapper${PROJECT_VERSION_MAJOR}")
+set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "Uni-Mapper's onboard library with its C interface")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libunimapper-dev)
+set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Headers and static libraries of Uni-Mapper")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
+  "libeigen3-dev, ${CPACK_DEBIAN_LIBRARY_PACKAGE_NAME} (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS
+  "libceres-dev, libnanoflann-dev, liblcm-dev, libsodium-dev, libsqlite3-dev, zlib1g-dev")
+set(CPACK_DEBIAN_TOOL_PACKAGE_NAME unimapper)
+set(CPACK_COMPONENT_TOOL_DESCRIPTION "Merges LiDAR recordings of several robots into one static map")
+include(CPack)
