@@ -44,13 +44,8 @@ bool decode_generated(wire::Bytes bytes, Generated& message) {
 /// The identity that every generated message carries.
 template <typename Generated>
 SessionId id_of(const Generated& in) {
-  const auto robot = static_cast<std::uint32_t>(in.robot);
-  if constexpr (requires { in.boot_high; }) {
-    return {robot,
-            {static_cast<std::uint64_t>(in.boot_high), static_cast<std::uint64_t>(in.boot_low)}};
-  } else {
-    return {robot, static_cast<std::uint64_t>(in.session)};
-  }
+  return {static_cast<std::uint32_t>(in.robot),
+          {static_cast<std::uint64_t>(in.boot_high), static_cast<std::uint64_t>(in.boot_low)}};
 }
 
 template <typename Generated>

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 #include <unimapper_wire/chunk_t.hpp>
-#include <unimapper_wire/chunk_v1_t.hpp>
 #include <unimapper_wire/health_t.hpp>
 #include <unimapper_wire/session_t.hpp>
-#include <unimapper_wire/session_v1_t.hpp>
 #include <unimapper_wire/stored_t.hpp>
 
 #include "ports/lcm/generated_codec.hpp"
@@ -26,13 +24,6 @@ constexpr std::size_t kFingerprintBytes = 8;
 
 /// Schema version, robot and boot id, with which every message goes on.
 constexpr std::size_t kIdentityBytes = 4 + 4 + 16;
-constexpr std::size_t kIdentityBytesV1 = 4 + 4 + 8;
-
-/// Whether the bytes start with this type's fingerprint.
-template <typename Generated>
-bool is_of(Bytes bytes) {
-  return BigEndianReader(bytes).get<std::int64_t>() == Generated::getHash();
-}
 
 std::uint32_t get_list_length(BigEndianReader& in) {
   const auto length = in.get<std::uint32_t>();
@@ -46,17 +37,17 @@ void skip_texts(BigEndianReader& in, std::uint32_t count) {
 
 bool ends_here(const BigEndianReader& in) { return in.ok() && in.remaining() == 0; }
 
-bool session_adds_up(Bytes bytes, std::size_t identity_bytes) {
+bool session_adds_up(Bytes bytes) {
   BigEndianReader in(bytes);
-  in.skip(kFingerprintBytes + identity_bytes);
+  in.skip(kFingerprintBytes + kIdentityBytes);
   skip_texts(in, 2);
   in.skip(1 + 8 + 8 + kChecksumBytes);
   return ends_here(in);
 }
 
-bool chunk_adds_up(Bytes bytes, std::size_t identity_bytes) {
+bool chunk_adds_up(Bytes bytes) {
   BigEndianReader in(bytes);
-  in.skip(kFingerprintBytes + identity_bytes + 5 * 4);
+  in.skip(kFingerprintBytes + kIdentityBytes + 5 * 4);
   in.skip(in.get<std::uint32_t>());
   in.skip(kChecksumBytes);
   return ends_here(in);
@@ -113,40 +104,6 @@ bool ranges_are_possible(const unimapper_wire::stored_t& in) {
   return last <= in.until;
 }
 
-/// A session's message of either schema, of lengths that add up.
-template <typename Generated>
-std::optional<SessionMessage> decode_session_as(Bytes bytes) {
-  Generated in;
-  if (!decode_generated(bytes, in)) return std::nullopt;
-  const bool possible = is_session_name(in.name) && is_text(in.sensor, kMaxTextBytes) &&
-                        in.state >= Generated::STARTED && in.state <= Generated::ENDED &&
-                        in.keyframes >= 0 && in.keyframes_dropped >= 0 &&
-                        in.keyframes_dropped <= in.keyframes;
-  if (!possible) return std::nullopt;
-  SessionMessage message;
-  message.info = {id_of(in), in.name, in.sensor};
-  message.state = static_cast<SessionState>(in.state);
-  message.keyframes = static_cast<std::uint64_t>(in.keyframes);
-  message.keyframes_dropped = static_cast<std::uint64_t>(in.keyframes_dropped);
-  return message;
-}
-
-/// The same for pieces.
-template <typename Generated>
-std::optional<ChunkMessage> decode_chunk_as(Bytes bytes) {
-  Generated in;
-  if (!decode_generated(bytes, in)) return std::nullopt;
-  ChunkMessage message;
-  message.session = id_of(in);
-  message.sequence = static_cast<std::uint32_t>(in.sequence);
-  message.index = static_cast<std::uint32_t>(in.index);
-  message.count = static_cast<std::uint32_t>(in.count);
-  message.total_bytes = static_cast<std::uint32_t>(in.total_bytes);
-  message.payload_crc32 = static_cast<std::uint32_t>(in.payload_crc32);
-  message.data = std::move(in.data);
-  return is_possible(message) ? std::optional(std::move(message)) : std::nullopt;
-}
-
 }  // namespace
 
 std::vector<std::uint8_t> encode(const SessionMessage& message) {
@@ -164,14 +121,18 @@ std::vector<std::uint8_t> encode(const SessionMessage& message) {
 }
 
 std::optional<SessionMessage> decode_session(Bytes bytes) {
-  if (is_of<unimapper_wire::session_v1_t>(bytes)) {
-    return session_adds_up(bytes, kIdentityBytesV1)
-               ? decode_session_as<unimapper_wire::session_v1_t>(bytes)
-               : std::nullopt;
-  }
-  return session_adds_up(bytes, kIdentityBytes)
-             ? decode_session_as<unimapper_wire::session_t>(bytes)
-             : std::nullopt;
+  unimapper_wire::session_t in;
+  if (!session_adds_up(bytes) || !decode_generated(bytes, in)) return std::nullopt;
+  const bool possible = is_session_name(in.name) && is_text(in.sensor, kMaxTextBytes) &&
+                        in.state >= in.STARTED && in.state <= in.ENDED && in.keyframes >= 0 &&
+                        in.keyframes_dropped >= 0 && in.keyframes_dropped <= in.keyframes;
+  if (!possible) return std::nullopt;
+  SessionMessage message;
+  message.info = {id_of(in), in.name, in.sensor};
+  message.state = static_cast<SessionState>(in.state);
+  message.keyframes = static_cast<std::uint64_t>(in.keyframes);
+  message.keyframes_dropped = static_cast<std::uint64_t>(in.keyframes_dropped);
+  return message;
 }
 
 std::vector<std::uint8_t> encode(const ChunkMessage& message) {
@@ -188,13 +149,17 @@ std::vector<std::uint8_t> encode(const ChunkMessage& message) {
 }
 
 std::optional<ChunkMessage> decode_chunk(Bytes bytes) {
-  if (is_of<unimapper_wire::chunk_v1_t>(bytes)) {
-    return chunk_adds_up(bytes, kIdentityBytesV1)
-               ? decode_chunk_as<unimapper_wire::chunk_v1_t>(bytes)
-               : std::nullopt;
-  }
-  return chunk_adds_up(bytes, kIdentityBytes) ? decode_chunk_as<unimapper_wire::chunk_t>(bytes)
-                                              : std::nullopt;
+  unimapper_wire::chunk_t in;
+  if (!chunk_adds_up(bytes) || !decode_generated(bytes, in)) return std::nullopt;
+  ChunkMessage message;
+  message.session = id_of(in);
+  message.sequence = static_cast<std::uint32_t>(in.sequence);
+  message.index = static_cast<std::uint32_t>(in.index);
+  message.count = static_cast<std::uint32_t>(in.count);
+  message.total_bytes = static_cast<std::uint32_t>(in.total_bytes);
+  message.payload_crc32 = static_cast<std::uint32_t>(in.payload_crc32);
+  message.data = std::move(in.data);
+  return is_possible(message) ? std::optional(std::move(message)) : std::nullopt;
 }
 
 std::vector<std::uint8_t> encode(const HealthMessage& message) {

@@ -19,26 +19,26 @@ namespace unimapper::store {
 
 /// When a store commits, and what it may hold.
 struct StoreOptions {
-  std::size_t batch_keyframes = 32;                ///< so many that wait are committed at once
-  std::uint64_t batch_bytes = 8U << 20U;           ///< so are so many bytes
-  std::int64_t batch_interval_ns = 100'000'000;    ///< nothing waits longer
-  std::int64_t retry_interval_ns = 1'000'000'000;  ///< after a commit that failed
+  std::size_t batch_keyframes = 32;                ///< keyframes that wait when a commit is due
+  std::uint64_t batch_bytes = 8U << 20U;           ///< bytes that wait when a commit is due
+  std::int64_t batch_interval_ns = 100'000'000;    ///< longest wait for a commit
+  std::int64_t retry_interval_ns = 1'000'000'000;  ///< wait after a commit that failed
   std::uint64_t max_waiting_bytes = 64U << 20U;    ///< beyond it no keyframe is taken
-  std::uint64_t max_summary_bytes = 4U << 20U;     ///< that wait; beyond it none is taken
+  std::uint64_t max_summary_bytes = 4U << 20U;     ///< beyond it no summary is taken
   std::uint64_t max_bytes = 0;                     ///< size of the database; 0: unlimited
 };
 
 /// What a store has done since it was opened.
 struct StoreCounters {
   std::uint64_t keyframes = 0;       ///< stored
-  std::uint64_t bytes = 0;           ///< of these, as encoded
+  std::uint64_t bytes = 0;           ///< bytes of the keyframes stored, as encoded
   std::uint64_t repeated = 0;        ///< stored already, left as they were
   std::uint64_t summaries = 0;       ///< stored, of keyframes that were not whole then
   std::uint64_t commits = 0;         ///< that succeeded
   std::uint64_t failed_commits = 0;  ///< rolled back, to be tried again
   /// How long commits took, failed ones included; nothing is received meanwhile.
   std::chrono::nanoseconds commit_time{0};
-  std::chrono::nanoseconds longest_commit{0};  ///< of these
+  std::chrono::nanoseconds longest_commit{0};  ///< longest time that one commit took
 };
 
 /// Keeps a receiver's keyframes in a SQLite database (write-ahead log, every commit on the disk

@@ -56,10 +56,6 @@ void PlacementOutcomeTable::keep(const PlacementKey& key, const PlacementResult&
 }
 
 std::int64_t damaged_placement_outcomes(Database& database) {
-  if (database.number("SELECT count(*) FROM sqlite_master WHERE name = 'placement_outcomes'") ==
-      0) {
-    return 0;
-  }
   Statement rows(database, std::string(kEvidence) + "placement_outcomes");
   std::int64_t damaged = 0;
   while (rows.step()) damaged += evidence_in(rows) ? 0 : 1;

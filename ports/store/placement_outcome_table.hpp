@@ -19,7 +19,7 @@ struct PlacementKey {
 /// What sensor data say, as `merge::PlacementEvidence` has it.
 struct PlacementResult {
   std::uint64_t supporting = 0;     ///< keyframes beside each other that fit
-  std::uint64_t contradicting = 0;  ///< those that see different structure there
+  std::uint64_t contradicting = 0;  ///< keyframes beside each other that see different structure
   std::string aliasing;             ///< where else the query fits as well, in words
 };
 

@@ -1,4 +1,4 @@
-// Tables of known positions in a store, since schema 4.
+// Tables of known positions in a store.
 #pragma once
 
 #include <cstdint>

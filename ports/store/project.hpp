@@ -77,7 +77,7 @@ struct SessionResult {
   std::string reason;
   Pose T_map_session;                    ///< anchor: session odometry frame to the map frame
   std::vector<std::uint32_t> sequences;  ///< keyframes that were merged, ascending
-  std::vector<Pose> T_map_keyframe;      ///< of these: levelled keyframe frame to map frame
+  std::vector<Pose> T_map_keyframe;      ///< levelled keyframe frame to map frame, by `sequences`
 };
 
 /// A loop in the result of a merge, or an outcome of its verification.

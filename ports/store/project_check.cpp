@@ -236,9 +236,6 @@ class ProjectCheck {
 
 }  // namespace
 
-std::vector<std::string> ProjectReader::check() {
-  if (!has_project_) return {};
-  return ProjectCheck(database_, *this).run();
-}
+std::vector<std::string> ProjectReader::check() { return ProjectCheck(database_, *this).run(); }
 
 }  // namespace unimapper::store

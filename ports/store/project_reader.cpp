@@ -24,10 +24,9 @@ constexpr std::array<std::pair<StatementKind, const char*>, 5> kKinds = {
      {StatementKind::kPosition, "position"}}};
 
 /// Begins a query whose rows `epoch_of` reads.
-std::string select_epochs(std::int64_t schema) {
-  return std::string("SELECT number, parent, made_s, command, outcome, known_sessions, result, ") +
-         (schema >= 5 ? "purged_by" : "NULL") + " FROM epochs ";
-}
+constexpr const char* kSelectEpochs =
+    "SELECT number, parent, made_s, command, outcome, known_sessions, result, purged_by "
+    "FROM epochs ";
 
 Epoch epoch_of(const Statement& row) {
   Epoch epoch;
@@ -73,17 +72,11 @@ const char* kind_name(StatementKind kind) {
   return "";
 }
 
-ProjectReader::ProjectReader(Database& database)
-    : database_(database),
-      has_project_(database.number("PRAGMA user_version") >= 3),
-      has_positions_(database.number("PRAGMA user_version") >= 4),
-      has_checksums_(database.number("PRAGMA user_version") >= 6),
-      select_epochs_(select_epochs(database.number("PRAGMA user_version"))) {}
+ProjectReader::ProjectReader(Database& database) : database_(database) {}
 
 std::vector<Epoch> ProjectReader::epochs() {
   std::vector<Epoch> epochs;
-  if (!has_project_) return epochs;
-  Statement rows(database_, select_epochs_ + "ORDER BY number");
+  Statement rows(database_, std::string(kSelectEpochs) + "ORDER BY number");
   while (rows.step()) epochs.push_back(epoch_of(rows));
   return epochs;
 }
@@ -98,7 +91,6 @@ ProjectState ProjectReader::next() {
 }
 
 ProjectState ProjectReader::current() {
-  if (!has_project_) return {};
   const Snapshot snapshot(database_);
   const std::int64_t last = database_.number("SELECT max(number) FROM epochs");
   return last == 0 ? ProjectState{} : at(last);
@@ -107,11 +99,9 @@ ProjectState ProjectReader::current() {
 ProjectState ProjectReader::at(std::int64_t number) {
   const Snapshot snapshot(database_);
   ProjectState state;
-  if (has_project_) {
-    Statement row(database_, select_epochs_ + "WHERE number = ?");
-    row.bind(number);
-    if (row.step()) state.epoch = epoch_of(row);
-  }
+  Statement row(database_, std::string(kSelectEpochs) + "WHERE number = ?");
+  row.bind(number);
+  if (row.step()) state.epoch = epoch_of(row);
   if (state.epoch.number == 0) {
     throw StoreError(database_.file().parent_path().string() + ": has no epoch " +
                      std::to_string(number));
@@ -138,13 +128,12 @@ ProjectState ProjectReader::at(std::int64_t number) {
     statement.query = {rows.number(4), sequence_of(rows, 5)};
     if (!rows.is_null(6)) statement.T_match_query = pose_of(database_, rows.bytes(6), "a link");
   }
-  if (has_positions_) read_positions(database_, state);
+  read_positions(database_, state);
   return state;
 }
 
 std::map<std::int64_t, std::int64_t> ProjectReader::pose_checksums(std::int64_t result) {
   std::map<std::int64_t, std::int64_t> checksums;
-  if (!has_project_) return checksums;
   Statement rows(database_, "SELECT session, crc32 FROM result_sessions WHERE result = ?");
   rows.bind(result);
   while (rows.step()) checksums[rows.number(0)] = rows.number(1);
@@ -155,10 +144,7 @@ MapResult ProjectReader::result(std::int64_t id) {
   const Snapshot snapshot(database_);
   MapResult result;
   const std::string none = database_.file().string() + ": has no result " + std::to_string(id);
-  if (!has_project_) throw StoreError(none);
-  Statement whole(database_, std::string("SELECT parameters, ") +
-                                 (has_checksums_ ? "crc32" : "NULL") +
-                                 " FROM results WHERE id = ?");
+  Statement whole(database_, "SELECT parameters, crc32 FROM results WHERE id = ?");
   whole.bind(id);
   if (!whole.step()) throw StoreError(none);
   result.parameters = whole.text(0);
@@ -218,7 +204,7 @@ MapResult ProjectReader::result(std::int64_t id) {
     pair.competing = static_cast<std::uint64_t>(pairs.number(6));
     pair.T_match_query = pose_of(database_, pairs.bytes(7), "a pair of sessions");
   }
-  if (has_positions_) read_positions(database_, id, result);
+  read_positions(database_, id, result);
   if (!whole.is_null(1) && whole.number(1) != checksum_of(result)) {
     damaged(database_, "result " + std::to_string(id));
   }

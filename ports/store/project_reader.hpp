@@ -12,9 +12,8 @@
 
 namespace unimapper::store {
 
-/// Reads the project in a store's database, which must outlive it. A store of an earlier schema
-/// has none: no epoch and no session in it. All functions throw StoreError, also for what is
-/// damaged.
+/// Reads the project in a store's database, which must outlive it. All functions throw StoreError,
+/// also for what is damaged.
 class ProjectReader {
  public:
   explicit ProjectReader(Database& database);
@@ -23,7 +22,8 @@ class ProjectReader {
   [[nodiscard]] std::vector<Epoch> epochs();
   /// The project as of the latest epoch.
   [[nodiscard]] ProjectState current();
-  /// The same with the sessions that have arrived since: as the next epoch begins.
+  /// The project as of the latest epoch with the sessions that have arrived since: as the next
+  /// epoch begins.
   [[nodiscard]] ProjectState next();
   /// The project as of an epoch. Throws StoreError if there is none of that number, or if a session
   /// of it was removed for good.
@@ -38,10 +38,6 @@ class ProjectReader {
 
  private:
   Database& database_;
-  bool has_project_;
-  bool has_positions_;
-  bool has_checksums_;
-  std::string select_epochs_;
 };
 
 }  // namespace unimapper::store

@@ -23,7 +23,7 @@ class ProjectWriter {
   /// writes to the store.
   ProjectWriter(const std::filesystem::path& folder, const std::string& holder,
                 bool may_make = false);
-  /// The same for a process that holds the lock already, for as long as it does.
+  /// Opens the store in `folder` for a process that holds the lock already, for as long as it does.
   ProjectWriter(const std::filesystem::path& folder, const StoreLock& held);
 
   /// What a change does to the project, and its outcome in words; nothing: there is no change, and
@@ -56,7 +56,7 @@ class ProjectWriter {
 
   /// Outcomes of loop verification, to be kept within a `Transaction` of their own.
   LoopOutcomeTable& outcomes() { return outcomes_; }
-  /// Evidence about placements, likewise.
+  /// Evidence about placements, to be kept within a `Transaction` of its own.
   PlacementOutcomeTable& placements() { return placements_; }
   /// The database, for what is stored within `commit`.
   Database& database() { return database_; }

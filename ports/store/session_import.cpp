@@ -107,7 +107,7 @@ void SessionImport::write(const wire::ReceivedKeyframe& keyframe) {
       .run();
 }
 
-/// With what is stored of the same number, which the new one replaces if it is damaged.
+/// Compares a keyframe with the stored one of its number, which it replaces if that one is damaged.
 void SessionImport::compare(const wire::ReceivedKeyframe& keyframe, std::int64_t checksum,
                             ImportedSession& session) {
   const std::int64_t sequence{keyframe.record.sequence};

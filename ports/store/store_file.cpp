@@ -4,7 +4,6 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -19,61 +18,7 @@ namespace {
 /// "UMST": in the header of every store's database.
 constexpr std::int64_t kApplicationId = 0x554D5354;
 
-/// Known positions of keyframes, what merges made of them, and what sensor data said of placements.
-constexpr const char* kSchema4 = R"(
-CREATE TABLE statement_positions (
-  statement INTEGER NOT NULL REFERENCES statements (id),
-  sequence INTEGER NOT NULL,
-  position BLOB NOT NULL,
-  point BLOB NOT NULL,
-  sigma_xy REAL,
-  sigma_z REAL NOT NULL,
-  PRIMARY KEY (statement, sequence)
-) STRICT, WITHOUT ROWID;
-CREATE TABLE result_positions (
-  result INTEGER NOT NULL REFERENCES results (id),
-  number INTEGER NOT NULL,
-  session INTEGER NOT NULL REFERENCES sessions (id),
-  sequence INTEGER NOT NULL,
-  position BLOB NOT NULL,
-  point BLOB NOT NULL,
-  sigma_xy REAL,
-  sigma_z REAL NOT NULL,
-  used INTEGER NOT NULL,
-  reason TEXT NOT NULL,
-  residual BLOB NOT NULL,
-  PRIMARY KEY (result, number)
-) STRICT, WITHOUT ROWID;
-CREATE TABLE result_georeferences (
-  result INTEGER PRIMARY KEY REFERENCES results (id),
-  origin BLOB NOT NULL,
-  horizontal INTEGER NOT NULL,
-  heading_sigma REAL
-) STRICT;
-CREATE TABLE placement_outcomes (
-  query_session INTEGER NOT NULL REFERENCES sessions (id),
-  match_session INTEGER NOT NULL REFERENCES sessions (id),
-  fingerprint INTEGER NOT NULL,
-  supporting INTEGER NOT NULL,
-  contradicting INTEGER NOT NULL,
-  aliasing TEXT NOT NULL,
-  crc32 INTEGER NOT NULL,
-  PRIMARY KEY (query_session, match_session, fingerprint)
-) STRICT;
-)";
-
-/// Epochs that cannot be shown any more, because a later one removed a session of theirs for good.
-constexpr const char* kSchema5 = R"(
-ALTER TABLE epochs ADD COLUMN purged_by INTEGER REFERENCES epochs (number);
-)";
-
-/// Checksums of whole results; those of before have none.
-constexpr const char* kSchema6 = R"(
-ALTER TABLE results ADD COLUMN crc32 INTEGER;
-)";
-
-/// What brings a database from one schema to the next.
-constexpr std::array<const char*, kSchemaVersion> kSteps = {R"(
+constexpr const char* kTables = R"(
 CREATE TABLE sessions (
   id INTEGER PRIMARY KEY,
   identity BLOB NOT NULL UNIQUE,
@@ -107,8 +52,7 @@ CREATE TABLE health (
   details TEXT NOT NULL,
   PRIMARY KEY (session, slot)
 ) STRICT, WITHOUT ROWID;
-)",
-                                                            R"(
+
 CREATE TABLE summaries (
   session INTEGER NOT NULL REFERENCES sessions (id),
   sequence INTEGER NOT NULL,
@@ -117,11 +61,11 @@ CREATE TABLE summaries (
   bytes BLOB NOT NULL,
   PRIMARY KEY (session, sequence)
 ) STRICT;
-)",
-                                                            R"(
+
 CREATE TABLE results (
   id INTEGER PRIMARY KEY,
-  parameters TEXT NOT NULL
+  parameters TEXT NOT NULL,
+  crc32 INTEGER
 ) STRICT;
 CREATE TABLE epochs (
   number INTEGER PRIMARY KEY,
@@ -130,7 +74,8 @@ CREATE TABLE epochs (
   command TEXT NOT NULL,
   outcome TEXT NOT NULL,
   known_sessions INTEGER NOT NULL,
-  result INTEGER REFERENCES results (id)
+  result INTEGER REFERENCES results (id),
+  purged_by INTEGER REFERENCES epochs (number)
 ) STRICT;
 CREATE TABLE epoch_sessions (
   epoch INTEGER NOT NULL REFERENCES epochs (number),
@@ -207,7 +152,46 @@ CREATE TABLE loop_outcomes (
   crc32 INTEGER NOT NULL,
   PRIMARY KEY (query_session, query_sequence, match_session, match_sequence, fingerprint, proposed)
 ) STRICT;
-)", kSchema4, kSchema5, kSchema6};
+CREATE TABLE statement_positions (
+  statement INTEGER NOT NULL REFERENCES statements (id),
+  sequence INTEGER NOT NULL,
+  position BLOB NOT NULL,
+  point BLOB NOT NULL,
+  sigma_xy REAL,
+  sigma_z REAL NOT NULL,
+  PRIMARY KEY (statement, sequence)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE result_positions (
+  result INTEGER NOT NULL REFERENCES results (id),
+  number INTEGER NOT NULL,
+  session INTEGER NOT NULL REFERENCES sessions (id),
+  sequence INTEGER NOT NULL,
+  position BLOB NOT NULL,
+  point BLOB NOT NULL,
+  sigma_xy REAL,
+  sigma_z REAL NOT NULL,
+  used INTEGER NOT NULL,
+  reason TEXT NOT NULL,
+  residual BLOB NOT NULL,
+  PRIMARY KEY (result, number)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE result_georeferences (
+  result INTEGER PRIMARY KEY REFERENCES results (id),
+  origin BLOB NOT NULL,
+  horizontal INTEGER NOT NULL,
+  heading_sigma REAL
+) STRICT;
+CREATE TABLE placement_outcomes (
+  query_session INTEGER NOT NULL REFERENCES sessions (id),
+  match_session INTEGER NOT NULL REFERENCES sessions (id),
+  fingerprint INTEGER NOT NULL,
+  supporting INTEGER NOT NULL,
+  contradicting INTEGER NOT NULL,
+  aliasing TEXT NOT NULL,
+  crc32 INTEGER NOT NULL,
+  PRIMARY KEY (query_session, match_session, fingerprint)
+) STRICT;
+)";
 
 std::string reason() { return std::strerror(errno); }
 
@@ -221,21 +205,20 @@ std::int64_t schema_of(Database& database) {
   if (database.number("PRAGMA application_id") != kApplicationId) {
     throw StoreError(file + ": is a database, but no store of Uni-Mapper");
   }
-  if (schema > kSchemaVersion) {
-    throw StoreError(file + ": was written by a newer version of Uni-Mapper (schema " +
-                     std::to_string(schema) + ", this version knows " +
-                     std::to_string(kSchemaVersion) + ")");
+  if (schema != kSchemaVersion) {
+    throw StoreError(file + ": was written by " +
+                     (schema > kSchemaVersion ? "a newer" : "an earlier") +
+                     " version of Uni-Mapper (schema " + std::to_string(schema) +
+                     ", this version knows " + std::to_string(kSchemaVersion) + ")");
   }
   return schema;
 }
 
-/// Each step whole or not at all.
-void migrate(Database& database, std::int64_t schema) {
-  for (auto step = static_cast<std::size_t>(schema); step < kSteps.size(); ++step) {
-    database.run(std::string("BEGIN IMMEDIATE;") + kSteps[step] +
-                 "PRAGMA application_id = " + std::to_string(kApplicationId) +
-                 ";PRAGMA user_version = " + std::to_string(step + 1) + ";COMMIT");
-  }
+/// All tables or none.
+void create_tables(Database& database) {
+  database.run(std::string("BEGIN IMMEDIATE;") + kTables +
+               "PRAGMA application_id = " + std::to_string(kApplicationId) +
+               ";PRAGMA user_version = " + std::to_string(kSchemaVersion) + ";COMMIT");
 }
 
 }  // namespace
@@ -282,7 +265,7 @@ StoreLock::~StoreLock() { close(descriptor_); }
 
 Database open_for_writing(const fs::path& folder) {
   Database database(database_of(folder), Access::kWrite);
-  const std::int64_t schema = schema_of(database);
+  const bool is_new = schema_of(database) == 0;
   // The size of a page takes effect in a new database only.
   database.run(
       "PRAGMA page_size = 8192;"
@@ -292,7 +275,7 @@ Database open_for_writing(const fs::path& folder) {
       "PRAGMA cache_size = -4096;"
       "PRAGMA wal_autocheckpoint = 1000;"
       "PRAGMA journal_size_limit = 16777216");
-  migrate(database, schema);
+  if (is_new) create_tables(database);
   return database;
 }
 
@@ -301,8 +284,7 @@ Database open_for_reading(const fs::path& folder) {
   std::error_code error;
   if (!fs::exists(file, error)) throw StoreError(folder.string() + ": is no store");
   Database database(file, Access::kRead);
-  const std::int64_t schema = schema_of(database);
-  if (schema == 0) throw StoreError(file.string() + ": has no tables yet");
+  if (schema_of(database) == 0) throw StoreError(file.string() + ": has no tables yet");
   return database;
 }
 

@@ -39,13 +39,12 @@ class StoreLock {
   int descriptor_ = -1;
 };
 
-/// Opens a store's database for writing; a new one gets its tables, one of an older schema is
-/// brought to the present one. Throws StoreError for a file that is no store, that a newer version
-/// wrote, or that is damaged.
+/// Opens a store's database for writing; a new one gets its tables. Throws StoreError for a file
+/// that is no store, that is of another schema, or that is damaged.
 Database open_for_writing(const std::filesystem::path& folder);
 
-/// The same for reading: nothing is changed, tables of later schemas may be missing. Throws
-/// StoreError also for a new database, which has none.
+/// Opens a store's database for reading. Throws StoreError as `open_for_writing` does, and for a
+/// new database, which has no tables.
 Database open_for_reading(const std::filesystem::path& folder);
 
 }  // namespace unimapper::store

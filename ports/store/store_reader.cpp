@@ -25,8 +25,7 @@ StoredKeyframe keyframe_in(const Statement& rows) {
 }
 
 StoreReader::StoreReader(const std::filesystem::path& folder)
-    : database_(open_for_reading(folder)),
-      has_summaries_(database_.number("PRAGMA user_version") >= 2) {}
+    : database_(open_for_reading(folder)) {}
 
 std::vector<SessionListing> StoreReader::sessions() {
   Statement rows(
@@ -35,10 +34,8 @@ std::vector<SessionListing> StoreReader::sessions() {
       "first_stored_s, "
       "(SELECT stamp_ns FROM keyframes WHERE session = id ORDER BY sequence LIMIT 1), "
       "(SELECT stamp_ns FROM keyframes WHERE session = id ORDER BY sequence DESC LIMIT 1), "
-      "(SELECT COUNT(*) FROM health WHERE session = id), " +
-          std::string(has_summaries_ ? "(SELECT COUNT(*) FROM summaries WHERE session = id)"
-                                     : "0") +
-          " FROM sessions ORDER BY id");
+      "(SELECT COUNT(*) FROM health WHERE session = id), "
+      "(SELECT COUNT(*) FROM summaries WHERE session = id) FROM sessions ORDER BY id");
   std::vector<SessionListing> sessions;
   std::set<std::string> taken;
   while (rows.step()) {

@@ -21,13 +21,13 @@ struct SessionListing {
   SessionInfo info;                     ///< names; "-2", "-3", ... where a name occurs again
   bool ended = false;                   ///< its end was announced
   std::uint64_t announced = 0;          ///< keyframes made, as far as known
-  std::uint64_t dropped_by_sender = 0;  ///< of which the robot sent none
-  std::uint64_t keyframes = 0;          ///< stored whole
-  std::uint64_t summaries = 0;          ///< of others, of which only the summary is stored
-  std::uint64_t bytes = 0;              ///< of these, as encoded
+  std::uint64_t dropped_by_sender = 0;  ///< keyframes made that the robot never sent
+  std::uint64_t keyframes = 0;          ///< keyframes stored whole
+  std::uint64_t summaries = 0;          ///< keyframes of which only the summary is stored
+  std::uint64_t bytes = 0;              ///< bytes of the keyframes stored whole, as encoded
   std::int64_t first_stored_s = 0;      ///< when its first keyframe was stored, Unix time
   std::int64_t first_stamp_ns = 0;      ///< of the first keyframe stored
-  std::int64_t last_stamp_ns = 0;       ///< of the last one
+  std::int64_t last_stamp_ns = 0;       ///< of the last keyframe stored
   std::uint64_t health_rows = 0;        ///< of the history of its health
 
   /// Keyframes that were made and are not stored.
@@ -62,8 +62,8 @@ class StoreReader {
   /// keyframes counted. `each` may take parts out of a keyframe before the next one is read.
   SessionData read(const SessionListing& session,
                    const std::function<void(KeyframeRecord&)>& each = {});
-  /// The same of a session that was read before: what is among its keyframes already is not read
-  /// again, all summaries are. O(keyframes + bytes that are new).
+  /// Reads on in a session that was read before. Keyframes already in `data` are not read again,
+  /// all summaries are. O(keyframes + bytes that are new).
   void read_on(const SessionListing& session, SessionData& data,
                const std::function<void(KeyframeRecord&)>& each = {});
   /// The project in the store; this reader must outlive it.
@@ -78,7 +78,6 @@ class StoreReader {
   void read_summaries(const SessionListing& session, SessionData& data);
 
   Database database_;
-  bool has_summaries_ = false;  ///< the table, since schema 2
 };
 
 }  // namespace unimapper::store

@@ -10,7 +10,6 @@
 #include "image_bytes.hpp"
 #include "keyframe_layout.hpp"
 #include "keyframe_writer.hpp"
-#include "plain_cells.hpp"
 #include "range_coder.hpp"
 #include "unimapper/core/image_code.hpp"
 #include "unimapper/core/quantise.hpp"
@@ -231,19 +230,7 @@ const char* read_image_code(LittleEndianReader& in, const std::vector<std::uint3
   return coder.ends_here() ? nullptr : "the code of the images is not the one of these images";
 }
 
-const char* read_plain_images(LittleEndianReader& in, std::uint32_t count, KeyframeRecord& record) {
-  for (std::uint32_t i = 0; i < count; ++i) {
-    CodedImage& image = record.images.emplace_back();
-    image.scan = in.get<std::uint32_t>();
-    const Bytes code = in.get_bytes(in.get<std::uint32_t>());
-    if (!in.ok()) return "fewer bytes than images";
-    image.code.assign(code.begin(), code.end());
-  }
-  return nullptr;
-}
-
-const char* read_images(LittleEndianReader& in, std::uint16_t schema, Room& room,
-                        KeyframeRecord& record) {
+const char* read_images(LittleEndianReader& in, Room& room, KeyframeRecord& record) {
   const auto count = in.get<std::uint32_t>();
   if (!in.ok()) return "fewer bytes than images";
   if (count == 0) return nullptr;
@@ -255,7 +242,6 @@ const char* read_images(LittleEndianReader& in, std::uint16_t schema, Room& room
     *angle_deg = in.get_float();
   }
   record.image_full_weight_range_m = in.get_float();
-  if (schema < kFirstSchemaWithCodedCells) return read_plain_images(in, count, record);
   if (const char* fault = image_head_fault(count, shape, record.image_full_weight_range_m)) {
     return fault;
   }
@@ -285,9 +271,8 @@ const char* read_up(LittleEndianReader& in, KeyframeUp& up) {
   return nullptr;
 }
 
-/// What comes first in every schema, and how much of the rest there is.
+/// How much there is of what follows the head.
 struct RecordHead {
-  std::uint16_t schema = 0;
   std::uint32_t scans = 0;
   std::uint32_t keypoints = 0;
   std::uint32_t planes = 0;
@@ -295,14 +280,11 @@ struct RecordHead {
 
 const char* read_head(LittleEndianReader& in, RecordHead& head, KeyframeRecord& record) {
   if (in.get<std::uint32_t>() != kKeyframeMagic) return "not a keyframe";
-  head.schema = in.get<std::uint16_t>();
-  if (head.schema < kOldestKeyframeSchema || head.schema > kKeyframeSchema) {
-    return "unknown schema version";
-  }
+  if (in.get<std::uint16_t>() != kKeyframeSchema) return "unknown schema version";
   if (in.get<std::uint16_t>() != 0) return "reserved bytes are not zero";
   record.session.robot = in.get<std::uint32_t>();
   record.session.boot.low = in.get<std::uint64_t>();
-  if (head.schema >= kFirstSchemaWithLongBoot) record.session.boot.high = in.get<std::uint64_t>();
+  record.session.boot.high = in.get<std::uint64_t>();
   record.sequence = in.get<std::uint32_t>();
   record.reference_scan = in.get<std::uint32_t>();
   record.points_in = in.get<std::uint64_t>();
@@ -330,30 +312,6 @@ KeyframeScan get_scan(LittleEndianReader& in) {
   return scan;
 }
 
-/// Up to schema 5: the descriptor after all scans, and up at the end.
-const char* read_without_summary(LittleEndianReader& in, const RecordHead& head, Room& room,
-                                 KeyframeRecord& record) {
-  if (head.scans * kScanBytes + head.keypoints * kKeypointBytes + head.planes * kPlaneBytes >
-      in.remaining()) {
-    return "fewer bytes than scans, keypoints and planes";
-  }
-  record.scans.resize(head.scans);
-  for (KeyframeScan& scan : record.scans) scan = get_scan(in);
-  if (const char* fault = read_keypoints(in, head.keypoints, record.keypoints)) return fault;
-  if (const char* fault = read_planes(in, head.planes, record.planes)) return fault;
-  if (head.schema >= kFirstSchemaWithCodedCells) {
-    read_cell_size(in, record);
-    if (const char* fault = read_cell_lists(in, room, record)) return fault;
-  } else {
-    if (const char* fault = read_plain_cells(in, record.static_cells)) return fault;
-    if (const char* fault = read_plain_cells(in, record.dynamic_cells)) return fault;
-  }
-  if (head.schema >= kFirstSchemaWithImages) {
-    if (const char* fault = read_images(in, head.schema, room, record)) return fault;
-  }
-  return head.schema >= kFirstSchemaWithUp ? read_up(in, record.up) : nullptr;
-}
-
 std::size_t summary_size(const RecordHead& head) {
   return kHeadBytes + kUpBytes + kCellEdgeBytes + kScanBytes + head.keypoints * kKeypointBytes +
          head.planes * kPlaneBytes;
@@ -371,8 +329,9 @@ const char* read_summary(LittleEndianReader& in, const RecordHead& head, Keyfram
   return read_planes(in, head.planes, record.planes);
 }
 
-const char* read_with_summary(LittleEndianReader& in, const RecordHead& head, Room& room,
-                              KeyframeRecord& record) {
+const char* read_record(LittleEndianReader& in, Room room, KeyframeRecord& record) {
+  RecordHead head;
+  if (const char* fault = read_head(in, head, record)) return fault;
   if (const char* fault = read_summary(in, head, record)) return fault;
   if ((head.scans - 1) * kScanBytes > in.remaining()) return "fewer bytes than scans";
   const KeyframeScan reference = record.scans.front();
@@ -381,16 +340,7 @@ const char* read_with_summary(LittleEndianReader& in, const RecordHead& head, Ro
     record.scans[i] = i == record.reference_scan ? reference : get_scan(in);
   }
   if (const char* fault = read_cell_lists(in, room, record)) return fault;
-  return read_images(in, head.schema, room, record);
-}
-
-const char* read_record(LittleEndianReader& in, Room room, KeyframeRecord& record) {
-  RecordHead head;
-  if (const char* fault = read_head(in, head, record)) return fault;
-  const bool has_summary = head.schema >= kFirstSchemaWithSummary;
-  const char* fault = has_summary ? read_with_summary(in, head, room, record)
-                                  : read_without_summary(in, head, room, record);
-  if (fault != nullptr) return fault;
+  if (const char* fault = read_images(in, room, record)) return fault;
   if (in.remaining() != 0) return "bytes are left over";
   return record_fault(record);
 }
@@ -399,7 +349,6 @@ const char* read_record(LittleEndianReader& in, Room room, KeyframeRecord& recor
 const char* read_summary_record(LittleEndianReader& in, KeyframeRecord& record) {
   RecordHead head;
   if (const char* fault = read_head(in, head, record)) return fault;
-  if (head.schema < kFirstSchemaWithSummary) return "keyframes of this schema have no summary";
   if (const char* fault = read_summary(in, head, record)) return fault;
   record.reference_scan = 0;
   const char* fault = record_fault(record);
@@ -456,9 +405,7 @@ std::optional<std::size_t> summary_bytes(Bytes bytes) {
   LittleEndianReader in(bytes);
   RecordHead head;
   KeyframeRecord record;
-  if (read_head(in, head, record) != nullptr || head.schema < kFirstSchemaWithSummary) {
-    return std::nullopt;
-  }
+  if (read_head(in, head, record) != nullptr) return std::nullopt;
   return summary_size(head);
 }
 

@@ -13,16 +13,6 @@ inline constexpr std::size_t kPlaneBytes = 10;
 inline constexpr std::size_t kUpBytes = 12;
 inline constexpr std::size_t kCellEdgeBytes = 2;
 
-inline constexpr std::uint16_t kFirstSchemaWithImages = 2;
-inline constexpr std::uint16_t kFirstSchemaWithUp = 3;
-
-inline constexpr std::uint16_t kFirstSchemaWithCodedCells = 4;
-
-inline constexpr std::uint16_t kFirstSchemaWithLongBoot = 5;
-
-/// Poses and descriptor before everything else.
-inline constexpr std::uint16_t kFirstSchemaWithSummary = 6;
-
 /// Edges of cells that a keyframe may have, metres.
 inline constexpr float kSmallestCellM = 0.01F;
 inline constexpr float kLargestCellM = 10.0F;

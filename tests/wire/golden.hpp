@@ -1,4 +1,4 @@
-// Bytes of the small record in every schema, part by part.
+// Bytes of the small record, part by part.
 #pragma once
 
 #include <cstddef>
@@ -68,28 +68,6 @@ inline std::string golden_head(const std::string& schema, const std::string& boo
          + "E803000000000000 0A00000000000000 0000000000000000"  // points in, dynamic, left out
          + kRotation + kMoved                                    // T_odometry_keyframe
          + "02000000 01000000 01000000";                         // scans, keypoints, planes
-}
-
-/// The bytes of the small record in schemas 1 to 3, up to where free-space images begin.
-inline std::vector<std::uint8_t> golden_bytes(const std::string& schema,
-                                              const std::string& boot_high = "") {
-  // clang-format off
-  return bytes_of(
-      golden_head(schema, boot_high) + kFirstScan + kSecondScan + kDescriptor
-      + "02000000 02000000" // static cells: groups, cells
-      + "80 80 7F 0180 64 C8 6A 03" // ground group, its cell
-      + "80 80 7F 0100 78 C8 CE FF" // other group, its cell
-      + "01000000 01000000" // dynamic cells: groups, cells
-      + "7E 80 80 0100 70 32 00 09" // group, its cell
-  );
-  // clang-format on
-}
-
-/// The small record in schemas 4 and 5.
-inline std::vector<std::uint8_t> golden_coded(const std::string& schema,
-                                              const std::string& boot_high) {
-  return bytes_of(golden_head(schema, boot_high) + kFirstScan + kSecondScan + kDescriptor +
-                  kCellEdge + kCodedCells + kCodedImages + kUp);
 }
 
 }  // namespace unimapper::wire::wire_test

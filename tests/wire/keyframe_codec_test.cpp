@@ -63,66 +63,6 @@ TEST_CASE("a crowd of cells in one spot comes back whole") {
   CHECK(encode_keyframe(*decoded.record) == bytes);
 }
 
-namespace {
-
-/// Free-space images of the small record in schemas 2 and 3.
-std::vector<std::uint8_t> golden_images() {
-  // clang-format off
-  return bytes_of(
-      std::string()
-      + "01000000" // images
-      + "0000B442 0000F041 00000000 0000F041 0000F041" // shape: 90, 30, 0, 30, 30 degrees
-      + "00008042" // full weight up to 64 m
-      + "01000000 04000000" // scan, bytes
-      + "00 E05D 00" // nothing, a level, once more
-  );
-  // clang-format on
-}
-
-void append(std::vector<std::uint8_t>& bytes, const std::vector<std::uint8_t>& more) {
-  bytes.insert(bytes.end(), more.begin(), more.end());
-}
-
-/// The small record as older schemas carry it: in whole centimetres, with points.
-KeyframeRecord plain_record() {
-  KeyframeRecord record = small_record();
-  record.session.boot.high = 0;
-  quantise(record);
-  const KeyframeRecord small = small_record();
-  record.static_cells = small.static_cells;
-  record.static_cells[1].points = 255;
-  record.dynamic_cells = small.dynamic_cells;
-  return record;
-}
-
-/// A keyframe as schema 5 carried it.
-std::vector<std::uint8_t> as_schema_5(const std::vector<std::uint8_t>& bytes) {
-  const auto number = [&bytes](std::size_t at) {
-    return LittleEndianReader(Bytes(bytes).subspan(at, 4)).get<std::uint32_t>();
-  };
-  const std::size_t scans = number(kScanCountAt);
-  const std::size_t reference = number(kReferenceScanAt);
-  const std::size_t descriptor = 26 * number(kScanCountAt + 4) + 10 * number(kScanCountAt + 8);
-  const std::size_t summary = kCellEdgeAt + 2 + 108 + descriptor;
-  std::vector<std::uint8_t> old(bytes.size());
-  auto end = old.begin();
-  const auto take = [&](std::size_t from, std::size_t count) {
-    end = std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(from), count, end);
-  };
-  take(0, kUpAt);
-  take(summary, 108 * reference);
-  take(kCellEdgeAt + 2, 108);
-  take(summary + 108 * reference, 108 * (scans - 1 - reference));
-  take(kCellEdgeAt + 2 + 108, descriptor);
-  take(kCellEdgeAt, 2);
-  take(summary + 108 * (scans - 1), bytes.size() - summary - 108 * (scans - 1));
-  take(kUpAt, 12);
-  old[kSchemaAt] = 5;
-  return old;
-}
-
-}  // namespace
-
 TEST_CASE("the bytes of schema 6 never change") {
   const std::vector<std::uint8_t> golden =
       bytes_of(golden_head("06", "1032547698BADCFE") + kUp + kCellEdge + kSecondScan + kDescriptor +
@@ -132,7 +72,6 @@ TEST_CASE("the bytes of schema 6 never change") {
   CHECK(encode_keyframe(record) == golden);
   REQUIRE(decode_keyframe(golden).record.has_value());
   CHECK(decode_keyframe(golden).record->up == record.up);
-  CHECK(as_schema_5(golden) == golden_coded("05", "1032547698BADCFE"));
 }
 
 namespace {
@@ -165,67 +104,10 @@ TEST_CASE(
   const KeyframeRecord record = turned_scene();
   const std::vector<std::uint8_t> bytes = encode_keyframe(record);
   CHECK(bytes.size() < 20000 * 4 / 2);
-  CHECK(crc32(as_schema_5(bytes)) == 0x6D9D84B4U);
-  // But for the upper half of the boot, as in schema 4.
-  std::vector<std::uint8_t> as_schema_4 = as_schema_5(bytes);
-  as_schema_4[kSchemaAt] = 4;
-  as_schema_4.erase(as_schema_4.begin() + 20, as_schema_4.begin() + 28);
-  CHECK(crc32(as_schema_4) == 0xA4C45889U);
+  CHECK(crc32(bytes) == 0xFA08A6A8U);
   const DecodedKeyframe decoded = decode_keyframe(bytes);
   REQUIRE(decoded.record.has_value());
   CHECK(encode_keyframe(*decoded.record) == bytes);
-}
-
-TEST_CASE("keyframes of schema 5, which begin with no summary, are still read") {
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    KeyframeRecord record = random_record(seed, 100);
-    quantise(record);
-    const DecodedKeyframe decoded = decode_keyframe(as_schema_5(encode_keyframe(record)));
-    INFO("seed " << seed << ": " << decoded.error);
-    REQUIRE(decoded.record.has_value());
-    check_same(record, *decoded.record);
-  }
-}
-
-TEST_CASE("keyframes of schema 4, with boots of 64 bits, are still read") {
-  const DecodedKeyframe decoded = decode_keyframe(golden_coded("04", ""));
-  REQUIRE(decoded.record.has_value());
-  KeyframeRecord expected = small_record();
-  quantise(expected);
-  expected.session.boot.high = 0;
-  expected.up = {true, 0x1p-12F, -0x1p-14F, 0x1p-13F};
-  check_same(*decoded.record, expected);
-}
-
-TEST_CASE("keyframes of schema 3, in whole centimetres, are still read") {
-  std::vector<std::uint8_t> golden = golden_bytes("03");
-  append(golden, golden_images());
-  append(golden, bytes_of("00008039 000080B8 00000039"));
-  const DecodedKeyframe decoded = decode_keyframe(golden);
-  REQUIRE(decoded.record.has_value());
-  KeyframeRecord expected = plain_record();
-  expected.up = {true, 0x1p-12F, -0x1p-14F, 0x1p-13F};
-  check_same(*decoded.record, expected);
-}
-
-TEST_CASE("keyframes of schema 2, which do not say how level they are, are still read") {
-  std::vector<std::uint8_t> golden = golden_bytes("02");
-  append(golden, golden_images());
-  const DecodedKeyframe decoded = decode_keyframe(golden);
-  REQUIRE(decoded.record.has_value());
-  KeyframeRecord expected = plain_record();
-  expected.up = {};
-  check_same(*decoded.record, expected);
-}
-
-TEST_CASE("keyframes of schema 1, which have no images, are still read") {
-  const DecodedKeyframe decoded = decode_keyframe(golden_bytes("01"));
-  REQUIRE(decoded.record.has_value());
-  KeyframeRecord expected = plain_record();
-  expected.image_shape = {};
-  expected.image_full_weight_range_m = 0.0F;
-  expected.images.clear();
-  check_same(*decoded.record, expected);
 }
 
 TEST_CASE("a covariance of up that is none is refused") {

@@ -63,7 +63,6 @@ TEST_CASE("the pieces that hold a summary are few, small, and known before the k
   // A piece of 60 kB would hold most of the keyframe besides.
   CHECK(count_leading_pieces(bytes, 59913) == 0);
   CHECK(count_leading_pieces({}, 59913) == 0);
-  CHECK(count_leading_pieces(golden_coded("05", "1032547698BADCFE"), 1213) == 0);
 }
 
 TEST_CASE("a forged summary is refused with the reason") {
@@ -76,15 +75,12 @@ TEST_CASE("a forged summary is refused with the reason") {
     return decode_summary(bytes).error;
   };
   CHECK(decode_summary(good).error.empty());
-  CHECK_THAT(forged(kSchemaAt, "05"), Catch::Contains("no summary"));
+  CHECK_THAT(forged(kSchemaAt, "05"), Catch::Contains("unknown schema"));
   CHECK_THAT(forged(kReferenceScanAt, "02"), Catch::Contains("reference scan"));
   CHECK_THAT(forged(kPoseAt, "000000000000F87F"), Catch::Contains("not finite"));
   CHECK_THAT(forged(kScanCountAt + 4, "FFFF"), Catch::Contains("fewer bytes"));
   CHECK_THAT(forged(kUpAt, "000080B9"), Catch::Contains("covariance of up"));
   CHECK_THAT(forged(kCellEdgeAt, "0000"), Catch::Contains("cells of such a size"));
-  CHECK_THAT(decode_summary(golden_coded("05", "1032547698BADCFE")).error,
-             Catch::Contains("no summary"));
-  CHECK_FALSE(summary_bytes(golden_coded("05", "1032547698BADCFE")));
 }
 
 namespace {

@@ -27,8 +27,8 @@ struct DecodedKeyframe {
   std::string error;                     ///< reason and byte offset, if there is no record
 };
 
-/// Reads what `encode_keyframe` wrote, now or when the schema was an older one; anything else is
-/// refused, so that encode(decode(bytes)) == bytes for the present schema. A signature after the
+/// Reads what `encode_keyframe` wrote; anything else is refused, so that encode(decode(bytes)) ==
+/// bytes. A signature after the
 /// keyframe (`split_signature`) is passed over, not checked. Checks every count
 /// against the bytes that are there before it allocates: cells take at most 64 times, images at
 /// most 100 times the memory of their bytes. Refuses a keyframe that announces cells and images of
@@ -39,8 +39,8 @@ DecodedKeyframe decode_keyframe(Bytes bytes, std::uint64_t max_record_bytes = UI
 inline constexpr std::size_t kSummaryHeadBytes = 168;
 
 /// How many of a keyframe's first bytes are its summary: pose, covariance of up, reference scan and
-/// keypoints; 3,618 with 128 keypoints. Nothing if fewer than `kSummaryHeadBytes` are there, for
-/// what is no keyframe and for one of an older schema. O(1).
+/// keypoints; 3,618 with 128 keypoints. Nothing if fewer than `kSummaryHeadBytes` are there, and
+/// for what is no keyframe. O(1).
 std::optional<std::size_t> summary_bytes(Bytes bytes);
 
 /// Reads a keyframe's summary, whatever follows it: a record with `is_summary`, whose reference

@@ -6,11 +6,7 @@
 namespace unimapper::wire {
 
 inline constexpr std::uint32_t kKeyframeMagic = 0x464B4D55;  ///< "UMKF" in the file
-inline constexpr std::uint16_t kKeyframeSchema = 6;
-/// Also read: 1, without free-space images, 2, without the covariance of up, 3, with cells and
-/// images that are not range coded, 4, with a boot id of 64 bits, and 5, without a summary: all
-/// scans and cells before the covariance of up.
-inline constexpr std::uint16_t kOldestKeyframeSchema = 1;
+inline constexpr std::uint16_t kKeyframeSchema = 6;          ///< written and read
 
 /// Most elements of a kind that a keyframe may hold.
 inline constexpr std::uint32_t kMaxScans = 65535;

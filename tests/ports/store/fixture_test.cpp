@@ -1,4 +1,4 @@
-// Tests of stores that are kept as files, one for each schema: later versions still read them.
+// Tests of a store that is kept as a file: later versions still read it.
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
@@ -22,9 +22,8 @@ const SessionInfo kAlpha{{1, 11}, "alpha", "os2-128"};
 const SessionInfo kBeta{{2, 22}, "beta", "vlp-16"};
 const SessionInfo kGamma{{3, 33}, "gamma", "vlp-16"};
 
-fs::path fixture(int schema) {
-  return fs::path(testing::source_folder()) / "tests/ports/store/data" /
-         ("schema_" + std::to_string(schema) + ".sqlite");
+fs::path fixture() {
+  return fs::path(testing::source_folder()) / "tests/ports/store/data/schema_6.sqlite";
 }
 
 Pose at(double x) { return {Eigen::Matrix3d::Identity(), {x, 0.5, 0.25}}; }
@@ -46,7 +45,7 @@ MapResult two_sessions() {
   return result;
 }
 
-/// What schema 4 has beyond that.
+/// Known positions beyond that.
 MapResult placed(MapResult result) {
   result.positions.push_back({{1, 1}, {7e5, 5e6, 3}, {0, 0, 1}, 0.5, 2.0, true, "", {1, 2, 3}});
   result.georeference = GeoreferenceResult{{7e5, 5e6, 0.0}, true, 0.25};
@@ -113,14 +112,13 @@ void write_store(const fs::path& folder) {
 /// A store with the kept database in it.
 struct KeptStore {
   TemporaryDirectory folder;
-  explicit KeptStore(int schema) { fs::copy_file(fixture(schema), database_of(folder.path())); }
+  KeptStore() { fs::copy_file(fixture(), database_of(folder.path())); }
 };
 
 }  // namespace
 
-TEST_CASE("stores of schemas 3 to 6 are read", "[fixture]") {
-  const int schema = GENERATE(3, 4, 5, 6);
-  const KeptStore kept(schema);
+TEST_CASE("a store of schema 6 is read", "[fixture]") {
+  const KeptStore kept;
   StoreReader reader(kept.folder.path());
   const auto sessions = reader.sessions();
   REQUIRE(sessions.size() == 2);
@@ -130,13 +128,13 @@ TEST_CASE("stores of schemas 3 to 6 are read", "[fixture]") {
   CHECK(reader.check().empty());
 
   ProjectReader project = reader.project();
-  REQUIRE(project.epochs().size() == (schema < 5 ? 4U : 6U));
+  REQUIRE(project.epochs().size() == 6);
   const ProjectState state = project.at(4);
   CHECK(state.epoch.command == "undo");
   CHECK(state.epoch.outcome == "undo done");
   CHECK(state.epoch.parent == 1);
   CHECK(state.sessions == std::vector<std::int64_t>{1, 2});
-  REQUIRE(state.statements.size() == (schema < 4 ? 4U : 5U));
+  REQUIRE(state.statements.size() == 5);
   CHECK(state.statements[0].kind == StatementKind::kLink);
   CHECK(state.statements[0].query == KeyframeRow{2, 1});
   CHECK(state.statements[0].T_match_query->translation == at(7).translation);
@@ -156,12 +154,12 @@ TEST_CASE("stores of schemas 3 to 6 are read", "[fixture]") {
   CHECK(result.pairs[0].state == "provisional");
   CHECK(result.pairs[0].competing == 2);
   CHECK(result.pairs[0].T_match_query.translation == at(8).translation);
-  CHECK(result.positions.size() == (schema < 4 ? 0U : 1U));
-  CHECK(result.georeference.has_value() == (schema >= 4));
+  CHECK(result.positions.size() == 1);
+  CHECK(result.georeference.has_value());
 }
 
-TEST_CASE("positions in stores of schemas 4 to 6 are read", "[fixture]") {
-  const KeptStore kept(GENERATE(4, 5, 6));
+TEST_CASE("positions in a store of schema 6 are read", "[fixture]") {
+  const KeptStore kept;
   StoreReader reader(kept.folder.path());
   ProjectReader project = reader.project();
   const ProjectState state = project.at(4);
@@ -178,8 +176,8 @@ TEST_CASE("positions in stores of schemas 4 to 6 are read", "[fixture]") {
   CHECK(result.georeference->heading_sigma_rad == 0.25);
 }
 
-TEST_CASE("a purged epoch in a store of schemas 5 and 6 is read", "[fixture]") {
-  const KeptStore kept(GENERATE(5, 6));
+TEST_CASE("a purged epoch in a store of schema 6 is read", "[fixture]") {
+  const KeptStore kept;
   StoreReader reader(kept.folder.path());
   ProjectReader project = reader.project();
   CHECK(project.epochs()[4].purged_by == 6);
@@ -187,15 +185,14 @@ TEST_CASE("a purged epoch in a store of schemas 5 and 6 is read", "[fixture]") {
   CHECK(project.current().sessions == std::vector<std::int64_t>{1, 2});
 }
 
-TEST_CASE("stores of schemas 3 to 6 are written to", "[fixture]") {
-  const int schema = GENERATE(3, 4, 5, 6);
-  const KeptStore kept(schema);
+TEST_CASE("a store of schema 6 is written to", "[fixture]") {
+  const KeptStore kept;
   {
     ProjectWriter writer(kept.folder.path(), "a test");
     const auto known = writer.outcomes().find({{1, 2}, {1, 0}, at(6.5), 17});
     REQUIRE(known);
     CHECK(known->overlap == 0.75);
-    CHECK(writer.placements().find({2, 1, 17}).has_value() == (schema >= 4));
+    CHECK(writer.placements().find({2, 1, 17}).has_value());
     (void)writer.commit("nothing",
                         [](ProjectState&) { return std::optional<std::string>("done"); });
   }
@@ -204,7 +201,7 @@ TEST_CASE("stores of schemas 3 to 6 are written to", "[fixture]") {
   base.advance();
   StoreReader reader(kept.folder.path());
   CHECK(reader.sessions()[1].keyframes == 3);
-  CHECK(reader.project().current().epoch.number == (schema < 5 ? 5 : 7));
+  CHECK(reader.project().current().epoch.number == 7);
   CHECK(reader.check().empty());
 }
 
