@@ -126,6 +126,10 @@ const KeyframeContent* KeyframeQueue::front() noexcept {
     std::uint32_t state = 0;
     Slot* const slot = oldest(state);
     if (slot == nullptr) return nullptr;
+    // An older keyframe may have come into a slot that was looked at already, before this one came
+    // here. It was put in before, so a second look finds it.
+    std::uint32_t again = 0;
+    if (oldest(again) != slot || again != state) continue;
     // In vain where the writer has just dropped it.
     if (slot->state.compare_exchange_strong(state, static_cast<std::uint32_t>(Use::kReading),
                                             std::memory_order_acq_rel)) {
