@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "src/apps/removal_score.hpp"
 #include "src/apps/report/measured_load.hpp"
 #include "src/apps/report/pair_quality.hpp"
 #include "src/apps/truth.hpp"
 #include "src/apps/view/map_files.hpp"
-#include "unimapper/evaluate/dynamic.hpp"
 #include "unimapper/evaluate/trajectory.hpp"
 #include "unimapper/merge/merger.hpp"
 
@@ -23,8 +23,7 @@ struct SessionReference {
   /// Ground truth T_world_sensor (`read_truth`), sorted by stamp. All sessions' truths share one
   /// world.
   std::vector<evaluate::StampedPose> truth;
-  /// Accuracy of the online labels, where true labels are known.
-  std::optional<evaluate::DynamicScore> removal;
+  std::optional<RemovalScore> removal;  ///< where true labels are known
 };
 
 /// Everything a report or a terminal summary shows. The pointers must outlive the call.

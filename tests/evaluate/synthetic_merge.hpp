@@ -161,8 +161,8 @@ inline void fill(Merge& merge, float step_m = 0.2F) {
   merge.input.title = "A little town <three> times";
   merge.input.elapsed_s = 15.4;
   merge.input.commands = {"unimapper merge monday wednesday friday elsewhere --out map"};
-  evaluate::DynamicScore score;
-  score.total = {1'000'000, 981'234, 50'000, 45'678};
+  const unimapper::apps::RemovalScore score{{1'000'000, 981'234, 50'000, 45'678},
+                                            {1'000'000, 981'234, 40'000, 39'000}};
   for (auto& reference : merge.input.references) reference.removal = score;
 }
 

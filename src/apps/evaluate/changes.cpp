@@ -30,7 +30,7 @@ UprightBox transformed(const Pose& T, const UprightBox& box) {
 /// Changes of a map between two sessions, in the truth's frame.
 struct FoundChanges {
   std::vector<FoundChange> changes;
-  std::vector<bool> exist_later;  ///< of each, whether it exists in the later session
+  std::vector<bool> exist_later;  ///< of each change, whether it exists in the later session
 };
 
 FoundChanges changes_between(const EvaluateChangesOptions& options, const Pose& T_truth_map) {

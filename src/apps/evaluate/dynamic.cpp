@@ -9,10 +9,14 @@
 
 namespace unimapper::apps {
 
-evaluate::DynamicScore score_run(const std::filesystem::path& truth,
-                                 const std::filesystem::path& run) {
+RemovalScore score_run(const std::filesystem::path& truth, const std::filesystem::path& run) {
   LabelledRun source(datasets::open_dataset(truth), run);
-  return evaluate::score_points(source);
+  RemovalScore score;
+  score.all = score.moving = evaluate::score_points(source).total;
+  const evaluate::Tally moving = evaluate::score_by_motion(source).moving;
+  score.moving.dynamic_points = moving.dynamic_points;
+  score.moving.dynamic_removed = moving.dynamic_removed;
+  return score;
 }
 
 std::string evaluate_dynamic(const EvaluateDynamicOptions& options) {

@@ -11,6 +11,7 @@
 
 #include "ports/datasets/dataset.hpp"
 #include "src/apps/evaluate/map_alignment.hpp"
+#include "src/apps/removal_score.hpp"
 #include "unimapper/evaluate/dynamic.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/onboard/config.hpp"
@@ -33,7 +34,7 @@ struct EvaluateDynamicOptions {
 /// Options of `evaluate breakdown`.
 struct EvaluateBreakdownOptions {
   std::vector<std::filesystem::path> results;  ///< of `evaluate dynamic`; none: the table's header
-  std::string by = "class";                    ///< or "range"
+  std::string by = "class";                    ///< "class" or "range"
   std::string label;                           ///< first cell of the row
 };
 
@@ -88,16 +89,16 @@ struct EvaluateMapOptions {
 [[nodiscard]] std::string evaluate_trajectory(const EvaluateTrajectoryOptions& options);
 [[nodiscard]] std::string evaluate_changes(const EvaluateChangesOptions& options);
 [[nodiscard]] std::string evaluate_map(const EvaluateMapOptions& options);
-/// Also writes view/evaluation.json with its layers beside it, and the map's report.html anew.
+/// Scores a map with its truth; returns and throws as `evaluate_dynamic` does. Writes
+/// view/evaluation.json with its layers beside it, and the map's report.html anew.
 [[nodiscard]] std::string evaluate_view(const EvaluateViewOptions& options);
 
 /// One row of a Markdown table: the points of all results together, by class (DA, and DA of what
 /// moved while it was seen) or by range (SA and DA). Throws std::runtime_error.
 [[nodiscard]] std::string evaluate_breakdown(const EvaluateBreakdownOptions& options);
 
-/// Per-point accuracy alone, for reports. Throws like `evaluate_dynamic`; without ground-truth
-/// labels every point is ignored.
-[[nodiscard]] evaluate::DynamicScore score_run(const std::filesystem::path& truth,
-                                               const std::filesystem::path& run);
+/// Per-point accuracy alone, for reports. Throws like `evaluate_dynamic`.
+[[nodiscard]] RemovalScore score_run(const std::filesystem::path& truth,
+                                     const std::filesystem::path& run);
 
 }  // namespace unimapper::apps

@@ -29,7 +29,7 @@ struct WorstFrame {
 [[nodiscard]] std::string worst_markdown(const std::vector<WorstFrame>& frames,
                                          std::size_t scans_between);
 
-/// The same figures for programs.
+/// JSON with the figures of `worst_markdown`, for programs.
 [[nodiscard]] std::string worst_json(const std::vector<WorstFrame>& frames,
                                      std::size_t scans_between);
 

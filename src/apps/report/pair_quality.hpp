@@ -19,8 +19,8 @@ struct SessionReference;
 
 /// How two clouds lie to each other.
 struct CloudQuality {
-  evaluate::CloudAgreement within_5m;   ///< the paper's threshold
-  evaluate::CloudAgreement within_05m;  ///< the same within 0.5 m
+  evaluate::CloudAgreement within_5m;   ///< agreement within 5 m, the paper's threshold
+  evaluate::CloudAgreement within_05m;  ///< agreement within 0.5 m
   merge::WallDistance walls;
 };
 

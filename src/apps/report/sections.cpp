@@ -47,7 +47,7 @@ std::string accuracy_table(const ReportInput& input, const Summary& summary, boo
   if (summary.has_truth) {
     titles.insert(titles.end(), {"#ATE rmse, m", "#mean, m", "#max, m", "#rotation rmse, \u00b0"});
   }
-  if (removal) titles.insert(titles.end(), {"#SA, %", "#DA, %", "#AA, %"});
+  if (removal) titles.insert(titles.end(), {"#SA, %", "#DA, %", "#AA, %", "#all dynamic, %"});
   Table table(titles);
   for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
     std::vector<std::string> cells = {session_label(summary, s)};
@@ -60,11 +60,12 @@ std::string accuracy_table(const ReportInput& input, const Summary& summary, boo
       cells.push_back(fixed(error ? error->rotation_deg.rmse : none, 2));
     }
     if (removal) {
-      const evaluate::Tally tally =
-          input.references[s].removal.value_or(evaluate::DynamicScore{}).total;
-      cells.push_back(percent(tally.static_accuracy(), 2));
-      cells.push_back(percent(tally.dynamic_accuracy(), 2));
-      cells.push_back(percent(tally.associated_accuracy(), 2));
+      const RemovalScore score = input.references[s].removal.value_or(RemovalScore{});
+      cells.push_back(percent(score.moving.static_accuracy(), 2));
+      cells.push_back(percent(score.moving.dynamic_accuracy(), 2));
+      cells.push_back(percent(score.moving.associated_accuracy(), 2));
+      cells.push_back("<span class=\"soft\">" + percent(score.all.dynamic_accuracy(), 2) +
+                      "</span>");
     }
     table.row(cells);
   }
@@ -158,8 +159,12 @@ std::string accuracy_section(const ReportInput& input, const Summary& summary) {
   std::string html = "<h2>Against ground truth</h2>\n" + accuracy_table(input, summary, removal);
   if (removal) {
     html +=
-        "<p class=\"soft\">SA and DA: share of static points kept and of dynamic points "
-        "removed, per point, by the robot's online labels; AA is their geometric mean.</p>\n";
+        "<p class=\"soft\">SA: share of static points kept. DA: share of points removed of objects "
+        "that moved while they were seen. Both per point, by the robot's online labels; AA is "
+        "their "
+        "geometric mean. <i>All dynamic</i> also counts what never moved while it was seen, such "
+        "as "
+        "a bus at its stop: nothing in the scans tells it from a parked one.</p>\n";
   }
   if (!summary.has_truth) return html;
   std::vector<std::pair<std::string, std::string>> entries;

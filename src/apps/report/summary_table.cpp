@@ -66,7 +66,7 @@ std::string summary_table(const ReportInput& input) {
   std::vector<std::string> head = {"session", "sensor", "status",   "keyframes",
                                    "lost",    "path m", "dynamic %"};
   if (summary.has_truth) head.insert(head.end(), {"ATE rmse m", "ATE max m"});
-  if (removal) head.insert(head.end(), {"SA %", "DA %"});
+  if (removal) head.insert(head.end(), {"SA %", "DA %", "all dyn. %"});
   table.row(head);
   for (std::size_t s = 0; s < summary.sessions.size(); ++s) {
     const SessionSummary& session = summary.sessions[s];
@@ -83,8 +83,9 @@ std::string summary_table(const ReportInput& input) {
     }
     if (removal) {
       const auto& score = input.references[s].removal;
-      cells.push_back(score ? percent(score->total.static_accuracy(), 2) : "-");
-      cells.push_back(score ? percent(score->total.dynamic_accuracy(), 2) : "-");
+      cells.push_back(score ? percent(score->moving.static_accuracy(), 2) : "-");
+      cells.push_back(score ? percent(score->moving.dynamic_accuracy(), 2) : "-");
+      cells.push_back(score ? percent(score->all.dynamic_accuracy(), 2) : "-");
     }
     table.row(cells);
   }

@@ -18,7 +18,8 @@ struct WaitingPair {
   /// "SESSION:NUMBER" of two keyframes to compare, of the loop that agrees best with the placement.
   std::string query_keyframe;
   std::string match_keyframe;
-  /// The same of another placement that loops agree on; empty: there is none.
+  /// "SESSION:NUMBER" of two keyframes of another placement that loops agree on; empty: there is
+  /// none.
   std::string other_query_keyframe;
   std::string other_match_keyframe;
 };
