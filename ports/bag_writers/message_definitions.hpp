@@ -16,7 +16,7 @@ namespace unimapper::bags {
 [[nodiscard]] std::string_view ros1_md5(MessageType type);
 /// Definition with those of the types it is made of: ROS 1.
 [[nodiscard]] std::string ros1_definition(MessageType type);
-/// The same for ROS 2 (`ros2msg`).
+/// Definition with those of the types it is made of: ROS 2 (`ros2msg`).
 [[nodiscard]] std::string ros2_definition(MessageType type);
 
 }  // namespace unimapper::bags

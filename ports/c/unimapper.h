@@ -50,7 +50,7 @@ extern "C" {
 
 /** UM_VERSION of the library that is linked, which need not be that of the header. */
 UM_API uint32_t um_version(void);
-/** The same as text, e.g. "0.1.0". */
+/** Version of the library that is linked as text, e.g. "0.1.0". */
 UM_API const char* um_version_text(void);
 
 /* ---- Status --------------------------------------------------------------------------------- */
@@ -142,7 +142,8 @@ typedef struct um_config {
  *  sizeof(um_config) as the program knows it; no byte beyond it is written. */
 UM_API UM_CHECKED um_status um_config_init(um_config* config, size_t struct_size, uint32_t sensor);
 
-/** The same with the capacities a smaller computer has room for (enum um_computer). */
+/** Fills in the recommended parameters for a sensor with the capacities a smaller computer has
+ *  room for (enum um_computer). */
 UM_API UM_CHECKED um_status um_config_init_for(um_config* config, size_t struct_size,
                                                uint32_t sensor, uint32_t computer);
 
@@ -177,9 +178,9 @@ UM_API UM_CHECKED um_status um_config_from_model(um_config* config, size_t struc
  *  (UM_DROP_CELLS_FULL), so a shorter range is better than cells that are full. */
 typedef struct um_sensor_fit {
   uint32_t struct_size;  /**< sizeof(um_sensor_fit), set by the caller */
-  uint32_t fits;         /**< 1 if there is room for all of them */
+  uint32_t fits;         /**< 1 if there is room for all cells needed */
   uint32_t cells_needed; /**< fine cells that a keyframe may occupy in a dense street */
-  uint32_t cells;        /**< those there is room for: voxel_max_cells */
+  uint32_t cells;        /**< fine cells that there is room for: voxel_max_cells */
   float range_m;         /**< keyframe_range_max_m with which they fit, metres */
 } um_sensor_fit;
 
@@ -190,8 +191,8 @@ typedef struct um_sensor_fit {
 UM_API UM_CHECKED um_status um_sensor_fit_get(const um_config* config, uint32_t sensor,
                                               um_sensor_fit* fit);
 
-/** The same for a LiDAR from its data sheet; on UM_INVALID_CONFIG *message (may be null) says which
- *  figure of the sheet or member of the configuration is wrong. */
+/** As um_sensor_fit_get, for a LiDAR from its data sheet. On UM_INVALID_CONFIG *message (may be
+ *  null) says which figure of the sheet or member of the configuration is wrong. */
 UM_API UM_CHECKED um_status um_sensor_fit_from_model(const um_config* config,
                                                      const um_sensor_model* model,
                                                      um_sensor_fit* fit, const char** message);
@@ -253,8 +254,8 @@ typedef struct um_points {
   size_t count;     /**< points */
   size_t stride;    /**< bytes from one point to the next, at least 4 */
   size_t offset_x;  /**< bytes from the start of a point to its x */
-  size_t offset_y;  /**< the same of y */
-  size_t offset_z;  /**< the same of z */
+  size_t offset_y;  /**< bytes from the start of a point to its y */
+  size_t offset_z;  /**< bytes from the start of a point to its z */
 } um_points;
 
 /** A rigid transform as the upper three rows of its matrix, row by row: r00 r01 r02 tx r10 ... */
@@ -391,9 +392,9 @@ typedef struct um_statistics {
   uint64_t points_static;   /**< labelled static */
   uint64_t points_dynamic;  /**< labelled dynamic */
   uint32_t cells;           /**< occupied fine cells */
-  uint32_t dynamic_cells;   /**< of these, labelled dynamic */
+  uint32_t dynamic_cells;   /**< occupied fine cells labelled dynamic */
   uint32_t voxels;          /**< occupied coarse voxels */
-  uint32_t ground_voxels;   /**< of these, with a ground plane */
+  uint32_t ground_voxels;   /**< occupied coarse voxels with a ground plane */
   uint32_t components;      /**< connected obstacles */
   uint32_t deadline_missed; /**< 1 if it took longer than budget_us */
   uint64_t dropped[16];     /**< by enum um_drop_cause */
@@ -417,8 +418,8 @@ typedef struct um_input {
   float attitude_noise_deg;      /**< scatter of the scans' roll and pitch against the ground of the
                                     scans before; 0: not clearly more than the measurement's error,
                                     or too little ground is seen */
-  float sweep_tilt_deg;    /**< the same where it follows the sensor's rotation, as with sweeps that
-                              are not motion-compensated; else 0 */
+  float sweep_tilt_deg;    /**< scatter of roll and pitch where it follows the sensor's rotation, as
+                              with sweeps that are not motion-compensated; else 0 */
   uint32_t aligned_scans;  /**< scans of the keyframe that were aligned to the ground for it */
   uint32_t up_known;       /**< as in um_keyframe */
   float odometry_tilt_deg; /**< between up and the odometry's z axis; 0 where up is unknown */
@@ -524,7 +525,7 @@ typedef struct um_session {
 /** What became of a keyframe that was encoded. */
 typedef struct um_encoded {
   size_t bytes;       /**< it takes, also if the buffer is too small */
-  size_t image_bytes; /**< of which free-space images */
+  size_t image_bytes; /**< bytes of free-space images */
   uint64_t left_out;  /**< cells and keypoints too far away for the message's grid (327 m) */
 } um_encoded;
 
@@ -574,10 +575,10 @@ typedef struct um_health {
   uint32_t struct_size;       /**< sizeof(um_health), set by the caller */
   uint32_t reserved;          /**< 0 */
   uint64_t scans;             /**< handed over */
-  uint64_t scans_refused;     /**< of which refused */
+  uint64_t scans_refused;     /**< scans that were refused */
   uint64_t keyframes;         /**< finished */
   uint64_t points_in;         /**< in the scans of finished keyframes */
-  uint64_t points_dynamic;    /**< of which labelled dynamic */
+  uint64_t points_dynamic;    /**< points of finished keyframes labelled dynamic */
   uint64_t deadline_misses;   /**< keyframes that took longer than budget_us */
   uint64_t dropped[16];       /**< by enum um_drop_cause */
   um_capacity fullest[16];    /**< by enum um_capacity_kind: highest fill of any keyframe */

@@ -38,7 +38,8 @@ struct RecordedStamps {
 [[nodiscard]] RecordedStamps check_recorded_stamps(std::span<const std::int64_t> stamps_ns,
                                                    std::span<const std::int64_t> log_ns);
 
-/// The same of records, each with a `stamp_ns` and a `log_ns`.
+/// Compares the stamps of records, each with a `stamp_ns` and a `log_ns`, as
+/// `check_recorded_stamps` does.
 template <typename Records>
 [[nodiscard]] RecordedStamps check_stamps_of(const Records& records) {
   std::vector<std::int64_t> stamps_ns;

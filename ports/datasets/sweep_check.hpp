@@ -27,7 +27,8 @@ struct SweepCheck {
   /// Thickness of surfaces with the motion compensated, as a share of that without; 0: not
   /// measured.
   double compensated = 0.0;
-  /// The same with the best other reading of the times.
+  /// Thickness of surfaces with the best other reading of the times, as a share of that
+  /// uncompensated; 0: not measured.
   double best_other = 0.0;
   std::size_t scans = 0;  ///< compared
 

@@ -50,7 +50,7 @@ void for_each_row(std::string_view text, const Consume& consume) {
 /// A whole text as a number, NaN and infinity included; empty if it is none.
 [[nodiscard]] std::optional<double> to_number(std::string_view text);
 
-/// The same for a finite number. Throws DatasetError with file and line.
+/// A whole text as a finite number. Throws DatasetError with file and line.
 [[nodiscard]] double parse_number(std::string_view text, const std::filesystem::path& file,
                                   std::size_t line);
 

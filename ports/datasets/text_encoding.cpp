@@ -21,7 +21,7 @@ std::string from_utf16(std::string_view bytes, bool is_big_endian) {
   return text;
 }
 
-/// Without a mark: text of numbers has a zero in every unit.
+/// Whether text without a mark is UTF-16: text of numbers has a zero in every unit.
 bool looks_like_utf16(std::string_view bytes, bool is_big_endian) {
   constexpr std::size_t kLooked = 256;
   const std::size_t count = std::min(bytes.size(), kLooked) / 2 * 2;

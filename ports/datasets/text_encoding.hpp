@@ -12,7 +12,7 @@ namespace unimapper::datasets {
 /// column has two. Throws DatasetError.
 [[nodiscard]] std::string read_text(const std::filesystem::path& file);
 
-/// The same of bytes that were read.
+/// The text of bytes that were read, as `read_text` gives it. Throws DatasetError.
 [[nodiscard]] std::string plain_text(std::string bytes);
 
 }  // namespace unimapper::datasets

@@ -31,7 +31,7 @@ struct um_delivery {
   std::unique_ptr<Authentication> authentication;  ///< null without a key
   std::unique_ptr<Delivery> delivery;
   std::atomic<std::uint64_t> published{0};
-  std::atomic<std::uint64_t> handed_on{0};  ///< of which through the queue
+  std::atomic<std::uint64_t> handed_on{0};  ///< published keyframes handed to `delivery`
   std::atomic<std::uint64_t> refused{0};    ///< by the full queue
   std::atomic<bool> is_finished{false};
   std::size_t queue_bytes = 0;

@@ -6,7 +6,7 @@
 
 namespace unimapper::delivery {
 
-/// With its age by the steady clock of now.
+/// A place in the base's map for C, with its age by the steady clock of now.
 [[nodiscard]] um_map_pose to_c(const lcm_port::HeardMapPose& heard,
                                const lcm_port::MapPoseCounters& counters);
 

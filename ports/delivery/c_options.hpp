@@ -11,7 +11,7 @@ namespace unimapper::delivery {
 /// Throws Refusal for what no delivery can have.
 void check(const um_delivery_options& options);
 
-/// The same for C++, without guard and session.
+/// The options for C++, without guard and session.
 [[nodiscard]] DeliveryOptions to_cpp(const um_delivery_options& options);
 
 /// "" for null.

@@ -30,7 +30,8 @@ struct DeliveryOptions {
   std::chrono::milliseconds earlier_timeout{30000};
   /// Longest time that `finish` takes for all sessions together.
   std::chrono::milliseconds finish_timeout = std::chrono::milliseconds::max();
-  std::chrono::milliseconds disk_timeout{10000};  ///< then longest time it waits for the disk
+  /// Longest time that `finish` waits for the disk in the end.
+  std::chrono::milliseconds disk_timeout{10000};
 };
 
 /// What became of the keyframes of this start, and of those that earlier ones left in the spool.
@@ -49,7 +50,8 @@ class Delivery {
   /// Opens the spool and the network, and begins to send. Throws spool::SpoolError,
   /// lcm_port::LinkError, and std::invalid_argument for an impossible name, size or rate.
   Delivery(const SessionInfo& info, DeliveryOptions options);
-  /// The same over a network that is open, whatever the URL.
+  /// Opens the spool and begins to send over a network that is open, whatever the URL. Throws
+  /// spool::SpoolError, and std::invalid_argument for an impossible name, size or rate.
   Delivery(const SessionInfo& info, DeliveryOptions options, lcm_port::Link network);
 
   /// Spools and sends a keyframe of the session. Copies it and takes locks, none of which is held

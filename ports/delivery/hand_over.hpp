@@ -47,7 +47,7 @@ class HandOver {
   std::vector<Slot> slots_;
   const Take take_;
   std::atomic<std::uint64_t> put_{0};    ///< keyframes put in so far
-  std::atomic<std::uint64_t> taken_{0};  ///< of which handed on
+  std::atomic<std::uint64_t> taken_{0};  ///< keyframes handed on so far
   std::atomic<std::uint64_t> failed_{0};
   std::atomic<bool> finishing_{false};
   std::counting_semaphore<> queued_{0};

@@ -39,14 +39,15 @@ typedef struct um_delivery_options {
   uint64_t boot_low;  /**< lower half; no other start of the robot may have the same */
   const char* name;   /**< of the session, must be set: 1 to 64 letters, digits, '.', '_', '-', no
                            '.' first */
-  const char* sensor; /**< of the LiDAR, likewise ("generic") */
+  const char* sensor; /**< of the LiDAR, must be set: written like a name ("generic") */
   /** LCM's URL ("udpm://239.255.76.67:7667?ttl=0", which stays on this computer; ttl=1 leaves it).
    *  Null or "": nothing is sent, the spool keeps everything for a later start. */
   const char* url;
-  uint32_t datagram_bytes;       /**< largest datagram, 256 to 60000 (60000); 1300 for Wi-Fi */
-  uint32_t finish_timeout_ms;    /**< longest that um_delivery_finish waits for bases (30000) */
-  double bytes_per_second;       /**< highest average rate, 1e3 to 1e10 (20e6) */
-  double min_bytes_per_second;   /**< lowest, whatever the link loses; 500 to the highest (4000) */
+  uint32_t datagram_bytes;     /**< largest datagram, 256 to 60000 (60000); 1300 for Wi-Fi */
+  uint32_t finish_timeout_ms;  /**< longest that um_delivery_finish waits for bases (30000) */
+  double bytes_per_second;     /**< highest average rate, 1e3 to 1e10 (20e6) */
+  double min_bytes_per_second; /**< lowest average rate, whatever the link loses; 500 to the highest
+                                  (4000) */
   uint64_t unacknowledged_bytes; /**< memory for keyframes that no base has yet (64000000) */
   /** Folder that keeps keyframes until a base has them, over restarts; made if it is not there.
    *  Null or "": memory alone. What earlier starts left in it is delivered too. */
@@ -56,12 +57,12 @@ typedef struct um_delivery_options {
   /** Keyframes that may wait for the library's thread after um_delivery_publish, 2 to 64, or 0:
    * there is no such thread, and the call itself signs and stores (0). */
   uint32_t queue_keyframes;
-  uint64_t queue_bytes; /**< room for each of them, 1e3 to 1e9 (4000000) */
+  uint64_t queue_bytes; /**< room for each keyframe that waits, 1e3 to 1e9 (4000000) */
   const char* key;      /**< file of the robot's key (unimapper keys); null or "": none */
   /** Told in one sentence when the disk fails, when it works again, and what was damaged; from
    *  threads of the library, and during um_delivery_create. May be null; must not call back. */
   void (*report)(void* context, const char* sentence);
-  void* report_context; /**< handed to it */
+  void* report_context; /**< handed to report */
 } um_delivery_options;
 
 /** Fills in the defaults, which stand in brackets above. `struct_size` is
@@ -108,12 +109,12 @@ typedef struct um_delivery_status {
   uint32_t rate_adapts;  /**< 1 once the rate follows the link */
   uint32_t end_is_known; /**< 1 once a base has confirmed the session's end */
   uint64_t published;    /**< keyframes handed over */
-  uint64_t refused;      /**< others, that found no room in the queue */
-  uint64_t acknowledged; /**< of the published ones, stored by a base */
-  uint64_t waiting;      /**< of which in queue, memory or spool for a base */
-  uint64_t sent;         /**< of which handed to the network whole */
-  uint64_t dropped;      /**< of which pushed out of the full queue without being sent */
-  uint64_t lost; /**< of which neither a base nor the robot has; the dropped are among them */
+  uint64_t refused;      /**< keyframes that found no room in the queue */
+  uint64_t acknowledged; /**< published keyframes stored by a base */
+  uint64_t waiting;      /**< published keyframes in queue, memory or spool for a base */
+  uint64_t sent;         /**< published keyframes handed to the network whole */
+  uint64_t dropped;      /**< published keyframes pushed out of the full queue without being sent */
+  uint64_t lost; /**< published keyframes that neither a base nor the robot has, dropped ones too */
   uint64_t pieces_resent;        /**< since a base said that they are missing */
   uint64_t bytes_sent;           /**< of all messages */
   uint64_t send_failures;        /**< datagrams that the network refused */
@@ -135,10 +136,10 @@ typedef struct um_delivery_status {
   uint64_t spool_lost;           /**< removed without a base having them */
   uint64_t spool_damaged;        /**< not read back, or with a wrong checksum */
   uint64_t earlier_sessions;     /**< found in the spool, not wholly delivered */
-  uint64_t earlier_delivered;    /**< of which delivered since, and their end confirmed */
-  uint64_t earlier_keyframes;    /**< of these sessions, that waited */
-  uint64_t earlier_acknowledged; /**< of which a base has stored since */
-  uint64_t earlier_lost;         /**< of which damaged, or removed on disk */
+  uint64_t earlier_delivered;    /**< earlier sessions delivered since, and their end confirmed */
+  uint64_t earlier_keyframes;    /**< keyframes of earlier sessions that waited */
+  uint64_t earlier_acknowledged; /**< keyframes of earlier sessions that a base has stored since */
+  uint64_t earlier_lost;         /**< keyframes of earlier sessions damaged, or removed on disk */
 } um_delivery_status;
 
 /** How the delivery is doing. The caller sets status->struct_size. */

@@ -19,13 +19,13 @@ namespace unimapper::keys {
 
 /// What became of the datagrams that arrived.
 struct GuardCounters {
-  std::uint64_t accepted = 0;            ///< right code, new number
-  std::uint64_t without_code = 0;        ///< in no envelope, or a damaged one
-  std::uint64_t unknown_robot = 0;       ///< of a robot without a key here
-  std::uint64_t revoked = 0;             ///< of a robot whose key is revoked
-  std::uint64_t wrong_code = 0;          ///< made with another key, or changed
-  std::uint64_t replayed = 0;            ///< the same datagram again, or one that is far too late
-  std::uint64_t other_robot = 0;         ///< right code, but the message within is of another robot
+  std::uint64_t accepted = 0;       ///< right code, new number
+  std::uint64_t without_code = 0;   ///< in no envelope, or a damaged one
+  std::uint64_t unknown_robot = 0;  ///< of a robot without a key here
+  std::uint64_t revoked = 0;        ///< of a robot whose key is revoked
+  std::uint64_t wrong_code = 0;     ///< made with another key, or changed
+  std::uint64_t replayed = 0;       ///< a datagram that came before, or one that is far too late
+  std::uint64_t other_robot = 0;    ///< right code, but the message within is of another robot
   std::uint64_t unsigned_keyframes = 0;  ///< whole, but without this robot's signature
 
   /// Everything that was refused.
@@ -88,9 +88,9 @@ class BaseGuard : public lcm_port::DatagramGuard {
  public:
   /// `boot`: of this start of the base, random.
   BaseGuard(const std::vector<BaseKey>& keys, const BootId& boot);
-  /// The same with the keys of a folder (`read_base_keys`), which is read again when it has
-  /// changed: a key that is revoked, or new, counts within a second. Throws KeyError now, later it
-  /// keeps the keys it has.
+  /// Takes the keys of a folder (`read_base_keys`), and reads them again when it has changed. A key
+  /// that is revoked, or new, counts within a second. Throws KeyError now, later it keeps the keys
+  /// it has.
   BaseGuard(const std::filesystem::path& folder, const BootId& boot);
 
   std::optional<std::vector<std::uint8_t>> seal(std::string_view channel,

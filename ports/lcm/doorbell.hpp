@@ -40,7 +40,8 @@ class Doorbell {
   /// `url` as `open_link`'s; only this machine must hear it (ttl=0). Throws LinkError, or
   /// std::invalid_argument for an impossible name.
   Doorbell(const std::string& url, const std::string& share, const std::string& topic);
-  /// The same over a link that is open.
+  /// Announces messages over a link that is open. Throws std::invalid_argument for an impossible
+  /// name.
   Doorbell(std::shared_ptr<lcm::LCM> link, const std::string& share, const std::string& topic);
 
   /// Announces a message. False if the network would not take it.
@@ -59,7 +60,7 @@ class DoorbellListener {
  public:
   /// As `Doorbell`.
   DoorbellListener(const std::string& url, const std::string& share, const std::string& topic);
-  /// The same over a link that is open.
+  /// Listens on a link that is open. Throws std::invalid_argument for an impossible name.
   DoorbellListener(std::shared_ptr<lcm::LCM> link, const std::string& share,
                    const std::string& topic);
   ~DoorbellListener();

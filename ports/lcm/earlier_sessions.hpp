@@ -19,10 +19,10 @@ inline constexpr double kBackfillShare = 0.25;
 /// What became of earlier sessions.
 struct EarlierCounters {
   std::uint64_t sessions = 0;                ///< that were not wholly delivered at the start
-  std::uint64_t sessions_delivered = 0;      ///< of which delivered since, and their end confirmed
+  std::uint64_t sessions_delivered = 0;      ///< sessions delivered since, and their end confirmed
   std::uint64_t keyframes = 0;               ///< that waited at the start
-  std::uint64_t keyframes_acknowledged = 0;  ///< of which stored by a base since
-  std::uint64_t keyframes_lost = 0;          ///< of which damaged or removed on disk
+  std::uint64_t keyframes_acknowledged = 0;  ///< waiting keyframes stored by a base since
+  std::uint64_t keyframes_lost = 0;          ///< waiting keyframes damaged or removed on disk
 };
 
 /// Delivers the sessions in a storage that no base has confirmed, under their own identities, one

@@ -29,11 +29,11 @@ struct EncodingOptions {
 /// What an encoding thread did so far.
 struct EncodingCounters {
   std::uint64_t handed_over = 0;  ///< keyframes
-  std::uint64_t encoded = 0;      ///< of which encoded and handed on
-  std::uint64_t dropped = 0;  ///< of which dropped from the full queue, or larger than its slots
-  std::uint64_t refused = 0;  ///< of which the encoder refused
-  std::uint64_t bytes = 0;    ///< of the encoded ones
-  std::uint64_t image_bytes = 0;  ///< of which free-space images
+  std::uint64_t encoded = 0;      ///< keyframes encoded and handed on
+  std::uint64_t dropped = 0;  ///< keyframes dropped from the full queue, or larger than its slots
+  std::uint64_t refused = 0;  ///< keyframes that the encoder refused
+  std::uint64_t bytes = 0;    ///< of the encoded keyframes
+  std::uint64_t image_bytes = 0;  ///< of the free-space images in encoded keyframes
   std::uint64_t left_out = 0;     ///< elements beyond the ranges of a message
 };
 

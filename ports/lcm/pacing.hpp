@@ -120,7 +120,7 @@ class Pacing {
   std::optional<std::uint64_t> window_;
   std::uint64_t sent_pieces_ = 0;
   double sent_bytes_ = 0.0;
-  double accounted_bytes_ = 0.0;  ///< of which receipts tell, or that count as lost
+  double accounted_bytes_ = 0.0;  ///< sent bytes that receipts tell of, or that count as lost
   std::uint32_t next_number_ = 1;
   std::uint32_t first_of_rate_ = 1;  ///< the first probe since the rate changed
   std::uint32_t last_answered_ = 0;
@@ -128,7 +128,7 @@ class Pacing {
   std::optional<Begin> begin_;
   std::int64_t heard_ns_ = 0;
   std::uint32_t timeouts_ = 0;  ///< since a receipt was heard
-  double silent_rate_ = 0.0;    ///< lowest rate until one is
+  double silent_rate_ = 0.0;    ///< lowest rate until a receipt is heard
   std::int64_t round_trip_ns_ = 0;
   std::int64_t shortest_ns_ = -1;  ///< round trip with empty queues
   double loss_ = 0.0;

@@ -14,7 +14,7 @@ constexpr std::chrono::milliseconds kEndInterval{50};
 
 /// How often a waiting thread looks for answers.
 constexpr std::chrono::milliseconds kListenInterval{20};
-/// The same where nothing but a place in the base's map can come.
+/// How often a waiting thread looks where nothing but a place in the base's map can come.
 constexpr std::chrono::milliseconds kMapPoseInterval{100};
 
 /// A base answers a few times a second; one that has not answered for so long is not there.

@@ -48,10 +48,11 @@ using ReceiveMapPoses = std::function<std::vector<ReceivedMapPose>()>;
 
 /// Both directions of a network.
 struct Link {
-  Send send;                            ///< to the base
-  Receive receive;                      ///< from the base; may be empty
-  ReceiveReceipts receipts = nullptr;   ///< likewise; without, the rate does not adapt
-  ReceiveMapPoses map_poses = nullptr;  ///< likewise; without, no place in the base's map is known
+  Send send;                           ///< to the base
+  Receive receive;                     ///< from the base; may be empty
+  ReceiveReceipts receipts = nullptr;  ///< from the base; where empty, the rate does not adapt
+  /// From the base; where empty, no place in the base's map is known.
+  ReceiveMapPoses map_poses = nullptr;
 };
 
 /// Lets bytes through at an average rate, with bursts up to a bound. Time is the caller's.
@@ -118,7 +119,7 @@ struct PublisherCounters {
   /// Pushed out of the full queue, left at the end, or published after `finish`.
   std::uint64_t keyframes_dropped = 0;
   std::uint64_t messages_sent = 0;         ///< of all channels
-  std::uint64_t bytes_sent = 0;            ///< of these messages
+  std::uint64_t bytes_sent = 0;            ///< of all messages sent
   std::uint64_t send_failures = 0;         ///< datagrams the network refused
   bool base_answers = false;               ///< one has said what it has of this session
   double bytes_per_second = 0.0;           ///< rate of keyframes now
@@ -130,7 +131,7 @@ struct PublisherCounters {
   bool end_confirmed = false;              ///< one has said that it knows of the session's end
   MapPoseCounters map_poses;               ///< of bases that localise robots in their map
 
-  /// Of which neither a base nor this robot has anything any more.
+  /// Keyframes of which neither a base nor this robot has anything any more.
   [[nodiscard]] std::uint64_t keyframes_lost() const {
     return keyframes_unacknowledged + keyframes_dropped;
   }
@@ -147,7 +148,8 @@ class Publisher {
   /// it; null: memory alone.
   Publisher(SessionInfo info, Link link, const PublisherOptions& options = {},
             wire::SenderStorage* storage = nullptr);
-  /// The same over a network without a way back: whatever was sent is forgotten.
+  /// Sends over a network without a way back: whatever was sent is forgotten. Throws
+  /// std::invalid_argument for an impossible name, datagram size or rate.
   Publisher(SessionInfo info, Send send, const PublisherOptions& options = {});
   /// Stops at once; what waits is lost and no end is announced. See `finish`.
   ~Publisher();
@@ -247,7 +249,7 @@ class Publisher {
   Clock::time_point last_probe_;
   wire::Outbox outbox_;
   std::map<std::uint32_t, Held> held_;  ///< what `outbox_` speaks of
-  std::set<std::uint32_t> loaded_;      ///< of which with messages
+  std::set<std::uint32_t> loaded_;      ///< keyframes held with their messages
   std::uint64_t held_bytes_ = 0;
   std::optional<std::uint32_t> fresh_;  ///< being sent for the first time
   bool base_answers_ = false;

@@ -28,7 +28,7 @@ std::vector<std::vector<std::uint8_t>> cut_into_messages(const EncodedKeyframe& 
 std::uint32_t count_messages(std::size_t keyframe_bytes, std::uint32_t datagram_bytes);
 
 /// How many of its first messages hold a keyframe's summary; see `wire::count_leading_pieces`.
-/// Throws likewise.
+/// Throws like `cut_into_messages`.
 std::uint32_t count_leading_messages(wire::Bytes keyframe, std::uint32_t datagram_bytes);
 
 }  // namespace unimapper::lcm_port

@@ -147,10 +147,10 @@ static_assert(sizeof(SharedLabels) == 72);
 struct SharedHealth {
   ContentHead head;               ///< `number`: of the keyframe closed last
   std::uint64_t scans;            ///< handed to the pipeline
-  std::uint64_t scans_refused;    ///< of which refused
+  std::uint64_t scans_refused;    ///< scans that the pipeline refused
   std::uint64_t keyframes;        ///< finished
-  std::uint64_t points_in;        ///< in their scans
-  std::uint64_t points_dynamic;   ///< of which removed
+  std::uint64_t points_in;        ///< points in the scans of finished keyframes
+  std::uint64_t points_dynamic;   ///< points that were removed from finished keyframes
   std::uint64_t deadline_misses;  ///< keyframes that took longer than they may
   std::uint64_t not_shared;       ///< messages that did not fit their topic
   std::uint64_t dropped[8];       ///< by `DropCause`

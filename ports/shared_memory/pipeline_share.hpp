@@ -29,7 +29,8 @@ class PipelineShare {
   /// To be called after every `add_scan`, before the pipeline's next call: publishes the labels of
   /// the keyframe that is ready, and the one that is finished with the pipeline's health.
   void after_scan(const Pipeline& pipeline, const ScanResult& result) noexcept;
-  /// The same after every `flush`.
+  /// To be called after every `flush`, before the pipeline's next call. Publishes the labels of the
+  /// keyframe that is ready, and the one that is finished with the pipeline's health.
   void after_flush(const Pipeline& pipeline, const ScanResult& result) noexcept;
 
   /// The writer of a topic, for `Writer::wait_beyond` on another thread; null if there is no such

@@ -8,19 +8,19 @@ namespace unimapper::shared_memory {
 /// What has just been done when `step` is called.
 enum class Step : std::uint8_t {
   kConsumerLocked,   ///< a consumer has its slot
-  kConsumerJoined,   ///< and its lease table is empty
+  kConsumerJoined,   ///< a consumer has a slot with an empty lease table
   kMessageFound,     ///< a consumer has chosen a chunk
-  kLeaseWritten,     ///< and written its lease
-  kLeaseChecked,     ///< and holds the message
-  kMessageReleased,  ///< and has given the lease back
+  kLeaseWritten,     ///< a consumer has written its lease of the chosen chunk
+  kLeaseChecked,     ///< a consumer holds the leased message
+  kMessageReleased,  ///< a consumer has given the lease back
   kWriterLocked,     ///< a writer has the topic
-  kSegmentOpened,    ///< and its segment
-  kTakenOver,        ///< and has put right what the writer before left
+  kSegmentOpened,    ///< a writer has the topic and its segment
+  kTakenOver,        ///< a writer has put right what the writer before left
   kChunkClaimed,     ///< a writer has chosen a chunk
-  kChunkLoaned,      ///< and it has no lease
-  kSequenceWritten,  ///< and holds a whole message
-  kClaimReleased,    ///< and may be leased
-  kMessageAnnounced  ///< and consumers know of it
+  kChunkLoaned,      ///< the writer's chunk has no lease
+  kSequenceWritten,  ///< the writer's chunk holds a whole message
+  kClaimReleased,    ///< the writer's chunk may be leased
+  kMessageAnnounced  ///< consumers know of the writer's message
 };
 inline constexpr std::uint32_t kSteps = 14;
 

@@ -26,7 +26,7 @@ class Files {
   virtual bool write(int file, wire::Bytes bytes);
   /// What was written survives a loss of power. Fails where the file was removed meanwhile.
   virtual bool sync(int file);
-  /// The same for the names of a folder's files.
+  /// The names of a folder's files survive a loss of power.
   virtual bool sync_folder(const std::filesystem::path& folder);
   /// Cuts the file off behind so many bytes.
   virtual bool truncate(int file, std::uint64_t bytes);

@@ -36,8 +36,8 @@ inline constexpr std::uint64_t kMaxSegmentBytes = std::uint64_t{1} << 30U;
 
 /// One record without a keyframe's own bytes.
 struct Record {
-  RecordKind kind = RecordKind::kKeyframe;        ///< what it says
-  SessionInfo info;                               ///< but for a keyframe, the identity alone
+  RecordKind kind = RecordKind::kKeyframe;  ///< what it says
+  SessionInfo info;  ///< of the session; where `kind` is not `kKeyframe`, the identity alone
   std::uint32_t sequence = 0;                     ///< of the keyframe
   std::int64_t stamp_ns = 0;                      ///< of the keyframe
   std::int64_t written_s = 0;                     ///< by the robot's clock, since 1970

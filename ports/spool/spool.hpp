@@ -58,9 +58,9 @@ struct SpoolOptions {
 /// What a spool did and found so far.
 struct SpoolCounters {
   std::uint64_t keyframes_added = 0;    ///< handed over
-  std::uint64_t keyframes_durable = 0;  ///< of which written, and survive a loss of power
-  std::uint64_t keyframes_refused = 0;  ///< of which never written: the disk failed or was slow
-  /// Of those on disk, removed without a base having them: the size or age limit, or the folder
+  std::uint64_t keyframes_durable = 0;  ///< keyframes written, which survive a loss of power
+  std::uint64_t keyframes_refused = 0;  ///< keyframes never written: the disk failed or was slow
+  /// Keyframes on disk, removed without a base having them: the size or age limit, or the folder
   /// was removed.
   std::uint64_t keyframes_lost = 0;
   std::uint64_t keyframes_damaged = 0;  ///< not read back, or with a wrong checksum
@@ -70,7 +70,7 @@ struct SpoolCounters {
   std::uint64_t segments_skipped = 0;  ///< of another version, or damaged at the front
   std::uint64_t faults = 0;            ///< stretches of other segments that are no record
   std::uint64_t commits = 0;           ///< times the disk was waited for
-  std::uint64_t write_failures = 0;    ///< of which in vain
+  std::uint64_t write_failures = 0;    ///< times the disk was waited for in vain
   bool failing = false;                ///< nothing can be written at present
 };
 

@@ -17,8 +17,8 @@ bool Spool::sync_placed() {
   return ok;
 }
 
-/// The same, while keyframes that come meanwhile are appended: what the kernel has outlives the
-/// process. They stay in the queue and in `placed_` until the next sync.
+/// Makes what was written durable while keyframes that come meanwhile are appended: what the kernel
+/// has outlives the process. They stay in the queue and in `placed_` until the next sync.
 bool Spool::sync_beside_writing() {
   const std::size_t count = placed_.size();
   std::unique_lock lock(mutex_);

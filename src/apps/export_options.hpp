@@ -11,7 +11,7 @@ namespace unimapper::apps {
 /// Adds --box, --voxel, --tile, --grid and --grid-height to a command.
 void add_export_options(CLI::App& command, merge::ExportOptions& options);
 
-/// The same options as the user would type them, each with a space before it.
+/// The export options as the user would type them, each with a space before it.
 [[nodiscard]] std::string export_command_line(const merge::ExportOptions& options);
 
 /// Says on stderr what a grid leaves out.

@@ -82,7 +82,7 @@ const Kind& kind_of(Output output) {
   throw std::logic_error("an output of no kind");
 }
 
-/// refined/SESSION/labels/NAME.label
+/// Whether a path is that of a refined label: refined/SESSION/labels/NAME.label.
 bool is_refined_label(const fs::path& relative) {
   const std::vector<fs::path> parts(relative.begin(), relative.end());
   return parts.size() == 4 && parts[0] == "refined" && parts[2] == "labels" &&

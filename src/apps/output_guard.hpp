@@ -20,7 +20,8 @@ enum class Output : std::uint8_t {
 /// Nothing is changed. Throws std::runtime_error with what to do.
 void check_output_folder(const std::filesystem::path& folder, Output output, bool replaces);
 
-/// The same for a single file. Throws std::runtime_error where `file` exists, unless `replaces`.
+/// Checks that `file` may be written, before any work is done. Throws std::runtime_error where it
+/// exists, unless `replaces`.
 void check_output_file(const std::filesystem::path& file, bool replaces);
 
 /// Removes what an earlier command wrote to `folder` as `output`, so that nothing of it is left

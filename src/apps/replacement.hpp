@@ -58,7 +58,8 @@ class FolderReplacement {
   PathLock lock_;
 };
 
-/// The same for a single file, written to FILE.unimapper-new.
+/// What replaces a single file. It is written to FILE.unimapper-new and renamed in one step, once
+/// it is on the disk.
 class FileReplacement {
  public:
   /// Finds out whether `file` can be written. Throws std::runtime_error.

@@ -21,7 +21,7 @@ struct DirectionFigures {
   std::array<double, 3> mean{};
   /// Azimuths about z that hold 98 % of the points, degrees, up to 360; 0 is ahead (x).
   double width_deg = 0.0;
-  double middle_deg = 0.0;  ///< of them
+  double middle_deg = 0.0;  ///< middle of the azimuths that hold 98 % of the points, degrees
   std::size_t points = 0;   ///< looked at
 };
 
@@ -31,7 +31,9 @@ struct DirectionFigures {
 /// On which side of the sensor lies what it is driven on.
 struct DrivenSurface {
   std::size_t below = 0;  ///< metres of path, over all scans, with points below the sensor's path
-  std::size_t above = 0;  ///< the same above: ceilings, trees, or a sensor that is upside down
+  /// Metres of path, over all scans, with points above the sensor's path. They are ceilings,
+  /// trees, or ground where the sensor is upside down.
+  std::size_t above = 0;
 };
 
 /// Counts metres of path within 25 m of the scans `indices`, at most 20 scans before them and

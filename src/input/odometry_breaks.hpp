@@ -28,7 +28,7 @@ struct OdometryBreak {
 struct OdometryBreaks {
   std::vector<OdometryBreak> breaks;  ///< in order
   std::size_t compared = 0;           ///< pairs of scans, which cover every step
-  std::size_t contradicted = 0;       ///< of these
+  std::size_t contradicted = 0;       ///< pairs of scans that contradict the odometry
 };
 
 /// Compares scans half a second, three metres or eight degrees apart, at most five, one after the

@@ -18,7 +18,7 @@ namespace unimapper::input {
 struct SensorFigures {
   std::size_t points = 0;         ///< of the fullest scan
   double lowest_deg = 0.0;        ///< elevation that one ray in two hundred is below
-  double highest_deg = 0.0;       ///< the same above
+  double highest_deg = 0.0;       ///< elevation that one ray in two hundred is above
   double width_deg = 0.0;         ///< azimuths that hold 98 % of the points
   double farthest_m = 0.0;        ///< that one point in a thousand is beyond
   double ray_spacing_deg = 0.0;   ///< along a ring; 0: no rings were found

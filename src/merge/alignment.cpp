@@ -247,7 +247,7 @@ class SessionAligner {
                        : inter_session_consistency(loops, query, match, rules);
   }
 
-  /// That of the session which sees farther; 0 if either is unknown.
+  /// Visible extent of the session which sees farther, metres; 0 if either is unknown.
   [[nodiscard]] double extent_m(std::size_t a, std::size_t b) const {
     const auto [nearer, farther] =
         std::minmax(problem_.sessions[a].extent_m, problem_.sessions[b].extent_m);
@@ -258,7 +258,7 @@ class SessionAligner {
     for (const std::size_t i : pair.loops) problem_.decisions[i] = {false, reason};
   }
 
-  /// Its loops are consistent, the maps do not fit.
+  /// Refuses a pair whose loops are consistent, but whose maps do not fit.
   void refuse(SessionPair& pair, const std::string& reason) {
     pair.set.state = PairState::kRefused;
     pair.set.reason = reason;
@@ -413,7 +413,7 @@ class SessionAligner {
     trial.connected[pair.query] = trial.connected[pair.match] = true;
   }
 
-  /// Those among connected sessions.
+  /// Accepted loops among connected sessions.
   [[nodiscard]] std::vector<std::size_t> accepted_loops(const MapState& state) const {
     std::vector<std::size_t> accepted;
     for (std::size_t i = 0; i < problem_.loops.size(); ++i) {

@@ -144,7 +144,7 @@ ExternalVector<Point> empty_like(const ExternalVector<Point>& points) {
   return ExternalVector<Point>(points.file());
 }
 
-/// Those in the box; of the map, the first of each voxel.
+/// Points in the box; of the map, the first of each voxel.
 template <typename Points>
 Points chosen_points(const Points& points, const ExportOptions& options) {
   using Point = typename Points::value_type;

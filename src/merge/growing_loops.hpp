@@ -24,10 +24,11 @@ namespace unimapper::merge {
 
 /// What one merge of growing sessions does at most, besides searching for new keyframes.
 struct GrowthBudget {
-  std::uint32_t by_descriptor = 12;  ///< candidates verified,
-  std::uint32_t beside_check = 4;    ///< in a merge that renews the evidence of a placement
-  std::uint32_t by_pose = 4;         ///< of keyframes near each other in the map
-  std::uint32_t placements = 1;      ///< checked by sensor data: as much work as 30 candidates
+  std::uint32_t by_descriptor = 12;  ///< candidates verified
+  /// Candidates verified in a merge that renews the evidence of a placement.
+  std::uint32_t beside_check = 4;
+  std::uint32_t by_pose = 4;     ///< candidates verified of keyframes near each other in the map
+  std::uint32_t placements = 1;  ///< checked by sensor data: as much work as 30 candidates
 };
 
 /// Searches for new keyframes only, keeps what was verified, and verifies in each merge so many
@@ -58,7 +59,7 @@ class GrowingLoops {
   using Pair = std::pair<KeyframeId, KeyframeId>;
   struct Found {
     LoopCandidate candidate;
-    std::uint32_t rank = 0;   ///< among those of its query with that session
+    std::uint32_t rank = 0;   ///< among the candidates of its query with that session
     std::uint64_t merge = 0;  ///< that found it first
     std::optional<LoopConstraint> outcome;
   };
@@ -87,7 +88,7 @@ class GrowingLoops {
   LoopFingerprints fingerprints_;
   PlaneRestorer planes_;
   GrowingPlaces places_;                   ///< of all sessions
-  std::vector<GrowingPlaces> of_session_;  ///< of each
+  std::vector<GrowingPlaces> of_session_;  ///< of each session
   std::map<Pair, Found> found_;            ///< by descriptor, the lower keyframe first
   std::map<Pair, Near> near_;              ///< by poses
   PlacementMemory placements_;

@@ -36,7 +36,7 @@ class KeyframeClouds {
 
   /// The cloud of a keyframe, which is made if it is not kept. Thread safe.
   [[nodiscard]] std::shared_ptr<const RegistrationCloud> cloud(KeyframeId k) const;
-  /// Perhaps without cells and images.
+  /// A keyframe, perhaps without cells and images.
   [[nodiscard]] const KeyframeRecord& record(KeyframeId k) const {
     return sessions_[k.session].keyframes[k.keyframe];
   }

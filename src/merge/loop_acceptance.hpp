@@ -21,20 +21,21 @@ struct ConsistencySet {
   std::string reason;                     ///< why it is not confirmed, empty otherwise
   std::vector<std::size_t> inliers;       ///< ascending indices into the loops given
   std::size_t distinct = 0;               ///< inliers at distinct positions along both paths
-  std::size_t competing = 0;  ///< the same for the largest set that contradicts the inliers
+  /// Loops at distinct positions in the largest set that contradicts the inliers.
+  std::size_t competing = 0;
   /// Refused for nothing but the short path that its loops span: sensor data may confirm it.
   bool is_short = false;
   bool is_one_place = false;        ///< all inliers lie where keyframes see the same structure
-  bool is_weak_along_axis = false;  ///< too few of them know the position along one direction
+  bool is_weak_along_axis = false;  ///< too few inliers know the position along one direction
   /// Ambiguous, and nothing else speaks against it: the sets that compete. Sensor data may exclude
   /// them.
   std::vector<ConsistencySet> competing_sets;
   Pose T_match_session_query_session;  ///< best fit to the inliers (inter-session only)
 };
 
-/// The same rules for two maps of which the keyframes of the one that sees farther see `extent_m`
-/// far (0: unknown): what is 2 m apart in a hall differs as much as what is 5 m apart in a street,
-/// and there is no path of 20 m in a room.
+/// Rules for two maps by how far the keyframes of the one that sees farther see: `extent_m`, 0 if
+/// unknown. What is 2 m apart in a hall differs as much as what is 5 m apart in a street. No room
+/// has a path of 20 m.
 [[nodiscard]] AcceptanceConfig scaled_to_extent(AcceptanceConfig config, double extent_m);
 
 /// The consistency set of the inter-session loops of two sessions. It is refused if it is too small

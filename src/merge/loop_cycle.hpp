@@ -35,7 +35,7 @@ struct LoopCycle {
 [[nodiscard]] double cycle_chi2(const LoopConstraint& a, const LoopConstraint& b,
                                 const SessionPath& query, const SessionPath& match);
 
-/// The same with the covariances of both loops at hand.
+/// Chi square of a pairwise cycle with the covariances of both loops at hand.
 [[nodiscard]] double cycle_chi2(const LoopConstraint& a, const Matrix6d& covariance_a,
                                 const LoopConstraint& b, const Matrix6d& covariance_b,
                                 const SessionPath& query, const SessionPath& match);

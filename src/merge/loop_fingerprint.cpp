@@ -92,7 +92,7 @@ std::uint64_t parameters_of_verification(const MergeConfig& config) {
   return print.value();
 }
 
-/// Beyond those of the verification.
+/// Parameters of the placement check, those of the verification among them.
 std::uint64_t parameters_of_placement_check(const MergeConfig& config) {
   Fingerprint print;
   print.add(kPlacementCheckVersion);

@@ -15,7 +15,8 @@ namespace unimapper::merge {
 /// before is verified again.
 inline constexpr std::uint64_t kLoopVerificationVersion = 4;
 
-/// The same of `PlacementEvaluator::evaluate`, whose pairs of keyframes are verified like loops.
+/// Changed whenever `PlacementEvaluator::evaluate` comes to other outcomes for the same input. Its
+/// pairs of keyframes are verified like loops.
 inline constexpr std::uint64_t kPlacementCheckVersion = 6;
 
 /// Fingerprints of questions about keyframes and pairs of `sessions`. Each keyframe is read once.

@@ -22,7 +22,8 @@ namespace unimapper::merge {
 /// right one.
 LoopSearchConfig base_search_config(std::uint32_t places);
 
-/// The same where of each of `others` sessions the best `per_session` candidates are wanted.
+/// Search parameters of the base where the best `per_session` candidates of each of `others`
+/// sessions are wanted.
 LoopSearchConfig search_config_of(std::size_t places, std::size_t others, std::uint32_t per_session,
                                   const TiltConfig& tilt);
 

@@ -37,7 +37,7 @@ struct MapState {
 /// The initial estimate: every session at its odometry.
 MapState make_map_state(std::vector<SessionPath> odometry);
 
-/// The same loop with query and match exchanged; its covariance is propagated to first order.
+/// A loop with query and match exchanged; its covariance is propagated to first order.
 LoopConstraint flipped(const LoopConstraint& loop);
 
 /// Squared whitened residual of a loop at the current estimate, along a free axis bounded by where

@@ -34,7 +34,7 @@ struct TileBox {
   [[nodiscard]] bool contains(const MapTile& tile) const {
     return low.x <= tile.x && tile.x <= high.x && low.y <= tile.y && tile.y <= high.y;
   }
-  /// With the tiles around it.
+  /// The box with the tiles around it.
   [[nodiscard]] TileBox grown() const { return {{low.y - 1, low.x - 1}, {high.y + 1, high.x + 1}}; }
 };
 

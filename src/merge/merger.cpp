@@ -73,7 +73,7 @@ class Merger {
     return finish();
   }
 
-  /// Without labels, map and changes.
+  /// A merge without labels, map and changes.
   MergeResult run_to_poses() {
     find_poses();
     return std::move(result_);

@@ -14,7 +14,7 @@ namespace {
 /// A loop from one keyframe of a session to a place that was known before.
 struct Support {
   std::size_t keyframe = 0;  ///< of the session
-  UncertainPose at;          ///< of that keyframe in the map, by the loop
+  UncertainPose at;          ///< of the keyframe in the map, by the loop
 };
 
 /// Collects, of each session, its loops and the latest of them.

@@ -59,7 +59,8 @@ class PlacementEvaluator {
   /// Shares of the structure, medians.
   struct StandingShares {
     std::optional<double> between;  ///< stands in one of both sessions alone; empty: not known
-    std::optional<double> within;   ///< the same of two keyframes of one session
+    /// Stands in one of two keyframes of a session alone; empty: not known.
+    std::optional<double> within;
   };
   [[nodiscard]] bool is_continued(const Placement& placement) const;
   [[nodiscard]] StandingShares standing_shares(const Placement& placement) const;

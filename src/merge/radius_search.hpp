@@ -20,8 +20,8 @@ std::vector<LoopCandidate> find_radius_candidates(const std::vector<SessionData>
                                                   std::span<const LoopConstraint> known,
                                                   const MergeConfig& config);
 
-/// The same between two sessions alone, whether they are connected or not: the poses of both, by
-/// keyframe, are in one frame.
+/// Candidates of a radius search between two sessions alone, whether they are connected or not. The
+/// poses of both, by keyframe, are in one frame.
 std::vector<LoopCandidate> find_radius_candidates(const std::vector<SessionData>& sessions,
                                                   std::size_t query, std::size_t match,
                                                   std::vector<Pose> T_common_query_keyframe,

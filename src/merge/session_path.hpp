@@ -43,10 +43,10 @@ class SessionPath {
   /// Information of the odometry edge between keyframes `i` and `j`.
   [[nodiscard]] Matrix6d information(std::size_t i, std::size_t j) const;
 
-  /// The same poses with a drift so many times as large.
+  /// This path with a drift so many times as large.
   [[nodiscard]] SessionPath with_drift(double scale) const;
 
-  /// The same drift model over corrected poses.
+  /// Corrected poses with the drift model of this path.
   [[nodiscard]] SessionPath with_poses(std::vector<Pose> poses) const;
 
  private:

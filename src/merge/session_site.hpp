@@ -61,8 +61,8 @@ SessionPositions choose_positions(const MapState& state, std::size_t session,
 /// A loop compared with the sites of its two sessions.
 struct SiteComparison {
   Eigen::Vector3d discrepancy_m = Eigen::Vector3d::Zero();  ///< of the query's place, site frame
-  SessionSite::Variance variance;                           ///< of it
-  double chi2 = 0.0;                                        ///< of what is known of it
+  SessionSite::Variance variance;                           ///< of the discrepancy
+  double chi2 = 0.0;                                        ///< of what is known of the discrepancy
 };
 [[nodiscard]] SiteComparison compare_with_sites(const LoopConstraint& loop,
                                                 const SessionSite& query, const SessionSite& match);

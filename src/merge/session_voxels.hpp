@@ -60,7 +60,7 @@ class SessionVoxels {
     const auto found = tiles_.find(tile);
     if (found != tiles_.end()) visit_tile(found->second, use);
   }
-  /// The same for all tiles in a box, tile by tile.
+  /// Calls `use(key, voxel)` for every voxel of all tiles in a box, tile by tile.
   template <typename Use>
   void visit(const TileBox& box, const Use& use) const {
     for (const auto& [tile, content] : tiles_) {
@@ -80,8 +80,8 @@ class SessionVoxels {
     std::vector<Voxel> voxels;
     std::uint64_t used = 0;       ///< when it was added to last
     std::size_t in_file = 0;      ///< voxels; then the ones above are empty
-    std::uint64_t keys_at = 0;    ///< where their keys lie
-    std::uint64_t voxels_at = 0;  ///< and they themselves
+    std::uint64_t keys_at = 0;    ///< where the voxels' keys lie in the file
+    std::uint64_t voxels_at = 0;  ///< where the voxels lie in the file
   };
 
   template <typename Use>
@@ -99,7 +99,7 @@ class SessionVoxels {
             std::vector<Voxel>& voxels) const;
   Tile& loaded(const MapTile& tile);
   void move_to_file(Tile& tile);
-  /// Until half of the limit is in memory.
+  /// Moves the tiles that were used longest ago to the file, until half of the limit is in memory.
   void move_least_recent();
 
   float size_m_;

@@ -34,7 +34,8 @@ class VoxelBlocks {
   [[nodiscard]] std::uint32_t neighbour(std::uint32_t b, const BlockOffset& offset) const {
     return neighbours_[b][at_offset(offset)];
   }
-  /// The same for all offsets, x fastest, from -1 to 1.
+  /// Numbers of the blocks at all offsets from block `b`, x fastest, from -1 to 1; `kNone` without
+  /// one.
   [[nodiscard]] const std::array<std::uint32_t, kAround>& around(std::uint32_t b) const {
     return neighbours_[b];
   }

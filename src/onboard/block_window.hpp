@@ -98,7 +98,8 @@ class BlockWindow {
   [[nodiscard]] std::uint64_t occupied(std::uint32_t number, std::uint32_t age) const noexcept {
     return history_[entry_of(number) * std::size_t{slots_} + slot(age)];
   }
-  /// The same for every keyframe of the window and the current one, in no particular order.
+  /// Occupied cells of a block, one mask for every keyframe of the window and for the current one.
+  /// In no particular order.
   [[nodiscard]] std::span<const std::uint64_t> occupied(std::uint32_t number) const noexcept {
     return {history_ + entry_of(number) * std::size_t{slots_}, slots_};
   }
@@ -139,7 +140,7 @@ class BlockWindow {
   /// Makes the current keyframe the latest earlier one. O(blocks of the evicted one), and now
   /// and then O(tiles).
   void advance() noexcept;
-  /// Instead of that: the current keyframe leaves nothing, as if none of its blocks had been
+  /// Instead of `advance`: the current keyframe leaves nothing, as if none of its blocks had been
   /// entered. O(its blocks).
   void discard() noexcept;
 

@@ -66,7 +66,7 @@ class CellStore {
   }
   void prefetch_sums(std::uint32_t entry) const noexcept { prefetch_for_write(sums_ + entry); }
 
-  /// The same for all sums of a block.
+  /// Starts loading all sums of a block.
   void prefetch_sums_of(std::uint32_t block) const noexcept {
     const std::uint32_t cells = popcount(occupied_[block]);
     for (std::uint32_t rank = 0; rank < cells; rank += kGroup) {

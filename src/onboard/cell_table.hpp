@@ -73,7 +73,7 @@ class CellTable {
   /// Marks of a block's cells by the block's number.
   [[nodiscard]] CellMarks& marks(std::uint32_t block) noexcept { return marks_[block]; }
   [[nodiscard]] const CellMarks& marks(std::uint32_t block) const noexcept { return marks_[block]; }
-  /// The same for the cell of a row.
+  /// Whether the cell of a row has a mark.
   [[nodiscard]] bool has(std::uint32_t row, CellMark mark) const noexcept {
     return (marks_[block_of_row(row)].*mark >> bit_of_row(row) & 1U) != 0;
   }

@@ -11,7 +11,7 @@ namespace unimapper::onboard {
 struct ComponentTally {
   std::uint32_t cells = 0;
   std::uint32_t evidence = 0;          ///< magnitudes of the cells' log-odds, each clamped
-  std::uint32_t evidence_dynamic = 0;  ///< of those that say dynamic
+  std::uint32_t evidence_dynamic = 0;  ///< magnitudes of the log-odds that say dynamic
   std::uint32_t was_dynamic = 0;
   std::uint32_t was_static = 0;
   CellBox box;  ///< of all but followers; wider than a pole, where it is not complete

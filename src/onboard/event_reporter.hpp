@@ -42,8 +42,8 @@ class EventReporter {
   float up_sigma_deg_;
   FreeSpaceConfig free_space_;  ///< as configured
   bool contradicted_ = false;   ///< in the keyframe before, up was not where promised
-  bool uncompensated_ = false;  ///< so looked the sweeps of the keyframe before
-  bool broken_ = false;         ///< so looked its odometry
+  bool uncompensated_ = false;  ///< in the keyframe before, sweeps looked uncompensated
+  bool broken_ = false;         ///< in the keyframe before, the odometry looked broken
 };
 
 }  // namespace unimapper::onboard

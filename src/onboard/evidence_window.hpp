@@ -91,7 +91,7 @@ class EvidenceWindow {
   /// O(blocks).
   void record(const CellTable& cells) noexcept;
 
-  /// Instead of that: the current keyframe leaves no evidence. O(blocks).
+  /// Instead of `record`: the current keyframe leaves no evidence. O(blocks).
   void discard() noexcept { blocks_.discard(); }
 
   /// Columns of the current keyframe that found no room.

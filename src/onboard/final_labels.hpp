@@ -35,7 +35,7 @@ class FinalLabels {
   /// to the current one; false if there is none or it is not stored. With `keeps_result`, `relabel`
   /// applies the last one's result until the first `step`.
   bool begin_evicted(const EvidenceWindow& window, bool keeps_result) noexcept;
-  /// The same for the oldest keyframe there is, after the last record. False if there is none.
+  /// Begins to relabel the oldest keyframe there is, after the last record. False if there is none.
   bool begin_oldest(const EvidenceWindow& window) noexcept;
   /// Relabels the next blocks, of 2,048 cells at most; afterwards a keyframe may be recorded or
   /// another one begun, but no evidence that was there at the beginning may be gone. False once no
@@ -51,7 +51,7 @@ class FinalLabels {
 
   /// Blocks for which the last `store` found no room: they keep their online labels.
   [[nodiscard]] std::uint64_t not_stored() const noexcept { return not_stored_; }
-  /// The same of the last relabelling.
+  /// Blocks for which the last relabelling found no room: they keep their online labels.
   [[nodiscard]] std::uint64_t not_relabelled() const noexcept { return changed_.refused(); }
 
   /// What was begun last is done: there is a result. False too where nothing was to be done.

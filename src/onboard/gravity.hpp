@@ -20,7 +20,7 @@ struct WallPlane {
 
 /// What one keyframe shows of up, along the odometry's axes.
 struct GravityScene {
-  std::span<const WallPlane> walls;  ///< and whatever else is upright: cars, plants
+  std::span<const WallPlane> walls;  ///< walls and whatever else is upright: cars, plants
   /// Sum of the ground's unit normals, those with z > 0; zero: there is no ground.
   Eigen::Vector3d ground = Eigen::Vector3d::Zero();
 };

@@ -31,7 +31,7 @@ bool is_wall(const CoarseVoxel& voxel) noexcept {
   return voxel.plane && !voxel.moving && std::abs(voxel.normal.z()) < kMaxWallRise;
 }
 
-/// The same number for the voxels of a square of `kPatchVoxels`, whatever their height.
+/// One number for all voxels of a square of `kPatchVoxels`, whatever their height.
 std::uint32_t patch_of(const VoxelIndex& voxel) noexcept {
   const auto x = static_cast<std::uint32_t>(floor_divide(voxel.x, kPatchVoxels));
   const auto y = static_cast<std::uint32_t>(floor_divide(voxel.y, kPatchVoxels));

@@ -40,7 +40,8 @@ inline constexpr std::uint32_t kAboveCell = 256;
                                                  const CoarseVoxels& voxels, const CellTable& cells,
                                                  std::uint32_t row) noexcept;
 
-/// The same for points so high above the plane that splits the voxel of the row.
+/// How high in a cell (0 to `kAboveCell`) points reach `height_m` above the plane that splits its
+/// voxel.
 [[nodiscard]] std::uint32_t level_in_cell_above(const CoarseVoxel& voxel, float height_m,
                                                 const CellTable& cells, std::uint32_t row) noexcept;
 

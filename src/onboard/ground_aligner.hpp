@@ -30,7 +30,8 @@ class GroundAligner {
   /// Root mean square of roll and pitch against the ground before, degrees; 0 = not known, or
   /// `sweep_tilt_deg` is what it is.
   [[nodiscard]] float noise_deg() const noexcept;
-  /// The same where scans tilt with the sensor's rotation: they look uncompensated; else 0.
+  /// Root mean square of roll and pitch, degrees, where scans tilt with the sensor's rotation; else
+  /// 0. Such scans look uncompensated.
   [[nodiscard]] float sweep_tilt_deg() const noexcept;
   /// The pose that a scan of the window was used at, by the pose that came with it.
   [[nodiscard]] const Pose& used_pose(const Pose& T_odometry_sensor) const noexcept;
@@ -75,7 +76,7 @@ class GroundAligner {
 
   /// How the tilt of scans varies with the turn of the sensor about them, over the last scans.
   struct Follow {
-    /// The same layout whether Eigen vectorises or not.
+    /// A vector of one layout whether Eigen vectorises or not.
     using Mean = Eigen::Matrix<double, 2, 1, Eigen::DontAlign>;
     std::uint32_t scans = 0;
     Mean mean_tilt = Mean::Zero();

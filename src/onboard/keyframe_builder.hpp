@@ -40,11 +40,12 @@ class KeyframeBuilder {
   [[nodiscard]] bool is_usable(const PointView& points) const noexcept {
     return accumulator_.has_valid_point(points);
   }
-  /// Every few keyframes the first scan is measured before it is added: whether that is due,
+  /// Whether the first scan is to be measured before it is added, as every few keyframes.
   bool must_measure() const noexcept {
     return !open_ && !measured_ && (measuring_ || sampling_.is_due());
   }
-  /// and a slice of it (`SamplingMonitor::step`). False once nothing of it is left.
+  /// A slice of measuring the first scan (`SamplingMonitor::step`). False once nothing of it is
+  /// left.
   bool measure(const PointView& first_points) noexcept;
   /// A slice of adding a scan that is usable to `keyframe`, which begins with it if none is open;
   /// the first one measures what is left to be measured. False once the scan is added; until then
@@ -101,8 +102,8 @@ class KeyframeBuilder {
   GroundAligner aligner_;
   bool adding_ = false;  ///< a scan was begun and is not added yet
   bool open_ = false;
-  bool measuring_ = false;  ///< the first scan of the next keyframe,
-  bool measured_ = false;   ///< and that is done
+  bool measuring_ = false;  ///< the first scan of the next keyframe is being measured
+  bool measured_ = false;   ///< the first scan of the next keyframe was measured
   std::uint32_t expected_scans_ = 0;
   // Cost of 1024 points of the last scan that began a keyframe, and of the last one that did not:
   // the former enters most of the blocks.

@@ -48,7 +48,7 @@ class KeyframeFinisher {
   /// What the next slice costs, about (`slice_cost`), and all that are left; 0 just if none is.
   [[nodiscard]] std::uint32_t step_cost() const noexcept;
   [[nodiscard]] std::uint32_t cost_left() const noexcept;
-  /// The same of all slices of the last keyframe, done or not.
+  /// What all slices of the last keyframe cost, about, done or not.
   [[nodiscard]] std::uint32_t whole_cost() const noexcept { return cost_ + cost_left(); }
   /// A keyframe is not finished yet.
   [[nodiscard]] bool is_busy() const noexcept { return task_ != Task::kDone; }
@@ -79,7 +79,7 @@ class KeyframeFinisher {
   std::uint64_t dropped_before_ = 0;       ///< by the database
   std::uint32_t cost_ = 0;                 ///< of the slices done for it
   std::uint32_t search_steps_ = 0;         ///< of the search in progress, or the last one
-  std::uint32_t search_steps_before_ = 0;  ///< of the one before
+  std::uint32_t search_steps_before_ = 0;  ///< of the search before
 };
 
 }  // namespace unimapper::onboard

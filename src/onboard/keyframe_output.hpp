@@ -73,7 +73,7 @@ class KeyframeOutput {
   std::uint32_t static_count_ = 0;
   std::uint32_t dynamic_count_ = 0;
   FineCell* cells_ = nullptr;         ///< static ones from the front, dynamic ones from the back
-  FineCell* cells_before_ = nullptr;  ///< of the keyframe before; with `deferred` not the same
+  FineCell* cells_before_ = nullptr;  ///< of the keyframe before; `cells_` itself unless `deferred`
   std::uint32_t entries_ = 0;         ///< of the store; one more belongs to no cell
   std::uint32_t* dynamic_from_ = nullptr;  ///< lowest dynamic heights, see `dynamic_from`
   VectorWidth width_ = VectorWidth::kBaseline;

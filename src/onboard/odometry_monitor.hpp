@@ -25,7 +25,7 @@ class OdometryMonitor {
 
  private:
   static constexpr std::uint32_t kKeyframes = 8;  ///< whose mean is what is usual
-  static constexpr std::uint32_t kFewest = 3;     ///< so many at least
+  static constexpr std::uint32_t kFewest = 3;     ///< fewest keyframes whose mean is what is usual
   /// After so many keyframes in a row, as the window of evidence holds, what is usual is asked
   /// anew.
   static constexpr std::uint32_t kLongest = 10;

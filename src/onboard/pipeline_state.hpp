@@ -147,8 +147,8 @@ struct Pipeline::State {
       &keyframes[0];  ///< the open one, or the one that the next scan begins
   onboard::Keyframe* closed = &keyframes[1];    ///< the last one that was closed
   onboard::Keyframe* finished = &keyframes[1];  ///< the last one that was finished
-  bool ready_untold = false;     ///< the caller does not know yet that `closed` is ready,
-  bool finished_untold = false;  ///< or of `finished`
+  bool ready_untold = false;     ///< the caller does not know yet that `closed` is ready
+  bool finished_untold = false;  ///< the caller does not know yet that `finished` is
 
   // Costs are those of `slice_cost`.
   std::uint32_t closing_cost = 0;  ///< of slices done for the keyframe that closes, or the last one

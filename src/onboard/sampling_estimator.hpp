@@ -102,7 +102,7 @@ class SamplingEstimator {
   std::uint32_t rays_ = 0;
   Axis coarse_;                           ///< to a degree
   Axis axis_;                             ///< the best so far
-  float axis_score_ = 0.0F;               ///< that a better one must exceed
+  float axis_score_ = 0.0F;               ///< that a better axis must exceed
   ImageProjection grid_;                  ///< of the cells that patches are chosen from
   std::uint32_t* cell_points_ = nullptr;  ///< points per cell
   std::uint8_t* patch_of_ = nullptr;      ///< by cell

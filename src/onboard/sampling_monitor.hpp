@@ -59,7 +59,7 @@ class SamplingMonitor {
   SamplingEstimator estimator_;
   std::uint32_t until_next_ = 0;  ///< keyframes
   Sampling current_;              ///< 0: not known yet
-  Sampling pending_;              ///< another one, measured once
+  Sampling pending_;              ///< another sampling, measured once
   float elevation_min_deg_ = 0.0F;
   float elevation_max_deg_ = 0.0F;
   float beyond_deg_ = 0.0F;  ///< rays left the field of view by so much; 0: decided upon

@@ -44,7 +44,7 @@ struct ScanAccumulator::Batch {
   std::int32_t block_z[kBatch];
   // Not 0: something differs from the point before.
   std::int32_t block_changed[kBatch];  ///< the block, or whether it is valid
-  std::int32_t cell_changed[kBatch];   ///< one of these, or the cell
+  std::int32_t cell_changed[kBatch];   ///< the block, its validity, or the cell
   std::int32_t bit[kBatch];            ///< of the cell: its number within the block
   float local_x[kBatch];               ///< within the cell, [0, 1)
   float local_y[kBatch];

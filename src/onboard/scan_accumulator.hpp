@@ -94,7 +94,7 @@ class ScanAccumulator {
   std::uint32_t entry_for(const Batch& batch, std::size_t i, BlockWindow& window) noexcept;
   /// Finds the blocks of all runs of a batch.
   void find_blocks(const Batch& batch, Runs& runs, BlockWindow& window) noexcept;
-  /// Then their cells.
+  /// Finds the cells of all runs of a batch, after their blocks.
   void find_entries(const Batch& batch, Runs& runs) noexcept;
   /// Number of a block, which is made if need be, or `BlockWindow::kNone`.
   std::uint32_t enter(const VoxelIndex& block, BlockWindow& window) noexcept;

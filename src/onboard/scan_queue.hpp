@@ -14,7 +14,7 @@ namespace unimapper::onboard {
 class ScanQueue {
  public:
   struct Scan {
-    PointView points;  ///< of which the first `max_points` are there
+    PointView points;  ///< the first `max_points` of the scan
     ScanOrigin origin;
     bool restarted;  ///< the odometry was, before this scan
     bool closes;     ///< the keyframe closes after this scan

@@ -47,10 +47,10 @@ class PlaceDescriber::State {
     kSelection,  ///< of the cells within range
     kGround,     ///< heights
     kVoxels,     ///< moments of structure
-    kFits,       ///< of planes to them
+    kFits,       ///< of planes to the moments
     kPlanes,     ///< selected among all
     kMap,        ///< of vertical structure
-    kCorners,    ///< of that map, pass by pass
+    kCorners,    ///< of the map of vertical structure, pass by pass
     kKeypoints,
     kDone
   };

@@ -26,9 +26,10 @@ struct VisibleExtent {
 
 /// Outcome of a comparison.
 struct OverlapResult {
-  float overlap = 0.0F;          ///< share of the commonly visible planes that coincide, [0, 1]
-  float upright_overlap = 0.0F;  ///< the same for upright planes only
-  std::uint32_t upright = 0;     ///< upright planes that coincide, both directions
+  float overlap = 0.0F;  ///< share of the commonly visible planes that coincide, [0, 1]
+  /// Share of the commonly visible upright planes that coincide, [0, 1].
+  float upright_overlap = 0.0F;
+  std::uint32_t upright = 0;  ///< upright planes that coincide, both directions
 };
 
 /// Compares the planes of a match and a query (paper section V-B). The counterpart of a plane is

@@ -16,7 +16,7 @@ struct PoseVote {
   std::uint32_t slot;         ///< of the stored place
   std::uint16_t turn;         ///< 1/65536 turn, from the query's frame to the place's
   std::int16_t query_cm[2];   ///< centre of the triangle in the query's frame
-  std::int16_t stored_cm[2];  ///< the same in the place's frame
+  std::int16_t stored_cm[2];  ///< centre of the triangle in the place's frame
   std::uint16_t weight;       ///< at least 1
 };
 

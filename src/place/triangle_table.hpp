@@ -17,7 +17,7 @@ namespace unimapper::place {
 struct TriangleEntry {
   std::uint32_t slot;          ///< of the place
   std::uint16_t heading;       ///< as in `Triangle`
-  std::int16_t center_cm[2];   ///< likewise
+  std::int16_t center_cm[2];   ///< as in `Triangle`
   std::uint8_t agreeing_dots;  ///< how many of the three products are equal within tolerance
 };
 

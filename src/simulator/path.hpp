@@ -13,7 +13,7 @@ class Path {
  public:
   Path(std::vector<Vec2> points, bool closed);
 
-  /// The same line the other way round.
+  /// The path the other way round.
   [[nodiscard]] Path reversed() const;
   [[nodiscard]] double length() const { return length_; }
   /// Position at arc length `s`; wraps if closed, else continues straight past the ends.

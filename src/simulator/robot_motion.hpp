@@ -35,7 +35,7 @@ class RobotMotion {
   double phases_[6] = {};
 };
 
-/// The same vehicle in stop-and-go traffic.
+/// The robot's own vehicle in stop-and-go traffic.
 class StopAndGoMotion : public RobotMotion {
  public:
   StopAndGoMotion(const TownPlan& plan, char route, std::uint64_t seed, double duration_s)

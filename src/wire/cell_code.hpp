@@ -38,9 +38,9 @@ class LevelMap {
 /// What is known of a cell besides that it is occupied.
 struct CellDetail {
   bool not_ground = false;
-  bool high_x = false;  ///< which half of the cell
+  bool high_x = false;  ///< upper half of the cell along x
   bool high_y = false;
-  std::uint8_t z = 0;  ///< which third
+  std::uint8_t z = 0;  ///< third of the cell along z, from below
 
   static CellDetail of(CellKey key) noexcept {
     return {((key >> 4U) & 1U) != 0, ((key >> 3U) & 1U) != 0, ((key >> 2U) & 1U) != 0,
@@ -239,8 +239,8 @@ class CellCode {
   std::array<std::array<std::array<BitModel, 2>, kUnknownHeight + 1>, kUnknownHeight + 1> height_;
 };
 
-/// Codes the cells that `Cells` walks through, block by block; false if it ended early.
-///   Cells: `bool next_block(Coder&, CellCode&)`, `bool code_cell(Coder&, CellCode&, int index)`
+/// Codes the cells that `cells` walks through, block by block; false if it ended early. `Cells` has
+/// `bool next_block(Coder&, CellCode&)` and `bool code_cell(Coder&, CellCode&, int index)`.
 template <typename Coder, typename Cells>
 bool code_cells(Coder& coder, CellCode& code, Cells& cells) noexcept {
   code.reset();

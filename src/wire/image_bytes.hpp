@@ -40,7 +40,7 @@ class ImageBytes {
     kAfterSinglePixel,
     kAfterShortRun,
     kAfterRun,
-    kAfterStep,  ///< and 23 more
+    kAfterStep,  ///< first of 24, one for four values of the byte each
   };
   static constexpr std::size_t kContexts = kAfterStep + 24;
 

@@ -91,7 +91,7 @@ std::uint32_t put_keypoints(SpanWriter& out, std::span<const Keypoint> keypoints
   return written;
 }
 
-/// The same for planes.
+/// Writes the planes that lie within the grid and returns how many.
 std::uint32_t put_planes(SpanWriter& out, std::span<const PlanePatch> planes) noexcept {
   std::uint32_t written = 0;
   for (const PlanePatch& plane : planes) {

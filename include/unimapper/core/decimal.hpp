@@ -103,7 +103,8 @@ using DecimalText = BoundedText<40>;
 
 /// The shortest text that `parse_decimal` reads back as the same float.
 [[nodiscard]] DecimalText decimal_of(float value) noexcept;
-/// The same for a double of at most 15 significant digits.
+/// The shortest text that `parse_decimal` reads back as the same double, of at most 15 significant
+/// digits.
 [[nodiscard]] DecimalText decimal_of(double value) noexcept;
 [[nodiscard]] DecimalText decimal_of(std::uint32_t value) noexcept;
 

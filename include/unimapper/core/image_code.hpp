@@ -34,7 +34,8 @@ struct ImageCodeSink {
   void* context;                                           ///< first argument of `put`
 };
 
-/// The same, byte by byte to `sink`, for a writer without memory for a whole code.
+/// Hands the code of an image's pixels to `sink`, byte by byte: a writer needs no memory for it.
+/// O(pixels).
 void encode_image(std::span<const std::uint16_t> pixels, const ImageCodeSink& sink) noexcept;
 
 /// Whether `code` is what `encode_image` makes of an image of so many pixels. O(bytes of `code`).

@@ -109,7 +109,7 @@ struct KeyframeContent {
   std::span<const FreeSpaceImage> images;  ///< of scans spread over the keyframe
   PlaceView place;                         ///< keypoints and planes of the static cells
   std::uint64_t points_in = 0;             ///< scan points that went into the keyframe
-  std::uint64_t points_dynamic = 0;        ///< of which removed as dynamic
+  std::uint64_t points_dynamic = 0;        ///< scan points removed as dynamic
 };
 
 }  // namespace unimapper

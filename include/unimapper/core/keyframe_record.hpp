@@ -41,7 +41,7 @@ struct KeyframeRecord {
   float image_full_weight_range_m = 0.0F;  ///< as in `KeyframeView`
   std::vector<CodedImage> images;          ///< free-space images
   std::uint64_t points_in = 0;             ///< scan points that went into the keyframe
-  std::uint64_t points_dynamic = 0;        ///< of which removed as dynamic
+  std::uint64_t points_dynamic = 0;        ///< scan points removed as dynamic
   std::uint64_t left_out = 0;  ///< cells, keypoints and planes too far away for the wire
 
   /// The descriptor; it points into this record.

@@ -16,8 +16,8 @@ struct PointView {
   std::size_t count = 0;            ///< points
   std::size_t stride = 0;           ///< bytes from one point to the next
   std::size_t offset_x = 0;         ///< bytes from the start of a point to its float32 x
-  std::size_t offset_y = 4;         ///< the same of y
-  std::size_t offset_z = 8;         ///< the same of z
+  std::size_t offset_y = 4;         ///< bytes from the start of a point to its float32 y
+  std::size_t offset_z = 8;         ///< bytes from the start of a point to its float32 z
 
   /// A view of `count` points whose x, y, z are three consecutive floats, `stride_bytes` apart.
   static PointView xyz(const void* first, std::size_t count, std::size_t stride_bytes) noexcept {

@@ -12,7 +12,8 @@ namespace unimapper {
   asm volatile("");
 }
 
-/// The same for a line that will be written.
+/// Starts loading the cache line at `address`, which will be written; nothing is read, so any
+/// address will do.
 [[gnu::always_inline]] inline void prefetch_for_write(const void* address) noexcept {
   __builtin_prefetch(address, 1);
   asm volatile("");

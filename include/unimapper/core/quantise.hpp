@@ -27,13 +27,13 @@ inline constexpr std::int32_t kMillimetreLimit = 1'000'000;
 /// A position in whole millimetres, or nothing if it is not finite or beyond `kMillimetreLimit` on
 /// an axis.
 std::optional<Eigen::Vector3i> to_millimetres(const Eigen::Vector3f& position) noexcept;
-/// Its millimetres are these again.
+/// The position at whole millimetres; `to_millimetres` gives them back.
 Eigen::Vector3f from_millimetres(const Eigen::Vector3i& millimetres) noexcept;
 
 /// A position in whole centimetres, or nothing if it is not finite or does not fit 16 bits on an
 /// axis.
 std::optional<Eigen::Vector3i> to_centimetres(const Eigen::Vector3f& position) noexcept;
-/// Its centimetres are these again.
+/// The position at whole centimetres; `to_centimetres` gives them back.
 Eigen::Vector3f from_centimetres(const Eigen::Vector3i& centimetres) noexcept;
 
 }  // namespace unimapper

@@ -12,7 +12,7 @@ namespace unimapper {
 /// A point seen from two frames.
 struct PointPair {
   Eigen::Vector3d a;  ///< in frame a
-  Eigen::Vector3d b;  ///< the same point in frame b
+  Eigen::Vector3d b;  ///< in frame b
 };
 
 /// The least-squares T_b_a with `b = T_b_a * a` over all pairs. Always a proper rotation: where

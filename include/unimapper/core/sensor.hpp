@@ -31,10 +31,10 @@ struct SensorModel {
   std::string_view name;                         ///< canonical spelling, e.g. "os2-128"
   ScanPattern pattern = ScanPattern::kSpinning;  ///< how it scans
   float horizontal_fov_deg = 0.0F;  ///< full width about the x axis, degrees. [10, 360]
-  float elevation_min_deg = 0.0F;   ///< lowest and highest ray, degrees. -90 <= min < max <= 90,
-  float elevation_max_deg = 0.0F;   ///< at least 1 apart
-  float range_min_m = 0.0F;         ///< metres. 0 <= min < max <= 500
-  float range_max_m = 0.0F;         ///< metres, as above
+  float elevation_min_deg = 0.0F;   ///< lowest ray, degrees. [-90, elevation_max_deg - 1]
+  float elevation_max_deg = 0.0F;   ///< highest ray, degrees. [elevation_min_deg + 1, 90]
+  float range_min_m = 0.0F;         ///< smallest range, metres. [0, range_max_m)
+  float range_max_m = 0.0F;         ///< largest range, metres. (range_min_m, 500]
   /// Scan lines. [2, 1024] where they repeat, which range images of spinning sensors follow; 0 if
   /// the pattern does not repeat.
   std::uint32_t rings = 0;

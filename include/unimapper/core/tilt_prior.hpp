@@ -54,7 +54,8 @@ class TiltPrior {
   [[nodiscard]] double sigmas(const Eigen::Vector2d& tilt,
                               const Eigen::Matrix2d& measured) const noexcept;
 
-  /// Likewise, for a tilt with the standard deviation `sigma` in every direction, rad.
+  /// By how many standard deviations a tilt contradicts the prior. The tilt was measured with the
+  /// standard deviation `sigma` in every direction, rad.
   [[nodiscard]] double sigmas(const Eigen::Vector2d& tilt, double sigma) const noexcept;
 
   /// Mean of prior and measurement, each weighted by its information.

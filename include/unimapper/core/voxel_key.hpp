@@ -57,13 +57,14 @@ inline constexpr std::int32_t kVoxelAxisLimit = 1 << 20;
   return truncated - (static_cast<float>(truncated) > value ? 1 : 0);
 }
 
-/// The same of any value. Saturates at +-2e9, NaN included: what a hostile sender claims is no
-/// undefined behaviour.
+/// floor(value) as an integer, of any value. Saturates at +-2e9, NaN included: what a hostile
+/// sender claims is no undefined behaviour.
 [[nodiscard]] inline std::int32_t floor_to_int(float value) noexcept {
   return floor_of_bounded(bounded_for_int(value));
 }
 
-/// floor(value) of a double likewise. The caller has checked that it fits the integer.
+/// floor(value) of a double without calling the maths library. The caller has checked that it fits
+/// the integer.
 template <std::signed_integral Integer>
 [[nodiscard]] constexpr Integer floor_to(double value) noexcept {
   const auto truncated = static_cast<Integer>(value);

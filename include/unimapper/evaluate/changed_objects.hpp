@@ -47,8 +47,8 @@ inline constexpr double kSameObject_m = 0.3;
 /// What a found change is.
 enum class FoundClass {
   kRight,     ///< a true change, and the first one found for it
-  kReplaced,  ///< one of an object in whose place another one stands
-  kPart,      ///< it lies on an object that did change
+  kReplaced,  ///< a change of an object in whose place another one stands
+  kPart,      ///< a part of an object that did change
   kStood,     ///< something else that stood there during one visit: persons, waiting cars
   kWrong,
 };

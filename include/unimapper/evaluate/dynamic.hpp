@@ -29,15 +29,15 @@ inline constexpr std::size_t kClassCount = 24;
 /// Index of the class of a label in [0, kClassCount).
 [[nodiscard]] std::size_t class_of(std::uint32_t label) noexcept;
 
-/// English name of a class: "pedestrian", "cyclist", "car", "pole", …
+/// English name of a class, e.g. "pedestrian", "cyclist", "car" or "pole".
 [[nodiscard]] std::string_view class_name(std::size_t index) noexcept;
 
 /// Counts of one set of points.
 struct Tally {
   std::uint64_t static_points = 0;    ///< static by ground truth
-  std::uint64_t static_kept = 0;      ///< of these, labelled static
+  std::uint64_t static_kept = 0;      ///< static points that were labelled static
   std::uint64_t dynamic_points = 0;   ///< dynamic by ground truth
-  std::uint64_t dynamic_removed = 0;  ///< of these, labelled dynamic
+  std::uint64_t dynamic_removed = 0;  ///< dynamic points that were labelled dynamic
 
   /// Counts one point.
   void add(Truth truth, bool removed) noexcept;
@@ -70,8 +70,8 @@ inline constexpr std::size_t kRangeBinCount = kRangeBinEnds.size() + 1;
 /// One accuracy under one protocol, broken down.
 struct DynamicScore {
   Tally total;                                   ///< all labelled points
-  std::array<Tally, kClassCount> by_class{};     ///< the same by `class_of`
-  std::array<Tally, kRangeBinCount> by_range{};  ///< the same by `range_bin`
+  std::array<Tally, kClassCount> by_class{};     ///< labelled points by `class_of`
+  std::array<Tally, kRangeBinCount> by_range{};  ///< labelled points by `range_bin`
   std::uint64_t ignored = 0;                     ///< points without a label
 
   /// Counts a labelled point, or counts it as ignored.

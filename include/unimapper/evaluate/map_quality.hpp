@@ -21,7 +21,7 @@ struct CloudAgreement {
   double cd_l2_m = std::numeric_limits<double>::quiet_NaN();    ///< sum of both mean distances
   double cd_l2_squared_m2 = std::numeric_limits<double>::quiet_NaN();  ///< of squared distances
   std::size_t inliers_first = 0;   ///< points of the first cloud with a neighbour within tau
-  std::size_t inliers_second = 0;  ///< the other way round
+  std::size_t inliers_second = 0;  ///< points of the second cloud with a neighbour within tau
 };
 
 /// Nearest-neighbour distances below `tau_m` in both directions. AC pools both directions.
@@ -29,8 +29,8 @@ struct CloudAgreement {
 [[nodiscard]] CloudAgreement compare_clouds(std::span<const Eigen::Vector3f> first,
                                             std::span<const Eigen::Vector3f> second, double tau_m);
 
-/// The same for several thresholds from one search, of at most `max_queries` points of either
-/// cloud, evenly strided.
+/// Nearest-neighbour distances below each threshold in both directions, from one search. It takes
+/// at most `max_queries` points of either cloud, evenly strided.
 [[nodiscard]] std::vector<CloudAgreement> compare_clouds(std::span<const Eigen::Vector3f> first,
                                                          std::span<const Eigen::Vector3f> second,
                                                          std::span<const double> taus_m,

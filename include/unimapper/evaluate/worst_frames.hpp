@@ -25,7 +25,7 @@ struct ObjectErrors {
   Tally tally;                                       ///< its points in this scan
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< of its points, world
   Eigen::Vector3f wrong_center_sensor{Eigen::Vector3f::Zero()};  ///< of its wrong points, sensor
-  float wrong_range_m = 0.0F;                                    ///< their mean distance
+  float wrong_range_m = 0.0F;  ///< mean range of its wrong points, metres
 };
 
 /// Every object of a scan, the one with the most wrong points first. O(points).

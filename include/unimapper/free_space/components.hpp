@@ -49,9 +49,9 @@ class ComponentLabels {
   std::uint32_t label(std::uint32_t blocks, const CellsOf& cells_of,
                       const Neighbour& neighbour) noexcept;
 
-  /// The same in parts, for callers who have little time at once, each of which goes through all
-  /// blocks in their order, as many at a time as the caller likes: `begin`, then `split`, then
-  /// `join`, then `count`, then `add_low`.
+  /// Begins to label in parts, for callers who have little time at once. `split`, `join`, `count`
+  /// and `add_low` follow. Each goes through all blocks in their order, as many at a time as the
+  /// caller likes.
   void begin() noexcept { part_count_ = size_ = 0; }
   /// Splits the cells of the blocks from `first` to before `end` of `blocks`.
   template <typename CellsOf>

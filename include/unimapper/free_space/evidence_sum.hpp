@@ -11,7 +11,7 @@ namespace unimapper {
 struct EvidenceSum {
   std::int64_t log_odds = 0;   ///< of all cells
   std::uint32_t cells = 0;     ///< cells
-  std::uint32_t dynamic = 0;   ///< of these, cells whose own evidence says dynamic
+  std::uint32_t dynamic = 0;   ///< cells whose own evidence says dynamic
   std::uint32_t occupied = 0;  ///< observations of their voxels as occupied by other keyframes
 
   /// One more cell, whose voxel `times` other keyframes occupied.

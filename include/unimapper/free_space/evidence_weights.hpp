@@ -14,7 +14,7 @@ struct EvidenceDefaults {
   static constexpr float kPriorLogOdds = 1.5F;             ///< labelled dynamic online
   static constexpr float kConfirmedStaticLogOdds = 2.0F;   ///< a component cannot overrule it
   static constexpr float kRangeMarginM = 0.3F;             ///< of the visibility test
-  static constexpr float kRangeMarginRelative = 0.01F;     ///< plus this share of the range
+  static constexpr float kRangeMarginRelative = 0.01F;     ///< of the visibility test, by range
   static constexpr float kConnectingHeightM = 0.3F;        ///< lower cells connect no components
   static constexpr float kComponentStaticShare = 0.1F;     ///< below it a component is static
   static constexpr float kSeenThroughShare = 0.7F;         ///< from it on ground is none

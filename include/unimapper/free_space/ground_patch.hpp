@@ -10,7 +10,7 @@ namespace unimapper {
 /// a real road are seen through, too, where rays graze it; whole patches are not.
 struct GroundPatch {
   std::uint16_t cells = 0;         ///< cells of the patch
-  std::uint16_t seen_through = 0;  ///< of these, cells that other views saw through
+  std::uint16_t seen_through = 0;  ///< cells of the patch that other views saw through
 
   /// Counts one cell more, up to 65535.
   void add(bool is_seen_through) noexcept {

@@ -14,7 +14,7 @@ namespace unimapper {
 struct RangePainterConfig {
   RangeImageShape shape;     ///< field of view and resolution
   float range_min_m = 0.0F;  ///< nearer points are not painted
-  float range_max_m = 0.0F;  ///< nor are farther ones; at most 511
+  float range_max_m = 0.0F;  ///< farther points are not painted; at most 511
   /// Returns among a pixel and its eight neighbours below which the pixel stays unknown, [1, 9].
   std::uint32_t min_returns = 3;
   std::size_t max_points = 0;  ///< the rest of a scan is left out

@@ -16,8 +16,9 @@ namespace unimapper {
 struct RelabelledCell {
   /// Its label by itself: the label it had, or the mean evidence around it.
   bool dynamic = false;
-  bool confirmed_static = false;   ///< its own evidence is so strong that no group overrules it
-  bool confirmed_dynamic = false;  ///< the same; also a part that moved (`MovedPart`)
+  bool confirmed_static = false;  ///< its own evidence is so strong that no group overrules it
+  /// Its own evidence, or a part that moved (`MovedPart`), makes it dynamic: no group overrules it.
+  bool confirmed_dynamic = false;
 };
 
 /// Whether a cell of a group of that class is dynamic.

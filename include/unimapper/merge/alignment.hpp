@@ -55,7 +55,7 @@ struct Alignment {
 /// What sensor data say about two sessions that a set of loops places in one frame.
 struct PlacementEvidence {
   std::size_t supporting = 0;     ///< keyframes beside each other that fit
-  std::size_t contradicting = 0;  ///< those that see different structure there
+  std::size_t contradicting = 0;  ///< keyframes beside each other that see different structure
   std::string aliasing;           ///< where else the query fits as well, in words; empty: nowhere
   std::size_t competing_excluded = 0;  ///< competing placements that the data speak against
 };
@@ -75,7 +75,7 @@ struct ExcludedBeyond {
 /// A set of loops that contradicts a placement.
 struct CompetingPlacement {
   std::vector<LoopConstraint> loops;   ///< consistent with each other
-  Pose T_match_session_query_session;  ///< where they would put the query instead
+  Pose T_match_session_query_session;  ///< where the loops would put the query
 };
 
 /// Two sessions, each with its poses corrected by its intra-session loops, and where inter-session

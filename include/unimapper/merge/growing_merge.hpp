@@ -27,7 +27,8 @@ class GrowingMerge {
   /// As `merge_poses` of what is there, by the loops that are known so far and a few more. Throws
   /// as it does, and std::bad_alloc.
   [[nodiscard]] MergeResult merge_newest(const UserStatements& statements, LoopOutcomes* outcomes);
-  /// The same with all loops, as many as that takes; later merges know them.
+  /// As `merge_poses` of what is there, by all loops, as many as that takes; later merges know
+  /// them. Throws as it does, and std::bad_alloc.
   [[nodiscard]] MergeResult merge_all(const UserStatements& statements, LoopOutcomes* outcomes);
   /// Whether `merge_newest` would verify or check more although nothing has grown.
   [[nodiscard]] bool has_more() const;

@@ -16,10 +16,11 @@ namespace unimapper::merge {
 /// keyframe knows up. To be called on sessions before they are merged or searched in. Cost: one
 /// description per keyframe that is levelled.
 std::size_t level_keyframes(std::vector<KeyframeRecord>& keyframes);
-/// The same for a session whose cells may be read on demand: they come levelled from then on.
+/// Levels the keyframes of a session, whose cells may be read on demand: they come levelled from
+/// then on. Returns how many were levelled.
 std::size_t level_keyframes(SessionData& session);
 
-/// The same keyframe in the frame of `T_odometry_level`, at the same position: turns cells and
+/// Turns a keyframe into the frame of `T_odometry_level`, at the same position: cells and
 /// keypoints. O(cells).
 void turn_keyframe(KeyframeRecord& keyframe, const Pose& T_odometry_level);
 

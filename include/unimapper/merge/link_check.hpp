@@ -13,9 +13,11 @@ namespace unimapper::merge {
 /// What the sensor data say of a link.
 struct LinkEvidence {
   bool is_confirmed = false;  ///< registration finds the query there
-  /// Otherwise, at the pose said: points of structure that both keyframes could see; 0 without one.
+  /// Points of structure that both keyframes of an unconfirmed link could see at the pose said; 0
+  /// without one.
   std::size_t observed = 0;
-  double seen_through = 0.0;  ///< share of them that the other keyframe saw through, [0, 1]
+  /// Share of the `observed` points that the other keyframe saw through, [0, 1].
+  double seen_through = 0.0;
   /// Registration does not confirm the link, and more of the common view was seen through than of
   /// a loop may be (`LoopConfig::max_contradiction`).
   bool is_contradicted = false;

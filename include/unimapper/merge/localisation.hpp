@@ -31,7 +31,7 @@ struct MapPose {
   Matrix6d covariance = Matrix6d::Identity();
   std::size_t loops = 0;         ///< that support the pose, since the robot was localised
   double path_m = 0.0;           ///< travelled since the first keyframe, by odometry
-  double since_loop_m = 0.0;     ///< of which by odometry alone since the latest loop
+  double since_loop_m = 0.0;     ///< metres by odometry alone since the latest loop
   std::uint32_t times_lost = 0;  ///< how often a position was lost
 };
 

@@ -27,16 +27,19 @@ struct OdometryNoiseConfig {
 
 template <std::same_as<OdometryNoiseConfig> C>
 consteval auto parameters_of(const C*) {
-  return parameter_table(parameter<&C::translation_floor_m>(
-                             "[0.001, 10]", "m", "choice",
-                             "Standard deviation of the translation between any two keyframes,"),
-                         parameter<&C::translation_m_per_sqrt_m>("[0.0001, 10]", "m/√m", "choice",
-                                                                 "and its growth with the path."),
-                         parameter<&C::rotation_floor_rad>(
-                             "[0.00001, 1]", "rad", "choice",
-                             "Standard deviation of the rotation between any two keyframes,"),
-                         parameter<&C::rotation_rad_per_sqrt_m>("[0.000001, 1]", "rad/√m", "choice",
-                                                                "and its growth with the path."));
+  return parameter_table(
+      parameter<&C::translation_floor_m>(
+          "[0.001, 10]", "m", "choice",
+          "Standard deviation of the translation between any two keyframes, however near."),
+      parameter<&C::translation_m_per_sqrt_m>(
+          "[0.0001, 10]", "m/√m", "choice",
+          "Growth of the translation's standard deviation with the square root of the path."),
+      parameter<&C::rotation_floor_rad>(
+          "[0.00001, 1]", "rad", "choice",
+          "Standard deviation of the rotation between any two keyframes, however near."),
+      parameter<&C::rotation_rad_per_sqrt_m>(
+          "[0.000001, 1]", "rad/√m", "choice",
+          "Growth of the rotation's standard deviation with the square root of the path."));
 }
 
 /// Registration clouds and G-ICP (paper section VI, refined registration).
@@ -70,9 +73,10 @@ consteval auto parameters_of(const C*) {
                                "Points a covariance is estimated from."),
       parameter<&C::submap_keyframes>(
           "[0, 10]", "keyframes", "choice",
-          "Neighbours before and after a keyframe that may join its cloud,"),
-      parameter<&C::submap_cells>("[0, 10000000]", "cells", "choice",
-                                  "until it holds so many cells."),
+          "Neighbours before and after a keyframe that may join its cloud."),
+      parameter<&C::submap_cells>(
+          "[0, 10000000]", "cells", "choice",
+          "A keyframe's cloud with so many cells takes no further neighbours."),
       parameter<&C::max_points>("[100, 1000000]", "points", "choice",
                                 "The leaf grows until a cloud is smaller."),
       parameter<&C::max_source_points>("[100, 1000000]", "points", "choice",
@@ -89,8 +93,9 @@ consteval auto parameters_of(const C*) {
           "[1, 1000]", "points", "choice",
           "Neighbouring points repeat each other's errors: so many count as one observation."),
       parameter<&C::sigma_floor_m>("[0.001, 10]", "m", "choice",
-                                   "No loop is known better than this."),
-      parameter<&C::sigma_floor_rad>("[0.0001, 1]", "rad", "choice", "The same for its rotation."));
+                                   "Smallest standard deviation of a loop's translation."),
+      parameter<&C::sigma_floor_rad>("[0.0001, 1]", "rad", "choice",
+                                     "Smallest standard deviation of a loop's rotation."));
 }
 
 /// Where loop candidates come from and when their geometry is verified.
@@ -111,9 +116,12 @@ struct LoopConfig {
 template <std::same_as<LoopConfig> C>
 consteval auto parameters_of(const C*) {
   return parameter_table(
-      parameter<&C::min_keyframe_gap>("[1, 1000]", "keyframes", "choice",
-                                      "Between the two keyframes of an intra-session loop."),
-      parameter<&C::min_path_gap_m>("[0, 1000]", "m", "choice", "The same along the path."),
+      parameter<&C::min_keyframe_gap>(
+          "[1, 1000]", "keyframes", "choice",
+          "Least number of keyframes from one to the other of an intra-session loop."),
+      parameter<&C::min_path_gap_m>(
+          "[0, 1000]", "m", "choice",
+          "Least path between the two keyframes of an intra-session loop."),
       parameter<&C::candidates_per_keyframe>("[1, 32]", "", "choice",
                                              "Candidates verified per keyframe and other session."),
       parameter<&C::max_candidates_per_pair>(
@@ -125,13 +133,14 @@ consteval auto parameters_of(const C*) {
       parameter<&C::min_overlap>("[0, 1]", "", "choice",
                                  "Overlap of structure (no ground) after G-ICP; two thirds of it "
                                  "where the common view agrees."),
-      parameter<&C::max_rmse_m>("[0.01, 5]", "m", "choice", "Of matched points after G-ICP."),
+      parameter<&C::max_rmse_m>("[0.01, 5]", "m", "choice",
+                                "Largest root mean square distance of matched points after G-ICP."),
       parameter<&C::max_contradiction>(
           "[0, 1]", "", "choice", "Share of the points that lie inside the other's free space."),
       parameter<&C::max_correction_m>("[0.1, 50]", "m", "choice",
-                                      "G-ICP's pose against the descriptor's."),
+                                      "Largest distance of G-ICP's pose from the descriptor's."),
       parameter<&C::max_correction_rad>("[0.01, 3.2]", "rad", "choice",
-                                        "The same for its rotation."));
+                                        "Largest rotation of G-ICP's pose from the descriptor's."));
 }
 
 /// When inter-session loops are accepted (docs/design/loop-acceptance.md).
@@ -164,15 +173,17 @@ consteval auto parameters_of(const C*) {
                                       "Two loops are consistent up to this chi square."),
       parameter<&C::min_loops>("[2, 100]", "loops", "choice",
                                "Distinct loops that connect two maps."),
-      parameter<&C::min_span_m>("[0, 1000]", "m", "choice", "Path they span in both maps."),
-      parameter<&C::min_strong_loops>("[2, 100]", "loops", "choice",
-                                      "So many are enough when all overlap strongly."),
-      parameter<&C::margin>("[1, 100]", "", "choice",
-                            "Consistency set over the largest competing set,"),
-      parameter<&C::sufficient_margin>(
+      parameter<&C::min_span_m>("[0, 1000]", "m", "choice",
+                                "Path in both maps that the loops between them span."),
+      parameter<&C::min_strong_loops>(
+          "[2, 100]", "loops", "choice",
+          "So many distinct loops are enough when all overlap strongly."),
+      parameter<&C::margin>(
           "[1, 100]", "", "choice",
-          "and over one that would connect the maps were it alone: below it the pair is "
-          "provisional."),
+          "Consistency set over the largest competing set; below it the pair is provisional."),
+      parameter<&C::sufficient_margin>("[1, 100]", "", "choice",
+                                       "Consistency set over a competing set that alone would "
+                                       "connect the maps; below it the pair is provisional."),
       parameter<&C::distinct_m>("[0, 100]", "m", "choice",
                                 "Loops closer than this along either path count once."),
       parameter<&C::place_span_m>(
@@ -256,9 +267,10 @@ consteval auto parameters_of(const C*) {
                                   "xi of the paper's kernel, on whitened residuals."),
       parameter<&C::max_iterations>("[1, 1000]", "", "choice", "Iterations of one solve."),
       parameter<&C::deformation_floor_m>("[0, 100]", "m", "choice",
-                                         "Deformation of a session that is always plausible,"),
-      parameter<&C::deformation_per_m>("[0, 1]", "m/m", "choice",
-                                       "and its growth along the path."));
+                                         "Deformation of a session that is always plausible."),
+      parameter<&C::deformation_per_m>(
+          "[0, 1]", "m/m", "choice",
+          "Growth of a session's plausible deformation along its path."));
 }
 
 /// Radius search between aligned maps (paper section VI, equation for R).
@@ -272,15 +284,17 @@ struct RadiusConfig {
 
 template <std::same_as<RadiusConfig> C>
 consteval auto parameters_of(const C*) {
-  return parameter_table(parameter<&C::radius_m>("[0.5, 100]", "m", "paper", "r_th."),
-                         parameter<&C::spacing_m>("[0, 100]", "m", "choice",
-                                                  "Path between keyframes that are searched for."),
-                         parameter<&C::per_keyframe>("[1, 16]", "loops", "choice",
-                                                     "Loops per keyframe and other session."),
-                         parameter<&C::max_correction_m>("[0.1, 50]", "m", "choice",
-                                                         "G-ICP's pose against the graph's."),
-                         parameter<&C::max_correction_rad>("[0.01, 3.2]", "rad", "choice",
-                                                           "The same for its rotation."));
+  return parameter_table(
+      parameter<&C::radius_m>("[0.5, 100]", "m", "paper",
+                              "r_th: radius within which keyframes are searched for."),
+      parameter<&C::spacing_m>("[0, 100]", "m", "choice",
+                               "Path between keyframes that are searched for."),
+      parameter<&C::per_keyframe>("[1, 16]", "loops", "choice",
+                                  "Loops per keyframe and other session."),
+      parameter<&C::max_correction_m>("[0.1, 50]", "m", "choice",
+                                      "Largest distance of G-ICP's pose from the graph's."),
+      parameter<&C::max_correction_rad>("[0.01, 3.2]", "rad", "choice",
+                                        "Largest rotation of G-ICP's pose from the graph's."));
 }
 
 /// What is static, decided again with later evidence; log-odds of "dynamic" as onboard (paper
@@ -315,49 +329,51 @@ consteval auto parameters_of(const C*) {
           "[0, 100]", "keyframes", "measured",
           "Keyframes before and after one whose evidence is used; 0: no refinement."),
       parameter<&C::revisits>("[0, 1000]", "keyframes", "measured",
-                              "Others, of any session, whose evidence is used too,"),
-      parameter<&C::reach_m>("[1, 500]", "m", "measured", "at most so far from it."),
+                              "Most keyframes of any session, outside the window, whose evidence "
+                              "is used: the nearest."),
+      parameter<&C::reach_m>("[1, 500]", "m", "measured",
+                             "Keyframes outside the window are used within this distance."),
       parameter<&C::log_odds_free>(
           "[0, 10]", "", "as onboard",
           "Log-odds of a cell seen through by an image of another keyframe."),
       parameter<&C::log_odds_occupied>("[0, 10]", "", "as onboard",
-                                       "Of one observed by another keyframe."),
+                                       "Log-odds of a cell observed by another keyframe."),
       parameter<&C::log_odds_weakly_occupied>("[0, 10]", "", "as onboard",
-                                              "Of a surface observed close to the cell."),
+                                              "Log-odds of a surface observed close to the cell."),
       parameter<&C::prior_log_odds>("[0, 10]", "", "measured",
-                                    "Of the robot's own label, dynamic."),
+                                    "Log-odds of a cell that the robot labelled dynamic."),
       parameter<&C::most_by_revisits>("[0, 10]", "", "measured",
-                                      "Of all revisits together, either way."),
-      parameter<&C::range_margin_m>(
-          "[0.05, 5]", "m", "as onboard",
-          "A cell is seen through if the image's range exceeds its own by more than this,"),
-      parameter<&C::range_margin_relative>("[0, 0.2]", "", "as onboard",
-                                           "plus this share of the range."),
+                                      "Largest log-odds of all revisits together, either way."),
+      parameter<&C::range_margin_m>("[0.05, 5]", "m", "as onboard",
+                                    "A cell is seen through if the image's range exceeds the "
+                                    "cell's by this and range_margin_relative."),
+      parameter<&C::range_margin_relative>(
+          "[0, 0.2]", "", "as onboard", "Share of a cell's range that is added to range_margin_m."),
       parameter<&C::connecting_height_m>(
           "[0, 2]", "m", "as onboard",
           "Cells lower than this above the ground connect no components."),
-      parameter<&C::component_dynamic_share>(
-          "[0, 1]", "", "measured",
-          "At least this share of the evidence: all of a component is dynamic."),
+      parameter<&C::component_dynamic_share>("[0, 1]", "", "measured",
+                                             "A component is dynamic if the evidence around at "
+                                             "least this share of its cells says so."),
       parameter<&C::component_static_share>("[0, 1]", "", "measured",
-                                            "Less than this share: all of it is static."),
+                                            "A component is static if the evidence around less "
+                                            "than this share of its cells says dynamic."),
       parameter<&C::confirmed_static_log_odds>(
           "[0.001, 1000]", "", "as onboard",
           "A cell counts no more than this; below minus this it stays static."),
-      parameter<&C::moved_part_cells>(
-          "[1, 1000000]", "cells", "measured",
-          "Connected cells that were seen through are dynamic within a static component, too, if "
-          "they are at least as many,"),
+      parameter<&C::moved_part_cells>("[1, 1000000]", "cells", "measured",
+                                      "Least number of connected cells seen through that are "
+                                      "dynamic within a static component: a moved part."),
       parameter<&C::moved_part_log_odds>("[-10, 10]", "", "measured",
-                                         "say dynamic by at least this on average,"),
-      parameter<&C::moved_part_occupied>(
-          "[0, 100]", "keyframes", "measured",
-          "and no more others of the window occupied their voxels, on average."),
+                                         "Least log-odds of a moved part, mean over its cells."),
+      parameter<&C::moved_part_occupied>("[0, 100]", "keyframes", "measured",
+                                         "Most other keyframes of the window that occupied a moved "
+                                         "part's voxels, mean over its cells."),
       parameter<&C::ground_log_odds>("[0, 10]", "", "measured",
-                                     "Ground counts as seen through from here on,"),
+                                     "Ground counts as seen through above this log-odds."),
       parameter<&C::ground_share>(
           "[0.001, 1]", "", "measured",
-          "and a patch with at least this share of such cells is no ground."),
+          "A patch of ground with at least this share of cells seen through is none."),
       parameter<&C::cell_size_m>("[0.05, 1]", "m", "as onboard",
                                  "Edge of the voxels of refinement: that of the robots' fine "
                                  "cells (voxel.fine_size_m). Another one is warned of."));

@@ -124,8 +124,8 @@ struct MergeResult {
     const UserStatements& statements = {}, LoopOutcomes* outcomes = nullptr,
     const std::filesystem::path& scratch = {});
 
-/// The same without labels, map, changes and edges of the graph: what `complete_merge` makes a
-/// whole merge of.
+/// Merges sessions as `merge_sessions` does, without labels, map, changes and edges of the graph.
+/// `complete_merge` makes a whole merge of the result.
 [[nodiscard]] MergeResult merge_poses(const std::vector<SessionData>& sessions,
                                       const MergeConfig& config = {},
                                       const std::function<void(const std::string&)>& progress = {},

@@ -14,7 +14,7 @@ namespace unimapper::merge {
 struct GridOptions {
   double resolution_m = 0.2;  ///< edge of a cell
   double obstacle_m = 0.25;   ///< what stands less high above the ground is no obstacle
-  double clearance_m = 2.0;   ///< nor is what is at least so high
+  double clearance_m = 2.0;   ///< what begins at least so high above the ground is no obstacle
 };
 
 /// What is known of a cell.

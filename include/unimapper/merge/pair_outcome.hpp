@@ -20,12 +20,13 @@ enum class PairState : std::uint8_t { kRefused, kProvisional, kConfirmed };
 /// What is known of two sessions with verified inter-session loops.
 struct PairOutcome {
   std::size_t match = 0;                  ///< the session with the lower index
-  std::size_t query = 0;                  ///< the other one
+  std::size_t query = 0;                  ///< the session with the higher index
   PairState state = PairState::kRefused;  ///< whether they are merged
   std::string reason;                     ///< why it is not confirmed, empty otherwise
-  std::size_t loops = 0;                  ///< between the two, verified by registration
-  std::size_t distinct = 0;               ///< of the largest consistent set, at distinct positions
-  std::size_t competing = 0;              ///< the same of the largest set that contradicts it
+  std::size_t loops = 0;                  ///< between the two sessions, verified by registration
+  std::size_t distinct = 0;  ///< loops at distinct positions in the largest consistent set
+  /// Loops at distinct positions in the largest set that contradicts the consistent one.
+  std::size_t competing = 0;
   /// Where the consistent set places the query's odometry frame in the match's, metres. The
   /// identity without such a set.
   Pose T_match_session_query_session;

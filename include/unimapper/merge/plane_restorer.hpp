@@ -22,8 +22,8 @@ class PlaneRestorer {
   /// if it has none. Valid until the next call, while `record` lives. Cost: one to two milliseconds
   /// where planes are extracted.
   PlaceView place(const KeyframeRecord& record);
-  /// The same of keyframe `k` of a session; if only its summary has arrived, the planes are those
-  /// of its `neighbouring_cells`. Valid while `session` lives.
+  /// The place of keyframe `k` of a session. If only its summary has arrived, the planes are those
+  /// of its `neighbouring_cells`. Valid until the next call, while `session` lives.
   PlaceView place(const SessionData& session, std::size_t k);
 
  private:

@@ -71,7 +71,7 @@ struct SolveSummary {
 /// Squared whitened residual of one edge at the current estimate; no kernel.
 double edge_chi2(const PoseGraph& graph, const PoseGraph::Edge& edge);
 
-/// The same of one position.
+/// Squared whitened residual of one position at the current estimate; no kernel.
 double position_chi2(const PoseGraph& graph, const PoseGraph::Position& position);
 
 /// Sum over all edges and positions, kernels applied.

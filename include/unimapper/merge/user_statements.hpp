@@ -13,15 +13,15 @@ namespace unimapper::merge {
 
 /// Two keyframes that show the same surroundings, by a person's word.
 struct KeyframeLink {
-  KeyframeId query;                   ///< one of them
-  KeyframeId match;                   ///< the other
+  KeyframeId query;                   ///< one keyframe of the link
+  KeyframeId match;                   ///< the other keyframe of the link
   std::optional<Pose> T_match_query;  ///< between levelled keyframe frames, as far as known
 };
 
 /// A loop by its keyframes; which of them was searched for makes no difference.
 struct KeyframePair {
-  KeyframeId a;  ///< one of them
-  KeyframeId b;  ///< the other
+  KeyframeId a;  ///< one keyframe of the loop
+  KeyframeId b;  ///< the other keyframe of the loop
 };
 
 /// Statements that a merge obeys. Sessions by their index.

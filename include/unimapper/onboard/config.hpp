@@ -237,10 +237,10 @@ consteval auto parameters_of(const C*) {
                                  "eight neighbours, of which at least this many must have returned "
                                  "something."),
       parameter<&C::range_margin_m>("[0.05, 5]", "m", "measured",
-                                    "A cell is seen through if the image's range exceeds its own "
-                                    "by more than this,"),
-      parameter<&C::range_margin_relative>("[0, 0.2]", "", "measured",
-                                           "plus this share of the range."),
+                                    "A cell is seen through if the image's range exceeds the "
+                                    "cell's by this and range_margin_relative."),
+      parameter<&C::range_margin_relative>(
+          "[0, 0.2]", "", "measured", "Share of a cell's range that is added to range_margin_m."),
       parameter<&C::full_weight_range_m>("[0, 500]", "m", "measured; sensor",
                                          "Up to this range a cell that was seen through counts in "
                                          "full, beyond it in proportion: the farther out, the more "
@@ -254,7 +254,8 @@ consteval auto parameters_of(const C*) {
           "assume; the scans are measured, and by a factor of 1.4 off they "
           "override both. 0: nothing is measured."),
       parameter<&C::ring_spacing_deg>("[0, 30]", "°", "sensor",
-                                      "The same from ring to ring; 0 just if ray_spacing_deg is."),
+                                      "Between two neighbouring rings, as pixels and "
+                                      "full_weight_range_m assume; 0 just if ray_spacing_deg is."),
       parameter<&C::max_image_pixels>("[0, 1048576]", "pixels", "choice",
                                       "Capacity: pixels of a range image that follows the scans; "
                                       "at least as many as the configured image takes."));
@@ -305,10 +306,11 @@ consteval auto parameters_of(const C*) {
                                    "Log-odds of one observation of a cell as seen through, or in a "
                                    "free column. A cell is dynamic when the sum is positive, "
                                    "counted in thousandths."),
-      parameter<&C::log_odds_occupied>("[0, 10]", "", "measured",
-                                       "The same for a cell occupied in an earlier keyframe."),
-      parameter<&C::log_odds_weakly_occupied>("[0, 10]", "", "measured",
-                                              "The same for a surface observed close to the cell."),
+      parameter<&C::log_odds_occupied>(
+          "[0, 10]", "", "measured",
+          "Log-odds of one observation of a cell as occupied in an earlier keyframe."),
+      parameter<&C::log_odds_weakly_occupied>(
+          "[0, 10]", "", "measured", "Log-odds of one observation of a surface close to the cell."),
       parameter<&C::log_odds_clamp>("[0, 30]", "", "measured",
                                     "A cell that was a candidate in the keyframe before keeps its "
                                     "sum, clamped to this either way, and only newer evidence is "
@@ -433,14 +435,15 @@ enum class Computer : std::uint8_t {
 /// to recognise, a shorter range, fewer cells. docs/porting.md tells the bytes of each.
 [[nodiscard]] PipelineConfig preset(SensorKind sensor, Computer computer) noexcept;
 
-/// The same for a spinning LiDAR in a mode of `columns` columns a turn; 0 or another pattern: as
-/// its data sheet says. A mode that is only found out while the robot runs changes the images, but
-/// not the capacities.
+/// Recommended parameters for a spinning LiDAR in a mode of `columns` columns a turn. With 0
+/// columns, or another pattern: as its data sheet says. A mode that is only found out while the
+/// robot runs changes the images, but not the capacities.
 [[nodiscard]] PipelineConfig preset(SensorKind sensor, Computer computer,
                                     std::uint32_t columns) noexcept;
 
-/// The same for a LiDAR that no preset knows, from its data sheet. `kInvalidConfig` where a figure
-/// cannot be right (see `SensorModel`). For a known model it is what `preset(model.kind)` gives.
+/// Recommended parameters for a LiDAR that no preset knows, from its data sheet. `kInvalidConfig`
+/// where a figure cannot be right (see `SensorModel`). For a known model it is what
+/// `preset(model.kind)` gives.
 [[nodiscard]] Expected<PipelineConfig> preset(const SensorModel& sensor,
                                               Computer computer = Computer::kServer) noexcept;
 
@@ -449,10 +452,10 @@ enum class Computer : std::uint8_t {
 /// (`DropCause::kCellsFull`), so a shorter range is better than cells that are full.
 struct SensorFit {
   std::uint32_t cells_needed = 0;  ///< fine cells that a keyframe may occupy in a dense street
-  std::uint32_t cells = 0;         ///< those there is room for: `VoxelConfig::max_cells`
+  std::uint32_t cells = 0;         ///< fine cells that there is room for: `VoxelConfig::max_cells`
   float range_m = 0.0F;            ///< `KeyframeConfig::range_max_m` with which they fit, metres
 
-  /// Whether there is room for all of them.
+  /// Whether there is room for all cells needed.
   [[nodiscard]] bool fits() const noexcept { return cells_needed <= cells; }
 };
 
@@ -468,10 +471,10 @@ enum class Surroundings : std::uint8_t {
   kIndoors    ///< a room or hall: nearly all of what is seen is within 30 m
 };
 
-/// The same configuration for these surroundings, which `SurroundingsEstimator` tells. Indoors:
-/// finer columns, smaller spacing of keypoints, shorter sides of triangles, and where scans come
-/// slowly, `scan_interval_s` apart, keyframes of fewer of them: 2.5 s, at least five scans; at 10
-/// Hz the keyframes stay as they are. No more memory.
+/// Adapts a configuration to surroundings, as `SurroundingsEstimator` tells them. Indoors columns
+/// are finer, keypoints lie closer, and sides of triangles are shorter. Where scans come slowly,
+/// `scan_interval_s` apart, keyframes have fewer of them: 2.5 s, at least five scans. At 10 Hz
+/// keyframes stay as they are. No more memory.
 [[nodiscard]] PipelineConfig adapt_to(Surroundings surroundings, PipelineConfig config,
                                       float scan_interval_s = 0.1F) noexcept;
 

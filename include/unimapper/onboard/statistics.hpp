@@ -70,9 +70,9 @@ struct KeyframeStatistics {
   std::uint64_t points_static = 0;                   ///< labelled static
   std::uint64_t points_dynamic = 0;                  ///< labelled dynamic
   std::uint32_t cells = 0;                           ///< occupied fine cells
-  std::uint32_t dynamic_cells = 0;                   ///< of these, labelled dynamic
+  std::uint32_t dynamic_cells = 0;                   ///< occupied fine cells labelled dynamic
   std::uint32_t voxels = 0;                          ///< occupied coarse voxels
-  std::uint32_t ground_voxels = 0;                   ///< of these, with a ground plane
+  std::uint32_t ground_voxels = 0;                   ///< occupied coarse voxels with a ground plane
   std::uint32_t components = 0;                      ///< connected obstacles
   std::uint32_t walls = 0;                           ///< upright planes that up was looked for in
   std::array<std::uint64_t, kDropCauses> dropped{};  ///< by `DropCause`

@@ -146,9 +146,8 @@ consteval auto parameters_of(const C*) {
                                  "Matched triangles kept per search."),
       parameter<&C::max_candidates>("[1, 256]", "", "measured", "Poses examined after voting."),
       parameter<&C::max_per_session>("[0, 256]", "", "choice",
-                                     "Of these, at most so many in one session, so that one that "
-                                     "resembles everything does not keep the others out; 0: no "
-                                     "limit."),
+                                     "Most poses of one session examined after voting: one that "
+                                     "resembles everything keeps no others out; 0: no limit."),
       parameter<&C::max_verified>("[1, 256]", "", "measured",
                                   "Candidates whose planes are compared."),
       parameter<&C::inlier_distance_m>("[0.2, 3]", "m", "measured",

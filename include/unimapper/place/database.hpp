@@ -51,9 +51,9 @@ class PlaceDatabase {
   std::span<const LoopCandidate> search(const PlaceView& query, KeyframeId query_id,
                                         const SearchScope& scope) noexcept;
 
-  /// The same in steps with a bound, for callers who have little time at once: begin, then
-  /// `search_step` until it returns false, then `found()`. What the query's spans point to stays
-  /// valid until then, and nothing is inserted or searched for in between.
+  /// Begins a search in steps with a bound, for callers who have little time at once. `search_step`
+  /// follows until it returns false, then `found()`. What the query's spans point to stays valid
+  /// until then, and nothing is inserted or searched for in between.
   void begin_search(const PlaceView& query, KeyframeId query_id, const SearchScope& scope) noexcept;
   /// The next step: 8,192 stored triangles compared and what one of the query adds, the peaks of
   /// all votes, eight poses fitted, or one verified. False once nothing is left.

@@ -19,18 +19,19 @@ class PlaceDescriber {
   /// the arena was measuring or too small. `input`: the cells it will be given.
   void allocate(Arena& arena, const DescriptorConfig& config,
                 const DescriptorInput& input = {}) noexcept;
-  /// The same in two parts, for callers with other uses for memory: what is kept.
+  /// Takes the memory that is kept between descriptions, for callers with other uses for the rest.
   void allocate_kept(Arena& arena, const DescriptorConfig& config,
                      const DescriptorInput& input) noexcept;
-  /// After that, what is in use only from the beginning of a description to its last step.
+  /// Takes, after `allocate_kept`, what is in use only from the beginning of a description to its
+  /// last step.
   void allocate_scratch(Arena& arena, const DescriptorInput& input) noexcept;
 
   /// Describes one keyframe. The view stays valid until the next description begins. Bounded by
   /// the configured capacities; what did not fit is in `dropped()`.
   PlaceView describe(std::span<const FineCell> cells) noexcept;
 
-  /// The same in steps with a bound, for callers who have little time at once: begin, then `step`
-  /// until it returns false, then `place()`. The cells stay valid until then.
+  /// Begins a description in steps with a bound, for callers who have little time at once. `step`
+  /// follows until it returns false, then `place()`. The cells stay valid until then.
   void begin(std::span<const FineCell> cells) noexcept;
   /// The next step: at most 16,384 cells, 1,024 plane fits, or one pass over the grid. False once
   /// nothing is left.

@@ -26,13 +26,14 @@ struct SequenceRange {
 /// What the base has stored of one session. It speaks of the numbers below `below`, all of which
 /// are stored, and of those in [first, until), of which `ranges` are.
 struct StoredMessage {
-  SessionId session;                           ///< whose keyframes
-  bool ended = false;                          ///< the base takes the session to be over
-  std::uint64_t below = 0;                     ///< every keyframe below is stored
-  std::uint64_t first = 0;                     ///< see above
-  std::uint64_t until = 0;                     ///< see above
-  std::vector<SequenceRange> ranges;           ///< ascending, disjoint, at most `kMaxStoredRanges`
-  std::vector<IncompleteKeyframe> incomplete;  ///< some of them, with at most `kMaxMissingBits`
+  SessionId session;                  ///< whose keyframes
+  bool ended = false;                 ///< the base takes the session to be over
+  std::uint64_t below = 0;            ///< every keyframe below is stored
+  std::uint64_t first = 0;            ///< first number that `ranges` tell about
+  std::uint64_t until = 0;            ///< one past the last number that `ranges` tell about
+  std::vector<SequenceRange> ranges;  ///< ascending, disjoint, at most `kMaxStoredRanges`
+  /// Some incomplete keyframes, with at most `kMaxMissingBits`.
+  std::vector<IncompleteKeyframe> incomplete;
 };
 
 /// Bounds that keep a `StoredMessage` within one datagram.
@@ -79,7 +80,7 @@ class Outbox {
   /// `resend_after_ns`: what was sent more recently may be on its way still, and is not resent.
   explicit Outbox(std::int64_t resend_after_ns) : resend_after_ns_(resend_after_ns) {}
 
-  /// Another time for a slower or faster link.
+  /// Sets after how long a piece is resent: another time for a slower or faster link.
   void set_resend_after(std::int64_t ns) { resend_after_ns_ = ns; }
 
   /// A keyframe to be sent, of so many pieces (at least 1), the first `leading` of which hold its
@@ -115,7 +116,7 @@ class Outbox {
     std::uint32_t due_count = 0;
     std::uint32_t next = 0;         ///< no piece before it is due
     std::uint32_t leading = 0;      ///< pieces of the summary; 0 once the base has it
-    std::uint32_t leading_due = 0;  ///< of which to be sent
+    std::uint32_t leading_due = 0;  ///< pieces of the summary that are to be sent
     std::uint32_t summary_tries = 0;
     std::int64_t summary_sent_ns = 0;
     bool was_sent = false;

@@ -22,7 +22,7 @@ struct [[nodiscard]] EncodeResult {
   Error error;
   /// Bytes the keyframe takes, exactly, whether or not they fitted; 0 if it is invalid.
   std::size_t bytes = 0;
-  std::size_t image_bytes = 0;  ///< of which the code of the free-space images
+  std::size_t image_bytes = 0;  ///< bytes of the code of the free-space images
   /// Cells and keypoints that are not in the message: too far away for its grid, not finite, or
   /// cells beyond the encoder's capacity.
   std::uint64_t left_out = 0;

@@ -22,7 +22,7 @@ struct KeyframeRoom {
 /// What became of a keyframe that was handed over.
 enum class HandedOver : std::uint8_t {
   kQueued,          ///< it is in the queue
-  kReplacedOldest,  ///< likewise; the oldest one in it was dropped for it
+  kReplacedOldest,  ///< in the queue, whose oldest keyframe was dropped for it
   kFull,            ///< not queued: there is no room
   kTooLarge,        ///< not queued: larger than a slot
 };

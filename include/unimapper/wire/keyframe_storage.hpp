@@ -37,20 +37,20 @@ struct SessionSummary {
   std::optional<SessionInfo> info;      ///< its names, once they have arrived
   bool ended = false;                   ///< its end was announced
   std::uint64_t announced = 0;          ///< keyframes made, as far as known
-  std::uint64_t dropped_by_sender = 0;  ///< of which the robot sent none
+  std::uint64_t dropped_by_sender = 0;  ///< keyframes made that the robot never sent
 };
 
 /// The summary of a keyframe that is not stored itself.
 struct StoredSummary {
-  std::uint32_t bytes = 0;  ///< how many it has
-  std::uint32_t crc32 = 0;  ///< their checksum
+  std::uint32_t bytes = 0;  ///< bytes of the summary
+  std::uint32_t crc32 = 0;  ///< checksum of the summary's bytes
 };
 
 /// A session as it is stored.
 struct StoredSession {
   SessionSummary summary;                            ///< as of the last change that was stored
-  StoredSequences keyframes;                         ///< those that are stored
-  std::map<std::uint32_t, StoredSummary> summaries;  ///< of others, by sequence
+  StoredSequences keyframes;                         ///< keyframes that are stored
+  std::map<std::uint32_t, StoredSummary> summaries;  ///< of keyframes not stored, by sequence
 };
 
 /// What is stored of one robot.
@@ -97,7 +97,8 @@ class KeyframeStorage {
   /// Stores what waits if it is due, and says what has been stored since the last call. `now_ns`:
   /// any steady clock, the same at every call.
   virtual Committed commit_due(std::int64_t now_ns) = 0;
-  /// The same for everything that waits, due or not.
+  /// Stores everything that waits, due or not, and says what has been stored since the last call.
+  /// `now_ns`: as in `commit_due`.
   virtual Committed commit_all(std::int64_t now_ns) = 0;
 
   /// A session as it is stored, empty if it is not; nothing if that cannot be read now.

@@ -23,12 +23,12 @@ struct MapPoseMessage {
   SessionId session;           ///< whose place
   std::int64_t epoch = 1;      ///< of the store's map, from 1; the frame is that epoch's map frame
   std::uint32_t sequence = 0;  ///< of the newest keyframe that the answer rests on
-  std::int64_t stamp_ns = 0;   ///< of that keyframe's reference scan
+  std::int64_t stamp_ns = 0;   ///< of the reference scan of keyframe `sequence`
   MapPoseState state = MapPoseState::kNotYet;  ///< the pose holds only if localised
   Pose T_map_odometry;                         ///< odometry frame to map frame, metres
-  /// Of that keyframe's pose in the map, T_map_keyframe = T_map_odometry * T_odometry_keyframe:
-  /// upper triangle, row by row, of translation along the axes of the map (square metres), then
-  /// the rotation vector in the keyframe's frame (square radians).
+  /// Of T_map_keyframe = T_map_odometry * T_odometry_keyframe of keyframe `sequence`. Upper
+  /// triangle, row by row: translation along the axes of the map (square metres), then the rotation
+  /// vector in the keyframe's frame (square radians).
   std::array<double, 21> covariance{};
   std::uint32_t loops = 0;    ///< that support the pose
   double since_loop_m = 0.0;  ///< metres by odometry alone since the latest of them

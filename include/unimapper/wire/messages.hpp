@@ -19,7 +19,7 @@ struct SessionMessage {
   SessionInfo info;                             ///< identity and names of the session
   SessionState state = SessionState::kStarted;  ///< how far it is
   std::uint64_t keyframes = 0;                  ///< made so far
-  std::uint64_t keyframes_dropped = 0;          ///< of which never sent
+  std::uint64_t keyframes_dropped = 0;          ///< keyframes made that were never sent
 };
 
 /// One piece of an encoded keyframe.

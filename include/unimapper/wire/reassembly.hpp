@@ -86,7 +86,7 @@ class Reassembly {
     std::uint64_t bytes = 0;
     std::uint64_t last_touched = 0;
     bool known = false;
-    bool summary_taken = false;  ///< or there is none
+    bool summary_taken = false;  ///< the summary was taken, or there is none
   };
   using Table = std::map<Head, Pending>;
 

@@ -29,10 +29,10 @@ struct ReceiverCounters {
   std::uint64_t refused = 0;    ///< beyond a limit: sessions, keyframe size, memory
   /// A session that changes its name or sensor, or a keyframe with two different summaries.
   std::uint64_t contradictory = 0;
-  std::uint64_t pieces_duplicate = 0;     ///< the same piece again, or of a keyframe that is here
-  std::uint64_t keyframes = 0;            ///< whole, sound and stored
-  std::uint64_t summaries = 0;            ///< of keyframes that were not whole then
-  std::uint64_t keyframes_damaged = 0;    ///< whole, but checksum or content is wrong
+  std::uint64_t pieces_duplicate = 0;   ///< pieces that came before, or of a keyframe that is here
+  std::uint64_t keyframes = 0;          ///< whole, sound and stored
+  std::uint64_t summaries = 0;          ///< of keyframes that were not whole then
+  std::uint64_t keyframes_damaged = 0;  ///< whole, but checksum or content is wrong
   std::uint64_t keyframes_abandoned = 0;  ///< incomplete, evicted at the memory limit
 };
 
@@ -136,7 +136,7 @@ class Receiver {
     std::map<std::uint32_t, Summary> summaries;
     std::optional<HealthMessage> health;
     bool is_changed = false;       ///< since the storage was told
-    bool end_is_stored = false;    ///< or that there is none
+    bool end_is_stored = false;    ///< the storage has the session's end
     bool is_beyond_quota = false;  ///< for good
     std::uint64_t refused = 0;
 

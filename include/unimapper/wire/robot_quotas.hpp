@@ -17,12 +17,13 @@ struct RobotLimits {
   /// Of new keyframes, on average; ten seconds' worth may come at once.
   double bytes_per_second = std::numeric_limits<double>::infinity();
   std::uint32_t pending_keyframes = std::numeric_limits<std::uint32_t>::max();  ///< incomplete
-  std::uint64_t pending_bytes = std::numeric_limits<std::uint64_t>::max();      ///< for those
+  /// For incomplete keyframes.
+  std::uint64_t pending_bytes = std::numeric_limits<std::uint64_t>::max();
 };
 
 /// Why a keyframe is refused.
 enum class QuotaRefusal : std::uint8_t {
-  kNone,      ///< it is not
+  kNone,      ///< not refused
   kSessions,  ///< its robot has too many sessions
   kBytes,     ///< its robot has too much stored
   kRate,      ///< its robot sends too fast; later it may be taken

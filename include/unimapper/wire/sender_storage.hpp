@@ -22,7 +22,7 @@ struct EarlierSession {
   SessionInfo info;                      ///< identity and names
   std::vector<WaitingKeyframe> waiting;  ///< ascending
   std::uint64_t keyframes = 0;           ///< made, as far as known
-  std::uint64_t acknowledged = 0;        ///< of which stored at a base
+  std::uint64_t acknowledged = 0;        ///< keyframes stored at a base
   std::int64_t newest_stamp_ns = 0;      ///< of its last keyframe
   bool ended = false;                    ///< a base has confirmed its end
 };

@@ -57,7 +57,7 @@ struct Contents {
   RecordedStamps stamps;  ///< of the scans
   BagPoses poses;
   std::size_t unreadable = 0;
-  std::size_t unreadable_scans = 0;  ///< of these
+  std::size_t unreadable_scans = 0;  ///< unreadable messages of the scans' topic
   std::string first_unreadable;
 };
 

@@ -19,7 +19,7 @@ namespace unimapper::datasets::bag {
 /// The poses that one topic holds.
 struct PoseTopic {
   std::string description;  ///< of the topic
-  std::string frame;        ///< they are given in
+  std::string frame;        ///< the poses are given in
   std::string child_frame;  ///< whose poses they are; empty where the messages do not say
   PoseSeries poses;         ///< T_frame_child
   /// In the order of recording, until `BagPoses::finish`.
@@ -28,10 +28,10 @@ struct PoseTopic {
     std::int64_t log_ns;    ///< when it was recorded
     Pose pose;              ///< T_frame_child
   };
-  std::vector<Recorded> recorded;  ///< see above
+  std::vector<Recorded> recorded;  ///< in the order of recording, until `BagPoses::finish`
   RecordedStamps stamps;           ///< what contradicts the order of recording
   bool is_path = false;            ///< its poses were recorded together
-  bool is_odometry = false;        ///< or asked for: comes before the transforms
+  bool is_odometry = false;        ///< odometry, or asked for: comes before the transforms
   std::size_t invalid = 0;         ///< left out: not finite, or no rotation
 };
 

@@ -13,7 +13,7 @@ namespace unimapper::apps {
 
 /// A session is told where it was last for so long after its end.
 inline constexpr std::chrono::seconds kToldAfterEnd{3};
-/// And for so long after its newest keyframe.
+/// A session is told where it was last for so long after its newest keyframe.
 inline constexpr std::chrono::minutes kToldWithoutKeyframe{10};
 
 /// Between the thread that localises and the one that sends: messages get lost, so the latest of

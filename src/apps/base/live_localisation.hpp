@@ -74,7 +74,7 @@ class LiveLocalisation {
     std::uint64_t taken = 0;            ///< keyframes since
     bool ended = false;                 ///< at the last look
     bool is_broken = false;             ///< an answer failed halfway
-    Clock::time_point last_keyframe{};  ///< when one was taken
+    Clock::time_point last_keyframe{};  ///< when a keyframe was taken last
     merge::LocalisationState state = merge::LocalisationState::kNotYet;  ///< told last
   };
 
@@ -97,7 +97,8 @@ class LiveLocalisation {
   std::optional<Clock::time_point> next_look_;  ///< for a map, where there was none
   std::string trouble_;                         ///< with the map, as it was told last
   std::map<std::int64_t, Followed> live_;       ///< by row
-  std::map<std::int64_t, std::int64_t> seen_;   ///< of others by row, highest sequence so far
+  std::map<std::int64_t, std::int64_t>
+      seen_;  ///< of other sessions by row, highest sequence so far
   bool has_more_ = true;
   LiveLocalisationCounters counters_;
 };

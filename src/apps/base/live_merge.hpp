@@ -36,9 +36,9 @@ struct LiveMergeOptions {
 /// What became of merges.
 struct LiveMergeCounters {
   std::uint64_t merges = 0;  ///< that ended with an epoch
-  /// Of these because of keyframes, not because of what merges before had left.
+  /// Merges because of keyframes, not because of what merges before had left.
   std::uint64_t growths = 0;
-  std::chrono::steady_clock::duration longest_merge{0};  ///< of these
+  std::chrono::steady_clock::duration longest_merge{0};  ///< longest time that one merge took
   /// From the arrival of a keyframe in the store to the end of the merge that it takes part in, at
   /// most.
   std::chrono::steady_clock::duration longest_effect{0};
@@ -75,7 +75,7 @@ class LiveMerge {
   struct Growth {
     SessionId id;
     std::uint64_t keyframes = 0;  ///< at the last look
-    std::uint64_t merged = 0;     ///< of these
+    std::uint64_t merged = 0;     ///< keyframes that are merged
     bool ended = false;           ///< at the last look
     bool is_live = false;         ///< it has grown since the base began, and is told of
     Clock::time_point grown{};    ///< when it was seen to have grown last
@@ -103,7 +103,7 @@ class LiveMerge {
   store::ProjectWriter writer_;
   store::SessionFollower follower_;
   std::unique_ptr<HeldSessions> held_;            ///< null: nothing is merged yet
-  std::unique_ptr<merge::GrowingMerge> growing_;  ///< of these
+  std::unique_ptr<merge::GrowingMerge> growing_;  ///< merge of the held sessions
   bool has_more_ = false;                         ///< the latest merge has left something
   bool has_history_ = false;                      ///< the store held sessions when the base began
   bool has_changed_ = false;                      ///< the store, since the last look that succeeded

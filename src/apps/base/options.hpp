@@ -18,7 +18,7 @@ struct BaseOptions {
   bool localises = false;       ///< robots in the store's map, and tells them
   bool merges = false;          ///< what it stores, and tells robots where they are
   std::size_t localised_sessions = 4;  ///< at once
-  /// Of merges and of localisation, for keyframes and clouds; empty: the configuration's
+  /// Of merges and of localisation, for keyframes and clouds, MB; empty: the configuration's.
   std::optional<std::uint32_t> memory_mb;
   double max_gigabytes = 0.0;  ///< of the database; 0: as much as the disk holds
   double robot_gigabytes = 200.0;

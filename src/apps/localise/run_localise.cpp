@@ -33,7 +33,7 @@ struct Answers {
   std::int64_t epoch = 0;
   std::vector<std::uint32_t> sequences;
   std::vector<std::int64_t> stamps_ns;  ///< of the reference scans
-  std::vector<Pose> T_map_sensor;       ///< at these
+  std::vector<Pose> T_map_sensor;       ///< at the stamps of the reference scans
   std::vector<merge::MapPose> poses;
 };
 

@@ -38,7 +38,7 @@ class HeldSessions {
     std::uint64_t keyframes = 0;
     std::uint64_t summaries = 0;
     bool is_whole = false;     ///< it was read to its end
-    bool is_levelled = false;  ///< keyframes were, by others
+    bool is_levelled = false;  ///< keyframes were levelled, by what others know of up
   };
   void read(const store::SessionListing& listing);
 

@@ -28,8 +28,8 @@ struct SurveyOptions {
   std::filesystem::path file;  ///< PLY or PCD
   std::string name;            ///< of the session; empty: as the file
   double spacing_m = 10.0;     ///< of virtual viewpoints
-  double height_m = 1.8;       ///< of these above the ground
-  double range_m = 60.0;       ///< of what is seen from them
+  double height_m = 1.8;       ///< of virtual viewpoints above the ground
+  double range_m = 60.0;       ///< of what is seen from virtual viewpoints
   bool is_unplaced = false;    ///< its frame is not the site's
 };
 

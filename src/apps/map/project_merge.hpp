@@ -18,15 +18,15 @@ namespace unimapper::apps {
 /// A merge that ended with poses and loops, not yet an epoch.
 struct ProjectResult {
   merge::MergeResult result;  ///< without labels, map and changes
-  store::MapResult stored;    ///< the same as the store keeps it
+  store::MapResult stored;    ///< the result as the store keeps it
   std::string outcome;        ///< in words
   std::string verified;       ///< how many loops were, in words
 };
 
-/// The same with the sessions that were merged.
+/// A merge that ended with poses and loops, with the sessions that were merged.
 struct ProjectMerge : ProjectResult {
   std::vector<SessionData> sessions;  ///< as they were read
-  std::vector<std::int64_t> rows;     ///< of these in the store
+  std::vector<std::int64_t> rows;     ///< rows of the sessions in the store
 };
 
 /// Merges sessions that are known to the caller, under these statements.

@@ -59,8 +59,8 @@ std::vector<InputSession> gather_sessions(const MergeOptions& options, StoredCon
 /// among the keyframes, and what knew no up levelled.
 void prepare_sessions(std::vector<InputSession>& inputs);
 
-/// The same of one session but for what tells its name from others; how many keyframes were
-/// levelled.
+/// Makes one session ready for a merge, but for what tells its name from others. Returns how many
+/// keyframes were levelled.
 std::size_t prepare_session(SessionData& session);
 /// Adds "-2", "-3", ... where a name occurs again.
 void tell_names_apart(const std::vector<SessionData*>& sessions);

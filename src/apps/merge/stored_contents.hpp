@@ -23,7 +23,8 @@ class StoredContents {
   SessionData read(const std::filesystem::path& folder, store::StoreReader& reader,
                    const store::SessionListing& session);
 
-  /// The same of what has arrived since the session was read; empty: of all.
+  /// Reads what has arrived in a session of the store since it was read; where it is empty, all.
+  /// Throws StoreError.
   void read_on(const std::filesystem::path& folder, store::StoreReader& reader,
                const store::SessionListing& session, SessionData& data);
 

@@ -26,7 +26,7 @@ struct CheckedInput {
 struct OpenedInput {
   std::unique_ptr<datasets::Dataset> dataset;
   datasets::OpenOptions how;  ///< with what --extrinsic auto and --time-offset auto found
-  std::vector<std::string> corrections;  ///< by these, in words
+  std::vector<std::string> corrections;  ///< by what was found, in words
   /// What its poses have of a mount and an offset.
   [[nodiscard]] input::GivenCorrection correction() const;
 };

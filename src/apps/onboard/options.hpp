@@ -21,9 +21,9 @@ struct OnboardOptions {
   std::string surroundings = "auto";
   std::string publish;                            ///< LCM URL, empty: not published
   std::uint32_t datagram_bytes = 60000;           ///< as in `lcm_port::PublisherOptions`
-  double bytes_per_second = 20e6;                 ///< likewise
-  double min_bytes_per_second = 4000.0;           ///< likewise
-  std::uint64_t unacknowledged_bytes = 64000000;  ///< likewise
+  double bytes_per_second = 20e6;                 ///< as in `lcm_port::PublisherOptions`
+  double min_bytes_per_second = 4000.0;           ///< as in `lcm_port::PublisherOptions`
+  std::uint64_t unacknowledged_bytes = 64000000;  ///< as in `lcm_port::PublisherOptions`
   std::filesystem::path spool;                    ///< folder, empty: none
   std::uint64_t spool_bytes = 2000000000;         ///< as in `spool::SpoolOptions`
   std::filesystem::path key;                      ///< the robot's key file; empty: none

@@ -72,7 +72,7 @@ class Replay {
   void collect_labels(const KeyframeView& keyframe);
   /// Relabels the scans of an evicted keyframe.
   void collect_final_labels(const RelabelledKeyframe& relabelled);
-  /// The same for the keyframes that are in the window at the end.
+  /// Relabels the scans of the keyframes that are in the window at the end.
   void finish_labels();
   void collect_loops(const KeyframeView& keyframe);
   void send(const KeyframeView& keyframe);

@@ -33,7 +33,8 @@ class RunFolder {
   /// shorter than `points`, the rest is static.
   void write_labels(const std::string& name, std::span<const PointLabel> labels,
                     std::size_t points);
-  /// The same to RUN/final/labels, for final labels.
+  /// Writes RUN/final/labels/NAME.label, final labels: 251 for dynamic points, 9 for all others.
+  /// Where `labels` is shorter than `points`, the rest is static.
   void write_final_labels(const std::string& name, std::span<const PointLabel> labels,
                           std::size_t points);
   /// Writes RUN/NAME.

@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The same number for the same text, on every machine and in every release.
+/// A number that depends on text and seed alone, on every machine and in every release.
 std::uint64_t stable_hash(std::string_view text, std::uint64_t seed = 0) {
   std::uint64_t hash = mix_bits(seed + text.size());
   for (const char c : text) hash = mix_bits(hash ^ static_cast<std::uint8_t>(c));

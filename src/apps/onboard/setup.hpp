@@ -42,7 +42,7 @@ struct FirstScans {
   Surroundings surroundings = Surroundings::kOutdoors;
   std::string source;            ///< of the surroundings, for the user, e.g. "--surroundings"
   float extent_m = 0.0F;         ///< as in `SurroundingsEstimate`; 0: nothing was measured
-  float scan_interval_s = 0.1F;  ///< between them
+  float scan_interval_s = 0.1F;  ///< between scans
   std::uint32_t columns = 0;     ///< of the sensor's mode; 0: as its data sheet says
 };
 

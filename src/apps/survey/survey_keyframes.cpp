@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::int64_t kStepNs = 1000000000;
 
-/// That of a dense sensor which sees all round, without the removal of what moves.
+/// Configuration of a dense sensor which sees all round, without the removal of what moves.
 PipelineConfig survey_config(float range_m) {
   PipelineConfig config = preset(SensorKind::kOs2_128);
   config.odometry.up_sigma_deg = 0.1F;

@@ -108,7 +108,7 @@ std::size_t weak_axes(const merge::LoopConstraint& loop) {
       (axes.eigenvalues().array() < 1.0 / (kWeakSigmaM * kWeakSigmaM)).count());
 }
 
-/// Its two sessions are a pair that waits, or it waits itself.
+/// Whether a loop waits itself, or its two sessions are a pair that waits.
 bool is_provisional(const merge::LoopConstraint& loop, const merge::MergeResult& result) {
   if (loop.decision.reason.starts_with("waits")) return true;
   const std::uint32_t low = std::min(loop.query.session, loop.match.session);

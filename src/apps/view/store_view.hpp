@@ -32,7 +32,7 @@ namespace unimapper::apps {
 /// Which map of a store is shown.
 struct StoreViewOptions {
   std::filesystem::path store;
-  std::int64_t epoch = 0;   ///< that of this number, as it is; 0: the latest, as it grows
+  std::int64_t epoch = 0;   ///< number of the epoch shown, as it is; 0: the latest, as it grows
   bool may_change = false;  ///< who knows the token may
   std::uint64_t cache_bytes = 500'000'000;  ///< of keyframes, and as much again of their points
   const store::StoreLock* held = nullptr;   ///< of the process that holds the store; null: none
@@ -70,14 +70,14 @@ class StoreView : public ViewSource {
     std::int64_t result = 0;
     std::vector<std::int64_t> rows;                  ///< of the sessions
     std::vector<SessionData> sessions;               ///< without cells; live ones grow
-    merge::MergeResult merged;                       ///< of them
+    merge::MergeResult merged;                       ///< merge of the sessions
     std::vector<store::StoredStatement> statements;  ///< of people
     Layers layers;                                   ///< none until the map is whole
     std::uint64_t version = 0;                       ///< of everything above
     bool is_read = false;                            ///< from a store; false: there is none yet
     bool is_asked_for = false;                       ///< somebody looks at it
     bool is_whole = false;
-    std::shared_ptr<const std::string> json;  ///< of it, once it was asked for
+    std::shared_ptr<const std::string> json;  ///< the map as it is sent, once it was asked for
   };
 
   bool look();

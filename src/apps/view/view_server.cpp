@@ -33,7 +33,7 @@ constexpr std::chrono::milliseconds kBeat{2000};
 constexpr const char* kJsonType = "application/json";
 constexpr const char* kForever = "public, max-age=31536000, immutable";
 
-/// Without a hint in the time it takes how much of it is right.
+/// Whether two texts are equal; the time it takes gives no hint how much of one is right.
 bool is_equal(const std::string& a, const std::string& b) {
   if (a.size() != b.size()) return false;
   unsigned differing = 0;
