@@ -1,7 +1,7 @@
 # Search of the SOURCES for prefetches that the compiler may delete (see core/prefetch.hpp).
 #
 # cmake -DSOURCES=DIRECTORY -P prefetch_sources.cmake
-cmake_policy(VERSION 3.25)
+cmake_policy(VERSION 3.22)
 
 file(GLOB_RECURSE files "${SOURCES}/include/*.hpp" "${SOURCES}/src/*.hpp" "${SOURCES}/src/*.cpp")
 set(count 0)

@@ -1,5 +1,5 @@
 # Driver of the stack test: runs stack.awk on the call graphs of OBJECTS below ENTRIES.
-cmake_policy(VERSION 3.25)
+cmake_policy(VERSION 3.22)
 
 # Runs stack.awk over the call graphs that lie beside objects.
 #

@@ -1,5 +1,5 @@
 # Symbol test: the LIBRARIES must not use the C++ runtime, the heap or threads.
-cmake_policy(VERSION 3.25)
+cmake_policy(VERSION 3.22)
 
 # What the onboard libraries ask of the outside world: nothing but memory copies, the length of a
 # text, and a few functions of the maths library. No heap, no exceptions, no threads, no input or

@@ -1,5 +1,5 @@
 # Symbol test of the shared C library: only um_ functions are exported.
-cmake_policy(VERSION 3.25)
+cmake_policy(VERSION 3.22)
 
 # What the shared C library shows the world: every function of unimapper.h and nothing else; what
 # it asks of the world: the C library and its maths.
