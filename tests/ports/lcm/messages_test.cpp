@@ -3,10 +3,8 @@
 
 #include <catch2/catch.hpp>
 #include <unimapper_wire/chunk_t.hpp>
-#include <unimapper_wire/chunk_v1_t.hpp>
 #include <unimapper_wire/health_t.hpp>
 #include <unimapper_wire/session_t.hpp>
-#include <unimapper_wire/session_v1_t.hpp>
 #include <unimapper_wire/stored_t.hpp>
 
 #include "tests/ports/lcm/damage.hpp"
