@@ -24,6 +24,17 @@ ImageProjection::ImageProjection(const RangeImageShape& shape) noexcept {
                                             0.5F));
   rows_per_sine_ = static_cast<float>(rows_) / (high - low);
   first_sine_ = low;
+
+  const auto row_of = [&](float elevation_deg) {
+    return (static_cast<float>(sin_deg(elevation_deg)) - low) * rows_per_sine_;
+  };
+  // At the pole there is no room for slack; a lower image than two slacks has none either.
+  const bool has_slack = shape.elevation_max_deg - shape.elevation_min_deg > 2.0F * kImageSlackDeg;
+  const bool below = has_slack && shape.elevation_min_deg > -90.0F;
+  const bool above = has_slack && shape.elevation_max_deg < 90.0F;
+  first_measured_row_ = below ? row_of(shape.elevation_min_deg + kImageSlackDeg) : 0.0F;
+  end_measured_row_ =
+      above ? row_of(shape.elevation_max_deg - kImageSlackDeg) : static_cast<float>(rows_);
 }
 
 void ImageProjection::project(const float* __restrict x, const float* __restrict y,

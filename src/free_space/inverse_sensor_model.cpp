@@ -32,7 +32,7 @@ void InverseSensorModel::add(const std::uint16_t* pixels, const ImageProjection&
       const float* const pz = points.z + first;
       for (std::size_t i = 0; i < size; ++i) {
         const auto target =
-            to_pixel.project(r(0, 0) * px[i] + r(0, 1) * py[i] + r(0, 2) * pz[i] + t.x(),
+            to_pixel.look_up(r(0, 0) * px[i] + r(0, 1) * py[i] + r(0, 2) * pz[i] + t.x(),
                              r(1, 0) * px[i] + r(1, 1) * py[i] + r(1, 2) * pz[i] + t.y(),
                              r(2, 0) * px[i] + r(2, 1) * py[i] + r(2, 2) * pz[i] + t.z());
         pixel[i] = target.pixel;

@@ -8,6 +8,23 @@ namespace {
 constexpr std::uint16_t kNoReturn = 0xFFFF;
 constexpr std::size_t kBatch = 256;
 
+/// A level surface above the sensor, along which ranges fall from ring to ring: between two rings
+/// it is nearer than at the lower one, the only one that a pixel's neighbours may hold. A level
+/// surface below the sensor is ground, whose label rests on planes.
+struct Ceiling {
+  float low_sine;    ///< of the lowest elevation around a pixel
+  float high_sine;   ///< of the highest one
+  float steep_sine;  ///< of two rows above the pixel
+
+  /// Whether both ranges are of one ceiling: equally high above the sensor.
+  [[nodiscard]] bool holds(std::uint16_t range, std::uint16_t steep_range) const noexcept {
+    constexpr float kLevel = 0.1F * kRangeUnitsPerMetre;
+    const float height = steep_sine * static_cast<float>(steep_range);
+    return height > low_sine * static_cast<float>(range) - kLevel &&
+           height < high_sine * static_cast<float>(range) + kLevel;
+  }
+};
+
 }  // namespace
 
 void RangePainter::paint(const PointView& points, std::uint16_t* pixels) noexcept {
@@ -63,6 +80,9 @@ void RangePainter::filter(std::uint16_t* pixels) noexcept {
   for (std::int32_t row = 0; row < rows; ++row) {
     const std::int32_t above = row > 0 ? row - 1 : row;
     const std::int32_t below = row + 1 < rows ? row + 1 : row;
+    const bool has_steeper = row + 2 < rows && projection_.sine(row) > 0.0F;
+    const Ceiling ceiling{projection_.sine(row - 1), projection_.sine(row + 1),
+                          projection_.sine(row + 2)};
     for (std::int32_t column = 0; column < columns; ++column) {
       const std::int32_t at = row * columns + column;
       std::uint16_t nearest = row_min_[at];
@@ -74,6 +94,9 @@ void RangePainter::filter(std::uint16_t* pixels) noexcept {
       if (below != row) {
         nearest = std::min(nearest, row_min_[below * columns + column]);
         returns += row_count_[below * columns + column];
+      }
+      if (has_steeper && ceiling.holds(nearest, row_min_[at + 2 * columns])) {
+        nearest = std::min(nearest, row_min_[at + 2 * columns]);
       }
       pixels[at] = returns >= config_.min_returns ? nearest : kNoRange;
     }

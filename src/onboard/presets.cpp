@@ -32,12 +32,10 @@ void apply_data_sheet(const SensorModel& sensor, PipelineConfig& config) noexcep
   config.voxel.max_window_blocks =
       sparse ? config.voxel.max_cells / 2 : config.voxel.max_cells / 8 * 3;
 
-  // The images reach a little beyond the field of view: mounting offsets, beam offsets.
-  constexpr float kSlackDeg = 1.0F;
   config.free_space.horizontal_fov_deg =
-      std::min(sensor.horizontal_fov_deg + 2.0F * kSlackDeg, 360.0F);
-  config.free_space.elevation_min_deg = std::max(sensor.elevation_min_deg - kSlackDeg, -90.0F);
-  config.free_space.elevation_max_deg = std::min(sensor.elevation_max_deg + kSlackDeg, 90.0F);
+      std::min(sensor.horizontal_fov_deg + 2.0F * kImageSlackDeg, 360.0F);
+  config.free_space.elevation_min_deg = std::max(sensor.elevation_min_deg - kImageSlackDeg, -90.0F);
+  config.free_space.elevation_max_deg = std::min(sensor.elevation_max_deg + kImageSlackDeg, 90.0F);
 }
 
 /// Degrees between neighbouring rays on average, where there are no rings.

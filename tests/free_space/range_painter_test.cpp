@@ -78,6 +78,24 @@ TEMPLATE_TEST_CASE("A pixel holds the smallest range around it if enough returns
   CHECK(ahead_m(painter, {at(10.0F, 0, 0), at(11.0F, 0, 0), at(12.0F, 0, 0)}) == 0.0F);
 }
 
+TEMPLATE_TEST_CASE("Between two rings a ceiling is no farther than at the steeper ring", "",
+                   Owned<RangePainter>, OnHeap<RangePainter>) {
+  TestType painter(config());
+  // Rings at half a degree and two rows above, each a third of the azimuth's pixels wide.
+  const auto rings = [](float range_m, float steeper_range_m) {
+    std::vector<Eigen::Vector3f> points;
+    for (int column = -1; column <= 1; ++column) {
+      points.push_back(at(range_m, column, 0));
+      points.push_back(at(steeper_range_m, column, 2));
+    }
+    return points;
+  };
+  // 0.16 m above the sensor.
+  CHECK(ahead_m(painter, rings(20.0F, 4.0F)) == Approx(4.0F).margin(0.01));
+  // What is steeper is 0.8 m above it: a sign.
+  CHECK(ahead_m(painter, rings(20.0F, 19.0F)) == Approx(20.0F).margin(0.01));
+}
+
 TEMPLATE_TEST_CASE("Only valid points within the ranges and the limit are painted", "",
                    Owned<RangePainter>, OnHeap<RangePainter>) {
   TestType painter(config());

@@ -77,6 +77,25 @@ TEST_CASE("Points are observed in the sensor's frame, whatever theirs is") {
   CHECK(sums[3] == 0);    // beside the field of view
 }
 
+TEST_CASE("Beyond the outermost rays, in the image's slack, nothing is observed") {
+  const ImageProjection projection(kShape);
+  const std::vector<std::uint16_t> pixels(projection.pixels(), pixel_of(10.0F));
+  const InverseSensorModel model(VisibilityTest(0.3F, 0.01F), {800, 400, 200}, 0.0F);
+  const auto at = [&](float elevation_deg) {
+    const float x = 5.0F * static_cast<float>(cos_deg(elevation_deg));
+    const float z = 5.0F * static_cast<float>(sin_deg(elevation_deg));
+    const float y = 0.0F;
+    std::int32_t sum = 0;
+    model.add(pixels.data(), projection, Eigen::Matrix3f::Identity(), Eigen::Vector3f::Zero(),
+              {&x, &y, &z, &sum, 1});
+    return sum;
+  };
+  CHECK(at(43.9F) == 800);
+  CHECK(at(44.1F) == 0);
+  CHECK(at(-43.9F) == 800);
+  CHECK(at(-44.1F) == 0);
+}
+
 TEST_CASE("More points than a batch are all observed") {
   const ImageProjection projection(kShape);
   const std::vector<std::uint16_t> pixels(projection.pixels(), pixel_of(10.0F));

@@ -279,8 +279,9 @@ TEST_CASE("Below a ceiling a few things that were moved are no other storey", "[
     }
     return place;
   };
-  // 9 and 18 % of the structure differ, 5 and 16 % stand during one visit alone.
-  CHECK(evaluated(hall(0.0), hall(0.4)).aliasing.empty());
+  // Where two fifths were moved, 12 % of the structure differ and 5 % stand during one visit alone,
+  // which is too much already.
+  CHECK(evaluated(hall(0.0), hall(0.3)).aliasing.empty());
   CHECK(evaluated(hall(0.0), hall(0.7)).aliasing.find("may be another storey") !=
         std::string::npos);
 }
