@@ -1,10 +1,9 @@
-// Base station whose keyframes can be compared with the robots': the names of all that it has.
-//   fault_base listen URL SESSIONS   as `unimapper merge --listen` does, until SIGTERM or all have
-//   ended fault_base log FILE              of an event log, as a robot writes it
+// Keyframes of a base and of a robot by names that can be compared: one line for each.
+//   fault_base store FOLDER   of the store that `unimapper base` wrote
+//   fault_base log FILE       of an event log, as a robot writes it
 #include <sqlite3.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <memory>
 #include <stdexcept>
@@ -12,8 +11,6 @@
 #include <vector>
 
 #include "bench/faults/keyframes.hpp"
-#include "bench/faults/stop_signal.hpp"
-#include "ports/lcm/live.hpp"
 #include "ports/lcm/received_log.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 
@@ -21,35 +18,13 @@ namespace {
 
 using namespace unimapper;
 
-void print(const char* what, const std::vector<SessionData>& sessions) {
-  for (const SessionData& session : sessions) {
+int read_log(const std::string& path) {
+  for (const SessionData& session : lcm_port::read_event_log(path).sessions) {
     for (const KeyframeRecord& record : session.keyframes) {
       const std::string name = bench::name_of(record.sequence, wire::encode_keyframe(record));
-      std::printf("%s %s\n", what, name.c_str());
+      std::printf("published %s\n", name.c_str());
     }
   }
-}
-
-int listen_to(const std::string& url, std::size_t sessions) {
-  bench::hold_stop_signal();
-  lcm_port::ListenOptions options;
-  options.url = url;
-  options.sessions_expected = sessions;
-  // The script ends it: how long silence lasts is not what is measured.
-  options.first_message_timeout = std::chrono::hours(1);
-  options.idle_timeout = std::chrono::hours(1);
-  options.stop = bench::stop_requested;
-  options.progress = [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); };
-  const lcm_port::ListenResult result = lcm_port::listen(options);
-  print("stored", result.sessions);
-  std::fprintf(stderr, "%zu sessions, %llu messages refused, %llu keyframes abandoned\n",
-               result.sessions.size(), static_cast<unsigned long long>(result.counters.refused),
-               static_cast<unsigned long long>(result.counters.keyframes_abandoned));
-  return 0;
-}
-
-int read_log(const std::string& path) {
-  print("published", lcm_port::read_event_log(path).sessions);
   return 0;
 }
 
@@ -83,17 +58,12 @@ int read_store(const std::string& folder) {
 int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   try {
-    if (arguments.size() == 3 && arguments[0] == "listen") {
-      return listen_to(arguments[1], std::strtoul(arguments[2].c_str(), nullptr, 10));
-    }
     if (arguments.size() == 2 && arguments[0] == "log") return read_log(arguments[1]);
     if (arguments.size() == 2 && arguments[0] == "store") return read_store(arguments[1]);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "fault_base: %s\n", error.what());
     return 1;
   }
-  std::fprintf(
-      stderr,
-      "usage: fault_base listen URL SESSIONS | fault_base log FILE | fault_base store FOLDER\n");
+  std::fprintf(stderr, "usage: fault_base log FILE | fault_base store FOLDER\n");
   return 2;
 }

@@ -64,12 +64,6 @@ relay() {
   await '^relaying' relay.out
 }
 
-# What stands for a base: the store where `unimapper base` exists, else what `merge --listen` does.
-has_store() {
-  [ "${BASE:-store}" = store ] && [ -x "$bin/unimapper" ] &&
-    grep -q '^  base ' <<<"$("$bin/unimapper" --help)"
-}
-
 # authenticated NAME...: these robots have keys, and the base takes nothing else
 authenticated() {
   local name
@@ -79,17 +73,13 @@ authenticated() {
   done
 }
 
-# base SESSIONS: started, or started again with what it has stored
+# base: started, or started again with what it has stored
 base() {
   local url=$base_url
   [ -z "$receive_buffer" ] || url="$url&recv_buf_size=$receive_buffer"
   current_base=base-$((++bases))
-  if has_store; then
-    start "$current_base" "$bin/unimapper" base --store "$store" --listen "$url" \
-      ${keys:+--keys "$keys"}
-  else
-    start "$current_base" "$bin/fault_base" listen "$url" "$1"
-  fi
+  start "$current_base" "$bin/unimapper" base --store "$store" --listen "$url" \
+    ${keys:+--keys "$keys"}
   await 'listening' "$current_base.err"
 }
 
@@ -160,6 +150,6 @@ end_row() {
   done
   longest=60
   wait_for "${!wrappers[@]}"
-  ! has_store || "$bin/fault_base" store "$store" >"$row/$current_base.out"
+  "$bin/fault_base" store "$store" >"$row/$current_base.out"
   [ -z "$disk" ] || umount "$disk"
 }

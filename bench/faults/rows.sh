@@ -9,7 +9,7 @@ keyframes=${KEYFRAMES:-60}
 
 plain() { # plain RELAY_ARGUMENTS...: one robot through a relay
   relay "$@"
-  base 1
+  base
   robot a
   wait_for robot-a
 }
@@ -19,7 +19,7 @@ row_loss_5() { plain --to-base drop=0.05 --to-robots drop=0.05; }
 row_loss_30() { plain --to-base drop=0.3 --to-robots drop=0.3; }
 row_fragments() {
   relay --to-base fragments=0.05 --to-robots fragments=0.05
-  base 1
+  base
   robot a --datagram-bytes 1300
   wait_for robot-a
 }
@@ -34,7 +34,7 @@ row_answers_lost() { plain --to-robots drop=0.8; }
 
 down() { # down SECONDS KEYFRAMES [ROBOT_ARGUMENTS...]: the link, after three seconds
   relay --to-base "down=3+$1" --to-robots "down=3+$1"
-  base 1
+  base
   robot a --keyframes "$2" "${@:3}"
   wait_for robot-a
 }
@@ -50,7 +50,7 @@ row_down_600() {
 
 row_base_stopped() {
   relay
-  base 1
+  base
   robot a --keyframes 150
   sleep 2
   send_signal STOP base
@@ -62,12 +62,12 @@ row_base_killed() {
   local kills=5
   [ -z "${FULL:-}" ] || kills=100
   relay --to-base drop=0.05
-  base 1
+  base
   robot a --keyframes $((12 * kills + 20))
   for ((i = 0; i < kills; ++i)); do
     sleep 1
     kill_process base
-    base 1
+    base
   done
   wait_for robot-a
 }
@@ -75,7 +75,7 @@ row_robot_killed() {
   local kills=5
   [ -z "${FULL:-}" ] || kills=100
   relay --to-base drop=0.05
-  base $((kills + 1))
+  base
   if has_spool; then
     kill_onboard "$kills"
     return
@@ -114,7 +114,7 @@ row_robot_disk_full() {
   drive
   small_disk 2
   relay
-  base 1
+  base
   # With a spool its disk is full; without one that of the run, as robots had it before.
   local run=$disk
   ! has_spool || run=$row
@@ -128,7 +128,7 @@ row_base_disk_full() {
   # All but 1 MB of it is taken for a while.
   head -c 63M /dev/zero >"$disk/other"
   relay
-  base 1
+  base
   robot a --keyframes 100
   sleep 6
   rm "$disk/other"
@@ -136,28 +136,28 @@ row_base_disk_full() {
 }
 
 row_same_name() {
-  base 2
+  base
   robot a --name twin
   robot b --name twin
   wait_for robot-a robot-b
 }
 row_five_robots() {
   relay --to-base drop=0.05 --to-robots drop=0.05
-  base 5
+  base
   for name in a b c d e; do robot $name --period-ms 200 --keyframes $((keyframes / 2)); done
   wait_for robot-a robot-b robot-c robot-d robot-e
 }
 row_default_buffers() {
   receive_buffer=212992
   relay
-  base 1
+  base
   robot a --bytes 500000 --period-ms 50
   wait_for robot-a
 }
 row_many_small() {
   local each=3600
   [ -z "${FULL:-}" ] || each=36000
-  base 5
+  base
   for name in a b c d e; do
     robot $name --keyframes $each --bytes 500 --period-ms 2.5 --waits
   done
@@ -166,14 +166,14 @@ row_many_small() {
 row_onboard() {
   drive
   relay --to-base drop=0.05 --to-robots drop=0.05
-  base 1
+  base
   onboard a "$row" "$row/spool"
   wait_for robot-a
   published_by_log a "$row"
 }
 
 forged() { # forged KIND [FORGER_ARGUMENTS...]: one robot and a forger beside it
-  base 1
+  base
   forger "$@"
   robot a
   wait_for robot-a

@@ -10,7 +10,6 @@
 #   BIN, OUT    folders of programs and of output
 #   SEED        of relay and keyframes
 #   KEYFRAMES   of each robot, where a row does not say otherwise
-#   BASE=listen the listening part of `merge --listen` instead of `unimapper base`
 #   FULL=1      outages, kills and counts at their full length (an hour)
 #   CHECK=1     ends with 1 if a keyframe was lost, duplicated or falsely reported
 set -euo pipefail
@@ -41,10 +40,6 @@ row_cells() {
   keys=
   bases=0
   store=$row/store
-  if [[ "$1" = base_disk_full || "$1" = keyed_* || "$1" = insider_* ]] && ! has_store; then
-    echo "– | – | – | – | – | – | –"
-    return
-  fi
   "row_$1"
   end_row
   figures

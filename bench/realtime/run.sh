@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Real-time benchmark: one robot at the rate of its LiDAR, with a merger on the same processors.
+# Real-time benchmark: one robot at the rate of its LiDAR, with a base on the same processors.
 #
-# Onboard pipeline, LCM publisher and a listening merger share two processors. Reports how many
+# Onboard pipeline, LCM publisher and a base that stores share two processors. Reports how many
 # keyframes were late, that is, not finished when the next scan arrived. The keyframes of the warm-up
 # (the length of the window and one) are among them.
 #
@@ -41,16 +41,22 @@ case "$dataset" in
     ;;
 esac
 
-"${two_processors[@]}" "$unimapper" merge --listen "$url" --out "$out/map" >"$out/merge.log" 2>&1 &
-merger=$!
-sleep 0.5
+"${two_processors[@]}" "$unimapper" base --store "$out/store" --listen "$url" --sessions 1 \
+  >"$out/base.log" 2>&1 &
+base=$!
+until grep -qs 'listening on' "$out/base.log"; do
+  kill -0 "$base" 2>/dev/null || { cat "$out/base.log" >&2; exit 1; }
+  sleep 0.05
+done
 if ! "${two_processors[@]}" "$unimapper" onboard "$dataset" --sensor "$sensor" --realtime \
     --publish "$url" --out "$out/run" "${onboard_args[@]}" 2>"$out/onboard.log"; then
   cat "$out/onboard.log" >&2
-  kill "$merger"
+  kill "$base"
   exit 1
 fi
-wait "$merger" || { cat "$out/merge.log" >&2; exit 1; }
+wait "$base" || { cat "$out/base.log" >&2; exit 1; }
+"$unimapper" merge "$out/store" --out "$out/map" >"$out/merge.log" 2>&1 ||
+  { cat "$out/merge.log" >&2; exit 1; }
 
 # The number behind a key of stats.json, and a stage's p50 / p99 / max.
 number() { grep -m1 "\"$1\":" "$out/run/stats.json" | grep -oE '[0-9.]+' | tail -1; }
@@ -62,7 +68,7 @@ times() { sed -n "/\"$1\": {/,/}/p" "$out/run/stats.json" | grep -oE ': [0-9.]+'
   awk '{printf "%s%.1f", (NR > 1 ? " / " : ""), $2}'; }
 cat <<TXT
 
-| $sensor${onboard_args[*]:+, ${onboard_args[*]}}: $(number scans) scans at the pace of their stamps, with merger | |
+| $sensor${onboard_args[*]:+, ${onboard_args[*]}}: $(number scans) scans at the pace of their stamps, with a base | |
 |---|---|
 | keyframes | $(number keyframes), $(warm_up) of them warm-up |
 | late (not finished when the next scan arrived) | $(number keyframes_late) |

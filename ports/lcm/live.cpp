@@ -64,18 +64,6 @@ std::string buffer_warning(const std::string& url) {
          " were asked for; keyframes may be lost (sysctl net.core.rmem_max)";
 }
 
-/// One line on where every session stands.
-std::string describe(const std::vector<wire::SessionProgress>& sessions) {
-  std::string text;
-  for (const wire::SessionProgress& session : sessions) {
-    if (!text.empty()) text += ", ";
-    text += session.info.name + " " + std::to_string(session.received) + "/" +
-            std::to_string(session.announced) + (session.ended ? " ended" : "");
-    if (session.summaries > 0) text += " and " + std::to_string(session.summaries) + " summaries";
-  }
-  return text.empty() ? "no session yet" : text;
-}
-
 /// A moment that the receiver was told.
 Clock::time_point time_of(std::int64_t steady_ns) {
   return Clock::time_point(std::chrono::nanoseconds(steady_ns));
@@ -86,17 +74,10 @@ class Watch {
  public:
   explicit Watch(const ListenOptions& options) : options_(options) {}
 
-  /// Takes note of messages that arrived.
-  void on_messages(Clock::time_point now) {
-    last_message_ = now;
-    heard_ = true;
-  }
-
-  /// Whether and why listening is over.
-  std::optional<ListenEnd> over(const std::vector<wire::SessionProgress>& sessions,
-                                Clock::time_point now) {
-    if (options_.stop && options_.stop()) return ListenEnd::kStopped;
-    if (options_.sessions_expected == 0) return std::nullopt;
+  /// Whether listening is over.
+  bool is_over(const std::vector<wire::SessionProgress>& sessions, Clock::time_point now) {
+    if (options_.stop && options_.stop()) return true;
+    if (options_.sessions_expected == 0) return false;
     // Anybody can say that a session has ended, as often as he likes; a robot says once a second
     // that it has not.
     const auto counts = [this, now](const wire::SessionProgress& session) {
@@ -104,25 +85,19 @@ class Watch {
       return session.ended && session.received > 0 && quiet >= options_.end_silence;
     };
     const auto ended = std::count_if(sessions.begin(), sessions.end(), counts);
-    if (static_cast<std::size_t>(ended) >= options_.sessions_expected) {
-      const bool whole = std::all_of(sessions.begin(), sessions.end(), [](const auto& session) {
-        return !session.ended || session.received == 0 || session.whole;
-      });
-      if (whole) return ListenEnd::kComplete;
-      grace_ends_ = std::min(grace_ends_, now + options_.grace);
-      if (now >= grace_ends_) return ListenEnd::kGaps;
-    } else {
+    if (static_cast<std::size_t>(ended) < options_.sessions_expected) {
       grace_ends_ = Clock::time_point::max();
+      return false;
     }
-    const auto timeout = heard_ ? options_.idle_timeout : options_.first_message_timeout;
-    if (now - last_message_ >= timeout) return ListenEnd::kIdle;
-    return std::nullopt;
+    const bool whole = std::all_of(sessions.begin(), sessions.end(), [](const auto& session) {
+      return !session.ended || session.received == 0 || session.whole;
+    });
+    grace_ends_ = std::min(grace_ends_, now + options_.grace);
+    return whole || now >= grace_ends_;
   }
 
  private:
   const ListenOptions& options_;
-  Clock::time_point last_message_ = Clock::now();
-  bool heard_ = false;
   Clock::time_point grace_ends_ = Clock::time_point::max();
 };
 
@@ -130,7 +105,6 @@ class Watch {
 struct Inlet {
   Receiver& receiver;
   DatagramGuard* guard = nullptr;
-  bool heard = false;
 
   void take(const InboundMessage& inbound) {
     Bytes message = inbound.data;
@@ -139,7 +113,6 @@ struct Inlet {
       if (!opened) return;
       message = *opened;
     }
-    heard = true;
     const auto probe =
         inbound.channel == kProbeChannel ? decode_probe(message) : std::optional<ProbeMessage>();
     if (probe) return receiver.receive(*probe, inbound.arrival);
@@ -282,7 +255,7 @@ std::string with_receive_buffer(const std::string& url) {
          "recv_buf_size=" + std::to_string(kReceiveBufferBytes);
 }
 
-ListenResult listen(const ListenOptions& options) {
+void listen(const ListenOptions& options, wire::KeyframeStorage& storage) {
   const std::string url = with_receive_buffer(options.url);
   const std::unique_ptr<lcm::LCM> link = open_lcm(url);
   const auto tell = [&options](const std::string& text) {
@@ -290,15 +263,9 @@ ListenResult listen(const ListenOptions& options) {
   };
   tell(buffer_warning(url));
 
-  Receiver receiver = options.storage == nullptr ? Receiver(options.limits)
-                                                 : Receiver(options.limits, *options.storage);
+  Receiver receiver(options.limits, storage);
   const auto tell_status = [&] {
-    const std::vector<wire::SessionProgress> sessions = receiver.progress();
-    if (options.status) {
-      options.status(sessions, receiver.counters());
-    } else {
-      tell(describe(sessions));
-    }
+    if (options.status) options.status(receiver.progress(), receiver.counters());
   };
   DatagramGuard* const guard = options.guard.get();
   if (guard != nullptr) {
@@ -334,18 +301,15 @@ ListenResult listen(const ListenOptions& options) {
       next_answer = now + kAnswerInterval;
     }
     if (options.map_poses) publish_all(*link, guard, kMapPoseChannel, options.map_poses());
-    if (std::exchange(inlet.heard, false)) watch.on_messages(now);
-    const std::vector<wire::SessionProgress> sessions = receiver.progress();
     if (now >= next_progress) {
       tell_status();
       tell(overflow_warning(queue.dropped(), told_dropped));
       next_progress = now + kProgressInterval;
     }
-    if (const std::optional<ListenEnd> end = watch.over(sessions, now)) {
+    if (watch.is_over(receiver.progress(), now)) {
       receiver.store_all();
       answer();
-      tell_status();
-      return {*end, receiver.take_sessions(), receiver.counters()};
+      return tell_status();
     }
   }
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <chrono>
-#include <cstdint>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <stdexcept>
@@ -12,6 +12,7 @@
 #include "ports/lcm/datagram_guard.hpp"
 #include "ports/lcm/publisher.hpp"
 #include "ports/lcm/received_log.hpp"
+#include "unimapper/wire/keyframe_storage.hpp"
 
 namespace unimapper::lcm_port {
 
@@ -35,21 +36,14 @@ struct ListenOptions {
   /// LCM's name of the network.
   std::string url = "udpm://239.255.76.67:7667?ttl=0";
   /// The listening ends when so many have ended. Sessions without a keyframe do not count: it
-  /// takes 66 bytes to forge one. 0: it does not end by itself, and nothing times out.
+  /// takes 66 bytes to forge one. 0: it does not end by itself.
   std::size_t sessions_expected = 1;
-  /// Ends the listening if nothing arrives for this long, before or after the first message.
-  std::chrono::milliseconds first_message_timeout{60000};
-  /// Ends the listening if nothing arrives for this long.
-  std::chrono::milliseconds idle_timeout{10000};
   /// How long late pieces are waited for when all sessions have ended but some are not whole.
   std::chrono::milliseconds grace{2000};
   /// How long a session may neither say that it is running nor bring a new keyframe before its end
   /// counts, however often that is said; a robot says so once a second.
   std::chrono::milliseconds end_silence{2500};
   ReceiverLimits limits;  ///< what the stream may make the receiver hold
-  /// Where keyframes go, which outlives the listening; memory if null, and then they are in the
-  /// result.
-  wire::KeyframeStorage* storage = nullptr;
   /// Lets in what is authentic, and seals the answers; null: everything is let in.
   std::shared_ptr<DatagramGuard> guard;
   /// Asked ten times a second; true ends the listening. May be empty.
@@ -57,31 +51,15 @@ struct ListenOptions {
   /// Asked ten times a second for what robots are to be told now of their place in a map; must not
   /// wait. May be empty.
   std::function<std::vector<MapPoseMessage>()> map_poses;
-  /// Told in words once messages can arrive, then once a second, and when something is amiss.
-  /// May be empty.
+  /// Told in words once messages can arrive, and when something is amiss. May be empty.
   std::function<void(const std::string&)> progress;
-  /// Told once a second, instead of `progress`, and at the end where every session stands. May be
-  /// empty.
+  /// Told once a second and at the end where every session stands. May be empty.
   std::function<void(const std::vector<wire::SessionProgress>&, const ReceiverCounters&)> status;
 };
 
-enum class ListenEnd : std::uint8_t {
-  kComplete,  ///< all expected sessions ended and are whole
-  kGaps,      ///< all expected sessions ended, some keyframes never came
-  kIdle,      ///< nothing arrived any more
-  kStopped,   ///< `stop` said so
-};
-
-/// The sessions that were heard, and what was lost.
-struct ListenResult {
-  ListenEnd end = ListenEnd::kComplete;  ///< why the listening ended
-  std::vector<SessionData> sessions;     ///< what was received
-  ReceiverCounters counters;             ///< what arrived and what was lost
-};
-
 /// Listens until the expected sessions have ended, and tells their robots five times a second what
-/// has been stored. Blocks. Whatever arrived is in the result,
-/// however it ended. Throws LinkError if LCM will not open or breaks.
-ListenResult listen(const ListenOptions& options);
+/// `storage` has stored, which takes whole keyframes. Blocks. Stores all that waits before it
+/// returns. Throws LinkError if LCM will not open or breaks.
+void listen(const ListenOptions& options, wire::KeyframeStorage& storage);
 
 }  // namespace unimapper::lcm_port

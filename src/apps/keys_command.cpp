@@ -45,7 +45,7 @@ void register_keys(CLI::App& app) {
       "Example:\n"
       "  unimapper keys new robot7 --out robot7.robot --keys keys\n"
       "  unimapper onboard recording --out run --key robot7.robot --publish URL\n"
-      "  unimapper merge --listen URL --keys keys --out map");
+      "  unimapper base --store site --listen URL --keys keys");
 }
 
 }  // namespace unimapper::apps

@@ -17,10 +17,6 @@ std::string command_line(const MergeOptions& options) {
   std::string line = "unimapper merge";
   for (const auto& run : options.runs) line += " " + run.string();
   line += " --out " + options.out.string();
-  if (!options.listen.empty()) {
-    line += " --listen " + options.listen + " --sessions " + std::to_string(options.sessions);
-    if (!options.keys.empty()) line += " --keys " + options.keys.string();
-  }
   for (const auto& [session, dataset] : options.reference.truths) {
     line += " --truth " + session + "=" + dataset.string();
   }
@@ -57,29 +53,6 @@ void register_merge(CLI::App& app) {
   command->add_option("--config", options->config,
                       "JSON file with parameters that differ from the default");
   command->add_flag("--dump-config", *dump, "Print the parameters that would be used, and stop");
-  CLI::Option* listen =
-      command->add_option("--listen", options->listen,
-                          "Receive sessions live too, e.g. from udpm://239.255.76.67:7667?ttl=0");
-  command
-      ->add_option("--keys", options->keys,
-                   "Folder of robots' keys (unimapper keys): only what they sent and signed counts")
-      ->needs(listen);
-  command->add_option("--sessions", options->sessions, "Live sessions to wait for")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 256))
-      ->needs(listen);
-  command
-      ->add_option("--first-timeout", options->first_timeout_s,
-                   "Seconds to wait for the first live message")
-      ->capture_default_str()
-      ->check(CLI::Range(0.1, 86400.0))
-      ->needs(listen);
-  command
-      ->add_option("--idle-timeout", options->idle_timeout_s,
-                   "Seconds without any live message after which the merge starts anyway")
-      ->capture_default_str()
-      ->check(CLI::Range(0.1, 86400.0))
-      ->needs(listen);
   add_reference_options(*command, options->reference);
   command->add_flag("--refined-labels", options->refined_labels,
                     "Write OUT/refined/SESSION/labels for sessions with --truth: what is static "
@@ -101,18 +74,14 @@ void register_merge(CLI::App& app) {
   command->footer(
       "Examples:\n"
       "  unimapper merge runs/monday runs/friday --out map\n"
-      "  unimapper merge --listen 'udpm://239.255.76.67:7667?ttl=0' --sessions 3 --out map");
+      "  unimapper merge site --out map");
   command->callback([options, dump] {
     if (*dump) {
       std::cout << effective_config(*options);
       return;
     }
     if (options->out.empty()) throw CLI::RequiredError("--out");
-    if (options->runs.empty() && options->listen.empty()) {
-      throw CLI::ValidationError("merge", "give at least one RUN, or --listen");
-    }
-    // A robot that never connected must not prevent the others' map.
-    options->reference.may_lack_sessions = !options->listen.empty();
+    if (options->runs.empty()) throw CLI::ValidationError("merge", "give at least one RUN");
     options->command_line = command_line(*options);
     run_merge(*options);
   });

@@ -57,10 +57,8 @@ TEST_CASE("a key that others can read starts neither robot nor base") {
   CHECK(onboard.exit_code == 1);
   CHECK_THAT(onboard.err, Contains("has permissions 0644"));
   std::filesystem::permissions(directory / "keys/robot7.key", std::filesystem::perms(0640));
-  const CommandResult merge =
-      run_unimapper({"merge", "--listen", "memq://", "--keys", folder, "--out", directory / "map"});
-  CHECK(merge.exit_code == 1);
-  CHECK_THAT(merge.err, Contains("has permissions 0640"));
-  CHECK(run_unimapper({"merge", directory / "run", "--keys", folder, "--out", directory / "map"})
-            .exit_code == 2);
+  const CommandResult base = run_unimapper(
+      {"base", "--store", directory / "store", "--listen", "memq://", "--keys", folder});
+  CHECK(base.exit_code == 1);
+  CHECK_THAT(base.err, Contains("has permissions 0640"));
 }

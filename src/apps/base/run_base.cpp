@@ -42,9 +42,6 @@ constexpr std::uint64_t kMaxWaitingBytes = 32U << 20U;
 constexpr std::uint32_t kMaxSessionsHeard = 256;
 constexpr std::uint32_t kMaxDamaged = 1000;
 
-/// Nobody waits for longer; the longest time of a clock would overflow where it is converted.
-constexpr std::chrono::hours kOneYear{24 * 365};
-
 std::uint64_t to_bytes(double amount, double unit) {
   return static_cast<std::uint64_t>(amount * unit);
 }
@@ -258,10 +255,7 @@ void run_base(const BaseOptions& options) {
   lcm_port::ListenOptions listening;
   listening.url = options.listen;
   listening.sessions_expected = options.sessions;
-  listening.first_message_timeout = kOneYear;
-  listening.idle_timeout = kOneYear;
   listening.limits = limits_of(options);
-  listening.storage = &kept;
   listening.stop = [&signals] { return signals.arrived(); };
   listening.progress = &say;
   listening.status = [&status](const auto& sessions, const auto& counters) {
@@ -279,7 +273,7 @@ void run_base(const BaseOptions& options) {
   const std::unique_ptr<MergeThread> merges = start_merges(options, kept);
   if (merges != nullptr) listening.map_poses = [&merges] { return merges->due(); };
   const std::unique_ptr<Page> page = start_page(options, kept);
-  (void)lcm_port::listen(listening);
+  lcm_port::listen(listening, kept);
   if (localisation != nullptr) report_localisation(localisation->finish());
   if (merges != nullptr) end_merges(*merges);
   report_end(kept, written_before);

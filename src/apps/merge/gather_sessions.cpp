@@ -1,4 +1,4 @@
-// Sessions from run folders, event logs, stores and live streams.
+// Sessions from run folders, event logs and stores.
 #include <algorithm>
 #include <iostream>
 #include <set>
@@ -6,11 +6,8 @@
 #include <tuple>
 
 #include "ports/datasets/files.hpp"
-#include "ports/keys/guards.hpp"
-#include "ports/lcm/received_log.hpp"
 #include "ports/store/store_file.hpp"
 #include "ports/store/store_reader.hpp"
-#include "src/apps/merge/listen_options.hpp"
 #include "src/apps/merge/options.hpp"
 #include "src/apps/merge/run_store.hpp"
 #include "src/apps/merge/stored_contents.hpp"
@@ -46,12 +43,6 @@ void report_losses(const std::string& source, const wire::ReceiverCounters& coun
   warn(counters.contradictory, " sessions changed their name or sensor on the way");
   warn(counters.keyframes_abandoned, " keyframes never became complete");
   for (const auto& session : sessions) report_missing(source, session);
-}
-
-void report_refusals(const std::string& source, const keys::GuardCounters& counters) {
-  if (counters.refused() == 0) return;
-  std::cerr << "unimapper: warning: " << source
-            << ": refused for their keys: " << keys::describe(counters) << '\n';
 }
 
 bool contains(const std::vector<std::string>& names, const std::string& name) {
@@ -131,19 +122,6 @@ void drop_repeated(std::vector<InputSession>& inputs) {
   }
 }
 
-void receive_live(const MergeOptions& options, std::vector<InputSession>& inputs) {
-  const lcm_port::ListenOptions listening = listen_options(options);
-  lcm_port::ListenResult received = lcm_port::listen(listening);
-  if (received.end == lcm_port::ListenEnd::kIdle) {
-    std::cerr << "unimapper: warning: nothing more arrived before all sessions had ended\n";
-  }
-  report_losses(options.listen, received.counters, received.sessions);
-  if (const auto* guard = dynamic_cast<const keys::BaseGuard*>(listening.guard.get())) {
-    report_refusals(options.listen, guard->counters());
-  }
-  for (auto& session : received.sessions) inputs.push_back({std::move(session), {}, 0});
-}
-
 }  // namespace
 
 void report_missing(const std::string& source, const SessionData& session) {
@@ -180,15 +158,14 @@ std::vector<InputSession> gather_sessions(const MergeOptions& options, StoredCon
     }
   }
   require_known(options.chosen, known);
-  if (!options.listen.empty()) receive_live(options, inputs);
-  if (inputs.empty()) throw std::runtime_error("no session arrived");
+  if (inputs.empty()) throw std::runtime_error("there is no session to merge");
   prepare_sessions(inputs);
   return inputs;
 }
 
 void prepare_sessions(std::vector<InputSession>& inputs) {
   for (auto& input : inputs) input.data.info.name = file_safe(input.data.info.name);
-  // Independent of the order on the command line and on the network.
+  // Independent of the order on the command line.
   std::sort(inputs.begin(), inputs.end(), [](const InputSession& a, const InputSession& b) {
     return std::tie(a.data.info.name, a.data.info.id, a.run) <
            std::tie(b.data.info.name, b.data.info.id, b.run);

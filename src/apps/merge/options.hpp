@@ -19,11 +19,6 @@ struct MergeOptions {
   std::vector<std::filesystem::path> runs;  ///< run folders, LCM event logs or stores
   std::vector<std::string> chosen;          ///< sessions of stores, by name; empty: all
   std::filesystem::path out;
-  std::string listen;          ///< LCM URL; empty: do not listen
-  std::filesystem::path keys;  ///< folder of robots' keys; empty: everybody is heard
-  std::size_t sessions = 1;    ///< sessions to wait for when listening
-  double first_timeout_s = 60.0;
-  double idle_timeout_s = 10.0;
   ReferenceOptions reference;  ///< of sessions, for the report
   /// Label the scans of sessions with a dataset anew, by what is static after all.
   bool refined_labels = false;
@@ -43,15 +38,14 @@ class StoredContents;
 /// A session and where it came from.
 struct InputSession {
   SessionData data;
-  std::filesystem::path run;  ///< its run folder; empty for logs and live sessions
+  std::filesystem::path run;  ///< its run folder; empty for logs and stores
   std::int64_t row = 0;       ///< its row in the store it was read from; 0: it was not
 };
 
-/// Reads and receives all sessions, sorted by name, names unique and fit for files. Damage is
-/// reported on stderr and what is whole is kept. Cells are read when they are needed, by
-/// `contents`, but for those of live sessions. Runs are copied into files in `scratch_parent` that
-/// have no name on return and are gone with the process. Throws std::runtime_error if there is
-/// nothing.
+/// Reads all sessions, sorted by name, names unique and fit for files. Damage is reported on stderr
+/// and what is whole is kept. Cells are read when they are needed, by `contents`. Runs are copied
+/// into files in `scratch_parent` that have no name on return and are gone with the process. Throws
+/// std::runtime_error if there is nothing.
 std::vector<InputSession> gather_sessions(const MergeOptions& options, StoredContents& contents,
                                           const std::filesystem::path& scratch_parent);
 

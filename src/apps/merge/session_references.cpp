@@ -75,10 +75,7 @@ std::vector<SessionReference> gather_references(const ReferenceOptions& options,
         if (!known.empty()) known += ", ";
         known += session.info.name;
       }
-      const std::string message = "--truth names session \"" + name + "\", but there are: " + known;
-      if (!options.may_lack_sessions) throw std::runtime_error(message);
-      std::cerr << "unimapper: warning: " << message << '\n';
-      continue;
+      throw std::runtime_error("--truth names session \"" + name + "\", but there are: " + known);
     }
     for (std::size_t s = 0; s < sessions.size(); ++s) {
       if (is_truth_of(options, wanted, sessions[s].info.name))

@@ -21,8 +21,6 @@ struct ReferenceOptions {
   /// Run folders of sessions without one, by their names: stage times and labels are read from
   /// them.
   std::vector<std::filesystem::path> stats;
-  /// A truth of a session that is not there is a warning, not an error.
-  bool may_lack_sessions = false;
 };
 
 /// Adds --truth and --stats to a command.

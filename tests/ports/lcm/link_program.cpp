@@ -1,4 +1,5 @@
 // Publisher or listener process for the link test (link_test.sh).
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -22,6 +23,7 @@
 #include "tests/wire/stream.hpp"
 #include "unimapper/wire/checksum.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
+#include "unimapper/wire/memory_storage.hpp"
 
 using namespace unimapper;
 using namespace unimapper::wire;
@@ -100,21 +102,46 @@ int resume(const std::vector<std::string>& arguments) {
   return 0;
 }
 
-// listen URL SESSIONS IDLE_MS FIRST_MESSAGE_MS
+/// What was received of each session.
+std::vector<SessionData> take_sessions(const std::vector<SessionProgress>& progress,
+                                       MemoryStorage& storage) {
+  std::vector<SessionData> sessions;
+  for (const SessionProgress& of : progress) {
+    SessionData& session = sessions.emplace_back();
+    session.info = of.info;
+    session.complete = of.ended;
+    session.keyframes_damaged = of.damaged;
+    session.keyframes_missing = of.announced - std::min(of.announced, of.received + of.damaged);
+    storage.take(session);
+  }
+  sort_and_name(sessions);
+  return sessions;
+}
+
+// listen URL SESSIONS: until so many have ended, or until SIGTERM.
 int listen_to(const std::vector<std::string>& arguments) {
   ListenOptions options;
   options.url = arguments[0];
   options.sessions_expected = std::stoul(arguments[1]);
-  options.idle_timeout = std::chrono::milliseconds(std::stol(arguments[2]));
-  options.first_message_timeout = std::chrono::milliseconds(std::stol(arguments[3]));
   options.progress = [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); };
+  std::vector<SessionProgress> progress;
+  ReceiverCounters counters;
+  options.status = [&](const std::vector<SessionProgress>& sessions, const ReceiverCounters& all) {
+    progress = sessions;
+    counters = all;
+    for (const SessionProgress& session : sessions) {
+      std::fprintf(stderr, "%s %llu/%llu\n", session.info.name.c_str(),
+                   static_cast<unsigned long long>(session.received),
+                   static_cast<unsigned long long>(session.announced));
+    }
+  };
   std::signal(SIGTERM, request_stop);
   options.stop = [] { return stop_requested != 0; };
-  const ListenResult result = listen(options);
-  const char* const ends[] = {"complete", "gaps", "idle", "stopped"};
-  std::printf("end=%s malformed=%llu\n", ends[static_cast<std::size_t>(result.end)],
-              static_cast<unsigned long long>(result.counters.malformed));
-  print(result.sessions);
+  MemoryStorage storage(options.limits.max_stored_bytes);
+  listen(options, storage);
+  std::printf("end=%s malformed=%llu\n", stop_requested != 0 ? "stopped" : "sessions",
+              static_cast<unsigned long long>(counters.malformed));
+  print(take_sessions(progress, storage));
   return 0;
 }
 

@@ -380,7 +380,8 @@ TEST_CASE("a link that cannot be opened says which") {
   CHECK_THROWS_WITH(open_link("nonsense://x"), Catch::Contains("nonsense://x"));
   ListenOptions options;
   options.url = "nonsense://x";
-  CHECK_THROWS_AS(listen(options), LinkError);
+  MemoryStorage storage(0);
+  CHECK_THROWS_AS(listen(options, storage), LinkError);
 }
 
 TEST_CASE("every message is counted as sent, with its bytes, or as refused by the network") {
