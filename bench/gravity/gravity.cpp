@@ -10,6 +10,7 @@
 
 #include "ports/datasets/dataset.hpp"
 #include "unimapper/core/quantile.hpp"
+#include "unimapper/core/tilt_prior.hpp"
 #include "unimapper/onboard/owned_pipeline.hpp"
 
 using namespace unimapper;

@@ -129,7 +129,7 @@ std::vector<Verified> ask_all_gates(const Runs& runs, KeyframeClouds& clouds,
     loop.T_match_query = candidate.T_match_query;
     loop.confidence = candidate.confidence;
     loop.decision.accepted = true;
-    gates = ask_gates(candidate, descriptor_limit(config), clouds, config, GatesAsked::kAll, loop);
+    gates = ask_gates(candidate, kDescriptorLimit, clouds, config, GatesAsked::kAll, loop);
   });
   return verified;
 }
@@ -213,7 +213,7 @@ class Acceptance {
         picture_(std::move(picture)) {
     within_ =
         verify_loops(find_intra_session_candidates(runs.sessions, config.loops, config.threads),
-                     descriptor_limit(config), clouds, config);
+                     kDescriptorLimit, clouds, config);
     std::erase_if(within_, [](const LoopConstraint& loop) { return !loop.decision.accepted; });
     for (const SessionData& session : runs.sessions) {
       AlignmentSession& aligned = sessions_.emplace_back();
@@ -272,7 +272,7 @@ class Acceptance {
     }
     for (LoopConstraint& loop :
          verify_loops(find_radius_candidates(runs_.sessions, alignment, known, config_),
-                      radius_limit(config_), clouds_, config_)) {
+                      kRadiusLimit, clouds_, config_)) {
       if (loop.decision.accepted) loops.push_back(std::move(loop));
     }
     return refine_alignment(alignment, sessions_, loops, config_);

@@ -11,13 +11,13 @@ namespace {
 // A covariance on the wire may be too small to invert.
 constexpr double kSmallestVariance = 1e-8;  // (0.006 degrees)²
 
-Eigen::Matrix2d covariance_of(const KeyframeUp& up, const TiltConfig& config) noexcept {
+Eigen::Matrix2d covariance_of(const KeyframeUp& up) noexcept {
   const auto xy = static_cast<double>(up.covariance_xy);
   Eigen::Matrix2d covariance;
   covariance << static_cast<double>(up.variance_x), xy, xy, static_cast<double>(up.variance_y);
   // Who claims to know must say how well.
   if (up.known && Cholesky<2>(covariance).valid()) return covariance;
-  const double sigma = static_cast<double>(config.unknown_up_sigma_deg) / kDegreesPerRadian;
+  const double sigma = static_cast<double>(kUnknownUpSigmaDeg) / kDegreesPerRadian;
   return sigma * sigma * Eigen::Matrix2d::Identity();
 }
 
@@ -45,11 +45,10 @@ Pose with_tilt(const Pose& T_match_query, const Eigen::Vector2d& tilt) noexcept 
   return result;
 }
 
-TiltPrior::TiltPrior(const KeyframeUp& match, const KeyframeUp& query, const Pose& T_match_query,
-                     const TiltConfig& config) noexcept {
+TiltPrior::TiltPrior(const KeyframeUp& match, const KeyframeUp& query,
+                     const Pose& T_match_query) noexcept {
   const Eigen::Matrix2d turn = turn_from_above(T_match_query);
-  const Eigen::Matrix2d sum =
-      covariance_of(match, config) + turn * covariance_of(query, config) * turn.transpose();
+  const Eigen::Matrix2d sum = covariance_of(match) + turn * covariance_of(query) * turn.transpose();
   covariance_ = 0.5 * (sum + sum.transpose()) + kSmallestVariance * Eigen::Matrix2d::Identity();
   information_ = Cholesky<2>(covariance_).inverse();
 }

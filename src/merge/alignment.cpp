@@ -161,17 +161,16 @@ class SessionAligner {
     const auto& query = problem_.sites[pair.query];
     const auto& match = problem_.sites[pair.match];
     if (!query || !match || pair.linked) return;
-    const PositionConfig& config = problem_.config.positions;
     for (int i = 0; i < kMaxSets; ++i) {
       pair.set = set_of(pair, paths);
       const std::vector<std::size_t> inliers = pair.inliers();
-      const auto off_m = set_contradiction_m(problem_.select(inliers), *query, *match, config);
+      const auto off_m = set_contradiction_m(problem_.select(inliers), *query, *match);
       if (!off_m) break;
       for (const std::size_t loop : inliers) remove_loop(pair, loop, *off_m);
     }
     for (const std::size_t loop : std::vector(pair.loops)) {
       const SiteComparison found = compare_with_sites(problem_.loops[loop], *query, *match);
-      if (found.chi2 > config.chi2) remove_loop(pair, loop, found.discrepancy_m.norm());
+      if (found.chi2 > kPositionChi2) remove_loop(pair, loop, found.discrepancy_m.norm());
     }
   }
 
@@ -191,8 +190,7 @@ class SessionAligner {
       set.reason = contradiction_text(pair.off_site_m, pair.off_site_m.size() + pair.loops.size());
     }
     if (!query || !match || set.state == PairState::kRefused) return;
-    pair.beyond =
-        excluded_beyond(problem_.select(pair.inliers()), *query, *match, problem_.config.positions);
+    pair.beyond = excluded_beyond(problem_.select(pair.inliers()), *query, *match);
     const double near = AliasingConfig::kMinShiftM;
     if (!(pair.beyond.horizontal_m < near && pair.beyond.vertical_m < near)) return;
     set.is_one_place = false;

@@ -83,7 +83,7 @@ bool AlignmentProblem::optimize_rejecting_outliers(MapState& trial,
     const auto is_wrong = [&](const KnownPosition& position) {
       const std::size_t s = position.keyframe.session;
       return std::find(which_sessions.begin(), which_sessions.end(), s) != which_sessions.end() &&
-             position_chi2(position, position_residual(trial, position)) > config.positions.chi2;
+             position_chi2(position, position_residual(trial, position)) > kPositionChi2;
     };
     const std::size_t removed =
         std::erase_if(chosen, is_outlier) + std::erase_if(trial.positions, is_wrong);

@@ -19,6 +19,18 @@ namespace {
 constexpr std::int32_t kPatchVoxels = 5;  ///< ground is rejected by patches of a metre
 /// Of a patch: the evidence of a single cell is already a mean over its surroundings.
 constexpr std::uint32_t kFewestGroundCells = 1;
+constexpr float kGroundLogOdds = 1.0F;  ///< ground counts as seen through above it; measured
+
+/// A component is dynamic if the evidence around at least this share of its cells says so;
+/// measured.
+constexpr float kComponentDynamicShare = 0.4F;
+
+/// Of a moved part, measured: least number of connected cells seen through that are dynamic within
+/// a static component, their least mean log-odds, and most other keyframes of the window that
+/// occupied its voxels, mean over its cells.
+constexpr std::uint32_t kMovedPartCells = 30;
+constexpr float kMovedPartLogOdds = 0.3F;
+constexpr float kMovedPartOccupied = 0.5F;
 
 /// Voxels that touch, by row.
 class VoxelComponents {
@@ -94,10 +106,10 @@ class VoxelComponents {
 /// Evidence by voxel: several cells may share one.
 class CellClassifier {
  public:
-  CellClassifier(const CellEvidence& cells, const RefinementConfig& config)
+  CellClassifier(const CellEvidence& cells, float cell_size_m)
       : cells_(cells),
-        config_(config),
-        confirmed_static_(in_thousandths(config.confirmed_static_log_odds)),
+        cell_size_m_(cell_size_m),
+        confirmed_static_(in_thousandths(EvidenceDefaults::kConfirmedStaticLogOdds)),
         blocks_(cells.voxel),
         voxels_(blocks_.rows()),
         row_of_(cells.size()) {
@@ -170,7 +182,7 @@ class CellClassifier {
   }
 
   void reject_ground_seen_through() {
-    const auto least = static_cast<float>(in_thousandths(config_.ground_log_odds));
+    const auto least = static_cast<float>(in_thousandths(kGroundLogOdds));
     VoxelTable table;
     std::vector<GroundPatch> patches;
     std::vector<std::uint32_t> patch_of(cells_.size(), VoxelTable::kNone);
@@ -185,7 +197,8 @@ class CellClassifier {
     }
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       if (patch_of[i] == VoxelTable::kNone) continue;
-      if (!patches[patch_of[i]].is_transparent(config_.ground_share, kFewestGroundCells)) {
+      if (!patches[patch_of[i]].is_transparent(EvidenceDefaults::kSeenThroughShare,
+                                               kFewestGroundCells)) {
         voxels_[row_of_[i]].ground = true;
       }
     }
@@ -210,13 +223,13 @@ class CellClassifier {
       Voxel& voxel = voxels_[row];
       voxel.has_component = true;
       voxel.component = class_of(tally[component]);
-      voxel.keeps = outline_of(boxes[component], config_.cell_size_m) == Outline::kPole;
+      voxel.keeps = outline_of(boxes[component], cell_size_m_) == Outline::kPole;
     });
   }
 
   [[nodiscard]] ComponentClass class_of(const Tally& tally) const {
-    return class_by_share(tally.evidence, tally.dynamic, config_.component_dynamic_share,
-                          config_.component_static_share);
+    return class_by_share(tally.evidence, tally.dynamic, kComponentDynamicShare,
+                          EvidenceDefaults::kComponentStaticShare);
   }
 
   /// A walker beside a wall that came into view with him is a small part of one component.
@@ -230,7 +243,7 @@ class CellClassifier {
         [&](std::uint32_t row) { return may_have_moved(voxels_[row]); });
     std::vector<EvidenceSum> sum(parts.size());
     parts.visit([&](std::uint32_t part, std::uint32_t row) { sum[part] += voxels_[row].evidence; });
-    const MovedPart rule = MovedPart::of(config_);
+    const MovedPart rule{kMovedPartCells, in_thousandths(kMovedPartLogOdds), kMovedPartOccupied};
     parts.visit(
         [&](std::uint32_t part, std::uint32_t row) { voxels_[row].moved = rule.holds(sum[part]); });
   }
@@ -252,7 +265,7 @@ class CellClassifier {
   }
 
   const CellEvidence& cells_;
-  const RefinementConfig& config_;
+  float cell_size_m_;
   std::int32_t confirmed_static_;  ///< thousandths
   VoxelBlocks blocks_;
   std::vector<Voxel> voxels_;
@@ -261,9 +274,8 @@ class CellClassifier {
 
 }  // namespace
 
-std::vector<std::uint8_t> classify_cells(const CellEvidence& cells,
-                                         const RefinementConfig& config) {
-  return CellClassifier(cells, config).run();
+std::vector<std::uint8_t> classify_cells(const CellEvidence& cells, float cell_size_m) {
+  return CellClassifier(cells, cell_size_m).run();
 }
 
 }  // namespace unimapper::merge

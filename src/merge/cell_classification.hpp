@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "unimapper/core/voxel_key.hpp"
-#include "unimapper/merge/merge_config.hpp"
 
 namespace unimapper::merge {
 
@@ -28,6 +27,6 @@ struct CellEvidence {
 /// (`MovedPart`), and the robot's label stays where it knew more: poles that it kept are static
 /// (`Outline`). O(cells).
 [[nodiscard]] std::vector<std::uint8_t> classify_cells(const CellEvidence& cells,
-                                                       const RefinementConfig& config);
+                                                       float cell_size_m);
 
 }  // namespace unimapper::merge

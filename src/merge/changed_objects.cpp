@@ -20,6 +20,9 @@ namespace {
 constexpr float kLinkCell_m = 0.3F;
 /// Cells around an object whose unknown voxels are its own.
 constexpr int kGrowth = 2;
+/// Of a changed object's points about which the other session knows anything, this share has
+/// changed.
+constexpr double kChangedShare = 0.5;
 constexpr std::uint32_t kNoObject = 0xFFFFFFFFU;
 
 /// Voxels by cells, and objects by cells.
@@ -130,7 +133,7 @@ struct Tally {
 
 bool is_object(const Tally& tally, const MapConfig& config) {
   if (tally.free < config.min_cluster) return false;
-  if (tally.share() < static_cast<double>(config.changed_share)) return false;
+  if (tally.share() < kChangedShare) return false;
   // Half of it at least was confirmed from within range.
   if (2 * tally.own.occupied < tally.free) return false;
   return tally.seen_through() <= static_cast<double>(MapConfig::kObjectSeenThrough);

@@ -29,7 +29,7 @@ void forget_small_groups(std::vector<ComparedVoxel>& voxels, const MapConfig& co
 
 /// Groups free voxels that lie near each other, and adds the unknown ones beside them: low parts
 /// that hid behind kerbs and far sides. A group is an object if it has `map.min_cluster` free
-/// voxels, and `map.changed_share` of its voxels about which anything is known are free. Objects
+/// voxels, and half of its voxels about which anything is known are free. Objects
 /// come in the order of their first voxel. O(voxels).
 std::vector<ObjectVoxels> group_changes(const std::vector<ComparedVoxel>& voxels,
                                         const MapConfig& config);

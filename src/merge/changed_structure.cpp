@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "keyframe_free_space.hpp"
+#include "unimapper/free_space/evidence_weights.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -26,10 +27,8 @@ struct Seen {
 
 class Observers {
  public:
-  Observers(const KeyframeClouds& clouds, const MergeConfig& config)
-      : clouds_(clouds),
-        visibility_(config.map.free_margin_m, config.refinement.range_margin_relative),
-        weights_(EvidenceWeights::of(config.refinement)) {}
+  explicit Observers(const KeyframeClouds& clouds)
+      : clouds_(clouds), visibility_(kFreeMarginM, EvidenceDefaults::kRangeMarginRelative) {}
 
   /// What keyframes `chosen` of a visit saw of points in the frame of the keyframe it is about.
   [[nodiscard]] std::vector<Seen> ask(const Visit& about, const std::vector<std::size_t>& chosen,
@@ -69,8 +68,7 @@ std::vector<std::size_t> keyframes_beside(const Visit& visit, std::size_t most) 
 
 /// The structure of `source`, as `other` saw it.
 std::optional<double> share_changed_for(const KeyframeClouds& clouds, const Visit& other,
-                                        const Visit& source, const Pose& T_other_source,
-                                        const MergeConfig& config) {
+                                        const Visit& source, const Pose& T_other_source) {
   const auto cloud = clouds.cloud(source.keyframe);
   const auto structure = clouds.cloud(other.keyframe);
   const Eigen::Matrix3f r = T_other_source.rotation.cast<float>();
@@ -85,7 +83,7 @@ std::optional<double> share_changed_for(const KeyframeClouds& clouds, const Visi
     own.push_back(p);
     there.push_back(moved);
   }
-  const Observers observers(clouds, config);
+  const Observers observers(clouds);
   const std::vector<Seen> by_other = observers.ask(other, keyframes_beside(other, kOfOther), there);
   const std::vector<Seen> by_own = observers.ask(source, keyframes_beside(source, kOfOwn), own);
   std::size_t observed = 0;
@@ -109,11 +107,10 @@ std::optional<double> share_changed_for(const KeyframeClouds& clouds, const Visi
 }  // namespace
 
 std::optional<double> changed_share(const KeyframeClouds& clouds, const Visit& match,
-                                    const Visit& query, const Pose& T_match_query,
-                                    const MergeConfig& config) {
+                                    const Visit& query, const Pose& T_match_query) {
   // An empty one is less than any share.
-  return std::max(share_changed_for(clouds, match, query, T_match_query, config),
-                  share_changed_for(clouds, query, match, T_match_query.inverse(), config));
+  return std::max(share_changed_for(clouds, match, query, T_match_query),
+                  share_changed_for(clouds, query, match, T_match_query.inverse()));
 }
 
 }  // namespace unimapper::merge

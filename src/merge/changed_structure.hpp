@@ -5,7 +5,6 @@
 #include <span>
 
 #include "keyframe_clouds.hpp"
-#include "unimapper/merge/merge_config.hpp"
 
 namespace unimapper::merge {
 
@@ -26,7 +25,6 @@ struct Visit {
 /// empty where fewer than 200 points were observed in both. O(points x images of 24 keyframes).
 /// Thread safe.
 [[nodiscard]] std::optional<double> changed_share(const KeyframeClouds& clouds, const Visit& match,
-                                                  const Visit& query, const Pose& T_match_query,
-                                                  const MergeConfig& config);
+                                                  const Visit& query, const Pose& T_match_query);
 
 }  // namespace unimapper::merge

@@ -133,8 +133,7 @@ class Comparison {
   /// Of the session at a position of the order. Those that were used last are kept.
   [[nodiscard]] std::shared_ptr<const VoxelTrees> structure(std::size_t position) const {
     return structures_.get(
-        position,
-        [&](std::size_t at) { return structure_trees(*voxels_[order_[at]], around_, config_.map); },
+        position, [&](std::size_t at) { return structure_trees(*voxels_[order_[at]], around_); },
         [](const VoxelTrees& trees) { return trees.bytes(); });
   }
 

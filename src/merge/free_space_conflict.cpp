@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "keyframe_free_space.hpp"
+#include "unimapper/free_space/evidence_weights.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -12,7 +13,7 @@ constexpr float kContradictionRangeM = 25.0F;
 
 /// One direction: how `observer` sees the structure of `source`.
 CommonView seen_by(const KeyframeRecord& observer, const RegistrationCloud& source,
-                   const Pose& T_observer_source, const MergeConfig& config) {
+                   const Pose& T_observer_source) {
   const Eigen::Matrix3f r = T_observer_source.rotation.cast<float>();
   const Eigen::Vector3f t = T_observer_source.translation.cast<float>();
   PointEvidence structure;
@@ -22,10 +23,9 @@ CommonView seen_by(const KeyframeRecord& observer, const RegistrationCloud& sour
     if (p.squaredNorm() > kContradictionRangeM * kContradictionRangeM) continue;
     structure.push_back(p);
   }
-  const RefinementConfig& evidence = config.refinement;
-  const VisibilityTest visibility(config.map.free_margin_m, evidence.range_margin_relative);
+  const VisibilityTest visibility(kFreeMarginM, EvidenceDefaults::kRangeMarginRelative);
   const KeyframeFreeSpace space(observer, WithoutImages::kPaintFromCells);
-  space.observe(visibility, EvidenceWeights::of(evidence), Pose{}, structure.points());
+  space.observe(visibility, EvidenceWeights{}, Pose{}, structure.points());
   CommonView view;
   std::size_t seen_through = 0;
   for (const std::int32_t log_odds : structure.log_odds()) {
@@ -41,11 +41,10 @@ CommonView seen_by(const KeyframeRecord& observer, const RegistrationCloud& sour
 }  // namespace
 
 CommonView common_view(const KeyframeClouds& clouds, KeyframeId match, KeyframeId query,
-                       const Pose& T_match_query, const MergeConfig& config) {
-  const CommonView by_match =
-      seen_by(*clouds.whole(match), *clouds.cloud(query), T_match_query, config);
+                       const Pose& T_match_query) {
+  const CommonView by_match = seen_by(*clouds.whole(match), *clouds.cloud(query), T_match_query);
   const CommonView by_query =
-      seen_by(*clouds.whole(query), *clouds.cloud(match), T_match_query.inverse(), config);
+      seen_by(*clouds.whole(query), *clouds.cloud(match), T_match_query.inverse());
   return {std::max(by_match.observed, by_query.observed),
           std::max(by_match.contradiction, by_query.contradiction)};
 }

@@ -4,7 +4,6 @@
 #include <cstddef>
 
 #include "keyframe_clouds.hpp"
-#include "unimapper/merge/merge_config.hpp"
 
 namespace unimapper::merge {
 
@@ -24,7 +23,6 @@ struct CommonView {
 
 /// O(points x images).
 [[nodiscard]] CommonView common_view(const KeyframeClouds& clouds, KeyframeId match,
-                                     KeyframeId query, const Pose& T_match_query,
-                                     const MergeConfig& config);
+                                     KeyframeId query, const Pose& T_match_query);
 
 }  // namespace unimapper::merge

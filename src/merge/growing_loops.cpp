@@ -47,7 +47,7 @@ class GrowingLoops::UnderBudget final : public LoopSource {
   }
   std::vector<LoopConstraint> between_sessions() override { return known(false); }
   std::vector<LoopConstraint> links() override {
-    return link_loops(statements_.links, known_, loops_.clouds_, loops_.config_);
+    return link_loops(statements_.links, known_, loops_.clouds_);
   }
   PlacementEvidence evaluate(const Placement& placement) override {
     return loops_.placements_.evaluate(placement, placements_);
@@ -55,17 +55,16 @@ class GrowingLoops::UnderBudget final : public LoopSource {
 
   std::vector<LoopConstraint> near_each_other(
       const std::vector<LoopCandidate>& candidates) override {
-    const CorrectionLimit limit = radius_limit(loops_.config_);
     std::vector<LoopConstraint> loops;
     std::vector<LoopCandidate> chosen;
     for (const LoopCandidate& candidate : candidates) {
-      if (const LoopConstraint* outcome = outcome_of(candidate, limit)) {
+      if (const LoopConstraint* outcome = outcome_of(candidate)) {
         loops.push_back(loops_.at_index(*outcome));
       } else if (chosen.size() < budget_.by_pose && has_whole_cloud(candidate)) {
         chosen.push_back(candidate);
       }
     }
-    std::vector<LoopConstraint> verified = known_.verify(chosen, limit, loops_.clouds_);
+    std::vector<LoopConstraint> verified = known_.verify(chosen, kRadiusLimit, loops_.clouds_);
     for (std::size_t i = 0; i < verified.size(); ++i) {
       LoopConstraint outcome = verified[i];
       outcome.query = loops_.by_sequence(outcome.query);
@@ -89,7 +88,7 @@ class GrowingLoops::UnderBudget final : public LoopSource {
       candidates.push_back(loops_.at_index(loops_.found_.at(pair).candidate));
     }
     std::vector<LoopConstraint> verified =
-        known_.verify(candidates, descriptor_limit(loops_.config_), loops_.clouds_);
+        known_.verify(candidates, kDescriptorLimit, loops_.clouds_);
     for (std::size_t i = 0; i < chosen.size(); ++i) {
       Found& found = loops_.found_.at(chosen[i]);
       verified[i].query = found.candidate.query;
@@ -111,15 +110,14 @@ class GrowingLoops::UnderBudget final : public LoopSource {
   }
 
   /// Of an earlier proposal, where it holds for this one.
-  [[nodiscard]] const LoopConstraint* outcome_of(const LoopCandidate& candidate,
-                                                 const CorrectionLimit& limit) const {
+  [[nodiscard]] const LoopConstraint* outcome_of(const LoopCandidate& candidate) const {
     const auto near = loops_.near_.find(
         {loops_.by_sequence(candidate.query), loops_.by_sequence(candidate.match)});
     if (near == loops_.near_.end()) return nullptr;
     const LoopConstraint& outcome = near->second.outcome;
     const bool holds = outcome.decision.accepted
                            ? is_near(candidate.T_match_query, outcome.T_match_query,
-                                     limit.translation_m, limit.rotation_rad)
+                                     kRadiusLimit.translation_m, kRadiusLimit.rotation_rad)
                            : is_near(candidate.T_match_query, near->second.T_match_query,
                                      kSameProposalM, kSameProposalRad);
     return holds ? &outcome : nullptr;
@@ -177,7 +175,7 @@ GrowingLoops::GrowingLoops(const std::vector<SessionData>& sessions, const Merge
       config_(config),
       clouds_(sessions, config.registration, config.threads, config.kept_bytes()),
       fingerprints_(sessions, config),
-      places_(config.loops.tilt, config.loops.candidates_per_keyframe),
+      places_(kCandidatesPerKeyframe),
       placements_(sessions, config) {}
 
 std::unique_ptr<LoopSource> GrowingLoops::within(const GrowthBudget& budget,
@@ -195,7 +193,7 @@ void GrowingLoops::take_growth(bool searches) {
   ++merge_;
   const std::vector<SessionChange> changes = growth_.look(sessions_);
   has_grown_ = !changes.empty();
-  while (of_session_.size() < sessions_.size()) of_session_.emplace_back(config_.loops.tilt, 1);
+  while (of_session_.size() < sessions_.size()) of_session_.emplace_back(1U);
   places_.expect_sessions(sessions_.size() - std::min<std::size_t>(1, sessions_.size()));
   for (const SessionChange& change : changes) forget(change);
   for (const auto& [s, first, fresh, stale] : changes) {
@@ -217,7 +215,7 @@ void GrowingLoops::take_growth(bool searches) {
 void GrowingLoops::forget(const SessionChange& change) {
   const auto& keyframes = sessions_[change.session].keyframes;
   std::size_t cloud = std::min(change.first, keyframes.size());
-  for (std::uint32_t whole = 0; cloud > 0 && whole < config_.registration.submap_keyframes;) {
+  for (std::uint32_t whole = 0; cloud > 0 && whole < kSubmapKeyframes;) {
     whole += keyframes[--cloud].is_summary ? 0 : 1;
   }
   clouds_.forget_from(change.session, cloud);
@@ -247,7 +245,7 @@ void GrowingLoops::search_within(std::size_t session, std::size_t keyframe) {
       continue;
     }
     find(candidate, kept);
-    if (++kept == config_.loops.candidates_per_keyframe) break;
+    if (++kept == kCandidatesPerKeyframe) break;
   }
 }
 
@@ -257,7 +255,7 @@ void GrowingLoops::search_between(std::size_t session, std::size_t keyframe) {
        places_.search(planes_.place(sessions_[session], keyframe), by_sequence({session, keyframe}),
                       {SearchScope::Sessions::kOnlyOther, 0})) {
     const std::uint32_t rank = kept[candidate.match.session]++;
-    if (rank < config_.loops.candidates_per_keyframe) find(candidate, rank);
+    if (rank < kCandidatesPerKeyframe) find(candidate, rank);
   }
 }
 
@@ -315,10 +313,10 @@ bool GrowingLoops::has_whole_cloud(KeyframeId by_sequence) const {
   if (!k || session.complete) return k.has_value();
   std::uint32_t after = 0;
   for (std::size_t i = *k + 1; i < session.keyframes.size(); ++i) {
-    if (after >= config_.registration.submap_keyframes) break;
+    if (after >= kSubmapKeyframes) break;
     after += session.keyframes[i].is_summary ? 0 : 1;
   }
-  return after >= config_.registration.submap_keyframes;
+  return after >= kSubmapKeyframes;
 }
 
 std::optional<std::size_t> GrowingLoops::index_of(KeyframeId by_sequence) const {

@@ -42,7 +42,7 @@ std::span<const LoopCandidate> GrowingPlaces::search(const PlaceView& query, Key
 void GrowingPlaces::make_anew() {
   if (places_.size() > capacity_) capacity_ = std::max(kFewestPlaces, 2 * places_.size());
   database_ = std::make_unique<InArena<PlaceDatabase>>(
-      search_config_of(capacity_, others_, per_session_, tilt_), shape_);
+      search_config_of(capacity_, others_, per_session_), shape_);
   for (const auto& [id, place] : places_) {
     (*database_)->insert({place.keypoints, place.planes, place.up}, id, place.T_session_place);
   }

@@ -10,7 +10,6 @@
 
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/merge/in_arena.hpp"
-#include "unimapper/merge/merge_config.hpp"
 #include "unimapper/place/config.hpp"
 #include "unimapper/place/database.hpp"
 
@@ -21,8 +20,7 @@ namespace unimapper::merge {
 class GrowingPlaces {
  public:
   /// `per_session`: candidates of each session that a search is for.
-  GrowingPlaces(const TiltConfig& tilt, std::uint32_t per_session)
-      : tilt_(tilt), per_session_(per_session) {}
+  explicit GrowingPlaces(std::uint32_t per_session) : per_session_(per_session) {}
 
   /// Searches meet so many sessions. Throws std::bad_alloc.
   void expect_sessions(std::size_t others);
@@ -44,7 +42,6 @@ class GrowingPlaces {
   };
   void make_anew();
 
-  TiltConfig tilt_;
   std::uint32_t per_session_;
   std::size_t others_ = 1;
   std::size_t capacity_ = 0;

@@ -8,6 +8,14 @@
 #include "unimapper/merge/keyframe_summaries.hpp"
 
 namespace unimapper::merge {
+namespace {
+
+/// A keyframe's cloud with so many cells takes no further neighbours.
+constexpr std::size_t kSubmapCells = 60000;
+/// Points farther from the keyframe are left out, metres.
+constexpr float kSubmapRadiusM = 50.0F;
+
+}  // namespace
 
 KeyframeClouds::KeyframeClouds(const std::vector<SessionData>& sessions,
                                const RegistrationConfig& config, unsigned threads,
@@ -54,7 +62,7 @@ std::shared_ptr<const RegistrationCloud> KeyframeClouds::cloud(KeyframeId k) con
 RegistrationCloud KeyframeClouds::make_cloud(KeyframeId k) const {
   const auto& keyframes = sessions_[k.session].keyframes;
   const Pose T_keyframe_odometry = keyframes[k.keyframe].T_odometry_keyframe.inverse();
-  const float reach = config_.submap_radius_m * config_.submap_radius_m;
+  const float reach = kSubmapRadiusM * kSubmapRadiusM;
   std::vector<Eigen::Vector3f> points;
   std::vector<std::uint8_t> ground;
   const auto add = [&](std::size_t i) {
@@ -71,10 +79,10 @@ RegistrationCloud KeyframeClouds::make_cloud(KeyframeId k) const {
   };
   add(k.keyframe);
   std::size_t last_away = 0;
-  for (const std::size_t i : whole_neighbours(keyframes, k.keyframe, config_.submap_keyframes)) {
+  for (const std::size_t i : whole_neighbours(keyframes, k.keyframe, kSubmapKeyframes)) {
     const std::size_t away = i < k.keyframe ? k.keyframe - i : i - k.keyframe;
     // Both of two as near, or neither.
-    if (away != last_away && points.size() >= config_.submap_cells) break;
+    if (away != last_away && points.size() >= kSubmapCells) break;
     last_away = away;
     add(i);
   }

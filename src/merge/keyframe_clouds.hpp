@@ -13,6 +13,9 @@
 
 namespace unimapper::merge {
 
+/// Neighbours before and after a keyframe that may join its cloud.
+inline constexpr std::uint32_t kSubmapKeyframes = 2;
+
 /// A keyframe's cloud is a local submap: it also holds its neighbours' cells, transformed by
 /// odometry, because a narrow field of view alone constrains a registration too little. Clouds that
 /// were used last are kept, up to a number of bytes.

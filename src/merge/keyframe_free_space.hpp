@@ -10,6 +10,10 @@
 
 namespace unimapper::merge {
 
+/// How far in front of a surface space is free to loops and changes, metres. Wider than the robot's
+/// margin: poses of other sessions are less certain than those of one second.
+inline constexpr float kFreeMarginM = 0.6F;
+
 /// Points that keyframes observe, and their evidence; structure of arrays.
 class PointEvidence {
  public:

@@ -58,7 +58,7 @@ class Localiser::State {
   State(std::vector<SessionData> sessions, const MergeResult& result, const MergeConfig& config)
       : config_(config),
         sessions_(take_map(std::move(sessions), result)),
-        search_(sessions_, sessions_.size(), config_.loops),
+        search_(sessions_, sessions_.size()),
         robot_(sessions_.size()) {
     sessions_.emplace_back();
     clouds_.emplace(sessions_, config_.registration, config_.threads);
@@ -164,9 +164,7 @@ class Localiser::State {
 
   [[nodiscard]] std::vector<LoopConstraint> verified_loops() {
     const auto candidates = search_.search(sessions_[robot_], {robot_, newest()});
-    auto loops =
-        verify_loops(candidates, {config_.loops.max_correction_m, config_.loops.max_correction_rad},
-                     *clouds_, config_);
+    auto loops = verify_loops(candidates, kDescriptorLimit, *clouds_, config_);
     std::erase_if(loops, [](const LoopConstraint& loop) { return !loop.decision.accepted; });
     return loops;
   }

@@ -203,9 +203,9 @@ bool lies_in_one_place(std::span<const LoopConstraint> loops, const ConsistencyS
 }  // namespace
 
 AcceptanceConfig scaled_to_extent(AcceptanceConfig config, double extent_m) {
-  if (extent_m <= 0.0 || config.full_extent_m <= 0.0) return config;
+  if (extent_m <= 0.0) return config;
   const double scale =
-      std::clamp(extent_m / config.full_extent_m, AcceptanceConfig::kSmallestScale, 1.0);
+      std::clamp(extent_m / AcceptanceConfig::kFullExtentM, AcceptanceConfig::kSmallestScale, 1.0);
   config.min_span_m *= scale;
   config.distinct_m *= scale;
   config.place_span_m *= scale;

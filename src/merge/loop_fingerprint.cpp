@@ -78,16 +78,9 @@ std::uint64_t parameters_of_verification(const MergeConfig& config) {
   Fingerprint print;
   print.add(kLoopVerificationVersion);
   print.add_parameters(config.registration);
-  print.add_parameters(config.loops.tilt);
-  for (const double limit : {config.loops.min_initial_overlap, config.loops.min_overlap,
-                             config.loops.max_rmse_m, config.loops.max_contradiction}) {
+  for (const double limit :
+       {config.loops.min_overlap, config.loops.max_rmse_m, config.loops.max_contradiction}) {
     print.add(limit);
-  }
-  const RefinementConfig& evidence = config.refinement;
-  for (const float value :
-       {evidence.log_odds_free, evidence.log_odds_occupied, evidence.log_odds_weakly_occupied,
-        evidence.range_margin_relative, config.map.free_margin_m}) {
-    print.add(value);
   }
   return print.value();
 }
@@ -100,10 +93,6 @@ std::uint64_t parameters_of_placement_check(const MergeConfig& config) {
   print.add_parameters(config.odometry);
   print.add_parameters(config.aliasing);
   print.add_parameters(config.radius);
-  for (const double limit : {config.loops.max_correction_m, AcceptanceConfig::kConfirmingSigmaM,
-                             PositionConfig::kStoreyM}) {
-    print.add(limit);
-  }
   return print.value();
 }
 
@@ -191,8 +180,8 @@ std::uint64_t LoopFingerprints::of_cloud(KeyframeId k) {
   if (known) return *known;
   Fingerprint print;
   print.add(of_record(k));
-  for (const std::size_t i : whole_neighbours(sessions_[k.session].keyframes, k.keyframe,
-                                              config_.registration.submap_keyframes)) {
+  for (const std::size_t i :
+       whole_neighbours(sessions_[k.session].keyframes, k.keyframe, kSubmapKeyframes)) {
     print.add(of_record({k.session, i}));
   }
   known = print.value();

@@ -78,8 +78,7 @@ void choose(std::vector<LoopCandidate>& candidates, std::size_t most, const Path
 std::vector<LoopCandidate> intra_session_loops(const std::vector<SessionData>& sessions,
                                                std::size_t session, const LoopConfig& config) {
   const auto& keyframes = sessions[session].keyframes;
-  InArena<PlaceDatabase> database(search_config_of(keyframes.size(), 1, 1, config.tilt),
-                                  place_shape(sessions));
+  InArena<PlaceDatabase> database(search_config_of(keyframes.size(), 1, 1), place_shape(sessions));
   PlaneRestorer planes;
   Paths paths(sessions.size());
   const std::vector<double>& path = paths[session] = path_lengths_m(sessions[session]);
@@ -90,7 +89,7 @@ std::vector<LoopCandidate> intra_session_loops(const std::vector<SessionData>& s
     std::uint32_t kept = 0;
     for (const auto& candidate : database->search(
              place, query, {SearchScope::Sessions::kOnlySame, config.min_keyframe_gap})) {
-      if (kept == config.candidates_per_keyframe) break;
+      if (kept == kCandidatesPerKeyframe) break;
       if (candidate.match.keyframe >= k ||
           path[k] - path[candidate.match.keyframe] < config.min_path_gap_m) {
         continue;
@@ -121,11 +120,10 @@ LoopSearchConfig base_search_config(std::uint32_t places) {
   return config;
 }
 
-LoopSearchConfig search_config_of(std::size_t places, std::size_t others, std::uint32_t per_session,
-                                  const TiltConfig& tilt) {
+LoopSearchConfig search_config_of(std::size_t places, std::size_t others,
+                                  std::uint32_t per_session) {
   LoopSearchConfig config =
       base_search_config(static_cast<std::uint32_t>(std::clamp<std::size_t>(places, 1, 1U << 20U)));
-  config.tilt = tilt;
   // No session may displace the candidates of another.
   config.max_per_session = std::max(per_session, config.max_verified);
   const auto wanted =
@@ -150,7 +148,7 @@ std::vector<LoopCandidate> find_intra_session_candidates(const std::vector<Sessi
 std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<SessionData>& sessions,
                                                          const LoopConfig& config) {
   if (sessions.size() < 2 || places_of(sessions) == 0) return {};
-  PlaceSearch search(sessions, sessions.size() - 1, config);
+  PlaceSearch search(sessions, sessions.size() - 1);
   // By (lower, higher) session, then by (lower, higher) keyframe: of the two directions of a pair
   // the better one is kept.
   std::map<std::pair<std::size_t, std::size_t>,
@@ -181,12 +179,9 @@ std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<Sessi
   return all;
 }
 
-PlaceSearch::PlaceSearch(const std::vector<SessionData>& sessions, std::size_t others,
-                         const LoopConfig& config)
-    : database_(search_config_of(places_of(sessions), others, config.candidates_per_keyframe,
-                                 config.tilt),
-                place_shape(sessions)),
-      per_session_(config.candidates_per_keyframe) {
+PlaceSearch::PlaceSearch(const std::vector<SessionData>& sessions, std::size_t others)
+    : database_(search_config_of(places_of(sessions), others, kCandidatesPerKeyframe),
+                place_shape(sessions)) {
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     const auto& keyframes = sessions[s].keyframes;
     for (std::size_t k = 0; k < keyframes.size(); ++k) {
@@ -200,7 +195,7 @@ std::vector<LoopCandidate> PlaceSearch::search(const SessionData& session, Keyfr
   std::vector<LoopCandidate> found;
   for (const auto& candidate : database_->search(planes_.place(session, query.keyframe), query,
                                                  {SearchScope::Sessions::kOnlyOther, 0})) {
-    if (++kept[candidate.match.session] > per_session_) continue;
+    if (++kept[candidate.match.session] > kCandidatesPerKeyframe) continue;
     found.push_back(candidate);
   }
   return found;

@@ -16,6 +16,9 @@
 
 namespace unimapper::merge {
 
+/// Candidates verified per keyframe and other session.
+inline constexpr std::uint32_t kCandidatesPerKeyframe = 3;
+
 /// Search parameters of the base for a database of `places`. It has more time than a robot. It
 /// stores fewer triangles of each, since the comparisons grow with the square of their number, and
 /// verifies more candidates instead: among many places, some get as many votes by chance as the
@@ -24,8 +27,8 @@ LoopSearchConfig base_search_config(std::uint32_t places);
 
 /// Search parameters of the base where the best `per_session` candidates of each of `others`
 /// sessions are wanted.
-LoopSearchConfig search_config_of(std::size_t places, std::size_t others, std::uint32_t per_session,
-                                  const TiltConfig& tilt);
+LoopSearchConfig search_config_of(std::size_t places, std::size_t others,
+                                  std::uint32_t per_session);
 
 /// Candidates within each session: keyframes in their order, only earlier ones searched.
 std::vector<LoopCandidate> find_intra_session_candidates(const std::vector<SessionData>& sessions,
@@ -42,17 +45,15 @@ std::vector<LoopCandidate> find_inter_session_candidates(const std::vector<Sessi
 class PlaceSearch {
  public:
   /// Stores all places of `sessions`; a query meets up to `others` of them. Throws std::bad_alloc.
-  PlaceSearch(const std::vector<SessionData>& sessions, std::size_t others,
-              const LoopConfig& config);
+  PlaceSearch(const std::vector<SessionData>& sessions, std::size_t others);
 
   /// Candidates of keyframe `query`, which is in `session`: of each session but its own the best
-  /// `candidates_per_keyframe`. Bounded work.
+  /// `kCandidatesPerKeyframe`. Bounded work.
   std::vector<LoopCandidate> search(const SessionData& session, KeyframeId query);
 
  private:
   InArena<PlaceDatabase> database_;
   PlaneRestorer planes_;
-  std::uint32_t per_session_;
 };
 
 }  // namespace unimapper::merge

@@ -91,14 +91,13 @@ std::vector<LoopGate> ask_gates(const LoopCandidate& candidate, const Correction
     return gates.take();
   }
   const TiltPrior prior(clouds.record(candidate.match).up, clouds.record(candidate.query).up,
-                        proposed, loops.tilt);
-  const auto max_sigmas = static_cast<double>(loops.tilt.max_sigmas);
+                        proposed);
   if (gates.ends_over("tilt before alignment in sigmas",
-                      prior.sigmas(tilt_of(proposed), kCandidateTilt), max_sigmas) ||
+                      prior.sigmas(tilt_of(proposed), kCandidateTilt), kMaxTiltSigmas) ||
       gates.ends_under(
           "overlap before alignment",
           structure_overlap(target, source, proposed, kOverlapRadiusM, kCoarseDistanceM),
-          loops.min_initial_overlap)) {
+          kMinInitialOverlap)) {
     return gates.take();
   }
   const RegistrationResult aligned =
@@ -113,13 +112,14 @@ std::vector<LoopGate> ask_gates(const LoopCandidate& candidate, const Correction
                       limit.translation_m) ||
       gates.ends_over("alignment turned it by radians", rotation_angle(correction.rotation),
                       limit.rotation_rad) ||
-      gates.ends_over("tilt in sigmas", prior.sigmas(tilt_of(T), kRegistrationTilt), max_sigmas) ||
+      gates.ends_over("tilt in sigmas", prior.sigmas(tilt_of(T), kRegistrationTilt),
+                      kMaxTiltSigmas) ||
       gates.ends_over("rmse in metres", aligned.rmse_m, loops.max_rmse_m)) {
     return gates.take();
   }
   CommonView view;
   if (constraint.overlap >= kAgreeingOverlap * loops.min_overlap || asked == GatesAsked::kAll) {
-    view = common_view(clouds, candidate.match, candidate.query, T, config);
+    view = common_view(clouds, candidate.match, candidate.query, T);
   }
   if (gates.ends_under("overlap", constraint.overlap, least_overlap(view, loops)) ||
       gates.ends_over("structure in free space", view.contradiction, loops.max_contradiction)) {

@@ -17,15 +17,14 @@ struct CorrectionLimit {
   double rotation_rad = 0.0;
 };
 
-/// Of candidates that descriptors propose.
-inline CorrectionLimit descriptor_limit(const MergeConfig& config) {
-  return {config.loops.max_correction_m, config.loops.max_correction_rad};
-}
+/// Of candidates that descriptors propose: metres, radians.
+inline constexpr CorrectionLimit kDescriptorLimit{4.0, 0.25};
 
-/// Of candidates that poses of keyframes near each other propose.
-inline CorrectionLimit radius_limit(const MergeConfig& config) {
-  return {config.radius.max_correction_m, config.radius.max_correction_rad};
-}
+/// Of candidates that poses of keyframes near each other propose: metres, radians.
+inline constexpr CorrectionLimit kRadiusLimit{3.0, 0.15};
+
+/// Overlap of structure before G-ICP is tried.
+inline constexpr double kMinInitialOverlap = 0.3;
 
 /// A limit of the verification, and what a candidate has there.
 struct LoopGate {

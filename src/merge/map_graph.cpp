@@ -17,6 +17,9 @@ namespace {
 
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
+/// Growth of a session's plausible deformation along its path, metres per metre.
+constexpr double kDeformationPerM = 0.005;
+
 /// Graph of the given sessions; `first_node` of each session, kNone for the others.
 PoseGraph build_graph(const MapState& state, std::span<const std::size_t> sessions,
                       std::span<const LoopConstraint> loops, double cauchy_scale,
@@ -123,8 +126,8 @@ bool deformation_is_plausible(const MapState& before, const MapState& after, std
                           before.T_session_keyframe[session][k].translation)
                              .norm();
     const double sigma = std::sqrt(odometry.variance(0, k).translation);
-    const double limit = std::max(
-        3.0 * sigma, config.deformation_floor_m + config.deformation_per_m * odometry.path_m(k));
+    const double limit =
+        std::max(3.0 * sigma, config.deformation_floor_m + kDeformationPerM * odometry.path_m(k));
     if (!(moved <= limit)) return false;
   }
   return true;

@@ -31,6 +31,9 @@
 namespace unimapper::merge {
 namespace {
 
+/// The heading counts as known from positions up to this standard deviation, radians.
+constexpr double kKnownHeadingSigmaRad = 0.1;
+
 /// Of a loop with a free axis, which one of the match keyframe's it is most along.
 std::string unconstrained_along(const LoopConstraint& loop) {
   const auto axis = free_axis(loop.information);
@@ -226,7 +229,7 @@ class Merger {
                     [](const PositionOutcome& p) { return p.used && p.given.is_horizontal(); });
     if (!georeference.is_horizontal) georeference.origin.head<2>().setZero();
     const double heading_sigma_rad = 1.0 / std::sqrt(alignment_.heading_information);
-    if (heading_sigma_rad <= config_.positions.heading_sigma_rad) {
+    if (heading_sigma_rad <= kKnownHeadingSigmaRad) {
       georeference.heading_sigma_rad = heading_sigma_rad;
     }
     result_.georeference = georeference;

@@ -38,10 +38,8 @@ std::vector<LoopCandidate> starts_of(const KeyframeLink& link) {
 }
 
 /// Half of what lies between two headings, and what a person calls the same position.
-CorrectionLimit link_limit(const MergeConfig& config) {
-  return {2.0 * config.loops.max_correction_m,
-          std::numbers::pi / kHeadings + config.loops.max_correction_rad};
-}
+constexpr CorrectionLimit kLinkLimit{2.0 * kDescriptorLimit.translation_m,
+                                     std::numbers::pi / kHeadings + kDescriptorLimit.rotation_rad};
 
 LoopConstraint as_said(const KeyframeLink& link) {
   LoopConstraint loop;
@@ -59,12 +57,11 @@ LoopConstraint as_said(const KeyframeLink& link) {
 }  // namespace
 
 std::vector<LoopConstraint> link_loops(const std::vector<KeyframeLink>& links, KnownLoops& known,
-                                       KeyframeClouds& clouds, const MergeConfig& config) {
-  const CorrectionLimit limit = link_limit(config);
+                                       KeyframeClouds& clouds) {
   std::vector<LoopConstraint> loops;
   for (const KeyframeLink& link : links) {
     std::optional<LoopConstraint> best;
-    for (LoopConstraint& loop : known.verify(starts_of(link), limit, clouds)) {
+    for (LoopConstraint& loop : known.verify(starts_of(link), kLinkLimit, clouds)) {
       if (loop.decision.accepted && (!best || loop.overlap > best->overlap)) best = loop;
     }
     if (!best && link.T_match_query) best = as_said(link);
@@ -85,13 +82,13 @@ LinkEvidence check_link(const std::vector<SessionData>& sessions, const Keyframe
                         const MergeConfig& config) {
   KeyframeClouds clouds(sessions, config.registration, config.threads);
   const std::vector<LoopConstraint> loops =
-      verify_loops(starts_of(link), link_limit(config), clouds, config);
+      verify_loops(starts_of(link), kLinkLimit, clouds, config);
   LinkEvidence evidence;
   evidence.is_confirmed = std::any_of(loops.begin(), loops.end(), [](const LoopConstraint& loop) {
     return loop.decision.accepted;
   });
   if (evidence.is_confirmed || !link.T_match_query) return evidence;
-  const CommonView view = common_view(clouds, link.match, link.query, *link.T_match_query, config);
+  const CommonView view = common_view(clouds, link.match, link.query, *link.T_match_query);
   evidence.observed = view.observed;
   evidence.seen_through = view.contradiction;
   evidence.is_contradicted =

@@ -13,7 +13,7 @@ namespace unimapper::merge {
 /// confirm is taken as the person said it, with 0.5 m and 0.05 rad. A link without a pose that no
 /// registration confirms is refused.
 std::vector<LoopConstraint> link_loops(const std::vector<KeyframeLink>& links, KnownLoops& known,
-                                       KeyframeClouds& clouds, const MergeConfig& config);
+                                       KeyframeClouds& clouds);
 
 /// Whether one of the loops is by a person's word.
 [[nodiscard]] bool has_person_link(const std::vector<LoopConstraint>& loops);

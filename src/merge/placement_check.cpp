@@ -50,6 +50,11 @@ constexpr std::size_t kLoopsStanding = 16;
 constexpr std::size_t kKeyframesApart = 6;
 constexpr double kStandsOnce = 0.004;
 constexpr double kTimesStanding = 2.0;
+// Loops are moved to keyframes of the same map at most so far away, metres; measured.
+constexpr double kMaxShiftM = 60.0;
+// Storeys are at least so far above each other, metres: heights that are known better say which one
+// it is.
+constexpr double kStoreyM = 2.2;
 // Of a loop's overlap, what is needed elsewhere before registration is tried there.
 constexpr double kWorthRegistering = 0.6;
 
@@ -132,8 +137,7 @@ std::vector<PlacementEvaluator::Vote> PlacementEvaluator::ask_neighbours(
     const Placement& placement) {
   const std::vector<LoopCandidate> pairs =
       beside_each_other(placement, placement.loops, placement.T_match_session_query_session);
-  const std::vector<LoopConstraint> verified =
-      verify_loops(pairs, radius_limit(config_), clouds_, config_);
+  const std::vector<LoopConstraint> verified = verify_loops(pairs, kRadiusLimit, clouds_, config_);
   std::vector<Vote> votes(pairs.size());
   parallel_for(pairs.size(), config_.threads,
                [&](std::size_t i) { votes[i] = vote_of(pairs[i], verified[i]); });
@@ -146,9 +150,8 @@ PlacementEvaluator::Vote PlacementEvaluator::vote_of(const LoopCandidate& pair,
                                                      const LoopConstraint& verified) const {
   if (verified.decision.accepted) return Vote::kAgrees;
   const bool is_confirmed = is_registered(pair, verified);
-  const CommonView view =
-      common_view(clouds_, pair.match, pair.query,
-                  is_confirmed ? verified.T_match_query : pair.T_match_query, config_);
+  const CommonView view = common_view(clouds_, pair.match, pair.query,
+                                      is_confirmed ? verified.T_match_query : pair.T_match_query);
   if (!view.is_enough()) return Vote::kNone;
   if (is_confirmed) return view.contradiction <= kAgreeing ? Vote::kAgrees : Vote::kDiffers;
   return view.contradiction >= kDiffering ? Vote::kDiffers : Vote::kNone;
@@ -157,24 +160,21 @@ PlacementEvaluator::Vote PlacementEvaluator::vote_of(const LoopCandidate& pair,
 /// Whether registration ended, near where it began.
 bool PlacementEvaluator::is_registered(const LoopCandidate& pair,
                                        const LoopConstraint& verified) const {
-  const CorrectionLimit limit = radius_limit(config_);
   const Pose moved = pair.T_match_query.inverse() * verified.T_match_query;
   // Without registration there is no overlap after it.
-  return verified.overlap > 0.0 && moved.translation.norm() <= limit.translation_m &&
-         rotation_angle(moved.rotation) <= limit.rotation_rad;
+  return verified.overlap > 0.0 && moved.translation.norm() <= kRadiusLimit.translation_m &&
+         rotation_angle(moved.rotation) <= kRadiusLimit.rotation_rad;
 }
 
 std::map<std::size_t, double> PlacementEvaluator::seen_through(
     const Placement& placement, std::span<const LoopConstraint> loops, const Pose& T_match_query) {
   const std::vector<LoopCandidate> pairs = beside_each_other(placement, loops, T_match_query);
-  const std::vector<LoopConstraint> verified =
-      verify_loops(pairs, radius_limit(config_), clouds_, config_);
+  const std::vector<LoopConstraint> verified = verify_loops(pairs, kRadiusLimit, clouds_, config_);
   std::vector<CommonView> views(pairs.size());
   parallel_for(pairs.size(), config_.threads, [&](std::size_t i) {
     const bool registered = is_registered(pairs[i], verified[i]);
-    views[i] =
-        common_view(clouds_, pairs[i].match, pairs[i].query,
-                    registered ? verified[i].T_match_query : pairs[i].T_match_query, config_);
+    views[i] = common_view(clouds_, pairs[i].match, pairs[i].query,
+                           registered ? verified[i].T_match_query : pairs[i].T_match_query);
   });
   std::map<std::size_t, double> shares;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -223,12 +223,11 @@ std::vector<PlacementEvaluator::Elsewhere> PlacementEvaluator::places_elsewhere(
     const Placement& placement, const LoopConstraint& loop) const {
   const auto& poses = placement.T_match_session_keyframe;
   const Pose& T_session_match = poses[loop.match.keyframe];
-  const AliasingConfig& aliasing = config_.aliasing;
   std::vector<Elsewhere> places;
   for (std::size_t k = 0; k < poses.size(); ++k) {
     const Pose& T_session_other = poses[k];
     const Eigen::Vector3d shift = T_session_other.translation - T_session_match.translation;
-    if (shift.norm() < AliasingConfig::kMinShiftM || shift.norm() > aliasing.max_shift_m) continue;
+    if (shift.norm() < AliasingConfig::kMinShiftM || shift.norm() > kMaxShiftM) continue;
     if (placement.beyond.excludes(shift)) continue;
     Pose T_session_query = T_session_match * loop.T_match_query;
     T_session_query.translation += shift;
@@ -252,15 +251,15 @@ double PlacementEvaluator::share_elsewhere(const LoopConstraint& loop,
   const RegistrationCloud& target = *target_cloud;
   const RegistrationCloud& source = *source_cloud;
   if (structure_overlap(target, source, place.T_match_query, kOverlapRadiusM, kCoarseDistanceM) <
-      std::max(config_.loops.min_initial_overlap, kWorthRegistering * loop.overlap)) {
+      std::max(kMinInitialOverlap, kWorthRegistering * loop.overlap)) {
     return 0.0;
   }
   const TiltPrior prior(clouds_.record(place.match).up, clouds_.record(loop.query).up,
-                        place.T_match_query, config_.loops.tilt);
+                        place.T_match_query);
   const RegistrationResult aligned = register_clouds(target, source, place.T_match_query,
                                                      config_.registration, prior.information());
   const Pose correction = place.T_match_query.inverse() * aligned.T_target_source;
-  if (!aligned.converged || correction.translation.norm() > config_.loops.max_correction_m) {
+  if (!aligned.converged || correction.translation.norm() > kDescriptorLimit.translation_m) {
     return 0.0;
   }
   const double here =
@@ -271,9 +270,8 @@ double PlacementEvaluator::share_elsewhere(const LoopConstraint& loop,
   if (share < config_.aliasing.alike_share) return share;
   // Alike, but for what stands at one of the two places alone.
   const CommonView at_other =
-      common_view(clouds_, place.match, loop.query, aligned.T_target_source, config_);
-  const CommonView at_loop =
-      common_view(clouds_, loop.match, loop.query, loop.T_match_query, config_);
+      common_view(clouds_, place.match, loop.query, aligned.T_target_source);
+  const CommonView at_loop = common_view(clouds_, loop.match, loop.query, loop.T_match_query);
   const bool is_known = at_other.is_enough() && at_loop.is_enough();
   return is_known && is_excluded(at_other.contradiction, at_loop.contradiction) ? 0.0 : share;
 }
@@ -329,7 +327,7 @@ std::string PlacementEvaluator::find_repetition(const Placement& placement) {
 /// Storeys repeat each other but for what stands in them; a person, a height or more of the way
 /// must tell which one it is.
 std::string PlacementEvaluator::find_storeys(const Placement& placement) const {
-  if (placement.beyond.vertical_m < PositionConfig::kStoreyM) return {};
+  if (placement.beyond.vertical_m < kStoreyM) return {};
   std::vector<double> roofed;
   std::vector<double> changed;
   for (const std::size_t i : spread(placement.loops.size(), kLoopsMoved)) {
@@ -337,7 +335,7 @@ std::string PlacementEvaluator::find_storeys(const Placement& placement) const {
     roofed.push_back(roofed_share(*clouds_.whole(loop.match)));
     roofed.push_back(roofed_share(*clouds_.whole(loop.query)));
     changed.push_back(
-        common_view(clouds_, loop.match, loop.query, loop.T_match_query, config_).contradiction);
+        common_view(clouds_, loop.match, loop.query, loop.T_match_query).contradiction);
   }
   if (median(std::span(roofed)) < AliasingConfig::kRoofedShare) return {};
   const double change = median(std::span(changed));
@@ -399,12 +397,12 @@ PlacementEvaluator::StandingShares PlacementEvaluator::standing_shares(
                                                              : at.keyframe + kKeyframesApart;
     if (other >= poses.size()) return std::nullopt;
     const Pose T_other_at = poses[other].inverse() * poses[at.keyframe];
-    return changed_share(clouds_, {{at.session, other}, poses}, {at, poses}, T_other_at, config_);
+    return changed_share(clouds_, {{at.session, other}, poses}, {at, poses}, T_other_at);
   };
   parallel_for(chosen.size(), config_.threads, [&](std::size_t i) {
     const LoopConstraint& loop = placement.loops[chosen[i]];
     between[i] = changed_share(clouds_, {loop.match, match_poses}, {loop.query, query_poses},
-                               loop.T_match_query, config_);
+                               loop.T_match_query);
     within[2 * i] = in_one(loop.match, match_poses);
     within[2 * i + 1] = in_one(loop.query, query_poses);
   });

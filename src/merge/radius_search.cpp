@@ -15,6 +15,8 @@ namespace unimapper::merge {
 namespace {
 
 constexpr double kWideFovDeg = 180.0;
+/// Path between keyframes that are searched for, metres.
+constexpr double kSearchSpacingM = 4.0;
 
 double horizontal_fov_deg(const SessionData& session) {
   const SensorModel* model = find_sensor(session.info.sensor);
@@ -60,7 +62,7 @@ class RadiusSearch {
         candidate.accepted = true;
         found.push_back(candidate);
       }
-      if (!neighbors.empty()) next_m = path_[query][q] + config_.radius.spacing_m;
+      if (!neighbors.empty()) next_m = path_[query][q] + kSearchSpacingM;
     }
   }
 
@@ -89,9 +91,8 @@ class RadiusSearch {
       neighbors.push_back({distance, m});
     }
     std::sort(neighbors.begin(), neighbors.end());
-    if (neighbors.size() > config_.radius.per_keyframe) {
-      neighbors.resize(config_.radius.per_keyframe);
-    }
+    // One loop per keyframe and other session.
+    if (neighbors.size() > 1) neighbors.resize(1);
     std::erase_if(neighbors, [&](const Neighbor& n) {
       return known_.count(std::minmax(query, KeyframeId{match, n.keyframe})) != 0;
     });

@@ -10,6 +10,7 @@
 #include "keyframe_free_space.hpp"
 #include "occupied_voxels.hpp"
 #include "parallel.hpp"
+#include "unimapper/free_space/evidence_weights.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "voxel_table.hpp"
 
@@ -20,6 +21,9 @@ namespace {
 /// ones do without, fewer where many others observed them.
 constexpr std::size_t kKeyframesPerBatch = 24;
 constexpr std::size_t kObserversPerBatch = 80;
+
+/// Largest log-odds of all revisits together, either way; measured.
+constexpr float kMostByRevisits = 1.0F;
 
 /// What one keyframe is evidence of.
 struct Observer {
@@ -66,9 +70,7 @@ class Refinement {
       : sessions_(sessions),
         config_(config),
         threads_(threads),
-        visibility_(config.range_margin_m, config.range_margin_relative),
-        weights_(EvidenceWeights::of(config)),
-        most_by_revisits_(in_thousandths(config.most_by_revisits)) {}
+        visibility_(EvidenceDefaults::kRangeMarginM, EvidenceDefaults::kRangeMarginRelative) {}
 
   std::vector<std::vector<RefinedKeyframe>> run() {
     std::vector<std::vector<RefinedKeyframe>> refined(sessions_.size());
@@ -167,7 +169,7 @@ class Refinement {
     PointEvidence points;
     CellEvidence cells = gather(*keyframe, of, origin, points);
     add_evidence(observers, of, points, origin, loaded, cells);
-    const std::vector<std::uint8_t> dynamic = classify_cells(cells, config_);
+    const std::vector<std::uint8_t> dynamic = classify_cells(cells, config_.cell_size_m);
     RefinedKeyframe refined;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       if (dynamic[i] != cells.was_dynamic[i]) refined.changed.push_back(cells.number[i]);
@@ -182,7 +184,7 @@ class Refinement {
                                     const Eigen::Vector3d& origin, PointEvidence& points) const {
     const PosedSession& posed = sessions_[of.session];
     const GroundHeights ground(keyframe);
-    const std::int32_t prior = in_thousandths(config_.prior_log_odds);
+    const std::int32_t prior = in_thousandths(EvidenceDefaults::kPriorLogOdds);
     CellEvidence cells;
     std::uint32_t number = 0;
     for (const auto* list : {&keyframe.static_cells, &keyframe.dynamic_cells}) {
@@ -195,8 +197,8 @@ class Refinement {
         cells.number.push_back(own);
         cells.voxel.push_back(*voxel);
         cells.ground.push_back(cell.ground);
-        const bool low =
-            cell.ground != 0 || ground.is_within(cell.position, config_.connecting_height_m);
+        const bool low = cell.ground != 0 ||
+                         ground.is_within(cell.position, EvidenceDefaults::kConnectingHeightM);
         cells.low.push_back(low ? 1 : 0);
         cells.was_dynamic.push_back(was_dynamic ? 1 : 0);
         cells.log_odds.push_back(was_dynamic ? prior : 0);
@@ -223,6 +225,7 @@ class Refinement {
       observe(keyframe, origin, loaded, points);
       by_revisits.add(loaded.at(keyframe)->occupied);
     }
+    const std::int32_t most_by_revisits = in_thousandths(kMostByRevisits);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const std::int32_t times = by_window.at(cells.voxel[i]);
       const std::int32_t revisits =
@@ -230,7 +233,7 @@ class Refinement {
       cells.occupied[i] = static_cast<std::uint8_t>(std::min<std::int32_t>(times, UINT8_MAX));
       // What another day saw must not make something dynamic that stood here all the time.
       cells.log_odds[i] += window[i] - weights_.occupied * times +
-                           std::clamp(revisits, -most_by_revisits_, most_by_revisits_);
+                           std::clamp(revisits, -most_by_revisits, most_by_revisits);
     }
   }
 
@@ -248,7 +251,6 @@ class Refinement {
   unsigned threads_;
   VisibilityTest visibility_;
   EvidenceWeights weights_;
-  std::int32_t most_by_revisits_;  ///< thousandths
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "surface_model.hpp"
 #include "unimapper/core/cholesky.hpp"
 #include "unimapper/core/symmetric_eigen.hpp"
 #include "unimapper/core/tilt_prior.hpp"
@@ -14,6 +15,16 @@ namespace unimapper::merge {
 namespace {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+/// Largest correspondence distances of the first and of the last stage, metres.
+constexpr double kCoarseCorrespondenceM = 2.5;
+constexpr double kFineCorrespondenceM = 1.0;
+/// Neighbouring points repeat each other's errors: so many count as one observation.
+constexpr double kCorrelatedPoints = 30.0;
+/// Smallest standard deviations of a loop: of its translation, metres, and of its rotation,
+/// radians.
+constexpr double kSigmaFloorM = 0.08;
+constexpr double kSigmaFloorRad = 0.006;
 
 struct Match {
   std::uint32_t source;
@@ -48,7 +59,7 @@ class Aligner {
         source_(source),
         config_(config),
         // So many points count as one observation.
-        level_(config.correlated_points * tilt_information),
+        level_(kCorrelatedPoints * tilt_information),
         partner_(source.size(), RegistrationCloud::kNone) {}
 
   void match(const Pose& pose, double gate_m) {
@@ -148,11 +159,11 @@ class Aligner {
   [[nodiscard]] bool enough() const { return matches_.size() >= kMinMatches; }
 
   void finish(RegistrationResult& result) {
-    match(result.T_target_source, config_.fine_correspondence_m);
+    match(result.T_target_source, kFineCorrespondenceM);
     const Linearisation at = linearise(result.T_target_source, kSlide);
     result.matched = matches_.size();
     if (!enough()) return;
-    const double thin = 2.0 * config_.plane_sigma_m * config_.plane_sigma_m;
+    const double thin = 2.0 * kPlaneSigmaM * kPlaneSigmaM;
     double weights = 0.0;
     for (const double w : weight_) weights += w;
     result.rmse_m = std::sqrt(at.cost / weights * thin);
@@ -176,13 +187,13 @@ class Aligner {
     // The pose graph turns on the right, the normal equations on the left.
     Matrix6d turn = Matrix6d::Identity();
     turn.bottomRightCorner<3, 3>() = r;
-    Matrix6d independent = turn.transpose() * hessian * turn / config_.correlated_points;
+    Matrix6d independent = turn.transpose() * hessian * turn / kCorrelatedPoints;
     // A direction nothing constrains must stay invertible: 100 m and 10 rad are no knowledge.
     independent.diagonal().head<3>().array() += 1e-4;
     independent.diagonal().tail<3>().array() += 1e-2;
     Matrix6d covariance = Cholesky<6>(independent).inverse();
-    covariance.diagonal().head<3>().array() += config_.sigma_floor_m * config_.sigma_floor_m;
-    covariance.diagonal().tail<3>().array() += config_.sigma_floor_rad * config_.sigma_floor_rad;
+    covariance.diagonal().head<3>().array() += kSigmaFloorM * kSigmaFloorM;
+    covariance.diagonal().tail<3>().array() += kSigmaFloorRad * kSigmaFloorRad;
     return Cholesky<6>(covariance).inverse();
   }
 
@@ -202,16 +213,16 @@ class Aligner {
 template <typename EndsAt>
 void approach(Aligner& aligner, const RegistrationConfig& config, const EndsAt& ends_at,
               RegistrationResult& result) {
-  double gate_m = RegistrationConfig::kCoarseCorrespondenceM;
+  double gate_m = kCoarseCorrespondenceM;
   while (result.iterations < config.max_iterations && !ends_at(result.T_target_source)) {
     ++result.iterations;
     if (aligner.step(result.T_target_source, gate_m)) continue;
     if (!aligner.enough()) break;
-    if (gate_m <= config.fine_correspondence_m) {
+    if (gate_m <= kFineCorrespondenceM) {
       result.converged = true;
       break;
     }
-    gate_m = config.fine_correspondence_m;
+    gate_m = kFineCorrespondenceM;
   }
 }
 

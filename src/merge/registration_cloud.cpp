@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "point_tree.hpp"
+#include "surface_model.hpp"
 #include "unimapper/core/symmetric_eigen.hpp"
 #include "unimapper/core/voxel_key.hpp"
 #include "unimapper/merge/registration.hpp"
@@ -15,15 +16,15 @@ namespace {
 
 /// Covariance with the eigenvectors of the local scatter and standard eigenvalues: small across a
 /// surface, small in both directions across a pole, large along both, and isotropic for foliage.
-Eigen::Matrix3f regularised(const Eigen::Matrix3f& scatter, float sigma_m) {
+Eigen::Matrix3f regularised(const Eigen::Matrix3f& scatter) {
   constexpr float kAlong = 1.0F;
   constexpr float kIsotropic = 0.09F;
   const SymmetricEigen<float> shape = symmetric_eigen<float>(scatter);
   const Eigen::Vector3f& values = shape.values;
-  const float thin = sigma_m * sigma_m;
-  Eigen::Vector3f kept(thin, kAlong, kAlong);
+  constexpr float kThin = static_cast<float>(kPlaneSigmaM) * static_cast<float>(kPlaneSigmaM);
+  Eigen::Vector3f kept(kThin, kAlong, kAlong);
   if (values[1] < 0.05F * values[2]) {
-    kept[1] = thin;
+    kept[1] = kThin;
   } else if (values[0] > 0.3F * values[1]) {
     kept.setConstant(kIsotropic);
   }
@@ -48,7 +49,7 @@ RegistrationCloud::RegistrationCloud(std::span<const Eigen::Vector3f> points,
     thin(kept, kept_ground, leaf_m);
   }
   tree_ = std::make_unique<PointTree>(points_);
-  estimate_covariances(config);
+  estimate_covariances();
 }
 
 RegistrationCloud::~RegistrationCloud() = default;
@@ -86,14 +87,12 @@ void RegistrationCloud::thin(const std::vector<Eigen::Vector3f>& points,
   }
 }
 
-void RegistrationCloud::estimate_covariances(const RegistrationConfig& config) {
-  constexpr std::size_t kMaxNeighbors = 64;
-  const std::size_t wanted =
-      std::min<std::size_t>({config.neighbors, kMaxNeighbors, points_.size()});
-  const auto sigma = static_cast<float>(config.plane_sigma_m);
+void RegistrationCloud::estimate_covariances() {
+  constexpr std::size_t kNeighbors = 12;
+  const std::size_t wanted = std::min(kNeighbors, points_.size());
   covariances_.assign(points_.size(), Eigen::Matrix3f::Identity());
   if (wanted < 5) return;
-  PointTree::Neighbor neighbors[kMaxNeighbors];
+  PointTree::Neighbor neighbors[kNeighbors];
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const std::size_t found = tree_->nearest(points_[i], std::span(neighbors, wanted));
     Eigen::Vector3f mean = Eigen::Vector3f::Zero();
@@ -104,7 +103,7 @@ void RegistrationCloud::estimate_covariances(const RegistrationConfig& config) {
       const Eigen::Vector3f d = points_[neighbors[n].second] - mean;
       scatter += d * d.transpose();
     }
-    covariances_[i] = regularised(scatter, sigma);
+    covariances_[i] = regularised(scatter);
   }
 }
 

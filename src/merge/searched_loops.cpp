@@ -9,18 +9,17 @@ namespace unimapper::merge {
 
 std::vector<LoopConstraint> SearchedLoops::within_sessions() {
   return known_.verify(find_intra_session_candidates(sessions_, config_.loops, config_.threads),
-                       descriptor_limit(config_), clouds_);
+                       kDescriptorLimit, clouds_);
 }
 
 std::vector<LoopConstraint> SearchedLoops::between_sessions() {
-  return verify_in_rounds(find_inter_session_candidates(sessions_, config_.loops),
-                          kSessionsPerKeyframe, [&](const auto& chosen) {
-                            return known_.verify(chosen, descriptor_limit(config_), clouds_);
-                          });
+  return verify_in_rounds(
+      find_inter_session_candidates(sessions_, config_.loops), kSessionsPerKeyframe,
+      [&](const auto& chosen) { return known_.verify(chosen, kDescriptorLimit, clouds_); });
 }
 
 std::vector<LoopConstraint> SearchedLoops::links() {
-  return link_loops(statements_.links, known_, clouds_, config_);
+  return link_loops(statements_.links, known_, clouds_);
 }
 
 PlacementEvidence SearchedLoops::evaluate(const Placement& placement) {
@@ -29,7 +28,7 @@ PlacementEvidence SearchedLoops::evaluate(const Placement& placement) {
 
 std::vector<LoopConstraint> SearchedLoops::near_each_other(
     const std::vector<LoopCandidate>& candidates) {
-  return known_.verify(candidates, radius_limit(config_), clouds_);
+  return known_.verify(candidates, kRadiusLimit, clouds_);
 }
 
 }  // namespace unimapper::merge

@@ -3,22 +3,26 @@
 #include <algorithm>
 
 #include "parallel.hpp"
+#include "unimapper/free_space/evidence_weights.hpp"
 
 namespace unimapper::merge {
 namespace {
 
 /// Their observations are held at a time, one list per keyframe.
 constexpr std::size_t kKeyframesPerVote = 16;
+/// Edge of the voxels that have one kd-tree each, metres.
+constexpr float kTreeVoxelSizeM = 10.0F;
+/// Keyframes that observed free space where a point changed.
+constexpr std::uint32_t kMinObservers = 2;
 
 }  // namespace
 
-VoxelTrees structure_trees(const SessionVoxels& voxels, const TileBox& tiles,
-                           const MapConfig& config) {
+VoxelTrees structure_trees(const SessionVoxels& voxels, const TileBox& tiles) {
   std::vector<Eigen::Vector3f> points;
   voxels.visit(tiles, [&](VoxelKey key, const SessionVoxels::Voxel& voxel) {
     if (!voxel.is_ground()) points.push_back(voxel.position(key, voxels.voxel_size_m()));
   });
-  return {points, config.tree_voxel_size_m};
+  return {points, kTreeVoxelSizeM};
 }
 
 SessionObserver::SessionObserver(const SessionData& session, const MergedSession& merged,
@@ -26,8 +30,7 @@ SessionObserver::SessionObserver(const SessionData& session, const MergedSession
     : session_(session),
       merged_(merged),
       config_(config),
-      visibility_(config.map.free_margin_m, config.refinement.range_margin_relative),
-      weights_(EvidenceWeights::of(config.refinement)) {}
+      visibility_(kFreeMarginM, EvidenceDefaults::kRangeMarginRelative) {}
 
 std::vector<Presence> SessionObserver::observe(const std::vector<Eigen::Vector3f>& points,
                                                const VoxelTrees& structure) const {
@@ -51,7 +54,7 @@ std::vector<Presence> SessionObserver::observe(const std::vector<Eigen::Vector3f
   const std::vector<Votes> votes = vote(open_points, config_.map.change_range_m);
   for (std::size_t i = 0; i < open.size(); ++i) {
     const auto [free, occupied] = votes[i];
-    if (free >= config_.map.min_observers && free > 2 * occupied) {
+    if (free >= kMinObservers && free > 2 * occupied) {
       presence[open[i]] = Presence::kFree;
     }
   }

@@ -24,8 +24,7 @@ struct Votes {
 
 /// Positions of those voxels of a session in some tiles that are not ground, for
 /// `SessionObserver::observe`.
-[[nodiscard]] VoxelTrees structure_trees(const SessionVoxels& voxels, const TileBox& tiles,
-                                         const MapConfig& config);
+[[nodiscard]] VoxelTrees structure_trees(const SessionVoxels& voxels, const TileBox& tiles);
 
 /// One session as an observer of points of the map: its own static points, and its keyframes' free
 /// space, which is what their images saw through; for keyframes without images one is painted from
@@ -37,7 +36,7 @@ class SessionObserver {
                   const MergeConfig& config);
 
   /// Whether the session had something at each point, map frame: occupied where it has a point that
-  /// is not ground within `map.change_distance_m`, else free where at least `map.min_observers`
+  /// is not ground within `map.change_distance_m`, else free where at least two
   /// keyframes, and more than twice as many as observed a surface, saw through it. `structure`: its
   /// `structure_trees`. O(points x images within reach).
   [[nodiscard]] std::vector<Presence> observe(const std::vector<Eigen::Vector3f>& points,

@@ -5,6 +5,13 @@
 #include <utility>
 
 namespace unimapper::merge {
+namespace {
+
+// Standard deviations of translation and rotation between any two keyframes, however near.
+constexpr double kTranslationFloorM = 0.02;
+constexpr double kRotationFloorRad = 0.001;
+
+}  // namespace
 
 std::vector<double> path_lengths_m(const SessionData& session) {
   std::vector<double> path(session.keyframes.size(), 0.0);
@@ -69,9 +76,8 @@ RelativeVariance SessionPath::variance(std::size_t i, std::size_t j) const {
                        lever_second_[last] - lever_second_[first];
   const double t = noise_.translation_m_per_sqrt_m;
   const double r = noise_.rotation_rad_per_sqrt_m;
-  return {noise_.translation_floor_m * noise_.translation_floor_m + t * t * length +
-              r * r * std::max(lever, 0.0),
-          noise_.rotation_floor_rad * noise_.rotation_floor_rad + r * r * length};
+  return {kTranslationFloorM * kTranslationFloorM + t * t * length + r * r * std::max(lever, 0.0),
+          kRotationFloorRad * kRotationFloorRad + r * r * length};
 }
 
 Matrix6d SessionPath::information(std::size_t i, std::size_t j) const {

@@ -25,7 +25,7 @@ double square(double value) { return value * value; }
 /// Whether distance and height between two positions are those of odometry; both do not depend on
 /// where the site lies.
 bool agree(const KnownPosition& a, const KnownPosition& b, const MapState& state,
-           const SessionPath& path, const Eigen::Matrix3d& level, const PositionConfig& config) {
+           const SessionPath& path, const Eigen::Matrix3d& level) {
   const std::size_t s = a.keyframe.session;
   const auto in_session = [&](const KnownPosition& p) -> Eigen::Vector3d {
     return level * (state.T_session_keyframe[s][p.keyframe.keyframe] * p.point);
@@ -33,14 +33,14 @@ bool agree(const KnownPosition& a, const KnownPosition& b, const MapState& state
   const Eigen::Vector3d between = in_session(b) - in_session(a);
   const Eigen::Vector3d known = b.position - a.position;
   const double drift = path.variance(a.keyframe.keyframe, b.keyframe.keyframe).translation;
-  const double up = square(PositionConfig::kUpSigmaRad) * between.head<2>().squaredNorm();
+  const double up = square(kUpSigmaRad) * between.head<2>().squaredNorm();
   double chi2 =
       square(known.z() - between.z()) / (square(a.sigma_z_m) + square(b.sigma_z_m) + drift + up);
   if (a.is_horizontal() && b.is_horizontal()) {
     chi2 += square(known.head<2>().norm() - between.head<2>().norm()) /
             (square(a.sigma_xy_m) + square(b.sigma_xy_m) + drift);
   }
-  return chi2 <= config.chi2;
+  return chi2 <= kPositionChi2;
 }
 
 /// Indices of the largest set of which every two agree, if it is more than half of those compared.
@@ -51,7 +51,7 @@ struct Majority {
 };
 
 Majority find_majority(const MapState& state, std::size_t session,
-                       const std::vector<KnownPosition>& positions, const PositionConfig& config) {
+                       const std::vector<KnownPosition>& positions) {
   std::vector<std::size_t> compared;
   const std::size_t count = std::min(kMostCompared, positions.size());
   for (std::size_t i = 0; i < count; ++i) compared.push_back(i * positions.size() / count);
@@ -62,7 +62,7 @@ Majority find_majority(const MapState& state, std::size_t session,
   for (std::size_t i = 0; i < count; ++i) {
     all.push_back(i);
     for (std::size_t j = i + 1; j < count; ++j) {
-      if (agree(positions[compared[i]], positions[compared[j]], state, path, level, config)) {
+      if (agree(positions[compared[i]], positions[compared[j]], state, path, level)) {
         graph.connect(i, j);
       }
     }
@@ -106,7 +106,7 @@ bool optimise_alone(MapState& placed, std::size_t session, std::span<const LoopC
   for (int round = 0; round < kMaxRounds; ++round) {
     if (!optimize_maps(placed, only, loops, config.graph)) return false;
     const auto is_outlier = [&](const KnownPosition& position) {
-      return position_chi2(position, position_residual(placed, position)) > config.positions.chi2;
+      return position_chi2(position, position_residual(placed, position)) > kPositionChi2;
     };
     if (std::erase_if(placed.positions, is_outlier) == 0) break;
     if (placed.positions.empty()) return false;
@@ -140,7 +140,7 @@ SessionSite::SessionSite(const MapState& placed, std::size_t session,
                          std::vector<KnownPosition> used)
     : path_(placed.odometry[session].with_poses(placed.T_session_keyframe[session])),
       used_(std::move(used)),
-      up_variance_(square(PositionConfig::kUpSigmaRad)) {
+      up_variance_(square(kUpSigmaRad)) {
   const Pose T_site_session = placed.T_map_site->inverse() * placed.T_map_session[session];
   for (const Pose& pose : placed.T_session_keyframe[session]) {
     T_site_keyframe_.push_back(T_site_session * pose);
@@ -169,7 +169,7 @@ SessionPositions choose_positions(const MapState& state, std::size_t session,
                                   const std::vector<KnownPosition>& positions,
                                   std::span<const LoopConstraint> loops, const MergeConfig& config,
                                   MapState& placed) {
-  const Majority majority = find_majority(state, session, positions, config.positions);
+  const Majority majority = find_majority(state, session, positions);
   if (majority.members.empty()) {
     return all_rejected(positions, "the positions of the session contradict each other");
   }
@@ -185,8 +185,7 @@ SessionPositions choose_positions(const MapState& state, std::size_t session,
     if (is_among(disputed, position)) continue;
     const double drift =
         nearest_drift(placed.odometry[session], placed.positions, position.keyframe.keyframe);
-    if (position_chi2(position, position_residual(placed, position), drift) <=
-        config.positions.chi2) {
+    if (position_chi2(position, position_residual(placed, position), drift) <= kPositionChi2) {
       agreeing.push_back(position);
     }
   }
@@ -225,7 +224,7 @@ SiteComparison compare_with_sites(const LoopConstraint& loop, const SessionSite&
                                    covariance.topLeftCorner<2, 2>().trace() +
                                    match.heading_variance() * between.squaredNorm();
   comparison.variance.vertical = of_query.vertical + of_match.vertical + covariance(2, 2) +
-                                 square(PositionConfig::kUpSigmaRad) * between.squaredNorm();
+                                 square(kUpSigmaRad) * between.squaredNorm();
   comparison.chi2 =
       comparison.discrepancy_m.head<2>().squaredNorm() / comparison.variance.horizontal +
       square(comparison.discrepancy_m.z()) / comparison.variance.vertical;
@@ -233,8 +232,7 @@ SiteComparison compare_with_sites(const LoopConstraint& loop, const SessionSite&
 }
 
 std::optional<double> set_contradiction_m(std::span<const LoopConstraint> loops,
-                                          const SessionSite& query, const SessionSite& match,
-                                          const PositionConfig& config) {
+                                          const SessionSite& query, const SessionSite& match) {
   std::optional<SiteComparison> horizontal;
   std::optional<SiteComparison> vertical;
   for (const LoopConstraint& loop : loops) {
@@ -245,22 +243,22 @@ std::optional<double> set_contradiction_m(std::span<const LoopConstraint> loops,
     if (!vertical || found.variance.vertical < vertical->variance.vertical) vertical = found;
   }
   for (const auto& found : {horizontal, vertical}) {
-    if (found && found->chi2 > config.chi2) return found->discrepancy_m.norm();
+    if (found && found->chi2 > kPositionChi2) return found->discrepancy_m.norm();
   }
   return std::nullopt;
 }
 
 ExcludedBeyond excluded_beyond(std::span<const LoopConstraint> loops, const SessionSite& query,
-                               const SessionSite& match, const PositionConfig& config) {
+                               const SessionSite& match) {
   ExcludedBeyond beyond;
   for (const LoopConstraint& loop : loops) {
     const SiteComparison found = compare_with_sites(loop, query, match);
     beyond.horizontal_m =
         std::min(beyond.horizontal_m, found.discrepancy_m.head<2>().norm() +
-                                          std::sqrt(config.chi2 * found.variance.horizontal));
+                                          std::sqrt(kPositionChi2 * found.variance.horizontal));
     beyond.vertical_m =
         std::min(beyond.vertical_m, std::abs(found.discrepancy_m.z()) +
-                                        std::sqrt(config.chi2 * found.variance.vertical));
+                                        std::sqrt(kPositionChi2 * found.variance.vertical));
   }
   return beyond;
 }

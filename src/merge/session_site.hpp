@@ -72,13 +72,11 @@ struct SiteComparison {
 /// them.
 [[nodiscard]] std::optional<double> set_contradiction_m(std::span<const LoopConstraint> loops,
                                                         const SessionSite& query,
-                                                        const SessionSite& match,
-                                                        const PositionConfig& config);
+                                                        const SessionSite& match);
 
 /// How far from a placement by loops the positions exclude any other one.
 [[nodiscard]] ExcludedBeyond excluded_beyond(std::span<const LoopConstraint> loops,
-                                             const SessionSite& query, const SessionSite& match,
-                                             const PositionConfig& config);
+                                             const SessionSite& query, const SessionSite& match);
 
 /// "12 of 12 loops contradict the known positions of both sessions, by 41.0 m".
 [[nodiscard]] std::string contradiction_text(std::vector<double> distances_m, std::size_t loops);

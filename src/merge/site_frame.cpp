@@ -141,8 +141,7 @@ SiteNode::SiteNode(const MapState& state, std::span<const std::size_t> sessions,
   graph.nodes.push_back({T_map_centre, anchor, false});
   node_ = prior + 1;
   Eigen::Matrix<double, 6, 1> sigma;
-  sigma << kSiteSigmaM, kSiteSigmaM, kSiteSigmaM, PositionConfig::kUpSigmaRad,
-      PositionConfig::kUpSigmaRad, kHeadingSigmaRad;
+  sigma << kSiteSigmaM, kSiteSigmaM, kSiteSigmaM, kUpSigmaRad, kUpSigmaRad, kHeadingSigmaRad;
   const Matrix6d information = sigma.cwiseInverse().cwiseAbs2().asDiagonal();
   graph.edges.push_back({prior, *node_, Pose{}, information, 0.0});
   for (const KnownPosition& position : positions) {

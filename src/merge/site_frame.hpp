@@ -13,6 +13,13 @@
 
 namespace unimapper::merge {
 
+/// A position, and a loop between sessions with positions, agrees with the others up to this chi
+/// square: 99.9 % with 3 degrees of freedom.
+inline constexpr double kPositionChi2 = 16.27;
+
+/// How well the map's up is known without positions, radians.
+inline constexpr double kUpSigmaRad = 0.01;
+
 /// The site frame placed by positions at the current estimate of the map.
 struct SiteFit {
   Pose T_map_site;

@@ -78,8 +78,7 @@ void ComponentClassifier::find_signs(const BlockWindow& window, const CellTable&
   for (std::uint32_t b = some_blocks.first; b < some_blocks.end; ++b) {
     const CellMarks& marks = cells.marks(b);
     if (marks.candidate == 0) continue;
-    const std::uint64_t signs =
-        config_.component_dynamic_share > 0.0F ? marks.dynamic | window.before(b).proven : ~0ULL;
+    const std::uint64_t signs = marks.dynamic | window.before(b).proven;
     if (signs == 0) continue;
     labels_.visit(b, [&](std::uint32_t component, std::uint64_t some) noexcept {
       if ((some & signs) == 0 || outcome_[component] != Outcome::kNoSign) return;
@@ -159,7 +158,7 @@ ComponentClassifier::Outcome ComponentClassifier::decide(
     return Outcome::kThin;
   }
   switch (classify(tally.evidence_dynamic, tally.evidence, config_.component_dynamic_share,
-                   config_.component_static_share)) {
+                   EvidenceDefaults::kComponentStaticShare)) {
     case ComponentClass::kDynamic:
       return Outcome::kDynamic;
     case ComponentClass::kStatic:

@@ -58,14 +58,7 @@ Error FreeSpaceConfig::validate() const noexcept {
   return {};
 }
 
-Error RemovalConfig::validate() const noexcept {
-  const Error error = check_ranges(*this);
-  if (error.code != ErrorCode::kOk) return error;
-  if (component_static_share > component_dynamic_share) {
-    return invalid("removal.component_static_share must not exceed component_dynamic_share");
-  }
-  return {};
-}
+Error RemovalConfig::validate() const noexcept { return check_ranges(*this); }
 
 Error PipelineConfig::validate() const noexcept {
   for (const Error& error : {check_ranges(*this), odometry.validate(), keyframe.validate(),
@@ -75,9 +68,6 @@ Error PipelineConfig::validate() const noexcept {
   }
   if (free_space.images_per_keyframe > keyframe.scans) {
     return invalid("free_space.images_per_keyframe must not exceed keyframe.scans");
-  }
-  if (loop_search.min_inliers > descriptor.max_keypoints) {
-    return invalid("loop_search.min_inliers must not exceed descriptor.max_keypoints");
   }
   if (std::uint64_t{loop_search.max_places} * descriptor.max_planes > (1ULL << 30U)) {
     return invalid("loop_search.max_places times descriptor.max_planes must not exceed 2^30");

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sampling_monitor.hpp"
+#include "unimapper/free_space/evidence_weights.hpp"
 
 namespace unimapper::onboard {
 
@@ -47,7 +48,7 @@ void EvidenceWindow::begin(const Grid& grid) noexcept {
   slot.grid = grid;
   slot.shape = free_space_.image_shape();
   slot.projection = ImageProjection(slot.shape);
-  slot.model = {VisibilityTest(free_space_.range_margin_m, free_space_.range_margin_relative),
+  slot.model = {VisibilityTest(free_space_.range_margin_m, EvidenceDefaults::kRangeMarginRelative),
                 weights_, free_space_.full_weight_range_m};
   slot.full_weight_range_m = free_space_.full_weight_range_m;
   slot.image_count = 0;

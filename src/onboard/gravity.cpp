@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "unimapper/core/cholesky.hpp"
+#include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/pose.hpp"
 
 namespace unimapper::onboard {

@@ -21,10 +21,11 @@ void count_points(const ScanCounts& counts, Keyframe& keyframe) noexcept {
 
 void KeyframeBuilder::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   accumulator_.allocate(arena, config);
-  painter_.allocate(
-      arena, {config.free_space.image_shape(), config.keyframe.range_min_m,
-              config.keyframe.range_max_m, config.free_space.min_returns,
-              config.keyframe.max_points_per_scan, SamplingMonitor::max_pixels(config.free_space)});
+  painter_.allocate(arena, {.shape = config.free_space.image_shape(),
+                            .range_min_m = config.keyframe.range_min_m,
+                            .range_max_m = config.keyframe.range_max_m,
+                            .max_points = config.keyframe.max_points_per_scan,
+                            .max_pixels = SamplingMonitor::max_pixels(config.free_space)});
   sampling_.allocate(arena, config);
   aligner_.allocate(arena, config);
   expected_scans_ = config.keyframe.scans;

@@ -184,10 +184,10 @@ SensorFit sensor_fit(const SensorModel& sensor, const PipelineConfig& config) no
 PipelineConfig adapt_to(Surroundings surroundings, PipelineConfig config,
                         float scan_interval_s) noexcept {
   constexpr float kLongestKeyframe_s = 2.5F;
-  constexpr std::uint32_t kFewestScans = 5;
+  constexpr std::uint32_t kShortestKeyframe_scans = 5;
   if (surroundings == Surroundings::kOutdoors) return config;
   // Fewer scans, less evidence: only where ten of them last too long.
-  while (config.keyframe.scans > kFewestScans &&
+  while (config.keyframe.scans > kShortestKeyframe_scans &&
          static_cast<float>(config.keyframe.scans) * scan_interval_s > kLongestKeyframe_s) {
     --config.keyframe.scans;
   }

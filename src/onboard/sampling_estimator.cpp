@@ -114,12 +114,12 @@ void SamplingEstimator::begin() noexcept {
 
 bool SamplingEstimator::step(const PointView& points, float range_min_m,
                              float range_max_m) noexcept {
-  constexpr std::uint32_t kMostPoints = 65536;
+  constexpr std::uint32_t kPointsPerStep = 65536;
   constexpr std::uint32_t kMostPatches = 8;
   constexpr std::uint32_t kAxes = 25;
   constexpr std::uint32_t kMostAxes = 9;
   const auto next_points = [&]() noexcept {
-    const Slice some = loop_.next(static_cast<std::uint32_t>(points.count), kMostPoints);
+    const Slice some = loop_.next(static_cast<std::uint32_t>(points.count), kPointsPerStep);
     PointView part = points;
     part.data += some.first * points.stride;
     part.count = some.end - some.first;

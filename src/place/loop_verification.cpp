@@ -13,6 +13,9 @@
 namespace unimapper {
 namespace {
 
+// Keypoints this close to each other agree with a pose; measured.
+constexpr float kInlierDistanceM = 0.8F;
+
 // Evidence at which a factor of the confidence is half its largest value: keypoints that agree,
 // and their share of the smaller place's keypoints.
 constexpr float kHalfCount = 4.0F;
@@ -150,9 +153,8 @@ float PlaceDatabase::State::consensus(const Pose& pose, float radius_m) noexcept
 
 // Alternates between pairing and fitting with a shrinking radius.
 void PlaceDatabase::State::refine(Hypothesis& hypothesis) noexcept {
-  const float radius = config_.inlier_distance_m;
   for (const float scale : {2.0F, 1.0F}) {
-    (void)consensus(hypothesis.pose, radius * scale);
+    (void)consensus(hypothesis.pose, kInlierDistanceM * scale);
     Eigen::Vector2f a[255];
     Eigen::Vector2f b[255];
     const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(pairs_.size(), 255));
@@ -165,7 +167,7 @@ void PlaceDatabase::State::refine(Hypothesis& hypothesis) noexcept {
       return;
     }
   }
-  hypothesis.evidence = consensus(hypothesis.pose, radius);
+  hypothesis.evidence = consensus(hypothesis.pose, kInlierDistanceM);
 }
 
 void PlaceDatabase::State::load_planes(std::uint32_t slot) noexcept {
@@ -216,15 +218,14 @@ float PlaceDatabase::State::strongest_alternative(const Hypothesis& hypothesis) 
 // Pose, plane overlap and confidence of one hypothesis; targets and planes of its place are loaded.
 bool PlaceDatabase::State::score_pose(const Hypothesis& hypothesis,
                                       LoopCandidate& result) noexcept {
-  (void)consensus(hypothesis.pose, config_.inlier_distance_m);
+  (void)consensus(hypothesis.pose, kInlierDistanceM);
   Pose pose;
   if (!fit_rigid(pairs_.view(), pose)) return false;
   // What the keypoints' heights say of the tilt, and what is known before of it.
-  const auto max_sigmas = static_cast<double>(config_.tilt.max_sigmas);
-  const TiltPrior prior(places_[hypothesis.slot].up, query_up_, pose, config_.tilt);
+  const TiltPrior prior(places_[hypothesis.slot].up, query_up_, pose);
   const Eigen::Matrix2d measured = tilt_information(pose, pairs_.view());
   if (!(pose.rotation(2, 2) > 0.0)) return false;  // the other way up
-  if (prior.sigmas(tilt_of(pose), measured) > max_sigmas) return false;
+  if (prior.sigmas(tilt_of(pose), measured) > kMaxTiltSigmas) return false;
   pose = turned(pose, prior.posterior(tilt_of(pose), measured), pairs_.view());
   const auto smaller = static_cast<float>(
       std::min<std::size_t>(keypoints_.size(), places_[hypothesis.slot].keypoints));
@@ -234,12 +235,12 @@ bool PlaceDatabase::State::score_pose(const Hypothesis& hypothesis,
   const float ceiling = confidence_of(hypothesis.evidence, smaller, 1.0F) * distinctness;
   if (ceiling > kRefinedShare * accept_score_) {
     pose = overlap_.refine(pose, prior.information());
-    if (prior.sigmas(tilt_of(pose), kPlaneTilt) > max_sigmas) return false;
+    if (prior.sigmas(tilt_of(pose), kPlaneTilt) > kMaxTiltSigmas) return false;
   }
   const OverlapResult overlap = overlap_.compare(pose);
 
   // The planes may have moved the pose: the keypoints are paired once more.
-  const float evidence = consensus(pose, config_.inlier_distance_m);
+  const float evidence = consensus(pose, kInlierDistanceM);
   result.match = places_[hypothesis.slot].id;
   result.votes = hypothesis.votes;
   result.inliers = static_cast<std::uint32_t>(pairs_.size());
@@ -279,7 +280,7 @@ void PlaceDatabase::State::check_ambiguity(const Hypothesis& hypothesis,
     result.confidence *= same->distinctness;
   } else {
     Hypothesis shifted = best_shifted(hypothesis, pose);
-    float evidence = consensus(pose, config_.inlier_distance_m);
+    float evidence = consensus(pose, kInlierDistanceM);
     LoopCandidate other;
     other.query = result.query;
     if (shifted.evidence > evidence && score_pose(shifted, other) &&

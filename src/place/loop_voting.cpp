@@ -6,6 +6,12 @@
 #include "database_state.hpp"
 
 namespace unimapper {
+namespace {
+
+// Fewer agreeing keypoints are no hypothesis; measured.
+constexpr std::size_t kMinInliers = 5;
+
+}  // namespace
 
 void PlaceDatabase::State::load_query(const PlaceView& query) noexcept {
   keypoints_.clear();
@@ -76,7 +82,7 @@ bool PlaceDatabase::State::refine_some() noexcept {
     Hypothesis& hypothesis = hypotheses_[search_.next];
     load_targets(hypothesis.slot);
     refine(hypothesis);
-    if (pairs_.size() >= config_.min_inliers) hypotheses_[search_.kept++] = hypothesis;
+    if (pairs_.size() >= kMinInliers) hypotheses_[search_.kept++] = hypothesis;
   }
   return search_.next < hypotheses_.size();
 }

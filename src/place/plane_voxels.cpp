@@ -11,6 +11,10 @@
 namespace unimapper::place {
 namespace {
 
+// A coarse voxel with at least so many cells may be a plane, and is one if their variance along its
+// normal is below this, square metres: both as STD has them.
+constexpr std::uint32_t kPlaneMinCells = 10;
+constexpr float kPlaneMaxVarianceM2 = 0.01F;
 // A plane extends in two directions: the middle eigenvalue is at least this share of the largest,
 // otherwise the voxel is linear (a pole, a wire) and its normal would be arbitrary.
 constexpr double kMinSpreadRatio = 0.05;
@@ -39,7 +43,6 @@ bool comes_first(const PlanePatch& a, const PlanePatch& b) noexcept {
 
 void PlaneVoxels::allocate(Arena& arena, const DescriptorConfig& config,
                            float voxel_size_m) noexcept {
-  config_ = config;
   voxel_size_m_ = voxel_size_m;
   voxels_.allocate(arena, config.max_voxels);
   all_.allocate(arena, config.max_voxels);
@@ -114,7 +117,7 @@ void PlaneVoxels::add(const VoxelIndex& steps, const Moments& run) noexcept {
 }
 
 bool PlaneVoxels::fit(const Moments& moments, std::uint64_t key, PlanePatch& patch) const noexcept {
-  if (moments.count < config_.plane_min_cells) return false;
+  if (moments.count < kPlaneMinCells) return false;
   const double n = moments.count;
   const double step_m = static_cast<double>(voxel_size_m_) / static_cast<double>(kSteps);
   const Eigen::Vector3d mean(static_cast<double>(moments.sum[0]) / n,
@@ -133,10 +136,10 @@ bool PlaneVoxels::fit(const Moments& moments, std::uint64_t key, PlanePatch& pat
   // Most non-planar voxels extend in all directions. The smallest eigenvalue is the determinant
   // over the product of the others, which is at most a quarter of the trace squared.
   const double half_trace = 0.5 * covariance.trace();
-  const auto max_variance = static_cast<double>(config_.plane_max_variance_m2);
-  if (!(covariance.determinant() < max_variance * half_trace * half_trace)) return false;
+  constexpr auto kMaxVariance = static_cast<double>(kPlaneMaxVarianceM2);
+  if (!(covariance.determinant() < kMaxVariance * half_trace * half_trace)) return false;
   const SymmetricEigen<double> eigen = symmetric_eigen<double>(covariance);
-  if (!(eigen.values(0) < max_variance)) return false;
+  if (!(eigen.values(0) < kMaxVariance)) return false;
   if (!(eigen.values(1) > kMinSpreadRatio * eigen.values(2))) return false;
   if (!(eigen.values(0) < kMaxFlatRatio * eigen.values(1))) return false;
 
@@ -167,11 +170,10 @@ bool PlaneVoxels::fit_some(std::uint32_t voxels) noexcept {
 }
 
 void PlaneVoxels::select(const LocalGround& ground) noexcept {
-  ground.for_each_plane(static_cast<std::int32_t>(config_.plane_min_cells),
-                        [this](const PlanePatch& patch) {
-                          if (!all_.push_back(patch)) return;
-                          order_.push_back(static_cast<std::uint32_t>(all_.size() - 1));
-                        });
+  ground.for_each_plane(static_cast<std::int32_t>(kPlaneMinCells), [this](const PlanePatch& patch) {
+    if (!all_.push_back(patch)) return;
+    order_.push_back(static_cast<std::uint32_t>(all_.size() - 1));
+  });
   std::sort(order_.begin(), order_.end(),
             [this](std::uint32_t a, std::uint32_t b) { return comes_first(all_[a], all_[b]); });
   for (const std::uint32_t i : order_) {

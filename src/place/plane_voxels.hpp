@@ -69,7 +69,6 @@ class PlaneVoxels {
   void add(const VoxelIndex& steps, const Moments& run) noexcept;
   bool fit(const Moments& moments, std::uint64_t key, PlanePatch& patch) const noexcept;
 
-  DescriptorConfig config_{};
   float voxel_size_m_ = 0.0F;
   FixedHashMap<Voxel> voxels_;
   VoxelIndex run_voxel_;  // of the run that the last call of `collect` ended in

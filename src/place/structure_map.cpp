@@ -13,6 +13,8 @@ namespace {
 constexpr float kUnit = 256.0F;
 constexpr std::int32_t kPartBits = 4;
 constexpr std::int32_t kParts = 1 << kPartBits;
+// Structure lower than this above the local ground is ignored: kerbs, grass. Measured.
+constexpr float kMinStructureHeightM = 0.3F;
 // Binomial weights of a symmetric kernel, from its centre outwards; they approach a Gaussian and
 // need no exponential function.
 void make_kernel(float sigma_m, float step_m, SmoothingKernel& kernel) noexcept {
@@ -133,7 +135,7 @@ void StructureMap::accumulate(std::span<const FineCell> structure,
   const std::int32_t last = width_ - kMargin - 2;
   for (const FineCell& cell : structure) {
     const float above = cell.position.z() - ground.height(cell.position.x(), cell.position.y());
-    if (!(above >= config_.min_height_m && above < 64.0F * kSliceHeight)) continue;
+    if (!(above >= kMinStructureHeightM && above < 64.0F * kSliceHeight)) continue;
     const CellSteps::Steps steps = grid.of(cell);
     const std::int32_t column = steps.x >> kPartBits;
     const std::int32_t row = steps.y >> kPartBits;

@@ -13,6 +13,8 @@ namespace {
 
 constexpr std::uint32_t kMaxKeypoints = 255;
 constexpr std::uint32_t kMaxNeighbours = 32;
+// Flatter triangles have no reliable orientation; measured.
+constexpr float kMinTriangleHeightM = 1.0F;
 
 // The k nearest neighbours of every keypoint, as lists and as a bit matrix.
 struct Neighbourhood {
@@ -116,7 +118,7 @@ bool make_triangle(std::span<const Keypoint> points, const TriangleConfig& confi
   const Eigen::Vector3f ab = b.position - a.position;
   const Eigen::Vector3f ac = c.position - a.position;
   const float doubled_area = ab.x() * ac.y() - ab.y() * ac.x();
-  if (!(std::abs(doubled_area) >= config.min_height_m * side[2].length)) return false;
+  if (!(std::abs(doubled_area) >= kMinTriangleHeightM * side[2].length)) return false;
 
   for (std::uint32_t i = 0; i < 3; ++i) {
     const float centimetres = std::min(side[i].length * 100.0F + 0.5F, 65535.0F);

@@ -77,12 +77,10 @@ TEST_CASE("what is no JSON, or a number beyond all bounds, is refused by the fil
 TEST_CASE("values that do not fit each other are refused") {
   CHECK_THAT(refused<PipelineConfig>(R"({"voxel": {"coarse_size_m": 4.1}})"),
              Contains("voxel.coarse_size_m must be 2 to 64 times voxel.fine_size_m"));
-  CHECK_THAT(refused<merge::MergeConfig>(R"({"registration": {"fine_correspondence_m": 3}})"),
-             Contains("registration.fine_correspondence_m must not exceed"));
   CHECK_THAT(refused<merge::MergeConfig>(R"({"acceptance": {"min_strong_loops": 4}})"),
              Contains("acceptance.min_strong_loops must not exceed acceptance.min_loops"));
-  CHECK_THAT(refused<merge::MergeConfig>(R"({"refinement": {"component_static_share": 0.5}})"),
-             Contains("refinement.component_static_share must not exceed"));
+  CHECK_THAT(refused<PipelineConfig>(R"({"removal": {"component_dynamic_share": 0.05}})"),
+             Contains("removal.component_dynamic_share is 0.05 but must lie in [0.1, 1]"));
 }
 
 TEST_CASE("sizes that must agree are given once") {

@@ -33,7 +33,7 @@ TEST_CASE("the variances of both keyframes add up, in the axes of the match") {
   const KeyframeUp match = known(0.3, 0.3);
   const KeyframeUp query = known(0.4, 1.2);
   const auto sigma = [&](double yaw_deg, const Eigen::Vector2d& direction) {
-    const TiltPrior prior(match, query, turned(yaw_deg), {});
+    const TiltPrior prior(match, query, turned(yaw_deg));
     return kDegreesPerRadian / prior.sigmas(direction, 0.0);
   };
   const Eigen::Vector2d x = Eigen::Vector2d::UnitX();
@@ -45,33 +45,29 @@ TEST_CASE("the variances of both keyframes add up, in the axes of the match") {
   CHECK(sigma(45.0, (x + y).normalized()) == Approx(0.5).epsilon(0.01));
 }
 
-TEST_CASE("a keyframe that does not know up counts with the configured sigma") {
-  TiltConfig config;
-  config.unknown_up_sigma_deg = 3.0F;
+TEST_CASE("a keyframe that does not know up counts with a sigma of 1.25 degrees") {
   const Eigen::Vector2d tilt(kDegree, 0.0);
-  CHECK(1.0 / TiltPrior({}, known(0.1, 0.1), Pose{}, config).sigmas(tilt, 0.0) ==
-        Approx(3.0).epsilon(0.01));
-  CHECK(1.0 / TiltPrior(known(4.0, 4.0), {}, Pose{}, config).sigmas(tilt, 0.0) ==
-        Approx(5.0).epsilon(0.01));
-  CHECK(1.0 / TiltPrior({}, {}, Pose{}, config).sigmas(tilt, 0.0) ==
-        Approx(3.0 * std::sqrt(2.0)).epsilon(0.01));
+  CHECK(1.0 / TiltPrior({}, known(0.1, 0.1), Pose{}).sigmas(tilt, 0.0) ==
+        Approx(1.25).epsilon(0.01));
+  CHECK(1.0 / TiltPrior(known(3.0, 3.0), {}, Pose{}).sigmas(tilt, 0.0) ==
+        Approx(3.25).epsilon(0.01));
+  CHECK(1.0 / TiltPrior({}, {}, Pose{}).sigmas(tilt, 0.0) ==
+        Approx(1.25 * std::sqrt(2.0)).epsilon(0.01));
 }
 
 TEST_CASE("a covariance that is none counts as unknown") {
-  TiltConfig config;
-  config.unknown_up_sigma_deg = 3.0F;
   const Eigen::Vector2d tilt(kDegree, 0.0);
   const float nan = std::numeric_limits<float>::quiet_NaN();
   for (const KeyframeUp& wrong :
        {KeyframeUp{true, nan, 0.0F, 1e-5F}, KeyframeUp{true, 0.0F, 0.0F, 0.0F},
         KeyframeUp{true, 1e-5F, 1e-3F, 1e-5F}}) {
-    CHECK(1.0 / TiltPrior(wrong, known(0.1, 0.1), Pose{}, config).sigmas(tilt, 0.0) ==
-          Approx(3.0).epsilon(0.01));
+    CHECK(1.0 / TiltPrior(wrong, known(0.1, 0.1), Pose{}).sigmas(tilt, 0.0) ==
+          Approx(1.25).epsilon(0.01));
   }
 }
 
 TEST_CASE("the uncertainty of the measured tilt adds to that of the prior") {
-  const TiltPrior prior(known(0.3, 0.3), known(0.1, 0.4), Pose{}, {});
+  const TiltPrior prior(known(0.3, 0.3), known(0.1, 0.4), Pose{});
   const Eigen::Vector2d tilt(0.0, 2.0 * kDegree);
   const double measured = 1.2 * kDegree;
   CHECK(prior.sigmas(tilt, measured) == Approx(2.0 / 1.3).epsilon(0.001));
@@ -82,7 +78,7 @@ TEST_CASE("the uncertainty of the measured tilt adds to that of the prior") {
 }
 
 TEST_CASE("prior and measured tilt are weighted by their information") {
-  const TiltPrior prior(known(0.3, 0.3), known(0.4, 0.4), Pose{}, {});
+  const TiltPrior prior(known(0.3, 0.3), known(0.4, 0.4), Pose{});
   const Eigen::Vector2d tilt(2.0 * kDegree, -kDegree);
   const auto information = [](double sigma_deg) -> Eigen::Matrix2d {
     return Eigen::Matrix2d::Identity() / std::pow(sigma_deg * kDegree, 2);

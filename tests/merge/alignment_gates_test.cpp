@@ -52,7 +52,6 @@ TEST_CASE("Maps are joined only if none deforms more than its odometry allows", 
     MergeConfig config = loose_config();
     config.graph.cauchy_scale = 1000.0;  // every loop pulls as hard as it can
     config.graph.deformation_floor_m = 0.0;
-    config.graph.deformation_per_m = 0.0;
     return align_sessions(scene.sessions, scene.loops, config);
   };
   CHECK(joined(0.001).connected[1]);
@@ -188,7 +187,6 @@ TEST_CASE("Loops within a session are refused if they deform it implausibly", "[
   config.acceptance.consistency_chi2 = 1e9;
   config.acceptance.loop_chi2 = 1e9;
   config.graph.cauchy_scale = 1e6;
-  config.graph.deformation_per_m = 0.0;
   config.graph.deformation_floor_m = 1000.0;
   const Alignment bent = align_sessions(scene.sessions, scene.loops, config);
   CHECK(bent.decisions[0].accepted);

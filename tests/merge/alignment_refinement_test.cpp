@@ -83,7 +83,6 @@ TEST_CASE("Refinement keeps the start if the maps would deform implausibly", "[a
   config.acceptance.loop_chi2 = 1e9;
   config.graph.cauchy_scale = 1e6;
   config.graph.deformation_floor_m = 0.001;
-  config.graph.deformation_per_m = 0.0;
   const Alignment kept = refine_alignment(start, scene.sessions, scene.loops, config);
   for (std::size_t i = 0; i < kept.decisions.size(); ++i) {
     CHECK(kept.decisions[i].accepted == (i < earlier));

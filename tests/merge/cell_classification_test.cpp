@@ -5,6 +5,8 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
+#include "unimapper/core/grid_size.hpp"
+
 using namespace unimapper;
 using namespace unimapper::merge;
 
@@ -43,9 +45,8 @@ class Scene {
     return numbers;
   }
   /// Share of some cells that are dynamic.
-  [[nodiscard]] double dynamic(const std::vector<std::uint32_t>& of,
-                               const RefinementConfig& config = {}) const {
-    const std::vector<std::uint8_t> labels = classify_cells(cells_, config);
+  [[nodiscard]] double dynamic(const std::vector<std::uint32_t>& of) const {
+    const std::vector<std::uint8_t> labels = classify_cells(cells_, kFineCellSizeM);
     const auto count =
         std::count_if(of.begin(), of.end(), [&](std::uint32_t i) { return labels[i] != 0; });
     return static_cast<double>(count) / static_cast<double>(of.size());
@@ -85,36 +86,30 @@ TEST_CASE("a few cells of a wall that rays grazed are static", "[refinement]") {
   CHECK(scene.dynamic(grazed) == 0.0);
 }
 
-TEST_CASE("how many cells a part needs to have moved is a parameter", "[refinement]") {
-  Scene scene;
-  scene.add(kWallFrom, kWallSize, kFirstSeen);
-  const auto walker = scene.add(kWalkerFrom, kWalkerSize, kSeenThrough);
-  RefinementConfig config;
-  config.moved_part_cells = 1000;
-  CHECK(scene.dynamic(walker, config) == 0.0);
-}
-
 TEST_CASE("a part of a wall that other keyframes observed where it is stays static",
           "[refinement]") {
-  Scene scene;
-  scene.add(kWallFrom, kWallSize, kFirstSeen);
-  Evidence evidence = kSeenThrough;
-  evidence.occupied = 1;
-  const auto sill = scene.add(kWalkerFrom, kWalkerSize, evidence);
-  CHECK(scene.dynamic(sill) == 0.0);
-  RefinementConfig config;
-  config.moved_part_occupied = 1.0F;
-  CHECK(scene.dynamic(sill, config) == 1.0);
+  const auto share = [](std::uint8_t occupied) {
+    Scene scene;
+    scene.add(kWallFrom, kWallSize, kFirstSeen);
+    Evidence evidence = kSeenThrough;
+    evidence.occupied = occupied;
+    const auto sill = scene.add(kWalkerFrom, kWalkerSize, evidence);
+    return scene.dynamic(sill);
+  };
+  CHECK(share(0) == 1.0);
+  CHECK(share(1) == 0.0);
 }
 
 TEST_CASE("a part that was hardly seen through on average stays static", "[refinement]") {
-  Scene scene;
-  scene.add(kWallFrom, kWallSize, kFirstSeen);
-  const auto plant = scene.add(kWalkerFrom, kWalkerSize, {250});
-  CHECK(scene.dynamic(plant) == 0.0);
-  RefinementConfig config;
-  config.moved_part_log_odds = 0.1F;
-  CHECK(scene.dynamic(plant, config) == 1.0);
+  const auto share = [](std::int32_t log_odds) {
+    Scene scene;
+    scene.add(kWallFrom, kWallSize, kFirstSeen);
+    const auto plant = scene.add(kWalkerFrom, kWalkerSize, {log_odds});
+    return scene.dynamic(plant);
+  };
+  CHECK(share(250) == 0.0);
+  // The mean is over the cells of the wall that touch it as well.
+  CHECK(share(800) == 1.0);
 }
 
 TEST_CASE("a part of which only a minority was seen through itself stays static", "[refinement]") {

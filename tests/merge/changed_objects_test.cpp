@@ -114,19 +114,15 @@ TEST_CASE("Voxels of small groups are forgotten, those of others are not", "[cha
 
 TEST_CASE("What is mostly unchanged is no object", "[changes]") {
   // Of ten voxels so many are known to the other session as they are.
-  const auto mixed = [](std::size_t unchanged, const MapConfig& config) {
+  const auto mixed = [](std::size_t unchanged) {
     std::vector<ComparedVoxel> voxels = car({0, 0, 0});
     for (std::size_t i = 0; i < voxels.size(); ++i) {
       if (i % 10 < unchanged) voxels[i].presence = Presence::kOccupied;
     }
-    return group_changes(voxels, config).size();
+    return group_changes(voxels, {}).size();
   };
-  MapConfig config;
-  REQUIRE(config.changed_share == 0.5F);
-  CHECK(mixed(4, config) == 1);
-  CHECK(mixed(6, config) == 0);
-  config.changed_share = 0.3F;
-  CHECK(mixed(6, config) == 1);
+  CHECK(mixed(5) == 1);
+  CHECK(mixed(6) == 0);
 }
 
 TEST_CASE("What is flat is no object", "[changes]") {

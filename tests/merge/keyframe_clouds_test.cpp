@@ -9,21 +9,23 @@ using namespace unimapper::merge;
 
 namespace {
 
-/// Keyframes 10 m apart along x; each saw one spot 2 m above itself and nothing else.
-std::vector<SessionData> spots(std::size_t count) {
+/// Keyframes `apart_m` along x from each other; each saw one spot 2 m above itself, of so many
+/// cells, and nothing else.
+std::vector<SessionData> spots(std::size_t count, double apart_m, std::size_t cells) {
   std::vector<SessionData> sessions(1);
   for (std::size_t k = 0; k < count; ++k) {
     KeyframeRecord keyframe;
-    keyframe.T_odometry_keyframe.translation.x() = 10.0 * static_cast<double>(k);
-    keyframe.static_cells.push_back({Eigen::Vector3f(0.0F, 0.0F, 2.0F), 3, 0, 0});
+    keyframe.T_odometry_keyframe.translation.x() = apart_m * static_cast<double>(k);
+    keyframe.static_cells.assign(cells, {Eigen::Vector3f(0.0F, 0.0F, 2.0F), 3, 0, 0});
     sessions[0].keyframes.push_back(keyframe);
   }
   return sessions;
 }
 
 /// Along x, from the keyframe, in ascending order.
-std::vector<float> cloud_of(std::size_t keyframe, const RegistrationConfig& config) {
-  const std::vector<SessionData> sessions = spots(9);
+std::vector<float> cloud_of(std::size_t keyframe, double apart_m = 10.0, std::size_t cells = 1) {
+  const std::vector<SessionData> sessions = spots(9, apart_m, cells);
+  const RegistrationConfig config;
   KeyframeClouds clouds(sessions, config, 1);
   clouds.prepare({{0, keyframe}});
   std::vector<float> x_m;
@@ -35,38 +37,26 @@ std::vector<float> cloud_of(std::size_t keyframe, const RegistrationConfig& conf
 
 }  // namespace
 
-TEST_CASE("The neighbours of a keyframe join its cloud, as many as configured", "[clouds]") {
-  RegistrationConfig config;
-  config.submap_keyframes = 0;
-  CHECK(cloud_of(4, config) == std::vector<float>{0.0F});
-  config.submap_keyframes = 2;
-  CHECK(cloud_of(4, config) == std::vector<float>{-20.0F, -10.0F, 0.0F, 10.0F, 20.0F});
-  CHECK(cloud_of(0, config) == std::vector<float>{0.0F, 10.0F, 20.0F});
-  CHECK(cloud_of(8, config) == std::vector<float>{-20.0F, -10.0F, 0.0F});
+TEST_CASE("Two neighbours before and after a keyframe join its cloud", "[clouds]") {
+  CHECK(cloud_of(4) == std::vector<float>{-20.0F, -10.0F, 0.0F, 10.0F, 20.0F});
+  CHECK(cloud_of(0) == std::vector<float>{0.0F, 10.0F, 20.0F});
+  CHECK(cloud_of(8) == std::vector<float>{-20.0F, -10.0F, 0.0F});
 }
 
 TEST_CASE("The first and the last keyframe of a session join the clouds of their neighbours",
           "[clouds]") {
-  RegistrationConfig config;
-  config.submap_keyframes = 2;
-  CHECK(cloud_of(1, config) == std::vector<float>{-10.0F, 0.0F, 10.0F, 20.0F});
-  CHECK(cloud_of(7, config) == std::vector<float>{-20.0F, -10.0F, 0.0F, 10.0F});
+  CHECK(cloud_of(1) == std::vector<float>{-10.0F, 0.0F, 10.0F, 20.0F});
+  CHECK(cloud_of(7) == std::vector<float>{-20.0F, -10.0F, 0.0F, 10.0F});
 }
 
 TEST_CASE("Cells beyond the radius are left out of a cloud", "[clouds]") {
-  RegistrationConfig config;
-  config.submap_keyframes = 4;
-  config.submap_radius_m = 30.0F;  // 30.07 m to the spots three keyframes away
-  CHECK(cloud_of(4, config).size() == 5);
-  config.submap_radius_m = 30.1F;
-  CHECK(cloud_of(4, config).size() == 7);
+  // 49.84 m and 50.04 m to the spots two keyframes away.
+  CHECK(cloud_of(4, 24.9).size() == 5);
+  CHECK(cloud_of(4, 25.0).size() == 3);
 }
 
 TEST_CASE("Neighbours join until the cloud holds enough cells", "[clouds]") {
-  RegistrationConfig config;
-  config.submap_keyframes = 4;
-  config.submap_cells = 4;
-  CHECK(cloud_of(4, config).size() == 5);
-  config.submap_cells = 3;
-  CHECK(cloud_of(4, config).size() == 3);
+  // With the nearest two 59997 cells, and 60000.
+  CHECK(cloud_of(4, 10.0, 19999).size() == 5);
+  CHECK(cloud_of(4, 10.0, 20000).size() == 3);
 }

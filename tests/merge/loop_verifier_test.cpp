@@ -1,12 +1,15 @@
 // Loop verification: every gate just passed, and just missed with its reason
 #include "src/merge/loop_verifier.hpp"
 
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
 
+#include "src/merge/overlap_distances.hpp"
 #include "tests/merge/random.hpp"
+#include "unimapper/core/tilt_prior.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
@@ -162,14 +165,11 @@ TEST_CASE("A loop may be tilted by four sigma of both keyframes' up", "[verifica
         Approx(4.0 * (limit_deg + 0.2) / limit_deg).epsilon(0.04));
 }
 
-TEST_CASE("Where up is unknown the limit follows from the configured sigma", "[verification]") {
-  MergeConfig config;
-  const double sigma = GENERATE(1.0, 2.0);
-  config.loops.tilt.unknown_up_sigma_deg = static_cast<float>(sigma);
-  const double limit_deg = 4.0 * std::hypot(sigma, sigma, kRegistrationDeg);
+TEST_CASE("Where up is unknown both keyframes are up within 1.25 degrees", "[verification]") {
+  const double limit_deg = 4.0 * std::hypot(1.25, 1.25, kRegistrationDeg);
   const auto at = [&](double deg) {
     const Pose pose = kTruth * tilted(deg / kDegreesPerRadian);
-    return verify(yard_from(pose), pose, config);
+    return verify(yard_from(pose), pose);
   };
   CHECK(at(limit_deg - 0.2).decision.accepted);
   CHECK(measured(at(limit_deg + 0.2), "tilt in sigmas") > 4.0);
@@ -203,16 +203,30 @@ TEST_CASE("A candidate may be tilted by four sigma of up and a degree", "[verifi
 
 TEST_CASE("Structure must coincide before alignment is tried", "[verification]") {
   const auto sessions = yard_from(kTruth);
-  const Pose proposed = kTruth * shifted(2.2, 2.2);
-  MergeConfig config;
-  config.loops.min_initial_overlap = 1.0;
-  const double overlap = measured(verify(sessions, proposed, config), "overlap before alignment");
-  REQUIRE(overlap < 0.95);
-  config.loops.min_initial_overlap = overlap + 0.01;
-  CHECK(measured(verify(sessions, proposed, config), "overlap before alignment") == overlap);
-  config.loops.min_initial_overlap = overlap - 0.01;
-  CHECK(verify(sessions, proposed, config).decision.reason.rfind("overlap before alignment", 0) !=
-        0);
+  const MergeConfig config;
+  KeyframeClouds clouds(sessions, config.registration, 1);
+  LoopCandidate candidate;
+  candidate.query = {1, 0};
+  candidate.match = {0, 0};
+  // The more a candidate is turned, the less of the walls coincides.
+  double least_tried = 1.0;
+  double most_refused = 0.0;
+  for (double turn = 0.0; turn < 1.0; turn += 0.02) {
+    candidate.T_match_query = kTruth * yaw(turn);
+    const double overlap =
+        structure_overlap(*clouds.cloud(candidate.match), *clouds.cloud(candidate.query),
+                          candidate.T_match_query, kOverlapRadiusM, kCoarseDistanceM);
+    const LoopConstraint loop = verify_loops({&candidate, 1}, kGenerous, clouds, config).front();
+    if (loop.decision.reason.rfind("overlap before alignment", 0) == 0) {
+      most_refused = std::max(most_refused, overlap);
+    } else {
+      least_tried = std::min(least_tried, overlap);
+    }
+  }
+  CHECK(least_tried >= 0.3);
+  CHECK(least_tried < 0.35);
+  CHECK(most_refused < 0.3);
+  CHECK(most_refused > 0.25);
 }
 
 TEST_CASE("An alignment that runs out of iterations is refused", "[verification]") {
@@ -287,10 +301,15 @@ TEST_CASE("Two thirds of the overlap are enough where the common view agrees", "
 }
 
 TEST_CASE("Matched points must fit closely", "[verification]") {
-  const auto sessions = yard_from(kTruth);
+  auto sessions = yard_from(kTruth);
+  // Cells that scatter by 5 cm about the walls.
+  Random random(3);
+  for (SessionData& session : sessions) {
+    for (FineCell& cell : session.keyframes[0].static_cells) {
+      cell.position += random.normal3(0.05).cast<float>();
+    }
+  }
   MergeConfig config;
-  // Two sigma of the surface model make the rms of points that fit it perfectly about that.
-  config.registration.plane_sigma_m = 0.2;
   config.loops.max_rmse_m = 0.01;
   const double rmse_m = measured(verify(sessions, kTruth, config), "rmse in metres");
   REQUIRE(rmse_m > 0.015);

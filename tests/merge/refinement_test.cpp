@@ -196,8 +196,7 @@ TEST_CASE("observers are the keyframes within the window and no others", "[refin
   for (std::uint32_t k = 1; k < 4; ++k) session.keyframes.push_back(keyframe_of(k, {kWall}));
   RefinementConfig config;
   config.revisits = 0;
-  config.log_odds_free = 0.3F;  // the first keyframe itself says -0.255: one other is enough
-  config.window = 1;
+  config.window = 1;  // the first keyframe itself says -0.255: one other is enough
   const auto share = [&] {
     return dynamic_share(session.keyframes[0], refine({posed(session)}, config, 1)[0][0],
                          kPerson.x);
@@ -205,25 +204,26 @@ TEST_CASE("observers are the keyframes within the window and no others", "[refin
   CHECK(share() == 1.0);
   session.keyframes[1] = keyframe_of(1, {kWall, kPerson});
   CHECK(share() == 0.0);
-  config.window = 3;  // two that saw through against one that observed the person: -0.935 + 0.6
+  config.window = 2;  // one that saw through against one that observed the person: -0.935 + 0.85
   CHECK(share() == 0.0);
-  config.log_odds_free = 0.6F;
+  config.window = 3;
   CHECK(share() == 1.0);
 }
 
 TEST_CASE("observations of different keyframes coincide in cells of the configured size",
           "[refinement]") {
-  // Where the person was, four others saw a person 35 cm farther off.
+  // Where the person was, one saw through, and three without images saw a person 35 cm farther off:
+  // 0.85 - 0.255 for dynamic, and 1.275 for static if they coincide.
   SessionData session;
   session.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
+  session.keyframes.push_back(keyframe_of(1, {kWall}));
   Sheet farther = kPerson;
   farther.x += 0.35F;
-  for (std::uint32_t k = 1; k < 5; ++k) {
+  for (std::uint32_t k = 2; k < 5; ++k) {
     session.keyframes.push_back(keyframe_of(k, {kWall, farther}));
+    session.keyframes.back().images.clear();
   }
   RefinementConfig config;
-  config.range_margin_m = 0.05F;
-  config.log_odds_free = 0.3F;  // four others: 1.2 for dynamic, 1.7 for static if they coincide
   const auto share = [&] {
     return dynamic_share(session.keyframes[0], refine({posed(session)}, config, 1)[0][0],
                          kPerson.x);
@@ -277,20 +277,24 @@ TEST_CASE("a component of which hardly anything moved is static as a whole", "[r
 }
 
 TEST_CASE("all revisits together weigh up to their limit and no more", "[refinement]") {
-  // The keyframe's own image says -0.255; every keyframe of the other visit saw through: +0.85.
-  SessionData ghost;
-  ghost.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
+  // Every keyframe of the other visit saw through, 0.85 each, of which 1 counts. The first
+  // keyframe's own image says -0.255.
   SessionData other_day;
   for (std::uint32_t k = 0; k < 4; ++k) other_day.keyframes.push_back(keyframe_of(k, {kWall}));
-  RefinementConfig config;
+  SessionData parked;
+  for (std::uint32_t k = 0; k < 2; ++k) {
+    parked.keyframes.push_back(keyframe_of(k, {kWall, kPerson}));
+  }
   const auto share = [&] {
-    return dynamic_share(ghost.keyframes[0],
-                         refine({posed(ghost), posed(other_day)}, config, 1)[0][0], kPerson.x);
+    return dynamic_share(parked.keyframes[0],
+                         refine({posed(parked), posed(other_day)}, {}, 1)[0][0], kPerson.x);
   };
-  config.most_by_revisits = 0.25F;
-  CHECK(share() == 0.0);
-  config.most_by_revisits = 0.26F;
+  // Cells and image of the second one: -0.935 in all.
   CHECK(share() == 1.0);
+  // The cells of two others: -1.105 in all.
+  parked.keyframes.push_back(parked.keyframes[1]);
+  for (const std::size_t k : {1U, 2U}) parked.keyframes[k].images.clear();
+  CHECK(share() == 0.0);
 }
 
 TEST_CASE("of more revisits than configured the nearest are used", "[refinement]") {
@@ -344,26 +348,27 @@ TEST_CASE("a revisit that observed a cell speaks against its having been seen th
   SessionData ghost;
   ghost.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
   ghost.keyframes.push_back(keyframe_of(1, {}));
-  SessionData other_day;
-  other_day.keyframes.push_back(keyframe_of(0, {kWall}));
-  other_day.keyframes.push_back(keyframe_of(1, {kWall, kPerson}));
-  SessionData both = ghost;
-  for (const KeyframeRecord& keyframe : other_day.keyframes) both.keyframes.push_back(keyframe);
   RefinementConfig config;
   config.window = 1;
-  config.log_odds_weakly_occupied = 0.0F;
-  REQUIRE(config.log_odds_free == 0.85F);
-  const auto shares = [&] {
+  // One saw through, 0.85, against the first keyframe's own image, 0.255, and the cells of so many
+  // revisits without images, 0.425 each.
+  const auto shares = [&](std::uint32_t observed) {
+    SessionData other_day;
+    other_day.keyframes.push_back(keyframe_of(0, {kWall}));
+    for (std::uint32_t k = 1; k <= observed; ++k) {
+      other_day.keyframes.push_back(keyframe_of(k, {kWall, kPerson}));
+      other_day.keyframes.back().images.clear();
+    }
+    SessionData both = ghost;
+    for (const KeyframeRecord& keyframe : other_day.keyframes) both.keyframes.push_back(keyframe);
     const double apart = dynamic_share(
         ghost.keyframes[0], refine({posed(ghost), posed(other_day)}, config, 1)[0][0], kPerson.x);
     const double together =
         dynamic_share(both.keyframes[0], refine({posed(both)}, config, 1)[0][0], kPerson.x);
     return std::pair(apart, together);
   };
-  config.log_odds_occupied = 0.84F;
-  CHECK(shares() == std::pair(1.0, 1.0));
-  config.log_odds_occupied = 0.86F;
-  CHECK(shares() == std::pair(0.0, 0.0));
+  CHECK(shares(1) == std::pair(1.0, 1.0));
+  CHECK(shares(2) == std::pair(0.0, 0.0));
 }
 
 TEST_CASE("every keyframe of a long session is refined", "[refinement]") {

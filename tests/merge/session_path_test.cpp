@@ -23,8 +23,10 @@ std::vector<Pose> bent_path(std::size_t count) {
 /// middle to the far end.
 RelativeVariance summed(const std::vector<Pose>& poses, std::size_t i, std::size_t j,
                         const OdometryNoiseConfig& noise) {
-  RelativeVariance sum{noise.translation_floor_m * noise.translation_floor_m,
-                       noise.rotation_floor_rad * noise.rotation_floor_rad};
+  constexpr double kTranslationFloor_m = 0.02;
+  constexpr double kRotationFloor_rad = 0.001;
+  RelativeVariance sum{kTranslationFloor_m * kTranslationFloor_m,
+                       kRotationFloor_rad * kRotationFloor_rad};
   const double t = noise.translation_m_per_sqrt_m * noise.translation_m_per_sqrt_m;
   const double r = noise.rotation_rad_per_sqrt_m * noise.rotation_rad_per_sqrt_m;
   for (std::size_t k = std::min(i, j) + 1; k <= std::max(i, j); ++k) {

@@ -313,7 +313,7 @@ TEST_CASE("a merge that knows the evidence about a placement checks it once",
   // Parameters that the check sees and verification does not.
   const std::size_t kept = memory.kept;
   MergeConfig config;
-  config.aliasing.max_shift_m += 1.0;
+  config.aliasing.alike_share += 0.001;
   (void)poses_with(memory, config);
   CHECK(memory.placements.size() == 2);
   CHECK(memory.kept == kept);

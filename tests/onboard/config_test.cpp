@@ -43,11 +43,11 @@ TEST_CASE("every preset is valid, and fits the sensor's scans") {
 TEST_CASE("thresholds are the same for all spinning sensors, and for all others") {
   const auto thresholds = [](PipelineConfig config) {
     return std::tuple(config.ground.margin_m, config.free_space.images_per_keyframe,
-                      config.free_space.min_returns, config.free_space.range_margin_m,
-                      config.ground.elevated_step_m, GroundConfig::kElevatedReachM,
-                      config.ground.seen_through_share, config.ground.propagation_voxels,
-                      config.removal.log_odds_free, config.removal.log_odds_occupied,
-                      config.removal.component_dynamic_share, config.removal.persistence_share);
+                      config.free_space.range_margin_m, config.ground.elevated_step_m,
+                      GroundConfig::kElevatedReachM, config.ground.seen_through_share,
+                      config.ground.propagation_voxels, config.removal.log_odds_free,
+                      config.removal.log_odds_occupied, config.removal.component_dynamic_share,
+                      config.removal.persistence_share);
   };
   for (const SensorModel& sensor : sensor_models()) {
     const SensorKind like =

@@ -49,10 +49,10 @@ struct Stages {
     columns.allocate(arena, 1000);
     window.allocate(arena, config);
     components.allocate(arena, config);
-    painter.allocate(
-        arena, RangePainterConfig{config.free_space.image_shape(), config.keyframe.range_min_m,
-                                  config.keyframe.range_max_m, config.free_space.min_returns,
-                                  config.keyframe.max_points_per_scan});
+    painter.allocate(arena, RangePainterConfig{.shape = config.free_space.image_shape(),
+                                               .range_min_m = config.keyframe.range_min_m,
+                                               .range_max_m = config.keyframe.range_max_m,
+                                               .max_points = config.keyframe.max_points_per_scan});
   }
   void begin(const Eigen::Vector3d& at = Eigen::Vector3d::Zero()) {
     scans.begin(grid_near(at, config.voxel));

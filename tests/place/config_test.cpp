@@ -28,16 +28,13 @@ TEST_CASE("a value out of range is refused by its name") {
   descriptor = {};
   descriptor.max_candidates = 10;
   CHECK(refused_for(descriptor, "max_candidates"));
-  descriptor = {};
-  descriptor.plane_max_variance_m2 = 0.0F;
-  CHECK(refused_for(descriptor, "plane_max_variance_m2"));
 
   LoopSearchConfig search;
   search.max_places = 0;
   CHECK(refused_for(search, "max_places"));
   search = {};
-  search.tilt.max_sigmas = nan;
-  CHECK(refused_for(search, "max_sigmas"));
+  search.side_tolerance_m = nan;
+  CHECK(refused_for(search, "side_tolerance_m"));
   search = {};
   search.triangles.max_side_m = 1.0F;
   CHECK(refused_for(search, "triangles.max_side_m"));

@@ -210,17 +210,20 @@ TEST_CASE("a search compares no more triangles than allowed") {
   CHECK(most_votes(220000) * kPlaces > 2 * 4 * 1000);
 }
 
-TEST_CASE("a pose that too few keypoints agree on is no hypothesis") {
-  const Description place = random_place(6, 8);
-  LoopSearchConfig config = small();
+TEST_CASE("a pose that fewer than five keypoints agree on is no hypothesis") {
+  // Every two are 4 to 40 m apart, and no three are nearly in line: all triangles count.
+  Description place = random_place(6, 5);
+  constexpr float kCorners[5][2] = {{0, 0}, {13, 2}, {17, 14}, {5, 22}, {-9, 11}};
+  for (std::size_t i = 0; i < 5; ++i) {
+    place.keypoints[i].position = {kCorners[i][0], kCorners[i][1], 0.0F};
+  }
   const auto answers = [&] {
-    Owned<PlaceDatabase> database(config);
+    Owned<PlaceDatabase> database(small());
     database->insert(place.view(), {1, 0}, kOrigin);
     return database->search(place.view(), kQuery, {}).size();
   };
-  config.min_inliers = 8;
   CHECK(answers() == 1);
-  config.min_inliers = 9;
+  place.keypoints.pop_back();
   CHECK(answers() == 0);
 }
 
@@ -279,10 +282,9 @@ Description leaning(Description place, double deg, double sigma_deg) {
 
 /// What is found of a place that leans by so much against the stored one, both with up known to
 /// `sigma_deg`.
-std::vector<LoopCandidate> find_leaning(double deg, double sigma_deg,
-                                        LoopSearchConfig config = small()) {
+std::vector<LoopCandidate> find_leaning(double deg, double sigma_deg) {
   const Description place = random_place(8, 40);
-  Owned<PlaceDatabase> database(config);
+  Owned<PlaceDatabase> database(small());
   const Description stored = leaning(place, 0.0, sigma_deg);
   const Description query = leaning(place, deg, sigma_deg);
   database->insert(stored.view(), {1, 0}, kOrigin);
@@ -308,15 +310,13 @@ TEST_CASE("a place may lean as far as both frames are uncertain of up") {
   CHECK(find_leaning(7.0, 1.5)[0].accepted);
 }
 
-TEST_CASE("where up is unknown the pose leans as heights and planes say") {
-  LoopSearchConfig config = small();
-  config.tilt.unknown_up_sigma_deg = 4.0F;
+TEST_CASE("where up is hardly known the pose leans as heights and planes say") {
   for (const double deg : {1.0, 3.0, 5.0}) {
-    const auto found = find_leaning(deg, 0.0, config);
+    const auto found = find_leaning(deg, 4.0);
     REQUIRE(found.size() == 1);
     CHECK(found[0].accepted);
     CHECK(tilt_deg(found[0]) == Approx(deg).margin(0.1 * deg + 0.1));
-    // The less uncertain up is said to be, the more it counts.
+    // Unknown up is less uncertain, and counts for more.
     const auto held = find_leaning(deg, 0.0);
     REQUIRE(held.size() == 1);
     CHECK(tilt_deg(held[0]) < tilt_deg(found[0]));

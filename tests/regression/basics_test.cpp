@@ -92,8 +92,7 @@ TEST_CASE("fits, rotations and tilts of random frames, as before on every platfo
     leaning.rotation = level_frame(other, up).rotation;
     const KeyframeUp match{true, 3e-4F, 1e-4F, 8e-4F};
     const KeyframeUp query{round % 3 != 0, 5e-4F, -2e-4F, 2e-4F};
-    const TiltConfig config{1.7F, 3.0F};
-    const TiltPrior prior(match, query, leaning, config);
+    const TiltPrior prior(match, query, leaning);
     Eigen::Matrix2d measured;
     measured << 3000.0, 800.0, 800.0, 1500.0;
     const Eigen::Vector2d tilt = tilt_of(leaning);

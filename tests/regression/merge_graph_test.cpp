@@ -48,7 +48,6 @@ MergeConfig align_config() {
   config.acceptance.consistency_chi2 = 20.0;
   config.acceptance.min_span_m = 15.0;
   config.acceptance.distinct_m = 2.5;
-  config.acceptance.full_extent_m = 36.0;
   config.acceptance.margin = 1.5;
   config.acceptance.loop_chi2 = 30.0;
   config.graph.cauchy_scale = 2.0;
@@ -245,8 +244,6 @@ TEST_CASE("radius search among tilted maps, as before", "[regression]") {
   Sessions s = three_sessions(91);
   MergeConfig config = align_config();
   config.radius.radius_m = 6.5;
-  config.radius.spacing_m = 7.0;
-  config.radius.per_keyframe = 2;
   config.loops.min_keyframe_gap = 5;
   config.loops.min_path_gap_m = 12.0;
   const Alignment alignment = align_sessions(s.sessions, s.loops, config, confirmed_by_data());

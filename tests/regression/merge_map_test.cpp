@@ -25,11 +25,7 @@ using namespace unimapper::regression;
 TEST_CASE("registration of tilted clouds, as before", "[regression]") {
   RegistrationConfig config;
   config.leaf_m = 0.35F;
-  config.neighbors = 9;
   config.max_source_points = 1500;
-  config.plane_sigma_m = 0.04;
-  config.correlated_points = 20.0;
-  config.sigma_floor_m = 0.05;
   std::string text;
   Random random(61);
   for (int round = 0; round < 3; ++round) {
@@ -82,14 +78,6 @@ TEST_CASE("refinement of labels in a tilted map, as before", "[regression]") {
   config.window = 3;
   config.revisits = 4;
   config.reach_m = 12.0F;
-  config.log_odds_free = 0.7F;
-  config.log_odds_occupied = 0.5F;
-  config.log_odds_weakly_occupied = 0.15F;
-  config.prior_log_odds = 1.1F;
-  config.most_by_revisits = 0.8F;
-  config.component_dynamic_share = 0.5F;
-  config.component_static_share = 0.2F;
-  config.moved_part_cells = 12;
   config.cell_size_m = 0.25F;
   // A person leaves, a crate stands although the robot removed it, and a second visit sees neither.
   std::vector<Pose> poses[3];
@@ -126,11 +114,8 @@ TEST_CASE("map and changes in a tilted map, as before", "[regression]") {
   MergeConfig config;
   config.threads = 2;
   config.map.voxel_size_m = 0.25F;
-  config.map.tree_voxel_size_m = 1.5F;
   config.map.change_distance_m = 0.4F;
   config.map.change_range_m = 11.0F;
-  config.map.free_margin_m = 0.5F;
-  config.map.min_observers = 3;
   config.map.min_cluster = 5;
   std::vector<MergedSession> merged(3);
   std::vector<SessionData> sessions;
@@ -189,15 +174,6 @@ TEST_CASE("map and changes in a tilted map, as before", "[regression]") {
 
 TEST_CASE("cells classified from random evidence, as before", "[regression]") {
   Random random(101);
-  RefinementConfig config;
-  config.component_dynamic_share = 0.45F;
-  config.component_static_share = 0.15F;
-  config.confirmed_static_log_odds = 1.6F;
-  config.moved_part_cells = 8;
-  config.moved_part_log_odds = 0.2F;
-  config.moved_part_occupied = 0.8F;
-  config.ground_log_odds = 0.6F;
-  config.ground_share = 0.4F;
   std::string text;
   for (int round = 0; round < 6; ++round) {
     CellEvidence cells;
@@ -219,7 +195,7 @@ TEST_CASE("cells classified from random evidence, as before", "[regression]") {
         cells.occupied.push_back(static_cast<std::uint8_t>(random.below(4)));
       }
     }
-    const std::vector<std::uint8_t> dynamic = classify_cells(cells, config);
+    const std::vector<std::uint8_t> dynamic = classify_cells(cells, 0.2F);
     std::size_t by_kind[2][2] = {};
     for (std::size_t i = 0; i < dynamic.size(); ++i) ++by_kind[cells.ground[i]][dynamic[i]];
     text += join("cells", count(dynamic.size()), "ground", count(by_kind[1][0]),
@@ -287,12 +263,9 @@ TEST_CASE("verification of loops with every reason to refuse one, as before", "[
   MergeConfig config;
   config.threads = 2;
   config.registration.leaf_m = 0.5F;
-  config.registration.submap_keyframes = 1;
-  config.registration.submap_radius_m = 16.0F;
   config.registration.max_points = 5000;
   config.registration.max_source_points = 2000;
   config.loops.min_overlap = 0.3;
-  config.loops.min_initial_overlap = 0.2;
   const CorrectionLimit wide{4.0, 0.3};
   std::string text = verified("as configured", config, wide);
   text += verified("small corrections", config, {0.2, 0.3});
@@ -305,12 +278,7 @@ TEST_CASE("verification of loops with every reason to refuse one, as before", "[
   text += verified("large overlap", strict, wide);
   strict = config;
   strict.loops.max_contradiction = 0.02;
-  strict.map.free_margin_m = 0.3F;
   text += verified("no structure in free space", strict, wide);
-  strict = config;
-  strict.registration.submap_keyframes = 0;
-  strict.loops.tilt.max_sigmas = 1.5F;
-  text += verified("small tilt, no submaps", strict, wide);
   check_expected("merge_verified", text);
 }
 

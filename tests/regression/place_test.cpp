@@ -33,12 +33,9 @@ DescriptorConfig descriptor_config() {
   config.max_voxels = 3000;
   config.range_m = 40.0F;
   config.column_size_m = 0.35F;
-  config.min_height_m = 0.5F;
   config.window_m = 0.6F;
   config.suppression_radius_m = 1.6F;
   config.max_candidates = 500;
-  config.plane_min_cells = 12;
-  config.plane_max_variance_m2 = 0.02F;
   return config;
 }
 
@@ -56,9 +53,6 @@ LoopSearchConfig search_config() {
   config.max_bucket = 400;
   config.max_candidates = 20;
   config.max_verified = 6;
-  config.inlier_distance_m = 0.9F;
-  config.min_inliers = 4;
-  config.tilt.unknown_up_sigma_deg = 2.0F;
   config.accept_confidence = 0.8F;
   return config;
 }
@@ -168,7 +162,6 @@ TEST_CASE("places and the search among them, as before on every platform", "[reg
   tight.max_candidates = 8;
   tight.max_per_session = 1;
   tight.max_verified = 3;
-  tight.inlier_distance_m = 0.5F;
   text += "tight\n";
   search_all(places, tight, {30, 100, 2.0F}, text);
   check_expected("places", text);

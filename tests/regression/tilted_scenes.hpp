@@ -72,9 +72,7 @@ inline std::vector<Pose> with_drift(const std::vector<Pose>& truth, Random& rand
 
 inline OdometryNoiseConfig some_noise() {
   OdometryNoiseConfig noise;
-  noise.translation_floor_m = 0.03;
   noise.translation_m_per_sqrt_m = 0.025;
-  noise.rotation_floor_rad = 0.002;
   noise.rotation_rad_per_sqrt_m = 0.0015;
   return noise;
 }

@@ -2,31 +2,19 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <concepts>
 
 #include "unimapper/core/keyframe.hpp"
-#include "unimapper/core/parameter_table.hpp"
 #include "unimapper/core/pose.hpp"
 
 namespace unimapper {
 
-/// How far the z axes of keyframes' frames may be from each other. One rule for the search for
-/// loops, on the robot and at the base, and for their verification.
-struct TiltConfig {
-  float unknown_up_sigma_deg = 1.25F;
-  float max_sigmas = 4.0F;
-};
+/// How far a keyframe's z axis is from up, standard deviation, where neither its walls nor
+/// `OdometryConfig::up_sigma_deg` tell; measured.
+inline constexpr float kUnknownUpSigmaDeg = 1.25F;
 
-template <std::same_as<TiltConfig> C>
-consteval auto parameters_of(const C*) {
-  return parameter_table(
-      parameter<&C::unknown_up_sigma_deg>(
-          "[0.01, 30]", "°", "measured",
-          "How far a keyframe's z axis is from up, standard deviation, where neither its walls nor "
-          "odometry.up_sigma_deg tell."),
-      parameter<&C::max_sigmas>("[1, 100]", "", "choice",
-                                "A loop that is tilted by more standard deviations is refused."));
-}
+/// A loop that is tilted by more standard deviations is refused: by the search for loops, on the
+/// robot and at the base, and by their verification.
+inline constexpr double kMaxTiltSigmas = 4.0;
 
 /// The tilt of a relative pose: x and y of the query's z axis in the match's frame, rad.
 [[nodiscard]] inline Eigen::Vector2d tilt_of(const Pose& T_match_query) noexcept {
@@ -38,13 +26,12 @@ consteval auto parameters_of(const C*) {
 [[nodiscard]] Pose with_tilt(const Pose& T_match_query, const Eigen::Vector2d& tilt) noexcept;
 
 /// What is known of the tilt of a relative pose before anything is matched: it is zero, with the
-/// covariance of both keyframes' up. Where a keyframe does not know up, that is the configured one.
-/// No heap; the same bits on every machine.
+/// covariance of both keyframes' up. Where a keyframe does not know up, its z axis is up within
+/// `kUnknownUpSigmaDeg`. No heap; the same bits on every machine.
 class TiltPrior {
  public:
   /// `T_match_query`: of which only the turn about the vertical counts.
-  TiltPrior(const KeyframeUp& match, const KeyframeUp& query, const Pose& T_match_query,
-            const TiltConfig& config) noexcept;
+  TiltPrior(const KeyframeUp& match, const KeyframeUp& query, const Pose& T_match_query) noexcept;
 
   /// Inverse of the tilt's covariance, 1/rad².
   [[nodiscard]] Eigen::Matrix2d information() const noexcept { return information_; }

@@ -43,12 +43,6 @@ struct MovedPart {
   std::int32_t min_mean;    ///< thousandths per cell
   float max_occupied;       ///< other keyframes per cell
 
-  /// From the members of a configuration.
-  template <typename Config>
-  [[nodiscard]] static MovedPart of(const Config& config) noexcept {
-    return {config.moved_part_cells, in_thousandths(config.moved_part_log_odds),
-            config.moved_part_occupied};
-  }
   /// Whether the part moved. O(1).
   [[nodiscard]] bool holds(const EvidenceSum& part) const noexcept {
     return part.cells >= min_cells &&

@@ -5,8 +5,9 @@
 
 namespace unimapper {
 
-/// What robot and base agree on, measured once for both (docs/tuning.md): the defaults of their
-/// configurations. Log-odds are of "dynamic" (paper section IV-D, equation 6).
+/// What robot and base agree on, measured once for both (docs/tuning.md): the base uses it, and a
+/// robot unless it is configured otherwise. Log-odds are of "dynamic" (paper section IV-D, equation
+/// 6).
 struct EvidenceDefaults {
   static constexpr float kLogOddsFree = 0.85F;             ///< seen through
   static constexpr float kLogOddsOccupied = 0.425F;        ///< occupied in another keyframe

@@ -22,7 +22,7 @@ namespace unimapper::merge {
 struct AlignmentSession {
   std::vector<Pose> T_odometry_keyframe;  ///< by keyframe: keyframe frame to odometry frame, metres
   double central_score = 0.0;             ///< suitability as the central map; larger is better
-  /// How far its keyframes see, metres (`AcceptanceConfig::full_extent_m`); 0: unknown, far.
+  /// How far its keyframes see, metres (`AcceptanceConfig::kFullExtentM`); 0: unknown, far.
   double extent_m = 0.0;
   /// Before keyframes and score: the session with the largest becomes the central map.
   int central_priority = 0;

@@ -52,7 +52,7 @@ class RegistrationCloud {
  private:
   void thin(const std::vector<Eigen::Vector3f>& points, const std::vector<std::uint8_t>& ground,
             float leaf_m);
-  void estimate_covariances(const RegistrationConfig& config);
+  void estimate_covariances();
 
   std::vector<Eigen::Vector3f> points_;
   std::vector<Eigen::Matrix3f> covariances_;

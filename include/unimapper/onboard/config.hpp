@@ -185,9 +185,7 @@ struct FreeSpaceConfig {
   float horizontal_fov_deg = 360.0F;
   float elevation_min_deg = -45.0F;
   float elevation_max_deg = 45.0F;
-  std::uint32_t min_returns = 3;
   float range_margin_m = EvidenceDefaults::kRangeMarginM;
-  float range_margin_relative = EvidenceDefaults::kRangeMarginRelative;
   float full_weight_range_m = 0.0F;
   bool own_keyframe = true;
   float ray_spacing_deg = 0.0F;
@@ -232,15 +230,9 @@ consteval auto parameters_of(const C*) {
                                        "Lower edge of the field of view, below elevation_max_deg."),
       parameter<&C::elevation_max_deg>("[-90, 90]", "°", "sensor",
                                        "Upper edge of the field of view."),
-      parameter<&C::min_returns>("[1, 9]", "pixels", "measured",
-                                 "A pixel holds the smallest range among itself and its "
-                                 "eight neighbours, of which at least this many must have returned "
-                                 "something."),
       parameter<&C::range_margin_m>("[0.05, 5]", "m", "measured",
                                     "A cell is seen through if the image's range exceeds the "
-                                    "cell's by this and range_margin_relative."),
-      parameter<&C::range_margin_relative>(
-          "[0, 0.2]", "", "measured", "Share of a cell's range that is added to range_margin_m."),
+                                    "cell's by this and 1 %."),
       parameter<&C::full_weight_range_m>("[0, 500]", "m", "measured; sensor",
                                          "Up to this range a cell that was seen through counts in "
                                          "full, beyond it in proportion: the farther out, the more "
@@ -274,7 +266,6 @@ struct RemovalConfig {
   bool components = true;
   float connecting_height_m = EvidenceDefaults::kConnectingHeightM;
   float component_dynamic_share = 0.3F;
-  float component_static_share = EvidenceDefaults::kComponentStaticShare;
   float confirmed_static_log_odds = EvidenceDefaults::kConfirmedStaticLogOdds;
   bool confirmed_static_connects = false;
   /// Cells at or above this log-odds stay dynamic whatever their component is: a walker in
@@ -322,13 +313,12 @@ consteval auto parameters_of(const C*) {
                                          "component they touch, but do not connect components: "
                                          "kerbs and grass would tie every walker to the next "
                                          "wall."),
-      parameter<&C::component_dynamic_share>("[0, 1]", "", "measured",
+      parameter<&C::component_dynamic_share>("[0.1, 1]", "", "measured",
                                              "A component is dynamic if at least this share of the "
                                              "evidence for and against its cells says so, each "
-                                             "cell's counted up to confirmed_static_log_odds."),
-      parameter<&C::component_static_share>("[0, 1]", "", "measured",
-                                            "With less than this share it is static; between the "
-                                            "two each cell stands for itself."),
+                                             "cell's counted up to confirmed_static_log_odds. With "
+                                             "less than 0.1 it is static; between the two each "
+                                             "cell stands for itself."),
       parameter<&C::confirmed_static_log_odds>("[0.001, 1000]", "", "measured",
                                                "Cells at or below minus this log-odds stay static "
                                                "whatever their component is: a van that "

@@ -10,7 +10,6 @@
 #include "unimapper/core/expected.hpp"
 #include "unimapper/core/grid_size.hpp"
 #include "unimapper/core/parameter_table.hpp"
-#include "unimapper/core/tilt_prior.hpp"
 
 namespace unimapper {
 
@@ -21,12 +20,9 @@ struct DescriptorConfig {
   std::uint32_t max_voxels = 1U << 14U;
   float range_m = 50.0F;
   float column_size_m = 0.3F;
-  float min_height_m = 0.3F;
   float window_m = 0.7F;
   float suppression_radius_m = 2.0F;
   std::uint32_t max_candidates = 4096;
-  std::uint32_t plane_min_cells = 10;
-  float plane_max_variance_m2 = 0.01F;
 
   /// `kOk`, or what is wrong in words.
   [[nodiscard]] Error validate() const noexcept;
@@ -44,9 +40,6 @@ consteval auto parameters_of(const C*) {
                              "are described."),
       parameter<&C::column_size_m>("[0.2, 1]", "m", "about 1.5 fine cells",
                                    "Grid step of the map of vertical structure."),
-      parameter<&C::min_height_m>("[0, 3]", "m", "measured",
-                                  "Structure lower than this above the local ground is ignored "
-                                  "(kerbs, grass)."),
       parameter<&C::window_m>(
           "[0.2, 1]", "m", "measured",
           "Neighbourhood over which a corner is evaluated, standard deviation."),
@@ -54,12 +47,7 @@ consteval auto parameters_of(const C*) {
                                           "No two keypoints lie closer than this."),
       parameter<&C::max_candidates>("[8, 65535]", "", "choice",
                                     "Corner candidates considered before suppression, no fewer "
-                                    "than max_keypoints."),
-      parameter<&C::plane_min_cells>("[4, 1000]", "", "STD",
-                                     "A coarse voxel with at least so many cells may be a plane."),
-      parameter<&C::plane_max_variance_m2>("(0, 1]", "m²", "STD",
-                                           "Largest variance of a plane's cells along its "
-                                           "normal."));
+                                    "than max_keypoints."));
 }
 
 /// What the cells are like that `PlaceDescriber` is given: follows from the stage before.
@@ -81,7 +69,6 @@ struct TriangleConfig {
   std::uint32_t neighbours = 12;
   float min_side_m = 4.0F;
   float max_side_m = 40.0F;
-  float min_height_m = 1.0F;
   std::uint32_t max_triangles = 500;
 };
 
@@ -93,8 +80,6 @@ consteval auto parameters_of(const C*) {
       parameter<&C::min_side_m>("[0.5, 20]", "m", "measured", "Shortest side."),
       parameter<&C::max_side_m>("[0.5, 300]", "m", "measured",
                                 "Longest side, no shorter than min_side_m."),
-      parameter<&C::min_height_m>("[0.1, 10]", "m", "measured",
-                                  "Flatter triangles have no reliable orientation."),
       parameter<&C::max_triangles>("[16, 20000]", "", "measured", "Triangles kept of a place."));
 }
 
@@ -112,9 +97,6 @@ struct LoopSearchConfig {
   std::uint32_t max_candidates = 32;
   std::uint32_t max_per_session = 0;
   std::uint32_t max_verified = 4;
-  float inlier_distance_m = 0.8F;
-  std::uint32_t min_inliers = 5;
-  TiltConfig tilt;  ///< prior on the tilt between two keyframes
   float accept_confidence = 0.97F;
 
   /// `kOk`, or what is wrong in words.
@@ -150,11 +132,6 @@ consteval auto parameters_of(const C*) {
                                      "resembles everything keeps no others out; 0: no limit."),
       parameter<&C::max_verified>("[1, 256]", "", "measured",
                                   "Candidates whose planes are compared."),
-      parameter<&C::inlier_distance_m>("[0.2, 3]", "m", "measured",
-                                       "Keypoints this close to each other agree with a pose."),
-      parameter<&C::min_inliers>("[3, 255]", "", "measured",
-                                 "Fewer agreeing keypoints are no hypothesis."),
-      parameters_in<&C::tilt>(),
       parameter<&C::accept_confidence>("[0, 1]", "", "measured",
                                        "Candidates that are right with at least this probability "
                                        "are accepted."));

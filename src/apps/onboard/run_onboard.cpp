@@ -22,6 +22,7 @@
 #include "src/apps/onboard/share.hpp"
 #include "src/apps/output_guard.hpp"
 #include "unimapper/config/config_json.hpp"
+#include "unimapper/core/tilt_prior.hpp"
 #include "unimapper/core/voxel_key.hpp"
 #include "unimapper/merge/loops_csv.hpp"
 #include "unimapper/onboard/owned_pipeline.hpp"
@@ -142,10 +143,10 @@ void print_up(const RunStatistics& statistics, const PipelineConfig& config) {
     std::fprintf(
         stderr,
         "onboard: warning: up is unknown in %llu keyframes%s; loops take their z axis to be "
-        "up within %.1f deg (loop_search.tilt.unknown_up_sigma_deg)\n",
+        "up within %.1f deg\n",
         static_cast<unsigned long long>(unknown),
         config.odometry.up_sigma_deg > 0.0F ? "" : ", and odometry.up_sigma_deg promises nothing",
-        static_cast<double>(config.loop_search.tilt.unknown_up_sigma_deg));
+        static_cast<double>(kUnknownUpSigmaDeg));
   }
   if (statistics.keyframes_up_contradicted() == 0) return;
   std::fprintf(stderr,
