@@ -7,16 +7,11 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <sstream>
+#include <string>
 
 namespace unimapper::linux_port {
 namespace {
-
-std::string text_of_file(const std::filesystem::path& path) {
-  std::ifstream in(path);
-  return std::string(std::istreambuf_iterator<char>(in), {});
-}
 
 unsigned usable_cores() {
   cpu_set_t cores;
@@ -43,6 +38,14 @@ unsigned processes_called(const std::string& name) {
 }
 
 }  // namespace
+
+std::string text_of_file(const std::filesystem::path& path) {
+  std::ifstream in(path);
+  std::string text;
+  // An iterator over the buffer would throw where the process ends meanwhile.
+  std::getline(in, text, '\0');
+  return text;
+}
 
 std::string processor_model(const std::string& cpuinfo) {
   std::istringstream lines(cpuinfo);

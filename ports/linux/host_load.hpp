@@ -1,6 +1,7 @@
 // Load of a host while times are taken on it.
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 namespace unimapper::linux_port {
@@ -18,6 +19,9 @@ struct HostLoad {
 
 /// As it is now. Reads /proc: a few milliseconds where there are hundreds of processes.
 [[nodiscard]] HostLoad host_load();
+
+/// What a file holds; empty if it cannot be read, also where its process ends meanwhile.
+[[nodiscard]] std::string text_of_file(const std::filesystem::path& path);
 
 /// The model in the text of /proc/cpuinfo: "model name" on a PC, "Model" on ARM boards; empty if
 /// there is none.

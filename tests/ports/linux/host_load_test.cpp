@@ -18,6 +18,12 @@ TEST_CASE("the processor is what the system calls it") {
   CHECK(processor_model("model name :   ").empty());
 }
 
+TEST_CASE("what opens and cannot be read is empty, as a file of a process that ends meanwhile") {
+  CHECK(text_of_file("/proc").empty());
+  CHECK(text_of_file("/proc/nobody").empty());
+  CHECK(!text_of_file("/proc/self/comm").empty());
+}
+
 TEST_CASE("the load is the first figure, or unknown") {
   CHECK(load_of_a_minute("4.95 4.29 3.43 7/391 12345\n") == 4.95);
   CHECK(load_of_a_minute("0.00") == 0.0);
