@@ -120,7 +120,7 @@ int main(int argc, char** argv) {
   }
   try {
     open_pipe();
-    const bench::Drive drive(*datasets::open_dataset(dataset), static_cast<std::size_t>(-1));
+    const bench::Drive drive(*datasets::open_dataset(dataset));
     Counts counts = count(drive, *sensor, there_and_back, keyframes);
     for (std::size_t stage = 0; stage < kStages; ++stage) {
       std::printf("%s %.0f\n", stage_name(static_cast<Stage>(stage)).data(),

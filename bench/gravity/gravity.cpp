@@ -17,20 +17,12 @@ using namespace unimapper;
 
 namespace {
 
-struct Options {
-  std::vector<std::string> recordings;
-  std::string sensor;
-  std::vector<double> tilt_deg = {0.0, 0.0};
-  float up_sigma_deg = 0.0F;
-  std::size_t first = 3;
-  bool each = false;
-};
+constexpr std::uint32_t kFirstKeyframe = 2;  // from 0; up is rarely known before
 
 /// What is found in one recording, or in all of them.
 struct Result {
   std::size_t keyframes = 0;
   std::size_t within = 0;
-  std::size_t contradicted = 0;
   std::vector<double> error_deg;  ///< where up is known
   std::vector<double> sigma_deg;  ///< the larger standard deviation there
   std::vector<double> odometry_deg;
@@ -38,7 +30,6 @@ struct Result {
   void add(const Result& other) {
     keyframes += other.keyframes;
     within += other.within;
-    contradicted += other.contradicted;
     const auto append = [](std::vector<double>& to, const std::vector<double>& from) {
       to.insert(to.end(), from.begin(), from.end());
     };
@@ -54,51 +45,39 @@ double angle_deg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 
 /// The rotation by which all poses are turned: what odometry from identity does where the sensor is
 /// mounted tilted. The points stay as they are.
-Eigen::Matrix3d tilt_of(const Options& options) {
-  const double roll = options.tilt_deg[0] / kDegreesPerRadian;
-  const double pitch = options.tilt_deg[1] / kDegreesPerRadian;
-  return (Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
-          Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()))
+Eigen::Matrix3d tilt_of(const std::vector<double>& roll_pitch_deg) {
+  return (Eigen::AngleAxisd(roll_pitch_deg[1] / kDegreesPerRadian, Eigen::Vector3d::UnitY()) *
+          Eigen::AngleAxisd(roll_pitch_deg[0] / kDegreesPerRadian, Eigen::Vector3d::UnitX()))
       .toRotationMatrix();
 }
 
-void add_keyframe(const KeyframeView& view, const Eigen::Vector3d& true_up, const Options& options,
-                  Result& result) {
-  result.contradicted += view.statistics->up_contradicted ? 1 : 0;
-  const Eigen::Vector3d in_frame = view.T_odometry_keyframe.rotation.transpose() * true_up;
-  const double error = angle_deg(in_frame, Eigen::Vector3d::UnitZ());
-  const auto xx = static_cast<double>(view.up.variance_x);
-  const auto xy = static_cast<double>(view.up.covariance_xy);
-  const auto yy = static_cast<double>(view.up.variance_y);
-  const double sigma = view.up.sigma() * kDegreesPerRadian;
-  if (options.each) {
-    std::printf("  keyframe %u: %s, error %.2f, sigma %.2f, %u walls\n", view.sequence,
-                view.up.known ? "known" : "unknown", error, sigma, view.statistics->walls);
-  }
-  if (view.sequence + 1 < options.first) return;
+void add_keyframe(const KeyframeView& view, const Eigen::Vector3d& true_up, Result& result) {
+  if (view.sequence < kFirstKeyframe) return;
   ++result.keyframes;
   result.odometry_deg.push_back(angle_deg(true_up, Eigen::Vector3d::UnitZ()));
   if (!view.up.known) return;
-  result.error_deg.push_back(error);
-  result.sigma_deg.push_back(sigma);
+  const Eigen::Vector3d in_frame = view.T_odometry_keyframe.rotation.transpose() * true_up;
+  result.error_deg.push_back(angle_deg(in_frame, Eigen::Vector3d::UnitZ()));
+  result.sigma_deg.push_back(view.up.sigma() * kDegreesPerRadian);
   // Two dimensions: 95.4 % of what is normal lies within.
+  const auto xx = static_cast<double>(view.up.variance_x);
+  const auto xy = static_cast<double>(view.up.covariance_xy);
+  const auto yy = static_cast<double>(view.up.variance_y);
   const double x = in_frame.x();
   const double y = in_frame.y();
   const double squared = (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy);
   result.within += squared <= 6.18 ? 1 : 0;
 }
 
-Result run(const std::string& recording, const Options& options) {
+Result run(const std::string& recording, const Eigen::Matrix3d& tilt) {
   const auto dataset = datasets::open_dataset(recording);
-  const std::string name = options.sensor.empty() ? dataset->sensor() : options.sensor;
+  const std::string name = dataset->sensor();
   const SensorModel* const sensor = find_sensor(name.empty() ? "hdl-64e" : name);
   if (sensor == nullptr) throw std::runtime_error("unknown sensor " + name);
   PipelineConfig config = preset(sensor->kind);
-  config.odometry.up_sigma_deg = options.up_sigma_deg;
   config.loop_search.max_places = 16;
   OwnedPipeline pipeline(config);
   if (!pipeline) throw std::runtime_error(pipeline.error().message);
-  const Eigen::Matrix3d tilt = tilt_of(options);
   const std::vector<Pose> truth = dataset->ground_truth_poses();
   Result result;
   const auto take_keyframe = [&] {
@@ -108,7 +87,7 @@ Result run(const std::string& recording, const Options& options) {
     const Eigen::Vector3d up_in_sensor =
         truth.empty() ? dataset->pose(scan.scan_index).rotation.row(2).transpose().eval()
                       : truth[scan.scan_index].rotation.row(2).transpose().eval();
-    add_keyframe(view, scan.T_odometry_sensor.rotation * up_in_sensor, options, result);
+    add_keyframe(view, scan.T_odometry_sensor.rotation * up_in_sensor, result);
   };
   datasets::Scan scan;
   for (std::size_t i = 0; i < dataset->scan_count(); ++i) {
@@ -130,11 +109,10 @@ void print(const std::string& name, Result result) {
   };
   const std::size_t known = result.error_deg.size();
   std::printf(
-      "%-34s %4zu %4zu %6.2f %6.2f %6.2f %6.2f %6.2f %5.1f %4zu\n", name.c_str(), result.keyframes,
+      "%-34s %4zu %4zu %6.2f %6.2f %6.2f %6.2f %6.2f %5.1f\n", name.c_str(), result.keyframes,
       known, at(result.odometry_deg, 0.5), at(result.error_deg, 0.5), at(result.error_deg, 0.95),
       at(result.error_deg, 1.0), at(result.sigma_deg, 0.5),
-      known == 0 ? 0.0 : 100.0 * static_cast<double>(result.within) / static_cast<double>(known),
-      result.contradicted);
+      known == 0 ? 0.0 : 100.0 * static_cast<double>(result.within) / static_cast<double>(known));
   std::fflush(stdout);
 }
 
@@ -142,22 +120,17 @@ void print(const std::string& name, Result result) {
 
 int main(int argc, char** argv) {
   CLI::App app("Error of the estimated up against the truth of recordings, degrees");
-  Options options;
-  app.add_option("RECORDING", options.recordings, "Folders of recordings")->required();
-  app.add_option("--sensor", options.sensor, "LiDAR; default: as the recording says");
-  app.add_option("--tilt", options.tilt_deg,
-                 "Roll and pitch by which all poses are turned, degrees")
+  std::vector<std::string> recordings;
+  std::vector<double> tilt_deg = {0.0, 0.0};
+  app.add_option("RECORDING", recordings, "Folders of recordings")->required();
+  app.add_option("--tilt", tilt_deg, "Roll and pitch by which all poses are turned, degrees")
       ->expected(2);
-  app.add_option("--up-sigma", options.up_sigma_deg, "odometry.up_sigma_deg");
-  app.add_option("--first", options.first, "Count from this keyframe on, 1 is the first")
-      ->capture_default_str();
-  app.add_flag("--each", options.each, "Print every keyframe");
   CLI11_PARSE(app, argc, argv);
-  std::printf("%-34s %4s %4s %6s %6s %6s %6s %6s %5s %4s\n", "", "kf", "known", "odom.", "median",
-              "95 %", "max", "sigma", "in 2s", "contr");
+  std::printf("%-34s %4s %4s %6s %6s %6s %6s %6s %5s\n", "", "kf", "known", "odom.", "median",
+              "95 %", "max", "sigma", "in 2s");
   Result all;
-  for (const std::string& recording : options.recordings) {
-    const Result result = run(recording, options);
+  for (const std::string& recording : recordings) {
+    const Result result = run(recording, tilt_of(tilt_deg));
     print(std::filesystem::path(recording).lexically_normal().filename().string(), result);
     all.add(result);
   }

@@ -1,11 +1,8 @@
 #include "drive.hpp"
 
-#include <algorithm>
-
 namespace unimapper::bench {
 
-Drive::Drive(const datasets::Dataset& dataset, std::size_t scans)
-    : scans_(std::min(scans, dataset.scan_count())) {
+Drive::Drive(const datasets::Dataset& dataset) : scans_(dataset.scan_count()) {
   if (scans_.size() < 2) throw datasets::DatasetError("a drive needs two scans");
   for (std::size_t i = 0; i < scans_.size(); ++i) {
     dataset.read_scan(i, scans_[i]);

@@ -29,8 +29,8 @@ struct TimedScan {
 /// poses, and stamps that rise by the recording's own steps.
 class Drive {
  public:
-  /// Reads the first `scans` scans, at most all. Throws `DatasetError`.
-  Drive(const datasets::Dataset& dataset, std::size_t scans);
+  /// Reads all scans. Throws `DatasetError`.
+  explicit Drive(const datasets::Dataset& dataset);
 
   /// Scans of the recording.
   [[nodiscard]] std::size_t recorded() const { return scans_.size(); }

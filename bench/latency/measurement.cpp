@@ -3,7 +3,7 @@
 #include <time.h>
 
 #include <algorithm>
-#include <cmath>
+#include <cstdarg>
 #include <cstdio>
 #include <numeric>
 #include <span>
@@ -13,16 +13,34 @@
 namespace unimapper::bench {
 namespace {
 
-std::int64_t time_of(clockid_t clock) noexcept {
-  timespec now{};
-  clock_gettime(clock, &now);
-  return now.tv_sec * std::int64_t{1000000000} + now.tv_nsec;
+[[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...) {
+  char line[256];
+  va_list values;
+  va_start(values, pattern);
+  std::vsnprintf(line, sizeof line, pattern, values);
+  va_end(values);
+  return line;
+}
+
+/// A row of the table; without `is_steady` only of the warm-up.
+std::string row(std::string_view name, std::vector<double> steady_ms,
+                std::vector<double> warm_up_ms, bool is_steady) {
+  const Percentiles steady = percentiles(std::move(steady_ms));
+  const Percentiles warm_up = percentiles(std::move(warm_up_ms));
+  std::string text = "| " + std::string(name) + " |";
+  for (const double ms : {steady.p50, steady.p90, steady.p99, steady.max}) {
+    text += is_steady ? format(" %.2f |", ms) : " – |";
+  }
+  return text + format(" %.2f | %.2f |\n", warm_up.p50, warm_up.max);
 }
 
 }  // namespace
 
-std::int64_t processor_time_ns() noexcept { return time_of(CLOCK_THREAD_CPUTIME_ID); }
-std::int64_t wall_time_ns() noexcept { return time_of(CLOCK_MONOTONIC); }
+std::int64_t processor_time_ns() noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return now.tv_sec * std::int64_t{1000000000} + now.tv_nsec;
+}
 
 Percentiles percentiles(std::vector<double> values) {
   if (values.empty()) return {};
@@ -35,7 +53,6 @@ void Measurement::add(const KeyframeStatistics& statistics) {
   for (std::size_t i = 0; i < kStages; ++i) {
     stage_ms[i].push_back(static_cast<double>(statistics.stage_us[i]) * 1e-3);
   }
-  for (std::size_t i = 0; i < kDropCauses; ++i) dropped[i] += statistics.dropped[i];
 }
 
 std::vector<double> Measurement::calls_ms() const {
@@ -77,13 +94,42 @@ bool Feeder::feed(const TimedScan& scan) {
     std::fprintf(stderr, "scan at %lld ns: %s\n", static_cast<long long>(scan.stamp_ns),
                  result.error.message);
   }
-  Measurement& measurement = current();
+  Measurement& measurement = keyframes_ < warm_up_ ? measurement_.warm_up : measurement_.steady;
   measurement.calls.push_back(
       {static_cast<double>(end_ns - start_ns) * 1e-6, result.keyframe_ready, step_++, keyframes_});
   if (result.keyframe_finished) measurement.add(*pipeline_.finished_keyframe().statistics);
   if (!result.keyframe_ready) return false;
   ++keyframes_;
   return true;
+}
+
+std::string to_table(const SplitMeasurement& times, const std::string& title) {
+  const Measurement& steady = times.steady;
+  const Measurement& warm_up = times.warm_up;
+  const bool is_steady = times.is_steady();
+  std::string table =
+      format("\n| %s: ms | p50 | p90 | p99 | max | warm-up: p50 | max |\n", title.c_str()) +
+      "|---|---|---|---|---|---|---|\n";
+  for (std::size_t i = 0; i < kStages; ++i) {
+    table +=
+        row(stage_name(static_cast<Stage>(i)), steady.stage_ms[i], warm_up.stage_ms[i], is_steady);
+  }
+  table += row("every call", steady.calls_ms(), warm_up.calls_ms(), is_steady);
+  table += row("closing call", steady.calls_ms(true), warm_up.calls_ms(true), is_steady);
+  table += row("other calls", steady.calls_ms(false), warm_up.calls_ms(false), is_steady);
+  if (!is_steady) {
+    return table + format(
+                       "\nToo short for a steady state: %zu keyframes after the %zu of the "
+                       "warm-up, and it takes %zu (--there-and-back).\n",
+                       steady.keyframes(), warm_up.keyframes(), kLeastKeyframes);
+  }
+  const Call& longest = steady.longest_call();
+  table +=
+      format("\nThe longest call took %.2f ms: scan %zu of the drive, %s keyframe %u.\n",
+             longest.ms, longest.step, longest.closes ? "which closes" : "in", longest.keyframe);
+  return table + format("%.1f M points/s ingested, %.1f M points/s in all.\n",
+                        steady.points_per_second(Stage::kIngest) * 1e-6,
+                        steady.points_per_second(Stage::kTotal) * 1e-6);
 }
 
 }  // namespace unimapper::bench

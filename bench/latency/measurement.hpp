@@ -1,9 +1,10 @@
-// Latency samples of calls and keyframes, and their percentiles.
+// Latency samples of calls and keyframes, and their percentiles as a table.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "drive.hpp"
@@ -11,11 +12,11 @@
 
 namespace unimapper::bench {
 
+/// Keyframes after the warm-up that a steady state is reported from, at least.
+inline constexpr std::size_t kLeastKeyframes = 40;
+
 /// Processor time of the calling thread, nanoseconds: less dependent on other load.
 [[nodiscard]] std::int64_t processor_time_ns() noexcept;
-
-/// Wall-clock time, nanoseconds.
-[[nodiscard]] std::int64_t wall_time_ns() noexcept;
 
 /// Nearest-rank percentiles, in the unit of the values.
 struct Percentiles {
@@ -38,9 +39,7 @@ struct Call {
 struct Measurement {
   std::vector<Call> calls;
   std::array<std::vector<double>, kStages> stage_ms;
-  std::vector<double> baseline_ms;  ///< reading and hashing the same points, see `HashingBaseline`
   std::uint64_t points = 0;
-  std::array<std::uint64_t, kDropCauses> dropped{};
 
   void add(const KeyframeStatistics& statistics);
   [[nodiscard]] std::size_t keyframes() const { return stage_ms[0].size(); }
@@ -57,6 +56,9 @@ struct Measurement {
 struct SplitMeasurement {
   Measurement warm_up;
   Measurement steady;
+
+  /// Whether there are enough keyframes after the warm-up.
+  [[nodiscard]] bool is_steady() const { return steady.keyframes() >= kLeastKeyframes; }
 };
 
 /// Feeds the scans of a run one by one and sorts the samples by the keyframe they belong to.
@@ -71,10 +73,6 @@ class Feeder {
   /// Keyframes closed so far, and how many of them count as warm-up.
   [[nodiscard]] std::uint32_t keyframes() const { return keyframes_; }
   [[nodiscard]] std::uint32_t warm_up() const { return warm_up_; }
-  /// Where the next sample will go.
-  [[nodiscard]] Measurement& current() {
-    return keyframes_ < warm_up_ ? measurement_.warm_up : measurement_.steady;
-  }
 
  private:
   Pipeline& pipeline_;
@@ -84,5 +82,10 @@ class Feeder {
   std::uint32_t keyframes_ = 0;
   std::size_t step_ = 0;
 };
+
+/// Markdown: percentiles of stages and calls in the steady state and while warming up, the longest
+/// call and points per second. Dashes where the drive was too short for a steady state, which the
+/// text below then says.
+[[nodiscard]] std::string to_table(const SplitMeasurement& times, const std::string& title);
 
 }  // namespace unimapper::bench

@@ -65,9 +65,3 @@ lidar() {
 
 # The first number behind a key of a JSON file.
 number() { grep -m1 "\"$2\"" "$1" | grep -oE -- '-?[0-9.]+(e-?[0-9]+)?|null' | tail -1; }
-
-# stage FILE STAGE KEY: a figure of a stage's times in a JSON file, one decimal
-stage() {
-  sed -n "/\"$2\": {/,/}/p" "$1" |
-    awk -F': *' -v key="\"$3\"" '!done && index($1, key) { printf "%.1f", $2; done = 1 }'
-}

@@ -35,8 +35,8 @@ function places(   row, name, group, drive, count, i) {
     group = cell[name, row, 2]
     if (!(group in known)) { known[group] = 1; groups[++count] = group }
     f1[group, drive] = substr(cell[name, row, 4], 1, 5)
-    accepted[drive] += number(cell[name, row, 7], 1)
-    wrong[drive] += number(cell[name, row, 7], 2)
+    accepted[drive] += number(cell[name, row, 6], 1)
+    wrong[drive] += number(cell[name, row, 6], 2)
   }
   print "| F1 by pose: same direction / reverse | town | campus |\n|---|---|---|"
   for (i = 1; i <= count; ++i)
@@ -47,12 +47,12 @@ function places(   row, name, group, drive, count, i) {
     accepted["campus B"] + accepted["campus C"], wrong["campus B"] + wrong["campus C"]
 }
 
-# show_times(title, name): the row `title` of the table `name`, with its longest call.
-function show_times(title, name,   row, call) {
-  for (row = 2; row <= rows[name] && cell[name, row, 1] != title; ++row) {}
+# show_times(title): a row of keyframes, with its longest call.
+function show_times(title,   row, call) {
+  for (row = 2; row <= rows["keyframes"] && cell["keyframes", row, 1] != title; ++row) {}
   for (call = 2; call <= rows["latency-calls"] && cell["latency-calls", call, 1] != title; ++call) {}
-  printf "| %s | %s | %s | %s | %s |\n", title, cell[name, row, 7], cell[name, row, 5],
-    cell[name, row, 6], last(cell["latency-calls", call, 2])
+  printf "| %s | %s | %s | %s | %s |\n", title, cell["keyframes", row, 7],
+    cell["keyframes", row, 5], cell["keyframes", row, 6], last(cell["latency-calls", call, 2])
 }
 
 # The last of "2.4 / 9.8 / 27.3 / 30.6".
@@ -60,9 +60,9 @@ function last(figures,   parts) { return parts[split(figures, parts, " / ")] }
 
 function times() {
   print "| ms per keyframe of one second, p50 / p99 | ingest | removal | description | longest call |\n|---|---|---|---|---|"
-  show_times("OS2-128", "keyframes-simulated")
-  show_times("OS2-128, dense street (seed 3)", "keyframes-simulated")
-  show_times("KITTI raw 0005, there and back", "keyframes-recorded")
+  show_times("OS2-128")
+  show_times("OS2-128, dense street (seed 3)")
+  show_times("KITTI raw 0005, there and back")
 }
 
 /^<!-- table [a-z0-9-]+: / { name = $3; sub(/:$/, "", name) }

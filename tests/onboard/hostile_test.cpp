@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "bench/latency/hostile_scans.hpp"
+#include "hostile_scans.hpp"
 #include "run.hpp"
 #include "src/onboard/tile_directory.hpp"
 

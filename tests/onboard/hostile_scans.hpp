@@ -1,6 +1,6 @@
 // Generator of hostile (adversarial) scans that maximise the pipeline's work.
 //
-// Used by the tests that bound this work and by the benchmark that times it.
+// Used by the tests that bound this work.
 #pragma once
 
 #include <Eigen/Core>
