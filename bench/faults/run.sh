@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Delivery from robots to the base under faults and forgeries: the table of docs/results.md.
+# Delivery from robots to the base under faults: the table of docs/results.md.
 #
-#   bench/faults/run.sh [ROW...]   rows by the names in rows.sh, all by default (eight minutes)
+#   bench/faults/run.sh [ROW...]   rows by the names in rows.sh, all by default (six minutes)
 #
 # Real processes on multicast in a network namespace of their own, where a relay between the robots'
 # group and the base's loses, holds, repeats and damages datagrams as a seed says. Ends with 77 where
@@ -24,12 +24,13 @@ source bench/faults/processes.sh
 bin=${BIN:-build/release/bin}
 out=${OUT:-build/bench/faults}
 seed=${SEED:-1}
-row_names=${*:-$all_rows}
+row_names=${*:-$(rows | cut -d'|' -f1)}
 longest=100
 [ -z "${FULL:-}" ] || longest=1500
 
 # row_cells ROW: the cells of a row. In a shell of its own: what it started ends with it.
 row_cells() {
+  local command
   row=$out/$1
   rm -rf "$row"
   mkdir -p "$row"
@@ -39,10 +40,13 @@ row_cells() {
   disk=
   keys=
   bases=0
+  robots=()
   store=$row/store
-  "row_$1"
+  command=$(row_field "$1" 3)
+  $command
   end_row
-  figures
+  bench/faults/outcome.py "$store" "$(peak base) / $(peak robot)$base_fell" "${robots[@]}"
+  [ -z "$disk" ] || umount "$disk"
 }
 
 # row_or_error ROW: the cells of a row; one that failed is no reason to do without the others
@@ -59,33 +63,16 @@ row_or_error() {
     touch "$out/failed"
     cells="failed | – | – | – | – | – | –"
   fi
-  echo "$(title "$1"): $cells" >&2
+  echo "$(row_field "$1" 2): $cells" >&2
   echo "$cells"
-}
-
-# figures: of the row that has ended
-figures() {
-  local peaks peak
-  for peak in base robot; do
-    peaks+=$(awk '$1 == "peak_kb" && $2 > most { most = $2 } END { printf "%.0f", most / 1024 }' \
-      "$row/$peak"-*.process)
-    [ $peak = robot ] || peaks+=" / "
-  done
-  [ -z "$base_fell" ] || peaks+=" (base ended early)"
-  awk -v peaks="$peaks" -f bench/faults/figures.awk "$row/$current_base.out" "$row"/robot-*.out
 }
 
 faults_table() {
   local name
   echo "| fault | keyframes sent | stored | lost | duplicated | falsely reported | peak of base / robot, MB | time to catch up, s |"
   rule 8
-  for name in $row_names; do
-    row "$(title "$name")" 7 row_or_error "$name"
-  done
-  if [ -e "$out/failed" ]; then
-    echo "error: rows failed; the table is not written" >&2
-    return 1
-  fi
+  for name in $row_names; do row "$(row_field "$name" 2)" 7 row_or_error "$name"; done
+  [ ! -e "$out/failed" ] || { echo "error: rows failed; the table is not written" >&2; return 1; }
 }
 
 check() {
@@ -96,14 +83,12 @@ check() {
 
 # Disks of its own too.
 enter_namespace nm "$@"
-if ! only_layout; then
-  mkdir -p "$out"
-  out=$(cd "$out" && pwd)
-  rm -f "$out/failed"
-fi
 if only_layout; then
   table delivery-faults faults_table
-else
-  table delivery-faults faults_table | tee "$out/table.md"
-  [ -z "${CHECK:-}" ] || check
+  exit
 fi
+mkdir -p "$out"
+out=$(cd "$out" && pwd)
+rm -f "$out/failed"
+table delivery-faults faults_table | tee "$out/table.md"
+[ -z "${CHECK:-}" ] || check

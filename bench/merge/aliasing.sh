@@ -31,7 +31,7 @@ merge_pair() {
   local trial=$1 other=$2
   "$unimapper" merge "$out/runs/$trial/A" "$out/runs/$trial/$other" --out "$out/map" --replace \
     --allow-unconnected >/dev/null 2>"$out/merge.log"
-  echo "${trial%-*} $other ${trial##*-} $(bench/merge/overlap_error.py "$out/map" \
+  echo "${trial%-*} $other ${trial##*-} $(bench/merge/errors.py overlap "$out/map" \
     "A=$out/data/$trial/A" "$other=$out/data/$trial/$other")" >>"$out/trials.txt"
 }
 

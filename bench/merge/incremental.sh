@@ -11,29 +11,12 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=bench/tables/common.sh
 source bench/tables/common.sh
-# shellcheck source=bench/merge/runs.sh
-source bench/merge/runs.sh
+# shellcheck source=bench/merge/project.sh
+source bench/merge/project.sh
 
 seeds=${1:-3}
 out=${OUT:-build/bench/incremental}
 unimapper=${BIN:-build/release/bin}/unimapper
-
-# timed NAME COMMAND...: its messages to NAME.txt; prints its processor time, s
-timed() {
-  local TIMEFORMAT='%U %S'
-  { time "${@:2}" >"$out/$1.txt" 2>&1; } 2>&1 | awk '{ printf "%.1f", $1 + $2 }'
-}
-
-# loops NAME: verified and known ones of a merge
-loops() { awk '/loops verified/ { print $2 " | " $5 }' "$out/$1.txt"; }
-
-# cells NAME: of a merge of a project
-cells() { printf '%s | %s' "$(loops "$1")" "${seconds[$1]}"; }
-
-# whole_cells: of `unimapper merge`, which knows nothing
-whole_cells() { printf -- '- | - | %s' "${seconds[merge]}"; }
-
-declare -A seconds
 runs=()
 
 # make_runs SEED: `runs`
@@ -49,20 +32,23 @@ make_runs() {
   done
 }
 
-# measure SEED: seconds of the ninth session's merge, of that of all nine, and of `unimapper merge`
+# measure SEED: the ninth session's merge, that of all nine, and `unimapper merge`
 measure() {
-  local store
   make_runs "$1"
-  rm -rf "$out/store" "$out/whole"
-  for store in store whole; do "$unimapper" map create --store "$out/$store" >/dev/null; done
-  "$unimapper" map add --store "$out/store" "${runs[@]:0:8}" >/dev/null 2>&1
-  "$unimapper" map merge --store "$out/store" >/dev/null 2>&1
-  "$unimapper" map add --store "$out/store" "${runs[8]}" >/dev/null 2>&1
-  "$unimapper" map add --store "$out/whole" "${runs[@]}" >/dev/null 2>&1
-  seconds[ninth]=$(timed ninth "$unimapper" map merge --store "$out/store")
-  seconds[nine]=$(timed nine "$unimapper" map merge --store "$out/whole")
-  seconds[merge]=$(timed merge "$unimapper" merge "${runs[@]}" --out "$out/map" --replace)
+  project "$out/store" "${runs[@]:0:8}"
+  map merge "$out/store"
+  map add "$out/store" "${runs[8]}"
+  measured ninth "$unimapper" map merge --store "$out/store"
+  project "$out/store" "${runs[@]}"
+  measured nine "$unimapper" map merge --store "$out/store"
+  measured merge "$unimapper" merge "${runs[@]}" --out "$out/map" --replace
 }
+
+# cells NAME: verified and known loops of a merge of a project, and its processor time
+cells() { printf '%s | %s' "$(awk '/loops verified/ { print $2 " | " $5 }' "$out/$1.txt")" "${seconds[$1]}"; }
+
+# whole_cells: of `unimapper merge`, which knows nothing
+whole_cells() { echo "- | - | ${seconds[merge]}"; }
 
 rows() {
   local seed
@@ -76,16 +62,14 @@ rows() {
   done
 }
 
-# stage_cells SCANS RUN...: what follows from poses, milliseconds a keyframe of ten scans
+# stage_cells KEYFRAMES RUN...: what follows from poses, milliseconds a keyframe
 stage_cells() {
-  local keyframes=$((($# - 1) * $1 / 10))
+  local stage separator=
   "$unimapper" merge "${@:2}" --threads 1 --out "$out/map" --replace >/dev/null 2>&1
-  python3 - "$out/map/timing.json" "$keyframes" <<'PY'
-import json, sys
-seconds = json.load(open(sys.argv[1]))
-stages = ["refinement of labels", "unified map", "changes between sessions"]
-print(" | ".join("%.1f" % (1000 * seconds[stage] / int(sys.argv[2])) for stage in stages), end="")
-PY
+  for stage in "refinement of labels" "unified map" "changes between sessions"; do
+    printf '%s%s' "$separator" "$(number "$out/map/timing.json" "$stage" | awk -v n="$1" '{ printf "%.1f", 1000 * $1 / n }')"
+    separator=" | "
+  done
 }
 
 # dense_cells SEED: of an OS2-128
@@ -95,7 +79,7 @@ dense_cells() {
     make_run "os2-128-$1-$route" --sensor os2-128 --route "$route" --seed "$1" --scans 300
     dense+=("$out/runs/os2-128-$1-$route")
   done
-  stage_cells 300 "${dense[@]}"
+  stage_cells 90 "${dense[@]}"
 }
 
 stage_rows() {
@@ -104,7 +88,8 @@ stage_rows() {
   echo "| one thread, ms per keyframe | refinement of labels | unified map | changes between sessions |"
   rule 4
   for sessions in 3 6 9; do
-    row "VLP-16: $sessions sessions, $((sessions * 20)) keyframes" 3 stage_cells 200 "${runs[@]:0:sessions}"
+    row "VLP-16: $sessions sessions, $((sessions * 20)) keyframes" 3 stage_cells $((sessions * 20)) \
+      "${runs[@]:0:sessions}"
   done
   row "OS2-128: 3 sessions, 90 keyframes" 3 dense_cells "$last"
 }

@@ -12,8 +12,8 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=bench/tables/common.sh
 source bench/tables/common.sh
-# shellcheck source=bench/merge/runs.sh
-source bench/merge/runs.sh
+# shellcheck source=bench/merge/project.sh
+source bench/merge/project.sh
 
 seeds=${1:-2}
 shared="town-vlp-16 town-os2-128 town-livox-avia campus-vlp-16 hall-vlp-16"
@@ -22,24 +22,19 @@ scenes=${SCENES:-$shared $copied}
 out=${OUT:-build/bench/localisation}
 unimapper=${BIN:-build/release/bin}/unimapper
 
-# map TRIAL: a store with the map of route A, and its trajectory
-map() {
+# map_of TRIAL: a store with the map of route A, and its trajectory
+map_of() {
   local store=$out/maps/$1
   [ ! -e "$store.tum" ] || return 0
-  rm -rf "$store" "$store-map"
-  mkdir -p "$out/maps"
-  "$unimapper" map create --store "$store" >/dev/null
-  "$unimapper" map add --store "$store" "$out/runs/$1/A" >/dev/null 2>&1
-  "$unimapper" map merge --store "$store" >/dev/null 2>&1
-  "$unimapper" map export --store "$store" --out "$store-map" >/dev/null 2>&1
+  merged_map "$store" "$store-map" "$out/runs/$1/A"
   cp "$store-map/trajectories/A.tum" "$store.tum"
 }
 
-# answers TRIAL ROUTE: a line as of bench/merge/localisation_error.py, mean and longest time in ms
+# answers TRIAL ROUTE: a line as of `errors.py localised`, mean and longest time in ms
 answers() {
   "$unimapper" localise "$out/runs/$1/$2" --store "$out/maps/$1" --json --replace \
     --out "$out/run.tum" >"$out/run.json" 2>"$out/run.txt"
-  echo "$(bench/merge/localisation_error.py "$out/run.json" "$out/maps/$1.tum" "$out/data/$1/A" \
+  echo "$(bench/merge/errors.py localised "$out/run.json" "$out/maps/$1.tum" "$out/data/$1/A" \
     "$out/run.tum" "$out/data/$1/$2") $(awk '/ ms each, / { print $(NF - 6), $(NF - 3) }' "$out/run.txt")"
 }
 
@@ -51,7 +46,7 @@ cells() {
       make_run "$name-$seed/$route" --scene "${name%%-*}" --sensor "${name#*-}" --seed "$seed" \
         --route "$route" --scans 300
     done
-    map "$name-$seed"
+    map_of "$name-$seed"
     answers "$name-$seed" "$2"
   done | awk '
     { keyframes += $1; localised += $2; ms += $8 * $1; if ($9 > longest) longest = $9 }

@@ -11,31 +11,19 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=bench/tables/common.sh
 source bench/tables/common.sh
-# shellcheck source=bench/merge/runs.sh
-source bench/merge/runs.sh
+# shellcheck source=bench/merge/project.sh
+source bench/merge/project.sh
 
 seeds=${1:-3}
 out=${OUT:-build/bench/memory}
-bin=${BIN:-build/release/bin}
-unimapper=$bin/unimapper
+unimapper=${BIN:-build/release/bin}/unimapper
 small_mb=100
 default_mb=2000
 fleet=36000
 
-declare -A peak_mb seconds
-
-# measured KEY COMMAND...: its peak memory and its processor time under that key
-measured() {
-  local times TIMEFORMAT='%U %S'
-  times=$({ time "$bin/fault_process" "$out/process.txt" "${@:2}" >"$out/$1.txt" 2>&1; } 2>&1)
-  seconds[$1]=$(awk '{ printf "%.1f", $1 + $2 }' <<<"$times")
-  peak_mb[$1]=$(awk '/peak_kb/ { printf "%.0f", $2 / 1000 }' "$out/process.txt")
-}
-
 # measure SEED: merges and exports of two drives and of three
 measure() {
-  local route day=0 drives limit store
-  local runs=()
+  local route day=0 drives limit runs=()
   for route in A B C; do
     make_run "$1-$route" --sensor os2-128 --route "$route" --day "$day" --seed "$1" --scans 300
     runs+=("$out/runs/$1-$route")
@@ -43,12 +31,9 @@ measure() {
   done
   for drives in 2 3; do
     for limit in $default_mb $small_mb; do
-      store=$out/store
-      rm -rf "$store"
-      "$unimapper" map create --store "$store" >/dev/null
-      "$unimapper" map add --store "$store" "${runs[@]:0:drives}" >/dev/null 2>&1
-      measured "merge-$drives-$limit" "$unimapper" map merge --store "$store" --memory "$limit"
-      measured "export-$drives-$limit" "$unimapper" map export --store "$store" \
+      project "$out/store" "${runs[@]:0:drives}"
+      measured "merge-$drives-$limit" "$unimapper" map merge --store "$out/store" --memory "$limit"
+      measured "export-$drives-$limit" "$unimapper" map export --store "$out/store" \
         --memory "$limit" --out "$out/map" --replace
     done
   done
@@ -79,5 +64,4 @@ rows() {
   done
 }
 
-only_layout || mkdir -p "$out"
 table merge-memory rows

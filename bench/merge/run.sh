@@ -17,13 +17,10 @@ demo() {  # demo NAME [ARGS]
 
 # error_cells NAME: ATE of every session, out of what the merger printed
 error_cells() {
-  local session separator=
-  for session in ouster avia velodyne; do
-    printf '%s%s' "$separator" "$(awk -F '  +' -v session=$session '
-      /^session / { for (i = 1; i <= NF; ++i) if ($i == "ATE rmse m") column = i }
-      $1 == session && column { print $column ($3 == "central" ? " (central)" : "") }' "$out/$1.txt")"
-    separator=" | "
-  done
+  awk -F '  +' '
+    /^session / { for (i = 1; i <= NF; ++i) if ($i == "ATE rmse m") column = i }
+    column && NF >= column { ate[$1] = $column ($3 == "central" ? " (central)" : "") }
+    END { printf "%s | %s | %s", ate["ouster"], ate["avia"], ate["velodyne"] }' "$out/$1.txt"
 }
 
 error_table() {

@@ -10,8 +10,8 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=bench/tables/common.sh
 source bench/tables/common.sh
-# shellcheck source=bench/merge/runs.sh
-source bench/merge/runs.sh
+# shellcheck source=bench/merge/project.sh
+source bench/merge/project.sh
 
 seeds=${1:-11 12}
 out=${OUT:-build/bench/survey}
@@ -23,38 +23,27 @@ drive() {
     --drift "$6"
 }
 
-# map COMMAND STORE ARGUMENTS...: without its messages
-map() { "$unimapper" map "$1" --store "$out/$2" "${@:3}" >/dev/null 2>&1; }
-
-# survey SEED: the store survey-SEED, of the map of a drive, which is exported
-survey() {
-  rm -rf "$out/drive" "$out/survey-$1"
-  map create drive
-  map add drive "$out/runs/$1-A"
-  map merge drive
-  map export drive --out "$out/map-$1" --replace
-  map create "survey-$1"
-  map survey "survey-$1" "$out/map-$1/map.ply" --name survey
-}
-
-# place SEED RUN: status and errors of a run in the survey
-place() {
-  rm -rf "$out/placed" "$out/placed-map"
-  cp -r "$out/survey-$1" "$out/placed"
-  map add placed "$out/runs/$2"
-  map merge placed
-  map export placed --out "$out/placed-map"
-  bench/merge/survey_error.py "$out/placed-map" "$out/map-$1/trajectories/$1-A.tum" \
-    "$out/data/$1-A" "$2" "$out/data/$2"
-}
-
-# measure SEED
+# measure SEED: the runs, and the store survey-SEED
 measure() {
   drive "$1-A" "$1" os1-64 A 0 none
   drive "$1-B" "$1" os1-64 B 1 lio
   drive "$1-C" "$1" vlp-16 C 2 lio
   drive "$1-other" "$(($1 + 100))" os1-64 B 1 lio
-  survey "$1"
+  merged_map "$out/drive" "$out/map-$1" "$out/runs/$1-A"
+  rm -rf "$out/survey-$1"
+  map create "$out/survey-$1"
+  map survey "$out/survey-$1" "$out/map-$1/map.ply" --name survey
+}
+
+# place SEED RUN: status and errors of a run in the survey
+place() {
+  rm -rf "$out/placed"
+  cp -r "$out/survey-$1" "$out/placed"
+  map add "$out/placed" "$out/runs/$2"
+  map merge "$out/placed"
+  map export "$out/placed" --out "$out/placed-map" --replace
+  bench/merge/errors.py survey "$out/placed-map" "$out/map-$1/trajectories/$1-A.tum" \
+    "$out/data/$1-A" "$2" "$out/data/$2"
 }
 
 rows() {

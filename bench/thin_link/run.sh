@@ -15,22 +15,24 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=bench/tables/common.sh
 source bench/tables/common.sh
+# shellcheck source=bench/faults/processes.sh
+source bench/faults/processes.sh
 
 bin=${BIN:-build/release/bin}
 out=${OUT:-build/bench/thin_link}
 seed=${SEED:-7}
 scans=300
 unimapper=$bin/unimapper
-
-# route SENSOR: the two meet, in directions of their own
-route() { [ "$1" = os2-128 ] && echo A || echo C; }
-other() { [ "$1" = os2-128 ] && echo vlp-16 || echo os2-128; }
+# The two robots meet, in directions of their own.
+declare -A route=([os2-128]=A [vlp-16]=C) other=([os2-128]=vlp-16 [vlp-16]=os2-128)
+# A port for each, since a socket hears every group of its port that anybody here has joined.
+declare -A port=([os2-128]=7667 [vlp-16]=7677)
 
 # drive SCENE SENSOR: a recording, and the run of a robot that a base hears whole
 drive() {
   local folder=$out/$1-$2
   [ -e "$folder/data/dataset.json" ] || "$unimapper" simulate --scene "$1" --sensor "$2" \
-    --route "$(route "$2")" --scans "$scans" --seed "$seed" --out "$folder/data" 2>"$folder.log"
+    --route "${route[$2]}" --scans "$scans" --seed "$seed" --out "$folder/data" 2>"$folder.log"
   [ -e "$folder/$2/stats.json" ] ||
     "$unimapper" onboard "$folder/data" --out "$folder/$2" >"$folder.log" 2>&1
 }
@@ -38,39 +40,27 @@ drive() {
 # deliver SCENE SENSOR BYTES_PER_SECOND: what a base has at the end of the drive. In a shell of its
 # own: what it started ends with it.
 deliver() (
-  trap 'kill $(jobs -p) 2>/dev/null || true' EXIT
-  local row=$out/$1-$2-$3 port=7667 relay base robot
-  # Another port, since a socket hears every group of its port that anybody here has joined.
-  [ "$2" = os2-128 ] || port=7677
-  local robots=239.255.76.67:$port from=239.255.76.68:$((port + 1))
+  row=$out/$1-$2-$3 store=$out/$1-$2-$3/store bases=0 keys='' receive_buffer='' longest=60
+  robots_group=239.255.76.67:${port[$2]} base_group=239.255.76.68:$((port[$2] + 1))
   rm -rf "$row"
   mkdir -p "$row"
-  "$bin/fault_relay" --robots "$robots" --base "$from" --seed "$seed" \
-    --to-base "rate=$3,queue=$(($3 / 2)),delay=10" --to-robots delay=10 \
-    >"$row/relay.out" &
-  relay=$!
-  "$unimapper" base --store "$row/store" --listen "udpm://$from?ttl=0" \
-    >"$row/base.out" 2>"$row/base.err" &
-  base=$!
-  until grep -qs listening "$row/base.err" && grep -qs relaying "$row/relay.out"; do sleep 0.05; done
-  "$unimapper" onboard "$out/$1-$2/data" --out "$row/$2" --spool "$row/spool" --realtime \
-    --publish "udpm://$robots?ttl=0" --datagram-bytes 1300 --min-bytes-per-second 1000 \
-    >"$row/robot.out" 2>"$row/robot.err" &
-  robot=$!
-  # A second for what is on its way.
-  sleep "$(awk "BEGIN { print $scans / 10 + 2 }")"
-  kill -9 $robot
-  wait $robot 2>/dev/null || true
-  kill -TERM $base $relay
-  wait $base $relay || true
+  relay "rate=$3,queue=$(($3 / 2)),delay=10" delay=10
+  base
+  start robot "$unimapper" onboard "$out/$1-$2/data" --out "$row/$2" --spool "$row/spool" --realtime \
+    --publish "udpm://$robots_group?ttl=0" --datagram-bytes 1300 --min-bytes-per-second 1000
+  # It says so after a tenth of the drive. A second for what is on its way.
+  await "[0-9]/$scans scans" robot.err
+  sleep $((9 * scans / 100 + 1))
+  kill_process robot
+  send_signal TERM base
+  wait_for "$current_base"
 )
 
-# merged SCENE SENSOR SOURCE: with the other robot's run; cells "loops | ATE"
+# merged SCENE SENSOR SOURCE NAME: with the other robot's run; cells "loops | ATE"
 merged() {
-  local other log=$out/$1-$2-$4.merge
-  other=$(other "$2")
-  "$unimapper" merge "$3" "$out/$1-$other/$other" --out "$out/$1-$2-$4.map" --replace \
-    --allow-unconnected --truth "$2=$out/$1-$2/data" "$other=$out/$1-$other/data" >"$log" 2>"$log.err"
+  local with=${other[$2]} log=$out/$1-$2-$4.merge
+  "$unimapper" merge "$3" "$out/$1-$with/$with" --out "$out/$1-$2-$4.map" --replace \
+    --allow-unconnected --truth "$2=$out/$1-$2/data" "$with=$out/$1-$with/data" >"$log" 2>"$log.err"
   awk -v name="$2" '
     $1 == name && $2 == name { ate = $3 == "unconnected" ? "–" : $8 }
     $1 == "loops:" { loops = $2 }
@@ -90,22 +80,16 @@ cells() {
 }
 
 thin_table() {
-  local scene sensor rate
+  local scene sensor
   echo "| one robot, and how much of it passes | keyframes made | whole | by summary | loops accepted | ATE m |"
   rule 6
   for scene in town campus; do
     for sensor in os2-128 vlp-16; do
-      for rate in whole 32000 8000; do
-        row "$(lidar "$sensor"), $scene, $(title "$rate")" 5 cells "$scene" "$sensor" "$rate"
-      done
+      row "$(lidar "$sensor"), $scene, all of it" 5 cells "$scene" "$sensor" whole
+      row "$(lidar "$sensor"), $scene, 256 kbit/s" 5 cells "$scene" "$sensor" 32000
+      row "$(lidar "$sensor"), $scene, 64 kbit/s" 5 cells "$scene" "$sensor" 8000
     done
   done
-}
-title() {
-  case "$1" in
-    whole) echo "all of it" ;;
-    *) echo "$(($1 / 125)) kbit/s" ;;
-  esac
 }
 
 enter_namespace n "$@"

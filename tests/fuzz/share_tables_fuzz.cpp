@@ -13,9 +13,9 @@
 #include <cstring>
 #include <string>
 
-#include "bench/shared_memory/message.hpp"
 #include "ports/shared_memory/reader.hpp"
 #include "ports/shared_memory/writer.hpp"
+#include "tests/ports/shared_memory/message.hpp"
 
 namespace {
 
@@ -55,7 +55,7 @@ class Topic {
 void publish(Topic& topic, std::uint64_t seed) {
   const std::span<std::byte> memory = topic.writer.loan();
   if (memory.size() != 64) std::abort();
-  unimapper::bench::fill(memory, seed);
+  unimapper::shared_memory::test::fill(memory, seed);
   if (topic.writer.publish(memory.size(), 0) == 0) std::abort();
 }
 
@@ -79,7 +79,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (sample.missed() != 0) std::abort();
     for (const Sample& held : topic.held) {
       if (!held.has_message()) continue;
-      if (!held.intact() || !unimapper::bench::is_whole(held.bytes())) std::abort();
+      if (!held.intact() || !unimapper::shared_memory::test::is_whole(held.bytes())) std::abort();
     }
   }
   return 0;

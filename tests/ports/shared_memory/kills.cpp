@@ -12,16 +12,16 @@
 #include <memory>
 #include <string>
 
-#include "bench/shared_memory/message.hpp"
 #include "ports/shared_memory/reader.hpp"
 #include "ports/shared_memory/steps.hpp"
 #include "ports/shared_memory/writer.hpp"
+#include "tests/ports/shared_memory/message.hpp"
 
 namespace {
 
 using namespace unimapper::shared_memory;
-using unimapper::bench::fill;
-using unimapper::bench::is_whole;
+using test::fill;
+using test::is_whole;
 
 // Where this process ends.
 bool ends = false;

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <span>
 
-namespace unimapper::bench {
+namespace unimapper::shared_memory::test {
 
 /// Fills `memory` with words that follow from `seed`.
 inline void fill(std::span<std::byte> memory, std::uint64_t seed) {
@@ -29,4 +29,4 @@ inline bool is_whole(std::span<const std::byte> memory) {
   return true;
 }
 
-}  // namespace unimapper::bench
+}  // namespace unimapper::shared_memory::test
