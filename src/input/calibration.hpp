@@ -27,8 +27,8 @@ struct Estimate {
   double value = 0.0;
   double sigma = 0.0;  ///< large where the motion does not show it
 
-  /// Whether it differs from 0 by more than `least`, and by four standard deviations.
-  [[nodiscard]] bool is_surely_beyond(double least) const;
+  /// Whether it differs from 0 by more than `least`, and by `surely` standard deviations.
+  [[nodiscard]] bool is_surely_beyond(double least, double surely = 4.0) const;
 };
 
 /// What registered motions say of the frame whose poses are given, and of its clock.
@@ -70,8 +70,8 @@ struct Calibration {
 [[nodiscard]] double gained_agreement(const Track& track, std::span<const ScanPair> pairs,
                                       double delay_s);
 
-/// A delay with which the scans agree less than without it, by more than 0.01, is none: it becomes
-/// as uncertain as it is long.
+/// A delay with which the scans do not agree better than without it is none: it becomes as
+/// uncertain as it is long.
 void leave_out_unseen_delay(Estimate& delay_s, double gained);
 
 /// A mount that is off: wrong where it costs static points, suspicious from 0.7 degrees (roll 1.5)
