@@ -526,7 +526,7 @@ typedef struct um_session {
 typedef struct um_encoded {
   size_t bytes;       /**< it takes, also if the buffer is too small */
   size_t image_bytes; /**< bytes of free-space images */
-  uint64_t left_out;  /**< cells and keypoints too far away for the message's grid (327 m) */
+  uint64_t left_out;  /**< cells and keypoints too far away for the message's grid (819 m) */
 } um_encoded;
 
 /** Bytes of scratch memory um_keyframe_encode needs with this pipeline; 0 for no pipeline. */
