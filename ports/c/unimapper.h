@@ -636,7 +636,8 @@ enum um_event_id {
    *  scans tilt with the sensor's rotation, scans aligned, sequence of the keyframe. */
   UM_EVENT_SWEEPS_UNCOMPENSATED = 11,
   /** The scans begin to contradict the odometry: thousandths of the keyframe's cells that are
-   *  dynamic, the same as usual, sequence of the keyframe. */
+   *  dynamic, the same as usual, sequence of the keyframe. Both are 0 where the robot was shut in,
+   *  as in a lift, and the odometry did not rise. */
   UM_EVENT_ODOMETRY_CONTRADICTED = 12
 };
 

@@ -75,6 +75,10 @@ std::string what_happened(const EventRecord& record) {
       return "keyframe " + number(2) + ": sweeps look uncompensated, scans tilt by " + degrees(0) +
              ", " + number(1) + " scans aligned";
     case EventId::kOdometryContradicted:
+      if (record.values[0] == 0) {
+        return "keyframe " + number(2) +
+               ": the robot was shut in, as in a lift, and the odometry did not rise";
+      }
       return "keyframe " + number(2) + ": the scans contradict the odometry, " + percent(0) +
              " of the cells are dynamic, usually " + percent(1);
   }

@@ -149,7 +149,11 @@ void Pipeline::State::write_view() noexcept {
   view.static_cells = output.static_cells();
   view.dynamic_cells = output.dynamic_cells();
   current->statistics.dynamic_cells = static_cast<std::uint32_t>(view.dynamic_cells.size());
-  odometry.add(current->statistics.dynamic_cells, current->statistics.cells);
+  if (is_shut_in(view.static_cells, view.dynamic_cells)) {
+    odometry.add_cabin(view.scans[view.reference_scan]);
+  } else {
+    odometry.add(current->statistics.dynamic_cells, current->statistics.cells);
+  }
   current->statistics.odometry_contradicted = odometry.is_contradicted();
   view.statistics = &current->statistics;
   current->use(Capacity::kBlocks, window.blocks().size(), window.blocks().capacity());

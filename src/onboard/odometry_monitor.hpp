@@ -3,23 +3,36 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
+
+#include "unimapper/core/keyframe.hpp"
 
 namespace unimapper::onboard {
 
+/// Whether all but a fiftieth of a keyframe's cells, in its frame, lie within 3.5 m on the level,
+/// as in a lift: what moves along with the robot says nothing of the odometry. O(cells).
+[[nodiscard]] bool is_shut_in(std::span<const FineCell> static_cells,
+                              std::span<const FineCell> dynamic_cells) noexcept;
+
 /// Tells that scans contradict the odometry while the robot drives. Behind a step that the robot
 /// did not make, what is static lies where earlier keyframes saw through, and the share of cells
-/// that are labelled dynamic leaps from one keyframe to the next
+/// that are labelled dynamic leaps from one keyframe to the next. A lift may have moved the robot
+/// by storeys where the odometry says that it did not rise
 /// (docs/design/plausibility.md#while-the-robot-drives).
 class OdometryMonitor {
  public:
   /// Of the keyframe that closes. O(1).
   void add(std::uint32_t dynamic_cells, std::uint32_t cells) noexcept;
+  /// The same of a keyframe that is shut in, with one of its scans. O(1).
+  void add_cabin(const KeyframeScan& scan) noexcept;
   /// Nothing before the next keyframe counts.
   void forget() noexcept { *this = {}; }
 
-  /// The share of the last two keyframes is above what is usual, or that of the last one far above.
+  /// The share of the last two keyframes is above what is usual, or that of the last one far above,
+  /// or the keyframe is the first behind three seconds in a cabin that did not rise.
   [[nodiscard]] bool is_contradicted() const noexcept { return is_contradicted_; }
-  /// Share of the last keyframe, thousandths, and the mean of those before; 0 without any.
+  /// Share of the last keyframe, thousandths, and the mean of those before; 0 without any, and both
+  /// behind a cabin.
   [[nodiscard]] std::uint32_t share() const noexcept { return share_; }
   [[nodiscard]] std::uint32_t usual_share() const noexcept { return usual_; }
 
@@ -31,12 +44,24 @@ class OdometryMonitor {
   static constexpr std::uint32_t kLongest = 10;
   static constexpr std::uint32_t kFewestCells = 500;  ///< of fewer the share is chance
 
+  /// Keyframes in a row that are shut in: stamps and heights of the first and the last.
+  struct Ride {
+    bool is_shut_in = false;
+    std::int64_t first_ns = 0;
+    std::int64_t last_ns = 0;
+    double first_m = 0.0;
+    double last_m = 0.0;
+
+    [[nodiscard]] bool is_unfelt() const noexcept;
+  };
+
   std::array<std::uint32_t, kKeyframes> shares_{};  ///< ring
   std::uint32_t added_ = 0;                         ///< keyframes in it since the start
   std::uint32_t share_ = 0;
   std::uint32_t usual_ = 0;
   std::uint32_t raised_ = 0;  ///< keyframes in a row whose share is above what is usual
   bool is_contradicted_ = false;
+  Ride ride_;
 };
 
 }  // namespace unimapper::onboard

@@ -98,6 +98,8 @@ TEST_CASE("events read as sentences") {
              Contains("5.23 deg from up") && Contains("promised 0.50 deg"));
   CHECK_THAT(text(EventId::kOdometryContradicted, 215, 40, 4),
              Contains("keyframe 4: the scans contradict the odometry, 21.5 % of the cells"));
+  CHECK_THAT(text(EventId::kOdometryContradicted, 0, 0, 4),
+             Contains("keyframe 4: the robot was shut in, as in a lift"));
   CHECK_THAT(text(EventId::kDropped, 99, 1, 0), Contains("dropped, 99"));
   CHECK_THAT(text(static_cast<EventId>(77), 1, 2, 3), Contains("event 77: 1 2 3 31"));
 }

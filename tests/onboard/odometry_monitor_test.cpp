@@ -91,6 +91,34 @@ TEST_CASE("of two keyframes, and of few cells, nothing is concluded") {
   CHECK_FALSE(monitor.is_contradicted());
 }
 
+TEST_CASE("behind a lift the odometry is contradicted where it did not rise, and in it never") {
+  for (const double rise_m : {0.0, 0.9, 1.1, 3.5}) {
+    for (const int keyframes : {3, 4, 20}) {
+      OdometryMonitor monitor = usual(8);
+      for (int k = 0; k < keyframes; ++k) {
+        KeyframeScan scan{};
+        scan.stamp_ns = 1'000'000'000LL * k;
+        scan.T_odometry_sensor.translation.z() = rise_m * k / (keyframes - 1);
+        monitor.add_cabin(scan);
+        CHECK_FALSE(monitor.is_contradicted());
+      }
+      monitor.add(3'000, 10'000);
+      CHECK(monitor.is_contradicted() == (rise_m < 1.0 && keyframes > 3));
+      monitor.add(3'000, 10'000);
+      CHECK_FALSE(monitor.is_contradicted());
+    }
+  }
+}
+
+TEST_CASE("a keyframe is shut in where a fiftieth of its cells is farther than a cabin's walls") {
+  std::vector<FineCell> near(98, {{0.0F, 3.4F, 9.0F}, 1, 0, 0});
+  std::vector<FineCell> far(2, {{0.0F, 3.6F, 0.0F}, 1, 0, 0});
+  CHECK(onboard::is_shut_in(near, far));
+  CHECK(onboard::is_shut_in(far, near));
+  far.push_back(far.back());
+  CHECK_FALSE(onboard::is_shut_in(near, far));
+}
+
 TEST_CASE("a contradiction ends with the leap, or when what is usual has become another") {
   OdometryMonitor monitor = usual(8);
   monitor.add(3'000, 10'000);
