@@ -51,16 +51,4 @@ class ByteReader {
   std::size_t at_ = 0;
 };
 
-/// CRC-32 bit by bit, as the standard defines it.
-inline std::uint32_t slow_crc32(std::string_view bytes) {
-  std::uint32_t remainder = 0xFFFFFFFFU;
-  for (const char c : bytes) {
-    remainder ^= static_cast<std::uint8_t>(c);
-    for (int bit = 0; bit < 8; ++bit) {
-      remainder = (remainder >> 1U) ^ ((remainder & 1U) != 0 ? 0xEDB88320U : 0U);
-    }
-  }
-  return ~remainder;
-}
-
 }  // namespace unimapper::bags

@@ -21,39 +21,45 @@ Pose quarter_turn() {
           {1.0, 2.0, 3.0}};
 }
 
-/// Seven doubles of `quarter_turn`.
-void put_quarter_turn(ByteBuffer& bytes) {
-  const Eigen::Quaterniond q = quarter_turn().quaternion();
-  for (const double value : {1.0, 2.0, 3.0, q.x(), q.y(), q.z(), q.w()}) bytes.put(value);
-}
+/// Bytes that a message is expected to have.
+struct Expected : ByteBuffer {
+  void put_numbers(std::initializer_list<std::uint32_t> numbers) {
+    for (const std::uint32_t number : numbers) put(number);
+  }
+  void put_doubles(std::initializer_list<double> numbers) {
+    for (const double number : numbers) put(number);
+  }
+  void put_stamp() { put_numbers({1'700'000'000, 250'000'000}); }
+  void put_quarter_turn() {
+    const Eigen::Quaterniond q = quarter_turn().quaternion();
+    put_doubles({1.0, 2.0, 3.0, q.x(), q.y(), q.z(), q.w()});
+  }
+};
 
 }  // namespace
 
 TEST_CASE("a transform of ROS 1 is packed and numbered") {
   const Transforms transforms = {{{kStamp_ns, "odom"}, "base", quarter_turn()}};
-  ByteBuffer expected;
-  expected.put(std::uint32_t{1});              // transforms
-  expected.put(std::uint32_t{7});              // sequence
-  expected.put(std::uint32_t{1'700'000'000});  // seconds
-  expected.put(std::uint32_t{250'000'000});    // nanoseconds
+  Expected expected;
+  expected.put_numbers({1, 7});  // transforms, sequence
+  expected.put_stamp();
   expected.put_text("odom");
   expected.put_text("base");
-  put_quarter_turn(expected);
+  expected.put_quarter_turn();
   CHECK((encode(Encoding::kRos1, transforms, 7) == expected.view()));
 }
 
 TEST_CASE("a transform of CDR has aligned numbers, and texts that end in zero") {
   const Transforms transforms = {{{kStamp_ns, "odom"}, "base", quarter_turn()}};
-  ByteBuffer expected;
-  expected.put_bytes("\0\1\0\0"s);             // little-endian CDR
-  expected.put(std::uint32_t{1});              // 0: transforms
-  expected.put(std::uint32_t{1'700'000'000});  // 4: seconds
-  expected.put(std::uint32_t{250'000'000});    // 8: nanoseconds
-  expected.put_text("odom\0"s);                // 12 to 21
-  expected.put_bytes("\0\0\0"s);               // 24
-  expected.put_text("base\0"s);                // 24 to 33
-  expected.put_bytes("\0\0\0\0\0\0\0"s);       // 40
-  put_quarter_turn(expected);
+  Expected expected;
+  expected.put_bytes("\0\1\0\0"s);        // little-endian CDR
+  expected.put_numbers({1});              // 0: transforms
+  expected.put_stamp();                   // 4
+  expected.put_text("odom\0"s);           // 12 to 21
+  expected.put_bytes("\0\0\0"s);          // 24
+  expected.put_text("base\0"s);           // 24 to 33
+  expected.put_bytes("\0\0\0\0\0\0\0"s);  // 40
+  expected.put_quarter_turn();
   CHECK((encode(Encoding::kCdr, transforms) == expected.view()));
 }
 
@@ -61,15 +67,14 @@ TEST_CASE("an odometry ends with the covariance of its velocities") {
   Odometry odometry{{kStamp_ns, "odom"}, "base", quarter_turn()};
   odometry.velocity = {4.0, 5.0, 6.0};
   odometry.turn_rate = {7.0, 8.0, 9.0};
-  ByteBuffer expected;
-  expected.put(std::uint32_t{0});
-  expected.put(std::uint32_t{1'700'000'000});
-  expected.put(std::uint32_t{250'000'000});
+  Expected expected;
+  expected.put_numbers({0});
+  expected.put_stamp();
   expected.put_text("odom");
   expected.put_text("base");
-  put_quarter_turn(expected);
+  expected.put_quarter_turn();
   for (int i = 0; i < 36; ++i) expected.put(0.0);
-  for (const double value : {4.0, 5.0, 6.0, 7.0, 8.0, 9.0}) expected.put(value);
+  expected.put_doubles({4.0, 5.0, 6.0, 7.0, 8.0, 9.0});
   for (int i = 0; i < 36; ++i) expected.put(0.0);
   CHECK((encode(Encoding::kRos1, odometry) == expected.view()));
 }
@@ -78,23 +83,16 @@ TEST_CASE("a point cloud describes its fields") {
   const CloudPoint point{1.5F, -2.5F, 3.5F, 0.25F, 17, -0.0625F};
   const PointCloud2 cloud{{kStamp_ns, "lidar"}, {&point, 1}};
   const bool is_cdr = GENERATE(false, true);
-  ByteBuffer expected;
+  Expected expected;
   const std::string end = is_cdr ? "\0"s : ""s;
   const auto fill = [&](std::size_t zeros) {
     if (is_cdr) expected.put_bytes(std::string(zeros, '\0'));
   };
-  if (is_cdr) {
-    expected.put_bytes("\0\1\0\0"s);
-  } else {
-    expected.put(std::uint32_t{0});
-  }
-  expected.put(std::uint32_t{1'700'000'000});
-  expected.put(std::uint32_t{250'000'000});
+  expected.put_bytes(is_cdr ? "\0\1\0\0"s : "\0\0\0\0"s);
+  expected.put_stamp();
   expected.put_text("lidar" + end);
   fill(2);
-  expected.put(std::uint32_t{1});  // height
-  expected.put(std::uint32_t{1});  // width
-  expected.put(std::uint32_t{6});  // fields
+  expected.put_numbers({1, 1, 6});  // height, width, fields
   struct Field {
     std::string name;
     std::uint32_t offset;
@@ -109,13 +107,11 @@ TEST_CASE("a point cloud describes its fields") {
     expected.put(field.offset);
     expected.put(field.type);
     fill(3);
-    expected.put(std::uint32_t{1});
+    expected.put_numbers({1});
   }
   expected.put(std::uint8_t{0});
   fill(3);
-  expected.put(std::uint32_t{22});
-  expected.put(std::uint32_t{22});
-  expected.put(std::uint32_t{22});
+  expected.put_numbers({22, 22, 22});
   for (const float value : {1.5F, -2.5F, 3.5F, 0.25F}) expected.put(value);
   expected.put(std::uint16_t{17});
   expected.put(-0.0625F);

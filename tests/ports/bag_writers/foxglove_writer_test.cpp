@@ -13,6 +13,16 @@ using namespace unimapper::bags;
 
 namespace {
 
+/// A scene that `write` makes, as the bytes of its file.
+template <typename Write>
+std::string scene_of(const Write& write) {
+  const TemporaryDirectory folder;
+  FoxgloveWriter writer(folder / "scene.mcap");
+  write(writer);
+  writer.close();
+  return read_bytes(folder / "scene.mcap");
+}
+
 /// The JSON object that begins where `file` first has `text`.
 nlohmann::json object_with(const std::string& file, const std::string& text) {
   const std::size_t begin = file.find(text);
@@ -29,14 +39,9 @@ std::string bytes_of_base64(const std::string& text) {
   const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string bytes;
   std::uint32_t group = 0;
-  int bits = 0;
-  for (const char c : text) {
-    if (c == '=') break;
-    group = group << 6U | static_cast<std::uint32_t>(digits.find(c));
-    bits += 6;
-    if (bits < 8) continue;
-    bits -= 8;
-    bytes += static_cast<char>(group >> bits & 0xFFU);
+  for (std::size_t i = 0; i < text.size() && text[i] != '='; ++i) {
+    group = group << 6U | static_cast<std::uint32_t>(digits.find(text[i]));
+    if (i % 4 != 0) bytes += static_cast<char>(group >> (6 - 2 * (i % 4)) & 0xFFU);
   }
   return bytes;
 }
@@ -44,13 +49,12 @@ std::string bytes_of_base64(const std::string& text) {
 }  // namespace
 
 TEST_CASE("a cloud of a scene has positions and colours in base64") {
-  const TemporaryDirectory folder;
-  FoxgloveWriter writer(folder / "scene.mcap");
   const std::vector<Eigen::Vector3f> points = {{1.0F, 2.0F, 3.0F}, {-4.0F, 5.5F, 0.0F}};
   const std::vector<Rgba> colors = {{10, 20, 30, 40}, {50, 60, 70, 80}};
-  writer.write_cloud("/static", "map", 3'000'000'005, points, colors);
-  writer.close();
-  const auto cloud = object_with(read_bytes(folder / "scene.mcap"), R"({"timestamp":{"sec":3,)");
+  const std::string file = scene_of([&](FoxgloveWriter& writer) {
+    writer.write_cloud("/static", "map", 3'000'000'005, points, colors);
+  });
+  const auto cloud = object_with(file, R"({"timestamp":{"sec":3,)");
   CHECK(cloud["timestamp"]["nsec"] == 5);
   CHECK(cloud["frame_id"] == "map");
   CHECK(cloud["point_stride"] == 16);
@@ -64,13 +68,12 @@ TEST_CASE("a cloud of a scene has positions and colours in base64") {
 }
 
 TEST_CASE("a cloud of one colour repeats it") {
-  const TemporaryDirectory folder;
-  FoxgloveWriter writer(folder / "scene.mcap");
   const std::vector<Eigen::Vector3f> points(3, Eigen::Vector3f::Zero());
   const Rgba color{1, 2, 3};
-  writer.write_cloud("/static", "map", 0, points, {&color, 1});
-  writer.close();
-  const auto cloud = object_with(read_bytes(folder / "scene.mcap"), R"({"timestamp":{"sec":0,)");
+  const std::string file = scene_of([&](FoxgloveWriter& writer) {
+    writer.write_cloud("/static", "map", 0, points, {&color, 1});
+  });
+  const auto cloud = object_with(file, R"({"timestamp":{"sec":0,)");
   const std::string data = bytes_of_base64(cloud["data"]);
   REQUIRE(data.size() == 48);
   CHECK(number_at<std::uint8_t>(data, 44) == 1);
@@ -78,18 +81,16 @@ TEST_CASE("a cloud of one colour repeats it") {
 }
 
 TEST_CASE("a scene names Foxglove's schemas, each once") {
-  const TemporaryDirectory folder;
-  FoxgloveWriter writer(folder / "scene.mcap");
   const Pose pose;
-  writer.write_pose("/a/pose", "map", 1, pose);
-  writer.write_pose("/b/pose", "map", 2, pose);
-  writer.write_poses("/a/trajectory", "map", 1, {&pose, 1});
-  writer.write_transform("map", "a", 1, pose);
   const std::pair<Eigen::Vector3d, Eigen::Vector3d> line(Eigen::Vector3d::Zero(),
                                                          Eigen::Vector3d::Ones());
-  writer.write_lines("/loops", "map", 1, "loops", {&line, 1}, {255, 0, 0});
-  writer.close();
-  const std::string file = read_bytes(folder / "scene.mcap");
+  const std::string file = scene_of([&](FoxgloveWriter& writer) {
+    writer.write_pose("/a/pose", "map", 1, pose);
+    writer.write_pose("/b/pose", "map", 2, pose);
+    writer.write_poses("/a/trajectory", "map", 1, {&pose, 1});
+    writer.write_transform("map", "a", 1, pose);
+    writer.write_lines("/loops", "map", 1, "loops", {&line, 1}, {255, 0, 0});
+  });
   for (const char* name : {"foxglove.PoseInFrame", "foxglove.PosesInFrame",
                            "foxglove.FrameTransform", "foxglove.SceneUpdate"}) {
     const auto schema = object_with(file, std::string(R"({"title":")") + name + '"');

@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "ports/datasets/bag/message_source.hpp"
 #include "tests/ports/bag_writers/bytes.hpp"
+#include "tests/ports/datasets/bag/mcap_file.hpp"
 #include "tests/temporary_directory.hpp"
 
 using namespace unimapper;
@@ -20,7 +22,7 @@ struct Record {
 };
 
 /// Records one after the other, to the end of `bytes`.
-std::vector<Record> records(std::string_view bytes, std::size_t first = 0) {
+std::vector<Record> records_of(std::string_view bytes, std::size_t first) {
   std::vector<Record> all;
   ByteReader reader(bytes);
   reader.take(first);
@@ -34,119 +36,106 @@ std::vector<Record> records(std::string_view bytes, std::size_t first = 0) {
   return all;
 }
 
-constexpr std::size_t kMagicBytes = 8;
+const std::string kMagic = "\x89MCAP0\r\n";
 
 /// Two channels and three messages, the last of them in a chunk of its own.
-std::string example(const TemporaryDirectory& folder) {
-  McapWriter writer(folder / "a.mcap", "ros2", 200);
-  const std::uint16_t schema = writer.add_schema("Text", "ros2msg", "string text");
-  const std::uint16_t one = writer.add_channel(schema, "/one", "cdr");
-  const std::uint16_t two = writer.add_channel(schema, "/two", "cdr", {{"key", "value"}});
-  writer.write(one, 300, "first");
-  writer.write(two, 100, std::string(200, 'x'));
-  writer.write(one, 400, "third");
-  writer.close();
-  return read_bytes(folder / "a.mcap");
-}
+struct Example {
+  TemporaryDirectory folder;
+  std::string file;
 
-std::string_view without_magic_at_end(const std::string& file) {
-  return std::string_view(file).substr(0, file.size() - kMagicBytes);
-}
+  Example() {
+    McapWriter writer(folder / "a.mcap", "ros2", 200);
+    const std::uint16_t schema = writer.add_schema("nav_msgs/msg/Odometry", "ros2msg", "Pose pose");
+    const std::uint16_t one = writer.add_channel(schema, "/one", "cdr");
+    const std::uint16_t two = writer.add_channel(schema, "/two", "cdr", {{"key", "value"}});
+    writer.write(one, 300, "first");
+    writer.write(two, 100, std::string(200, 'x'));
+    writer.write(one, 400, "third");
+    writer.close();
+    file = read_bytes(folder / "a.mcap");
+  }
+  [[nodiscard]] std::vector<Record> records() const {
+    return records_of(std::string_view(file).substr(0, file.size() - kMagic.size()), kMagic.size());
+  }
+};
 
 }  // namespace
 
 TEST_CASE("an MCAP file lies between magic bytes and ends with statistics and an index") {
-  const TemporaryDirectory folder;
-  const std::string file = example(folder);
-  CHECK(file.substr(0, kMagicBytes) == "\x89MCAP0\r\n");
-  CHECK(file.substr(file.size() - kMagicBytes) == "\x89MCAP0\r\n");
+  const Example example;
+  CHECK_THAT(example.file, Catch::StartsWith(kMagic) && Catch::EndsWith(kMagic));
   std::vector<int> opcodes;
-  for (const Record& record : records(without_magic_at_end(file), kMagicBytes)) {
-    opcodes.push_back(record.opcode);
-  }
+  for (const Record& record : example.records()) opcodes.push_back(record.opcode);
   // Header; chunk, index of two channels; chunk, index of one; end of data; schema; two channels;
   // statistics; two chunk indexes; four summary offsets; footer.
   CHECK(opcodes == std::vector<int>{1, 6, 7, 7, 6, 7, 15, 3, 4, 4, 11, 8, 8, 14, 14, 14, 14, 2});
 }
 
-TEST_CASE("the checksums of an MCAP file cover its data, chunks and summary") {
-  const TemporaryDirectory folder;
-  const std::string file = example(folder);
+TEST_CASE("checksums of an MCAP file cover its data, chunks and summary, its index the chunks") {
+  const Example example;
+  const std::string& file = example.file;
   std::uint64_t summary_start = 0;
-  std::size_t chunks = 0;
-  for (const Record& record : records(without_magic_at_end(file), kMagicBytes)) {
+  // Times of the first and the last message, offset and bytes.
+  std::vector<std::vector<std::uint64_t>> chunks;
+  std::vector<std::vector<std::uint64_t>> indexed;
+  for (const Record& record : example.records()) {
     const std::string_view content = record.content;
     if (record.opcode == 0x0F) {
-      CHECK(number_at<std::uint32_t>(content, 0) == slow_crc32(file.substr(0, record.offset)));
+      CHECK(number_at<std::uint32_t>(content, 0) ==
+            datasets::bag::mcap_crc(file.substr(0, record.offset)));
       summary_start = record.offset + 9 + content.size();
     }
     if (record.opcode == 0x06) {
-      ++chunks;
       ByteReader chunk(content);
+      chunks.push_back({number_at<std::uint64_t>(content, 0), number_at<std::uint64_t>(content, 8),
+                        record.offset, 9 + content.size()});
       chunk.take(16);
       const auto bytes = chunk.get<std::uint64_t>();
       const auto checksum = chunk.get<std::uint32_t>();
       CHECK(chunk.text().empty());
       CHECK(chunk.get<std::uint64_t>() == bytes);
-      CHECK(slow_crc32(chunk.take(bytes)) == checksum);
+      CHECK(datasets::bag::mcap_crc(chunk.take(bytes)) == checksum);
       CHECK(chunk.at_end());
+    }
+    if (record.opcode == 0x08) {
+      ByteReader index(content);
+      indexed.emplace_back();
+      for (int i = 0; i < 4; ++i) indexed.back().push_back(index.get<std::uint64_t>());
     }
     if (record.opcode == 0x02) {
       CHECK(number_at<std::uint64_t>(content, 0) == summary_start);
       const std::string covered = file.substr(summary_start, record.offset + 25 - summary_start);
-      CHECK(number_at<std::uint32_t>(content, 16) == slow_crc32(covered));
+      CHECK(number_at<std::uint32_t>(content, 16) == datasets::bag::mcap_crc(covered));
     }
   }
-  CHECK(chunks == 2);
+  CHECK(indexed == chunks);
+  REQUIRE(chunks.size() == 2);
+  CHECK(chunks[0][0] == 100);
+  CHECK(chunks[0][1] == 300);
 }
 
-TEST_CASE("the index of an MCAP file leads to every message") {
-  const TemporaryDirectory folder;
-  const std::string file = example(folder);
-  std::vector<std::string> found;
-  for (const Record& record : records(without_magic_at_end(file), kMagicBytes)) {
-    if (record.opcode != 0x08) continue;
-    ByteReader index(record.content);
-    const auto first_ns = index.get<std::uint64_t>();
-    const auto last_ns = index.get<std::uint64_t>();
-    const auto chunk_offset = index.get<std::uint64_t>();
-    const auto chunk_length = index.get<std::uint64_t>();
-    CHECK(file.at(chunk_offset) == 0x06);
-    CHECK(number_at<std::uint64_t>(file, chunk_offset + 1) + 9 == chunk_length);
-    CHECK(number_at<std::uint64_t>(file, chunk_offset + 9) == first_ns);
-    CHECK(number_at<std::uint64_t>(file, chunk_offset + 17) == last_ns);
-    // Opcode and length, two times, size, checksum, compression, size.
-    const std::size_t contents = chunk_offset + 9 + 16 + 8 + 4 + 4 + 8;
-    std::uint64_t index_bytes = 0;
-    ByteReader channels(index.text());
-    while (!channels.at_end()) {
-      const auto channel = channels.get<std::uint16_t>();
-      const auto offset = channels.get<std::uint64_t>();
-      const auto length = number_at<std::uint64_t>(file, offset + 1);
-      index_bytes += 9 + length;
-      CHECK(file.at(offset) == 0x07);
-      ByteReader message_index(std::string_view(file).substr(offset + 9, length));
-      CHECK(message_index.get<std::uint16_t>() == channel);
-      ByteReader entries(message_index.text());
-      while (!entries.at_end()) {
-        const auto time_ns = entries.get<std::uint64_t>();
-        const std::size_t message = contents + entries.get<std::uint64_t>();
-        CHECK(file.at(message) == 0x05);
-        CHECK(number_at<std::uint16_t>(file, message + 9) == channel);
-        CHECK(number_at<std::uint64_t>(file, message + 15) == time_ns);
-        const auto bytes = number_at<std::uint64_t>(file, message + 1) - 22;
-        found.push_back(file.substr(message + 31, bytes));
-      }
-    }
-    CHECK(index.get<std::uint64_t>() == index_bytes);
-  }
-  CHECK(found == std::vector<std::string>{"first", std::string(200, 'x'), "third"});
+TEST_CASE("the index of an MCAP file leads to every message, its chunks do so without it") {
+  const Example example;
+  const bool is_torn = GENERATE(false, true);
+  const auto path = example.folder / "a.mcap";
+  if (is_torn) std::filesystem::resize_file(path, example.file.size() - kMagic.size());
+  const auto source = datasets::bag::open_messages(path);
+  CHECK(source->warnings().empty() != is_torn);
+  REQUIRE(source->topics().size() == 2);
+  CHECK(source->topics()[1].name == "/two");
+  const auto check = [&](std::size_t topic, std::size_t i, std::int64_t log_time_ns,
+                         const std::string& content) {
+    CHECK(source->messages(topic).at(i).log_time_ns == log_time_ns);
+    CHECK(source->read(source->messages(topic).at(i)) == content);
+  };
+  check(0, 0, 300, "first");
+  check(0, 1, 400, "third");
+  check(1, 0, 100, std::string(200, 'x'));
 }
 
 TEST_CASE("an MCAP file counts its messages") {
-  const TemporaryDirectory folder;
-  const std::string file = example(folder);
-  for (const Record& record : records(without_magic_at_end(file), kMagicBytes)) {
+  const Example example;
+  for (const Record& record : example.records()) {
     if (record.opcode != 0x0B) continue;
     ByteReader statistics(record.content);
     CHECK(statistics.get<std::uint64_t>() == 3);
@@ -158,10 +147,10 @@ TEST_CASE("an MCAP file counts its messages") {
     CHECK(statistics.get<std::uint64_t>() == 100);
     CHECK(statistics.get<std::uint64_t>() == 400);
     ByteReader counts(statistics.text());
-    CHECK(counts.get<std::uint16_t>() == 0);
-    CHECK(counts.get<std::uint64_t>() == 2);
-    CHECK(counts.get<std::uint16_t>() == 1);
-    CHECK(counts.get<std::uint64_t>() == 1);
+    for (const std::uint64_t channel : {0U, 1U}) {
+      CHECK(counts.get<std::uint16_t>() == channel);
+      CHECK(counts.get<std::uint64_t>() == 2 - channel);
+    }
     CHECK(counts.at_end());
     return;
   }

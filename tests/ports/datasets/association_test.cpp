@@ -12,47 +12,37 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-namespace fs = std::filesystem;
-
-/// `count` scans with the names that `name` makes of their number.
-template <typename Name>
-void write_scans(const TemporaryDirectory& directory, int count, const Name& name) {
-  for (int i = 0; i < count; ++i) directory.write("pcd/" + name(i) + ".pcd", binary_cloud());
-}
-
 std::string number(int i) { return std::to_string(i); }
 
-/// A pose in TUM form, one metre along x a second.
+/// A pose in TUM form, along x.
 std::string tum_line(const std::string& stamp, double x) {
   return stamp + " " + std::to_string(x) + " 0 0 0 0 0 1\n";
 }
 
-std::string kitti_line(int i) { return "1 0 0 " + number(i) + " 0 1 0 0 0 0 1 0\n"; }
-
-std::string open_error(const TemporaryDirectory& directory) {
-  return error_of([&] { (void)open_dataset(directory.path()); });
+/// Poses in KITTI form, one metre after the other along x.
+std::string kitti_lines(int count) {
+  std::string lines;
+  for (int i = 0; i < count; ++i) lines += "1 0 0 " + number(i) + " 0 1 0 0 0 0 1 0\n";
+  return lines;
 }
 
-std::vector<std::int64_t> stamps_of(const std::vector<fs::path>& files) {
-  const auto stamps_ns = stamps_of_names(files);
-  REQUIRE(stamps_ns);
-  return *stamps_ns;
-}
+/// `count` scans with the names that `name` makes of their number.
+struct Clouds : TemporaryDirectory {
+  template <typename Name>
+  Clouds(int count, const Name& name) {
+    for (int i = 0; i < count; ++i) write("pcd/" + std::string(name(i)) + ".pcd", binary_cloud());
+  }
+  [[nodiscard]] std::unique_ptr<Dataset> open_with(const std::string& poses) const {
+    write("poses.txt", poses);
+    return open_dataset(path());
+  }
+  [[nodiscard]] std::string error_with(const std::string& poses) const {
+    write("poses.txt", poses);
+    return open_error(path());
+  }
+};
 
 }  // namespace
-
-TEST_CASE("names are in natural order: scan 2 before scan 10") {
-  const TemporaryDirectory directory;
-  write_scans(directory, 12, number);
-  std::string poses;
-  for (int i = 0; i < 12; ++i) poses += kitti_line(i);
-  directory.write("poses.txt", poses);
-  const auto dataset = open_dataset(directory.path());
-  for (std::size_t i = 0; i < 12; ++i) {
-    CHECK(dataset->scan_name(i) == std::to_string(i));
-    CHECK(dataset->pose(i).translation.x() == static_cast<double>(i));
-  }
-}
 
 TEST_CASE("natural order is an order of all names") {
   const std::vector<std::string> names = {"",     "1",    "01",    "2",     "10",
@@ -75,19 +65,22 @@ TEST_CASE("natural order is an order of all names") {
 }
 
 TEST_CASE("stamps are read from the names of scans, in any unit") {
-  CHECK(stamps_of({"a/1691936557100000000.bin", "a/1691936557200000000.bin"}) ==
-        std::vector<std::int64_t>{1691936557100000000, 1691936557200000000});
-  CHECK(stamps_of({"1691936557100000.bin", "1691936557200000.bin"}) ==
-        std::vector<std::int64_t>{1691936557100000000, 1691936557200000000});
-  CHECK(stamps_of({"1691936557100.pcd", "1691936557200.pcd"}) ==
-        std::vector<std::int64_t>{1691936557100000000, 1691936557200000000});
-  CHECK(stamps_of({"scan_12.5.pcd", "scan_12.25.pcd"}) ==
-        std::vector<std::int64_t>{12'500'000'000, 12'250'000'000});
-  CHECK(stamps_of({"1691936557_100000000.ply", "1691936557_90000000.ply"}) ==
-        std::vector<std::int64_t>{1691936557100000000, 1691936557090000000});
+  const auto check = [](const std::vector<std::filesystem::path>& files,
+                        const std::vector<std::int64_t>& expected) {
+    CAPTURE(files);
+    const auto stamps_ns = stamps_of_names(files);
+    REQUIRE(stamps_ns);
+    CHECK(*stamps_ns == expected);
+  };
+  const std::vector<std::int64_t> tenths = {1691936557100000000, 1691936557200000000};
+  check({"a/1691936557100000000.bin", "a/1691936557200000000.bin"}, tenths);
+  check({"1691936557100000.bin", "1691936557200000.bin"}, tenths);
+  check({"1691936557100.pcd", "1691936557200.pcd"}, tenths);
+  check({"scan_12.5.pcd", "scan_12.25.pcd"}, {12'500'000'000, 12'250'000'000});
+  check({"1691936557_100000000.ply", "1691936557_90000000.ply"},
+        {1691936557100000000, 1691936557090000000});
   // A clock that starts with the simulation.
-  CHECK(stamps_of({"0.bin", "100000000.bin", "200000000.bin"}) ==
-        std::vector<std::int64_t>{0, 100'000'000, 200'000'000});
+  check({"0.bin", "100000000.bin", "200000000.bin"}, {0, 100'000'000, 200'000'000});
 }
 
 TEST_CASE("numbers of scans are no stamps") {
@@ -99,31 +92,26 @@ TEST_CASE("numbers of scans are no stamps") {
 }
 
 TEST_CASE("scans in seconds with unequal decimals come in order of time") {
-  const TemporaryDirectory directory;
-  for (const char* name : {"1.5", "1.25", "1.125"}) {
-    directory.write("pcd/" + std::string(name) + ".pcd", binary_cloud());
-  }
-  directory.write("poses.txt", kitti_line(0) + kitti_line(1) + kitti_line(2));
-  const auto dataset = open_dataset(directory.path());
+  const std::vector<std::string> names = {"1.5", "1.25", "1.125"};
+  const Clouds clouds(3, [&](std::size_t i) { return names[i]; });
+  const auto dataset = clouds.open_with(kitti_lines(3));
   CHECK(dataset->scan_name(0) == "1.125");
   CHECK(dataset->scan_name(2) == "1.5");
   CHECK(dataset->stamp_ns(1) == 1'250'000'000);
 }
 
 TEST_CASE("poses at a higher rate are matched by stamp and interpolated") {
-  const TemporaryDirectory directory;
-  write_scans(directory, 4, [](int i) { return "17000000" + number(i) + "0.04"; });
+  const Clouds clouds(4, [](int i) { return "17000000" + number(i) + "0.04"; });
   std::string poses;
   for (int i = 0; i <= 200; ++i) {
     char stamp[32];
     std::snprintf(stamp, sizeof stamp, "%.1f", 1700000000.0 + 0.2 * i);
     poses += tum_line(stamp, 0.2 * i);
   }
-  directory.write("poses.txt", poses);
-  const auto dataset = open_dataset(directory.path());
+  const auto dataset = clouds.open_with(poses);
   REQUIRE(dataset->scan_count() == 4);
-  for (int i = 0; i < 4; ++i) {
-    CHECK(dataset->pose(static_cast<std::size_t>(i)).translation.x() == Approx(10.0 * i + 0.04));
+  for (std::size_t i = 0; i < 4; ++i) {
+    CHECK(dataset->pose(i).translation.x() == Approx(10.0 * static_cast<double>(i) + 0.04));
   }
   REQUIRE(dataset->notes().size() == 1);
   CHECK_THAT(dataset->notes()[0].text, Contains("by stamp") && Contains("40 ms"));
@@ -131,54 +119,46 @@ TEST_CASE("poses at a higher rate are matched by stamp and interpolated") {
 }
 
 TEST_CASE("times of the scans and stamps of the poses go together, in seconds or nanoseconds") {
-  const std::string unit = GENERATE("", "000000000");
-  const std::string tenth = unit.empty() ? ".1" : "100000000";
-  const TemporaryDirectory directory;
-  write_scans(directory, 2, number);
-  const std::string first = "1700000000";
-  const std::string second = "1700000001";
-  directory.write("times.txt", "1700000000.5\n1700000001\n");
-  directory.write("poses.txt", tum_line(first + unit, 0.0) +
-                                   tum_line(first + (unit.empty() ? ".4" : "400000000"), 4.0) +
-                                   tum_line(first + (unit.empty() ? ".6" : "600000000"), 6.0) +
-                                   tum_line(second + unit, 10.0) + tum_line(second + tenth, 11.0));
-  const auto dataset = open_dataset(directory.path());
+  const bool in_seconds = GENERATE(true, false);
+  const auto stamp = [&](int tenths) {
+    const std::string digits = number(1700000000 + tenths / 10);
+    return digits + (in_seconds ? "." : "") + number(tenths % 10) + (in_seconds ? "" : "00000000");
+  };
+  const Clouds clouds(2, number);
+  clouds.write("times.txt", "1700000000.5\n1700000001\n");
+  std::string poses;
+  for (const int tenths : {0, 4, 6, 10, 11}) poses += tum_line(stamp(tenths), tenths);
+  const auto dataset = clouds.open_with(poses);
   CHECK(dataset->pose(0).translation.x() == Approx(5.0));
   CHECK(dataset->pose(1).translation.x() == 10.0);
 }
 
 TEST_CASE("poses at five times the rate of numbered scans are not taken by line") {
-  const TemporaryDirectory directory;
-  write_scans(directory, 10, number);
+  const Clouds clouds(10, number);
   std::string tum;
-  std::string kitti;
+  std::string times;
   for (int i = 0; i < 50; ++i) {
     tum += tum_line("17." + number(100 + i), i);
-    kitti += kitti_line(i);
+    times += number(i) + ".5\n";
   }
-  for (const std::string& poses : {tum, kitti}) {
-    directory.write("poses.txt", poses);
-    CHECK_THAT(open_error(directory), Contains("50 poses for 10 scans numbered 0 to 9") &&
-                                          Contains("higher rate") && Contains("times.txt"));
+  for (const std::string& poses : {tum, kitti_lines(50)}) {
+    CHECK_THAT(clouds.error_with(poses), Contains("50 poses for 10 scans numbered 0 to 9") &&
+                                             Contains("higher rate") && Contains("times.txt"));
   }
   // Times for every pose say that the lines are those of one sequence.
-  std::string times;
-  for (int i = 0; i < 50; ++i) times += number(i) + ".5\n";
-  directory.write("times.txt", times);
-  CHECK(open_dataset(directory.path())->pose(9).translation.x() == 9.0);
+  clouds.write("times.txt", times);
+  CHECK(open_dataset(clouds.path())->pose(9).translation.x() == 9.0);
 }
 
 TEST_CASE("scans without a pose near them are left out and counted") {
-  const TemporaryDirectory directory;
-  write_scans(directory, 10, [](int i) { return "17000000" + number(10 + i) + ".0"; });
+  const Clouds clouds(10, [](int i) { return "17000000" + number(10 + i) + ".0"; });
   std::string poses;
   for (int i = 0; i <= 160; ++i) {
     if (i > 60 && i < 90) continue;  // nothing for three seconds
     poses += tum_line("17000000" + number(10 + i / 10) + "." + number(i % 10), 0.1 * i);
   }
   for (int i = 170; i <= 175; ++i) poses += tum_line("1700000027." + number(i - 170), i);
-  directory.write("poses.txt", poses);
-  const auto dataset = open_dataset(directory.path());
+  const auto dataset = clouds.open_with(poses);
   CHECK(dataset->scan_count() == 8);
   CHECK(dataset->scan_name(7) == "1700000019.0");
   REQUIRE(dataset->notes().size() == 2);
@@ -187,50 +167,29 @@ TEST_CASE("scans without a pose near them are left out and counted") {
 }
 
 TEST_CASE("scans and poses of different clocks are refused with both ranges") {
-  const TemporaryDirectory directory;
-  write_scans(directory, 3, [](int i) { return "170000000" + number(i) + ".0"; });
-  directory.write("poses.txt", tum_line("0.0", 0) + tum_line("0.3", 1) + tum_line("0.5", 2));
-  CHECK_THAT(open_error(directory), Contains("covers none of the scans") &&
-                                        Contains("1700000000.000 s to 1700000002.000") &&
-                                        Contains("0.000 s to 0.500 s") && Contains("one clock"));
+  const Clouds clouds(3, [](int i) { return "170000000" + number(i) + ".0"; });
+  CHECK_THAT(clouds.error_with(tum_line("0.0", 0) + tum_line("0.3", 1) + tum_line("0.5", 2)),
+             Contains("covers none of the scans") &&
+                 Contains("1700000000.000 s to 1700000002.000") && Contains("0.000 s to 0.500 s") &&
+                 Contains("one clock"));
 }
 
 TEST_CASE("line numbers in the column of stamps are no stamps") {
-  const TemporaryDirectory directory;
-  write_scans(directory, 4, number);
-  directory.write("poses.txt",
-                  tum_line("0", 0) + tum_line("1", 1) + tum_line("2", 2) + tum_line("3", 3));
-  const auto dataset = open_dataset(directory.path());
+  const Clouds clouds(4, number);
+  const auto dataset =
+      clouds.open_with(tum_line("0", 0) + tum_line("1", 1) + tum_line("2", 2) + tum_line("3", 3));
   CHECK(dataset->stamp_ns(3) == 300'000'000);
   CHECK(dataset->pose(3).translation.x() == 3.0);
   CHECK_THAT(dataset->notes().back().text, Contains("10 scans a second"));
 }
 
 TEST_CASE("a few scans out of order are a warning, many no stamps at all") {
-  const TemporaryDirectory directory;
-  write_scans(directory, 4, number);
-  directory.write("poses.txt", kitti_line(0) + kitti_line(1) + kitti_line(2) + kitti_line(3));
-  directory.write("times.txt", "0\n0.1\n0.05\n0.3\n");
-  const auto notes = open_dataset(directory.path())->notes();
+  const Clouds clouds(4, number);
+  clouds.write("times.txt", "0\n0.1\n0.05\n0.3\n");
+  const auto notes = clouds.open_with(kitti_lines(4))->notes();
   REQUIRE(notes.size() == 1);
   CHECK(notes[0].is_warning);
   CHECK_THAT(notes[0].text, Contains("1 of 4 scans") && Contains("2.pcd"));
-  directory.write("times.txt", "7\n7\n7\n7\n");
-  CHECK_THAT(open_error(directory), Contains("times.txt") && Contains("are these stamps?"));
-}
-
-TEST_CASE("clouds without poses are refused with what to run, not taken for DynamicMap") {
-  const TemporaryDirectory directory;
-  write_scans(directory, 3, number);
-  CHECK_THAT(open_error(directory),
-             Contains("no pose file") && Contains("--poses") && Contains("kiss_icp_pipeline"));
-  CHECK_THAT(error_of([&] { (void)open_dataset(directory.path(), {.format = "dynamicmap"}); }),
-             Contains("every VIEWPOINT is the identity"));
-}
-
-TEST_CASE("poses may be anywhere with --poses") {
-  const TemporaryDirectory directory;
-  write_scans(directory, 1, number);
-  const auto poses = directory.write("elsewhere/odometry.tum", tum_line("3", 7));
-  CHECK(open_dataset(directory.path(), {.poses = poses})->pose(0).translation.x() == 7.0);
+  clouds.write("times.txt", "7\n7\n7\n7\n");
+  CHECK_THAT(open_error(clouds.path()), Contains("times.txt") && Contains("are these stamps?"));
 }

@@ -66,21 +66,14 @@ void parse_everything(const std::string& bytes) {
   }
 }
 
-std::vector<std::string> fixtures() {
-  return {kAsciiCloud,
-          binary_cloud(),
-          compressed_cloud(),
-          kTrajectories,
-          kAsciiPly,
-          kNuScenesTable,
-          "Tr: " + std::string(kIdentityLine) + std::string(kOneMetreAheadLine),
-          kPointBytes};
-}
+const std::vector<std::string> kFiles = {
+    kAsciiCloud, binary_cloud(), compressed_cloud(), kTrajectories,
+    kAsciiPly,   kNuScenesTable, kPointBytes,        "Tr: " + kIdentityLine + kOneMetreAheadLine};
 
 }  // namespace
 
 TEST_CASE("a file cut off at any byte is read or refused") {
-  for (const std::string& bytes : fixtures()) {
+  for (const std::string& bytes : kFiles) {
     for (std::size_t length = 0; length <= bytes.size(); ++length) {
       parse_everything(bytes.substr(0, length));
     }
@@ -101,7 +94,7 @@ TEST_CASE("a cloud cut off within its points is refused") {
 }
 
 TEST_CASE("a file with any one byte changed is read or refused") {
-  for (const std::string& bytes : fixtures()) {
+  for (const std::string& bytes : kFiles) {
     for (std::size_t i = 0; i < bytes.size(); ++i) {
       for (const char value : {'\0', '\n', ' ', '9', '-', '\x40', '\x7f', '\xff'}) {
         std::string changed = bytes;

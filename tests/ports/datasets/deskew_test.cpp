@@ -11,6 +11,8 @@
 
 using namespace unimapper;
 using namespace unimapper::datasets;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
 
 namespace {
 
@@ -58,7 +60,7 @@ struct RoomOptions {
 /// Sweeps of a sensor with eight rings.
 class Room : public Dataset {
  public:
-  explicit Room(const RoomOptions& options) : options_(options) {
+  explicit Room(const RoomOptions& options = {}) : options_(options) {
     for (std::size_t i = 0; i < kScans; ++i) poses_.push_back(options.motion(stamp_s(i)));
   }
 
@@ -120,6 +122,11 @@ double blur(const Dataset& dataset) {
   return std::sqrt(sum / static_cast<double>(count));
 }
 
+std::unique_ptr<Dataset> deskewed_room(const RoomOptions& options = {},
+                                       Deskew mode = Deskew::kAuto) {
+  return deskewed(std::make_unique<Room>(options), mode);
+}
+
 std::string last_note(const Dataset& dataset) {
   const std::vector<Note> notes = dataset.notes();
   return notes.empty() ? std::string() : notes.back().text;
@@ -128,12 +135,11 @@ std::string last_note(const Dataset& dataset) {
 }  // namespace
 
 TEST_CASE("between scans the sensor moves evenly, and beyond them for one interval more") {
-  RoomOptions options;
-  options.has_odometry = false;
-  options.motion = [](double time_s) {
-    return Pose(Eigen::Quaterniond::Identity(), {10.0 * time_s, 0.0, 1.0});
-  };
-  const Room room(options);
+  const Room room({.motion =
+                       [](double time_s) {
+                         return Pose(Eigen::Quaterniond::Identity(), {10.0 * time_s, 0.0, 1.0});
+                       },
+                   .has_odometry = false});
   const SensorMotion motion(room);
   const auto x_at = [&](double time_s) {
     return motion.at(static_cast<std::int64_t>(1e9 * time_s)).translation.x();
@@ -146,71 +152,42 @@ TEST_CASE("between scans the sensor moves evenly, and beyond them for one interv
 }
 
 TEST_CASE("compensated points lie where they would have been measured at the stamp") {
-  const Room raw{RoomOptions{}};
-  const double before = blur(raw);
-  CHECK(before > 0.1);
-  RoomOptions options;
-  const auto dataset = deskewed(std::make_unique<Room>(options));
+  CHECK(blur(Room()) > 0.1);
+  const auto dataset = deskewed_room();
   CHECK(blur(*dataset) < 0.003);
-  CHECK(last_note(*dataset).find(
-            "motion within sweeps compensated (by it surfaces of 15 scans are ") == 0);
+  CHECK_THAT(last_note(*dataset),
+             StartsWith("motion within sweeps compensated (by it surfaces of 15 scans are "));
   Scan scan;
   dataset->read_scan(3, scan);
   CHECK(scan.time_s.empty());
 }
 
 TEST_CASE("the poses of scans serve where there is no odometry of its own rate") {
-  RoomOptions options;
-  options.has_odometry = false;
-  const auto dataset = deskewed(std::make_unique<Room>(options));
-  CHECK(blur(*dataset) < 0.02);
+  CHECK(blur(*deskewed_room({.has_odometry = false})) < 0.02);
 }
 
-TEST_CASE("points that are compensated already stay where they are") {
-  RoomOptions options;
-  options.is_compensated = true;
-  const auto dataset = deskewed(std::make_unique<Room>(options));
-  CHECK(blur(*dataset) < 1e-5);
-  CHECK(last_note(*dataset).find("seem to be compensated already") != std::string::npos);
-}
-
-TEST_CASE("times that run backwards are named and not used") {
-  RoomOptions options;
-  options.time_sign = -1.0;
-  const auto dataset = deskewed(std::make_unique<Room>(options));
-  CHECK(blur(*dataset) == Approx(blur(Room(options))));
-  CHECK(last_note(*dataset).find("backwards") != std::string::npos);
-}
-
-TEST_CASE("stamps of the other end of the sweep are named and not used") {
-  RoomOptions options;
-  options.is_stamped_at_start = true;
-  const auto dataset = deskewed(std::make_unique<Room>(options));
-  CHECK(blur(*dataset) == Approx(blur(Room(options))));
-  CHECK(last_note(*dataset).find("other end of the sweep") != std::string::npos);
-}
-
-TEST_CASE("a robot at rest needs no compensation") {
-  RoomOptions options;
-  options.motion = &resting_pose;
-  const auto dataset = deskewed(std::make_unique<Room>(options));
-  CHECK(last_note(*dataset).find("too small to matter") != std::string::npos);
+TEST_CASE("points stay where they are where that is better, and the reason is named") {
+  const auto check = [](const RoomOptions& options, const std::string& reason) {
+    const auto dataset = deskewed_room(options);
+    CHECK(blur(*dataset) == Approx(blur(Room(options))));
+    CHECK_THAT(last_note(*dataset), Contains(reason));
+  };
+  check({.is_compensated = true}, "seem to be compensated already");
+  CHECK(blur(Room({.is_compensated = true})) < 1e-5);
+  check({.time_sign = -1.0}, "backwards");
+  check({.is_stamped_at_start = true}, "other end of the sweep");
+  check({.motion = &resting_pose}, "too small to matter");
 }
 
 TEST_CASE("a recording without times per point passes as it is") {
-  RoomOptions options;
-  options.has_times = false;
-  const auto dataset = deskewed(std::make_unique<Room>(options));
+  const auto dataset = deskewed_room({.has_times = false});
   CHECK(dataset->notes().empty());
-  CHECK(blur(*dataset) == Approx(blur(Room(options))));
+  CHECK(blur(*dataset) == Approx(blur(Room({.has_times = false}))));
 }
 
 TEST_CASE("compensation can be demanded and switched off") {
-  const auto off = deskewed(std::make_unique<Room>(RoomOptions{}), Deskew::kOff);
-  CHECK(blur(*off) == Approx(blur(Room(RoomOptions{}))));
-  RoomOptions options;
-  options.is_compensated = true;
-  const auto on = deskewed(std::make_unique<Room>(options), Deskew::kOn);
+  CHECK(blur(*deskewed_room({}, Deskew::kOff)) == Approx(blur(Room())));
+  const auto on = deskewed_room({.is_compensated = true}, Deskew::kOn);
   CHECK(blur(*on) > 0.1);
-  CHECK(last_note(*on).find("compensated all the same") == 0);
+  CHECK_THAT(last_note(*on), StartsWith("compensated all the same"));
 }

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "ports/datasets/dataset.hpp"
 #include "tests/temporary_directory.hpp"
@@ -48,11 +49,46 @@ std::string error_of(const Call& call) {
   return {};
 }
 
+/// The message with which the recording at `path` is refused.
+inline std::string open_error(const std::filesystem::path& path, const OpenOptions& options = {}) {
+  return error_of([&] { (void)open_dataset(path, options); });
+}
+
+/// An input, and what the message that refuses it contains.
+struct Refusal {
+  std::string input;
+  std::vector<std::string> message;
+};
+
+template <typename Parse>
+void check_refusals(const std::vector<Refusal>& refusals, const Parse& parse) {
+  for (const auto& [input, message] : refusals) {
+    INFO(input);
+    const std::string error = error_of([&] { parse(input); });
+    for (const std::string& part : message) CHECK_THAT(error, Catch::Matchers::Contains(part));
+  }
+}
+
+inline Scan scan_of(const Dataset& dataset, std::size_t i) {
+  Scan scan;
+  dataset.read_scan(i, scan);
+  return scan;
+}
+
+/// All notes in one text; warnings begin with "!".
+inline std::string notes_text(const Dataset& dataset) {
+  std::string text;
+  for (const Note& note : dataset.notes()) {
+    text += (note.is_warning ? "! " : "- ") + note.text + "\n";
+  }
+  return text;
+}
+
 /// x = 1, y = -2, z = 0.5, intensity = 0.25 as they lie in a KITTI scan.
 inline const std::string kPointBytes = hex("0000803f 000000c0 0000003f 0000803e");
 
-/// A pose one metre ahead, and the identity.
-inline constexpr std::string_view kIdentityLine = "1 0 0 0 0 1 0 0 0 0 1 0\n";
-inline constexpr std::string_view kOneMetreAheadLine = "1 0 0 1 0 1 0 0 0 0 1 0\n";
+/// The identity, and a pose one metre ahead, as KITTI writes poses.
+inline const std::string kIdentityLine = "1 0 0 0 0 1 0 0 0 0 1 0\n";
+inline const std::string kOneMetreAheadLine = "1 0 0 1 0 1 0 0 0 0 1 0\n";
 
 }  // namespace unimapper::datasets

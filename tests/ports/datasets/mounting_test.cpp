@@ -3,8 +3,9 @@
 
 #include <catch2/catch.hpp>
 #include <memory>
-#include <optional>
 #include <vector>
+
+#include "tests/ports/datasets/fixtures.hpp"
 
 using namespace unimapper;
 using namespace unimapper::datasets;
@@ -29,10 +30,10 @@ class Landmark : public Dataset {
            double late_s = 0.0)
       : first_s_(first_s) {
     for (std::size_t i = 0; i < 10; ++i) {
-      const Pose T_world_base = base_at(1e-9 * static_cast<double>(stamp_ns(i)));
-      const Pose T_world_lidar = T_world_base * T_base_lidar;
+      const double time_s = 1e-9 * static_cast<double>(stamp_ns(i));
+      const Pose T_world_lidar = base_at(time_s) * T_base_lidar;
       seen_.push_back((T_world_lidar.inverse() * kLandmark).cast<float>());
-      const Pose given = base_at(1e-9 * static_cast<double>(stamp_ns(i)) - late_s);
+      const Pose given = base_at(time_s - late_s);
       poses_.push_back(has_poses_of_base ? given : given * T_base_lidar);
     }
   }
@@ -56,29 +57,32 @@ class Landmark : public Dataset {
   std::vector<Eigen::Vector3f> seen_;
 };
 
-double error_m(const Dataset& dataset, std::size_t scan, std::size_t point) {
-  Scan read;
-  dataset.read_scan(scan, read);
+Eigen::Vector3d point_in_world(const Dataset& dataset, std::size_t scan, std::size_t point = 0) {
+  const Scan read = scan_of(dataset, scan);
   const Scan::Point& p = read.points.at(point);
-  return (dataset.pose(scan) * Eigen::Vector3d(p.x, p.y, p.z) - kLandmark).norm();
+  return dataset.pose(scan) * Eigen::Vector3d(p.x, p.y, p.z);
 }
 
-std::vector<std::unique_ptr<Dataset>> pair_of(const Pose& second, double second_first_s) {
+double error_m(const Dataset& dataset, std::size_t scan, std::size_t point = 0) {
+  return (point_in_world(dataset, scan, point) - kLandmark).norm();
+}
+
+/// One LiDAR and a second one, whose first scan is at `second_first_s`.
+std::unique_ptr<Dataset> pair_of(const Pose& second, double second_first_s) {
   std::vector<std::unique_ptr<Dataset>> datasets;
   datasets.push_back(std::make_unique<Landmark>(mounting(0.3, 0.0), false));
   datasets.push_back(std::make_unique<Landmark>(second, false, second_first_s));
-  return datasets;
+  return several_lidars(std::move(datasets));
 }
 
 }  // namespace
 
 TEST_CASE("poses of the base become those of the LiDAR") {
   const Pose T_base_lidar = mounting(0.4, 1.0);
-  const Landmark as_recorded(T_base_lidar, true);
-  CHECK(error_m(as_recorded, 5, 0) > 1.0);
+  CHECK(error_m(Landmark(T_base_lidar, true), 5) > 1.0);
   const auto dataset = mounted(std::make_unique<Landmark>(T_base_lidar, true), T_base_lidar);
   for (std::size_t i = 0; i < dataset->scan_count(); ++i) {
-    CHECK(error_m(*dataset, i, 0) < 1e-5);
+    CHECK(error_m(*dataset, i) < 1e-5);
     CHECK((dataset->ground_truth_poses()[i].translation - dataset->pose(i).translation).norm() <
           1e-12);
   }
@@ -86,48 +90,38 @@ TEST_CASE("poses of the base become those of the LiDAR") {
 
 TEST_CASE("poses that are late take a negative offset, early ones a positive one") {
   const double late_s = GENERATE(-0.15, -0.05, 0.05, 0.15);
-  const Landmark as_recorded({}, true, 0.1, late_s);
-  CHECK(error_m(as_recorded, 5, 0) > 0.05);
+  CHECK(error_m(Landmark({}, true, 0.1, late_s), 5) > 0.05);
   const auto dataset = retimed(std::make_unique<Landmark>(Pose(), true, 0.1, late_s), -late_s);
   for (std::size_t i = 0; i < dataset->scan_count(); ++i) {
     const bool is_at_end = i < 2 || i + 2 >= dataset->scan_count();
-    CHECK(error_m(*dataset, i, 0) < (is_at_end ? 0.03 : 1e-3));  // the last motion goes on
+    CHECK(error_m(*dataset, i) < (is_at_end ? 0.03 : 1e-3));  // the last motion goes on
   }
 }
 
 TEST_CASE("the odometry of a LiDAR that hangs upside down is turned over, not its points") {
   const auto dataset = turned_over(std::make_unique<Landmark>(Pose(), true));
-  Scan scan;
-  dataset->read_scan(5, scan);
-  const Eigen::Vector3d p(scan.points[0].x, scan.points[0].y, scan.points[0].z);
   const Eigen::Vector3d turned(kLandmark.x(), -kLandmark.y(), -kLandmark.z());
-  CHECK((dataset->pose(5) * p - turned).norm() < 1e-5);
+  CHECK((point_in_world(*dataset, 5) - turned).norm() < 1e-5);
 }
 
-TEST_CASE("points of a second LiDAR lie in the first one's frame, whenever they were measured") {
-  const auto dataset = several_lidars(pair_of(mounting(-0.1, 3.0), 0.13));
-  REQUIRE(dataset->scan_count() == 10);
-  Scan scan;
-  dataset->read_scan(4, scan);
-  CHECK(scan.points.size() == 2);
-  CHECK(scan.ring.empty());
-  CHECK(error_m(*dataset, 4, 0) < 1e-5);
-  CHECK(error_m(*dataset, 4, 1) < 1e-5);
-  REQUIRE(dataset->notes().size() == 1);
-  CHECK(dataset->notes()[0].text.find("LiDAR 2 added to 10 of 10 scans") == 0);
-}
-
-TEST_CASE("scans too far apart in time stay apart") {
-  const auto dataset = several_lidars(pair_of(mounting(-0.1, 3.0), 0.56));
-  Scan scan;
-  dataset->read_scan(0, scan);
-  CHECK(scan.points.size() == 1);
-  dataset->read_scan(9, scan);
-  CHECK(scan.points.size() == 2);
-  CHECK(dataset->notes()[0].text.find("LiDAR 2 added to 5 of 10 scans") == 0);
+TEST_CASE("points of a second LiDAR lie in the first one's frame unless too far apart in time") {
+  for (const auto& [first_s, scans] : {std::pair(0.13, 10U), std::pair(0.56, 5U)}) {
+    const auto dataset = pair_of(mounting(-0.1, 3.0), first_s);
+    REQUIRE(dataset->scan_count() == 10);
+    CHECK(scan_of(*dataset, 0).points.size() == (scans == 10 ? 2 : 1));
+    const Scan scan = scan_of(*dataset, 9);
+    CHECK(scan.points.size() == 2);
+    CHECK(scan.ring.empty());
+    CHECK(error_m(*dataset, 9, 0) < 1e-5);
+    CHECK(error_m(*dataset, 4, 0) < 1e-5);
+    if (scans == 10) CHECK(error_m(*dataset, 4, 1) < 1e-5);
+    if (scans == 10) CHECK(dataset->notes().size() == 1);
+    CHECK(dataset->notes()[0].text.find("LiDAR 2 added to " + std::to_string(scans) +
+                                        " of 10 scans") == 0);
+  }
 }
 
 TEST_CASE("LiDARs far from each other are warned of") {
-  CHECK_FALSE(several_lidars(pair_of(mounting(0.0, 3.0), 0.1))->notes()[0].is_warning);
-  CHECK(several_lidars(pair_of(mounting(-3.0, 3.0), 0.1))->notes()[0].is_warning);
+  CHECK_FALSE(pair_of(mounting(0.0, 3.0), 0.1)->notes()[0].is_warning);
+  CHECK(pair_of(mounting(-3.0, 3.0), 0.1)->notes()[0].is_warning);
 }

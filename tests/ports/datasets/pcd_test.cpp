@@ -1,4 +1,4 @@
-// Tests of PCD files and sequences of them.
+// Tests of PCD files, sequences of them, and DynamicMap_Benchmark's clouds in the world frame.
 #include "ports/datasets/pcd.hpp"
 
 #include <catch2/catch.hpp>
@@ -29,17 +29,25 @@ void check_two_points(const Scan& scan) {
   CHECK(scan.view()[1] == Eigen::Vector3f(1, 2, 3));
 }
 
+const std::string kFields = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n";
+
+const OpenOptions kDynamicMap{.format = "dynamicmap"};
+
 }  // namespace
 
 TEST_CASE("ascii clouds may hold NaN, further fields and blank lines") {
   const Scan scan = parse(
-      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS ring x y z intensity\n"
-      "SIZE 2 4 4 4 4\nTYPE U F F F F\nCOUNT 1 1 1 1 1\nWIDTH 2\nHEIGHT 1\n"
-      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n7 1 -2.5 3e0 12\r\n\n7 nan nan nan 0\n");
+      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS ring x y z intensity time\n"
+      "SIZE 2 4 4 4 4 4\nTYPE U F F F F F\nCOUNT 1 1 1 1 1 1\nWIDTH 2\nHEIGHT 1\n"
+      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n"
+      "7 1 -2.5 3e0 12 0\r\n\n8 nan nan nan 0 0.05\n");
   REQUIRE(scan.points.size() == 2);
   CHECK(scan.view()[0] == Eigen::Vector3f(1.0F, -2.5F, 3.0F));
   CHECK(scan.points[0].intensity == 12.0F);
   CHECK(std::isnan(scan.points[1].x));
+  CHECK(scan.ring == std::vector<std::uint16_t>{7, 8});
+  REQUIRE(scan.time_s.size() == 2);
+  CHECK(scan.time_s[1] == Approx(0.05));
 }
 
 TEST_CASE("binary clouds skip padding, repeated counts and other types") {
@@ -57,35 +65,28 @@ TEST_CASE("compressed clouds hold all x, then all y, then all z") {
   check_two_points(parse(compressed_cloud()));
 }
 
-TEST_CASE("fields of several values before x, y and z are skipped, compressed or not") {
-  const std::string header =
-      "FIELDS normal x y z\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 2 1 1 1\nPOINTS 2\nDATA ";
+TEST_CASE("of fields of several values the first one counts, in every encoding") {
   const std::string one = "0000803f", two = "00000040", three = "00004040", nine = "00001041";
-  check_two_points(parse(header + "ascii\n9 9 1 2 3\n9 9 1 2 3\n"));
-  check_two_points(parse(header + "binary\n" + hex(nine + nine + one + two + three) +
-                         hex(nine + nine + one + two + three)));
+  const auto check = [](const std::string& fields, const std::string& row, const std::string& point,
+                        const std::string& columns) {
+    const std::string header = fields + "POINTS 2\nDATA ";
+    check_two_points(parse(header + "ascii\n" + row + row));
+    check_two_points(parse(header + "binary\n" + hex(point + point)));
+    check_two_points(parse(header + "binary_compressed\n" + hex(columns)));
+  };
   // Literal runs of eight bytes: four values of `normal`, then x, y and z of both points.
-  check_two_points(parse(header + "binary_compressed\n" + hex("2d000000 28000000") +
-                         hex("07" + nine + nine + "07" + nine + nine + "07" + one + one) +
-                         hex("07" + two + two + "07" + three + three)));
-}
-
-TEST_CASE("fields of several values are read by their first value") {
+  check("FIELDS normal x y z\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 2 1 1 1\n", "9 9 1 2 3\n",
+        nine + nine + one + two + three,
+        "2d000000 28000000 07" + nine + nine + "07" + nine + nine + "07" + one + one + "07" + two +
+            two + "07" + three + three);
   // As drivers do that store x and its error in one field.
-  const std::string header = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 2 1 1\nPOINTS 2\nDATA ";
-  const std::string one = "0000803f", two = "00000040", three = "00004040", nine = "00001041";
-  check_two_points(parse(header + "ascii\n1 9 2 3\n1 9 2 3\n"));
-  check_two_points(
-      parse(header + "binary\n" + hex(one + nine + two + three) + hex(one + nine + two + three)));
-  check_two_points(parse(header + "binary_compressed\n" + hex("24000000 20000000") +
-                         hex("07" + one + nine + "07" + one + nine + "07" + two + two) +
-                         hex("07" + three + three)));
+  check(kFields + "COUNT 2 1 1\n", "1 9 2 3\n", one + nine + two + three,
+        "24000000 20000000 07" + one + nine + "07" + one + nine + "07" + two + two + "07" + three +
+            three);
 }
 
 TEST_CASE("old headers lack COUNT, VIEWPOINT and POINTS") {
-  const std::string header =
-      "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 2\nHEIGHT 1\nDATA ascii\n";
-  check_two_points(parse(header + "1 2 3\n1 2 3\n"));
+  check_two_points(parse(kFields + "WIDTH 2\nHEIGHT 1\nDATA ascii\n1 2 3\n1 2 3\n"));
 }
 
 TEST_CASE("the viewpoint is a position and a quaternion with w first") {
@@ -97,26 +98,25 @@ TEST_CASE("the viewpoint is a position and a quaternion with w first") {
 }
 
 TEST_CASE("damaged clouds are refused with file, position and reason") {
-  const std::string fields = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 2\nHEIGHT 1\n";
-  CHECK_THAT(parse_error(""), Contains("cloud.pcd: offset 0") && Contains("DATA"));
-  CHECK_THAT(parse_error("garbage\n"), Contains("cloud.pcd:1") && Contains("not a PCD file"));
-  CHECK_THAT(parse_error(std::string(100, '\n')), Contains("no DATA line"));
-  CHECK_THAT(parse_error("DATA ascii\n"), Contains("no FIELDS"));
-  CHECK_THAT(parse_error("SIZE 4\nDATA ascii\n"), Contains("before FIELDS"));
-  CHECK_THAT(parse_error("FIELDS x y z\nSIZE 4 4\nDATA ascii\n"), Contains("2 values for 3"));
-  CHECK_THAT(parse_error("FIELDS x\nSIZE 3\nDATA ascii\n"), Contains("SIZE must be"));
-  CHECK_THAT(parse_error("FIELDS x\nSIZE 2\nTYPE F\nWIDTH 0\nDATA ascii\n"), Contains("float"));
-  CHECK_THAT(parse_error("FIELDS x\nTYPE Q\nDATA ascii\n"), Contains("TYPE must be"));
-  CHECK_THAT(parse_error("FIELDS x\nCOUNT 4294967296\nDATA ascii\n"), Contains("COUNT"));
-  CHECK_THAT(parse_error("FIELDS x\nPOINTS -1\nDATA ascii\n"), Contains("POINTS"));
-  CHECK_THAT(parse_error("FIELDS x\nDATA ascii\n"), Contains("neither POINTS nor WIDTH"));
-  CHECK_THAT(parse_error("FIELDS x y\nWIDTH 1\nDATA ascii\n1 2\n"), Contains("x, y and z"));
-  CHECK_THAT(parse_error(fields + "DATA smoke\n"), Contains("DATA must be"));
-  CHECK_THAT(parse_error(fields + "DATA ascii\n1 2 3\n"), Contains("2 points announced, 1"));
-  CHECK_THAT(parse_error(fields + "DATA ascii\n1 2\n"), Contains("cloud.pcd:7"));
-  CHECK_THAT(parse_error(fields + "DATA ascii\n1 2 z\n"), Contains("not a number"));
-  CHECK_THAT(parse_error(fields + "DATA binary\n12345678901234567890123"),
-             Contains("truncated") && Contains("2 points of 12 bytes") && Contains("1 are there"));
+  const std::string two = kFields + "WIDTH 2\nHEIGHT 1\n";
+  check_refusals({{"", {"cloud.pcd: offset 0", "DATA"}},
+                  {"garbage\n", {"cloud.pcd:1", "not a PCD file"}},
+                  {std::string(100, '\n'), {"no DATA line"}},
+                  {"DATA ascii\n", {"no FIELDS"}},
+                  {"SIZE 4\nDATA ascii\n", {"before FIELDS"}},
+                  {"FIELDS x y z\nSIZE 4 4\nDATA ascii\n", {"2 values for 3"}},
+                  {"FIELDS x\nTYPE Q\nDATA ascii\n", {"TYPE must be"}},
+                  {"FIELDS x\nCOUNT 4294967296\nDATA ascii\n", {"COUNT"}},
+                  {"FIELDS x\nPOINTS -1\nDATA ascii\n", {"POINTS"}},
+                  {"FIELDS x\nDATA ascii\n", {"neither POINTS nor WIDTH"}},
+                  {"FIELDS x y\nWIDTH 1\nDATA ascii\n1 2\n", {"x, y and z"}},
+                  {two + "DATA smoke\n", {"DATA must be"}},
+                  {two + "DATA ascii\n1 2 3\n", {"2 points announced, 1"}},
+                  {two + "DATA ascii\n1 2\n", {"cloud.pcd:7"}},
+                  {two + "DATA ascii\n1 2 z\n", {"not a number"}},
+                  {two + "DATA binary\n12345678901234567890123",
+                   {"truncated", "2 points of 12 bytes", "1 are there"}}},
+                 parse);
 }
 
 TEST_CASE("floats have four or eight bytes, integers any number of them that is a power of two") {
@@ -155,66 +155,46 @@ TEST_CASE("a header has up to 64 lines and names up to 64 fields") {
 }
 
 TEST_CASE("a forged header cannot make us allocate what the file does not hold") {
-  const std::string fields = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n";
   const std::string huge = GENERATE("POINTS 4294967295\n", "WIDTH 65535\nHEIGHT 65535\n");
-  CHECK_THAT(parse_error(fields + huge + "DATA binary\n123"), Contains("truncated"));
-  CHECK_THAT(parse_error(fields + huge + "DATA ascii\n1 2 3\n"), Contains("truncated"));
-  CHECK_THAT(parse_error(fields + "WIDTH 18446744073709551615\nHEIGHT 2\nDATA binary\n"),
+  CHECK_THAT(parse_error(kFields + huge + "DATA binary\n123"), Contains("truncated"));
+  CHECK_THAT(parse_error(kFields + huge + "DATA ascii\n1 2 3\n"), Contains("truncated"));
+  CHECK_THAT(parse_error(kFields + "WIDTH 18446744073709551615\nHEIGHT 2\nDATA binary\n"),
              Contains("absurdly large"));
   // 100 million points of 12 bytes announced by a stream of four bytes.
-  CHECK_THAT(parse_error(fields + "POINTS 100000000\nDATA binary_compressed\n" +
+  CHECK_THAT(parse_error(kFields + "POINTS 100000000\nDATA binary_compressed\n" +
                          hex("04000000 008c8647 00000000")),
              Contains("too small for the points"));
 }
 
 TEST_CASE("more points than four bytes can count are refused before anything is read") {
-  const std::string fields = "FIELDS x\nSIZE 4\nTYPE F\n";
   const std::string data =
       GENERATE("DATA ascii\n1\n", "DATA binary\n1234", "DATA binary_compressed\n12345678");
-  CHECK_THAT(parse_error(fields + "POINTS 4294967296\n" + data),
-             Contains("POINTS is absurdly large"));
-  CHECK_THAT(parse_error(fields + "WIDTH 65536\nHEIGHT 65536\n" + data),
-             Contains("POINTS is absurdly large"));
+  for (const std::string count : {"POINTS 4294967296\n", "WIDTH 65536\nHEIGHT 65536\n"}) {
+    CHECK_THAT(parse_error("FIELDS x\nSIZE 4\nTYPE F\n" + count + data),
+               Contains("POINTS is absurdly large"));
+  }
 }
 
 TEST_CASE("compressed data may grow as much as the coding can, and no more") {
   // 88 bytes of points for each of four compressed bytes: possible, though these are garbage.
-  const std::string header = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n";
-  const auto error_for = [&](std::uint32_t points) {
-    std::string sizes(8, '\0');
-    const std::uint32_t compressed = 3;
-    const std::uint32_t raw = points * 12;
-    std::memcpy(sizes.data(), &compressed, 4);
-    std::memcpy(sizes.data() + 4, &raw, 4);
-    return parse_error(header + "POINTS " + std::to_string(points) + "\nDATA binary_compressed\n" +
-                       sizes + "\xff\xff\xff");
+  const auto error_for = [](std::uint32_t points) {
+    const std::uint32_t sizes[] = {3, points * 12};
+    std::string bytes(sizeof sizes, '\0');
+    std::memcpy(bytes.data(), sizes, sizeof sizes);
+    return parse_error(kFields + "POINTS " + std::to_string(points) + "\nDATA binary_compressed\n" +
+                       bytes + "\xff\xff\xff");
   };
   CHECK_THAT(error_for(22), Contains("damaged"));  // 264 bytes
   CHECK_THAT(error_for(23), Contains("too small for the points"));
 }
 
-TEST_CASE("ring and time of each point are read where a field is called so") {
-  Scan scan;
-  parse_pcd(
-      "VERSION 0.7\nFIELDS x y z ring time\nSIZE 4 4 4 2 4\nTYPE F F F U F\n"
-      "COUNT 1 1 1 1 1\nWIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n1 2 3 7 0\n"
-      "4 5 6 8 0.05\n",
-      "a.pcd", scan);
-  CHECK(scan.ring == std::vector<std::uint16_t>{7, 8});
-  REQUIRE(scan.time_s.size() == 2);
-  CHECK(scan.time_s[1] == Approx(0.05));
-}
-
 TEST_CASE("damaged compression is noticed") {
-  std::string bytes = compressed_cloud();
-  SECTION("reference to before the beginning") {
-    bytes[bytes.size() - 21] = '\x40';
-    CHECK_THAT(parse_error(bytes), Contains("compressed data is damaged"));
-  }
-  SECTION("wrong uncompressed size") {
-    bytes[bytes.size() - 25] = 25;
-    CHECK_THAT(parse_error(bytes), Contains("does not fit the number of points"));
-  }
+  std::string reference = compressed_cloud();
+  reference[reference.size() - 21] = '\x40';  // to before the beginning
+  CHECK_THAT(parse_error(reference), Contains("compressed data is damaged"));
+  std::string size = compressed_cloud();
+  size[size.size() - 25] = 25;
+  CHECK_THAT(parse_error(size), Contains("does not fit the number of points"));
 }
 
 TEST_CASE("a folder of clouds with a trajectory is a recording, poses in TUM or KITTI form") {
@@ -224,29 +204,89 @@ TEST_CASE("a folder of clouds with a trajectory is a recording, poses in TUM or 
   directory.write(folder + "/000000.pcd", binary_cloud());
   directory.write(folder + "/000001.pcd", compressed_cloud());
 
-  SECTION("TUM") {
-    directory.write(poses, "5.25 0 0 0 0 0 0 1\n5.75 4 0 0 0 0 0 1\n");
-    const auto dataset = open_dataset(directory.path());
-    REQUIRE(dataset->scan_count() == 2);
-    CHECK(dataset->stamp_ns(1) == 5'750'000'000);
-    CHECK(dataset->pose(1).translation.x() == 4.0);
-    Scan scan;
-    dataset->read_scan(1, scan);
-    check_two_points(scan);
+  directory.write(poses, "5.25 0 0 0 0 0 0 1\n5.75 4 0 0 0 0 0 1\n");
+  const auto tum = open_dataset(directory.path());
+  REQUIRE(tum->scan_count() == 2);
+  CHECK(tum->stamp_ns(1) == 5'750'000'000);
+  CHECK(tum->pose(1).translation.x() == 4.0);
+  check_two_points(scan_of(*tum, 1));
+
+  directory.write(poses, kIdentityLine + kOneMetreAheadLine);
+  const auto kitti = open_dataset(directory.path());
+  CHECK(kitti->stamp_ns(1) == 100'000'000);
+  CHECK(kitti->pose(1).translation.x() == 1.0);
+
+  directory.write(poses, kIdentityLine);
+  CHECK_THAT(open_error(directory.path()), Contains(poses) && Contains("1 poses for 2 scans"));
+  std::filesystem::remove(directory / poses);
+  CHECK_THAT(open_error(directory.path(), {.format = "pcd"}), Contains("no pose file"));
+}
+
+TEST_CASE("DynamicMap scans come back in the sensor frame, without their ground truth") {
+  const TemporaryDirectory directory;
+  // The sensor stands at (1, 0, 0) and looks along the world's y axis.
+  directory.write("pcd/000010.pcd",
+                  binary_cloud("1 0 0 0.7071067811865476 0 0 0.7071067811865476"));
+  directory.write("pcd/000011.pcd", binary_cloud());
+  const auto dataset = open_dataset(directory.path());
+  REQUIRE(dataset->scan_count() == 2);
+  CHECK(dataset->scan_name(0) == "000010");
+  CHECK(dataset->stamp_ns(1) == 100'000'000);
+  CHECK(dataset->pose(0).translation == Eigen::Vector3d(1, 0, 0));
+  const Scan scan = scan_of(*dataset, 0);
+  CHECK(scan.view()[0].isApprox(Eigen::Vector3f(2, 0, 3), 1e-6F));
+  CHECK(scan.view()[1].isApprox(Eigen::Vector3f(2, -3, 3), 1e-6F));
+  CHECK(scan.points[1].intensity == 0.0F);
+  CHECK(dataset->labels(0) == std::vector<std::uint32_t>{9, 251});
+}
+
+TEST_CASE("DynamicMap clouds far from their origin keep their points in doubles, or are refused") {
+  const TemporaryDirectory directory;
+  std::string cloud =
+      "VERSION 0.7\nFIELDS x y z intensity\nSIZE 8 8 8 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH 1\n"
+      "HEIGHT 1\nVIEWPOINT 448262.25 5411904.5 312.125 1 0 0 0\nPOINTS 1\nDATA binary\n";
+  const double point[] = {448263.281, 5411902.52, 312.155};
+  cloud.append(reinterpret_cast<const char*>(point), sizeof point);
+  cloud.append(4, '\0');  // intensity
+  directory.write("pcd/000000.pcd", cloud);
+  const Scan scan = scan_of(*open_dataset(directory.path(), kDynamicMap), 0);
+  CHECK(scan.view()[0].isApprox(Eigen::Vector3f(1.031F, -1.98F, 0.03F), 1e-6F));
+
+  directory.write("pcd/000000.pcd", binary_cloud("448262.25 5411904.5 312.125 1 0 0 0"));
+  CHECK_THAT(open_error(directory.path(), kDynamicMap),
+             Contains("32-bit floats 5412 km") && Contains("64-bit floats"));
+}
+
+TEST_CASE("gt_cloud.pcd tells DynamicMap from other clouds with poses") {
+  const TemporaryDirectory directory;
+  directory.write("pcd/000000.pcd", binary_cloud("5 0 0 1 0 0 0"));
+  directory.write("poses.txt", kIdentityLine);
+  CHECK(open_dataset(directory.path())->pose(0).translation.x() == 0.0);
+  directory.write("gt_cloud.pcd", binary_cloud());
+  CHECK(open_dataset(directory.path())->pose(0).translation.x() == 5.0);
+}
+
+TEST_CASE("clouds without poses or viewpoints are not taken for DynamicMap") {
+  const TemporaryDirectory directory;
+  for (const char* name : {"0", "1", "2"}) {
+    directory.write("pcd/" + std::string(name) + ".pcd", binary_cloud());
   }
-  SECTION("KITTI") {
-    directory.write(poses, std::string(kIdentityLine) + std::string(kOneMetreAheadLine));
-    const auto dataset = open_dataset(directory.path());
-    CHECK(dataset->stamp_ns(1) == 100'000'000);
-    CHECK(dataset->pose(1).translation.x() == 1.0);
-  }
-  SECTION("too few poses") {
-    directory.write(poses, kIdentityLine);
-    CHECK_THAT(error_of([&] { (void)open_dataset(directory.path()); }),
-               Contains(poses) && Contains("1 poses for 2 scans"));
-  }
-  SECTION("no poses at all") {
-    CHECK_THAT(error_of([&] { (void)open_dataset(directory.path(), {.format = "pcd"}); }),
-               Contains("no pose file"));
-  }
+  CHECK_THAT(open_error(directory.path()), Contains("no pose file"));
+  CHECK_THAT(open_error(directory.path(), kDynamicMap),
+             Contains("every VIEWPOINT is the identity"));
+}
+
+TEST_CASE("a viewpoint that is no pose is refused with its file") {
+  const TemporaryDirectory directory;
+  directory.write("pcd/000000.pcd", binary_cloud());
+  directory.write("pcd/000001.pcd", binary_cloud("0 0 nan 1 0 0 0"));
+  CHECK_THAT(open_error(directory.path()), Contains("000001.pcd") && Contains("VIEWPOINT"));
+}
+
+TEST_CASE("labels that are neither moving nor static are to be ignored") {
+  const TemporaryDirectory directory;
+  std::string cloud = binary_cloud();
+  cloud.replace(cloud.size() - 4, 4, hex("00000040"));
+  directory.write("pcd/000000.pcd", cloud);
+  CHECK(open_dataset(directory.path(), kDynamicMap)->labels(0) == std::vector<std::uint32_t>{9, 0});
 }

@@ -1,6 +1,7 @@
 // Tests of stamps against the order of recording.
 #include "ports/datasets/recorded_stamps.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <vector>
@@ -12,60 +13,61 @@ namespace {
 constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::int64_t kPeriod = kSecond / 10;
 
-/// Sixty stamps at 10 Hz, recorded 20 to 40 ms later.
+struct Message {
+  std::int64_t stamp_ns;
+  std::int64_t log_ns;
+};
+
+/// Sixty messages at 10 Hz, recorded 20 to 40 ms later.
 struct Recording {
-  std::vector<std::int64_t> stamps_ns;
-  std::vector<std::int64_t> log_ns;
+  std::vector<Message> messages;
 
   Recording() {
     for (std::int64_t i = 0; i < 60; ++i) {
-      stamps_ns.push_back(1'700'000'000 * kSecond + i * kPeriod);
-      log_ns.push_back(stamps_ns.back() + kSecond / 50 + i % 3 * kSecond / 100);
+      const std::int64_t stamp_ns = 1'700'000'000 * kSecond + i * kPeriod;
+      messages.push_back({stamp_ns, stamp_ns + kSecond / 50 + i % 3 * kSecond / 100});
     }
   }
   void step(std::size_t first, std::int64_t by_ns) {
-    for (std::size_t i = first; i < stamps_ns.size(); ++i) stamps_ns[i] += by_ns;
+    for (std::size_t i = first; i < messages.size(); ++i) messages[i].stamp_ns += by_ns;
   }
-  [[nodiscard]] RecordedStamps check() const { return check_recorded_stamps(stamps_ns, log_ns); }
+  [[nodiscard]] RecordedStamps check() const { return check_stamps_of(messages); }
+  [[nodiscard]] RecordedStamps check_without_log() const {
+    std::vector<std::int64_t> stamps_ns;
+    for (const Message& message : messages) stamps_ns.push_back(message.stamp_ns);
+    return check_recorded_stamps(stamps_ns, {});
+  }
 };
 
 }  // namespace
 
 TEST_CASE("stamps in order are right, whatever they wait for") {
   Recording recording;
+  std::vector<Message>& messages = recording.messages;
   SECTION("even") {}
-  SECTION("scans are lost") {
-    recording.stamps_ns.erase(recording.stamps_ns.begin() + 20, recording.stamps_ns.begin() + 35);
-    recording.log_ns.erase(recording.log_ns.begin() + 20, recording.log_ns.begin() + 35);
-  }
+  SECTION("scans are lost") { messages.erase(messages.begin() + 20, messages.begin() + 35); }
   SECTION("messages pile up for a second") {
-    for (std::size_t i = 20; i < 30; ++i) recording.log_ns[i] = recording.log_ns[30];
+    for (std::size_t i = 20; i < 30; ++i) messages[i].log_ns = messages[30].log_ns;
   }
   SECTION("a message is recorded after those behind it") {
-    const std::int64_t stamp = recording.stamps_ns[20];
-    recording.stamps_ns.erase(recording.stamps_ns.begin() + 20);
-    recording.log_ns.erase(recording.log_ns.begin() + 20);
-    recording.stamps_ns.insert(recording.stamps_ns.begin() + 24, stamp);
-    recording.log_ns.insert(recording.log_ns.begin() + 24, recording.log_ns[23] + 1000);
+    std::rotate(messages.begin() + 20, messages.begin() + 21, messages.begin() + 25);
+    messages[24].log_ns = messages[23].log_ns + 1000;
   }
   SECTION("messages are recorded twice") {
-    recording.stamps_ns.insert(recording.stamps_ns.begin() + 20, recording.stamps_ns[20]);
-    recording.log_ns.insert(recording.log_ns.begin() + 20, recording.log_ns[20] - 1000);
+    const Message again{messages[20].stamp_ns, messages[20].log_ns - 1000};
+    messages.insert(messages.begin() + 20, again);
   }
   SECTION("the recorder's clock drifts") {
     for (std::size_t i = 0; i < 60; ++i)
-      recording.log_ns[i] += static_cast<std::int64_t>(i) * 500'000;
+      messages[i].log_ns += static_cast<std::int64_t>(i) * 500'000;
   }
   SECTION("recording is delayed from one message on") {
-    for (std::size_t i = 40; i < 60; ++i) recording.log_ns[i] += 3 * kSecond / 10;
+    for (std::size_t i = 40; i < 60; ++i) messages[i].log_ns += 3 * kSecond / 10;
   }
   SECTION("the recorder's clock is set back") {
-    for (std::size_t i = 40; i < 60; ++i) recording.log_ns[i] -= 3 * kSecond / 10;
+    for (std::size_t i = 40; i < 60; ++i) messages[i].log_ns -= 3 * kSecond / 10;
   }
-  SECTION("nothing at all") {
-    recording.stamps_ns.clear();
-    recording.log_ns.clear();
-  }
+  SECTION("nothing at all") { messages.clear(); }
   const RecordedStamps found = recording.check();
   CHECK(found.glitches == 0);
   CHECK(found.steps.empty());
@@ -74,14 +76,14 @@ TEST_CASE("stamps in order are right, whatever they wait for") {
 TEST_CASE("a stamp alone out of order is a glitch, onto another stamp or between them") {
   for (const std::int64_t by_ns : {kSecond, -kSecond, kSecond + kPeriod / 2, -3 * kPeriod}) {
     Recording recording;
-    for (const std::size_t i : {15U, 30U, 44U}) recording.stamps_ns[i] += by_ns;
+    for (const std::size_t i : {15U, 30U, 44U}) recording.messages[i].stamp_ns += by_ns;
     const RecordedStamps found = recording.check();
     CHECK(found.steps.empty());
     CHECK(found.glitches == 3);
     CHECK(found.first_glitch == 15);
     CHECK(found.is_glitch[30]);
     // Without times of recording the order tells the same.
-    CHECK(check_recorded_stamps(recording.stamps_ns, {}).is_glitch == found.is_glitch);
+    CHECK(recording.check_without_log().is_glitch == found.is_glitch);
   }
 }
 
@@ -107,9 +109,9 @@ TEST_CASE("a step that all later stamps follow is one of the clock") {
 TEST_CASE("without times of recording a step forward is a gap, one back a step") {
   Recording recording;
   recording.step(40, kSecond);
-  CHECK(check_recorded_stamps(recording.stamps_ns, {}).steps.empty());
+  CHECK(recording.check_without_log().steps.empty());
   recording.step(40, -3 * kSecond);
-  const RecordedStamps found = check_recorded_stamps(recording.stamps_ns, {});
+  const RecordedStamps found = recording.check_without_log();
   REQUIRE(found.steps.size() == 1);
   CHECK(found.steps[0].first == 40);
 }

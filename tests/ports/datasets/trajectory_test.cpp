@@ -11,35 +11,25 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-std::string trajectory_error(std::string_view text) {
-  return error_of([&] { (void)parse_trajectory(text, "poses.txt"); });
+Trajectory trajectory_of(std::string_view text) { return parse_trajectory(text, "poses.txt"); }
+
+std::vector<std::int64_t> times_of(std::string_view text) { return parse_times(text, "times.txt"); }
+
+/// The only pose of `text`, applied to (1, 0, 0).
+Eigen::Vector3d moved_point(const std::string& text) {
+  INFO(text);
+  const auto poses = trajectory_of(text).poses;
+  REQUIRE(poses.size() == 1);
+  return poses[0] * Eigen::Vector3d(1, 0, 0);
 }
 
 }  // namespace
 
-TEST_CASE("a KITTI line is a row-major 3x4 matrix") {
-  const auto trajectory = parse_trajectory("0 -1 0 10 1 0 0 20 0 0 1 30\n", "poses.txt");
-  REQUIRE(trajectory.poses.size() == 1);
-  CHECK(trajectory.stamps_ns.empty());
-  const Eigen::Vector3d p = trajectory.poses[0] * Eigen::Vector3d(1, 0, 0);
-  CHECK(p.isApprox(Eigen::Vector3d(10, 21, 30)));
-}
-
 TEST_CASE("a TUM line is a stamp, a position and a quaternion with w last") {
-  const auto trajectory = parse_trajectory(
-      "# t x y z qx qy qz qw\n\n1691936557.946849179 1 2 3 0 0 0.7071068 0.7071068\r\n",
-      "poses.txt");
-  REQUIRE(trajectory.poses.size() == 1);
-  CHECK(trajectory.stamps_ns == std::vector<std::int64_t>{1691936557946849179});
-  const Eigen::Vector3d p = trajectory.poses[0] * Eigen::Vector3d(1, 0, 0);
-  CHECK(p.isApprox(Eigen::Vector3d(1, 3, 3), 1e-6));
-}
-
-TEST_CASE("commas separate columns as well as blanks do") {
-  const auto trajectory = parse_trajectory("0,1,2,3,0,0,0,1\n1,4,5,6,0,0,0,1", "poses.csv");
-  REQUIRE(trajectory.poses.size() == 2);
-  CHECK(trajectory.poses[1].translation == Eigen::Vector3d(4, 5, 6));
-  CHECK(trajectory.stamps_ns == std::vector<std::int64_t>{0, 1'000'000'000});
+  const std::string text =
+      "# t x y z qx qy qz qw\n\n1691936557.946849179 1 2 3 0 0 0.7071068 0.7071068\r\n";
+  CHECK(moved_point(text).isApprox(Eigen::Vector3d(1, 3, 3), 1e-6));
+  CHECK(trajectory_of(text).stamps_ns == std::vector<std::int64_t>{1691936557946849179});
 }
 
 TEST_CASE("text of other programs becomes plain: encodings, line breaks, decimal commas") {
@@ -67,53 +57,43 @@ TEST_CASE("text of other programs becomes plain: encodings, line breaks, decimal
   }
 }
 
-TEST_CASE("stamps in nanoseconds keep every digit") {
-  const auto trajectory = parse_trajectory("1691936557946849179 0 0 0 0 0 0 1\n", "Aeva_gt.txt",
-                                           StampUnit::kNanoseconds);
-  CHECK(trajectory.stamps_ns == std::vector<std::int64_t>{1691936557946849179});
-}
-
 TEST_CASE("rotations printed with few digits become exact rotations") {
-  const auto trajectory = parse_trajectory(
+  const auto trajectory = trajectory_of(
       "0.999979 0.005001 0.004032 -0.000948 -0.004994 0.999986 -0.001766 -0.004086 "
-      "-0.004041 0.001746 0.99999 -0.002842\n",
-      "poses.txt");
+      "-0.004041 0.001746 0.99999 -0.002842\n");
   CHECK(trajectory.poses.at(0).is_rigid(1e-12));
 }
 
 TEST_CASE("a pose that cannot be one is refused with its line") {
-  CHECK_THAT(trajectory_error("1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 nan 0 1 0 0 0 0 1 0\n"),
-             Contains("poses.txt:2") && Contains("not finite"));
-  CHECK_THAT(trajectory_error("1 0 0 inf 0 1 0 0 0 0 1 0\n"), Contains("not finite"));
-  CHECK_THAT(trajectory_error("2 0 0 0 0 1 0 0 0 0 1 0\n"), Contains("not a rotation"));
-  CHECK_THAT(trajectory_error("1 0 0 0 0 1 0 0 0 0 -1 0\n"), Contains("not a rotation"));
-  CHECK_THAT(trajectory_error("0 0 0 0 0 0 0 0 0 0 0 0\n"), Contains("not a rotation"));
-  CHECK_THAT(trajectory_error("0 0 0 0 0 0 0 0\n"), Contains("length 1"));
-  CHECK_THAT(trajectory_error("0 0 0 0 0 0 0 nan\n"), Contains("not finite"));
-  CHECK_THAT(trajectory_error("1 0 0 0 0 1 0 0 0 0 1\n"), Contains("found 11"));
-  CHECK_THAT(trajectory_error("0 1 2 3 0 0 0 1\n1 0 0 0 0 1 0 0 0 0 1 0\n"),
-             Contains("poses.txt:2") && Contains("expected 8"));
-  CHECK_THAT(trajectory_error("1 0 0 zero 0 1 0 0 0 0 1 0\n"), Contains("'zero' is not a number"));
-  CHECK_THAT(trajectory_error("1e20 0 0 0 0 0 0 1\n"), Contains("out of range"));
+  check_refusals(
+      {{"1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 nan 0 1 0 0 0 0 1 0\n", {"poses.txt:2", "not finite"}},
+       {"1 0 0 inf 0 1 0 0 0 0 1 0\n", {"not finite"}},
+       {"2 0 0 0 0 1 0 0 0 0 1 0\n", {"not a rotation"}},
+       {"1 0 0 0 0 1 0 0 0 0 -1 0\n", {"not a rotation"}},
+       {"0 0 0 0 0 0 0 0 0 0 0 0\n", {"not a rotation"}},
+       {"0 0 0 0 0 0 0 0\n", {"length 1"}},
+       {"0 0 0 0 0 0 0 nan\n", {"not finite"}},
+       {"1 0 0 0 0 1 0 0 0 0 1\n", {"found 11"}},
+       {"0 1 2 3 0 0 0 1\n1 0 0 0 0 1 0 0 0 0 1 0\n", {"poses.txt:2", "expected 8"}},
+       {"1 0 0 zero 0 1 0 0 0 0 1 0\n", {"'zero' is not a number"}},
+       {"1e20 0 0 0 0 0 0 1\n", {"out of range"}},
+       {"0 1 0 0 -1 0 0 0 0 0 1 0 10 20 30 1\n", {"by columns"}},
+       {"1 0 0 0\n0 1 0 0\n0 0 1 0\n", {"fewer than four rows"}},
+       {"1 0 0 0\n1 0 0 0 0 1 0 0 0 0 1 0\n", {"poses.txt:2"}}},
+      trajectory_of);
 }
 
-TEST_CASE("4x4 matrices by rows are poses, on one line or on four, and behind a stamp") {
+TEST_CASE("matrices by rows, 3x4 or 4x4, are poses, on one line or on four, or behind a stamp") {
   const std::string matrix = "0 -1 0 10 1 0 0 20 0 0 1 30 0 0 0 1";
-  const Eigen::Vector3d expected(10, 21, 30);
   const auto check = [&](const std::string& text, std::size_t stamps) {
-    INFO(text);
-    const auto trajectory = parse_trajectory(text, "poses.txt");
-    REQUIRE(trajectory.poses.size() == 1);
-    CHECK((trajectory.poses[0] * Eigen::Vector3d(1, 0, 0)).isApprox(expected));
-    CHECK(trajectory.stamps_ns.size() == stamps);
+    CHECK(moved_point(text).isApprox(Eigen::Vector3d(10, 21, 30)));
+    CHECK(trajectory_of(text).stamps_ns.size() == stamps);
   };
+  check("0 -1 0 10 1 0 0 20 0 0 1 30\n", 0);
   check(matrix + "\n", 0);
   check("5.5 " + matrix + "\n", 1);
   check("0 -1 0 10\n1 0 0 20\n0 0 1 30\n0 0 0 1\n", 0);
   check("1691936557946849179 0 -1 0 10 1 0 0 20 0 0 1 30\n", 1);
-  CHECK_THAT(trajectory_error("0 1 0 0 -1 0 0 0 0 0 1 0 10 20 30 1\n"), Contains("by columns"));
-  CHECK_THAT(trajectory_error("1 0 0 0\n0 1 0 0\n0 0 1 0\n"), Contains("fewer than four rows"));
-  CHECK_THAT(trajectory_error("1 0 0 0\n1 0 0 0 0 1 0 0 0 0 1 0\n"), Contains("poses.txt:2"));
 }
 
 TEST_CASE("a header names the columns, also as a comment, whatever their order is") {
@@ -123,67 +103,55 @@ TEST_CASE("a header names the columns, also as a comment, whatever their order i
       "[]",
       "%time,pose.position.x,pose.position.y,pose.position.z,pose.orientation.w,"
       "pose.orientation.x,pose.orientation.y,pose.orientation.z");
-  INFO(header);
-  const auto trajectory = parse_trajectory(
-      header + "\n1691936557946849179,1,2,3,0.7071068,0,0,0.7071068\n", "poses.csv");
-  REQUIRE(trajectory.poses.size() == 1);
-  CHECK(trajectory.stamps_ns == std::vector<std::int64_t>{1691936557946849179});
-  CHECK((trajectory.poses[0] * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(1, 3, 3), 1e-6));
+  const std::string text = header + "\n1691936557946849179,1,2,3,0.7071068,0,0,0.7071068\n";
+  CHECK(moved_point(text).isApprox(Eigen::Vector3d(1, 3, 3), 1e-6));
+  CHECK(trajectory_of(text).stamps_ns == std::vector<std::int64_t>{1691936557946849179});
 }
 
 TEST_CASE("what is not a pose is refused with what is accepted") {
-  const auto check = [](std::string_view text, const std::string& reason) {
-    CHECK_THAT(trajectory_error(text),
-               Contains(reason) && Contains("accepted are TUM") && Contains("KITTI"));
-  };
-  check("1 2 3 4 0.1 0.2 0.3\n", "angles");
-  check("time,x,y,z,roll,pitch,yaw\n1,2,3,4,0.1,0.2,0.3\n", "angles");
-  check("t x y z\n", "'t' is not a number");
-  check("1 2 3 4 0.1 0.2 0.3 0.4\n", "but 0.54");
-  // Two columns of the same meaning leave it open.
-  check("t x x y z qx qy qz qw\n", "'t' is not a number");
+  for (const auto& [text, reason] :
+       {std::pair("1 2 3 4 0.1 0.2 0.3\n", "angles"),
+        std::pair("time,x,y,z,roll,pitch,yaw\n1,2,3,4,0.1,0.2,0.3\n", "angles"),
+        std::pair("t x y z\n", "'t' is not a number"),
+        std::pair("1 2 3 4 0.1 0.2 0.3 0.4\n", "but 0.54"),
+        // Two columns of the same meaning leave it open.
+        std::pair("t x x y z qx qy qz qw\n", "'t' is not a number")}) {
+    check_refusals({{text, {reason, "accepted are TUM", "KITTI"}}}, trajectory_of);
+  }
 }
 
 TEST_CASE("whole stamps are in the unit that their size says") {
-  const auto stamps = [](const std::string& first, const std::string& second) {
-    return parse_trajectory(first + " 0 0 0 0 0 0 1\n" + second + " 0 0 0 0 0 0 1\n", "p.txt")
-        .stamps_ns;
-  };
-  const std::vector<std::int64_t> expected = {1691936557000000000, 1691936557010000000};
-  CHECK(stamps("1691936557000000000", "1691936557010000000") == expected);
-  CHECK(stamps("1691936557000000", "1691936557010000") == expected);
-  CHECK(stamps("1691936557000", "1691936557010") == expected);
-  CHECK(stamps("1691936557", "1691936557.01") == expected);
+  const std::string pose = " 0 0 0 0 0 0 1\n";
+  for (const auto& [first, second] :
+       {std::pair("1691936557000000000", "1691936557010000000"),
+        std::pair("1691936557000000", "1691936557010000"),
+        std::pair("1691936557000", "1691936557010"), std::pair("1691936557", "1691936557.01")}) {
+    CHECK(trajectory_of(first + pose + second + pose).stamps_ns ==
+          std::vector<std::int64_t>{1691936557000000000, 1691936557010000000});
+  }
 }
 
-TEST_CASE("dates are times, too") {
-  CHECK(parse_times("2011-09-26 13:02:25.951199337\n2011-09-26 13:02:26\n", "timestamps.txt") ==
+TEST_CASE("times are exact to the nanosecond when written plainly, or dates") {
+  CHECK(times_of("0\n0.1\n1691936557.946849179\n-0.5\n1.000000e-01\n2.5e+01\n") ==
+        std::vector<std::int64_t>{0, 100'000'000, 1691936557946849179, -500'000'000, 100'000'000,
+                                  25'000'000'000});
+  CHECK(times_of("2011-09-26 13:02:25.951199337\n2011-09-26 13:02:26\n") ==
         std::vector<std::int64_t>{1317042145951199337, 1317042146000000000});
-  CHECK_THAT(error_of([] { (void)parse_times("2011-13-26 13:02:25\n", "timestamps.txt"); }),
-             Contains("one time in seconds"));
-}
-
-TEST_CASE("control characters of a garbage file do not reach the terminal") {
-  const std::string message = trajectory_error("\x1b[31m 0 0 0 0 0 0 1\n");
-  CHECK(message.find('\x1b') == std::string::npos);
-}
-
-TEST_CASE("times are exact to the nanosecond when written plainly") {
-  const auto stamps_ns =
-      parse_times("0\n0.1\n1691936557.946849179\n-0.5\n1.000000e-01\n2.5e+01\n", "times.txt");
-  CHECK(stamps_ns == std::vector<std::int64_t>{0, 100'000'000, 1691936557946849179, -500'000'000,
-                                               100'000'000, 25'000'000'000});
 }
 
 TEST_CASE("times that are not times are refused with their line") {
-  const auto error = [](std::string_view text) {
-    return error_of([&] { (void)parse_times(text, "times.txt"); });
-  };
-  CHECK_THAT(error("0.1\nnan\n"), Contains("times.txt:2") && Contains("not finite"));
-  CHECK_THAT(error("0.1 0.2\n"), Contains("one time in seconds per line"));
-  CHECK_THAT(error("1e300\n"), Contains("out of range"));
-  CHECK_THAT(error("99999999999999999999\n"), Contains("out of range"));
-  CHECK_THAT(error("-\n"), Contains("not a number"));
+  check_refusals({{"0.1\nnan\n", {"times.txt:2", "not finite"}},
+                  {"0.1 0.2\n", {"one time in seconds per line"}},
+                  {"2011-13-26 13:02:25\n", {"one time in seconds"}},
+                  {"1e300\n", {"out of range"}},
+                  {"99999999999999999999\n", {"out of range"}},
+                  {"-\n", {"not a number"}}},
+                 times_of);
+}
+
+TEST_CASE("control characters of a garbage file do not reach the terminal") {
+  const auto message = error_of([] { trajectory_of("\x1b[31m 0 0 0 0 0 0 1\n"); });
+  CHECK(message.find('\x1b') == std::string::npos);
 }
 
 TEST_CASE("a calibration file may lack the line of the LiDAR") {

@@ -22,21 +22,20 @@ Pose awkward_pose() {
 
 TEST_CASE("a written sequence reads back bit by bit") {
   const TemporaryDirectory directory;
-  make_directory(directory.path() / "scans");
-  make_directory(directory.path() / "labels");
+  make_directory(directory / "scans");
+  make_directory(directory / "labels");
   const std::array<Scan::Point, 2> points = {{{0.1F, -2.0F, 3e-9F, 1.0F}, {4.0F, 5.0F, 6.0F, 0.F}}};
   const std::array<std::uint32_t, 2> labels = {251, 9};
   const std::array<Pose, 1> poses = {awkward_pose()};
   const std::array<std::int64_t, 1> stamps_ns = {1691936557946849179};
-  write_kitti_scan(directory.path() / "scans/000000.bin", points);
-  write_labels(directory.path() / "labels/000000.label", labels);
-  write_kitti_poses(directory.path() / "poses.txt", poses);
-  write_times(directory.path() / "times.txt", stamps_ns);
+  write_kitti_scan(directory / "scans/000000.bin", points);
+  write_labels(directory / "labels/000000.label", labels);
+  write_kitti_poses(directory / "poses.txt", poses);
+  write_times(directory / "times.txt", stamps_ns);
 
   const auto dataset = open_dataset(directory.path());
   REQUIRE(dataset->scan_count() == 1);
-  Scan scan;
-  dataset->read_scan(0, scan);
+  const Scan scan = scan_of(*dataset, 0);
   REQUIRE(scan.points.size() == 2);
   CHECK(scan.points[0].x == 0.1F);
   CHECK(scan.points[0].z == 3e-9F);
@@ -48,7 +47,7 @@ TEST_CASE("a written sequence reads back bit by bit") {
 
 TEST_CASE("a TUM trajectory reads back, stamps to the nanosecond") {
   const TemporaryDirectory directory;
-  const auto file = directory.path() / "trajectory.tum";
+  const auto file = directory / "trajectory.tum";
   const std::array<Pose, 2> poses = {Pose{}, awkward_pose()};
   const std::array<std::int64_t, 2> stamps_ns = {-1, 1691936557000000042};
   write_tum(file, stamps_ns, poses);
@@ -63,9 +62,8 @@ TEST_CASE("a TUM trajectory reads back, stamps to the nanosecond") {
 
 TEST_CASE("a PLY file has the header and the bytes it announces") {
   const TemporaryDirectory directory;
-  const auto file = directory.path() / "map.ply";
-  const std::array<Eigen::Vector3f, 2> positions = {Eigen::Vector3f(1, -2, 0.5F),
-                                                    Eigen::Vector3f(0, 0, 0)};
+  const auto file = directory / "map.ply";
+  const std::array<Eigen::Vector3f, 2> positions = {{{1, -2, 0.5F}, {0, 0, 0}}};
   const std::array<Color, 2> colors = {{{255, 0, 16}, {1, 2, 3}}};
   const std::array<std::uint16_t, 2> sessions = {1, 258};
   const std::array<float, 2> shares = {0.25F, 1.0F};
@@ -83,16 +81,15 @@ TEST_CASE("a PLY file has the header and the bytes it announces") {
 
 TEST_CASE("a PLY file may be empty, but not inconsistent") {
   const TemporaryDirectory directory;
-  const auto file = directory.path() / "map.ply";
+  const auto file = directory / "map.ply";
   write_ply(file, {});
   CHECK_THAT(read_bytes(file), Contains("element vertex 0\n"));
   const std::array<Color, 1> colors = {{{1, 2, 3}}};
   const std::array<float, 1> shares = {1.0F};
   CHECK_THROWS_AS(write_ply(file, {.positions = {}, .colors = colors, .properties = {}}),
                   DatasetError);
-  CHECK_THROWS_AS(write_ply(file, {.positions = {},
-                                   .colors = {},
-                                   .properties = {{"share", std::span<const float>(shares)}}}),
+  const std::vector<PlyProperty> properties = {{"share", std::span<const float>(shares)}};
+  CHECK_THROWS_AS(write_ply(file, {.positions = {}, .colors = {}, .properties = properties}),
                   DatasetError);
 }
 
@@ -117,7 +114,7 @@ TEST_CASE("a full disk is reported") {
 TEST_CASE("an unwritable path is reported") {
   const TemporaryDirectory directory;
   const auto file = directory.write("file", "");
-  CHECK_THAT(error_of([&] { write_text(directory.path() / "nowhere/file", "text"); }),
+  CHECK_THAT(error_of([&] { write_text(directory / "nowhere/file", "text"); }),
              Contains("nowhere/file") && Contains("cannot write"));
   CHECK_THAT(error_of([&] { make_directory(file / "below"); }), Contains("cannot create"));
   CHECK_THAT(error_of([&] { make_directory(file); }), Contains("file"));

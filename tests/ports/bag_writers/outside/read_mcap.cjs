@@ -1,75 +1,33 @@
 // Reading of a simulated MCAP recording by npm's @mcap/core: read_mcap.cjs RECORDING
 //
-// RECORDING is a folder that `unimapper simulate --distortion --bag mcap` wrote. Ends with 77 where
-// the package is missing.
+// RECORDING is a folder that `unimapper simulate --distortion --bag mcap` wrote.
 'use strict';
 const fs = require('fs');
 const path = require('path');
-
-let mcap;
-try {
-  mcap = require('@mcap/core');
-} catch (error) {
-  console.log('skipped: npm has no @mcap/core here (npm install @mcap/core; NODE_PATH)');
-  process.exit(77);
-}
+const mcap = require('./mcap_file.cjs');
 
 function require_equal(found, expected, what) {
   if (found !== expected) throw new Error(`${what}: ${found} instead of ${expected}`);
 }
 
-/// CDR, little endian: numbers aligned from behind the encapsulation header.
-class Cdr {
-  constructor(data) {
-    this.view = new DataView(data.buffer, data.byteOffset + 4, data.byteLength - 4);
-    this.at = 0;
-  }
-  uint8() { return this.view.getUint8(this.at++); }
-  align(size) { this.at = Math.ceil(this.at / size) * size; }
-  uint32() { this.align(4); this.at += 4; return this.view.getUint32(this.at - 4, true); }
-  text() {
-    const length = this.uint32();
-    let text = '';
-    for (let i = 0; i < length - 1; ++i) text += String.fromCharCode(this.uint8());
-    this.uint8();
-    return text;
-  }
-}
-
-/// Checks a PointCloud2 against the bytes of the recording's scan; returns its fields' names.
-function compare_cloud(data, scan) {
-  const cdr = new Cdr(data);
-  cdr.uint32(); cdr.uint32();
-  require_equal(cdr.text(), 'lidar', 'frame');
-  require_equal(cdr.uint32(), 1, 'height');
-  const width = cdr.uint32();
-  require_equal(width, scan.length / 16, 'points');
-  const names = [];
-  for (let field = cdr.uint32(); field > 0; --field) {
-    names.push(cdr.text());
-    cdr.uint32(); cdr.uint8(); cdr.uint32();
-  }
-  cdr.uint8();
-  const step = cdr.uint32();
-  cdr.uint32();
-  require_equal(cdr.uint32(), step * width, 'bytes');
-  for (let i = 0; i < width; ++i) {
+/// Checks the points of a PointCloud2 in CDR, which its last flag follows, against the recording's
+/// scan: x, y, z and intensity of each.
+function compare_points(data, scan) {
+  const pointBytes = 22;
+  const points = scan.length / 16;
+  const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
+  const begin = data.byteLength - 1 - points * pointBytes;
+  require_equal(view.getUint32(begin - 4, true), points * pointBytes, 'bytes of points');
+  for (let i = 0; i < points; ++i) {
     for (let k = 0; k < 4; ++k) {
-      require_equal(cdr.view.getUint32(cdr.at + i * step + 4 * k, true),
+      require_equal(view.getUint32(begin + i * pointBytes + 4 * k, true),
                     scan.readUInt32LE(16 * i + 4 * k), `number ${k} of point ${i}`);
     }
   }
-  return names.join(' ');
 }
 
 async function main(recording) {
-  const file = fs.readFileSync(path.join(recording, 'drive.mcap'));
-  const readable = {
-    size: async () => BigInt(file.length),
-    read: async (offset, size) =>
-        new Uint8Array(file.subarray(Number(offset), Number(offset + size))),
-  };
-  const reader = await mcap.McapIndexedReader.Initialize({readable});
+  const {file, reader} = await mcap.open(path.join(recording, 'drive.mcap'));
   const scans = fs.readdirSync(path.join(recording, 'scans')).sort();
   const expected = {
     '/points': ['sensor_msgs/msg/PointCloud2', scans.length],
@@ -91,13 +49,11 @@ async function main(recording) {
     last = message.logTime;
     ++read;
     if (reader.channelsById.get(message.channelId).topic !== '/points') continue;
-    const names =
-        compare_cloud(message.data, fs.readFileSync(path.join(recording, 'scans', scans[clouds++])));
-    require_equal(names, 'x y z intensity ring time', 'fields');
+    compare_points(message.data, fs.readFileSync(path.join(recording, 'scans', scans[clouds++])));
   }
   require_equal(read, Number(reader.statistics.messageCount), 'messages read');
   // From front to back too, which needs no index and checks the checksums.
-  const stream = new mcap.McapStreamReader({validateCrcs: true});
+  const stream = new mcap.core.McapStreamReader({validateCrcs: true});
   stream.append(file);
   let records = 0;
   for (let record; (record = stream.nextRecord());) records += record.type === 'Message' ? 1 : 0;
@@ -106,7 +62,4 @@ async function main(recording) {
   console.log(`${read} messages, ${clouds} clouds equal to the scans`);
 }
 
-main(process.argv[2]).catch((error) => {
-  console.error(error.message);
-  process.exit(1);
-});
+mcap.run(main);

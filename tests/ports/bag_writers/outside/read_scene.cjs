@@ -1,16 +1,8 @@
 // Reading of an exported scene by npm's @mcap/core: read_scene.cjs FILE
 //
-// FILE is what `unimapper export --mcap` wrote. Ends with 77 where the package is missing.
+// FILE is what `unimapper export --mcap` wrote.
 'use strict';
-const fs = require('fs');
-
-let mcap;
-try {
-  mcap = require('@mcap/core');
-} catch (error) {
-  console.log('skipped: npm has no @mcap/core here (npm install @mcap/core; NODE_PATH)');
-  process.exit(77);
-}
+const mcap = require('./mcap_file.cjs');
 
 function require_true(holds, what) {
   if (!holds) throw new Error(what);
@@ -37,13 +29,7 @@ function conforms(value, schema) {
 }
 
 async function main(name) {
-  const file = fs.readFileSync(name);
-  const readable = {
-    size: async () => BigInt(file.length),
-    read: async (offset, size) =>
-        new Uint8Array(file.subarray(Number(offset), Number(offset + size))),
-  };
-  const reader = await mcap.McapIndexedReader.Initialize({readable});
+  const {reader} = await mcap.open(name);
   const counts = {};
   for await (const message of reader.readMessages({validateCrcs: true})) {
     const channel = reader.channelsById.get(message.channelId);
@@ -74,7 +60,4 @@ async function main(name) {
   console.log(JSON.stringify(counts));
 }
 
-main(process.argv[2]).catch((error) => {
-  console.error(error.message);
-  process.exit(1);
-});
+mcap.run(main);

@@ -38,10 +38,11 @@ TEST_CASE("a block decompresses to the bytes it states") {
 
 TEST_CASE("a block with fewer or more bytes than it states is refused") {
   for (const Packed& packed : kPacked) {
-    CHECK_THAT(error_of([&] { decompress(packed.bytes, packed.compression, kPlain.size() - 1); }),
-               Contains("decompresses to more than the 40 bytes it states"));
-    CHECK_THAT(error_of([&] { decompress(packed.bytes, packed.compression, kPlain.size() + 1); }),
-               Contains("decompresses to fewer than the 42 bytes it states"));
+    const auto error_for = [&](std::size_t stated) {
+      return error_of([&] { decompress(packed.bytes, packed.compression, stated); });
+    };
+    CHECK_THAT(error_for(40), Contains("decompresses to more than the 40 bytes it states"));
+    CHECK_THAT(error_for(42), Contains("decompresses to fewer than the 42 bytes it states"));
   }
 }
 
@@ -56,10 +57,8 @@ TEST_CASE("a torn or damaged block is refused") {
       CHECK_THROWS_AS(decompress(packed.bytes.substr(0, bytes), packed.compression, kPlain.size()),
                       DatasetError);
     }
+    CHECK_THROWS_AS(decompress(kPlain, packed.compression, kPlain.size()), DatasetError);
   }
-  CHECK_THROWS_AS(decompress(kPlain, Compression::kLz4, kPlain.size()), DatasetError);
-  CHECK_THROWS_AS(decompress(kPlain, Compression::kZstd, kPlain.size()), DatasetError);
-  CHECK_THROWS_AS(decompress(kPlain, Compression::kBzip2, kPlain.size()), DatasetError);
 }
 
 TEST_CASE("contents that are compressed themselves stay as they are") {

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <string>
 
-#include "ports/datasets/dataset.hpp"
 #include "tests/folders.hpp"
+#include "tests/ports/datasets/fixtures.hpp"
 
 namespace unimapper::datasets::bag {
 
@@ -21,13 +21,12 @@ inline std::filesystem::path foreign_file(const std::string& name) {
 /// above it and turned left by 90 degrees.
 inline void check_foreign_recording(const Dataset& dataset) {
   REQUIRE(dataset.scan_count() == 3);
-  Scan scan;
   for (std::size_t i = 0; i < 3; ++i) {
     CHECK(dataset.stamp_ns(i) == 100'000'000'000 + static_cast<std::int64_t>(i) * 100'000'000);
     const Pose& pose = dataset.pose(i);
     CHECK(pose.translation.isApprox(Eigen::Vector3d(static_cast<double>(i) + 0.5, 0.0, 1.2), 1e-9));
     CHECK(pose.rotation.col(0).isApprox(Eigen::Vector3d::UnitY(), 1e-9));
-    dataset.read_scan(i, scan);
+    const Scan scan = scan_of(dataset, i);
     REQUIRE(scan.points.size() == 2);
     CHECK(scan.view()[0] == Eigen::Vector3f(1, 2, 3));
     CHECK(scan.view()[1] == Eigen::Vector3f(4, 5, 6));
@@ -36,15 +35,6 @@ inline void check_foreign_recording(const Dataset& dataset) {
     REQUIRE(scan.time_s.size() == 2);
     CHECK(scan.time_s[1] == Approx(0.099));
   }
-}
-
-/// All notes in one text; warnings begin with "!".
-inline std::string notes_text(const Dataset& dataset) {
-  std::string text;
-  for (const Note& note : dataset.notes()) {
-    text += (note.is_warning ? "! " : "- ") + note.text + "\n";
-  }
-  return text;
 }
 
 }  // namespace unimapper::datasets::bag

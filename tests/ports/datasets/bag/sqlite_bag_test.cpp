@@ -1,23 +1,18 @@
 // Tests of the reader of ROS 2 bags in SQLite.
 #include <catch2/catch.hpp>
 
-#include "ports/datasets/bag/message_source.hpp"
 #include "tests/ports/datasets/bag/foreign_recording.hpp"
-#include "tests/ports/datasets/fixtures.hpp"
+#include "tests/ports/datasets/bag/opened_bag.hpp"
 
 using namespace unimapper;
 using namespace unimapper::datasets;
 using namespace unimapper::datasets::bag;
 using Catch::Matchers::Contains;
 
-TEST_CASE("a recording that Python's sqlite3 wrote is read") {
-  const auto dataset = open_dataset(foreign_file("drive.db3"));
+TEST_CASE("a recording that the program sqlite3 wrote, its messages compressed, is read") {
+  const auto dataset = open_dataset(foreign_file("drive_zstd.db3"));
   check_foreign_recording(*dataset);
   CHECK_THAT(notes_text(*dataset), Contains("1 scan of 4 without a pose left out"));
-}
-
-TEST_CASE("messages that were compressed one by one are read") {
-  check_foreign_recording(*open_dataset(foreign_file("drive_zstd.db3")));
 }
 
 TEST_CASE("a file that was compressed as a whole is read, and leaves nothing behind") {
@@ -36,13 +31,13 @@ TEST_CASE("a file that was compressed as a whole is read, and leaves nothing beh
 
 TEST_CASE("a folder as rosbag2 writes it is one recording") {
   const TemporaryDirectory directory;
-  directory.write("drive_0.db3", read_bytes(foreign_file("drive.db3")));
+  directory.write("drive_0.db3", read_bytes(foreign_file("drive_zstd.db3")));
   directory.write("metadata.yaml", "rosbag2_bagfile_information:\n  version: 5\n");
   check_foreign_recording(*open_dataset(directory.path()));
 }
 
 TEST_CASE("any message of an SQLite bag can be read, or its first bytes") {
-  const auto source = open_messages(foreign_file("drive.db3"));
+  const auto source = open_messages(foreign_file(GENERATE("drive_zstd.db3", "drive_0.db3.zstd")));
   REQUIRE(source->topics().size() == 4);
   CHECK(source->topics()[1].name == "/odom");
   CHECK(source->topics()[1].message_count == 16);
@@ -57,16 +52,11 @@ TEST_CASE("any message of an SQLite bag can be read, or its first bytes") {
 
 TEST_CASE("a database that is damaged anywhere is an error, a warning, or of no consequence") {
   const std::string bytes = read_bytes(foreign_file("drive_zstd.db3"));
-  const TemporaryDirectory directory;
   for (std::size_t i = 16; i < bytes.size(); i += 7) {
     std::string damaged = bytes;
     for (std::size_t k = i; k < std::min(i + 4, bytes.size()); ++k) damaged[k] = '\xFF';
-    const auto file = directory.write("drive.db3", damaged);
     try {
-      const auto source = open_messages(file);
-      for (std::size_t topic = 0; topic < source->topics().size(); ++topic) {
-        for (const MessagePlace& place : source->messages(topic)) (void)source->read(place);
-      }
+      (void)all_messages(*OpenedBag("drive.db3", damaged).source);
     } catch (const DatasetError& error) {
       CHECK_THAT(error.what(), Contains("drive.db3"));
     }
@@ -74,16 +64,15 @@ TEST_CASE("a database that is damaged anywhere is an error, a warning, or of no 
 }
 
 TEST_CASE("a torn database and one that is no bag are refused by name") {
-  const std::string bytes = read_bytes(foreign_file("drive.db3"));
-  const TemporaryDirectory directory;
-  const auto torn = directory.write("torn.db3", bytes.substr(0, 300));
-  CHECK_THAT(error_of([&] { open_messages(torn); }), Contains("torn.db3"));
-  const auto empty = directory.write("empty.db3", "");
-  CHECK_THAT(error_of([&] { open_messages(empty); }), Contains("is not a bag"));
+  const std::string bytes = read_bytes(foreign_file("drive_zstd.db3"));
   std::string other = bytes;
   while (other.find("messages") != std::string::npos) {
     other.replace(other.find("messages"), 8, "letters_");
   }
-  const auto no_bag = directory.write("other.db3", other);
-  CHECK_THAT(error_of([&] { open_messages(no_bag); }), Contains("no table 'messages'"));
+  const auto error = [](const std::string& content) {
+    return error_of([&] { OpenedBag("drive.db3", content); });
+  };
+  CHECK_THAT(error(bytes.substr(0, 300)), Contains("drive.db3"));
+  CHECK_THAT(error(""), Contains("is not a bag"));
+  CHECK_THAT(error(other), Contains("no table 'messages'"));
 }

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""The recording of make_mcap.mjs as a bag of ROS 1, written by Debian's python3-rosbag.
+"""The recording of make_ros2.mjs as a bag of ROS 1, written by Debian's python3-rosbag.
 
-The tests read the committed files, not this script.
+Its chunks are compressed by bzip2 and LZ4 in turn. The tests read the committed file, not this
+script.
   apt-get install python3-rosbag python3-sensor-msgs python3-nav-msgs python3-tf2-msgs
-  python3 make_bag.py bz2|lz4 FILE
+  python3 make_bag.py drive.bag
 """
 import math
 import struct
@@ -56,12 +57,18 @@ def transforms():
     return TFMessage([message])
 
 
-compression, path = sys.argv[1:]
-with rosbag.Bag(path, "w", compression=compression, chunk_threshold=3000) as bag:
-    bag.write("/tf_static", transforms(), time(-1000))
-    bag.write("/rosout", String("not read"), time(-1000))
+def write(bag, topic, ms, message):
+    # The text of the definition is left out to keep the file small: readers go by the name.
+    bag.write(topic, message, time(ms), connection_header={
+        "topic": topic, "type": message._type, "md5sum": message._md5sum, "message_definition": ""})
+
+
+with rosbag.Bag(sys.argv[1], "w", compression="bz2") as bag:
+    write(bag, "/tf_static", -1000, transforms())
+    write(bag, "/rosout", -1000, String("not read"))
     for ms in range(-60, 301, 20):
         if ms <= 240:
-            bag.write("/odom", odometry(ms), time(ms))
+            write(bag, "/odom", ms, odometry(ms))
         if ms % 100 == 0 and ms >= 0:
-            bag.write("/points", cloud(ms), time(ms + 100))
+            write(bag, "/points", ms + 100, cloud(ms))
+            bag.compression = "lz4" if bag.compression == "bz2" else "bz2"

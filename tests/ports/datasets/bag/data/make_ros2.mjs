@@ -1,20 +1,20 @@
-// A small recording as an MCAP file, written by npm's @mcap/core with messages serialized by
-// @foxglove/rosmsg2-serialization and chunks compressed by the programs lz4 and zstd: none of it
-// is this project's code. The test reads the committed file, not this script.
+// A small recording as an MCAP file, and as bags of ROS 2 in SQLite whose messages or whose whole
+// file is compressed. npm's @foxglove/rosmsg2-serialization writes the messages, @mcap/core the MCAP
+// file, the program sqlite3 the databases; lz4 and zstd compress. None of it is this project's code.
+// The tests read the committed files, not this script.
 //   npm install @mcap/core @foxglove/rosmsg-msgs-common @foxglove/rosmsg2-serialization
-//   node make_mcap.mjs drive.mcap
+//   node make_ros2.mjs        writes drive.mcap, drive_zstd.db3 and drive_0.db3.zstd
 // Four scans from 100 s on, 0.1 s apart; odometry every 20 ms from 99.94 s to 100.24 s, 10 m/s
 // along x: the last scan has no pose. The LiDAR is 0.5 m ahead of the base and 1.2 m above it,
 // turned left by 90 degrees.
 import { execFileSync } from "node:child_process";
-import { writeFileSync } from "node:fs";
+import { rmSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 const require = createRequire(process.cwd() + "/");
 const { McapWriter } = require("@mcap/core");
 const { ros2humble } = require("@foxglove/rosmsg-msgs-common");
 const { MessageWriter } = require("@foxglove/rosmsg2-serialization");
-const compressed = (program, data) => ({ compression: program,
-  compressedData: execFileSync(program, ["-c"], { input: Buffer.from(data) }) });
+const packed = (program, data) => execFileSync(program, ["-c"], { input: Buffer.from(data) });
 
 const stampOf = (ns) => ({ sec: Number(ns / 1000000000n), nanosec: Number(ns % 1000000000n) });
 const header = (ns, frame_id) => ({ stamp: stampOf(ns), frame_id });
@@ -31,19 +31,19 @@ function definitions(type) {
   return [...found.values()];
 }
 
-class Memory {
-  parts = [];
-  size = 0n;
-  position() { return this.size; }
-  async write(bytes) { this.parts.push(Buffer.from(bytes)); this.size += BigInt(bytes.byteLength); }
-}
-
+const parts = [];
+let size = 0n;
 let chunks = 0;
-const memory = new Memory();
 const writer = new McapWriter({
-  writable: memory,
+  writable: {
+    position: () => size,
+    write: async (bytes) => { parts.push(Buffer.from(bytes)); size += BigInt(bytes.byteLength); },
+  },
   chunkSize: 1500,
-  compressChunk: (data) => compressed(chunks++ % 2 === 0 ? "lz4" : "zstd", data),
+  compressChunk: (data) => {
+    const compression = chunks++ % 2 === 0 ? "lz4" : "zstd";
+    return { compression, compressedData: packed(compression, data) };
+  },
 });
 await writer.start({ profile: "ros2", library: "" });
 const channels = {};
@@ -51,17 +51,20 @@ async function channel(topic, type) {
   // The text of the definition is left out to keep the file small: readers go by the name.
   const schemaId = await writer.registerSchema({ name: type, encoding: "ros2msg", data: new Uint8Array() });
   const id = await writer.registerChannel({ schemaId, topic, messageEncoding: "cdr", metadata: new Map() });
-  channels[topic] = { id, message: new MessageWriter(definitions(type)), sequence: 0 };
+  channels[topic] = { id, type, message: new MessageWriter(definitions(type)), sequence: 0 };
 }
 await channel("/points", "sensor_msgs/msg/PointCloud2");
 await channel("/odom", "nav_msgs/msg/Odometry");
 await channel("/tf_static", "tf2_msgs/msg/TFMessage");
 await channel("/rosout", "std_msgs/msg/String");
 
+const messages = [];
 async function write(topic, ns, message) {
   const to = channels[topic];
+  const data = to.message.writeMessage(message);
+  messages.push({ id: to.id, ns, data });
   await writer.addMessage({ channelId: to.id, sequence: to.sequence++, logTime: ns, publishTime: ns,
-    data: to.message.writeMessage(message) });
+    data });
 }
 
 const second = 1000000000n;
@@ -99,5 +102,31 @@ for (let ms = -60n; ms <= 300n; ms += 20n) {
   if (ms % 100n === 0n && ms >= 0n) await write("/points", ns + 100000000n, cloud(ns));
 }
 await writer.end();
-writeFileSync(process.argv[2], Buffer.concat(memory.parts));
-console.log(`${memory.size} bytes, ${chunks} chunks`);
+writeFileSync("drive.mcap", Buffer.concat(parts));
+
+// Tables and columns are rosbag2's.
+function writeDatabase(file, pack) {
+  rmSync(file, { force: true });
+  const topics = Object.entries(channels).map(([topic, { id, type }]) =>
+    `INSERT INTO topics VALUES(${id + 1}, '${topic}', '${type}', 'cdr', '');`);
+  const rows = messages.map(({ id, ns, data }) =>
+    `INSERT INTO messages VALUES(NULL, ${id + 1}, ${ns}, X'${Buffer.from(pack(data)).toString("hex")}');`);
+  execFileSync("sqlite3", [file], { input: `
+PRAGMA page_size = 512;
+BEGIN;
+CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);
+INSERT INTO schema VALUES(3, 'humble');
+CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL,
+  metadata TEXT NOT NULL);
+CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,
+  serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL);
+CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL,
+  timestamp INTEGER NOT NULL, data BLOB NOT NULL);
+CREATE INDEX timestamp_idx ON messages (timestamp ASC);
+${topics.concat(rows).join("\n")}
+COMMIT;
+` });
+}
+writeDatabase("drive_zstd.db3", (data) => packed("zstd", data));
+writeDatabase("drive_0.db3", (data) => data);
+execFileSync("zstd", ["--rm", "-f", "drive_0.db3", "-o", "drive_0.db3.zstd"]);
