@@ -5,26 +5,19 @@
 #include <thread>
 
 #include "ports/delivery/keyframe_head.hpp"
-#include "tests/ports/delivery/base.hpp"
+#include "ports/spool/spool.hpp"
 #include "tests/ports/lcm/map_pose.hpp"
+#include "tests/ports/lcm/network.hpp"
 #include "tests/temporary_directory.hpp"
 #include "tests/wire/whole_session.hpp"
 
 using namespace unimapper;
 using namespace unimapper::delivery;
-using namespace unimapper::delivery::delivery_test;
+using namespace unimapper::lcm_port::lcm_test;
 using namespace unimapper::wire;
 using namespace std::chrono_literals;
-using lcm_port::lcm_test::map_pose_of;
 
 namespace {
-
-const SessionInfo kMonday{{1, {3, 11}}, "monday", "os2-128"};
-const SessionInfo kTuesday{{1, {3, 12}}, "tuesday", "os2-128"};
-
-EncodedKeyframe keyframe(const SessionInfo& info, std::uint32_t sequence) {
-  return wire_test::encode_for_sending(wire_test::keyframe_of(info.id, sequence));
-}
 
 DeliveryOptions options_with(const std::filesystem::path& spool) {
   DeliveryOptions options;
@@ -34,58 +27,47 @@ DeliveryOptions options_with(const std::filesystem::path& spool) {
   return options;
 }
 
-void publish(Delivery& delivery, std::uint32_t keyframes) {
-  for (std::uint32_t i = 0; i < keyframes; ++i) delivery.publish(keyframe(delivery.info(), i));
-}
-
 }  // namespace
 
 TEST_CASE("what a start leaves in the spool the next one delivers beside its own session") {
   const TemporaryDirectory folder;
-  Base base;
+  Network base({.reached = false});
   {
     Delivery delivery(kMonday, options_with(folder / "spool"), base.link());
-    publish(delivery, 7);
+    publish(delivery, kMonday, 7);
   }  // nobody was there
   base.reach();
-  Delivery delivery(kTuesday, options_with(folder / "spool"), base.link());
-  CHECK(delivery.counters().earlier.keyframes == 7);
-  publish(delivery, 5);
-  const DeliveryCounters counters = delivery.finish();
+  const DeliveryCounters counters = [&] {
+    Delivery delivery(kTuesday, options_with(folder / "spool"), base.link());
+    CHECK(delivery.counters().earlier.keyframes == 7);
+    publish(delivery, kTuesday, 5);
+    return delivery.finish();
+  }();
   CHECK(counters.published);
   CHECK(counters.spooled);
   CHECK(counters.own.keyframes_acknowledged == 5);
   CHECK(counters.earlier.sessions_delivered == 1);
   CHECK(counters.earlier.keyframes_acknowledged == 7);
+  CHECK(counters.earlier.keyframes_lost == 0);
   CHECK(counters.disk.keyframes_durable == 5);
   const auto sessions = base.sessions();
   REQUIRE(sessions.size() == 2);
-  wire_test::check_whole(sessions[sessions[0].info.name == "monday" ? 0 : 1], kMonday, 7);
-  wire_test::check_whole(sessions[sessions[0].info.name == "monday" ? 1 : 0], kTuesday, 5);
-}
-
-TEST_CASE("without a network a delivery keeps keyframes for a later start") {
-  const TemporaryDirectory folder;
-  Base base;
-  {
-    Delivery delivery(kMonday, options_with(folder / "spool"));
-    CHECK_FALSE(delivery.is_published());
-    publish(delivery, 3);
-    const DeliveryCounters counters = delivery.finish();
-    CHECK_FALSE(counters.published);
-    CHECK(counters.disk.keyframes_durable == 3);
+  wire_test::check_whole(sessions[0], kMonday, 7);
+  wire_test::check_whole(sessions[1], kTuesday, 5);
+  // The start after has nothing left to do.
+  const spool::Spool spool(folder / "spool");
+  for (const EarlierSession& session : spool.earlier_sessions()) {
+    CHECK(session.ended);
+    CHECK(session.waiting.empty());
   }
-  base.reach();
-  Delivery delivery(kTuesday, options_with(folder / "spool"), base.link());
-  CHECK(delivery.finish().earlier.keyframes_acknowledged == 3);
 }
 
 TEST_CASE("a delivery knows where the base says that its robot is, and earlier sessions do not") {
   const TemporaryDirectory folder;
-  Base base;
+  Network base({.reached = false});
   {
     Delivery delivery(kMonday, options_with(folder / "spool"), base.link());
-    publish(delivery, 2);
+    publish(delivery, kMonday, 2);
     CHECK_FALSE(delivery.map_pose());
   }
   base.reach();
@@ -99,18 +81,17 @@ TEST_CASE("a delivery knows where the base says that its robot is, and earlier s
   CHECK(delivery.map_pose()->message.sequence == 7);
 }
 
-TEST_CASE("without a network no base says where a robot is") {
+TEST_CASE("without a network keyframes wait in the spool; an end waits no longer than it may") {
   const TemporaryDirectory folder;
-  const Delivery delivery(kMonday, options_with(folder / "spool"));
-  CHECK_FALSE(delivery.map_pose());
-}
-
-TEST_CASE("the end of a delivery waits for earlier sessions no longer than it may") {
-  const TemporaryDirectory folder;
-  Base base;
+  Network base({.reached = false});
   {
     Delivery delivery(kMonday, options_with(folder / "spool"));
-    publish(delivery, 3);
+    publish(delivery, kMonday, 3);
+    CHECK_FALSE(delivery.is_published());
+    CHECK_FALSE(delivery.map_pose());
+    const DeliveryCounters counters = delivery.finish();
+    CHECK_FALSE(counters.published);
+    CHECK(counters.disk.keyframes_durable == 3);
   }
   DeliveryOptions options = options_with(folder / "spool");
   options.publisher.finish_timeout = 0ms;
@@ -121,24 +102,19 @@ TEST_CASE("the end of a delivery waits for earlier sessions no longer than it ma
   CHECK(counters.earlier.keyframes == 3);
 }
 
-TEST_CASE("the head of an encoded keyframe is that of its record") {
+TEST_CASE("the head of an encoded keyframe is that of its record; what is none has no head") {
   const auto bytes = encode_keyframe(wire_test::keyframe_of(kMonday.id, 42));
   const auto head = read_head(bytes);
   REQUIRE(head);
   CHECK(head->session == kMonday.id);
   CHECK(head->sequence == 42);
-}
-
-TEST_CASE("what is no keyframe of this schema has no head") {
-  const auto bytes = encode_keyframe(wire_test::keyframe_of(kMonday.id, 0));
   for (std::size_t length = 0; length < 32; ++length) {
     INFO("cut after " << length << " bytes");
     CHECK_FALSE(read_head(Bytes(bytes).first(length)));
   }
-  auto other_magic = bytes;
-  ++other_magic[0];
-  CHECK_FALSE(read_head(other_magic));
-  auto other_schema = bytes;
-  ++other_schema[4];
-  CHECK_FALSE(read_head(other_schema));
+  for (const std::size_t at : {0U, 4U}) {  // of the magic word, of the schema
+    auto other = bytes;
+    ++other[at];
+    CHECK_FALSE(read_head(other));
+  }
 }

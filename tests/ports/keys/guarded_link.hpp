@@ -115,7 +115,7 @@ struct Robot {
 
 /// A robot's whole session over the attacked network, until the base has acknowledged everything or
 /// `rounds` are over.
-inline void drive(Robot& robot, Base& base, const Attack& attack, int rounds = 20) {
+inline void drive(Robot& robot, Base& base, const Attack& attack = no_attack, int rounds = 20) {
   const auto to_base = [&](const Datagram& datagram) {
     for (const Datagram& forged : attack(datagram)) base.hear(forged), robot.hear(forged);
     base.hear(datagram);

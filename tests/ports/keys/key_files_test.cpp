@@ -28,10 +28,10 @@ std::string text_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-/// A file as its owner would write it by hand.
-void write(const fs::path& file, const std::string& text) {
-  std::ofstream(file) << text;
-  REQUIRE(chmod(file.c_str(), 0600) == 0);
+void set_mode(const fs::path& path, mode_t mode) { REQUIRE(chmod(path.c_str(), mode) == 0); }
+
+void add_robot(const fs::path& folder, const char* name) {
+  add_base_key(folder, base_key_of(new_robot_key(name)));
 }
 
 mode_t mode_of(const fs::path& path) {
@@ -70,10 +70,10 @@ TEST_CASE("a key that others could read is refused") {
   const fs::path file = directory / "file";
   write_robot_key(file, new_robot_key("robot"));
   for (const mode_t mode : {0640, 0604, 0660, 0644, 0620}) {
-    REQUIRE(chmod(file.c_str(), mode) == 0);
+    set_mode(file, mode);
     CHECK_THROWS_WITH(read_robot_key(file), Contains("permissions") && Contains("chmod 600"));
   }
-  REQUIRE(chmod(file.c_str(), 0400) == 0);
+  set_mode(file, 0400);
   CHECK_NOTHROW(read_robot_key(file));
 }
 
@@ -101,21 +101,17 @@ TEST_CASE("a damaged key is refused with its reason") {
   const TemporaryDirectory directory;
   write_robot_key(directory / "file", new_robot_key("robot"));
   const std::string good = text_of(directory / "file");
-  const auto refused = [&](std::string text) {
-    write(directory / "damaged", text);
+  const auto refused = [&](const std::string& text) {
+    set_mode(directory.write("damaged", text), 0600);
     CHECK_THROWS_AS(read_robot_key(directory / "damaged"), KeyError);
   };
   for (std::size_t length = 0; length < good.size(); ++length) refused(good.substr(0, length));
   refused(good + "more\n");
   refused(good + std::string(5000, 'x'));
-  std::string changed = good;
-  changed.replace(good.find("name robot"), 10, "name ../up");
-  refused(changed);
-  changed = good;
-  changed[good.find("link ") + 5] = 'g';
-  refused(changed);
+  refused(std::string(good).replace(good.find("name robot"), 10, "name ../up"));
+  refused(std::string(good).replace(good.find("link ") + 5, 1, "g"));
   // A base's file is none of a robot.
-  add_base_key(directory / "keys", base_key_of(new_robot_key("robot")));
+  add_robot(directory / "keys", "robot");
   CHECK_THROWS_WITH(read_robot_key(directory / "keys/robot.key"), Contains("first line"));
 }
 
@@ -142,17 +138,17 @@ TEST_CASE("a base's folder lists its robots and knows none of their signing keys
 
 TEST_CASE("a revoked key stays known, and its name is not given away again") {
   const TemporaryDirectory directory;
-  add_base_key(directory / "keys", base_key_of(new_robot_key("alpha")));
-  add_base_key(directory / "keys", base_key_of(new_robot_key("beta")));
-  revoke_base_key(directory / "keys", "alpha");
-  const auto keys = read_base_keys(directory / "keys");
+  const fs::path folder = directory / "keys";
+  add_robot(folder, "alpha");
+  add_robot(folder, "beta");
+  revoke_base_key(folder, "alpha");
+  const auto keys = read_base_keys(folder);
   REQUIRE(keys.size() == 2);
   CHECK(keys[0].revoked);
   CHECK_FALSE(keys[1].revoked);
-  CHECK_THROWS_WITH(revoke_base_key(directory / "keys", "alpha"), Contains("revoked already"));
-  CHECK_THROWS_WITH(revoke_base_key(directory / "keys", "gamma"), Contains("no key of gamma"));
-  CHECK_THROWS_WITH(add_base_key(directory / "keys", base_key_of(new_robot_key("alpha"))),
-                    Contains("already, revoked"));
+  CHECK_THROWS_WITH(revoke_base_key(folder, "alpha"), Contains("revoked already"));
+  CHECK_THROWS_WITH(revoke_base_key(folder, "gamma"), Contains("no key of gamma"));
+  CHECK_THROWS_WITH(add_robot(folder, "alpha"), Contains("already, revoked"));
 }
 
 TEST_CASE("a folder that others may write to is refused, as are two robots of one number") {
@@ -160,9 +156,9 @@ TEST_CASE("a folder that others may write to is refused, as are two robots of on
   const fs::path folder = directory / "keys";
   const BaseKey alpha = base_key_of(new_robot_key("alpha"));
   add_base_key(folder, alpha);
-  REQUIRE(chmod(folder.c_str(), 0770) == 0);
+  set_mode(folder, 0770);
   CHECK_THROWS_WITH(read_base_keys(folder), Contains("permissions"));
-  REQUIRE(chmod(folder.c_str(), 0700) == 0);
+  set_mode(folder, 0700);
   BaseKey beta = base_key_of(new_robot_key("beta"));
   beta.robot = alpha.robot;
   CHECK_THROWS_WITH(add_base_key(folder, beta), Contains("number is that of alpha"));

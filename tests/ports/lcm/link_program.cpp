@@ -3,8 +3,6 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <exception>
 #include <functional>
 #include <map>
@@ -18,7 +16,6 @@
 #include "ports/lcm/live.hpp"
 #include "ports/lcm/session_log.hpp"
 #include "ports/shared_memory/reader.hpp"
-#include "ports/shared_memory/writer.hpp"
 #include "ports/spool/spool.hpp"
 #include "tests/wire/stream.hpp"
 #include "unimapper/wire/checksum.hpp"
@@ -64,14 +61,13 @@ void print(const std::vector<SessionData>& sessions) {
   }
 }
 
-// publish URL NAME KEYFRAMES DATAGRAM_BYTES PAUSE_MS [UNACKNOWLEDGED_BYTES [SPOOL]]
+// publish URL NAME KEYFRAMES DATAGRAM_BYTES PAUSE_MS [SPOOL]
 int publish(const std::vector<std::string>& arguments) {
   const SessionInfo info = info_of(arguments[1]);
   PublisherOptions options;
   options.datagram_bytes = static_cast<std::uint32_t>(std::stoul(arguments[3]));
-  if (arguments.size() > 5) options.unacknowledged_bytes = std::stoul(arguments[5]);
   std::unique_ptr<spool::Spool> spool;
-  if (arguments.size() > 6) spool = std::make_unique<spool::Spool>(arguments[6]);
+  if (arguments.size() > 5) spool = std::make_unique<spool::Spool>(arguments[5]);
   Publisher publisher(info, open_link(arguments[0]), options, spool.get());
   const std::chrono::milliseconds pause(std::stol(arguments[4]));
   for (std::uint32_t i = 0; i < std::stoul(arguments[2]); ++i) {
@@ -145,38 +141,23 @@ int listen_to(const std::vector<std::string>& arguments) {
   return 0;
 }
 
-// share URL SHARE MESSAGES PAUSE_MS
-int share(const std::vector<std::string>& arguments) {
-  shared_memory::Writer writer;
-  if (!writer.open(arguments[1], "numbers", {.message_bytes = 64, .history = 8}).ok) return 1;
-  Doorbell doorbell(arguments[0], arguments[1], "numbers");
-  for (unsigned long i = 0; i < std::stoul(arguments[2]); ++i) {
-    writer.loan()[0] = static_cast<std::byte>(i);
-    doorbell.ring(writer.publish(1, 0));
-    std::this_thread::sleep_for(std::chrono::milliseconds(std::stol(arguments[3])));
-  }
-  return 0;
-}
-
-// consume URL SHARE MESSAGES [TOPIC CONTENT]: waits for handles alone.
+// consume URL SHARE MESSAGES TOPIC CONTENT: waits for handles alone.
 int consume(const std::vector<std::string>& arguments) {
-  const std::string topic = arguments.size() > 3 ? arguments[3] : "numbers";
+  const std::string& topic = arguments[3];
   shared_memory::ReaderOptions options;
-  if (arguments.size() > 4) {
-    options.content = static_cast<std::uint32_t>(std::stoul(arguments[4], nullptr, 0));
-  }
+  options.content = static_cast<std::uint32_t>(std::stoul(arguments[4], nullptr, 0));
   DoorbellListener listener(arguments[0], arguments[1], topic);
   shared_memory::Reader reader;
   std::fprintf(stderr, "waiting\n");
   unsigned long taken = 0;
-  int rung = 0;
+  bool woken = false;
   while (taken < std::stoul(arguments[2]) && listener.wait(std::chrono::seconds(30))) {
-    ++rung;
+    woken = true;
     if (!reader.is_open() && !reader.open(arguments[1], topic, options).ok) return 1;
     shared_memory::Sample sample;
     while (reader.take(sample) == shared_memory::Taken::kMessage) ++taken;
   }
-  std::printf("taken=%lu missed=%u woken=%s\n", taken, reader.missed(), rung > 0 ? "yes" : "no");
+  std::printf("taken=%lu missed=%u woken=%s\n", taken, reader.missed(), woken ? "yes" : "no");
   return 0;
 }
 
@@ -201,7 +182,7 @@ int read_log(const std::vector<std::string>& arguments) {
 
 int main(int argc, char** argv) {
   const std::map<std::string, std::function<int(const std::vector<std::string>&)>> commands{
-      {"publish", publish}, {"resume", resume},   {"listen", listen_to}, {"share", share},
+      {"publish", publish}, {"resume", resume},   {"listen", listen_to},
       {"consume", consume}, {"write", write_log}, {"read", read_log}};
   try {
     const std::vector<std::string> arguments(argv + 1, argv + argc);

@@ -1,154 +1,74 @@
-// Tests of probes and receipts: their bytes, the base's answers, and what a publisher learns.
+// Tests of what a base answers to probes, and of what a publisher learns from its base.
 #include <catch2/catch.hpp>
 #include <cstdlib>
-#include <mutex>
 #include <thread>
-#include <unimapper_wire/probe_t.hpp>
-#include <unimapper_wire/receipt_t.hpp>
 
-#include "ports/lcm/messages.hpp"
-#include "ports/lcm/publisher.hpp"
-#include "ports/lcm/received_log.hpp"
 #include "ports/lcm/shared_link.hpp"
-#include "tests/ports/lcm/damage.hpp"
-#include "tests/wire/records.hpp"
+#include "tests/ports/lcm/map_pose.hpp"
+#include "tests/ports/lcm/network.hpp"
 #include "tests/wire/whole_session.hpp"
-#include "unimapper/wire/receiver.hpp"
 
 using namespace unimapper;
 using namespace unimapper::wire;
 using namespace unimapper::lcm_port;
+using namespace unimapper::lcm_port::lcm_test;
 using namespace std::chrono_literals;
-using lcm_test::check_only_the_original_passes;
 
 namespace {
 
-const SessionInfo kAlpha{{1, 11}, "alpha", "os2-128"};
-
-ProbeMessage sample_probe() {
-  ProbeMessage probe;
-  probe.session = {4000000000U, {0x0F1E2D3C4B5A6978ULL, 0xFEDCBA9876543210ULL}};
-  probe.number = 4000000001U;
-  probe.robot_time_ns = 1700000000123456789;
-  probe.bytes_per_second = 32000;
-  probe.clock = ClockOffset{-5000000000, 1500000, 3};
-  return probe;
-}
-
-ReceiptMessage sample_receipt() {
-  return {{4000000000U, {0x0F1E2D3C4B5A6978ULL, 0xFEDCBA9876543210ULL}},
-          0xFFFFFFFFFFFFFFFFULL,
-          4000000001U,
-          1700000000123456789,
-          150000000,
-          123456789012,
-          16000000};
-}
+const SessionId kRobot = kMonday.id;
+const SessionId kOtherStart{kRobot.robot, {1, 2}};
 
 ProbeMessage probe_of(const SessionId& session, std::uint32_t number) {
-  ProbeMessage probe;
-  probe.session = session;
-  probe.number = number;
-  return probe;
+  return {session, number, 0, 0, {}};
 }
 
-/// A network without loss to a base that answers at once and whose clock is three hours ahead.
-struct AnsweringNetwork {
-  std::mutex mutex;
-  Receiver receiver;
-  std::uint64_t window = 1000000;
+/// A network to a base that answers probes at once and whose clock is three hours ahead.
+struct AnsweringNetwork : Network {
   static constexpr std::int64_t kAheadNs = 10800 * std::int64_t{1000000000};
 
-  static std::int64_t now_ns(bool by_unix) {
-    const auto steady = std::chrono::steady_clock::now().time_since_epoch();
-    const auto unix_time = std::chrono::system_clock::now().time_since_epoch();
-    return by_unix ? std::chrono::nanoseconds(unix_time).count()
-                   : std::chrono::nanoseconds(steady).count();
+  template <typename Clock>
+  static std::int64_t now_ns() {
+    return std::chrono::nanoseconds(Clock::now().time_since_epoch()).count();
   }
 
   Link link() {
-    return {[this](std::string_view channel, Bytes message) {
-              const std::lock_guard lock(mutex);
-              const auto probe = channel == kProbeChannel ? decode_probe(message) : std::nullopt;
-              if (probe) {
-                receiver.receive(*probe, ProbeArrival{now_ns(false), now_ns(true) + kAheadNs});
-              } else {
-                receive(receiver, channel, message);
-              }
-              return true;
-            },
-            [this] {
-              const std::lock_guard lock(mutex);
-              return receiver.take_stored();
-            },
-            [this] {
-              const std::lock_guard lock(mutex);
-              std::vector<ReceivedReceipt> received;
-              for (const auto& message : receiver.take_receipts(77, window, now_ns(false))) {
-                received.push_back({message, std::chrono::steady_clock::now()});
-              }
-              return received;
-            }};
+    using Steady = std::chrono::steady_clock;
+    Link link = Network::link();
+    link.send = [this, send = link.send](std::string_view channel, Bytes message) {
+      if (channel != kProbeChannel) return send(channel, message);
+      const std::lock_guard lock(mutex);
+      receiver.receive(
+          decode_probe(message).value(),
+          ProbeArrival{now_ns<Steady>(), now_ns<std::chrono::system_clock>() + kAheadNs});
+      return true;
+    };
+    link.receipts = [this] {
+      const std::lock_guard lock(mutex);
+      std::vector<ReceivedReceipt> received;
+      for (const auto& message : receiver.take_receipts(77, 1000000, now_ns<Steady>())) {
+        received.push_back({message, Steady::now()});
+      }
+      return received;
+    };
+    return link;
   }
 };
 
 }  // namespace
 
-TEST_CASE("probes and receipts arrive as they were sent") {
-  const auto probe = decode_probe(encode(sample_probe()));
-  REQUIRE(probe);
-  CHECK(probe->session == sample_probe().session);
-  CHECK(probe->number == 4000000001U);
-  CHECK(probe->robot_time_ns == 1700000000123456789);
-  CHECK(probe->bytes_per_second == 32000);
-  REQUIRE(probe->clock);
-  CHECK(probe->clock->base_minus_robot_ns == -5000000000);
-  CHECK(probe->clock->uncertainty_ns == 1500000);
-  CHECK(probe->clock->steps == 3);
-  CHECK_FALSE(decode_probe(encode(probe_of(kAlpha.id, 1)))->clock);
-
-  const auto receipt = decode_receipt(encode(sample_receipt()));
-  REQUIRE(receipt);
-  CHECK(receipt->session == sample_receipt().session);
-  CHECK(receipt->base == 0xFFFFFFFFFFFFFFFFULL);
-  CHECK(receipt->number == 4000000001U);
-  CHECK(receipt->base_time_ns == 1700000000123456789);
-  CHECK(receipt->held_ns == 150000000);
-  CHECK(receipt->pieces == 123456789012);
-  CHECK(receipt->window_bytes == 16000000);
-}
-
-TEST_CASE("damaged probes and receipts are refused, wherever the damage is") {
-  check_only_the_original_passes(encode(sample_probe()), decode_probe);
-  check_only_the_original_passes(encode(sample_receipt()), decode_receipt);
-}
-
-TEST_CASE("a receipt that no base sends is refused") {
-  ReceiptMessage receipt = sample_receipt();
-  SECTION("sent before it was asked for") { receipt.held_ns = -1; }
-  SECTION("a window that holds no datagram") { receipt.window_bytes = kSmallestWindow - 1; }
-  SECTION("fewer pieces than none") { receipt.pieces = 1ULL << 63U; }
-  CHECK_FALSE(decode_receipt(encode(receipt)));
-}
-
-TEST_CASE("the types of probes and receipts are known") {
-  CHECK(unimapper_wire::probe_t::getHash() == 0x662142ba3fbaaaa6);
-  CHECK(unimapper_wire::receipt_t::getHash() == 0x2fc100bb9ddb77c8);
-}
-
 TEST_CASE("a base answers each probe once, with the pieces before it and how long it took") {
   Receiver receiver;
-  const auto pieces =
-      cut_into_pieces(wire_test::encode_for_sending(wire_test::keyframe_of(kAlpha.id, 0)), 400);
+  const auto pieces = cut_into_pieces(keyframe(kMonday, 0), 400);
   REQUIRE(pieces.size() > 3);
   receiver.receive(ChunkMessage(pieces[0]));
   receiver.receive(ChunkMessage(pieces[0]));
-  receiver.receive(probe_of(kAlpha.id, 5), ProbeArrival{1000, 2000});
+  receiver.receive(probe_of(kRobot, 5), ProbeArrival{1000, 2000});
   receiver.receive(ChunkMessage(pieces[1]));
-  receiver.receive(probe_of(kAlpha.id, 6), ProbeArrival{1500, 2500});
+  receiver.receive(probe_of(kRobot, 6), ProbeArrival{1500, 2500});
   const auto receipts = receiver.take_receipts(42, 1000000, 1600);
   REQUIRE(receipts.size() == 2);
-  CHECK(receipts[0].session == kAlpha.id);
+  CHECK(receipts[0].session == kRobot);
   CHECK(receipts[0].base == 42);
   CHECK(receipts[0].number == 5);
   CHECK(receipts[0].pieces == 2);
@@ -178,7 +98,7 @@ TEST_CASE("the window is divided among the robots that are heard, and never too 
 TEST_CASE("a flood of probes costs a bounded number of answers") {
   Receiver receiver;
   for (std::uint32_t i = 0; i < 1000; ++i) {
-    receiver.receive(probe_of(kAlpha.id, i), ProbeArrival{i, i});
+    receiver.receive(probe_of(kRobot, i), ProbeArrival{i, i});
   }
   const auto receipts = receiver.take_receipts(1, 1000000, 5000);
   CHECK(receipts.size() <= 16);
@@ -190,10 +110,8 @@ TEST_CASE("robot and base learn the offset of their clocks, and the rate adapts"
   PublisherOptions options;
   options.datagram_bytes = 1300;
   options.session_period = 10ms;
-  Publisher publisher(kAlpha, network.link(), options);
-  for (std::uint32_t i = 0; i < 10; ++i) {
-    publisher.publish(wire_test::encode_for_sending(wire_test::keyframe_of(kAlpha.id, i)));
-  }
+  Publisher publisher(kMonday, network.link(), options);
+  publish(publisher, kMonday, 10);
   const auto base_knows = [&] {
     const std::lock_guard lock(network.mutex);
     const auto progress = network.receiver.progress();
@@ -210,38 +128,83 @@ TEST_CASE("robot and base learn the offset of their clocks, and the rate adapts"
   const std::int64_t error =
       std::abs(counters.clock->base_minus_robot_ns - AnsweringNetwork::kAheadNs);
   CHECK(error <= counters.clock->uncertainty_ns);
-  wire_test::check_whole(network.receiver.take_sessions().at(0), kAlpha, 10);
+  wire_test::check_whole(network.sessions().at(0), kMonday, 10);
 }
 
-TEST_CASE("a base without receipts leaves a publisher at its configured rate") {
-  AnsweringNetwork network;
+TEST_CASE("every user of a shared link hears every receipt and every place in the map") {
+  Network network;
   Link link = network.link();
-  link.receipts = [] { return std::vector<ReceivedReceipt>(); };
-  PublisherOptions options;
-  options.bytes_per_second = 3e6;
-  Publisher publisher(kAlpha, link, options);
-  publisher.publish(wire_test::encode_for_sending(wire_test::keyframe_of(kAlpha.id, 0)));
-  const PublisherCounters counters = publisher.finish();
-  CHECK(counters.keyframes_acknowledged == 1);
-  CHECK_FALSE(counters.rate_adapts);
-  CHECK(counters.bytes_per_second == 3e6);
-  CHECK_FALSE(counters.clock);
-}
-
-TEST_CASE("every user of a shared link gets every receipt") {
-  int calls = 0;
-  Link link;
-  link.send = [](std::string_view, Bytes) { return true; };
-  link.receive = [] { return std::vector<StoredMessage>(); };
-  link.receipts = [&calls] {
+  link.receipts = [is_asked = false]() mutable {
     std::vector<ReceivedReceipt> receipts;
-    if (calls++ == 0) receipts.push_back({sample_receipt(), {}});
+    if (!std::exchange(is_asked, true)) receipts.push_back({ReceiptMessage(), {}});
     return receipts;
   };
   SharedLink shared(link);
   const Link one = shared.share();
   const Link two = shared.share();
-  CHECK(one.receipts().size() == 1);
-  CHECK(two.receipts().size() == 1);
-  CHECK(one.receipts().empty());
+  network.say(map_pose_of(kRobot, 3, 5));
+  for (const std::size_t messages : {1U, 0U}) {
+    CHECK(one.receipts().size() == messages);
+    CHECK(two.receipts().size() == messages);
+    CHECK(one.map_poses().size() == messages);
+    CHECK(two.map_poses().size() == messages);
+  }
+}
+
+TEST_CASE("of what bases say of places the newest of the own session is kept") {
+  using Time = std::chrono::steady_clock::time_point;
+  struct Case {
+    const char* what;
+    ReceivedMapPose said;
+    bool is_taken;
+    std::uint64_t MapPoseCounters::*counter;
+    std::uint64_t count;
+  };
+  const Case cases[] = {
+      {"a later keyframe", map_pose_of(kRobot, 3, 8), true, &MapPoseCounters::taken, 2},
+      {"an earlier keyframe", map_pose_of(kRobot, 3, 6), false, &MapPoseCounters::outdated, 1},
+      {"a later epoch", map_pose_of(kRobot, 4, 2), true, &MapPoseCounters::taken, 2},
+      {"an earlier epoch", map_pose_of(kRobot, 2, 99), false, &MapPoseCounters::outdated, 1},
+      {"said again", map_pose_of(kRobot, 3, 7), true, &MapPoseCounters::taken, 2},
+      {"another robot's", map_pose_of({kRobot.robot + 1, kRobot.boot}, 3, 8), false,
+       &MapPoseCounters::of_others, 1},
+      {"another start's", map_pose_of(kOtherStart, 3, 8), false, &MapPoseCounters::of_others, 1},
+      {"malformed", std::nullopt, false, &MapPoseCounters::malformed, 1},
+  };
+  for (const Case& one : cases) {
+    INFO(one.what);
+    LatestMapPose kept(kRobot);
+    CHECK_FALSE(kept.latest());
+    kept.take(map_pose_of(kRobot, 3, 7), Time(1s));
+    kept.take(one.said, Time(2s));
+    const HeardMapPose& latest = kept.latest().value();
+    CHECK(latest.message.session == kRobot);
+    CHECK(latest.message.epoch == (one.is_taken ? one.said->epoch : 3));
+    CHECK(latest.message.sequence == (one.is_taken ? one.said->sequence : 7));
+    CHECK(latest.arrival == Time(one.is_taken ? 2s : 1s));
+    CHECK(kept.counters().*one.counter == one.count);
+  }
+}
+
+TEST_CASE(
+    "a publisher knows the place in the map that a base tells, while it has nothing to send") {
+  Network network;
+  Publisher publisher(kMonday, network.link());
+  CHECK_FALSE(publisher.map_pose());
+  network.say(map_pose_of(kOtherStart, 3, 9));
+  network.say(std::nullopt);
+  network.say(map_pose_of(kRobot, 3, 5));
+  network.say(map_pose_of(kRobot, 3, 4));
+  // Within a tenth of a second; a session's message alone would take a whole one.
+  const auto begin = std::chrono::steady_clock::now();
+  while (!publisher.map_pose()) std::this_thread::sleep_for(1ms);
+  CHECK(std::chrono::steady_clock::now() - begin < 800ms);
+  while (publisher.counters().map_poses.outdated == 0) std::this_thread::sleep_for(1ms);
+  CHECK(publisher.map_pose()->message.sequence == 5);
+  const MapPoseCounters counters = publisher.counters().map_poses;
+  CHECK(counters.taken == 1);
+  CHECK(counters.of_others == 1);
+  CHECK(counters.malformed == 1);
+  publisher.finish();
+  CHECK(publisher.map_pose()->message.sequence == 5);
 }

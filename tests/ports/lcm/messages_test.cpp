@@ -2,12 +2,21 @@
 #include "ports/lcm/messages.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <unimapper_wire/authenticated_t.hpp>
 #include <unimapper_wire/chunk_t.hpp>
 #include <unimapper_wire/health_t.hpp>
+#include <unimapper_wire/map_pose_t.hpp>
+#include <unimapper_wire/probe_t.hpp>
+#include <unimapper_wire/receipt_t.hpp>
 #include <unimapper_wire/session_t.hpp>
 #include <unimapper_wire/stored_t.hpp>
 
 #include "tests/ports/lcm/damage.hpp"
+#include "tests/ports/lcm/map_pose.hpp"
 
 using namespace unimapper;
 using namespace unimapper::wire;
@@ -18,35 +27,18 @@ using Data = std::vector<std::uint8_t>;
 
 namespace {
 
+constexpr SessionId kRobot{4000000000U, {0x0F1E2D3C4B5A6978ULL, 0xFEDCBA9876543210ULL}};
+
 SessionMessage sample_session() {
-  SessionMessage message;
-  message.info = {
-      {4000000000U, {0x0F1E2D3C4B5A6978ULL, 0xFEDCBA9876543210ULL}}, "robot_a.day-2", "os2-128"};
-  message.state = SessionState::kRunning;
-  message.keyframes = 12;
-  message.keyframes_dropped = 3;
-  return message;
+  return {{kRobot, "robot_a.day-2", "os2-128"}, SessionState::kRunning, 12, 3};
 }
 
-ChunkMessage sample_chunk() {
-  ChunkMessage chunk;
-  chunk.session = {4000000000U, {0x0F1E2D3C4B5A6978ULL, 0xFEDCBA9876543210ULL}};
-  chunk.sequence = 7;
-  chunk.index = 1;
-  chunk.count = 3;
-  chunk.total_bytes = 11;
-  chunk.payload_crc32 = 0xDEADBEEF;
-  chunk.data = {1, 2, 3, 4};
-  return chunk;
-}
+ChunkMessage sample_chunk() { return {kRobot, 7, 1, 3, 11, 0xDEADBEEF, {1, 2, 3, 4}}; }
 
 HealthMessage sample_health() {
   HealthMessage health;
   health.session = {1, 2};
-  health.scans = 100;
-  health.keyframes = 10;
   health.points_in = 1'000'000'000'000;
-  health.bytes_sent = 5;
   health.stages = {{"ingest", 1.0F, 2.0F, 3.0F}, {"total", 4.0F, 5.0F, 6.0F}};
   health.drops = {{"cells_full", 77}};
   health.deadline_misses = 6;
@@ -55,16 +47,37 @@ HealthMessage sample_health() {
 }
 
 StoredMessage sample_stored() {
-  StoredMessage stored;
-  stored.session = {4000000000U, {0x0F1E2D3C4B5A6978ULL, 0xFEDCBA9876543210ULL}};
-  stored.ended = true;
-  stored.below = 5;
-  stored.first = 7;
-  stored.until = std::uint64_t{1} << 32U;
-  stored.ranges = {{7, 9}, {12, std::uint64_t{1} << 32U}};
-  stored.incomplete = {{9, std::vector<bool>(8, true)},
-                       {10, {true, false, false, true, false, false, false, false, true}}};
-  return stored;
+  constexpr std::uint64_t kAll = std::uint64_t{1} << 32U;
+  return {kRobot,
+          true,
+          5,
+          7,
+          kAll,
+          {{7, 9}, {12, kAll}},
+          {{9, std::vector<bool>(8, true)},
+           {10, {true, false, false, true, false, false, false, false, true}}}};
+}
+
+ProbeMessage sample_probe() {
+  return {kRobot, 4000000001U, 1700000000123456789, 32000, ClockOffset{-5000000000, 1500000, 3}};
+}
+
+ReceiptMessage sample_receipt() {
+  return {kRobot,    0xFFFFFFFFFFFFFFFFULL, 4000000001U, 1700000000123456789,
+          150000000, 123456789012,          16000000};
+}
+
+MapPoseMessage sample_map_pose() { return lcm_test::map_pose_of(kRobot, 3, 4000000001U); }
+
+/// The generated place in the map with one change, as a forger would send it.
+std::vector<std::uint8_t> forged(const std::function<void(unimapper_wire::map_pose_t&)>& change) {
+  std::vector<std::uint8_t> bytes = encode(sample_map_pose());
+  unimapper_wire::map_pose_t message;
+  REQUIRE(message.decode(bytes.data(), 0, static_cast<int>(bytes.size())) > 0);
+  change(message);
+  bytes.resize(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return sealed(bytes);
 }
 
 }  // namespace
@@ -72,7 +85,7 @@ StoredMessage sample_stored() {
 TEST_CASE("messages come back as they went") {
   const auto session = decode_session(encode(sample_session()));
   REQUIRE(session.has_value());
-  CHECK(session->info.id == sample_session().info.id);
+  CHECK(session->info.id == kRobot);
   CHECK(session->info.name == "robot_a.day-2");
   CHECK(session->info.sensor == "os2-128");
   CHECK(session->state == SessionState::kRunning);
@@ -81,7 +94,7 @@ TEST_CASE("messages come back as they went") {
 
   const auto chunk = decode_chunk(encode(sample_chunk()));
   REQUIRE(chunk.has_value());
-  CHECK(chunk->session == sample_chunk().session);
+  CHECK(chunk->session == kRobot);
   CHECK(chunk->sequence == 7);
   CHECK(chunk->index == 1);
   CHECK(chunk->count == 3);
@@ -103,12 +116,10 @@ TEST_CASE("messages come back as they went") {
   CHECK(health->containers[0].name == "cells");
   CHECK(health->containers[0].used == 500);
   CHECK(health->containers[1].capacity == 4);
-}
 
-TEST_CASE("what a base says it has stored comes back as it went") {
   const auto stored = decode_stored(encode(sample_stored()));
   REQUIRE(stored.has_value());
-  CHECK(stored->session == sample_stored().session);
+  CHECK(stored->session == kRobot);
   CHECK(stored->ended);
   CHECK(stored->below == 5);
   CHECK(stored->first == 7);
@@ -120,6 +131,59 @@ TEST_CASE("what a base says it has stored comes back as it went") {
   CHECK(stored->incomplete[1].sequence == 10);
   CHECK(stored->incomplete[0].missing == sample_stored().incomplete[0].missing);
   CHECK(stored->incomplete[1].missing == sample_stored().incomplete[1].missing);
+}
+
+TEST_CASE("probes and receipts arrive as they were sent") {
+  const auto probe = decode_probe(encode(sample_probe()));
+  REQUIRE(probe);
+  CHECK(probe->session == kRobot);
+  CHECK(probe->number == 4000000001U);
+  CHECK(probe->robot_time_ns == 1700000000123456789);
+  CHECK(probe->bytes_per_second == 32000);
+  REQUIRE(probe->clock);
+  CHECK(probe->clock->base_minus_robot_ns == -5000000000);
+  CHECK(probe->clock->uncertainty_ns == 1500000);
+  CHECK(probe->clock->steps == 3);
+  CHECK_FALSE(decode_probe(encode(ProbeMessage{kRobot, 1, 0, 0, {}}))->clock);
+
+  const auto receipt = decode_receipt(encode(sample_receipt()));
+  REQUIRE(receipt);
+  CHECK(receipt->session == kRobot);
+  CHECK(receipt->base == 0xFFFFFFFFFFFFFFFFULL);
+  CHECK(receipt->number == 4000000001U);
+  CHECK(receipt->base_time_ns == 1700000000123456789);
+  CHECK(receipt->held_ns == 150000000);
+  CHECK(receipt->pieces == 123456789012);
+  CHECK(receipt->window_bytes == 16000000);
+}
+
+TEST_CASE("a place in the map arrives as it was sent") {
+  const MapPoseMessage sent = sample_map_pose();
+  const auto message = decode_map_pose(encode(sent));
+  REQUIRE(message);
+  CHECK(message->session == kRobot);
+  CHECK(message->epoch == 3);
+  CHECK(message->sequence == 4000000001U);
+  CHECK(message->stamp_ns == 1700000000123456789);
+  CHECK(message->state == MapPoseState::kLocalised);
+  CHECK(message->T_map_odometry.translation == sent.T_map_odometry.translation);
+  CHECK(message->T_map_odometry.rotation.isApprox(sent.T_map_odometry.rotation, 1e-12));
+  CHECK(message->covariance == sent.covariance);
+  CHECK(message->loops == 4);
+  CHECK(message->since_loop_m == 12.5);
+  CHECK(message->reason.empty());
+  CHECK(position_sigma_m(*message) == Approx(std::sqrt(0.001 + 0.007 + 0.012)));
+}
+
+TEST_CASE("why a robot is not localised arrives as far as it fits, without what cannot be shown") {
+  MapPoseMessage message = sample_map_pose();
+  message.state = MapPoseState::kAmbiguous;
+  message.reason = "two\nplaces " + std::string(300, 'x');
+  const auto arrived = decode_map_pose(encode(message));
+  REQUIRE(arrived);
+  CHECK(arrived->state == MapPoseState::kAmbiguous);
+  CHECK(arrived->reason.find("two_places xxx") == 0);
+  CHECK(arrived->reason.size() == kMaxMapPoseReasonBytes);
 }
 
 TEST_CASE("what no base can have stored is refused") {
@@ -140,11 +204,60 @@ TEST_CASE("what no base can have stored is refused") {
   CHECK_FALSE(decode_stored(encode(stored)));
 }
 
+TEST_CASE("a receipt that no base sends is refused") {
+  ReceiptMessage receipt = sample_receipt();
+  SECTION("sent before it was asked for") { receipt.held_ns = -1; }
+  SECTION("a window that holds no datagram") { receipt.window_bytes = kSmallestWindow - 1; }
+  SECTION("fewer pieces than none") { receipt.pieces = 1ULL << 63U; }
+  CHECK_FALSE(decode_receipt(encode(receipt)));
+}
+
+TEST_CASE("a place in the map that no base sends is refused even when its checksum fits") {
+  using Wire = unimapper_wire::map_pose_t;
+  CHECK(decode_map_pose(forged([](Wire&) {})));
+  CHECK(decode_map_pose(forged([](Wire& m) { m.quaternion[0] += 1e-8; })));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinite = std::numeric_limits<double>::infinity();
+  const std::vector<std::function<void(Wire&)>> changes = {
+      [](Wire& m) { m.schema_version = 2; },
+      [](Wire& m) { m.epoch = 0; },
+      [](Wire& m) { m.state = 3; },
+      [](Wire& m) { m.state = -1; },
+      [nan](Wire& m) { m.translation[1] = nan; },
+      [infinite](Wire& m) { m.translation[2] = infinite; },
+      [](Wire& m) { m.translation[0] = 2e8; },
+      [nan](Wire& m) { m.quaternion[3] = nan; },
+      [](Wire& m) { m.quaternion[0] += 0.01; },
+      [](Wire& m) { std::memset(m.quaternion, 0, sizeof m.quaternion); },
+      [nan](Wire& m) { m.covariance[1] = nan; },
+      [infinite](Wire& m) { m.covariance[20] = infinite; },
+      [](Wire& m) { m.since_loop_m = -1.0; },
+      [nan](Wire& m) { m.since_loop_m = nan; },
+      [](Wire& m) { m.reason = std::string(201, 'x'); },
+      [](Wire& m) { m.reason = "a\nb"; },
+  };
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    INFO("change " << i);
+    CHECK_FALSE(decode_map_pose(forged(changes[i])));
+  }
+  for (const int diagonal : {0, 6, 11, 15, 18, 20}) {
+    INFO("variance " << diagonal);
+    CHECK_FALSE(decode_map_pose(forged([=](Wire& m) { m.covariance[diagonal] = -1e-9; })));
+  }
+  CHECK(decode_map_pose(forged([](Wire& m) { m.covariance[1] = -1.0; })));  // no variance
+}
+
 TEST_CASE("damaged messages are refused, wherever the damage is") {
   check_only_the_original_passes(encode(sample_session()), decode_session);
   check_only_the_original_passes(encode(sample_chunk()), decode_chunk);
   check_only_the_original_passes(encode(sample_health()), decode_health);
   check_only_the_original_passes(encode(sample_stored()), decode_stored);
+  check_only_the_original_passes(encode(sample_probe()), decode_probe);
+  check_only_the_original_passes(encode(sample_receipt()), decode_receipt);
+  check_only_the_original_passes(encode(sample_map_pose()), decode_map_pose);
+  MapPoseMessage not_yet = sample_map_pose();
+  not_yet.reason = "no loop to the map yet";
+  check_only_the_original_passes(encode(not_yet), decode_map_pose);
 }
 
 TEST_CASE("lengths that a forger made up allocate nothing") {
@@ -200,13 +313,12 @@ TEST_CASE("a session's name is safe as a file name") {
   }
   CHECK_FALSE(is_session_name(std::string(65, 'a')));
   CHECK(to_session_name("../etc/passwd") == "_._etc_passwd");
+  CHECK(to_text(kRobot.boot) == "0f1e2d3c4b5a6978fedcba9876543210");
 
   SessionMessage message = sample_session();
   message.info.name = "../up";
   CHECK_THROWS_AS(encode(message), std::invalid_argument);
-}
-
-TEST_CASE("a name that is no file name is refused even when its checksum fits") {
+  // Nor is it read where the checksum fits.
   Data bytes = encode(sample_session());
   bytes[8 + 4 + 4 + 16 + 4] = '/';
   CHECK_FALSE(decode_session(sealed(bytes)).has_value());
@@ -223,24 +335,19 @@ TEST_CASE("LCM's own decoders read our messages") {
   CHECK(session.decode(bytes.data(), 0, static_cast<int>(bytes.size())) < 0);
 }
 
-TEST_CASE("boots that differ in either half are two") {
-  const SessionId id = sample_session().info.id;
-  for (const BootId& boot :
-       {BootId{id.boot.high ^ 1U, id.boot.low}, BootId{id.boot.high, id.boot.low ^ 1U}}) {
-    SessionMessage other = sample_session();
-    other.info.id.boot = boot;
-    CHECK(decode_session(encode(other))->info.id == SessionId{id.robot, boot});
-    CHECK(other.info.id != id);
-  }
-  CHECK(to_text(id.boot) == "0f1e2d3c4b5a6978fedcba9876543210");
-}
-
-TEST_CASE("the types of stored messages never change") {
+TEST_CASE("the types of messages never change") {
+  using namespace unimapper_wire;
+  const auto hash = [](auto message) {
+    return static_cast<std::uint64_t>(decltype(message)::getHash());
+  };
   // LCM's fingerprint covers names, types and order of every field: old logs stay readable only
-  // as long as these hold.
-  CHECK(unimapper_wire::chunk_t::getHash() == static_cast<std::int64_t>(0xb11f22c2708aa5a8));
-  CHECK(unimapper_wire::session_t::getHash() == static_cast<std::int64_t>(0xe68c718377be05d8));
-  // Schemas 3 and 2; neither is ever stored.
-  CHECK(unimapper_wire::health_t::getHash() == static_cast<std::int64_t>(0x8b42066b9d421287));
-  CHECK(unimapper_wire::stored_t::getHash() == 0x01d2b8ef4d9faed2);
+  // as long as those of pieces and sessions hold.
+  CHECK(hash(chunk_t()) == 0xb11f22c2708aa5a8);
+  CHECK(hash(session_t()) == 0xe68c718377be05d8);
+  CHECK(hash(health_t()) == 0x8b42066b9d421287);
+  CHECK(hash(stored_t()) == 0x01d2b8ef4d9faed2);
+  CHECK(hash(probe_t()) == 0x662142ba3fbaaaa6);
+  CHECK(hash(receipt_t()) == 0x2fc100bb9ddb77c8);
+  CHECK(hash(map_pose_t()) == 0xb1c8130f33103ede);
+  CHECK(hash(authenticated_t()) == 0x35f88e5762526fd4);
 }

@@ -1,7 +1,6 @@
 // Model of robot, link and base with probes, receipts, window and pacing, over seeded schedules.
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <limits>
 
 #include "tests/ports/lcm/simulated_link.hpp"
 
@@ -28,13 +27,12 @@ LinkModel random_link(Random& random) {
 
 /// Any answer that somebody may make up.
 wire::ReceiptMessage forged_receipt(Random& random) {
-  wire::ReceiptMessage receipt;
-  receipt.base = random.below(2) == 0 ? 1 : random.bits();
-  receipt.number = random.below(400);
-  receipt.pieces = random.below(3) == 0 ? random.bits() : random.below(100000);
-  receipt.window_bytes = random.below(3) == 0 ? random.bits() : 65536;
-  receipt.held_ns = random.below(2) == 0 ? 0 : static_cast<std::int64_t>(random.bits() >> 1U);
-  return receipt;
+  const std::uint64_t base = random.below(2) == 0 ? 1 : random.bits();
+  const std::uint32_t number = random.below(400);
+  const std::uint64_t pieces = random.below(3) == 0 ? random.bits() : random.below(100000);
+  const std::uint64_t window = random.below(3) == 0 ? random.bits() : 65536;
+  const auto held_ns = random.below(2) == 0 ? 0 : static_cast<std::int64_t>(random.bits() >> 1U);
+  return {{}, base, number, 0, held_ns, pieces, window};
 }
 
 /// Something befalls the link or the base.
@@ -66,14 +64,6 @@ void disturb(SimulatedLink& world, Random& random, bool forges) {
   }
 }
 
-void heal(SimulatedLink& world) {
-  world.base_is_there = true;
-  world.link_.loss_per_mille = 0;
-  world.link_.answer_loss_per_mille = 0;
-  world.link_.answer_repeat_per_mille = 0;
-  world.window_bytes = 1000000;
-}
-
 }  // namespace
 
 TEST_CASE("whatever link and base do, the rate stays within bounds and everything arrives") {
@@ -91,7 +81,11 @@ TEST_CASE("whatever link and base do, the rate stays within bounds and everythin
       REQUIRE(world.pacing.rate() <= kMaximum);
     }
     CHECK_FALSE(world.exceeded_window);
-    heal(world);
+    world.base_is_there = true;
+    world.link_.loss_per_mille = 0;
+    world.link_.answer_loss_per_mille = 0;
+    world.link_.answer_repeat_per_mille = 0;
+    world.window_bytes = 1000000;
     // As long as the slowest link needs for all of it, and a minute to find the rate again.
     const std::int64_t end = world.now_ns() + 360 * kSecond;
     while (!world.is_idle() && world.now_ns() < end) world.run(world.now_ns() + kSecond);

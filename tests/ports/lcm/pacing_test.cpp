@@ -31,14 +31,8 @@ void saturate(SimulatedLink& world, std::int64_t seconds) {
 }
 
 /// Receipts by hand.
-wire::ReceiptMessage receipt(std::uint32_t number, std::uint64_t pieces,
-                             std::uint64_t window = 1000000) {
-  wire::ReceiptMessage message;
-  message.base = 1;
-  message.number = number;
-  message.pieces = pieces;
-  message.window_bytes = window;
-  return message;
+wire::ReceiptMessage receipt(std::uint32_t number, std::uint64_t pieces) {
+  return {{}, 1, number, 0, 0, pieces, 1000000};
 }
 
 }  // namespace
@@ -61,21 +55,17 @@ TEST_CASE("the rate converges to the bottleneck, and little is lost") {
 TEST_CASE("what one sends and resends falls to a fraction of what a fixed rate takes") {
   const double bottleneck = GENERATE(32000.0, 250000.0);
   const LinkModel link{bottleneck, bottleneck * 0.25, 0, 10000000};
-  const auto keyframes = static_cast<std::uint32_t>(bottleneck / 1300.0);  // pieces, a second's
+  const auto pieces = static_cast<std::uint32_t>(bottleneck / 1300.0);  // of a second
   const auto deliver = [&](bool adapts) {
     SimulatedLink world(link, {}, adapts);
     world.run(kSecond);
-    for (int i = 0; i < 20; ++i) world.publish(keyframes);
-    while (!world.is_idle() && world.now_ns() < 200 * kSecond) {
-      world.run(world.now_ns() + kSecond);
-    }
+    for (int i = 0; i < 20; ++i) world.publish(pieces);
+    while (!world.is_idle() && world.now_ns() < 200 * kSecond) world.run(world.now_ns() + kSecond);
     CHECK(world.is_idle());
     return world.resent;
   };
-  const std::uint64_t fixed = deliver(false);
-  const std::uint64_t adaptive = deliver(true);
-  CAPTURE(bottleneck, fixed, adaptive);
-  CHECK(adaptive * 5 < fixed);
+  CAPTURE(bottleneck);
+  CHECK(deliver(true) * 5 < deliver(false));
 }
 
 TEST_CASE("random loss does not slow a robot down for good") {
@@ -114,32 +104,19 @@ TEST_CASE("random loss on a fast link does not keep a robot from sending what it
     world.publish(62);
   }
   world.run(26 * kSecond);
-  INFO("seed " << seed << ", loss " << loss_per_mille << ", rate " << world.pacing.rate());
+  CAPTURE(seed, loss_per_mille, world.pacing.rate());
   CHECK(world.is_idle());
 }
 
 TEST_CASE("the rate follows a bottleneck that narrows and widens again") {
   SimulatedLink world({250000.0, 60000.0, 0, 10000000}, {}, true);
   saturate(world, 20);
-  world.link_.bytes_per_second = 32000.0;
-  world.link_.queue_bytes = 16000.0;
+  world.link_ = {32000.0, 16000.0};
   world.run(40 * kSecond);
   CHECK(mean_rate(world, 30, 40) < 40000.0);
-  world.link_.bytes_per_second = 250000.0;
-  world.link_.queue_bytes = 60000.0;
+  world.link_ = {250000.0, 60000.0};
   world.run(70 * kSecond);
   CHECK(mean_rate(world, 60, 70) > 180000.0);
-}
-
-TEST_CASE("never is more on the way than the base's window, once it has announced one") {
-  SimulatedLink world({2e6, 1e6, 0, 100000000}, {}, true);
-  world.window_bytes = 80000;
-  world.run(kSecond);
-  REQUIRE(world.pacing.window_bytes() == 80000U);
-  world.publish(5000);
-  world.run(20 * kSecond);
-  CHECK(world.most_on_the_way <= 80000.0);
-  CHECK(world.arrived > 1000);  // and it does not stand still
 }
 
 TEST_CASE("a base that falls silent is sent less, and soon as much as before when it is back") {

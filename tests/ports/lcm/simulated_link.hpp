@@ -6,11 +6,9 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <set>
 #include <vector>
 
 #include "ports/lcm/pacing.hpp"
-#include "ports/lcm/publisher.hpp"
 #include "tests/wire/records.hpp"
 #include "unimapper/wire/delivery.hpp"
 
@@ -33,7 +31,7 @@ class SimulatedLink {
   static constexpr std::int64_t kStepNs = 1000000;
   static constexpr double kPieceBytes = 1300.0;
 
-  SimulatedLink(const LinkModel& link, const lcm_port::PacingOptions& options, bool adapts,
+  SimulatedLink(const LinkModel& link, const PacingOptions& options, bool adapts,
                 std::uint64_t seed = 1)
       : link_(link), adapts_(adapts), pacing(options), random_(seed) {}
 
@@ -54,7 +52,7 @@ class SimulatedLink {
 
   LinkModel link_;
   const bool adapts_;
-  lcm_port::Pacing pacing;
+  Pacing pacing;
   bool base_is_there = true;
   std::uint64_t window_bytes = 4000000;
   std::uint64_t base = 1;
@@ -71,7 +69,6 @@ class SimulatedLink {
   std::uint64_t sent = 0;        ///< pieces
   std::uint64_t resent = 0;      ///< of which not for the first time
   std::uint64_t arrived = 0;     ///< pieces
-  double most_on_the_way = 0.0;  ///< bytes since the last receipt that was used
   bool exceeded_window = false;  ///< a piece was sent beyond what the base had announced
   std::vector<double> rates;     ///< one each 100 ms
 
@@ -90,9 +87,8 @@ class SimulatedLink {
   void step() {
     send_pieces();
     if (now_ns_ % 200000000 == 0) put(100.0, {0, true, pacing.probe(now_ns_), 0});
-    while (!packets_.empty() && packets_.front().at_ns <= now_ns_) {
+    for (; !packets_.empty() && packets_.front().at_ns <= now_ns_; packets_.pop_front()) {
       if (base_is_there) arrive(packets_.front());
-      packets_.pop_front();
     }
     if (base_is_there && now_ns_ % 200000000 == 90000000) answer();
     while (!answers_.empty() && answers_.begin()->first <= now_ns_) {
@@ -114,7 +110,6 @@ class SimulatedLink {
       ++sent;
       resent += outbox_.was_sent(piece->sequence) ? 1 : 0;
       outbox_.sent(*piece, now_ns_);
-      most_on_the_way = std::max(most_on_the_way, pacing.bytes_on_the_way());
       exceeded_window = exceeded_window ||
                         (adapts_ && pacing.window_bytes() &&
                          pacing.bytes_on_the_way() > static_cast<double>(*pacing.window_bytes()));
@@ -135,13 +130,7 @@ class SimulatedLink {
 
   void arrive(const Packet& packet) {
     if (packet.is_probe) {
-      wire::ReceiptMessage receipt;
-      receipt.base = base;
-      receipt.number = packet.number;
-      receipt.pieces = arrived;
-      receipt.window_bytes = window_bytes;
-      receipt.base_time_ns = now_ns_;
-      receipts_.push_back(receipt);
+      receipts_.push_back({{}, base, packet.number, now_ns_, 0, arrived, window_bytes});
       return;
     }
     ++arrived;

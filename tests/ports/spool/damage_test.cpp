@@ -15,6 +15,12 @@ constexpr std::size_t kBytes = 60;
 constexpr std::uint32_t kKeyframes = 4;
 constexpr auto kHeadBytes = static_cast<std::size_t>(kSegmentHeadBytes);
 
+/// With one bit of byte `at` changed.
+std::string with_flipped(std::string bytes, std::size_t at) {
+  bytes[at] = static_cast<char>(static_cast<unsigned char>(bytes[at]) ^ (1U << (at % 8)));
+  return bytes;
+}
+
 /// A segment with a few small keyframes, as a string.
 struct OneSegment {
   TemporaryDirectory folder;
@@ -47,20 +53,15 @@ struct OneSegment {
 
 }  // namespace
 
-TEST_CASE("a tail torn at any byte costs the torn record and no other") {
+TEST_CASE("a tail torn at any byte costs that record alone; a new segment follows it") {
   OneSegment segment;
   const std::size_t record = segment.record_bytes();
   REQUIRE(kHeadBytes + record * kKeyframes == segment.content.size());
-  for (std::size_t cut = 1; cut <= record; ++cut) {
+  for (std::size_t cut = record; cut > 0; --cut) {
     CAPTURE(cut);
     write_content(segment.file, segment.content.substr(0, segment.content.size() - cut));
     CHECK(segment.survivors() == std::vector<bool>{true, true, true, false});
   }
-}
-
-TEST_CASE("what follows a torn tail is written to a segment of its own") {
-  OneSegment segment;
-  write_content(segment.file, segment.content.substr(0, segment.content.size() - 1));
   {
     Spool spool(segment.folder / "spool");
     add(spool, kMonday, 3, 4, kBytes);
@@ -74,9 +75,7 @@ TEST_CASE("a flipped bit costs one record at most, and is counted") {
   const std::size_t record = segment.record_bytes();
   for (std::size_t i = kHeadBytes; i < segment.content.size(); i += 5) {
     CAPTURE(i);
-    std::string damaged = segment.content;
-    damaged[i] = static_cast<char>(static_cast<unsigned char>(damaged[i]) ^ (1U << (i % 8)));
-    write_content(segment.file, damaged);
+    write_content(segment.file, with_flipped(segment.content, i));
     std::vector<bool> expected(kKeyframes, true);
     expected[(i - kHeadBytes) / record] = false;
     CHECK(segment.survivors() == expected);
@@ -85,10 +84,8 @@ TEST_CASE("a flipped bit costs one record at most, and is counted") {
 
 TEST_CASE("damage is told apart: heads when the spool opens, data when they are read") {
   OneSegment segment;
-  std::string damaged = segment.content;
-  damaged[kSegmentHeadBytes] ^= 1;
-  damaged.back() = static_cast<char>(damaged.back() ^ 1);
-  write_content(segment.file, damaged);
+  write_content(segment.file, with_flipped(with_flipped(segment.content, kHeadBytes),
+                                           segment.content.size() - 1));
   Spool spool(segment.folder / "spool");
   CHECK(spool.counters().faults == 1);
   CHECK(spool.counters().keyframes_on_disk == kKeyframes - 1);
