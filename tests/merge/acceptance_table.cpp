@@ -50,44 +50,35 @@ struct Tally {
   std::size_t right = 0, provisional = 0, refused = 0, wrong = 0;
 
   /// `error_m` is the error of what overlaps; of what does not, infinite.
-  template <typename Error>
-  void add(const Alignment& alignment, const Error& error_m) {
+  void add(const Alignment& alignment, double error_m) {
     if (!alignment.connected[0] || !alignment.connected[1]) {
       ++(alignment.pairs.front().state == PairState::kProvisional ? provisional : refused);
-    } else if (error_m() <= kRightWithinM) {
-      ++right;
     } else {
-      ++wrong;
+      ++(error_m <= kRightWithinM ? right : wrong);
     }
+  }
+  void print() const {
+    std::printf(" %zu / %zu / %zu / %zu |", right, provisional, refused, wrong);
   }
 };
 
-std::string text(const Tally& tally) {
-  return std::to_string(tally.right) + " / " + std::to_string(tally.provisional) + " / " +
-         std::to_string(tally.refused) + " / " + std::to_string(tally.wrong);
-}
-
-std::uint64_t seed_of(std::uint64_t seed, std::size_t trial) { return 100'000 * seed + trial; }
+Random random_of(std::uint64_t seed, std::size_t trial) { return Random(100'000 * seed + trial); }
 
 Tally run(const Case& what, const std::array<double, 2>& noise, std::size_t trials,
           std::uint64_t seed) {
   Tally tally;
   for (std::size_t trial = 0; trial < trials; ++trial) {
-    Random random(seed_of(seed, trial));
+    Random random = random_of(seed, trial);
     Scene scene = two_maps(random);
     scene.loop_sigma_m = noise[0];
     scene.loop_sigma_rad = noise[1];
-    if (what.true_loops > 0) add_true_loops(scene, what.true_loops, random);
+    add_true_loops(scene, what.true_loops, random);
     add_random_loops(scene, what.random_loops, random);
     if (what.aliased_loops > 0) add_aliased_loops(scene, what.aliased_loops, random);
-    if (what.shifted_loops > 0) {
-      add_shifted_loops(scene, what.shifted_loops, {0.0, 0.0, 3.0}, random);
-    }
-    const Alignment alignment = align_sessions(scene.sessions, scene.loops, MergeConfig{});
-    tally.add(alignment, [&] {
-      return what.true_loops > 0 ? overlap_error_m(scene, alignment)
-                                 : std::numeric_limits<double>::infinity();
-    });
+    add_true_loops(scene, what.shifted_loops, random, {0.0, 0.0, 3.0});
+    const Alignment alignment = align(scene);
+    tally.add(alignment, what.true_loops > 0 ? overlap_error_m(scene, alignment)
+                                             : std::numeric_limits<double>::infinity());
   }
   return tally;
 }
@@ -99,10 +90,7 @@ void print_pairs(std::size_t trials, std::uint64_t seed) {
   std::printf("|---|---|---|\n");
   for (const Case& what : kCases) {
     std::printf("| %s |", what.name);
-    for (const auto& noise : kNoises) {
-      const Tally tally = run(what, noise, trials, seed);
-      std::printf(" %s |", text(tally).c_str());
-    }
+    for (const auto& noise : kNoises) run(what, noise, trials, seed).print();
     std::printf("\n");
     std::fflush(stdout);
   }
@@ -130,13 +118,15 @@ void print_bores(std::size_t trials, std::uint64_t seed) {
   for (const Bore& bore : kBores) {
     Tally tally;
     for (std::size_t trial = 0; trial < trials; ++trial) {
-      Random random(seed_of(seed, trial));
+      Random random = random_of(seed, trial);
       Scene scene = tunnel(random);
       add_tunnel_loops(scene, bore.common_m, bore.scatter_m, bore.along_m, random);
-      const Alignment alignment = align_sessions(scene.sessions, scene.loops, MergeConfig{});
-      tally.add(alignment, [&] { return side_by_side_error_m(scene, alignment); });
+      const Alignment alignment = align(scene);
+      tally.add(alignment, side_by_side_error_m(scene, alignment));
     }
-    std::printf("| %s | %s |\n", bore.name, text(tally).c_str());
+    std::printf("| %s |", bore.name);
+    tally.print();
+    std::printf("\n");
     std::fflush(stdout);
   }
 }
@@ -151,11 +141,11 @@ Laps run_laps(double odometry_scale, std::size_t true_loops, std::size_t trials,
               std::uint64_t seed) {
   Laps laps;
   for (std::size_t trial = 0; trial < trials; ++trial) {
-    Random random(seed_of(seed, trial));
+    Random random = random_of(seed, trial);
     Scene scene = lap(random, odometry_scale);
     add_false_intra_loop(scene, random);
     add_true_intra_loops(scene, true_loops, random);
-    const Alignment alignment = align_sessions(scene.sessions, scene.loops, MergeConfig{});
+    const Alignment alignment = align(scene);
     if (alignment.decisions.front().accepted) ++laps.accepted;
     const double share = 1.0 / static_cast<double>(trials);
     laps.before_m +=

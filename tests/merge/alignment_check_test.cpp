@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "tests/merge/alignment_scene.hpp"
-#include "unimapper/merge/alignment.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
@@ -14,12 +13,11 @@ namespace {
 
 /// Two sessions side by side; their loops span the given path and overlap little if it is short.
 Scene side_by_side(double span_m) {
-  Scene scene;
-  scene.sessions = {{straight(60), 1.0}, {straight(60), 0.5}};
+  Scene scene = beside_each_other({60, 60});
   const auto last = static_cast<std::size_t>(span_m / kStepM);
   const bool is_short = span_m < AcceptanceConfig{}.min_span_m;
   for (std::size_t k = 0; k <= last; k += is_short ? 1 : 2) {
-    scene.loops.push_back(exact_loop({1, k}, {0, k}, Pose{}));
+    scene.loops.push_back(exact_loop({1, k}, {0, k}));
     if (is_short) scene.loops.back().overlap = 0.5;
   }
   return scene;
@@ -29,22 +27,19 @@ constexpr double kOnePlaceM = 50.0;
 constexpr double kManyPlacesM = 200.0;
 
 Alignment aligned(double span_m, const PlacementEvidence& evidence) {
-  const Scene scene = side_by_side(span_m);
-  return align_sessions(scene.sessions, scene.loops, MergeConfig{},
-                        [&](const Placement& placement) {
-                          CHECK_FALSE(placement.loops.empty());
-                          CHECK(placement.T_query_session_keyframe.size() == 60);
-                          CHECK(placement.T_match_session_query_session.translation.norm() < 1e-6);
-                          return evidence;
-                        });
+  return align(side_by_side(span_m), {}, [&](const Placement& placement) {
+    CHECK_FALSE(placement.loops.empty());
+    CHECK(placement.T_query_session_keyframe.size() == 60);
+    CHECK(placement.T_match_session_query_session.translation.norm() < 1e-6);
+    return evidence;
+  });
 }
 
 }  // namespace
 
 TEST_CASE("Loops in one place connect two maps only if data confirm them elsewhere",
           "[alignment]") {
-  const Scene scene = side_by_side(kOnePlaceM);
-  const Alignment unasked = align_sessions(scene.sessions, scene.loops, MergeConfig{});
+  const Alignment unasked = align(side_by_side(kOnePlaceM));
   CHECK_FALSE(unasked.connected[1]);
   REQUIRE(unasked.pairs.size() == 1);
   CHECK(unasked.pairs[0].state == PairState::kProvisional);
@@ -63,8 +58,7 @@ TEST_CASE("Loops in one place connect two maps only if data confirm them elsewhe
 
 TEST_CASE("Loops over a short path connect two maps only if data confirm them", "[alignment]") {
   constexpr double kShortM = 15.0;
-  const Scene scene = side_by_side(kShortM);
-  const Alignment unasked = align_sessions(scene.sessions, scene.loops, MergeConfig{});
+  const Alignment unasked = align(side_by_side(kShortM));
   CHECK_FALSE(unasked.connected[1]);
   CHECK(unasked.pairs.at(0).state == PairState::kProvisional);
   CHECK(unasked.reason[1] == "loops span too short a path; too few keyframes confirm them: 0 of 0");
@@ -75,16 +69,16 @@ TEST_CASE("Loops over a short path connect two maps only if data confirm them", 
   CHECK(confirmed.pairs.at(0).reason.empty());
 }
 
-TEST_CASE("Loops at many places need no confirmation, but no contradiction either", "[alignment]") {
+TEST_CASE("Loops at many places need no confirmation, but no contradiction or repetition either",
+          "[alignment]") {
   CHECK(aligned(kManyPlacesM, {0, 0, {}}).connected[1]);
   CHECK(aligned(kManyPlacesM, {4, 8, {}}).connected[1]);
+  CHECK_FALSE(aligned(kManyPlacesM, {0, 1, {}}).connected[1]);
   const Alignment contradicted = aligned(kManyPlacesM, {4, 9, {}});
   CHECK_FALSE(contradicted.connected[1]);
   CHECK(contradicted.pairs[0].state == PairState::kProvisional);
   CHECK(contradicted.reason[1] == "keyframes beside each other see different structure: 9 of 13");
-}
 
-TEST_CASE("A place that repeats itself leaves the pair provisional", "[alignment]") {
   const Alignment repeated = aligned(kManyPlacesM, {9, 0, "the surroundings repeat"});
   CHECK_FALSE(repeated.connected[1]);
   CHECK(repeated.pairs[0].state == PairState::kProvisional);
@@ -95,21 +89,17 @@ TEST_CASE("A place that repeats itself leaves the pair provisional", "[alignment
 TEST_CASE("Of two placements that loops bear out the data may exclude one", "[alignment]") {
   Scene scene = side_by_side(kManyPlacesM);
   // As many loops say that the query drives 100 m farther on.
-  const Pose ahead(Eigen::Matrix3d(Eigen::Matrix3d::Identity()), {100.0, 0.0, 0.0});
   for (std::size_t k = 1; k < 31; k += 2) {
-    scene.loops.push_back(exact_loop({1, k}, {0, k + 20}, Pose{}));
+    scene.loops.push_back(exact_loop({1, k}, {0, k + 20}));
   }
   const auto with = [&](std::size_t excluded, const std::string& aliasing) {
-    return align_sessions(
-        scene.sessions, scene.loops, MergeConfig{}, [&](const Placement& placement) {
-          REQUIRE(placement.competing.size() == 1);
-          CHECK(
-              (placement.competing[0].T_match_session_query_session.translation - ahead.translation)
-                  .norm() < 1.0);
-          return PlacementEvidence{9, 0, aliasing, excluded};
-        });
+    return align(scene, {}, [&](const Placement& placement) {
+      REQUIRE(placement.competing.size() == 1);
+      CHECK(apart_m(placement.competing[0].T_match_session_query_session, shifted(100.0)) < 1.0);
+      return PlacementEvidence{9, 0, aliasing, excluded};
+    });
   };
-  const Alignment unasked = align_sessions(scene.sessions, scene.loops, MergeConfig{});
+  const Alignment unasked = align(scene);
   CHECK_FALSE(unasked.connected[1]);
   CHECK_THAT(unasked.reason[1], Catch::Matchers::Contains("ambiguous: "));
   const Alignment excluded = with(1, {});
@@ -126,38 +116,18 @@ TEST_CASE("Of two placements that loops bear out the data may exclude one", "[al
   CHECK_FALSE(with(1, "the surroundings repeat").connected[1]);
 }
 
-TEST_CASE("Data are asked once about each pair that connects sessions, and about no other",
+TEST_CASE("Data are asked once about pairs that connect sessions, a later session's last",
           "[alignment]") {
-  Scene scene;
-  scene.sessions = {{straight(60), 1.0}, {straight(60), 0.5}, {straight(60), 0.4}};
-  for (std::size_t k = 0; k < 60; k += 2) {
-    scene.loops.push_back(exact_loop({1, k}, {0, k}, Pose{}));
-    scene.loops.push_back(exact_loop({2, k}, {1, k}, Pose{}));
-    if (k % 4 == 0) scene.loops.push_back(exact_loop({2, k}, {0, k}, Pose{}));
-  }
-  int asked = 0;
-  const Alignment alignment =
-      align_sessions(scene.sessions, scene.loops, MergeConfig{}, [&](const Placement&) {
-        ++asked;
-        return PlacementEvidence{5, 0, {}};
-      });
-  CHECK(asked == 2);
-  for (std::size_t s = 0; s < 3; ++s) CHECK(alignment.connected[s]);
-}
-
-TEST_CASE("A session that is added later takes no place of pairs that have plenty of loops",
-          "[alignment]") {
-  Scene scene;
-  scene.sessions = {{straight(60), 1.0}, {straight(60), 0.5}, {straight(60), 0.4}};
-  for (std::size_t k = 0; k < 60; k += 2) {
-    if (k % 4 == 0) scene.loops.push_back(exact_loop({1, k}, {0, k}, Pose{}));
-    scene.loops.push_back(exact_loop({2, k}, {0, k}, Pose{}));
-    scene.loops.push_back(exact_loop({2, k}, {1, k}, Pose{}));
-  }
+  // The last session has most loops, and loops with both others.
+  Scene scene = beside_each_other({60, 60, 60});
+  connect_side_by_side(scene.loops, 1, 0, 60, 4);
+  connect_side_by_side(scene.loops, 2, 0, 60);
+  connect_side_by_side(scene.loops, 2, 1, 60);
   std::vector<std::size_t> asked_of_query;
-  align_sessions(scene.sessions, scene.loops, MergeConfig{}, [&](const Placement& placement) {
+  const Alignment alignment = align(scene, {}, [&](const Placement& placement) {
     asked_of_query.push_back(placement.loops.front().query.session);
     return PlacementEvidence{5, 0, {}};
   });
   CHECK((asked_of_query == std::vector<std::size_t>{1, 2}));
+  CHECK(alignment.connected == std::vector<bool>(3, true));
 }

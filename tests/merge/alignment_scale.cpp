@@ -1,6 +1,5 @@
 // Processor time and error of the alignment of many sessions that drive through one city
 #include <CLI/CLI.hpp>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -10,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/merge/alignment_scene.hpp"
+#include "tests/merge/ambiguous_scene.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
@@ -97,7 +96,7 @@ void add_loops(Scene& scene, const Options& options, Random& random) {
     const std::size_t count = std::min(kLoopsPerPair, pairs.size());
     Pose shift;  // in the frame of the truth, one for all loops of the pair
     if (options.shifted_share > 0.0 && random.uniform() < options.shifted_share) {
-      shift = yaw_pose(0.0, random.normal3(1.0).normalized() * kShiftM);
+      shift.translation = random.normal3(1.0).normalized() * kShiftM;
     }
     for (std::size_t i = 0; i < count; ++i) {
       const auto& [query, match] = pairs[i * pairs.size() / count];
@@ -109,40 +108,32 @@ void add_loops(Scene& scene, const Options& options, Random& random) {
   const auto wrong =
       static_cast<std::size_t>(options.wrong_share * static_cast<double>(scene.loops.size()));
   for (std::size_t i = 0; i < wrong; ++i) {
-    const std::size_t match = random.below(static_cast<std::uint32_t>(options.sessions));
-    const std::size_t query = random.below(static_cast<std::uint32_t>(options.sessions));
+    const std::size_t match = random.below(options.sessions);
+    const std::size_t query = random.below(options.sessions);
     if (match >= query) continue;
-    const auto any = [&] {
-      return static_cast<std::size_t>(random.below(static_cast<std::uint32_t>(options.keyframes)));
-    };
-    loop(scene, {query, any()}, {match, any()},
+    loop(scene, {query, random.below(options.keyframes)}, {match, random.below(options.keyframes)},
          yaw_pose(random.uniform(-3.1, 3.1), random.normal3(2.0)), random);
   }
 }
 
-/// Root mean square of the positions of all connected keyframes, after one rigid alignment, m.
+/// Of all connected keyframes after one rigid alignment, metres.
 double ate_m(const Scene& scene, const Alignment& alignment) {
-  std::vector<Eigen::Vector3d> truth;
-  std::vector<Eigen::Vector3d> estimate;
+  std::vector<Pose> truth;
+  std::vector<Pose> estimate;
   for (std::size_t s = 0; s < scene.truth.size(); ++s) {
-    for (std::size_t k = 0; alignment.connected[s] && k < scene.truth[s].size(); ++k) {
-      truth.push_back(scene.truth[s][k].translation);
-      estimate.push_back(alignment.T_map_keyframe({s, k}).translation);
+    if (!alignment.connected[s]) continue;
+    truth.insert(truth.end(), scene.truth[s].begin(), scene.truth[s].end());
+    for (std::size_t k = 0; k < scene.truth[s].size(); ++k) {
+      estimate.push_back(alignment.T_map_keyframe({s, k}));
     }
   }
-  const auto count = static_cast<Eigen::Index>(truth.size());
-  const Eigen::Map<const Eigen::Matrix3Xd> to(truth.front().data(), 3, count);
-  const Eigen::Map<const Eigen::Matrix3Xd> from(estimate.front().data(), 3, count);
-  const Eigen::Matrix4d T = Eigen::umeyama(from, to, false);
-  const Eigen::Matrix3Xd moved =
-      (T.topLeftCorner<3, 3>() * from).colwise() + T.topRightCorner<3, 1>().eval();
-  return std::sqrt((moved - to).squaredNorm() / static_cast<double>(count));
+  return trajectory_error_m(truth, estimate);
 }
 
 bool is_true(const Scene& scene, const LoopConstraint& l) {
   const Pose T = scene.truth[l.match.session][l.match.keyframe].inverse() *
                  scene.truth[l.query.session][l.query.keyframe];
-  return (T.translation - l.T_match_query.translation).norm() < 3.0;
+  return apart_m(T, l.T_match_query) < 3.0;
 }
 
 void measure(const Options& options) {
@@ -158,7 +149,7 @@ void measure(const Options& options) {
   config.odometry.translation_m_per_sqrt_m *= options.assumed_drift;
   config.odometry.rotation_rad_per_sqrt_m *= options.assumed_drift;
   const std::clock_t start = std::clock();
-  const Alignment alignment = align_sessions(scene.sessions, scene.loops, config);
+  const Alignment alignment = align(scene, config);
   const double processor_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   std::size_t right = 0;
   std::size_t accepted_right = 0;

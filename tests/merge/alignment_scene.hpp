@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
 #include "unimapper/merge/alignment.hpp"
 #include "unimapper/merge/pose_graph.hpp"
@@ -15,10 +16,6 @@ namespace unimapper::merge::testing {
 inline constexpr double kStepM = 5.0;
 inline constexpr double kLoopSigmaM = 0.3;
 inline constexpr double kLoopSigmaRad = 0.019;
-
-inline Pose yaw_pose(double yaw, const Eigen::Vector3d& t) {
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ())), t};
-}
 
 /// A drive of `count` keyframes through town, 5 m apart, gentle bends and a turn now and then.
 inline std::vector<Pose> drive(Random& random, std::size_t count, Pose pose) {
@@ -70,9 +67,9 @@ inline Scene two_maps(Random& random) {
   return scene;
 }
 
-inline LoopConstraint loop(Scene& scene, KeyframeId query, KeyframeId match,
-                           const Pose& T_match_query, Random& random) {
-  LoopConstraint l;
+inline void loop(Scene& scene, KeyframeId query, KeyframeId match, const Pose& T_match_query,
+                 Random& random) {
+  LoopConstraint& l = scene.loops.emplace_back();
   l.query = query;
   l.match = match;
   const double sigma_m = scene.loop_sigma_m;
@@ -82,26 +79,25 @@ inline LoopConstraint loop(Scene& scene, KeyframeId query, KeyframeId match,
   l.information.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / (sigma_m * sigma_m));
   l.information.bottomRightCorner<3, 3>().diagonal().setConstant(1.0 / (sigma_rad * sigma_rad));
   l.overlap = 0.5;
-  scene.loops.push_back(l);
-  return l;
 }
 
 inline std::size_t nearest(const std::vector<Pose>& path, const Pose& pose) {
   std::size_t best = 0;
   for (std::size_t i = 1; i < path.size(); ++i) {
-    if ((path[i].translation - pose.translation).norm() <
-        (path[best].translation - pose.translation).norm()) {
-      best = i;
-    }
+    if (apart_m(path[i], pose) < apart_m(path[best], pose)) best = i;
   }
   return best;
 }
 
-inline void add_true_loops(Scene& scene, std::size_t count, Random& random) {
+/// The query seems to be `shift` beside where it is, in the frame of the match.
+inline void add_true_loops(Scene& scene, std::size_t count, Random& random,
+                           const Eigen::Vector3d& shift = Eigen::Vector3d::Zero()) {
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t q = i * 80 / count + random.below(80 / count);
     const std::size_t m = nearest(scene.truth[0], scene.truth[1][q]);
-    loop(scene, {1, q}, {0, m}, scene.truth[0][m].inverse() * scene.truth[1][q], random);
+    Pose T_match_query = scene.truth[0][m].inverse() * scene.truth[1][q];
+    T_match_query.translation += shift;
+    loop(scene, {1, q}, {0, m}, T_match_query, random);
   }
 }
 
@@ -170,17 +166,43 @@ inline std::size_t worst_loop(const Alignment& alignment, const Scene& scene) {
   return worst;
 }
 
+/// Every loop pulls as hard as it can, and maps may bend as they like.
+inline MergeConfig pulling_config() {
+  MergeConfig config;
+  config.acceptance.consistency_chi2 = 1e9;
+  config.graph.cauchy_scale = 1e6;
+  config.graph.deformation_floor_m = 1000.0;
+  return config;
+}
+
+inline Alignment align(const Scene& scene, const MergeConfig& config = {},
+                       const PlacementCheck& check = {}) {
+  return align_sessions(scene.sessions, scene.loops, config, check);
+}
+
+inline double apart_m(const Alignment& alignment, KeyframeId a, KeyframeId b) {
+  return apart_m(alignment.T_map_keyframe(a), alignment.T_map_keyframe(b));
+}
+
 /// Poses straight ahead, `kStepM` apart.
 inline std::vector<Pose> straight(std::size_t count) {
-  std::vector<Pose> poses(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    poses[i].translation.x() = kStepM * static_cast<double>(i);
-  }
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < count; ++i) poses.push_back(shifted(kStepM * static_cast<double>(i)));
   return poses;
 }
 
+/// Sessions of so many keyframes along one street; the first is the most central.
+inline Scene beside_each_other(const std::vector<std::size_t>& keyframes) {
+  Scene scene;
+  for (const std::size_t count : keyframes) {
+    const double score = 1.0 / static_cast<double>(1 + scene.sessions.size());
+    scene.sessions.push_back({straight(count), score});
+  }
+  return scene;
+}
+
 /// A measurement without noise, weighed as if it had a standard deviation of `sigma`.
-inline LoopConstraint exact_loop(KeyframeId query, KeyframeId match, const Pose& T_match_query,
+inline LoopConstraint exact_loop(KeyframeId query, KeyframeId match, const Pose& T_match_query = {},
                                  double sigma = kLoopSigmaM) {
   LoopConstraint l;
   l.query = query;
@@ -191,12 +213,26 @@ inline LoopConstraint exact_loop(KeyframeId query, KeyframeId match, const Pose&
   return l;
 }
 
-/// Inter-session loops of two sessions that drive the same way, one at every other keyframe.
+/// Inter-session loops of two sessions that drive the same way, one every `step` keyframes.
 inline void connect_side_by_side(std::vector<LoopConstraint>& loops, std::size_t query,
-                                 std::size_t match, std::size_t keyframes) {
-  for (std::size_t k = 0; k < keyframes; k += 2) {
-    loops.push_back(exact_loop({query, k}, {match, k}, Pose{}));
+                                 std::size_t match, std::size_t keyframes, std::size_t step = 2) {
+  for (std::size_t k = 0; k < keyframes; k += step) {
+    loops.push_back(exact_loop({query, k}, {match, k}));
   }
+}
+
+/// Ten loops along the first session, each over two steps, and the odometry of a session that is
+/// ten metres longer at each of the first `longer` of them.
+inline std::vector<Pose> contradict_ten_loops(Scene& scene, std::size_t longer) {
+  for (std::size_t j = 0; j < 10; ++j) {
+    scene.loops.push_back(exact_loop({0, 4 * j + 2}, {0, 4 * j}, shifted(2.0 * kStepM)));
+  }
+  std::vector<Pose> poses = straight(41);
+  for (std::size_t k = 1; k < poses.size(); ++k) {
+    const bool stretched = (k - 1) / 4 < longer && (k - 1) % 4 < 2;
+    poses[k].translation.x() = poses[k - 1].translation.x() + (stretched ? 2.0 : 1.0) * kStepM;
+  }
+  return poses;
 }
 
 }  // namespace unimapper::merge::testing

@@ -10,24 +10,11 @@
 
 namespace unimapper::merge::testing {
 
-/// Like `add_true_loops`, but the query seems to be `shift` beside where it is, in the frame of
-/// the match: a floor above that looks like this one.
-inline void add_shifted_loops(Scene& scene, std::size_t count, const Eigen::Vector3d& shift,
-                              Random& random) {
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t q = i * 80 / count + random.below(80 / count);
-    const std::size_t m = nearest(scene.truth[0], scene.truth[1][q]);
-    Pose T_match_query = scene.truth[0][m].inverse() * scene.truth[1][q];
-    T_match_query.translation += shift;
-    loop(scene, {1, q}, {0, m}, T_match_query, random);
-  }
-}
-
 /// Two drives through a straight tunnel of 36 keyframes (175 m), the second 1.5 m beside the first.
 inline Scene tunnel(Random& random) {
   Scene scene;
   std::vector<Pose> query = straight(36);
-  for (Pose& pose : query) pose = pose * yaw_pose(0.0, {0.0, 1.5, 0.0});
+  for (Pose& pose : query) pose = pose * shifted(0.0, 1.5);
   scene.truth = {straight(36), query};
   scene.sessions = {{odometry(random, scene.truth[0]), 1.0},
                     {odometry(random, scene.truth[1]), 0.5}};

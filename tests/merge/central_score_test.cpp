@@ -4,10 +4,12 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
+#include "tests/merge/poses.hpp"
 #include "unimapper/core/image_code.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
+using namespace unimapper::merge::testing;
 
 namespace {
 
@@ -39,9 +41,7 @@ TEST_CASE("A session's coverage is the ground plan of its structure, each square
   std::vector<SessionData> sessions{session_of(2), session_of(3)};
   for (const double x : {2.0, 13.0, 22.0, 31.0}) see(sessions[0].keyframes[0], x, 2.0, 2.0);
   // Seen again by another keyframe that is elsewhere and turned, and at another height.
-  sessions[0].keyframes[1].T_odometry_keyframe =
-      Pose(Eigen::Quaterniond(Eigen::AngleAxisd(1.5707963267948966, Eigen::Vector3d::UnitZ())),
-           Eigen::Vector3d(20.0, 10.0, 0.0));
+  sessions[0].keyframes[1].T_odometry_keyframe = yaw_pose(1.5707963267948966, {20.0, 10.0, 0.0});
   for (const double x : {2.0, 13.0, 22.0, 31.0}) see(sessions[0].keyframes[1], x, 2.0, 8.0);
   for (std::size_t k = 0; k < 3; ++k) {
     see(sessions[1].keyframes[k], 10.0 * static_cast<double>(k) + 2.0, -8.0, 2.0);

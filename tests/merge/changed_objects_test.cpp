@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <utility>
 
 using namespace unimapper;
 using namespace unimapper::merge;
@@ -52,16 +51,19 @@ ChangedObject object_at(ChangeKind kind, std::uint32_t session, std::uint32_t fr
   return object;
 }
 
+std::size_t objects_in(const std::vector<ComparedVoxel>& voxels, const MapConfig& config = {}) {
+  return group_changes(voxels, config).size();
+}
+
 }  // namespace
 
 TEST_CASE("Voxels that changed near each other are one object", "[changes]") {
-  const MapConfig config;
-  for (const auto& [gap_m, objects] : {std::pair(0.2F, 1U), std::pair(0.7F, 2U)}) {
-    INFO("a gap of " << gap_m << " m");
+  const auto with_gap = [](float gap_m) {
     const float next = 20.0F * kVoxel_m - kVoxel_m + gap_m;
-    const auto found = group_changes(together(car({0, 0, 0}), car({next, 0, 0})), config);
-    CHECK(found.size() == objects);
-  }
+    return objects_in(together(car({0, 0, 0}), car({next, 0, 0})));
+  };
+  CHECK(with_gap(0.2F) == 1);
+  CHECK(with_gap(0.7F) == 2);
 }
 
 TEST_CASE("An object has its box, its share of changed voxels and the session that saw it free",
@@ -93,12 +95,17 @@ TEST_CASE("An object takes the unknown voxels beside it and leaves those that di
   CHECK(found[0].object.box.size.z() == Approx(1.6).margin(1e-4));
 }
 
-TEST_CASE("What changed in too few voxels is no object", "[changes]") {
+TEST_CASE("What changed in too few voxels, or is flat, is no object", "[changes]") {
   MapConfig config;
+  const auto small = block({0, 0, 0}, {2, 2, 3}, Presence::kFree);
   config.min_cluster = 12;
-  CHECK(group_changes(block({0, 0, 0}, {2, 2, 3}, Presence::kFree), config).size() == 1);
+  CHECK(objects_in(small, config) == 1);
   config.min_cluster = 13;
-  CHECK(group_changes(block({0, 0, 0}, {2, 2, 3}, Presence::kFree), config).empty());
+  CHECK(objects_in(small, config) == 0);
+  config = {};
+  config.min_object_height_m = 0.3F;
+  CHECK(objects_in(block({0, 0, 0}, {10, 10, 2}, Presence::kFree), config) == 0);
+  CHECK(objects_in(block({0, 0, 0}, {10, 10, 3}, Presence::kFree), config) == 1);
 }
 
 TEST_CASE("Voxels of small groups are forgotten, those of others are not", "[changes]") {
@@ -119,29 +126,19 @@ TEST_CASE("What is mostly unchanged is no object", "[changes]") {
     for (std::size_t i = 0; i < voxels.size(); ++i) {
       if (i % 10 < unchanged) voxels[i].presence = Presence::kOccupied;
     }
-    return group_changes(voxels, {}).size();
+    return objects_in(voxels);
   };
   CHECK(mixed(5) == 1);
   CHECK(mixed(6) == 0);
 }
 
-TEST_CASE("What is flat is no object", "[changes]") {
-  MapConfig config;
-  config.min_object_height_m = 0.3F;
-  CHECK(group_changes(block({0, 0, 0}, {10, 10, 2}, Presence::kFree), config).empty());
-  CHECK(group_changes(block({0, 0, 0}, {10, 10, 3}, Presence::kFree), config).size() == 1);
-}
-
-TEST_CASE("What its own session saw through moved: no object", "[changes]") {
-  const MapConfig config;
+TEST_CASE("What its own session saw through, or never observed from within range, is no object",
+          "[changes]") {
   REQUIRE(MapConfig::kObjectSeenThrough == 0.22F);
-  CHECK(group_changes(car({0, 0, 0}, Presence::kFree, {2, 8}), config).size() == 1);
-  CHECK(group_changes(car({0, 0, 0}, Presence::kFree, {3, 7}), config).empty());
-}
-
-TEST_CASE("What its own session never observed from within range is no object", "[changes]") {
-  CHECK(group_changes(car({0, 0, 0}, Presence::kFree, {0, 1}), {}).size() == 1);
-  CHECK(group_changes(car({0, 0, 0}, Presence::kFree, {0, 0}), {}).empty());
+  CHECK(objects_in(car({0, 0, 0}, Presence::kFree, {2, 8})) == 1);
+  CHECK(objects_in(car({0, 0, 0}, Presence::kFree, {3, 7})) == 0);
+  CHECK(objects_in(car({0, 0, 0}, Presence::kFree, {0, 1})) == 1);
+  CHECK(objects_in(car({0, 0, 0}, Presence::kFree, {0, 0})) == 0);
 }
 
 TEST_CASE("The box around points is turned as they are", "[changes]") {
@@ -163,10 +160,9 @@ TEST_CASE("The box around points is turned as they are", "[changes]") {
     CHECK(std::max(box.size.x(), box.size.y()) == Approx(4.5).margin(0.1));
     CHECK(std::min(box.size.x(), box.size.y()) == Approx(1.8).margin(0.15));
     CHECK(box.size.z() == Approx(1.5).margin(1e-3));
-    const bool holds_all = std::all_of(points.begin(), points.end(), [&](const auto& point) {
-      return box.contains(point.template cast<double>(), 1e-3);
-    });
-    CHECK(holds_all);
+    CHECK(std::all_of(points.begin(), points.end(), [&](const Eigen::Vector3f& point) {
+      return box.contains(point.cast<double>(), 1e-3);
+    }));
   }
   CHECK(box_around({}).size.norm() == 0.0);
 }

@@ -1,22 +1,23 @@
 // Contents of a merged map's files: trajectories, loops, points, summary
 #include "unimapper/merge/export.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
-#include <cstring>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "src/merge/export_files.hpp"
+#include "tests/merge/exported_files.hpp"
+#include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
 #include "tests/temporary_directory.hpp"
 #include "unimapper/merge/loops_csv.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
-using unimapper::merge::testing::Random;
+using namespace unimapper::merge::testing;
 
 namespace {
 
@@ -44,16 +45,21 @@ double difference(const Pose& a, const Pose& b) {
   return (a.translation - b.translation).norm() + (a.rotation - b.rotation).norm();
 }
 
-std::string read(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+nlohmann::json read_json(const std::filesystem::path& path) {
+  return nlohmann::json::parse(read(path));
 }
 
-template <typename T>
-T number_at(const std::string& bytes, std::size_t at) {
-  T value;
-  std::memcpy(&value, bytes.data() + at, sizeof value);
-  return value;
+/// Of a PLY file, without its header.
+std::string body(const std::filesystem::path& path) {
+  const std::string ply = read(path);
+  return ply.substr(ply.find("end_header\n") + 11);
+}
+
+template <typename... Numbers>
+std::string bytes(const Numbers&... numbers) {
+  std::string all;
+  (all.append(reinterpret_cast<const char*>(&numbers), sizeof numbers), ...);
+  return all;
 }
 
 }  // namespace
@@ -76,6 +82,64 @@ TEST_CASE("Where the graph only moved odometry as a whole the trajectory is odom
   }
 }
 
+TEST_CASE("A trajectory has no steps where one keyframe ends and the next begins", "[export]") {
+  // Straight ahead, 4 m from keyframe to keyframe, three scans each. The pose graph stretches
+  // every keyframe's step by 60 cm: nine scans must share what three keyframes gained.
+  SessionData session;
+  MergedSession stretched;
+  stretched.status = SessionStatus::kMerged;
+  for (int k = 0; k < 8; ++k) {
+    KeyframeRecord& keyframe = session.keyframes.emplace_back();
+    keyframe.sequence = static_cast<std::uint32_t>(k);
+    keyframe.T_odometry_keyframe = shifted(4.0 * k);
+    keyframe.reference_scan = 1;
+    for (int i = 0; i < 3; ++i) {
+      keyframe.scans.push_back({static_cast<std::uint32_t>(3 * k + i), 100000000LL * (3 * k + i),
+                                shifted(4.0 * k + 4.0 / 3.0 * (i - 1))});
+    }
+    stretched.T_map_keyframe.push_back(shifted(4.6 * k));
+  }
+  const auto trajectory = session_trajectory(session, stretched);
+  REQUIRE(trajectory.size() == 24);
+  for (std::size_t i = 1; i + 2 < trajectory.size(); ++i) {
+    INFO("scan " << i);
+    const Pose& here = trajectory[i].T_map_sensor;
+    CHECK(trajectory[i + 1].T_map_sensor.translation.x() - here.translation.x() ==
+          Approx(4.6 / 3.0).margin(1e-9));
+  }
+}
+
+TEST_CASE("A trajectory has one pose per scan, in a folder of its own if it is unconnected",
+          "[export]") {
+  Random random(6);
+  const std::vector<SessionData> sessions{random_session(random, "alpha", 3),
+                                          random_session(random, "beta", 2)};
+  MergeResult result;
+  for (const SessionData& session : sessions) {
+    result.sessions.emplace_back().T_map_keyframe.resize(session.keyframes.size());
+  }
+  result.sessions[0].status = SessionStatus::kCentral;
+  result.sessions[1].status = SessionStatus::kUnconnected;
+  const TemporaryDirectory scratch;
+  export_map(scratch / "new/map", sessions, result);
+  const std::string tum = read(scratch / "new/map/trajectories/alpha.tum");
+  CHECK(std::count(tum.begin(), tum.end(), '\n') == 9);
+  CHECK(tum.rfind("1.000000000 ", 0) == 0);
+  CHECK(tum.find("\n1.100000000 ") != std::string::npos);
+  CHECK(std::filesystem::exists(scratch / "new/map/unconnected/beta.tum"));
+  CHECK_FALSE(std::filesystem::exists(scratch / "new/map/trajectories/beta.tum"));
+}
+
+TEST_CASE("What cannot be exported is an error in words", "[export]") {
+  const TemporaryDirectory scratch;
+  MergeResult result;
+  // The file has 16 bits for the session.
+  result.map.push_back({Eigen::Vector3f::Zero(), 65536, 1});
+  CHECK_THROWS_WITH(export_map(scratch / "many", {}, result), Catch::Contains("65536 sessions"));
+  const std::filesystem::path file = scratch.write("file", "in the way");
+  CHECK_THROWS_WITH(export_map(file / "map", {}, MergeResult()), Catch::Contains("file"));
+}
+
 TEST_CASE("Loops are written between sensor frames, by name, sequence and scan", "[export]") {
   Random random(4);
   const std::vector<SessionData> sessions{random_session(random, "alpha", 3),
@@ -93,24 +157,20 @@ TEST_CASE("Loops are written between sensor frames, by name, sequence and scan",
   REQUIRE(read_back.size() == 1);
   const LoopRecord& record = read_back[0];
   CHECK(record.query_session == "beta");
-  CHECK(record.query_keyframe == 11);
-  CHECK(record.query_scan == 110);
   CHECK(record.match_session == "alpha");
-  CHECK(record.match_keyframe == 9);
-  CHECK(record.match_scan == 107);
+  CHECK((std::pair(record.query_keyframe, record.query_scan) == std::pair(11U, 110U)));
+  CHECK((std::pair(record.match_keyframe, record.match_scan) == std::pair(9U, 107U)));
   CHECK(record.confidence == 0.75);
   CHECK(record.accepted);
   CHECK(record.reason == "radius");
   const KeyframeRecord& query = sessions[1].keyframes[3];
   const KeyframeRecord& match = sessions[0].keyframes[2];
-  // The same point, seen by either sensor.
-  const Eigen::Vector3d at_query(1.0, 2.0, 3.0);
-  const Eigen::Vector3d in_query =
-      query.T_odometry_keyframe.inverse() * (query.scans[1].T_odometry_sensor * at_query);
-  const Eigen::Vector3d in_match = loop.T_match_query * in_query;
-  const Eigen::Vector3d at_match =
-      match.scans[1].T_odometry_sensor.inverse() * (match.T_odometry_keyframe * in_match);
-  CHECK((record.T_match_query * at_query - at_match).norm() < 1e-9);
+  const auto T_keyframe_sensor = [](const KeyframeRecord& keyframe) {
+    return keyframe.T_odometry_keyframe.inverse() * keyframe.scans[1].T_odometry_sensor;
+  };
+  const Pose expected =
+      T_keyframe_sensor(match).inverse() * loop.T_match_query * T_keyframe_sensor(query);
+  CHECK(difference(record.T_match_query, expected) < 1e-9);
 }
 
 TEST_CASE("The summary counts loops, shared points, changes and the sessions' points", "[export]") {
@@ -148,7 +208,7 @@ TEST_CASE("The summary counts loops, shared points, changes and the sessions' po
   }
   const TemporaryDirectory scratch;
   write_summary(scratch / "summary.json", sessions, result);
-  const auto json = nlohmann::json::parse(read(scratch / "summary.json"));
+  const auto json = read_json(scratch / "summary.json");
   CHECK(json["loops"] ==
         nlohmann::json(
             {{"intra", 3}, {"inter", 2}, {"rejected", 1}, {"by_descriptor", 3}, {"by_radius", 2}}));
@@ -180,31 +240,18 @@ TEST_CASE("Points are written with their session, and changes with their directi
   const TemporaryDirectory scratch;
   write_map_points(scratch / "map.ply", result.map);
   write_changed_points(scratch / "changes.ply", result.changes);
-  const auto body = [&](const char* file) {
-    const std::string ply = read(scratch / file);
-    return ply.substr(ply.find("end_header\n") + 11);
-  };
-  const std::string map = body("map.ply");
+  const std::string map = body(scratch / "map.ply");
   REQUIRE(map.size() == 2 * 19);
-  CHECK(number_at<float>(map, 0) == 1.5F);
-  CHECK(number_at<float>(map, 4) == -2.0F);
-  CHECK(number_at<float>(map, 8) == 3.0F);
-  CHECK(number_at<std::uint16_t>(map, 15) == 7);
-  CHECK(number_at<std::uint16_t>(map, 17) == 2);
-  CHECK(number_at<float>(map, 19) == 4.0F);
-  CHECK(number_at<std::uint16_t>(map, 34) == 300);
-  CHECK(number_at<std::uint16_t>(map, 36) == 1);
-  const std::string changes = body("changes.ply");
-  REQUIRE(changes.size() == 2 * 22);
-  CHECK(changes.substr(12, 3) == std::string("\x00\xC8\x00", 3));  // green: appeared
-  CHECK(number_at<std::uint16_t>(changes, 15) == 4);
-  CHECK(changes[17] == 1);
-  CHECK(number_at<std::uint32_t>(changes, 18) == 0);
-  CHECK(number_at<float>(changes, 30) == 9.5F);
-  CHECK(changes.substr(34, 3) == std::string("\xDC\x00\x00", 3));  // red: gone
-  CHECK(number_at<std::uint16_t>(changes, 37) == 513);
-  CHECK(changes[39] == 0);
-  CHECK(number_at<std::uint32_t>(changes, 40) == 70000);
+  const auto u16 = [](int number) { return static_cast<std::uint16_t>(number); };
+  CHECK(map.substr(0, 12) == bytes(1.5F, -2.0F, 3.0F));
+  CHECK(map.substr(15, 4) == bytes(u16(7), u16(2)));
+  CHECK(map.substr(19, 12) == bytes(4.0F, 5.0F, 6.0F));
+  CHECK(map.substr(34, 4) == bytes(u16(300), u16(1)));
+  const std::string green("\x00\xC8\x00", 3);
+  const std::string red("\xDC\x00\x00", 3);
+  CHECK(body(scratch / "changes.ply") ==
+        bytes(1.0F, 2.0F, 3.0F) + green + bytes(u16(4), std::uint8_t{1}, std::uint32_t{0}) +
+            bytes(7.0F, 8.0F, 9.5F) + red + bytes(u16(513), std::uint8_t{0}, std::uint32_t{70000}));
 }
 
 TEST_CASE("Changed objects are written with kind, sessions and box", "[export]") {
@@ -230,7 +277,7 @@ TEST_CASE("Changed objects are written with kind, sessions and box", "[export]")
   const TemporaryDirectory scratch;
   const auto written = [&](const ExportOptions& options) {
     write_changed_objects(scratch / "changes.json", sessions, result, options);
-    return nlohmann::json::parse(read(scratch / "changes.json")).at("objects");
+    return read_json(scratch / "changes.json").at("objects");
   };
   const nlohmann::json all = written({});
   REQUIRE(all.size() == 2);

@@ -28,16 +28,20 @@ class Count final : public LoopOutcomes {
   void keep(const PlacementQuestion&, const PlacementEvidence&) override { ++placements; }
 };
 
-/// Monday's drive and friday's, of which so many keyframes have arrived.
+/// Monday's drive and friday's.
+const Drive& drive_of(std::size_t session) { return session == 0 ? map_of_town().drive : friday(); }
+
+/// Both, of which so many keyframes have arrived.
 struct Growing {
   std::vector<SessionData> sessions;
   GrowingMerge merge;
+  Count count;
 
   explicit Growing(unsigned threads = 2) : merge(sessions, config_of(threads)) {
-    for (const Drive* drive : {&map_of_town().drive, &friday()}) {
-      SessionData& session = sessions.emplace_back(drive->session);
-      session.keyframes.clear();
-      session.complete = false;
+    for (const std::size_t session : {0U, 1U}) {
+      sessions.push_back(drive_of(session).session);
+      sessions.back().keyframes.clear();
+      sessions.back().complete = false;
     }
   }
   static MergeConfig config_of(unsigned threads) {
@@ -46,33 +50,27 @@ struct Growing {
     return config;
   }
   void arrive(std::size_t session, std::size_t until) {
-    const Drive& drive = session == 0 ? map_of_town().drive : friday();
-    const auto& all = drive.session.keyframes;
+    const auto& all = drive_of(session).session.keyframes;
     auto& keyframes = sessions[session].keyframes;
     for (std::size_t k = keyframes.size(); k < std::min(until, all.size()); ++k) {
       keyframes.push_back(all[k]);
     }
     sessions[session].complete = keyframes.size() == all.size();
   }
-  MergeResult merge_newest(Count& count) { return merge.merge_newest({}, &count); }
+  MergeResult merge_newest() { return merge.merge_newest({}, &count); }
 };
 
-std::vector<Pose> poses_of(const MergeResult& result) {
-  std::vector<Pose> poses;
-  for (const MergedSession& session : result.sessions) {
-    poses.insert(poses.end(), session.T_map_keyframe.begin(), session.T_map_keyframe.end());
-  }
-  return poses;
-}
-
 bool are_same(const MergeResult& a, const MergeResult& b) {
-  const std::vector<Pose> of_a = poses_of(a);
-  const std::vector<Pose> of_b = poses_of(b);
+  const auto have_same_poses = [](const MergedSession& p, const MergedSession& q) {
+    return std::equal(p.T_map_keyframe.begin(), p.T_map_keyframe.end(), q.T_map_keyframe.begin(),
+                      q.T_map_keyframe.end(), [](const Pose& of_p, const Pose& of_q) {
+                        return of_p.rotation == of_q.rotation &&
+                               of_p.translation == of_q.translation;
+                      });
+  };
   return a.loops.size() == b.loops.size() &&
-         std::equal(of_a.begin(), of_a.end(), of_b.begin(), of_b.end(),
-                    [](const Pose& p, const Pose& q) {
-                      return p.rotation == q.rotation && p.translation == q.translation;
-                    });
+         std::equal(a.sessions.begin(), a.sessions.end(), b.sessions.begin(), b.sessions.end(),
+                    have_same_poses);
 }
 
 /// Of friday's newest keyframe in monday's frame, against the truth.
@@ -89,41 +87,39 @@ TEST_CASE("A merge of the newest keyframes verifies few loops, and what is left 
           "[growing][slow]") {
   Growing growing;
   MergeResult result;
-  Count count;
   growing.arrive(0, 1000);
   for (std::size_t until = 10; until <= friday().session.keyframes.size() + 9; until += 10) {
     growing.arrive(1, until);
-    count.reset();
-    result = growing.merge_newest(count);
-    CHECK(count.loops <= 16);
-    CHECK(count.placements <= 1);
+    growing.count.reset();
+    result = growing.merge_newest();
+    CHECK(growing.count.loops <= 16);
+    CHECK(growing.count.placements <= 1);
     REQUIRE(result.sessions[1].T_map_keyframe.size() == growing.sessions[1].keyframes.size());
   }
   int merges = 0;
   std::size_t loops = result.loops.size();
   while (growing.merge.has_more()) {
     REQUIRE(++merges < 200);
-    result = growing.merge_newest(count);
+    result = growing.merge_newest();
   }
   CHECK(result.loops.size() > loops);
   REQUIRE(is_in_map(result.sessions[1].status));
   CHECK(error_m(result) < 0.5);
   // Nothing is left, and nothing changes.
-  count.reset();
-  CHECK(are_same(growing.merge_newest(count), result));
-  CHECK(count.loops == 0);
-  CHECK(count.placements == 0);
+  growing.count.reset();
+  CHECK(are_same(growing.merge_newest(), result));
+  CHECK(growing.count.loops == 0);
+  CHECK(growing.count.placements == 0);
 }
 
 TEST_CASE("The same growth gives the same result, for any number of threads", "[growing][slow]") {
   MergeResult results[2];
   for (const unsigned threads : {1U, 3U}) {
     Growing growing(threads);
-    Count count;
     for (const std::size_t until : {20U, 40U, 60U}) {
       growing.arrive(0, until);
       growing.arrive(1, until / 2);
-      results[threads / 3] = growing.merge_newest(count);
+      results[threads / 3] = growing.merge_newest();
     }
   }
   CHECK_FALSE(results[0].loops.empty());
@@ -135,14 +131,13 @@ TEST_CASE("A merge of all loops is that of the sessions alone, and later ones kn
   Growing growing;
   growing.arrive(0, 60);
   growing.arrive(1, 25);
-  Count count;
-  const MergeResult all = growing.merge.merge_all({}, &count);
+  const MergeResult all = growing.merge.merge_all({}, &growing.count);
   CHECK(are_same(all, merge_poses(growing.sessions, Growing::config_of(1))));
   REQUIRE(is_in_map(all.sessions[1].status));
-  count.reset();
-  const MergeResult next = growing.merge_newest(count);
+  growing.count.reset();
+  const MergeResult next = growing.merge_newest();
   CHECK(is_in_map(next.sessions[1].status));
-  CHECK(count.placements == 0);
+  CHECK(growing.count.placements == 0);
 }
 
 TEST_CASE("A keyframe that is late takes its place among the others", "[growing][slow]") {
@@ -151,21 +146,19 @@ TEST_CASE("A keyframe that is late takes its place among the others", "[growing]
   growing.arrive(1, 30);
   KeyframeRecord late = growing.sessions[1].keyframes[20];
   growing.sessions[1].keyframes.erase(growing.sessions[1].keyframes.begin() + 20);
-  Count count;
-  for (int i = 0; i < 3; ++i) (void)growing.merge_newest(count);
+  for (int i = 0; i < 3; ++i) (void)growing.merge_newest();
   growing.sessions[1].keyframes.insert(growing.sessions[1].keyframes.begin() + 20, late);
-  MergeResult result = growing.merge_newest(count);
-  while (growing.merge.has_more()) result = growing.merge_newest(count);
+  MergeResult result = growing.merge_newest();
+  while (growing.merge.has_more()) result = growing.merge_newest();
   REQUIRE(result.sessions[1].T_map_keyframe.size() == 30);
   REQUIRE(is_in_map(result.sessions[1].status));
   CHECK(error_m(result) < 0.5);
   for (const LoopConstraint& loop : result.loops) {
     if (!loop.decision.accepted || loop.is_intra_session()) continue;
-    const Pose& T_map_query =
-        result.sessions[loop.query.session].T_map_keyframe[loop.query.keyframe];
-    const Pose& T_map_match =
-        result.sessions[loop.match.session].T_map_keyframe[loop.match.keyframe];
-    const Pose by_map = T_map_match.inverse() * T_map_query;
+    const auto in_map = [&](KeyframeId k) {
+      return result.sessions[k.session].T_map_keyframe[k.keyframe];
+    };
+    const Pose by_map = in_map(loop.match).inverse() * in_map(loop.query);
     CHECK((by_map.translation - loop.T_match_query.translation).norm() < 1.0);
   }
 }
@@ -181,15 +174,15 @@ TEST_CASE("Of sessions that grow only what has changed is looked at", "[growing]
   CHECK(growth.look(sessions).empty());
 
   keyframes.insert(keyframes.begin() + 2, third);
-  std::vector<SessionChange> changes = growth.look(sessions);
-  REQUIRE(changes.size() == 1);
-  CHECK(changes[0].first == 2);
-  CHECK(changes[0].fresh == std::vector<std::size_t>{2});
-  CHECK(changes[0].stale.empty());
-
+  const auto check_next = [&](const std::vector<std::size_t>& fresh,
+                              const std::vector<std::uint32_t>& stale) {
+    const std::vector<SessionChange> changes = growth.look(sessions);
+    REQUIRE(changes.size() == 1);
+    CHECK(changes[0].fresh == fresh);
+    CHECK(changes[0].stale == stale);
+    return changes[0].first;
+  };
+  CHECK(check_next({2}, {}) == 2);
   keyframes[4].T_odometry_keyframe.translation.x() += 1.0;
-  changes = growth.look(sessions);
-  REQUIRE(changes.size() == 1);
-  CHECK(changes[0].fresh == std::vector<std::size_t>{4});
-  CHECK(changes[0].stale == std::vector<std::uint32_t>{keyframes[4].sequence});
+  check_next({4}, {keyframes[4].sequence});
 }

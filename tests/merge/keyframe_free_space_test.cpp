@@ -105,26 +105,21 @@ TEST_CASE("Sent images are used from where their scans were taken, and cells are
   CHECK(log_odds(space, {10.5F, 0.0F, 0.0F}) == -2 * surface);
   CHECK(log_odds(space, {11.5F, 0.0F, 0.0F}) == -surface);
   CHECK(log_odds(space, {11.7F, 0.0F, 0.0F}) == 0);
-  Pose behind;
-  behind.translation.x() = -10.0;
+  const Pose behind(Eigen::Matrix3d::Identity(), {-10.0, 0.0, 0.0});
   CHECK(log_odds(space, {15.0F, 0.0F, 0.0F}, behind) == 2 * free);
 }
 
 TEST_CASE("More than two images of a keyframe weigh as much as two", "[free space]") {
-  const auto weight = [](std::uint32_t images) {
+  const auto at = [](float x, std::uint32_t images) {
     return log_odds(KeyframeFreeSpace(with_images(images), WithoutImages::kUnknown),
-                    {9.5F, 0.0F, 0.0F} /* free for all but the first */);
-  };
-  const auto at_two_metres = [](std::uint32_t images) {
-    return log_odds(KeyframeFreeSpace(with_images(images), WithoutImages::kUnknown),
-                    {8.0F, 0.0F, 0.0F});
+                    {x, 0.0F, 0.0F});
   };
   const std::int32_t free = EvidenceWeights{}.free;
-  CHECK(at_two_metres(1) == free);
-  CHECK(at_two_metres(2) == 2 * free);
-  CHECK(at_two_metres(4) == 2 * free);
-  CHECK(at_two_metres(5) == 2 * free);
-  CHECK(weight(4) < 2 * free);
+  CHECK(at(8.0F, 1) == free);
+  CHECK(at(8.0F, 2) == 2 * free);
+  CHECK(at(8.0F, 4) == 2 * free);
+  CHECK(at(8.0F, 5) == 2 * free);
+  CHECK(at(9.5F, 4) < 2 * free);  // free for all but the first
 }
 
 TEST_CASE("Damaged images, and those of scans that are not there, are left out", "[free space]") {

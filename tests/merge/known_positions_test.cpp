@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 
 #include "src/merge/site_origin.hpp"
-#include "tests/merge/alignment_scene.hpp"
 #include "tests/merge/ambiguous_scene.hpp"
 #include "unimapper/merge/known_position.hpp"
 
@@ -16,49 +15,51 @@ namespace {
 
 const Pose kSite = yaw_pose(1.0, {2000.0, -300.0, 45.0});
 
-Eigen::Vector3d in_site(const Scene& scene, KeyframeId k) {
-  return kSite * scene.truth[k.session][k.keyframe].translation;
-}
+/// A scene whose keyframes have positions.
+struct Site : Scene {
+  Random random;
 
-/// A position as satellites give it, `off` beside the truth.
-void add_position(Scene& scene, KeyframeId k, double sigma_m, Random& random,
-                  const Eigen::Vector3d& off = Eigen::Vector3d::Zero()) {
-  KnownPosition position;
-  position.keyframe = k;
-  position.position = in_site(scene, k) + off + random.normal3(sigma_m);
-  position.sigma_xy_m = position.sigma_z_m = sigma_m;
-  scene.sessions[k.session].positions.push_back(position);
-}
-
-void add_positions(Scene& scene, std::uint32_t session, std::size_t step, double sigma_m,
-                   Random& random) {
-  for (std::size_t k = 0; k < scene.truth[session].size(); k += step) {
-    add_position(scene, {session, k}, sigma_m, random);
+  explicit Site(std::uint64_t seed) : random(seed) {}
+  /// Two maps with true loops.
+  Site(std::uint64_t seed, std::size_t true_loops) : random(seed) {
+    static_cast<Scene&>(*this) = two_maps(random);
+    add_true_loops(*this, true_loops, random);
   }
-}
 
-void add_height(Scene& scene, KeyframeId k, double sigma_m) {
-  KnownPosition position;
-  position.keyframe = k;
-  position.position = {0.0, 0.0, in_site(scene, k).z()};
-  position.sigma_z_m = sigma_m;
-  scene.sessions[k.session].positions.push_back(position);
-}
-
-Alignment aligned(const Scene& scene, const PlacementCheck& check = {}) {
-  return align_sessions(scene.sessions, scene.loops, MergeConfig{}, check);
-}
-
-/// Largest distance of a keyframe of the session from where it is in the site.
-double site_error_m(const Scene& scene, const Alignment& alignment, std::uint32_t session) {
-  double error = 0.0;
-  for (std::size_t k = 0; k < scene.truth[session].size(); ++k) {
-    const Eigen::Vector3d found =
-        alignment.T_map_site->inverse() * alignment.T_map_keyframe({session, k}).translation;
-    error = std::max(error, (found - in_site(scene, {session, k})).norm());
+  [[nodiscard]] Eigen::Vector3d in_site(KeyframeId k) const {
+    return kSite * truth[k.session][k.keyframe].translation;
   }
-  return error;
-}
+  /// A position as satellites give it, `off` beside the truth.
+  void add_position(KeyframeId k, double sigma_m,
+                    const Eigen::Vector3d& off = Eigen::Vector3d::Zero()) {
+    KnownPosition& position = sessions[k.session].positions.emplace_back();
+    position.keyframe = k;
+    position.position = in_site(k) + off + random.normal3(sigma_m);
+    position.sigma_xy_m = position.sigma_z_m = sigma_m;
+  }
+  void add_positions(std::size_t session, std::size_t step, double sigma_m) {
+    for (std::size_t k = 0; k < truth[session].size(); k += step) {
+      add_position({session, k}, sigma_m);
+    }
+  }
+  void add_height(KeyframeId k, double sigma_m) {
+    KnownPosition& position = sessions[k.session].positions.emplace_back();
+    position.keyframe = k;
+    position.position = {0.0, 0.0, in_site(k).z()};
+    position.sigma_z_m = sigma_m;
+  }
+  /// Largest distance of a keyframe of the session from where it is in the site.
+  [[nodiscard]] double error_m(const Alignment& alignment, std::size_t session) const {
+    double error = 0.0;
+    for (std::size_t k = 0; k < truth[session].size(); ++k) {
+      error = std::max(error, (found(alignment, {session, k}) - in_site({session, k})).norm());
+    }
+    return error;
+  }
+  [[nodiscard]] static Eigen::Vector3d found(const Alignment& alignment, KeyframeId k) {
+    return alignment.T_map_site->inverse() * alignment.T_map_keyframe(k).translation;
+  }
+};
 
 std::size_t used(const Alignment& alignment) {
   return static_cast<std::size_t>(
@@ -67,14 +68,13 @@ std::size_t used(const Alignment& alignment) {
 }
 
 /// Two sessions on decks 3 m above each other, or on one; loops say that they are on one.
-Scene decks(double height_m, Random& random) {
-  Scene scene;
-  std::vector<Pose> second = straight(60);
-  for (Pose& pose : second) pose.translation.z() += height_m;
-  scene.truth = {straight(60), second};
-  scene.sessions = {{straight(60), 1.0}, {straight(60), 0.5}};
-  for (std::size_t k = 0; k < 60; k += 2) loop(scene, {1, k}, {0, k}, Pose{}, random);
-  return scene;
+Site decks(double height_m, std::uint64_t seed) {
+  Site site(seed);
+  static_cast<Scene&>(site) = beside_each_other({60, 60});
+  site.truth = {straight(60), straight(60)};
+  for (Pose& pose : site.truth[1]) pose.translation.z() += height_m;
+  for (std::size_t k = 0; k < 60; k += 2) loop(site, {1, k}, {0, k}, Pose{}, site.random);
+  return site;
 }
 
 /// The sensor data cannot tell storeys apart; what positions exclude is no alternative.
@@ -86,65 +86,55 @@ PlacementEvidence may_be_another_storey(const Placement& placement) {
 }  // namespace
 
 TEST_CASE("Positions place the map and straighten it", "[positions]") {
-  Random random(5);
-  Scene scene = two_maps(random);
-  add_true_loops(scene, 10, random);
-  add_positions(scene, 0, 10, 0.3, random);
-  add_positions(scene, 1, 10, 0.3, random);
-  const Alignment alignment = aligned(scene);
+  Site site(5, 10);
+  site.add_positions(0, 10, 0.3);
+  site.add_positions(1, 10, 0.3);
+  const Alignment alignment = align(site);
   REQUIRE(alignment.connected[1]);
   REQUIRE(alignment.T_map_site);
   CHECK(used(alignment) >= alignment.positions.size() - 1);
-  CHECK(site_error_m(scene, alignment, 0) < 1.0);
-  CHECK(site_error_m(scene, alignment, 1) < 1.0);
-  CHECK(trajectory_error_m(scene.truth[0], scene.sessions[0].T_odometry_keyframe) > 1.5);
+  CHECK(site.error_m(alignment, 0) < 1.0);
+  CHECK(site.error_m(alignment, 1) < 1.0);
+  CHECK(trajectory_error_m(site.truth[0], site.sessions[0].T_odometry_keyframe) > 1.5);
   CHECK(alignment.heading_information > 1e6);
   // Refinement starts from where the alignment ended, and keeps it.
-  const Alignment refined = refine_alignment(alignment, scene.sessions, scene.loops, MergeConfig{});
+  const Alignment refined = refine_alignment(alignment, site.sessions, site.loops, MergeConfig{});
   REQUIRE(refined.T_map_site);
   CHECK(used(refined) == used(alignment));
-  CHECK(site_error_m(scene, refined, 1) < 1.0);
+  CHECK(site.error_m(refined, 1) < 1.0);
 }
 
 TEST_CASE("Positions of one session place the other one, too", "[positions]") {
-  Random random(6);
-  Scene scene = two_maps(random);
-  add_true_loops(scene, 10, random);
-  add_positions(scene, 1, 10, 0.3, random);
-  const Alignment alignment = aligned(scene);
+  Site site(6, 10);
+  site.add_positions(1, 10, 0.3);
+  const Alignment alignment = align(site);
   REQUIRE(alignment.connected[1]);
   REQUIRE(alignment.T_map_site);
-  CHECK(site_error_m(scene, alignment, 1) < 1.0);
+  CHECK(site.error_m(alignment, 1) < 1.0);
 }
 
 TEST_CASE("A wrong position is rejected with the distance and deforms nothing", "[positions]") {
-  for (const double off_m : {5.0, 30.0, 3000.0}) {
-    Random random(7);
-    Scene scene = two_maps(random);
-    add_true_loops(scene, 10, random);
-    add_positions(scene, 0, 20, 0.3, random);
-    const Alignment without = aligned(scene);
-    add_position(scene, {0, 150}, 0.01, random, {0.0, off_m, 0.0});
-    const Alignment with = aligned(scene);
-    const auto wrong =
-        std::find_if(with.positions.begin(), with.positions.end(), [](const PositionOutcome& p) {
-          return p.given.keyframe == KeyframeId{0, 150};
-        });
-    REQUIRE(wrong != with.positions.end());
-    CHECK_FALSE(wrong->used);
-    CHECK_THAT(wrong->reason, Contains("m off the others"));
-    CHECK(used(with) == used(without));
-    CHECK(site_error_m(scene, with, 0) == Approx(site_error_m(scene, without, 0)).margin(0.01));
-  }
+  const double off_m = GENERATE(5.0, 30.0, 3000.0);
+  Site site(7, 10);
+  site.add_positions(0, 20, 0.3);
+  const Alignment without = align(site);
+  site.add_position({0, 150}, 0.01, {0.0, off_m, 0.0});
+  const Alignment with = align(site);
+  const auto wrong = std::find_if(with.positions.begin(), with.positions.end(), [](const auto& p) {
+    return p.given.keyframe == KeyframeId{0, 150};
+  });
+  REQUIRE(wrong != with.positions.end());
+  CHECK_FALSE(wrong->used);
+  CHECK_THAT(wrong->reason, Contains("m off the others"));
+  CHECK(used(with) == used(without));
+  CHECK(site.error_m(with, 0) == Approx(site.error_m(without, 0)).margin(0.01));
 }
 
 TEST_CASE("Positions of which no majority agrees are not used", "[positions]") {
-  Random random(8);
-  Scene scene = two_maps(random);
-  add_true_loops(scene, 10, random);
-  add_position(scene, {0, 100}, 0.1, random);
-  add_position(scene, {0, 110}, 0.1, random, {0.0, 0.0, 8.0});
-  const Alignment alignment = aligned(scene);
+  Site site(8, 10);
+  site.add_position({0, 100}, 0.1);
+  site.add_position({0, 110}, 0.1, {0.0, 0.0, 8.0});
+  const Alignment alignment = align(site);
   CHECK(alignment.connected[1]);
   CHECK_FALSE(alignment.T_map_site);
   for (const PositionOutcome& position : alignment.positions) {
@@ -154,13 +144,11 @@ TEST_CASE("Positions of which no majority agrees are not used", "[positions]") {
 
 TEST_CASE("Of two positions that contradict each other neither is used, others are",
           "[positions]") {
-  Random random(8);
-  Scene scene = two_maps(random);
-  add_true_loops(scene, 10, random);
-  add_position(scene, {0, 100}, 0.1, random);
-  add_position(scene, {0, 110}, 0.1, random, {0.0, 40.0, 0.0});
-  add_height(scene, {0, 105}, 0.1);
-  const Alignment alignment = aligned(scene);
+  Site site(8, 10);
+  site.add_position({0, 100}, 0.1);
+  site.add_position({0, 110}, 0.1, {0.0, 40.0, 0.0});
+  site.add_height({0, 105}, 0.1);
+  const Alignment alignment = align(site);
   REQUIRE(alignment.T_map_site);
   CHECK(used(alignment) == 1);
   CHECK(alignment.positions[2].used);
@@ -169,119 +157,96 @@ TEST_CASE("Of two positions that contradict each other neither is used, others a
 }
 
 TEST_CASE("One position places the map and leaves its heading to odometry", "[positions]") {
-  Random random(9);
-  Scene scene = two_maps(random);
-  add_true_loops(scene, 10, random);
-  add_position(scene, {0, 100}, 0.1, random);
-  const Alignment alignment = aligned(scene);
+  Site site(9, 10);
+  site.add_position({0, 100}, 0.1);
+  const Alignment alignment = align(site);
   REQUIRE(alignment.T_map_site);
   CHECK(alignment.heading_information < 1e-6);
-  const Eigen::Vector3d found =
-      alignment.T_map_site->inverse() * alignment.T_map_keyframe({0, 100}).translation;
-  CHECK((found - in_site(scene, {0, 100})).norm() < 0.5);
+  CHECK((Site::found(alignment, {0, 100}) - site.in_site({0, 100})).norm() < 0.5);
   CHECK(rotation_angle(alignment.T_map_site->rotation) < 1e-3);
 }
 
 TEST_CASE("Positions on a straight line determine all but the tilt about it", "[positions]") {
-  Random random(10);
-  Scene scene = tunnel(random);
+  Site site(10);
+  static_cast<Scene&>(site) = tunnel(site.random);
   for (std::size_t k = 0; k < 36; k += 3) {
-    loop(scene, {1, k}, {0, k}, scene.truth[0][k].inverse() * scene.truth[1][k], random);
+    loop(site, {1, k}, {0, k}, site.truth[0][k].inverse() * site.truth[1][k], site.random);
   }
-  add_positions(scene, 0, 5, 0.05, random);
-  const Alignment alignment = aligned(scene, may_be_another_storey);
+  site.add_positions(0, 5, 0.05);
+  const Alignment alignment = align(site, {}, may_be_another_storey);
   REQUIRE(alignment.T_map_site);
-  CHECK(site_error_m(scene, alignment, 0) < 0.5);
-  const Pose T_site_map = alignment.T_map_site->inverse();
-  const Pose T_site_first = T_site_map * alignment.T_map_keyframe({0, 0});
+  CHECK(site.error_m(alignment, 0) < 0.5);
+  const Pose T_site_first = alignment.T_map_site->inverse() * alignment.T_map_keyframe({0, 0});
   CHECK(T_site_first.rotation.col(2).z() > std::cos(0.02));
 }
 
-TEST_CASE("Heights tell decks apart that look alike", "[positions]") {
-  Random random(11);
-  SECTION("without heights the pair waits") {
-    const Alignment alignment = aligned(decks(0.0, random), may_be_another_storey);
-    CHECK_FALSE(alignment.connected[1]);
-    CHECK(alignment.pairs[0].state == PairState::kProvisional);
+TEST_CASE("Heights tell decks apart that look alike, if they are known well", "[positions]") {
+  struct Decks {
+    double height_m, sigma_m;
+    PairState state;
+  };
+  const auto [height_m, sigma_m, state] =
+      GENERATE(Decks{0.0, 0.0, PairState::kProvisional}, Decks{0.0, 2.0, PairState::kProvisional},
+               Decks{0.0, 0.2, PairState::kConfirmed}, Decks{3.0, 0.2, PairState::kRefused});
+  INFO(height_m << " m apart, heights known to " << sigma_m << " m");
+  Site site = decks(height_m, 11);
+  if (sigma_m > 0.0) {
+    site.add_height({0, 10}, sigma_m);
+    site.add_height({1, 12}, sigma_m);
   }
-  SECTION("on one deck it is confirmed") {
-    Scene scene = decks(0.0, random);
-    add_height(scene, {0, 10}, 0.2);
-    add_height(scene, {1, 12}, 0.2);
-    const Alignment alignment = aligned(scene, may_be_another_storey);
-    CHECK(alignment.connected[1]);
+  const Alignment alignment = align(site, {}, may_be_another_storey);
+  CHECK(alignment.pairs[0].state == state);
+  CHECK(alignment.connected[1] == (state == PairState::kConfirmed));
+  if (state == PairState::kConfirmed) {
     REQUIRE(alignment.T_map_site);
-    const Eigen::Vector3d found =
-        alignment.T_map_site->inverse() * alignment.T_map_keyframe({1, 12}).translation;
-    CHECK(std::abs(found.z() - 45.0) < 0.5);
-  }
-  SECTION("on two decks it is refused") {
-    Scene scene = decks(3.0, random);
-    add_height(scene, {0, 10}, 0.2);
-    add_height(scene, {1, 12}, 0.2);
-    const Alignment alignment = aligned(scene, may_be_another_storey);
-    CHECK_FALSE(alignment.connected[1]);
-    CHECK(alignment.pairs[0].state == PairState::kRefused);
-    CHECK_THAT(
-        alignment.reason[1],
-        Contains("30 of 30 loops contradict the known positions of both sessions, by 2") ||
-            Contains("30 of 30 loops contradict the known positions of both sessions, by 3"));
+    CHECK(std::abs(Site::found(alignment, {1, 12}).z() - 45.0) < 0.5);
+  } else if (state == PairState::kRefused) {
+    const std::string begins =
+        "30 of 30 loops contradict the known positions of both sessions, by ";
+    CHECK_THAT(alignment.reason[1], Contains(begins + "2") || Contains(begins + "3"));
     CHECK(alignment.pairs[0].loops == 30);
-  }
-  SECTION("heights that are not known well enough tell nothing") {
-    Scene scene = decks(0.0, random);
-    add_height(scene, {0, 10}, 2.0);
-    add_height(scene, {1, 12}, 2.0);
-    CHECK_FALSE(aligned(scene, may_be_another_storey).connected[1]);
   }
 }
 
 TEST_CASE("Streets that look alike stay apart where positions say so", "[positions]") {
-  Random random(12);
-  Scene scene = two_maps(random);
-  add_aliased_loops(scene, 10, random);
-  CHECK(aligned(scene).pairs[0].state == PairState::kProvisional);
-  add_positions(scene, 0, 20, 1.0, random);
-  add_positions(scene, 1, 20, 1.0, random);
-  const Alignment alignment = aligned(scene);
+  Site site(12, 0);
+  add_aliased_loops(site, 10, site.random);
+  CHECK(align(site).pairs[0].state == PairState::kProvisional);
+  for (const std::size_t session : {0U, 1U}) site.add_positions(session, 20, 1.0);
+  const Alignment alignment = align(site);
   CHECK_FALSE(alignment.connected[1]);
   CHECK(alignment.pairs[0].state == PairState::kRefused);
   CHECK_THAT(alignment.reason[1], Contains("contradict the known positions of both sessions, by"));
 }
 
 TEST_CASE("Positions find the true loops among more that look alike", "[positions]") {
-  Random random(13);
-  Scene scene = two_maps(random);
-  add_true_loops(scene, 5, random);
-  add_aliased_loops(scene, 12, random);
-  CHECK_FALSE(aligned(scene).connected[1]);
-  add_positions(scene, 0, 20, 1.0, random);
-  add_positions(scene, 1, 20, 1.0, random);
-  const Alignment alignment = aligned(scene);
+  Site site(13, 5);
+  add_aliased_loops(site, 12, site.random);
+  CHECK_FALSE(align(site).connected[1]);
+  for (const std::size_t session : {0U, 1U}) site.add_positions(session, 20, 1.0);
+  const Alignment alignment = align(site);
   REQUIRE(alignment.connected[1]);
-  CHECK(site_error_m(scene, alignment, 1) < 3.0);
-  for (std::size_t i = 0; i < scene.loops.size(); ++i) {
-    if (i >= 5) CHECK(alignment.decisions[i].reason == "contradicts the known positions");
+  CHECK(site.error_m(alignment, 1) < 3.0);
+  for (std::size_t i = 5; i < site.loops.size(); ++i) {
+    CHECK(alignment.decisions[i].reason == "contradicts the known positions");
   }
 }
 
 TEST_CASE("Positions stand for the sensor data where loops lie in one place", "[positions]") {
-  Random random(14);
-  Scene scene = decks(0.0, random);
-  std::erase_if(scene.loops, [](const LoopConstraint& l) { return l.query.keyframe > 10; });
-  CHECK(aligned(scene).pairs[0].state == PairState::kProvisional);
-  for (const std::uint32_t session : {0U, 1U}) add_positions(scene, session, 4, 0.3, random);
-  CHECK(aligned(scene).connected[1]);
+  Site site = decks(0.0, 14);
+  std::erase_if(site.loops, [](const LoopConstraint& l) { return l.query.keyframe > 10; });
+  CHECK(align(site).pairs[0].state == PairState::kProvisional);
+  for (const std::size_t session : {0U, 1U}) site.add_positions(session, 4, 0.3);
+  CHECK(align(site).connected[1]);
 }
 
 TEST_CASE("A position of a keyframe that is not there is refused", "[positions]") {
-  Random random(15);
-  Scene scene = decks(0.0, random);
-  add_position(scene, {0, 10}, 0.1, random);
-  scene.sessions[0].positions[0].keyframe.keyframe = 60;
-  CHECK_THROWS_WITH(aligned(scene), Contains("position of a keyframe that does not exist"));
-  scene.sessions[0].positions[0].keyframe = {1, 0};
-  CHECK_THROWS_WITH(aligned(scene), Contains("position of a keyframe that does not exist"));
+  Site site = decks(0.0, 15);
+  site.add_position({0, 10}, 0.1);
+  for (const KeyframeId missing : {KeyframeId{0, 60}, KeyframeId{1, 0}}) {
+    site.sessions[0].positions[0].keyframe = missing;
+    CHECK_THROWS_WITH(align(site), Contains("position of a keyframe that does not exist"));
+  }
 }
 
 TEST_CASE("Large coordinates are counted from an origin of whole kilometres", "[positions]") {

@@ -7,27 +7,20 @@
 #include <stdexcept>
 
 #include "tests/merge/known_map.hpp"
+#include "tests/merge/poses.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
-using unimapper::merge::testing::Drive;
-using unimapper::merge::testing::drive_roads;
-using unimapper::merge::testing::friday;
-using unimapper::merge::testing::KnownMap;
-using unimapper::merge::testing::make_town;
-using unimapper::merge::testing::map_of_town;
-using unimapper::merge::testing::record;
+using namespace unimapper::merge::testing;
 
 namespace {
 
-double error_m(const MapPose& at, const Pose& truth) {
-  return (at.T_map_keyframe.translation - truth.translation).norm();
-}
+double error_m(const MapPose& at, const Pose& truth) { return apart_m(at.T_map_keyframe, truth); }
+
+bool is_localised(const MapPose& at) { return at.state == LocalisationState::kLocalised; }
 
 std::size_t count_localised(const std::vector<MapPose>& answers) {
-  std::size_t count = 0;
-  for (const MapPose& at : answers) count += at.state == LocalisationState::kLocalised ? 1 : 0;
-  return count;
+  return static_cast<std::size_t>(std::count_if(answers.begin(), answers.end(), is_localised));
 }
 
 std::vector<MapPose> follow(Localiser& localiser, const std::vector<KeyframeRecord>& keyframes) {
@@ -36,11 +29,14 @@ std::vector<MapPose> follow(Localiser& localiser, const std::vector<KeyframeReco
   return answers;
 }
 
+/// Those of a robot that knows the map.
+std::vector<MapPose> follow(const std::vector<KeyframeRecord>& keyframes) {
+  Localiser localiser = map_of_town().localiser();
+  return follow(localiser, keyframes);
+}
+
 const std::vector<MapPose>& answers_of_friday() {
-  static const std::vector<MapPose> shared = [] {
-    Localiser localiser = map_of_town().localiser();
-    return follow(localiser, friday().session.keyframes);
-  }();
+  static const std::vector<MapPose> shared = follow(friday().session.keyframes);
   return shared;
 }
 
@@ -66,10 +62,10 @@ TEST_CASE("A robot in mapped streets is localised after some way, within what is
   const std::vector<MapPose>& answers = answers_of_friday();
   CHECK(answers.front().state == LocalisationState::kNotYet);
   CHECK_FALSE(answers.front().reason.empty());
-  CHECK(answers.back().state == LocalisationState::kLocalised);
+  CHECK(is_localised(answers.back()));
   CHECK(count_localised(answers) >= 10);
   for (std::size_t k = 0; k < answers.size(); ++k) {
-    if (answers[k].state != LocalisationState::kLocalised) continue;
+    if (!is_localised(answers[k])) continue;
     CHECK(answers[k].path_m >= 20.0);
     CHECK(answers[k].loops >= 3);
     CHECK(answers[k].reason.empty());
@@ -77,7 +73,7 @@ TEST_CASE("A robot in mapped streets is localised after some way, within what is
     CHECK(error_m(answers[k], friday().truth[k]) < 4.0 * sigma_m(answers[k]));
     const Pose composed =
         answers[k].T_map_odometry * friday().session.keyframes[k].T_odometry_keyframe;
-    CHECK((composed.translation - answers[k].T_map_keyframe.translation).norm() < 1e-6);
+    CHECK(error_m(answers[k], composed) < 1e-6);
   }
 }
 
@@ -88,9 +84,7 @@ TEST_CASE("Walls and neighbours that fit localise a robot before its loops span 
   config.acceptance.min_span_m = 150.0 / AcceptanceConfig::kSmallestScale;
   Localiser localiser({map_of_town().drive.session}, map_of_town().result, config);
   const std::vector<MapPose> answers = follow(localiser, friday().session.keyframes);
-  const auto first = std::find_if(answers.begin(), answers.end(), [](const MapPose& at) {
-    return at.state == LocalisationState::kLocalised;
-  });
+  const auto first = std::find_if(answers.begin(), answers.end(), is_localised);
   REQUIRE(first != answers.end());
   CHECK(first->loops >= 3);
   const std::size_t k = first - answers.begin();
@@ -103,8 +97,7 @@ TEST_CASE("An answer rests on earlier keyframes only", "[localisation]") {
   const std::vector<MapPose>& whole = answers_of_friday();
   std::vector<KeyframeRecord> part = friday().session.keyframes;
   part.resize(2 * part.size() / 3);
-  Localiser localiser = map_of_town().localiser();
-  const std::vector<MapPose> some = follow(localiser, part);
+  const std::vector<MapPose> some = follow(part);
   REQUIRE(count_localised(some) > 0);
   for (std::size_t k = 0; k < some.size(); ++k) {
     CHECK(some[k].state == whole[k].state);
@@ -113,12 +106,8 @@ TEST_CASE("An answer rests on earlier keyframes only", "[localisation]") {
 }
 
 TEST_CASE("A robot in another town is never localised", "[localisation]") {
-  for (const std::uint64_t town : {98U, 99U}) {
-    const Drive elsewhere =
-        record(make_town(town, 2), drive_roads({{0, 0}, {1, 0}, {1, 1}}), "elsewhere", 13);
-    Localiser localiser = map_of_town().localiser();
-    CHECK(count_localised(follow(localiser, elsewhere.session.keyframes)) == 0);
-  }
+  const std::uint64_t town = GENERATE(98, 99);
+  CHECK(count_localised(follow(elsewhere(town).session.keyframes)) == 0);
 }
 
 TEST_CASE("A robot whose odometry jumps starts anew, and the loss is counted", "[localisation]") {
@@ -127,16 +116,15 @@ TEST_CASE("A robot whose odometry jumps starts anew, and the loss is counted", "
   for (std::size_t k = jump; k < keyframes.size(); ++k) {
     keyframes[k].T_odometry_keyframe.translation.x() += 500.0;
   }
-  Localiser localiser = map_of_town().localiser();
-  const std::vector<MapPose> answers = follow(localiser, keyframes);
-  REQUIRE(answers[jump - 1].state == LocalisationState::kLocalised);
+  const std::vector<MapPose> answers = follow(keyframes);
+  REQUIRE(is_localised(answers[jump - 1]));
   CHECK(answers[jump].state == LocalisationState::kNotYet);
   CHECK(answers[jump].times_lost == 1);
 }
 
 TEST_CASE("A robot that is carried to another street is lost there, and found again",
           "[localisation][slow]") {
-  const Drive there = record(make_town(1, 2), drive_roads({{0, 0}, {1, 0}, {1, 1}}), "carried", 14);
+  const Drive there = record(known_town(), drive_roads({{0, 0}, {1, 0}, {1, 1}}), "carried", 14);
   std::vector<KeyframeRecord> keyframes = friday().session.keyframes;
   const std::size_t carried = keyframes.size();
   const Pose T_friday_there = keyframes.back().T_odometry_keyframe *
@@ -146,17 +134,16 @@ TEST_CASE("A robot that is carried to another street is lost there, and found ag
     keyframe.T_odometry_keyframe = T_friday_there * keyframe.T_odometry_keyframe;
     keyframes.push_back(keyframe);
   }
-  Localiser localiser = map_of_town().localiser();
-  const std::vector<MapPose> answers = follow(localiser, keyframes);
-  REQUIRE(answers[carried - 1].state == LocalisationState::kLocalised);
+  const std::vector<MapPose> answers = follow(keyframes);
+  REQUIRE(is_localised(answers[carried - 1]));
   CHECK(answers.back().times_lost == 1);
-  REQUIRE(answers.back().state == LocalisationState::kLocalised);
+  REQUIRE(is_localised(answers.back()));
   CHECK(error_m(answers.back(), there.truth.back()) < 0.6);
   bool is_lost = false;
   std::size_t wrong = 0;
   for (std::size_t k = carried; k < answers.size(); ++k) {
     is_lost = is_lost || answers[k].times_lost > 0;
-    if (answers[k].state != LocalisationState::kLocalised) continue;
+    if (!is_localised(answers[k])) continue;
     if (is_lost) CHECK(error_m(answers[k], there.truth[k - carried]) < 0.6);
     if (!is_lost) ++wrong;
   }
@@ -168,13 +155,13 @@ TEST_CASE("By odometry alone a position gets less sure, and beyond five metres i
           "[localisation]") {
   Localiser localiser = map_of_town().localiser();
   const MapPose before = follow(localiser, friday().session.keyframes).back();
-  REQUIRE(before.state == LocalisationState::kLocalised);
+  REQUIRE(is_localised(before));
   KeyframeRecord keyframe = friday().session.keyframes.back();
   double sigma = sigma_m(before);
   for (int step = 0; step < 200; ++step) {
     keyframe = unseeing_after(keyframe, 20.0);
     const MapPose at = localiser.add(keyframe);
-    if (at.state != LocalisationState::kLocalised) {
+    if (!is_localised(at)) {
       CHECK(step > 5);
       CHECK(at.reason == "too far by odometry alone");
       CHECK(at.times_lost == 1);
@@ -194,18 +181,18 @@ TEST_CASE("A robot that waits for long keeps its position with bounded memory", 
   Localiser localiser = map_of_town().localiser();
   const std::vector<KeyframeRecord> first(keyframes.begin(), keyframes.begin() + later);
   const MapPose before = follow(localiser, first).back();
-  REQUIRE(before.state == LocalisationState::kLocalised);
+  REQUIRE(is_localised(before));
   KeyframeRecord waiting = first.back();
   for (int i = 0; i < 900; ++i) {
     waiting = unseeing_after(waiting, 0.0);
     const MapPose at = localiser.add(waiting);
-    REQUIRE(at.state == LocalisationState::kLocalised);
-    REQUIRE((at.T_map_keyframe.translation - before.T_map_keyframe.translation).norm() < 1e-9);
+    REQUIRE(is_localised(at));
+    REQUIRE(error_m(at, before.T_map_keyframe) < 1e-9);
   }
   for (std::size_t k = later; k < keyframes.size(); ++k) {
     keyframes[k].sequence += 900;
     const MapPose at = localiser.add(keyframes[k]);
-    CHECK(at.state == LocalisationState::kLocalised);
+    CHECK(is_localised(at));
     CHECK(error_m(at, friday().truth[k]) < 0.6);
     if (k + 1 == keyframes.size()) CHECK(before.loops < at.loops);
   }

@@ -6,9 +6,12 @@
 
 #include "src/merge/loop_cycle.hpp"
 #include "src/merge/weak_axis.hpp"
+#include "tests/merge/poses.hpp"
+#include "unimapper/merge/alignment.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
+using namespace unimapper::merge::testing;
 
 namespace {
 
@@ -18,26 +21,9 @@ constexpr double kStepM = 5.0;
 
 /// Keyframes along x, 5 m apart, unless the robot stands.
 SessionPath straight(std::size_t count, double step_m = kStepM) {
-  std::vector<Pose> poses(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    poses[i].translation.x() = step_m * static_cast<double>(i);
-  }
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < count; ++i) poses.push_back(shifted(step_m * static_cast<double>(i)));
   return {poses, OdometryNoiseConfig{}};
-}
-
-Pose aside(double y_m) {
-  Pose pose;
-  pose.translation.y() = y_m;
-  return pose;
-}
-
-Pose yaw_free(const Eigen::Vector3d& translation) {
-  return {Eigen::Matrix3d::Identity(), translation};
-}
-
-Pose turned(double rad) {
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(rad, Eigen::Vector3d::UnitZ())),
-          Eigen::Vector3d::Zero()};
 }
 
 /// A loop by which both sessions share one frame, but for `error` in the query's frame.
@@ -63,10 +49,25 @@ std::vector<LoopConstraint> true_loops(const SessionPath& path,
   return loops;
 }
 
+ConsistencySet set_of(const std::vector<LoopConstraint>& loops, const SessionPath& path,
+                      const AcceptanceConfig& config = {}) {
+  return inter_session_consistency(loops, path, path, config);
+}
+
+const SessionPath kPath = straight(20);
+
+/// Perceptual aliasing: loops that put the query so many keyframes farther on.
+void add_aliased(std::vector<LoopConstraint>& loops, const SessionPath& path, std::size_t farther) {
+  for (const std::size_t k : {4U, 8U}) {
+    loops.push_back(loop(path, k, path, k + farther));
+    loops.back().T_match_query = Pose{};
+  }
+}
+
 }  // namespace
 
 TEST_CASE("Chi square of a cycle weighs each axis by its own variance", "[acceptance]") {
-  const SessionPath path = straight(20);
+  const SessionPath& path = kPath;
   const LoopConstraint a = loop(path, 2, path, 2);
   const auto chi2 = [&](const Pose& error) {
     return cycle_chi2(a, loop(path, 10, path, 10, error), path, path);
@@ -74,73 +75,70 @@ TEST_CASE("Chi square of a cycle weighs each axis by its own variance", "[accept
   CHECK(chi2({}) == Approx(0.0).margin(1e-9));
   // Along the way no rotation has a lever.
   const double ahead = 2.0 * kSigmaM * kSigmaM + 2.0 * path.variance(2, 10).translation;
-  CHECK(chi2(yaw_free({0.7, 0.0, 0.0})) == Approx(0.49 / ahead));
+  CHECK(chi2(shifted(0.7)) == Approx(0.49 / ahead));
   // Across it the first loop's heading has one, and shows in the heading at the end.
   const double lever = (path[10].translation - path[2].translation).norm();
   const double turn = 2.0 * kSigmaRad * kSigmaRad + 2.0 * path.variance(2, 10).rotation;
   const double across = ahead + kSigmaRad * kSigmaRad * lever * lever;
   const double both = kSigmaRad * kSigmaRad * lever;
   const double determinant = across * turn - both * both;
-  CHECK(chi2(aside(0.7)) == Approx(0.49 * turn / determinant));
-  CHECK(chi2(turned(0.05)) == Approx(0.0025 * across / determinant));
+  CHECK(chi2(shifted(0.0, 0.7)) == Approx(0.49 * turn / determinant));
+  CHECK(chi2(yaw_pose(0.05)) == Approx(0.0025 * across / determinant));
 }
 
 TEST_CASE("Two loops agree up to the threshold of chi square and not beyond", "[acceptance]") {
-  const SessionPath path = straight(20);
+  const SessionPath& path = kPath;
   const AcceptanceConfig config;
   const bool by_turn = GENERATE(false, true);
-  const Pose unit = by_turn ? turned(0.01) : aside(0.01);
-  const double chi2_of_unit =
-      cycle_chi2(loop(path, 2, path, 2), loop(path, 10, path, 10, unit), path, path);
+  const auto loops = [&](double size) {
+    const Pose error = by_turn ? yaw_pose(size) : shifted(0.0, size);
+    return std::vector<LoopConstraint>{loop(path, 2, path, 2), loop(path, 10, path, 10, error)};
+  };
+  const std::vector<LoopConstraint> unit = loops(0.01);
+  const double chi2_of_unit = cycle_chi2(unit[0], unit[1], path, path);
   for (const double share : {0.99, 1.01}) {
     const double size = 0.01 * std::sqrt(share * config.consistency_chi2 / chi2_of_unit);
-    const Pose error = by_turn ? turned(size) : aside(size);
-    const std::vector<LoopConstraint> loops{loop(path, 2, path, 2),
-                                            loop(path, 10, path, 10, error)};
     INFO("share " << share << (by_turn ? " in rotation" : " in translation"));
-    CHECK(inter_session_consistency(loops, path, path, config).inliers.size() ==
-          (share < 1.0 ? 2 : 1));
+    CHECK(set_of(loops(size), path).inliers.size() == (share < 1.0 ? 2 : 1));
   }
 }
 
 TEST_CASE("A loop that is weak along a corridor agrees along it and not across", "[acceptance]") {
-  const SessionPath path = straight(20);
+  const SessionPath& path = kPath;
   const LoopConstraint sure = loop(path, 10, path, 10);
-  const auto weak_along_x = [&](const Eigen::Vector3d& error) {
-    LoopConstraint corridor = loop(path, 2, path, 2, yaw_free(error));
+  const auto weak_along_x = [&](const Pose& error) {
+    LoopConstraint corridor = loop(path, 2, path, 2, error);
     corridor.information(0, 0) = 1.0 / 100.0;
     return cycle_chi2(corridor, sure, path, path);
   };
-  CHECK(weak_along_x({3.0, 0.0, 0.0}) < 0.1);
-  CHECK(weak_along_x({0.0, 3.0, 0.0}) > AcceptanceConfig{}.consistency_chi2);
-  CHECK(weak_along_x({0.0, 0.0, 3.0}) > AcceptanceConfig{}.consistency_chi2);
+  CHECK(weak_along_x(shifted(3.0)) < 0.1);
+  CHECK(weak_along_x(shifted(0.0, 3.0)) > AcceptanceConfig{}.consistency_chi2);
+  CHECK(weak_along_x(shifted(0.0, 0.0, 3.0)) > AcceptanceConfig{}.consistency_chi2);
 }
 
 TEST_CASE("A loop with a free axis is none where odometry puts it elsewhere along it",
           "[acceptance]") {
   const SessionPath path = straight(200, 1.0);
-  const auto is_plausible = [&](const Eigen::Vector3d& error) {
-    LoopConstraint corridor = loop(path, 60, path, 20, yaw_free(error));
+  const auto is_plausible = [&](const Pose& error) {
+    LoopConstraint corridor = loop(path, 60, path, 20, error);
     corridor.information = weakened(corridor.information, Eigen::Vector3d::UnitX());
     const std::vector<LoopConstraint> alone{corridor};
     return intra_session_consistency(alone, path, {}).waiting.size() == 1;
   };
-  CHECK(is_plausible({3.0, 0.0, 0.0}));
-  CHECK_FALSE(is_plausible({0.0, 3.0, 0.0}));
-  CHECK_FALSE(is_plausible({20.0, 0.0, 0.0}));
+  CHECK(is_plausible(shifted(3.0)));
+  CHECK_FALSE(is_plausible(shifted(0.0, 3.0)));
+  CHECK_FALSE(is_plausible(shifted(20.0)));
 }
 
 TEST_CASE("Maps whose position along one direction few loops know wait", "[acceptance]") {
-  const SessionPath path = straight(20);
-  const AcceptanceConfig config;
-  std::vector<LoopConstraint> loops = true_loops(path, {2, 4, 6, 8, 10, 12});
+  std::vector<LoopConstraint> loops = true_loops(kPath, {2, 4, 6, 8, 10, 12});
   const auto weaken = [&](std::size_t i) {
-    loops[i].information(0, 0) = 0.99 / (config.vote_sigma_m * config.vote_sigma_m);
+    loops[i].information(0, 0) = 0.99 / std::pow(AcceptanceConfig{}.vote_sigma_m, 2);
   };
   for (const std::size_t i : {0U, 1U, 2U, 3U}) weaken(i);
-  CHECK(inter_session_consistency(loops, path, path, config).state == PairState::kConfirmed);
+  CHECK(set_of(loops, kPath).state == PairState::kConfirmed);
   weaken(4);
-  const ConsistencySet one = inter_session_consistency(loops, path, path, config);
+  const ConsistencySet one = set_of(loops, kPath);
   CHECK(one.state == PairState::kProvisional);
   CHECK(one.reason == "the position along one direction is known to 1 of 6 loops");
 }
@@ -153,11 +151,11 @@ TEST_CASE("Loops that differ by less than drift over the whole way compete all t
   std::vector<LoopConstraint> loops;
   for (std::size_t k = 0; k < 100; k += 10) {
     loops.push_back(loop(path, k, path, k));
-    loops.push_back(loop(path, k + 5, path, k + 5, yaw_free({0.0, 0.0, 3.0})));
+    loops.push_back(loop(path, k + 5, path, k + 5, shifted(0.0, 0.0, 3.0)));
   }
   REQUIRE(cycle_chi2(loops.front(), loops.back(), path, path) < config.consistency_chi2);
   REQUIRE(cycle_chi2(loops[0], loops[1], path, path) > config.consistency_chi2);
-  const ConsistencySet set = inter_session_consistency(loops, path, path, config);
+  const ConsistencySet set = set_of(loops, path);
   CHECK(set.state == PairState::kProvisional);
   CHECK(set.competing >= 5);
 }
@@ -167,171 +165,130 @@ TEST_CASE("Loops that drift apart along the way belong to one hypothesis", "[acc
   const SessionPath path = straight(100);
   std::vector<LoopConstraint> loops;
   for (std::size_t k = 0; k < 100; k += 4) {
-    loops.push_back(
-        loop(path, k, path, k, yaw_free({0.04 * kStepM * static_cast<double>(k), 0.0, 0.0})));
+    loops.push_back(loop(path, k, path, k, shifted(0.04 * kStepM * static_cast<double>(k))));
   }
-  const AcceptanceConfig config;
-  const ConsistencySet set = inter_session_consistency(loops, path, path, config);
+  const ConsistencySet set = set_of(loops, path);
   REQUIRE(set.inliers.size() < loops.size() - 4);
   CHECK(set.competing == 0);
   CHECK(set.state == PairState::kConfirmed);
 }
 
 TEST_CASE("Three loops connect two maps, two do not unless both overlap strongly", "[acceptance]") {
-  const SessionPath path = straight(20);
-  const AcceptanceConfig config;
-  CHECK(inter_session_consistency(true_loops(path, {2, 6, 10}), path, path, config).state ==
-        PairState::kConfirmed);
-
-  const ConsistencySet two =
-      inter_session_consistency(true_loops(path, {2, 10}), path, path, config);
-  CHECK(two.state == PairState::kRefused);
-  CHECK(two.reason == "too few consistent loops: 2 of 2");
-
-  CHECK(inter_session_consistency(true_loops(path, {2, 10}, AcceptanceConfig::kStrongOverlap), path,
-                                  path, config)
-            .state == PairState::kConfirmed);
-  std::vector<LoopConstraint> one_weak =
-      true_loops(path, {2, 10}, AcceptanceConfig::kStrongOverlap);
+  constexpr double kStrong = AcceptanceConfig::kStrongOverlap;
+  std::vector<LoopConstraint> one_weak = true_loops(kPath, {2, 10}, kStrong);
   one_weak[1].overlap -= 0.01;
-  CHECK(inter_session_consistency(one_weak, path, path, config).reason ==
-        "too few consistent loops: 2 of 2");
-  CHECK(inter_session_consistency(true_loops(path, {2}, 1.0), path, path, config).reason ==
-        "too few consistent loops: 1 of 1");
-  CHECK(inter_session_consistency({}, path, path, config).reason == "no loops found");
+  struct Row {
+    std::vector<LoopConstraint> loops;
+    const char* reason;
+  };
+  for (const Row& row : {Row{true_loops(kPath, {2, 6, 10}), ""},
+                         Row{true_loops(kPath, {2, 10}), "too few consistent loops: 2 of 2"},
+                         Row{true_loops(kPath, {2, 10}, kStrong), ""},
+                         Row{one_weak, "too few consistent loops: 2 of 2"},
+                         Row{true_loops(kPath, {2}, 1.0), "too few consistent loops: 1 of 1"},
+                         Row{{}, "no loops found"}}) {
+    const ConsistencySet set = set_of(row.loops, kPath);
+    CHECK(set.reason == row.reason);
+    CHECK(set.state == (set.reason.empty() ? PairState::kConfirmed : PairState::kRefused));
+  }
 }
 
 TEST_CASE("Loops must span the configured path in both maps, strong ones half of it",
           "[acceptance]") {
-  const SessionPath path = straight(20);
-  AcceptanceConfig config;
-  const auto span_of_20 = true_loops(path, {4, 6, 8});
-  config.min_span_m = 19.9;
-  CHECK(inter_session_consistency(span_of_20, path, path, config).state == PairState::kConfirmed);
-  config.min_span_m = 20.1;
-  CHECK(inter_session_consistency(span_of_20, path, path, config).reason ==
-        "loops span too short a path");
-
-  const auto strong = true_loops(path, {4, 6, 8}, 0.9);
-  config.min_span_m = 39.9;
-  CHECK(inter_session_consistency(strong, path, path, config).state == PairState::kConfirmed);
-  config.min_span_m = 40.1;
-  CHECK(inter_session_consistency(strong, path, path, config).reason ==
-        "loops span too short a path");
-
-  // The query moved twice as far as the match: the shorter of the two counts.
+  // The last query moved twice as far as the match: the shorter of the two counts.
   const SessionPath dense = straight(40, 2.5);
-  const std::vector<LoopConstraint> skewed{loop(path, 4, dense, 8), loop(path, 6, dense, 11),
-                                           loop(path, 8, dense, 14)};
-  config.min_span_m = 14.9;
-  CHECK(inter_session_consistency(skewed, path, dense, config).state == PairState::kConfirmed);
-  config.min_span_m = 15.1;
-  CHECK(inter_session_consistency(skewed, path, dense, config).reason ==
-        "loops span too short a path");
+  struct Row {
+    std::vector<LoopConstraint> loops;
+    const SessionPath& match;
+    double longest_m;
+  };
+  const Row rows[] = {
+      {true_loops(kPath, {4, 6, 8}), kPath, 20.0},
+      {true_loops(kPath, {4, 6, 8}, 0.9), kPath, 40.0},
+      {{loop(kPath, 4, dense, 8), loop(kPath, 6, dense, 11), loop(kPath, 8, dense, 14)},
+       dense,
+       15.0}};
+  for (const Row& row : rows) {
+    INFO(row.longest_m << " m");
+    AcceptanceConfig config;
+    config.min_span_m = row.longest_m - 0.1;
+    CHECK(inter_session_consistency(row.loops, kPath, row.match, config).state ==
+          PairState::kConfirmed);
+    config.min_span_m = row.longest_m + 0.1;
+    CHECK(inter_session_consistency(row.loops, kPath, row.match, config).reason ==
+          "loops span too short a path");
+  }
 }
 
 TEST_CASE("Loops over a short path connect maps where most keyframes confirm them",
           "[acceptance]") {
   const SessionPath path = straight(60);
-  const AcceptanceConfig config;
-  const ConsistencySet set =
-      inter_session_consistency(true_loops(path, {4, 5, 6}), path, path, config);
+  const ConsistencySet set = set_of(true_loops(path, {4, 5, 6}), path);
   CHECK(set.state == PairState::kRefused);
   REQUIRE(set.is_short);
   const auto why = [&](std::size_t supporting, std::size_t contradicting) {
-    return reason_to_wait(set, {supporting, contradicting, {}}, config);
+    return reason_to_wait(set, {supporting, contradicting, {}}, AcceptanceConfig{});
   };
   CHECK(why(3, 0).empty());
   CHECK(why(4, 2).empty());
   CHECK(why(2, 0) == "too few keyframes confirm them: 2 of 2");
   CHECK(why(5, 3) == "too few keyframes confirm them: 5 of 8");
-  CHECK_FALSE(inter_session_consistency(true_loops(path, {4, 5}), path, path, config).is_short);
+  CHECK_FALSE(set_of(true_loops(path, {4, 5}), path).is_short);
   std::vector<LoopConstraint> competing = true_loops(path, {4, 5, 6});
-  for (const std::size_t k : {4U, 8U}) {
-    competing.push_back(loop(path, k, path, k + 20));
-    competing.back().T_match_query = Pose{};
-  }
-  CHECK_FALSE(inter_session_consistency(competing, path, path, config).is_short);
-}
-
-TEST_CASE("Maps wait where more than twice as many keyframes differ as agree", "[acceptance]") {
-  const SessionPath path = straight(60);
-  const AcceptanceConfig config;
-  const ConsistencySet set =
-      inter_session_consistency(true_loops(path, {2, 6, 10, 14}), path, path, config);
-  REQUIRE(set.state == PairState::kConfirmed);
-  CHECK(reason_to_wait(set, {4, 8, {}}, config).empty());
-  CHECK(reason_to_wait(set, {4, 9, {}}, config) ==
-        "keyframes beside each other see different structure: 9 of 13");
-  CHECK_FALSE(reason_to_wait(set, {0, 1, {}}, config).empty());
+  add_aliased(competing, path, 20);
+  CHECK_FALSE(set_of(competing, path).is_short);
 }
 
 TEST_CASE("The consistency set must exceed a competing one by the margin", "[acceptance]") {
   const SessionPath path = straight(60);
-  const AcceptanceConfig config;
-  // Perceptual aliasing: another street that looks the same, 100 m farther on.
-  std::vector<LoopConstraint> aliased{loop(path, 4, path, 24), loop(path, 8, path, 28)};
-  for (LoopConstraint& l : aliased) l.T_match_query = Pose{};
   std::vector<LoopConstraint> four = true_loops(path, {2, 6, 10, 14});
-  four.insert(four.end(), aliased.begin(), aliased.end());
-  const ConsistencySet ahead = inter_session_consistency(four, path, path, config);
+  add_aliased(four, path, 20);
+  const ConsistencySet ahead = set_of(four, path);
   CHECK(ahead.state == PairState::kConfirmed);
   CHECK(ahead.distinct == 4);
   CHECK(ahead.competing == 2);
   CHECK(ahead.inliers == std::vector<std::size_t>{0, 1, 2, 3});
+  CHECK(ahead.competing_sets.empty());
 
   std::vector<LoopConstraint> three = true_loops(path, {2, 6, 10});
-  three.insert(three.end(), aliased.begin(), aliased.end());
-  const ConsistencySet ambiguous = inter_session_consistency(three, path, path, config);
+  add_aliased(three, path, 20);
+  const ConsistencySet ambiguous = set_of(three, path);
   CHECK(ambiguous.reason == "ambiguous: 2 loops contradict 3");
   REQUIRE(ambiguous.competing_sets.size() == 1);
-  CHECK((ambiguous.competing_sets[0].T_match_session_query_session.translation -
-         Eigen::Vector3d(100.0, 0.0, 0.0))
-            .norm() < 1.0);
-  CHECK(ahead.competing_sets.empty());
+  CHECK(apart_m(ambiguous.competing_sets[0].T_match_session_query_session, shifted(100.0)) < 1.0);
+
+  // A single outlier is no competing set.
+  const ConsistencySet alone = set_of({three.begin(), three.end() - 1}, path);
+  CHECK(alone.state == PairState::kConfirmed);
+  CHECK(alone.competing == 0);
 
   // Four that compete are too many to be told apart; three are named.
   for (const std::size_t farther : {26U, 32U, 38U}) {
-    for (const std::size_t k : {4U, 8U}) three.push_back(loop(path, k, path, k + farther));
-    for (std::size_t i = three.size() - 2; i < three.size(); ++i) three[i].T_match_query = Pose{};
-    const ConsistencySet set = inter_session_consistency(three, path, path, config);
+    add_aliased(three, path, farther);
+    const ConsistencySet set = set_of(three, path);
     CHECK(set.state == PairState::kProvisional);
     CHECK(set.competing_sets.size() == (farther == 26 ? 2 : farther == 32 ? 3 : 0));
   }
-  three.resize(5);
-
-  // A single outlier is no competing set.
-  three.pop_back();
-  const ConsistencySet alone = inter_session_consistency(three, path, path, config);
-  CHECK(alone.state == PairState::kConfirmed);
-  CHECK(alone.competing == 0);
 }
 
 TEST_CASE("Loops count as distinct only if they are apart along both paths", "[acceptance]") {
-  const SessionPath moving = straight(20);
   const SessionPath standing = straight(20, 0.0);
-  AcceptanceConfig config;
-  std::vector<LoopConstraint> loops;
-  SECTION("a standing query, a moving match") {
-    for (const std::size_t k : {2U, 6U, 10U}) loops.push_back(loop(standing, k, moving, k));
-    const ConsistencySet set = inter_session_consistency(loops, standing, moving, config);
+  for (const bool is_query_standing : {false, true}) {
+    const SessionPath& query = is_query_standing ? standing : kPath;
+    const SessionPath& match = is_query_standing ? kPath : standing;
+    std::vector<LoopConstraint> loops;
+    for (const std::size_t k : {2U, 6U, 10U}) loops.push_back(loop(query, k, match, k));
+    const ConsistencySet set = inter_session_consistency(loops, query, match, AcceptanceConfig{});
     CHECK(set.inliers.size() == 3);
     CHECK(set.distinct == 1);
     CHECK(set.reason == "too few consistent loops: 1 of 3");
   }
-  SECTION("a moving query, a standing match") {
-    for (const std::size_t k : {2U, 6U, 10U}) loops.push_back(loop(moving, k, standing, k));
-    const ConsistencySet set = inter_session_consistency(loops, moving, standing, config);
-    CHECK(set.inliers.size() == 3);
-    CHECK(set.distinct == 1);
-  }
-  SECTION("just nearer and just farther apart than the spacing") {
-    loops = true_loops(moving, {2, 3, 4});
-    config.distinct_m = kStepM + 0.1;
-    CHECK(inter_session_consistency(loops, moving, moving, config).distinct == 2);
-    config.distinct_m = kStepM - 0.1;
-    CHECK(inter_session_consistency(loops, moving, moving, config).distinct == 3);
-  }
+  // Just nearer and just farther apart than the spacing.
+  AcceptanceConfig config;
+  config.distinct_m = kStepM + 0.1;
+  CHECK(set_of(true_loops(kPath, {2, 3, 4}), kPath, config).distinct == 2);
+  config.distinct_m = kStepM - 0.1;
+  CHECK(set_of(true_loops(kPath, {2, 3, 4}), kPath, config).distinct == 3);
 }
 
 TEST_CASE("Span and spacing shrink with what the keyframes see, down to a floor", "[acceptance]") {
@@ -351,24 +308,6 @@ TEST_CASE("Span and spacing shrink with what the keyframes see, down to a floor"
   CHECK(scale(0.0) == 1.0);
 }
 
-TEST_CASE("Loops over half the span connect two maps of half the extent, and no shorter ones",
-          "[acceptance]") {
-  const SessionPath path = straight(20, 1.0);
-  const AcceptanceConfig config;
-  const auto accepted = [&](std::size_t span, double extent_m) {
-    return inter_session_consistency(true_loops(path, {2, 2 + span / 2, 2 + span}), path, path,
-                                     scaled_to_extent(config, extent_m))
-               .state == PairState::kConfirmed;
-  };
-  const double half = 0.5 * AcceptanceConfig::kFullExtentM;
-  CHECK(accepted(10, 0.99 * half));
-  CHECK_FALSE(accepted(10, 1.01 * half));
-  CHECK_FALSE(accepted(10, 0.0));
-  // The floor.
-  CHECK(accepted(8, 1.0));
-  CHECK_FALSE(accepted(7, 1.0));
-}
-
 TEST_CASE("A loop within a session is taken up to the drift that odometry may have",
           "[acceptance]") {
   const SessionPath path = straight(40);
@@ -377,8 +316,9 @@ TEST_CASE("A loop within a session is taken up to the drift that odometry may ha
   const bool by_turn = GENERATE(false, true);
   for (const double share : {0.99, 1.01}) {
     const double chi2 = share * config.consistency_chi2;
-    const Pose error = by_turn ? turned(std::sqrt(chi2 * (drift.rotation + kSigmaRad * kSigmaRad)))
-                               : aside(std::sqrt(chi2 * (drift.translation + kSigmaM * kSigmaM)));
+    const Pose error =
+        by_turn ? yaw_pose(std::sqrt(chi2 * (drift.rotation + kSigmaRad * kSigmaRad)))
+                : shifted(0.0, std::sqrt(chi2 * (drift.translation + kSigmaM * kSigmaM)));
     // Nothing but odometry can contradict a loop that is alone.
     const std::vector<LoopConstraint> alone{loop(path, 30, path, 3, error)};
     const IntraSessionLoops found = intra_session_consistency(alone, path, config);
@@ -409,18 +349,15 @@ TEST_CASE("Loops within a session wait until another one at another place confir
 }
 
 TEST_CASE("A map is fitted to another by a single loop as well as by many", "[acceptance]") {
-  const SessionPath path = straight(20);
-  Pose T_match_query(
-      Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized())),
-      Eigen::Vector3d(10.0, -4.0, 2.0));
-  std::vector<LoopConstraint> loops = true_loops(path, {2, 6, 10});
+  const Pose T_match_query = turned_about({1, 2, 3}, 0.7, {10.0, -4.0, 2.0});
+  std::vector<LoopConstraint> loops = true_loops(kPath, {2, 6, 10});
   for (LoopConstraint& l : loops) {
-    l.T_match_query = path[l.match.keyframe].inverse() * T_match_query * path[l.query.keyframe];
+    l.T_match_query = kPath[l.match.keyframe].inverse() * T_match_query * kPath[l.query.keyframe];
   }
   const std::vector<std::vector<std::size_t>> choices{{1}, {0, 1, 2}};
   for (const auto& chosen : choices) {
-    const Pose fitted = fit_session_transform(loops, chosen, path, path);
-    CHECK((fitted.translation - T_match_query.translation).norm() < 1e-6);
+    const Pose fitted = fit_session_transform(loops, chosen, kPath, kPath);
+    CHECK(apart_m(fitted, T_match_query) < 1e-6);
     CHECK(rotation_angle(fitted.rotation.transpose() * T_match_query.rotation) < 1e-6);
   }
 }

@@ -8,28 +8,17 @@
 #include <string>
 
 #include "src/merge/overlap_distances.hpp"
+#include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
 #include "unimapper/core/tilt_prior.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
-using unimapper::merge::testing::Random;
+using namespace unimapper::merge::testing;
 
 namespace {
 
-Pose yaw(double rad) {
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(rad, Eigen::Vector3d::UnitZ())),
-          Eigen::Vector3d::Zero()};
-}
-
-Pose tilted(double rad) {
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(rad, Eigen::Vector3d::UnitX())),
-          Eigen::Vector3d::Zero()};
-}
-
-Pose shifted(double x, double y, double z = 0.0) {
-  return {Eigen::Matrix3d::Identity(), Eigen::Vector3d(x, y, z)};
-}
+Pose tilted(double deg) { return turned_about(Eigen::Vector3d::UnitX(), deg / kDegreesPerRadian); }
 
 /// Cells of a yard in the frame of a given pose: walls with points 15 cm apart, and ground.
 class View {
@@ -93,12 +82,17 @@ std::vector<SessionData> yard_from(const Pose& T_match_query) {
 
 constexpr CorrectionLimit kGenerous{4.0, 0.25};
 
-LoopConstraint verify(const std::vector<SessionData>& sessions, const Pose& T_match_query,
-                      const MergeConfig& config = {}, const CorrectionLimit& limit = kGenerous) {
+LoopCandidate proposed(const Pose& T_match_query) {
   LoopCandidate candidate;
   candidate.query = {1, 0};
   candidate.match = {0, 0};
   candidate.T_match_query = T_match_query;
+  return candidate;
+}
+
+LoopConstraint verify(const std::vector<SessionData>& sessions, const Pose& T_match_query,
+                      const MergeConfig& config = {}, const CorrectionLimit& limit = kGenerous) {
+  const LoopCandidate candidate = proposed(T_match_query);
   KeyframeClouds clouds(sessions, config.registration, 1);
   return verify_loops({&candidate, 1}, limit, clouds, config).front();
 }
@@ -111,12 +105,34 @@ double measured(const LoopConstraint& loop, const std::string& begins) {
   return std::stod(loop.decision.reason.substr(begins.size()));
 }
 
-const Pose kTruth = shifted(1.5, -0.5) * yaw(0.3);
+const Pose kTruth = yaw_pose(0.3, {1.5, -0.5, 0.0});
+
+/// The yard with both keyframes' up known to `sigma_deg`.
+std::vector<SessionData> yard_known(const Pose& T_match_query, double sigma_deg) {
+  const auto variance = static_cast<float>(std::pow(sigma_deg / kDegreesPerRadian, 2));
+  auto sessions = yard_from(T_match_query);
+  for (SessionData& session : sessions) session.keyframes[0].up = {true, variance, 0.0F, variance};
+  return sessions;
+}
+
+/// What registration alone is allowed to tilt a pose, degrees.
+constexpr double kRegistrationDeg = 0.5;
+
+/// Half of what each sees, the other does not: walls at different positions outside the view.
+std::array<View, 2> half_of_each() {
+  std::array<View, 2> views{View{Pose{}}, View{kTruth, 2}};
+  for (View& view : views) view.add_yard();
+  for (const double beyond : {16.0, 18.0, 20.0}) {
+    views[0].add_wall(-20.0, beyond, 14.0, beyond, -1.6, 3.0);
+    views[1].add_wall(-14.0, -beyond, 20.0, -beyond, -1.6, 3.0);
+  }
+  return views;
+}
 
 }  // namespace
 
 TEST_CASE("Keyframes that know up must agree on it", "[verification]") {
-  const Pose leaning = kTruth * tilted(0.05);
+  const Pose leaning = kTruth * tilted(2.9);
   auto sessions = yard_from(leaning);
   CHECK(verify(sessions, leaning).decision.accepted);
 
@@ -134,26 +150,11 @@ TEST_CASE("Keyframes that know up must agree on it", "[verification]") {
   CHECK(verify(level, kTruth).decision.accepted);
 }
 
-namespace {
-
-/// The yard with both keyframes' up known to `sigma_deg`.
-std::vector<SessionData> yard_known(const Pose& T_match_query, double sigma_deg) {
-  const auto variance = static_cast<float>(std::pow(sigma_deg / kDegreesPerRadian, 2));
-  auto sessions = yard_from(T_match_query);
-  for (SessionData& session : sessions) session.keyframes[0].up = {true, variance, 0.0F, variance};
-  return sessions;
-}
-
-/// What registration alone is allowed to tilt a pose, degrees.
-constexpr double kRegistrationDeg = 0.5;
-
-}  // namespace
-
 TEST_CASE("A loop may be tilted by four sigma of both keyframes' up", "[verification]") {
   const double sigma = GENERATE(0.3, 0.6, 1.0);
   const double limit_deg = 4.0 * std::hypot(sigma, sigma, kRegistrationDeg);
   const auto at = [&](double deg) {
-    const Pose pose = kTruth * tilted(deg / kDegreesPerRadian);
+    const Pose pose = kTruth * tilted(deg);
     return verify(yard_known(pose, sigma), pose);
   };
   const LoopConstraint inside = at(limit_deg - 0.2);
@@ -168,7 +169,7 @@ TEST_CASE("A loop may be tilted by four sigma of both keyframes' up", "[verifica
 TEST_CASE("Where up is unknown both keyframes are up within 1.25 degrees", "[verification]") {
   const double limit_deg = 4.0 * std::hypot(1.25, 1.25, kRegistrationDeg);
   const auto at = [&](double deg) {
-    const Pose pose = kTruth * tilted(deg / kDegreesPerRadian);
+    const Pose pose = kTruth * tilted(deg);
     return verify(yard_from(pose), pose);
   };
   CHECK(at(limit_deg - 0.2).decision.accepted);
@@ -180,7 +181,7 @@ TEST_CASE("A true loop is confirmed, its pose corrected", "[verification]") {
   const LoopConstraint loop = verify(sessions, kTruth * shifted(0.4, 0.3));
   CHECK(loop.decision.accepted);
   CHECK(loop.decision.reason.empty());
-  CHECK((loop.T_match_query.translation - kTruth.translation).norm() < 0.05);
+  CHECK(apart_m(loop.T_match_query, kTruth) < 0.05);
   CHECK(loop.overlap > 0.9);
 }
 
@@ -194,9 +195,7 @@ TEST_CASE("A candidate that is no rigid transform is refused", "[verification]")
 TEST_CASE("A candidate may be tilted by four sigma of up and a degree", "[verification]") {
   const auto sessions = yard_known(kTruth, 0.5);
   const double limit_deg = 4.0 * std::hypot(0.5, 0.5, 1.0);
-  const auto at = [&](double deg) {
-    return verify(sessions, kTruth * tilted(deg / kDegreesPerRadian));
-  };
+  const auto at = [&](double deg) { return verify(sessions, kTruth * tilted(deg)); };
   CHECK(at(limit_deg - 0.1).decision.accepted);
   CHECK(measured(at(limit_deg + 0.1), "tilt before alignment in sigmas") > 4.0);
 }
@@ -205,14 +204,11 @@ TEST_CASE("Structure must coincide before alignment is tried", "[verification]")
   const auto sessions = yard_from(kTruth);
   const MergeConfig config;
   KeyframeClouds clouds(sessions, config.registration, 1);
-  LoopCandidate candidate;
-  candidate.query = {1, 0};
-  candidate.match = {0, 0};
   // The more a candidate is turned, the less of the walls coincides.
   double least_tried = 1.0;
   double most_refused = 0.0;
   for (double turn = 0.0; turn < 1.0; turn += 0.02) {
-    candidate.T_match_query = kTruth * yaw(turn);
+    const LoopCandidate candidate = proposed(kTruth * yaw_pose(turn));
     const double overlap =
         structure_overlap(*clouds.cloud(candidate.match), *clouds.cloud(candidate.query),
                           candidate.T_match_query, kOverlapRadiusM, kCoarseDistanceM);
@@ -233,40 +229,21 @@ TEST_CASE("An alignment that runs out of iterations is refused", "[verification]
   const auto sessions = yard_from(kTruth);
   MergeConfig config;
   config.registration.max_iterations = 2;
-  CHECK(verify(sessions, kTruth * shifted(0.8, 0.0), config).decision.reason ==
+  CHECK(verify(sessions, kTruth * shifted(0.8), config).decision.reason ==
         "alignment did not converge");
 }
 
-TEST_CASE("Alignment may move a candidate up to the limit", "[verification]") {
+TEST_CASE("Alignment may move and turn a candidate up to the limits", "[verification]") {
   const auto sessions = yard_from(kTruth);
-  const Pose proposed = kTruth * shifted(0.6, 0.8);
-  CHECK(verify(sessions, proposed, {}, {1.1, 0.25}).decision.accepted);
-  CHECK(measured(verify(sessions, proposed, {}, {0.9, 0.25}), "alignment moved it by metres") ==
+  const Pose moved = kTruth * shifted(0.6, 0.8);
+  CHECK(verify(sessions, moved, {}, {1.1, 0.25}).decision.accepted);
+  CHECK(measured(verify(sessions, moved, {}, {0.9, 0.25}), "alignment moved it by metres") ==
         Approx(1.0).margin(0.06));
-}
-
-TEST_CASE("Alignment may turn a candidate up to the limit", "[verification]") {
-  const auto sessions = yard_from(kTruth);
-  const Pose proposed = kTruth * yaw(0.08);
-  CHECK(verify(sessions, proposed, {}, {4.0, 0.09}).decision.accepted);
-  CHECK(measured(verify(sessions, proposed, {}, {4.0, 0.07}), "alignment turned it by radians") ==
+  const Pose turned = kTruth * yaw_pose(0.08);
+  CHECK(verify(sessions, turned, {}, {4.0, 0.09}).decision.accepted);
+  CHECK(measured(verify(sessions, turned, {}, {4.0, 0.07}), "alignment turned it by radians") ==
         Approx(0.08).margin(0.011));
 }
-
-namespace {
-
-/// Half of what each sees, the other does not: walls at different positions outside the view.
-std::array<View, 2> half_of_each() {
-  std::array<View, 2> views{View{Pose{}}, View{kTruth, 2}};
-  for (View& view : views) view.add_yard();
-  for (const double beyond : {16.0, 18.0, 20.0}) {
-    views[0].add_wall(-20.0, beyond, 14.0, beyond, -1.6, 3.0);
-    views[1].add_wall(-14.0, -beyond, 20.0, -beyond, -1.6, 3.0);
-  }
-  return views;
-}
-
-}  // namespace
 
 TEST_CASE("Structure must coincide after alignment", "[verification]") {
   std::array<View, 2> views = half_of_each();
@@ -344,12 +321,10 @@ TEST_CASE("A false loop whose structure stands in the other's free space is refu
 TEST_CASE("Loops are verified in the candidates' order whatever the number of threads",
           "[verification]") {
   const auto sessions = yard_from(kTruth);
-  std::vector<LoopCandidate> candidates(7);
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    candidates[i].query = {1, 0};
-    candidates[i].match = {0, 0};
-    candidates[i].T_match_query =
-        kTruth * shifted(0.1 * static_cast<double>(i), 0.0) * tilted(i % 3 == 2 ? 0.25 : 0.0);
+  std::vector<LoopCandidate> candidates;
+  for (std::size_t i = 0; i < 7; ++i) {
+    candidates.push_back(
+        proposed(kTruth * shifted(0.1 * static_cast<double>(i)) * tilted(i % 3 == 2 ? 14.0 : 0.0)));
   }
   MergeConfig config;
   config.threads = 3;

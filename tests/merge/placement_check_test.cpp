@@ -4,17 +4,21 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "src/merge/roofed_share.hpp"
+#include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
 #include "unimapper/merge/link_check.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
-using unimapper::merge::testing::Random;
+using namespace unimapper::merge::testing;
+using Catch::Matchers::Contains;
 
 namespace {
 
@@ -91,48 +95,82 @@ Place corridor(double period_m) {
   return place;
 }
 
-/// What two drives through two places are found to be, placed on each other.
-PlacementEvidence evaluated(const std::vector<SessionData>& sessions,
-                            const MergeConfig& config = {}, std::size_t last_loop = kKeyframes,
-                            const ExcludedBeyond& beyond = {},
-                            std::span<const CompetingPlacement> competing = {}) {
-  std::vector<LoopConstraint> loops;
-  for (std::size_t k = 0; k < last_loop; k += 3) {
-    LoopConstraint loop;
-    loop.match = {0, k};
-    loop.query = {1, k};
-    loop.overlap = 1.0;
-    loops.push_back(loop);
-  }
-  std::vector<Pose> poses;
-  for (const auto& keyframe : sessions[0].keyframes) poses.push_back(keyframe.T_odometry_keyframe);
-  KeyframeClouds clouds(sessions, config.registration, 2);
-  return PlacementEvaluator(sessions, clouds, config)
-      .evaluate({loops, poses, poses, Pose{}, beyond, competing});
+/// Walls across the way.
+Place rooms_across() {
+  Place place;
+  place.add_level(-1.5, true);
+  for (double x = -28.0; x < 75.0; x += 9.0) place.add_wall(x, -8.0, x + 5.0, 8.0);
+  return place;
 }
 
-PlacementEvidence evaluated(const Place& match, const Place& query, const MergeConfig& config = {},
-                            std::size_t last_loop = kKeyframes, const ExcludedBeyond& beyond = {}) {
-  return evaluated({match.drive(1), query.drive(2)}, config, last_loop, beyond);
+/// A level with pillars, below a ceiling or not.
+Place storey(bool has_ceiling) {
+  Place place;
+  place.add_level(-1.5, true);
+  if (has_ceiling) place.add_level(1.5, false);
+  Random pillars(9);
+  for (double x = -28.0; x < 75.0; x += pillars.uniform(4.0, 9.0)) {
+    place.add_box(x, pillars.uniform(-7.0, 5.0), 0.6, pillars.uniform(0.6, 2.5), 1.5);
+  }
+  return place;
+}
+
+/// What one keyframe in three of the query says: that it is at this keyframe of the match.
+std::vector<LoopConstraint> loops_to(const std::function<std::size_t(std::size_t)>& match,
+                                     std::size_t keyframes = kKeyframes) {
+  std::vector<LoopConstraint> loops;
+  for (std::size_t k = 0; k < keyframes; k += 3) {
+    LoopConstraint& loop = loops.emplace_back();
+    loop.match = {0, match(k)};
+    loop.query = {1, k};
+    loop.overlap = 1.0;
+  }
+  return loops;
+}
+
+std::vector<Pose> poses_of(const SessionData& session) {
+  std::vector<Pose> poses;
+  for (const auto& keyframe : session.keyframes) poses.push_back(keyframe.T_odometry_keyframe);
+  return poses;
+}
+
+PlacementEvidence evaluated(const std::vector<SessionData>& sessions,
+                            const std::vector<LoopConstraint>& loops,
+                            const MergeConfig& config = {}, const ExcludedBeyond& beyond = {},
+                            std::span<const CompetingPlacement> competing = {}) {
+  const std::vector<Pose> match = poses_of(sessions[0]);
+  const std::vector<Pose> query = poses_of(sessions[1]);
+  KeyframeClouds clouds(sessions, config.registration, 2);
+  return PlacementEvaluator(sessions, clouds, config)
+      .evaluate({loops, query, match, Pose{}, beyond, competing});
+}
+
+const std::vector<LoopConstraint>& loops_all_along() {
+  static const auto shared = loops_to([](std::size_t k) { return k; });
+  return shared;
+}
+
+/// What two drives through two places are found to be, placed on each other.
+PlacementEvidence evaluated(const Place& match, const Place& query,
+                            const ExcludedBeyond& beyond = {}) {
+  return evaluated({match.drive(1), query.drive(2)}, loops_all_along(), {}, beyond);
 }
 
 }  // namespace
 
 TEST_CASE("A corridor that repeats itself is found to, one that does not is not", "[placement]") {
-  const PlacementEvidence repeated = evaluated(corridor(12.0), corridor(12.0));
-  CHECK(repeated.aliasing.find("loops fit as well 12 m away") != std::string::npos);
+  const Place periodic = corridor(12.0);
+  CHECK_THAT(evaluated(periodic, periodic).aliasing, Contains("loops fit as well 12 m away"));
   const PlacementEvidence distinct = evaluated(corridor(0.0), corridor(0.0));
   CHECK(distinct.aliasing.empty());
   // Radius search takes every second one, 6 m apart.
   CHECK(distinct.supporting == kKeyframes / 2);
   CHECK(distinct.contradicting == 0);
   // Known positions leave nothing but this place, or one period more.
-  const PlacementEvidence placed =
-      evaluated(corridor(12.0), corridor(12.0), {}, kKeyframes, {11.0, 11.0});
+  const PlacementEvidence placed = evaluated(periodic, periodic, {11.0, 11.0});
   CHECK(placed.aliasing.empty());
   CHECK(placed.supporting == kKeyframes / 2);
-  CHECK_FALSE(
-      evaluated(corridor(12.0), corridor(12.0), {}, kKeyframes, {13.0, 11.0}).aliasing.empty());
+  CHECK_FALSE(evaluated(periodic, periodic, {13.0, 11.0}).aliasing.empty());
 }
 
 TEST_CASE("One thing that stands once tells a place from those that repeat it", "[placement]") {
@@ -146,48 +184,32 @@ TEST_CASE("One thing that stands once tells a place from those that repeat it", 
   CHECK(told.supporting == kKeyframes / 2);
 
   // Loops that say so put the query a period farther on.
-  std::vector<LoopConstraint> ahead;
-  for (std::size_t k = 0; k + 4 < kKeyframes; k += 3) {
-    ahead.emplace_back().match = {0, k + 4};
-    ahead.back().query = {1, k};
-  }
   const CompetingPlacement competing[] = {
-      {ahead, Pose(Eigen::Matrix3d(Eigen::Matrix3d::Identity()), {12.0, 0.0, 0.0})}};
+      {loops_to([](std::size_t k) { return k + 4; }, kKeyframes - 4), shifted(12.0)}};
   const auto against_competing = [&](const Place& match, const Place& query) {
-    return evaluated({match.drive(1), query.drive(2)}, {}, kKeyframes, {}, competing);
+    return evaluated({match.drive(1), query.drive(2)}, loops_all_along(), {}, {}, competing);
   };
   const PlacementEvidence excluded = against_competing(with_kiosk(22.0), with_kiosk(22.0));
   CHECK(excluded.competing_excluded == 1);
   CHECK(excluded.aliasing.empty());
   const PlacementEvidence equal = against_competing(corridor(12.0), corridor(12.0));
   CHECK(equal.competing_excluded == 0);
-  CHECK(equal.aliasing.find("do not exclude the other placement, 12 m off") != std::string::npos);
+  CHECK_THAT(equal.aliasing, Contains("do not exclude the other placement, 12 m off"));
   // It stands a period farther on: then that one is right.
   CHECK(against_competing(with_kiosk(34.0), with_kiosk(22.0)).competing_excluded == 0);
 }
 
-TEST_CASE("Keyframes beside each other that see different structure contradict", "[placement]") {
-  Place other;
-  other.add_level(-1.5, true);
-  for (double x = -28.0; x < 75.0; x += 9.0) other.add_wall(x, -8.0, x + 5.0, 8.0);
-  const PlacementEvidence evidence = evaluated(corridor(0.0), other);
-  CHECK(evidence.contradicting > evidence.supporting);
-}
-
 TEST_CASE("What a narrow LiDAR cannot see is no contradiction", "[placement]") {
-  constexpr double kNarrowDeg = 35.0;
   const Place place = corridor(0.0);
   MergeConfig config;  // no pair passes as a loop
   config.loops.min_overlap = 0.95;
-  const PlacementEvidence same =
-      evaluated({place.drive(1), place.drive(2, 0.0, kNarrowDeg)}, config);
+  const auto narrow = [&](const Place& query) {
+    return evaluated({place.drive(1), query.drive(2, 0.0, 35.0)}, loops_all_along(), config);
+  };
+  const PlacementEvidence same = narrow(place);
   CHECK(same.supporting == kKeyframes / 2);
   CHECK(same.contradicting == 0);
-  Place other;
-  other.add_level(-1.5, true);
-  for (double x = -28.0; x < 75.0; x += 9.0) other.add_wall(x, -8.0, x + 5.0, 8.0);
-  const PlacementEvidence differs =
-      evaluated({place.drive(1), other.drive(2, 0.0, kNarrowDeg)}, config);
+  const PlacementEvidence differs = narrow(rooms_across());
   CHECK(differs.supporting == 0);
   CHECK(differs.contradicting > kKeyframes / 4);
 }
@@ -195,7 +217,7 @@ TEST_CASE("What a narrow LiDAR cannot see is no contradiction", "[placement]") {
 TEST_CASE("Keyframes that see nothing in common do not vote", "[placement]") {
   const Place place = corridor(0.0);
   const PlacementEvidence evidence =
-      evaluated({place.drive(1, 0.0, 35.0), place.drive(2, 145.0, 180.0)});
+      evaluated({place.drive(1, 0.0, 35.0), place.drive(2, 145.0, 180.0)}, loops_all_along());
   CHECK(evidence.supporting == 0);
   CHECK(evidence.contradicting == 0);
 }
@@ -203,47 +225,40 @@ TEST_CASE("Keyframes that see nothing in common do not vote", "[placement]") {
 TEST_CASE("A link that the scans contradict is told from one of which they know nothing",
           "[placement]") {
   const Place place = corridor(0.0);
-  const auto check = [](const std::vector<SessionData>& sessions, std::optional<Pose> pose) {
-    return check_link(sessions, {{1, 6}, {0, 6}, pose}, {});
+  const auto check = [&](const Place& query, const std::optional<Pose>& pose) {
+    return check_link({place.drive(1), query.drive(2)}, {{1, 6}, {0, 6}, pose}, {});
   };
-  CHECK(check({place.drive(1), place.drive(2)}, Pose{}).is_confirmed);
-  CHECK(check({place.drive(1), place.drive(2)}, std::nullopt).is_confirmed);
-
-  Place other;
-  other.add_level(-1.5, true);
-  for (double x = -28.0; x < 75.0; x += 9.0) other.add_wall(x, -8.0, x + 5.0, 8.0);
-  const LinkEvidence wrong = check({place.drive(1), other.drive(2)}, Pose{});
+  CHECK(check(place, Pose{}).is_confirmed);
+  CHECK(check(place, std::nullopt).is_confirmed);
+  const LinkEvidence wrong = check(rooms_across(), Pose{});
   CHECK_FALSE(wrong.is_confirmed);
   CHECK(wrong.is_contradicted);
   CHECK(wrong.seen_through > 0.5);
-  CHECK_FALSE(check({place.drive(1), other.drive(2)}, std::nullopt).is_confirmed);
-
-  const LinkEvidence unknown =
-      check({place.drive(1, 0.0, 35.0), place.drive(2, 145.0, 180.0)}, Pose{});
+  CHECK_FALSE(check(rooms_across(), std::nullopt).is_confirmed);
+  const LinkEvidence unknown = check_link({place.drive(1, 0.0, 35.0), place.drive(2, 145.0, 180.0)},
+                                          {{1, 6}, {0, 6}, Pose{}}, {});
   CHECK_FALSE(unknown.is_confirmed);
   CHECK_FALSE(unknown.is_contradicted);
 }
 
 TEST_CASE("Keyframes are compared only as far from a loop as odometry is sure", "[placement]") {
   const Place place = corridor(0.0);
+  const std::vector<SessionData> sessions{place.drive(1), place.drive(2)};
+  const auto supporting = [&](const MergeConfig& config) {
+    return evaluated(sessions, {loops_all_along()[0]}, config).supporting;
+  };
   MergeConfig config;
-  CHECK(evaluated(place, place, config, 1).supporting == kKeyframes / 2);
+  CHECK(supporting(config) == kKeyframes / 2);
   // Both sessions together: 1 m after 3.5 m of path.
   config.odometry.translation_m_per_sqrt_m = std::sqrt(0.5 / 3.5);
-  CHECK(evaluated(place, place, config, 1).supporting == 1);
+  CHECK(supporting(config) == 1);
   config.odometry.translation_m_per_sqrt_m = std::sqrt(0.5 / 6.5);
-  CHECK(evaluated(place, place, config, 1).supporting == 2);
+  CHECK(supporting(config) == 2);
 }
 
 TEST_CASE("Below a ceiling a place whose contents differ may be another storey", "[placement]") {
-  const auto storey = [](bool has_ceiling, std::uint64_t cars) {
-    Place place;
-    place.add_level(-1.5, true);
-    if (has_ceiling) place.add_level(1.5, false);
-    Random pillars(9);
-    for (double x = -28.0; x < 75.0; x += pillars.uniform(4.0, 9.0)) {
-      place.add_box(x, pillars.uniform(-7.0, 5.0), 0.6, pillars.uniform(0.6, 2.5), 1.5);
-    }
+  const auto with_cars = [](bool has_ceiling, std::uint64_t cars) {
+    Place place = storey(has_ceiling);
     Random random(cars);
     for (double x = -28.0; x < 75.0; x += random.uniform(5.0, 9.0)) {
       for (const double y : {-3.5, 1.7}) {
@@ -252,22 +267,15 @@ TEST_CASE("Below a ceiling a place whose contents differ may be another storey",
     }
     return place;
   };
-  const PlacementEvidence changed = evaluated(storey(true, 3), storey(true, 4));
-  INFO(changed.aliasing);
-  CHECK(changed.aliasing.find("below a ceiling it may be another storey") != std::string::npos);
-  CHECK(evaluated(storey(true, 3), storey(true, 3)).aliasing.empty());
-  CHECK(evaluated(storey(false, 3), storey(false, 4)).aliasing.empty());
+  CHECK_THAT(evaluated(with_cars(true, 3), with_cars(true, 4)).aliasing,
+             Contains("below a ceiling it may be another storey"));
+  CHECK(evaluated(with_cars(true, 3), with_cars(true, 3)).aliasing.empty());
+  CHECK(evaluated(with_cars(false, 3), with_cars(false, 4)).aliasing.empty());
 }
 
 TEST_CASE("Below a ceiling a few things that were moved are no other storey", "[placement]") {
-  const auto hall = [](double moved_share) {
-    Place place;
-    place.add_level(-1.5, true);
-    place.add_level(1.5, false);
-    Random pillars(9);
-    for (double x = -28.0; x < 75.0; x += pillars.uniform(4.0, 9.0)) {
-      place.add_box(x, pillars.uniform(-7.0, 5.0), 0.6, pillars.uniform(0.6, 2.5), 1.5);
-    }
+  const auto with_moved = [](double moved_share) {
+    Place place = storey(true);
     Random random(3);
     Random moved(4);
     for (double x = -28.0; x < 75.0; x += random.uniform(5.0, 9.0)) {
@@ -281,13 +289,13 @@ TEST_CASE("Below a ceiling a few things that were moved are no other storey", "[
   };
   // Where two fifths were moved, 12 % of the structure differ and 5 % stand during one visit alone,
   // which is too much already.
-  CHECK(evaluated(hall(0.0), hall(0.3)).aliasing.empty());
-  CHECK(evaluated(hall(0.0), hall(0.7)).aliasing.find("may be another storey") !=
-        std::string::npos);
+  CHECK(evaluated(with_moved(0.0), with_moved(0.3)).aliasing.empty());
+  CHECK_THAT(evaluated(with_moved(0.0), with_moved(0.7)).aliasing,
+             Contains("may be another storey"));
 }
 
 TEST_CASE("Below a ceiling furniture tells where a robot left a lift", "[placement][slow]") {
-  const auto storey = [](std::uint64_t furniture, bool has_ceiling) {
+  const auto furnished = [](std::uint64_t furniture, bool has_ceiling) {
     Place place = corridor(0.0);
     if (has_ceiling) place.add_level(1.5, false);
     Random random(furniture);
@@ -297,7 +305,7 @@ TEST_CASE("Below a ceiling furniture tells where a robot left a lift", "[placeme
     return place;
   };
   // The second session begins `gap_s` after the first one ended, where its odometry was.
-  const auto after_lift = [](const Place& before, const Place& after, double gap_s) {
+  const auto after_lift = [](const Place& before, const Place& after, double gap_s = 20.0) {
     std::vector<SessionData> sessions = {before.drive(1), after.drive(2)};
     std::reverse(sessions[0].keyframes.begin(), sessions[0].keyframes.end());
     std::int64_t stamp_ns = 0;
@@ -307,33 +315,13 @@ TEST_CASE("Below a ceiling furniture tells where a robot left a lift", "[placeme
       }
       stamp_ns += static_cast<std::int64_t>((gap_s - 1.0) * 1e9);
     }
-    return sessions;
+    return evaluated(sessions, loops_to([](std::size_t k) { return kKeyframes - 1 - k; })).aliasing;
   };
-  const auto found = [&](const std::vector<SessionData>& sessions) {
-    std::vector<LoopConstraint> loops;
-    std::vector<Pose> match_poses;
-    std::vector<Pose> query_poses;
-    for (std::size_t k = 0; k < kKeyframes; ++k) {
-      match_poses.push_back(sessions[0].keyframes[k].T_odometry_keyframe);
-      query_poses.push_back(sessions[1].keyframes[k].T_odometry_keyframe);
-      if (k % 3 != 0) continue;
-      LoopConstraint& loop = loops.emplace_back();
-      loop.match = {0, kKeyframes - 1 - k};
-      loop.query = {1, k};
-      loop.overlap = 1.0;
-    }
-    const MergeConfig config;
-    KeyframeClouds clouds(sessions, config.registration, 2);
-    return PlacementEvaluator(sessions, clouds, config)
-        .evaluate({loops, query_poses, match_poses, Pose{}})
-        .aliasing;
-  };
-  CHECK(found(after_lift(storey(3, true), storey(4, true), 20.0)).find("in one session alone") !=
-        std::string::npos);
-  CHECK(found(after_lift(storey(3, true), storey(3, true), 20.0)).empty());
-  CHECK(found(after_lift(storey(3, false), storey(4, false), 20.0)).empty());
+  CHECK_THAT(after_lift(furnished(3, true), furnished(4, true)), Contains("in one session alone"));
+  CHECK(after_lift(furnished(3, true), furnished(3, true)).empty());
+  CHECK(after_lift(furnished(3, false), furnished(4, false)).empty());
   // On another day anybody may have moved them.
-  CHECK(found(after_lift(storey(3, true), storey(4, true), 86'400.0)).empty());
+  CHECK(after_lift(furnished(3, true), furnished(4, true), 86'400.0).empty());
 }
 
 TEST_CASE("Walls that lie beside those of the other session are of another place", "[placement]") {
@@ -351,8 +339,7 @@ TEST_CASE("Walls that lie beside those of the other session are of another place
   const PlacementEvidence same = evaluated(rooms(0.0), rooms(0.0));
   CHECK(same.aliasing.empty());
   CHECK(same.supporting > 0);
-  const PlacementEvidence other = evaluated(rooms(0.0), rooms(0.5));
-  CHECK(other.aliasing.find("the walls do not fit") != std::string::npos);
+  CHECK_THAT(evaluated(rooms(0.0), rooms(0.5)).aliasing, Contains("the walls do not fit"));
 }
 
 TEST_CASE("The roofed share is that of ground below structure", "[placement]") {

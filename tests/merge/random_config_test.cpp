@@ -10,6 +10,7 @@
 
 using namespace unimapper;
 using namespace unimapper::merge;
+using namespace unimapper::merge::testing;
 
 namespace {
 
@@ -17,10 +18,8 @@ namespace {
 /// them labelled dynamic.
 std::vector<SessionData> two_sessions() {
   constexpr std::size_t kThinning = 20;
-  const merge::testing::Town town = merge::testing::make_town(5, 1);
-  const std::vector<Pose> street = merge::testing::drive_roads({{0, 0}, {0.6, 0}});
-  std::vector<SessionData> sessions{merge::testing::record(town, street, "alpha", 1).session,
-                                    merge::testing::record(town, street, "beta", 2).session};
+  const std::vector<Drive> drives = same_way({{0, 0}, {0.6, 0}});
+  std::vector<SessionData> sessions{drives[0].session, drives[1].session};
   for (SessionData& session : sessions) {
     for (KeyframeRecord& keyframe : session.keyframes) {
       std::vector<FineCell> kept;

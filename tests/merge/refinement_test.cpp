@@ -33,82 +33,93 @@ double dynamic_share(const KeyframeRecord& keyframe, const RefinedKeyframe& refi
   return static_cast<double>(dynamic) / static_cast<double>(all);
 }
 
-}  // namespace
+const std::vector<Sheet> kWithout{kWall};
+const std::vector<Sheet> kWith{kWall, kPerson};
 
-TEST_CASE("a person that moves off later is removed where later keyframes saw through",
-          "[refinement]") {
+/// What each keyframe of a session sees, all from one place.
+SessionData seen(const std::vector<std::vector<Sheet>>& by_keyframe) {
   SessionData session;
-  session.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
-  for (std::uint32_t k = 1; k < 5; ++k) session.keyframes.push_back(keyframe_of(k, {kWall}));
-  const auto refined = refine({posed(session)}, {}, 1);
-  CHECK(dynamic_share(session.keyframes[0], refined[0][0], kPerson.x) == 1.0);
-  for (std::size_t k = 0; k < 5; ++k) {
-    CHECK(dynamic_share(session.keyframes[k], refined[0][k], kWall.x) == 0.0);
+  for (const std::vector<Sheet>& sheets : by_keyframe) {
+    const auto sequence = static_cast<std::uint32_t>(session.keyframes.size());
+    session.keyframes.push_back(keyframe_of(sequence, sheets));
   }
+  return session;
 }
 
+std::vector<std::vector<Sheet>> times(std::size_t count, const std::vector<Sheet>& sheets) {
+  return std::vector<std::vector<Sheet>>(count, sheets);
+}
+
+/// The keyframes of the second session are those of the first one's robot, later.
+SessionData joined(SessionData first, const SessionData& second) {
+  for (KeyframeRecord keyframe : second.keyframes) {
+    keyframe.sequence = static_cast<std::uint32_t>(first.keyframes.size());
+    first.keyframes.push_back(std::move(keyframe));
+  }
+  return first;
+}
+
+/// The session as if seen from `aside_m` aside.
+PosedSession aside(const SessionData& session, double aside_m) {
+  PosedSession result = posed(session);
+  for (Pose& pose : result.T_map_keyframe) pose.translation.y() = aside_m;
+  return result;
+}
+
+/// Share of the person's cells in a keyframe of the first session that are dynamic afterwards.
+double share(const std::vector<PosedSession>& sessions, const RefinementConfig& config = {},
+             std::size_t keyframe = 0) {
+  return dynamic_share(sessions[0].session->keyframes[keyframe],
+                       refine(sessions, config, 1)[0][keyframe], kPerson.x);
+}
+double share(const SessionData& session, const RefinementConfig& config = {},
+             std::size_t keyframe = 0) {
+  return share(std::vector<PosedSession>{posed(session)}, config, keyframe);
+}
+
+}  // namespace
+
 TEST_CASE("a static object removed online by mistake is restored", "[refinement]") {
-  SessionData session;
-  for (std::uint32_t k = 0; k < 9; ++k)
-    session.keyframes.push_back(keyframe_of(k, {kWall, kPerson}));
+  SessionData session = seen(times(9, kWith));
   session.keyframes[4] = keyframe_of(4, {kWall}, {kPerson});
-  const auto refined = refine({posed(session)}, {}, 1);
-  CHECK(dynamic_share(session.keyframes[4], refined[0][4], kPerson.x) == 0.0);
+  CHECK(share(session, {}, 4) == 0.0);
 }
 
 TEST_CASE("a cell that no other keyframe observed keeps its online label", "[refinement]") {
-  // No other keyframe observed it.
   SessionData session;
   session.keyframes.push_back(keyframe_of(0, {kWall}, {kPerson}));
-  CHECK(dynamic_share(session.keyframes[0], refine({posed(session)}, {}, 1)[0][0], kPerson.x) ==
-        1.0);
+  CHECK(share(session) == 1.0);
 }
 
 TEST_CASE("without images the online labels stay", "[refinement]") {
-  SessionData session;
-  session.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
-  for (std::uint32_t k = 1; k < 5; ++k)
+  SessionData session = seen({kWith});
+  for (std::uint32_t k = 1; k < 5; ++k) {
     session.keyframes.push_back(keyframe_of(k, {kWall}, {kPerson}));
+  }
   for (KeyframeRecord& keyframe : session.keyframes) keyframe.images.clear();
-  const auto refined = refine({posed(session)}, {}, 1);
-  CHECK(dynamic_share(session.keyframes[0], refined[0][0], kPerson.x) == 0.0);
-  CHECK(dynamic_share(session.keyframes[2], refined[0][2], kPerson.x) == 1.0);
+  CHECK(share(session, {}, 0) == 0.0);
+  CHECK(share(session, {}, 2) == 1.0);
 }
 
 TEST_CASE("another visit's free space removes a single observation but no object seen all day",
           "[refinement]") {
-  SessionData other_day;
-  for (std::uint32_t k = 0; k < 8; ++k) other_day.keyframes.push_back(keyframe_of(k, {kWall}));
-
-  SessionData ghost;
-  ghost.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
-  const auto with_ghost = refine({posed(ghost), posed(other_day)}, {}, 1);
-  CHECK(dynamic_share(ghost.keyframes[0], with_ghost[0][0], kPerson.x) == 1.0);
+  const SessionData other_day = seen(times(8, kWithout));
+  const SessionData ghost = seen({kWith});
+  CHECK(share({posed(ghost), posed(other_day)}) == 1.0);
   // In a map of its own the other visit knows nothing of this one.
-  const auto apart = refine({posed(ghost, 1), posed(other_day, 2)}, {}, 1);
-  CHECK(dynamic_share(ghost.keyframes[0], apart[0][0], kPerson.x) == 0.0);
-
-  SessionData parked;
-  for (std::uint32_t k = 0; k < 6; ++k)
-    parked.keyframes.push_back(keyframe_of(k, {kWall, kPerson}));
-  const auto with_parked = refine({posed(parked), posed(other_day)}, {}, 1);
-  CHECK(dynamic_share(parked.keyframes[2], with_parked[0][2], kPerson.x) == 0.0);
+  CHECK(share({posed(ghost, 1), posed(other_day, 2)}) == 0.0);
+  const SessionData parked = seen(times(6, kWith));
+  CHECK(share({posed(parked), posed(other_day)}, {}, 2) == 0.0);
 }
 
 TEST_CASE("ground that was seen through as a whole is rejected", "[refinement]") {
-  SessionData session;
-  session.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
-  for (FineCell& cell : session.keyframes[0].static_cells) {
+  SessionData first = seen({kWith});
+  for (FineCell& cell : first.keyframes[0].static_cells) {
     if (cell.position.x() < 8.0F) cell.ground = 1;
   }
-  for (std::uint32_t k = 1; k < 5; ++k) session.keyframes.push_back(keyframe_of(k, {kWall}));
-  const auto refined = refine({posed(session)}, {}, 1);
-  CHECK(dynamic_share(session.keyframes[0], refined[0][0], kPerson.x) == 1.0);
-
+  CHECK(share(joined(first, seen(times(4, kWithout)))) == 1.0);
   // Where it was not seen through, ground stays whatever else moves.
-  for (std::uint32_t k = 1; k < 5; ++k) session.keyframes[k] = keyframe_of(k, {kWall, kPerson});
-  CHECK(dynamic_share(session.keyframes[0], refine({posed(session)}, {}, 1)[0][0], kPerson.x) ==
-        0.0);
+  CHECK(share(joined(first, seen(times(4, kWith)))) == 0.0);
 }
 
 TEST_CASE("ground is left out of the mean of what stands on it", "[refinement]") {
@@ -116,9 +127,7 @@ TEST_CASE("ground is left out of the mean of what stands on it", "[refinement]")
   // mean over two rows below is static: only as ground they do not count.
   const Sheet below{6.1F, -1.0F, 1.0F, -1.0F, -0.42F};
   const Sheet feet{6.1F, -1.0F, 1.0F, -0.38F, -0.22F};
-  SessionData session;
-  session.keyframes.push_back(keyframe_of(0, {kWall, feet, below}));
-  for (std::uint32_t k = 1; k < 5; ++k) session.keyframes.push_back(keyframe_of(k, {kWall, below}));
+  SessionData session = joined(seen({{kWall, feet, below}}), seen(times(4, {kWall, below})));
   const auto is_below = [](const FineCell& cell) {
     return cell.position.x() < 8.0F && cell.position.z() < -0.4F;
   };
@@ -140,12 +149,12 @@ TEST_CASE("ground is left out of the mean of what stands on it", "[refinement]")
 
 TEST_CASE("refinement does not depend on the number of threads, and can be turned off",
           "[refinement]") {
-  SessionData session;
-  for (std::uint32_t k = 0; k < 70; ++k) {
+  std::vector<std::vector<Sheet>> sheets;
+  for (int k = 0; k < 70; ++k) {
     const float y = 0.2F * static_cast<float>(k % 9);
-    session.keyframes.push_back(
-        keyframe_of(k, {{12.1F, -1.0F, 1.0F, -1.0F, 1.0F}, {6.1F, y, y + 0.4F, -1.0F, 0.4F}}));
+    sheets.push_back({{12.1F, -1.0F, 1.0F, -1.0F, 1.0F}, {6.1F, y, y + 0.4F, -1.0F, 0.4F}});
   }
+  const SessionData session = seen(sheets);
   const auto one = refine({posed(session)}, {}, 1);
   const auto three = refine({posed(session)}, {}, 3);
   REQUIRE(one[0].size() == 70);
@@ -154,17 +163,13 @@ TEST_CASE("refinement does not depend on the number of threads, and can be turne
   RefinementConfig off;
   off.window = 0;
   const auto unchanged = refine({posed(session)}, off, 1);
-  for (const RefinedKeyframe& keyframe : unchanged[0]) {
-    CHECK(keyframe.changed.empty());
-  }
+  for (const RefinedKeyframe& keyframe : unchanged[0]) CHECK(keyframe.changed.empty());
 }
 
 TEST_CASE("cells without a position keep their online label", "[refinement]") {
-  SessionData session;
-  session.keyframes.push_back(keyframe_of(0, {kWall}));
-  session.keyframes[0].dynamic_cells.push_back({{1e30F, 0.0F, 0.0F}, 1, 0, 0});
-  session.keyframes[0].dynamic_cells.push_back({{std::nanf(""), 0.0F, 0.0F}, 1, 0, 0});
-  session.keyframes.push_back(keyframe_of(1, {kWall}));
+  SessionData session = seen(times(2, kWithout));
+  session.keyframes[0].dynamic_cells = {{{1e30F, 0.0F, 0.0F}, 1, 0, 0},
+                                        {{std::nanf(""), 0.0F, 0.0F}, 1, 0, 0}};
   const auto refined = refine({posed(session)}, {}, 1);
   std::size_t dynamic = 0;
   visit_cells(session.keyframes[0], refined[0][0], true, [&](const FineCell&) { ++dynamic; });
@@ -174,100 +179,64 @@ TEST_CASE("cells without a position keep their online label", "[refinement]") {
 TEST_CASE("the images of one keyframe together weigh no more than two", "[refinement]") {
   // Five keyframes observed the person, 0.425 each for the others' cells and 0.255 for every image:
   // 2.975 for static. A keyframe that saw through with six images says 2 x 0.85 for dynamic.
-  const auto share_after = [](std::uint32_t seen_through) {
-    SessionData session;
-    for (std::uint32_t k = 0; k < 5; ++k) {
-      session.keyframes.push_back(keyframe_of(k, {kWall, kPerson}));
-    }
-    for (std::uint32_t k = 0; k < seen_through; ++k) {
-      KeyframeRecord keyframe = keyframe_of(5 + k, {kWall});
+  const auto share_after = [](std::size_t seen_through) {
+    SessionData later = seen(times(seen_through, kWithout));
+    for (KeyframeRecord& keyframe : later.keyframes) {
       keyframe.images.resize(6, keyframe.images.front());
-      session.keyframes.push_back(keyframe);
     }
-    return dynamic_share(session.keyframes[2], refine({posed(session)}, {}, 1)[0][2], kPerson.x);
+    return share(joined(seen(times(5, kWith)), later), {}, 2);
   };
   CHECK(share_after(1) == 0.0);
   CHECK(share_after(2) > 0.8);
 }
 
 TEST_CASE("observers are the keyframes within the window and no others", "[refinement]") {
-  SessionData session;
-  session.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
-  for (std::uint32_t k = 1; k < 4; ++k) session.keyframes.push_back(keyframe_of(k, {kWall}));
   RefinementConfig config;
   config.revisits = 0;
   config.window = 1;  // the first keyframe itself says -0.255: one other is enough
-  const auto share = [&] {
-    return dynamic_share(session.keyframes[0], refine({posed(session)}, config, 1)[0][0],
-                         kPerson.x);
-  };
-  CHECK(share() == 1.0);
-  session.keyframes[1] = keyframe_of(1, {kWall, kPerson});
-  CHECK(share() == 0.0);
+  CHECK(share(seen({kWith, kWithout, kWithout, kWithout}), config) == 1.0);
+  const SessionData session = seen({kWith, kWith, kWithout, kWithout});
+  CHECK(share(session, config) == 0.0);
   config.window = 2;  // one that saw through against one that observed the person: -0.935 + 0.85
-  CHECK(share() == 0.0);
+  CHECK(share(session, config) == 0.0);
   config.window = 3;
-  CHECK(share() == 1.0);
+  CHECK(share(session, config) == 1.0);
 }
 
 TEST_CASE("observations of different keyframes coincide in cells of the configured size",
           "[refinement]") {
   // Where the person was, one saw through, and three without images saw a person 35 cm farther off:
   // 0.85 - 0.255 for dynamic, and 1.275 for static if they coincide.
-  SessionData session;
-  session.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
-  session.keyframes.push_back(keyframe_of(1, {kWall}));
   Sheet farther = kPerson;
   farther.x += 0.35F;
-  for (std::uint32_t k = 2; k < 5; ++k) {
-    session.keyframes.push_back(keyframe_of(k, {kWall, farther}));
-    session.keyframes.back().images.clear();
-  }
+  SessionData others = seen(times(3, {kWall, farther}));
+  for (KeyframeRecord& keyframe : others.keyframes) keyframe.images.clear();
+  const SessionData session = joined(seen({kWith, kWithout}), others);
+  CHECK(share(session) > 0.9);
   RefinementConfig config;
-  const auto share = [&] {
-    return dynamic_share(session.keyframes[0], refine({posed(session)}, config, 1)[0][0],
-                         kPerson.x);
-  };
-  CHECK(share() > 0.9);
   config.cell_size_m = 0.5F;
-  CHECK(share() == 0.0);
+  CHECK(share(session, config) == 0.0);
 }
 
 TEST_CASE("keyframes of another visit are observers within their reach", "[refinement]") {
-  SessionData ghost;
-  ghost.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
-  SessionData other_day;
-  for (std::uint32_t k = 0; k < 8; ++k) other_day.keyframes.push_back(keyframe_of(k, {kWall}));
-  // The whole visit is known as if taken from half a metre aside.
-  PosedSession visit = posed(other_day);
-  for (Pose& pose : visit.T_map_keyframe) pose.translation.y() = 0.5;
+  const SessionData ghost = seen({kWith});
+  const SessionData other_day = seen(times(8, kWithout));
   RefinementConfig config;
   config.reach_m = 0.51F;
   REQUIRE(config.revisits > 0);
-  CHECK(dynamic_share(ghost.keyframes[0], refine({posed(ghost), visit}, config, 1)[0][0],
-                      kPerson.x) > 0.9);
+  CHECK(share({posed(ghost), aside(other_day, 0.5)}, config) > 0.9);
   config.reach_m = 0.49F;
-  CHECK(dynamic_share(ghost.keyframes[0], refine({posed(ghost), visit}, config, 1)[0][0],
-                      kPerson.x) == 0.0);
+  CHECK(share({posed(ghost), aside(other_day, 0.5)}, config) == 0.0);
 }
-
-namespace {
-
-/// A board of a hundred cells stands there in keyframes 0 to 2. In 3 to 6 only the part above
-/// `cut_z` is left: what is below is seen through.
-double share_of_board(float cut_z) {
-  const Sheet board{6.1F, -1.0F, 1.0F, -1.0F, 1.0F};
-  const Sheet rest{6.1F, -1.0F, 1.0F, cut_z, 1.0F};
-  SessionData session;
-  for (std::uint32_t k = 0; k < 7; ++k) {
-    session.keyframes.push_back(keyframe_of(k, {kWall, k < 3 ? board : rest}));
-  }
-  return dynamic_share(session.keyframes[0], refine({posed(session)}, {}, 1)[0][0], board.x);
-}
-
-}  // namespace
 
 TEST_CASE("a component of which hardly anything moved is static as a whole", "[refinement]") {
+  // A board of a hundred cells stands there in keyframes 0 to 2. In 3 to 6 only the part above
+  // `cut_z` is left: what is below is seen through.
+  const auto share_of_board = [](float cut_z) {
+    const Sheet board{kPerson.x, -1.0F, 1.0F, -1.0F, 1.0F};
+    const Sheet rest{kPerson.x, -1.0F, 1.0F, cut_z, 1.0F};
+    return share(joined(seen(times(3, {kWall, board})), seen(times(4, {kWall, rest}))));
+  };
   // Of ten rows the lowest one says "dynamic": too little.
   CHECK(share_of_board(-0.85F) == 0.0);
   // Of three rows the component becomes neither: cell by cell.
@@ -279,108 +248,60 @@ TEST_CASE("a component of which hardly anything moved is static as a whole", "[r
 TEST_CASE("all revisits together weigh up to their limit and no more", "[refinement]") {
   // Every keyframe of the other visit saw through, 0.85 each, of which 1 counts. The first
   // keyframe's own image says -0.255.
-  SessionData other_day;
-  for (std::uint32_t k = 0; k < 4; ++k) other_day.keyframes.push_back(keyframe_of(k, {kWall}));
-  SessionData parked;
-  for (std::uint32_t k = 0; k < 2; ++k) {
-    parked.keyframes.push_back(keyframe_of(k, {kWall, kPerson}));
-  }
-  const auto share = [&] {
-    return dynamic_share(parked.keyframes[0],
-                         refine({posed(parked), posed(other_day)}, {}, 1)[0][0], kPerson.x);
-  };
+  const SessionData other_day = seen(times(4, kWithout));
+  SessionData parked = seen({kWith, kWith});
   // Cells and image of the second one: -0.935 in all.
-  CHECK(share() == 1.0);
+  CHECK(share({posed(parked), posed(other_day)}) == 1.0);
   // The cells of two others: -1.105 in all.
   parked.keyframes.push_back(parked.keyframes[1]);
   for (const std::size_t k : {1U, 2U}) parked.keyframes[k].images.clear();
-  CHECK(share() == 0.0);
+  CHECK(share({posed(parked), posed(other_day)}) == 0.0);
 }
 
 TEST_CASE("of more revisits than configured the nearest are used", "[refinement]") {
-  SessionData ghost;
-  ghost.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
-  SessionData saw_through;
-  saw_through.keyframes.push_back(keyframe_of(0, {kWall}));
-  SessionData observed;
-  for (std::uint32_t k = 0; k < 3; ++k) {
-    observed.keyframes.push_back(keyframe_of(k, {kWall, kPerson}));
-  }
-  RefinementConfig config;
-  const auto share = [&](double saw_through_m, double observed_m) {
-    PosedSession near = posed(saw_through);
-    PosedSession far = posed(observed);
-    for (Pose& pose : near.T_map_keyframe) pose.translation.y() = saw_through_m;
-    for (Pose& pose : far.T_map_keyframe) pose.translation.y() = observed_m;
-    return dynamic_share(ghost.keyframes[0], refine({posed(ghost), near, far}, config, 1)[0][0],
-                         kPerson.x);
+  const SessionData ghost = seen({kWith});
+  const SessionData saw_through = seen({kWithout});
+  const SessionData observed = seen(times(3, kWith));
+  const auto share_with = [&](std::uint32_t revisits, double saw_through_m, double observed_m) {
+    RefinementConfig config;
+    config.revisits = revisits;
+    return share({posed(ghost), aside(saw_through, saw_through_m), aside(observed, observed_m)},
+                 config);
   };
-  config.revisits = 1;
-  CHECK(share(0.01, 0.02) == 1.0);
-  CHECK(share(0.02, 0.01) == 0.0);
-  // Three against one.
-  config.revisits = 4;
-  CHECK(share(0.01, 0.02) == 0.0);
-  config.revisits = 0;
-  CHECK(share(0.01, 0.02) == 0.0);
-}
-
-TEST_CASE("keyframes of the same session beyond the window are revisits", "[refinement]") {
-  SessionData session;
-  session.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
-  session.keyframes.push_back(keyframe_of(1, {}));  // saw nothing at all
-  session.keyframes.push_back(keyframe_of(2, {kWall}));
-  session.keyframes.push_back(keyframe_of(3, {kWall}));
-  RefinementConfig config;
-  config.window = 1;
-  const auto share = [&] {
-    return dynamic_share(session.keyframes[0], refine({posed(session)}, config, 1)[0][0],
-                         kPerson.x);
-  };
-  config.revisits = 0;
-  CHECK(share() == 0.0);
-  config.revisits = 10;
-  CHECK(share() == 1.0);
+  CHECK(share_with(1, 0.01, 0.02) == 1.0);
+  CHECK(share_with(1, 0.02, 0.01) == 0.0);
+  CHECK(share_with(4, 0.01, 0.02) == 0.0);  // three against one
+  CHECK(share_with(0, 0.01, 0.02) == 0.0);
 }
 
 TEST_CASE("a revisit that observed a cell speaks against its having been seen through",
           "[refinement]") {
-  SessionData ghost;
-  ghost.keyframes.push_back(keyframe_of(0, {kWall, kPerson}));
-  ghost.keyframes.push_back(keyframe_of(1, {}));
+  const SessionData ghost = seen({kWith, {}});
   RefinementConfig config;
   config.window = 1;
   // One saw through, 0.85, against the first keyframe's own image, 0.255, and the cells of so many
   // revisits without images, 0.425 each.
-  const auto shares = [&](std::uint32_t observed) {
-    SessionData other_day;
-    other_day.keyframes.push_back(keyframe_of(0, {kWall}));
-    for (std::uint32_t k = 1; k <= observed; ++k) {
-      other_day.keyframes.push_back(keyframe_of(k, {kWall, kPerson}));
-      other_day.keyframes.back().images.clear();
-    }
-    SessionData both = ghost;
-    for (const KeyframeRecord& keyframe : other_day.keyframes) both.keyframes.push_back(keyframe);
-    const double apart = dynamic_share(
-        ghost.keyframes[0], refine({posed(ghost), posed(other_day)}, config, 1)[0][0], kPerson.x);
-    const double together =
-        dynamic_share(both.keyframes[0], refine({posed(both)}, config, 1)[0][0], kPerson.x);
-    return std::pair(apart, together);
+  const auto shares = [&](std::size_t observed) {
+    SessionData without_images = seen(times(observed, kWith));
+    for (KeyframeRecord& keyframe : without_images.keyframes) keyframe.images.clear();
+    const SessionData other_day = joined(seen({kWithout}), without_images);
+    return std::pair(share({posed(ghost), posed(other_day)}, config),
+                     share(joined(ghost, other_day), config));
   };
   CHECK(shares(1) == std::pair(1.0, 1.0));
   CHECK(shares(2) == std::pair(0.0, 0.0));
 }
 
-TEST_CASE("every keyframe of a long session is refined", "[refinement]") {
-  SessionData session;
-  for (std::uint32_t k = 0; k < 130; ++k) {
-    const bool has_person = k % 60 == 9;
-    session.keyframes.push_back(has_person ? keyframe_of(k, {kWall, kPerson})
-                                           : keyframe_of(k, {kWall}));
-  }
+TEST_CASE("a person is removed where later keyframes saw through, also in a long session",
+          "[refinement]") {
+  std::vector<std::vector<Sheet>> sheets = times(130, kWithout);
+  for (const std::size_t k : {9U, 69U, 129U}) sheets[k] = kWith;
+  const SessionData session = seen(sheets);
   const auto refined = refine({posed(session)}, {}, 1);
   REQUIRE(refined[0].size() == 130);
-  for (const std::size_t k : {9U, 69U, 129U}) {
+  for (std::size_t k = 0; k < 130; ++k) {
+    CHECK(dynamic_share(session.keyframes[k], refined[0][k], kWall.x) == 0.0);
+    if (k % 60 != 9) continue;
     CHECK(dynamic_share(session.keyframes[k], refined[0][k], kPerson.x) == 1.0);
   }
 }

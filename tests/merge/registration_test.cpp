@@ -1,25 +1,31 @@
-// Tests of G-ICP registration.
+// Tests of G-ICP registration, and of its weakest axis.
 #include "unimapper/merge/registration.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <limits>
 #include <string>
+#include <vector>
 
+#include "src/merge/weak_axis.hpp"
+#include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
 #include "tests/recordings.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
-using unimapper::merge::testing::Random;
+using namespace unimapper::merge::testing;
 
 namespace {
 
+using Points = std::vector<Eigen::Vector3f>;
+
 /// Points of a scene, and which of them are ground.
 struct Sample {
-  std::vector<Eigen::Vector3f> points;
+  Points points;
   std::vector<std::uint8_t> ground;
 };
 
@@ -37,35 +43,20 @@ Sample sample_corner(Random& random) {
   return sample;
 }
 
-/// An endless corridor.
-void sample_corridor(Random& random, std::vector<Eigen::Vector3f>& points) {
-  for (int i = 0; i < 12000; ++i) {
-    const int wall = i % 3;
-    const double along = random.uniform(-25, 25);
-    const Eigen::Vector3d p = wall == 0   ? Eigen::Vector3d(along, random.uniform(-2, 2), 0.0)
-                              : wall == 1 ? Eigen::Vector3d(along, 2.0, random.uniform(0, 3))
-                                          : Eigen::Vector3d(along, -2.0, random.uniform(0, 3));
-    points.emplace_back((p + random.normal3(0.01)).cast<float>());
-  }
-}
-
-std::vector<Eigen::Vector3f> moved(const std::vector<Eigen::Vector3f>& points, const Pose& pose) {
-  std::vector<Eigen::Vector3f> result;
-  for (const auto& p : points) {
-    result.emplace_back((pose * Eigen::Vector3d(p.cast<double>())).cast<float>());
-  }
-  return result;
+Points moved(Points points, const Pose& pose) {
+  for (auto& p : points) p = (pose * Eigen::Vector3d(p.cast<double>())).cast<float>();
+  return points;
 }
 
 /// Points of a binary PLY whose vertices are x y z intensity in float32.
-std::vector<Eigen::Vector3f> read_ply(const std::filesystem::path& path) {
+Points read_ply(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::string line;
   std::size_t count = 0;
   while (std::getline(file, line) && line != "end_header") {
     if (line.rfind("element vertex ", 0) == 0) count = std::stoul(line.substr(15));
   }
-  std::vector<Eigen::Vector3f> points(count);
+  Points points(count);
   for (auto& p : points) {
     float values[4];
     file.read(reinterpret_cast<char*>(values), sizeof values);
@@ -91,29 +82,12 @@ TEST_CASE("G-ICP finds back a known motion", "[registration]") {
     const RegistrationCloud source(moved(again, truth.inverse()), ground_again, config);
     const RegistrationResult result = register_clouds(target, source, Pose{}, config);
     CHECK(result.converged);
-    CHECK((result.T_target_source.translation - truth.translation).norm() < 0.03);
+    CHECK(apart_m(result.T_target_source, truth) < 0.03);
     CHECK(turn(result.T_target_source, truth) < 0.003);
     CHECK(result.rmse_m < 0.1);
     CHECK(result.condition > 0.1);
     CHECK(structure_overlap(target, source, result.T_target_source, 30.0, 0.5) > 0.95);
   }
-}
-
-TEST_CASE("Along a corridor the information of G-ICP is weak", "[registration]") {
-  Random random(2);
-  std::vector<Eigen::Vector3f> points;
-  std::vector<Eigen::Vector3f> again;
-  sample_corridor(random, points);
-  sample_corridor(random, again);
-  const RegistrationConfig config;
-  const RegistrationCloud target(points, {}, config);
-  const RegistrationCloud source(again, {}, config);
-  const RegistrationResult result = register_clouds(target, source, Pose{}, config);
-  const Matrix6d covariance = result.information.inverse();
-  const double along = std::sqrt(covariance(0, 0));
-  const double across = std::sqrt(covariance(1, 1));
-  CHECK(along > 2.0 * across);
-  CHECK(result.condition < 0.02);
 }
 
 namespace {
@@ -173,8 +147,8 @@ TEST_CASE("Information is never better than 8 cm and 6 mrad", "[registration]") 
 
 TEST_CASE("Overlap counts only what both keyframes have within reach", "[registration]") {
   // Two keyframes 20 m apart along a wall, each with all of it within 30 m.
-  std::vector<Eigen::Vector3f> there;
-  std::vector<Eigen::Vector3f> here;
+  Points there;
+  Points here;
   for (float x = -29.9F; x < 50.0F; x += 0.3F) {
     for (float z = 0.0F; z < 3.0F; z += 0.3F) {
       const Eigen::Vector3f p(x, 2.0F, z);
@@ -186,7 +160,7 @@ TEST_CASE("Overlap counts only what both keyframes have within reach", "[registr
   const RegistrationConfig config;
   const RegistrationCloud target(there, {}, config);
   const RegistrationCloud source(here, {}, config);
-  const Pose T_target_source(Eigen::Matrix3d::Identity(), Eigen::Vector3d(20.0, 0.0, 0.0));
+  const Pose T_target_source = shifted(20.0);
   CHECK(structure_overlap(target, source, T_target_source, 30.0, 0.5) > 0.98);
   // Two thirds of either cloud's points lie within the other's reach.
   CHECK(structure_overlap(target, source, T_target_source, 80.0, 0.5) ==
@@ -195,10 +169,10 @@ TEST_CASE("Overlap counts only what both keyframes have within reach", "[registr
 
 TEST_CASE("Clouds too poor to align do not converge", "[registration]") {
   const RegistrationConfig config;
-  const std::vector<Eigen::Vector3f> none;
-  const std::vector<Eigen::Vector3f> few{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  const Points none;
+  const Points few{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  const std::vector<Eigen::Vector3f> bad{{nan, 0, 0}, {0, nan, 1e30F}, {1e30F, 0, 0}};
+  const Points bad{{nan, 0, 0}, {0, nan, 1e30F}, {1e30F, 0, 0}};
   for (const auto* points : {&none, &few, &bad}) {
     const RegistrationCloud a(*points, {}, config);
     const RegistrationCloud b(*points, {}, config);
@@ -224,7 +198,7 @@ TEST_CASE("G-ICP aligns a real outdoor pair as well as its peers", "[registratio
   REQUIRE(target.size() > 3000);
   const RegistrationResult result = register_clouds(target, source, Pose{}, config);
   CHECK(result.converged);
-  CHECK((result.T_target_source.translation - truth.translation).norm() < 0.02);
+  CHECK(apart_m(result.T_target_source, truth) < 0.02);
   CHECK(turn(result.T_target_source, truth) < 0.7 * 3.14159265 / 180.0);
   INFO("points " << target.size() << ", iterations " << result.iterations);
 }
@@ -257,7 +231,7 @@ TEST_CASE("what is known of the tilt decides where the surfaces do not", "[regis
   // One facade: any turn about its normal fits nearly as well.
   Random random(17);
   const auto facade = [&](double reach) {
-    std::vector<Eigen::Vector3f> points;
+    Points points;
     for (int i = 0; i < 9000; ++i) {
       const Eigen::Vector3d p(10.0, random.uniform(-reach, reach), random.uniform(-reach, reach));
       points.emplace_back((p + random.normal3(0.02)).cast<float>());
@@ -267,8 +241,7 @@ TEST_CASE("what is known of the tilt decides where the surfaces do not", "[regis
   const RegistrationConfig config;
   const RegistrationCloud target(facade(16.0), {}, config);
   const RegistrationCloud source(facade(12.0), {}, config);
-  const Pose leaning(Eigen::Quaterniond(Eigen::AngleAxisd(0.03, Eigen::Vector3d::UnitX())),
-                     Eigen::Vector3d::Zero());
+  const Pose leaning = turned_about(Eigen::Vector3d::UnitX(), 0.03);
   const auto aligned = [&](double sigma_rad) {
     const Eigen::Matrix2d information =
         sigma_rad > 0.0 ? Eigen::Matrix2d(Eigen::Matrix2d::Identity() / (sigma_rad * sigma_rad))
@@ -283,4 +256,75 @@ TEST_CASE("what is known of the tilt decides where the surfaces do not", "[regis
   // Its information is that of the prior and the floor, the others' are the points'.
   CHECK(held.information(3, 3) > free.information(3, 3));
   CHECK(held.rmse_m == Approx(free.rmse_m).epsilon(0.2));
+}
+
+namespace {
+
+/// 50 m of a tunnel along x, with niches in its walls or without.
+std::vector<Eigen::Vector3f> tunnel(std::uint64_t seed, bool has_niches) {
+  Random random(seed);
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 0; i < 12000; ++i) {
+    const double x = random.uniform(-25, 25);
+    const bool niche = has_niches && (std::fmod(x + 100.0, 17.0) < 3.0);
+    const Eigen::Vector3d p =
+        i % 3 == 0 ? Eigen::Vector3d(x, random.uniform(-2, 2), 0.0)
+                   : Eigen::Vector3d(x, (i % 3 == 1 ? 1.0 : -1.0) * (niche ? 3.5 : 2.0),
+                                     random.uniform(0, 3));
+    points.emplace_back((p + random.normal3(0.01)).cast<float>());
+  }
+  // The side walls of the niches.
+  for (int i = 0; has_niches && i < 4000; ++i) {
+    const double x =
+        17.0 * std::floor(random.uniform(-1.0, 2.0)) - 100.0 + 102.0 + (i % 2 == 0 ? 0.0 : 3.0);
+    points.emplace_back((Eigen::Vector3d(x, (i % 4 < 2 ? 1.0 : -1.0) * random.uniform(2.0, 3.5),
+                                         random.uniform(0, 3)) +
+                         random.normal3(0.01))
+                            .cast<float>());
+  }
+  return points;
+}
+
+struct Probed {
+  RegistrationResult result;
+  WeakAxis weak;
+};
+
+Probed probe(bool has_niches) {
+  const RegistrationConfig config;
+  const RegistrationCloud target(tunnel(1, has_niches), {}, config);
+  const RegistrationCloud source(tunnel(2, has_niches), {}, config);
+  Probed probed;
+  probed.result = register_clouds(target, source, Pose{}, config);
+  REQUIRE(probed.result.converged);
+  probed.weak = probe_weak_axis(target, source, probed.result, config, Eigen::Matrix2d::Zero());
+  return probed;
+}
+
+}  // namespace
+
+TEST_CASE("Along a smooth tunnel information is weak and a restarted registration stays",
+          "[registration]") {
+  const RegistrationConfig config;
+  const Probed smooth = probe(false);
+  const Matrix6d known = smooth.result.information.inverse();
+  CHECK(std::sqrt(known(0, 0)) > 2.0 * std::sqrt(known(1, 1)));
+  CHECK(smooth.result.condition < 0.02);
+  CHECK(std::abs(smooth.weak.axis.x()) > 0.99);
+  CHECK(smooth.weak.slip_m > RegistrationConfig::kProbeSlipM);
+  CHECK(smooth.weak.slip_m < RegistrationConfig::kProbeM + 0.5);
+
+  const Matrix6d covariance = weakened(smooth.result.information, smooth.weak.axis).inverse();
+  CHECK(std::sqrt(covariance(0, 0)) == Approx(kFreeAxisSigmaM).epsilon(0.05));
+  const Eigen::Vector3d across = smooth.weak.axis.cross(Eigen::Vector3d::UnitZ());
+  CHECK(std::sqrt(across.dot(covariance.topLeftCorner<3, 3>() * across)) < 0.2);
+  CHECK(Eigen::SelfAdjointEigenSolver<Matrix6d>(covariance).eigenvalues().minCoeff() > 0.0);
+  const auto free = free_axis(covariance.inverse());
+  REQUIRE(free);
+  CHECK(std::abs(free->dot(smooth.weak.axis)) > 0.999);
+  CHECK_FALSE(free_axis(smooth.result.information));
+}
+
+TEST_CASE("Niches bring a restarted registration back", "[registration]") {
+  CHECK(probe(true).weak.slip_m < 0.1);
 }

@@ -147,4 +147,11 @@ inline Drive record(const Town& town, const std::vector<Pose>& truth, const std:
   return drive;
 }
 
+/// Two robots that drive the same way through a small town.
+inline std::vector<Drive> same_way(const std::vector<Eigen::Vector2d>& crossings) {
+  const Town town = make_town(5, 1);
+  return {record(town, drive_roads(crossings), "alpha", 1),
+          record(town, drive_roads(crossings), "beta", 2)};
+}
+
 }  // namespace unimapper::merge::testing

@@ -2,48 +2,32 @@
 #include "unimapper/merge/user_statements.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <catch2/catch.hpp>
 #include <map>
 #include <tuple>
 
-#include "tests/merge/synthetic_town.hpp"
+#include "tests/merge/exported_files.hpp"
+#include "tests/merge/known_map.hpp"
+#include "tests/merge/poses.hpp"
 #include "tests/temporary_directory.hpp"
 #include "unimapper/merge/export.hpp"
 #include "unimapper/merge/merger.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
+using namespace unimapper::merge::testing;
 using Catch::Matchers::Contains;
-using unimapper::merge::testing::Drive;
-using unimapper::merge::testing::drive_roads;
-using unimapper::merge::testing::make_town;
-using unimapper::merge::testing::record;
 
 namespace {
 
-namespace fs = std::filesystem;
-
 /// Two robots in the same streets.
-struct Robots {
-  std::vector<Drive> drives;
-  std::vector<SessionData> sessions;
-
-  Robots() {
-    const auto town = make_town(1, 2);
-    drives.push_back(record(town, drive_roads({{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}}), "a", 11));
-    drives.push_back(record(town, drive_roads({{2, 1}, {0, 1}, {0, 0}}), "b", 12));
-    for (const Drive& drive : drives) sessions.push_back(drive.session);
-  }
-};
-
-const Robots& robots() {
-  static const Robots shared;
+const std::vector<SessionData>& robots() {
+  static const std::vector<SessionData> shared{map_of_town().drive.session, friday().session};
   return shared;
 }
 
 MergeResult merge_with(const UserStatements& statements, LoopOutcomes* outcomes = nullptr) {
-  return merge_sessions(robots().sessions, {}, {}, statements, outcomes);
+  return merge_sessions(robots(), {}, {}, statements, outcomes);
 }
 
 const MergeResult& without_statements() {
@@ -51,22 +35,15 @@ const MergeResult& without_statements() {
   return shared;
 }
 
-std::string text_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-/// Every exported file but the durations.
-std::map<std::string, std::string> exported(const std::vector<SessionData>& sessions,
-                                            const MergeResult& result) {
+std::map<std::string, std::string> exported(const MergeResult& result,
+                                            const std::vector<SessionData>& sessions = robots()) {
   const TemporaryDirectory folder;
   export_map(folder.path(), sessions, result);
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder.path())) {
-    if (!entry.is_regular_file() || entry.path().filename() == "timing.json") continue;
-    files[entry.path().lexically_relative(folder.path()).string()] = text_of(entry.path());
-  }
-  return files;
+  return exported_files(folder.path());
+}
+
+bool is_apart(const MergeResult& result, std::size_t session = 1) {
+  return result.sessions[session].status == SessionStatus::kUnconnected;
 }
 
 const LoopConstraint* find_loop(const MergeResult& result, KeyframeId query, KeyframeId match) {
@@ -87,26 +64,22 @@ const LoopConstraint& best_loop(const MergeResult& result) {
   return *best;
 }
 
-/// Statements under which no loop between the sessions is found but those that people link.
-UserStatements all_forbidden() {
+/// Statements under which no loop between the sessions is found, or this one alone.
+UserStatements all_forbidden(const std::optional<KeyframePair>& but = std::nullopt) {
   UserStatements statements;
-  for (std::uint32_t q = 0; q < robots().sessions[0].keyframes.size(); ++q) {
-    for (std::uint32_t m = 0; m < robots().sessions[1].keyframes.size(); ++m) {
-      statements.forbidden.push_back({KeyframeId{0, q}, KeyframeId{1, m}});
+  for (std::uint32_t a = 0; a < robots()[0].keyframes.size(); ++a) {
+    for (std::uint32_t b = 0; b < robots()[1].keyframes.size(); ++b) {
+      const KeyframePair pair{KeyframeId{0, a}, KeyframeId{1, b}};
+      if (but && std::minmax(but->a, but->b) == std::minmax(pair.a, pair.b)) continue;
+      statements.forbidden.push_back(pair);
     }
   }
   return statements;
 }
 
-void allow(UserStatements& statements, KeyframeId query, KeyframeId match) {
-  std::erase_if(statements.forbidden, [&](const KeyframePair& pair) {
-    return std::minmax(pair.a, pair.b) == std::minmax(query, match);
-  });
-}
-
 /// Outcomes in memory, with how often they were asked for.
 struct Memory final : LoopOutcomes {
-  using Key = std::tuple<KeyframeId, KeyframeId, std::vector<std::uint64_t>, std::uint64_t>;
+  using Key = std::tuple<KeyframeId, KeyframeId, std::vector<double>, std::uint64_t>;
   std::map<Key, LoopConstraint> known;
   std::size_t found = 0;
   std::size_t kept = 0;
@@ -115,36 +88,31 @@ struct Memory final : LoopOutcomes {
   std::size_t placements_found = 0;
 
   static Key key_of(const LoopQuestion& question) {
-    std::vector<std::uint64_t> bits;
-    for (int i = 0; i < 9; ++i) {
-      bits.push_back(std::bit_cast<std::uint64_t>(question.T_match_query.rotation.data()[i]));
-    }
-    for (int i = 0; i < 3; ++i) {
-      bits.push_back(std::bit_cast<std::uint64_t>(question.T_match_query.translation[i]));
-    }
-    return {question.query, question.match, bits, question.fingerprint};
+    const Pose& T = question.T_match_query;
+    std::vector<double> numbers(T.rotation.data(), T.rotation.data() + 9);
+    numbers.insert(numbers.end(), T.translation.data(), T.translation.data() + 3);
+    return {question.query, question.match, numbers, question.fingerprint};
+  }
+  template <typename Outcomes, typename Question>
+  static auto look_up(const Outcomes& outcomes, const Question& question, std::size_t& times) {
+    const auto entry = outcomes.find(key_of(question));
+    if (entry == outcomes.end()) return std::optional<typename Outcomes::mapped_type>();
+    ++times;
+    return std::optional(entry->second);
   }
   std::optional<LoopConstraint> find(const LoopQuestion& question) override {
-    const auto entry = known.find(key_of(question));
-    if (entry == known.end()) return std::nullopt;
-    ++found;
-    return entry->second;
+    return look_up(known, question, found);
   }
   void keep(std::span<const Entry> entries) override {
-    for (const Entry& entry : entries) {
-      ++kept;
-      known.emplace(key_of(entry.question), entry.outcome);
-    }
+    kept += entries.size();
+    for (const Entry& entry : entries) known.emplace(key_of(entry.question), entry.outcome);
   }
 
   static PlacementKey key_of(const PlacementQuestion& question) {
     return {question.query, question.match, question.fingerprint};
   }
   std::optional<PlacementEvidence> find(const PlacementQuestion& question) override {
-    const auto entry = placements.find(key_of(question));
-    if (entry == placements.end()) return std::nullopt;
-    ++placements_found;
-    return entry->second;
+    return look_up(placements, question, placements_found);
   }
   void keep(const PlacementQuestion& question, const PlacementEvidence& evidence) override {
     placements.emplace(key_of(question), evidence);
@@ -152,10 +120,6 @@ struct Memory final : LoopOutcomes {
 };
 
 }  // namespace
-
-TEST_CASE("two robots in the same streets are merged without statements", "[statements][slow]") {
-  CHECK(without_statements().sessions[1].status != SessionStatus::kUnconnected);
-}
 
 TEST_CASE("a loop that a person forbids is never accepted", "[statements][slow]") {
   const LoopConstraint& loop = best_loop(without_statements());
@@ -176,7 +140,7 @@ TEST_CASE("a session that a person keeps apart stays apart, whichever it is",
     UserStatements statements;
     statements.apart.push_back(session);
     const MergeResult result = merge_with(statements);
-    CHECK(result.sessions[session].status == SessionStatus::kUnconnected);
+    CHECK(is_apart(result, session));
     CHECK(result.sessions[session].reason == "kept apart by a person");
     CHECK(result.central_session == 1 - session);
     for (const LoopConstraint& loop : result.loops) {
@@ -199,14 +163,13 @@ TEST_CASE("the session that a person names is the central one", "[statements][sl
 
 TEST_CASE("a link connects two maps although rules ask for more loops", "[statements][slow]") {
   const LoopConstraint loop = best_loop(without_statements());
-  UserStatements statements = all_forbidden();
-  CHECK(merge_with(statements).sessions[1].status == SessionStatus::kUnconnected);
-  allow(statements, loop.query, loop.match);
+  CHECK(is_apart(merge_with(all_forbidden())));
+  UserStatements statements = all_forbidden(KeyframePair{loop.query, loop.match});
   SECTION("at a pose") { statements.links.push_back({loop.query, loop.match, loop.T_match_query}); }
   SECTION("without a pose") { statements.links.push_back({loop.query, loop.match, std::nullopt}); }
   const MergeResult result = merge_with(statements);
-  REQUIRE(result.sessions[0].status != SessionStatus::kUnconnected);
-  REQUIRE(result.sessions[1].status != SessionStatus::kUnconnected);
+  REQUIRE_FALSE(is_apart(result, 0));
+  REQUIRE_FALSE(is_apart(result, 1));
   const auto linked = std::find_if(result.loops.begin(), result.loops.end(),
                                    [](const LoopConstraint& other) { return other.by_person; });
   REQUIRE(linked != result.loops.end());
@@ -221,20 +184,19 @@ TEST_CASE("a link connects two maps although rules ask for more loops", "[statem
 }
 
 TEST_CASE("a link at a pose that nothing confirms is taken as it is said", "[statements][slow]") {
-  UserStatements statements = all_forbidden();
   const KeyframeId query{0, 0};
   const KeyframeId match{1, 0};  // far apart, without anything in common
-  allow(statements, query, match);
-  statements.links.push_back({query, match, Pose(Eigen::Matrix3d::Identity(), {0, -500, 0})});
+  UserStatements statements = all_forbidden(KeyframePair{query, match});
+  statements.links.push_back({query, match, shifted(0.0, -500.0)});
   const MergeResult result = merge_with(statements);
-  CHECK(result.sessions[1].status != SessionStatus::kUnconnected);
+  CHECK_FALSE(is_apart(result));
   const Pose T_match_query =
       result.sessions[1].T_map_keyframe[0].inverse() * result.sessions[0].T_map_keyframe[0];
-  CHECK((T_match_query.translation - Eigen::Vector3d(0, -500, 0)).norm() < 0.5);
+  CHECK(apart_m(T_match_query, shifted(0.0, -500.0)) < 0.5);
 
   statements.links.front().T_match_query.reset();
   const MergeResult refused = merge_with(statements);
-  CHECK(refused.sessions[1].status == SessionStatus::kUnconnected);
+  CHECK(is_apart(refused));
   const LoopConstraint* loop = find_loop(refused, query, match);
   REQUIRE(loop != nullptr);
   CHECK_THAT(loop->decision.reason, Contains("no registration confirms it"));
@@ -262,14 +224,12 @@ TEST_CASE("statements about what is not there, and contradictions, are refused",
 
 TEST_CASE("a merge that knows loops verifies new ones only and has the same result",
           "[statements][slow]") {
-  const std::vector<SessionData>& sessions = robots().sessions;
   Memory memory;
   const MergeResult first = merge_with({}, &memory);
-  CHECK(exported(sessions, first) == exported(sessions, without_statements()));
+  CHECK(exported(first) == exported(without_statements()));
   CHECK(memory.kept > 0);
   const std::size_t kept = memory.kept;
-  const MergeResult second = merge_with({}, &memory);
-  CHECK(exported(sessions, second) == exported(sessions, first));
+  CHECK(exported(merge_with({}, &memory)) == exported(first));
   CHECK(memory.kept == kept);
   CHECK(memory.found == kept);
 
@@ -277,27 +237,27 @@ TEST_CASE("a merge that knows loops verifies new ones only and has the same resu
   MergeConfig config;
   config.acceptance.margin = 1.5;
   config.map.voxel_size_m = 0.4F;
-  const MergeResult same = merge_sessions(sessions, config, {}, {}, &memory);
+  (void)merge_sessions(robots(), config, {}, {}, &memory);
   CHECK(memory.kept == kept);
   // Parameters that it sees.
   config.loops.min_overlap = 0.46;
-  const MergeResult other = merge_sessions(sessions, config, {}, {}, &memory);
+  const MergeResult other = merge_sessions(robots(), config, {}, {}, &memory);
   CHECK(memory.kept > kept);
-  CHECK(exported(sessions, other) == exported(sessions, merge_sessions(sessions, config)));
+  CHECK(exported(other) == exported(merge_sessions(robots(), config)));
 
   // A keyframe whose content is another one.
   const std::size_t before = memory.kept;
-  std::vector<SessionData> changed = sessions;
+  std::vector<SessionData> changed = robots();
   for (KeyframeRecord& keyframe : changed[0].keyframes) keyframe.static_cells.pop_back();
   const MergeResult of_changed = merge_sessions(changed, {}, {}, {}, &memory);
   CHECK(memory.kept > before);
-  CHECK(exported(changed, of_changed) == exported(changed, merge_sessions(changed)));
+  CHECK(exported(of_changed, changed) == exported(merge_sessions(changed), changed));
 }
 
 TEST_CASE("a merge that knows the evidence about a placement checks it once",
           "[statements][slow]") {
   const auto poses_with = [](Memory& memory, const MergeConfig& config = {}) {
-    return merge_poses(robots().sessions, config, {}, {}, &memory);
+    return merge_poses(robots(), config, {}, {}, &memory);
   };
   Memory memory;
   const MergeResult first = poses_with(memory);
@@ -323,19 +283,17 @@ TEST_CASE("a merge that knows the evidence about a placement checks it once",
   CHECK(poses_with(memory).pairs[0].state == PairState::kProvisional);
 
   // A keyframe far from where the sessions meet, if they meet anywhere.
-  std::vector<SessionData> changed = robots().sessions;
+  std::vector<SessionData> changed = robots();
   changed[1].keyframes.front().static_cells.pop_back();
   CHECK(merge_poses(changed, {}, {}, {}, &memory).pairs[0].state == PairState::kConfirmed);
   CHECK(memory.placements.size() == 3);
 }
 
 TEST_CASE("a merge is completed from its poses and loops to the same bytes", "[statements][slow]") {
-  const MergeResult& whole = without_statements();
-  const std::vector<SessionData>& sessions = robots().sessions;
-  MergeResult posed = merge_poses(sessions);
+  MergeResult posed = merge_poses(robots());
   CHECK(posed.map.empty());
-  CHECK(posed.loops.size() == whole.loops.size());
-  CHECK(exported(sessions, complete_merge(sessions, posed)) == exported(sessions, whole));
+  CHECK(posed.loops.size() == without_statements().loops.size());
+  CHECK(exported(complete_merge(robots(), posed)) == exported(without_statements()));
   posed.sessions[0].T_map_keyframe.pop_back();
-  CHECK_THROWS_WITH(complete_merge(sessions, posed), Contains("of other sessions"));
+  CHECK_THROWS_WITH(complete_merge(robots(), posed), Contains("of other sessions"));
 }

@@ -1,29 +1,137 @@
-// Tests of keyframes that are read on demand, and of merges under a limit of memory
-#include "unimapper/merge/keyframe_cache.hpp"
+// Memory of a merge: arenas, temporary files, keyframes that are read on demand
+#include <sys/resource.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <csignal>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
+#include <memory>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "src/merge/limited_cache.hpp"
+#include "tests/merge/exported_files.hpp"
+#include "tests/merge/poses.hpp"
 #include "tests/merge/synthetic_town.hpp"
 #include "tests/temporary_directory.hpp"
 #include "unimapper/merge/export.hpp"
+#include "unimapper/merge/external_vector.hpp"
+#include "unimapper/merge/in_arena.hpp"
+#include "unimapper/merge/keyframe_cache.hpp"
 #include "unimapper/merge/keyframe_level.hpp"
 #include "unimapper/merge/merger.hpp"
+#include "unimapper/merge/scratch_file.hpp"
+#include "unimapper/place/database.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
-using unimapper::merge::testing::drive_roads;
-using unimapper::merge::testing::make_town;
-using unimapper::merge::testing::record;
+using namespace unimapper::merge::testing;
+using Catch::Matchers::Contains;
+
+TEST_CASE("a block of large pages suits an arena, however large it is") {
+  for (const std::size_t bytes :
+       {std::size_t{1}, std::size_t{1000}, (std::size_t{1} << 21U) - 1, std::size_t{5'000'000}}) {
+    const LargePageBlock block(bytes);
+    REQUIRE(block.size() >= bytes);
+    CHECK(reinterpret_cast<std::uintptr_t>(block.data()) % Arena::kAlignment == 0);
+    std::memset(block.data(), 0xA5, block.size());
+  }
+}
+
+TEST_CASE("a component is laid out for a configuration that is valid, and for no other") {
+  LoopSearchConfig config;
+  config.max_places = 3;
+  InArena<PlaceDatabase> database(config);
+  CHECK(database.bytes() > 0);
+  CHECK(database->size() == 0);
+  config.max_places = 0;
+  CHECK_THROWS_AS(InArena<PlaceDatabase>(config), std::invalid_argument);
+}
+
+namespace {
+
+/// Files of this process cannot grow beyond a size: as if the disk were full.
+class LargestFile {
+ public:
+  explicit LargestFile(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~LargestFile() {
+    ::setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  LargestFile(const LargestFile&) = delete;
+  LargestFile& operator=(const LargestFile&) = delete;
+
+ private:
+  rlimit before_{};
+  void (*handler_)(int);
+};
+
+}  // namespace
+
+TEST_CASE("A scratch file gives back what was appended, and has no name", "[scratch]") {
+  const TemporaryDirectory folder;
+  ScratchFile file(folder.path());
+  std::vector<std::uint32_t> numbers(1000);
+  std::iota(numbers.begin(), numbers.end(), 7U);
+  CHECK(file.append(numbers.data(), 4 * numbers.size()) == 0);
+  CHECK(file.append(numbers.data(), 40) == 4 * numbers.size());
+  std::array<std::uint32_t, 3> read{};
+  file.read(4 * 998, read.data(), sizeof read);
+  CHECK((read == std::array<std::uint32_t, 3>{1005, 1006, 7}));
+  CHECK(std::filesystem::is_empty(folder.path()));
+  CHECK_THROWS_WITH(file.read(4 * 1009, read.data(), sizeof read), Contains("cannot be read"));
+}
+
+TEST_CASE("A scratch file that cannot be made or written is an error", "[scratch]") {
+  const TemporaryDirectory folder;
+  CHECK_THROWS_WITH(ScratchFile(folder.path() / "nowhere"), Contains("cannot be made"));
+  ScratchFile file(folder.path());
+  const std::vector<char> bytes(10'000);
+  const LargestFile full(5'000);
+  CHECK_THROWS_WITH(file.append(bytes.data(), bytes.size()), Contains("cannot be written"));
+}
+
+TEST_CASE("A vector in a file is read as it is in memory, from any place and by its copies",
+          "[scratch]") {
+  const TemporaryDirectory folder;
+  const auto file = std::make_shared<ScratchFile>(folder.path());
+  for (const std::uint64_t count : {0ULL, 1ULL, 8191ULL, 8192ULL, 8193ULL, 50'000ULL}) {
+    INFO(count);
+    ExternalVector<std::uint64_t> there(file);
+    ExternalVector<std::uint64_t> here;
+    for (std::uint64_t i = 0; i < count; ++i) {
+      there.push_back(7 * i);
+      here.push_back(7 * i);
+    }
+    CHECK(there.size() == count);
+    CHECK(there.empty() == (count == 0));
+    CHECK(std::equal(there.begin(), there.end(), here.begin(), here.end()));
+    // A copy has what was there, and what comes later is its own.
+    ExternalVector<std::uint64_t> copy = there;
+    for (std::uint64_t i = 0; i < 9'000; ++i) copy.push_back(i);
+    there.push_back(1);
+    CHECK(copy.size() == count + 9'000);
+    CHECK(std::equal(here.begin(), here.end(), copy.begin()));
+    // An iterator that stays behind reads on where it was.
+    auto behind = there.begin();
+    std::uint64_t sum = 0;
+    for (const std::uint64_t value : there) sum += value;
+    CHECK(sum == 7 * count * (count > 0 ? count - 1 : 0) / 2 + 1);
+    if (count > 0) CHECK(*behind == 0);
+  }
+}
 
 namespace {
 
@@ -49,60 +157,51 @@ std::map<std::string, std::string> exported(const std::vector<SessionData>& sess
   options.grid.emplace();
   export_map(folder.path(), sessions, merge_sessions(sessions, config, {}, {}, nullptr, scratch),
              options);
-  std::map<std::string, std::string> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.path())) {
-    if (!entry.is_regular_file() || entry.path().filename() == "timing.json") continue;
-    std::ifstream stream(entry.path(), std::ios::binary);
-    files[entry.path().lexically_relative(folder.path()).string()] = {
-        std::istreambuf_iterator<char>(stream), {}};
-  }
-  return files;
+  return exported_files(folder.path());
 }
 
 constexpr auto kOneByteEach = [](int) { return std::uint64_t{1}; };
 
+/// Room for two values, which are ten times their keys, and how often one was made.
+struct TwoValues {
+  LimitedCache<int, int> cache{2};
+  int made = 0;
+  std::shared_ptr<const int> get(int key) {
+    const auto make = [&](int k) { return ++made, 10 * k; };
+    return cache.get(key, make, kOneByteEach);
+  }
+};
+
 }  // namespace
 
 TEST_CASE("A limited cache keeps what was used last, and what is in use lives on", "[cache]") {
-  LimitedCache<int, int> cache(2);
-  int made = 0;
-  const auto get = [&](int key) {
-    return cache.get(
-        key, [&](int k) { return ++made, 10 * k; }, kOneByteEach);
-  };
-  const auto first = get(1);
-  CHECK(*get(2) == 20);
-  CHECK(*get(1) == 10);
-  CHECK(made == 2);
-  CHECK(*get(3) == 30);  // 2 was not used for longest
-  CHECK(cache.bytes() == 2);
-  CHECK(*get(1) == 10);
-  CHECK(made == 3);
-  CHECK(*get(2) == 20);
-  CHECK(made == 4);
+  TwoValues values;
+  const auto first = values.get(1);
+  CHECK(*values.get(2) == 20);
+  CHECK(*values.get(1) == 10);
+  CHECK(values.made == 2);
+  CHECK(*values.get(3) == 30);  // 2 was not used for longest
+  CHECK(values.cache.bytes() == 2);
+  CHECK(*values.get(1) == 10);
+  CHECK(values.made == 3);
+  CHECK(*values.get(2) == 20);
+  CHECK(values.made == 4);
   CHECK(*first == 10);
-  cache.forget_if([](int key) { return key == 2; });
-  CHECK(cache.bytes() == 1);
-  get(2);
-  CHECK(made == 5);
+  values.cache.forget_if([](int key) { return key == 2; });
+  CHECK(values.cache.bytes() == 1);
+  values.get(2);
+  CHECK(values.made == 5);
 }
 
 TEST_CASE("What is offered to a limited cache is kept where there is room", "[cache]") {
-  LimitedCache<int, int> cache(2);
-  int made = 0;
-  const auto get = [&](int key) {
-    return *cache.get(
-        key, [&](int k) { return ++made, 10 * k; }, kOneByteEach);
-  };
-  get(1);
-  cache.offer(1, std::make_shared<const int>(11), 1);
-  cache.offer(2, std::make_shared<const int>(22), 1);
-  cache.offer(3, std::make_shared<const int>(33), 1);
-  CHECK(cache.bytes() == 2);
-  CHECK(get(1) == 10);
-  CHECK(get(2) == 22);
-  CHECK(made == 1);
-  CHECK(get(3) == 30);
+  TwoValues values;
+  values.get(1);
+  for (const int key : {1, 2, 3}) values.cache.offer(key, std::make_shared<const int>(11 * key), 1);
+  CHECK(values.cache.bytes() == 2);
+  CHECK(*values.get(1) == 10);
+  CHECK(*values.get(2) == 22);
+  CHECK(values.made == 1);
+  CHECK(*values.get(3) == 30);
 }
 
 TEST_CASE("A keyframe that was read anyway is not read again", "[cache]") {
@@ -127,10 +226,8 @@ TEST_CASE("A value that cannot be made is tried again, and threads make each val
   std::atomic<int> sum{0};
   for (int t = 0; t < 4; ++t) {
     threads.emplace_back([&] {
-      for (int key = 0; key < 100; ++key) {
-        sum += *cache.get(
-            key, [&](int k) { return ++made, k; }, kOneByteEach);
-      }
+      const auto make = [&](int k) { return ++made, k; };
+      for (int key = 0; key < 100; ++key) sum += *cache.get(key, make, kOneByteEach);
     });
   }
   for (std::thread& thread : threads) thread.join();
@@ -184,11 +281,8 @@ TEST_CASE("Keyframes that are read on demand come levelled", "[cache]") {
     KeyframeRecord& keyframe = whole.keyframes[k];
     const bool knows = k + 1 == whole.keyframes.size();
     if (knows) keyframe.up = {true, 1e-6F, 0.0F, 1e-6F};
-    const double angle = knows ? 0.0 : 0.1;
     keyframe.T_odometry_keyframe =
-        keyframe.T_odometry_keyframe *
-        Pose(Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX())),
-             Eigen::Vector3d::Zero());
+        keyframe.T_odometry_keyframe * turned_about(Eigen::Vector3d::UnitX(), knows ? 0.0 : 0.1);
   }
   KeyframeCache cache(1'000'000);
   SessionData light = on_demand(whole, cache);

@@ -1,12 +1,16 @@
-// Pose graph of a merged map as a g2o file.
+// Pose graph and loops of a merged map as files
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <fstream>
+#include <numbers>
 #include <sstream>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "src/merge/export_files.hpp"
 #include "tests/temporary_directory.hpp"
+#include "unimapper/merge/loops_csv.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
@@ -96,4 +100,73 @@ TEST_CASE("Vertices are numbered session by session, and one of each piece is fi
   CHECK(vertices[3] == std::vector<double>{3, 4, 5, 6, 0.5, 0.5, 0.5, 0.5});
   CHECK(vertices[4] == std::vector<double>{4, 0, 0, 0, 0, 0, 0, 1});
   CHECK(lines_of(map, "FIX") == std::vector<std::vector<double>>{{2}, {5}});
+}
+
+namespace {
+
+/// The records after they went through a file.
+std::vector<LoopRecord> read_back(const std::vector<LoopRecord>& loops) {
+  const TemporaryDirectory scratch;
+  return merge::read_loops_csv(scratch.write("loops.csv", merge::format_loops_csv(loops)));
+}
+
+/// All but the pose.
+auto fields(const LoopRecord& loop) {
+  return std::tuple(loop.query_session, loop.query_keyframe, loop.query_scan, loop.match_session,
+                    loop.match_keyframe, loop.match_scan, loop.confidence, loop.accepted,
+                    loop.reason);
+}
+
+LoopRecord example() {
+  LoopRecord loop;
+  loop.query_session = "alpha, \"wet\"";
+  loop.query_keyframe = 4000000000U;
+  loop.query_scan = 17;
+  loop.match_session = "beta";
+  loop.match_keyframe = 3;
+  loop.match_scan = 31;
+  loop.confidence = 0.1 + 0.2;  // not the double nearest to 0.3
+  loop.accepted = true;
+  loop.reason = "radius";
+  loop.T_match_query = {Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
+                        {1.0 / 3.0, -2e-9, 5e6}};
+  return loop;
+}
+
+}  // namespace
+
+TEST_CASE("Loops read back from their table with the same bits", "[loops_csv]") {
+  LoopRecord refused = example();
+  refused.accepted = false;
+  refused.reason = "overlap 0.41 (limit 0.45), \"too little\"";
+  const std::vector<LoopRecord> loops{example(), refused};
+  CHECK_THAT(merge::format_loops_csv(loops),
+             Catch::StartsWith("query_session,query_keyframe,query_scan,match_session,"
+                               "match_keyframe,match_scan,confidence,accepted,reason,"
+                               "x,y,z,qx,qy,qz,qw\n"));
+  const std::vector<LoopRecord> read = read_back(loops);
+  REQUIRE(read.size() == 2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    CHECK((fields(read[i]) == fields(loops[i])));
+    CHECK(read[i].T_match_query.translation == loops[i].T_match_query.translation);
+    CHECK((read[i].T_match_query.rotation - loops[i].T_match_query.rotation).norm() < 1e-15);
+  }
+}
+
+TEST_CASE("The quaternion of a loop is written with w >= 0", "[loops_csv]") {
+  LoopRecord loop = example();
+  const double angle = 1.1 * std::numbers::pi;
+  loop.T_match_query.rotation =
+      Eigen::AngleAxisd(angle, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  REQUIRE(loop.T_match_query.quaternion().w() < 0.0);  // of the two, Eigen takes the other
+  const std::string text = merge::format_loops_csv({&loop, 1});
+  const double w = std::stod(text.substr(text.rfind(',') + 1));
+  CHECK(w == Approx(std::abs(std::cos(0.5 * angle))));
+  CHECK((read_back({loop})[0].T_match_query.rotation - loop.T_match_query.rotation).norm() < 1e-15);
+}
+
+TEST_CASE("A line break in a reason does not break the table", "[loops_csv]") {
+  LoopRecord loop = example();
+  loop.reason = "first\nsecond";
+  CHECK(read_back({loop, example()}).front().reason == "first second");
 }
