@@ -69,7 +69,6 @@ TEST_CASE("names come from the members, those of inner structs with a dot") {
 
 TEST_CASE("bounds belong to a range or not, as it says, and NaN never does") {
   Outer config;
-  CHECK(check_ranges(config).code == ErrorCode::kOk);
   for (const float good : {0.0F, 0.2F, 2.0F}) {
     config.step_m = good;
     CHECK(check_ranges(config).code == ErrorCode::kOk);

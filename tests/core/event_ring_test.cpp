@@ -30,17 +30,11 @@ EventRecord numbered(std::int64_t i) { return {1, 0, i, {i, 2 * i, 3 * i, -i}}; 
 
 }  // namespace
 
-TEST_CASE("an empty event ring has nothing to give") {
-  const OwnedRing ring(4);
-  EventRecord record;
-  CHECK_FALSE(ring->pop(record));
-  CHECK(ring->overflow() == 0);
-  CHECK(ring->capacity() == 4);
-}
-
 TEST_CASE("events come out in the order they went in, however often the ring wraps around") {
   const OwnedRing ring(4);
   EventRecord record;
+  CHECK(ring->capacity() == 4);
+  CHECK_FALSE(ring->pop(record));
   for (std::int64_t i = 0; i < 100; ++i) {
     REQUIRE(ring->push(numbered(2 * i)));
     REQUIRE(ring->push(numbered(2 * i + 1)));
@@ -51,6 +45,7 @@ TEST_CASE("events come out in the order they went in, however often the ring wra
     }
   }
   CHECK_FALSE(ring->pop(record));
+  CHECK(ring->overflow() == 0);
 }
 
 TEST_CASE("a full event ring keeps what it has and counts what it refuses") {

@@ -30,27 +30,20 @@ TEST_CASE("a vector without memory holds nothing and refuses everything") {
   CHECK_FALSE(vector.push_back(1));
 }
 
-TEST_CASE("one element goes in and comes out") {
-  Storage storage;
-  FixedVector<int> vector;
-  vector.allocate(storage.arena, 1);
-  CHECK(vector.push_back(7));
-  CHECK(vector.full());
-  CHECK(vector.available() == 0);
-  CHECK(vector.back() == 7);
-  vector.pop_back();
-  CHECK(vector.empty());
-}
-
 TEST_CASE("elements keep their order, and the boundary refuses and counts") {
   Storage storage;
   FixedVector<int> vector;
   vector.allocate(storage.arena, 3);
   for (int i = 0; i < 5; ++i) CHECK(vector.push_back(i) == (i < 3));
+  CHECK(vector.full());
+  CHECK(vector.available() == 0);
   CHECK(vector.refused() == 2);
   int expected = 0;
   for (const int value : vector) CHECK(value == expected++);
   CHECK(expected == 3);
+  CHECK(vector.back() == 2);
+  vector.pop_back();
+  CHECK(vector.back() == 1);
 
   vector.clear();
   CHECK(vector.empty());

@@ -7,37 +7,28 @@
 #include <cstdlib>
 #include <limits>
 
-#include "unimapper/core/voxel_key.hpp"
+#include "tests/random.hpp"
 
 using namespace unimapper;
 
 namespace {
 
-/// The same numbers on every machine.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(mix_bits(seed + 1)) {}
-  std::uint32_t below(std::uint32_t limit) {
-    return static_cast<std::uint32_t>(mix_bits(state_ += 0x9E3779B97F4A7C15ULL) % limit);
-  }
-  /// Every coordinate in [-1, 1].
-  Eigen::Vector3f vector() {
-    const auto coordinate = [this] { return static_cast<float>(below(2'000'001)) * 1e-6F - 1.0F; };
-    const float x = coordinate();
-    const float y = coordinate();
-    return {x, y, coordinate()};
-  }
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
- private:
-  std::uint64_t state_;
-};
+/// Every coordinate in [-1, 1].
+Eigen::Vector3f random_vector(test::Random& random) {
+  const float x = static_cast<float>(random.uniform(-1.0, 1.0));
+  const float y = static_cast<float>(random.uniform(-1.0, 1.0));
+  return {x, y, static_cast<float>(random.uniform(-1.0, 1.0))};
+}
 
 }  // namespace
 
 TEST_CASE("a normal survives quantisation to better than a ten-thousandth of a radian") {
-  Random random(1);
+  test::Random random(1);
   for (int i = 0; i < 20000; ++i) {
-    const Eigen::Vector3f normal = random.vector().normalized();
+    const Eigen::Vector3f normal = random_vector(random).normalized();
     const auto code = octahedral(normal);
     REQUIRE(code.has_value());
     const Eigen::Vector3f back = unit_vector(*code);
@@ -62,30 +53,27 @@ TEST_CASE("every normal has one code and every code in use is its own normal's")
       }
     }
   }
-  Random random(2);
+  test::Random random(2);
   for (int i = 0; i < 200000; ++i) {
     const int u = static_cast<int>(random.below(65535)) - 32767;
     const int v = static_cast<int>(random.below(65535)) - 32767;
     if (!returns_to_itself(u, v)) FAIL("code " << u << ", " << v);
   }
-  CHECK_FALSE(is_canonical({std::numeric_limits<std::int16_t>::min(), 0}));
+  constexpr std::int16_t kLowest = std::numeric_limits<std::int16_t>::min();
+  CHECK_FALSE(is_canonical({kLowest, 0}));
+  CHECK_FALSE(is_canonical({0, kLowest}));
 }
 
-TEST_CASE("the axes are exact") {
+TEST_CASE("the axes are exact, and what is no normal has no code") {
   for (int axis = 0; axis < 3; ++axis) {
     for (float sign : {1.0F, -1.0F}) {
       const Eigen::Vector3f normal = sign * Eigen::Vector3f::Unit(axis);
       CHECK((unit_vector(*octahedral(normal)) - normal).norm() < 1e-7F);
     }
   }
-}
-
-TEST_CASE("no normal, no code") {
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  const float infinity = std::numeric_limits<float>::infinity();
-  CHECK_FALSE(octahedral({0.0F, 0.0F, 0.0F}).has_value());
-  CHECK_FALSE(octahedral({nan, 0.0F, 1.0F}).has_value());
-  CHECK_FALSE(octahedral({infinity, 0.0F, 1.0F}).has_value());
+  CHECK_FALSE(octahedral({0.0F, 0.0F, 0.0F}));
+  CHECK_FALSE(octahedral({kNan, 0.0F, 1.0F}));
+  CHECK_FALSE(octahedral({kInfinity, 0.0F, 1.0F}));
 }
 
 TEST_CASE("of two codes on the rim that mean one normal the one without a minus is used") {
@@ -113,7 +101,6 @@ TEST_CASE("of two codes on the rim that mean one normal the one without a minus 
   CHECK_FALSE(is_canonical({-kRim, kRim}));
   CHECK_FALSE(is_canonical({kRim, -kRim}));
   CHECK_FALSE(is_canonical({-kRim, -kRim}));
-  CHECK_FALSE(is_canonical({0, std::numeric_limits<std::int16_t>::min()}));
 }
 
 TEST_CASE("positions go to the nearest step of the grid and come back as it") {
@@ -139,8 +126,6 @@ TEST_CASE("every step of the grid is its own nearest") {
 }
 
 TEST_CASE("positions are quantised up to the last step on every axis and not beyond") {
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  const float infinity = std::numeric_limits<float>::infinity();
   for (int axis = 0; axis < 3; ++axis) {
     const auto at = [axis](float value) {
       Eigen::Vector3f position = Eigen::Vector3f::Zero();
@@ -155,7 +140,7 @@ TEST_CASE("positions are quantised up to the last step on every axis and not bey
     CHECK(to_centimetres(at(-327.68F)));
     CHECK_FALSE(to_centimetres(at(327.68F)));
     CHECK_FALSE(to_centimetres(at(-327.69F)));
-    for (const float none : {nan, infinity, -infinity, 3e38F}) {
+    for (const float none : {kNan, kInfinity, -kInfinity, 3e38F}) {
       CHECK_FALSE(to_millimetres(at(none)));
       CHECK_FALSE(to_centimetres(at(none)));
     }

@@ -36,7 +36,7 @@ double distance(const Pose& a, const Pose& b) {
 
 }  // namespace
 
-TEST_CASE("exact pairs give the exact pose, in space and in a plane") {
+TEST_CASE("exact pairs give the exact pose, in space and in a plane, and three are enough") {
   for (const Eigen::Vector3d& spread :
        {Eigen::Vector3d(20, 20, 20), Eigen::Vector3d(20, 20, 0), Eigen::Vector3d(20, 0.5, 0)}) {
     Pose fitted;
@@ -44,15 +44,9 @@ TEST_CASE("exact pairs give the exact pose, in space and in a plane") {
     REQUIRE(distance(fitted, some_pose()) < 1e-8);
     REQUIRE(fitted.is_rigid(1e-9));
   }
-}
-
-TEST_CASE("three pairs are enough") {
-  const std::vector<PointPair> pairs = {{{0, 0, 0}, some_pose() * Eigen::Vector3d(0, 0, 0)},
-                                        {{5, 0, 0}, some_pose() * Eigen::Vector3d(5, 0, 0)},
-                                        {{0, 9, 1}, some_pose() * Eigen::Vector3d(0, 9, 1)}};
   Pose fitted;
-  REQUIRE(fit_rigid(pairs, fitted));
-  REQUIRE(distance(fitted, some_pose()) < 1e-9);
+  REQUIRE(fit_rigid(pairs_of(some_pose(), {20, 20, 20}, 3), fitted));
+  REQUIRE(distance(fitted, some_pose()) < 1e-8);
 }
 
 TEST_CASE("a proper rotation is fitted where a reflection would fit best") {

@@ -46,23 +46,18 @@ TEST_CASE("the variances of both keyframes add up, in the axes of the match") {
 }
 
 TEST_CASE("a keyframe that does not know up counts with a sigma of 1.25 degrees") {
-  const Eigen::Vector2d tilt(kDegree, 0.0);
-  CHECK(1.0 / TiltPrior({}, known(0.1, 0.1), Pose{}).sigmas(tilt, 0.0) ==
-        Approx(1.25).epsilon(0.01));
-  CHECK(1.0 / TiltPrior(known(3.0, 3.0), {}, Pose{}).sigmas(tilt, 0.0) ==
-        Approx(3.25).epsilon(0.01));
-  CHECK(1.0 / TiltPrior({}, {}, Pose{}).sigmas(tilt, 0.0) ==
-        Approx(1.25 * std::sqrt(2.0)).epsilon(0.01));
-}
-
-TEST_CASE("a covariance that is none counts as unknown") {
-  const Eigen::Vector2d tilt(kDegree, 0.0);
+  const auto sigma_deg = [](const KeyframeUp& match, const KeyframeUp& query) {
+    return 1.0 / TiltPrior(match, query, Pose{}).sigmas(Eigen::Vector2d(kDegree, 0.0), 0.0);
+  };
+  CHECK(sigma_deg({}, known(0.1, 0.1)) == Approx(1.25).epsilon(0.01));
+  CHECK(sigma_deg(known(3.0, 3.0), {}) == Approx(3.25).epsilon(0.01));
+  CHECK(sigma_deg({}, {}) == Approx(1.25 * std::sqrt(2.0)).epsilon(0.01));
+  // Nor one whose covariance is none.
   const float nan = std::numeric_limits<float>::quiet_NaN();
   for (const KeyframeUp& wrong :
        {KeyframeUp{true, nan, 0.0F, 1e-5F}, KeyframeUp{true, 0.0F, 0.0F, 0.0F},
         KeyframeUp{true, 1e-5F, 1e-3F, 1e-5F}}) {
-    CHECK(1.0 / TiltPrior(wrong, known(0.1, 0.1), Pose{}).sigmas(tilt, 0.0) ==
-          Approx(1.25).epsilon(0.01));
+    CHECK(sigma_deg(wrong, known(0.1, 0.1)) == Approx(1.25).epsilon(0.01));
   }
 }
 

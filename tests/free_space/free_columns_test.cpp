@@ -44,34 +44,22 @@ using Heights = std::vector<std::int32_t>;
 
 }  // namespace
 
-TEST_CASE("a column is free above its highest ground cell, in whatever order they come") {
-  Column up;
-  for (const std::int32_t z : {-5, -4, -3}) up.add(z, true);
-  up.add(1, false);
-  CHECK(up.free() == Heights{-2, -1, 0});
-  Column down;
-  down.add(1, false);
-  for (const std::int32_t z : {-3, -4, -5}) down.add(z, true);
-  CHECK(down.free() == Heights{-2, -1, 0});
-}
-
-TEST_CASE("a column is free below its lowest cell above the ground, in whatever order they come") {
-  Column up;
-  up.add(-3, true);
-  for (const std::int32_t z : {0, 2, 7}) up.add(z, false);
-  CHECK(up.free() == Heights{-2, -1});
-  Column down;
-  for (const std::int32_t z : {7, 2, 0}) down.add(z, false);
-  down.add(-3, true);
-  CHECK(down.free() == Heights{-2, -1});
-}
-
-TEST_CASE("cells below the ground are no obstacle, and without ground nothing is free") {
-  Column below;
-  below.add(-8, false);
-  below.add(8, true);
-  CHECK(below.free() == Heights{9, 10, 11, 12});
-  Column none;
-  none.add(0, false);
-  CHECK(none.free().empty());
+TEST_CASE("a column is free from its highest ground cell to the lowest cell above it") {
+  struct Case {
+    Heights ground;
+    Heights others;
+    Heights free;
+  };
+  for (const Case& c : {Case{{-5, -4, -3}, {1}, {-2, -1, 0}}, Case{{-3}, {0, 2, 7}, {-2, -1}},
+                        // Cells below the ground are no obstacle; without ground nothing is free.
+                        Case{{8}, {-8}, {9, 10, 11, 12}}, Case{{}, {0}, {}}}) {
+    Column up;
+    for (const std::int32_t z : c.ground) up.add(z, true);
+    for (const std::int32_t z : c.others) up.add(z, false);
+    CHECK(up.free() == c.free);
+    Column down;
+    for (auto z = c.others.rbegin(); z != c.others.rend(); ++z) down.add(*z, false);
+    for (auto z = c.ground.rbegin(); z != c.ground.rend(); ++z) down.add(*z, true);
+    CHECK(down.free() == c.free);
+  }
 }

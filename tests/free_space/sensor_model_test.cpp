@@ -21,15 +21,31 @@ constexpr Visibility kSeenThrough{-1, 0};
 
 constexpr RangeImageShape kShape{90.0F, 1.0F, -45.0F, 45.0F, 1.0F};
 
-/// Log-odds of a point straight ahead at `range_m` where everything is free up to `measured_m`.
-std::int32_t log_odds(const InverseSensorModel& model, float range_m, float measured_m) {
+const InverseSensorModel kModel(VisibilityTest(0.3F, 0.01F), {800, 400, 200}, 0.0F);
+
+/// Log-odds of points where everything is free up to `measured_m`.
+std::vector<std::int32_t> log_odds(const InverseSensorModel& model, float measured_m,
+                                   const std::vector<Eigen::Vector3f>& points,
+                                   const Eigen::Matrix3f& rotation = Eigen::Matrix3f::Identity(),
+                                   const Eigen::Vector3f& translation = Eigen::Vector3f::Zero()) {
   const ImageProjection projection(kShape);
   const std::vector<std::uint16_t> pixels(projection.pixels(), pixel_of(measured_m));
-  const float zero = 0.0F;
-  std::int32_t sum = 0;
-  model.add(pixels.data(), projection, Eigen::Matrix3f::Identity(), Eigen::Vector3f::Zero(),
-            {&range_m, &zero, &zero, &sum, 1});
-  return sum;
+  std::vector<float> x, y, z;
+  for (const Eigen::Vector3f& p : points) {
+    x.push_back(p.x());
+    y.push_back(p.y());
+    z.push_back(p.z());
+  }
+  std::vector<std::int32_t> sums(points.size(), 7);  // what is known already
+  model.add(pixels.data(), projection, rotation, translation,
+            {x.data(), y.data(), z.data(), sums.data(), static_cast<std::uint32_t>(x.size())});
+  for (std::int32_t& sum : sums) sum -= 7;
+  return sums;
+}
+
+/// Of a point straight ahead at `range_m`.
+std::int32_t log_odds(const InverseSensorModel& model, float range_m, float measured_m) {
+  return log_odds(model, measured_m, {{range_m, 0.0F, 0.0F}})[0];
 }
 
 }  // namespace
@@ -61,34 +77,21 @@ TEST_CASE("Having been seen through counts in full up to the full-weight range, 
 }
 
 TEST_CASE("Points are observed in the sensor's frame, whatever theirs is") {
-  const ImageProjection projection(kShape);
-  const std::vector<std::uint16_t> pixels(projection.pixels(), pixel_of(10.0F));
-  const InverseSensorModel model(VisibilityTest(0.3F, 0.01F), {800, 400, 200}, 0.0F);
   // A quarter turn to the left and two metres ahead: the point's y axis is the sensor's -x axis.
   const Eigen::Matrix3f r = Eigen::AngleAxisf(1.5707963F, Eigen::Vector3f::UnitZ()).matrix();
-  const float x[] = {0.0F, 0.0F, 0.0F, 5.0F};
-  const float y[] = {-7.0F, -9.0F, 7.0F, 0.0F};
-  const float z[] = {0.0F, 0.0F, 0.0F, 0.0F};
-  std::int32_t sums[] = {0, 0, 0, 0};
-  model.add(pixels.data(), projection, r, {2.0F, 0.0F, 0.0F}, {x, y, z, sums, 4});
-  CHECK(sums[0] == 800);  // 9 m ahead
-  CHECK(sums[1] == 0);    // 11 m ahead, behind what was measured
-  CHECK(sums[2] == 0);    // behind the sensor
-  CHECK(sums[3] == 0);    // beside the field of view
+  CHECK(log_odds(kModel, 10.0F,
+                 {{0.0F, -7.0F, 0.0F},  // 9 m ahead
+                  {0.0F, -9.0F, 0.0F},  // 11 m ahead, behind what was measured
+                  {0.0F, 7.0F, 0.0F},   // behind the sensor
+                  {5.0F, 0.0F, 0.0F}},  // beside the field of view
+                 r, {2.0F, 0.0F, 0.0F}) == std::vector<std::int32_t>{800, 0, 0, 0});
 }
 
 TEST_CASE("Beyond the outermost rays, in the image's slack, nothing is observed") {
-  const ImageProjection projection(kShape);
-  const std::vector<std::uint16_t> pixels(projection.pixels(), pixel_of(10.0F));
-  const InverseSensorModel model(VisibilityTest(0.3F, 0.01F), {800, 400, 200}, 0.0F);
   const auto at = [&](float elevation_deg) {
-    const float x = 5.0F * static_cast<float>(cos_deg(elevation_deg));
-    const float z = 5.0F * static_cast<float>(sin_deg(elevation_deg));
-    const float y = 0.0F;
-    std::int32_t sum = 0;
-    model.add(pixels.data(), projection, Eigen::Matrix3f::Identity(), Eigen::Vector3f::Zero(),
-              {&x, &y, &z, &sum, 1});
-    return sum;
+    return log_odds(kModel, 10.0F,
+                    {{5.0F * static_cast<float>(cos_deg(elevation_deg)), 0.0F,
+                      5.0F * static_cast<float>(sin_deg(elevation_deg))}})[0];
   };
   CHECK(at(43.9F) == 800);
   CHECK(at(44.1F) == 0);
@@ -97,15 +100,8 @@ TEST_CASE("Beyond the outermost rays, in the image's slack, nothing is observed"
 }
 
 TEST_CASE("More points than a batch are all observed") {
-  const ImageProjection projection(kShape);
-  const std::vector<std::uint16_t> pixels(projection.pixels(), pixel_of(10.0F));
-  const InverseSensorModel model(VisibilityTest(0.3F, 0.01F), {800, 400, 200}, 0.0F);
-  const std::vector<float> x(1000, 5.0F);
-  const std::vector<float> zero(1000, 0.0F);
-  std::vector<std::int32_t> sums(1000, 1);
-  model.add(pixels.data(), projection, Eigen::Matrix3f::Identity(), Eigen::Vector3f::Zero(),
-            {x.data(), zero.data(), zero.data(), sums.data(), 1000});
-  for (const std::int32_t sum : sums) REQUIRE(sum == 801);
+  const std::vector<Eigen::Vector3f> points(1000, {5.0F, 0.0F, 0.0F});
+  CHECK((log_odds(kModel, 10.0F, points) == std::vector<std::int32_t>(1000, 800)));
 }
 
 TEST_CASE("Vectors of any width learn the same of every point") {

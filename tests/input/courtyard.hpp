@@ -29,14 +29,18 @@ class MemoryDataset : public datasets::Dataset {
 
   /// Applies `change` to every point.
   void change_points(const std::function<Eigen::Vector3d(const Eigen::Vector3d&)>& change) {
-    for (datasets::Scan& scan : scans) {
-      for (datasets::Scan::Point& p : scan.points) {
-        const Eigen::Vector3d q = change(Eigen::Vector3d(p.x, p.y, p.z));
-        p.x = static_cast<float>(q.x());
-        p.y = static_cast<float>(q.y());
-        p.z = static_cast<float>(q.z());
-      }
+    for (datasets::Scan& scan : scans) change_points(scan, change);
+  }
+  static void change_points(datasets::Scan& scan,
+                            const std::function<Eigen::Vector3d(const Eigen::Vector3d&)>& change) {
+    for (datasets::Scan::Point& p : scan.points) {
+      const Eigen::Vector3f q = change(Eigen::Vector3d(p.x, p.y, p.z)).cast<float>();
+      p = {q.x(), q.y(), q.z(), p.intensity};
     }
+  }
+  /// Moves the points of a scan.
+  static void move_points(datasets::Scan& scan, const Pose& pose) {
+    change_points(scan, [&](const Eigen::Vector3d& p) { return Eigen::Vector3d(pose * p); });
   }
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <map>
 #include <vector>
 
 #include "src/input/motion_check.hpp"
@@ -35,6 +36,8 @@ MemoryDataset with_poses(MemoryDataset recording, const Change& change) {
   for (Pose& pose : recording.poses) pose = change(pose);
   return recording;
 }
+
+const Eigen::Matrix3d kCamera = (Eigen::Matrix3d() << 0, -1, 0, 0, 0, -1, 1, 0, 0).finished();
 
 /// Quaternion whose columns w x y z were read as x y z w.
 Pose read_w_first(const Pose& pose) {
@@ -99,7 +102,6 @@ TEST_CASE("a right recording is fine") {
 }
 
 TEST_CASE("poses of another convention are wrong, and the message names the remedy", "[slow]") {
-  const Eigen::Matrix3d camera = (Eigen::Matrix3d() << 0, -1, 0, 0, 0, -1, 1, 0, 0).finished();
   const Eigen::Matrix3d mirrored = Eigen::Vector3d(1, -1, 1).asDiagonal();
   const Eigen::Matrix3d down = Eigen::Vector3d(1, -1, -1).asDiagonal();
   struct Mistake {
@@ -113,7 +115,7 @@ TEST_CASE("poses of another convention are wrong, and the message names the reme
               [](const Pose& p) {
                 return Pose(Eigen::Matrix3d(p.rotation.transpose()), p.translation);
               }},
-      Mistake{"calib.txt", [=](const Pose& p) { return in_axes(p, camera); }},
+      Mistake{"calib.txt", [](const Pose& p) { return in_axes(p, kCamera); }},
       Mistake{"negate y", [=](const Pose& p) { return in_axes(p, mirrored); }},
       Mistake{"NED", [=](const Pose& p) { return in_axes(p, down); }},
       Mistake{
@@ -165,36 +167,39 @@ TEST_CASE("a LiDAR that hangs upside down is wrong, with an odometry of its own 
 }
 
 TEST_CASE("poses in another order than the scans are wrong", "[slow]") {
+  using Poses = std::vector<Pose>;
+  struct Mistake {
+    const char* check;
+    const char* remedy;
+    std::function<void(Poses&)> make;
+  };
+  const Mistake mistake = GENERATE_REF(
+      Mistake{"wrong motion: ", "reversed in time",
+              [](Poses& poses) { std::reverse(poses.begin(), poses.end()); }},
+      Mistake{"wrong time: ", "0.50 s early",
+              [](Poses& poses) { std::rotate(poses.begin(), poses.begin() + 5, poses.end()); }},
+      Mistake{"wrong motion: ", "accumulate",
+              [](Poses& poses) {
+                for (std::size_t i = poses.size() - 1; i > 0; --i) {
+                  poses[i] = poses[i - 1].inverse() * poses[i];
+                }
+              }},
+      Mistake{"wrong motion: ", "leading zeros",  // sorted as text
+              [](Poses& poses) {
+                std::map<std::string, Pose> sorted;
+                for (const Pose& pose : poses) sorted[std::to_string(sorted.size())] = pose;
+                poses.clear();
+                for (const auto& [name, pose] : sorted) poses.push_back(pose);
+              }},
+      Mistake{"wrong motion: ", "same order",  // at random
+              [](Poses& poses) {
+                for (std::size_t i = 0; i < poses.size(); ++i) {
+                  std::swap(poses[i], poses[(17 * i + 5) % poses.size()]);
+                }
+              }});
   MemoryDataset recording = drive();
-  SECTION("backwards") {
-    std::reverse(recording.poses.begin(), recording.poses.end());
-    CHECK_THAT(examined(recording), Contains("wrong motion: ") && Contains("reversed in time"));
-  }
-  SECTION("of five scans later") {
-    std::rotate(recording.poses.begin(), recording.poses.begin() + 5, recording.poses.end());
-    CHECK_THAT(examined(recording), Contains("wrong time: ") && Contains("0.50 s early"));
-  }
-  SECTION("increments") {
-    for (std::size_t i = recording.poses.size() - 1; i > 0; --i) {
-      recording.poses[i] = recording.poses[i - 1].inverse() * recording.poses[i];
-    }
-    CHECK_THAT(examined(recording), Contains("wrong motion: ") && Contains("accumulate"));
-  }
-  SECTION("sorted as text") {
-    std::vector<std::string> names;
-    for (std::size_t i = 0; i < recording.poses.size(); ++i) names.push_back(std::to_string(i));
-    std::sort(names.begin(), names.end());
-    std::vector<Pose> poses;
-    for (const std::string& name : names) poses.push_back(recording.poses[std::stoul(name)]);
-    recording.poses = poses;
-    CHECK_THAT(examined(recording), Contains("wrong motion: ") && Contains("leading zeros"));
-  }
-  SECTION("at random") {
-    for (std::size_t i = 0; i < recording.poses.size(); ++i) {
-      std::swap(recording.poses[i], recording.poses[(17 * i + 5) % recording.poses.size()]);
-    }
-    CHECK_THAT(examined(recording), Contains("wrong motion: ") && Contains("same order"));
-  }
+  mistake.make(recording.poses);
+  CHECK_THAT(examined(recording), Contains(mistake.check) && Contains(mistake.remedy));
 }
 
 TEST_CASE("scans in the world frame are wrong with poses and without") {
@@ -203,10 +208,7 @@ TEST_CASE("scans in the world frame are wrong with poses and without") {
     // What is near: the middle of the scans moves with the sensor.
     std::erase_if(recording.scans[i].points,
                   [](const datasets::Scan::Point& p) { return std::hypot(p.x, p.y) > 12.0F; });
-    for (datasets::Scan::Point& p : recording.scans[i].points) {
-      const Eigen::Vector3d q = recording.poses[i] * Eigen::Vector3d(p.x, p.y, p.z);
-      p = {static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()), 0.0F};
-    }
+    MemoryDataset::move_points(recording.scans[i], recording.poses[i]);
   }
   CHECK_THAT(examined(recording),
              Contains("wrong motion: ") && Contains("by the inverse of its pose"));
@@ -237,10 +239,7 @@ TEST_CASE("rings tell scans in the world frame from those of a tunnel seen from 
     poses.push_back(level_pose(x, 0.0, 0.0));
     of_sensor.push_back(rings_in_tunnel());
     of_world.push_back(of_sensor.back());
-    for (datasets::Scan::Point& p : of_world.back().points) {
-      const Eigen::Vector3f world = (poses.back() * Eigen::Vector3d(p.x, p.y, p.z)).cast<float>();
-      p = {world.x(), world.y(), world.z(), 0.0F};
-    }
+    MemoryDataset::move_points(of_world.back(), poses.back());
   }
   const auto gain = [&](const std::vector<datasets::Scan>& scans) {
     std::vector<const datasets::Scan*> pointers;
@@ -264,11 +263,7 @@ TEST_CASE("a short drive in the world frame without poses is told by its rings")
   const Pose first = recording.poses.front();
   MemoryDataset standing = recording;
   for (std::size_t i = 0; i < recording.scans.size(); ++i) {
-    const Pose T_first_sensor = first.inverse() * recording.poses[i];
-    for (datasets::Scan::Point& p : recording.scans[i].points) {
-      const Eigen::Vector3d q = T_first_sensor * Eigen::Vector3d(p.x, p.y, p.z);
-      p = {static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()), 0.0F};
-    }
+    MemoryDataset::move_points(recording.scans[i], first.inverse() * recording.poses[i]);
     recording.poses[i] = Pose();
     standing.scans[i] = standing.scans.front();
     standing.poses[i] = Pose();
@@ -293,18 +288,18 @@ TEST_CASE("scans that follow each other but show different places are suspicious
   CHECK_THAT(unusual(found), Contains("succession: ") && Contains("order of the scans"));
 }
 
-TEST_CASE("points in other units are wrong") {
+TEST_CASE("points in other units, or of a map far away, are wrong") {
   MemoryDataset recording = short_drive();
-  const double scale = GENERATE(1000.0, 100.0, 0.001);
-  recording.change_points([&](const Eigen::Vector3d& p) { return Eigen::Vector3d(scale * p); });
-  CHECK_THAT(examined(recording), Contains("wrong units: ") && Contains("metres"));
-}
-
-TEST_CASE("points of a map far away are wrong") {
-  MemoryDataset recording = short_drive();
-  recording.change_points(
-      [&](const Eigen::Vector3d& p) { return Eigen::Vector3d(p + Eigen::Vector3d(4e5, 5e6, 50)); });
-  CHECK_THAT(examined(recording), Contains("wrong origin: ") && Contains("map's frame"));
+  SECTION("units") {
+    const double scale = GENERATE(1000.0, 100.0, 0.001);
+    recording.change_points([&](const Eigen::Vector3d& p) { return Eigen::Vector3d(scale * p); });
+    CHECK_THAT(examined(recording), Contains("wrong units: ") && Contains("metres"));
+  }
+  SECTION("map") {
+    const Pose far_away(Eigen::Matrix3d::Identity(), Eigen::Vector3d(4e5, 5e6, 50));
+    for (datasets::Scan& scan : recording.scans) MemoryDataset::move_points(scan, far_away);
+    CHECK_THAT(examined(recording), Contains("wrong origin: ") && Contains("map's frame"));
+  }
 }
 
 TEST_CASE("records of another size are wrong") {
@@ -339,35 +334,35 @@ TEST_CASE("records of another size are wrong") {
 
 TEST_CASE("stamps that do not fit are said") {
   MemoryDataset recording = short_drive();
+  std::vector<std::int64_t>& stamps_ns = recording.stamps_ns;
   SECTION("milliseconds read as seconds") {
-    for (std::int64_t& stamp : recording.stamps_ns) stamp *= 1000;
+    for (std::int64_t& stamp : stamps_ns) stamp *= 1000;
     CHECK_THAT(examined(recording), Contains("suspicious interval: ") && Contains("milliseconds"));
   }
   SECTION("seconds read as microseconds: faster than any robot") {
-    for (std::int64_t& stamp : recording.stamps_ns) stamp /= 1000000;
+    for (std::int64_t& stamp : stamps_ns) stamp /= 1000000;
     CHECK_THAT(examined(recording), Contains("wrong speed: ") && Contains("stamps in seconds"));
   }
   SECTION("all equal") {
-    for (std::int64_t& stamp : recording.stamps_ns) stamp = 5;
+    for (std::int64_t& stamp : stamps_ns) stamp = 5;
     CHECK_THAT(examined(recording), Contains("wrong order of stamps: ") && Contains("unit"));
   }
   SECTION("two exchanged") {
-    std::swap(recording.stamps_ns[2], recording.stamps_ns[3]);
+    std::swap(stamps_ns[2], stamps_ns[3]);
     CHECK_THAT(examined(recording), Contains("suspicious order of stamps: "));
   }
 }
 
 TEST_CASE("axes other than z up are wrong") {
   MemoryDataset recording = drive();
-  const Eigen::Matrix3d camera = (Eigen::Matrix3d() << 0, -1, 0, 0, 0, -1, 1, 0, 0).finished();
   // Rings of a spinning sensor, none of them far from level.
   for (datasets::Scan& scan : recording.scans) {
     std::erase_if(scan.points, [](const datasets::Scan::Point& p) {
       return std::fabs(p.z) > 0.5F * std::hypot(p.x, p.y);
     });
   }
-  recording.change_points([&](const Eigen::Vector3d& p) { return Eigen::Vector3d(camera * p); });
-  const auto turned = with_poses(recording, [&](const Pose& p) { return in_axes(p, camera); });
+  recording.change_points([&](const Eigen::Vector3d& p) { return Eigen::Vector3d(kCamera * p); });
+  const auto turned = with_poses(recording, [&](const Pose& p) { return in_axes(p, kCamera); });
   CHECK_THAT(examined(turned), Contains("wrong axes: ") && Contains("z up"));
 }
 

@@ -91,30 +91,29 @@ TEST_CASE("a data sheet of one's own is read, or refused with the member that is
   const TemporaryDirectory folder;
   const auto file = folder.path() / "sheet.json";
   const auto write = [&](const std::string& text) { std::ofstream(file) << text; };
-  write(R"({"name": "mine", "pattern": "spinning", "horizontal_fov_deg": 360, "rings": 24,
-            "elevation_deg": [-20, 12], "range_m": [0.5, 80], "columns": [900],
-            "scan_rate_hz": 10})");
+  const auto sheet_of = [](int rings, const std::string& more) {
+    return R"({"name": "mine", "pattern": "spinning", "horizontal_fov_deg": 360,
+      "elevation_deg": [-20, 12], "range_m": [0.5, 80], "columns": [900], "scan_rate_hz": 10,
+      "rings": )" +
+           std::to_string(rings) + more + "}";
+  };
+  write(sheet_of(24, ""));
   const SensorSheet sheet = read_sheet(file);
   CHECK(sheet.model.name == "mine");
   CHECK(sheet.model.points_per_scan == 21600);
   CHECK(preset(sheet.model, Computer::kServer).ok());
   CHECK_FALSE(sheet.T_base_lidar);
-  const std::string mast = R"({"name": "mine", "pattern": "spinning", "horizontal_fov_deg": 360,
-      "elevation_deg": [-20, 12], "range_m": [0.5, 80], "rings": 24, "columns": [900],
-      "scan_rate_hz": 10, "extrinsic": )";
-  write(mast + "[0.5, 0, 2, 0, 0, 90]}");
+  write(sheet_of(24, R"(, "extrinsic": [0.5, 0, 2, 0, 0, 90])"));
   const std::optional<Pose> T_base_lidar = read_sheet(file).T_base_lidar;
   REQUIRE(T_base_lidar);
   CHECK((*T_base_lidar * Eigen::Vector3d::UnitX() - Eigen::Vector3d(0.5, 1, 2)).norm() < 1e-12);
-  write(mast + "[0.5, 0, 2]}");
+  write(sheet_of(24, R"(, "extrinsic": [0.5, 0, 2])"));
   CHECK_THROWS_WITH(read_sheet(file), Contains("extrinsic: must be [x, y, z, roll, pitch, yaw]"));
   write(R"({"name": "mine", "pattern": "spinning"})");
   CHECK_THROWS_WITH(read_sheet(file), Contains("sheet.json") && Contains("horizontal_fov_deg"));
   write(R"({"name": "mine", "pattern": "sweeping"})");
   CHECK_THROWS_WITH(read_sheet(file), Contains("sheet.json: pattern: "));
-  write(R"({"name": "mine", "pattern": "spinning", "horizontal_fov_deg": 360, "rings": 1,
-            "elevation_deg": [-20, 12], "range_m": [0.5, 80], "columns": [900],
-            "scan_rate_hz": 10})");
+  write(sheet_of(1, ""));
   CHECK_THROWS_WITH(read_sheet(file), Contains("sensor.rings"));
   write("[]");
   CHECK_THROWS_WITH(read_sheet(file), Contains("is not a JSON object"));

@@ -10,40 +10,30 @@ using namespace unimapper::onboard;
 using namespace unimapper::test;
 
 TEST_CASE("obstacles that touch are one component, across block borders too") {
-  Stages stages;
-  std::vector<Eigen::Vector3f> points;
   // A staircase of cells that touch by their corners only, and one apart.
+  Cloud points;
   for (int i = 0; i < 12; ++i) {
     const float at = 0.1F + 0.2F * static_cast<float>(i);
     points.emplace_back(at, at, 3.0F + at);
   }
   points.emplace_back(10.0F, 10.0F, 3.0F);
-  stages.add(points);
-  stages.find_and_split_ground();
+  Stages stages(points);
   REQUIRE(stages.cells.size() == 13);
   // A third of the staircase is dynamic: enough for all of it.
-  for (std::uint32_t row = 0; row < 4; ++row) stages.cells.set(row, &CellMarks::dynamic);
+  stages.set_rows(4, &CellMarks::dynamic);
   CHECK(stages.classify_components() == 2);
-  std::size_t dynamic = 0;
-  for (std::uint32_t row = 0; row < 13; ++row) {
-    dynamic += stages.cells.has(row, &CellMarks::dynamic) ? 1 : 0;
-  }
-  CHECK(dynamic == 12);
-  CHECK_FALSE(stages.cells.has(stages.row_at({10.0F, 10.0F, 3.0F}), &CellMarks::dynamic));
+  CHECK(stages.dynamic_cells() == 12);
+  CHECK_FALSE(stages.has({10.0F, 10.0F, 3.0F}, &CellMarks::dynamic));
 }
 
 TEST_CASE(
     "hardly dynamic components become static, confirmed static cells resist their component") {
-  Stages stages;
-  std::vector<Eigen::Vector3f> points;
-  for (int i = 0; i < 40; ++i) points.emplace_back(0.1F + 0.2F * static_cast<float>(i), 0.1F, 3.1F);
-  stages.add(points);
-  stages.find_and_split_ground();
-  stages.cells.set(0, &CellMarks::dynamic);
+  Stages stages(Cloud().row(40));
+  stages.set_rows(1, &CellMarks::dynamic);
   stages.classify_components();
   CHECK_FALSE(stages.cells.has(0, &CellMarks::dynamic));
 
-  for (std::uint32_t row = 0; row < 20; ++row) stages.cells.set(row, &CellMarks::dynamic);
+  stages.set_rows(20, &CellMarks::dynamic);
   stages.cells.set(39, &CellMarks::confirmed_static);
   stages.classify_components();
   CHECK(stages.cells.has(38, &CellMarks::dynamic));
@@ -51,34 +41,30 @@ TEST_CASE(
 }
 
 TEST_CASE("evidence on few cells of a component outweighs its many unobserved cells") {
-  Stages stages;
-  std::vector<Eigen::Vector3f> points;
-  for (int i = 0; i < 40; ++i) points.emplace_back(0.1F + 0.2F * static_cast<float>(i), 0.1F, 3.1F);
-  stages.add(points);
-  stages.find_and_split_ground();
+  Stages stages(Cloud().row(40));
+  stages.set_rows(3, &CellMarks::dynamic);
   std::vector<std::int16_t> log_odds(stages.cells.size(), 0);
-  for (std::uint32_t row = 0; row < 3; ++row) {
-    log_odds[row] = 850;
-    stages.cells.set(row, &CellMarks::dynamic);
-  }
+  std::fill_n(log_odds.begin(), 3, std::int16_t{850});
   stages.classify_components(log_odds);
   CHECK(stages.cells.has(39, &CellMarks::dynamic));
 }
 
 TEST_CASE("low cells follow an obstacle but do not tie obstacles together") {
-  Stages stages;
-  std::vector<Eigen::Vector3f> points;
-  add_floor(points, 0.0F, 4.0F, 0.0F, 4.0F, 0.02F);
-  for (const float x : {1.1F, 2.5F}) add_column(points, x, 1.1F, 0.2F, 1.8F);
+  Cloud points;
+  points.floor(0.0F, 4.0F, 0.0F, 4.0F, 0.02F);
+  for (const float x : {1.1F, 2.5F}) points.column(x, 1.1F, 0.2F, 1.8F);
   for (float x = 1.1F; x < 2.5F; x += 0.1F) points.emplace_back(x, 1.1F, 0.25F);  // a low kerb
-  stages.add(points);
-  REQUIRE(stages.find_and_split_ground() > 0);
-  for (float z = 0.5F; z < 1.8F; z += 0.2F) {
-    stages.cells.set(stages.row_at({1.1F, 1.1F, z}), &CellMarks::dynamic);
-  }
+  Stages stages;
+  REQUIRE(stages.take(points) > 0);
+  stages.set_column(1.1F, 1.1F, 0.5F, 1.8F, &CellMarks::dynamic);
+  // Its foot follows even where ground was taken for it before.
+  REQUIRE(stages.has({1.1F, 1.1F, 0.25F}, &CellMarks::follower));
+  const bool was_ground = GENERATE(false, true);
+  if (was_ground)
+    stages.cells.set(stages.row_at({1.1F, 1.1F, 0.25F}), &CellMarks::confirmed_static);
   stages.classify_components();
   const auto dynamic = [&](float x, float z) {
-    return stages.cells.has(stages.row_at({x, 1.1F, z}), &CellMarks::dynamic);
+    return stages.has({x, 1.1F, z}, &CellMarks::dynamic);
   };
   CHECK(dynamic(1.1F, 1.5F));
   CHECK(dynamic(1.1F, 0.25F));
@@ -88,76 +74,33 @@ TEST_CASE("low cells follow an obstacle but do not tie obstacles together") {
 }
 
 TEST_CASE("a confirmed static wall does not tie a walker to what stands behind it") {
-  Stages stages;
-  std::vector<Eigen::Vector3f> points;
-  for (int i = 0; i < 3; ++i)
-    add_column(points, 1.1F + 0.2F * static_cast<float>(i), 1.1F, 3.0F, 5.0F);
-  for (int i = 0; i < 9; ++i)
-    add_column(points, 1.7F + 0.2F * static_cast<float>(i), 1.1F, 3.0F, 5.0F);
-  stages.add(points);
-  stages.find_and_split_ground();
-  const auto mark = [&](float x, CellMark what) {
-    for (float z = 3.1F; z < 5.0F; z += 0.2F) {
-      stages.cells.set(stages.row_at({x, 1.1F, z}), what);
-    }
-  };
-  mark(1.1F, &CellMarks::dynamic);
-  mark(1.3F, &CellMarks::dynamic);
-  mark(1.5F, &CellMarks::confirmed_static);
+  Stages stages(Cloud().block(1.1F, 12, 1, 3.0F, 5.0F));
+  stages.set_column(1.1F, 1.1F, 3.1F, 5.0F, &CellMarks::dynamic);
+  stages.set_column(1.3F, 1.1F, 3.1F, 5.0F, &CellMarks::dynamic);
+  stages.set_column(1.5F, 1.1F, 3.1F, 5.0F, &CellMarks::confirmed_static);
   CHECK(stages.classify_components() == 2);
-  CHECK(stages.cells.has(stages.row_at({1.1F, 1.1F, 4.1F}), &CellMarks::dynamic));
-  CHECK_FALSE(stages.cells.has(stages.row_at({1.5F, 1.1F, 4.1F}), &CellMarks::dynamic));
-  CHECK_FALSE(stages.cells.has(stages.row_at({1.7F, 1.1F, 4.1F}), &CellMarks::dynamic));
+  CHECK(stages.has({1.1F, 1.1F, 4.1F}, &CellMarks::dynamic));
+  CHECK_FALSE(stages.has({1.5F, 1.1F, 4.1F}, &CellMarks::dynamic));
+  CHECK_FALSE(stages.has({1.7F, 1.1F, 4.1F}, &CellMarks::dynamic));
 }
 
 TEST_CASE("what was proven dynamic a keyframe ago connects, confirmed static or not") {
-  Stages stages;
-  const auto add = [&](bool before) {
-    std::vector<Eigen::Vector3f> points;
-    for (int i = 0; i < 5; ++i)
-      add_column(points, 1.1F + 0.2F * static_cast<float>(i), 1.1F, 3.0F, 5.0F);
-    stages.add(points);
-    stages.find_and_split_ground();
-    for (float z = 3.1F; z < 5.0F; z += 0.2F) {
-      const std::uint32_t row = stages.row_at({1.5F, 1.1F, z});
-      stages.cells.set(row, before ? &CellMarks::dynamic : &CellMarks::confirmed_static);
-      if (before) stages.cells.set(row, &CellMarks::proven);
-    }
-  };
-  add(true);
-  stages.window.record(stages.cells);
-  stages.begin();
-  add(false);
+  const Cloud points = Cloud().block(1.1F, 5, 1, 3.0F, 5.0F);
+  Stages stages(points);
+  stages.set_column(1.5F, 1.1F, 3.1F, 5.0F, &CellMarks::dynamic);
+  stages.set_column(1.5F, 1.1F, 3.1F, 5.0F, &CellMarks::proven);
+  stages.record_and_begin();
+  stages.take(points);
+  stages.set_column(1.5F, 1.1F, 3.1F, 5.0F, &CellMarks::confirmed_static);
   CHECK(stages.classify_components() == 1);
-}
-
-TEST_CASE("low cells follow a dynamic component even where ground was taken for them before") {
-  Stages stages;
-  std::vector<Eigen::Vector3f> points;
-  add_floor(points, 0.0F, 4.0F, 0.0F, 4.0F, 0.02F);
-  add_column(points, 1.1F, 1.1F, 0.2F, 1.8F);
-  stages.add(points);
-  REQUIRE(stages.find_and_split_ground() > 0);
-  for (float z = 0.5F; z < 1.8F; z += 0.2F) {
-    stages.cells.set(stages.row_at({1.1F, 1.1F, z}), &CellMarks::dynamic);
-  }
-  const std::uint32_t foot = stages.row_at({1.1F, 1.1F, 0.25F});
-  REQUIRE(stages.cells.has(foot, &CellMarks::follower));
-  stages.cells.set(foot, &CellMarks::confirmed_static);
-  stages.classify_components();
-  CHECK(stages.cells.has(foot, &CellMarks::dynamic));
 }
 
 TEST_CASE("single returns connect nothing where a surface would leave several") {
   const auto components = [](float stray_range_m) {
     Stages stages;
     stages.stray = {{2.0F, 0.0F, 3.0F}, stray_range_m};
-    std::vector<Eigen::Vector3f> points;
-    add_column(points, 1.1F, 1.1F, 2.5F, 3.5F);
-    add_column(points, 3.1F, 1.1F, 2.5F, 3.5F);
-    for (float x = 1.3F; x < 3.0F; x += 0.2F) points.emplace_back(x, 1.1F, 3.1F);
-    stages.add(points);
-    stages.find_and_split_ground();
+    stages.take(
+        Cloud().column(1.1F, 1.1F, 2.5F, 3.5F).column(3.1F, 1.1F, 2.5F, 3.5F).row(9, 1.3F, 1.1F));
     return stages.classify_components();
   };
   CHECK(components(0.0F) == 1);
@@ -183,88 +126,45 @@ TEST_CASE("how near a single return is a stray one follows from the spacing of r
 }
 
 TEST_CASE("strong evidence of a cell's own survives a static component") {
-  Stages stages;
-  std::vector<Eigen::Vector3f> points;
-  for (int i = 0; i < 80; ++i) points.emplace_back(0.1F + 0.2F * static_cast<float>(i), 0.1F, 3.1F);
-  stages.add(points);
-  stages.find_and_split_ground();
-  for (std::uint32_t row = 0; row < 2; ++row) stages.cells.set(row, &CellMarks::dynamic);
+  Stages stages(Cloud().row(80));
+  stages.set_rows(2, &CellMarks::dynamic);
   stages.cells.set(0, &CellMarks::confirmed_dynamic);
   stages.classify_components();
   CHECK(stages.cells.has(0, &CellMarks::dynamic));
   CHECK_FALSE(stages.cells.has(1, &CellMarks::dynamic));
 }
 
-namespace {
-
-/// An obstacle of a rectangle of columns, apart from everything else.
-void add_block(std::vector<Eigen::Vector3f>& points, float x, int wide, int deep, float z0,
-               float z1) {
-  for (int i = 0; i < wide; ++i) {
-    for (int j = 0; j < deep; ++j) {
-      add_column(points, x + 0.2F * static_cast<float>(i), 1.1F + 0.2F * static_cast<float>(j), z0,
-                 z1);
-    }
-  }
-}
-
-/// Dynamic cells of an obstacle that was all seen through once, rays `spacing_deg` apart.
-std::size_t left_dynamic(const std::vector<Eigen::Vector3f>& points, float distance_m,
-                         float spacing_deg) {
-  Stages stages;
-  stages.add(points);
-  stages.find_and_split_ground();
-  for (std::uint32_t row = 0; row < stages.cells.size(); ++row) {
-    stages.cells.set(row, &CellMarks::dynamic);
-  }
-  stages.viewpoint = {{1.1F, 1.1F - distance_m, 4.0F}, spacing_deg};
-  stages.classify_components();
-  std::size_t dynamic = 0;
-  for (std::uint32_t row = 0; row < stages.cells.size(); ++row) {
-    dynamic += stages.cells.has(row, &CellMarks::dynamic) ? 1 : 0;
-  }
-  return dynamic;
-}
-
-}  // namespace
-
 TEST_CASE("what may be a pole is not seen through by rays that pass beside it") {
-  std::vector<Eigen::Vector3f> pole;
-  add_block(pole, 1.1F, 2, 1, 3.0F, 5.0F);
+  // Dynamic cells of an obstacle that was all seen through once, rays `spacing_deg` apart.
+  const auto left_dynamic = [](const Cloud& points, float distance_m, float spacing_deg) {
+    Stages stages(points);
+    stages.set_rows(stages.cells.size(), &CellMarks::dynamic);
+    stages.viewpoint = {{1.1F, 1.1F - distance_m, 4.0F}, spacing_deg};
+    stages.classify_components();
+    return stages.dynamic_cells();
+  };
+  const Cloud pole = Cloud().block(1.1F, 2, 1, 3.0F, 5.0F);
   // Rays 0.7 degrees apart are 6 cm apart 4.9 m away.
   CHECK(left_dynamic(pole, 5.4F, 0.7F) == 0);
   CHECK(left_dynamic(pole, 4.4F, 0.7F) == 20);
   CHECK(left_dynamic(pole, 9.0F, 0.35F) == 20);
   CHECK(left_dynamic(pole, 9.0F, 0.0F) == 20);
-
-  std::vector<Eigen::Vector3f> walker;
-  add_block(walker, 1.1F, 3, 2, 3.0F, 4.8F);
+  const Cloud walker = Cloud().block(1.1F, 3, 2, 3.0F, 4.8F);
   CHECK(left_dynamic(walker, 9.0F, 0.7F) == 54);
-
-  std::vector<Eigen::Vector3f> sign_on_pole;
-  add_block(sign_on_pole, 1.1F, 4, 1, 5.0F, 5.6F);
-  add_block(sign_on_pole, 1.3F, 1, 1, 3.0F, 5.6F);
+  const Cloud sign_on_pole = Cloud().block(1.1F, 4, 1, 5.0F, 5.6F).block(1.3F, 1, 1, 3.0F, 5.6F);
   CHECK(left_dynamic(sign_on_pole, 9.0F, 0.7F) == 0);
-
-  std::vector<Eigen::Vector3f> lamp;
-  add_block(lamp, 1.1F, 5, 1, 5.8F, 6.0F);
-  add_block(lamp, 1.1F, 1, 1, 3.0F, 6.0F);
+  const Cloud lamp = Cloud().block(1.1F, 5, 1, 5.8F, 6.0F).block(1.1F, 1, 1, 3.0F, 6.0F);
   CHECK(left_dynamic(lamp, 9.0F, 0.7F) == 0);
-
-  std::vector<Eigen::Vector3f> van;
-  add_block(van, 1.1F, 8, 3, 3.0F, 5.4F);
+  const Cloud van = Cloud().block(1.1F, 8, 3, 3.0F, 5.4F);
   CHECK(left_dynamic(van, 9.0F, 0.7F) == 8 * 3 * 12);
+  // As narrow as a pole, but all its evidence says so.
+  const Cloud fragment = Cloud().block(1.1F, 2, 1, 3.0F, 3.6F);
+  CHECK(left_dynamic(fragment, 9.0F, 0.7F) == 6);
 }
 
-TEST_CASE("a fragment as narrow as a pole is dynamic where all its evidence says so") {
-  std::vector<Eigen::Vector3f> points;
-  add_block(points, 1.1F, 2, 1, 3.0F, 3.6F);
-  CHECK(left_dynamic(points, 9.0F, 0.7F) == 6);
-
-  Stages stages;
-  stages.add(points);
-  stages.find_and_split_ground();
-  for (std::uint32_t row = 0; row < 2; ++row) stages.cells.set(row, &CellMarks::dynamic);
+TEST_CASE("a fragment as narrow as a pole is static where some of its evidence says so") {
+  Stages stages(Cloud().block(1.1F, 2, 1, 3.0F, 3.6F));
+  stages.set_rows(2, &CellMarks::dynamic);
   stages.viewpoint = {{1.1F, -7.9F, 4.0F}, 0.7F};
   // 1700 of 3400 thousandths are for dynamic: enough for anything else.
   stages.classify_components();
@@ -273,17 +173,10 @@ TEST_CASE("a fragment as narrow as a pole is dynamic where all its evidence says
 
 TEST_CASE("a narrow fragment half of which was there a keyframe ago has not moved") {
   const auto stays = [](float height_before_m) {
-    Stages stages;
-    for (const bool before : {true, false}) {
-      std::vector<Eigen::Vector3f> points;
-      add_block(points, 1.1F, 1, 1, 3.0F, before ? 3.0F + height_before_m : 3.8F);
-      stages.add(points);
-      stages.find_and_split_ground();
-      if (!before) break;
-      stages.window.record(stages.cells);
-      stages.begin();
-    }
-    for (std::uint32_t row = 0; row < 4; ++row) stages.cells.set(row, &CellMarks::dynamic);
+    Stages stages(Cloud().block(1.1F, 1, 1, 3.0F, 3.0F + height_before_m));
+    stages.record_and_begin();
+    stages.take(Cloud().block(1.1F, 1, 1, 3.0F, 3.8F));
+    stages.set_rows(4, &CellMarks::dynamic);
     stages.viewpoint = {{1.1F, -7.9F, 4.0F}, 0.7F};
     stages.classify_components();
     return stages.cells.has(0, &CellMarks::dynamic);
@@ -294,45 +187,17 @@ TEST_CASE("a narrow fragment half of which was there a keyframe ago has not move
 
 TEST_CASE("a pole does not stay dynamic because it was taken for dynamic before") {
   const auto stays = [](int wide) {
-    Stages stages;
-    std::vector<Eigen::Vector3f> points;
-    add_block(points, 1.1F, wide, 1, 3.0F, 5.0F);
-    for (const bool before : {true, false}) {
-      stages.add(points);
-      stages.find_and_split_ground();
-      if (before) {
-        for (std::uint32_t row = 0; row < stages.cells.size(); ++row) {
-          stages.cells.set(row, &CellMarks::dynamic);
-          stages.cells.set(row, &CellMarks::proven);
-        }
-        stages.window.record(stages.cells);
-        stages.begin();
-      }
-    }
+    const Cloud points = Cloud().block(1.1F, wide, 1, 3.0F, 5.0F);
+    Stages stages(points);
+    stages.set_rows(stages.cells.size(), &CellMarks::dynamic);
+    stages.set_rows(stages.cells.size(), &CellMarks::proven);
+    stages.record_and_begin();
+    stages.take(points);
     stages.classify_components();
     return stages.cells.has(0, &CellMarks::dynamic);
   };
   CHECK_FALSE(stays(2));
   CHECK(stays(3));
-}
-
-TEST_CASE("the box of a component has the extent of its cells, across blocks") {
-  CellBox box;
-  box.include({-1, 0, 2}, std::uint64_t{1} << bit_of({3, 1, 2}));
-  CHECK(box.width() == 1);
-  CHECK(box.height() == 1);
-  CHECK(box.low[0] == -1);
-  CHECK(box.low[1] == 1);
-  CHECK(box.low[2] == 10);
-  box.include({0, 0, 2},
-              std::uint64_t{1} << bit_of({0, 0, 0}) | std::uint64_t{1} << bit_of({2, 3, 3}));
-  CHECK(box.high[0] == 2);
-  CHECK(box.low[1] == 0);
-  CHECK(box.high[1] == 3);
-  CHECK(box.low[2] == 8);
-  CHECK(box.high[2] == 11);
-  CHECK(box.width() == 4);
-  CHECK(box.height() == 4);
 }
 
 namespace {
@@ -343,19 +208,16 @@ struct WalkerAtWall {
   WalkerAtWall(int width, int height, std::int16_t own, std::int16_t beside,
                const PipelineConfig& config = small_config())
       : stages(config) {
-    std::vector<Eigen::Vector3f> points;
-    add_block(points, 1.1F, 40, 1, 3.0F, 7.0F);
     const float top = 3.0F + 0.2F * static_cast<float>(height);
-    for (int i = 0; i < width; ++i) {
-      add_column(points, 3.1F + 0.2F * static_cast<float>(i), 1.3F, 3.0F, top);
-    }
-    add_column(points, 2.9F, 1.3F, 3.0F, top);
-    stages.add(points);
-    stages.find_and_split_ground();
+    Cloud points;
+    points.block(1.1F, 40, 1, 3.0F, 7.0F).column(2.9F, 1.3F, 3.0F, top);
+    const auto x_of = [](int i) { return 3.1F + 0.2F * static_cast<float>(i); };
+    for (int i = 0; i < width; ++i) points.column(x_of(i), 1.3F, 3.0F, top);
+    stages.take(points);
     std::vector<std::int16_t> log_odds(stages.cells.size(), -510);
     for (float z = 3.1F; z < top; z += 0.2F) {
       for (int i = 0; i < width; ++i) {
-        const std::uint32_t row = stages.row_at({3.1F + 0.2F * static_cast<float>(i), 1.3F, z});
+        const std::uint32_t row = stages.row_at({x_of(i), 1.3F, z});
         log_odds[row] = own;
         stages.cells.set(row, &CellMarks::dynamic);
       }
@@ -364,7 +226,7 @@ struct WalkerAtWall {
     stages.classify_components(log_odds);
   }
   [[nodiscard]] bool is_dynamic(float x, float y, float z) const {
-    return stages.cells.has(stages.row_at({x, y, z}), &CellMarks::dynamic);
+    return stages.has({x, y, z}, &CellMarks::dynamic);
   }
   Stages stages;
 };

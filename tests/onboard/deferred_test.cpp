@@ -25,7 +25,6 @@ struct Said {
   std::uint64_t loops = 0;
   std::uint64_t evicted = 0;  ///< counts of the keyframe it evicted, and that one's final labels
   std::uint64_t counts = 0;   ///< statistics but for times
-  friend bool operator==(const Said&, const Said&) = default;
 };
 
 using Event = std::tuple<std::uint32_t, std::int64_t, std::vector<std::int64_t>>;
@@ -99,9 +98,8 @@ class Robot {
     }
     flush();
     while (pipeline()->relabel_next()) {
-      Fnv1a sum;
-      add_evicted(pipeline()->finished_keyframe().relabelled, sum);
-      run_.last_labels.push_back(sum.value());
+      run_.last_labels.push_back(checksum(
+          [&](Fnv1a& sum) { add_evicted(pipeline()->finished_keyframe().relabelled, sum); }));
     }
     EventRecord event;
     while (ring_->pop(event)) {
@@ -187,78 +185,43 @@ class Robot {
     REQUIRE(run_.keyframes.count(view.sequence) == 1);
     Said& said = run_.keyframes[view.sequence];
     REQUIRE(said.view == 0);
-    said.view = checksum_of_view(view);
-    Fnv1a place;
-    for (const Keypoint& keypoint : view.place.keypoints) {
-      place.add_matrix(keypoint.position);
-      place.add_matrix(keypoint.normal);
-      place.add(keypoint.occupancy);
-      place.add(keypoint.strength);
-    }
-    for (const PlanePatch& plane : view.place.planes) {
-      place.add_matrix(plane.center);
-      place.add_matrix(plane.normal);
-    }
-    place.add(view.place.up.known);
-    said.place = place.value();
-    Fnv1a loops;
-    for (const LoopCandidate& loop : view.loops) {
-      loops.add(loop.query.keyframe);
-      loops.add(loop.match.keyframe);
-      loops.add(loop.match.session);
-      loops.add(loop.confidence);
-      loops.add_pose(loop.T_match_query);
-    }
-    said.loops = loops.value();
+    said.view = checksum([&](Fnv1a& sum) {
+      add_poses(view, sum);
+      add_cells(view.static_cells, sum);
+      add_cells(view.dynamic_cells, sum);
+      sum.add(view.points_in);
+      sum.add(view.points_dynamic);
+      sum.add(view.image_full_weight_range_m);
+      for (const FreeSpaceImage& image : view.images) {
+        sum.add(image.scan);
+        for (const std::uint16_t pixel : image.pixels) sum.add(pixel);
+      }
+    });
+    said.place = checksum([&](Fnv1a& sum) {
+      add_keypoints(view.place.keypoints, sum);
+      add_planes(view.place.planes, sum);
+      sum.add(view.place.up.known);
+    });
+    said.loops = checksum([&](Fnv1a& sum) {
+      add_loops(view.loops, sum);
+      for (const LoopCandidate& loop : view.loops) sum.add(loop.query.keyframe);
+    });
     run_.loops += static_cast<std::uint32_t>(view.loops.size());
-    Fnv1a evicted;
-    add_evicted(view.relabelled, evicted);
-    said.evicted = evicted.value();
-    said.counts = checksum_of_counts(*view.statistics);
+    said.evicted = checksum([&](Fnv1a& sum) { add_evicted(view.relabelled, sum); });
+    said.counts = checksum([&](Fnv1a& sum) {
+      const KeyframeStatistics& statistics = *view.statistics;
+      add_counts(statistics, sum);
+      for (const std::uint32_t count : {statistics.walls, statistics.aligned_scans}) sum.add(count);
+      for (const CapacityUse& use : statistics.capacity) sum.add(use);
+      sum.add(statistics.odometry_tilt_deg);
+    });
     run_.late_slices += view.statistics->late_slices;
   }
 
-  static std::uint64_t checksum_of_view(const KeyframeView& view) {
+  template <typename Add>
+  static std::uint64_t checksum(const Add& add) {
     Fnv1a sum;
-    sum.add(view.reference_scan);
-    sum.add_pose(view.T_odometry_keyframe);
-    sum.add(view.up.variance_x);
-    sum.add(view.points_in);
-    sum.add(view.points_dynamic);
-    for (const KeyframeScan& scan : view.scans) {
-      sum.add(scan.scan_index);
-      sum.add(scan.stamp_ns);
-      sum.add_pose(scan.T_odometry_sensor);
-    }
-    for (const std::span<const FineCell> cells : {view.static_cells, view.dynamic_cells}) {
-      for (const FineCell& cell : cells) {
-        sum.add_matrix(cell.position);
-        sum.add(cell.points);
-        sum.add(cell.ground);
-      }
-    }
-    sum.add(view.image_full_weight_range_m);
-    for (const FreeSpaceImage& image : view.images) {
-      sum.add(image.scan);
-      for (const std::uint16_t pixel : image.pixels) sum.add(pixel);
-    }
-    return sum.value();
-  }
-
-  static std::uint64_t checksum_of_counts(const KeyframeStatistics& statistics) {
-    Fnv1a sum;
-    for (const std::uint64_t points : {statistics.points_in, statistics.points_valid,
-                                       statistics.points_static, statistics.points_dynamic}) {
-      sum.add(points);
-    }
-    for (const std::uint32_t count :
-         {statistics.cells, statistics.dynamic_cells, statistics.voxels, statistics.ground_voxels,
-          statistics.components, statistics.walls, statistics.aligned_scans}) {
-      sum.add(count);
-    }
-    for (const std::uint64_t dropped : statistics.dropped) sum.add(dropped);
-    for (const CapacityUse& use : statistics.capacity) sum.add(use);
-    sum.add(statistics.odometry_tilt_deg);
+    add(sum);
     return sum.value();
   }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "event_log.hpp"
 #include "ports/events/event_text.hpp"
 #include "run.hpp"
 
@@ -14,31 +15,22 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-struct Log {
-  alignas(64) std::byte memory[EventRing::required_bytes(64)];
-  EventRing* ring = EventRing::create(64, memory).value();
-
-  std::vector<EventRecord> take() const {
-    std::vector<EventRecord> records;
-    EventRecord record;
-    while (ring->pop(record)) records.push_back(record);
-    return records;
-  }
-};
+LabelledScan wall_scan() {
+  Scene scene;
+  scene.columns = 180;
+  scene.boxes = {standing_box({8.0, 0.0, 1.5}, {0.3, 6.0, 1.5})};
+  return scene.scan(sensor_at(0, 0), 0.0);
+}
 
 }  // namespace
 
 TEST_CASE("keyframes, refusals, jumps and drops are written as events, in order") {
-  Log log;
+  EventLog log;
   PipelineConfig config = small_config();
   config.events = log.ring;
   config.voxel.max_cells = 500;
   OwnedPipeline pipeline(config);
-  REQUIRE(pipeline);
-  Scene scene;
-  scene.columns = 180;
-  scene.boxes = {standing_box({8.0, 0.0, 1.5}, {0.3, 6.0, 1.5})};
-  const LabelledScan scan = scene.scan(sensor_at(0, 0), 0.0);
+  const LabelledScan scan = wall_scan();
   (void)pipeline->add_scan(scan.view(), sensor_at(0, 0), 100);
   CHECK(log.take().empty());
   (void)pipeline->add_scan(scan.view(), sensor_at(0, 0), 100);
@@ -46,37 +38,33 @@ TEST_CASE("keyframes, refusals, jumps and drops are written as events, in order"
   (void)pipeline->add_scan(scan.view(), sensor_at(90, 0), 300);
   const auto records = log.take();
   REQUIRE(records.size() >= 5);
-  CHECK(records[0].id == static_cast<std::uint32_t>(EventId::kScanRefused));
-  CHECK(records[0].values[0] == static_cast<std::int64_t>(ErrorCode::kTimeReversed));
+  const KeyframeView& view = pipeline->keyframe();
+  const auto check = [&](std::size_t i, EventId id, std::int64_t first) {
+    CHECK(records[i].id == static_cast<std::uint32_t>(id));
+    CHECK(records[i].values[0] == first);
+  };
+  check(0, EventId::kScanRefused, static_cast<std::int64_t>(ErrorCode::kTimeReversed));
   CHECK(records[0].values[1] == 1);
-  CHECK(records[1].values[0] == static_cast<std::int64_t>(ErrorCode::kEmptyScan));
-  CHECK(records[2].id == static_cast<std::uint32_t>(EventId::kPoseJump));
-  CHECK(records[2].values[0] == 3);
+  check(1, EventId::kScanRefused, static_cast<std::int64_t>(ErrorCode::kEmptyScan));
+  check(2, EventId::kPoseJump, 3);
   CHECK(records[2].stamp_ns == 300);
-  CHECK(records[3].id == static_cast<std::uint32_t>(EventId::kKeyframeClosed));
+  check(3, EventId::kKeyframeClosed, 0);
   CHECK(records[3].stamp_ns == 100);
   CHECK(records[3].values[1] == 1);
-  const KeyframeView& view = pipeline->keyframe();
   CHECK(records[3].values[2] == static_cast<std::int64_t>(view.static_cells.size()));
-  CHECK(records[4].id == static_cast<std::uint32_t>(EventId::kDropped));
-  CHECK(records[4].values[0] == static_cast<std::int64_t>(DropCause::kCellsFull));
+  check(4, EventId::kDropped, static_cast<std::int64_t>(DropCause::kCellsFull));
   CHECK(records[4].values[1] ==
         static_cast<std::int64_t>(view.statistics->dropped_by(DropCause::kCellsFull)));
 }
 
 TEST_CASE("events of a keyframe carry the stamp of its last scan") {
-  Log log;
+  EventLog log;
   PipelineConfig config = small_config();
   config.events = log.ring;
   config.keyframe.scans = 3;
   OwnedPipeline pipeline(config);
-  REQUIRE(pipeline);
-  Scene scene;
-  scene.columns = 180;
-  scene.boxes = {standing_box({8.0, 0.0, 1.5}, {0.3, 6.0, 1.5})};
-  const LabelledScan scan = scene.scan(sensor_at(0, 0), 0.0);
   for (const std::int64_t stamp_ns : {100, 250, 600}) {
-    (void)pipeline->add_scan(scan.view(), sensor_at(0, 0), stamp_ns);
+    (void)pipeline->add_scan(wall_scan().view(), sensor_at(0, 0), stamp_ns);
   }
   const auto records = log.take();
   REQUIRE(!records.empty());
@@ -105,14 +93,14 @@ TEST_CASE("events read as sentences") {
 }
 
 TEST_CASE("draining a ring tells how many events were lost") {
-  Log log;
-  for (int i = 0; i < 70; ++i) log.ring->push({3, 0, 0, {i, 0, 0, 0}});
+  EventLog log;
+  for (int i = 0; i < 262; ++i) log.ring->push({3, 0, 0, {i, 0, 0, 0}});
   std::vector<std::string> lines;
   const auto write = [&lines](const std::string& line) { lines.push_back(line); };
   const std::uint32_t lost = events::drain(*log.ring, 0, write);
   CHECK(lost == 6);
-  REQUIRE(lines.size() == 65);
+  REQUIRE(lines.size() == 257);
   CHECK(lines.back() == "6 events lost: ring full");
   CHECK(events::drain(*log.ring, lost, write) == 6);
-  CHECK(lines.size() == 65);
+  CHECK(lines.size() == 257);
 }

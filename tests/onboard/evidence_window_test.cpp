@@ -1,4 +1,4 @@
-// Free columns, range images and which scans are painted
+// Range images, which scans are painted, and what later keyframes count
 #include "src/onboard/evidence_window.hpp"
 
 #include <catch2/catch.hpp>
@@ -20,27 +20,6 @@ TEST_CASE("the window of ten keyframes of the densest sensor fits 64 MB") {
   CHECK(measuring.used() <= 64'000'000);
 }
 
-TEST_CASE("columns are free from the ground up to the lowest obstacle") {
-  Stages stages;
-  std::vector<Eigen::Vector3f> points;
-  add_floor(points, 0.0F, 4.0F, 0.0F, 4.0F, 0.02F);
-  add_column(points, 1.1F, 1.1F, 1.4F, 1.8F);
-  stages.add(points);
-  stages.find_and_split_ground();
-  stages.columns.build(stages.cells.blocks(),
-                       [&](std::uint32_t b) { return stages.cells.marks(b).ground; });
-  const auto free = [&](float x, float y, float z) {
-    return stages.columns.is_free(voxel_index({x, y, z}, 5.0F));
-  };
-  CHECK(free(1.1F, 1.1F, 1.1F));          // under the obstacle
-  CHECK_FALSE(free(1.1F, 1.1F, 1.5F));    // in it
-  CHECK_FALSE(free(1.1F, 1.1F, 2.5F));    // above it: who knows
-  CHECK(free(3.1F, 3.1F, 2.5F));          // nothing above the ground
-  CHECK_FALSE(free(3.1F, 3.1F, 0.02F));   // the ground itself
-  CHECK_FALSE(free(3.1F, 3.1F, -1.0F));   // below it
-  CHECK_FALSE(free(30.0F, 30.0F, 1.0F));  // no ground seen there
-}
-
 TEST_CASE("a range image keeps the smallest range around each pixel and nothing elsewhere") {
   Stages stages;
   std::vector<Eigen::Vector3f> points;
@@ -50,8 +29,7 @@ TEST_CASE("a range image keeps the smallest range around each pixel and nothing 
   }
   points.emplace_back(5.0F, 0.0F, -0.1F);  // one nearer point
   RangeImage& image = *stages.window.image_for(0, Pose{});
-  stages.painter.paint(PointView::xyz(points.data(), points.size(), sizeof(points[0])),
-                       image.pixels);
+  stages.painter.paint(view_of(points), image.pixels);
   const auto seen_m = [&](float x, float y, float z) {
     std::int32_t pixel = 0;
     float range = 0.0F;
@@ -123,15 +101,11 @@ TEST_CASE("of every few images the last one counts, and as many before it as the
 
 TEST_CASE("ground is not part of the occupancy that later keyframes count") {
   Stages stages;
-  std::vector<Eigen::Vector3f> points;
-  add_floor(points, 0.0F, 4.0F, 0.0F, 4.0F, 0.02F);
-  add_column(points, 1.1F, 1.1F, 0.2F, 1.8F);
   for (int keyframe = 0; keyframe < 2; ++keyframe) {
-    if (keyframe > 0) stages.begin();
-    stages.add(points);
-    REQUIRE(stages.find_and_split_ground() > 0);
+    if (keyframe > 0) stages.record_and_begin();
+    REQUIRE(stages.take(
+                Cloud().floor(0.0F, 4.0F, 0.0F, 4.0F, 0.02F).column(1.1F, 1.1F, 0.2F, 1.8F)) > 0);
     stages.window.leave_out_ground(stages.cells);
-    if (keyframe == 0) stages.window.record(stages.cells);
   }
   const auto occupied_before = [&](float x, float y, float z) {
     const std::uint32_t row = stages.row_at({x, y, z});

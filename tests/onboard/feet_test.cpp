@@ -33,56 +33,42 @@ std::optional<float> feet_begin_at(Stages& stages, const Eigen::Vector3f& foot) 
 }
 
 /// Splits the ground of `points` and labels the leg dynamic.
-void stand_on(Stages& stages, std::vector<Eigen::Vector3f> points) {
-  points.push_back(kLeg);
-  stages.add(points);
-  REQUIRE(stages.find_and_split_ground() >= 1);
-  stages.cells.set(stages.row_at(kLeg), &CellMarks::dynamic);
+void stand_on(Stages& stages, Cloud points, const Eigen::Vector3f& leg = kLeg) {
+  points.push_back(leg);
+  REQUIRE(stages.take(points) >= 1);
+  stages.cells.set(stages.row_at(leg), &CellMarks::dynamic);
+}
+
+/// How high feet begin on `ground`, below the walker.
+float begin_on(const Cloud& ground) {
+  Stages stages;
+  stand_on(stages, ground);
+  const std::optional<float> begin = feet_begin_at(stages, kFoot);
+  REQUIRE(begin);
+  return *begin;
 }
 
 }  // namespace
 
 TEST_CASE("feet begin above the level of the ground around, not above what they raise themselves") {
-  std::vector<Eigen::Vector3f> points;
-  add_floor(points, 0.0F, 2.0F, 0.0F, 2.0F, 0.1F);
-  SECTION("level") {}
-  SECTION("with the points of a shoe") {
-    for (const float z : {0.12F, 0.14F, 0.16F, 0.18F}) points.emplace_back(1.05F, 1.05F, z);
-  }
-  Stages stages;
-  stand_on(stages, points);
-  const std::optional<float> begin = feet_begin_at(stages, kFoot);
-  REQUIRE(begin);
-  CHECK(*begin == Approx(0.1F + kFootHeightM).margin(0.006));
+  Cloud points = Cloud().floor(0.0F, 2.0F, 0.0F, 2.0F, 0.1F);
+  CHECK(begin_on(points) == Approx(0.1F + kFootHeightM).margin(0.006));
+  // With the points of a shoe.
+  for (const float z : {0.12F, 0.14F, 0.16F, 0.18F}) points.emplace_back(1.05F, 1.05F, z);
+  CHECK(begin_on(points) == Approx(0.1F + kFootHeightM).margin(0.006));
 }
 
-TEST_CASE("a slope raises no feet") {
-  std::vector<Eigen::Vector3f> points;
-  constexpr float kSlope = 0.2F;
-  add_floor(points, 0.0F, 2.0F, 0.0F, 2.0F, -0.11F, kSlope);
-  Stages stages;
-  stand_on(stages, points);
-  const std::optional<float> begin = feet_begin_at(stages, kFoot);
-  REQUIRE(begin);
-  CHECK(*begin == Approx(0.1F + kFootHeightM).margin(0.012));
-}
-
-TEST_CASE("the upper side of a low kerb is no feet") {
-  std::vector<Eigen::Vector3f> points;
-  add_floor(points, 0.0F, 1.0F, 0.0F, 2.0F, 0.07F);
-  add_floor(points, 1.0F, 2.0F, 0.0F, 2.0F, 0.12F);
-  Stages stages;
-  stand_on(stages, points);
-  const std::optional<float> begin = feet_begin_at(stages, kFoot);
-  REQUIRE(begin);
-  CHECK(*begin > 0.12F);
+TEST_CASE("neither a slope nor the upper side of a low kerb raises feet") {
+  const Cloud slope = Cloud().floor(0.0F, 2.0F, 0.0F, 2.0F, -0.11F, 0.2F);
+  CHECK(begin_on(slope) == Approx(0.1F + kFootHeightM).margin(0.012));
+  const Cloud kerb =
+      Cloud().floor(0.0F, 1.0F, 0.0F, 2.0F, 0.07F).floor(1.0F, 2.0F, 0.0F, 2.0F, 0.12F);
+  CHECK(begin_on(kerb) > 0.12F);
 }
 
 TEST_CASE("only ground below or beside what is dynamic holds feet") {
-  std::vector<Eigen::Vector3f> points;
-  add_floor(points, 0.0F, 2.0F, 0.0F, 2.0F, 0.1F);
   Stages stages;
-  stand_on(stages, points);
+  stand_on(stages, Cloud().floor(0.0F, 2.0F, 0.0F, 2.0F, 0.1F));
   CHECK(feet_begin_at(stages, {1.25F, 0.85F, 0.1F}));
   CHECK_FALSE(feet_begin_at(stages, {1.45F, 1.05F, 0.1F}));
   stages.config.ground.foot_height_m = 0.0F;
@@ -91,25 +77,13 @@ TEST_CASE("only ground below or beside what is dynamic holds feet") {
 
 TEST_CASE("cells in other blocks hold feet, too") {
   // The leg is the lowest cell of a block, and at its edge.
-  const Eigen::Vector3f leg(0.85F, 0.85F, 0.85F);
-  std::vector<Eigen::Vector3f> points;
-  add_floor(points, 0.0F, 1.6F, 0.0F, 1.6F, 0.7F);
-  points.push_back(leg);
   Stages stages;
-  stages.add(points);
-  REQUIRE(stages.find_and_split_ground() >= 1);
-  stages.cells.set(stages.row_at(leg), &CellMarks::dynamic);
+  stand_on(stages, Cloud().floor(0.0F, 1.6F, 0.0F, 1.6F, 0.7F), {0.85F, 0.85F, 0.85F});
   CHECK(feet_begin_at(stages, {0.85F, 0.85F, 0.7F}));
   CHECK(feet_begin_at(stages, {0.75F, 0.75F, 0.7F}));
   CHECK_FALSE(feet_begin_at(stages, {0.55F, 0.75F, 0.7F}));
 }
 
 TEST_CASE("where little ground is seen nothing is taken for feet") {
-  std::vector<Eigen::Vector3f> points;
-  add_floor(points, 0.8F, 1.4F, 0.8F, 1.4F, 0.1F);
-  Stages stages;
-  stand_on(stages, points);
-  const std::optional<float> begin = feet_begin_at(stages, kFoot);
-  REQUIRE(begin);
-  CHECK(*begin == Approx(0.2F));
+  CHECK(begin_on(Cloud().floor(0.8F, 1.4F, 0.8F, 1.4F, 0.1F)) == Approx(0.2F));
 }

@@ -11,8 +11,6 @@ using namespace unimapper::test;
 
 namespace {
 
-constexpr std::int64_t kPeriodNs = 100'000'000;
-
 /// What was said of every keyframe, at once and at last.
 struct Labels {
   std::map<std::uint32_t, Score> online;
@@ -20,8 +18,7 @@ struct Labels {
   std::map<std::uint32_t, RelabelledKeyframe> relabelled;
 };
 
-/// A scene seen from a robot at the origin, and all that
-/// became of it.
+/// A scene seen from a robot at the origin, and all that became of it.
 class Replay {
  public:
   Replay(const Scene& scene, const PipelineConfig& config) : scene_(scene), pipeline_(config) {}
@@ -29,17 +26,10 @@ class Replay {
   Labels run(int scan_count) {
     for (int i = 0; i < scan_count; ++i) {
       scans_.push_back(scene_.scan(pose_of(static_cast<std::size_t>(i)), 0.1 * i));
-      const auto result = pipeline_->add_scan(
-          scans_.back().view(), pose_of(static_cast<std::size_t>(i)), 1 + i * kPeriodNs);
-      if (result.error.code != ErrorCode::kOk) std::abort();
-      if (!result.keyframe_ready) continue;
-      relabel();
-      label();
+      take(pipeline_->add_scan(scans_.back().view(), pose_of(static_cast<std::size_t>(i)),
+                               1 + i * kPeriodNs));
     }
-    if (pipeline_->flush().keyframe_ready) {
-      relabel();
-      label();
-    }
+    take(pipeline_->flush());
     while (pipeline_->relabel_next()) relabel();
     return labels_;
   }
@@ -56,22 +46,16 @@ class Replay {
     std::vector<PointLabel> labels;
   };
 
-  void count(const Labelled& scan, Score& score) const {
-    for (std::size_t i = 0; i < scan.labels.size(); ++i) {
-      const bool dynamic = scans_[scan.scan].truth[i] == Truth::kDynamic;
-      const bool said = scan.labels[i] == PointLabel::kDynamic;
-      ++(dynamic ? score.dynamic_points : score.static_points);
-      if (dynamic == said) ++(dynamic ? score.dynamic_right : score.static_right);
-    }
-  }
-
-  void label() {
+  void take(const ScanResult& result) {
+    REQUIRE(result.error.code == ErrorCode::kOk);
+    if (!result.keyframe_ready) return;
+    relabel();
     const KeyframeView& view = pipeline_->keyframe();
     for (std::size_t s = 0; s < view.scans.size(); ++s) {
       const std::size_t scan = view.scans[s].scan_index;
       Labelled labelled{scan, std::vector<PointLabel>(scans_[scan].points.size())};
       (void)pipeline_->labels(s, labelled.labels);
-      count(labelled, labels_.online[view.sequence]);
+      labels_.online[view.sequence].add(scans_[scan], labelled.labels);
       kept_[view.sequence].push_back(std::move(labelled));
     }
   }
@@ -83,7 +67,7 @@ class Replay {
     labels_.relabelled[relabelled.sequence] = relabelled;
     for (Labelled& scan : kept_[relabelled.sequence]) {
       (void)pipeline_->relabel(scans_[scan.scan].view(), pose_of(scan.scan), scan.labels);
-      count(scan, labels_.final[relabelled.sequence]);
+      labels_.final[relabelled.sequence].add(scans_[scan.scan], scan.labels);
     }
   }
 
@@ -107,23 +91,21 @@ Scene walls() {
   return scene;
 }
 
-/// Stands until `leaves`, then walks off.
-Box waiting_box(const Eigen::Vector3d& at, double leaves) {
-  Box box;
-  box.half_size = {0.3, 0.3, 0.9};
-  box.truth = Truth::kDynamic;
-  box.center = [at, leaves](double t) {
-    return Eigen::Vector3d(at + Eigen::Vector3d(2.0, 0.0, 0.0) * std::max(0.0, t - leaves));
-  };
-  return box;
+/// Somebody stands there for two seconds, then walks off.
+Scene walls_and_waiting() {
+  Scene scene = walls();
+  scene.boxes.push_back(
+      {[](double t) { return Eigen::Vector3d(6.0 + 2.0 * std::max(0.0, t - 2.0), 4.0, 0.9); },
+       {0.3, 0.3, 0.9},
+       Truth::kDynamic});
+  return scene;
 }
 
 }  // namespace
 
 TEST_CASE("a person that waited and then walked off is removed at the waiting position",
           "[final labels]") {
-  Scene scene = walls();
-  scene.boxes.push_back(waiting_box({6.0, 4.0, 0.9}, 2.0));
+  const Scene scene = walls_and_waiting();
   const Labels said = Replay(scene, short_window()).run(100);
   // Undecidable online: in the first two keyframes the person stood.
   CHECK(said.online.at(0).dynamic_right == 0);
@@ -134,7 +116,7 @@ TEST_CASE("a person that waited and then walked off is removed at the waiting po
 
 TEST_CASE("a keyframe is relabelled once, when it is evicted from the window or at the end",
           "[final labels]") {
-  Scene scene = walls();
+  const Scene scene = walls();
   const Labels said = Replay(scene, short_window()).run(95);
   REQUIRE(said.online.size() == 10);
   REQUIRE(said.relabelled.size() == 10);
@@ -144,7 +126,9 @@ TEST_CASE("a keyframe is relabelled once, when it is evicted from the window or 
 }
 
 TEST_CASE("in a static scene no label changes", "[final labels]") {
-  for (const auto& [sequence, relabelled] : Replay(walls(), short_window()).run(100).relabelled) {
+  const Scene scene = walls();
+  const Labels said = Replay(scene, short_window()).run(100);
+  for (const auto& [sequence, relabelled] : said.relabelled) {
     CHECK(relabelled.cells_now_dynamic == 0);
     CHECK(relabelled.cells_now_static == 0);
   }
@@ -155,16 +139,14 @@ TEST_CASE("relabelling can be turned off and then takes no memory", "[final labe
   const std::size_t with = Pipeline::required_bytes(config);
   config.removal.final_labels = false;
   CHECK(Pipeline::required_bytes(config) < with);
-  Scene scene = walls();
-  scene.boxes.push_back(waiting_box({6.0, 4.0, 0.9}, 2.0));
+  const Scene scene = walls_and_waiting();
   CHECK(Replay(scene, config).run(100).relabelled.empty());
 }
 
 TEST_CASE("labels of a scan that does not fit stay as they are", "[final labels]") {
-  Scene scene = walls();
   OwnedPipeline pipeline(short_window());
   std::vector<PointLabel> labels(3, PointLabel::kStatic);
-  const LabelledScan scan = scene.scan(sensor_at(0.0, 0.0), 0.0);
+  const LabelledScan scan = walls().scan(sensor_at(0.0, 0.0), 0.0);
   // Nothing has been relabelled yet, and there are fewer labels than points.
   CHECK(pipeline->relabel(scan.view(), Pose{}, labels) == 0);
   CHECK_FALSE(pipeline->relabel_next());
@@ -173,12 +155,12 @@ TEST_CASE("labels of a scan that does not fit stay as they are", "[final labels]
 
 namespace {
 
-/// One scan per keyframe and one image of it; what counts is which scans saw a post of one cell,
-/// and which saw through where it stands.
+using Points = std::vector<Eigen::Vector3f>;
+
+/// One scan per keyframe; what counts is which scans saw a post of one cell, and which saw through
+/// where it stands.
 PipelineConfig one_cell_config() {
-  PipelineConfig config = small_config();
-  config.keyframe.scans = 1;
-  config.free_space.images_per_keyframe = 1;
+  PipelineConfig config = single_scans();
   config.free_space.full_weight_range_m = 0.0F;
   config.removal.components = false;
   config.removal.log_odds_weakly_occupied = 0.0F;
@@ -187,33 +169,29 @@ PipelineConfig one_cell_config() {
 
 const Eigen::Vector3f kPost(6.1F, 0.1F, -0.5F);
 
-std::vector<Eigen::Vector3f> wall_behind_the_post() {
-  std::vector<Eigen::Vector3f> points;
-  for (float y = -3.0F; y < 3.0F; y += 0.05F) {
-    for (float z = -3.0F; z < 0.3F; z += 0.05F) points.emplace_back(15.0F, y, z);
+/// A keyframe of each of these scans; returns the last one.
+const KeyframeView& add_scans(Pipeline& pipeline, const std::vector<Points>& scans) {
+  std::int64_t stamp_ns = 1;
+  for (const Points& points : scans) {
+    REQUIRE(pipeline.add_scan(view_of(points), Pose{}, stamp_ns += kPeriodNs).keyframe_ready);
   }
-  return points;
+  return pipeline.keyframe();
 }
 
 /// 'p': the scan saw the post, 'w': the wall behind where it stands.
-void add_scans(Pipeline& pipeline, const std::string& scans) {
-  const std::vector<Eigen::Vector3f> wall = wall_behind_the_post();
-  std::int64_t stamp_ns = 1;
-  for (const char scan : scans) {
-    const PointView points = scan == 'p' ? PointView::xyz(&kPost, 1, sizeof(kPost))
-                                         : PointView::xyz(wall.data(), wall.size(), sizeof(kPost));
-    const ScanResult result = pipeline.add_scan(points, Pose{}, stamp_ns += kPeriodNs);
-    REQUIRE(result.error.code == ErrorCode::kOk);
-    REQUIRE(result.keyframe_ready);
+std::vector<Points> scans_of(const std::string& letters) {
+  std::vector<Points> scans;
+  for (const char letter : letters) {
+    scans.push_back(letter == 'p' ? Points{kPost} : wall_ahead(-3.0F, 3.0F));
   }
+  return scans;
 }
 
 /// What became of a keyframe when all scans had been seen.
 RelabelledKeyframe relabelled(const PipelineConfig& config, const std::string& scans,
                               std::uint32_t sequence) {
   OwnedPipeline pipeline(config);
-  REQUIRE(pipeline);
-  add_scans(*pipeline, scans);
+  add_scans(*pipeline, scans_of(scans));
   for (std::uint32_t i = 0; i <= sequence; ++i) REQUIRE(pipeline->relabel_next());
   const RelabelledKeyframe result = pipeline->keyframe().relabelled;
   REQUIRE(result.available);
@@ -245,8 +223,7 @@ TEST_CASE("a removed cell is kept after all if more speaks for it than its label
   PipelineConfig config = one_cell_config();
   {
     OwnedPipeline pipeline(config);
-    add_scans(*pipeline, "wp");
-    REQUIRE(pipeline->keyframe().dynamic_cells.size() == 1);
+    REQUIRE(add_scans(*pipeline, scans_of("wp")).dynamic_cells.size() == 1);
   }
   config.removal.log_odds_occupied = EvidenceDefaults::kPriorLogOdds;
   CHECK(relabelled(config, "wpp", 1).cells_now_static == 0);
@@ -265,8 +242,8 @@ TEST_CASE("three later observations of a kept cell outweigh every image", "[fina
 namespace {
 
 /// Poles of a cell each, 20 m to 60 m away, none of them in another one's block.
-std::vector<Eigen::Vector3f> poles() {
-  std::vector<Eigen::Vector3f> points;
+Points poles() {
+  Points points;
   for (int x = 0; x < 20; ++x) {
     for (int y = 0; y < 10; ++y) {
       points.emplace_back(-20.1F - 2.0F * static_cast<float>(x),
@@ -274,6 +251,22 @@ std::vector<Eigen::Vector3f> poles() {
     }
   }
   return points;
+}
+
+/// The first keyframe sees a post and, in the same block of cells, a board beside it. So many
+/// keyframes then see the board only, and the last one what is behind the post but not the board.
+std::uint32_t cells_now_dynamic(const PipelineConfig& config, const Points& post,
+                                std::uint32_t boards) {
+  const Eigen::Vector3f board(6.1F, 0.7F, -0.5F);
+  std::vector<Points> scans{post};
+  scans[0].push_back(board);
+  scans.insert(scans.end(), boards, Points{board});
+  scans.push_back(wall_ahead(-3.0F, 0.8F));
+  OwnedPipeline pipeline(config);
+  add_scans(*pipeline, scans);
+  REQUIRE(pipeline->relabel_next());
+  REQUIRE(pipeline->keyframe().relabelled.sequence == 0);
+  return pipeline->keyframe().relabelled.cells_now_dynamic;
 }
 
 }  // namespace
@@ -285,17 +278,13 @@ TEST_CASE("without room for all of their blocks, keyframes are relabelled near b
   // Room for 4 x 1024 / 4 blocks, of a window and a keyframe with 200 poles and a wall each.
   config.voxel.max_cells = 1024;
   config.voxel.max_window_blocks = 2048;
-  std::vector<Eigen::Vector3f> first = poles();
-  first.push_back(kPost);
-  std::vector<Eigen::Vector3f> later = poles();
-  const std::vector<Eigen::Vector3f> wall = wall_behind_the_post();
-  later.insert(later.end(), wall.begin(), wall.end());
   OwnedPipeline pipeline(config);
   REQUIRE(pipeline);
   for (int i = 0; i < 4; ++i) {
-    const std::vector<Eigen::Vector3f>& points = i == 0 ? first : later;
-    const PointView view = PointView::xyz(points.data(), points.size(), sizeof(points[0]));
-    REQUIRE(pipeline->add_scan(view, Pose{}, (i + 1) * kPeriodNs).keyframe_ready);
+    Points points = i == 0 ? Points{kPost} : wall_ahead(-3.0F, 3.0F);
+    const Points far = poles();
+    points.insert(points.begin(), far.begin(), far.end());
+    REQUIRE(pipeline->add_scan(view_of(points), Pose{}, (i + 1) * kPeriodNs).keyframe_ready);
     // So many poles are too far away, and counted.
     const std::uint64_t left_out =
         pipeline->keyframe().statistics->dropped_by(DropCause::kEvidenceFull);
@@ -309,37 +298,6 @@ TEST_CASE("without room for all of their blocks, keyframes are relabelled near b
     CHECK(relabelled.cells_now_dynamic == (keyframe == 0 ? 1 : 0));
   }
 }
-
-namespace {
-
-using Points = std::vector<Eigen::Vector3f>;
-
-/// The first keyframe sees a post and, in the same block of cells, a board beside it. So many
-/// keyframes then see the board only, and the last one what is behind the post but not the board.
-std::uint32_t cells_now_dynamic(const PipelineConfig& config, const Points& post,
-                                std::uint32_t boards) {
-  const Eigen::Vector3f board(6.1F, 0.7F, -0.5F);
-  Points wall;
-  for (float y = -3.0F; y < 0.8F; y += 0.05F) {
-    for (float z = -3.0F; z < 0.3F; z += 0.05F) wall.emplace_back(15.0F, y, z);
-  }
-  std::vector<Points> scans{post};
-  scans[0].push_back(board);
-  scans.insert(scans.end(), boards, Points{board});
-  scans.push_back(wall);
-  OwnedPipeline pipeline(config);
-  REQUIRE(pipeline);
-  std::int64_t stamp_ns = 1;
-  for (const Points& points : scans) {
-    const PointView view = PointView::xyz(points.data(), points.size(), sizeof(points[0]));
-    REQUIRE(pipeline->add_scan(view, Pose{}, stamp_ns += kPeriodNs).keyframe_ready);
-  }
-  REQUIRE(pipeline->relabel_next());
-  REQUIRE(pipeline->keyframe().relabelled.sequence == 0);
-  return pipeline->keyframe().relabelled.cells_now_dynamic;
-}
-
-}  // namespace
 
 TEST_CASE("cells that stay static speak for the others of their block", "[final labels]") {
   PipelineConfig config = one_cell_config();
@@ -366,12 +324,12 @@ TEST_CASE("a confirmed static cell stays although its block is removed", "[final
 TEST_CASE("labels of the points of a relabelled cell change, unknown ones do not",
           "[final labels]") {
   OwnedPipeline pipeline(one_cell_config());
-  add_scans(*pipeline, "pww");
+  add_scans(*pipeline, scans_of("pww"));
   REQUIRE(pipeline->relabel_next());
   REQUIRE(pipeline->keyframe().relabelled.cells_now_dynamic == 1);
   const Eigen::Vector3f beside = kPost + Eigen::Vector3f(0.0F, 0.2F, 0.0F);
-  const std::vector<Eigen::Vector3f> points{kPost, kPost, kPost, beside, kPost};
-  const PointView view = PointView::xyz(points.data(), points.size(), sizeof(points[0]));
+  const Points points{kPost, kPost, kPost, beside, kPost};
+  const PointView view = view_of(points);
   std::vector<PointLabel> labels{PointLabel::kStatic, PointLabel::kUnknown, PointLabel::kDynamic,
                                  PointLabel::kStatic};
   CHECK(pipeline->relabel(view, Pose{}, labels) == 1);
@@ -391,9 +349,8 @@ TEST_CASE("nothing is relabelled early while a keyframe is open", "[final labels
   PipelineConfig config = one_cell_config();
   config.keyframe.scans = 2;
   OwnedPipeline pipeline(config);
-  const PointView post = PointView::xyz(&kPost, 1, sizeof(kPost));
   for (std::int64_t i = 1; i <= 3; ++i) {
-    REQUIRE(pipeline->add_scan(post, Pose{}, i * kPeriodNs).error.code == ErrorCode::kOk);
+    REQUIRE(pipeline->add_scan(view_of({kPost}), Pose{}, i * kPeriodNs).error.ok());
   }
   CHECK_FALSE(pipeline->relabel_next());
   REQUIRE(pipeline->flush().keyframe_ready);

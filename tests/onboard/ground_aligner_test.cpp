@@ -17,10 +17,8 @@ namespace {
 constexpr double kRadian = 3.14159265358979 / 180.0;
 
 struct Aligner {
-  explicit Aligner(const PipelineConfig& config)
-      : block(lay_out([this, &config](Arena& arena) { aligner.allocate(arena, config); })) {}
   GroundAligner aligner;
-  MemoryBlock block;
+  MemoryBlock block = lay_out([this](Arena& arena) { aligner.allocate(arena, small_config()); });
 };
 
 Scene street() {
@@ -32,12 +30,9 @@ Scene street() {
 }
 
 Pose tilted(const Pose& pose, double roll_deg, double pitch_deg) {
-  Pose result = pose;
-  result.rotation =
-      pose.rotation * (Eigen::AngleAxisd(roll_deg * kRadian, Eigen::Vector3d::UnitX()) *
-                       Eigen::AngleAxisd(pitch_deg * kRadian, Eigen::Vector3d::UnitY()))
-                          .toRotationMatrix();
-  return result;
+  const Eigen::Quaterniond tilt = Eigen::AngleAxisd(roll_deg * kRadian, Eigen::Vector3d::UnitX()) *
+                                  Eigen::AngleAxisd(pitch_deg * kRadian, Eigen::Vector3d::UnitY());
+  return pose * Pose(tilt, Eigen::Vector3d::Zero());
 }
 
 /// Roughly normal, of standard deviation 1.
@@ -57,7 +52,7 @@ double tilt_deg(const Pose& a, const Pose& b) {
 TEST_CASE("noise of roll and pitch is measured and taken out of the poses") {
   for (const double sigma_deg : {0.3, 0.5, 1.0}) {
     CAPTURE(sigma_deg);
-    Aligner with(small_config());
+    Aligner with;
     const Scene scene = street();
     Random random(3);
     double before = 0.0;
@@ -85,7 +80,7 @@ TEST_CASE("noise is measured, and none invented, where odometry starts at identi
   const Scene scene = street();
   for (const double sigma_deg : {0.0, 0.5}) {
     CAPTURE(sigma_deg);
-    Aligner with(small_config());
+    Aligner with;
     Random random(7);
     int aligned = 0;
     for (int i = 0; i < 30; ++i) {
@@ -101,7 +96,7 @@ TEST_CASE("noise is measured, and none invented, where odometry starts at identi
 }
 
 TEST_CASE("ground stays known where a coordinate of the odometry changes its sign") {
-  Aligner with(small_config());
+  Aligner with;
   const Scene scene = street();
   Random random(5);
   for (int i = 0; i < 20; ++i) {
@@ -140,10 +135,10 @@ TEST_CASE("what the ground's roughness explains is no attitude noise") {
   for (const std::uint64_t seed : {4U, 6U}) {
     CAPTURE(seed);
     Random random(seed);
-    Aligner with(small_config());
+    Aligner with;
     for (int i = 0; i < 60; ++i) {
       const auto points = rough_strip(random, 0.08);
-      (void)with.aligner.align(PointView::xyz(points.data(), points.size(), sizeof(points[0])), {});
+      (void)with.aligner.align(view_of(points), {});
       CHECK_FALSE(with.aligner.aligned());
     }
     CHECK(with.aligner.noise_deg() == 0.0F);
@@ -157,7 +152,8 @@ TEST_CASE("sweeps that are not compensated are told from attitude noise") {
   };
   const Scene scene = street();
   // How long after its pose the middle of a scan was seen, and noise of the poses.
-  const auto run = [&](double late_s, double sigma_deg, Aligner& with) {
+  Aligner with;
+  const auto run = [&](double late_s, double sigma_deg) {
     Random random(8);
     for (int i = 0; i < 40; ++i) {
       const double t = 0.1 * i;
@@ -170,8 +166,7 @@ TEST_CASE("sweeps that are not compensated are told from attitude noise") {
     }
   };
   SECTION("half a sweep late") {
-    Aligner with(small_config());
-    run(0.05, 0.0, with);
+    run(0.05, 0.0);
     CHECK(with.aligner.sweep_tilt_deg() > 0.3F);
     CHECK(with.aligner.noise_deg() == 0.0F);
     CHECK(with.aligner.aligned());
@@ -179,33 +174,29 @@ TEST_CASE("sweeps that are not compensated are told from attitude noise") {
     CHECK(with.aligner.sweep_tilt_deg() == 0.0F);
   }
   SECTION("half a sweep early") {
-    Aligner with(small_config());
-    run(-0.05, 0.0, with);
+    run(-0.05, 0.0);
     CHECK(with.aligner.sweep_tilt_deg() > 0.3F);
   }
   SECTION("by less than 0.05 degrees, which is chance") {
-    Aligner with(small_config());
     swing_deg = 0.1;
-    run(0.05, 0.0, with);
+    run(0.05, 0.0);
     CHECK(with.aligner.sweep_tilt_deg() == 0.0F);
   }
   SECTION("compensated") {
-    Aligner with(small_config());
-    run(0.0, 0.0, with);
+    run(0.0, 0.0);
     CHECK(with.aligner.sweep_tilt_deg() == 0.0F);
     CHECK(with.aligner.noise_deg() < 0.1F);
     CHECK_FALSE(with.aligner.aligned());
   }
   SECTION("compensated, and noise of the poses") {
-    Aligner with(small_config());
-    run(0.0, 0.5, with);
+    run(0.0, 0.5);
     CHECK(with.aligner.sweep_tilt_deg() == 0.0F);
     CHECK(with.aligner.noise_deg() == Approx(0.5).epsilon(0.4));
   }
 }
 
 TEST_CASE("poses without noise are handed on to the bit, uphill too") {
-  Aligner with(small_config());
+  Aligner with;
   const Scene scene = street();
   for (int i = 0; i < 20; ++i) {
     const Pose pose = sensor_at(1.0 * i, 0.0);
@@ -222,45 +213,35 @@ TEST_CASE("poses without noise are handed on to the bit, uphill too") {
 
 TEST_CASE("with half a degree of noise from scan to scan what stands still stays") {
   const Scene scene = street();
-  Random random(9);
-  const auto path = [&random](double t) {
-    return tilted(sensor_at(5.0 * t, 0.0), 0.5 * noise(random), 0.5 * noise(random));
-  };
-  // `run_scene` takes scan and pose from the path; scans are of the true poses.
-  const auto run = [&](float align_noise_deg) {
+  const auto static_percent = [&](float align_noise_deg) {
     PipelineConfig config = small_config();
     config.ground.align_noise_deg = align_noise_deg;
     OwnedPipeline pipeline(config);
-    Random again(9);
-    random = again;
-    std::uint64_t right = 0;
-    std::uint64_t all = 0;
+    Random random(9);
+    Score score;
     std::vector<LabelledScan> scans;
     for (int i = 0; i < 40; ++i) {
-      const double t = 0.1 * i;
-      scans.push_back(scene.scan(sensor_at(5.0 * t, 0.0), t));
-      const ScanResult result = pipeline->add_scan(scans.back().view(), path(t), 1 + i);
+      const Pose pose = sensor_at(0.5 * i, 0.0);
+      scans.push_back(scene.scan(pose, 0.1 * i));
+      const Pose noisy = tilted(pose, 0.5 * noise(random), 0.5 * noise(random));
+      const ScanResult result = pipeline->add_scan(scans.back().view(), noisy, 1 + i);
       REQUIRE(result.error.ok());
       if (!result.keyframe_ready) continue;
       for (std::size_t s = 0; s < pipeline->keyframe().scans.size(); ++s) {
         const LabelledScan& scan = scans[pipeline->keyframe().scans[s].scan_index];
         std::vector<PointLabel> labels(scan.points.size());
         (void)pipeline->labels(s, labels);
-        for (std::size_t k = 0; k < labels.size(); ++k) {
-          if (scan.truth[k] == Truth::kDynamic) continue;
-          ++all;
-          right += labels[k] == PointLabel::kStatic ? 1 : 0;
-        }
+        score.add(scan, labels);
       }
     }
     if (align_noise_deg > 0.0F) {
       CHECK(pipeline->keyframe().statistics->attitude_noise_deg > 0.3F);
       CHECK(pipeline->keyframe().statistics->aligned_scans == 10);
     }
-    return 100.0 * static_cast<double>(right) / static_cast<double>(all);
+    return score.static_percent();
   };
-  const double with = run(0.15F);
-  const double without = run(0.0F);
+  const double with = static_percent(0.15F);
+  const double without = static_percent(0.0F);
   CAPTURE(with, without);
   CHECK(with > 99.0);
   CHECK(with > without + 0.5);

@@ -43,8 +43,7 @@ struct HostileRun {
     std::int64_t stamp = 0;
     for (int keyframe = 0; keyframe < 3; ++keyframe) {
       for (const hostile::Points& points : scans) {
-        const PointView view = PointView::xyz(points.data(), points.size(), sizeof(points[0]));
-        REQUIRE(pipeline->add_scan(view, pose, ++stamp).error.code == ErrorCode::kOk);
+        REQUIRE(pipeline->add_scan(view_of(points), pose, ++stamp).error.code == ErrorCode::kOk);
       }
       check(pipeline->keyframe(), *pipeline);
     }
@@ -67,8 +66,7 @@ struct HostileRun {
     CHECK(last.points_static + last.points_dynamic + invalid == last.points_in);
     // The other two say how much was asked for.
     for (const Capacity which : {Capacity::kCells, Capacity::kVoxels, Capacity::kPlaces}) {
-      const CapacityUse& use = last.capacity[static_cast<std::size_t>(which)];
-      CHECK(use.used <= use.capacity);
+      CHECK(use_of(view, which).used <= use_of(view, which).capacity);
     }
     CHECK(view.static_cells.size() + view.dynamic_cells.size() == last.cells);
 
@@ -90,8 +88,7 @@ struct HostileRun {
       wall.emplace_back(12.1F, 0.1F * static_cast<float>(i % 100) - 5.0F,
                         0.1F * static_cast<float>(i / 100) - 1.5F);
     }
-    const PointView view = PointView::xyz(wall.data(), wall.size(), sizeof(wall[0]));
-    REQUIRE(pipeline.add_scan(view, pose, ++stamp).error.code == ErrorCode::kOk);
+    REQUIRE(pipeline.add_scan(view_of(wall), pose, ++stamp).error.code == ErrorCode::kOk);
     REQUIRE(pipeline.flush().keyframe_ready);
     const KeyframeStatistics& statistics = *pipeline.keyframe().statistics;
     for (const std::uint64_t dropped : statistics.dropped) CHECK(dropped == 0);

@@ -3,8 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "event_log.hpp"
 #include "run.hpp"
-#include "unimapper/onboard/events.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;
@@ -22,10 +22,9 @@ OdometryMonitor usual(std::uint32_t keyframes) {
 /// Events of a robot that drives along a fence, ten keyframes of three scans; from the seventh on
 /// its odometry is off by `off_m` across the fence.
 std::vector<EventRecord> drive(double off_m, std::uint32_t& contradicted) {
-  alignas(64) std::byte memory[EventRing::required_bytes(256)];
-  EventRing* ring = EventRing::create(256, memory).value();
+  EventLog log;
   PipelineConfig config = small_config();
-  config.events = ring;
+  config.events = log.ring;
   config.keyframe.scans = 3;
   OwnedPipeline pipeline(config);
   REQUIRE(pipeline);
@@ -39,19 +38,12 @@ std::vector<EventRecord> drive(double off_m, std::uint32_t& contradicted) {
   for (int s = 0; s < 30; ++s) {
     const LabelledScan scan = scene.scan(sensor_at(0.3 * s, 0.0), 0.1 * s);
     const Pose given = sensor_at(0.3 * s, s < 18 ? 0.0 : off_m);
-    const ScanResult result = pipeline->add_scan(scan.view(), given, 100'000'000LL * (s + 1));
+    const ScanResult result = pipeline->add_scan(scan.view(), given, kPeriodNs * (s + 1));
     if (result.keyframe_ready) {
       contradicted += pipeline->keyframe().statistics->odometry_contradicted ? 1 : 0;
     }
   }
-  std::vector<EventRecord> found;
-  EventRecord record;
-  while (ring->pop(record)) {
-    if (record.id == static_cast<std::uint32_t>(EventId::kOdometryContradicted)) {
-      found.push_back(record);
-    }
-  }
-  return found;
+  return log.take(EventId::kOdometryContradicted);
 }
 
 }  // namespace

@@ -1,10 +1,12 @@
 // Presets from a sensor's data sheet.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
 #include <string>
 
 #include "tests/random.hpp"
+#include "unimapper/core/parameter_table.hpp"
 #include "unimapper/onboard/config.hpp"
 #include "unimapper/onboard/owned_pipeline.hpp"
 
@@ -12,22 +14,11 @@ using namespace unimapper;
 
 namespace {
 
-/// What a preset decides.
 bool same(const PipelineConfig& a, const PipelineConfig& b) {
-  return a.keyframe.range_min_m == b.keyframe.range_min_m &&
-         a.keyframe.range_max_m == b.keyframe.range_max_m &&
-         a.keyframe.max_points_per_scan == b.keyframe.max_points_per_scan &&
-         a.voxel.max_cells == b.voxel.max_cells && a.voxel.max_voxels == b.voxel.max_voxels &&
-         a.voxel.max_window_blocks == b.voxel.max_window_blocks &&
-         a.ground.propagation_voxels == b.ground.propagation_voxels &&
-         a.free_space.images_per_keyframe == b.free_space.images_per_keyframe &&
-         a.free_space.horizontal_fov_deg == b.free_space.horizontal_fov_deg &&
-         a.free_space.elevation_min_deg == b.free_space.elevation_min_deg &&
-         a.free_space.elevation_max_deg == b.free_space.elevation_max_deg &&
-         a.free_space.azimuth_resolution_deg == b.free_space.azimuth_resolution_deg &&
-         a.free_space.elevation_resolution_deg == b.free_space.elevation_resolution_deg &&
-         a.free_space.full_weight_range_m == b.free_space.full_weight_range_m &&
-         a.loop_search.max_places == b.loop_search.max_places;
+  const std::span<const Parameter> all = kParameters<PipelineConfig>;
+  return std::all_of(all.begin(), all.end(), [&](const Parameter& parameter) {
+    return value_of(parameter, &a) == value_of(parameter, &b);
+  });
 }
 
 constexpr Computer kComputers[] = {Computer::kServer, Computer::kJetson, Computer::kRaspberryPi,
@@ -180,11 +171,18 @@ TEST_CASE("an owning pipeline takes exactly what the pipeline needs, once") {
   CHECK((*pipeline).keyframe().static_cells.empty());
 }
 
-TEST_CASE("pixels of spinning sensors span the gaps between rays, ranges of full weight too") {
-  const FreeSpaceConfig vlp = preset(SensorKind::kVlp16).free_space;
+TEST_CASE("pixels and the range of full weight follow from how densely a sensor measures") {
+  const auto free_space = [](SensorKind kind) { return preset(kind).free_space; };
+  // Pixels of spinning sensors span the gaps between rays.
+  const FreeSpaceConfig vlp = free_space(SensorKind::kVlp16);
   CHECK(vlp.elevation_resolution_deg == Approx(0.6 * 2.0));
   CHECK(vlp.azimuth_resolution_deg == Approx(0.4));
   CHECK(vlp.full_weight_range_m == Approx(0.4 / 2.0 * 57.2958).epsilon(1e-4));
+  CHECK(free_space(SensorKind::kOs2_128).elevation_resolution_deg == Approx(0.5F));
+  // One cell between the columns of an OS2, 0.35 degrees apart: wider than between its rings.
+  CHECK(free_space(SensorKind::kOs2_128).full_weight_range_m == Approx(32.6F).margin(0.1));
+  CHECK(free_space(SensorKind::kLivoxMid360).azimuth_resolution_deg == Approx(1.0F).margin(0.1));
+  CHECK(free_space(SensorKind::kLivoxAvia).azimuth_resolution_deg == Approx(0.47F).margin(0.05));
 
   // 512 columns: rays of a ring are farther apart than its rings.
   SensorModel half = sensor_model(SensorKind::kOs2_128);

@@ -59,7 +59,7 @@ void run(const PipelineConfig& config, const std::vector<LabelledScan>& scans) {
     const LabelledScan& scan = scans[i % scans.size()];
     const Pose pose = sensor_at(0.4 * static_cast<double>(i), 0.0, 0.02 * static_cast<double>(i));
     const ScanResult result =
-        pipeline->add_scan(scan.view(), pose, static_cast<std::int64_t>(i + 1) * 100'000'000);
+        pipeline->add_scan(scan.view(), pose, static_cast<std::int64_t>(i + 1) * kPeriodNs);
     accepted += result.error.code == ErrorCode::kOk ? 1 : 0;
     if (result.keyframe_ready) look();
   }

@@ -1,5 +1,6 @@
 // Dynamic removal on small scenes, as a specification
 #include <catch2/catch.hpp>
+#include <cstring>
 
 #include "run.hpp"
 
@@ -11,25 +12,34 @@ namespace {
 Pose stand_still(double) { return sensor_at(0.0, 0.0); }
 Pose drive(double t) { return sensor_at(3.0 * t, 0.0); }
 
-/// A street: walls on both sides, a parked car and a pole.
-Scene street() {
+/// A street: walls on both sides, a parked car, a pole and `movers`.
+Scene street(const std::vector<Box>& movers = {}) {
   Scene scene;
   scene.boxes = {standing_box({20.0, 12.0, 3.0}, {40.0, 0.3, 3.0}),
                  standing_box({20.0, -12.0, 3.0}, {40.0, 0.3, 3.0}),
                  standing_box({15.0, 6.0, 0.75}, {2.2, 0.9, 0.75}),
                  standing_box({10.0, -6.0, 2.0}, {0.1, 0.1, 2.0})};
+  scene.boxes.insert(scene.boxes.end(), movers.begin(), movers.end());
   return scene;
 }
 
 Score total(const std::vector<KeyframeRun>& runs) {
   Score sum;
-  for (const KeyframeRun& run : runs) {
-    sum.static_points += run.score.static_points;
-    sum.static_right += run.score.static_right;
-    sum.dynamic_points += run.score.dynamic_points;
-    sum.dynamic_right += run.score.dynamic_right;
-  }
+  for (const KeyframeRun& run : runs) sum += run.score;
   return sum;
+}
+
+/// Walks across the street.
+Box walker(double x, double y, double speed_mps = 1.4) {
+  return moving_box({x, y, 0.9}, {0.0, speed_mps, 0.0}, {0.25, 0.25, 0.9});
+}
+
+const Box kPassingCar = moving_box({-10.0, 3.5, 0.75}, {8.0, 0.0, 0.0}, {2.2, 0.9, 0.75});
+
+/// Comes down from the sky at `t_s` and stays.
+Box late_box(double t_s, double z, double half_height) {
+  return {[=](double t) { return Eigen::Vector3d(12.0, 0.0, t < t_s ? 600.0 : z); },
+          {1.0, 1.0, half_height}};
 }
 
 }  // namespace
@@ -46,9 +56,7 @@ TEST_CASE("a scene in which nothing moves loses nothing") {
 }
 
 TEST_CASE("a walker in front of a wall is removed, the wall and the ground stay") {
-  Scene scene = street();
-  scene.boxes.push_back(moving_box({8.0, -3.0, 0.9}, {0.0, 1.4, 0.0}, {0.25, 0.25, 0.9}));
-  const auto runs = run_scene(scene, small_config(), 40, stand_still);
+  const auto runs = run_scene(street({walker(8.0, -3.0)}), small_config(), 40, stand_still);
   for (const KeyframeRun& run : runs) {
     CHECK(run.score.dynamic_percent() > 85.0);
     CHECK(run.score.static_percent() > 99.5);
@@ -73,8 +81,7 @@ TEST_CASE("thin poles between the rays of few columns stay") {
 }
 
 TEST_CASE("own-keyframe evidence removes a mover from the very first keyframe") {
-  Scene scene = street();
-  scene.boxes.push_back(moving_box({6.0, -2.0, 0.75}, {3.0, 0.0, 0.0}, {2.0, 0.9, 0.75}));
+  const Scene scene = street({moving_box({6.0, -2.0, 0.75}, {3.0, 0.0, 0.0}, {2.0, 0.9, 0.75})});
   PipelineConfig config = small_config();
   const Score with = run_scene(scene, config, 10, stand_still).front().score;
   config.free_space.own_keyframe = false;
@@ -84,35 +91,27 @@ TEST_CASE("own-keyframe evidence removes a mover from the very first keyframe") 
 }
 
 TEST_CASE("a car that overtakes a parked one leaves it static") {
-  Scene scene = street();
-  scene.boxes.push_back(moving_box({-10.0, 3.5, 0.75}, {8.0, 0.0, 0.0}, {2.2, 0.9, 0.75}));
-  const auto runs = run_scene(scene, small_config(), 60, stand_still);
-  const Score score = total(runs);
+  const Score score = total(run_scene(street({kPassingCar}), small_config(), 60, stand_still));
   CHECK(score.dynamic_percent() > 85.0);
   CHECK(score.static_percent() > 99.0);
 }
 
 TEST_CASE("a car that has just stopped stays out of the map") {
-  Scene scene = street();
-  Box car;
-  car.half_size = {2.2, 0.9, 0.75};
-  car.truth = Truth::kDynamic;
+  Box car = kPassingCar;
   car.center = [](double t) {
     return Eigen::Vector3d(-4.0 + 6.0 * std::min(t, 2.0), 3.0, 0.75);  // drives, then waits
   };
-  scene.boxes.push_back(car);
   PipelineConfig config = small_config();
-  const auto with = run_scene(scene, config, 60, stand_still);
-  CHECK(with.back().score.dynamic_percent() > 80.0);
+  const auto last_percent = [&] {
+    return run_scene(street({car}), config, 60, stand_still).back().score.dynamic_percent();
+  };
+  CHECK(last_percent() > 80.0);
   config.removal.persistence_share = 0.0F;
-  const auto without = run_scene(scene, config, 60, stand_still);
-  CHECK(without.back().score.dynamic_percent() < 20.0);
+  CHECK(last_percent() < 20.0);
 }
 
 TEST_CASE("carrying sums on decides as the whole window does") {
-  Scene scene = street();
-  scene.boxes.push_back(moving_box({8.0, -3.0, 0.9}, {0.0, 0.7, 0.0}, {0.25, 0.25, 0.9}));
-  scene.boxes.push_back(moving_box({-10.0, 3.5, 0.75}, {8.0, 0.0, 0.0}, {2.2, 0.9, 0.75}));
+  const Scene scene = street({walker(8.0, -3.0, 0.7), kPassingCar});
   for (const auto& path : {stand_still, drive}) {
     PipelineConfig config = small_config();
     REQUIRE(config.removal.log_odds_clamp > 0.0F);
@@ -126,14 +125,10 @@ TEST_CASE("carrying sums on decides as the whole window does") {
 
 TEST_CASE("no position stays dynamic for longer than the log-odds clamp allows") {
   // A box comes down where every ray has passed for four seconds, and stays for good.
-  Scene scene = street();
-  Box late = standing_box({12.0, 0.0, 0.75}, {1.0, 1.0, 0.75});
-  late.center = [](double t) { return Eigen::Vector3d(12.0, 0.0, t < 3.95 ? 600.0 : 0.75); };
-  scene.boxes.push_back(late);
   PipelineConfig config = small_config();
   config.removal.persistence_share = 0.0F;
   config.removal.log_odds_clamp = 2.0F;
-  const auto runs = run_scene(scene, config, 100, stand_still);
+  const auto runs = run_scene(street({late_box(3.95, 0.75, 0.75)}), config, 100, stand_still);
   REQUIRE(runs.size() == 10);
   CHECK(runs[4].score.static_percent() < 99.5);
   // Each keyframe takes 0.425 for having observed it and 0.255 for each of two images off the sum.
@@ -154,16 +149,13 @@ TEST_CASE("a missing return is no evidence") {
   // Nothing behind the position where the box appears: no ray passed it and came back.
   Scene scene;
   scene.max_range = 30.0;
-  Box late = standing_box({12.0, 0.0, 6.0}, {1.0, 1.0, 2.5});
-  late.center = [](double t) { return Eigen::Vector3d(12.0, 0.0, t < 1.95 ? 600.0 : 5.5); };
-  scene.boxes = {late};
+  scene.boxes = {late_box(1.95, 5.5, 2.5)};
   const auto runs = run_scene(scene, small_config(), 40, stand_still);
   for (const KeyframeRun& run : runs) CHECK(run.score.static_percent() > 99.9);
 }
 
 TEST_CASE("the paper's columns need history and ground, visibility needs neither") {
-  Scene scene = street();
-  scene.boxes.push_back(moving_box({6.0, -2.0, 0.9}, {0.0, 1.0, 0.0}, {0.3, 0.3, 0.9}));
+  const Scene scene = street({moving_box({6.0, -2.0, 0.9}, {0.0, 1.0, 0.0}, {0.3, 0.3, 0.9})});
   PipelineConfig paper = paper_preset(SensorKind::kHdl64e);
   const PipelineConfig small = small_config();
   paper.keyframe.max_points_per_scan = small.keyframe.max_points_per_scan;
@@ -177,8 +169,7 @@ TEST_CASE("the paper's columns need history and ground, visibility needs neither
 }
 
 TEST_CASE("labels depend neither on where the odometry began nor on its heading") {
-  Scene scene = street();
-  scene.boxes.push_back(moving_box({16.0, -4.0, 0.9}, {0.0, 1.4, 0.0}, {0.25, 0.25, 0.9}));
+  const Scene scene = street({walker(16.0, -4.0)});
   const auto here = total(run_scene(scene, small_config(), 40, drive));
   Pose far;
   far.rotation = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -203,8 +194,7 @@ TEST_CASE("the static cells lie in the levelled frame of the reference scan") {
 }
 
 TEST_CASE("the same scans give the same bytes, twice in a row") {
-  Scene scene = street();
-  scene.boxes.push_back(moving_box({8.0, -4.0, 0.9}, {0.0, 1.4, 0.0}, {0.25, 0.25, 0.9}));
+  const Scene scene = street({walker(8.0, -4.0)});
   const auto first = run_scene(scene, small_config(), 30, drive);
   const auto second = run_scene(scene, small_config(), 30, drive);
   REQUIRE(first.size() == second.size());
@@ -217,11 +207,9 @@ TEST_CASE("the same scans give the same bytes, twice in a row") {
 }
 
 TEST_CASE("points dropped by down-sampling are labelled like the ones that were kept") {
-  Scene scene = street();
-  scene.boxes.push_back(moving_box({8.0, -4.0, 0.9}, {0.0, 1.4, 0.0}, {0.25, 0.25, 0.9}));
   PipelineConfig config = small_config();
   config.keyframe.downsample_leaf_m = 0.2F;
-  const auto thinned = total(run_scene(scene, config, 40, stand_still));
+  const auto thinned = total(run_scene(street({walker(8.0, -4.0)}), config, 40, stand_still));
   CHECK(thinned.dynamic_percent() > 80.0);
   CHECK(thinned.static_percent() > 99.5);
 }

@@ -9,6 +9,9 @@
 
 namespace unimapper::test {
 
+/// Between two scans.
+inline constexpr std::int64_t kPeriodNs = 100'000'000;
+
 /// Small capacities, so that a test takes milliseconds.
 inline PipelineConfig small_config() {
   PipelineConfig config = preset(SensorKind::kHdl64e);
@@ -19,12 +22,36 @@ inline PipelineConfig small_config() {
   return config;
 }
 
+/// One scan per keyframe, so that every scan closes one.
+inline PipelineConfig single_scans() {
+  PipelineConfig config = small_config();
+  config.keyframe.scans = 1;
+  config.free_space.images_per_keyframe = 1;
+  return config;
+}
+
 /// Share of correctly labelled points, in percent, of those that are static / dynamic.
 struct Score {
   std::size_t static_points = 0;
   std::size_t static_right = 0;
   std::size_t dynamic_points = 0;
   std::size_t dynamic_right = 0;
+
+  void add(const LabelledScan& scan, const std::vector<PointLabel>& labels) {
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      const bool dynamic = scan.truth[i] == Truth::kDynamic;
+      const bool right = dynamic == (labels[i] == PointLabel::kDynamic);
+      ++(dynamic ? dynamic_points : static_points);
+      if (right) ++(dynamic ? dynamic_right : static_right);
+    }
+  }
+  Score& operator+=(const Score& other) {
+    static_points += other.static_points;
+    static_right += other.static_right;
+    dynamic_points += other.dynamic_points;
+    dynamic_right += other.dynamic_right;
+    return *this;
+  }
   [[nodiscard]] double static_percent() const {
     return 100.0 * static_cast<double>(static_right) / static_cast<double>(static_points);
   }
@@ -32,6 +59,10 @@ struct Score {
     return 100.0 * static_cast<double>(dynamic_right) / static_cast<double>(dynamic_points);
   }
 };
+
+inline CapacityUse use_of(const KeyframeView& view, Capacity which) {
+  return view.statistics->capacity[static_cast<std::size_t>(which)];
+}
 
 /// What one keyframe said.
 struct KeyframeRun {
@@ -60,12 +91,7 @@ inline std::vector<KeyframeRun> run_scene(const Scene& scene, const PipelineConf
       const LabelledScan& scan = scans[view.scans[s].scan_index];
       std::vector<PointLabel> labels(scan.points.size());
       if (pipeline->labels(s, labels) != labels.size()) std::abort();
-      for (std::size_t i = 0; i < labels.size(); ++i) {
-        const bool dynamic = scan.truth[i] == Truth::kDynamic;
-        const bool said = labels[i] == PointLabel::kDynamic;
-        ++(dynamic ? run.score.dynamic_points : run.score.static_points);
-        if (dynamic == said) ++(dynamic ? run.score.dynamic_right : run.score.static_right);
-      }
+      run.score.add(scan, labels);
       run.labels.push_back(std::move(labels));
     }
     runs.push_back(std::move(run));
@@ -75,7 +101,7 @@ inline std::vector<KeyframeRun> run_scene(const Scene& scene, const PipelineConf
     const Pose T_scene_sensor = path(t);
     scans.push_back(scene.scan(T_scene_sensor, t));
     const ScanResult result = pipeline->add_scan(
-        scans.back().view(), T_odometry_scene * T_scene_sensor, 1 + i * std::int64_t{100000000});
+        scans.back().view(), T_odometry_scene * T_scene_sensor, 1 + i * kPeriodNs);
     if (result.error.code != ErrorCode::kOk) std::abort();
     if (result.keyframe_ready) collect();
   }

@@ -17,6 +17,13 @@ namespace {
 
 constexpr double kRadian = 3.14159265358979 / 180.0;
 
+Pose pitched(double pitch_deg, double roll_deg = 0.0) {
+  return {(Eigen::AngleAxisd(pitch_deg * kRadian, Eigen::Vector3d::UnitY()) *
+           Eigen::AngleAxisd(roll_deg * kRadian, Eigen::Vector3d::UnitX()))
+              .toRotationMatrix(),
+          Eigen::Vector3d::Zero()};
+}
+
 std::vector<double> even_rings(int count, double low_deg, double high_deg) {
   std::vector<double> rings;
   for (int i = 0; i < count; ++i) rings.push_back(low_deg + (high_deg - low_deg) * i / (count - 1));
@@ -29,9 +36,7 @@ std::vector<Eigen::Vector3f> scan_of(const std::vector<double>& rings, int colum
                                      double roll_deg = 0.0, double pitch_deg = 0.0,
                                      bool shuffled = false) {
   Random random(static_cast<std::uint64_t>(columns) + rings.size());
-  const Eigen::Matrix3d tilt = (Eigen::AngleAxisd(pitch_deg * kRadian, Eigen::Vector3d::UnitY()) *
-                                Eigen::AngleAxisd(roll_deg * kRadian, Eigen::Vector3d::UnitX()))
-                                   .toRotationMatrix();
+  const Eigen::Matrix3d tilt = pitched(pitch_deg, roll_deg).rotation;
   std::vector<Eigen::Vector3f> points;
   for (const double ring : rings) {
     for (int column = 0; column < columns; ++column) {
@@ -52,10 +57,6 @@ std::vector<Eigen::Vector3f> scan_of(const std::vector<double>& rings, int colum
     }
   }
   return points;
-}
-
-PointView view_of(const std::vector<Eigen::Vector3f>& points) {
-  return PointView::xyz(points.data(), points.size(), sizeof(points[0]));
 }
 
 struct Estimator {
@@ -134,37 +135,46 @@ TEST_CASE("what has no rings is not measured") {
 
 namespace {
 
+/// A scan of the OS2-128 in a mode, in a pitched frame.
+std::vector<Eigen::Vector3f> os2_scan(int columns, double pitch_deg = 0.0) {
+  return scan_of(even_rings(128, -11.25, 11.25), columns, 0.0, pitch_deg);
+}
+
 struct Monitor {
-  explicit Monitor(const PipelineConfig& config)
-      : block(lay_out([this, &config](Arena& arena) { monitor.allocate(arena, config); })) {}
   /// The first scan of a keyframe, all at once; whether it changed the images.
-  bool look(const PointView& points) {
+  bool look(const std::vector<Eigen::Vector3f>& points) {
     monitor.begin();
-    while (monitor.step(points)) {
+    while (monitor.step(view_of(points))) {
     }
     return monitor.has_changed();
   }
+  /// Poses of the keyframe's ten scans, which sways or leans; whether closing changed the images.
+  bool close(bool sways) {
+    for (int scan = 0; scan < 10; ++scan) {
+      monitor.add_pose(pitched(sways ? 5.0 * std::sin(1.2 * scan) : 3.0));
+    }
+    return monitor.close();
+  }
+  PipelineConfig config = preset(SensorKind::kOs2_128);
   SamplingMonitor monitor;
-  MemoryBlock block;
+  MemoryBlock block = lay_out([this](Arena& arena) { monitor.allocate(arena, config); });
 };
 
 }  // namespace
 
 TEST_CASE("a sensor sampled as its data sheet says keeps the preset's images") {
-  const PipelineConfig config = preset(SensorKind::kOs2_128);
-  Monitor with(config);
-  CHECK_FALSE(with.look(view_of(scan_of(even_rings(128, -11.25, 11.25), 1024))));
+  Monitor with;
+  CHECK_FALSE(with.look(os2_scan(1024)));
   CHECK(with.monitor.statistics().ray_spacing_deg == Approx(0.352).epsilon(0.05));
   CHECK_FALSE(with.monitor.statistics().rays_differ);
   CHECK_FALSE(with.monitor.statistics().elevations_differ);
 }
 
 TEST_CASE("the images follow another mode at once, and a change of mode once it is seen twice") {
-  const PipelineConfig config = preset(SensorKind::kOs2_128);
-  Monitor with(config);
-  const auto few = scan_of(even_rings(128, -11.25, 11.25), 512);
-  const auto many = scan_of(even_rings(128, -11.25, 11.25), 1024);
-  REQUIRE(with.look(view_of(few)));
+  Monitor with;
+  const auto few = os2_scan(512);
+  const auto many = os2_scan(1024);
+  REQUIRE(with.look(few));
   CHECK(with.monitor.statistics().rays_differ);
   CHECK(with.monitor.free_space().azimuth_resolution_deg ==
         Approx(0.85 * 360.0 / 512).epsilon(0.05));
@@ -172,26 +182,25 @@ TEST_CASE("the images follow another mode at once, and a change of mode once it 
   CHECK(with.monitor.free_space().ray_spacing_deg == Approx(360.0 / 512).epsilon(0.05));
   int changed = 0;
   for (int keyframe = 0; keyframe < 10; ++keyframe) {
-    changed += with.look(view_of(many)) ? 1 : 0;
+    changed += with.look(many) ? 1 : 0;
   }
   CHECK(changed == 1);
   CHECK(with.monitor.statistics().changes == 1);
   CHECK_FALSE(with.monitor.statistics().rays_differ);
-  CHECK(with.monitor.free_space().image_shape() == config.free_space.image_shape());
+  CHECK(with.monitor.free_space().image_shape() == with.config.free_space.image_shape());
 }
 
 TEST_CASE("images of points in a pitched frame hold all of them, within the room there is") {
-  const PipelineConfig config = preset(SensorKind::kOs2_128);
-  Monitor with(config);
-  const auto points = scan_of(even_rings(128, -11.25, 11.25), 1024, 0.0, 15.0);
-  REQUIRE(with.look(view_of(points)));
+  Monitor with;
+  const auto points = os2_scan(1024, 15.0);
+  REQUIRE(with.look(points));
   with.monitor.add_pose({});
   with.monitor.add_pose({});
   CHECK(with.monitor.close());
   CHECK(with.monitor.statistics().elevations_differ);
   CHECK_FALSE(with.monitor.statistics().rays_differ);
   const ImageProjection projection(with.monitor.free_space().image_shape());
-  CHECK(projection.pixels() <= SamplingMonitor::max_pixels(config.free_space));
+  CHECK(projection.pixels() <= SamplingMonitor::max_pixels(with.config.free_space));
   std::size_t outside = 0;
   for (const Eigen::Vector3f& p : points) {
     std::int32_t pixel = 0;
@@ -202,28 +211,12 @@ TEST_CASE("images of points in a pitched frame hold all of them, within the room
   CHECK(outside < points.size() / 100);
 }
 
-namespace {
-
-Pose pitched(double pitch_deg) {
-  Pose result;
-  result.rotation =
-      Eigen::AngleAxisd(pitch_deg * kRadian, Eigen::Vector3d::UnitY()).toRotationMatrix();
-  return result;
-}
-
-}  // namespace
-
 TEST_CASE("rays beyond the field of view tell of the sensor unless it turns as much in a sweep") {
-  const PipelineConfig config = preset(SensorKind::kOs2_128);
-  const auto points = scan_of(even_rings(128, -11.25, 11.25), 1024, 0.0, 5.0);
   for (const bool sways : {false, true}) {
     CAPTURE(sways);
-    Monitor with(config);
-    REQUIRE(with.look(view_of(points)));
-    for (int scan = 0; scan < 10; ++scan) {
-      with.monitor.add_pose(pitched(sways ? 5.0 * std::sin(1.2 * scan) : 3.0));
-    }
-    CHECK(with.monitor.close() == !sways);
+    Monitor with;
+    REQUIRE(with.look(os2_scan(1024, 5.0)));
+    CHECK(with.close(sways) == !sways);
     CHECK(with.monitor.statistics().elevations_differ == !sways);
     // Either way the images hold what was seen.
     CHECK(with.monitor.free_space().elevation_max_deg > 15.0F);
@@ -232,18 +225,13 @@ TEST_CASE("rays beyond the field of view tell of the sensor unless it turns as m
 }
 
 TEST_CASE("a turn in one keyframe excuses no rays beyond the field of view in a later one") {
-  const PipelineConfig config = preset(SensorKind::kOs2_128);
-  Monitor with(config);
-  with.look(view_of(scan_of(even_rings(128, -11.25, 11.25), 1024)));
-  for (int scan = 0; scan < 10; ++scan) {
-    with.monitor.add_pose(pitched(5.0 * std::sin(1.2 * scan)));
-  }
-  REQUIRE_FALSE(with.monitor.close());
-  const auto beyond = scan_of(even_rings(128, -11.25, 11.25), 1024, 0.0, 5.0);
+  Monitor with;
+  with.look(os2_scan(1024));
+  REQUIRE_FALSE(with.close(true));
+  const auto beyond = os2_scan(1024, 5.0);
   for (int keyframe = 0; keyframe < 8; ++keyframe) {  // one of a few is measured
-    with.look(view_of(beyond));
-    for (int scan = 0; scan < 10; ++scan) with.monitor.add_pose(pitched(3.0));
-    with.monitor.close();
+    with.look(beyond);
+    with.close(false);
   }
   CHECK(with.monitor.statistics().elevations_differ);
 }

@@ -32,13 +32,24 @@ inline Box moving_box(const Eigen::Vector3d& start, const Eigen::Vector3d& veloc
           Truth::kDynamic};
 }
 
+inline PointView view_of(const std::vector<Eigen::Vector3f>& points) {
+  return PointView::xyz(points.data(), points.size(), sizeof(Eigen::Vector3f));
+}
+
+/// Points every 5 cm on a wall 15 m ahead, from 3 m below the sensor to 0.3 m above it.
+inline std::vector<Eigen::Vector3f> wall_ahead(float from_y, float to_y) {
+  std::vector<Eigen::Vector3f> points;
+  for (float y = from_y; y < to_y; y += 0.05F) {
+    for (float z = -3.0F; z < 0.3F; z += 0.05F) points.emplace_back(15.0F, y, z);
+  }
+  return points;
+}
+
 /// One scan with what each point really is.
 struct LabelledScan {
   std::vector<Eigen::Vector3f> points;
   std::vector<Truth> truth;
-  [[nodiscard]] PointView view() const {
-    return PointView::xyz(points.data(), points.size(), sizeof(Eigen::Vector3f));
-  }
+  [[nodiscard]] PointView view() const { return view_of(points); }
 };
 
 struct Scene {

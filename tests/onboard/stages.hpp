@@ -16,19 +16,48 @@
 #include "src/onboard/stray_returns.hpp"
 #include "src/onboard/transparent_ground.hpp"
 #include "unimapper/core/owned.hpp"
-#include "unimapper/free_space/free_columns.hpp"
 #include "unimapper/free_space/range_image.hpp"
 
 namespace unimapper::test {
 
 using namespace unimapper::onboard;
 
+/// Points every 5 cm on surfaces.
+struct Cloud : std::vector<Eigen::Vector3f> {
+  using std::vector<Eigen::Vector3f>::vector;
+
+  /// A rectangle at height z, which rises along x from x = 0 on.
+  Cloud& floor(float x0, float x1, float y0, float y1, float z, float slope = 0.0F) {
+    for (float x = x0 + 0.025F; x < x1; x += 0.05F) {
+      for (float y = y0 + 0.025F; y < y1; y += 0.05F) emplace_back(x, y, z + slope * x);
+    }
+    return *this;
+  }
+  Cloud& column(float x, float y, float z0, float z1) {
+    for (float z = z0 + 0.025F; z < z1; z += 0.05F) emplace_back(x, y, z);
+    return *this;
+  }
+  /// `count` points along x, as far apart as cells.
+  Cloud& row(int count, float x = 0.1F, float y = 0.1F, float z = 3.1F) {
+    for (int i = 0; i < count; ++i) emplace_back(x + 0.2F * static_cast<float>(i), y, z);
+    return *this;
+  }
+  /// An obstacle of `wide` x `deep` columns, a cell apart.
+  Cloud& block(float x, int wide, int deep, float z0, float z1) {
+    for (int i = 0; i < wide; ++i) {
+      for (int j = 0; j < deep; ++j) {
+        column(x + 0.2F * static_cast<float>(i), 1.1F + 0.2F * static_cast<float>(j), z0, z1);
+      }
+    }
+    return *this;
+  }
+};
+
 /// Adds a scan in slices of 256 points.
 inline ScanCounts add_scan(ScanAccumulator& scans, const std::vector<Eigen::Vector3f>& points,
                            const Pose& pose, BlockWindow& window) {
-  const PointView view = PointView::xyz(points.data(), points.size(), sizeof(points[0]));
   scans.begin_scan(pose);
-  while (scans.add_points(view, 256, window)) {
+  while (scans.add_points(view_of(points), 256, window)) {
   }
   return scans.counts();
 }
@@ -39,6 +68,11 @@ struct Stages {
       : config(configuration), block(lay_out([this](Arena& arena) { allocate(arena); })) {
     begin();
   }
+  /// Up to the split of these points.
+  explicit Stages(const Cloud& points, const PipelineConfig& configuration = small_config())
+      : Stages(configuration) {
+    take(points);
+  }
   void allocate(Arena& arena) {
     scans.allocate(arena, config);
     scans.allocate_cells(arena, config);
@@ -46,7 +80,6 @@ struct Stages {
     voxels.allocate(arena, config.voxel);
     transparent.allocate(arena, config);
     levels.allocate(arena, config);
-    columns.allocate(arena, 1000);
     window.allocate(arena, config);
     components.allocate(arena, config);
     painter.allocate(arena, RangePainterConfig{.shape = config.free_space.image_shape(),
@@ -82,6 +115,16 @@ struct Stages {
     split_ground(config.ground, config.removal, voxels, stray, all_blocks(), cells);
     return ground;
   }
+  /// Adds a scan and splits it; returns the number of ground voxels.
+  std::uint32_t take(const std::vector<Eigen::Vector3f>& points) {
+    add(points);
+    return find_and_split_ground();
+  }
+  /// Goes on to the next keyframe.
+  void record_and_begin() {
+    window.record(cells);
+    begin();
+  }
   /// Classifies components as if every dynamic cell had been seen through once, and every other one
   /// observed once before. Returns their number.
   std::uint32_t classify_components() {
@@ -107,6 +150,24 @@ struct Stages {
     return 0;
   }
 
+  [[nodiscard]] bool has(const Eigen::Vector3f& p, CellMark mark) const {
+    return cells.has(row_at(p), mark);
+  }
+  void set_rows(std::uint32_t count, CellMark mark) {
+    for (std::uint32_t row = 0; row < count; ++row) cells.set(row, mark);
+  }
+  /// Marks a column of obstacle cells.
+  void set_column(float x, float y, float z0, float z1, CellMark mark) {
+    for (float z = z0; z < z1; z += 0.2F) cells.set(row_at({x, y, z}), mark);
+  }
+  [[nodiscard]] std::size_t dynamic_cells() const {
+    std::size_t count = 0;
+    for (std::uint32_t row = 0; row < cells.size(); ++row) {
+      count += cells.has(row, &CellMarks::dynamic) ? 1 : 0;
+    }
+    return count;
+  }
+
   PipelineConfig config;
   ScanAccumulator scans;
   CellTable cells;
@@ -114,7 +175,6 @@ struct Stages {
   TransparentGround transparent;
   GroundLevels levels;
   std::uint32_t rejected = 0;  ///< elevated ground voxels
-  FreeColumns columns;
   EvidenceWindow window;
   ComponentClassifier components;
   Viewpoint viewpoint;
@@ -123,17 +183,5 @@ struct Stages {
   RangePainter painter;
   MemoryBlock block;
 };
-
-/// Points every 5 cm on a rectangle at height z.
-inline void add_floor(std::vector<Eigen::Vector3f>& points, float x0, float x1, float y0, float y1,
-                      float z, float slope = 0.0F) {
-  for (float x = x0 + 0.025F; x < x1; x += 0.05F) {
-    for (float y = y0 + 0.025F; y < y1; y += 0.05F) points.emplace_back(x, y, z + slope * x);
-  }
-}
-
-inline void add_column(std::vector<Eigen::Vector3f>& points, float x, float y, float z0, float z1) {
-  for (float z = z0 + 0.025F; z < z1; z += 0.05F) points.emplace_back(x, y, z);
-}
 
 }  // namespace unimapper::test

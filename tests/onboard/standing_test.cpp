@@ -38,8 +38,7 @@ struct Closed {
   std::uint32_t sequence = 0;
   bool repeats = false;
   bool is_finished = false;
-  double dynamic_right = 1.0;  ///< share of the points of what moves
-  double static_right = 1.0;
+  Score score;
   std::vector<PointLabel> labels;
 };
 
@@ -61,22 +60,12 @@ std::vector<Closed> run(
       Closed& one = closed.emplace_back();
       one.sequence = view.sequence;
       one.repeats = view.repeats;
-      std::size_t right[2] = {};
-      std::size_t all[2] = {};
       for (std::size_t s = 0; s < view.scans.size(); ++s) {
         const LabelledScan& scan = scans[view.scans[s].scan_index];
         std::vector<PointLabel> labels(scan.points.size());
         REQUIRE(pipeline->labels(s, labels) == labels.size());
-        for (std::size_t i = 0; i < labels.size(); ++i) {
-          const bool dynamic = scan.truth[i] == Truth::kDynamic;
-          ++all[dynamic ? 1 : 0];
-          right[dynamic ? 1 : 0] += dynamic == (labels[i] == PointLabel::kDynamic) ? 1 : 0;
-        }
+        one.score.add(scan, labels);
         one.labels.insert(one.labels.end(), labels.begin(), labels.end());
-      }
-      one.static_right = static_cast<double>(right[0]) / static_cast<double>(all[0]);
-      if (all[1] > 0) {
-        one.dynamic_right = static_cast<double>(right[1]) / static_cast<double>(all[1]);
       }
     }
     if (!result.keyframe_finished) return;
@@ -94,7 +83,7 @@ std::vector<Closed> run(
     for (Eigen::Vector3f& point : scans.back().points) {
       point *= 1.0F + noise_m(random) / point.norm();
     }
-    take(pipeline->add_scan(scans.back().view(), path(t), 1 + i * std::int64_t{100'000'000}));
+    take(pipeline->add_scan(scans.back().view(), path(t), 1 + i * kPeriodNs));
   }
   for (ScanResult last = pipeline->flush(); last.keyframe_ready || last.keyframe_finished;
        last = pipeline->flush()) {
@@ -120,7 +109,7 @@ TEST_CASE("a robot that stands keeps as many keyframes as the window holds, and 
     CHECK(closed[k].repeats == (k >= kWindow));
     CHECK(closed[k].is_finished != closed[k].repeats);
     CHECK(closed[k].sequence == std::min(k, kWindow - 1));
-    CHECK(closed[k].static_right > 0.99);
+    CHECK(closed[k].score.static_percent() > 99.0);
   }
 }
 
@@ -158,8 +147,8 @@ TEST_CASE("whoever stops beside a robot that stands stays dynamic, and nothing e
   for (std::size_t k = 30; k < closed.size(); ++k) {
     INFO("keyframe " << k);
     CHECK(closed[k].repeats);
-    CHECK(closed[k].dynamic_right > 0.9);
-    CHECK(closed[k].static_right > 0.99);
+    CHECK(closed[k].score.dynamic_percent() > 90.0);
+    CHECK(closed[k].score.static_percent() > 99.0);
   }
 }
 

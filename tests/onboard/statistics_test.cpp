@@ -1,29 +1,15 @@
 // Counts, capacities and reference scan of a keyframe
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "stages.hpp"
-#include "unimapper/core/owned.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;
 
 namespace {
-
-constexpr std::int64_t kPeriodNs = 100'000'000;
-
-PointView view_of(const std::vector<Eigen::Vector3f>& points) {
-  return PointView::xyz(points.data(), points.size(), sizeof(Eigen::Vector3f));
-}
-
-/// One scan per keyframe, so that every scan closes one.
-PipelineConfig single_scans() {
-  PipelineConfig config = small_config();
-  config.keyframe.scans = 1;
-  config.free_space.images_per_keyframe = 1;
-  return config;
-}
 
 std::uint32_t ground_voxels(const PipelineConfig& config,
                             const std::vector<std::vector<Eigen::Vector3f>>& scans) {
@@ -34,10 +20,6 @@ std::uint32_t ground_voxels(const PipelineConfig& config,
     REQUIRE(pipeline->add_scan(view_of(points), Pose{}, stamp_ns += kPeriodNs).keyframe_ready);
   }
   return pipeline->keyframe().statistics->ground_voxels;
-}
-
-CapacityUse use_of(const Pipeline& pipeline, Capacity which) {
-  return pipeline.keyframe().statistics->capacity[static_cast<std::size_t>(which)];
 }
 
 }  // namespace
@@ -63,9 +45,8 @@ TEST_CASE("the scan in the middle is the reference, of an even number the later 
 }
 
 TEST_CASE("ground voxels are counted without those that are elevated") {
-  std::vector<Eigen::Vector3f> points;
-  add_floor(points, 4.0F, 6.0F, 0.0F, 2.0F, -1.9F);
-  add_floor(points, 8.0F, 10.0F, 0.0F, 2.0F, -1.3F);
+  const Cloud points =
+      Cloud().floor(4.0F, 6.0F, 0.0F, 2.0F, -1.9F).floor(8.0F, 10.0F, 0.0F, 2.0F, -1.3F);
   PipelineConfig config = single_scans();
   CHECK(ground_voxels(config, {points}) == 1);
   config.ground.elevated_step_m = 0.0F;
@@ -73,12 +54,8 @@ TEST_CASE("ground voxels are counted without those that are elevated") {
 }
 
 TEST_CASE("ground voxels are counted without those that were seen through") {
-  std::vector<Eigen::Vector3f> wall;
-  for (float y = -6.0F; y < 6.0F; y += 0.05F) {
-    for (float z = -3.0F; z < 0.3F; z += 0.05F) wall.emplace_back(15.0F, y, z);
-  }
-  std::vector<Eigen::Vector3f> roof;
-  add_floor(roof, 6.0F, 8.0F, 0.0F, 2.0F, -0.3F);
+  const std::vector<Eigen::Vector3f> wall = wall_ahead(-6.0F, 6.0F);
+  const Cloud roof = Cloud().floor(6.0F, 8.0F, 0.0F, 2.0F, -0.3F);
   PipelineConfig config = single_scans();
   // A single observation may be a ray that grazed it.
   CHECK(ground_voxels(config, {wall, roof}) == 1);
@@ -87,24 +64,31 @@ TEST_CASE("ground voxels are counted without those that were seen through") {
   CHECK(ground_voxels(config, {wall, wall, roof}) == 1);
 }
 
-TEST_CASE("the range of valid points includes both of its limits") {
+TEST_CASE("the range of valid points includes both of its limits; others are counted and unknown") {
   PipelineConfig config = single_scans();
   config.keyframe.range_min_m = 2.0F;
   config.keyframe.range_max_m = 50.0F;
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const std::vector<Eigen::Vector3f> points{{2.0F, 0.0F, 0.0F},
                                             {50.0F, 0.0F, 0.0F},
                                             {std::nextafter(2.0F, 0.0F), 0.0F, 0.0F},
-                                            {std::nextafter(50.0F, 60.0F), 0.0F, 0.0F}};
+                                            {std::nextafter(50.0F, 60.0F), 0.0F, 0.0F},
+                                            {0.0F, 0.0F, 0.0F},
+                                            {1e30F, 1e30F, 1e30F},
+                                            {std::nanf(""), 9.0F, 1.0F},
+                                            {9.0F, kInfinity, 1.0F},
+                                            {9.0F, 1.0F, -kInfinity}};
   OwnedPipeline pipeline(config);
   REQUIRE(pipeline->add_scan(view_of(points), Pose{}, 1).keyframe_ready);
   const KeyframeStatistics& statistics = *pipeline->keyframe().statistics;
   CHECK(statistics.points_valid == 2);
-  CHECK(statistics.dropped_by(DropCause::kOutOfRange) == 2);
-  CHECK(statistics.dropped_by(DropCause::kNotFinite) == 0);
-  std::vector<PointLabel> labels(4);
-  REQUIRE(pipeline->labels(0, labels) == 4);
-  CHECK(labels == std::vector<PointLabel>{PointLabel::kStatic, PointLabel::kStatic,
-                                          PointLabel::kUnknown, PointLabel::kUnknown});
+  CHECK(statistics.dropped_by(DropCause::kOutOfRange) == 4);
+  CHECK(statistics.dropped_by(DropCause::kNotFinite) == 3);
+  std::vector<PointLabel> labels(9);
+  REQUIRE(pipeline->labels(0, labels) == 9);
+  for (std::size_t i = 0; i < 9; ++i) {
+    CHECK(labels[i] == (i < 2 ? PointLabel::kStatic : PointLabel::kUnknown));
+  }
 }
 
 TEST_CASE("a scan that just fits is taken whole, of a larger one the first points") {
@@ -123,8 +107,11 @@ TEST_CASE("a scan that just fits is taken whole, of a larger one the first point
     CHECK(statistics.points_static == count);
     CHECK(statistics.cells == 16);
     CHECK(statistics.dropped_by(DropCause::kScanTooLarge) == count - 16);
-    CHECK(use_of(*pipeline, Capacity::kPointsPerScan).used == count);
-    CHECK(use_of(*pipeline, Capacity::kPointsPerScan).capacity == 16);
+    std::vector<PointLabel> labels(count);
+    REQUIRE(pipeline->labels(0, labels) == count);
+    CHECK(labels.back() == PointLabel::kStatic);
+    CHECK(use_of(pipeline->keyframe(), Capacity::kPointsPerScan).used == count);
+    CHECK(use_of(pipeline->keyframe(), Capacity::kPointsPerScan).capacity == 16);
   }
 }
 
@@ -155,14 +142,15 @@ TEST_CASE("the counts of a keyframe are sums over its scans and begin anew with 
     CHECK(statistics.cells == 2);
     CHECK(statistics.dynamic_cells == 0);
     CHECK(statistics.voxels == 2);
-    CHECK(use_of(*pipeline, Capacity::kPointsPerScan).used == 4);
-    CHECK(use_of(*pipeline, Capacity::kCells).used == 2);
-    CHECK(use_of(*pipeline, Capacity::kCells).capacity == config.voxel.max_cells);
-    CHECK(use_of(*pipeline, Capacity::kVoxels).used == 2);
-    CHECK(use_of(*pipeline, Capacity::kVoxels).capacity == config.voxel.max_voxels);
-    CHECK(use_of(*pipeline, Capacity::kBlocks).used == 2);
-    CHECK(use_of(*pipeline, Capacity::kPlaces).used == static_cast<std::uint64_t>(keyframe) + 1);
-    CHECK(use_of(*pipeline, Capacity::kPlaces).capacity == config.loop_search.max_places);
+    const auto use = [&](Capacity which) { return use_of(pipeline->keyframe(), which); };
+    CHECK(use(Capacity::kPointsPerScan).used == 4);
+    CHECK(use(Capacity::kCells).used == 2);
+    CHECK(use(Capacity::kCells).capacity == config.voxel.max_cells);
+    CHECK(use(Capacity::kVoxels).used == 2);
+    CHECK(use(Capacity::kVoxels).capacity == config.voxel.max_voxels);
+    CHECK(use(Capacity::kBlocks).used == 2);
+    CHECK(use(Capacity::kPlaces).used == static_cast<std::uint64_t>(keyframe) + 1);
+    CHECK(use(Capacity::kPlaces).capacity == config.loop_search.max_places);
   }
 }
 
@@ -200,10 +188,7 @@ TEST_CASE("refused triangles are counted keyframe by keyframe") {
 
 TEST_CASE("dynamic points are counted with those of all scans that share their cells") {
   // The first keyframe saw through where a post of one cell then stands, in two scans.
-  std::vector<Eigen::Vector3f> wall;
-  for (float y = -3.0F; y < 3.0F; y += 0.05F) {
-    for (float z = -3.0F; z < 0.3F; z += 0.05F) wall.emplace_back(15.0F, y, z);
-  }
+  const std::vector<Eigen::Vector3f> wall = wall_ahead(-3.0F, 3.0F);
   PipelineConfig config = small_config();
   config.keyframe.scans = 2;
   config.removal.components = false;

@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
+#include "event_log.hpp"
 #include "run.hpp"
-#include "unimapper/onboard/events.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;
@@ -44,7 +44,7 @@ std::vector<Found> drive(const Scene& scene, const PipelineConfig& config,
     const Pose T_scene_sensor = sensor_at(0.3 * i, 0.0);
     const LabelledScan scan = scene.scan(T_scene_sensor, 0.1 * i);
     const ScanResult result =
-        pipeline->add_scan(scan.view(), T_odometry_scene * T_scene_sensor, 1 + i * 100000000LL);
+        pipeline->add_scan(scan.view(), T_odometry_scene * T_scene_sensor, 1 + i * kPeriodNs);
     REQUIRE(result.error.code == ErrorCode::kOk);
     if (!result.keyframe_ready) continue;
     const KeyframeView& view = pipeline->keyframe();
@@ -94,7 +94,7 @@ TEST_CASE("after a restart elsewhere up is not taken over") {
   const auto add = [&](const Scene& scene, double x) {
     const Pose pose = sensor_at(x, 0.0);
     const LabelledScan scan = scene.scan(pose, 0.0);
-    const ScanResult result = pipeline->add_scan(scan.view(), pose, stamp_ns += 100'000'000);
+    const ScanResult result = pipeline->add_scan(scan.view(), pose, stamp_ns += kPeriodNs);
     if (result.keyframe_ready) known.push_back(pipeline->keyframe().statistics->up_known);
     return result.error.code;
   };
@@ -107,24 +107,17 @@ TEST_CASE("after a restart elsewhere up is not taken over") {
 }
 
 TEST_CASE("a broken promise of the odometry is counted, and reported once") {
-  alignas(64) std::byte memory[EventRing::required_bytes(64)];
-  EventRing* const ring = EventRing::create(64, memory).value();
+  EventLog log;
   PipelineConfig config = small_config();
   config.odometry.up_sigma_deg = 0.5F;
-  config.events = ring;
+  config.events = log.ring;
   const auto found = drive(street_of_houses(), config, tilted(5.0, 0.0));
   for (const Found& keyframe : found) {
     CHECK(keyframe.up.known);
     CHECK(keyframe.error_deg < 0.5);
     CHECK(keyframe.statistics.up_contradicted);
   }
-  std::vector<EventRecord> reports;
-  EventRecord record;
-  while (ring->pop(record)) {
-    if (record.id == static_cast<std::uint32_t>(EventId::kUpContradicted)) {
-      reports.push_back(record);
-    }
-  }
+  const std::vector<EventRecord> reports = log.take(EventId::kUpContradicted);
   REQUIRE(reports.size() == 1);
   CHECK(static_cast<double>(reports[0].values[0]) == Approx(5000.0).margin(500.0));
   CHECK(reports[0].values[1] == 500);

@@ -1,4 +1,4 @@
-// Tests of the validation of parameters.
+// Validation of the parameters of description and search.
 #include "unimapper/place/config.hpp"
 
 #include <catch2/catch.hpp>
@@ -6,39 +6,33 @@
 #include <string>
 
 using namespace unimapper;
+using Catch::Matchers::Contains;
 
-TEST_CASE("the defaults of description and search are valid") {
-  CHECK(DescriptorConfig{}.validate().code == ErrorCode::kOk);
-  CHECK(LoopSearchConfig{}.validate().code == ErrorCode::kOk);
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+template <typename Config, typename Change>
+std::string refused(const Change& change) {
+  Config config;
+  REQUIRE(config.validate().ok());
+  change(config);
+  CHECK(config.validate().code == ErrorCode::kInvalidConfig);
+  return config.validate().message;
 }
 
-TEST_CASE("a value out of range is refused by its name") {
-  const auto refused_for = [](const auto& config, const std::string& name) {
-    const Error error = config.validate();
-    return error.code == ErrorCode::kInvalidConfig &&
-           std::string(error.message).find(name) != std::string::npos;
-  };
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  DescriptorConfig descriptor;
-  descriptor.range_m = nan;
-  CHECK(refused_for(descriptor, "range_m must lie in [10, 120] m"));
-  descriptor = {};
-  descriptor.max_keypoints = 256;
-  CHECK(refused_for(descriptor, "max_keypoints"));
-  descriptor = {};
-  descriptor.max_candidates = 10;
-  CHECK(refused_for(descriptor, "max_candidates"));
+}  // namespace
 
-  LoopSearchConfig search;
-  search.max_places = 0;
-  CHECK(refused_for(search, "max_places"));
-  search = {};
-  search.side_tolerance_m = nan;
-  CHECK(refused_for(search, "side_tolerance_m"));
-  search = {};
-  search.triangles.max_side_m = 1.0F;
-  CHECK(refused_for(search, "triangles.max_side_m"));
-  search = {};
-  search.accept_confidence = 1.5F;
-  CHECK(refused_for(search, "accept_confidence"));
+TEST_CASE("the defaults are valid, and a value out of range is refused by its name") {
+  const auto descriptor = [](auto change) { return refused<DescriptorConfig>(change); };
+  CHECK_THAT(descriptor([](auto& c) { c.range_m = kNan; }),
+             Contains("range_m must lie in [10, 120] m"));
+  CHECK_THAT(descriptor([](auto& c) { c.max_keypoints = 256; }), Contains("max_keypoints"));
+  CHECK_THAT(descriptor([](auto& c) { c.max_candidates = 10; }), Contains("max_candidates"));
+  const auto search = [](auto change) { return refused<LoopSearchConfig>(change); };
+  CHECK_THAT(search([](auto& c) { c.max_places = 0; }), Contains("max_places"));
+  CHECK_THAT(search([](auto& c) { c.side_tolerance_m = kNan; }), Contains("side_tolerance_m"));
+  CHECK_THAT(search([](auto& c) { c.triangles.max_side_m = 1.0F; }),
+             Contains("triangles.max_side_m"));
+  CHECK_THAT(search([](auto& c) { c.accept_confidence = 1.5F; }), Contains("accept_confidence"));
 }

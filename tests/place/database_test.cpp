@@ -7,55 +7,25 @@
 #include <limits>
 #include <vector>
 
-#include "synthetic_place.hpp"
-#include "unimapper/place/describer.hpp"
+#include "described.hpp"
 
 namespace {
 
 using namespace unimapper;
 using namespace unimapper::test;
 
-// A description that owns its memory.
-struct Described {
-  std::vector<Keypoint> keypoints;
-  std::vector<PlanePatch> planes;
-  [[nodiscard]] PlaceView view() const { return {keypoints, planes}; }
-};
-
-Described describe(const std::vector<Surface>& surfaces, const Pose& pose,
-                   std::uint64_t noise = 1) {
-  Owned<PlaceDescriber> describer(DescriptorConfig{});
+Description describe(const std::vector<Surface>& surfaces, const Pose& pose,
+                     std::uint64_t noise = 1) {
   View view;
   view.noise_seed = noise;
-  const std::vector<FineCell> cells = observe(surfaces, pose, view);
-  const PlaceView place = describer->describe(cells);
-  return {{place.keypoints.begin(), place.keypoints.end()},
-          {place.planes.begin(), place.planes.end()}};
+  return test::describe(observe(surfaces, pose, view));
 }
 
-Described describe(std::uint64_t scene, const Pose& pose, std::uint64_t noise = 1) {
+Description describe(std::uint64_t scene, const Pose& pose, std::uint64_t noise = 1) {
   return describe(make_scene(scene), pose, noise);
 }
 
-LoopSearchConfig small(std::uint32_t places = 20) {
-  LoopSearchConfig config;
-  config.max_places = places;
-  return config;
-}
-
-constexpr KeyframeId kQuery{9, 0};
-constexpr SearchScope kEverywhere{};
-const Pose kAnywhere;
-
-double translation_error(const LoopCandidate& found, const Pose& here, const Pose& there) {
-  const Pose truth = level_frame(here).inverse() * level_frame(there);
-  return (found.T_match_query.translation - truth.translation).norm();
-}
-
-double rotation_error(const LoopCandidate& found, const Pose& here, const Pose& there) {
-  const Pose truth = level_frame(here).inverse() * level_frame(there);
-  return rotation_angle(truth.rotation.transpose() * found.T_match_query.rotation);
-}
+LoopSearchConfig small(std::uint32_t places = 20) { return small_search(places); }
 
 }  // namespace
 
@@ -64,11 +34,11 @@ TEST_CASE("a place is found again from another direction, with the pose between"
   REQUIRE(database.ok());
   const Pose here = standing_at(0, 0, 1.9, 0.2);
   for (std::uint32_t i = 0; i < 8; ++i) {
-    database->insert(describe(20 + i, here).view(), {1, i}, kAnywhere);
+    database->insert(describe(20 + i, here).view(), {1, i}, kOrigin);
   }
   for (const Pose& there : {standing_at(5, -4, 1.9, 3.1), standing_at(-3, 6, 0.4, -1.4)}) {
-    const Described query = describe(23, there, 77);
-    const auto found = database->search(query.view(), kQuery, kEverywhere);
+    const Description query = describe(23, there, 77);
+    const auto found = search(*database, query);
     REQUIRE_FALSE(found.empty());
     CHECK(found[0].match.session == 1);
     CHECK(found[0].match.keyframe == 3);
@@ -76,8 +46,9 @@ TEST_CASE("a place is found again from another direction, with the pose between"
     CHECK(found[0].inliers > 15);
     CHECK(found[0].plane_overlap > 0.5F);
     CHECK(found[0].T_match_query.is_rigid(1e-6));
-    CHECK(translation_error(found[0], here, there) < 0.15);
-    CHECK(rotation_error(found[0], here, there) < 0.01);
+    const Pose truth = level_frame(here).inverse() * level_frame(there);
+    CHECK((found[0].T_match_query.translation - truth.translation).norm() < 0.15);
+    CHECK(rotation_angle(truth.rotation.transpose() * found[0].T_match_query.rotation) < 0.01);
     // Nothing else is accepted, and the order follows the confidence.
     for (std::size_t i = 1; i < found.size(); ++i) {
       CHECK_FALSE(found[i].accepted);
@@ -91,11 +62,11 @@ TEST_CASE("a place is found again from another direction, with the pose between"
 TEST_CASE("places that were never seen are not accepted") {
   Owned<PlaceDatabase> database(small());
   for (std::uint32_t i = 0; i < 10; ++i) {
-    database->insert(describe(40 + i, standing_at(0, 0, 1.9, 0.1 * i)).view(), {1, i}, kAnywhere);
+    database->insert(describe(40 + i, standing_at(0, 0, 1.9, 0.1 * i)).view(), {1, i}, kOrigin);
   }
   for (std::uint32_t i = 0; i < 10; ++i) {
-    const Described query = describe(60 + i, standing_at(1, 2, 1.9, i));
-    for (const LoopCandidate& found : database->search(query.view(), kQuery, kEverywhere)) {
+    const Description query = describe(60 + i, standing_at(1, 2, 1.9, i));
+    for (const LoopCandidate& found : search(*database, query)) {
       CHECK_FALSE(found.accepted);
     }
   }
@@ -105,10 +76,10 @@ TEST_CASE("a mirrored scene is another place") {
   const std::vector<Surface> scene = make_scene(31);
   const Pose here = standing_at(0, 0, 1.9, 0);
   Owned<PlaceDatabase> database(small());
-  database->insert(describe(scene, here).view(), {1, 0}, kAnywhere);
-  REQUIRE(database->search(describe(scene, here, 5).view(), kQuery, kEverywhere)[0].accepted);
-  const Described query = describe(mirrored(scene), here, 5);
-  for (const LoopCandidate& found : database->search(query.view(), kQuery, kEverywhere)) {
+  database->insert(describe(scene, here).view(), {1, 0}, kOrigin);
+  REQUIRE(search(*database, describe(scene, here, 5))[0].accepted);
+  const Description query = describe(mirrored(scene), here, 5);
+  for (const LoopCandidate& found : search(*database, query)) {
     CHECK_FALSE(found.accepted);
   }
 }
@@ -116,13 +87,13 @@ TEST_CASE("a mirrored scene is another place") {
 TEST_CASE("the scope decides which places may answer") {
   Owned<PlaceDatabase> database(small());
   const Pose here = standing_at(0, 0, 1.9, 0);
-  const Described place = describe(31, here);
-  database->insert(place.view(), {1, 10}, kAnywhere);
-  database->insert(place.view(), {2, 30}, kAnywhere);
-  const Described query = describe(31, here, 5);
+  const Description place = describe(31, here);
+  database->insert(place.view(), {1, 10}, kOrigin);
+  database->insert(place.view(), {2, 30}, kOrigin);
+  const Description query = describe(31, here, 5);
   const auto accepted_sessions = [&](KeyframeId id, const SearchScope& scope) {
     std::vector<std::uint32_t> sessions;
-    for (const LoopCandidate& found : database->search(query.view(), id, scope)) {
+    for (const LoopCandidate& found : search(*database, query, id, scope)) {
       if (found.accepted) sessions.push_back(found.match.session);
     }
     std::sort(sessions.begin(), sessions.end());
@@ -145,7 +116,7 @@ TEST_CASE("a full database evicts its most redundant places, and keeps working")
   Owned<PlaceDatabase> database(small(3));
   const Pose here = standing_at(0, 0, 1.9, 0);
   const auto knows = [&](std::uint64_t scene) {
-    const auto found = database->search(describe(scene, here, 5).view(), kQuery, kEverywhere);
+    const auto found = search(*database, describe(scene, here, 5));
     return !found.empty() && found[0].accepted;
   };
   // One place far off, recorded first; then two side by side, and a street.
@@ -174,11 +145,9 @@ TEST_CASE("the same calls give the same bytes") {
   const auto run = [] {
     Owned<PlaceDatabase> database(small());
     for (std::uint32_t i = 0; i < 6; ++i) {
-      database->insert(describe(20 + i, standing_at(i, 0, 1.9, i)).view(), {1, i}, kAnywhere);
+      database->insert(describe(20 + i, standing_at(i, 0, 1.9, i)).view(), {1, i}, kOrigin);
     }
-    const Described query = describe(24, standing_at(2, 2, 1.9, 1), 9);
-    const auto found = database->search(query.view(), kQuery, kEverywhere);
-    return std::vector<LoopCandidate>(found.begin(), found.end());
+    return search(*database, describe(24, standing_at(2, 2, 1.9, 1), 9));
   };
   const std::vector<LoopCandidate> first = run();
   const std::vector<LoopCandidate> second = run();
@@ -194,10 +163,10 @@ TEST_CASE("the same calls give the same bytes") {
 
 TEST_CASE("of equal places the one with the smaller id comes first") {
   Owned<PlaceDatabase> database(small());
-  const Described place = describe(31, standing_at(0, 0, 1.9, 0));
+  const Description place = describe(31, standing_at(0, 0, 1.9, 0));
   for (const std::uint32_t keyframe : {7U, 3U, 5U})
-    database->insert(place.view(), {1, keyframe}, kAnywhere);
-  const auto found = database->search(place.view(), kQuery, kEverywhere);
+    database->insert(place.view(), {1, keyframe}, kOrigin);
+  const auto found = search(*database, place);
   REQUIRE(found.size() == 3);
   CHECK(found[0].match.keyframe == 3);
   CHECK(found[1].match.keyframe == 5);
@@ -206,28 +175,28 @@ TEST_CASE("of equal places the one with the smaller id comes first") {
 
 TEST_CASE("a database knows an empty place, and an empty database answers nothing") {
   Owned<PlaceDatabase> database(small());
-  const Described place = describe(31, standing_at(0, 0, 1.9, 0));
-  CHECK(database->search(place.view(), kQuery, kEverywhere).empty());
-  database->insert({}, {1, 0}, kAnywhere);
+  const Description place = describe(31, standing_at(0, 0, 1.9, 0));
+  CHECK(search(*database, place).empty());
+  database->insert({}, {1, 0}, kOrigin);
   CHECK(database->size() == 1);
-  CHECK(database->search(place.view(), kQuery, kEverywhere).empty());
-  database->insert(place.view(), {1, 1}, kAnywhere);
-  CHECK(database->search({}, kQuery, kEverywhere).empty());
+  CHECK(search(*database, place).empty());
+  database->insert(place.view(), {1, 1}, kOrigin);
+  CHECK(search(*database, {}).empty());
 
   // One, two, and many equal keypoints.
   for (const std::size_t count : {1U, 2U, 50U}) {
-    Described few = place;
+    Description few = place;
     few.keypoints.assign(count, place.keypoints[0]);
-    database->insert(few.view(), {1, 2}, kAnywhere);
-    CHECK(database->search(few.view(), kQuery, kEverywhere).empty());
+    database->insert(few.view(), {1, 2}, kOrigin);
+    CHECK(search(*database, few).empty());
   }
 }
 
 TEST_CASE("a place from a hostile sender does no harm") {
   Owned<PlaceDatabase> database(small());
   const Pose here = standing_at(0, 0, 1.9, 0);
-  const Described good = describe(31, here);
-  Described bad = good;
+  const Description good = describe(31, here);
+  Description bad = good;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   for (std::size_t i = 0; i < bad.keypoints.size(); i += 3) bad.keypoints[i].position.x() = nan;
   for (std::size_t i = 1; i < bad.keypoints.size(); i += 3) bad.keypoints[i].normal.z() = nan;
@@ -236,17 +205,17 @@ TEST_CASE("a place from a hostile sender does no harm") {
   }
   for (std::size_t i = 1; i < bad.planes.size(); i += 4) bad.planes[i].center.y() = 1e30F;
   for (std::size_t i = 3; i < bad.planes.size(); i += 4) bad.planes[i].normal.setZero();
-  database->insert(bad.view(), {1, 0}, kAnywhere);
+  database->insert(bad.view(), {1, 0}, kOrigin);
   CHECK(database->dropped() > 0);
-  for (const PlaceView& query : {good.view(), bad.view()}) {
-    for (const LoopCandidate& found : database->search(query, kQuery, kEverywhere)) {
+  for (const Description& query : {good, bad}) {
+    for (const LoopCandidate& found : search(*database, query)) {
       CHECK(std::isfinite(found.confidence));
       CHECK(found.T_match_query.is_rigid(1e-6));
     }
   }
   // And the database still finds what it should.
-  database->insert(good.view(), {1, 1}, kAnywhere);
-  const auto found = database->search(describe(31, here, 5).view(), kQuery, kEverywhere);
+  database->insert(good.view(), {1, 1}, kOrigin);
+  const auto found = search(*database, describe(31, here, 5));
   REQUIRE_FALSE(found.empty());
   CHECK(found[0].match.keyframe == 1);
   CHECK(found[0].accepted);
@@ -257,11 +226,11 @@ TEST_CASE("places larger than configured are cut and counted, results are limite
   config.max_results = 2;
   REQUIRE(config.validate().code == ErrorCode::kOk);
   Owned<PlaceDatabase> database(config, PlaceShape{.max_keypoints = 20, .max_planes = 50});
-  const Described place = describe(31, standing_at(0, 0, 1.9, 0));
+  const Description place = describe(31, standing_at(0, 0, 1.9, 0));
   REQUIRE(place.keypoints.size() > 20);
-  for (std::uint32_t i = 0; i < 5; ++i) database->insert(place.view(), {1, i}, kAnywhere);
+  for (std::uint32_t i = 0; i < 5; ++i) database->insert(place.view(), {1, i}, kOrigin);
   CHECK(database->dropped() > 0);
-  CHECK(database->search(place.view(), kQuery, kEverywhere).size() == 2);
+  CHECK(search(*database, place).size() == 2);
 }
 
 TEST_CASE("a database laid out on too small a block answers nothing instead of failing") {
@@ -270,8 +239,8 @@ TEST_CASE("a database laid out on too small a block answers nothing instead of f
   PlaceDatabase database;
   database.allocate(arena, small());
   REQUIRE(arena.exhausted());
-  const Described place = describe(31, standing_at(0, 0, 1.9, 0));
-  database.insert(place.view(), {1, 0}, kAnywhere);
+  const Description place = describe(31, standing_at(0, 0, 1.9, 0));
+  database.insert(place.view(), {1, 0}, kOrigin);
   CHECK(database.size() == 0);
-  CHECK(database.search(place.view(), kQuery, kEverywhere).empty());
+  CHECK(search(database, place).empty());
 }

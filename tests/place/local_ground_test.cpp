@@ -23,9 +23,9 @@ DescriptorConfig config() {
 float inclined(float x, float y) { return 3.0F + 0.1F * x - 0.2F * y; }
 
 /// Cells of ground in the middle of the patch of 2 m around (x, y), odd numbers.
-void add_patch(LocalGround& ground, float x, float y, int cells = 1) {
+void add_patch(LocalGround& ground, float x, float y, float z, int cells = 1) {
   FineCell cell{};
-  cell.position = {x, y, inclined(x, y)};
+  cell.position = {x, y, z};
   cell.ground = 1;
   for (int i = 0; i < cells; ++i) ground.add(cell);
 }
@@ -42,7 +42,7 @@ TEST_CASE("the normals of inclined ground point up and towards its fall") {
   OwnedGround ground(config());
   ground->clear();
   for (float x = -9; x <= 9; x += 2) {
-    for (float y = -9; y <= 9; y += 2) add_patch(*ground, x, y);
+    for (float y = -9; y <= 9; y += 2) add_patch(*ground, x, y, inclined(x, y));
   }
   ground->finish();
   const std::vector<PlanePatch> planes = planes_of(*ground);
@@ -60,7 +60,7 @@ TEST_CASE("a patch is a plane if it has a neighbour along either axis and enough
   OwnedGround ground(config());
   const auto planes = [&](const std::vector<Eigen::Vector2f>& patches, int cells) {
     ground->clear();
-    for (const Eigen::Vector2f& at : patches) add_patch(*ground, at.x(), at.y(), cells);
+    for (const Eigen::Vector2f& at : patches) add_patch(*ground, at.x(), at.y(), 3.0F, cells);
     ground->finish();
     return planes_of(*ground, 3).size();
   };
@@ -76,12 +76,7 @@ TEST_CASE("where no ground is seen it goes on as high as the nearest that is") {
   OwnedGround ground(config());
   ground->clear();
   for (float x = -15; x <= -9; x += 2) {
-    for (float y = -9; y <= 9; y += 2) {
-      FineCell cell{};
-      cell.position = {x, y, -1.5F};
-      cell.ground = 1;
-      ground->add(cell);
-    }
+    for (float y = -9; y <= 9; y += 2) add_patch(*ground, x, y, -1.5F);
   }
   ground->finish();
   for (const float x : {-19.0F, -10.0F, 0.0F, 10.0F, 19.0F}) {
@@ -96,12 +91,8 @@ TEST_CASE("ground rises no more than a steep road, whatever is marked as ground"
   OwnedGround ground(config());
   ground->clear();
   for (float x = -15; x <= 15; x += 2) {
-    for (float y = -9; y <= 9; y += 2) {
-      FineCell cell{};
-      cell.position = {x, y, x < 0 ? 0.0F : 6.0F};  // a flat roof beside a street
-      cell.ground = 1;
-      ground->add(cell);
-    }
+    // A flat roof beside a street.
+    for (float y = -9; y <= 9; y += 2) add_patch(*ground, x, y, x < 0 ? 0.0F : 6.0F);
   }
   ground->finish();
   CHECK(ground->height(-5.0F, 1.0F) == Approx(0.0F).margin(0.001));

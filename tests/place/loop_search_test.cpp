@@ -5,28 +5,17 @@
 #include <limits>
 #include <vector>
 
-#include "synthetic_place.hpp"
+#include "described.hpp"
 #include "tests/random.hpp"
 #include "unimapper/core/tilt_prior.hpp"
 #include "unimapper/core/voxel_key.hpp"
-#include "unimapper/place/database.hpp"
 
 namespace {
 
 using namespace unimapper;
-using test::Random;
-using test::standing_at;
+using namespace unimapper::test;
 
-constexpr KeyframeId kQuery{9, 0};
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-const Pose kOrigin;
-
-struct Description {
-  std::vector<Keypoint> keypoints;
-  std::vector<PlanePatch> planes;
-  KeyframeUp up;
-  [[nodiscard]] PlaceView view() const { return {keypoints, planes, up}; }
-};
 
 /// Keypoints with random positions and columns, and upright planes, within 30 m.
 Description random_place(std::uint64_t seed, int keypoints, int planes = 80) {
@@ -49,14 +38,8 @@ Description random_place(std::uint64_t seed, int keypoints, int planes = 80) {
   return place;
 }
 
-LoopSearchConfig small() {
-  LoopSearchConfig config;
-  config.max_places = 40;
-  return config;
-}
-
 /// Confidence of the answer from `session`; -1 if there is none.
-double confidence_of(std::span<const LoopCandidate> found, std::uint32_t session) {
+double confidence_of(const std::vector<LoopCandidate>& found, std::uint32_t session) {
   for (const LoopCandidate& candidate : found) {
     if (candidate.match.session == session) return static_cast<double>(candidate.confidence);
   }
@@ -73,9 +56,9 @@ TEST_CASE("a target keypoint is paired with one query keypoint only") {
     beside.position.x() += 0.3F;
     query.keypoints.push_back(beside);
   }
-  Owned<PlaceDatabase> database(small());
+  Owned<PlaceDatabase> database(small_search());
   database->insert(target.view(), {1, 0}, kOrigin);
-  const auto found = database->search(query.view(), kQuery, {});
+  const auto found = search(*database, query);
   REQUIRE(found.size() == 1);
   CHECK(found[0].inliers > 25);
   CHECK(found[0].inliers <= 30);
@@ -83,51 +66,50 @@ TEST_CASE("a target keypoint is paired with one query keypoint only") {
 
 TEST_CASE("of three sessions none lowers another's confidence, wherever its map lies") {
   const Description place = random_place(2, 40);
-  const auto search = [&](const std::vector<std::pair<KeyframeId, Pose>>& stored) {
-    Owned<PlaceDatabase> database(small());
+  const auto confidence = [&](const std::vector<std::pair<KeyframeId, Pose>>& stored) {
+    Owned<PlaceDatabase> database(small_search());
     for (const auto& [id, pose] : stored) database->insert(place.view(), id, pose);
-    return confidence_of(database->search(place.view(), kQuery, {}), 1);
+    return confidence_of(search(*database, place), 1);
   };
   const std::pair<KeyframeId, Pose> first{{1, 0}, kOrigin};
-  const double alone = search({first});
+  const double alone = confidence({first});
   REQUIRE(alone > 0.95);
-  CHECK(search({first, {{2, 0}, standing_at(300, 0, 0, 1)}}) == alone);
-  CHECK(
-      search({first, {{2, 0}, standing_at(300, 0, 0, 1)}, {{3, 0}, standing_at(-80, 40, 0, 2)}}) ==
-      alone);
+  CHECK(confidence({first, {{2, 0}, standing_at(300, 0, 0, 1)}}) == alone);
+  CHECK(confidence(
+            {first, {{2, 0}, standing_at(300, 0, 0, 1)}, {{3, 0}, standing_at(-80, 40, 0, 2)}}) ==
+        alone);
   // The same place twice in one session, farther apart than odometry drifts: one must be wrong.
-  CHECK(search({first, {{1, 100}, standing_at(300, 0, 0, 1)}}) < 0.5);
-  CHECK(search({first, {{1, 100}, standing_at(10, 0, 0, 0)}}) == alone);
+  CHECK(confidence({first, {{1, 100}, standing_at(300, 0, 0, 1)}}) < 0.5);
+  CHECK(confidence({first, {{1, 100}, standing_at(10, 0, 0, 0)}}) == alone);
 }
 
 TEST_CASE("a place that is ambiguous in one session leaves another session's confidence") {
   const Description distinct = random_place(3, 40);
-  LoopSearchConfig config = small();
+  LoopSearchConfig config = small_search();
   config.max_per_session = 1;  // so that the competing pose is found by the check alone
   const float away_m = 6.0F;
-  for (const Eigen::Vector3f& shift :
-       {Eigen::Vector3f(away_m, 0, 0), Eigen::Vector3f(-away_m, 0, 0),
-        Eigen::Vector3f(0, away_m, 0), Eigen::Vector3f(0, -away_m, 0),
-        Eigen::Vector3f(away_m, away_m, 0)}) {
+  for (const auto& [x, y] :
+       {std::pair{1.0F, 0.0F}, {-1.0F, 0.0F}, {0.0F, 1.0F}, {0.0F, -1.0F}, {1.0F, 1.0F}}) {
+    const Eigen::Vector3f shift = away_m * Eigen::Vector3f(x, y, 0);
     INFO("shifted by " << shift.transpose());
     Description repeated = distinct;  // most of the structure once more
     for (std::size_t i = 0; i < 37; ++i) {
       repeated.keypoints.push_back(distinct.keypoints[i]);
       repeated.keypoints.back().position += shift;
     }
-    const auto search = [&](bool first, bool second) {
+    const auto confidences = [&](bool first, bool second) {
       Owned<PlaceDatabase> database(config);
       // Both put the query at the same coordinates, each in a frame of its own.
       if (first) database->insert(repeated.view(), {1, 0}, kOrigin);
       if (second) database->insert(distinct.view(), {2, 0}, kOrigin);
-      const auto found = database->search(distinct.view(), kQuery, {});
+      const auto found = search(*database, distinct);
       return std::pair(confidence_of(found, 1), confidence_of(found, 2));
     };
-    const double ambiguous = search(true, false).first;
-    const double unambiguous = search(false, true).second;
+    const double ambiguous = confidences(true, false).first;
+    const double unambiguous = confidences(false, true).second;
     REQUIRE(ambiguous >= 0.0);
     REQUIRE(ambiguous < unambiguous - 0.05);
-    CHECK(search(true, true) == std::pair(ambiguous, unambiguous));
+    CHECK(confidences(true, true) == std::pair(ambiguous, unambiguous));
   }
 }
 
@@ -148,13 +130,13 @@ TEST_CASE("a competing pose with more evidence replaces the one that triangles v
     stored.planes.push_back(patch);
     stored.planes.back().center.x() -= kMovedM;
   }
-  LoopSearchConfig config = small();
+  LoopSearchConfig config = small_search();
   // So that the competing pose is found by the check alone.
   config.side_tolerance_m = 0.05F;
   config.max_candidates = config.max_verified = config.max_results = config.max_per_session = 1;
   Owned<PlaceDatabase> database(config);
   database->insert(stored.view(), {1, 7}, kOrigin);
-  const auto found = database->search(query.view(), kQuery, {});
+  const auto found = search(*database, query);
   REQUIRE(found.size() == 1);
   CHECK(std::abs(found[0].T_match_query.translation.x() + static_cast<double>(kMovedM)) < 0.5);
   CHECK(found[0].query == kQuery);
@@ -175,14 +157,14 @@ TEST_CASE("keypoints and planes that are not finite are left out one by one, and
     keypoint.position(axis) = kNan;
     bad.keypoints.insert(bad.keypoints.begin() + 5, keypoint);
   }
-  Owned<PlaceDatabase> clean(small());
-  Owned<PlaceDatabase> hostile(small());
+  Owned<PlaceDatabase> clean(small_search());
+  Owned<PlaceDatabase> hostile(small_search());
   clean->insert(good.view(), {1, 0}, kOrigin);
   hostile->insert(bad.view(), {1, 0}, kOrigin);
   CHECK(clean->dropped() == 0);
   CHECK(hostile->dropped() == 9);
-  const auto expected = clean->search(good.view(), kQuery, {});
-  const auto found = hostile->search(good.view(), kQuery, {});
+  const auto expected = search(*clean, good);
+  const auto found = search(*hostile, good);
   REQUIRE(expected.size() == 1);
   REQUIRE(found.size() == 1);
   CHECK(found[0].confidence == expected[0].confidence);
@@ -193,13 +175,13 @@ TEST_CASE("a search compares no more triangles than allowed") {
   constexpr std::uint32_t kPlaces = 30;
   const Description place = random_place(5, 60);
   const auto most_votes = [&](std::uint32_t max_compared) {
-    LoopSearchConfig config = small();
+    LoopSearchConfig config = small_search();
     config.max_compared = max_compared;
     REQUIRE(config.validate().ok());
     Owned<PlaceDatabase> database(config);
     for (std::uint32_t i = 0; i < kPlaces; ++i) database->insert(place.view(), {i, 0}, kOrigin);
     std::uint32_t votes = 0;
-    for (const LoopCandidate& candidate : database->search(place.view(), {kPlaces, 0}, {})) {
+    for (const LoopCandidate& candidate : search(*database, place, {kPlaces, 0})) {
       votes = std::max(votes, candidate.votes);
     }
     return votes;
@@ -218,9 +200,9 @@ TEST_CASE("a pose that fewer than five keypoints agree on is no hypothesis") {
     place.keypoints[i].position = {kCorners[i][0], kCorners[i][1], 0.0F};
   }
   const auto answers = [&] {
-    Owned<PlaceDatabase> database(small());
+    Owned<PlaceDatabase> database(small_search());
     database->insert(place.view(), {1, 0}, kOrigin);
-    return database->search(place.view(), kQuery, {}).size();
+    return search(*database, place).size();
   };
   CHECK(answers() == 1);
   place.keypoints.pop_back();
@@ -228,7 +210,7 @@ TEST_CASE("a pose that fewer than five keypoints agree on is no hypothesis") {
 }
 
 TEST_CASE("triangles that find no room in their bucket are counted") {
-  LoopSearchConfig config = small();
+  LoopSearchConfig config = small_search();
   config.max_bucket = 5;
   Owned<PlaceDatabase> database(config);
   const Description place = random_place(7, 30);
@@ -244,15 +226,15 @@ TEST_CASE("triangles that find no room in their bucket are counted") {
 TEST_CASE("matches that find no room among the votes are counted") {
   const Description place = random_place(8, 30);
   const auto dropped = [&](std::uint32_t max_matches) {
-    LoopSearchConfig config = small();
+    LoopSearchConfig config = small_search();
     config.max_matches = max_matches;
     REQUIRE(config.validate().ok());
     Owned<PlaceDatabase> database(config);
     for (std::uint32_t i = 0; i < 5; ++i) database->insert(place.view(), {1, i}, kOrigin);
     REQUIRE(database->dropped() == 0);
-    (void)database->search(place.view(), kQuery, {});
+    (void)search(*database, place);
     const std::uint64_t once = database->dropped();
-    (void)database->search(place.view(), kQuery, {});
+    (void)search(*database, place);
     CHECK(database->dropped() == 2 * once);
     return once;
   };
@@ -284,12 +266,11 @@ Description leaning(Description place, double deg, double sigma_deg) {
 /// `sigma_deg`.
 std::vector<LoopCandidate> find_leaning(double deg, double sigma_deg) {
   const Description place = random_place(8, 40);
-  Owned<PlaceDatabase> database(small());
+  Owned<PlaceDatabase> database(small_search());
   const Description stored = leaning(place, 0.0, sigma_deg);
   const Description query = leaning(place, deg, sigma_deg);
   database->insert(stored.view(), {1, 0}, kOrigin);
-  const auto found = database->search(query.view(), kQuery, {});
-  return {found.begin(), found.end()};
+  return search(*database, query);
 }
 
 double tilt_deg(const LoopCandidate& loop) {
@@ -302,7 +283,6 @@ TEST_CASE("a place may lean as far as both frames are uncertain of up") {
   // Four sigma of 0.6 degrees in both frames and of the keypoints' heights, 1.3 degrees: 6.2.
   REQUIRE(find_leaning(0.0, 0.6).size() == 1);
   CHECK(find_leaning(0.0, 0.6)[0].accepted);
-  REQUIRE(find_leaning(3.0, 0.6).size() == 1);
   REQUIRE(find_leaning(5.0, 0.6).size() == 1);
   CHECK(find_leaning(7.0, 0.6).empty());
   // The same tilt is nothing where up is less certain.
@@ -331,9 +311,9 @@ TEST_CASE("heights that contradict what is known of up do not tilt the pose") {
   Description query = place;
   // Ground that is seen to slope, as by a sensor that hardly sees it.
   for (Keypoint& keypoint : query.keypoints) keypoint.position.z() += 0.02F * keypoint.position.x();
-  Owned<PlaceDatabase> database(small());
+  Owned<PlaceDatabase> database(small_search());
   database->insert(place.view(), {1, 0}, kOrigin);
-  const auto found = database->search(query.view(), kQuery, {});
+  const auto found = search(*database, query);
   REQUIRE(found.size() == 1);
   CHECK(tilt_deg(found[0]) < 0.15);
 }

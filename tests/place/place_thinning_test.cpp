@@ -13,29 +13,33 @@ namespace {
 using namespace unimapper;
 using namespace unimapper::place;
 using test::Random;
-using test::standing_at;
+
+/// Places of session 1, looking ahead, at so many metres along x.
+void add_at(PlaceThinning& thinning, std::uint32_t slot, double x) {
+  thinning.add(slot, 1, test::standing_at(x, 0, 0, 0));
+}
 
 }  // namespace
 
 TEST_CASE("of the two places nearest to each other the older can be spared") {
   Owned<PlaceThinning> thinning(8);
-  thinning->add(0, 1, standing_at(0, 0, 0, 0));
-  thinning->add(1, 1, standing_at(50, 0, 0, 0));
-  thinning->add(2, 1, standing_at(53, 0, 0, 0));
-  thinning->add(3, 1, standing_at(100, 0, 0, 0));
+  add_at(*thinning, 0, 0);
+  add_at(*thinning, 1, 50);
+  add_at(*thinning, 2, 53);
+  add_at(*thinning, 3, 100);
   CHECK(thinning->most_redundant() == 1);
   thinning->remove(1);
-  thinning->add(1, 1, standing_at(1, 0, 0, 0));
+  add_at(*thinning, 1, 1);
   CHECK(thinning->most_redundant() == 0);
 }
 
 TEST_CASE("places with another heading or session make no place redundant") {
   Owned<PlaceThinning> thinning(8);
-  thinning->add(0, 1, standing_at(0, 0, 0, 0));
-  thinning->add(1, 1, standing_at(0, 0, 0, 3.1415));
-  thinning->add(2, 2, standing_at(0, 0, 0, 0));
-  thinning->add(3, 1, standing_at(100, 0, 0, 0));
-  thinning->add(4, 1, standing_at(106, 0, 0, 0));
+  add_at(*thinning, 0, 0);
+  thinning->add(1, 1, test::standing_at(0, 0, 0, 3.1415));
+  thinning->add(2, 2, test::standing_at(0, 0, 0, 0));
+  add_at(*thinning, 3, 100);
+  add_at(*thinning, 4, 106);
   CHECK(thinning->most_redundant() == 3);
 }
 
@@ -52,7 +56,7 @@ TEST_CASE("a street driven again and again keeps its length, and rare places sta
     } else {
       ++used;
     }
-    thinning->add(slot, 1, standing_at(x, 0, 0, 0));
+    add_at(*thinning, slot, x);
     at[slot] = x;
   };
   insert(-1000);
@@ -70,12 +74,12 @@ TEST_CASE("a street driven again and again keeps its length, and rare places sta
 
 TEST_CASE("a robot that stands still forgets its oldest places there first") {
   Owned<PlaceThinning> thinning(20);
-  thinning->add(0, 1, standing_at(500, 0, 0, 0));
-  for (std::uint32_t i = 1; i < 20; ++i) thinning->add(i, 1, standing_at(0, 0, 0, 0));
+  add_at(*thinning, 0, 500);
+  for (std::uint32_t i = 1; i < 20; ++i) add_at(*thinning, i, 0);
   for (std::uint32_t i = 1; i < 60; ++i) {
     const std::uint32_t slot = thinning->most_redundant();
     CHECK(slot != 0);
     thinning->remove(slot);
-    thinning->add(slot, 1, standing_at(0, 0, 0, 0));
+    add_at(*thinning, slot, 0);
   }
 }

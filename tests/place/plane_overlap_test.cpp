@@ -13,71 +13,25 @@ using namespace unimapper::place;
 
 PlanePatch wall(float x, float y, float z) { return {{x, y, z}, {-1, 0, 0}}; }
 
-/// A row of walls across the x axis, 8 to 20 m ahead, up to 3 m high.
-std::vector<PlanePatch> walls() {
+/// Walls across the x axis, up to 3 m high, in rows 4 m apart; of each row 2 m apart.
+std::vector<PlanePatch> walls(float first_x, float half_width) {
   std::vector<PlanePatch> planes;
-  for (float x = 8; x <= 20; x += 4) {
-    for (float y = -6; y <= 6; y += 2) {
+  for (float x = first_x; x <= first_x + 12; x += 4) {
+    for (float y = -half_width; y <= half_width; y += 2) {
       for (float z = -1; z <= 3; z += 2) planes.push_back(wall(x, y, z));
     }
   }
   return planes;
 }
 
-}  // namespace
-
-TEST_CASE("a place sees as far as its farthest plane in a direction, and as high as its highest") {
-  VisibleExtent extent{};
-  extent.build(walls());
-  CHECK(extent.contains({18, 0, 0}));
-  CHECK_FALSE(extent.contains({30, 0, 0}));
-  CHECK_FALSE(extent.contains({-18, 0, 0}));
-  // The steepest rays hit 3 m at 8 m and -1 m at 8 m.
-  CHECK(extent.contains({16, 0, 5.5F}));
-  CHECK_FALSE(extent.contains({16, 0, 8}));
-  CHECK_FALSE(extent.contains({16, 0, -4}));
-  // Near the sensor a metre of height is any slope.
-  CHECK(extent.contains({3, 0, 8}));
-}
-
-TEST_CASE("planes that only one place can see do not count against the other") {
-  Owned<PlaneOverlap> overlap(100U, 2.0F);
-  const std::vector<PlanePatch> all = walls();
-  std::vector<PlanePatch> taller = all;
-  for (float y = -6; y <= 6; y += 2) taller.push_back(wall(12, y, 15));
-  overlap->set_match(all);
-  overlap->set_query(all);
-  CHECK(overlap->compare(Pose{}).overlap == Approx(1.0F));
-  overlap->set_query(taller);
-  CHECK(overlap->compare(Pose{}).overlap == Approx(1.0F));
-  // ... but those it should have seen do.
-  std::vector<PlanePatch> fuller = all;
-  for (float y = -6; y <= 6; y += 2) fuller.push_back(wall(14, y, 1));
-  overlap->set_query(fuller);
-  CHECK(overlap->compare(Pose{}).overlap < 0.97F);
-}
-
-namespace {
-
-/// Upright planes in the middle of voxels of 2 m, 9 to 21 m ahead: 72 of them, 24 of each height.
-/// Whole numbers, so that quarter turns and steps of 2 m keep them exactly.
-std::vector<PlanePatch> centred_walls() {
-  std::vector<PlanePatch> planes;
-  for (float x = 9; x <= 21; x += 4) {
-    for (float y = -5; y <= 5; y += 2) {
-      for (float z = -1; z <= 3; z += 2) planes.push_back(wall(x, y, z));
-    }
-  }
-  return planes;
-}
+/// In the middle of voxels of 2 m: 72 of them, 24 of each height. Whole numbers, so that quarter
+/// turns and steps of 2 m keep them exactly.
+std::vector<PlanePatch> centred_walls() { return walls(9, 5); }
 
 /// Without those at a height of 1 m.
 std::vector<PlanePatch> without_middle(std::vector<PlanePatch> planes) {
-  std::vector<PlanePatch> kept;
-  for (const PlanePatch& patch : planes) {
-    if (patch.center.z() != 1.0F) kept.push_back(patch);
-  }
-  return kept;
+  std::erase_if(planes, [](const PlanePatch& patch) { return patch.center.z() == 1.0F; });
+  return planes;
 }
 
 std::vector<PlanePatch> moved(std::vector<PlanePatch> planes, const Pose& pose) {
@@ -97,6 +51,37 @@ Pose quarter_turn(const Eigen::Vector3d& shift) {
 }
 
 }  // namespace
+
+TEST_CASE("a place sees as far as its farthest plane in a direction, and as high as its highest") {
+  VisibleExtent extent{};
+  extent.build(walls(8, 6));
+  CHECK(extent.contains({18, 0, 0}));
+  CHECK_FALSE(extent.contains({30, 0, 0}));
+  CHECK_FALSE(extent.contains({-18, 0, 0}));
+  // The steepest rays hit 3 m at 8 m and -1 m at 8 m.
+  CHECK(extent.contains({16, 0, 5.5F}));
+  CHECK_FALSE(extent.contains({16, 0, 8}));
+  CHECK_FALSE(extent.contains({16, 0, -4}));
+  // Near the sensor a metre of height is any slope.
+  CHECK(extent.contains({3, 0, 8}));
+}
+
+TEST_CASE("planes that only one place can see do not count against the other") {
+  Owned<PlaneOverlap> overlap(100U, 2.0F);
+  const std::vector<PlanePatch> all = walls(8, 6);
+  std::vector<PlanePatch> taller = all;
+  for (float y = -6; y <= 6; y += 2) taller.push_back(wall(12, y, 15));
+  overlap->set_match(all);
+  overlap->set_query(all);
+  CHECK(overlap->compare(Pose{}).overlap == Approx(1.0F));
+  overlap->set_query(taller);
+  CHECK(overlap->compare(Pose{}).overlap == Approx(1.0F));
+  // ... but those it should have seen do.
+  std::vector<PlanePatch> fuller = all;
+  for (float y = -6; y <= 6; y += 2) fuller.push_back(wall(14, y, 1));
+  overlap->set_query(fuller);
+  CHECK(overlap->compare(Pose{}).overlap < 0.97F);
+}
 
 TEST_CASE("planes of either place are moved into the other one's frame") {
   Owned<PlaneOverlap> overlap(100U, 2.0F);
