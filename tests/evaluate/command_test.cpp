@@ -40,6 +40,13 @@ void write_run(const fs::path& run, const std::string& session, std::uint32_t ke
   write_lines(run / "loops.csv", kLoopsHeader + rows);
 }
 
+EvaluateLoopsOptions loops_options(const fs::path& run, const fs::path& truth) {
+  EvaluateLoopsOptions options;
+  options.run = run;
+  options.truth = truth;
+  return options;
+}
+
 /// Truth of a robot that goes 100 m per keyframe and comes back over the same positions.
 std::vector<Pose> there_and_back(std::size_t keyframes) {
   std::vector<Pose> truth;
@@ -54,11 +61,13 @@ std::vector<Pose> there_and_back(std::size_t keyframes) {
 
 TEST_CASE("evaluate dynamic reports both protocols in percent") {
   TemporaryDirectory folder;
-  const std::vector<datasets::Scan::Point> points = {
-      {10, 0, 0, 0}, {10.02F, 0, 0, 0}, {20, 0, 0, 0}, {30, 0, 0, 0}, {60, 0, 0, 0}, {5, 0, 0, 0}};
-  write_dataset(folder.path() / "d", {at(0), at(1)}, points, {50, 50, 254, 252, 50, 0});
-  write_run_labels(folder.path() / "r", 2, {9, 251, 251, 9, 9, 251});
-  const Json json = Json::parse(evaluate_dynamic({folder.path() / "d", folder.path() / "r"}));
+  const EvaluateDynamicOptions options{folder / "d", folder / "r"};
+  write_dataset(
+      options.truth, {at(0), at(1)},
+      {{10, 0, 0, 0}, {10.02F, 0, 0, 0}, {20, 0, 0, 0}, {30, 0, 0, 0}, {60, 0, 0, 0}, {5, 0, 0, 0}},
+      {50, 50, 254, 252, 50, 0});
+  write_run_labels(options.run, 2, {9, 251, 251, 9, 9, 251});
+  const Json json = Json::parse(evaluate_dynamic(options));
   CHECK(json["SA"].get<double>() == Approx(100.0 * 2 / 3));
   CHECK(json["DA"].get<double>() == Approx(50.0));
   CHECK(json["AA"].get<double>() == Approx(100.0 * std::sqrt(1.0 / 3)));
@@ -75,67 +84,51 @@ TEST_CASE("evaluate dynamic reports both protocols in percent") {
 
 TEST_CASE("evaluate dynamic reports what began to move where the recording says when") {
   TemporaryDirectory folder;
-  write_dataset(folder.path() / "d", {at(0), at(1)}, {{10, 0, 0, 0}, {20, 0, 0, 0}},
+  const EvaluateDynamicOptions options{folder / "d", folder / "r"};
+  write_dataset(options.truth, {at(0), at(1)}, {{10, 0, 0, 0}, {20, 0, 0, 0}},
                 {254U | (5U << 16U), 50});
-  write_run_labels(folder.path() / "r", 2, {251, 9});
-  const auto json = [&] {
-    return Json::parse(evaluate_dynamic({folder.path() / "d", folder.path() / "r"}));
-  };
-  CHECK(json()["since_motion"].is_null());
-  write_lines(folder.path() / "d" / "motion.txt", "5 1 1\n");
-  const Json since = json()["since_motion"];
+  write_run_labels(options.run, 2, {251, 9});
+  CHECK(Json::parse(evaluate_dynamic(options))["since_motion"].is_null());
+  folder.write("d/motion.txt", "5 1 1\n");
+  const Json since = Json::parse(evaluate_dynamic(options))["since_motion"];
   CHECK(since["dynamic_points"] == 1);
   CHECK(since["DA"] == 100.0);
   CHECK(since["moving"]["dynamic_points"] == 1);
   CHECK(since["before"]["dynamic_points"] == 1);
-  write_lines(folder.path() / "d" / "motion.txt", "5 1 1\n5 4\n");
-  CHECK_THROWS_WITH(json(), Catch::Matchers::Contains("line 2"));
+  folder.write("d/motion.txt", "5 1 1\n5 4\n");
+  CHECK_THROWS_WITH(evaluate_dynamic(options), Contains("line 2"));
 }
 
-TEST_CASE("evaluate dynamic scores the first scans alone where asked to") {
+TEST_CASE("evaluate dynamic says which labels are missing or too short, of the scans asked for") {
   TemporaryDirectory folder;
-  write_dataset(folder.path() / "d", {at(0), at(1)}, {{10, 0, 0, 0}}, {50});
-  write_run_labels(folder.path() / "r", 1, {9});  // the second scan was never labelled
-  EvaluateDynamicOptions options{folder.path() / "d", folder.path() / "r"};
+  EvaluateDynamicOptions options{folder / "d", folder / "r"};
+  const std::vector<datasets::Scan::Point> points = {{10, 0, 0, 0}, {11, 0, 0, 0}};
+  write_dataset(options.truth, {at(0), at(1)}, points, {50, 50});
+  CHECK_THROWS_WITH(evaluate_dynamic(options), Contains("labels: no such folder"));
+  write_run_labels(options.run, 1, {9, 9});
+  CHECK_THROWS_WITH(evaluate_dynamic(options), Contains("000001.label: no such file"));
   options.scans = 1;
   const Json json = Json::parse(evaluate_dynamic(options));
   CHECK(json["scans"] == 1);
-  CHECK(json["static_points"] == 1);
-}
-
-TEST_CASE("evaluate dynamic says which label file is missing or too short") {
-  TemporaryDirectory folder;
-  const fs::path dataset = folder.path() / "d";
-  const fs::path run = folder.path() / "r";
-  write_dataset(dataset, {at(0), at(1)}, {{10, 0, 0, 0}, {11, 0, 0, 0}}, {50, 50});
-  CHECK_THROWS_WITH(evaluate_dynamic({dataset, run}), Contains("labels: no such folder"));
-  write_run_labels(run, 1, {9, 9});
-  CHECK_THROWS_WITH(evaluate_dynamic({dataset, run}), Contains("000001.label: no such file"));
-  write_run_labels(run, 2, {9});
-  CHECK_THROWS_WITH(evaluate_dynamic({dataset, run}),
+  CHECK(json["static_points"] == 2);
+  write_run_labels(options.run, 2, {9});
+  CHECK_THROWS_WITH(evaluate_dynamic(options),
                     Contains("000000.label: 4 bytes, but the scan has 2 points"));
-  CHECK_THROWS_WITH(evaluate_dynamic({folder.path() / "nowhere", run}), Contains("nowhere"));
-}
-
-TEST_CASE("evaluate dynamic refuses a dataset without ground truth") {
-  TemporaryDirectory folder;
-  write_dataset(folder.path() / "d", {at(0)}, {{10, 0, 0, 0}});
-  write_run_labels(folder.path() / "r", 1, {9});
-  CHECK_THROWS_WITH(evaluate_dynamic({folder.path() / "d", folder.path() / "r"}),
+  write_dataset(folder / "unlabelled", {at(0)}, points);
+  CHECK_THROWS_WITH(evaluate_dynamic({folder / "unlabelled", options.run}),
                     Contains("no ground-truth labels"));
+  CHECK_THROWS_WITH(evaluate_dynamic({folder / "nowhere", options.run}), Contains("nowhere"));
 }
 
 TEST_CASE("evaluate loops scores intra-session revisits with the keyframes' true poses") {
   TemporaryDirectory folder;
-  write_dataset(folder.path() / "d", there_and_back(6), {{10, 0, 0, 0}});
+  write_dataset(folder / "d", there_and_back(6), {{10, 0, 0, 0}});
   // Keyframe 5 is back at 0, 4 at 1, 3 at 2 (too soon for the gap of two).
-  write_run(folder.path() / "r", "a", 6,
+  write_run(folder / "r", "a", 6,
             "a,5,50,a,0,0,0.9,1,descriptor,0,1,0,0,0,0,1\n"
             "a,4,40,a,2,20,0.5,0,too little overlap,0,0,0,0,0,0,1\n"
             "a,4,40,other,1,10,0.9,1,descriptor,0,0,0,0,0,0,1\n");
-  EvaluateLoopsOptions options;
-  options.run = folder.path() / "r";
-  options.truth = folder.path() / "d";
+  EvaluateLoopsOptions options = loops_options(folder / "r", folder / "d");
   options.min_gap_keyframes = 2;
   options.curve = true;
   const Json json = Json::parse(evaluate_loops(options));
@@ -152,17 +145,15 @@ TEST_CASE("evaluate loops scores intra-session revisits with the keyframes' true
 
 TEST_CASE("evaluate loops against another run scores inter-session loops") {
   TemporaryDirectory folder;
-  write_dataset(folder.path() / "da", there_and_back(6), {{10, 0, 0, 0}});
-  write_dataset(folder.path() / "db", std::vector<Pose>(10, at(103)), {{10, 0, 0, 0}});
-  write_run(folder.path() / "a", "a", 6, "");
-  write_run(folder.path() / "b", "b", 1,
+  write_dataset(folder / "da", there_and_back(6), {{10, 0, 0, 0}});
+  write_dataset(folder / "db", std::vector<Pose>(10, at(103)), {{10, 0, 0, 0}});
+  write_run(folder / "a", "a", 6, "");
+  write_run(folder / "b", "b", 1,
             "b,0,0,a,1,10,0.9,1,descriptor,3,0,0,0,0,0,1\n"
             "b,0,0,b,0,0,0.9,1,descriptor,0,0,0,0,0,0,1\n");
-  EvaluateLoopsOptions options;
-  options.run = folder.path() / "b";
-  options.truth = folder.path() / "db";
-  options.against = folder.path() / "a";
-  options.against_truth = folder.path() / "da";
+  EvaluateLoopsOptions options = loops_options(folder / "b", folder / "db");
+  options.against = folder / "a";
+  options.against_truth = folder / "da";
   const Json json = Json::parse(evaluate_loops(options));
   CHECK(json["recall"] == 1.0);
   CHECK(json["recall_pose"] == 1.0);
@@ -173,26 +164,24 @@ TEST_CASE("evaluate loops against another run scores inter-session loops") {
 
 TEST_CASE("evaluate loops refuses a run of another dataset, and damaged tables") {
   TemporaryDirectory folder;
-  write_dataset(folder.path() / "d", {at(0), at(1)}, {{10, 0, 0, 0}});
-  write_run(folder.path() / "r", "a", 6, "");
-  EvaluateLoopsOptions options;
-  options.run = folder.path() / "r";
-  options.truth = folder.path() / "d";
-  CHECK_THROWS_WITH(evaluate_loops(options), Contains("do not belong together"));
+  write_dataset(folder / "d", {at(0), at(1)}, {{10, 0, 0, 0}});
+  write_run(folder / "r", "a", 6, "");
+  CHECK_THROWS_WITH(evaluate_loops(loops_options(folder / "r", folder / "d")),
+                    Contains("do not belong together"));
 
-  const fs::path csv = folder.path() / "loops.csv";
+  const fs::path csv = folder / "loops.csv";
   CHECK_THROWS_WITH(merge::read_loops_csv(csv), Contains("no such file"));
-  write_lines(csv, "");
-  CHECK_THROWS_WITH(merge::read_loops_csv(csv), Contains("loops.csv:1: is empty"));
-  write_lines(csv, "query_session,query_keyframe\n");
-  CHECK_THROWS_WITH(merge::read_loops_csv(csv), Contains("has no column \"query_scan\""));
-  write_lines(csv, kLoopsHeader + "a,1,2\n");
-  CHECK_THROWS_WITH(merge::read_loops_csv(csv), Contains("loops.csv:2: 3 fields"));
-  write_lines(csv, kLoopsHeader + "a,x,1,a,1,1,0.5,1,r,0,0,0,0,0,0,1\n");
-  CHECK_THROWS_WITH(merge::read_loops_csv(csv),
-                    Contains("\"x\" is no number for column query_keyframe"));
-  write_lines(csv, kLoopsHeader + "a,1,1,a,1,1,0.5,1,r,0,0,0,0,0,0,0\n");
-  CHECK_THROWS_WITH(merge::read_loops_csv(csv), Contains("not a rigid transform"));
+  const std::pair<std::string, const char*> damaged[] = {
+      {"", "loops.csv:1: is empty"},
+      {"query_session,query_keyframe\n", "has no column \"query_scan\""},
+      {kLoopsHeader + "a,1,2\n", "loops.csv:2: 3 fields"},
+      {kLoopsHeader + "a,x,1,a,1,1,0.5,1,r,0,0,0,0,0,0,1\n",
+       "\"x\" is no number for column query_keyframe"},
+      {kLoopsHeader + "a,1,1,a,1,1,0.5,1,r,0,0,0,0,0,0,0\n", "not a rigid transform"}};
+  for (const auto& [text, reason] : damaged) {
+    write_lines(csv, text);
+    CHECK_THROWS_WITH(merge::read_loops_csv(csv), Contains(reason));
+  }
   write_lines(csv, kLoopsHeader + "a,1,1,a,1,1,0.5,1,\"wrong, and \"\"far\"\"\",0,0,0,0,0,0,1\r\n");
   REQUIRE(merge::read_loops_csv(csv).size() == 1);
   CHECK(merge::read_loops_csv(csv)[0].reason == "wrong, and \"far\"");
@@ -200,30 +189,30 @@ TEST_CASE("evaluate loops refuses a run of another dataset, and damaged tables")
 
 TEST_CASE("evaluate trajectory aligns the central session only") {
   TemporaryDirectory folder;
-  write_dataset(folder.path() / "d", circle(), {{10, 0, 0, 0}});
+  write_dataset(folder / "d", circle(), {{10, 0, 0, 0}});
   const Pose T_map_truth{Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
                          {50, 60, 70}};
-  write_map(folder.path() / "m", {{"a", "central"}, {"b", "merged"}, {"c", "unconnected"}},
+  write_map(folder / "m", {{"a", "central"}, {"b", "merged"}, {"c", "unconnected"}}, circle(),
             T_map_truth, 0.3);
   EvaluateTrajectoryOptions options;
-  options.map = folder.path() / "m";
-  for (const char* name : {"a", "b", "c"}) options.truths.emplace_back(name, folder.path() / "d");
-  const Json json = Json::parse(evaluate_trajectory(options));
-  CHECK(json["sessions"]["a"]["ate_m"]["rmse"].get<double>() == Approx(0.0).margin(1e-6));
-  CHECK(json["sessions"]["b"]["ate_m"]["rmse"].get<double>() == Approx(0.3));
-  CHECK(json["sessions"]["b"]["ate_m"]["median"].get<double>() == Approx(0.3));
-  CHECK(json["sessions"]["b"]["rotation_deg"]["max"].get<double>() == Approx(0.0).margin(1e-4));
-  CHECK(json["sessions"]["b"]["tilt_deg"]["max"].get<double>() == Approx(0.0).margin(1e-4));
-  CHECK(json["sessions"]["b"]["paired"] == 30);
-  CHECK(json["sessions"]["c"]["status"] == "unconnected");
-  CHECK(json["sessions"]["c"]["ate_m"].is_null());
-  CHECK(json["sessions"]["c"]["tilt_deg"].is_null());
+  options.map = folder / "m";
+  for (const char* name : {"a", "b", "c"}) options.truths.emplace_back(name, folder / "d");
+  const Json sessions = Json::parse(evaluate_trajectory(options))["sessions"];
+  CHECK(sessions["a"]["ate_m"]["rmse"].get<double>() == Approx(0.0).margin(1e-6));
+  CHECK(sessions["b"]["ate_m"]["rmse"].get<double>() == Approx(0.3));
+  CHECK(sessions["b"]["ate_m"]["median"].get<double>() == Approx(0.3));
+  CHECK(sessions["b"]["rotation_deg"]["max"].get<double>() == Approx(0.0).margin(1e-4));
+  CHECK(sessions["b"]["tilt_deg"]["max"].get<double>() == Approx(0.0).margin(1e-4));
+  CHECK(sessions["b"]["paired"] == 30);
+  CHECK(sessions["c"]["status"] == "unconnected");
+  CHECK(sessions["c"]["ate_m"].is_null());
+  CHECK(sessions["c"]["tilt_deg"].is_null());
 
-  options.truths = {{"b", folder.path() / "d"}};
+  options.truths = {{"b", folder / "d"}};
   CHECK_THROWS_WITH(evaluate_trajectory(options), Contains("central session"));
-  options.truths = {{"nobody", folder.path() / "d"}};
+  options.truths = {{"nobody", folder / "d"}};
   CHECK_THROWS_WITH(evaluate_trajectory(options), Contains("no session \"nobody\"; it has: a, b"));
-  options.map = folder.path() / "nowhere";
+  options.map = folder / "nowhere";
   CHECK_THROWS_WITH(evaluate_trajectory(options), Contains("summary.json: no such file"));
 }
 
@@ -241,30 +230,14 @@ EvaluateChangesOptions two_visits(const fs::path& folder) {
     car.push_back({7.8F, y, 0.7F, 0});
     wall.push_back({20.0F, 2.5F * y, 1.4F, 0});
   }
-  const std::vector<Pose> truth = [] {
-    std::vector<Pose> poses;
-    for (int i = 0; i < 12; ++i) poses.push_back(at(0.1 * i, 0.3 * (i % 3)));
-    return poses;
-  }();
+  std::vector<Pose> truth;
+  for (int i = 0; i < 12; ++i) truth.push_back(at(0.1 * i, 0.3 * (i % 3)));
   write_dataset(folder / "a", truth, car, std::vector<std::uint32_t>(10, 10));
   write_dataset(folder / "b", truth, wall, std::vector<std::uint32_t>(10, 50));
   write_lines(folder / "a" / "objects.txt", "# header\n" + kCarAt10);
   write_lines(folder / "b" / "objects.txt", "# header\n");
-  fs::create_directories(folder / "map" / "trajectories");
-  std::vector<std::int64_t> stamps_ns;
-  for (std::int64_t i = 0; i < 12; ++i) stamps_ns.push_back(i * 100'000'000);
-  for (const char* name : {"a", "b"}) {
-    datasets::write_tum(folder / "map" / "trajectories" / (std::string(name) + ".tum"), stamps_ns,
-                        truth);
-  }
-  write_lines(folder / "map" / "summary.json",
-              R"({"sessions": [{"name": "a", "status": "central"},
-                               {"name": "b", "status": "merged"}]})");
-  EvaluateChangesOptions options;
-  options.map = folder / "map";
-  options.earlier = {"a", folder / "a"};
-  options.later = {"b", folder / "b"};
-  return options;
+  write_map(folder / "map", {{"a", "central"}, {"b", "merged"}}, truth);
+  return {folder / "map", {"a", folder / "a"}, {"b", folder / "b"}};
 }
 
 /// changes.json with a car that is gone at each of these x.
@@ -309,7 +282,7 @@ TEST_CASE("evaluate changes counts what stood during one visit apart") {
   TemporaryDirectory folder;
   const EvaluateChangesOptions options = two_visits(folder.path());
   // The car that the scans show is traffic that waited: the scene does not list it.
-  write_lines(folder.path() / "a" / "objects.txt", "# header\n");
+  write_lines(folder / "a" / "objects.txt", "# header\n");
   write_gone_cars(options.map, {10.0});
   const Json json = Json::parse(evaluate_changes(options));
   CHECK(json["stood"] == 1);
@@ -326,7 +299,7 @@ TEST_CASE("evaluate changes leaves out what one of the visits could not see") {
   CHECK(Json::parse(evaluate_changes(options))["vehicles_changed"] == 0);
   options.reach_m = 25.0;
   // On the second day something stands before its place.
-  fs::copy(folder.path() / "a" / "scans", folder.path() / "b" / "scans",
+  fs::copy(folder / "a" / "scans", folder / "b" / "scans",
            fs::copy_options::recursive | fs::copy_options::overwrite_existing);
   CHECK(Json::parse(evaluate_changes(options))["vehicles_changed"] == 0);
 }
@@ -338,55 +311,45 @@ TEST_CASE("evaluate changes says which file is missing or damaged") {
   write_lines(options.map / "changes.json", R"({"objects": [{"kind": "gone"}]})");
   CHECK_THROWS_WITH(evaluate_changes(options), Contains("changes.json"));
   write_gone_cars(options.map, {10.0});
-  write_lines(folder.path() / "a" / "objects.txt", kCarAt10 + "10 1 2\n");
+  write_lines(folder / "a" / "objects.txt", kCarAt10 + "10 1 2\n");
   CHECK_THROWS_WITH(evaluate_changes(options), Contains("objects.txt: line 2 is not an object"));
-  write_lines(folder.path() / "a" / "objects.txt", "10 x 0 0.7 0 4.5 1.8 1.4\n");
+  write_lines(folder / "a" / "objects.txt", "10 x 0 0.7 0 4.5 1.8 1.4\n");
   CHECK_THROWS_WITH(evaluate_changes(options), Contains("objects.txt"));
 }
 
 TEST_CASE("a summary that is no summary is refused") {
   TemporaryDirectory folder;
-  write_lines(folder.path() / "summary.json", "{\"sessions\": [{\"name\": 3}]}");
-  EvaluateMapOptions options;
-  options.map = folder.path();
-  CHECK_THROWS_WITH(evaluate_map(options), Contains("summary.json"));
-  write_lines(folder.path() / "summary.json", "{\"sessions\": [");
-  CHECK_THROWS_WITH(evaluate_map(options), Contains("summary.json"));
+  for (const char* text : {R"({"sessions": [{"name": 3}]})", R"({"sessions": [)"}) {
+    folder.write("summary.json", text);
+    CHECK_THROWS_WITH(evaluate_map({folder.path()}), Contains("summary.json"));
+  }
 }
 
 TEST_CASE("evaluate map compares the sessions' own clouds") {
   TemporaryDirectory folder;
   SessionData session;
-  session.info.name.assign(1, 'a');
   session.keyframes.resize(1);
-  for (int i = 0; i < 50; ++i) {
-    for (int j = 0; j < 50; ++j) {
-      session.keyframes[0].static_cells.push_back(
-          {{0.1F + 0.2F * static_cast<float>(i), 0.1F + 0.2F * static_cast<float>(j),
-            0.01F * static_cast<float>((i + j) % 3)},
-           1,
-           1,
-           0});
-    }
+  for (int i = 0; i < 2500; ++i) {
+    const auto row = static_cast<float>(i / 50);
+    const auto column = static_cast<float>(i % 50);
+    const auto step = static_cast<float>((i / 50 + i % 50) % 3);
+    session.keyframes[0].static_cells.push_back(
+        {{0.1F + 0.2F * row, 0.1F + 0.2F * column, 0.01F * step}, 1, 1, 0});
   }
-  SessionData other = session;
-  other.info.name.assign(1, 'b');
-  SessionData lost = session;
-  lost.info.name.assign(1, 'c');
+  std::vector<SessionData> sessions(3, session);
+  for (std::size_t s = 0; s < 3; ++s) sessions[s].info.name.assign(1, "abc"[s]);
   merge::MergeResult result;
   result.sessions.resize(3);
   for (merge::MergedSession& merged : result.sessions) merged.T_map_keyframe.resize(1);
   result.sessions[0].status = merge::SessionStatus::kCentral;
   result.sessions[1].status = merge::SessionStatus::kMerged;
   result.sessions[1].T_map_keyframe[0].translation.z() = 0.5;
-  write_session_clouds(folder.path(), {session, other, lost}, result);
-  CHECK_FALSE(fs::exists(folder.path() / "clouds" / "c.ply"));
-  write_lines(folder.path() / "summary.json",
+  write_session_clouds(folder.path(), sessions, result);
+  CHECK_FALSE(fs::exists(folder / "clouds" / "c.ply"));
+  write_lines(folder / "summary.json",
               R"({"sessions":[{"name":"a","status":"central"},{"name":"b","status":"merged"},
                   {"name":"c","status":"unconnected"}]})");
-  EvaluateMapOptions options;
-  options.map = folder.path();
-  const Json json = Json::parse(evaluate_map(options));
+  const Json json = Json::parse(evaluate_map({folder.path()}));
   REQUIRE(json["pairs"].size() == 1);
   CHECK(json["pairs"][0]["AC_mean_m"].get<double>() == Approx(0.5).margin(0.001));
   CHECK(json["pairs"][0]["CD_L2_m"].get<double>() == Approx(1.0).margin(0.002));
@@ -396,24 +359,19 @@ TEST_CASE("evaluate map compares the sessions' own clouds") {
 
 TEST_CASE("damaged PLY files are refused with the reason") {
   TemporaryDirectory folder;
-  const fs::path file = folder.path() / "a.ply";
   const std::string format = "ply\nformat binary_little_endian 1.0\n";
-  write_lines(file, "plz\n");
-  CHECK_THROWS_WITH(read_ply_positions(file), Contains("no PLY file"));
-  write_lines(file, format + "element vertex 2\nproperty float x\n");
-  CHECK_THROWS_WITH(read_ply_positions(file), Contains("header has no end"));
-  write_lines(file, "ply\nformat ascii 1.0\nend_header\n");
-  CHECK_THROWS_WITH(read_ply_positions(file), Contains("no element \"vertex\""));
-  write_lines(file, format + "element vertex 2\nproperty float x\nproperty float y\nend_header\n");
-  CHECK_THROWS_WITH(read_ply_positions(file), Contains("no x, y and z"));
-  write_lines(file, format + "element vertex 2\nproperty list uchar int x\nend_header\n");
-  CHECK_THROWS_WITH(read_ply_positions(file), Contains("of type 'list'"));
-  write_lines(file, format +
-                        "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
-                        "end_header\n0123456789abcdef");
-  CHECK_THROWS_WITH(read_ply_positions(file), Contains("truncated") && Contains("1 are there"));
-  write_lines(file, format +
-                        "element vertex 99999999999\nproperty float x\nproperty float y\n"
-                        "property float z\nend_header\n");
-  CHECK_THROWS_WITH(read_ply_positions(file), Contains("truncated"));
+  const std::string xyz = "property float x\nproperty float y\nproperty float z\nend_header\n";
+  const std::pair<std::string, const char*> damaged[] = {
+      {"plz\n", "no PLY file"},
+      {format + "element vertex 2\nproperty float x\n", "header has no end"},
+      {"ply\nformat ascii 1.0\nend_header\n", "no element \"vertex\""},
+      {format + "element vertex 2\nproperty float x\nproperty float y\nend_header\n",
+       "no x, y and z"},
+      {format + "element vertex 2\nproperty list uchar int x\nend_header\n", "of type 'list'"},
+      {format + "element vertex 2\n" + xyz + "0123456789abcdef", "truncated"},
+      {format + "element vertex 2\n" + xyz + "0123456789abcdef", "1 are there"},
+      {format + "element vertex 99999999999\n" + xyz, "truncated"}};
+  for (const auto& [text, reason] : damaged) {
+    CHECK_THROWS_WITH(read_ply_positions(folder.write("a.ply", text)), Contains(reason));
+  }
 }

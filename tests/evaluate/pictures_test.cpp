@@ -2,31 +2,28 @@
 #include <png.h>
 
 #include <catch2/catch.hpp>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "ports/datasets/writers.hpp"
+#include "ports/datasets/files.hpp"
 #include "src/apps/evaluate/evaluate.hpp"
 #include "src/apps/evaluate/outcome_raster.hpp"
 #include "src/apps/evaluate/range_image.hpp"
 #include "src/apps/evaluate/top_view.hpp"
 #include "src/apps/picture/palette.hpp"
+#include "tests/evaluate/labelled_scan.hpp"
+#include "tests/evaluate/small_folders.hpp"
 #include "tests/temporary_directory.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;
+using namespace unimapper::evaluate::testing;
+using namespace unimapper::test;
 using Catch::Matchers::Contains;
 using Json = nlohmann::json;
 
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr std::uint32_t kWall = 50;
-constexpr std::uint32_t kWalker = (7U << 16U) | 254U;
-constexpr std::uint32_t kKept = 9;
-constexpr std::uint32_t kRemoved = 251;
 
 bool is(const Rgb& a, const Rgb& b) {
   // A picture has 8 bits a channel.
@@ -57,51 +54,31 @@ Image read_png(const fs::path& file) {
   return image;
 }
 
-std::string read_text(const fs::path& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-std::string scan_name(std::size_t i) { return (i < 10 ? "00000" : "0000") + std::to_string(i); }
-
-/// A drive past a wall and two walkers; the run decides every point rightly but for `labels_of` the
-/// scans given.
+/// A drive past a wall and two walkers; the run decides every point rightly but in scans that
+/// `label` changes.
 class Drive {
  public:
-  explicit Drive(std::size_t scans) : scans_(scans) {
-    for (const char* part : {"scans", "labels", "run/labels"}) {
-      fs::create_directories(folder_.path() / part);
-    }
-    datasets::write_kitti_poses(folder_.path() / "poses.txt", std::vector<Pose>(scans));
-    for (std::size_t i = 0; i < scans; ++i) {
-      datasets::write_kitti_scan(path("scans", i, ".bin"), points_);
-      datasets::write_labels(path("labels", i, ".label"),
-                             std::vector<std::uint32_t>{kWall, kWall, kWalker, kWalker});
-      label(i, {kKept, kKept, kRemoved, kRemoved});
-    }
+  explicit Drive(std::size_t scans) {
+    write_dataset(folder_.path(), std::vector<Pose>(scans),
+                  {{10, 0, 0, 0}, {10, 5, 0, 0}, {0, 20, 0, 0}, {-20, 0, 1, 0}},
+                  {kWall, kWall, kWalker, kWalker});
+    write_run_labels(folder_ / "run", scans, {kKept, kKept, kRemoved, kRemoved});
   }
   void label(std::size_t scan, const std::vector<std::uint32_t>& labels) {
-    datasets::write_labels(path("run/labels", scan, ".label"), labels);
+    datasets::write_labels(folder_ / ("run/labels/" + scan_name(scan) + ".label"), labels);
   }
   /// Writes the pictures, returns worst.json.
   Json draw(std::size_t worst = 10) {
-    EvaluateDynamicOptions options{folder_.path(), folder_.path() / "run"};
+    EvaluateDynamicOptions options{folder_.path(), folder_ / "run"};
     options.pictures = pictures();
     options.worst = worst;
     (void)evaluate_dynamic(options);
-    return Json::parse(read_text(pictures() / "worst.json"));
+    return Json::parse(datasets::read_file(pictures() / "worst.json"));
   }
-  [[nodiscard]] fs::path pictures() const { return folder_.path() / "pictures"; }
+  [[nodiscard]] fs::path pictures() const { return folder_ / "pictures"; }
 
  private:
-  [[nodiscard]] fs::path path(const char* part, std::size_t scan, const char* extension) const {
-    return folder_.path() / part / (scan_name(scan) + extension);
-  }
-
   TemporaryDirectory folder_;
-  std::size_t scans_;
-  std::vector<datasets::Scan::Point> points_ = {
-      {10, 0, 0, 0}, {10, 5, 0, 0}, {0, 20, 0, 0}, {-20, 0, 1, 0}};
 };
 
 }  // namespace
@@ -138,13 +115,12 @@ TEST_CASE("kept points are grey, and brighter the higher they are") {
 }
 
 TEST_CASE("the view from above has north up and the sensor in the middle") {
-  const std::vector<Eigen::Vector3f> points = {{0, 20, 0}, {30, 0, 0}};
-  const std::vector<std::uint32_t> truth = {kWalker, kWall};
-  const std::vector<std::uint32_t> predicted = {kKept, kRemoved};
-  Pose pose;
-  pose.translation = {1000, -500, 3};
-  TopView view = TopView::around(pose);
-  view.add({points, pose, truth, predicted});
+  LabelledScan scan;
+  scan.add({0, 20, 0}, kWalker, kKept);
+  scan.add({30, 0, 0}, kWall, kRemoved);
+  scan.T_world_sensor.translation = {1000, -500, 3};
+  TopView view = TopView::around(scan.T_world_sensor);
+  view.add(scan.scored());
   const Image image = view.paint();
   REQUIRE(image.width() == 1000);
   CHECK(is(image.at(500, 300), kMissedColor));
@@ -153,10 +129,12 @@ TEST_CASE("the view from above has north up and the sensor in the middle") {
 }
 
 TEST_CASE("the range image has left on the left and up on top") {
-  const std::vector<Eigen::Vector3f> points = {{10, 10, 0}, {10, -10, 0}, {10, 0, 5}, {10, 0, -5}};
-  const std::vector<std::uint32_t> truth = {kWalker, kWall, kWalker, kWall};
-  const std::vector<std::uint32_t> predicted = {kKept, kRemoved, kRemoved, kKept};
-  const Image image = draw_range_image({points, Pose{}, truth, predicted});
+  LabelledScan scan;
+  scan.add({10, 10, 0}, kWalker, kKept);
+  scan.add({10, -10, 0}, kWall, kRemoved);
+  scan.add({10, 0, 5}, kWalker, kRemoved);
+  scan.add({10, 0, -5}, kWall, kKept);
+  const Image image = draw_range_image(scan.scored());
   const auto first_column = [&](const Rgb& color) {
     for (std::size_t x = 0; x < image.width(); ++x) {
       for (std::size_t y = 0; y < image.height(); ++y) {
@@ -168,7 +146,7 @@ TEST_CASE("the range image has left on the left and up on top") {
   CHECK(first_column(kMissedColor) == 0);
   CHECK(first_column(kLostColor) == image.width() - 1);
   CHECK(is(image.at(image.width() / 2, 0), kRemovedColor));
-  CHECK(draw_range_image({{}, Pose{}, {}, {}}).width() == 1);
+  CHECK(draw_range_image(LabelledScan{}.scored()).width() == 1);
 }
 
 TEST_CASE("pictures of a run show its missed point and its lost point") {
@@ -191,7 +169,7 @@ TEST_CASE("pictures of a run show its missed point and its lost point") {
   CHECK(frame["by_class"]["building"]["false_dynamic"] == 1);
   CHECK(frame["by_range_m"]["20-30"]["false_static"] == 1);
   CHECK(frame["by_range_m"]["10-20"]["false_dynamic"] == 1);
-  CHECK_THAT(read_text(drive.pictures() / "worst.md"),
+  CHECK_THAT(datasets::read_file(drive.pictures() / "worst.md"),
              Contains("frame_000000_range.png") && Contains("pedestrian 7 | missed 1 of 2"));
 }
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "tests/evaluate/labelled_scan.hpp"
 #include "tests/merge/random.hpp"
-#include "unimapper/evaluate/dynamic.hpp"
 #include "unimapper/evaluate/loops.hpp"
 #include "unimapper/evaluate/map_quality.hpp"
 #include "unimapper/evaluate/trajectory.hpp"
@@ -83,13 +83,13 @@ inline RandomLoops random_loops(std::uint64_t seed, const Pose& T_new_world) {
 
 /// Ten scans of objects that move and stand, with right and wrong labels, in a world that lies
 /// anywhere.
-class RandomScans : public ScanSource {
+class RandomScans : public MemorySource {
  public:
   RandomScans(std::uint64_t seed, const Pose& T_new_world) {
     Random random(seed);
     constexpr std::uint32_t kLabels[] = {0, 1, 10, 40, 50, 80, 252, 253, 254, 259, 30};
     for (int s = 0; s < 10; ++s) {
-      Scan& scan = scans_.emplace_back();
+      LabelledScan& scan = scans.emplace_back();
       const Pose T_world_sensor =
           Pose(Eigen::Matrix3d::Identity(), {0.8 * s, 0.1 * s, 1.5}) * random.pose(0.1, 0.02);
       scan.T_world_sensor = T_new_world * T_world_sensor;
@@ -100,28 +100,13 @@ class RandomScans : public ScanSource {
         for (int i = 0; i < 60; ++i) {
           const Eigen::Vector3d p =
               T_world_sensor.inverse() * Eigen::Vector3d(center + random.normal3(0.4));
-          scan.points.push_back(p.cast<float>());
-          scan.truth.push_back(label | (object << 16U));
           const bool right = random.uniform() < 0.8;
-          scan.predicted.push_back((label > 250) == right ? 251U : (i % 3 == 0 ? 0U : 9U));
+          scan.add(p.cast<float>(), label | (object << 16U),
+                   (label > 250) == right ? kRemoved : (i % 3 == 0 ? 0U : kKept));
         }
       }
     }
   }
-  [[nodiscard]] std::size_t scan_count() const override { return scans_.size(); }
-  ScoredScan scan(std::size_t i) override {
-    const Scan& s = scans_[i];
-    return {s.points, s.T_world_sensor, s.truth, s.predicted};
-  }
-
- private:
-  struct Scan {
-    std::vector<Eigen::Vector3f> points;
-    Pose T_world_sensor;
-    std::vector<std::uint32_t> truth;
-    std::vector<std::uint32_t> predicted;
-  };
-  std::vector<Scan> scans_;
 };
 
 /// Points on walls and ground about the origin, moved.

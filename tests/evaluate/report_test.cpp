@@ -1,10 +1,9 @@
 // Tests of the HTML report of a merge.
 #include <catch2/catch.hpp>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
+#include "ports/datasets/files.hpp"
 #include "src/apps/picture/image.hpp"
 #include "src/apps/picture/raster.hpp"
 #include "src/apps/report/format.hpp"
@@ -21,12 +20,6 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-std::string content(const std::filesystem::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
-}
-
 std::size_t count(const std::string& text, const std::string& what) {
   std::size_t found = 0;
   for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++found;
@@ -37,6 +30,18 @@ std::size_t count(const std::string& text, const std::string& what) {
 void write(const std::filesystem::path& path, const ReportInput& input) {
   write_report(path, input, map_files(input.title, *input.sessions, *input.result, 0.2F));
 }
+
+/// A synthetic merge and its report.
+struct Reported {
+  TemporaryDirectory folder;
+  synthetic::Merge merge;
+
+  explicit Reported(float step_m) { synthetic::fill(merge, step_m); }
+  [[nodiscard]] std::string page() const {
+    write(folder / "report.html", merge.input);
+    return datasets::read_file(folder / "report.html");
+  }
+};
 
 /// The page without what base64 may spell by chance.
 std::string without_pictures(std::string page) {
@@ -49,18 +54,13 @@ std::string without_pictures(std::string page) {
 }  // namespace
 
 TEST_CASE("a report is one page that needs no network") {
-  TemporaryDirectory folder;
-  synthetic::Merge merge;
-  synthetic::fill(merge, 1.0F);
-  const std::string stats =
-      R"({"arena_bytes":1,"stage_ms":{"removal":{"p50":4.25,"p99":7,"max":9},
+  Reported reported(1.0F);
+  reported.folder.write("stats.json",
+                        R"({"arena_bytes":1,"stage_ms":{"removal":{"p50":4.25,"p99":7,"max":9},
       "total":{"p50":8,"p99":11.5,"max":12}},
-      "total_histogram":{"upper_edge_ms":[5,10,20],"keyframes":[3,80,4,0]}})";
-  std::ofstream(folder.path() / "stats.json") << stats;
-  merge.input.references[0].run = folder.path();
-  const auto file = folder.path() / "report.html";
-  write(file, merge.input);
-  const std::string page = content(file);
+      "total_histogram":{"upper_edge_ms":[5,10,20],"keyframes":[3,80,4,0]}})");
+  reported.merge.input.references[0].run = reported.folder.path();
+  const std::string page = reported.page();
   const std::string text = without_pictures(page);
   CHECK(count(text, " src=\"") == 0);
   CHECK(count(text, "<link") == 1);  // an icon that is none
@@ -81,9 +81,8 @@ TEST_CASE("a report is one page that needs no network") {
 }
 
 TEST_CASE("a provisional pair names its placement, two keyframes and what decides it") {
-  TemporaryDirectory folder;
-  synthetic::Merge merge;
-  synthetic::fill(merge, 1.0F);
+  Reported reported(1.0F);
+  synthetic::Merge& merge = reported.merge;
   const char* reason = "ambiguous: 13 loops contradict 37";
   merge::MergeResult& result = merge.result;
   result.sessions[3].status = merge::SessionStatus::kProvisional;
@@ -119,9 +118,8 @@ TEST_CASE("a provisional pair names its placement, two keyframes and what decide
              Contains("unimapper map link --store site elsewhere:10 monday:30") &&
                  Contains("unimapper map apart --store site elsewhere"));
   CHECK(waiting[0].other_query_keyframe.empty());  // a single loop is no placement
-  const auto file = folder.path() / "report.html";
-  write(file, merge.input);
-  CHECK_THAT(content(file), Contains("unimapper map forbid --store STORE elsewhere:10 monday:30"));
+  CHECK_THAT(reported.page(),
+             Contains("unimapper map forbid --store STORE elsewhere:10 monday:30"));
 
   // Two loops agree on another one.
   merge::LoopConstraint another = result.loops.back();
@@ -138,22 +136,23 @@ TEST_CASE("a provisional pair names its placement, two keyframes and what decide
 }
 
 TEST_CASE("the agreement of two sessions stands in report, terminal and quality.json") {
-  TemporaryDirectory folder;
-  synthetic::Merge merge;
-  synthetic::fill(merge, 1.0F);
+  Reported reported(1.0F);
+  synthetic::Merge& merge = reported.merge;
+  const auto written = [&](const std::vector<PairQuality>& qualities) {
+    const auto file = reported.folder / "quality.json";
+    write_pair_qualities(file, merge.sessions, qualities);
+    return nlohmann::json::parse(datasets::read_file(file))["pairs"][0];
+  };
   // Their sessions hold no cells: nothing can be compared, and that is what is said.
   const std::vector<PairQuality> none = pair_qualities(merge.sessions, merge.result, {});
   REQUIRE(none.size() == 2);  // both with the central session; refused loops connect none
-  const auto file = folder.path() / "quality.json";
-  write_pair_qualities(file, merge.sessions, none);
-  CHECK(nlohmann::json::parse(content(file))["pairs"][0]["walls_median_m"].is_null());
+  CHECK(written(none)["walls_median_m"].is_null());
 
   PairQuality pair = none.front();
   pair.merged.walls = {0.042, 0.1, 900};
   pair.at_truth.emplace().walls = {0.031, 0.08, 901};
   merge.input.qualities = {pair};
-  write_pair_qualities(file, merge.sessions, merge.input.qualities);
-  const nlohmann::json json = nlohmann::json::parse(content(file))["pairs"][0];
+  const nlohmann::json json = written(merge.input.qualities);
   CHECK(json["walls_median_m"] == 0.042);
   CHECK(json["at_truth"]["wall_points"] == 901);
   CHECK_THAT(summary_table(merge.input),
@@ -167,53 +166,37 @@ TEST_CASE("the agreement of two sessions stands in report, terminal and quality.
   CHECK_THAT(walls_apart_text(merge.sessions, merge.input.qualities),
              Contains("the walls of monday and wednesday lie up to 0.29 m apart"));
   CHECK_THAT(quality_section(merge.sessions, merge.input.qualities), Contains("look alike"));
-  write_pair_qualities(file, merge.sessions, merge.input.qualities);
-  CHECK(nlohmann::json::parse(content(file))["pairs"][0]["walls_apart"] == true);
+  CHECK(written(merge.input.qualities)["walls_apart"] == true);
   // Too few points to say so.
   merge.input.qualities[0].merged.walls.points = 100;
   CHECK(walls_apart_text(merge.sessions, merge.input.qualities).empty());
 }
 
-TEST_CASE("figures are left out of the reasons of single loops alone") {
-  synthetic::Merge merge;
-  synthetic::fill(merge, 1.0F);
-  const char* ambiguous = "ambiguous: 13 loops contradict 37";
-  merge.result.loops.emplace_back().decision.reason = ambiguous;
-  const Summary summary = summarize(merge.input);
-  CHECK(summary.refusals.at(ambiguous) == 1);
-  CHECK(summary.refusals.contains("overlap (limit 0.45)"));
-}
-
 TEST_CASE("equal results give equal reports") {
-  TemporaryDirectory folder;
-  for (const char* name : {"a", "b"}) {
-    synthetic::Merge merge;
-    synthetic::fill(merge, 2.0F);
-    write(folder.path() / name, merge.input);
-  }
-  CHECK(content(folder.path() / "a") == content(folder.path() / "b"));
+  CHECK((Reported(2.0F).page() == Reported(2.0F).page()));
 }
 
 TEST_CASE("a report of next to nothing is still a report") {
   TemporaryDirectory folder;
   std::vector<SessionData> sessions(1);
-  sessions[0].info.name = std::string(1, 'x');
+  sessions[0].info.name.assign(1, 'x');
   merge::MergeResult result;
   result.sessions.resize(1);
   ReportInput input;
   input.sessions = &sessions;
   input.result = &result;
-  write(folder.path() / "r.html", input);
-  CHECK_THAT(content(folder.path() / "r.html"), Contains("1 session, none merged"));
+  const auto file = folder / "r.html";
+  write(file, input);
+  CHECK_THAT(datasets::read_file(file), Contains("1 session, none merged"));
   CHECK_THAT(summary_table(input), Contains("0 of 1 sessions in one frame"));
 
   sessions.clear();
   result.sessions.clear();
-  write(folder.path() / "r.html", input);
+  write(file, input);
   const float nan = std::numeric_limits<float>::quiet_NaN();
   result.map.push_back({{nan, 0, 0}, 7, 1});
   result.map.push_back({{1e30F, -1e30F, 0}, 7, 1});
-  write(folder.path() / "r.html", input);
+  write(file, input);
 }
 
 TEST_CASE("a report that cannot be written says so") {
@@ -232,6 +215,8 @@ TEST_CASE("the summary's errors come from one alignment of the central session")
     for (auto& pose : reference.truth) pose.T_world_sensor = T_world_map * pose.T_world_sensor;
   }
   for (Pose& pose : merge.result.sessions[2].T_map_keyframe) pose.translation.z() += 3.0;
+  const char* ambiguous = "ambiguous: 13 loops contradict 37";
+  merge.result.loops.emplace_back().decision.reason = ambiguous;
   const Summary summary = summarize(merge.input);
   REQUIRE(summary.has_truth);
   CHECK(summary.sessions[0].error->translation_m.rmse < 0.2);
@@ -240,7 +225,9 @@ TEST_CASE("the summary's errors come from one alignment of the central session")
   CHECK(summary.inter.accepted == 60);
   CHECK(summary.inter.refused == 30);
   CHECK(summary.intra.accepted == 18);
+  // Figures are left out of the reasons of single loops alone.
   CHECK(summary.refusals.at("overlap (limit 0.45)") == 22);
+  CHECK(summary.refusals.at(ambiguous) == 1);
   CHECK(summary.loops_by_pair.at({0, 2}).accepted == 30);
   CHECK(summary.merged_sessions == 3);
 }
@@ -249,13 +236,9 @@ TEST_CASE("the summary table lines its columns up") {
   synthetic::Merge merge;
   synthetic::fill(merge, 4.0F);
   const std::string table = summary_table(merge.input);
-  std::istringstream lines(table);
-  std::string empty;
-  std::string head;
-  std::string first;
-  std::getline(lines, empty);
-  std::getline(lines, head);
-  std::getline(lines, first);
+  const std::size_t second_line = table.find('\n', 1) + 1;  // an empty one comes first
+  const std::string head = table.substr(1, second_line - 2);
+  const std::string first = table.substr(second_line, table.find('\n', second_line) - second_line);
   CHECK(head.find("status") == first.find("central"));
   CHECK(head.find("SA %") + 4 == first.find("98.12") + 5);
   CHECK_THAT(table, Contains("elsewhere is not connected: 2 loops found"));
@@ -276,25 +259,21 @@ TEST_CASE("the summary names the sessions with keyframes that do not know up") {
 }
 
 TEST_CASE("times name the load under which they were taken") {
-  TemporaryDirectory folder;
-  synthetic::Merge merge;
-  synthetic::fill(merge, 2.0F);
+  Reported reported(2.0F);
+  synthetic::Merge& merge = reported.merge;
+  const TemporaryDirectory& folder = reported.folder;
   linux_port::HostLoad host{"Some <processor>", 4, 2, 1.25};
   merge.input.load = load_between(host, {"", 0, 3, -1.0});
   const std::string said =
       "Some <processor>, 4 cores; 3 processes of unimapper; load average 1.25 at the start, "
-      "unknown "
-      "at the end";
+      "unknown at the end";
   CHECK(load_text(*merge.input.load) == said);
   const std::string stats = R"({"stage_ms":{"total":{"p50":8,"p99":11.5,"max":12}}, "load":)";
-  std::ofstream(folder.path() / "stats.json")
-      << stats << load_json({"Small board", 1, 1, 0.5, 0.75}).dump() << "}";
+  folder.write("stats.json", stats + load_json({"Small board", 1, 1, 0.5, 0.75}).dump() + "}");
   merge.input.references[1].run = folder.path();
-  const auto file = folder.path() / "report.html";
-  write(file, merge.input);
-  CHECK_THAT(content(file), Contains("Some &lt;processor&gt;, 4 cores; 3 processes") &&
-                                Contains(">11.5<") &&
-                                Contains("Small board, 1 core; 1 process of"));
+  CHECK_THAT(reported.page(), Contains("Some &lt;processor&gt;, 4 cores; 3 processes") &&
+                                  Contains(">11.5<") &&
+                                  Contains("Small board, 1 core; 1 process of"));
 
   MapFiles files = map_files("town", merge.sessions, merge.result, 0.2F);
   add_times(files, merge.input);
@@ -307,15 +286,14 @@ TEST_CASE("times name the load under which they were taken") {
   CHECK(json["online"][0]["p99_ms"] == 11.5);
   CHECK(json["online"][0]["load"] == load_text({"Small board", 1, 1, 0.5, 0.75}));
 
-  std::ofstream(folder.path() / "times.json") << "[1";
+  folder.write("times.json", "[1");
   CHECK_THROWS_WITH(FolderView(folder.path()), Contains("times.json: holds no times"));
 
   // Of an earlier version, or damaged.
   for (const char* rest : {R"("nothing"})", R"({"cores": "many"}})"}) {
-    std::ofstream(folder.path() / "stats.json") << stats << rest;
+    folder.write("stats.json", stats + rest);
     merge.input.load.reset();
-    write(file, merge.input);
-    CHECK(count(content(file), kLoadUnknown) >= 2);
+    CHECK(count(reported.page(), kLoadUnknown) >= 2);
   }
 }
 
@@ -323,10 +301,10 @@ TEST_CASE("statistics that are none are left out") {
   TemporaryDirectory folder;
   CHECK_FALSE(read_run_stats({}).has_value());
   CHECK_FALSE(read_run_stats(folder.path()).has_value());
-  std::ofstream(folder.path() / "stats.json") << "{\"stage_ms\": 3}";
+  folder.write("stats.json", R"({"stage_ms": 3})");
   CHECK_FALSE(read_run_stats(folder.path()).has_value());
-  std::ofstream(folder.path() / "stats.json")
-      << R"({"stage_ms":{},"total_histogram":{"upper_edge_ms":[1,2],"keyframes":[1]}})";
+  folder.write("stats.json",
+               R"({"stage_ms":{},"total_histogram":{"upper_edge_ms":[1,2],"keyframes":[1]}})");
   REQUIRE(read_run_stats(folder.path()).has_value());
   CHECK(read_run_stats(folder.path())->histogram_counts.empty());
 }
@@ -349,25 +327,22 @@ TEST_CASE("a point covers the pixels its voxel covers, no more and no less") {
   frame.metres_per_pixel = 1;
   frame.width = 10;
   frame.height = 10;
-  double sum = 0.0;
   std::size_t pixels = 0;
-  const auto visit = [&](std::size_t, float share) {
-    sum += static_cast<double>(share);
-    ++pixels;
+  const auto covered = [&](double x, double y, double size) {
+    double sum = 0.0;
+    pixels = 0;
+    for_covered_pixels(frame, x, y, size, [&](std::size_t, float share) {
+      sum += static_cast<double>(share);
+      ++pixels;
+    });
+    return sum;
   };
-  for_covered_pixels(frame, 5.0, 5.0, 2.0, visit);
-  CHECK(sum == Approx(4.0));
+  CHECK(covered(5.0, 5.0, 2.0) == Approx(4.0));
   CHECK(pixels == 4);
-  sum = 0.0;
-  for_covered_pixels(frame, 5.25, 5.5, 0.1, visit);  // never thinner than a pixel
-  CHECK(sum == Approx(1.0));
-  sum = 0.0;
-  for_covered_pixels(frame, 0.0, 10.0, 2.0, visit);  // a corner of the picture
-  CHECK(sum == Approx(1.0));
-  sum = 0.0;
-  for_covered_pixels(frame, 500.0, 5.0, 2.0, visit);
-  for_covered_pixels(frame, std::nan(""), 5.0, 2.0, visit);
-  CHECK(sum == 0.0);
+  CHECK(covered(5.25, 5.5, 0.1) == Approx(1.0));  // never thinner than a pixel
+  CHECK(covered(0.0, 10.0, 2.0) == Approx(1.0));  // a corner of the picture
+  CHECK(covered(500.0, 5.0, 2.0) == 0.0);
+  CHECK(covered(std::nan(""), 5.0, 2.0) == 0.0);
 }
 
 TEST_CASE("the picture follows the paths, not far-away returns") {

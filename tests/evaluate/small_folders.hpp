@@ -16,9 +16,8 @@
 namespace unimapper::test {
 
 inline std::string scan_name(std::size_t i) {
-  std::string name(6, '0');
-  for (std::size_t at = 6; i > 0; i /= 10) name[--at] = static_cast<char>('0' + i % 10);
-  return name;
+  const std::string number = std::to_string(i);
+  return std::string(6 - number.size(), '0') + number;
 }
 
 inline Pose at(double x, double y = 0.0) { return {Eigen::Matrix3d::Identity(), {x, y, 0.0}}; }
@@ -55,31 +54,33 @@ inline void write_run_labels(const std::filesystem::path& run, std::size_t scans
   }
 }
 
-/// A map of sessions that went round `circle`, those besides the central one too high.
-inline void write_map(const std::filesystem::path& map,
-                      const std::vector<std::pair<std::string, std::string>>& sessions,
-                      const Pose& T_map_truth, double query_offset_m) {
-  std::filesystem::create_directories(map / "trajectories");
-  nlohmann::json summary;
-  for (const auto& [name, status] : sessions) {
-    summary["sessions"].push_back({{"name", name}, {"status", status}, {"keyframes", 30}});
-    std::vector<std::int64_t> stamps;
-    std::vector<Pose> poses;
-    for (int i = 0; i < 30; ++i) {
-      const double a = 0.2 * i;
-      stamps.push_back(i * 100'000'000LL);
-      poses.push_back(T_map_truth * at(10 * std::cos(a), 10 * std::sin(a)));
-      if (status != "central") poses.back().translation.z() += query_offset_m;
-    }
-    datasets::write_tum(map / "trajectories" / (name + ".tum"), stamps, poses);
-  }
-  write_lines(map / "summary.json", summary.dump());
-}
-
 inline std::vector<Pose> circle() {
   std::vector<Pose> truth;
   for (int i = 0; i < 30; ++i) truth.push_back(at(10 * std::cos(0.2 * i), 10 * std::sin(0.2 * i)));
   return truth;
+}
+
+/// A map of sessions that went the same way, ten poses a second, those besides the central one too
+/// high.
+inline void write_map(const std::filesystem::path& map,
+                      const std::vector<std::pair<std::string, std::string>>& sessions,
+                      const std::vector<Pose>& truth, const Pose& T_map_truth = {},
+                      double too_high_m = 0.0) {
+  std::filesystem::create_directories(map / "trajectories");
+  nlohmann::json summary;
+  for (const auto& [name, status] : sessions) {
+    summary["sessions"].push_back(
+        {{"name", name}, {"status", status}, {"keyframes", truth.size()}});
+    std::vector<std::int64_t> stamps;
+    std::vector<Pose> poses;
+    for (const Pose& pose : truth) {
+      stamps.push_back(static_cast<std::int64_t>(stamps.size()) * 100'000'000);
+      poses.push_back(T_map_truth * pose);
+      if (status != "central") poses.back().translation.z() += too_high_m;
+    }
+    datasets::write_tum(map / "trajectories" / (name + ".tum"), stamps, poses);
+  }
+  write_lines(map / "summary.json", summary.dump());
 }
 
 }  // namespace unimapper::test

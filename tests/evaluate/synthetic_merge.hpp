@@ -74,31 +74,18 @@ inline void add_session(Merge& merge, std::size_t s, const char* name, const cha
   merge.input.references.push_back(std::move(reference));
 }
 
-/// Ground along the routes and walls of houses beside them. `step_m` decides how many points.
+/// Two streets and the fronts of the houses along them. `step_m` decides how many points.
 inline void add_town(Merge& merge, float step_m) {
-  Random random(5);
   const auto add = [&](float x, float y, float z) {
     const auto session = x < 30 ? 0U : x > 140 ? 2U : 1U;
     const auto seen = x > 25 && x < 135 ? 2U : 1U;
     merge.result.map.push_back({{x, y, z}, session, seen});
   };
   for (float x = -20; x < 215; x += step_m) {
-    for (float y = -18; y < 90; y += step_m) {
-      const bool street = std::abs(y) < 5 || std::abs(y - 70) < 5 || std::abs(x) < 5 ||
-                          std::abs(x - 110) < 5 || std::abs(x - 165) < 5 || std::abs(x - 195) < 5 ||
-                          std::abs(x - 30) < 5 || std::abs(x - 60) < 5;
-      if (street && random() < 0.92F) add(x, y, 0);
-    }
-  }
-  for (float x = 8; x < 200; x += 17) {
-    for (const float y : {-9.0F, 9.0F, 61.0F, 79.0F}) {
-      const float width = 9 + 5 * random();
-      for (float along = 0; along < width; along += step_m) {
-        for (float z = 0; z < 6; z += step_m) add(x + along, y, z);
-      }
-      for (float along = 0; along < 8; along += step_m) {
-        const float deep = y < 30 ? (y < 0 ? -along : along) : (y < 70 ? -along : along);
-        for (float z = 0; z < 6; z += step_m) add(x, y + deep, z);
+    for (const float street : {0.0F, 70.0F}) {
+      for (float y = -5; y < 5; y += step_m) add(x, street + y, 0);
+      for (float z = 0; z < 6; z += step_m) {
+        for (const float side : {-9.0F, 9.0F}) add(x, street + side, z);
       }
     }
   }

@@ -4,15 +4,13 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "tests/evaluate/labelled_scan.hpp"
+
 using namespace unimapper;
 using namespace unimapper::evaluate;
+using namespace unimapper::evaluate::testing;
 
 namespace {
-
-constexpr std::uint32_t kWall = 50;
-constexpr std::uint32_t kWalker = (7U << 16U) | 254U;
-constexpr std::uint32_t kKept = 9;
-constexpr std::uint32_t kRemoved = 251;
 
 /// A frame with that many lost and missed points.
 DynamicScore frame(std::uint64_t lost, std::uint64_t missed) {
@@ -22,20 +20,6 @@ DynamicScore frame(std::uint64_t lost, std::uint64_t missed) {
   for (int i = 0; i < 100; ++i) score.add(kWall, 5.0F, false);
   return score;
 }
-
-struct OneScan {
-  std::vector<Eigen::Vector3f> points;
-  std::vector<std::uint32_t> truth;
-  std::vector<std::uint32_t> predicted;
-  Pose T_world_sensor;
-
-  void add(const Eigen::Vector3f& point, std::uint32_t is, std::uint32_t called) {
-    points.push_back(point);
-    truth.push_back(is);
-    predicted.push_back(called);
-  }
-  [[nodiscard]] ScoredScan scored() const { return {points, T_world_sensor, truth, predicted}; }
-};
 
 }  // namespace
 
@@ -60,7 +44,7 @@ TEST_CASE("frames without a wrong point are never among the worst") {
 }
 
 TEST_CASE("errors are listed by object, the worst one first") {
-  OneScan scan;
+  LabelledScan scan;
   scan.add({10, 0, 0}, kWall, kKept);
   scan.add({0, 8, 0}, kWalker, kKept);
   scan.add({0, 10, 0}, kWalker, kKept);
@@ -80,9 +64,9 @@ TEST_CASE("errors are listed by object, the worst one first") {
 }
 
 TEST_CASE("an object's way between two scans is measured in the world") {
-  OneScan before;
+  LabelledScan before;
   before.add({10, 0, 0}, kWalker, kKept);
-  OneScan after;
+  LabelledScan after;
   after.T_world_sensor.translation = {1, 0, 0};
   after.add({9, 2, 0}, kWalker, kKept);
   after.add({5, 0, 0}, kWall, kRemoved);

@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "ports/linux/allocation_counter.hpp"
-#include "run.hpp"
-#include "tests/proof/encoding.hpp"
+#include "tests/proof/runs.hpp"
 
 namespace {
 
@@ -30,11 +29,7 @@ std::uint64_t count_run(const PipelineConfig& config, const std::vector<Labelled
   // Calls that refuse their scan finish keyframes, too, where that is deferred.
   const auto add = [&](const PointView& points, const Pose& pose, std::int64_t stamp_ns) {
     const ScanResult result = pipeline->add_scan(points, pose, stamp_ns);
-    if (result.keyframe_ready) {
-      for (std::size_t s = 0; s < pipeline->keyframe().scans.size(); ++s) {
-        pipeline->labels(s, labels);
-      }
-    }
+    if (result.keyframe_ready) read_labels(pipeline, labels);
     count_finished(result.keyframe_finished);
   };
   for (const LabelledScan& scan : scans) {
@@ -70,11 +65,7 @@ int main() {
     return 1;
   }
 
-  Scene scene;
-  scene.boxes = {standing_box({8.0, 6.0, 1.5}, {6.0, 0.3, 1.5}),
-                 moving_box({8.0, -4.0, 0.9}, {0.0, 1.4, 0.0}, {0.25, 0.25, 0.9})};
-  std::vector<LabelledScan> scans;
-  for (int i = 0; i < 45; ++i) scans.push_back(scene.scan(sensor_at(0, 0), 0.1 * i));
+  const std::vector<LabelledScan> scans = scans_of_street(45);
 
   PipelineConfig both = small_config();
   both.free_space.columns = true;

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "run.hpp"
+#include "tests/proof/runs.hpp"
 
 namespace {
 
@@ -42,12 +42,7 @@ bool counter_works() {
 int main() {
   if (!counter_works()) return 1;
 
-  Scene scene;
-  scene.boxes = {standing_box({8.0, 6.0, 1.5}, {6.0, 0.3, 1.5}),
-                 moving_box({8.0, -4.0, 0.9}, {0.0, 1.4, 0.0}, {0.25, 0.25, 0.9})};
-  std::vector<LabelledScan> scans;
-  for (int i = 0; i < 50; ++i) scans.push_back(scene.scan(sensor_at(0, 0), 0.1 * i));
-
+  const std::vector<LabelledScan> scans = scans_of_street(50);
   OwnedPipeline pipeline(small_config());
   std::vector<PointLabel> labels(100000, PointLabel::kUnknown);
   prefault_stack();
@@ -58,7 +53,7 @@ int main() {
     const ScanResult result =
         pipeline->add_scan(scans[i].view(), sensor_at(0, 0), static_cast<std::int64_t>(i));
     if (!result.keyframe_ready) continue;
-    for (std::size_t s = 0; s < pipeline->keyframe().scans.size(); ++s) pipeline->labels(s, labels);
+    read_labels(pipeline, labels);
     if (++keyframes == 1) before = page_faults();
   }
   const long faults = page_faults() - before;

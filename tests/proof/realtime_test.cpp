@@ -12,8 +12,7 @@
 #include <cstring>
 #include <vector>
 
-#include "run.hpp"
-#include "tests/proof/encoding.hpp"
+#include "tests/proof/runs.hpp"
 
 extern "C" {
 void __rtsan_init();
@@ -51,11 +50,7 @@ unsigned drive(const PipelineConfig& config, const std::vector<LabelledScan>& sc
     (void)pipeline->add_scan(PointView{}, sensor_at(0, 0), stamp + 1);
     const ScanResult result =
         pipeline->add_scan(scan.view(), sensor_at(0.1 * keyframes, 0), ++stamp);
-    if (result.keyframe_ready) {
-      for (std::size_t s = 0; s < pipeline->keyframe().scans.size(); ++s) {
-        pipeline->labels(s, labels);
-      }
-    }
+    if (result.keyframe_ready) read_labels(pipeline, labels);
     const bool finished = result.keyframe_finished || pipeline->work(500).keyframe_finished;
     if (finished && encoding.encode(pipeline->finished_keyframe())) ++keyframes;
   }
@@ -73,11 +68,7 @@ int main(int argc, char** argv) {
     std::puts("not caught");
     return 1;
   }
-  Scene scene;
-  scene.boxes = {standing_box({8.0, 6.0, 1.5}, {6.0, 0.3, 1.5}),
-                 moving_box({8.0, -4.0, 0.9}, {0.0, 1.4, 0.0}, {0.25, 0.25, 0.9})};
-  std::vector<LabelledScan> scans;
-  for (int i = 0; i < 35; ++i) scans.push_back(scene.scan(sensor_at(0, 0), 0.1 * i));
+  const std::vector<LabelledScan> scans = scans_of_street(35);
 
   PipelineConfig both = small_config();
   both.free_space.columns = true;

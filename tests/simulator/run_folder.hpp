@@ -55,6 +55,36 @@ inline std::vector<Frame> read_poses(const std::filesystem::path& path) {
   }
 }
 
+/// A short drive, with one column in `thin`.
+inline SimulationConfig short_drive(SensorKind sensor, std::uint32_t scans, std::uint64_t seed,
+                                    std::uint32_t thin = 16) {
+  SimulationConfig config;
+  config.sensor = sensor;
+  config.scans = scans;
+  config.thin = thin;
+  config.seed = seed;
+  return config;
+}
+
+/// The files of a simulated recording.
+struct Recording {
+  explicit Recording(const SimulationConfig& config) {
+    simulate(config, folder.path());
+    for (std::size_t i = 0; i < config.scans; ++i) scans.push_back(read_scan(folder.path(), i));
+    truth = read_poses(folder / "gt_poses.txt");
+    odometry = read_poses(folder / "poses.txt");
+  }
+  [[nodiscard]] std::string bytes_of(const std::string& file) const {
+    return read_bytes(folder / file);
+  }
+
+  TemporaryDirectory folder;
+  std::vector<std::vector<LabelledPoint>> scans;
+  std::vector<Frame> truth, odometry;
+};
+
+inline Vec3 position(const LabelledPoint& p) { return {p.x, p.y, p.z}; }
+
 inline bool is_moving(const LabelledPoint& p) { return p.label >= 252; }
 
 }  // namespace unimapper::simulator::test

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "src/simulator/displaced_scene.hpp"
-#include "src/simulator/raycast.hpp"
+#include "tests/simulator/standing.hpp"
 
 using namespace unimapper;
 using namespace unimapper::simulator;
@@ -19,27 +19,18 @@ std::unique_ptr<Scene> scene(const std::string& name, std::uint64_t seed, char r
   return make_scene(name, {seed, day, route, kDuration});
 }
 
-/// Where the copy is; the scene of route C.
-Frame place_of_copy(const Scene& copy) {
-  return dynamic_cast<const DisplacedScene&>(copy).T_world_scene();
-}
-
 /// Distances to what stands around, in directions given in the world's axes.
-std::vector<RayHit> look(const StaticScene& standing, Vec3 from, const Frame& turned) {
-  const MovingScene nothing(standing);
-  const Caster caster(standing, nothing);
-  std::vector<RayQuery> queries;
+std::vector<RayHit> look(const Standing& standing, Vec3 from, const Frame& turned) {
+  std::vector<std::pair<Vec3, Vec3>> ways;
   for (int elevation = -14; elevation <= 14; elevation += 4) {
     for (int azimuth = 0; azimuth < 360; azimuth += 6) {
       const double flat = std::cos(elevation * kDegree);
       const Vec3 direction{flat * std::cos(azimuth * kDegree), flat * std::sin(azimuth * kDegree),
                            std::sin(elevation * kDegree)};
-      queries.push_back({from, turned.rotate(direction), 0.0F, 0.0F, 100.0F});
+      ways.emplace_back(from, from + 100.0 * turned.rotate(direction));
     }
   }
-  std::vector<RayHit> hits(queries.size());
-  caster.cast(queries, hits);
-  return hits;
+  return standing.between(ways);
 }
 
 /// Share of directions in which both see the same, within 2 cm.
@@ -51,14 +42,29 @@ double agreement(const std::vector<RayHit>& a, const std::vector<RayHit>& b) {
   return static_cast<double>(same) / static_cast<double>(a.size());
 }
 
-double distance(const Scene& a, double t, const Scene& b, double u) {
-  return norm(a.sensor_frame(t).origin - b.sensor_frame(u).origin);
-}
+/// A scene and the one of route C, which looks alike.
+struct Alike {
+  std::unique_ptr<Scene> original;
+  std::unique_ptr<Scene> copy;
+  Standing here{original->world()};
+  Standing there{copy->world()};
+  Frame displaced = dynamic_cast<const DisplacedScene&>(*copy).T_world_scene();
+
+  Alike(const std::string& name, std::uint64_t seed, char route = 'B')
+      : original(scene(name, seed, route)), copy(scene(name, seed, 'C')) {}
+
+  /// Of what is seen from a place of the original and from that of the copy.
+  [[nodiscard]] double agreement_from(Vec3 from) const {
+    return agreement(look(here, from, {}), look(there, displaced(from), displaced));
+  }
+};
 
 double least_distance(const Scene& a, const Scene& b) {
   double least = 1e9;
   for (double t = 0.0; t <= kDuration; t += 0.25) {
-    for (double u = 0.0; u <= kDuration; u += 0.25) least = std::min(least, distance(a, t, b, u));
+    for (double u = 0.0; u <= kDuration; u += 0.25) {
+      least = std::min(least, norm(a.sensor_frame(t).origin - b.sensor_frame(u).origin));
+    }
   }
   return least;
 }
@@ -70,16 +76,11 @@ TEST_CASE("what stands in the copy is what stands in the original, but for what 
       GENERATE("bore", "fixtures", "decks", "streets", "corridor", "courtyard");
   const auto seed = GENERATE(1U, 2U);
   CAPTURE(name, seed);
-  const auto original = scene(name, seed, 'B');
-  const auto copy = scene(name, seed, 'C');
-  const StaticScene here(original->world());
-  const StaticScene there(copy->world());
-  const Frame displaced = place_of_copy(*copy);
+  const Alike alike(name, seed);
   double sum = 0.0;
   int looks = 0;
   for (double t = 0.0; t <= kDuration; t += 2.0, ++looks) {
-    const Vec3 from = original->sensor_frame(t).origin;
-    sum += agreement(look(here, from, {}), look(there, displaced(from), displaced));
+    sum += alike.agreement_from(alike.original->sensor_frame(t).origin);
   }
   const bool is_empty = name == "bore" || name == "fixtures";
   CHECK(sum / looks > (is_empty ? 0.995 : 0.75));
@@ -100,7 +101,7 @@ TEST_CASE("the first two routes overlap, the third is elsewhere, out of sight of
   for (double t = 0.0; t <= kDuration; t += 4.0) {
     const Frame sensor = c->sensor_frame(t);
     CHECK(dot(cross(sensor.x, sensor.y), sensor.z) == Approx(1.0));
-    const StaticScene standing(c->world());
+    const Standing standing(c->world());
     const auto hits = look(standing, sensor.origin, sensor);
     const auto closed = std::count_if(hits.begin(), hits.end(),
                                       [](const RayHit& hit) { return hit.distance_m > 0.3F; });
@@ -111,7 +112,7 @@ TEST_CASE("the first two routes overlap, the third is elsewhere, out of sight of
 TEST_CASE("a tunnel with fixtures is the same again a period further") {
   const auto seed = GENERATE(1U, 3U, 4U);
   const auto tunnel = scene("fixtures", seed, 'A');
-  const StaticScene standing(tunnel->world());
+  const Standing standing(tunnel->world());
   const Frame sensor = tunnel->sensor_frame(0.0);
   // Periods turn about the middle of the circle; 25 m if the seed is odd.
   const double radius = std::hypot(sensor.origin.x, sensor.origin.y) - 1.9;
@@ -129,7 +130,7 @@ TEST_CASE("a tunnel with fixtures is the same again a period further") {
 
 TEST_CASE("a bare bore is the same everywhere along it") {
   const auto bore = scene("bore", 1, 'A');
-  const StaticScene standing(bore->world());
+  const Standing standing(bore->world());
   const auto here = look(standing, bore->sensor_frame(0.0).origin, bore->sensor_frame(0.0));
   const Frame sensor = bore->sensor_frame(0.0);
   for (const double turned : {0.1, 0.5, 2.0}) {
@@ -155,32 +156,22 @@ TEST_CASE("the copy of a courtyard is its mirror image, and its robot turns the 
 }
 
 TEST_CASE("the sides of a quad are equal but for its kiosk, which its copy lacks") {
-  const auto original = scene("quad", 1, 'A');
-  const auto copy = scene("quad", 1, 'C');
-  const StaticScene here(original->world());
-  const StaticScene there(copy->world());
-  const Frame displaced = place_of_copy(*copy);
+  const Alike alike("quad", 1, 'A');
   const Vec3 middle{0.0, 0.0, 0.8};
-  const auto seen = look(here, middle, {});
+  const auto seen = look(alike.here, middle, {});
   double least = 1.0;
   for (int side = 1; side < 4; ++side) {
-    least = std::min(least,
-                     agreement(seen, look(here, middle, rotation_frame({0, 0, 0.5 * kPi * side}))));
+    const Frame turn = rotation_frame({0, 0, 0.5 * kPi * side});
+    least = std::min(least, agreement(seen, look(alike.here, middle, turn)));
   }
   CHECK(least > 0.8);
   CHECK(least < 0.99);
-  CHECK(agreement(seen, look(there, displaced(middle), displaced)) < 0.99);
+  CHECK(alike.agreement_from(middle) < 0.99);
 }
 
 TEST_CASE("an orchard lacks some of its trees, and the other one lacks others") {
-  const auto original = scene("orchard", 1, 'B');
-  const auto copy = scene("orchard", 1, 'C');
-  const StaticScene here(original->world());
-  const StaticScene there(copy->world());
-  const Frame displaced = place_of_copy(*copy);
-  const Vec3 from = original->sensor_frame(0.0).origin;
-  const auto seen = look(here, from, {});
-  const double in_copy = agreement(seen, look(there, displaced(from), displaced));
+  const Alike alike("orchard", 1);
+  const double in_copy = alike.agreement_from(alike.original->sensor_frame(0.0).origin);
   CHECK(in_copy > 0.3);
   CHECK(in_copy < 0.9);
 }

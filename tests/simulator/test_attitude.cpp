@@ -11,27 +11,11 @@ using namespace unimapper::simulator::test;
 
 namespace {
 
-SimulationConfig short_config() {
-  SimulationConfig config;
-  config.sensor = SensorKind::kOs1_64;
-  config.scans = 12;
-  config.thin = 16;
-  config.seed = 6;
+SimulationConfig undrifted() {
+  SimulationConfig config = short_drive(SensorKind::kOs1_64, 12, 6);
   config.drift = DriftPreset::kNone;
   return config;
 }
-
-struct Recording {
-  explicit Recording(const SimulationConfig& config) {
-    simulate(config, folder.path());
-    truth = read_poses(folder.path() / "gt_poses.txt");
-    odometry = read_poses(folder.path() / "poses.txt");
-    last = read_scan(folder.path(), config.scans - 1);
-  }
-  TemporaryDirectory folder;
-  std::vector<Frame> truth, odometry;
-  std::vector<LabelledPoint> last;
-};
 
 double tilt_deg(const Frame& pose) { return std::acos(std::min(1.0, pose.z.z)) / kDegree; }
 
@@ -44,9 +28,8 @@ double ground_height(const std::vector<LabelledPoint>& scan, const Frame& pose) 
   double sum = 0.0;
   double count = 0.0;
   for (const LabelledPoint& p : scan) {
-    const double range = norm({p.x, p.y, p.z});
-    if (p.label != label::kRoad || range > 10.0) continue;
-    sum += pose({p.x, p.y, p.z}).z;
+    if (p.label != label::kRoad || norm(position(p)) > 10.0) continue;
+    sum += pose(position(p)).z;
     count += 1.0;
   }
   REQUIRE(count > 20.0);
@@ -56,7 +39,7 @@ double ground_height(const std::vector<LabelledPoint>& scan, const Frame& pose) 
 }  // namespace
 
 TEST_CASE("a tilted mount tilts the true poses and leaves the world where it is") {
-  SimulationConfig config = short_config();
+  SimulationConfig config = undrifted();
   const Recording level(config);
   config.mount = {4.0, 10.0};
   const Recording tilted(config);
@@ -66,12 +49,12 @@ TEST_CASE("a tilted mount tilts the true poses and leaves the world where it is"
     CHECK(angle_deg(level.truth[i] * mount, tilted.truth[i]) == Approx(0.0).margin(1e-3));
     CHECK_FALSE(norm(level.truth[i].origin - tilted.truth[i].origin) > 1e-5);
   }
-  CHECK(ground_height(tilted.last, tilted.truth.back()) ==
-        Approx(ground_height(level.last, level.truth.back())).margin(0.1));
+  CHECK(ground_height(tilted.scans.back(), tilted.truth.back()) ==
+        Approx(ground_height(level.scans.back(), level.truth.back())).margin(0.1));
 }
 
 TEST_CASE("odometry starts level or at identity, and both tell the same motion") {
-  SimulationConfig config = short_config();
+  SimulationConfig config = undrifted();
   config.mount = {3.0, 8.0};
   config.drift = GENERATE(DriftPreset::kNone, DriftPreset::kLio);
   const Recording level(config);
@@ -88,19 +71,18 @@ TEST_CASE("odometry starts level or at identity, and both tell the same motion")
 }
 
 TEST_CASE("points in the body's frame are those of the sensor, rotated by the mount") {
-  SimulationConfig config = short_config();
+  SimulationConfig config = undrifted();
   config.mount = {0.0, 15.0};
   const Recording sensor(config);
   config.points = PointFrame::kBody;
   const Recording body(config);
-  REQUIRE(sensor.last.size() == body.last.size());
+  REQUIRE(sensor.scans.back().size() == body.scans.back().size());
   const Frame mount = mount_frame(config.mount);
-  for (std::size_t i = 0; i < sensor.last.size(); i += 50) {
-    const LabelledPoint& s = sensor.last[i];
-    const LabelledPoint& b = body.last[i];
-    CHECK_FALSE(norm(mount({s.x, s.y, s.z}) - Vec3{b.x, b.y, b.z}) > 1e-4);
-    CHECK_FALSE(norm(sensor.truth.back()({s.x, s.y, s.z}) - body.truth.back()({b.x, b.y, b.z})) >
-                1e-3);
+  for (std::size_t i = 0; i < sensor.scans.back().size(); i += 50) {
+    const Vec3 s = position(sensor.scans.back()[i]);
+    const Vec3 b = position(body.scans.back()[i]);
+    CHECK_FALSE(norm(mount(s) - b) > 1e-4);
+    CHECK_FALSE(norm(sensor.truth.back()(s) - body.truth.back()(b)) > 1e-3);
   }
   CHECK(tilt_deg(body.odometry.front()) < 6.0);  // the road
   CHECK(tilt_deg(sensor.odometry.front()) > 9.0);
@@ -126,20 +108,20 @@ TEST_CASE("attitude noise has its standard deviation and its correlation, and no
 }
 
 TEST_CASE("noise of the odometry leaves truth and points alone") {
-  SimulationConfig config = short_config();
+  SimulationConfig config = undrifted();
   const Recording exact(config);
   config.attitude_noise = {0.5, 0.0};
   const Recording noisy(config);
   for (const char* file : {"gt_poses.txt", "scans/000003.bin", "labels/000003.label"}) {
     INFO(file);
-    CHECK((read_bytes(exact.folder.path() / file) == read_bytes(noisy.folder.path() / file)));
+    CHECK((exact.bytes_of(file) == noisy.bytes_of(file)));
   }
   CHECK(angle_deg(exact.odometry[5], noisy.odometry[5]) > 0.05);
   CHECK(angle_deg(exact.odometry[5], noisy.odometry[5]) < 3.0);
 }
 
 TEST_CASE("a swaying body tilts the truth and the odometry alike") {
-  SimulationConfig config = short_config();
+  SimulationConfig config = undrifted();
   config.sway = {5.0, 2.0};
   const Recording run(config);
   double most = 0.0;
@@ -154,21 +136,19 @@ TEST_CASE("a swaying body tilts the truth and the odometry alike") {
 }
 
 TEST_CASE("distorted points lie where the sensor was at the time of the shot") {
-  SimulationConfig config = short_config();
+  SimulationConfig config = undrifted();
   const Recording compensated(config);
   config.is_distorted = true;
   const Recording distorted(config);
-  REQUIRE(compensated.last.size() == distorted.last.size());
+  REQUIRE(compensated.scans.back().size() == distorted.scans.back().size());
   const double step =
       norm(distorted.truth[11].origin - distorted.truth[10].origin);  // metres in one sweep
   REQUIRE(step > 0.3);
   double first = 0.0;
   double last = 0.0;
-  const std::size_t count = distorted.last.size();
+  const std::size_t count = distorted.scans.back().size();
   const auto shift = [&](std::size_t i) {
-    const LabelledPoint& a = compensated.last[i];
-    const LabelledPoint& b = distorted.last[i];
-    return norm({a.x - b.x, a.y - b.y, a.z - b.z});
+    return norm(position(compensated.scans.back()[i]) - position(distorted.scans.back()[i]));
   };
   for (std::size_t i = 0; i < 20; ++i) {
     first += shift(i) / 20.0;

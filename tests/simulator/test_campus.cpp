@@ -7,8 +7,8 @@
 #include "run_folder.hpp"
 #include "src/simulator/campus/campus.hpp"
 #include "src/simulator/campus/crowd.hpp"
-#include "src/simulator/raycast.hpp"
 #include "tests/simulator/kept.hpp"
+#include "tests/simulator/standing.hpp"
 
 using namespace unimapper;
 using namespace unimapper::simulator;
@@ -22,59 +22,28 @@ using campus::RobotWalk;
 constexpr std::uint64_t kSeed = 3;
 constexpr double kDuration = 60.0;
 
-/// A campus to cast rays into; everything that moves is left out.
 struct Built {
-  explicit Built(std::uint64_t seed, std::uint32_t day = 0)
-      : campus(campus::build_campus(seed, day)),
-        scene(campus),
-        nothing(scene),
-        caster(scene, nothing) {}
-
-  /// First surface between two points, if any.
-  [[nodiscard]] std::vector<RayHit> between(const std::vector<std::pair<Vec3, Vec3>>& ways) const {
-    std::vector<RayQuery> queries;
-    for (const auto& [from, to] : ways) {
-      const double length = norm(to - from);
-      queries.push_back({from, normalized(to - from), 0.0F, 0.0F, static_cast<float>(length)});
-    }
-    std::vector<RayHit> hits(queries.size());
-    caster.cast(queries, hits);
-    return hits;
-  }
-
+  explicit Built(std::uint64_t seed) : campus(campus::build_campus(seed, 0)) {}
   Campus campus;
-  StaticScene scene;
-  MovingScene nothing;
-  Caster caster;
+  Standing standing{campus};
 };
 
 double whole_tour_s(const Campus& campus, char route) {
   return campus.plan.tour(route).length() / 1.2 + 60.0;
 }
 
-SimulationConfig recording_config() {
-  SimulationConfig config;
-  config.scene = "campus";
-  config.sensor = SensorKind::kOs1_64;
-  config.scans = 100;
-  config.thin = 16;
-  config.seed = kSeed;
-  return config;
-}
-
 }  // namespace
 
 TEST_CASE("a campus recording names its scene and has a campus's share of classes") {
-  TemporaryDirectory folder;
-  const SimulationConfig config = recording_config();
-  simulate(config, folder.path());
-  CHECK(read_bytes(folder.path() / "dataset.json").find("\"scene\": \"campus\"") !=
-        std::string::npos);
+  SimulationConfig config = short_drive(SensorKind::kOs1_64, 100, kSeed);
+  config.scene = "campus";
+  const Recording run(config);
+  CHECK_THAT(run.bytes_of("dataset.json"), Catch::Contains("\"scene\": \"campus\""));
   std::map<int, double> share;
   double points = 0.0;
   double moving = 0.0;
-  for (std::size_t i = 0; i < config.scans; ++i) {
-    for (const LabelledPoint& p : read_scan(folder.path(), i)) {
+  for (const auto& scan : run.scans) {
+    for (const LabelledPoint& p : scan) {
       share[p.label] += 1.0;
       points += 1.0;
       moving += is_moving(p) ? 1.0 : 0.0;
@@ -91,33 +60,6 @@ TEST_CASE("a campus recording names its scene and has a campus's share of classe
   CHECK(share[label::kVegetation] > 0.01);
   CHECK(share[label::kRoad] == 0.0);
   CHECK(share[252] == 0.0);  // no cars drive here
-}
-
-TEST_CASE("on the campus, points with a static label never move") {
-  TemporaryDirectory folder;
-  const SimulationConfig config = recording_config();
-  simulate(config, folder.path());
-  const Built built(kSeed);
-  const std::vector<Frame> truth = read_poses(folder.path() / "gt_poses.txt");
-  std::vector<std::pair<Vec3, Vec3>> ways;
-  for (std::size_t i = 0; i < config.scans; i += 10) {
-    const Vec3 sensor = truth[i].origin;
-    for (const LabelledPoint& p : read_scan(folder.path(), i)) {
-      const bool is_standing = p.label == label::kBuilding || p.label == label::kOtherGround ||
-                               p.label == label::kSidewalk || p.label == label::kPole ||
-                               p.label == label::kBicycle;
-      const Vec3 at = truth[i]({p.x, p.y, p.z});
-      const double range = norm(at - sensor);
-      if (!is_standing || range > 40.0) continue;
-      const Vec3 direction = normalized(at - sensor);
-      ways.emplace_back(at - 0.3 * direction, at + 0.3 * direction);
-    }
-  }
-  const auto hits = built.between(ways);
-  const auto on_surface = std::count_if(hits.begin(), hits.end(),
-                                        [](const RayHit& hit) { return hit.distance_m >= 0.0F; });
-  REQUIRE(hits.size() > 5000);
-  CHECK(static_cast<double>(on_surface) / static_cast<double>(hits.size()) > 0.96);
 }
 
 TEST_CASE(
@@ -147,10 +89,10 @@ TEST_CASE(
       }
     }
     INFO("route " << route << " seed " << seed);
-    for (const RayHit& hit : built.between(downwards)) {
+    for (const RayHit& hit : built.standing.between(downwards)) {
       CHECK_FALSE(std::abs(hit.distance_m - RobotWalk::kSensorHeight) > 0.12);
     }
-    for (const RayHit& hit : built.between(steps)) CHECK_FALSE(hit.distance_m >= 0.0F);
+    for (const RayHit& hit : built.standing.between(steps)) CHECK_FALSE(hit.distance_m >= 0.0F);
   }
 }
 
@@ -219,7 +161,7 @@ TEST_CASE("no person walks through a wall or above the ground") {
     }
   }
   std::map<int, int> through;
-  for (const RayHit& hit : built.between(steps)) {
+  for (const RayHit& hit : built.standing.between(steps)) {
     if (hit.distance_m >= 0.0F) ++through[hit.label];
   }
   CHECK(through[label::kBuilding] == 0);
@@ -227,7 +169,7 @@ TEST_CASE("no person walks through a wall or above the ground") {
   CHECK(through[label::kTrunk] == 0);
   CHECK(through[label::kPole] < 0.001 * static_cast<double>(steps.size()));
   int floating = 0;
-  for (const RayHit& hit : built.between(downwards)) {
+  for (const RayHit& hit : built.standing.between(downwards)) {
     floating += std::abs(hit.distance_m - 1.2F) > 0.25F ? 1 : 0;
   }
   CHECK(floating < 0.01 * static_cast<double>(downwards.size()));

@@ -1,5 +1,7 @@
 // Tests of error messages for invalid configurations and failed writes.
 #include <catch2/catch.hpp>
+#include <functional>
+#include <utility>
 
 #include "run_folder.hpp"
 
@@ -11,13 +13,7 @@ namespace {
 
 using Catch::Matchers::Contains;
 
-SimulationConfig tiny_config() {
-  SimulationConfig config;
-  config.sensor = SensorKind::kVlp16;
-  config.scans = 2;
-  config.thin = 32;
-  return config;
-}
+SimulationConfig tiny_config() { return short_drive(SensorKind::kVlp16, 2, 1, 32); }
 
 std::string message_of(const SimulationConfig& config, const std::filesystem::path& out) {
   try {
@@ -30,59 +26,40 @@ std::string message_of(const SimulationConfig& config, const std::filesystem::pa
 
 }  // namespace
 
-TEST_CASE("an unknown scene, route, sensor or a senseless number is refused") {
+TEST_CASE("what cannot be simulated is refused, before anything is written") {
   TemporaryDirectory folder;
-  SimulationConfig config = tiny_config();
-  config.scene = "moon";
-  CHECK_THAT(
-      message_of(config, folder.path()),
-      Contains("unknown scene 'moon'; there are: town, campus, deck, square, convoy, street, "
-               "tunnel, hall, bore, fixtures, decks, streets, corridor, courtyard, quad, orchard"));
-  config = tiny_config();
-  config.route = 'Z';
-  CHECK_THAT(message_of(config, folder.path()), Contains("unknown route 'Z'"));
-  config = tiny_config();
-  config.sensor = SensorKind::kGeneric;
-  CHECK_THAT(message_of(config, folder.path()), Contains("sensor 'generic'"));
-  config = tiny_config();
-  config.scans = 0;
-  CHECK_THAT(message_of(config, folder.path()), Contains("number of scans"));
-  config = tiny_config();
-  config.thin = 0;
-  CHECK_THAT(message_of(config, folder.path()), Contains("thinning"));
-  CHECK(std::filesystem::is_empty(folder.path()));
-}
-
-TEST_CASE("columns and rings are refused for a pattern without them and outside their ranges") {
-  TemporaryDirectory folder;
-  SimulationConfig config = tiny_config();
-  config.sensor = SensorKind::kLivoxAvia;
-  config.sampling.columns = 512;
-  CHECK_THAT(message_of(config, folder.path()),
-             Contains("livox-avia has a scan pattern of its own"));
-  config.sampling = {.uneven_rings = true};
-  CHECK_THAT(message_of(config, folder.path()), Contains("spinning LiDAR"));
-  config = tiny_config();
-  config.sampling.columns = 255;
-  CHECK_THAT(message_of(config, folder.path()), Contains("256 to 2048"));
-  config.sampling = {.rings = 129};
-  CHECK_THAT(message_of(config, folder.path()), Contains("8 to 128"));
-  CHECK(std::filesystem::is_empty(folder.path()));
-}
-
-TEST_CASE("attitudes outside their ranges are refused") {
-  TemporaryDirectory folder;
-  const auto refused = [&](auto change) {
+  using Change = std::function<void(SimulationConfig&)>;
+  const std::pair<Change, const char*> refused[] = {
+      {[](auto& c) { c.scene = "moon"; },
+       "unknown scene 'moon'; there are: town, campus, deck, square, convoy, street, tunnel, hall, "
+       "bore, fixtures, decks, streets, corridor, courtyard, quad, orchard"},
+      {[](auto& c) { c.route = 'Z'; }, "unknown route 'Z'"},
+      {[](auto& c) { c.sensor = SensorKind::kGeneric; }, "sensor 'generic'"},
+      {[](auto& c) { c.scans = 0; }, "number of scans"},
+      {[](auto& c) { c.thin = 0; }, "thinning"},
+      {[](auto& c) {
+         c.sensor = SensorKind::kLivoxAvia;
+         c.sampling.columns = 512;
+       },
+       "livox-avia has a scan pattern of its own"},
+      {[](auto& c) {
+         c.sensor = SensorKind::kLivoxAvia;
+         c.sampling.uneven_rings = true;
+       },
+       "spinning LiDAR"},
+      {[](auto& c) { c.sampling.columns = 255; }, "256 to 2048"},
+      {[](auto& c) { c.sampling.rings = 129; }, "8 to 128"},
+      {[](auto& c) { c.mount.pitch_deg = 50.0; }, "within 45 degrees"},
+      {[](auto& c) { c.mount.roll_deg = -50.0; }, "within 45 degrees"},
+      {[](auto& c) { c.attitude_noise.sigma_deg = -1.0; }, "noise"},
+      {[](auto& c) { c.attitude_noise.correlated_s = 61.0; }, "seconds"},
+      {[](auto& c) { c.sway.amplitude_deg = 21.0; }, "sway"},
+      {[](auto& c) { c.sway.amplitude_deg = 2.0; }, "frequency"}};
+  for (const auto& [change, reason] : refused) {
     SimulationConfig config = tiny_config();
     change(config);
-    return message_of(config, folder.path());
-  };
-  CHECK_THAT(refused([](auto& c) { c.mount.pitch_deg = 50.0; }), Contains("within 45 degrees"));
-  CHECK_THAT(refused([](auto& c) { c.mount.roll_deg = -50.0; }), Contains("within 45 degrees"));
-  CHECK_THAT(refused([](auto& c) { c.attitude_noise.sigma_deg = -1.0; }), Contains("noise"));
-  CHECK_THAT(refused([](auto& c) { c.attitude_noise.correlated_s = 61.0; }), Contains("seconds"));
-  CHECK_THAT(refused([](auto& c) { c.sway.amplitude_deg = 21.0; }), Contains("sway"));
-  CHECK_THAT(refused([](auto& c) { c.sway.amplitude_deg = 2.0; }), Contains("frequency"));
+    CHECK_THAT(message_of(config, folder.path()), Contains(reason));
+  }
   CHECK(std::filesystem::is_empty(folder.path()));
 }
 

@@ -7,7 +7,6 @@
 
 using namespace unimapper;
 using namespace unimapper::simulator;
-using namespace unimapper::simulator::test;
 
 namespace {
 

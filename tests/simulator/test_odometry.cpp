@@ -5,7 +5,6 @@
 
 using namespace unimapper;
 using namespace unimapper::simulator;
-using namespace unimapper::simulator::test;
 
 namespace {
 
@@ -17,10 +16,8 @@ std::vector<Frame> curvy_drive() {
   for (int i = 0; i < 1500; ++i) {
     yaw += 0.012 * std::sin(0.02 * i);
     const double pitch = 0.04 * std::sin(0.013 * i);
-    Frame pose = rotation_frame({0, 0, yaw}) * rotation_frame({0, -pitch, 0});
-    at = at + 0.7 * pose.x;
-    pose.origin = at;
-    poses.push_back(pose);
+    Frame& pose = poses.emplace_back(rotation_frame({0, 0, yaw}) * rotation_frame({0, -pitch, 0}));
+    pose.origin = at = at + 0.7 * pose.x;
   }
   return poses;
 }
@@ -57,9 +54,8 @@ TEST_CASE("odometry without drift is the truth in the odometry frame") {
   const std::vector<Frame> poses = drifting_odometry(truth, DriftPreset::kNone, 1);
   REQUIRE(poses.size() == truth.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const Frame relative = truth[0].inverse() * truth[i];
     const Frame estimated = poses[0].inverse() * poses[i];
-    CHECK_FALSE(norm(relative.origin - estimated.origin) > 1e-6);
+    CHECK_FALSE(norm((truth[0].inverse() * truth[i]).origin - estimated.origin) > 1e-6);
   }
 }
 
@@ -75,23 +71,20 @@ TEST_CASE("the odometry frame starts at the sensor, without its yaw, with gravit
 }
 
 TEST_CASE("presets drift within their bands") {
-  const Drift lio = measured_drift(DriftPreset::kLio);
-  const Drift icp = measured_drift(DriftPreset::kIcp);
-  const Drift bad = measured_drift(DriftPreset::kBad);
-  CAPTURE(lio.percent, lio.degrees_per_100_m, icp.percent, icp.degrees_per_100_m, bad.percent,
-          bad.degrees_per_100_m);
-  CHECK(lio.percent > 0.12);
-  CHECK(lio.percent < 0.4);
-  CHECK(lio.degrees_per_100_m > 0.03);
-  CHECK(lio.degrees_per_100_m < 0.2);
-  CHECK(icp.percent > 0.35);
-  CHECK(icp.percent < 0.9);
-  CHECK(icp.degrees_per_100_m > 0.12);
-  CHECK(icp.degrees_per_100_m < 0.45);
-  CHECK(bad.percent > 1.0);
-  CHECK(bad.percent < 3.0);
-  CHECK(bad.degrees_per_100_m > 0.5);
-  CHECK(bad.degrees_per_100_m < 2.0);
+  struct Band {
+    DriftPreset preset;
+    Drift least, most;
+  };
+  const Band bands[] = {{DriftPreset::kLio, {0.12, 0.03}, {0.4, 0.2}},
+                        {DriftPreset::kIcp, {0.35, 0.12}, {0.9, 0.45}},
+                        {DriftPreset::kBad, {1.0, 0.5}, {3.0, 2.0}}};
+  for (const auto& [preset, least, most] : bands) {
+    const Drift drift = measured_drift(preset);
+    CHECK(drift.percent > least.percent);
+    CHECK(drift.percent < most.percent);
+    CHECK(drift.degrees_per_100_m > least.degrees_per_100_m);
+    CHECK(drift.degrees_per_100_m < most.degrees_per_100_m);
+  }
 }
 
 TEST_CASE("lio drift keeps gravity, and keys are independent") {

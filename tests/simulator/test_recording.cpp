@@ -5,8 +5,8 @@
 #include <span>
 
 #include "run_folder.hpp"
-#include "src/simulator/raycast.hpp"
 #include "src/simulator/town.hpp"
+#include "tests/simulator/standing.hpp"
 #include "unimapper/core/quantile.hpp"
 
 using namespace unimapper;
@@ -18,51 +18,26 @@ namespace {
 constexpr std::uint64_t kSeed = 5;
 constexpr std::uint32_t kScans = 60;
 
-SimulationConfig recording_config() {
-  SimulationConfig config;
-  config.sensor = SensorKind::kOs2_128;
-  config.scans = kScans;
-  config.thin = 16;
-  config.seed = kSeed;
-  return config;
-}
+SimulationConfig recording_config() { return short_drive(SensorKind::kOs2_128, kScans, kSeed); }
 
-/// A short recording shared by the sections of a test.
-struct Recording {
-  explicit Recording(const SimulationConfig& config) {
-    simulate(config, folder.path());
-    for (std::size_t i = 0; i < config.scans; ++i) scans.push_back(read_scan(folder.path(), i));
-    truth = read_poses(folder.path() / "gt_poses.txt");
-    odometry = read_poses(folder.path() / "poses.txt");
-  }
-  TemporaryDirectory folder;
-  std::vector<std::vector<LabelledPoint>> scans;
-  std::vector<Frame> truth, odometry;
-};
-
-Vec3 in_town(const Frame& pose, const LabelledPoint& p) { return pose({p.x, p.y, p.z}); }
-
-/// Distance to the nearest standing surface along the six axes, at most `reach`.
-std::vector<double> clearance(const Caster& caster, const std::vector<Vec3>& points, double reach) {
-  std::vector<RayQuery> queries;
+/// Distance to the nearest standing surface along the six axes, at most `reach_m`.
+std::vector<double> clearances(const Standing& standing, const std::vector<Vec3>& points,
+                               double reach_m) {
+  std::vector<std::pair<Vec3, Vec3>> ways;
   for (const Vec3& p : points) {
-    for (const Vec3 d : {Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0},
-                         Vec3{0, 0, 1}, Vec3{0, 0, -1}}) {
-      queries.push_back({p, d, 0.0F, 0.0F, static_cast<float>(reach)});
+    for (const double d : {-reach_m, reach_m}) {
+      for (const Vec3 way : {Vec3{d, 0, 0}, Vec3{0, d, 0}, Vec3{0, 0, d}}) {
+        ways.emplace_back(p, p + way);
+      }
     }
   }
-  std::vector<RayHit> hits(queries.size());
-  caster.cast(queries, hits);
-  std::vector<double> result;
-  for (std::size_t i = 0; i < hits.size(); i += 6) {
-    double nearest = reach;
-    for (std::size_t k = 0; k < 6; ++k) {
-      const double d = hits[i + k].distance_m;
-      if (d >= 0.0) nearest = std::min(nearest, d);
-    }
-    result.push_back(nearest);
+  const std::vector<RayHit> hits = standing.between(ways);
+  std::vector<double> nearest(points.size(), reach_m);
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const double distance_m = hits[i].distance_m;
+    if (distance_m >= 0.0) nearest[i / 6] = std::min(nearest[i / 6], distance_m);
   }
-  return result;
+  return nearest;
 }
 
 }  // namespace
@@ -107,17 +82,14 @@ TEST_CASE("a recording is complete and looks like a town") {
 TEST_CASE("static points lie on static geometry, moving ones do not, walls are centimetres thick") {
   const Recording run(recording_config());
   const Town town = build_town(kSeed, 0);
-  const StaticScene scene(town);
-  const MovingScene nothing(scene);
-  const Caster caster(scene, nothing);
+  const Standing scene(town);
   std::vector<Vec3> standing;
   std::vector<Vec3> walls;
   std::vector<Vec3> moving;
   for (std::size_t i = 0; i < kScans; i += 4) {
     for (const LabelledPoint& p : run.scans[i]) {
-      const Vec3 at = in_town(run.truth[i], p);
-      const double range = norm({p.x, p.y, p.z});
-      if (range > 50.0) continue;
+      if (norm(position(p)) > 50.0) continue;
+      const Vec3 at = run.truth[i](position(p));
       // A standing person keeps the label person but is not part of the static geometry.
       if (is_moving(p)) {
         moving.push_back(at);
@@ -133,7 +105,7 @@ TEST_CASE("static points lie on static geometry, moving ones do not, walls are c
   REQUIRE(walls.size() > 1000);
   REQUIRE(moving.size() > 50);
   const auto share_near = [&](const std::vector<Vec3>& points) {
-    const auto distances = clearance(caster, points, 0.25);
+    const auto distances = clearances(scene, points, 0.25);
     const auto near =
         std::count_if(distances.begin(), distances.end(), [](double d) { return d < 0.2; });
     return static_cast<double>(near) / static_cast<double>(points.size());
@@ -141,8 +113,8 @@ TEST_CASE("static points lie on static geometry, moving ones do not, walls are c
   CHECK(share_near(standing) > 0.97);
   CHECK(share_near(walls) > 0.97);
   CHECK(share_near(moving) < 0.6);
-  std::vector<double> clearances = clearance(caster, walls, 0.5);
-  const double thickness = unimapper::median(std::span(clearances));
+  std::vector<double> off_surface = clearances(scene, walls, 0.5);
+  const double thickness = unimapper::median(std::span(off_surface));
   CHECK(thickness > 0.002);
   CHECK(thickness < 0.03);
 }
@@ -167,7 +139,7 @@ TEST_CASE("what stands in the scene is listed with its box") {
     double x, y, z, yaw, length, width, height;
   };
   std::vector<Box> cars;
-  std::ifstream file(run.folder.path() / "objects.txt");
+  std::ifstream file(run.folder / "objects.txt");
   std::string header;
   std::getline(file, header);
   for (Box b{}; file >> b.label >> b.x >> b.y >> b.z >> b.yaw >> b.length >> b.width >> b.height;) {
@@ -180,7 +152,7 @@ TEST_CASE("what stands in the scene is listed with its box") {
   for (std::size_t scan = 0; scan < run.scans.size(); ++scan) {
     for (const LabelledPoint& p : run.scans[scan]) {
       if (p.label != label::kCar || p.object >= 20000) continue;
-      const Vec3 at = run.truth[scan]({p.x, p.y, p.z});
+      const Vec3 at = run.truth[scan](position(p));
       ++returns;
       listed += std::any_of(cars.begin(), cars.end(), [&](const Box& b) {
         const double c = std::cos(b.yaw);
@@ -202,7 +174,7 @@ TEST_CASE("what is labelled as moving moves within three seconds, and what moves
   config.scene = "campus";
   const Recording run(config);
   std::map<int, std::vector<std::pair<int, int>>> motions;
-  std::ifstream file(run.folder.path() / "motion.txt");
+  std::ifstream file(run.folder / "motion.txt");
   for (int object = 0, first = 0, last = 0; file >> object >> first >> last;) {
     CHECK(first <= last);
     CHECK(last < static_cast<int>(kScans));
@@ -247,8 +219,8 @@ TEST_CASE("stamps are ten a second and every sensor records") {
   for (const auto& scan : run.scans) {
     CHECK(static_cast<double>(scan.size()) > 0.25 * model.points_per_scan / config.thin);
     for (const LabelledPoint& p : scan) {
-      CHECK_FALSE(norm({p.x, p.y, p.z}) > 1.02 * model.range_max_m);
+      CHECK_FALSE(norm(position(p)) > 1.02 * model.range_max_m);
     }
   }
-  CHECK(read_bytes(run.folder.path() / "times.txt") == "0.100000000\n0.200000000\n0.300000000\n");
+  CHECK(run.bytes_of("times.txt") == "0.100000000\n0.200000000\n0.300000000\n");
 }

@@ -1,6 +1,7 @@
 // Bytes of the small record, part by part.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -10,15 +11,21 @@ namespace unimapper::wire::wire_test {
 
 /// Bytes written as hexadecimal digits, with blanks where they help the eye.
 inline std::vector<std::uint8_t> bytes_of(const std::string& digits) {
+  std::string pairs = digits;
+  std::erase(pairs, ' ');
   std::vector<std::uint8_t> bytes;
-  std::string pair;
-  for (char c : digits) {
-    if (c == ' ') continue;
-    pair += c;
-    if (pair.size() < 2) continue;
-    bytes.push_back(static_cast<std::uint8_t>(std::stoi(pair, nullptr, 16)));
-    pair.clear();
+  for (std::size_t at = 0; at < pairs.size(); at += 2) {
+    bytes.push_back(static_cast<std::uint8_t>(std::stoi(pairs.substr(at, 2), nullptr, 16)));
   }
+  return bytes;
+}
+
+/// The bytes with some of them replaced.
+inline std::vector<std::uint8_t> forged(std::vector<std::uint8_t> bytes, std::size_t at,
+                                        const std::string& digits) {
+  const std::vector<std::uint8_t> replacement = bytes_of(digits);
+  std::copy(replacement.begin(), replacement.end(),
+            bytes.begin() + static_cast<std::ptrdiff_t>(at));
   return bytes;
 }
 
@@ -61,13 +68,12 @@ inline const std::string kCodedImages =
     "08000000 00E055FD18000000";                    // bytes of all images, their code
 
 /// The small record up to its counts.
-inline std::string golden_head(const std::string& schema, const std::string& boot_high) {
-  return "554D4B46 " + schema + "00 0000"                        // magic, schema, reserved
-         + "07000000 EFCDAB8967452301" + boot_high               // robot, boot
-         + "2A000000 01000000"                                   // sequence, reference scan
-         + "E803000000000000 0A00000000000000 0000000000000000"  // points in, dynamic, left out
-         + kRotation + kMoved                                    // T_odometry_keyframe
-         + "02000000 01000000 01000000";                         // scans, keypoints, planes
-}
+inline const std::string kHead =
+    "554D4B46 0600 0000 "                                 // magic, schema, reserved
+    "07000000 EFCDAB8967452301 1032547698BADCFE "         // robot, boot
+    "2A000000 01000000 "                                  // sequence, reference scan
+    "E803000000000000 0A00000000000000 0000000000000000"  // points in, dynamic, left out
+    + kRotation + kMoved                                  // T_odometry_keyframe
+    + "02000000 01000000 01000000";                       // scans, keypoints, planes
 
 }  // namespace unimapper::wire::wire_test

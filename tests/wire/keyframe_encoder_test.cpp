@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "tests/wire/model.hpp"
@@ -14,24 +15,10 @@
 
 using namespace unimapper;
 using namespace unimapper::wire;
-using wire_test::Random;
 
 namespace {
 
 constexpr SessionId kSession{7, 0x0123456789ABCDEFULL};
-
-/// An encoder with its memory.
-struct OwnedEncoder {
-  MemoryBlock memory;
-  KeyframeEncoder encoder;
-
-  explicit OwnedEncoder(std::uint32_t max_cells)
-      : memory(KeyframeEncoder::required_bytes(max_cells)) {
-    auto made = KeyframeEncoder::create(max_cells, memory.span());
-    REQUIRE(made.ok());
-    encoder = made.value();
-  }
-};
 
 /// A keyframe as the pipeline delivers it: cells off the grid, images as pixels.
 struct Keyframe {
@@ -40,8 +27,10 @@ struct Keyframe {
   std::vector<FreeSpaceImage> images;
   KeyframeContent content;
 
-  explicit Keyframe(std::uint64_t seed, std::uint32_t cells = 500)
-      : record(wire_test::random_record(seed, cells)) {
+  Keyframe(std::uint64_t seed, std::uint32_t cells)
+      : Keyframe(wire_test::random_record(seed, cells)) {}
+  explicit Keyframe(KeyframeRecord made) : record(std::move(made)) {
+    record.session = kSession;
     for (const CodedImage& image : record.images) {
       auto& decoded = pixels.emplace_back(ImageProjection(record.image_shape).pixels());
       REQUIRE(decode_image(image.code, decoded));
@@ -66,25 +55,53 @@ struct Keyframe {
   }
   Keyframe(const Keyframe&) = delete;
   Keyframe& operator=(const Keyframe&) = delete;
+
+  /// What the base gets of it.
+  [[nodiscard]] KeyframeRecord sent() const {
+    KeyframeRecord quantised = record;
+    wire_test::quantise(quantised);
+    return quantised;
+  }
+};
+
+/// An encoder with its memory and what it wrote last.
+struct OwnedEncoder {
+  MemoryBlock memory;
+  KeyframeEncoder encoder;
+  std::vector<std::uint8_t> bytes;
+
+  explicit OwnedEncoder(std::uint32_t max_cells)
+      : memory(KeyframeEncoder::required_bytes(max_cells)) {
+    auto made = KeyframeEncoder::create(max_cells, memory.span());
+    REQUIRE(made.ok());
+    encoder = made.value();
+  }
+  EncodeResult encode(const Keyframe& keyframe) {
+    bytes.resize(1U << 20U);
+    const EncodeResult result = encoder.encode(keyframe.content, kSession, bytes);
+    bytes.resize(result.bytes);
+    return result;
+  }
+  [[nodiscard]] KeyframeRecord decoded() const {
+    const DecodedKeyframe decoded = decode_keyframe(bytes);
+    REQUIRE(decoded.record.has_value());
+    return *decoded.record;
+  }
 };
 
 }  // namespace
 
 TEST_CASE("the robot's encoder and the base's record give the same bytes") {
   OwnedEncoder owned(3000);
-  std::vector<std::uint8_t> buffer(1U << 20U);
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     Keyframe keyframe(seed, static_cast<std::uint32_t>(seed * 50));
     if (seed % 4 == 1) keyframe.record.static_cells[0].position.x() = 1e5F;
-    const EncodeResult result = owned.encoder.encode(keyframe.content, kSession, buffer);
+    const EncodeResult result = owned.encode(keyframe);
     REQUIRE(result.error.code == ErrorCode::kOk);
-    const std::vector<std::uint8_t> bytes(buffer.data(), buffer.data() + result.bytes);
-    const KeyframeRecord expected = wire_test::sent_record(keyframe.content, kSession);
-    CHECK(bytes == encode_keyframe(expected));
+    const KeyframeRecord expected = keyframe.sent();
+    CHECK(owned.bytes == encode_keyframe(expected));
     CHECK(result.left_out == expected.left_out);
-    const DecodedKeyframe decoded = decode_keyframe(bytes);
-    REQUIRE(decoded.record.has_value());
-    wire_test::check_same(*decoded.record, expected);
+    wire_test::check_same(owned.decoded(), expected);
     CHECK((result.image_bytes > 0) == !expected.images.empty());
   }
 }
@@ -111,45 +128,35 @@ TEST_CASE("a buffer that is too small is told how large it must be, and nothing 
 TEST_CASE("cells beyond the encoder's capacity are left out and counted") {
   OwnedEncoder owned(100);
   const Keyframe keyframe(5, 150);
-  std::vector<std::uint8_t> buffer(1U << 20U);
-  const EncodeResult result = owned.encoder.encode(keyframe.content, kSession, buffer);
+  const EncodeResult result = owned.encode(keyframe);
   REQUIRE(result.error.code == ErrorCode::kOk);
   CHECK(result.left_out == 50);
-  const DecodedKeyframe decoded = decode_keyframe(std::span(buffer).first(result.bytes));
-  REQUIRE(decoded.record.has_value());
-  CHECK(decoded.record->static_cells.size() == 100);
-  CHECK(decoded.record->left_out == 50);
+  CHECK(owned.decoded().static_cells.size() == 100);
+  CHECK(owned.decoded().left_out == 50);
 }
 
 TEST_CASE("all bits of a cell's key decide its order") {
   // Cells that differ in one step of one coordinate, or in their ground only.
-  std::vector<FineCell> cells;
+  KeyframeRecord record = wire_test::random_record(1, 10);
+  record.T_odometry_keyframe = Pose();
+  record.cell_size_m = 0.2F;
+  record.static_cells.clear();
   for (const float far :
        {0.0F, 0.1F, 0.2F, 6.39F, 6.41F, 100.0F, 819.0F, -0.01F, -6.41F, -819.0F}) {
     for (int axis = 0; axis < 3; ++axis) {
       for (const std::uint8_t ground : {std::uint8_t{0}, std::uint8_t{1}}) {
-        FineCell cell{};
-        cell.position = far * Eigen::Vector3f::Unit(axis);
-        cell.ground = ground;
-        cells.push_back(cell);
+        record.static_cells.push_back({far * Eigen::Vector3f::Unit(axis), 0, ground, 0});
       }
     }
   }
-  Keyframe keyframe(1, 10);
-  keyframe.content.T_odometry_keyframe = Pose();
-  keyframe.content.cell_size_m = 0.2F;
-  keyframe.content.static_cells = cells;
-  OwnedEncoder owned(static_cast<std::uint32_t>(cells.size()));
-  std::vector<std::uint8_t> buffer(1U << 20U);
-  const EncodeResult result = owned.encoder.encode(keyframe.content, kSession, buffer);
-  const DecodedKeyframe decoded = decode_keyframe(std::span(buffer).first(result.bytes));
-  REQUIRE(decoded.record.has_value());
-  wire_test::check_same(*decoded.record, wire_test::sent_record(keyframe.content, kSession));
+  const Keyframe keyframe(std::move(record));
+  OwnedEncoder owned(static_cast<std::uint32_t>(keyframe.record.static_cells.size()));
+  (void)owned.encode(keyframe);
+  wire_test::check_same(owned.decoded(), keyframe.sent());
 }
 
 TEST_CASE("an invalid keyframe is refused with the reason") {
   OwnedEncoder owned(100);
-  std::vector<std::uint8_t> buffer(1U << 20U);
   const auto refuses = [&](const std::string& reason, const auto& spoil) {
     Keyframe keyframe(2, 50);
     keyframe.content.image_shape = {120.0F, 2.0F, -20.0F, 30.0F, 2.5F};
@@ -158,7 +165,7 @@ TEST_CASE("an invalid keyframe is refused with the reason") {
     keyframe.images.assign(1, {0, keyframe.pixels[0]});
     keyframe.content.images = keyframe.images;
     spoil(keyframe);
-    const EncodeResult result = owned.encoder.encode(keyframe.content, kSession, buffer);
+    const EncodeResult result = owned.encode(keyframe);
     CHECK(result.error.code == ErrorCode::kInvalidKeyframe);
     CHECK_THAT(result.error.message, Catch::Contains(reason));
     CHECK(result.bytes == 0);

@@ -1,6 +1,7 @@
 // Tests of the queue of keyframe copies: order, full queue, two threads.
 #include "unimapper/wire/keyframe_queue.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <functional>
@@ -50,25 +51,24 @@ struct Source {
 
 /// Whether a copy is whole: of one keyframe in all its parts, and in memory of its own.
 bool is_copy_of(const KeyframeContent& copy, std::uint32_t number, std::size_t cells = 20) {
-  bool same = copy.sequence == number && copy.points_in == number && copy.scans.size() == 3 &&
-              copy.static_cells.size() == cells && copy.dynamic_cells.size() == 10 &&
-              copy.place.keypoints.size() == 5 && copy.place.planes.empty() &&
-              copy.images.size() == 2;
+  const auto all = [](const auto& list, std::size_t size, const auto& is_right) {
+    return list.size() == size && std::all_of(list.begin(), list.end(), is_right);
+  };
   const auto value = static_cast<float>(number);
-  for (const auto& scan : copy.scans) same = same && scan.scan_index == number;
-  for (const auto& cell : copy.static_cells) {
-    same = same && cell.position == Eigen::Vector3f(value, 1.0F, 2.0F) && cell.ground == 1;
-  }
-  for (const auto& cell : copy.dynamic_cells) {
-    same = same && cell.position == Eigen::Vector3f(value, 4.0F, 5.0F) && cell.points == 6;
-  }
-  for (const auto& keypoint : copy.place.keypoints) same = same && keypoint.occupancy == number;
-  for (const auto& image : copy.images) {
-    same = same && image.scan == number % 3 && image.pixels.size() == 30;
-    for (const auto pixel : image.pixels)
-      same = same && pixel == static_cast<std::uint16_t>(number);
-  }
-  return same;
+  const Eigen::Vector3f standing(value, 1.0F, 2.0F);
+  const Eigen::Vector3f moving(value, 4.0F, 5.0F);
+  return copy.sequence == number && copy.points_in == number && copy.place.planes.empty() &&
+         all(copy.scans, 3, [&](const auto& scan) { return scan.scan_index == number; }) &&
+         all(copy.static_cells, cells,
+             [&](const auto& cell) { return cell.position == standing && cell.ground == 1; }) &&
+         all(copy.dynamic_cells, 10,
+             [&](const auto& cell) { return cell.position == moving && cell.points == 6; }) &&
+         all(copy.place.keypoints, 5, [&](const auto& k) { return k.occupancy == number; }) &&
+         all(copy.images, 2, [&](const FreeSpaceImage& image) {
+           const auto pixel = static_cast<std::uint16_t>(number);
+           return image.scan == number % 3 &&
+                  all(image.pixels, 30, [&](const auto& p) { return p == pixel; });
+         });
 }
 
 }  // namespace

@@ -5,10 +5,10 @@
 #include <array>
 #include <cmath>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "src/wire/cell_grid.hpp"
-#include "unimapper/core/image_code.hpp"
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/core/quantise.hpp"
 
@@ -16,31 +16,24 @@ namespace unimapper::wire::wire_test {
 
 inline std::vector<FineCell> quantised_cells(std::span<const FineCell> cells, const CellGrid& grid,
                                              std::uint64_t& left_out) {
-  struct Entry {
-    GridPosition at;
-    bool ground;
-  };
-  std::vector<Entry> entries;
+  // By block of 32 cells, cell, ground first, and part of the cell.
+  std::vector<std::pair<std::array<int, 10>, FineCell>> entries;
   for (const FineCell& cell : cells) {
     const auto at = grid.find(cell.position);
-    if (at) {
-      entries.push_back({*at, cell.ground != 0});
-    } else {
+    if (!at) {
       ++left_out;
+      continue;
     }
+    const auto& c = at->cell;
+    const std::uint8_t ground = cell.ground != 0 ? 1 : 0;
+    entries.push_back({{c[0] / 32, c[1] / 32, c[2] / 32, c[0] % 32, c[1] % 32, c[2] % 32,
+                        1 - ground, at->part[0], at->part[1], at->part[2]},
+                       {grid.position(*at), 0, ground, 0}});
   }
-  const auto key = [](const Entry& e) {
-    const auto& c = e.at.cell;
-    return std::array<int, 10>{c[0] / 32,    c[1] / 32,   c[2] / 32,        c[0] % 32,
-                               c[1] % 32,    c[2] % 32,   e.ground ? 0 : 1, e.at.part[0],
-                               e.at.part[1], e.at.part[2]};
-  };
   std::sort(entries.begin(), entries.end(),
-            [&](const Entry& a, const Entry& b) { return key(a) < key(b); });
+            [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<FineCell> quantised;
-  for (const Entry& e : entries) {
-    quantised.push_back({grid.position(e.at), 0, static_cast<std::uint8_t>(e.ground), 0});
-  }
+  for (const auto& [key, cell] : entries) quantised.push_back(cell);
   return quantised;
 }
 
@@ -67,34 +60,6 @@ inline void quantise(KeyframeRecord& record) {
     plane.normal = unit_vector(*normal);
     return false;
   });
-}
-
-/// The record the base gets of a keyframe that a robot encodes.
-inline KeyframeRecord sent_record(const KeyframeContent& keyframe, const SessionId& session) {
-  KeyframeRecord record;
-  record.session = session;
-  record.sequence = keyframe.sequence;
-  record.reference_scan = keyframe.reference_scan;
-  record.T_odometry_keyframe = keyframe.T_odometry_keyframe;
-  record.up = keyframe.up;
-  record.scans.assign(keyframe.scans.begin(), keyframe.scans.end());
-  record.cell_size_m = keyframe.cell_size_m;
-  record.static_cells.assign(keyframe.static_cells.begin(), keyframe.static_cells.end());
-  record.dynamic_cells.assign(keyframe.dynamic_cells.begin(), keyframe.dynamic_cells.end());
-  record.keypoints.assign(keyframe.place.keypoints.begin(), keyframe.place.keypoints.end());
-  if (!keyframe.images.empty()) {
-    record.image_shape = keyframe.image_shape;
-    record.image_full_weight_range_m = keyframe.image_full_weight_range_m;
-  }
-  for (const FreeSpaceImage& image : keyframe.images) {
-    std::vector<std::uint8_t> code(max_image_code(image.pixels.size()));
-    code.resize(encode_image(image.pixels, code));
-    record.images.push_back({image.scan, code});
-  }
-  record.points_in = keyframe.points_in;
-  record.points_dynamic = keyframe.points_dynamic;
-  quantise(record);
-  return record;
 }
 
 }  // namespace unimapper::wire::wire_test

@@ -3,20 +3,16 @@
 #include <map>
 #include <set>
 
-#include "tests/wire/stream.hpp"
+#include "tests/wire/receiving.hpp"
 #include "unimapper/wire/checksum.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 #include "unimapper/wire/receiver.hpp"
 
 using namespace unimapper;
 using namespace unimapper::wire;
-using wire_test::feed;
-using wire_test::Message;
+using namespace unimapper::wire::wire_test;
 
 namespace {
-
-const SessionInfo kAlpha{{1, 11}, "alpha", "os2-128"};
-const SessionInfo kBeta{{2, 22}, "beta", "vlp-16"};
 
 /// A storage that commits when it is told to.
 class ManualStorage final : public KeyframeStorage {
@@ -99,16 +95,16 @@ StoredMessage answer(Receiver& receiver) {
 }
 
 std::uint64_t encoded_bytes(const SessionId& id, std::uint32_t sequence) {
-  return encode_keyframe(wire_test::keyframe_of(id, sequence)).size();
+  return encode_keyframe(keyframe_of(id, sequence)).size();
 }
 
 }  // namespace
 
-TEST_CASE("a keyframe is acknowledged after its commit, and not before") {
+TEST_CASE("a keyframe and an end are acknowledged after their commit, and not before") {
   ManualStorage storage;
   storage.commits = false;
   Receiver receiver({}, storage);
-  feed(receiver, wire_test::session_stream(kAlpha, 3));
+  feed(receiver, session_stream(kAlpha, 3));
   receiver.advance(1);
   const StoredMessage before = answer(receiver);
   CHECK(before.below == 0);
@@ -118,7 +114,7 @@ TEST_CASE("a keyframe is acknowledged after its commit, and not before") {
   CHECK(receiver.counters().keyframes == 0);
   CHECK(receiver.progress()[0].waiting == 3);
   // Resent all the same, it is not handed over twice: the storage would say so.
-  feed(receiver, wire_test::session_stream(kAlpha, 3));
+  feed(receiver, session_stream(kAlpha, 3));
 
   storage.commits = true;
   receiver.advance(2);
@@ -128,20 +124,6 @@ TEST_CASE("a keyframe is acknowledged after its commit, and not before") {
   CHECK(receiver.counters().keyframes == 3);
   CHECK(receiver.progress()[0].whole);
   CHECK(receiver.take_stored().empty());
-}
-
-TEST_CASE("an end is confirmed once it is stored") {
-  ManualStorage storage;
-  Receiver receiver({}, storage);
-  feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0)));
-  receiver.advance(1);
-  storage.commits = false;
-  feed(receiver, {wire_test::session_message(kAlpha, SessionState::kEnded, 1)});
-  receiver.advance(2);
-  CHECK_FALSE(answer(receiver).ended);
-  storage.commits = true;
-  receiver.advance(3);
-  CHECK(answer(receiver).ended);
   CHECK(storage.summaries.at(kAlpha.id).info->name == "alpha");
 }
 
@@ -149,12 +131,11 @@ TEST_CASE("what does not fit is refused, counted and taken later") {
   ManualStorage storage;
   storage.is_full = true;
   Receiver receiver({}, storage);
-  const std::vector<Message> keyframe = wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0));
-  feed(receiver, keyframe);
+  feed(receiver, pieces(kAlpha.id, 0));
   CHECK(receiver.counters().refused == 1);
   CHECK(receiver.progress()[0].refused == 1);
   storage.is_full = false;
-  feed(receiver, keyframe);
+  feed(receiver, pieces(kAlpha.id, 0));
   receiver.advance(1);
   CHECK(answer(receiver).below == 1);
 }
@@ -163,15 +144,15 @@ TEST_CASE("a base that starts again goes on where it was") {
   ManualStorage storage;
   {
     Receiver receiver({}, storage);
-    feed(receiver, {wire_test::session_message(kAlpha, SessionState::kRunning, 9, 2)});
+    say(receiver, SessionState::kRunning, 9, 2);
     for (const std::uint32_t sequence : {0U, 1U, 5U}) {
-      feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, sequence)));
+      feed(receiver, pieces(kAlpha.id, sequence));
     }
     receiver.advance(1);
   }
   Receiver receiver({}, storage);
   CHECK(receiver.progress().empty());
-  feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 1)));
+  feed(receiver, pieces(kAlpha.id, 1));
   CHECK(receiver.counters().pieces_duplicate > 0);
   const StoredMessage message = answer(receiver);
   CHECK(message.below == 2);
@@ -185,54 +166,37 @@ TEST_CASE("a base that starts again goes on where it was") {
 
 TEST_CASE("a summary is kept once, survives a restart, and counts until its keyframe comes") {
   ManualStorage storage;
-  std::vector<Message> most = wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 3));
-  const Message last = most.back();
-  most.pop_back();
+  const KeyframeRecord record = keyframe_of(kAlpha.id, 3);
   std::uint64_t summary = 0;
   {
     Receiver receiver({}, storage);
-    feed(receiver, most);
+    feed(receiver, all_but_last_piece(record));
     receiver.advance(1);
     REQUIRE(storage.keyframe_summaries.size() == 1);
     summary = storage.keyframe_summaries.begin()->second.size();
     // The session is one that the storage knows.
     CHECK(storage.summaries.count(kAlpha.id) == 1);
   }
-  ReceiverLimits limits;
-  limits.robot.bytes = encoded_bytes(kAlpha.id, 3) + summary - 1;
-  Receiver receiver(limits, storage);
-  feed(receiver, most);  // the storage would say if it came again
+  Receiver receiver(ReceiverLimits{.robot = {.bytes = encoded_bytes(kAlpha.id, 3) + summary - 1}},
+                    storage);
+  feed(receiver, all_but_last_piece(record));  // the storage would say if it came again
   CHECK(receiver.progress()[0].summaries == 1);
-  feed(receiver, last);
+  feed(receiver, pieces(record).back());
   receiver.advance(2);
   CHECK(storage.stored.count({kAlpha.id, 3}) == 1);
   CHECK(receiver.progress()[0].summaries == 0);
-}
-
-TEST_CASE("sessions of which only summaries came count for a robot's quota") {
-  ManualStorage storage;
-  ReceiverLimits limits;
-  limits.robot.sessions = 2;
-  Receiver receiver(limits, storage);
-  for (std::uint64_t session = 0; session < 4; ++session) {
-    std::vector<Message> most = wire_test::pieces(wire_test::keyframe_of({1, session}, 0));
-    most.pop_back();
-    feed(receiver, most);
-  }
-  CHECK(storage.keyframe_summaries.size() == 2);
-  CHECK(receiver.counters().refused > 0);
 }
 
 TEST_CASE("a session that cannot be read now is not taken for a new one") {
   ManualStorage storage;
   {
     Receiver receiver({}, storage);
-    feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0)));
+    feed(receiver, pieces(kAlpha.id, 0));
     receiver.advance(1);
   }
   storage.is_readable = false;
   Receiver receiver({}, storage);
-  feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0)));
+  feed(receiver, pieces(kAlpha.id, 0));
   CHECK(receiver.progress().empty());
   CHECK(receiver.take_stored().empty());
   CHECK(receiver.counters().refused > 0);
@@ -240,13 +204,11 @@ TEST_CASE("a session that cannot be read now is not taken for a new one") {
 
 TEST_CASE("of more sessions than are followed at once, none is forgotten for good") {
   ManualStorage storage;
-  ReceiverLimits limits;
-  limits.max_sessions = 2;
-  Receiver receiver(limits, storage);
+  Receiver receiver(limited(&ReceiverLimits::max_sessions, 2), storage);
   std::int64_t now = 0;
   for (std::uint32_t round = 0; round < 3; ++round) {
     for (std::uint64_t session = 0; session < 5; ++session) {
-      feed(receiver, wire_test::pieces(wire_test::keyframe_of({1, session}, round)));
+      feed(receiver, pieces({1, session}, round));
       receiver.advance(++now);
       CHECK(receiver.progress().size() <= 2);
     }
@@ -262,7 +224,7 @@ TEST_CASE("health is kept of sessions with keyframes only") {
   health.session = kAlpha.id;
   feed(receiver, Message(health));
   CHECK(storage.healths.empty());
-  feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0)));
+  feed(receiver, pieces(kAlpha.id, 0));
   feed(receiver, Message(health));
   CHECK(storage.healths.size() == 1);
 }
@@ -273,7 +235,7 @@ TEST_CASE("a robot beyond its quota of bytes is refused, another is not") {
   limits.robot.bytes = encoded_bytes(kAlpha.id, 0) + encoded_bytes(kAlpha.id, 1);
   {
     Receiver receiver(limits, storage);
-    feed(receiver, wire_test::session_stream(kAlpha, 3));
+    feed(receiver, session_stream(kAlpha, 3));
     receiver.advance(1);
     CHECK(storage.stored.size() == 2);
     const StoredMessage message = answer(receiver);
@@ -284,23 +246,26 @@ TEST_CASE("a robot beyond its quota of bytes is refused, another is not") {
   }
   // What was stored counts after a restart, too, and other sessions of the robot as well.
   Receiver receiver(limits, storage);
-  feed(receiver, wire_test::pieces(wire_test::keyframe_of({kAlpha.id.robot, 12}, 0)));
-  feed(receiver, wire_test::pieces(wire_test::keyframe_of(kBeta.id, 0)));
+  feed(receiver, pieces({kAlpha.id.robot, 12}, 0));
+  feed(receiver, pieces(kBeta.id, 0));
   receiver.advance(1);
   CHECK(storage.stored.size() == 3);
   CHECK(storage.stored.count({kBeta.id, 0}) == 1);
 }
 
-TEST_CASE("a robot beyond its quota of sessions goes on with those it has") {
+TEST_CASE("a robot beyond its quota of sessions goes on with those it has, summaries counted") {
   ManualStorage storage;
-  ReceiverLimits limits;
-  limits.robot.sessions = 2;
-  Receiver receiver(limits, storage);
+  Receiver receiver(ReceiverLimits{.robot = {.sessions = 2}}, storage);
   for (std::uint64_t session = 0; session < 4; ++session) {
-    feed(receiver, wire_test::pieces(wire_test::keyframe_of({1, session}, 0)));
+    feed(receiver, all_but_last_piece(keyframe_of({1, session}, 0)));
   }
-  feed(receiver, wire_test::pieces(wire_test::keyframe_of({1, 1}, 1)));
-  feed(receiver, wire_test::pieces(wire_test::keyframe_of({2, 7}, 0)));
+  CHECK(storage.keyframe_summaries.size() == 2);
+  CHECK(receiver.counters().refused > 0);
+  for (std::uint64_t session = 0; session < 4; ++session) {
+    feed(receiver, pieces({1, session}, 0));
+  }
+  feed(receiver, pieces({1, 1}, 1));
+  feed(receiver, pieces({2, 7}, 0));
   receiver.advance(1);
   std::set<KeyframeName> names;
   for (const auto& [name, bytes] : storage.stored) names.insert(name);
@@ -310,16 +275,15 @@ TEST_CASE("a robot beyond its quota of sessions goes on with those it has") {
 TEST_CASE("a robot that sends too fast is taken at its rate, and all of it in the end") {
   constexpr std::int64_t kSecondNs = 1'000'000'000;
   ManualStorage storage;
-  ReceiverLimits limits;
-  const double bytes = static_cast<double>(encoded_bytes(kAlpha.id, 0));
-  limits.robot.bytes_per_second = bytes / 4.0;  // ten seconds' worth may come at once
-  Receiver receiver(limits, storage);
+  // Ten seconds' worth may come at once.
+  const double rate = static_cast<double>(encoded_bytes(kAlpha.id, 0)) / 4.0;
+  Receiver receiver(ReceiverLimits{.robot = {.bytes_per_second = rate}}, storage);
   const auto send_all = [&](std::int64_t now_ns) {
     receiver.advance(now_ns);
     for (std::uint32_t sequence = 0; sequence < 8; ++sequence) {
-      feed(receiver, wire_test::pieces(wire_test::keyframe_of(kAlpha.id, sequence)));
+      feed(receiver, pieces(kAlpha.id, sequence));
     }
-    feed(receiver, wire_test::pieces(wire_test::keyframe_of(kBeta.id, 0)));
+    feed(receiver, pieces(kBeta.id, 0));
     receiver.advance(now_ns);
   };
   send_all(0);
@@ -337,16 +301,13 @@ TEST_CASE("a robot that sends too fast is taken at its rate, and all of it in th
 
 TEST_CASE("a robot's incomplete keyframes are bounded, and cost another robot none") {
   ManualStorage storage;
-  ReceiverLimits limits;
-  limits.robot.pending_keyframes = 3;
-  Receiver receiver(limits, storage);
+  Receiver receiver(ReceiverLimits{.robot = {.pending_keyframes = 3}}, storage);
   // Neither has anything stored yet.
-  const std::vector<Message> victim = wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0));
-  const std::vector<Message> flood = wire_test::pieces(wire_test::keyframe_of(kBeta.id, 0));
+  const std::vector<Message> victim = pieces(kAlpha.id, 0);
+  ChunkMessage forged = std::get<ChunkMessage>(pieces(kBeta.id, 0)[0]);
   for (const Message& piece : victim) {
     feed(receiver, piece);
     for (std::uint32_t k = 0; k < 100; ++k) {
-      ChunkMessage forged = std::get<ChunkMessage>(flood[0]);
       forged.sequence = 1000 + k;
       feed(receiver, Message(forged));
     }

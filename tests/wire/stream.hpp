@@ -47,11 +47,15 @@ inline std::vector<Message> pieces(const KeyframeRecord& record) {
   return pieces_of(encode_for_sending(record));
 }
 
+inline std::vector<Message> pieces(const SessionId& id, std::uint32_t sequence) {
+  return pieces(keyframe_of(id, sequence));
+}
+
 /// A whole session, start to end.
 inline std::vector<Message> session_stream(const SessionInfo& info, std::uint32_t keyframes) {
   std::vector<Message> stream{session_message(info, SessionState::kStarted, 0)};
   for (std::uint32_t sequence = 0; sequence < keyframes; ++sequence) {
-    for (Message& piece : pieces(keyframe_of(info.id, sequence))) stream.push_back(piece);
+    for (Message& piece : pieces(info.id, sequence)) stream.push_back(piece);
   }
   stream.push_back(session_message(info, SessionState::kEnded, keyframes));
   return stream;

@@ -1,11 +1,12 @@
 // Tests of summaries: what they are, and how a receiver takes them.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <tuple>
 
 #include "tests/wire/golden.hpp"
 #include "tests/wire/model.hpp"
+#include "tests/wire/receiving.hpp"
 #include "tests/wire/same_record.hpp"
-#include "tests/wire/stream.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 #include "unimapper/wire/pieces.hpp"
 #include "unimapper/wire/receiver.hpp"
@@ -44,18 +45,12 @@ TEST_CASE("a summary is the front of a keyframe, and says where the robot was an
   }
 }
 
-TEST_CASE("the summary of a keyframe with 128 keypoints takes less than 4 kB") {
-  KeyframeRecord record = small_record();
-  record.planes.clear();
-  record.keypoints.resize(128, record.keypoints.front());
-  CHECK(summary_bytes(encode_keyframe(record)) == 3618U);
-}
-
-TEST_CASE("the pieces that hold a summary are few, small, and known before the keyframe is") {
+TEST_CASE("a summary with 128 keypoints takes less than 4 kB, in few pieces, known beforehand") {
   KeyframeRecord record = small_record();
   record.planes.clear();
   record.keypoints.resize(128, record.keypoints.front());
   const std::vector<std::uint8_t> bytes = encode_keyframe(record);
+  CHECK(summary_bytes(bytes) == 3618U);
   CHECK(count_leading_pieces(bytes, 1213) == 3);
   CHECK(count_leading_pieces(bytes, 1205) == 4);
   CHECK(count_leading_pieces(bytes, 4096) == 1);
@@ -67,39 +62,20 @@ TEST_CASE("the pieces that hold a summary are few, small, and known before the k
 
 TEST_CASE("a forged summary is refused with the reason") {
   const std::vector<std::uint8_t> good = encode_keyframe(small_record());
-  const auto forged = [&good](std::size_t at, const std::string& digits) {
-    std::vector<std::uint8_t> bytes = good;
-    const std::vector<std::uint8_t> replacement = bytes_of(digits);
-    std::copy(replacement.begin(), replacement.end(),
-              bytes.begin() + static_cast<std::ptrdiff_t>(at));
-    return decode_summary(bytes).error;
-  };
   CHECK(decode_summary(good).error.empty());
-  CHECK_THAT(forged(kSchemaAt, "05"), Catch::Contains("unknown schema"));
-  CHECK_THAT(forged(kReferenceScanAt, "02"), Catch::Contains("reference scan"));
-  CHECK_THAT(forged(kPoseAt, "000000000000F87F"), Catch::Contains("not finite"));
-  CHECK_THAT(forged(kScanCountAt + 4, "FFFF"), Catch::Contains("fewer bytes"));
-  CHECK_THAT(forged(kUpAt, "000080B9"), Catch::Contains("covariance of up"));
-  CHECK_THAT(forged(kCellEdgeAt, "0000"), Catch::Contains("cells of such a size"));
+  const std::tuple<std::size_t, const char*, const char*> forgeries[] = {
+      {kSchemaAt, "05", "unknown schema"},         {kReferenceScanAt, "02", "reference scan"},
+      {kPoseAt, "000000000000F87F", "not finite"}, {kScanCountAt + 4, "FFFF", "fewer bytes"},
+      {kUpAt, "000080B9", "covariance of up"},     {kCellEdgeAt, "0000", "cells of such a size"}};
+  for (const auto& [at, digits, reason] : forgeries) {
+    CHECK_THAT(decode_summary(forged(good, at, digits)).error, Catch::Contains(reason));
+  }
 }
-
-namespace {
-
-const SessionInfo kAlpha{{1, 11}, "alpha", "os2-128"};
-
-/// The pieces of a keyframe without its last one.
-std::vector<Message> all_but_last_piece(const KeyframeRecord& record) {
-  std::vector<Message> pieces = wire_test::pieces(record);
-  pieces.pop_back();
-  return pieces;
-}
-
-}  // namespace
 
 TEST_CASE("of a keyframe that never becomes whole the summary is kept") {
   Receiver receiver;
-  feed(receiver, {session_message(kAlpha, SessionState::kRunning, 3)});
-  feed(receiver, pieces(keyframe_of(kAlpha.id, 0)));
+  say(receiver, SessionState::kRunning, 3);
+  feed(receiver, pieces(kAlpha.id, 0));
   const KeyframeRecord record = keyframe_of(kAlpha.id, 1);
   feed(receiver, all_but_last_piece(record));
   CHECK(receiver.counters().summaries >= 1);
@@ -113,7 +89,7 @@ TEST_CASE("of a keyframe that never becomes whole the summary is kept") {
   CHECK(said.incomplete.size() == 1);
 
   SECTION("it comes with the session, apart from the keyframes") {
-    const SessionData session = receiver.take_sessions().at(0);
+    const SessionData session = take_session(receiver);
     CHECK(session.keyframes.size() == 1);
     REQUIRE(session.summaries.size() == 1);
     CHECK(session.summaries[0].is_summary);
@@ -125,7 +101,7 @@ TEST_CASE("of a keyframe that never becomes whole the summary is kept") {
     feed(receiver, pieces(record).back());
     CHECK(receiver.progress()[0].received == 2);
     CHECK(receiver.progress()[0].summaries == 0);
-    const SessionData session = receiver.take_sessions().at(0);
+    const SessionData session = take_session(receiver);
     CHECK(session.keyframes.size() == 2);
     CHECK(session.summaries.empty());
   }
@@ -157,16 +133,17 @@ TEST_CASE("of two summaries that differ neither counts, until the keyframe is wh
   CHECK(receiver.progress()[0].summaries == 0);
   CHECK(receiver.counters().contradictory == 1);
   feed(receiver, pieces(record).back());
-  const SessionData session = receiver.take_sessions().at(0);
+  const SessionData session = take_session(receiver);
   REQUIRE(session.keyframes.size() == 1);
   CHECK(session.summaries.empty());
 }
 
 TEST_CASE("a summary that belongs to another keyframe is none") {
-  std::vector<Message> pieces = all_but_last_piece(keyframe_of(kAlpha.id, 0));
-  for (Message& piece : pieces) std::get<ChunkMessage>(piece).sequence = 5;
   Receiver receiver;
-  feed(receiver, pieces);
+  for (Message& piece : all_but_last_piece(keyframe_of(kAlpha.id, 0))) {
+    std::get<ChunkMessage>(piece).sequence = 5;
+    feed(receiver, std::move(piece));
+  }
   CHECK(receiver.counters().summaries == 0);
-  CHECK(receiver.take_sessions().at(0).summaries.empty());
+  CHECK(take_session(receiver).summaries.empty());
 }
