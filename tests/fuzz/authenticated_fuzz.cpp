@@ -7,17 +7,18 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <string_view>
 #include <vector>
 
 #include "ports/keys/guards.hpp"
 #include "ports/lcm/messages.hpp"
 #include "ports/lcm/received_log.hpp"
+#include "tests/fuzz/fuzz.hpp"
 
 namespace {
 
 using namespace unimapper;
+using fuzz::require;
 using Data = std::vector<std::uint8_t>;
 
 constexpr std::size_t kDatagrams = 4;
@@ -77,17 +78,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (int i = 0; i < kMostForged && at + 5 <= size; ++i) {
     const std::string_view channel = kChannels[data[at + 4] % kChannels.size()];
     const Data forged = forge(overheard, data, size, at);
-    if (listener.open(channel, forged)) std::abort();
+    require(!listener.open(channel, forged));
     if (!base.open(channel, forged)) continue;
     // Only an unchanged datagram on its own channel is let in.
     const auto real = std::find(overheard.begin(), overheard.end(), forged);
-    if (real == overheard.end() || channel != lcm_port::kSessionChannel) std::abort();
-    if (++taken[static_cast<std::size_t>(real - overheard.begin())] > 1) std::abort();
+    require(real != overheard.end() && channel == lcm_port::kSessionChannel);
+    require(++taken[static_cast<std::size_t>(real - overheard.begin())] == 1);
   }
   // What was not let in yet still is.
   for (std::size_t i = 0; i < kDatagrams; ++i) {
-    const bool is_new = base.open(lcm_port::kSessionChannel, overheard[i]).has_value();
-    if (is_new != (taken[i] == 0)) std::abort();
+    require(base.open(lcm_port::kSessionChannel, overheard[i]).has_value() == (taken[i] == 0));
   }
   return 0;
 }

@@ -3,12 +3,9 @@
 // Files are told apart by their first bytes as open_messages does; anything else is one message,
 // whose first byte chooses kind and serialization. What a reader gives out is checked: places in
 // order of time, points with a return, as many times and rings as points.
-#include <sys/mman.h>
-#include <unistd.h>
-
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 
@@ -16,32 +13,26 @@
 #include "ports/datasets/bag/message_source.hpp"
 #include "ports/datasets/bag/messages.hpp"
 #include "ports/datasets/formats.hpp"
+#include "tests/fuzz/fuzz.hpp"
 
 namespace {
 
 using namespace unimapper;
 using namespace unimapper::datasets;
 using namespace unimapper::datasets::bag;
+using fuzz::allow_refusal;
+using fuzz::require;
 
-/// The input as a file.
-std::string file_of(std::string_view bytes) {
-  static const int file = memfd_create("bag", 0);
-  if (ftruncate(file, 0) != 0 ||
-      pwrite(file, bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
-    std::abort();
-  }
-  return "/proc/self/fd/" + std::to_string(file);
+bool is_finite(const Scan::Point& point) {
+  return std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z);
 }
 
 void check_scan(const Scan& scan) {
-  if (!scan.time_s.empty() && scan.time_s.size() != scan.points.size()) std::abort();
-  if (!scan.ring.empty() && scan.ring.size() != scan.points.size()) std::abort();
-  for (const Scan::Point& point : scan.points) {
-    if (!std::isfinite(point.x) || !std::isfinite(point.y) || !std::isfinite(point.z)) std::abort();
-  }
-  for (const float time : scan.time_s) {
-    if (!std::isfinite(time)) std::abort();
-  }
+  require(scan.time_s.empty() || scan.time_s.size() == scan.points.size());
+  require(scan.ring.empty() || scan.ring.size() == scan.points.size());
+  require(std::all_of(scan.points.begin(), scan.points.end(), is_finite));
+  require(std::all_of(scan.time_s.begin(), scan.time_s.end(),
+                      [](float time) { return std::isfinite(time); }));
 }
 
 void read_messages(const std::string& file) {
@@ -49,13 +40,10 @@ void read_messages(const std::string& file) {
   for (std::size_t topic = 0; topic < source->topics().size(); ++topic) {
     std::int64_t last_ns = INT64_MIN;
     for (const MessagePlace& place : source->messages(topic)) {
-      if (place.log_time_ns < last_ns) std::abort();
+      require(place.log_time_ns >= last_ns);
       last_ns = place.log_time_ns;
-      try {
-        (void)source->read(place);
-      } catch (const DatasetError&) {
-        // A message may be damaged; others are read on.
-      }
+      // A message may be damaged; others are read on.
+      allow_refusal<DatasetError>([&] { (void)source->read(place); });
     }
   }
 }
@@ -64,13 +52,11 @@ void read_dataset(const std::string& file) {
   const auto dataset = open_bag(file, {});
   Scan scan;
   for (std::size_t i = 0; i < dataset->scan_count(); ++i) {
-    if (!dataset->pose(i).is_finite()) std::abort();
-    try {
+    require(dataset->pose(i).is_finite());
+    allow_refusal<DatasetError>([&] {
       dataset->read_scan(i, scan);
       check_scan(scan);
-    } catch (const DatasetError&) {
-      // As above.
-    }
+    });
   }
 }
 
@@ -79,7 +65,7 @@ void decode(std::uint8_t choice, std::string_view bytes) {
   const auto kind = static_cast<MessageKind>((choice >> 1) % 8);
   if (!is_scan(kind)) {
     for (const PoseMessage& pose : decode_poses(bytes, serialization, kind)) {
-      if (pose.pose && !pose.pose->is_rigid()) std::abort();
+      require(!pose.pose || pose.pose->is_rigid());
     }
     return;
   }
@@ -93,26 +79,17 @@ bool is_file(std::string_view bytes) {
          bytes.starts_with("#ROSBAG");
 }
 
-template <typename Call>
-void allow_refusal(const Call& call) {
-  try {
-    call();
-  } catch (const DatasetError&) {
-    // The one way to refuse; anything else ends the fuzzer.
-  }
-}
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
-  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+  const std::string_view bytes = fuzz::text_of(data, size);
   if (is_file(bytes)) {
-    const std::string file = file_of(bytes);
-    allow_refusal([&] { read_messages(file); });
-    allow_refusal([&] { read_dataset(file); });
+    const std::string& file = fuzz::file_of({data, size});
+    allow_refusal<DatasetError>([&] { read_messages(file); });
+    allow_refusal<DatasetError>([&] { read_dataset(file); });
   } else {
-    allow_refusal([&] { decode(data[0], bytes.substr(1)); });
+    allow_refusal<DatasetError>([&] { decode(data[0], bytes.substr(1)); });
   }
   return 0;
 }

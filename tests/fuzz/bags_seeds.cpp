@@ -2,11 +2,8 @@
 //
 // Every kind of message in every serialization, and an MCAP file of them without compression and
 // checksums, which changed bytes would fail.
-#include <filesystem>
-#include <fstream>
-#include <iostream>
-
 #include "ports/datasets/bag/messages.hpp"
+#include "tests/fuzz/fuzz.hpp"
 #include "tests/ports/datasets/bag/mcap_file.hpp"
 #include "tests/ports/datasets/bag/message_writer.hpp"
 
@@ -18,7 +15,7 @@ namespace {
 constexpr std::int64_t kStamp_ns = 100'000'000'000;
 
 void write(const std::filesystem::path& file, const std::string& bytes) {
-  std::ofstream(file, std::ios::binary) << bytes;
+  fuzz::write_seed(file, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
 }
 
 std::string cloud(Encoding encoding, std::int64_t stamp_ns) {
@@ -75,15 +72,7 @@ std::string recording(bool has_summary) {
   return file.bytes(has_summary);
 }
 
-}  // namespace
-
-int main(int argument_count, char** arguments) {
-  if (argument_count != 2) {
-    std::cerr << "usage: fuzz_bags_seeds FOLDER\n";
-    return 2;
-  }
-  const std::filesystem::path folder = arguments[1];
-  std::filesystem::create_directories(folder);
+void write_all(const std::filesystem::path& folder) {
   for (std::uint8_t kind = 0; kind < 8; ++kind) {
     for (const Encoding encoding : kEncodings) {
       const int serialization = encoding == Encoding::kRos1 ? 0 : 1;
@@ -96,3 +85,7 @@ int main(int argument_count, char** arguments) {
   write(folder / "indexed.mcap", recording(true));
   write(folder / "not_indexed.mcap", recording(false));
 }
+
+}  // namespace
+
+int main(int argc, char** argv) { return fuzz::write_seeds(argc, argv, write_all); }

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <vector>
 
 #include "ports/c/unimapper.h"
+#include "tests/fuzz/fuzz.hpp"
 #include "unimapper/core/owned.hpp"
 #include "unimapper/onboard/config.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
@@ -16,10 +16,7 @@
 namespace {
 
 using namespace unimapper;
-
-void require(bool holds) {
-  if (!holds) std::abort();
-}
+using fuzz::require;
 
 /// The input, a value at a time; zeros after its end.
 class Input {

@@ -2,11 +2,11 @@
 // from what is written.
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
+#include "tests/fuzz/fuzz.hpp"
 #include "unimapper/config/config_json.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/onboard/config.hpp"
@@ -14,6 +14,7 @@
 namespace {
 
 using namespace unimapper;
+using fuzz::require;
 
 template <typename Config>
 void parse(std::string_view text) {
@@ -22,21 +23,21 @@ void parse(std::string_view text) {
     parse_config(text, "file", config);
   } catch (const std::runtime_error& error) {
     // The message names the file.
-    if (std::string_view(error.what()).substr(0, 4) != "file") std::abort();
+    require(std::string_view(error.what()).starts_with("file"));
     return;
   }
-  if (config.validate().code != ErrorCode::kOk) std::abort();
+  require(config.validate().ok());
   const std::string written = dump_config(config);
   Config again;
   parse_config(written, "written", again);
-  if (dump_config(again) != written) std::abort();
+  require(dump_config(again) == written);
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
-  const std::string_view text(reinterpret_cast<const char*>(data) + 1, size - 1);
+  const std::string_view text = fuzz::text_of(data + 1, size - 1);
   data[0] % 2 == 0 ? parse<PipelineConfig>(text) : parse<merge::MergeConfig>(text);
   return 0;
 }

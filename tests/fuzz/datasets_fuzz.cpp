@@ -13,6 +13,7 @@
 #include "ports/datasets/point_fields.hpp"
 #include "ports/datasets/poses.hpp"
 #include "ports/datasets/xyz.hpp"
+#include "tests/fuzz/fuzz.hpp"
 
 namespace {
 
@@ -26,63 +27,37 @@ void parse_nuscenes(std::string_view bytes) {
   }
 }
 
-void parse(std::uint8_t choice, std::string_view bytes) {
-  Scan scan;
-  switch (choice % 15) {
-    case 0:
-    case 1:
-      (void)parse_pcd(bytes, "file", scan);
-      break;
-    case 2:
-      (void)parse_pcd_header(bytes, "file");
-      break;
-    case 3:
-      (void)parse_trajectory(bytes, "file");
-      break;
-    case 4:
+using Parser = void (*)(std::string_view bytes, Scan& scan);
+constexpr Parser kParsers[] = {
+    [](std::string_view bytes, Scan& scan) { (void)parse_pcd(bytes, "file", scan); },
+    [](std::string_view bytes, Scan& scan) { (void)parse_pcd(bytes, "file", scan); },
+    [](std::string_view bytes, Scan&) { (void)parse_pcd_header(bytes, "file"); },
+    [](std::string_view bytes, Scan&) { (void)parse_trajectory(bytes, "file"); },
+    [](std::string_view bytes, Scan&) {
       (void)parse_trajectory(bytes, "file", StampUnit::kNanoseconds);
-      break;
-    case 5:
-      (void)parse_times(bytes, "file");
-      break;
-    case 6:
-      (void)parse_calibration(bytes, "file");
-      break;
-    case 7:
+    },
+    [](std::string_view bytes, Scan&) { (void)parse_times(bytes, "file"); },
+    [](std::string_view bytes, Scan&) { (void)parse_calibration(bytes, "file"); },
+    [](std::string_view bytes, Scan& scan) {
       parse_helipr(bytes, HeliprSensor::kAeva, 0, "file", scan);
-      break;
-    case 8:
-      parse_ply(bytes, "file", scan);
-      break;
-    case 9:
-      parse_xyz(bytes, "file", scan);
-      break;
-    case 10:
-      (void)parse_oxts(bytes, "file");
-      break;
-    case 11:
-      (void)parse_raw_calibration(bytes, "file");
-      break;
-    case 12:
-      (void)parse_point_fields(bytes);
-      break;
-    case 13:
-      parse_nuscenes(bytes);
-      break;
-    default:
+    },
+    [](std::string_view bytes, Scan& scan) { parse_ply(bytes, "file", scan); },
+    [](std::string_view bytes, Scan& scan) { parse_xyz(bytes, "file", scan); },
+    [](std::string_view bytes, Scan&) { (void)parse_oxts(bytes, "file"); },
+    [](std::string_view bytes, Scan&) { (void)parse_raw_calibration(bytes, "file"); },
+    [](std::string_view bytes, Scan&) { (void)parse_point_fields(bytes); },
+    [](std::string_view bytes, Scan&) { parse_nuscenes(bytes); },
+    [](std::string_view bytes, Scan& scan) {
       parse_helipr(bytes, HeliprSensor::kAvia, 0, "file", scan);
-      break;
-  }
-}
+    }};
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
-  try {
-    parse(data[0], {reinterpret_cast<const char*>(data) + 1, size - 1});
-  } catch (const DatasetError&) {
-    // The one way to refuse; anything else ends the fuzzer.
-  }
+  Scan scan;
+  unimapper::fuzz::allow_refusal<DatasetError>([&] {
+    kParsers[data[0] % std::size(kParsers)](unimapper::fuzz::text_of(data + 1, size - 1), scan);
+  });
   return 0;
 }

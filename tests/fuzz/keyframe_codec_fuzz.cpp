@@ -1,22 +1,21 @@
 // Fuzz target of the keyframe decoder: accepted bytes are their own canonical encoding.
-#include <cstddef>
 #include <cstdint>
-#include <cstdlib>
+#include <vector>
 
+#include "tests/fuzz/fuzz.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 
 namespace {
 
 using namespace unimapper::wire;
+using unimapper::fuzz::require;
 
 /// The summary says what the keyframe says.
 void check_summary(Bytes bytes, const unimapper::KeyframeRecord& whole) {
   const DecodedKeyframe summary = decode_summary(bytes.first(summary_bytes(bytes).value()));
-  if (!summary.record || !summary.record->is_summary) std::abort();
-  const bool same = summary.record->session == whole.session &&
-                    summary.record->sequence == whole.sequence &&
-                    summary.record->keypoints.size() == whole.keypoints.size();
-  if (!same) std::abort();
+  require(summary.record && summary.record->is_summary);
+  require(summary.record->session == whole.session && summary.record->sequence == whole.sequence);
+  require(summary.record->keypoints.size() == whole.keypoints.size());
 }
 
 }  // namespace
@@ -25,10 +24,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Bytes bytes{data, size};
   (void)decode_summary(bytes);
   const DecodedKeyframe decoded = decode_keyframe(bytes);
-  if (decoded.record.has_value() != decoded.error.empty()) std::abort();
+  require(decoded.record.has_value() == decoded.error.empty());
   if (!decoded.record) return 0;
-  const std::vector<std::uint8_t> again = encode_keyframe(*decoded.record);
-  if (again != std::vector<std::uint8_t>(data, data + size)) std::abort();
+  require(encode_keyframe(*decoded.record) == std::vector<std::uint8_t>(data, data + size));
   check_summary(bytes, *decoded.record);
   return 0;
 }

@@ -5,9 +5,9 @@
 // Checksums and type fingerprints are corrected where the input says so, because random ones would
 // be rejected at once.
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <unimapper_wire/chunk_t.hpp>
 #include <unimapper_wire/health_t.hpp>
 #include <unimapper_wire/map_pose_t.hpp>
@@ -22,6 +22,7 @@
 #include "ports/lcm/pacing.hpp"
 #include "ports/lcm/received_log.hpp"
 #include "ports/lcm/sending.hpp"
+#include "tests/fuzz/fuzz.hpp"
 #include "unimapper/wire/checksum.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 
@@ -30,6 +31,7 @@ namespace {
 using namespace unimapper::wire;
 using unimapper::SessionId;
 using namespace unimapper::lcm_port;
+using unimapper::fuzz::require;
 
 /// Overwrites fingerprint and checksum with those a message of this type has.
 void make_fit(std::vector<std::uint8_t>& message, std::int64_t fingerprint) {
@@ -58,11 +60,9 @@ void take_map_pose(LatestMapPose& kept, const std::vector<std::uint8_t>& message
   kept.take(decode_map_pose(message), {});
   if (!kept.latest()) return;
   const MapPoseMessage& at = kept.latest()->message;
-  if (at.session != kVictim || !at.T_map_odometry.is_rigid() || !(position_sigma_m(at) >= 0.0)) {
-    std::abort();
-  }
-  if (decode_map_pose(encode(at)) == std::nullopt) std::abort();
-  if (before && at.epoch < before->message.epoch) std::abort();
+  require(at.session == kVictim && at.T_map_odometry.is_rigid() && position_sigma_m(at) >= 0.0);
+  require(decode_map_pose(encode(at)).has_value());
+  require(!before || at.epoch >= before->message.epoch);
 }
 
 /// More in one input find nothing that fewer do not, only slower.
@@ -70,7 +70,7 @@ constexpr int kMostMessages = 32;
 constexpr int kMostWhole = 2;
 constexpr std::size_t kRestOfMapPose = 256;
 
-/// A robot's keyframe, as pieces.
+/// The first two keyframes of a robot, as pieces.
 const std::vector<std::vector<std::uint8_t>>& victims_pieces(std::uint32_t sequence) {
   static const auto make = [](std::uint32_t number) {
     unimapper::KeyframeRecord record;
@@ -80,9 +80,8 @@ const std::vector<std::vector<std::uint8_t>>& victims_pieces(std::uint32_t seque
     EncodedKeyframe keyframe{kVictim, number, 0, encode_keyframe(record)};
     return cut_into_messages(keyframe, kSmallestDatagramBytes);
   };
-  static const auto first = make(0);
-  static const auto second = make(1);
-  return sequence == 0 ? first : second;
+  static const std::array all{make(0), make(1)};
+  return all.at(sequence);
 }
 
 void send_victims(Receiver& receiver, std::uint32_t sequence) {
@@ -92,10 +91,10 @@ void send_victims(Receiver& receiver, std::uint32_t sequence) {
 /// Whatever came before, what the robot sends again is taken; the first keyframe is there still.
 void check_victim(Receiver& receiver) {
   send_victims(receiver, 1);
-  for (const auto& session : receiver.progress()) {
-    if (session.info.id == kVictim && session.received >= 2) return;
-  }
-  std::abort();
+  const auto progress = receiver.progress();
+  require(std::any_of(progress.begin(), progress.end(), [](const auto& session) {
+    return session.info.id == kVictim && session.received >= 2;
+  }));
 }
 
 }  // namespace
@@ -158,13 +157,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       case 5:
         if (fit) make_fit(message, unimapper_wire::probe_t::getHash());
         if (const auto probe = decode_probe(message)) receiver.receive(*probe, ProbeArrival{1, 1});
-        if (receiver.take_receipts(1, 1000000, 2).size() > 8 * limits.max_sessions) std::abort();
+        require(receiver.take_receipts(1, 1000000, 2).size() <= 8 * limits.max_sessions);
         break;
       case 6:
         if (fit) make_fit(message, unimapper_wire::receipt_t::getHash());
         if (const auto receipt = decode_receipt(message)) (void)pacing.take(*receipt, 100);
         pacing.advance(static_cast<std::int64_t>(at) * 1000000000);
-        if (!(pacing.rate() >= 1000.0 && pacing.rate() <= 50000.0)) std::abort();
+        require(pacing.rate() >= 1000.0 && pacing.rate() <= 50000.0);
         break;
       default:
         if (fit) make_fit(message, unimapper_wire::chunk_t::getHash());
@@ -173,13 +172,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   check_victim(receiver);
   const ReceiverCounters counters = receiver.counters();
-  const auto progress = receiver.progress();
-  if (progress.size() > limits.max_sessions) std::abort();
+  require(receiver.progress().size() <= limits.max_sessions);
   std::uint64_t keyframes = 0;
   for (const auto& session : receiver.take_sessions()) {
     keyframes += session.keyframes.size();
-    if (!is_session_name(session.info.name)) std::abort();
+    require(is_session_name(session.info.name));
   }
-  if (keyframes != counters.keyframes) std::abort();
+  require(keyframes == counters.keyframes);
   return 0;
 }

@@ -1,14 +1,11 @@
 // Seeds of fuzz targets: proper keyframes, messages and configurations.
 //   fuzz_seeds FOLDER   writes FOLDER/TARGET/NUMBER
-#include <cstdio>
-#include <exception>
-#include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
 #include "ports/lcm/messages.hpp"
 #include "ports/lcm/sending.hpp"
+#include "tests/fuzz/fuzz.hpp"
 #include "tests/ports/lcm/map_pose.hpp"
 #include "tests/wire/stream.hpp"
 #include "unimapper/config/config_json.hpp"
@@ -20,24 +17,6 @@ using namespace unimapper;
 using Data = std::vector<std::uint8_t>;
 
 const SessionInfo kRobot{{1, {2, 3}}, "robot", "vlp-16"};
-
-class Seeds {
- public:
-  explicit Seeds(std::filesystem::path folder) : folder_(std::move(folder)) {}
-
-  void write(const std::string& target, const Data& data) {
-    const std::filesystem::path folder = folder_ / target;
-    std::filesystem::create_directories(folder);
-    std::ofstream file(folder / std::to_string(number_++), std::ios::binary);
-    file.write(reinterpret_cast<const char*>(data.data()),
-               static_cast<std::streamsize>(data.size()));
-    if (!file.flush()) throw std::runtime_error(folder.string() + ": cannot be written");
-  }
-
- private:
-  std::filesystem::path folder_;
-  int number_ = 0;
-};
 
 std::vector<Data> messages(std::uint32_t sequence) {
   const KeyframeRecord record = wire::wire_test::keyframe_of(kRobot.id, sequence, 20);
@@ -78,30 +57,21 @@ Data config_input() {
   return input;
 }
 
-void write_all(Seeds& seeds) {
+void write_all(const std::filesystem::path& folder) {
+  int number = 0;
+  const auto write = [&](const char* target, const Data& data) {
+    fuzz::write_seed(folder / target / std::to_string(number++), data);
+  };
   for (std::uint32_t i = 0; i < 8; ++i) {
     const KeyframeRecord record = wire::wire_test::keyframe_of(kRobot.id, i, 10 * i);
-    seeds.write("keyframe_codec", wire::encode_keyframe(record));
-    seeds.write("receiver", receiver_input(i));
+    write("keyframe_codec", wire::encode_keyframe(record));
+    write("receiver", receiver_input(i));
   }
-  seeds.write("receiver", map_pose_input(""));
-  seeds.write("receiver", map_pose_input("no loop to the map yet"));
-  seeds.write("config", config_input());
+  write("receiver", map_pose_input(""));
+  write("receiver", map_pose_input("no loop to the map yet"));
+  write("config", config_input());
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fputs("usage: fuzz_seeds FOLDER\n", stderr);
-    return 2;
-  }
-  try {
-    Seeds seeds(argv[1]);
-    write_all(seeds);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "fuzz_seeds: %s\n", error.what());
-    return 1;
-  }
-  return 0;
-}
+int main(int argc, char** argv) { return fuzz::write_seeds(argc, argv, write_all); }

@@ -6,17 +6,18 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <vector>
 
 #include "ports/shared_memory/content_writer.hpp"
+#include "tests/fuzz/fuzz.hpp"
 #include "tests/ports/shared_memory/content_walk.hpp"
 
 namespace {
 
 using namespace unimapper;
 using namespace unimapper::shared_memory;
+using fuzz::require;
 
 std::vector<std::byte> whole_keyframe() {
   const std::array<KeyframeScan, 2> scans{};
@@ -37,22 +38,18 @@ std::vector<std::byte> whole_keyframe() {
 }
 
 void check(const std::vector<std::byte>& message) {
-  if (const auto keyframe = read_keyframe(message)) {
-    if (!test::walk(*keyframe, message)) std::abort();
-  }
+  if (const auto keyframe = read_keyframe(message)) require(test::walk(*keyframe, message));
   if (const auto labels = read_labels(message)) {
-    if (!test::is_inside(labels->fixed.labels, labels->labels, message.size())) std::abort();
+    require(test::is_inside(labels->fixed.labels, labels->labels, message.size()));
   }
-  if (const auto health = read_health(message)) {
-    if (message.size() < sizeof *health) std::abort();
-  }
+  require(!read_health(message) || message.size() >= sizeof(SharedHealth));
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const std::vector<std::byte> whole = whole_keyframe();
-  if (!read_keyframe(whole)) std::abort();
+  require(read_keyframe(whole).has_value());
   const auto* bytes = reinterpret_cast<const std::byte*>(data);
   check({bytes, bytes + size});
   // Each change: two bytes of offset and a word; some offsets cut the message there.

@@ -3,31 +3,19 @@
 // The input is written as a whole segment, then as what comes between a segment's head and a
 // keyframe that was written whole. Records lie in sequence within the file, and the keyframe is
 // found and whole unless a record of the input claims its bytes.
-#include <sys/mman.h>
-#include <unistd.h>
-
-#include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
 #include "ports/spool/segment.hpp"
+#include "tests/fuzz/fuzz.hpp"
 
 namespace {
 
 using namespace unimapper;
 using namespace unimapper::spool;
-
-const std::string& write_file(const std::vector<std::uint8_t>& bytes) {
-  static const int file = memfd_create("segment", 0);
-  static const std::string path = "/proc/self/fd/" + std::to_string(file);
-  const auto size = static_cast<ssize_t>(bytes.size());
-  if (ftruncate(file, 0) != 0 || pwrite(file, bytes.data(), bytes.size(), 0) != size) {
-    std::abort();
-  }
-  return path;
-}
+using fuzz::file_of;
+using fuzz::require;
 
 /// Reads all records; true if bytes at `victim` belong to one.
 bool read_all(const std::string& path, std::uint64_t size, std::uint64_t victim) {
@@ -37,10 +25,10 @@ bool read_all(const std::string& path, std::uint64_t size, std::uint64_t victim)
   std::uint64_t end = kSegmentHeadBytes;
   bool claimed = false;
   while (reader.next(record)) {
-    if (record.data_offset < end + kRecordHeadBytes) std::abort();
+    require(record.data_offset >= end + kRecordHeadBytes);
     claimed = claimed || record.data_offset + record.data_bytes > victim;
     end = record.data_offset + record.data_bytes;
-    if (end > size) std::abort();
+    require(end <= size);
     (void)read_data(file, record.data_offset, record.data_bytes, record.data_crc32);
   }
   return claimed;
@@ -49,7 +37,7 @@ bool read_all(const std::string& path, std::uint64_t size, std::uint64_t victim)
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  (void)read_all(write_file({data, data + size}), size, size);
+  (void)read_all(file_of({data, size}), size, size);
 
   const SessionInfo info{{1, 2}, "robot", "vlp-16"};
   const EncodedKeyframe keyframe{info.id, 5, 7, std::vector<std::uint8_t>(40, 9)};
@@ -59,6 +47,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   bytes.insert(bytes.end(), head.begin(), head.end());
   const std::uint64_t victim = bytes.size();
   bytes.insert(bytes.end(), keyframe.bytes.begin(), keyframe.bytes.end());
-  if (!read_all(write_file(bytes), bytes.size(), victim)) std::abort();
+  require(read_all(file_of(bytes), bytes.size(), victim));
   return 0;
 }

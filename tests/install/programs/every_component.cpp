@@ -13,35 +13,30 @@
 
 using namespace unimapper;
 
+namespace {
+
+/// None is there: what is wanted is the sentence that says so.
+template <typename Call>
+void print_refusal(const char* component, const Call& call) {
+  try {
+    call();
+  } catch (const std::exception& error) {
+    std::printf("%s: %s\n", component, error.what());
+  }
+}
+
+}  // namespace
+
 int main() {
-  // None is there: what is wanted is the sentence that says so.
-  try {
-    (void)lcm_port::read_event_log("/nonexistent");
-  } catch (const std::exception& error) {
-    std::printf("lcm: %s\n", error.what());
-  }
-  try {
-    (void)datasets::open_dataset("/nonexistent");
-  } catch (const std::exception& error) {
-    std::printf("datasets: %s\n", error.what());
-  }
-  try {
-    (void)store::StoreReader("/nonexistent");
-  } catch (const std::exception& error) {
-    std::printf("store: %s\n", error.what());
-  }
-  try {
-    const spool::Spool spool("/dev/null/spool");
-  } catch (const std::exception& error) {
-    std::printf("spool: %s\n", error.what());
-  }
-  try {
+  print_refusal("lcm", [] { (void)lcm_port::read_event_log("/nonexistent"); });
+  print_refusal("datasets", [] { (void)datasets::open_dataset("/nonexistent"); });
+  print_refusal("store", [] { (void)store::StoreReader("/nonexistent"); });
+  print_refusal("spool", [] { (void)spool::Spool("/dev/null/spool"); });
+  print_refusal("delivery", [] {
     delivery::DeliveryOptions options;
     options.spool = "/dev/null/spool";
-    const delivery::Delivery delivery({{}, "robot", "generic"}, options);
-  } catch (const std::exception& error) {
-    std::printf("delivery: %s\n", error.what());
-  }
+    (void)delivery::Delivery({{}, "robot", "generic"}, options);
+  });
   shared_memory::Reader reader;
   std::printf("shared memory: %s\n", reader.open("nonexistent", "keyframe").message);
   std::printf("events: %s\n", events::to_text({}).c_str());

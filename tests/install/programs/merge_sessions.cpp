@@ -1,10 +1,10 @@
 // A base station of one's own: files of keyframes in, one map out, without the tool.
-#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <stdexcept>
 #include <vector>
 
@@ -17,11 +17,10 @@ using namespace unimapper;
 namespace {
 
 SessionData read_session(const std::filesystem::path& directory) {
-  std::vector<std::filesystem::path> files;
+  std::set<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(directory)) {
-    files.push_back(entry.path());
+    files.insert(entry.path());
   }
-  std::sort(files.begin(), files.end());
   SessionData session;
   session.complete = true;
   for (const std::filesystem::path& path : files) {

@@ -8,6 +8,7 @@
 #include "c_pipeline.hpp"
 #include "ports/linux/allocation_counter.hpp"
 
+using namespace unimapper;
 using namespace unimapper::test;
 using unimapper::linux_port::AllocationGuard;
 
@@ -15,22 +16,21 @@ namespace {
 
 /// Runs everything a robot would, refusals included; returns the keyframes.
 unsigned run(void* memory, std::size_t bytes, const um_config& config,
-             const std::vector<LabelledScan>& scans, std::vector<std::uint8_t>& labels,
-             std::span<std::byte> scratch, std::vector<std::uint8_t>& buffer) {
+             std::vector<std::uint8_t>& labels, std::span<std::byte> scratch,
+             std::vector<std::uint8_t>& buffer) {
   unsigned keyframes = 0;
   um_pipeline* pipeline = nullptr;
   if (um_init(&config, memory, bytes - 1, &pipeline, nullptr) == UM_OK) return 0;
   if (um_init(&config, memory, bytes, &pipeline, nullptr) != UM_OK) return 0;
   for (int round = 0; round < 2; ++round) {
-    for (std::size_t i = 0; i < scans.size(); ++i) {
-      const um_points points = points_of(scans[i]);
-      const um_pose pose = pose_of(driving(static_cast<int>(i)));
-      const auto stamp_ns = static_cast<std::int64_t>(i) + 1;
+    for (int i = 0; i < 25; ++i) {
+      const um_points points = points_of(walker_scan(i));
+      const um_pose pose = pose_of(driving(i));
       std::int32_t ready = 0;
-      if (um_add_scan(pipeline, nullptr, &pose, stamp_ns, &ready) == UM_OK) return 0;
+      if (um_add_scan(pipeline, nullptr, &pose, 1 + i, &ready) == UM_OK) return 0;
       const bool first = i == 0;  // any stamp will do
       if ((um_add_scan(pipeline, &points, &pose, -1, &ready) == UM_OK) != first) return 0;
-      if (um_add_scan(pipeline, &points, &pose, stamp_ns, &ready) != UM_OK) return 0;
+      if (um_add_scan(pipeline, &points, &pose, 1 + i, &ready) != UM_OK) return 0;
       if (ready == 0) continue;
       um_keyframe keyframe;
       keyframe.struct_size = sizeof keyframe;
@@ -69,25 +69,18 @@ int main() {
   }
   const um_config config = small_c_config();
   const std::size_t bytes = um_required_bytes(&config);
-  void* const memory = std::aligned_alloc(UM_ALIGNMENT, bytes);
-  std::vector<LabelledScan> scans;
-  for (int i = 0; i < 25; ++i) {
-    scans.push_back(scene_with_walker().scan(driving(i), 0.1 * i));
-  }
+  const MemoryBlock memory(bytes);
+  const MemoryBlock scratch(std::size_t{4} << 20U);  // more than um_encode_scratch_bytes
   std::vector<std::uint8_t> labels(100000);
   std::vector<std::uint8_t> buffer(1U << 20U);
-  // More than um_encode_scratch_bytes of this configuration.
-  const std::size_t scratch_bytes = std::size_t{4} << 20U;
-  auto* const scratch = static_cast<std::byte*>(std::aligned_alloc(UM_ALIGNMENT, scratch_bytes));
+  (void)walker_scan(0);  // makes them all
   unsigned keyframes = 0;
   {
     const AllocationGuard guard;
-    keyframes = run(memory, bytes, config, scans, labels, {scratch, scratch_bytes}, buffer);
+    keyframes = run(memory.data(), bytes, config, labels, scratch.span(), buffer);
   }
   const std::uint64_t allocations = AllocationGuard::count() - before;
   std::printf("%llu allocations in %u keyframes\n", static_cast<unsigned long long>(allocations),
               keyframes);
-  std::free(scratch);
-  std::free(memory);
   return allocations == 0 && keyframes == 4 ? 0 : 1;
 }

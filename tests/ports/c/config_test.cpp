@@ -5,15 +5,10 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "c_pipeline.hpp"
-#include "unimapper/core/decimal.hpp"
-#include "unimapper/core/owned.hpp"
-#include "unimapper/core/parameter_table.hpp"
-#include "unimapper/onboard/pipeline.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;
@@ -37,50 +32,13 @@ std::string refused(const um_config* config, void* memory, std::size_t bytes, um
   return message == nullptr ? "" : message;
 }
 
-/// Sets a parameter to another value, and returns the text that does.
-std::string change(const Parameter& row, PipelineConfig& config) {
-  const std::string before(text_of(row, &config).view());
-  const double middle = 0.7 * row.range.low + 0.3 * row.range.high;
-  for (const std::string& text :
-       {std::string("true"), std::string("false"), std::string("only_same"),
-        std::string(decimal_of(static_cast<float>(middle)).view()),
-        std::to_string(static_cast<long>(middle)), std::to_string(static_cast<long>(middle) + 1)}) {
-    ParameterMessage message;
-    if (text != before && set_parameter(row, text, &config, message)) {
-      return std::string(text_of(row, &config).view());
-    }
-  }
-  FAIL("no other value of " << row.name.view());
-  return {};
+std::string value_of(const um_config& config, const char* name) {
+  char value[32];
+  REQUIRE(um_config_get(&config, name, value, sizeof value) == UM_OK);
+  return value;
 }
 
 }  // namespace
-
-TEST_CASE("a name sets the C++ parameter of that name and no other") {
-  const std::span<const Parameter> rows = kParameters<PipelineConfig>;
-  for (const Parameter& row : rows) {
-    um_config c;
-    REQUIRE(um_config_init(&c, sizeof c, UM_SENSOR_GENERIC) == UM_OK);
-    PipelineConfig expected;
-    REQUIRE(unimapper::c::init_config(expected, sizeof c, &c) == UM_OK);
-    const PipelineConfig before = expected;
-    const std::string text = change(row, expected);
-    CAPTURE(row.name.view(), text);
-    const char* message = nullptr;
-    REQUIRE(um_config_set(&c, row.name.view().data(), text.c_str(), &message) == UM_OK);
-    CHECK(std::string(message).empty());
-    char written[32];
-    CHECK(um_config_get(&c, row.name.view().data(), written, sizeof written) == UM_OK);
-    CHECK(written == text);
-    PipelineConfig config;
-    // Members that do not fit each other are none of this test's concern.
-    (void)unimapper::c::read_config(&c, config);
-    for (const Parameter& other : rows) {
-      CHECK(text_of(other, &config).view() == text_of(other, &expected).view());
-      CHECK((text_of(other, &config).view() == text_of(other, &before).view()) == (&other != &row));
-    }
-  }
-}
 
 TEST_CASE("the members of um_config are parameters of the C++ configuration") {
   um_config c;
@@ -107,13 +65,16 @@ TEST_CASE("the members of um_config are parameters of the C++ configuration") {
   CHECK(config.clock_ns() == 7);
 
   // By name they are the same values, in both directions.
-  char value[32];
-  CHECK(um_config_get(&c, "voxel.max_cells", value, sizeof value) == UM_OK);
-  CHECK(std::string(value) == "4321");
+  CHECK(value_of(c, "voxel.max_cells") == "4321");
   CHECK(um_config_set(&c, "keyframe.range_max_m", "66.5", nullptr) == UM_OK);
+  CHECK(um_config_set(&c, "removal.window", "5", nullptr) == UM_OK);
   CHECK(c.keyframe_range_max_m == 66.5F);
   CHECK(c.voxel_max_cells == 4321);
   CHECK(c.clock_ns != nullptr);
+  REQUIRE(unimapper::c::read_config(&c, config).status == UM_OK);
+  CHECK(config.keyframe.range_max_m == 66.5F);
+  CHECK(config.removal.window == 5);
+  CHECK(value_of(c, "removal.window") == "5");
 }
 
 TEST_CASE("a parameter that cannot be set is refused in words") {
@@ -137,13 +98,10 @@ TEST_CASE("a parameter that cannot be set is refused in words") {
   CHECK_THAT(refused_with("removal.window", nullptr, UM_NULL_ARGUMENT), Contains("null"));
   CHECK_THAT(refused_with(std::string(5000, 'x').c_str(), "1", UM_UNKNOWN_PARAMETER),
              Contains("is no parameter"));
-  char now[32];
-  char then[32];
-  REQUIRE(um_config_get(&c, "removal.window", now, sizeof now) == UM_OK);
-  REQUIRE(um_config_get(&before, "removal.window", then, sizeof then) == UM_OK);
-  CHECK(std::string(now) == then);
+  CHECK(value_of(c, "removal.window") == value_of(before, "removal.window"));
 
-  CHECK(um_config_get(&c, "removal.windw", now, sizeof now) == UM_UNKNOWN_PARAMETER);
+  char now[3];
+  CHECK(um_config_get(&c, "removal.windw", now, 3) == UM_UNKNOWN_PARAMETER);
   CHECK(um_config_get(&c, "removal.window", now, 2) == UM_CAPACITY_EXCEEDED);
   CHECK(um_config_get(&c, "removal.window", now, 3) == UM_OK);
   CHECK(um_config_get(&c, "removal.window", nullptr, 3) == UM_NULL_ARGUMENT);
@@ -156,41 +114,8 @@ TEST_CASE("a configuration may be copied, message and all") {
   REQUIRE(um_config_set(&c, "removal.window", "3", nullptr) == UM_OK);
   const um_config copy = c;
   REQUIRE(um_config_set(&c, "removal.window", "4", nullptr) == UM_OK);
-  char value[8];
-  REQUIRE(um_config_get(&copy, "removal.window", value, sizeof value) == UM_OK);
-  CHECK(std::string(value) == "3");
+  CHECK(value_of(copy, "removal.window") == "3");
   CHECK(um_required_bytes(&copy) < um_required_bytes(&c));
-}
-
-TEST_CASE("presets need the memory that the C++ ones need, plus the handle") {
-  std::size_t handle = 0;
-  for (std::uint32_t sensor = UM_SENSOR_GENERIC; sensor <= UM_SENSOR_LIVOX_MID_360; ++sensor) {
-    um_config config;
-    REQUIRE(um_config_init(&config, sizeof config, sensor) == UM_OK);
-    CHECK(check(config, UM_OK).empty());
-    const std::size_t core = Pipeline::required_bytes(preset(static_cast<SensorKind>(sensor)));
-    const std::size_t bytes = um_required_bytes(&config);
-    if (handle == 0) handle = bytes - core;
-    CHECK(bytes == core + handle);
-  }
-  // Room for 256 loops, the most that a search may be configured to give, and for the scans of the
-  // keyframe closed last and of the one finished last.
-  CHECK(handle < 256 * sizeof(um_loop) + 2 * UM_MAX_SCANS * sizeof(um_scan) + 4096);
-}
-
-TEST_CASE("smaller computers have presets of their own") {
-  um_config config;
-  std::size_t before = SIZE_MAX;
-  for (std::uint32_t computer = UM_COMPUTER_SERVER; computer <= UM_COMPUTER_ARMV7_WITH_64_MB;
-       ++computer) {
-    REQUIRE(um_config_init_for(&config, sizeof config, UM_SENSOR_OS2_128, computer) == UM_OK);
-    CHECK(check(config, UM_OK).empty());
-    const std::size_t bytes = um_required_bytes(&config);
-    CHECK(bytes < before);
-    before = bytes;
-  }
-  CHECK(before <= 64'000'000);
-  CHECK(um_config_init_for(&config, sizeof config, UM_SENSOR_OS2_128, 4) == UM_UNKNOWN_COMPUTER);
 }
 
 TEST_CASE("room for events is part of the block") {

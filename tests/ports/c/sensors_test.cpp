@@ -1,12 +1,31 @@
-// Sensors of C programs: names, data sheets, and whether a configuration fits them.
+// Tests of sensors of C programs: names, data sheets, and whether a configuration fits them.
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <string>
 
 #include "ports/c/unimapper.h"
-#include "unimapper/onboard/config.hpp"
+#include "unimapper/onboard/pipeline.hpp"
 
 using namespace unimapper;
+
+namespace {
+
+um_sensor_model data_sheet_of(SensorKind kind) {
+  const SensorModel& known = sensor_model(kind);
+  return {sizeof(um_sensor_model),  static_cast<std::uint32_t>(known.pattern),
+          known.horizontal_fov_deg, known.elevation_min_deg,
+          known.elevation_max_deg,  known.range_min_m,
+          known.range_max_m,        known.rings,
+          known.points_per_scan,    known.scan_rate_hz};
+}
+
+um_sensor_fit no_fit() {
+  um_sensor_fit fit{};
+  fit.struct_size = sizeof fit;
+  return fit;
+}
+
+}  // namespace
 
 TEST_CASE("sensors are found by name") {
   std::uint32_t sensor = 99;
@@ -14,56 +33,71 @@ TEST_CASE("sensors are found by name") {
   CHECK(sensor == UM_SENSOR_OS2_128);
   CHECK(um_sensor_find("thermometer", &sensor) == UM_UNKNOWN_SENSOR);
   CHECK(sensor == UM_SENSOR_OS2_128);
-  um_config config;
-  CHECK(um_config_init(&config, sizeof config, 8) == UM_UNKNOWN_SENSOR);
+  CHECK(um_sensor_find(nullptr, nullptr) == UM_NULL_ARGUMENT);
 }
 
-namespace {
-
-um_sensor_model data_sheet_of(SensorKind kind) {
-  const SensorModel& known = sensor_model(kind);
-  um_sensor_model model{};
-  model.struct_size = sizeof model;
-  model.pattern = static_cast<std::uint32_t>(known.pattern);
-  model.horizontal_fov_deg = known.horizontal_fov_deg;
-  model.elevation_min_deg = known.elevation_min_deg;
-  model.elevation_max_deg = known.elevation_max_deg;
-  model.range_min_m = known.range_min_m;
-  model.range_max_m = known.range_max_m;
-  model.rings = known.rings;
-  model.points_per_scan = known.points_per_scan;
-  model.scan_rate_hz = known.scan_rate_hz;
-  return model;
-}
-
-}  // namespace
-
-TEST_CASE("a known sensor's data sheet fills in what its name does") {
+TEST_CASE("a sensor's name and its data sheet give the preset of C++, its memory and its fit") {
+  std::size_t handle = 0;
+  int misfits = 0;
   for (const SensorModel& known : sensor_models()) {
     for (std::uint32_t computer = 0; computer <= UM_COMPUTER_ARMV7_WITH_64_MB; ++computer) {
+      CAPTURE(known.kind, computer);
+      const auto sensor = static_cast<std::uint32_t>(known.kind);
       const um_sensor_model model = data_sheet_of(known.kind);
+      PipelineConfig expected = preset(known.kind, static_cast<Computer>(computer));
       um_config by_name{};
       um_config by_model{};
       const char* message = nullptr;
-      REQUIRE(um_config_init_for(&by_name, sizeof by_name, static_cast<std::uint32_t>(known.kind),
-                                 computer) == UM_OK);
+      REQUIRE(um_config_init_for(&by_name, sizeof by_name, sensor, computer) == UM_OK);
+      REQUIRE(um_config_check(&by_name, nullptr) == UM_OK);
       REQUIRE(um_config_from_model(&by_model, sizeof by_model, &model, computer, &message) ==
               UM_OK);
       CHECK(std::string(message).empty());
-      CHECK(um_required_bytes(&by_model) == um_required_bytes(&by_name));
+      const std::size_t core = Pipeline::required_bytes(expected);
+      if (handle == 0) handle = um_required_bytes(&by_name) - core;
+      CHECK(um_required_bytes(&by_name) == core + handle);
+      CHECK(um_required_bytes(&by_model) == core + handle);
       for (const char* name :
            {"keyframe.range_min_m", "keyframe.range_max_m", "keyframe.max_points_per_scan",
             "free_space.horizontal_fov_deg", "free_space.elevation_min_deg",
             "free_space.elevation_max_deg", "free_space.elevation_resolution_deg",
             "free_space.images_per_keyframe", "ground.propagation_voxels"}) {
-        char expected[32];
-        char value[32];
-        REQUIRE(um_config_get(&by_name, name, expected, sizeof expected) == UM_OK);
-        REQUIRE(um_config_get(&by_model, name, value, sizeof value) == UM_OK);
-        CHECK(std::string(value) == expected);
+        char of_name[32];
+        char of_model[32];
+        REQUIRE(um_config_get(&by_name, name, of_name, sizeof of_name) == UM_OK);
+        REQUIRE(um_config_get(&by_model, name, of_model, sizeof of_model) == UM_OK);
+        CHECK(std::string(of_model) == of_name);
+      }
+      // As it is, and with fewer cells.
+      for (const std::uint32_t fewer : {1U, 4U}) {
+        by_name.voxel_max_cells /= fewer;
+        expected.voxel.max_cells = by_name.voxel_max_cells;
+        const SensorFit cpp = sensor_fit(known, expected);
+        misfits += cpp.fits() ? 0 : 1;
+        um_sensor_fit fit = no_fit();
+        um_sensor_fit fit_by_model = no_fit();
+        REQUIRE(um_sensor_fit_get(&by_name, sensor, &fit) == UM_OK);
+        CHECK(fit.struct_size == sizeof fit);
+        CHECK(fit.fits == (cpp.fits() ? 1 : 0));
+        CHECK(fit.cells_needed == cpp.cells_needed);
+        CHECK(fit.cells == by_name.voxel_max_cells);
+        CHECK(fit.range_m == cpp.range_m);
+        REQUIRE(um_sensor_fit_from_model(&by_name, &model, &fit_by_model, &message) == UM_OK);
+        CHECK(std::string(message).empty());
+        CHECK(std::memcmp(&fit_by_model, &fit, sizeof fit) == 0);
       }
     }
   }
+  CHECK(misfits > 0);
+  // Room for 256 loops, the most that a search may be configured to give, and for the scans of the
+  // keyframe closed last and of the one finished last.
+  CHECK(handle < 256 * sizeof(um_loop) + 2 * UM_MAX_SCANS * sizeof(um_scan) + 4096);
+  um_config config;
+  REQUIRE(um_config_init_for(&config, sizeof config, UM_SENSOR_OS2_128,
+                             UM_COMPUTER_ARMV7_WITH_64_MB) == UM_OK);
+  CHECK(um_required_bytes(&config) <= 64'000'000);
+  CHECK(um_config_init(&config, sizeof config, 8) == UM_UNKNOWN_SENSOR);
+  CHECK(um_config_init_for(&config, sizeof config, 0, 4) == UM_UNKNOWN_COMPUTER);
 }
 
 TEST_CASE("a data sheet with a mistake is refused in words and writes nothing") {
@@ -89,56 +123,11 @@ TEST_CASE("a data sheet with a mistake is refused in words and writes nothing") 
   CHECK(um_config_from_model(nullptr, sizeof config, nullptr, 0, nullptr) == UM_NULL_ARGUMENT);
 }
 
-TEST_CASE("what a sensor needs is what C++ says, by name and by data sheet") {
-  for (const SensorModel& known : sensor_models()) {
-    for (std::uint32_t computer = 0; computer <= UM_COMPUTER_ARMV7_WITH_64_MB; ++computer) {
-      const auto sensor = static_cast<std::uint32_t>(known.kind);
-      um_config config;
-      REQUIRE(um_config_init_for(&config, sizeof config, sensor, computer) == UM_OK);
-      const SensorFit expected =
-          sensor_fit(known, preset(known.kind, static_cast<Computer>(computer)));
-      um_sensor_fit fit{};
-      fit.struct_size = sizeof fit;
-      REQUIRE(um_sensor_fit_get(&config, sensor, &fit) == UM_OK);
-      CHECK(fit.struct_size == sizeof fit);
-      CHECK(fit.fits == (expected.fits() ? 1 : 0));
-      CHECK(fit.cells_needed == expected.cells_needed);
-      CHECK(fit.cells == config.voxel_max_cells);
-      CHECK(fit.range_m == expected.range_m);
-
-      um_sensor_fit by_model{};
-      by_model.struct_size = sizeof by_model;
-      const um_sensor_model model = data_sheet_of(known.kind);
-      const char* message = nullptr;
-      REQUIRE(um_sensor_fit_from_model(&config, &model, &by_model, &message) == UM_OK);
-      CHECK(std::string(message).empty());
-      CHECK(std::memcmp(&by_model, &fit, sizeof fit) == 0);
-    }
-  }
-}
-
-TEST_CASE("fewer cells than a sensor needs do not fit it, a shorter range does") {
-  um_config config;
-  REQUIRE(um_config_init(&config, sizeof config, UM_SENSOR_OS2_128) == UM_OK);
-  um_sensor_fit fit{};
-  fit.struct_size = sizeof fit;
-  REQUIRE(um_sensor_fit_get(&config, UM_SENSOR_OS2_128, &fit) == UM_OK);
-  REQUIRE(fit.fits == 1);
-  config.voxel_max_cells = fit.cells_needed - 1;
-  REQUIRE(um_sensor_fit_get(&config, UM_SENSOR_OS2_128, &fit) == UM_OK);
-  CHECK(fit.fits == 0);
-  CHECK(fit.range_m < config.keyframe_range_max_m);
-  config.keyframe_range_max_m = fit.range_m - 0.1F;
-  REQUIRE(um_sensor_fit_get(&config, UM_SENSOR_OS2_128, &fit) == UM_OK);
-  CHECK(fit.fits == 1);
-}
-
 TEST_CASE("what cannot be compared is refused and writes nothing") {
   um_config config;
   REQUIRE(um_config_init(&config, sizeof config, UM_SENSOR_VLP_16) == UM_OK);
   um_sensor_model model = data_sheet_of(SensorKind::kVlp16);
-  um_sensor_fit fit{};
-  fit.struct_size = sizeof fit;
+  um_sensor_fit fit = no_fit();
   const um_sensor_fit untouched = fit;
   const char* message = nullptr;
   CHECK(um_sensor_fit_get(&config, UM_SENSOR_VLP_16, nullptr) == UM_NULL_ARGUMENT);

@@ -12,38 +12,28 @@
 
 using namespace unimapper;
 using namespace unimapper::shared_memory;
+using test::ConsumedTopic;
 using test::publish;
 using test::Random;
-using test::TestShare;
+using test::take_text;
 using test::text_of;
+using test::Topic;
 
 namespace {
 
-WriterOptions small() {
-  WriterOptions options;
-  options.message_bytes = 64;
-  options.consumers = 3;
-  options.leases = 2;
-  options.history = 1;
-  return options;
-}
-
-File table_of(const TestShare& share, std::uint32_t slot) {
-  return open_file(file_name(share.name(), "topic", FilePart::kConsumer, slot), true);
+WriterOptions options_of(std::uint32_t message_bytes = 64) {
+  return {.message_bytes = message_bytes, .consumers = 3};
 }
 
 }  // namespace
 
 TEST_CASE("A hostile consumer's lease table never stops the writer nor another consumer") {
-  const TestShare share;
-  Writer writer;
-  REQUIRE(writer.open(share.name(), "topic", small()).ok);
-  Reader honest;
-  REQUIRE(honest.open(share.name(), "topic").ok);
-  REQUIRE(publish(writer, "held") != 0);
+  ConsumedTopic topic(options_of());
+  topic.publish("held");
   Sample held;
-  REQUIRE(honest.take(held) == Taken::kMessage);
-  const std::array<File, 2> tables{table_of(share, 1), table_of(share, 2)};
+  REQUIRE(topic.reader.take(held) == Taken::kMessage);
+  const std::array<File, 2> tables{topic.file(FilePart::kConsumer, 1),
+                                   topic.file(FilePart::kConsumer, 2)};
   Random random(1);
   for (int i = 0; i < 3000; ++i) {
     for (const File& table : tables) {
@@ -53,9 +43,9 @@ TEST_CASE("A hostile consumer's lease table never stops the writer nor another c
       REQUIRE(pwrite(table.descriptor(), words.data(), sizeof words, 0) == sizeof words);
       if (random.below(8) == 0) REQUIRE(ftruncate(table.descriptor(), random.below(70)) == 0);
     }
-    REQUIRE(publish(writer, "new") != 0);
+    topic.publish("new");
     Sample sample;
-    REQUIRE(honest.take(sample) == Taken::kMessage);
+    REQUIRE(topic.reader.take(sample) == Taken::kMessage);
     CHECK(text_of(sample) == "new");
     CHECK(sample.missed() == 0);
   }
@@ -64,35 +54,29 @@ TEST_CASE("A hostile consumer's lease table never stops the writer nor another c
 }
 
 TEST_CASE("A consumer whose lease table another one destroys loses its leases and nothing else") {
-  const TestShare share;
-  Writer writer;
-  REQUIRE(writer.open(share.name(), "topic", small()).ok);
-  Reader victim;
-  REQUIRE(victim.open(share.name(), "topic").ok);
-  REQUIRE(publish(writer, "held") != 0);
+  ConsumedTopic topic(options_of());
+  topic.publish("held");
   Sample held;
-  REQUIRE(victim.take(held) == Taken::kMessage);
-  const File table = table_of(share, victim.slot());
+  REQUIRE(topic.reader.take(held) == Taken::kMessage);
+  const File table = topic.file(FilePart::kConsumer, topic.reader.slot());
   REQUIRE(ftruncate(table.descriptor(), 0) == 0);
-  for (int i = 0; i < 20; ++i) REQUIRE(publish(writer, "new") != 0);
+  topic.publish("new", 20);
   CHECK_FALSE(held.intact());
   held.release();
-  REQUIRE(victim.take_latest(held) == Taken::kMessage);
+  REQUIRE(topic.reader.take_latest(held) == Taken::kMessage);
   CHECK(text_of(held) == "new");
   CHECK(held.intact());
 }
 
 TEST_CASE("A reader cannot write what the others read") {
-  const TestShare share;
-  Writer writer;
-  REQUIRE(writer.open(share.name(), "topic", small()).ok);
-  REQUIRE(publish(writer, "x") != 0);
+  Topic topic(options_of());
+  topic.publish("x");
   const pid_t child = fork();
   if (child == 0) {
     signal(SIGSEGV, SIG_DFL);
     Reader reader;
     Sample sample;
-    if (!reader.open(share.name(), "topic").ok) _exit(1);
+    if (!reader.open(topic.share.name(), "topic").ok) _exit(1);
     if (reader.take(sample) != Taken::kMessage) _exit(2);
     *const_cast<std::byte*>(sample.bytes().data()) = std::byte{0};
     _exit(0);
@@ -103,15 +87,10 @@ TEST_CASE("A reader cannot write what the others read") {
 }
 
 TEST_CASE("A file that is no topic is refused, and a writer replaces it") {
-  const TestShare share;
-  Writer writer;
-  REQUIRE(writer.open(share.name(), "topic", small()).ok);
-  const FileName name = file_name(share.name(), "topic", FilePart::kSegment);
-  const File file = open_file(name, true);
+  ConsumedTopic topic(options_of());
+  const File file = topic.file(FilePart::kSegment);
   std::array<std::uint32_t, 16> good{};
   REQUIRE(pread(file.descriptor(), good.data(), sizeof good, 0) == sizeof good);
-  Reader reader;
-  REQUIRE(reader.open(share.name(), "topic").ok);
   // Magic, version, content, sizes and counts: each wrong once.
   for (std::size_t word = 0; word < 7; ++word) {
     for (const std::uint32_t wrong : {0U, ~0U, good.at(word) ^ 0x80000000U}) {
@@ -120,46 +99,37 @@ TEST_CASE("A file that is no topic is refused, and a writer replaces it") {
       bad.at(word) = wrong;
       REQUIRE(pwrite(file.descriptor(), bad.data(), sizeof bad, 0) == sizeof bad);
       Reader late;
-      const Outcome outcome = late.open(share.name(), "topic");
+      const Outcome outcome = late.open(topic.share.name(), "topic");
       CHECK_FALSE(outcome.ok);
       CHECK((outcome.error_number == EPROTO || outcome.error_number == EAGAIN));
     }
   }
-  writer = Writer();
-  Writer next;
-  REQUIRE(next.open(share.name(), "topic", small()).ok);
-  CHECK(publish(next, "anew") == 1);
-  CHECK(reader.is_replaced());
-  REQUIRE(reader.open(share.name(), "topic").ok);
-  Sample sample;
-  REQUIRE(reader.take(sample) == Taken::kMessage);
-  CHECK(text_of(sample) == "anew");
+  topic.writer = Writer();
+  topic.open(options_of());
+  CHECK(publish(topic.writer, "anew") == 1);
+  CHECK(topic.reader.is_replaced());
+  topic.open(topic.reader);
+  CHECK(take_text(topic.reader) == "anew");
 }
 
 TEST_CASE("A segment of any length but its own is refused") {
-  const TestShare share;
-  Writer writer;
-  REQUIRE(writer.open(share.name(), "topic", small()).ok);
-  const File file = open_file(file_name(share.name(), "topic", FilePart::kSegment), true);
+  const Topic topic(options_of());
+  const File file = topic.file(FilePart::kSegment);
   const std::int64_t bytes = file.size();
   for (const std::int64_t wrong : {std::int64_t{0}, std::int64_t{20}, bytes - 1, bytes + 1}) {
     REQUIRE(ftruncate(file.descriptor(), static_cast<off_t>(wrong)) == 0);
     Reader reader;
-    CHECK_FALSE(reader.open(share.name(), "topic").ok);
+    CHECK_FALSE(reader.open(topic.share.name(), "topic").ok);
   }
 }
 
 TEST_CASE("Random words in the header lead no reader out of the segment") {
-  const TestShare share;
-  Writer writer;
-  WriterOptions options = small();
-  options.message_bytes = 4096;
-  REQUIRE(writer.open(share.name(), "topic", options).ok);
-  REQUIRE(publish(writer, "x") != 0);
+  Topic topic(options_of(4096));
+  topic.publish("x");
   Reader reader;
-  REQUIRE(reader.open(share.name(), "topic").ok);
+  topic.open(reader);
   Mapping mapping;
-  const File file = open_file(file_name(share.name(), "topic", FilePart::kSegment), true);
+  const File file = topic.file(FilePart::kSegment);
   REQUIRE(mapping.open(file, static_cast<std::size_t>(file.size()), true).ok);
   auto* const words = reinterpret_cast<std::uint32_t*>(mapping.data());
   const std::size_t count = chunks_offset(reader.shape()) / 4;

@@ -42,14 +42,8 @@ struct Counters {
   [[nodiscard]] bool clean() const { return astray + torn + leaked + dropped + lost == 0; }
 };
 
-WriterOptions options() {
-  WriterOptions options;
-  options.message_bytes = kBytes;
-  options.consumers = kConsumers;
-  options.leases = 2;
-  options.history = 3;
-  return options;
-}
+constexpr WriterOptions kOptions{
+    .message_bytes = kBytes, .consumers = kConsumers, .leases = 2, .history = 3};
 
 /// Publishes one message; false if there was no chunk for it.
 bool publish(Writer& writer, std::uint64_t seed) {
@@ -57,6 +51,22 @@ bool publish(Writer& writer, std::uint64_t seed) {
   if (memory.size() != kBytes) return false;
   fill(memory, seed);
   return writer.publish(kBytes, static_cast<std::int64_t>(seed)) != 0;
+}
+
+/// This process ends when it has taken that step so many times.
+void end_at(std::uint32_t step, std::uint32_t times) {
+  last_step = static_cast<Step>(step);
+  steps_left = times;
+  ends = true;
+}
+
+/// Counts how a child ended; `failed` if it found a fault itself.
+void count_end(int status, Counters& counters, std::uint32_t& failed) {
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) {
+    ++counters.killed;
+  } else {
+    ++(WIFEXITED(status) && WEXITSTATUS(status) == 3 ? failed : counters.astray);
+  }
 }
 
 /// Takes all there is and checks it.
@@ -71,15 +81,9 @@ void drain(Reader& reader, Counters& counters, std::uint32_t& last) {
 
 /// A child: takes messages until it is killed.
 [[noreturn]] void consume(const std::string& share, std::uint32_t at, std::uint32_t times) {
-  if (at != kRandom) {
-    last_step = static_cast<Step>(at);
-    steps_left = times;
-    ends = true;
-  }
+  if (at != kRandom) end_at(at, times);
   Reader reader;
-  ReaderOptions from_oldest;
-  from_oldest.start = ReaderOptions::Start::kOldest;
-  if (!reader.open(share, "storm", from_oldest).ok) _exit(2);
+  if (!reader.open(share, "storm", {.start = ReaderOptions::Start::kOldest}).ok) _exit(2);
   std::array<Sample, 2> samples;
   for (std::uint32_t i = 0;; ++i) {
     Sample& sample = samples[i % 2];
@@ -93,7 +97,7 @@ void drain(Reader& reader, Counters& counters, std::uint32_t& last) {
 Counters kill_consumers(const std::string& share, std::uint32_t count) {
   Counters counters;
   Writer writer;
-  if (!writer.open(share, "storm", options()).ok) std::abort();
+  if (!writer.open(share, "storm", kOptions).ok) std::abort();
   if (!publish(writer, 1)) std::abort();
   Reader steady;
   if (!steady.open(share, "storm").ok) std::abort();
@@ -114,13 +118,7 @@ Counters kill_consumers(const std::string& share, std::uint32_t count) {
       counters.dropped += publish(writer, i + turn) ? 0 : 1;
       drain(steady, counters, last);
     }
-    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) {
-      ++counters.killed;
-    } else if (WIFEXITED(status) && WEXITSTATUS(status) == 3) {
-      ++counters.torn;
-    } else {
-      ++counters.astray;
-    }
+    count_end(status, counters, counters.torn);
     // What the dead hold is held for now, and the writer goes on.
     if (i % 7 != 0) continue;
     (void)writer.reclaim();
@@ -137,13 +135,9 @@ Counters kill_consumers(const std::string& share, std::uint32_t count) {
 [[noreturn]] void write(const std::string& share, std::uint32_t at, std::uint32_t times,
                         std::uint64_t seed) {
   const bool in_message = at == kRandom;
-  if (!in_message) {
-    last_step = static_cast<Step>(at);
-    steps_left = times;
-    ends = true;
-  }
+  if (!in_message) end_at(at, times);
   Writer writer;
-  if (!writer.open(share, "storm", options()).ok) _exit(2);
+  if (!writer.open(share, "storm", kOptions).ok) _exit(2);
   for (std::uint64_t i = 0; i < 16; ++i) {
     const std::span<std::byte> memory = writer.loan();
     if (memory.size() != kBytes) _exit(3);
@@ -161,7 +155,7 @@ Counters kill_writers(const std::string& share, std::uint32_t count) {
   Counters counters;
   {
     Writer first;
-    if (!first.open(share, "storm", options()).ok || !publish(first, 1)) std::abort();
+    if (!first.open(share, "storm", kOptions).ok || !publish(first, 1)) std::abort();
   }
   auto steady = std::make_unique<Reader>();
   if (!steady->open(share, "storm").ok) std::abort();
@@ -176,13 +170,7 @@ Counters kill_writers(const std::string& share, std::uint32_t count) {
     if (child == 0) write(share, step == kWriterSteps ? kRandom : kFirst + step, times, i);
     int status = 0;
     (void)waitpid(child, &status, 0);
-    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) {
-      ++counters.killed;
-    } else if (WIFEXITED(status) && WEXITSTATUS(status) == 3) {
-      ++counters.dropped;
-    } else {
-      ++counters.astray;
-    }
+    count_end(status, counters, counters.dropped);
     if (steady->is_replaced() || steady->has_writer()) ++counters.leaked;
     Sample sample;
     while (steady->take(sample) == Taken::kMessage) {
@@ -200,7 +188,7 @@ Counters kill_writers(const std::string& share, std::uint32_t count) {
   held.release();
   steady.reset();
   Writer last;
-  if (!last.open(share, "storm", options()).ok || !publish(last, 1)) ++counters.leaked;
+  if (!last.open(share, "storm", kOptions).ok || !publish(last, 1)) ++counters.leaked;
   last.remove();
   return counters;
 }

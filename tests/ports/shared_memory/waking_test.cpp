@@ -12,59 +12,41 @@
 
 using namespace unimapper;
 using namespace unimapper::shared_memory;
-using test::publish;
+using test::ConsumedTopic;
 using test::small;
-using test::TestShare;
+using test::Topic;
 
-TEST_CASE("A consumer that waits is woken by the next message") {
-  const TestShare share;
-  Writer writer;
-  REQUIRE(writer.open(share.name(), "topic", small()).ok);
-  Reader reader;
-  REQUIRE(reader.open(share.name(), "topic").ok);
-  CHECK_FALSE(reader.wait(1'000'000));
-  std::thread publisher([&] {
-    usleep(20'000);
-    (void)publish(writer, "x");
-  });
-  CHECK(reader.wait(60'000'000'000));
-  publisher.join();
-  CHECK(reader.wait(0));
-}
-
-TEST_CASE("A thread beside the writer is woken by the next message, as the consumer is") {
-  const TestShare share;
-  Writer writer;
-  CHECK(writer.wait_beyond(0, 1) == 0);  // not open
-  REQUIRE(writer.open(share.name(), "topic", {.message_bytes = 64, .consumers = 1}).ok);
-  CHECK(writer.wait_beyond(0, 1'000'000) == 0);
-  Reader reader;
-  REQUIRE(reader.open(share.name(), "topic").ok);
+TEST_CASE("A consumer and a thread beside the writer that wait are woken by the next message") {
+  ConsumedTopic topic;
+  CHECK(Writer().wait_beyond(0, 1) == 0);  // not open
+  CHECK(topic.writer.wait_beyond(0, 1'000'000) == 0);
+  CHECK_FALSE(topic.reader.wait(1'000'000));
   std::atomic<std::uint32_t> heard{0};
   std::atomic<bool> waited{false};
   std::thread announcer([&] {
-    while (heard == 0) heard = writer.wait_beyond(0, 60'000'000'000);
+    while (heard == 0) heard = topic.writer.wait_beyond(0, 60'000'000'000);
   });
-  std::thread consumer([&] { waited = reader.wait(60'000'000'000); });
-  CHECK(publish(writer, "first") == 1);
+  std::thread consumer([&] { waited = topic.reader.wait(60'000'000'000); });
+  usleep(20'000);
+  topic.publish("first");
   announcer.join();
   consumer.join();
   CHECK(heard == 1);
   CHECK(waited);
-  CHECK(writer.wait_beyond(0, 60'000'000'000) == 1);  // at once
+  // At once.
+  CHECK(topic.writer.wait_beyond(0, 60'000'000'000) == 1);
+  CHECK(topic.reader.wait(0));
 }
 
 TEST_CASE("Two consumers in threads get every message whole while the writer hurries") {
-  const TestShare share;
-  Writer writer;
   WriterOptions options = small();
   options.message_bytes = 4096;
-  REQUIRE(writer.open(share.name(), "topic", options).ok);
+  Topic topic(options);
   constexpr std::uint32_t kMessages = 3000;
   std::array<std::uint32_t, 2> seen{};
   std::array<std::uint32_t, 2> torn{};
   std::array<Reader, 2> readers;
-  for (Reader& reader : readers) REQUIRE(reader.open(share.name(), "topic").ok);
+  for (Reader& reader : readers) topic.open(reader);
   std::vector<std::thread> threads;
   for (std::size_t i = 0; i < 2; ++i) {
     threads.emplace_back([&, i] {
@@ -72,24 +54,20 @@ TEST_CASE("Two consumers in threads get every message whole while the writer hur
       while (last < kMessages && readers.at(i).wait(10'000'000'000)) {
         Sample sample;
         if (readers.at(i).take(sample) != Taken::kMessage) continue;
-        for (const std::byte byte : sample.bytes()) {
-          if (byte != sample.bytes().front()) {
-            ++torn.at(i);
-            break;
-          }
-        }
+        const std::span<const std::byte> bytes = sample.bytes();
+        torn.at(i) += std::memcmp(bytes.data(), bytes.data() + 1, bytes.size() - 1) == 0 ? 0 : 1;
         seen.at(i) += 1 + sample.missed();
         last = sample.sequence();
       }
     });
   }
   for (std::uint32_t i = 0; i < kMessages; ++i) {
-    const std::span<std::byte> memory = writer.loan();
+    const std::span<std::byte> memory = topic.writer.loan();
     std::memset(memory.data(), static_cast<int>(i % 251), memory.size());
-    if (writer.publish(memory.size(), 0) == 0) break;
+    if (topic.writer.publish(memory.size(), 0) == 0) break;
   }
   for (std::thread& thread : threads) thread.join();
-  CHECK(writer.latest() == kMessages);
+  CHECK(topic.writer.latest() == kMessages);
   CHECK(torn == std::array<std::uint32_t, 2>{});
   CHECK(seen == std::array<std::uint32_t, 2>{kMessages, kMessages});
 }

@@ -23,6 +23,16 @@ inline StoreOptions impatient() {
   return options;
 }
 
+/// What has arrived of a keyframe whose last piece is missing.
+inline std::vector<wire_test::Message> most_of(const KeyframeRecord& record) {
+  std::vector<wire_test::Message> pieces = wire_test::pieces(record);
+  pieces.pop_back();
+  return pieces;
+}
+inline std::vector<wire_test::Message> most_of(const SessionId& id, std::uint32_t sequence) {
+  return most_of(wire_test::keyframe_of(id, sequence));
+}
+
 struct Base {
   KeyframeStore store;
   wire::Receiver receiver;
@@ -37,6 +47,10 @@ struct Base {
   }
   void feed(const SessionId& id, std::uint32_t sequence) {
     feed(wire_test::pieces(wire_test::keyframe_of(id, sequence)));
+  }
+  /// So many keyframes from the first on.
+  void feed_first(const SessionId& id, std::uint32_t keyframes) {
+    for (std::uint32_t sequence = 0; sequence < keyframes; ++sequence) feed(id, sequence);
   }
   /// A second later.
   void advance() { receiver.advance(now_ns += kSecondNs); }

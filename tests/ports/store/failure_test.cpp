@@ -103,7 +103,7 @@ TEST_CASE("a store at its largest size takes nothing more and loses nothing it h
   CHECK(stored_bytes(folder.path()).size() == acknowledged);
   // With more room it goes on.
   Base base(folder.path());
-  for (std::uint32_t sequence = 0; sequence < 200; ++sequence) base.feed(kAlpha.id, sequence);
+  base.feed_first(kAlpha.id, 200);
   base.advance();
   CHECK(base.acknowledged().at(kAlpha.id) == 200);
 }
@@ -112,7 +112,7 @@ TEST_CASE("a session that cannot be read is reported, not taken for a new one") 
   const TemporaryDirectory folder;
   {
     Base base(folder.path());
-    for (std::uint32_t sequence = 0; sequence < 3; ++sequence) base.feed(kAlpha.id, sequence);
+    base.feed_first(kAlpha.id, 3);
     base.advance();
   }
   Base base(folder.path());

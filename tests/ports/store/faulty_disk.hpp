@@ -6,12 +6,14 @@
 #include <atomic>
 #include <stdexcept>
 
+#include "ports/store/database.hpp"
+
 namespace unimapper::store::store_test {
 
-/// The system's methods and ours, of databases or of write-ahead logs.
+/// Ours and the system's, which differ between databases and write-ahead logs.
 struct FileMethods {
+  sqlite3_io_methods ours{};  // first: a file points to it
   const sqlite3_io_methods* real = nullptr;
-  sqlite3_io_methods ours{};
 };
 
 /// What fails from now on, in this process.
@@ -49,7 +51,6 @@ struct FaultyDisk {
 
  private:
   static inline int (*real_open)(sqlite3_vfs*, const char*, sqlite3_file*, int, int*) = nullptr;
-
   static inline FileMethods of_database;
   static inline FileMethods of_log;
 
@@ -62,32 +63,45 @@ struct FaultyDisk {
     if (methods.real == nullptr) {
       methods.real = file->pMethods;
       methods.ours = *methods.real;
-      methods.ours.xWrite = is_log ? &write<true> : &write<false>;
-      methods.ours.xSync = is_log ? &sync<true> : &sync<false>;
+      methods.ours.xWrite = &write;
+      methods.ours.xSync = &sync;
     }
     if (file->pMethods != methods.real) throw std::runtime_error("another file layer");
     file->pMethods = &methods.ours;
     return outcome;
   }
-  template <bool kIsLog>
-  static const sqlite3_io_methods& real() {
-    return *(kIsLog ? of_log : of_database).real;
+  static const sqlite3_io_methods& real(const sqlite3_file* file) {
+    return *reinterpret_cast<const FileMethods*>(file->pMethods)->real;
   }
-  template <bool kIsLog>
   static int write(sqlite3_file* file, const void* bytes, int count, sqlite3_int64 at) {
-    if (write_error != SQLITE_OK && writes_left-- <= 0) {
-      ++failures;
-      return write_error;
-    }
-    return real<kIsLog>().xWrite(file, bytes, count, at);
+    if (write_error == SQLITE_OK || writes_left-- > 0)
+      return real(file).xWrite(file, bytes, count, at);
+    ++failures;
+    return write_error;
   }
-  template <bool kIsLog>
   static int sync(sqlite3_file* file, int flags) {
-    if (sync_error != SQLITE_OK) {
-      ++failures;
-      return sync_error;
+    if (sync_error == SQLITE_OK) return real(file).xSync(file, flags);
+    ++failures;
+    return sync_error;
+  }
+};
+
+/// A change on a disk that is full after so many writes, and what became of it.
+struct Attempt {
+  bool failed = false;   ///< it threw
+  bool was_hit = false;  ///< a write failed
+
+  template <typename Change>
+  Attempt(int writes, const Change& change) {
+    FaultyDisk::writes_left = writes;
+    FaultyDisk::write_error = SQLITE_FULL;
+    try {
+      change();
+    } catch (const StoreError&) {
+      failed = true;
     }
-    return real<kIsLog>().xSync(file, flags);
+    was_hit = FaultyDisk::failures > 0;
+    FaultyDisk::heal();
   }
 };
 
