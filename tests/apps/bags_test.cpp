@@ -1,28 +1,23 @@
 // End-to-end tests of simulated bags: what their folder holds, but for what de-skewing leaves.
-#include <catch2/catch.hpp>
 #include <cmath>
-#include <nlohmann/json.hpp>
-#include <string>
-#include <vector>
 
 #include "ports/datasets/dataset.hpp"
-#include "ports/datasets/files.hpp"
-#include "tests/apps/command.hpp"
+#include "tests/apps/project.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;
+
+namespace fs = std::filesystem;
 
 namespace {
 
 constexpr std::size_t kScans = 40;
 
 /// A drive as a folder with bags of all kinds in it.
-void simulate_drive(const std::filesystem::path& folder) {
-  const CommandResult result = run_unimapper(
-      {"simulate", "--sensor", "vlp-16", "--scans", std::to_string(kScans), "--seed", "5", "--bag",
-       "mcap,rosbag1,rosbag2", "--extrinsic", "1,0.5,-0.25,2,5,30", "--out", folder.string()});
-  INFO(result.err);
-  REQUIRE(result.exit_code == 0);
+void simulate_drive(const fs::path& folder) {
+  (void)run_well({"simulate", "--sensor", "vlp-16", "--scans", std::to_string(kScans), "--seed",
+                  "5", "--bag", "mcap,rosbag1,rosbag2", "--extrinsic", "1,0.5,-0.25,2,5,30",
+                  "--out", folder});
 }
 
 /// Root mean square distance of the same points of two recordings.
@@ -46,19 +41,16 @@ double distance_m(const datasets::Dataset& a, const datasets::Dataset& b) {
   return std::sqrt(sum / static_cast<double>(count));
 }
 
-double accuracy(const std::filesystem::path& truth, const std::filesystem::path& run) {
-  const CommandResult result =
-      run_unimapper({"evaluate", "dynamic", "--truth", truth.string(), "--run", run.string()});
-  INFO(result.err);
-  REQUIRE(result.exit_code == 0);
-  return nlohmann::json::parse(result.out)["AA"];
+double accuracy(const fs::path& truth, const fs::path& run) {
+  const Words evaluate = {"evaluate", "dynamic", "--truth", truth, "--run", run};
+  return nlohmann::json::parse(run_well(evaluate).out)["AA"];
 }
 
 }  // namespace
 
 TEST_CASE("bags of a drive hold the scans and poses of its folder") {
   const TemporaryDirectory directory;
-  const auto folder = directory.path() / "drive";
+  const auto folder = directory / "drive";
   simulate_drive(folder);
   const auto expected = datasets::open_dataset(folder);
   for (const char* bag : {"drive.mcap", "drive.bag", "drive"}) {
@@ -82,38 +74,22 @@ TEST_CASE("bags of a drive hold the scans and poses of its folder") {
 
 TEST_CASE("the map of a bag is that of its folder", "[slow]") {
   const TemporaryDirectory directory;
-  const auto folder = directory.path() / "drive";
+  const auto folder = directory / "drive";
   simulate_drive(folder);
-  const auto run = [&](const std::string& input, const std::string& name,
-                       const std::vector<std::string>& options) {
-    const auto out = directory.path() / name;
-    std::vector<std::string> arguments = {"onboard", input, "--out", out.string()};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    const CommandResult result = run_unimapper(arguments);
-    INFO(result.err);
-    REQUIRE(result.exit_code == 0);
+  const auto run = [&](const fs::path& input, const std::string& name, const Words& options) {
+    const fs::path out = directory / name;
+    (void)run_well({"onboard", input, "--out", out}, options);
     return out;
   };
-  const auto of_folder = run(folder.string(), "of_folder", {});
+  const auto of_folder = run(folder, "of_folder", {});
   // The folder names its sensor.
-  const std::string mcap = (folder / "drive.mcap").string();
-  const auto of_bag = run(mcap, "of_bag", {});
-  const auto of_raw = run(mcap, "of_raw", {"--sensor", "vlp-16", "--deskew", "off"});
-  const auto folder_stats = nlohmann::json::parse(read_text(of_folder / "stats.json"));
-  const auto bag_stats = nlohmann::json::parse(read_text(of_bag / "stats.json"));
-  CHECK(bag_stats["keyframes"] == folder_stats["keyframes"]);
-  std::size_t points = 0;
-  std::size_t equal = 0;
-  for (const auto& file : datasets::list_files(of_folder / "labels", ".label")) {
-    const std::string a = read_text(file);
-    const std::string b = read_text(of_bag / "labels" / file.filename());
-    REQUIRE(a.size() == b.size());
-    for (std::size_t i = 0; i < a.size(); i += 4) {
-      ++points;
-      equal += a[i] == b[i] ? 1 : 0;
-    }
-  }
-  const double share = static_cast<double>(equal) / static_cast<double>(points);
+  const auto of_bag = run(folder / "drive.mcap", "of_bag", {});
+  const auto of_raw =
+      run(folder / "drive.mcap", "of_raw", {"--sensor", "vlp-16", "--deskew", "off"});
+  CHECK(read_json(of_bag / "stats.json")["keyframes"] ==
+        read_json(of_folder / "stats.json")["keyframes"]);
+  const LabelPairs labels = label_pairs(of_folder, of_bag);
+  const double share = static_cast<double>(labels.equal) / static_cast<double>(labels.all);
   const double aa_folder = accuracy(folder, of_folder);
   const double aa_bag = accuracy(folder, of_bag);
   WARN("AA of the folder " << aa_folder << " %, of the bag " << aa_bag << " %, not de-skewed "

@@ -100,13 +100,6 @@ quota)
   grep -q 'session alpha of robot 5 is beyond a quota' "$directory/err" || fail "nothing was said"
   holds 'beta_two: .* 2 keyframes .* 0 missing, ended'
   ;;
-second_base)
-  start
-  "$unimapper" base --store "$store" --listen "$url" 2>"$directory/contents" && fail "it ran"
-  grep -q "a base writes to this store (process $base)" "$directory/contents" ||
-    fail "the second base says something else"
-  stop INT
-  ;;
 *)
   echo "unknown scenario $scenario"
   exit 2

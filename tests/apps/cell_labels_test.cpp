@@ -13,11 +13,12 @@ const Eigen::Vector3f kDynamic(0.05F, 0.05F, 0.05F);
 const Eigen::Vector3f kStatic(0.65F, 0.05F, 0.05F);
 
 /// A keyframe with a dynamic cell and a static one 60 cm along x.
-CellLabels two_cells() {
+CellLabels two_cells(const merge::RefinedKeyframe& refined = {},
+                     float cell_size_m = kFineCellSizeM) {
   KeyframeRecord keyframe;
   keyframe.static_cells.push_back({kStatic, 1, 0, 0});
   keyframe.dynamic_cells.push_back({kDynamic, 1, 0, 0});
-  return {keyframe, {}, kFineCellSizeM};
+  return {keyframe, refined, cell_size_m};
 }
 
 }  // namespace
@@ -42,18 +43,13 @@ TEST_CASE("a point beside a dynamic cell that was left out of the keyframe is st
 }
 
 TEST_CASE("a point may lie farther from the mean of a larger cell") {
-  KeyframeRecord keyframe;
-  keyframe.dynamic_cells.push_back({kDynamic, 1, 0, 0});
-  const CellLabels labels(keyframe, {}, 0.5F);
+  const CellLabels labels = two_cells({}, 0.5F);
   CHECK(labels.is_dynamic(kDynamic + Eigen::Vector3f(0.0F, 0.86F, 0.0F)));
   CHECK_FALSE(labels.is_dynamic(kDynamic + Eigen::Vector3f(0.0F, 0.92F, 0.0F)));
 }
 
 TEST_CASE("refined labels replace the robot's") {
-  KeyframeRecord keyframe;
-  keyframe.static_cells.push_back({kStatic, 1, 0, 0});
-  keyframe.dynamic_cells.push_back({kDynamic, 1, 0, 0});
-  const CellLabels labels(keyframe, {{0, 1}}, kFineCellSizeM);
+  const CellLabels labels = two_cells({.changed = {0, 1}});
   CHECK_FALSE(labels.is_dynamic(kDynamic));
   CHECK(labels.is_dynamic(kStatic));
 }

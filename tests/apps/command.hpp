@@ -1,6 +1,9 @@
 // Runner of the command-line tool, and small recordings for it.
 #pragma once
 
+#include <sys/types.h>
+
+#include <catch2/catch.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -12,6 +15,8 @@
 
 namespace unimapper::apps {
 
+using Words = std::vector<std::string>;
+
 /// What the tool said and how it ended.
 struct CommandResult {
   int exit_code = -1;
@@ -19,11 +24,21 @@ struct CommandResult {
   std::string err;
 };
 
-/// Runs `unimapper ARGUMENTS...`, no shell in between that could change them.
-CommandResult run_unimapper(const std::vector<std::string>& arguments);
+/// Starts `program ARGUMENTS...` with that output, no shell in between that could change them.
+pid_t start(const char* program, const Words& arguments, int out, int err);
+
+/// Runs `unimapper ARGUMENTS... MORE...`.
+CommandResult run_unimapper(const Words& arguments, const Words& more = {});
+/// The same for what must succeed.
+CommandResult run_well(const Words& arguments, const Words& more = {});
+
+/// Checks the exit code and the message of a command that failed.
+void check_fails(const CommandResult& result, const std::string& message, int exit_code = 1);
 
 std::string read_text(const std::filesystem::path& file);
 void write_text(const std::filesystem::path& file, const std::string& text);
+/// The numbers of each line.
+std::vector<std::vector<double>> read_rows(const std::filesystem::path& file);
 
 /// A drive at 1 m per scan along a street with walls on both sides.
 struct SmallRecording {
@@ -36,9 +51,19 @@ struct SmallRecording {
   void write(const std::filesystem::path& directory) const;
 };
 
-/// A run of a small recording with a VLP-16, NAME in the directory, its data beside it. The tool
-/// must succeed.
+/// A run of a recording with a VLP-16, whose pipeline needs little memory: NAME in the directory,
+/// its data in NAME-data beside it.
+std::string make_run(const TemporaryDirectory& directory, const std::string& name,
+                     const SmallRecording& recording, const Words& more = {});
 std::string make_run(const TemporaryDirectory& directory, const std::string& name,
                      std::size_t scans);
+
+/// Labels of two runs on the same points.
+struct LabelPairs {
+  std::size_t all = 0;
+  std::size_t equal = 0;
+  std::size_t dynamic = 0;  ///< in the first run
+};
+LabelPairs label_pairs(const std::filesystem::path& first, const std::filesystem::path& second);
 
 }  // namespace unimapper::apps

@@ -7,12 +7,11 @@
 #include <stdexcept>
 
 #include "ports/store/database.hpp"
-#include "ports/store/keyframe_store.hpp"
 #include "ports/store/store_reader.hpp"
 #include "src/apps/upper_triangle.hpp"
+#include "tests/apps/stored.hpp"
 #include "tests/merge/known_map.hpp"
 #include "tests/temporary_directory.hpp"
-#include "unimapper/wire/keyframe_codec.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;
@@ -77,13 +76,20 @@ struct Site {
   /// Stored together.
   void keep(const std::vector<std::uint32_t>& sequences, const SessionId& session = kAlpha) {
     for (const std::uint32_t sequence : sequences) {
-      KeyframeRecord record = keyframe(sequence, session);
-      std::vector<std::uint8_t> bytes = wire::encode_keyframe(record);
-      REQUIRE(kept->keep(wire::ReceivedKeyframe{std::move(bytes), std::move(record)}) !=
-              wire::KeyframeStorage::Taken::kNoRoom);
+      store_keyframe(*kept, keyframe(sequence, session));
     }
     (void)kept->commit_all(++commits);
     REQUIRE(kept->trouble().empty());
+  }
+  /// Stored, and looked at.
+  void hear(const std::vector<std::uint32_t>& sequences, const SessionId& session = kAlpha) {
+    keep(sequences, session);
+    look();
+  }
+  /// So much time passes.
+  void wait(LiveLocalisation::Clock::duration time) {
+    now += time;
+    look();
   }
   void keep_state(const SessionInfo& info, bool ended) {
     kept->keep(wire::SessionSummary{info.id, info, ended, 0, 0});
@@ -134,8 +140,7 @@ TEST_CASE("a robot is told of each keyframe what the localiser says of it", "[li
   const auto count = static_cast<std::uint32_t>(direct_answers().size());
   site.keep_state({kAlpha, "friday", "os2-128"}, false);
   for (std::uint32_t first = 0; first < count; first += 6) {
-    site.keep(numbers(first, std::min(count, first + 6)));
-    site.look();
+    site.hear(numbers(first, std::min(count, first + 6)));
   }
   REQUIRE(site.answers.size() == count);
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -157,12 +162,9 @@ TEST_CASE("a robot is told of each keyframe what the localiser says of it", "[li
 TEST_CASE("a keyframe that arrives after a later one is left out and counted", "[live]") {
   Site site;
   site.start();
-  site.keep({0, 1, 2});
-  site.look();
-  site.keep({5, 4});  // together: in order
-  site.look();
-  site.keep({3, 6});
-  site.look();
+  site.hear({0, 1, 2});
+  site.hear({5, 4});  // together: in order
+  site.hear({3, 6});
   const std::vector<std::uint32_t> taken = {0, 1, 2, 4, 5, 6};
   const auto expected = direct(taken);
   REQUIRE(site.answers.size() == taken.size());
@@ -181,8 +183,7 @@ TEST_CASE("a base that restarts goes on with a robot at its next keyframe", "[li
   site.answers.clear();
   site.start();
   CHECK(site.answers.empty());
-  site.keep({count - 1});
-  site.look();
+  site.hear({count - 1});
   // Of what was before, it is told nothing again.
   REQUIRE(site.answers.size() == 1);
   CHECK(site.answers[0].sequence == count - 1);
@@ -203,14 +204,12 @@ TEST_CASE("without a map the base says so once, and finds one that comes later",
   site.start();
   CHECK_THAT(site.words, Contains("robots are not localised: site: there is no map in epoch 1"));
   site.words.clear();
-  site.keep({0});
-  site.look();
+  site.hear({0});
   CHECK(reads == 1);
   CHECK(site.answers.empty());
   has_map = true;
   site.now += 11s;
-  site.keep({1});
-  site.look();
+  site.hear({1});
   REQUIRE(site.answers.size() == 1);
   CHECK(site.answers[0].sequence == 1);
   CHECK(site.words == "robots are localised in the map of epoch 5\n");
@@ -238,27 +237,23 @@ TEST_CASE("sessions beyond the bound are refused and told once, until one is qui
   Site site;
   site.max_sessions = 1;
   site.start();
-  site.keep({0}, kAlpha);
-  site.look();
-  site.keep({0}, kBeta);
-  site.look();
+  site.hear({0}, kAlpha);
+  site.hear({0}, kBeta);
   CHECK(site.answers.size() == 1);
   CHECK_THAT(site.words, Contains("(robot 2) is not localised: 1 sessions are"));
   site.words.clear();
-  site.keep({1}, kBeta);
-  site.look();
+  site.hear({1}, kBeta);
   CHECK(site.words.empty());
   CHECK(site.live->counters().sessions_refused == 2);
   site.now += 31s;
-  site.keep({2}, kBeta);
-  site.look();
+  site.hear({2}, kBeta);
   CHECK(site.forgotten == std::vector<SessionId>{kAlpha});
   REQUIRE(site.answers.size() == 2);
   CHECK(site.answers[1].session == kBeta);
   CHECK(site.answers[1].sequence == 2);
 }
 
-TEST_CASE("a session is forgotten after its end, and taken up again if it goes on", "[live]") {
+TEST_CASE("a session is forgotten after its end or ten minutes, and taken up again", "[live]") {
   Site site;
   site.start();
   site.keep({0, 1});
@@ -266,25 +261,16 @@ TEST_CASE("a session is forgotten after its end, and taken up again if it goes o
   site.look();
   CHECK(site.answers.size() == 2);
   CHECK(site.forgotten.empty());
-  site.now += 4s;
-  site.look();
+  site.wait(4s);
   CHECK(site.forgotten == std::vector<SessionId>{kAlpha});
-  site.keep({2});
-  site.look();
+  site.hear({2});
   REQUIRE(site.answers.size() == 3);
   CHECK(site.answers[2].sequence == 2);
   CHECK(site.live->counters().keyframes == 5);
-}
-
-TEST_CASE("a robot that stands still for ten minutes is forgotten", "[live]") {
-  Site site;
-  site.start();
-  site.keep({0});
-  site.look();
-  site.now += 9min;
-  site.look();
-  CHECK(site.forgotten.empty());
-  site.now += 1min;
-  site.look();
-  CHECK(site.forgotten == std::vector<SessionId>{kAlpha});
+  // A robot that stands still, its session not ended
+  site.hear({0}, kBeta);
+  site.wait(9min);
+  CHECK(site.forgotten == std::vector<SessionId>{kAlpha, kAlpha});
+  site.wait(1min);
+  CHECK(site.forgotten.back() == kBeta);
 }

@@ -1,12 +1,10 @@
 // Tests of `unimapper map import`: poses that another program has optimised.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdio>
 #include <sstream>
 
-#include "ports/store/store_reader.hpp"
 #include "src/apps/map/g2o_poses.hpp"
-#include "tests/apps/command.hpp"
+#include "tests/apps/project.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;
@@ -51,25 +49,28 @@ TEST_CASE("vertices of a g2o file are read in any order", "[map_import]") {
 }
 
 TEST_CASE("damaged g2o files are refused with the line", "[map_import]") {
-  const auto refused = [](const std::string& text, const std::string& why) {
-    CHECK_THROWS_WITH(parsed(text), Contains(why));
+  const std::string vertex = kFirst + "VERTEX_SE3:QUAT ";
+  const struct {
+    std::string text, why;
+  } damaged[] = {
+      {"", "g.g2o: has no vertex 0; the map has 2 keyframes"},
+      {kFirst, "g.g2o: has no vertex 1"},
+      {kFirst + kFirst, "g.g2o:2: vertex 0 is there twice"},
+      {vertex + "2 4 5 6 0 0 0 1\n", "g.g2o:2: vertex 2 is of no keyframe"},
+      {vertex + "-1 4 5 6 0 0 0 1\n", "'-1' is no number of a vertex"},
+      {vertex + "1 4 5 6 0 0 0\n", "g.g2o:2: has 8 columns, not 9"},
+      {vertex + "1 4 5 6 0 0 0 1 1\n", "has 10 columns, not 9"},
+      {vertex + "1 4 nan 6 0 0 0 1\n", "'nan' is no finite number"},
+      {vertex + "1 4 inf 6 0 0 0 1\n", "'inf' is no finite number"},
+      {vertex + "1 4 5x 6 0 0 0 1\n", "'5x' is no finite number"},
+      {vertex + "1 1e300 5 6 0 0 0 1\n", "the position is out of range"},
+      {vertex + "1 4 5 6 0 0 0 0\n", "qx qy qz qw are no unit quaternion"},
+      {kFirst + "VERTEX_SE2 1 4 5 6\n", "'VERTEX_SE2' is none of"},
+      {kFirst + kSecond + edge("0 7"), "g.g2o:3: vertex 7 is of no keyframe"},
+      {kFirst + kSecond + "EDGE_SE3:QUAT 0 1 1 2\n", "g.g2o:3: has 5 columns, not 31"},
+      {kFirst + kSecond + "FIX\n", "g.g2o:3: has 1 columns, not 2"},
   };
-  refused("", "g.g2o: has no vertex 0; the map has 2 keyframes");
-  refused(kFirst, "g.g2o: has no vertex 1");
-  refused(kFirst + kFirst, "g.g2o:2: vertex 0 is there twice");
-  refused(kFirst + "VERTEX_SE3:QUAT 2 4 5 6 0 0 0 1\n", "g.g2o:2: vertex 2 is of no keyframe");
-  refused(kFirst + "VERTEX_SE3:QUAT -1 4 5 6 0 0 0 1\n", "'-1' is no number of a vertex");
-  refused(kFirst + "VERTEX_SE3:QUAT 1 4 5 6 0 0 0\n", "g.g2o:2: has 8 columns, not 9");
-  refused(kFirst + "VERTEX_SE3:QUAT 1 4 5 6 0 0 0 1 1\n", "has 10 columns, not 9");
-  refused(kFirst + "VERTEX_SE3:QUAT 1 4 nan 6 0 0 0 1\n", "'nan' is no finite number");
-  refused(kFirst + "VERTEX_SE3:QUAT 1 4 inf 6 0 0 0 1\n", "'inf' is no finite number");
-  refused(kFirst + "VERTEX_SE3:QUAT 1 4 5x 6 0 0 0 1\n", "'5x' is no finite number");
-  refused(kFirst + "VERTEX_SE3:QUAT 1 1e300 5 6 0 0 0 1\n", "the position is out of range");
-  refused(kFirst + "VERTEX_SE3:QUAT 1 4 5 6 0 0 0 0\n", "qx qy qz qw are no unit quaternion");
-  refused(kFirst + "VERTEX_SE2 1 4 5 6\n", "'VERTEX_SE2' is none of");
-  refused(kFirst + kSecond + edge("0 7"), "g.g2o:3: vertex 7 is of no keyframe");
-  refused(kFirst + kSecond + "EDGE_SE3:QUAT 0 1 1 2\n", "g.g2o:3: has 5 columns, not 31");
-  refused(kFirst + kSecond + "FIX\n", "g.g2o:3: has 1 columns, not 2");
+  for (const auto& [text, why] : damaged) CHECK_THROWS_WITH(parsed(text), Contains(why));
   // Cut off anywhere, a file is refused or is whole without what is missing.
   const std::string whole = kFirst + kSecond;
   for (std::size_t size = 0; size + 5 < whole.size(); ++size) {
@@ -78,24 +79,14 @@ TEST_CASE("damaged g2o files are refused with the line", "[map_import]") {
 }
 
 TEST_CASE("imported poses are an epoch, exported as they were given, and undone", "[map_import]") {
-  const TemporaryDirectory directory;
-  const std::string store = (directory / "store").string();
-  const auto map = [&](std::vector<std::string> words) {
-    words.insert(words.begin() + 1, {"--store", store});
-    words.insert(words.begin(), "map");
-    CommandResult result = run_unimapper(words);
-    CHECK(store::StoreReader(store).check().empty());
-    return result;
-  };
+  const Project project;
   const auto graph_of = [&](const std::string& name) {
-    REQUIRE(map({"export", "--out", (directory / name).string()}).exit_code == 0);
-    return read_text(directory / name / "graph.g2o");
+    return read_text(project.exported(name) / "graph.g2o");
   };
-  REQUIRE(map({"create"}).exit_code == 0);
-  REQUIRE(map({"add", make_run(directory, "a", 34), make_run(directory, "b", 24)}).exit_code == 0);
-  const std::string none = (directory / "none.g2o").string();
-  CHECK_THAT(map({"import", none}).err, Contains("there is no map whose poses could be replaced"));
-  REQUIRE(map({"merge"}).exit_code == 0);
+  project.done({"add", project.run("a", 34), project.run("b", 24)});
+  const std::string none = project.directory / "none.g2o";
+  project.refused({"import", none}, "there is no map whose poses could be replaced");
+  project.done({"merge"});
   const std::string first = graph_of("first");
 
   // Every vertex 10 m farther along x.
@@ -112,20 +103,17 @@ TEST_CASE("imported poses are an epoch, exported as they were given, and undone"
     }
     moved += line + "\n";
   }
-  const std::string file = (directory / "moved.g2o").string();
-  write_text(file, moved);
-  CHECK_THAT(map({"import", file}).out, Contains("which moves keyframes by up to 10.000 m"));
+  const std::string file = project.directory.write("moved.g2o", moved);
+  CHECK_THAT(project.done({"import", file}).out,
+             Contains("which moves keyframes by up to 10.000 m"));
   const std::vector<double> wanted = vertex_numbers(moved);
   const std::vector<double> found = vertex_numbers(graph_of("second"));
   REQUIRE(found.size() == wanted.size());
   for (std::size_t i = 0; i < found.size(); ++i) CHECK(std::abs(found[i] - wanted[i]) < 3e-9);
 
-  REQUIRE(map({"undo"}).exit_code == 0);
-  const bool is_as_before = graph_of("third") == first;
-  CHECK(is_as_before);
+  project.done({"undo"});
+  CHECK((graph_of("third") == first));
   write_text(file, moved + "VERTEX_SE3:QUAT 99 0 0 0 0 0 0 1\n");
-  const CommandResult refused = map({"import", file});
-  CHECK(refused.exit_code == 1);
-  CHECK_THAT(refused.err, Contains("vertex 99 is of no keyframe"));
-  CHECK_THAT(map({"import", none}).err, Contains("none.g2o"));
+  project.refused({"import", file}, "vertex 99 is of no keyframe");
+  project.refused({"import", none}, "none.g2o");
 }

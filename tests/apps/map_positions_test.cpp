@@ -1,13 +1,9 @@
 // Tests of `unimapper map position`, `positions` and of what exports say of them.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
-#include <nlohmann/json.hpp>
 
-#include "ports/store/store_reader.hpp"
 #include "src/apps/map/position_file.hpp"
-#include "tests/apps/command.hpp"
+#include "tests/apps/project.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;
@@ -18,44 +14,10 @@ namespace fs = std::filesystem;
 namespace {
 
 /// A project of one session, "a".
-struct Project {
-  TemporaryDirectory directory;
-  std::string store = (directory / "store").string();
-
-  Project() {
-    done({"create"});
-    done({"add", make_run(directory, "a", 34)});
-  }
-  [[nodiscard]] CommandResult map(const std::vector<std::string>& arguments) const {
-    std::vector<std::string> all = {"map", arguments.front(), "--store", store};
-    all.insert(all.end(), arguments.begin() + 1, arguments.end());
-    return run_unimapper(all);
-  }
-  CommandResult done(const std::vector<std::string>& arguments) const {
-    CommandResult result = map(arguments);
-    INFO(result.err);
-    REQUIRE(result.exit_code == 0);
-    CHECK(store::StoreReader(store).check().empty());
-    return result;
-  }
-  void refused(const std::vector<std::string>& arguments, const std::string& why) const {
-    const CommandResult result = map(arguments);
-    CHECK(result.exit_code != 0);
-    CHECK_THAT(result.err, Contains(why));
-    CHECK(store::StoreReader(store).check().empty());
-  }
-  [[nodiscard]] nlohmann::json show() const {
-    return nlohmann::json::parse(done({"show", "--json"}).out);
-  }
+struct OneSession : Project {
+  OneSession() { done({"add", run("a", 34)}); }
   [[nodiscard]] std::string file(const std::string& text) const {
-    const auto path = directory / "positions.csv";
-    write_text(path, text);
-    return path.string();
-  }
-  [[nodiscard]] nlohmann::json exported(const std::string& folder, const char* name) const {
-    const auto out = directory / folder;
-    done({"export", "--out", out.string()});
-    return nlohmann::json::parse(read_text(out / name));
+    return directory.write("positions.csv", text);
   }
 };
 
@@ -81,28 +43,29 @@ TEST_CASE("a file of positions has named columns and strict lines", "[map_positi
   CHECK_FALSE(heights[0].sigma_xy_m);
   CHECK(heights[0].position == Eigen::Vector3d(0, 0, 4.5));
 
-  const auto refused = [](const std::string& text, const std::string& why) {
-    CHECK_THROWS_WITH(parsed(text), Contains(why));
-  };
   const std::string names = kNames;
-  refused("", "f.csv: holds no position");
-  refused(names, "f.csv: holds no position");
-  refused("7,1,2,3,1,1\n", "f.csv:1: the first line names the columns");
-  refused(names + "7,1,2,3,1\n", "f.csv:2: has 5 columns, not 6");
-  refused(names + "7,1,2,3,1,1,\n", "f.csv:2: has 7 columns, not 6");
-  refused(names + "7,1,2,nan,1,1\n", "f.csv:2: 'nan' is out of range");
-  refused(names + "7,1,2,3x,1,1\n", "f.csv:2: '3x' is no number");
-  refused(names + "7,1,,3,1,1\n", "is no number");
-  refused(names + "7,1,2,3,0,1\n", "f.csv:2: '0' is out of range");
-  refused(names + "7,1,2,3,inf,1\n", "is out of range");
-  refused(names + "-7,1,2,3,1,1\n", "f.csv:2: '-7' is no number of a keyframe");
-  refused(names + "7,1,2,3,1,1\n8,1,2,3,1,1\n7,1,2,3,1,1\n",
-          "f.csv:4: keyframe 7 is in line 2, too");
-  refused("stamp,z,sigma_z\n1.0000000001,4,1\n", "is no stamp");
-  refused("stamp,z,sigma_z\n1.5e3,4,1\n", "is no stamp");
-  refused("stamp,latitude,longitude,height,sigma_xy,sigma_z\n1,48,11,500,1,1\n", "need --datum");
-  CHECK_THROWS_WITH(parse_positions(names + "7,1,2,3,1,1\n", "f.csv", Datum{}),
-                    Contains("--datum has no meaning"));
+  const std::string one = names + "7,1,2,3,1,1\n";
+  const struct {
+    std::string text, why;
+  } refused[] = {
+      {"", "f.csv: holds no position"},
+      {names, "f.csv: holds no position"},
+      {"7,1,2,3,1,1\n", "f.csv:1: the first line names the columns"},
+      {names + "7,1,2,3,1\n", "f.csv:2: has 5 columns, not 6"},
+      {names + "7,1,2,3,1,1,\n", "f.csv:2: has 7 columns, not 6"},
+      {names + "7,1,2,nan,1,1\n", "f.csv:2: 'nan' is out of range"},
+      {names + "7,1,2,3x,1,1\n", "f.csv:2: '3x' is no number"},
+      {names + "7,1,,3,1,1\n", "is no number"},
+      {names + "7,1,2,3,0,1\n", "f.csv:2: '0' is out of range"},
+      {names + "7,1,2,3,inf,1\n", "is out of range"},
+      {names + "-7,1,2,3,1,1\n", "f.csv:2: '-7' is no number of a keyframe"},
+      {one + "8,1,2,3,1,1\n7,1,2,3,1,1\n", "f.csv:4: keyframe 7 is in line 2, too"},
+      {"stamp,z,sigma_z\n1.0000000001,4,1\n", "is no stamp"},
+      {"stamp,z,sigma_z\n1.5e3,4,1\n", "is no stamp"},
+      {"stamp,latitude,longitude,height,sigma_xy,sigma_z\n1,48,11,500,1,1\n", "need --datum"},
+  };
+  for (const auto& [text, why] : refused) CHECK_THROWS_WITH(parsed(text), Contains(why));
+  CHECK_THROWS_WITH(parse_positions(one, "f.csv", Datum{}), Contains("--datum has no meaning"));
 }
 
 TEST_CASE("latitude and longitude become east, north and up of the datum", "[map_positions]") {
@@ -126,12 +89,12 @@ TEST_CASE("latitude and longitude become east, north and up of the datum", "[map
 }
 
 TEST_CASE("positions are kept, numbered, replaced, withdrawn and undone", "[map_positions]") {
-  const Project project;
+  const OneSession project;
   project.done({"position", "a:1", "--at", "700001", "5300002", "503", "--sigma", "0.5", "2"});
   project.done({"position", "a:0", "--height", "502", "--sigma", "0.3"});
   const auto two = project.file(std::string(kNames) + "0,700000,5300000,502,1,1\n2,1,2,3,1,1\n");
   CHECK_THAT(project.done({"positions", "a", "--file", two}).out, Contains("2 positions of a"));
-  nlohmann::json said = project.show()["statements"];
+  nlohmann::json said = project.statements();
   REQUIRE(said.size() == 3);
   CHECK(said[0]["kind"] == "position");
   CHECK(said[0]["session"] == "a");
@@ -143,42 +106,51 @@ TEST_CASE("positions are kept, numbered, replaced, withdrawn and undone", "[map_
   // Of the same keyframe, and of a file for the same session, the later one counts.
   project.done({"position", "a:1", "--at", "700001", "5300002", "504", "--sigma", "0.5"});
   project.done({"positions", "a", "--file", two});
-  said = project.show()["statements"];
+  said = project.statements();
   REQUIRE(said.size() == 3);
   project.done({"withdraw", std::to_string(said[2]["statement"].get<int>())});
-  CHECK(project.show()["statements"].size() == 2);
+  CHECK(project.statements().size() == 2);
   project.done({"undo"});
-  CHECK(project.show()["statements"].size() == 3);
+  CHECK(project.statements().size() == 3);
   CHECK_THAT(project.done({"show"}).out, Contains("position a of 2 keyframes"));
 
-  project.refused({"position", "a:99", "--at", "1", "2", "3", "--sigma", "1"},
-                  "there is no keyframe a:99");
-  project.refused({"position", "b:1", "--at", "1", "2", "3", "--sigma", "1"},
-                  "there is no session \"b\"");
-  project.refused({"position", "a:1", "--at", "1", "2", "nan", "--sigma", "1"}, "out of range");
-  project.refused({"position", "a:1", "--at", "1", "2", "3", "--sigma", "-1"}, "--sigma");
-  project.refused({"position", "a:1", "--height", "3", "--sigma", "1", "2"},
-                  "a height has one standard deviation");
-  project.refused({"position", "a:1", "--sigma", "1"}, "--at");
+  const struct {
+    const char* keyframe;
+    Words given;
+    const char* why;
+    int exit_code;
+  } wrong[] = {
+      {"a:99", {"--at", "1", "2", "3", "--sigma", "1"}, "there is no keyframe a:99", 1},
+      {"b:1", {"--at", "1", "2", "3", "--sigma", "1"}, "there is no session \"b\"", 1},
+      {"a:1", {"--at", "1", "2", "nan", "--sigma", "1"}, "out of range", 1},
+      {"a:1", {"--at", "1", "2", "3", "--sigma", "-1"}, "--sigma", 1},
+      {"a:1", {"--height", "3", "--sigma", "1", "2"}, "a height has one standard deviation", 1},
+      {"a:1", {"--sigma", "1"}, "--at", 2},
+  };
+  for (const auto& [keyframe, given, why, exit_code] : wrong) {
+    Words arguments = {"position", keyframe};
+    arguments.insert(arguments.end(), given.begin(), given.end());
+    project.refused(arguments, why, exit_code);
+  }
   project.refused({"positions", "a", "--file", project.file("stamp,z,sigma_z\n1000000,2,1\n")},
                   "positions.csv:2: the stamp is outside of session a, which lasts from ");
   project.refused(
       {"positions", "a", "--file", project.file(std::string(kNames) + "99,1,2,3,1,1\n")},
       "positions.csv:2: there is no keyframe a:99");
-  project.refused({"positions", "a", "--file", (project.directory / "none").string()}, "none");
+  project.refused({"positions", "a", "--file", project.directory / "none"}, "none");
 }
 
 TEST_CASE("an export lies in the frame of the positions", "[map_positions]") {
-  const Project project;
+  const OneSession project;
   project.done({"merge"});
-  const nlohmann::json before = project.exported("before", "summary.json");
+  const nlohmann::json before = read_json(project.exported("before") / "summary.json");
   CHECK_FALSE(before.contains("georeference"));
   CHECK_FALSE(fs::exists(project.directory / "before/georeference.json"));
 
   project.done({"position", "a:1", "--at", "700001.25", "5300002.5", "503", "--sigma", "0.5"});
   CHECK_THAT(project.done({"merge"}).out,
              Contains("and 1 of 1 known positions (which leave the heading unknown)"));
-  const nlohmann::json placed = project.exported("placed", "georeference.json");
+  const nlohmann::json placed = read_json(project.exported("placed") / "georeference.json");
   CHECK(placed["origin"] == nlohmann::json({700000.0, 5300000.0, 0.0}));
   CHECK(placed["horizontal"] == true);
   CHECK(placed["heading_sigma_rad"].is_null());
@@ -190,11 +162,10 @@ TEST_CASE("an export lies in the frame of the positions", "[map_positions]") {
   const std::string graph = read_text(project.directory / "placed/graph.g2o");
   const std::size_t at = graph.find("VERTEX_SE3:QUAT 1 ");
   REQUIRE(at != std::string::npos);
-  double x = 0, y = 0, z = 0;
-  REQUIRE(std::sscanf(graph.c_str() + at, "VERTEX_SE3:QUAT 1 %lf %lf %lf", &x, &y, &z) == 3);
-  CHECK(x == Approx(1.25).margin(0.01));
-  CHECK(y == Approx(2.5).margin(0.01));
-  CHECK(z == Approx(503.0).margin(0.01));
+  Eigen::Vector3d p;
+  REQUIRE(std::sscanf(graph.c_str() + at, "VERTEX_SE3:QUAT 1 %lf %lf %lf", &p.x(), &p.y(),
+                      &p.z()) == 3);
+  CHECK((p - Eigen::Vector3d(1.25, 2.5, 503.0)).cwiseAbs().maxCoeff() < 0.01);
 
   // A wrong one is said, and not used.
   project.done({"position", "a:0", "--at", "701001", "5300002", "503", "--sigma", "0.5"});
@@ -202,16 +173,15 @@ TEST_CASE("an export lies in the frame of the positions", "[map_positions]") {
   const CommandResult merged = project.done({"merge"});
   CHECK_THAT(merged.err, Contains("warning: position of a:0 not used: contradicts another one"));
   CHECK_THAT(project.done({"show"}).out, Contains("positions  3 known, 1 used"));
-  const nlohmann::json height = project.exported("height", "georeference.json");
+  const nlohmann::json height = read_json(project.exported("height") / "georeference.json");
   CHECK(height["horizontal"] == false);
   CHECK(height["origin"] == nlohmann::json({0.0, 0.0, 0.0}));
   // Without statements the map is what it was.
-  const nlohmann::json said = project.show()["statements"];
-  for (const nlohmann::json& statement : said) {
+  for (const nlohmann::json& statement : project.statements()) {
     project.done({"withdraw", std::to_string(statement["statement"].get<int>())});
   }
   project.done({"merge"});
-  CHECK(project.exported("after", "summary.json") == before);
+  CHECK(read_json(project.exported("after") / "summary.json") == before);
   const bool is_same = read_text(project.directory / "after/map.ply") ==
                        read_text(project.directory / "before/map.ply");
   CHECK(is_same);

@@ -1,11 +1,8 @@
 // End-to-end test of `unimapper onboard` on the labelled real sequence, if it is there.
 #include "tests/recordings.hpp"
 
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "ports/datasets/files.hpp"
-#include "tests/apps/command.hpp"
+#include "tests/apps/project.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;
@@ -14,12 +11,9 @@ TEST_CASE("the labelled real KITTI sequence is processed and its accuracy printe
   const auto recording = testing::find_recording("kitti_0005a");
   if (recording.empty()) return;
   const TemporaryDirectory directory;
-  const auto run = directory.path() / "kitti";
-  const CommandResult onboard =
-      run_unimapper({"onboard", recording.string(), "--out", run.string()});
-  INFO(onboard.err);
-  REQUIRE(onboard.exit_code == 0);
-  const auto stats = nlohmann::json::parse(read_text(run / "stats.json"));
+  const auto run = directory / "kitti";
+  (void)run_well({"onboard", recording, "--out", run});
+  const auto stats = read_json(run / "stats.json");
   CHECK(stats["scans"] == 70);
   CHECK(stats["keyframes"] == 7);
   CHECK(stats["scans_refused"].empty());
@@ -29,14 +23,9 @@ TEST_CASE("the labelled real KITTI sequence is processed and its accuracy printe
     REQUIRE(std::filesystem::file_size(labels) == std::filesystem::file_size(scan) / 4);
   }
 
-  const CommandResult score =
-      run_unimapper({"evaluate", "dynamic", "--truth", recording.string(), "--run", run.string()});
-  INFO(score.err);
-  REQUIRE(score.exit_code == 0);
-  const auto points = nlohmann::json::parse(score.out);
+  const auto points = nlohmann::json::parse(
+      run_well({"evaluate", "dynamic", "--truth", recording, "--run", run}).out);
   WARN("kitti_0005a per point: SA " << points["SA"] << " %, DA " << points["DA"] << " %, AA "
                                     << points["AA"] << " %");
-  CHECK(points["SA"].is_number());
-  CHECK(points["DA"].is_number());
-  CHECK(points["AA"].is_number());
+  for (const char* figure : {"SA", "DA", "AA"}) CHECK(points[figure].is_number());
 }

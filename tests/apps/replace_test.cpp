@@ -14,8 +14,8 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Every file below `folder` with its content.
-std::vector<std::string> content(const fs::path& folder) {
-  std::vector<std::string> all;
+Words content(const fs::path& folder) {
+  Words all;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
     if (entry.is_regular_file()) all.push_back(entry.path().string() + read_text(entry.path()));
   }
@@ -23,22 +23,12 @@ std::vector<std::string> content(const fs::path& folder) {
   return all;
 }
 
-/// Runs the command into `folder`, which must be refused with `message` and stay as it is.
-void check_kept(const fs::path& folder, const std::vector<std::string>& arguments,
-                const std::string& message) {
-  const std::vector<std::string> before = content(folder);
-  const CommandResult result = run_unimapper(arguments);
-  INFO(result.err);
-  CHECK(result.exit_code == 1);
-  CHECK_THAT(result.err, Contains(message));
+/// Runs the command, which must fail with `message` and leave `folder` as it is.
+void check_kept(const fs::path& folder, const Words& arguments, const std::string& message,
+                const Words& more = {}) {
+  const Words before = content(folder);
+  check_fails(run_unimapper(arguments, more), message);
   CHECK((content(folder) == before));
-}
-
-void check_done(std::vector<std::string> arguments, const std::vector<std::string>& more = {}) {
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  const CommandResult result = run_unimapper(arguments);
-  INFO(result.err);
-  REQUIRE(result.exit_code == 0);
 }
 
 std::size_t count(const fs::path& folder, const char* extension) {
@@ -48,40 +38,30 @@ std::size_t count(const fs::path& folder, const char* extension) {
 /// A recording with a run of it.
 struct Fixture {
   TemporaryDirectory directory;
-  fs::path dataset = directory / "recording";
-  fs::path run = directory / "run";
+  fs::path dataset = directory / "run-data";
   fs::path map = directory / "map";
-  fs::path mcap = directory / "map.mcap";
-
-  Fixture() {
-    SmallRecording(12).write(dataset);
-    check_done({"onboard", dataset.string(), "--out", run.string(), "--sensor", "vlp-16"});
-  }
-  [[nodiscard]] std::vector<std::string> merge(const std::string& input) const {
-    return {"merge", input, "--out", map.string()};
-  }
+  std::string run = make_run(directory, "run", 12);
 };
 
-std::vector<std::string> simulate(const fs::path& out, const char* scans) {
-  return {"simulate", "--sensor", "vlp-16", "--thin", "16",        "--scans",
-          scans,      "--bag",    "mcap",   "--out",  out.string()};
+const Words kReplace = {"--replace"};
+
+/// A drive of so many scans.
+Words simulate(const fs::path& out, const char* scans) {
+  return {"simulate", "--sensor", "vlp-16", "--thin", "16", "--out", out, "--scans", scans};
 }
 
 }  // namespace
 
 TEST_CASE("an earlier map is kept without --replace and leaves nothing with it") {
   const Fixture fixture;
-  check_done(fixture.merge(fixture.run.string()));
-  check_kept(fixture.map, fixture.merge(fixture.run.string()),
+  const Words merge = {"merge", fixture.run, "--out", fixture.map};
+  (void)run_well(merge);
+  check_kept(fixture.map, merge,
              "holds an earlier map; --replace overwrites it, or choose another --out");
   // A wrong name is told before anything is removed.
-  std::vector<std::string> misspelt = fixture.merge(fixture.run.string() + "s");
-  misspelt.emplace_back("--replace");
-  check_kept(fixture.map, misspelt, "runs");
-  check_done({"onboard", fixture.dataset.string(), "--out", (fixture.directory / "b").string(),
-              "--sensor", "vlp-16"});
+  check_kept(fixture.map, {"merge", fixture.run + "s", "--out", fixture.map}, "runs", kReplace);
   write_text(fixture.map / "note.txt", "mine");
-  check_done(fixture.merge((fixture.directory / "b").string()), {"--replace"});
+  (void)run_well({"merge", make_run(fixture.directory, "b", 12), "--out", fixture.map}, kReplace);
   CHECK(count(fixture.map / "trajectories", ".tum") == 1);
   CHECK(fs::exists(fixture.map / "trajectories/b.tum"));
   CHECK(count(fixture.map / "clouds", ".ply") == 1);
@@ -90,66 +70,53 @@ TEST_CASE("an earlier map is kept without --replace and leaves nothing with it")
 
 TEST_CASE("a map does not go into a run, nor a run into a map or its own recording") {
   const Fixture fixture;
-  check_kept(fixture.run,
-             {"merge", fixture.run.string(), "--out", fixture.run.string(), "--replace"},
-             "holds a run, which this would spoil; choose another --out");
-  check_done(fixture.merge(fixture.run.string()));
-  const std::vector<std::string> onboard = {
-      "onboard", fixture.dataset.string(), "--sensor", "vlp-16", "--replace", "--out"};
-  const auto onboard_to = [&](const fs::path& out) {
-    std::vector<std::string> arguments = onboard;
-    arguments.push_back(out.string());
-    return arguments;
-  };
-  check_kept(fixture.map, onboard_to(fixture.map), "holds a map, which this would spoil");
-  check_kept(fixture.dataset, onboard_to(fixture.dataset), "is the recording itself");
+  check_kept(fixture.run, {"merge", fixture.run, "--out", fixture.run},
+             "holds a run, which this would spoil; choose another --out", kReplace);
+  (void)run_well({"merge", fixture.run, "--out", fixture.map});
+  const Words onboard = {"onboard", fixture.dataset, "--sensor", "vlp-16", "--replace"};
+  check_kept(fixture.map, onboard, "holds a map, which this would spoil", {"--out", fixture.map});
+  check_kept(fixture.dataset, onboard, "is the recording itself", {"--out", fixture.dataset});
 }
 
 TEST_CASE("a file for other programs is kept without --replace") {
   const Fixture fixture;
-  const std::vector<std::string> command = {"export", fixture.run.string(), "--mcap",
-                                            fixture.mcap.string()};
-  check_done(command);
+  const std::string mcap = fixture.directory / "map.mcap";
+  const Words command = {"export", fixture.run, "--mcap", mcap};
+  (void)run_well(command);
   check_kept(fixture.directory.path(), command,
              "map.mcap: exists; --replace overwrites it, or choose another file");
-  check_done(command, {"--replace"});
-  std::vector<std::string> merge = fixture.merge(fixture.run.string());
-  merge.insert(merge.end(), {"--mcap", fixture.mcap.string()});
+  (void)run_well(command, kReplace);
+  const Words merge = {"merge", fixture.run, "--out", fixture.map, "--mcap", mcap};
   check_kept(fixture.directory.path(), merge, "map.mcap: exists");
-  check_done(merge, {"--replace"});
+  (void)run_well(merge, kReplace);
 }
 
 TEST_CASE("an earlier simulation is kept without --replace and leaves nothing with it") {
   const TemporaryDirectory directory;
   const fs::path out = directory / "drive";
-  check_done(simulate(out, "3"));
+  (void)run_well(simulate(out, "3"), {"--bag", "mcap"});
+  REQUIRE(fs::exists(out / "drive.mcap"));
   check_kept(out, simulate(out, "2"), "holds an earlier simulated recording; --replace overwrites");
-  std::vector<std::string> without_bag = simulate(out, "2");
-  without_bag.erase(without_bag.begin() + 7, without_bag.begin() + 9);
-  check_done(without_bag, {"--replace"});
+  (void)run_well(simulate(out, "2"), kReplace);
   CHECK(count(out / "scans", ".bin") == 2);
   CHECK(count(out / "labels", ".label") == 2);
   CHECK_FALSE(fs::exists(out / "drive.mcap"));
-}
-
-TEST_CASE("a recording that was not simulated is kept even with --replace") {
-  const TemporaryDirectory directory;
-  SmallRecording(3).write(directory / "drive");
-  std::vector<std::string> arguments = simulate(directory / "drive", "3");
-  arguments.emplace_back("--replace");
-  check_kept(directory.path(), arguments, "of unknown origin, perhaps a recording of yours");
+  // One that was not simulated is kept even with --replace.
+  SmallRecording(3).write(directory / "own");
+  check_kept(directory / "own", simulate(directory / "own", "3"),
+             "of unknown origin, perhaps a recording of yours", kReplace);
 }
 
 TEST_CASE("earlier pictures are kept without --replace") {
   const TemporaryDirectory directory;
   const fs::path drive = directory / "drive";
   const fs::path run = directory / "run";
-  check_done(simulate(drive, "12"));
-  check_done({"onboard", drive.string(), "--out", run.string(), "--force"});
-  const std::vector<std::string> evaluate = {
-      "evaluate", "dynamic",    "--truth",    drive.string(),
-      "--run",    run.string(), "--pictures", (directory / "pictures").string()};
-  check_done(evaluate);
-  check_kept(directory / "pictures", evaluate, "holds an earlier set of pictures; --replace");
-  check_done(evaluate, {"--replace"});
+  const fs::path pictures = directory / "pictures";
+  (void)run_well(simulate(drive, "12"));
+  (void)run_well({"onboard", drive, "--out", run, "--force"});
+  const Words evaluate = {"evaluate", "dynamic", "--truth",    drive,
+                          "--run",    run,       "--pictures", pictures};
+  (void)run_well(evaluate);
+  check_kept(pictures, evaluate, "holds an earlier set of pictures; --replace");
+  (void)run_well(evaluate, kReplace);
 }

@@ -3,19 +3,16 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <csignal>
 #include <cstdlib>
 #include <random>
 
 #include "tests/apps/command.hpp"
 #include "tests/ports/store/memory_folder.hpp"
-
-extern char** environ;
 
 using namespace unimapper;
 using namespace unimapper::apps;
@@ -26,8 +23,8 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Names of everything in a folder, hidden files too.
-std::vector<std::string> names_in(const fs::path& folder) {
-  std::vector<std::string> names;
+Words names_in(const fs::path& folder) {
+  Words names;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     names.push_back(entry.path().filename().string());
   }
@@ -49,26 +46,16 @@ void replace_map(const fs::path& folder, const std::string& name) {
 
 void check_map(const fs::path& folder, const std::string& name) {
   CHECK(read_text(folder / "map.ply") == name);
-  CHECK(names_in(folder / "trajectories") == std::vector<std::string>{name + ".tum"});
+  CHECK(names_in(folder / "trajectories") == Words{name + ".tum"});
 }
 
 /// What a process prints until it is killed.
 class Process {
  public:
-  explicit Process(const std::vector<std::string>& arguments) {
+  explicit Process(const Words& arguments) {
     int pipe_ends[2];
     REQUIRE(pipe2(pipe_ends, O_CLOEXEC) == 0);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, pipe_ends[1], STDOUT_FILENO);
-    std::vector<std::string> words = {REPLACEMENT_PROGRAM};
-    words.insert(words.end(), arguments.begin(), arguments.end());
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    REQUIRE(posix_spawn(&process_, REPLACEMENT_PROGRAM, &actions, nullptr, argv.data(), environ) ==
-            0);
-    posix_spawn_file_actions_destroy(&actions);
+    process_ = start(REPLACEMENT_PROGRAM, arguments, pipe_ends[1], STDERR_FILENO);
     close(pipe_ends[1]);
     output_ = pipe_ends[0];
   }
@@ -125,15 +112,13 @@ TEST_CASE("a process that replaces a map and is killed at any moment leaves a wh
     REQUIRE(map.size() == 20000 * line.size());
     REQUIRE(map.substr(0, line.size()) == line);
     REQUIRE(map.substr(map.size() - line.size()) == line);
-    REQUIRE(names_in(folder) ==
-            std::vector<std::string>{"map.ply", "summary.json", "trajectories"});
-    REQUIRE(names_in(folder / "trajectories") ==
-            std::vector<std::string>{std::to_string(number) + ".tum"});
+    REQUIRE(names_in(folder) == Words{"map.ply", "summary.json", "trajectories"});
+    REQUIRE(names_in(folder / "trajectories") == Words{std::to_string(number) + ".tum"});
   }
   CHECK(number > 20);
   // What killed processes left beside it goes with the next map.
   replace_map(folder, "last");
-  CHECK(names_in(directory.path()) == std::vector<std::string>{"map"});
+  CHECK(names_in(directory.path()) == Words{"map"});
 }
 
 TEST_CASE("what is not published changes nothing and leaves nothing") {
@@ -149,7 +134,7 @@ TEST_CASE("what is not published changes nothing and leaves nothing") {
     FileReplacement file(directory / "scene.mcap");
     write_text(file.path(), "half");
   }
-  CHECK(names_in(directory.path()) == std::vector<std::string>{"map"});
+  CHECK(names_in(directory.path()) == Words{"map"});
 }
 
 TEST_CASE("files of others stay beside a map that is replaced, earlier sessions do not") {
@@ -167,12 +152,12 @@ TEST_CASE("files of others stay beside a map that is replaced, earlier sessions 
   const fs::file_status before = fs::status(folder);
   replace_map(folder, "second");
   CHECK(read_text(folder / "map.ply") == "second");
-  CHECK(names_in(folder / "trajectories") == std::vector<std::string>{"note.txt", "second.tum"});
+  CHECK(names_in(folder / "trajectories") == Words{"note.txt", "second.tum"});
   CHECK(read_text(folder / "note.txt") == "mine");
   CHECK(fs::read_symlink(folder / "link") == "nowhere");
   CHECK(fs::status(folder).permissions() == before.permissions());
   if (!in_one_step) CHECK(read_text(folder / "photos/1.jpg") == "picture");
-  CHECK(names_in(directory.path()) == std::vector<std::string>{"map"});
+  CHECK(names_in(directory.path()) == Words{"map"});
   CHECK_FALSE(fs::exists(folder / ".unimapper-new"));
 }
 
@@ -208,14 +193,10 @@ TEST_CASE("what cannot be written is found before the work, and a second writer,
 
 TEST_CASE("the command leaves the earlier map where the disk is full") {
   const TemporaryDirectory directory;
-  SmallRecording(12).write(directory / "drive");
-  const std::string run = (directory / "run").string();
-  const std::string map = (directory / "map").string();
-  REQUIRE(
-      run_unimapper({"onboard", (directory / "drive").string(), "--out", run, "--sensor", "vlp-16"})
-          .exit_code == 0);
-  REQUIRE(run_unimapper({"merge", run, "--out", map}).exit_code == 0);
-  const std::string before = read_text(fs::path(map) / "map.ply");
+  const std::string run = make_run(directory, "run", 12);
+  const fs::path map = directory / "map";
+  (void)run_well({"merge", run, "--out", map});
+  const std::string before = read_text(map / "map.ply");
   REQUIRE(before.size() > 30000);
 
   rlimit unlimited{};
@@ -226,14 +207,12 @@ TEST_CASE("the command leaves the earlier map where the disk is full") {
   const CommandResult full = run_unimapper({"merge", run, "--out", map, "--replace"});
   REQUIRE(setrlimit(RLIMIT_FSIZE, &unlimited) == 0);
   std::signal(SIGXFSZ, handler);
-  INFO(full.err);
-  CHECK(full.exit_code == 1);
-  CHECK_THAT(full.err, Contains("cannot be written (disk full?)"));
-  CHECK(read_text(fs::path(map) / "map.ply") == before);
-  CHECK(names_in(directory.path()) == std::vector<std::string>{"drive", "map", "run"});
+  check_fails(full, "cannot be written (disk full?)");
+  CHECK((read_text(map / "map.ply") == before));
+  CHECK(names_in(directory.path()) == Words{"map", "run", "run-data"});
 
   const CommandResult nowhere =
-      run_unimapper({"merge", run, "--out", (directory / "drive/poses.txt/map").string()});
-  CHECK(nowhere.exit_code == 1);
-  CHECK_THAT(nowhere.err, Contains("Not a directory") && !Contains("loops"));
+      run_unimapper({"merge", run, "--out", directory / "run-data/poses.txt/map"});
+  check_fails(nowhere, "Not a directory");
+  CHECK_THAT(nowhere.err, !Contains("loops"));
 }

@@ -1,18 +1,14 @@
 // Tests of `unimapper map survey`: the point cloud of a static map as a session of a project.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "ports/store/store_reader.hpp"
 #include "src/apps/survey/survey_cloud.hpp"
 #include "src/apps/survey/survey_keyframes.hpp"
 #include "src/apps/survey/viewpoints.hpp"
 #include "src/apps/survey/visible_points.hpp"
-#include "tests/apps/command.hpp"
+#include "tests/apps/project.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;
@@ -42,25 +38,24 @@ Points street() {
   return points;
 }
 
+/// A header, and the points behind it.
+std::string file_of(const std::string& header, const Points& points) {
+  static_assert(sizeof(Eigen::Vector3f) == 12);
+  return header + std::string(reinterpret_cast<const char*>(points.data()), 12 * points.size());
+}
+
 std::string ply(const Points& points) {
-  std::string text = "ply\nformat binary_little_endian 1.0\nelement vertex " +
+  return file_of("ply\nformat binary_little_endian 1.0\nelement vertex " +
                      std::to_string(points.size()) +
-                     "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
-  for (const Eigen::Vector3f& point : points) {
-    text.append(reinterpret_cast<const char*>(point.data()), 12);
-  }
-  return text;
+                     "\nproperty float x\nproperty float y\nproperty float z\nend_header\n",
+                 points);
 }
 
 std::string pcd(const Points& points) {
-  std::string text = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " +
-                     std::to_string(points.size()) +
-                     "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " +
-                     std::to_string(points.size()) + "\nDATA binary\n";
-  for (const Eigen::Vector3f& point : points) {
-    text.append(reinterpret_cast<const char*>(point.data()), 12);
-  }
-  return text;
+  const std::string count = std::to_string(points.size());
+  return file_of("VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " + count +
+                     "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA binary\n",
+                 points);
 }
 
 bool is_visible(const Points& seen, const Eigen::Vector3f& viewpoint, const Eigen::Vector3f& at) {
@@ -70,47 +65,16 @@ bool is_visible(const Points& seen, const Eigen::Vector3f& viewpoint, const Eige
 }
 
 /// A project with the file of a street beside it.
-struct Project {
-  TemporaryDirectory directory;
-  std::string store = (directory / "store").string();
-  std::string file = (directory / "street.ply").string();
-
-  Project() {
-    write_text(file, ply(street()));
-    done({"create"});
-  }
-  [[nodiscard]] CommandResult map(const std::vector<std::string>& arguments) const {
-    std::vector<std::string> all = {"map", arguments.front(), "--store", store};
-    all.insert(all.end(), arguments.begin() + 1, arguments.end());
-    return run_unimapper(all);
-  }
-  CommandResult done(const std::vector<std::string>& arguments) const {
-    CommandResult result = map(arguments);
-    INFO(result.err);
-    REQUIRE(result.exit_code == 0);
-    CHECK(store::StoreReader(store).check().empty());
-    return result;
-  }
-  void refused(const std::vector<std::string>& arguments, const std::string& why) const {
-    const CommandResult result = map(arguments);
-    CHECK(result.exit_code == 1);
-    CHECK_THAT(result.err, Contains(why));
-    CHECK(store::StoreReader(store).check().empty());
-  }
-  [[nodiscard]] nlohmann::json show() const {
-    return nlohmann::json::parse(done({"show", "--json"}).out);
-  }
+struct Street : Project {
+  std::string file = directory.write("street.ply", ply(street()));
 };
 
-/// Translation and rotation of each line of a trajectory: "stamp x y z qx qy qz qw".
+/// The poses of a trajectory: "stamp x y z qx qy qz qw".
 std::vector<Pose> tum_poses(const fs::path& file) {
   std::vector<Pose> poses;
-  std::istringstream in(read_text(file));
-  double stamp = 0.0;
-  Eigen::Vector3d t;
-  Eigen::Quaterniond q;
-  while (in >> stamp >> t.x() >> t.y() >> t.z() >> q.x() >> q.y() >> q.z() >> q.w()) {
-    poses.emplace_back(q, t);
+  for (const std::vector<double>& row : read_rows(file)) {
+    poses.emplace_back(Eigen::Quaterniond(row.at(7), row[4], row[5], row[6]),
+                       Eigen::Vector3d(row[1], row[2], row[3]));
   }
   return poses;
 }
@@ -118,13 +82,10 @@ std::vector<Pose> tum_poses(const fs::path& file) {
 /// True poses of a simulated recording, one for each scan.
 std::vector<Pose> true_poses(const fs::path& recording) {
   std::vector<Pose> poses;
-  std::istringstream in(read_text(recording / "gt_poses.txt"));
-  Eigen::Matrix<double, 3, 4, Eigen::RowMajor> rows;
-  const auto read_row = [&] {
-    for (double& value : rows.reshaped<Eigen::RowMajor>()) in >> value;
-    return static_cast<bool>(in);
-  };
-  while (read_row()) {
+  for (const std::vector<double>& row : read_rows(recording / "gt_poses.txt")) {
+    REQUIRE(row.size() == 12);
+    const Eigen::Matrix<double, 3, 4> rows =
+        Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(row.data());
     poses.emplace_back(Eigen::Quaterniond(Eigen::Matrix3d(rows.leftCols<3>())), rows.col(3));
   }
   return poses;
@@ -138,16 +99,10 @@ struct TownDrive {
   TownDrive(const TemporaryDirectory& directory, const std::string& name, const std::string& seed,
             const std::string& day, const std::string& drift)
       : recording(directory / (name + "-data")), run(directory / name) {
-    const CommandResult simulated =
-        run_unimapper({"simulate", "--scene", "town", "--sensor", "vlp-16", "--columns", "512",
-                       "--route", "A", "--scans", "150", "--seed", seed, "--day", day, "--drift",
-                       drift, "--out", recording.string()});
-    INFO(simulated.err);
-    REQUIRE(simulated.exit_code == 0);
-    const CommandResult onboard =
-        run_unimapper({"onboard", recording.string(), "--out", run.string()});
-    INFO(onboard.err);
-    REQUIRE(onboard.exit_code == 0);
+    (void)run_well({"simulate", "--scene", "town", "--sensor", "vlp-16", "--columns", "512",
+                    "--route", "A", "--scans", "150", "--seed", seed, "--day", day, "--drift",
+                    drift, "--out", recording});
+    (void)run_well({"onboard", recording, "--out", run});
   }
 };
 
@@ -167,16 +122,22 @@ TEST_CASE("a survey is read from PLY and PCD, and what is none is refused in wor
   points[8].y() = std::numeric_limits<float>::infinity();
   CHECK(parse_survey(ply(points), "s.ply").not_finite == 2);
 
-  const auto refused = [](const std::string& bytes, const char* file, const std::string& why) {
+  Points small = points;
+  for (Eigen::Vector3f& point : small) point *= 0.01F;
+  Points large = small;
+  for (Eigen::Vector3f& point : large) point *= 1e5F;
+  const struct {
+    std::string bytes;
+    const char* file;
+    const char* why;
+  } refused[] = {{"", "s.ply", "s.ply:"},
+                 {ply(street()), "s.las", "s.las: a survey is a PLY or PCD file"},
+                 {ply({{1, 2, 3}}), "s.ply", "has 1 finite points, a survey 1000 at least"},
+                 {ply(small), "s.ply", "extends over 0.6 m"},
+                 {ply(large), "s.ply", "which single precision does not hold"}};
+  for (const auto& [bytes, file, why] : refused) {
     CHECK_THROWS_WITH(parse_survey(bytes, file), Contains(why));
-  };
-  refused("", "s.ply", "s.ply:");
-  refused(ply(street()), "s.las", "s.las: a survey is a PLY or PCD file");
-  refused(ply({{1, 2, 3}}), "s.ply", "has 1 finite points, a survey 1000 at least");
-  for (Eigen::Vector3f& point : points) point *= 0.01F;
-  refused(ply(points), "s.ply", "extends over 0.6 m");
-  for (Eigen::Vector3f& point : points) point *= 1e5F;
-  refused(ply(points), "s.ply", "which single precision does not hold");
+  }
 }
 
 TEST_CASE("a survey that is cut off or forged anywhere is refused, and nothing else", "[survey]") {
@@ -271,19 +232,18 @@ TEST_CASE("keyframes of a survey are the same each time, static and without imag
 
 TEST_CASE("a survey is a session that is fixed, and the same file is one session",
           "[survey][slow]") {
-  const Project project;
+  const Street project;
   CHECK_THAT(project.done({"survey", project.file}).out,
              Contains("epoch 1: added the survey street ("));
   CHECK_THAT(project.done({"survey", project.file}).out, Contains("nothing changed"));
   project.refused({"survey", project.file, "--spacing", "5"}, "is in the store with other content");
-  const nlohmann::json said = project.show()["statements"];
+  const nlohmann::json said = project.statements();
   REQUIRE(said.size() == 2);
   CHECK(said[0]["kind"] == "reference");
   CHECK(said[1]["kind"] == "position");
   project.done({"merge"});
-  const fs::path out = project.directory / "map";
-  project.done({"export", "--out", out.string()});
-  const auto placed = nlohmann::json::parse(read_text(out / "georeference.json"));
+  const fs::path out = project.exported("map");
+  const auto placed = read_json(out / "georeference.json");
   CHECK(placed["origin"] == nlohmann::json({0.0, 0.0, 0.0}));
   CHECK(placed["positions_used"] == placed["positions_known"]);
   for (const nlohmann::json& position : placed["positions"]) {
@@ -294,27 +254,26 @@ TEST_CASE("a survey is a session that is fixed, and the same file is one session
   // Taken out and in again it says the same.
   project.done({"remove", "street"});
   project.done({"survey", project.file});
-  CHECK(project.show()["statements"].size() == 2);
+  CHECK(project.statements().size() == 2);
   project.done({"remove", "--purge", "street"});
-  CHECK(project.show()["statements"].empty());
+  CHECK(project.statements().empty());
   project.done({"survey", project.file, "--unplaced", "--name", "yard"});
-  CHECK(project.show()["statements"].size() == 1);
+  CHECK(project.statements().size() == 1);
   CHECK(project.show()["sessions"][0]["name"] == "yard");
 
-  project.refused({"survey", (project.directory / "none.ply").string()}, "none.ply");
-  const fs::path wall = project.directory / "wall.ply";
-  Points points;
-  add_box(points, {0, 0, 0}, {60, 0, 6});
-  write_text(wall, ply(points));
-  project.refused({"survey", wall.string()}, "has no ground on which a sensor could stand");
+  project.refused({"survey", project.directory / "none.ply"}, "none.ply");
+  Points wall;
+  add_box(wall, {0, 0, 0}, {60, 0, 6});
+  project.refused({"survey", project.directory.write("wall.ply", ply(wall))},
+                  "has no ground on which a sensor could stand");
 }
 
 TEST_CASE("a survey does not take the reference from the session that has it", "[survey]") {
-  const Project project;
-  project.done({"add", make_run(project.directory, "a", 12)});
+  const Street project;
+  project.done({"add", project.run("a", 12)});
   project.done({"pin", "a"});
   project.done({"survey", project.file});
-  const nlohmann::json said = project.show()["statements"];
+  const nlohmann::json said = project.statements();
   REQUIRE(said.size() == 2);
   CHECK(said[0]["kind"] == "reference");
   CHECK(said[0]["session"] == "a");
@@ -322,20 +281,19 @@ TEST_CASE("a survey does not take the reference from the session that has it", "
 
 TEST_CASE("a drive of another day is placed in the survey of a town, and one elsewhere is not",
           "[survey][slow]") {
-  const Project project;
+  const Street project;
   // The survey is the map of a drive without drift, and nothing but its points.
   const TownDrive surveyed(project.directory, "surveyed", "11", "0", "none");
-  const std::string survey = (project.directory / "survey").string();
-  REQUIRE(run_unimapper({"merge", surveyed.run.string(), "--out", survey}).exit_code == 0);
-  project.done({"survey", survey + "/map.ply", "--name", "survey"});
+  const fs::path survey = project.directory / "survey";
+  (void)run_well({"merge", surveyed.run, "--out", survey});
+  project.done({"survey", survey / "map.ply", "--name", "survey"});
   const TownDrive drive(project.directory, "drive", "11", "1", "lio");
   const TownDrive elsewhere(project.directory, "elsewhere", "111", "1", "lio");
-  project.done({"add", drive.run.string(), elsewhere.run.string()});
+  project.done({"add", drive.run, elsewhere.run});
   project.done({"merge"});
-  const fs::path out = project.directory / "map";
-  project.done({"export", "--out", out.string()});
+  const fs::path out = project.exported("map");
 
-  const auto sessions = nlohmann::json::parse(read_text(out / "summary.json"))["sessions"];
+  const auto sessions = read_json(out / "summary.json")["sessions"];
   REQUIRE(sessions.size() == 3);
   for (const nlohmann::json& session : sessions) {
     INFO(session.dump());
@@ -343,7 +301,7 @@ TEST_CASE("a drive of another day is placed in the survey of a town, and one els
     CHECK((session["status"] == "unconnected" || session["status"] == "provisional") ==
           is_elsewhere);
   }
-  const std::vector<Pose> of_survey = tum_poses(fs::path(survey) / "trajectories/surveyed.tum");
+  const std::vector<Pose> of_survey = tum_poses(survey / "trajectories/surveyed.tum");
   const std::vector<Pose> placed = tum_poses(out / "trajectories/drive.tum");
   const std::vector<Pose> survey_truth = true_poses(surveyed.recording);
   const std::vector<Pose> truth = true_poses(drive.recording);

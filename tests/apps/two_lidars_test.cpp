@@ -1,15 +1,12 @@
 // End-to-end tests of a bag with two LiDARs of one robot, compared with one folder of scans.
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "ports/bag_writers/bag_writer.hpp"
-#include "ports/datasets/files.hpp"
 #include "src/input/extrinsic.hpp"
-#include "tests/apps/command.hpp"
+#include "tests/apps/project.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;
@@ -174,12 +171,6 @@ SmallRecording reference() {
   return recording;
 }
 
-datasets::OpenOptions both_topics() {
-  datasets::OpenOptions options;
-  options.topic = "/front/points, /rear/points";
-  return options;
-}
-
 /// The farthest that a point of the bag lies from the same point of the reference.
 double farthest_m(const datasets::Dataset& bag, const SmallRecording& expected) {
   double farthest = 0.0;
@@ -193,9 +184,7 @@ double farthest_m(const datasets::Dataset& bag, const SmallRecording& expected) 
     for (std::size_t k = 0; k < scan.points.size(); ++k) {
       const auto& p = scan.points[k];
       const auto& q = expected.scans[i].points[k];
-      farthest = std::max(farthest, std::sqrt(std::pow(static_cast<double>(p.x - q.x), 2) +
-                                              std::pow(static_cast<double>(p.y - q.y), 2) +
-                                              std::pow(static_cast<double>(p.z - q.z), 2)));
+      farthest = std::max(farthest, Eigen::Vector3d(p.x - q.x, p.y - q.y, p.z - q.z).norm());
     }
   }
   return farthest;
@@ -206,107 +195,76 @@ double farthest_m(const datasets::Dataset& bag, const SmallRecording& expected) 
 TEST_CASE("two LiDARs of one robot in a bag are one scan of all points in the first one's frame") {
   const TemporaryDirectory directory;
   const SmallRecording expected = reference();
-  for (const auto container : {bags::Container::kMcap, bags::Container::kRosbag1}) {
-    const fs::path bag =
-        directory / (container == bags::Container::kMcap ? "drive.mcap" : "drive.bag");
-    write_bag(bag, container, true);
-    CHECK(farthest_m(*datasets::open_dataset(bag, both_topics()), expected) < 0.02);
+  datasets::OpenOptions options;
+  options.topic = "/front/points, /rear/points";
+  for (const auto& [name, container] : {std::pair{"drive.mcap", bags::Container::kMcap},
+                                        {"drive.bag", bags::Container::kRosbag1}}) {
+    write_bag(directory / name, container, true);
+    CHECK(farthest_m(*datasets::open_dataset(directory / name, options), expected) < 0.02);
   }
-  SECTION("where the LiDARs are may be said by hand") {
-    const fs::path bag = directory / "unmounted.mcap";
-    write_bag(bag, bags::Container::kMcap, false);
-    datasets::OpenOptions options = both_topics();
-    for (const Lidar& lidar : lidars()) options.T_base_lidar.push_back(lidar.T_base_lidar());
-    CHECK(farthest_m(*datasets::open_dataset(bag, options), expected) < 0.02);
-  }
+  // Where the LiDARs are may be said by hand.
+  write_bag(directory / "unmounted.mcap", bags::Container::kMcap, false);
+  for (const Lidar& lidar : lidars()) options.T_base_lidar.push_back(lidar.T_base_lidar());
+  CHECK(farthest_m(*datasets::open_dataset(directory / "unmounted.mcap", options), expected) <
+        0.02);
 }
 
 TEST_CASE("the map of two LiDARs in a bag is that of one folder with the points of both") {
   const TemporaryDirectory directory;
   reference().write(directory / "folder");
   write_bag(directory / "drive.mcap", bags::Container::kMcap, true);
-  const auto onboard = [&](const std::string& input, const std::string& out,
-                           const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = {"onboard", (directory / input).string(), "--out",
-                                          (directory / out).string()};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const CommandResult result = run_unimapper(arguments);
-    INFO(result.err);
-    REQUIRE(result.exit_code == 0);
+  const auto keyframes = [&](const std::string& input, const std::string& out, const Words& more) {
+    const CommandResult result =
+        run_well({"onboard", directory / input, "--out", directory / out}, more);
     CHECK_THAT(result.err, !Contains("warning: input"));
-    return nlohmann::json::parse(read_text(directory / out / "stats.json"));
+    return read_json(directory / out / "stats.json")["keyframes"];
   };
-  const auto of_folder = onboard("folder", "of_folder", {});
-  const auto of_bag = onboard("drive.mcap", "of_bag", {"--topic", "/front/points,/rear/points"});
-  CHECK(of_bag["keyframes"] == of_folder["keyframes"]);
-  std::size_t points = 0;
-  std::size_t equal = 0;
-  std::size_t dynamic = 0;
-  for (const fs::path& file : datasets::list_files(directory / "of_folder/labels", ".label")) {
-    const std::string a = read_text(file);
-    const std::string b = read_text(directory / "of_bag/labels" / file.filename());
-    REQUIRE(a.size() == b.size());
-    for (std::size_t i = 0; i < a.size(); i += 4) {
-      ++points;
-      equal += a[i] == b[i] ? 1 : 0;
-      dynamic += a[i] == '\xFB' ? 1 : 0;
-    }
-  }
-  CHECK(dynamic > 100);  // who walks across
-  CHECK(static_cast<double>(equal) > 0.995 * static_cast<double>(points));
+  CHECK(keyframes("folder", "of_folder", {}) ==
+        keyframes("drive.mcap", "of_bag", {"--topic", "/front/points,/rear/points"}));
+  const LabelPairs labels = label_pairs(directory / "of_folder", directory / "of_bag");
+  CHECK(labels.dynamic > 100);  // who walks across
+  CHECK(static_cast<double>(labels.equal) > 0.995 * static_cast<double>(labels.all));
 }
 
-TEST_CASE("two LiDARs in a bag are named, and how both are taken") {
-  const TemporaryDirectory directory;
-  write_bag(directory / "drive.mcap", bags::Container::kMcap, true);
-  const CommandResult result = run_unimapper({"inspect", (directory / "drive.mcap").string()});
-  CHECK(result.exit_code == 1);
-  CHECK_THAT(result.err,
-             Contains("choose one with --topic, or take LiDARs of one robot as one: --topic "
-                      "/front/points,/rear/points"));
-}
-
-TEST_CASE("of two LiDARs it must be known where each is mounted") {
+TEST_CASE("two LiDARs in a bag are named, and it must be known where each is mounted") {
   const TemporaryDirectory directory;
   const fs::path bag = directory / "drive.mcap";
   write_bag(bag, bags::Container::kMcap, false);
-  std::vector<std::string> inspect = {"inspect", bag.string(), "--topic",
-                                      "/front/points,/rear/points"};
-  const auto refuses = [](const std::vector<std::string>& arguments, const char* message) {
-    const CommandResult result = run_unimapper(arguments);
-    INFO(result.out << result.err);
-    CHECK(result.exit_code == 1);
-    CHECK_THAT(result.err, Contains(message) && Contains("in the order of --topic"));
+  check_fails(run_unimapper({"inspect", bag}),
+              "choose one with --topic, or take LiDARs of one robot as one: --topic "
+              "/front/points,/rear/points");
+  const Words both = {"inspect", bag, "--topic", "/front/points,/rear/points"};
+  const Words front = {"--extrinsic", lidars()[0].extrinsic};
+  const struct {
+    Words more;
+    const char* message;
+  } refused[] = {
+      {{}, "no transform between 'base_link' and the LiDAR's frame 'lidar_front'"},
+      {front, "1 mounting is given: give --extrinsic"},
+      {{"--poses", "poses.txt"}, "--poses are those of one LiDAR or of the robot"},
   };
-  refuses(inspect, "no transform between 'base_link' and the LiDAR's frame 'lidar_front'");
-  inspect.insert(inspect.end(), {"--extrinsic", lidars()[0].extrinsic});
-  refuses(inspect, "1 mounting is given: give --extrinsic");
-  inspect.insert(inspect.end(), {"--extrinsic", lidars()[1].extrinsic});
-  const CommandResult result = run_unimapper(inspect);
-  INFO(result.err);
-  CHECK(result.exit_code == 0);
-  CHECK_THAT(result.out, Contains("LiDAR 2 added to 30 of 30 scans, 0.44 m from the first"));
-  CHECK_THAT(result.out, Contains("nothing unusual"));
-  inspect.resize(4);
-  inspect.insert(inspect.end(), {"--poses", "poses.txt"});
-  refuses(inspect, "--poses are those of one LiDAR or of the robot");
+  for (const auto& [more, message] : refused) {
+    const CommandResult result = run_unimapper(both, more);
+    check_fails(result, message);
+    CHECK_THAT(result.err, Contains("in the order of --topic"));
+  }
+  CHECK_THAT(run_well(both, {front[0], front[1], "--extrinsic", lidars()[1].extrinsic}).out,
+             Contains("LiDAR 2 added to 30 of 30 scans, 0.44 m from the first") &&
+                 Contains("nothing unusual"));
 }
 
 TEST_CASE("a LiDAR's own data sheet says where it is mounted, unless the option does") {
   const TemporaryDirectory directory;
   const fs::path bag = directory / "drive.mcap";
-  const std::string sheet = (directory / "sheet.json").string();
   write_bag(bag, bags::Container::kMcap, false);
-  write_text(sheet, R"({"name": "rear", "pattern": "spinning", "horizontal_fov_deg": 360,
+  const std::string sheet =
+      directory.write("sheet.json",
+                      R"({"name": "rear", "pattern": "spinning", "horizontal_fov_deg": 360,
       "elevation_deg": [-15, 15], "range_m": [0.5, 100], "rings": 16, "columns": [450],
       "scan_rate_hz": 10, "extrinsic": [0.0, 0.25, 1.4, 3, -8, 170]})");
-  const auto inspect = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = {"inspect", bag.string(), "--json", "--topic",
-                                          "/rear/points"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const CommandResult result = run_unimapper(arguments);
-    INFO(result.err);
-    REQUIRE(result.exit_code == 0);
+  const auto inspect = [&](const Words& more) {
+    const CommandResult result =
+        run_well({"inspect", bag, "--json", "--topic", "/rear/points"}, more);
     auto json = nlohmann::json::parse(result.out);
     json.erase("sensor");
     return json;

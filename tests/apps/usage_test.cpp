@@ -1,5 +1,4 @@
 // End-to-end tests of help, version and usage errors of all commands.
-#include <catch2/catch.hpp>
 #include <sstream>
 
 #include "tests/apps/command.hpp"
@@ -10,8 +9,8 @@ using Catch::Matchers::Contains;
 namespace {
 
 /// The names below "Subcommands:" of a help text.
-std::vector<std::string> subcommands(const std::string& help) {
-  std::vector<std::string> names;
+Words subcommands(const std::string& help) {
+  Words names;
   std::istringstream lines(help);
   std::string line;
   bool listed = false;
@@ -28,8 +27,8 @@ std::vector<std::string> subcommands(const std::string& help) {
 }
 
 /// Checks the help of a command and of all below it; returns how many there are.
-std::size_t check_help(const std::vector<std::string>& command) {
-  std::vector<std::string> arguments = command;
+std::size_t check_help(const Words& command) {
+  Words arguments = command;
   arguments.emplace_back("--help");
   const CommandResult result = run_unimapper(arguments);
   INFO(result.out << result.err);
@@ -44,14 +43,6 @@ std::size_t check_help(const std::vector<std::string>& command) {
   return count;
 }
 
-void check_usage_error(const std::vector<std::string>& arguments, const std::string& message) {
-  const CommandResult result = run_unimapper(arguments);
-  INFO(result.err);
-  CHECK(result.exit_code == 2);
-  CHECK(result.out.empty());
-  CHECK_THAT(result.err, Catch::StartsWith("unimapper: error: ") && Contains(message));
-}
-
 }  // namespace
 
 TEST_CASE("every command explains itself with an example") {
@@ -59,36 +50,40 @@ TEST_CASE("every command explains itself with an example") {
   CHECK(check_help({}) >= 6);
 }
 
-TEST_CASE("help lists every sensor and every format") {
-  const CommandResult result = run_unimapper({"onboard", "--help"});
+TEST_CASE("help lists every sensor and every format, and the version is printed") {
+  const CommandResult help = run_unimapper({"onboard", "--help"});
   for (const char* name : {"os2-128", "livox-mid-360", "generic", "kitti:", "helipr:"}) {
-    CHECK_THAT(result.out, Contains(name));
+    CHECK_THAT(help.out, Contains(name));
   }
-}
-
-TEST_CASE("the version is printed") {
-  const CommandResult result = run_unimapper({"--version"});
-  CHECK(result.exit_code == 0);
-  CHECK_THAT(result.out, Catch::StartsWith("unimapper "));
+  CHECK_THAT(run_well({"--version"}).out, Catch::StartsWith("unimapper "));
 }
 
 TEST_CASE("wrong use ends with exit code 2 and says what is wrong") {
-  check_usage_error({}, "subcommand");
-  check_usage_error({"fly"}, "subcommand");
-  check_usage_error({"onboard"}, "DATASET");
-  check_usage_error({"onboard", "recording"}, "--out");
-  check_usage_error({"onboard", "recording"}, "See unimapper onboard --help.");
-  check_usage_error({"evaluate", "map"}, "See unimapper evaluate map --help.");
-  check_usage_error({"fly"}, "See unimapper --help.");
-  check_usage_error({"onboard", "recording", "--out"}, "--out");
-  check_usage_error({"onboard", "recording", "--out", "run", "--fast"}, "--fast");
-  check_usage_error({"onboard", "recording", "--out", "run", "--format", "rosbag"}, "rosbag");
-  check_usage_error({"onboard", "recording", "--out", "run", "--preset", "magic"}, "magic");
-  check_usage_error({"onboard", "recording", "--out", "run", "--scans", "0"}, "--scans");
-  check_usage_error({"onbord", "recording"}, "unknown command 'onbord'; did you mean 'onboard'?");
-  check_usage_error({"evaluate", "dynamc"}, "did you mean 'dynamic'?");
-  check_usage_error({"onboard", "recording", "--out", "run", "--sensr", "os2-128"},
-                    "did you mean '--sensor'?");
-  check_usage_error({"onboard", "recording", "--out", "run", "--format", "kiti"},
-                    "did you mean 'kitti'?");
+  const struct {
+    Words arguments;
+    const char* message;
+  } wrong[] = {
+      {{}, "subcommand"},
+      {{"fly"}, "subcommand"},
+      {{"onboard"}, "DATASET"},
+      {{"onboard", "recording"}, "--out"},
+      {{"onboard", "recording"}, "See unimapper onboard --help."},
+      {{"evaluate", "map"}, "See unimapper evaluate map --help."},
+      {{"fly"}, "See unimapper --help."},
+      {{"onboard", "recording", "--out"}, "--out"},
+      {{"onboard", "r", "--out", "o", "--fast"}, "--fast"},
+      {{"onboard", "r", "--out", "o", "--format", "rosbag"}, "rosbag"},
+      {{"onboard", "r", "--out", "o", "--preset", "magic"}, "magic"},
+      {{"onboard", "r", "--out", "o", "--scans", "0"}, "--scans"},
+      {{"onbord", "recording"}, "unknown command 'onbord'; did you mean 'onboard'?"},
+      {{"evaluate", "dynamc"}, "did you mean 'dynamic'?"},
+      {{"onboard", "r", "--out", "o", "--sensr", "os2-128"}, "did you mean '--sensor'?"},
+      {{"onboard", "r", "--out", "o", "--format", "kiti"}, "did you mean 'kitti'?"},
+  };
+  for (const auto& [arguments, message] : wrong) {
+    const CommandResult result = run_unimapper(arguments);
+    check_fails(result, message, 2);
+    CHECK(result.out.empty());
+    CHECK_THAT(result.err, Catch::StartsWith("unimapper: error: "));
+  }
 }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cstring>
 #include <filesystem>
 #include <thread>
@@ -18,16 +17,18 @@ using Catch::Matchers::Contains;
 
 TEST_CASE("What onboard shares is watched, and nothing stays in shared memory") {
   const TemporaryDirectory directory;
-  const SmallRecording recording(30);
-  recording.write(directory / "recording");
+  SmallRecording(30).write(directory / "recording");
+  const Words onboard_to_share = {
+      "onboard", directory / "recording", "--out", directory / "run", "--sensor", "vlp-16",
+      "--share"};
+  // A name that cannot be shared is refused before anything is mapped.
+  check_fails(run_unimapper(onboard_to_share, {"a/b"}), "--share a/b: names of shares");
   const std::string share = "watched-" + std::to_string(getpid());
   CommandResult watched;
   std::thread watching([&] {
     watched = run_unimapper({"watch", share, "--wait", "60", "--oldest"});
   });
-  const CommandResult onboard = run_unimapper({"onboard", (directory / "recording").string(),
-                                               "--out", (directory / "run").string(), "--sensor",
-                                               "vlp-16", "--share", share, "--realtime"});
+  const CommandResult onboard = run_unimapper(onboard_to_share, {share, "--realtime"});
   watching.join();
   CHECK(onboard.exit_code == 0);
   CHECK_THAT(onboard.err, Contains(" 0 allocations"));
@@ -42,19 +43,8 @@ TEST_CASE("What onboard shares is watched, and nothing stays in shared memory") 
 }
 
 TEST_CASE("Watching a robot that is not there is refused with a sentence") {
-  const CommandResult result = run_unimapper({"watch", "nobody-" + std::to_string(getpid())});
-  CHECK(result.exit_code == 1);
-  CHECK_THAT(result.err, Contains("nobody has published this topic on this computer"));
-}
-
-TEST_CASE("A name that cannot be shared is refused before anything is mapped") {
-  const TemporaryDirectory directory;
-  SmallRecording(3).write(directory / "recording");
-  const CommandResult result =
-      run_unimapper({"onboard", (directory / "recording").string(), "--out",
-                     (directory / "run").string(), "--sensor", "vlp-16", "--share", "a/b"});
-  CHECK(result.exit_code == 1);
-  CHECK_THAT(result.err, Contains("--share a/b: names of shares"));
+  check_fails(run_unimapper({"watch", "nobody-" + std::to_string(getpid())}),
+              "nobody has published this topic on this computer");
 }
 
 TEST_CASE("The view from above has the sensor in the middle, its left at the top") {

@@ -148,19 +148,6 @@ TEST_CASE("a voxel of more than ten points on a line is a plane") {
   CHECK(count_planes(find_voxels(pole)) == 1);
 }
 
-TEST_CASE("only planes with a coplanar neighbour are continued") {
-  std::vector<Eigen::Vector3d> points;
-  for (const double x : {0.0, 2.0, 20.0}) {
-    for (int i = 0; i < 16; ++i) points.emplace_back(x + 0.4 * (i % 4), 0.4 * (i / 4), 1.0);
-  }
-  const StdVoxels voxels = find_voxels(points);
-  REQUIRE(count_planes(voxels) == 3);
-  auto voxel = voxels.begin();
-  CHECK((voxel++)->second.is_continued);
-  CHECK((voxel++)->second.is_continued);
-  CHECK_FALSE(voxel->second.is_continued);
-}
-
 TEST_CASE("nothing is projected onto a plane without a coplanar neighbour") {
   std::vector<Eigen::Vector3d> points;
   const auto add_ground = [&](double x) {
@@ -297,13 +284,6 @@ TEST_CASE("a place is found among others, with the pose between the frames") {
   CHECK(loop->votes > 100);
   CHECK((loop->T_match_query.translation - T_match_query.translation).norm() < 1e-6);
   CHECK((loop->T_match_query.rotation - T_match_query.rotation).norm() < 1e-6);
-}
-
-TEST_CASE("a database that was moved still finds") {
-  StdDatabase first;
-  first.insert(random_place(21));
-  const StdDatabase second = std::move(first);
-  CHECK(second.search(random_place(21)));
 }
 
 TEST_CASE("sides may differ by a share of the triangle's size") {

@@ -76,16 +76,9 @@ class Recording:
     def __init__(self, base=None):
         if base is not None:
             self.scans, self.poses = [array.array("f", s) for s in base.scans], list(base.poses)
-            self.stamps = list(base.stamps)
-            self.names = list(base.names)
-        self.floats, self.poses_text, self.times_text, self.form = 4, None, None, "kitti"
-        self.extra, self.options, self.scan_bytes = {}, [], {}
-
-    def each(self, change):
-        for s in self.scans:
-            for i in range(0, len(s) - 3, 4):
-                s[i], s[i + 1], s[i + 2] = change(s[i], s[i + 1], s[i + 2])
-        return self
+            self.stamps, self.names = list(base.stamps), list(base.names)
+        self.poses_text, self.times_text, self.form = None, None, "kitti"
+        self.options, self.scan_bytes = [], {}
 
     def scaled(self, k):
         self.scans = [array.array("f", (x if i % 4 == 3 else x * k for i, x in enumerate(s)))
@@ -93,12 +86,10 @@ class Recording:
 
     def moved(self, poses):
         for s, (r, t) in zip(self.scans, poses):
-            (a, b, c), (d, e, f), (g, h, i) = r
             for k in range(0, len(s) - 3, 4):
-                x, y, z = s[k], s[k + 1], s[k + 2]
-                s[k] = a * x + b * y + c * z + t[0]
-                s[k + 1] = d * x + e * y + f * z + t[1]
-                s[k + 2] = g * x + h * y + i * z + t[2]
+                x, y, z = s[k:k + 3]
+                for i in range(3):
+                    s[k + i] = r[i][0] * x + r[i][1] * y + r[i][2] * z + t[i]
 
     def records(self, record):
         out = []
@@ -109,43 +100,39 @@ class Recording:
             out.append(t)
         self.scans = out
 
-    def write(self, folder):
-        os.makedirs(folder)
+    def header(self, scan, pose):
+        """What stands before the points of a scan in this form."""
+        n = len(scan) // 4
         if self.form == "kitti":
-            os.makedirs(folder + "/scans")
-            for i, (name, s) in enumerate(zip(self.names, self.scans)):
-                data = self.scan_bytes.get(i, s.tobytes())
-                with open("%s/scans/%s.bin" % (folder, name), "wb") as f:
-                    f.write(data)
-        elif self.form == "ply":
-            for name, s in zip(self.names, self.scans):
-                head = ("ply\nformat binary_little_endian 1.0\nelement vertex %d\n" % (len(s) // 4) +
-                        "".join("property float %s\n" % f for f in ("x", "y", "z", "intensity")) +
-                        "end_header\n")
-                with open("%s/%s.ply" % (folder, name), "wb") as f:
-                    f.write(head.encode() + s.tobytes())
-        elif self.form == "text":
-            for name, s in zip(self.names, self.scans):
-                with open("%s/%s.xyz" % (folder, name), "w") as f:
-                    f.writelines("%.9g %.9g %.9g %.9g\n" % tuple(s[k:k + 4])
-                                 for k in range(0, len(s) - 3, 4))
-        else:
-            os.makedirs(folder + "/pcd")
-            for name, s, p in zip(self.names, self.scans, self.poses):
-                q = quaternion(p[0])
-                view = list(p[1]) + [q[3]] + q[:3] if self.form == "viewpoint" else [0, 0, 0, 1, 0, 0, 0]
-                head = ("VERSION 0.7\nFIELDS x y z intensity\nSIZE 4 4 4 4\nTYPE F F F F\n"
-                        "COUNT 1 1 1 1\nWIDTH %d\nHEIGHT 1\nVIEWPOINT %s\nPOINTS %d\nDATA binary\n"
-                        % (len(s) // 4, " ".join("%.12g" % x for x in view), len(s) // 4))
-                with open("%s/pcd/%s.pcd" % (folder, name), "wb") as f:
-                    f.write(head.encode() + s.tobytes())
-        texts = {"poses.txt": kitti(self.poses) if self.poses_text is None else self.poses_text,
-                 "times.txt": "".join("%.9f\n" % t for t in self.stamps)
-                 if self.times_text is None else self.times_text}
+            return ""
+        if self.form == "ply":
+            return ("ply\nformat binary_little_endian 1.0\nelement vertex %d\n" % n +
+                    "".join("property float %s\n" % f for f in ("x", "y", "z", "intensity")) +
+                    "end_header\n")
+        q = quaternion(pose[0])
+        view = list(pose[1]) + [q[3]] + q[:3] if self.form == "viewpoint" else [0, 0, 0, 1, 0, 0, 0]
+        return ("VERSION 0.7\nFIELDS x y z intensity\nSIZE 4 4 4 4\nTYPE F F F F\n"
+                "COUNT 1 1 1 1\nWIDTH %d\nHEIGHT 1\nVIEWPOINT %s\nPOINTS %d\nDATA binary\n"
+                % (n, " ".join("%.12g" % x for x in view), n))
+
+    def write(self, folder):
+        place, extension = {"kitti": ("/scans", "bin"), "ply": ("", "ply"), "text": ("", "xyz")}.get(
+            self.form, ("/pcd", "pcd"))
+        os.makedirs(folder + place)
+        for i, (name, scan, pose) in enumerate(zip(self.names, self.scans, self.poses)):
+            if self.form == "text":
+                data = "".join("%.9g %.9g %.9g %.9g\n" % tuple(scan[k:k + 4])
+                               for k in range(0, len(scan) - 3, 4)).encode()
+            else:
+                data = self.header(scan, pose).encode() + self.scan_bytes.get(i, scan.tobytes())
+            with open("%s%s/%s.%s" % (folder, place, name, extension), "wb") as f:
+                f.write(data)
         if self.form == "viewpoint":
-            texts = {}
-        texts.update(self.extra)
-        for name, text in texts.items():
+            return
+        times = "".join("%.9f\n" % t for t in self.stamps)
+        for name, text, own in (("poses.txt", self.poses_text, kitti(self.poses)),
+                                ("times.txt", self.times_text, times)):
+            text = own if text is None else text
             if text:
                 with open(folder + "/" + name, "w") as f:
                     f.write(text)
@@ -176,28 +163,24 @@ def cases(base):
         change(r)
         return name, words, r
 
+    def put(name, value):
+        """Gives the recording what `value` makes of it."""
+        return lambda r: setattr(r, name, value(r))
+
     def poses(change):
-        def run(r):
-            r.poses = change(r.poses)
-        return run
+        return put("poses", lambda r: change(r.poses))
 
     def each_pose(change):
         return poses(lambda p: [change(x) for x in p])
 
     def text(change):
-        def run(r):
-            r.poses_text = change(r)
-        return run
+        return put("poses_text", change)
 
     def stamps(change):
-        def run(r):
-            r.stamps = [change(i, t) for i, t in enumerate(r.stamps)]
-        return run
+        return put("stamps", lambda r: [change(i, t) for i, t in enumerate(r.stamps)])
 
     def form(name):
-        def run(r):
-            r.form = name
-        return run
+        return put("form", lambda r: name)
 
     def stamps_as_names(r):
         r.names = ["%d" % round(1e9 * t) for t in r.stamps]
@@ -208,11 +191,6 @@ def cases(base):
         def run(r):
             for c in changes:
                 c(r)
-        return run
-
-    def names(change):
-        def run(r):
-            r.names = [change(i) for i in range(n)]
         return run
 
     def names_as_text(r):
@@ -234,25 +212,14 @@ def cases(base):
     def layout(record):
         return lambda r: r.records(record)
 
-    def option(*options):
-        def run(r):
-            r.options = list(options)
-        return run
-
-    def set_times(value):
-        def run(r):
-            r.times_text = value(r)
-        return run
-
     half = lambda p: [p[i // 2] for i in range(n)]
     still = lambda p: [(IDENTITY, [0.0, 0.0, 0.0])] * n
     increments = lambda p: [p[0]] + [compose(inverse(a), b) for a, b in zip(p, p[1:])]
     scale = lambda k: each_pose(lambda p: (p[0], [k * x for x in p[1]]))
-    w_first = lambda p: p[0]
 
     right = [
         case("KITTI form", None, lambda r: None),
-        case("names without leading zeros", None, names(str)),
+        case("names without leading zeros", None, put("names", lambda r: [str(i) for i in range(n)])),
         case("TUM poses with stamps", None, text(lambda r: tum(r.poses, r.stamps))),
         case("PCD with a pose file", None, form("pcd")),
         case("PCD in the world frame with viewpoints", None, both(world, form("viewpoint"))),
@@ -312,9 +279,9 @@ def cases(base):
              lambda r: r.moved([(IDENTITY, [4e5, 5e6, 50.0])] * n)),
         case("points with y up", "z up", lambda r: r.moved([([[1, 0, 0], [0, 0, 1], [0, -1, 0]], [0, 0, 0])] * n)),
         case("stamps in milliseconds", "millisecond", stamps(lambda i, t: 1e3 * t)),
-        case("stamps in nanoseconds", "second|range", set_times(lambda r: "".join("%d\n" % (1e9 * t) for t in r.stamps))),
+        case("stamps in nanoseconds", "second|range", put("times_text", lambda r: "".join("%d\n" % (1e9 * t) for t in r.stamps))),
         case("stamps all equal", "stamp", stamps(lambda i, t: 1.0)),
-        case("stamps reversed", "stamp", poses(lambda p: p)),
+        case("stamps reversed", "stamp", put("stamps", lambda r: r.stamps[::-1])),
         case("two stamps exchanged", "stamp", stamps(lambda i, t: t + (0.1 if i == 9 else -0.1 if i == 10 else 0))),
         case("fewer poses than scans", "pose", text(lambda r: kitti(r.poses[:-4]))),
         case("no poses at all", "pose", text(lambda r: "")),
@@ -327,20 +294,17 @@ def cases(base):
         case("scans of zeros", "points|zero", in_file(lambda b: bytes(len(b)))),
         case("every scan twice", "repeat", lambda r: r.scans.__setitem__(
             slice(None), [r.scans[i // 2 * 2] for i in range(n)])),
-        case("a sensor that is none", "did you mean", option("--sensor", "vlp-61")),
+        case("a sensor that is none", "did you mean", put("options", lambda r: ["--sensor", "vlp-61"])),
     ]
-    for name, words, r in wrong:
-        if name == "stamps reversed":
-            r.stamps = r.stamps[::-1]
     return right, wrong
 
 
 def labels(folder):
     data = b""
-    names = sorted(os.listdir(folder + "/labels"), key=lambda n: (len(n), n)) if os.path.isdir(folder + "/labels") else []
-    for name in names:
-        with open(folder + "/labels/" + name, "rb") as f:
-            data += f.read()
+    if os.path.isdir(folder + "/labels"):
+        for name in sorted(os.listdir(folder + "/labels"), key=lambda n: (len(n), n)):
+            with open(folder + "/labels/" + name, "rb") as f:
+                data += f.read()
     return data
 
 

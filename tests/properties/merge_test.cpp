@@ -8,7 +8,6 @@
 #include "src/merge/changes.hpp"
 #include "src/merge/loop_acceptance.hpp"
 #include "src/merge/map_graph.hpp"
-#include "src/merge/map_level.hpp"
 #include "src/merge/radius_search.hpp"
 #include "src/merge/seen_extent.hpp"
 #include "src/merge/voxel_trees.hpp"
@@ -53,21 +52,6 @@ Pose yaw_only(Random& random, double extent_m) {
 }
 
 }  // namespace
-
-TEST_CASE("the variance of odometry does not depend on the frame it is given in", "[frames]") {
-  Random random(1);
-  const std::vector<Pose> way = winding_way(random, 25, 3.0);
-  const SessionPath path(way, some_noise());
-  const SessionPath other(moved(any_pose(random, 60.0), way), some_noise());
-  CHECK(other.length_m() == Approx(path.length_m()));
-  for (std::size_t i = 0; i < way.size(); i += 3) {
-    for (std::size_t j = 1; j < way.size(); j += 5) {
-      if (i == j) continue;
-      CHECK(other.variance(i, j).translation == Approx(path.variance(i, j).translation));
-      CHECK(other.variance(i, j).rotation == Approx(path.variance(i, j).rotation));
-    }
-  }
-}
 
 TEST_CASE("sets of consistent loops do not depend on the sessions' frames", "[frames]") {
   Random random(2);
@@ -161,31 +145,6 @@ TEST_CASE("alignment gives the same relative poses whatever the sessions' frames
   }
 }
 
-TEST_CASE("pose graphs are solved alike in every frame", "[frames]") {
-  Random random(5);
-  const std::vector<Pose> truth = winding_way(random, 12, 3.0);
-  PoseGraph graph;
-  graph.anchors = {{Pose{}, true}};
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    graph.nodes.push_back({truth[i] * random.pose(0.3, 0.03), 0, i == 0});
-    if (i == 0) continue;
-    graph.edges.push_back({i - 1, i, truth[i - 1].inverse() * truth[i] * random.pose(0.03, 0.004),
-                           any_information(random, 0.05, 0.005), 0.0});
-  }
-  graph.edges.push_back({1, 9, truth[1].inverse() * truth[9] * random.pose(0.1, 0.01),
-                         any_information(random, 0.1, 0.01), 2.0});
-  const Pose turn = any_pose(random, 70.0);
-  PoseGraph other = graph;
-  for (auto& node : other.nodes) node.T_session_node = turn * node.T_session_node;
-  CHECK(graph_cost(other) == Approx(graph_cost(graph)));
-  REQUIRE(optimize(graph, 50).usable);
-  REQUIRE(optimize(other, 50).usable);
-  CHECK(graph_cost(other) == Approx(graph_cost(graph)).epsilon(1e-4));
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    check_same_pose(other.T_map_node(i), turn * graph.T_map_node(i), 1e-3, 1e-3);
-  }
-}
-
 TEST_CASE("registration follows the frames of both clouds", "[frames]") {
   Random random(6);
   const RegistrationConfig config;
@@ -272,10 +231,10 @@ Pose grid_motion(int quarter_turns, const Eigen::Vector3d& whole_metres) {
 std::size_t count_dynamic(const std::vector<PosedSession>& posed,
                           const std::vector<std::vector<RefinedKeyframe>>& refined) {
   std::size_t count = 0;
+  const auto add = [&](const FineCell&) { ++count; };
   for (std::size_t s = 0; s < posed.size(); ++s) {
     for (std::size_t k = 0; k < refined[s].size(); ++k) {
-      visit_cells(posed[s].session->keyframes[k], refined[s][k], true,
-                  [&](const FineCell&) { ++count; });
+      visit_cells(posed[s].session->keyframes[k], refined[s][k], true, add);
     }
   }
   return count;
@@ -338,24 +297,6 @@ TEST_CASE("refined labels and changes do not depend on where and how the map lie
     CHECK(close(after.dynamic, before.dynamic, 0.1));
     CHECK(close(after.changes, before.changes, 0.35));
     CHECK((after.mean - before.mean).norm() < 0.25);
-  }
-}
-
-TEST_CASE("levelling of the map takes every known up to z, however the map is turned", "[frames]") {
-  Random random(9);
-  for (int round = 0; round < 10; ++round) {
-    const Pose turn = any_pose(random, 1.0);
-    std::vector<UpObservation> ups(5);
-    for (UpObservation& up : ups) {
-      up.z_axis = turn.rotation.col(2);
-      up.up = {true, 1e-5F, 0.0F, 2e-5F};
-    }
-    ups[2].z_axis = Eigen::Vector3d::UnitX();
-    ups[2].up.known = false;
-    const Eigen::Matrix3d level = levelling_rotation(ups);
-    CHECK((level * turn.rotation.col(2) - Eigen::Vector3d::UnitZ()).norm() < 1e-9);
-    // The shortest one: it turns about a level axis.
-    CHECK(std::abs(level(1, 0) - level(0, 1)) < 1e-9);
   }
 }
 

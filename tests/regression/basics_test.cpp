@@ -1,4 +1,4 @@
-// Geometry and free space on random, tilted input
+// Geometry and free columns on random input
 #include <catch2/catch.hpp>
 #include <map>
 #include <string>
@@ -6,7 +6,6 @@
 
 #include "expected_text.hpp"
 #include "tests/random.hpp"
-#include "unimapper/core/image_code.hpp"
 #include "unimapper/core/nearest_rotation.hpp"
 #include "unimapper/core/owned.hpp"
 #include "unimapper/core/pose_interpolation.hpp"
@@ -15,8 +14,6 @@
 #include "unimapper/core/symmetric_eigen.hpp"
 #include "unimapper/core/tilt_prior.hpp"
 #include "unimapper/free_space/free_columns.hpp"
-#include "unimapper/free_space/inverse_sensor_model.hpp"
-#include "unimapper/free_space/range_image.hpp"
 #include "words.hpp"
 
 using namespace unimapper;
@@ -64,24 +61,21 @@ TEST_CASE("fits, rotations and tilts of random frames, as before on every platfo
     text += fit_rigid(pairs, fitted) ? "fitted " + pose_text(fitted) + "\n" : "not fitted\n";
     PlanarPose planar;
     const bool ok = fit_planar(a.data(), b.data(), static_cast<std::uint32_t>(a.size()), planar);
-    const auto number = [](float value) { return fixed(static_cast<double>(value), 4); };
-    text += join(ok ? "planar" : "not planar", number(planar.cosine), number(planar.sine),
-                 number(planar.x), number(planar.y)) +
-            "\n";
+    const auto number = [](float value) { return fixed(value, 4); };
+    text += line_of(ok ? "planar" : "not planar", number(planar.cosine), number(planar.sine),
+                    number(planar.x), number(planar.y));
     const PlanarPose above = seen_from_above(T_b_a);
     const PlanarPose both = above * planar;
-    text += join("above", number(above.cosine), number(above.sine), number(above.x),
-                 number(above.y), "product", number(both.cosine), number(both.x), number(both.y)) +
-            "\n";
+    text +=
+        line_of("above", number(above.cosine), number(above.sine), number(above.x), number(above.y),
+                "product", number(both.cosine), number(both.x), number(both.y));
     Eigen::Matrix3d distorted = T_b_a.rotation;
     for (int i = 0; i < 9; ++i) distorted.data()[i] += random.uniform(-0.4, 0.4);
     const NearestRotation nearest = nearest_rotation(distorted);
-    text +=
-        join("rotation", matrix_text(nearest.rotation), fixed(nearest.deciding_value, 4)) + "\n";
+    text += line_of("rotation", matrix_text(nearest.rotation), fixed(nearest.deciding_value, 4));
     const Eigen::Matrix3d symmetric = distorted + distorted.transpose().eval();
     const SymmetricEigen<double> eigen = symmetric_eigen<double>(symmetric);
-    text +=
-        join("eigen", vector_text(eigen.values, 4), matrix_text(eigen.vectors.cwiseAbs())) + "\n";
+    text += line_of("eigen", vector_text(eigen.values, 4), matrix_text(eigen.vectors.cwiseAbs()));
     const Pose other = random_pose(random, 10.0);
     text += "between " + pose_text(interpolate(T_b_a, other, 0.3)) + "\n";
     const Eigen::Vector3d up =
@@ -96,11 +90,11 @@ TEST_CASE("fits, rotations and tilts of random frames, as before on every platfo
     Eigen::Matrix2d measured;
     measured << 3000.0, 800.0, 800.0, 1500.0;
     const Eigen::Vector2d tilt = tilt_of(leaning);
-    text += join("tilt", vector_text(tilt, 5), "information", fixed(prior.information()(0, 0), 1),
-                 fixed(prior.information()(0, 1), 1), fixed(prior.information()(1, 1), 1), "sigmas",
-                 fixed(prior.sigmas(tilt, measured), 4), fixed(prior.sigmas(tilt, 0.02), 4),
-                 "posterior", vector_text(prior.posterior(tilt, measured), 5)) +
-            "\n";
+    text +=
+        line_of("tilt", vector_text(tilt, 5), "information", fixed(prior.information()(0, 0), 1),
+                fixed(prior.information()(0, 1), 1), fixed(prior.information()(1, 1), 1), "sigmas",
+                fixed(prior.sigmas(tilt, measured), 4), fixed(prior.sigmas(tilt, 0.02), 4),
+                "posterior", vector_text(prior.posterior(tilt, measured), 5));
     text += "tilted " + pose_text(with_tilt(leaning, {0.05, -0.03})) + "\n";
   }
   std::vector<double> values;
@@ -111,85 +105,6 @@ TEST_CASE("fits, rotations and tilts of random frames, as before on every platfo
   }
   text += "median " + fixed(median(std::span(values)), 4) + "\n";
   check_expected("geometry", text);
-}
-
-TEST_CASE("range images and what they tell of tilted points, as before on every platform",
-          "[regression]") {
-  test::Random random(2);
-  std::string text;
-  const RangeImageShape shapes[] = {{360.0F, 1.7F, -31.0F, 23.0F, 1.3F},
-                                    {95.0F, 0.9F, -20.0F, 35.0F, 1.1F},
-                                    {360.0F, 3.0F, -90.0F, 90.0F, 4.0F}};
-  for (const RangeImageShape& shape : shapes) {
-    for (const std::uint32_t min_returns : {1U, 4U}) {
-      Owned<RangePainter> painter(RangePainterConfig{shape, 1.5F, 40.0F, min_returns, 5500, 0});
-      std::vector<Eigen::Vector3f> points;
-      for (int i = 0; i < 6000; ++i) {
-        // A room with a pillar; some points are too near, too far or none.
-        const Eigen::Vector3d d = random_vector(random, 1.0).normalized();
-        double range =
-            std::min({12.0 / std::abs(d.x()), 9.0 / std::abs(d.y()), 4.0 / std::abs(d.z())});
-        if (d.x() > 0.9) range = 3.0;
-        if (i % 50 == 7) range = 60.0;
-        if (i % 50 == 8) range = 1.0;
-        points.push_back((range * d).cast<float>());
-      }
-      const ImageProjection& projection = painter->projection();
-      std::vector<std::uint16_t> pixels(projection.pixels());
-      painter->paint(PointView::xyz(points.data(), points.size(), sizeof(Eigen::Vector3f)),
-                     pixels.data());
-      std::uint64_t known = 0;
-      std::uint64_t sum = 0;
-      std::uint64_t weighted = 0;
-      for (std::size_t i = 0; i < pixels.size(); ++i) {
-        known += pixels[i] == kNoRange ? 0 : 1;
-        sum += pixels[i];
-        weighted += (i % 251) * pixels[i];
-      }
-      std::vector<std::uint8_t> code(max_image_code(pixels.size()));
-      code.resize(encode_image(pixels, code));
-      std::vector<std::uint16_t> decoded(pixels.size());
-      REQUIRE(decode_image(code, decoded));
-      std::uint64_t rounded = 0;
-      for (std::size_t i = 0; i < pixels.size(); ++i) {
-        CHECK(decoded[i] <= pixels[i]);
-        rounded += decoded[i];
-      }
-      text += join("image", count(projection.columns()), count(projection.rows()),
-                   projection.wraps() ? "wraps" : "ends", "known", count(known), "sum", count(sum),
-                   count(weighted), "code", count(code.size()), checksum(code), "decoded",
-                   count(rounded)) +
-              "\n";
-      // What it tells of points in a tilted frame.
-      const Pose T_sensor_points = random_pose(random, 2.0);
-      std::vector<float> x, y, z;
-      for (int i = 0; i < 3000; ++i) {
-        const Eigen::Vector3d p = random_vector(random, 11.0);
-        x.push_back(static_cast<float>(p.x()));
-        y.push_back(static_cast<float>(p.y()));
-        z.push_back(static_cast<float>(p.z()));
-      }
-      for (const float full_weight_m : {0.0F, 5.0F}) {
-        std::vector<std::int32_t> log_odds(x.size(), 3);
-        const InverseSensorModel model(VisibilityTest(0.4F, 0.02F), EvidenceWeights{700, 400, 210},
-                                       full_weight_m);
-        model.add(
-            pixels.data(), projection, T_sensor_points.rotation.cast<float>(),
-            T_sensor_points.translation.cast<float>(),
-            {x.data(), y.data(), z.data(), log_odds.data(), static_cast<std::uint32_t>(x.size())});
-        std::map<std::string, std::size_t> kinds;
-        std::int64_t total = 0;
-        for (const std::int32_t value : log_odds) {
-          ++kinds[value > 3 ? "free" : value < 3 ? "surface" : "unknown"];
-          total += value;
-        }
-        text += join("  observed free", count(kinds["free"]), "surface", count(kinds["surface"]),
-                     "unknown", count(kinds["unknown"]), "sum", count(total)) +
-                "\n";
-      }
-    }
-  }
-  check_expected("range_images", text);
 }
 
 TEST_CASE("free columns over random ground, as before on every platform", "[regression]") {
@@ -227,9 +142,7 @@ TEST_CASE("free columns over random ground, as before on every platform", "[regr
         }
       }
     }
-    text += join("free", count(free), "heights", count(heights), "left out",
-                 count(columns->left_out())) +
-            "\n";
+    text += line_of("free", free, "heights", heights, "left out", columns->left_out());
   }
   check_expected("free_columns", text);
 }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,6 @@ namespace {
 std::int64_t ticks_ns = 0;
 std::int64_t ticking_clock() { return ticks_ns += 250000; }
 
-std::string number(float value) { return fixed(static_cast<double>(value), 3); }
-
 std::string pose_text(const um_pose& pose) {
   Pose p;
   for (int row = 0; row < 3; ++row) {
@@ -30,78 +29,70 @@ std::string pose_text(const um_pose& pose) {
   return regression::pose_text(p);
 }
 
-std::string statistics_text(const um_statistics& s) {
-  std::string text =
-      join("  points", count(s.points_in), count(s.points_valid), count(s.points_static),
-           count(s.points_dynamic), "cells", count(s.cells), count(s.dynamic_cells), "voxels",
-           count(s.voxels), count(s.ground_voxels), "components", count(s.components), "missed",
-           count(s.deadline_missed), "noise", number(s.attitude_noise_deg)) +
-      "\n  dropped";
-  for (const std::uint64_t dropped : s.dropped) text += " " + count(dropped);
-  text += "\n  capacity";
-  for (const um_capacity& c : s.capacity) text += " " + count(c.used) + "/" + count(c.capacity);
-  text += "\n  stages";
-  for (const float us : s.stage_us) text += " " + fixed(static_cast<double>(us), 1);
+/// Counts of what was dropped, uses of capacities, and times of stages.
+template <typename Dropped, typename Uses, typename Times>
+std::string counts_text(const Dropped& dropped, const char* uses_name, const Uses& uses,
+                        const char* times_name, const Times& times) {
+  std::string text = "  dropped";
+  for (const std::uint64_t number : dropped) text += " " + count(number);
+  text += uses_name;
+  for (const um_capacity& c : uses) text += " " + count(c.used) + "/" + count(c.capacity);
+  text += times_name;
+  for (const float us : times) text += " " + fixed(us, 1);
   return text + "\n";
 }
 
-std::string keyframe_text(const um_keyframe& k) {
-  std::string text = join("keyframe", count(k.sequence), "reference", count(k.reference_scan),
-                          "scans", count(k.scan_count), pose_text(k.T_odometry_keyframe)) +
-                     "\n";
-  for (std::uint32_t i = 0; i < k.scan_count; ++i) {
-    text += join("  scan", count(k.scans[i].scan_index), count(k.scans[i].stamp_ns),
-                 pose_text(k.scans[i].T_odometry_sensor)) +
-            "\n";
+std::string statistics_text(const um_statistics& s) {
+  return line_of("  points", s.points_in, s.points_valid, s.points_static, s.points_dynamic,
+                 "cells", s.cells, s.dynamic_cells, "voxels", s.voxels, s.ground_voxels,
+                 "components", s.components, "missed", s.deadline_missed, "noise",
+                 s.attitude_noise_deg) +
+         counts_text(s.dropped, "\n  capacity", s.capacity, "\n  stages", s.stage_us);
+}
+
+std::string cells_text(std::span<const um_cell> cells) {
+  CloudMoments moments;
+  std::uint64_t points = 0;
+  std::uint64_t ground = 0;
+  for (const um_cell& cell : cells) {
+    moments.add(Eigen::Vector3f(cell.position));
+    points += cell.points;
+    ground += cell.ground;
   }
-  const auto cells_text = [](const um_cell* cells, std::size_t size) {
-    CloudMoments moments;
-    std::uint64_t points = 0;
-    std::uint64_t ground = 0;
-    for (std::size_t i = 0; i < size; ++i) {
-      moments.add(
-          Eigen::Vector3f(cells[i].position[0], cells[i].position[1], cells[i].position[2]));
-      points += cells[i].points;
-      ground += cells[i].ground;
-    }
-    return join(moments.text(), "points", count(points), "ground", count(ground));
-  };
-  text += "  static " + cells_text(k.static_cells, k.static_cell_count) + "\n";
-  text += "  dynamic " + cells_text(k.dynamic_cells, k.dynamic_cell_count) + "\n";
+  return join(moments, "points", points, "ground", ground);
+}
+
+std::string keyframe_text(const um_keyframe& k) {
+  std::string text = line_of("keyframe", k.sequence, "reference", k.reference_scan, "scans",
+                             k.scan_count, pose_text(k.T_odometry_keyframe));
+  for (const um_scan& scan : std::span(k.scans, k.scan_count)) {
+    text += line_of("  scan", scan.scan_index, scan.stamp_ns, pose_text(scan.T_odometry_sensor));
+  }
+  text += line_of("  static", cells_text({k.static_cells, k.static_cell_count}));
+  text += line_of("  dynamic", cells_text({k.dynamic_cells, k.dynamic_cell_count}));
+  CloudMoments planes;
+  for (const um_plane& plane : std::span(k.planes, k.plane_count)) {
+    planes.add(Eigen::Vector3f(plane.center));
+  }
   CloudMoments keypoints;
   CloudMoments normals;
-  for (std::size_t i = 0; i < k.keypoint_count; ++i) {
-    keypoints.add(Eigen::Vector3f(k.keypoints[i].position[0], k.keypoints[i].position[1],
-                                  k.keypoints[i].position[2]));
-    normals.add(Eigen::Vector3f(k.keypoints[i].normal[0], k.keypoints[i].normal[1],
-                                k.keypoints[i].normal[2]));
+  for (const um_keypoint& keypoint : std::span(k.keypoints, k.keypoint_count)) {
+    keypoints.add(Eigen::Vector3f(keypoint.position));
+    normals.add(Eigen::Vector3f(keypoint.normal));
   }
-  CloudMoments planes;
-  for (std::size_t i = 0; i < k.plane_count; ++i) {
-    planes.add(
-        Eigen::Vector3f(k.planes[i].center[0], k.planes[i].center[1], k.planes[i].center[2]));
+  text += line_of("  planes", planes) + line_of("  keypoints", keypoints) +
+          line_of("  normals", normals);
+  for (const um_loop& loop : std::span(k.loops, k.loop_count)) {
+    text += line_of("  loop", loop.session, loop.keyframe, loop.confidence, loop.accepted,
+                    loop.votes, loop.inliers, loop.plane_overlap, pose_text(loop.T_match_query));
   }
-  text += "  planes " + planes.text() + "\n";
-  text += "  keypoints " + keypoints.text() + "\n  normals " + normals.text() + "\n";
-  for (std::size_t i = 0; i < k.loop_count; ++i) {
-    const um_loop& loop = k.loops[i];
-    text += join("  loop", count(loop.session), count(loop.keyframe), number(loop.confidence),
-                 count(loop.accepted), count(loop.votes), count(loop.inliers),
-                 number(loop.plane_overlap), pose_text(loop.T_match_query)) +
-            "\n";
-  }
-  text += join("  up", count(k.up_known), count(k.up_contradicted),
-               rough(static_cast<double>(k.up_covariance[0])),
-               rough(static_cast<double>(k.up_covariance[1])),
-               rough(static_cast<double>(k.up_covariance[2])), number(k.odometry_tilt_deg)) +
-          "\n";
+  text += line_of("  up", k.up_known, k.up_contradicted, rough(k.up_covariance[0]),
+                  rough(k.up_covariance[1]), rough(k.up_covariance[2]), k.odometry_tilt_deg);
   const um_input& in = k.input;
-  text += join("  input", number(in.ray_spacing_deg), number(in.ring_spacing_deg),
-               number(in.image_elevation_min_deg), number(in.image_elevation_max_deg),
-               count(in.rays_differ), count(in.elevations_differ), count(in.mode_changes),
-               number(in.attitude_noise_deg), number(in.sweep_tilt_deg), count(in.aligned_scans),
-               count(in.up_known), number(in.odometry_tilt_deg), number(in.up_sigma_deg)) +
-          "\n";
+  text += line_of("  input", in.ray_spacing_deg, in.ring_spacing_deg, in.image_elevation_min_deg,
+                  in.image_elevation_max_deg, in.rays_differ, in.elevations_differ, in.mode_changes,
+                  in.attitude_noise_deg, in.sweep_tilt_deg, in.aligned_scans, in.up_known,
+                  in.odometry_tilt_deg, in.up_sigma_deg);
   return text + statistics_text(k.statistics);
 }
 
@@ -109,16 +100,9 @@ std::string health_text(um_pipeline* pipeline) {
   um_health h;
   h.struct_size = sizeof h;
   REQUIRE(um_health_get(pipeline, &h) == UM_OK);
-  std::string text = join("health scans", count(h.scans), "refused", count(h.scans_refused),
-                          "keyframes", count(h.keyframes), "points", count(h.points_in), "dynamic",
-                          count(h.points_dynamic), "missed", count(h.deadline_misses)) +
-                     "\n  dropped";
-  for (const std::uint64_t dropped : h.dropped) text += " " + count(dropped);
-  text += "\n  fullest";
-  for (const um_capacity& c : h.fullest) text += " " + count(c.used) + "/" + count(c.capacity);
-  text += "\n  longest";
-  for (const float us : h.longest_stage_us) text += " " + fixed(static_cast<double>(us), 1);
-  return text + "\n";
+  return line_of("health scans", h.scans, "refused", h.scans_refused, "keyframes", h.keyframes,
+                 "points", h.points_in, "dynamic", h.points_dynamic, "missed", h.deadline_misses) +
+         counts_text(h.dropped, "\n  fullest", h.fullest, "\n  longest", h.longest_stage_us);
 }
 
 }  // namespace
@@ -168,18 +152,16 @@ TEST_CASE("a C program's keyframes, events and health, as before on every platfo
     for (std::uint32_t i = 0; i < images.count; ++i) {
       std::uint64_t sum = 0;
       for (std::uint32_t p = 0; p < images.columns * images.rows; ++p) sum += images.pixels[i][p];
-      text += join("  image", count(images.scans[i]), count(images.columns), count(images.rows),
-                   number(images.azimuth_resolution_deg), number(images.elevation_min_deg),
-                   number(images.full_weight_range_m), "sum", count(sum)) +
-              "\n";
+      text += line_of("  image", images.scans[i], images.columns, images.rows,
+                      images.azimuth_resolution_deg, images.elevation_min_deg,
+                      images.full_weight_range_m, "sum", sum);
     }
     const um_session session{5, 0, 0, 77};
     um_encoded encoded;
     REQUIRE(um_keyframe_encode(pipeline, &session, scratch.data(), scratch.size(), message.data(),
                                message.size(), &encoded) == UM_OK);
-    text += join("  encoded", count(encoded.bytes), count(encoded.image_bytes),
-                 count(encoded.left_out), checksum({message.data(), encoded.bytes})) +
-            "\n";
+    text += line_of("  encoded", encoded.bytes, encoded.image_bytes, encoded.left_out,
+                    checksum({message.data(), encoded.bytes}));
     text += "  labels";
     for (std::uint32_t i = 0; i < keyframe.scan_count; ++i) {
       std::vector<std::uint8_t> labels(20000);
@@ -190,10 +172,9 @@ TEST_CASE("a C program's keyframes, events and health, as before on every platfo
               count(std::count(labels.begin(), labels.end(), UM_LABEL_DYNAMIC));
     }
     text += "\n";
-    text += join("  relabelled", count(relabelled.available), count(relabelled.sequence),
-                 count(relabelled.later_keyframes), count(relabelled.cells_now_dynamic),
-                 count(relabelled.cells_now_static)) +
-            "\n";
+    text += line_of("  relabelled", relabelled.available, relabelled.sequence,
+                    relabelled.later_keyframes, relabelled.cells_now_dynamic,
+                    relabelled.cells_now_static);
   };
   for (int i = 0; i < 42; ++i) {
     TownScan scan = frames.apply(town.scan(i));
@@ -213,18 +194,17 @@ TEST_CASE("a C program's keyframes, events and health, as before on every platfo
     std::int32_t ready = 0;
     const um_status status =
         um_add_scan(pipeline, &points, &pose, 1 + i * std::int64_t{100000000}, &ready);
-    if (status != UM_OK) text += join("scan", count(i), um_message(pipeline)) + "\n";
+    if (status != UM_OK) text += line_of("scan", i, um_message(pipeline));
     if (ready == 1) look();
     um_event event;
     while (i % 6 == 5 && um_event_pop(pipeline, &event) == UM_OK) {
-      text += join("event", count(event.id), "at", count(event.stamp_ns), count(event.values[0]),
-                   count(event.values[1]), count(event.values[2]), count(event.values[3])) +
-              "\n";
+      text += line_of("event", event.id, "at", event.stamp_ns, event.values[0], event.values[1],
+                      event.values[2], event.values[3]);
     }
   }
   std::int32_t ready = 0;
   REQUIRE(um_flush(pipeline, &ready) == UM_OK);
   if (ready == 1) look();
-  text += join("events lost", count(um_events_lost(pipeline))) + "\n";
+  text += line_of("events lost", um_events_lost(pipeline));
   check_expected("c_program", text + health_text(pipeline));
 }

@@ -21,9 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostLinesShown = 80;
-constexpr std::size_t kMostLinesCompared = 3000;
-
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
   std::istringstream stream(text);
@@ -36,55 +33,28 @@ void write(const fs::path& file, const std::string& text) {
   std::ofstream(file, std::ios::binary) << text;
 }
 
-/// Lengths of the longest common subsequences of the two texts' ends.
-std::vector<std::vector<std::uint16_t>> common_ends(const std::vector<std::string>& a,
-                                                    const std::vector<std::string>& b) {
-  std::vector<std::vector<std::uint16_t>> common(a.size() + 1,
-                                                 std::vector<std::uint16_t>(b.size() + 1, 0));
-  for (std::size_t i = a.size(); i-- > 0;) {
-    for (std::size_t j = b.size(); j-- > 0;) {
-      common[i][j] = a[i] == b[j] ? static_cast<std::uint16_t>(common[i + 1][j + 1] + 1)
-                                  : std::max(common[i + 1][j], common[i][j + 1]);
-    }
-  }
-  return common;
-}
-
-}  // namespace
-
+/// The lines that one text alone has: "-" before those of `expected`, "+" before those of `actual`.
 std::string difference(const std::string& expected, const std::string& actual) {
-  std::vector<std::string> a = lines_of(expected);
-  std::vector<std::string> b = lines_of(actual);
-  a.resize(std::min(a.size(), kMostLinesCompared));
-  b.resize(std::min(b.size(), kMostLinesCompared));
-  const auto common = common_ends(a, b);
+  constexpr std::size_t kMostShown = 80;
   std::string result;
   std::size_t shown = 0;
-  const auto show = [&](const char* sign, std::size_t line, const std::string& text) {
-    if (++shown > kMostLinesShown) return;
-    result += sign + std::to_string(line + 1) + ": " + text + "\n";
-  };
-  std::size_t i = 0;
-  std::size_t j = 0;
-  while (i < a.size() || j < b.size()) {
-    if (i < a.size() && j < b.size() && a[i] == b[j]) {
-      ++i;
-      ++j;
-    } else if (i < a.size() && (j == b.size() || common[i + 1][j] >= common[i][j + 1])) {
-      show("- ", i, a[i]);
-      ++i;
-    } else {
-      show("+ ", j, b[j]);
-      ++j;
+  const auto show = [&](const char* sign, const std::string& text, const std::string& other) {
+    std::map<std::string, int> there;
+    for (const std::string& line : lines_of(other)) ++there[line];
+    std::size_t number = 0;
+    for (const std::string& line : lines_of(text)) {
+      ++number;
+      if (there[line]-- > 0 || ++shown > kMostShown) continue;
+      result += sign + std::to_string(number) + ": " + line + "\n";
     }
-  }
-  if (shown > kMostLinesShown) {
-    result += "... and " + std::to_string(shown - kMostLinesShown) + " lines more\n";
+  };
+  show("- ", expected, actual);
+  show("+ ", actual, expected);
+  if (shown > kMostShown) {
+    result += "... and " + std::to_string(shown - kMostShown) + " lines more\n";
   }
   return result;
 }
-
-namespace {
 
 bool is_part_of_word(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' || c == '.';
@@ -160,7 +130,7 @@ std::string summary_line(const LineKind& kind) {
 
 /// Digest of a text, and a line for each of its most frequent kinds of lines.
 std::string summary_of(const std::string& text) {
-  constexpr std::size_t kMostKinds = 40;
+  constexpr std::size_t kMostKinds = 12;
   std::vector<LineKind> kinds = kinds_of(text);
   std::vector<std::size_t> counts;
   for (const LineKind& kind : kinds) counts.push_back(kind.lines);

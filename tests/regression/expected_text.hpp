@@ -6,7 +6,7 @@
 namespace unimapper::regression {
 
 /// Fails unless a text has the digest in expected/NAME.txt. That file also holds a summary: for
-/// each of the forty most frequent kinds of lines (equal but for their numbers) how many there are
+/// each of the twelve most frequent kinds of lines (equal but for their numbers) how many there are
 /// and the mean of each number. A failure shows the lines of the summary that differ, and those of
 /// the whole text if an earlier run of this build folder was good. Texts are left in
 /// actual/NAME.txt and actual/good/NAME.txt of the build folder. With UNIMAPPER_UPDATE_EXPECTED=1
@@ -16,9 +16,5 @@ void check_expected(const std::string& name, const std::string& text);
 /// `check_expected` for results of an optimisation. In a build with a sanitizer they end a
 /// millimetre apart from the others and are not compared.
 void check_expected_of_optimisation(const std::string& name, const std::string& text);
-
-/// The lines in which two texts differ, "-" before those of `expected`, "+" before those of
-/// `actual`; empty if they are equal.
-[[nodiscard]] std::string difference(const std::string& expected, const std::string& actual);
 
 }  // namespace unimapper::regression

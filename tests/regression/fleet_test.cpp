@@ -20,7 +20,7 @@
 #include "unimapper/onboard/owned_pipeline.hpp"
 #include "unimapper/wire/keyframe_encoder.hpp"
 #include "unimapper/wire/pieces.hpp"
-#include "unimapper/wire/receiver.hpp"
+#include "wire_words.hpp"
 
 using namespace unimapper;
 using namespace unimapper::regression;
@@ -113,10 +113,8 @@ Sent run(const test::Scene& scene, const Robot& robot, const PipelineConfig& con
       }
     }
     for (const std::size_t dynamic : {0U, 1U}) {
-      sent.text +=
-          join(dynamic != 0 ? "  moving points labelled" : "  standing points labelled",
-               count(counts[dynamic][0]), count(counts[dynamic][1]), count(counts[dynamic][2])) +
-          "\n";
+      sent.text += line_of(dynamic != 0 ? "  moving points labelled" : "  standing points labelled",
+                           counts[dynamic][0], counts[dynamic][1], counts[dynamic][2]);
     }
     wire::EncodedKeyframe keyframe;
     keyframe.session = robot.info.id;
@@ -127,9 +125,8 @@ Sent run(const test::Scene& scene, const Robot& robot, const PipelineConfig& con
     REQUIRE(encoded.error.ok());
     keyframe.bytes.resize(encoded.bytes);
     // No checksum: the last bits of poses differ between -O1 and -O3.
-    sent.text += join("  encoded", count(encoded.bytes), "images", count(encoded.image_bytes),
-                      "left out", count(encoded.left_out)) +
-                 "\n";
+    sent.text += line_of("  encoded", encoded.bytes, "images", encoded.image_bytes, "left out",
+                         encoded.left_out);
     sent.keyframes.push_back(std::move(keyframe));
   };
   for (std::size_t i = 0; i < path.T_scene_sensor.size(); ++i) {
@@ -144,45 +141,31 @@ Sent run(const test::Scene& scene, const Robot& robot, const PipelineConfig& con
   }
   if (pipeline->flush().keyframe_ready) send();
   while (pipeline->relabel_next()) {
-    const RelabelledKeyframe& last = pipeline->keyframe().relabelled;
-    sent.text += join("at the end relabelled", count(last.sequence), "by",
-                      count(last.later_keyframes), "to dynamic", count(last.cells_now_dynamic),
-                      "to static", count(last.cells_now_static)) +
-                 "\n";
+    sent.text += relabelled_text("at the end relabelled", pipeline->keyframe().relabelled);
   }
   return sent;
 }
 
 std::string receiver_text(const wire::Receiver& receiver) {
-  const wire::ReceiverCounters c = receiver.counters();
-  std::string text =
-      join("messages", count(c.messages), "foreign", count(c.foreign), "malformed",
-           count(c.malformed), "refused", count(c.refused), "contradictory", count(c.contradictory),
-           "duplicate", count(c.pieces_duplicate), "keyframes", count(c.keyframes), "damaged",
-           count(c.keyframes_damaged), "abandoned", count(c.keyframes_abandoned)) +
-      "\n";
+  std::string text = counters_text(receiver.counters());
   for (const wire::SessionProgress& one : receiver.progress()) {
-    text += join("progress of", one.info.name, one.info.sensor, one.ended ? "ended" : "running",
-                 one.whole ? "whole" : "not whole", "announced", count(one.announced), "received",
-                 count(one.received)) +
-            "\n";
+    text += line_of("progress of", one.info.name, one.info.sensor, one.ended ? "ended" : "running",
+                    one.whole ? "whole" : "not whole", "announced", one.announced, "received",
+                    one.received);
   }
   return text;
 }
 
 std::string session_text(const SessionData& session) {
-  std::string text =
-      join("session", session.info.name, count(session.info.id.robot),
-           wire::to_text(session.info.id.boot), session.info.sensor,
-           session.complete ? "complete" : "incomplete", "missing",
-           count(session.keyframes_missing), "damaged", count(session.keyframes_damaged)) +
-      "\n";
+  std::string text = line_of("session", session.info.name, session.info.id.robot,
+                             wire::to_text(session.info.id.boot), session.info.sensor,
+                             session.complete ? "complete" : "incomplete", "missing",
+                             session.keyframes_missing, "damaged", session.keyframes_damaged);
   for (const KeyframeRecord& k : session.keyframes) {
-    text += join("  keyframe", count(k.sequence), pose_text(k.T_odometry_keyframe), up_text(k.up),
-                 "points in", count(k.points_in), "dynamic", count(k.points_dynamic), "left out",
-                 count(k.left_out), "images", count(k.images.size()), "keypoints",
-                 count(k.keypoints.size()), "planes", count(k.planes.size())) +
-            "\n    static " + cells_text(k.static_cells) + "\n    dynamic " +
+    text += line_of("  keyframe", k.sequence, k.T_odometry_keyframe, up_text(k.up), "points in",
+                    k.points_in, "dynamic", k.points_dynamic, "left out", k.left_out, "images",
+                    k.images.size(), "keypoints", k.keypoints.size(), "planes", k.planes.size()) +
+            "    static " + cells_text(k.static_cells) + "\n    dynamic " +
             cells_text(k.dynamic_cells) + "\n";
   }
   return text;
@@ -364,7 +347,7 @@ TEST_CASE("a fleet's whole run gives what it gave before", "[regression][slow]")
     exported += std::string("file ") + file + "\n" + rounded_file(scratch.path() / file);
   }
   for (const char* file : {"map.ply", "changes.ply"}) {
-    exported += join("file", file, count(std::filesystem::file_size(scratch.path() / file))) + "\n";
+    exported += line_of("file", file, std::filesystem::file_size(scratch.path() / file));
   }
   check_expected_of_optimisation("fleet_exported", exported);
   check_expected_of_optimisation("fleet_tool", tool_text(fleet, sent));

@@ -5,8 +5,6 @@
 
 #include "expected_text.hpp"
 #include "merge_words.hpp"
-#include "src/apps/merge/cell_labels.hpp"
-#include "src/merge/cell_classification.hpp"
 #include "src/merge/central_score.hpp"
 #include "src/merge/changes.hpp"
 #include "src/merge/keyframe_clouds.hpp"
@@ -54,18 +52,17 @@ TEST_CASE("registration of tilted clouds, as before", "[regression]") {
     for (const double weight : {0.0, 1.0}) {
       const RegistrationResult result =
           register_clouds(target, source, start, config, weight * tilt);
-      text += join("registered", result.converged ? "converged" : "not", "in",
-                   count(result.iterations), "matched", count(result.matched), "rmse",
-                   fixed(result.rmse_m, 5), "condition", rough(result.condition)) +
-              "\n  " + pose_text(result.T_target_source) + "\n  error " +
+      text += line_of("registered", result.converged ? "converged" : "not", "in", result.iterations,
+                      "matched", result.matched, "rmse", fixed(result.rmse_m, 5), "condition",
+                      rough(result.condition)) +
+              "  " + pose_text(result.T_target_source) + "\n  error " +
               pose_text(truth.inverse() * result.T_target_source) + "\n  " +
               information_text(result.information) + "\n";
     }
     for (const double distance_m : {0.2, 0.5, 1.5}) {
       text +=
-          join("  overlap", fixed(structure_overlap(target, source, truth, 11.0, distance_m), 4),
-               fixed(structure_overlap(target, source, start, 30.0, distance_m), 4)) +
-          "\n";
+          line_of("  overlap", fixed(structure_overlap(target, source, truth, 11.0, distance_m), 4),
+                  fixed(structure_overlap(target, source, start, 30.0, distance_m), 4));
     }
   }
   check_expected("merge_registration", text);
@@ -172,40 +169,6 @@ TEST_CASE("map and changes in a tilted map, as before", "[regression]") {
   check_expected("merge_changes", text);
 }
 
-TEST_CASE("cells classified from random evidence, as before", "[regression]") {
-  Random random(101);
-  std::string text;
-  for (int round = 0; round < 6; ++round) {
-    CellEvidence cells;
-    std::uint32_t number = 0;
-    // Blobs of cells, some of which touch, over patches of ground.
-    for (int blob = 0; blob < 14; ++blob) {
-      const int x0 = static_cast<int>(random.below(60)) - 30;
-      const int y0 = static_cast<int>(random.below(60)) - 30;
-      const double lean = random.uniform(-2.5, 1.5);
-      for (int i = 0; i < 60; ++i) {
-        const VoxelIndex at{x0 + static_cast<int>(random.below(5)),
-                            y0 + static_cast<int>(random.below(5)),
-                            static_cast<int>(random.below(7)) - 1};
-        cells.number.push_back(number++);
-        cells.voxel.push_back(pack(at));
-        cells.ground.push_back(static_cast<std::uint8_t>(at.z < 0 ? 1 : 0));
-        cells.low.push_back(static_cast<std::uint8_t>(at.z <= 0 ? 1 : 0));
-        cells.log_odds.push_back(static_cast<std::int32_t>(1000.0 * (lean + random.normal())));
-        cells.occupied.push_back(static_cast<std::uint8_t>(random.below(4)));
-      }
-    }
-    const std::vector<std::uint8_t> dynamic = classify_cells(cells, 0.2F);
-    std::size_t by_kind[2][2] = {};
-    for (std::size_t i = 0; i < dynamic.size(); ++i) ++by_kind[cells.ground[i]][dynamic[i]];
-    text += join("cells", count(dynamic.size()), "ground", count(by_kind[1][0]),
-                 count(by_kind[1][1]), "above", count(by_kind[0][0]), count(by_kind[0][1]),
-                 checksum(std::string(dynamic.begin(), dynamic.end()))) +
-            "\n";
-  }
-  check_expected("merge_cells", text);
-}
-
 TEST_CASE("verification of loops with every reason to refuse one, as before", "[regression]") {
   // Two sessions of four keyframes in the corner, in leaning, turned frames; the second session's
   // keyframes do not know up as well.
@@ -280,46 +243,4 @@ TEST_CASE("verification of loops with every reason to refuse one, as before", "[
   strict.loops.max_contradiction = 0.02;
   text += verified("no structure in free space", strict, wide);
   check_expected("merge_verified", text);
-}
-
-TEST_CASE("labels of points by random cells, as before", "[regression]") {
-  Random random(121);
-  std::string text;
-  for (const float cell_size_m : {0.2F, 0.35F}) {
-    KeyframeRecord keyframe;
-    RefinedKeyframe refined;
-    // Ground, and blobs that stand on it; of the ground some cells hold feet.
-    for (int i = 0; i < 900; ++i) {
-      // In braces, as elsewhere: their order is not the compiler's choice.
-      const Eigen::Vector3d p{random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0),
-                              -1.6 + 0.03 * random.normal()};
-      keyframe.static_cells.push_back({p.cast<float>(), 3, 1, 0});
-    }
-    for (int blob = 0; blob < 8; ++blob) {
-      const Eigen::Vector3d at{random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0), -1.3};
-      for (int i = 0; i < 60; ++i) {
-        Eigen::Vector3d p = at + random.normal3(0.2);
-        p.z() = at.z() + random.uniform(0.0, 1.5);
-        (blob % 2 == 0 ? keyframe.static_cells : keyframe.dynamic_cells)
-            .push_back({p.cast<float>(), 3, 0, 0});
-      }
-    }
-    for (std::size_t i = 0; i < keyframe.static_cells.size() + keyframe.dynamic_cells.size(); ++i) {
-      if (random.uniform() < 0.2) refined.changed.push_back(static_cast<std::uint32_t>(i));
-    }
-    const apps::CellLabels online(keyframe, {}, cell_size_m);
-    const apps::CellLabels labels(keyframe, refined, cell_size_m);
-    CloudMoments dynamic;
-    CloudMoments dynamic_online;
-    for (int i = 0; i < 20000; ++i) {
-      const Eigen::Vector3f p =
-          Eigen::Vector3d{random.uniform(-3.5, 3.5), random.uniform(-3.5, 3.5),
-                          random.uniform(-2.0, 0.6)}
-              .cast<float>();
-      if (labels.is_dynamic(p)) dynamic.add(p);
-      if (online.is_dynamic(p)) dynamic_online.add(p);
-    }
-    text += "refined " + dynamic.text() + "\nonline " + dynamic_online.text() + "\n";
-  }
-  check_expected("merge_cell_labels", text);
 }

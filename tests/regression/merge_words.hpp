@@ -35,10 +35,10 @@ inline std::string keyframe_id_text(KeyframeId id) {
 
 inline std::string loop_text(const merge::LoopConstraint& loop) {
   std::string text =
-      join("loop", keyframe_id_text(loop.query), "to", keyframe_id_text(loop.match),
-           loop.decision.accepted ? "accepted:" : "refused:", loop.decision.reason, "confidence",
-           fixed(static_cast<double>(loop.confidence), 3), "overlap", fixed(loop.overlap, 3)) +
-      "\n  " + pose_text(loop.T_match_query) + "\n";
+      line_of("loop", keyframe_id_text(loop.query), "to", keyframe_id_text(loop.match),
+              loop.decision.accepted ? "accepted:" : "refused:", loop.decision.reason, "confidence",
+              loop.confidence, "overlap", loop.overlap) +
+      "  " + pose_text(loop.T_match_query) + "\n";
   return text + "  " + information_text(loop.information) + "\n";
 }
 
@@ -49,23 +49,21 @@ inline std::string refined_text(const SessionData& session, const merge::MergedS
     const std::vector<std::uint32_t>& changed = merged.refined[k].changed;
     const auto first_dynamic =
         std::lower_bound(changed.begin(), changed.end(), keyframe.static_cells.size());
-    text += join("  refined", count(k), "static", count(keyframe.static_cells.size()),
-                 "of these now dynamic", count(first_dynamic - changed.begin()), "dynamic",
-                 count(keyframe.dynamic_cells.size()), "of these now static",
-                 count(changed.end() - first_dynamic)) +
-            "\n";
+    text += line_of("  refined", k, "static", keyframe.static_cells.size(), "of these now dynamic",
+                    first_dynamic - changed.begin(), "dynamic", keyframe.dynamic_cells.size(),
+                    "of these now static", changed.end() - first_dynamic);
   }
   return text;
 }
 
 inline std::string merge_text(const std::vector<SessionData>& sessions,
                               const merge::MergeResult& result) {
-  std::string text = join("central", count(result.central_session)) + "\n";
+  std::string text = line_of("central", result.central_session);
   for (std::size_t s = 0; s < result.sessions.size(); ++s) {
     const merge::MergedSession& merged = result.sessions[s];
-    text +=
-        join("session", sessions[s].info.name, merge::status_name(merged.status), merged.reason) +
-        "\n  anchor " + pose_text(merged.T_map_session) + "\n";
+    text += line_of("session", sessions[s].info.name, merge::status_name(merged.status),
+                    merged.reason) +
+            "  anchor " + pose_text(merged.T_map_session) + "\n";
     for (const Pose& pose : merged.T_map_keyframe) text += "  keyframe " + pose_text(pose) + "\n";
     text += refined_text(sessions[s], merged);
   }
@@ -77,17 +75,14 @@ inline std::string merge_text(const std::vector<SessionData>& sessions,
   for (const auto& point : result.map)
     map[{point.session, point.sessions_seen}].add(point.position);
   for (const auto& [key, moments] : map) {
-    text += join("map of session", count(key.first), "seen by", count(key.second), moments.text()) +
-            "\n";
+    text += line_of("map of session", key.first, "seen by", key.second, moments);
   }
   std::map<std::pair<std::uint32_t, bool>, CloudMoments> changes;
   for (const auto& change : result.changes) {
     changes[{change.session, change.appeared}].add(change.position);
   }
   for (const auto& [key, moments] : changes) {
-    text += join("changes of session", count(key.first), key.second ? "appeared" : "gone",
-                 moments.text()) +
-            "\n";
+    text += line_of("changes of session", key.first, key.second ? "appeared" : "gone", moments);
   }
   CloudMoments dynamic;
   for (const Eigen::Vector3f& point : result.dynamic_points) dynamic.add(point);

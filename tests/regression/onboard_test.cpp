@@ -12,7 +12,6 @@
 #include "tilted_town.hpp"
 #include "unimapper/core/event_ring.hpp"
 #include "unimapper/onboard/owned_pipeline.hpp"
-#include "unimapper/onboard/surroundings.hpp"
 
 using namespace unimapper;
 using namespace unimapper::regression;
@@ -61,7 +60,7 @@ std::string run(const PipelineConfig& config, const IntegerTown& town, const Fra
     given.push_back(scan);
     const ScanResult result = pipeline->add_scan(scan.view(), scan.T_odometry_sensor, stamp_ns);
     if (!result.error.ok()) {
-      text += join("scan", count(i), "refused:", result.error.message) + "\n";
+      text += line_of("scan", i, "refused:", result.error.message);
     }
     if (result.keyframe_ready) finish();
   }
@@ -77,21 +76,16 @@ std::string run(const PipelineConfig& config, const IntegerTown& town, const Fra
       if (labels.size() <= s || labels[s].empty()) continue;
       changed += pipeline->relabel(given[s].view(), given[s].T_odometry_sensor, labels[s]);
     }
-    text += join("at the end relabelled", count(last.sequence), "by", count(last.later_keyframes),
-                 "to dynamic", count(last.cells_now_dynamic), "to static",
-                 count(last.cells_now_static)) +
-            "\n";
+    text += relabelled_text("at the end relabelled", last);
   }
-  text += join("relabelled", count(relabelled), "labels changed", count(changed)) + "\n";
+  text += line_of("relabelled", relabelled, "labels changed", changed);
   static_assert(static_cast<std::size_t>(test::StreamPart::kPoses) == 0);
   const auto sums = sum.checksums();
   // Poses, those of loops too, are above in words: their last bits may be those of this program's
   // own copies of Eigen's functions, which vectorise.
   for (std::size_t i = 1; i < test::kStreamParts; ++i) {
     if (i == static_cast<std::size_t>(test::StreamPart::kLoops)) continue;
-    char word[32];
-    std::snprintf(word, sizeof word, "%016llx", static_cast<unsigned long long>(sums[i]));
-    text += join("checksum of", test::kStreamPartNames[i], word) + "\n";
+    text += line_of("checksum of", test::kStreamPartNames[i], hexadecimal(sums[i]));
   }
   return text;
 }
@@ -180,7 +174,6 @@ TEST_CASE("faulty scans, jumps and pauses, as before on every platform", "[regre
   config.keyframe.range_min_m = 3.0F;
   config.keyframe.range_max_m = 40.0F;
   config.keyframe.max_pose_step_m = 5.0F;
-  std::string told;
   const Frames frames = tilted();
   const Edit edit = [](std::int64_t i, TownScan& scan, std::int64_t& stamp_ns) {
     if (i % 5 == 1) {
@@ -213,25 +206,4 @@ TEST_CASE("poses that shake, as before on every platform", "[regression]") {
   Frames frames = tilted();
   frames.upright_sensor = whole_rotation(60, 1, 2, 11);
   check_expected("onboard_shaking", run(config, IntegerTown(sparse(7)), frames, 60, edit));
-}
-
-TEST_CASE("surroundings of a tilted sensor, as before on every platform", "[regression]") {
-  std::string text;
-  for (const std::int64_t range_mm : {25000, 29000, 31000, 55000}) {
-    for (const bool only_ahead : {false, true}) {
-      IntegerTown::Options options = sparse(9);
-      options.range_mm = range_mm;
-      options.only_ahead = only_ahead;
-      const IntegerTown town(options);
-      SurroundingsEstimator estimator;
-      for (std::int64_t i = 0; i < 6; ++i) estimator.add(tilted().apply(town.scan(3 * i)).view());
-      const SurroundingsEstimate found = estimator.estimate();
-      text += join(count(range_mm), only_ahead ? "ahead" : "all round",
-                   found.surroundings == Surroundings::kIndoors ? "indoors" : "outdoors", "extent",
-                   fixed(static_cast<double>(found.extent_m), 3), "scans", count(found.scans),
-                   found.sees_all_round ? "sees all round" : "does not") +
-              "\n";
-    }
-  }
-  check_expected("onboard_surroundings", text);
 }

@@ -21,7 +21,6 @@ struct OwnedPlace {
   KeyframeUp up;
   std::vector<Keypoint> keypoints;
   std::vector<PlanePatch> planes;
-  std::uint64_t dropped = 0;
 
   [[nodiscard]] PlaceView view() const { return {keypoints, planes, up}; }
 };
@@ -83,28 +82,15 @@ std::vector<OwnedPlace> make_places(PlaceDescriber& describer, std::string& text
       if (session != 1) place.up = {true, 3e-5F, 1e-5F, 5e-5F};
       place.keypoints.assign(found.keypoints.begin(), found.keypoints.end());
       place.planes.assign(found.planes.begin(), found.planes.end());
-      place.dropped = describer.dropped();
-      CloudMoments keypoints;
-      CloudMoments normals;
       CloudMoments planes;
-      CloudMoments plane_normals;
-      std::uint64_t strength = 0;
-      std::uint64_t columns = 0;
-      for (const Keypoint& keypoint : place.keypoints) {
-        keypoints.add(keypoint.position);
-        normals.add(keypoint.normal);
-        strength += keypoint.strength;
-        columns ^= keypoint.occupancy;
-      }
+      CloudMoments normals;
       for (const PlanePatch& plane : place.planes) {
         planes.add(plane.center);
-        plane_normals.add(plane.normal);
+        normals.add(plane.normal);
       }
-      text +=
-          join("place", count(session), count(place.id.keyframe), "dropped", count(place.dropped)) +
-          "\n  keypoints " + keypoints.text() + "\n  normals " + normals.text() + " strength " +
-          count(strength) + " columns " + count(columns) + "\n  planes " + planes.text() +
-          "\n  normals " + plane_normals.text() + "\n";
+      text += line_of("place", session, place.id.keyframe, "dropped", describer.dropped()) +
+              keypoints_text(place.keypoints) + line_of("  planes", planes) +
+              line_of("  normals", normals);
       places.push_back(std::move(place));
     }
   }
@@ -118,28 +104,23 @@ void search_all(const std::vector<OwnedPlace>& places, const LoopSearchConfig& c
   REQUIRE(database.ok());
   for (const OwnedPlace& place : places) {
     database->insert(place.view(), place.id, place.T_session_place);
-    text += join("stored", count(database->size()), "evicted", count(database->evicted()),
-                 "dropped", count(database->dropped())) +
-            "\n";
+    text += line_of("stored", database->size(), "evicted", database->evicted(), "dropped",
+                    database->dropped());
   }
   const SearchScope scopes[] = {{SearchScope::Sessions::kAll, 15},
                                 {SearchScope::Sessions::kOnlySame, 10},
                                 {SearchScope::Sessions::kOnlyOther, 0}};
   for (const SearchScope& scope : scopes) {
     for (std::size_t i = 0; i < places.size(); i += 2) {
-      text += join("search for", count(places[i].id.session), count(places[i].id.keyframe), "in",
-                   kSearchSessions[static_cast<std::size_t>(scope.sessions)]) +
-              "\n";
+      text += line_of("search for", places[i].id.session, places[i].id.keyframe, "in",
+                      kSearchSessions[static_cast<std::size_t>(scope.sessions)]);
       for (const LoopCandidate& loop : database->search(places[i].view(), places[i].id, scope)) {
-        text +=
-            join("  found", count(loop.match.session), count(loop.match.keyframe), "confidence",
-                 fixed(static_cast<double>(loop.confidence), 4),
-                 loop.accepted ? "accepted" : "refused", "votes", count(loop.votes), "inliers",
-                 count(loop.inliers), "planes", fixed(static_cast<double>(loop.plane_overlap), 4),
-                 pose_text(loop.T_match_query)) +
-            "\n";
+        text += line_of("  found", loop.match.session, loop.match.keyframe, "confidence",
+                        fixed(loop.confidence, 4), loop.accepted ? "accepted" : "refused", "votes",
+                        loop.votes, "inliers", loop.inliers, "planes", fixed(loop.plane_overlap, 4),
+                        loop.T_match_query);
       }
-      text += join("  dropped", count(database->dropped())) + "\n";
+      text += line_of("  dropped", database->dropped());
     }
   }
 }

@@ -52,10 +52,10 @@ TEST_CASE("presets set what they set before", "[regression]") {
     for (std::size_t c = 0; c < 4; ++c) {
       const PipelineConfig config = preset(model.kind, static_cast<Computer>(c));
       CHECK(config.validate().ok());
-      text += join("preset", model.name, computers[c]) + "\n" + differences_text(config);
+      text += line_of("preset", model.name, computers[c]) + differences_text(config);
     }
-    text += join("preset", model.name, "paper") + "\n" + differences_text(paper_preset(model.kind));
-    text += join("preset", model.name, "indoors at 5 Hz") + "\n" +
+    text += line_of("preset", model.name, "paper") + differences_text(paper_preset(model.kind));
+    text += line_of("preset", model.name, "indoors at 5 Hz") +
             differences_text(adapt_to(Surroundings::kIndoors, preset(model.kind), 0.2F));
   }
   text += "os1-64 with 2048 columns\n" +
@@ -75,7 +75,7 @@ TEST_CASE("presets set what they set before", "[regression]") {
     model.pattern = pattern;
     const Expected<PipelineConfig> config = preset(model, Computer::kRaspberryPi);
     REQUIRE(config.ok());
-    text += join("my own", count(static_cast<int>(pattern))) + "\n" + differences_text(*config);
+    text += line_of("my own", static_cast<int>(pattern)) + differences_text(*config);
   }
   check_expected("presets", text);
 }

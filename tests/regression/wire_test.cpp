@@ -5,11 +5,10 @@
 #include <vector>
 
 #include "expected_text.hpp"
-#include "onboard_words.hpp"
 #include "tests/wire/stream.hpp"
 #include "tilted_town.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
-#include "words.hpp"
+#include "wire_words.hpp"
 
 using namespace unimapper;
 using namespace unimapper::regression;
@@ -80,50 +79,28 @@ KeyframeRecord extreme_record(std::uint64_t seed) {
 }
 
 std::string record_text(const KeyframeRecord& record) {
-  std::string text = join("keyframe", count(record.session.robot),
-                          wire::to_text(record.session.boot), count(record.sequence), "reference",
-                          count(record.reference_scan), pose_text(record.T_odometry_keyframe),
-                          up_text(record.up), "points", count(record.points_in),
-                          count(record.points_dynamic), "left out", count(record.left_out)) +
-                     "\n  static " + cells_text(record.static_cells) + "\n  dynamic " +
-                     cells_text(record.dynamic_cells) + "\n";
-  CloudMoments keypoints;
-  CloudMoments normals;
-  std::uint64_t strength = 0;
-  std::uint64_t columns = 0;
-  for (const Keypoint& keypoint : record.keypoints) {
-    keypoints.add(keypoint.position);
-    normals.add(keypoint.normal);
-    strength += keypoint.strength;
-    columns ^= keypoint.occupancy;
-  }
-  text += "  keypoints " + keypoints.text() + "\n  normals " + normals.text() + " strength " +
-          count(strength) + " columns " + count(columns) + "\n";
+  std::string text =
+      line_of("keyframe", record.session.robot, wire::to_text(record.session.boot), record.sequence,
+              "reference", record.reference_scan, record.T_odometry_keyframe, up_text(record.up),
+              "points", record.points_in, record.points_dynamic, "left out", record.left_out) +
+      "  static " + cells_text(record.static_cells) + "\n  dynamic " +
+      cells_text(record.dynamic_cells) + "\n";
+  text += keypoints_text(record.keypoints);
   for (const CodedImage& image : record.images) {
-    text +=
-        join("  image", count(image.scan), count(image.code.size()), checksum(image.code)) + "\n";
+    text += line_of("  image", image.scan, image.code.size(), checksum(image.code));
   }
   for (const KeyframeScan& scan : record.scans) {
-    text += join("  scan", count(scan.scan_index), count(scan.stamp_ns),
-                 pose_text(scan.T_odometry_sensor)) +
-            "\n";
+    text += line_of("  scan", scan.scan_index, scan.stamp_ns, scan.T_odometry_sensor);
   }
   return text;
 }
 
-std::string counters_text(const Receiver& receiver) {
-  const ReceiverCounters c = receiver.counters();
-  std::string text =
-      join("messages", count(c.messages), "foreign", count(c.foreign), "malformed",
-           count(c.malformed), "refused", count(c.refused), "contradictory", count(c.contradictory),
-           "duplicate", count(c.pieces_duplicate), "keyframes", count(c.keyframes), "damaged",
-           count(c.keyframes_damaged), "abandoned", count(c.keyframes_abandoned)) +
-      "\n";
+std::string receiver_text(const Receiver& receiver) {
+  std::string text = counters_text(receiver.counters());
   for (const SessionProgress& one : receiver.progress()) {
-    text += join("  progress", one.info.name, one.info.sensor, one.ended ? "ended" : "running",
-                 one.whole ? "whole" : "not whole", count(one.announced), count(one.received),
-                 one.health ? "scans " + count(one.health->scans) : "no health") +
-            "\n";
+    text += line_of("  progress", one.info.name, one.info.sensor, one.ended ? "ended" : "running",
+                    one.whole ? "whole" : "not whole", one.announced, one.received,
+                    one.health ? "scans " + count(one.health->scans) : "no health");
   }
   return text;
 }
@@ -138,8 +115,7 @@ TEST_CASE("bytes of keyframes with extreme values, as before on every platform",
     const DecodedKeyframe decoded = decode_keyframe(bytes);
     REQUIRE(decoded.record);
     CHECK(encode_keyframe(*decoded.record) == bytes);
-    text +=
-        join("bytes", count(bytes.size()), checksum(bytes)) + "\n" + record_text(*decoded.record);
+    text += line_of("bytes", bytes.size(), checksum(bytes)) + record_text(*decoded.record);
   }
   check_expected("wire_bytes", text);
 }
@@ -195,17 +171,16 @@ TEST_CASE("a storm of messages, as before on every platform", "[regression]") {
     stream::feed(receiver, messages);
     receiver.count_malformed();
     receiver.count_foreign();
-    text +=
-        join("storm", count(storm), "of", count(messages.size())) + "\n" + counters_text(receiver);
+    text += line_of("storm", storm, "of", messages.size()) + receiver_text(receiver);
     for (const SessionData& session : receiver.take_sessions()) {
       text += join("session", session.info.name, session.complete ? "complete" : "incomplete",
-                   "missing", count(session.keyframes_missing), "damaged",
-                   count(session.keyframes_damaged), "keyframes");
+                   "missing", session.keyframes_missing, "damaged", session.keyframes_damaged,
+                   "keyframes");
       for (const KeyframeRecord& keyframe : session.keyframes)
         text += " " + count(keyframe.sequence);
       text += "\n";
     }
-    text += counters_text(receiver);
+    text += receiver_text(receiver);
   }
   check_expected("wire_storm", text);
 }

@@ -2,12 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <span>
 #include <string>
+#include <type_traits>
 
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/pose.hpp"
@@ -36,12 +36,12 @@ std::string count(Integer value) {
   return std::to_string(value);
 }
 
-/// Words with blanks between them.
-template <typename... Words>
-std::string join(const Words&... words) {
-  std::string line;
-  ((line += (line.empty() ? "" : " ") + std::string(words)), ...);
-  return line;
+/// Whole numbers, each behind a blank.
+template <typename Range>
+std::string list_text(const Range& numbers) {
+  std::string text;
+  for (const auto number : numbers) text += " " + count(number);
+  return text;
 }
 
 template <typename Derived>
@@ -65,18 +65,20 @@ inline std::string pose_text(const Pose& pose, int digits = 3) {
 
 inline std::string up_text(const KeyframeUp& up) {
   if (!up.known) return "up unknown";
-  return join("up", rough(static_cast<double>(up.variance_x)),
-              rough(static_cast<double>(up.covariance_xy)),
-              rough(static_cast<double>(up.variance_y)));
+  return "up " + rough(up.variance_x) + " " + rough(up.covariance_xy) + " " + rough(up.variance_y);
 }
 
-/// FNV-1a over bytes, as 16 hexadecimal digits.
+inline std::string hexadecimal(std::uint64_t value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
+  return text;
+}
+
+/// FNV-1a over bytes.
 inline std::string checksum(std::span<const std::uint8_t> bytes) {
   std::uint64_t state = 0xCBF29CE484222325ULL;
   for (const std::uint8_t byte : bytes) state = (state ^ byte) * 0x100000001B3ULL;
-  char text[32];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(state));
-  return text;
+  return hexadecimal(state);
 }
 inline std::string checksum(const std::string& text) {
   return checksum({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
@@ -97,9 +99,9 @@ class CloudMoments {
     const double n = static_cast<double>(count_);
     const Eigen::Vector3d mean = first_ / n;
     const Eigen::Matrix3d spread = second_ / n - mean * mean.transpose();
-    return join(count(count_), "at", vector_text(mean, digits), "spread",
-                vector_text(spread.diagonal(), digits), "products", fixed(spread(0, 1), digits),
-                fixed(spread(0, 2), digits), fixed(spread(1, 2), digits));
+    return count(count_) + " at " + vector_text(mean, digits) + " spread " +
+           vector_text(spread.diagonal(), digits) + " products " +
+           vector_text(Eigen::Vector3d(spread(0, 1), spread(0, 2), spread(1, 2)), digits);
   }
 
  private:
@@ -107,5 +109,68 @@ class CloudMoments {
   Eigen::Vector3d first_ = Eigen::Vector3d::Zero();
   Eigen::Matrix3d second_ = Eigen::Matrix3d::Zero();
 };
+
+/// A word, a whole number, a number with three decimals, a pose or the moments of a cloud.
+template <typename Value>
+std::string word(const Value& value) {
+  if constexpr (std::is_integral_v<Value>) {
+    return count(value);
+  } else if constexpr (std::is_floating_point_v<Value>) {
+    return fixed(static_cast<double>(value), 3);
+  } else if constexpr (std::is_same_v<Value, Pose>) {
+    return pose_text(value);
+  } else if constexpr (std::is_same_v<Value, CloudMoments>) {
+    return value.text();
+  } else {
+    return std::string(value);
+  }
+}
+
+/// Words with blanks between them.
+template <typename... Values>
+std::string join(const Values&... values) {
+  std::string text;
+  ((text += (text.empty() ? "" : " ") + word(values)), ...);
+  return text;
+}
+
+/// The same as a line.
+template <typename... Values>
+std::string line_of(const Values&... values) {
+  return join(values...) + "\n";
+}
+
+inline std::string cells_text(std::span<const FineCell> cells) {
+  CloudMoments moments;
+  std::uint64_t points = 0;
+  std::uint64_t ground = 0;
+  for (const FineCell& cell : cells) {
+    moments.add(cell.position);
+    points += cell.points;
+    ground += cell.ground;
+  }
+  return join(moments, "points", points, "ground", ground);
+}
+
+inline std::string keypoints_text(std::span<const Keypoint> keypoints) {
+  CloudMoments positions;
+  CloudMoments normals;
+  std::uint64_t strength = 0;
+  std::uint64_t columns = 0;
+  for (const Keypoint& keypoint : keypoints) {
+    positions.add(keypoint.position);
+    normals.add(keypoint.normal);
+    strength += keypoint.strength;
+    columns ^= keypoint.occupancy;
+  }
+  return line_of("  keypoints", positions) +
+         line_of("  normals", normals, "strength", strength, "columns", columns);
+}
+
+template <typename Relabelled>
+std::string relabelled_text(const char* first, const Relabelled& last) {
+  return line_of(first, last.sequence, "by", last.later_keyframes, "to dynamic",
+                 last.cells_now_dynamic, "to static", last.cells_now_static);
+}
 
 }  // namespace unimapper::regression

@@ -16,9 +16,9 @@ using Json = nlohmann::json;
 
 namespace {
 
-MapFiles files_of_synthetic_merge() {
+MapFiles files_of_synthetic_merge(float spacing_m = 2.0F) {
   synthetic::Merge merge;
-  synthetic::fill(merge, 2.0F);
+  synthetic::fill(merge, spacing_m);
   merge.sessions[0].info.name = "</script><b>";
   return map_files("town", merge.sessions, merge.result, 0.2F);
 }
@@ -54,7 +54,7 @@ TEST_CASE("files of a map name sessions, loops, pairs and layers, with a block f
   CHECK(points == merge.result.map.size());
 }
 
-TEST_CASE("equal maps give equal files") {
+TEST_CASE("equal maps give equal files, and other maps have another version") {
   const MapFiles a = files_of_synthetic_merge();
   const MapFiles b = files_of_synthetic_merge();
   CHECK(a.json == b.json);
@@ -62,16 +62,8 @@ TEST_CASE("equal maps give equal files") {
   for (const auto& [name, bytes] : a.blocks.sizes()) {
     CHECK(a.blocks.read(name) == b.blocks.read(name));
   }
-}
-
-TEST_CASE("maps of other content have other versions, as browsers keep their blocks for ever") {
-  const auto version = [](float spacing_m) {
-    synthetic::Merge merge;
-    synthetic::fill(merge, spacing_m);
-    return Json::parse(map_files("town", merge.sessions, merge.result, 0.2F).json)["version"];
-  };
-  CHECK(version(2.0F) == version(2.0F));
-  CHECK(version(2.0F) != version(2.5F));
+  const Json other = Json::parse(files_of_synthetic_merge(2.5F).json);
+  CHECK(Json::parse(a.json)["version"] != other["version"]);
 }
 
 TEST_CASE("the page with a map holds it within its limit, and no text of it becomes script") {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
-#include <map>
 #include <memory>
+#include <set>
 #include <utility>
 
 #include "tests/random.hpp"
@@ -56,8 +56,9 @@ std::vector<ViewPoint> decoded(const std::string& block) {
 
 }  // namespace
 
-TEST_CASE("points that are not finite are in no node of the octree") {
+TEST_CASE("no points and points that are not finite are in no node of the octree") {
   const float nan = std::numeric_limits<float>::quiet_NaN();
+  CHECK(make_octree({}).nodes.empty());
   ViewPoints points;
   for (const float x : {nan, -nan, std::numeric_limits<float>::infinity()}) {
     points.push_back({{x, 0.0F, 0.0F}, 0, 0});
@@ -101,29 +102,21 @@ TEST_CASE("every point is in one node of the octree, within a step of where it w
   }
 }
 
-TEST_CASE("inner nodes are sparse, children lie within their parent") {
+TEST_CASE("nodes come by level, then by key, sparse and within their parent, each with its block") {
   const PointOctree octree = make_octree(random_points(60000));
-  std::map<std::string, const OctreeNode*> by_key;
-  for (const OctreeNode& node : octree.nodes) by_key[node.key] = &node;
   REQUIRE(octree.nodes.front().key == "r");
-  std::size_t largest = 0;
+  std::set<std::string> keys;
   for (const OctreeNode& node : octree.nodes) {
-    largest = std::max<std::size_t>(largest, node.points);
-    if (node.key == "r") continue;
-    CHECK(by_key.count(node.key.substr(0, node.key.size() - 1)) == 1);
+    CHECK(node.points < 20000);
+    CHECK(octree.blocks.read(node.key));
+    if (node.key != "r") CHECK(keys.count(node.key.substr(0, node.key.size() - 1)) == 1);
+    keys.insert(node.key);
   }
-  CHECK(largest < 20000);
-}
-
-TEST_CASE("equal points give equal bytes, and none give no node") {
-  const PointOctree a = make_octree(random_points(20000));
-  const PointOctree b = make_octree(random_points(20000));
-  REQUIRE(a.nodes.size() == b.nodes.size());
-  for (std::size_t i = 0; i < a.nodes.size(); ++i) {
-    CHECK(a.nodes[i].key == b.nodes[i].key);
-    CHECK(a.blocks.read(a.nodes[i].key) == b.blocks.read(b.nodes[i].key));
-  }
-  CHECK(make_octree({}).nodes.empty());
+  CHECK_FALSE(octree.blocks.read("r77777777"));
+  CHECK(std::is_sorted(octree.nodes.begin(), octree.nodes.end(),
+                       [](const OctreeNode& a, const OctreeNode& b) {
+                         return std::pair(a.key.size(), a.key) < std::pair(b.key.size(), b.key);
+                       }));
 }
 
 TEST_CASE("points in a file give the same octree, and its blocks are in the file, too") {
@@ -132,17 +125,10 @@ TEST_CASE("points in a file give the same octree, and its blocks are in the file
   const PointOctree there = make_octree(random_points(60000, file));
   const PointOctree here = make_octree(random_points(60000));
   REQUIRE(there.nodes.size() == here.nodes.size());
-  for (const OctreeNode& node : here.nodes) {
-    CHECK(there.blocks.read(node.key) == here.blocks.read(node.key));
+  for (std::size_t i = 0; i < here.nodes.size(); ++i) {
+    CHECK(there.nodes[i].key == here.nodes[i].key);
+    CHECK(there.blocks.read(here.nodes[i].key) == here.blocks.read(here.nodes[i].key));
   }
-}
-
-TEST_CASE("nodes come by level, then by key") {
-  const PointOctree octree = make_octree(random_points(60000));
-  CHECK(std::is_sorted(octree.nodes.begin(), octree.nodes.end(),
-                       [](const OctreeNode& a, const OctreeNode& b) {
-                         return std::pair(a.key.size(), a.key) < std::pair(b.key.size(), b.key);
-                       }));
 }
 
 TEST_CASE("a hundred thousand points at one place end the division") {
@@ -152,10 +138,4 @@ TEST_CASE("a hundred thousand points at one place end the division") {
   std::size_t points = 0;
   for (const OctreeNode& node : octree.nodes) points += node.points;
   CHECK(points == 100000);
-}
-
-TEST_CASE("a block is found by its key alone") {
-  const PointOctree octree = make_octree(random_points(20000));
-  CHECK(octree.blocks.read("r"));
-  CHECK_FALSE(octree.blocks.read("r77777777"));
 }

@@ -26,33 +26,32 @@ store::HealthRow message(std::int64_t received_s, store::HealthRow health = {}) 
   return health;
 }
 
-std::vector<std::string> texts(const std::vector<RobotAlarm>& alarms) {
-  std::vector<std::string> texts;
-  for (const RobotAlarm& alarm : alarms) texts.push_back(alarm.kind + ": " + alarm.text);
+using Texts = std::vector<std::string>;
+
+Texts texts(const std::vector<store::HealthRow>& history, std::int64_t now_s = kNow,
+            const store::SessionListing& session = session_of()) {
+  Texts texts;
+  for (const RobotAlarm& alarm : alarms_of(session, history, now_s)) {
+    texts.push_back(alarm.kind + ": " + alarm.text);
+  }
   return texts;
 }
 
-std::vector<std::string> texts_of(const std::vector<store::HealthRow>& history,
-                                  std::int64_t now_s = kNow,
-                                  const store::SessionListing& session = session_of()) {
-  return texts(alarms_of(session, history, now_s));
-}
-
-const std::vector<std::string> kNone;
-
 }  // namespace
 
-TEST_CASE("deadlines that were missed are an alarm until a minute is without") {
+TEST_CASE("missed deadlines are an alarm of their own session until a minute is without") {
   store::HealthRow health;
   health.deadline_misses = 3;
   const auto first = message(kNow - 60, health);
+  auto other = message(kNow, health);
+  other.session = 5;
+  CHECK(texts({message(kNow), other}) == Texts{});
   health.deadline_misses = 5;
   const auto second = message(kNow, health);
-  CHECK(texts_of({first}, kNow - 60) ==
-        std::vector<std::string>{"deadline: missed its deadline 3 times within a minute"});
-  CHECK(texts_of({first, second}) ==
-        std::vector<std::string>{"deadline: missed its deadline 2 times within a minute"});
-  CHECK(texts_of({first, second, message(kNow + 60, health)}, kNow + 60) == kNone);
+  CHECK(texts({first}, kNow - 60) ==
+        Texts{"deadline: missed its deadline 3 times within a minute"});
+  CHECK(texts({first, second}) == Texts{"deadline: missed its deadline 2 times within a minute"});
+  CHECK(texts({first, second, message(kNow + 60, health)}, kNow + 60) == Texts{});
 }
 
 TEST_CASE("drops are alarms by cause, but for those that are no fault of the robot's") {
@@ -64,45 +63,40 @@ TEST_CASE("drops are alarms by cause, but for those that are no fault of the rob
                     {"drop", "not_finite", {8}},
                     {"drop", "description_full", {8}},
                     {"drop", "of a later version", {1}}};
-  CHECK(texts_of({first, message(kNow, health)}) ==
-        std::vector<std::string>{
-            "dropped cells_full: dropped 7 within a minute: cells_full",
-            "dropped of a later version: dropped 1 within a minute: of a later version"});
-  CHECK(texts_of({first, message(kNow, health), message(kNow + 60, health)}, kNow + 60) == kNone);
+  CHECK(texts({first, message(kNow, health)}) ==
+        Texts{"dropped cells_full: dropped 7 within a minute: cells_full",
+              "dropped of a later version: dropped 1 within a minute: of a later version"});
+  CHECK(texts({first, message(kNow, health), message(kNow + 60, health)}, kNow + 60) == Texts{});
 }
 
 TEST_CASE("a container is nearly full at nine tenths") {
   store::HealthRow health;
   health.details = {{"container", "spool", {9, 10}}, {"container", "cells", {89, 100}}};
-  CHECK(texts_of({message(kNow, health)}) ==
-        std::vector<std::string>{"full spool: spool is 90 % full"});
+  CHECK(texts({message(kNow, health)}) == Texts{"full spool: spool is 90 % full"});
   health.details = {{"container", "spool", {8, 10}}, {"container", "odd", {5, 0}}};
-  CHECK(texts_of({message(kNow, health)}) == kNone);
+  CHECK(texts({message(kNow, health)}) == Texts{});
 }
 
 TEST_CASE("a clock that was set is an alarm, an offset is none") {
   store::HealthRow health;
   health.details = {{"clock", "90000000000", {500000, 0}}};
   const auto first = message(kNow - 60, health);
-  CHECK(texts_of({first}, kNow - 60) == kNone);
+  CHECK(texts({first}, kNow - 60) == Texts{});
   health.details = {{"clock", "-2500000", {500000, 1}}};
   const auto second = message(kNow, health);
-  CHECK(texts_of({first, second}) ==
-        std::vector<std::string>{
-            "clock: a clock was set: the base's is ahead of the robot's by -2.5 ms now"});
-  CHECK(texts_of({first, second, message(kNow + 60, health)}, kNow + 60) == kNone);
+  CHECK(texts({first, second}) ==
+        Texts{"clock: a clock was set: the base's is ahead of the robot's by -2.5 ms now"});
+  CHECK(texts({first, second, message(kNow + 60, health)}, kNow + 60) == Texts{});
 }
 
 TEST_CASE("a robot that is silent is an alarm for an hour, unless its session has ended") {
   const std::vector<store::HealthRow> history = {message(kNow - 31)};
-  CHECK(texts_of({message(kNow - 30)}) == kNone);
-  const auto alarms = alarms_of(session_of(), history, kNow);
-  CHECK(texts(alarms) ==
-        std::vector<std::string>{"silence: sends nothing, and its session has not ended"});
-  CHECK(alarms.at(0).since_s == kNow - 31);
-  CHECK(texts_of(history, kNow, session_of(true)) == kNone);
-  CHECK(texts_of(history, kNow + kAlarmedSeconds) == kNone);
-  CHECK(texts_of({message(kNow - 31), message(kNow)}) == kNone);
+  CHECK(texts({message(kNow - 30)}) == Texts{});
+  CHECK(texts(history) == Texts{"silence: sends nothing, and its session has not ended"});
+  CHECK(alarms_of(session_of(), history, kNow).at(0).since_s == kNow - 31);
+  CHECK(texts(history, kNow, session_of(true)) == Texts{});
+  CHECK(texts(history, kNow + kAlarmedSeconds) == Texts{});
+  CHECK(texts({message(kNow - 31), message(kNow)}) == Texts{});
 }
 
 TEST_CASE("keyframes that do not arrive are an alarm, also once the session has ended") {
@@ -111,26 +105,17 @@ TEST_CASE("keyframes that do not arrive are an alarm, also once the session has 
   const auto made = message(kNow - 60, health);
   health.keyframes = 90;
   store::SessionListing session = session_of();
-  CHECK(texts_of({message(kNow, health)}) == kNone);  // they have had no time
-  CHECK(texts_of({made, message(kNow, health)}) ==
-        std::vector<std::string>{"missing: 2 keyframes have not arrived within a minute"});
+  CHECK(texts({message(kNow, health)}) == Texts{});  // they have had no time
+  CHECK(texts({made, message(kNow, health)}) ==
+        Texts{"missing: 2 keyframes have not arrived within a minute"});
   session.keyframes = 52;
-  CHECK(texts_of({made, message(kNow, health)}, kNow, session) == kNone);
+  CHECK(texts({made, message(kNow, health)}, kNow, session) == Texts{});
   session.announced = 90;
   session.ended = true;
-  CHECK(texts_of({}, kNow, session) ==
-        std::vector<std::string>{
-            "missing: 38 of 90 keyframes are missing, and its session has ended"});
+  CHECK(texts({}, kNow, session) ==
+        Texts{"missing: 38 of 90 keyframes are missing, and its session has ended"});
   session.keyframes = 90;
-  CHECK(texts_of({}, kNow, session) == kNone);
-}
-
-TEST_CASE("messages of other sessions raise nothing") {
-  store::HealthRow health;
-  health.deadline_misses = 3;
-  auto other = message(kNow, health);
-  other.session = 5;
-  CHECK(texts_of({message(kNow), other}) == kNone);
+  CHECK(texts({}, kNow, session) == Texts{});
 }
 
 TEST_CASE("alarms are told when they are new, say something new, or are over") {

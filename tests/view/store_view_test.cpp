@@ -79,6 +79,14 @@ struct Site {
     REQUIRE(is(shown));
     return shown;
   }
+  /// The map of both sessions, merged.
+  Json merged() {
+    hear(kZulu);
+    hear(kAlpha);
+    open();
+    merge(false);
+    return map_when([](const Json& shown) { return shown["loops"].size() == 2; });
+  }
   [[nodiscard]] std::vector<store::StoredStatement> statements() const {
     store::StoreReader reader(folder.path());
     CHECK(reader.check().empty());
@@ -128,11 +136,7 @@ TEST_CASE("a session that is heard later changes no other's number") {
 
 TEST_CASE("what is said of a loop is said of its keyframes, whatever its index has become") {
   Site site;
-  site.hear(kZulu);
-  site.hear(kAlpha);
-  site.open();
-  site.merge(false);
-  const Json before = site.map_when(has_loops);
+  const Json before = site.merged();
   site.merge(true);
   const Json now = site.map_when(is_reversed);
   CHECK(now["epoch"] == before["epoch"]);
@@ -166,11 +170,7 @@ TEST_CASE("what is said of a loop is said of its keyframes, whatever its index h
 
 TEST_CASE("a loop that is not shown, or of another epoch, is not decided on") {
   Site site;
-  site.hear(kZulu);
-  site.hear(kAlpha);
-  site.open();
-  site.merge(false);
-  (void)site.map_when(has_loops);
+  (void)site.merged();
   const NamedLoop first{"alpha:0", "zulu:2"};
   CHECK(site.view->decide(first, LoopStatement::kWrong, 2).status == 409);
   for (const NamedLoop& other :

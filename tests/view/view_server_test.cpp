@@ -54,8 +54,8 @@ struct Serving {
   ViewServer server;
   int port;
 
-  Serving()
-      : server({"127.0.0.1:0", "secret", "<p>page</p>"}, map),
+  explicit Serving(const std::string& token = "secret")
+      : server({"127.0.0.1:0", token, "<p>page</p>"}, map),
         port(std::stoi(server.url().substr(std::string("http://127.0.0.1:").size()))) {}
 
   [[nodiscard]] httplib::Client client() const {
@@ -75,6 +75,13 @@ int connection_with(int port, const std::string& bytes) {
   REQUIRE(::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
   (void)!::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
   return socket;
+}
+
+/// Connections that have sent these bytes and do nothing more.
+std::vector<int> idle_connections(int port, const std::string& bytes) {
+  std::vector<int> idle;
+  for (int i = 0; i < 30; ++i) idle.push_back(connection_with(port, bytes));
+  return idle;
 }
 
 /// What the server answers until it closes the connection.
@@ -132,12 +139,13 @@ TEST_CASE("only who knows the token changes the map, by a request that is one") 
   Serving serving;
   auto client = serving.client();
   const std::string good = R"({"statement":"wrong","epoch":7,"query":"b:4","match":"a:0"})";
-  const char* path = "/api/loops/statement";
-  CHECK(client.Post(path, good, "application/json")->status == 401);
-  const httplib::Headers wrong{{"Authorization", "Bearer secreT"}};
-  CHECK(client.Post(path, wrong, good, "application/json")->status == 401);
-  CHECK(serving.map.asked.empty());
-  const httplib::Headers right{{"Authorization", "Bearer secret"}};
+  const auto post = [&](const std::string& token, const std::string& body,
+                        const char* path = "/api/loops/statement") {
+    const httplib::Headers headers{{"Authorization", "Bearer " + token}};
+    return client.Post(path, headers, body, "application/json");
+  };
+  CHECK(client.Post("/api/loops/statement", good, "application/json")->status == 401);
+  CHECK(post("secreT", good)->status == 401);
   for (const char* bad : {"", "{", "[]", R"({"statement":"wrong"})",
                           R"({"statement":5,"epoch":7,"query":"b:4","match":"a:0"})",
                           R"({"statement":"maybe","epoch":7,"query":"b:4","match":"a:0"})",
@@ -145,26 +153,22 @@ TEST_CASE("only who knows the token changes the map, by a request that is one") 
                           R"({"statement":"wrong","epoch":7,"query":"b:4"})",
                           R"({"statement":"wrong","epoch":7,"query":4,"match":0})"}) {
     INFO(bad);
-    CHECK(client.Post(path, right, bad, "application/json")->status == 400);
+    CHECK(post("secret", bad)->status == 400);
   }
   CHECK(serving.map.asked.empty());
-  const auto response = client.Post(path, right, good, "application/json");
+  const auto response = post("secret", good);
   CHECK(response->status == 200);
   CHECK(response->body == R"({"epoch":8})");
   CHECK(serving.map.asked == "b:4 a:0 1 7");
-  CHECK(client.Post("/api/undo", right, R"({"epoch":7})", "application/json")->status == 403);
-  const std::string huge(1U << 20U, ' ');
-  const auto refused = client.Post(path, right, huge, "application/json");
+  CHECK(post("secret", R"({"epoch":7})", "/api/undo")->status == 403);
+  const auto refused = post("secret", std::string(1U << 20U, ' '));
   CHECK((!refused || refused->status == 413));
 }
 
 TEST_CASE("a server without a token lets nobody change the map") {
-  OneBlock map;
-  const ViewServer server({"127.0.0.1:0", "", "page"}, map);
-  const int port = std::stoi(server.url().substr(std::string("http://127.0.0.1:").size()));
-  httplib::Client client("127.0.0.1", port);
+  const Serving serving("");
   const httplib::Headers empty{{"Authorization", "Bearer "}};
-  CHECK(client
+  CHECK(serving.client()
             .Post("/api/loops/statement", empty, R"({"statement":"wrong","epoch":7})",
                   "application/json")
             ->status == 401);
@@ -188,8 +192,7 @@ TEST_CASE("malformed requests end their connection alone") {
 
 TEST_CASE("clients that send nothing leave room for others, and are let go", "[slow]") {
   const Serving serving;
-  std::vector<int> idle;
-  for (int i = 0; i < 30; ++i) idle.push_back(connection_with(serving.port, "GET /api"));
+  const std::vector<int> idle = idle_connections(serving.port, "GET /api");
   CHECK(serving.client().Get("/api/map")->status == 200);
   char byte = 0;
   CHECK(::recv(idle.front(), &byte, 1, 0) <= 0);  // closed by the server after its timeout
@@ -198,10 +201,8 @@ TEST_CASE("clients that send nothing leave room for others, and are let go", "[s
 
 TEST_CASE("clients that read nothing leave room for others, and are let go", "[slow]") {
   const Serving serving;
-  std::vector<int> idle;
-  for (int i = 0; i < 30; ++i) {
-    idle.push_back(connection_with(serving.port, "GET /api/tiles/7/static/r7 HTTP/1.1\r\n\r\n"));
-  }
+  const std::vector<int> idle =
+      idle_connections(serving.port, "GET /api/tiles/7/static/r7 HTTP/1.1\r\n\r\n");
   CHECK(serving.client().Get("/api/map")->status == 200);
   // Ten seconds without a byte taken; on a busy machine some of the answers begin late.
   std::this_thread::sleep_for(std::chrono::seconds(14));
@@ -242,14 +243,13 @@ TEST_CASE("who follows the map hears of events at once, and too many are refused
   for (int i = 0; i < 40; ++i) {
     followers.emplace_back([&] {
       auto client = serving.client();
-      const auto response = client.Get(
+      (void)client.Get(
           "/api/events",
           [&](const httplib::Response& head) {
             ++(head.status == 200 ? accepted : refused);
             return true;
           },
           [&](const char*, std::size_t) { return !ending; });
-      (void)response;
     });
   }
   while (accepted + refused < 40) std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -1,12 +1,12 @@
-// Tests of the thread of a base that localises robots, and of what is due to be sent.
-#include "src/apps/base/localisation_thread.hpp"
-
+// Tests of the threads of a base that localise robots or merge what it stores.
 #include <catch2/catch.hpp>
 #include <mutex>
 #include <stdexcept>
 
-#include "ports/store/keyframe_store.hpp"
 #include "ports/store/store_reader.hpp"
+#include "src/apps/base/localisation_thread.hpp"
+#include "src/apps/base/merge_thread.hpp"
+#include "tests/apps/stored.hpp"
 #include "tests/temporary_directory.hpp"
 #include "tests/wire/stream.hpp"
 
@@ -40,12 +40,17 @@ wire::MapPoseMessage place(const SessionId& session, std::uint32_t sequence) {
   return message;
 }
 
-void keep(store::KeyframeStore& kept, std::uint32_t sequence) {
-  KeyframeRecord record = wire::wire_test::keyframe_of(kAlpha, sequence);
-  std::vector<std::uint8_t> bytes = wire::encode_keyframe(record);
-  (void)kept.keep(wire::ReceivedKeyframe{std::move(bytes), std::move(record)});
-  (void)kept.commit_all(1 + sequence);
-}
+/// A base's store.
+struct Store {
+  TemporaryDirectory directory;
+  std::filesystem::path folder = directory / "store";
+  store::KeyframeStore kept{folder};
+
+  void keep(std::uint32_t sequence) {
+    store_keyframe(kept, wire::wire_test::keyframe_of(kAlpha, sequence));
+    (void)kept.commit_all(1 + sequence);
+  }
+};
 
 }  // namespace
 
@@ -70,15 +75,14 @@ TEST_CASE("a robot is told when its place changes, and every second") {
 }
 
 TEST_CASE("a keyframe is answered soon after its commit, beside the thread that stores") {
-  const TemporaryDirectory directory;
-  store::KeyframeStore kept(directory / "store");
+  Store store;
   LiveLocalisationOptions options;
-  options.store = directory / "store";
+  options.store = store.folder;
   options.read_map = &small_map;
   options.report = [](const std::string&) {};
   LocalisationThread thread(options);
   for (std::uint32_t sequence = 0; sequence < 3; ++sequence) {
-    keep(kept, sequence);
+    store.keep(sequence);
     std::vector<wire::MapPoseMessage> due;
     while (due.empty()) {
       std::this_thread::sleep_for(1ms);
@@ -93,14 +97,13 @@ TEST_CASE("a keyframe is answered soon after its commit, beside the thread that 
     CHECK_FALSE(due[0].reason.empty());
   }
   CHECK(thread.finish().keyframes == 3);
-  CHECK(store::StoreReader(directory / "store").check().empty());
+  CHECK(unimapper::store::StoreReader(store.folder).check().empty());
 }
 
 TEST_CASE("a localisation that fails ends nothing, and is told in words") {
-  const TemporaryDirectory directory;
-  const store::KeyframeStore kept(directory / "store");
+  const Store store;
   LiveLocalisationOptions options;
-  options.store = directory / "store";
+  options.store = store.folder;
   options.read_map = []() -> StoredMap { throw std::runtime_error("the disk is on fire"); };
   std::mutex mutex;
   std::string words;
@@ -118,4 +121,26 @@ TEST_CASE("a localisation that fails ends nothing, and is told in words") {
   }
   CHECK(thread.due().empty());
   CHECK(thread.finish().keyframes == 0);
+}
+
+TEST_CASE("the thread merges beside the one that stores, and what came last at its end") {
+  Store store;
+  LiveMergeOptions options;
+  options.store = store.folder;
+  options.config.threads = 2;
+  options.report = [](const std::string&) {};
+  MergeThread thread(std::move(options), store.kept.lock());
+  for (std::uint32_t sequence = 0; sequence < 5; ++sequence) {
+    store.keep(sequence);
+    while (sequence == 1 && thread.due().empty()) std::this_thread::sleep_for(1ms);
+  }
+  CHECK(thread.finish().merges >= 2);
+  const auto due = thread.due();
+  REQUIRE(due.size() == 1);
+  CHECK(due[0].session == kAlpha);
+  CHECK(due[0].sequence == 4);
+  CHECK(due[0].epoch == 1);
+  unimapper::store::StoreReader reader(store.folder);
+  CHECK(reader.project().epochs().size() == 1);
+  CHECK(reader.check().empty());
 }
