@@ -20,6 +20,7 @@ void register_inspect(CLI::App& app);
 void register_keys(CLI::App& app);
 void register_localise(CLI::App& app);
 void register_parameters(CLI::App& app);
+void register_reference(CLI::App& app);
 void register_view(CLI::App& app);
 void register_watch(CLI::App& app);
 

@@ -83,6 +83,7 @@ int run(int argc, char** argv) {
   unimapper::apps::register_evaluate(app);
   unimapper::apps::register_export(app);
   unimapper::apps::register_parameters(app);
+  unimapper::apps::register_reference(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -1,7 +1,7 @@
-# Comparison of PAGE with the output of `UNIMAPPER parameters`.
-execute_process(COMMAND ${CMAKE_CROSSCOMPILING_EMULATOR} ${UNIMAPPER} parameters
+# Comparison of PAGE with the output of `UNIMAPPER COMMAND`.
+execute_process(COMMAND ${CMAKE_CROSSCOMPILING_EMULATOR} ${UNIMAPPER} ${COMMAND}
   OUTPUT_VARIABLE printed COMMAND_ERROR_IS_FATAL ANY)
 file(READ "${PAGE}" committed)
 if(NOT printed STREQUAL committed)
-  message(FATAL_ERROR "${PAGE} is out of date: ${UNIMAPPER} parameters > docs/parameters.md")
+  message(FATAL_ERROR "${PAGE} is out of date: ${UNIMAPPER} ${COMMAND} > ${PAGE}")
 endif()
