@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <span>
 #include <utility>
 
@@ -14,6 +15,7 @@ namespace {
 
 constexpr std::size_t kFewestFacing = 15;
 constexpr std::size_t kMostSurfacePoints = 900;
+constexpr std::size_t kDrawn = 4;
 constexpr float kNearest_m = 1.0F;  // nearer is the robot itself
 
 /// Small clouds: neighbouring scans overlap widely.
@@ -26,11 +28,20 @@ merge::RegistrationConfig config(std::size_t max_points) {
   return config;
 }
 
-std::vector<Eigen::Vector3f> points_of(const datasets::Scan& scan) {
+/// Points spread over the scan whatever its order: a stride may meet one ring alone.
+bool is_drawn(std::uint64_t index, std::uint64_t of_1024) {
+  return ((index * 0x9E3779B97F4A7C15U) >> 54U) < of_1024;
+}
+
+/// About `kDrawn` times as many as are kept.
+std::vector<Eigen::Vector3f> points_of(const datasets::Scan& scan, std::size_t kept) {
+  const std::size_t wanted = kDrawn * kept;
+  const std::size_t of_1024 = 1024 * wanted / std::max(scan.points.size(), wanted);
   std::vector<Eigen::Vector3f> points;
-  points.reserve(scan.points.size());
-  for (const auto& point : scan.points) {
-    const Eigen::Vector3f p(point.x, point.y, point.z);
+  points.reserve(std::min(scan.points.size(), wanted + wanted / 4));
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    if (!is_drawn(i, of_1024)) continue;
+    const Eigen::Vector3f p(scan.points[i].x, scan.points[i].y, scan.points[i].z);
     if (p.allFinite() && p.squaredNorm() > kNearest_m * kNearest_m) points.push_back(p);
   }
   return points;
@@ -46,7 +57,7 @@ Eigen::Vector3f normal_of(const merge::RegistrationCloud& cloud, std::size_t i) 
 }  // namespace
 
 ScanShape::ScanShape(const datasets::Scan& scan, std::size_t max_points)
-    : cloud_(points_of(scan), {}, config(max_points)) {
+    : cloud_(points_of(scan, max_points), {}, config(max_points)) {
   normals_.reserve(cloud_.size());
   for (std::size_t k = 0; k < cloud_.size(); ++k) {
     const Eigen::Vector3f normal = normal_of(cloud_, k);

@@ -315,7 +315,7 @@ Calibration calibrate(const Track& track, std::span<const RegisteredMotion> moti
 namespace {
 
 constexpr std::size_t kCalibrationPairs = 40;
-constexpr std::size_t kShapePoints = 3'000;
+constexpr std::size_t kShapePoints = 2'000;
 
 double turn_deg(const Pose& pose) { return rotation_angle(pose.rotation) * kDegreesPerRadian; }
 

@@ -21,7 +21,7 @@ constexpr double kOff_deg = 3.0;
 // Agreement, against what pairs of scans usually have.
 constexpr double kWell = 0.8;
 constexpr double kElsewhere = 0.5;
-constexpr std::size_t kPoints = 1'500;  // of a scan
+constexpr std::size_t kPoints = 900;  // of a scan
 constexpr std::size_t kUsualPairs = 15;
 constexpr std::size_t kFewestUsual = 4;
 // Agreement, against that of the given motion.
