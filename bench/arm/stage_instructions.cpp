@@ -23,7 +23,7 @@
 
 #include "bench/latency/drive.hpp"
 #include "ports/datasets/dataset.hpp"
-#include "unimapper/core/quantile.hpp"
+#include "src/core/quantile.hpp"
 #include "unimapper/onboard/owned_pipeline.hpp"
 
 namespace {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
-#include "unimapper/core/quantile.hpp"
-#include "unimapper/core/tilt_prior.hpp"
+#include "src/core/quantile.hpp"
+#include "src/core/tilt_prior.hpp"
 #include "unimapper/onboard/owned_pipeline.hpp"
 
 using namespace unimapper;

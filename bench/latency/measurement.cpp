@@ -8,7 +8,7 @@
 #include <numeric>
 #include <span>
 
-#include "unimapper/core/quantile.hpp"
+#include "src/core/quantile.hpp"
 
 namespace unimapper::bench {
 namespace {

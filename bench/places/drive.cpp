@@ -8,8 +8,8 @@
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/poses.hpp"
 #include "ports/lcm/received_log.hpp"
+#include "src/merge/in_arena.hpp"
 #include "src/merge/parallel.hpp"
-#include "unimapper/merge/in_arena.hpp"
 #include "unimapper/onboard/config.hpp"
 #include "unimapper/place/describer.hpp"
 

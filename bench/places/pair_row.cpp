@@ -7,8 +7,8 @@
 #include <set>
 #include <span>
 
-#include "unimapper/core/quantile.hpp"
-#include "unimapper/merge/in_arena.hpp"
+#include "src/core/quantile.hpp"
+#include "src/merge/in_arena.hpp"
 #include "unimapper/onboard/config.hpp"
 #include "unimapper/place/database.hpp"
 

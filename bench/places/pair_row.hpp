@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "bench/places/drive.hpp"
-#include "unimapper/core/loop_record.hpp"
-#include "unimapper/evaluate/loops.hpp"
+#include "src/core/loop_record.hpp"
+#include "src/evaluate/loops.hpp"
 
 namespace unimapper::bench {
 

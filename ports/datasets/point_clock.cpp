@@ -5,7 +5,7 @@
 #include <cmath>
 #include <span>
 
-#include "unimapper/core/quantile.hpp"
+#include "src/core/quantile.hpp"
 
 namespace unimapper::datasets {
 

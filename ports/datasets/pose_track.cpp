@@ -5,8 +5,8 @@
 #include <span>
 
 #include "ports/datasets/files.hpp"
-#include "unimapper/core/pose_interpolation.hpp"
-#include "unimapper/core/quantile.hpp"
+#include "src/core/pose_interpolation.hpp"
+#include "src/core/quantile.hpp"
 
 namespace unimapper::datasets {
 

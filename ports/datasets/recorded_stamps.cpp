@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <set>
 
-#include "unimapper/core/quantile.hpp"
+#include "src/core/quantile.hpp"
 
 namespace unimapper::datasets {
 namespace {

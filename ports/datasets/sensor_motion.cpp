@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "unimapper/core/pose_interpolation.hpp"
+#include "src/core/pose_interpolation.hpp"
 
 namespace unimapper::datasets {
 

@@ -10,7 +10,7 @@
 
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/text.hpp"
-#include "unimapper/core/quantile.hpp"
+#include "src/core/quantile.hpp"
 
 namespace unimapper::datasets {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "ports/lcm/datagram_guard.hpp"
-#include "unimapper/core/session_id.hpp"
+#include "unimapper/core/ids.hpp"
 
 namespace unimapper::delivery {
 

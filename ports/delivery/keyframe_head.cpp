@@ -1,6 +1,6 @@
 #include "ports/delivery/keyframe_head.hpp"
 
-#include "unimapper/wire/keyframe_limits.hpp"
+#include "src/wire/keyframe_limits.hpp"
 
 namespace unimapper::delivery {
 

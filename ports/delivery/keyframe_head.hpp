@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "unimapper/core/session_id.hpp"
+#include "unimapper/core/ids.hpp"
 #include "unimapper/wire/byte_io.hpp"
 
 namespace unimapper::delivery {

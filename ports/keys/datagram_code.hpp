@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "ports/keys/key.hpp"
-#include "unimapper/core/session_id.hpp"
+#include "unimapper/core/ids.hpp"
 #include "unimapper/wire/byte_io.hpp"
 
 namespace unimapper::keys {

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "ports/keys/library.hpp"
-#include "unimapper/wire/signed_keyframe.hpp"
+#include "src/wire/signed_keyframe.hpp"
 
 namespace unimapper::keys {
 

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <cstdint>
 
-#include "unimapper/wire/link_report.hpp"
+#include "unimapper/wire/messages.hpp"
 
 namespace unimapper::lcm_port {
 

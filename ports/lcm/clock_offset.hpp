@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "unimapper/wire/link_report.hpp"
+#include "unimapper/wire/messages.hpp"
 
 namespace unimapper::lcm_port {
 

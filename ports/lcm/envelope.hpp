@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "unimapper/core/session_id.hpp"
+#include "unimapper/core/ids.hpp"
 #include "unimapper/wire/byte_io.hpp"
 
 namespace unimapper::lcm_port {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "unimapper/core/session_id.hpp"
+#include "unimapper/core/ids.hpp"
 #include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/checksum.hpp"
 

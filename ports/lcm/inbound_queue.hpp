@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "unimapper/wire/link_report.hpp"
+#include "unimapper/wire/messages.hpp"
 
 namespace unimapper::lcm_port {
 

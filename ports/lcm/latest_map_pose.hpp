@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "unimapper/core/session_id.hpp"
-#include "unimapper/wire/map_pose.hpp"
+#include "unimapper/core/ids.hpp"
+#include "unimapper/wire/messages.hpp"
 
 namespace unimapper::lcm_port {
 

@@ -8,8 +8,6 @@
 
 #include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/delivery.hpp"
-#include "unimapper/wire/link_report.hpp"
-#include "unimapper/wire/map_pose.hpp"
 #include "unimapper/wire/messages.hpp"
 
 namespace unimapper::lcm_port {

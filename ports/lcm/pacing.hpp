@@ -5,7 +5,7 @@
 #include <deque>
 #include <optional>
 
-#include "unimapper/wire/link_report.hpp"
+#include "unimapper/wire/messages.hpp"
 
 namespace unimapper::lcm_port {
 

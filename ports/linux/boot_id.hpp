@@ -1,7 +1,7 @@
 // Random numbers of a robot's starts.
 #pragma once
 
-#include "unimapper/core/session_id.hpp"
+#include "unimapper/core/ids.hpp"
 
 namespace unimapper::linux_port {
 

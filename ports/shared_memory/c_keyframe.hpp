@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <span>
 
-#include "unimapper/core/session_id.hpp"
+#include "unimapper/core/ids.hpp"
 
 struct um_keyframe;
 

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "ports/shared_memory/contents.hpp"
-#include "unimapper/core/session_id.hpp"
+#include "unimapper/core/ids.hpp"
 
 namespace unimapper::shared_memory {
 

@@ -9,7 +9,7 @@
 
 #include "ports/store/database.hpp"
 #include "ports/store/store_reader.hpp"
-#include "unimapper/core/session_id.hpp"
+#include "unimapper/core/ids.hpp"
 
 namespace unimapper::store {
 

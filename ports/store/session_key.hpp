@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "unimapper/core/session_id.hpp"
+#include "unimapper/core/ids.hpp"
 
 namespace unimapper::store {
 

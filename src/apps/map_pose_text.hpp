@@ -4,7 +4,7 @@
 #include <array>
 #include <string>
 
-#include "unimapper/wire/map_pose.hpp"
+#include "unimapper/wire/messages.hpp"
 
 namespace unimapper::apps {
 

@@ -1,7 +1,7 @@
 // Accuracy of a run's labels, for reports
 #pragma once
 
-#include "unimapper/evaluate/dynamic.hpp"
+#include "src/evaluate/dynamic.hpp"
 
 namespace unimapper::apps {
 

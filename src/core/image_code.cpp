@@ -1,4 +1,4 @@
-#include "unimapper/core/image_code.hpp"
+#include "image_code.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,9 @@
-#include "unimapper/core/nearest_rotation.hpp"
+#include "nearest_rotation.hpp"
 
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "unimapper/core/symmetric_eigen.hpp"
+#include "symmetric_eigen.hpp"
 
 namespace unimapper {
 

@@ -1,10 +1,10 @@
-#include "unimapper/core/quantise.hpp"
+#include "quantise.hpp"
 
 #include <cmath>
 #include <cstdlib>
 #include <limits>
 
-#include "unimapper/core/voxel_key.hpp"
+#include "voxel_key.hpp"
 
 namespace unimapper {
 namespace {

@@ -1,8 +1,8 @@
-#include "unimapper/core/rigid_fit.hpp"
+#include "rigid_fit.hpp"
 
 #include <cmath>
 
-#include "unimapper/core/nearest_rotation.hpp"
+#include "nearest_rotation.hpp"
 
 namespace unimapper {
 

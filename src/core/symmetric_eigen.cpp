@@ -1,4 +1,4 @@
-#include "unimapper/core/symmetric_eigen.hpp"
+#include "symmetric_eigen.hpp"
 
 #include <cmath>
 #include <limits>

@@ -1,9 +1,9 @@
-#include "unimapper/core/tilt_prior.hpp"
+#include "tilt_prior.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "unimapper/core/cholesky.hpp"
+#include "cholesky.hpp"
 
 namespace unimapper {
 namespace {

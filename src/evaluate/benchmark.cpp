@@ -7,8 +7,8 @@
 #include <cmath>
 #include <vector>
 
-#include "unimapper/core/voxel_key.hpp"
-#include "unimapper/evaluate/dynamic.hpp"
+#include "dynamic.hpp"
+#include "src/core/voxel_key.hpp"
 
 namespace unimapper::evaluate {
 namespace {

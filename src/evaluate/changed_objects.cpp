@@ -1,4 +1,4 @@
-#include "unimapper/evaluate/changed_objects.hpp"
+#include "changed_objects.hpp"
 
 #include <algorithm>
 #include <limits>

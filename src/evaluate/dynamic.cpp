@@ -1,4 +1,4 @@
-#include "unimapper/evaluate/dynamic.hpp"
+#include "dynamic.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Precision and recall of loop search.
-#include "unimapper/evaluate/loops.hpp"
+#include "loops.hpp"
 
 #include <algorithm>
 #include <cmath>

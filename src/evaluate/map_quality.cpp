@@ -1,4 +1,4 @@
-#include "unimapper/evaluate/map_quality.hpp"
+#include "map_quality.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>

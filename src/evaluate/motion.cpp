@@ -3,8 +3,8 @@
 #include <iterator>
 #include <map>
 
-#include "unimapper/core/voxel_key.hpp"
-#include "unimapper/evaluate/dynamic.hpp"
+#include "dynamic.hpp"
+#include "src/core/voxel_key.hpp"
 
 namespace unimapper::evaluate {
 namespace {

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <map>
 
-#include "unimapper/evaluate/dynamic.hpp"
+#include "dynamic.hpp"
 
 namespace unimapper::evaluate {
 namespace {

@@ -6,8 +6,8 @@
 #include <span>
 #include <stdexcept>
 
-#include "unimapper/core/nearest_rotation.hpp"
-#include "unimapper/core/quantile.hpp"
+#include "src/core/nearest_rotation.hpp"
+#include "src/core/quantile.hpp"
 
 namespace unimapper::evaluate {
 

@@ -1,4 +1,4 @@
-#include "unimapper/evaluate/worst_frames.hpp"
+#include "worst_frames.hpp"
 
 #include <algorithm>
 #include <limits>

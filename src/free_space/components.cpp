@@ -1,6 +1,6 @@
-#include "unimapper/free_space/components.hpp"
+#include "components.hpp"
 
-#include "unimapper/core/union_find.hpp"
+#include "src/core/union_find.hpp"
 
 namespace unimapper {
 

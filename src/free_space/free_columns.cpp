@@ -1,4 +1,4 @@
-#include "unimapper/free_space/free_columns.hpp"
+#include "free_columns.hpp"
 
 namespace unimapper {
 

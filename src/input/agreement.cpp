@@ -7,8 +7,8 @@
 #include <span>
 #include <utility>
 
-#include "unimapper/core/quantile.hpp"
-#include "unimapper/core/symmetric_eigen.hpp"
+#include "src/core/quantile.hpp"
+#include "src/core/symmetric_eigen.hpp"
 
 namespace unimapper::input {
 namespace {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
+#include "src/merge/registration.hpp"
 #include "unimapper/core/pose.hpp"
-#include "unimapper/merge/registration.hpp"
 
 namespace unimapper::input {
 

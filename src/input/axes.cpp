@@ -6,9 +6,9 @@
 #include <cmath>
 #include <vector>
 
+#include "src/core/quantile.hpp"
 #include "src/input/text.hpp"
 #include "unimapper/core/pose.hpp"
-#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::input {
 namespace {

@@ -10,9 +10,9 @@
 #include <memory>
 #include <optional>
 
+#include "src/core/quantile.hpp"
 #include "src/input/extrinsic.hpp"
 #include "src/input/text.hpp"
-#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::input {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "src/core/quantile.hpp"
 #include "src/input/text.hpp"
-#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::input {
 namespace {

@@ -8,10 +8,10 @@
 #include <optional>
 #include <span>
 
+#include "src/core/quantile.hpp"
 #include "src/input/agreement.hpp"
 #include "src/input/shut_in.hpp"
 #include "src/input/text.hpp"
-#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::input {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "src/core/quantile.hpp"
 #include "src/input/text.hpp"
-#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::input {
 namespace {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <set>
 
+#include "src/core/quantile.hpp"
 #include "src/input/scan_sampling.hpp"
 #include "src/input/text.hpp"
-#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::input {
 namespace {

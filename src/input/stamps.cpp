@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "src/core/quantile.hpp"
 #include "src/input/text.hpp"
-#include "unimapper/core/quantile.hpp"
 
 namespace unimapper::input {
 namespace {

@@ -12,7 +12,7 @@
 #include "loop_acceptance.hpp"
 #include "person_links.hpp"
 #include "site_frame.hpp"
-#include "unimapper/core/union_find.hpp"
+#include "src/core/union_find.hpp"
 
 namespace unimapper::merge {
 namespace {

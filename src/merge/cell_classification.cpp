@@ -4,12 +4,12 @@
 #include <bit>
 
 #include "heap_memory.hpp"
-#include "unimapper/free_space/component_outline.hpp"
-#include "unimapper/free_space/components.hpp"
-#include "unimapper/free_space/evidence_sum.hpp"
+#include "src/free_space/component_outline.hpp"
+#include "src/free_space/components.hpp"
+#include "src/free_space/evidence_sum.hpp"
+#include "src/free_space/ground_patch.hpp"
+#include "src/free_space/relabelling.hpp"
 #include "unimapper/free_space/evidence_weights.hpp"
-#include "unimapper/free_space/ground_patch.hpp"
-#include "unimapper/free_space/relabelling.hpp"
 #include "voxel_blocks.hpp"
 #include "voxel_table.hpp"
 

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "keyframe_free_space.hpp"
-#include "unimapper/core/quantile.hpp"
+#include "src/core/quantile.hpp"
 #include "voxel_table.hpp"
 
 namespace unimapper::merge {

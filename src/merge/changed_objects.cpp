@@ -9,7 +9,7 @@
 #include <optional>
 #include <utility>
 
-#include "unimapper/core/union_find.hpp"
+#include "src/core/union_find.hpp"
 #include "voxel_table.hpp"
 
 namespace unimapper::merge {

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "export_files.hpp"
-#include "unimapper/core/pose_interpolation.hpp"
-#include "unimapper/merge/loops_csv.hpp"
+#include "loops_csv.hpp"
+#include "src/core/pose_interpolation.hpp"
 
 namespace unimapper::merge {
 namespace {

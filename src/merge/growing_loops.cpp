@@ -5,12 +5,12 @@
 #include <set>
 #include <tuple>
 
+#include "keyframe_summaries.hpp"
 #include "known_placements.hpp"
 #include "loop_search.hpp"
 #include "person_links.hpp"
 #include "searched_loops.hpp"
 #include "session_path.hpp"
-#include "unimapper/merge/keyframe_summaries.hpp"
 #include "verification_rounds.hpp"
 
 namespace unimapper::merge {

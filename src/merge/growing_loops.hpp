@@ -14,9 +14,9 @@
 #include "loop_fingerprint.hpp"
 #include "loop_source.hpp"
 #include "placement_memory.hpp"
+#include "plane_restorer.hpp"
 #include "session_growth.hpp"
 #include "unimapper/merge/loop_outcomes.hpp"
-#include "unimapper/merge/plane_restorer.hpp"
 #include "unimapper/merge/user_statements.hpp"
 #include "verified_loops.hpp"
 

@@ -1,5 +1,5 @@
 // Merges of sessions that grow, one after the other.
-#include "unimapper/merge/growing_merge.hpp"
+#include "growing_merge.hpp"
 
 #include "growing_loops.hpp"
 #include "session_check.hpp"

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "in_arena.hpp"
 #include "unimapper/core/keyframe.hpp"
-#include "unimapper/merge/in_arena.hpp"
 #include "unimapper/place/config.hpp"
 #include "unimapper/place/database.hpp"
 

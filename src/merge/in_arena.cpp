@@ -1,5 +1,5 @@
 // Components of the onboard libraries in large pages.
-#include "unimapper/merge/in_arena.hpp"
+#include "in_arena.hpp"
 
 #if defined(__linux__)
 #include <sys/mman.h>

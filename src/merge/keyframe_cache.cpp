@@ -1,5 +1,5 @@
 // Keyframes that are read on demand, under a limit of bytes.
-#include "unimapper/merge/keyframe_cache.hpp"
+#include "keyframe_cache.hpp"
 
 #include <utility>
 #include <vector>

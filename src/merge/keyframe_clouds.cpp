@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <atomic>
 
+#include "keyframe_summaries.hpp"
 #include "parallel.hpp"
-#include "unimapper/merge/keyframe_summaries.hpp"
 
 namespace unimapper::merge {
 namespace {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "limited_cache.hpp"
+#include "registration.hpp"
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
-#include "unimapper/merge/registration.hpp"
 
 namespace unimapper::merge {
 

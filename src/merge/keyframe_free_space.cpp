@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "heap_memory.hpp"
+#include "src/core/image_code.hpp"
 #include "unimapper/core/angles.hpp"
-#include "unimapper/core/image_code.hpp"
 #include "unimapper/free_space/range_image.hpp"
 
 namespace unimapper::merge {

@@ -5,8 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "in_arena.hpp"
 #include "unimapper/core/pose.hpp"
-#include "unimapper/merge/in_arena.hpp"
 #include "unimapper/place/describer.hpp"
 
 namespace unimapper::merge {

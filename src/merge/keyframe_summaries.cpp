@@ -1,4 +1,4 @@
-#include "unimapper/merge/keyframe_summaries.hpp"
+#include "keyframe_summaries.hpp"
 
 #include <algorithm>
 #include <iterator>

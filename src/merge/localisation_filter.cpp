@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "loop_cycle.hpp"
-#include "unimapper/core/cholesky.hpp"
+#include "src/core/cholesky.hpp"
 
 namespace unimapper::merge {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "loop_cycle.hpp"
 #include "max_clique.hpp"
-#include "unimapper/core/rigid_fit.hpp"
-#include "unimapper/core/symmetric_eigen.hpp"
+#include "src/core/rigid_fit.hpp"
+#include "src/core/symmetric_eigen.hpp"
 #include "unimapper/merge/alignment.hpp"
 #include "weak_axis.hpp"
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "session_path.hpp"
+#include "unimapper/merge/alignment.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
-#include "unimapper/merge/pair_outcome.hpp"
 
 namespace unimapper::merge {
 

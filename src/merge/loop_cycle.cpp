@@ -3,7 +3,7 @@
 
 #include <Eigen/Geometry>
 
-#include "unimapper/core/cholesky.hpp"
+#include "src/core/cholesky.hpp"
 
 namespace unimapper::merge {
 namespace {

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <utility>
 
-#include "unimapper/core/voxel_key.hpp"
-#include "unimapper/merge/keyframe_summaries.hpp"
+#include "keyframe_summaries.hpp"
+#include "src/core/voxel_key.hpp"
 
 namespace unimapper::merge {
 namespace {

@@ -7,11 +7,11 @@
 #include <tuple>
 #include <utility>
 
+#include "in_arena.hpp"
 #include "parallel.hpp"
+#include "plane_restorer.hpp"
 #include "session_path.hpp"
-#include "unimapper/core/voxel_key.hpp"
-#include "unimapper/merge/in_arena.hpp"
-#include "unimapper/merge/plane_restorer.hpp"
+#include "src/core/voxel_key.hpp"
 #include "unimapper/place/database.hpp"
 
 namespace unimapper::merge {

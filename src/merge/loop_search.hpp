@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
+#include "in_arena.hpp"
+#include "plane_restorer.hpp"
 #include "unimapper/core/keyframe_record.hpp"
-#include "unimapper/merge/in_arena.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
-#include "unimapper/merge/plane_restorer.hpp"
 #include "unimapper/place/config.hpp"
 #include "unimapper/place/database.hpp"
 

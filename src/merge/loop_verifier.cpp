@@ -12,7 +12,7 @@
 #include "free_space_conflict.hpp"
 #include "overlap_distances.hpp"
 #include "parallel.hpp"
-#include "unimapper/core/tilt_prior.hpp"
+#include "src/core/tilt_prior.hpp"
 #include "weak_axis.hpp"
 
 namespace unimapper::merge {

@@ -1,5 +1,5 @@
 // Reader and writer of loops.csv.
-#include "unimapper/merge/loops_csv.hpp"
+#include "loops_csv.hpp"
 
 #include <array>
 #include <charconv>

@@ -9,7 +9,7 @@
 
 #include "many_maps_graph.hpp"
 #include "site_frame.hpp"
-#include "unimapper/core/cholesky.hpp"
+#include "src/core/cholesky.hpp"
 #include "weak_axis.hpp"
 
 namespace unimapper::merge {

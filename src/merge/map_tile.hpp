@@ -5,7 +5,7 @@
 #include <compare>
 #include <cstdint>
 
-#include "unimapper/core/voxel_key.hpp"
+#include "src/core/voxel_key.hpp"
 
 namespace unimapper::merge {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "unimapper/core/voxel_key.hpp"
+#include "src/core/voxel_key.hpp"
 #include "voxel_table.hpp"
 
 namespace unimapper::merge {

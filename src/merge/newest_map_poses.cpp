@@ -1,4 +1,4 @@
-#include "unimapper/merge/newest_map_poses.hpp"
+#include "newest_map_poses.hpp"
 
 #include <optional>
 #include <stdexcept>

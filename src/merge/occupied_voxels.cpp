@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "unimapper/free_space/block.hpp"
+#include "src/free_space/block.hpp"
 
 namespace unimapper::merge {
 

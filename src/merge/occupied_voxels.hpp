@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include "src/core/voxel_key.hpp"
 #include "unimapper/core/keyframe_record.hpp"
-#include "unimapper/core/voxel_key.hpp"
 #include "voxel_table.hpp"
 
 namespace unimapper::merge {

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "free_space_conflict.hpp"
+#include "link_check.hpp"
 #include "loop_cycle.hpp"
-#include "unimapper/merge/link_check.hpp"
 
 namespace unimapper::merge {
 namespace {

@@ -18,8 +18,8 @@
 #include "radius_search.hpp"
 #include "roofed_share.hpp"
 #include "session_path.hpp"
-#include "unimapper/core/quantile.hpp"
-#include "unimapper/core/tilt_prior.hpp"
+#include "src/core/quantile.hpp"
+#include "src/core/tilt_prior.hpp"
 
 namespace unimapper::merge {
 namespace {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "parallel.hpp"
-#include "unimapper/core/quantile.hpp"
-#include "unimapper/merge/wall_distance.hpp"
+#include "src/core/quantile.hpp"
+#include "wall_distance.hpp"
 
 namespace unimapper::merge {
 namespace {

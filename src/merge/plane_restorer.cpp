@@ -1,8 +1,8 @@
 // Planes of received keyframes, extracted from their static cells.
-#include "unimapper/merge/plane_restorer.hpp"
+#include "plane_restorer.hpp"
 
-#include "unimapper/merge/in_arena.hpp"
-#include "unimapper/merge/keyframe_summaries.hpp"
+#include "in_arena.hpp"
+#include "keyframe_summaries.hpp"
 #include "unimapper/place/describer.hpp"
 
 namespace unimapper::merge {

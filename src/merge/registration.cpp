@@ -1,15 +1,15 @@
 // Generalised ICP: Levenberg-Marquardt with Cauchy-like weights, and the overlap of structure.
-#include "unimapper/merge/registration.hpp"
+#include "registration.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "src/core/cholesky.hpp"
+#include "src/core/symmetric_eigen.hpp"
+#include "src/core/tilt_prior.hpp"
 #include "surface_model.hpp"
-#include "unimapper/core/cholesky.hpp"
-#include "unimapper/core/symmetric_eigen.hpp"
-#include "unimapper/core/tilt_prior.hpp"
 
 namespace unimapper::merge {
 namespace {

@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "point_tree.hpp"
+#include "registration.hpp"
+#include "src/core/symmetric_eigen.hpp"
+#include "src/core/voxel_key.hpp"
 #include "surface_model.hpp"
-#include "unimapper/core/symmetric_eigen.hpp"
-#include "unimapper/core/voxel_key.hpp"
-#include "unimapper/merge/registration.hpp"
 #include "voxel_table.hpp"
 
 namespace unimapper::merge {

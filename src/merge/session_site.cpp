@@ -10,7 +10,7 @@
 #include "map_level.hpp"
 #include "max_clique.hpp"
 #include "site_frame.hpp"
-#include "unimapper/core/quantile.hpp"
+#include "src/core/quantile.hpp"
 
 namespace unimapper::merge {
 namespace {

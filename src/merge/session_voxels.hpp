@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "map_tile.hpp"
-#include "unimapper/core/voxel_key.hpp"
-#include "unimapper/merge/scratch_file.hpp"
+#include "src/core/voxel_key.hpp"
+#include "unimapper/merge/external_vector.hpp"
 #include "voxel_table.hpp"
 
 namespace unimapper::merge {

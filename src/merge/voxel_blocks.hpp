@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "unimapper/free_space/block.hpp"
-#include "unimapper/free_space/components.hpp"
+#include "src/free_space/block.hpp"
+#include "src/free_space/components.hpp"
 #include "voxel_table.hpp"
 
 namespace unimapper::merge {

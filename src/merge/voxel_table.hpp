@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "unimapper/core/voxel_key.hpp"
+#include "src/core/voxel_key.hpp"
 
 namespace unimapper::merge {
 

@@ -4,7 +4,7 @@
 #include <nanoflann.hpp>
 #include <utility>
 
-#include "unimapper/core/voxel_key.hpp"
+#include "src/core/voxel_key.hpp"
 #include "voxel_table.hpp"
 
 namespace unimapper::merge {

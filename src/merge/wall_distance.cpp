@@ -1,5 +1,5 @@
 // Distance between the walls of two clouds: points against planes through their neighbours.
-#include "unimapper/merge/wall_distance.hpp"
+#include "wall_distance.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "unimapper/core/quantile.hpp"
-#include "unimapper/core/symmetric_eigen.hpp"
+#include "src/core/quantile.hpp"
+#include "src/core/symmetric_eigen.hpp"
 
 namespace unimapper::merge {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "overlap_distances.hpp"
-#include "unimapper/core/cholesky.hpp"
-#include "unimapper/core/symmetric_eigen.hpp"
+#include "src/core/cholesky.hpp"
+#include "src/core/symmetric_eigen.hpp"
 
 namespace unimapper::merge {
 namespace {

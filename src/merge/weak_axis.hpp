@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "unimapper/merge/registration.hpp"
+#include "registration.hpp"
 
 namespace unimapper::merge {
 

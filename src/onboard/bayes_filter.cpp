@@ -4,7 +4,7 @@
 #include <bit>
 
 #include "cell_counts.hpp"
-#include "unimapper/core/prefetch.hpp"
+#include "src/core/prefetch.hpp"
 
 namespace unimapper::onboard {
 namespace {

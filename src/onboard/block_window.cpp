@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "unimapper/core/prefetch.hpp"
+#include "src/core/prefetch.hpp"
 
 namespace unimapper::onboard {
 namespace {

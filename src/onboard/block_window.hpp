@@ -5,10 +5,10 @@
 #include <span>
 
 #include "grid.hpp"
+#include "src/core/prefetch.hpp"
+#include "src/free_space/block.hpp"
 #include "tile_directory.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/prefetch.hpp"
-#include "unimapper/free_space/block.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <span>
 
+#include "src/core/prefetch.hpp"
+#include "src/free_space/block.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/prefetch.hpp"
-#include "unimapper/free_space/block.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {

@@ -7,8 +7,8 @@
 #include "cell_store.hpp"
 #include "grid.hpp"
 #include "slice.hpp"
+#include "src/free_space/block.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/free_space/block.hpp"
 
 namespace unimapper::onboard {
 

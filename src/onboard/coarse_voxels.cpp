@@ -1,8 +1,8 @@
 #include "coarse_voxels.hpp"
 
-#include "unimapper/core/recent_voxels.hpp"
-#include "unimapper/core/symmetric_eigen.hpp"
-#include "unimapper/free_space/block_bits.hpp"
+#include "src/core/recent_voxels.hpp"
+#include "src/core/symmetric_eigen.hpp"
+#include "src/free_space/block_bits.hpp"
 
 namespace unimapper::onboard {
 namespace {

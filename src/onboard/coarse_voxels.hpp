@@ -6,8 +6,8 @@
 
 #include "cell_table.hpp"
 #include "slice.hpp"
+#include "src/core/fixed_hash_map.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/fixed_hash_map.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {

@@ -9,9 +9,9 @@
 #include "component_tally.hpp"
 #include "seen_through_clusters.hpp"
 #include "slice.hpp"
+#include "src/free_space/component_outline.hpp"
+#include "src/free_space/components.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/free_space/component_outline.hpp"
-#include "unimapper/free_space/components.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "unimapper/free_space/component_outline.hpp"
+#include "src/free_space/component_outline.hpp"
 
 namespace unimapper::onboard {
 

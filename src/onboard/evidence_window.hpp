@@ -7,9 +7,9 @@
 
 #include "block_window.hpp"
 #include "cell_table.hpp"
+#include "src/free_space/free_columns.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/pose.hpp"
-#include "unimapper/free_space/free_columns.hpp"
 #include "unimapper/free_space/inverse_sensor_model.hpp"
 #include "unimapper/free_space/range_image.hpp"
 #include "unimapper/onboard/config.hpp"

@@ -5,9 +5,9 @@
 #include <span>
 
 #include "ground.hpp"
+#include "src/free_space/block_bits.hpp"
+#include "src/free_space/feet.hpp"
 #include "unimapper/core/assert.hpp"
-#include "unimapper/free_space/block_bits.hpp"
-#include "unimapper/free_space/feet.hpp"
 
 namespace unimapper::onboard {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "cell_counts.hpp"
-#include "unimapper/free_space/relabelling.hpp"
+#include "src/free_space/relabelling.hpp"
 
 namespace unimapper::onboard {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "cell_table.hpp"
 #include "evidence_window.hpp"
+#include "src/core/fixed_hash_map.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/fixed_hash_map.hpp"
 #include "unimapper/core/point_view.hpp"
 #include "unimapper/onboard/config.hpp"
 #include "unimapper/onboard/pipeline.hpp"

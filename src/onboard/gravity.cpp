@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "unimapper/core/cholesky.hpp"
+#include "src/core/cholesky.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/pose.hpp"
 

@@ -4,8 +4,8 @@
 #include "cell_table.hpp"
 #include "coarse_voxels.hpp"
 #include "gravity.hpp"
+#include "src/core/fixed_vector.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/fixed_vector.hpp"
 
 namespace unimapper::onboard {
 

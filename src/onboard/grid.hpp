@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-#include "unimapper/core/voxel_key.hpp"
+#include "src/core/voxel_key.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {

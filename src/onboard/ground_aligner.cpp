@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "unimapper/core/cholesky.hpp"
-#include "unimapper/core/voxel_key.hpp"
+#include "src/core/cholesky.hpp"
+#include "src/core/voxel_key.hpp"
 
 namespace unimapper::onboard {
 namespace {

@@ -23,7 +23,7 @@ class OdometryMonitor {
  public:
   /// Of the keyframe that closes. O(1).
   void add(std::uint32_t dynamic_cells, std::uint32_t cells) noexcept;
-  /// The same of a keyframe that is shut in, with one of its scans. O(1).
+  /// Of a keyframe that closes and is shut in; `scan` is one of its scans. O(1).
   void add_cabin(const KeyframeScan& scan) noexcept;
   /// Nothing before the next keyframe counts.
   void forget() noexcept { *this = {}; }

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <span>
 
+#include "src/core/quantile.hpp"
 #include "unimapper/core/angles.hpp"
 #include "unimapper/core/pose.hpp"
-#include "unimapper/core/quantile.hpp"
 #include "unimapper/core/vector_width.hpp"
 
 namespace unimapper::onboard {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "unimapper/core/prefetch.hpp"
+#include "src/core/prefetch.hpp"
 
 namespace unimapper::onboard {
 

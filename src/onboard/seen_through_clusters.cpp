@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "unimapper/free_space/block_bits.hpp"
+#include "src/free_space/block_bits.hpp"
 #include "unimapper/free_space/evidence_weights.hpp"
 
 namespace unimapper::onboard {

@@ -8,8 +8,8 @@
 #include "cell_table.hpp"
 #include "component_tally.hpp"
 #include "slice.hpp"
+#include "src/free_space/components.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/free_space/components.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {

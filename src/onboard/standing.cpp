@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "unimapper/core/popcount.hpp"
+#include "src/core/popcount.hpp"
 
 namespace unimapper::onboard {
 namespace {

@@ -4,9 +4,9 @@
 #include <bit>
 #include <cstdint>
 
+#include "src/core/prefetch.hpp"
+#include "src/core/voxel_key.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/prefetch.hpp"
-#include "unimapper/core/voxel_key.hpp"
 
 namespace unimapper::onboard {
 

@@ -6,8 +6,8 @@
 #include "cell_table.hpp"
 #include "coarse_voxels.hpp"
 #include "evidence_window.hpp"
+#include "src/free_space/ground_patch.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/free_space/ground_patch.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "unimapper/core/popcount.hpp"
+#include "src/core/popcount.hpp"
 
 namespace unimapper::place {
 

@@ -8,11 +8,11 @@
 #include "place_thinning.hpp"
 #include "plane_overlap.hpp"
 #include "pose_votes.hpp"
+#include "src/core/fixed_vector.hpp"
+#include "src/core/rigid_fit.hpp"
 #include "triangle_table.hpp"
 #include "triangles.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/fixed_vector.hpp"
-#include "unimapper/core/rigid_fit.hpp"
 #include "unimapper/place/database.hpp"
 
 namespace unimapper {

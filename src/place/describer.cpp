@@ -5,9 +5,9 @@
 
 #include "local_ground.hpp"
 #include "plane_voxels.hpp"
+#include "src/core/fixed_vector.hpp"
+#include "src/core/quantise.hpp"
 #include "structure_map.hpp"
-#include "unimapper/core/fixed_vector.hpp"
-#include "unimapper/core/quantise.hpp"
 
 namespace unimapper {
 

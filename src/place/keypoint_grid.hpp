@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "unimapper/core/voxel_key.hpp"
+#include "src/core/voxel_key.hpp"
 
 namespace unimapper::place {
 

@@ -6,8 +6,8 @@
 
 #include "column_code.hpp"
 #include "database_state.hpp"
-#include "unimapper/core/popcount.hpp"
-#include "unimapper/core/voxel_key.hpp"
+#include "src/core/popcount.hpp"
+#include "src/core/voxel_key.hpp"
 
 namespace unimapper {
 namespace {

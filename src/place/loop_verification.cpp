@@ -6,9 +6,9 @@
 
 #include "column_code.hpp"
 #include "database_state.hpp"
-#include "unimapper/core/cholesky.hpp"
-#include "unimapper/core/quantile.hpp"
-#include "unimapper/core/tilt_prior.hpp"
+#include "src/core/cholesky.hpp"
+#include "src/core/quantile.hpp"
+#include "src/core/tilt_prior.hpp"
 
 namespace unimapper {
 namespace {

@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "plane_voxels.hpp"
-#include "unimapper/core/cholesky.hpp"
-#include "unimapper/core/tilt_prior.hpp"
-#include "unimapper/core/voxel_key.hpp"
+#include "src/core/cholesky.hpp"
+#include "src/core/tilt_prior.hpp"
+#include "src/core/voxel_key.hpp"
 
 namespace unimapper::place {
 namespace {

@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <span>
 
+#include "src/core/fixed_vector.hpp"
+#include "src/core/voxel_key.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/fixed_vector.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/pose.hpp"
-#include "unimapper/core/voxel_key.hpp"
 
 namespace unimapper::place {
 

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "cell_steps.hpp"
-#include "unimapper/core/symmetric_eigen.hpp"
-#include "unimapper/core/voxel_key.hpp"
+#include "src/core/symmetric_eigen.hpp"
+#include "src/core/voxel_key.hpp"
 
 namespace unimapper::place {
 namespace {

@@ -6,11 +6,11 @@
 #include <span>
 
 #include "local_ground.hpp"
+#include "src/core/fixed_hash_map.hpp"
+#include "src/core/fixed_vector.hpp"
+#include "src/core/recent_voxels.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/fixed_hash_map.hpp"
-#include "unimapper/core/fixed_vector.hpp"
 #include "unimapper/core/keyframe.hpp"
-#include "unimapper/core/recent_voxels.hpp"
 #include "unimapper/place/config.hpp"
 
 namespace unimapper::place {

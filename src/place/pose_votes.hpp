@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <span>
 
+#include "src/core/fixed_vector.hpp"
+#include "src/core/rigid_fit.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/fixed_vector.hpp"
-#include "unimapper/core/rigid_fit.hpp"
 #include "unimapper/place/config.hpp"
 
 namespace unimapper::place {

@@ -5,8 +5,8 @@
 #include <span>
 
 #include "local_ground.hpp"
+#include "src/core/fixed_vector.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/fixed_vector.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/place/config.hpp"
 

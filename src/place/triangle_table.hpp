@@ -5,10 +5,10 @@
 #include <bit>
 #include <cstdint>
 
+#include "src/core/prefetch.hpp"
+#include "src/core/voxel_key.hpp"
 #include "triangles.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/prefetch.hpp"
-#include "unimapper/core/voxel_key.hpp"
 #include "unimapper/place/config.hpp"
 
 namespace unimapper::place {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "column_code.hpp"
+#include "src/core/voxel_key.hpp"
 #include "unimapper/core/angles.hpp"
-#include "unimapper/core/voxel_key.hpp"
 
 namespace unimapper::place {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "unimapper/core/fixed_vector.hpp"
+#include "src/core/fixed_vector.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/place/config.hpp"
 

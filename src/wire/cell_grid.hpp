@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "src/core/voxel_key.hpp"
 #include "unimapper/core/pose.hpp"
-#include "unimapper/core/voxel_key.hpp"
 
 namespace unimapper::wire {
 

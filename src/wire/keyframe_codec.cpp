@@ -9,11 +9,12 @@
 #include "cell_key.hpp"
 #include "image_bytes.hpp"
 #include "keyframe_layout.hpp"
+#include "keyframe_limits.hpp"
 #include "keyframe_writer.hpp"
 #include "range_coder.hpp"
-#include "unimapper/core/image_code.hpp"
-#include "unimapper/core/quantise.hpp"
-#include "unimapper/wire/signed_keyframe.hpp"
+#include "signed_keyframe.hpp"
+#include "src/core/image_code.hpp"
+#include "src/core/quantise.hpp"
 
 namespace unimapper::wire {
 

@@ -4,11 +4,11 @@
 #include <cmath>
 
 #include "keyframe_layout.hpp"
+#include "keyframe_limits.hpp"
 #include "range_coder.hpp"
 #include "span_writer.hpp"
-#include "unimapper/core/image_code.hpp"
-#include "unimapper/core/quantise.hpp"
-#include "unimapper/wire/keyframe_limits.hpp"
+#include "src/core/image_code.hpp"
+#include "src/core/quantise.hpp"
 
 namespace unimapper::wire {
 

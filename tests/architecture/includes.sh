@@ -2,8 +2,8 @@
 # Layering check of the #include lines: includes.sh [SOURCE_TREE]
 #
 # Reads the layers from rooms.txt beside this file, prints every include that does not follow them,
-# and ends with 1 if there is one. Rooms that run on the robot may, besides, include nothing but
-# Eigen and the standard library.
+# and ends with 1 if there is one. Installed headers may include no header of src. Rooms that run on
+# the robot may, besides, include nothing but Eigen and the standard library.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 cd "${1:-$here/../..}"
@@ -15,7 +15,8 @@ awk '
   function room_of(path,   folder, best) {
     best = ""
     for (folder in owner)
-      if (index(path, folder "/") == 1 && length(folder) > length(best)) best = folder
+      if ((path == folder || index(path, folder "/") == 1) && length(folder) > length(best))
+        best = folder
     return best
   }
   function normal(path,   parts, kept, n, i, k) {  # removes "x/.." and "."
@@ -33,6 +34,8 @@ awk '
   function check(target,   to) {
     to = room_of(target)
     if (to == "") return complain(target " belongs to no room of rooms.txt")
+    if (FILENAME ~ /^(include|ports)\/.*\.h(pp)?$/ && target ~ /^src\//)
+      return complain("an installed header must not include " target)
     if (owner[to] == owner[from] || (owner[from], target) in allowed) return
     if (layer[owner[to]] >= layer[owner[from]])
       return complain(owner[from] " must not include " target " (" owner[to] " is not below it)")

@@ -1,5 +1,5 @@
 // Tests of the Cholesky solver.
-#include "unimapper/core/cholesky.hpp"
+#include "src/core/cholesky.hpp"
 
 #include <Eigen/Core>
 #include <catch2/catch.hpp>

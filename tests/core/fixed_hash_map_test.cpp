@@ -1,5 +1,5 @@
 // Tests of the fixed-capacity hash map.
-#include "unimapper/core/fixed_hash_map.hpp"
+#include "src/core/fixed_hash_map.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

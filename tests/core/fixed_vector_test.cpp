@@ -1,5 +1,5 @@
 // Tests of the fixed-capacity vector.
-#include "unimapper/core/fixed_vector.hpp"
+#include "src/core/fixed_vector.hpp"
 
 #include <array>
 #include <catch2/catch.hpp>

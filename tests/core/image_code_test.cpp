@@ -1,5 +1,5 @@
 // Tests of the free-space image code.
-#include "unimapper/core/image_code.hpp"
+#include "src/core/image_code.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
 // Tests of the nearest rotation (orthogonal Procrustes).
-#include "unimapper/core/nearest_rotation.hpp"
+#include "src/core/nearest_rotation.hpp"
 
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
 // Population count against the standard library's.
-#include "unimapper/core/popcount.hpp"
+#include "src/core/popcount.hpp"
 
 #include <bit>
 #include <catch2/catch.hpp>

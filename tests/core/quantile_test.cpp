@@ -1,5 +1,5 @@
 // Median and quantiles against sorted values.
-#include "unimapper/core/quantile.hpp"
+#include "src/core/quantile.hpp"
 
 #include <catch2/catch.hpp>
 #include <vector>

@@ -1,5 +1,5 @@
 // Quantisation of positions and normals
-#include "unimapper/core/quantise.hpp"
+#include "src/core/quantise.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Tests of the rigid fit of matched points.
-#include "unimapper/core/rigid_fit.hpp"
+#include "src/core/rigid_fit.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Tests of the symmetric 3x3 eigen solver, including degenerate voxels.
-#include "unimapper/core/symmetric_eigen.hpp"
+#include "src/core/symmetric_eigen.hpp"
 
 #include <catch2/catch.hpp>
 #include <limits>

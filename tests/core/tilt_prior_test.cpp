@@ -1,5 +1,5 @@
 // Prior on the relative tilt: covariances in one frame, its weight against a measurement.
-#include "unimapper/core/tilt_prior.hpp"
+#include "src/core/tilt_prior.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Tests of disjoint sets.
-#include "unimapper/core/union_find.hpp"
+#include "src/core/union_find.hpp"
 
 #include <array>
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
 // Tests of voxel keys.
-#include "unimapper/core/voxel_key.hpp"
+#include "src/core/voxel_key.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Tests of precision and recall of changed objects.
-#include "unimapper/evaluate/changed_objects.hpp"
+#include "src/evaluate/changed_objects.hpp"
 
 #include <array>
 #include <catch2/catch.hpp>

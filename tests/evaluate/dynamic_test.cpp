@@ -1,5 +1,5 @@
 // Tests of static and dynamic accuracy.
-#include "unimapper/evaluate/dynamic.hpp"
+#include "src/evaluate/dynamic.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "unimapper/evaluate/dynamic.hpp"
+#include "src/evaluate/dynamic.hpp"
 
 namespace unimapper::evaluate::testing {
 

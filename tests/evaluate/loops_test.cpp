@@ -1,5 +1,5 @@
 // Tests of precision and recall of loops.
-#include "unimapper/evaluate/loops.hpp"
+#include "src/evaluate/loops.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Tests of AC, CD and MME.
-#include "unimapper/evaluate/map_quality.hpp"
+#include "src/evaluate/map_quality.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

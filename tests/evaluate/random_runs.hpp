@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "src/evaluate/loops.hpp"
+#include "src/evaluate/map_quality.hpp"
 #include "tests/evaluate/labelled_scan.hpp"
 #include "tests/merge/random.hpp"
-#include "unimapper/evaluate/loops.hpp"
-#include "unimapper/evaluate/map_quality.hpp"
 #include "unimapper/evaluate/trajectory.hpp"
 
 namespace unimapper::evaluate::testing {

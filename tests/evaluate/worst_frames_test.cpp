@@ -1,5 +1,5 @@
 // Tests of the ranking of frames and objects.
-#include "unimapper/evaluate/worst_frames.hpp"
+#include "src/evaluate/worst_frames.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,12 +1,12 @@
 // Morphology of blocks against plain loops
-#include "unimapper/free_space/block_bits.hpp"
+#include "src/free_space/block_bits.hpp"
 
 #include <bit>
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
-#include "unimapper/core/voxel_key.hpp"
-#include "unimapper/free_space/block.hpp"
+#include "src/core/voxel_key.hpp"
+#include "src/free_space/block.hpp"
 
 using namespace unimapper;
 

@@ -1,5 +1,5 @@
 // Outline of a connected component
-#include "unimapper/free_space/component_outline.hpp"
+#include "src/free_space/component_outline.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

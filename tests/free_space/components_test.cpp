@@ -1,13 +1,13 @@
 // Component labelling against plain flooding, on both storages
-#include "unimapper/free_space/components.hpp"
+#include "src/free_space/components.hpp"
 
 #include <catch2/catch.hpp>
 #include <map>
 #include <random>
 #include <set>
 
+#include "src/free_space/ground_patch.hpp"
 #include "storages.hpp"
-#include "unimapper/free_space/ground_patch.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;

@@ -1,5 +1,5 @@
 // Evidence of cells that are classified together
-#include "unimapper/free_space/evidence_sum.hpp"
+#include "src/free_space/evidence_sum.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
 // Free columns: between the highest ground and the lowest other cell
-#include "unimapper/free_space/free_columns.hpp"
+#include "src/free_space/free_columns.hpp"
 
 #include <catch2/catch.hpp>
 #include <vector>

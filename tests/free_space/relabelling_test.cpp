@@ -1,5 +1,5 @@
 // Relabelling of cells with the evidence of later keyframes
-#include "unimapper/free_space/relabelling.hpp"
+#include "src/free_space/relabelling.hpp"
 
 #include <catch2/catch.hpp>
 

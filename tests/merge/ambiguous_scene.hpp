@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "src/core/rigid_fit.hpp"
 #include "tests/merge/alignment_scene.hpp"
-#include "unimapper/core/rigid_fit.hpp"
 
 namespace unimapper::merge::testing {
 

@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
+#include "src/core/image_code.hpp"
 #include "tests/merge/poses.hpp"
-#include "unimapper/core/image_code.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "src/merge/export_files.hpp"
+#include "src/merge/loops_csv.hpp"
 #include "tests/temporary_directory.hpp"
-#include "unimapper/merge/loops_csv.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "src/merge/export_files.hpp"
+#include "src/merge/loops_csv.hpp"
 #include "tests/merge/exported_files.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
 #include "tests/temporary_directory.hpp"
-#include "unimapper/merge/loops_csv.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

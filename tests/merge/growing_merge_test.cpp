@@ -1,5 +1,5 @@
 // Tests of merges of sessions that grow
-#include "unimapper/merge/growing_merge.hpp"
+#include "src/merge/growing_merge.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
+#include "src/merge/keyframe_summaries.hpp"
+#include "src/merge/plane_restorer.hpp"
 #include "tests/merge/known_map.hpp"
-#include "unimapper/merge/keyframe_summaries.hpp"
 #include "unimapper/merge/merger.hpp"
-#include "unimapper/merge/plane_restorer.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "unimapper/core/image_code.hpp"
+#include "src/core/image_code.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <string>
 
+#include "src/core/tilt_prior.hpp"
 #include "src/merge/overlap_distances.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
-#include "unimapper/core/tilt_prior.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -17,6 +17,8 @@
 #include <thread>
 #include <vector>
 
+#include "src/merge/in_arena.hpp"
+#include "src/merge/keyframe_cache.hpp"
 #include "src/merge/limited_cache.hpp"
 #include "tests/merge/exported_files.hpp"
 #include "tests/merge/poses.hpp"
@@ -24,11 +26,8 @@
 #include "tests/temporary_directory.hpp"
 #include "unimapper/merge/export.hpp"
 #include "unimapper/merge/external_vector.hpp"
-#include "unimapper/merge/in_arena.hpp"
-#include "unimapper/merge/keyframe_cache.hpp"
 #include "unimapper/merge/keyframe_level.hpp"
 #include "unimapper/merge/merger.hpp"
-#include "unimapper/merge/scratch_file.hpp"
 #include "unimapper/place/database.hpp"
 
 using namespace unimapper;

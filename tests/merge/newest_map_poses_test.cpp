@@ -1,5 +1,5 @@
 // Poses of a merged map: how sure they are, and those of the newest keyframes
-#include "unimapper/merge/newest_map_poses.hpp"
+#include "src/merge/newest_map_poses.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

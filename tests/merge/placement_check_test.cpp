@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
+#include "src/merge/link_check.hpp"
 #include "src/merge/roofed_share.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
-#include "unimapper/merge/link_check.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -8,8 +8,8 @@
 #include "src/merge/near_points.hpp"
 #include "src/merge/point_tree.hpp"
 #include "src/merge/voxel_trees.hpp"
+#include "src/merge/wall_distance.hpp"
 #include "tests/merge/random.hpp"
-#include "unimapper/merge/wall_distance.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

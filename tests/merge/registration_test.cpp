@@ -1,5 +1,5 @@
 // Tests of G-ICP registration, and of its weakest axis.
-#include "unimapper/merge/registration.hpp"
+#include "src/merge/registration.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>

@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "unimapper/core/image_code.hpp"
+#include "src/core/image_code.hpp"
+#include "src/core/voxel_key.hpp"
 #include "unimapper/core/keyframe_record.hpp"
-#include "unimapper/core/voxel_key.hpp"
 
 namespace unimapper::merge::testing {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "src/merge/in_arena.hpp"
 #include "tests/merge/random.hpp"
 #include "unimapper/core/keyframe_record.hpp"
-#include "unimapper/merge/in_arena.hpp"
 #include "unimapper/place/describer.hpp"
 
 namespace unimapper::merge::testing {

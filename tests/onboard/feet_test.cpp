@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "stages.hpp"
+#include "unimapper/free_space/evidence_weights.hpp"
 
 using namespace unimapper;
 using namespace unimapper::onboard;
@@ -52,15 +53,15 @@ float begin_on(const Cloud& ground) {
 
 TEST_CASE("feet begin above the level of the ground around, not above what they raise themselves") {
   Cloud points = Cloud().floor(0.0F, 2.0F, 0.0F, 2.0F, 0.1F);
-  CHECK(begin_on(points) == Approx(0.1F + kFootHeightM).margin(0.006));
+  CHECK(begin_on(points) == Approx(0.1F + EvidenceDefaults::kFootHeightM).margin(0.006));
   // With the points of a shoe.
   for (const float z : {0.12F, 0.14F, 0.16F, 0.18F}) points.emplace_back(1.05F, 1.05F, z);
-  CHECK(begin_on(points) == Approx(0.1F + kFootHeightM).margin(0.006));
+  CHECK(begin_on(points) == Approx(0.1F + EvidenceDefaults::kFootHeightM).margin(0.006));
 }
 
 TEST_CASE("neither a slope nor the upper side of a low kerb raises feet") {
   const Cloud slope = Cloud().floor(0.0F, 2.0F, 0.0F, 2.0F, -0.11F, 0.2F);
-  CHECK(begin_on(slope) == Approx(0.1F + kFootHeightM).margin(0.012));
+  CHECK(begin_on(slope) == Approx(0.1F + EvidenceDefaults::kFootHeightM).margin(0.012));
   const Cloud kerb =
       Cloud().floor(0.0F, 1.0F, 0.0F, 2.0F, 0.07F).floor(1.0F, 2.0F, 0.0F, 2.0F, 0.12F);
   CHECK(begin_on(kerb) > 0.12F);

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "unimapper/core/voxel_key.hpp"
+#include "src/core/voxel_key.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::hostile {

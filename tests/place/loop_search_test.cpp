@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "described.hpp"
+#include "src/core/tilt_prior.hpp"
+#include "src/core/voxel_key.hpp"
 #include "tests/random.hpp"
-#include "unimapper/core/tilt_prior.hpp"
-#include "unimapper/core/voxel_key.hpp"
 
 namespace {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <map>
 
-#include "unimapper/core/voxel_key.hpp"
+#include "src/core/voxel_key.hpp"
 
 namespace unimapper::test {
 

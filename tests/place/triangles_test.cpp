@@ -7,8 +7,8 @@
 #include <set>
 #include <vector>
 
+#include "src/core/voxel_key.hpp"
 #include "synthetic_place.hpp"
-#include "unimapper/core/voxel_key.hpp"
 
 namespace {
 

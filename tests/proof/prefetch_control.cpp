@@ -1,5 +1,5 @@
 // Controls of the prefetch test: a prefetch in a function that is not inlined, and none at all.
-#include "unimapper/core/prefetch.hpp"
+#include "src/core/prefetch.hpp"
 
 struct Kept {
   const int* values;

@@ -9,6 +9,7 @@
 #include "src/merge/loop_acceptance.hpp"
 #include "src/merge/map_graph.hpp"
 #include "src/merge/radius_search.hpp"
+#include "src/merge/registration.hpp"
 #include "src/merge/seen_extent.hpp"
 #include "src/merge/voxel_trees.hpp"
 #include "tests/merge/synthetic_town.hpp"
@@ -16,7 +17,6 @@
 #include "unimapper/merge/export.hpp"
 #include "unimapper/merge/keyframe_level.hpp"
 #include "unimapper/merge/merger.hpp"
-#include "unimapper/merge/registration.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -5,15 +5,15 @@
 #include <vector>
 
 #include "expected_text.hpp"
+#include "src/core/nearest_rotation.hpp"
+#include "src/core/pose_interpolation.hpp"
+#include "src/core/quantile.hpp"
+#include "src/core/rigid_fit.hpp"
+#include "src/core/symmetric_eigen.hpp"
+#include "src/core/tilt_prior.hpp"
+#include "src/free_space/free_columns.hpp"
 #include "tests/random.hpp"
-#include "unimapper/core/nearest_rotation.hpp"
 #include "unimapper/core/owned.hpp"
-#include "unimapper/core/pose_interpolation.hpp"
-#include "unimapper/core/quantile.hpp"
-#include "unimapper/core/rigid_fit.hpp"
-#include "unimapper/core/symmetric_eigen.hpp"
-#include "unimapper/core/tilt_prior.hpp"
-#include "unimapper/free_space/free_columns.hpp"
 #include "words.hpp"
 
 using namespace unimapper;

@@ -8,8 +8,8 @@
 
 #include "tests/merge/random.hpp"
 #include "tests/onboard/scene.hpp"
+#include "unimapper/core/ids.hpp"
 #include "unimapper/core/pose.hpp"
-#include "unimapper/core/session_id.hpp"
 
 namespace unimapper::regression {
 

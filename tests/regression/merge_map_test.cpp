@@ -10,11 +10,11 @@
 #include "src/merge/keyframe_clouds.hpp"
 #include "src/merge/keyframe_free_space.hpp"
 #include "src/merge/loop_verifier.hpp"
+#include "src/merge/registration.hpp"
 #include "src/merge/seen_extent.hpp"
 #include "src/merge/unified_map.hpp"
 #include "tilted_scenes.hpp"
 #include "unimapper/merge/refinement.hpp"
-#include "unimapper/merge/registration.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "unimapper/core/cholesky.hpp"
+#include "src/core/cholesky.hpp"
 #include "unimapper/merge/merger.hpp"
 #include "words.hpp"
 

@@ -5,9 +5,9 @@
 #include <span>
 
 #include "run_folder.hpp"
+#include "src/core/quantile.hpp"
 #include "src/simulator/town.hpp"
 #include "tests/simulator/standing.hpp"
-#include "unimapper/core/quantile.hpp"
 
 using namespace unimapper;
 using namespace unimapper::simulator;

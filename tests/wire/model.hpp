@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "src/core/quantise.hpp"
 #include "src/wire/cell_grid.hpp"
 #include "unimapper/core/keyframe_record.hpp"
-#include "unimapper/core/quantise.hpp"
 
 namespace unimapper::wire::wire_test {
 

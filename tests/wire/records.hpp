@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "src/core/image_code.hpp"
 #include "tests/random.hpp"
-#include "unimapper/core/image_code.hpp"
 #include "unimapper/core/keyframe_record.hpp"
 
 namespace unimapper::wire::wire_test {

@@ -59,6 +59,8 @@ endfunction()
 # Options every target of the project is built with.
 function(unimapper_compile_options target)
   target_compile_features(${target} PUBLIC cxx_std_20)
+  # "src/ROOM/header.hpp" is what other rooms include internal headers as.
+  target_include_directories(${target} PRIVATE "${PROJECT_SOURCE_DIR}")
   # Fused multiply-add would make x86 and ARM differ in the last bit.
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion
     -Wno-sign-conversion -ffp-contract=off)

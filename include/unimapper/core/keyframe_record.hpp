@@ -6,9 +6,9 @@
 #include <memory>
 #include <vector>
 
+#include "unimapper/core/ids.hpp"
 #include "unimapper/core/image_projection.hpp"
 #include "unimapper/core/keyframe.hpp"
-#include "unimapper/core/session_id.hpp"
 
 namespace unimapper {
 

@@ -17,9 +17,24 @@
 
 #include "unimapper/core/decimal.hpp"
 #include "unimapper/core/expected.hpp"
-#include "unimapper/core/member_count.hpp"
 
 namespace unimapper {
+
+/// Converts to any member.
+struct AnyMember {
+  template <typename T>
+  operator T() const;  // NOLINT: implicit by design, never called
+};
+
+/// Members of the aggregate `T`: the most values it can be initialised with.
+template <typename T, typename... Members>
+consteval std::size_t member_count() {
+  if constexpr (requires { T{Members{}..., AnyMember{}}; }) {
+    return member_count<T, Members..., AnyMember>();
+  } else {
+    return sizeof...(Members);
+  }
+}
 
 /// Which values a parameter takes.
 enum class ParameterKind : std::uint8_t {

@@ -19,6 +19,8 @@ struct EvidenceDefaults {
   static constexpr float kConnectingHeightM = 0.3F;        ///< lower cells connect no components
   static constexpr float kComponentStaticShare = 0.1F;     ///< below it a component is static
   static constexpr float kSeenThroughShare = 0.7F;         ///< from it on ground is none
+  /// Points so high above the level of the ground are of feet: more than its roughness and noise.
+  static constexpr float kFootHeightM = 0.04F;
 };
 
 /// Log-odds as whole thousandths: evidence for and against often weighs the same, and rounding

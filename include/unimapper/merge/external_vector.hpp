@@ -1,8 +1,9 @@
-// External-memory vector.
+// External-memory vector, and the temporary file behind it.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <initializer_list>
 #include <iterator>
 #include <memory>
@@ -10,9 +11,28 @@
 #include <utility>
 #include <vector>
 
-#include "unimapper/merge/scratch_file.hpp"
-
 namespace unimapper::merge {
+
+/// What a merge needs again later and does not keep in memory. The file has no name and is gone
+/// with the process, however that ends. All throw std::runtime_error.
+class ScratchFile {
+ public:
+  /// In `folder`, which must exist.
+  explicit ScratchFile(const std::filesystem::path& folder);
+  ~ScratchFile();
+  ScratchFile(const ScratchFile&) = delete;
+  ScratchFile& operator=(const ScratchFile&) = delete;
+
+  /// Where the bytes lie from then on. Throws where the disk is full.
+  std::uint64_t append(const void* bytes, std::size_t size);
+  /// Bytes that were appended. Thread safe.
+  void read(std::uint64_t offset, void* bytes, std::size_t size) const;
+
+ private:
+  std::filesystem::path folder_;
+  int descriptor_ = -1;
+  std::uint64_t size_ = 0;
+};
 
 /// Elements that are appended and read from the first to the last. With a file they are in it but
 /// for the last block; without one in memory. Copies share what is in the file. Iterators are input

@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-#include "unimapper/core/keyframe_id.hpp"
+#include "unimapper/core/ids.hpp"
 
 namespace unimapper::merge {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "unimapper/core/keyframe_id.hpp"
+#include "unimapper/core/ids.hpp"
 #include "unimapper/merge/pose_graph.hpp"
 
 namespace unimapper::merge {

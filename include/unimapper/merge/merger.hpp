@@ -7,15 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "unimapper/core/change_kind.hpp"
+#include "unimapper/core/changed_object.hpp"
 #include "unimapper/core/keyframe_record.hpp"
-#include "unimapper/core/upright_box.hpp"
+#include "unimapper/merge/alignment.hpp"
 #include "unimapper/merge/external_vector.hpp"
 #include "unimapper/merge/known_position.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/loop_outcomes.hpp"
 #include "unimapper/merge/merge_config.hpp"
-#include "unimapper/merge/pair_outcome.hpp"
 #include "unimapper/merge/refinement.hpp"
 #include "unimapper/merge/user_statements.hpp"
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "unimapper/core/keyframe_id.hpp"
+#include "unimapper/core/ids.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/merge/known_position.hpp"
 

@@ -16,7 +16,6 @@
 #include "unimapper/core/parameter_table.hpp"
 #include "unimapper/core/sensor.hpp"
 #include "unimapper/free_space/evidence_weights.hpp"
-#include "unimapper/free_space/feet.hpp"
 #include "unimapper/place/config.hpp"
 
 namespace unimapper {
@@ -132,7 +131,7 @@ struct GroundConfig {
   /// How far away ground is looked for that is lower than a ground voxel, metres.
   static constexpr float kElevatedReachM = 10.0F;
   float seen_through_share = EvidenceDefaults::kSeenThroughShare;
-  float foot_height_m = kFootHeightM;
+  float foot_height_m = EvidenceDefaults::kFootHeightM;
   float align_noise_deg = 0.15F;
 
   /// `kOk`, or the first thing that is wrong, in words.

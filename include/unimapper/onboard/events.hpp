@@ -27,8 +27,8 @@ enum class EventId : std::uint32_t {
   /// degree, scans aligned, sequence of the keyframe.
   kSweepsUncompensated = 11,
   /// The scans contradict the odometry, reported when that begins: thousandths of the keyframe's
-  /// cells that are dynamic, the same as usual, sequence of the keyframe. Both are 0 where the robot
-  /// was shut in, as in a lift, and the odometry did not rise.
+  /// cells that are dynamic, the same as usual, sequence of the keyframe. Both are 0 where the
+  /// robot was shut in, as in a lift, and the odometry did not rise.
   kOdometryContradicted = 12,
 };
 

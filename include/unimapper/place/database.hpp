@@ -5,8 +5,8 @@
 #include <span>
 
 #include "unimapper/core/arena.hpp"
+#include "unimapper/core/ids.hpp"
 #include "unimapper/core/keyframe.hpp"
-#include "unimapper/core/keyframe_id.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/place/config.hpp"
 

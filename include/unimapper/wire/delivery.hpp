@@ -7,7 +7,7 @@
 #include <set>
 #include <vector>
 
-#include "unimapper/core/session_id.hpp"
+#include "unimapper/core/ids.hpp"
 
 namespace unimapper::wire {
 

@@ -9,7 +9,6 @@
 
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/wire/byte_io.hpp"
-#include "unimapper/wire/keyframe_limits.hpp"
 
 namespace unimapper::wire {
 

@@ -6,8 +6,8 @@
 #include <span>
 
 #include "unimapper/core/expected.hpp"
+#include "unimapper/core/ids.hpp"
 #include "unimapper/core/keyframe.hpp"
-#include "unimapper/core/session_id.hpp"
 
 namespace unimapper::wire {
 

@@ -1,16 +1,87 @@
 // Messages between robot and base station, whatever carries them.
 #pragma once
 
+#include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "unimapper/core/session_id.hpp"
-#include "unimapper/wire/link_report.hpp"
+#include "unimapper/core/ids.hpp"
+#include "unimapper/core/pose.hpp"
 
 namespace unimapper::wire {
+
+/// By how much the base's clock is ahead of the robot's.
+struct ClockOffset {
+  std::int64_t base_minus_robot_ns = 0;  ///< add it to the robot's time to get the base's
+  std::int64_t uncertainty_ns = 0;       ///< the offset is wrong by at most so much
+  std::uint32_t steps = 0;               ///< how often either clock was set since the start
+};
+
+/// From the robot: asks the base what has arrived so far, and for its time.
+struct ProbeMessage {
+  SessionId session;                   ///< whose
+  std::uint32_t number = 0;            ///< from 1, one more with each probe of the session
+  std::int64_t robot_time_ns = 0;      ///< when it was sent, Unix time by the robot's clock
+  std::uint64_t bytes_per_second = 0;  ///< at which the robot sends keyframes
+  std::optional<ClockOffset> clock;    ///< what is known of the clocks so far
+};
+
+/// Windows are never smaller: one datagram of the largest size.
+inline constexpr std::uint64_t kSmallestWindow = 65536;
+
+/// From the base: the answer to a probe.
+struct ReceiptMessage {
+  SessionId session;              ///< whose probe it answers
+  std::uint64_t base = 0;         ///< random number of the base's start
+  std::uint32_t number = 0;       ///< of the probe
+  std::int64_t base_time_ns = 0;  ///< when the probe arrived, Unix time, base's clock
+  std::int64_t held_ns = 0;       ///< from then until this was sent
+  std::uint64_t pieces = 0;       ///< of the session, arrived before the probe
+  std::uint64_t window_bytes = kSmallestWindow;  ///< pieces the robot may have on the way
+};
+
+/// When a probe arrived, by the base's clocks.
+struct ProbeArrival {
+  std::int64_t steady_ns = 0;  ///< of any steady clock
+  std::int64_t unix_ns = 0;    ///< Unix time
+};
+
+/// How far a base is with the place of a robot; as `merge::LocalisationState`.
+enum class MapPoseState : std::int8_t { kNotYet = 0, kAmbiguous = 1, kLocalised = 2 };
+
+inline constexpr std::size_t kMaxMapPoseReasonBytes = 200;
+
+/// From the base: where a robot is in the base's map. Of the robot's own poses it makes such in
+/// the map: T_map_sensor = T_map_odometry * T_odometry_sensor.
+struct MapPoseMessage {
+  SessionId session;           ///< whose place
+  std::int64_t epoch = 1;      ///< of the store's map, from 1; the frame is that epoch's map frame
+  std::uint32_t sequence = 0;  ///< of the newest keyframe that the answer rests on
+  std::int64_t stamp_ns = 0;   ///< of the reference scan of keyframe `sequence`
+  MapPoseState state = MapPoseState::kNotYet;  ///< the pose holds only if localised
+  Pose T_map_odometry;                         ///< odometry frame to map frame, metres
+  /// Of T_map_keyframe = T_map_odometry * T_odometry_keyframe of keyframe `sequence`. Upper
+  /// triangle, row by row: translation along the axes of the map (square metres), then the rotation
+  /// vector in the keyframe's frame (square radians).
+  std::array<double, 21> covariance{};
+  std::uint32_t loops = 0;    ///< that support the pose
+  double since_loop_m = 0.0;  ///< metres by odometry alone since the latest of them
+  std::string reason;  ///< why it is not localised, empty otherwise; printable ASCII, at most
+                       ///< `kMaxMapPoseReasonBytes`
+};
+
+/// Standard deviation of the keyframe's position along the map's three axes together, metres.
+[[nodiscard]] inline double position_sigma_m(const MapPoseMessage& at) {
+  constexpr std::size_t kX = 0;
+  constexpr std::size_t kY = 6;
+  constexpr std::size_t kZ = 11;
+  return std::sqrt(at.covariance[kX] + at.covariance[kY] + at.covariance[kZ]);
+}
 
 enum class SessionState : std::int8_t { kStarted = 0, kRunning = 1, kEnded = 2 };
 

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <utility>
 
-#include "unimapper/core/pose_interpolation.hpp"
+#include "src/core/pose_interpolation.hpp"
 
 namespace unimapper::datasets::bag {
 

@@ -13,7 +13,7 @@
 #include "ports/datasets/bag/messages.hpp"
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/point_fields.hpp"
-#include "unimapper/core/quantile.hpp"
+#include "src/core/quantile.hpp"
 
 namespace unimapper::datasets::bag {
 

@@ -6,8 +6,8 @@
 #include <mutex>
 #include <vector>
 
-#include "unimapper/core/session_id.hpp"
-#include "unimapper/wire/map_pose.hpp"
+#include "unimapper/core/ids.hpp"
+#include "unimapper/wire/messages.hpp"
 
 namespace unimapper::apps {
 

@@ -13,7 +13,7 @@
 #include "ports/store/session_follower.hpp"
 #include "src/apps/map/stored_map.hpp"
 #include "unimapper/merge/localisation.hpp"
-#include "unimapper/wire/map_pose.hpp"
+#include "unimapper/wire/messages.hpp"
 
 namespace unimapper::apps {
 

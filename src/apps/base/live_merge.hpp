@@ -15,9 +15,9 @@
 #include "ports/store/session_follower.hpp"
 #include "src/apps/map/held_sessions.hpp"
 #include "src/apps/map/project_merge.hpp"
-#include "unimapper/merge/growing_merge.hpp"
+#include "src/merge/growing_merge.hpp"
 #include "unimapper/merge/merge_config.hpp"
-#include "unimapper/wire/map_pose.hpp"
+#include "unimapper/wire/messages.hpp"
 
 namespace unimapper::apps {
 

@@ -5,7 +5,7 @@
 
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/merge/localisation.hpp"
-#include "unimapper/wire/map_pose.hpp"
+#include "unimapper/wire/messages.hpp"
 
 namespace unimapper::apps {
 

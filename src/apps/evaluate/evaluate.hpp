@@ -12,7 +12,7 @@
 #include "ports/datasets/dataset.hpp"
 #include "src/apps/evaluate/map_alignment.hpp"
 #include "src/apps/removal_score.hpp"
-#include "unimapper/evaluate/dynamic.hpp"
+#include "src/evaluate/dynamic.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/onboard/config.hpp"
 

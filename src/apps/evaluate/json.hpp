@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "src/apps/evaluate/evaluate.hpp"
-#include "unimapper/evaluate/changed_objects.hpp"
-#include "unimapper/evaluate/dynamic.hpp"
-#include "unimapper/evaluate/loops.hpp"
-#include "unimapper/evaluate/map_quality.hpp"
+#include "src/evaluate/changed_objects.hpp"
+#include "src/evaluate/dynamic.hpp"
+#include "src/evaluate/loops.hpp"
+#include "src/evaluate/map_quality.hpp"
 #include "unimapper/evaluate/trajectory.hpp"
 
 namespace unimapper::apps {

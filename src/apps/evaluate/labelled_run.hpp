@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
-#include "unimapper/evaluate/dynamic.hpp"
+#include "src/evaluate/dynamic.hpp"
 
 namespace unimapper::apps {
 

@@ -8,7 +8,7 @@
 
 #include "src/apps/evaluate/map_alignment.hpp"
 #include "src/apps/evaluate/shown_map.hpp"
-#include "unimapper/evaluate/loops.hpp"
+#include "src/evaluate/loops.hpp"
 
 namespace unimapper::apps {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "unimapper/evaluate/dynamic.hpp"
+#include "src/evaluate/dynamic.hpp"
 
 namespace unimapper::apps {
 

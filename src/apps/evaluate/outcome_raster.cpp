@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "src/apps/picture/palette.hpp"
-#include "unimapper/evaluate/dynamic.hpp"
+#include "src/evaluate/dynamic.hpp"
 
 namespace unimapper::apps {
 namespace {

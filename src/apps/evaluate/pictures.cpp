@@ -7,7 +7,7 @@
 #include "src/apps/evaluate/range_image.hpp"
 #include "src/apps/evaluate/top_view.hpp"
 #include "src/apps/evaluate/worst_table.hpp"
-#include "unimapper/evaluate/worst_frames.hpp"
+#include "src/evaluate/worst_frames.hpp"
 
 namespace unimapper::apps {
 namespace {

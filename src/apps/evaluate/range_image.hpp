@@ -2,7 +2,7 @@
 #pragma once
 
 #include "src/apps/picture/image.hpp"
-#include "unimapper/evaluate/dynamic.hpp"
+#include "src/evaluate/dynamic.hpp"
 
 namespace unimapper::apps {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "unimapper/evaluate/loops.hpp"
+#include "src/evaluate/loops.hpp"
 
 namespace unimapper::apps {
 

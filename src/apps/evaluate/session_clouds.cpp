@@ -3,8 +3,8 @@
 #include <unordered_map>
 
 #include "ports/datasets/writers.hpp"
-#include "unimapper/core/voxel_key.hpp"
-#include "unimapper/free_space/block.hpp"
+#include "src/core/voxel_key.hpp"
+#include "src/free_space/block.hpp"
 #include "unimapper/merge/export.hpp"
 
 namespace unimapper::apps {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "unimapper/evaluate/changed_objects.hpp"
+#include "src/evaluate/changed_objects.hpp"
 
 namespace unimapper::apps {
 

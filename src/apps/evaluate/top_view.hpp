@@ -3,7 +3,7 @@
 
 #include "src/apps/evaluate/outcome_raster.hpp"
 #include "src/apps/picture/raster.hpp"
-#include "unimapper/evaluate/dynamic.hpp"
+#include "src/evaluate/dynamic.hpp"
 
 namespace unimapper::apps {
 

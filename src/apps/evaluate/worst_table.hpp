@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "unimapper/evaluate/worst_frames.hpp"
+#include "src/evaluate/worst_frames.hpp"
 
 namespace unimapper::apps {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <unordered_set>
 
-#include "unimapper/core/voxel_key.hpp"
+#include "src/core/voxel_key.hpp"
 
 namespace unimapper::apps {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "src/apps/view/point_octree.hpp"
-#include "unimapper/evaluate/dynamic.hpp"
+#include "src/evaluate/dynamic.hpp"
 #include "unimapper/evaluate/trajectory.hpp"
 
 namespace unimapper::apps {

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "unimapper/core/pose_interpolation.hpp"
+#include "src/core/pose_interpolation.hpp"
 #include "unimapper/merge/export.hpp"
 
 namespace unimapper::apps {

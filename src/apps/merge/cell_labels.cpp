@@ -6,7 +6,8 @@
 #include <cstddef>
 #include <limits>
 
-#include "unimapper/free_space/feet.hpp"
+#include "src/free_space/feet.hpp"
+#include "unimapper/free_space/evidence_weights.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -81,7 +82,8 @@ void CellLabels::separate_feet() {
       all.push_back(height_m);
       if (!is_below[static_cast<std::size_t>(&other - entries_.data())]) free.push_back(height_m);
     });
-    entries_[i].dynamic_above_m = ground_level(free, all, median<float>) + kFootHeightM;
+    entries_[i].dynamic_above_m =
+        ground_level(free, all, median<float>) + EvidenceDefaults::kFootHeightM;
   }
 }
 

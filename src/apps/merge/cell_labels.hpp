@@ -6,8 +6,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "src/core/voxel_key.hpp"
 #include "unimapper/core/keyframe_record.hpp"
-#include "unimapper/core/voxel_key.hpp"
 #include "unimapper/merge/refinement.hpp"
 
 namespace unimapper::apps {

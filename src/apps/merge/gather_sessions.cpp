@@ -11,8 +11,8 @@
 #include "src/apps/merge/options.hpp"
 #include "src/apps/merge/run_store.hpp"
 #include "src/apps/merge/stored_contents.hpp"
+#include "src/merge/keyframe_summaries.hpp"
 #include "unimapper/merge/keyframe_level.hpp"
-#include "unimapper/merge/keyframe_summaries.hpp"
 
 namespace unimapper::apps {
 namespace {

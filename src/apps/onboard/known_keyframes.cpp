@@ -4,8 +4,8 @@
 #include <stdexcept>
 
 #include "ports/lcm/received_log.hpp"
+#include "src/merge/plane_restorer.hpp"
 #include "unimapper/merge/keyframe_level.hpp"
-#include "unimapper/merge/plane_restorer.hpp"
 
 namespace unimapper::apps {
 

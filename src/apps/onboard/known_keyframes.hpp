@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "src/core/loop_record.hpp"
 #include "unimapper/core/keyframe_record.hpp"
-#include "unimapper/core/loop_record.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
 namespace unimapper::apps {

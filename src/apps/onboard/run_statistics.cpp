@@ -6,7 +6,7 @@
 #include <span>
 
 #include "src/apps/map_pose_text.hpp"
-#include "unimapper/core/quantile.hpp"
+#include "src/core/quantile.hpp"
 
 namespace unimapper::apps {
 

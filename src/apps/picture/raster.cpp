@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "unimapper/core/quantile.hpp"
+#include "src/core/quantile.hpp"
 
 namespace unimapper::apps {
 

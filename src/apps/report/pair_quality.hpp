@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "src/evaluate/map_quality.hpp"
+#include "src/merge/wall_distance.hpp"
 #include "unimapper/core/keyframe_record.hpp"
-#include "unimapper/evaluate/map_quality.hpp"
 #include "unimapper/merge/merger.hpp"
-#include "unimapper/merge/wall_distance.hpp"
 
 namespace unimapper::apps {
 

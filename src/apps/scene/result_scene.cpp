@@ -8,8 +8,8 @@
 
 #include "ports/lcm/received_log.hpp"
 #include "src/apps/session_clouds.hpp"
-#include "unimapper/core/voxel_key.hpp"
-#include "unimapper/merge/loops_csv.hpp"
+#include "src/core/voxel_key.hpp"
+#include "src/merge/loops_csv.hpp"
 
 namespace unimapper::apps {
 namespace {

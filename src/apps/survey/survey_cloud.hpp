@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "unimapper/core/session_id.hpp"
+#include "unimapper/core/ids.hpp"
 
 namespace unimapper::apps {
 

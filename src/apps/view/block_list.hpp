@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "unimapper/merge/scratch_file.hpp"
+#include "unimapper/merge/external_vector.hpp"
 
 namespace unimapper::apps {
 

@@ -8,7 +8,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "unimapper/core/voxel_key.hpp"
+#include "src/core/voxel_key.hpp"
 
 namespace unimapper::apps {
 namespace {

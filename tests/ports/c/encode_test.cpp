@@ -8,9 +8,9 @@
 
 #include "c_pipeline.hpp"
 #include "ports/c/handle.hpp"
+#include "src/core/voxel_key.hpp"
 #include "tests/onboard/run.hpp"
 #include "tests/random.hpp"
-#include "unimapper/core/voxel_key.hpp"
 #include "unimapper/wire/keyframe_encoder.hpp"
 
 using namespace unimapper;

@@ -9,8 +9,8 @@
 #include "ports/datasets/point_fields.hpp"
 #include "ports/datasets/poses.hpp"
 #include "ports/datasets/xyz.hpp"
+#include "src/core/voxel_key.hpp"
 #include "tests/ports/datasets/pcd_fixtures.hpp"
-#include "unimapper/core/voxel_key.hpp"
 
 using namespace unimapper;
 using namespace unimapper::datasets;

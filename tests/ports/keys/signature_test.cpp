@@ -3,10 +3,10 @@
 
 #include <catch2/catch.hpp>
 
+#include "src/wire/signed_keyframe.hpp"
 #include "tests/ports/lcm/damage.hpp"
 #include "tests/wire/stream.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
-#include "unimapper/wire/signed_keyframe.hpp"
 
 using namespace unimapper;
 using namespace unimapper::keys;

@@ -1,7 +1,7 @@
 // Places of a robot in a base's map, for tests.
 #pragma once
 
-#include "unimapper/wire/map_pose.hpp"
+#include "unimapper/wire/messages.hpp"
 
 namespace unimapper::lcm_port::lcm_test {
 

@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
+#include "src/core/quantile.hpp"
 #include "tests/ports/lcm/simulated_link.hpp"
-#include "unimapper/core/quantile.hpp"
 
 using namespace unimapper;
 using namespace unimapper::lcm_port;

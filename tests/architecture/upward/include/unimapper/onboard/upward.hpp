@@ -1,1 +1,2 @@
 // Public header of a higher layer.
+#include "src/onboard/hidden.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "unimapper/core/loop_record.hpp"
+#include "src/core/loop_record.hpp"
 
 namespace unimapper::merge {
 

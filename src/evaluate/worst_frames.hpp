@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "unimapper/evaluate/dynamic.hpp"
+#include "dynamic.hpp"
 
 namespace unimapper::evaluate {
 

@@ -6,8 +6,8 @@
 #include <bit>
 #include <cstdint>
 
-#include "unimapper/free_space/block.hpp"
-#include "unimapper/free_space/block_bits.hpp"
+#include "block.hpp"
+#include "block_bits.hpp"
 
 namespace unimapper {
 

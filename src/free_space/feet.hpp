@@ -7,12 +7,9 @@
 #include <cstddef>
 #include <span>
 
-#include "unimapper/core/quantile.hpp"
+#include "src/core/quantile.hpp"
 
 namespace unimapper {
-
-/// Points so high above the level of the ground are of feet: more than its roughness and noise.
-inline constexpr float kFootHeightM = 0.04F;
 
 /// Level of the ground about a cell below something dynamic, from the heights of the ground cells
 /// around it: `free` are those with nothing dynamic above, of which `level_of` takes the level;

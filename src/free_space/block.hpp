@@ -4,8 +4,8 @@
 #include <bit>
 #include <cstdint>
 
-#include "unimapper/core/popcount.hpp"
-#include "unimapper/core/voxel_key.hpp"
+#include "src/core/popcount.hpp"
+#include "src/core/voxel_key.hpp"
 
 namespace unimapper {
 

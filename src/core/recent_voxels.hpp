@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "unimapper/core/voxel_key.hpp"
+#include "voxel_key.hpp"
 
 namespace unimapper {
 

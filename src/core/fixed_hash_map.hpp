@@ -7,7 +7,7 @@
 #include <span>
 
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/voxel_key.hpp"
+#include "voxel_key.hpp"
 
 namespace unimapper {
 

@@ -7,8 +7,8 @@
 
 #include <cstdint>
 
-#include "unimapper/free_space/components.hpp"
-#include "unimapper/free_space/evidence_sum.hpp"
+#include "components.hpp"
+#include "evidence_sum.hpp"
 
 namespace unimapper {
 

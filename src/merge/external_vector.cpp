@@ -1,5 +1,5 @@
 // Temporary file of a merge
-#include "unimapper/merge/scratch_file.hpp"
+#include "unimapper/merge/external_vector.hpp"
 
 #include <unistd.h>
 

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <span>
 
+#include "block.hpp"
+#include "src/core/fixed_hash_map.hpp"
 #include "unimapper/core/arena.hpp"
-#include "unimapper/core/fixed_hash_map.hpp"
-#include "unimapper/free_space/block.hpp"
 
 namespace unimapper {
 

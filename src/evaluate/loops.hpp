@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "unimapper/core/loop_record.hpp"
+#include "src/core/loop_record.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/evaluate/trajectory.hpp"
 

@@ -5,8 +5,8 @@
 #include <bit>
 #include <cstdint>
 
-#include "unimapper/core/voxel_key.hpp"
-#include "unimapper/free_space/block.hpp"
+#include "block.hpp"
+#include "src/core/voxel_key.hpp"
 
 namespace unimapper {
 

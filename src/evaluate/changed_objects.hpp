@@ -5,8 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "unimapper/core/change_kind.hpp"
-#include "unimapper/core/upright_box.hpp"
+#include "unimapper/core/changed_object.hpp"
 
 namespace unimapper::evaluate {
 
