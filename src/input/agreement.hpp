@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
-#include "src/merge/registration.hpp"
+#include "src/merge/registration/registration.hpp"
 #include "unimapper/core/pose.hpp"
 
 namespace unimapper::input {

@@ -1,8 +1,8 @@
 // Merges of sessions that grow, one after the other.
 #include "growing_merge.hpp"
 
-#include "growing_loops.hpp"
-#include "session_check.hpp"
+#include "src/merge/loops/growing_loops.hpp"
+#include "src/merge/sessions/session_check.hpp"
 
 namespace unimapper::merge {
 

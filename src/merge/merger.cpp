@@ -11,22 +11,22 @@
 #include <stdexcept>
 #include <utility>
 
-#include "central_score.hpp"
-#include "changes.hpp"
-#include "loop_source.hpp"
-#include "map_level.hpp"
-#include "odometry_step.hpp"
 #include "parallel.hpp"
-#include "position_sigma.hpp"
-#include "radius_search.hpp"
-#include "searched_loops.hpp"
-#include "seen_extent.hpp"
-#include "session_check.hpp"
-#include "session_path.hpp"
-#include "site_origin.hpp"
-#include "unified_map.hpp"
+#include "src/merge/graph/map_level.hpp"
+#include "src/merge/graph/position_sigma.hpp"
+#include "src/merge/graph/site_origin.hpp"
+#include "src/merge/loops/loop_source.hpp"
+#include "src/merge/loops/radius_search.hpp"
+#include "src/merge/loops/searched_loops.hpp"
+#include "src/merge/map/changes.hpp"
+#include "src/merge/map/unified_map.hpp"
+#include "src/merge/registration/weak_axis.hpp"
+#include "src/merge/sessions/central_score.hpp"
+#include "src/merge/sessions/odometry_step.hpp"
+#include "src/merge/sessions/seen_extent.hpp"
+#include "src/merge/sessions/session_check.hpp"
+#include "src/merge/sessions/session_path.hpp"
 #include "unimapper/merge/alignment.hpp"
-#include "weak_axis.hpp"
 
 namespace unimapper::merge {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "keyframe.hpp"
 #include "odometry_monitor.hpp"
+#include "src/onboard/keyframe/keyframe.hpp"
 #include "unimapper/core/expected.hpp"
 #include "unimapper/onboard/config.hpp"
 #include "unimapper/onboard/events.hpp"

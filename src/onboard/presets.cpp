@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sampling.hpp"
+#include "src/onboard/sampling/sampling.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/onboard/config.hpp"
 

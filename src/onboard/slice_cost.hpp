@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "scan_accumulator.hpp"
+#include "src/onboard/keyframe/scan_accumulator.hpp"
 
 /// Microseconds that slices take on a core of a desktop: means over KITTI raw 0005 and simulated
 /// towns of the OS2-128, the VLP-16 and the Mid-360, each within a half of them. They decide how

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <span>
 
-#include "block_window.hpp"
-#include "cell_table.hpp"
+#include "src/onboard/keyframe/cell_table.hpp"
+#include "src/onboard/removal/block_window.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/pose.hpp"
 

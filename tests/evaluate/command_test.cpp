@@ -8,7 +8,7 @@
 #include "src/apps/evaluate/evaluate.hpp"
 #include "src/apps/evaluate/ply_cloud.hpp"
 #include "src/apps/session_clouds.hpp"
-#include "src/merge/loops_csv.hpp"
+#include "src/merge/export/loops_csv.hpp"
 #include "tests/evaluate/small_folders.hpp"
 #include "tests/temporary_directory.hpp"
 #include "tests/wire/stream.hpp"

@@ -1,5 +1,5 @@
 // Classification of a keyframe's cells from their evidence
-#include "src/merge/cell_classification.hpp"
+#include "src/merge/labels/cell_classification.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
 // Suitability as the central map, one quality at a time: the others are nothing in every session
-#include "src/merge/central_score.hpp"
+#include "src/merge/sessions/central_score.hpp"
 
 #include <catch2/catch.hpp>
 #include <vector>

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "src/merge/changes.hpp"
-#include "src/merge/max_clique.hpp"
+#include "src/merge/loops/max_clique.hpp"
+#include "src/merge/map/changes.hpp"
 #include "tests/merge/random.hpp"
 
 using namespace unimapper;

@@ -1,5 +1,5 @@
 // Tests of changed objects, made of changed voxels.
-#include "src/merge/changed_objects.hpp"
+#include "src/merge/map/changed_objects.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
 // Drift of odometry, estimated from loops: fleets that drift as modelled, more, and one robot alone
-#include "src/merge/drift_scale.hpp"
+#include "src/merge/graph/drift_scale.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -8,8 +8,8 @@
 #include <tuple>
 #include <vector>
 
-#include "src/merge/export_files.hpp"
-#include "src/merge/loops_csv.hpp"
+#include "src/merge/export/export_files.hpp"
+#include "src/merge/export/loops_csv.hpp"
 #include "tests/temporary_directory.hpp"
 
 using namespace unimapper;

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "src/merge/export_files.hpp"
-#include "src/merge/loops_csv.hpp"
+#include "src/merge/export/export_files.hpp"
+#include "src/merge/export/loops_csv.hpp"
 #include "tests/merge/exported_files.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"

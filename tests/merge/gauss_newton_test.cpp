@@ -1,13 +1,13 @@
 // Gauss-Newton method with a sparse factorisation in blocks: against general solvers
-#include "src/merge/gauss_newton.hpp"
+#include "src/merge/graph/gauss_newton.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <catch2/catch.hpp>
 #include <stdexcept>
 
-#include "src/merge/block_cholesky.hpp"
-#include "src/merge/session_path.hpp"
+#include "src/merge/graph/block_cholesky.hpp"
+#include "src/merge/sessions/session_path.hpp"
 #include "tests/merge/alignment_scene.hpp"
 #include "tests/merge/random.hpp"
 

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "src/merge/session_growth.hpp"
+#include "src/merge/sessions/session_growth.hpp"
 #include "tests/merge/known_map.hpp"
 
 using namespace unimapper;

@@ -1,5 +1,5 @@
 // Free space of one keyframe: sent images, and the image painted without them
-#include "src/merge/keyframe_free_space.hpp"
+#include "src/merge/sessions/keyframe_free_space.hpp"
 
 #include <catch2/catch.hpp>
 #include <vector>

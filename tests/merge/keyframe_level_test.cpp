@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "src/merge/loop_search.hpp"
-#include "src/merge/map_level.hpp"
+#include "src/merge/graph/map_level.hpp"
+#include "src/merge/loops/loop_search.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/synthetic_town.hpp"
 

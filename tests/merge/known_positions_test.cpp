@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "src/merge/site_origin.hpp"
+#include "src/merge/graph/site_origin.hpp"
 #include "tests/merge/ambiguous_scene.hpp"
 #include "unimapper/merge/known_position.hpp"
 

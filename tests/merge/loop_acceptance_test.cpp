@@ -1,11 +1,11 @@
 // Loop acceptance at the boundary of every threshold
-#include "src/merge/loop_acceptance.hpp"
+#include "src/merge/loops/loop_acceptance.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "src/merge/loop_cycle.hpp"
-#include "src/merge/weak_axis.hpp"
+#include "src/merge/loops/loop_cycle.hpp"
+#include "src/merge/registration/weak_axis.hpp"
 #include "tests/merge/poses.hpp"
 #include "unimapper/merge/alignment.hpp"
 

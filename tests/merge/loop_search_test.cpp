@@ -1,5 +1,5 @@
 // Loop candidates by descriptor and by distance: every condition just met and just missed
-#include "src/merge/loop_search.hpp"
+#include "src/merge/loops/loop_search.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -9,8 +9,8 @@
 #include <set>
 #include <utility>
 
-#include "src/merge/radius_search.hpp"
-#include "src/merge/verification_rounds.hpp"
+#include "src/merge/loops/radius_search.hpp"
+#include "src/merge/loops/verification_rounds.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/synthetic_town.hpp"
 #include "unimapper/place/database.hpp"

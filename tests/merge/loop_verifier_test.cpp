@@ -1,5 +1,5 @@
 // Loop verification: every gate just passed, and just missed with its reason
-#include "src/merge/loop_verifier.hpp"
+#include "src/merge/loops/loop_verifier.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <string>
 
 #include "src/core/tilt_prior.hpp"
-#include "src/merge/overlap_distances.hpp"
+#include "src/merge/registration/overlap_distances.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
 

@@ -1,11 +1,11 @@
 // Anchor-node pose graph: kernel, weak axes, loop ends, plausible deformation
-#include "src/merge/map_graph.hpp"
+#include "src/merge/graph/map_graph.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "src/merge/weak_axis.hpp"
+#include "src/merge/registration/weak_axis.hpp"
 #include "tests/merge/alignment_scene.hpp"
 
 using namespace unimapper;

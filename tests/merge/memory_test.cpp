@@ -18,8 +18,8 @@
 #include <vector>
 
 #include "src/merge/in_arena.hpp"
-#include "src/merge/keyframe_cache.hpp"
 #include "src/merge/limited_cache.hpp"
+#include "src/merge/sessions/keyframe_cache.hpp"
 #include "tests/merge/exported_files.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/synthetic_town.hpp"

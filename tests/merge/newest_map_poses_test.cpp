@@ -1,5 +1,5 @@
 // Poses of a merged map: how sure they are, and those of the newest keyframes
-#include "src/merge/newest_map_poses.hpp"
+#include "src/merge/localisation/newest_map_poses.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "src/merge/position_sigma.hpp"
+#include "src/merge/graph/position_sigma.hpp"
 #include "tests/merge/poses.hpp"
 #include "unimapper/merge/merger.hpp"
 

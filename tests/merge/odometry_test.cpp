@@ -3,9 +3,9 @@
 #include <cmath>
 #include <utility>
 
-#include "src/merge/odometry_chain.hpp"
-#include "src/merge/odometry_step.hpp"
-#include "src/merge/session_path.hpp"
+#include "src/merge/graph/odometry_chain.hpp"
+#include "src/merge/sessions/odometry_step.hpp"
+#include "src/merge/sessions/session_path.hpp"
 #include "tests/merge/alignment_scene.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/synthetic_town.hpp"

@@ -1,5 +1,5 @@
 // Checks of a placement: repetition, storeys, and keyframes that see different structure
-#include "src/merge/placement_check.hpp"
+#include "src/merge/placements/placement_check.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "src/merge/link_check.hpp"
-#include "src/merge/roofed_share.hpp"
+#include "src/merge/loops/link_check.hpp"
+#include "src/merge/placements/roofed_share.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
 

@@ -5,10 +5,10 @@
 #include <limits>
 #include <vector>
 
-#include "src/merge/near_points.hpp"
-#include "src/merge/point_tree.hpp"
-#include "src/merge/voxel_trees.hpp"
-#include "src/merge/wall_distance.hpp"
+#include "src/merge/map/near_points.hpp"
+#include "src/merge/map/voxel_trees.hpp"
+#include "src/merge/placements/wall_distance.hpp"
+#include "src/merge/registration/point_tree.hpp"
 #include "tests/merge/random.hpp"
 
 using namespace unimapper;

@@ -1,5 +1,5 @@
 // Tests of G-ICP registration, and of its weakest axis.
-#include "src/merge/registration.hpp"
+#include "src/merge/registration/registration.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "src/merge/weak_axis.hpp"
+#include "src/merge/registration/weak_axis.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
 #include "tests/recordings.hpp"

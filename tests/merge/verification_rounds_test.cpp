@@ -1,5 +1,5 @@
 // Tests of the order in which loop candidates between sessions are verified.
-#include "src/merge/verification_rounds.hpp"
+#include "src/merge/loops/verification_rounds.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

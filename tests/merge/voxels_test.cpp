@@ -7,10 +7,10 @@
 #include <set>
 #include <vector>
 
-#include "src/merge/map_regions.hpp"
-#include "src/merge/occupied_voxels.hpp"
-#include "src/merge/session_voxels.hpp"
-#include "src/merge/voxel_blocks.hpp"
+#include "src/merge/labels/occupied_voxels.hpp"
+#include "src/merge/labels/voxel_blocks.hpp"
+#include "src/merge/map/map_regions.hpp"
+#include "src/merge/map/session_voxels.hpp"
 #include "tests/merge/random.hpp"
 #include "tests/random.hpp"
 #include "tests/temporary_directory.hpp"

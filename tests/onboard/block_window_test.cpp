@@ -1,5 +1,5 @@
 // Sliding-window block index against a model made of standard maps
-#include "src/onboard/block_window.hpp"
+#include "src/onboard/removal/block_window.hpp"
 
 #include <algorithm>
 #include <array>

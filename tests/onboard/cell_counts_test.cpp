@@ -1,5 +1,5 @@
 // Bit-sliced counters against plain counting
-#include "src/onboard/cell_counts.hpp"
+#include "src/onboard/removal/cell_counts.hpp"
 
 #include <catch2/catch.hpp>
 #include <vector>

@@ -1,5 +1,5 @@
 // Fine cells of a keyframe: means, shared grids, rows
-#include "src/onboard/cell_table.hpp"
+#include "src/onboard/keyframe/cell_table.hpp"
 
 #include <bit>
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
 // Classification of connected components
-#include "src/onboard/component_classifier.hpp"
+#include "src/onboard/removal/component_classifier.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
 // Range images, which scans are painted, and what later keyframes count
-#include "src/onboard/evidence_window.hpp"
+#include "src/onboard/removal/evidence_window.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Feet: ground cells below dynamic ones, and the level above which their points are dynamic
-#include "src/onboard/feet.hpp"
+#include "src/onboard/removal/feet.hpp"
 
 #include <catch2/catch.hpp>
 #include <optional>

@@ -1,5 +1,5 @@
 // Gravity estimator: up from walls, ground and the odometry's promise
-#include "src/onboard/gravity.hpp"
+#include "src/onboard/attitude/gravity.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Attitude noise between scans, measured and taken out
-#include "src/onboard/ground_aligner.hpp"
+#include "src/onboard/attitude/ground_aligner.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

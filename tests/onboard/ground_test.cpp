@@ -1,5 +1,5 @@
 // Ground: planes, elevated and transparent voxels, candidates above it
-#include "src/onboard/ground.hpp"
+#include "src/onboard/removal/ground.hpp"
 
 #include <catch2/catch.hpp>
 

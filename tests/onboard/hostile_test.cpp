@@ -7,7 +7,7 @@
 
 #include "hostile_scans.hpp"
 #include "run.hpp"
-#include "src/onboard/tile_directory.hpp"
+#include "src/onboard/removal/tile_directory.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;

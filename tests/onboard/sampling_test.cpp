@@ -4,8 +4,8 @@
 #include <numeric>
 
 #include "run.hpp"
-#include "src/onboard/sampling_estimator.hpp"
-#include "src/onboard/sampling_monitor.hpp"
+#include "src/onboard/sampling/sampling_estimator.hpp"
+#include "src/onboard/sampling/sampling_monitor.hpp"
 #include "tests/random.hpp"
 #include "unimapper/core/owned.hpp"
 

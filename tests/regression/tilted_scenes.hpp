@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "fleet.hpp"
-#include "src/merge/session_path.hpp"
+#include "src/merge/sessions/session_path.hpp"
 #include "tests/merge/synthetic_sheets.hpp"
 #include "unimapper/merge/alignment.hpp"
 

@@ -5,7 +5,7 @@
 
 #include "src/apps/base/due_map_poses.hpp"
 #include "src/apps/base/map_pose_message.hpp"
-#include "src/merge/newest_map_poses.hpp"
+#include "src/merge/localisation/newest_map_poses.hpp"
 
 namespace unimapper::apps {
 

@@ -4,7 +4,7 @@
 #include "src/apps/evaluate/evaluate.hpp"
 #include "src/apps/evaluate/json.hpp"
 #include "src/apps/evaluate/run_keyframes.hpp"
-#include "src/merge/loops_csv.hpp"
+#include "src/merge/export/loops_csv.hpp"
 
 namespace unimapper::apps {
 namespace {

@@ -4,7 +4,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "src/merge/loops_csv.hpp"
+#include "src/merge/export/loops_csv.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::apps {

@@ -10,7 +10,7 @@
 #include "src/apps/map/stored_result.hpp"
 #include "src/apps/map/stored_sessions.hpp"
 #include "src/apps/merge/stored_contents.hpp"
-#include "src/merge/link_check.hpp"
+#include "src/merge/loops/link_check.hpp"
 
 namespace unimapper::apps {
 namespace {

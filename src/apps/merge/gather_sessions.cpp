@@ -11,7 +11,7 @@
 #include "src/apps/merge/options.hpp"
 #include "src/apps/merge/run_store.hpp"
 #include "src/apps/merge/stored_contents.hpp"
-#include "src/merge/keyframe_summaries.hpp"
+#include "src/merge/sessions/keyframe_summaries.hpp"
 #include "unimapper/merge/keyframe_level.hpp"
 
 namespace unimapper::apps {

@@ -8,7 +8,7 @@
 
 #include "ports/store/keyframe_reader.hpp"
 #include "ports/store/store_reader.hpp"
-#include "src/merge/keyframe_cache.hpp"
+#include "src/merge/sessions/keyframe_cache.hpp"
 
 namespace unimapper::apps {
 

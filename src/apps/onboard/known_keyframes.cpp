@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "ports/lcm/received_log.hpp"
-#include "src/merge/plane_restorer.hpp"
+#include "src/merge/sessions/plane_restorer.hpp"
 #include "unimapper/merge/keyframe_level.hpp"
 
 namespace unimapper::apps {

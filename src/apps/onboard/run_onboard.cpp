@@ -23,7 +23,7 @@
 #include "src/apps/output_guard.hpp"
 #include "src/core/tilt_prior.hpp"
 #include "src/core/voxel_key.hpp"
-#include "src/merge/loops_csv.hpp"
+#include "src/merge/export/loops_csv.hpp"
 #include "src/wire/keyframe_limits.hpp"
 #include "unimapper/config/config_json.hpp"
 #include "unimapper/onboard/owned_pipeline.hpp"

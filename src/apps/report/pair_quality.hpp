@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "src/evaluate/map_quality.hpp"
-#include "src/merge/wall_distance.hpp"
+#include "src/merge/placements/wall_distance.hpp"
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/merge/merger.hpp"
 

@@ -9,7 +9,7 @@
 #include "ports/lcm/received_log.hpp"
 #include "src/apps/session_clouds.hpp"
 #include "src/core/voxel_key.hpp"
-#include "src/merge/loops_csv.hpp"
+#include "src/merge/export/loops_csv.hpp"
 
 namespace unimapper::apps {
 namespace {

@@ -14,7 +14,7 @@
 #include "src/apps/map/stored_sessions.hpp"
 #include "src/apps/view/health_view.hpp"
 #include "src/apps/view/shown_merge.hpp"
-#include "src/merge/keyframe_cache.hpp"
+#include "src/merge/sessions/keyframe_cache.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 
 namespace unimapper::apps {

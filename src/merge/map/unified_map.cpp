@@ -1,0 +1,94 @@
+// Unified voxel map of several sessions.
+#include "unified_map.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <set>
+
+#include "src/merge/parallel.hpp"
+
+namespace unimapper::merge {
+namespace {
+
+/// Read in parallel, then added one after the other.
+constexpr std::size_t kKeyframesAtOnce = 8;
+
+void add(const FineCell& cell, const Pose& T_map_keyframe, SessionVoxels& to) {
+  const auto size_m = static_cast<double>(to.voxel_size_m());
+  const double limit = static_cast<double>(kVoxelAxisLimit - 1);
+  const Eigen::Vector3d p = T_map_keyframe * Eigen::Vector3d(cell.position.cast<double>());
+  const Eigen::Array3d scaled = p.array() * (1.0 / size_m);
+  if (!(scaled.abs().maxCoeff() < limit)) return;
+  const Eigen::Array3d floor = scaled.floor();
+  // Relative to the corner, so that float does not lose millimetres kilometres away.
+  to.add({static_cast<std::int32_t>(floor.x()), static_cast<std::int32_t>(floor.y()),
+          static_cast<std::int32_t>(floor.z())},
+         ((scaled - floor) * size_m).matrix().cast<float>(), cell.ground != 0);
+}
+
+/// Appends the points of one tile, united over the sessions.
+void unite_tile(const std::vector<const SessionVoxels*>& sessions, const MapTile& tile,
+                ExternalVector<MapPoint>& map) {
+  VoxelTable table;
+  std::vector<MapPoint> points;
+  std::vector<std::uint32_t> cells;
+  float size_m = 0.0F;  // all sessions have the same
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    if (sessions[s] == nullptr) continue;
+    size_m = sessions[s]->voxel_size_m();
+    sessions[s]->visit(tile, [&](VoxelKey key, const SessionVoxels::Voxel& voxel) {
+      const std::uint32_t number = table.find_or_insert(key);
+      if (number == points.size()) {
+        points.push_back({Eigen::Vector3f::Zero(), static_cast<std::uint32_t>(s), 0});
+        cells.push_back(0);
+      }
+      // The sum of positions, until all are added.
+      points[number].position += voxel.sum;
+      cells[number] += voxel.cells;
+      ++points[number].sessions_seen;
+    });
+  }
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3f mean = points[i].position / static_cast<float>(cells[i]);
+    points[i].position = voxel_corner(table.key(i), size_m) + mean;
+    map.push_back(points[i]);
+  }
+}
+
+}  // namespace
+
+LabelledVoxels voxelise(const SessionData& session, const MergedSession& merged, float size_m,
+                        unsigned threads, const std::shared_ptr<ScratchFile>& file) {
+  LabelledVoxels result{SessionVoxels(size_m, file), SessionVoxels(size_m, file)};
+  const std::size_t count = session.keyframes.size();
+  for (std::size_t first = 0; first < count; first += kKeyframesAtOnce) {
+    std::vector<std::shared_ptr<const KeyframeRecord>> keyframes(
+        std::min(kKeyframesAtOnce, count - first));
+    parallel_for(keyframes.size(), threads,
+                 [&](std::size_t i) { keyframes[i] = whole_keyframe(session, first + i); });
+    for (std::size_t i = 0; i < keyframes.size(); ++i) {
+      const std::size_t k = first + i;
+      for (SessionVoxels* voxels : {&result.fixed, &result.dynamic}) {
+        visit_cells(*keyframes[i], merged.refined[k], voxels == &result.dynamic,
+                    [&](const FineCell& cell) { add(cell, merged.T_map_keyframe[k], *voxels); });
+      }
+    }
+  }
+  result.fixed.finish();
+  result.dynamic.finish();
+  return result;
+}
+
+ExternalVector<MapPoint> unite(const std::vector<const SessionVoxels*>& sessions,
+                               const std::shared_ptr<ScratchFile>& file) {
+  std::set<MapTile> tiles;
+  for (const SessionVoxels* session : sessions) {
+    if (session == nullptr) continue;
+    for (const auto& [tile, size] : session->sizes()) tiles.insert(tile);
+  }
+  ExternalVector<MapPoint> map(file);
+  for (const MapTile& tile : tiles) unite_tile(sessions, tile, map);
+  return map;
+}
+
+}  // namespace unimapper::merge

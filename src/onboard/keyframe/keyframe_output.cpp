@@ -1,0 +1,104 @@
+#include "keyframe_output.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "src/onboard/removal/ground.hpp"
+
+namespace unimapper::onboard {
+namespace {
+
+std::uint16_t saturated(std::uint32_t points) noexcept {
+  return static_cast<std::uint16_t>(std::min(points, 65535U));
+}
+
+}  // namespace
+
+void KeyframeOutput::allocate(Arena& arena, const PipelineConfig& config) noexcept {
+  ground_ = config.ground;
+  feet_.allocate(arena, config);
+  cells_ = arena.allocate<FineCell>(config.voxel.max_cells);
+  cells_before_ = config.deferred ? arena.allocate<FineCell>(config.voxel.max_cells) : cells_;
+  entries_ = static_cast<std::uint32_t>(CellStore::max_entries(config.voxel));
+  dynamic_from_ = arena.allocate<std::uint32_t>(std::size_t{entries_} / 2 + 1);
+  width_ = widest_vectors();
+  capacity_ = config.voxel.max_cells;
+}
+
+void KeyframeOutput::begin(const BlockWindow& window, const CellTable& cells,
+                           const Pose& T_odometry_keyframe) noexcept {
+  R_keyframe_grid_ = T_odometry_keyframe.rotation.transpose().cast<float>();
+  t_keyframe_grid_ = (T_odometry_keyframe.rotation.transpose() *
+                      (cells.grid().origin_m() - T_odometry_keyframe.translation))
+                         .cast<float>();
+  std::swap(cells_, cells_before_);
+  static_count_ = 0;
+  dynamic_count_ = 0;
+  set_dynamic_from(entries_, kAboveCell);
+  feet_.find(window, cells);
+  loop_.begin();
+}
+
+bool KeyframeOutput::step(const BlockWindow& window, const CellTable& cells,
+                          const CoarseVoxels& voxels) noexcept {
+  constexpr std::uint32_t kMostBlocks = 4096;
+  const Slice some = loop_.next(static_cast<std::uint32_t>(cells.blocks().size()), kMostBlocks);
+  for (std::uint32_t b = some.first; b < some.end; ++b) add_block(b, window, cells, voxels);
+  return !loop_.is_over();
+}
+
+void KeyframeOutput::add_block(std::uint32_t b, const BlockWindow& window, const CellTable& cells,
+                               const CoarseVoxels& voxels) noexcept {
+  const Eigen::Matrix3f r = R_keyframe_grid_;
+  const Eigen::Vector3f t = t_keyframe_grid_;
+  const Block& block = cells.blocks()[b];
+  const CellMarks& marks = cells.marks(b);
+  const std::uint64_t feet = feet_.cells_of(b, marks);
+  std::uint64_t left = block.occupied;
+  for (std::uint32_t row = block.first; left != 0; ++row, left &= left - 1) {
+    const std::uint64_t cell = lowest_bit(left);
+    const bool dynamic = (marks.dynamic & cell) != 0;
+    add({r * cells.position(row) + t, saturated(cells.points(row)),
+         static_cast<std::uint8_t>((marks.ground & cell) != 0), 0},
+        dynamic);
+    std::uint32_t from = kAboveCell;
+    if (dynamic) from = ground_level_in_cell(ground_, voxels, cells, row);
+    if ((feet & cell) != 0) from = feet_.level_in_cell(window, voxels, cells, row);
+    set_dynamic_from(cells.entry(row), from);
+  }
+}
+
+void KeyframeOutput::add(const FineCell& cell, bool dynamic) noexcept {
+  if (dynamic) {
+    ++dynamic_count_;
+    cells_[capacity_ - dynamic_count_] = cell;
+  } else {
+    cells_[static_count_++] = cell;
+  }
+}
+
+std::uint64_t KeyframeOutput::count_dynamic(const ScanAccumulator& scans) const noexcept {
+  std::uint64_t dynamic = 0;
+  for (std::uint32_t scan = 0; scan < scans.scans(); ++scan) {
+    const std::span<const PointCode> codes = scans.codes(scan);
+    std::uint32_t count = 0;
+    run_vectorised(width_, [&]() UNIMAPPER_VECTORISED {
+      const std::uint32_t* const pairs = dynamic_from_;
+      const std::uint32_t no_cell = entries_;
+      const PointCode* const code = codes.data();
+      const std::size_t size = codes.size();
+      std::uint32_t sum = 0;
+      for (std::size_t i = 0; i < size; ++i) {
+        // Without branches: codes that name no cell are looked up behind all cells.
+        const std::uint32_t cell = cell_of(code[i]);
+        const std::uint32_t from = dynamic_from(pairs, cell < no_cell ? cell : no_cell);
+        sum += height_of(code[i]) >= from ? 1U : 0U;
+      }
+      count = sum;
+    });
+    dynamic += count;
+  }
+  return dynamic;
+}
+
+}  // namespace unimapper::onboard

@@ -1,0 +1,85 @@
+// Dynamic removal: from the cells of a keyframe to their marks
+#pragma once
+
+#include <cstdint>
+
+#include "bayes_filter.hpp"
+#include "component_classifier.hpp"
+#include "evidence_window.hpp"
+#include "ground_levels.hpp"
+#include "src/onboard/keyframe/cell_table.hpp"
+#include "src/onboard/keyframe/coarse_voxels.hpp"
+#include "src/onboard/keyframe/keyframe.hpp"
+#include "src/onboard/keyframe/scan_accumulator.hpp"
+#include "src/onboard/slice.hpp"
+#include "transparent_ground.hpp"
+#include "unimapper/core/arena.hpp"
+#include "unimapper/onboard/config.hpp"
+
+namespace unimapper::onboard {
+
+/// The stages of the paper's overview figure between a keyframe's cells and its labels, in their
+/// order: voxels and ground (section IV-B), evidence of the window (IV-C, IV-D), components. Each
+/// is done in slices; when they are done makes no difference to the result.
+class DynamicRemoval {
+ public:
+  explicit DynamicRemoval(const PipelineConfig& config) noexcept : config_(config) {}
+  void allocate(Arena& arena) noexcept;
+  /// What is in use only from the layout of a keyframe's cells until its labels are written down:
+  /// the table of the cells, and what works on it.
+  void allocate_table(Arena& arena) noexcept { cells_.allocate(arena, config_.voxel); }
+  void allocate_scratch(Arena& arena) noexcept;
+
+  /// Begins with the keyframe whose cells these are, and which is the window's current one. No
+  /// cell or block is added until all slices are done. O(1).
+  void begin(const Grid& grid, const Viewpoint& viewpoint) noexcept;
+  /// The next slice: 4,096 blocks of cells, 2,048 plane fits, one pass over the coarse voxels, or
+  /// one over the cells that decides nothing. False once all cells are labelled.
+  bool step(const CellStore& store, EvidenceWindow& window) noexcept;
+  /// What it costs, about (`slice_cost`), in a keyframe of so many blocks.
+  [[nodiscard]] std::uint32_t step_cost(std::uint32_t blocks) const noexcept;
+
+  /// The keyframe leaves no evidence: the next one goes on from the one before.
+  void discard() noexcept { filter_.discard(); }
+
+  /// Writes down what was counted.
+  void tell(Keyframe& keyframe) const noexcept;
+
+  /// Of the last keyframe.
+  [[nodiscard]] CellTable& cells() noexcept { return cells_; }
+  [[nodiscard]] CoarseVoxels& voxels() noexcept { return voxels_; }
+
+ private:
+  enum class Stage : std::uint8_t {
+    kArrangement,
+    kTable,
+    kMoments,
+    kPlanes,
+    kGround,
+    kTransparentGround,
+    kGroundLevels,
+    kSplit,
+    kOccupancy,
+    kEvidence,
+    kComponents,
+    kDone
+  };
+
+  /// Does a slice of the stage. True if more of it is left.
+  bool do_slice(const CellStore& store, EvidenceWindow& window) noexcept;
+  void prepare_evidence(EvidenceWindow& window) noexcept;
+
+  const PipelineConfig& config_;
+  CellTable cells_;
+  CoarseVoxels voxels_;
+  TransparentGround transparent_;
+  GroundLevels levels_;
+  BayesFilter filter_;
+  ComponentClassifier classifier_;
+  Stage stage_ = Stage::kDone;
+  SlicedLoop loop_;
+  Viewpoint viewpoint_;
+  std::uint32_t ground_voxels_ = 0;
+};
+
+}  // namespace unimapper::onboard
