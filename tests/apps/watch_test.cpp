@@ -18,20 +18,20 @@ using Catch::Matchers::Contains;
 TEST_CASE("What onboard shares is watched, and nothing stays in shared memory") {
   const TemporaryDirectory directory;
   SmallRecording(30).write(directory / "recording");
-  const Words onboard_to_share = {
-      "onboard", directory / "recording", "--out", directory / "run", "--sensor", "vlp-16",
-      "--share"};
+  const Words onboard = {"onboard", directory / "recording", "--sensor", "vlp-16", "--out"};
   // A name that cannot be shared is refused before anything is mapped.
-  check_fails(run_unimapper(onboard_to_share, {"a/b"}), "--share a/b: names of shares");
+  check_fails(run_unimapper(onboard, {directory / "refused", "--share", "a/b"}),
+              "--share a/b: names of shares");
   const std::string share = "watched-" + std::to_string(getpid());
   CommandResult watched;
   std::thread watching([&] {
     watched = run_unimapper({"watch", share, "--wait", "60", "--oldest"});
   });
-  const CommandResult onboard = run_unimapper(onboard_to_share, {share, "--realtime"});
+  const CommandResult shared =
+      run_unimapper(onboard, {directory / "run", "--share", share, "--realtime"});
   watching.join();
-  CHECK(onboard.exit_code == 0);
-  CHECK_THAT(onboard.err, Contains(" 0 allocations"));
+  CHECK(shared.exit_code == 0);
+  CHECK_THAT(shared.err, Contains(" 0 allocations"));
   CHECK(watched.err.empty());
   CHECK(watched.exit_code == 0);
   CHECK_THAT(watched.out, Contains("keyframe 0 at ") && Contains("keyframe 1 at ") &&

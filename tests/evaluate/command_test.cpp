@@ -115,6 +115,7 @@ TEST_CASE("evaluate dynamic says which labels are missing or too short, of the s
   CHECK_THROWS_WITH(evaluate_dynamic(options),
                     Contains("000000.label: 4 bytes, but the scan has 2 points"));
   write_dataset(folder / "unlabelled", {at(0)}, points);
+  write_run_labels(options.run, 1, {9, 9});
   CHECK_THROWS_WITH(evaluate_dynamic({folder / "unlabelled", options.run}),
                     Contains("no ground-truth labels"));
   CHECK_THROWS_WITH(evaluate_dynamic({folder / "nowhere", options.run}), Contains("nowhere"));

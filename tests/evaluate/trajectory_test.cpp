@@ -27,6 +27,14 @@ std::vector<PosePair> circle(const Pose& T_truth_estimate) {
 
 }  // namespace
 
+TEST_CASE("alignment recovers the transform between two frames") {
+  const Pose T = some_pose(2.5, 0.1, {100, -40, 3});
+  const Alignment alignment = align(circle(T));
+  CHECK_FALSE(alignment.used_orientations);
+  CHECK((alignment.T_truth_estimate.rotation - T.rotation).norm() < 1e-9);
+  CHECK((alignment.T_truth_estimate.translation - T.translation).norm() < 1e-8);
+}
+
 TEST_CASE("a planar path is never mirrored") {
   std::vector<PosePair> pairs;
   for (int i = 0; i < 20; ++i) {

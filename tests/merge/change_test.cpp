@@ -6,11 +6,13 @@
 
 #include "src/merge/loops/max_clique.hpp"
 #include "src/merge/map/changes.hpp"
+#include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;
 using unimapper::merge::testing::Random;
+using unimapper::merge::testing::yaw_pose;
 
 namespace {
 
@@ -35,17 +37,18 @@ KeyframeRecord look_at_wall(std::int64_t stamp_ns) {
 }
 
 /// Changes in front of the wall of sessions in any order of time; a session named `apart` is not in
-/// the map.
+/// the map. Frames of the second session's keyframes may be turned in the map.
 std::vector<ChangedPoint> changes_of(const std::vector<SessionData>& sessions,
                                      const MapConfig& config = {},
-                                     std::size_t most_voxels = kMostComparedVoxels) {
+                                     std::size_t most_voxels = kMostComparedVoxels,
+                                     const Pose& T_map_second = {}) {
   MergeConfig merge_config;
   merge_config.map = config;
   merge_config.threads = 1;
   std::vector<MergedSession> merged(sessions.size());
   std::vector<SessionVoxels> voxels;
   for (std::size_t s = 0; s < sessions.size(); ++s) {
-    merged[s].T_map_keyframe.resize(sessions[s].keyframes.size());
+    merged[s].T_map_keyframe.assign(sessions[s].keyframes.size(), s == 1 ? T_map_second : Pose{});
     merged[s].refined.resize(sessions[s].keyframes.size());
     voxels.push_back(voxelise(sessions[s], merged[s], config.voxel_size_m).fixed);
   }
@@ -67,8 +70,8 @@ std::size_t count(const std::vector<ChangedPoint>& changes, std::size_t session,
 
 /// Points of the first day's session that are gone on the second day.
 std::size_t count_gone(const SessionData& first, const SessionData& second,
-                       const MapConfig& config = {}) {
-  return count(changes_of({first, second}, config), 0, false);
+                       const MapConfig& config = {}, const Pose& T_map_second = {}) {
+  return count(changes_of({first, second}, config, kMostComparedVoxels, T_map_second), 0, false);
 }
 
 /// So many keyframes that see something 6 m ahead.
@@ -101,6 +104,20 @@ TEST_CASE("A position is free if enough saw through it, more than twice as many 
   CHECK(count_gone(with_box(), without_box(3, 1)) >= 20);
   CHECK(count_gone(with_box(), without_box(2, 1)) == 0);
   CHECK(count_gone(with_box(), without_box(4, 2)) == 0);
+}
+
+TEST_CASE("What is free does not depend on how a keyframe's frame is turned", "[changes]") {
+  for (const double turn : {0.5, 1.5707963267948966, 2.2, -1.2}) {
+    INFO("turned by " << turn);
+    SessionData second = without_box(2, 0);
+    for (KeyframeRecord& keyframe : second.keyframes) {
+      for (FineCell& cell : keyframe.static_cells) {
+        const Eigen::Vector3d in_map = cell.position.cast<double>();
+        cell.position = (yaw_pose(turn).inverse() * in_map).cast<float>();
+      }
+    }
+    CHECK(count_gone(with_box(), second, {}, yaw_pose(turn)) >= 20);
+  }
 }
 
 TEST_CASE("Only keyframes within range say what is free", "[changes]") {

@@ -157,6 +157,8 @@ TEST_CASE("what a sensor needs is compared with the cells of a computer, and whi
   config.voxel.max_cells = fit.cells_needed;
   CHECK(sensor_fit(os2, config).fits());
   CHECK(sensor_fit(os2, config).range_m == config.keyframe.range_max_m);
+  config.voxel.max_cells = fit.cells_needed - 1;
+  CHECK_FALSE(sensor_fit(os2, config).fits());
   config = preset(os2, Computer::kArmv7With64Mb).value();
   config.voxel.fine_size_m = 0.25F;
   CHECK(sensor_fit(os2, config).fits());

@@ -59,6 +59,12 @@ struct Keyframe {
   /// What the base gets of it.
   [[nodiscard]] KeyframeRecord sent() const {
     KeyframeRecord quantised = record;
+    quantised.planes.clear();  // the base computes them
+    quantised.left_out = 0;
+    if (images.empty()) {
+      quantised.image_shape = {};
+      quantised.image_full_weight_range_m = 0.0F;
+    }
     wire_test::quantise(quantised);
     return quantised;
   }

@@ -63,6 +63,10 @@ void check_same(const um_keyframe& c, const KeyframeView& cpp) {
   CHECK(KeyframeUp{c.up_known == 1, c.up_covariance[0], c.up_covariance[1], c.up_covariance[2]} ==
         cpp.up);
   CHECK(c.statistics.points_dynamic == cpp.statistics->points_dynamic);
+  CHECK(c.statistics.cells == cpp.statistics->cells);
+  CHECK(c.statistics.capacity[UM_CAPACITY_CELLS].capacity == small_config().voxel.max_cells);
+  const auto& dropped = cpp.statistics->dropped;
+  CHECK(std::equal(dropped.begin(), dropped.end(), c.statistics.dropped));
   CHECK(c.statistics.attitude_noise_deg == cpp.statistics->attitude_noise_deg);
   check_same(c.input, *cpp.statistics);
 }
@@ -336,6 +340,18 @@ TEST_CASE("events are taken out one by one, oldest first, and a full ring counts
   CHECK(event.stamp_ns == 5);
   CHECK(event.values[0] == UM_EMPTY_SCAN);
   CHECK(um_event_pop(pipeline, &event) == UM_NO_EVENT);
+
+  REQUIRE(pipeline.add(points_of(walker_scan(0)), 6) == UM_OK);
+  REQUIRE(um_flush(pipeline, nullptr) == UM_OK);
+  REQUIRE(um_event_pop(pipeline, &event) == UM_OK);
+  CHECK(event.id == UM_EVENT_KEYFRAME_CLOSED);
+  CHECK(event.values[0] == 0);
+  CHECK(event.values[1] == 1);
+  // That scan was measured: the empty one before it was not.
+  REQUIRE(um_event_pop(pipeline, &event) == UM_OK);
+  CHECK(event.id == UM_EVENT_SAMPLING_DIFFERS);
+  while (um_event_pop(pipeline, &event) == UM_OK) {
+  }
 
   for (int i = 0; i < 7; ++i) CHECK(pipeline.add(nothing, 10 + i) == UM_EMPTY_SCAN);
   CHECK(um_events_lost(pipeline) == 3);

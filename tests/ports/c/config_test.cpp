@@ -5,10 +5,14 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "c_pipeline.hpp"
+#include "unimapper/core/decimal.hpp"
+#include "unimapper/core/parameter_table.hpp"
+#include "unimapper/onboard/config.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;
@@ -39,6 +43,36 @@ std::string value_of(const um_config& config, const char* name) {
 }
 
 }  // namespace
+
+TEST_CASE("a name sets the C++ parameter of that name and no other") {
+  const std::span<const Parameter> rows = kParameters<PipelineConfig>;
+  um_config before;
+  REQUIRE(um_config_init(&before, sizeof before, UM_SENSOR_GENERIC) == UM_OK);
+  for (const Parameter& row : rows) {
+    const std::string name(row.name.view());
+    CAPTURE(name);
+    um_config c = before;
+    const double middle = 0.7 * row.range.low + 0.3 * row.range.high;
+    const auto whole = static_cast<long>(middle);
+    for (const std::string& text :
+         {std::string("true"), std::string("false"), std::string("only_same"),
+          std::string(decimal_of(static_cast<float>(middle)).view()), std::to_string(whole),
+          std::to_string(whole + 1)}) {
+      // Until one of them is a value of that parameter, and another than before.
+      if (value_of(c, name.c_str()) != value_of(before, name.c_str())) break;
+      const um_status status = um_config_set(&c, name.c_str(), text.c_str(), nullptr);
+      CHECK((status == UM_OK || status == UM_INVALID_CONFIG));
+    }
+    PipelineConfig config;
+    // Members that do not fit each other are none of this test's concern.
+    (void)unimapper::c::read_config(&c, config);
+    for (const Parameter& other : rows) {
+      const std::string value = value_of(c, other.name.view().data());
+      CHECK(value == text_of(other, &config).view());
+      CHECK((value == value_of(before, other.name.view().data())) == (&other != &row));
+    }
+  }
+}
 
 TEST_CASE("the members of um_config are parameters of the C++ configuration") {
   um_config c;

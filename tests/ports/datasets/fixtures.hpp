@@ -62,10 +62,11 @@ struct Refusal {
 
 template <typename Parse>
 void check_refusals(const std::vector<Refusal>& refusals, const Parse& parse) {
-  for (const auto& [input, message] : refusals) {
-    INFO(input);
-    const std::string error = error_of([&] { parse(input); });
-    for (const std::string& part : message) CHECK_THAT(error, Catch::Matchers::Contains(part));
+  for (const Refusal& refusal : refusals) {
+    INFO(refusal.input);
+    const std::string error = error_of([&] { parse(refusal.input); });
+    for (const std::string& part : refusal.message)
+      CHECK_THAT(error, Catch::Matchers::Contains(part));
   }
 }
 

@@ -139,6 +139,11 @@ TEST_CASE("text is x y z and intensity, or what a header names") {
   CHECK(xyz("intensity;z;y;x\n7;3;2;1\n").view()[0] == Eigen::Vector3f(1, 2, 3));
   CHECK(std::isnan(xyz("nan 2 3\n").points[0].x));
   CHECK(xyz("").points.empty());
+  // Times are seconds after the stamp, whatever they count.
+  for (const std::string end : {"0.1", "100", "100000", "100000000"}) {
+    CHECK(xyz("x y z time\n1 2 3 0\n1 2 3 " + end + "\n").time_s.at(1) == Approx(0.1));
+  }
+  CHECK(xyz("x y z time\n1 2 3 -0.05\n1 2 3 0.05\n").time_s.at(0) == Approx(-0.05));
   // Stamps of the points: the scan begins with the first one.
   const auto times_s = xyz("x y z time\n1 2 3 1691936557.1\n1 2 3 1691936557.0\n").time_s;
   CHECK(times_s.at(0) == Approx(0.1));

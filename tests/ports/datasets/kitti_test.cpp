@@ -196,6 +196,8 @@ TEST_CASE("a damaged KITTI sequence is refused with file and reason") {
   SECTION("fewer poses than scans") {
     sequence.write("poses.txt", kIdentityLine);
     CHECK_THAT(sequence.error(), Contains("1 poses for 2 scans"));
+    sequence.write("poses.txt", "");
+    CHECK_THAT(sequence.error(), Contains("0 poses for 2 scans"));
   }
   SECTION("fewer times than scans") {
     sequence.write("times.txt", "0.1\n");

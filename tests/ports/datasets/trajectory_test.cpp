@@ -32,6 +32,16 @@ TEST_CASE("a TUM line is a stamp, a position and a quaternion with w last") {
   CHECK(trajectory_of(text).stamps_ns == std::vector<std::int64_t>{1691936557946849179});
 }
 
+TEST_CASE("commas separate columns without a header, stamps in nanoseconds keep every digit") {
+  const Trajectory trajectory = trajectory_of("0,1,2,3,0,0,0,1\n1,4,5,6,0,0,0,1");
+  REQUIRE(trajectory.poses.size() == 2);
+  CHECK(trajectory.poses[1].translation == Eigen::Vector3d(4, 5, 6));
+  CHECK(trajectory.stamps_ns == std::vector<std::int64_t>{0, 1'000'000'000});
+  const std::string aeva = "1691936557946849179 0 0 0 0 0 0 1\n";
+  CHECK(parse_trajectory(aeva, "Aeva_gt.txt", StampUnit::kNanoseconds).stamps_ns ==
+        std::vector<std::int64_t>{1691936557946849179});
+}
+
 TEST_CASE("text of other programs becomes plain: encodings, line breaks, decimal commas") {
   const std::string plain = "1.5 2 3 4 0 0 0 1\n";
   const auto utf16 = [&](bool is_big_endian) {

@@ -249,6 +249,25 @@ TEST_CASE("what no base acknowledges is not called delivered") {
   CHECK(network.sessions().at(0).complete);
 }
 
+TEST_CASE("a base that comes late gets what still is in memory, and knows how much it misses") {
+  Network network({.reached = false});
+  PublisherOptions options = fast();
+  options.session_period = 20ms;
+  options.unacknowledged_bytes = 10000;  // one or two keyframes
+  Publisher publisher(kMonday, network.link(), options);
+  publish(publisher, kMonday, 20);
+  while (publisher.counters().keyframes_sent < 20) std::this_thread::sleep_for(1ms);
+  network.reach();
+  const PublisherCounters counters = publisher.finish();
+  const SessionData session = network.sessions().at(0);
+  CHECK(session.complete);
+  CHECK(counters.keyframes_acknowledged > 0);
+  CHECK(counters.keyframes_unacknowledged > 0);
+  CHECK(session.keyframes.size() == counters.keyframes_acknowledged);
+  CHECK(session.keyframes_missing == counters.keyframes_unacknowledged);
+  CHECK(session.keyframes.size() + session.keyframes_missing == 20);
+}
+
 TEST_CASE("a listener asks for a larger receive buffer, unless told otherwise") {
   const std::string url = "udpm://239.255.76.67:7667";
   CHECK(with_receive_buffer(url + "?ttl=0") == url + "?ttl=0&recv_buf_size=4194304");

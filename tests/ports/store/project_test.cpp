@@ -120,10 +120,10 @@ TEST_CASE("one process writes to a store, in several places, and others are told
   const KeyframeStore base(folder);
   ProjectWriter beside(folder, base.lock());
   CHECK(commit(beside, "base --merge")->number == 1);
-  const auto refusal =
-      Contains("a base writes to this store (process ") && Contains(folder.string());
-  CHECK_THROWS_WITH(ProjectWriter(folder, "a test"), refusal);
-  CHECK_THROWS_WITH(KeyframeStore(folder), refusal);
+  const auto who = Contains("a base writes to this store (process ");
+  const auto where = Contains(folder.string());
+  CHECK_THROWS_WITH(ProjectWriter(folder, "a test"), who && where);
+  CHECK_THROWS_WITH(KeyframeStore(folder), who && where);
   const TemporaryDirectory empty;
   CHECK_THROWS_WITH(ProjectWriter(empty.path(), "a test"), Contains("is no store"));
 }

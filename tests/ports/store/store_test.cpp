@@ -224,6 +224,20 @@ TEST_CASE("a session that is forgotten and heard again is as it was, also before
   CHECK(store.find(kBeta.id)->keyframes.count() == 0);
 }
 
+TEST_CASE("a reader sees what is committed while the base writes on") {
+  const TemporaryDirectory folder;
+  Base base(folder.path());
+  StoreReader reader(folder.path());
+  CHECK(reader.sessions().empty());
+  base.feed(kAlpha.id, 0);
+  base.advance();
+  CHECK(reader.sessions().at(0).keyframes == 1);
+  base.feed(kAlpha.id, 1);
+  CHECK(reader.sessions().at(0).keyframes == 1);
+  base.advance();
+  CHECK(reader.sessions().at(0).keyframes == 2);
+}
+
 TEST_CASE("what is no store of this version is refused in words and left as it is") {
   const TemporaryDirectory folder;
   const std::filesystem::path file = database_of(folder.path());
