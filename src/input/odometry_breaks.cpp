@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 
+#include "src/core/cabin.hpp"
 #include "src/core/quantile.hpp"
 #include "src/input/agreement.hpp"
 #include "src/input/shut_in.hpp"
@@ -29,9 +30,6 @@ constexpr double kBetter = 0.1;
 constexpr double kAsWell = 0.03;
 // Smallest over largest eigenvalue of the translation's information: tunnels have no more.
 constexpr double kSlides = 0.03;
-// A lift takes longer for a storey, and a storey is higher.
-constexpr double kShutIn_s = 3.0;
-constexpr double kFelt_m = 1.0;
 
 double angle_deg(const Pose& pose) { return rotation_angle(pose.rotation) * kDegreesPerRadian; }
 
@@ -137,7 +135,7 @@ class BreakSearch {
   /// Follows the robot into a closed cabin and out of it, where `i` is the last scan compared.
   void note_cabin(std::size_t i) {
     if (!view(i).is_shut_in) {
-      if (last_open_ && first_shut_ && is_unfelt_ride(*first_shut_, last_shut_)) {
+      if (last_open_ && first_shut_ && is_unfelt(*first_shut_, last_shut_)) {
         add({*last_open_, i, 0.0, 0.0, false, true});
       }
       last_open_ = i;
@@ -149,9 +147,9 @@ class BreakSearch {
   }
 
   /// A lift may have moved the robot by storeys, and the odometry does not say so.
-  [[nodiscard]] bool is_unfelt_ride(std::size_t first, std::size_t last) const {
+  [[nodiscard]] bool is_unfelt(std::size_t first, std::size_t last) const {
     const double rise_m = track_.pose(last).translation.z() - track_.pose(first).translation.z();
-    return seconds(first, last) >= kShutIn_s && std::abs(rise_m) < kFelt_m;
+    return is_unfelt_ride(seconds(first, last), rise_m);
   }
 
   Step compare(std::size_t i, std::size_t j) {

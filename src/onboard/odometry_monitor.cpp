@@ -1,9 +1,9 @@
 #include "odometry_monitor.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <numeric>
+
+#include "src/core/cabin.hpp"
 
 namespace unimapper::onboard {
 namespace {
@@ -16,46 +16,40 @@ constexpr std::uint32_t raised_share(std::uint32_t usual) noexcept {
   return usual + usual / 2 + kMore;
 }
 
-// A lift's cabin is no larger; through a gap of its door a fiftieth of the cells may be seen.
-constexpr float kCabin_m = 3.5F;
-constexpr std::size_t kOneBeyondOf = 50;
-// A lift takes longer for a storey, and a storey is higher: as `src/input/odometry_breaks.cpp` says
-// of recordings.
-constexpr std::int64_t kShutIn_ns = 3'000'000'000;
-constexpr double kFelt_m = 1.0;
-
 }  // namespace
 
 bool is_shut_in(std::span<const FineCell> static_cells,
                 std::span<const FineCell> dynamic_cells) noexcept {
-  const std::size_t allowed = (static_cells.size() + dynamic_cells.size()) / kOneBeyondOf;
-  std::size_t beyond = 0;
+  CabinTest cabin(static_cells.size() + dynamic_cells.size());
   for (const std::span<const FineCell> cells : {static_cells, dynamic_cells}) {
     for (const FineCell& cell : cells) {
-      const bool is_far = cell.position.head<2>().squaredNorm() > kCabin_m * kCabin_m;
-      if (is_far && ++beyond > allowed) return false;
+      if (!cabin.add(cell.position.x(), cell.position.y())) return false;
     }
   }
-  return true;
+  return cabin.is_shut_in();
 }
 
 void OdometryMonitor::add_cabin(const KeyframeScan& scan) noexcept {
   const double height_m = scan.T_odometry_sensor.translation.z();
-  const bool enters = !ride_.is_shut_in;
-  const Ride ride{true, enters ? scan.stamp_ns : ride_.first_ns, scan.stamp_ns,
-                  enters ? height_m : ride_.first_m, height_m};
+  Ride ride = ride_;
+  if (ride.from_open && !ride.is_shut_in) {
+    ride = {true, true, scan.stamp_ns, scan.stamp_ns, height_m, height_m};
+  }
+  ride.last_ns = scan.stamp_ns;
+  ride.last_m = height_m;
   forget();
   ride_ = ride;
 }
 
 bool OdometryMonitor::Ride::is_unfelt() const noexcept {
-  return is_shut_in && last_ns - first_ns >= kShutIn_ns && std::abs(last_m - first_m) < kFelt_m;
+  return is_shut_in &&
+         is_unfelt_ride(static_cast<double>(last_ns - first_ns) * 1e-9, last_m - first_m);
 }
 
 void OdometryMonitor::add(std::uint32_t dynamic_cells, std::uint32_t cells) noexcept {
   share_ = static_cast<std::uint32_t>(std::uint64_t{1000} * dynamic_cells / std::max(cells, 1U));
   is_contradicted_ = ride_.is_unfelt();
-  ride_ = {};
+  ride_ = {.from_open = true};
   if (is_contradicted_) {
     share_ = 0;
     return;

@@ -9,8 +9,8 @@
 
 namespace unimapper::onboard {
 
-/// Whether all but a fiftieth of a keyframe's cells, in its frame, lie within 3.5 m on the level,
-/// as in a lift: what moves along with the robot says nothing of the odometry. O(cells).
+/// Whether a keyframe's cells, in its frame, are those of a closed cabin (`CabinTest`), as in a
+/// lift: what moves along with the robot says nothing of the odometry. O(cells).
 [[nodiscard]] bool is_shut_in(std::span<const FineCell> static_cells,
                               std::span<const FineCell> dynamic_cells) noexcept;
 
@@ -29,7 +29,7 @@ class OdometryMonitor {
   void forget() noexcept { *this = {}; }
 
   /// The share of the last two keyframes is above what is usual, or that of the last one far above,
-  /// or the keyframe is the first behind three seconds in a cabin that did not rise.
+  /// or the keyframe is the first behind a ride in a cabin that did not rise (`is_unfelt_ride`).
   [[nodiscard]] bool is_contradicted() const noexcept { return is_contradicted_; }
   /// Share of the last keyframe, thousandths, and the mean of those before; 0 without any, and both
   /// behind a cabin.
@@ -44,8 +44,10 @@ class OdometryMonitor {
   static constexpr std::uint32_t kLongest = 10;
   static constexpr std::uint32_t kFewestCells = 500;  ///< of fewer the share is chance
 
-  /// Keyframes in a row that are shut in: stamps and heights of the first and the last.
+  /// Keyframes in a row that are shut in, behind one that is not: stamps and heights of the first
+  /// and the last.
   struct Ride {
+    bool from_open = false;
     bool is_shut_in = false;
     std::int64_t first_ns = 0;
     std::int64_t last_ns = 0;

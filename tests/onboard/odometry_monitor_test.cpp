@@ -2,6 +2,8 @@
 #include "src/onboard/odometry_monitor.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <optional>
 
 #include "event_log.hpp"
 #include "run.hpp"
@@ -19,31 +21,77 @@ OdometryMonitor usual(std::uint32_t keyframes) {
   return monitor;
 }
 
-/// Events of a robot that drives along a fence, ten keyframes of three scans; from the seventh on
-/// its odometry is off by `off_m` across the fence.
-std::vector<EventRecord> drive(double off_m, std::uint32_t& contradicted) {
+/// A robot with a keyframe of three scans, and what it says of its odometry.
+struct Robot {
   EventLog log;
-  PipelineConfig config = small_config();
-  config.events = log.ring;
-  config.keyframe.scans = 3;
-  OwnedPipeline pipeline(config);
-  REQUIRE(pipeline);
+  std::optional<OwnedPipeline> pipeline;
+  int scans = 0;
+  std::uint32_t contradicted = 0;  ///< keyframes
+
+  Robot() {
+    PipelineConfig config = small_config();
+    config.events = log.ring;
+    config.keyframe.scans = 3;
+    pipeline.emplace(config);
+    REQUIRE(*pipeline);
+  }
+  void add(const Scene& scene, const Pose& truth, const Pose& given) {
+    const LabelledScan scan = scene.scan(truth, 0.1 * scans);
+    if (!(*pipeline)->add_scan(scan.view(), given, kPeriodNs * ++scans).keyframe_ready) return;
+    contradicted += (*pipeline)->keyframe().statistics->odometry_contradicted ? 1 : 0;
+  }
+};
+
+Scene fence() {
   Scene scene;
   scene.columns = 360;
   for (int i = -4; i < 16; ++i) {
     scene.boxes.push_back(standing_box({3.0 * i, 8.0, 1.5}, {0.4, 0.4, 1.5}));
     scene.boxes.push_back(standing_box({3.0 * i + 1.0, -7.0, 1.0}, {1.0, 0.2, 1.0}));
   }
-  contradicted = 0;
-  for (int s = 0; s < 30; ++s) {
-    const LabelledScan scan = scene.scan(sensor_at(0.3 * s, 0.0), 0.1 * s);
-    const Pose given = sensor_at(0.3 * s, s < 18 ? 0.0 : off_m);
-    const ScanResult result = pipeline->add_scan(scan.view(), given, kPeriodNs * (s + 1));
-    if (result.keyframe_ready) {
-      contradicted += pipeline->keyframe().statistics->odometry_contradicted ? 1 : 0;
-    }
+  return scene;
+}
+
+Scene cabin_at(double x) {
+  Scene scene;
+  scene.columns = 360;
+  for (const double side : {-1.6, 1.6}) {
+    scene.boxes.push_back(standing_box({x + side, 0.0, 1.5}, {0.1, 1.7, 1.5}));
+    scene.boxes.push_back(standing_box({x, side, 1.5}, {1.7, 0.1, 1.5}));
   }
-  return log.take(EventId::kOdometryContradicted);
+  return scene;
+}
+
+/// Events of a robot that drives along a fence, ten keyframes; from the seventh on its odometry is
+/// off by `off_m` across the fence.
+std::vector<EventRecord> drive(double off_m, std::uint32_t& contradicted) {
+  Robot robot;
+  const Scene scene = fence();
+  for (int s = 0; s < 30; ++s) {
+    robot.add(scene, sensor_at(0.3 * s, 0.0), sensor_at(0.3 * s, s < 18 ? 0.0 : off_m));
+  }
+  contradicted = robot.contradicted;
+  return robot.log.take(EventId::kOdometryContradicted);
+}
+
+/// Events of a robot that takes a lift, whose odometry rises by `felt_m` meanwhile.
+std::vector<EventRecord> ride(double felt_m) {
+  Robot robot;
+  const auto given = [](double x, double z_m) {
+    Pose pose = sensor_at(x, 0.0);
+    pose.translation.z() += z_m;
+    return pose;
+  };
+  for (int s = 0; s < 15; ++s) {
+    robot.add(fence(), sensor_at(0.3 * s, 0.0), given(0.3 * s, 0.0));
+  }
+  for (int s = 0; s < 36; ++s) {
+    robot.add(cabin_at(4.5), sensor_at(4.5, 0.0), given(4.5, felt_m * s / 35.0));
+  }
+  for (int s = 0; s < 6; ++s) {
+    robot.add(fence(), sensor_at(4.5 + 0.3 * s, 0.0), given(4.5 + 0.3 * s, felt_m));
+  }
+  return robot.log.take(EventId::kOdometryContradicted);
 }
 
 }  // namespace
@@ -84,31 +132,41 @@ TEST_CASE("of two keyframes, and of few cells, nothing is concluded") {
 }
 
 TEST_CASE("behind a lift the odometry is contradicted where it did not rise, and in it never") {
-  for (const double rise_m : {0.0, 0.9, 1.1, 3.5}) {
+  for (const double rise_m : {0.0, 0.9, 1.1, -3.5}) {
     for (const int keyframes : {3, 4, 20}) {
-      OdometryMonitor monitor = usual(8);
-      for (int k = 0; k < keyframes; ++k) {
-        KeyframeScan scan{};
-        scan.stamp_ns = 1'000'000'000LL * k;
-        scan.T_odometry_sensor.translation.z() = rise_m * k / (keyframes - 1);
-        monitor.add_cabin(scan);
+      for (const bool enters : {true, false}) {
+        OdometryMonitor monitor = usual(enters ? 8 : 0);
+        for (int k = 0; k < keyframes; ++k) {
+          KeyframeScan scan{};
+          scan.stamp_ns = 1'000'000'000LL * k;
+          scan.T_odometry_sensor.translation.z() = rise_m * k / (keyframes - 1);
+          monitor.add_cabin(scan);
+          CHECK_FALSE(monitor.is_contradicted());
+        }
+        monitor.add(3'000, 10'000);
+        // Who starts in a small room has been on no other storey.
+        CHECK(monitor.is_contradicted() == (enters && std::abs(rise_m) < 1.0 && keyframes > 3));
+        monitor.add(3'000, 10'000);
         CHECK_FALSE(monitor.is_contradicted());
       }
-      monitor.add(3'000, 10'000);
-      CHECK(monitor.is_contradicted() == (rise_m < 1.0 && keyframes > 3));
-      monitor.add(3'000, 10'000);
-      CHECK_FALSE(monitor.is_contradicted());
     }
   }
 }
 
-TEST_CASE("a keyframe is shut in where a fiftieth of its cells is farther than a cabin's walls") {
-  std::vector<FineCell> near(98, {{0.0F, 3.4F, 9.0F}, 1, 0, 0});
-  std::vector<FineCell> far(2, {{0.0F, 3.6F, 0.0F}, 1, 0, 0});
+TEST_CASE("a keyframe is shut in where cells surround it, all but a fiftieth within a cabin") {
+  std::vector<FineCell> near;
+  for (int i = 0; i < 392; ++i) {
+    const auto turn = static_cast<float>(2.0 * M_PI / 392.0 * i);
+    near.push_back({{3.4F * std::cos(turn), 3.4F * std::sin(turn), 9.0F}, 1, 0, 0});
+  }
+  std::vector<FineCell> far(8, {{0.0F, 3.6F, 0.0F}, 1, 0, 0});
   CHECK(onboard::is_shut_in(near, far));
   CHECK(onboard::is_shut_in(far, near));
   far.push_back(far.back());
   CHECK_FALSE(onboard::is_shut_in(near, far));
+  // A narrow view of a wall is no cabin.
+  near.resize(near.size() / 2);
+  CHECK_FALSE(onboard::is_shut_in(near, {}));
 }
 
 TEST_CASE("a contradiction ends with the leap, or when what is usual has become another") {
@@ -137,4 +195,13 @@ TEST_CASE("a pipeline tells within two keyframes that its odometry has jumped, a
   CHECK(events[0].values[2] >= 6);
   CHECK(events[0].values[2] <= 7);
   CHECK(events[0].values[0] > events[0].values[1]);
+}
+
+TEST_CASE("a pipeline tells behind a lift that its odometry did not rise") {
+  CHECK(ride(3.5).empty());
+  const std::vector<EventRecord> events = ride(0.0);
+  REQUIRE(events.size() == 1);
+  CHECK(events[0].values[0] == 0);
+  CHECK(events[0].values[1] == 0);
+  CHECK(events[0].stamp_ns == 54 * kPeriodNs);  // the first keyframe outside
 }

@@ -183,7 +183,7 @@ void warn_of_input(const RunStatistics& statistics, const FreeSpaceConfig& assum
   if (statistics.keyframes_odometry_contradicted() > 0) {
     std::fprintf(stderr,
                  "onboard: warning: scans contradict the odometry in %llu keyframes (events.log): "
-                 "far more of what they show is dynamic than before\n",
+                 "it jumped, started anew, or did not feel a lift\n",
                  static_cast<unsigned long long>(statistics.keyframes_odometry_contradicted()));
   }
   if (statistics.sweep_tilt_deg() > 0.0F) {
