@@ -183,11 +183,10 @@ void Spool::run() {
   while (true) {
     const Clock::time_point now = Clock::now();
     if (!stopping_ && (now < retry_at_ || !has_work(now))) {
-      const bool waits_for_disk = now < retry_at_;
-      const Clock::time_point until = waits_for_disk ? retry_at_ : acknowledge_at_;
-      const auto is_due = [&] { return stopping_ || (!waits_for_disk && has_work(Clock::now())); };
-      // Some clocks of condition variables cannot count to the end of time.
-      wake_.wait_until(lock, std::min(until, now + std::chrono::hours(1)), is_due);
+      const Clock::time_point until = now < retry_at_ ? retry_at_ : acknowledge_at_;
+      // No predicate: what wakes may have set a time before `until`. Some clocks of condition
+      // variables cannot count to the end of time.
+      wake_.wait_until(lock, std::min(until, now + std::chrono::hours(1)));
       continue;
     }
     Batch batch = take_batch();

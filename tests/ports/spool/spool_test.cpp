@@ -2,6 +2,8 @@
 #include "ports/spool/spool.hpp"
 
 #include <catch2/catch.hpp>
+#include <chrono>
+#include <thread>
 
 #include "tests/ports/spool/keyframes.hpp"
 #include "tests/temporary_directory.hpp"
@@ -66,6 +68,23 @@ TEST_CASE("after a restart earlier sessions are listed with what nobody acknowle
   CHECK_FALSE(earlier[1].ended);
   CHECK(earlier[1].waiting.size() == 3);
   CHECK(spool.counters().bytes_waiting == 58 * 2000);
+}
+
+TEST_CASE("what is acknowledged is written after its period, though nothing else is") {
+  const TemporaryDirectory folder;
+  SpoolOptions options;
+  options.acknowledge_period = std::chrono::milliseconds(10);
+  Spool spool(folder / "spool", options);
+  add(spool, kMonday, 0, 1);
+  REQUIRE(spool.flush(kPatience));
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // it waits for work
+  const std::uint64_t before = spool.counters().commits;
+  spool.acknowledge(kMonday.id, {{0}});
+  const auto limit = std::chrono::steady_clock::now() + kPatience;
+  while (spool.counters().commits == before && std::chrono::steady_clock::now() < limit) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  CHECK(spool.counters().commits == before + 1);
 }
 
 TEST_CASE("at its limit the oldest keyframes go, and those nobody has are counted") {
