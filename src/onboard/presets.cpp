@@ -92,6 +92,11 @@ void apply_computer(Computer computer, PipelineConfig& config) noexcept {
   voxel.max_voxels = std::min(voxel.max_voxels, room.voxels);
   config.loop_search.max_places = std::min(config.loop_search.max_places, room.places);
   config.keyframe.range_max_m = std::min(config.keyframe.range_max_m, room.range_m);
+  // So wide a band, which is also imaged where nobody knows the LiDAR, gets no room for a tilt.
+  constexpr float kWideBandDeg = 90.0F;
+  const float band_deg = config.free_space.elevation_max_deg - config.free_space.elevation_min_deg;
+  const bool is_small = computer != Computer::kJetson;
+  if (is_small && band_deg >= kWideBandDeg) config.free_space.max_image_pixels /= 2;
 }
 
 /// Fine cells that a keyframe occupies in a dense street, by the range.

@@ -22,7 +22,7 @@ TEST_CASE("every preset is valid, fits the sensor's scans and the memory of the 
       const PipelineConfig config = preset(sensor.kind, computer);
       CAPTURE(sensor.name, static_cast<int>(computer));
       CHECK(config.validate().ok());
-      if (sensor.kind != SensorKind::kGeneric) CHECK(Pipeline::required_bytes(config) <= bytes);
+      CHECK(Pipeline::required_bytes(config) <= bytes);
       CHECK(config.keyframe.max_points_per_scan >= sensor.points_per_scan);
       CHECK(config.keyframe.scans == 10);
     }
