@@ -22,6 +22,7 @@ TEST_CASE("What onboard shares is watched, and nothing stays in shared memory") 
   // A name that cannot be shared is refused before anything is mapped.
   check_fails(run_unimapper(onboard, {directory / "refused", "--share", "a/b"}),
               "--share a/b: names of shares");
+  CHECK_FALSE(std::filesystem::exists(directory / "refused/run.json"));  // no --replace is needed
   const std::string share = "watched-" + std::to_string(getpid());
   CommandResult watched;
   std::thread watching([&] {

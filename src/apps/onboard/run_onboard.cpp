@@ -370,7 +370,7 @@ void run_onboard(const OnboardOptions& options) {
             name, std::string(sensor.model.name)};
   };
   SessionInfo info = info_of(0);
-  folder.write_text("run.json", describe_run(options, folder, info.id, sensor.model, config));
+  const std::string description = describe_run(options, folder, info.id, sensor.model, config);
   Progress progress("onboard", scans);
   progress.note("sensor " + info.sensor + " (" + sensor.source + ")");
   progress.note("surroundings " + std::string(surroundings_name(first.surroundings)) + " (" +
@@ -409,6 +409,8 @@ void run_onboard(const OnboardOptions& options) {
     Delivery delivery(options, info, key ? &*key : nullptr);
     config = pipeline->config();
     const auto share = open_share(options, config, info.id);
+    // Only now it is a run: what is refused before leaves nothing that must be replaced.
+    if (index == 0) folder.write_text("run.json", description);
     Replay replay(*dataset, *pipeline,
                   {.session = info.id,
                    .first = ranges[index].first,
