@@ -46,10 +46,18 @@ class CabinTest {
   std::array<std::size_t, 8> by_eighth_{};
 };
 
-/// Whether a ride in a closed cabin may have changed the storey though the odometry rose or sank by
-/// `rise_m` only: a lift takes three seconds for a storey, and a storey is higher than a metre.
+/// Whether a robot that is shut in is in a room, and no cabin, `level_m` away on the level from
+/// where it was first shut in: it hardly drives in a lift.
+[[nodiscard]] constexpr bool is_in_room(double level_m) noexcept { return level_m > 1.5; }
+
+/// Whether a robot that was shut in for so long may have taken a lift: one storey takes three
+/// seconds.
+[[nodiscard]] constexpr bool is_ride(double lasts_s) noexcept { return lasts_s >= 3.0; }
+
+/// Whether such a ride may have changed the storey though the odometry rose or sank by `rise_m`
+/// only: a storey is higher than a metre.
 [[nodiscard]] constexpr bool is_unfelt_ride(double lasts_s, double rise_m) noexcept {
-  return lasts_s >= 3.0 && rise_m < 1.0 && rise_m > -1.0;
+  return is_ride(lasts_s) && rise_m < 1.0 && rise_m > -1.0;
 }
 
 }  // namespace unimapper

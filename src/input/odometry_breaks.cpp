@@ -135,15 +135,25 @@ class BreakSearch {
   /// Follows the robot into a closed cabin and out of it, where `i` is the last scan compared.
   void note_cabin(std::size_t i) {
     if (!view(i).is_shut_in) {
-      if (last_open_ && first_shut_ && is_unfelt(*first_shut_, last_shut_)) {
+      if (last_open_ && first_shut_ && !is_room_ && is_unfelt(*first_shut_, last_shut_)) {
         add({*last_open_, i, 0.0, 0.0, false, true});
       }
       last_open_ = i;
       first_shut_.reset();
+      is_room_ = false;
       return;
     }
     if (!first_shut_) first_shut_ = i;
     last_shut_ = i;
+  }
+
+  /// What moves along with the robot says nothing of its motion; a room where it drives does.
+  bool is_within_cabin(std::size_t i, std::size_t j) {
+    if (!view(i).is_shut_in || !view(j).is_shut_in) return false;
+    const std::size_t first = first_shut_.value_or(i);
+    const Eigen::Vector3d driven = track_.pose(j).translation - track_.pose(first).translation;
+    is_room_ = is_room_ || is_in_room(driven.head<2>().norm());
+    return !is_room_;
   }
 
   /// A lift may have moved the robot by storeys, and the odometry does not say so.
@@ -157,8 +167,8 @@ class BreakSearch {
     const View& to = view(j);
     const ScanPair pair(i, from.shape, j, to.shape);
     Step step;
-    if (!pair.is_informative() || (from.is_shut_in && to.is_shut_in)) return step;
-    const bool is_door = from.is_shut_in || to.is_shut_in;
+    if (!pair.is_informative() || is_within_cabin(i, j)) return step;
+    const bool is_door = from.is_shut_in != to.is_shut_in;
     const Pose given = motion(i, j);
     const double agrees = pair.agreement(given);
     const double usually = usual_.empty() ? 1.0 : median_of_usual();
@@ -265,10 +275,12 @@ class BreakSearch {
   datasets::Scan scan_;
   std::map<std::size_t, View> views_;
   std::vector<double> usual_;  ///< agreement of the last pairs
-  // Of the scans compared: the last one that saw more than a cabin, and those in the cabin since.
+  // Of the scans compared: the last one that saw more than a cabin, and those that are shut in
+  // since.
   std::optional<std::size_t> last_open_;
   std::optional<std::size_t> first_shut_;
   std::size_t last_shut_ = 0;
+  bool is_room_ = false;  ///< the robot drove since it was shut in
   OdometryBreaks found_;
 };
 

@@ -29,31 +29,42 @@ bool is_shut_in(std::span<const FineCell> static_cells,
   return cabin.is_shut_in();
 }
 
-void OdometryMonitor::add_cabin(const KeyframeScan& scan) noexcept {
-  const double height_m = scan.T_odometry_sensor.translation.z();
-  Ride ride = ride_;
-  if (ride.from_open && !ride.is_shut_in) {
-    ride = {true, true, scan.stamp_ns, scan.stamp_ns, height_m, height_m};
+void OdometryMonitor::add_shut_in(const KeyframeScan& scan, std::uint32_t dynamic_cells,
+                                  std::uint32_t cells) noexcept {
+  const Eigen::Vector3d& position = scan.T_odometry_sensor.translation;
+  if (!stay_.is_shut_in) {
+    stay_.is_shut_in = true;
+    stay_.first_ns = scan.stamp_ns;
+    stay_.first = position;
   }
-  ride.last_ns = scan.stamp_ns;
-  ride.last_m = height_m;
-  forget();
-  ride_ = ride;
-}
-
-bool OdometryMonitor::Ride::is_unfelt() const noexcept {
-  return is_shut_in &&
-         is_unfelt_ride(static_cast<double>(last_ns - first_ns) * 1e-9, last_m - first_m);
+  stay_.last_ns = scan.stamp_ns;
+  stay_.rise_m = position.z() - stay_.first.z();
+  stay_.is_room = stay_.is_room || is_in_room((position - stay_.first).head<2>().norm());
+  if (stay_.is_room) {
+    compare(dynamic_cells, cells);
+    return;
+  }
+  is_contradicted_ = false;
+  raised_ = 0;
+  share_ = 0;
+  usual_ = 0;
 }
 
 void OdometryMonitor::add(std::uint32_t dynamic_cells, std::uint32_t cells) noexcept {
-  share_ = static_cast<std::uint32_t>(std::uint64_t{1000} * dynamic_cells / std::max(cells, 1U));
-  is_contradicted_ = ride_.is_unfelt();
-  ride_ = {.from_open = true};
-  if (is_contradicted_) {
-    share_ = 0;
+  const Stay stay = stay_;
+  const double lasts_s = static_cast<double>(stay.last_ns - stay.first_ns) * 1e-9;
+  if (stay.is_shut_in && !stay.is_room && is_ride(lasts_s)) forget();
+  stay_ = {.from_open = true};
+  if (stay.from_open && stay.is_shut_in && !stay.is_room && is_unfelt_ride(lasts_s, stay.rise_m)) {
+    is_contradicted_ = true;
     return;
   }
+  compare(dynamic_cells, cells);
+}
+
+void OdometryMonitor::compare(std::uint32_t dynamic_cells, std::uint32_t cells) noexcept {
+  share_ = static_cast<std::uint32_t>(std::uint64_t{1000} * dynamic_cells / std::max(cells, 1U));
+  is_contradicted_ = false;
   // Of so few cells the share is chance.
   if (cells < kFewestCells) {
     raised_ = 0;

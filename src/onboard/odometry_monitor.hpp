@@ -1,6 +1,7 @@
 // Change detection on the share of dynamic cells, for an odometry that breaks
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -23,8 +24,10 @@ class OdometryMonitor {
  public:
   /// Of the keyframe that closes. O(1).
   void add(std::uint32_t dynamic_cells, std::uint32_t cells) noexcept;
-  /// Of a keyframe that closes and is shut in; `scan` is one of its scans. O(1).
-  void add_cabin(const KeyframeScan& scan) noexcept;
+  /// Of a keyframe that closes and is shut in (`is_shut_in`); `scan` is one of its scans. Until the
+  /// robot has driven in there, it may be a cabin, and nothing is concluded. O(1).
+  void add_shut_in(const KeyframeScan& scan, std::uint32_t dynamic_cells,
+                   std::uint32_t cells) noexcept;
   /// Nothing before the next keyframe counts.
   void forget() noexcept { *this = {}; }
 
@@ -44,18 +47,19 @@ class OdometryMonitor {
   static constexpr std::uint32_t kLongest = 10;
   static constexpr std::uint32_t kFewestCells = 500;  ///< of fewer the share is chance
 
-  /// Keyframes in a row that are shut in, behind one that is not: stamps and heights of the first
-  /// and the last.
-  struct Ride {
-    bool from_open = false;
+  /// Keyframes in a row that are shut in.
+  struct Stay {
+    bool from_open = false;  ///< behind one that is not
     bool is_shut_in = false;
+    bool is_room = false;  ///< since the robot drove there
     std::int64_t first_ns = 0;
     std::int64_t last_ns = 0;
-    double first_m = 0.0;
-    double last_m = 0.0;
-
-    [[nodiscard]] bool is_unfelt() const noexcept;
+    Eigen::Vector3d first = Eigen::Vector3d::Zero();  ///< position of the sensor, metres
+    double rise_m = 0.0;                              ///< of the sensor since
   };
+
+  /// The share with those before.
+  void compare(std::uint32_t dynamic_cells, std::uint32_t cells) noexcept;
 
   std::array<std::uint32_t, kKeyframes> shares_{};  ///< ring
   std::uint32_t added_ = 0;                         ///< keyframes in it since the start
@@ -63,7 +67,7 @@ class OdometryMonitor {
   std::uint32_t usual_ = 0;
   std::uint32_t raised_ = 0;  ///< keyframes in a row whose share is above what is usual
   bool is_contradicted_ = false;
-  Ride ride_;
+  Stay stay_;
 };
 
 }  // namespace unimapper::onboard

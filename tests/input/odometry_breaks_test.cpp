@@ -64,6 +64,28 @@ MemoryDataset carried(std::size_t first, std::size_t next) {
   return recording;
 }
 
+/// Drives to and fro in a closed room with two cupboards; at scan 30 the odometry jumps by `off_m`.
+MemoryDataset small_room(double off_m) {
+  std::vector<Sheet> room;
+  for (const double side : {-2.4, 2.4}) {
+    room.push_back({{side, -2.4, 0}, {0, 4.8, 0}, {0, 0, 2.3}});
+    room.push_back({{-2.4, side, 0}, {4.8, 0, 0}, {0, 0, 2.3}});
+  }
+  room.push_back({{1.5, 1.0, 0}, {0, 1.4, 0}, {0, 0, 1.6}});
+  room.push_back({{1.5, 1.0, 0}, {0.9, 0, 0}, {0, 0, 1.6}});
+  room.push_back({{-2.4, -1.6, 0}, {1.2, 0, 0}, {0, 0, 1.2}});
+  MemoryDataset recording = record(
+      room, 60,
+      [](std::size_t i) {
+        return level_pose(1.1 * std::sin(0.15 * static_cast<double>(i)), 0.0, 0.2);
+      },
+      60.0);
+  for (std::size_t i = 30; i < recording.poses.size(); ++i) {
+    recording.poses[i] = moved(0.0, off_m) * recording.poses[i];
+  }
+  return recording;
+}
+
 /// Stands at the middle of a courtyard, then in a closed cabin there, then at the middle again.
 /// The odometry rises by `felt_m` while the cabin is closed.
 MemoryDataset lift(std::size_t shut, double felt_m) {
@@ -174,6 +196,16 @@ TEST_CASE("A ride that the odometry feels is none, nor is a door that closes for
     CHECK(found_in(lift(40, felt_m)).breaks.empty());
   }
   CHECK(found_in(lift(20, 0.0)).breaks.empty());
+}
+
+TEST_CASE("A room where the robot drives is no cabin: a jump there is found", "[breaks]") {
+  CHECK(is_shut_in(small_room(0.0).scans[0]));
+  CHECK(found_in(small_room(0.0)).breaks.empty());
+  const OdometryBreaks found = found_in(small_room(0.8));
+  REQUIRE(found.breaks.size() == 1);
+  CHECK(found.breaks[0].last == 29);
+  CHECK(found.breaks[0].next == 30);
+  CHECK(found.breaks[0].off_m == Approx(0.8).margin(0.1));
 }
 
 TEST_CASE("A view of one side cannot tell a cabin from a wall", "[breaks]") {

@@ -52,12 +52,13 @@ Scene fence() {
   return scene;
 }
 
-Scene cabin_at(double x) {
+/// Four walls so far from the middle.
+Scene closed_at(double x, double half_m) {
   Scene scene;
   scene.columns = 360;
-  for (const double side : {-1.6, 1.6}) {
-    scene.boxes.push_back(standing_box({x + side, 0.0, 1.5}, {0.1, 1.7, 1.5}));
-    scene.boxes.push_back(standing_box({x, side, 1.5}, {1.7, 0.1, 1.5}));
+  for (const double side : {-half_m, half_m}) {
+    scene.boxes.push_back(standing_box({x + side, 0.0, 1.5}, {0.1, half_m + 0.1, 1.5}));
+    scene.boxes.push_back(standing_box({x, side, 1.5}, {half_m + 0.1, 0.1, 1.5}));
   }
   return scene;
 }
@@ -74,6 +75,20 @@ std::vector<EventRecord> drive(double off_m, std::uint32_t& contradicted) {
   return robot.log.take(EventId::kOdometryContradicted);
 }
 
+/// How many keyframes are contradicted where a robot drives to and fro in a room, and its odometry
+/// jumps by `off_m` to the side half way.
+std::uint32_t contradicted_in_room(double off_m) {
+  Robot robot;
+  Scene room = closed_at(0.0, 2.2);
+  room.boxes.push_back(standing_box({1.6, 1.2, 0.5}, {0.3, 0.4, 0.5}));
+  room.boxes.push_back(standing_box({-1.0, -1.7, 0.4}, {0.5, 0.3, 0.4}));
+  for (int s = 0; s < 60; ++s) {
+    const double x = 0.9 * std::sin(0.2 * s);
+    robot.add(room, sensor_at(x, 0.0), sensor_at(x, s < 42 ? 0.0 : off_m));
+  }
+  return robot.contradicted;
+}
+
 /// Events of a robot that takes a lift, whose odometry rises by `felt_m` meanwhile.
 std::vector<EventRecord> ride(double felt_m) {
   Robot robot;
@@ -86,7 +101,7 @@ std::vector<EventRecord> ride(double felt_m) {
     robot.add(fence(), sensor_at(0.3 * s, 0.0), given(0.3 * s, 0.0));
   }
   for (int s = 0; s < 36; ++s) {
-    robot.add(cabin_at(4.5), sensor_at(4.5, 0.0), given(4.5, felt_m * s / 35.0));
+    robot.add(closed_at(4.5, 1.6), sensor_at(4.5, 0.0), given(4.5, felt_m * s / 35.0));
   }
   for (int s = 0; s < 6; ++s) {
     robot.add(fence(), sensor_at(4.5 + 0.3 * s, 0.0), given(4.5 + 0.3 * s, felt_m));
@@ -140,16 +155,37 @@ TEST_CASE("behind a lift the odometry is contradicted where it did not rise, and
           KeyframeScan scan{};
           scan.stamp_ns = 1'000'000'000LL * k;
           scan.T_odometry_sensor.translation.z() = rise_m * k / (keyframes - 1);
-          monitor.add_cabin(scan);
+          monitor.add_shut_in(scan, 9'000, 10'000);
           CHECK_FALSE(monitor.is_contradicted());
         }
-        monitor.add(3'000, 10'000);
+        // Behind a ride all is new.
+        const std::uint32_t dynamic = keyframes > 3 ? 3'000 : 400;
+        monitor.add(dynamic, 10'000);
         // Who starts in a small room has been on no other storey.
         CHECK(monitor.is_contradicted() == (enters && std::abs(rise_m) < 1.0 && keyframes > 3));
-        monitor.add(3'000, 10'000);
+        monitor.add(dynamic, 10'000);
         CHECK_FALSE(monitor.is_contradicted());
       }
     }
+  }
+}
+
+TEST_CASE("who drives while shut in is in a room: no lift, and what is there counts") {
+  for (const double driven_m : {1.4, 1.6}) {
+    OdometryMonitor monitor = usual(8);
+    const bool is_room = driven_m > 1.5;
+    KeyframeScan scan{};
+    for (int k = 0; k < 8; ++k) {
+      scan.stamp_ns = 1'000'000'000LL * k;
+      scan.T_odometry_sensor.translation.x() = k == 0 ? 0.0 : driven_m;
+      monitor.add_shut_in(scan, 400, 10'000);
+      CHECK_FALSE(monitor.is_contradicted());
+    }
+    OdometryMonitor jumps = monitor;
+    jumps.add_shut_in(scan, 3'000, 10'000);
+    CHECK(jumps.is_contradicted() == is_room);
+    monitor.add(400, 10'000);
+    CHECK(monitor.is_contradicted() != is_room);
   }
 }
 
@@ -195,6 +231,11 @@ TEST_CASE("a pipeline tells within two keyframes that its odometry has jumped, a
   CHECK(events[0].values[2] >= 6);
   CHECK(events[0].values[2] <= 7);
   CHECK(events[0].values[0] > events[0].values[1]);
+}
+
+TEST_CASE("a pipeline tells of a jump in a small room, and of a right odometry nothing") {
+  CHECK(contradicted_in_room(0.0) == 0);
+  CHECK(contradicted_in_room(1.0) > 0);
 }
 
 TEST_CASE("a pipeline tells behind a lift that its odometry did not rise") {

@@ -150,7 +150,8 @@ void Pipeline::State::write_view() noexcept {
   view.dynamic_cells = output.dynamic_cells();
   current->statistics.dynamic_cells = static_cast<std::uint32_t>(view.dynamic_cells.size());
   if (is_shut_in(view.static_cells, view.dynamic_cells)) {
-    odometry.add_cabin(view.scans[view.reference_scan]);
+    odometry.add_shut_in(view.scans[view.reference_scan], current->statistics.dynamic_cells,
+                         current->statistics.cells);
   } else {
     odometry.add(current->statistics.dynamic_cells, current->statistics.cells);
   }
