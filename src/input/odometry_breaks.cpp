@@ -189,8 +189,8 @@ class BreakSearch {
       condition = found.condition;
     }
     if (usual_.size() >= kFewestUsual && best < kElsewhere * usually) {
-      // A door that opens shows another place, too.
-      return is_door ? Step() : Step{true, true, Pose()};
+      // A door that opens shows another place, too, and so does a way without poses.
+      return is_door || goes_on(i, j) ? Step() : Step{true, true, Pose()};
     }
     remember(best);
     step.correction = given.inverse() * shown;
@@ -207,6 +207,21 @@ class BreakSearch {
   [[nodiscard]] bool is_beyond_reach(std::size_t i, std::size_t j) const {
     // Noise of the attitude adds up over the poses that are compared.
     return j == i + 1 && differs_from_those_beside(j, 2.0 * kOff_deg);
+  }
+
+  /// Whether the robot drove too far between both scans for them to show the same place, as fast as
+  /// it did before and after: a gap in the poses.
+  [[nodiscard]] bool goes_on(std::size_t i, std::size_t j) const {
+    constexpr double kFar_m = 10.0;
+    constexpr double kSlowest = 0.5;  // a curve is longer than its chord
+    constexpr double kFastest = 1.5;
+    const double given_m = motion(i, j).translation.norm();
+    if (given_m < kFar_m || i == 0) return false;
+    const std::optional<Pose> before = extrapolated(i - 1, seconds(i, j));
+    const std::optional<Pose> after = extrapolated(j, seconds(i, j));
+    if (!before || !after) return false;
+    const double expected_m = (before->translation.norm() + after->translation.norm()) / 2.0;
+    return given_m > kSlowest * expected_m && given_m < kFastest * expected_m;
   }
 
   /// Where a registration may begin.
@@ -301,8 +316,7 @@ std::string describe(const OdometryBreak& odometry_break) {
   }
   if (b.is_elsewhere) {
     return text(
-        "the scans %zu and %zu (counted from 0) show different places, though the poses are "
-        "near to each other in time",
+        "the scans %zu and %zu (counted from 0) show different places, and the poses do not say so",
         b.last, b.next);
   }
   return text(

@@ -86,6 +86,31 @@ MemoryDataset small_room(double off_m) {
   return recording;
 }
 
+/// Drives 2 m a scan along a wall, then three seconds later, `given_m` farther by its poses, along
+/// another one.
+MemoryDataset with_gap(double given_m) {
+  const auto along = [](std::size_t i) {
+    return level_pose(2.0 * static_cast<double>(i), 0.0, 0.0);
+  };
+  const auto walls = [](double side_m, double every_m) {
+    std::vector<Sheet> sheets = {{{-20, side_m, 0}, {80, 0, 0}, {0, 0, 4}}};
+    for (double x = -20.0; x < 60.0; x += every_m) {
+      sheets.push_back({{x, side_m, 0}, {0, -3, 0}, {0, 0, 4}});
+    }
+    return sheets;
+  };
+  MemoryDataset recording = record(walls(6.0, 7.0), 20, along, 8.0);
+  const MemoryDataset after = record(walls(-14.0, 4.5), 20, along, 8.0);
+  const Pose last = recording.poses.back();
+  for (std::size_t i = 0; i < after.scans.size(); ++i) {
+    recording.scans.push_back(after.scans[i]);
+    recording.poses.push_back(moved(last.translation.x() + given_m, 0.0) * after.poses[i]);
+    recording.stamps_ns.push_back(recording.stamps_ns[19] + 3'000'000'000 +
+                                  static_cast<std::int64_t>(i) * 100'000'000);
+  }
+  return recording;
+}
+
 /// Stands at the middle of a courtyard, then in a closed cabin there, then at the middle again.
 /// The odometry rises by `felt_m` while the cabin is closed.
 MemoryDataset lift(std::size_t shut, double felt_m) {
@@ -174,6 +199,21 @@ TEST_CASE("A scan without points, or with few, says nothing of the odometry", "[
   const OdometryBreaks found = found_in(recording);
   CHECK(found.breaks.empty());
   CHECK(found.contradicted == 0);
+}
+
+TEST_CASE("A gap in the poses is no break where the robot drives on as fast as before",
+          "[breaks]") {
+  for (const double given_m : {40.0, 60.0, 85.0}) {
+    CAPTURE(given_m);
+    CHECK(found_in(with_gap(given_m)).breaks.empty());
+  }
+  for (const double given_m : {0.0, 9.0, 25.0, 95.0}) {
+    CAPTURE(given_m);
+    const OdometryBreaks found = found_in(with_gap(given_m));
+    REQUIRE(found.breaks.size() == 1);
+    CHECK(found.breaks[0].is_elsewhere);
+    CHECK(found.breaks[0].next == 20);
+  }
 }
 
 TEST_CASE("A ride in a lift that the odometry does not feel is a break", "[breaks]") {
