@@ -5,6 +5,7 @@
 #include <unimapper_wire/handle_t.hpp>
 #include <utility>
 
+#include "ports/lcm/address.hpp"
 #include "ports/lcm/generated_codec.hpp"
 #include "ports/lcm/live.hpp"
 
@@ -25,6 +26,8 @@ void check(const Handle& handle) {
 }
 
 std::shared_ptr<lcm::LCM> open(const std::string& url) {
+  const std::string fault = address_fault(url);
+  if (!fault.empty()) throw LinkError("\"" + url + "\": " + fault);
   auto link = std::make_shared<lcm::LCM>(url);
   if (!link->good()) throw LinkError(url + ": LCM cannot be opened for handles");
   return link;
