@@ -78,6 +78,38 @@ TEST_CASE("a map does not go into a run, nor a run into a map or its own recordi
   check_kept(fixture.dataset, onboard, "is the recording itself", {"--out", fixture.dataset});
 }
 
+TEST_CASE("a run does not go where the scans of its recording lie, nor through a link") {
+  const TemporaryDirectory directory;
+  const fs::path dataset = directory / "drive";
+  SmallRecording(3).write(dataset);
+  fs::create_directory_symlink(dataset / "scans", directory / "link");
+  for (const fs::path& out : {dataset / "scans", dataset / "scans/", dataset / "scans/run",
+                              dataset / "run/../scans", directory / "link"}) {
+    INFO(out);
+    check_kept(dataset, {"onboard", dataset, "--sensor", "vlp-16"}, "the recording has scans in",
+               {"--out", out});
+  }
+  fs::rename(dataset / "scans", directory / "elsewhere");
+  fs::create_directory_symlink(directory / "elsewhere", dataset / "scans");
+  for (const fs::path& out : {dataset / "scans", directory / "elsewhere"}) {
+    INFO(out);
+    check_kept(directory / "elsewhere", {"onboard", dataset, "--sensor", "vlp-16"},
+               "the recording has scans in", {"--out", out});
+  }
+  const fs::path sequence = directory / "root/sequences/00";
+  SmallRecording(3).write(sequence);
+  check_kept(sequence, {"onboard", directory / "root", "--sensor", "vlp-16"},
+             "the recording has scans in", {"--out", sequence});
+}
+
+TEST_CASE("a run may go elsewhere below the folder of its recording") {
+  const TemporaryDirectory directory;
+  const fs::path dataset = directory / "drive";
+  SmallRecording(12).write(dataset);
+  (void)run_well({"onboard", dataset, "--sensor", "vlp-16", "--out", dataset / "runs/x"});
+  CHECK(fs::exists(dataset / "runs/x/run.json"));
+}
+
 TEST_CASE("a file for other programs is kept without --replace") {
   const Fixture fixture;
   const std::string mcap = fixture.directory / "map.mcap";

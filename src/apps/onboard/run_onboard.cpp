@@ -73,12 +73,53 @@ void enlarge_capacity_for(const std::vector<EarlierSession>& earlier, std::size_
   config.loop_search.max_places = std::max(config.loop_search.max_places, needed);
 }
 
-/// Labels of a run beside the scans would pass for the recording's own.
+/// Whether numbered files of a format of scans lie in the folder.
+bool holds_scans(const fs::path& folder) {
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string stem = entry.path().stem().string();
+    if (stem.find_first_of("0123456789") == std::string::npos) continue;
+    const std::string extension = entry.path().extension().string();
+    for (const std::string_view one : {".bin", ".pcd", ".ply"}) {
+      if (extension == one && entry.is_regular_file(ignored)) return true;
+    }
+  }
+  return false;
+}
+
+/// The folder of the recording's scans that `out` is, lies in, or holds; empty if there is none.
+fs::path scans_at(const fs::path& dataset, const fs::path& out) {
+  std::error_code ignored;
+  // The recording may hold its scans by a link.
+  for (const fs::directory_entry& entry : fs::directory_iterator(dataset, ignored)) {
+    if (fs::equivalent(entry.path(), out, ignored) && holds_scans(out)) return entry.path();
+  }
+  // `out` may be a link into the recording.
+  const fs::path inside = fs::weakly_canonical(fs::absolute(out), ignored)
+                              .lexically_relative(fs::canonical(dataset, ignored));
+  if (inside.empty() || *inside.begin() == ".." || *inside.begin() == ".") return {};
+  fs::path folder = dataset;
+  for (const fs::path& part : inside) {
+    folder /= part;
+    if (holds_scans(folder)) return folder;
+  }
+  for (const fs::directory_entry& entry : fs::directory_iterator(out, ignored)) {
+    if (entry.is_directory(ignored) && holds_scans(entry.path())) return entry.path();
+  }
+  return {};
+}
+
+/// A run in the recording would pass for a part of it: its labels for the recording's own.
 void require_another_folder(const OnboardOptions& options) {
   std::error_code ignored;
-  if (!fs::equivalent(options.dataset, options.out, ignored)) return;
-  throw std::runtime_error(options.out.string() +
-                           ": is the recording itself; choose another --out");
+  if (fs::equivalent(options.dataset, options.out, ignored)) {
+    throw std::runtime_error(options.out.string() +
+                             ": is the recording itself; choose another --out");
+  }
+  const fs::path scans = scans_at(options.dataset, options.out);
+  if (scans.empty()) return;
+  throw std::runtime_error(options.out.string() + ": the recording has scans in " + scans.string() +
+                           "; choose another --out");
 }
 
 std::string describe_run(const OnboardOptions& options, const RunFolder& folder,
